@@ -1,0 +1,12 @@
+# Writes OUTPUT: INPUT's bytes as a string_view named SYMBOL in namespace mouthpiece.
+file(READ ${INPUT} bytes HEX)
+string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${bytes}")
+string(REGEX REPLACE "((0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,))"
+  "\\1\n" bytes "${bytes}")
+file(WRITE ${OUTPUT} "#include <string_view>
+namespace mouthpiece {
+static const unsigned char kBytes[] = {\n${bytes}0x00};
+extern const std::string_view ${SYMBOL};
+const std::string_view ${SYMBOL}{reinterpret_cast<const char*>(kBytes), sizeof(kBytes) - 1};
+}  // namespace mouthpiece
+")

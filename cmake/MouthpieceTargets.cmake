@@ -1,0 +1,55 @@
+# mouthpiece_library(NAME SOURCES a.cpp ... [LINKS PUBLIC x PRIVATE y])
+# A folder of the tree as a static library; its include prefix is the folder's own name.
+function(mouthpiece_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINKS" ${ARGN})
+  add_library(mouthpiece_${name} STATIC ${ARG_SOURCES})
+  add_library(mouthpiece::${name} ALIAS mouthpiece_${name})
+  target_include_directories(mouthpiece_${name} PUBLIC ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR})
+  target_link_libraries(mouthpiece_${name} ${ARG_LINKS})
+  mouthpiece_compile_options(mouthpiece_${name})
+endfunction()
+
+# mouthpiece_program(NAME SOURCES ... LINKS ...)
+function(mouthpiece_program name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINKS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE ${ARG_LINKS})
+  mouthpiece_compile_options(${name})
+endfunction()
+
+# mouthpiece_test(NAME SOURCES ... LINKS ...): one GoogleTest executable, its tests registered with CTest.
+# Tests find the checkout through MOUTHPIECE_SOURCE_DIR and the programs through MOUTHPIECE_BIN_DIR.
+function(mouthpiece_test name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINKS;LABELS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_LINKS} GTest::gtest GTest::gtest_main)
+  target_compile_definitions(${name} PRIVATE
+    MOUTHPIECE_SOURCE_DIR="${CMAKE_SOURCE_DIR}" MOUTHPIECE_BIN_DIR="${CMAKE_BINARY_DIR}/bin"
+    MOUTHPIECE_BUILD_SHARE_DIR="${MOUTHPIECE_SHARE_DIR}")
+  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR})
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  mouthpiece_compile_options(${name})
+  gtest_discover_tests(${name} TEST_PREFIX "${name}." PROPERTIES TIMEOUT 600 LABELS "${ARG_LABELS}"
+    DISCOVERY_TIMEOUT 60)
+endfunction()
+
+# mouthpiece_embed(TARGET SYMBOL FILE): FILE's bytes as `extern const std::string_view mouthpiece::SYMBOL`.
+function(mouthpiece_embed target symbol file)
+  get_filename_component(path ${file} ABSOLUTE)
+  set(generated ${CMAKE_CURRENT_BINARY_DIR}/${symbol}.cpp)
+  add_custom_command(OUTPUT ${generated}
+    COMMAND ${CMAKE_COMMAND} -DSYMBOL=${symbol} -DINPUT=${path} -DOUTPUT=${generated}
+            -P ${CMAKE_SOURCE_DIR}/cmake/EmbedFile.cmake
+    DEPENDS ${path} ${CMAKE_SOURCE_DIR}/cmake/EmbedFile.cmake VERBATIM)
+  target_sources(${target} PRIVATE ${generated})
+endfunction()
+
+function(mouthpiece_compile_options target)
+  # Contracted multiply-adds would make results depend on the compiler's mood.
+  target_compile_options(${target} PRIVATE -ffp-contract=off -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
+    -Woverloaded-virtual -Wnull-dereference -Wcast-qual)
+  if(MOUTHPIECE_WERROR)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif()
+endfunction()

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace mouthpiece {
+
+/// The moving face, frame by frame.
+struct FaceAnimation {
+  double frame_rate_hz = 0;
+  /// frames x (3 * vertices), the mesh's unit; x y z of each vertex side by side.
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> positions;
+};
+
+}  // namespace mouthpiece

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace mouthpiece {
+
+/// vertices x 3, in the mesh's own unit.
+using VertexPositions = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
+using Triangle = std::array<std::uint32_t, 3>;
+
+/// What a part of the head is, and so what moves it: the control surface moves skin; the jaw moves lower teeth
+/// and the tongue's root; eyes, upper teeth and hair stay.
+enum class PartKind { kSkin, kLips, kUpperTeeth, kLowerTeeth, kTongue, kMouthInside, kEye, kHair, kOther };
+
+/// Consecutive triangles [first_triangle, first_triangle + triangle_count) with one material.
+struct MeshPart {
+  std::string name;  ///< material or group
+  PartKind kind = PartKind::kSkin;
+  std::size_t first_triangle = 0;
+  std::size_t triangle_count = 0;
+  std::array<float, 4> base_color{0.8F, 0.6F, 0.5F, 1.0F};  ///< linear RGBA
+  float roughness = 0.6F;
+};
+
+/// A head's surface at rest. Triangles only (polygons are split when read).
+struct FaceMesh {
+  VertexPositions vertices;
+  std::vector<Triangle> triangles;
+  std::vector<MeshPart> parts;                         ///< cover all triangles, in order
+  std::vector<std::array<float, 2>> texture_coordinates;  ///< empty, or one a vertex
+  std::vector<std::array<float, 3>> vertex_colors;        ///< empty, or one a vertex: linear RGB, multiplies base_color
+  double metres_per_unit = 0.001;
+};
+
+/// Reads OBJ, PLY, OFF or GLB by the name's ending; `usemtl`/`g`/`o` (OBJ) and materials (GLB) make the parts, whose kind is
+/// guessed from the name. Throws InputError with the line or byte for no faces, NaN or infinite coordinates, an
+/// index out of range, or counts larger than the file can hold.
+FaceMesh readFaceMesh(const std::filesystem::path& path);
+void writeObj(const std::filesystem::path& path, const FaceMesh& mesh);
+
+/// Area-weighted unit normals, vertices x 3 (zero where a vertex has no triangle).
+VertexPositions vertexNormals(const VertexPositions& vertices, const std::vector<Triangle>& triangles);
+
+}  // namespace mouthpiece

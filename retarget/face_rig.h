@@ -1,0 +1,44 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "deform/face_mesh.h"
+#include "motion/motion_clip.h"
+#include "motion/tongue_pose.h"
+
+namespace mouthpiece {
+
+/// A face that can be driven: the `.face` file and its mesh, loaded and bound. Immutable, safe to share.
+class FaceRig {
+ public:
+  /// Reads the `.face` file and the mesh it names (relative to itself). Throws InputError when the
+  /// mesh has changed since the fit (its SHA-256 is in the file), is missing, or the file is damaged.
+  static FaceRig load(const std::filesystem::path& face_file);
+
+  FaceRig(FaceRig&&) noexcept;
+  FaceRig& operator=(FaceRig&&) noexcept;
+  ~FaceRig();
+
+  [[nodiscard]] const FaceMesh& mesh() const;
+  [[nodiscard]] const std::string& name() const;
+
+  /// Marker trajectories carried from the actor's space to the mesh's by the RBF warp (EDGE 6): frames x (3 * control
+  /// points), mesh units. `motion` must hold the rig's markers by name; others are ignored. Throws InputError naming a missing one.
+  /// `actor_neutral_mm`: the neutral pose of the actor who moves (markers of `motion`, in its order); null: that of the
+  /// corpus the face was fitted with.
+  [[nodiscard]] PositionMatrix retarget(const MotionClip& motion, const MarkerPositions* actor_neutral_mm = nullptr) const;
+
+  /// Deforms one frame: `control` is a row of retarget()'s result, `out` is vertices x 3 (resized when needed),
+  /// mesh units. Thread-safe; no allocation when `out` already has its size.
+  void deform(std::span<const double> control, const TonguePose& tongue, VertexPositions& out) const;
+
+ private:
+  FaceRig();
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
+
+}  // namespace mouthpiece

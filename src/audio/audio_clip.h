@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "base/time.h"
+
+namespace mouthpiece {
+
+/// Mono sound; samples in [-1, 1].
+struct AudioClip {
+  int sample_rate_hz = 0;
+  std::vector<float> samples;
+
+  [[nodiscard]] Seconds duration() const {
+    return sample_rate_hz > 0 ? static_cast<double>(samples.size()) / sample_rate_hz : 0.0;
+  }
+};
+
+/// Reads PCM, float, FLAC or Vorbis through libsndfile; several channels are averaged. Throws InputError
+/// for what is no sound, is empty, claims more samples than the file holds, or is longer than `max_duration`.
+AudioClip readAudio(const std::filesystem::path& path, Seconds max_duration = 4 * 3600.0);
+
+/// 16-bit PCM WAV, written atomically; samples outside [-1, 1] are clipped.
+void writeWav(const std::filesystem::path& path, const AudioClip& clip);
+
+/// The clip at another rate (windowed-sinc, band-limited).
+AudioClip resampleAudio(const AudioClip& clip, int sample_rate_hz);
+
+}  // namespace mouthpiece

@@ -1,0 +1,118 @@
+#include "base/files.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <openssl/evp.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <span>
+
+#include "base/errors.h"
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void failWriting(const fs::path& path, int error) {
+  throw InputError(path.string(), "", fmt::format("cannot be written: {}", std::strerror(error)));
+}
+
+/// Owns the temporary file's name: removed unless the rename happened.
+class TemporaryName {
+ public:
+  explicit TemporaryName(const fs::path& final_path)
+      : path_(final_path.parent_path() / fmt::format(".{}.{}.tmp", final_path.filename().string(), ::getpid())) {}
+  TemporaryName(const TemporaryName&) = delete;
+  TemporaryName& operator=(const TemporaryName&) = delete;
+  ~TemporaryName() {
+    std::error_code ignored;
+    if (!renamed_) fs::remove(path_, ignored);
+  }
+  [[nodiscard]] const fs::path& path() const { return path_; }
+  void renameTo(const fs::path& final_path) {
+    std::error_code error;
+    fs::rename(path_, final_path, error);
+    if (error) failWriting(final_path, error.value());
+    renamed_ = true;
+  }
+
+ private:
+  fs::path path_;
+  bool renamed_ = false;
+};
+
+void flushToDisk(const fs::path& path, const fs::path& named_in_errors) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) failWriting(named_in_errors, errno);
+  const int result = ::fsync(descriptor);
+  const int error = errno;
+  ::close(descriptor);
+  if (result != 0) failWriting(named_in_errors, error);
+}
+
+}  // namespace
+
+std::string readFile(const fs::path& path, std::uint64_t max_bytes) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) throw InputError(path.string(), "", "no such file");
+  if (!fs::is_regular_file(status)) throw InputError(path.string(), "", "is no regular file");
+  const std::uint64_t size = fs::file_size(path, error);
+  if (error) throw InputError(path.string(), "", fmt::format("cannot be read: {}", error.message()));
+  if (size > max_bytes) {
+    throw InputError(path.string(), "", fmt::format("is {} bytes long; expected at most {}", size, max_bytes));
+  }
+  std::ifstream stream(path, std::ios::binary);
+  std::string bytes(size, '\0');
+  if (!stream || !stream.read(bytes.data(), static_cast<std::streamsize>(size))) {
+    throw InputError(path.string(), "", fmt::format("cannot be read: {}", std::strerror(errno)));
+  }
+  return bytes;
+}
+
+void writeFileAtomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
+  std::error_code error;
+  if (path.has_parent_path()) {
+    fs::create_directories(path.parent_path(), error);
+    if (error) throw InputError(path.parent_path().string(), "", fmt::format("cannot be made: {}", error.message()));
+  }
+  if (fs::is_directory(path, error)) throw InputError(path.string(), "", "is a folder; expected a file name");
+  TemporaryName temporary(path);
+  write(temporary.path());
+  flushToDisk(temporary.path(), path);
+  temporary.renameTo(path);
+}
+
+void writeFileAtomically(const fs::path& path, std::string_view bytes) {
+  writeFileAtomically(path, [&](const fs::path& temporary) {
+    const int descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (descriptor < 0) failWriting(path, errno);
+    std::size_t done = 0;
+    while (done < bytes.size()) {
+      const ssize_t written = ::write(descriptor, bytes.data() + done, bytes.size() - done);
+      if (written < 0 && errno == EINTR) continue;
+      if (written <= 0) {
+        const int write_error = written == 0 ? EIO : errno;
+        ::close(descriptor);
+        failWriting(path, write_error);
+      }
+      done += static_cast<std::size_t>(written);
+    }
+    if (::close(descriptor) != 0) failWriting(path, errno);
+  });
+}
+
+std::string sha256Hex(std::string_view bytes) {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned int size = 0;
+  MOUTHPIECE_EXPECT(EVP_Digest(bytes.data(), bytes.size(), digest.data(), &size, EVP_sha256(), nullptr) == 1);
+  return fmt::format("{:02x}", fmt::join(std::span(digest).first(size), ""));
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace mouthpiece {
+
+/// ARPAbet without stress, one symbol per phone (diphthongs and affricates stay one), and silence.
+enum class Phone : std::uint8_t {
+  kSil,
+  kAA, kAE, kAH, kAO, kAW, kAX, kAY, kEH, kER, kEY, kIH, kIY, kOW, kOY, kUH, kUW,
+  kB, kCH, kD, kDH, kF, kG, kHH, kJH, kK, kL, kM, kN, kNG, kP, kR, kS, kSH, kT, kTH, kV, kW, kY, kZ, kZH,
+};
+inline constexpr std::size_t kPhoneCount = 41;
+
+/// "sil", "AA", ..., "ZH".
+std::string_view phoneName(Phone phone);
+/// Accepts any case, and a stress digit after a vowel ("AH0"). nullopt for an unknown symbol.
+std::optional<Phone> phoneFromName(std::string_view name);
+
+bool isVowel(Phone phone);
+bool isBilabial(Phone phone);     ///< P B M
+bool isLabiodental(Phone phone);  ///< F V
+
+/// The viseme classes of design page, section 8.
+enum class Viseme : std::uint8_t {
+  kSil, kAh, kEh, kEe, kIh, kOh, kOo, kUh, kEr, kR, kW, kY, kMBP, kFV, kTh, kLNTD, kS, kShChJ, kGK, kH,
+};
+inline constexpr std::size_t kVisemeCount = 20;
+std::string_view visemeName(Viseme viseme);
+/// The class that a phone starts in (EY: Eh, AW: Ah) and the one it ends in (EY: Ee, AW: Oo); the same for most.
+Viseme firstViseme(Phone phone);
+Viseme lastViseme(Phone phone);
+
+}  // namespace mouthpiece

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "audio/audio_clip.h"
+#include "motion/motion_clip.h"
+#include "motion/tongue_pose.h"
+#include "phonetics/speech_labels.h"
+
+namespace mouthpiece {
+
+/// A stretch of the utterance and the captured fragment it is made of. `phones` index the utterance's labels;
+/// neighbours share one phone.
+struct PlacedUnit {
+  PhoneRange phones;
+  std::string take;            ///< name of the corpus take
+  PhoneIndex source_first;     ///< first phone of the fragment in that take
+  TimeSpan source_span;        ///< of the fragment in its take
+  TimeSpan span;               ///< in the utterance
+  std::string scale;           ///< "sentence" "phrase" "word" "syllable" "diphone" "span"
+  double cost = 0;
+  bool is_backoff = false;     ///< the capture lacks the pair: a stand-in by viseme class
+};
+
+struct Join {
+  Seconds time = 0;                  ///< middle of the blend
+  double position_jump_mm = 0;       ///< largest marker step between the frames around the join in the result
+  double velocity_jump_mm_s = 0;     ///< largest marker velocity change there
+};
+
+struct StageTimings {  ///< milliseconds of wall time
+  double speech = 0, selection = 0, motion = 0, retarget = 0, deform = 0, write = 0;
+};
+
+/// What `synth` makes of a line before any face is involved.
+struct UtteranceAnimation {
+  std::string text;
+  std::string voice;
+  std::string corpus;
+  SpeechLabels labels;
+  AudioClip audio;
+  MotionClip motion;  ///< head still, actor's space, no NaN, at the requested frame rate
+  std::vector<TonguePose> tongue;  ///< one a frame of `motion`
+  std::vector<PlacedUnit> units;
+  std::vector<Join> joins;
+  StageTimings timing_ms;
+};
+
+}  // namespace mouthpiece

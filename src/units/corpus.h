@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "audio/audio_clip.h"
+#include "motion/marker_layout.h"
+#include "motion/motion_clip.h"
+#include "phonetics/speech_labels.h"
+
+namespace mouthpiece {
+
+/// One recorded sentence, cleaned: head still, short gaps filled, columns in the layout's order.
+struct CorpusTake {
+  std::string name;
+  std::string text;
+  SpeechLabels labels;
+  MotionClip motion;  ///< NaN where a gap was too long to fill
+  AudioClip audio;
+};
+
+/// A `.corpus` database in memory.
+struct Corpus {
+  std::string name;                 ///< file stem, for reports
+  MarkerLayout layout;
+  MarkerPositions neutral_pose_mm;  ///< median of the closed-mouth silences, head motion removed
+  std::vector<CorpusTake> takes;
+  std::map<std::string, std::string> build_log;  ///< "built_with", "takes_left_out", ...
+};
+
+inline constexpr int kCorpusFormatVersion = 1;
+
+enum class CorpusAudio { kLoad, kSkip };
+
+/// Opens the database read-only and checks everything it uses (types, sizes, ranges, checksums of the
+/// motion blobs). Throws InputError for what is no database, truncated, damaged or of a newer version.
+Corpus readCorpus(const std::filesystem::path& path, CorpusAudio audio = CorpusAudio::kSkip);
+
+/// One transaction into a temporary file, then rename. Throws InputError when it cannot be written.
+void writeCorpus(const std::filesystem::path& path, const Corpus& corpus);
+
+}  // namespace mouthpiece
