@@ -1,0 +1,75 @@
+# The verbs of Mouthpiece; `make help` lists them. Everything made lands in build/.
+SHELL := /bin/sh
+JOBS ?= $(shell nproc)
+PREFIX ?= /usr/local
+FUZZ_SECONDS ?= 60
+SHARE := build/share/mouthpiece
+SAMPLE_TAKES := build/sample_takes
+DEMO_OUT := build/demo
+CANONICAL_FACE := build/third_party/canonical_face.obj
+
+.PHONY: help setup setup-test build data demo test bench lint format fuzz clean install
+help:
+	@echo "make setup    install the packages it needs (asks for sudo when not root)"
+	@echo "make build    build the programs into build/bin"
+	@echo "make demo     install, build, perform the sample corpus, speak a first line"
+	@echo "make test     install, build, run every test"
+	@echo "make bench    benchmarks        make fuzz    fuzz the readers ($(FUZZ_SECONDS) s each)"
+	@echo "make lint     clang-format and clang-tidy    make format    rewrite with clang-format"
+	@echo "make install  into PREFIX=$(PREFIX)          make clean     remove build folders"
+
+setup:
+	@tools/setup.sh
+setup-test:
+	@tools/setup.sh test
+
+build/build.ninja: CMakePresets.json
+	@cmake --preset release >build.configure.log 2>&1 || { tail -n 20 build.configure.log >&2; rm -f build.configure.log; exit 1; }
+	@rm -f build.configure.log
+build: setup build/build.ninja
+	@cmake --build build -j $(JOBS)
+
+# What synth speaks with when it is told nothing else. Made again when the program that makes it has changed.
+$(CANONICAL_FACE): tools/fetch_canonical_face.sh
+	@tools/fetch_canonical_face.sh $@
+	@touch $@
+$(SHARE)/sample.corpus: build/bin/corpus
+	@build/bin/corpus sample $(SAMPLE_TAKES)
+	@build/bin/corpus build $(SAMPLE_TAKES) --out $@
+$(SHARE)/default.face: build/bin/retarget $(SHARE)/sample.corpus $(CANONICAL_FACE)
+	@build/bin/retarget sample --out $(SHARE) --canonical $(CANONICAL_FACE) --corpus $(SHARE)/sample.corpus
+data: build
+	@$(MAKE) --no-print-directory $(SHARE)/sample.corpus $(SHARE)/default.face
+
+demo: data
+	@build/bin/synth --text "the time is now" --out $(DEMO_OUT)
+	@echo
+	@echo "The page   $(CURDIR)/$(DEMO_OUT)/view.html   (open it in a browser)"
+	@echo "The face   $(CURDIR)/$(DEMO_OUT)/face.glb"
+	@echo "The sound  $(CURDIR)/$(DEMO_OUT)/speech.wav"
+
+test: setup-test data
+	@ctest --preset release -j $(JOBS)
+
+bench: setup
+	@tools/setup.sh bench
+	@cmake --preset bench >/dev/null && cmake --build build-bench -j $(JOBS) --target benchmarks
+	@for b in build-bench/benchmarks/*_bench; do echo "== $$b"; $$b --benchmark_min_time=0.5 || exit 1; done
+
+lint:
+	@tools/setup.sh lint
+	@tools/lint.sh
+format:
+	@tools/setup.sh lint
+	@git ls-files '*.h' '*.cpp' | xargs clang-format -i
+fuzz: setup
+	@tools/setup.sh lint
+	@tools/fuzz.sh $(FUZZ_SECONDS)
+
+install: data
+	@if [ -w "$(PREFIX)" ] || { [ ! -e "$(PREFIX)" ] && mkdir -p "$(PREFIX)" 2>/dev/null; }; \
+	then cmake --install build --prefix "$(PREFIX)" >/dev/null; \
+	else sudo cmake --install build --prefix "$(PREFIX)" >/dev/null; fi
+	@echo "Installed synth, corpus and retarget into $(PREFIX)/bin"
+clean:
+	@rm -rf build build-*

@@ -1,0 +1,143 @@
+#include "programs/program.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <new>
+#include <nlohmann/json.hpp>
+
+#include "base/errors.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr std::chrono::milliseconds kShowAfter{1000};
+constexpr std::chrono::milliseconds kRedrawEvery{100};
+constexpr std::size_t kBarWidth = 30;
+
+std::string program_name = "mouthpiece";
+
+std::string nameOf(const char* path) { return std::filesystem::path(path).filename().string(); }
+
+/// Everything on one line, whatever the message holds.
+int complain(std::string_view message) {
+  std::fflush(stdout);
+  fmt::print(stderr, "{}: {}\n", program_name, printable(message, 2000));
+  return kExitBadInput;
+}
+
+std::string describe(const std::filesystem::filesystem_error& error) {
+  const std::string path = error.path2().empty() ? error.path1().string() : error.path2().string();
+  return fmt::format("{}: {}", printable(path, 400), error.code().message());
+}
+
+int parse(CLI::App& app, int argc, const char* const* argv, bool& finished) {
+  try {
+    app.parse(argc, argv);
+    finished = false;
+    return kExitDone;
+  } catch (const CLI::ParseError& error) {
+    finished = true;
+    return app.exit(error) == 0 ? kExitDone : kExitWrongUsage;
+  }
+}
+
+int runAction(CLI::App& app, int argc, const char* const* argv, const std::function<int()>& action) {
+  bool finished = false;
+  int code = parse(app, argc, argv, finished);
+  if (!finished) code = action();
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) throw InputError("stdout", "", "cannot be written");
+  return code;
+}
+
+}  // namespace
+
+int runProgram(CLI::App& app, int argc, const char* const* argv, const std::function<int()>& action) {
+  if (argc > 0) program_name = nameOf(argv[0]);
+  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is then an ordinary write error
+  try {
+    return runAction(app, argc, argv, action);
+  } catch (const InputError& error) {
+    return complain(error.what());
+  } catch (const InternalError& error) {
+    return complain(fmt::format("internal error, please report it: {}", error.what()));
+  } catch (const std::bad_alloc&) {
+    return complain("out of memory: the input is too large for this machine");
+  } catch (const std::filesystem::filesystem_error& error) {
+    return complain(describe(error));
+  } catch (const std::exception& error) {
+    return complain(fmt::format("internal error, please report it: {}", error.what()));
+  }
+}
+
+void addQuietFlag(CLI::App& app, bool& quiet) {
+  app.add_flag("--quiet,-q", quiet, "Print neither progress nor notices");
+}
+
+void addJsonFlag(CLI::App& app, bool& json) { app.add_flag("--json", json, "Print the facts as JSON"); }
+
+void setExample(CLI::App& app, std::string_view example) {
+  std::string footer = "Example:\n  ";
+  for (const char c : example) {
+    footer += c;
+    if (c == '\n') footer += "  ";
+  }
+  app.footer(footer);
+}
+
+void printJson(const nlohmann::json& facts) {
+  printText(facts.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+}
+
+void printText(std::string_view text) {
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size()) {
+    throw InputError("stdout", "", fmt::format("cannot be written: {}", std::strerror(errno)));
+  }
+}
+
+void printNotice(std::string_view text, bool quiet) {
+  if (quiet) return;
+  std::fflush(stdout);
+  fmt::print(stderr, "{}: {}\n", program_name, printable(text, 2000));
+}
+
+ProgressBar::ProgressBar(std::string label, std::size_t total_steps, bool quiet)
+    : label_(std::move(label)),
+      total_steps_(total_steps),
+      enabled_(!quiet && total_steps > 0 && ::isatty(STDERR_FILENO) == 1),
+      started_(std::chrono::steady_clock::now()),
+      last_drawn_(started_) {}
+
+ProgressBar::~ProgressBar() {
+  if (drawn_) std::fputs("\r\x1B[K", stderr);
+}
+
+void ProgressBar::advance(std::size_t steps) {
+  done_ += steps;
+  if (enabled_) draw();
+}
+
+void ProgressBar::setDone(std::size_t done) {
+  done_ = done;
+  if (enabled_) draw();
+}
+
+void ProgressBar::draw() {
+  const std::scoped_lock lock(mutex_);
+  const auto now = std::chrono::steady_clock::now();
+  if (now - started_ < kShowAfter || now - last_drawn_ < kRedrawEvery) return;
+  last_drawn_ = now;
+  const std::size_t done = std::min(done_.load(), total_steps_);
+  const std::size_t filled = kBarWidth * done / total_steps_;
+  fmt::print(stderr, "\r{} [{:=<{}}{: <{}}] {}/{}\x1B[K", label_, "", filled, "", kBarWidth - filled, done, total_steps_);
+  std::fflush(stderr);
+  drawn_ = true;
+}
+
+}  // namespace mouthpiece

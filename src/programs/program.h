@@ -1,0 +1,68 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <functional>
+#include <mutex>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+
+namespace CLI {
+class App;
+}
+
+namespace mouthpiece {
+
+/// Exit codes of all our programs.
+inline constexpr int kExitDone = 0;
+inline constexpr int kExitBadInput = 1;
+inline constexpr int kExitWrongUsage = 2;
+
+/// Parses the command line with `app`, then runs `action`, whose result is the exit code. This is the one place that
+/// catches: wrong usage -> 2, `--help` -> 0; InputError, a file system error, no memory, an output that cannot be
+/// printed, an internal error -> one line "PROGRAM: ..." on stderr, 1.
+/// A program with subcommands lets each subcommand's CLI11 callback choose what `action` does.
+int runProgram(CLI::App& app, int argc, const char* const* argv, const std::function<int()>& action);
+
+/// The flag that all (sub)commands share: --quiet, no progress and no notices.
+void addQuietFlag(CLI::App& app, bool& quiet);
+/// --json, for the (sub)commands that print facts.
+void addJsonFlag(CLI::App& app, bool& json);
+/// "Example:\n  LINE" after the help text; `example` may have several lines.
+void setExample(CLI::App& app, std::string_view example);
+
+/// To stdout, indented by two, with a final newline; text that is no UTF-8 is shown with U+FFFD.
+void printJson(const nlohmann::json& facts);
+/// To stdout, as it is.
+void printText(std::string_view text);
+/// One line on stderr, "PROGRAM: text", unless `quiet`.
+void printNotice(std::string_view text, bool quiet);
+
+/// A bar on stderr: drawn only when stderr is a terminal, `quiet` is off and the work has taken over a second; wiped
+/// when it goes out of scope. advance() may be called from several threads.
+class ProgressBar {
+ public:
+  ProgressBar(std::string label, std::size_t total_steps, bool quiet);
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  void advance(std::size_t steps = 1);
+  /// For work that counts for itself: `done` of the steps are finished.
+  void setDone(std::size_t done);
+
+ private:
+  void draw();
+
+  std::string label_;
+  std::size_t total_steps_;
+  bool enabled_;
+  std::atomic<std::size_t> done_ = 0;
+  std::chrono::steady_clock::time_point started_, last_drawn_;
+  bool drawn_ = false;
+  std::mutex mutex_;
+};
+
+}  // namespace mouthpiece

@@ -1,0 +1,55 @@
+#!/bin/sh
+# Installs what Mouthpiece needs on Debian 12: `tools/setup.sh` for `make build` and `make demo`,
+# `tools/setup.sh test` for what only the tests need besides. Asks the network only for what is missing.
+set -eu
+
+build_packages="build-essential cmake ninja-build pkg-config ca-certificates \
+  libeigen3-dev libfmt-dev nlohmann-json3-dev libcli11-dev libssl-dev libsqlite3-dev \
+  libopenmesh-dev libcgal-dev libtinygltf-dev libsndfile1-dev \
+  flite1-dev festival festvox-us-slt-hts festvox-kallpc16k libgtest-dev"
+test_packages="chromium blender python3 python3-numpy"
+bench_packages="libbenchmark-dev"
+lint_packages="clang clang-format clang-tidy libclang-rt-dev"
+
+packages=$build_packages
+for group in "$@"; do
+  case $group in
+    test) packages="$packages $test_packages" ;;
+    bench) packages="$packages $bench_packages" ;;
+    lint) packages="$packages $lint_packages" ;;
+    *) echo "setup.sh: unknown group '$group'; expected test, bench or lint" >&2; exit 2 ;;
+  esac
+done
+
+# The page is bundled with Node; a Node 18 or later that is already here will do.
+node_is_recent() {
+  command -v node >/dev/null 2>&1 && command -v npm >/dev/null 2>&1 &&
+    [ "$(node -p 'process.versions.node.split(".")[0]' 2>/dev/null || echo 0)" -ge 18 ]
+}
+node_is_recent || packages="$packages nodejs npm"
+
+missing=""
+for package in $packages; do
+  [ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null)" = installed ] || missing="$missing $package"
+done
+[ -z "$missing" ] && exit 0
+
+if [ "$(id -u)" -eq 0 ]; then as_root=""
+elif command -v sudo >/dev/null 2>&1; then as_root="sudo"
+else
+  echo "setup: these packages are missing and there is no sudo here; as root run: apt-get install$missing" >&2
+  exit 1
+fi
+echo "setup: installing$missing"
+export DEBIAN_FRONTEND=noninteractive
+install_missing() {
+  # shellcheck disable=SC2086
+  $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $missing >"$log" 2>&1
+}
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+$as_root apt-get update -q >"$log" 2>&1 && install_missing || {
+  tail -n 5 "$log" >&2
+  echo "setup: apt-get could not install all packages; try by hand: apt-get install$missing" >&2
+  exit 1
+}
