@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace mouthpiece {
@@ -41,6 +42,8 @@ struct FaceMesh {
 /// guessed from the name. Throws InputError with the line or byte for no faces, NaN or infinite coordinates, an
 /// index out of range, or counts larger than the file can hold.
 FaceMesh readFaceMesh(const std::filesystem::path& path);
+/// The same for bytes already in memory; `path` gives the format and the name in messages.
+FaceMesh parseFaceMesh(std::string_view bytes, const std::filesystem::path& path);
 void writeObj(const std::filesystem::path& path, const FaceMesh& mesh);
 
 /// Area-weighted unit normals, vertices x 3 (zero where a vertex has no triangle).

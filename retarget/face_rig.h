@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "deform/face_mesh.h"
 #include "motion/motion_clip.h"
@@ -24,6 +25,8 @@ class FaceRig {
 
   [[nodiscard]] const FaceMesh& mesh() const;
   [[nodiscard]] const std::string& name() const;
+  /// The markers that drive it, in the order of retarget()'s columns.
+  [[nodiscard]] const std::vector<std::string>& markerNames() const;
 
   /// Marker trajectories carried from the actor's space to the mesh's by the RBF warp (EDGE 6): frames x (3 * control
   /// points), mesh units. `motion` must hold the rig's markers by name; others are ignored. Throws InputError naming a missing one.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string_view>
 #include <vector>
 
 #include "base/time.h"
@@ -17,9 +18,11 @@ struct AudioClip {
   }
 };
 
-/// Reads PCM, float, FLAC or Vorbis through libsndfile; several channels are averaged. Throws InputError
+/// Reads WAV, AIFF, FLAC or Ogg Vorbis through libsndfile; several channels are averaged. Throws InputError
 /// for what is no sound, is empty, claims more samples than the file holds, or is longer than `max_duration`.
 AudioClip readAudio(const std::filesystem::path& path, Seconds max_duration = 4 * 3600.0);
+/// The same from memory; `name` stands for the file in messages.
+AudioClip parseAudio(std::string_view bytes, std::string_view name, Seconds max_duration = 4 * 3600.0);
 
 /// 16-bit PCM WAV, written atomically; samples outside [-1, 1] are clipped.
 void writeWav(const std::filesystem::path& path, const AudioClip& clip);

@@ -10,7 +10,6 @@
 #include <cstring>
 #include <filesystem>
 #include <new>
-#include <nlohmann/json.hpp>
 
 #include "base/errors.h"
 
@@ -91,10 +90,6 @@ void setExample(CLI::App& app, std::string_view example) {
   app.footer(footer);
 }
 
-void printJson(const nlohmann::json& facts) {
-  printText(facts.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
-}
-
 void printText(std::string_view text) {
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size()) {
     throw InputError("stdout", "", fmt::format("cannot be written: {}", std::strerror(errno)));
@@ -135,7 +130,8 @@ void ProgressBar::draw() {
   last_drawn_ = now;
   const std::size_t done = std::min(done_.load(), total_steps_);
   const std::size_t filled = kBarWidth * done / total_steps_;
-  fmt::print(stderr, "\r{} [{:=<{}}{: <{}}] {}/{}\x1B[K", label_, "", filled, "", kBarWidth - filled, done, total_steps_);
+  fmt::print(stderr, "\r{} [{:=<{}}{: <{}}] {}/{}\x1B[K", label_, "", filled, "", kBarWidth - filled, done,
+             total_steps_);
   std::fflush(stderr);
   drawn_ = true;
 }

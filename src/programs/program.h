@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <functional>
 #include <mutex>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 
@@ -33,10 +32,14 @@ void addJsonFlag(CLI::App& app, bool& json);
 /// "Example:\n  LINE" after the help text; `example` may have several lines.
 void setExample(CLI::App& app, std::string_view example);
 
-/// To stdout, indented by two, with a final newline; text that is no UTF-8 is shown with U+FFFD.
-void printJson(const nlohmann::json& facts);
 /// To stdout, as it is.
 void printText(std::string_view text);
+/// A nlohmann::json to stdout, indented by two; text that is no UTF-8 is shown with U+FFFD. A template to keep the
+/// library's header out of this one.
+template <typename Json>
+void printJson(const Json& facts) {
+  printText(facts.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
 /// One line on stderr, "PROGRAM: text", unless `quiet`.
 void printNotice(std::string_view text, bool quiet);
 

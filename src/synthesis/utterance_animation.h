@@ -29,8 +29,8 @@ struct Join {
   double velocity_jump_mm_s = 0;     ///< largest marker velocity change there
 };
 
-struct StageTimings {  ///< milliseconds of wall time
-  double speech = 0, selection = 0, motion = 0, retarget = 0, deform = 0, write = 0;
+struct StageTimings {  ///< milliseconds of wall time; load: opening the corpus and the face
+  double load = 0, speech = 0, selection = 0, motion = 0, retarget = 0, deform = 0, write = 0;
 };
 
 /// What `synth` makes of a line before any face is involved.

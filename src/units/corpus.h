@@ -39,7 +39,12 @@ enum class CorpusAudio { kLoad, kSkip };
 /// motion blobs). Throws InputError for what is no database, truncated, damaged or of a newer version.
 Corpus readCorpus(const std::filesystem::path& path, CorpusAudio audio = CorpusAudio::kSkip);
 
-/// One transaction into a temporary file, then rename. Throws InputError when it cannot be written.
+/// Everything wrong with the file, one line each; empty when all is well. Every row's checksum is looked at, the audio's
+/// too, so any flipped bit in motion, labels or audio is found. Never throws InputError.
+std::vector<std::string> checkCorpus(const std::filesystem::path& path);
+
+/// One transaction into a temporary file, then rename. Motion is stored as 32-bit floats, audio as 16-bit samples.
+/// Throws InputError when it cannot be written.
 void writeCorpus(const std::filesystem::path& path, const Corpus& corpus);
 
 }  // namespace mouthpiece

@@ -1,0 +1,129 @@
+#include "corpus_tools/actor_performance.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/errors.h"
+#include "corpus_tools/actor_segments.h"
+#include "corpus_tools/sample_random.h"
+
+namespace mouthpiece {
+namespace {
+
+enum Stream : std::uint64_t { kTargetStream = 1, kTimingStream, kClosureStream, kBreathStream, kDriftStream = 100 };
+
+constexpr Seconds kTimingSpread = 0.005, kLargestTimingShift = 0.010;
+constexpr Seconds kDriftCorrelation = 0.5;
+constexpr double kDriftShare = 0.8;      ///< of `variation`
+constexpr double kClosureSpreadMm = 0.2; ///< between repetitions of a closure, at 10 % variation
+
+// The lips' own movement into contact (docs/theory/actor_model.md, "Closures").
+constexpr Seconds kClosureTimeConstant = 0.012;
+constexpr Seconds kClosureLead = 0.030;     ///< closed before the label's start, when the sound has fallen
+constexpr Seconds kReleaseLead = 0.040;     ///< the label holds the burst, too
+constexpr Seconds kShortestClosure = 0.090; ///< from half closed to half open
+constexpr double kLabiodentalShare = 0.6;   ///< F V are less exact than B P M
+constexpr double kContactSoftnessMm = 0.5;
+
+/// Moves inner boundaries a little, in order and without emptying a segment.
+void varyTiming(std::vector<ActorSegment>& segments, const ActorOptions& options) {
+  SampleRandom random(options.seed, kTimingStream);
+  for (std::size_t i = 1; i < segments.size(); ++i) {
+    ActorSegment& left = segments[i - 1];
+    ActorSegment& right = segments[i];
+    const Seconds room = 0.2 * std::min(left.span.duration(), right.span.duration());
+    const Seconds limit = std::min(room, kLargestTimingShift);
+    const Seconds shift = std::clamp(kTimingSpread * 10 * options.variation * random.normal(), -limit, limit);
+    left.span.end += shift;
+    right.span.start += shift;
+  }
+}
+
+/// Targets, segments x components.
+Eigen::MatrixXd segmentTargets(const ActorModel& model, const std::vector<ActorSegment>& segments,
+                               const ActorOptions& options) {
+  const Eigen::Index components = model.componentCount();
+  SampleRandom random(options.seed, kTargetStream), breath(options.seed, kBreathStream);
+  Eigen::MatrixXd targets = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(segments.size()), components);
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    Eigen::VectorXd target = Eigen::VectorXd::Zero(components);
+    for (const ActorFeature& feature : segments[i].features) {
+      const auto known = model.targets.find(feature.name);
+      if (known != model.targets.end()) target += feature.weight * known->second;
+    }
+    if (segments[i].in_speech && options.restore_variance) {
+      target = model.speech_mean + model.gain.cwiseProduct(target - model.speech_mean);
+    }
+    if (options.variation > 0) {
+      // People breathe in more or less; otherwise the size of the change is that of the component.
+      if (segments[i].breath) target *= breath.uniform(0.3, 1.4);
+      if (segments[i].in_speech) {
+        for (double& value : target) value += options.variation * random.normal();
+      }
+    }
+    targets.row(static_cast<Eigen::Index>(i)) = target.transpose();
+  }
+  return targets;
+}
+
+/// Pulls the lip opening to where a closing phone needs it, along the way the components open the lips together.
+void closeLips(const ActorModel& model, const std::vector<ActorSegment>& segments, const ActorOptions& options,
+               Eigen::MatrixXd& components) {
+  SampleRandom random(options.seed, kClosureStream);
+  Eigen::VectorXd opening = components * model.openings();
+  const Eigen::VectorXd captured = opening;
+  for (const ActorSegment& segment : segments) {
+    const bool bilabial = isBilabial(segment.phone);
+    if (!segment.in_speech || (!bilabial && !isLabiodental(segment.phone))) continue;
+    const double spread = kClosureSpreadMm * 10 * options.variation * random.normal();
+    const double goal = spread + (bilabial ? model.closures.bilabial_mm : model.closures.labiodental_mm);
+    const Seconds delay = kActorStages * kClosureTimeConstant;
+    const Seconds begin = segment.span.start - kClosureLead - delay;
+    const Seconds end = std::max(segment.span.end - kReleaseLead, segment.span.start - kClosureLead + kShortestClosure) - delay;
+    for (Eigen::Index frame = 0; frame < opening.size(); ++frame) {
+      const Seconds time = static_cast<double>(frame) / options.frame_rate_hz;
+      const double held = actorStep(time - begin, kClosureTimeConstant) - actorStep(time - end, kClosureTimeConstant);
+      opening(frame) += held * (bilabial ? 1.0 : kLabiodentalShare) * (goal - opening(frame));
+    }
+  }
+  for (double& value : opening) {  // Flesh: soft at first, then it gives no further.
+    const double above = (value - model.closures.contact_mm) / kContactSoftnessMm;
+    value = model.closures.contact_mm + kContactSoftnessMm * (above > 30 ? above : std::log1p(std::exp(above)));
+  }
+  components += (opening - captured) * model.closing.transpose();
+}
+
+}  // namespace
+
+Eigen::MatrixXd actorComponents(const ActorModel& model, const SpeechLabels& labels, const ActorOptions& options) {
+  std::vector<ActorSegment> segments = actorSegments(labels);
+  if (options.variation > 0) varyTiming(segments, options);
+  const Eigen::MatrixXd targets = segmentTargets(model, segments, options);
+  Eigen::MatrixXd components(static_cast<Eigen::Index>(options.frame_count), model.componentCount());
+  for (Eigen::Index i = 0; i < model.componentCount(); ++i) {
+    const ActorDynamics& dynamics = model.dynamics[static_cast<std::size_t>(i)];
+    components.col(i) = actorWeights(segments, dynamics.time_constant, dynamics.lead, options.frame_rate_hz,
+                                     options.frame_count) *
+                        targets.col(i);
+    if (options.variation > 0) {
+      components.col(i) += kDriftShare * options.variation *
+                           smoothNoise(options.seed, kDriftStream + static_cast<std::uint64_t>(i), kDriftCorrelation,
+                                       options.frame_rate_hz, options.frame_count);
+    }
+  }
+  if (options.close_lips) closeLips(model, segments, options, components);
+  return components;
+}
+
+MotionClip performSpeech(const ActorModel& model, const SpeechLabels& labels, const ActorOptions& options) {
+  MotionClip clip;
+  clip.frame_rate_hz = options.frame_rate_hz;
+  clip.marker_names = model.marker_names;
+  clip.positions_mm = actorComponents(model, labels, options) * model.component_shapes;
+  if (options.expression) clip.positions_mm += actorExpression(model, labels, options);
+  const Eigen::Map<const Eigen::RowVectorXd> neutral(model.neutral_mm.data(), model.neutral_mm.size());
+  clip.positions_mm.rowwise() += neutral;
+  return clip;
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,253 @@
+#include "corpus_tools/head_motion.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+
+#include "base/errors.h"
+#include "corpus_tools/pose_fit.h"
+
+namespace mouthpiece {
+namespace {
+
+/// The mean shapes need no more frames than this of each take.
+constexpr std::size_t kShapeFramesPerTake = 25;
+
+using OptionalPoses = std::vector<std::optional<Eigen::Isometry3d>>;
+
+std::vector<std::size_t> allMarkers(const MotionClip& clip) {
+  std::vector<std::size_t> all(clip.markerCount());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return all;
+}
+
+void appendShapes(std::vector<MarkerPositions>& shapes, const MotionClip& clip, const std::vector<std::size_t>& markers) {
+  const std::size_t step = std::max<std::size_t>(1, clip.frameCount() / kShapeFramesPerTake);
+  for (std::size_t frame = 0; frame < clip.frameCount(); frame += step) {
+    shapes.push_back(pickMarkers(clip.pose(FrameIndex(frame)), markers));
+  }
+}
+
+MarkerPositions jigShape(const std::vector<RawTake>& takes, const HeadMotionOptions& options) {
+  std::vector<MarkerPositions> shapes;
+  for (const RawTake& take : takes) appendShapes(shapes, take.jig, allMarkers(take.jig));
+  return meanShape(shapes, options.least_jig_markers, options.robust_scale_mm, PoseScale::kFixed);
+}
+
+/// The stable markers as they lie in the jig's frame, so that both references share one head.
+MarkerPositions stableShapeInJigFrame(const std::vector<RawTake>& takes, const MarkerPositions& jig_mm,
+                                      const MarkerLayout& layout, const HeadMotionOptions& options) {
+  std::vector<MarkerPositions> shapes;
+  for (const RawTake& take : takes) {
+    const HeadReference jig_only{jig_mm, MarkerPositions(0, 3)};
+    try {
+      appendShapes(shapes, withoutHeadMotion(take.face, trackHead(take, jig_only, layout, options)), stableMarkers(layout));
+    } catch (const InputError&) {
+      continue;  // a take without the jig; reported when it is cleaned
+    }
+  }
+  if (shapes.empty()) return MarkerPositions(0, 3);
+  MarkerPositions median(shapes.front().rows(), 3);
+  for (Eigen::Index marker = 0; marker < median.rows(); ++marker) {
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      std::vector<double> seen;
+      for (const MarkerPositions& shape : shapes) {
+        if (std::isfinite(shape(marker, axis))) seen.push_back(shape(marker, axis));
+      }
+      std::nth_element(seen.begin(), seen.begin() + static_cast<std::ptrdiff_t>(seen.size() / 2), seen.end());
+      median(marker, axis) = seen.empty() ? std::nan("") : seen[seen.size() / 2];
+    }
+  }
+  return median;
+}
+
+/// One size for a whole take: the median over its frames of the best-fitting one.
+double equalizingScale(const MotionClip& face, const std::vector<std::size_t>& stable, const HeadReference& reference,
+                       const HeadMotionOptions& options) {
+  std::vector<MarkerPositions> shapes;
+  appendShapes(shapes, face, stable);
+  std::vector<double> scales;
+  for (const MarkerPositions& shape : shapes) {
+    if (sharedMarkers(shape, reference.stable_mm) < options.least_skin_markers) continue;
+    scales.push_back(fitPose(shape, reference.stable_mm, options.robust_scale_mm, PoseScale::kFree).scale);
+  }
+  if (scales.empty()) return 1;
+  const auto middle = scales.begin() + static_cast<std::ptrdiff_t>(scales.size() / 2);
+  std::nth_element(scales.begin(), middle, scales.end());
+  return *middle;
+}
+
+Eigen::Isometry3d interpolated(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to, double share) {
+  const Eigen::Quaterniond turn = Eigen::Quaterniond(from.linear()).slerp(share, Eigen::Quaterniond(to.linear()));
+  Eigen::Isometry3d between = Eigen::Isometry3d::Identity();
+  between.linear() = turn.toRotationMatrix();
+  between.translation() = (1 - share) * from.translation() + share * to.translation();
+  return between;
+}
+
+/// Frames without a pose take one between their neighbours', or the nearest one at the ends.
+std::vector<Eigen::Isometry3d> bridged(const OptionalPoses& poses) {
+  std::vector<std::size_t> known;
+  for (std::size_t frame = 0; frame < poses.size(); ++frame) {
+    if (poses[frame]) known.push_back(frame);
+  }
+  std::vector<Eigen::Isometry3d> full;
+  for (std::size_t frame = 0; frame < poses.size(); ++frame) {
+    const auto after = std::lower_bound(known.begin(), known.end(), frame);
+    if (after == known.end()) {
+      full.push_back(*poses[known.back()]);
+    } else if (*after == frame || after == known.begin()) {
+      full.push_back(*poses[*after]);
+    } else {
+      const std::size_t before = *(after - 1);
+      const double share = static_cast<double>(frame - before) / static_cast<double>(*after - before);
+      full.push_back(interpolated(*poses[before], *poses[*after], share));
+    }
+  }
+  return full;
+}
+
+/// Gaussian mean of rotations (as quaternions of one sign) and of the place of `centre`, a point of the head: smoothing
+/// the translations themselves would shift the face by the lever arm to the world's origin.
+std::vector<Eigen::Isometry3d> smoothed(const std::vector<Eigen::Isometry3d>& poses, const Eigen::Vector3d& centre,
+                                        double sigma_frames) {
+  if (sigma_frames <= 0) return poses;
+  std::vector<Eigen::Vector4d> turns;
+  std::vector<Eigen::Vector3d> centres;
+  for (const Eigen::Isometry3d& pose : poses) {
+    Eigen::Vector4d turn = Eigen::Quaterniond(pose.linear()).coeffs();
+    if (!turns.empty() && turn.dot(turns.back()) < 0) turn = -turn;
+    turns.push_back(turn);
+    centres.push_back(pose.inverse() * centre);
+  }
+  const auto reach = static_cast<std::ptrdiff_t>(std::ceil(4 * sigma_frames));
+  const auto count = static_cast<std::ptrdiff_t>(poses.size());
+  std::vector<Eigen::Isometry3d> result;
+  for (std::ptrdiff_t frame = 0; frame < count; ++frame) {
+    Eigen::Vector4d turn = Eigen::Vector4d::Zero();
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();
+    double total = 0;
+    // A window cut short on one side only would bend the track there: both sides reach equally far.
+    const std::ptrdiff_t half = std::min({reach, frame, count - 1 - frame});
+    for (std::ptrdiff_t other = frame - half; other <= frame + half; ++other) {
+      const double weight = std::exp(-0.5 * std::pow(static_cast<double>(other - frame) / sigma_frames, 2));
+      turn += weight * turns[static_cast<std::size_t>(other)];
+      place += weight * centres[static_cast<std::size_t>(other)];
+      total += weight;
+    }
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() = Eigen::Quaterniond(Eigen::Vector4d(turn.normalized())).toRotationMatrix();
+    pose.translation() = centre - pose.linear() * (place / total);
+    result.push_back(pose);
+  }
+  return result;
+}
+
+Eigen::Vector3d centreOf(const MarkerPositions& points) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double count = 0;
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    if (!points.row(i).allFinite()) continue;
+    sum += points.row(i).transpose();
+    count += 1;
+  }
+  return sum / count;
+}
+
+/// Fills poses, counts and squared residuals frame by frame.
+OptionalPoses posesOf(const RawTake& take, const HeadReference& reference, const std::vector<std::size_t>& stable,
+                      const HeadMotionOptions& options, HeadTrack& track) {
+  OptionalPoses poses(take.face.frameCount());
+  double squared_sum = 0;
+  std::size_t markers = 0;
+  for (std::size_t frame = 0; frame < poses.size(); ++frame) {
+    const MarkerPositions jig = take.jig.pose(FrameIndex(frame));
+    const bool by_jig = sharedMarkers(jig, reference.jig_mm) >= options.least_jig_markers;
+    const MarkerPositions source =
+        by_jig ? jig : MarkerPositions(track.scale * pickMarkers(take.face.pose(FrameIndex(frame)), stable));
+    const MarkerPositions& target = by_jig ? reference.jig_mm : reference.stable_mm;
+    if (!by_jig && sharedMarkers(source, target) < options.least_skin_markers) continue;
+    const PoseFit fit = fitPose(source, target, options.robust_scale_mm, PoseScale::kFixed);
+    poses[frame] = fit.target_from_source;
+    ++(by_jig ? track.jig_frames : track.skin_frames);
+    squared_sum += fit.squared_residuals_mm2;
+    markers += fit.shared_markers;
+  }
+  if (markers > 0) track.residual_rms_mm = std::sqrt(squared_sum / static_cast<double>(markers));
+  return poses;
+}
+
+bool showsJig(const RawTake& take, const HeadReference& reference, const HeadMotionOptions& options) {
+  for (std::size_t frame = 0; frame < take.jig.frameCount(); ++frame) {
+    if (sharedMarkers(take.jig.pose(FrameIndex(frame)), reference.jig_mm) >= options.least_jig_markers) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<std::size_t> stableMarkers(const MarkerLayout& layout) {
+  std::vector<std::size_t> stable;
+  for (std::size_t marker = 0; marker < layout.markers.size(); ++marker) {
+    if (layout.markers[marker].stable) stable.push_back(marker);
+  }
+  return stable;
+}
+
+HeadReference estimateHeadReference(const std::vector<RawTake>& takes, const MarkerLayout& layout,
+                                    const HeadMotionOptions& options) {
+  HeadReference reference;
+  reference.jig_mm = jigShape(takes, options);
+  if (reference.jig_mm.rows() > 0) {
+    reference.stable_mm = stableShapeInJigFrame(takes, reference.jig_mm, layout, options);
+    return reference;
+  }
+  std::vector<MarkerPositions> shapes;
+  for (const RawTake& take : takes) appendShapes(shapes, take.face, stableMarkers(layout));
+  const PoseScale scale = options.equalize_scale ? PoseScale::kFree : PoseScale::kFixed;
+  reference.stable_mm = meanShape(shapes, options.least_skin_markers, options.robust_scale_mm, scale);
+  if (reference.stable_mm.rows() == 0) {
+    throw InputError(fmt::format("no frame of any take shows {} jig markers or {} stable markers of layout {}; "
+                                 "expected enough to find the head",
+                                 options.least_jig_markers, options.least_skin_markers, layout.name));
+  }
+  return reference;
+}
+
+HeadTrack trackHead(const RawTake& take, const HeadReference& reference, const MarkerLayout& layout,
+                    const HeadMotionOptions& options) {
+  const std::vector<std::size_t> stable = stableMarkers(layout);
+  HeadTrack track;
+  const bool has_jig = showsJig(take, reference, options);
+  if (!has_jig && options.equalize_scale) track.scale = equalizingScale(take.face, stable, reference, options);
+  const OptionalPoses poses = posesOf(take, reference, stable, options, track);
+  if (track.jig_frames + track.skin_frames == 0) {
+    throw InputError(take.name, "", fmt::format("no frame shows {} jig markers or {} stable markers; expected enough to "
+                                                "find the head", options.least_jig_markers, options.least_skin_markers));
+  }
+  track.bridged_frames = poses.size() - track.jig_frames - track.skin_frames;
+  track.head_from_world = bridged(poses);
+  if (!has_jig) {
+    const double sigma_frames = options.skin_pose_smoothing * take.face.frame_rate_hz;
+    track.head_from_world = smoothed(track.head_from_world, centreOf(reference.stable_mm), sigma_frames);
+  }
+  return track;
+}
+
+MotionClip withoutHeadMotion(const MotionClip& face, const HeadTrack& track) {
+  MOUTHPIECE_EXPECT(track.head_from_world.size() == face.frameCount());
+  MotionClip still = face;
+  for (std::size_t frame = 0; frame < face.frameCount(); ++frame) {
+    for (std::size_t marker = 0; marker < face.markerCount(); ++marker) {
+      const Eigen::Vector3d world = track.scale * face.position(FrameIndex(frame), MarkerIndex(marker));
+      still.positions_mm.block<1, 3>(static_cast<Eigen::Index>(frame), static_cast<Eigen::Index>(3 * marker)) =
+          (track.head_from_world[frame] * world).transpose();
+    }
+  }
+  return still;
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "base/time.h"
+#include "corpus_tools/take_files.h"
+#include "motion/marker_layout.h"
+#include "motion/motion_clip.h"
+
+namespace mouthpiece {
+
+/// docs/theory/head_motion.md has the measurements behind these numbers.
+struct HeadMotionOptions {
+  std::size_t least_jig_markers = 4;   ///< seen in a frame for the jig to decide there
+  std::size_t least_skin_markers = 4;  ///< likewise for the stable markers of the face
+  double robust_scale_mm = 0.7;        ///< residual at which a marker counts half
+  /// Standard deviation of the Gaussian that smooths a pose found from skin alone: its noise would shake the lips.
+  Seconds skin_pose_smoothing = 0.06;
+  bool equalize_scale = true;  ///< bring takes without a jig to one size
+};
+
+/// The still head that all takes are brought to, in millimetres.
+struct HeadReference {
+  MarkerPositions jig_mm;     ///< the layout's jig markers; no rows when no take shows a jig
+  MarkerPositions stable_mm;  ///< the layout's stable markers, in its order; no rows when they are seen too seldom
+};
+
+/// Where the head was in each frame of a take.
+struct HeadTrack {
+  std::vector<Eigen::Isometry3d> head_from_world;  ///< one a frame; applied to scale * world
+  double scale = 1;                                ///< 1 with a jig
+  std::size_t jig_frames = 0;                      ///< posed by the jig
+  std::size_t skin_frames = 0;                     ///< posed by the stable markers
+  std::size_t bridged_frames = 0;                  ///< too few of both seen: interpolated
+  double residual_rms_mm = 0;                      ///< of the markers that gave the poses
+};
+
+/// The mean shapes of jig and stable markers over all takes, in the frame of one of the takes. Throws InputError when
+/// neither is seen enough.
+HeadReference estimateHeadReference(const std::vector<RawTake>& takes, const MarkerLayout& layout,
+                                    const HeadMotionOptions& options = {});
+
+/// Throws InputError, with the take's name, when no frame shows enough of jig or stable markers.
+HeadTrack trackHead(const RawTake& take, const HeadReference& reference, const MarkerLayout& layout,
+                    const HeadMotionOptions& options = {});
+
+/// `face` with the head still, in the reference's coordinates.
+MotionClip withoutHeadMotion(const MotionClip& face, const HeadTrack& track);
+
+/// The face's own axes: X along the outer canthi to the subject's left, Y from chin to forehead along the midline and at
+/// right angles to X, Z out of the face, origin at the middle of the outer canthi. `neutral_mm`: the layout's markers.
+/// Throws InputError when the layout or the pose lacks outer canthi, or the face is mirrored (L and R exchanged).
+Eigen::Isometry3d faceFromHead(const MarkerPositions& neutral_mm, const MarkerLayout& layout);
+
+void transform(MarkerPositions& pose, const Eigen::Isometry3d& target_from_source);
+void transform(MotionClip& clip, const Eigen::Isometry3d& target_from_source);
+
+/// Indices of the layout's stable markers.
+std::vector<std::size_t> stableMarkers(const MarkerLayout& layout);
+
+}  // namespace mouthpiece

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <vector>
+
+#include "motion/marker_layout.h"
+#include "motion/motion_clip.h"
+#include "units/corpus.h"
+
+namespace mouthpiece {
+
+struct NeutralPose {
+  MarkerPositions pose_mm;
+  std::size_t frames = 0;  ///< that it is the median of
+};
+
+/// The median of the frames in silence whose lips are closed (people open them to breathe, so silence alone is not
+/// rest): opening under the 5th percentile of all openings plus 15 % of the way to the 95th. A layout without
+/// LIP_UP_MID and LIP_LO_MID: of all frames in silence. Throws InputError for a marker that is seen in no take.
+NeutralPose neutralPose(const std::vector<CorpusTake>& takes, const MarkerLayout& layout);
+
+/// Takes off each take the constant by which its markers lie, phone for phone, off the mean of all takes: a tracker
+/// without a jig places the same mouth differently as the head turns. Two-way layout, phone + take, by alternating means;
+/// offsets are shrunk by phones / (phones + 4). Returns the largest offset of each take, mm.
+std::vector<double> levelTakes(std::vector<CorpusTake>& takes);
+
+}  // namespace mouthpiece

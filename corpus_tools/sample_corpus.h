@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/time.h"
+
+namespace mouthpiece {
+
+struct SampleOptions {
+  std::uint64_t seed = 1;
+  std::optional<std::filesystem::path> truth_folder;  ///< also write the clean, head-still motion there
+  std::vector<std::string> sentences;                 ///< what to say; empty: the 55 of sampleSentences()
+  std::string voice = "festival:cmu_us_slt_arctic_hts";
+  std::size_t jobs = 0;  ///< takes at once; 0: one per core. The result does not depend on it
+};
+
+struct SampleSummary {
+  std::size_t takes = 0;
+  Seconds speech_s = 0;          ///< length of all takes together
+  std::size_t gaps = 0;          ///< stretches in which a marker was hidden
+  double missing_share = 0;      ///< hidden samples over all samples
+  std::string voice;             ///< the voice that really spoke
+  std::string notice;            ///< a word of the voice to the user, or ""
+};
+
+/// Called from one thread at a time, with the number of takes done.
+using SampleProgress = std::function<void(std::size_t done, std::size_t total)>;
+
+/// Performs the sample corpus into `folder`: NAME.c3d, NAME.wav, NAME.txt and NAME.TextGrid for each sentence, performed
+/// by the fitted actor (docs/theory/actor_model.md), not captured. Files already there are replaced one by one, each
+/// atomically. The same options give the same bytes. Throws InputError when a folder cannot be written or the voice
+/// cannot say a sentence.
+SampleSummary writeSampleCorpus(const std::filesystem::path& folder, const SampleOptions& options,
+                                const SampleProgress& progress = {});
+
+/// The sentences of a text file, one a line; blank lines and lines starting with '#' are left out. Throws InputError.
+std::vector<std::string> readSentences(const std::filesystem::path& path);
+
+}  // namespace mouthpiece

@@ -1,0 +1,268 @@
+#include "deform/bezier_surface.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "base/errors.h"
+#include "deform/virtual_points.h"
+
+namespace mouthpiece {
+namespace {
+
+/// A linear form in a triangle's nine numbers: three values, then the slopes along x and y at each corner.
+using Form = Eigen::Matrix<double, 9, 1>;
+using Energy = Eigen::Matrix<double, 9, 9>;
+
+std::array<Eigen::Vector2d, 3> cornersOf(const ControlMesh& mesh, const std::array<int, 3>& triangle) {
+  return {mesh.domain.row(triangle[0]), mesh.domain.row(triangle[1]), mesh.domain.row(triangle[2])};
+}
+
+double areaOf(const std::array<Eigen::Vector2d, 3>& p) {
+  return 0.5 * ((p[1] - p[0]).x() * (p[2] - p[0]).y() - (p[1] - p[0]).y() * (p[2] - p[0]).x());
+}
+
+/// Integral of |second derivatives|^2 + tension |slope - slope of the flat triangle|^2 over one cubic.
+Energy cubicEnergy(const CubicPatch<Form>& patch, const std::array<Eigen::Vector2d, 3>& p, const std::array<Form, 2>& flat_slope,
+                   double tension) {
+  Eigen::Matrix2d plane;
+  plane << p[0] - p[2], p[1] - p[2];
+  const Eigen::Matrix2d inverse = plane.inverse();
+  const auto& b = patch.net;
+  Energy energy = Energy::Zero();
+  // Second derivatives are linear: their squares are integrated exactly by the edges' middles.
+  constexpr std::array<std::array<double, 3>, 3> kMiddles{{{0.5, 0.5, 0}, {0, 0.5, 0.5}, {0.5, 0, 0.5}}};
+  for (const auto& [u, v, w] : kMiddles) {
+    const Form rr = 6 * (u * (b[k300] - 2 * b[k201] + b[k102]) + v * (b[k210] - 2 * b[k111] + b[k012]) + w * (b[k201] - 2 * b[k102] + b[k003]));
+    const Form rs = 6 * (u * (b[k210] - b[k201] - b[k111] + b[k102]) + v * (b[k120] - b[k111] - b[k021] + b[k012]) +
+                         w * (b[k111] - b[k102] - b[k012] + b[k003]));
+    const Form ss = 6 * (u * (b[k120] - 2 * b[k111] + b[k102]) + v * (b[k030] - 2 * b[k021] + b[k012]) + w * (b[k021] - 2 * b[k012] + b[k003]));
+    const auto second = [&](int i, int j) -> Form {
+      return inverse(0, i) * inverse(0, j) * rr + (inverse(0, i) * inverse(1, j) + inverse(1, i) * inverse(0, j)) * rs +
+             inverse(1, i) * inverse(1, j) * ss;
+    };
+    const Form xx = second(0, 0), xy = second(0, 1), yy = second(1, 1);
+    energy += xx * xx.transpose() + 2 * xy * xy.transpose() + yy * yy.transpose();
+    const auto halves = patch.halves(u, v);
+    const Form du = 3 * (halves.a - halves.c), dv = 3 * (halves.b - halves.c);
+    for (int axis = 0; axis < 2; ++axis) {
+      const Form slope = inverse(0, axis) * du + inverse(1, axis) * dv - flat_slope[static_cast<std::size_t>(axis)];
+      energy += tension * slope * slope.transpose();
+    }
+  }
+  return energy * (areaOf(p) / 3);
+}
+
+/// The energy of a split triangle as a quadratic form in its nine numbers.
+Energy triangleEnergy(const std::array<Eigen::Vector2d, 3>& p, const CloughTocher<double>& split, double tension) {
+  std::array<Form, 3> value, gx, gy;
+  for (int i = 0; i < 3; ++i) {
+    value[static_cast<std::size_t>(i)] = Form::Unit(i);
+    gx[static_cast<std::size_t>(i)] = Form::Unit(3 + 2 * i);
+    gy[static_cast<std::size_t>(i)] = Form::Unit(4 + 2 * i);
+  }
+  std::array<CubicPatch<Form>, 3> patches;
+  split.nets(value, gx, gy, patches);
+  Eigen::Matrix2d plane;
+  plane << p[0] - p[2], p[1] - p[2];
+  const Eigen::Matrix2d inverse = plane.inverse();
+  std::array<Form, 2> flat_slope;
+  for (int axis = 0; axis < 2; ++axis) {
+    flat_slope[static_cast<std::size_t>(axis)] = inverse(0, axis) * (value[0] - value[2]) + inverse(1, axis) * (value[1] - value[2]);
+  }
+  const Eigen::Vector2d middle = (p[0] + p[1] + p[2]) / 3;
+  Energy energy = Energy::Zero();
+  for (std::size_t k = 0; k < 3; ++k) energy += cubicEnergy(patches[k], {p[k], p[(k + 1) % 3], middle}, flat_slope, tension);
+  return energy;
+}
+
+/// Slopes as `free * unknowns + given * values`: what the rims and the ring prescribe.
+struct Constraints {
+  Eigen::MatrixXd free;   ///< 2 points x unknowns
+  Eigen::MatrixXd given;  ///< 2 points x points
+};
+
+/// Derivative weights at the middle one of three places on a line; exact for parabolas.
+std::array<double, 3> middleSlope(double before, double at, double after) {
+  const double a = at - before, b = after - at;
+  return {-b / (a * (a + b)), (b - a) / (a * b), a / (b * (a + b))};
+}
+
+/// Along the mouth's rim the slope follows from the rim's points alone, for the upper and the lower rim by the same
+/// rule: rims whose points meet then meet everywhere.
+void constrainRims(const ControlMesh& mesh, std::vector<Eigen::Vector2d>& direction, Eigen::MatrixXd& given) {
+  const std::vector<std::string> names = mouthRim();
+  std::vector<int> rim;
+  for (const std::string& name : names) rim.push_back(findPoint(mesh, name));
+  if (std::find(rim.begin(), rim.end(), -1) != rim.end()) return;
+  const Eigen::Vector2d from = mesh.domain.row(rim[0]);
+  const Eigen::Vector2d along = (mesh.domain.row(rim[rim.size() / 2]).transpose() - from).normalized();
+  for (std::size_t k = 0; k < rim.size(); ++k) {
+    if (k == 0 || k == rim.size() / 2) continue;
+    const std::array<int, 3> three{rim[k - 1], rim[k], rim[(k + 1) % rim.size()]};
+    std::array<double, 3> place{};
+    for (std::size_t i = 0; i < 3; ++i) place[i] = (mesh.domain.row(three[i]).transpose() - from).dot(along);
+    const std::array<double, 3> weights = middleSlope(place[0], place[1], place[2]);
+    for (std::size_t i = 0; i < 3; ++i) {
+      given(2 * three[1], three[i]) += along.x() * weights[i];
+      given(2 * three[1] + 1, three[i]) += along.y() * weights[i];
+    }
+    direction[static_cast<std::size_t>(three[1])] = Eigen::Vector2d(-along.y(), along.x());
+  }
+}
+
+Constraints constraintsOf(const ControlMesh& mesh, bool ring_is_flat) {
+  const auto count = static_cast<Eigen::Index>(mesh.points.size());
+  Constraints constraints;
+  constraints.given = Eigen::MatrixXd::Zero(2 * count, count);
+  std::vector<Eigen::Vector2d> direction(mesh.points.size(), Eigen::Vector2d::Zero());  // the one free direction, if any
+  constrainRims(mesh, direction, constraints.given);
+  std::vector<Eigen::VectorXd> columns;
+  const auto column = [&](Eigen::Index point, double x, double y) {
+    Eigen::VectorXd one = Eigen::VectorXd::Zero(2 * count);
+    one[2 * point] = x;
+    one[2 * point + 1] = y;
+    columns.push_back(one);
+  };
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Eigen::Vector2d& only = direction[static_cast<std::size_t>(i)];
+    if (ring_is_flat && mesh.points[static_cast<std::size_t>(i)].fixed) continue;
+    if (only.isZero()) {
+      column(i, 1, 0);
+      column(i, 0, 1);
+    } else {
+      column(i, only.x(), only.y());
+    }
+  }
+  constraints.free.resize(2 * count, static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t c = 0; c < columns.size(); ++c) constraints.free.col(static_cast<Eigen::Index>(c)) = columns[c];
+  return constraints;
+}
+
+struct TotalEnergy {
+  Eigen::MatrixXd slope_slope;  ///< 2 points x 2 points
+  Eigen::MatrixXd slope_value;  ///< 2 points x points
+};
+
+TotalEnergy assemble(const ControlMesh& mesh, const std::vector<CloughTocher<double>>& splits, double tension) {
+  const auto count = static_cast<Eigen::Index>(mesh.points.size());
+  TotalEnergy total{Eigen::MatrixXd::Zero(2 * count, 2 * count), Eigen::MatrixXd::Zero(2 * count, count)};
+  double area = 0;
+  for (const auto& triangle : mesh.triangles) area += areaOf(cornersOf(mesh, triangle));
+  const double scaled_tension = tension * static_cast<double>(mesh.triangles.size()) / area;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& triangle = mesh.triangles[t];
+    const Energy energy = triangleEnergy(cornersOf(mesh, triangle), splits[t], scaled_tension);
+    for (int i = 0; i < 3; ++i) {
+      const Eigen::Index row = 2 * triangle[static_cast<std::size_t>(i)];
+      for (int j = 0; j < 3; ++j) {
+        const Eigen::Index other = triangle[static_cast<std::size_t>(j)];
+        total.slope_slope.block<2, 2>(row, 2 * other) += energy.block<2, 2>(3 + 2 * i, 3 + 2 * j);
+        total.slope_value.block<2, 1>(row, other) += energy.block<2, 1>(3 + 2 * i, j);
+      }
+    }
+  }
+  return total;
+}
+
+/// Slopes of least energy for given values, as a matrix.
+Eigen::MatrixXd leastEnergySlopes(const TotalEnergy& energy, const Constraints& constraints) {
+  const Eigen::MatrixXd left = constraints.free.transpose() * energy.slope_slope * constraints.free;
+  const Eigen::MatrixXd right = constraints.free.transpose() * (energy.slope_value + energy.slope_slope * constraints.given);
+  return constraints.given - constraints.free * left.ldlt().solve(right);
+}
+
+struct EdgeSide {
+  int triangle = 0;
+  int from = 0;  ///< corner numbers 0 to 2 within the triangle
+  int to = 0;
+};
+
+SurfacePlace onEdge(const EdgeSide& side, double way) {
+  std::array<double, 3> weight{0, 0, 0};
+  weight[static_cast<std::size_t>(side.from)] = 1 - way;
+  weight[static_cast<std::size_t>(side.to)] = way;
+  return {side.triangle, weight[0], weight[1]};
+}
+
+double angleDeg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / std::numbers::pi;
+}
+
+}  // namespace
+
+BezierSurface::BezierSurface(const ControlMesh& mesh, const SurfaceOptions& options) : triangles_(mesh.triangles), rest_(mesh.rest) {
+  for (const auto& triangle : triangles_) splits_.emplace_back(cornersOf(mesh, triangle));
+  const TotalEnergy energy = assemble(mesh, splits_, options.tension);
+  slopes_ = leastEnergySlopes(energy, constraintsOf(mesh, true));
+  rest_pose_ = netsOf(rest_, leastEnergySlopes(energy, constraintsOf(mesh, false)) * rest_);
+}
+
+BezierSurface::Pose BezierSurface::netsOf(const MarkerPositions& values, const MarkerPositions& slopes) const {
+  Pose pose(3 * triangles_.size());
+  std::array<Eigen::Vector3d, 3> value, gx, gy;
+  std::array<Patch, 3> patches;
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const int point = triangles_[t][i];
+      value[i] = values.row(point).transpose();
+      gx[i] = slopes.row(2 * point).transpose();
+      gy[i] = slopes.row(2 * point + 1).transpose();
+    }
+    splits_[t].nets(value, gx, gy, patches);
+    std::copy(patches.begin(), patches.end(), pose.begin() + static_cast<std::ptrdiff_t>(3 * t));
+  }
+  return pose;
+}
+
+BezierSurface::Pose BezierSurface::pose(const MarkerPositions& control_points) const {
+  MOUTHPIECE_EXPECT(control_points.rows() == rest_.rows());
+  const MarkerPositions displacement = control_points - rest_;
+  Pose pose = netsOf(displacement, slopes_ * displacement);
+  for (std::size_t p = 0; p < pose.size(); ++p) {
+    for (std::size_t i = 0; i < pose[p].net.size(); ++i) pose[p].net[i] += rest_pose_[p].net[i];
+  }
+  return pose;
+}
+
+double BezierSurface::maxNormalAngleAcrossEdges(const Pose& pose, int samples) const {
+  std::map<std::pair<int, int>, EdgeSide> open;
+  double largest = 0;
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const int next = (k + 1) % 3;
+      const EdgeSide side{static_cast<int>(t), k, next};
+      const int from = triangles_[t][static_cast<std::size_t>(k)], to = triangles_[t][static_cast<std::size_t>(next)];
+      const auto twin = open.find({to, from});
+      if (twin == open.end()) {
+        open.emplace(std::pair(from, to), side);
+      }
+      for (int s = 0; s < samples; ++s) {
+        const double way = static_cast<double>(s) / (samples - 1);
+        if (twin != open.end()) {
+          largest = std::max(largest, angleDeg(evaluate(pose, onEdge(side, way)).normal(), evaluate(pose, onEdge(twin->second, 1 - way)).normal()));
+        }
+        // The inner edge from corner k + 1 to the centroid: patches k and k + 1 of the split.
+        const auto first = evaluate(pose[3 * t + static_cast<std::size_t>(k)], 0, 1 - way);
+        const auto second = evaluate(pose[3 * t + static_cast<std::size_t>(next)], 1 - way, 0);
+        largest = std::max(largest, angleDeg(first.normal(), second.normal()));
+      }
+    }
+  }
+  return largest;
+}
+
+PatchPlace patchPlace(const SurfacePlace& place) {
+  const std::array<double, 3> weight{place.u, place.v, 1 - place.u - place.v};
+  // The patch opposite the corner with the least weight holds the place.
+  std::size_t opposite = 0;
+  for (std::size_t i = 1; i < 3; ++i) {
+    if (weight[i] < weight[opposite]) opposite = i;
+  }
+  const std::size_t first = (opposite + 1) % 3;
+  return {3 * static_cast<std::size_t>(place.triangle) + first, weight[first] - weight[opposite], weight[(first + 1) % 3] - weight[opposite]};
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "deform/bezier_patch.h"
+#include "deform/clough_tocher.h"
+#include "deform/control_surface.h"
+
+namespace mouthpiece {
+
+struct SurfaceOptions {
+  /// How much the surface keeps to the flat triangles of its control mesh (0: bends least; larger: overshoots less).
+  double tension = 1;
+};
+
+/// The Bezier surface through all points of a control mesh: three cubic Bezier triangles over each triangle, one tangent
+/// plane along every edge in every pose. The slopes at the points are those that bend the surface least, a fixed linear
+/// map of the points, so a pose costs one small matrix product.
+class BezierSurface {
+ public:
+  using Patch = CubicPatch<Eigen::Vector3d>;
+  /// One pose: patch 3 t + k lies over triangle t between its corners k, k + 1 and its centroid.
+  using Pose = std::vector<Patch>;
+
+  explicit BezierSurface(const ControlMesh& mesh, const SurfaceOptions& options = {});
+
+  [[nodiscard]] Pose pose(const MarkerPositions& control_points) const;
+  [[nodiscard]] const Pose& restPose() const { return rest_pose_; }
+
+  /// The slopes' answer to displaced points, 2 points x points: rows 2 i and 2 i + 1 are the derivatives of the displacement
+  /// along the plane's axes at point i. Zero for fixed points.
+  [[nodiscard]] const Eigen::MatrixXd& slopesFromDisplacements() const { return slopes_; }
+  [[nodiscard]] const std::vector<CloughTocher<double>>& splits() const { return splits_; }
+
+  /// Largest angle between the unit normals on both sides of inner edges (of triangles and of their splits), degrees;
+  /// `samples` points an edge, its ends included.
+  [[nodiscard]] double maxNormalAngleAcrossEdges(const Pose& pose, int samples = 33) const;
+
+ private:
+  [[nodiscard]] Pose netsOf(const MarkerPositions& values, const MarkerPositions& slopes) const;
+
+  std::vector<std::array<int, 3>> triangles_;
+  std::vector<CloughTocher<double>> splits_;
+  MarkerPositions rest_;
+  Eigen::MatrixXd slopes_;
+  Pose rest_pose_;
+};
+
+/// A place on the surface of a control mesh: triangle, and weights of its first and second corner.
+struct SurfacePlace {
+  int triangle = -1;
+  double u = 0;
+  double v = 0;
+};
+
+/// The patch of `place` and the weights within it.
+struct PatchPlace {
+  std::size_t patch = 0;
+  double u = 0;
+  double v = 0;
+};
+PatchPlace patchPlace(const SurfacePlace& place);
+
+inline SurfacePoint evaluate(const BezierSurface::Pose& pose, const SurfacePlace& place) {
+  const PatchPlace at = patchPlace(place);
+  return evaluate(pose[at.patch], at.u, at.v);
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,267 @@
+#include "deform/binding.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "base/errors.h"
+#include "deform/bezier_surface.h"
+#include "deform/lip_sides.h"
+#include "deform/surface_projection.h"
+#include "deform/vertex_kinds.h"
+
+namespace mouthpiece {
+namespace {
+
+// Lengths as shares of the mouth's width.
+constexpr double kFarFrom = 0.8;     ///< offsets above this bind less and less
+constexpr double kFarTo = 1.2;       ///< and above this not at all
+constexpr double kBeside = 0.25;     ///< beyond an opening's border by more: not above the surface any more
+constexpr double kFadeInside = 0.35;  ///< behind lips, lids and nostrils the motion fades over this way along the mesh
+constexpr double kFollows = 0.3;     ///< lashes and the like follow skin that is nearer
+
+enum class Fate : std::uint8_t { kOpen, kBound, kStill };
+
+double smooth(double x) {
+  const double t = std::clamp(x, 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
+
+bool isSkin(PartKind kind) { return kind == PartKind::kSkin || kind == PartKind::kLips; }
+bool mayBind(PartKind kind) { return isSkin(kind) || kind == PartKind::kMouthInside || kind == PartKind::kOther; }
+
+/// Binds the vertices of one mesh step by step; every step adds to `binding`.
+class Binder {
+ public:
+  Binder(const FaceMesh& mesh, const ControlMesh& control, const BindingOptions& options)
+      : mesh_(mesh),
+        control_(control),
+        options_(options),
+        kinds_(vertexKinds(mesh)),
+        graph_(graphOf(mesh, control)),
+        sides_(vertexSides(mesh, control, kinds_, graph_)),
+        surface_(control),
+        triangle_sides_(triangleSides(control)),
+        projector_(surface_, control, triangle_sides_),
+        fates_(kinds_.size(), Fate::kOpen) {
+    binding_.patch.assign(kinds_.size(), -1);
+    for (auto* column : {&binding_.u, &binding_.v, &binding_.d, &binding_.skin_weight, &binding_.jaw_weight}) column->assign(kinds_.size(), 0.0F);
+  }
+
+  FaceBinding bind() {
+    bindSkinAbove();
+    followAlongMesh();
+    followNearby();
+    giveToJaw();
+    measureOffsets();
+    return std::move(binding_);
+  }
+
+ private:
+  [[nodiscard]] Eigen::Vector3d vertex(std::size_t v) const { return mesh_.vertices.row(static_cast<Eigen::Index>(v)).transpose().cast<double>(); }
+
+  [[nodiscard]] bool isOnRing(const SurfaceFoot& foot) const {
+    if (!foot.at_border) return false;
+    const auto& triangle = control_.triangles[static_cast<std::size_t>(foot.place.triangle)];
+    int fixed = 0;
+    for (const int point : triangle) fixed += control_.points[static_cast<std::size_t>(point)].fixed ? 1 : 0;
+    return fixed >= 2;
+  }
+
+  void place(std::size_t v, const SurfacePlace& place, double weight) {
+    fates_[v] = Fate::kBound;
+    binding_.patch[v] = place.triangle;
+    binding_.u[v] = static_cast<float>(place.u);
+    binding_.v[v] = static_cast<float>(place.v);
+    binding_.skin_weight[v] = static_cast<float>(weight);
+  }
+
+  void copyPlace(std::size_t v, std::size_t from, double weight) {
+    fates_[v] = Fate::kBound;
+    binding_.patch[v] = binding_.patch[from];
+    binding_.u[v] = binding_.u[from];
+    binding_.v[v] = binding_.v[from];
+    binding_.skin_weight[v] = static_cast<float>(weight * static_cast<double>(binding_.skin_weight[from]));
+  }
+
+  /// EDGE 6: the closest patch whose normal agrees with the vertex'.
+  void bindSkinAbove() {
+    const VertexPositions normals = vertexNormals(mesh_.vertices, mesh_.triangles);
+    const double least_cosine = std::cos(options_.max_normal_angle_deg * std::numbers::pi / 180);
+    const double width = control_.mouth_width;
+    for (std::size_t v = 0; v < kinds_.size(); ++v) {
+      if (!isSkin(kinds_[v])) continue;
+      const Eigen::Vector3d normal = normals.row(static_cast<Eigen::Index>(v)).transpose().cast<double>();
+      const auto foot = projector_.closest(vertex(v), normal, least_cosine, sides_.forbidden[v]);
+      if (!foot) continue;
+      if (isOnRing(*foot)) {
+        fates_[v] = Fate::kStill;
+        continue;
+      }
+      if (foot->distance > kFarTo * width || (foot->at_border && foot->distance > kBeside * width)) continue;
+      place(v, foot->place, 1 - smooth((foot->distance - kFarFrom * width) / ((kFarTo - kFarFrom) * width)));
+    }
+  }
+
+  /// What turns away from the surface (inside of lips, lids, nostrils; the mouth's bag) goes with the nearest bound vertex along
+  /// the mesh, less and less.
+  void followAlongMesh() {
+    std::vector<std::uint32_t> seeds;
+    for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
+      if (fates_[v] != Fate::kOpen) seeds.push_back(v);
+    }
+    const auto reach = graph_.reachFrom(seeds, [&](std::uint32_t v) { return fates_[v] == Fate::kOpen && mayBind(kinds_[v]); });
+    for (std::size_t v = 0; v < kinds_.size(); ++v) {
+      if (fates_[v] != Fate::kOpen || reach.source[v] < 0) continue;
+      const auto source = static_cast<std::size_t>(reach.source[v]);
+      const double weight = 1 - smooth(reach.distance[v] / (kFadeInside * control_.mouth_width));
+      if (fates_[source] == Fate::kStill || weight <= 0) {
+        fates_[v] = Fate::kStill;
+      } else {
+        copyPlace(v, source, weight);
+      }
+    }
+  }
+
+  /// Parts of their own on the skin: lashes, tears.
+  void followNearby() {
+    std::vector<std::uint32_t> skin;
+    for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
+      if (isSkin(kinds_[v]) && fates_[v] == Fate::kBound) skin.push_back(v);
+    }
+    const double reach = kFollows * control_.mouth_width;
+    for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
+      if (fates_[v] != Fate::kOpen || (kinds_[v] != PartKind::kOther && !isSkin(kinds_[v]))) continue;
+      float nearest = static_cast<float>(reach * reach);
+      std::optional<std::uint32_t> source;
+      for (const std::uint32_t s : skin) {
+        const float squared = (mesh_.vertices.row(s) - mesh_.vertices.row(v)).squaredNorm();
+        if (squared < nearest) {
+          nearest = squared;
+          source = s;
+        }
+      }
+      if (source) copyPlace(v, *source, 1 - smooth(2 * std::sqrt(static_cast<double>(nearest)) / reach - 1));
+    }
+  }
+
+  /// Lower teeth and tongue wholly; the mouth's inside by how near it is to the lower lip rather than the upper.
+  void giveToJaw() {
+    const std::vector<std::uint32_t> components = graph_.components();
+    const std::vector<float> separate = separateParts(components);
+    for (std::size_t v = 0; v < kinds_.size(); ++v) {
+      float& jaw = binding_.jaw_weight[v];
+      if (kinds_[v] == PartKind::kLowerTeeth || kinds_[v] == PartKind::kTongue) {
+        jaw = 1;
+      } else if (separate[v] >= 0 && kinds_[v] == PartKind::kMouthInside) {
+        jaw = separate[v];
+      } else if (kinds_[v] == PartKind::kMouthInside || isBehindLips(v)) {
+        jaw = static_cast<float>(smooth((sides_.lower_share[v] - 0.35) / 0.3));
+      }
+    }
+  }
+
+  [[nodiscard]] bool isBehindLips(std::size_t v) const {
+    if (fates_[v] != Fate::kBound || binding_.skin_weight[v] >= 1) return false;
+    return (triangle_sides_[static_cast<std::size_t>(binding_.patch[v])] & (kUpperLip | kLowerLip)) != 0;
+  }
+
+  /// Jaw's share of parts of the mouth's inside that hang on nothing (gums): 1 below the mouth's line, 0 above; -1: not such a part.
+  [[nodiscard]] std::vector<float> separateParts(const std::vector<std::uint32_t>& components) const {
+    const std::size_t count = components.empty() ? 0 : *std::max_element(components.begin(), components.end()) + 1;
+    std::vector<bool> has_skin(count, false);
+    std::vector<double> height(count, 0), size(count, 0);
+    for (std::size_t v = 0; v < kinds_.size(); ++v) {
+      has_skin[components[v]] = has_skin[components[v]] || isSkin(kinds_[v]);
+      height[components[v]] += vertex(v).y();
+      size[components[v]] += 1;
+    }
+    double line = 0, rim = 0;
+    for (std::size_t i = 0; i < control_.points.size(); ++i) {
+      if (control_.points[i].rule != PointRule::kInnerLip) continue;
+      line += control_.rest(static_cast<Eigen::Index>(i), 1);
+      rim += 1;
+    }
+    std::vector<float> share(kinds_.size(), -1.0F);
+    for (std::size_t v = 0; v < kinds_.size(); ++v) {
+      const std::uint32_t c = components[v];
+      if (!has_skin[c]) share[v] = height[c] / size[c] < line / std::max(rim, 1.0) ? 1.0F : 0.0F;
+    }
+    return share;
+  }
+
+  void measureOffsets() {
+    for (std::size_t v = 0; v < kinds_.size(); ++v) {
+      if (binding_.patch[v] < 0) continue;
+      const SurfacePoint s = evaluate(surface_.restPose(), {binding_.patch[v], static_cast<double>(binding_.u[v]), static_cast<double>(binding_.v[v])});
+      binding_.d[v] = static_cast<float>((vertex(v) - s.position).dot(s.normal()));
+    }
+  }
+
+  const FaceMesh& mesh_;
+  const ControlMesh& control_;
+  const BindingOptions& options_;
+  std::vector<PartKind> kinds_;
+  MeshGraph graph_;
+  VertexSides sides_;
+  BezierSurface surface_;
+  std::vector<std::uint32_t> triangle_sides_;
+  SurfaceProjector projector_;
+  std::vector<Fate> fates_;
+  FaceBinding binding_;
+};
+
+}  // namespace
+
+FaceBinding bindFace(const FaceMesh& mesh, const ControlMesh& control, const BindingOptions& options) {
+  return Binder(mesh, control, options).bind();
+}
+
+void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control, const std::string& file) {
+  const auto count = static_cast<std::size_t>(mesh.vertices.rows());
+  const auto fail = [&](const std::string& what) { throw InputError(file, "binding", what); };
+  if (binding.patch.size() != count) fail("found " + std::to_string(binding.patch.size()) + " vertices; expected " + std::to_string(count));
+  for (const auto* column : {&binding.u, &binding.v, &binding.d, &binding.skin_weight, &binding.jaw_weight}) {
+    if (column->size() != count) fail("found columns of different lengths; expected " + std::to_string(count) + " entries each");
+  }
+  constexpr float kSlack = 1e-4F;
+  for (std::size_t v = 0; v < count; ++v) {
+    if (binding.patch[v] < -1 || binding.patch[v] >= static_cast<std::int64_t>(control.triangles.size())) {
+      fail("found patch " + std::to_string(binding.patch[v]) + "; expected -1 to " + std::to_string(control.triangles.size() - 1));
+    }
+    const bool is_place = binding.u[v] >= -kSlack && binding.v[v] >= -kSlack && binding.u[v] + binding.v[v] <= 1 + kSlack;
+    const bool is_share = binding.skin_weight[v] >= 0 && binding.skin_weight[v] <= 1 && binding.jaw_weight[v] >= 0 && binding.jaw_weight[v] <= 1;
+    if (!is_place || !is_share || !std::isfinite(binding.d[v])) fail("found vertex " + std::to_string(v) + " out of range");
+  }
+}
+
+BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control) {
+  checkBinding(binding, mesh, control, "face binding");
+  const std::vector<PartKind> kinds = vertexKinds(mesh);
+  const VertexSides sides = vertexSides(mesh, control, kinds, graphOf(mesh, control));
+  const std::vector<std::uint32_t> triangle_sides = triangleSides(control);
+  const VertexPositions normals = vertexNormals(mesh.vertices, mesh.triangles);
+  const auto markers = control.rest.topRows(static_cast<Eigen::Index>(control.marker_count));
+  const Eigen::RowVector3d low = markers.colwise().minCoeff(), high = markers.colwise().maxCoeff();
+  BindingReport report;
+  report.vertices = kinds.size();
+  std::size_t in_front = 0, covered = 0;
+  for (std::size_t v = 0; v < kinds.size(); ++v) {
+    const bool is_bound = binding.patch[v] >= 0 && binding.skin_weight[v] > 0;
+    report.bound_vertices += is_bound ? 1 : 0;
+    if (is_bound) report.largest_offset = std::max(report.largest_offset, std::abs(static_cast<double>(binding.d[v])));
+    if (is_bound && (triangle_sides[static_cast<std::size_t>(binding.patch[v])] & sides.forbidden[v] & (kUpperLip | kLowerLip)) != 0) ++report.lip_side_errors;
+    if (!isSkin(kinds[v])) continue;
+    ++report.skin_vertices;
+    const Eigen::RowVector3d p = mesh.vertices.row(static_cast<Eigen::Index>(v)).cast<double>();
+    if ((p.array() < low.array()).any() || (p.array() > high.array()).any() || normals(static_cast<Eigen::Index>(v), 2) < 0.2F) continue;
+    ++in_front;
+    covered += is_bound ? 1 : 0;
+  }
+  report.coverage = in_front == 0 ? 0 : static_cast<double>(covered) / static_cast<double>(in_front);
+  return report;
+}
+
+}  // namespace mouthpiece

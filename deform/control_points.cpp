@@ -1,0 +1,93 @@
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "base/errors.h"
+#include "deform/control_surface.h"
+
+namespace mouthpiece {
+namespace {
+
+/// Share of the mouth's width over which a closing gap is eased to nothing.
+constexpr double kContactEase = 0.02;
+/// Of the rest distance between the outer lip markers: closer than this their direction is not trusted.
+constexpr double kLeastLipHeight = 0.25;
+/// A lip gets thinner when stretched and thicker when pursed, within these factors.
+constexpr double kThinnest = 0.75;
+constexpr double kThickest = 1.3;
+
+Eigen::Vector3d row(const MarkerPositions& points, int index) { return points.row(index).transpose(); }
+
+/// 0 below 0, x - ease / 2 above `ease`, a parabola between: continuous in value and slope, so contact never jerks.
+double easedGap(double x, double ease) {
+  if (x <= 0) return 0;
+  return x < ease ? x * x / (2 * ease) : x - ease / 2;
+}
+
+double inverseEasedGap(double gap, double ease) {
+  if (gap <= 0) return 0;
+  return gap < ease / 2 ? std::sqrt(2 * ease * gap) : gap + ease / 2;
+}
+
+/// The rim point carried along by its outer lip marker: turned as the lip line turns, thinner as it stretches.
+Eigen::Vector3d carriedByLip(const ControlMesh& mesh, int index, const MarkerPositions& now) {
+  const auto& drivers = mesh.points[static_cast<std::size_t>(index)].drivers;
+  const int outer = drivers[0].point;
+  const Eigen::Vector3d rest_line = row(mesh.rest, drivers[2].point) - row(mesh.rest, drivers[1].point);
+  const Eigen::Vector3d line = row(now, drivers[2].point) - row(now, drivers[1].point);
+  const double stretch = line.norm() / rest_line.norm();
+  const double thickness = stretch > 0 ? std::clamp(1 / std::sqrt(stretch), kThinnest, kThickest) : kThickest;
+  const Eigen::Vector3d offset = row(mesh.rest, index) - row(mesh.rest, outer);
+  return row(now, outer) + thickness * (Eigen::Quaterniond::FromTwoVectors(rest_line, line) * offset);
+}
+
+/// Keeps a pair of rim points from passing through each other: the gap along the lips' own direction is eased to zero,
+/// both giving way alike.
+void meetInBetween(const ControlMesh& mesh, int upper, int lower, double ease, MarkerPositions& now) {
+  const int outer_upper = mesh.points[static_cast<std::size_t>(upper)].drivers[0].point;
+  const int outer_lower = mesh.points[static_cast<std::size_t>(lower)].drivers[0].point;
+  const Eigen::Vector3d rest_lips = row(mesh.rest, outer_upper) - row(mesh.rest, outer_lower);
+  const Eigen::Vector3d rest_up = rest_lips.normalized();
+  Eigen::Vector3d up = row(now, outer_upper) - row(now, outer_lower);
+  // Outer markers that come too close, or cross, are noise: lean on the direction at rest.
+  up += 2 * std::max(0.0, kLeastLipHeight * rest_lips.norm() - up.dot(rest_up)) * rest_up;
+  up.normalize();
+  // Lips that overlap a little in the mesh at rest stay so at rest.
+  const double rest_gap = (row(mesh.rest, upper) - row(mesh.rest, lower)).dot(rest_up);
+  const double touching = std::min(rest_gap, 0.0);
+  const double gap = (row(now, upper) - row(now, lower)).dot(up);
+  const double shift = inverseEasedGap(rest_gap - touching, ease) - (rest_gap - touching);
+  const double wanted = touching + easedGap(gap - touching + shift, ease);
+  const Eigen::Vector3d correction = 0.5 * (wanted - gap) * up;
+  now.row(upper) += correction.transpose();
+  now.row(lower) -= correction.transpose();
+}
+
+}  // namespace
+
+MarkerPositions controlPoints(const ControlMesh& mesh, std::span<const double> markers) {
+  MOUTHPIECE_EXPECT(markers.size() == 3 * mesh.marker_count);
+  MarkerPositions now = mesh.rest;
+  now.topRows(static_cast<Eigen::Index>(mesh.marker_count)) =
+      Eigen::Map<const MarkerPositions>(markers.data(), static_cast<Eigen::Index>(mesh.marker_count), 3);
+  const int count = static_cast<int>(mesh.points.size());
+  for (int i = 0; i < count; ++i) {
+    if (mesh.points[static_cast<std::size_t>(i)].rule == PointRule::kInnerLip) now.row(i) = carriedByLip(mesh, i, now).transpose();
+  }
+  for (int i = 0; i < count; ++i) {
+    const ControlPoint& point = mesh.points[static_cast<std::size_t>(i)];
+    if (point.rule == PointRule::kInnerLip && point.side == LipSide::kUpper && point.opposite >= 0) {
+      meetInBetween(mesh, i, point.opposite, kContactEase * mesh.mouth_width, now);
+    }
+  }
+  for (int i = 0; i < count; ++i) {
+    const ControlPoint& point = mesh.points[static_cast<std::size_t>(i)];
+    if (point.rule != PointRule::kFollow) continue;
+    for (const PointDriver& driver : point.drivers) {
+      now.row(i) += driver.weight * (now.row(driver.point) - mesh.rest.row(driver.point));
+    }
+  }
+  return now;
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,91 @@
+#include "deform/control_surface.h"
+
+#include <cmath>
+#include <set>
+
+#include "base/errors.h"
+#include "deform/triangulation.h"
+#include "deform/virtual_points.h"
+
+namespace mouthpiece {
+namespace {
+
+/// Turns of a triangle below this share of its size squared count as collapsed.
+constexpr double kLeastTurn = 1e-9;
+
+double turn(const ControlMesh& mesh, const std::array<int, 3>& triangle) {
+  const Eigen::Vector2d a = mesh.domain.row(triangle[0]);
+  const Eigen::Vector2d ab = mesh.domain.row(triangle[1]).transpose() - a;
+  const Eigen::Vector2d ac = mesh.domain.row(triangle[2]).transpose() - a;
+  return ab.x() * ac.y() - ab.y() * ac.x();
+}
+
+/// The first broken promise of a control mesh in words, or nothing.
+std::string faultOf(const ControlMesh& mesh) {
+  const auto count = static_cast<Eigen::Index>(mesh.points.size());
+  if (mesh.rest.rows() != count || mesh.domain.rows() != count) return "found tables of different lengths; expected one row a control point";
+  if (mesh.marker_count == 0 || mesh.marker_count > mesh.points.size()) return "found a marker count outside the points";
+  if (!mesh.rest.allFinite() || !mesh.domain.allFinite()) return "found a coordinate that is not finite";
+  if (!(mesh.mouth_width > 0) || !std::isfinite(mesh.mouth_width)) return "found no mouth width; expected one above zero";
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    const ControlPoint& point = mesh.points[i];
+    if ((point.rule == PointRule::kMarker) != (i < mesh.marker_count)) return "found point " + point.name + " out of order; expected markers first";
+    if (point.rule == PointRule::kInnerLip && point.drivers.size() != 3) return "found point " + point.name + " without its three lip markers";
+    for (const PointDriver& driver : point.drivers) {
+      if (driver.point < 0 || static_cast<std::size_t>(driver.point) >= i) return "found point " + point.name + " driven by a later point";
+      if (!std::isfinite(driver.weight)) return "found point " + point.name + " with a weight that is not finite";
+      if (point.rule == PointRule::kInnerLip && static_cast<std::size_t>(driver.point) >= mesh.marker_count) {
+        return "found point " + point.name + " driven by a virtual point; expected lip markers";
+      }
+    }
+    if (point.opposite < -1 || point.opposite >= count) return "found point " + point.name + " facing no point";
+    if (point.opposite >= 0 && mesh.points[static_cast<std::size_t>(point.opposite)].rule != PointRule::kInnerLip) {
+      return "found point " + point.name + " facing a point that is not on a lip's rim";
+    }
+  }
+  if (mesh.triangles.empty()) return "found no triangles";
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& triangle = mesh.triangles[t];
+    bool upper = false, lower = false;
+    for (const int corner : triangle) {
+      if (corner < 0 || corner >= count) return "found a triangle with point " + std::to_string(corner) + " of " + std::to_string(count);
+      upper |= mesh.points[static_cast<std::size_t>(corner)].side == LipSide::kUpper;
+      lower |= mesh.points[static_cast<std::size_t>(corner)].side == LipSide::kLower;
+    }
+    if (upper && lower) return "found a triangle that joins the lips";
+    if (!(turn(mesh, triangle) > kLeastTurn * mesh.mouth_width * mesh.mouth_width)) return "found a triangle that is turned over or flat";
+  }
+  std::set<std::pair<int, int>> edges;
+  for (const auto& triangle : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (!edges.emplace(triangle[k], triangle[(k + 1) % 3]).second) return "found an edge with two triangles on one side";
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+LipSide ControlMesh::sideOf(std::size_t triangle) const {
+  for (const int corner : triangles[triangle]) {
+    const LipSide side = points[static_cast<std::size_t>(corner)].side;
+    if (side != LipSide::kNone) return side;
+  }
+  return LipSide::kNone;
+}
+
+ControlMesh buildControlMesh(const std::vector<std::string>& marker_names, const MarkerPositions& marker_rest,
+                             const std::map<std::string, Eigen::Vector3d>& known) {
+  ControlMesh mesh = placePoints(marker_names, marker_rest, known);
+  mesh.triangles = triangulate(mesh);
+  const std::string fault = faultOf(mesh);
+  if (!fault.empty()) throw InputError("control surface: " + fault + "; expected markers that lie as on a face");
+  return mesh;
+}
+
+void checkControlMesh(const ControlMesh& mesh, const std::string& file) {
+  const std::string fault = faultOf(mesh);
+  if (!fault.empty()) throw InputError(file, "control surface", fault);
+}
+
+}  // namespace mouthpiece

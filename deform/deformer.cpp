@@ -1,0 +1,246 @@
+#include "deform/deformer.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "base/errors.h"
+#include "deform/bezier_surface.h"
+#include "deform/jaw.h"
+#include "deform/patch_kernel.h"
+#include "deform/tongue.h"
+#include "deform/vertex_kinds.h"
+
+namespace mouthpiece {
+namespace {
+
+using Net = std::array<float, kernel::kNetFloats>;
+using Quad = Eigen::Array4f;  // x y z and a spare, so that a point is one register
+
+/// A vertex with its place on a patch, before the vertices are sorted into blocks.
+struct Hung {
+  PatchPlace place;
+  std::uint32_t vertex = 0;
+  float d = 0, along_u = 0, along_v = 0, weight = 1, jaw = 0;
+};
+
+/// Stretches of vertices that never move.
+struct StillRun {
+  std::size_t first, count;
+};
+
+/// Offset of a rest vertex from its place: along the normal, and what is left along the tangents.
+void measureOffset(const BezierSurface& surface, const Eigen::Vector3d& vertex, Hung& hung) {
+  const SurfacePoint s = evaluate(surface.restPose()[hung.place.patch], hung.place.u, hung.place.v);
+  const Eigen::Vector3d offset = vertex - s.position;
+  hung.d = static_cast<float>(offset.dot(s.normal()));
+  Eigen::Matrix2d metric;
+  // The kernels' tangents are a third of the derivatives.
+  const Eigen::Vector3d du = s.du / 3, dv = s.dv / 3;
+  metric << du.squaredNorm(), du.dot(dv), du.dot(dv), dv.squaredNorm();
+  const Eigen::Vector2d along = metric.inverse() * Eigen::Vector2d(du.dot(offset), dv.dot(offset));
+  hung.along_u = static_cast<float>(along.x());
+  hung.along_v = static_cast<float>(along.y());
+}
+
+/// Fills blocks patch by patch; a short last block repeats its last vertex.
+template <typename BlockType, typename Fill>
+void makeBlocks(std::vector<Hung> hung, std::vector<kernel::Run>& runs, std::vector<BlockType>& blocks, const Fill& fill) {
+  std::sort(hung.begin(), hung.end(), [](const Hung& a, const Hung& b) {
+    return a.place.patch != b.place.patch ? a.place.patch < b.place.patch : a.vertex < b.vertex;
+  });
+  for (std::size_t begin = 0; begin < hung.size();) {
+    std::size_t end = begin;
+    while (end < hung.size() && hung[end].place.patch == hung[begin].place.patch) ++end;
+    kernel::Run run{static_cast<std::uint32_t>(hung[begin].place.patch), static_cast<std::uint32_t>(blocks.size()), 0};
+    for (std::size_t at = begin; at < end; at += kernel::kBlock, ++run.count) {
+      BlockType& block = blocks.emplace_back();
+      for (std::size_t lane = 0; lane < kernel::kBlock; ++lane) fill(block, lane, hung[std::min(at + lane, end - 1)]);
+    }
+    runs.push_back(run);
+    begin = end;
+  }
+}
+
+}  // namespace
+
+struct FaceDeformer::Data {
+  ControlMesh control;
+  JawHinge jaw;
+  TongueMorph tongue;
+  std::vector<CloughTocher<float>> splits;
+  std::vector<Net> rest_nets;        ///< 3 a triangle, relative to `origin`
+  std::vector<float> slope_matrix;   ///< kernel::Product's
+  std::size_t slope_rows = 0;
+  Eigen::Vector3f origin = Eigen::Vector3f::Zero();
+  std::vector<kernel::Run> bound_runs, loose_runs;
+  std::vector<kernel::Block> bound_blocks;
+  std::vector<kernel::LooseBlock> loose_blocks;
+  std::vector<std::uint32_t> jaw_vertices;  ///< those that only the jaw moves
+  std::vector<float> jaw_weights;
+  std::vector<StillRun> still;
+  VertexPositions rest;
+
+  Data(const FaceMesh& mesh, const ControlMesh& control_mesh, std::vector<std::uint32_t> tongue_vertices)
+      : control(control_mesh), jaw(control_mesh), tongue(mesh, std::move(tongue_vertices)), rest(mesh.vertices) {}
+
+  void takeSurface(const BezierSurface& surface);
+  void takeBinding(const BezierSurface& surface, const FaceBinding& binding, const std::vector<PartKind>& kinds);
+  void posePatches(const MarkerPositions& points, std::vector<Net>& nets) const;
+  void moveJawVertices(const kernel::Frame& frame) const;
+};
+
+void FaceDeformer::Data::takeSurface(const BezierSurface& surface) {
+  origin = control.rest.colwise().mean().transpose().cast<float>();
+  for (const auto& triangle : control.triangles) {
+    splits.emplace_back(std::array<Eigen::Vector2d, 3>{control.domain.row(triangle[0]), control.domain.row(triangle[1]), control.domain.row(triangle[2])});
+  }
+  for (const BezierSurface::Patch& patch : surface.restPose()) {
+    Net& net = rest_nets.emplace_back();
+    for (std::size_t i = 0; i < patch.net.size(); ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto a = static_cast<Eigen::Index>(axis);
+        net[3 * i + axis] = static_cast<float>(patch.net[i][a] - static_cast<double>(origin[a]));
+      }
+    }
+  }
+  const Eigen::MatrixXd& slopes = surface.slopesFromDisplacements();
+  slope_rows = (static_cast<std::size_t>(slopes.rows()) + kernel::kBlock - 1) / kernel::kBlock * kernel::kBlock;
+  slope_matrix.assign(slope_rows * static_cast<std::size_t>(slopes.cols()), 0.0F);
+  for (Eigen::Index p = 0; p < slopes.cols(); ++p) {
+    for (Eigen::Index r = 0; r < slopes.rows(); ++r) {
+      slope_matrix[static_cast<std::size_t>(p) * slope_rows + static_cast<std::size_t>(r)] = static_cast<float>(slopes(r, p));
+    }
+  }
+}
+
+void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBinding& binding, const std::vector<PartKind>& kinds) {
+  std::vector<Hung> bound, loose;
+  std::vector<bool> moves(kinds.size(), false);
+  // Closer than this to the normal through its place a vertex needs no tangents: 0.00002 mm on a mouth of 50 mm.
+  const double exact = 4e-7 * control.mouth_width;
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    Hung hung{.vertex = static_cast<std::uint32_t>(i), .weight = binding.skin_weight[i], .jaw = binding.jaw_weight[i]};
+    if (kinds[i] == PartKind::kTongue) {
+      moves[i] = true;
+    } else if (binding.patch[i] >= 0 && hung.weight > 0) {
+      hung.place = patchPlace({binding.patch[i], static_cast<double>(binding.u[i]), static_cast<double>(binding.v[i])});
+      const Eigen::Vector3d vertex = rest.row(static_cast<Eigen::Index>(i)).transpose().cast<double>();
+      measureOffset(surface, vertex, hung);
+      const SurfacePoint s = evaluate(surface.restPose()[hung.place.patch], hung.place.u, hung.place.v);
+      const bool is_above = ((vertex - s.position) - static_cast<double>(hung.d) * s.normal()).norm() < exact;
+      moves[i] = true;
+      (is_above && hung.weight >= 1 ? bound : loose).push_back(hung);
+    } else if (hung.jaw > 0) {
+      moves[i] = true;
+      jaw_vertices.push_back(hung.vertex);
+      jaw_weights.push_back(hung.jaw);
+    }
+  }
+  makeBlocks(std::move(bound), bound_runs, bound_blocks, [](kernel::Block& block, std::size_t lane, const Hung& h) {
+    block.u[lane] = static_cast<float>(h.place.u);
+    block.v[lane] = static_cast<float>(h.place.v);
+    block.d[lane] = h.d;
+    block.vertex[lane] = h.vertex;
+  });
+  makeBlocks(std::move(loose), loose_runs, loose_blocks, [this](kernel::LooseBlock& block, std::size_t lane, const Hung& h) {
+    block.u[lane] = static_cast<float>(h.place.u);
+    block.v[lane] = static_cast<float>(h.place.v);
+    block.d[lane] = h.d;
+    block.along_u[lane] = h.along_u;
+    block.along_v[lane] = h.along_v;
+    block.weight[lane] = h.weight;
+    block.jaw[lane] = h.jaw;
+    for (std::size_t axis = 0; axis < 3; ++axis) block.rest[axis][lane] = rest(static_cast<Eigen::Index>(h.vertex), static_cast<Eigen::Index>(axis));
+    block.vertex[lane] = h.vertex;
+  });
+  for (std::size_t i = 0; i < moves.size();) {
+    const std::size_t first = i;
+    while (i < moves.size() && !moves[i]) ++i;
+    if (i > first) still.push_back({first, i - first});
+    while (i < moves.size() && moves[i]) ++i;
+  }
+}
+
+void FaceDeformer::Data::posePatches(const MarkerPositions& points, std::vector<Net>& nets) const {
+  const auto count = static_cast<std::size_t>(points.rows());
+  thread_local std::vector<float> displacement, slopes;
+  displacement.resize(3 * count);
+  slopes.resize(3 * slope_rows);
+  for (std::size_t i = 0; i < 3 * count; ++i) displacement[i] = static_cast<float>(points.data()[i] - control.rest.data()[i]);
+  kernel::bestKernels().multiply({slope_matrix.data(), displacement.data(), slopes.data(), slope_rows, count});
+  nets.resize(rest_nets.size());
+  std::array<Quad, 3> value, gx, gy;
+  std::array<CubicPatch<Quad>, 3> patches;
+  for (std::size_t t = 0; t < control.triangles.size(); ++t) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto point = static_cast<std::size_t>(control.triangles[t][i]);
+      const float* s = slopes.data() + 2 * point;
+      value[i] = Quad(displacement[3 * point], displacement[3 * point + 1], displacement[3 * point + 2], 0);
+      gx[i] = Quad(s[0], s[slope_rows], s[2 * slope_rows], 0);
+      gy[i] = Quad(s[1], s[slope_rows + 1], s[2 * slope_rows + 1], 0);
+    }
+    splits[t].nets(value, gx, gy, patches);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Net& at_rest = rest_nets[3 * t + k];
+      Net& net = nets[3 * t + k];
+      for (std::size_t i = 0; i < 10; ++i) {
+        for (std::size_t axis = 0; axis < 3; ++axis) net[3 * i + axis] = at_rest[3 * i + axis] + patches[k].net[i][static_cast<Eigen::Index>(axis)];
+      }
+    }
+  }
+}
+
+void FaceDeformer::Data::moveJawVertices(const kernel::Frame& frame) const {
+  const Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>> turn(frame.jaw_turn);
+  const Eigen::Map<const Eigen::Vector3f> shift(frame.jaw_shift);
+  for (std::size_t i = 0; i < jaw_vertices.size(); ++i) {
+    const Eigen::Vector3f at_rest = rest.row(static_cast<Eigen::Index>(jaw_vertices[i])).transpose();
+    Eigen::Map<Eigen::Vector3f>(frame.out + 3 * static_cast<std::size_t>(jaw_vertices[i])) = at_rest + jaw_weights[i] * (turn * at_rest + shift);
+  }
+}
+
+FaceDeformer::FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding) {
+  checkBinding(binding, mesh, control, "face binding");
+  const std::vector<PartKind> kinds = vertexKinds(mesh);
+  std::vector<std::uint32_t> tongue;
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    if (kinds[i] == PartKind::kTongue) tongue.push_back(static_cast<std::uint32_t>(i));
+  }
+  auto data = std::make_unique<Data>(mesh, control, std::move(tongue));
+  const BezierSurface surface(control);
+  data->takeSurface(surface);
+  data->takeBinding(surface, binding, kinds);
+  data_ = std::move(data);
+}
+
+FaceDeformer::FaceDeformer(FaceDeformer&&) noexcept = default;
+FaceDeformer& FaceDeformer::operator=(FaceDeformer&&) noexcept = default;
+FaceDeformer::~FaceDeformer() = default;
+
+void FaceDeformer::deform(std::span<const double> markers, const TonguePose& tongue, VertexPositions& out) const {
+  if (out.rows() != data_->rest.rows()) out.resize(data_->rest.rows(), 3);
+  const MarkerPositions points = controlPoints(data_->control, markers);
+  thread_local std::vector<Net> nets;
+  data_->posePatches(points, nets);
+  const AddedMotion jaw = data_->jaw.motion(points);
+
+  kernel::Frame frame{};
+  frame.nets = nets.data()->data();
+  frame.out = out.data();
+  Eigen::Map<Eigen::Vector3f>(frame.origin) = data_->origin;
+  Eigen::Map<Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(frame.jaw_turn) = jaw.turn.cast<float>();
+  Eigen::Map<Eigen::Vector3f>(frame.jaw_shift) = jaw.shift.cast<float>();
+
+  const kernel::Kernels& kernels = kernel::bestKernels();
+  kernels.bound(frame, data_->bound_runs.data(), data_->bound_runs.size(), data_->bound_blocks.data());
+  kernels.loose(frame, data_->loose_runs.data(), data_->loose_runs.size(), data_->loose_blocks.data());
+  data_->moveJawVertices(frame);
+  data_->tongue.deform(jaw, tongue, out.data());
+  for (const StillRun& run : data_->still) {
+    std::copy_n(data_->rest.data() + 3 * run.first, 3 * run.count, out.data() + 3 * run.first);
+  }
+}
+
+}  // namespace mouthpiece

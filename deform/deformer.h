@@ -1,0 +1,32 @@
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "deform/binding.h"
+#include "deform/control_surface.h"
+#include "deform/face_mesh.h"
+#include "motion/tongue_pose.h"
+
+namespace mouthpiece {
+
+/// Moves a face's mesh with the markers (EDGE 6, BIDs). Immutable; any number of threads may call deform() at once, and
+/// the result does not depend on how many do.
+class FaceDeformer {
+ public:
+  /// `binding` is bindFace()'s for the same mesh and control mesh.
+  FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding);
+  FaceDeformer(FaceDeformer&&) noexcept;
+  FaceDeformer& operator=(FaceDeformer&&) noexcept;
+  ~FaceDeformer();
+
+  /// `markers`: x y z of each marker side by side, the mesh's unit. `out`: vertices x 3, resized when needed; no allocation
+  /// of its size otherwise. The rest markers give the rest mesh back.
+  void deform(std::span<const double> markers, const TonguePose& tongue, VertexPositions& out) const;
+
+ private:
+  struct Data;
+  std::unique_ptr<const Data> data_;
+};
+
+}  // namespace mouthpiece

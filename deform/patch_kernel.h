@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace mouthpiece::kernel {
+
+/// Vertices are done in blocks of this many; a patch's last block repeats its last vertex.
+constexpr std::size_t kBlock = 8;
+/// A patch's net as the kernels want it: x y z of the ten points in CubicNet's order.
+constexpr std::size_t kNetFloats = 30;
+
+/// Vertices right above their place on a patch: V = B(u, v) + d n.
+struct Block {
+  float u[kBlock], v[kBlock], d[kBlock];
+  std::uint32_t vertex[kBlock];
+};
+
+/// Vertices that hang on a patch beside it, and only in part: P = B + tangents' shares + d n, V = Q + weight (P - Q) where
+/// Q = rest + jaw (turn rest + shift).
+struct LooseBlock {
+  float u[kBlock], v[kBlock], d[kBlock];
+  float along_u[kBlock], along_v[kBlock];  ///< shares of dB/du and dB/dv
+  float weight[kBlock], jaw[kBlock];
+  float rest[3][kBlock];
+  std::uint32_t vertex[kBlock];
+};
+
+/// Blocks [first, first + count) lie on `patch`.
+struct Run {
+  std::uint32_t patch, first, count;
+};
+
+struct Frame {
+  const float* nets;    ///< kNetFloats a patch, relative to `origin`
+  float origin[3];
+  float jaw_turn[9];    ///< row by row
+  float jaw_shift[3];
+  float* out;           ///< x y z of each vertex
+};
+
+/// slopes(r, axis) = sum over points p of matrix[p * rows + r] * displacement[3 p + axis]; `rows` a multiple of kBlock;
+/// slopes: three columns of `rows`.
+struct Product {
+  const float* matrix;
+  const float* displacement;
+  float* slopes;
+  std::size_t rows, points;
+};
+
+/// One set of loops for a kind of processor.
+struct Kernels {
+  void (*bound)(const Frame&, const Run*, std::size_t runs, const Block*);
+  void (*loose)(const Frame&, const Run*, std::size_t runs, const LooseBlock*);
+  void (*multiply)(const Product&);
+};
+
+/// The best set for this machine; the same on every call.
+const Kernels& bestKernels();
+const Kernels& portableKernels();
+
+}  // namespace mouthpiece::kernel

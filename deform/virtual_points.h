@@ -1,0 +1,23 @@
+#pragma once
+
+#include "deform/control_surface.h"
+
+namespace mouthpiece {
+
+/// The markers and the virtual points with their rules, rest positions and places in the plane; no triangles yet.
+ControlMesh placePoints(const std::vector<std::string>& marker_names, const MarkerPositions& marker_rest,
+                        const std::map<std::string, Eigen::Vector3d>& known);
+
+/// Index of a point, -1 if the mesh has none of that name.
+int findPoint(const ControlMesh& mesh, const std::string& name);
+
+/// The rim of the mouth, closed: right corner, lower rim, left corner, upper rim (names of points).
+std::vector<std::string> mouthRim();
+
+/// The rim of one eye, closed; `side` is 'R' or 'L'.
+std::vector<std::string> eyeRim(char side);
+
+/// The line of outer lip markers, closed.
+std::vector<std::string> outerLipLine();
+
+}  // namespace mouthpiece

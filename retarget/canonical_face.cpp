@@ -1,0 +1,216 @@
+#include "retarget/canonical_face.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "base/errors.h"
+
+namespace mouthpiece {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kMillimetresPerCentimetre = 10;
+
+/// Columns of the lips across, right to left, as vertex numbers from the red's edge to the line where the lips meet.
+struct LipColumn {
+  std::uint32_t border, second, third, inner;
+};
+constexpr std::array kUpperColumns{LipColumn{185, 184, 183, 191}, LipColumn{40, 74, 42, 80},   LipColumn{39, 73, 41, 81},
+                                   LipColumn{37, 72, 38, 82},     LipColumn{0, 11, 12, 13},    LipColumn{267, 302, 268, 312},
+                                   LipColumn{269, 303, 271, 311}, LipColumn{270, 304, 272, 310}, LipColumn{409, 408, 407, 415}};
+constexpr std::array kLowerColumns{LipColumn{146, 77, 96, 95},   LipColumn{91, 90, 89, 88},    LipColumn{181, 180, 179, 178},
+                                   LipColumn{84, 85, 86, 87},    LipColumn{17, 16, 15, 14},    LipColumn{314, 315, 316, 317},
+                                   LipColumn{405, 404, 403, 402}, LipColumn{321, 320, 319, 318}, LipColumn{375, 307, 325, 324}};
+/// The corners' own column: 61 76 62 78 and 291 306 292 308.
+constexpr std::array kCornerColumns{LipColumn{61, 76, 62, 78}, LipColumn{291, 306, 292, 308}};
+
+void eraseTrianglesWithin(ModelMesh& mesh, const std::set<std::uint32_t>& ring) {
+  std::vector<std::array<std::uint32_t, 3>> kept;
+  for (const auto& triangle : mesh.triangles) {
+    const bool inside = std::all_of(triangle.begin(), triangle.end(), [&](std::uint32_t v) { return ring.contains(v); });
+    if (!inside) kept.push_back(triangle);
+  }
+  mesh.triangles = std::move(kept);
+  mesh.part_of_triangle.assign(mesh.triangles.size(), kPartSkin);
+}
+
+std::vector<std::uint32_t> mouthLoop() {
+  std::vector<std::uint32_t> loop{kInnerCornerRight};
+  loop.insert(loop.end(), kInnerLowerLip.begin(), kInnerLowerLip.end());
+  loop.push_back(kInnerCornerLeft);
+  loop.insert(loop.end(), kInnerUpperLip.rbegin(), kInnerUpperLip.rend());
+  return loop;
+}
+
+/// Upper and lower lip meet half way; what lies in front of them follows less and less, and bulges.
+void closeLips(ModelMesh& mesh) {
+  constexpr double kSeamBackMm = 1.2;     // the line lies in a groove
+  constexpr double kThirdShare = 0.72;    // of the closing that the third row follows
+  constexpr double kSecondShare = 0.30;
+  constexpr double kBulgeMm = 1.0;
+  constexpr double kUpperLift = 0.42;     // the line lies nearer to the upper lip's old edge
+  for (std::size_t i = 0; i < kUpperColumns.size(); ++i) {
+    const LipColumn& upper = kUpperColumns[i];
+    const LipColumn& lower = kLowerColumns[i];
+    Vector3d seam = (1 - kUpperLift) * mesh.point(upper.inner) + kUpperLift * mesh.point(lower.inner);
+    seam.z() -= kSeamBackMm;
+    // Fullest in the middle, nothing at the corners.
+    const double across = (static_cast<double>(i) - 4.0) / 5.0;
+    const double fullness = 1 - across * across;
+    for (const LipColumn* column : {&upper, &lower}) {
+      const Vector3d way = seam - mesh.point(column->inner);
+      const double bulge = fullness * kBulgeMm;
+      mesh.setPoint(column->third, mesh.point(column->third) + kThirdShare * way + Vector3d(0, 0, 1.3 * bulge));
+      mesh.setPoint(column->second, mesh.point(column->second) + kSecondShare * way + Vector3d(0, 0, 0.8 * bulge));
+      mesh.setPoint(column->inner, seam);
+    }
+  }
+}
+
+void markVermilion(ModelMesh& mesh) {
+  const auto mark = [&](const LipColumn& column) {
+    mesh.vertices(column.border, kVermilion) = 0.5;
+    for (const std::uint32_t vertex : {column.second, column.third, column.inner}) mesh.vertices(vertex, kVermilion) = 1;
+  };
+  std::for_each(kUpperColumns.begin(), kUpperColumns.end(), mark);
+  std::for_each(kLowerColumns.begin(), kLowerColumns.end(), mark);
+  std::for_each(kCornerColumns.begin(), kCornerColumns.end(), mark);
+}
+
+/// A ring of the mouth bag behind the lips, in millimetres: how far back of the line where the lips meet, half height, half
+/// width (0: that of the line itself), and how much of the line's curvature in depth it keeps.
+struct BagRing {
+  double back, half_height, half_width, curvature, depth;
+};
+constexpr std::array kBagRings{BagRing{2.2, 0.25, 0, 1.0, 0.15},  BagRing{3.8, 2.6, 0, 1.0, 0.4},   BagRing{4.2, 7.5, 22.5, 0.95, 0.7},
+                               BagRing{5.5, 13.0, 26, 0.85, 0.9}, BagRing{13, 17.0, 31, 0.7, 1.0},  BagRing{30, 16.0, 33, 0.4, 1.0},
+                               BagRing{50, 12.0, 27, 0.1, 1.0},   BagRing{62, 6.0, 15, 0.0, 1.0}};
+
+/// Rolls the lips inward and on into a closed bag: `loop` runs right corner, lower lip, left corner, upper lip.
+void addMouthBag(ModelMesh& mesh) {
+  const std::vector<std::uint32_t> loop = mouthLoop();
+  const std::size_t n = loop.size();
+  const Vector3d middle = mesh.point(13);
+  const double half_width = 0.5 * (mesh.point(kInnerCornerLeft) - mesh.point(kInnerCornerRight)).norm();
+  std::vector<std::uint32_t> outer = loop;
+  for (std::size_t k = 0; k < n; ++k) mesh.creases.insert(ModelMesh::edge(loop[k], loop[(k + 1) % n]));
+  for (std::size_t ring = 0; ring < kBagRings.size(); ++ring) {
+    const BagRing& shape = kBagRings[ring];
+    std::vector<std::uint32_t> inner;
+    for (std::size_t k = 0; k < n; ++k) {
+      const Vector3d seam = mesh.point(loop[k]);
+      const bool is_corner = k == 0 || k == n / 2;
+      const double side = is_corner ? 0.0 : k < n / 2 ? -1.0 : 1.0;
+      const double across = std::clamp((seam.x() - middle.x()) / half_width, -1.0, 1.0);
+      const double arch = std::sqrt(std::max(0.0, 1 - across * across));
+      const double width = shape.half_width == 0 ? half_width : shape.half_width;
+      const double z = middle.z() - shape.back + shape.curvature * (seam.z() - middle.z());
+      const Vector3d point(middle.x() + across * width, seam.y() + side * shape.half_height * std::sqrt(arch), z);
+      inner.push_back(mesh.addVertex(point));
+      mesh.vertices(inner.back(), kMouthDepth) = shape.depth;
+      mesh.vertices(inner.back(), kVermilion) = ring == 0 ? 1.0 : ring == 1 ? 0.6 : 0.0;
+    }
+    const int part = ring < 2 ? kPartLips : kPartMouth;
+    for (std::size_t k = 0; k < n; ++k) mesh.addQuad(outer[k], outer[(k + 1) % n], inner[k], inner[(k + 1) % n], part);
+    outer = inner;
+  }
+  const std::uint32_t back = mesh.addVertex(middle + Vector3d(0, 0, -70));
+  mesh.vertices(back, kMouthDepth) = 1;
+  for (std::size_t k = 0; k < n; ++k) mesh.addTriangle(outer[k], outer[(k + 1) % n], back, kPartMouth);
+}
+
+/// Opens the lids a little and sets the ball behind them.
+EyeBall openEye(ModelMesh& mesh, std::span<const std::uint32_t, 16> loop, std::span<const std::uint32_t> upper_fold) {
+  constexpr double kUpperLiftMm = 1.7;
+  constexpr double kLowerDropMm = 0.7;
+  constexpr double kRadiusMm = 14.0;
+  constexpr double kLidThicknessMm = 1.3;
+  const double middle = 0.5 * (mesh.point(loop[0]).x() + mesh.point(loop[8]).x());
+  const double half = std::abs(mesh.point(loop[0]).x() - middle);
+  for (std::size_t k = 1; k < 16; ++k) {
+    if (k == 8) continue;
+    Vector3d point = mesh.point(loop[k]);
+    const double across = std::min(1.0, std::abs(point.x() - middle) / half);
+    point.y() += (1 - across * across) * (k < 8 ? kUpperLiftMm : -kLowerDropMm);
+    mesh.setPoint(loop[k], point);
+  }
+  for (const std::uint32_t vertex : upper_fold) mesh.setPoint(vertex, mesh.point(vertex) + Vector3d(0, 0.9, 0.3));
+  // The lids' middles touch the ball, a lid's thickness in front of it.
+  const Vector3d upper = mesh.point(loop[4]);
+  const Vector3d lower = mesh.point(loop[12]);
+  const Vector3d centre(middle, 0.5 * (upper.y() + lower.y()), 0);
+  const double half_gap = 0.5 * (upper.y() - lower.y());
+  const double front = 0.5 * (upper.z() + lower.z());
+  const double reach = kRadiusMm + kLidThicknessMm;
+  return {Vector3d(centre.x(), centre.y(), front - std::sqrt(reach * reach - half_gap * half_gap)), kRadiusMm};
+}
+
+/// The lids' edge: from the skin's last row straight to the ball, then behind the lid along the ball.
+void addLidEdge(ModelMesh& mesh, std::span<const std::uint32_t, 16> loop, const EyeBall& eye, bool is_left) {
+  constexpr double kTuckMm = 3.0;
+  Vector3d opening = Vector3d::Zero();
+  for (const std::uint32_t vertex : loop) opening += mesh.point(vertex) / 16.0;
+  std::array<std::vector<std::uint32_t>, 2> rows;
+  for (const std::uint32_t vertex : loop) {
+    const Vector3d point = mesh.point(vertex);
+    const Vector3d ray = (point - eye.centre).normalized();
+    const Vector3d on_ball = eye.centre + (eye.radius + 0.15) * ray;
+    Vector3d away = point - opening;
+    away -= away.dot(ray) * ray;
+    const Vector3d tucked = (on_ball + kTuckMm * away.normalized() - eye.centre).normalized() * (eye.radius - 0.6) + eye.centre;
+    rows[0].push_back(mesh.addVertex(on_ball));
+    rows[1].push_back(mesh.addVertex(tucked));
+    mesh.vertices(vertex, kLidMargin) = 0.3;
+    for (auto& row : rows) mesh.vertices(row.back(), kLidMargin) = 1;
+  }
+  std::vector<std::uint32_t> outer(loop.begin(), loop.end());
+  for (const auto& inner : rows) {
+    for (std::size_t k = 0; k < 16; ++k) {
+      const std::size_t next = (k + 1) % 16;
+      if (is_left) mesh.addQuad(outer[k], outer[next], inner[k], inner[next], kPartSkin);
+      else mesh.addQuad(outer[next], outer[k], inner[next], inner[k], kPartSkin);
+    }
+    outer = inner;
+  }
+}
+
+bool looksCanonical(const FaceMesh& mesh) {
+  if (mesh.vertices.rows() != static_cast<Eigen::Index>(kCanonicalVertexCount) || mesh.triangles.size() != 898) return false;
+  // Nose tip and mouth corners where they belong, in centimetres.
+  return (mesh.vertices.row(4) - Eigen::RowVector3f(0, -0.463170F, 7.586580F)).norm() < 1e-3F &&
+         mesh.vertices(291, 0) > 2 && mesh.vertices(61, 0) < -2;
+}
+
+}  // namespace
+
+OpenedFace openCanonicalFace(const FaceMesh& canonical, std::string_view file) {
+  if (!looksCanonical(canonical)) {
+    throw InputError(file, "", fmt::format("found a mesh of {} vertices and {} triangles; expected the canonical face of 468 and 898 "
+                                           "(tools/fetch_canonical_face.sh)", canonical.vertices.rows(), canonical.triangles.size()));
+  }
+  OpenedFace face;
+  ModelMesh& mesh = face.mesh;
+  mesh.vertices.setZero(canonical.vertices.rows(), kChannelCount);
+  mesh.vertices.leftCols<3>() = kMillimetresPerCentimetre * canonical.vertices.cast<double>();
+  mesh.triangles = canonical.triangles;
+  const std::vector<std::uint32_t> mouth = mouthLoop();
+  eraseTrianglesWithin(mesh, {mouth.begin(), mouth.end()});
+  eraseTrianglesWithin(mesh, {kEyeRight.begin(), kEyeRight.end()});
+  eraseTrianglesWithin(mesh, {kEyeLeft.begin(), kEyeLeft.end()});
+  closeLips(mesh);
+  markVermilion(mesh);
+  constexpr std::array<std::uint32_t, 5> kFoldRight{30, 29, 27, 28, 56};
+  constexpr std::array<std::uint32_t, 5> kFoldLeft{260, 259, 257, 258, 286};
+  face.eyes = {openEye(mesh, kEyeRight, kFoldRight), openEye(mesh, kEyeLeft, kFoldLeft)};
+  addMouthBag(mesh);
+  addLidEdge(mesh, kEyeRight, face.eyes[0], false);
+  addLidEdge(mesh, kEyeLeft, face.eyes[1], true);
+  return face;
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,343 @@
+#include "retarget/face_file.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "base/errors.h"
+#include "base/files.h"
+
+namespace mouthpiece {
+namespace {
+
+using nlohmann::json;
+
+static_assert(std::endian::native == std::endian::little, "blobs are little-endian and copied as they are");
+
+constexpr std::string_view kFormatName = "mouthpiece-face";
+constexpr std::uint64_t kMaxFaceBytes = std::uint64_t{1} << 30;
+constexpr std::size_t kMaxMarkers = 10'000;
+constexpr std::size_t kMaxControlPoints = 100'000;
+constexpr std::size_t kMaxText = 4096;
+constexpr int kMaxDepth = 16;
+constexpr std::array<std::string_view, 9> kPartKindNames{"skin",  "lips", "upper_teeth", "lower_teeth", "tongue",
+                                                         "mouth_inside", "eye",  "hair",        "other"};
+constexpr std::array<std::string_view, 3> kKernelNames{"inverse_multiquadric", "biharmonic", "triharmonic"};
+
+/// The JSON library's own tree builder, stopped before hostile nesting overflows the stack.
+class BoundedTreeBuilder : public nlohmann::detail::json_sax_dom_parser<json> {
+  using Base = nlohmann::detail::json_sax_dom_parser<json>;
+
+ public:
+  explicit BoundedTreeBuilder(json& root) : Base(root, false) {}
+  bool start_object(std::size_t length) { return ++depth_ <= kMaxDepth && Base::start_object(length); }
+  bool start_array(std::size_t length) { return ++depth_ <= kMaxDepth && Base::start_array(length); }
+  bool end_object() { return --depth_ >= 0 && Base::end_object(); }
+  bool end_array() { return --depth_ >= 0 && Base::end_array(); }
+
+ private:
+  int depth_ = 0;
+};
+
+/// One map of the file, read field by field; every getter throws InputError that names the field.
+class Fields {
+ public:
+  Fields(const json& map, std::string file, std::string place) : map_(map), file_(std::move(file)), place_(std::move(place)) {
+    if (!map_.is_object()) fail("", "found no map");
+  }
+
+  [[nodiscard]] Fields map(const char* key) const { return {at(key), file_, pathOf(key)}; }
+  [[nodiscard]] const json& array(const char* key, std::size_t max_size) const {
+    const json& value = at(key);
+    if (!value.is_array() || value.size() > max_size) fail(key, fmt::format("expected a list of at most {} entries", max_size));
+    return value;
+  }
+  [[nodiscard]] std::string text(const char* key) const {
+    const json& value = at(key);
+    if (!value.is_string() || value.get_ref<const std::string&>().size() > kMaxText) fail(key, "expected a text");
+    return value.get<std::string>();
+  }
+  [[nodiscard]] double number(const char* key, double least, double most) const {
+    const json& value = at(key);
+    if (!value.is_number()) fail(key, "expected a number");
+    const double number = value.get<double>();
+    if (!(number >= least && number <= most)) fail(key, fmt::format("found {}; expected {} to {}", number, least, most));
+    return number;
+  }
+  [[nodiscard]] std::int64_t whole(const char* key, std::int64_t least, std::int64_t most) const {
+    const json& value = at(key);
+    if (!value.is_number_integer()) fail(key, "expected a whole number");
+    // A value beyond int64 would wrap; as a double it is merely out of range.
+    const double wide = value.get<double>();
+    if (!(wide >= static_cast<double>(least) && wide <= static_cast<double>(most))) {
+      fail(key, fmt::format("found {}; expected {} to {}", wide, least, most));
+    }
+    return value.get<std::int64_t>();
+  }
+  [[nodiscard]] bool flag(const char* key) const {
+    const json& value = at(key);
+    if (!value.is_boolean()) fail(key, "expected true or false");
+    return value.get<bool>();
+  }
+  /// A blob of `Scalar`s; any length up to the file's own.
+  template <typename Scalar>
+  [[nodiscard]] std::vector<Scalar> blob(const char* key) const {
+    const json& value = at(key);
+    if (!value.is_binary()) fail(key, "expected a blob of bytes");
+    const auto& bytes = value.get_binary();
+    if (bytes.size() % sizeof(Scalar) != 0) fail(key, fmt::format("found {} bytes; expected a multiple of {}", bytes.size(), sizeof(Scalar)));
+    std::vector<Scalar> values(bytes.size() / sizeof(Scalar));
+    if (!values.empty()) std::memcpy(values.data(), bytes.data(), bytes.size());
+    return values;
+  }
+  /// rows x columns doubles, finite and of a size that a face can have.
+  template <typename MatrixType>
+  [[nodiscard]] MatrixType matrix(const char* key, std::size_t rows) const {
+    const std::vector<double> values = blob<double>(key);
+    constexpr auto kColumns = static_cast<std::size_t>(MatrixType::ColsAtCompileTime);
+    if (values.size() != rows * kColumns) fail(key, fmt::format("found {} numbers; expected {}", values.size(), rows * kColumns));
+    for (const double value : values) {
+      if (!(std::abs(value) <= 1e9)) fail(key, "found a coordinate that is no usable number");
+    }
+    return Eigen::Map<const MatrixType>(values.data(), static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(kColumns));
+  }
+  [[noreturn]] void fail(const char* key, std::string_view what) const { throw InputError(file_, pathOf(key), what); }
+  [[nodiscard]] const std::string& file() const { return file_; }
+
+ private:
+  [[nodiscard]] const json& at(const char* key) const {
+    const auto entry = map_.find(key);
+    if (entry == map_.end()) fail(key, "is missing");
+    return *entry;
+  }
+  [[nodiscard]] std::string pathOf(std::string_view key) const {
+    return place_.empty() ? std::string(key) : key.empty() ? place_ : fmt::format("{}.{}", place_, key);
+  }
+
+  const json& map_;
+  std::string file_;
+  std::string place_;
+};
+
+template <typename Scalar>
+json blobOf(const Scalar* data, std::size_t count) {
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(data);
+  return json::binary(std::vector<std::uint8_t>(bytes, bytes + count * sizeof(Scalar)));
+}
+template <typename Scalar>
+json blobOf(const std::vector<Scalar>& values) {
+  return blobOf(values.data(), values.size());
+}
+template <typename MatrixType>
+json blobOfMatrix(const MatrixType& matrix) {
+  return blobOf(matrix.data(), static_cast<std::size_t>(matrix.size()));
+}
+
+std::vector<std::string> readNames(const Fields& fields, const char* key) {
+  std::vector<std::string> names;
+  std::set<std::string> seen;
+  for (const json& entry : fields.array(key, kMaxMarkers)) {
+    if (!entry.is_string() || entry.get_ref<const std::string&>().empty() || entry.get_ref<const std::string&>().size() > kMaxText) {
+      fields.fail(key, "expected a list of names");
+    }
+    names.push_back(entry.get<std::string>());
+    if (!seen.insert(names.back()).second) fields.fail(key, fmt::format("found '{}' twice", printable(names.back(), 60)));
+  }
+  return names;
+}
+
+WarpOptions readWarp(const Fields& fields) {
+  WarpOptions options;
+  const std::string kernel = fields.text("kernel");
+  std::size_t index = 0;
+  while (index < kKernelNames.size() && kKernelNames[index] != kernel) ++index;
+  if (index == kKernelNames.size()) fields.fail("kernel", fmt::format("found '{}'; expected {}", printable(kernel, 40), kKernelNames[0]));
+  options.kernel = static_cast<RbfKernel>(index);
+  options.shape_factor = fields.number("shape_factor", 1e-3, 1e3);
+  options.regularization = fields.number("regularization", 0, 1e6);
+  return options;
+}
+
+ControlPoint readControlPoint(const Fields& fields, std::size_t marker_count) {
+  ControlPoint point;
+  point.name = fields.text("name");
+  point.rule = static_cast<PointRule>(fields.whole("rule", 0, static_cast<int>(PointRule::kInnerLip)));
+  point.side = static_cast<LipSide>(fields.whole("side", 0, static_cast<int>(LipSide::kLower)));
+  point.opposite = static_cast<int>(fields.whole("opposite", -1, static_cast<std::int64_t>(kMaxControlPoints)));
+  point.flat_at_rim = fields.flag("flat_at_rim");
+  const std::vector<std::int32_t> markers = fields.blob<std::int32_t>("driver_markers");
+  const std::vector<double> weights = fields.blob<double>("driver_weights");
+  if (markers.size() != weights.size()) fields.fail("driver_weights", "expected one weight a driver");
+  for (std::size_t i = 0; i < markers.size(); ++i) {
+    if (markers[i] < 0 || static_cast<std::size_t>(markers[i]) >= marker_count) fields.fail("driver_markers", "found an index out of range");
+    if (!(std::abs(weights[i]) <= 1e6)) fields.fail("driver_weights", "found a weight that is no usable number");
+    point.drivers.push_back({markers[i], weights[i]});
+  }
+  return point;
+}
+
+ControlMesh readControl(const Fields& fields, std::size_t marker_count) {
+  ControlMesh control;
+  control.marker_count = marker_count;
+  const json& points = fields.array("points", kMaxControlPoints);
+  for (const json& point : points) control.points.push_back(readControlPoint(Fields(point, fields.file(), "control.points"), marker_count));
+  control.rest = fields.matrix<MarkerPositions>("rest", control.points.size());
+  control.domain = fields.matrix<decltype(control.domain)>("domain", control.points.size());
+  const std::vector<std::int32_t> corners = fields.blob<std::int32_t>("triangles");
+  if (corners.size() % 3 != 0) fields.fail("triangles", "expected three corners a triangle");
+  for (std::size_t i = 0; i < corners.size(); i += 3) control.triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
+  checkControlMesh(control, fields.file());
+  return control;
+}
+
+FaceBinding readBinding(const Fields& fields) {
+  return {.patch = fields.blob<std::int32_t>("patch"),
+          .u = fields.blob<float>("u"),
+          .v = fields.blob<float>("v"),
+          .d = fields.blob<float>("d"),
+          .skin_weight = fields.blob<float>("skin_weight"),
+          .jaw_weight = fields.blob<float>("jaw_weight")};
+}
+
+json controlToJson(const ControlMesh& control) {
+  json points = json::array();
+  for (const ControlPoint& point : control.points) {
+    std::vector<std::int32_t> markers;
+    std::vector<double> weights;
+    for (const PointDriver& driver : point.drivers) {
+      markers.push_back(driver.marker);
+      weights.push_back(driver.weight);
+    }
+    points.push_back({{"name", point.name},
+                      {"rule", static_cast<int>(point.rule)},
+                      {"side", static_cast<int>(point.side)},
+                      {"opposite", point.opposite},
+                      {"flat_at_rim", point.flat_at_rim},
+                      {"driver_markers", blobOf(markers)},
+                      {"driver_weights", blobOf(weights)}});
+  }
+  std::vector<std::int32_t> corners;
+  for (const auto& triangle : control.triangles) corners.insert(corners.end(), triangle.begin(), triangle.end());
+  return {{"points", std::move(points)},
+          {"rest", blobOfMatrix(control.rest)},
+          {"domain", blobOfMatrix(control.domain)},
+          {"triangles", blobOf(corners)}};
+}
+
+json parseTree(std::string_view bytes, const std::string& file) {
+  json tree;
+  BoundedTreeBuilder builder(tree);
+  bool is_parsed = false;
+  try {
+    is_parsed = json::sax_parse(bytes.begin(), bytes.end(), &builder, nlohmann::detail::input_format_t::cbor);
+  } catch (const json::exception&) {
+    is_parsed = false;
+  }
+  if (!is_parsed || builder.is_errored() || !tree.is_object()) {
+    throw InputError(file, "", "is damaged or no face file; expected what `retarget fit` writes");
+  }
+  return tree;
+}
+
+}  // namespace
+
+std::string_view nameOf(PartKind kind) { return kPartKindNames[static_cast<std::size_t>(kind)]; }
+
+std::optional<PartKind> partKindFromName(std::string_view name) {
+  for (std::size_t i = 0; i < kPartKindNames.size(); ++i) {
+    if (kPartKindNames[i] == name) return static_cast<PartKind>(i);
+  }
+  return std::nullopt;
+}
+
+FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
+  const json tree = parseTree(bytes, file);
+  const Fields fields(tree, file, "");
+  if (fields.text("format") != kFormatName) fields.fail("format", "is no face file; expected what `retarget fit` writes");
+  const std::int64_t version = fields.whole("version", 0, 1'000'000);
+  if (version != kFaceFormatVersion) {
+    fields.fail("version", fmt::format("found {}; expected {} (fit the face again with this program)", version, kFaceFormatVersion));
+  }
+  FaceFile face;
+  face.name = fields.text("name");
+  face.corpus = fields.text("corpus");
+  const Fields mesh = fields.map("mesh");
+  face.mesh_file = mesh.text("file");
+  face.mesh_sha256 = mesh.text("sha256");
+  if (face.mesh_file.empty() || face.mesh_file.find('\0') != std::string::npos) mesh.fail("file", "expected the name of a mesh");
+  face.metres_per_unit = mesh.number("metres_per_unit", 1e-9, 1e3);
+  for (const json& entry : mesh.array("part_kinds", kMaxMarkers)) {
+    const Fields part(entry, file, "mesh.part_kinds");
+    const auto kind = partKindFromName(part.text("kind"));
+    if (!kind) part.fail("kind", "is unknown");
+    face.part_kinds[part.text("name")] = *kind;
+  }
+  face.marker_names = readNames(fields, "markers");
+  face.marker_targets = fields.matrix<MarkerPositions>("marker_targets", face.marker_names.size());
+  face.actor_neutral_mm = fields.matrix<MarkerPositions>("actor_neutral_mm", face.marker_names.size());
+  face.warp = readWarp(fields.map("warp"));
+  face.control = readControl(fields.map("control"), face.marker_names.size());
+  face.binding = readBinding(fields.map("binding"));
+  return face;
+}
+
+FaceFile readFaceFile(const std::filesystem::path& path) { return parseFaceFile(readFile(path, kMaxFaceBytes), path.string()); }
+
+std::string faceFileToBytes(const FaceFile& face) {
+  json kinds = json::array();
+  for (const auto& [name, kind] : face.part_kinds) kinds.push_back({{"name", name}, {"kind", nameOf(kind)}});
+  const json tree{
+      {"format", kFormatName},
+      {"version", kFaceFormatVersion},
+      {"name", face.name},
+      {"corpus", face.corpus},
+      {"mesh",
+       {{"file", face.mesh_file}, {"sha256", face.mesh_sha256}, {"metres_per_unit", face.metres_per_unit}, {"part_kinds", std::move(kinds)}}},
+      {"markers", face.marker_names},
+      {"marker_targets", blobOfMatrix(face.marker_targets)},
+      {"actor_neutral_mm", blobOfMatrix(face.actor_neutral_mm)},
+      {"warp",
+       {{"kernel", kKernelNames[static_cast<std::size_t>(face.warp.kernel)]},
+        {"shape_factor", face.warp.shape_factor},
+        {"regularization", face.warp.regularization}}},
+      {"control", controlToJson(face.control)},
+      {"binding",
+       {{"patch", blobOf(face.binding.patch)},
+        {"u", blobOf(face.binding.u)},
+        {"v", blobOf(face.binding.v)},
+        {"d", blobOf(face.binding.d)},
+        {"skin_weight", blobOf(face.binding.skin_weight)},
+        {"jaw_weight", blobOf(face.binding.jaw_weight)}}}};
+  std::string bytes;
+  json::to_cbor(tree, bytes);
+  return bytes;
+}
+
+void writeFaceFile(const std::filesystem::path& path, const FaceFile& face) { writeFileAtomically(path, faceFileToBytes(face)); }
+
+FaceMesh readMeshOf(const FaceFile& face, const std::filesystem::path& face_path) {
+  const std::filesystem::path mesh_path = face_path.parent_path() / face.mesh_file;
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(mesh_path, error)) {
+    throw InputError(face_path.string(), "mesh.file", fmt::format("names {}, which is not there; expected the mesh of the fit", printable(mesh_path.string(), 300)));
+  }
+  const std::string bytes = readFile(mesh_path, kMaxFaceBytes);
+  const std::string hash = sha256Hex(bytes);
+  if (hash != face.mesh_sha256) {
+    throw InputError(mesh_path.string(), "", fmt::format("has changed since {} was fitted to it (SHA-256 {}..., expected {}...); run `retarget fit` again",
+                                                        face_path.filename().string(), hash.substr(0, 12), printable(face.mesh_sha256, 12)));
+  }
+  FaceMesh mesh = parseFaceMesh(bytes, mesh_path);
+  mesh.metres_per_unit = face.metres_per_unit;
+  for (MeshPart& part : mesh.parts) {
+    if (const auto kind = face.part_kinds.find(part.name); kind != face.part_kinds.end()) part.kind = kind->second;
+  }
+  return mesh;
+}
+
+}  // namespace mouthpiece

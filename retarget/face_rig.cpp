@@ -1,0 +1,65 @@
+#include "retarget/face_rig.h"
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "deform/deformer.h"
+#include "retarget/face_file.h"
+
+namespace mouthpiece {
+
+struct FaceRig::Data {
+  FaceFile file;
+  FaceMesh mesh;
+  RbfWarp warp;
+  FaceDeformer deformer;
+};
+
+FaceRig::FaceRig() = default;
+FaceRig::FaceRig(FaceRig&&) noexcept = default;
+FaceRig& FaceRig::operator=(FaceRig&&) noexcept = default;
+FaceRig::~FaceRig() = default;
+
+FaceRig FaceRig::load(const std::filesystem::path& face_file) {
+  FaceFile file = readFaceFile(face_file);
+  FaceMesh mesh = readMeshOf(file, face_file);
+  checkBinding(file.binding, mesh, file.control, face_file.string());
+  RbfWarp warp = [&] {
+    try {
+      return RbfWarp::fit(file.actor_neutral_mm, file.marker_targets, file.warp);
+    } catch (const InputError& error) {
+      throw InputError(face_file.string(), "warp", error.what());
+    }
+  }();
+  FaceDeformer deformer(mesh, file.control, file.binding);
+  FaceRig rig;
+  rig.data_ = std::make_unique<Data>(Data{std::move(file), std::move(mesh), std::move(warp), std::move(deformer)});
+  return rig;
+}
+
+const FaceMesh& FaceRig::mesh() const { return data_->mesh; }
+const std::string& FaceRig::name() const { return data_->file.name; }
+
+PositionMatrix FaceRig::retarget(const MotionClip& motion, const MarkerPositions* actor_neutral_mm) const {
+  const std::vector<std::string>& names = data_->file.marker_names;
+  MarkerPositions neutral = data_->file.actor_neutral_mm;
+  PositionMatrix frames(motion.positions_mm.rows(), 3 * static_cast<Eigen::Index>(names.size()));
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto marker = motion.findMarker(names[i]);
+    if (!marker) throw InputError(fmt::format("the motion lacks the marker {}, which the face '{}' needs", names[i], data_->file.name));
+    const auto to = static_cast<Eigen::Index>(i);
+    const auto from = static_cast<Eigen::Index>(marker->value);
+    frames.middleCols<3>(3 * to) = motion.positions_mm.middleCols<3>(3 * from);
+    if (actor_neutral_mm != nullptr) neutral.row(to) = actor_neutral_mm->row(from);
+  }
+  if (!frames.allFinite()) {
+    throw InputError("the motion has markers that were not seen in some frames; expected gaps to be filled (`corpus clean`)");
+  }
+  return data_->warp.targetFromActorRelative(frames, neutral);
+}
+
+void FaceRig::deform(std::span<const double> control, const TonguePose& tongue, VertexPositions& out) const {
+  data_->deformer.deform(control, tongue, out);
+}
+
+}  // namespace mouthpiece

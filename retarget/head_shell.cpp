@@ -1,0 +1,210 @@
+#include "retarget/head_shell.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "base/errors.h"
+
+namespace mouthpiece {
+namespace {
+
+using Eigen::Vector3d;
+
+/// Approximate signed distance to an ellipsoid; exact on its surface.
+double ellipsoid(const Vector3d& point, const Vector3d& centre, const Vector3d& radii) {
+  const Vector3d q = (point - centre).cwiseQuotient(radii);
+  const double k = q.norm();
+  const double slope = (point - centre).cwiseQuotient(radii.cwiseProduct(radii)).norm();
+  return slope > 0 ? k * (k - 1) / slope : -radii.minCoeff();
+}
+
+/// A cone with round ends along a segment.
+double roundCone(const Vector3d& point, const Vector3d& from, const Vector3d& to, double radius_from, double radius_to) {
+  const Vector3d axis = to - from;
+  const double way = std::clamp((point - from).dot(axis) / axis.squaredNorm(), 0.0, 1.0);
+  return (point - from - way * axis).norm() - ((1 - way) * radius_from + way * radius_to);
+}
+
+/// Union of two forms with a rounded joint `width` millimetres wide.
+double smoothUnion(double a, double b, double width) {
+  const double h = std::max(width - std::abs(a - b), 0.0) / width;
+  return std::min(a, b) - 0.25 * h * h * width;
+}
+
+/// The half planes that sweep the head turn about this line (along x): in front of the neck, below the chin.
+constexpr double kPivotY = -132;
+constexpr double kPivotZ = 22;
+/// The last half plane cuts the neck level, or a little lower at the back.
+constexpr double kLastAngle = 96 * std::numbers::pi / 180;
+
+Vector3d sweepDirection(double angle) { return {0, std::cos(angle), -std::sin(angle)}; }
+
+/// How far from the pivot, within the mid plane, the head begins and ends in the half plane at `angle`.
+std::pair<double, double> extent(double angle) {
+  const Vector3d pivot(0, kPivotY, kPivotZ);
+  const Vector3d direction = sweepDirection(angle);
+  double near = -1;
+  double far = -1;
+  for (double way = 0; way < 400; way += 0.5) {
+    if (headDistance(pivot + way * direction) > 0) continue;
+    if (near < 0) near = way;
+    far = way;
+  }
+  MOUTHPIECE_EXPECT(near >= 0);
+  return {near, far};
+}
+
+Vector3d surfaceAlong(const Vector3d& from, const Vector3d& direction) {
+  double low = 0;
+  double high = 300;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    (headDistance(from + middle * direction) < 0 ? low : high) = middle;
+  }
+  return from + low * direction;
+}
+
+/// One point of the head's form: half plane `angle`, direction `turn` within it (0: to the subject's left, pi/2: outward).
+Vector3d shellPoint(double angle, double turn) {
+  const auto [near, far] = extent(angle);
+  const Vector3d centre = Vector3d(0, kPivotY, kPivotZ) + 0.5 * (near + far) * sweepDirection(angle);
+  return surfaceAlong(centre, std::cos(turn) * Vector3d::UnitX() + std::sin(turn) * sweepDirection(angle));
+}
+
+struct RimPoint {
+  double angle = 0;
+  double turn = 0;
+  Vector3d offset;  ///< from the form to where the face's outline really is
+};
+
+RimPoint rimPointOf(const Vector3d& point) {
+  RimPoint rim;
+  rim.angle = std::atan2(-(point.z() - kPivotZ), point.y() - kPivotY);
+  const auto [near, far] = extent(rim.angle);
+  const double along = (point - Vector3d(0, kPivotY, kPivotZ)).dot(sweepDirection(rim.angle));
+  rim.turn = std::atan2(along - 0.5 * (near + far), point.x());
+  rim.offset = point - shellPoint(rim.angle, rim.turn);
+  return rim;
+}
+
+}  // namespace
+
+double headDistance(const Vector3d& p) {
+  const double skull = ellipsoid(p, {0, 42, -34}, {77, 83, 97});
+  const double jaw = ellipsoid(p, {0, -34, -2}, {64, 66, 56});
+  const double neck = roundCone(p, {0, -40, -46}, {0, -230, -66}, 54, 62);
+  return smoothUnion(smoothUnion(skull, jaw, 40), neck, 42);
+}
+
+void addHeadShell(ModelMesh& face) {
+  constexpr std::size_t kRings = 15;
+  constexpr double kNeckDropMm = 34;
+  const std::size_t n = kFaceOutline.size();
+  std::vector<RimPoint> rim;
+  for (const std::uint32_t vertex : kFaceOutline) rim.push_back(rimPointOf(face.point(vertex)));
+  std::set<ModelMesh::Edge> forward;
+  for (const auto& t : face.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) forward.insert({t[k], t[(k + 1) % 3]});
+  }
+  const bool runs_forward = forward.contains({kFaceOutline[0], kFaceOutline[1]});
+
+  std::vector<std::uint32_t> outer(kFaceOutline.begin(), kFaceOutline.end());
+  for (std::size_t ring = 1; ring <= kRings + 1; ++ring) {
+    std::vector<std::uint32_t> inner;
+    const double way = std::min(1.0, static_cast<double>(ring) / kRings);
+    const double fade = (1 - way) * (1 - way) * (1 - way);
+    for (std::size_t k = 0; k < n; ++k) {
+      const RimPoint& start = rim[k];
+      const double angle = start.angle + way * (kLastAngle - start.angle);
+      Vector3d point = shellPoint(angle, start.turn) + fade * start.offset;
+      if (ring > kRings) point = shellPoint(kLastAngle, start.turn) + Vector3d(0, -kNeckDropMm, -4);
+      inner.push_back(face.addVertex(point));
+      face.vertices(inner.back(), kShell) = 1;
+    }
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::size_t next = (k + 1) % n;
+      if (runs_forward) face.addQuad(outer[next], outer[k], inner[next], inner[k], kPartSkin);
+      else face.addQuad(outer[k], outer[next], inner[k], inner[next], kPartSkin);
+    }
+    outer = inner;
+  }
+}
+
+namespace {
+
+/// Height of the ear's relief over its own plane, by the way from its middle (0) to its edge (1) and the turn around.
+double earRelief(double radius, double turn) {
+  const double back = 0.5 - 0.5 * std::cos(turn);  // 0 at the front edge, where the ear meets the cheek
+  const auto bump = [](double x, double at, double width) { return std::exp(-(x - at) * (x - at) / (width * width)); };
+  const double helix = 4.5 * bump(radius, 0.93, 0.10) * (0.25 + 0.75 * back);
+  const double antihelix = 3.2 * bump(radius, 0.66, 0.12) * back;
+  const double bowl = -5.5 * bump(radius, 0.15, 0.38);
+  const double tragus = 3.0 * bump(radius, 0.55, 0.2) * std::pow(std::max(0.0, std::cos(turn)), 6);
+  return helix + antihelix + bowl + tragus + 5.0 * radius * back;
+}
+
+Vector3d earPoint(double radius, double turn, double relief, double side) {
+  // An ear's outline: round above, narrow at the lobe; turn 0 points to the front, pi/2 up.
+  const double up = std::sin(turn);
+  const double height = up > 0 ? 31 : 30;
+  const double width = 17.5 * (up > 0 ? 1.0 : 1.0 - 0.42 * up * up);
+  const double front = radius * width * std::cos(turn) + 3.0 * up * radius;
+  const double rise = radius * height * up;
+  // Leans back, and stands off the head by some 25 degrees.
+  constexpr double kLean = 0.16;
+  constexpr double kStandOff = 0.50;
+  const double z = std::cos(kLean) * front - std::sin(kLean) * rise * -1.0 * -1.0;
+  const double y = std::cos(kLean) * rise + std::sin(kLean) * front;
+  const double x = relief + std::sin(kStandOff) * (11 - z);
+  return {side * (72.5 + x), 4 + y, -38 + std::cos(kStandOff) * z};
+}
+
+}  // namespace
+
+ModelMesh makeEars() {
+  constexpr int kAround = 32;
+  constexpr int kRows = 9;
+  ModelMesh ears;
+  for (const double side : {-1.0, 1.0}) {
+    const auto place = [&](double radius, double turn, double relief) {
+      const std::uint32_t vertex = ears.addVertex(earPoint(radius, turn, relief, side));
+      ears.vertices(vertex, kShell) = 1;
+      return vertex;
+    };
+    const std::uint32_t centre = place(0, 0, earRelief(0, 0));
+    std::vector<std::uint32_t> last;
+    for (int row = 1; row <= kRows + 2; ++row) {
+      std::vector<std::uint32_t> ring;
+      for (int k = 0; k < kAround; ++k) {
+        const double turn = 2 * std::numbers::pi * k / kAround;
+        const double radius = static_cast<double>(std::min(row, kRows)) / kRows;
+        double relief = earRelief(radius, turn);
+        double shrink = 1;
+        if (row == kRows + 1) relief -= 4, shrink = 0.98;  // the edge's thickness
+        if (row == kRows + 2) relief -= 22, shrink = 0.7;  // into the head
+        ring.push_back(place(radius * shrink, turn, relief));
+      }
+      for (int k = 0; k < kAround; ++k) {
+        const auto a = static_cast<std::size_t>(k);
+        const auto b = static_cast<std::size_t>((k + 1) % kAround);
+        const bool flip = side < 0;
+        if (row == 1) {
+          flip ? ears.addTriangle(centre, ring[a], ring[b], kPartSkin) : ears.addTriangle(centre, ring[b], ring[a], kPartSkin);
+        } else {
+          flip ? ears.addQuad(last[b], last[a], ring[b], ring[a], kPartSkin) : ears.addQuad(last[a], last[b], ring[a], ring[b], kPartSkin);
+        }
+      }
+      last = ring;
+    }
+  }
+  return ears;
+}
+
+ModelMesh makeHair(const ModelMesh& head) {
+  (void)head;
+  return {};
+}
+
+}  // namespace mouthpiece

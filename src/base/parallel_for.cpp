@@ -1,0 +1,73 @@
+#include "base/parallel_for.h"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+namespace mouthpiece {
+namespace {
+
+/// Hands out indices in rising order. Once a body has thrown no new index is given out; all lower ones were given out
+/// before and finish, so the lowest failing index does not depend on the timing.
+class IndexQueue {
+ public:
+  IndexQueue(std::size_t count, const std::function<void(std::size_t)>& body) : count_(count), body_(body) {}
+
+  void work() {
+    while (!failed_.load(std::memory_order_relaxed)) {
+      const std::size_t index = next_.fetch_add(1, std::memory_order_relaxed);
+      if (index >= count_) return;
+      try {
+        body_(index);
+      } catch (...) {
+        recordFailure(index);
+      }
+    }
+  }
+
+  void rethrowFirstFailure() const {
+    if (first_failure_) std::rethrow_exception(first_failure_);
+  }
+
+ private:
+  void recordFailure(std::size_t index) {
+    const std::lock_guard lock(mutex_);
+    if (!first_failure_ || index < failed_index_) {
+      first_failure_ = std::current_exception();
+      failed_index_ = index;
+    }
+    failed_.store(true, std::memory_order_relaxed);
+  }
+
+  std::size_t count_;
+  const std::function<void(std::size_t)>& body_;
+  std::atomic<std::size_t> next_{0};
+  std::atomic<bool> failed_{false};
+  std::mutex mutex_;
+  std::size_t failed_index_ = 0;
+  std::exception_ptr first_failure_;
+};
+
+}  // namespace
+
+std::size_t defaultThreadCount() { return std::max(1U, std::thread::hardware_concurrency()); }
+
+void parallelFor(std::size_t count, std::size_t thread_count, const std::function<void(std::size_t)>& body) {
+  IndexQueue queue(count, body);
+  std::vector<std::jthread> helpers;
+  const std::size_t wanted = std::min(count, std::max<std::size_t>(thread_count, 1));
+  try {
+    while (helpers.size() + 1 < wanted) helpers.emplace_back([&queue] { queue.work(); });
+  } catch (const std::system_error&) {
+    // The machine gives no more threads; those that run do the work.
+  }
+  queue.work();
+  helpers.clear();
+  queue.rethrowFirstFailure();
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,87 @@
+#include "base/text_numbers.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+
+#include "base/errors.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr std::array<double, 10> kPowersOfTen{1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
+/// Up to here a scaled value is a whole number of 64 bits with room to spare.
+constexpr double kLargestScaled = 9e15;
+
+}  // namespace
+
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view kBlanks = " \t\r";
+  const std::size_t first = text.find_first_not_of(kBlanks);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
+}
+
+std::optional<double> parseNumber(std::string_view text) {
+  text = trimmed(text);
+  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+void appendFixed(std::string& text, double value, int decimals) {
+  MOUTHPIECE_EXPECT(std::isfinite(value) && decimals >= 0 && decimals <= 9);
+  const double power = kPowersOfTen[static_cast<std::size_t>(decimals)];
+  std::array<char, 400> digits;
+  if (!(std::abs(value) * power < kLargestScaled)) {
+    const auto written = std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::fixed, decimals);
+    text.append(digits.data(), written.ptr);
+    return;
+  }
+  // A whole number in units of the last decimal prints several times faster than a double.
+  const std::int64_t scaled = std::llround(value * power);
+  if (scaled < 0) text.push_back('-');
+  const auto written = std::to_chars(digits.data(), digits.data() + digits.size(), std::abs(scaled));
+  const auto count = static_cast<std::size_t>(written.ptr - digits.data());
+  const auto wanted = static_cast<std::size_t>(decimals);
+  if (count > wanted) {
+    text.append(digits.data(), count - wanted);
+  } else {
+    text.push_back('0');
+  }
+  if (wanted == 0) return;
+  text.push_back('.');
+  if (count < wanted) text.append(wanted - count, '0');
+  text.append(digits.data() + (count > wanted ? count - wanted : 0), std::min(count, wanted));
+}
+
+LineReader::LineReader(std::string_view text) : rest_(text) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (rest_.starts_with(kByteOrderMark)) rest_.remove_prefix(kByteOrderMark.size());
+}
+
+bool LineReader::next(std::string_view& line) {
+  if (rest_.empty()) return false;
+  const std::size_t end = rest_.find('\n');
+  line = rest_.substr(0, end);
+  rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  ++line_number_;
+  return true;
+}
+
+void splitFields(std::string_view text, char separator, std::vector<std::string_view>& fields) {
+  fields.clear();
+  while (true) {
+    const std::size_t end = text.find(separator);
+    fields.push_back(text.substr(0, end));
+    if (end == std::string_view::npos) return;
+    text.remove_prefix(end + 1);
+  }
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,11 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace mouthpiece {
+
+/// Appends `bytes` in base64 (RFC 4648, padded) to `text`; about a nanosecond a byte.
+void appendBase64(std::string& text, std::string_view bytes);
+
+}  // namespace mouthpiece

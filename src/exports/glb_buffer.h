@@ -1,0 +1,40 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace mouthpiece {
+
+/// The binary chunk of a GLB and the JSON that describes it, grown together.
+class GlbBuffer {
+ public:
+  /// Each returns the new accessor's index. Attributes are vertex data, one bufferView each.
+  std::size_t addVec3(std::span<const float> values, bool with_bounds);
+  std::size_t addVec2(std::span<const float> values);
+  std::size_t addColors(std::span<const std::uint16_t> rgba);
+  std::size_t addIndices(std::span<const std::uint32_t> indices, std::size_t vertex_count);
+  std::size_t addScalars(std::span<const float> values, bool with_bounds);
+  /// Vec3 values most of which are zero: stored sparse (or not at all, when all are) where that is smaller.
+  std::size_t addMostlyZeroVec3(std::span<const float> values, bool with_bounds);
+
+  [[nodiscard]] const nlohmann::json& accessor(std::size_t index) const { return accessors_[index]; }
+
+  /// `root` (asset, scene, nodes ...) with accessors, bufferViews and the buffer, as one GLB.
+  [[nodiscard]] std::string toGlb(nlohmann::json root) const;
+
+ private:
+  std::size_t addView(std::string_view bytes, int target, std::size_t stride);
+  std::size_t addAccessor(nlohmann::json accessor);
+  std::size_t appendAligned(std::string_view bytes);
+
+  std::string bytes_;
+  nlohmann::json accessors_ = nlohmann::json::array();
+  nlohmann::json views_ = nlohmann::json::array();
+};
+
+}  // namespace mouthpiece

@@ -1,0 +1,146 @@
+#include "exports/html_page.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "base/errors.h"
+#include "base/files.h"
+#include "exports/base64.h"
+#include "exports/report_fields.h"
+
+namespace mouthpiece {
+namespace {
+
+using nlohmann::ordered_json;
+
+std::string_view kindName(PartKind kind) {
+  switch (kind) {
+    case PartKind::kSkin: return "skin";
+    case PartKind::kLips: return "lips";
+    case PartKind::kUpperTeeth:
+    case PartKind::kLowerTeeth: return "teeth";
+    case PartKind::kTongue: return "tongue";
+    case PartKind::kMouthInside: return "mouth";
+    case PartKind::kEye: return "eye";
+    case PartKind::kHair: return "hair";
+    case PartKind::kOther: break;
+  }
+  return "other";
+}
+
+/// In the order of the GLB's materials: parts without triangles have none.
+ordered_json partsOf(const FaceMesh& mesh) {
+  ordered_json parts = ordered_json::array();
+  for (const MeshPart& part : mesh.parts) {
+    if (part.triangle_count > 0) parts.push_back({{"name", part.name}, {"kind", kindName(part.kind)}});
+  }
+  return parts;
+}
+
+/// Control points in metres as little-endian floats, base64.
+ordered_json controlOf(const ViewPage& page) {
+  static_assert(std::endian::native == std::endian::little);
+  using Floats = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const Floats metres = (page.control * page.mesh.metres_per_unit).cast<float>();
+  std::string encoded;
+  appendBase64(encoded, {reinterpret_cast<const char*>(metres.data()), static_cast<std::size_t>(metres.size()) * 4});
+  return {{"names", std::vector<std::string>(page.control_names.begin(), page.control_names.end())},
+          {"count", metres.cols() / 3},
+          {"frames", metres.rows()},
+          {"positions_m", std::move(encoded)}};
+}
+
+void appendLittleEndian(std::string& bytes, std::uint32_t value, int byte_count) {
+  for (int i = 0; i < byte_count; ++i) bytes.push_back(static_cast<char>(value >> (8 * i)));
+}
+
+/// 16-bit PCM, the header's 44 bytes first.
+std::string wavBytes(const AudioClip& clip) {
+  const auto data_bytes = static_cast<std::uint32_t>(2 * clip.samples.size());
+  const auto rate = static_cast<std::uint32_t>(clip.sample_rate_hz);
+  std::string bytes;
+  bytes.reserve(44 + data_bytes);
+  bytes.append("RIFF");
+  appendLittleEndian(bytes, 36 + data_bytes, 4);
+  bytes.append("WAVEfmt ");
+  appendLittleEndian(bytes, 16, 4);
+  appendLittleEndian(bytes, 1, 2);  // PCM
+  appendLittleEndian(bytes, 1, 2);  // channels
+  appendLittleEndian(bytes, rate, 4);
+  appendLittleEndian(bytes, 2 * rate, 4);
+  appendLittleEndian(bytes, 2, 2);
+  appendLittleEndian(bytes, 16, 2);
+  bytes.append("data");
+  appendLittleEndian(bytes, data_bytes, 4);
+  for (const float sample : clip.samples) {
+    const float clipped = std::clamp(sample, -1.0F, 1.0F);
+    appendLittleEndian(bytes, static_cast<std::uint32_t>(std::lrint(clipped * 32767.0F)), 2);
+  }
+  return bytes;
+}
+
+/// JSON that is safe inside a script element: no character of markup, nothing outside ASCII.
+std::string scriptSafeJson(const ordered_json& data) {
+  const std::string text = data.dump(-1, ' ', true, ordered_json::error_handler_t::replace);
+  std::string safe;
+  safe.reserve(text.size());
+  for (const char letter : text) {
+    switch (letter) {
+      case '<': safe += "\\u003c"; break;
+      case '>': safe += "\\u003e"; break;
+      case '&': safe += "\\u0026"; break;
+      default: safe += letter;
+    }
+  }
+  return safe;
+}
+
+std::vector<double> roundedForDisplay(std::vector<double> values) {
+  for (double& value : values) value = std::round(value * 1000) / 1000;
+  return values;
+}
+
+}  // namespace
+
+std::vector<double> lipOpeningMm(const MotionClip& clip) {
+  const auto upper = clip.findMarker("LIP_UP_MID");
+  const auto lower = clip.findMarker("LIP_LO_MID");
+  std::vector<double> opening;
+  if (!upper || !lower) return opening;
+  for (FrameIndex frame; frame.value < clip.frameCount(); ++frame) {
+    opening.push_back((clip.position(frame, *upper) - clip.position(frame, *lower)).norm());
+  }
+  return opening;
+}
+
+std::string viewHtml(std::string_view page_template, const ViewPage& page) {
+  const std::size_t place = page_template.find(kViewPagePlaceholder);
+  if (place == std::string_view::npos) {
+    throw InputError("viewer.html", "", "found no line \"<!-- mouthpiece:data -->\"; expected the template that the build makes");
+  }
+  ordered_json data{{"report", reportFields(page.animation)},
+                    {"face", page.face_name},
+                    {"parts", partsOf(page.mesh)},
+                    {"control", controlOf(page)},
+                    {"lip_opening_mm", roundedForDisplay(lipOpeningMm(page.animation.motion))}};
+
+  const std::string wav = wavBytes(page.animation.audio);
+  std::string html;
+  html.reserve(page_template.size() + (page.glb.size() + wav.size()) / 3 * 4 + 1'000'000);
+  html.append(page_template.substr(0, place));
+  html.append("<script type=\"application/json\" id=\"mouthpiece-data\">").append(scriptSafeJson(data));
+  html.append("</script>\n<script type=\"text/plain\" id=\"mouthpiece-sound\">");
+  appendBase64(html, wav);
+  html.append("</script>\n<script type=\"text/plain\" id=\"mouthpiece-face\">");
+  appendBase64(html, page.glb);
+  html.append("</script>");
+  html.append(page_template.substr(place + kViewPagePlaceholder.size()));
+  return html;
+}
+
+void writeViewHtml(const std::filesystem::path& path, std::string_view page_template, const ViewPage& page) {
+  writeFileAtomically(path, viewHtml(page_template, page));
+}
+
+}  // namespace mouthpiece

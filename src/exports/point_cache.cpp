@@ -1,0 +1,112 @@
+#include "exports/point_cache.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cstdint>
+#include <iterator>
+#include <limits>
+
+#include "base/errors.h"
+#include "base/files.h"
+
+namespace mouthpiece {
+namespace {
+
+void appendWord(std::string& bytes, std::uint32_t word, std::endian order) {
+  for (int i = 0; i < 4; ++i) {
+    const int shift = order == std::endian::little ? 8 * i : 8 * (3 - i);
+    bytes.push_back(static_cast<char>(word >> shift));
+  }
+}
+
+void appendFloats(std::string& bytes, const float* values, std::size_t count, std::endian order) {
+  if (order == std::endian::native) {
+    bytes.append(reinterpret_cast<const char*>(values), count * sizeof(float));
+    return;
+  }
+  for (std::size_t i = 0; i < count; ++i) appendWord(bytes, std::bit_cast<std::uint32_t>(values[i]), order);
+}
+
+struct Counts {
+  std::uint32_t frames = 0;
+  std::uint32_t vertices = 0;
+};
+
+/// Both formats count in signed 32 bits.
+Counts countsOf(const FaceAnimation& animation) {
+  const auto& positions = animation.positions;
+  MOUTHPIECE_EXPECT(animation.frame_rate_hz > 0 && positions.cols() % 3 == 0);
+  MOUTHPIECE_EXPECT(positions.rows() <= std::numeric_limits<std::int32_t>::max());
+  MOUTHPIECE_EXPECT(positions.cols() / 3 <= std::numeric_limits<std::int32_t>::max());
+  return {static_cast<std::uint32_t>(positions.rows()), static_cast<std::uint32_t>(positions.cols() / 3)};
+}
+
+/// The same triangles, by part, after every frame's vertices.
+std::string faceLines(const FaceMesh& mesh) {
+  std::string lines;
+  for (const MeshPart& part : mesh.parts) {
+    fmt::format_to(std::back_inserter(lines), "usemtl {}\n", part.name);
+    for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t) {
+      const auto& [a, b, c] = mesh.triangles[t];
+      fmt::format_to(std::back_inserter(lines), "f {} {} {}\n", a + 1, b + 1, c + 1);
+    }
+  }
+  return lines;
+}
+
+}  // namespace
+
+std::string pc2Bytes(const FaceAnimation& animation) {
+  const Counts counts = countsOf(animation);
+  std::string bytes("POINTCACHE2\0", 12);
+  bytes.reserve(32 + static_cast<std::size_t>(animation.positions.size()) * sizeof(float));
+  appendWord(bytes, 1, std::endian::little);  // version
+  appendWord(bytes, counts.vertices, std::endian::little);
+  const float start_and_step[2] = {0.0F, 1.0F};  // frames
+  appendFloats(bytes, start_and_step, 2, std::endian::little);
+  appendWord(bytes, counts.frames, std::endian::little);
+  appendFloats(bytes, animation.positions.data(), static_cast<std::size_t>(animation.positions.size()),
+               std::endian::little);
+  return bytes;
+}
+
+std::string mddBytes(const FaceAnimation& animation) {
+  const Counts counts = countsOf(animation);
+  std::string bytes;
+  bytes.reserve(8 + 4 * std::size_t{counts.frames} + static_cast<std::size_t>(animation.positions.size()) * 4);
+  appendWord(bytes, counts.frames, std::endian::big);
+  appendWord(bytes, counts.vertices, std::endian::big);
+  for (std::uint32_t frame = 0; frame < counts.frames; ++frame) {
+    const auto time = static_cast<float>(frame / animation.frame_rate_hz);
+    appendFloats(bytes, &time, 1, std::endian::big);
+  }
+  appendFloats(bytes, animation.positions.data(), static_cast<std::size_t>(animation.positions.size()),
+               std::endian::big);
+  return bytes;
+}
+
+void writePc2(const std::filesystem::path& path, const FaceAnimation& animation) {
+  writeFileAtomically(path, pc2Bytes(animation));
+}
+
+void writeMdd(const std::filesystem::path& path, const FaceAnimation& animation) {
+  writeFileAtomically(path, mddBytes(animation));
+}
+
+void writeObjSequence(const std::filesystem::path& folder, std::string_view stem, const FaceMesh& mesh,
+                      const FaceAnimation& animation) {
+  const Counts counts = countsOf(animation);
+  MOUTHPIECE_EXPECT(counts.vertices == static_cast<std::size_t>(mesh.vertices.rows()));
+  const std::string faces = faceLines(mesh);
+  for (std::uint32_t frame = 0; frame < counts.frames; ++frame) {
+    const float* row = animation.positions.row(frame).data();
+    std::string text;
+    for (std::size_t v = 0; v < counts.vertices; ++v) {
+      fmt::format_to(std::back_inserter(text), "v {} {} {}\n", row[3 * v], row[3 * v + 1], row[3 * v + 2]);
+    }
+    writeFileAtomically(folder / fmt::format("{}.{:04}.obj", stem, frame), text + faces);
+  }
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "deform/face_animation.h"
+#include "deform/face_mesh.h"
+
+namespace mouthpiece {
+
+using RowMajorMatrixF = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+struct PrincipalShapesOptions {
+  double tolerance_mm = 0.07;  ///< largest distance of a vertex, in any frame, from the full animation
+};
+
+/// A face animation as a few shapes: frame f is `rest + sum_k weights(f, k) * shapes.row(k)`.
+struct PrincipalShapes {
+  double frame_rate_hz = 0;
+  Eigen::RowVectorXf rest;  ///< 1 x (3 * vertices), mesh unit
+  RowMajorMatrixF shapes;   ///< shapes x (3 * vertices), mesh unit: displacements at weight 1; zero where nothing moves
+  RowMajorMatrixF weights;  ///< frames x shapes; the weight of largest magnitude of every shape is 1
+  double max_error_mm = 0;  ///< measured over all vertices and frames
+
+  [[nodiscard]] Eigen::Index shapeCount() const { return shapes.rows(); }
+  [[nodiscard]] Eigen::Index frameCount() const { return weights.rows(); }
+};
+
+/// Compresses `animation` of a mesh that rests at `rest` (vertices x 3, same unit): principal components of a sample of
+/// trajectories give the weights, one least-squares product the shapes; vertices beyond the tolerance get shapes of
+/// their own until none is left, so the tolerance always holds. Deterministic, one thread.
+PrincipalShapes principalShapes(const FaceAnimation& animation, const VertexPositions& rest, double metres_per_unit,
+                                const PrincipalShapesOptions& options = {});
+
+}  // namespace mouthpiece

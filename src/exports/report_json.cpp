@@ -1,0 +1,103 @@
+#include "exports/report_json.h"
+
+#include <cmath>
+
+#include "base/files.h"
+#include "exports/report_fields.h"
+
+namespace mouthpiece {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// Nothing here is known to better than a microsecond or a micrometre; shorter numbers are easier to read.
+double rounded(double value) { return std::round(value * 1e6) / 1e6; }
+
+bool covers(const PhoneRange& range, std::size_t phone) { return range.first.value <= phone && phone <= range.last.value; }
+
+ordered_json phonesOf(const UtteranceAnimation& animation) {
+  ordered_json phones = ordered_json::array();
+  for (std::size_t i = 0; i < animation.labels.phones.size(); ++i) {
+    const LabelledPhone& phone = animation.labels.phones[i];
+    bool is_backoff = false;
+    for (const PlacedUnit& unit : animation.units) is_backoff |= unit.is_backoff && covers(unit.phones, i);
+    phones.push_back({{"phone", phoneName(phone.phone)},
+                      {"start_s", rounded(phone.span.start)},
+                      {"end_s", rounded(phone.span.end)},
+                      {"word", animation.labels.wordOf(PhoneIndex(i))},
+                      {"from", is_backoff ? "backoff" : "unit"}});
+  }
+  return phones;
+}
+
+ordered_json unitsOf(const UtteranceAnimation& animation) {
+  ordered_json units = ordered_json::array();
+  for (const PlacedUnit& unit : animation.units) {
+    units.push_back({{"first", unit.phones.first.value},
+                     {"last", unit.phones.last.value},
+                     {"take", unit.take},
+                     {"source_first", unit.source_first.value},
+                     {"source_start_s", rounded(unit.source_span.start)},
+                     {"source_end_s", rounded(unit.source_span.end)},
+                     {"start_s", rounded(unit.span.start)},
+                     {"end_s", rounded(unit.span.end)},
+                     {"scale", unit.scale},
+                     {"cost", rounded(unit.cost)},
+                     {"backoff", unit.is_backoff}});
+  }
+  return units;
+}
+
+ordered_json joinsOf(const UtteranceAnimation& animation) {
+  ordered_json joins = ordered_json::array();
+  for (const Join& join : animation.joins) {
+    joins.push_back({{"time_s", rounded(join.time)},
+                     {"position_jump_mm", rounded(join.position_jump_mm)},
+                     {"velocity_jump_mm_s", rounded(join.velocity_jump_mm_s)}});
+  }
+  return joins;
+}
+
+ordered_json backoffOf(const UtteranceAnimation& animation) {
+  ordered_json backoff = ordered_json::array();
+  for (const PlacedUnit& unit : animation.units) {
+    if (unit.is_backoff) backoff.push_back({{"first", unit.phones.first.value}, {"last", unit.phones.last.value}});
+  }
+  return backoff;
+}
+
+}  // namespace
+
+ordered_json reportFields(const UtteranceAnimation& animation) {
+  const StageTimings& timing = animation.timing_ms;
+  const double work_ms = timing.selection + timing.motion + timing.retarget + timing.deform + timing.write;
+  const Seconds duration = animation.motion.frameCount() > 0 ? animation.motion.duration() : animation.labels.duration();
+  return {{"text", animation.text},
+          {"voice", animation.voice},
+          {"corpus", animation.corpus},
+          {"fps", animation.motion.frame_rate_hz},
+          {"frames", animation.motion.frameCount()},
+          {"duration_s", rounded(duration)},
+          {"phones", phonesOf(animation)},
+          {"units", unitsOf(animation)},
+          {"joins", joinsOf(animation)},
+          {"backoff", backoffOf(animation)},
+          {"timing_ms",
+           {{"speech", rounded(timing.speech)},
+            {"selection", rounded(timing.selection)},
+            {"motion", rounded(timing.motion)},
+            {"retarget", rounded(timing.retarget)},
+            {"deform", rounded(timing.deform)},
+            {"write", rounded(timing.write)}}},
+          {"real_time_factor", duration > 0 ? rounded(work_ms / 1000 / duration) : 0.0}};
+}
+
+std::string reportJson(const UtteranceAnimation& animation) {
+  return reportFields(animation).dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
+void writeReport(const std::filesystem::path& path, const UtteranceAnimation& animation) {
+  writeFileAtomically(path, reportJson(animation));
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "motion/motion_clip.h"
+
+namespace mouthpiece {
+
+/// Reads the points of a C3D file (docs/formats/c3d.md): Intel, DEC and MIPS byte orders, integer and float points,
+/// units mm, cm, m; a point with a negative residual, or with a coordinate that is NaN, becomes NaN. Analog data and
+/// events are skipped. A point without a label, or with one used before, is called "unlabelled_N" (N from 1).
+/// Throws InputError for what is no C3D file, is cut off, contradicts itself, or has no points or frames.
+MotionClip readC3d(const std::filesystem::path& path);
+/// The same from memory; `name` is for messages.
+MotionClip readC3dBytes(std::string_view bytes, std::string_view name);
+
+/// Writes Intel floats in millimetres, as far as 32-bit floats hold them; NaN becomes residual -1. Throws InputError
+/// when the clip does not fit the format (65,535 markers, 127 bytes a name, 130,000 bytes of names) or the file cannot
+/// be written.
+void writeC3d(const std::filesystem::path& path, const MotionClip& clip);
+std::string writeC3dBytes(const MotionClip& clip);
+
+}  // namespace mouthpiece

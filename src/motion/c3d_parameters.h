@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/byte_reader.h"
+
+namespace mouthpiece {
+
+/// The processor byte of the parameter section.
+enum class C3dProcessor : std::uint8_t { kIntel = 84, kDec = 85, kMips = 86 };
+
+/// A 32-bit float as that processor stores it; DEC's is the VAX F format.
+float readC3dFloat(ByteReader& reader, C3dProcessor processor);
+
+enum class C3dParameterType : std::int8_t { kText = -1, kByte = 1, kInteger = 2, kFloat = 4 };
+
+struct C3dParameter {
+  C3dParameterType type = C3dParameterType::kByte;
+  std::vector<std::size_t> dimensions;  ///< empty: one value
+  std::string_view data;                ///< as many bytes as type and dimensions ask for, in the file's byte order
+};
+
+/// All parameters of a C3D file, found by "GROUP", "NAME" (upper case). A view into the file's bytes.
+class C3dParameters {
+ public:
+  /// `first_block` is the header's pointer, 1-based. Throws InputError for a section that does not parse.
+  static C3dParameters read(std::string_view bytes, std::string_view file, std::size_t first_block);
+
+  [[nodiscard]] C3dProcessor processor() const { return processor_; }
+  [[nodiscard]] ByteOrder byteOrder() const;
+  [[nodiscard]] const C3dParameter* find(const std::string& group, const std::string& name) const;
+  /// Numbers of any type, integers taken as unsigned. Empty when there is no such parameter or it is text.
+  [[nodiscard]] std::vector<double> numbers(const std::string& group, const std::string& name) const;
+  [[nodiscard]] std::optional<double> number(const std::string& group, const std::string& name) const;
+  /// Rows of a text parameter, blanks and zero bytes cut off at the end. Empty when it is missing or no text.
+  [[nodiscard]] std::vector<std::string> texts(const std::string& group, const std::string& name) const;
+
+ private:
+  std::string file_;
+  C3dProcessor processor_ = C3dProcessor::kIntel;
+  std::map<std::pair<std::string, std::string>, C3dParameter> parameters_;
+};
+
+}  // namespace mouthpiece

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "motion/motion_clip.h"
+
+namespace mouthpiece {
+
+/// Motion as a table (docs/formats/motion_csv.md): time_s,NAME.x,NAME.y,NAME.z,..., millimetres, one row a frame, an empty
+/// cell (or "nan") where the marker was not seen. The frame rate comes from the times, which are evenly spaced.
+/// Throws InputError with the line; at least two rows.
+MotionClip readMotionCsv(const std::filesystem::path& path);
+MotionClip readMotionCsvText(std::string_view text, std::string_view name);
+
+/// Four decimals for positions, six for time. Throws InputError for a marker name with a comma, quote or line end, and
+/// when the file cannot be written.
+void writeMotionCsv(const std::filesystem::path& path, const MotionClip& clip);
+std::string writeMotionCsvText(const MotionClip& clip);
+
+}  // namespace mouthpiece

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "motion/motion_clip.h"
+
+namespace mouthpiece {
+
+/// Gathers the rows of a text table of positions; shared by the CSV and TRC readers.
+class MotionRows {
+ public:
+  MotionRows(std::string_view file, std::size_t marker_count) : file_(file), column_count_(3 * marker_count) {}
+
+  /// `cells`: x y z of each marker, blank or nan where it was not seen. `place` names the line in errors. Throws InputError
+  /// for what is no number, too large or infinite, and for another count of cells (so memory stays in step with the file).
+  void add(double time, std::span<const std::string_view> cells, double mm_per_unit, std::string_view place);
+
+  [[nodiscard]] std::size_t rowCount() const { return times_.size(); }
+  /// All rows; a sample of which one axis is missing is missing. `rate_hz` 0: from the times, which must then be even.
+  [[nodiscard]] MotionClip takeClip(std::vector<std::string> marker_names, double rate_hz) const;
+
+ private:
+  [[nodiscard]] double rateFromTimes() const;
+
+  std::string file_;
+  std::size_t column_count_;
+  std::vector<double> times_;
+  std::vector<double> values_;
+};
+
+/// Throws InputError when a name comes twice or is empty.
+void expectDistinctNames(const std::vector<std::string>& names, std::string_view file, std::string_view place);
+
+}  // namespace mouthpiece

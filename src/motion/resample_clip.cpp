@@ -1,0 +1,126 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "base/errors.h"
+#include "motion/resample.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+/// Frames [first, last) that queries in `targets` need: those around them, and as many more as a window looks at.
+struct FrameRange {
+  std::size_t first = 0;
+  std::size_t last = 0;
+};
+
+FrameRange framesNear(const MotionClip& clip, TimeSpan source_span, const ResampleOptions& options) {
+  const auto count = static_cast<double>(clip.frameCount());
+  const auto reach = static_cast<double>(options.window_samples);
+  const double first = std::floor(source_span.start * clip.frame_rate_hz) - reach;
+  const double last = std::ceil(source_span.end * clip.frame_rate_hz) + reach + 1.0;
+  // A query beyond the clip still needs its end frame.
+  return {static_cast<std::size_t>(std::clamp(first, 0.0, count - 1.0)),
+          static_cast<std::size_t>(std::clamp(last, 1.0, count))};
+}
+
+/// Markers that were seen in the same frames: they share one resampler.
+using SeenFrames = std::vector<bool>;
+
+std::map<SeenFrames, std::vector<Eigen::Index>> markersBySeenFrames(const Eigen::Ref<const PositionMatrix>& positions) {
+  std::map<SeenFrames, std::vector<Eigen::Index>> groups;
+  SeenFrames seen(static_cast<std::size_t>(positions.rows()));
+  for (Eigen::Index marker = 0; marker < positions.cols() / 3; ++marker) {
+    for (Eigen::Index frame = 0; frame < positions.rows(); ++frame) {
+      seen[static_cast<std::size_t>(frame)] = positions.block<1, 3>(frame, 3 * marker).allFinite();
+    }
+    groups[seen].push_back(marker);
+  }
+  return groups;
+}
+
+/// True where both frames around the query saw the marker, or the one frame that it falls on.
+std::vector<bool> queriesInSight(std::span<const Seconds> times, const SeenFrames& seen,
+                                 std::span<const Seconds> queries) {
+  std::vector<bool> in_sight(queries.size());
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    const auto right = std::lower_bound(times.begin(), times.end(), queries[i]) - times.begin();
+    const auto count = static_cast<std::ptrdiff_t>(times.size());
+    const auto after = static_cast<std::size_t>(std::min(right, count - 1));
+    const bool on_frame = right == count || right == 0 || times[after] == queries[i];
+    in_sight[i] = seen[after] && (on_frame || seen[after - 1]);
+  }
+  return in_sight;
+}
+
+/// Interpolates markers with gaps through the frames that saw them.
+void resampleGroup(const Eigen::Ref<const PositionMatrix>& positions, std::span<const Seconds> times,
+                   std::span<const Seconds> queries, const SeenFrames& seen, const std::vector<Eigen::Index>& markers,
+                   const ResampleOptions& options, PositionMatrix& result) {
+  std::vector<Seconds> seen_times;
+  std::vector<Eigen::Index> seen_rows;
+  for (std::size_t frame = 0; frame < seen.size(); ++frame) {
+    if (!seen[frame]) continue;
+    seen_times.push_back(times[frame]);
+    seen_rows.push_back(static_cast<Eigen::Index>(frame));
+  }
+  if (seen_times.empty()) return;
+  PositionMatrix values(static_cast<Eigen::Index>(seen_rows.size()), static_cast<Eigen::Index>(3 * markers.size()));
+  for (std::size_t m = 0; m < markers.size(); ++m) {
+    for (std::size_t row = 0; row < seen_rows.size(); ++row) {
+      values.block<1, 3>(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(3 * m)) =
+          positions.block<1, 3>(seen_rows[row], 3 * markers[m]);
+    }
+  }
+  const PositionMatrix resampled = MotionResampler(seen_times, queries, options).apply(values);
+  const std::vector<bool> in_sight = queriesInSight(times, seen, queries);
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    for (std::size_t m = 0; m < markers.size() && in_sight[i]; ++m) {
+      result.block<1, 3>(static_cast<Eigen::Index>(i), 3 * markers[m]) =
+          resampled.block<1, 3>(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(3 * m));
+    }
+  }
+}
+
+}  // namespace
+
+PositionMatrix resampleWarped(const MotionClip& clip, const TimeWarp& warp, std::span<const Seconds> target_times,
+                              const ResampleOptions& options) {
+  MOUTHPIECE_EXPECT(clip.frameCount() > 0 && clip.frame_rate_hz > 0.0);
+  if (target_times.empty()) return PositionMatrix(0, clip.positions_mm.cols());
+  const TimeSpan source_span{warp.sourceFromTarget(target_times.front()), warp.sourceFromTarget(target_times.back())};
+  const FrameRange range = framesNear(clip, source_span, options);
+  std::vector<Seconds> times;
+  for (std::size_t frame = range.first; frame < range.last; ++frame) {
+    times.push_back(warp.targetFromSource(clip.timeOf(FrameIndex(frame))));
+  }
+  const auto positions = clip.positions_mm.middleRows(static_cast<Eigen::Index>(range.first), static_cast<Eigen::Index>(times.size()));
+  if (positions.allFinite()) return MotionResampler(times, target_times, options).apply(positions);
+
+  PositionMatrix result =
+      PositionMatrix::Constant(static_cast<Eigen::Index>(target_times.size()), clip.positions_mm.cols(), kNan);
+  for (const auto& [seen, markers] : markersBySeenFrames(positions)) {
+    resampleGroup(positions, times, target_times, seen, markers, options, result);
+  }
+  return result;
+}
+
+MotionClip resampleClip(const MotionClip& clip, double frame_rate_hz, const ResampleOptions& options) {
+  MOUTHPIECE_EXPECT(frame_rate_hz > 0.0 && clip.frameCount() > 0);
+  const auto frame_count = static_cast<std::size_t>(std::max(1.0, std::round(clip.duration() * frame_rate_hz)));
+  MotionClip result{frame_rate_hz, clip.marker_names, {}};
+  result.positions_mm =
+      resampleWarped(clip, TimeWarp({{0.0, 0.0}}), frameTimes(0, frame_count, frame_rate_hz), options);
+  return result;
+}
+
+std::vector<Seconds> frameTimes(std::size_t first_frame, std::size_t frame_count, double frame_rate_hz) {
+  std::vector<Seconds> times(frame_count);
+  for (std::size_t i = 0; i < frame_count; ++i) times[i] = static_cast<double>(first_frame + i) / frame_rate_hz;
+  return times;
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace mouthpiece {
+
+/// Text of a file as UTF-8: UTF-16 when it starts with its byte order mark, UTF-8 when it is that (its mark is taken
+/// off), else Latin-1. Throws InputError for broken UTF-16.
+std::string decodeText(std::string_view bytes, std::string_view file);
+
+/// The code point that starts at `offset`, which moves behind it; nullopt for broken UTF-8 (overlong and surrogates too).
+std::optional<char32_t> decodeUtf8(std::string_view text, std::size_t& offset);
+
+void appendUtf8(std::string& out, char32_t code_point);
+
+}  // namespace mouthpiece

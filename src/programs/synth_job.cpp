@@ -1,0 +1,204 @@
+#include "programs/synth_job.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <optional>
+
+#include "audio/audio_clip.h"
+#include "base/errors.h"
+#include "base/files.h"
+#include "exports/glb_writer.h"
+#include "exports/html_page.h"
+#include "exports/principal_shapes.h"
+#include "exports/report_json.h"
+#include "motion/c3d_file.h"
+#include "motion/motion_csv.h"
+#include "phonetics/lab_file.h"
+#include "phonetics/lexicon.h"
+#include "phonetics/textgrid.h"
+#include "programs/shared_files.h"
+#include "retarget/face_rig.h"
+#include "units/unit_database.h"
+#include "voices/voice.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr std::string_view kMakeCorpus = "make the sample corpus with `make data` in the checkout, or name one with --corpus";
+constexpr std::string_view kMakeFace = "make the sample face with `make data` in the checkout, or name one with --face";
+constexpr std::string_view kMakePage = "make it with `make build` in the checkout";
+/// Every vertex of every frame is held in memory until the shapes are found.
+constexpr double kMaxFaceAnimationBytes = 6e9;
+
+bool isAny(const std::vector<OutputFile>& outputs, std::initializer_list<OutputKind> kinds) {
+  return std::any_of(outputs.begin(), outputs.end(), [&](const OutputFile& output) {
+    return std::find(kinds.begin(), kinds.end(), output.kind) != kinds.end();
+  });
+}
+
+bool needsFace(const std::vector<OutputFile>& outputs) { return isAny(outputs, {OutputKind::kFace, OutputKind::kPage}); }
+
+/// Adds the wall time of `work` to `milliseconds`.
+template <typename Work>
+auto timed(double& milliseconds, Work&& work) {
+  struct Stopwatch {
+    double& total;
+    std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+    ~Stopwatch() { total += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count(); }
+  } stopwatch{milliseconds};
+  return std::forward<Work>(work)();
+}
+
+void expectFrameRate(double frame_rate_hz) {
+  if (!(frame_rate_hz >= 24.0 && frame_rate_hz <= 240.0)) {
+    throw InputError("--fps", "", fmt::format("found {}; expected 24 to 240", frame_rate_hz));
+  }
+}
+
+void expectOverlap(double overlap_ms) {
+  if (!(overlap_ms >= 0.0 && overlap_ms <= 1000.0)) {
+    throw InputError("--overlap-ms", "", fmt::format("found {}; expected 0 to 1000", overlap_ms));
+  }
+}
+
+void expectNoBackoff(const UtteranceAnimation& animation, const std::string& corpus) {
+  const auto found = std::find_if(animation.units.begin(), animation.units.end(), [](const PlacedUnit& unit) { return unit.is_backoff; });
+  if (found == animation.units.end()) return;
+  const auto& phones = animation.labels.phones;
+  throw InputError(corpus, "", fmt::format("lacks the phone pair {} {} (at {:.2f} s); expected it because of --backoff none",
+                                           phoneName(phones[found->phones.first.value].phone),
+                                           phoneName(phones[found->phones.last.value].phone), found->span.start));
+}
+
+}  // namespace
+
+struct SynthJob::Data {
+  SynthOptions options;
+  std::filesystem::path corpus_path;
+  Corpus corpus;
+  std::unique_ptr<UnitDatabase> units;
+  std::optional<FaceRig> face;
+  std::optional<Lexicon> lexicon;
+  std::unique_ptr<Voice> voice;  ///< made when the first typed line comes
+  std::string page_template;
+  double load_ms = 0;
+
+  SpokenLine speakOrRead(const LineSource& source);
+  /// The face's animation as few shapes. `control`: FaceRig::retarget()'s rows.
+  PrincipalShapes deformFace(const UtteranceAnimation& animation, const PositionMatrix& control, StageTimings& timing) const;
+  void writeOutputs(UtteranceAnimation& animation, const PositionMatrix& control, const std::string& glb,
+                    const std::vector<OutputFile>& outputs) const;
+};
+
+SynthJob::SynthJob(const SynthOptions& options, const std::vector<OutputFile>& outputs) : data_(std::make_unique<Data>()) {
+  expectFrameRate(options.synthesis.frame_rate_hz);
+  expectOverlap(options.synthesis.overlap_ms);
+  data_->options = options;
+  timed(data_->load_ms, [&] {
+    data_->corpus_path = options.corpus.empty() ? findSharedFile("sample.corpus", kMakeCorpus) : options.corpus;
+    data_->corpus = readCorpus(data_->corpus_path);
+    data_->units = std::make_unique<UnitDatabase>(data_->corpus);
+    if (needsFace(outputs)) data_->face = FaceRig::load(options.face.empty() ? findSharedFile("default.face", kMakeFace) : options.face);
+    if (isAny(outputs, {OutputKind::kPage})) data_->page_template = readFile(findSharedFile("viewer.html", kMakePage));
+    if (!options.lexicon.empty()) data_->lexicon = Lexicon::read(options.lexicon);
+  });
+}
+
+SynthJob::~SynthJob() = default;
+
+SpokenLine SynthJob::Data::speakOrRead(const LineSource& source) {
+  if (source.audio.empty()) {
+    if (!voice) voice = makeVoice(options.voice, VoiceOptions{lexicon ? &*lexicon : nullptr});
+    return voice->speak(source.text);
+  }
+  SpokenLine line;
+  line.audio = readAudio(source.audio);
+  line.labels = readLabels(source.phones);
+  line.text = source.text;
+  for (const LabelledWord& word : line.labels.words) {
+    if (source.text.empty()) line.text += (line.text.empty() ? "" : " ") + word.text;
+  }
+  line.voice = "recorded:" + source.audio.filename().string();
+  return line;
+}
+
+PrincipalShapes SynthJob::Data::deformFace(const UtteranceAnimation& animation, const PositionMatrix& control, StageTimings& timing) const {
+  return timed(timing.deform, [&] {
+    const FaceMesh& mesh = face->mesh();
+    const double bytes = static_cast<double>(control.rows()) * static_cast<double>(mesh.vertices.size()) * sizeof(float);
+    if (bytes > kMaxFaceAnimationBytes) {
+      throw InputError(fmt::format("the line lasts {:.0f} s: its face would take {:.0f} GB of memory; expected at most {:.0f} (split the line, "
+                                   "or ask with -o for sound and motion alone)",
+                                   animation.motion.duration(), bytes / 1e9, kMaxFaceAnimationBytes / 1e9));
+    }
+    FaceAnimation moving{animation.motion.frame_rate_hz, {}};
+    moving.positions.resize(control.rows(), mesh.vertices.size());
+    VertexPositions frame;
+    for (Eigen::Index i = 0; i < control.rows(); ++i) {
+      face->deform({control.row(i).data(), static_cast<std::size_t>(control.cols())}, animation.tongue[static_cast<std::size_t>(i)], frame);
+      moving.positions.row(i) = Eigen::Map<const Eigen::RowVectorXf>(frame.data(), frame.size());
+    }
+    return principalShapes(moving, mesh.vertices, mesh.metres_per_unit);
+  });
+}
+
+void SynthJob::Data::writeOutputs(UtteranceAnimation& animation, const PositionMatrix& control, const std::string& glb,
+                                  const std::vector<OutputFile>& outputs) const {
+  const auto write = [&](const OutputFile& output) {
+    switch (output.kind) {
+      case OutputKind::kSound: return writeWav(output.path, animation.audio);
+      case OutputKind::kMotionC3d: return writeC3d(output.path, animation.motion);
+      case OutputKind::kMotionCsv: return writeMotionCsv(output.path, animation.motion);
+      case OutputKind::kFace: return writeFileAtomically(output.path, glb);
+      case OutputKind::kPhones: return writeTextGrid(output.path, animation.labels);
+      case OutputKind::kPage:
+        return writeViewHtml(output.path, page_template, {animation, glb, face->mesh(), face->name(), face->markerNames(), control});
+      case OutputKind::kReport: return writeReport(output.path, animation);
+    }
+  };
+  // The report comes last, so that it can tell how long the others took.
+  for (const bool report : {false, true}) {
+    for (const OutputFile& output : outputs) {
+      if ((output.kind == OutputKind::kReport) == report) timed(animation.timing_ms.write, [&] { write(output); });
+    }
+  }
+}
+
+SynthOutcome SynthJob::run(const LineSource& source, const std::vector<OutputFile>& outputs) {
+  double speech_ms = 0;
+  SpokenLine line = timed(speech_ms, [&] { return data_->speakOrRead(source); });
+  SynthOutcome outcome;
+  if (!line.notice.empty()) outcome.notices.push_back(line.notice);
+
+  UtteranceAnimation animation = synthesise(
+      {line.text, line.voice, std::move(line.labels), std::move(line.audio), data_->options.synthesis}, *data_->units);
+  animation.corpus = data_->corpus.name;
+  animation.timing_ms.speech = speech_ms;
+  animation.timing_ms.load = std::exchange(data_->load_ms, 0.0);
+  if (!data_->options.allow_backoff) expectNoBackoff(animation, data_->corpus_path.string());
+
+  PositionMatrix control;
+  std::string glb;
+  if (needsFace(outputs)) {
+    control = timed(animation.timing_ms.retarget, [&] { return data_->face->retarget(animation.motion, &data_->corpus.neutral_pose_mm); });
+    const PrincipalShapes shapes = data_->deformFace(animation, control, animation.timing_ms);
+    glb = timed(animation.timing_ms.write, [&] { return glbBytes(data_->face->mesh(), shapes, data_->face->name()); });
+  }
+  data_->writeOutputs(animation, control, glb, outputs);
+
+  const StageTimings& timing = animation.timing_ms;
+  outcome.duration = animation.motion.duration();
+  outcome.unit_count = animation.units.size();
+  outcome.backoff_count = static_cast<std::size_t>(
+      std::count_if(animation.units.begin(), animation.units.end(), [](const PlacedUnit& unit) { return unit.is_backoff; }));
+  outcome.real_time_factor = 1e-3 * (timing.load + timing.selection + timing.motion + timing.retarget + timing.deform + timing.write) /
+                             std::max(outcome.duration, 1e-9);
+  outcome.report_json = reportJson(animation);
+  return outcome;
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "synthesis/synthesis.h"
+
+namespace mouthpiece {
+
+/// The files that synth can write; their names in an output folder are those of the design.
+enum class OutputKind { kSound, kMotionC3d, kMotionCsv, kFace, kPhones, kPage, kReport };
+
+struct OutputFile {
+  OutputKind kind;
+  std::filesystem::path path;
+};
+
+/// What kind of file `path` asks for by its ending. Throws InputError that lists the known endings.
+OutputFile outputFileFor(const std::filesystem::path& path);
+
+/// All of them, in `folder`, under their usual names.
+std::vector<OutputFile> allOutputFiles(const std::filesystem::path& folder);
+
+/// One line to animate: typed, or recorded with its labels.
+struct LineSource {
+  std::string text;               ///< typed; for a recording what is said, if known
+  std::filesystem::path audio;    ///< a recording; empty: `text` is spoken by the voice
+  std::filesystem::path phones;   ///< its labels (TextGrid, .lab, .phn)
+};
+
+/// The part of the command line that is the same for every line of a batch.
+struct SynthOptions {
+  std::filesystem::path corpus;  ///< empty: the sample corpus
+  std::filesystem::path face;    ///< empty: the default face
+  std::filesystem::path lexicon; ///< empty: the voice's own pronunciations
+  std::string voice = "festival:cmu_us_slt_arctic_hts";
+  SynthesisOptions synthesis;
+  bool allow_backoff = true;     ///< false: a phone pair that the corpus lacks is an error
+};
+
+}  // namespace mouthpiece

@@ -1,0 +1,125 @@
+#include "synthesis/fragment.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "motion/resample.h"
+
+namespace mouthpiece {
+namespace {
+
+/// How much of a pause between two words of a take still belongs to the word beside it; the rest leads to the other.
+constexpr double kOwnPartOfPause = 0.75;
+constexpr Seconds kComeToRest = 0.030;  ///< time constant with which movement dies out where the capture ends
+constexpr Seconds kRelax = 0.400;       ///< from there to the neutral pose
+
+bool isSilent(const LabelledPhone& phone) { return phone.phone == Phone::kSil; }
+
+/// A knot at each boundary that has speech beside it; beyond the outer ones the map runs at the capture's speed.
+TimeWarp warpOf(const SpeechLabels& line, const PhoneRange& target, const SpeechLabels& take, PhoneIndex source_first) {
+  std::vector<TimeKnot> knots;
+  const std::size_t count = target.last.value - target.first.value + 1;
+  for (std::size_t i = 0; i < count; ++i) {
+    const LabelledPhone& wanted = line.phones[target.first.value + i];
+    const LabelledPhone& found = take.phones[source_first.value + i];
+    if (!isSilent(found)) {
+      if (i == 0) knots.push_back({found.span.start, wanted.span.start});
+      knots.push_back({found.span.end, wanted.span.end});
+    } else if (i == 0) {
+      knots.push_back({found.span.end, wanted.span.end});
+    }
+  }
+  return TimeWarp(std::move(knots));
+}
+
+/// The seconds of the take that this fragment may show.
+TimeSpan usableSource(const CorpusTake& take, std::size_t first, std::size_t last) {
+  TimeSpan usable{0, (static_cast<double>(take.motion.frameCount()) - 1) / take.motion.frame_rate_hz};
+  const std::vector<LabelledPhone>& phones = take.labels.phones;
+  if (isSilent(phones[first]) && first > 0) {
+    usable.start = phones[first].span.end - kOwnPartOfPause * phones[first].span.duration();
+  }
+  if (isSilent(phones[last]) && last + 1 < phones.size()) {
+    usable.end = phones[last].span.start + kOwnPartOfPause * phones[last].span.duration();
+  }
+  usable.end = std::max(usable.start, usable.end);
+  return usable;
+}
+
+double smoothStep(double u) {
+  u = std::clamp(u, 0.0, 1.0);
+  return u * u * (3 - 2 * u);
+}
+
+}  // namespace
+
+Fragment::Fragment(const SpeechLabels& line, const PhoneRange& target, const UnitDatabase& database, const PhonePlace& source)
+    : take_(&database.takeOf(source)),
+      database_(&database),
+      target_(target),
+      source_first_(source.phone),
+      warp_(warpOf(line, target, take_->labels, source.phone)) {
+  const TimeSpan usable = usableSource(*take_, source.phone.value, source.phone.value + target.last.value - target.first.value);
+  usable_ = {warp_.targetFromSource(usable.start), warp_.targetFromSource(usable.end)};
+}
+
+const LabelledPhone& Fragment::sourcePhone(PhoneIndex target) const {
+  return take_->labels.phones[source_first_.value + target.value - target_.first.value];
+}
+
+Eigen::RowVectorXd Fragment::lipsAt(Seconds time) const {
+  return mouthpiece::lipsAt(take_->motion, database_->lipColumns(), warp_.sourceFromTarget(std::clamp(time, usable_.start, usable_.end)));
+}
+
+PositionMatrix Fragment::posesAt(std::span<const Seconds> times) const {
+  std::vector<Seconds> within(times.begin(), times.end());
+  for (Seconds& time : within) time = std::clamp(time, usable_.start, usable_.end);
+  PositionMatrix poses = resampleWarped(take_->motion, warp_, within);
+  relaxBeyond(times, poses);
+  return poses;
+}
+
+/// Velocity at an edge of the usable stretch, from one capture interval inside it; zero where that was not seen.
+Eigen::RowVectorXd Fragment::edgeVelocity(Seconds edge, double inward) const {
+  const Seconds step = 1 / take_->motion.frame_rate_hz;
+  const Seconds inside = std::clamp(edge + inward * step, usable_.start, usable_.end);
+  std::vector<Seconds> pair{std::min(edge, inside), std::max(edge, inside)};
+  const PositionMatrix poses = resampleWarped(take_->motion, warp_, pair);
+  const Eigen::RowVectorXd velocity = (poses.row(1) - poses.row(0)) / step;
+  return velocity.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; });
+}
+
+void Fragment::relaxBeyond(std::span<const Seconds> times, PositionMatrix& poses) const {
+  const auto& neutral = database_->corpus().neutral_pose_mm;
+  const Eigen::Map<const Eigen::RowVectorXd> rest(neutral.data(), neutral.size());
+  const auto relax = [&](std::size_t i, Seconds beyond, const Eigen::RowVectorXd& velocity) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const Eigen::RowVectorXd held = poses.row(row) + velocity * (kComeToRest * (1 - std::exp(-beyond / kComeToRest)));
+    poses.row(row) = held + smoothStep(beyond / kRelax) * (rest - held);
+  };
+  if (!times.empty() && times.front() < usable_.start) {
+    const Eigen::RowVectorXd backwards = -edgeVelocity(usable_.start, 1);
+    for (std::size_t i = 0; i < times.size() && times[i] < usable_.start; ++i) relax(i, usable_.start - times[i], backwards);
+  }
+  if (!times.empty() && times.back() > usable_.end) {
+    const Eigen::RowVectorXd forwards = edgeVelocity(usable_.end, -1);
+    for (std::size_t i = times.size(); i-- > 0 && times[i] > usable_.end;) relax(i, times[i] - usable_.end, forwards);
+  }
+}
+
+std::vector<UnitFragment> cutIntoFragments(const SpeechLabels& line, const UnitDatabase& database, const std::vector<SelectedUnit>& units) {
+  std::vector<UnitFragment> fragments;
+  for (std::size_t u = 0; u < units.size(); ++u) {
+    const SelectedUnit& unit = units[u];
+    std::size_t begin = unit.phones.first.value;
+    for (std::size_t i = begin + 1; i <= unit.phones.last.value; ++i) {
+      if (i < unit.phones.last.value && line.phones[i].phone != Phone::kSil) continue;
+      const PhonePlace source{unit.source.take, PhoneIndex(unit.source.phone.value + begin - unit.phones.first.value)};
+      fragments.push_back({Fragment(line, {PhoneIndex(begin), PhoneIndex(i)}, database, source), u});
+      begin = i;
+    }
+  }
+  return fragments;
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "motion/motion_clip.h"
+#include "motion/time_warp.h"
+#include "units/selection.h"
+#include "units/unit_database.h"
+
+namespace mouthpiece {
+
+/// A stretch of a take without a pause inside it, carried to its place in the utterance. A piecewise linear map moves its
+/// phone boundaries onto the line's (EDGE 5.1.2). A silence at its end is not stretched but runs at the speed that it was
+/// captured at, counted from the speech beside it; where the line's silence outlasts it, the face comes to rest and
+/// relaxes to the neutral pose.
+class Fragment {
+ public:
+  /// Phones `target` of the line from the take phones that begin at `source`.
+  Fragment(const SpeechLabels& line, const PhoneRange& target, const UnitDatabase& database, const PhonePlace& source);
+
+  /// Poses at `times` of the line (not falling): times x (3 * markers), mm. NaN where the capture saw nothing.
+  [[nodiscard]] PositionMatrix posesAt(std::span<const Seconds> times) const;
+  /// Lip and chin columns at one time, straight between captured frames: for comparing, not for showing.
+  [[nodiscard]] Eigen::RowVectorXd lipsAt(Seconds time) const;
+
+  [[nodiscard]] const PhoneRange& phones() const { return target_; }
+  [[nodiscard]] double captureRateHz() const { return take_->motion.frame_rate_hz; }
+  /// The take's phone that plays `target`, a phone of the line.
+  [[nodiscard]] const LabelledPhone& sourcePhone(PhoneIndex target) const;
+
+ private:
+  void relaxBeyond(std::span<const Seconds> times, PositionMatrix& poses) const;
+  [[nodiscard]] Eigen::RowVectorXd edgeVelocity(Seconds edge, double inward) const;
+
+  const CorpusTake* take_;
+  const UnitDatabase* database_;
+  PhoneRange target_;
+  PhoneIndex source_first_;
+  TimeWarp warp_;
+  TimeSpan usable_;  ///< of the line: where the capture may be read
+};
+
+/// The units' fragments in order, each unit cut at the pauses inside it; `unit` says whose they are.
+struct UnitFragment {
+  Fragment fragment;
+  std::size_t unit = 0;
+};
+std::vector<UnitFragment> cutIntoFragments(const SpeechLabels& line, const UnitDatabase& database, const std::vector<SelectedUnit>& units);
+
+}  // namespace mouthpiece

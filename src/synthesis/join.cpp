@@ -1,0 +1,111 @@
+#include "synthesis/join.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "motion/resample.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr double kPartOfPhone = 0.9;         ///< the blend's share of the shared phone, at most
+constexpr double kCaptureFramesInBlend = 2;  ///< at least, so that both sides are really sampled in it
+constexpr double kPartOfSilence = 0.5;
+constexpr Seconds kLongestInSilence = 0.300;
+
+Seconds blendLength(Seconds phone, double capture_rate_hz, Seconds overlap) {
+  return std::max(std::min(overlap, kPartOfPhone * phone), std::min(overlap, kCaptureFramesInBlend / capture_rate_hz));
+}
+
+/// Mean squared distance of the lips over a blend, mm^2, with a mild preference for the middle of the phone.
+double disagreement(const Fragment& before, const Fragment& after, TimeSpan blend) {
+  double sum = 0;
+  for (const double u : {0.25, 0.5, 0.75}) {
+    const Seconds time = std::lerp(blend.start, blend.end, u);
+    sum += (before.lipsAt(time) - after.lipsAt(time)).squaredNorm();
+  }
+  return sum / (before.lipsAt(blend.start).size() + 1.0);
+}
+
+double largestStep(const MotionClip& motion, Eigen::Index frame) {
+  const Eigen::RowVectorXd step = motion.positions_mm.row(frame + 1) - motion.positions_mm.row(frame);
+  return Eigen::Map<const MarkerPositions>(step.data(), step.size() / 3, 3).rowwise().norm().maxCoeff();
+}
+
+double largestVelocityChange(const MotionClip& motion, Eigen::Index frame) {
+  const auto& rows = motion.positions_mm;
+  const Eigen::RowVectorXd change = (rows.row(frame + 1) - 2 * rows.row(frame) + rows.row(frame - 1)) * motion.frame_rate_hz;
+  return Eigen::Map<const MarkerPositions>(change.data(), change.size() / 3, 3).rowwise().norm().maxCoeff();
+}
+
+double percentileOf(std::vector<double>& values, double percentile) {
+  if (values.empty()) return 0;
+  const auto at = static_cast<std::ptrdiff_t>(std::clamp(percentile / 100, 0.0, 1.0) * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<std::size_t>(at)];
+}
+
+}  // namespace
+
+TimeSpan placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after, Seconds overlap, double frame_rate_hz) {
+  const PhoneIndex shared = after.phones().first;
+  const LabelledPhone& phone = line.phones[shared.value];
+  if (phone.phone == Phone::kSil) {
+    const Seconds captured = std::min(before.sourcePhone(shared).span.duration(), after.sourcePhone(shared).span.duration());
+    const Seconds length = std::min(kLongestInSilence, kPartOfSilence * std::min(phone.span.duration(), captured));
+    return {phone.span.middle() - 0.5 * length, phone.span.middle() + 0.5 * length};
+  }
+  const Seconds length = std::max(blendLength(phone.span.duration(), std::min(before.captureRateHz(), after.captureRateHz()), overlap),
+                                  std::min(overlap, 2 / frame_rate_hz));
+  const Seconds room = std::max(0.0, phone.span.duration() - length);
+  const auto at = [&](double u) {
+    const Seconds middle = phone.span.middle() + (u - 0.5) * room;
+    return TimeSpan{middle - 0.5 * length, middle + 0.5 * length};
+  };
+  // A stand-in that plays another phone gives way to the real one as soon as it can.
+  const bool before_is_strange = before.sourcePhone(shared).phone != phone.phone;
+  const bool after_is_strange = after.sourcePhone(shared).phone != phone.phone;
+  if (before_is_strange != after_is_strange) return at(before_is_strange ? 0 : 1);
+  TimeSpan best = at(0.5);
+  double least = disagreement(before, after, best);
+  constexpr double kOffCentre = 1.1;  // a place off the middle must be that much better
+  for (const double u : {0.375, 0.625, 0.25, 0.75, 0.125, 0.875, 0.0, 1.0}) {
+    const double found = kOffCentre * disagreement(before, after, at(u));
+    if (found < least) {
+      least = found;
+      best = at(u);
+    }
+  }
+  return best;
+}
+
+Join measureJoin(const MotionClip& motion, TimeSpan blend) {
+  Join join{blend.middle(), 0, 0};
+  const auto last = static_cast<Eigen::Index>(motion.frameCount()) - 1;
+  const auto first_frame = std::max<Eigen::Index>(0, static_cast<Eigen::Index>(std::floor(blend.start * motion.frame_rate_hz)));
+  const auto last_frame = std::min<Eigen::Index>(last, static_cast<Eigen::Index>(std::ceil(blend.end * motion.frame_rate_hz)));
+  for (Eigen::Index frame = first_frame; frame < last_frame; ++frame) {
+    join.position_jump_mm = std::max(join.position_jump_mm, largestStep(motion, frame));
+    if (frame > 0) join.velocity_jump_mm_s = std::max(join.velocity_jump_mm_s, largestVelocityChange(motion, frame));
+  }
+  return join;
+}
+
+FrameChange frameChangePercentile(const Corpus& corpus, double frame_rate_hz, double percentile) {
+  std::vector<double> steps;
+  std::vector<double> changes;
+  const auto keepSeen = [](std::vector<double>& values, double value) {
+    if (std::isfinite(value)) values.push_back(value);
+  };
+  for (const CorpusTake& take : corpus.takes) {
+    const MotionClip motion = resampleClip(take.motion, frame_rate_hz);
+    for (Eigen::Index frame = 0; frame + 1 < motion.positions_mm.rows(); ++frame) {
+      keepSeen(steps, largestStep(motion, frame));
+      if (frame > 0) keepSeen(changes, largestVelocityChange(motion, frame));
+    }
+  }
+  return {percentileOf(steps, percentile), percentileOf(changes, percentile)};
+}
+
+}  // namespace mouthpiece

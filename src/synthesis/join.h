@@ -1,0 +1,25 @@
+#pragma once
+
+#include "synthesis/fragment.h"
+#include "synthesis/utterance_animation.h"
+
+namespace mouthpiece {
+
+/// The stretch of the line over which `before` gives way to `after`, inside (or, where the capture is too slow for that,
+/// around) the phone that they share: at most `overlap` long, and where the lips of both agree best, so that a
+/// closure of one is not averaged with open lips of the other. In a silence it is centred and longer.
+TimeSpan placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after, Seconds overlap, double frame_rate_hz);
+
+/// Jumps of the finished motion at a join: the largest step of a marker from frame to frame among the pairs of frames
+/// that meet `blend`, and the largest change of a marker's velocity at the frames in it.
+Join measureJoin(const MotionClip& motion, TimeSpan blend);
+
+/// What is usual within the capture itself, to compare joins with: percentiles over all pairs of frames of all takes,
+/// each take resampled to `frame_rate_hz`, of the largest step of a marker and of its largest change of velocity.
+struct FrameChange {
+  double step_mm = 0;
+  double velocity_change_mm_s = 0;
+};
+FrameChange frameChangePercentile(const Corpus& corpus, double frame_rate_hz, double percentile = 95);
+
+}  // namespace mouthpiece

@@ -1,0 +1,184 @@
+#include "synthesis/synthesis.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "base/errors.h"
+#include "motion/position_limits.h"
+#include "motion/resample.h"
+#include "synthesis/fragment.h"
+#include "synthesis/join.h"
+#include "synthesis/tongue.h"
+
+namespace mouthpiece {
+namespace {
+
+/// Milliseconds since it was made.
+class Stopwatch {
+ public:
+  [[nodiscard]] double elapsedMs() const {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// First frame at or after `time`, at most `count`.
+std::size_t frameFrom(Seconds time, double frame_rate_hz, std::size_t count) {
+  const double frame = std::ceil(time * frame_rate_hz);
+  return frame <= 0 ? 0 : std::min(count, static_cast<std::size_t>(frame));
+}
+
+/// Where one of two poses was not seen, the other stands for both.
+void fillFromEachOther(PositionMatrix& a, PositionMatrix& b) {
+  for (Eigen::Index i = 0; i < a.size(); ++i) {
+    double& first = a.data()[i];
+    double& second = b.data()[i];
+    if (std::isnan(first)) first = second;
+    if (std::isnan(second)) second = first;
+  }
+}
+
+/// What is still NaN at a fragment's edge takes the nearest frame's value, and the neutral pose where there is none.
+void fillUnseen(PositionMatrix& positions, const MarkerPositions& neutral) {
+  if (positions.allFinite()) return;
+  for (Eigen::Index column = 0; column < positions.cols(); ++column) {
+    double last = neutral.data()[column];
+    for (Eigen::Index row = 0; row < positions.rows(); ++row) {
+      if (!std::isnan(positions(row, column))) {
+        last = positions(row, column);
+        break;
+      }
+    }
+    for (Eigen::Index row = 0; row < positions.rows(); ++row) {
+      if (std::isnan(positions(row, column))) positions(row, column) = last;
+      last = positions(row, column);
+    }
+  }
+}
+
+/// The fragments resampled at `times` and blended over `joins`, one between each fragment and the next (EDGE 5.1.3).
+PositionMatrix blendFragments(const std::vector<UnitFragment>& fragments, const std::vector<TimeSpan>& joins, std::span<const Seconds> times,
+                              double frame_rate_hz, BlendKind blend) {
+  PositionMatrix result;
+  for (std::size_t i = 0; i < fragments.size(); ++i) {
+    const std::size_t begin = i == 0 ? 0 : frameFrom(joins[i - 1].start, frame_rate_hz, times.size());
+    const std::size_t end = i + 1 == fragments.size() ? times.size() : frameFrom(joins[i].end, frame_rate_hz, times.size());
+    if (begin >= end) continue;
+    PositionMatrix poses = fragments[i].fragment.posesAt(times.subspan(begin, end - begin));
+    if (result.size() == 0) result.setZero(static_cast<Eigen::Index>(times.size()), poses.cols());
+    std::size_t blended_end = begin;
+    if (i > 0) {
+      blended_end = std::clamp(frameFrom(joins[i - 1].end, frame_rate_hz, times.size()), begin, end);
+      const auto rows = static_cast<Eigen::Index>(blended_end - begin);
+      PositionMatrix before = result.middleRows(static_cast<Eigen::Index>(begin), rows);
+      PositionMatrix after = poses.topRows(rows);
+      fillFromEachOther(before, after);
+      result.middleRows(static_cast<Eigen::Index>(begin), rows) =
+          blendRows(before, after, times.subspan(begin, blended_end - begin), joins[i - 1], blend);
+    }
+    result.middleRows(static_cast<Eigen::Index>(blended_end), static_cast<Eigen::Index>(end - blended_end)) =
+        poses.bottomRows(static_cast<Eigen::Index>(end - blended_end));
+  }
+  return result;
+}
+
+/// Joins lie in the order of the line, so that each blend begins where the one before has begun.
+std::vector<TimeSpan> placeJoins(const SynthesisRequest& request, const std::vector<UnitFragment>& fragments) {
+  std::vector<TimeSpan> joins;
+  for (std::size_t i = 0; i + 1 < fragments.size(); ++i) {
+    TimeSpan join = placeJoin(request.labels, fragments[i].fragment, fragments[i + 1].fragment, request.options.overlap_ms / 1000, request.options.frame_rate_hz);
+    if (!joins.empty()) {
+      join.start = std::max(join.start, joins.back().start);
+      join.end = std::max(join.end, joins.back().end);
+    }
+    joins.push_back(join);
+  }
+  return joins;
+}
+
+PlacedUnit describe(const SelectedUnit& unit, const SpeechLabels& line, const UnitDatabase& database) {
+  const CorpusTake& take = database.takeOf(unit.source);
+  const std::size_t count = unit.phones.last.value - unit.phones.first.value + 1;
+  PlacedUnit placed;
+  placed.phones = unit.phones;
+  placed.take = take.name;
+  placed.source_first = unit.source.phone;
+  placed.source_span = take.labels.spanOf({unit.source.phone, PhoneIndex(unit.source.phone.value + count - 1)});
+  placed.span = line.spanOf(unit.phones);
+  placed.scale = scaleOf(take.labels, unit.source.phone, count);
+  placed.cost = unit.target_cost + unit.join_cost;
+  placed.is_backoff = unit.is_backoff;
+  return placed;
+}
+
+MotionClip restingMotion(const Corpus& corpus, std::size_t frames, double frame_rate_hz) {
+  const Eigen::Map<const Eigen::RowVectorXd> rest(corpus.neutral_pose_mm.data(), corpus.neutral_pose_mm.size());
+  return {frame_rate_hz, corpus.layout.markerNames(), rest.replicate(static_cast<Eigen::Index>(frames), 1)};
+}
+
+void animateUnits(const SynthesisRequest& request, const UnitDatabase& database, const std::vector<SelectedUnit>& units,
+                  std::span<const Seconds> times, UtteranceAnimation& animation) {
+  const std::vector<UnitFragment> fragments = cutIntoFragments(request.labels, database, units);
+  const std::vector<TimeSpan> joins = placeJoins(request, fragments);
+  MotionClip& motion = animation.motion;
+  motion.positions_mm = blendFragments(fragments, joins, times, motion.frame_rate_hz, request.options.blend);
+  fillUnseen(motion.positions_mm, database.corpus().neutral_pose_mm);
+  for (std::size_t i = 0; i < joins.size(); ++i) {
+    // Between two fragments of one unit lies a pause of the take itself.
+    if (fragments[i].unit != fragments[i + 1].unit) animation.joins.push_back(measureJoin(motion, joins[i]));
+  }
+}
+
+void expectUsable(const SynthesisRequest& request, const Corpus& corpus) {
+  expectFrameRate(request.options.frame_rate_hz, "synthesis", "frame rate");
+  if (!(request.options.overlap_ms >= 0 && request.options.overlap_ms <= 1000)) {
+    throw InputError(fmt::format("found a blend of {} ms; expected 0 to 1000 ms", request.options.overlap_ms));
+  }
+  if (request.labels.phones.empty()) throw InputError("found no phone to speak; expected at least silence");
+  if (corpus.takes.empty()) throw InputError(fmt::format("the corpus {} has no takes", corpus.name));
+}
+
+}  // namespace
+
+UtteranceAnimation synthesise(const SynthesisRequest& request, const UnitDatabase& database) {
+  const Corpus& corpus = database.corpus();
+  expectUsable(request, corpus);
+  UtteranceAnimation animation;
+  animation.text = request.text;
+  animation.voice = request.voice;
+  animation.corpus = corpus.name;
+  animation.labels = request.labels;
+  animation.audio = request.audio;
+
+  const Stopwatch selecting;
+  const std::vector<SelectedUnit> units = selectUnits(request.labels, database, request.options.selection);
+  for (const SelectedUnit& unit : units) animation.units.push_back(describe(unit, request.labels, database));
+  animation.timing_ms.selection = selecting.elapsedMs();
+
+  const Stopwatch moving;
+  const double rate = request.options.frame_rate_hz;
+  constexpr double kRounding = 1e-6;  // frames
+  const Seconds duration = std::max(request.labels.duration(), request.audio.duration());
+  const auto frames = static_cast<std::size_t>(std::max(1.0, std::ceil(duration * rate - kRounding)));
+  const std::vector<Seconds> times = frameTimes(0, frames, rate);
+  animation.motion = restingMotion(corpus, frames, rate);
+  if (!units.empty()) animateUnits(request, database, units, times, animation);
+  animation.tongue = tongueFromPhones(request.labels, times);
+  animation.timing_ms.motion = moving.elapsedMs();
+  return animation;
+}
+
+UtteranceAnimation synthesise(const SynthesisRequest& request, const Corpus& corpus) {
+  const Stopwatch indexing;
+  const UnitDatabase database(corpus);
+  const double index_ms = indexing.elapsedMs();
+  UtteranceAnimation animation = synthesise(request, database);
+  animation.timing_ms.selection += index_ms;
+  return animation;
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+
+#include "motion/blend.h"
+#include "synthesis/utterance_animation.h"
+#include "units/corpus.h"
+#include "units/selection.h"
+#include "units/unit_database.h"
+
+namespace mouthpiece {
+
+struct SynthesisOptions {
+  double frame_rate_hz = 60;
+  SelectionOptions selection;
+  BlendKind blend = BlendKind::kSmooth;
+  double overlap_ms = 60;  ///< length of the blend at a join, at most; see docs/theory/selection.md
+};
+
+/// A line as it sounds; `labels` start and end in silence. `text`, `voice` and `audio` go through untouched.
+struct SynthesisRequest {
+  std::string text;
+  std::string voice;
+  SpeechLabels labels;
+  AudioClip audio;
+  SynthesisOptions options;
+};
+
+/// EDGE section 5: selects fragments of the corpus, warps each to the line's phone times, resamples it at the frame
+/// times and blends neighbours inside the phone that they share. As long as the longer of labels and audio. Throws
+/// InputError when the corpus has no takes, lacks a pair of phones and anything like it, or the frame rate is none.
+/// StageTimings: selection and motion are filled. Thread-safe.
+UtteranceAnimation synthesise(const SynthesisRequest& request, const UnitDatabase& database);
+
+/// The same for a single line; for many lines make one UnitDatabase.
+UtteranceAnimation synthesise(const SynthesisRequest& request, const Corpus& corpus);
+
+}  // namespace mouthpiece

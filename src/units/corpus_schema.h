@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+namespace mouthpiece {
+
+/// "Mpce": tells a corpus from other SQLite files (header bytes 68 to 71).
+inline constexpr std::int64_t kCorpusApplicationId = 0x4D706365;
+
+struct CorpusTable {
+  std::string_view name;
+  std::string_view sql;  ///< the reader accepts this text only, so a file can bring no view, trigger or computed column
+  int columns;
+};
+
+/// Format version 1 (docs/formats/corpus.md). `crc` is the row's checksum.
+inline constexpr std::array<CorpusTable, 9> kCorpusTables{{
+    {"meta", "CREATE TABLE meta(id INTEGER PRIMARY KEY, key TEXT NOT NULL, value TEXT NOT NULL, crc INTEGER NOT NULL) STRICT", 4},
+    {"layout", "CREATE TABLE layout(id INTEGER PRIMARY KEY, json TEXT NOT NULL, crc INTEGER NOT NULL) STRICT", 3},
+    {"neutral_pose",
+     "CREATE TABLE neutral_pose(id INTEGER PRIMARY KEY, marker TEXT NOT NULL, x_mm REAL NOT NULL, y_mm REAL NOT NULL, "
+     "z_mm REAL NOT NULL, crc INTEGER NOT NULL) STRICT",
+     6},
+    {"takes",
+     "CREATE TABLE takes(id INTEGER PRIMARY KEY, name TEXT NOT NULL, text TEXT NOT NULL, phones INTEGER NOT NULL, "
+     "syllables INTEGER NOT NULL, words INTEGER NOT NULL, frames INTEGER NOT NULL, frame_rate_hz REAL NOT NULL, "
+     "samples INTEGER NOT NULL, sample_rate_hz INTEGER NOT NULL, crc INTEGER NOT NULL) STRICT",
+     11},
+    {"words",
+     "CREATE TABLE words(id INTEGER PRIMARY KEY, take INTEGER NOT NULL, text TEXT NOT NULL, first_phone INTEGER NOT NULL, "
+     "last_phone INTEGER NOT NULL, crc INTEGER NOT NULL) STRICT",
+     6},
+    {"syllables",
+     "CREATE TABLE syllables(id INTEGER PRIMARY KEY, take INTEGER NOT NULL, first_phone INTEGER NOT NULL, "
+     "last_phone INTEGER NOT NULL, stress INTEGER NOT NULL, crc INTEGER NOT NULL) STRICT",
+     6},
+    {"phones",
+     "CREATE TABLE phones(id INTEGER PRIMARY KEY, take INTEGER NOT NULL, phone TEXT NOT NULL, start_s REAL NOT NULL, "
+     "end_s REAL NOT NULL, word INTEGER, syllable INTEGER, crc INTEGER NOT NULL) STRICT",
+     8},
+    {"motion", "CREATE TABLE motion(id INTEGER PRIMARY KEY, positions_mm BLOB NOT NULL, crc INTEGER NOT NULL) STRICT", 3},
+    {"audio", "CREATE TABLE audio(id INTEGER PRIMARY KEY, samples BLOB NOT NULL, crc INTEGER NOT NULL) STRICT", 3},
+}};
+
+}  // namespace mouthpiece

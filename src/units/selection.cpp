@@ -1,0 +1,91 @@
+#include "units/selection.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "units/unit_candidates.h"
+#include "units/unit_costs.h"
+#include "units/viterbi.h"
+
+namespace mouthpiece {
+namespace {
+
+PhoneRange rangeOf(std::size_t first, std::size_t length) { return {PhoneIndex(first), PhoneIndex(first + length - 1)}; }
+
+/// The corpus phone that ends `unit`.
+PhonePlace lastPlace(const SelectedUnit& unit) { return advance(unit.source, unit.phones.last.value - unit.phones.first.value); }
+
+/// The cheapest of the run's places, given the unit before.
+SelectedUnit cheapest(const UnitCosts& costs, std::size_t first, const CandidateRun& run, const SelectedUnit* before) {
+  SelectedUnit best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const PhonePlace& place : run.places) {
+    SelectedUnit unit{rangeOf(first, run.length), place, 0, 0, false};
+    unit.target_cost = costs.targetCost(unit.phones, place);
+    if (unit.target_cost >= least) continue;
+    if (before != nullptr) unit.join_cost = costs.joinCost(PhoneIndex(first), lastPlace(*before), place);
+    if (unit.target_cost + unit.join_cost >= least) continue;
+    least = unit.target_cost + unit.join_cost;
+    best = unit;
+  }
+  return best;
+}
+
+/// EDGE 5.1.1: from phone i the longest fragment, then on from its last phone. The paper's inner loop never ends when
+/// not even the pair (i, i + 1) was captured: here a stand-in takes its place, so i always rises.
+std::vector<SelectedUnit> selectGreedily(const SpeechLabels& target, const UnitCandidates& candidates, const UnitCosts& costs,
+                                         const SelectionWeights& weights) {
+  std::vector<SelectedUnit> units;
+  for (std::size_t i = 0; i + 1 < target.phones.size();) {
+    CandidateRun run = candidates.longest(i);
+    const bool is_backoff = run.places.empty();
+    if (is_backoff) run = candidates.standIns(i);
+    SelectedUnit unit = cheapest(costs, i, run, units.empty() ? nullptr : &units.back());
+    unit.is_backoff = is_backoff;
+    if (is_backoff) unit.target_cost += weights.backoff;
+    i = unit.phones.last.value;
+    units.push_back(unit);
+  }
+  return units;
+}
+
+template <typename Tier>
+std::size_t wholeEntries(const Tier& tier, std::size_t first, std::size_t last) {
+  return static_cast<std::size_t>(std::count_if(tier.begin(), tier.end(), [&](const auto& entry) {
+    return first <= entry.phones.first.value && entry.phones.last.value <= last;
+  }));
+}
+
+}  // namespace
+
+std::optional<SelectionMethod> selectionMethodFromName(std::string_view name) {
+  if (name == "greedy") return SelectionMethod::kGreedy;
+  if (name == "viterbi") return SelectionMethod::kViterbi;
+  return std::nullopt;
+}
+
+std::optional<UnitScales> unitScalesFromName(std::string_view name) {
+  if (name == "any") return UnitScales::kAny;
+  if (name == "paper") return UnitScales::kPaper;
+  return std::nullopt;
+}
+
+std::vector<SelectedUnit> selectUnits(const SpeechLabels& target, const UnitDatabase& database, const SelectionOptions& options) {
+  if (target.phones.size() < 2) return {};
+  const UnitCandidates candidates(target, database, options);
+  const UnitCosts costs(target, database, options.weights);
+  if (options.method == SelectionMethod::kViterbi) return selectByViterbi(target, candidates, costs, options);
+  return selectGreedily(target, candidates, costs, options.weights);
+}
+
+std::string_view scaleOf(const SpeechLabels& take, PhoneIndex first, std::size_t phone_count) {
+  const std::size_t last = first.value + phone_count - 1;
+  if (phone_count == take.phones.size()) return "sentence";
+  const std::size_t words = wholeEntries(take.words, first.value, last);
+  if (words > 1) return "phrase";
+  if (words == 1) return "word";
+  if (wholeEntries(take.syllables, first.value, last) > 0) return "syllable";
+  return phone_count == 2 ? "diphone" : "span";
+}
+
+}  // namespace mouthpiece

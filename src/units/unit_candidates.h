@@ -1,0 +1,39 @@
+#pragma once
+
+#include <vector>
+
+#include "units/selection.h"
+#include "units/unit_database.h"
+
+namespace mouthpiece {
+
+/// Fragments that hold phones [first, first + length) of the target.
+struct CandidateRun {
+  std::size_t length = 0;
+  std::vector<PhonePlace> places;
+};
+
+/// Offers the fragments that may serve a target, from phone to phone.
+class UnitCandidates {
+ public:
+  UnitCandidates(const SpeechLabels& target, const UnitDatabase& database, const SelectionOptions& options);
+
+  /// The longest allowed and seen run from `first` on; length 0 when there is none of two phones or more.
+  [[nodiscard]] CandidateRun longest(std::size_t first) const;
+  /// Every such run, longest first.
+  [[nodiscard]] std::vector<CandidateRun> all(std::size_t first) const;
+  /// Stand-ins for the pair (first, first + 1): the nearest diphones by viseme class. Throws InputError when none
+  /// is near, or there shall be none.
+  [[nodiscard]] CandidateRun standIns(std::size_t first) const;
+
+ private:
+  [[noreturn]] void failWithPair(Phone a, Phone b, const char* what) const;
+  [[nodiscard]] std::vector<PhonePlace> usable(std::vector<PhonePlace> places, std::size_t length) const;
+
+  std::vector<Phone> phones_;
+  const UnitDatabase& database_;
+  UnitScales scales_;
+  Backoff backoff_;
+};
+
+}  // namespace mouthpiece

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "units/selection.h"
+#include "units/unit_database.h"
+
+namespace mouthpiece {
+
+/// The costs of one target utterance's candidates.
+class UnitCosts {
+ public:
+  UnitCosts(const SpeechLabels& target, const UnitDatabase& database, const SelectionWeights& weights);
+
+  /// Duration, context, word position and stress of the fragment at `source` for the phones `range`.
+  [[nodiscard]] double targetCost(const PhoneRange& range, const PhonePlace& source) const;
+
+  /// Least mismatch of the lips inside the target's phone `shared`, which ends one unit as the corpus' phone `before`
+  /// and begins the next one as `after`.
+  [[nodiscard]] double joinCost(PhoneIndex shared, const PhonePlace& before, const PhonePlace& after) const;
+
+ private:
+  struct Place {  ///< of a phone in its word
+    bool begins_word = false;
+    bool ends_word = false;
+    bool stressed = false;
+  };
+  [[nodiscard]] static Place placeOf(const SpeechLabels& labels, std::size_t phone);
+  [[nodiscard]] double contextCost(const PhoneRange& range, const PhonePlace& source) const;
+
+  const SpeechLabels& target_;
+  const UnitDatabase& database_;
+  const SelectionWeights& weights_;
+};
+
+/// `place` moved on by `phones` phones.
+inline PhonePlace advance(const PhonePlace& place, std::size_t phones) { return {place.take, PhoneIndex(place.phone.value + phones)}; }
+
+}  // namespace mouthpiece

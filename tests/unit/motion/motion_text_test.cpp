@@ -1,0 +1,131 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "base/errors.h"
+#include "motion/motion_csv.h"
+#include "motion/motion_trc.h"
+#include "synthetic_motion.h"
+
+namespace mouthpiece {
+namespace {
+
+std::string csvFailure(const std::string& text) {
+  try {
+    readMotionCsvText(text, "bad.csv");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+std::string trcFailure(const std::string& text) {
+  try {
+    readTrcText(text, "bad.trc");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(MotionCsv, WritesTheTableOfTheDesignPage) {
+  MotionClip clip{25.0, {"LIP", "CHIN"}, PositionMatrix(2, 6)};
+  clip.positions_mm << 1.0, -2.5, 0.00004, 1e3, 0.0, -0.00001, 7.0, 8.0, 9.0, NAN, NAN, NAN;
+  EXPECT_EQ(writeMotionCsvText(clip),
+            "time_s,LIP.x,LIP.y,LIP.z,CHIN.x,CHIN.y,CHIN.z\n"
+            "0.000000,1.0000,-2.5000,0.0000,1000.0000,0.0000,0.0000\n"
+            "0.040000,7.0000,8.0000,9.0000,,,\n");
+}
+
+TEST(MotionCsv, WriteReadWriteIsByteIdentical) {
+  for (const double rate_hz : {24.0, 25.0, 29.97, 30000.0 / 1001.0, 60.0, 119.88, 120.0, 240.0, 12.5}) {
+    MotionClip clip = SyntheticMotion(31, 5).clip(rate_hz, 500);
+    clip.positions_mm.block(3, 6, 4, 3).setConstant(std::numeric_limits<double>::quiet_NaN());
+    const std::string once = writeMotionCsvText(clip);
+    const MotionClip back = readMotionCsvText(once, "once.csv");
+    EXPECT_EQ(writeMotionCsvText(back), once) << rate_hz;
+    EXPECT_NEAR(back.frame_rate_hz, rate_hz, rate_hz * 1e-6);
+  }
+}
+
+TEST(MotionCsv, TakesCarriageReturnsBlankLinesAndNan) {
+  const MotionClip clip = readMotionCsvText("\xEF\xBB\xBFtime_s,A.x,A.y,A.z\r\n0,1,2,3\r\n\r\n0.5, 4 ,nan,6\r\n", "t.csv");
+  EXPECT_EQ(clip.frame_rate_hz, 2.0);
+  EXPECT_EQ(clip.position(FrameIndex(0), MarkerIndex(0)), Eigen::Vector3d(1, 2, 3));
+  EXPECT_TRUE(clip.position(FrameIndex(1), MarkerIndex(0)).array().isNaN().all()) << "half a position is none";
+}
+
+TEST(MotionCsv, NamesTheLineThatIsWrong) {
+  const std::string head = "time_s,A.x,A.y,A.z\n0,1,2,3\n";
+  EXPECT_EQ(csvFailure(head + "1,2,3,4\n"), "");
+  EXPECT_EQ(csvFailure(head + "1,2,3\n"), "bad.csv:3: found 3 cells; expected 4");
+  EXPECT_EQ(csvFailure(head + "1,2,3,4,5\n"), "bad.csv:3: found 5 cells; expected 4");
+  EXPECT_EQ(csvFailure(head + "1,2,x,4\n"), "bad.csv:3: found \"x\"; expected a number");
+  EXPECT_EQ(csvFailure(head + "zero,2,3,4\n"), "bad.csv:3: found time \"zero\"; expected seconds");
+  EXPECT_NE(csvFailure(head + "1,inf,3,4\n").find("bad.csv:3: found a position of inf mm"), std::string::npos);
+  EXPECT_NE(csvFailure(head + "0,2,3,4\n").find("expected it to rise"), std::string::npos);
+  EXPECT_NE(csvFailure(head + "nan,2,3,4\n").find("not finite"), std::string::npos);
+  EXPECT_NE(csvFailure(head + "1,2,3,4\n1.1,2,3,4\n").find("expected even times"), std::string::npos);
+  EXPECT_NE(csvFailure(head).find("fewer than two rows"), std::string::npos);
+  EXPECT_NE(csvFailure("").find("is empty"), std::string::npos);
+  EXPECT_NE(csvFailure("t,A.x,A.y,A.z\n").find("expected time_s"), std::string::npos);
+  EXPECT_NE(csvFailure("time_s\n").find("found 1 columns"), std::string::npos);
+  EXPECT_NE(csvFailure("time_s,A.x,B.y,A.z\n").find("found column \"B.y\""), std::string::npos);
+  EXPECT_NE(csvFailure("time_s,.x,.y,.z\n").find("found column \".x\""), std::string::npos);
+  EXPECT_NE(csvFailure("time_s,A.x,A.y,A.z,A.x,A.y,A.z\n").find("found marker A twice"), std::string::npos);
+}
+
+TEST(MotionCsv, CutOffAnywhereItNeverCrashes) {
+  const std::string whole = writeMotionCsvText(SyntheticMotion(32, 2).clip(25.0, 6));
+  for (std::size_t length = 0; length < whole.size(); ++length) csvFailure(whole.substr(0, length));
+  EXPECT_EQ(csvFailure(whole), "");
+}
+
+TEST(MotionCsv, RefusesNamesThatBreakTheTable) {
+  for (const char* name : {"A,B", "A\"", "A\nB", "", " A"}) {
+    EXPECT_THROW(writeMotionCsvText(MotionClip{25.0, {name}, PositionMatrix::Zero(2, 3)}), InputError) << name;
+  }
+}
+
+TEST(MotionTrc, WriteReadWriteIsByteIdentical) {
+  MotionClip clip = SyntheticMotion(33, 4).clip(29.97, 50);
+  clip.positions_mm.block(3, 9, 4, 3).setConstant(std::numeric_limits<double>::quiet_NaN());
+  const std::string once = writeTrcText(clip, "take.trc");
+  const MotionClip back = readTrcText(once, "once.trc");
+  EXPECT_EQ(back.frame_rate_hz, 29.97);
+  EXPECT_EQ(back.marker_names, clip.marker_names);
+  EXPECT_EQ(writeTrcText(back, "take.trc"), once);
+}
+
+TEST(MotionTrc, ReadsWhatOtherProgramsWrite) {
+  const std::string text =
+      "PathFileType\t4\t(X/Y/Z)\tjump.trc\n"
+      "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames\n"
+      "200.00\t200.00\t2\t2\tm\t200.00\t1\t2\n"
+      "Frame#\tTime\tR.Eye\t\t\tL.Eye\t\t\t\n"
+      "\t\tX1\tY1\tZ1\tX2\tY2\tZ2\t\n"
+      "\n"
+      "1\t0.000\t0.1\t0.2\t0.3\t\t\t\t\n"
+      "2\t0.005\t0.1\t0.2\t0.3\t-1\t-2\t-3\t\n";
+  const MotionClip clip = readTrcText(text, "jump.trc");
+  EXPECT_EQ(clip.frame_rate_hz, 200.0);
+  EXPECT_EQ(clip.marker_names, (std::vector<std::string>{"R.Eye", "L.Eye"}));
+  EXPECT_FALSE(clip.isSeen(FrameIndex(0), MarkerIndex(1)));
+  EXPECT_LT((clip.position(FrameIndex(1), MarkerIndex(1)) - Eigen::Vector3d(-1000, -2000, -3000)).norm(), 1e-9);
+}
+
+TEST(MotionTrc, NamesTheLineThatIsWrong) {
+  const std::string whole = writeTrcText(SyntheticMotion(34, 2).clip(25.0, 3), "x.trc");
+  EXPECT_EQ(trcFailure(whole), "");
+  for (std::size_t length = 0; length < whole.size(); ++length) trcFailure(whole.substr(0, length));
+  EXPECT_NE(trcFailure("hello\n").find("is no TRC file"), std::string::npos);
+  EXPECT_NE(trcFailure(whole + "4\t0.12\t1\t2\n").find("found 2 cells of positions; expected 6"), std::string::npos);
+  EXPECT_NE(trcFailure(whole + "4\n").find("found no time"), std::string::npos);
+  std::string feet = whole;
+  feet.replace(feet.find("\tmm\t"), 4, "\tft\t");
+  EXPECT_NE(trcFailure(feet).find("found units \"ft\""), std::string::npos);
+}
+
+}  // namespace
+}  // namespace mouthpiece

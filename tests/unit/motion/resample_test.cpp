@@ -1,0 +1,198 @@
+#include "motion/resample.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "base/errors.h"
+#include "synthetic_motion.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr double kExactToleranceMm = 1e-9;      // rounding of systems with condition below 1e4
+constexpr double kWindowToleranceMm = 0.01;     // the promise: windowed and dense are the same motion
+
+/// Strictly rising times whose spacings vary by `ratio`, in runs as phones have them.
+std::vector<Seconds> unevenTimes(unsigned seed, std::size_t count, double ratio) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> exponent(-0.5, 0.5);
+  std::uniform_int_distribution<int> run_length(1, 8);
+  std::vector<Seconds> times{0.0};
+  while (times.size() < count) {
+    const double spacing = std::pow(ratio, exponent(random)) / 120.0;
+    for (int i = run_length(random); i > 0 && times.size() < count; --i) times.push_back(times.back() + spacing);
+  }
+  return times;
+}
+
+std::vector<Seconds> queriesBetween(const std::vector<Seconds>& times, std::size_t per_spacing) {
+  std::vector<Seconds> queries;
+  for (std::size_t i = 0; i + 1 < times.size(); ++i) {
+    for (std::size_t k = 0; k < per_spacing; ++k) {
+      queries.push_back(std::lerp(times[i], times[i + 1], static_cast<double>(k) / static_cast<double>(per_spacing)));
+    }
+  }
+  queries.push_back(times.back());
+  return queries;
+}
+
+double largestDifference(const PositionMatrix& a, const PositionMatrix& b) { return (a - b).cwiseAbs().maxCoeff(); }
+
+TEST(MotionResampler, MeetsEverySampleAtUnevenTimes) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const double ratio = seed % 2 == 0 ? 10.0 : 1000.0;
+    const std::vector<Seconds> times = unevenTimes(seed, 200, ratio);
+    const PositionMatrix values = SyntheticMotion(seed, 4).at(times);
+    EXPECT_LT(largestDifference(MotionResampler(times, times).apply(values), values), kExactToleranceMm) << "seed " << seed;
+    EXPECT_LT(largestDifference(resampleDense(times, values, times), values), kExactToleranceMm) << "seed " << seed;
+  }
+}
+
+TEST(MotionResampler, ReproducesStraightLines) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const std::vector<Seconds> times = unevenTimes(seed, 150, 10.0);
+    const std::vector<Seconds> queries = queriesBetween(times, 3);
+    const auto line = [](const std::vector<Seconds>& at) {
+      PositionMatrix values(static_cast<Eigen::Index>(at.size()), 2);
+      for (std::size_t i = 0; i < at.size(); ++i) values.row(static_cast<Eigen::Index>(i)) << 7.0, 3.0 - 40.0 * at[i];
+      return values;
+    };
+    EXPECT_LT(largestDifference(MotionResampler(times, queries).apply(line(times)), line(queries)), 1e-9) << "seed " << seed;
+  }
+}
+
+TEST(MotionResampler, WindowedAgreesWithDenseOnSyntheticMotion) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    for (const double ratio : {1.0, 10.0}) {
+      const std::vector<Seconds> times = unevenTimes(seed, 360, ratio);
+      const std::vector<Seconds> queries = queriesBetween(times, 2);
+      const PositionMatrix values = SyntheticMotion(seed, 4, 10.0).at(times);
+      EXPECT_LT(largestDifference(MotionResampler(times, queries).apply(values), resampleDense(times, values, queries)),
+                kWindowToleranceMm)
+          << "seed " << seed << " ratio " << ratio;
+    }
+  }
+}
+
+TEST(MotionResampler, WindowedAgreesWithDenseOnRealSpeech) {
+  const std::vector<MotionClip> takes = realTakes(20);
+  if (takes.empty()) GTEST_SKIP() << "no real capture at " << realTakesFolder();
+  double worst = 0.0;
+  for (std::size_t i = 0; i < takes.size(); ++i) {
+    if (!takes[i].positions_mm.allFinite()) continue;
+    std::vector<Seconds> times = frameTimes(0, takes[i].frameCount(), takes[i].frame_rate_hz);
+    if (i % 2 == 1) {
+      times = unevenTimes(static_cast<unsigned>(i), times.size(), 10.0);
+    }
+    const std::vector<Seconds> queries = queriesBetween(times, 3);
+    worst = std::max(worst, largestDifference(MotionResampler(times, queries).apply(takes[i].positions_mm),
+                                              resampleDense(times, takes[i].positions_mm, queries)));
+  }
+  EXPECT_LT(worst, kWindowToleranceMm);
+  RecordProperty("worst_mm", std::to_string(worst));
+}
+
+TEST(MotionResampler, StaysStableWhenSpacingVariesAThousandfold) {
+  // The sum of the weights' sizes bounds how much noise or a step can be amplified; a cubic spline's goes beyond 40 here.
+  constexpr double kLargestAmplification = 3.0;
+  for (unsigned seed = 1; seed <= 60; ++seed) {
+    const std::vector<Seconds> times = unevenTimes(seed, 60, seed % 2 == 0 ? 10.0 : 1000.0);
+    const std::vector<Seconds> queries = queriesBetween(times, 5);
+    const PositionMatrix weights = MotionResampler(times, queries).apply(PositionMatrix::Identity(60, 60));
+    EXPECT_LT(weights.cwiseAbs().rowwise().sum().maxCoeff(), kLargestAmplification) << "seed " << seed;
+  }
+}
+
+TEST(MotionResampler, RecoversSmoothMotionBetweenItsSamples) {
+  const SyntheticMotion motion(3, 4, 10.0);
+  const std::vector<Seconds> times = frameTimes(0, 240, 120.0);
+  std::vector<Seconds> queries = frameTimes(20, 200, 120.0);
+  for (Seconds& time : queries) time += 0.41 / 120.0;
+  const PositionMatrix back = MotionResampler(times, queries).apply(motion.at(times));
+  EXPECT_LT(largestDifference(back, motion.at(queries)), 0.01);
+}
+
+TEST(MotionResampler, HoldsTheEndsOutside) {
+  const std::vector<Seconds> times{0.0, 0.1, 0.2, 0.3};
+  const std::vector<Seconds> queries{-5.0, 0.0, 0.3, 9.0};
+  const PositionMatrix values = SyntheticMotion(1, 1).at(times);
+  const PositionMatrix result = MotionResampler(times, queries).apply(values);
+  EXPECT_LT((result.row(0) - values.row(0)).norm(), 1e-9);
+  EXPECT_LT((result.row(3) - values.row(3)).norm(), 1e-9);
+}
+
+TEST(MotionResampler, TakesOneOrTwoSamples) {
+  const std::vector<Seconds> queries{-1.0, 0.25, 2.0};
+  const PositionMatrix one = PositionMatrix::Constant(1, 3, 5.0);
+  EXPECT_LT((MotionResampler(std::vector<Seconds>{0.0}, queries).apply(one).array() - 5.0).abs().maxCoeff(), 1e-12);
+  PositionMatrix two(2, 1);
+  two << 1.0, 3.0;
+  const PositionMatrix line = MotionResampler(std::vector<Seconds>{0.0, 1.0}, queries).apply(two);
+  EXPECT_NEAR(line(1, 0), 1.5, 1e-12);
+  EXPECT_NEAR(line(2, 0), 3.0, 1e-12);
+}
+
+TEST(MotionResampler, RefusesTimesThatDoNotRise) {
+  const std::vector<Seconds> queries{0.0};
+  EXPECT_THROW(MotionResampler(std::vector<Seconds>{}, queries), InternalError);
+  EXPECT_THROW(MotionResampler(std::vector<Seconds>{0.0, 0.0}, queries), InternalError);
+  EXPECT_THROW(MotionResampler(std::vector<Seconds>{0.0, 1.0}, std::vector<Seconds>{1.0, 0.5}), InternalError);
+}
+
+TEST(ResampleWarped, TheIdentityChangesNothing) {
+  const MotionClip clip = SyntheticMotion(4, 6).clip(120.0, 333);
+  const PositionMatrix same = resampleWarped(clip, TimeWarp({{0.0, 0.0}, {2.0, 2.0}}), frameTimes(0, 333, 120.0));
+  EXPECT_LT(largestDifference(same, clip.positions_mm), kExactToleranceMm);
+}
+
+TEST(ResampleWarped, MovesEachFrameToItsWarpedTime) {
+  const MotionClip clip = SyntheticMotion(5, 2).clip(120.0, 240);
+  const TimeWarp warp({{0.2, 1.0}, {0.5, 1.9}, {0.8, 2.0}, {1.5, 2.3}});
+  std::vector<Seconds> targets;
+  for (std::size_t frame = 20; frame < 190; ++frame) targets.push_back(warp.targetFromSource(clip.timeOf(FrameIndex(frame))));
+  EXPECT_LT(largestDifference(resampleWarped(clip, warp, targets), clip.positions_mm.middleRows(20, 170)), kExactToleranceMm);
+}
+
+TEST(ResampleWarped, UsesOnlyFramesNearTheQueries) {
+  const MotionClip clip = SyntheticMotion(6, 2).clip(120.0, 2000);
+  const TimeWarp warp({{0.0, 0.0}});
+  const std::vector<Seconds> queries{8.001, 8.013, 8.02};
+  const PositionMatrix all = MotionResampler(frameTimes(0, 2000, 120.0), queries).apply(clip.positions_mm);
+  EXPECT_LT(largestDifference(resampleWarped(clip, warp, queries), all), kWindowToleranceMm);
+}
+
+TEST(ResampleWarped, AGapStaysAGapAndDoesNotSpread) {
+  MotionClip clip = SyntheticMotion(7, 3).clip(100.0, 100);
+  const PositionMatrix truth = resampleClip(clip, 250.0).positions_mm;
+  clip.positions_mm.block(40, 3, 5, 3).setConstant(std::numeric_limits<double>::quiet_NaN());
+  const MotionClip resampled = resampleClip(clip, 250.0);
+  ASSERT_EQ(resampled.frameCount(), 250U);
+  for (std::size_t frame = 0; frame < 250; ++frame) {
+    const Seconds time = resampled.timeOf(FrameIndex(frame));
+    const bool in_gap = time > 0.39 + 1e-9 && time < 0.45 - 1e-9;
+    EXPECT_EQ(resampled.isSeen(FrameIndex(frame), MarkerIndex(1)), !in_gap) << "at " << time;
+    EXPECT_TRUE(resampled.isSeen(FrameIndex(frame), MarkerIndex(0)));
+    if (!in_gap) {
+      EXPECT_LT((resampled.position(FrameIndex(frame), MarkerIndex(1)) -
+                 truth.block<1, 3>(static_cast<Eigen::Index>(frame), 3).transpose())
+                    .norm(),
+                0.1)
+          << "at " << time;
+    }
+  }
+  clip.positions_mm.middleCols(0, 3).setConstant(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_TRUE(resampleClip(clip, 50.0).positions_mm.middleCols(0, 3).array().isNaN().all());
+}
+
+TEST(ResampleClip, KeepsTheDuration) {
+  const MotionClip clip = SyntheticMotion(8, 1).clip(25.0, 75);
+  EXPECT_EQ(resampleClip(clip, 60.0).frameCount(), 180U);
+  EXPECT_EQ(resampleClip(clip, 24.0).frameCount(), 72U);
+  EXPECT_LT(largestDifference(resampleClip(clip, 25.0).positions_mm, clip.positions_mm), kExactToleranceMm);
+}
+
+}  // namespace
+}  // namespace mouthpiece

@@ -1,0 +1,69 @@
+// The sound is the clock: everything shown follows the audio element's time.
+
+/** Between its updates the element's time stands still for a few milliseconds; then we go on by ourselves, so far. */
+const LONGEST_GUESS_S = 0.06;
+
+export class SoundClock extends EventTarget {
+  constructor(wav, duration) {
+    super();
+    this.duration = duration;
+    this.loop = false;
+    this.audio = new Audio(URL.createObjectURL(new Blob([wav], { type: 'audio/wav' })));
+    this.audio.preload = 'auto';
+    this.heard = { time: 0, at: 0 };
+    this.audio.addEventListener('ended', () => this.#ended());
+    for (const name of ['play', 'pause', 'ratechange']) {
+      this.audio.addEventListener(name, () => this.dispatchEvent(new Event('change')));
+    }
+    this.audio.addEventListener('seeked', () => this.dispatchEvent(new Event('change')));
+  }
+
+  get playing() {
+    return !this.audio.paused && !this.audio.ended;
+  }
+
+  get time() {
+    const time = this.audio.currentTime;
+    if (!this.playing) return Math.min(time, this.duration);
+    const now = performance.now() / 1000;
+    if (time !== this.heard.time) this.heard = { time, at: now };
+    const since = Math.min((now - this.heard.at) * this.audio.playbackRate, LONGEST_GUESS_S);
+    return Math.min(this.heard.time + since, this.duration);
+  }
+
+  get speed() {
+    return this.audio.playbackRate;
+  }
+
+  set speed(rate) {
+    this.audio.playbackRate = rate;
+  }
+
+  async play() {
+    if (this.audio.currentTime >= this.duration - 0.01) this.audio.currentTime = 0;
+    await this.audio.play();
+  }
+
+  pause() {
+    this.audio.pause();
+  }
+
+  toggle() {
+    return this.playing ? this.pause() : this.play();
+  }
+
+  seek(time) {
+    const target = Math.min(Math.max(time, 0), this.duration);
+    this.heard = { time: target, at: performance.now() / 1000 };
+    this.audio.currentTime = target;
+    this.dispatchEvent(new Event('change'));
+  }
+
+  #ended() {
+    if (this.loop) {
+      this.audio.currentTime = 0;
+      this.audio.play();
+    }
+    this.dispatchEvent(new Event('change'));
+  }
+}

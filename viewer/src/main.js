@@ -1,0 +1,126 @@
+// Puts the page together and moves it with the sound.
+import { SoundClock } from './clock.js';
+import { ControlPoints } from './control_points.js';
+import { LipGauge } from './lip_gauge.js';
+import { readPageData } from './page_data.js';
+import { Caption, showHeading, showLegend } from './panels.js';
+import { Stage } from './stage.js';
+import { Takes } from './takes.js';
+import { Timeline } from './timeline.js';
+import { Transport } from './transport.js';
+
+function showNotice(text) {
+  const notice = document.getElementById('notice');
+  notice.textContent = text;
+  notice.hidden = false;
+}
+
+function pressed(id, on) {
+  document.getElementById(id).setAttribute('aria-pressed', on);
+}
+
+class Page {
+  constructor(data) {
+    const { report } = data;
+    this.report = report;
+    this.clock = new SoundClock(data.wav, Math.max(data.sound.samples.length / data.sound.sampleRate, 0.01));
+    this.controlPoints = new ControlPoints(data.control, report.fps);
+    this.takes = new Takes(report);
+    showHeading(data);
+    showLegend(this.takes);
+    this.caption = new Caption(report);
+    this.timeline = new Timeline(data, this.takes, this.clock);
+    this.transport = new Transport(this.clock, {
+      toggleWireframe: () => this.setWireframe(!this.wireframe),
+      toggleMarkers: () => this.setMarkers(!this.markers),
+      resetView: () => this.stage?.resetView(),
+    });
+    this.showTime(0);
+  }
+
+  async loadFace(data) {
+    this.stage = new Stage(document.getElementById('view'));
+    const focus = this.controlPoints.box();
+    if (focus) focus.expandByScalar(0.05 * focus.max.distanceTo(focus.min));
+    await this.stage.load(data.glb, data.parts, focus);
+    const box = this.stage.focus;
+    this.controlPoints.addTo(this.stage.scene, box.max.distanceTo(box.min));
+    this.stage.scene.updateMatrixWorld(true);
+    this.gauge = new LipGauge(this.stage.meshes, this.controlPoints);
+    this.showTime(0);
+    this.stage.render();
+  }
+
+  setWireframe(on) {
+    this.wireframe = on;
+    pressed('wireframe', on);
+    this.stage?.setWireframe(on);
+  }
+
+  setMarkers(on) {
+    this.markers = on;
+    pressed('markers', on);
+    if (!this.controlPoints.balls) return;
+    this.controlPoints.balls.visible = on;
+    this.controlPoints.setTime(this.shown);
+    this.stage.invalidate();
+  }
+
+  showTime(time) {
+    this.shown = time;
+    this.transport.setTime(time);
+    this.timeline.setTime(time);
+    this.caption.setTime(time);
+    this.stage?.setTime(time);
+    this.controlPoints.setTime(time);
+  }
+
+  start() {
+    const frame = () => {
+      const { time } = this.clock;
+      if (time !== this.shown) this.showTime(time);
+      this.stage?.render();
+      requestAnimationFrame(frame);
+    };
+    requestAnimationFrame(frame);
+  }
+}
+
+/** What tests and scripts in the browser's console may use. */
+function publish(page, ready) {
+  window.mouthpiece = {
+    ready,
+    report: page.report,
+    get frameCount() { return page.report.frames; },
+    get shapeCount() { return page.stage?.meshes[0]?.morphTargetInfluences?.length ?? 0; },
+    get duration() { return page.clock.duration; },
+    get time() { return page.clock.time; },
+    get shownTime() { return page.shown; },
+    get playing() { return page.clock.playing; },
+    play: () => page.clock.play(),
+    pause: () => page.clock.pause(),
+    seek(time) {
+      page.clock.seek(time);
+      page.showTime(time);
+    },
+    setSpeed: (rate) => (page.clock.speed = rate),
+    setWireframe: (on) => page.setWireframe(on),
+    setMarkers: (on) => page.setMarkers(on),
+    /** Millimetres between the lips of the face as it is shown now. */
+    lipOpening: () => page.gauge?.opening() ?? NaN,
+  };
+}
+
+try {
+  const data = readPageData();
+  const page = new Page(data);
+  const ready = page.loadFace(data).catch((error) => {
+    showNotice(`The face cannot be shown: ${error.message}. The sound and the timeline still work.`);
+    throw error;
+  });
+  publish(page, ready);
+  page.start();
+} catch (error) {
+  showNotice(error.message);
+  throw error;
+}

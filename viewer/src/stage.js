@@ -1,0 +1,139 @@
+// The studio: camera, lights and the face that the GLB holds.
+import {
+  AnimationMixer, Box3, DirectionalLight, HemisphereLight, NeutralToneMapping, PCFSoftShadowMap, PerspectiveCamera,
+  PMREMGenerator, Scene, SRGBColorSpace, Vector3, WebGLRenderer,
+} from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+import { RoomEnvironment } from 'three/addons/environments/RoomEnvironment.js';
+import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { materialFor } from './materials.js';
+
+const FIELD_OF_VIEW_DEG = 24;
+/** A little from the side: a face seen square on looks flat. */
+const VIEW_DIRECTION = new Vector3(0.3, 0.06, 1).normalize();
+
+export class Stage {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
+    this.renderer.outputColorSpace = SRGBColorSpace;
+    this.renderer.toneMapping = NeutralToneMapping;
+    this.renderer.toneMappingExposure = 1.0;
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = PCFSoftShadowMap;
+    this.scene = new Scene();
+    this.camera = new PerspectiveCamera(FIELD_OF_VIEW_DEG, 1, 0.01, 20);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.enableDamping = true;
+    this.controls.dampingFactor = 0.12;
+    this.controls.enablePan = false;
+    this.controls.addEventListener('change', () => this.invalidate());
+    this.meshes = [];
+    this.needsRender = true;
+    new ResizeObserver(() => this.#resize()).observe(canvas.parentElement);
+  }
+
+  /** Parses the GLB; `parts` tell each material's kind, `focus` the box of what to look at (null: the whole). */
+  async load(glb, parts, focus) {
+    const gltf = await new GLTFLoader().parseAsync(glb.buffer.slice(glb.byteOffset, glb.byteOffset + glb.byteLength), '');
+    this.face = gltf.scene;
+    gltf.scene.traverse((object) => {
+      if (object.isMesh) this.#dress(object, parts[gltf.parser.associations.get(object.material)?.materials]?.kind);
+    });
+    this.scene.add(this.face);
+    this.mixer = new AnimationMixer(this.face);
+    this.clip = gltf.animations[0];
+    if (this.clip) this.mixer.clipAction(this.clip).play();
+    this.focus = focus ?? new Box3().setFromObject(this.face);
+    this.#light();
+    this.resetView();
+    this.setTime(0);
+  }
+
+  #dress(mesh, kind) {
+    mesh.material = materialFor(kind, mesh.material);
+    mesh.castShadow = true;
+    mesh.receiveShadow = true;
+    mesh.frustumCulled = false;  // its box is that of the rest pose
+    mesh.userData.kind = kind;
+    this.meshes.push(mesh);
+  }
+
+  #light() {
+    const center = this.focus.getCenter(new Vector3());
+    const radius = this.focus.getSize(new Vector3()).length() / 2;
+    const add = (color, intensity, x, y, z) => {
+      const light = new DirectionalLight(color, intensity);
+      light.position.set(x, y, z).normalize().multiplyScalar(5 * radius).add(center);
+      light.target.position.copy(center);
+      this.scene.add(light, light.target);
+      return light;
+    };
+    const key = add(0xfff1e2, 2.1, -0.75, 0.85, 1);
+    add(0xdfe9ff, 0.55, 1, 0.1, 0.9);
+    add(0xe9f1ff, 1.7, 0.9, 0.7, -0.9);
+    add(0xffe2d0, 0.7, -1, 0.2, -0.6);
+    this.scene.add(new HemisphereLight(0xffffff, 0x9a8278, 0.5));
+
+    key.castShadow = true;
+    key.shadow.mapSize.set(2048, 2048);
+    key.shadow.radius = 5;
+    key.shadow.normalBias = 0.012 * radius;
+    key.shadow.bias = -0.0006;
+    Object.assign(key.shadow.camera, { left: -1.6 * radius, right: 1.6 * radius, top: 1.6 * radius, bottom: -1.6 * radius, near: 2 * radius, far: 8 * radius });
+
+    const generator = new PMREMGenerator(this.renderer);
+    this.scene.environment = generator.fromScene(new RoomEnvironment(), 0.06).texture;
+    this.scene.environmentIntensity = 0.32;
+    generator.dispose();
+  }
+
+  resetView() {
+    const center = this.focus.getCenter(new Vector3());
+    const size = this.focus.getSize(new Vector3());
+    const vertical = (FIELD_OF_VIEW_DEG * Math.PI) / 360;
+    const horizontal = Math.atan(Math.tan(vertical) * this.camera.aspect);
+    const distance = 1.22 * Math.max(size.y / 2 / Math.tan(vertical), size.x / 2 / Math.tan(horizontal)) + size.z / 2;
+    this.camera.position.copy(VIEW_DIRECTION).multiplyScalar(distance).add(center);
+    this.camera.near = distance / 50;
+    this.camera.far = distance * 20;
+    this.camera.updateProjectionMatrix();
+    this.controls.target.copy(center);
+    this.controls.minDistance = distance / 5;
+    this.controls.maxDistance = distance * 4;
+    this.controls.update();
+    this.invalidate();
+  }
+
+  setTime(time) {
+    if (this.clip) this.mixer.setTime(Math.min(Math.max(time, 0), this.clip.duration - 1e-5));
+    this.invalidate();
+  }
+
+  setWireframe(on) {
+    for (const mesh of this.meshes) mesh.material.wireframe = on;
+    this.invalidate();
+  }
+
+  invalidate() {
+    this.needsRender = true;
+  }
+
+  /** Draws when something changed. */
+  render() {
+    this.controls.update();
+    if (!this.needsRender) return;
+    this.needsRender = false;
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  #resize() {
+    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
+    if (width === 0 || height === 0) return;
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.invalidate();
+  }
+}

@@ -1,0 +1,165 @@
+// Words, phones coloured by take, joins, curves and the playhead; a click or a drag goes there.
+import { drawCurves } from './curves.js';
+
+const LEAST_PIXELS_PER_SECOND = 110;
+const CURVES_HEIGHT = 64;
+
+function element(name, className, text = '') {
+  const made = document.createElement(name);
+  made.className = className;
+  made.textContent = text;  // text from outside never becomes markup
+  return made;
+}
+
+function seconds(value) {
+  return `${value.toFixed(2)} s`;
+}
+
+export class Timeline {
+  constructor(data, takes, clock) {
+    this.data = data;
+    this.takes = takes;
+    this.clock = clock;
+    for (const id of ['scroller', 'track', 'words', 'phones', 'joins', 'curves', 'playhead', 'now', 'tooltip']) {
+      this[id] = document.getElementById(id);
+    }
+    this.#addWords();
+    this.#addPhones();
+    this.#addJoins();
+    this.#listen();
+    new ResizeObserver(() => this.layout()).observe(this.scroller);
+    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.layout());
+    this.layout();
+  }
+
+  #place(made, start, end, parent) {
+    made.style.left = `${(100 * start) / this.clock.duration}%`;
+    made.style.width = `${(100 * (end - start)) / this.clock.duration}%`;
+    parent.append(made);
+    return made;
+  }
+
+  #addWords() {
+    const { phones } = this.data.report;
+    for (let first = 0; first < phones.length; ) {
+      let last = first;
+      // Two equal words side by side cannot be told apart here; the report names words, not their numbers.
+      while (last + 1 < phones.length && phones[last + 1].word === phones[first].word) ++last;
+      const { word } = phones[first];
+      if (word) this.#place(element('span', 'word', word), phones[first].start_s, phones[last].end_s, this.words);
+      first = last + 1;
+    }
+  }
+
+  #addPhones() {
+    this.blocks = this.data.report.phones.map((phone, index) => {
+      const block = element('span', 'phone', phone.phone === 'sil' ? '' : phone.phone);
+      block.dataset.phone = index;
+      block.style.background = this.takes.backgroundOf(index);
+      block.classList.toggle('silence', phone.phone === 'sil');
+      block.classList.toggle('backoff', phone.from === 'backoff');
+      return this.#place(block, phone.start_s, phone.end_s, this.phones);
+    });
+  }
+
+  #addJoins() {
+    this.data.report.joins.forEach((join, index) => {
+      const tick = this.#place(element('span', 'join'), join.time_s, join.time_s, this.joins);
+      tick.dataset.join = index;
+    });
+  }
+
+  layout() {
+    const width = Math.max(this.scroller.clientWidth, Math.ceil(this.clock.duration * LEAST_PIXELS_PER_SECOND));
+    this.width = width;
+    this.track.style.width = `${width}px`;
+    const { sound, lip_opening_mm: lipOpening, report } = this.data;
+    drawCurves(this.curves, width, CURVES_HEIGHT, { sound, lipOpening, framesPerSecond: report.fps, duration: this.clock.duration });
+    for (const block of this.blocks) block.classList.toggle('narrow', block.clientWidth < 15);
+    this.setTime(this.clock.time);
+  }
+
+  #timeAt(event) {
+    const box = this.track.getBoundingClientRect();
+    return ((event.clientX - box.left) / box.width) * this.clock.duration;
+  }
+
+  #listen() {
+    this.track.addEventListener('pointerdown', (event) => {
+      if (event.button !== 0) return;
+      this.track.setPointerCapture(event.pointerId);
+      this.dragging = true;
+      this.clock.seek(this.#timeAt(event));
+    });
+    this.track.addEventListener('pointermove', (event) => {
+      if (this.dragging) this.clock.seek(this.#timeAt(event));
+      this.#showTooltip(event);
+    });
+    for (const name of ['pointerup', 'pointercancel']) this.track.addEventListener(name, () => (this.dragging = false));
+    this.track.addEventListener('pointerleave', () => (this.tooltip.hidden = true));
+  }
+
+  #showTooltip(event) {
+    const under = document.elementFromPoint(event.clientX, event.clientY);
+    const lines = under?.dataset?.join !== undefined ? this.#joinLines(this.data.report.joins[under.dataset.join])
+      : under?.dataset?.phone !== undefined ? this.#phoneLines(Number(under.dataset.phone))
+      : null;
+    this.tooltip.hidden = !lines;
+    if (!lines) return;
+    this.tooltip.replaceChildren(...lines);
+    const { width, height } = this.tooltip.getBoundingClientRect();
+    this.tooltip.style.left = `${Math.min(Math.max(event.clientX - width / 2, 8), innerWidth - width - 8)}px`;
+    this.tooltip.style.top = `${event.clientY - height - 16}px`;
+  }
+
+  #joinLines(join) {
+    return [
+      element('strong', '', `Join at ${seconds(join.time_s)}`),
+      element('span', '', `step ${join.position_jump_mm.toFixed(2)} mm, speed change ${join.velocity_jump_mm_s.toFixed(0)} mm/s`),
+    ];
+  }
+
+  #phoneLines(index) {
+    const phone = this.data.report.phones[index];
+    const head = element('strong', '', `${phone.phone}${phone.word ? ` in “${phone.word}”` : ''}  ${seconds(phone.start_s)} to ${seconds(phone.end_s)}`);
+    const units = this.takes.unitsOf(index).map((unit) => {
+      const line = element('span', 'unit');
+      const swatch = element('i', 'swatch');
+      swatch.style.background = this.takes.colorOf(unit.take);
+      line.append(swatch, `${unit.take}, ${unit.backoff ? 'stand-in' : unit.scale}, cost ${unit.cost.toFixed(2)}`);
+      return line;
+    });
+    return [head, ...units];
+  }
+
+  setTime(time) {
+    const x = (time / this.clock.duration) * this.width;
+    this.playhead.style.transform = `translateX(${x}px)`;
+    const index = this.data.report.phones.findIndex((phone) => time < phone.end_s);
+    if (index !== this.current) {
+      this.blocks[this.current]?.classList.remove('current');
+      this.blocks[index]?.classList.add('current');
+      this.current = index;
+      this.#describe(index);
+    }
+    this.#follow(x);
+  }
+
+  #describe(index) {
+    if (index < 0) return this.now.replaceChildren();
+    const phone = this.data.report.phones[index];
+    const takes = this.takes.unitsOf(index).map((unit) => `${unit.take} (${unit.backoff ? 'stand-in' : unit.scale})`);
+    this.now.replaceChildren(
+      element('b', '', phone.phone === 'sil' ? 'silence' : phone.phone),
+      phone.word ? ` in “${phone.word}”, ` : ' ',
+      takes.length ? `from ${takes.join(' and ')}` : '',
+    );
+  }
+
+  /** Keeps the playhead in sight while it moves by itself. */
+  #follow(x) {
+    if (this.dragging || this.width <= this.scroller.clientWidth) return;
+    const { scrollLeft, clientWidth } = this.scroller;
+    if (x < scrollLeft + 20 || x > scrollLeft + clientWidth - 60) this.scroller.scrollLeft = x - clientWidth / 4;
+  }
+}
