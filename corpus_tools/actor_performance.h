@@ -9,6 +9,9 @@
 
 namespace mouthpiece {
 
+/// ActorOptions::variation of the sample corpus.
+inline constexpr double kActorVariation = 0.08;
+
 struct ActorOptions {
   double frame_rate_hz = 120;
   std::size_t frame_count = 0;

@@ -51,9 +51,9 @@ class Evaluator {
   }
 
   Evaluation run() {
-    addUnitRow("greedy, any units", SelectionMethod::kGreedy, UnitChoice::kAny);
-    addUnitRow("greedy, paper's units", SelectionMethod::kGreedy, UnitChoice::kPaper);
-    addUnitRow("viterbi, any units", SelectionMethod::kViterbi, UnitChoice::kAny);
+    addUnitRow("greedy, any units", SelectionMethod::kGreedy, UnitScales::kAny);
+    addUnitRow("greedy, paper's units", SelectionMethod::kGreedy, UnitScales::kPaper);
+    addUnitRow("viterbi, any units", SelectionMethod::kViterbi, UnitScales::kAny);
     const DominanceModel dominance = DominanceModel::fit(corpus_);
     addRow("dominance", [&](const CorpusTake& take, EvaluationRow&) {
       return dominance.animate(take.labels, take.motion.frame_rate_hz, take.motion.frameCount());
@@ -76,7 +76,7 @@ class Evaluator {
     evaluation_.rows.push_back(std::move(row));
   }
 
-  void addUnitRow(const std::string& method, SelectionMethod selection, UnitChoice units) {
+  void addUnitRow(const std::string& method, SelectionMethod selection, UnitScales units) {
     addRow(method, [&](const CorpusTake& take, EvaluationRow& row) {
       SynthesisRequest request{take.text, "capture", take.labels, {}, {}};
       request.options.frame_rate_hz = take.motion.frame_rate_hz;

@@ -26,8 +26,7 @@ using WordPair = std::pair<std::string, std::string>;
 /// The words of `sentence` that follow each other; "twenty-five" is one word.
 std::set<WordPair> wordPairs(const TimeSentence& sentence);
 
-/// The most word pairs that `count` sentences can hold: every sentence has a single word after "now" or after the exactness
-/// that begins its minutes or hours, so with fewer sentences than such pairs the rest must stay out.
+/// An upper bound of the word pairs that `count` sentences can hold together (proof in the source); 55 reach it.
 std::size_t mostWordPairs(std::size_t count);
 
 /// `count` sentences that hold every word and as many word pairs as `count` sentences can; beyond that, as many pairs of
@@ -35,7 +34,7 @@ std::size_t mostWordPairs(std::size_t count);
 /// the same for every call.
 std::vector<TimeSentence> chooseTimeSentences(std::size_t count);
 
-/// The texts of chooseTimeSentences(55): the sample corpus.
+/// The texts of chooseTimeSentences(55), the sample corpus: sample_data/prompts/time55.txt, built in.
 std::vector<std::string> sampleSentences();
 
 }  // namespace mouthpiece

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "base/errors.h"
+#include "deform/mesh_fill.h"
 #include "deform/triangulation.h"
 #include "deform/virtual_points.h"
 
@@ -75,12 +76,19 @@ LipSide ControlMesh::sideOf(std::size_t triangle) const {
 }
 
 ControlMesh buildControlMesh(const std::vector<std::string>& marker_names, const MarkerPositions& marker_rest,
-                             const std::map<std::string, Eigen::Vector3d>& known) {
-  ControlMesh mesh = placePoints(marker_names, marker_rest, known);
-  mesh.triangles = triangulate(mesh);
-  const std::string fault = faultOf(mesh);
-  if (!fault.empty()) throw InputError("control surface: " + fault + "; expected markers that lie as on a face");
-  return mesh;
+                             const std::map<std::string, Eigen::Vector3d>& known, const FaceMesh* mesh) {
+  const auto expectFace = [](const ControlMesh& built) {
+    const std::string fault = faultOf(built);
+    if (!fault.empty()) throw InputError("control surface: " + fault + "; expected markers that lie as on a face");
+  };
+  ControlMesh control = placePoints(marker_names, marker_rest, known);
+  control.triangles = triangulate(control);
+  expectFace(control);
+  if (mesh != nullptr) {
+    control = filledToMesh(control, *mesh);
+    expectFace(control);
+  }
+  return control;
 }
 
 void checkControlMesh(const ControlMesh& mesh, const std::string& file) {

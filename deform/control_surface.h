@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "deform/face_mesh.h"
 #include "motion/motion_clip.h"
 
 namespace mouthpiece {
@@ -61,9 +62,11 @@ const std::vector<VirtualPointPlace>& virtualPointPlaces();
 
 /// Triangulates the markers of `marker_names` at `marker_rest` (markers x 3, the mesh's unit, Y up, Z out of the face).
 /// `known`: rest positions of points of virtualPointPlaces() by name; those left out are estimated from the markers.
-/// Throws InputError when a lip marker is missing, a coordinate is not finite, or the markers do not lie like a face's.
+/// `mesh`: where given, points are added on its skin where the markers' surface would lie far from it; give it, a surface
+/// close to the skin deforms it better. Throws InputError when a lip marker is missing, a coordinate is not finite, or the
+/// markers do not lie like a face's.
 ControlMesh buildControlMesh(const std::vector<std::string>& marker_names, const MarkerPositions& marker_rest,
-                             const std::map<std::string, Eigen::Vector3d>& known = {});
+                             const std::map<std::string, Eigen::Vector3d>& known = {}, const FaceMesh* mesh = nullptr);
 
 /// Checks indices, sizes, finiteness, orientation and that the lips are apart: for meshes read from a file. Throws InputError
 /// that begins with `file`.

@@ -49,6 +49,12 @@ bool wantsDetail(const ModelMesh& model, std::size_t triangle, const std::array<
          within(eyes[0].centre, 21, 14, 30) || within(eyes[1].centre, 21, 14, 30);
 }
 
+/// The head behind the face is smooth: one level less is enough.
+bool isShell(const ModelMesh& model, std::size_t triangle) {
+  const auto& corners = model.triangles[triangle];
+  return std::all_of(corners.begin(), corners.end(), [&](std::uint32_t v) { return model.vertices(v, kShell) > 0.6; });
+}
+
 FaceMesh finished(const ModelMesh& model) {
   FaceMesh mesh;
   mesh.metres_per_unit = 0.001;
@@ -91,7 +97,8 @@ DefaultFace makeDefaultFace(const FaceMesh& canonical, std::string_view file) {
   ModelMesh model = face.mesh;
   addHeadShell(model);
   fitLimitToVertices(model, kCanonicalVertexCount, kFitShare, kFitIterations);
-  model = loopSubdivided(loopSubdivided(model));
+  model = loopSubdivided(model);
+  model = loopSubdividedWhere(model, [&](std::size_t triangle) { return !isShell(model, triangle); });
   model = loopSubdividedWhere(model, [&](std::size_t triangle) { return wantsDetail(model, triangle, face.eyes); });
   carveNostrils(model);
   face.mesh = model;  // the parts behind the lips are placed by the finished lips

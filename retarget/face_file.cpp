@@ -34,7 +34,7 @@ class BoundedTreeBuilder : public nlohmann::detail::json_sax_dom_parser<json> {
   using Base = nlohmann::detail::json_sax_dom_parser<json>;
 
  public:
-  explicit BoundedTreeBuilder(json& root) : Base(root, false) {}
+  explicit BoundedTreeBuilder(json& tree) : Base(tree, false) {}
   bool start_object(std::size_t length) { return ++depth_ <= kMaxDepth && Base::start_object(length); }
   bool start_array(std::size_t length) { return ++depth_ <= kMaxDepth && Base::start_array(length); }
   bool end_object() { return --depth_ >= 0 && Base::end_object(); }
@@ -163,20 +163,22 @@ WarpOptions readWarp(const Fields& fields) {
   return options;
 }
 
-ControlPoint readControlPoint(const Fields& fields, std::size_t marker_count) {
+ControlPoint readControlPoint(const Fields& fields, std::size_t point_index) {
   ControlPoint point;
   point.name = fields.text("name");
   point.rule = static_cast<PointRule>(fields.whole("rule", 0, static_cast<int>(PointRule::kInnerLip)));
   point.side = static_cast<LipSide>(fields.whole("side", 0, static_cast<int>(LipSide::kLower)));
   point.opposite = static_cast<int>(fields.whole("opposite", -1, static_cast<std::int64_t>(kMaxControlPoints)));
-  point.flat_at_rim = fields.flag("flat_at_rim");
-  const std::vector<std::int32_t> markers = fields.blob<std::int32_t>("driver_markers");
+  point.fixed = fields.flag("fixed");
+  const std::vector<std::int32_t> drivers = fields.blob<std::int32_t>("driver_points");
   const std::vector<double> weights = fields.blob<double>("driver_weights");
-  if (markers.size() != weights.size()) fields.fail("driver_weights", "expected one weight a driver");
-  for (std::size_t i = 0; i < markers.size(); ++i) {
-    if (markers[i] < 0 || static_cast<std::size_t>(markers[i]) >= marker_count) fields.fail("driver_markers", "found an index out of range");
+  if (drivers.size() != weights.size()) fields.fail("driver_weights", "expected one weight a driver");
+  for (std::size_t i = 0; i < drivers.size(); ++i) {
+    if (drivers[i] < 0 || static_cast<std::size_t>(drivers[i]) >= point_index) {
+      fields.fail("driver_points", "found a point that does not come before this one");
+    }
     if (!(std::abs(weights[i]) <= 1e6)) fields.fail("driver_weights", "found a weight that is no usable number");
-    point.drivers.push_back({markers[i], weights[i]});
+    point.drivers.push_back({drivers[i], weights[i]});
   }
   return point;
 }
@@ -185,7 +187,10 @@ ControlMesh readControl(const Fields& fields, std::size_t marker_count) {
   ControlMesh control;
   control.marker_count = marker_count;
   const json& points = fields.array("points", kMaxControlPoints);
-  for (const json& point : points) control.points.push_back(readControlPoint(Fields(point, fields.file(), "control.points"), marker_count));
+  for (const json& point : points) {
+    control.points.push_back(readControlPoint(Fields(point, fields.file(), "control.points"), control.points.size()));
+  }
+  control.mouth_width = fields.number("mouth_width", 1e-9, 1e9);
   control.rest = fields.matrix<MarkerPositions>("rest", control.points.size());
   control.domain = fields.matrix<decltype(control.domain)>("domain", control.points.size());
   const std::vector<std::int32_t> corners = fields.blob<std::int32_t>("triangles");
@@ -207,23 +212,24 @@ FaceBinding readBinding(const Fields& fields) {
 json controlToJson(const ControlMesh& control) {
   json points = json::array();
   for (const ControlPoint& point : control.points) {
-    std::vector<std::int32_t> markers;
+    std::vector<std::int32_t> drivers;
     std::vector<double> weights;
     for (const PointDriver& driver : point.drivers) {
-      markers.push_back(driver.marker);
+      drivers.push_back(driver.point);
       weights.push_back(driver.weight);
     }
     points.push_back({{"name", point.name},
                       {"rule", static_cast<int>(point.rule)},
                       {"side", static_cast<int>(point.side)},
                       {"opposite", point.opposite},
-                      {"flat_at_rim", point.flat_at_rim},
-                      {"driver_markers", blobOf(markers)},
+                      {"fixed", point.fixed},
+                      {"driver_points", blobOf(drivers)},
                       {"driver_weights", blobOf(weights)}});
   }
   std::vector<std::int32_t> corners;
   for (const auto& triangle : control.triangles) corners.insert(corners.end(), triangle.begin(), triangle.end());
-  return {{"points", std::move(points)},
+  return {{"mouth_width", control.mouth_width},
+          {"points", std::move(points)},
           {"rest", blobOfMatrix(control.rest)},
           {"domain", blobOfMatrix(control.domain)},
           {"triangles", blobOf(corners)}};

@@ -34,8 +34,8 @@ double smoothUnion(double a, double b, double width) {
 }
 
 /// The half planes that sweep the head turn about this line (along x): in front of the neck, below the chin.
-constexpr double kPivotY = -132;
-constexpr double kPivotZ = 22;
+constexpr double kPivotY = -142;
+constexpr double kPivotZ = 38;
 /// The last half plane cuts the neck level, or a little lower at the back.
 constexpr double kLastAngle = 96 * std::numbers::pi / 180;
 
@@ -93,7 +93,7 @@ RimPoint rimPointOf(const Vector3d& point) {
 
 double headDistance(const Vector3d& p) {
   const double skull = ellipsoid(p, {0, 42, -34}, {77, 83, 97});
-  const double jaw = ellipsoid(p, {0, -34, -2}, {64, 66, 56});
+  const double jaw = ellipsoid(p, {0, -34, 4}, {64, 68, 60});
   const double neck = roundCone(p, {0, -40, -46}, {0, -230, -66}, 54, 62);
   return smoothUnion(smoothUnion(skull, jaw, 40), neck, 42);
 }

@@ -55,9 +55,12 @@ void appendLittleEndian(std::string& bytes, std::uint32_t value, int byte_count)
   for (int i = 0; i < byte_count; ++i) bytes.push_back(static_cast<char>(value >> (8 * i)));
 }
 
-/// 16-bit PCM, the header's 44 bytes first.
-std::string wavBytes(const AudioClip& clip) {
-  const auto data_bytes = static_cast<std::uint32_t>(2 * clip.samples.size());
+/// 16-bit PCM, the header's 44 bytes first; with silence at the end when the motion lasts longer, since the page's clock
+/// is the sound.
+std::string wavBytes(const AudioClip& clip, Seconds least_duration) {
+  const auto least_samples = static_cast<std::size_t>(std::max(0.0, std::round(least_duration * clip.sample_rate_hz)));
+  const std::size_t sample_count = std::max(clip.samples.size(), least_samples);
+  const auto data_bytes = static_cast<std::uint32_t>(2 * sample_count);
   const auto rate = static_cast<std::uint32_t>(clip.sample_rate_hz);
   std::string bytes;
   bytes.reserve(44 + data_bytes);
@@ -77,6 +80,7 @@ std::string wavBytes(const AudioClip& clip) {
     const float clipped = std::clamp(sample, -1.0F, 1.0F);
     appendLittleEndian(bytes, static_cast<std::uint32_t>(std::lrint(clipped * 32767.0F)), 2);
   }
+  bytes.resize(44 + data_bytes, '\0');
   return bytes;
 }
 
@@ -125,7 +129,7 @@ std::string viewHtml(std::string_view page_template, const ViewPage& page) {
                     {"control", controlOf(page)},
                     {"lip_opening_mm", roundedForDisplay(lipOpeningMm(page.animation.motion))}};
 
-  const std::string wav = wavBytes(page.animation.audio);
+  const std::string wav = wavBytes(page.animation.audio, page.animation.motion.duration());
   std::string html;
   html.reserve(page_template.size() + (page.glb.size() + wav.size()) / 3 * 4 + 1'000'000);
   html.append(page_template.substr(0, place));

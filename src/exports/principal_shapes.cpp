@@ -255,7 +255,9 @@ PrincipalShapes principalShapes(const FaceAnimation& animation, const VertexPosi
   result.rest = Eigen::Map<const Eigen::RowVectorXf>(rest.data(), rest.size());
   const Fit fit{animation, result.rest, static_cast<float>(options.tolerance_mm / mm_per_unit)};
 
-  Weights weights = weightsFromBasis(trajectoryBasis(sampledDisplacements(fit), kSampleShare * fit.tolerance));
+  const MatrixXf sample = sampledDisplacements(fit);
+  MOUTHPIECE_EXPECT(sample.allFinite());
+  Weights weights = weightsFromBasis(trajectoryBasis(sample, kSampleShare * fit.tolerance));
   result.shapes = RowMajorMatrixF::Zero(weights.count, result.rest.cols());
   std::vector<float> errors = fitAllVertices(fit, weights, result.shapes);
   result.weights = std::move(weights.weights);

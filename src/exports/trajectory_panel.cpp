@@ -49,6 +49,7 @@ template <typename Width>
 MOUTHPIECE_INLINE void loadDisplacements(const float* positions, std::ptrdiff_t row_stride, std::ptrdiff_t frames,
                                          const float* rest, float* panel, float* largest_squared) {
   typename Width::Lanes largest[kPerAxis<Width>] = {};
+  typename Width::Lanes not_finite[kPerAxis<Width>] = {};  // a comparison would lose a NaN
   for (std::ptrdiff_t f = 0; f < frames; ++f) {
     const float* from = positions + f * row_stride;
     float* to = panel + f * kPanelWidth;
@@ -58,10 +59,13 @@ MOUTHPIECE_INLINE void loadDisplacements(const float* positions, std::ptrdiff_t 
       to[v + 2 * kPanelVertices] = from[3 * v + 2] - rest[3 * v + 2];
     }
     typename Width::Lanes row[kPerRow<Width>];
-    for (int i = 0; i < kPerRow<Width>; ++i) row[i] = lanesAt<Width>(to)[i];
+    for (int i = 0; i < kPerRow<Width>; ++i) {
+      row[i] = lanesAt<Width>(to)[i];
+      not_finite[i % kPerAxis<Width>] += row[i] - row[i];
+    }
     keepLargestSquare<Width>(row, largest);
   }
-  for (int i = 0; i < kPerAxis<Width>; ++i) lanesAt<Width>(largest_squared)[i] = largest[i];
+  for (int i = 0; i < kPerAxis<Width>; ++i) lanesAt<Width>(largest_squared)[i] = largest[i] + not_finite[i];
 }
 
 /// sums[r] = sum over p of factors[r][p] * panel[p], several rows side by side so that each panel row is loaded once.

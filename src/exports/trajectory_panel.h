@@ -14,7 +14,7 @@ inline constexpr std::ptrdiff_t kPanelRowBlock = 4;
 /// and multiply-adds are not contracted.
 struct PanelKernels {
   /// panel[f] = positions[f * row_stride] - rest, for eight vertices stored x y z x y z ...;
-  /// largest_squared[v]: the square of v's largest displacement.
+  /// largest_squared[v]: the square of v's largest displacement, NaN when a position of v is not finite.
   void (*loadDisplacements)(const float* positions, std::ptrdiff_t row_stride, std::ptrdiff_t frames, const float* rest,
                             float* panel, float* largest_squared);
   /// product (rows x kPanelWidth) = factors (rows x inner, row-major) * panel (inner x kPanelWidth).

@@ -32,9 +32,11 @@ double cellValue(std::string_view cell, double mm_per_unit, std::string_view fil
   return *value * mm_per_unit;
 }
 
-/// The rate that the writer most likely meant: a whole number or a television rate, when the times cannot tell it apart.
+/// The rate that the writer most likely meant, when the times cannot tell it apart: a whole number, a television rate, or
+/// one of few decimals.
 double likelyRate(double rate, double uncertainty) {
-  for (const double nominal : {std::round(rate), std::round(rate * 1.001) / 1.001, std::round(rate * 2.0) / 2.0}) {
+  for (const double nominal : {std::round(rate), std::round(rate * 1.001) / 1.001, std::round(rate * 10.0) / 10.0,
+                               std::round(rate * 100.0) / 100.0, std::round(rate * 1000.0) / 1000.0}) {
     if (nominal > 0.0 && std::abs(nominal - rate) <= uncertainty) return nominal;
   }
   return rate;

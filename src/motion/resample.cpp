@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <utility>
 
 #include "base/errors.h"
 #include "motion/blend.h"
@@ -11,48 +13,44 @@
 namespace mouthpiece {
 namespace {
 
-/// The basis of eq. (1) over some samples: an inverse multiquadric at each and the terms 1, t of the polynomial. Basis
-/// functions are divided by their value at the centre, which changes their weights and not the interpolant.
-class TimeBasis {
+/// S(t): the smooth rising curve with S(time of sample i) = i, a monotone cubic (Fritsch and Carlson 1980). Where the
+/// samples are even it is a straight line; where a warp changes their spacing, a smooth bend.
+class IndexOfTime {
  public:
-  TimeBasis(std::span<const Seconds> times, std::span<const double> shapes) : times_(times), shapes_(shapes) {
-    // Centre and scale make the polynomial columns as large as the others.
-    middle_ = 0.5 * (times.front() + times.back());
-    half_length_ = times.size() > 1 ? 0.5 * (times.back() - times.front()) : 1.0;
-  }
-
-  [[nodiscard]] Eigen::Index sampleCount() const { return static_cast<Eigen::Index>(times_.size()); }
-  /// One sample alone has no slope: only the constant.
-  [[nodiscard]] Eigen::Index termCount() const { return sampleCount() > 1 ? 2 : 1; }
-  [[nodiscard]] Eigen::Index size() const { return sampleCount() + termCount(); }
-
-  /// times x size(): all basis functions at all times.
-  [[nodiscard]] Eigen::MatrixXd evaluate(std::span<const Seconds> at) const {
-    Eigen::MatrixXd values(static_cast<Eigen::Index>(at.size()), size());
-    const Eigen::Map<const Eigen::ArrayXd> time(at.data(), static_cast<Eigen::Index>(at.size()));
-    for (Eigen::Index i = 0; i < sampleCount(); ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      values.col(i) = (((time - times_[k]) / shapes_[k]).square() + 1.0).rsqrt().matrix();
+  explicit IndexOfTime(std::span<const Seconds> times) : times_(times) {
+    slopes_.reserve(times.size());
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      const bool is_end = i == 0 || i + 1 == times.size();
+      slopes_.push_back(is_end ? 0.0 : innerSlope(times[i] - times[i - 1], times[i + 1] - times[i]));
     }
-    values.col(sampleCount()).setOnes();
-    if (termCount() > 1) values.col(sampleCount() + 1) = ((time - middle_) / half_length_).matrix();
-    return values;
+    if (times.size() < 2) return;
+    slopes_.front() = 1.0 / (times[1] - times[0]);
+    slopes_.back() = 1.0 / (times[times.size() - 1] - times[times.size() - 2]);
   }
 
-  /// The square system whose rows are the interpolation conditions and the side conditions on the weights.
-  [[nodiscard]] Eigen::MatrixXd system() const {
-    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(size(), size());
-    matrix.topRows(sampleCount()) = evaluate(times_);
-    matrix.bottomLeftCorner(termCount(), sampleCount()) =
-        matrix.topRightCorner(sampleCount(), termCount()).transpose();
-    return matrix;
+  /// Outside the samples: the nearest end.
+  [[nodiscard]] double at(Seconds time) const {
+    if (time <= times_.front()) return 0.0;
+    if (time >= times_.back()) return static_cast<double>(times_.size() - 1);
+    const auto right = static_cast<std::size_t>(std::upper_bound(times_.begin(), times_.end(), time) - times_.begin());
+    const std::size_t i = right - 1;
+    const double spacing = times_[right] - times_[i];
+    const double u = (time - times_[i]) / spacing;
+    // Cubic Hermite from i to i + 1.
+    const double rise = u * u * (3.0 - 2.0 * u) + spacing * u * (1.0 - u) * ((1.0 - u) * slopes_[i] - u * slopes_[right]);
+    return static_cast<double>(i) + rise;
   }
 
  private:
+  /// The weighted harmonic mean of 1/before and 1/after, which keeps the cubic rising.
+  static double innerSlope(double before, double after) {
+    const double weight_before = before + 2.0 * after;
+    const double weight_after = 2.0 * before + after;
+    return (weight_before + weight_after) / (weight_before * before + weight_after * after);
+  }
+
   std::span<const Seconds> times_;
-  std::span<const double> shapes_;
-  double middle_ = 0;
-  double half_length_ = 1;
+  std::vector<double> slopes_;
 };
 
 void expectTimes(std::span<const Seconds> sample_times, std::span<const Seconds> query_times,
@@ -68,85 +66,159 @@ void expectTimes(std::span<const Seconds> sample_times, std::span<const Seconds>
   MOUTHPIECE_EXPECT(options.window_samples > 2 * options.margin_samples + options.overlap_samples);
 }
 
-/// c_i, in seconds. The shorter spacing: a function as wide as the longer one would make a dense neighbourhood nearly
-/// singular, and overshoot there.
-std::vector<double> shapesOf(std::span<const Seconds> times, double shape) {
-  std::vector<double> shapes(times.size(), 1.0);
-  for (std::size_t i = 0; i < times.size() && times.size() > 1; ++i) {
-    const double before = i > 0 ? times[i] - times[i - 1] : std::numeric_limits<double>::infinity();
-    const double after = i + 1 < times.size() ? times[i + 1] - times[i] : std::numeric_limits<double>::infinity();
-    shapes[i] = shape * std::min(before, after);
-  }
-  return shapes;
+std::vector<double> indexPositions(std::span<const Seconds> sample_times, std::span<const Seconds> query_times) {
+  const IndexOfTime index_of_time(sample_times);
+  std::vector<double> positions;
+  positions.reserve(query_times.size());
+  for (const Seconds time : query_times) positions.push_back(index_of_time.at(time));
+  return positions;
 }
 
-std::vector<Seconds> clamped(std::span<const Seconds> query_times, TimeSpan range) {
-  std::vector<Seconds> times(query_times.begin(), query_times.end());
-  for (Seconds& time : times) time = std::clamp(time, range.start, range.end);
-  return times;
-}
+/// The samples and, beyond either end, mirrored ones (2 y0 - yk at -k): without them the interpolant's first and last
+/// spacing would hang on how the far samples bend the polynomial.
+struct MirroredSamples {
+  Eigen::Index sample_count = 0;
+  Eigen::Index mirrored_count = 0;  ///< at each end
 
-/// queries x samples: the rows that turn sample values into interpolated values, E A^-1 without its side conditions.
-Eigen::MatrixXd cardinalWeights(const TimeBasis& basis, std::span<const Seconds> queries) {
-  const Eigen::PartialPivLU<Eigen::MatrixXd> transposed_system(basis.system().transpose());
-  const Eigen::MatrixXd weights = transposed_system.solve(basis.evaluate(queries).transpose());
-  MOUTHPIECE_EXPECT(weights.allFinite());
-  return weights.topRows(basis.sampleCount()).transpose();
-}
+  MirroredSamples(std::size_t count, const ResampleOptions& options)
+      : sample_count(static_cast<Eigen::Index>(count)),
+        mirrored_count(static_cast<Eigen::Index>(std::min(options.margin_samples, count - 1))) {}
 
-/// A run of samples with its own system. It is blended in over `fade_in` and out over `fade_out`.
-struct Window {
-  std::size_t first_sample = 0;
-  std::size_t sample_count = 0;
-  TimeSpan fade_in;
-  TimeSpan fade_out;
-
-  [[nodiscard]] double weightAt(Seconds time) const {
-    // One window fades out with g as the next fades in with 1 - g: together they weigh one.
-    if (time < fade_in.end) return 1.0 - blendWeight(BlendKind::kSmooth, (time - fade_in.start) / fade_in.duration());
-    if (time > fade_out.start) return blendWeight(BlendKind::kSmooth, (time - fade_out.start) / fade_out.duration());
-    return 1.0;
+  [[nodiscard]] Eigen::Index count() const { return sample_count + 2 * mirrored_count; }
+  /// What entry `index` of count() is made of: the end sample twice and one inner sample taken off, or one sample.
+  struct Parts {
+    std::optional<Eigen::Index> end;
+    Eigen::Index inner = 0;
+  };
+  [[nodiscard]] Parts partsOf(Eigen::Index index) const {
+    const Eigen::Index sample = index - mirrored_count;
+    if (sample < 0) return {0, -sample};
+    if (sample >= sample_count) return {sample_count - 1, 2 * (sample_count - 1) - sample};
+    return {std::nullopt, sample};
   }
 };
 
-std::vector<Window> layWindows(std::span<const Seconds> times, const ResampleOptions& options) {
-  constexpr double kNever = std::numeric_limits<double>::infinity();
-  const std::size_t hop = options.window_samples - 2 * options.margin_samples - options.overlap_samples;
+/// positions x (count + terms): inverse multiquadrics at 0 ... count - 1, in units of the spacing and divided by their value
+/// at the centre, then the polynomial 1, x (only 1 for a single centre), scaled to the size of the others.
+Eigen::MatrixXd basisAt(std::span<const double> positions, double first_center, Eigen::Index count, double shape) {
+  const Eigen::Index terms = count > 1 ? 2 : 1;
+  Eigen::MatrixXd values(static_cast<Eigen::Index>(positions.size()), count + terms);
+  const Eigen::ArrayXd x =
+      Eigen::Map<const Eigen::ArrayXd>(positions.data(), static_cast<Eigen::Index>(positions.size())) - first_center;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    values.col(i) = (((x - static_cast<double>(i)) / shape).square() + 1.0).sqrt().inverse().matrix();
+  }
+  values.col(count).setOnes();
+  const double half = 0.5 * static_cast<double>(count - 1);
+  if (terms > 1) values.col(count + 1) = ((x - half) / half).matrix();
+  return values;
+}
+
+/// The symmetric system of the interpolation conditions and the side conditions on the weights.
+Eigen::MatrixXd systemOf(Eigen::Index count, double shape) {
+  std::vector<double> centers;
+  for (Eigen::Index i = 0; i < count; ++i) centers.push_back(static_cast<double>(i));
+  const Eigen::MatrixXd conditions = basisAt(centers, 0.0, count, shape);
+  const Eigen::Index terms = conditions.cols() - count;
+  Eigen::MatrixXd system = Eigen::MatrixXd::Zero(conditions.cols(), conditions.cols());
+  system.topRows(count) = conditions;
+  system.bottomLeftCorner(terms, count) = conditions.rightCols(terms).transpose();
+  return system;
+}
+
+/// A window's factored system. In the index coordinate all windows of one length share it.
+class WindowSystem {
+ public:
+  WindowSystem(Eigen::Index count, double shape) : count_(count), shape_(shape), factors_(systemOf(count, shape)) {}
+
+  [[nodiscard]] Eigen::Index count() const { return count_; }
+  /// positions x count: the rows that turn sample values into interpolated values, the first rows of A^-1 E^T.
+  [[nodiscard]] Eigen::MatrixXd weightsAt(std::span<const double> positions, double first_center) const {
+    const Eigen::MatrixXd basis = basisAt(positions, first_center, count_, shape_);
+    return factors_.solve(basis.transpose()).topRows(count_).transpose();
+  }
+
+ private:
+  Eigen::Index count_;
+  double shape_;
+  Eigen::PartialPivLU<Eigen::MatrixXd> factors_;
+};
+
+/// A run of (mirrored) samples with a system of its own, in index coordinates.
+struct Window {
+  Eigen::Index first = 0;
+  Eigen::Index count = 0;
+  double fade_in = -std::numeric_limits<double>::infinity();  ///< blended in from here, over the overlap
+  double fade_out = std::numeric_limits<double>::infinity();
+  double overlap = 1;
+
+  [[nodiscard]] double weightAt(double position) const {
+    // A window fades out with g while the next fades in with 1 - g: together they weigh one.
+    if (position < fade_in + overlap) return 1.0 - blendWeight(BlendKind::kSmooth, (position - fade_in) / overlap);
+    return blendWeight(BlendKind::kSmooth, (position - fade_out) / overlap);
+  }
+};
+
+std::vector<Window> layWindows(const MirroredSamples& samples, const ResampleOptions& options) {
+  const auto length = static_cast<Eigen::Index>(options.window_samples);
+  const auto margin = static_cast<Eigen::Index>(options.margin_samples);
+  const auto overlap = static_cast<Eigen::Index>(options.overlap_samples);
   std::vector<Window> windows;
-  TimeSpan fade_in{-kNever, -kNever};
-  for (std::size_t first = 0;; first += hop) {
-    Window window{first, std::min(options.window_samples, times.size() - first), fade_in, {kNever, kNever}};
-    const bool is_last = first + window.sample_count == times.size();
-    if (!is_last) {
-      const std::size_t fade = first + options.window_samples - options.margin_samples - options.overlap_samples;
-      window.fade_out = {times[fade], times[fade + options.overlap_samples]};
-    }
+  Window window;
+  window.overlap = static_cast<double>(overlap);
+  for (Eigen::Index first = 0;; first += length - 2 * margin - overlap) {
+    window.first = first;
+    window.count = std::min(length, samples.count() - first);
+    const bool is_last = first + window.count == samples.count();
+    const auto fade = static_cast<double>(first + length - margin - overlap - samples.mirrored_count);
+    window.fade_out = is_last ? std::numeric_limits<double>::infinity() : fade;
     windows.push_back(window);
     if (is_last) return windows;
-    fade_in = window.fade_out;
+    window.fade_in = fade;
   }
+}
+
+/// Weights of a window's (mirrored) samples as weights of the samples themselves, and the first of these.
+std::pair<Eigen::Index, PositionMatrix> foldMirrored(const MirroredSamples& samples, const Window& window,
+                                                     const Eigen::MatrixXd& weights) {
+  Eigen::Index lowest = samples.sample_count;
+  Eigen::Index highest = -1;
+  for (Eigen::Index i = 0; i < window.count; ++i) {
+    const MirroredSamples::Parts parts = samples.partsOf(window.first + i);
+    lowest = std::min({lowest, parts.inner, parts.end.value_or(parts.inner)});
+    highest = std::max({highest, parts.inner, parts.end.value_or(parts.inner)});
+  }
+  PositionMatrix folded = PositionMatrix::Zero(weights.rows(), highest - lowest + 1);
+  for (Eigen::Index i = 0; i < window.count; ++i) {
+    const MirroredSamples::Parts parts = samples.partsOf(window.first + i);
+    folded.col(parts.inner - lowest) += (parts.end ? -1.0 : 1.0) * weights.col(i);
+    if (parts.end) folded.col(*parts.end - lowest) += 2.0 * weights.col(i);
+  }
+  return {lowest, std::move(folded)};
 }
 
 }  // namespace
 
 MotionResampler::MotionResampler(std::span<const Seconds> sample_times, std::span<const Seconds> query_times,
                                  const ResampleOptions& options)
-    : sample_count_(static_cast<Eigen::Index>(sample_times.size())), query_count_(static_cast<Eigen::Index>(query_times.size())) {
+    : sample_count_(static_cast<Eigen::Index>(sample_times.size())),
+      query_count_(static_cast<Eigen::Index>(query_times.size())) {
   expectTimes(sample_times, query_times, options);
-  const std::vector<double> shapes = shapesOf(sample_times, options.shape);
-  const std::vector<Seconds> queries = clamped(query_times, {sample_times.front(), sample_times.back()});
-  for (const Window& window : layWindows(sample_times, options)) {
-    const auto first = std::lower_bound(queries.begin(), queries.end(), window.fade_in.start);
-    const auto last = std::upper_bound(first, queries.end(), window.fade_out.end);
+  const std::vector<double> positions = indexPositions(sample_times, query_times);
+  const MirroredSamples samples(sample_times.size(), options);
+  std::optional<WindowSystem> system;
+  for (const Window& window : layWindows(samples, options)) {
+    const auto first = std::lower_bound(positions.begin(), positions.end(), window.fade_in);
+    const auto last = std::upper_bound(first, positions.end(), window.fade_out + window.overlap);
     if (first == last) continue;
-    const TimeBasis basis(sample_times.subspan(window.first_sample, window.sample_count),
-                          std::span(shapes).subspan(window.first_sample, window.sample_count));
-    Block block{first - queries.begin(), static_cast<Eigen::Index>(window.first_sample),
-                cardinalWeights(basis, std::span(first, last))};
-    for (Eigen::Index row = 0; row < block.weights.rows(); ++row) {
-      block.weights.row(row) *= window.weightAt(queries[static_cast<std::size_t>(block.first_query + row)]);
+    if (!system || system->count() != window.count) system.emplace(window.count, options.shape);
+    const std::span<const double> own(first, last);
+    Eigen::MatrixXd weights = system->weightsAt(own, static_cast<double>(window.first - samples.mirrored_count));
+    for (Eigen::Index row = 0; row < weights.rows(); ++row) {
+      weights.row(row) *= window.weightAt(own[static_cast<std::size_t>(row)]);
     }
-    blocks_.push_back(std::move(block));
+    auto [first_sample, folded] = foldMirrored(samples, window, weights);
+    blocks_.push_back({first - positions.begin(), first_sample, std::move(folded)});
   }
 }
 
@@ -164,12 +236,18 @@ PositionMatrix resampleDense(std::span<const Seconds> sample_times, const Eigen:
                              std::span<const Seconds> query_times, const ResampleOptions& options) {
   expectTimes(sample_times, query_times, options);
   MOUTHPIECE_EXPECT(static_cast<std::size_t>(values.rows()) == sample_times.size());
-  const std::vector<double> shapes = shapesOf(sample_times, options.shape);
-  const TimeBasis basis(sample_times, shapes);
-  Eigen::MatrixXd right_side = Eigen::MatrixXd::Zero(basis.size(), values.cols());
-  right_side.topRows(values.rows()) = values;
-  const Eigen::MatrixXd weights = Eigen::PartialPivLU<Eigen::MatrixXd>(basis.system()).solve(right_side);
-  return basis.evaluate(clamped(query_times, {sample_times.front(), sample_times.back()})) * weights;
+  const MirroredSamples samples(sample_times.size(), options);
+  const Eigen::MatrixXd system = systemOf(samples.count(), options.shape);
+  Eigen::MatrixXd right_side = Eigen::MatrixXd::Zero(system.rows(), values.cols());
+  for (Eigen::Index i = 0; i < samples.count(); ++i) {
+    const MirroredSamples::Parts parts = samples.partsOf(i);
+    right_side.row(i) = values.row(parts.inner);
+    if (parts.end) right_side.row(i) = 2.0 * values.row(*parts.end) - values.row(parts.inner);
+  }
+  const Eigen::MatrixXd weights = Eigen::PartialPivLU<Eigen::MatrixXd>(system).solve(right_side);
+  return basisAt(indexPositions(sample_times, query_times), -static_cast<double>(samples.mirrored_count),
+                 samples.count(), options.shape) *
+         weights;
 }
 
 }  // namespace mouthpiece

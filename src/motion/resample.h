@@ -8,18 +8,19 @@
 
 namespace mouthpiece {
 
-/// Numbers measured on real speech: docs/theory/resampling.md.
+/// The defaults are measured on real speech: docs/theory/resampling.md.
 struct ResampleOptions {
-  /// Shape c_i of each sample's basis function, in units of the shorter of the two spacings beside it.
-  double shape = 1.25;
+  double shape = 1.25;              ///< c of eq. (1), in samples
   std::size_t window_samples = 32;  ///< samples that share one small system
   std::size_t margin_samples = 8;   ///< at an inner end of a window, where its interpolant is not used
   std::size_t overlap_samples = 4;  ///< spacings over which two windows are blended
 };
 
-/// Exact interpolation of samples at uneven times by inverse multiquadrics plus a linear polynomial (EDGE eq. 1).
-/// Everything that depends on the times alone is worked out once; the values then cost one matrix product per window.
-/// A query outside the samples gives the nearest end sample. Immutable, safe to share between threads.
+/// Exact interpolation of samples at uneven times by inverse multiquadrics plus a linear polynomial (EDGE eq. 1). The
+/// radial distance is taken along the samples: x = S(time), the smooth rising curve with S(time of sample i) = i, so that
+/// squeezed and stretched phones are interpolated equally well. Everything that depends on the times alone is worked out
+/// once; the values then cost one matrix product per window. A query outside the samples gives the nearest end sample.
+/// Immutable, safe to share between threads.
 class MotionResampler {
  public:
   /// `sample_times` rise strictly, `query_times` do not fall, both finite (else InternalError); at least one sample.
@@ -48,7 +49,7 @@ PositionMatrix resampleDense(std::span<const Seconds> sample_times, const Eigen:
 
 /// The clip seen through `warp` at `target_times` (not falling): each frame is moved to its warped time and the motion
 /// interpolated there (EDGE 5.1.2). Only frames near the queries are touched. A marker is NaN where a query lies
-/// between frames of which one did not see it; all other frames do not feel the gap.
+/// between frames of which one did not see it; each run of frames between gaps is interpolated by itself.
 PositionMatrix resampleWarped(const MotionClip& clip, const TimeWarp& warp, std::span<const Seconds> target_times,
                               const ResampleOptions& options = {});
 

@@ -42,45 +42,47 @@ std::map<SeenFrames, std::vector<Eigen::Index>> markersBySeenFrames(const Eigen:
   return groups;
 }
 
-/// True where both frames around the query saw the marker, or the one frame that it falls on.
-std::vector<bool> queriesInSight(std::span<const Seconds> times, const SeenFrames& seen,
-                                 std::span<const Seconds> queries) {
-  std::vector<bool> in_sight(queries.size());
-  for (std::size_t i = 0; i < queries.size(); ++i) {
-    const auto right = std::lower_bound(times.begin(), times.end(), queries[i]) - times.begin();
-    const auto count = static_cast<std::ptrdiff_t>(times.size());
-    const auto after = static_cast<std::size_t>(std::min(right, count - 1));
-    const bool on_frame = right == count || right == 0 || times[after] == queries[i];
-    in_sight[i] = seen[after] && (on_frame || seen[after - 1]);
+/// Runs of frames in which a marker was seen throughout.
+std::vector<FrameRange> runsOf(const SeenFrames& seen) {
+  std::vector<FrameRange> runs;
+  for (std::size_t frame = 0; frame < seen.size(); ++frame) {
+    if (!seen[frame]) continue;
+    if (runs.empty() || runs.back().last != frame) runs.push_back({frame, frame});
+    runs.back().last = frame + 1;
   }
-  return in_sight;
+  return runs;
 }
 
-/// Interpolates markers with gaps through the frames that saw them.
+/// The queries that a run of frames answers: those between its first and last frame; a run that reaches the first or
+/// last frame of all also answers what lies beyond.
+std::span<const Seconds> queriesWithin(const FrameRange& run, std::span<const Seconds> times,
+                                       std::span<const Seconds> queries) {
+  const auto first = run.first == 0 ? queries.begin()
+                                    : std::lower_bound(queries.begin(), queries.end(), times[run.first]);
+  const auto last =
+      run.last == times.size() ? queries.end() : std::upper_bound(first, queries.end(), times[run.last - 1]);
+  return {first, last};
+}
+
+/// Interpolates markers with the same gaps, each run of frames by itself.
 void resampleGroup(const Eigen::Ref<const PositionMatrix>& positions, std::span<const Seconds> times,
                    std::span<const Seconds> queries, const SeenFrames& seen, const std::vector<Eigen::Index>& markers,
                    const ResampleOptions& options, PositionMatrix& result) {
-  std::vector<Seconds> seen_times;
-  std::vector<Eigen::Index> seen_rows;
-  for (std::size_t frame = 0; frame < seen.size(); ++frame) {
-    if (!seen[frame]) continue;
-    seen_times.push_back(times[frame]);
-    seen_rows.push_back(static_cast<Eigen::Index>(frame));
-  }
-  if (seen_times.empty()) return;
-  PositionMatrix values(static_cast<Eigen::Index>(seen_rows.size()), static_cast<Eigen::Index>(3 * markers.size()));
-  for (std::size_t m = 0; m < markers.size(); ++m) {
-    for (std::size_t row = 0; row < seen_rows.size(); ++row) {
-      values.block<1, 3>(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(3 * m)) =
-          positions.block<1, 3>(seen_rows[row], 3 * markers[m]);
+  for (const FrameRange& run : runsOf(seen)) {
+    const std::span<const Seconds> own = queriesWithin(run, times, queries);
+    if (own.empty()) continue;
+    const auto frame_count = static_cast<Eigen::Index>(run.last - run.first);
+    PositionMatrix values(frame_count, static_cast<Eigen::Index>(3 * markers.size()));
+    for (std::size_t m = 0; m < markers.size(); ++m) {
+      values.middleCols<3>(static_cast<Eigen::Index>(3 * m)) =
+          positions.block(static_cast<Eigen::Index>(run.first), 3 * markers[m], frame_count, 3);
     }
-  }
-  const PositionMatrix resampled = MotionResampler(seen_times, queries, options).apply(values);
-  const std::vector<bool> in_sight = queriesInSight(times, seen, queries);
-  for (std::size_t i = 0; i < queries.size(); ++i) {
-    for (std::size_t m = 0; m < markers.size() && in_sight[i]; ++m) {
-      result.block<1, 3>(static_cast<Eigen::Index>(i), 3 * markers[m]) =
-          resampled.block<1, 3>(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(3 * m));
+    const MotionResampler resampler(times.subspan(run.first, run.last - run.first), own, options);
+    const PositionMatrix resampled = resampler.apply(values);
+    const Eigen::Index first_query = own.data() - queries.data();
+    for (std::size_t m = 0; m < markers.size(); ++m) {
+      result.block(first_query, 3 * markers[m], resampled.rows(), 3) =
+          resampled.middleCols<3>(static_cast<Eigen::Index>(3 * m));
     }
   }
 }

@@ -39,7 +39,7 @@ std::vector<Interval> phoneIntervals(const SpeechLabels& labels) {
   return intervals;
 }
 
-std::string quoted(std::string_view text) {
+std::string praatString(std::string_view text) {
   std::string out = "\"";
   for (const char c : text) {
     if (c == '"') out += '"';
@@ -55,7 +55,7 @@ void appendTier(std::string& out, std::size_t number, std::string_view name, con
   fmt::format_to(to, "        xmin = 0\n        xmax = {}\n        intervals: size = {}\n", duration, intervals.size());
   for (std::size_t i = 0; i < intervals.size(); ++i) {
     fmt::format_to(to, "        intervals [{}]:\n            xmin = {}\n            xmax = {}\n            text = {}\n", i + 1,
-                   intervals[i].span.start, intervals[i].span.end, quoted(intervals[i].text));
+                   intervals[i].span.start, intervals[i].span.end, praatString(intervals[i].text));
   }
 }
 

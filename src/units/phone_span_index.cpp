@@ -41,10 +41,11 @@ void PhoneSpanIndex::sortSuffixes() {
     std::uint64_t distinct = 1;
     bool longer_exists = false;
     rank[suffixes_[0]] = 1;
+    const auto goesOn = [&](std::size_t suffix) { return suffix + length < take_end_[suffix]; };
     for (std::size_t k = 1; k < n; ++k) {
       const bool same = key[suffixes_[k]] == key[suffixes_[k - 1]];
       if (!same) ++distinct;
-      longer_exists = longer_exists || (same && suffixes_[k] + length < take_end_[suffixes_[k]]);
+      longer_exists = longer_exists || (same && (goesOn(suffixes_[k]) || goesOn(suffixes_[k - 1])));
       rank[suffixes_[k]] = distinct;
     }
     if (!longer_exists) return;  // what is still equal is equal to the end of its take

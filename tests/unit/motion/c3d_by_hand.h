@@ -70,7 +70,9 @@ struct C3dByHand {
       std::string body{'\xFF', 2, 12, static_cast<char>(count)};
       for (std::size_t i = first; i < first + count; ++i) body += (labels[i] + std::string(12, ' ')).substr(0, 12);
       const std::size_t number = first / labels_per_parameter + 1;
-      all += entry(group, number == 1 ? "LABELS" : "LABELS" + std::to_string(number), body);
+      std::string name = "LABELS";
+      if (number > 1) name += std::to_string(number);
+      all += entry(group, name, body);
     }
     return all;
   }

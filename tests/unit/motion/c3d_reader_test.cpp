@@ -93,7 +93,7 @@ TEST(C3dReader, JoinsLabelParameters) {
   file.labels.clear();
   file.points.clear();
   for (int i = 0; i < 600; ++i) {
-    file.labels.push_back("P" + std::to_string(i));
+    file.labels.emplace_back("P").append(std::to_string(i));
     file.points.push_back({1.0 * i, 2.0, 3.0, 0.0});
   }
   const MotionClip clip = readByHand(file);

@@ -65,7 +65,11 @@ class SyntheticMotion {
 
   [[nodiscard]] MotionClip clip(double frame_rate_hz, std::size_t frame_count) const {
     MotionClip clip{frame_rate_hz, {}, {}};
-    for (std::size_t i = 0; i < channels_.size() / 3; ++i) clip.marker_names.push_back("M" + std::to_string(i + 1));
+    for (std::size_t i = 0; i < channels_.size() / 3; ++i) {
+      // Put together in place: g++ 12 warns wrongly of "M" + std::to_string.
+      clip.marker_names.push_back(std::to_string(i + 1));
+      clip.marker_names.back().insert(0, 1, 'M');
+    }
     std::vector<Seconds> times;
     for (std::size_t i = 0; i < frame_count; ++i) times.push_back(static_cast<double>(i) / frame_rate_hz);
     clip.positions_mm = at(times);

@@ -1,0 +1,100 @@
+#include "exports/point_cache.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include "base/errors.h"
+#include "base/files.h"
+#include "talking_head.h"
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+
+FaceAnimation twoFrames() {
+  FaceAnimation animation;
+  animation.frame_rate_hz = 50;
+  animation.positions.resize(2, 6);
+  animation.positions << 1, 2, 3, 4, 5, 6, -1, -2, -3, -4, -5, -6.5F;
+  return animation;
+}
+
+std::uint32_t bigEndianAt(const std::string& bytes, std::size_t offset) {
+  std::uint32_t word = 0;
+  for (std::size_t i = 0; i < 4; ++i) word = word << 8U | static_cast<unsigned char>(bytes[offset + i]);
+  return word;
+}
+
+template <typename T>
+T littleEndianAt(const std::string& bytes, std::size_t offset) {
+  T value;
+  std::memcpy(&value, bytes.data() + offset, sizeof(T));
+  return value;
+}
+
+TEST(Pc2, IsLaidOutAsTheFormatSays) {
+  const std::string bytes = pc2Bytes(twoFrames());
+  ASSERT_EQ(bytes.size(), 32U + 2 * 2 * 12);
+  EXPECT_EQ(bytes.substr(0, 12), std::string("POINTCACHE2\0", 12));
+  EXPECT_EQ(littleEndianAt<std::int32_t>(bytes, 12), 1);   // version
+  EXPECT_EQ(littleEndianAt<std::int32_t>(bytes, 16), 2);   // points
+  EXPECT_EQ(littleEndianAt<float>(bytes, 20), 0.0F);       // first frame
+  EXPECT_EQ(littleEndianAt<float>(bytes, 24), 1.0F);       // frames a sample
+  EXPECT_EQ(littleEndianAt<std::int32_t>(bytes, 28), 2);   // samples
+  EXPECT_EQ(littleEndianAt<float>(bytes, 32), 1.0F);
+  EXPECT_EQ(littleEndianAt<float>(bytes, bytes.size() - 4), -6.5F);
+}
+
+TEST(Mdd, IsLaidOutAsTheFormatSays) {
+  const std::string bytes = mddBytes(twoFrames());
+  ASSERT_EQ(bytes.size(), 8U + 2 * 4 + 2 * 2 * 12);
+  EXPECT_EQ(bigEndianAt(bytes, 0), 2U);  // frames
+  EXPECT_EQ(bigEndianAt(bytes, 4), 2U);  // points
+  EXPECT_EQ(std::bit_cast<float>(bigEndianAt(bytes, 12)), 0.02F);
+  EXPECT_EQ(std::bit_cast<float>(bigEndianAt(bytes, 16)), 1.0F);
+  EXPECT_EQ(std::bit_cast<float>(bigEndianAt(bytes, bytes.size() - 4)), -6.5F);
+}
+
+TEST(PointCaches, AreWrittenToTheFile) {
+  const fs::path folder = fs::path(::testing::TempDir()) / "point_caches";
+  fs::remove_all(folder);
+  writePc2(folder / "a.pc2", twoFrames());
+  writeMdd(folder / "a.mdd", twoFrames());
+  EXPECT_EQ(readFile(folder / "a.pc2"), pc2Bytes(twoFrames()));
+  EXPECT_EQ(readFile(folder / "a.mdd"), mddBytes(twoFrames()));
+}
+
+TEST(ObjSequence, HasOneFileAFrame) {
+  const auto head = testing::makeTalkingHead({.frames = 3, .rings = 4, .segments = 6});
+  const fs::path folder = fs::path(::testing::TempDir()) / "obj_sequence";
+  fs::remove_all(folder);
+  writeObjSequence(folder, "talk", head.mesh, head.animation);
+  std::size_t files = 0;
+  for ([[maybe_unused]] const auto& entry : fs::directory_iterator(folder)) ++files;
+  EXPECT_EQ(files, 3U);
+
+  std::ifstream stream(folder / "talk.0002.obj");
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  for (std::string line; std::getline(stream, line);) {
+    if (line.starts_with("v ")) {
+      std::istringstream numbers(line.substr(2));
+      Eigen::RowVector3f position;
+      numbers >> position.x() >> position.y() >> position.z();
+      const auto column = static_cast<Eigen::Index>(3 * vertices);
+      EXPECT_TRUE((position == head.animation.positions.block<1, 3>(2, column))) << line;
+      ++vertices;
+    }
+    triangles += line.starts_with("f ") ? 1 : 0;
+  }
+  EXPECT_EQ(vertices, static_cast<std::size_t>(head.mesh.vertices.rows()));
+  EXPECT_EQ(triangles, head.mesh.triangles.size());
+}
+
+}  // namespace
+}  // namespace mouthpiece

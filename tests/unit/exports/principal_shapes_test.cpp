@@ -1,0 +1,134 @@
+#include "exports/principal_shapes.h"
+
+#include <gtest/gtest.h>
+
+#include "base/errors.h"
+#include "exports/trajectory_basis.h"
+#include "talking_head.h"
+
+namespace mouthpiece {
+namespace {
+
+using testing::makeTalkingHead;
+using testing::TalkingHead;
+
+constexpr double kMetresPerMm = 0.001;
+/// What 32-bit arithmetic may add when the shapes are summed up in another order.
+constexpr double kRoundingMm = 1e-3;
+
+double largestErrorMm(const FaceAnimation& animation, const PrincipalShapes& shapes) {
+  double largest = 0;
+  for (Eigen::Index f = 0; f < animation.positions.rows(); ++f) {
+    const Eigen::RowVectorXd rebuilt =
+        shapes.rest.cast<double>() + shapes.weights.row(f).cast<double>() * shapes.shapes.cast<double>();
+    const Eigen::RowVectorXd error = animation.positions.row(f).cast<double>() - rebuilt;
+    for (Eigen::Index v = 0; v < error.cols() / 3; ++v) largest = std::max(largest, error.segment<3>(3 * v).norm());
+  }
+  return largest;
+}
+
+TEST(PrincipalShapes, KeepsEveryVertexOfEveryFrameWithinTheTolerance) {
+  const TalkingHead head = makeTalkingHead();
+  for (const double tolerance_mm : {1.0, 0.1, 0.01}) {
+    const auto shapes = principalShapes(head.animation, head.mesh.vertices, kMetresPerMm, {tolerance_mm});
+    EXPECT_LE(shapes.max_error_mm, tolerance_mm);
+    EXPECT_NEAR(largestErrorMm(head.animation, shapes), shapes.max_error_mm, kRoundingMm);
+    EXPECT_EQ(shapes.frameCount(), head.animation.positions.rows());
+  }
+}
+
+TEST(PrincipalShapes, AHingeTakesFewShapes) {
+  const TalkingHead head = makeTalkingHead();
+  const auto shapes = principalShapes(head.animation, head.mesh.vertices, kMetresPerMm);
+  // cos, sin and their product with the narrowing: a rotation is no linear motion, yet three shapes hold it.
+  EXPECT_LE(shapes.shapeCount(), 3);
+  EXPECT_GE(shapes.shapeCount(), 1);
+}
+
+TEST(PrincipalShapes, TheToleranceIsInMillimetresWhateverTheUnit) {
+  TalkingHead head = makeTalkingHead({.ripple_mm = 0.5});
+  const auto in_mm = principalShapes(head.animation, head.mesh.vertices, kMetresPerMm, {0.05});
+  head.animation.positions *= 0.001F;
+  head.mesh.vertices *= 0.001F;
+  const auto in_metres = principalShapes(head.animation, head.mesh.vertices, 1.0, {0.05});
+  EXPECT_LE(in_metres.max_error_mm, 0.05);
+  EXPECT_NEAR(static_cast<double>(in_metres.shapeCount()), static_cast<double>(in_mm.shapeCount()), 1);
+}
+
+TEST(PrincipalShapes, WeightsReachOneAndStillVerticesStayStill) {
+  const TalkingHead head = makeTalkingHead();
+  const auto shapes = principalShapes(head.animation, head.mesh.vertices, kMetresPerMm);
+  ASSERT_GT(shapes.shapeCount(), 0);
+  for (Eigen::Index k = 0; k < shapes.shapeCount(); ++k) {
+    EXPECT_FLOAT_EQ(shapes.weights.col(k).cwiseAbs().maxCoeff(), 1.0F);
+  }
+  const MeshPart& eyes = head.mesh.parts[2];
+  for (std::size_t t = eyes.first_triangle; t < eyes.first_triangle + eyes.triangle_count; ++t) {
+    for (const std::uint32_t vertex : head.mesh.triangles[t]) EXPECT_TRUE(shapes.shapes.middleCols<3>(3 * vertex).isZero(0));
+  }
+}
+
+// One vertex moves in a way of its own, between the vertices that the sample looks at.
+TEST(PrincipalShapes, FindsWhatTheSampleMissed) {
+  TalkingHead head = makeTalkingHead({.rings = 60, .segments = 64});
+  constexpr Eigen::Index kLonely = 1001;
+  for (Eigen::Index f = 0; f < head.animation.positions.rows(); ++f) {
+    head.animation.positions(f, 3 * kLonely) += f % 7 == 0 ? 2.0F : 0.0F;
+    head.animation.positions(f, 3 * kLonely + 1) += f % 11 == 0 ? 3.0F : 0.0F;
+  }
+  const auto shapes = principalShapes(head.animation, head.mesh.vertices, kMetresPerMm);
+  EXPECT_LE(largestErrorMm(head.animation, shapes), 0.1);
+}
+
+TEST(PrincipalShapes, NoiseThatNoShapeSharesIsStillWithinTheTolerance) {
+  TalkingHead head = makeTalkingHead({.frames = 40, .rings = 8, .segments = 12});
+  std::srand(3);
+  head.animation.positions += decltype(head.animation.positions)::Random(head.animation.positions.rows(), head.animation.positions.cols());
+  const auto shapes = principalShapes(head.animation, head.mesh.vertices, kMetresPerMm);
+  EXPECT_LE(largestErrorMm(head.animation, shapes), 0.1);
+  EXPECT_LE(shapes.shapeCount(), 2 * 40);
+}
+
+TEST(PrincipalShapes, AFaceAtRestHasNoShapes) {
+  TalkingHead head = makeTalkingHead({.frames = 10});
+  head.animation.positions.rowwise() = head.animation.positions.row(0).eval();
+  head.mesh.vertices = Eigen::Map<const VertexPositions>(head.animation.positions.data(), head.mesh.vertices.rows(), 3);
+  const auto shapes = principalShapes(head.animation, head.mesh.vertices, kMetresPerMm);
+  EXPECT_EQ(shapes.shapeCount(), 0);
+  EXPECT_EQ(shapes.frameCount(), 10);
+  EXPECT_EQ(shapes.max_error_mm, 0);
+}
+
+TEST(PrincipalShapes, OneFrameAndFewVerticesWork) {
+  TalkingHead head = makeTalkingHead({.frames = 31, .rings = 2, .segments = 3});
+  head.animation.positions = head.animation.positions.middleRows(7, 1).eval();
+  const auto shapes = principalShapes(head.animation, head.mesh.vertices, kMetresPerMm);
+  EXPECT_EQ(shapes.shapeCount(), 1);
+  EXPECT_LE(largestErrorMm(head.animation, shapes), 0.1);
+}
+
+TEST(PrincipalShapes, IsDeterministic) {
+  const TalkingHead head = makeTalkingHead({.ripple_mm = 0.3});
+  const auto first = principalShapes(head.animation, head.mesh.vertices, kMetresPerMm);
+  const auto second = principalShapes(head.animation, head.mesh.vertices, kMetresPerMm);
+  EXPECT_TRUE(first.shapes == second.shapes);
+  EXPECT_TRUE(first.weights == second.weights);
+}
+
+TEST(PrincipalShapes, RefusesWhatIsNoNumber) {
+  TalkingHead head = makeTalkingHead({.frames = 10});
+  head.animation.positions(4, 100) = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THROW(principalShapes(head.animation, head.mesh.vertices, kMetresPerMm), InternalError);
+}
+
+TEST(LeadingTrajectories, SpanALowRankMatrix) {
+  std::srand(11);
+  const Eigen::MatrixXf trajectories = Eigen::MatrixXf::Random(90, 5) * Eigen::MatrixXf::Random(5, 300);
+  const Eigen::MatrixXf basis = leadingTrajectories(trajectories, 5);
+  ASSERT_EQ(basis.cols(), 5);
+  EXPECT_TRUE((basis.transpose() * basis).isIdentity(1e-4F));
+  EXPECT_LT((trajectories - basis * (basis.transpose() * trajectories)).cwiseAbs().maxCoeff(), 1e-3F);
+}
+
+}  // namespace
+}  // namespace mouthpiece

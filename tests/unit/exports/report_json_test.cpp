@@ -1,0 +1,56 @@
+#include "exports/report_json.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "talking_head.h"
+
+namespace mouthpiece {
+namespace {
+
+using nlohmann::json;
+
+TEST(Report, HasEveryFieldThatTheDesignNames) {
+  const auto head = testing::makeTalkingHead();
+  const json report = json::parse(reportJson(head.utterance));
+  EXPECT_EQ(report["text"], "mama");
+  EXPECT_EQ(report["voice"], "test:hum");
+  EXPECT_EQ(report["corpus"], "made_up");
+  EXPECT_EQ(report["fps"], 60.0);
+  EXPECT_EQ(report["frames"], 120);
+  EXPECT_EQ(report["duration_s"], 2.0);
+  ASSERT_EQ(report["phones"].size(), 6U);
+  EXPECT_EQ(report["phones"][1], json::parse(R"({"phone": "M", "start_s": 0.12, "end_s": 0.24, "word": "mama", "from": "unit"})"));
+  EXPECT_EQ(report["phones"][0]["word"], "");
+  ASSERT_EQ(report["units"].size(), 3U);
+  for (const char* field : {"first", "last", "take", "source_first", "start_s", "end_s", "scale", "cost"}) {
+    EXPECT_TRUE(report["units"][0].contains(field)) << field;
+  }
+  EXPECT_EQ(report["units"][0]["last"], report["units"][1]["first"]);
+  ASSERT_EQ(report["joins"].size(), 2U);
+  EXPECT_EQ(report["joins"][1]["velocity_jump_mm_s"], 7.0);
+  EXPECT_EQ(report["backoff"], json::parse(R"([{"first": 2, "last": 3}])"));
+}
+
+TEST(Report, APhoneThatABackOffUnitTouchesIsBackOff) {
+  const json report = json::parse(reportJson(testing::makeTalkingHead().utterance));
+  std::vector<std::string> from;
+  for (const json& phone : report["phones"]) from.push_back(phone["from"]);
+  EXPECT_EQ(from, (std::vector<std::string>{"unit", "unit", "backoff", "backoff", "unit", "unit"}));
+}
+
+TEST(Report, TheRealTimeFactorLeavesSpeechOut) {
+  const json report = json::parse(reportJson(testing::makeTalkingHead().utterance));
+  EXPECT_EQ(report["timing_ms"], json::parse(R"({"speech": 100.0, "selection": 1.0, "motion": 2.0, "retarget": 3.0, "deform": 4.0, "write": 5.0})"));
+  EXPECT_DOUBLE_EQ(report["real_time_factor"], (1 + 2 + 3 + 4 + 5) / 1000.0 / 2.0);
+}
+
+TEST(Report, TextThatIsNoUtf8StaysJson) {
+  auto head = testing::makeTalkingHead();
+  head.utterance.text = "caf\xE9 \x80";
+  EXPECT_TRUE(json::accept(reportJson(head.utterance)));
+}
+
+}  // namespace
+}  // namespace mouthpiece

@@ -1,0 +1,49 @@
+#include "exports/shape_normals.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include "talking_head.h"
+
+namespace mouthpiece {
+namespace {
+
+/// The textbook way, one mesh at a time.
+VertexPositions plainNormals(const VertexPositions& vertices, const std::vector<Triangle>& triangles) {
+  VertexPositions normals = VertexPositions::Zero(vertices.rows(), 3);
+  for (const auto& [a, b, c] : triangles) {
+    const Eigen::RowVector3f u = vertices.row(b) - vertices.row(a);
+    const Eigen::RowVector3f v = vertices.row(c) - vertices.row(a);
+    for (const std::uint32_t corner : {a, b, c}) normals.row(corner) += u.cross(v);
+  }
+  return normals.rowwise().normalized();
+}
+
+TEST(ShapeNormals, AgreeWithThePlainWay) {
+  const auto head = testing::makeTalkingHead({.rings = 16, .segments = 20, .ripple_mm = 1});
+  const auto shapes = principalShapes(head.animation, head.mesh.vertices, 0.001);
+  ASSERT_GT(shapes.shapeCount(), 8) << "more than one group of lanes";
+  const ShapeNormals normals = shapeNormals(head.mesh.triangles, shapes);
+  const VertexPositions rest = plainNormals(head.mesh.vertices, head.mesh.triangles);
+  EXPECT_TRUE(normals.rest.isApprox(Eigen::Map<const Eigen::RowVectorXf>(rest.data(), rest.size()), 1e-4F));
+  for (Eigen::Index k = 0; k < shapes.shapeCount(); ++k) {
+    const VertexPositions displaced =
+        head.mesh.vertices + Eigen::Map<const VertexPositions>(shapes.shapes.row(k).data(), head.mesh.vertices.rows(), 3);
+    const VertexPositions turned = plainNormals(displaced, head.mesh.triangles);
+    const Eigen::Map<const VertexPositions> deltas(normals.deltas.row(k).data(), head.mesh.vertices.rows(), 3);
+    // Turns of less than half a degree are left out; a needle of a triangle at the poles may round further.
+    EXPECT_LT((rest + deltas - turned).rowwise().norm().maxCoeff(), 0.01F) << "shape " << k;
+  }
+}
+
+TEST(ShapeNormals, AVertexWithoutAreaPointsForward) {
+  PrincipalShapes shapes;
+  shapes.rest = Eigen::RowVectorXf::Zero(12);
+  shapes.shapes = RowMajorMatrixF::Zero(0, 12);
+  const ShapeNormals normals = shapeNormals({{0, 1, 2}}, shapes);
+  for (Eigen::Index v = 0; v < 4; ++v) EXPECT_EQ(normals.rest.segment<3>(3 * v), Eigen::RowVector3f(0, 0, 1));
+}
+
+}  // namespace
+}  // namespace mouthpiece

@@ -1,0 +1,75 @@
+#include "exports/trajectory_panel.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Core>
+
+namespace mouthpiece {
+namespace {
+
+using Matrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+constexpr Eigen::Index kFrames = 44;
+constexpr Eigen::Index kShapes = 12;
+
+/// Column of a panel that holds one axis of one vertex.
+Eigen::Index columnOf(Eigen::Index vertex, Eigen::Index axis) { return axis * kPanelVertices + vertex; }
+
+struct Results {
+  Matrix panel = Matrix::Zero(kFrames, kPanelWidth);
+  Matrix product = Matrix::Zero(kShapes, kPanelWidth);
+  float displacement[kPanelVertices];
+  float residual[kPanelVertices];
+};
+
+class TrajectoryPanel : public ::testing::Test {
+ protected:
+  TrajectoryPanel() { std::srand(7); }
+
+  Results run(const PanelKernels& kernels) const {
+    Results results;
+    kernels.loadDisplacements(positions.data() + 24, positions.cols(), kFrames, rest.data(), results.panel.data(),
+                              results.displacement);
+    kernels.multiply(inverse.data(), kShapes, kFrames, results.panel.data(), results.product.data());
+    kernels.largestResidual(weights.data(), kFrames, kShapes, results.panel.data(), results.product.data(),
+                            results.residual);
+    return results;
+  }
+
+  Matrix positions = Matrix::Random(kFrames, 72);
+  Matrix rest = Matrix::Random(1, 24);
+  Matrix inverse = Matrix::Random(kShapes, kFrames);
+  Matrix weights = 0.1F * Matrix::Random(kFrames, kShapes);
+};
+
+TEST_F(TrajectoryPanel, AgreesWithPlainMatrixArithmetic) {
+  const Results results = run(panelKernels());
+  for (Eigen::Index v = 0; v < kPanelVertices; ++v) {
+    Matrix own(kFrames, 3);
+    Matrix shapes(kShapes, 3);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      own.col(axis) = positions.col(24 + 3 * v + axis).array() - rest(3 * v + axis);
+      shapes.col(axis) = inverse * own.col(axis);
+      EXPECT_TRUE(results.panel.col(columnOf(v, axis)).isApprox(own.col(axis)));
+      EXPECT_TRUE(results.product.col(columnOf(v, axis)).isApprox(shapes.col(axis), 1e-4F));
+    }
+    EXPECT_NEAR(results.displacement[v], own.rowwise().squaredNorm().maxCoeff(), 1e-5F);
+    const float expected = (own - weights * shapes).rowwise().squaredNorm().maxCoeff();
+    EXPECT_NEAR(results.residual[v], expected, 1e-4F * expected);
+  }
+}
+
+// The same face whatever the processor: wide and narrow vectors give equal bits.
+TEST_F(TrajectoryPanel, EveryVersionGivesTheSameBits) {
+  const Results wide = run(panelKernels());
+  const Results narrow = run(portablePanelKernels());
+  EXPECT_TRUE(wide.panel == narrow.panel);
+  EXPECT_TRUE(wide.product == narrow.product);
+  for (Eigen::Index v = 0; v < kPanelVertices; ++v) {
+    EXPECT_EQ(wide.displacement[v], narrow.displacement[v]);
+    EXPECT_EQ(wide.residual[v], narrow.residual[v]);
+  }
+}
+
+}  // namespace
+}  // namespace mouthpiece

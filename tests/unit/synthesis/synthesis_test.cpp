@@ -1,0 +1,199 @@
+#include "synthesis/synthesis.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "base/errors.h"
+#include "support/tiny_corpus.h"
+#include "synthesis/join.h"
+
+namespace mouthpiece {
+namespace {
+
+using testing::lipOpening;
+using testing::tinyCorpus;
+using testing::tinyLabels;
+
+SynthesisRequest requestFor(const SpeechLabels& labels, double frame_rate_hz = 60) {
+  SynthesisRequest request;
+  request.text = "text";
+  request.voice = "voice";
+  request.labels = labels;
+  request.options.frame_rate_hz = frame_rate_hz;
+  return request;
+}
+
+/// Least opening of the lips within the phone and 30 ms around it.
+double tightest(const MotionClip& motion, const TimeSpan& span) {
+  const std::vector<double> opening = lipOpening(motion);
+  double least = 1e9;
+  for (std::size_t frame = 0; frame < opening.size(); ++frame) {
+    const double time = static_cast<double>(frame) / motion.frame_rate_hz;
+    if (time >= span.start - 0.03 && time <= span.end + 0.03) least = std::min(least, opening[frame]);
+  }
+  return least;
+}
+
+TEST(Synthesis, ATakeOfTheCorpusComesBack) {
+  const Corpus corpus = tinyCorpus();
+  for (const CorpusTake& take : corpus.takes) {
+    const UtteranceAnimation animation = synthesise(requestFor(take.labels, 120), corpus);
+    ASSERT_EQ(animation.units.size(), 1U);
+    EXPECT_EQ(animation.units[0].take, take.name);
+    EXPECT_EQ(animation.units[0].scale, "sentence");
+    EXPECT_TRUE(animation.joins.empty());
+    const auto frames = animation.motion.positions_mm.rows();
+    constexpr double kToleranceMm = 0.01;
+    EXPECT_LT((animation.motion.positions_mm - take.motion.positions_mm.topRows(frames)).cwiseAbs().maxCoeff(), kToleranceMm) << take.text;
+  }
+}
+
+TEST(Synthesis, FillsEveryFieldForEveryFrame) {
+  const Corpus corpus = tinyCorpus();
+  SynthesisRequest request = requestFor(tinyLabels("T-AY-M IH-Z T-EH-N", 42), 30);
+  request.audio = {8000, std::vector<float>(8000 * 5, 0.5F)};
+  const UtteranceAnimation animation = synthesise(request, corpus);
+  EXPECT_EQ(animation.text, "text");
+  EXPECT_EQ(animation.voice, "voice");
+  EXPECT_EQ(animation.corpus, "tiny");
+  EXPECT_EQ(animation.audio.samples.size(), request.audio.samples.size());
+  EXPECT_EQ(animation.motion.frameCount(), 150U) << "as long as the sound, 5 s";
+  EXPECT_EQ(animation.motion.frame_rate_hz, 30);
+  EXPECT_EQ(animation.motion.marker_names, corpus.layout.markerNames());
+  EXPECT_EQ(animation.tongue.size(), 150U);
+  EXPECT_TRUE(animation.motion.positions_mm.allFinite());
+  ASSERT_GE(animation.units.size(), 2U);
+  EXPECT_EQ(animation.joins.size(), animation.units.size() - 1);
+  EXPECT_GT(animation.timing_ms.motion, 0);
+  for (const PlacedUnit& unit : animation.units) {
+    EXPECT_EQ(unit.span, animation.labels.spanOf(unit.phones));
+    EXPECT_GT(unit.source_span.duration(), 0);
+  }
+  for (std::size_t i = 0; i < animation.joins.size(); ++i) {
+    const TimeSpan shared = animation.labels.phones[animation.units[i].phones.last.value].span;
+    EXPECT_TRUE(shared.contains(animation.joins[i].time)) << "the blend lies in the shared phone";
+  }
+}
+
+TEST(Synthesis, JoinsMoveNoFasterThanTheCaptureDoes) {
+  const Corpus corpus = tinyCorpus();
+  const FrameChange fastest = frameChangePercentile(corpus, 60, 100);
+  for (const char* words : {"T-AY-M IH-Z T-EH-N", "M-AE-N IH-Z N-AW", "DH-AH M-AE-N AE-T N-UW-N", "N-UW-N | DH-AH M-AE-P"}) {
+    for (std::uint64_t seed = 100; seed < 110; ++seed) {
+      const UtteranceAnimation animation = synthesise(requestFor(tinyLabels(words, seed)), corpus);
+      for (const Join& join : animation.joins) {
+        EXPECT_LE(join.position_jump_mm, 1.2 * fastest.step_mm) << words << " seed " << seed;
+        EXPECT_LE(join.velocity_jump_mm_s, 1.5 * fastest.velocity_change_mm_s) << words << " seed " << seed;
+      }
+    }
+  }
+}
+
+TEST(Synthesis, LipsThatCloseInTheCaptureCloseInTheResult) {
+  const Corpus corpus = tinyCorpus();
+  for (const char* words : {"M-AE-N AE-T T-AY-M", "AH-P T-AY-M M-AE-N", "M-EH-N IH-T M-UW-N", "T-AY-M AH-P AE-M"}) {
+    for (std::uint64_t seed = 200; seed < 210; ++seed) {
+      const UtteranceAnimation animation = synthesise(requestFor(tinyLabels(words, seed)), corpus);
+      for (const LabelledPhone& phone : animation.labels.phones) {
+        if (isBilabial(phone.phone)) EXPECT_LT(tightest(animation.motion, phone.span), 1.5) << words << " seed " << seed;
+      }
+    }
+  }
+}
+
+TEST(Synthesis, SilenceIsNotStretchedButRelaxes) {
+  const Corpus corpus = tinyCorpus();
+  const CorpusTake& take = corpus.takes[0];
+  SpeechLabels labels = take.labels;
+  constexpr double kLonger = 2.8;  // the silence of 0.2 s becomes 3 s
+  labels.phones.front().span.end += kLonger;
+  for (std::size_t i = 1; i < labels.phones.size(); ++i) {
+    labels.phones[i].span.start += kLonger;
+    labels.phones[i].span.end += kLonger;
+  }
+  labels.phones.back().span.end += kLonger;
+  const UtteranceAnimation animation = synthesise(requestFor(labels, 120), corpus);
+  const auto shift = static_cast<Eigen::Index>(std::lround(kLonger * 120));
+  const auto captured = take.motion.positions_mm.rows() - 2;
+  EXPECT_LT((animation.motion.positions_mm.middleRows(shift, captured) - take.motion.positions_mm.topRows(captured)).cwiseAbs().maxCoeff(), 0.01)
+      << "beside the speech, the capture's own speed";
+  const Eigen::Map<const Eigen::RowVectorXd> neutral(corpus.neutral_pose_mm.data(), corpus.neutral_pose_mm.size());
+  EXPECT_LT((animation.motion.positions_mm.row(0) - neutral).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_LT((animation.motion.positions_mm.bottomRows(1) - neutral).cwiseAbs().maxCoeff(), 1e-6);
+  const double largest_step = (animation.motion.positions_mm.bottomRows(animation.motion.positions_mm.rows() - 1) -
+                               animation.motion.positions_mm.topRows(animation.motion.positions_mm.rows() - 1)).cwiseAbs().maxCoeff();
+  const double captured_step = (take.motion.positions_mm.bottomRows(captured - 1) - take.motion.positions_mm.topRows(captured - 1)).cwiseAbs().maxCoeff();
+  EXPECT_LE(largest_step, 1.05 * captured_step);
+}
+
+TEST(Synthesis, AMuchShorterSilenceIsCutNotSqueezed) {
+  const Corpus corpus = tinyCorpus({"T-AY-M | N-AW"});
+  const CorpusTake& take = corpus.takes[0];
+  SpeechLabels labels = take.labels;
+  const Seconds cut = 0.15;
+  for (std::size_t i = 4; i < labels.phones.size(); ++i) {
+    if (i > 4) labels.phones[i].span.start -= cut;
+    labels.phones[i].span.end -= cut;
+  }
+  ASSERT_EQ(labels.phones[4].phone, Phone::kSil);
+  const UtteranceAnimation animation = synthesise(requestFor(labels, 120), corpus);
+  EXPECT_EQ(animation.units.size(), 1U);
+  const auto before = static_cast<Eigen::Index>(labels.phones[4].span.start * 120);
+  EXPECT_LT((animation.motion.positions_mm.topRows(before) - take.motion.positions_mm.topRows(before)).cwiseAbs().maxCoeff(), 0.01);
+}
+
+TEST(Synthesis, WorksAtEveryRateAndFromSlowCapture) {
+  const Corpus slow = tinyCorpus({"DH-AH T-AY-M IH-Z N-AW", "IH-T IH-Z T-EH-N", "T-EH-N M-EH-N | AH-P N-AW"}, 25);
+  const SpeechLabels labels = tinyLabels("T-AY-M IH-Z T-EH-N", 5);
+  for (const double rate : {24.0, 25.0, 60.0, 240.0}) {
+    const UtteranceAnimation animation = synthesise(requestFor(labels, rate), slow);
+    EXPECT_TRUE(animation.motion.positions_mm.allFinite()) << rate;
+    EXPECT_NEAR(animation.motion.duration(), labels.duration(), 1 / rate) << rate;
+  }
+}
+
+TEST(Synthesis, NothingUnseenReachesTheResult) {
+  Corpus corpus = tinyCorpus({"T-AY-M IH-Z N-AW", "IH-T IH-Z T-EH-N"});
+  // Unseen right after the phone that is shared: the blend's context must not let it in.
+  const TimeSpan next = corpus.takes[0].labels.phones[6].span;
+  corpus.takes[0].motion.positions_mm.middleRows(static_cast<Eigen::Index>(next.start * 120) + 3, 4).setConstant(std::numeric_limits<double>::quiet_NaN());
+  const UtteranceAnimation animation = synthesise(requestFor(tinyLabels("T-AY-M IH-Z T-EH-N", 5)), corpus);
+  EXPECT_TRUE(animation.motion.positions_mm.allFinite());
+}
+
+TEST(Synthesis, SilenceAloneRests) {
+  const Corpus corpus = tinyCorpus();
+  SpeechLabels labels;
+  labels.phones.push_back({Phone::kSil, {0, 1}, std::nullopt, std::nullopt});
+  const UtteranceAnimation animation = synthesise(requestFor(labels), corpus);
+  EXPECT_EQ(animation.motion.frameCount(), 60U);
+  EXPECT_TRUE(animation.units.empty());
+  EXPECT_TRUE(animation.motion.positions_mm.allFinite());
+}
+
+TEST(Synthesis, RefusesWhatCannotBeMade) {
+  const Corpus corpus = tinyCorpus();
+  EXPECT_THROW(synthesise(requestFor(tinyLabels("T-AY-M", 1), 0), corpus), InputError);
+  EXPECT_THROW(synthesise(requestFor(SpeechLabels{}), corpus), InputError);
+  Corpus empty = corpus;
+  empty.takes.clear();
+  EXPECT_THROW(synthesise(requestFor(tinyLabels("T-AY-M", 1)), empty), InputError);
+}
+
+TEST(Tongue, MakesContactWhereThePhonesAskForIt) {
+  const Corpus corpus = tinyCorpus({"N-AW", "T-AY-K", "DH-AH"});
+  const SpeechLabels labels = tinyLabels("DH-AH", 3);
+  const UtteranceAnimation animation = synthesise(requestFor(labels, 240), corpus);
+  const auto frameAt = [&](double time) { return static_cast<std::size_t>(time * 240); };
+  EXPECT_FLOAT_EQ(animation.tongue[frameAt(labels.phones[1].span.middle())].tip_forward, 1.0F);
+  EXPECT_EQ(animation.tongue[0].tip_forward, 0.0F);
+  EXPECT_EQ(animation.tongue.back().tip_forward, 0.0F);
+  for (std::size_t i = 1; i < animation.tongue.size(); ++i) {
+    EXPECT_LT(std::abs(animation.tongue[i].tip_forward - animation.tongue[i - 1].tip_forward), 0.1F) << "about 100 ms from rest to contact";
+  }
+}
+
+}  // namespace
+}  // namespace mouthpiece

@@ -1,0 +1,222 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "base/errors.h"
+#include "base/files.h"
+#include "support/tiny_corpus.h"
+#include "units/checksum.h"
+#include "units/corpus.h"
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+
+class CorpusFile : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("corpus_file_test." + std::to_string(::getpid()));
+    fs::create_directories(folder_);
+    path_ = folder_ / "tiny.corpus";
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  void writeBytes(const std::string& bytes) const { std::ofstream(path_, std::ios::binary) << bytes; }
+
+  /// The reader's complaint about the file as it is now; "" when it has none.
+  [[nodiscard]] std::string complaint() const {
+    try {
+      readCorpus(path_, CorpusAudio::kLoad);
+      return "";
+    } catch (const InputError& error) {
+      return error.what();
+    }
+  }
+
+  fs::path folder_;
+  fs::path path_;
+};
+
+TEST_F(CorpusFile, RoundTripKeepsEverything) {
+  Corpus written = testing::tinyCorpus();
+  written.takes[1].motion.positions_mm.block<5, 3>(10, 3).setConstant(std::numeric_limits<double>::quiet_NaN());
+  written.takes[2].text = "quotes ' \" and \xC3\xA9";
+  writeCorpus(path_, written);
+  const Corpus read = readCorpus(path_, CorpusAudio::kLoad);
+
+  EXPECT_EQ(read.name, "tiny");
+  EXPECT_EQ(read.build_log, written.build_log);
+  EXPECT_EQ(read.layout.markerNames(), written.layout.markerNames());
+  EXPECT_EQ(read.neutral_pose_mm, written.neutral_pose_mm);
+  ASSERT_EQ(read.takes.size(), written.takes.size());
+  for (std::size_t i = 0; i < read.takes.size(); ++i) {
+    const CorpusTake& a = written.takes[i];
+    const CorpusTake& b = read.takes[i];
+    EXPECT_EQ(b.name, a.name);
+    EXPECT_EQ(b.text, a.text);
+    EXPECT_EQ(b.motion.frame_rate_hz, a.motion.frame_rate_hz);
+    EXPECT_EQ(b.motion.positions_mm.rows(), a.motion.positions_mm.rows());
+    const auto same = (b.motion.positions_mm.array() == a.motion.positions_mm.array()) ||
+                      (b.motion.positions_mm.array().isNaN() && a.motion.positions_mm.array().isNaN());
+    EXPECT_TRUE(same.all());
+    ASSERT_EQ(b.labels.phones.size(), a.labels.phones.size());
+    for (std::size_t p = 0; p < a.labels.phones.size(); ++p) {
+      EXPECT_EQ(b.labels.phones[p].phone, a.labels.phones[p].phone);
+      EXPECT_EQ(b.labels.phones[p].span, a.labels.phones[p].span);
+      EXPECT_EQ(b.labels.phones[p].word, a.labels.phones[p].word);
+      EXPECT_EQ(b.labels.phones[p].syllable, a.labels.phones[p].syllable);
+    }
+    ASSERT_EQ(b.labels.words.size(), a.labels.words.size());
+    for (std::size_t w = 0; w < a.labels.words.size(); ++w) {
+      EXPECT_EQ(b.labels.words[w].text, a.labels.words[w].text);
+      EXPECT_EQ(b.labels.words[w].phones, a.labels.words[w].phones);
+    }
+    ASSERT_EQ(b.labels.syllables.size(), a.labels.syllables.size());
+    for (std::size_t s = 0; s < a.labels.syllables.size(); ++s) {
+      EXPECT_EQ(b.labels.syllables[s].stress, a.labels.syllables[s].stress);
+    }
+    ASSERT_EQ(b.audio.samples.size(), a.audio.samples.size());
+    for (std::size_t k = 0; k < a.audio.samples.size(); ++k) {
+      ASSERT_NEAR(b.audio.samples[k], a.audio.samples[k], 1.0 / 32768) << "16-bit samples";
+    }
+  }
+}
+
+TEST_F(CorpusFile, WrittenTwiceIsTheSameToTheByte) {
+  writeCorpus(path_, testing::tinyCorpus());
+  const std::string first = readFile(path_);
+  writeCorpus(path_, readCorpus(path_, CorpusAudio::kLoad));
+  EXPECT_EQ(readFile(path_), first);
+}
+
+TEST_F(CorpusFile, AudioCanBeLeftOut) {
+  writeCorpus(path_, testing::tinyCorpus());
+  const Corpus read = readCorpus(path_);
+  EXPECT_TRUE(read.takes[0].audio.samples.empty());
+  EXPECT_EQ(read.takes[0].audio.sample_rate_hz, 8000);
+}
+
+TEST_F(CorpusFile, ReadsFromAReadOnlyFolderWithoutLeavingFiles) {
+  writeCorpus(path_, testing::tinyCorpus());
+  fs::permissions(path_, fs::perms::owner_read);
+  fs::permissions(folder_, fs::perms::owner_read | fs::perms::owner_exec);
+  EXPECT_EQ(complaint(), "");
+  fs::permissions(folder_, fs::perms::owner_all);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
+}
+
+TEST_F(CorpusFile, ANameWithUriCharactersOpens) {
+  path_ = folder_ / "50% ?mode=rwc&x#y.corpus";
+  writeCorpus(path_, testing::tinyCorpus());
+  EXPECT_EQ(complaint(), "");
+}
+
+TEST_F(CorpusFile, WhatIsNoCorpusIsNamed) {
+  EXPECT_EQ(complaint(), path_.string() + ": no such file");
+  writeBytes("the time is now\n");
+  EXPECT_EQ(complaint(), path_.string() + ": is no corpus database; expected a file made by `corpus build`");
+  writeBytes("");
+  EXPECT_NE(complaint().find("is no corpus database"), std::string::npos);
+  fs::remove(path_);
+  fs::create_directory(path_);
+  EXPECT_NE(complaint().find("is no regular file"), std::string::npos);
+}
+
+TEST_F(CorpusFile, ANewerVersionSaysSo) {
+  writeCorpus(path_, testing::tinyCorpus());
+  std::string bytes = readFile(path_);
+  bytes[63] = static_cast<char>(kCorpusFormatVersion + 1);  // user_version, big-endian at 60
+  writeBytes(bytes);
+  EXPECT_NE(complaint().find("has corpus format version 2, made by a newer Mouthpiece; expected at most 1"), std::string::npos) << complaint();
+}
+
+TEST_F(CorpusFile, AnotherDatabaseIsNoCorpus) {
+  writeCorpus(path_, testing::tinyCorpus());
+  std::string bytes = readFile(path_);
+  bytes[68] = 0;  // application_id
+  writeBytes(bytes);
+  EXPECT_NE(complaint().find("is an SQLite database but no corpus"), std::string::npos);
+}
+
+TEST_F(CorpusFile, EveryTruncationIsRefused) {
+  writeCorpus(path_, testing::tinyCorpus());
+  const std::string whole = readFile(path_);
+  for (std::size_t size = 0; size < whole.size(); size += 509) {
+    writeBytes(whole.substr(0, size));
+    ASSERT_NE(complaint(), "") << "cut to " << size << " bytes";
+  }
+  writeBytes(whole.substr(0, whole.size() - 1));
+  EXPECT_NE(complaint().find("is cut off"), std::string::npos);
+}
+
+/// Any flipped bit is either found or changes nothing that is read (free space of a page, unused header fields).
+TEST_F(CorpusFile, AFlippedBitNeverChangesWhatIsRead) {
+  const Corpus original = testing::tinyCorpus({"DH-AH T-AY-M"});
+  writeCorpus(path_, original);
+  const std::string whole = readFile(path_);
+  std::size_t found = 0;
+  std::size_t tried = 0;
+  for (std::size_t at = 0; at < whole.size(); at += 31, ++tried) {
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(damaged[at] ^ (1 << (at % 8)));
+    writeBytes(damaged);
+    const std::vector<std::string> problems = checkCorpus(path_);
+    if (!problems.empty()) {
+      ++found;
+      continue;
+    }
+    const Corpus read = readCorpus(path_, CorpusAudio::kLoad);
+    ASSERT_EQ(read.takes.size(), 1U) << at;
+    ASSERT_TRUE((read.takes[0].motion.positions_mm.array() == original.takes[0].motion.positions_mm.array()).all()) << at;
+    ASSERT_EQ(read.takes[0].labels.phones.size(), original.takes[0].labels.phones.size()) << at;
+    ASSERT_EQ(read.neutral_pose_mm, original.neutral_pose_mm) << at;
+  }
+  EXPECT_GT(found, tried / 4) << "the blobs alone are more than a quarter of the file";
+}
+
+TEST_F(CorpusFile, CheckNamesEveryDamagedRow) {
+  writeCorpus(path_, testing::tinyCorpus());
+  EXPECT_TRUE(checkCorpus(path_).empty());
+  const Corpus corpus = testing::tinyCorpus();
+  std::string bytes = readFile(path_);
+  // The first frame's bytes are the same in two takes only by chance: damage each take's own row in its place.
+  for (const std::size_t take : {1U, 4U}) {
+    const Eigen::Matrix<float, 1, Eigen::Dynamic> row = corpus.takes[take].motion.positions_mm.row(40).cast<float>();
+    const std::size_t at = bytes.find(std::string(reinterpret_cast<const char*>(row.data()), sizeof(float) * 9));
+    ASSERT_NE(at, std::string::npos);
+    bytes[at + 5] = static_cast<char>(bytes[at + 5] ^ 4);
+  }
+  writeBytes(bytes);
+  const std::vector<std::string> problems = checkCorpus(path_);
+  ASSERT_EQ(problems.size(), 2U);
+  EXPECT_NE(problems[0].find("motion row 2: checksum differs"), std::string::npos) << problems[0];
+  EXPECT_NE(problems[1].find("motion row 5: checksum differs"), std::string::npos) << problems[1];
+  EXPECT_NE(complaint().find("motion row 2"), std::string::npos) << complaint();
+}
+
+TEST_F(CorpusFile, FailedWriteKeepsTheOldFile) {
+  writeCorpus(path_, testing::tinyCorpus());
+  const std::string before = readFile(path_);
+  Corpus wrong = testing::tinyCorpus();
+  wrong.takes[0].motion.marker_names.pop_back();
+  EXPECT_THROW(writeCorpus(path_, wrong), InternalError);
+  EXPECT_EQ(readFile(path_), before);
+  EXPECT_THROW(writeCorpus(path_ / "below_a_file.corpus", testing::tinyCorpus()), InputError);
+}
+
+TEST(Checksum, MeetsTheStandardAndItsTwoRoutesAgree) {
+  EXPECT_EQ(crc32c("123456789"), 0xE3069283U);
+  EXPECT_EQ(crc32cByTables("123456789"), 0xE3069283U);
+  std::string bytes;
+  for (std::size_t i = 0; i < 300; ++i) {
+    EXPECT_EQ(crc32c(bytes), crc32cByTables(bytes));
+    EXPECT_EQ(crc32c(bytes), crc32c(bytes.substr(i / 3), crc32c(bytes.substr(0, i / 3)))) << "in two parts";
+    bytes += static_cast<char>(i * 89 + 7);
+  }
+}
+
+}  // namespace
+}  // namespace mouthpiece
