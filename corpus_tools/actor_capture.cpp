@@ -1,7 +1,7 @@
 #include <Eigen/Geometry>
 
 #include "corpus_tools/actor_fit.h"
-#include "corpus_tools/head_motion.h"
+#include "corpus_tools/head_tracking.h"
 #include "corpus_tools/neutral_pose.h"
 #include "corpus_tools/take_files.h"
 

@@ -13,7 +13,9 @@
 #include "base/parallel_for.h"
 #include "corpus_tools/neutral_pose.h"
 #include "corpus_tools/pose_fit.h"
+#include "corpus_tools/take_alignment.h"
 #include "motion/gaps.h"
+#include "motion/smoothing.h"
 
 namespace mouthpiece {
 namespace {
@@ -41,7 +43,8 @@ CleanedFace cleanFace(const RawTake& raw, const HeadReference& reference, const 
   const HeadTrack track = trackHead(raw, reference, layout, options.head);
   CleanedFace cleaned{withoutHeadMotion(raw.face, track), {}};
   const std::size_t missing_before = missingSamples(cleaned.motion);
-  cleaned.motion = fillShortGaps(cleaned.motion, options.longest_filled_gap);
+  cleaned.motion = fillShortGaps(cleaned.motion, options.gaps).clip;
+  if (options.smooth) cleaned.motion = smoothMotion(cleaned.motion).clip;
   cleaned.report = {raw.name,    raw.face.frameCount(), track.jig_frames,      track.skin_frames, track.bridged_frames,
                     track.scale, track.residual_rms_mm, /*filled_samples=*/0, 0,                 0};
   cleaned.report.missing_samples = missingSamples(cleaned.motion);
@@ -170,7 +173,7 @@ std::string reportToJson(const std::vector<TakeReport>& reports) {
                     {"scale", report.scale},
                     {"filled_samples", report.filled_samples},
                     {"missing_samples", report.missing_samples},
-                    {"leveled_mm", report.leveled_mm}});
+                    {"aligned_mm", report.aligned_mm}});
   }
   return list.dump();
 }
@@ -181,34 +184,34 @@ std::string leftOutToText(const std::vector<LeftOutTake>& left_out) {
   return fmt::format("{}", fmt::join(lines, "\n"));
 }
 
-void writeLog(BuildResult& result, const HeadReference& reference, const NeutralPose& neutral, bool leveled) {
+void writeLog(BuildResult& result, const HeadReference& reference, const NeutralPose& neutral, bool aligned) {
   auto& log = result.corpus.build_log;
   log["built_with"] = "corpus build";
   log["takes_used"] = std::to_string(result.takes.size());
   log["takes_left_out"] = leftOutToText(result.left_out);
   log["take_reports"] = reportToJson(result.takes);
   log["neutral_pose_frames"] = std::to_string(neutral.frames);
-  log["takes_leveled"] = leveled ? "yes" : "no";
+  log["takes_aligned_by_phones"] = aligned ? "yes" : "no";
   log[kJigKey] = shapeToJson(reference.jig_mm);
   log[kStableKey] = shapeToJson(reference.stable_mm);
 }
 
-/// Levels, finds the neutral pose, and turns everything into the face's own axes.
+/// Aligns, finds the neutral pose, and turns everything into the face's own axes.
 void finish(BuildResult& result, HeadReference reference, const BuildOptions& options) {
   Corpus& corpus = result.corpus;
-  const bool level = options.level_takes && reference.jig_mm.rows() == 0 && corpus.takes.size() > 1;
-  if (level) {
-    const std::vector<double> offsets = levelTakes(corpus.takes);
-    for (std::size_t i = 0; i < offsets.size(); ++i) result.takes[i].leveled_mm = offsets[i];
+  const bool align = options.align_takes && reference.jig_mm.rows() == 0 && corpus.takes.size() > 1;
+  if (align) {
+    const std::vector<double> moves = alignTakesByPhones(corpus.takes);
+    for (std::size_t i = 0; i < moves.size(); ++i) result.takes[i].aligned_mm = moves[i];
   }
   NeutralPose neutral = neutralPose(corpus.takes, options.layout);
-  const Eigen::Isometry3d face_from_head = faceFromHead(neutral.pose_mm, options.layout);
+  const RigidMotion face_from_head = faceFromHead(neutral.pose_mm, options.layout);
   for (CorpusTake& take : corpus.takes) transform(take.motion, face_from_head);
   transform(neutral.pose_mm, face_from_head);
   transform(reference.jig_mm, face_from_head);
   transform(reference.stable_mm, face_from_head);
   corpus.neutral_pose_mm = neutral.pose_mm;
-  writeLog(result, reference, neutral, level);
+  writeLog(result, reference, neutral, align);
 }
 
 }  // namespace

@@ -6,8 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "corpus_tools/head_motion.h"
+#include "corpus_tools/head_tracking.h"
 #include "corpus_tools/take_files.h"
+#include "motion/gaps.h"
 #include "motion/marker_layout.h"
 #include "phonetics/lexicon.h"
 #include "units/corpus.h"
@@ -15,8 +16,9 @@
 namespace mouthpiece {
 
 struct CleaningOptions {
-  HeadMotionOptions head;
-  Seconds longest_filled_gap = 0.2;
+  HeadTrackingOptions head;
+  GapFillOptions gaps;
+  bool smooth = false;  ///< smoothMotion()
 };
 
 struct BuildOptions {
@@ -25,7 +27,7 @@ struct BuildOptions {
   std::size_t jobs = 0;  ///< takes at once; 0: one per core. The result does not depend on it
   bool strict = false;   ///< the first take that cannot be used stops the build
   CleaningOptions cleaning;
-  bool level_takes = true;  ///< captures without a jig: see levelTakes()
+  bool align_takes = true;  ///< captures without a jig: see alignTakesByPhones()
 };
 
 /// What was done to a take.
@@ -37,7 +39,7 @@ struct TakeReport {
   double head_residual_mm = 0;
   std::size_t filled_samples = 0;   ///< marker samples in gaps short enough to fill
   std::size_t missing_samples = 0;  ///< marker samples still missing
-  double leveled_mm = 0;            ///< largest marker offset taken off
+  double aligned_mm = 0;            ///< largest move by alignTakesByPhones()
 };
 
 struct BuildResult {

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "corpus_tools/head_motion.h"
+#include "corpus_tools/head_tracking.h"
 
 namespace mouthpiece {
 namespace {
@@ -86,26 +86,33 @@ void checkLengths(const CorpusTake& take, std::vector<std::string>& problems) {
   check("sound", take.audio.duration());
 }
 
-void checkMarkers(const CorpusTake& take, std::vector<std::string>& problems) {
+/// "LIP_UP_MID", "LIP_UP_MID and 3 more".
+std::string named(const std::vector<std::string>& markers) {
+  return markers.size() == 1 ? markers[0] : fmt::format("{} and {} more", markers[0], markers.size() - 1);
+}
+
+void checkMarkers(const CorpusTake& take, std::vector<std::string>& remarks) {
   const MotionClip& motion = take.motion;
+  std::vector<std::string> missing, fast;
   for (std::size_t marker = 0; marker < motion.markerCount(); ++marker) {
-    std::size_t missing = 0;
+    std::size_t unseen = 0;
     double fastest = 0;
     for (std::size_t frame = 0; frame < motion.frameCount(); ++frame) {
       const Eigen::Vector3d here = motion.position(FrameIndex(frame), MarkerIndex(marker));
-      if (!here.allFinite()) ++missing;
+      if (!here.allFinite()) ++unseen;
       if (frame == 0) continue;
       const double step = (here - motion.position(FrameIndex(frame - 1), MarkerIndex(marker))).norm();
       if (std::isfinite(step)) fastest = std::max(fastest, step * motion.frame_rate_hz);
     }
-    if (share(missing, motion.frameCount()) > kMissingShare) {
-      problems.push_back(fmt::format("{}: {} is missing in {:.0f} % of the frames", take.name,
-                                     motion.marker_names[marker], 100 * share(missing, motion.frameCount())));
-    }
-    if (fastest > kFastestMarkerMmS) {
-      problems.push_back(fmt::format("{}: {} moves at {:.0f} mm/s; no face does", take.name, motion.marker_names[marker],
-                                     fastest));
-    }
+    if (share(unseen, motion.frameCount()) > kMissingShare) missing.push_back(motion.marker_names[marker]);
+    if (fastest > kFastestMarkerMmS) fast.push_back(motion.marker_names[marker]);
+  }
+  if (!missing.empty()) {
+    remarks.push_back(fmt::format("{}: {} missing in over {:.0f} % of the frames", take.name, named(missing),
+                                   100 * kMissingShare));
+  }
+  if (!fast.empty()) {
+    remarks.push_back(fmt::format("{}: {} faster than {:.0f} mm/s; no face is", take.name, named(fast), kFastestMarkerMmS));
   }
 }
 
@@ -166,14 +173,15 @@ std::string corpusFactsJson(const Corpus& corpus) {
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
-std::vector<std::string> corpusProblems(const Corpus& corpus) {
-  std::vector<std::string> problems;
-  checkNeutral(corpus, problems);
+CorpusCheck checkCorpus(const Corpus& corpus) {
+  CorpusCheck check;
+  if (corpus.takes.empty()) check.problems.push_back("no takes");
+  checkNeutral(corpus, check.problems);
   for (const CorpusTake& take : corpus.takes) {
-    checkLengths(take, problems);
-    checkMarkers(take, problems);
+    checkLengths(take, check.problems);
+    checkMarkers(take, check.remarks);
   }
-  return problems;
+  return check;
 }
 
 }  // namespace mouthpiece

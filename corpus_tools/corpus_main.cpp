@@ -114,10 +114,13 @@ int runInfo(const Options& options) {
 }
 
 int runCheck(const Options& options) {
-  const std::vector<std::string> problems = corpusProblems(readCorpus(options.input, CorpusAudio::kLoad));
-  for (const std::string& problem : problems) printText(problem + "\n");
-  if (!problems.empty()) {
-    throw InputError(options.input.string(), "", fmt::format("found {} problems; expected none", problems.size()));
+  const CorpusCheck check = checkCorpus(readCorpus(options.input, CorpusAudio::kLoad));
+  for (const std::string& problem : check.problems) printText("problem: " + problem + "\n");
+  if (!options.quiet) {
+    for (const std::string& remark : check.remarks) printText("remark: " + remark + "\n");
+  }
+  if (!check.problems.empty()) {
+    throw InputError(options.input.string(), "", fmt::format("found {} problems; expected none", check.problems.size()));
   }
   if (!options.quiet) printText(fmt::format("{}: sound\n", options.input.string()));
   return kExitDone;

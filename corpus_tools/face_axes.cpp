@@ -1,10 +1,12 @@
-// faceFromHead of head_motion.h: the axes that a face gives itself.
+// faceFromHead of head_tracking.h: the axes that a face gives itself.
 #include <fmt/format.h>
+
+#include <Eigen/Geometry>
 
 #include <optional>
 
 #include "base/errors.h"
-#include "corpus_tools/head_motion.h"
+#include "corpus_tools/head_tracking.h"
 
 namespace mouthpiece {
 namespace {
@@ -51,7 +53,7 @@ std::optional<Eigen::Vector3d> regionMean(const MarkerPositions& neutral, const 
 
 }  // namespace
 
-Eigen::Isometry3d faceFromHead(const MarkerPositions& neutral_mm, const MarkerLayout& layout) {
+RigidMotion faceFromHead(const MarkerPositions& neutral_mm, const MarkerLayout& layout) {
   const CanthusPair canthi = outerCanthi(neutral_mm, layout);
   const Eigen::Vector3d origin = 0.5 * (canthi.left + canthi.right);
   const Eigen::Vector3d x = (canthi.left - canthi.right).normalized();
@@ -69,23 +71,10 @@ Eigen::Isometry3d faceFromHead(const MarkerPositions& neutral_mm, const MarkerLa
     throw InputError(fmt::format("the nose lies behind the eyes: the capture is a mirror image, or the left and right "
                                  "markers of layout {} are exchanged", layout.name));
   }
-  Eigen::Isometry3d face_from_head = Eigen::Isometry3d::Identity();
-  face_from_head.linear() << x.transpose(), y.transpose(), z.transpose();
-  face_from_head.translation() = -face_from_head.linear() * origin;
+  RigidMotion face_from_head;
+  face_from_head.rotation << x.transpose(), y.transpose(), z.transpose();
+  face_from_head.translation_mm = -face_from_head.rotation * origin;
   return face_from_head;
-}
-
-void transform(MarkerPositions& pose, const Eigen::Isometry3d& target_from_source) {
-  pose = ((pose * target_from_source.linear().transpose()).rowwise() + target_from_source.translation().transpose()).eval();
-}
-
-void transform(MotionClip& clip, const Eigen::Isometry3d& target_from_source) {
-  for (Eigen::Index frame = 0; frame < clip.positions_mm.rows(); ++frame) {
-    for (Eigen::Index column = 0; column < clip.positions_mm.cols(); column += 3) {
-      const Eigen::Vector3d source = clip.positions_mm.block<1, 3>(frame, column).transpose();
-      clip.positions_mm.block<1, 3>(frame, column) = (target_from_source * source).transpose();
-    }
-  }
 }
 
 }  // namespace mouthpiece

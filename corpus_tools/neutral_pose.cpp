@@ -13,9 +13,6 @@ namespace mouthpiece {
 namespace {
 
 constexpr double kClosedShare = 0.15;
-constexpr int kLevelRounds = 3;
-/// Variance within a phone over variance between takes, per coordinate: 1.2^2 / 0.6^2 in grid_s1.
-constexpr double kLevelShrinkage = 4;
 
 struct FramePlace {
   std::size_t take;
@@ -88,46 +85,6 @@ void expectComplete(const MarkerPositions& pose, const MarkerLayout& layout) {
   }
 }
 
-/// One observation: all markers in the frame nearest to a phone's middle.
-struct PhoneFrame {
-  std::size_t take;
-  Phone phone;
-  Eigen::RowVectorXd positions;
-};
-
-std::vector<PhoneFrame> phoneFrames(const std::vector<CorpusTake>& takes) {
-  std::vector<PhoneFrame> observed;
-  for (std::size_t take = 0; take < takes.size(); ++take) {
-    const MotionClip& motion = takes[take].motion;
-    for (const LabelledPhone& phone : takes[take].labels.phones) {
-      if (phone.phone == Phone::kSil) continue;  // breathing: says nothing about the take
-      const auto frame = static_cast<Eigen::Index>(std::lround(phone.span.middle() * motion.frame_rate_hz));
-      if (frame >= motion.positions_mm.rows()) continue;
-      if (!motion.positions_mm.row(frame).allFinite()) continue;
-      observed.push_back({take, phone.phone, motion.positions_mm.row(frame)});
-    }
-  }
-  return observed;
-}
-
-using Rows = std::vector<Eigen::RowVectorXd>;
-
-/// Mean over the observations of each group of what is left after `others`.
-template <typename GroupOf, typename Others>
-Rows groupMeans(const std::vector<PhoneFrame>& observed, std::size_t groups, Eigen::Index width, double shrinkage,
-                const GroupOf& group_of, const Others& others) {
-  Rows means(groups, Eigen::RowVectorXd::Zero(width));
-  std::vector<double> counts(groups, 0.0);
-  for (const PhoneFrame& observation : observed) {
-    means[group_of(observation)] += observation.positions - others(observation);
-    counts[group_of(observation)] += 1;
-  }
-  for (std::size_t group = 0; group < groups; ++group) {
-    if (counts[group] > 0) means[group] /= counts[group] + shrinkage;
-  }
-  return means;
-}
-
 }  // namespace
 
 NeutralPose neutralPose(const std::vector<CorpusTake>& takes, const MarkerLayout& layout) {
@@ -143,29 +100,6 @@ NeutralPose neutralPose(const std::vector<CorpusTake>& takes, const MarkerLayout
   }
   expectComplete(neutral.pose_mm, layout);
   return neutral;
-}
-
-std::vector<double> levelTakes(std::vector<CorpusTake>& takes) {
-  const std::vector<PhoneFrame> observed = phoneFrames(takes);
-  std::vector<double> largest(takes.size(), 0.0);
-  if (observed.empty()) return largest;
-  const Eigen::Index width = observed.front().positions.cols();
-  const auto take_of = [](const PhoneFrame& observation) { return observation.take; };
-  const auto phone_of = [](const PhoneFrame& observation) { return static_cast<std::size_t>(observation.phone); };
-  Rows offsets(takes.size(), Eigen::RowVectorXd::Zero(width));
-  for (int round = 0; round < kLevelRounds; ++round) {
-    const Rows phones = groupMeans(observed, kPhoneCount, width, 0.0, phone_of,
-                                   [&](const PhoneFrame& observation) -> const auto& { return offsets[observation.take]; });
-    offsets = groupMeans(observed, takes.size(), width, kLevelShrinkage, take_of,
-                         [&](const PhoneFrame& observation) -> const auto& { return phones[phone_of(observation)]; });
-  }
-  for (std::size_t take = 0; take < takes.size(); ++take) {
-    takes[take].motion.positions_mm.rowwise() -= offsets[take];
-    for (Eigen::Index column = 0; column < width; column += 3) {
-      largest[take] = std::max(largest[take], offsets[take].segment<3>(column).norm());
-    }
-  }
-  return largest;
 }
 
 }  // namespace mouthpiece

@@ -18,9 +18,4 @@ struct NeutralPose {
 /// LIP_UP_MID and LIP_LO_MID: of all frames in silence. Throws InputError for a marker that is seen in no take.
 NeutralPose neutralPose(const std::vector<CorpusTake>& takes, const MarkerLayout& layout);
 
-/// Takes off each take the constant by which its markers lie, phone for phone, off the mean of all takes: a tracker
-/// without a jig places the same mouth differently as the head turns. Two-way layout, phone + take, by alternating means;
-/// offsets are shrunk by phones / (phones + 4). Returns the largest offset of each take, mm.
-std::vector<double> levelTakes(std::vector<CorpusTake>& takes);
-
 }  // namespace mouthpiece

@@ -1,59 +1,33 @@
 #include "corpus_tools/pose_fit.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
-#include <cmath>
 
 namespace mouthpiece {
 namespace {
 
-constexpr int kRobustRounds = 4;
 constexpr int kShapeRounds = 8;
+/// A size changes the fit's weights a little, they the size: settled after two rounds.
+constexpr int kScaleRounds = 2;
 
-Eigen::VectorXd seenInBoth(const MarkerPositions& source, const MarkerPositions& target) {
-  Eigen::VectorXd weights(source.rows());
-  for (Eigen::Index i = 0; i < source.rows(); ++i) {
-    weights[i] = source.row(i).allFinite() && target.row(i).allFinite() ? 1.0 : 0.0;
-  }
-  return weights;
+bool seenInBoth(const MarkerPositions& source, const MarkerPositions& target, Eigen::Index row) {
+  return source.row(row).allFinite() && target.row(row).allFinite();
 }
 
-/// Markers of weight 0 may be NaN and are not read.
-Eigen::RowVector3d weightedMean(const MarkerPositions& points, const Eigen::VectorXd& weights) {
-  Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+MarkerPositions seenRows(const MarkerPositions& points, const MarkerPositions& other) {
+  std::vector<Eigen::Index> rows;
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    if (weights[i] > 0) sum += weights[i] * points.row(i);
+    if (seenInBoth(points, other, i)) rows.push_back(i);
   }
-  return sum / weights.sum();
+  return points(rows, Eigen::all);
 }
 
-/// Kabsch (1976) by the singular values of the covariance; size after Umeyama (1991), eq. 42.
-PoseFit fitWeighted(const MarkerPositions& source, const MarkerPositions& target, const Eigen::VectorXd& weights,
-                    PoseScale scale) {
-  const Eigen::RowVector3d source_mean = weightedMean(source, weights);
-  const Eigen::RowVector3d target_mean = weightedMean(target, weights);
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  double source_variance = 0;
-  for (Eigen::Index i = 0; i < source.rows(); ++i) {
-    if (weights[i] <= 0) continue;
-    const Eigen::RowVector3d from = source.row(i) - source_mean;
-    covariance += weights[i] * (target.row(i) - target_mean).transpose() * from;
-    source_variance += weights[i] * from.squaredNorm();
-  }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d signs = Eigen::Vector3d::Ones();
-  if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) signs[2] = -1;  // no mirror image
-  PoseFit fit;
-  if (scale == PoseScale::kFree && source_variance > 0) fit.scale = svd.singularValues().dot(signs) / source_variance;
-  fit.target_from_source.linear() = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
-  fit.target_from_source.translation() =
-      target_mean.transpose() - fit.scale * (fit.target_from_source.linear() * source_mean.transpose());
-  return fit;
-}
-
-MarkerPositions moved(const MarkerPositions& shape, const PoseFit& fit) {
-  return (fit.scale * (shape * fit.target_from_source.linear().transpose())).rowwise() +
-         fit.target_from_source.translation().transpose();
+/// The factor on `source` that, after its rotation, brings it nearest to `target`.
+double bestScale(const MarkerPositions& source, const MarkerPositions& target, const RigidMotion& motion) {
+  MarkerPositions from = seenRows(source, target) * motion.rotation.transpose();
+  MarkerPositions to = seenRows(target, source);
+  from.rowwise() -= from.colwise().mean().eval();
+  to.rowwise() -= to.colwise().mean().eval();
+  return from.cwiseProduct(to).sum() / from.squaredNorm();
 }
 
 MarkerPositions meanOfSeen(const std::vector<MarkerPositions>& shapes) {
@@ -73,28 +47,31 @@ MarkerPositions meanOfSeen(const std::vector<MarkerPositions>& shapes) {
 }  // namespace
 
 std::size_t sharedMarkers(const MarkerPositions& source, const MarkerPositions& target) {
-  return source.rows() == target.rows() ? static_cast<std::size_t>(seenInBoth(source, target).sum()) : 0;
+  if (source.rows() != target.rows()) return 0;
+  std::size_t shared = 0;
+  for (Eigen::Index i = 0; i < source.rows(); ++i) shared += seenInBoth(source, target, i) ? 1 : 0;
+  return shared;
 }
 
-PoseFit fitPose(const MarkerPositions& source, const MarkerPositions& target, double robust_scale_mm, PoseScale scale) {
-  const Eigen::VectorXd seen = seenInBoth(source, target);
-  Eigen::VectorXd weights = seen, lengths = Eigen::VectorXd::Zero(seen.size());
+std::optional<PoseFit> fitPose(const MarkerPositions& source, const MarkerPositions& target, PoseScale scale,
+                               const RigidFitOptions& options) {
+  std::optional<RigidMotion> motion = fitRigidMotion(source, target, options);
   PoseFit fit;
-  for (int round = 0; round < kRobustRounds; ++round) {
-    fit = fitWeighted(source, target, weights, scale);
-    for (Eigen::Index i = 0; i < seen.size(); ++i) {
-      if (seen[i] <= 0) continue;
-      lengths[i] = (fit(source.row(i).transpose()) - target.row(i).transpose()).norm();
-      weights[i] = 1 / (1 + std::pow(lengths[i] / robust_scale_mm, 2));
-    }
+  for (int round = 0; motion && scale == PoseScale::kFree && round < kScaleRounds; ++round) {
+    fit.scale = bestScale(source, target, *motion);
+    motion = fitRigidMotion(fit.scale * source, target, options);
   }
-  fit.squared_residuals_mm2 = lengths.squaredNorm();
-  fit.shared_markers = static_cast<std::size_t>(seen.sum());
+  if (!motion) return std::nullopt;
+  fit.target_from_source = *motion;
+  MarkerPositions residuals = fit.scale * seenRows(source, target);
+  transform(residuals, *motion);
+  residuals -= seenRows(target, source);
+  fit.squared_residuals_mm2 = residuals.squaredNorm();
+  fit.shared_markers = static_cast<std::size_t>(residuals.rows());
   return fit;
 }
 
-MarkerPositions meanShape(const std::vector<MarkerPositions>& shapes, std::size_t least_markers, double robust_scale_mm,
-                          PoseScale scale) {
+MarkerPositions meanShape(const std::vector<MarkerPositions>& shapes, std::size_t least_markers, PoseScale scale) {
   const auto fullest = std::max_element(shapes.begin(), shapes.end(), [](const auto& a, const auto& b) {
     return sharedMarkers(a, a) < sharedMarkers(b, b);
   });
@@ -105,10 +82,13 @@ MarkerPositions meanShape(const std::vector<MarkerPositions>& shapes, std::size_
     double scale_sum = 0;
     for (const MarkerPositions& shape : shapes) {
       if (sharedMarkers(shape, mean) < least_markers) continue;
-      const PoseFit fit = fitPose(shape, mean, robust_scale_mm, scale);
-      fitted.push_back(moved(shape, fit));
-      scale_sum += fit.scale;
+      const std::optional<PoseFit> fit = fitPose(shape, mean, scale);
+      if (!fit) continue;
+      fitted.push_back(fit->scale * shape);
+      transform(fitted.back(), fit->target_from_source);
+      scale_sum += fit->scale;
     }
+    if (fitted.empty()) return MarkerPositions(0, 3);  // all markers on one line
     // Without the division the mean would shrink round by round: a least-squares size is a little too small.
     mean = meanOfSeen(fitted) / (scale_sum / static_cast<double>(fitted.size()));
   }
@@ -116,11 +96,17 @@ MarkerPositions meanShape(const std::vector<MarkerPositions>& shapes, std::size_
 }
 
 MarkerPositions pickMarkers(const MarkerPositions& pose, const std::vector<std::size_t>& markers) {
-  MarkerPositions picked(static_cast<Eigen::Index>(markers.size()), 3);
-  for (std::size_t i = 0; i < markers.size(); ++i) {
-    picked.row(static_cast<Eigen::Index>(i)) = pose.row(static_cast<Eigen::Index>(markers[i]));
-  }
-  return picked;
+  return pose(markers, Eigen::all);
+}
+
+void transform(MarkerPositions& pose, const RigidMotion& target_from_source) {
+  pose = ((pose * target_from_source.rotation.transpose()).rowwise() + target_from_source.translation_mm.transpose()).eval();
+}
+
+void transform(MotionClip& clip, const RigidMotion& target_from_source) {
+  // A row-major frames x (3 * markers) matrix is, read through, one row of three a marker.
+  Eigen::Map<MarkerPositions> points(clip.positions_mm.data(), clip.positions_mm.size() / 3, 3);
+  points = ((points * target_from_source.rotation.transpose()).rowwise() + target_from_source.translation_mm.transpose()).eval();
 }
 
 }  // namespace mouthpiece

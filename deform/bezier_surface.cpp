@@ -12,8 +12,7 @@
 namespace mouthpiece {
 namespace {
 
-/// A linear form in a triangle's nine numbers: three values, then the slopes along x and y at each corner.
-using Form = Eigen::Matrix<double, 9, 1>;
+using Form = TriangleForm;
 using Energy = Eigen::Matrix<double, 9, 9>;
 
 std::array<Eigen::Vector2d, 3> cornersOf(const ControlMesh& mesh, const std::array<int, 3>& triangle) {
@@ -23,6 +22,9 @@ std::array<Eigen::Vector2d, 3> cornersOf(const ControlMesh& mesh, const std::arr
 double areaOf(const std::array<Eigen::Vector2d, 3>& p) {
   return 0.5 * ((p[1] - p[0]).x() * (p[2] - p[0]).y() - (p[1] - p[0]).y() * (p[2] - p[0]).x());
 }
+
+/// How much nearness to samples counts against bending.
+constexpr double kSampleWeight = 30;
 
 /// Integral of |second derivatives|^2 + tension |slope - slope of the flat triangle|^2 over one cubic.
 Energy cubicEnergy(const CubicPatch<Form>& patch, const std::array<Eigen::Vector2d, 3>& p, const std::array<Form, 2>& flat_slope,
@@ -57,20 +59,13 @@ Energy cubicEnergy(const CubicPatch<Form>& patch, const std::array<Eigen::Vector
 
 /// The energy of a split triangle as a quadratic form in its nine numbers.
 Energy triangleEnergy(const std::array<Eigen::Vector2d, 3>& p, const CloughTocher<double>& split, double tension) {
-  std::array<Form, 3> value, gx, gy;
-  for (int i = 0; i < 3; ++i) {
-    value[static_cast<std::size_t>(i)] = Form::Unit(i);
-    gx[static_cast<std::size_t>(i)] = Form::Unit(3 + 2 * i);
-    gy[static_cast<std::size_t>(i)] = Form::Unit(4 + 2 * i);
-  }
-  std::array<CubicPatch<Form>, 3> patches;
-  split.nets(value, gx, gy, patches);
+  const std::array<CubicPatch<Form>, 3> patches = patchForms(split);
   Eigen::Matrix2d plane;
   plane << p[0] - p[2], p[1] - p[2];
   const Eigen::Matrix2d inverse = plane.inverse();
   std::array<Form, 2> flat_slope;
   for (int axis = 0; axis < 2; ++axis) {
-    flat_slope[static_cast<std::size_t>(axis)] = inverse(0, axis) * (value[0] - value[2]) + inverse(1, axis) * (value[1] - value[2]);
+    flat_slope[static_cast<std::size_t>(axis)] = inverse(0, axis) * (Form::Unit(0) - Form::Unit(2)) + inverse(1, axis) * (Form::Unit(1) - Form::Unit(2));
   }
   const Eigen::Vector2d middle = (p[0] + p[1] + p[2]) / 3;
   Energy energy = Energy::Zero();
@@ -197,7 +192,8 @@ BezierSurface::BezierSurface(const ControlMesh& mesh, const SurfaceOptions& opti
   for (const auto& triangle : triangles_) splits_.emplace_back(cornersOf(mesh, triangle));
   const TotalEnergy energy = assemble(mesh, splits_, options.tension);
   slopes_ = leastEnergySlopes(energy, constraintsOf(mesh, true));
-  rest_pose_ = netsOf(rest_, leastEnergySlopes(energy, constraintsOf(mesh, false)) * rest_);
+  const bool is_fitted = mesh.rest_slopes.rows() > 0;
+  rest_pose_ = netsOf(rest_, is_fitted ? mesh.rest_slopes : MarkerPositions(leastEnergySlopes(energy, constraintsOf(mesh, false)) * rest_));
 }
 
 BezierSurface::Pose BezierSurface::netsOf(const MarkerPositions& values, const MarkerPositions& slopes) const {
@@ -252,6 +248,37 @@ double BezierSurface::maxNormalAngleAcrossEdges(const Pose& pose, int samples) c
     }
   }
   return largest;
+}
+
+TriangleForm formAt(const BezierSurface& surface, const SurfacePlace& place) {
+  const PatchPlace at = patchPlace(place);
+  const auto halves = patchForms(surface.splits()[static_cast<std::size_t>(place.triangle)])[at.patch % 3].halves(at.u, at.v);
+  return at.u * halves.a + at.v * halves.b + (1 - at.u - at.v) * halves.c;
+}
+
+MarkerPositions slopesNear(const ControlMesh& mesh, const std::vector<SurfaceSample>& samples, const SurfaceOptions& options) {
+  const BezierSurface surface(mesh, options);
+  TotalEnergy total = assemble(mesh, surface.splits(), options.tension);
+  double area = 0;
+  for (const auto& triangle : mesh.triangles) area += areaOf(cornersOf(mesh, triangle));
+  // Energies weigh bends against distances at the scale of one triangle.
+  const double cell = area / static_cast<double>(mesh.triangles.size());
+  const double weight = kSampleWeight * area / (static_cast<double>(std::max<std::size_t>(samples.size(), 1)) * cell * cell);
+  Eigen::MatrixXd right = -total.slope_value * mesh.rest;
+  for (const SurfaceSample& sample : samples) {
+    const auto& triangle = mesh.triangles[static_cast<std::size_t>(sample.place.triangle)];
+    const Form form = formAt(surface, sample.place);
+    Eigen::RowVector3d miss = sample.position.transpose();
+    for (int i = 0; i < 3; ++i) miss -= form[i] * mesh.rest.row(triangle[static_cast<std::size_t>(i)]);
+    for (int i = 0; i < 6; ++i) {
+      const Eigen::Index row = 2 * triangle[static_cast<std::size_t>(i / 2)] + i % 2;
+      right.row(row) += weight * form[3 + i] * miss;
+      for (int j = 0; j < 6; ++j) {
+        total.slope_slope(row, 2 * triangle[static_cast<std::size_t>(j / 2)] + j % 2) += weight * form[3 + i] * form[3 + j];
+      }
+    }
+  }
+  return total.slope_slope.ldlt().solve(right);
 }
 
 PatchPlace patchPlace(const SurfacePlace& place) {

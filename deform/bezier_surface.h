@@ -9,6 +9,13 @@
 
 namespace mouthpiece {
 
+/// A place on the surface of a control mesh: triangle, and weights of its first and second corner.
+struct SurfacePlace {
+  int triangle = -1;
+  double u = 0;
+  double v = 0;
+};
+
 struct SurfaceOptions {
   /// How much the surface keeps to the flat triangles of its control mesh (0: bends least; larger: overshoots less).
   double tension = 1;
@@ -47,13 +54,6 @@ class BezierSurface {
   Pose rest_pose_;
 };
 
-/// A place on the surface of a control mesh: triangle, and weights of its first and second corner.
-struct SurfacePlace {
-  int triangle = -1;
-  double u = 0;
-  double v = 0;
-};
-
 /// The patch of `place` and the weights within it.
 struct PatchPlace {
   std::size_t patch = 0;
@@ -61,6 +61,19 @@ struct PatchPlace {
   double v = 0;
 };
 PatchPlace patchPlace(const SurfacePlace& place);
+
+/// The value at `place` as a form in its triangle's values and slopes.
+TriangleForm formAt(const BezierSurface& surface, const SurfacePlace& place);
+
+/// A point that the surface should pass at a place.
+struct SurfaceSample {
+  SurfacePlace place;
+  Eigen::Vector3d position;
+};
+
+/// Slopes at rest (ControlMesh::rest_slopes) that bring the surface through the control points near to the samples and
+/// otherwise bend it least.
+MarkerPositions slopesNear(const ControlMesh& mesh, const std::vector<SurfaceSample>& samples, const SurfaceOptions& options = {});
 
 inline SurfacePoint evaluate(const BezierSurface::Pose& pose, const SurfacePlace& place) {
   const PatchPlace at = patchPlace(place);

@@ -60,4 +60,20 @@ struct CloughTocher {
   }
 };
 
+/// A linear form in a triangle's nine numbers: values at the corners, then the slopes along x and y at each corner.
+using TriangleForm = Eigen::Matrix<double, 9, 1>;
+
+/// The three patches as forms: their points for any values and slopes.
+inline std::array<CubicPatch<TriangleForm>, 3> patchForms(const CloughTocher<double>& split) {
+  std::array<TriangleForm, 3> value, gx, gy;
+  for (int i = 0; i < 3; ++i) {
+    value[static_cast<std::size_t>(i)] = TriangleForm::Unit(i);
+    gx[static_cast<std::size_t>(i)] = TriangleForm::Unit(3 + 2 * i);
+    gy[static_cast<std::size_t>(i)] = TriangleForm::Unit(4 + 2 * i);
+  }
+  std::array<CubicPatch<TriangleForm>, 3> patches;
+  split.nets(value, gx, gy, patches);
+  return patches;
+}
+
 }  // namespace mouthpiece

@@ -4,7 +4,7 @@
 #include <set>
 
 #include "base/errors.h"
-#include "deform/mesh_fill.h"
+#include "deform/mesh_fit.h"
 #include "deform/triangulation.h"
 #include "deform/virtual_points.h"
 
@@ -26,7 +26,8 @@ std::string faultOf(const ControlMesh& mesh) {
   const auto count = static_cast<Eigen::Index>(mesh.points.size());
   if (mesh.rest.rows() != count || mesh.domain.rows() != count) return "found tables of different lengths; expected one row a control point";
   if (mesh.marker_count == 0 || mesh.marker_count > mesh.points.size()) return "found a marker count outside the points";
-  if (!mesh.rest.allFinite() || !mesh.domain.allFinite()) return "found a coordinate that is not finite";
+  if (mesh.rest_slopes.rows() != 0 && mesh.rest_slopes.rows() != 2 * count) return "found " + std::to_string(mesh.rest_slopes.rows()) + " rest slopes; expected none or two a point";
+  if (!mesh.rest_slopes.allFinite() || !mesh.rest.allFinite() || !mesh.domain.allFinite()) return "found a coordinate that is not finite";
   if (!(mesh.mouth_width > 0) || !std::isfinite(mesh.mouth_width)) return "found no mouth width; expected one above zero";
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     const ControlPoint& point = mesh.points[i];
@@ -85,7 +86,7 @@ ControlMesh buildControlMesh(const std::vector<std::string>& marker_names, const
   control.triangles = triangulate(control);
   expectFace(control);
   if (mesh != nullptr) {
-    control = filledToMesh(control, *mesh);
+    control = fittedToMesh(control, *mesh);
     expectFace(control);
   }
   return control;

@@ -47,6 +47,9 @@ struct ControlMesh {
   MarkerPositions rest;               ///< points x 3, the mesh's unit
   Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> domain;  ///< points x 2: the plane the surface is parametrised over
   std::vector<std::array<int, 3>> triangles;                         ///< counter-clockwise in the plane and seen from outside
+  /// 2 points x 3: derivatives of the surface at rest along the plane's axes, rows 2 i and 2 i + 1 for point i. Fitted to a
+  /// mesh; empty: those that bend the surface least.
+  MarkerPositions rest_slopes;
 
   [[nodiscard]] LipSide sideOf(std::size_t triangle) const;
 };
@@ -62,8 +65,8 @@ const std::vector<VirtualPointPlace>& virtualPointPlaces();
 
 /// Triangulates the markers of `marker_names` at `marker_rest` (markers x 3, the mesh's unit, Y up, Z out of the face).
 /// `known`: rest positions of points of virtualPointPlaces() by name; those left out are estimated from the markers.
-/// `mesh`: where given, points are added on its skin where the markers' surface would lie far from it; give it, a surface
-/// close to the skin deforms it better. Throws InputError when a lip marker is missing, a coordinate is not finite, or the
+/// `mesh`: where given, the surface at rest is laid along its skin, with points added where markers are too few; give it,
+/// a surface close to the skin deforms it better. Throws InputError when a lip marker is missing, a coordinate is not finite, or the
 /// markers do not lie like a face's.
 ControlMesh buildControlMesh(const std::vector<std::string>& marker_names, const MarkerPositions& marker_rest,
                              const std::map<std::string, Eigen::Vector3d>& known = {}, const FaceMesh* mesh = nullptr);

@@ -96,9 +96,12 @@ class Placer {
     addLipRims();
     addEyes();
     finishRest();
-    setCylinder();
+    cylinder_ = cylinderOf(mesh_);
+    if (at("LIP_UP_MID").z() < cylinder_.axis_z + 0.1 * cylinder_.radius) {
+      throw InputError("control surface: found lips behind the sides of the face; expected Z out of the face");
+    }
     mesh_.domain.resize(mesh_.rest.rows(), 2);
-    for (Eigen::Index i = 0; i < mesh_.rest.rows(); ++i) mesh_.domain.row(i) = unrolled(mesh_.rest.row(i).transpose()).transpose();
+    for (Eigen::Index i = 0; i < mesh_.rest.rows(); ++i) mesh_.domain.row(i) = cylinder_.unrolled(mesh_.rest.row(i).transpose()).transpose();
     straightenSlit();
     addRing();
     return std::move(mesh_);
@@ -198,24 +201,6 @@ class Placer {
     for (std::size_t i = 0; i < rest_.size(); ++i) mesh_.rest.row(static_cast<Eigen::Index>(i)) = rest_[i].transpose();
   }
 
-  /// An upright cylinder through the widest markers: the plane is its surface unrolled.
-  void setCylinder() {
-    const auto markers = mesh_.rest.topRows(static_cast<Eigen::Index>(mesh_.marker_count));
-    Eigen::Index right = 0, left = 0;
-    const double right_x = markers.col(0).minCoeff(&right);
-    const double left_x = markers.col(0).maxCoeff(&left);
-    radius_ = 0.5 * (left_x - right_x);
-    axis_x_ = 0.5 * (left_x + right_x);
-    axis_z_ = 0.5 * (markers(right, 2) + markers(left, 2));
-    // Markers must stay well in front of the axis; a flat mask has its axis far behind.
-    axis_z_ = std::min(axis_z_, markers.col(2).minCoeff() + 0.2 * radius_);
-    if (at("LIP_UP_MID").z() < axis_z_ + 0.1 * radius_) throw InputError("control surface: found lips behind the sides of the face; expected Z out of the face");
-  }
-
-  [[nodiscard]] Eigen::Vector2d unrolled(const Eigen::Vector3d& p) const {
-    return {radius_ * std::atan2(p.x() - axis_x_, p.z() - axis_z_), p.y()};
-  }
-
   /// The rims lie on one straight line in the plane, so that both have the same curve when they touch.
   void straightenSlit() {
     const Eigen::Vector2d from = mesh_.domain.row(find("RIM_CORNER_R"));
@@ -245,8 +230,8 @@ class Placer {
       const double angle = 2 * std::numbers::pi * (k + 0.5) / kRingPoints;
       const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
       const auto [flat, solid] = hullPoint(hull, centre, direction);
-      const double margin = radius_ * (direction.y() < 0 ? kRingBeside - (kRingBelow - kRingBeside) * direction.y() : kRingBeside);
-      const double theta = std::atan2(solid.x() - axis_x_, solid.z() - axis_z_);
+      const double margin = cylinder_.radius * (direction.y() < 0 ? kRingBeside - (kRingBelow - kRingBeside) * direction.y() : kRingBeside);
+      const double theta = std::atan2(solid.x() - cylinder_.axis_x, solid.z() - cylinder_.axis_z);
       const Eigen::Vector3d outward(std::sin(theta), 0, std::cos(theta));
       const Eigen::Vector3d beside(std::cos(theta), 0, -std::sin(theta));
       // The head curves away from the outline: more above and below than at the sides.
@@ -278,7 +263,7 @@ class Placer {
   const std::map<std::string, Eigen::Vector3d>& known_;
   ControlMesh mesh_;
   std::vector<Eigen::Vector3d> rest_;
-  double radius_ = 0, axis_x_ = 0, axis_z_ = 0;
+  Cylinder cylinder_;
 };
 
 }  // namespace
@@ -287,6 +272,19 @@ ControlMesh placePoints(const std::vector<std::string>& marker_names, const Mark
                         const std::map<std::string, Eigen::Vector3d>& known) {
   MOUTHPIECE_EXPECT(static_cast<Eigen::Index>(marker_names.size()) == marker_rest.rows());
   return Placer(marker_names, marker_rest, known).place();
+}
+
+Eigen::Vector2d Cylinder::unrolled(const Eigen::Vector3d& p) const { return {radius * std::atan2(p.x() - axis_x, p.z() - axis_z), p.y()}; }
+
+Cylinder cylinderOf(const ControlMesh& mesh) {
+  const auto markers = mesh.rest.topRows(static_cast<Eigen::Index>(mesh.marker_count));
+  Eigen::Index right = 0, left = 0;
+  const double right_x = markers.col(0).minCoeff(&right);
+  const double left_x = markers.col(0).maxCoeff(&left);
+  Cylinder cylinder{0.5 * (left_x - right_x), 0.5 * (left_x + right_x), 0.5 * (markers(right, 2) + markers(left, 2))};
+  // All markers stay well in front of the axis.
+  cylinder.axis_z = std::min(cylinder.axis_z, markers.col(2).minCoeff() + 0.2 * cylinder.radius);
+  return cylinder;
 }
 
 int findPoint(const ControlMesh& mesh, const std::string& name) {

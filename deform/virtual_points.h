@@ -8,6 +8,14 @@ namespace mouthpiece {
 ControlMesh placePoints(const std::vector<std::string>& marker_names, const MarkerPositions& marker_rest,
                         const std::map<std::string, Eigen::Vector3d>& known);
 
+/// An upright cylinder about the head; its surface unrolled is the plane that control meshes are triangulated in.
+struct Cylinder {
+  double radius = 0, axis_x = 0, axis_z = 0;
+
+  [[nodiscard]] Eigen::Vector2d unrolled(const Eigen::Vector3d& p) const;
+};
+Cylinder cylinderOf(const ControlMesh& mesh);
+
 /// Index of a point, -1 if the mesh has none of that name.
 int findPoint(const ControlMesh& mesh, const std::string& name);
 

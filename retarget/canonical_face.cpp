@@ -49,27 +49,36 @@ std::vector<std::uint32_t> mouthLoop() {
 
 /// Upper and lower lip meet half way; what lies in front of them follows less and less, and bulges.
 void closeLips(ModelMesh& mesh) {
-  constexpr double kSeamBackMm = 1.2;     // the line lies in a groove
-  constexpr double kThirdShare = 0.72;    // of the closing that the third row follows
-  constexpr double kSecondShare = 0.30;
+  constexpr double kSeamBackMm = 2.4;     // the line lies in a groove
+  constexpr double kThirdShare = 0.80;    // of the closing that the third row follows
+  constexpr double kSecondShare = 0.32;
   constexpr double kBulgeMm = 1.0;
   constexpr double kUpperLift = 0.42;     // the line lies nearer to the upper lip's old edge
   for (std::size_t i = 0; i < kUpperColumns.size(); ++i) {
     const LipColumn& upper = kUpperColumns[i];
     const LipColumn& lower = kLowerColumns[i];
     Vector3d seam = (1 - kUpperLift) * mesh.point(upper.inner) + kUpperLift * mesh.point(lower.inner);
-    seam.z() -= kSeamBackMm;
     // Fullest in the middle, nothing at the corners.
     const double across = (static_cast<double>(i) - 4.0) / 5.0;
     const double fullness = 1 - across * across;
     for (const LipColumn* column : {&upper, &lower}) {
       const Vector3d way = seam - mesh.point(column->inner);
       const double bulge = fullness * kBulgeMm;
-      mesh.setPoint(column->third, mesh.point(column->third) + kThirdShare * way + Vector3d(0, 0, 1.3 * bulge));
-      mesh.setPoint(column->second, mesh.point(column->second) + kSecondShare * way + Vector3d(0, 0, 0.8 * bulge));
-      mesh.setPoint(column->inner, seam);
+      const double back = kSeamBackMm * (0.35 + 0.65 * fullness);
+      mesh.setPoint(column->third, mesh.point(column->third) + kThirdShare * way + Vector3d(0, 0, 1.7 * bulge));
+      mesh.setPoint(column->second, mesh.point(column->second) + kSecondShare * way + Vector3d(0, 0, 1.0 * bulge));
+      mesh.setPoint(column->inner, seam - Vector3d(0, 0, back));
+      mesh.vertices(column->inner, kMouthDepth) = 0.14;  // the shadow where lips touch
     }
   }
+}
+
+/// The upper lip's bow: its middle dips between two peaks.
+void drawBow(ModelMesh& mesh) {
+  for (const auto& [vertex, lift] : {std::pair<std::uint32_t, double>{0, -0.5}, {37, 0.8}, {267, 0.8}, {39, 0.4}, {269, 0.4}}) {
+    mesh.setPoint(vertex, mesh.point(vertex) + Vector3d(0, lift, 0));
+  }
+  mesh.setPoint(164, mesh.point(164) - Vector3d(0, 0, 0.7));  // the groove above it
 }
 
 void markVermilion(ModelMesh& mesh) {
@@ -203,6 +212,7 @@ OpenedFace openCanonicalFace(const FaceMesh& canonical, std::string_view file) {
   eraseTrianglesWithin(mesh, {kEyeRight.begin(), kEyeRight.end()});
   eraseTrianglesWithin(mesh, {kEyeLeft.begin(), kEyeLeft.end()});
   closeLips(mesh);
+  drawBow(mesh);
   markVermilion(mesh);
   constexpr std::array<std::uint32_t, 5> kFoldRight{30, 29, 27, 28, 56};
   constexpr std::array<std::uint32_t, 5> kFoldLeft{260, 259, 257, 258, 286};

@@ -43,10 +43,10 @@ bool wantsDetail(const ModelMesh& model, std::size_t triangle, const std::array<
   const auto within = [&](const Vector3d& centre, double rx, double ry, double rz) {
     return (p - centre).cwiseQuotient(Vector3d(rx, ry, rz)).squaredNorm() < 1;
   };
-  if (model.part_of_triangle[triangle] == kPartLips) return true;
   if (model.part_of_triangle[triangle] == kPartMouth) return false;
-  return within({0, -43, 50}, 36, 21, 30) || within({0, -8, 60}, 22, 22, 30) || within({0, 46, 45}, 62, 9, 30) ||
-         within(eyes[0].centre, 21, 14, 30) || within(eyes[1].centre, 21, 14, 30);
+  if (model.part_of_triangle[triangle] == kPartLips) return model.vertices(a, kMouthDepth) < 0.3;
+  return within({0, -43, 50}, 29, 14, 30) || within({0, -13, 62}, 18, 10, 16) || within({0, 47, 45}, 60, 6.5, 30) ||
+         within(eyes[0].centre, 17, 9, 30) || within(eyes[1].centre, 17, 9, 30);
 }
 
 /// The head behind the face is smooth: one level less is enough.

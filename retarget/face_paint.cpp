@@ -73,8 +73,9 @@ double browShare(const ModelMesh& model, const Vector3d& point, std::size_t side
     double way = 0;
     const double distance = distanceToSegment(point, middle(i), middle(i + 1), way);
     const double along = (static_cast<double>(i) + way) / 4.0;
-    const double half = 3.9 * (1 - 0.62 * along) * (0.75 + 0.25 * smoothStep(0, 0.2, along));
-    best = std::max(best, 1 - smoothStep(0.55 * half, 1.15 * half, distance));
+    const double half = 3.9 * (1 - 0.62 * along) * (0.7 + 0.3 * smoothStep(0, 0.2, along));
+    const double ends = (0.35 + 0.65 * smoothStep(0.0, 0.22, along)) * (1 - 0.7 * smoothStep(0.85, 1.0, along));
+    best = std::max(best, ends * (1 - smoothStep(0.35 * half, 1.2 * half, distance)));
   }
   return best;
 }
@@ -84,17 +85,17 @@ struct Palette {
   Color skin_low = srgb(214, 160, 132);
   Color blush = srgb(214, 128, 112);
   Color brow = srgb(66, 44, 32);
-  Color lip = srgb(186, 98, 92);
-  Color lip_inside = srgb(130, 52, 52);
+  Color lip = srgb(188, 108, 100);
+  Color lip_inside = srgb(122, 50, 50);
   Color mouth = srgb(52, 14, 16);
   Color lid = srgb(196, 128, 112);
   Color lid_edge = srgb(150, 84, 76);
   Color nostril = srgb(74, 30, 26);
-  Color sclera = srgb(238, 234, 228);
+  Color sclera = srgb(226, 220, 214);
   Color vein = srgb(222, 168, 156);
-  Color iris = srgb(92, 122, 138);
+  Color iris = srgb(84, 108, 118);
   Color iris_rim = srgb(34, 46, 58);
-  Color iris_core = srgb(140, 132, 96);
+  Color iris_core = srgb(128, 112, 78);
   Color pupil = srgb(8, 8, 9);
   Color tooth = srgb(238, 230, 212);
   Color tooth_root = srgb(222, 204, 170);
@@ -110,6 +111,7 @@ class Painter {
     cheeks_ = {at(50), at(280)};
     lids_ = {Vector3d(0.5 * (at(159) + at(27))), Vector3d(0.5 * (at(386) + at(257)))};
     nostrils_ = {nostrilCentre(model, 0), nostrilCentre(model, 1)};
+    lid_edges_ = {at(159), at(386)};
     nose_ = at(4);
   }
 
@@ -129,7 +131,7 @@ class Painter {
       }
     }
     for (std::size_t side = 0; side < 2; ++side) {
-      color = mix(color, palette_.nostril, 1.25 * bump(p, nostrils_[side], {3.6, 3.0, 5.2}));
+      color = mix(color, palette_.nostril, 1.5 * bump(p, nostrils_[side] + Vector3d(0, 2.4, 0), {3.2, 3.2, 4.8}));
     }
     const double vermilion = smoothStep(0.30, 0.62, model_.vertices(vertex, kVermilion));
     return mix(color, lipColor(vertex), vermilion);
@@ -142,14 +144,23 @@ class Painter {
                smoothStep(0.5, 1.0, model_.vertices(vertex, kMouthDepth)));
   }
 
+  /// The upper lid's shadow on the ball.
   [[nodiscard]] Color eye(std::uint32_t vertex) const {
+    const Vector3d p = model_.point(vertex);
+    const std::size_t side = p.x() < 0 ? 0 : 1;
+    const double below_lid = lid_edges_[side].y() - p.y();
+    const double shade = 0.42 + 0.58 * smoothStep(-0.5, 4.2, below_lid);
+    return shade * bareEye(vertex);
+  }
+
+  [[nodiscard]] Color bareEye(std::uint32_t vertex) const {
     const double degrees = 180 * model_.vertices(vertex, kMouthDepth);
     const Vector3d p = model_.point(vertex);
     if (degrees < 8.1) return palette_.pupil;
-    if (degrees < 25) {
+    if (degrees < 24.5) {
       const Color ring = mix(palette_.iris_core, palette_.iris, smoothStep(9, 15, degrees));
       const Color streaked = ring * (1 + 0.28 * noise(Vector3d(p.x() * 1.5, p.y() * 1.5, 0), 0.9));
-      return mix(streaked, palette_.iris_rim, smoothStep(19.5, 24.4, degrees));
+      return mix(streaked, palette_.iris_rim, smoothStep(18.5, 23.5, degrees));
     }
     return mix(palette_.sclera, palette_.vein, smoothStep(40, 75, degrees));
   }
@@ -180,7 +191,7 @@ class Painter {
  private:
   const ModelMesh& model_;
   Palette palette_;
-  std::array<Vector3d, 2> cheeks_, lids_, nostrils_;
+  std::array<Vector3d, 2> cheeks_, lids_, lid_edges_, nostrils_;
   Vector3d nose_;
 };
 
@@ -210,11 +221,11 @@ std::vector<std::array<float, 3>> paintFace(const ModelMesh& model) {
 void carveNostrils(ModelMesh& model) {
   for (std::size_t side = 0; side < 2; ++side) {
     const Vector3d centre = Painter::nostrilCentre(model, side);
-    for (Eigen::Index v = kCanonicalVertexCount; v < model.vertices.rows(); ++v) {
+    for (Eigen::Index v = 0; v < model.vertices.rows(); ++v) {
       const auto vertex = static_cast<std::uint32_t>(v);
       const Vector3d p = model.point(vertex);
-      const double depth = bump(p, centre, {2.9, 2.6, 4.2});
-      if (depth > 1e-3) model.setPoint(vertex, p + depth * Vector3d(0, 3.6, -1.2));
+      const double depth = bump(p, centre, {3.0, 3.0, 4.6});
+      if (depth > 1e-3) model.setPoint(vertex, p + depth * Vector3d(0, 3.4, -0.6));
     }
   }
 }

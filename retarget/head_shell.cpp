@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
+#include <algorithm>
+#include <array>
 #include <set>
 
 #include "base/errors.h"
@@ -93,9 +95,9 @@ RimPoint rimPointOf(const Vector3d& point) {
 
 double headDistance(const Vector3d& p) {
   const double skull = ellipsoid(p, {0, 42, -34}, {77, 83, 97});
-  const double jaw = ellipsoid(p, {0, -34, 4}, {64, 68, 60});
-  const double neck = roundCone(p, {0, -40, -46}, {0, -230, -66}, 54, 62);
-  return smoothUnion(smoothUnion(skull, jaw, 40), neck, 42);
+  const double jaw = ellipsoid(p, {0, -32, 4}, {63, 66, 58});
+  const double neck = roundCone(p, {0, -40, -50}, {0, -230, -68}, 47, 55);
+  return smoothUnion(smoothUnion(skull, jaw, 36), neck, 26);
 }
 
 void addHeadShell(ModelMesh& face) {
@@ -202,9 +204,60 @@ ModelMesh makeEars() {
   return ears;
 }
 
+/// Height of the hairline by depth: forehead, temple, in front of the ear, behind it, nape.
+double hairlineHeight(double z) {
+  struct Knot {
+    double z, y;
+  };
+  constexpr std::array kLine{Knot{-140, -62}, Knot{-95, -58}, Knot{-66, -38}, Knot{-54, 4},  Knot{-40, 18},
+                             Knot{-26, 8},    Knot{-19, 22},  Knot{-8, 46},   Knot{14, 62}, Knot{40, 76}, Knot{70, 80}};
+  if (z <= kLine.front().z) return kLine.front().y;
+  for (std::size_t i = 0; i + 1 < kLine.size(); ++i) {
+    if (z > kLine[i + 1].z) continue;
+    const double t = (z - kLine[i].z) / (kLine[i + 1].z - kLine[i].z);
+    return kLine[i].y + t * (kLine[i + 1].y - kLine[i].y);
+  }
+  return kLine.back().y;
+}
+
 ModelMesh makeHair(const ModelMesh& head) {
-  (void)head;
-  return {};
+  constexpr double kThicknessMm = 7.5;
+  constexpr double kRootMm = 1.2;  // below the skin, so that no edge shows
+  constexpr double kReachMm = 16;  // over which it grows to its thickness
+  const auto above = [&](std::uint32_t v) { return head.vertices(v, kY) - hairlineHeight(head.vertices(v, kZ)); };
+  ModelMesh hair;
+  std::vector<std::uint32_t> copy(static_cast<std::size_t>(head.vertices.rows()), 0xFFFFFFFFU);
+  for (std::size_t i = 0; i < head.triangles.size(); ++i) {
+    const auto& corners = head.triangles[i];
+    const bool grows = head.part_of_triangle[i] == kPartSkin &&
+                       std::any_of(corners.begin(), corners.end(), [&](std::uint32_t v) { return above(v) > -4; });
+    if (!grows) continue;
+    std::array<std::uint32_t, 3> own{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      std::uint32_t& vertex = copy[corners[k]];
+      if (vertex == 0xFFFFFFFFU) {
+        vertex = hair.addVertex(head.point(corners[k]));
+        const double t = std::clamp((above(corners[k]) + 2) / kReachMm, 0.0, 1.0);
+        hair.vertices(vertex, kShell) = t * (2 - t);
+      }
+      own[k] = vertex;
+    }
+    hair.addTriangle(own[0], own[1], own[2], kPartHair);
+  }
+  hair = loopSubdivided(hair);
+  // Outward along the form's gradient; combed back in shallow waves.
+  for (Eigen::Index v = 0; v < hair.vertices.rows(); ++v) {
+    const auto vertex = static_cast<std::uint32_t>(v);
+    const Vector3d p = hair.point(vertex);
+    constexpr double kStep = 0.5;
+    const auto along = [&](const Vector3d& axis) { return headDistance(p + kStep * axis) - headDistance(p - kStep * axis); };
+    const Vector3d outward = Vector3d(along(Vector3d::UnitX()), along(Vector3d::UnitY()), along(Vector3d::UnitZ())).normalized();
+    const double across = std::atan2(p.x(), p.y() - 20);
+    const double wave = 0.55 * std::sin(46 * across + 0.05 * p.z()) + 0.35 * std::sin(83 * across - 0.09 * p.z() + 1.3);
+    const double grown = hair.vertices(v, kShell);
+    hair.setPoint(vertex, p + (grown * (kThicknessMm + 0.9 * wave) - (1 - grown) * kRootMm) * outward);
+  }
+  return hair;
 }
 
 }  // namespace mouthpiece

@@ -25,42 +25,24 @@ double meanNearestNeighbourDistance(const MarkerPositions& points) {
   return sum / static_cast<double>(points.rows());
 }
 
-RbfOptions kernelOptions(const WarpOptions& options, double shape_factor, double spacing) {
-  return {.kernel = options.kernel, .polynomial = RbfPolynomial::kLinear, .shape = shape_factor * spacing,
+RbfOptions kernelOptions(const WarpOptions& options, double spacing) {
+  return {.kernel = options.kernel, .polynomial = RbfPolynomial::kLinear, .shape = options.shape_factor * spacing,
           .regularization = options.regularization};
 }
 
-/// Error at each landmark of the warp that the other landmarks make, RMS. Refitted n times: 66 solves of 69 x 69, 6 ms.
-double leaveOneOutRms(const MarkerPositions& source, const MarkerPositions& target, const RbfOptions& options) {
-  const Eigen::Index n = source.rows();
-  MarkerPositions fewer_sources(n - 1, 3);
-  MarkerPositions fewer_targets(n - 1, 3);
-  double sum = 0;
-  for (Eigen::Index left_out = 0; left_out < n; ++left_out) {
-    const Eigen::Index after = n - 1 - left_out;
-    fewer_sources << source.topRows(left_out), source.bottomRows(after);
-    fewer_targets << target.topRows(left_out), target.bottomRows(after);
-    const RbfInterpolant interpolant = RbfInterpolant::fit(fewer_sources, fewer_targets, options);
-    sum += (interpolant.evaluate(source.row(left_out)) - target.row(left_out)).squaredNorm();
-  }
-  return std::sqrt(sum / static_cast<double>(n));
-}
-
-struct ShapeChoice {
-  double factor = 1;
-  double leave_one_out_rms = 0;
-};
-
-ShapeChoice chooseShape(const MarkerPositions& source, const MarkerPositions& target, const WarpOptions& options, double spacing) {
-  if (options.shape_factor > 0 || options.kernel != RbfKernel::kInverseMultiquadric) {
-    return {options.shape_factor > 0 ? options.shape_factor : 1.0, 0.0};
-  }
-  ShapeChoice best{0, std::numeric_limits<double>::infinity()};
+double chooseShapeFactor(const MarkerPositions& source, const MarkerPositions& target, WarpOptions options) {
+  if (options.shape_factor > 0) return options.shape_factor;
+  if (options.kernel != RbfKernel::kInverseMultiquadric) return 1;  // the other kernels have no shape
+  double best_factor = 0;
+  double best_rms = std::numeric_limits<double>::infinity();
   for (const double factor : kShapeFactorCandidates) {
-    const double rms = leaveOneOutRms(source, target, kernelOptions(options, factor, spacing));
-    if (rms < best.leave_one_out_rms) best = {factor, rms};
+    options.shape_factor = factor;
+    const double rms = leaveOneOutRms(source, target, options);
+    if (rms >= best_rms) continue;
+    best_rms = rms;
+    best_factor = factor;
   }
-  return best;
+  return best_factor;
 }
 
 }  // namespace
@@ -70,14 +52,11 @@ RbfWarp RbfWarp::fit(const MarkerPositions& actor_neutral_mm, const MarkerPositi
   if (actor_neutral_mm.rows() < 8) throw InputError("found fewer than 8 markers; expected enough to span a face");
   if (!actor_neutral_mm.allFinite() || !target.allFinite()) throw InputError("found a marker without a place; expected finite numbers");
 
-  const double spacing = meanNearestNeighbourDistance(actor_neutral_mm);
-  const ShapeChoice shape = chooseShape(actor_neutral_mm, target, options, spacing);
-  const RbfOptions kernel = kernelOptions(options, shape.factor, spacing);
-  RbfWarp warp(RbfInterpolant::fit(actor_neutral_mm, target, kernel), target);
-  warp.options_ = options;
-  warp.options_.shape_factor = shape.factor;
-  warp.summary_.shape_factor = shape.factor;
-  warp.summary_.leave_one_out_rms = shape.leave_one_out_rms;
+  WarpOptions chosen = options;
+  chosen.shape_factor = chooseShapeFactor(actor_neutral_mm, target, options);
+  RbfWarp warp(RbfInterpolant::fit(actor_neutral_mm, target, kernelOptions(chosen, meanNearestNeighbourDistance(actor_neutral_mm))), target);
+  warp.options_ = chosen;
+  warp.summary_.shape_factor = chosen.shape_factor;
   const Eigen::VectorXd errors = (warp.targetFromActor(actor_neutral_mm) - target).rowwise().norm();
   warp.summary_.landmark_max = errors.maxCoeff();
   warp.summary_.landmark_rms = std::sqrt(errors.squaredNorm() / static_cast<double>(errors.size()));
@@ -99,6 +78,24 @@ PositionMatrix RbfWarp::targetFromActorRelative(const PositionMatrix& frames_mm,
   result = Eigen::Map<const PositionMatrix>(mapped.data(), frames_mm.rows(), 3 * markers);
   result.rowwise() += offset_row;
   return result;
+}
+
+/// Refitted for every landmark: 66 solves of 69 x 69, a few milliseconds.
+double leaveOneOutRms(const MarkerPositions& actor_neutral_mm, const MarkerPositions& target, const WarpOptions& options) {
+  MOUTHPIECE_EXPECT(options.shape_factor > 0);
+  const RbfOptions kernel = kernelOptions(options, meanNearestNeighbourDistance(actor_neutral_mm));
+  const Eigen::Index n = actor_neutral_mm.rows();
+  MarkerPositions fewer_sources(n - 1, 3);
+  MarkerPositions fewer_targets(n - 1, 3);
+  double sum = 0;
+  for (Eigen::Index left_out = 0; left_out < n; ++left_out) {
+    const Eigen::Index after = n - 1 - left_out;
+    fewer_sources << actor_neutral_mm.topRows(left_out), actor_neutral_mm.bottomRows(after);
+    fewer_targets << target.topRows(left_out), target.bottomRows(after);
+    const RbfInterpolant interpolant = RbfInterpolant::fit(fewer_sources, fewer_targets, kernel);
+    sum += (interpolant.evaluate(actor_neutral_mm.row(left_out)) - target.row(left_out)).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(n));
 }
 
 Eigen::Matrix3d RbfWarp::jacobian(const Eigen::Vector3d& point_mm) const { return interpolant_.jacobian(point_mm.transpose()); }

@@ -10,7 +10,7 @@ namespace mouthpiece {
 struct WarpOptions {
   RbfKernel kernel = RbfKernel::kInverseMultiquadric;
   /// c of the inverse multiquadric as a multiple of the markers' mean nearest-neighbour distance; 0: the one of
-  /// shapeFactorCandidates() with the smallest leave-one-out error.
+  /// a few with the smallest leave-one-out error is taken.
   double shape_factor = 0;
   /// 0 interpolates the landmarks exactly; more smooths (RbfOptions::regularization).
   double regularization = 0;
@@ -18,10 +18,9 @@ struct WarpOptions {
 
 /// How good a warp is, in the target's unit.
 struct WarpSummary {
-  double landmark_rms = 0;      ///< what regularisation leaves at the landmarks
+  double landmark_rms = 0;  ///< what regularisation leaves at the landmarks
   double landmark_max = 0;
-  double leave_one_out_rms = 0;  ///< error at each landmark of the warp fitted to the others
-  double shape_factor = 0;       ///< the one used
+  double shape_factor = 0;  ///< the one used
 };
 
 /// The volume warp of EDGE 6: f: R3 -> R3 from the actor's space (mm) to the target mesh's space (its unit), radial functions
@@ -50,5 +49,9 @@ class RbfWarp {
   WarpOptions options_;
   WarpSummary summary_;
 };
+
+/// Error at each landmark of the warp fitted to the others with the same shape, RMS in the target's unit; `options` must have
+/// a shape_factor.
+double leaveOneOutRms(const MarkerPositions& actor_neutral_mm, const MarkerPositions& target, const WarpOptions& options);
 
 }  // namespace mouthpiece

@@ -70,7 +70,8 @@ ordered_json backoffOf(const UtteranceAnimation& animation) {
 
 ordered_json reportFields(const UtteranceAnimation& animation) {
   const StageTimings& timing = animation.timing_ms;
-  const double work_ms = timing.selection + timing.motion + timing.retarget + timing.deform + timing.write;
+  const double work_ms =
+      timing.load + timing.selection + timing.motion + timing.retarget + timing.deform + timing.write;
   const Seconds duration = animation.motion.frameCount() > 0 ? animation.motion.duration() : animation.labels.duration();
   return {{"text", animation.text},
           {"voice", animation.voice},
@@ -83,7 +84,8 @@ ordered_json reportFields(const UtteranceAnimation& animation) {
           {"joins", joinsOf(animation)},
           {"backoff", backoffOf(animation)},
           {"timing_ms",
-           {{"speech", rounded(timing.speech)},
+           {{"load", rounded(timing.load)},
+            {"speech", rounded(timing.speech)},
             {"selection", rounded(timing.selection)},
             {"motion", rounded(timing.motion)},
             {"retarget", rounded(timing.retarget)},

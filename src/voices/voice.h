@@ -3,8 +3,10 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "audio/audio_clip.h"
+#include "phonetics/lexicon.h"
 #include "phonetics/speech_labels.h"
 
 namespace mouthpiece {
@@ -13,9 +15,9 @@ namespace mouthpiece {
 struct SpokenLine {
   AudioClip audio;
   SpeechLabels labels;
-  std::string text;   ///< what was asked for, cleaned
-  std::string voice;  ///< the voice that really spoke, e.g. "festival:cmu_us_slt_arctic_hts"
-  std::string notice; ///< a word to the user (e.g. "Festival is not installed: speaking with flite:slt"), or ""
+  std::string text;    ///< what was asked for, cleaned
+  std::string voice;   ///< the voice that really spoke, e.g. "festival:cmu_us_slt_arctic_hts"
+  std::string notice;  ///< a word to the user (e.g. "Festival is not installed: speaking with flite:slt"), or ""
 };
 
 /// Turns text into speech. Not thread-safe.
@@ -27,9 +29,20 @@ class Voice {
   virtual SpokenLine speak(std::string_view text) = 0;
 };
 
+struct VoiceOptions {
+  /// Pronunciations that go before the voice's own; nullptr for none. The Festival voices honour it. Kept alive by the caller.
+  const Lexicon* lexicon = nullptr;
+};
+
 /// Makes the voice of that name: "festival:cmu_us_slt_arctic_hts", "festival:kal_diphone", "flite:slt|rms|awb|kal16".
 /// A missing Festival falls back on Flite, said in SpokenLine::notice. Throws InputError for an unknown
 /// name, listing the known ones.
-std::unique_ptr<Voice> makeVoice(std::string_view name);
+std::unique_ptr<Voice> makeVoice(std::string_view name, const VoiceOptions& options = {});
+
+/// Every name that makeVoice knows, the default one first.
+std::vector<std::string> knownVoices();
+
+/// Whether the program `festival` can be found on the PATH.
+bool festivalAvailable();
 
 }  // namespace mouthpiece

@@ -1,8 +1,14 @@
 // Judges GLB files with the Khronos glTF validator: node validate_glb.mjs FILE...
 // Exit 0: no error and no warning in any of them.
-import { readFileSync } from 'node:fs';
-import { requireFromViewer } from './environment.mjs';
+import { existsSync, readFileSync } from 'node:fs';
+import { requireFromViewer, skip } from './environment.mjs';
 
+if (process.argv.length < 3) {
+  console.error('usage: node validate_glb.mjs FILE...');
+  process.exit(2);
+}
+const missing = process.argv.slice(2).find((file) => !existsSync(file));
+if (missing) skip(`${missing} is not there`);
 const validator = requireFromViewer('gltf-validator');
 
 const severities = ['error', 'warning', 'information', 'hint'];
@@ -18,9 +24,5 @@ for (const file of process.argv.slice(2)) {
   );
   for (const message of messages) console.log(`  ${severities[message.severity]} ${message.code} at ${message.pointer}: ${message.message}`);
   clean &&= numErrors === 0 && numWarnings === 0;
-}
-if (process.argv.length < 3) {
-  console.error('usage: node validate_glb.mjs FILE...');
-  process.exit(2);
 }
 process.exit(clean ? 0 : 1);

@@ -17,7 +17,7 @@ export function showHeading(data) {
     ['corpus', report.corpus],
     ['length', `${report.duration_s.toFixed(2)} s at ${report.fps} fps`],
     ['units', `${report.units.length}, ${report.joins.length} joins`],
-    ['stand-ins', share > 0 ? `${(100 * share).toFixed(0)} % of phones` : 'none'],
+    ['back-off', share > 0 ? `${(100 * share).toFixed(0)} % of phones` : 'none'],
   ];
   document.getElementById('facts').replaceChildren(
     ...facts.filter(([, value]) => value).map(([name, value]) => {

@@ -1,6 +1,6 @@
 // The studio: camera, lights and the face that the GLB holds.
 import {
-  AnimationMixer, Box3, DirectionalLight, HemisphereLight, NeutralToneMapping, PCFSoftShadowMap, PerspectiveCamera,
+  AnimationMixer, Box3, DirectionalLight, HemisphereLight, NeutralToneMapping, PCFShadowMap, PerspectiveCamera,
   PMREMGenerator, Scene, SRGBColorSpace, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
@@ -12,6 +12,17 @@ const FIELD_OF_VIEW_DEG = 24;
 /** A little from the side: a face seen square on looks flat. */
 const VIEW_DIRECTION = new Vector3(0.3, 0.06, 1).normalize();
 
+/** Shares of the full resolution to move at, best first; the last ones do without shadows. Still pictures get the best. */
+const QUALITIES = [
+  { share: 1, shadows: true },
+  { share: 0.7, shadows: true },
+  { share: 0.5, shadows: false },
+  { share: 0.34, shadows: false },
+];
+const SLOW_FRAME_MS = 70;
+const SLOW_FRAMES_TO_STEP_DOWN = 3;
+const STILL_MS = 250;
+
 export class Stage {
   constructor(canvas) {
     this.canvas = canvas;
@@ -20,7 +31,7 @@ export class Stage {
     this.renderer.toneMapping = NeutralToneMapping;
     this.renderer.toneMappingExposure = 1.0;
     this.renderer.shadowMap.enabled = true;
-    this.renderer.shadowMap.type = PCFSoftShadowMap;
+    this.renderer.shadowMap.type = PCFShadowMap;
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(FIELD_OF_VIEW_DEG, 1, 0.01, 20);
     this.controls = new OrbitControls(this.camera, canvas);
@@ -30,6 +41,8 @@ export class Stage {
     this.controls.addEventListener('change', () => this.invalidate());
     this.meshes = [];
     this.needsRender = true;
+    this.quality = 0;
+    this.slowFrames = 0;
     new ResizeObserver(() => this.#resize()).observe(canvas.parentElement);
   }
 
@@ -75,6 +88,7 @@ export class Stage {
     add(0xffe2d0, 0.7, -1, 0.2, -0.6);
     this.scene.add(new HemisphereLight(0xffffff, 0x9a8278, 0.5));
 
+    this.key = key;
     key.castShadow = true;
     key.shadow.mapSize.set(2048, 2048);
     key.shadow.radius = 5;
@@ -119,18 +133,41 @@ export class Stage {
     this.needsRender = true;
   }
 
-  /** Draws when something changed. */
+  /** Draws when something changed: quickly while it moves, at full quality when it stands still. */
   render() {
     this.controls.update();
-    if (!this.needsRender) return;
-    this.needsRender = false;
+    const now = performance.now();
+    if (this.needsRender) {
+      this.needsRender = false;
+      this.#watchSpeed(now);
+      this.#draw(QUALITIES[this.quality]);
+      this.drawnAt = now;
+      this.isRough = this.quality > 0;
+    } else if (this.isRough && now - this.drawnAt > STILL_MS) {
+      this.isRough = false;
+      this.#draw(QUALITIES[0]);
+    }
+  }
+
+  #watchSpeed(now) {
+    const frameTime = now - (this.drawnAt ?? -Infinity);
+    if (frameTime > STILL_MS * 8) return;  // a pause, no slow frame
+    this.slowFrames = frameTime > SLOW_FRAME_MS ? this.slowFrames + 1 : 0;
+    if (this.slowFrames < SLOW_FRAMES_TO_STEP_DOWN || this.quality === QUALITIES.length - 1) return;
+    this.quality += 1;
+    this.slowFrames = 0;
+  }
+
+  #draw({ share, shadows }) {
+    const ratio = share * Math.min(window.devicePixelRatio, 2);
+    if (this.renderer.getPixelRatio() !== ratio) this.renderer.setPixelRatio(ratio);
+    if (this.key) this.key.castShadow = shadows;
     this.renderer.render(this.scene, this.camera);
   }
 
   #resize() {
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
     if (width === 0 || height === 0) return;
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();

@@ -126,7 +126,7 @@ export class Timeline {
       const line = element('span', 'unit');
       const swatch = element('i', 'swatch');
       swatch.style.background = this.takes.colorOf(unit.take);
-      line.append(swatch, `${unit.take}, ${unit.backoff ? 'stand-in' : unit.scale}, cost ${unit.cost.toFixed(2)}`);
+      line.append(swatch, `${unit.take}, ${unit.backoff ? 'back-off' : unit.scale}, cost ${unit.cost.toFixed(2)}`);
       return line;
     });
     return [head, ...units];
@@ -148,7 +148,7 @@ export class Timeline {
   #describe(index) {
     if (index < 0) return this.now.replaceChildren();
     const phone = this.data.report.phones[index];
-    const takes = this.takes.unitsOf(index).map((unit) => `${unit.take} (${unit.backoff ? 'stand-in' : unit.scale})`);
+    const takes = this.takes.unitsOf(index).map((unit) => `${unit.take} (${unit.backoff ? 'back-off' : unit.scale})`);
     this.now.replaceChildren(
       element('b', '', phone.phone === 'sil' ? 'silence' : phone.phone),
       phone.word ? ` in “${phone.word}”, ` : ' ',

@@ -9,7 +9,8 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kMouthHeight = -30;  // mm, where the egg is cut
+constexpr float kUpperLipHeight = -30;  // mm; between the lips the egg is cut
+constexpr float kLowerLipHeight = -31;
 const Vector3f kEggRadii{68, 95, 78};
 const Vector3f kHinge{0, -15, -10};
 
@@ -74,7 +75,7 @@ Vector3f moved(const Vector3f& rest, bool is_lower, float open, double time, con
     position = kHinge + Vector3f(arm.x() * (1 - 0.1F * open), std::cos(angle) * arm.y() - std::sin(angle) * arm.z(),
                                  std::sin(angle) * arm.y() + std::cos(angle) * arm.z());
   }
-  const double phase = 0.12 * rest.x() + 0.2 * rest.y() + 25 * time;
+  const double phase = 0.12 * rest.x() + (0.2 + 0.1 * std::sin(9 * time)) * rest.y() + 25 * time;
   position.z() += static_cast<float>(options.ripple_mm * std::sin(phase));
   return position;
 }
@@ -114,10 +115,10 @@ void addSound(AudioClip& audio, double duration) {
 TalkingHead makeTalkingHead(const TalkingHeadOptions& options) {
   TalkingHead head;
   std::vector<Vector3f> vertices;
-  addBand(head.mesh, vertices, kMouthHeight, kEggRadii.y(), options);
+  addBand(head.mesh, vertices, kUpperLipHeight, kEggRadii.y(), options);
   addPart(head.mesh, "upper head", PartKind::kSkin, {0.82F, 0.56F, 0.45F, 1});
   const std::size_t first_lower = vertices.size();
-  addBand(head.mesh, vertices, kMouthHeight, -kEggRadii.y(), options);
+  addBand(head.mesh, vertices, kLowerLipHeight, -kEggRadii.y(), options);
   addPart(head.mesh, "lower head", PartKind::kLips, {0.72F, 0.4F, 0.36F, 1});
   const std::size_t first_eye = vertices.size();
   addEyes(head.mesh, vertices);
@@ -151,7 +152,14 @@ TalkingHead makeTalkingHead(const TalkingHeadOptions& options) {
   head.utterance.text = options.word;
   head.utterance.voice = "test:hum";
   head.utterance.corpus = "made_up";
-  head.utterance.timing_ms = {100, 1, 2, 3, 4, 5};
+  StageTimings& timing = head.utterance.timing_ms;
+  timing.load = 0.5;
+  timing.speech = 100;
+  timing.selection = 1;
+  timing.motion = 2;
+  timing.retarget = 3;
+  timing.deform = 4;
+  timing.write = 5;
   addLabels(head, options, duration);
   addSound(head.utterance.audio, duration);
   return head;

@@ -1,20 +1,21 @@
 #pragma once
 
-#include <Eigen/Geometry>
 #include <vector>
 
 #include "base/time.h"
 #include "corpus_tools/take_files.h"
 #include "motion/marker_layout.h"
 #include "motion/motion_clip.h"
+#include "motion/rigid.h"
 
 namespace mouthpiece {
 
 /// docs/theory/head_motion.md has the measurements behind these numbers.
-struct HeadMotionOptions {
+struct HeadTrackingOptions {
   std::size_t least_jig_markers = 4;   ///< seen in a frame for the jig to decide there
   std::size_t least_skin_markers = 4;  ///< likewise for the stable markers of the face
-  double robust_scale_mm = 0.7;        ///< residual at which a marker counts half
+  RigidFitOptions jig_fit;
+  RigidFitOptions skin_fit{1};  ///< more rounds shift weights from frame to frame, which shakes the head
   /// Standard deviation of the Gaussian that smooths a pose found from skin alone: its noise would shake the lips.
   Seconds skin_pose_smoothing = 0.06;
   bool equalize_scale = true;  ///< bring takes without a jig to one size
@@ -28,7 +29,7 @@ struct HeadReference {
 
 /// Where the head was in each frame of a take.
 struct HeadTrack {
-  std::vector<Eigen::Isometry3d> head_from_world;  ///< one a frame; applied to scale * world
+  std::vector<RigidMotion> head_from_world;  ///< one a frame; applied to scale * world
   double scale = 1;                                ///< 1 with a jig
   std::size_t jig_frames = 0;                      ///< posed by the jig
   std::size_t skin_frames = 0;                     ///< posed by the stable markers
@@ -39,11 +40,11 @@ struct HeadTrack {
 /// The mean shapes of jig and stable markers over all takes, in the frame of one of the takes. Throws InputError when
 /// neither is seen enough.
 HeadReference estimateHeadReference(const std::vector<RawTake>& takes, const MarkerLayout& layout,
-                                    const HeadMotionOptions& options = {});
+                                    const HeadTrackingOptions& options = {});
 
 /// Throws InputError, with the take's name, when no frame shows enough of jig or stable markers.
 HeadTrack trackHead(const RawTake& take, const HeadReference& reference, const MarkerLayout& layout,
-                    const HeadMotionOptions& options = {});
+                    const HeadTrackingOptions& options = {});
 
 /// `face` with the head still, in the reference's coordinates.
 MotionClip withoutHeadMotion(const MotionClip& face, const HeadTrack& track);
@@ -51,10 +52,7 @@ MotionClip withoutHeadMotion(const MotionClip& face, const HeadTrack& track);
 /// The face's own axes: X along the outer canthi to the subject's left, Y from chin to forehead along the midline and at
 /// right angles to X, Z out of the face, origin at the middle of the outer canthi. `neutral_mm`: the layout's markers.
 /// Throws InputError when the layout or the pose lacks outer canthi, or the face is mirrored (L and R exchanged).
-Eigen::Isometry3d faceFromHead(const MarkerPositions& neutral_mm, const MarkerLayout& layout);
-
-void transform(MarkerPositions& pose, const Eigen::Isometry3d& target_from_source);
-void transform(MotionClip& clip, const Eigen::Isometry3d& target_from_source);
+RigidMotion faceFromHead(const MarkerPositions& neutral_mm, const MarkerLayout& layout);
 
 /// Indices of the layout's stable markers.
 std::vector<std::size_t> stableMarkers(const MarkerLayout& layout);

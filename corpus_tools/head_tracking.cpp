@@ -1,7 +1,8 @@
-#include "corpus_tools/head_motion.h"
+#include "corpus_tools/head_tracking.h"
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -16,7 +17,7 @@ namespace {
 /// The mean shapes need no more frames than this of each take.
 constexpr std::size_t kShapeFramesPerTake = 25;
 
-using OptionalPoses = std::vector<std::optional<Eigen::Isometry3d>>;
+using OptionalPoses = std::vector<std::optional<RigidMotion>>;
 
 std::vector<std::size_t> allMarkers(const MotionClip& clip) {
   std::vector<std::size_t> all(clip.markerCount());
@@ -31,15 +32,15 @@ void appendShapes(std::vector<MarkerPositions>& shapes, const MotionClip& clip, 
   }
 }
 
-MarkerPositions jigShape(const std::vector<RawTake>& takes, const HeadMotionOptions& options) {
+MarkerPositions jigShape(const std::vector<RawTake>& takes, const HeadTrackingOptions& options) {
   std::vector<MarkerPositions> shapes;
   for (const RawTake& take : takes) appendShapes(shapes, take.jig, allMarkers(take.jig));
-  return meanShape(shapes, options.least_jig_markers, options.robust_scale_mm, PoseScale::kFixed);
+  return meanShape(shapes, options.least_jig_markers, PoseScale::kFixed);
 }
 
 /// The stable markers as they lie in the jig's frame, so that both references share one head.
 MarkerPositions stableShapeInJigFrame(const std::vector<RawTake>& takes, const MarkerPositions& jig_mm,
-                                      const MarkerLayout& layout, const HeadMotionOptions& options) {
+                                      const MarkerLayout& layout, const HeadTrackingOptions& options) {
   std::vector<MarkerPositions> shapes;
   for (const RawTake& take : takes) {
     const HeadReference jig_only{jig_mm, MarkerPositions(0, 3)};
@@ -66,13 +67,13 @@ MarkerPositions stableShapeInJigFrame(const std::vector<RawTake>& takes, const M
 
 /// One size for a whole take: the median over its frames of the best-fitting one.
 double equalizingScale(const MotionClip& face, const std::vector<std::size_t>& stable, const HeadReference& reference,
-                       const HeadMotionOptions& options) {
+                       const HeadTrackingOptions& options) {
   std::vector<MarkerPositions> shapes;
   appendShapes(shapes, face, stable);
   std::vector<double> scales;
   for (const MarkerPositions& shape : shapes) {
     if (sharedMarkers(shape, reference.stable_mm) < options.least_skin_markers) continue;
-    scales.push_back(fitPose(shape, reference.stable_mm, options.robust_scale_mm, PoseScale::kFree).scale);
+    if (const auto fit = fitPose(shape, reference.stable_mm, PoseScale::kFree, options.skin_fit)) scales.push_back(fit->scale);
   }
   if (scales.empty()) return 1;
   const auto middle = scales.begin() + static_cast<std::ptrdiff_t>(scales.size() / 2);
@@ -80,21 +81,18 @@ double equalizingScale(const MotionClip& face, const std::vector<std::size_t>& s
   return *middle;
 }
 
-Eigen::Isometry3d interpolated(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to, double share) {
-  const Eigen::Quaterniond turn = Eigen::Quaterniond(from.linear()).slerp(share, Eigen::Quaterniond(to.linear()));
-  Eigen::Isometry3d between = Eigen::Isometry3d::Identity();
-  between.linear() = turn.toRotationMatrix();
-  between.translation() = (1 - share) * from.translation() + share * to.translation();
-  return between;
+RigidMotion interpolated(const RigidMotion& from, const RigidMotion& to, double share) {
+  const Eigen::Quaterniond turn = Eigen::Quaterniond(from.rotation).slerp(share, Eigen::Quaterniond(to.rotation));
+  return {turn.toRotationMatrix(), (1 - share) * from.translation_mm + share * to.translation_mm};
 }
 
 /// Frames without a pose take one between their neighbours', or the nearest one at the ends.
-std::vector<Eigen::Isometry3d> bridged(const OptionalPoses& poses) {
+std::vector<RigidMotion> bridged(const OptionalPoses& poses) {
   std::vector<std::size_t> known;
   for (std::size_t frame = 0; frame < poses.size(); ++frame) {
     if (poses[frame]) known.push_back(frame);
   }
-  std::vector<Eigen::Isometry3d> full;
+  std::vector<RigidMotion> full;
   for (std::size_t frame = 0; frame < poses.size(); ++frame) {
     const auto after = std::lower_bound(known.begin(), known.end(), frame);
     if (after == known.end()) {
@@ -112,20 +110,20 @@ std::vector<Eigen::Isometry3d> bridged(const OptionalPoses& poses) {
 
 /// Gaussian mean of rotations (as quaternions of one sign) and of the place of `centre`, a point of the head: smoothing
 /// the translations themselves would shift the face by the lever arm to the world's origin.
-std::vector<Eigen::Isometry3d> smoothed(const std::vector<Eigen::Isometry3d>& poses, const Eigen::Vector3d& centre,
+std::vector<RigidMotion> smoothed(const std::vector<RigidMotion>& poses, const Eigen::Vector3d& centre,
                                         double sigma_frames) {
   if (sigma_frames <= 0) return poses;
   std::vector<Eigen::Vector4d> turns;
   std::vector<Eigen::Vector3d> centres;
-  for (const Eigen::Isometry3d& pose : poses) {
-    Eigen::Vector4d turn = Eigen::Quaterniond(pose.linear()).coeffs();
+  for (const RigidMotion& pose : poses) {
+    Eigen::Vector4d turn = Eigen::Quaterniond(pose.rotation).coeffs();
     if (!turns.empty() && turn.dot(turns.back()) < 0) turn = -turn;
     turns.push_back(turn);
-    centres.push_back(pose.inverse() * centre);
+    centres.push_back(pose.inverse().apply(centre));
   }
   const auto reach = static_cast<std::ptrdiff_t>(std::ceil(4 * sigma_frames));
   const auto count = static_cast<std::ptrdiff_t>(poses.size());
-  std::vector<Eigen::Isometry3d> result;
+  std::vector<RigidMotion> result;
   for (std::ptrdiff_t frame = 0; frame < count; ++frame) {
     Eigen::Vector4d turn = Eigen::Vector4d::Zero();
     Eigen::Vector3d place = Eigen::Vector3d::Zero();
@@ -138,10 +136,8 @@ std::vector<Eigen::Isometry3d> smoothed(const std::vector<Eigen::Isometry3d>& po
       place += weight * centres[static_cast<std::size_t>(other)];
       total += weight;
     }
-    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    pose.linear() = Eigen::Quaterniond(Eigen::Vector4d(turn.normalized())).toRotationMatrix();
-    pose.translation() = centre - pose.linear() * (place / total);
-    result.push_back(pose);
+    const Eigen::Matrix3d rotation = Eigen::Quaterniond(Eigen::Vector4d(turn.normalized())).toRotationMatrix();
+    result.push_back({rotation, centre - rotation * (place / total)});
   }
   return result;
 }
@@ -159,7 +155,7 @@ Eigen::Vector3d centreOf(const MarkerPositions& points) {
 
 /// Fills poses, counts and squared residuals frame by frame.
 OptionalPoses posesOf(const RawTake& take, const HeadReference& reference, const std::vector<std::size_t>& stable,
-                      const HeadMotionOptions& options, HeadTrack& track) {
+                      const HeadTrackingOptions& options, HeadTrack& track) {
   OptionalPoses poses(take.face.frameCount());
   double squared_sum = 0;
   std::size_t markers = 0;
@@ -170,17 +166,18 @@ OptionalPoses posesOf(const RawTake& take, const HeadReference& reference, const
         by_jig ? jig : MarkerPositions(track.scale * pickMarkers(take.face.pose(FrameIndex(frame)), stable));
     const MarkerPositions& target = by_jig ? reference.jig_mm : reference.stable_mm;
     if (!by_jig && sharedMarkers(source, target) < options.least_skin_markers) continue;
-    const PoseFit fit = fitPose(source, target, options.robust_scale_mm, PoseScale::kFixed);
-    poses[frame] = fit.target_from_source;
+    const std::optional<PoseFit> fit = fitPose(source, target, PoseScale::kFixed, by_jig ? options.jig_fit : options.skin_fit);
+    if (!fit) continue;  // all on one line
+    poses[frame] = fit->target_from_source;
     ++(by_jig ? track.jig_frames : track.skin_frames);
-    squared_sum += fit.squared_residuals_mm2;
-    markers += fit.shared_markers;
+    squared_sum += fit->squared_residuals_mm2;
+    markers += fit->shared_markers;
   }
   if (markers > 0) track.residual_rms_mm = std::sqrt(squared_sum / static_cast<double>(markers));
   return poses;
 }
 
-bool showsJig(const RawTake& take, const HeadReference& reference, const HeadMotionOptions& options) {
+bool showsJig(const RawTake& take, const HeadReference& reference, const HeadTrackingOptions& options) {
   for (std::size_t frame = 0; frame < take.jig.frameCount(); ++frame) {
     if (sharedMarkers(take.jig.pose(FrameIndex(frame)), reference.jig_mm) >= options.least_jig_markers) return true;
   }
@@ -198,7 +195,7 @@ std::vector<std::size_t> stableMarkers(const MarkerLayout& layout) {
 }
 
 HeadReference estimateHeadReference(const std::vector<RawTake>& takes, const MarkerLayout& layout,
-                                    const HeadMotionOptions& options) {
+                                    const HeadTrackingOptions& options) {
   HeadReference reference;
   reference.jig_mm = jigShape(takes, options);
   if (reference.jig_mm.rows() > 0) {
@@ -208,7 +205,7 @@ HeadReference estimateHeadReference(const std::vector<RawTake>& takes, const Mar
   std::vector<MarkerPositions> shapes;
   for (const RawTake& take : takes) appendShapes(shapes, take.face, stableMarkers(layout));
   const PoseScale scale = options.equalize_scale ? PoseScale::kFree : PoseScale::kFixed;
-  reference.stable_mm = meanShape(shapes, options.least_skin_markers, options.robust_scale_mm, scale);
+  reference.stable_mm = meanShape(shapes, options.least_skin_markers, scale);
   if (reference.stable_mm.rows() == 0) {
     throw InputError(fmt::format("no frame of any take shows {} jig markers or {} stable markers of layout {}; "
                                  "expected enough to find the head",
@@ -218,7 +215,7 @@ HeadReference estimateHeadReference(const std::vector<RawTake>& takes, const Mar
 }
 
 HeadTrack trackHead(const RawTake& take, const HeadReference& reference, const MarkerLayout& layout,
-                    const HeadMotionOptions& options) {
+                    const HeadTrackingOptions& options) {
   const std::vector<std::size_t> stable = stableMarkers(layout);
   HeadTrack track;
   const bool has_jig = showsJig(take, reference, options);
@@ -244,7 +241,7 @@ MotionClip withoutHeadMotion(const MotionClip& face, const HeadTrack& track) {
     for (std::size_t marker = 0; marker < face.markerCount(); ++marker) {
       const Eigen::Vector3d world = track.scale * face.position(FrameIndex(frame), MarkerIndex(marker));
       still.positions_mm.block<1, 3>(static_cast<Eigen::Index>(frame), static_cast<Eigen::Index>(3 * marker)) =
-          (track.head_from_world[frame] * world).transpose();
+          track.head_from_world[frame].apply(world).transpose();
     }
   }
   return still;

@@ -1,0 +1,215 @@
+#include "deform/mesh_fit.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "deform/bezier_surface.h"
+#include "deform/lip_sides.h"
+#include "deform/surface_projection.h"
+#include "deform/triangulation.h"
+#include "deform/vertex_kinds.h"
+#include "deform/virtual_points.h"
+
+namespace mouthpiece {
+namespace {
+
+// Lengths as shares of the mouth's width.
+constexpr double kLongEdge = 0.3;     ///< only edges longer than this are halved: 15 mm on a mouth of 50 mm
+constexpr double kNearEnough = 0.03;  ///< where the surface is this near the skin no point is added
+constexpr double kFromOld = 0.12;     ///< least distance of a new point from an old one
+constexpr double kTooFar = 0.6;       ///< skin further off than this is other skin
+constexpr int kRounds = 3;
+constexpr int kFinalFits = 2;
+constexpr std::size_t kMaxFill = 80;
+constexpr std::size_t kMaxSamples = 6000;
+constexpr double kLeastCosine = 0.5;   ///< between the normals of skin and surface where the surface is laid along it
+constexpr double kLeastWeight = 1e-6;  ///< drivers below it are left out
+
+/// What each point's displacement adds to the displacement at `place`.
+Eigen::VectorXd influences(const BezierSurface& surface, const ControlMesh& control, const SurfacePlace& place) {
+  const TriangleForm form = formAt(surface, place);
+  Eigen::VectorXd all = Eigen::VectorXd::Zero(control.rest.rows());
+  for (int i = 0; i < 3; ++i) {
+    const int point = control.triangles[static_cast<std::size_t>(place.triangle)][static_cast<std::size_t>(i)];
+    all[point] += form[i];
+    all += form[3 + 2 * i] * surface.slopesFromDisplacements().row(2 * point).transpose();
+    all += form[4 + 2 * i] * surface.slopesFromDisplacements().row(2 * point + 1).transpose();
+  }
+  return all;
+}
+
+/// The triangle that holds a place of the plane.
+std::optional<SurfacePlace> locate(const ControlMesh& control, const Eigen::Vector2d& p) {
+  for (std::size_t t = 0; t < control.triangles.size(); ++t) {
+    const auto& triangle = control.triangles[t];
+    const Eigen::Vector2d c = control.domain.row(triangle[2]);
+    Eigen::Matrix2d sides;
+    sides << control.domain.row(triangle[0]).transpose() - c, control.domain.row(triangle[1]).transpose() - c;
+    const Eigen::Vector2d uv = sides.inverse() * (p - c);
+    if (uv.x() >= 0 && uv.y() >= 0 && uv.sum() <= 1) return SurfacePlace{static_cast<int>(t), uv.x(), uv.y()};
+  }
+  return std::nullopt;
+}
+
+bool isMouth(const ControlPoint& point) { return point.name.starts_with("LIP_") || point.name.starts_with("RIM_"); }
+
+/// The mesh's skin in the plane, to find what lies over a place of it.
+class UnrolledSkin {
+ public:
+  UnrolledSkin(const FaceMesh& mesh, const Cylinder& cylinder) : mesh_(mesh), cylinder_(cylinder), plane_(mesh.vertices.rows(), 2) {
+    for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
+      plane_.row(v) = cylinder.unrolled(mesh.vertices.row(v).transpose().cast<double>()).transpose();
+    }
+    for (const MeshPart& part : mesh.parts) {
+      if (part.kind != PartKind::kSkin && part.kind != PartKind::kLips) continue;
+      for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t) skin_.push_back(mesh.triangles[t]);
+    }
+  }
+
+  /// The outermost skin over `p` that is no further than `reach` from `near`.
+  [[nodiscard]] std::optional<Eigen::Vector3d> over(const Eigen::Vector2d& p, const Eigen::Vector3d& near, double reach) const {
+    std::optional<Eigen::Vector3d> best;
+    double outermost = 0;
+    for (const Triangle& t : skin_) {
+      const Eigen::RowVector2d a = plane_.row(t[0]), b = plane_.row(t[1]), c = plane_.row(t[2]);
+      if (std::max({a.x(), b.x(), c.x()}) < p.x() || std::min({a.x(), b.x(), c.x()}) > p.x()) continue;
+      if (std::max({a.y(), b.y(), c.y()}) < p.y() || std::min({a.y(), b.y(), c.y()}) > p.y()) continue;
+      // A triangle across the seam behind the head spans the plane; it is none of the face's.
+      if (std::max({a.x(), b.x(), c.x()}) - std::min({a.x(), b.x(), c.x()}) > cylinder_.radius) continue;
+      Eigen::Matrix2d sides;
+      sides << (a - c).transpose(), (b - c).transpose();
+      const Eigen::Vector2d uv = sides.inverse() * (p - c.transpose());
+      if (!(uv.x() >= 0 && uv.y() >= 0 && uv.sum() <= 1)) continue;
+      const Eigen::Vector3d place = vertex(t[0]) * uv.x() + vertex(t[1]) * uv.y() + vertex(t[2]) * (1 - uv.sum());
+      const double radius = std::hypot(place.x() - cylinder_.axis_x, place.z() - cylinder_.axis_z);
+      if (radius > outermost && (place - near).norm() < reach) {
+        outermost = radius;
+        best = place;
+      }
+    }
+    return best;
+  }
+
+ private:
+  [[nodiscard]] Eigen::Vector3d vertex(std::uint32_t v) const { return mesh_.vertices.row(v).transpose().cast<double>(); }
+
+  const FaceMesh& mesh_;
+  Cylinder cylinder_;
+  Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> plane_;
+  std::vector<Triangle> skin_;
+};
+
+class Fitter {
+ public:
+  Fitter(const ControlMesh& control, const FaceMesh& mesh)
+      : coarse_(control), surface_(control), unrolled_(mesh, cylinderOf(control)), mesh_(mesh), control_(control) {
+    const std::vector<PartKind> kinds = vertexKinds(mesh);
+    normals_ = vertexNormals(mesh.vertices, mesh.triangles);
+    forbidden_ = vertexSides(mesh, control, kinds, graphOf(mesh, control)).forbidden;
+    for (std::size_t v = 0; v < kinds.size(); ++v) {
+      if (kinds[v] == PartKind::kSkin || kinds[v] == PartKind::kLips) skin_.push_back(static_cast<Eigen::Index>(v));
+    }
+  }
+
+  ControlMesh fit() {
+    for (int round = 0; round < kRounds; ++round) {
+      layAlongSkin();
+      const std::size_t before = added_;
+      const BezierSurface surface(control_);
+      for (const LongEdge& edge : longEdges()) halve(edge, surface);
+      if (added_ == before) break;
+      control_.triangles = triangulate(control_);
+      control_.rest_slopes.resize(0, 3);
+    }
+    for (int i = 0; i < kFinalFits; ++i) layAlongSkin();
+    return control_;
+  }
+
+ private:
+  struct LongEdge {
+    std::size_t triangle;
+    std::size_t corner;
+    double length;
+  };
+
+  /// Slopes at rest from the skin above the surface as it lies now.
+  void layAlongSkin() {
+    const BezierSurface surface(control_);
+    const SurfaceProjector projector(surface, control_, triangleSides(control_));
+    std::vector<SurfaceSample> samples;
+    const std::size_t stride = skin_.size() / kMaxSamples + 1;
+    for (std::size_t i = 0; i < skin_.size(); i += stride) {
+      const Eigen::Vector3d vertex = mesh_.vertices.row(skin_[i]).transpose().cast<double>();
+      const Eigen::Vector3d normal = normals_.row(skin_[i]).transpose().cast<double>();
+      const auto foot = projector.closest(vertex, normal, kLeastCosine, forbidden_[static_cast<std::size_t>(skin_[i])]);
+      if (foot && !foot->at_border && foot->distance < kTooFar * control_.mouth_width) samples.push_back({foot->place, vertex});
+    }
+    control_.rest_slopes = slopesNear(control_, samples);
+  }
+
+  /// Longest first; edges of the lips, of the eyes' rims and of the ring's outside stay whole.
+  [[nodiscard]] std::vector<LongEdge> longEdges() const {
+    std::vector<LongEdge> edges;
+    for (std::size_t t = 0; t < control_.triangles.size(); ++t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const int from = control_.triangles[t][k], to = control_.triangles[t][(k + 1) % 3];
+        if (from > to || (isMouth(point(from)) && isMouth(point(to))) || (point(from).fixed && point(to).fixed)) continue;
+        const double length = (control_.rest.row(from) - control_.rest.row(to)).norm();
+        if (length > kLongEdge * control_.mouth_width) edges.push_back({t, k, length});
+      }
+    }
+    std::stable_sort(edges.begin(), edges.end(), [](const LongEdge& a, const LongEdge& b) { return a.length > b.length; });
+    return edges;
+  }
+
+  /// A new point on the skin over the edge's middle, if the surface is off there.
+  void halve(const LongEdge& edge, const BezierSurface& surface) {
+    if (added_ >= kMaxFill) return;
+    const int from = control_.triangles[edge.triangle][edge.corner], to = control_.triangles[edge.triangle][(edge.corner + 1) % 3];
+    const Eigen::Vector2d plane = 0.5 * (control_.domain.row(from) + control_.domain.row(to)).transpose();
+    const std::array<double, 3> weights{edge.corner == 1 ? 0.0 : 0.5, edge.corner == 2 ? 0.0 : 0.5, edge.corner == 0 ? 0.0 : 0.5};
+    const Eigen::Vector3d middle = evaluate(surface.restPose(), {static_cast<int>(edge.triangle), weights[0], weights[1]}).position;
+    const auto over = unrolled_.over(plane, middle, kTooFar * control_.mouth_width);
+    const auto place = locate(coarse_, plane);
+    if (!over || !place || (*over - middle).norm() < kNearEnough * control_.mouth_width) return;
+    const double nearest = std::sqrt((control_.rest.rowwise() - over->transpose()).rowwise().squaredNorm().minCoeff());
+    if (nearest < kFromOld * control_.mouth_width) return;
+    add(*over, plane, *place);
+  }
+
+  void add(const Eigen::Vector3d& position, const Eigen::Vector2d& plane, const SurfacePlace& place) {
+    ControlPoint added{.name = "FILL_" + std::to_string(added_++), .rule = PointRule::kFollow, .drivers = {}};
+    const Eigen::VectorXd shares = influences(surface_, coarse_, place);
+    for (Eigen::Index i = 0; i < shares.size(); ++i) {
+      if (std::abs(shares[i]) > kLeastWeight && !coarse_.points[static_cast<std::size_t>(i)].fixed) {
+        added.drivers.push_back({static_cast<int>(i), shares[i]});
+      }
+    }
+    const Eigen::Index row = control_.rest.rows();
+    control_.points.push_back(std::move(added));
+    control_.rest.conservativeResize(row + 1, Eigen::NoChange);
+    control_.domain.conservativeResize(row + 1, Eigen::NoChange);
+    control_.rest.row(row) = position.transpose();
+    control_.domain.row(row) = plane.transpose();
+  }
+
+  [[nodiscard]] const ControlPoint& point(int index) const { return control_.points[static_cast<std::size_t>(index)]; }
+
+  const ControlMesh& coarse_;
+  BezierSurface surface_;
+  UnrolledSkin unrolled_;
+  const FaceMesh& mesh_;
+  ControlMesh control_;
+  VertexPositions normals_;
+  std::vector<std::uint32_t> forbidden_;
+  std::vector<Eigen::Index> skin_;
+  std::size_t added_ = 0;
+};
+
+}  // namespace
+
+ControlMesh fittedToMesh(const ControlMesh& control, const FaceMesh& mesh) { return Fitter(control, mesh).fit(); }
+
+}  // namespace mouthpiece

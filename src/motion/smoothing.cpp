@@ -1,0 +1,143 @@
+#include "motion/smoothing.h"
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "base/errors.h"
+#include "motion/gaps.h"
+
+namespace mouthpiece {
+namespace {
+
+/// Variance of the start position, velocity, acceleration before anything was seen, in units of the noise: as good as
+/// unknown, and still far from losing the digits of what is known.
+constexpr double kUnknown = 1e8;
+/// A path of fewer samples is left as it is.
+constexpr Eigen::Index kFewestSamples = 5;
+/// Restlessness is searched on this grid: jerk noise per frame over measurement noise, as deviations.
+constexpr double kSmallestRestlessness = 1e-3;
+constexpr double kLargestRestlessness = 1e2;
+constexpr int kRestlessnessSteps = 13;  // a factor of 2.6 each: the result hardly depends on it
+
+/// Position, velocity, acceleration in units of one frame; white jerk.
+Eigen::Matrix3d stepMatrix() { return Eigen::Matrix3d{{1.0, 1.0, 0.5}, {0.0, 1.0, 1.0}, {0.0, 0.0, 1.0}}; }
+Eigen::Matrix3d jerkCovariance() {
+  return Eigen::Matrix3d{{1.0 / 20.0, 1.0 / 8.0, 1.0 / 6.0}, {1.0 / 8.0, 1.0 / 3.0, 1.0 / 2.0}, {1.0 / 6.0, 1.0 / 2.0, 1.0}};
+}
+
+/// Kalman filter and smoother for measurements of noise one; NaN: not measured. Covariances depend only on which frames were
+/// measured, so one run serves the three coordinates of a marker.
+class JerkSmoother {
+ public:
+  using States = Eigen::Matrix3d;  ///< rows: position, velocity, acceleration; columns: x y z
+
+  JerkSmoother(const Eigen::Ref<const PositionMatrix>& measured, double restlessness)
+      : measured_(measured), noise_(restlessness * restlessness * jerkCovariance()) {}
+
+  /// Runs the filter; the measurements' -2 log-likelihood.
+  double filter() {
+    const Eigen::Matrix3d step = stepMatrix();
+    double cost = 0;
+    States state = States::Zero();
+    Eigen::Matrix3d covariance = kUnknown * Eigen::Matrix3d::Identity();
+    int seen = 0;
+    for (Eigen::Index frame = 0; frame < measured_.rows(); ++frame) {
+      if (frame > 0) {
+        state = step * state;
+        covariance = step * covariance * step.transpose() + noise_;
+      }
+      predicted_.push_back(state);
+      predicted_covariance_.push_back(covariance);
+      if (measured_.row(frame).allFinite()) {
+        const Eigen::RowVector3d innovation = measured_.row(frame) - state.row(0);
+        const double variance = covariance(0, 0) + 1.0;
+        const Eigen::Vector3d gain = covariance.col(0) / variance;
+        state += gain * innovation;
+        covariance -= gain * covariance.row(0);
+        covariance = 0.5 * (covariance + covariance.transpose().eval());
+        // The first three only fix the start.
+        if (++seen > 3) cost += innovation.squaredNorm() / variance + 3.0 * std::log(variance);
+      }
+      filtered_.push_back(state);
+      filtered_covariance_.push_back(covariance);
+    }
+    return cost;
+  }
+
+  /// After filter(): positions, frames x 3.
+  [[nodiscard]] PositionMatrix smooth() const {
+    PositionMatrix positions(measured_.rows(), 3);
+    States state = filtered_.back();
+    positions.row(positions.rows() - 1) = state.row(0);
+    for (std::size_t frame = filtered_.size() - 1; frame-- > 0;) {
+      // Gain C = P F^T (F P F^T + Q)^-1.
+      const Eigen::Matrix3d gain =
+          predicted_covariance_[frame + 1].ldlt().solve(stepMatrix() * filtered_covariance_[frame]).transpose();
+      state = filtered_[frame] + gain * (state - predicted_[frame + 1]);
+      positions.row(static_cast<Eigen::Index>(frame)) = state.row(0);
+    }
+    return positions;
+  }
+
+ private:
+  Eigen::Ref<const PositionMatrix> measured_;
+  Eigen::Matrix3d noise_;
+  std::vector<States> predicted_, filtered_;
+  std::vector<Eigen::Matrix3d> predicted_covariance_, filtered_covariance_;
+};
+
+/// The restlessness on the grid under which the marker's path is likeliest.
+double likeliestRestlessness(const PositionMatrix& path) {
+  double best = kLargestRestlessness;
+  double best_cost = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kRestlessnessSteps; ++i) {
+    const double t = static_cast<double>(i) / (kRestlessnessSteps - 1);
+    const double restlessness = kSmallestRestlessness * std::pow(kLargestRestlessness / kSmallestRestlessness, t);
+    const double cost = JerkSmoother(path, restlessness).filter();
+    if (cost < best_cost) {
+      best_cost = cost;
+      best = restlessness;
+    }
+  }
+  return best;
+}
+
+/// The path with its noise taken off; what was not seen is estimated too.
+PositionMatrix smoothedPath(const PositionMatrix& path, double noise_mm) {
+  // Around the first seen sample, so that the unknown start is near, and in units of the noise.
+  Eigen::Index first = 0;
+  while (!path.row(first).allFinite()) ++first;
+  const Eigen::RowVector3d origin = path.row(first);
+  const PositionMatrix scaled = (path.rowwise() - origin) / noise_mm;
+  JerkSmoother smoother(scaled, likeliestRestlessness(scaled));
+  smoother.filter();
+  return (noise_mm * smoother.smooth()).rowwise() + origin;
+}
+
+}  // namespace
+
+SmoothedMotion smoothMotion(const MotionClip& clip, const SmoothingOptions& options) {
+  MOUTHPIECE_EXPECT(options.noise_mm >= 0.0);
+  SmoothedMotion result{clip, options.noise_mm > 0.0 ? options.noise_mm : estimateNoise(clip), 0.0};
+  if (result.noise_mm <= 0.0) return result;
+  double squared_change = 0;
+  double samples = 0;
+  for (Eigen::Index column = 0; column + 2 < clip.positions_mm.cols(); column += 3) {
+    const PositionMatrix path = clip.positions_mm.middleCols<3>(column);
+    const auto seen = (path.array() == path.array()).rowwise().all().eval();
+    if (seen.count() < kFewestSamples) continue;
+    const PositionMatrix smooth = smoothedPath(path, result.noise_mm);
+    for (Eigen::Index frame = 0; frame < path.rows(); ++frame) {
+      if (!seen[frame]) continue;
+      result.clip.positions_mm.block<1, 3>(frame, column) = smooth.row(frame);
+      squared_change += (smooth.row(frame) - path.row(frame)).squaredNorm();
+      samples += 3.0;
+    }
+  }
+  if (samples > 0) result.rms_change_mm = std::sqrt(squared_change / samples);
+  return result;
+}
+
+}  // namespace mouthpiece

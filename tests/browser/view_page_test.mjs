@@ -1,0 +1,234 @@
+// Opens view.html from disk in headless Chromium, as a user does: node view_page_test.mjs VIEW.html SCREENSHOT_STEM
+// Exit 0: all held; 1: something did not; 77: there is no browser here.
+import assert from 'node:assert/strict';
+import { existsSync, mkdirSync } from 'node:fs';
+import { dirname, resolve } from 'node:path';
+import { pathToFileURL } from 'node:url';
+import { findChromium, requireFromViewer, skip } from './environment.mjs';
+
+const [, , pageFile, screenshotStem] = process.argv;
+if (!pageFile || !screenshotStem) {
+  console.error('usage: node view_page_test.mjs VIEW.html SCREENSHOT_STEM');
+  process.exit(2);
+}
+if (!existsSync(pageFile)) skip(`${pageFile} is not there`);
+
+const { chromium } = requireFromViewer('playwright-core');
+const browser = await chromium.launch({
+  executablePath: findChromium(),
+  headless: true,
+  args: [
+    '--no-sandbox', '--disable-dev-shm-usage', '--no-first-run', '--disable-background-networking',
+    '--disable-component-update', '--autoplay-policy=no-user-gesture-required',
+  ],
+});
+
+const complaints = [];
+const requests = [];
+
+async function openPage() {
+  const page = await browser.newPage({ viewport: { width: 1280, height: 860 }, colorScheme: 'light' });
+  page.on('console', (message) => message.type() === 'error' && complaints.push(message.text()));
+  page.on('pageerror', (error) => complaints.push(error.message));
+  page.on('dialog', (dialog) => { complaints.push(`dialog: ${dialog.message()}`); dialog.dismiss(); });
+  page.on('request', (request) => requests.push(request.url()));
+  await page.goto(pathToFileURL(resolve(pageFile)).href);
+  await page.waitForFunction(() => window.mouthpiece, null, { timeout: 60000 });
+  await page.evaluate(() => window.mouthpiece.ready);
+  return page;
+}
+
+/** Lip opening of the displayed face, frame by frame. */
+function shownOpenings(page) {
+  return page.evaluate(() => {
+    const { mouthpiece } = window;
+    return Array.from({ length: mouthpiece.frameCount }, (_, frame) => {
+      mouthpiece.seek((frame + 1e-4) / mouthpiece.report.fps);
+      return mouthpiece.lipOpening();
+    });
+  });
+}
+
+/** The lip opening that was planned: distance of the retargeted lip markers, frame by frame, in mm. */
+function plannedOpenings(page) {
+  return page.evaluate(() => {
+    const { control } = JSON.parse(document.getElementById('mouthpiece-data').textContent);
+    const bytes = Uint8Array.from(atob(control.positions_m), (letter) => letter.charCodeAt(0));
+    const positions = new Float32Array(bytes.buffer);
+    const [upper, lower] = ['LIP_UP_MID', 'LIP_LO_MID'].map((name) => control.names.indexOf(name));
+    return Array.from({ length: control.frames }, (_, frame) => {
+      const at = (point, axis) => positions[3 * (frame * control.count + point) + axis];
+      return 1000 * Math.hypot(...[0, 1, 2].map((axis) => at(upper, axis) - at(lower, axis)));
+    });
+  });
+}
+
+function correlation(a, b) {
+  const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
+  const [meanA, meanB] = [mean(a), mean(b)];
+  const product = (x, y, meanX, meanY) => x.reduce((sum, value, i) => sum + (value - meanX) * (y[i] - meanY), 0);
+  return product(a, b, meanA, meanB) / Math.sqrt(product(a, a, meanA, meanA) * product(b, b, meanB, meanB));
+}
+
+/** A small picture of the view, to see whether it changed. */
+const viewPicture = (page) => page.locator('#view').screenshot().then((png) => png.toString('base64'));
+const drawn = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+
+const checks = {
+  async 'opens from disk and fetches nothing'(page) {
+    const outside = requests.filter((url) => !/^(file|blob|data):/.test(url));
+    assert.deepEqual(outside, []);
+    const facts = await page.evaluate(() => ({ frames: mouthpiece.frameCount, shapes: mouthpiece.shapeCount, duration: mouthpiece.duration, title: document.title }));
+    assert.ok(facts.frames > 1 && facts.shapes > 0, JSON.stringify(facts));
+    assert.match(facts.title, /Mouthpiece$/);
+  },
+
+  async 'text from outside stays text'(page) {
+    const found = await page.evaluate(() => ({
+      images: document.images.length,
+      scripts: document.scripts.length,
+      heading: document.getElementById('text').textContent === mouthpiece.report.text,
+      words: [...document.querySelectorAll('.word')].every((word) => word.children.length === 0),
+    }));
+    assert.deepEqual(found, { images: 0, scripts: 4, heading: true, words: true });
+  },
+
+  async 'shows every phone, word and join'(page) {
+    const found = await page.evaluate(() => ({
+      phones: document.querySelectorAll('.phone').length === mouthpiece.report.phones.length,
+      joins: document.querySelectorAll('.join').length === mouthpiece.report.joins.length,
+      backoff: document.querySelectorAll('.phone.backoff').length === mouthpiece.report.phones.filter((phone) => phone.from === 'backoff').length,
+      takes: document.querySelectorAll('.take').length === new Set(mouthpiece.report.units.map((unit) => unit.take)).size,
+      words: document.querySelectorAll('.word').length > 0,
+    }));
+    assert.deepEqual(found, { phones: true, joins: true, backoff: true, takes: true, words: true });
+  },
+
+  async 'the displayed mouth moves as planned'(page) {
+    const [shown, planned] = [await shownOpenings(page), await plannedOpenings(page)];
+    assert.equal(shown.length, planned.length);
+    const r = correlation(shown, planned);
+    const range = Math.max(...shown) - Math.min(...shown);
+    console.log(`  lips: ${range.toFixed(1)} mm of movement, correlation with the plan ${r.toFixed(4)}`);
+    assert.ok(range > 1, `the lips move by ${range} mm`);
+    assert.ok(r > 0.97, `correlation ${r}`);
+  },
+
+  async 'plays in step with its sound'(page) {
+    const samples = await page.evaluate(async () => {
+      const { mouthpiece } = window;
+      mouthpiece.seek(0);
+      await mouthpiece.play();
+      const started = performance.now();
+      const seen = [];
+      while (mouthpiece.playing && performance.now() - started < 1000 * mouthpiece.duration + 4000) {
+        await new Promise(requestAnimationFrame);
+        seen.push({ wall: (performance.now() - started) / 1000, time: mouthpiece.shownTime, lips: mouthpiece.lipOpening() });
+      }
+      return { seen, ended: !mouthpiece.playing };
+    });
+    assert.ok(samples.ended, 'it plays to its end');
+    assert.ok(samples.seen.length > 5, `${samples.seen.length} pictures`);
+    const times = samples.seen.map(({ time }) => time);
+    assert.ok(times.every((time, i) => i === 0 || time >= times[i - 1] - 1e-3), 'time runs forward');
+    const planned = await plannedOpenings(page);
+    const fps = await page.evaluate(() => mouthpiece.report.fps);
+    const due = samples.seen.map(({ time }) => planned[Math.min(Math.round(time * fps), planned.length - 1)]);
+    const r = correlation(samples.seen.map(({ lips }) => lips), due);
+    console.log(`  ${samples.seen.length} pictures while it played, correlation with what was due ${r.toFixed(4)}`);
+    assert.ok(r > 0.95, `correlation ${r}`);
+  },
+
+  async 'scrubbing, keys and a click on the timeline go there'(page) {
+    const duration = await page.evaluate(() => mouthpiece.duration);
+    await page.evaluate(() => mouthpiece.pause());
+    await page.locator('#scrub').fill(String(Number((duration / 2).toFixed(3))));
+    assert.ok(Math.abs((await page.evaluate(() => mouthpiece.time)) - duration / 2) < 0.01);
+    await page.locator('#view').focus();
+    await page.keyboard.press('ArrowLeft');
+    assert.ok(Math.abs((await page.evaluate(() => mouthpiece.time)) - (duration / 2 - 0.1)) < 0.01);
+    await page.keyboard.press('Home');
+    assert.equal(await page.evaluate(() => mouthpiece.time), 0);
+    const box = await page.locator('#track').boundingBox();
+    const scroller = await page.locator('#scroller').boundingBox();
+    const x = Math.min(box.x + box.width / 4, scroller.x + scroller.width - 5);
+    await page.mouse.click(x, box.y + 40);
+    assert.ok(Math.abs((await page.evaluate(() => mouthpiece.time)) - ((x - box.x) / box.width) * duration) < 0.03);
+    await page.keyboard.press(' ');
+    assert.equal(await page.evaluate(() => mouthpiece.playing), true);
+    await page.keyboard.press(' ');
+    assert.equal(await page.evaluate(() => mouthpiece.playing), false);
+    await page.locator('#speed').selectOption('0.5');
+    assert.equal(await page.evaluate(() => document.querySelector('#speed').value), '0.5');
+    await page.locator('#speed').selectOption('1');
+  },
+
+  async 'wireframe, markers and turning change the picture'(page) {
+    await drawn(page);
+    let before = await viewPicture(page);
+    for (const id of ['wireframe', 'markers']) {
+      await page.locator(`#${id}`).click();
+      await drawn(page);
+      assert.equal(await page.locator(`#${id}`).getAttribute('aria-pressed'), 'true');
+      const after = await viewPicture(page);
+      assert.notEqual(after, before, id);
+      before = after;
+    }
+    await page.screenshot({ path: `${screenshotStem}_wireframe_markers.png` });
+    for (const id of ['wireframe', 'markers']) await page.locator(`#${id}`).click();
+    const view = await page.locator('#view').boundingBox();
+    await page.mouse.move(view.x + view.width / 2, view.y + view.height / 2);
+    await page.mouse.down();
+    await page.mouse.move(view.x + view.width / 2 + 120, view.y + view.height / 2, { steps: 4 });
+    await page.mouse.up();
+    await drawn(page);
+    assert.notEqual(await viewPicture(page), before, 'turning');
+    await page.locator('#reset-view').click();
+  },
+
+  async 'a phone tells where it came from'(page) {
+    await page.locator('.phone').nth(1).hover();
+    const text = await page.locator('#tooltip').textContent();
+    const take = await page.evaluate(() => mouthpiece.report.units[0].take);
+    assert.ok(text.includes(take) && text.includes('cost'), text);
+    await page.mouse.move(5, 5);
+  },
+
+  async 'looks right at its widest mouth, light and dark, wide and narrow'(page) {
+    const shown = await shownOpenings(page);
+    const widest = shown.indexOf(Math.max(...shown));
+    await page.evaluate((frame) => mouthpiece.seek(frame / mouthpiece.report.fps), widest);
+    await page.waitForTimeout(400);
+    await page.screenshot({ path: `${screenshotStem}.png` });
+    await page.emulateMedia({ colorScheme: 'dark' });
+    await page.waitForTimeout(400);
+    await page.screenshot({ path: `${screenshotStem}_dark.png` });
+    await page.setViewportSize({ width: 420, height: 800 });
+    await page.waitForTimeout(600);
+    const overflow = await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
+    assert.ok(overflow <= 0, `${overflow} pixels too wide`);
+    await page.screenshot({ path: `${screenshotStem}_narrow.png` });
+  },
+
+  async 'nothing was complained about'() {
+    assert.deepEqual(complaints, []);
+  },
+};
+
+mkdirSync(dirname(resolve(screenshotStem)), { recursive: true });
+let failed = 0;
+try {
+  const page = await openPage();
+  for (const [name, check] of Object.entries(checks)) {
+    try {
+      await check(page);
+      console.log(`ok      ${name}`);
+    } catch (error) {
+      failed += 1;
+      console.log(`FAILED  ${name}\n        ${error.message}`);
+    }
+  }
+} finally {
+  await browser.close();
+}
+process.exitCode = failed === 0 ? 0 : 1;
