@@ -10,8 +10,8 @@
 namespace mouthpiece {
 namespace {
 
-constexpr Seconds kClosureReach = 0.02;   ///< beyond both ends of the phone: label error
-constexpr double kClosureShare = 0.25;    ///< of the capture's range of openings
+constexpr Seconds kClosureReach = 0.02;   ///< beyond both ends of a B P M: label error
+constexpr double kClosureShare = 0.25;    ///< of the curve's own range of openings
 constexpr Seconds kProbeStep = 0.005;     ///< openings between the frames are read off straight lines
 constexpr double kLeastRangeMm = 1.0;     ///< a mouth that moves less has no closures
 
@@ -118,8 +118,10 @@ struct Opening {
     const double share = frame - static_cast<double>(before);
     return share > 0 ? (1 - share) * mm[before] + share * mm[after] : mm[before];
   }
-  [[nodiscard]] bool closesIn(const TimeSpan& span) const {
-    for (Seconds time = span.start - kClosureReach; time <= span.end + kClosureReach; time += kProbeStep) {
+  [[nodiscard]] bool closesIn(const LabelledPhone& phone) const {
+    // Others than B P M get no reach: they would be charged with their neighbours' closures.
+    const Seconds reach = isBilabial(phone.phone) ? kClosureReach : 0;
+    for (Seconds time = phone.span.start - reach; time <= phone.span.end + reach; time += kProbeStep) {
       if (at(time) < closed_below_mm) return true;
     }
     return false;
@@ -142,13 +144,13 @@ void addClosures(const Opening& captured, const Opening& synthesised, const Spee
   if (captured.mm.empty() || synthesised.mm.empty()) return;
   for (const LabelledPhone& phone : labels.phones) {
     if (phone.phone == Phone::kSil || isLabiodental(phone.phone)) continue;
-    const bool closes = captured.closesIn(phone.span);
+    const bool closes = captured.closesIn(phone);
     if (isBilabial(phone.phone) && closes) {
       ++measures.closures;
-      if (synthesised.closesIn(phone.span)) ++measures.closures_kept;
+      if (synthesised.closesIn(phone)) ++measures.closures_kept;
     } else if (!isBilabial(phone.phone) && !closes) {
       ++measures.open_phones;
-      if (synthesised.closesIn(phone.span)) ++measures.false_closures;
+      if (synthesised.closesIn(phone)) ++measures.false_closures;
     }
   }
 }

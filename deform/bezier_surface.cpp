@@ -24,7 +24,7 @@ double areaOf(const std::array<Eigen::Vector2d, 3>& p) {
 }
 
 /// How much nearness to samples counts against bending.
-constexpr double kSampleWeight = 30;
+constexpr double kSampleWeight = 1000;
 
 /// Integral of |second derivatives|^2 + tension |slope - slope of the flat triangle|^2 over one cubic.
 Energy cubicEnergy(const CubicPatch<Form>& patch, const std::array<Eigen::Vector2d, 3>& p, const std::array<Form, 2>& flat_slope,

@@ -19,6 +19,7 @@ namespace {
 constexpr double kFarFrom = 0.8;     ///< offsets above this bind less and less
 constexpr double kFarTo = 1.2;       ///< and above this not at all
 constexpr double kBeside = 0.25;     ///< beyond an opening's border by more: not above the surface any more
+constexpr double kDetour = 0.05;     ///< a place further off than this has to be about the nearest of all
 constexpr double kFadeInside = 0.35;  ///< behind lips, lids and nostrils the motion fades over this way along the mesh
 constexpr double kFollows = 0.3;     ///< lashes and the like follow skin that is nearer
 
@@ -100,9 +101,17 @@ class Binder {
         fates_[v] = Fate::kStill;
         continue;
       }
+      if (foot->distance > kDetour * width && isDetour(v, *foot)) continue;
       if (foot->distance > kFarTo * width || (foot->at_border && foot->distance > kBeside * width)) continue;
       place(v, foot->place, 1 - smooth((foot->distance - kFarFrom * width) / ((kFarTo - kFarFrom) * width)));
     }
+  }
+
+  /// Whether the surface is much nearer than the nearest place whose normal agrees: then the vertex turns away from it, like
+  /// the inside of a lip, and what agrees is another part of the face.
+  [[nodiscard]] bool isDetour(std::size_t v, const SurfaceFoot& foot) const {
+    const auto nearest = projector_.closest(vertex(v), Eigen::Vector3d::Zero(), -1, sides_.forbidden[v]);
+    return nearest && nearest->distance < 0.5 * foot.distance;
   }
 
   /// What turns away from the surface (inside of lips, lids, nostrils; the mouth's bag) goes with the nearest bound vertex along

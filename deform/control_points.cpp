@@ -15,6 +15,8 @@ constexpr double kLeastLipHeight = 0.25;
 /// A lip gets thinner when stretched and thicker when pursed, within these factors.
 constexpr double kThinnest = 0.75;
 constexpr double kThickest = 1.3;
+/// The rim turns by this share of the lip line's turn: in full, neighbours that turn towards each other make a beak.
+constexpr double kTurnsWithLine = 0.5;
 
 Eigen::Vector3d row(const MarkerPositions& points, int index) { return points.row(index).transpose(); }
 
@@ -38,7 +40,7 @@ Eigen::Vector3d carriedByLip(const ControlMesh& mesh, int index, const MarkerPos
   const double stretch = line.norm() / rest_line.norm();
   const double thickness = stretch > 0 ? std::clamp(1 / std::sqrt(stretch), kThinnest, kThickest) : kThickest;
   const Eigen::Vector3d offset = row(mesh.rest, index) - row(mesh.rest, outer);
-  return row(now, outer) + thickness * (Eigen::Quaterniond::FromTwoVectors(rest_line, line) * offset);
+  return row(now, outer) + thickness * (Eigen::Quaterniond::Identity().slerp(kTurnsWithLine, Eigen::Quaterniond::FromTwoVectors(rest_line, line)) * offset);
 }
 
 /// Keeps a pair of rim points from passing through each other: the gap along the lips' own direction is eased to zero,

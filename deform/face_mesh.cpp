@@ -40,7 +40,9 @@ FaceMesh readFaceMesh(const std::filesystem::path& path) {
   return parseFaceMesh(readFile(path, kMaxMeshBytes), path);
 }
 
-void writeObj(const std::filesystem::path& path, const FaceMesh& mesh) {
+void writeObj(const std::filesystem::path& path, const FaceMesh& mesh) { writeFileAtomically(path, objBytes(mesh)); }
+
+std::string objBytes(const FaceMesh& mesh) {
   std::string text = "# A face of Mouthpiece\n";
   text.reserve(static_cast<std::size_t>(mesh.vertices.rows()) * 64 + mesh.triangles.size() * 24);
   auto out = std::back_inserter(text);
@@ -66,7 +68,7 @@ void writeObj(const std::filesystem::path& path, const FaceMesh& mesh) {
       }
     }
   }
-  writeFileAtomically(path, text);
+  return text;
 }
 
 VertexPositions vertexNormals(const VertexPositions& vertices, const std::vector<Triangle>& triangles) {

@@ -45,6 +45,8 @@ FaceMesh readFaceMesh(const std::filesystem::path& path);
 /// The same for bytes already in memory; `path` gives the format and the name in messages.
 FaceMesh parseFaceMesh(std::string_view bytes, const std::filesystem::path& path);
 void writeObj(const std::filesystem::path& path, const FaceMesh& mesh);
+/// What writeObj writes; parseFaceMesh gives the same mesh back.
+std::string objBytes(const FaceMesh& mesh);
 
 /// Area-weighted unit normals, vertices x 3 (zero where a vertex has no triangle).
 VertexPositions vertexNormals(const VertexPositions& vertices, const std::vector<Triangle>& triangles);

@@ -16,15 +16,15 @@ namespace mouthpiece {
 namespace {
 
 // Lengths as shares of the mouth's width.
-constexpr double kLongEdge = 0.3;     ///< only edges longer than this are halved: 15 mm on a mouth of 50 mm
-constexpr double kNearEnough = 0.03;  ///< where the surface is this near the skin no point is added
-constexpr double kFromOld = 0.12;     ///< least distance of a new point from an old one
+constexpr double kLongEdge = 0.15;    ///< only edges longer than this are halved: 7.5 mm on a mouth of 50 mm
+constexpr double kNearEnough = 0.025;  ///< where the surface is this near the skin no point is added
+constexpr double kFromOld = 0.08;     ///< least distance of a new point from an old one
 constexpr double kTooFar = 0.6;       ///< skin further off than this is other skin
-constexpr int kRounds = 3;
+constexpr int kRounds = 4;
 constexpr int kFinalFits = 2;
-constexpr std::size_t kMaxFill = 80;
+constexpr std::size_t kMaxFill = 90;
 constexpr std::size_t kMaxSamples = 6000;
-constexpr double kLeastCosine = 0.5;   ///< between the normals of skin and surface where the surface is laid along it
+constexpr double kLeastCosine = 0.3;   ///< between the normals of skin and surface where the surface is laid along it
 constexpr double kLeastWeight = 1e-6;  ///< drivers below it are left out
 
 /// What each point's displacement adds to the displacement at `place`.
@@ -53,7 +53,19 @@ std::optional<SurfacePlace> locate(const ControlMesh& control, const Eigen::Vect
   return std::nullopt;
 }
 
-bool isMouth(const ControlPoint& point) { return point.name.starts_with("LIP_") || point.name.starts_with("RIM_"); }
+/// On the edge of one of the face's openings.
+bool isRim(const ControlPoint& point) {
+  return point.name.starts_with("RIM_") || point.name.starts_with("LID_") || point.name.starts_with("EYE_") || point.name.starts_with("CANTHUS_");
+}
+
+/// The lip that a triangle wholly belongs to; skin beside the lips is on neither.
+LipSide lipOf(const ControlMesh& control, std::size_t t) {
+  for (const int point : control.triangles[t]) {
+    const std::string& name = control.points[static_cast<std::size_t>(point)].name;
+    if (!name.starts_with("LIP_") && !name.starts_with("RIM_")) return LipSide::kNone;
+  }
+  return control.sideOf(t);
+}
 
 /// The mesh's skin in the plane, to find what lies over a place of it.
 class UnrolledSkin {
@@ -117,8 +129,7 @@ class Fitter {
     for (int round = 0; round < kRounds; ++round) {
       layAlongSkin();
       const std::size_t before = added_;
-      const BezierSurface surface(control_);
-      for (const LongEdge& edge : longEdges()) halve(edge, surface);
+      for (const Gap& gap : gaps()) close(gap);
       if (added_ == before) break;
       control_.triangles = triangulate(control_);
       control_.rest_slopes.resize(0, 3);
@@ -128,10 +139,11 @@ class Fitter {
   }
 
  private:
-  struct LongEdge {
-    std::size_t triangle;
-    std::size_t corner;
-    double length;
+  /// A place where a point is wanted: in the plane, and on the skin over it.
+  struct Gap {
+    Eigen::Vector2d plane;
+    Eigen::Vector3d skin;
+    double distance;  ///< of the surface from the skin
   };
 
   /// Slopes at rest from the skin above the surface as it lies now.
@@ -149,38 +161,47 @@ class Fitter {
     control_.rest_slopes = slopesNear(control_, samples);
   }
 
-  /// Longest first; edges of the lips, of the eyes' rims and of the ring's outside stay whole.
-  [[nodiscard]] std::vector<LongEdge> longEdges() const {
-    std::vector<LongEdge> edges;
+  /// Middles of long edges and of large triangles where the surface is off the skin, worst first. Edges of the openings' rims
+  /// and of the ring stay whole.
+  [[nodiscard]] std::vector<Gap> gaps() const {
+    const BezierSurface surface(control_);
+    std::vector<Gap> found;
+    const auto look = [&](const SurfacePlace& place) {
+      const auto& triangle = control_.triangles[static_cast<std::size_t>(place.triangle)];
+      const Eigen::Vector2d plane = (place.u * control_.domain.row(triangle[0]) + place.v * control_.domain.row(triangle[1]) +
+                                     (1 - place.u - place.v) * control_.domain.row(triangle[2]))
+                                        .transpose();
+      const Eigen::Vector3d position = evaluate(surface.restPose(), place).position;
+      const auto over = unrolled_.over(plane, position, kTooFar * control_.mouth_width);
+      if (over && (*over - position).norm() > kNearEnough * control_.mouth_width) found.push_back({plane, *over, (*over - position).norm()});
+    };
     for (std::size_t t = 0; t < control_.triangles.size(); ++t) {
+      const int id = static_cast<int>(t);
+      double longest = 0;
       for (std::size_t k = 0; k < 3; ++k) {
         const int from = control_.triangles[t][k], to = control_.triangles[t][(k + 1) % 3];
-        if (from > to || (isMouth(point(from)) && isMouth(point(to))) || (point(from).fixed && point(to).fixed)) continue;
         const double length = (control_.rest.row(from) - control_.rest.row(to)).norm();
-        if (length > kLongEdge * control_.mouth_width) edges.push_back({t, k, length});
+        longest = std::max(longest, length);
+        const bool is_whole = (isRim(point(from)) && isRim(point(to))) || (point(from).fixed && point(to).fixed);
+        if (from < to && !is_whole && length > kLongEdge * control_.mouth_width) look({id, k == 1 ? 0.0 : 0.5, k == 2 ? 0.0 : 0.5});
       }
+      if (longest > kLongEdge * control_.mouth_width) look({id, 1.0 / 3, 1.0 / 3});
     }
-    std::stable_sort(edges.begin(), edges.end(), [](const LongEdge& a, const LongEdge& b) { return a.length > b.length; });
-    return edges;
+    std::stable_sort(found.begin(), found.end(), [](const Gap& a, const Gap& b) { return a.distance > b.distance; });
+    return found;
   }
 
-  /// A new point on the skin over the edge's middle, if the surface is off there.
-  void halve(const LongEdge& edge, const BezierSurface& surface) {
-    if (added_ >= kMaxFill) return;
-    const int from = control_.triangles[edge.triangle][edge.corner], to = control_.triangles[edge.triangle][(edge.corner + 1) % 3];
-    const Eigen::Vector2d plane = 0.5 * (control_.domain.row(from) + control_.domain.row(to)).transpose();
-    const std::array<double, 3> weights{edge.corner == 1 ? 0.0 : 0.5, edge.corner == 2 ? 0.0 : 0.5, edge.corner == 0 ? 0.0 : 0.5};
-    const Eigen::Vector3d middle = evaluate(surface.restPose(), {static_cast<int>(edge.triangle), weights[0], weights[1]}).position;
-    const auto over = unrolled_.over(plane, middle, kTooFar * control_.mouth_width);
-    const auto place = locate(coarse_, plane);
-    if (!over || !place || (*over - middle).norm() < kNearEnough * control_.mouth_width) return;
-    const double nearest = std::sqrt((control_.rest.rowwise() - over->transpose()).rowwise().squaredNorm().minCoeff());
-    if (nearest < kFromOld * control_.mouth_width) return;
-    add(*over, plane, *place);
+  /// A new point on the skin.
+  void close(const Gap& gap) {
+    const auto place = locate(coarse_, gap.plane);
+    const double nearest = std::sqrt((control_.rest.rowwise() - gap.skin.transpose()).rowwise().squaredNorm().minCoeff());
+    if (added_ < kMaxFill && place && nearest > kFromOld * control_.mouth_width) add(gap.skin, gap.plane, *place);
   }
 
   void add(const Eigen::Vector3d& position, const Eigen::Vector2d& plane, const SurfacePlace& place) {
-    ControlPoint added{.name = "FILL_" + std::to_string(added_++), .rule = PointRule::kFollow, .drivers = {}};
+    ControlPoint added{.name = {}, .rule = PointRule::kFollow, .side = lipOf(coarse_, static_cast<std::size_t>(place.triangle)), .drivers = {}};
+    const char* lip = added.side == LipSide::kUpper ? "LIP_UP_" : added.side == LipSide::kLower ? "LIP_LO_" : "";
+    added.name = lip + ("FILL_" + std::to_string(added_++));
     const Eigen::VectorXd shares = influences(surface_, coarse_, place);
     for (Eigen::Index i = 0; i < shares.size(); ++i) {
       if (std::abs(shares[i]) > kLeastWeight && !coarse_.points[static_cast<std::size_t>(i)].fixed) {

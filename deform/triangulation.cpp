@@ -8,6 +8,7 @@
 #include <CGAL/property_map.h>
 #include <CGAL/Convex_hull_traits_adapter_2.h>
 
+#include <algorithm>
 #include <numeric>
 
 #include "base/errors.h"
@@ -57,7 +58,9 @@ std::vector<std::array<int, 3>> triangulate(const ControlMesh& mesh) {
     if (std::vector<int> rim = pointsOf(mesh, names); rim.size() >= 3 && rim.size() == names.size()) holes.push_back(rim);
   }
   std::vector<std::vector<int>> lines = holes;
-  lines.push_back(pointsOf(mesh, outerLipLine()));
+  // Skin points laid along the lips later on stand on this line and break it.
+  const bool is_filled = std::any_of(mesh.points.begin(), mesh.points.end(), [](const ControlPoint& p) { return p.name.find("FILL_") != std::string::npos; });
+  if (!is_filled) lines.push_back(pointsOf(mesh, outerLipLine()));
   try {
     for (const std::vector<int>& line : lines) {
       for (std::size_t i = 0; i < line.size(); ++i) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 #include "base/errors.h"
 #include "deform/triangulation.h"
@@ -158,23 +159,26 @@ class Placer {
     const Eigen::Vector3d across = at("LIP_CORNER_L") - at("LIP_CORNER_R");
     for (const CornerPoints& c : kCorners) {
       const double inward = c.outer == std::string("LIP_CORNER_R") ? kInnerCornerAt : -kInnerCornerAt;
-      add({.name = c.corner, .rule = PointRule::kFollow, .drivers = {{find(c.outer), 1}}},
-          knownOr(c.corner, at(c.outer) + inward * across));
-      addNearCorner(c);
+      addCorner(c, knownOr(c.corner, at(c.outer) + inward * across));
     }
   }
 
-  /// The two points next to a corner, moved alike so that they meet when their neighbours do.
-  void addNearCorner(const CornerPoints& c) {
-    const Eigen::Vector3d corner = at(c.corner);
+  /// A corner of the opening and the two points next to it, which move alike so that they meet when their neighbours do.
+  void addCorner(const CornerPoints& c, const Eigen::Vector3d& corner) {
     const Eigen::Vector3d upper = knownOr(c.upper, 0.5 * (corner + at(c.upper_neighbour)));
     const Eigen::Vector3d lower = knownOr(c.lower, 0.5 * (corner + at(c.lower_neighbour)));
+    // The corner proper is a pit; a surface through its bottom would have a spike there. Its rim will do.
+    const Eigen::Vector3d outer = at(c.outer);
+    const Eigen::Vector3d past = 0.5 * (upper + lower) - outer;
+    const double way_in = std::clamp((corner - outer).dot(past) / past.squaredNorm(), 0.2, 0.8);
+    add({.name = c.corner, .rule = PointRule::kFollow, .drivers = {{find(c.outer), 1}}}, outer + way_in * past);
     const double way = 0.5 * ((upper - corner).norm() / (at(c.upper_neighbour) - corner).norm() +
                               (lower - corner).norm() / (at(c.lower_neighbour) - corner).norm());
-    // More than in proportion: an open mouth is round at its corners.
-    const double share = std::pow(std::clamp(way, 0.2, 0.8), 0.7);
-    add({.name = c.upper, .rule = PointRule::kFollow, .side = LipSide::kUpper, .drivers = {{find(c.corner), 1 - share}, {find(c.upper_neighbour), share}}}, upper);
-    add({.name = c.lower, .rule = PointRule::kFollow, .side = LipSide::kLower, .drivers = {{find(c.corner), 1 - share}, {find(c.lower_neighbour), share}}}, lower);
+    const double share = std::pow(std::clamp(way, 0.2, 0.8), 1.5);
+    for (const auto& [name, side, neighbour, place] : {std::tuple(c.upper, LipSide::kUpper, c.upper_neighbour, upper),
+                                                       std::tuple(c.lower, LipSide::kLower, c.lower_neighbour, lower)}) {
+      add({.name = name, .rule = PointRule::kFollow, .side = side, .drivers = {{find(c.corner), 1 - share}, {find(neighbour), share}}}, place);
+    }
   }
 
   void addEyes() {

@@ -91,14 +91,17 @@ void markVermilion(ModelMesh& mesh) {
   std::for_each(kCornerColumns.begin(), kCornerColumns.end(), mark);
 }
 
-/// A ring of the mouth bag behind the lips, in millimetres: how far back of the line where the lips meet, half height, half
-/// width (0: that of the line itself), and how much of the line's curvature in depth it keeps.
+/// A ring of the mouth bag behind the lips, in millimetres: how far back of the line where the lips meet; height over that
+/// line of the upper and the lower half's middle; half width (0: that of the line itself); how much of the line's curvature
+/// in depth it keeps; channel values.
 struct BagRing {
-  double back, half_height, half_width, curvature, depth;
+  double back, upper, lower, half_width, curvature, depth, vermilion;
 };
-constexpr std::array kBagRings{BagRing{2.2, 0.25, 0, 1.0, 0.15},  BagRing{3.8, 2.6, 0, 1.0, 0.4},   BagRing{4.2, 7.5, 22.5, 0.95, 0.7},
-                               BagRing{5.5, 13.0, 26, 0.85, 0.9}, BagRing{13, 17.0, 31, 0.7, 1.0},  BagRing{30, 16.0, 33, 0.4, 1.0},
-                               BagRing{50, 12.0, 27, 0.1, 1.0},   BagRing{62, 6.0, 15, 0.0, 1.0}};
+/// The first ring tucks the lower lip behind the upper one: where lips touch no light comes through.
+constexpr std::array kBagRings{BagRing{2.0, 1.7, 0.7, 21.9, 1.0, 0.25, 1.0}, BagRing{3.8, 3.6, -1.2, 22.6, 1.0, 0.5, 0.6},
+                               BagRing{4.4, 8.0, -7.5, 25, 0.95, 0.8, 0},    BagRing{6.0, 13.0, -13.0, 29, 0.85, 0.95, 0},
+                               BagRing{14, 17.0, -17.5, 33, 0.7, 1, 0},      BagRing{31, 16.0, -17.0, 34, 0.4, 1, 0},
+                               BagRing{50, 12.0, -13.0, 28, 0.1, 1, 0},      BagRing{62, 6.0, -6.5, 15, 0.0, 1, 0}};
 
 /// Rolls the lips inward and on into a closed bag: `loop` runs right corner, lower lip, left corner, upper lip.
 void addMouthBag(ModelMesh& mesh) {
@@ -108,24 +111,21 @@ void addMouthBag(ModelMesh& mesh) {
   const double half_width = 0.5 * (mesh.point(kInnerCornerLeft) - mesh.point(kInnerCornerRight)).norm();
   std::vector<std::uint32_t> outer = loop;
   for (std::size_t k = 0; k < n; ++k) mesh.creases.insert(ModelMesh::edge(loop[k], loop[(k + 1) % n]));
-  for (std::size_t ring = 0; ring < kBagRings.size(); ++ring) {
-    const BagRing& shape = kBagRings[ring];
+  for (const BagRing& shape : kBagRings) {
     std::vector<std::uint32_t> inner;
     for (std::size_t k = 0; k < n; ++k) {
       const Vector3d seam = mesh.point(loop[k]);
       const bool is_corner = k == 0 || k == n / 2;
-      const double side = is_corner ? 0.0 : k < n / 2 ? -1.0 : 1.0;
       const double across = std::clamp((seam.x() - middle.x()) / half_width, -1.0, 1.0);
-      const double arch = std::sqrt(std::max(0.0, 1 - across * across));
-      const double width = shape.half_width == 0 ? half_width : shape.half_width;
+      const double arch = std::sqrt(std::sqrt(std::max(0.0, 1 - across * across)));
+      const double height = is_corner ? 0.25 * (shape.upper + shape.lower) : arch * (k < n / 2 ? shape.lower : shape.upper);
       const double z = middle.z() - shape.back + shape.curvature * (seam.z() - middle.z());
-      const Vector3d point(middle.x() + across * width, seam.y() + side * shape.half_height * std::sqrt(arch), z);
+      const Vector3d point(middle.x() + across * shape.half_width, seam.y() + height, z);
       inner.push_back(mesh.addVertex(point));
       mesh.vertices(inner.back(), kMouthDepth) = shape.depth;
-      mesh.vertices(inner.back(), kVermilion) = ring == 0 ? 1.0 : ring == 1 ? 0.6 : 0.0;
+      mesh.vertices(inner.back(), kVermilion) = shape.vermilion;
     }
-    const int part = ring < 2 ? kPartLips : kPartMouth;
-    for (std::size_t k = 0; k < n; ++k) mesh.addQuad(outer[k], outer[(k + 1) % n], inner[k], inner[(k + 1) % n], part);
+    for (std::size_t k = 0; k < n; ++k) mesh.addQuad(outer[k], outer[(k + 1) % n], inner[k], inner[(k + 1) % n], kPartMouth);
     outer = inner;
   }
   const std::uint32_t back = mesh.addVertex(middle + Vector3d(0, 0, -70));

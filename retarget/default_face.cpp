@@ -36,23 +36,34 @@ constexpr std::array<PartLook, kDefaultPartCount> kLooks{{{"Skin", PartKind::kSk
 constexpr double kFitShare = 0.85;
 constexpr int kFitIterations = 12;
 
-/// The mouth, the eyes and the nose get one more level than the rest.
-bool wantsDetail(const ModelMesh& model, std::size_t triangle, const std::array<EyeBall, 2>& eyes) {
+/// Longest edges that are left, millimetres: on the head behind, on the face, and where its movement is looked at.
+constexpr double kShellEdgeMm = 20;
+constexpr double kFaceEdgeMm = 5.6;
+constexpr double kMouthEdgeMm = 9;
+constexpr double kDetailEdgeMm = 2.0;
+
+/// The longest edge that a triangle may keep.
+double wantedEdge(const ModelMesh& model, std::size_t triangle, const std::array<EyeBall, 2>& eyes) {
   const auto& [a, b, c] = model.triangles[triangle];
   const Vector3d p = (model.point(a) + model.point(b) + model.point(c)) / 3.0;
   const auto within = [&](const Vector3d& centre, double rx, double ry, double rz) {
     return (p - centre).cwiseQuotient(Vector3d(rx, ry, rz)).squaredNorm() < 1;
   };
-  if (model.part_of_triangle[triangle] == kPartMouth) return false;
-  if (model.part_of_triangle[triangle] == kPartLips) return model.vertices(a, kMouthDepth) < 0.3;
-  return within({0, -43, 50}, 29, 14, 30) || within({0, -13, 62}, 18, 10, 16) || within({0, 47, 45}, 60, 6.5, 30) ||
-         within(eyes[0].centre, 17, 9, 30) || within(eyes[1].centre, 17, 9, 30);
+  const auto behind = [&](ModelChannel channel, double least) {
+    return std::min({model.vertices(a, channel), model.vertices(b, channel), model.vertices(c, channel)}) > least;
+  };
+  if (behind(kShell, 0.6)) return kShellEdgeMm;
+  if (model.part_of_triangle[triangle] == kPartMouth || behind(kMouthDepth, 0.3)) return kMouthEdgeMm;
+  const bool is_detail = within({0, -43, 50}, 30, 16, 30) || within({0, -13, 62}, 19, 11, 18) || within({0, 47, 45}, 60, 7, 30) ||
+                         within(eyes[0].centre, 18, 10, 30) || within(eyes[1].centre, 18, 10, 30);
+  return is_detail ? kDetailEdgeMm : kFaceEdgeMm;
 }
 
-/// The head behind the face is smooth: one level less is enough.
-bool isShell(const ModelMesh& model, std::size_t triangle) {
+bool isCoarse(const ModelMesh& model, std::size_t triangle, const std::array<EyeBall, 2>& eyes) {
   const auto& corners = model.triangles[triangle];
-  return std::all_of(corners.begin(), corners.end(), [&](std::uint32_t v) { return model.vertices(v, kShell) > 0.6; });
+  double longest = 0;
+  for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, (model.point(corners[k]) - model.point(corners[(k + 1) % 3])).norm());
+  return longest > wantedEdge(model, triangle, eyes);
 }
 
 FaceMesh finished(const ModelMesh& model) {
@@ -77,6 +88,15 @@ FaceMesh finished(const ModelMesh& model) {
   return mesh;
 }
 
+/// The red of the lips becomes a part of its own: it shines more than skin.
+void separateLips(ModelMesh& model) {
+  for (std::size_t i = 0; i < model.triangles.size(); ++i) {
+    if (model.part_of_triangle[i] != kPartSkin) continue;
+    const auto& [a, b, c] = model.triangles[i];
+    if (model.vertices(a, kVermilion) + model.vertices(b, kVermilion) + model.vertices(c, kVermilion) > 1.5) model.part_of_triangle[i] = kPartLips;
+  }
+}
+
 Anchors landmarkAnchors() {
   Anchors anchors;
   anchors.metres_per_unit = 0.001;
@@ -98,14 +118,17 @@ DefaultFace makeDefaultFace(const FaceMesh& canonical, std::string_view file) {
   addHeadShell(model);
   fitLimitToVertices(model, kCanonicalVertexCount, kFitShare, kFitIterations);
   model = loopSubdivided(model);
-  model = loopSubdividedWhere(model, [&](std::size_t triangle) { return !isShell(model, triangle); });
-  model = loopSubdividedWhere(model, [&](std::size_t triangle) { return wantsDetail(model, triangle, face.eyes); });
+  for (int level = 0; level < 2; ++level) {
+    model = loopSubdividedWhere(model, [&](std::size_t triangle) { return isCoarse(model, triangle, face.eyes); });
+  }
   carveNostrils(model);
+  separateLips(model);
   face.mesh = model;  // the parts behind the lips are placed by the finished lips
   model.append(makeHair(model));
   model.append(loopSubdivided(makeEars()));
   for (const EyeBall& eye : face.eyes) model.append(makeEyeBall(eye));
   model.append(makeMouthParts(face));
+  model.append(makeLashes(face));
   return {finished(model), landmarkAnchors()};
 }
 

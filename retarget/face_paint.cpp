@@ -97,7 +97,7 @@ struct Palette {
   Color iris_rim = srgb(34, 46, 58);
   Color iris_core = srgb(128, 112, 78);
   Color pupil = srgb(8, 8, 9);
-  Color tooth = srgb(238, 230, 212);
+  Color tooth = srgb(226, 216, 196);
   Color tooth_root = srgb(222, 204, 170);
   Color gum = srgb(196, 104, 102);
   Color tongue = srgb(190, 96, 96);
@@ -131,17 +131,17 @@ class Painter {
       }
     }
     for (std::size_t side = 0; side < 2; ++side) {
-      color = mix(color, palette_.nostril, 1.5 * bump(p, nostrils_[side] + Vector3d(0, 2.4, 0), {3.2, 3.2, 4.8}));
+      color = mix(color, palette_.nostril, 1.5 * bump(p, nostrils_[side] + Vector3d(0, 1.4, 0.6), {3.9, 3.4, 5.6}));
     }
-    const double vermilion = smoothStep(0.30, 0.62, model_.vertices(vertex, kVermilion));
+    const double vermilion = smoothStep(0.36, 0.58, model_.vertices(vertex, kVermilion));
     return mix(color, lipColor(vertex), vermilion);
   }
 
   [[nodiscard]] Color lipColor(std::uint32_t vertex) const {
     const Vector3d p = model_.point(vertex);
     const Color color = palette_.lip * (1 + 0.07 * noise(Vector3d(2.4 * p.x(), 0.5 * p.y(), 0.5 * p.z()), 2.0));
-    return mix(mix(color, palette_.lip_inside, smoothStep(0.02, 0.35, model_.vertices(vertex, kMouthDepth))), palette_.mouth,
-               smoothStep(0.5, 1.0, model_.vertices(vertex, kMouthDepth)));
+    return mix(mix(color, palette_.lip_inside, smoothStep(0.0, 0.2, model_.vertices(vertex, kMouthDepth))), palette_.mouth,
+               smoothStep(0.25, 0.9, model_.vertices(vertex, kMouthDepth)));
   }
 
   /// The upper lid's shadow on the ball.
@@ -167,8 +167,7 @@ class Painter {
 
   [[nodiscard]] Color colorOf(std::uint32_t vertex, int part) const {
     switch (part) {
-      case kPartLips: return lipColor(vertex);
-      case kPartMouth: return mix(palette_.lip_inside, palette_.mouth, smoothStep(0.2, 0.9, model_.vertices(vertex, kMouthDepth)));
+      case kPartMouth: return lipColor(vertex);
       case kPartEyes: return eye(vertex);
       case kPartUpperGums:
       case kPartLowerGums: return palette_.gum * (1 + 0.06 * noise(model_.point(vertex), 2.5));

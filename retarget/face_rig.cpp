@@ -39,6 +39,7 @@ FaceRig FaceRig::load(const std::filesystem::path& face_file) {
 
 const FaceMesh& FaceRig::mesh() const { return data_->mesh; }
 const std::string& FaceRig::name() const { return data_->file.name; }
+const std::vector<std::string>& FaceRig::markerNames() const { return data_->file.marker_names; }
 
 PositionMatrix FaceRig::retarget(const MotionClip& motion, const MarkerPositions* actor_neutral_mm) const {
   const std::vector<std::string>& names = data_->file.marker_names;

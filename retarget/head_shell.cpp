@@ -150,24 +150,24 @@ double earRelief(double radius, double turn) {
 Vector3d earPoint(double radius, double turn, double relief, double side) {
   // An ear's outline: round above, narrow at the lobe; turn 0 points to the front, pi/2 up.
   const double up = std::sin(turn);
-  const double height = up > 0 ? 31 : 30;
-  const double width = 17.5 * (up > 0 ? 1.0 : 1.0 - 0.42 * up * up);
+  const double height = up > 0 ? 28 : 27;
+  const double width = 15.5 * (up > 0 ? 1.0 : 1.0 - 0.42 * up * up);
   const double front = radius * width * std::cos(turn) + 3.0 * up * radius;
   const double rise = radius * height * up;
   // Leans back, and stands off the head by some 25 degrees.
   constexpr double kLean = 0.16;
-  constexpr double kStandOff = 0.50;
-  const double z = std::cos(kLean) * front - std::sin(kLean) * rise * -1.0 * -1.0;
+  constexpr double kStandOff = 0.42;
+  const double z = std::cos(kLean) * front - std::sin(kLean) * rise;
   const double y = std::cos(kLean) * rise + std::sin(kLean) * front;
   const double x = relief + std::sin(kStandOff) * (11 - z);
-  return {side * (72.5 + x), 4 + y, -38 + std::cos(kStandOff) * z};
+  return {side * (71.5 + x), 5 + y, -38 + std::cos(kStandOff) * z};
 }
 
 }  // namespace
 
 ModelMesh makeEars() {
-  constexpr int kAround = 32;
-  constexpr int kRows = 9;
+  constexpr int kAround = 22;
+  constexpr int kRows = 7;
   ModelMesh ears;
   for (const double side : {-1.0, 1.0}) {
     const auto place = [&](double radius, double turn, double relief) {
@@ -222,7 +222,7 @@ double hairlineHeight(double z) {
 
 ModelMesh makeHair(const ModelMesh& head) {
   constexpr double kThicknessMm = 7.5;
-  constexpr double kRootMm = 1.2;  // below the skin, so that no edge shows
+  constexpr double kRootMm = 3.0;  // below the skin, so that no edge shows
   constexpr double kReachMm = 16;  // over which it grows to its thickness
   const auto above = [&](std::uint32_t v) { return head.vertices(v, kY) - hairlineHeight(head.vertices(v, kZ)); };
   ModelMesh hair;
@@ -230,21 +230,25 @@ ModelMesh makeHair(const ModelMesh& head) {
   for (std::size_t i = 0; i < head.triangles.size(); ++i) {
     const auto& corners = head.triangles[i];
     const bool grows = head.part_of_triangle[i] == kPartSkin &&
-                       std::any_of(corners.begin(), corners.end(), [&](std::uint32_t v) { return above(v) > -4; });
+                       std::any_of(corners.begin(), corners.end(), [&](std::uint32_t v) { return above(v) > -8; });
     if (!grows) continue;
     std::array<std::uint32_t, 3> own{};
     for (std::size_t k = 0; k < 3; ++k) {
       std::uint32_t& vertex = copy[corners[k]];
       if (vertex == 0xFFFFFFFFU) {
         vertex = hair.addVertex(head.point(corners[k]));
-        const double t = std::clamp((above(corners[k]) + 2) / kReachMm, 0.0, 1.0);
+        const double t = std::clamp((above(corners[k]) + 4) / kReachMm, 0.0, 1.0);
         hair.vertices(vertex, kShell) = t * (2 - t);
       }
       own[k] = vertex;
     }
     hair.addTriangle(own[0], own[1], own[2], kPartHair);
   }
-  hair = loopSubdivided(hair);
+  constexpr double kEdgeMm = 7.5;
+  hair = loopSubdividedWhere(hair, [&](std::size_t i) {
+    const auto& [a, b, c] = hair.triangles[i];
+    return std::max({(hair.point(a) - hair.point(b)).norm(), (hair.point(b) - hair.point(c)).norm(), (hair.point(c) - hair.point(a)).norm()}) > kEdgeMm;
+  });
   // Outward along the form's gradient; combed back in shallow waves.
   for (Eigen::Index v = 0; v < hair.vertices.rows(); ++v) {
     const auto vertex = static_cast<std::uint32_t>(v);

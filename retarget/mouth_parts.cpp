@@ -1,6 +1,7 @@
 #include "retarget/mouth_parts.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -41,7 +42,7 @@ constexpr std::array kLowerForms{ToothForm{5.2, 8.8, 6.0, false}, ToothForm{5.7,
 
 /// A rounded box: superellipse cross-sections from the gum to the biting edge.
 void addTooth(ModelMesh& mesh, const Vector3d& neck, const Vector3d& right, const Vector3d& out, double down, const ToothForm& form,
-              double root, int part) {
+              int part) {
   constexpr int kAround = 14;
   struct Section {
     double way, width, thickness;  // shares of height, width, thickness
@@ -51,7 +52,6 @@ void addTooth(ModelMesh& mesh, const Vector3d& neck, const Vector3d& right, cons
                                 Section{0.88, 0.98, 0.38},  Section{0.98, 0.86, 0.24}};
   constexpr std::array kMolar{Section{-0.35, 0.70, 0.75}, Section{0.0, 0.86, 0.94}, Section{0.35, 0.98, 1.0}, Section{0.70, 0.98, 0.94},
                               Section{0.92, 0.86, 0.78},  Section{1.0, 0.62, 0.52}};
-  (void)root;
   std::vector<std::uint32_t> last;
   const auto& sections = form.is_molar ? kMolar : kIncisor;
   for (const Section& section : sections) {
@@ -102,13 +102,13 @@ void addRow(ModelMesh& mesh, const Arch& arch, double edge_y, double down, std::
       neck.y() = edge_y + down * form.height;
       // The crown's front lies on the arch.
       neck -= 0.5 * form.thickness * out;
-      addTooth(mesh, neck, right, out, down, form, 4, teeth_part);
+      addTooth(mesh, neck, right, out, down, form, teeth_part);
       walked += form.width + 0.08;
     }
   }
   // The gum: a tube along the arch, its edge scalloped around the necks.
-  constexpr int kAlong = 84;
-  constexpr int kAround = 12;
+  constexpr int kAlong = 70;
+  constexpr int kAround = 10;
   double length = 0;
   for (const ToothForm& form : forms) length += form.width + 0.08;
   std::vector<std::uint32_t> last;
@@ -188,8 +188,8 @@ ModelMesh makeMouthParts(const OpenedFace& face) {
   const Vector3d seam = face.mesh.point(13);
   ModelMesh mesh;
   // The upper incisors' edges lie just under the line where the lips meet and bite over the lower ones.
-  const Arch upper{29.0, 43.0, seam.z() - 5.2 - 43.0};
-  const Arch lower{27.0, 40.5, seam.z() - 7.6 - 40.5};
+  const Arch upper{27.0, 45.0, seam.z() - 5.4 - 45.0};
+  const Arch lower{25.0, 42.5, seam.z() - 7.8 - 42.5};
   addRow(mesh, upper, seam.y() - 1.4, 1, kUpperForms, kPartUpperTeeth, kPartUpperGums);
   addRow(mesh, lower, seam.y() - 1.8, -1, kLowerForms, kPartLowerTeeth, kPartLowerGums);
   addTongue(mesh, seam.z() - 16.5, seam.y() - 2.5);
@@ -221,6 +221,58 @@ ModelMesh makeEyeBall(const EyeBall& eye) {
       else mesh.addQuad(last[b], last[a], ring[b], ring[a], kPartEyes);
     }
     last = ring;
+  }
+  return mesh;
+}
+
+namespace {
+
+/// A smooth curve through points (Catmull-Rom), way in [0, 1].
+Vector3d curvePoint(std::span<const Vector3d> points, double way) {
+  const double at = std::clamp(way, 0.0, 1.0) * static_cast<double>(points.size() - 1);
+  const auto i = std::min(static_cast<std::size_t>(at), points.size() - 2);
+  const double t = at - static_cast<double>(i);
+  const Vector3d& b = points[i];
+  const Vector3d& c = points[i + 1];
+  const Vector3d a = i > 0 ? points[i - 1] : Vector3d(2 * b - c);
+  const Vector3d d = i + 2 < points.size() ? points[i + 2] : Vector3d(2 * c - b);
+  return 0.5 * (2 * b + t * (c - a) + t * t * (2 * a - 5 * b + 4 * c - d) + t * t * t * (3 * b - a - 3 * c + d));
+}
+
+void addLash(ModelMesh& mesh, const Vector3d& root, const Vector3d& along, const Vector3d& out, double length) {
+  constexpr double kHalfWidthMm = 0.22;
+  // A blade of three triangles that bends up.
+  const Vector3d middle = root + length * (0.55 * out + Vector3d(0, 0.10, 0));
+  const Vector3d tip = root + length * (0.85 * out + Vector3d(0, 0.52, 0));
+  const auto a = mesh.addVertex(root - kHalfWidthMm * along);
+  const auto b = mesh.addVertex(root + kHalfWidthMm * along);
+  const auto c = mesh.addVertex(middle - 0.7 * kHalfWidthMm * along);
+  const auto d = mesh.addVertex(middle + 0.7 * kHalfWidthMm * along);
+  const auto e = mesh.addVertex(tip);
+  mesh.addQuad(a, b, c, d, kPartLashes);
+  mesh.addTriangle(c, d, e, kPartLashes);
+}
+
+}  // namespace
+
+ModelMesh makeLashes(const OpenedFace& face) {
+  constexpr int kLashes = 30;
+  ModelMesh mesh;
+  for (std::size_t side = 0; side < 2; ++side) {
+    const auto& loop = side == 0 ? kEyeRight : kEyeLeft;
+    std::vector<Vector3d> edge;  // outer corner, upper lid, inner corner
+    for (std::size_t k = 0; k <= 8; ++k) edge.push_back(face.mesh.point(loop[k]));
+    for (int i = 0; i < kLashes; ++i) {
+      const double way = 0.06 + 0.80 * i / (kLashes - 1);
+      const Vector3d root = curvePoint(edge, way);
+      const Vector3d along = (curvePoint(edge, way + 0.02) - curvePoint(edge, way - 0.02)).normalized();
+      Vector3d out = root - face.eyes[side].centre;
+      // Fan outward: lashes near the temple point to it.
+      out.normalize();
+      out += Vector3d((side == 0 ? -1.0 : 1.0) * 0.55 * (0.55 - way), 0, 0);
+      const double length = 6.4 * std::sin(std::numbers::pi * (0.16 + 0.62 * (1 - way))) * (i % 3 == 1 ? 0.82 : 1.0);
+      addLash(mesh, root, along, out.normalized(), length);
+    }
   }
   return mesh;
 }

@@ -11,4 +11,7 @@ ModelMesh makeMouthParts(const OpenedFace& face);
 /// Eyeballs with iris and pupil rings; channel kMouthDepth holds the angle from the front, in units of pi.
 ModelMesh makeEyeBall(const EyeBall& eye);
 
+/// Lashes along the upper lids of the finished face, thin blades.
+ModelMesh makeLashes(const OpenedFace& face);
+
 }  // namespace mouthpiece

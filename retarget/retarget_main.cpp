@@ -125,16 +125,16 @@ int check(const CommandLine& line) {
 
 int sample(const CommandLine& line) {
   const Corpus corpus = readCorpus(line.corpus);
-  DefaultFace made = makeDefaultFace(readFaceMesh(line.canonical), line.canonical.string());
+  const DefaultFace made = makeDefaultFace(readFaceMesh(line.canonical), line.canonical.string());
   const fs::path mesh_path = line.out / "default.obj";
-  writeObj(mesh_path, made.mesh);
-  const std::string bytes = readFile(mesh_path);
+  const std::string bytes = objBytes(made.mesh);
   FaceMesh mesh = parseFaceMesh(bytes, mesh_path);
   FitRequest request = requestFor(line, corpus);
   request.name = "default";
   request.mesh_file = mesh_path.filename().string();
   request.mesh_sha256 = sha256Hex(bytes);
   const FaceFile face = fitFace(mesh, made.anchors, line.canonical.string(), request);
+  writeFileAtomically(mesh_path, bytes);
   writeFaceFile(line.out / "default.face", face);
   return report(face, checkFace(face, mesh), line);
 }

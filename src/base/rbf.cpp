@@ -131,7 +131,8 @@ Eigen::MatrixXd solveSaddleSystem(const Eigen::MatrixXd& system, const Eigen::Ma
   const double miss = (right_side - system * solution).cwiseAbs().maxCoeff();
   const double largest = std::max(right_side.cwiseAbs().maxCoeff(), 1e-300);
   if (!solution.allFinite() || !(miss <= kResidualTolerance * largest)) {
-    throw InputError("the interpolation centres make a singular system; expected them further apart or a smaller shape");
+    throw InputError(
+        "the interpolation centres make a singular system; expected them further apart or a smaller shape");
   }
   return solution;
 }

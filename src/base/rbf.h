@@ -18,7 +18,8 @@ struct RbfOptions {
   RbfKernel kernel = RbfKernel::kInverseMultiquadric;
   RbfPolynomial polynomial = RbfPolynomial::kLinear;
   double shape = 1.0;
-  double regularization = 0.0;  ///< added to the diagonal, relative to phi(0) (or to the mean |phi|); 0 interpolates exactly
+  double regularization =
+      0.0;  ///< added to the diagonal, relative to phi(0) (or to the mean |phi|); 0 interpolates exactly
 };
 
 /// f: R^d -> R^k with f(c_i) = y_i: a weighted sum of radial functions at the centres plus a polynomial (EDGE eq. 1).

@@ -38,7 +38,8 @@ void appendFixed(std::string& text, double value, int decimals) {
   const double power = kPowersOfTen[static_cast<std::size_t>(decimals)];
   std::array<char, 400> digits;
   if (!(std::abs(value) * power < kLargestScaled)) {
-    const auto written = std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::fixed, decimals);
+    const auto written =
+        std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::fixed, decimals);
     text.append(digits.data(), written.ptr);
     return;
   }

@@ -14,8 +14,8 @@ std::optional<double> parseNumber(std::string_view text);
 /// `text` without blanks (space, tab, carriage return) at its ends.
 std::string_view trimmed(std::string_view text);
 
-/// Appends `value`, finite, with exactly `decimals` digits behind the point (at most 9), halves away from zero; never "-0".
-/// Many times faster than a stream.
+/// Appends `value`, finite, with exactly `decimals` digits behind the point (at most 9), halves away from zero; never
+/// "-0". Many times faster than a stream.
 void appendFixed(std::string& text, double value, int decimals);
 
 /// Gives the lines of `text` one by one, without their ends (\n, \r\n); counts from 1. A byte order mark is skipped.

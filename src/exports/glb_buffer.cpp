@@ -116,6 +116,15 @@ std::size_t GlbBuffer::addScalars(std::span<const float> values, bool with_bound
   return addAccessor(std::move(accessor));
 }
 
+std::size_t GlbBuffer::addZeroVec3(std::size_t count) {
+  const auto [known, is_new] = zeros_by_count_.try_emplace(count, accessors_.size());
+  if (is_new) {
+    const std::vector<float> zero(3, 0.0F);
+    addAccessor({{"componentType", kFloat}, {"count", count}, {"type", "VEC3"}, {"min", zero}, {"max", zero}});
+  }
+  return known->second;
+}
+
 std::size_t GlbBuffer::addMostlyZeroVec3(std::span<const float> values, bool with_bounds) {
   const std::size_t count = values.size() / 3;
   std::vector<std::uint32_t> indices;
@@ -126,21 +135,20 @@ std::size_t GlbBuffer::addMostlyZeroVec3(std::span<const float> values, bool wit
     indices.push_back(static_cast<std::uint32_t>(i));
     kept.insert(kept.end(), value, value + 3);
   }
+  if (indices.empty()) return addZeroVec3(count);
   const bool is_short = count <= std::numeric_limits<std::uint16_t>::max();
   if (kept.size() * sizeof(float) + indices.size() * (is_short ? 2 : 4) >= values.size_bytes()) {
     return addVec3(values, with_bounds);
   }
   json accessor{{"componentType", kFloat}, {"count", count}, {"type", "VEC3"}};
   if (with_bounds) addBounds(accessor, values, 3);
-  if (!indices.empty()) {
-    const std::vector<std::uint16_t> narrow =
-        is_short ? std::vector<std::uint16_t>(indices.begin(), indices.end()) : std::vector<std::uint16_t>();
-    const std::size_t index_view = addView(is_short ? bytesOf(narrow) : bytesOf(indices), kNoTarget, 0);
-    accessor["sparse"] = {
-        {"count", indices.size()},
-        {"indices", {{"bufferView", index_view}, {"componentType", is_short ? kUnsignedShort : kUnsignedInt}}},
-        {"values", {{"bufferView", addView(bytesOf(kept), kNoTarget, 0)}}}};
-  }
+  const std::vector<std::uint16_t> narrow =
+      is_short ? std::vector<std::uint16_t>(indices.begin(), indices.end()) : std::vector<std::uint16_t>();
+  const std::size_t index_view = addView(is_short ? bytesOf(narrow) : bytesOf(indices), kNoTarget, 0);
+  accessor["sparse"] = {
+      {"count", indices.size()},
+      {"indices", {{"bufferView", index_view}, {"componentType", is_short ? kUnsignedShort : kUnsignedInt}}},
+      {"values", {{"bufferView", addView(bytesOf(kept), kNoTarget, 0)}}}};
   return addAccessor(std::move(accessor));
 }
 

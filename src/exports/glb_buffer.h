@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
@@ -19,7 +20,8 @@ class GlbBuffer {
   std::size_t addColors(std::span<const std::uint16_t> rgba);
   std::size_t addIndices(std::span<const std::uint32_t> indices, std::size_t vertex_count);
   std::size_t addScalars(std::span<const float> values, bool with_bounds);
-  /// Vec3 values most of which are zero: stored sparse (or not at all, when all are) where that is smaller.
+  /// Vec3 values most of which are zero: stored sparse where that is smaller; all-zero ones of a length share one accessor
+  /// without data.
   std::size_t addMostlyZeroVec3(std::span<const float> values, bool with_bounds);
 
   [[nodiscard]] const nlohmann::json& accessor(std::size_t index) const { return accessors_[index]; }
@@ -28,11 +30,13 @@ class GlbBuffer {
   [[nodiscard]] std::string toGlb(nlohmann::json root) const;
 
  private:
+  std::size_t addZeroVec3(std::size_t count);
   std::size_t addView(std::string_view bytes, int target, std::size_t stride);
   std::size_t addAccessor(nlohmann::json accessor);
   std::size_t appendAligned(std::string_view bytes);
 
   std::string bytes_;
+  std::map<std::size_t, std::size_t> zeros_by_count_;
   nlohmann::json accessors_ = nlohmann::json::array();
   nlohmann::json views_ = nlohmann::json::array();
 };

@@ -146,7 +146,7 @@ std::string glbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::s
   if (shapes.shapeCount() > 0) {
     face["weights"] = std::vector<float>(static_cast<std::size_t>(shapes.shapeCount()), 0.0F);
     json names = json::array();
-    for (Index k = 0; k < shapes.shapeCount(); ++k) names.push_back(fmt::format("shape_{:02}", k + 1));
+    for (Index k = 0; k < shapes.shapeCount(); ++k) names.push_back(fmt::format("shape_{:02}", k));
     face["extras"] = {{"targetNames", std::move(names)}};  // what Blender, three.js and others read them from
     root["animations"] = json::array({animationOf(shapes, buffer)});
   }

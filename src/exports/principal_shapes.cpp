@@ -23,7 +23,7 @@ constexpr float kStillShare = 0.1F;      ///< a vertex that never moves further 
 constexpr float kSampleShare = 0.85F;     ///< what the sampled vertices are fitted to
 /// A shape that never moves a vertex further than this leaves it alone; tried in turn until the vertex is within the
 /// tolerance. The first makes the file a fifth smaller, 0 keeps everything.
-constexpr std::array<float, 3> kNegligibleShares{0.3F, 0.1F, 0.0F};
+constexpr std::array<float, 3> kNegligibleShares{0.5F, 0.15F, 0.0F};
 constexpr Index kSampledVertices = 500;
 constexpr std::size_t kRefinedAtOnce = 400;
 
@@ -70,26 +70,33 @@ MatrixXf sampledDisplacements(const Fit& fit) {
   return displacements;
 }
 
-/// Weights with largest magnitude 1 and the rows that take displacements to shapes: shapes = inverse * displacements.
+/// Orthonormal trajectories b_k turned into weights in [0, 1] and the rows that take displacements D to shapes:
+/// D = sum_k b_k (b_k^T D) = sum_k w_k s_k + offset with w_k = (b_k - low_k) / range_k, s_k = range_k b_k^T D and
+/// offset = sum_k (low_k / range_k) s_k.
 struct Weights {
-  RowMajorMatrixF weights;  ///< padded frames x shapes
-  RowMajorMatrixF inverse;  ///< padded shapes x padded frames
-  Index count = 0;
+  RowMajorMatrixF weights;      ///< padded frames x (1 + count); the first column, the offset's, is 1
+  RowMajorMatrixF inverse;      ///< padded count x padded frames: s = inverse * D
+  std::vector<float> offset_shares;  ///< low_k / range_k
+  Index count = 0;              ///< without the offset
 };
 
 Weights weightsFromBasis(const MatrixXf& basis) {
   Weights result;
   result.count = basis.cols();
   const Index frames = paddedRows(basis.rows());
-  result.weights = RowMajorMatrixF::Zero(frames, basis.cols());
+  result.weights = RowMajorMatrixF::Zero(frames, 1 + basis.cols());
+  result.weights.col(0).head(basis.rows()).setOnes();
   result.inverse = RowMajorMatrixF::Zero(paddedRows(basis.cols()), frames);
   for (Index k = 0; k < basis.cols(); ++k) {
     Index strongest = 0;
     basis.col(k).cwiseAbs().maxCoeff(&strongest);
-    const float scale = basis(strongest, k);
-    if (scale == 0) continue;
-    result.weights.col(k).head(basis.rows()) = basis.col(k) / scale;
-    result.inverse.row(k).head(basis.rows()) = basis.col(k).transpose() * scale;
+    const Eigen::VectorXf column = (basis(strongest, k) < 0 ? -1.0F : 1.0F) * basis.col(k);
+    const float high = column.maxCoeff();
+    const bool is_constant = high - column.minCoeff() < 1e-5F * high;
+    const float low = is_constant ? 0.0F : column.minCoeff();
+    result.weights.col(k + 1).head(basis.rows()) = ((column.array() - low) / (high - low)).cwiseMin(1.0F).cwiseMax(0.0F);
+    result.inverse.row(k).head(basis.rows()) = (high - low) * column.transpose();
+    result.offset_shares.push_back(low / (high - low));
   }
   return result;
 }
@@ -101,7 +108,8 @@ class PanelFitter {
       : fit_(fit),
         weights_(weights),
         displacements_(RowMajorMatrixF::Zero(weights.weights.rows(), kPanelWidth)),
-        shapes_(weights.inverse.rows(), kPanelWidth) {}
+        shapes_(weights.inverse.rows(), kPanelWidth),
+        thinned_(1 + weights.count, kPanelWidth) {}
 
   /// Shapes of vertices [first, first + 8) into columns of `shapes`; the largest squared residuals into `errors`.
   void fit(Index first, RowMajorMatrixF& shapes, float* errors) {
@@ -111,11 +119,10 @@ class PanelFitter {
     if (std::all_of(errors, errors + count, [&](float square) { return square <= still * still; })) return;
     kernels_.multiply(weights_.inverse.data(), weights_.inverse.rows(), weights_.inverse.cols(), displacements_.data(),
                       shapes_.data());
-    thinned_ = shapes_;
     for (const float share : kNegligibleShares) {
       dropBelow(share * fit_.tolerance);
-      kernels_.largestResidual(weights_.weights.data(), weights_.weights.rows(), weights_.count, displacements_.data(),
-                               thinned_.data(), errors);
+      kernels_.largestResidual(weights_.weights.data(), weights_.weights.rows(), 1 + weights_.count,
+                               displacements_.data(), thinned_.data(), errors);
       if (std::all_of(errors, errors + count, [&](float square) { return square <= fit_.tolerance * fit_.tolerance; })) {
         break;
       }
@@ -138,11 +145,12 @@ class PanelFitter {
     kernels_.loadDisplacements(padded.data(), kPanelWidth, fit_.frames(), rest.data(), displacements_.data(), errors);
   }
 
-  /// thinned_ = shapes_ without displacements shorter than `limit`.
+  /// thinned_ = shapes_ without displacements shorter than `limit`, after their offset.
   void dropBelow(float limit) {
+    thinned_.row(0).setZero();
     for (Index k = 0; k < weights_.count; ++k) {
       const float* from = shapes_.row(k).data();
-      float* to = thinned_.row(k).data();
+      float* to = thinned_.row(1 + k).data();
       for (Index v = 0; v < kPanelVertices; ++v) {
         const float x = from[v];
         const float y = from[v + kPanelVertices];
@@ -152,11 +160,12 @@ class PanelFitter {
         to[v + kPanelVertices] = kept * y;
         to[v + 2 * kPanelVertices] = kept * z;
       }
+      thinned_.row(0) += weights_.offset_shares[static_cast<std::size_t>(k)] * thinned_.row(1 + k);
     }
   }
 
   void storePanel(Index first, Index count, RowMajorMatrixF& shapes) const {
-    for (Index k = 0; k < weights_.count; ++k) {
+    for (Index k = 0; k < thinned_.rows(); ++k) {
       const float* from = thinned_.row(k).data();
       float* to = shapes.row(k).data() + 3 * first;
       for (Index v = 0; v < count; ++v) {
@@ -172,7 +181,7 @@ class PanelFitter {
   const PanelKernels& kernels_ = panelKernels();
   RowMajorMatrixF displacements_;  ///< padded frames x kPanelWidth
   RowMajorMatrixF shapes_;         ///< padded shapes x kPanelWidth
-  RowMajorMatrixF thinned_;        ///< what is kept of them
+  RowMajorMatrixF thinned_;        ///< the offset, then what is kept of them
 };
 
 /// Squared errors of all vertices (rounded up to whole panels) after the first fit of everything.
@@ -218,10 +227,13 @@ MatrixXf residualOf(const Fit& fit, const PrincipalShapes& result, const std::ve
   return residual;
 }
 
-/// Adds shapes that move only `beyond`, from what is left of those vertices' own trajectories.
+/// Adds shapes that move only `beyond`, from what is left of those vertices' own trajectories; their offset joins the
+/// first shape.
 void refine(const Fit& fit, const std::vector<Index>& beyond, PrincipalShapes& result, std::vector<float>& errors) {
   const Weights added = weightsFromBasis(
       trajectoryBasis(residualOf(fit, result, representatives(beyond, errors)), kSampleShare * fit.tolerance));
+  const Eigen::Map<const Eigen::RowVectorXf> offset_shares(added.offset_shares.data(), added.count);
+  const auto weights = added.weights.topRows(fit.frames());
   const Index before = result.shapes.rows();
   RowMajorMatrixF added_shapes = RowMajorMatrixF::Zero(added.count, result.shapes.cols());
   for (std::size_t first = 0; first < beyond.size(); first += kRefinedAtOnce) {
@@ -230,17 +242,27 @@ void refine(const Fit& fit, const std::vector<Index>& beyond, PrincipalShapes& r
                                       beyond.begin() + static_cast<std::ptrdiff_t>(end));
     MatrixXf residual = residualOf(fit, result, vertices);
     const MatrixXf shapes = added.inverse.topLeftCorner(added.count, fit.frames()) * residual;
-    residual -= added.weights.topRows(fit.frames()) * shapes;
+    const Eigen::RowVectorXf offset = offset_shares * shapes;
+    residual -= weights.rightCols(added.count) * shapes;
+    residual.rowwise() -= offset;
     for (std::size_t i = 0; i < vertices.size(); ++i) {
       const Index column = 3 * static_cast<Index>(i);
       added_shapes.middleCols<3>(3 * vertices[i]) = shapes.middleCols<3>(column);
+      result.shapes.block<1, 3>(0, 3 * vertices[i]) += offset.segment<3>(column);
       errors[static_cast<std::size_t>(vertices[i])] = residual.middleCols<3>(column).rowwise().squaredNorm().maxCoeff();
     }
   }
   result.shapes.conservativeResize(before + added.count, Eigen::NoChange);
   result.shapes.bottomRows(added.count) = added_shapes;
   result.weights.conservativeResize(Eigen::NoChange, before + added.count);
-  result.weights.rightCols(added.count) = added.weights;
+  result.weights.rightCols(added.count) = added.weights.rightCols(added.count);
+}
+
+/// A face that never moves needs no shape, not even the first.
+void dropShapesOfAStillFace(PrincipalShapes& result) {
+  if (result.shapes.rows() != 1) return;
+  result.shapes.resize(0, Eigen::NoChange);
+  result.weights.resize(Eigen::NoChange, 0);
 }
 
 }  // namespace
@@ -258,7 +280,7 @@ PrincipalShapes principalShapes(const FaceAnimation& animation, const VertexPosi
   const MatrixXf sample = sampledDisplacements(fit);
   MOUTHPIECE_EXPECT(sample.allFinite());
   Weights weights = weightsFromBasis(trajectoryBasis(sample, kSampleShare * fit.tolerance));
-  result.shapes = RowMajorMatrixF::Zero(weights.count, result.rest.cols());
+  result.shapes = RowMajorMatrixF::Zero(1 + weights.count, result.rest.cols());
   std::vector<float> errors = fitAllVertices(fit, weights, result.shapes);
   result.weights = std::move(weights.weights);
   MOUTHPIECE_EXPECT(result.shapes.allFinite());
@@ -268,6 +290,7 @@ PrincipalShapes principalShapes(const FaceAnimation& animation, const VertexPosi
     refine(fit, beyond, result, errors);
   }
   result.weights.conservativeResize(fit.frames(), Eigen::NoChange);
+  dropShapesOfAStillFace(result);
   const float largest = errors.empty() ? 0.0F : *std::max_element(errors.begin(), errors.end());
   result.max_error_mm = std::sqrt(static_cast<double>(largest)) * mm_per_unit;
   return result;

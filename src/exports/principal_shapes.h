@@ -10,15 +10,17 @@ namespace mouthpiece {
 using RowMajorMatrixF = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 struct PrincipalShapesOptions {
-  double tolerance_mm = 0.07;  ///< largest distance of a vertex, in any frame, from the full animation
+  double tolerance_mm = 0.08;  ///< largest distance of a vertex, in any frame, from the full animation
 };
 
-/// A face animation as a few shapes: frame f is `rest + sum_k weights(f, k) * shapes.row(k)`.
+/// A face animation as a few shapes: frame f is `rest + sum_k weights(f, k) * shapes.row(k)`. All weights lie in [0, 1],
+/// since Blender 3.4 cuts a shape key's value to that range; so the first shape is the pose that the others start from,
+/// its weight 1 throughout.
 struct PrincipalShapes {
   double frame_rate_hz = 0;
   Eigen::RowVectorXf rest;  ///< 1 x (3 * vertices), mesh unit
   RowMajorMatrixF shapes;   ///< shapes x (3 * vertices), mesh unit: displacements at weight 1; zero where nothing moves
-  RowMajorMatrixF weights;  ///< frames x shapes; the weight of largest magnitude of every shape is 1
+  RowMajorMatrixF weights;  ///< frames x shapes; every column's largest is 1
   double max_error_mm = 0;  ///< measured over all vertices and frames
 
   [[nodiscard]] Eigen::Index shapeCount() const { return shapes.rows(); }

@@ -12,6 +12,7 @@ namespace mouthpiece {
 namespace {
 
 constexpr std::size_t kBlockBytes = 512;
+constexpr std::size_t kMaxBlocks = 255;
 constexpr std::size_t kMaxDimensions = 7;
 
 /// VAX F: the two 16-bit halves swapped, exponent bias 129 for a significand in [1, 2), no infinities.
@@ -53,9 +54,10 @@ std::vector<Entry> readEntries(ByteReader& reader, std::size_t section_end) {
     // The last entry may give no offset to a next one.
     const std::size_t next = offset == 0 ? section_end : offset_place + offset;
     if (next < reader.position() || next > section_end) {
-      reader.fail(fmt::format("found an entry \"{}\" that runs to byte {}; expected it to end inside the parameter "
-                              "section, at byte {} at most",
-                              printable(entry.name), next, section_end));
+      reader.fail(
+          fmt::format("found an entry \"{}\" that runs to byte {}; expected it to end inside the parameter "
+                      "section, at byte {} at most",
+                      printable(entry.name), next, section_end));
     }
     entry.body = reader.readBytes(next - reader.position());
     entries.push_back(std::move(entry));
@@ -90,9 +92,8 @@ C3dParameter parseParameter(const Entry& entry, const std::string& file) {
 }
 
 std::size_t sectionEnd(const ByteReader& reader, std::size_t start, std::size_t block_count) {
-  // Some writers leave the block count zero; the entries then end themselves.
-  if (block_count == 0) return reader.size();
-  return std::min(reader.size(), start + block_count * kBlockBytes);
+  // Some writers leave the block count zero; the entries then end themselves, within what a count could say.
+  return std::min(reader.size(), start + (block_count == 0 ? kMaxBlocks : block_count) * kBlockBytes);
 }
 
 }  // namespace

@@ -102,7 +102,8 @@ void takeFrameRate(PointFormat& format, const C3dParameters& parameters, const H
 void takePointCount(PointFormat& format, const C3dParameters& parameters, const Header& header, std::string_view file) {
   const double used = parameters.number("POINT", "USED").value_or(static_cast<double>(header.point_count));
   if (used != static_cast<double>(header.point_count)) {
-    throw InputError(file, "POINT:USED", fmt::format("found {} points; expected {} as in the header", used, header.point_count));
+    throw InputError(file, "POINT:USED",
+                     fmt::format("found {} points; expected {} as in the header", used, header.point_count));
   }
   if (header.point_count == 0) throw InputError(file, "POINT:USED", "found no points; expected markers");
   format.point_count = header.point_count;
@@ -120,19 +121,17 @@ void takeScale(PointFormat& format, const C3dParameters& parameters, const Heade
 
 /// Checks that the file holds all the frames it claims, before anything is allocated for them.
 void takeFrames(PointFormat& format, const C3dParameters& parameters, const Header& header, const ByteReader& reader) {
-  const std::size_t data_block =
-      header.data_block != 0 ? header.data_block
-                             : static_cast<std::size_t>(parameters.number("POINT", "DATA_START").value_or(0.0));
+  const std::size_t data_block = header.data_block != 0
+                                     ? header.data_block
+                                     : static_cast<std::size_t>(parameters.number("POINT", "DATA_START").value_or(0.0));
   if (data_block == 0) throw InputError(reader.fileName(), "byte 16", "found no data block; expected 2 or more");
   format.data_start = (data_block - 1) * kBlockBytes;
   format.analog_values_per_frame = header.analog_values_per_frame;
   const double claimed = claimedFrameCount(parameters, header);
   if (!(claimed >= 1.0)) throw InputError(reader.fileName(), "POINT:FRAMES", "found no frames; expected at least one");
 
-  const std::size_t frame_bytes =
-      (4 * format.point_count + format.analog_values_per_frame) * format.bytesPerValue();
-  const std::size_t held =
-      format.data_start < reader.size() ? (reader.size() - format.data_start) / frame_bytes : 0;
+  const std::size_t frame_bytes = (4 * format.point_count + format.analog_values_per_frame) * format.bytesPerValue();
+  const std::size_t held = format.data_start < reader.size() ? (reader.size() - format.data_start) / frame_bytes : 0;
   if (claimed > static_cast<double>(held)) {
     throw InputError(reader.fileName(), fmt::format("byte {}", reader.size()),
                      fmt::format("the file ends after {} frames of points; expected {:.0f}", held, claimed));

@@ -12,13 +12,13 @@ namespace mouthpiece {
 namespace {
 
 constexpr std::size_t kBlockBytes = 512;
-constexpr std::size_t kParameterBlock = 2;      // right behind the header
+constexpr std::size_t kParameterBlock = 2;  // right behind the header
 constexpr std::size_t kMaxParameterBlocks = 255;
 constexpr std::size_t kMaxPoints = 65535;
 constexpr std::size_t kMaxFrames = 0x7FFFFFFF;
-constexpr std::size_t kMaxLabelBytes = 127;     // some readers take the dimension byte as signed
+constexpr std::size_t kMaxLabelBytes = 127;  // some readers take the dimension byte as signed
 constexpr std::size_t kLabelsPerParameter = 255;
-constexpr float kFloatScale = -1.0F;            // negative: the points are floats in real units
+constexpr float kFloatScale = -1.0F;  // negative: the points are floats in real units
 
 enum GroupId : std::uint8_t { kPointGroup = 1, kAnalogGroup = 2, kTrialGroup = 3 };
 
@@ -45,6 +45,14 @@ class ParameterWriter {
     bytes_.writeU8(4);
     bytes_.writeU8(0);
     bytes_.writeF32(value);
+    end();
+  }
+  void numbers(GroupId id, std::string_view name, const std::vector<float>& values) {
+    begin(id, name);
+    bytes_.writeU8(4);
+    bytes_.writeU8(1);
+    bytes_.writeU8(static_cast<std::uint8_t>(values.size()));
+    for (const float value : values) bytes_.writeF32(value);
     end();
   }
   void text(GroupId id, std::string_view name, std::string_view value) {
@@ -95,26 +103,30 @@ void refuseWhatDoesNotFit(const MotionClip& clip) {
   MOUTHPIECE_EXPECT(static_cast<std::size_t>(clip.positions_mm.cols()) == 3 * clip.markerCount());
   expectFrameRate(clip.frame_rate_hz, "C3D", "POINT:RATE");
   if (clip.markerCount() == 0 || clip.markerCount() > kMaxPoints) {
-    throw InputError("C3D", "POINT:USED", fmt::format("found {} markers; expected 1 to {}", clip.markerCount(), kMaxPoints));
+    throw InputError("C3D", "POINT:USED",
+                     fmt::format("found {} markers; expected 1 to {}", clip.markerCount(), kMaxPoints));
   }
   if (clip.frameCount() == 0 || clip.frameCount() > kMaxFrames) {
-    throw InputError("C3D", "POINT:FRAMES", fmt::format("found {} frames; expected 1 to {}", clip.frameCount(), kMaxFrames));
+    throw InputError("C3D", "POINT:FRAMES",
+                     fmt::format("found {} frames; expected 1 to {}", clip.frameCount(), kMaxFrames));
   }
   for (const std::string& name : clip.marker_names) {
     if (name.empty() || name.size() > kMaxLabelBytes) {
-      throw InputError("C3D", "POINT:LABELS",
-                       fmt::format("found marker name \"{}\"; expected 1 to {} bytes", printable(name), kMaxLabelBytes));
+      throw InputError(
+          "C3D", "POINT:LABELS",
+          fmt::format("found marker name \"{}\"; expected 1 to {} bytes", printable(name), kMaxLabelBytes));
     }
   }
 }
 
-void writeLabels(ParameterWriter& parameters, const std::vector<std::string>& names) {
-  for (std::size_t first = 0; first < names.size(); first += kLabelsPerParameter) {
-    const std::size_t last = std::min(first + kLabelsPerParameter, names.size());
-    const std::vector<std::string> part(names.begin() + static_cast<std::ptrdiff_t>(first),
-                                        names.begin() + static_cast<std::ptrdiff_t>(last));
+/// One row for each marker, in LABELS, LABELS2, ...: a parameter holds 255 rows.
+void writeMarkerTexts(ParameterWriter& parameters, const std::string& parameter, const std::vector<std::string>& rows) {
+  for (std::size_t first = 0; first < rows.size(); first += kLabelsPerParameter) {
+    const std::size_t last = std::min(first + kLabelsPerParameter, rows.size());
+    const std::vector<std::string> part(rows.begin() + static_cast<std::ptrdiff_t>(first),
+                                        rows.begin() + static_cast<std::ptrdiff_t>(last));
     const std::size_t number = first / kLabelsPerParameter + 1;
-    parameters.texts(kPointGroup, number == 1 ? "LABELS" : fmt::format("LABELS{}", number), part);
+    parameters.texts(kPointGroup, number == 1 ? parameter : fmt::format("{}{}", parameter, number), part);
   }
 }
 
@@ -144,11 +156,18 @@ void writeParameters(ByteWriter& bytes, const MotionClip& clip, std::uint16_t da
   parameters.text(kPointGroup, "UNITS", "mm");
   parameters.text(kPointGroup, "X_SCREEN", "+X");
   parameters.text(kPointGroup, "Y_SCREEN", "+Y");
-  writeLabels(parameters, clip.marker_names);
+  writeMarkerTexts(parameters, "LABELS", clip.marker_names);
+  writeMarkerTexts(parameters, "DESCRIPTIONS", std::vector<std::string>(clip.markerCount(), " "));
   parameters.group(kAnalogGroup, "ANALOG");
+  // No analog channel; readers look for these all the same, and compare the rate with the header's 0 samples a frame.
   parameters.integers(kAnalogGroup, "USED", {0});
-  parameters.number(kAnalogGroup, "RATE", static_cast<float>(clip.frame_rate_hz));
+  parameters.number(kAnalogGroup, "RATE", 0.0F);
   parameters.number(kAnalogGroup, "GEN_SCALE", 1.0F);
+  parameters.texts(kAnalogGroup, "LABELS", {});
+  parameters.texts(kAnalogGroup, "DESCRIPTIONS", {});
+  parameters.texts(kAnalogGroup, "UNITS", {});
+  parameters.integers(kAnalogGroup, "OFFSET", {});
+  parameters.numbers(kAnalogGroup, "SCALE", {});
   parameters.group(kTrialGroup, "TRIAL");
   parameters.integers(kTrialGroup, "ACTUAL_START_FIELD", halves(1));
   parameters.integers(kTrialGroup, "ACTUAL_END_FIELD", halves(clip.frameCount()));

@@ -86,7 +86,8 @@ class GapFiller {
     PositionMatrix deviations(static_cast<Eigen::Index>(around.size()), 3);
     for (std::size_t i = 0; i < around.size(); ++i) {
       deviations.row(static_cast<Eigen::Index>(i)) =
-          clip_.position(FrameIndex(static_cast<std::size_t>(around[i])), gap.marker).transpose() - predicted(around[i]);
+          clip_.position(FrameIndex(static_cast<std::size_t>(around[i])), gap.marker).transpose() -
+          predicted(around[i]);
     }
     PositionMatrix filled = bridged(around, deviations, gap);
     for (Eigen::Index i = 0; i < filled.rows(); ++i) {
@@ -159,9 +160,9 @@ class GapFiller {
     for (Eigen::Index row = 0; row < result.rows(); ++row) {
       result.row(row) = mean;
       for (Eigen::Index i = 0; i < count; ++i) {
-        result.row(row) += covariance(static_cast<Eigen::Index>(gap.first.value) + row,
-                                      frames[static_cast<std::size_t>(i)]) *
-                           weights.row(i);
+        result.row(row) +=
+            covariance(static_cast<Eigen::Index>(gap.first.value) + row, frames[static_cast<std::size_t>(i)]) *
+            weights.row(i);
       }
     }
     return result;
@@ -193,7 +194,8 @@ double estimateNoise(const MotionClip& clip) {
   const auto& x = clip.positions_mm;
   for (Eigen::Index frame = 3; frame < x.rows(); ++frame) {
     for (Eigen::Index column = 0; column < x.cols(); ++column) {
-      const double third = x(frame, column) - 3.0 * x(frame - 1, column) + 3.0 * x(frame - 2, column) - x(frame - 3, column);
+      const double third =
+          x(frame, column) - 3.0 * x(frame - 1, column) + 3.0 * x(frame - 2, column) - x(frame - 3, column);
       if (std::isfinite(third)) differences.push_back(std::abs(third));
     }
   }

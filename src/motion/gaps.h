@@ -23,8 +23,8 @@ struct GapFillOptions {
 
 struct GapFillReport {
   std::vector<Gap> filled;
-  std::vector<Gap> left;     ///< too long, or at an end of the clip, or with nothing to fill from
-  double noise_mm = 0;       ///< estimated, one axis: what the filling takes as the capture's own uncertainty
+  std::vector<Gap> left;  ///< too long, or at an end of the clip, or with nothing to fill from
+  double noise_mm = 0;    ///< estimated, one axis: what the filling takes as the capture's own uncertainty
 };
 
 struct FilledMotion {

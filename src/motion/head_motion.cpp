@@ -39,10 +39,10 @@ RigidMotion motionOf(const Eigen::Matrix<double, 1, 6>& parameters) {
   return motion;
 }
 
-/// The weighted least-squares parabola through the motions around `frame`, at `frame`. Motions are taken relative to the
-/// frame's own, as small turns and shifts of `pivot_world`, where they hardly depend on each other.
-RigidMotion smoothedAt(const std::vector<std::optional<RigidMotion>>& motions, std::size_t frame, double half_width_frames,
-                       const Eigen::Vector3d& pivot_world) {
+/// The weighted least-squares parabola through the motions around `frame`, at `frame`. Motions are taken relative to
+/// the frame's own, as small turns and shifts of `pivot_world`, where they hardly depend on each other.
+RigidMotion smoothedAt(const std::vector<std::optional<RigidMotion>>& motions, std::size_t frame,
+                       double half_width_frames, const Eigen::Vector3d& pivot_world) {
   const RigidMotion& own = *motions[frame];
   const RigidMotion to_pivot{Eigen::Matrix3d::Identity(), -own.apply(pivot_world)};
   const auto reach = static_cast<std::ptrdiff_t>(half_width_frames);
@@ -51,7 +51,8 @@ RigidMotion smoothedAt(const std::vector<std::optional<RigidMotion>>& motions, s
   int used = 0;
   for (std::ptrdiff_t offset = -reach; offset <= reach; ++offset) {
     const std::ptrdiff_t other = static_cast<std::ptrdiff_t>(frame) + offset;
-    if (other < 0 || other >= static_cast<std::ptrdiff_t>(motions.size()) || !motions[static_cast<std::size_t>(other)]) continue;
+    if (other < 0 || other >= static_cast<std::ptrdiff_t>(motions.size()) || !motions[static_cast<std::size_t>(other)])
+      continue;
     const double u = static_cast<double>(offset) / (half_width_frames + 1.0);
     const double weight = std::pow(1.0 - std::abs(u * u * u), 3.0);
     const Eigen::Vector3d terms(1.0, u, u * u);
@@ -67,8 +68,8 @@ RigidMotion smoothedAt(const std::vector<std::optional<RigidMotion>>& motions, s
   return to_pivot.inverse().after(motionOf(parabola.row(0))).after(to_pivot).after(own);
 }
 
-/// Brings all frames on one path that bends no faster than heads do. The paths are relative to each frame's own motion, of
-/// which the clip's slow movement cancels: what is left is small.
+/// Brings all frames on one path that bends no faster than heads do. The paths are relative to each frame's own motion,
+/// of which the clip's slow movement cancels: what is left is small.
 void smoothHeadPath(const MotionClip& clip, std::span<const MarkerIndex> head_markers, double half_width_s,
                     std::vector<std::optional<RigidMotion>>& motions) {
   const double half_width_frames = std::floor(half_width_s * clip.frame_rate_hz);

@@ -37,9 +37,9 @@ std::string readName(const json& object, const char* key, std::string_view file,
   auto name = requiredMember<std::string>(object, key, file, place);
   const bool has_control = std::any_of(name.begin(), name.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; });
   if (name.empty() || name.size() > kMaxNameLength || has_control) {
-    throw InputError(file, place,
-                     fmt::format("found \"{}\" = \"{}\"; expected 1 to {} printable bytes", key, printable(name),
-                                 kMaxNameLength));
+    throw InputError(
+        file, place,
+        fmt::format("found \"{}\" = \"{}\"; expected 1 to {} printable bytes", key, printable(name), kMaxNameLength));
   }
   return name;
 }
@@ -93,7 +93,8 @@ void resolveMirrors(MarkerLayout& layout, const json& markers, const NameIndex& 
     const LayoutMarker& marker = layout.markers[i];
     const LayoutMarker& partner = layout.markers[marker.mirror.value];
     const bool on_midline = marker.side == Side::kMiddle;
-    if (partner.mirror.value != i || partner.side != oppositeOf(marker.side) || on_midline != (marker.mirror.value == i)) {
+    if (partner.mirror.value != i || partner.side != oppositeOf(marker.side) ||
+        on_midline != (marker.mirror.value == i)) {
       throw InputError(file, markerPlace(i),
                        fmt::format("found {} mirrored by {}; expected partners that name each other, on opposite "
                                    "sides, and midline markers that name themselves",

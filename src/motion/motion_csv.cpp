@@ -22,10 +22,12 @@ std::vector<std::string> readHeader(std::string_view line, std::string_view file
   std::vector<std::string_view> columns;
   splitFields(line, ',', columns);
   if (trimmed(columns[0]) != kTimeColumn) {
-    throw InputError(file, "1", fmt::format("found first column \"{}\"; expected {}", printable(columns[0]), kTimeColumn));
+    throw InputError(file, "1",
+                     fmt::format("found first column \"{}\"; expected {}", printable(columns[0]), kTimeColumn));
   }
   if (columns.size() < 4 || columns.size() % 3 != 1) {
-    throw InputError(file, "1", fmt::format("found {} columns; expected time_s and three for each marker", columns.size()));
+    throw InputError(file, "1",
+                     fmt::format("found {} columns; expected time_s and three for each marker", columns.size()));
   }
   std::vector<std::string> names;
   for (std::size_t i = 1; i < columns.size(); i += 3) {
@@ -34,8 +36,9 @@ std::vector<std::string> readHeader(std::string_view line, std::string_view file
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::string expected = fmt::format("{}.{}", name, "xyz"[axis]);
       if (name.empty() || trimmed(columns[i + axis]) != expected) {
-        throw InputError(file, "1", fmt::format("found column \"{}\"; expected NAME.x,NAME.y,NAME.z for each marker",
-                                                printable(columns[i + axis])));
+        throw InputError(file, "1",
+                         fmt::format("found column \"{}\"; expected NAME.x,NAME.y,NAME.z for each marker",
+                                     printable(columns[i + axis])));
       }
     }
     names.emplace_back(name);
@@ -46,8 +49,9 @@ std::vector<std::string> readHeader(std::string_view line, std::string_view file
 
 void expectWritableName(const std::string& name) {
   if (!name.empty() && name.find_first_of(",\"\n\r") == std::string::npos && trimmed(name) == name) return;
-  throw InputError("CSV", "time_s", fmt::format("found marker name \"{}\"; expected no comma, quote, line end or outer blank",
-                                                printable(name)));
+  throw InputError(
+      "CSV", "time_s",
+      fmt::format("found marker name \"{}\"; expected no comma, quote, line end or outer blank", printable(name)));
 }
 
 }  // namespace
@@ -64,7 +68,8 @@ MotionClip readMotionCsvText(std::string_view text, std::string_view name) {
     const std::string place = fmt::format("{}", lines.lineNumber());
     splitFields(line, ',', cells);
     if (cells.size() != 3 * marker_names.size() + 1) {
-      throw InputError(name, place, fmt::format("found {} cells; expected {}", cells.size(), 3 * marker_names.size() + 1));
+      throw InputError(name, place,
+                       fmt::format("found {} cells; expected {}", cells.size(), 3 * marker_names.size() + 1));
     }
     const std::optional<double> time = parseNumber(cells[0]);
     if (!time) throw InputError(name, place, fmt::format("found time \"{}\"; expected seconds", printable(cells[0])));

@@ -8,8 +8,8 @@
 
 namespace mouthpiece {
 
-/// Motion as a table (docs/formats/motion_csv.md): time_s,NAME.x,NAME.y,NAME.z,..., millimetres, one row a frame, an empty
-/// cell (or "nan") where the marker was not seen. The frame rate comes from the times, which are evenly spaced.
+/// Motion as a table (docs/formats/motion_csv.md): time_s,NAME.x,NAME.y,NAME.z,..., millimetres, one row a frame, an
+/// empty cell (or "nan") where the marker was not seen. The frame rate comes from the times, which are evenly spaced.
 /// Throws InputError with the line; at least two rows.
 MotionClip readMotionCsv(const std::filesystem::path& path);
 MotionClip readMotionCsvText(std::string_view text, std::string_view name);

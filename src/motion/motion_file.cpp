@@ -22,8 +22,9 @@ std::string lowerCaseEnding(const std::filesystem::path& path) {
 }
 
 [[noreturn]] void failEnding(const std::filesystem::path& path) {
-  throw InputError(path.string(), "",
-                   fmt::format("found the ending \"{}\"; expected .c3d, .csv or .trc", printable(path.extension().string())));
+  throw InputError(
+      path.string(), "",
+      fmt::format("found the ending \"{}\"; expected .c3d, .csv or .trc", printable(path.extension().string())));
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 
 namespace mouthpiece {
 
-/// Reads or writes motion in the format that the name's ending tells: .c3d, .csv, .trc, in any case. Throws InputError for
-/// another ending, and what the format's own reader or writer throws.
+/// Reads or writes motion in the format that the name's ending tells: .c3d, .csv, .trc, in any case. Throws InputError
+/// for another ending, and what the format's own reader or writer throws.
 MotionClip readMotion(const std::filesystem::path& path);
 void writeMotion(const std::filesystem::path& path, const MotionClip& clip);
 

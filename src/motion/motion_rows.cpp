@@ -26,14 +26,15 @@ double cellValue(std::string_view cell, double mm_per_unit, std::string_view fil
   if (!value) throw InputError(file, place, fmt::format("found \"{}\"; expected a number", printable(cell)));
   if (std::isnan(*value)) return kNan;
   if (!(std::abs(*value * mm_per_unit) <= kMaxPositionMm)) {
-    throw InputError(file, place, fmt::format("found a position of {:g} mm; expected at most {:g}",
-                                              *value * mm_per_unit, kMaxPositionMm));
+    throw InputError(
+        file, place,
+        fmt::format("found a position of {:g} mm; expected at most {:g}", *value * mm_per_unit, kMaxPositionMm));
   }
   return *value * mm_per_unit;
 }
 
-/// The rate that the writer most likely meant, when the times cannot tell it apart: a whole number, a television rate, or
-/// one of few decimals.
+/// The rate that the writer most likely meant, when the times cannot tell it apart: a whole number, a television rate,
+/// or one of few decimals.
 double likelyRate(double rate, double uncertainty) {
   for (const double nominal : {std::round(rate), std::round(rate * 1.001) / 1.001, std::round(rate * 10.0) / 10.0,
                                std::round(rate * 100.0) / 100.0, std::round(rate * 1000.0) / 1000.0}) {
@@ -46,11 +47,13 @@ double likelyRate(double rate, double uncertainty) {
 
 void MotionRows::add(double time, std::span<const std::string_view> cells, double mm_per_unit, std::string_view place) {
   if (cells.size() != column_count_) {
-    throw InputError(file_, place, fmt::format("found {} cells of positions; expected {}", cells.size(), column_count_));
+    throw InputError(file_, place,
+                     fmt::format("found {} cells of positions; expected {}", cells.size(), column_count_));
   }
   if (!std::isfinite(time)) throw InputError(file_, place, "found a time that is not finite");
   if (!times_.empty() && !(time > times_.back())) {
-    throw InputError(file_, place, fmt::format("found time {:g} s behind {:g} s; expected it to rise", time, times_.back()));
+    throw InputError(file_, place,
+                     fmt::format("found time {:g} s behind {:g} s; expected it to rise", time, times_.back()));
   }
   times_.push_back(time);
   const std::size_t first = values_.size();

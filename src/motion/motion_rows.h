@@ -14,8 +14,9 @@ class MotionRows {
  public:
   MotionRows(std::string_view file, std::size_t marker_count) : file_(file), column_count_(3 * marker_count) {}
 
-  /// `cells`: x y z of each marker, blank or nan where it was not seen. `place` names the line in errors. Throws InputError
-  /// for what is no number, too large or infinite, and for another count of cells (so memory stays in step with the file).
+  /// `cells`: x y z of each marker, blank or nan where it was not seen. `place` names the line in errors. Throws
+  /// InputError for what is no number, too large or infinite, and for another count of cells (so memory stays in step
+  /// with the file).
   void add(double time, std::span<const std::string_view> cells, double mm_per_unit, std::string_view place);
 
   [[nodiscard]] std::size_t rowCount() const { return times_.size(); }

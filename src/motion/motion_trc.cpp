@@ -109,8 +109,9 @@ std::string writeTrcText(const MotionClip& clip, std::string_view file_name) {
       printable(file_name, 200), rate, clip.frameCount(), clip.markerCount());
   for (const std::string& marker : clip.marker_names) {
     if (marker.empty() || marker.find_first_of("\t\n\r") != std::string::npos || trimmed(marker) != marker) {
-      throw InputError("TRC", "4", fmt::format("found marker name \"{}\"; expected no tab, line end or outer blank",
-                                               printable(marker)));
+      throw InputError(
+          "TRC", "4",
+          fmt::format("found marker name \"{}\"; expected no tab, line end or outer blank", printable(marker)));
     }
     text += fmt::format("\t{}\t\t", marker);
   }

@@ -37,7 +37,8 @@ class IndexOfTime {
     const double spacing = times_[right] - times_[i];
     const double u = (time - times_[i]) / spacing;
     // Cubic Hermite from i to i + 1.
-    const double rise = u * u * (3.0 - 2.0 * u) + spacing * u * (1.0 - u) * ((1.0 - u) * slopes_[i] - u * slopes_[right]);
+    const double rise =
+        u * u * (3.0 - 2.0 * u) + spacing * u * (1.0 - u) * ((1.0 - u) * slopes_[i] - u * slopes_[right]);
     return static_cast<double>(i) + rise;
   }
 
@@ -98,8 +99,8 @@ struct MirroredSamples {
   }
 };
 
-/// positions x (count + terms): inverse multiquadrics at 0 ... count - 1, in units of the spacing and divided by their value
-/// at the centre, then the polynomial 1, x (only 1 for a single centre), scaled to the size of the others.
+/// positions x (count + terms): inverse multiquadrics at 0 ... count - 1, in units of the spacing and divided by their
+/// value at the centre, then the polynomial 1, x (only 1 for a single centre), scaled to the size of the others.
 Eigen::MatrixXd basisAt(std::span<const double> positions, double first_center, Eigen::Index count, double shape) {
   const Eigen::Index terms = count > 1 ? 2 : 1;
   Eigen::MatrixXd values(static_cast<Eigen::Index>(positions.size()), count + terms);

@@ -17,10 +17,10 @@ struct ResampleOptions {
 };
 
 /// Exact interpolation of samples at uneven times by inverse multiquadrics plus a linear polynomial (EDGE eq. 1). The
-/// radial distance is taken along the samples: x = S(time), the smooth rising curve with S(time of sample i) = i, so that
-/// squeezed and stretched phones are interpolated equally well. Everything that depends on the times alone is worked out
-/// once; the values then cost one matrix product per window. A query outside the samples gives the nearest end sample.
-/// Immutable, safe to share between threads.
+/// radial distance is taken along the samples: x = S(time), the smooth rising curve with S(time of sample i) = i, so
+/// that squeezed and stretched phones are interpolated equally well. Everything that depends on the times alone is
+/// worked out once; the values then cost one matrix product per window. A query outside the samples gives the nearest
+/// end sample. Immutable, safe to share between threads.
 class MotionResampler {
  public:
   /// `sample_times` rise strictly, `query_times` do not fall, both finite (else InternalError); at least one sample.

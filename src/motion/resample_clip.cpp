@@ -57,8 +57,8 @@ std::vector<FrameRange> runsOf(const SeenFrames& seen) {
 /// last frame of all also answers what lies beyond.
 std::span<const Seconds> queriesWithin(const FrameRange& run, std::span<const Seconds> times,
                                        std::span<const Seconds> queries) {
-  const auto first = run.first == 0 ? queries.begin()
-                                    : std::lower_bound(queries.begin(), queries.end(), times[run.first]);
+  const auto first =
+      run.first == 0 ? queries.begin() : std::lower_bound(queries.begin(), queries.end(), times[run.first]);
   const auto last =
       run.last == times.size() ? queries.end() : std::upper_bound(first, queries.end(), times[run.last - 1]);
   return {first, last};
@@ -99,7 +99,8 @@ PositionMatrix resampleWarped(const MotionClip& clip, const TimeWarp& warp, std:
   for (std::size_t frame = range.first; frame < range.last; ++frame) {
     times.push_back(warp.targetFromSource(clip.timeOf(FrameIndex(frame))));
   }
-  const auto positions = clip.positions_mm.middleRows(static_cast<Eigen::Index>(range.first), static_cast<Eigen::Index>(times.size()));
+  const auto positions =
+      clip.positions_mm.middleRows(static_cast<Eigen::Index>(range.first), static_cast<Eigen::Index>(times.size()));
   if (positions.allFinite()) return MotionResampler(times, target_times, options).apply(positions);
 
   PositionMatrix result =

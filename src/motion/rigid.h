@@ -15,9 +15,7 @@ struct RigidMotion {
   Eigen::Vector3d translation_mm = Eigen::Vector3d::Zero();
 
   [[nodiscard]] Eigen::Vector3d apply(const Eigen::Vector3d& point) const { return rotation * point + translation_mm; }
-  [[nodiscard]] RigidMotion inverse() const {
-    return {rotation.transpose(), -(rotation.transpose() * translation_mm)};
-  }
+  [[nodiscard]] RigidMotion inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation_mm)}; }
   /// The motion that applies `first`, then this one.
   [[nodiscard]] RigidMotion after(const RigidMotion& first) const {
     return {rotation * first.rotation, rotation * first.translation_mm + translation_mm};
@@ -25,7 +23,8 @@ struct RigidMotion {
 };
 
 struct RigidFitOptions {
-  /// Rounds of reweighting that take markers off which do not move with the rest (Geman-McClure); 0: plain least squares.
+  /// Rounds of reweighting that take markers off which do not move with the rest (Geman-McClure); 0: plain least
+  /// squares.
   int robust_rounds = 5;
 };
 
@@ -49,13 +48,13 @@ struct HeadMotionOptions {
   double smoothing_s = 0.0;
 };
 
-/// Moves every frame so that `head_markers` (which ride on the skull: a jig, or the layout's stable ones) come to lie as
-/// in `reference`, which has one row for each marker of the clip (NaN: unknown).
+/// Moves every frame so that `head_markers` (which ride on the skull: a jig, or the layout's stable ones) come to lie
+/// as in `reference`, which has one row for each marker of the clip (NaN: unknown).
 HeadMotion removeHeadMotion(const MotionClip& clip, const MarkerPositions& reference,
                             std::span<const MarkerIndex> head_markers, const HeadMotionOptions& options = {});
 
-/// A reference made from the clip itself: its frames laid on each other by `head_markers`, then the median of each marker
-/// (NaN: never seen). In the coordinates of the frame that saw most of them. InputError when no frame has a fit.
+/// A reference made from the clip itself: its frames laid on each other by `head_markers`, then the median of each
+/// marker (NaN: never seen). In the coordinates of the frame that saw most of them. InputError when no frame has a fit.
 MarkerPositions medianAlignedPose(const MotionClip& clip, std::span<const MarkerIndex> head_markers,
                                   const RigidFitOptions& options = {});
 

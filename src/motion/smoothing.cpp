@@ -14,6 +14,8 @@ namespace {
 /// Variance of the start position, velocity, acceleration before anything was seen, in units of the noise: as good as
 /// unknown, and still far from losing the digits of what is known.
 constexpr double kUnknown = 1e8;
+/// No sample is moved further than noise explains (1 % of it is larger): the tip of a quick closure stays.
+constexpr double kFarthestInNoises = 2.5;
 /// A path of fewer samples is left as it is.
 constexpr Eigen::Index kFewestSamples = 5;
 /// Restlessness is searched on this grid: jerk noise per frame over measurement noise, as deviations.
@@ -24,11 +26,12 @@ constexpr int kRestlessnessSteps = 13;  // a factor of 2.6 each: the result hard
 /// Position, velocity, acceleration in units of one frame; white jerk.
 Eigen::Matrix3d stepMatrix() { return Eigen::Matrix3d{{1.0, 1.0, 0.5}, {0.0, 1.0, 1.0}, {0.0, 0.0, 1.0}}; }
 Eigen::Matrix3d jerkCovariance() {
-  return Eigen::Matrix3d{{1.0 / 20.0, 1.0 / 8.0, 1.0 / 6.0}, {1.0 / 8.0, 1.0 / 3.0, 1.0 / 2.0}, {1.0 / 6.0, 1.0 / 2.0, 1.0}};
+  return Eigen::Matrix3d{
+      {1.0 / 20.0, 1.0 / 8.0, 1.0 / 6.0}, {1.0 / 8.0, 1.0 / 3.0, 1.0 / 2.0}, {1.0 / 6.0, 1.0 / 2.0, 1.0}};
 }
 
-/// Kalman filter and smoother for measurements of noise one; NaN: not measured. Covariances depend only on which frames were
-/// measured, so one run serves the three coordinates of a marker.
+/// Kalman filter and smoother for measurements of noise one; NaN: not measured. Covariances depend only on which frames
+/// were measured, so one run serves the three coordinates of a marker.
 class JerkSmoother {
  public:
   using States = Eigen::Matrix3d;  ///< rows: position, velocity, acceleration; columns: x y z
@@ -129,10 +132,12 @@ SmoothedMotion smoothMotion(const MotionClip& clip, const SmoothingOptions& opti
     const auto seen = (path.array() == path.array()).rowwise().all().eval();
     if (seen.count() < kFewestSamples) continue;
     const PositionMatrix smooth = smoothedPath(path, result.noise_mm);
+    const double farthest = kFarthestInNoises * result.noise_mm;
     for (Eigen::Index frame = 0; frame < path.rows(); ++frame) {
       if (!seen[frame]) continue;
-      result.clip.positions_mm.block<1, 3>(frame, column) = smooth.row(frame);
-      squared_change += (smooth.row(frame) - path.row(frame)).squaredNorm();
+      const Eigen::RowVector3d change = (smooth.row(frame) - path.row(frame)).cwiseMin(farthest).cwiseMax(-farthest);
+      result.clip.positions_mm.block<1, 3>(frame, column) += change;
+      squared_change += change.squaredNorm();
       samples += 3.0;
     }
   }

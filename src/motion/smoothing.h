@@ -15,9 +15,9 @@ struct SmoothedMotion {
   double rms_change_mm = 0;  ///< how far samples were moved, one coordinate
 };
 
-/// Takes light noise off (EDGE 4): a Kalman filter and Rauch-Tung-Striebel smoother of a point whose jerk is white noise,
-/// for each coordinate. How restless each marker is, is found by maximum likelihood, so quick closures stay. A sample that
-/// was not seen stays NaN.
+/// Takes light noise off (EDGE 4): a Kalman filter and Rauch-Tung-Striebel smoother of a point whose jerk is white
+/// noise, for each coordinate. How restless each marker is, is found by maximum likelihood, and no coordinate is moved
+/// by more than 2.5 times the noise, so quick closures stay. A sample that was not seen stays NaN.
 SmoothedMotion smoothMotion(const MotionClip& clip, const SmoothingOptions& options = {});
 
 }  // namespace mouthpiece

@@ -12,7 +12,7 @@ namespace mouthpiece {
 namespace {
 
 /// The map from column `From` to column `To`.
-template <Seconds TimeKnot::* From, Seconds TimeKnot::* To>
+template <Seconds TimeKnot::*From, Seconds TimeKnot::*To>
 Seconds mapTime(const std::vector<TimeKnot>& knots, Seconds time) {
   if (time <= knots.front().*From) return knots.front().*To + (time - knots.front().*From);
   if (time >= knots.back().*From) return knots.back().*To + (time - knots.back().*From);
@@ -35,9 +35,10 @@ TimeWarp::TimeWarp(std::vector<TimeKnot> knots) : knots_(std::move(knots)) {
       throw InputError(fmt::format("found a time warp knot {} that is not finite", i));
     }
     if (i > 0 && !(knots_[i - 1].source < knot.source && knots_[i - 1].target < knot.target)) {
-      throw InputError(fmt::format("found time warp knot {} at {:.6g} s -> {:.6g} s behind {:.6g} s -> {:.6g} s; "
-                                   "expected both columns to rise strictly",
-                                   i, knot.source, knot.target, knots_[i - 1].source, knots_[i - 1].target));
+      throw InputError(
+          fmt::format("found time warp knot {} at {:.6g} s -> {:.6g} s behind {:.6g} s -> {:.6g} s; "
+                      "expected both columns to rise strictly",
+                      i, knot.source, knot.target, knots_[i - 1].source, knots_[i - 1].target));
     }
   }
 }

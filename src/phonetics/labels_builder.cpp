@@ -116,9 +116,12 @@ class LabelsBuilder {
 
   void addSyllable(std::size_t begin, std::size_t end, int stress_if_unknown) {
     int stress = stress_if_unknown;
+    bool is_from_vowel = false;
     for (std::size_t i = begin; i < end; ++i) {
       labels_.phones[i].syllable = labels_.syllables.size();
-      if (segments_[i].stress && (isVowel(segments_[i].phone) || end - begin == 1)) stress = *segments_[i].stress;
+      if (!segments_[i].stress || is_from_vowel) continue;
+      stress = *segments_[i].stress;
+      is_from_vowel = isVowel(segments_[i].phone);
     }
     labels_.syllables.push_back({{PhoneIndex(begin), PhoneIndex(end - 1)}, stress});
   }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <optional>
+#include <utility>
 
 #include "audio/audio_clip.h"
 #include "base/errors.h"

@@ -55,7 +55,7 @@ void addSharedOptions(CLI::App& app, CommandLine& line) {
   app.add_option("--fps", synthesis.frame_rate_hz, "Frames a second, 24 to 240")->capture_default_str();
   addChoice(app, "--select", synthesis.selection.method, {{"greedy", SelectionMethod::kGreedy}, {"viterbi", SelectionMethod::kViterbi}},
             "greedy: the longest fragment each time; viterbi: the cheapest path of all (default: greedy)");
-  addChoice(app, "--units", synthesis.selection.units, {{"any", UnitChoice::kAny}, {"paper", UnitChoice::kPaper}},
+  addChoice(app, "--units", synthesis.selection.units, {{"any", UnitScales::kAny}, {"paper", UnitScales::kPaper}},
             "any: every fragment; paper: sentences, words, syllables and diphones (default: any)");
   addChoice(app, "--blend", synthesis.blend,
             {{"smooth", BlendKind::kSmooth}, {"linear", BlendKind::kLinear}, {"cosine", BlendKind::kCosine}, {"exponential", BlendKind::kExponential}},

@@ -33,9 +33,8 @@ TimeWarp warpOf(const SpeechLabels& line, const PhoneRange& target, const Speech
 }
 
 /// The seconds of the take that this fragment may show.
-TimeSpan usableSource(const CorpusTake& take, std::size_t first, std::size_t last) {
-  TimeSpan usable{0, (static_cast<double>(take.motion.frameCount()) - 1) / take.motion.frame_rate_hz};
-  const std::vector<LabelledPhone>& phones = take.labels.phones;
+TimeSpan usableSource(const MotionClip& motion, const std::vector<LabelledPhone>& phones, std::size_t first, std::size_t last) {
+  TimeSpan usable{0, (static_cast<double>(motion.frameCount()) - 1) / motion.frame_rate_hz};
   if (isSilent(phones[first]) && first > 0) {
     usable.start = phones[first].span.end - kOwnPartOfPause * phones[first].span.duration();
   }
@@ -55,11 +54,12 @@ double smoothStep(double u) {
 
 Fragment::Fragment(const SpeechLabels& line, const PhoneRange& target, const UnitDatabase& database, const PhonePlace& source)
     : take_(&database.takeOf(source)),
+      motion_(&database.motionOf(source.take)),
       database_(&database),
       target_(target),
       source_first_(source.phone),
       warp_(warpOf(line, target, take_->labels, source.phone)) {
-  const TimeSpan usable = usableSource(*take_, source.phone.value, source.phone.value + target.last.value - target.first.value);
+  const TimeSpan usable = usableSource(*motion_, take_->labels.phones, source.phone.value, source.phone.value + target.last.value - target.first.value);
   usable_ = {warp_.targetFromSource(usable.start), warp_.targetFromSource(usable.end)};
 }
 
@@ -68,23 +68,23 @@ const LabelledPhone& Fragment::sourcePhone(PhoneIndex target) const {
 }
 
 Eigen::RowVectorXd Fragment::lipsAt(Seconds time) const {
-  return mouthpiece::lipsAt(take_->motion, database_->lipColumns(), warp_.sourceFromTarget(std::clamp(time, usable_.start, usable_.end)));
+  return mouthpiece::lipsAt(*motion_, database_->lipColumns(), warp_.sourceFromTarget(std::clamp(time, usable_.start, usable_.end)));
 }
 
 PositionMatrix Fragment::posesAt(std::span<const Seconds> times) const {
   std::vector<Seconds> within(times.begin(), times.end());
   for (Seconds& time : within) time = std::clamp(time, usable_.start, usable_.end);
-  PositionMatrix poses = resampleWarped(take_->motion, warp_, within);
+  PositionMatrix poses = resampleWarped(*motion_, warp_, within);
   relaxBeyond(times, poses);
   return poses;
 }
 
 /// Velocity at an edge of the usable stretch, from one capture interval inside it; zero where that was not seen.
 Eigen::RowVectorXd Fragment::edgeVelocity(Seconds edge, double inward) const {
-  const Seconds step = 1 / take_->motion.frame_rate_hz;
+  const Seconds step = 1 / motion_->frame_rate_hz;
   const Seconds inside = std::clamp(edge + inward * step, usable_.start, usable_.end);
   std::vector<Seconds> pair{std::min(edge, inside), std::max(edge, inside)};
-  const PositionMatrix poses = resampleWarped(take_->motion, warp_, pair);
+  const PositionMatrix poses = resampleWarped(*motion_, warp_, pair);
   const Eigen::RowVectorXd velocity = (poses.row(1) - poses.row(0)) / step;
   return velocity.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; });
 }

@@ -25,7 +25,7 @@ class Fragment {
   [[nodiscard]] Eigen::RowVectorXd lipsAt(Seconds time) const;
 
   [[nodiscard]] const PhoneRange& phones() const { return target_; }
-  [[nodiscard]] double captureRateHz() const { return take_->motion.frame_rate_hz; }
+  [[nodiscard]] double captureRateHz() const { return motion_->frame_rate_hz; }
   /// The take's phone that plays `target`, a phone of the line.
   [[nodiscard]] const LabelledPhone& sourcePhone(PhoneIndex target) const;
 
@@ -34,6 +34,7 @@ class Fragment {
   [[nodiscard]] Eigen::RowVectorXd edgeVelocity(Seconds edge, double inward) const;
 
   const CorpusTake* take_;
+  const MotionClip* motion_;
   const UnitDatabase* database_;
   PhoneRange target_;
   PhoneIndex source_first_;

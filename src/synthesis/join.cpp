@@ -83,8 +83,8 @@ TimeSpan placeJoin(const SpeechLabels& line, const Fragment& before, const Fragm
 Join measureJoin(const MotionClip& motion, TimeSpan blend) {
   Join join{blend.middle(), 0, 0};
   const auto last = static_cast<Eigen::Index>(motion.frameCount()) - 1;
-  const auto first_frame = std::max<Eigen::Index>(0, static_cast<Eigen::Index>(std::floor(blend.start * motion.frame_rate_hz)));
-  const auto last_frame = std::min<Eigen::Index>(last, static_cast<Eigen::Index>(std::ceil(blend.end * motion.frame_rate_hz)));
+  const auto first_frame = std::max<Eigen::Index>(0, static_cast<Eigen::Index>(std::ceil(blend.start * motion.frame_rate_hz)) - 1);
+  const auto last_frame = std::min<Eigen::Index>(last, static_cast<Eigen::Index>(std::floor(blend.end * motion.frame_rate_hz)) + 1);
   for (Eigen::Index frame = first_frame; frame < last_frame; ++frame) {
     join.position_jump_mm = std::max(join.position_jump_mm, largestStep(motion, frame));
     if (frame > 0) join.velocity_jump_mm_s = std::max(join.velocity_jump_mm_s, largestVelocityChange(motion, frame));
@@ -98,8 +98,10 @@ FrameChange frameChangePercentile(const Corpus& corpus, double frame_rate_hz, do
   const auto keepSeen = [](std::vector<double>& values, double value) {
     if (std::isfinite(value)) values.push_back(value);
   };
-  for (const CorpusTake& take : corpus.takes) {
-    const MotionClip motion = resampleClip(take.motion, frame_rate_hz);
+  for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
+    const bool on_demand = corpus.motion_source != nullptr;
+    const MotionClip captured = on_demand ? corpus.motion_source->load(TakeIndex(take)) : corpus.takes[take].motion;
+    const MotionClip motion = resampleClip(captured, frame_rate_hz);
     for (Eigen::Index frame = 0; frame + 1 < motion.positions_mm.rows(); ++frame) {
       keepSeen(steps, largestStep(motion, frame));
       if (frame > 0) keepSeen(changes, largestVelocityChange(motion, frame));

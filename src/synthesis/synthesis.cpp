@@ -26,12 +26,6 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// First frame at or after `time`, at most `count`.
-std::size_t frameFrom(Seconds time, double frame_rate_hz, std::size_t count) {
-  const double frame = std::ceil(time * frame_rate_hz);
-  return frame <= 0 ? 0 : std::min(count, static_cast<std::size_t>(frame));
-}
-
 /// Where one of two poses was not seen, the other stands for both.
 void fillFromEachOther(PositionMatrix& a, PositionMatrix& b) {
   for (Eigen::Index i = 0; i < a.size(); ++i) {
@@ -60,31 +54,81 @@ void fillUnseen(PositionMatrix& positions, const MarkerPositions& neutral) {
   }
 }
 
-/// The fragments resampled at `times` and blended over `joins`, one between each fragment and the next (EDGE 5.1.3).
-PositionMatrix blendFragments(const std::vector<UnitFragment>& fragments, const std::vector<TimeSpan>& joins, std::span<const Seconds> times,
-                              double frame_rate_hz, BlendKind blend) {
-  PositionMatrix result;
-  for (std::size_t i = 0; i < fragments.size(); ++i) {
-    const std::size_t begin = i == 0 ? 0 : frameFrom(joins[i - 1].start, frame_rate_hz, times.size());
-    const std::size_t end = i + 1 == fragments.size() ? times.size() : frameFrom(joins[i].end, frame_rate_hz, times.size());
-    if (begin >= end) continue;
-    PositionMatrix poses = fragments[i].fragment.posesAt(times.subspan(begin, end - begin));
-    if (result.size() == 0) result.setZero(static_cast<Eigen::Index>(times.size()), poses.cols());
+/// Columns that no phone moves: lids blink and brows rise when they will. A cut through such a movement shows, so they are
+/// blended over longer than the lips.
+std::vector<bool> upperFaceColumns(const MarkerLayout& layout) {
+  std::vector<bool> upper;
+  for (const LayoutMarker& marker : layout.markers) {
+    const bool is_upper = marker.region == "forehead" || marker.region == "temple" || marker.region == "brow" ||
+                          marker.region == "lid" || marker.region == "canthus";
+    upper.insert(upper.end(), 3, is_upper);
+  }
+  return upper;
+}
+
+constexpr Seconds kUpperFaceOverlap = 0.240;
+
+/// The blend of the upper face at a join.
+TimeSpan widened(const TimeSpan& join) {
+  const Seconds half = 0.5 * std::max(kUpperFaceOverlap, join.duration());
+  return {join.middle() - half, join.middle() + half};
+}
+
+/// The fragments resampled at the frame times and blended over `joins`, one between each fragment and the next (EDGE
+/// 5.1.3).
+class Blender {
+ public:
+  Blender(const std::vector<UnitFragment>& fragments, const std::vector<TimeSpan>& joins, std::span<const Seconds> times,
+          double frame_rate_hz, BlendKind blend, const MarkerLayout& layout)
+      : fragments_(fragments), joins_(joins), times_(times), frame_rate_hz_(frame_rate_hz), blend_(blend), upper_(upperFaceColumns(layout)) {}
+
+  [[nodiscard]] PositionMatrix blend() const {
+    PositionMatrix result(static_cast<Eigen::Index>(times_.size()), static_cast<Eigen::Index>(upper_.size()));
+    for (std::size_t i = 0; i < fragments_.size(); ++i) {
+      const std::size_t begin = i == 0 ? 0 : frameFrom(widened(joins_[i - 1]).start);
+      const std::size_t end = i + 1 == fragments_.size() ? times_.size() : frameFrom(widened(joins_[i]).end);
+      if (begin < end) add(i, begin, end, result);
+    }
+    return result;
+  }
+
+ private:
+  /// First frame at or after `time`, at most the end.
+  [[nodiscard]] std::size_t frameFrom(Seconds time) const {
+    const double frame = std::ceil(time * frame_rate_hz_);
+    return frame <= 0 ? 0 : std::min(times_.size(), static_cast<std::size_t>(frame));
+  }
+
+  /// Frames [begin, end) of fragment `i` over what the fragments before it made.
+  void add(std::size_t i, std::size_t begin, std::size_t end, PositionMatrix& result) const {
+    PositionMatrix poses = fragments_[i].fragment.posesAt(times_.subspan(begin, end - begin));
     std::size_t blended_end = begin;
     if (i > 0) {
-      blended_end = std::clamp(frameFrom(joins[i - 1].end, frame_rate_hz, times.size()), begin, end);
+      blended_end = std::clamp(frameFrom(widened(joins_[i - 1]).end), begin, end);
       const auto rows = static_cast<Eigen::Index>(blended_end - begin);
       PositionMatrix before = result.middleRows(static_cast<Eigen::Index>(begin), rows);
       PositionMatrix after = poses.topRows(rows);
       fillFromEachOther(before, after);
-      result.middleRows(static_cast<Eigen::Index>(begin), rows) =
-          blendRows(before, after, times.subspan(begin, blended_end - begin), joins[i - 1], blend);
+      const std::span<const Seconds> times = times_.subspan(begin, blended_end - begin);
+      const PositionMatrix speech = blendRows(before, after, times, joins_[i - 1], blend_);
+      PositionMatrix blended = blendRows(before, after, times, widened(joins_[i - 1]), blend_);
+      for (std::size_t column = 0; column < upper_.size(); ++column) {
+        const auto at = static_cast<Eigen::Index>(column);
+        if (!upper_[column]) blended.col(at) = speech.col(at);
+      }
+      result.middleRows(static_cast<Eigen::Index>(begin), rows) = blended;
     }
-    result.middleRows(static_cast<Eigen::Index>(blended_end), static_cast<Eigen::Index>(end - blended_end)) =
-        poses.bottomRows(static_cast<Eigen::Index>(end - blended_end));
+    const auto rest = static_cast<Eigen::Index>(end - blended_end);
+    result.middleRows(static_cast<Eigen::Index>(blended_end), rest) = poses.bottomRows(rest);
   }
-  return result;
-}
+
+  const std::vector<UnitFragment>& fragments_;
+  const std::vector<TimeSpan>& joins_;
+  std::span<const Seconds> times_;
+  double frame_rate_hz_;
+  BlendKind blend_;
+  std::vector<bool> upper_;
+};
 
 /// Joins lie in the order of the line, so that each blend begins where the one before has begun.
 std::vector<TimeSpan> placeJoins(const SynthesisRequest& request, const std::vector<UnitFragment>& fragments) {
@@ -125,7 +169,8 @@ void animateUnits(const SynthesisRequest& request, const UnitDatabase& database,
   const std::vector<UnitFragment> fragments = cutIntoFragments(request.labels, database, units);
   const std::vector<TimeSpan> joins = placeJoins(request, fragments);
   MotionClip& motion = animation.motion;
-  motion.positions_mm = blendFragments(fragments, joins, times, motion.frame_rate_hz, request.options.blend);
+  const MarkerLayout& layout = database.corpus().layout;
+  motion.positions_mm = Blender(fragments, joins, times, motion.frame_rate_hz, request.options.blend, layout).blend();
   fillUnseen(motion.positions_mm, database.corpus().neutral_pose_mm);
   for (std::size_t i = 0; i < joins.size(); ++i) {
     // Between two fragments of one unit lies a pause of the take itself.

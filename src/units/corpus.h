@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,14 @@ struct CorpusTake {
   AudioClip audio;
 };
 
+/// Loads the motion of single takes of a corpus file. Thread-safe.
+class MotionSource {
+ public:
+  virtual ~MotionSource() = default;
+  /// Throws InputError when the take's motion is damaged.
+  [[nodiscard]] virtual MotionClip load(TakeIndex take) const = 0;
+};
+
 /// A `.corpus` database in memory.
 struct Corpus {
   std::string name;                 ///< file stem, for reports
@@ -29,15 +38,22 @@ struct Corpus {
   MarkerPositions neutral_pose_mm;  ///< median of the closed-mouth silences, head motion removed
   std::vector<CorpusTake> takes;
   std::map<std::string, std::string> build_log;  ///< "built_with", "takes_left_out", ...
+  /// Set by readCorpus(..., CorpusMotion::kOnDemand): then every take's motion has no rows, and is loaded from here when
+  /// a UnitDatabase needs it. Null otherwise.
+  std::shared_ptr<const MotionSource> motion_source;
 };
 
 inline constexpr int kCorpusFormatVersion = 1;
 
 enum class CorpusAudio { kLoad, kSkip };
 
+/// kOnDemand: a line needs a few takes of hundreds; what they need is read and checked when they are used.
+enum class CorpusMotion { kLoad, kOnDemand };
+
 /// Opens the database read-only and checks everything it uses (types, sizes, ranges, checksums of the
 /// motion blobs). Throws InputError for what is no database, truncated, damaged or of a newer version.
-Corpus readCorpus(const std::filesystem::path& path, CorpusAudio audio = CorpusAudio::kSkip);
+Corpus readCorpus(const std::filesystem::path& path, CorpusAudio audio = CorpusAudio::kSkip,
+                  CorpusMotion motion = CorpusMotion::kLoad);
 
 /// Everything wrong with the file, one line each; empty when all is well. Every row's checksum is looked at, the audio's
 /// too, so any flipped bit in motion, labels or audio is found. Never throws InputError.

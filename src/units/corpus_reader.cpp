@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <mutex>
 #include <set>
 
 #include "base/errors.h"
@@ -191,23 +192,51 @@ void checkPositions(const CheckedQuery& row, const FloatMatrix& positions) {
   }
 }
 
+/// The clip of the take whose row of `motion` is at hand, all but the positions of which is in `clip`.
+void readPositions(const CheckedQuery& row, std::size_t frames, MotionClip& clip) {
+  const auto columns = static_cast<Eigen::Index>(3 * clip.marker_names.size());
+  const std::string_view blob = row.blob(1);
+  expectBlobSize(row, blob, frames, static_cast<std::size_t>(columns) * sizeof(float));
+  FloatMatrix positions(static_cast<Eigen::Index>(frames), columns);
+  if (!blob.empty()) std::memcpy(positions.data(), blob.data(), blob.size());
+  checkPositions(row, positions);
+  clip.positions_mm = positions.cast<double>();
+}
+
 void readMotion(SqliteDatabase& database, const std::vector<TakeSizes>& sizes, Corpus& corpus) {
-  const auto columns = static_cast<Eigen::Index>(3 * corpus.layout.markers.size());
   CheckedQuery row(database, "motion");
-  FloatMatrix positions;
   std::size_t take = 0;
   for (; row.next(); ++take) {
     expectId(row, take);
     if (take == sizes.size()) row.fail("no such take");
-    const std::string_view blob = row.blob(1);
-    expectBlobSize(row, blob, sizes[take].frames, static_cast<std::size_t>(columns) * sizeof(float));
-    positions.resize(static_cast<Eigen::Index>(sizes[take].frames), columns);
-    std::memcpy(positions.data(), blob.data(), blob.size());
-    checkPositions(row, positions);
-    corpus.takes[take].motion.positions_mm = positions.cast<double>();
+    readPositions(row, sizes[take].frames, corpus.takes[take].motion);
   }
   if (take != sizes.size()) throw InputError(database.file(), "motion", fmt::format("has {} rows; expected {}", take, sizes.size()));
 }
+
+/// Keeps the file open.
+class FileMotionSource : public MotionSource {
+ public:
+  FileMotionSource(SqliteDatabase database, std::vector<TakeSizes> sizes, const Corpus& corpus)
+      : database_(std::move(database)), sizes_(std::move(sizes)) {
+    for (const CorpusTake& take : corpus.takes) clips_.push_back(take.motion);
+  }
+
+  [[nodiscard]] MotionClip load(TakeIndex take) const override {
+    const std::scoped_lock lock(mutex_);
+    CheckedQuery row(database_, "motion", static_cast<std::int64_t>(take.value));
+    if (!row.next()) row.fail("is missing");
+    MotionClip clip = clips_[take.value];
+    readPositions(row, sizes_[take.value].frames, clip);
+    return clip;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  mutable SqliteDatabase database_;
+  std::vector<TakeSizes> sizes_;
+  std::vector<MotionClip> clips_;  ///< without positions
+};
 
 void readSound(SqliteDatabase& database, const std::vector<TakeSizes>& sizes, Corpus& corpus) {
   CheckedQuery row(database, "audio");
@@ -250,7 +279,7 @@ void checkRows(SqliteDatabase& database, std::vector<std::string>& problems) {
 
 }  // namespace
 
-Corpus readCorpus(const fs::path& path, CorpusAudio audio) {
+Corpus readCorpus(const fs::path& path, CorpusAudio audio, CorpusMotion motion) {
   SqliteDatabase database = openCorpus(path);
   Corpus corpus;
   corpus.name = path.stem().string();
@@ -262,8 +291,9 @@ Corpus readCorpus(const fs::path& path, CorpusAudio audio) {
   for (const TakeSizes& size : sizes) label_counts.push_back(size.labels);
   std::vector<SpeechLabels> labels = readLabels(database, label_counts);
   for (std::size_t take = 0; take < sizes.size(); ++take) corpus.takes[take].labels = std::move(labels[take]);
-  readMotion(database, sizes, corpus);
+  if (motion == CorpusMotion::kLoad) readMotion(database, sizes, corpus);
   if (audio == CorpusAudio::kLoad) readSound(database, sizes, corpus);
+  if (motion == CorpusMotion::kOnDemand) corpus.motion_source = std::make_shared<FileMotionSource>(std::move(database), sizes, corpus);
   return corpus;
 }
 

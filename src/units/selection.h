@@ -38,9 +38,10 @@ struct SelectionWeights {
   double context = 0.5;             ///< per outer neighbour: 0 the same phone, 0.5 the same viseme class, 1 another
   double word_position = 0.1;       ///< per phone that begins or ends a word in one and not in the other
   double stress = 0.1;              ///< per phone whose syllable is stressed in one and not in the other
+  double closure_per_mm = 0.5;      ///< per B P M, by how far the fragment's lips stay open in it
   double join_position_per_mm = 0.3;      ///< lips' RMS distance at the best place inside the shared phone
-  double join_velocity_per_mm_s = 0.002;  ///< lips' RMS difference of velocity there
-  double unit = 0.5;                ///< per unit, viterbi only: joins are worth avoiding
+  double join_velocity_per_mm_s = 0.005;  ///< lips' RMS difference of velocity there
+  double unit = 2.0;                ///< per unit, viterbi only: joins are worth avoiding
   double backoff = 10;              ///< per stand-in
 };
 

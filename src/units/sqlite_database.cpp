@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <array>
 #include <bit>
 #include <climits>
 #include <cstring>
@@ -14,23 +15,34 @@
 namespace mouthpiece {
 namespace {
 
-/// A value's part of its row's checksum: its type and length keep ("ab","c") apart from ("a","bc").
-std::uint32_t extendChecksum(std::uint32_t crc, int type, std::string_view bytes) {
-  std::string head(1, static_cast<char>(type));
-  auto size = static_cast<std::uint64_t>(bytes.size());
-  for (int i = 0; i < 8; ++i, size >>= 8U) head += static_cast<char>(size & 0xFFU);
-  return crc32c(bytes, crc32c(head, crc));
-}
+using EightBytes = std::array<char, 8>;
 
 /// Least significant byte first, on every machine.
-std::string eightBytes(std::uint64_t value) {
-  std::string bytes;
-  for (int i = 0; i < 8; ++i, value >>= 8U) bytes += static_cast<char>(value & 0xFFU);
+EightBytes eightBytes(std::uint64_t value) {
+  EightBytes bytes{};
+  for (char& byte : bytes) {
+    byte = static_cast<char>(value & 0xFFU);
+    value >>= 8U;
+  }
   return bytes;
 }
 
-std::string bytesOf(std::int64_t value) { return eightBytes(static_cast<std::uint64_t>(value)); }
-std::string bytesOf(double value) { return eightBytes(std::bit_cast<std::uint64_t>(value)); }
+/// A value's part of its row's checksum: its type and length keep ("ab","c") apart from ("a","bc").
+std::uint32_t extendChecksum(std::uint32_t crc, int type, std::string_view bytes) {
+  const EightBytes size = eightBytes(bytes.size());
+  const auto type_byte = static_cast<char>(type);
+  return crc32c(bytes, crc32c({size.data(), size.size()}, crc32c({&type_byte, 1}, crc)));
+}
+
+std::uint32_t extendChecksum(std::uint32_t crc, std::int64_t value) {
+  const EightBytes bytes = eightBytes(static_cast<std::uint64_t>(value));
+  return extendChecksum(crc, SQLITE_INTEGER, {bytes.data(), bytes.size()});
+}
+
+std::uint32_t extendChecksum(std::uint32_t crc, double value) {
+  const EightBytes bytes = eightBytes(std::bit_cast<std::uint64_t>(value));
+  return extendChecksum(crc, SQLITE_FLOAT, {bytes.data(), bytes.size()});
+}
 
 std::string_view columnBytes(sqlite3_stmt* statement, int column) {
   const void* data = sqlite3_column_blob(statement, column);
@@ -41,8 +53,8 @@ std::string_view columnBytes(sqlite3_stmt* statement, int column) {
 std::uint32_t columnChecksum(sqlite3_stmt* statement, int column, std::uint32_t crc) {
   const int type = sqlite3_column_type(statement, column);
   switch (type) {
-    case SQLITE_INTEGER: return extendChecksum(crc, type, bytesOf(static_cast<std::int64_t>(sqlite3_column_int64(statement, column))));
-    case SQLITE_FLOAT: return extendChecksum(crc, type, bytesOf(sqlite3_column_double(statement, column)));
+    case SQLITE_INTEGER: return extendChecksum(crc, std::int64_t{sqlite3_column_int64(statement, column)});
+    case SQLITE_FLOAT: return extendChecksum(crc, sqlite3_column_double(statement, column));
     case SQLITE_NULL: return extendChecksum(crc, type, {});
     default: return extendChecksum(crc, type, columnBytes(statement, column));
   }
@@ -119,6 +131,12 @@ CheckedQuery::CheckedQuery(SqliteDatabase& database, std::string table)
       table_(std::move(table)),
       statement_(prepare(database, fmt::format("SELECT * FROM {} ORDER BY id", table_))) {}
 
+CheckedQuery::CheckedQuery(SqliteDatabase& database, std::string table, std::int64_t id)
+    : database_(database),
+      table_(std::move(table)),
+      statement_(prepare(database, fmt::format("SELECT * FROM {} WHERE id={}", table_, id))),
+      row_(static_cast<std::size_t>(id)) {}
+
 CheckedQuery::~CheckedQuery() { sqlite3_finalize(statement_); }
 
 bool CheckedQuery::nextUnchecked() {
@@ -185,14 +203,14 @@ CheckedInsert::~CheckedInsert() { sqlite3_finalize(statement_); }
 
 CheckedInsert& CheckedInsert::integer(std::int64_t value) {
   sqlite3_bind_int64(statement_, ++column_, value);
-  crc_ = extendChecksum(crc_, SQLITE_INTEGER, bytesOf(value));
+  crc_ = extendChecksum(crc_, value);
   return *this;
 }
 
 CheckedInsert& CheckedInsert::real(double value) {
   value += 0.0;  // SQLite stores -0 as 0
   sqlite3_bind_double(statement_, ++column_, value);
-  crc_ = extendChecksum(crc_, SQLITE_FLOAT, bytesOf(value));
+  crc_ = extendChecksum(crc_, value);
   return *this;
 }
 

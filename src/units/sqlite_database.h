@@ -43,6 +43,8 @@ class SqliteDatabase {
 class CheckedQuery {
  public:
   CheckedQuery(SqliteDatabase& database, std::string table);
+  /// Just the row of that id, if there is one.
+  CheckedQuery(SqliteDatabase& database, std::string table, std::int64_t id);
   CheckedQuery(const CheckedQuery&) = delete;
   CheckedQuery& operator=(const CheckedQuery&) = delete;
   ~CheckedQuery();

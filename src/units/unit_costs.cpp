@@ -59,6 +59,9 @@ double UnitCosts::targetCost(const PhoneRange& range, const PhonePlace& source) 
       const double ratio = target_.phones[i].span.duration() / take.phones[at].span.duration();
       cost += share * weights_.duration * std::abs(std::log(ratio));
     }
+    if (isBilabial(target_.phones[i].phone)) {
+      cost += share * weights_.closure_per_mm * std::max(0.0, database_.openingLeft({source.take, PhoneIndex(at)}));
+    }
     const Place wanted = placeOf(target_, i);
     const Place found = placeOf(take, at);
     const int edges = int{wanted.begins_word != found.begins_word} + int{wanted.ends_word != found.ends_word};

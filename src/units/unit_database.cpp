@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <mutex>
 
 namespace mouthpiece {
@@ -23,8 +24,10 @@ std::size_t diphoneIndex(Phone a, Phone b) {
 
 struct UnitDatabase::TakeFacts {
   std::once_flag once;
+  MotionClip loaded;                         ///< empty when the corpus has it already
   std::vector<std::uint32_t> unseen_before;  ///< frames with a NaN among the first k
   std::vector<PhoneLips> lips;               ///< one a phone
+  std::vector<double> opening_left_mm;       ///< one a phone
 };
 
 UnitDatabase::UnitDatabase(const Corpus& corpus)
@@ -36,6 +39,13 @@ UnitDatabase::UnitDatabase(const Corpus& corpus)
     const std::string& region = corpus.layout.markers[marker].region;
     if (region != "lip" && region != "chin") continue;
     for (std::size_t axis = 0; axis < 3; ++axis) lip_columns_.push_back(static_cast<Eigen::Index>(3 * marker + axis));
+  }
+  const std::vector<std::string> names = corpus.layout.markerNames();
+  const auto upper = std::find(names.begin(), names.end(), "LIP_UP_MID") - names.begin();
+  const auto lower = std::find(names.begin(), names.end(), "LIP_LO_MID") - names.begin();
+  if (upper < std::ssize(names) && lower < std::ssize(names)) {
+    const double neutral = (corpus.neutral_pose_mm.row(upper) - corpus.neutral_pose_mm.row(lower)).norm();
+    lip_pair_ = {3 * upper, 3 * lower, neutral};
   }
   for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
     const auto& phones = corpus.takes[take].labels.phones;
@@ -62,18 +72,38 @@ Eigen::RowVectorXd lipsAt(const MotionClip& motion, const std::vector<Eigen::Ind
   return lips;
 }
 
+double UnitDatabase::tightest(const MotionClip& motion, const TimeSpan& span) const {
+  constexpr Seconds kAround = 0.020;  // labels are that exact
+  if (!lip_pair_) return 0;
+  const auto last = static_cast<double>(motion.frameCount() - 1);
+  const auto begin = static_cast<Eigen::Index>(std::clamp(std::floor((span.start - kAround) * motion.frame_rate_hz), 0.0, last));
+  const auto end = static_cast<Eigen::Index>(std::clamp(std::ceil((span.end + kAround) * motion.frame_rate_hz), 0.0, last));
+  double least = std::numeric_limits<double>::infinity();
+  for (Eigen::Index frame = begin; frame <= end; ++frame) {
+    const auto row = motion.positions_mm.row(frame);
+    const double opening = (row.segment<3>(lip_pair_->upper) - row.segment<3>(lip_pair_->lower)).norm();
+    if (opening < least) least = opening;  // not where it was not seen
+  }
+  return std::isfinite(least) ? least - lip_pair_->neutral_mm : 0;
+}
+
+double UnitDatabase::openingLeft(const PhonePlace& place) const { return factsOf(place.take).opening_left_mm[place.phone.value]; }
+
 const UnitDatabase::TakeFacts& UnitDatabase::factsOf(TakeIndex take) const {
   TakeFacts& facts = facts_[take.value];
   std::call_once(facts.once, [&] {
     const CorpusTake& own = corpus_.takes[take.value];
+    if (corpus_.motion_source != nullptr) facts.loaded = corpus_.motion_source->load(take);
+    const MotionClip& motion = corpus_.motion_source != nullptr ? facts.loaded : own.motion;
     facts.unseen_before.push_back(0);
-    for (Eigen::Index frame = 0; frame < own.motion.positions_mm.rows(); ++frame) {
+    for (Eigen::Index frame = 0; frame < motion.positions_mm.rows(); ++frame) {
       // A sum is NaN as soon as one of its terms is; positions are finite or NaN.
-      const bool unseen = std::isnan(own.motion.positions_mm.row(frame).sum());
+      const bool unseen = std::isnan(motion.positions_mm.row(frame).sum());
       facts.unseen_before.push_back(facts.unseen_before.back() + (unseen ? 1U : 0U));
     }
     const auto columns = static_cast<Eigen::Index>(lip_columns_.size());
     for (const LabelledPhone& phone : own.labels.phones) {
+      facts.opening_left_mm.push_back(tightest(motion, phone.span));
       PhoneLips& lips = facts.lips.emplace_back();
       lips.positions_mm.resize(PhoneLips::kPoints, columns);
       lips.steps_mm.resize(PhoneLips::kPoints, columns);
@@ -81,9 +111,9 @@ const UnitDatabase::TakeFacts& UnitDatabase::factsOf(TakeIndex take) const {
       for (Eigen::Index k = 0; k < PhoneLips::kPoints; ++k) {
         const Seconds time = phone.span.start + (static_cast<double>(k) + 0.5) * spacing;
         // At least half a frame to each side, so that a short phone's speed is not that of one noisy frame pair.
-        const Seconds reach = std::max(spacing, 0.5 / own.motion.frame_rate_hz);
-        const Eigen::RowVectorXd change = lipsAt(own.motion, lip_columns_, time + reach) - lipsAt(own.motion, lip_columns_, time - reach);
-        lips.positions_mm.row(k) = lipsAt(own.motion, lip_columns_, time).cast<float>();
+        const Seconds reach = std::max(spacing, 0.5 / motion.frame_rate_hz);
+        const Eigen::RowVectorXd change = lipsAt(motion, lip_columns_, time + reach) - lipsAt(motion, lip_columns_, time - reach);
+        lips.positions_mm.row(k) = lipsAt(motion, lip_columns_, time).cast<float>();
         lips.steps_mm.row(k) = (change * (phone.span.duration() / (2 * reach))).cast<float>();
       }
     }
@@ -91,13 +121,17 @@ const UnitDatabase::TakeFacts& UnitDatabase::factsOf(TakeIndex take) const {
   return facts;
 }
 
+const MotionClip& UnitDatabase::motionOf(TakeIndex take) const {
+  return corpus_.motion_source != nullptr ? factsOf(take).loaded : corpus_.takes[take.value].motion;
+}
+
 const PhoneLips& UnitDatabase::lipsOf(const PhonePlace& place) const { return factsOf(place.take).lips[place.phone.value]; }
 
 bool UnitDatabase::isSeen(const PhonePlace& first, std::size_t phone_count) const {
-  const CorpusTake& take = takeOf(first);
-  const LabelledPhone& last = take.labels.phones[first.phone.value + phone_count - 1];
-  const double rate = take.motion.frame_rate_hz;
-  const auto frames = static_cast<double>(take.motion.frameCount());
+  const MotionClip& motion = motionOf(first.take);
+  const LabelledPhone& last = takeOf(first).labels.phones[first.phone.value + phone_count - 1];
+  const double rate = motion.frame_rate_hz;
+  const auto frames = static_cast<double>(motion.frameCount());
   // The last silence may outlast the capture: the pose is held there. Speech may not, but for one frame's rounding.
   const Seconds needed = last.phone == Phone::kSil ? last.span.start : last.span.end;
   if (needed * rate > frames) return false;

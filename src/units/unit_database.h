@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "units/corpus.h"
@@ -28,6 +29,8 @@ class UnitDatabase {
   [[nodiscard]] const Corpus& corpus() const { return corpus_; }
   [[nodiscard]] const PhoneSpanIndex& index() const { return index_; }
   [[nodiscard]] const CorpusTake& takeOf(const PhonePlace& place) const { return corpus_.takes[place.take.value]; }
+  /// The take's motion, loaded when first asked for if the corpus was read so. Throws InputError when it is damaged.
+  [[nodiscard]] const MotionClip& motionOf(TakeIndex take) const;
   [[nodiscard]] const LabelledPhone& phoneAt(const PhonePlace& place) const {
     return takeOf(place).labels.phones[place.phone.value];
   }
@@ -42,16 +45,26 @@ class UnitDatabase {
   /// Computed for the whole take on its first question. NaN where not seen.
   [[nodiscard]] const PhoneLips& lipsOf(const PhonePlace& place) const;
 
+  /// How far the lips (LIP_UP_MID to LIP_LO_MID) stay open at their tightest in the phone and 20 ms around it, beyond the
+  /// neutral pose; mm, negative when pressed. 0 in a layout without these markers.
+  [[nodiscard]] double openingLeft(const PhonePlace& place) const;
+
   /// Where phone `a` followed by phone `b` occurs.
   [[nodiscard]] const std::vector<PhonePlace>& diphones(Phone a, Phone b) const;
 
  private:
   struct TakeFacts;
+  struct LipPair {
+    Eigen::Index upper = 0, lower = 0;  ///< x columns
+    double neutral_mm = 0;
+  };
   [[nodiscard]] const TakeFacts& factsOf(TakeIndex take) const;
+  [[nodiscard]] double tightest(const MotionClip& motion, const TimeSpan& span) const;
 
   const Corpus& corpus_;
   PhoneSpanIndex index_;
   std::vector<Eigen::Index> lip_columns_;
+  std::optional<LipPair> lip_pair_;
   std::vector<std::vector<PhonePlace>> diphones_;  ///< kPhoneCount x kPhoneCount
   std::unique_ptr<TakeFacts[]> facts_;             ///< one a take, filled when first asked for
 };

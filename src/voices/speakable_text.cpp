@@ -131,36 +131,78 @@ class Speller {
   std::string out_;
 };
 
-/// Single blanks, none at the ends; over-long words and rows of one sign are broken up.
+bool isSpoken(char c) {
+  return isAsciiLetter(static_cast<unsigned char>(c)) || isDigit(static_cast<unsigned char>(c));
+}
+
+/// A word of at most kLongestWord characters after the last one, rows of one sign cut short.
+void appendWord(std::string& out, std::string_view word) {
+  if (!out.empty()) out += ' ';
+  std::size_t length = 0;
+  std::size_t repeats = 0;
+  for (std::size_t i = 0; i < word.size(); ++i) {
+    repeats = i > 0 && word[i] == word[i - 1] ? repeats + 1 : 1;
+    if (!isSpoken(word[i]) && repeats > kLongestPunctuation) continue;
+    if (length == kLongestWord) {
+      out += ' ';
+      length = 0;
+    }
+    out += word[i];
+    ++length;
+  }
+}
+
+/// A pause that a sign standing alone means goes to the word before it: a voice stumbles over words without sounds.
+void appendPause(std::string& out, std::string_view signs) {
+  constexpr std::string_view kPauses = ".,;:!?";
+  if (out.empty() || kPauses.find(out.back()) != std::string_view::npos) return;
+  const std::size_t pause = signs.find_first_of(".,;:!?-");
+  if (pause != std::string_view::npos) out += signs[pause] == '-' ? ',' : signs[pause];
+}
+
+/// Single blanks, none at the ends; every word has something to say.
 std::string tidy(std::string_view text) {
   std::string out;
-  std::size_t word_length = 0;
-  std::size_t repeats = 0;
-  for (const char c : text) {
-    const bool is_blank = c == ' ';
-    if (is_blank && (out.empty() || out.back() == ' ')) continue;
-    const bool is_spoken = isAsciiLetter(static_cast<unsigned char>(c)) || isDigit(static_cast<unsigned char>(c));
-    repeats = !out.empty() && out.back() == c ? repeats + 1 : 1;
-    if (!is_spoken && repeats > kLongestPunctuation) continue;
-    if (word_length == kLongestWord && !is_blank) {
-      out += ' ';
-      word_length = 0;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find(' '), text.size());
+    const std::string_view word = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (std::any_of(word.begin(), word.end(), isSpoken)) {
+      appendWord(out, word);
+    } else {
+      appendPause(out, word);
     }
-    out += c;
-    word_length = is_blank ? 0 : word_length + 1;
   }
-  while (!out.empty() && out.back() == ' ') out.pop_back();
   return out;
+}
+
+bool hasWords(std::string_view text) {
+  return std::any_of(text.begin(), text.end(), isSpoken);
 }
 
 }  // namespace
 
+std::vector<std::string> splitSentences(std::string_view speakable, std::size_t max_length) {
+  MOUTHPIECE_EXPECT(max_length >= 2 * kLongestWord);
+  std::vector<std::string> sentences;
+  while (!speakable.empty()) {
+    std::size_t end = speakable.find_first_of(".!?;:");
+    while (end < speakable.size() && end + 1 < speakable.size() && speakable[end + 1] != ' ') {
+      end = speakable.find_first_of(".!?;:", end + 1);
+    }
+    end = end >= speakable.size() ? speakable.size() : end + 1;
+    if (end > max_length) end = speakable.rfind(' ', max_length);
+    const std::string_view sentence = speakable.substr(0, end);
+    if (hasWords(sentence)) sentences.emplace_back(sentence);
+    speakable.remove_prefix(end);
+    speakable.remove_prefix(std::min(speakable.find_first_not_of(' '), speakable.size()));
+  }
+  return sentences;
+}
+
 std::string speakableText(std::string_view text) {
   std::string spoken = tidy(Speller(decode(text)).spell());
-  const bool has_words = std::any_of(spoken.begin(), spoken.end(), [](char c) {
-    return isAsciiLetter(static_cast<unsigned char>(c)) || isDigit(static_cast<unsigned char>(c));
-  });
-  if (!has_words) {
+  if (!hasWords(spoken)) {
     throw InputError("text", "", fmt::format("has nothing to say in it: found '{}'; expected words", printable(text, 40)));
   }
   return spoken;

@@ -2,6 +2,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace mouthpiece {
 
@@ -9,11 +10,15 @@ namespace mouthpiece {
 inline constexpr std::size_t kMaxSpokenCharacters = 20000;
 
 /// `text` (UTF-8, hostile) as an English voice can say it. The result holds only ASCII letters, digits, single blanks
-/// and . , ; : ! ? ' - $ " ( ), with at least one letter or digit, and no word longer than 40 characters:
+/// and . , ; : ! ? ' - $ " ( ), every word has a letter or a digit, and at most 40 characters:
 /// - accents and ligatures are spelled plainly, curly quotes, dashes and full-width forms become ASCII;
 /// - signs with a name are said (% & + = @, currencies), other signs and control characters are blanks.
 /// Throws InputError when there is nothing to say, for letters that are not Latin (the first is named), broken UTF-8,
 /// and for more than kMaxSpokenCharacters.
 std::string speakableText(std::string_view text);
+
+/// Cuts the result of speakableText after . ! ? ; : before a blank, and longer stretches at a blank, so that no piece is
+/// longer than `max_length` (at least 80). Pieces without a letter or digit are left out.
+std::vector<std::string> splitSentences(std::string_view speakable, std::size_t max_length);
 
 }  // namespace mouthpiece

@@ -1,4 +1,5 @@
-// Any text, read as CSV and as TRC, ends in a clip or an InputError; a clip that was read can be written and read again.
+// Any text, read as CSV and as TRC, ends in a clip or an InputError; a clip that was read can be written and read
+// again.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

@@ -38,8 +38,8 @@ double openingAt(const SpeechLabels& labels, Seconds time) {
   double sum = 0;
   double weights = 0;
   for (const LabelledPhone& phone : labels.phones) {
-    const double nearest = std::clamp(time, phone.span.start + 0.02, std::max(phone.span.start + 0.02, phone.span.end - 0.02));
-    const double weight = (isBilabial(phone.phone) ? 30.0 : 1.0) * std::exp(-0.5 * std::pow((time - nearest) / 0.015, 2)) + 1e-12;
+    const double nearest = std::clamp(time, phone.span.start + 0.015, std::max(phone.span.start + 0.015, phone.span.end - 0.015));
+    const double weight = (isBilabial(phone.phone) ? 30.0 : 1.0) * std::exp(-0.5 * std::pow((time - nearest) / 0.03, 2)) + 1e-12;
     sum += weight * openingOf(phone.phone);
     weights += weight;
   }
@@ -57,7 +57,7 @@ SpeechLabels tinyLabels(std::string_view words, std::uint64_t seed) {
   std::string symbol;
   const auto endPhone = [&] {
     if (symbol.empty()) return;
-    const double duration = 0.06 + 0.08 * static_cast<double>(random() % 1000) / 1000;
+    const double duration = seed == 0 ? 0.1 : 0.06 + 0.08 * static_cast<double>(random() % 1000) / 1000;
     segments.push_back({.phone = phoneFromName(symbol).value(), .span = {time, time + duration}, .word = texts.size()});
     time += duration;
     text += symbol;

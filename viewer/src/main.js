@@ -92,7 +92,7 @@ function publish(page, ready) {
     ready,
     report: page.report,
     get frameCount() { return page.report.frames; },
-    get shapeCount() { return page.stage?.meshes[0]?.morphTargetInfluences?.length ?? 0; },
+    get shapeCount() { return Math.max(0, ...(page.stage?.meshes ?? []).map((mesh) => mesh.morphTargetInfluences?.length ?? 0)); },
     get duration() { return page.clock.duration; },
     get time() { return page.clock.time; },
     get shownTime() { return page.shown; },

@@ -20,7 +20,8 @@ const QUALITIES = [
   { share: 0.34, shadows: false },
 ];
 const SLOW_FRAME_MS = 70;
-const SLOW_FRAMES_TO_STEP_DOWN = 3;
+const VERY_SLOW_FRAME_MS = 200;
+const SLOW_FRAMES_TO_STEP_DOWN = 2;
 const STILL_MS = 250;
 
 export class Stage {
@@ -56,6 +57,7 @@ export class Stage {
     this.scene.add(this.face);
     this.mixer = new AnimationMixer(this.face);
     this.clip = gltf.animations[0];
+    this.#forgetStillParts();
     if (this.clip) this.mixer.clipAction(this.clip).play();
     this.focus = focus ?? new Box3().setFromObject(this.face);
     this.#light();
@@ -70,6 +72,18 @@ export class Stage {
     mesh.frustumCulled = false;  // its box is that of the rest pose
     mesh.userData.kind = kind;
     this.meshes.push(mesh);
+  }
+
+  /** Parts that no shape moves (hair, eyes) are not worth adding up dozens of zeros for every vertex and picture. */
+  #forgetStillParts() {
+    for (const mesh of this.meshes) {
+      const targets = mesh.geometry.morphAttributes.position ?? [];
+      if (targets.some(({ array }) => array.some((value) => value !== 0))) continue;
+      mesh.geometry.morphAttributes = {};
+      mesh.morphTargetInfluences = undefined;
+      const own = `${mesh.name}.morphTargetInfluences`;
+      if (this.clip) this.clip.tracks = this.clip.tracks.filter((track) => track.name !== own);
+    }
   }
 
   #light() {
@@ -154,7 +168,7 @@ export class Stage {
     if (frameTime > STILL_MS * 8) return;  // a pause, no slow frame
     this.slowFrames = frameTime > SLOW_FRAME_MS ? this.slowFrames + 1 : 0;
     if (this.slowFrames < SLOW_FRAMES_TO_STEP_DOWN || this.quality === QUALITIES.length - 1) return;
-    this.quality += 1;
+    this.quality = Math.min(this.quality + (frameTime > VERY_SLOW_FRAME_MS ? 2 : 1), QUALITIES.length - 1);
     this.slowFrames = 0;
   }
 

@@ -32,7 +32,8 @@ Matrix smoothlyMoved(const Matrix& points) {
   Matrix moved = points;
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
     const Eigen::RowVector3d p = points.row(i);
-    moved.row(i) = 1.1 * p + Eigen::RowVector3d(5.0 * std::sin(p.y() / 40.0), 0.05 * p.x(), 3.0 * std::cos(p.x() / 30.0));
+    moved.row(i) =
+        1.1 * p + Eigen::RowVector3d(5.0 * std::sin(p.y() / 40.0), 0.05 * p.x(), 3.0 * std::cos(p.x() / 30.0));
   }
   return moved;
 }
@@ -143,7 +144,8 @@ TEST(RbfInterpolant, RefusesCentresThatCannotBeSolved) {
   flat.col(2) = 0.3 * flat.col(0) - 0.1 * flat.col(1);
   EXPECT_THROW(RbfInterpolant::fit(flat, values, {}), InputError);
   EXPECT_THROW(RbfInterpolant::fit(facePoints(11, 3), Matrix::Ones(3, 1), {}), InputError);
-  EXPECT_NO_THROW(RbfInterpolant::fit(flat, values, {RbfKernel::kInverseMultiquadric, RbfPolynomial::kConstant, 20.0, 0.0}));
+  EXPECT_NO_THROW(
+      RbfInterpolant::fit(flat, values, {RbfKernel::kInverseMultiquadric, RbfPolynomial::kConstant, 20.0, 0.0}));
 
   Matrix with_nan = facePoints(12, 20);
   with_nan(0, 0) = std::nan("");

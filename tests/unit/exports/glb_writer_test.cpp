@@ -96,7 +96,7 @@ TEST(Glb, NamesBoundsAndMaterialsAreThere) {
   EXPECT_EQ(glb.root["nodes"][0]["name"], "egg");
   EXPECT_EQ(glb.root["materials"][1]["name"], "lower head");
   EXPECT_FLOAT_EQ(glb.root["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"][0].get<float>(), 0.82F);
-  EXPECT_EQ(glb.root["meshes"][0]["extras"]["targetNames"][0], "shape_01");
+  EXPECT_EQ(glb.root["meshes"][0]["extras"]["targetNames"][0], "shape_00");
   const auto& bounds = glb.root["accessors"][glb.root["meshes"][0]["primitives"][0]["attributes"]["POSITION"].get<std::size_t>()];
   EXPECT_NEAR(bounds["max"][1].get<double>(), 0.095, 1e-4);  // metres
 }

@@ -33,7 +33,8 @@ TEST(BlendWeight, SmoothHasNoVelocityOrAccelerationAtItsEnds) {
     const double deeper = end == 0.0 ? 2.0 * kStep : 1.0 - 2.0 * kStep;
     const double at_end = blendWeight(BlendKind::kSmooth, end);
     EXPECT_NEAR((blendWeight(BlendKind::kSmooth, inside) - at_end) / kStep, 0.0, 1e-6);
-    const double second = at_end - 2.0 * blendWeight(BlendKind::kSmooth, inside) + blendWeight(BlendKind::kSmooth, deeper);
+    const double second =
+        at_end - 2.0 * blendWeight(BlendKind::kSmooth, inside) + blendWeight(BlendKind::kSmooth, deeper);
     EXPECT_NEAR(second / (kStep * kStep), 0.0, 0.01);
   }
   EXPECT_DOUBLE_EQ(blendWeight(BlendKind::kSmooth, 0.5), 0.5);

@@ -21,8 +21,8 @@ struct C3dByHand {
   int last_frame = 3;
   int analog_values_per_frame = 0;
   float rate_hz = 50.0F;
-  bool groups_last = false;   ///< parameters before the groups they belong to
-  bool with_frames = true;    ///< POINT:FRAMES
+  bool groups_last = false;            ///< parameters before the groups they belong to
+  bool with_frames = true;             ///< POINT:FRAMES
   int trial_start = 0, trial_end = 0;  ///< TRIAL fields when the end is not 0
   std::size_t frames_in_data = 3;
   /// x y z residual of each point; every frame is this plus the frame number on x.
@@ -40,7 +40,8 @@ struct C3dByHand {
       int exponent = 0;
       const double half_to_one = std::frexp(std::abs(static_cast<double>(value)), &exponent);
       const auto fraction = static_cast<std::uint32_t>(std::lround((half_to_one - 0.5) * 16777216.0));
-      const std::uint32_t bits = (value < 0.0F ? 0x80000000U : 0U) | (static_cast<std::uint32_t>(exponent + 128) << 23U) | fraction;
+      const std::uint32_t bits =
+          (value < 0.0F ? 0x80000000U : 0U) | (static_cast<std::uint32_t>(exponent + 128) << 23U) | fraction;
       return word(bits >> 16U) + word(bits & 0xFFFFU);
     }
     const auto bits = std::bit_cast<std::uint32_t>(value);
@@ -97,9 +98,10 @@ struct C3dByHand {
   [[nodiscard]] std::string bytes() const {
     const std::string parameters = parameterSection();
     std::string file{2, 0x50};
-    file += word(static_cast<std::uint32_t>(points.size())) + word(static_cast<std::uint32_t>(analog_values_per_frame)) +
-            word(static_cast<std::uint32_t>(first_frame)) + word(static_cast<std::uint32_t>(last_frame)) + word(10) +
-            real(scale) + word(static_cast<std::uint32_t>(2 + parameters.size() / 512)) + word(1) + real(rate_hz);
+    file += word(static_cast<std::uint32_t>(points.size())) +
+            word(static_cast<std::uint32_t>(analog_values_per_frame)) + word(static_cast<std::uint32_t>(first_frame)) +
+            word(static_cast<std::uint32_t>(last_frame)) + word(10) + real(scale) +
+            word(static_cast<std::uint32_t>(2 + parameters.size() / 512)) + word(1) + real(rate_hz);
     file.resize(512, '\0');
     file += parameters;
     for (std::size_t frame = 0; frame < frames_in_data; ++frame) {
@@ -109,7 +111,8 @@ struct C3dByHand {
           if (is_float) {
             file += real(static_cast<float>(value));
           } else {
-            file += word(static_cast<std::uint32_t>(static_cast<std::int32_t>(i < 3 ? std::lround(value / scale) : std::lround(value))));
+            file += word(static_cast<std::uint32_t>(
+                static_cast<std::int32_t>(i < 3 ? std::lround(value / scale) : std::lround(value))));
           }
         }
       }

@@ -74,7 +74,8 @@ TEST(MotionFile, GoesByTheEnding) {
     EXPECT_EQ(back.marker_names, clip.marker_names) << name;
     EXPECT_EQ(back.frame_rate_hz, 120.0) << name;
     EXPECT_FALSE(back.isSeen(FrameIndex(1), MarkerIndex(0))) << name;
-    EXPECT_LT((back.positions_mm.bottomRows(20) - clip.positions_mm.bottomRows(20)).cwiseAbs().maxCoeff(), 1e-4) << name;
+    EXPECT_LT((back.positions_mm.bottomRows(20) - clip.positions_mm.bottomRows(20)).cwiseAbs().maxCoeff(), 1e-4)
+        << name;
     EXPECT_TRUE(isMotionFileName(folder / name));
   }
   EXPECT_THROW(readMotion(folder / "d.bvh"), InputError);

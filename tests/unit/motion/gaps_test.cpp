@@ -18,7 +18,8 @@ constexpr double kShortGapToleranceMm = 0.3;  // gaps of 100 ms
 
 void cut(MotionClip& clip, std::size_t marker, std::size_t first, std::size_t count) {
   clip.positions_mm
-      .block(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(3 * marker), static_cast<Eigen::Index>(count), 3)
+      .block(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(3 * marker), static_cast<Eigen::Index>(count),
+             3)
       .setConstant(kNan);
 }
 
@@ -29,7 +30,8 @@ MotionClip faceLikeClip(double noise_mm, MotionClip* truth = nullptr) {
   std::normal_distribution<double> normal(0.0, 1.0);
   MotionClip clip{120.0, {}, PositionMatrix::Zero(480, 60)};
   for (Eigen::Index column = 0; column < 60; ++column) {
-    for (Eigen::Index k = 0; k < 6; ++k) clip.positions_mm.col(column) += 0.4 * normal(random) * movements.positions_mm.col(k);
+    for (Eigen::Index k = 0; k < 6; ++k)
+      clip.positions_mm.col(column) += 0.4 * normal(random) * movements.positions_mm.col(k);
   }
   clip.marker_names.assign(20, "M");
   if (truth != nullptr) *truth = clip;
@@ -67,7 +69,8 @@ TEST(FillShortGaps, FillsTheShortAndLeavesTheLong) {
   EXPECT_FALSE(result.clip.isSeen(FrameIndex(215), MarkerIndex(5)));
   for (Eigen::Index i = 0; i < clip.positions_mm.size(); ++i) {
     const double before = clip.positions_mm.data()[i];
-    if (!std::isnan(before)) ASSERT_EQ(result.clip.positions_mm.data()[i], before) << "a seen sample was touched";
+    if (std::isnan(before)) continue;
+    ASSERT_EQ(result.clip.positions_mm.data()[i], before) << "a seen sample was touched";
   }
 }
 
@@ -81,7 +84,8 @@ TEST(FillShortGaps, IsRightToAThirdOfAMillimetre) {
   double count = 0;
   for (const Gap& gap : result.report.filled) {
     for (std::size_t frame = gap.first.value; frame < gap.last.value; ++frame) {
-      squared += (result.clip.position(FrameIndex(frame), gap.marker) - truth.position(FrameIndex(frame), gap.marker)).squaredNorm();
+      squared += (result.clip.position(FrameIndex(frame), gap.marker) - truth.position(FrameIndex(frame), gap.marker))
+                     .squaredNorm();
       ++count;
     }
   }
@@ -108,7 +112,9 @@ TEST(FillShortGaps, FillsTheRealSpeakersGaps) {
     cut(clip, marker, first, 3);  // 120 ms
     const FilledMotion result = fillShortGaps(clip);
     for (std::size_t frame = first; frame < first + 3; ++frame) {
-      squared += (result.clip.position(FrameIndex(frame), MarkerIndex(marker)) - still.position(FrameIndex(frame), MarkerIndex(marker))).squaredNorm();
+      squared += (result.clip.position(FrameIndex(frame), MarkerIndex(marker)) -
+                  still.position(FrameIndex(frame), MarkerIndex(marker)))
+                     .squaredNorm();
       ++count;
     }
   }

@@ -64,13 +64,15 @@ TEST(MarkerLayout, NamesWhatIsWrong) {
   EXPECT_NE(messageOf(layoutWith(middle + "," + middle)).find("found A twice"), std::string::npos);
   EXPECT_NE(messageOf(layoutWith(R"({"name":"A","region":"lip","side":"Q","mirror":"A"})")).find("found side \"Q\""),
             std::string::npos);
-  EXPECT_NE(messageOf(layoutWith(R"({"name":"A","region":"lip","side":"M","mirror":"B"})")).find("found mirror \"B\" of A"),
-            std::string::npos);
+  EXPECT_NE(
+      messageOf(layoutWith(R"({"name":"A","region":"lip","side":"M","mirror":"B"})")).find("found mirror \"B\" of A"),
+      std::string::npos);
   EXPECT_NE(messageOf(layoutWith(R"({"name":7,"region":"lip","side":"M","mirror":"A"})")).find("wrong type"),
             std::string::npos);
   EXPECT_NE(messageOf(layoutWith(R"({"region":"lip","side":"M","mirror":"A"})")).find("found no \"name\""),
             std::string::npos);
-  EXPECT_NE(messageOf(R"({"name":"t","markers":[)" + middle + R"(],"jig":["A"]})").find("found A twice"), std::string::npos);
+  EXPECT_NE(messageOf(R"({"name":"t","markers":[)" + middle + R"(],"jig":["A"]})").find("found A twice"),
+            std::string::npos);
 }
 
 TEST(MarkerLayout, RefusesMirrorsThatDisagree) {

@@ -50,7 +50,8 @@ TEST(MotionCsv, WriteReadWriteIsByteIdentical) {
 }
 
 TEST(MotionCsv, TakesCarriageReturnsBlankLinesAndNan) {
-  const MotionClip clip = readMotionCsvText("\xEF\xBB\xBFtime_s,A.x,A.y,A.z\r\n0,1,2,3\r\n\r\n0.5, 4 ,nan,6\r\n", "t.csv");
+  const MotionClip clip =
+      readMotionCsvText("\xEF\xBB\xBFtime_s,A.x,A.y,A.z\r\n0,1,2,3\r\n\r\n0.5, 4 ,nan,6\r\n", "t.csv");
   EXPECT_EQ(clip.frame_rate_hz, 2.0);
   EXPECT_EQ(clip.position(FrameIndex(0), MarkerIndex(0)), Eigen::Vector3d(1, 2, 3));
   EXPECT_TRUE(clip.position(FrameIndex(1), MarkerIndex(0)).array().isNaN().all()) << "half a position is none";

@@ -12,8 +12,8 @@
 namespace mouthpiece {
 namespace {
 
-constexpr double kExactToleranceMm = 1e-9;      // rounding of systems with condition below 1e4
-constexpr double kWindowToleranceMm = 0.01;     // the promise: windowed and dense are the same motion
+constexpr double kExactToleranceMm = 1e-9;   // rounding of systems with condition below 1e4
+constexpr double kWindowToleranceMm = 0.01;  // the promise: windowed and dense are the same motion
 
 /// Strictly rising times whose spacings vary by `ratio`, in runs as phones have them.
 std::vector<Seconds> unevenTimes(unsigned seed, std::size_t count, double ratio) {
@@ -46,7 +46,8 @@ TEST(MotionResampler, MeetsEverySampleAtUnevenTimes) {
     const double ratio = seed % 2 == 0 ? 10.0 : 1000.0;
     const std::vector<Seconds> times = unevenTimes(seed, 200, ratio);
     const PositionMatrix values = SyntheticMotion(seed, 4).at(times);
-    EXPECT_LT(largestDifference(MotionResampler(times, times).apply(values), values), kExactToleranceMm) << "seed " << seed;
+    EXPECT_LT(largestDifference(MotionResampler(times, times).apply(values), values), kExactToleranceMm)
+        << "seed " << seed;
     EXPECT_LT(largestDifference(resampleDense(times, values, times), values), kExactToleranceMm) << "seed " << seed;
   }
 }
@@ -172,8 +173,10 @@ TEST(ResampleWarped, MovesEachFrameToItsWarpedTime) {
   const MotionClip clip = SyntheticMotion(5, 2).clip(120.0, 240);
   const TimeWarp warp({{0.2, 1.0}, {0.5, 1.9}, {0.8, 2.0}, {1.5, 2.3}});
   std::vector<Seconds> targets;
-  for (std::size_t frame = 20; frame < 190; ++frame) targets.push_back(warp.targetFromSource(clip.timeOf(FrameIndex(frame))));
-  EXPECT_LT(largestDifference(resampleWarped(clip, warp, targets), clip.positions_mm.middleRows(20, 170)), kExactToleranceMm);
+  for (std::size_t frame = 20; frame < 190; ++frame)
+    targets.push_back(warp.targetFromSource(clip.timeOf(FrameIndex(frame))));
+  EXPECT_LT(largestDifference(resampleWarped(clip, warp, targets), clip.positions_mm.middleRows(20, 170)),
+            kExactToleranceMm);
 }
 
 TEST(ResampleWarped, UsesOnlyFramesNearTheQueries) {

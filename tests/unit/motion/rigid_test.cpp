@@ -28,7 +28,8 @@ RigidMotion randomMotion(unsigned seed, double degrees = 40.0) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal(0.0, 1.0);
   const Eigen::Vector3d axis = Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
-  return {Eigen::AngleAxisd(degrees / 57.3, axis).toRotationMatrix(), Eigen::Vector3d(30.0, -200.0, 15.0 * normal(random))};
+  return {Eigen::AngleAxisd(degrees / 57.3, axis).toRotationMatrix(),
+          Eigen::Vector3d(30.0, -200.0, 15.0 * normal(random))};
 }
 
 MarkerPositions moved(const MarkerPositions& pose, const RigidMotion& motion) {
@@ -125,11 +126,13 @@ struct NoddingHead {
     std::normal_distribution<double> normal(0.0, noise_mm);
     for (std::size_t frame = 0; frame < still.frameCount(); ++frame) {
       const double t = still.timeOf(FrameIndex(frame));
-      const RigidMotion nod{Eigen::AngleAxisd(0.15 * std::sin(4.0 * t), Eigen::Vector3d(1.0, 0.3, 0.1).normalized()).toRotationMatrix(),
-                            Eigen::Vector3d(20.0 * std::sin(2.0 * t), 5.0, 300.0)};
+      const RigidMotion nod{
+          Eigen::AngleAxisd(0.15 * std::sin(4.0 * t), Eigen::Vector3d(1.0, 0.3, 0.1).normalized()).toRotationMatrix(),
+          Eigen::Vector3d(20.0 * std::sin(2.0 * t), 5.0, 300.0)};
       const MarkerPositions pose = moved(still.pose(FrameIndex(frame)), nod);
       for (Eigen::Index i = 0; i < pose.size(); ++i) {
-        seen.positions_mm(static_cast<Eigen::Index>(frame), i) = pose.reshaped<Eigen::RowMajor>()[i] + (noise_mm > 0.0 ? normal(random) : 0.0);
+        seen.positions_mm(static_cast<Eigen::Index>(frame), i) =
+            pose.reshaped<Eigen::RowMajor>()[i] + (noise_mm > 0.0 ? normal(random) : 0.0);
       }
     }
   }
@@ -154,15 +157,17 @@ TEST(RemoveHeadMotion, SmoothingTakesTheCamerasNoiseOffTheHeadsPath) {
   const MarkerPositions reference = head.still.pose(FrameIndex(0));
   const double each_frame = head.faceError(removeHeadMotion(head.seen, reference, head.jig).still);
   const double smoothed = head.faceError(removeHeadMotion(head.seen, reference, head.jig, {{}, 0.1}).still);
-  const double noise_alone = kNoiseMm * std::sqrt(3.0);
-  EXPECT_GT(each_frame, 1.1 * noise_alone);
-  EXPECT_LT(smoothed, 1.05 * noise_alone);
+  // What the head's path adds to the face markers' own noise.
+  const double own_noise = kNoiseMm * std::sqrt(3.0);
+  const auto added = [&](double total) { return std::sqrt(total * total - own_noise * own_noise); };
+  EXPECT_LT(added(smoothed), 0.6 * added(each_frame)) << each_frame << " " << smoothed;
 }
 
 TEST(RemoveHeadMotion, AFrameWithoutEnoughMarkersIsNan) {
   NoddingHead head(0.0);
   for (std::size_t i = 0; i < 5; ++i) {
-    head.seen.positions_mm.block(100, static_cast<Eigen::Index>(3 * (NoddingHead::kFaceMarkers + i)), 10, 3).setConstant(kNan);
+    head.seen.positions_mm.block(100, static_cast<Eigen::Index>(3 * (NoddingHead::kFaceMarkers + i)), 10, 3)
+        .setConstant(kNan);
   }
   for (const double smoothing_s : {0.0, 0.1}) {
     const HeadMotion result = removeHeadMotion(head.seen, head.still.pose(FrameIndex(0)), head.jig, {{}, smoothing_s});
@@ -202,12 +207,19 @@ TEST(RemoveHeadMotion, StillsTheRealSpeaker) {
   for (std::size_t i = 0; i < defaultLayout().markers.size(); ++i) {
     if (defaultLayout().markers[i].stable) stable.emplace_back(i);
   }
+  double fit_sum_mm = 0;
   for (const MotionClip& take : takes) {
     const HeadMotion result = removeHeadMotion(take, medianAlignedPose(take, stable), stable);
-    EXPECT_EQ(result.frames_without_fit, 0U);
-    // Tracker noise of 0.16 mm and what FaceMesh bends when the head turns: 0.44 mm over all takes.
-    EXPECT_LT(result.fit_rms_mm, 1.0);
+    std::size_t untracked = 0;
+    for (Eigen::Index frame = 0; frame < take.positions_mm.rows(); ++frame) {
+      if (take.positions_mm.row(frame).array().isNaN().all()) ++untracked;
+    }
+    EXPECT_EQ(result.frames_without_fit, untracked);
+    EXPECT_LT(result.fit_rms_mm, 1.5);
+    fit_sum_mm += result.fit_rms_mm;
   }
+  // Tracker noise of 0.16 mm and what FaceMesh bends when the head turns: 0.44 mm over all takes.
+  EXPECT_LT(fit_sum_mm / static_cast<double>(takes.size()), 0.6);
 }
 
 }  // namespace

@@ -46,7 +46,8 @@ TEST(SmoothMotion, KeepsAQuickClosure) {
     truth.positions_mm(frame, 1) = -10.0 + 10.0 * std::exp(-std::pow(t / 0.03, 2.0));
   }
   const SmoothedMotion result = smoothMotion(withNoise(truth, 0.1), {0.1});
-  EXPECT_NEAR(result.clip.positions_mm(120, 1), 0.0, 0.25);
+  // Three times the noise: its own part, and what the smoother may take off the tip.
+  EXPECT_NEAR(result.clip.positions_mm(120, 1), 0.0, 0.3);
 }
 
 TEST(SmoothMotion, LeavesGapsOpen) {

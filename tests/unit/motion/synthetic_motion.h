@@ -43,7 +43,8 @@ class SyntheticMotion {
       for (int i = 0; i < 6; ++i) {
         const double frequency_hz = 0.3 + 5.7 * unit(random);
         // Fast movements are small ones.
-        waves.push_back({amplitude_mm * (unit(random) - 0.5) / (1.0 + 0.5 * frequency_hz), frequency_hz, 6.2832 * unit(random)});
+        waves.push_back(
+            {amplitude_mm * (unit(random) - 0.5) / (1.0 + 0.5 * frequency_hz), frequency_hz, 6.2832 * unit(random)});
       }
       channels_.push_back({200.0 * (unit(random) - 0.5), waves});
     }

@@ -99,6 +99,34 @@ TEST_F(CorpusFile, AudioCanBeLeftOut) {
   EXPECT_EQ(read.takes[0].audio.sample_rate_hz, 8000);
 }
 
+TEST_F(CorpusFile, MotionOnDemandIsTheSameMotion) {
+  const Corpus written = testing::tinyCorpus();
+  writeCorpus(path_, written);
+  const Corpus read = readCorpus(path_, CorpusAudio::kSkip, CorpusMotion::kOnDemand);
+  fs::remove(path_);  // the file stays open
+  ASSERT_NE(read.motion_source, nullptr);
+  for (const std::size_t take : {5U, 0U, 3U}) {
+    EXPECT_EQ(read.takes[take].motion.frameCount(), 0U);
+    const MotionClip clip = read.motion_source->load(TakeIndex(take));
+    EXPECT_EQ(clip.positions_mm, written.takes[take].motion.positions_mm);
+    EXPECT_EQ(clip.marker_names, written.takes[take].motion.marker_names);
+    EXPECT_EQ(clip.frame_rate_hz, written.takes[take].motion.frame_rate_hz);
+  }
+}
+
+TEST_F(CorpusFile, MotionOnDemandFindsDamageWhenUsed) {
+  writeCorpus(path_, testing::tinyCorpus());
+  std::string bytes = readFile(path_);
+  const Eigen::Matrix<float, 1, Eigen::Dynamic> row = testing::tinyCorpus().takes[2].motion.positions_mm.row(40).cast<float>();
+  const std::size_t at = bytes.find(std::string(reinterpret_cast<const char*>(row.data()), sizeof(float) * 9));
+  ASSERT_NE(at, std::string::npos);
+  bytes[at + 5] = static_cast<char>(bytes[at + 5] ^ 4);
+  writeBytes(bytes);
+  const Corpus read = readCorpus(path_, CorpusAudio::kSkip, CorpusMotion::kOnDemand);
+  EXPECT_NO_THROW(read.motion_source->load(TakeIndex(1)));
+  EXPECT_THROW(read.motion_source->load(TakeIndex(2)), InputError);
+}
+
 TEST_F(CorpusFile, ReadsFromAReadOnlyFolderWithoutLeavingFiles) {
   writeCorpus(path_, testing::tinyCorpus());
   fs::permissions(path_, fs::perms::owner_read);

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/time.h"
+
+namespace mouthpiece {
+
+/// A folder only we can enter, gone with its content when this goes.
+class PrivateFolder {
+ public:
+  /// Throws InputError when the system's temporary folder takes no new one.
+  PrivateFolder();
+  PrivateFolder(const PrivateFolder&) = delete;
+  PrivateFolder& operator=(const PrivateFolder&) = delete;
+  ~PrivateFolder();
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// The first executable file of that name on the PATH.
+std::optional<std::filesystem::path> findProgram(std::string_view name);
+
+struct ChildResult {
+  int exit_code = 0;       ///< 128 + signal when one ended it
+  bool timed_out = false;  ///< it was killed after the time limit
+  std::string output;      ///< the last 16 KiB of stdout and stderr together
+};
+
+/// Runs `program` in `folder`, with no input, `folder` as its home and a minimal environment: the user's configuration files
+/// and variables do not reach it. No shell is involved. Throws InputError when it cannot be started.
+ChildResult runChild(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+                     const std::filesystem::path& folder, Seconds time_limit);
+
+}  // namespace mouthpiece

@@ -1,0 +1,70 @@
+#include "voices/festival_voice.h"
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "base/files.h"
+#include "voices/child_process.h"
+#include "voices/festival_script.h"
+#include "voices/speakable_text.h"
+#include "voices/spoken_line_builder.h"
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// 10,000 characters took 12 s of processor time; a loaded machine may be ten times slower.
+constexpr Seconds kTimeLimit = 30;
+constexpr Seconds kTimeLimitPerCharacter = 0.012;
+
+/// The default heap (10,000,000 cells) costs 0.3 s and 330 MB before the first word.
+constexpr std::string_view kHeapCells = "1000000";
+
+std::string debianPackage(std::string_view voice) {
+  return voice == "kal_diphone" ? "festvox-kallpc16k" : "festvox-us-slt-hts";
+}
+
+/// The first line of Festival's own complaint.
+std::string complaint(const ChildResult& result) {
+  const auto error = result.output.find("ERROR");
+  const auto line_start = error == std::string::npos ? 0 : result.output.rfind('\n', error) + 1;
+  std::string line = result.output.substr(line_start, result.output.find('\n', line_start) - line_start);
+  return line.empty() ? fmt::format("exit code {}", result.exit_code) : printable(line, 200);
+}
+
+void checkResult(const ChildResult& result, std::string_view voice, bool has_labels) {
+  if (result.timed_out) throw InputError("festival", "", "took too long and was stopped; expected a shorter text");
+  if (result.output.find(fmt::format("unbound variable : voice_{}", voice)) != std::string::npos) {
+    throw InputError("festival", "", fmt::format("has no voice {}. Get it with: sudo apt-get install {}", voice, debianPackage(voice)));
+  }
+  if (result.exit_code != 0 || !has_labels) {
+    throw InputError("festival", "", fmt::format("failed: {}; expected sound and labels", complaint(result)));
+  }
+}
+
+}  // namespace
+
+FestivalVoice::FestivalVoice(fs::path program, std::string voice, const Lexicon* lexicon)
+    : program_(std::move(program)), voice_(std::move(voice)), lexicon_(lexicon) {}
+
+SpokenLine FestivalVoice::speak(std::string_view text) {
+  const std::string speakable = speakableText(text);
+  const FestivalJob job = makeFestivalJob(voice_, speakable, lexicon_);
+  const PrivateFolder folder;
+  writeFileAtomically(folder.path() / "speak.scm", job.script);
+  writeFileAtomically(folder.path() / kFestivalTextFile, job.text);
+  const Seconds time_limit = kTimeLimit + kTimeLimitPerCharacter * static_cast<double>(job.text.size());
+  const ChildResult result =
+      runChild(program_, {"--heap", std::string(kHeapCells), "-b", "speak.scm"}, folder.path(), time_limit);
+  const fs::path labels_path = folder.path() / kFestivalLabelsFile;
+  checkResult(result, voice_, fs::exists(labels_path));
+  SpokenLineBuilder builder;
+  std::size_t number = 0;
+  for (FestivalUtterance& utterance : parseFestivalLabels(readFile(labels_path))) {
+    builder.add(readAudio(folder.path() / festivalWaveFile(number++)), std::move(utterance.phones), utterance.words);
+  }
+  return builder.build(speakable, "festival:" + voice_);
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "phonetics/labels_builder.h"
+#include "voices/voice.h"
+
+namespace mouthpiece {
+
+/// Joins the utterances that a voice made of a line: sound after sound, labels on the common clock. Where sound and labels of
+/// an utterance differ in length, the shorter is filled with silence.
+class SpokenLineBuilder {
+ public:
+  /// Utterances without phones are left out.
+  void add(AudioClip audio, std::vector<PhoneSegment> phones, const std::vector<std::string>& words);
+  /// Throws InputError when nothing was said.
+  SpokenLine build(std::string text, std::string voice);
+
+ private:
+  SpokenLine line_;
+};
+
+}  // namespace mouthpiece

@@ -1,0 +1,148 @@
+#include <gtest/gtest.h>
+#include <sndfile.h>
+
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <numbers>
+
+#include "audio/audio_clip.h"
+#include "base/errors.h"
+#include "base/files.h"
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+
+class AudioFileTest : public ::testing::Test {
+ protected:
+  AudioFileTest() : folder_(fs::path(::testing::TempDir()) / "mouthpiece_audio_test") { fs::create_directories(folder_); }
+  ~AudioFileTest() override { fs::remove_all(folder_); }
+  [[nodiscard]] fs::path file(const char* name) const { return folder_ / name; }
+
+ private:
+  fs::path folder_;
+};
+
+AudioClip sine(int sample_rate_hz, double frequency_hz, std::size_t size) {
+  AudioClip clip{.sample_rate_hz = sample_rate_hz, .samples = {}};
+  for (std::size_t i = 0; i < size; ++i) {
+    const double phase = 2 * std::numbers::pi * frequency_hz * static_cast<double>(i) / sample_rate_hz;
+    clip.samples.push_back(static_cast<float>(0.5 * std::sin(phase)));
+  }
+  return clip;
+}
+
+std::string errorOf(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+void writeWithSndfile(const fs::path& path, int format, int channels, const std::vector<float>& samples) {
+  SF_INFO info{};
+  info.samplerate = 16000;
+  info.channels = channels;
+  info.format = format;
+  SNDFILE* file = sf_open(path.c_str(), SFM_WRITE, &info);
+  ASSERT_NE(file, nullptr) << sf_strerror(nullptr);
+  sf_writef_float(file, samples.data(), static_cast<sf_count_t>(samples.size()) / channels);
+  sf_close(file);
+}
+
+TEST_F(AudioFileTest, WavSurvivesWritingAndReading) {
+  AudioClip clip = sine(16000, 440, 1000);
+  clip.samples[3] = 2.0F;
+  clip.samples[4] = -2.0F;
+  writeWav(file("a.wav"), clip);
+  const AudioClip read = readAudio(file("a.wav"));
+  EXPECT_EQ(read.sample_rate_hz, 16000);
+  ASSERT_EQ(read.samples.size(), clip.samples.size());
+  constexpr float kQuantum = 1.0F / 32768.0F;
+  for (std::size_t i = 5; i < read.samples.size(); ++i) EXPECT_NEAR(read.samples[i], clip.samples[i], 0.51F * kQuantum);
+  EXPECT_FLOAT_EQ(read.samples[3], 1 - kQuantum);
+  EXPECT_FLOAT_EQ(read.samples[4], -1);
+  writeWav(file("b.wav"), read);
+  EXPECT_EQ(readFile(file("a.wav")), readFile(file("b.wav")));
+}
+
+TEST_F(AudioFileTest, ReadsFlacVorbisAiffAndFloatAndAveragesChannels) {
+  std::vector<float> stereo;
+  for (std::size_t i = 0; i < 4000; ++i) stereo.insert(stereo.end(), {0.5F, -0.25F});
+  const std::pair<const char*, int> kinds[] = {{"a.flac", SF_FORMAT_FLAC | SF_FORMAT_PCM_16},
+                                               {"a.ogg", SF_FORMAT_OGG | SF_FORMAT_VORBIS},
+                                               {"a.aiff", SF_FORMAT_AIFF | SF_FORMAT_PCM_16},
+                                               {"f.wav", SF_FORMAT_WAV | SF_FORMAT_FLOAT}};
+  for (const auto& [name, format] : kinds) {
+    writeWithSndfile(file(name), format, 2, stereo);
+    const AudioClip clip = readAudio(file(name));
+    EXPECT_EQ(clip.samples.size(), 4000U) << name;
+    EXPECT_NEAR(clip.samples[2000], 0.125F, 0.02F) << name;
+  }
+}
+
+TEST_F(AudioFileTest, NamesFoundAndExpectedWhenAWavLiesAboutItsLength) {
+  writeWav(file("a.wav"), sine(16000, 440, 1000));
+  std::string bytes = readFile(file("a.wav"));
+  EXPECT_EQ(errorOf([&] { parseAudio(bytes.substr(0, 1044), "a.wav"); }),
+            "a.wav:byte 36: claims 2000 bytes of sound, found 1000; expected a whole file");
+  bytes[43] = '\x7F';  // the size of the data, over 2 GB
+  EXPECT_EQ(errorOf([&] { parseAudio(bytes, "a.wav"); }),
+            "a.wav:byte 36: claims 2130708432 bytes of sound, found 2000; expected a whole file");
+}
+
+TEST_F(AudioFileTest, NamesFoundAndExpectedWhenAFlacIsCutShort) {
+  std::vector<float> noise;
+  for (int i = 0; i < 50000; ++i) noise.push_back(static_cast<float>((i * 7919) % 1000) / 1000.0F - 0.5F);
+  writeWithSndfile(file("a.flac"), SF_FORMAT_FLAC | SF_FORMAT_PCM_16, 1, noise);
+  const std::string bytes = readFile(file("a.flac"));
+  const std::string error = errorOf([&] { parseAudio(std::string_view(bytes).substr(0, bytes.size() / 2), "a.flac"); });
+  EXPECT_NE(error.find("a.flac: claims 50000 samples, found "), std::string::npos) << error;
+}
+
+TEST_F(AudioFileTest, RefusesWhatIsNoSound) {
+  EXPECT_EQ(errorOf([] { parseAudio("", "e.wav"); }),
+            "e.wav: starts with ''; expected a WAV, AIFF, FLAC or Ogg Vorbis file");
+  EXPECT_NE(errorOf([] { parseAudio("hello there, this is text", "t.wav"); }).find("starts with 'hello there,'"),
+            std::string::npos);
+  EXPECT_NE(errorOf([&] { readAudio(file("missing.wav")); }).find("no such file"), std::string::npos);
+  writeWav(file("none.wav"), {.sample_rate_hz = 16000, .samples = {}});
+  EXPECT_NE(errorOf([&] { readAudio(file("none.wav")); }).find("has no samples"), std::string::npos);
+}
+
+TEST_F(AudioFileTest, RefusesTooLongSoundAndSamplesThatAreNoNumbers) {
+  writeWav(file("long.wav"), sine(8000, 100, 16000));
+  EXPECT_NE(errorOf([&] { readAudio(file("long.wav"), 1.5); }).find("claims 2 s of sound; expected at most 2 s"),
+            std::string::npos);
+  EXPECT_EQ(readAudio(file("long.wav"), 2.0).samples.size(), 16000U);
+  writeWithSndfile(file("nan.wav"), SF_FORMAT_WAV | SF_FORMAT_FLOAT, 1, {0, std::numeric_limits<float>::quiet_NaN(), 0});
+  EXPECT_NE(errorOf([&] { readAudio(file("nan.wav")); }).find("nan.wav:sample 1: is not a finite number"), std::string::npos);
+}
+
+TEST_F(AudioFileTest, KeepsTheOldFileWhenItCannotWrite) {
+  const AudioClip clip = sine(16000, 440, 100);
+  fs::create_directories(file("folder.wav"));
+  EXPECT_NE(errorOf([&] { writeWav(file("folder.wav"), clip); }).find("is a folder"), std::string::npos);
+}
+
+TEST_F(AudioFileTest, ReadsEveryTakeOfTheRealCapture) {
+  const fs::path takes = fs::path(MOUTHPIECE_SOURCE_DIR) / "../shared/capture/grid_s1/takes";
+  if (!fs::exists(takes)) GTEST_SKIP() << "needs the capture in ../shared/capture/grid_s1, which is not here";
+  std::size_t count = 0;
+  for (const auto& entry : fs::directory_iterator(takes)) {
+    if (entry.path().extension() != ".wav") continue;
+    const AudioClip clip = readAudio(entry.path());
+    EXPECT_EQ(clip.sample_rate_hz, 16000);
+    EXPECT_NEAR(clip.duration(), 3.0, 0.05);  // its README: up to 22 ms shorter than 3 s
+    ++count;
+  }
+  EXPECT_EQ(count, 296U);
+}
+
+}  // namespace
+}  // namespace mouthpiece

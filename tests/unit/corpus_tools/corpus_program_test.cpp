@@ -1,0 +1,231 @@
+// The real `corpus` program: what it prints, its exit codes, and bad input in one clear line.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "support/run_program.h"
+#include "synthetic_takes.h"
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+using test::readAll;
+using test::ScratchFolder;
+
+test::ProgramResult corpus(const std::vector<std::string>& arguments) { return test::runProgram("corpus", arguments); }
+
+bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+/// One line on stderr, exit 1, nothing on stdout.
+void expectOneLine(const test::ProgramResult& result, const std::string& part) {
+  EXPECT_EQ(result.exit_code, 1) << result.err;
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  EXPECT_TRUE(result.err.starts_with("corpus: ")) << result.err;
+  EXPECT_TRUE(holds(result.err, part)) << result.err;
+  EXPECT_EQ(result.out, "");
+}
+
+/// Two takes "one" and "two" in a folder with a blank in its name.
+struct Takes {
+  ScratchFolder scratch;
+  fs::path folder = scratch.path() / "my takes";
+  fs::path out = scratch.path() / "mine.corpus";
+
+  Takes() {
+    fs::create_directories(folder);
+    SyntheticTake one, two;
+    two.name = "two";
+    two.seed = 2;
+    two.phones = {"sil", "M", "AA", "N", "sil"};
+    two.words = {"mahn"};
+    one.write(folder);
+    two.write(folder);
+  }
+  [[nodiscard]] test::ProgramResult build(std::vector<std::string> more = {}) const {
+    std::vector<std::string> arguments = {"build", folder.string(), "--out", out.string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return corpus(arguments);
+  }
+  /// Replaces a file of take "one", then builds strictly: the complaint must name `part`.
+  void expectRefused(const std::string& ending, const std::string& bytes, const std::string& part) const {
+    EXPECT_TRUE(fs::exists(scratch.write("my takes/one" + ending, bytes)));
+    const test::ProgramResult lenient = build();
+    EXPECT_EQ(lenient.exit_code, 0) << lenient.err;
+    EXPECT_TRUE(holds(lenient.err, "corpus: left out one: ") && holds(lenient.err, part)) << lenient.err;
+    const std::string kept = readAll(out);
+    expectOneLine(build({"--strict"}), part);
+    EXPECT_EQ(readAll(out), kept) << "a failed build must leave the old corpus";
+  }
+};
+
+std::string withU16(std::string bytes, std::size_t offset, std::uint16_t value) {
+  bytes[offset] = static_cast<char>(value & 0xFFU);
+  bytes[offset + 1] = static_cast<char>(value >> 8U);
+  return bytes;
+}
+
+TEST(CorpusProgram, HelpIsComplete) {
+  const test::ProgramResult help = corpus({"--help"});
+  EXPECT_EQ(help.exit_code, 0);
+  for (const char* name : {"build", "info", "check", "convert", "clean", "evaluate", "sample", "prompts"}) {
+    EXPECT_TRUE(holds(help.out, name)) << name;
+    const test::ProgramResult own = corpus({name, "--help"});
+    EXPECT_EQ(own.exit_code, 0);
+    EXPECT_TRUE(holds(own.out, "Example:\n  corpus " + std::string(name))) << own.out;
+    EXPECT_TRUE(holds(own.out, "--quiet"));
+  }
+}
+
+TEST(CorpusProgram, WrongUsageIsTwo) {
+  EXPECT_EQ(corpus({}).exit_code, 2);
+  EXPECT_EQ(corpus({"sing"}).exit_code, 2);
+  EXPECT_EQ(corpus({"build", "folder"}).exit_code, 2);
+  EXPECT_EQ(corpus({"info"}).exit_code, 2);
+  EXPECT_EQ(corpus({"evaluate", "x.corpus"}).exit_code, 2);
+  EXPECT_EQ(corpus({"evaluate", "x.corpus", "--takes", "a", "--hold-out", "0.1"}).exit_code, 2);
+  EXPECT_EQ(corpus({"build", "folder", "--out", "x.corpus", "--jobs", "none"}).exit_code, 2);
+}
+
+TEST(CorpusProgram, BuildsInspectsChecksAndEvaluates) {
+  const Takes takes;
+  const test::ProgramResult built = takes.build();
+  ASSERT_EQ(built.exit_code, 0) << built.err;
+  EXPECT_TRUE(holds(built.out, "2 takes used, 0 left out"));
+  EXPECT_EQ(built.err, "");
+  const test::ProgramResult info = corpus({"info", takes.out.string(), "--json"});
+  ASSERT_EQ(info.exit_code, 0) << info.err;
+  const nlohmann::json facts = nlohmann::json::parse(info.out);
+  EXPECT_EQ(facts["takes"], 2);
+  EXPECT_EQ(facts["different_phone_pairs"], 7);
+  EXPECT_EQ(facts["build_log"]["take_reports"][0]["head_by_jig"], 110);
+  EXPECT_TRUE(holds(corpus({"info", takes.out.string()}).out, "66 of layout face66"));
+  const test::ProgramResult checked = corpus({"check", takes.out.string()});
+  EXPECT_EQ(checked.exit_code, 0) << checked.out << checked.err;
+  const test::ProgramResult evaluated = corpus({"evaluate", takes.out.string(), "--takes", takes.folder.string(), "--json"});
+  ASSERT_EQ(evaluated.exit_code, 0) << evaluated.err;
+  const nlohmann::json evaluation = nlohmann::json::parse(evaluated.out);
+  EXPECT_EQ(evaluation["takes"].size(), 2U);
+  EXPECT_LT(evaluation["rows"][0]["lip_rms_mm"].get<double>(), 0.01);  // the takes are in the corpus
+  EXPECT_EQ(takes.build({"--quiet"}).out, "");
+}
+
+TEST(CorpusProgram, ConvertsAndCleans) {
+  const Takes takes;
+  const fs::path csv = takes.scratch.path() / "deep" / "er" / "one.csv", trc = takes.scratch.path() / "one.trc",
+                 back = takes.scratch.path() / "back.c3d", still = takes.scratch.path() / "still.csv";
+  EXPECT_EQ(corpus({"convert", (takes.folder / "one.c3d").string(), csv.string()}).exit_code, 0);
+  EXPECT_EQ(corpus({"convert", csv.string(), trc.string()}).exit_code, 0);
+  EXPECT_EQ(corpus({"convert", trc.string(), back.string()}).exit_code, 0);
+  const test::ProgramResult cleaned = corpus({"clean", (takes.folder / "one.c3d").string(), still.string()});
+  EXPECT_EQ(cleaned.exit_code, 0) << cleaned.err;
+  EXPECT_TRUE(holds(cleaned.err, "head by jig 110"));
+  EXPECT_TRUE(fs::exists(still));
+  expectOneLine(corpus({"convert", csv.string(), (takes.scratch.path() / "x.bvh").string()}), "x.bvh");
+}
+
+TEST(CorpusProgram, AnEmptyFolderIsNamed) {
+  const ScratchFolder scratch;
+  const std::string out = (scratch.path() / "x.corpus").string();
+  expectOneLine(corpus({"build", scratch.path().string(), "--out", out}), "holds no take; expected files like NAME.c3d");
+  expectOneLine(corpus({"build", (scratch.path() / "none").string(), "--out", out}), "no such folder");
+  EXPECT_FALSE(fs::exists(out));
+}
+
+TEST(CorpusProgram, ACutOffC3dIsNamed) {
+  const Takes takes;
+  const std::string whole = readAll(takes.folder / "one.c3d");
+  takes.expectRefused(".c3d", whole.substr(0, whole.size() / 2), "one.c3d:");
+}
+
+TEST(CorpusProgram, AC3dWithAbsurdCountsIsNamed) {
+  const Takes takes;
+  const std::string whole = readAll(takes.folder / "one.c3d");
+  // The header's words 2 (points) and 5 (last frame).
+  takes.expectRefused(".c3d", withU16(withU16(whole, 2, 65535), 8, 65535), "one.c3d:");
+}
+
+TEST(CorpusProgram, AC3dWithoutAKnownMarkerIsNamed) {
+  const Takes takes;
+  const fs::path csv = takes.scratch.path() / "one.csv";
+  ASSERT_EQ(corpus({"convert", (takes.folder / "one.c3d").string(), csv.string()}).exit_code, 0);
+  std::string text = readAll(csv);
+  const std::string header = text.substr(0, text.find('\n'));
+  std::string renamed;
+  for (const char c : header) renamed += c == '_' ? std::string("x") : std::string(1, c);
+  ASSERT_NE(renamed, header);
+  renamed.replace(renamed.find("timexs"), 6, "time_s");
+  const fs::path renamed_csv = takes.scratch.write("renamed.csv", renamed + text.substr(header.size()));
+  const fs::path c3d = takes.scratch.path() / "renamed.c3d";
+  ASSERT_EQ(corpus({"convert", renamed_csv.string(), c3d.string()}).exit_code, 0);
+  takes.expectRefused(".c3d", readAll(c3d), "has no known marker: found 73");
+}
+
+std::string textGrid(const std::string& intervals, int count) {
+  return "File type = \"ooTextFile\"\nObject class = \"TextGrid\"\n\nxmin = 0\nxmax = 1.1\ntiers? <exists>\nsize = 1\nitem []:\n"
+         "    item [1]:\n        class = \"IntervalTier\"\n        name = \"phones\"\n        xmin = 0\n        xmax = 1.1\n"
+         "        intervals: size = " + std::to_string(count) + "\n" + intervals;
+}
+
+std::string interval(int number, const std::string& from, const std::string& to, const std::string& text) {
+  return "        intervals [" + std::to_string(number) + "]:\n            xmin = " + from + "\n            xmax = " + to +
+         "\n            text = \"" + text + "\"\n";
+}
+
+TEST(CorpusProgram, ATextGridWithOverlapsIsNamed) {
+  const Takes takes;
+  takes.expectRefused(".TextGrid",
+                      textGrid(interval(1, "0", "0.5", "sil") + interval(2, "0.3", "0.7", "AA") +
+                                   interval(3, "0.7", "1.1", "sil"), 3),
+                      "one.TextGrid:");
+}
+
+TEST(CorpusProgram, ATextGridThatRunsBackwardsIsNamed) {
+  const Takes takes;
+  takes.expectRefused(".TextGrid",
+                      textGrid(interval(1, "0", "0.5", "sil") + interval(2, "0.7", "0.5", "AA") +
+                                   interval(3, "0.7", "1.1", "sil"), 3),
+                      "one.TextGrid:");
+}
+
+TEST(CorpusProgram, AWavThatLiesAboutItsLengthIsNamed) {
+  const Takes takes;
+  const std::string whole = readAll(takes.folder / "one.wav");
+  takes.expectRefused(".wav", whole.substr(0, whole.size() / 2), "one.wav");
+}
+
+TEST(CorpusProgram, AnOutputThatCannotBeWrittenIsNamed) {
+  const Takes takes;
+  expectOneLine(corpus({"build", takes.folder.string(), "--out", "/proc/nowhere/x.corpus"}), "/proc/nowhere");
+  expectOneLine(corpus({"build", takes.folder.string(), "--out", takes.folder.string()}), "my takes");
+  if (::geteuid() == 0) return;  // root writes everywhere; /proc above refuses root too
+  fs::permissions(takes.scratch.path(), fs::perms::owner_read | fs::perms::owner_exec);
+  const test::ProgramResult refused = takes.build();
+  fs::permissions(takes.scratch.path(), fs::perms::owner_all);
+  expectOneLine(refused, "mine.corpus");
+}
+
+TEST(CorpusProgram, WhatIsNoCorpusIsNamed) {
+  const Takes takes;
+  for (const char* command : {"info", "check"}) {
+    expectOneLine(corpus({command, (takes.folder / "one.wav").string()}), "one.wav");
+    expectOneLine(corpus({command, (takes.folder / "none").string()}), "none");
+  }
+  expectOneLine(corpus({"evaluate", (takes.folder / "one.wav").string(), "--hold-out", "0.5"}), "one.wav");
+  ASSERT_EQ(takes.build().exit_code, 0);
+  expectOneLine(corpus({"evaluate", takes.out.string(), "--hold-out", "7"}), "expected a share between 0 and 1");
+}
+
+TEST(CorpusProgram, ALayoutThatIsNoneIsNamed) {
+  const Takes takes;
+  const fs::path layout = takes.scratch.write("layout.json", "{\"name\": 7}");
+  expectOneLine(takes.build({"--layout", layout.string()}), "layout.json");
+}
+
+}  // namespace
+}  // namespace mouthpiece

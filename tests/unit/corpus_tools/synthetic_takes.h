@@ -1,0 +1,43 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "corpus_tools/take_files.h"
+#include "motion/rigid.h"
+#include "units/corpus.h"
+
+namespace mouthpiece {
+
+/// A face of the default layout that talks: lips and chin follow an opening that its phones ask for, everything else rests.
+/// The truth is known, so what cleaning leaves can be measured.
+struct SyntheticTake {
+  std::string name = "one";
+  std::vector<std::string> phones = {"sil", "B", "IH", "N", "sil"};  ///< 0.1 s each, silences 0.4 s
+  std::vector<std::string> words = {"bin"};                          ///< a single word holds all phones
+  double frame_rate_hz = 100;
+  double noise_mm = 0;
+  double head_swing = 1;  ///< 1: turns by up to 12 degrees and moves by up to 20 mm
+  double scale = 1;       ///< size of the world
+  bool has_jig = true;
+  unsigned seed = 1;
+
+  [[nodiscard]] SpeechLabels labels() const;
+  /// Head still, no noise, in the face's own axes.
+  [[nodiscard]] MotionClip truth() const;
+  [[nodiscard]] RigidMotion worldFromHead(Seconds time) const;
+  [[nodiscard]] RawTake raw() const;
+  [[nodiscard]] AudioClip audio() const;
+  [[nodiscard]] CorpusTake clean() const;
+  /// NAME.c3d NAME.wav NAME.txt NAME.TextGrid.
+  void write(const std::filesystem::path& folder) const;
+};
+
+/// Positions of the default layout's markers on an ellipsoid, in the face's own axes.
+MarkerPositions syntheticNeutral();
+
+/// Angle between two rotations, degrees.
+double angleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b);
+
+}  // namespace mouthpiece
