@@ -219,6 +219,31 @@ void appendSplitTeeth(FaceMesh& mesh, const MeshPart& part, std::vector<MeshPart
   for (MeshPart& piece : splitPart(mesh, part, choice, kinds)) parts.push_back(std::move(piece));
 }
 
+Eigen::AlignedBox3d boxOf(const FaceMesh& mesh, std::span<const Triangle> triangles) {
+  Eigen::AlignedBox3d box;
+  for (const Triangle& triangle : triangles) box.extend(centroid(mesh, triangle).cast<double>());
+  return box;
+}
+
+/// Heads often come with the mouth's bag under the skin's material: an island of its own around the teeth.
+void appendSplitMouthBag(FaceMesh& mesh, const MeshPart& part, const Eigen::AlignedBox3d& teeth, std::vector<MeshPart>& parts) {
+  constexpr double kBagOverTeeth = 2.5;  // a bag is at most so much larger than the teeth in it
+  Islands islands(mesh, trianglesOf(mesh, part));
+  std::map<std::uint32_t, Eigen::AlignedBox3d> boxes;
+  for (const Triangle& triangle : trianglesOf(mesh, part)) boxes[islands.islandOf(triangle[0])].extend(centroid(mesh, triangle).cast<double>());
+  std::vector<std::size_t> choice;
+  bool has_bag = false;
+  for (const Triangle& triangle : trianglesOf(mesh, part)) {
+    const Eigen::AlignedBox3d& box = boxes[islands.islandOf(triangle[0])];
+    const bool is_bag = boxes.size() > 1 && box.contains(teeth.center()) && box.diagonal().norm() < kBagOverTeeth * teeth.diagonal().norm();
+    has_bag = has_bag || is_bag;
+    choice.push_back(is_bag ? 1 : 0);
+  }
+  if (!has_bag) return parts.push_back(part);
+  const std::array<std::pair<std::string, PartKind>, 2> kinds{{{"", PartKind::kSkin}, {".mouth", PartKind::kMouthInside}}};
+  for (MeshPart& piece : splitPart(mesh, part, choice, kinds)) parts.push_back(std::move(piece));
+}
+
 }  // namespace
 
 std::optional<PartKind> kindFromName(std::string_view name) {
@@ -256,6 +281,16 @@ void assignPartKinds(FaceMesh& mesh, bool keep_colors) {
                                                                  {".lower_gum", PartKind::kLowerTeeth},
                                                                  {".tongue", PartKind::kTongue}}};
     for (MeshPart& piece : splitPart(mesh, part, splitGums(mesh, part, teeth), kinds)) parts.push_back(std::move(piece));
+  }
+  if (!teeth.empty()) {
+    Eigen::AlignedBox3d teeth_box;
+    for (const MeshPart& part : teeth) teeth_box.extend(boxOf(mesh, trianglesOf(mesh, part)));
+    std::vector<MeshPart> split;
+    for (const MeshPart& part : parts) {
+      if (part.kind == PartKind::kSkin) appendSplitMouthBag(mesh, part, teeth_box, split);
+      else split.push_back(part);
+    }
+    parts = std::move(split);
   }
   std::sort(parts.begin(), parts.end(), [](const MeshPart& a, const MeshPart& b) { return a.first_triangle < b.first_triangle; });
   for (MeshPart& part : parts) {

@@ -174,7 +174,7 @@ class Placer {
     add({.name = c.corner, .rule = PointRule::kFollow, .drivers = {{find(c.outer), 1}}}, outer + way_in * past);
     const double way = 0.5 * ((upper - corner).norm() / (at(c.upper_neighbour) - corner).norm() +
                               (lower - corner).norm() / (at(c.lower_neighbour) - corner).norm());
-    const double share = std::pow(std::clamp(way, 0.2, 0.8), 1.5);
+    const double share = std::clamp(way, 0.2, 0.8);
     for (const auto& [name, side, neighbour, place] : {std::tuple(c.upper, LipSide::kUpper, c.upper_neighbour, upper),
                                                        std::tuple(c.lower, LipSide::kLower, c.lower_neighbour, lower)}) {
       add({.name = name, .rule = PointRule::kFollow, .side = side, .drivers = {{find(c.corner), 1 - share}, {find(neighbour), share}}}, place);

@@ -47,8 +47,9 @@ void checkKind(std::string_view bytes, std::string_view name) {
   const bool is_aiff = bytes.size() >= 12 && bytes.starts_with("FORM") && bytes.substr(8, 3) == "AIF";
   if (is_wav) return checkWavLength(bytes, name);
   if (is_aiff || bytes.starts_with("fLaC") || bytes.starts_with("OggS")) return;
-  throw InputError(name, "", fmt::format("starts with '{}'; expected a WAV, AIFF, FLAC or Ogg Vorbis file",
-                                         printable(bytes.substr(0, 12))));
+  throw InputError(
+      name, "",
+      fmt::format("starts with '{}'; expected a WAV, AIFF, FLAC or Ogg Vorbis file", printable(bytes.substr(0, 12))));
 }
 
 /// libsndfile's view of bytes in memory.
@@ -80,16 +81,18 @@ using SoundFile = std::unique_ptr<SNDFILE, decltype(&sf_close)>;
 
 void checkInfo(const SF_INFO& info, std::string_view name, Seconds max_duration) {
   if (info.samplerate < kLowestRate || info.samplerate > kHighestRate) {
-    throw InputError(name, "", fmt::format("has a sample rate of {} Hz; expected {} to {}", info.samplerate, kLowestRate,
-                                           kHighestRate));
+    throw InputError(
+        name, "",
+        fmt::format("has a sample rate of {} Hz; expected {} to {}", info.samplerate, kLowestRate, kHighestRate));
   }
   if (info.channels < 1 || info.channels > kMostChannels) {
     throw InputError(name, "", fmt::format("has {} channels; expected 1 to {}", info.channels, kMostChannels));
   }
   if (info.frames <= 0) throw InputError(name, "", "has no samples; expected sound");
   if (static_cast<double>(info.frames) > max_duration * info.samplerate) {
-    throw InputError(name, "", fmt::format("claims {:.0f} s of sound; expected at most {:.0f} s",
-                                           static_cast<double>(info.frames) / info.samplerate, max_duration));
+    throw InputError(name, "",
+                     fmt::format("claims {:.0f} s of sound; expected at most {:.0f} s",
+                                 static_cast<double>(info.frames) / info.samplerate, max_duration));
   }
 }
 
@@ -102,7 +105,8 @@ std::vector<float> readMono(SNDFILE* sound, const SF_INFO& info, std::string_vie
   while (mono.size() < static_cast<std::size_t>(info.frames)) {
     const sf_count_t taken = sf_readf_float(sound, block.data(), kBlockFrames);
     if (taken <= 0) {
-      throw InputError(name, "", fmt::format("claims {} samples, found {}; expected a whole file", info.frames, mono.size()));
+      throw InputError(name, "",
+                       fmt::format("claims {} samples, found {}; expected a whole file", info.frames, mono.size()));
     }
     for (std::size_t frame = 0; frame < static_cast<std::size_t>(taken); ++frame) {
       double sum = 0;

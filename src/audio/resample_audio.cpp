@@ -11,8 +11,8 @@ namespace {
 
 /// A Kaiser window of this many zero crossings a side stops 90 dB and passes up to 94 % of the band.
 constexpr double kZeroCrossings = 48;
-constexpr double kKaiserBeta = 8.96;    // 0.1102 (90 - 8.7)
-constexpr double kPassedShare = 0.94;   // 1 - (90 - 7.95) / (14.36 * 2 * 48) * 2, halved at each side of the edge
+constexpr double kKaiserBeta = 8.96;   // 0.1102 (90 - 8.7)
+constexpr double kPassedShare = 0.94;  // 1 - (90 - 7.95) / (14.36 * 2 * 48) * 2, halved at each side of the edge
 /// Kernels of all phases are tabulated when there are at most this many; odd ratios compute them as they go.
 constexpr std::int64_t kMostTabulatedPhases = 4096;
 
@@ -33,7 +33,8 @@ class SincKernel {
     return window * (std::abs(angle) < 1e-9 ? 1.0 : std::sin(angle) / angle);
   }
 
-  /// Weights of the input samples from `first_tap` (relative to the one at or before the output time), which sum to one.
+  /// Weights of the input samples from `first_tap` (relative to the one at or before the output time), which sum to
+  /// one.
   [[nodiscard]] std::vector<float> weights(double fraction) const {
     std::vector<double> taps;
     for (auto tap = firstTap(); tap <= 1 - firstTap(); ++tap) taps.push_back(at(static_cast<double>(tap) - fraction));
@@ -67,7 +68,7 @@ AudioClip resampleAudio(const AudioClip& clip, int sample_rate_hz) {
   MOUTHPIECE_EXPECT(clip.sample_rate_hz > 0 && sample_rate_hz > 0);
   if (clip.sample_rate_hz == sample_rate_hz) return clip;
   const std::int64_t divisor = std::gcd(clip.sample_rate_hz, sample_rate_hz);
-  const std::int64_t phases = sample_rate_hz / divisor;       // output sample n lies at n * step / phases
+  const std::int64_t phases = sample_rate_hz / divisor;  // output sample n lies at n * step / phases
   const std::int64_t step = clip.sample_rate_hz / divisor;
   const SincKernel kernel(static_cast<double>(phases) / static_cast<double>(step));
   const auto fractionOf = [&](std::int64_t phase) { return static_cast<double>(phase) / static_cast<double>(phases); };

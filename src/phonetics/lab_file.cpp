@@ -108,9 +108,8 @@ std::vector<LabelEntry> readEntries(std::string_view text, std::string_view file
   const std::vector<Line> lines = splitLines(text);
   if (lines.empty()) throw InputError(file, "", "holds no labels; expected lines of \"start end label\"");
   if (lines[0].fields[0] == "#!MLF!#") throw InputError(file, "1", "is a master label file; expected one file a take");
-  const auto hash = std::find_if(lines.begin(), lines.end(), [](const Line& line) {
-    return line.fields.size() == 1 && line.fields[0] == "#";
-  });
+  const auto hash = std::find_if(lines.begin(), lines.end(),
+                                 [](const Line& line) { return line.fields.size() == 1 && line.fields[0] == "#"; });
   if (hash != lines.end()) return readEspsLines(file, lines, static_cast<std::size_t>(hash - lines.begin()) + 1);
   std::vector<LabelEntry> entries = readStartEndLines(file, lines);
   if (hasDecimalPoint(lines)) return entries;
@@ -141,7 +140,8 @@ SpeechLabels readLabels(const std::filesystem::path& path, const LabFileOptions&
   const std::string bytes = readFile(path, kMaxLabFileBytes);
   constexpr std::string_view kTextGridStart = "File type";
   const std::string start = decodeText(std::string_view(bytes).substr(0, 64), path.string());
-  const bool is_textgrid = start.find(kTextGridStart) != std::string::npos || start.find("ooTextFile") != std::string::npos ||
+  const bool is_textgrid = start.find(kTextGridStart) != std::string::npos ||
+                           start.find("ooTextFile") != std::string::npos ||
                            start.find("ooBinaryFile") != std::string::npos || start.find("Praat") != std::string::npos;
   return is_textgrid ? parseTextGrid(bytes, path.string()) : parseLabFile(bytes, path.string(), options);
 }

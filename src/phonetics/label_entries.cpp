@@ -22,8 +22,9 @@ void checkSpan(std::string_view file, const LabelEntry& entry, Seconds previous_
                      fmt::format("found times {} to {} s; expected 0 to {} s", start, end, kLatestLabel));
   }
   if (end < start) {
-    throw InputError(file, entry.place, fmt::format("'{}' ends at {} s, before it begins at {} s; expected a later end",
-                                                    printable(entry.text), end, start));
+    throw InputError(file, entry.place,
+                     fmt::format("'{}' ends at {} s, before it begins at {} s; expected a later end",
+                                 printable(entry.text), end, start));
   }
   if (start < previous_end - kRoundingOverlap) {
     throw InputError(file, entry.place,
@@ -42,9 +43,12 @@ void checkIsLongEnough(std::string_view file, const LabelEntry& entry) {
 
 /// TIMIT writes the closure of a stop apart from its burst.
 std::optional<Phone> closureOf(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, Phone>, 6> kClosures = {
-      {{"bcl", Phone::kB}, {"dcl", Phone::kD}, {"gcl", Phone::kG}, {"pcl", Phone::kP}, {"tcl", Phone::kT},
-       {"kcl", Phone::kK}}};
+  constexpr std::array<std::pair<std::string_view, Phone>, 6> kClosures = {{{"bcl", Phone::kB},
+                                                                            {"dcl", Phone::kD},
+                                                                            {"gcl", Phone::kG},
+                                                                            {"pcl", Phone::kP},
+                                                                            {"tcl", Phone::kT},
+                                                                            {"kcl", Phone::kK}}};
   for (const auto& [closure, stop] : kClosures) {
     if (closure == name) return stop;
   }
@@ -60,8 +64,9 @@ Phone requirePhone(std::string_view file, const LabelEntry& entry) {
   if (const auto phone = phoneFromName(entry.text)) return *phone;
   if (const auto stop = closureOf(entry.text)) return *stop;
   const char* hint = entry.text == "spn" ? " (the aligner's mark for a word that its dictionary lacks)" : "";
-  throw InputError(file, entry.place, fmt::format("found phone '{}'{}; expected ARPAbet (AA AE AH ... ZH) or sil",
-                                                  printable(entry.text), hint));
+  throw InputError(
+      file, entry.place,
+      fmt::format("found phone '{}'{}; expected ARPAbet (AA AE AH ... ZH) or sil", printable(entry.text), hint));
 }
 
 }  // namespace
@@ -74,7 +79,9 @@ std::vector<PhoneSegment> phonesFromEntries(std::string_view file, const std::ve
     checkSpan(file, entry, previous_end);
     previous_end = std::max(previous_end, entry.span.end);
     const bool is_glottal_stop = entry.text == "q";
-    const Phone phone = !is_glottal_stop ? requirePhone(file, entry) : segments.empty() ? Phone::kSil : segments.back().phone;
+    const Phone phone = !is_glottal_stop   ? requirePhone(file, entry)
+                        : segments.empty() ? Phone::kSil
+                                           : segments.back().phone;
     if (phone == Phone::kSil && entry.span.duration() < kShortestLabel) continue;
     const bool joins = !segments.empty() && std::abs(segments.back().span.end - entry.span.start) <= kRoundingOverlap &&
                        (is_glottal_stop || (open_closure && releases(*open_closure, phone)));

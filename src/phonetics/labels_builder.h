@@ -35,7 +35,8 @@ struct WordSegment {
 SpeechLabels buildSpeechLabels(std::vector<PhoneSegment> segments, const std::vector<std::string>& words,
                                Seconds duration);
 
-/// Gives each phone that is not silence the word that holds its middle, then builds. Words rise in time without overlaps.
+/// Gives each phone that is not silence the word that holds its middle, then builds. Words rise in time without
+/// overlaps.
 SpeechLabels buildSpeechLabels(std::vector<PhoneSegment> segments, const std::vector<WordSegment>& words,
                                Seconds duration);
 

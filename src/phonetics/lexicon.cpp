@@ -44,8 +44,9 @@ Pronunciation parsePhones(std::string_view fields, std::string_view word, std::s
   for (auto name = takeField(fields); !name.empty() && name != "#"; name = takeField(fields)) {
     const auto phone = phoneFromName(name);
     if (!phone || *phone == Phone::kSil) {
-      throw InputError(file, line, fmt::format("found phone '{}' in '{}'; expected ARPAbet (AA AE AH ... ZH)",
-                                               printable(name), printable(word)));
+      throw InputError(file, line,
+                       fmt::format("found phone '{}' in '{}'; expected ARPAbet (AA AE AH ... ZH)", printable(name),
+                                   printable(word)));
     }
     pronunciation.phones.push_back(*phone);
     pronunciation.stress.push_back(stressOfName(name).value_or(-1));

@@ -7,17 +7,58 @@
 
 namespace mouthpiece {
 
-/// ARPAbet without stress, one symbol per phone (diphthongs and affricates stay one), and silence.
+/// ARPAbet without stress, one symbol per phone (diphthongs and affricates stay one), and silence. The schwa has one
+/// normal form: labels hold kAH, never kAX, which is only a name that is understood
+/// (docs/theory/phones_and_visemes.md).
 enum class Phone : std::uint8_t {
   kSil,
-  kAA, kAE, kAH, kAO, kAW, kAX, kAY, kEH, kER, kEY, kIH, kIY, kOW, kOY, kUH, kUW,
-  kB, kCH, kD, kDH, kF, kG, kHH, kJH, kK, kL, kM, kN, kNG, kP, kR, kS, kSH, kT, kTH, kV, kW, kY, kZ, kZH,
+  kAA,
+  kAE,
+  kAH,
+  kAO,
+  kAW,
+  kAX,
+  kAY,
+  kEH,
+  kER,
+  kEY,
+  kIH,
+  kIY,
+  kOW,
+  kOY,
+  kUH,
+  kUW,
+  kB,
+  kCH,
+  kD,
+  kDH,
+  kF,
+  kG,
+  kHH,
+  kJH,
+  kK,
+  kL,
+  kM,
+  kN,
+  kNG,
+  kP,
+  kR,
+  kS,
+  kSH,
+  kT,
+  kTH,
+  kV,
+  kW,
+  kY,
+  kZ,
+  kZH,
 };
 inline constexpr std::size_t kPhoneCount = 41;
 
 /// "sil", "AA", ..., "ZH".
 std::string_view phoneName(Phone phone);
-/// Accepts any case, and a stress digit after a vowel ("AH0"). nullopt for an unknown symbol.
+/// Accepts any case, a stress digit after a vowel ("AH0"), and the names of Festival, TIMIT and HTK ("ax" is kAH, "pau"
+/// kSil). nullopt for an unknown symbol.
 std::optional<Phone> phoneFromName(std::string_view name);
 
 bool isVowel(Phone phone);
@@ -26,7 +67,26 @@ bool isLabiodental(Phone phone);  ///< F V
 
 /// The viseme classes of design page, section 8.
 enum class Viseme : std::uint8_t {
-  kSil, kAh, kEh, kEe, kIh, kOh, kOo, kUh, kEr, kR, kW, kY, kMBP, kFV, kTh, kLNTD, kS, kShChJ, kGK, kH,
+  kSil,
+  kAh,
+  kEh,
+  kEe,
+  kIh,
+  kOh,
+  kOo,
+  kUh,
+  kEr,
+  kR,
+  kW,
+  kY,
+  kMBP,
+  kFV,
+  kTh,
+  kLNTD,
+  kS,
+  kShChJ,
+  kGK,
+  kH,
 };
 inline constexpr std::size_t kVisemeCount = 20;
 std::string_view visemeName(Viseme viseme);

@@ -47,8 +47,8 @@ bool isLegalOnset(std::span<const Phone> consonants) {
     case 2:
       return isLegalPair(consonants[0], consonants[1]);
     case 3:  // s + voiceless stop + approximant: "spring", "splash", "street", "square", "skew"
-      return consonants[0] == kS && isOneOf(consonants[1], {kP, kT, kK}) &&
-             isOneOf(consonants[2], {kL, kR, kW, kY}) && isLegalPair(consonants[1], consonants[2]);
+      return consonants[0] == kS && isOneOf(consonants[1], {kP, kT, kK}) && isOneOf(consonants[2], {kL, kR, kW, kY}) &&
+             isLegalPair(consonants[1], consonants[2]);
     default:
       return false;
   }

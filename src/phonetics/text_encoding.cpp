@@ -48,7 +48,10 @@ std::optional<char32_t> decodeUtf8(std::string_view text, std::size_t& offset) {
     ++offset;
     return lead;
   }
-  const std::size_t length = lead >= 0xC2 && lead < 0xE0 ? 2 : (lead >> 4U) == 0xE ? 3 : lead >= 0xF0 && lead < 0xF5 ? 4 : 0;
+  const std::size_t length = lead >= 0xC2 && lead < 0xE0   ? 2
+                             : (lead >> 4U) == 0xE         ? 3
+                             : lead >= 0xF0 && lead < 0xF5 ? 4
+                                                           : 0;
   if (length == 0 || length > text.size() - offset) return std::nullopt;
   char32_t code_point = lead & (0x7FU >> length);
   for (std::size_t i = 1; i < length; ++i) {

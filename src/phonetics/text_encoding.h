@@ -10,7 +10,8 @@ namespace mouthpiece {
 /// off), else Latin-1. Throws InputError for broken UTF-16.
 std::string decodeText(std::string_view bytes, std::string_view file);
 
-/// The code point that starts at `offset`, which moves behind it; nullopt for broken UTF-8 (overlong and surrogates too).
+/// The code point that starts at `offset`, which moves behind it; nullopt for broken UTF-8 (overlong and surrogates
+/// too).
 std::optional<char32_t> decodeUtf8(std::string_view text, std::size_t& offset);
 
 void appendUtf8(std::string& out, char32_t code_point);

@@ -9,9 +9,9 @@
 namespace mouthpiece {
 
 /// Reads a Praat TextGrid (docs/formats/textgrid.md): long or short text, UTF-8, UTF-16 with its mark, or Latin-1.
-/// Needs a tier `phones` (or `phonemes`, `phone`, `segments`, "NAME - phones"); a tier `words` and one `syllables`, whose
-/// text is the stress, are used when there. Throws InputError naming file and line for what is no TextGrid, intervals
-/// that run backwards or overlap, and phones that are not ARPAbet.
+/// Needs a tier `phones` (or `phonemes`, `phone`, `segments`, "NAME - phones"); a tier `words` and one `syllables`,
+/// whose text is the stress, are used when there. Throws InputError naming file and line for what is no TextGrid,
+/// intervals that run backwards or overlap, and phones that are not ARPAbet.
 SpeechLabels readTextGrid(const std::filesystem::path& path);
 /// The same from memory; `name` stands for the file in messages.
 SpeechLabels parseTextGrid(std::string_view bytes, std::string_view name);

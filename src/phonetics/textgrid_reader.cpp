@@ -39,7 +39,8 @@ class PraatTokens {
     const double value = number(what);
     // An interval takes at least three characters a number: more than bytes in the file is a lie.
     if (!(value >= 0) || value != std::floor(value) || value > static_cast<double>(text_.size())) {
-      throw InputError(file_, line(), fmt::format("found {} for {}; expected a count that the file can hold", value, what));
+      throw InputError(file_, line(),
+                       fmt::format("found {} for {}; expected a count that the file can hold", value, what));
     }
     return static_cast<std::size_t>(value);
   }
@@ -154,7 +155,8 @@ TextGrid readTiers(std::string_view text, std::string_view file) {
     throw InputError(file, "1", "is a chronological TextGrid; expected one saved as (long or short) text file");
   }
   if (kind != "ooTextFile" || tokens.string("\"TextGrid\"") != "TextGrid") {
-    throw InputError(file, tokens.line(), "is no TextGrid; expected File type \"ooTextFile\", Object class \"TextGrid\"");
+    throw InputError(file, tokens.line(),
+                     "is no TextGrid; expected File type \"ooTextFile\", Object class \"TextGrid\"");
   }
   TextGrid grid;
   grid.span.start = tokens.number("the start time");
@@ -162,8 +164,9 @@ TextGrid readTiers(std::string_view text, std::string_view file) {
   constexpr Seconds kShortest = 0.001;
   const bool is_finite = std::isfinite(grid.span.start) && std::isfinite(grid.span.end);
   if (!is_finite || !(grid.span.duration() >= kShortest && grid.span.duration() <= kLatestLabel)) {
-    throw InputError(file, tokens.line(), fmt::format("runs from {} to {} s; expected {} s to {} s, forwards",
-                                                      grid.span.start, grid.span.end, kShortest, kLatestLabel));
+    throw InputError(file, tokens.line(),
+                     fmt::format("runs from {} to {} s; expected {} s to {} s, forwards", grid.span.start,
+                                 grid.span.end, kShortest, kLatestLabel));
   }
   if (tokens.flag("<exists>") != "<exists>") throw InputError(file, tokens.line(), "has no tiers");
   const std::size_t tier_count = tokens.count("the number of tiers");
@@ -178,7 +181,8 @@ std::string lowerCase(std::string_view text) {
   return lower;
 }
 
-/// The tier with one of these names, or with "SPEAKER - " before it (Montreal Forced Aligner). nullptr when there is none.
+/// The tier with one of these names, or with "SPEAKER - " before it (Montreal Forced Aligner). nullptr when there is
+/// none.
 const Tier* findTier(const TextGrid& grid, std::string_view file, std::initializer_list<std::string_view> names) {
   const Tier* found = nullptr;
   for (const Tier& tier : grid.tiers) {
@@ -190,8 +194,9 @@ const Tier* findTier(const TextGrid& grid, std::string_view file, std::initializ
                        fmt::format("tier '{}' holds points; expected intervals", printable(tier.name)));
     }
     if (found != nullptr) {
-      throw InputError(file, tier.place, fmt::format("found two such tiers, '{}' and '{}'; expected one speaker",
-                                                     printable(found->name), printable(tier.name)));
+      throw InputError(file, tier.place,
+                       fmt::format("found two such tiers, '{}' and '{}'; expected one speaker", printable(found->name),
+                                   printable(tier.name)));
     }
     found = &tier;
   }
@@ -216,7 +221,8 @@ void takeSyllables(const Tier& tier, const TextGrid& grid, std::string_view file
   std::size_t s = 0;
   for (PhoneSegment& phone : phones) {
     while (s < syllables.size() && syllables[s].span.end <= phone.span.middle()) ++s;
-    if (s == syllables.size() || !syllables[s].span.contains(phone.span.middle()) || phone.phone == Phone::kSil) continue;
+    if (s == syllables.size() || !syllables[s].span.contains(phone.span.middle()) || phone.phone == Phone::kSil)
+      continue;
     phone.syllable = s;
     phone.stress = syllables[s].text[0] - '0';
   }

@@ -54,8 +54,8 @@ void appendTier(std::string& out, std::size_t number, std::string_view name, con
   fmt::format_to(to, "    item [{}]:\n        class = \"IntervalTier\"\n        name = \"{}\"\n", number, name);
   fmt::format_to(to, "        xmin = 0\n        xmax = {}\n        intervals: size = {}\n", duration, intervals.size());
   for (std::size_t i = 0; i < intervals.size(); ++i) {
-    fmt::format_to(to, "        intervals [{}]:\n            xmin = {}\n            xmax = {}\n            text = {}\n", i + 1,
-                   intervals[i].span.start, intervals[i].span.end, praatString(intervals[i].text));
+    fmt::format_to(to, "        intervals [{}]:\n            xmin = {}\n            xmax = {}\n            text = {}\n",
+                   i + 1, intervals[i].span.start, intervals[i].span.end, praatString(intervals[i].text));
   }
 }
 

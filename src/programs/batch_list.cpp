@@ -65,7 +65,8 @@ class CsvRows {
     if (at_ < text_.size() && text_[at_] == '\r') ++at_;
     if (at_ >= text_.size()) return;
     if (text_[at_] != '\n') {
-      throw InputError(file_, std::to_string(line), "found text after a closing quote; expected a comma or the line's end");
+      throw InputError(file_, std::to_string(line),
+                       "found text after a closing quote; expected a comma or the line's end");
     }
     ++at_;
     ++line_;
@@ -82,11 +83,13 @@ bool isIdCharacter(char c) {
 }
 
 void expectUsableId(const std::string& id, const std::string& file, std::size_t line) {
-  const bool usable = !id.empty() && id.size() <= kMaxIdLength && id.front() != '.' && std::all_of(id.begin(), id.end(), isIdCharacter);
+  const bool usable =
+      !id.empty() && id.size() <= kMaxIdLength && id.front() != '.' && std::all_of(id.begin(), id.end(), isIdCharacter);
   if (!usable) {
-    throw InputError(file, std::to_string(line),
-                     fmt::format("found the id '{}'; expected at most {} letters, digits, '_', '-' or '.', not starting with '.'",
-                                 printable(id), kMaxIdLength));
+    throw InputError(
+        file, std::to_string(line),
+        fmt::format("found the id '{}'; expected at most {} letters, digits, '_', '-' or '.', not starting with '.'",
+                    printable(id), kMaxIdLength));
   }
 }
 
@@ -138,7 +141,8 @@ std::vector<BatchLine> readBatchList(const std::filesystem::path& path) {
     if (row->fields.size() == 1 && row->fields[0].empty()) continue;
     lines.push_back(batchLineFrom(*row, recordings, path));
     if (!ids.insert(lines.back().id).second) {
-      throw InputError(path.string(), std::to_string(row->line), fmt::format("found the id '{}' a second time; expected each once", lines.back().id));
+      throw InputError(path.string(), std::to_string(row->line),
+                       fmt::format("found the id '{}' a second time; expected each once", lines.back().id));
     }
   }
   if (lines.empty()) throw InputError(path.string(), "", "holds no lines; expected rows of id,text");

@@ -17,7 +17,8 @@ fs::path findSharedFile(std::string_view name, std::string_view how_to_make) {
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   const fs::path path = program.parent_path().parent_path() / "share" / "mouthpiece" / name;
-  if (error || !fs::exists(path, error)) throw InputError(path.string(), "", fmt::format("no such file; {}", how_to_make));
+  if (error || !fs::exists(path, error))
+    throw InputError(path.string(), "", fmt::format("no such file; {}", how_to_make));
   return path;
 }
 

@@ -29,7 +29,8 @@
 namespace mouthpiece {
 namespace {
 
-constexpr std::string_view kMakeCorpus = "make the sample corpus with `make data` in the checkout, or name one with --corpus";
+constexpr std::string_view kMakeCorpus =
+    "make the sample corpus with `make data` in the checkout, or name one with --corpus";
 constexpr std::string_view kMakeFace = "make the sample face with `make data` in the checkout, or name one with --face";
 constexpr std::string_view kMakePage = "make it with `make build` in the checkout";
 /// Every vertex of every frame is held in memory until the shapes are found.
@@ -41,7 +42,9 @@ bool isAny(const std::vector<OutputFile>& outputs, std::initializer_list<OutputK
   });
 }
 
-bool needsFace(const std::vector<OutputFile>& outputs) { return isAny(outputs, {OutputKind::kFace, OutputKind::kPage}); }
+bool needsFace(const std::vector<OutputFile>& outputs) {
+  return isAny(outputs, {OutputKind::kFace, OutputKind::kPage});
+}
 
 /// Adds the wall time of `work` to `milliseconds`.
 template <typename Work>
@@ -49,7 +52,9 @@ auto timed(double& milliseconds, Work&& work) {
   struct Stopwatch {
     double& total;
     std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
-    ~Stopwatch() { total += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count(); }
+    ~Stopwatch() {
+      total += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    }
   } stopwatch{milliseconds};
   return std::forward<Work>(work)();
 }
@@ -67,12 +72,14 @@ void expectOverlap(double overlap_ms) {
 }
 
 void expectNoBackoff(const UtteranceAnimation& animation, const std::string& corpus) {
-  const auto found = std::find_if(animation.units.begin(), animation.units.end(), [](const PlacedUnit& unit) { return unit.is_backoff; });
+  const auto found = std::find_if(animation.units.begin(), animation.units.end(),
+                                  [](const PlacedUnit& unit) { return unit.is_backoff; });
   if (found == animation.units.end()) return;
   const auto& phones = animation.labels.phones;
-  throw InputError(corpus, "", fmt::format("lacks the phone pair {} {} (at {:.2f} s); expected it because of --backoff none",
-                                           phoneName(phones[found->phones.first.value].phone),
-                                           phoneName(phones[found->phones.last.value].phone), found->span.start));
+  throw InputError(corpus, "",
+                   fmt::format("lacks the phone pair {} {} (at {:.2f} s); expected it because of --backoff none",
+                               phoneName(phones[found->phones.first.value].phone),
+                               phoneName(phones[found->phones.last.value].phone), found->span.start));
 }
 
 }  // namespace
@@ -90,12 +97,14 @@ struct SynthJob::Data {
 
   SpokenLine speakOrRead(const LineSource& source);
   /// The face's animation as few shapes. `control`: FaceRig::retarget()'s rows.
-  PrincipalShapes deformFace(const UtteranceAnimation& animation, const PositionMatrix& control, StageTimings& timing) const;
+  PrincipalShapes deformFace(const UtteranceAnimation& animation, const PositionMatrix& control,
+                             StageTimings& timing) const;
   void writeOutputs(UtteranceAnimation& animation, const PositionMatrix& control, const std::string& glb,
                     const std::vector<OutputFile>& outputs) const;
 };
 
-SynthJob::SynthJob(const SynthOptions& options, const std::vector<OutputFile>& outputs) : data_(std::make_unique<Data>()) {
+SynthJob::SynthJob(const SynthOptions& options, const std::vector<OutputFile>& outputs)
+    : data_(std::make_unique<Data>()) {
   expectFrameRate(options.synthesis.frame_rate_hz);
   expectOverlap(options.synthesis.overlap_ms);
   data_->options = options;
@@ -103,7 +112,8 @@ SynthJob::SynthJob(const SynthOptions& options, const std::vector<OutputFile>& o
     data_->corpus_path = options.corpus.empty() ? findSharedFile("sample.corpus", kMakeCorpus) : options.corpus;
     data_->corpus = readCorpus(data_->corpus_path);
     data_->units = std::make_unique<UnitDatabase>(data_->corpus);
-    if (needsFace(outputs)) data_->face = FaceRig::load(options.face.empty() ? findSharedFile("default.face", kMakeFace) : options.face);
+    if (needsFace(outputs))
+      data_->face = FaceRig::load(options.face.empty() ? findSharedFile("default.face", kMakeFace) : options.face);
     if (isAny(outputs, {OutputKind::kPage})) data_->page_template = readFile(findSharedFile("viewer.html", kMakePage));
     if (!options.lexicon.empty()) data_->lexicon = Lexicon::read(options.lexicon);
   });
@@ -127,20 +137,24 @@ SpokenLine SynthJob::Data::speakOrRead(const LineSource& source) {
   return line;
 }
 
-PrincipalShapes SynthJob::Data::deformFace(const UtteranceAnimation& animation, const PositionMatrix& control, StageTimings& timing) const {
+PrincipalShapes SynthJob::Data::deformFace(const UtteranceAnimation& animation, const PositionMatrix& control,
+                                           StageTimings& timing) const {
   return timed(timing.deform, [&] {
     const FaceMesh& mesh = face->mesh();
-    const double bytes = static_cast<double>(control.rows()) * static_cast<double>(mesh.vertices.size()) * sizeof(float);
+    const double bytes =
+        static_cast<double>(control.rows()) * static_cast<double>(mesh.vertices.size()) * sizeof(float);
     if (bytes > kMaxFaceAnimationBytes) {
-      throw InputError(fmt::format("the line lasts {:.0f} s: its face would take {:.0f} GB of memory; expected at most {:.0f} (split the line, "
-                                   "or ask with -o for sound and motion alone)",
-                                   animation.motion.duration(), bytes / 1e9, kMaxFaceAnimationBytes / 1e9));
+      throw InputError(fmt::format(
+          "the line lasts {:.0f} s: its face would take {:.0f} GB of memory; expected at most {:.0f} (split the line, "
+          "or ask with -o for sound and motion alone)",
+          animation.motion.duration(), bytes / 1e9, kMaxFaceAnimationBytes / 1e9));
     }
     FaceAnimation moving{animation.motion.frame_rate_hz, {}};
     moving.positions.resize(control.rows(), mesh.vertices.size());
     VertexPositions frame;
     for (Eigen::Index i = 0; i < control.rows(); ++i) {
-      face->deform({control.row(i).data(), static_cast<std::size_t>(control.cols())}, animation.tongue[static_cast<std::size_t>(i)], frame);
+      face->deform({control.row(i).data(), static_cast<std::size_t>(control.cols())},
+                   animation.tongue[static_cast<std::size_t>(i)], frame);
       moving.positions.row(i) = Eigen::Map<const Eigen::RowVectorXf>(frame.data(), frame.size());
     }
     return principalShapes(moving, mesh.vertices, mesh.metres_per_unit);
@@ -151,14 +165,21 @@ void SynthJob::Data::writeOutputs(UtteranceAnimation& animation, const PositionM
                                   const std::vector<OutputFile>& outputs) const {
   const auto write = [&](const OutputFile& output) {
     switch (output.kind) {
-      case OutputKind::kSound: return writeWav(output.path, animation.audio);
-      case OutputKind::kMotionC3d: return writeC3d(output.path, animation.motion);
-      case OutputKind::kMotionCsv: return writeMotionCsv(output.path, animation.motion);
-      case OutputKind::kFace: return writeFileAtomically(output.path, glb);
-      case OutputKind::kPhones: return writeTextGrid(output.path, animation.labels);
+      case OutputKind::kSound:
+        return writeWav(output.path, animation.audio);
+      case OutputKind::kMotionC3d:
+        return writeC3d(output.path, animation.motion);
+      case OutputKind::kMotionCsv:
+        return writeMotionCsv(output.path, animation.motion);
+      case OutputKind::kFace:
+        return writeFileAtomically(output.path, glb);
+      case OutputKind::kPhones:
+        return writeTextGrid(output.path, animation.labels);
       case OutputKind::kPage:
-        return writeViewHtml(output.path, page_template, {animation, glb, face->mesh(), face->name(), face->markerNames(), control});
-      case OutputKind::kReport: return writeReport(output.path, animation);
+        return writeViewHtml(output.path, page_template,
+                             {animation, glb, face->mesh(), face->name(), face->markerNames(), control});
+      case OutputKind::kReport:
+        return writeReport(output.path, animation);
     }
   };
   // The report comes last, so that it can tell how long the others took.
@@ -185,7 +206,8 @@ SynthOutcome SynthJob::run(const LineSource& source, const std::vector<OutputFil
   PositionMatrix control;
   std::string glb;
   if (needsFace(outputs)) {
-    control = timed(animation.timing_ms.retarget, [&] { return data_->face->retarget(animation.motion, &data_->corpus.neutral_pose_mm); });
+    control = timed(animation.timing_ms.retarget,
+                    [&] { return data_->face->retarget(animation.motion, &data_->corpus.neutral_pose_mm); });
     const PrincipalShapes shapes = data_->deformFace(animation, control, animation.timing_ms);
     glb = timed(animation.timing_ms.write, [&] { return glbBytes(data_->face->mesh(), shapes, data_->face->name()); });
   }
@@ -194,10 +216,11 @@ SynthOutcome SynthJob::run(const LineSource& source, const std::vector<OutputFil
   const StageTimings& timing = animation.timing_ms;
   outcome.duration = animation.motion.duration();
   outcome.unit_count = animation.units.size();
-  outcome.backoff_count = static_cast<std::size_t>(
-      std::count_if(animation.units.begin(), animation.units.end(), [](const PlacedUnit& unit) { return unit.is_backoff; }));
-  outcome.real_time_factor = 1e-3 * (timing.load + timing.selection + timing.motion + timing.retarget + timing.deform + timing.write) /
-                             std::max(outcome.duration, 1e-9);
+  outcome.backoff_count = static_cast<std::size_t>(std::count_if(
+      animation.units.begin(), animation.units.end(), [](const PlacedUnit& unit) { return unit.is_backoff; }));
+  outcome.real_time_factor =
+      1e-3 * (timing.load + timing.selection + timing.motion + timing.retarget + timing.deform + timing.write) /
+      std::max(outcome.duration, 1e-9);
   outcome.report_json = reportJson(animation);
   return outcome;
 }

@@ -31,14 +31,16 @@ struct CommandLine {
 
 /// An option whose value is one of a few names.
 template <typename Value>
-void addChoice(CLI::App& app, const std::string& option, Value& value, const std::map<std::string, Value>& names, const std::string& help) {
+void addChoice(CLI::App& app, const std::string& option, Value& value, const std::map<std::string, Value>& names,
+               const std::string& help) {
   std::string known;
   for (const auto& [name, unused] : names) known += (known.empty() ? "" : "|") + name;
   app.add_option_function<std::string>(
          option,
          [&value, names, option, known](const std::string& name) {
            const auto found = names.find(name);
-           if (found == names.end()) throw CLI::ValidationError(option, fmt::format("found '{}'; expected {}", name, known));
+           if (found == names.end())
+             throw CLI::ValidationError(option, fmt::format("found '{}'; expected {}", name, known));
            value = found->second;
          },
          help)
@@ -49,20 +51,26 @@ void addSharedOptions(CLI::App& app, CommandLine& line) {
   SynthesisOptions& synthesis = line.options.synthesis;
   app.add_option("--corpus", line.options.corpus, "Corpus to take the movements from (default: the sample corpus)");
   app.add_option("--face", line.options.face, "Face to move, made by `retarget fit` (default: the sample face)");
-  app.add_option("--voice", line.options.voice, "festival:cmu_us_slt_arctic_hts festival:kal_diphone flite:slt|rms|awb|kal16")
+  app.add_option("--voice", line.options.voice,
+                 "festival:cmu_us_slt_arctic_hts festival:kal_diphone flite:slt|rms|awb|kal16")
       ->capture_default_str();
   app.add_option("--lexicon", line.options.lexicon, "Pronunciations that go before the voice's own");
   app.add_option("--fps", synthesis.frame_rate_hz, "Frames a second, 24 to 240")->capture_default_str();
-  addChoice(app, "--select", synthesis.selection.method, {{"greedy", SelectionMethod::kGreedy}, {"viterbi", SelectionMethod::kViterbi}},
+  addChoice(app, "--select", synthesis.selection.method,
+            {{"greedy", SelectionMethod::kGreedy}, {"viterbi", SelectionMethod::kViterbi}},
             "greedy: the longest fragment each time; viterbi: the cheapest path of all (default: greedy)");
   addChoice(app, "--units", synthesis.selection.units, {{"any", UnitScales::kAny}, {"paper", UnitScales::kPaper}},
             "any: every fragment; paper: sentences, words, syllables and diphones (default: any)");
   addChoice(app, "--blend", synthesis.blend,
-            {{"smooth", BlendKind::kSmooth}, {"linear", BlendKind::kLinear}, {"cosine", BlendKind::kCosine}, {"exponential", BlendKind::kExponential}},
+            {{"smooth", BlendKind::kSmooth},
+             {"linear", BlendKind::kLinear},
+             {"cosine", BlendKind::kCosine},
+             {"exponential", BlendKind::kExponential}},
             "How neighbours fade into each other (default: smooth)");
   app.add_option("--overlap-ms", synthesis.overlap_ms, "Longest blend between two fragments")->capture_default_str();
-  addChoice(app, "--backoff", line.options.allow_backoff, {{"viseme", true}, {"none", false}},
-            "A phone pair the corpus lacks: viseme takes the nearest pair by viseme class, none refuses (default: viseme)");
+  addChoice(
+      app, "--backoff", line.options.allow_backoff, {{"viseme", true}, {"none", false}},
+      "A phone pair the corpus lacks: viseme takes the nearest pair by viseme class, none refuses (default: viseme)");
   addQuietFlag(app, line.quiet);
   addJsonFlag(app, line.json);
 }
@@ -76,8 +84,11 @@ void addLineOptions(CLI::App& app, CommandLine& line) {
   file->excludes(audio);
   audio->needs(phones);
   phones->needs(audio);
-  auto* folder = app.add_option("--out", line.out_folder, "Folder for all files: speech.wav motion.c3d motion.csv face.glb phones.TextGrid view.html report.json")
-                     ->capture_default_str();
+  auto* folder =
+      app.add_option(
+             "--out", line.out_folder,
+             "Folder for all files: speech.wav motion.c3d motion.csv face.glb phones.TextGrid view.html report.json")
+          ->capture_default_str();
   app.add_option("-o", line.out_files, "A single file, repeatable; its kind follows from the ending")->excludes(folder);
 }
 
@@ -100,8 +111,9 @@ void printOutcome(const SynthOutcome& outcome, const std::vector<OutputFile>& ou
   if (line.json) {
     printText(outcome.report_json);
   } else if (!line.quiet) {
-    printText(fmt::format("{:.2f} s of speech from {} unit{}, {} backed off; {:.3f} x real time\n", outcome.duration, outcome.unit_count,
-                          outcome.unit_count == 1 ? "" : "s", outcome.backoff_count, outcome.real_time_factor));
+    printText(fmt::format("{:.2f} s of speech from {} unit{}, {} backed off; {:.3f} x real time\n", outcome.duration,
+                          outcome.unit_count, outcome.unit_count == 1 ? "" : "s", outcome.backoff_count,
+                          outcome.real_time_factor));
     for (const OutputFile& output : outputs) printText("  " + output.path.string() + "\n");
   }
 }
@@ -129,21 +141,27 @@ int speakBatch(const CommandLine& line) {
     }
     progress.advance();
   }
-  if (!line.quiet) printText(fmt::format("{} of {} lines made in {}\n", lines.size() - failed, lines.size(), line.out_folder.string()));
+  if (!line.quiet)
+    printText(
+        fmt::format("{} of {} lines made in {}\n", lines.size() - failed, lines.size(), line.out_folder.string()));
   return failed == 0 ? kExitDone : kExitBadInput;
 }
 
 int runSynth(int argc, char** argv) {
   CLI::App app("Makes a face speak with movements a person really made.");
   CommandLine line;
-  setExample(app, "synth --text \"the time is now\"\nsynth --audio a.wav --phones a.TextGrid -o talk.glb -o talk.wav\nsynth batch lines.csv --out lines");
+  setExample(app,
+             "synth --text \"the time is now\"\nsynth --audio a.wav --phones a.TextGrid -o talk.glb -o talk.wav\nsynth "
+             "batch lines.csv --out lines");
   addLineOptions(app, line);
   addSharedOptions(app, line);
-  CLI::App* batch = app.add_subcommand("batch", "Makes every line of a CSV list (id,text or id,audio,phones) in a folder of its own");
+  CLI::App* batch =
+      app.add_subcommand("batch", "Makes every line of a CSV list (id,text or id,audio,phones) in a folder of its own");
   setExample(*batch, "synth batch lines.csv --out lines --shard 1/4");
   batch->add_option("list", line.batch_list, "The list")->required();
   batch->add_option("--out", line.out_folder, "Folder for the folders")->capture_default_str();
-  batch->add_option("--shard", line.shard, "I/N: this run makes every N-th line, starting at the I-th")->capture_default_str();
+  batch->add_option("--shard", line.shard, "I/N: this run makes every N-th line, starting at the I-th")
+      ->capture_default_str();
   addSharedOptions(*batch, line);
 
   return runProgram(app, argc, argv, [&]() -> int {

@@ -25,19 +25,19 @@ std::vector<OutputFile> allOutputFiles(const std::filesystem::path& folder);
 
 /// One line to animate: typed, or recorded with its labels.
 struct LineSource {
-  std::string text;               ///< typed; for a recording what is said, if known
-  std::filesystem::path audio;    ///< a recording; empty: `text` is spoken by the voice
-  std::filesystem::path phones;   ///< its labels (TextGrid, .lab, .phn)
+  std::string text;              ///< typed; for a recording what is said, if known
+  std::filesystem::path audio;   ///< a recording; empty: `text` is spoken by the voice
+  std::filesystem::path phones;  ///< its labels (TextGrid, .lab, .phn)
 };
 
 /// The part of the command line that is the same for every line of a batch.
 struct SynthOptions {
-  std::filesystem::path corpus;  ///< empty: the sample corpus
-  std::filesystem::path face;    ///< empty: the default face
-  std::filesystem::path lexicon; ///< empty: the voice's own pronunciations
+  std::filesystem::path corpus;   ///< empty: the sample corpus
+  std::filesystem::path face;     ///< empty: the default face
+  std::filesystem::path lexicon;  ///< empty: the voice's own pronunciations
   std::string voice = "festival:cmu_us_slt_arctic_hts";
   SynthesisOptions synthesis;
-  bool allow_backoff = true;     ///< false: a phone pair that the corpus lacks is an error
+  bool allow_backoff = true;  ///< false: a phone pair that the corpus lacks is an error
 };
 
 }  // namespace mouthpiece

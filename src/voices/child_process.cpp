@@ -67,7 +67,8 @@ std::vector<char*> pointersTo(std::vector<std::string>& strings) {
   return pointers;
 }
 
-pid_t startChild(const fs::path& program, const std::vector<std::string>& arguments, const fs::path& folder, int output) {
+pid_t startChild(const fs::path& program, const std::vector<std::string>& arguments, const fs::path& folder,
+                 int output) {
   std::vector<std::string> argument_strings{program.string()};
   argument_strings.insert(argument_strings.end(), arguments.begin(), arguments.end());
   std::vector<std::string> environment_strings{"PATH=/usr/local/bin:/usr/bin:/bin", "HOME=" + folder.string(),
@@ -153,7 +154,8 @@ ChildResult runChild(const fs::path& program, const std::vector<std::string>& ar
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw InputError(program.string(), "", "cannot be started: no pipe");
   Descriptor read_end(ends[0]);
   Descriptor write_end(ends[1]);
-  const auto deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time_limit));
+  const auto deadline =
+      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time_limit));
   const pid_t child = startChild(program, arguments, folder, write_end.number());
   write_end.close();
   ChildResult result;

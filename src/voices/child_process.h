@@ -33,8 +33,8 @@ struct ChildResult {
   std::string output;      ///< the last 16 KiB of stdout and stderr together
 };
 
-/// Runs `program` in `folder`, with no input, `folder` as its home and a minimal environment: the user's configuration files
-/// and variables do not reach it. No shell is involved. Throws InputError when it cannot be started.
+/// Runs `program` in `folder`, with no input, `folder` as its home and a minimal environment: the user's configuration
+/// files and variables do not reach it. No shell is involved. Throws InputError when it cannot be started.
 ChildResult runChild(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                      const std::filesystem::path& folder, Seconds time_limit);
 

@@ -16,8 +16,8 @@ namespace {
 
 constexpr std::string_view kLetterWordStart = "mpletter";
 
-/// Festival's tokeniser reads the text file as text (mode `text`: no mark-up), cuts it into utterances and hands each to the
-/// hook, which writes the sound and one line a word and a phone: names have no blanks, an absent parent is 0.
+/// Festival's tokeniser reads the text file as text (mode `text`: no mark-up), cuts it into utterances and hands each
+/// to the hook, which writes the sound and one line a word and a phone: names have no blanks, an absent parent is 0.
 constexpr std::string_view kScript = R"scheme(
 (define mouthpiece-labels (fopen "{labels}" "wb"))
 (define mouthpiece-count 0)
@@ -62,7 +62,8 @@ std::string radioName(Phone phone, int stress) {
 std::string schemeSyllables(const Pronunciation& pronunciation) {
   const auto syllables = syllabify(pronunciation.phones);
   const std::size_t likely = likelyStressedSyllable(pronunciation.phones, syllables);
-  const bool is_known = std::any_of(pronunciation.stress.begin(), pronunciation.stress.end(), [](int s) { return s >= 0; });
+  const bool is_known =
+      std::any_of(pronunciation.stress.begin(), pronunciation.stress.end(), [](int s) { return s >= 0; });
   std::string out;
   for (std::size_t s = 0; s < syllables.size(); ++s) {
     int stress = !is_known && s == likely ? 1 : 0;
@@ -159,7 +160,8 @@ class LabelsParser {
 
  private:
   [[noreturn]] void fail(std::string_view what) const {
-    throw InputError("festival", fmt::format("labels line {}", lines_.lineNumber()), fmt::format("{}; expected its labels", what));
+    throw InputError("festival", fmt::format("labels line {}", lines_.lineNumber()),
+                     fmt::format("{}; expected its labels", what));
   }
 
   void addWord() {
@@ -177,7 +179,8 @@ class LabelsParser {
     PhoneSegment segment{.phone = *phone, .span = {previous_end_, *end}};
     if (segment.span.duration() < 1e-4) return;  // a phone of no length is not said
     previous_end_ = *end;
-    if (const auto word = word_of_id_.find(std::string(fields_[5])); word != word_of_id_.end()) segment.word = word->second;
+    if (const auto word = word_of_id_.find(std::string(fields_[5])); word != word_of_id_.end())
+      segment.word = word->second;
     if (fields_[3] != "0") {
       if (syllable_id_ != fields_[3]) ++syllable_number_;
       syllable_id_ = fields_[3];
@@ -209,7 +212,9 @@ FestivalJob makeFestivalJob(std::string_view voice, std::string_view speakable_t
     job.text = pass.spoken();
   }
   std::string script(kScript);
-  const auto put = [&](std::string_view key, std::string_view value) { script.replace(script.find(key), key.size(), value); };
+  const auto put = [&](std::string_view key, std::string_view value) {
+    script.replace(script.find(key), key.size(), value);
+  };
   put("{labels}", kFestivalLabelsFile);
   put("{text}", kFestivalTextFile);
   job.script += script;

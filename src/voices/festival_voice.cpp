@@ -36,7 +36,8 @@ std::string complaint(const ChildResult& result) {
 void checkResult(const ChildResult& result, std::string_view voice, bool has_labels) {
   if (result.timed_out) throw InputError("festival", "", "took too long and was stopped; expected a shorter text");
   if (result.output.find(fmt::format("unbound variable : voice_{}", voice)) != std::string::npos) {
-    throw InputError("festival", "", fmt::format("has no voice {}. Get it with: sudo apt-get install {}", voice, debianPackage(voice)));
+    throw InputError("festival", "",
+                     fmt::format("has no voice {}. Get it with: sudo apt-get install {}", voice, debianPackage(voice)));
   }
   if (result.exit_code != 0 || !has_labels) {
     throw InputError("festival", "", fmt::format("failed: {}; expected sound and labels", complaint(result)));

@@ -66,7 +66,9 @@ class SegmentReader {
  private:
   void addPhone(const cst_item* item, TimeSpan span) {
     const auto phone = phoneFromName(item_feat_string(item, "name"));
-    if (!phone) throw InputError("flite", "", fmt::format("spoke the unknown phone '{}'", printable(item_feat_string(item, "name"))));
+    if (!phone)
+      throw InputError("flite", "",
+                       fmt::format("spoke the unknown phone '{}'", printable(item_feat_string(item, "name"))));
     PhoneSegment segment{.phone = *phone, .span = span};
     const cst_item* in_structure = item_as(item, "SylStructure");
     const cst_item* syllable = in_structure == nullptr ? nullptr : item_parent(in_structure);

@@ -23,14 +23,26 @@ bool isAsciiLetter(char32_t c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c
 /// What is written for a sign: ASCII, or words with blanks around them.
 std::string_view spelledSign(char32_t c) {
   constexpr std::array<std::pair<char32_t, std::string_view>, 41> kSigns = {{
-      {'%', " percent "},  {'&', " and "},        {'+', " plus "},      {'=', " equals "},    {'@', " at "},
-      {0xA7, " section "}, {0xB0, " degrees "},   {0xB1, " plus or minus "}, {0xB2, " squared "}, {0xB3, " cubed "},
-      {0xB5, " micro "},   {0xBC, " one quarter "}, {0xBD, " one half "}, {0xBE, " three quarters "}, {0xD7, " times "},
-      {0xF7, " divided by "}, {0xA2, " cents "},  {0xA3, " pounds "},   {0xA5, " yen "},      {0x20AC, " euros "},
-      {0x20B9, " rupees "}, {0x20BD, " roubles "}, {0x2010, "-"},       {0x2011, "-"},        {0x2012, "-"},
-      {0x2013, "-"},       {0x2014, ", "},        {0x2015, ", "},       {0x2018, "'"},        {0x2019, "'"},
-      {0x201A, "'"},       {0x201B, "'"},         {0x02BC, "'"},        {0x2032, "'"},        {0x201C, "\""},
-      {0x201D, "\""},      {0x201E, "\""},        {0x2026, "..."},      {0x2116, " number "}, {0x2212, "-"},
+      {'%', " percent "},   {'&', " and "},
+      {'+', " plus "},      {'=', " equals "},
+      {'@', " at "},        {0xA7, " section "},
+      {0xB0, " degrees "},  {0xB1, " plus or minus "},
+      {0xB2, " squared "},  {0xB3, " cubed "},
+      {0xB5, " micro "},    {0xBC, " one quarter "},
+      {0xBD, " one half "}, {0xBE, " three quarters "},
+      {0xD7, " times "},    {0xF7, " divided by "},
+      {0xA2, " cents "},    {0xA3, " pounds "},
+      {0xA5, " yen "},      {0x20AC, " euros "},
+      {0x20B9, " rupees "}, {0x20BD, " roubles "},
+      {0x2010, "-"},        {0x2011, "-"},
+      {0x2012, "-"},        {0x2013, "-"},
+      {0x2014, ", "},       {0x2015, ", "},
+      {0x2018, "'"},        {0x2019, "'"},
+      {0x201A, "'"},        {0x201B, "'"},
+      {0x02BC, "'"},        {0x2032, "'"},
+      {0x201C, "\""},       {0x201D, "\""},
+      {0x201E, "\""},       {0x2026, "..."},
+      {0x2116, " number "}, {0x2212, "-"},
       {0x3002, ". "},
   }};
   for (const auto& [sign, spelled] : kSigns) {
@@ -39,9 +51,7 @@ std::string_view spelledSign(char32_t c) {
   return {};
 }
 
-bool isCurrencyBeforeNumber(char32_t c) {
-  return c == 0xA3 || c == 0xA5 || c == 0x20AC || c == 0x20B9 || c == 0x20BD;
-}
+bool isCurrencyBeforeNumber(char32_t c) { return c == 0xA3 || c == 0xA5 || c == 0x20AC || c == 0x20B9 || c == 0x20BD; }
 
 /// Marks that change the letter before them or nothing at all: dropped without leaving a blank.
 bool isInvisible(char32_t c) {
@@ -64,7 +74,9 @@ std::vector<char32_t> decode(std::string_view text) {
     // Full-width forms of ASCII.
     characters.push_back(*c >= 0xFF01 && *c <= 0xFF5E ? *c - 0xFF01 + '!' : *c);
     if (characters.size() > kMaxSpokenCharacters) {
-      throw InputError("text", "", fmt::format("is longer than {} characters; expected a shorter line, or several", kMaxSpokenCharacters));
+      throw InputError(
+          "text", "",
+          fmt::format("is longer than {} characters; expected a shorter line, or several", kMaxSpokenCharacters));
     }
   }
   return characters;
@@ -87,7 +99,8 @@ class Speller {
 
   void spellNext() {
     const char32_t c = peek(0);
-    if (isAsciiLetter(c) || isDigit(c) || (c < 0x80 && kKeptSigns.find(static_cast<char>(c)) != std::string_view::npos)) {
+    if (isAsciiLetter(c) || isDigit(c) ||
+        (c < 0x80 && kKeptSigns.find(static_cast<char>(c)) != std::string_view::npos)) {
       out_ += static_cast<char>(c);
     } else if (c == '$') {
       out_ += isDigit(peek(1)) ? " $" : " ";
@@ -121,8 +134,8 @@ class Speller {
       std::string shown;
       appendUtf8(shown, c);
       throw InputError("text", fmt::format("character {}", at_ + 1),
-                       fmt::format("found '{}' (U+{:04X}); expected letters that an English voice reads (Latin script)", shown,
-                                   static_cast<std::uint32_t>(c)));
+                       fmt::format("found '{}' (U+{:04X}); expected letters that an English voice reads (Latin script)",
+                                   shown, static_cast<std::uint32_t>(c)));
     }
   }
 
@@ -131,9 +144,7 @@ class Speller {
   std::string out_;
 };
 
-bool isSpoken(char c) {
-  return isAsciiLetter(static_cast<unsigned char>(c)) || isDigit(static_cast<unsigned char>(c));
-}
+bool isSpoken(char c) { return isAsciiLetter(static_cast<unsigned char>(c)) || isDigit(static_cast<unsigned char>(c)); }
 
 /// A word of at most kLongestWord characters after the last one, rows of one sign cut short.
 void appendWord(std::string& out, std::string_view word) {
@@ -176,9 +187,7 @@ std::string tidy(std::string_view text) {
   return out;
 }
 
-bool hasWords(std::string_view text) {
-  return std::any_of(text.begin(), text.end(), isSpoken);
-}
+bool hasWords(std::string_view text) { return std::any_of(text.begin(), text.end(), isSpoken); }
 
 }  // namespace
 
@@ -203,7 +212,8 @@ std::vector<std::string> splitSentences(std::string_view speakable, std::size_t 
 std::string speakableText(std::string_view text) {
   std::string spoken = tidy(Speller(decode(text)).spell());
   if (!hasWords(spoken)) {
-    throw InputError("text", "", fmt::format("has nothing to say in it: found '{}'; expected words", printable(text, 40)));
+    throw InputError("text", "",
+                     fmt::format("has nothing to say in it: found '{}'; expected words", printable(text, 40)));
   }
   return spoken;
 }

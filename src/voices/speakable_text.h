@@ -17,8 +17,8 @@ inline constexpr std::size_t kMaxSpokenCharacters = 20000;
 /// and for more than kMaxSpokenCharacters.
 std::string speakableText(std::string_view text);
 
-/// Cuts the result of speakableText after . ! ? ; : before a blank, and longer stretches at a blank, so that no piece is
-/// longer than `max_length` (at least 80). Pieces without a letter or digit are left out.
+/// Cuts the result of speakableText after . ! ? ; : before a blank, and longer stretches at a blank, so that no piece
+/// is longer than `max_length` (at least 80). Pieces without a letter or digit are left out.
 std::vector<std::string> splitSentences(std::string_view speakable, std::size_t max_length);
 
 }  // namespace mouthpiece

@@ -19,7 +19,8 @@ void roundTimes(std::vector<PhoneSegment>& phones) {
 }  // namespace
 
 void SpokenLineBuilder::add(AudioClip audio, std::vector<PhoneSegment> phones, const std::vector<std::string>& words) {
-  const bool is_said = std::any_of(phones.begin(), phones.end(), [](const PhoneSegment& p) { return p.phone != Phone::kSil; });
+  const bool is_said =
+      std::any_of(phones.begin(), phones.end(), [](const PhoneSegment& p) { return p.phone != Phone::kSil; });
   if (!is_said || audio.samples.empty()) return;
   MOUTHPIECE_EXPECT(audio.sample_rate_hz > 0);
   roundTimes(phones);
@@ -38,7 +39,8 @@ void SpokenLineBuilder::add(AudioClip audio, std::vector<PhoneSegment> phones, c
 
 SpokenLine SpokenLineBuilder::build(std::string text, std::string voice) {
   if (line_.labels.phones.empty()) {
-    throw InputError("text", "", fmt::format("has nothing to say in it: found '{}'; expected words", printable(text, 40)));
+    throw InputError("text", "",
+                     fmt::format("has nothing to say in it: found '{}'; expected words", printable(text, 40)));
   }
   // The clocks of sound and labels end together to the last sample.
   line_.labels.phones.back().span.end = std::max(line_.labels.phones.back().span.end, line_.audio.duration());

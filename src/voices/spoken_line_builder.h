@@ -8,8 +8,8 @@
 
 namespace mouthpiece {
 
-/// Joins the utterances that a voice made of a line: sound after sound, labels on the common clock. Where sound and labels of
-/// an utterance differ in length, the shorter is filled with silence.
+/// Joins the utterances that a voice made of a line: sound after sound, labels on the common clock. Where sound and
+/// labels of an utterance differ in length, the shorter is filled with silence.
 class SpokenLineBuilder {
  public:
   /// Utterances without phones are left out.

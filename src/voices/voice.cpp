@@ -19,7 +19,8 @@ constexpr std::string_view kFallback = "slt";
 /// Speaks with another voice than was asked for, and says so.
 class StandInVoice : public Voice {
  public:
-  StandInVoice(std::unique_ptr<Voice> voice, std::string notice) : voice_(std::move(voice)), notice_(std::move(notice)) {}
+  StandInVoice(std::unique_ptr<Voice> voice, std::string notice)
+      : voice_(std::move(voice)), notice_(std::move(notice)) {}
   SpokenLine speak(std::string_view text) override {
     SpokenLine line = voice_->speak(text);
     line.notice = notice_;
@@ -37,13 +38,16 @@ std::unique_ptr<Voice> makeFestivalVoice(std::string_view name, const VoiceOptio
   }
   return std::make_unique<StandInVoice>(
       std::make_unique<FliteVoice>(std::string(kFallback)),
-      fmt::format("Festival is not installed (sudo apt-get install festival festvox-us-slt-hts): speaking with flite:{}", kFallback));
+      fmt::format(
+          "Festival is not installed (sudo apt-get install festival festvox-us-slt-hts): speaking with flite:{}",
+          kFallback));
 }
 
 }  // namespace
 
 std::vector<std::string> knownVoices() {
-  return {"festival:cmu_us_slt_arctic_hts", "festival:kal_diphone", "flite:slt", "flite:rms", "flite:awb", "flite:kal16"};
+  return {
+      "festival:cmu_us_slt_arctic_hts", "festival:kal_diphone", "flite:slt", "flite:rms", "flite:awb", "flite:kal16"};
 }
 
 std::unique_ptr<Voice> makeVoice(std::string_view name, const VoiceOptions& options) {

@@ -30,7 +30,8 @@ class Voice {
 };
 
 struct VoiceOptions {
-  /// Pronunciations that go before the voice's own; nullptr for none. The Festival voices honour it. Kept alive by the caller.
+  /// Pronunciations that go before the voice's own; nullptr for none. The Festival voices honour it. Kept alive by the
+  /// caller.
   const Lexicon* lexicon = nullptr;
 };
 

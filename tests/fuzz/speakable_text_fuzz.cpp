@@ -6,10 +6,10 @@
 #include "voices/festival_script.h"
 #include "voices/speakable_text.h"
 
-/// Nothing but the promised characters leaves the normaliser, whatever comes in; the Scheme program does not depend on it.
+/// Nothing but the promised characters leaves the normaliser, whatever comes in; the Scheme program does not depend on
+/// it.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  constexpr std::string_view kAllowed =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789 .,;:!?'-$\"()";
+  constexpr std::string_view kAllowed = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789 .,;:!?'-$\"()";
   const std::string_view bytes(reinterpret_cast<const char*>(data), size);
   try {
     const std::string text = mouthpiece::speakableText(bytes);

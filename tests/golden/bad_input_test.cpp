@@ -69,13 +69,16 @@ TEST_F(BadCorpus, IsNoDatabase) {
   expectSynthRefuses({"--text", "the time is now", "--corpus", corpus.string()}, "text.corpus");
 }
 
-TEST_F(BadCorpus, IsMissing) { expectSynthRefuses({"--text", "the time is now", "--corpus", "/nowhere/x.corpus"}, "/nowhere/x.corpus"); }
+TEST_F(BadCorpus, IsMissing) {
+  expectSynthRefuses({"--text", "the time is now", "--corpus", "/nowhere/x.corpus"}, "/nowhere/x.corpus");
+}
 
 TEST_F(BadCorpus, IsTruncated) {
   const ScratchFolder scratch;
   const std::string whole = readAll(kShare / "sample.corpus");
   for (const double share : {0.0, 0.1, 0.5, 0.9}) {
-    const fs::path corpus = scratch.write("cut.corpus", whole.substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size()))));
+    const fs::path corpus = scratch.write(
+        "cut.corpus", whole.substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size()))));
     expectSynthRefuses({"--text", "the time is now", "--corpus", corpus.string()}, "cut.corpus");
   }
 }
@@ -91,7 +94,8 @@ TEST_F(BadFace, MeshHasChanged) {
     mesh[mesh.size() / 2] = mesh[mesh.size() / 2] == '1' ? '2' : '1';
     (void)scratch.write(entry.path().filename().string(), mesh);
   }
-  expectSynthRefuses({"--text", "the time is now", "--face", (scratch.path() / "default.face").string()}, "has changed");
+  expectSynthRefuses({"--text", "the time is now", "--face", (scratch.path() / "default.face").string()},
+                     "has changed");
 }
 
 TEST_F(BadFace, Damaged) {
@@ -113,21 +117,24 @@ TEST_F(BadOutput, FolderCannotBeWritten) {
 
 TEST_F(BadOutput, UnknownEnding) {
   const ScratchFolder scratch;
-  expectOneClearLine(runProgram("synth", {"--text", "the time is now", "-o", (scratch.path() / "talk.mp4").string()}), "talk.mp4");
+  expectOneClearLine(runProgram("synth", {"--text", "the time is now", "-o", (scratch.path() / "talk.mp4").string()}),
+                     "talk.mp4");
 }
 
 TEST_F(BadOutput, FullDisk) {
   const ScratchFolder scratch;
-  const fs::path script = scratch.write("full.sh",
-                                        "set -e\nmount -t tmpfs -o size=300k none \"$1\" || exit 77\nprintf earlier > \"$1/face.glb\"\n"
-                                        "code=0\n\"$2\" --text 'the time is now' --out \"$1\" || code=$?\n"
-                                        "test \"$(cat \"$1/face.glb\")\" = earlier || exit 99\n"
-                                        "test -z \"$(find \"$1\" -name '*.tmp')\" || exit 98\nexit $code\n");
+  const fs::path script =
+      scratch.write("full.sh",
+                    "set -e\nmount -t tmpfs -o size=300k none \"$1\" || exit 77\nprintf earlier > \"$1/face.glb\"\n"
+                    "code=0\n\"$2\" --text 'the time is now' --out \"$1\" || code=$?\n"
+                    "test \"$(cat \"$1/face.glb\")\" = earlier || exit 99\n"
+                    "test -z \"$(find \"$1\" -name '*.tmp')\" || exit 98\nexit $code\n");
   fs::create_directories(scratch.path() / "disk");
-  const ProgramResult result =
-      runProgram("/usr/bin/unshare", {"--mount", "--map-root-user", "/bin/sh", script.string(), (scratch.path() / "disk").string(),
-                                      (fs::path(MOUTHPIECE_BIN_DIR) / "synth").string()});
-  if (result.exit_code == 77 || result.err.find("unshare") != std::string::npos) GTEST_SKIP() << "no tmpfs can be mounted here: " << result.err;
+  const ProgramResult result = runProgram(
+      "/usr/bin/unshare", {"--mount", "--map-root-user", "/bin/sh", script.string(), (scratch.path() / "disk").string(),
+                           (fs::path(MOUTHPIECE_BIN_DIR) / "synth").string()});
+  if (result.exit_code == 77 || result.err.find("unshare") != std::string::npos)
+    GTEST_SKIP() << "no tmpfs can be mounted here: " << result.err;
   expectOneClearLine(result, "No space left");
 }
 

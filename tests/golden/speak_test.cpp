@@ -33,7 +33,8 @@ const std::vector<std::string> kNewTimeSentences = {
     "the time is now exactly twenty five past seven pm",
     "the time is now almost ten past two am",
 };
-const std::vector<std::string> kOtherSentences = {"good evening and welcome to the show", "measure the garage with a yellow ruler"};
+const std::vector<std::string> kOtherSentences = {"good evening and welcome to the show",
+                                                  "measure the garage with a yellow ruler"};
 
 class Speak : public testing::Test {
  protected:
@@ -59,25 +60,30 @@ void expectConsistentReport(const json& report) {
   const auto& phones = report.at("phones");
   const auto& units = report.at("units");
   ASSERT_FALSE(phones.empty());
-  EXPECT_NEAR(report.at("frames").get<double>(), report.at("duration_s").get<double>() * report.at("fps").get<double>(), 1.0);
+  EXPECT_NEAR(report.at("frames").get<double>(), report.at("duration_s").get<double>() * report.at("fps").get<double>(),
+              1.0);
   for (std::size_t i = 1; i < phones.size(); ++i) {
     EXPECT_NEAR(phones[i].at("start_s").get<double>(), phones[i - 1].at("end_s").get<double>(), 1e-6);
   }
   EXPECT_EQ(units.front().at("first"), 0);
   EXPECT_EQ(units.back().at("last"), phones.size() - 1);
-  for (std::size_t i = 1; i < units.size(); ++i) EXPECT_EQ(units[i].at("first"), units[i - 1].at("last")) << "neighbours share a phone";
+  for (std::size_t i = 1; i < units.size(); ++i)
+    EXPECT_EQ(units[i].at("first"), units[i - 1].at("last")) << "neighbours share a phone";
   EXPECT_EQ(report.at("joins").size(), units.size() - 1);
 }
 
 double lipOpening(const MotionClip& clip, std::size_t frame) {
-  return (clip.position(FrameIndex(frame), *clip.findMarker("LIP_UP_MID")) - clip.position(FrameIndex(frame), *clip.findMarker("LIP_LO_MID"))).norm();
+  return (clip.position(FrameIndex(frame), *clip.findMarker("LIP_UP_MID")) -
+          clip.position(FrameIndex(frame), *clip.findMarker("LIP_LO_MID")))
+      .norm();
 }
 
 TEST_F(Speak, AllFilesAgree) {
   const json report = speak({"--text", "the time is now"});
   expectConsistentReport(report);
   EXPECT_TRUE(report.at("backoff").empty());
-  for (const char* name : {"speech.wav", "motion.c3d", "motion.csv", "face.glb", "phones.TextGrid", "view.html", "report.json"}) {
+  for (const char* name :
+       {"speech.wav", "motion.c3d", "motion.csv", "face.glb", "phones.TextGrid", "view.html", "report.json"}) {
     EXPECT_TRUE(fs::exists(out() / name)) << name;
   }
   const MotionClip c3d = readC3d(out() / "motion.c3d");
@@ -86,7 +92,8 @@ TEST_F(Speak, AllFilesAgree) {
   ASSERT_EQ(c3d.frameCount(), report.at("frames").get<std::size_t>());
   ASSERT_EQ(c3d.positions_mm.rows(), csv.positions_mm.rows());
   EXPECT_TRUE(c3d.positions_mm.allFinite());
-  EXPECT_LT((c3d.positions_mm - csv.positions_mm).cwiseAbs().maxCoeff(), 1e-3) << "mm; both round, C3D to a float, CSV to 0.1 um";
+  EXPECT_LT((c3d.positions_mm - csv.positions_mm).cwiseAbs().maxCoeff(), 1e-3)
+      << "mm; both round, C3D to a float, CSV to 0.1 um";
   EXPECT_NEAR(readAudio(out() / "speech.wav").duration(), report.at("duration_s").get<double>(), 0.05);
   const SpeechLabels labels = readTextGrid(out() / "phones.TextGrid");
   EXPECT_EQ(labels.phones.size(), report.at("phones").size());
@@ -102,7 +109,8 @@ TEST_F(Speak, LipsCloseForTheMOfTimeAndOpenForItsVowel) {
     std::vector<double> values;
     for (const LabelledPhone& each : labels.phones) {
       if (each.phone != phone) continue;
-      for (double t = each.span.start - 0.02; t < each.span.end; t += 1.0 / 120) values.push_back(lipOpening(clip, static_cast<std::size_t>(t * 120)));
+      for (double t = each.span.start - 0.02; t < each.span.end; t += 1.0 / 120)
+        values.push_back(lipOpening(clip, static_cast<std::size_t>(t * 120)));
     }
     return values;
   };
@@ -172,10 +180,32 @@ TEST_F(Speak, WorksFromAnyDirectory) {
   EXPECT_TRUE(fs::exists(scratch_.path() / "x.csv"));
 }
 
+TEST_F(Speak, FindsItsCorpusAndFaceAfterInstall) {
+  const fs::path prefix = scratch_.path() / "prefix";
+  const ProgramResult installed = runProgram(MOUTHPIECE_CMAKE, {"--install", MOUTHPIECE_BUILD_DIR, "--prefix", prefix.string()});
+  ASSERT_EQ(installed.exit_code, 0) << installed.err;
+  for (const char* program : {"synth", "corpus", "retarget"}) EXPECT_TRUE(fs::exists(prefix / "bin" / program)) << program;
+  const ProgramResult result =
+      runProgram((prefix / "bin/synth").string(), {"--text", "the time is now", "-o", "x.glb", "-o", "x.html"}, scratch_.path());
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+}
+
+TEST_F(Speak, AMissingCorpusIsNamedWithTheCommandThatMakesIt) {
+  const fs::path synth = scratch_.path() / "alone/bin/synth";
+  fs::create_directories(synth.parent_path());
+  fs::copy_file(fs::path(MOUTHPIECE_BIN_DIR) / "synth", synth);
+  const ProgramResult result = runProgram(synth.string(), {"--text", "the time is now", "-o", "x.csv"}, scratch_.path());
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.err.find("sample.corpus"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("make data"), std::string::npos) << result.err;
+}
+
 TEST_F(Speak, BatchMakesAFolderALineAndShardsPartTheWork) {
-  const fs::path list = scratch_.write("lines.csv", "id,text\none,the time is now\ntwo,\"exactly one, am\"\nthree,almost ten past two\n");
+  const fs::path list =
+      scratch_.write("lines.csv", "id,text\none,the time is now\ntwo,\"exactly one, am\"\nthree,almost ten past two\n");
   for (const char* shard : {"1/2", "2/2"}) {
-    const ProgramResult result = runProgram("synth", {"batch", list.string(), "--out", out().string(), "--shard", shard, "--quiet"});
+    const ProgramResult result =
+        runProgram("synth", {"batch", list.string(), "--out", out().string(), "--shard", shard, "--quiet"});
     EXPECT_EQ(result.exit_code, 0) << result.err;
   }
   for (const char* id : {"one", "two", "three"}) EXPECT_TRUE(fs::exists(out() / id / "report.json")) << id;
@@ -219,15 +249,18 @@ TEST_F(RealCapture, HeldOutTakesComeNearTheirCapture) {
     }
   }
   const fs::path corpus = scratch_.path() / "s1.corpus";
-  const ProgramResult built = runProgram(
-      "corpus", {"build", (scratch_.path() / "build").string(), "--out", corpus.string(), "--lexicon", (kGrid / "lexicon.txt").string(), "--quiet"});
+  const ProgramResult built =
+      runProgram("corpus", {"build", (scratch_.path() / "build").string(), "--out", corpus.string(), "--lexicon",
+                            (kGrid / "lexicon.txt").string(), "--quiet"});
   ASSERT_EQ(built.exit_code, 0) << built.err;
   EXPECT_EQ(runProgram("corpus", {"check", corpus.string()}).exit_code, 0);
-  const ProgramResult judged = runProgram("corpus", {"evaluate", corpus.string(), "--takes", (scratch_.path() / "test").string(), "--json"});
+  const ProgramResult judged =
+      runProgram("corpus", {"evaluate", corpus.string(), "--takes", (scratch_.path() / "test").string(), "--json"});
   ASSERT_EQ(judged.exit_code, 0) << judged.err;
   const json table = json::parse(judged.out);
   RecordProperty("evaluation", table.dump());
-  const auto row = std::find_if(table.at("rows").begin(), table.at("rows").end(), [](const json& each) { return each.at("method") == "greedy any"; });
+  const auto row = std::find_if(table.at("rows").begin(), table.at("rows").end(),
+                                [](const json& each) { return each.at("method") == "greedy any"; });
   ASSERT_NE(row, table.at("rows").end()) << table.dump(1);
   // A numpy prototype of the greedy method reached 2.0 mm and 0.76.
   EXPECT_LT(row->at("lip_rms_mm").get<double>(), 2.3);
@@ -235,8 +268,8 @@ TEST_F(RealCapture, HeldOutTakesComeNearTheirCapture) {
   EXPECT_GT(row->at("closure_recall").get<double>(), 0.80);
 
   const fs::path csv = scratch_.path() / "place.csv";
-  const ProgramResult typed = runProgram("synth", {"--text", "place red at G nine again", "--corpus", corpus.string(), "--lexicon",
-                                                   (kGrid / "lexicon.txt").string(), "-o", csv.string()});
+  const ProgramResult typed = runProgram("synth", {"--text", "place red at G nine again", "--corpus", corpus.string(),
+                                                   "--lexicon", (kGrid / "lexicon.txt").string(), "-o", csv.string()});
   EXPECT_EQ(typed.exit_code, 0) << typed.err;
 }
 

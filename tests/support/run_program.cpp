@@ -35,7 +35,8 @@ std::string readAll(const fs::path& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-ProgramResult runProgram(const std::string& program, const std::vector<std::string>& arguments, const fs::path& working_directory) {
+ProgramResult runProgram(const std::string& program, const std::vector<std::string>& arguments,
+                         const fs::path& working_directory) {
   const ScratchFolder scratch;
   const fs::path out = scratch.path() / "out";
   const fs::path err = scratch.path() / "err";

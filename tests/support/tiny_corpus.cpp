@@ -38,8 +38,10 @@ double openingAt(const SpeechLabels& labels, Seconds time) {
   double sum = 0;
   double weights = 0;
   for (const LabelledPhone& phone : labels.phones) {
-    const double nearest = std::clamp(time, phone.span.start + 0.015, std::max(phone.span.start + 0.015, phone.span.end - 0.015));
-    const double weight = (isBilabial(phone.phone) ? 30.0 : 1.0) * std::exp(-0.5 * std::pow((time - nearest) / 0.03, 2)) + 1e-12;
+    const double nearest =
+        std::clamp(time, phone.span.start + 0.015, std::max(phone.span.start + 0.015, phone.span.end - 0.015));
+    const double weight =
+        (isBilabial(phone.phone) ? 30.0 : 1.0) * std::exp(-0.5 * std::pow((time - nearest) / 0.03, 2)) + 1e-12;
     sum += weight * openingOf(phone.phone);
     weights += weight;
   }

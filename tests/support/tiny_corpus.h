@@ -9,8 +9,8 @@
 
 namespace mouthpiece::testing {
 
-/// Labels of "DH-AH T-AY-M | N-AW": words apart by blanks, their phones by hyphens, "|" a pause; silence of 0.2 s at the
-/// ends. Durations vary with `seed`, between 60 and 140 ms; 0: all 100 ms.
+/// Labels of "DH-AH T-AY-M | N-AW": words apart by blanks, their phones by hyphens, "|" a pause; silence of 0.2 s at
+/// the ends. Durations vary with `seed`, between 60 and 140 ms; 0: all 100 ms.
 SpeechLabels tinyLabels(std::string_view words, std::uint64_t seed);
 
 /// A take of three markers (upper lip, lower lip, chin) whose lips open smoothly with the phones and shut for B P M.

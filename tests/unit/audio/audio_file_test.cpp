@@ -18,7 +18,9 @@ namespace fs = std::filesystem;
 
 class AudioFileTest : public ::testing::Test {
  protected:
-  AudioFileTest() : folder_(fs::path(::testing::TempDir()) / "mouthpiece_audio_test") { fs::create_directories(folder_); }
+  AudioFileTest() : folder_(fs::path(::testing::TempDir()) / "mouthpiece_audio_test") {
+    fs::create_directories(folder_);
+  }
   ~AudioFileTest() override { fs::remove_all(folder_); }
   [[nodiscard]] fs::path file(const char* name) const { return folder_ / name; }
 
@@ -120,8 +122,10 @@ TEST_F(AudioFileTest, RefusesTooLongSoundAndSamplesThatAreNoNumbers) {
   EXPECT_NE(errorOf([&] { readAudio(file("long.wav"), 1.5); }).find("claims 2 s of sound; expected at most 2 s"),
             std::string::npos);
   EXPECT_EQ(readAudio(file("long.wav"), 2.0).samples.size(), 16000U);
-  writeWithSndfile(file("nan.wav"), SF_FORMAT_WAV | SF_FORMAT_FLOAT, 1, {0, std::numeric_limits<float>::quiet_NaN(), 0});
-  EXPECT_NE(errorOf([&] { readAudio(file("nan.wav")); }).find("nan.wav:sample 1: is not a finite number"), std::string::npos);
+  writeWithSndfile(file("nan.wav"), SF_FORMAT_WAV | SF_FORMAT_FLOAT, 1,
+                   {0, std::numeric_limits<float>::quiet_NaN(), 0});
+  EXPECT_NE(errorOf([&] { readAudio(file("nan.wav")); }).find("nan.wav:sample 1: is not a finite number"),
+            std::string::npos);
 }
 
 TEST_F(AudioFileTest, KeepsTheOldFileWhenItCannotWrite) {

@@ -12,7 +12,9 @@ namespace {
 /// Away from the ends, where the kernel hangs over.
 constexpr double kMargin_s = 0.02;
 
-double sineAt(double frequency_hz, double time_s) { return 0.5 * std::sin(2 * std::numbers::pi * frequency_hz * time_s); }
+double sineAt(double frequency_hz, double time_s) {
+  return 0.5 * std::sin(2 * std::numbers::pi * frequency_hz * time_s);
+}
 
 AudioClip sine(int sample_rate_hz, double frequency_hz, double duration_s) {
   AudioClip clip{.sample_rate_hz = sample_rate_hz, .samples = {}};
@@ -35,7 +37,8 @@ double worstError(const AudioClip& clip, double frequency_hz, double amplitude_s
 
 TEST(ResampleAudio, KeepsTonesInsideTheBand) {
   constexpr double kTolerance = 1e-4;  // 74 dB under the tone
-  for (const auto& [from, to] : {std::pair{44100, 16000}, {32000, 16000}, {16000, 48000}, {16000, 22050}, {8000, 44101}}) {
+  for (const auto& [from, to] :
+       {std::pair{44100, 16000}, {32000, 16000}, {16000, 48000}, {16000, 22050}, {8000, 44101}}) {
     const double highest = 0.4 * std::min(from, to);
     for (const double frequency : {100.0, 1000.0, highest}) {
       const AudioClip clip = resampleAudio(sine(from, frequency, 0.2), to);

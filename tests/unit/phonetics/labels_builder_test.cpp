@@ -17,10 +17,11 @@ std::string namesOf(const SpeechLabels& labels) {
 }
 
 TEST(LabelsBuilder, FillsGapsAndMergesSilences) {
-  const SpeechLabels labels = buildSpeechLabels(
-      {{.phone = Phone::kSil, .span = {0.1, 0.2}}, {.phone = Phone::kM, .span = {0.2, 0.3}}, {.phone = Phone::kAX, .span = {0.4, 0.5}},
-       {.phone = Phone::kSil, .span = {0.5, 0.6}}},
-      std::vector<WordSegment>{}, 1.0);
+  const SpeechLabels labels = buildSpeechLabels({{.phone = Phone::kSil, .span = {0.1, 0.2}},
+                                                 {.phone = Phone::kM, .span = {0.2, 0.3}},
+                                                 {.phone = Phone::kAX, .span = {0.4, 0.5}},
+                                                 {.phone = Phone::kSil, .span = {0.5, 0.6}}},
+                                                std::vector<WordSegment>{}, 1.0);
   EXPECT_EQ(namesOf(labels), "sil M sil AH sil");
   EXPECT_EQ(labels.phones[0].span, (TimeSpan{0, 0.2}));
   EXPECT_EQ(labels.phones[2].span, (TimeSpan{0.3, 0.4}));
@@ -30,8 +31,9 @@ TEST(LabelsBuilder, FillsGapsAndMergesSilences) {
 }
 
 TEST(LabelsBuilder, LendsSilenceToBareEnds) {
-  const SpeechLabels labels = buildSpeechLabels(
-      {{.phone = Phone::kM, .span = {0, 0.2}}, {.phone = Phone::kAA, .span = {0.2, 0.24}}}, std::vector<WordSegment>{}, 0.24);
+  const SpeechLabels labels =
+      buildSpeechLabels({{.phone = Phone::kM, .span = {0, 0.2}}, {.phone = Phone::kAA, .span = {0.2, 0.24}}},
+                        std::vector<WordSegment>{}, 0.24);
   EXPECT_EQ(namesOf(labels), "sil M AA sil");
   EXPECT_NEAR(labels.phones[0].span.end, 0.02, 1e-12);
   EXPECT_NEAR(labels.phones[3].span.start, 0.23, 1e-12);
@@ -43,11 +45,12 @@ TEST(LabelsBuilder, MakesSilenceOfNothing) {
 }
 
 TEST(LabelsBuilder, GivesPhonesTheWordThatHoldsTheirMiddle) {
-  const SpeechLabels labels = buildSpeechLabels({{.phone = Phone::kN, .span = {0.2, 0.3}},
-                                                 {.phone = Phone::kAW, .span = {0.3, 0.5}},
-                                                 {.phone = Phone::kB, .span = {0.5, 0.6}},
-                                                 {.phone = Phone::kAY, .span = {0.6, 0.7}}},
-                                                std::vector<WordSegment>{{"now", {0.19, 0.52}}, {"by", {0.52, 0.7}}, {"lost", {0.7, 0.8}}}, 1.0);
+  const SpeechLabels labels = buildSpeechLabels(
+      {{.phone = Phone::kN, .span = {0.2, 0.3}},
+       {.phone = Phone::kAW, .span = {0.3, 0.5}},
+       {.phone = Phone::kB, .span = {0.5, 0.6}},
+       {.phone = Phone::kAY, .span = {0.6, 0.7}}},
+      std::vector<WordSegment>{{"now", {0.19, 0.52}}, {"by", {0.52, 0.7}}, {"lost", {0.7, 0.8}}}, 1.0);
   ASSERT_EQ(labels.words.size(), 2U);
   EXPECT_EQ(labels.wordOf(PhoneIndex(2)), "now");
   EXPECT_EQ(labels.wordOf(PhoneIndex(3)), "by");
@@ -106,7 +109,8 @@ TEST(SpeechLabels, ConsistencyIsChecked) {
   EXPECT_THROW(expectConsistent(broken([](SpeechLabels& l) { l.phones[1].span.end = 0.05; })), InternalError);
   EXPECT_THROW(expectConsistent(broken([](SpeechLabels& l) { l.phones[1].span.start = 0.15; })), InternalError);
   EXPECT_THROW(expectConsistent(broken([](SpeechLabels& l) { l.phones[1].word = 7; })), InternalError);
-  EXPECT_THROW(expectConsistent(broken([](SpeechLabels& l) { l.words[0].phones.last = PhoneIndex(9); })), InternalError);
+  EXPECT_THROW(expectConsistent(broken([](SpeechLabels& l) { l.words[0].phones.last = PhoneIndex(9); })),
+               InternalError);
   EXPECT_THROW(expectConsistent(broken([](SpeechLabels& l) { l.phones[1].phone = Phone::kSil; })), InternalError);
 }
 

@@ -21,7 +21,8 @@ std::string said(const Lexicon& lexicon, std::string_view word, std::size_t whic
 }
 
 TEST(Lexicon, ReadsWordsVariantsAndComments) {
-  const Lexicon lexicon = Lexicon::parse("# heading\n;;; CMU heading\nagain\tAH0 G EH1 N  # note\nagain(2) AH G EY N\r\nA EY\na AH\n'bout B AW T\n", "l");
+  const Lexicon lexicon = Lexicon::parse(
+      "# heading\n;;; CMU heading\nagain\tAH0 G EH1 N  # note\nagain(2) AH G EY N\r\nA EY\na AH\n'bout B AW T\n", "l");
   EXPECT_EQ(said(lexicon, "again"), "AH G EH N");
   EXPECT_EQ(said(lexicon, "Again", 1), "AH G EY N");
   EXPECT_EQ(said(lexicon, "again", 2), "-");
@@ -54,8 +55,10 @@ TEST(Lexicon, NamesTheLineOfWhatIsWrong) {
 }
 
 TEST(Lexicon, ReadsTheRealOne) {
-  const std::filesystem::path path = std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / "../shared/capture/grid_s1/lexicon.txt";
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << "needs the capture in ../shared/capture/grid_s1, which is not here";
+  const std::filesystem::path path =
+      std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / "../shared/capture/grid_s1/lexicon.txt";
+  if (!std::filesystem::exists(path))
+    GTEST_SKIP() << "needs the capture in ../shared/capture/grid_s1, which is not here";
   const Lexicon lexicon = Lexicon::read(path);
   EXPECT_EQ(lexicon.size(), 51U);  // its README: 51 different words
   EXPECT_EQ(said(lexicon, "G"), "JH IY");

@@ -40,8 +40,8 @@ TEST(Phone, VowelsAreTheFifteenAndTheSchwa) {
   for (std::size_t i = 0; i < kPhoneCount; ++i) {
     if (isVowel(static_cast<Phone>(i))) vowels.insert(phoneName(static_cast<Phone>(i)));
   }
-  EXPECT_EQ(vowels, (std::set<std::string_view>{"AA", "AE", "AH", "AO", "AW", "AX", "AY", "EH", "ER", "EY", "IH", "IY", "OW",
-                                                "OY", "UH", "UW"}));
+  EXPECT_EQ(vowels, (std::set<std::string_view>{"AA", "AE", "AH", "AO", "AW", "AX", "AY", "EH", "ER", "EY", "IH", "IY",
+                                                "OW", "OY", "UH", "UW"}));
 }
 
 TEST(Phone, VisemesFollowTheTable) {
@@ -50,9 +50,19 @@ TEST(Phone, VisemesFollowTheTable) {
     const char* first;
     const char* last;
   };
-  for (const Row& row : {Row{"AY", "Ah", "Ee"}, {"AW", "Ah", "Oo"}, {"EY", "Eh", "Ee"}, {"OW", "Oh", "Oo"}, {"OY", "Oh", "Ee"},
-                         {"AA", "Ah", "Ah"}, {"UH", "Uh", "Uh"}, {"M", "MBP", "MBP"}, {"CH", "ShChJ", "ShChJ"}, {"NG", "GK", "GK"},
-                         {"HH", "H", "H"}, {"DH", "Th", "Th"}, {"sil", "sil", "sil"}}) {
+  for (const Row& row : {Row{"AY", "Ah", "Ee"},
+                         {"AW", "Ah", "Oo"},
+                         {"EY", "Eh", "Ee"},
+                         {"OW", "Oh", "Oo"},
+                         {"OY", "Oh", "Ee"},
+                         {"AA", "Ah", "Ah"},
+                         {"UH", "Uh", "Uh"},
+                         {"M", "MBP", "MBP"},
+                         {"CH", "ShChJ", "ShChJ"},
+                         {"NG", "GK", "GK"},
+                         {"HH", "H", "H"},
+                         {"DH", "Th", "Th"},
+                         {"sil", "sil", "sil"}}) {
     const Phone phone = phoneFromName(row.phone).value();
     EXPECT_EQ(visemeName(firstViseme(phone)), row.first) << row.phone;
     EXPECT_EQ(visemeName(lastViseme(phone)), row.last) << row.phone;

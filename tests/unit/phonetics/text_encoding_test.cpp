@@ -19,7 +19,8 @@ TEST(TextEncoding, EveryCodePointSurvivesUtf8) {
 }
 
 TEST(TextEncoding, RefusesBrokenUtf8) {
-  for (const char* text : {"\x80", "\xC0\xAF", "\xC3", "\xE2\x82", "\xED\xA0\x80", "\xE0\x80\xAF", "\xF4\x90\x80\x80", "\xFF", "\xC3\x28"}) {
+  for (const char* text : {"\x80", "\xC0\xAF", "\xC3", "\xE2\x82", "\xED\xA0\x80", "\xE0\x80\xAF", "\xF4\x90\x80\x80",
+                           "\xFF", "\xC3\x28"}) {
     std::size_t at = 0;
     EXPECT_FALSE(decodeUtf8(text, at));
     EXPECT_EQ(at, 0U);

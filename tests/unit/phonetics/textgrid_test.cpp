@@ -36,13 +36,15 @@ std::string errorOf(const std::string& bytes) {
 
 /// Short text: one tier `phones`, an interval a line from line 12 on.
 std::string shortGrid(const std::string& intervals, int count, const std::string& tier = "phones") {
-  return "File type = \"ooTextFile\"\nObject class = \"TextGrid\"\n\n0\n2\n<exists>\n1\n\"IntervalTier\"\n\"" + tier + "\"\n0 2\n" +
-         std::to_string(count) + "\n" + intervals;
+  return "File type = \"ooTextFile\"\nObject class = \"TextGrid\"\n\n0\n2\n<exists>\n1\n\"IntervalTier\"\n\"" + tier +
+         "\"\n0 2\n" + std::to_string(count) + "\n" + intervals;
 }
 
 constexpr const char* kTwoTiers =
-    "File type = \"ooTextFile\"\nObject class = \"TextGrid\"\n\n0\n1.5\n<exists>\n2\n\"IntervalTier\"\n\"words\"\n0\n1.5\n3\n"
-    "0\n0.5\n\"\"\n0.5\n1\n\"say \"\"A\"\"\"\n1\n1.5\n\"<eps>\"\n\"IntervalTier\"\n\"phones\"\n0\n1.5\n3\n0\n0.5\n\"\"\n"
+    "File type = \"ooTextFile\"\nObject class = "
+    "\"TextGrid\"\n\n0\n1.5\n<exists>\n2\n\"IntervalTier\"\n\"words\"\n0\n1.5\n3\n"
+    "0\n0.5\n\"\"\n0.5\n1\n\"say "
+    "\"\"A\"\"\"\n1\n1.5\n\"<eps>\"\n\"IntervalTier\"\n\"phones\"\n0\n1.5\n3\n0\n0.5\n\"\"\n"
     "0.5\n1\n\"EY2\"\n1\n1.5\n\"sp\"\n";
 
 std::string asUtf16(std::string_view text, bool is_big_endian) {
@@ -94,9 +96,11 @@ TEST(TextGrid, FindsTheAlignersTiers) {
 }
 
 TEST(TextGrid, ForgivesRoundingOnly) {
-  EXPECT_EQ(namesOf(parseTextGrid(shortGrid("0.5 1.00005 \"M\"\n1.0 1.5 \"AA\"\n1.50005 2 \"N\"", 3), "a.TextGrid")), "sil M AA N sil");
+  EXPECT_EQ(namesOf(parseTextGrid(shortGrid("0.5 1.00005 \"M\"\n1.0 1.5 \"AA\"\n1.50005 2 \"N\"", 3), "a.TextGrid")),
+            "sil M AA N sil");
   EXPECT_EQ(errorOf(shortGrid("0.5 1 \"M\"\n0.9 1.5 \"AA\"\n", 2)),
-            "a.TextGrid:13: 'AA' begins at 0.9 s, inside the interval before it, which ends at 1 s; expected intervals that do "
+            "a.TextGrid:13: 'AA' begins at 0.9 s, inside the interval before it, which ends at 1 s; expected intervals "
+            "that do "
             "not overlap");
 }
 
@@ -106,9 +110,12 @@ TEST(TextGrid, NamesTheLineOfWhatIsWrong) {
   EXPECT_EQ(errorOf(shortGrid("0.5 1.2 \"M\"\n1.2 1.3 \"QX\"\n", 2)),
             "a.TextGrid:13: found phone 'QX'; expected ARPAbet (AA AE AH ... ZH) or sil");
   EXPECT_EQ(errorOf(shortGrid("0.5 nan \"M\"\n", 1)), "a.TextGrid:12: found times 0.5 to nan s; expected 0 to 86400 s");
-  EXPECT_EQ(errorOf(shortGrid("0.5 1e300 \"M\"\n", 1)), "a.TextGrid:12: found times 0.5 to 1e+300 s; expected 0 to 86400 s");
-  EXPECT_EQ(errorOf(shortGrid("0.5 0.5 \"M\"\n", 1)), "a.TextGrid:12: 'M' lasts 0.000000 s; expected at least 0.0002 s");
-  EXPECT_EQ(errorOf(shortGrid("0.5 1 \"M\"\n", 2)), "a.TextGrid:13: found the end of the file; expected an interval's start");
+  EXPECT_EQ(errorOf(shortGrid("0.5 1e300 \"M\"\n", 1)),
+            "a.TextGrid:12: found times 0.5 to 1e+300 s; expected 0 to 86400 s");
+  EXPECT_EQ(errorOf(shortGrid("0.5 0.5 \"M\"\n", 1)),
+            "a.TextGrid:12: 'M' lasts 0.000000 s; expected at least 0.0002 s");
+  EXPECT_EQ(errorOf(shortGrid("0.5 1 \"M\"\n", 2)),
+            "a.TextGrid:13: found the end of the file; expected an interval's start");
   EXPECT_EQ(errorOf(shortGrid("0.5 1 \"M", 1)), "a.TextGrid:12: found a string without its closing quote");
   EXPECT_EQ(errorOf(shortGrid("0.5 1 7", 1)), "a.TextGrid:12: found the number 7; expected an interval's text");
 }
@@ -123,7 +130,8 @@ TEST(TextGrid, BelievesNoAbsurdCount) {
 
 TEST(TextGrid, RefusesOtherFiles) {
   EXPECT_EQ(errorOf(""), "a.TextGrid:1: found the end of the file; expected \"ooTextFile\"");
-  EXPECT_NE(errorOf("File type = \"ooTextFile\"\nObject class = \"Pitch\"\n").find("is no TextGrid"), std::string::npos);
+  EXPECT_NE(errorOf("File type = \"ooTextFile\"\nObject class = \"Pitch\"\n").find("is no TextGrid"),
+            std::string::npos);
   EXPECT_NE(errorOf("\"Praat chronological TextGrid text file\"\n0 1\n").find("chronological"), std::string::npos);
   EXPECT_NE(errorOf(std::string("ooBinaryFile\010TextGrid")).find("is a binary TextGrid"), std::string::npos);
 }

@@ -28,7 +28,8 @@ TEST(PrivateFolder, IsOursAloneAndGoesAway) {
 TEST(ChildProcess, RunsInItsFolderWithAMinimalEnvironment) {
   const PrivateFolder folder;
   ::setenv("MOUTHPIECE_TEST_SECRET", "seen", 1);
-  const ChildResult result = runShell(folder, "pwd; echo \"$HOME|$MOUTHPIECE_TEST_SECRET|$LC_ALL\"; echo oops >&2; cat; exit 3");
+  const ChildResult result =
+      runShell(folder, "pwd; echo \"$HOME|$MOUTHPIECE_TEST_SECRET|$LC_ALL\"; echo oops >&2; cat; exit 3");
   ::unsetenv("MOUTHPIECE_TEST_SECRET");
   EXPECT_EQ(result.exit_code, 3);
   EXPECT_FALSE(result.timed_out);
@@ -57,7 +58,9 @@ TEST(ChildProcess, IsKilledWhenItTakesTooLong) {
 
 TEST(ChildProcess, SaysWhenAProgramCannotStart) {
   const PrivateFolder folder;
-  EXPECT_NE(errorOf([&] { runChild("/no/such/program", {}, folder.path(), 1); }).find("/no/such/program: cannot be started: "),
+  EXPECT_NE(errorOf([&] {
+              runChild("/no/such/program", {}, folder.path(), 1);
+            }).find("/no/such/program: cannot be started: "),
             std::string::npos);
   EXPECT_FALSE(findProgram("no such program"));
 }

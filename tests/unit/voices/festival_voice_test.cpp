@@ -89,7 +89,8 @@ TEST(FestivalVoice, TakesTheRawTextFileForDataToo) {
     const FestivalJob job = makeFestivalJob("kal_diphone", injections(trap)[i], nullptr);
     writeFileAtomically(folder.path() / "speak.scm", job.script);
     writeFileAtomically(folder.path() / kFestivalTextFile, job.text);
-    const ChildResult result = runChild(findProgram("festival").value(), {"--heap", "1000000", "-b", "speak.scm"}, folder.path(), 60);
+    const ChildResult result =
+        runChild(findProgram("festival").value(), {"--heap", "1000000", "-b", "speak.scm"}, folder.path(), 60);
     EXPECT_EQ(result.exit_code, 0) << result.output;
     EXPECT_FALSE(fs::exists(trap)) << job.text;
     EXPECT_FALSE(parseFestivalLabels(readFile(folder.path() / kFestivalLabelsFile)).empty());
@@ -99,8 +100,27 @@ TEST(FestivalVoice, TakesTheRawTextFileForDataToo) {
 TEST(FestivalVoice, SurvivesOddTexts) {
   MOUTHPIECE_NEED_FESTIVAL();
   const auto voice = makeVoice(kBothVoices[1]);
-  for (const char* text : {"a", "1", "''s", "- b -", "$5", "3.14159", "1,000,000", "12/25/2001", "10:30 A.M.", "U.S.A.", "a'b'c", "www.x.org",
-                           "x@y.z", "0x00", "Dr. St. 5 St.", "IV XII", "99999999999999999999999999999999", "!!! b", "(((c", "\"", "hm hmm shh psst"}) {
+  for (const char* text : {"a",
+                           "1",
+                           "''s",
+                           "- b -",
+                           "$5",
+                           "3.14159",
+                           "1,000,000",
+                           "12/25/2001",
+                           "10:30 A.M.",
+                           "U.S.A.",
+                           "a'b'c",
+                           "www.x.org",
+                           "x@y.z",
+                           "0x00",
+                           "Dr. St. 5 St.",
+                           "IV XII",
+                           "99999999999999999999999999999999",
+                           "!!! b",
+                           "(((c",
+                           "\"",
+                           "hm hmm shh psst"}) {
     if (std::string_view(text) == "\"") {
       EXPECT_THROW(voice->speak(text), InputError);
     } else {
@@ -134,7 +154,8 @@ TEST(FestivalVoice, LeavesNothingBehind) {
 /// A stand-in for Festival on the PATH.
 class BrokenFestivalTest : public ::testing::Test {
  protected:
-  BrokenFestivalTest() : folder_(fs::path(::testing::TempDir()) / "mouthpiece_broken_festival"), old_path_(std::getenv("PATH")) {}
+  BrokenFestivalTest()
+      : folder_(fs::path(::testing::TempDir()) / "mouthpiece_broken_festival"), old_path_(std::getenv("PATH")) {}
   ~BrokenFestivalTest() override {
     ::setenv("PATH", old_path_.c_str(), 1);
     fs::remove_all(folder_);
@@ -152,12 +173,15 @@ class BrokenFestivalTest : public ::testing::Test {
 };
 
 TEST_F(BrokenFestivalTest, ItsComplaintIsPassedOn) {
-  EXPECT_EQ(speakWith("echo 'SIOD ERROR: it is broken' >&2; exit 1"), "festival: failed: SIOD ERROR: it is broken; expected sound and labels");
+  EXPECT_EQ(speakWith("echo 'SIOD ERROR: it is broken' >&2; exit 1"),
+            "festival: failed: SIOD ERROR: it is broken; expected sound and labels");
   EXPECT_EQ(speakWith("exit 7"), "festival: failed: exit code 7; expected sound and labels");
   EXPECT_EQ(speakWith("echo 'SIOD ERROR: unbound variable : voice_cmu_us_slt_arctic_hts' >&2"),
             "festival: has no voice cmu_us_slt_arctic_hts. Get it with: sudo apt-get install festvox-us-slt-hts");
-  EXPECT_EQ(speakWith("echo utterance > labels.txt"), "festival:labels line 1: ended in the middle; expected its labels");
-  EXPECT_NE(speakWith("printf 'utterance\\nphone aa 1 0 0 0\\nend\\n' > labels.txt").find("no such file"), std::string::npos);
+  EXPECT_EQ(speakWith("echo utterance > labels.txt"),
+            "festival:labels line 1: ended in the middle; expected its labels");
+  EXPECT_NE(speakWith("printf 'utterance\\nphone aa 1 0 0 0\\nend\\n' > labels.txt").find("no such file"),
+            std::string::npos);
   EXPECT_NE(speakWith("echo end > labels.txt").find("has nothing to say"), std::string::npos);
   EXPECT_NE(speakWith("kill -SEGV $$").find("festival: failed: exit code 139"), std::string::npos);
 }

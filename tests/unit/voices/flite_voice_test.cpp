@@ -28,8 +28,9 @@ TEST(FliteVoice, SurvivesOddAndLongTexts) {
   const auto voice = makeVoice("flite:kal16");
   std::string longest;
   while (longest.size() < 10000) longest += "(ten) \"past\" five\\ ";
-  for (const std::string& text : {std::string("a"), std::string("1"), std::string("''s"), std::string("$5"), std::string("10:30 A.M."), longest,
-                                  std::string(10000, 'a'), std::string(1000, '7')}) {
+  for (const std::string& text :
+       {std::string("a"), std::string("1"), std::string("''s"), std::string("$5"), std::string("10:30 A.M."), longest,
+        std::string(10000, 'a'), std::string(1000, '7')}) {
     EXPECT_NO_THROW(expectConsistent(voice->speak(text).labels)) << text.substr(0, 20);
   }
 }

@@ -4,9 +4,12 @@ namespace mouthpiece {
 namespace {
 
 TEST(MakeVoice, ListsTheKnownOnesForAnUnknownName) {
-  for (const char* name : {"", "festival", "festival:", "festival:nobody", "flite:nobody", "espeak", "festival:kal_diphone) (quit"}) {
+  for (const char* name :
+       {"", "festival", "festival:", "festival:nobody", "flite:nobody", "espeak", "festival:kal_diphone) (quit"}) {
     const std::string error = errorOf([&] { makeVoice(name); });
-    EXPECT_NE(error.find("expected one of festival:cmu_us_slt_arctic_hts, festival:kal_diphone, flite:slt"), std::string::npos) << error;
+    EXPECT_NE(error.find("expected one of festival:cmu_us_slt_arctic_hts, festival:kal_diphone, flite:slt"),
+              std::string::npos)
+        << error;
   }
 }
 
@@ -21,7 +24,8 @@ TEST(MakeVoice, FallsBackOnFliteWithAWordWhereFestivalIsAbsent) {
   const SpokenLine line = makeVoice("festival:cmu_us_slt_arctic_hts")->speak("the time is now");
   ::setenv("PATH", old_path.c_str(), 1);
   EXPECT_EQ(line.voice, "flite:slt");
-  EXPECT_EQ(line.notice, "Festival is not installed (sudo apt-get install festival festvox-us-slt-hts): speaking with flite:slt");
+  EXPECT_EQ(line.notice,
+            "Festival is not installed (sudo apt-get install festival festvox-us-slt-hts): speaking with flite:slt");
   EXPECT_EQ(wordsOf(line.labels), "the time is now");
 }
 

@@ -7,11 +7,13 @@ namespace mouthpiece {
 namespace {
 
 TEST(SpeakableText, KeepsPlainText) {
-  EXPECT_EQ(speakableText("The time is now: \"ten\" (or so), isn't it? $5 - no!"), "The time is now: \"ten\" (or so), isn't it? $5, no!");
+  EXPECT_EQ(speakableText("The time is now: \"ten\" (or so), isn't it? $5 - no!"),
+            "The time is now: \"ten\" (or so), isn't it? $5, no!");
 }
 
 TEST(SpeakableText, SpellsAccentsQuotesAndDashesPlainly) {
-  EXPECT_EQ(speakableText("caf\u00E9 na\u00EFve \u00C5ngstr\u00F6m stra\u00DFe \u0141\u00F3d\u017A \u0152uvre \u1EC7"), "cafe naive Angstrom strasse Lodz Oeuvre e");
+  EXPECT_EQ(speakableText("caf\u00E9 na\u00EFve \u00C5ngstr\u00F6m stra\u00DFe \u0141\u00F3d\u017A \u0152uvre \u1EC7"),
+            "cafe naive Angstrom strasse Lodz Oeuvre e");
   EXPECT_EQ(speakableText("cafe\u0301"), "cafe");
   EXPECT_EQ(speakableText("\u201Cit\u2019s\u201D \u2018so\u2019 1\u20132 a\u2014b\u2026"), "\"it's\" 'so' 1-2 a, b...");
   EXPECT_EQ(speakableText("\uFF28\uFF45\uFF4C\uFF4C\uFF4F\uFF01 \uFB01ne"), "Hello! fine");
@@ -33,9 +35,12 @@ TEST(SpeakableText, TakesControlCharactersAndOtherSignsForBlanks) {
 
 TEST(SpeakableText, RefusesOtherScriptsAndNamesTheFirstLetter) {
   const char* tail = "; expected letters that an English voice reads (Latin script)";
-  EXPECT_EQ(errorOf([] { speakableText("\u041F\u0440\u0438\u0432\u0435\u0442"); }), std::string("text:character 1: found '\u041F' (U+041F)") + tail);
-  EXPECT_EQ(errorOf([] { speakableText("hi \u4F60\u597D"); }), std::string("text:character 4: found '\u4F60' (U+4F60)") + tail);
-  for (const char* text : {"\u0645\u0631\u062D\u0628\u0627", "\u05E9", "\u0915", "\u3042", "\uD55C", "\u03B1", "\u0E01", "\U00020000", "\u0661"}) {
+  EXPECT_EQ(errorOf([] { speakableText("\u041F\u0440\u0438\u0432\u0435\u0442"); }),
+            std::string("text:character 1: found '\u041F' (U+041F)") + tail);
+  EXPECT_EQ(errorOf([] { speakableText("hi \u4F60\u597D"); }),
+            std::string("text:character 4: found '\u4F60' (U+4F60)") + tail);
+  for (const char* text : {"\u0645\u0631\u062D\u0628\u0627", "\u05E9", "\u0915", "\u3042", "\uD55C", "\u03B1", "\u0E01",
+                           "\U00020000", "\u0661"}) {
     EXPECT_NE(errorOf([&] { speakableText(text); }).find("(U+"), std::string::npos) << text;
   }
 }
@@ -61,7 +66,8 @@ TEST(SpeakableText, LeavesNoWordWithoutSounds) {
 }
 
 TEST(SpeakableText, SplitsAtSentencesAndKeepsEveryWord) {
-  EXPECT_EQ(splitSentences("One. Two 2.5 three! ... Four", 100), (std::vector<std::string>{"One.", "Two 2.5 three!", "Four"}));
+  EXPECT_EQ(splitSentences("One. Two 2.5 three! ... Four", 100),
+            (std::vector<std::string>{"One.", "Two 2.5 three!", "Four"}));
   std::string text;
   for (int i = 0; i < 500; ++i) text += "word ";
   text.pop_back();
@@ -76,7 +82,8 @@ TEST(SpeakableText, SplitsAtSentencesAndKeepsEveryWord) {
 
 TEST(LatinLetters, AreAsciiForTheWholeLatinRange) {
   for (char32_t c = 0x80; c < 0x2000; ++c) {
-    for (const char letter : plainLatinLetters(c)) EXPECT_TRUE((letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z'));
+    for (const char letter : plainLatinLetters(c))
+      EXPECT_TRUE((letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z'));
   }
   EXPECT_EQ(plainLatinLetters(0xE9), "e");
   EXPECT_EQ(plainLatinLetters(0x1E9E), "SS");

@@ -65,4 +65,5 @@ inline void expectGoodLine(const SpokenLine& line) {
 }  // namespace mouthpiece
 
 #define MOUTHPIECE_NEED_FESTIVAL() \
-  if (!festivalAvailable()) GTEST_SKIP() << "needs Festival: sudo apt-get install festival festvox-us-slt-hts festvox-kallpc16k"
+  if (!festivalAvailable())        \
+  GTEST_SKIP() << "needs Festival: sudo apt-get install festival festvox-us-slt-hts festvox-kallpc16k"
