@@ -1,8 +1,6 @@
 # Writes OUTPUT: INPUT's bytes as a string_view named SYMBOL in namespace mouthpiece.
 file(READ ${INPUT} bytes HEX)
 string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${bytes}")
-string(REGEX REPLACE "((0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,)(0x..,))"
-  "\\1\n" bytes "${bytes}")
 file(WRITE ${OUTPUT} "#include <string_view>
 namespace mouthpiece {
 static const unsigned char kBytes[] = {\n${bytes}0x00};

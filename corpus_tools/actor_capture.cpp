@@ -1,8 +1,7 @@
-#include <Eigen/Geometry>
-
 #include "corpus_tools/actor_fit.h"
 #include "corpus_tools/head_tracking.h"
 #include "corpus_tools/neutral_pose.h"
+#include "corpus_tools/pose_fit.h"
 #include "corpus_tools/take_files.h"
 
 namespace mouthpiece {
@@ -19,7 +18,7 @@ ActorCapture readActorCapture(const std::filesystem::path& folder, std::size_t s
     capture.takes.push_back({take.name, take.text, take.labels, withoutHeadMotion(take.face, track), {}});
   }
   capture.neutral_mm = neutralPose(capture.takes, capture.layout).pose_mm;
-  const Eigen::Isometry3d face_from_head = faceFromHead(capture.neutral_mm, capture.layout);
+  const RigidMotion face_from_head = faceFromHead(capture.neutral_mm, capture.layout);
   transform(capture.neutral_mm, face_from_head);
   for (CorpusTake& take : capture.takes) transform(take.motion, face_from_head);
   return capture;

@@ -11,10 +11,8 @@
 #include "corpus_tools/corpus_builder.h"
 #include "corpus_tools/corpus_facts.h"
 #include "corpus_tools/evaluation.h"
-#ifdef MOUTHPIECE_WITH_ACTOR
 #include "corpus_tools/sample_corpus.h"
 #include "corpus_tools/sample_sentences.h"
-#endif
 #include "motion/motion_file.h"
 #include "programs/program.h"
 
@@ -32,9 +30,7 @@ struct Options {
   fs::path input, output, lexicon, layout, takes, truth, sentences;
   std::size_t jobs = 0, count = 55;
   double hold_out = 0;
-#ifdef MOUTHPIECE_WITH_ACTOR
   SampleOptions sample;
-#endif
 };
 
 /// A progress bar that a library's callback moves.
@@ -70,7 +66,6 @@ void noteLeftOut(const std::vector<LeftOutTake>& left_out, bool quiet) {
   for (const LeftOutTake& take : left_out) printNotice(fmt::format("left out {}: {}", take.name, take.reason), quiet);
 }
 
-#ifdef MOUTHPIECE_WITH_ACTOR
 int runSample(const Options& options) {
   SampleOptions sample = options.sample;
   sample.jobs = options.jobs;
@@ -89,7 +84,6 @@ int runSample(const Options& options) {
   return kExitDone;
 }
 
-#endif
 
 int runBuild(const Options& options) {
   BuildResult result;
@@ -162,31 +156,25 @@ int runEvaluate(const Options& options) {
   return kExitDone;
 }
 
-#ifdef MOUTHPIECE_WITH_ACTOR
 int runPrompts(const Options& options) {
   for (const TimeSentence& sentence : chooseTimeSentences(options.count)) printText(sentence.text() + "\n");
   return kExitDone;
 }
 
-#endif
 
 class CommandLine {
  public:
   CommandLine() {
     app.require_subcommand(1);
     setExample(app, "corpus build takes --out mine.corpus\ncorpus info mine.corpus\ncorpus build --help");
-#ifdef MOUTHPIECE_WITH_ACTOR
     addSample();
-#endif
     addBuild();
     addInfo();
     addCheck();
     addConvert();
     addClean();
     addEvaluate();
-#ifdef MOUTHPIECE_WITH_ACTOR
     addPrompts();
-#endif
   }
 
   CLI::App app{"Performs, builds, inspects and evaluates corpora of captured speech", "corpus"};
@@ -211,7 +199,6 @@ class CommandLine {
   }
   void addCorpus(CLI::App& app_) { app_.add_option("corpus", options_.input, "X.corpus")->required(); }
 
-#ifdef MOUTHPIECE_WITH_ACTOR
   void addSample() {
     CLI::App& sample = command("sample", "Perform the sample corpus: C3D, WAV, text and labels",
                                "corpus sample takes --truth truth", runSample);
@@ -222,7 +209,6 @@ class CommandLine {
     sample.add_option("--voice", options_.sample.voice, "Who speaks")->capture_default_str();
     addJobs(sample);
   }
-#endif
   void addBuild() {
     CLI::App& build = command("build", "Takes -> cleaned, labelled, indexed corpus",
                               "corpus build takes --out mine.corpus --lexicon lexicon.txt", runBuild);
@@ -267,14 +253,12 @@ class CommandLine {
     addJobs(evaluate);
     addJsonFlag(evaluate, options_.json);
   }
-#ifdef MOUTHPIECE_WITH_ACTOR
   void addPrompts() {
     CLI::App& prompts = command("prompts", "Sentences of the time grammar to record, chosen for coverage",
                                 "corpus prompts --count 55", runPrompts);
     prompts.add_option("--count", options_.count, "How many")->capture_default_str()->check(CLI::Range(1, 2880));
   }
 
-#endif
   Options options_;
 };
 

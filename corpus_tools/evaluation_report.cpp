@@ -38,8 +38,10 @@ std::string evaluationTable(const Evaluation& evaluation) {
                         percent(row.joinsOverLimit()), percent(row.backoffShare()));
   }
   if (!evaluation.rows.empty()) {
-    text += fmt::format("\njoin p95: largest marker step at a join; that of the corpus' own frames: {} mm\n",
-                        number(evaluation.rows.front().usualStep(), 2));
+    const EvaluationRow& first = evaluation.rows.front();
+    text += fmt::format("\nclosures kept: of {} in the capture\n"
+                        "join p95: largest marker step at a join; that of the corpus' own frames: {} mm\n",
+                        first.lips.closures, number(first.usualStep(), 2));
   }
   return text;
 }

@@ -4,6 +4,7 @@
 
 #include "base/errors.h"
 #include "deform/control_surface.h"
+#include "deform/virtual_points.h"
 
 namespace mouthpiece {
 namespace {
@@ -67,7 +68,7 @@ void meetInBetween(const ControlMesh& mesh, int upper, int lower, double ease, M
 
 }  // namespace
 
-MarkerPositions controlPoints(const ControlMesh& mesh, std::span<const double> markers) {
+MarkerPositions leadingPoints(const ControlMesh& mesh, std::span<const double> markers) {
   MOUTHPIECE_EXPECT(markers.size() == 3 * mesh.marker_count);
   MarkerPositions now = mesh.rest;
   now.topRows(static_cast<Eigen::Index>(mesh.marker_count)) =
@@ -82,11 +83,15 @@ MarkerPositions controlPoints(const ControlMesh& mesh, std::span<const double> m
       meetInBetween(mesh, i, point.opposite, kContactEase * mesh.mouth_width, now);
     }
   }
-  for (int i = 0; i < count; ++i) {
-    const ControlPoint& point = mesh.points[static_cast<std::size_t>(i)];
-    if (point.rule != PointRule::kFollow) continue;
-    for (const PointDriver& driver : point.drivers) {
-      now.row(i) += driver.weight * (now.row(driver.point) - mesh.rest.row(driver.point));
+  return now;
+}
+
+MarkerPositions controlPoints(const ControlMesh& mesh, std::span<const double> markers) {
+  MarkerPositions now = leadingPoints(mesh, markers);
+  for (std::size_t i = mesh.marker_count; i < mesh.points.size(); ++i) {
+    if (mesh.points[i].rule != PointRule::kFollow) continue;
+    for (const PointDriver& driver : mesh.points[i].drivers) {
+      now.row(static_cast<Eigen::Index>(i)) += driver.weight * (now.row(driver.point) - mesh.rest.row(driver.point));
     }
   }
   return now;

@@ -11,6 +11,7 @@
 #include "deform/patch_kernel.h"
 #include "deform/tongue.h"
 #include "deform/vertex_kinds.h"
+#include "deform/virtual_points.h"
 
 namespace mouthpiece {
 namespace {
@@ -71,8 +72,9 @@ struct FaceDeformer::Data {
   TongueMorph tongue;
   std::vector<CloughTocher<float>> splits;
   std::vector<Net> rest_nets;        ///< 3 a triangle, relative to `origin`
-  std::vector<float> slope_matrix;   ///< kernel::Product's
-  std::size_t slope_rows = 0;
+  std::vector<int> leaders;          ///< points that others follow linearly: markers and inner lips
+  std::vector<float> follow_matrix;  ///< kernel::Product's: displacement and slopes of all points from the leaders' displacement
+  std::size_t follow_rows = 0;
   Eigen::Vector3f origin = Eigen::Vector3f::Zero();
   std::vector<kernel::Run> bound_runs, loose_runs;
   std::vector<kernel::Block> bound_blocks;
@@ -86,6 +88,7 @@ struct FaceDeformer::Data {
       : control(control_mesh), jaw(control_mesh), tongue(mesh, std::move(tongue_vertices)), rest(mesh.vertices) {}
 
   void takeSurface(const BezierSurface& surface);
+  void takeFollowers(const BezierSurface& surface);
   void takeBinding(const BezierSurface& surface, const FaceBinding& binding, const std::vector<PartKind>& kinds);
   void posePatches(const MarkerPositions& points, std::vector<Net>& nets) const;
   void moveJawVertices(const kernel::Frame& frame) const;
@@ -105,12 +108,32 @@ void FaceDeformer::Data::takeSurface(const BezierSurface& surface) {
       }
     }
   }
-  const Eigen::MatrixXd& slopes = surface.slopesFromDisplacements();
-  slope_rows = (static_cast<std::size_t>(slopes.rows()) + kernel::kBlock - 1) / kernel::kBlock * kernel::kBlock;
-  slope_matrix.assign(slope_rows * static_cast<std::size_t>(slopes.cols()), 0.0F);
-  for (Eigen::Index p = 0; p < slopes.cols(); ++p) {
-    for (Eigen::Index r = 0; r < slopes.rows(); ++r) {
-      slope_matrix[static_cast<std::size_t>(p) * slope_rows + static_cast<std::size_t>(r)] = static_cast<float>(slopes(r, p));
+  takeFollowers(surface);
+}
+
+/// Rows 3 i to 3 i + 2: value, slope along x, slope along y of the displacement at point i.
+void FaceDeformer::Data::takeFollowers(const BezierSurface& surface) {
+  const auto count = static_cast<Eigen::Index>(control.points.size());
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (control.points[static_cast<std::size_t>(i)].rule != PointRule::kFollow) leaders.push_back(static_cast<int>(i));
+  }
+  const auto leader_count = static_cast<Eigen::Index>(leaders.size());
+  Eigen::MatrixXd values = Eigen::MatrixXd::Zero(count, leader_count);
+  for (Eigen::Index l = 0; l < leader_count; ++l) values(leaders[static_cast<std::size_t>(l)], l) = 1;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const ControlPoint& point = control.points[static_cast<std::size_t>(i)];
+    if (point.rule != PointRule::kFollow) continue;
+    for (const PointDriver& driver : point.drivers) values.row(i) += driver.weight * values.row(driver.point);
+  }
+  const Eigen::MatrixXd slopes = surface.slopesFromDisplacements() * values;
+  follow_rows = (3 * control.points.size() + kernel::kBlock - 1) / kernel::kBlock * kernel::kBlock;
+  follow_matrix.assign(follow_rows * leaders.size(), 0.0F);
+  for (Eigen::Index l = 0; l < leader_count; ++l) {
+    float* column = follow_matrix.data() + static_cast<std::size_t>(l) * follow_rows;
+    for (Eigen::Index i = 0; i < count; ++i) {
+      *column++ = static_cast<float>(values(i, l));
+      *column++ = static_cast<float>(slopes(2 * i, l));
+      *column++ = static_cast<float>(slopes(2 * i + 1, l));
     }
   }
 }
@@ -121,7 +144,10 @@ void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBin
   // Closer than this to the normal through its place a vertex needs no tangents: 0.00002 mm on a mouth of 50 mm.
   const double exact = 4e-7 * control.mouth_width;
   for (std::size_t i = 0; i < kinds.size(); ++i) {
-    Hung hung{.vertex = static_cast<std::uint32_t>(i), .weight = binding.skin_weight[i], .jaw = binding.jaw_weight[i]};
+    Hung hung;
+    hung.vertex = static_cast<std::uint32_t>(i);
+    hung.weight = binding.skin_weight[i];
+    hung.jaw = binding.jaw_weight[i];
     if (kinds[i] == PartKind::kTongue) {
       moves[i] = true;
     } else if (binding.patch[i] >= 0 && hung.weight > 0) {
@@ -164,22 +190,26 @@ void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBin
 }
 
 void FaceDeformer::Data::posePatches(const MarkerPositions& points, std::vector<Net>& nets) const {
-  const auto count = static_cast<std::size_t>(points.rows());
-  thread_local std::vector<float> displacement, slopes;
-  displacement.resize(3 * count);
-  slopes.resize(3 * slope_rows);
-  for (std::size_t i = 0; i < 3 * count; ++i) displacement[i] = static_cast<float>(points.data()[i] - control.rest.data()[i]);
-  kernel::bestKernels().multiply({slope_matrix.data(), displacement.data(), slopes.data(), slope_rows, count});
+  thread_local std::vector<float> leading, following;
+  leading.resize(3 * leaders.size());
+  following.resize(3 * follow_rows);
+  for (std::size_t l = 0; l < leaders.size(); ++l) {
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      leading[3 * l + static_cast<std::size_t>(axis)] = static_cast<float>(points(leaders[l], axis) - control.rest(leaders[l], axis));
+    }
+  }
+  kernel::bestKernels().multiply({follow_matrix.data(), leading.data(), following.data(), follow_rows, leaders.size()});
   nets.resize(rest_nets.size());
   std::array<Quad, 3> value, gx, gy;
   std::array<CubicPatch<Quad>, 3> patches;
   for (std::size_t t = 0; t < control.triangles.size(); ++t) {
     for (std::size_t i = 0; i < 3; ++i) {
-      const auto point = static_cast<std::size_t>(control.triangles[t][i]);
-      const float* s = slopes.data() + 2 * point;
-      value[i] = Quad(displacement[3 * point], displacement[3 * point + 1], displacement[3 * point + 2], 0);
-      gx[i] = Quad(s[0], s[slope_rows], s[2 * slope_rows], 0);
-      gy[i] = Quad(s[1], s[slope_rows + 1], s[2 * slope_rows + 1], 0);
+      const float* f = following.data() + 3 * static_cast<std::size_t>(control.triangles[t][i]);
+      const float* g = f + follow_rows;
+      const float* h = g + follow_rows;
+      value[i] = Quad(f[0], g[0], h[0], 0);
+      gx[i] = Quad(f[1], g[1], h[1], 0);
+      gy[i] = Quad(f[2], g[2], h[2], 0);
     }
     splits[t].nets(value, gx, gy, patches);
     for (std::size_t k = 0; k < 3; ++k) {
@@ -221,7 +251,7 @@ FaceDeformer::~FaceDeformer() = default;
 
 void FaceDeformer::deform(std::span<const double> markers, const TonguePose& tongue, VertexPositions& out) const {
   if (out.rows() != data_->rest.rows()) out.resize(data_->rest.rows(), 3);
-  const MarkerPositions points = controlPoints(data_->control, markers);
+  const MarkerPositions points = leadingPoints(data_->control, markers);
   thread_local std::vector<Net> nets;
   data_->posePatches(points, nets);
   const AddedMotion jaw = data_->jaw.motion(points);

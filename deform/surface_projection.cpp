@@ -12,6 +12,7 @@ namespace mouthpiece {
 namespace {
 
 constexpr int kLattice = 4;           ///< samples along a patch's edge, less one
+constexpr std::size_t kSamples = (kLattice + 1) * (kLattice + 2) / 2;  ///< of a patch
 constexpr std::size_t kCandidates = 6;  ///< patches tried for each point
 constexpr int kMaxSteps = 30;
 constexpr double kConverged = 1e-12;  ///< step in u and v
@@ -142,13 +143,19 @@ SurfaceProjector::SurfaceProjector(const BezierSurface& surface, const ControlMe
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) border_[t][k] = !edges.contains({mesh.triangles[t][(k + 1) % 3], mesh.triangles[t][k]});
   }
-  for (std::size_t p = 0; p < patches_.size(); ++p) {
+  for (const Patch& patch : patches_) {
+    Ball ball{Eigen::Vector3f::Zero(), 0};
     for (int i = 0; i <= kLattice; ++i) {
       for (int j = 0; i + j <= kLattice; ++j) {
-        const SurfacePoint s = evaluate(patches_[p], static_cast<double>(i) / kLattice, static_cast<double>(j) / kLattice);
-        samples_.push_back({s.position.cast<float>(), s.normal().cast<float>(), static_cast<std::uint32_t>(p)});
+        const SurfacePoint s = evaluate(patch, static_cast<double>(i) / kLattice, static_cast<double>(j) / kLattice);
+        samples_.push_back({s.position.cast<float>(), s.normal().cast<float>()});
+        ball.centre += samples_.back().position / static_cast<float>(kSamples);
       }
     }
+    for (auto sample = samples_.end() - kSamples; sample != samples_.end(); ++sample) {
+      ball.radius = std::max(ball.radius, (sample->position - ball.centre).norm());
+    }
+    balls_.push_back(ball);
   }
 }
 
@@ -157,16 +164,20 @@ std::optional<SurfaceFoot> SurfaceProjector::closest(const Eigen::Vector3d& poin
   const Eigen::Vector3f p = point.cast<float>();
   const Eigen::Vector3f n = normal.cast<float>();
   const bool any_normal = normal.isZero();
-  // The nearest sample of each of the nearest patches.
+  // The patches whose samples come nearest.
   std::array<std::pair<float, std::uint32_t>, kCandidates> nearest;
   nearest.fill({std::numeric_limits<float>::infinity(), 0});
-  for (const Sample& sample : samples_) {
-    const float squared = (sample.position - p).squaredNorm();
-    if (squared >= nearest.back().first || (marks_[sample.patch / 3] & forbidden) != 0) continue;
-    if (!any_normal && sample.normal.dot(n) < static_cast<float>(least_cosine)) continue;
-    auto slot = std::find_if(nearest.begin(), nearest.end(), [&](const auto& c) { return c.second == sample.patch && std::isfinite(c.first); });
-    if (slot == nearest.end()) slot = nearest.end() - 1;
-    if (squared < slot->first) *slot = {squared, sample.patch};
+  for (std::uint32_t patch = 0; patch < balls_.size(); ++patch) {
+    if ((marks_[patch / 3] & forbidden) != 0) continue;
+    const float off = (balls_[patch].centre - p).norm() - balls_[patch].radius;
+    if (off > 0 && off * off >= nearest.back().first) continue;
+    float squared = std::numeric_limits<float>::infinity();
+    for (const Sample* sample = &samples_[kSamples * patch]; sample != &samples_[kSamples * patch] + kSamples; ++sample) {
+      if (!any_normal && sample->normal.dot(n) < static_cast<float>(least_cosine)) continue;
+      squared = std::min(squared, (sample->position - p).squaredNorm());
+    }
+    if (squared >= nearest.back().first) continue;
+    nearest.back() = {squared, patch};
     std::sort(nearest.begin(), nearest.end());
   }
   std::optional<SurfaceFoot> best;

@@ -30,12 +30,17 @@ class SurfaceProjector {
   struct Sample {
     Eigen::Vector3f position;
     Eigen::Vector3f normal;
-    std::uint32_t patch;
+  };
+  /// All samples of a patch lie in its ball.
+  struct Ball {
+    Eigen::Vector3f centre;
+    float radius;
   };
   const BezierSurface::Pose& patches_;
   std::vector<std::uint32_t> marks_;
   std::vector<std::array<bool, 3>> border_;  ///< a triangle's edge from corner k to k + 1 has no neighbour
-  std::vector<Sample> samples_;
+  std::vector<Sample> samples_;  ///< kSamples a patch
+  std::vector<Ball> balls_;
 };
 
 }  // namespace mouthpiece

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <tuple>
 
 #include "base/errors.h"
 #include "deform/triangulation.h"
@@ -35,22 +34,21 @@ constexpr RimPoint kRim[] = {
     {"RIM_LO_OUT_L", "LIP_LO_OUT_L", "LIP_LO_IN_L", "LIP_CORNER_L", 318, "RIM_UP_OUT_L"},
 };
 
-/// Corners of the mouth's opening, and the points between them and the rim's outermost ones: they round the opening.
-struct CornerPoints {
-  const char* corner;
+/// Corners of the mouth's opening. The rim just beside them is no point of the control mesh, it only tells how deep a corner lies.
+struct CornerPoint {
+  const char* name;
   const char* outer;
   int landmark;
-  const char* upper;
-  int upper_landmark;
-  const char* upper_neighbour;
+  const char* upper;  ///< the rim's next points
   const char* lower;
-  int lower_landmark;
-  const char* lower_neighbour;
+  const char* beside_upper;
+  int beside_upper_landmark;
+  const char* beside_lower;
+  int beside_lower_landmark;
 };
-constexpr CornerPoints kCorners[] = {
-    {"RIM_CORNER_R", "LIP_CORNER_R", 78, "RIM_UP_NEAR_R", 191, "RIM_UP_OUT_R", "RIM_LO_NEAR_R", 95, "RIM_LO_OUT_R"},
-    {"RIM_CORNER_L", "LIP_CORNER_L", 308, "RIM_UP_NEAR_L", 415, "RIM_UP_OUT_L", "RIM_LO_NEAR_L", 324, "RIM_LO_OUT_L"},
-};
+constexpr CornerPoint kCorners[] = {
+    {"RIM_CORNER_R", "LIP_CORNER_R", 78, "RIM_UP_OUT_R", "RIM_LO_OUT_R", "RIM_UP_NEAR_R", 191, "RIM_LO_NEAR_R", 95},
+    {"RIM_CORNER_L", "LIP_CORNER_L", 308, "RIM_UP_OUT_L", "RIM_LO_OUT_L", "RIM_UP_NEAR_L", 415, "RIM_LO_NEAR_L", 324}};
 
 struct EyePoints {
   char side;
@@ -132,7 +130,7 @@ class Placer {
     for (const RimPoint& rim : kRim) {
       if (!has(rim.outer)) throw InputError(std::string("control surface: found no marker ") + rim.outer + "; expected all lip markers");
     }
-    for (const CornerPoints& corner : kCorners) {
+    for (const CornerPoint& corner : kCorners) {
       if (!has(corner.outer)) throw InputError(std::string("control surface: found no marker ") + corner.outer + "; expected all lip markers");
     }
     for (std::size_t i = 0; i < rest_.size(); ++i) {
@@ -157,27 +155,14 @@ class Placer {
     }
     for (const RimPoint& rim : kRim) mesh_.points[static_cast<std::size_t>(find(rim.name))].opposite = find(rim.opposite);
     const Eigen::Vector3d across = at("LIP_CORNER_L") - at("LIP_CORNER_R");
-    for (const CornerPoints& c : kCorners) {
+    for (const CornerPoint& c : kCorners) {
       const double inward = c.outer == std::string("LIP_CORNER_R") ? kInnerCornerAt : -kInnerCornerAt;
-      addCorner(c, knownOr(c.corner, at(c.outer) + inward * across));
-    }
-  }
-
-  /// A corner of the opening and the two points next to it, which move alike so that they meet when their neighbours do.
-  void addCorner(const CornerPoints& c, const Eigen::Vector3d& corner) {
-    const Eigen::Vector3d upper = knownOr(c.upper, 0.5 * (corner + at(c.upper_neighbour)));
-    const Eigen::Vector3d lower = knownOr(c.lower, 0.5 * (corner + at(c.lower_neighbour)));
-    // The corner proper is a pit; a surface through its bottom would have a spike there. Its rim will do.
-    const Eigen::Vector3d outer = at(c.outer);
-    const Eigen::Vector3d past = 0.5 * (upper + lower) - outer;
-    const double way_in = std::clamp((corner - outer).dot(past) / past.squaredNorm(), 0.2, 0.8);
-    add({.name = c.corner, .rule = PointRule::kFollow, .drivers = {{find(c.outer), 1}}}, outer + way_in * past);
-    const double way = 0.5 * ((upper - corner).norm() / (at(c.upper_neighbour) - corner).norm() +
-                              (lower - corner).norm() / (at(c.lower_neighbour) - corner).norm());
-    const double share = std::clamp(way, 0.2, 0.8);
-    for (const auto& [name, side, neighbour, place] : {std::tuple(c.upper, LipSide::kUpper, c.upper_neighbour, upper),
-                                                       std::tuple(c.lower, LipSide::kLower, c.lower_neighbour, lower)}) {
-      add({.name = name, .rule = PointRule::kFollow, .side = side, .drivers = {{find(c.corner), 1 - share}, {find(neighbour), share}}}, place);
+      const Eigen::Vector3d corner = knownOr(c.name, at(c.outer) + inward * across);
+      // The corner proper is a pit; a surface through its bottom would have a spike there. Its rim will do.
+      const Eigen::Vector3d outer = at(c.outer);
+      const Eigen::Vector3d past = 0.5 * (knownOr(c.beside_upper, at(c.upper)) + knownOr(c.beside_lower, at(c.lower))) - outer;
+      const double way = std::clamp((corner - outer).dot(past) / past.squaredNorm(), 0.2, 0.8);
+      add({.name = c.name, .rule = PointRule::kFollow, .drivers = {{find(c.outer), 1}}}, outer + way * past);
     }
   }
 
@@ -211,7 +196,7 @@ class Placer {
     const Eigen::Vector2d along = mesh_.domain.row(find("RIM_CORNER_L")).transpose() - from;
     const Eigen::Vector2d up = kSlitHalfWidth * Eigen::Vector2d(-along.y(), along.x());
     double last = 0;
-    for (const char* end : {"NEAR_R", "OUT_R", "IN_R", "MID", "IN_L", "OUT_L", "NEAR_L"}) {
+    for (const char* end : {"OUT_R", "IN_R", "MID", "IN_L", "OUT_L"}) {
       const int upper = find(std::string("RIM_UP_") + end);
       const int lower = find(std::string("RIM_LO_") + end);
       const Eigen::Vector2d middle = 0.5 * (mesh_.domain.row(upper) + mesh_.domain.row(lower)).transpose();
@@ -299,8 +284,8 @@ int findPoint(const ControlMesh& mesh, const std::string& name) {
 }
 
 std::vector<std::string> mouthRim() {
-  return {"RIM_CORNER_R", "RIM_LO_NEAR_R", "RIM_LO_OUT_R", "RIM_LO_IN_R", "RIM_LO_MID", "RIM_LO_IN_L", "RIM_LO_OUT_L", "RIM_LO_NEAR_L",
-          "RIM_CORNER_L", "RIM_UP_NEAR_L", "RIM_UP_OUT_L", "RIM_UP_IN_L", "RIM_UP_MID", "RIM_UP_IN_R", "RIM_UP_OUT_R", "RIM_UP_NEAR_R"};
+  return {"RIM_CORNER_R", "RIM_LO_OUT_R", "RIM_LO_IN_R", "RIM_LO_MID", "RIM_LO_IN_L", "RIM_LO_OUT_L", 
+          "RIM_CORNER_L", "RIM_UP_OUT_L", "RIM_UP_IN_L", "RIM_UP_MID", "RIM_UP_IN_R", "RIM_UP_OUT_R"};
 }
 
 std::vector<std::string> eyeRim(char side) {
@@ -318,10 +303,10 @@ const std::vector<VirtualPointPlace>& virtualPointPlaces() {
   static const std::vector<VirtualPointPlace> places = [] {
     std::vector<VirtualPointPlace> all;
     for (const RimPoint& rim : kRim) all.push_back({rim.name, rim.landmark});
-    for (const CornerPoints& c : kCorners) {
-      all.push_back({c.corner, c.landmark});
-      all.push_back({c.upper, c.upper_landmark});
-      all.push_back({c.lower, c.lower_landmark});
+    for (const CornerPoint& c : kCorners) {
+      all.push_back({c.name, c.landmark});
+      all.push_back({c.beside_upper, c.beside_upper_landmark});
+      all.push_back({c.beside_lower, c.beside_lower_landmark});
     }
     for (const EyePoints& eye : kEyes) {
       const std::string end = std::string("_") + eye.side;

@@ -8,6 +8,9 @@ namespace mouthpiece {
 ControlMesh placePoints(const std::vector<std::string>& marker_names, const MarkerPositions& marker_rest,
                         const std::map<std::string, Eigen::Vector3d>& known);
 
+/// Markers and inner lips of a frame, which all other points follow linearly; those stay at rest. Points x 3.
+MarkerPositions leadingPoints(const ControlMesh& mesh, std::span<const double> markers);
+
 /// An upright cylinder about the head; its surface unrolled is the plane that control meshes are triangulated in.
 struct Cylinder {
   double radius = 0, axis_x = 0, axis_z = 0;

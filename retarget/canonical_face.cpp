@@ -29,6 +29,9 @@ constexpr std::array kLowerColumns{LipColumn{146, 77, 96, 95},   LipColumn{91, 9
 /// The corners' own column: 61 76 62 78 and 291 306 292 308.
 constexpr std::array kCornerColumns{LipColumn{61, 76, 62, 78}, LipColumn{291, 306, 292, 308}};
 
+/// Quadrilaterals left and right of the middle are cut so that one half mirrors the other.
+ModelMesh::Cut cutFor(bool first) { return first ? ModelMesh::Cut::kFromFirst : ModelMesh::Cut::kFromSecond; }
+
 void eraseTrianglesWithin(ModelMesh& mesh, const std::set<std::uint32_t>& ring) {
   std::vector<std::array<std::uint32_t, 3>> kept;
   for (const auto& triangle : mesh.triangles) {
@@ -125,7 +128,11 @@ void addMouthBag(ModelMesh& mesh) {
       mesh.vertices(inner.back(), kMouthDepth) = shape.depth;
       mesh.vertices(inner.back(), kVermilion) = shape.vermilion;
     }
-    for (std::size_t k = 0; k < n; ++k) mesh.addQuad(outer[k], outer[(k + 1) % n], inner[k], inner[(k + 1) % n], kPartMouth);
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::size_t next = (k + 1) % n;
+      const bool is_left = mesh.point(loop[k]).x() + mesh.point(loop[next]).x() > 0;
+      mesh.addQuad(outer[k], outer[next], inner[k], inner[next], kPartMouth, cutFor(is_left != (k < n / 2)));
+    }
     outer = inner;
   }
   const std::uint32_t back = mesh.addVertex(middle + Vector3d(0, 0, -70));
@@ -181,7 +188,7 @@ void addLidEdge(ModelMesh& mesh, std::span<const std::uint32_t, 16> loop, const 
   for (const auto& inner : rows) {
     for (std::size_t k = 0; k < 16; ++k) {
       const std::size_t next = (k + 1) % 16;
-      if (is_left) mesh.addQuad(outer[k], outer[next], inner[k], inner[next], kPartSkin);
+      if (is_left) mesh.addQuad(outer[k], outer[next], inner[k], inner[next], kPartSkin, ModelMesh::Cut::kFromSecond);
       else mesh.addQuad(outer[next], outer[k], inner[next], inner[k], kPartSkin);
     }
     outer = inner;

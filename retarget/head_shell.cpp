@@ -127,8 +127,10 @@ void addHeadShell(ModelMesh& face) {
     }
     for (std::size_t k = 0; k < n; ++k) {
       const std::size_t next = (k + 1) % n;
-      if (runs_forward) face.addQuad(outer[next], outer[k], inner[next], inner[k], kPartSkin);
-      else face.addQuad(outer[k], outer[next], inner[k], inner[next], kPartSkin);
+      // The outline begins in the middle above and runs left first: cut the second half the other way, as a mirror would.
+      const auto cut = k < n / 2 ? ModelMesh::Cut::kFromFirst : ModelMesh::Cut::kFromSecond;
+      if (runs_forward) face.addQuad(outer[next], outer[k], inner[next], inner[k], kPartSkin, cut);
+      else face.addQuad(outer[k], outer[next], inner[k], inner[next], kPartSkin, cut);
     }
     outer = inner;
   }

@@ -174,7 +174,12 @@ void ModelMesh::addTriangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, i
   part_of_triangle.push_back(part);
 }
 
-void ModelMesh::addQuad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d, int part) {
+void ModelMesh::addQuad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d, int part, Cut cut) {
+  if (cut == Cut::kFromSecond) {
+    addTriangle(a, b, c, part);
+    addTriangle(b, d, c, part);
+    return;
+  }
   addTriangle(a, b, d, part);
   addTriangle(a, d, c, part);
 }

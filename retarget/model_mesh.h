@@ -35,8 +35,9 @@ struct ModelMesh {
   void setPoint(std::uint32_t vertex, const Eigen::Vector3d& point) { vertices.row(vertex).head<3>() = point.transpose(); }
   std::uint32_t addVertex(const Eigen::Vector3d& point);
   void addTriangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, int part);
-  /// Two triangles between a, b (near) and c, d (far): corners a b d c in order around.
-  void addQuad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d, int part);
+  /// Two triangles between a, b (near) and c, d (far): corners a b d c in order around, cut from a to d or from b to c.
+  enum class Cut { kFromFirst, kFromSecond };
+  void addQuad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d, int part, Cut cut = Cut::kFromFirst);
   /// Copies `other` behind this mesh.
   void append(const ModelMesh& other);
 };

@@ -94,11 +94,10 @@ std::string textOf(const FaceFile& face, const FaceCheck& check) {
   return text;
 }
 
-/// Facts on stdout; faults make the exit code.
-int report(const FaceFile& face, const FaceCheck& check, const CommandLine& line) {
+/// Facts, and what is wrong, on stdout.
+void report(const FaceFile& face, const FaceCheck& check, const CommandLine& line) {
   if (line.json) printJson(factsOf(face, check));
   else if (!line.quiet) printText(textOf(face, check));
-  return faultsOf(check).empty() ? kExitDone : kExitBadInput;
 }
 
 int fit(const CommandLine& line) {
@@ -113,14 +112,17 @@ int fit(const CommandLine& line) {
   const FaceFile face = fitFace(mesh, anchors, line.anchors.string(), request);
   const FaceCheck check = checkFace(face, mesh);
   writeFaceFile(line.out, face);
-  return report(face, check, line);
+  report(face, check, line);
+  return kExitDone;
 }
 
 int check(const CommandLine& line) {
   const FaceFile face = readFaceFile(line.face);
   const FaceMesh mesh = readMeshOf(face, line.face);
   checkBinding(face.binding, mesh, face.control, line.face.string());
-  return report(face, checkFace(face, mesh), line);
+  const FaceCheck found = checkFace(face, mesh);
+  report(face, found, line);
+  return faultsOf(found).empty() ? kExitDone : kExitBadInput;
 }
 
 int sample(const CommandLine& line) {
@@ -136,7 +138,8 @@ int sample(const CommandLine& line) {
   const FaceFile face = fitFace(mesh, made.anchors, line.canonical.string(), request);
   writeFileAtomically(mesh_path, bytes);
   writeFaceFile(line.out / "default.face", face);
-  return report(face, checkFace(face, mesh), line);
+  report(face, checkFace(face, mesh), line);
+  return kExitDone;
 }
 
 /// A motion in another place than the neutral pose would tear the face: head motion was left in, or it is another actor's.

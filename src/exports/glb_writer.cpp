@@ -99,8 +99,8 @@ json primitiveOf(const FaceMesh& mesh, const MeshPart& part, const PrincipalShap
   for (Index k = 0; k < shapes.shapeCount(); ++k) {
     const auto positions = gathered(own, shapes.shapes.row(k).data(), metres);
     const auto turns = gathered(own, normals.deltas.row(k).data(), 1.0F);
-    targets.push_back({{"POSITION", buffer.addMostlyZeroVec3(positions, true)},
-                       {"NORMAL", buffer.addMostlyZeroVec3(turns, false)}});
+    targets.push_back(
+        {{"POSITION", buffer.addMostlyZeroVec3(positions, true)}, {"NORMAL", buffer.addMostlyZeroVec3(turns, false)}});
   }
   json primitive{{"attributes", std::move(attributes)},
                  {"indices", buffer.addIndices(own.indices, own.vertices.size())},

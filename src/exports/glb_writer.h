@@ -10,8 +10,8 @@
 namespace mouthpiece {
 
 /// glTF 2.0, binary (docs/formats/glb.md): one mesh with a primitive for each part that has triangles, a morph target
-/// (positions and normals, sparse) for each shape and one linear weights animation; metres. `name` is the node's and the
-/// mesh's. `shapes` must come from an animation of `mesh`.
+/// (positions and normals, sparse) for each shape and one linear weights animation; metres. `name` is the node's and
+/// the mesh's. `shapes` must come from an animation of `mesh`.
 std::string glbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name);
 
 /// glbBytes() into a file, atomically.

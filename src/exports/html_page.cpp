@@ -16,15 +16,23 @@ using nlohmann::ordered_json;
 
 std::string_view kindName(PartKind kind) {
   switch (kind) {
-    case PartKind::kSkin: return "skin";
-    case PartKind::kLips: return "lips";
+    case PartKind::kSkin:
+      return "skin";
+    case PartKind::kLips:
+      return "lips";
     case PartKind::kUpperTeeth:
-    case PartKind::kLowerTeeth: return "teeth";
-    case PartKind::kTongue: return "tongue";
-    case PartKind::kMouthInside: return "mouth";
-    case PartKind::kEye: return "eye";
-    case PartKind::kHair: return "hair";
-    case PartKind::kOther: break;
+    case PartKind::kLowerTeeth:
+      return "teeth";
+    case PartKind::kTongue:
+      return "tongue";
+    case PartKind::kMouthInside:
+      return "mouth";
+    case PartKind::kEye:
+      return "eye";
+    case PartKind::kHair:
+      return "hair";
+    case PartKind::kOther:
+      break;
   }
   return "other";
 }
@@ -55,8 +63,8 @@ void appendLittleEndian(std::string& bytes, std::uint32_t value, int byte_count)
   for (int i = 0; i < byte_count; ++i) bytes.push_back(static_cast<char>(value >> (8 * i)));
 }
 
-/// 16-bit PCM, the header's 44 bytes first; with silence at the end when the motion lasts longer, since the page's clock
-/// is the sound.
+/// 16-bit PCM, the header's 44 bytes first; with silence at the end when the motion lasts longer, since the page's
+/// clock is the sound.
 std::string wavBytes(const AudioClip& clip, Seconds least_duration) {
   const auto least_samples = static_cast<std::size_t>(std::max(0.0, std::round(least_duration * clip.sample_rate_hz)));
   const std::size_t sample_count = std::max(clip.samples.size(), least_samples);
@@ -91,10 +99,17 @@ std::string scriptSafeJson(const ordered_json& data) {
   safe.reserve(text.size());
   for (const char letter : text) {
     switch (letter) {
-      case '<': safe += "\\u003c"; break;
-      case '>': safe += "\\u003e"; break;
-      case '&': safe += "\\u0026"; break;
-      default: safe += letter;
+      case '<':
+        safe += "\\u003c";
+        break;
+      case '>':
+        safe += "\\u003e";
+        break;
+      case '&':
+        safe += "\\u0026";
+        break;
+      default:
+        safe += letter;
     }
   }
   return safe;
@@ -121,7 +136,8 @@ std::vector<double> lipOpeningMm(const MotionClip& clip) {
 std::string viewHtml(std::string_view page_template, const ViewPage& page) {
   const std::size_t place = page_template.find(kViewPagePlaceholder);
   if (place == std::string_view::npos) {
-    throw InputError("viewer.html", "", "found no line \"<!-- mouthpiece:data -->\"; expected the template that the build makes");
+    throw InputError("viewer.html", "",
+                     "found no line \"<!-- mouthpiece:data -->\"; expected the template that the build makes");
   }
   ordered_json data{{"report", reportFields(page.animation)},
                     {"face", page.face_name},

@@ -15,19 +15,19 @@ namespace mouthpiece {
 /// What view.html shows. Views only: everything must outlive the call.
 struct ViewPage {
   const UtteranceAnimation& animation;
-  std::string_view glb;                         ///< glbBytes() of `mesh`
-  const FaceMesh& mesh;                         ///< for its parts' kinds and its unit
+  std::string_view glb;  ///< glbBytes() of `mesh`
+  const FaceMesh& mesh;  ///< for its parts' kinds and its unit
   std::string_view face_name;
-  std::span<const std::string> control_names;   ///< of the control points, may be empty
-  const PositionMatrix& control;                ///< FaceRig::retarget(): frames x (3 * control points), mesh unit
+  std::span<const std::string> control_names;  ///< of the control points, may be empty
+  const PositionMatrix& control;               ///< FaceRig::retarget(): frames x (3 * control points), mesh unit
 };
 
 /// Where the template takes its data: this line, once.
 inline constexpr std::string_view kViewPagePlaceholder = "<!-- mouthpiece:data -->";
 
-/// The page, one file that opens from disk (viewer/): `page_template` with the face, the sound and the report in it. Text
-/// from outside (words, names of takes) is data there and cannot become markup or script. Throws InputError when the
-/// template has no placeholder.
+/// The page, one file that opens from disk (viewer/): `page_template` with the face, the sound and the report in it.
+/// Text from outside (words, names of takes) is data there and cannot become markup or script. Throws InputError when
+/// the template has no placeholder.
 std::string viewHtml(std::string_view page_template, const ViewPage& page);
 
 /// viewHtml() into a file, atomically.

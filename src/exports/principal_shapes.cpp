@@ -19,8 +19,8 @@ using Eigen::MatrixXf;
 
 // Shares of the tolerance. Measured on the default face: with the sample at 0.7 under one vertex in 200 is left for the
 // second round.
-constexpr float kStillShare = 0.1F;      ///< a vertex that never moves further rests
-constexpr float kSampleShare = 0.85F;     ///< what the sampled vertices are fitted to
+constexpr float kStillShare = 0.1F;    ///< a vertex that never moves further rests
+constexpr float kSampleShare = 0.85F;  ///< what the sampled vertices are fitted to
 /// A shape that never moves a vertex further than this leaves it alone; tried in turn until the vertex is within the
 /// tolerance. The first makes the file a fifth smaller, 0 keeps everything.
 constexpr std::array<float, 3> kNegligibleShares{0.5F, 0.15F, 0.0F};
@@ -74,10 +74,10 @@ MatrixXf sampledDisplacements(const Fit& fit) {
 /// D = sum_k b_k (b_k^T D) = sum_k w_k s_k + offset with w_k = (b_k - low_k) / range_k, s_k = range_k b_k^T D and
 /// offset = sum_k (low_k / range_k) s_k.
 struct Weights {
-  RowMajorMatrixF weights;      ///< padded frames x (1 + count); the first column, the offset's, is 1
-  RowMajorMatrixF inverse;      ///< padded count x padded frames: s = inverse * D
+  RowMajorMatrixF weights;           ///< padded frames x (1 + count); the first column, the offset's, is 1
+  RowMajorMatrixF inverse;           ///< padded count x padded frames: s = inverse * D
   std::vector<float> offset_shares;  ///< low_k / range_k
-  Index count = 0;              ///< without the offset
+  Index count = 0;                   ///< without the offset
 };
 
 Weights weightsFromBasis(const MatrixXf& basis) {
@@ -94,7 +94,8 @@ Weights weightsFromBasis(const MatrixXf& basis) {
     const float high = column.maxCoeff();
     const bool is_constant = high - column.minCoeff() < 1e-5F * high;
     const float low = is_constant ? 0.0F : column.minCoeff();
-    result.weights.col(k + 1).head(basis.rows()) = ((column.array() - low) / (high - low)).cwiseMin(1.0F).cwiseMax(0.0F);
+    result.weights.col(k + 1).head(basis.rows()) =
+        ((column.array() - low) / (high - low)).cwiseMin(1.0F).cwiseMax(0.0F);
     result.inverse.row(k).head(basis.rows()) = (high - low) * column.transpose();
     result.offset_shares.push_back(low / (high - low));
   }
@@ -123,7 +124,8 @@ class PanelFitter {
       dropBelow(share * fit_.tolerance);
       kernels_.largestResidual(weights_.weights.data(), weights_.weights.rows(), 1 + weights_.count,
                                displacements_.data(), thinned_.data(), errors);
-      if (std::all_of(errors, errors + count, [&](float square) { return square <= fit_.tolerance * fit_.tolerance; })) {
+      if (std::all_of(errors, errors + count,
+                      [&](float square) { return square <= fit_.tolerance * fit_.tolerance; })) {
         break;
       }
     }
@@ -209,9 +211,9 @@ std::vector<Index> representatives(const std::vector<Index>& vertices, const std
   std::vector<Index> chosen;
   for (std::size_t first = 0; first < vertices.size(); first += stride) {
     const auto end = vertices.begin() + static_cast<std::ptrdiff_t>(std::min(first + stride, vertices.size()));
-    chosen.push_back(*std::max_element(vertices.begin() + static_cast<std::ptrdiff_t>(first), end, [&](Index a, Index b) {
-      return errors[static_cast<std::size_t>(a)] < errors[static_cast<std::size_t>(b)];
-    }));
+    chosen.push_back(*std::max_element(
+        vertices.begin() + static_cast<std::ptrdiff_t>(first), end,
+        [&](Index a, Index b) { return errors[static_cast<std::size_t>(a)] < errors[static_cast<std::size_t>(b)]; }));
   }
   return chosen;
 }

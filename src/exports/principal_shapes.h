@@ -13,9 +13,9 @@ struct PrincipalShapesOptions {
   double tolerance_mm = 0.08;  ///< largest distance of a vertex, in any frame, from the full animation
 };
 
-/// A face animation as a few shapes: frame f is `rest + sum_k weights(f, k) * shapes.row(k)`. All weights lie in [0, 1],
-/// since Blender 3.4 cuts a shape key's value to that range; so the first shape is the pose that the others start from,
-/// its weight 1 throughout.
+/// A face animation as a few shapes: frame f is `rest + sum_k weights(f, k) * shapes.row(k)`. All weights lie in [0,
+/// 1], since Blender 3.4 cuts a shape key's value to that range; so the first shape is the pose that the others start
+/// from, its weight 1 throughout.
 struct PrincipalShapes {
   double frame_rate_hz = 0;
   Eigen::RowVectorXf rest;  ///< 1 x (3 * vertices), mesh unit

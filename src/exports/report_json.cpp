@@ -13,7 +13,9 @@ using nlohmann::ordered_json;
 /// Nothing here is known to better than a microsecond or a micrometre; shorter numbers are easier to read.
 double rounded(double value) { return std::round(value * 1e6) / 1e6; }
 
-bool covers(const PhoneRange& range, std::size_t phone) { return range.first.value <= phone && phone <= range.last.value; }
+bool covers(const PhoneRange& range, std::size_t phone) {
+  return range.first.value <= phone && phone <= range.last.value;
+}
 
 ordered_json phonesOf(const UtteranceAnimation& animation) {
   ordered_json phones = ordered_json::array();
@@ -72,7 +74,8 @@ ordered_json reportFields(const UtteranceAnimation& animation) {
   const StageTimings& timing = animation.timing_ms;
   const double work_ms =
       timing.load + timing.selection + timing.motion + timing.retarget + timing.deform + timing.write;
-  const Seconds duration = animation.motion.frameCount() > 0 ? animation.motion.duration() : animation.labels.duration();
+  const Seconds duration =
+      animation.motion.frameCount() > 0 ? animation.motion.duration() : animation.labels.duration();
   return {{"text", animation.text},
           {"voice", animation.voice},
           {"corpus", animation.corpus},

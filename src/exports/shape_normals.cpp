@@ -1,6 +1,8 @@
 #include "exports/shape_normals.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace mouthpiece {
@@ -8,104 +10,182 @@ namespace {
 
 using Eigen::Index;
 
-/// Shapes worked on side by side: the mesh is walked once for all of them.
+/// Shapes worked on side by side: the moving part of the mesh is walked once for all of them.
 constexpr Index kLanes = 8;
 constexpr Index kVertexStride = 3 * kLanes;  ///< x of all lanes, then y, then z
 constexpr float kVisibleTurn = 0.0087F;      ///< half a degree, in radians
 
-/// positions[v * kVertexStride + axis * kLanes + lane] = rest + shapes.row(first + lane); missing lanes rest.
-void loadLanes(const PrincipalShapes& shapes, Index first, std::vector<float>& positions) {
-  const Index count = std::clamp<Index>(shapes.shapeCount() - first, 0, kLanes);
-  for (Index component = 0; component < shapes.rest.cols(); ++component) {
-    float* to = positions.data() + component * kLanes;
-    const float rest = shapes.rest(component);
-    for (Index lane = 0; lane < kLanes; ++lane) to[lane] = rest;
-    for (Index lane = 0; lane < count; ++lane) to[lane] += shapes.shapes(first + lane, component);
-  }
-}
+/// The triangles that some shape moves, in numbers of their own: a face is mostly hair and back of the head.
+struct MovingPart {
+  std::vector<Index> vertices;      ///< of the mesh, all corners of `triangles`
+  std::vector<Triangle> triangles;  ///< into `vertices`
+  std::vector<Triangle> others;     ///< into the mesh
+};
 
-/// Adds twice each triangle's area times its normal to its three corners.
-void accumulateNormals(const std::vector<Triangle>& triangles, const std::vector<float>& positions,
-                       std::vector<float>& normals) {
-  std::fill(normals.begin(), normals.end(), 0.0F);
-  for (const Triangle& triangle : triangles) {
-    const float* a = positions.data() + triangle[0] * kVertexStride;
-    const float* b = positions.data() + triangle[1] * kVertexStride;
-    const float* c = positions.data() + triangle[2] * kVertexStride;
-    float cross[kVertexStride];
-    for (Index lane = 0; lane < kLanes; ++lane) {
-      const float ux = b[lane] - a[lane];
-      const float uy = b[lane + kLanes] - a[lane + kLanes];
-      const float uz = b[lane + 2 * kLanes] - a[lane + 2 * kLanes];
-      const float vx = c[lane] - a[lane];
-      const float vy = c[lane + kLanes] - a[lane + kLanes];
-      const float vz = c[lane + 2 * kLanes] - a[lane + 2 * kLanes];
-      cross[lane] = uy * vz - uz * vy;
-      cross[lane + kLanes] = uz * vx - ux * vz;
-      cross[lane + 2 * kLanes] = ux * vy - uy * vx;
-    }
-    for (const std::uint32_t corner : triangle) {
-      float* normal = normals.data() + corner * kVertexStride;
-      for (Index i = 0; i < kVertexStride; ++i) normal[i] += cross[i];
+MovingPart movingPart(const std::vector<Triangle>& triangles, const PrincipalShapes& shapes) {
+  const auto vertex_count = static_cast<std::size_t>(shapes.rest.cols() / 3);
+  std::vector<char> moves(vertex_count, 0);
+  for (Index k = 0; k < shapes.shapeCount(); ++k) {
+    const float* row = shapes.shapes.row(k).data();
+    for (std::size_t v = 0; v < vertex_count; ++v) {
+      moves[v] |= static_cast<char>(row[3 * v] != 0 || row[3 * v + 1] != 0 || row[3 * v + 2] != 0);
     }
   }
-}
-
-void normalize(std::vector<float>& normals, std::size_t vertex_count) {
-  for (std::size_t vertex = 0; vertex < vertex_count; ++vertex) {
-    float* x = normals.data() + vertex * kVertexStride;
-    float* y = x + kLanes;
-    float* z = y + kLanes;
-    for (Index lane = 0; lane < kLanes; ++lane) {
-      const float length = std::sqrt(x[lane] * x[lane] + y[lane] * y[lane] + z[lane] * z[lane]);
-      const bool flat = !(length > 1e-20F);
-      const float scale = flat ? 0.0F : 1.0F / length;
-      x[lane] *= scale;
-      y[lane] *= scale;
-      z[lane] = flat ? 1.0F : z[lane] * scale;
+  MovingPart part;
+  std::vector<Index> own(vertex_count, -1);
+  for (Triangle triangle : triangles) {
+    if ((moves[triangle[0]] | moves[triangle[1]] | moves[triangle[2]]) == 0) {
+      part.others.push_back(triangle);
+      continue;
     }
-  }
-}
-
-void storeDeltas(const std::vector<float>& normals, Index first, ShapeNormals& result) {
-  const Index count = std::min(kLanes, result.deltas.rows() - first);
-  for (Index lane = 0; lane < count; ++lane) {
-    float* to = result.deltas.row(first + lane).data();
-    for (Index component = 0; component < result.rest.cols(); component += 3) {
-      float delta[3];
-      float square = 0;
-      for (Index axis = 0; axis < 3; ++axis) {
-        delta[axis] = normals[static_cast<std::size_t>((component + axis) * kLanes + lane)] - result.rest(component + axis);
-        square += delta[axis] * delta[axis];
+    for (std::uint32_t& corner : triangle) {
+      Index& number = own[corner];
+      if (number < 0) {
+        number = static_cast<Index>(part.vertices.size());
+        part.vertices.push_back(corner);
       }
-      const bool visible = square > kVisibleTurn * kVisibleTurn;
-      for (Index axis = 0; axis < 3; ++axis) to[component + axis] = visible ? delta[axis] : 0.0F;
+      corner = static_cast<std::uint32_t>(number);
+    }
+    part.triangles.push_back(triangle);
+  }
+  return part;
+}
+
+/// Twice each triangle's area times its normal, summed over the triangles around each vertex.
+VertexPositions normalSums(const std::vector<Triangle>& triangles, const Eigen::RowVectorXf& positions) {
+  VertexPositions sums = VertexPositions::Zero(positions.cols() / 3, 3);
+  for (const auto& [a, b, c] : triangles) {
+    const Eigen::RowVector3f corner = positions.segment<3>(3 * a);
+    const Eigen::RowVector3f cross = (positions.segment<3>(3 * b) - corner).cross(positions.segment<3>(3 * c) - corner);
+    sums.row(a) += cross;
+    sums.row(b) += cross;
+    sums.row(c) += cross;
+  }
+  return sums;
+}
+
+/// +Z where there is no area.
+Eigen::RowVector3f unitNormal(const Eigen::RowVector3f& sum) {
+  const float length = sum.norm();
+  return length > 1e-20F ? Eigen::RowVector3f(sum / length) : Eigen::RowVector3f(0, 0, 1);
+}
+
+/// The moving part in eight shapes at once. A lane without a shape rests.
+class LaneNormals {
+ public:
+  LaneNormals(const MovingPart& part, const PrincipalShapes& shapes, const VertexPositions& sums_of_others)
+      : part_(part),
+        shapes_(shapes),
+        positions_(part.vertices.size() * kVertexStride),
+        sums_of_others_(positions_.size()),
+        normals_(positions_.size()) {
+    for (std::size_t i = 0; i < part.vertices.size(); ++i) {
+      for (Index axis = 0; axis < 3; ++axis) {
+        std::fill_n(sums_of_others_.data() + i * kVertexStride + axis * kLanes, kLanes,
+                    sums_of_others(part.vertices[i], axis));
+      }
     }
   }
-}
+
+  /// Turns of shapes [first, first + 8) into `result`.
+  void compute(Index first, ShapeNormals& result) {
+    load(first);
+    normals_ = sums_of_others_;
+    accumulate();
+    normalize();
+    store(first, result);
+  }
+
+ private:
+  void load(Index first) {
+    const Index count = std::min(kLanes, shapes_.shapeCount() - first);
+    for (std::size_t i = 0; i < part_.vertices.size(); ++i) {
+      for (Index axis = 0; axis < 3; ++axis) {
+        const Index column = 3 * part_.vertices[i] + axis;
+        float* to = positions_.data() + i * kVertexStride + axis * kLanes;
+        std::fill_n(to, kLanes, shapes_.rest(column));
+        for (Index lane = 0; lane < count; ++lane) to[lane] += shapes_.shapes(first + lane, column);
+      }
+    }
+  }
+
+  void accumulate() {
+    for (const Triangle& triangle : part_.triangles) {
+      const float* a = positions_.data() + triangle[0] * kVertexStride;
+      const float* b = positions_.data() + triangle[1] * kVertexStride;
+      const float* c = positions_.data() + triangle[2] * kVertexStride;
+      float cross[kVertexStride];
+      for (Index lane = 0; lane < kLanes; ++lane) {
+        const float ux = b[lane] - a[lane];
+        const float uy = b[lane + kLanes] - a[lane + kLanes];
+        const float uz = b[lane + 2 * kLanes] - a[lane + 2 * kLanes];
+        const float vx = c[lane] - a[lane];
+        const float vy = c[lane + kLanes] - a[lane + kLanes];
+        const float vz = c[lane + 2 * kLanes] - a[lane + 2 * kLanes];
+        cross[lane] = uy * vz - uz * vy;
+        cross[lane + kLanes] = uz * vx - ux * vz;
+        cross[lane + 2 * kLanes] = ux * vy - uy * vx;
+      }
+      for (const std::uint32_t corner : triangle) {
+        float* normal = normals_.data() + corner * kVertexStride;
+        for (Index i = 0; i < kVertexStride; ++i) normal[i] += cross[i];
+      }
+    }
+  }
+
+  void normalize() {
+    for (std::size_t i = 0; i < part_.vertices.size(); ++i) {
+      float* x = normals_.data() + i * kVertexStride;
+      float* y = x + kLanes;
+      float* z = y + kLanes;
+      for (Index lane = 0; lane < kLanes; ++lane) {
+        const float length = std::sqrt(x[lane] * x[lane] + y[lane] * y[lane] + z[lane] * z[lane]);
+        const bool flat = !(length > 1e-20F);
+        const float scale = flat ? 0.0F : 1.0F / length;
+        x[lane] *= scale;
+        y[lane] *= scale;
+        z[lane] = flat ? 1.0F : z[lane] * scale;
+      }
+    }
+  }
+
+  void store(Index first, ShapeNormals& result) const {
+    const Index count = std::min(kLanes, shapes_.shapeCount() - first);
+    for (Index lane = 0; lane < count; ++lane) {
+      float* to = result.deltas.row(first + lane).data();
+      for (std::size_t i = 0; i < part_.vertices.size(); ++i) {
+        const Index column = 3 * part_.vertices[i];
+        const float* normal = normals_.data() + i * kVertexStride + lane;
+        const float x = normal[0] - result.rest(column);
+        const float y = normal[kLanes] - result.rest(column + 1);
+        const float z = normal[2 * kLanes] - result.rest(column + 2);
+        if (x * x + y * y + z * z <= kVisibleTurn * kVisibleTurn) continue;
+        to[column] = x;
+        to[column + 1] = y;
+        to[column + 2] = z;
+      }
+    }
+  }
+
+  const MovingPart& part_;
+  const PrincipalShapes& shapes_;
+  std::vector<float> positions_;
+  std::vector<float> sums_of_others_;  ///< what the triangles that never move add to each normal, in every lane
+  std::vector<float> normals_;
+};
 
 }  // namespace
 
 ShapeNormals shapeNormals(const std::vector<Triangle>& triangles, const PrincipalShapes& shapes) {
   ShapeNormals result;
-  const Index components = shapes.rest.cols();
-  result.rest.resize(components);
-  result.deltas.resize(shapes.shapeCount(), components);
-  std::vector<float> positions(static_cast<std::size_t>(components * kLanes));
-  std::vector<float> normals(positions.size());
-  const auto compute = [&](Index first) {
-    loadLanes(shapes, first, positions);
-    accumulateNormals(triangles, positions, normals);
-    normalize(normals, static_cast<std::size_t>(components / 3));
-  };
-  compute(shapes.shapeCount());  // no shape: the resting mesh in every lane
-  for (Index component = 0; component < components; ++component) {
-    result.rest(component) = normals[static_cast<std::size_t>(component * kLanes)];
-  }
-  for (Index first = 0; first < shapes.shapeCount(); first += kLanes) {
-    compute(first);
-    storeDeltas(normals, first, result);
-  }
+  result.rest.resize(shapes.rest.cols());
+  const VertexPositions sums = normalSums(triangles, shapes.rest);
+  for (Index v = 0; v < sums.rows(); ++v) result.rest.segment<3>(3 * v) = unitNormal(sums.row(v));
+
+  result.deltas = RowMajorMatrixF::Zero(shapes.shapeCount(), shapes.rest.cols());
+  const MovingPart part = movingPart(triangles, shapes);
+  LaneNormals lanes(part, shapes, normalSums(part.others, shapes.rest));
+  for (Index first = 0; first < shapes.shapeCount(); first += kLanes) lanes.compute(first, result);
   return result;
 }
 

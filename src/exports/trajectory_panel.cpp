@@ -1,11 +1,10 @@
 #include "exports/trajectory_panel.h"
 
-
 namespace mouthpiece {
 namespace {
 
-// Vectors of the compiler's own kind, four or eight floats; they live in registers and never cross a call. Memory is read
-// and written one vector at a time: copying whole rows makes the compiler keep them on the stack.
+// Vectors of the compiler's own kind, four or eight floats; they live in registers and never cross a call. Memory is
+// read and written one vector at a time: copying whole rows makes the compiler keep them on the stack.
 struct Narrow {
   using Lanes = float __attribute__((vector_size(16)));
   using Unaligned = float __attribute__((vector_size(16), aligned(4), may_alias));

@@ -33,7 +33,8 @@ TimeWarp warpOf(const SpeechLabels& line, const PhoneRange& target, const Speech
 }
 
 /// The seconds of the take that this fragment may show.
-TimeSpan usableSource(const MotionClip& motion, const std::vector<LabelledPhone>& phones, std::size_t first, std::size_t last) {
+TimeSpan usableSource(const MotionClip& motion, const std::vector<LabelledPhone>& phones, std::size_t first,
+                      std::size_t last) {
   TimeSpan usable{0, (static_cast<double>(motion.frameCount()) - 1) / motion.frame_rate_hz};
   if (isSilent(phones[first]) && first > 0) {
     usable.start = phones[first].span.end - kOwnPartOfPause * phones[first].span.duration();
@@ -52,14 +53,16 @@ double smoothStep(double u) {
 
 }  // namespace
 
-Fragment::Fragment(const SpeechLabels& line, const PhoneRange& target, const UnitDatabase& database, const PhonePlace& source)
+Fragment::Fragment(const SpeechLabels& line, const PhoneRange& target, const UnitDatabase& database,
+                   const PhonePlace& source)
     : take_(&database.takeOf(source)),
       motion_(&database.motionOf(source.take)),
       database_(&database),
       target_(target),
       source_first_(source.phone),
       warp_(warpOf(line, target, take_->labels, source.phone)) {
-  const TimeSpan usable = usableSource(*motion_, take_->labels.phones, source.phone.value, source.phone.value + target.last.value - target.first.value);
+  const TimeSpan usable = usableSource(*motion_, take_->labels.phones, source.phone.value,
+                                       source.phone.value + target.last.value - target.first.value);
   usable_ = {warp_.targetFromSource(usable.start), warp_.targetFromSource(usable.end)};
 }
 
@@ -68,7 +71,8 @@ const LabelledPhone& Fragment::sourcePhone(PhoneIndex target) const {
 }
 
 Eigen::RowVectorXd Fragment::lipsAt(Seconds time) const {
-  return mouthpiece::lipsAt(*motion_, database_->lipColumns(), warp_.sourceFromTarget(std::clamp(time, usable_.start, usable_.end)));
+  return mouthpiece::lipsAt(*motion_, database_->lipColumns(),
+                            warp_.sourceFromTarget(std::clamp(time, usable_.start, usable_.end)));
 }
 
 PositionMatrix Fragment::posesAt(std::span<const Seconds> times) const {
@@ -99,7 +103,8 @@ void Fragment::relaxBeyond(std::span<const Seconds> times, PositionMatrix& poses
   };
   if (!times.empty() && times.front() < usable_.start) {
     const Eigen::RowVectorXd backwards = -edgeVelocity(usable_.start, 1);
-    for (std::size_t i = 0; i < times.size() && times[i] < usable_.start; ++i) relax(i, usable_.start - times[i], backwards);
+    for (std::size_t i = 0; i < times.size() && times[i] < usable_.start; ++i)
+      relax(i, usable_.start - times[i], backwards);
   }
   if (!times.empty() && times.back() > usable_.end) {
     const Eigen::RowVectorXd forwards = edgeVelocity(usable_.end, -1);
@@ -107,7 +112,8 @@ void Fragment::relaxBeyond(std::span<const Seconds> times, PositionMatrix& poses
   }
 }
 
-std::vector<UnitFragment> cutIntoFragments(const SpeechLabels& line, const UnitDatabase& database, const std::vector<SelectedUnit>& units) {
+std::vector<UnitFragment> cutIntoFragments(const SpeechLabels& line, const UnitDatabase& database,
+                                           const std::vector<SelectedUnit>& units) {
   std::vector<UnitFragment> fragments;
   for (std::size_t u = 0; u < units.size(); ++u) {
     const SelectedUnit& unit = units[u];

@@ -10,10 +10,10 @@
 
 namespace mouthpiece {
 
-/// A stretch of a take without a pause inside it, carried to its place in the utterance. A piecewise linear map moves its
-/// phone boundaries onto the line's (EDGE 5.1.2). A silence at its end is not stretched but runs at the speed that it was
-/// captured at, counted from the speech beside it; where the line's silence outlasts it, the face comes to rest and
-/// relaxes to the neutral pose.
+/// A stretch of a take without a pause inside it, carried to its place in the utterance. A piecewise linear map moves
+/// its phone boundaries onto the line's (EDGE 5.1.2). A silence at its end is not stretched but runs at the speed that
+/// it was captured at, counted from the speech beside it; where the line's silence outlasts it, the face comes to rest
+/// and relaxes to the neutral pose.
 class Fragment {
  public:
   /// Phones `target` of the line from the take phones that begin at `source`.
@@ -47,6 +47,7 @@ struct UnitFragment {
   Fragment fragment;
   std::size_t unit = 0;
 };
-std::vector<UnitFragment> cutIntoFragments(const SpeechLabels& line, const UnitDatabase& database, const std::vector<SelectedUnit>& units);
+std::vector<UnitFragment> cutIntoFragments(const SpeechLabels& line, const UnitDatabase& database,
+                                           const std::vector<SelectedUnit>& units);
 
 }  // namespace mouthpiece

@@ -9,13 +9,15 @@
 namespace mouthpiece {
 namespace {
 
-constexpr double kPartOfPhone = 0.9;         ///< the blend's share of the shared phone, at most
-constexpr double kCaptureFramesInBlend = 2;  ///< at least, so that both sides are really sampled in it
+constexpr double kPartOfPhone = 0.9;  ///< the blend's share of the shared phone, at most
+constexpr double kCaptureFramesInBlend =
+    2.5;  ///< at least, whatever the overlap asked for: a slow capture has no more to blend
 constexpr double kPartOfSilence = 0.5;
 constexpr Seconds kLongestInSilence = 0.300;
 
 Seconds blendLength(Seconds phone, double capture_rate_hz, Seconds overlap) {
-  return std::max(std::min(overlap, kPartOfPhone * phone), std::min(overlap, kCaptureFramesInBlend / capture_rate_hz));
+  if (overlap <= 0) return 0;
+  return std::max(std::min(overlap, kPartOfPhone * phone), kCaptureFramesInBlend / capture_rate_hz);
 }
 
 /// Mean squared distance of the lips over a blend, mm^2, with a mild preference for the middle of the phone.
@@ -35,29 +37,34 @@ double largestStep(const MotionClip& motion, Eigen::Index frame) {
 
 double largestVelocityChange(const MotionClip& motion, Eigen::Index frame) {
   const auto& rows = motion.positions_mm;
-  const Eigen::RowVectorXd change = (rows.row(frame + 1) - 2 * rows.row(frame) + rows.row(frame - 1)) * motion.frame_rate_hz;
+  const Eigen::RowVectorXd change =
+      (rows.row(frame + 1) - 2 * rows.row(frame) + rows.row(frame - 1)) * motion.frame_rate_hz;
   return Eigen::Map<const MarkerPositions>(change.data(), change.size() / 3, 3).rowwise().norm().maxCoeff();
 }
 
 double percentileOf(std::vector<double>& values, double percentile) {
   if (values.empty()) return 0;
-  const auto at = static_cast<std::ptrdiff_t>(std::clamp(percentile / 100, 0.0, 1.0) * static_cast<double>(values.size() - 1));
+  const auto at =
+      static_cast<std::ptrdiff_t>(std::clamp(percentile / 100, 0.0, 1.0) * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + at, values.end());
   return values[static_cast<std::size_t>(at)];
 }
 
 }  // namespace
 
-TimeSpan placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after, Seconds overlap, double frame_rate_hz) {
+TimeSpan placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after, Seconds overlap,
+                   double frame_rate_hz) {
   const PhoneIndex shared = after.phones().first;
   const LabelledPhone& phone = line.phones[shared.value];
   if (phone.phone == Phone::kSil) {
-    const Seconds captured = std::min(before.sourcePhone(shared).span.duration(), after.sourcePhone(shared).span.duration());
+    const Seconds captured =
+        std::min(before.sourcePhone(shared).span.duration(), after.sourcePhone(shared).span.duration());
     const Seconds length = std::min(kLongestInSilence, kPartOfSilence * std::min(phone.span.duration(), captured));
     return {phone.span.middle() - 0.5 * length, phone.span.middle() + 0.5 * length};
   }
-  const Seconds length = std::max(blendLength(phone.span.duration(), std::min(before.captureRateHz(), after.captureRateHz()), overlap),
-                                  std::min(overlap, 2 / frame_rate_hz));
+  const Seconds length =
+      std::max(blendLength(phone.span.duration(), std::min(before.captureRateHz(), after.captureRateHz()), overlap),
+               std::min(overlap, 2 / frame_rate_hz));
   const Seconds room = std::max(0.0, phone.span.duration() - length);
   const auto at = [&](double u) {
     const Seconds middle = phone.span.middle() + (u - 0.5) * room;
@@ -83,8 +90,10 @@ TimeSpan placeJoin(const SpeechLabels& line, const Fragment& before, const Fragm
 Join measureJoin(const MotionClip& motion, TimeSpan blend) {
   Join join{blend.middle(), 0, 0};
   const auto last = static_cast<Eigen::Index>(motion.frameCount()) - 1;
-  const auto first_frame = std::max<Eigen::Index>(0, static_cast<Eigen::Index>(std::ceil(blend.start * motion.frame_rate_hz)) - 1);
-  const auto last_frame = std::min<Eigen::Index>(last, static_cast<Eigen::Index>(std::floor(blend.end * motion.frame_rate_hz)) + 1);
+  const auto first_frame =
+      std::max<Eigen::Index>(0, static_cast<Eigen::Index>(std::ceil(blend.start * motion.frame_rate_hz)) - 1);
+  const auto last_frame =
+      std::min<Eigen::Index>(last, static_cast<Eigen::Index>(std::floor(blend.end * motion.frame_rate_hz)) + 1);
   for (Eigen::Index frame = first_frame; frame < last_frame; ++frame) {
     join.position_jump_mm = std::max(join.position_jump_mm, largestStep(motion, frame));
     if (frame > 0) join.velocity_jump_mm_s = std::max(join.velocity_jump_mm_s, largestVelocityChange(motion, frame));

@@ -5,10 +5,11 @@
 
 namespace mouthpiece {
 
-/// The stretch of the line over which `before` gives way to `after`, inside (or, where the capture is too slow for that,
-/// around) the phone that they share: at most `overlap` long, and where the lips of both agree best, so that a
+/// The stretch of the line over which `before` gives way to `after`, inside (or, where the capture is too slow for
+/// that, around) the phone that they share: at most `overlap` long, and where the lips of both agree best, so that a
 /// closure of one is not averaged with open lips of the other. In a silence it is centred and longer.
-TimeSpan placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after, Seconds overlap, double frame_rate_hz);
+TimeSpan placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after, Seconds overlap,
+                   double frame_rate_hz);
 
 /// Jumps of the finished motion at a join: the largest step of a marker from frame to frame among the pairs of frames
 /// that meet `blend`, and the largest change of a marker's velocity at the frames in it.

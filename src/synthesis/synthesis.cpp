@@ -54,8 +54,8 @@ void fillUnseen(PositionMatrix& positions, const MarkerPositions& neutral) {
   }
 }
 
-/// Columns that no phone moves: lids blink and brows rise when they will. A cut through such a movement shows, so they are
-/// blended over longer than the lips.
+/// Columns that no phone moves: lids blink and brows rise when they will. A cut through such a movement shows, so they
+/// are blended over longer than the lips.
 std::vector<bool> upperFaceColumns(const MarkerLayout& layout) {
   std::vector<bool> upper;
   for (const LayoutMarker& marker : layout.markers) {
@@ -78,9 +78,14 @@ TimeSpan widened(const TimeSpan& join) {
 /// 5.1.3).
 class Blender {
  public:
-  Blender(const std::vector<UnitFragment>& fragments, const std::vector<TimeSpan>& joins, std::span<const Seconds> times,
-          double frame_rate_hz, BlendKind blend, const MarkerLayout& layout)
-      : fragments_(fragments), joins_(joins), times_(times), frame_rate_hz_(frame_rate_hz), blend_(blend), upper_(upperFaceColumns(layout)) {}
+  Blender(const std::vector<UnitFragment>& fragments, const std::vector<TimeSpan>& joins,
+          std::span<const Seconds> times, double frame_rate_hz, BlendKind blend, const MarkerLayout& layout)
+      : fragments_(fragments),
+        joins_(joins),
+        times_(times),
+        frame_rate_hz_(frame_rate_hz),
+        blend_(blend),
+        upper_(upperFaceColumns(layout)) {}
 
   [[nodiscard]] PositionMatrix blend() const {
     PositionMatrix result(static_cast<Eigen::Index>(times_.size()), static_cast<Eigen::Index>(upper_.size()));
@@ -134,7 +139,8 @@ class Blender {
 std::vector<TimeSpan> placeJoins(const SynthesisRequest& request, const std::vector<UnitFragment>& fragments) {
   std::vector<TimeSpan> joins;
   for (std::size_t i = 0; i + 1 < fragments.size(); ++i) {
-    TimeSpan join = placeJoin(request.labels, fragments[i].fragment, fragments[i + 1].fragment, request.options.overlap_ms / 1000, request.options.frame_rate_hz);
+    TimeSpan join = placeJoin(request.labels, fragments[i].fragment, fragments[i + 1].fragment,
+                              request.options.overlap_ms / 1000, request.options.frame_rate_hz);
     if (!joins.empty()) {
       join.start = std::max(join.start, joins.back().start);
       join.end = std::max(join.end, joins.back().end);

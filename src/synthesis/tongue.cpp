@@ -14,15 +14,37 @@ constexpr Seconds kInside = 0.020;  ///< of the transition, the part that lies i
 
 TonguePose targetOf(Phone phone) {
   switch (phone) {
-    case Phone::kL: case Phone::kN: case Phone::kT: case Phone::kD: return {1.0F, 0.0F, 0.0F};
-    case Phone::kTH: case Phone::kDH: return {0.2F, 1.0F, 0.0F};
-    case Phone::kK: case Phone::kG: case Phone::kNG: return {0.0F, 0.0F, 1.0F};
-    case Phone::kS: case Phone::kZ: return {0.7F, 0.1F, 0.0F};
-    case Phone::kSH: case Phone::kZH: case Phone::kCH: case Phone::kJH: return {0.6F, 0.0F, 0.2F};
-    case Phone::kR: case Phone::kER: return {0.4F, 0.0F, 0.3F};
-    case Phone::kIY: case Phone::kY: return {0.1F, 0.1F, 0.4F};
-    case Phone::kIH: case Phone::kEY: return {0.1F, 0.1F, 0.2F};
-    default: return {};
+    case Phone::kL:
+    case Phone::kN:
+    case Phone::kT:
+    case Phone::kD:
+      return {1.0F, 0.0F, 0.0F};
+    case Phone::kTH:
+    case Phone::kDH:
+      return {0.2F, 1.0F, 0.0F};
+    case Phone::kK:
+    case Phone::kG:
+    case Phone::kNG:
+      return {0.0F, 0.0F, 1.0F};
+    case Phone::kS:
+    case Phone::kZ:
+      return {0.7F, 0.1F, 0.0F};
+    case Phone::kSH:
+    case Phone::kZH:
+    case Phone::kCH:
+    case Phone::kJH:
+      return {0.6F, 0.0F, 0.2F};
+    case Phone::kR:
+    case Phone::kER:
+      return {0.4F, 0.0F, 0.3F};
+    case Phone::kIY:
+    case Phone::kY:
+      return {0.1F, 0.1F, 0.4F};
+    case Phone::kIH:
+    case Phone::kEY:
+      return {0.1F, 0.1F, 0.2F};
+    default:
+      return {};
   }
 }
 
@@ -43,7 +65,8 @@ std::vector<TonguePose> tongueFromPhones(const SpeechLabels& labels, std::span<c
   for (const Seconds time : times) {
     while (first_near < labels.phones.size() && labels.phones[first_near].span.end + kTransition < time) ++first_near;
     TonguePose pose;
-    for (std::size_t i = first_near; i < labels.phones.size() && labels.phones[i].span.start - kTransition < time; ++i) {
+    for (std::size_t i = first_near; i < labels.phones.size() && labels.phones[i].span.start - kTransition < time;
+         ++i) {
       const TonguePose target = targetOf(labels.phones[i].phone);
       const float present = presence(labels.phones[i].span, time);
       pose.tip_up = std::max(pose.tip_up, present * target.tip_up);

@@ -50,11 +50,10 @@ std::uint32_t crc32cByTables(std::string_view bytes, std::uint32_t crc) {
   std::size_t i = 0;
   const auto byteAt = [&](std::size_t at) { return static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[at])); };
   for (; i + 8 <= bytes.size(); i += 8) {
-    const std::uint32_t low =
-        state ^ (byteAt(i) | byteAt(i + 1) << 8U | byteAt(i + 2) << 16U | byteAt(i + 3) << 24U);
+    const std::uint32_t low = state ^ (byteAt(i) | byteAt(i + 1) << 8U | byteAt(i + 2) << 16U | byteAt(i + 3) << 24U);
     state = kTables[7][low & 0xFFU] ^ kTables[6][(low >> 8U) & 0xFFU] ^ kTables[5][(low >> 16U) & 0xFFU] ^
-            kTables[4][low >> 24U] ^ kTables[3][byteAt(i + 4)] ^ kTables[2][byteAt(i + 5)] ^
-            kTables[1][byteAt(i + 6)] ^ kTables[0][byteAt(i + 7)];
+            kTables[4][low >> 24U] ^ kTables[3][byteAt(i + 4)] ^ kTables[2][byteAt(i + 5)] ^ kTables[1][byteAt(i + 6)] ^
+            kTables[0][byteAt(i + 7)];
   }
   for (; i < bytes.size(); ++i) state = (state >> 8U) ^ kTables[0][(state ^ byteAt(i)) & 0xFFU];
   return ~state;

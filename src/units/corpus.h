@@ -33,13 +33,13 @@ class MotionSource {
 
 /// A `.corpus` database in memory.
 struct Corpus {
-  std::string name;                 ///< file stem, for reports
+  std::string name;  ///< file stem, for reports
   MarkerLayout layout;
   MarkerPositions neutral_pose_mm;  ///< median of the closed-mouth silences, head motion removed
   std::vector<CorpusTake> takes;
   std::map<std::string, std::string> build_log;  ///< "built_with", "takes_left_out", ...
-  /// Set by readCorpus(..., CorpusMotion::kOnDemand): then every take's motion has no rows, and is loaded from here when
-  /// a UnitDatabase needs it. Null otherwise.
+  /// Set by readCorpus(..., CorpusMotion::kOnDemand): then every take's motion has no rows, and is loaded from here
+  /// when a UnitDatabase needs it. Null otherwise.
   std::shared_ptr<const MotionSource> motion_source;
 };
 
@@ -55,8 +55,8 @@ enum class CorpusMotion { kLoad, kOnDemand };
 Corpus readCorpus(const std::filesystem::path& path, CorpusAudio audio = CorpusAudio::kSkip,
                   CorpusMotion motion = CorpusMotion::kLoad);
 
-/// Everything wrong with the file, one line each; empty when all is well. Every row's checksum is looked at, the audio's
-/// too, so any flipped bit in motion, labels or audio is found. Never throws InputError.
+/// Everything wrong with the file, one line each; empty when all is well. Every row's checksum is looked at, the
+/// audio's too, so any flipped bit in motion, labels or audio is found. Never throws InputError.
 std::vector<std::string> checkCorpus(const std::filesystem::path& path);
 
 /// One transaction into a temporary file, then rename. Motion is stored as 32-bit floats, audio as 16-bit samples.

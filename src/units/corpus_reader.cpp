@@ -55,9 +55,12 @@ void checkHeader(const fs::path& path) {
   }
   const std::uint32_t version = bigEndian32(header, 60);
   if (version > static_cast<std::uint32_t>(kCorpusFormatVersion)) {
-    throw InputError(file, "", fmt::format("has corpus format version {}, made by a newer Mouthpiece; expected at most {}", version, kCorpusFormatVersion));
+    throw InputError(file, "",
+                     fmt::format("has corpus format version {}, made by a newer Mouthpiece; expected at most {}",
+                                 version, kCorpusFormatVersion));
   }
-  if (version == 0) throw InputError(file, "", fmt::format("has corpus format version 0; expected {}", kCorpusFormatVersion));
+  if (version == 0)
+    throw InputError(file, "", fmt::format("has corpus format version 0; expected {}", kCorpusFormatVersion));
   const std::uint64_t page = static_cast<std::uint64_t>(header[16]) << 8U | header[17];
   const std::uint64_t expected = (page == 1 ? 65536 : page) * bigEndian32(header, 28);
   if (size < expected) throw InputError(file, "", fmt::format("is cut off: {} bytes; expected {}", size, expected));
@@ -73,13 +76,16 @@ void checkSchema(SqliteDatabase& database) {
     auto& state = *static_cast<Found*>(context);
     const auto* table = state.count < kCorpusTables.size() ? &kCorpusTables[state.count] : nullptr;
     ++state.count;
-    state.as_ours = state.as_ours && table != nullptr && columns == 1 && values[0] != nullptr && table->sql == values[0];
+    state.as_ours =
+        state.as_ours && table != nullptr && columns == 1 && values[0] != nullptr && table->sql == values[0];
     return state.as_ours ? 0 : 1;
   };
-  const int code = sqlite3_exec(database.handle(), "SELECT sql FROM sqlite_schema ORDER BY rowid", visit, &found, nullptr);
+  const int code =
+      sqlite3_exec(database.handle(), "SELECT sql FROM sqlite_schema ORDER BY rowid", visit, &found, nullptr);
   if (code != SQLITE_OK && code != SQLITE_ABORT) database.fail(code);
   if (!found.as_ours || found.count != kCorpusTables.size()) {
-    throw InputError(database.file(), "", fmt::format("its tables are not those of corpus format version {}", kCorpusFormatVersion));
+    throw InputError(database.file(), "",
+                     fmt::format("its tables are not those of corpus format version {}", kCorpusFormatVersion));
   }
 }
 
@@ -90,7 +96,8 @@ std::size_t countBetween(const CheckedQuery& row, int column, const char* what, 
 }
 
 void expectId(const CheckedQuery& row, std::size_t expected) {
-  if (row.integer(0) != static_cast<std::int64_t>(expected)) row.fail(fmt::format("found id {}; expected {}", row.integer(0), expected));
+  if (row.integer(0) != static_cast<std::int64_t>(expected))
+    row.fail(fmt::format("found id {}; expected {}", row.integer(0), expected));
 }
 
 /// Returns the number of takes that the file promises.
@@ -129,7 +136,8 @@ MarkerPositions readNeutralPose(SqliteDatabase& database, const MarkerLayout& la
   std::size_t count = 0;
   for (; row.next(); ++count) {
     expectId(row, count);
-    if (count == layout.markers.size() || row.text(1) != layout.markers[count].name) row.fail("marker differs from the layout's");
+    if (count == layout.markers.size() || row.text(1) != layout.markers[count].name)
+      row.fail("marker differs from the layout's");
     for (int axis = 0; axis < 3; ++axis) {
       const double value = row.real(2 + axis);
       if (!(std::abs(value) <= kMaxPositionMm)) row.fail(fmt::format("found position {} mm", value));
@@ -137,7 +145,8 @@ MarkerPositions readNeutralPose(SqliteDatabase& database, const MarkerLayout& la
     }
   }
   if (count != layout.markers.size()) {
-    throw InputError(database.file(), "neutral_pose", fmt::format("has {} markers; expected {}", count, layout.markers.size()));
+    throw InputError(database.file(), "neutral_pose",
+                     fmt::format("has {} markers; expected {}", count, layout.markers.size()));
   }
   return pose;
 }
@@ -158,7 +167,8 @@ std::vector<TakeSizes> readTakes(SqliteDatabase& database, std::size_t promised,
     CorpusTake& take = corpus.takes.emplace_back();
     take.name = row.text(1);
     take.text = row.text(2);
-    if (take.name.empty() || !names.insert(take.name).second) row.fail(fmt::format("found the name '{}'; expected one that no other take has", printable(take.name)));
+    if (take.name.empty() || !names.insert(take.name).second)
+      row.fail(fmt::format("found the name '{}'; expected one that no other take has", printable(take.name)));
     TakeSizes& size = sizes.emplace_back();
     size.labels.phones = countBetween(row, 3, "phones", 1, kMaxLabels);
     size.labels.syllables = countBetween(row, 4, "syllables", 0, kMaxLabels);
@@ -170,13 +180,15 @@ std::vector<TakeSizes> readTakes(SqliteDatabase& database, std::size_t promised,
     size.samples = countBetween(row, 8, "samples", 0, kMaxSamples);
     take.audio.sample_rate_hz = static_cast<int>(countBetween(row, 9, "samples a second", 0, kMaxSampleRateHz));
   }
-  if (sizes.size() != promised) throw InputError(database.file(), "takes", fmt::format("has {} rows; expected {}", sizes.size(), promised));
+  if (sizes.size() != promised)
+    throw InputError(database.file(), "takes", fmt::format("has {} rows; expected {}", sizes.size(), promised));
   return sizes;
 }
 
 void expectBlobSize(const CheckedQuery& row, std::string_view blob, std::size_t rows, std::size_t row_bytes) {
   // rows <= kMaxSamples and row_bytes <= 12 * 100 000 markers: the product fits 64 bits.
-  if (blob.size() != rows * row_bytes) row.fail(fmt::format("found {} bytes; expected {}", blob.size(), rows * row_bytes));
+  if (blob.size() != rows * row_bytes)
+    row.fail(fmt::format("found {} bytes; expected {}", blob.size(), rows * row_bytes));
 }
 
 /// A sample not seen is NaN on all three axes; anything else is a position within reach of a face.
@@ -185,9 +197,11 @@ void checkPositions(const CheckedQuery& row, const FloatMatrix& positions) {
   for (Eigen::Index i = 0; i + 2 < positions.size(); i += 3) {
     const float* xyz = positions.data() + i;
     const bool unseen = std::isnan(xyz[0]) && std::isnan(xyz[1]) && std::isnan(xyz[2]);
-    const bool seen = std::abs(xyz[0]) <= kMaxPositionMm && std::abs(xyz[1]) <= kMaxPositionMm && std::abs(xyz[2]) <= kMaxPositionMm;
+    const bool seen =
+        std::abs(xyz[0]) <= kMaxPositionMm && std::abs(xyz[1]) <= kMaxPositionMm && std::abs(xyz[2]) <= kMaxPositionMm;
     if (!seen && !unseen) {
-      row.fail(fmt::format("frame {} marker {}: found ({}, {}, {}) mm", i / positions.cols(), i % positions.cols() / 3, xyz[0], xyz[1], xyz[2]));
+      row.fail(fmt::format("frame {} marker {}: found ({}, {}, {}) mm", i / positions.cols(), i % positions.cols() / 3,
+                           xyz[0], xyz[1], xyz[2]));
     }
   }
 }
@@ -211,7 +225,8 @@ void readMotion(SqliteDatabase& database, const std::vector<TakeSizes>& sizes, C
     if (take == sizes.size()) row.fail("no such take");
     readPositions(row, sizes[take].frames, corpus.takes[take].motion);
   }
-  if (take != sizes.size()) throw InputError(database.file(), "motion", fmt::format("has {} rows; expected {}", take, sizes.size()));
+  if (take != sizes.size())
+    throw InputError(database.file(), "motion", fmt::format("has {} rows; expected {}", take, sizes.size()));
 }
 
 /// Keeps the file open.
@@ -252,7 +267,8 @@ void readSound(SqliteDatabase& database, const std::vector<TakeSizes>& sizes, Co
     samples.resize(pcm.size());
     for (std::size_t i = 0; i < pcm.size(); ++i) samples[i] = static_cast<float>(pcm[i]) / 32768.0F;
   }
-  if (take != sizes.size()) throw InputError(database.file(), "audio", fmt::format("has {} rows; expected {}", take, sizes.size()));
+  if (take != sizes.size())
+    throw InputError(database.file(), "audio", fmt::format("has {} rows; expected {}", take, sizes.size()));
 }
 
 SqliteDatabase openCorpus(const fs::path& path) {
@@ -293,7 +309,8 @@ Corpus readCorpus(const fs::path& path, CorpusAudio audio, CorpusMotion motion) 
   for (std::size_t take = 0; take < sizes.size(); ++take) corpus.takes[take].labels = std::move(labels[take]);
   if (motion == CorpusMotion::kLoad) readMotion(database, sizes, corpus);
   if (audio == CorpusAudio::kLoad) readSound(database, sizes, corpus);
-  if (motion == CorpusMotion::kOnDemand) corpus.motion_source = std::make_shared<FileMotionSource>(std::move(database), sizes, corpus);
+  if (motion == CorpusMotion::kOnDemand)
+    corpus.motion_source = std::make_shared<FileMotionSource>(std::move(database), sizes, corpus);
   return corpus;
 }
 

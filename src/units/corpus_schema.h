@@ -17,7 +17,9 @@ struct CorpusTable {
 
 /// Format version 1 (docs/formats/corpus.md). `crc` is the row's checksum.
 inline constexpr std::array<CorpusTable, 9> kCorpusTables{{
-    {"meta", "CREATE TABLE meta(id INTEGER PRIMARY KEY, key TEXT NOT NULL, value TEXT NOT NULL, crc INTEGER NOT NULL) STRICT", 4},
+    {"meta",
+     "CREATE TABLE meta(id INTEGER PRIMARY KEY, key TEXT NOT NULL, value TEXT NOT NULL, crc INTEGER NOT NULL) STRICT",
+     4},
     {"layout", "CREATE TABLE layout(id INTEGER PRIMARY KEY, json TEXT NOT NULL, crc INTEGER NOT NULL) STRICT", 3},
     {"neutral_pose",
      "CREATE TABLE neutral_pose(id INTEGER PRIMARY KEY, marker TEXT NOT NULL, x_mm REAL NOT NULL, y_mm REAL NOT NULL, "
@@ -29,7 +31,8 @@ inline constexpr std::array<CorpusTable, 9> kCorpusTables{{
      "samples INTEGER NOT NULL, sample_rate_hz INTEGER NOT NULL, crc INTEGER NOT NULL) STRICT",
      11},
     {"words",
-     "CREATE TABLE words(id INTEGER PRIMARY KEY, take INTEGER NOT NULL, text TEXT NOT NULL, first_phone INTEGER NOT NULL, "
+     "CREATE TABLE words(id INTEGER PRIMARY KEY, take INTEGER NOT NULL, text TEXT NOT NULL, first_phone INTEGER NOT "
+     "NULL, "
      "last_phone INTEGER NOT NULL, crc INTEGER NOT NULL) STRICT",
      6},
     {"syllables",
@@ -40,7 +43,8 @@ inline constexpr std::array<CorpusTable, 9> kCorpusTables{{
      "CREATE TABLE phones(id INTEGER PRIMARY KEY, take INTEGER NOT NULL, phone TEXT NOT NULL, start_s REAL NOT NULL, "
      "end_s REAL NOT NULL, word INTEGER, syllable INTEGER, crc INTEGER NOT NULL) STRICT",
      8},
-    {"motion", "CREATE TABLE motion(id INTEGER PRIMARY KEY, positions_mm BLOB NOT NULL, crc INTEGER NOT NULL) STRICT", 3},
+    {"motion", "CREATE TABLE motion(id INTEGER PRIMARY KEY, positions_mm BLOB NOT NULL, crc INTEGER NOT NULL) STRICT",
+     3},
     {"audio", "CREATE TABLE audio(id INTEGER PRIMARY KEY, samples BLOB NOT NULL, crc INTEGER NOT NULL) STRICT", 3},
 }};
 

@@ -137,8 +137,10 @@ void writeCorpus(const std::filesystem::path& path, const Corpus& corpus) {
     std::filesystem::remove(temporary);
     SqliteDatabase database = SqliteDatabase::create(temporary, path);
     // The file is new and renamed only when whole: a journal would protect nothing.
-    database.execute(fmt::format("PRAGMA page_size={}; PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF; BEGIN", pageSizeFor(corpus)));
-    database.execute(fmt::format("PRAGMA application_id={}; PRAGMA user_version={}", kCorpusApplicationId, kCorpusFormatVersion));
+    database.execute(fmt::format("PRAGMA page_size={}; PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF; BEGIN",
+                                 pageSizeFor(corpus)));
+    database.execute(
+        fmt::format("PRAGMA application_id={}; PRAGMA user_version={}", kCorpusApplicationId, kCorpusFormatVersion));
     for (const CorpusTable& table : kCorpusTables) database.execute(std::string(table.sql));
     writeDescription(database, corpus);
     writeTakes(database, corpus);

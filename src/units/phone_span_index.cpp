@@ -68,7 +68,8 @@ void PhoneSpanIndex::measureCommonPrefixes() {
       continue;
     }
     const std::size_t other = suffixes_[row_of[i] - 1];
-    while (i + common < take_end_[i] && other + common < take_end_[other] && phones_[i + common] == phones_[other + common]) {
+    while (i + common < take_end_[i] && other + common < take_end_[other] &&
+           phones_[i + common] == phones_[other + common]) {
       ++common;
     }
     common_prefix_[row_of[i]] = common;

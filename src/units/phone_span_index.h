@@ -49,8 +49,8 @@ class PhoneSpanIndex {
   std::vector<Phone> phones_;
   std::vector<std::size_t> take_end_;
   std::vector<PhonePlace> places_;
-  std::vector<std::size_t> suffixes_;        ///< starts of the suffixes (to the end of their take), sorted
-  std::vector<std::size_t> common_prefix_;   ///< of suffixes_[k - 1] and suffixes_[k]; 0 for k = 0
+  std::vector<std::size_t> suffixes_;       ///< starts of the suffixes (to the end of their take), sorted
+  std::vector<std::size_t> common_prefix_;  ///< of suffixes_[k - 1] and suffixes_[k]; 0 for k = 0
 };
 
 }  // namespace mouthpiece

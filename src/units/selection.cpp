@@ -10,10 +10,14 @@
 namespace mouthpiece {
 namespace {
 
-PhoneRange rangeOf(std::size_t first, std::size_t length) { return {PhoneIndex(first), PhoneIndex(first + length - 1)}; }
+PhoneRange rangeOf(std::size_t first, std::size_t length) {
+  return {PhoneIndex(first), PhoneIndex(first + length - 1)};
+}
 
 /// The corpus phone that ends `unit`.
-PhonePlace lastPlace(const SelectedUnit& unit) { return advance(unit.source, unit.phones.last.value - unit.phones.first.value); }
+PhonePlace lastPlace(const SelectedUnit& unit) {
+  return advance(unit.source, unit.phones.last.value - unit.phones.first.value);
+}
 
 /// The cheapest of the run's places, given the unit before.
 SelectedUnit cheapest(const UnitCosts& costs, std::size_t first, const CandidateRun& run, const SelectedUnit* before) {
@@ -33,8 +37,8 @@ SelectedUnit cheapest(const UnitCosts& costs, std::size_t first, const Candidate
 
 /// EDGE 5.1.1: from phone i the longest fragment, then on from its last phone. The paper's inner loop never ends when
 /// not even the pair (i, i + 1) was captured: here a stand-in takes its place, so i always rises.
-std::vector<SelectedUnit> selectGreedily(const SpeechLabels& target, const UnitCandidates& candidates, const UnitCosts& costs,
-                                         const SelectionWeights& weights) {
+std::vector<SelectedUnit> selectGreedily(const SpeechLabels& target, const UnitCandidates& candidates,
+                                         const UnitCosts& costs, const SelectionWeights& weights) {
   std::vector<SelectedUnit> units;
   for (std::size_t i = 0; i + 1 < target.phones.size();) {
     CandidateRun run = candidates.longest(i);
@@ -70,7 +74,8 @@ std::optional<UnitScales> unitScalesFromName(std::string_view name) {
   return std::nullopt;
 }
 
-std::vector<SelectedUnit> selectUnits(const SpeechLabels& target, const UnitDatabase& database, const SelectionOptions& options) {
+std::vector<SelectedUnit> selectUnits(const SpeechLabels& target, const UnitDatabase& database,
+                                      const SelectionOptions& options) {
   if (target.phones.size() < 2) return {};
   const UnitCandidates candidates(target, database, options);
   const UnitCosts costs(target, database, options.weights);

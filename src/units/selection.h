@@ -34,15 +34,15 @@ std::optional<UnitScales> unitScalesFromName(std::string_view name);
 
 /// What a mismatch costs; all terms are added (docs/theory/selection.md says how they were set).
 struct SelectionWeights {
-  double duration = 1.0;            ///< per phone, times |ln(target / source duration)|; half at a shared phone
-  double context = 0.5;             ///< per outer neighbour: 0 the same phone, 0.5 the same viseme class, 1 another
-  double word_position = 0.1;       ///< per phone that begins or ends a word in one and not in the other
-  double stress = 0.1;              ///< per phone whose syllable is stressed in one and not in the other
-  double closure_per_mm = 0.5;      ///< per B P M, by how far the fragment's lips stay open in it
-  double join_position_per_mm = 0.3;      ///< lips' RMS distance at the best place inside the shared phone
+  double duration = 1.0;              ///< per phone, times |ln(target / source duration)|; half at a shared phone
+  double context = 0.5;               ///< per outer neighbour: 0 the same phone, 0.5 the same viseme class, 1 another
+  double word_position = 0.1;         ///< per phone that begins or ends a word in one and not in the other
+  double stress = 0.1;                ///< per phone whose syllable is stressed in one and not in the other
+  double closure_per_mm = 0.5;        ///< per B P M, by how far the fragment's lips stay open in it
+  double join_position_per_mm = 0.3;  ///< lips' RMS distance at the best place inside the shared phone
   double join_velocity_per_mm_s = 0.005;  ///< lips' RMS difference of velocity there
-  double unit = 2.0;                ///< per unit, viterbi only: joins are worth avoiding
-  double backoff = 10;              ///< per stand-in
+  double unit = 2.0;                      ///< per unit, viterbi only: joins are worth avoiding
+  double backoff = 10;                    ///< per stand-in
 };
 
 struct SelectionOptions {
@@ -63,10 +63,11 @@ struct SelectedUnit {
 };
 
 /// Covers the whole target. Only fragments whose motion is seen throughout are offered. Where the corpus has no such
-/// fragment even for a pair of phones, the nearest pair by viseme class stands in; where there is none either (lips that
-/// must close or touch would do so in neither phone), throws InputError that names the pair. Never loops. Empty when
-/// the target has fewer than two phones.
-std::vector<SelectedUnit> selectUnits(const SpeechLabels& target, const UnitDatabase& database, const SelectionOptions& options);
+/// fragment even for a pair of phones, the nearest pair by viseme class stands in; where there is none either (lips
+/// that must close or touch would do so in neither phone), throws InputError that names the pair. Never loops. Empty
+/// when the target has fewer than two phones.
+std::vector<SelectedUnit> selectUnits(const SpeechLabels& target, const UnitDatabase& database,
+                                      const SelectionOptions& options);
 
 /// What the fragment of `phone_count` phones at `first` is in its take: "sentence" (all of it), "phrase" (several whole
 /// words), "word", "syllable" (at least one whole), "diphone" or "span".

@@ -47,16 +47,21 @@ std::uint32_t extendChecksum(std::uint32_t crc, double value) {
 std::string_view columnBytes(sqlite3_stmt* statement, int column) {
   const void* data = sqlite3_column_blob(statement, column);
   const int size = sqlite3_column_bytes(statement, column);
-  return data == nullptr ? std::string_view() : std::string_view(static_cast<const char*>(data), static_cast<std::size_t>(size));
+  return data == nullptr ? std::string_view()
+                         : std::string_view(static_cast<const char*>(data), static_cast<std::size_t>(size));
 }
 
 std::uint32_t columnChecksum(sqlite3_stmt* statement, int column, std::uint32_t crc) {
   const int type = sqlite3_column_type(statement, column);
   switch (type) {
-    case SQLITE_INTEGER: return extendChecksum(crc, std::int64_t{sqlite3_column_int64(statement, column)});
-    case SQLITE_FLOAT: return extendChecksum(crc, sqlite3_column_double(statement, column));
-    case SQLITE_NULL: return extendChecksum(crc, type, {});
-    default: return extendChecksum(crc, type, columnBytes(statement, column));
+    case SQLITE_INTEGER:
+      return extendChecksum(crc, std::int64_t{sqlite3_column_int64(statement, column)});
+    case SQLITE_FLOAT:
+      return extendChecksum(crc, sqlite3_column_double(statement, column));
+    case SQLITE_NULL:
+      return extendChecksum(crc, type, {});
+    default:
+      return extendChecksum(crc, type, columnBytes(statement, column));
   }
 }
 
@@ -64,7 +69,8 @@ std::uint32_t columnChecksum(sqlite3_stmt* statement, int column, std::uint32_t 
 std::string immutableUri(const std::filesystem::path& path) {
   std::string uri = "file:";
   for (const char c : std::filesystem::absolute(path).string()) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || std::strchr("/-_.~", c) != nullptr;
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       std::strchr("/-_.~", c) != nullptr;
     uri += plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
   }
   return uri + "?immutable=1";
@@ -89,7 +95,8 @@ SqliteDatabase::~SqliteDatabase() { sqlite3_close(handle_); }
 
 SqliteDatabase SqliteDatabase::openReadOnly(const std::filesystem::path& path) {
   sqlite3* handle = nullptr;
-  const int code = sqlite3_open_v2(immutableUri(path).c_str(), &handle, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX, nullptr);
+  const int code = sqlite3_open_v2(immutableUri(path).c_str(), &handle,
+                                   SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX, nullptr);
   SqliteDatabase database(handle, path.string(), false);
   if (code != SQLITE_OK) database.fail(code);
   sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
@@ -101,7 +108,8 @@ SqliteDatabase SqliteDatabase::openReadOnly(const std::filesystem::path& path) {
 
 SqliteDatabase SqliteDatabase::create(const std::filesystem::path& path, const std::filesystem::path& shown_path) {
   sqlite3* handle = nullptr;
-  const int code = sqlite3_open_v2(path.c_str(), &handle, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX, nullptr);
+  const int code =
+      sqlite3_open_v2(path.c_str(), &handle, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX, nullptr);
   SqliteDatabase database(handle, shown_path.string(), true);
   if (code != SQLITE_OK) database.fail(code);
   return database;
@@ -121,7 +129,8 @@ void SqliteDatabase::close() {
 void SqliteDatabase::fail(int code) const {
   const char* message = handle_ != nullptr ? sqlite3_errmsg(handle_) : sqlite3_errstr(code);
   if (writing_) throw InputError(file_, "", fmt::format("cannot be written: {}", message));
-  if (code == SQLITE_NOTADB) throw InputError(file_, "", "is no corpus database; expected a file made by `corpus build`");
+  if (code == SQLITE_NOTADB)
+    throw InputError(file_, "", "is no corpus database; expected a file made by `corpus build`");
   if (code == SQLITE_CORRUPT) throw InputError(file_, "", fmt::format("is damaged: {}", message));
   throw InputError(file_, "", fmt::format("cannot be read: {}", message));
 }
@@ -157,7 +166,8 @@ bool CheckedQuery::isIntact() const {
   const int last = sqlite3_column_count(statement_) - 1;
   std::uint32_t crc = 0;
   for (int column = 0; column < last; ++column) crc = columnChecksum(statement_, column, crc);
-  return sqlite3_column_type(statement_, last) == SQLITE_INTEGER && sqlite3_column_int64(statement_, last) == static_cast<sqlite3_int64>(crc);
+  return sqlite3_column_type(statement_, last) == SQLITE_INTEGER &&
+         sqlite3_column_int64(statement_, last) == static_cast<sqlite3_int64>(crc);
 }
 
 void CheckedQuery::expectType(int column, int type, const char* name) const {
@@ -216,7 +226,8 @@ CheckedInsert& CheckedInsert::real(double value) {
 
 CheckedInsert& CheckedInsert::text(std::string_view value) {
   MOUTHPIECE_EXPECT(value.size() < INT_MAX);
-  sqlite3_bind_text(statement_, ++column_, value.empty() ? "" : value.data(), static_cast<int>(value.size()), SQLITE_TRANSIENT);
+  sqlite3_bind_text(statement_, ++column_, value.empty() ? "" : value.data(), static_cast<int>(value.size()),
+                    SQLITE_TRANSIENT);
   crc_ = extendChecksum(crc_, SQLITE_TEXT, value);
   return *this;
 }

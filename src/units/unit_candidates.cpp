@@ -27,7 +27,8 @@ bool isPaperUnit(const SpeechLabels& take, std::size_t first, std::size_t length
       const std::size_t core_first = first + left;
       const std::size_t core_last = last - right;
       const bool is_sentence = core_first == 0 && core_last + 1 == take.phones.size();
-      if (is_sentence || isOneOf(take.words, core_first, core_last) || isOneOf(take.syllables, core_first, core_last)) return true;
+      if (is_sentence || isOneOf(take.words, core_first, core_last) || isOneOf(take.syllables, core_first, core_last))
+        return true;
     }
   }
   return false;
@@ -35,7 +36,8 @@ bool isPaperUnit(const SpeechLabels& take, std::size_t first, std::size_t length
 
 }  // namespace
 
-UnitCandidates::UnitCandidates(const SpeechLabels& target, const UnitDatabase& database, const SelectionOptions& options)
+UnitCandidates::UnitCandidates(const SpeechLabels& target, const UnitDatabase& database,
+                               const SelectionOptions& options)
     : database_(database), scales_(options.units), backoff_(options.backoff) {
   for (const LabelledPhone& phone : target.phones) phones_.push_back(phone.phone);
 }
@@ -49,7 +51,8 @@ std::vector<PhonePlace> UnitCandidates::usable(std::vector<PhonePlace> places, s
 }
 
 void UnitCandidates::failWithPair(Phone a, Phone b, const char* what) const {
-  throw InputError(fmt::format("phones {} {}: the corpus {} {}", phoneName(a), phoneName(b), database_.corpus().name, what));
+  throw InputError(
+      fmt::format("phones {} {}: the corpus {} {}", phoneName(a), phoneName(b), database_.corpus().name, what));
 }
 
 CandidateRun UnitCandidates::longest(std::size_t first) const {

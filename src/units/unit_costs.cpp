@@ -44,7 +44,8 @@ UnitCosts::Place UnitCosts::placeOf(const SpeechLabels& labels, std::size_t phon
 double UnitCosts::contextCost(const PhoneRange& range, const PhonePlace& source) const {
   const SpeechLabels& take = database_.takeOf(source).labels;
   const std::size_t source_last = source.phone.value + range.last.value - range.first.value;
-  return neighbourMismatch(phoneBefore(target_, range.first.value), phoneBefore(take, source.phone.value), PhonePart::kEnd) +
+  return neighbourMismatch(phoneBefore(target_, range.first.value), phoneBefore(take, source.phone.value),
+                           PhonePart::kEnd) +
          neighbourMismatch(phoneAfter(target_, range.last.value), phoneAfter(take, source_last), PhonePart::kBegin);
 }
 
@@ -80,7 +81,8 @@ double UnitCosts::joinCost(PhoneIndex shared, const PhonePlace& before, const Ph
   for (Eigen::Index k = 0; k < PhoneLips::kPoints; ++k) {
     const double distance_mm = std::sqrt((a.positions_mm.row(k) - b.positions_mm.row(k)).squaredNorm() / markers);
     const double velocity_mm_s = std::sqrt((a.steps_mm.row(k) - b.steps_mm.row(k)).squaredNorm() / markers) / duration;
-    best = std::min(best, weights_.join_position_per_mm * distance_mm + weights_.join_velocity_per_mm_s * velocity_mm_s);
+    best =
+        std::min(best, weights_.join_position_per_mm * distance_mm + weights_.join_velocity_per_mm_s * velocity_mm_s);
   }
   return best;
 }

@@ -32,6 +32,8 @@ class UnitCosts {
 };
 
 /// `place` moved on by `phones` phones.
-inline PhonePlace advance(const PhonePlace& place, std::size_t phones) { return {place.take, PhoneIndex(place.phone.value + phones)}; }
+inline PhonePlace advance(const PhonePlace& place, std::size_t phones) {
+  return {place.take, PhoneIndex(place.phone.value + phones)};
+}
 
 }  // namespace mouthpiece

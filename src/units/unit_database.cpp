@@ -67,7 +67,8 @@ Eigen::RowVectorXd lipsAt(const MotionClip& motion, const std::vector<Eigen::Ind
   const double part = frame - static_cast<double>(before);
   Eigen::RowVectorXd lips(static_cast<Eigen::Index>(columns.size()));
   for (std::size_t i = 0; i < columns.size(); ++i) {
-    lips[static_cast<Eigen::Index>(i)] = (1 - part) * motion.positions_mm(before, columns[i]) + part * motion.positions_mm(after, columns[i]);
+    lips[static_cast<Eigen::Index>(i)] =
+        (1 - part) * motion.positions_mm(before, columns[i]) + part * motion.positions_mm(after, columns[i]);
   }
   return lips;
 }
@@ -76,8 +77,10 @@ double UnitDatabase::tightest(const MotionClip& motion, const TimeSpan& span) co
   constexpr Seconds kAround = 0.020;  // labels are that exact
   if (!lip_pair_) return 0;
   const auto last = static_cast<double>(motion.frameCount() - 1);
-  const auto begin = static_cast<Eigen::Index>(std::clamp(std::floor((span.start - kAround) * motion.frame_rate_hz), 0.0, last));
-  const auto end = static_cast<Eigen::Index>(std::clamp(std::ceil((span.end + kAround) * motion.frame_rate_hz), 0.0, last));
+  const auto begin =
+      static_cast<Eigen::Index>(std::clamp(std::floor((span.start - kAround) * motion.frame_rate_hz), 0.0, last));
+  const auto end =
+      static_cast<Eigen::Index>(std::clamp(std::ceil((span.end + kAround) * motion.frame_rate_hz), 0.0, last));
   double least = std::numeric_limits<double>::infinity();
   for (Eigen::Index frame = begin; frame <= end; ++frame) {
     const auto row = motion.positions_mm.row(frame);
@@ -87,7 +90,9 @@ double UnitDatabase::tightest(const MotionClip& motion, const TimeSpan& span) co
   return std::isfinite(least) ? least - lip_pair_->neutral_mm : 0;
 }
 
-double UnitDatabase::openingLeft(const PhonePlace& place) const { return factsOf(place.take).opening_left_mm[place.phone.value]; }
+double UnitDatabase::openingLeft(const PhonePlace& place) const {
+  return factsOf(place.take).opening_left_mm[place.phone.value];
+}
 
 const UnitDatabase::TakeFacts& UnitDatabase::factsOf(TakeIndex take) const {
   TakeFacts& facts = facts_[take.value];
@@ -112,7 +117,8 @@ const UnitDatabase::TakeFacts& UnitDatabase::factsOf(TakeIndex take) const {
         const Seconds time = phone.span.start + (static_cast<double>(k) + 0.5) * spacing;
         // At least half a frame to each side, so that a short phone's speed is not that of one noisy frame pair.
         const Seconds reach = std::max(spacing, 0.5 / motion.frame_rate_hz);
-        const Eigen::RowVectorXd change = lipsAt(motion, lip_columns_, time + reach) - lipsAt(motion, lip_columns_, time - reach);
+        const Eigen::RowVectorXd change =
+            lipsAt(motion, lip_columns_, time + reach) - lipsAt(motion, lip_columns_, time - reach);
         lips.positions_mm.row(k) = lipsAt(motion, lip_columns_, time).cast<float>();
         lips.steps_mm.row(k) = (change * (phone.span.duration() / (2 * reach))).cast<float>();
       }
@@ -125,7 +131,9 @@ const MotionClip& UnitDatabase::motionOf(TakeIndex take) const {
   return corpus_.motion_source != nullptr ? factsOf(take).loaded : corpus_.takes[take.value].motion;
 }
 
-const PhoneLips& UnitDatabase::lipsOf(const PhonePlace& place) const { return factsOf(place.take).lips[place.phone.value]; }
+const PhoneLips& UnitDatabase::lipsOf(const PhonePlace& place) const {
+  return factsOf(place.take).lips[place.phone.value];
+}
 
 bool UnitDatabase::isSeen(const PhonePlace& first, std::size_t phone_count) const {
   const MotionClip& motion = motionOf(first.take);

@@ -14,8 +14,8 @@ namespace mouthpiece {
 struct PhoneLips {
   static constexpr Eigen::Index kPoints = 8;  ///< at (k + 0.5) / kPoints of the phone
   using Matrix = Eigen::Matrix<float, kPoints, Eigen::Dynamic, Eigen::RowMajor>;
-  Matrix positions_mm;      ///< x y z of each lip and chin marker
-  Matrix steps_mm;          ///< change per whole phone: the derivative by normalised time
+  Matrix positions_mm;  ///< x y z of each lip and chin marker
+  Matrix steps_mm;      ///< change per whole phone: the derivative by normalised time
 };
 
 /// A corpus made ready for finding units. Refers to the corpus, which must outlive it. Safe to share between threads.
@@ -45,8 +45,8 @@ class UnitDatabase {
   /// Computed for the whole take on its first question. NaN where not seen.
   [[nodiscard]] const PhoneLips& lipsOf(const PhonePlace& place) const;
 
-  /// How far the lips (LIP_UP_MID to LIP_LO_MID) stay open at their tightest in the phone and 20 ms around it, beyond the
-  /// neutral pose; mm, negative when pressed. 0 in a layout without these markers.
+  /// How far the lips (LIP_UP_MID to LIP_LO_MID) stay open at their tightest in the phone and 20 ms around it, beyond
+  /// the neutral pose; mm, negative when pressed. 0 in a layout without these markers.
   [[nodiscard]] double openingLeft(const PhonePlace& place) const;
 
   /// Where phone `a` followed by phone `b` occurs.

@@ -15,20 +15,23 @@ struct Node {
   std::optional<std::size_t> before;
 };
 
-std::vector<SelectedUnit> cheapestUnits(const UnitCosts& costs, std::size_t first, const CandidateRun& run, std::size_t keep) {
+std::vector<SelectedUnit> cheapestUnits(const UnitCosts& costs, std::size_t first, const CandidateRun& run,
+                                        std::size_t keep) {
   std::vector<SelectedUnit> units;
   for (const PhonePlace& place : run.places) {
     SelectedUnit unit{{PhoneIndex(first), PhoneIndex(first + run.length - 1)}, place, 0, 0, false};
     unit.target_cost = costs.targetCost(unit.phones, place);
     units.push_back(unit);
   }
-  std::stable_sort(units.begin(), units.end(), [](const SelectedUnit& a, const SelectedUnit& b) { return a.target_cost < b.target_cost; });
+  std::stable_sort(units.begin(), units.end(),
+                   [](const SelectedUnit& a, const SelectedUnit& b) { return a.target_cost < b.target_cost; });
   if (units.size() > keep) units.resize(keep);
   return units;
 }
 
 /// All units that begin at phone `first`; stand-ins only where there is no other.
-std::vector<SelectedUnit> unitsFrom(std::size_t first, const UnitCandidates& candidates, const UnitCosts& costs, const SelectionOptions& options) {
+std::vector<SelectedUnit> unitsFrom(std::size_t first, const UnitCandidates& candidates, const UnitCosts& costs,
+                                    const SelectionOptions& options) {
   const std::size_t keep = std::max<std::size_t>(1, options.candidates_kept);
   std::vector<SelectedUnit> units;
   for (const CandidateRun& run : candidates.all(first)) {
@@ -45,7 +48,8 @@ std::vector<SelectedUnit> unitsFrom(std::size_t first, const UnitCandidates& can
 }
 
 /// Finds the best way to `node` among the units that end where it begins.
-void connect(Node& node, const std::vector<Node>& nodes, const std::vector<std::size_t>& ending, const UnitCosts& costs, double unit_cost) {
+void connect(Node& node, const std::vector<Node>& nodes, const std::vector<std::size_t>& ending, const UnitCosts& costs,
+             double unit_cost) {
   const double own = node.unit.target_cost + unit_cost;
   for (const std::size_t index : ending) {
     const Node& before = nodes[index];
@@ -61,8 +65,8 @@ void connect(Node& node, const std::vector<Node>& nodes, const std::vector<std::
 
 }  // namespace
 
-std::vector<SelectedUnit> selectByViterbi(const SpeechLabels& target, const UnitCandidates& candidates, const UnitCosts& costs,
-                                          const SelectionOptions& options) {
+std::vector<SelectedUnit> selectByViterbi(const SpeechLabels& target, const UnitCandidates& candidates,
+                                          const UnitCosts& costs, const SelectionOptions& options) {
   const std::size_t last = target.phones.size() - 1;
   std::vector<Node> nodes;
   std::vector<std::vector<std::size_t>> ending_at(last + 1);
@@ -81,9 +85,9 @@ std::vector<SelectedUnit> selectByViterbi(const SpeechLabels& target, const Unit
   }
   // Every phone reached has a unit that leads on, so the end was reached.
   MOUTHPIECE_EXPECT(!ending_at[last].empty());
-  std::optional<std::size_t> at = *std::min_element(ending_at[last].begin(), ending_at[last].end(), [&](std::size_t a, std::size_t b) {
-    return nodes[a].path_cost < nodes[b].path_cost;
-  });
+  std::optional<std::size_t> at =
+      *std::min_element(ending_at[last].begin(), ending_at[last].end(),
+                        [&](std::size_t a, std::size_t b) { return nodes[a].path_cost < nodes[b].path_cost; });
   std::vector<SelectedUnit> units;
   for (; at; at = nodes[*at].before) units.push_back(nodes[*at].unit);
   std::reverse(units.begin(), units.end());

@@ -9,8 +9,9 @@
 namespace mouthpiece {
 
 /// The cover of the target with the least sum of target, join and per-unit costs, over the cheapest
-/// `options.candidates_kept` fragments of every run of phones: exact dynamic programming, O(units x neighbouring units).
-std::vector<SelectedUnit> selectByViterbi(const SpeechLabels& target, const UnitCandidates& candidates, const UnitCosts& costs,
-                                          const SelectionOptions& options);
+/// `options.candidates_kept` fragments of every run of phones: exact dynamic programming, O(units x neighbouring
+/// units).
+std::vector<SelectedUnit> selectByViterbi(const SpeechLabels& target, const UnitCandidates& candidates,
+                                          const UnitCosts& costs, const SelectionOptions& options);
 
 }  // namespace mouthpiece

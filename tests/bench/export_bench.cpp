@@ -1,5 +1,6 @@
-// The files of a 3 s line on a face the size of the default one: principal shapes against principal components of the whole
-// (every vertex in the Gram matrix), base64 against a loop over letters, and how long GLB and page take beside them.
+// The files of a 3 s line on a face the size of the default one: principal shapes against principal components of the
+// whole (every vertex in the Gram matrix), base64 against a loop over letters, and how long GLB and page take beside
+// them.
 #include <benchmark/benchmark.h>
 
 #include <Eigen/Eigenvalues>
@@ -31,7 +32,8 @@ FaceMesh sheet() {
     for (std::uint32_t x = 0; x + 1 < kColumns; ++x) {
       const std::uint32_t a = y * kColumns + x;
       mesh.triangles.push_back({a, a + 1, a + static_cast<std::uint32_t>(kColumns)});
-      mesh.triangles.push_back({a + 1, a + static_cast<std::uint32_t>(kColumns) + 1, a + static_cast<std::uint32_t>(kColumns)});
+      mesh.triangles.push_back(
+          {a + 1, a + static_cast<std::uint32_t>(kColumns) + 1, a + static_cast<std::uint32_t>(kColumns)});
     }
   }
   mesh.parts.push_back({"skin", PartKind::kSkin, 0, mesh.triangles.size()});
@@ -119,9 +121,10 @@ void principalShapesAgainstComponentsOfTheWhole(benchmark::State& state) {
     ours_ms = std::min(ours_ms, millisecondsOf([&] {
                          benchmark::DoNotOptimize(principalShapes(made.animation, made.mesh.vertices, 0.001));
                        }));
-    whole_ms = std::min(whole_ms, millisecondsOf([&] {
-                          benchmark::DoNotOptimize(componentsOfTheWhole(made.animation, made.mesh, made.shapes.shapeCount()));
-                        }));
+    whole_ms =
+        std::min(whole_ms, millisecondsOf([&] {
+                   benchmark::DoNotOptimize(componentsOfTheWhole(made.animation, made.mesh, made.shapes.shapeCount()));
+                 }));
   }
   state.counters["shapes"] = static_cast<double>(made.shapes.shapeCount());
   state.counters["max_error_mm"] = made.shapes.max_error_mm;

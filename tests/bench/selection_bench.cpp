@@ -1,8 +1,10 @@
 // Finding units: the suffix array beside a naive search, greedy beside viterbi, and the whole synthesis of a line.
 #include <benchmark/benchmark.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <random>
 
 #include "motion/marker_layout.h"
@@ -40,7 +42,8 @@ LongestMatch longestByLooking(const Takes& takes, std::span<const Phone> phones)
   for (std::size_t take = 0; take < takes.size(); ++take) {
     for (std::size_t at = 0; at < takes[take].size(); ++at) {
       std::size_t length = 0;
-      while (length < phones.size() && at + length < takes[take].size() && takes[take][at + length] == phones[length]) ++length;
+      while (length < phones.size() && at + length < takes[take].size() && takes[take][at + length] == phones[length])
+        ++length;
       if (length < 2 || length < match.length) continue;
       if (length > match.length) match = {length, {}};
       match.places.push_back({TakeIndex(take), PhoneIndex(at)});
@@ -69,10 +72,12 @@ void longestMatch(benchmark::State& state) {
   double naive_s = 0;
   double index_s = 0;
   for (auto _ : state) {
-    const double own = secondsOf([&] { searchAll([&](std::span<const Phone> phones) { return index.longestMatch(phones); }); });
+    const double own =
+        secondsOf([&] { searchAll([&](std::span<const Phone> phones) { return index.longestMatch(phones); }); });
     index_s += own;
     state.SetIterationTime(own);
-    naive_s += secondsOf([&] { searchAll([&](std::span<const Phone> phones) { return longestByLooking(takes, phones); }); });
+    naive_s +=
+        secondsOf([&] { searchAll([&](std::span<const Phone> phones) { return longestByLooking(takes, phones); }); });
   }
   state.counters["times_naive"] = naive_s / index_s;
 }
@@ -108,7 +113,8 @@ Corpus movingCorpus(const Takes& takes) {
     const double phase = static_cast<double>(random() % 100);
     for (Eigen::Index row = 0; row < take.motion.positions_mm.rows(); ++row) {
       for (Eigen::Index column = 0; column < columns; ++column) {
-        take.motion.positions_mm(row, column) = 5 * std::sin(phase + 0.15 * static_cast<double>(row) + 0.05 * static_cast<double>(column));
+        take.motion.positions_mm(row, column) =
+            5 * std::sin(phase + 0.15 * static_cast<double>(row) + 0.05 * static_cast<double>(column));
       }
     }
   }
@@ -139,6 +145,25 @@ void synthesiseLine(benchmark::State& state, SelectionMethod method) {
 }
 BENCHMARK_CAPTURE(synthesiseLine, greedy, SelectionMethod::kGreedy)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(synthesiseLine, viterbi, SelectionMethod::kViterbi)->Unit(benchmark::kMillisecond);
+
+/// A corpus file of 55 sentences read from disk: all motion at once, and as `synth` does it, what is asked for.
+void readCorpusFile(benchmark::State& state, CorpusMotion motion) {
+  const std::filesystem::path path =
+      std::filesystem::temp_directory_path() / ("bench." + std::to_string(::getpid()) + ".corpus");
+  writeCorpus(path, movingCorpus(spokenTakes(55)));
+  double all_s = 0;
+  double own_s = 0;
+  for (auto _ : state) {
+    const double own = secondsOf([&] { benchmark::DoNotOptimize(readCorpus(path, CorpusAudio::kSkip, motion)); });
+    own_s += own;
+    state.SetIterationTime(own);
+    all_s += secondsOf([&] { benchmark::DoNotOptimize(readCorpus(path)); });
+  }
+  state.counters["times_reading_all"] = all_s / own_s;
+  std::filesystem::remove(path);
+}
+BENCHMARK_CAPTURE(readCorpusFile, all, CorpusMotion::kLoad)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(readCorpusFile, on_demand, CorpusMotion::kOnDemand)->UseManualTime()->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace mouthpiece

@@ -1,6 +1,6 @@
-// make_fixture TEMPLATE FOLDER: the made-up talking head of tests/unit/exports as FOLDER/view.html, FOLDER/face.glb and,
-// for the importers, FOLDER/expected.json: where the vertices must be in some frames. The line is called what would break
-// a page that trusts its text.
+// make_fixture TEMPLATE FOLDER: the made-up talking head of tests/unit/exports as FOLDER/view.html, FOLDER/face.glb
+// and, for the importers, FOLDER/expected.json: where the vertices must be in some frames. The line is called what
+// would break a page that trusts its text.
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -31,14 +31,16 @@ nlohmann::json expectedFrames(const testing::TalkingHead& head) {
 }
 
 void makeFixture(const std::filesystem::path& page_template, const std::filesystem::path& folder) {
-  const auto head = testing::makeTalkingHead({.word = "</script><img src=x onerror=alert(1)>\xE2\x80\xA8", .ripple_mm = 0.6});
+  const auto head =
+      testing::makeTalkingHead({.word = "</script><img src=x onerror=alert(1)>\xE2\x80\xA8", .ripple_mm = 0.6});
   const auto shapes = principalShapes(head.animation, head.mesh.vertices, head.mesh.metres_per_unit);
   const std::string glb = glbBytes(head.mesh, shapes, "talking_head");
   writeFileAtomically(folder / "face.glb", glb);
   writeFileAtomically(folder / "expected.json", expectedFrames(head).dump());
   writeReport(folder / "report.json", head.utterance);
-  writeViewHtml(folder / "view.html", readFile(page_template),
-                {head.utterance, glb, head.mesh, "talking_head", head.control_names, head.utterance.motion.positions_mm});
+  writeViewHtml(
+      folder / "view.html", readFile(page_template),
+      {head.utterance, glb, head.mesh, "talking_head", head.control_names, head.utterance.motion.positions_mm});
 }
 
 }  // namespace

@@ -61,7 +61,8 @@ std::vector<Table> soundTables() {
   return {{{integer(0), text("takes"), text("1")}, {integer(1), text("log:built_with"), text("fuzz")}},
           {{integer(0), layoutToJson(twoMarkers())}},
           {{integer(0), text("LIP_UP_MID"), 0.0, 1.0, 2.0}, {integer(1), text("LIP_LO_MID"), 0.0, -1.0, 2.0}},
-          {{integer(0), text("a"), text("t ah"), integer(4), integer(1), integer(1), integer(12), 25.0, integer(2), integer(8000)}},
+          {{integer(0), text("a"), text("t ah"), integer(4), integer(1), integer(1), integer(12), 25.0, integer(2),
+            integer(8000)}},
           {{integer(0), integer(0), text("tah"), integer(1), integer(2)}},
           {{integer(0), integer(0), integer(1), integer(2), integer(1)}},
           phones,
@@ -98,31 +99,56 @@ void edit(std::vector<Table>& tables, Bytes& bytes) {
   const std::size_t column = bytes.byte() % table[at].size();
   Value& value = table[at][column];
   switch (bytes.byte() % 9) {
-    case 0: value = static_cast<std::int64_t>(bytes.word()); break;
-    case 1: value = static_cast<std::int64_t>(static_cast<std::int8_t>(bytes.byte())); break;
-    case 2: value = std::bit_cast<double>(bytes.word()); break;
-    case 3: value = 0.05 * static_cast<std::int8_t>(bytes.byte()); break;
-    case 4: value = bytes.string(); break;
-    case 5: value = Blob{bytes.string()}; break;
-    case 6: value = std::monostate(); break;
-    case 7: table.erase(table.begin() + static_cast<std::ptrdiff_t>(at)); break;
-    default: table.push_back(table[at]); table.back()[0] = integer(static_cast<std::int64_t>(table.size()) - 1); break;
+    case 0:
+      value = static_cast<std::int64_t>(bytes.word());
+      break;
+    case 1:
+      value = static_cast<std::int64_t>(static_cast<std::int8_t>(bytes.byte()));
+      break;
+    case 2:
+      value = std::bit_cast<double>(bytes.word());
+      break;
+    case 3:
+      value = 0.05 * static_cast<std::int8_t>(bytes.byte());
+      break;
+    case 4:
+      value = bytes.string();
+      break;
+    case 5:
+      value = Blob{bytes.string()};
+      break;
+    case 6:
+      value = std::monostate();
+      break;
+    case 7:
+      table.erase(table.begin() + static_cast<std::ptrdiff_t>(at));
+      break;
+    default:
+      table.push_back(table[at]);
+      table.back()[0] = integer(static_cast<std::int64_t>(table.size()) - 1);
+      break;
   }
 }
 
 void add(CheckedInsert& insert, const Value& value) {
-  if (const auto* number = std::get_if<std::int64_t>(&value)) insert.integer(*number);
-  else if (const auto* real = std::get_if<double>(&value)) insert.real(*real);
-  else if (const auto* string = std::get_if<std::string>(&value)) insert.text(*string);
-  else if (const auto* blob = std::get_if<Blob>(&value)) insert.blob(blob->bytes);
-  else insert.null();
+  if (const auto* number = std::get_if<std::int64_t>(&value))
+    insert.integer(*number);
+  else if (const auto* real = std::get_if<double>(&value))
+    insert.real(*real);
+  else if (const auto* string = std::get_if<std::string>(&value))
+    insert.text(*string);
+  else if (const auto* blob = std::get_if<Blob>(&value))
+    insert.blob(blob->bytes);
+  else
+    insert.null();
 }
 
 void writeTables(const std::filesystem::path& path, const std::vector<Table>& tables) {
   std::filesystem::remove(path);
   SqliteDatabase database = SqliteDatabase::create(path, path);
   database.execute("PRAGMA page_size=512; PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF; BEGIN");
-  database.execute("PRAGMA application_id=" + std::to_string(kCorpusApplicationId) + "; PRAGMA user_version=" + std::to_string(kCorpusFormatVersion));
+  database.execute("PRAGMA application_id=" + std::to_string(kCorpusApplicationId) +
+                   "; PRAGMA user_version=" + std::to_string(kCorpusFormatVersion));
   for (std::size_t i = 0; i < tables.size(); ++i) {
     database.execute(std::string(kCorpusTables[i].sql));
     CheckedInsert insert(database, std::string(kCorpusTables[i].name), kCorpusTables[i].columns);
@@ -153,10 +179,12 @@ void use(const Corpus& corpus) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
-  static const std::filesystem::path path = std::filesystem::temp_directory_path() / ("corpus_fuzz." + std::to_string(::getpid()));
+  static const std::filesystem::path path =
+      std::filesystem::temp_directory_path() / ("corpus_fuzz." + std::to_string(::getpid()));
   try {
     if (data[0] == 'S') {
-      std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
+      std::ofstream(path, std::ios::binary)
+          .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
     } else {
       std::vector<Table> tables = soundTables();
       for (Bytes bytes(data, size); !bytes.empty();) edit(tables, bytes);

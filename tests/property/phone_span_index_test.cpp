@@ -16,7 +16,8 @@ std::vector<PhonePlace> placesByLooking(const Takes& takes, std::span<const Phon
   std::vector<PhonePlace> places;
   for (std::size_t take = 0; take < takes.size(); ++take) {
     for (std::size_t at = 0; at + phones.size() <= takes[take].size(); ++at) {
-      if (std::equal(phones.begin(), phones.end(), takes[take].begin() + static_cast<std::ptrdiff_t>(at)) && at < takes[take].size()) {
+      if (std::equal(phones.begin(), phones.end(), takes[take].begin() + static_cast<std::ptrdiff_t>(at)) &&
+          at < takes[take].size()) {
         places.push_back({TakeIndex(take), PhoneIndex(at)});
       }
     }
@@ -75,7 +76,8 @@ TEST(PhoneSpanIndexProperty, AgreesWithANaiveSearch) {
         const auto& take = takes[random.below(takes.size())];
         const std::size_t from = take.empty() ? 0 : random.below(take.size());
         std::vector<Phone> known(take.begin() + static_cast<std::ptrdiff_t>(from), take.end());
-        known.insert(known.end(), phones.begin(), phones.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(3, phones.size())));
+        known.insert(known.end(), phones.begin(),
+                     phones.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(3, phones.size())));
         phones = known;
       }
       const LongestMatch found = index.longestMatch(phones);

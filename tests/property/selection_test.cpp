@@ -24,7 +24,9 @@ SpeechLabels randomLine(std::mt19937_64& random) {
     if (random() % 4 == 0 || words.empty()) words.push_back("w" + std::to_string(i));
     if (random() % 10 == 0) time += 0.15;
     const double duration = 0.03 + 0.0001 * static_cast<double>(random() % 1500);
-    segments.push_back({.phone = static_cast<Phone>(1 + random() % (kPhoneCount - 1)), .span = {time, time + duration}, .word = words.size() - 1});
+    segments.push_back({.phone = static_cast<Phone>(1 + random() % (kPhoneCount - 1)),
+                        .span = {time, time + duration},
+                        .word = words.size() - 1});
     time += duration;
   }
   return buildSpeechLabels(std::move(segments), words, time + 0.1);
@@ -55,7 +57,8 @@ TEST(SelectionProperty, NeverLoopsOnAnyPhones) {
       }
       ++covered;
     } catch (const InputError& error) {
-      ASSERT_NE(std::string(error.what()).find("neither this pair nor one that looks alike"), std::string::npos) << error.what();
+      ASSERT_NE(std::string(error.what()).find("neither this pair nor one that looks alike"), std::string::npos)
+          << error.what();
     }
   }
   std::cout << "seeds " << base << " to " << base + 399 << ", " << covered << " lines covered\n";

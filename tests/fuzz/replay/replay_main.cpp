@@ -18,5 +18,5 @@ int main(int argc, char** argv) {
     ++replayed;
   }
   std::printf("%d findings replayed\n", replayed);
-  return replayed > 0 ? 0 : 1;
+  return 0;
 }

@@ -13,7 +13,8 @@ namespace mouthpiece::testing {
 class GlbFile {
  public:
   explicit GlbFile(const std::string& glb) {
-    if (glb.substr(0, 4) != "glTF" || word(glb, 4) != 2 || word(glb, 8) != glb.size()) throw std::runtime_error("header");
+    if (glb.substr(0, 4) != "glTF" || word(glb, 4) != 2 || word(glb, 8) != glb.size())
+      throw std::runtime_error("header");
     const std::size_t json_bytes = word(glb, 12);
     if (glb.substr(16, 4) != "JSON" || json_bytes % 4 != 0) throw std::runtime_error("JSON chunk");
     root = nlohmann::json::parse(glb.substr(20, json_bytes));
@@ -53,7 +54,9 @@ class GlbFile {
     return value;
   }
 
-  static std::size_t widthOf(const std::string& type) { return type == "SCALAR" ? 1U : static_cast<std::size_t>(type.back() - '0'); }
+  static std::size_t widthOf(const std::string& type) {
+    return type == "SCALAR" ? 1U : static_cast<std::size_t>(type.back() - '0');
+  }
 
   template <typename T>
   [[nodiscard]] std::vector<double> read(std::size_t offset, std::size_t count) const {
@@ -68,10 +71,14 @@ class GlbFile {
     const std::size_t offset = view.value("byteOffset", std::size_t{0});
     if (offset % 4 != 0) throw std::runtime_error("view not aligned");
     switch (component) {
-      case 5123: return read<std::uint16_t>(offset, count);
-      case 5125: return read<std::uint32_t>(offset, count);
-      case 5126: return read<float>(offset, count);
-      default: throw std::runtime_error("component type");
+      case 5123:
+        return read<std::uint16_t>(offset, count);
+      case 5125:
+        return read<std::uint32_t>(offset, count);
+      case 5126:
+        return read<float>(offset, count);
+      default:
+        throw std::runtime_error("component type");
     }
   }
 

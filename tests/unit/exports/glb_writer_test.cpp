@@ -17,7 +17,8 @@ using testing::makeTalkingHead;
 using testing::TalkingHead;
 
 GlbFile glbOf(const TalkingHead& head) {
-  return GlbFile(glbBytes(head.mesh, principalShapes(head.animation, head.mesh.vertices, head.mesh.metres_per_unit), "egg"));
+  return GlbFile(
+      glbBytes(head.mesh, principalShapes(head.animation, head.mesh.vertices, head.mesh.metres_per_unit), "egg"));
 }
 
 /// Positions of one primitive in one frame, as a reader of glTF computes them.
@@ -56,7 +57,8 @@ TEST(Glb, EveryFrameComesBackWithinATenthOfAMillimetre) {
       ASSERT_EQ(positions.size(), 3 * used.size());
       for (std::size_t i = 0; i < used.size(); ++i) {
         const Eigen::Vector3d shown(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]);
-        const Eigen::Vector3f expected = head.animation.positions.block<1, 3>(static_cast<Eigen::Index>(frame), 3 * used[i]).transpose();
+        const Eigen::Vector3f expected =
+            head.animation.positions.block<1, 3>(static_cast<Eigen::Index>(frame), 3 * used[i]).transpose();
         largest_mm = std::max(largest_mm, (1000 * shown - expected.cast<double>()).norm());
       }
     }
@@ -97,7 +99,8 @@ TEST(Glb, NamesBoundsAndMaterialsAreThere) {
   EXPECT_EQ(glb.root["materials"][1]["name"], "lower head");
   EXPECT_FLOAT_EQ(glb.root["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"][0].get<float>(), 0.82F);
   EXPECT_EQ(glb.root["meshes"][0]["extras"]["targetNames"][0], "shape_00");
-  const auto& bounds = glb.root["accessors"][glb.root["meshes"][0]["primitives"][0]["attributes"]["POSITION"].get<std::size_t>()];
+  const auto& bounds =
+      glb.root["accessors"][glb.root["meshes"][0]["primitives"][0]["attributes"]["POSITION"].get<std::size_t>()];
   EXPECT_NEAR(bounds["max"][1].get<double>(), 0.095, 1e-4);  // metres
 }
 
@@ -117,7 +120,8 @@ TEST(Glb, ColoursAndTextureCoordinatesAreKept) {
 TEST(Glb, AStillFaceHasNoTargetsAndNoAnimation) {
   TalkingHead head = makeTalkingHead({.frames = 4, .rings = 3, .segments = 5});
   for (Eigen::Index f = 0; f < 4; ++f) {
-    head.animation.positions.row(f) = Eigen::Map<const Eigen::RowVectorXf>(head.mesh.vertices.data(), head.mesh.vertices.size());
+    head.animation.positions.row(f) =
+        Eigen::Map<const Eigen::RowVectorXf>(head.mesh.vertices.data(), head.mesh.vertices.size());
   }
   const GlbFile glb = glbOf(head);
   EXPECT_FALSE(glb.root.contains("animations"));

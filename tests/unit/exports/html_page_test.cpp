@@ -46,7 +46,10 @@ TEST(ViewHtml, HoldsTheReportTheFaceAndTheSound) {
   const json data = json::parse(elementText(html, "mouthpiece-data"));
   EXPECT_EQ(data["report"]["text"], "mama");
   EXPECT_EQ(data["face"], "egg");
-  EXPECT_EQ(data["parts"], json::parse(R"([{"name": "upper head", "kind": "skin"}, {"name": "lower head", "kind": "lips"}, {"name": "eyes", "kind": "eye"}])"));
+  EXPECT_EQ(
+      data["parts"],
+      json::parse(
+          R"([{"name": "upper head", "kind": "skin"}, {"name": "lower head", "kind": "lips"}, {"name": "eyes", "kind": "eye"}])"));
   EXPECT_EQ(data["control"]["count"], 3);
   EXPECT_EQ(data["control"]["frames"], 120);
   EXPECT_EQ(data["control"]["positions_m"].get<std::string>().size(), 120U * 9 * 4 / 3 * 4);
@@ -55,8 +58,8 @@ TEST(ViewHtml, HoldsTheReportTheFaceAndTheSound) {
 
 // Words come from the command line, names of takes from files: neither may end the script element or start another.
 TEST(ViewHtml, HostileTextStaysData) {
-  for (const std::string word : {"</script><img src=x onerror=alert(1)>", "<!--<script>", "]]>\"'&lt;", "\xE2\x80\xA8 \xE2\x80\xA9",
-                                 "\xC0\xAF broken \xFF", "<!-- mouthpiece:data -->"}) {
+  for (const std::string word : {"</script><img src=x onerror=alert(1)>", "<!--<script>", "]]>\"'&lt;",
+                                 "\xE2\x80\xA8 \xE2\x80\xA9", "\xC0\xAF broken \xFF", "<!-- mouthpiece:data -->"}) {
     const std::string html = pageOf(makeTalkingHead({.word = word}));
     EXPECT_EQ(count(html, "<script"), 4U) << word;
     EXPECT_EQ(count(html, "</script>"), 4U) << word;

@@ -41,11 +41,11 @@ TEST(Pc2, IsLaidOutAsTheFormatSays) {
   const std::string bytes = pc2Bytes(twoFrames());
   ASSERT_EQ(bytes.size(), 32U + 2 * 2 * 12);
   EXPECT_EQ(bytes.substr(0, 12), std::string("POINTCACHE2\0", 12));
-  EXPECT_EQ(littleEndianAt<std::int32_t>(bytes, 12), 1);   // version
-  EXPECT_EQ(littleEndianAt<std::int32_t>(bytes, 16), 2);   // points
-  EXPECT_EQ(littleEndianAt<float>(bytes, 20), 0.0F);       // first frame
-  EXPECT_EQ(littleEndianAt<float>(bytes, 24), 1.0F);       // frames a sample
-  EXPECT_EQ(littleEndianAt<std::int32_t>(bytes, 28), 2);   // samples
+  EXPECT_EQ(littleEndianAt<std::int32_t>(bytes, 12), 1);  // version
+  EXPECT_EQ(littleEndianAt<std::int32_t>(bytes, 16), 2);  // points
+  EXPECT_EQ(littleEndianAt<float>(bytes, 20), 0.0F);      // first frame
+  EXPECT_EQ(littleEndianAt<float>(bytes, 24), 1.0F);      // frames a sample
+  EXPECT_EQ(littleEndianAt<std::int32_t>(bytes, 28), 2);  // samples
   EXPECT_EQ(littleEndianAt<float>(bytes, 32), 1.0F);
   EXPECT_EQ(littleEndianAt<float>(bytes, bytes.size() - 4), -6.5F);
 }

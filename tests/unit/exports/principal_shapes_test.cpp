@@ -66,7 +66,8 @@ TEST(PrincipalShapes, WeightsFillZeroToOneAndStillVerticesStayStill) {
   }
   const MeshPart& eyes = head.mesh.parts[2];
   for (std::size_t t = eyes.first_triangle; t < eyes.first_triangle + eyes.triangle_count; ++t) {
-    for (const std::uint32_t vertex : head.mesh.triangles[t]) EXPECT_TRUE(shapes.shapes.middleCols<3>(3 * vertex).isZero(0));
+    for (const std::uint32_t vertex : head.mesh.triangles[t])
+      EXPECT_TRUE(shapes.shapes.middleCols<3>(3 * vertex).isZero(0));
   }
 }
 
@@ -85,7 +86,8 @@ TEST(PrincipalShapes, FindsWhatTheSampleMissed) {
 TEST(PrincipalShapes, NoiseThatNoShapeSharesIsStillWithinTheTolerance) {
   TalkingHead head = makeTalkingHead({.frames = 40, .rings = 8, .segments = 12});
   std::srand(3);
-  head.animation.positions += decltype(head.animation.positions)::Random(head.animation.positions.rows(), head.animation.positions.cols());
+  head.animation.positions +=
+      decltype(head.animation.positions)::Random(head.animation.positions.rows(), head.animation.positions.cols());
   const auto shapes = principalShapes(head.animation, head.mesh.vertices, kMetresPerMm);
   EXPECT_LE(largestErrorMm(head.animation, shapes), 0.1);
   EXPECT_LE(shapes.shapeCount(), 2 * 40);

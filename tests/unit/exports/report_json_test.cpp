@@ -21,7 +21,8 @@ TEST(Report, HasEveryFieldThatTheDesignNames) {
   EXPECT_EQ(report["frames"], 120);
   EXPECT_EQ(report["duration_s"], 2.0);
   ASSERT_EQ(report["phones"].size(), 6U);
-  EXPECT_EQ(report["phones"][1], json::parse(R"({"phone": "M", "start_s": 0.12, "end_s": 0.24, "word": "mama", "from": "unit"})"));
+  EXPECT_EQ(report["phones"][1],
+            json::parse(R"({"phone": "M", "start_s": 0.12, "end_s": 0.24, "word": "mama", "from": "unit"})"));
   EXPECT_EQ(report["phones"][0]["word"], "");
   ASSERT_EQ(report["units"].size(), 3U);
   for (const char* field : {"first", "last", "take", "source_first", "start_s", "end_s", "scale", "cost"}) {
@@ -42,7 +43,10 @@ TEST(Report, APhoneThatABackOffUnitTouchesIsBackOff) {
 
 TEST(Report, TheRealTimeFactorLeavesSpeechOut) {
   const json report = json::parse(reportJson(testing::makeTalkingHead().utterance));
-  EXPECT_EQ(report["timing_ms"], json::parse(R"({"load": 0.5, "speech": 100.0, "selection": 1.0, "motion": 2.0, "retarget": 3.0, "deform": 4.0, "write": 5.0})"));
+  EXPECT_EQ(
+      report["timing_ms"],
+      json::parse(
+          R"({"load": 0.5, "speech": 100.0, "selection": 1.0, "motion": 2.0, "retarget": 3.0, "deform": 4.0, "write": 5.0})"));
   EXPECT_DOUBLE_EQ(report["real_time_factor"], (0.5 + 1 + 2 + 3 + 4 + 5) / 1000.0 / 2.0);
 }
 

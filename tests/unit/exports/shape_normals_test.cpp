@@ -29,7 +29,8 @@ TEST(ShapeNormals, AgreeWithThePlainWay) {
   EXPECT_TRUE(normals.rest.isApprox(Eigen::Map<const Eigen::RowVectorXf>(rest.data(), rest.size()), 1e-4F));
   for (Eigen::Index k = 0; k < shapes.shapeCount(); ++k) {
     const VertexPositions displaced =
-        head.mesh.vertices + Eigen::Map<const VertexPositions>(shapes.shapes.row(k).data(), head.mesh.vertices.rows(), 3);
+        head.mesh.vertices +
+        Eigen::Map<const VertexPositions>(shapes.shapes.row(k).data(), head.mesh.vertices.rows(), 3);
     const VertexPositions turned = plainNormals(displaced, head.mesh.triangles);
     const Eigen::Map<const VertexPositions> deltas(normals.deltas.row(k).data(), head.mesh.vertices.rows(), 3);
     // Turns of less than half a degree are left out; a needle of a triangle at the poles may round further.

@@ -27,7 +27,8 @@ void addBand(FaceMesh& mesh, std::vector<Vector3f>& vertices, float from, float 
     const float share = static_cast<float>(ring) / static_cast<float>(options.rings);
     const float height = from + (to - from) * std::sin(share * std::numbers::pi_v<float> / 2);
     for (std::uint32_t s = 0; s < segments; ++s) {
-      vertices.push_back(onEgg(0.9999F * height, 2 * std::numbers::pi_v<float> * static_cast<float>(s) / static_cast<float>(segments)));
+      vertices.push_back(onEgg(0.9999F * height,
+                               2 * std::numbers::pi_v<float> * static_cast<float>(s) / static_cast<float>(segments)));
     }
   }
   for (std::uint32_t ring = 0; ring < options.rings; ++ring) {
@@ -46,7 +47,8 @@ void addBand(FaceMesh& mesh, std::vector<Vector3f>& vertices, float from, float 
 }
 
 void addPart(FaceMesh& mesh, const char* name, PartKind kind, std::array<float, 4> color) {
-  const std::size_t first = mesh.parts.empty() ? 0 : mesh.parts.back().first_triangle + mesh.parts.back().triangle_count;
+  const std::size_t first =
+      mesh.parts.empty() ? 0 : mesh.parts.back().first_triangle + mesh.parts.back().triangle_count;
   mesh.parts.push_back({name, kind, first, mesh.triangles.size() - first, color, 0.5F});
 }
 
@@ -57,7 +59,8 @@ void addEyes(FaceMesh& mesh, std::vector<Vector3f>& vertices) {
     for (const auto& [dx, dy] : {std::pair{-6, -6}, {6, -6}, {6, 6}, {-6, 6}}) {
       vertices.emplace_back(x + static_cast<float>(dx), 20 + static_cast<float>(dy), 76.0F);
     }
-    mesh.triangles.insert(mesh.triangles.end(), {Triangle{first, first + 1, first + 2}, Triangle{first, first + 2, first + 3}});
+    mesh.triangles.insert(mesh.triangles.end(),
+                          {Triangle{first, first + 1, first + 2}, Triangle{first, first + 2, first + 3}});
   }
 }
 
@@ -87,13 +90,15 @@ void addLabels(TalkingHead& head, const TalkingHeadOptions& options, double dura
   double start = 0;
   for (std::size_t i = 0; i < std::size(kPhones); ++i) {
     const bool speaks = kPhones[i] != Phone::kSil;
-    line.labels.phones.push_back({kPhones[i], {start, kEnds[i] * duration}, speaks ? std::optional<std::size_t>(0) : std::nullopt, {}});
+    line.labels.phones.push_back(
+        {kPhones[i], {start, kEnds[i] * duration}, speaks ? std::optional<std::size_t>(0) : std::nullopt, {}});
     start = kEnds[i] * duration;
   }
   line.labels.words.push_back({options.word, {PhoneIndex(1), PhoneIndex(4)}});
   const auto addUnit = [&](std::size_t first, std::size_t last, std::string take, bool is_backoff) {
     const PhoneRange range{PhoneIndex(first), PhoneIndex(last)};
-    line.units.push_back({range, std::move(take), PhoneIndex(3), {0.5, 0.9}, line.labels.spanOf(range), "diphone", 0.25, is_backoff});
+    line.units.push_back(
+        {range, std::move(take), PhoneIndex(3), {0.5, 0.9}, line.labels.spanOf(range), "diphone", 0.25, is_backoff});
   };
   addUnit(0, 2, "take_a", false);
   addUnit(2, 3, "take_b " + options.word, true);
@@ -126,7 +131,8 @@ TalkingHead makeTalkingHead(const TalkingHeadOptions& options) {
 
   const auto count = static_cast<Eigen::Index>(vertices.size());
   head.mesh.vertices.resize(count, 3);
-  for (Eigen::Index v = 0; v < count; ++v) head.mesh.vertices.row(v) = vertices[static_cast<std::size_t>(v)].transpose();
+  for (Eigen::Index v = 0; v < count; ++v)
+    head.mesh.vertices.row(v) = vertices[static_cast<std::size_t>(v)].transpose();
 
   const double duration = static_cast<double>(options.frames) / options.frame_rate_hz;
   const std::size_t control[] = {0, first_lower, first_lower + options.segments * (options.rings / 2)};

@@ -46,7 +46,9 @@ TEST(Synthesis, ATakeOfTheCorpusComesBack) {
     EXPECT_TRUE(animation.joins.empty());
     const auto frames = animation.motion.positions_mm.rows();
     constexpr double kToleranceMm = 0.01;
-    EXPECT_LT((animation.motion.positions_mm - take.motion.positions_mm.topRows(frames)).cwiseAbs().maxCoeff(), kToleranceMm) << take.text;
+    EXPECT_LT((animation.motion.positions_mm - take.motion.positions_mm.topRows(frames)).cwiseAbs().maxCoeff(),
+              kToleranceMm)
+        << take.text;
   }
 }
 
@@ -100,7 +102,8 @@ TEST(Synthesis, JoinsMoveNoFasterThanTheCaptureDoes) {
   for (CorpusTake& take : corpus.takes) take = testing::tinyTake(take.name, take.text, 0);
   const FrameChange fastest = frameChangePercentile(corpus, 60, 100);
   std::size_t joins = 0;
-  for (const char* words : {"T-AY-M IH-Z T-EH-N", "M-AE-N IH-Z N-AW", "DH-AH M-AE-N AE-T N-UW-N", "N-UW-N | DH-AH M-AE-P"}) {
+  for (const char* words :
+       {"T-AY-M IH-Z T-EH-N", "M-AE-N IH-Z N-AW", "DH-AH M-AE-N AE-T N-UW-N", "N-UW-N | DH-AH M-AE-P"}) {
     const UtteranceAnimation animation = synthesise(requestFor(tinyLabels(words, 0)), corpus);
     joins += animation.joins.size();
     for (const Join& join : animation.joins) {
@@ -135,7 +138,8 @@ TEST(Synthesis, LipsThatCloseInTheCaptureCloseInTheResult) {
     for (std::uint64_t seed = 200; seed < 210; ++seed) {
       const UtteranceAnimation animation = synthesise(requestFor(tinyLabels(words, seed)), corpus);
       for (const LabelledPhone& phone : animation.labels.phones) {
-        if (isBilabial(phone.phone)) EXPECT_LT(tightest(animation.motion, phone.span), 1.5) << words << " seed " << seed;
+        if (isBilabial(phone.phone))
+          EXPECT_LT(tightest(animation.motion, phone.span), 1.5) << words << " seed " << seed;
       }
     }
   }
@@ -155,14 +159,22 @@ TEST(Synthesis, SilenceIsNotStretchedButRelaxes) {
   const UtteranceAnimation animation = synthesise(requestFor(labels, 120), corpus);
   const auto shift = static_cast<Eigen::Index>(std::lround(kLonger * 120));
   const auto captured = take.motion.positions_mm.rows() - 2;
-  EXPECT_LT((animation.motion.positions_mm.middleRows(shift, captured) - take.motion.positions_mm.topRows(captured)).cwiseAbs().maxCoeff(), 0.01)
+  EXPECT_LT((animation.motion.positions_mm.middleRows(shift, captured) - take.motion.positions_mm.topRows(captured))
+                .cwiseAbs()
+                .maxCoeff(),
+            0.01)
       << "beside the speech, the capture's own speed";
   const Eigen::Map<const Eigen::RowVectorXd> neutral(corpus.neutral_pose_mm.data(), corpus.neutral_pose_mm.size());
   EXPECT_LT((animation.motion.positions_mm.row(0) - neutral).cwiseAbs().maxCoeff(), 1e-6);
   EXPECT_LT((animation.motion.positions_mm.bottomRows(1) - neutral).cwiseAbs().maxCoeff(), 1e-6);
   const double largest_step = (animation.motion.positions_mm.bottomRows(animation.motion.positions_mm.rows() - 1) -
-                               animation.motion.positions_mm.topRows(animation.motion.positions_mm.rows() - 1)).cwiseAbs().maxCoeff();
-  const double captured_step = (take.motion.positions_mm.bottomRows(captured - 1) - take.motion.positions_mm.topRows(captured - 1)).cwiseAbs().maxCoeff();
+                               animation.motion.positions_mm.topRows(animation.motion.positions_mm.rows() - 1))
+                                  .cwiseAbs()
+                                  .maxCoeff();
+  const double captured_step =
+      (take.motion.positions_mm.bottomRows(captured - 1) - take.motion.positions_mm.topRows(captured - 1))
+          .cwiseAbs()
+          .maxCoeff();
   EXPECT_LE(largest_step, 1.05 * captured_step);
 }
 
@@ -179,7 +191,9 @@ TEST(Synthesis, AMuchShorterSilenceIsCutNotSqueezed) {
   const UtteranceAnimation animation = synthesise(requestFor(labels, 120), corpus);
   EXPECT_EQ(animation.units.size(), 1U);
   const auto before = static_cast<Eigen::Index>(labels.phones[4].span.start * 120);
-  EXPECT_LT((animation.motion.positions_mm.topRows(before) - take.motion.positions_mm.topRows(before)).cwiseAbs().maxCoeff(), 0.01);
+  EXPECT_LT(
+      (animation.motion.positions_mm.topRows(before) - take.motion.positions_mm.topRows(before)).cwiseAbs().maxCoeff(),
+      0.01);
 }
 
 TEST(Synthesis, WorksAtEveryRateAndFromSlowCapture) {
@@ -196,7 +210,9 @@ TEST(Synthesis, NothingUnseenReachesTheResult) {
   Corpus corpus = tinyCorpus({"T-AY-M IH-Z N-AW", "IH-T IH-Z T-EH-N"});
   // Unseen right after the phone that is shared: the blend's context must not let it in.
   const TimeSpan next = corpus.takes[0].labels.phones[6].span;
-  corpus.takes[0].motion.positions_mm.middleRows(static_cast<Eigen::Index>(next.start * 120) + 3, 4).setConstant(std::numeric_limits<double>::quiet_NaN());
+  corpus.takes[0]
+      .motion.positions_mm.middleRows(static_cast<Eigen::Index>(next.start * 120) + 3, 4)
+      .setConstant(std::numeric_limits<double>::quiet_NaN());
   const UtteranceAnimation animation = synthesise(requestFor(tinyLabels("T-AY-M IH-Z T-EH-N", 5)), corpus);
   EXPECT_TRUE(animation.motion.positions_mm.allFinite());
 }
@@ -229,7 +245,8 @@ TEST(Tongue, MakesContactWhereThePhonesAskForIt) {
   EXPECT_EQ(animation.tongue[0].tip_forward, 0.0F);
   EXPECT_EQ(animation.tongue.back().tip_forward, 0.0F);
   for (std::size_t i = 1; i < animation.tongue.size(); ++i) {
-    EXPECT_LT(std::abs(animation.tongue[i].tip_forward - animation.tongue[i - 1].tip_forward), 0.1F) << "about 100 ms from rest to contact";
+    EXPECT_LT(std::abs(animation.tongue[i].tip_forward - animation.tongue[i - 1].tip_forward), 0.1F)
+        << "about 100 ms from rest to contact";
   }
 }
 

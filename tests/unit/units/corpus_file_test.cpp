@@ -117,7 +117,8 @@ TEST_F(CorpusFile, MotionOnDemandIsTheSameMotion) {
 TEST_F(CorpusFile, MotionOnDemandFindsDamageWhenUsed) {
   writeCorpus(path_, testing::tinyCorpus());
   std::string bytes = readFile(path_);
-  const Eigen::Matrix<float, 1, Eigen::Dynamic> row = testing::tinyCorpus().takes[2].motion.positions_mm.row(40).cast<float>();
+  const Eigen::Matrix<float, 1, Eigen::Dynamic> row =
+      testing::tinyCorpus().takes[2].motion.positions_mm.row(40).cast<float>();
   const std::size_t at = bytes.find(std::string(reinterpret_cast<const char*>(row.data()), sizeof(float) * 9));
   ASSERT_NE(at, std::string::npos);
   bytes[at + 5] = static_cast<char>(bytes[at + 5] ^ 4);
@@ -158,7 +159,9 @@ TEST_F(CorpusFile, ANewerVersionSaysSo) {
   std::string bytes = readFile(path_);
   bytes[63] = static_cast<char>(kCorpusFormatVersion + 1);  // user_version, big-endian at 60
   writeBytes(bytes);
-  EXPECT_NE(complaint().find("has corpus format version 2, made by a newer Mouthpiece; expected at most 1"), std::string::npos) << complaint();
+  EXPECT_NE(complaint().find("has corpus format version 2, made by a newer Mouthpiece; expected at most 1"),
+            std::string::npos)
+      << complaint();
 }
 
 TEST_F(CorpusFile, AnotherDatabaseIsNoCorpus) {
@@ -198,7 +201,8 @@ TEST_F(CorpusFile, AFlippedBitNeverChangesWhatIsRead) {
     }
     const Corpus read = readCorpus(path_, CorpusAudio::kLoad);
     ASSERT_EQ(read.takes.size(), 1U) << at;
-    ASSERT_TRUE((read.takes[0].motion.positions_mm.array() == original.takes[0].motion.positions_mm.array()).all()) << at;
+    ASSERT_TRUE((read.takes[0].motion.positions_mm.array() == original.takes[0].motion.positions_mm.array()).all())
+        << at;
     ASSERT_EQ(read.takes[0].labels.phones.size(), original.takes[0].labels.phones.size()) << at;
     ASSERT_EQ(read.neutral_pose_mm, original.neutral_pose_mm) << at;
   }

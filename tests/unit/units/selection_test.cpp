@@ -86,7 +86,8 @@ TEST(GreedySelection, OfEqualFragmentsTheOneOfLikeContextWins) {
   const SpeechLabels line = tinyLabels("M-AE-T", 1);
   const UnitCosts costs(line, database, {});
   const PhoneRange range{PhoneIndex(2), PhoneIndex(3)};
-  EXPECT_LT(costs.targetCost(range, {TakeIndex(1), PhoneIndex(2)}), costs.targetCost(range, {TakeIndex(0), PhoneIndex(2)}));
+  EXPECT_LT(costs.targetCost(range, {TakeIndex(1), PhoneIndex(2)}),
+            costs.targetCost(range, {TakeIndex(0), PhoneIndex(2)}));
 }
 
 TEST(GreedySelection, AFragmentThatWasNotSeenIsNotOffered) {
@@ -111,7 +112,8 @@ TEST(GreedySelection, AMissingPairBecomesAStandInOfItsClass) {
   const SpeechLabels line = tinyLabels("AH-M-IY", 3);
   const auto units = selectUnits(line, database, {});
   expectCover(units, line);
-  const auto stand_in = std::find_if(units.begin(), units.end(), [](const SelectedUnit& unit) { return unit.is_backoff; });
+  const auto stand_in =
+      std::find_if(units.begin(), units.end(), [](const SelectedUnit& unit) { return unit.is_backoff; });
   ASSERT_NE(stand_in, units.end());
   EXPECT_EQ(stand_in->phones.first.value, 2U);
   EXPECT_EQ(database.phoneAt(stand_in->source).phone, Phone::kB);
@@ -218,10 +220,12 @@ TEST(VisemeDistance, RanksLikenessOfTheLips) {
   EXPECT_LT(distance(Phone::kIY, Phone::kIH), distance(Phone::kIY, Phone::kAA));
   EXPECT_LT(distance(Phone::kUW, Phone::kOW), distance(Phone::kUW, Phone::kIY));
   EXPECT_TRUE(std::isinf(distance(Phone::kSil, Phone::kT)));
-  EXPECT_LT(visemeDistance(Phone::kAY, Phone::kIY, PhonePart::kEnd), visemeDistance(Phone::kAY, Phone::kIY, PhonePart::kBegin));
+  EXPECT_LT(visemeDistance(Phone::kAY, Phone::kIY, PhonePart::kEnd),
+            visemeDistance(Phone::kAY, Phone::kIY, PhonePart::kBegin));
   for (std::size_t a = 0; a < kPhoneCount; ++a) {
     for (std::size_t b = 0; b < kPhoneCount; ++b) {
-      EXPECT_EQ(distance(static_cast<Phone>(a), static_cast<Phone>(b)), distance(static_cast<Phone>(b), static_cast<Phone>(a)));
+      EXPECT_EQ(distance(static_cast<Phone>(a), static_cast<Phone>(b)),
+                distance(static_cast<Phone>(b), static_cast<Phone>(a)));
     }
   }
 }

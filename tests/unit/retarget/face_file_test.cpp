@@ -1,0 +1,208 @@
+// .face files: there and back, and every kind of damage.
+#include "retarget/face_file.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <tuple>
+
+#include "base/errors.h"
+#include "base/files.h"
+#include "motion/marker_layout.h"
+#include "retarget/face_rig.h"
+#include "support/run_program.h"
+#include "test_face.h"
+
+namespace mouthpiece {
+namespace {
+
+using nlohmann::json;
+using test::ScratchFolder;
+
+class FaceFileTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
+  }
+  static const FaceFile& face() {
+    static FaceMesh mesh;
+    static const FaceFile made = test::fittedDefaultFace(mesh);
+    return made;
+  }
+  static json tree() {
+    const std::string bytes = faceFileToBytes(face());
+    return json::from_cbor(bytes.begin(), bytes.end());
+  }
+  /// What the reader says of a changed file.
+  static std::string messageOf(const json& changed) {
+    std::string bytes;
+    json::to_cbor(changed, bytes);
+    return messageOfBytes(bytes);
+  }
+  static std::string messageOfBytes(std::string_view bytes) {
+    try {
+      parseFaceFile(bytes, "x.face");
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "no error";
+  }
+};
+
+TEST_F(FaceFileTest, ComesBackByteForByte) {
+  const std::string bytes = faceFileToBytes(face());
+  EXPECT_EQ(faceFileToBytes(parseFaceFile(bytes, "x.face")), bytes);
+}
+
+TEST_F(FaceFileTest, TruncationIsRefusedWhereverItHappens) {
+  const std::string bytes = faceFileToBytes(face());
+  for (std::size_t size = 0; size < bytes.size(); size += 1 + size / 40) {
+    EXPECT_NE(messageOfBytes(std::string_view(bytes).substr(0, size)), "no error") << size;
+  }
+}
+
+TEST_F(FaceFileTest, DamagedBytesNeverDoMoreThanThrow) {
+  std::string bytes = faceFileToBytes(face());
+  std::mt19937 random(5);
+  for (int i = 0; i < 300; ++i) {
+    std::string damaged = bytes;
+    for (int k = 0; k < 4; ++k) damaged[random() % std::min<std::size_t>(damaged.size(), 1 + (random() % 2 == 0 ? 20'000 : damaged.size()))] = static_cast<char>(random());
+    messageOfBytes(damaged);
+  }
+  SUCCEED();
+}
+
+TEST_F(FaceFileTest, DeepNestingIsRefusedBeforeItOverflowsTheStack) {
+  EXPECT_NE(messageOfBytes(std::string(1'000'000, '\x81')), "no error");  // an array of an array of ...
+  EXPECT_NE(messageOfBytes("\xBF" + std::string(100, '\xA1')), "no error");
+}
+
+TEST_F(FaceFileTest, EveryMissingFieldIsNamed) {
+  const json whole = tree();
+  for (const auto& [key, value] : whole.items()) {
+    json changed = whole;
+    changed.erase(key);
+    EXPECT_EQ(messageOf(changed), "x.face:" + key + ": is missing");
+  }
+}
+
+TEST_F(FaceFileTest, WrongValuesAreNamed) {
+  const auto expectRefused = [&](const char* pointer, json value) {
+    json changed = tree();
+    changed[json::json_pointer(pointer)] = std::move(value);
+    EXPECT_EQ(messageOf(changed).rfind("x.face:", 0), 0U) << pointer << " -> " << messageOf(changed);
+  };
+  expectRefused("/format", "mp3");
+  expectRefused("/version", 2);
+  expectRefused("/version", -1);
+  expectRefused("/mesh/metres_per_unit", 0);
+  expectRefused("/mesh/metres_per_unit", std::numeric_limits<double>::quiet_NaN());
+  expectRefused("/mesh/file", "");
+  expectRefused("/markers/0", 7);
+  expectRefused("/markers/1", face().marker_names[0]);
+  expectRefused("/marker_targets", json::binary(std::vector<std::uint8_t>(7)));
+  expectRefused("/actor_neutral_mm", json::binary(std::vector<std::uint8_t>(66 * 24, 0xFF)));  // NaN
+  expectRefused("/warp/kernel", "gaussian");
+  expectRefused("/warp/shape_factor", 0);
+  expectRefused("/control/points/70/driver_points", json::binary({200, 0, 0, 0}));
+  expectRefused("/control/points/0/rule", 9);
+  expectRefused("/control/triangles", json::binary({1, 0, 0, 0, 2, 0, 0, 0, 255, 255, 255, 127}));
+  expectRefused("/control/triangles", json::binary(std::vector<std::uint8_t>{}));
+}
+
+TEST_F(FaceFileTest, ANewerVersionSaysSo) {
+  json changed = tree();
+  changed["version"] = 7;
+  EXPECT_EQ(messageOf(changed), "x.face:version: found 7; expected 1 (fit the face again with this program)");
+}
+
+class RigTest : public FaceFileTest {
+ protected:
+  void SetUp() override {
+    FaceFileTest::SetUp();
+    if (IsSkipped()) return;
+    mesh_path_ = folder_.write("default.obj", objBytes(test::defaultFace().mesh));
+    face_path_ = folder_.path() / "default.face";
+    writeFaceFile(face_path_, face());
+  }
+  ScratchFolder folder_;
+  std::filesystem::path mesh_path_, face_path_;
+};
+
+TEST_F(RigTest, AtNeutralTheFaceRests) {
+  const FaceRig rig = FaceRig::load(face_path_);
+  const test::MadeUpActor actor = test::madeUpActor();
+  MotionClip clip{60, actor.names, PositionMatrix(1, actor.neutral_mm.size())};
+  clip.positions_mm.row(0) = Eigen::Map<const Eigen::RowVectorXd>(actor.neutral_mm.data(), actor.neutral_mm.size());
+  const PositionMatrix control = rig.retarget(clip);
+  VertexPositions deformed;
+  rig.deform({control.data(), static_cast<std::size_t>(control.cols())}, TonguePose{}, deformed);
+  EXPECT_LT((deformed - rig.mesh().vertices).cwiseAbs().maxCoeff(), 1e-3F);
+}
+
+TEST_F(RigTest, MarkersMoveTheSkinUnderThem) {
+  const FaceRig rig = FaceRig::load(face_path_);
+  const test::MadeUpActor actor = test::madeUpActor();
+  MotionClip clip{60, actor.names, PositionMatrix(1, actor.neutral_mm.size())};
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0, 1.5);
+  MarkerPositions pose = actor.neutral_mm;
+  for (Eigen::Index i = 0; i < pose.size(); ++i) pose.data()[i] += noise(random);
+  clip.positions_mm.row(0) = Eigen::Map<const Eigen::RowVectorXd>(pose.data(), pose.size());
+  const PositionMatrix control = rig.retarget(clip);
+  VertexPositions deformed;
+  rig.deform({control.data(), static_cast<std::size_t>(control.cols())}, TonguePose{}, deformed);
+  // Markers away from lips and lids, whose virtual neighbours have rules of their own.
+  for (const char* name : {"CHEEK_MID_L", "CHIN_MID", "NOSE_BRIDGE", "BROW_MID_R", "LIP_UP_MID", "LIP_LO_MID"}) {
+    const MarkerIndex marker = defaultLayout().indexOf(name);
+    const int landmark = defaultLayout().markers[marker.value].mediapipe_landmark;
+    const Eigen::RowVector3d asked = control.block<1, 3>(0, 3 * static_cast<Eigen::Index>(marker.value));
+    EXPECT_LT((deformed.row(landmark).cast<double>() - asked).norm(), 0.2) << name;
+  }
+}
+
+TEST_F(RigTest, AMissingMarkerIsNamed) {
+  const FaceRig rig = FaceRig::load(face_path_);
+  MotionClip clip{60, {"LIP_UP_MID"}, PositionMatrix::Zero(1, 3)};
+  try {
+    (void)rig.retarget(clip);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("lacks the marker FOREHEAD_TOP"), std::string::npos) << error.what();
+  }
+}
+
+TEST_F(RigTest, AChangedMeshIsRefused) {
+  std::string bytes = test::readAll(mesh_path_);
+  bytes[bytes.find("\nv ") + 3] = '9';
+  std::ignore = folder_.write("default.obj", bytes);
+  try {
+    FaceRig::load(face_path_);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("has changed since default.face was fitted to it"), std::string::npos) << error.what();
+  }
+}
+
+TEST_F(RigTest, AMissingMeshIsRefused) {
+  std::filesystem::remove(mesh_path_);
+  try {
+    FaceRig::load(face_path_);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("is not there"), std::string::npos) << error.what();
+  }
+}
+
+TEST_F(RigTest, ABindingOfAnotherMeshIsRefused) {
+  FaceFile other = face();
+  other.binding.patch.pop_back();
+  writeFaceFile(face_path_, other);
+  EXPECT_THROW(FaceRig::load(face_path_), InputError);
+}
+
+}  // namespace
+}  // namespace mouthpiece

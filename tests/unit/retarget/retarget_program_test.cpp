@@ -1,0 +1,140 @@
+// build/bin/retarget, as its users call it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <tuple>
+
+#include "base/files.h"
+#include "motion/motion_file.h"
+#include "support/run_program.h"
+#include "test_face.h"
+#include "units/corpus.h"
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using test::ProgramResult;
+using test::runProgram;
+using test::ScratchFolder;
+
+class RetargetProgram : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
+    writeCorpus(corpus_, madeUpCorpus());
+  }
+
+  static Corpus madeUpCorpus() {
+    const test::MadeUpActor actor = test::madeUpActor();
+    Corpus corpus;
+    corpus.name = "madeup";
+    corpus.layout = defaultLayout();
+    corpus.neutral_pose_mm = actor.neutral_mm;
+    corpus.takes.push_back(test::openingTake(actor));
+    return corpus;
+  }
+
+  ProgramResult sample() {
+    return runProgram("retarget", {"sample", "--out", folder_.path().string(), "--canonical", test::canonicalFace()->string(), "--corpus", corpus_.string()});
+  }
+
+  ScratchFolder folder_;
+  fs::path corpus_ = folder_.path() / "madeup.corpus";
+  fs::path face_ = folder_.path() / "default.face";
+};
+
+TEST_F(RetargetProgram, SampleMakesAFaceThatCheckPasses) {
+  const ProgramResult made = sample();
+  ASSERT_EQ(made.exit_code, 0) << made.err << made.out;
+  const ProgramResult check = runProgram("retarget", {"check", face_.string(), "--json"});
+  ASSERT_EQ(check.exit_code, 0) << check.err << check.out;
+  const json facts = json::parse(check.out);
+  EXPECT_EQ(facts["markers"], 66);
+  EXPECT_EQ(facts["fold_overs"], 0);
+  EXPECT_EQ(facts["lip_side_errors"], 0);
+  EXPECT_LT(facts["landmark_max_mm"].get<double>(), 1e-6);
+  EXPECT_LT(facts["marker_to_surface_max_mm"].get<double>(), 0.5);
+}
+
+TEST_F(RetargetProgram, ApplyMovesTheMouth) {
+  ASSERT_EQ(sample().exit_code, 0);
+  const fs::path motion = folder_.path() / "motion.c3d";
+  writeMotion(motion, test::openingTake(test::madeUpActor()).motion);
+  for (const char* name : {"talk.glb", "talk.pc2", "talk.mdd", "frames"}) {
+    const ProgramResult applied =
+        runProgram("retarget", {"apply", "--face", face_.string(), "--motion", motion.string(), "--out", (folder_.path() / name).string()});
+    ASSERT_EQ(applied.exit_code, 0) << applied.err;
+    EXPECT_TRUE(fs::exists(folder_.path() / name));
+  }
+  const FaceMesh open = readFaceMesh(folder_.path() / "frames" / "default.0006.obj");
+  const FaceMesh rest = readFaceMesh(folder_.path() / "frames" / "default.0000.obj");
+  EXPECT_LT(rest.vertices(13, 1) - rest.vertices(14, 1), 0.3F);
+  EXPECT_GT(open.vertices(13, 1) - open.vertices(14, 1), 4.0F);
+}
+
+TEST_F(RetargetProgram, ApplyRefusesMotionOfAnotherPlace) {
+  ASSERT_EQ(sample().exit_code, 0);
+  MotionClip clip = test::openingTake(test::madeUpActor()).motion;
+  clip.positions_mm.array() += 200;
+  const fs::path motion = folder_.path() / "motion.c3d";
+  writeMotion(motion, clip);
+  const ProgramResult applied =
+      runProgram("retarget", {"apply", "--face", face_.string(), "--motion", motion.string(), "--out", (folder_.path() / "talk.glb").string()});
+  EXPECT_EQ(applied.exit_code, 1);
+  EXPECT_NE(applied.err.find("from the actor's neutral pose"), std::string::npos) << applied.err;
+  EXPECT_FALSE(fs::exists(folder_.path() / "talk.glb"));
+}
+
+TEST_F(RetargetProgram, FitNamesTheMarkersThatLack) {
+  const fs::path anchors = folder_.write("few.json", R"({"markers": {"LIP_UP_MID": 0, "CHIN_LOW": 152}})");
+  const ProgramResult fitted = runProgram("retarget", {"fit", "--mesh", test::canonicalFace()->string(), "--anchors", anchors.string(), "--corpus",
+                                                       corpus_.string(), "--out", (folder_.path() / "x.face").string()});
+  EXPECT_EQ(fitted.exit_code, 1);
+  EXPECT_NE(fitted.err.find("lacks 64 of 66 markers: FOREHEAD_TOP FOREHEAD_MID"), std::string::npos) << fitted.err;
+  EXPECT_EQ(std::count(fitted.err.begin(), fitted.err.end(), '\n'), 1);
+  EXPECT_FALSE(fs::exists(folder_.path() / "x.face"));
+}
+
+TEST_F(RetargetProgram, AFaceWhoseMeshChangedIsRefused) {
+  ASSERT_EQ(sample().exit_code, 0);
+  std::ignore = folder_.write("default.obj", test::readAll(folder_.path() / "default.obj") + "# another line\n");
+  const ProgramResult check = runProgram("retarget", {"check", face_.string()});
+  EXPECT_EQ(check.exit_code, 1);
+  EXPECT_NE(check.err.find("has changed since default.face was fitted"), std::string::npos) << check.err;
+}
+
+TEST_F(RetargetProgram, TheIctHeadFitsWithoutAFault) {
+  const fs::path head = fs::path(MOUTHPIECE_SOURCE_DIR) / "../shared/faces/ict_head.obj";
+  if (!fs::exists(head)) GTEST_SKIP() << "the ICT head is not beside the project (../shared/faces)";
+  const fs::path anchors = fs::path(MOUTHPIECE_SOURCE_DIR) / "sample_data/anchors/ict_head.anchors.json";
+  const fs::path face = folder_.path() / "ict.face";
+  const ProgramResult fitted = runProgram("retarget", {"fit", "--mesh", head.string(), "--anchors", anchors.string(), "--corpus", corpus_.string(),
+                                                       "--out", face.string(), "--json"});
+  ASSERT_EQ(fitted.exit_code, 0) << fitted.err << fitted.out;
+  const json facts = json::parse(fitted.out);
+  EXPECT_EQ(facts["metres_per_unit"], 0.001);
+  EXPECT_EQ(facts["fold_overs"], 0);
+  EXPECT_EQ(facts["lip_side_errors"], 0);
+  EXPECT_GT(facts["coverage"].get<double>(), 0.95);
+  EXPECT_EQ(runProgram("retarget", {"check", face.string()}).exit_code, 0);
+}
+
+TEST(RetargetUsage, HelpHasAnExampleAndMistakesExitWithTwo) {
+  const ProgramResult help = runProgram("retarget", {"--help"});
+  EXPECT_EQ(help.exit_code, 0);
+  EXPECT_NE(help.out.find("Example"), std::string::npos);
+  EXPECT_EQ(runProgram("retarget", {}).exit_code, 2);
+  EXPECT_EQ(runProgram("retarget", {"fit", "--mesh", "x.obj"}).exit_code, 2);
+}
+
+TEST(RetargetUsage, MissingFilesAreNamed) {
+  const ProgramResult check = runProgram("retarget", {"check", "/nowhere/x.face"});
+  EXPECT_EQ(check.exit_code, 1);
+  EXPECT_NE(check.err.find("/nowhere/x.face"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace mouthpiece

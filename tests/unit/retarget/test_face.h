@@ -1,0 +1,33 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "retarget/default_face.h"
+#include "retarget/face_fit.h"
+#include "units/corpus.h"
+
+namespace mouthpiece::test {
+
+/// Where `make data` puts the canonical face; nullopt when it is not there (no network yet).
+std::optional<std::filesystem::path> canonicalFace();
+inline constexpr const char* kNoCanonicalFace =
+    "build/third_party/canonical_face.obj is not here; tools/fetch_canonical_face.sh brings it";
+
+/// The default face, made once.
+const DefaultFace& defaultFace();
+
+/// Another head's neutral markers: the default face's, stretched, turned a little and bent, with their names.
+struct MadeUpActor {
+  std::vector<std::string> names;
+  MarkerPositions neutral_mm;
+};
+MadeUpActor madeUpActor();
+
+/// Twelve frames in which the actor's lower lip, chin and jaw go down and come back.
+CorpusTake openingTake(const MadeUpActor& actor);
+
+/// `defaultFace()` fitted to `madeUpActor()`.
+FaceFile fittedDefaultFace(FaceMesh& mesh);
+
+}  // namespace mouthpiece::test
