@@ -10,8 +10,8 @@
 namespace mouthpiece {
 namespace {
 
-constexpr Seconds kRestMargin = 0.3;      ///< silence this far from speech may be rest
-constexpr double kClosedShare = 0.15;     ///< of a take's range of openings, above its closed end
+constexpr Seconds kRestMargin = 0.3;   ///< silence this far from speech may be rest
+constexpr double kClosedShare = 0.15;  ///< of a take's range of openings, above its closed end
 constexpr std::size_t kLeastRestFrames = 3;
 
 Eigen::Index column(const MarkerLayout& layout, std::string_view marker, Eigen::Index axis) {
@@ -162,8 +162,8 @@ ActorBasis actorBasis(const std::vector<ActorDisplacements>& takes, const Marker
   });
   basis.shapes = own.ldlt().solve(both.topRightCorner(components, columns));
   // Pointing so that the lips open.
-  const Eigen::VectorXd opening = basis.shapes.col(column(layout, "LIP_UP_MID", 1)) -
-                                  basis.shapes.col(column(layout, "LIP_LO_MID", 1));
+  const Eigen::VectorXd opening =
+      basis.shapes.col(column(layout, "LIP_UP_MID", 1)) - basis.shapes.col(column(layout, "LIP_LO_MID", 1));
   for (Eigen::Index i = 0; i < components; ++i) {
     if (opening(i) >= 0) continue;
     basis.shapes.row(i) *= -1;
@@ -178,8 +178,9 @@ Eigen::RowVectorXd blinkShape(const std::vector<ActorDisplacements>& takes, cons
   double squares = 0;
   std::vector<double> drops;
   for (const ActorDisplacements& take : takes) {
-    const Eigen::VectorXd gap = 0.5 * (take.mm.col(column(layout, "LID_UP_R", 1)) + take.mm.col(column(layout, "LID_UP_L", 1)) -
-                                       take.mm.col(column(layout, "LID_LO_R", 1)) - take.mm.col(column(layout, "LID_LO_L", 1)));
+    const Eigen::VectorXd gap =
+        0.5 * (take.mm.col(column(layout, "LID_UP_R", 1)) + take.mm.col(column(layout, "LID_UP_L", 1)) -
+               take.mm.col(column(layout, "LID_LO_R", 1)) - take.mm.col(column(layout, "LID_LO_L", 1)));
     const double open = quantile({gap.data(), gap.data() + gap.size()}, 0.75);
     const Eigen::MatrixXd rows = symmetrized(take.mm, layout);
     for (Eigen::Index frame = 0; frame < gap.size(); ++frame) {

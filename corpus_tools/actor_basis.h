@@ -23,7 +23,8 @@ struct ActorBasis {
   std::vector<Eigen::MatrixXd> trajectories;  ///< one a take: frames x components
 };
 
-ActorBasis actorBasis(const std::vector<ActorDisplacements>& takes, const MarkerLayout& layout, Eigen::Index components);
+ActorBasis actorBasis(const std::vector<ActorDisplacements>& takes, const MarkerLayout& layout,
+                      Eigen::Index components);
 
 /// `rows` averaged with its mirror image in the layout; frames x (3 * markers), displacements or (`neutral`) positions.
 Eigen::MatrixXd symmetrized(const Eigen::MatrixXd& rows, const MarkerLayout& layout);

@@ -11,15 +11,16 @@ namespace {
 
 enum Stream : std::uint64_t { kBlinkStream = 20, kBrowStream, kAccentStream };
 
-// Blinks: Volkmann and Moore 1978, Evinger 1991 (closing about twice as fast as opening); while speaking about one in 2.5 s.
+// Blinks: Volkmann and Moore 1978, Evinger 1991 (closing about twice as fast as opening); while speaking about one
+// in 2.5 s.
 constexpr Seconds kBlinkInterval = 2.5, kShortestBlinkInterval = 0.8;
 constexpr Seconds kLidClosingStage = 0.014, kLidOpeningStage = 0.028;  ///< of each actorStep stage
 constexpr Seconds kLidsShut = 0.07;                                    ///< from half shut to half open
 
 constexpr Seconds kBrowCorrelation = 0.7;
-constexpr double kBrowDrift = 0.5;       ///< of brow_shape
-constexpr double kAccentShare = 0.3;     ///< of the stressed syllables get a brow accent
-constexpr Seconds kAccentWidth = 0.15;   ///< deviation of its bell
+constexpr double kBrowDrift = 0.5;      ///< of brow_shape
+constexpr double kAccentShare = 0.3;    ///< of the stressed syllables get a brow accent
+constexpr Seconds kAccentWidth = 0.15;  ///< deviation of its bell
 
 Eigen::VectorXd blinkDepth(const ActorOptions& options) {
   SampleRandom random(options.seed, kBlinkStream);
@@ -42,8 +43,8 @@ Eigen::VectorXd blinkDepth(const ActorOptions& options) {
 }
 
 Eigen::VectorXd browHeight(const SpeechLabels& labels, const ActorOptions& options) {
-  Eigen::VectorXd height = kBrowDrift * smoothNoise(options.seed, kBrowStream, kBrowCorrelation, options.frame_rate_hz,
-                                                    options.frame_count);
+  Eigen::VectorXd height =
+      kBrowDrift * smoothNoise(options.seed, kBrowStream, kBrowCorrelation, options.frame_rate_hz, options.frame_count);
   SampleRandom random(options.seed, kAccentStream);
   for (const LabelledSyllable& syllable : labels.syllables) {
     if (syllable.stress != 1 || random.uniform() >= kAccentShare) continue;

@@ -131,15 +131,15 @@ std::vector<ActorDynamics> searchDynamics(const TargetFit& fit, std::size_t take
   });
   std::vector<ActorDynamics> best;
   for (Eigen::Index component = 0; component < components; ++component) {
-    const auto least = std::min_element(errors.begin(), errors.end(), [&](const auto& a, const auto& b) {
-      return a(component) < b(component);
-    });
+    const auto least = std::min_element(errors.begin(), errors.end(),
+                                        [&](const auto& a, const auto& b) { return a(component) < b(component); });
     best.push_back(candidates[static_cast<std::size_t>(least - errors.begin())]);
   }
   return best;
 }
 
-void fitTargets(const TargetFit& fit, const Features& features, double ridge, std::size_t take_count, ActorModel& model) {
+void fitTargets(const TargetFit& fit, const Features& features, double ridge, std::size_t take_count,
+                ActorModel& model) {
   std::vector<std::size_t> all(take_count);
   for (std::size_t take = 0; take < take_count; ++take) all[take] = take;
   for (const std::string& name : features.names) model.targets[name] = Eigen::VectorXd::Zero(model.componentCount());
@@ -161,7 +161,8 @@ void fitTargets(const TargetFit& fit, const Features& features, double ridge, st
   }
 }
 
-/// Captured and performed components in speech, frames x components; each take's capture moved to the performance's mean.
+/// Captured and performed components in speech, frames x components; each take's capture moved to the performance's
+/// mean.
 struct SpeechFrames {
   Eigen::MatrixXd captured, performed;
   std::vector<double> labiodental_openings_mm;
@@ -174,10 +175,11 @@ SpeechFrames speechFrames(const ActorModel& model, const ActorCapture& capture,
   const Eigen::VectorXd openings = model.openings();
   for (std::size_t take = 0; take < takes.size(); ++take) {
     const MotionClip& motion = capture.takes[take].motion;
-    const Eigen::MatrixXd performed =
-        actorComponents(model, capture.takes[take].labels,
-                        {.frame_rate_hz = motion.frame_rate_hz, .frame_count = motion.frameCount(),
-                         .restore_variance = false, .close_lips = false});
+    const Eigen::MatrixXd performed = actorComponents(model, capture.takes[take].labels,
+                                                      {.frame_rate_hz = motion.frame_rate_hz,
+                                                       .frame_count = motion.frameCount(),
+                                                       .restore_variance = false,
+                                                       .close_lips = false});
     const Eigen::VectorXd& seen = takes[take].seen;
     Eigen::MatrixXd captured = basis.trajectories[take];
     const Eigen::RowVectorXd offset = seen.transpose() * (performed - captured) / std::max(1.0, seen.sum());
@@ -212,8 +214,8 @@ Eigen::MatrixXd centredRows(const Eigen::MatrixXd& rows) { return rows.rowwise()
 
 void fitGainsAndClosures(const SpeechFrames& frames, double largest_gain, ActorModel& model) {
   const Eigen::MatrixXd captured = centredRows(frames.captured), performed = centredRows(frames.performed);
-  const Eigen::RowVectorXd ratio = captured.colwise().squaredNorm().cwiseQuotient(
-      performed.colwise().squaredNorm().cwiseMax(1e-9));
+  const Eigen::RowVectorXd ratio =
+      captured.colwise().squaredNorm().cwiseQuotient(performed.colwise().squaredNorm().cwiseMax(1e-9));
   model.gain = ratio.cwiseSqrt().cwiseMax(1.0).cwiseMin(largest_gain).transpose();
   model.speech_mean = frames.performed.colwise().mean().transpose();
   // The components that move with the lip opening, by regression on it.

@@ -25,12 +25,13 @@ ActorCapture readActorCapture(const std::filesystem::path& folder, std::size_t s
 
 struct ActorFitOptions {
   Eigen::Index components = 10;
-  double ridge = 3;               ///< shrinks contributions of rare features; in frames
+  double ridge = 3;  ///< shrinks contributions of rare features; in frames
   double largest_gain = 1.5;
   std::string credit;
 };
 
-/// Learns an actor by least squares (docs/theory/actor_model.md). Throws InputError for a capture with too little in it.
+/// Learns an actor by least squares (docs/theory/actor_model.md). Throws InputError for a capture with too little in
+/// it.
 ActorModel fitActor(const ActorCapture& capture, const ActorFitOptions& options);
 
 /// `model` performs the labels of `takes`, compared with what was captured, in one sum.

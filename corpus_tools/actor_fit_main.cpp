@@ -17,7 +17,8 @@ constexpr const char* kGridCredit =
     "Learnt from the GRID audiovisual sentence corpus, speaker s1 (face tracked from its video): M. Cooke, J. Barker, "
     "S. Cunningham and X. Shao, \"An audio-visual corpus for speech perception and automatic speech recognition\", "
     "Journal of the Acoustical Society of America 120 (5), 2421-2424, 2006. https://zenodo.org/record/3625687 Licence: "
-    "Creative Commons Attribution 4.0 (CC BY 4.0, https://creativecommons.org/licenses/by/4.0/). Changed: a model fitted "
+    "Creative Commons Attribution 4.0 (CC BY 4.0, https://creativecommons.org/licenses/by/4.0/). Changed: a model "
+    "fitted "
     "to it, the neutral pose made symmetric.";
 
 void printRow(const char* name, const LipMeasures& lips) {
@@ -39,8 +40,9 @@ void printTable(const ActorModel& model, const ActorCapture& held_out) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Learns the actor model of the sample corpus from a folder of takes.\n"
-               "Example: fit_actor ../shared/capture/grid_s1/takes --out sample_data/actor/grid_s1_actor.json");
+  CLI::App app(
+      "Learns the actor model of the sample corpus from a folder of takes.\n"
+      "Example: fit_actor ../shared/capture/grid_s1/takes --out sample_data/actor/grid_s1_actor.json");
   std::string takes, out, credit = kGridCredit;
   std::size_t fold_count = 5;
   app.add_option("takes", takes, "folder of takes")->required();
@@ -51,7 +53,8 @@ int main(int argc, char** argv) {
   try {
     const ActorCapture capture = readActorCapture(takes);
     const ActorFitOptions options{.credit = credit};
-    if (fold_count > 1) printTable(fitActor(withoutFold(capture, fold_count, 0), options), onlyFold(capture, fold_count, 0));
+    if (fold_count > 1)
+      printTable(fitActor(withoutFold(capture, fold_count, 0), options), onlyFold(capture, fold_count, 0));
     if (!out.empty()) writeFileAtomically(out, actorModelToJson(fitActor(capture, options)));
     return 0;
   } catch (const std::exception& error) {

@@ -27,17 +27,17 @@ struct ActorClosures {
 /// A speaker's way of moving, learnt from a capture (docs/theory/actor_model.md). Components are numbered in the order
 /// of their share of the motion; one unit is the standard deviation of that component in the captured speech.
 struct ActorModel {
-  std::string credit;                     ///< whose face it was; must travel with the numbers
+  std::string credit;  ///< whose face it was; must travel with the numbers
   std::vector<std::string> marker_names;
-  MarkerPositions neutral_mm;             ///< face axes: origin between the outer canthi, X left, Y up, Z out
-  Eigen::MatrixXd component_shapes;       ///< components x (3 * markers), mm a unit
-  std::vector<ActorDynamics> dynamics;    ///< one a component
-  Eigen::VectorXd gain;                   ///< one a component: brings the variance back that least squares takes
-  Eigen::VectorXd speech_mean;            ///< the mean target in speech, about which `gain` acts
-  Eigen::VectorXd closing;                ///< components that open the lips by 1 mm, as they do together
+  MarkerPositions neutral_mm;           ///< face axes: origin between the outer canthi, X left, Y up, Z out
+  Eigen::MatrixXd component_shapes;     ///< components x (3 * markers), mm a unit
+  std::vector<ActorDynamics> dynamics;  ///< one a component
+  Eigen::VectorXd gain;                 ///< one a component: brings the variance back that least squares takes
+  Eigen::VectorXd speech_mean;          ///< the mean target in speech, about which `gain` acts
+  Eigen::VectorXd closing;              ///< components that open the lips by 1 mm, as they do together
   ActorClosures closures;
-  Eigen::RowVectorXd blink_shape;         ///< mm a marker coordinate: the lids shut
-  Eigen::RowVectorXd brow_shape;          ///< mm: the brows one standard deviation up
+  Eigen::RowVectorXd blink_shape;  ///< mm a marker coordinate: the lids shut
+  Eigen::RowVectorXd brow_shape;   ///< mm: the brows one standard deviation up
   /// Contributions to a phone's target by feature ("phone B", "left MBP Ah", ...): actor_segments.h.
   std::map<std::string, Eigen::VectorXd> targets;
 

@@ -14,15 +14,15 @@ enum Stream : std::uint64_t { kTargetStream = 1, kTimingStream, kClosureStream, 
 
 constexpr Seconds kTimingSpread = 0.005, kLargestTimingShift = 0.010;
 constexpr Seconds kDriftCorrelation = 0.5;
-constexpr double kDriftShare = 0.8;      ///< of `variation`
-constexpr double kClosureSpreadMm = 0.2; ///< between repetitions of a closure, at 10 % variation
+constexpr double kDriftShare = 0.8;       ///< of `variation`
+constexpr double kClosureSpreadMm = 0.2;  ///< between repetitions of a closure, at 10 % variation
 
 // The lips' own movement into contact (docs/theory/actor_model.md, "Closures").
 constexpr Seconds kClosureTimeConstant = 0.012;
-constexpr Seconds kClosureLead = 0.030;     ///< closed before the label's start, when the sound has fallen
-constexpr Seconds kReleaseLead = 0.040;     ///< the label holds the burst, too
-constexpr Seconds kShortestClosure = 0.090; ///< from half closed to half open
-constexpr double kLabiodentalShare = 0.6;   ///< F V are less exact than B P M
+constexpr Seconds kClosureLead = 0.030;      ///< closed before the label's start, when the sound has fallen
+constexpr Seconds kReleaseLead = 0.040;      ///< the label holds the burst, too
+constexpr Seconds kShortestClosure = 0.090;  ///< from half closed to half open
+constexpr double kLabiodentalShare = 0.6;    ///< F V are less exact than B P M
 constexpr double kContactSoftnessMm = 0.5;
 
 /// Moves inner boundaries a little, in order and without emptying a segment.
@@ -79,7 +79,8 @@ void closeLips(const ActorModel& model, const std::vector<ActorSegment>& segment
     const double goal = spread + (bilabial ? model.closures.bilabial_mm : model.closures.labiodental_mm);
     const Seconds delay = kActorStages * kClosureTimeConstant;
     const Seconds begin = segment.span.start - kClosureLead - delay;
-    const Seconds end = std::max(segment.span.end - kReleaseLead, segment.span.start - kClosureLead + kShortestClosure) - delay;
+    const Seconds end =
+        std::max(segment.span.end - kReleaseLead, segment.span.start - kClosureLead + kShortestClosure) - delay;
     for (Eigen::Index frame = 0; frame < opening.size(); ++frame) {
       const Seconds time = static_cast<double>(frame) / options.frame_rate_hz;
       const double held = actorStep(time - begin, kClosureTimeConstant) - actorStep(time - end, kClosureTimeConstant);
@@ -102,9 +103,9 @@ Eigen::MatrixXd actorComponents(const ActorModel& model, const SpeechLabels& lab
   Eigen::MatrixXd components(static_cast<Eigen::Index>(options.frame_count), model.componentCount());
   for (Eigen::Index i = 0; i < model.componentCount(); ++i) {
     const ActorDynamics& dynamics = model.dynamics[static_cast<std::size_t>(i)];
-    components.col(i) = actorWeights(segments, dynamics.time_constant, dynamics.lead, options.frame_rate_hz,
-                                     options.frame_count) *
-                        targets.col(i);
+    components.col(i) =
+        actorWeights(segments, dynamics.time_constant, dynamics.lead, options.frame_rate_hz, options.frame_count) *
+        targets.col(i);
     if (options.variation > 0) {
       components.col(i) += kDriftShare * options.variation *
                            smoothNoise(options.seed, kDriftStream + static_cast<std::uint64_t>(i), kDriftCorrelation,

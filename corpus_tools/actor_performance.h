@@ -17,10 +17,10 @@ struct ActorOptions {
   std::size_t frame_count = 0;
   /// How much repetitions differ: targets by this share of each component's deviation, times by up to 10 ms. 0: none.
   double variation = 0;
-  std::uint64_t seed = 1;         ///< of the variation
-  bool restore_variance = true;   ///< apply ActorModel::gain
-  bool close_lips = true;         ///< B P M and F V reach their ActorClosures
-  bool expression = false;        ///< blinks and brows
+  std::uint64_t seed = 1;        ///< of the variation
+  bool restore_variance = true;  ///< apply ActorModel::gain
+  bool close_lips = true;        ///< B P M and F V reach their ActorClosures
+  bool expression = false;       ///< blinks and brows
 };
 
 /// The model's components while it says `labels`: frames x components, 0 is the neutral pose.

@@ -24,15 +24,16 @@ struct ActorFeature {
 struct ActorSegment {
   TimeSpan span;
   Phone phone = Phone::kSil;
-  bool in_speech = false;       ///< neither silence nor breath
-  bool breath = false;          ///< the end of a silence, when the mouth opens to breathe in and to begin
+  bool in_speech = false;  ///< neither silence nor breath
+  bool breath = false;     ///< the end of a silence, when the mouth opens to breathe in and to begin
   ActorPace pace = ActorPace::kSpeech;
   std::vector<ActorFeature> features;
 };
 
 /// Cuts labels into segments. Features of a phone: its viseme, the phone itself, and its viseme together with that of
-/// the neighbours up to two away; diphthongs are two segments. HH has the viseme of what follows, ER is half R, half Uh.
-/// Silences at the ends are cut into rest, breath or relaxation; rest has no features: its target is the neutral pose.
+/// the neighbours up to two away; diphthongs are two segments. HH has the viseme of what follows, ER is half R, half
+/// Uh. Silences at the ends are cut into rest, breath or relaxation; rest has no features: its target is the neutral
+/// pose.
 std::vector<ActorSegment> actorSegments(const SpeechLabels& labels);
 
 /// The response, 0 to 1, of four equal first-order stages at `time` after their input steps up: starts and ends softly
@@ -40,9 +41,9 @@ std::vector<ActorSegment> actorSegments(const SpeechLabels& labels);
 double actorStep(Seconds time, Seconds time_constant);
 inline constexpr int kActorStages = 4;
 
-/// How much segment i holds of one component at time t: weight_i = step_i - step_(i+1), where step_i is the movement into
-/// segment i, half done at its start less `lead`. Weights sum to 1 at every time.
-/// Returns frames x segments for frames at k / frame_rate_hz.
+/// How much segment i holds of one component at time t: weight_i = step_i - step_(i+1), where step_i is the movement
+/// into segment i, half done at its start less `lead`. Weights sum to 1 at every time. Returns frames x segments for
+/// frames at k / frame_rate_hz.
 Eigen::MatrixXd actorWeights(const std::vector<ActorSegment>& segments, Seconds time_constant, Seconds lead,
                              double frame_rate_hz, std::size_t frame_count);
 

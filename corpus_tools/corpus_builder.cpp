@@ -45,8 +45,16 @@ CleanedFace cleanFace(const RawTake& raw, const HeadReference& reference, const 
   const std::size_t missing_before = missingSamples(cleaned.motion);
   cleaned.motion = fillShortGaps(cleaned.motion, options.gaps).clip;
   if (options.smooth) cleaned.motion = smoothMotion(cleaned.motion).clip;
-  cleaned.report = {raw.name,    raw.face.frameCount(), track.jig_frames,      track.skin_frames, track.bridged_frames,
-                    track.scale, track.residual_rms_mm, /*filled_samples=*/0, 0,                 0};
+  cleaned.report = {raw.name,
+                    raw.face.frameCount(),
+                    track.jig_frames,
+                    track.skin_frames,
+                    track.bridged_frames,
+                    track.scale,
+                    track.residual_rms_mm,
+                    /*filled_samples=*/0,
+                    0,
+                    0};
   cleaned.report.missing_samples = missingSamples(cleaned.motion);
   cleaned.report.filled_samples = missing_before - cleaned.report.missing_samples;
   return cleaned;
@@ -216,16 +224,16 @@ void finish(BuildResult& result, HeadReference reference, const BuildOptions& op
 
 }  // namespace
 
-BuildResult buildCorpus(const std::filesystem::path& folder, const BuildOptions& options, const BuildProgress& progress) {
+BuildResult buildCorpus(const std::filesystem::path& folder, const BuildOptions& options,
+                        const BuildProgress& progress) {
   const FoundTakes found = findTakes(folder);
   StepCounter steps(2 * found.takes.size(), progress);
   RawTakes raw = readTakes(folder, options, found, steps);
   BuildResult result{{}, {}, std::move(raw.left_out)};
   result.corpus.layout = options.layout;
   const HeadReference reference = estimateHeadReference(raw.takes, options.layout, options.cleaning.head);
-  auto cleaned = forEachTake<CleanedTake>(raw.takes, options, steps, result.left_out, [&](const RawTake& take) {
-    return cleanTake(take, reference, options);
-  });
+  auto cleaned = forEachTake<CleanedTake>(raw.takes, options, steps, result.left_out,
+                                          [&](const RawTake& take) { return cleanTake(take, reference, options); });
   if (cleaned.empty()) {
     throw InputError(folder.string(), "", fmt::format("no take can be used; the first: {}", result.left_out[0].reason));
   }
@@ -246,9 +254,8 @@ CleanTakes readTakesInto(const Corpus& corpus, const std::filesystem::path& fold
   RawTakes raw = readTakes(folder, as_corpus, found, steps);
   CleanTakes clean{{}, std::move(raw.left_out)};
   const HeadReference reference = headReferenceOf(corpus);
-  auto cleaned = forEachTake<CleanedTake>(raw.takes, as_corpus, steps, clean.left_out, [&](const RawTake& take) {
-    return cleanTake(take, reference, as_corpus);
-  });
+  auto cleaned = forEachTake<CleanedTake>(raw.takes, as_corpus, steps, clean.left_out,
+                                          [&](const RawTake& take) { return cleanTake(take, reference, as_corpus); });
   for (CleanedTake& take : cleaned) clean.takes.push_back(std::move(take.take));
   return clean;
 }

@@ -52,7 +52,8 @@ struct BuildResult {
 using BuildProgress = std::function<void(std::size_t done, std::size_t total)>;
 
 /// Takes -> cleaned, labelled corpus: head motion removed, one frame and size for all takes, short gaps filled, neutral
-/// pose, the face's own axes. Throws InputError when the folder has no usable take; with `strict`, for any unusable one.
+/// pose, the face's own axes. Throws InputError when the folder has no usable take; with `strict`, for any unusable
+/// one.
 BuildResult buildCorpus(const std::filesystem::path& folder, const BuildOptions& options,
                         const BuildProgress& progress = {});
 

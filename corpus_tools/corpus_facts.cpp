@@ -108,19 +108,21 @@ void checkMarkers(const CorpusTake& take, std::vector<std::string>& remarks) {
     if (fastest > kFastestMarkerMmS) fast.push_back(motion.marker_names[marker]);
   }
   if (!missing.empty()) {
-    remarks.push_back(fmt::format("{}: {} missing in over {:.0f} % of the frames", take.name, named(missing),
-                                   100 * kMissingShare));
+    remarks.push_back(
+        fmt::format("{}: {} missing in over {:.0f} % of the frames", take.name, named(missing), 100 * kMissingShare));
   }
   if (!fast.empty()) {
-    remarks.push_back(fmt::format("{}: {} faster than {:.0f} mm/s; no face is", take.name, named(fast), kFastestMarkerMmS));
+    remarks.push_back(
+        fmt::format("{}: {} faster than {:.0f} mm/s; no face is", take.name, named(fast), kFastestMarkerMmS));
   }
 }
 
 void checkNeutral(const Corpus& corpus, std::vector<std::string>& problems) {
-  const Eigen::RowVector3d size = corpus.neutral_pose_mm.colwise().maxCoeff() - corpus.neutral_pose_mm.colwise().minCoeff();
+  const Eigen::RowVector3d size =
+      corpus.neutral_pose_mm.colwise().maxCoeff() - corpus.neutral_pose_mm.colwise().minCoeff();
   if (!(size.maxCoeff() >= kLeastFaceMm && size.maxCoeff() <= kLargestFaceMm)) {
-    problems.push_back(fmt::format("neutral pose: {:.0f} x {:.0f} x {:.0f} mm is not the size of a face", size[0], size[1],
-                                   size[2]));
+    problems.push_back(
+        fmt::format("neutral pose: {:.0f} x {:.0f} x {:.0f} mm is not the size of a face", size[0], size[1], size[2]));
   }
 }
 

@@ -17,8 +17,8 @@ struct CorpusCheck {
   std::vector<std::string> remarks;
 };
 
-/// Of a corpus that could be read, with its audio: motion or sound shorter than the labels, no take, a neutral pose that
-/// is no face; markers missing or jumping.
+/// Of a corpus that could be read, with its audio: motion or sound shorter than the labels, no take, a neutral pose
+/// that is no face; markers missing or jumping.
 CorpusCheck checkCorpus(const Corpus& corpus);
 
 }  // namespace mouthpiece

@@ -84,7 +84,6 @@ int runSample(const Options& options) {
   return kExitDone;
 }
 
-
 int runBuild(const Options& options) {
   BuildResult result;
   {
@@ -114,7 +113,8 @@ int runCheck(const Options& options) {
     for (const std::string& remark : check.remarks) printText("remark: " + remark + "\n");
   }
   if (!check.problems.empty()) {
-    throw InputError(options.input.string(), "", fmt::format("found {} problems; expected none", check.problems.size()));
+    throw InputError(options.input.string(), "",
+                     fmt::format("found {} problems; expected none", check.problems.size()));
   }
   if (!options.quiet) printText(fmt::format("{}: sound\n", options.input.string()));
   return kExitDone;
@@ -161,7 +161,6 @@ int runPrompts(const Options& options) {
   return kExitDone;
 }
 
-
 class CommandLine {
  public:
   CommandLine() {
@@ -190,7 +189,9 @@ class CommandLine {
     return *added;
   }
 
-  void addLayout(CLI::App& app_) { app_.add_option("--layout", options_.layout, "Marker layout (JSON); default: face66"); }
+  void addLayout(CLI::App& app_) {
+    app_.add_option("--layout", options_.layout, "Marker layout (JSON); default: face66");
+  }
   void addLexicon(CLI::App& app_) {
     app_.add_option("--lexicon", options_.lexicon, "Pronunciations of words (WORD PHONES..., one a line)");
   }
@@ -204,7 +205,8 @@ class CommandLine {
                                "corpus sample takes --truth truth", runSample);
     sample.add_option("folder", options_.output, "Where the takes go")->required();
     sample.add_option("--truth", options_.truth, "Folder for the clean motion, head still");
-    sample.add_option("--sentences", options_.sentences, "What to say, one sentence a line; default: 55 of the time grammar");
+    sample.add_option("--sentences", options_.sentences,
+                      "What to say, one sentence a line; default: 55 of the time grammar");
     sample.add_option("--seed", options_.sample.seed, "Of head motion, noise and gaps")->capture_default_str();
     sample.add_option("--voice", options_.sample.voice, "Who speaks")->capture_default_str();
     addJobs(sample);
@@ -212,7 +214,9 @@ class CommandLine {
   void addBuild() {
     CLI::App& build = command("build", "Takes -> cleaned, labelled, indexed corpus",
                               "corpus build takes --out mine.corpus --lexicon lexicon.txt", runBuild);
-    build.add_option("folder", options_.input, "NAME.c3d (.trc .csv), NAME.wav (.flac), NAME.txt, NAME.TextGrid (.lab .phn)")
+    build
+        .add_option("folder", options_.input,
+                    "NAME.c3d (.trc .csv), NAME.wav (.flac), NAME.txt, NAME.TextGrid (.lab .phn)")
         ->required();
     build.add_option("--out,-o", options_.output, "The corpus to write")->required();
     addLexicon(build);
@@ -226,7 +230,8 @@ class CommandLine {
     addJsonFlag(info, options_.json);
   }
   void addCheck() {
-    addCorpus(command("check", "Read everything in a corpus and name what is suspicious", "corpus check mine.corpus", runCheck));
+    addCorpus(command("check", "Read everything in a corpus and name what is suspicious", "corpus check mine.corpus",
+                      runCheck));
   }
   void addConvert() {
     CLI::App& convert = command("convert", "Motion from one format to another, by the names' endings (c3d csv trc)",
@@ -242,8 +247,9 @@ class CommandLine {
     addLayout(clean);
   }
   void addEvaluate() {
-    CLI::App& evaluate = command("evaluate", "Resynthesise takes that are not in the corpus and compare with the capture",
-                                 "corpus evaluate mine.corpus --hold-out 0.1", runEvaluate);
+    CLI::App& evaluate =
+        command("evaluate", "Resynthesise takes that are not in the corpus and compare with the capture",
+                "corpus evaluate mine.corpus --hold-out 0.1", runEvaluate);
     addCorpus(evaluate);
     CLI::Option_group& which = *evaluate.add_option_group("takes to compare with", "One of");
     which.add_option("--takes", options_.takes, "Folder of takes that the corpus does not hold");

@@ -50,10 +50,13 @@ DominanceModel::Kind DominanceModel::kindOf(Phone phone) {
   switch (firstViseme(phone)) {
     case Viseme::kOh:
     case Viseme::kOo:
-    case Viseme::kW: return Kind::kRounded;
+    case Viseme::kW:
+      return Kind::kRounded;
     case Viseme::kS:
-    case Viseme::kShChJ: return Kind::kSibilant;
-    default: return isVowel(phone) ? Kind::kVowel : Kind::kOther;
+    case Viseme::kShChJ:
+      return Kind::kSibilant;
+    default:
+      return isVowel(phone) ? Kind::kVowel : Kind::kOther;
   }
 }
 
@@ -66,9 +69,8 @@ MotionClip DominanceModel::animate(const SpeechLabels& labels, double frame_rate
     double total = 0;
     for (const LabelledPhone& phone : labels.phones) {
       // A long silence holds its target to its edge; a middle alone would let go of it.
-      const Seconds away = phone.phone == Phone::kSil
-                               ? std::max({0.0, phone.span.start - time, time - phone.span.end})
-                               : std::abs(time - phone.span.middle());
+      const Seconds away = phone.phone == Phone::kSil ? std::max({0.0, phone.span.start - time, time - phone.span.end})
+                                                      : std::abs(time - phone.span.middle());
       const double dominance = parameters_.magnitude[static_cast<std::size_t>(kindOf(phone.phone))] *
                                std::exp(-parameters_.rate * std::pow(away, parameters_.power));
       sum += dominance * targets_[static_cast<std::size_t>(phone.phone)];
@@ -87,7 +89,7 @@ DominanceModel DominanceModel::fit(const Corpus& corpus) {
   model.marker_names_ = corpus.layout.markerNames();
   model.targets_ = meanPoses(corpus);
   const std::size_t step = std::max<std::size_t>(1, corpus.takes.size() / kTrainingTakes);
-  const auto errorOf = [&](const Parameters& parameters) {
+  const auto error_of = [&](const Parameters& parameters) {
     DominanceModel candidate = model;
     candidate.parameters_ = parameters;
     LipMeasures sum;
@@ -99,8 +101,8 @@ DominanceModel DominanceModel::fit(const Corpus& corpus) {
     return sum.lipRms();
   };
   double least = std::numeric_limits<double>::infinity();
-  const auto keepIfBetter = [&](const Parameters& parameters) {
-    if (const double error = errorOf(parameters); error < least) {
+  const auto keep_if_better = [&](const Parameters& parameters) {
+    if (const double error = error_of(parameters); error < least) {
       least = error;
       model.parameters_ = parameters;
     }
@@ -110,7 +112,7 @@ DominanceModel DominanceModel::fit(const Corpus& corpus) {
       Parameters parameters;
       parameters.power = power;
       parameters.rate = std::pow(reach, -power);
-      keepIfBetter(parameters);
+      keep_if_better(parameters);
     }
   }
   for (int round = 0; round < kMagnitudeRounds; ++round) {
@@ -119,7 +121,7 @@ DominanceModel DominanceModel::fit(const Corpus& corpus) {
       for (const double magnitude : kMagnitudes) {
         Parameters parameters = before;
         parameters.magnitude[kind] = magnitude;
-        keepIfBetter(parameters);
+        keep_if_better(parameters);
       }
     }
   }

@@ -12,8 +12,8 @@ namespace mouthpiece {
 /// T and a dominance D = a exp(-theta |t - t_phone|^c), and the face is F(t) = sum D T / sum D.
 class DominanceModel {
  public:
-  /// Targets: the mean pose of each phone's middle frames. a (one per kind of phone), theta and c: a coarse grid, by the
-  /// lip error over some takes of the corpus.
+  /// Targets: the mean pose of each phone's middle frames. a (one per kind of phone), theta and c: a coarse grid, by
+  /// the lip error over some takes of the corpus.
   static DominanceModel fit(const Corpus& corpus);
 
   /// `frames` frames of the layout's markers on the clock of `labels`.

@@ -17,10 +17,10 @@ struct EvaluationRow {
   // The rest is zero for methods that do not join units.
   std::size_t phones = 0;
   std::size_t units = 0;
-  std::size_t pairs = 0;          ///< of neighbouring phones
-  std::size_t backoff_pairs = 0;  ///< spelt by a stand-in
-  std::vector<double> join_jumps_mm;    ///< largest marker step across each join
-  std::vector<double> join_limits_mm;   ///< 95th percentile of the corpus' own steps at that join's frame rate
+  std::size_t pairs = 0;               ///< of neighbouring phones
+  std::size_t backoff_pairs = 0;       ///< spelt by a stand-in
+  std::vector<double> join_jumps_mm;   ///< largest marker step across each join
+  std::vector<double> join_limits_mm;  ///< 95th percentile of the corpus' own steps at that join's frame rate
 
   [[nodiscard]] double unitsPerPhone() const;
   [[nodiscard]] double backoffShare() const;

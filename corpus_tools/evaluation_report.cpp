@@ -39,17 +39,16 @@ std::string evaluationTable(const Evaluation& evaluation) {
   }
   if (!evaluation.rows.empty()) {
     const EvaluationRow& first = evaluation.rows.front();
-    text += fmt::format("\nclosures kept: of {} in the capture\n"
-                        "join p95: largest marker step at a join; that of the corpus' own frames: {} mm\n",
-                        first.lips.closures, number(first.usualStep(), 2));
+    text += fmt::format(
+        "\nclosures kept: of {} in the capture\n"
+        "join p95: largest marker step at a join; that of the corpus' own frames: {} mm\n",
+        first.lips.closures, number(first.usualStep(), 2));
   }
   return text;
 }
 
 std::string evaluationJson(const Evaluation& evaluation) {
-  nlohmann::json json = {{"corpus", evaluation.corpus},
-                         {"takes", evaluation.takes},
-                         {"rows", nlohmann::json::array()}};
+  nlohmann::json json = {{"corpus", evaluation.corpus}, {"takes", evaluation.takes}, {"rows", nlohmann::json::array()}};
   for (const EvaluationRow& row : evaluation.rows) {
     const LipMeasures& lips = row.lips;
     json["rows"].push_back({{"method", row.method},

@@ -29,8 +29,10 @@ CanthusPair outerCanthi(const MarkerPositions& neutral, const MarkerLayout& layo
     if (!outer || (pair.left - pair.right).norm() > (outer->left - outer->right).norm()) outer = pair;
   }
   if (!outer || (outer->left - outer->right).norm() < 1e-3) {
-    throw InputError(fmt::format("layout {} has no seen pair of markers in the region \"canthus\"; the face's axes need "
-                                 "the outer corners of the eyes", layout.name));
+    throw InputError(
+        fmt::format("layout {} has no seen pair of markers in the region \"canthus\"; the face's axes need "
+                    "the outer corners of the eyes",
+                    layout.name));
   }
   return *outer;
 }
@@ -60,16 +62,20 @@ RigidMotion faceFromHead(const MarkerPositions& neutral_mm, const MarkerLayout& 
   const auto forehead = regionMean(neutral_mm, layout, "forehead", true);
   const auto chin = regionMean(neutral_mm, layout, "chin", true);
   if (!forehead || !chin) {
-    throw InputError(fmt::format("layout {} has no seen midline markers in the regions \"forehead\" and \"chin\"; the "
-                                 "face's axes need both", layout.name));
+    throw InputError(
+        fmt::format("layout {} has no seen midline markers in the regions \"forehead\" and \"chin\"; the "
+                    "face's axes need both",
+                    layout.name));
   }
   const Eigen::Vector3d up = *forehead - *chin;
   const Eigen::Vector3d y = (up - up.dot(x) * x).normalized();
   const Eigen::Vector3d z = x.cross(y);
   const auto nose = regionMean(neutral_mm, layout, "nose", true);
   if (nose && (*nose - origin).dot(z) <= 0) {
-    throw InputError(fmt::format("the nose lies behind the eyes: the capture is a mirror image, or the left and right "
-                                 "markers of layout {} are exchanged", layout.name));
+    throw InputError(
+        fmt::format("the nose lies behind the eyes: the capture is a mirror image, or the left and right "
+                    "markers of layout {} are exchanged",
+                    layout.name));
   }
   RigidMotion face_from_head;
   face_from_head.rotation << x.transpose(), y.transpose(), z.transpose();

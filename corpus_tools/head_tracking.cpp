@@ -25,7 +25,8 @@ std::vector<std::size_t> allMarkers(const MotionClip& clip) {
   return all;
 }
 
-void appendShapes(std::vector<MarkerPositions>& shapes, const MotionClip& clip, const std::vector<std::size_t>& markers) {
+void appendShapes(std::vector<MarkerPositions>& shapes, const MotionClip& clip,
+                  const std::vector<std::size_t>& markers) {
   const std::size_t step = std::max<std::size_t>(1, clip.frameCount() / kShapeFramesPerTake);
   for (std::size_t frame = 0; frame < clip.frameCount(); frame += step) {
     shapes.push_back(pickMarkers(clip.pose(FrameIndex(frame)), markers));
@@ -45,7 +46,8 @@ MarkerPositions stableShapeInJigFrame(const std::vector<RawTake>& takes, const M
   for (const RawTake& take : takes) {
     const HeadReference jig_only{jig_mm, MarkerPositions(0, 3)};
     try {
-      appendShapes(shapes, withoutHeadMotion(take.face, trackHead(take, jig_only, layout, options)), stableMarkers(layout));
+      appendShapes(shapes, withoutHeadMotion(take.face, trackHead(take, jig_only, layout, options)),
+                   stableMarkers(layout));
     } catch (const InputError&) {
       continue;  // a take without the jig; reported when it is cleaned
     }
@@ -73,7 +75,8 @@ double equalizingScale(const MotionClip& face, const std::vector<std::size_t>& s
   std::vector<double> scales;
   for (const MarkerPositions& shape : shapes) {
     if (sharedMarkers(shape, reference.stable_mm) < options.least_skin_markers) continue;
-    if (const auto fit = fitPose(shape, reference.stable_mm, PoseScale::kFree, options.skin_fit)) scales.push_back(fit->scale);
+    if (const auto fit = fitPose(shape, reference.stable_mm, PoseScale::kFree, options.skin_fit))
+      scales.push_back(fit->scale);
   }
   if (scales.empty()) return 1;
   const auto middle = scales.begin() + static_cast<std::ptrdiff_t>(scales.size() / 2);
@@ -111,7 +114,7 @@ std::vector<RigidMotion> bridged(const OptionalPoses& poses) {
 /// Gaussian mean of rotations (as quaternions of one sign) and of the place of `centre`, a point of the head: smoothing
 /// the translations themselves would shift the face by the lever arm to the world's origin.
 std::vector<RigidMotion> smoothed(const std::vector<RigidMotion>& poses, const Eigen::Vector3d& centre,
-                                        double sigma_frames) {
+                                  double sigma_frames) {
   if (sigma_frames <= 0) return poses;
   std::vector<Eigen::Vector4d> turns;
   std::vector<Eigen::Vector3d> centres;
@@ -166,7 +169,8 @@ OptionalPoses posesOf(const RawTake& take, const HeadReference& reference, const
         by_jig ? jig : MarkerPositions(track.scale * pickMarkers(take.face.pose(FrameIndex(frame)), stable));
     const MarkerPositions& target = by_jig ? reference.jig_mm : reference.stable_mm;
     if (!by_jig && sharedMarkers(source, target) < options.least_skin_markers) continue;
-    const std::optional<PoseFit> fit = fitPose(source, target, PoseScale::kFixed, by_jig ? options.jig_fit : options.skin_fit);
+    const std::optional<PoseFit> fit =
+        fitPose(source, target, PoseScale::kFixed, by_jig ? options.jig_fit : options.skin_fit);
     if (!fit) continue;  // all on one line
     poses[frame] = fit->target_from_source;
     ++(by_jig ? track.jig_frames : track.skin_frames);
@@ -207,9 +211,10 @@ HeadReference estimateHeadReference(const std::vector<RawTake>& takes, const Mar
   const PoseScale scale = options.equalize_scale ? PoseScale::kFree : PoseScale::kFixed;
   reference.stable_mm = meanShape(shapes, options.least_skin_markers, scale);
   if (reference.stable_mm.rows() == 0) {
-    throw InputError(fmt::format("no frame of any take shows {} jig markers or {} stable markers of layout {}; "
-                                 "expected enough to find the head",
-                                 options.least_jig_markers, options.least_skin_markers, layout.name));
+    throw InputError(
+        fmt::format("no frame of any take shows {} jig markers or {} stable markers of layout {}; "
+                    "expected enough to find the head",
+                    options.least_jig_markers, options.least_skin_markers, layout.name));
   }
   return reference;
 }
@@ -222,8 +227,10 @@ HeadTrack trackHead(const RawTake& take, const HeadReference& reference, const M
   if (!has_jig && options.equalize_scale) track.scale = equalizingScale(take.face, stable, reference, options);
   const OptionalPoses poses = posesOf(take, reference, stable, options, track);
   if (track.jig_frames + track.skin_frames == 0) {
-    throw InputError(take.name, "", fmt::format("no frame shows {} jig markers or {} stable markers; expected enough to "
-                                                "find the head", options.least_jig_markers, options.least_skin_markers));
+    throw InputError(take.name, "",
+                     fmt::format("no frame shows {} jig markers or {} stable markers; expected enough to "
+                                 "find the head",
+                                 options.least_jig_markers, options.least_skin_markers));
   }
   track.bridged_frames = poses.size() - track.jig_frames - track.skin_frames;
   track.head_from_world = bridged(poses);

@@ -30,11 +30,11 @@ struct HeadReference {
 /// Where the head was in each frame of a take.
 struct HeadTrack {
   std::vector<RigidMotion> head_from_world;  ///< one a frame; applied to scale * world
-  double scale = 1;                                ///< 1 with a jig
-  std::size_t jig_frames = 0;                      ///< posed by the jig
-  std::size_t skin_frames = 0;                     ///< posed by the stable markers
-  std::size_t bridged_frames = 0;                  ///< too few of both seen: interpolated
-  double residual_rms_mm = 0;                      ///< of the markers that gave the poses
+  double scale = 1;                          ///< 1 with a jig
+  std::size_t jig_frames = 0;                ///< posed by the jig
+  std::size_t skin_frames = 0;               ///< posed by the stable markers
+  std::size_t bridged_frames = 0;            ///< too few of both seen: interpolated
+  double residual_rms_mm = 0;                ///< of the markers that gave the poses
 };
 
 /// The mean shapes of jig and stable markers over all takes, in the frame of one of the takes. Throws InputError when
@@ -49,9 +49,10 @@ HeadTrack trackHead(const RawTake& take, const HeadReference& reference, const M
 /// `face` with the head still, in the reference's coordinates.
 MotionClip withoutHeadMotion(const MotionClip& face, const HeadTrack& track);
 
-/// The face's own axes: X along the outer canthi to the subject's left, Y from chin to forehead along the midline and at
-/// right angles to X, Z out of the face, origin at the middle of the outer canthi. `neutral_mm`: the layout's markers.
-/// Throws InputError when the layout or the pose lacks outer canthi, or the face is mirrored (L and R exchanged).
+/// The face's own axes: X along the outer canthi to the subject's left, Y from chin to forehead along the midline and
+/// at right angles to X, Z out of the face, origin at the middle of the outer canthi. `neutral_mm`: the layout's
+/// markers. Throws InputError when the layout or the pose lacks outer canthi, or the face is mirrored (L and R
+/// exchanged).
 RigidMotion faceFromHead(const MarkerPositions& neutral_mm, const MarkerLayout& layout);
 
 /// Indices of the layout's stable markers.

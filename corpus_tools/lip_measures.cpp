@@ -10,10 +10,10 @@
 namespace mouthpiece {
 namespace {
 
-constexpr Seconds kClosureReach = 0.02;   ///< beyond both ends of a B P M: label error
-constexpr double kClosureShare = 0.25;    ///< of the curve's own range of openings
-constexpr Seconds kProbeStep = 0.005;     ///< openings between the frames are read off straight lines
-constexpr double kLeastRangeMm = 1.0;     ///< a mouth that moves less has no closures
+constexpr Seconds kClosureReach = 0.02;  ///< beyond both ends of a B P M: label error
+constexpr double kClosureShare = 0.25;   ///< of the curve's own range of openings
+constexpr Seconds kProbeStep = 0.005;    ///< openings between the frames are read off straight lines
+constexpr double kLeastRangeMm = 1.0;    ///< a mouth that moves less has no closures
 
 double ratio(double part, double whole) { return whole > 0 ? part / whole : std::numeric_limits<double>::quiet_NaN(); }
 
@@ -140,7 +140,8 @@ Opening openingOf(const std::vector<double>& mm, double frame_rate_hz) {
   return opening;
 }
 
-void addClosures(const Opening& captured, const Opening& synthesised, const SpeechLabels& labels, LipMeasures& measures) {
+void addClosures(const Opening& captured, const Opening& synthesised, const SpeechLabels& labels,
+                 LipMeasures& measures) {
   if (captured.mm.empty() || synthesised.mm.empty()) return;
   for (const LabelledPhone& phone : labels.phones) {
     if (phone.phone == Phone::kSil || isLabiodental(phone.phone)) continue;
@@ -213,9 +214,9 @@ LipMeasures measureLips(const MotionClip& captured, const MotionClip& synthesise
   measures.captured_jerk = squaredJerk(lips.captured, lips.frames);
   const std::vector<double> captured_opening = opening_mm(captured), opening = opening_mm(synthesised);
   // A flat curve has no correlation; it counts as none rather than dropping out of the mean.
-  const auto countFlatAsNone = [](double r) { return std::isfinite(r) ? r : 0.0; };
-  measures.opening_r.push_back(countFlatAsNone(correlation(captured_opening, opening)));
-  measures.width_r.push_back(countFlatAsNone(correlation(width_mm(captured), width_mm(synthesised))));
+  const auto flat_counts_as_none = [](double r) { return std::isfinite(r) ? r : 0.0; };
+  measures.opening_r.push_back(flat_counts_as_none(correlation(captured_opening, opening)));
+  measures.width_r.push_back(flat_counts_as_none(correlation(width_mm(captured), width_mm(synthesised))));
   const Opening captured_mouth = openingOf(captured_opening, captured.frame_rate_hz);
   addClosures(captured_mouth, openingOf(opening, synthesised.frame_rate_hz), labels, measures);
   return measures;

@@ -81,7 +81,8 @@ void expectComplete(const MarkerPositions& pose, const MarkerLayout& layout) {
   for (Eigen::Index marker = 0; marker < pose.rows(); ++marker) {
     if (pose.row(marker).allFinite()) continue;
     throw InputError(fmt::format("marker {} is seen in no take; expected all {} markers of layout {}",
-                                 layout.markers[static_cast<std::size_t>(marker)].name, layout.markers.size(), layout.name));
+                                 layout.markers[static_cast<std::size_t>(marker)].name, layout.markers.size(),
+                                 layout.name));
   }
 }
 

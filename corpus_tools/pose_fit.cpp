@@ -100,13 +100,16 @@ MarkerPositions pickMarkers(const MarkerPositions& pose, const std::vector<std::
 }
 
 void transform(MarkerPositions& pose, const RigidMotion& target_from_source) {
-  pose = ((pose * target_from_source.rotation.transpose()).rowwise() + target_from_source.translation_mm.transpose()).eval();
+  pose = ((pose * target_from_source.rotation.transpose()).rowwise() + target_from_source.translation_mm.transpose())
+             .eval();
 }
 
 void transform(MotionClip& clip, const RigidMotion& target_from_source) {
   // A row-major frames x (3 * markers) matrix is, read through, one row of three a marker.
   Eigen::Map<MarkerPositions> points(clip.positions_mm.data(), clip.positions_mm.size() / 3, 3);
-  points = ((points * target_from_source.rotation.transpose()).rowwise() + target_from_source.translation_mm.transpose()).eval();
+  points =
+      ((points * target_from_source.rotation.transpose()).rowwise() + target_from_source.translation_mm.transpose())
+          .eval();
 }
 
 }  // namespace mouthpiece

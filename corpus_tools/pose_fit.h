@@ -26,8 +26,8 @@ std::size_t sharedMarkers(const MarkerPositions& source, const MarkerPositions& 
 std::optional<PoseFit> fitPose(const MarkerPositions& source, const MarkerPositions& target, PoseScale scale,
                                const RigidFitOptions& options = {});
 
-/// Generalised Procrustes mean: every shape fitted to the mean, averaged, again; in the frame of the shape that shows the
-/// most markers, in the mean size. Markers that no usable shape shows are NaN. No rows when no shape shows
+/// Generalised Procrustes mean: every shape fitted to the mean, averaged, again; in the frame of the shape that shows
+/// the most markers, in the mean size. Markers that no usable shape shows are NaN. No rows when no shape shows
 /// `least_markers`.
 MarkerPositions meanShape(const std::vector<MarkerPositions>& shapes, std::size_t least_markers, PoseScale scale);
 

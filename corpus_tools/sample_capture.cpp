@@ -26,7 +26,7 @@ const Eigen::Vector3d kNeckPivotMm(0, -90, -100);
 const Eigen::Vector3d kRoomPlaceMm(120, 1560, 240);
 
 /// A headband's markers, from the top of the forehead.
-const std::vector<Eigen::Vector3d> kJigOffsetsMm = {{0, 52, -12},   {-48, 42, -26}, {48, 42, -26}, {-86, 18, -74},
+const std::vector<Eigen::Vector3d> kJigOffsetsMm = {{0, 52, -12},  {-48, 42, -26}, {48, 42, -26}, {-86, 18, -74},
                                                     {86, 18, -74}, {-58, 84, -82}, {58, 84, -82}};
 
 std::vector<Eigen::Vector3d> jigPlaces(const MotionClip& performance) {
@@ -41,14 +41,16 @@ std::vector<Eigen::Vector3d> jigPlaces(const MotionClip& performance) {
 }
 
 /// Slow nods, turns, tilts and sway about a place and pose that differ a little from take to take.
-std::vector<Eigen::Isometry3d> headPath(const MotionClip& performance, const SampleCaptureOptions& options, std::uint64_t seed) {
+std::vector<Eigen::Isometry3d> headPath(const MotionClip& performance, const SampleCaptureOptions& options,
+                                        std::uint64_t seed) {
   const std::size_t frames = performance.frameCount();
   const auto drift = [&](std::uint64_t stream) {
     return smoothNoise(seed, kHeadStream + stream, kHeadCorrelation, performance.frame_rate_hz, frames);
   };
   const Eigen::VectorXd nod = drift(0), turn = drift(1), tilt = drift(2), x = drift(3), y = drift(4), z = drift(5);
   SampleRandom place(seed, kPlaceStream);
-  const Eigen::Vector3d stand = kRoomPlaceMm + 15.0 * Eigen::Vector3d(place.normal(), 0.3 * place.normal(), place.normal());
+  const Eigen::Vector3d stand =
+      kRoomPlaceMm + 15.0 * Eigen::Vector3d(place.normal(), 0.3 * place.normal(), place.normal());
   const double facing_deg = 3.0 * place.normal();
   constexpr double kDegree = std::numbers::pi / 180;
 
@@ -90,7 +92,8 @@ std::size_t hideMarkers(MotionClip& clip, const SampleCaptureOptions& options, s
     const Seconds length = is_long ? random.uniform(kLongGapShortest, kLongGapLongest)
                                    : random.uniform(options.shortest_gap, options.longest_gap);
     const auto first = static_cast<Eigen::Index>(start * clip.frame_rate_hz);
-    const auto count = std::min(static_cast<Eigen::Index>(length * clip.frame_rate_hz) + 1, clip.positions_mm.rows() - first);
+    const auto count =
+        std::min(static_cast<Eigen::Index>(length * clip.frame_rate_hz) + 1, clip.positions_mm.rows() - first);
     clip.positions_mm.block(first, static_cast<Eigen::Index>(3 * marker), count, 3)
         .setConstant(std::numeric_limits<double>::quiet_NaN());
     ++gaps;

@@ -36,8 +36,8 @@ struct PerformedTake {
 /// Takes of one seed differ, and a take stays the same when others are added.
 std::uint64_t seedOfTake(std::uint64_t seed, std::size_t take) { return seed * 1'000'003U + take; }
 
-PerformedTake performTake(const fs::path& folder, const std::string& name, const std::string& sentence, std::uint64_t seed,
-                          const SampleOptions& options) {
+PerformedTake performTake(const fs::path& folder, const std::string& name, const std::string& sentence,
+                          std::uint64_t seed, const SampleOptions& options) {
   const SpokenLine line = makeVoice(options.voice)->speak(sentence);
   const Seconds duration = std::max(line.audio.duration(), line.labels.duration());
   ActorOptions acting;
@@ -71,7 +71,8 @@ std::vector<std::string> readSentences(const fs::path& path) {
     if (!line.empty() && !line.starts_with('#')) sentences.push_back(line);
   }
   if (sentences.empty() || sentences.size() > kMostSentences) {
-    throw InputError(path.string(), "", fmt::format("found {} sentences; expected 1 to {}", sentences.size(), kMostSentences));
+    throw InputError(path.string(), "",
+                     fmt::format("found {} sentences; expected 1 to {}", sentences.size(), kMostSentences));
   }
   return sentences;
 }
@@ -83,7 +84,8 @@ SampleSummary writeSampleCorpus(const fs::path& folder, const SampleOptions& opt
   std::mutex progress_mutex;
   std::size_t done = 0;
   parallelFor(sentences.size(), jobs, [&](std::size_t i) {
-    takes[i] = performTake(folder, fmt::format("time_{:02}", i + 1), sentences[i], seedOfTake(options.seed, i), options);
+    takes[i] =
+        performTake(folder, fmt::format("time_{:02}", i + 1), sentences[i], seedOfTake(options.seed, i), options);
     const std::scoped_lock lock(progress_mutex);
     ++done;
     if (progress) progress(done, sentences.size());

@@ -21,20 +21,20 @@ struct SampleOptions {
 
 struct SampleSummary {
   std::size_t takes = 0;
-  Seconds speech_s = 0;          ///< length of all takes together
-  std::size_t gaps = 0;          ///< stretches in which a marker was hidden
-  double missing_share = 0;      ///< hidden samples over all samples
-  std::string voice;             ///< the voice that really spoke
-  std::string notice;            ///< a word of the voice to the user, or ""
+  Seconds speech_s = 0;      ///< length of all takes together
+  std::size_t gaps = 0;      ///< stretches in which a marker was hidden
+  double missing_share = 0;  ///< hidden samples over all samples
+  std::string voice;         ///< the voice that really spoke
+  std::string notice;        ///< a word of the voice to the user, or ""
 };
 
 /// Called from one thread at a time, with the number of takes done.
 using SampleProgress = std::function<void(std::size_t done, std::size_t total)>;
 
-/// Performs the sample corpus into `folder`: NAME.c3d, NAME.wav, NAME.txt and NAME.TextGrid for each sentence, performed
-/// by the fitted actor (docs/theory/actor_model.md), not captured. Files already there are replaced one by one, each
-/// atomically. The same options give the same bytes. Throws InputError when a folder cannot be written or the voice
-/// cannot say a sentence.
+/// Performs the sample corpus into `folder`: NAME.c3d, NAME.wav, NAME.txt and NAME.TextGrid for each sentence,
+/// performed by the fitted actor (docs/theory/actor_model.md), not captured. Files already there are replaced one by
+/// one, each atomically. The same options give the same bytes. Throws InputError when a folder cannot be written or the
+/// voice cannot say a sentence.
 SampleSummary writeSampleCorpus(const std::filesystem::path& folder, const SampleOptions& options,
                                 const SampleProgress& progress = {});
 

@@ -10,7 +10,8 @@ namespace mouthpiece {
 /// Flood 2014). Streams of one seed are independent, so that adding a number to one changes no other.
 class SampleRandom {
  public:
-  SampleRandom(std::uint64_t seed, std::uint64_t stream) : state_(mixed(mixed(seed) ^ (stream * 0xD1B54A32D192ED03u))) {}
+  SampleRandom(std::uint64_t seed, std::uint64_t stream)
+      : state_(mixed(mixed(seed) ^ (stream * 0xD1B54A32D192ED03u))) {}
 
   [[nodiscard]] double uniform() { return static_cast<double>(next() >> 11) * 0x1.0p-53; }  ///< [0, 1)
   [[nodiscard]] double uniform(double low, double high) { return low + (high - low) * uniform(); }

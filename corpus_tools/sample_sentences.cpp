@@ -12,8 +12,9 @@ extern const std::string_view kSampleSentences;
 namespace {
 
 constexpr std::array kExactness = {"", "exactly", "just after", "a little after", "almost"};
-constexpr std::array kMinutes = {"",           "five past",      "ten past",  "quarter past", "twenty past", "twenty-five past",
-                                 "half past",  "twenty-five to", "twenty to", "quarter to",   "ten to",      "five to"};
+constexpr std::array kMinutes = {
+    "",          "five past",      "ten past",  "quarter past", "twenty past", "twenty-five past",
+    "half past", "twenty-five to", "twenty to", "quarter to",   "ten to",      "five to"};
 constexpr std::array kHours = {"one",   "two",   "three", "four", "five",   "six",
                                "seven", "eight", "nine",  "ten",  "eleven", "twelve"};
 constexpr std::array kDayInfo = {"in the morning", "in the afternoon", "am", "pm"};
@@ -32,14 +33,14 @@ struct WordEdges {
 };
 const std::map<std::string, WordEdges>& wordEdges() {
   static const std::map<std::string, WordEdges> kEdges = {
-      {"the", {"DH", "AH"}},     {"time", {"T", "M"}},      {"is", {"IH", "Z"}},           {"now", {"N", "AW"}},
-      {"exactly", {"IH", "IY"}}, {"just", {"JH", "T"}},     {"after", {"AE", "ER"}},       {"a", {"AH", "AH"}},
-      {"little", {"L", "L"}},    {"almost", {"AO", "T"}},   {"past", {"P", "T"}},          {"to", {"T", "UW"}},
-      {"quarter", {"K", "ER"}},  {"twenty", {"T", "IY"}},   {"twenty-five", {"T", "V"}},   {"half", {"HH", "F"}},
-      {"one", {"W", "N"}},       {"two", {"T", "UW"}},      {"three", {"TH", "IY"}},       {"four", {"F", "R"}},
-      {"five", {"F", "V"}},      {"six", {"S", "S"}},       {"seven", {"S", "N"}},         {"eight", {"EY", "T"}},
-      {"nine", {"N", "N"}},      {"ten", {"T", "N"}},       {"eleven", {"IH", "N"}},       {"twelve", {"T", "V"}},
-      {"in", {"IH", "N"}},       {"morning", {"M", "NG"}},  {"afternoon", {"AE", "N"}},    {"am", {"EY", "M"}},
+      {"the", {"DH", "AH"}},     {"time", {"T", "M"}},     {"is", {"IH", "Z"}},         {"now", {"N", "AW"}},
+      {"exactly", {"IH", "IY"}}, {"just", {"JH", "T"}},    {"after", {"AE", "ER"}},     {"a", {"AH", "AH"}},
+      {"little", {"L", "L"}},    {"almost", {"AO", "T"}},  {"past", {"P", "T"}},        {"to", {"T", "UW"}},
+      {"quarter", {"K", "ER"}},  {"twenty", {"T", "IY"}},  {"twenty-five", {"T", "V"}}, {"half", {"HH", "F"}},
+      {"one", {"W", "N"}},       {"two", {"T", "UW"}},     {"three", {"TH", "IY"}},     {"four", {"F", "R"}},
+      {"five", {"F", "V"}},      {"six", {"S", "S"}},      {"seven", {"S", "N"}},       {"eight", {"EY", "T"}},
+      {"nine", {"N", "N"}},      {"ten", {"T", "N"}},      {"eleven", {"IH", "N"}},     {"twelve", {"T", "V"}},
+      {"in", {"IH", "N"}},       {"morning", {"M", "NG"}}, {"afternoon", {"AE", "N"}},  {"am", {"EY", "M"}},
       {"pm", {"P", "M"}}};
   return kEdges;
 }
@@ -203,8 +204,8 @@ std::size_t mostWordPairs(std::size_t count) {
   }
   // Three kinds of pairs compete for the sentences. "Entries": {now, exactly, after, almost} with the first word of the
   // minutes (24) or with an hour (40 more; "five" and "ten" are among the 24): a sentence has one. {past, to} with an
-  // hour (24). An hour with the first word of the day-info, of which {five, ten} x {in, am, pm} (6) matter here. Let x be
-  // the number of sentences with minutes, or with the bare hour five or ten. The others alone bring the 40: entries
+  // hour (24). An hour with the first word of the day-info, of which {five, ten} x {in, am, pm} (6) matter here. Let x
+  // be the number of sentences with minutes, or with the bare hour five or ten. The others alone bring the 40: entries
   // <= min(count, 24 + count - x). Of the last two kinds, 20 need sentences of their own with minutes, and 6 more need
   // one each with hour five or ten (which may bring the other 4 of the 24): all but 26 - x of them at best.
   constexpr std::size_t kEntries = 64, kMinuteEntries = 24, kOwnSentences = 26;

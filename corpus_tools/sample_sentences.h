@@ -29,9 +29,9 @@ std::set<WordPair> wordPairs(const TimeSentence& sentence);
 /// An upper bound of the word pairs that `count` sentences can hold together (proof in the source); 55 reach it.
 std::size_t mostWordPairs(std::size_t count);
 
-/// `count` sentences that hold every word and as many word pairs as `count` sentences can; beyond that, as many pairs of
-/// neighbouring sounds across a word boundary and word triples as possible. Greedy choice, then exchange while it helps;
-/// the same for every call.
+/// `count` sentences that hold every word and as many word pairs as `count` sentences can; beyond that, as many pairs
+/// of neighbouring sounds across a word boundary and word triples as possible. Greedy choice, then exchange while it
+/// helps; the same for every call.
 std::vector<TimeSentence> chooseTimeSentences(std::size_t count);
 
 /// The texts of chooseTimeSentences(55), the sample corpus: sample_data/prompts/time55.txt, built in.

@@ -37,8 +37,8 @@ using Rows = std::vector<Eigen::RowVectorXd>;
 
 /// Mean over the observations of each group of what is left after `others`.
 template <typename GroupOf, typename Others>
-Rows groupMeans(const std::vector<PhoneFrame>& observed, std::size_t groups, Eigen::Index width, const GroupOf& group_of,
-                const Others& others) {
+Rows groupMeans(const std::vector<PhoneFrame>& observed, std::size_t groups, Eigen::Index width,
+                const GroupOf& group_of, const Others& others) {
   Rows means(groups, Eigen::RowVectorXd::Zero(width));
   std::vector<double> counts(groups, 0.0);
   for (const PhoneFrame& observation : observed) {
@@ -57,12 +57,12 @@ Rows takeOffsets(const std::vector<PhoneFrame>& observed, std::size_t takes, Eig
   const auto phone_of = [](const PhoneFrame& observation) { return static_cast<std::size_t>(observation.phone); };
   Rows offsets(takes, Eigen::RowVectorXd::Zero(width));
   for (int round = 0; round < kRounds; ++round) {
-    const Rows phones = groupMeans(observed, kPhoneCount, width, phone_of, [&](const PhoneFrame& observation) -> const auto& {
-      return offsets[observation.take];
-    });
-    offsets = groupMeans(observed, takes, width, take_of, [&](const PhoneFrame& observation) -> const auto& {
-      return phones[phone_of(observation)];
-    });
+    const Rows phones = groupMeans(
+        observed, kPhoneCount, width,
+        phone_of, [&](const PhoneFrame& observation) -> const auto& { return offsets[observation.take]; });
+    offsets = groupMeans(
+        observed, takes, width,
+        take_of, [&](const PhoneFrame& observation) -> const auto& { return phones[phone_of(observation)]; });
   }
   return offsets;
 }

@@ -50,7 +50,8 @@ fs::path pick(const FilesByEnding& files, const std::array<std::string_view, cou
 
 std::map<std::string, FilesByEnding> filesByName(const fs::path& folder) {
   std::error_code error;
-  if (!fs::is_directory(folder, error)) throw InputError(folder.string(), "", "no such folder; expected one with takes");
+  if (!fs::is_directory(folder, error))
+    throw InputError(folder.string(), "", "no such folder; expected one with takes");
   fs::directory_iterator entries(folder, error);
   if (error) throw InputError(folder.string(), "", fmt::format("cannot be read: {}", error.message()));
   std::map<std::string, FilesByEnding> names;
@@ -93,7 +94,8 @@ std::string withoutSubject(const std::string& name) {
 }
 
 std::vector<std::string> firstFew(const std::vector<std::string>& names, std::size_t count = 4) {
-  std::vector<std::string> few(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(std::min(count, names.size())));
+  std::vector<std::string> few(names.begin(),
+                               names.begin() + static_cast<std::ptrdiff_t>(std::min(count, names.size())));
   for (std::string& name : few) name = printable(name, 30);
   if (names.size() > count) few.push_back("...");
   return few;
@@ -113,17 +115,19 @@ void expectEnoughMarkers(const MotionClip& face, const MotionClip& clip, const M
                                  clip.markerCount(), fmt::join(firstFew(clip.marker_names), ", "), face.markerCount(),
                                  layout.name, fmt::join(firstFew(face.marker_names), ", ")));
   }
-  throw InputError(file, "",
-                   fmt::format("shows {} of the {} markers of layout {}; expected at least three quarters (missing: {})",
-                               seen, face.markerCount(), layout.name, fmt::join(firstFew(missing), ", ")));
+  throw InputError(
+      file, "",
+      fmt::format("shows {} of the {} markers of layout {}; expected at least three quarters (missing: {})", seen,
+                  face.markerCount(), layout.name, fmt::join(firstFew(missing), ", ")));
 }
 
 void expectSameLength(const RawTake& take, const TakeFiles& files) {
   const Seconds end = take.labels.duration();
   const auto check = [&](const fs::path& path, Seconds duration) {
     if (duration + kLengthTolerance >= end) return;
-    throw InputError(path.string(), "",
-                     fmt::format("ends at {:.2f} s; expected to reach the end of its labels at {:.2f} s", duration, end));
+    throw InputError(
+        path.string(), "",
+        fmt::format("ends at {:.2f} s; expected to reach the end of its labels at {:.2f} s", duration, end));
   };
   check(files.motion, take.face.duration());
   check(files.audio, take.audio.duration());
@@ -131,7 +135,8 @@ void expectSameLength(const RawTake& take, const TakeFiles& files) {
 
 std::string readText(const fs::path& path) {
   std::string text = trimmed(decodeText(readFile(path, kMaxTextBytes), path.string()));
-  std::replace_if(text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
   if (text.empty()) throw InputError(path.string(), "", "is empty; expected what is said in the take");
   return text;
 }

@@ -24,7 +24,7 @@ double areaOf(const std::array<Eigen::Vector2d, 3>& p) {
 }
 
 /// How much nearness to samples counts against bending.
-constexpr double kSampleWeight = 1000;
+constexpr double kSampleWeight = 300;
 
 /// Integral of |second derivatives|^2 + tension |slope - slope of the flat triangle|^2 over one cubic.
 Energy cubicEnergy(const CubicPatch<Form>& patch, const std::array<Eigen::Vector2d, 3>& p, const std::array<Form, 2>& flat_slope,
@@ -272,9 +272,9 @@ MarkerPositions slopesNear(const ControlMesh& mesh, const std::vector<SurfaceSam
     for (int i = 0; i < 3; ++i) miss -= form[i] * mesh.rest.row(triangle[static_cast<std::size_t>(i)]);
     for (int i = 0; i < 6; ++i) {
       const Eigen::Index row = 2 * triangle[static_cast<std::size_t>(i / 2)] + i % 2;
-      right.row(row) += weight * form[3 + i] * miss;
+      right.row(row) += weight * sample.weight * form[3 + i] * miss;
       for (int j = 0; j < 6; ++j) {
-        total.slope_slope(row, 2 * triangle[static_cast<std::size_t>(j / 2)] + j % 2) += weight * form[3 + i] * form[3 + j];
+        total.slope_slope(row, 2 * triangle[static_cast<std::size_t>(j / 2)] + j % 2) += weight * sample.weight * form[3 + i] * form[3 + j];
       }
     }
   }

@@ -69,6 +69,7 @@ TriangleForm formAt(const BezierSurface& surface, const SurfacePlace& place);
 struct SurfaceSample {
   SurfacePlace place;
   Eigen::Vector3d position;
+  double weight = 1;
 };
 
 /// Slopes at rest (ControlMesh::rest_slopes) that bring the surface through the control points near to the samples and

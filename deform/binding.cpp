@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
+#include <optional>
+#include <set>
 
 #include "base/errors.h"
 #include "deform/bezier_surface.h"
@@ -16,12 +19,13 @@ namespace mouthpiece {
 namespace {
 
 // Lengths as shares of the mouth's width.
-constexpr double kFarFrom = 0.8;     ///< offsets above this bind less and less
-constexpr double kFarTo = 1.2;       ///< and above this not at all
+constexpr double kFarFrom = 0.3;     ///< offsets above this bind less and less
+constexpr double kFarTo = 0.5;       ///< and above this not at all
 constexpr double kBeside = 0.25;     ///< beyond an opening's border by more: not above the surface any more
 constexpr double kDetour = 0.05;     ///< a place further off than this has to be about the nearest of all
 constexpr double kFadeInside = 0.35;  ///< behind lips, lids and nostrils the motion fades over this way along the mesh
 constexpr double kFollows = 0.3;     ///< lashes and the like follow skin that is nearer
+constexpr double kRootDepth = 0.03;  ///< what of such a part counts as its root
 
 enum class Fate : std::uint8_t { kOpen, kBound, kStill };
 
@@ -46,7 +50,9 @@ class Binder {
         surface_(control),
         triangle_sides_(triangleSides(control)),
         projector_(surface_, control, triangle_sides_),
+        components_(graph_.components()),
         fates_(kinds_.size(), Fate::kOpen) {
+    face_component_ = largestSkin();
     binding_.patch.assign(kinds_.size(), -1);
     for (auto* column : {&binding_.u, &binding_.v, &binding_.d, &binding_.skin_weight, &binding_.jaw_weight}) column->assign(kinds_.size(), 0.0F);
   }
@@ -62,6 +68,15 @@ class Binder {
 
  private:
   [[nodiscard]] Eigen::Vector3d vertex(std::size_t v) const { return mesh_.vertices.row(static_cast<Eigen::Index>(v)).transpose().cast<double>(); }
+
+  [[nodiscard]] std::uint32_t largestSkin() const {
+    std::map<std::uint32_t, std::size_t> sizes;
+    for (std::size_t v = 0; v < kinds_.size(); ++v) {
+      if (isSkin(kinds_[v])) ++sizes[components_[v]];
+    }
+    const auto largest = std::max_element(sizes.begin(), sizes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    return largest == sizes.end() ? 0 : largest->first;
+  }
 
   [[nodiscard]] bool isOnRing(const SurfaceFoot& foot) const {
     if (!foot.at_border) return false;
@@ -93,15 +108,14 @@ class Binder {
     const double least_cosine = std::cos(options_.max_normal_angle_deg * std::numbers::pi / 180);
     const double width = control_.mouth_width;
     for (std::size_t v = 0; v < kinds_.size(); ++v) {
-      if (!isSkin(kinds_[v])) continue;
+      if (!isSkin(kinds_[v]) || components_[v] != face_component_) continue;
       const Eigen::Vector3d normal = normals.row(static_cast<Eigen::Index>(v)).transpose().cast<double>();
       const auto foot = projector_.closest(vertex(v), normal, least_cosine, sides_.forbidden[v]);
-      if (!foot) continue;
+      if (!foot || (foot->distance > kDetour * width && isDetour(v, *foot))) continue;
       if (isOnRing(*foot)) {
         fates_[v] = Fate::kStill;
         continue;
       }
-      if (foot->distance > kDetour * width && isDetour(v, *foot)) continue;
       if (foot->distance > kFarTo * width || (foot->at_border && foot->distance > kBeside * width)) continue;
       place(v, foot->place, 1 - smooth((foot->distance - kFarFrom * width) / ((kFarTo - kFarFrom) * width)));
     }
@@ -115,51 +129,83 @@ class Binder {
   }
 
   /// What turns away from the surface (inside of lips, lids, nostrils; the mouth's bag) goes with the nearest bound vertex along
-  /// the mesh, less and less.
+  /// the mesh, less and less; nearest of those on its own side of the mouth and the eyes.
   void followAlongMesh() {
-    std::vector<std::uint32_t> seeds;
-    for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
-      if (fates_[v] != Fate::kOpen) seeds.push_back(v);
-    }
-    const auto reach = graph_.reachFrom(seeds, [&](std::uint32_t v) { return fates_[v] == Fate::kOpen && mayBind(kinds_[v]); });
+    std::set<std::uint32_t> sides;
     for (std::size_t v = 0; v < kinds_.size(); ++v) {
-      if (fates_[v] != Fate::kOpen || reach.source[v] < 0) continue;
-      const auto source = static_cast<std::size_t>(reach.source[v]);
-      const double weight = 1 - smooth(reach.distance[v] / (kFadeInside * control_.mouth_width));
-      if (fates_[source] == Fate::kStill || weight <= 0) {
-        fates_[v] = Fate::kStill;
-      } else {
-        copyPlace(v, source, weight);
+      if (fates_[v] == Fate::kOpen && mayBind(kinds_[v])) sides.insert(sides_.forbidden[v]);
+    }
+    const std::vector<Fate> before = fates_;
+    for (const std::uint32_t forbidden : sides) {
+      std::vector<std::uint32_t> seeds;
+      for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
+        const bool is_bound = before[v] == Fate::kBound && (triangle_sides_[static_cast<std::size_t>(binding_.patch[v])] & forbidden) == 0;
+        if (is_bound || before[v] == Fate::kStill) seeds.push_back(v);
+      }
+      const auto reach = graph_.reachFrom(seeds, [&](std::uint32_t v) { return before[v] == Fate::kOpen && mayBind(kinds_[v]); });
+      for (std::size_t v = 0; v < kinds_.size(); ++v) {
+        if (before[v] != Fate::kOpen || sides_.forbidden[v] != forbidden || reach.source[v] < 0) continue;
+        const double weight = 1 - smooth(reach.distance[v] / (kFadeInside * control_.mouth_width));
+        follow(v, static_cast<std::size_t>(reach.source[v]), weight);
       }
     }
   }
 
-  /// Parts of their own on the skin: lashes, tears.
-  void followNearby() {
-    std::vector<std::uint32_t> skin;
-    for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
-      if (isSkin(kinds_[v]) && fates_[v] == Fate::kBound) skin.push_back(v);
+  void follow(std::size_t v, std::size_t source, double weight) {
+    if (fates_[source] == Fate::kStill || weight <= 0) {
+      fates_[v] = Fate::kStill;
+    } else {
+      copyPlace(v, source, weight);
     }
-    const double reach = kFollows * control_.mouth_width;
+  }
+
+  [[nodiscard]] bool isLoosePart(std::size_t v) const {
+    return components_[v] != face_component_ && (isSkin(kinds_[v]) || kinds_[v] == PartKind::kOther);
+  }
+
+  /// The face's nearest vertex to a place.
+  [[nodiscard]] std::pair<std::uint32_t, double> nearestOnFace(const std::vector<std::uint32_t>& face, std::uint32_t v) const {
+    std::pair<std::uint32_t, float> nearest{0, std::numeric_limits<float>::infinity()};
+    for (const std::uint32_t s : face) {
+      const float squared = (mesh_.vertices.row(s) - mesh_.vertices.row(v)).squaredNorm();
+      if (squared < nearest.second) nearest = {s, squared};
+    }
+    return {nearest.first, std::sqrt(static_cast<double>(nearest.second))};
+  }
+
+  /// Parts of their own on the skin (lashes, ears): where they are rooted in the face they move as it does, and each vertex as
+  /// the root nearest along the part.
+  void followNearby() {
+    std::vector<std::uint32_t> face, loose;
     for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
-      if (fates_[v] != Fate::kOpen || (kinds_[v] != PartKind::kOther && !isSkin(kinds_[v]))) continue;
-      float nearest = static_cast<float>(reach * reach);
-      std::optional<std::uint32_t> source;
-      for (const std::uint32_t s : skin) {
-        const float squared = (mesh_.vertices.row(s) - mesh_.vertices.row(v)).squaredNorm();
-        if (squared < nearest) {
-          nearest = squared;
-          source = s;
-        }
-      }
-      if (source) copyPlace(v, *source, 1 - smooth(2 * std::sqrt(static_cast<double>(nearest)) / reach - 1));
+      if (isLoosePart(v)) loose.push_back(v);
+      else if (isSkin(kinds_[v]) && fates_[v] != Fate::kOpen) face.push_back(v);
+    }
+    if (face.empty()) return;
+    std::vector<std::pair<std::uint32_t, double>> nearest;
+    std::map<std::uint32_t, double> gaps;  // of each component from the face
+    for (const std::uint32_t v : loose) {
+      nearest.push_back(nearestOnFace(face, v));
+      const auto gap = gaps.emplace(components_[v], nearest.back().second).first;
+      gap->second = std::min(gap->second, nearest.back().second);
+    }
+    std::vector<std::uint32_t> roots;
+    std::map<std::uint32_t, std::uint32_t> rooted_in;
+    const double width = control_.mouth_width;
+    for (std::size_t i = 0; i < loose.size(); ++i) {
+      if (nearest[i].second > kFollows * width || nearest[i].second > gaps[components_[loose[i]]] + kRootDepth * width) continue;
+      roots.push_back(loose[i]);
+      rooted_in.emplace(loose[i], nearest[i].first);
+    }
+    const auto reach = graph_.reachFrom(roots, [&](std::uint32_t v) { return isLoosePart(v); });
+    for (const std::uint32_t v : loose) {
+      if (reach.source[v] >= 0) follow(v, rooted_in.at(static_cast<std::uint32_t>(reach.source[v])), 1);
     }
   }
 
   /// Lower teeth and tongue wholly; the mouth's inside by how near it is to the lower lip rather than the upper.
   void giveToJaw() {
-    const std::vector<std::uint32_t> components = graph_.components();
-    const std::vector<float> separate = separateParts(components);
+    const std::vector<float> separate = separateParts(components_);
     for (std::size_t v = 0; v < kinds_.size(); ++v) {
       float& jaw = binding_.jaw_weight[v];
       if (kinds_[v] == PartKind::kLowerTeeth || kinds_[v] == PartKind::kTongue) {
@@ -218,6 +264,8 @@ class Binder {
   BezierSurface surface_;
   std::vector<std::uint32_t> triangle_sides_;
   SurfaceProjector projector_;
+  std::vector<std::uint32_t> components_;
+  std::uint32_t face_component_ = 0;
   std::vector<Fate> fates_;
   FaceBinding binding_;
 };

@@ -23,7 +23,7 @@ using Quad = Eigen::Array4f;  // x y z and a spare, so that a point is one regis
 struct Hung {
   PatchPlace place;
   std::uint32_t vertex = 0;
-  float d = 0, along_u = 0, along_v = 0, weight = 1, jaw = 0;
+  float d = 0, beside = 0, across = 0, weight = 1, jaw = 0;
 };
 
 /// Stretches of vertices that never move.
@@ -31,18 +31,15 @@ struct StillRun {
   std::size_t first, count;
 };
 
-/// Offset of a rest vertex from its place: along the normal, and what is left along the tangents.
+/// Offset of a rest vertex from its place: along the normal, the first tangent, and across both.
 void measureOffset(const BezierSurface& surface, const Eigen::Vector3d& vertex, Hung& hung) {
   const SurfacePoint s = evaluate(surface.restPose()[hung.place.patch], hung.place.u, hung.place.v);
   const Eigen::Vector3d offset = vertex - s.position;
-  hung.d = static_cast<float>(offset.dot(s.normal()));
-  Eigen::Matrix2d metric;
-  // The kernels' tangents are a third of the derivatives.
-  const Eigen::Vector3d du = s.du / 3, dv = s.dv / 3;
-  metric << du.squaredNorm(), du.dot(dv), du.dot(dv), dv.squaredNorm();
-  const Eigen::Vector2d along = metric.inverse() * Eigen::Vector2d(du.dot(offset), dv.dot(offset));
-  hung.along_u = static_cast<float>(along.x());
-  hung.along_v = static_cast<float>(along.y());
+  const Eigen::Vector3d normal = s.normal();
+  const Eigen::Vector3d tangent = s.du.normalized();
+  hung.d = static_cast<float>(offset.dot(normal));
+  hung.beside = static_cast<float>(offset.dot(tangent));
+  hung.across = static_cast<float>(offset.dot(normal.cross(tangent)));
 }
 
 /// Fills blocks patch by patch; a short last block repeats its last vertex.
@@ -90,6 +87,7 @@ struct FaceDeformer::Data {
   void takeSurface(const BezierSurface& surface);
   void takeFollowers(const BezierSurface& surface);
   void takeBinding(const BezierSurface& surface, const FaceBinding& binding, const std::vector<PartKind>& kinds);
+  void settleAtRest();
   void posePatches(const MarkerPositions& points, std::vector<Net>& nets) const;
   void moveJawVertices(const kernel::Frame& frame) const;
 };
@@ -154,8 +152,7 @@ void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBin
       hung.place = patchPlace({binding.patch[i], static_cast<double>(binding.u[i]), static_cast<double>(binding.v[i])});
       const Eigen::Vector3d vertex = rest.row(static_cast<Eigen::Index>(i)).transpose().cast<double>();
       measureOffset(surface, vertex, hung);
-      const SurfacePoint s = evaluate(surface.restPose()[hung.place.patch], hung.place.u, hung.place.v);
-      const bool is_above = ((vertex - s.position) - static_cast<double>(hung.d) * s.normal()).norm() < exact;
+      const bool is_above = std::hypot(static_cast<double>(hung.beside), static_cast<double>(hung.across)) < exact;
       moves[i] = true;
       (is_above && hung.weight >= 1 ? bound : loose).push_back(hung);
     } else if (hung.jaw > 0) {
@@ -168,17 +165,21 @@ void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBin
     block.u[lane] = static_cast<float>(h.place.u);
     block.v[lane] = static_cast<float>(h.place.v);
     block.d[lane] = h.d;
+    for (std::size_t axis = 0; axis < 3; ++axis) block.base[axis][lane] = 0;
     block.vertex[lane] = h.vertex;
   });
   makeBlocks(std::move(loose), loose_runs, loose_blocks, [this](kernel::LooseBlock& block, std::size_t lane, const Hung& h) {
     block.u[lane] = static_cast<float>(h.place.u);
     block.v[lane] = static_cast<float>(h.place.v);
     block.d[lane] = h.d;
-    block.along_u[lane] = h.along_u;
-    block.along_v[lane] = h.along_v;
+    block.beside[lane] = h.beside;
+    block.across[lane] = h.across;
     block.weight[lane] = h.weight;
     block.jaw[lane] = h.jaw;
-    for (std::size_t axis = 0; axis < 3; ++axis) block.rest[axis][lane] = rest(static_cast<Eigen::Index>(h.vertex), static_cast<Eigen::Index>(axis));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      block.base[axis][lane] = 0;
+      block.rest[axis][lane] = rest(static_cast<Eigen::Index>(h.vertex), static_cast<Eigen::Index>(axis));
+    }
     block.vertex[lane] = h.vertex;
   });
   for (std::size_t i = 0; i < moves.size();) {
@@ -187,6 +188,28 @@ void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBin
     if (i > first) still.push_back({first, i - first});
     while (i < moves.size() && moves[i]) ++i;
   }
+}
+
+/// Runs the kernels at rest and puts what they miss the rest mesh by into `base`.
+void FaceDeformer::Data::settleAtRest() {
+  VertexPositions reached = rest;
+  kernel::Frame frame{};
+  frame.nets = rest_nets.data()->data();
+  frame.out = reached.data();
+  // Weights below 1 would hide part of the miss.
+  std::vector<kernel::LooseBlock> whole = loose_blocks;
+  for (kernel::LooseBlock& block : whole) std::fill(std::begin(block.weight), std::end(block.weight), 1.0F);
+  const kernel::Kernels& kernels = kernel::bestKernels();
+  kernels.bound(frame, bound_runs.data(), bound_runs.size(), bound_blocks.data());
+  kernels.loose(frame, loose_runs.data(), loose_runs.size(), whole.data());
+  const auto settle = [&](auto& block) {
+    for (std::size_t lane = 0; lane < kernel::kBlock; ++lane) {
+      const Eigen::RowVector3f miss = rest.row(block.vertex[lane]) - reached.row(block.vertex[lane]);
+      for (std::size_t axis = 0; axis < 3; ++axis) block.base[axis][lane] = miss[static_cast<Eigen::Index>(axis)];
+    }
+  };
+  for (kernel::Block& block : bound_blocks) settle(block);
+  for (kernel::LooseBlock& block : loose_blocks) settle(block);
 }
 
 void FaceDeformer::Data::posePatches(const MarkerPositions& points, std::vector<Net>& nets) const {
@@ -242,6 +265,7 @@ FaceDeformer::FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, con
   const BezierSurface surface(control);
   data->takeSurface(surface);
   data->takeBinding(surface, binding, kinds);
+  data->settleAtRest();
   data_ = std::move(data);
 }
 
@@ -259,7 +283,6 @@ void FaceDeformer::deform(std::span<const double> markers, const TonguePose& ton
   kernel::Frame frame{};
   frame.nets = nets.data()->data();
   frame.out = out.data();
-  Eigen::Map<Eigen::Vector3f>(frame.origin) = data_->origin;
   Eigen::Map<Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(frame.jaw_turn) = jaw.turn.cast<float>();
   Eigen::Map<Eigen::Vector3f>(frame.jaw_shift) = jaw.shift.cast<float>();
 

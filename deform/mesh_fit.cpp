@@ -19,12 +19,15 @@ namespace {
 constexpr double kLongEdge = 0.15;    ///< only edges longer than this are halved: 7.5 mm on a mouth of 50 mm
 constexpr double kNearEnough = 0.025;  ///< where the surface is this near the skin no point is added
 constexpr double kFromOld = 0.08;     ///< least distance of a new point from an old one
-constexpr double kTooFar = 0.6;       ///< skin further off than this is other skin
+constexpr double kTooFar = 0.3;       ///< skin further off than this is other skin
+constexpr double kTrusted = 0.05;     ///< skin further off counts less and less: it may be the inside of a nostril
+constexpr double kOutside = 0.3;      ///< outside the markers little moves: being off the skin matters less
+constexpr double kRingReach = 1;      ///< the ring is put on skin no further off
 constexpr int kRounds = 4;
 constexpr int kFinalFits = 2;
 constexpr std::size_t kMaxFill = 90;
 constexpr std::size_t kMaxSamples = 6000;
-constexpr double kLeastCosine = 0.3;   ///< between the normals of skin and surface where the surface is laid along it
+constexpr double kLeastCosine = 0.5;   ///< between the normals of skin and surface where the surface is laid along it
 constexpr double kLeastWeight = 1e-6;  ///< drivers below it are left out
 
 /// What each point's displacement adds to the displacement at `place`.
@@ -80,10 +83,10 @@ class UnrolledSkin {
     }
   }
 
-  /// The outermost skin over `p` that is no further than `reach` from `near`.
+  /// The skin over `p` nearest to `near`, no further from it than `reach`, that faces outwards.
   [[nodiscard]] std::optional<Eigen::Vector3d> over(const Eigen::Vector2d& p, const Eigen::Vector3d& near, double reach) const {
     std::optional<Eigen::Vector3d> best;
-    double outermost = 0;
+    double nearest = reach;
     for (const Triangle& t : skin_) {
       const Eigen::RowVector2d a = plane_.row(t[0]), b = plane_.row(t[1]), c = plane_.row(t[2]);
       if (std::max({a.x(), b.x(), c.x()}) < p.x() || std::min({a.x(), b.x(), c.x()}) > p.x()) continue;
@@ -95,11 +98,11 @@ class UnrolledSkin {
       const Eigen::Vector2d uv = sides.inverse() * (p - c.transpose());
       if (!(uv.x() >= 0 && uv.y() >= 0 && uv.sum() <= 1)) continue;
       const Eigen::Vector3d place = vertex(t[0]) * uv.x() + vertex(t[1]) * uv.y() + vertex(t[2]) * (1 - uv.sum());
-      const double radius = std::hypot(place.x() - cylinder_.axis_x, place.z() - cylinder_.axis_z);
-      if (radius > outermost && (place - near).norm() < reach) {
-        outermost = radius;
-        best = place;
-      }
+      const Eigen::Vector3d normal = (vertex(t[1]) - vertex(t[0])).cross(vertex(t[2]) - vertex(t[0]));
+      const bool faces_outwards = normal.x() * (place.x() - cylinder_.axis_x) + normal.z() * (place.z() - cylinder_.axis_z) > 0;
+      if (!faces_outwards || (place - near).norm() >= nearest) continue;
+      nearest = (place - near).norm();
+      best = place;
     }
     return best;
   }
@@ -126,6 +129,7 @@ class Fitter {
   }
 
   ControlMesh fit() {
+    putRingOnSkin();
     for (int round = 0; round < kRounds; ++round) {
       layAlongSkin();
       const std::size_t before = added_;
@@ -143,8 +147,18 @@ class Fitter {
   struct Gap {
     Eigen::Vector2d plane;
     Eigen::Vector3d skin;
-    double distance;  ///< of the surface from the skin
+    double distance;  ///< of the surface from the skin, as far as it matters
   };
+
+  /// Ring points may lie anywhere near where motion shall end; on the skin they make the better surface.
+  void putRingOnSkin() {
+    for (std::size_t i = 0; i < control_.points.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      if (!control_.points[i].fixed) continue;
+      const auto over = unrolled_.over(control_.domain.row(row).transpose(), control_.rest.row(row).transpose(), kRingReach * control_.mouth_width);
+      if (over) control_.rest.row(row) = over->transpose();
+    }
+  }
 
   /// Slopes at rest from the skin above the surface as it lies now.
   void layAlongSkin() {
@@ -156,7 +170,9 @@ class Fitter {
       const Eigen::Vector3d vertex = mesh_.vertices.row(skin_[i]).transpose().cast<double>();
       const Eigen::Vector3d normal = normals_.row(skin_[i]).transpose().cast<double>();
       const auto foot = projector.closest(vertex, normal, kLeastCosine, forbidden_[static_cast<std::size_t>(skin_[i])]);
-      if (foot && !foot->at_border && foot->distance < kTooFar * control_.mouth_width) samples.push_back({foot->place, vertex});
+      if (foot && !foot->at_border && foot->distance < kTooFar * control_.mouth_width) {
+        samples.push_back({foot->place, vertex, 1 / (1 + std::pow(foot->distance / (kTrusted * control_.mouth_width), 2))});
+      }
     }
     control_.rest_slopes = slopesNear(control_, samples);
   }
@@ -173,7 +189,10 @@ class Fitter {
                                         .transpose();
       const Eigen::Vector3d position = evaluate(surface.restPose(), place).position;
       const auto over = unrolled_.over(plane, position, kTooFar * control_.mouth_width);
-      if (over && (*over - position).norm() > kNearEnough * control_.mouth_width) found.push_back({plane, *over, (*over - position).norm()});
+      if (!over) return;
+      const bool is_outside = std::any_of(triangle.begin(), triangle.end(), [&](int corner) { return point(corner).fixed; });
+      const double distance = (*over - position).norm() * (is_outside ? kOutside : 1);
+      if (distance > kNearEnough * control_.mouth_width) found.push_back({plane, *over, distance});
     };
     for (std::size_t t = 0; t < control_.triangles.size(); ++t) {
       const int id = static_cast<int>(t);

@@ -282,7 +282,8 @@ void assignPartKinds(FaceMesh& mesh, bool keep_colors) {
                                                                  {".tongue", PartKind::kTongue}}};
     for (MeshPart& piece : splitPart(mesh, part, splitGums(mesh, part, teeth), kinds)) parts.push_back(std::move(piece));
   }
-  if (!teeth.empty()) {
+  const bool has_bag = std::any_of(parts.begin(), parts.end(), [](const MeshPart& part) { return part.kind == PartKind::kMouthInside; });
+  if (!teeth.empty() && !has_bag) {
     Eigen::AlignedBox3d teeth_box;
     for (const MeshPart& part : teeth) teeth_box.extend(boxOf(mesh, trianglesOf(mesh, part)));
     std::vector<MeshPart> split;

@@ -44,24 +44,32 @@ class CheckingImporter final : public OpenMesh::IO::BaseImporter {
   }
 
   VertexHandle add_vertex(const Vec3f& point) override {
-    if (soup_.vertexCount() >= vertex_limit_) fail("found more vertices than the file can hold");
-    for (int axis = 0; axis < 3; ++axis) {
-      if (!(std::abs(point[axis]) <= kMaxCoordinate)) {
-        fail(fmt::format("vertex {}: found a coordinate that is no number between -1e7 and 1e7", soup_.vertexCount()));
-      }
-      soup_.positions.push_back(point[axis]);
-    }
+    const VertexHandle vertex = add_vertex();
+    set_point(vertex, point);
+    return vertex;
+  }
+  VertexHandle add_vertex() override {
+    if (soup_.vertexCount() >= vertex_limit_) fail("found more vertices than its header says");
+    soup_.positions.insert(soup_.positions.end(), 3, 0.0F);
     soup_.vertex_colors.push_back({1.0F, 1.0F, 1.0F});
     return VertexHandle(static_cast<int>(soup_.vertexCount()) - 1);
   }
-  VertexHandle add_vertex() override { return add_vertex(Vec3f(0, 0, 0)); }
+  void set_point(VertexHandle vertex, const Vec3f& point) override {
+    if (!isKnown(vertex)) fail("found a position without a vertex");
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!(std::abs(point[axis]) <= kMaxCoordinate)) {
+        fail(fmt::format("vertex {}: found a coordinate that is no number between -1e7 and 1e7", vertex.idx()));
+      }
+      soup_.positions[3 * static_cast<std::size_t>(vertex.idx()) + static_cast<std::size_t>(axis)] = point[axis];
+    }
+  }
   FaceHandle add_face(const VHandles& indices) override {
     if (indices.size() < 3 || indices.size() > kMaxPolygonCorners) {
       fail(fmt::format("face {}: found {} corners; expected 3 to {}", faces_, indices.size(), kMaxPolygonCorners));
     }
     corners_.clear();
     for (const VertexHandle vertex : indices) {
-      if (vertex.idx() < 0 || static_cast<std::size_t>(vertex.idx()) >= soup_.vertexCount()) {
+      if (!isKnown(vertex)) {
         fail(fmt::format("face {}: found vertex index {}; expected 0 to {}", faces_, vertex.idx(), soup_.vertexCount() - 1));
       }
       corners_.push_back(static_cast<std::uint32_t>(vertex.idx()));
@@ -70,7 +78,6 @@ class CheckingImporter final : public OpenMesh::IO::BaseImporter {
     appendPolygon(soup_, corners_, 0);
     return FaceHandle(static_cast<int>(faces_++));
   }
-  void set_point(VertexHandle, const Vec3f&) override {}
   void set_color(VertexHandle vertex, const Vec3uc& color) override {
     setColor(vertex, {linearFromByte(color[0]), linearFromByte(color[1]), linearFromByte(color[2])});
   }
@@ -115,8 +122,11 @@ class CheckingImporter final : public OpenMesh::IO::BaseImporter {
   std::size_t n_edges() const override { return 0; }
 
  private:
+  [[nodiscard]] bool isKnown(VertexHandle vertex) const {
+    return vertex.idx() >= 0 && static_cast<std::size_t>(vertex.idx()) < soup_.vertexCount();
+  }
   void setColor(VertexHandle vertex, const std::array<float, 3>& color) {
-    if (vertex.idx() < 0 || static_cast<std::size_t>(vertex.idx()) >= soup_.vertexCount()) return;
+    if (!isKnown(vertex)) return;
     for (const float channel : color) {
       if (!(channel >= 0.0F && channel <= 1.0F)) return;
     }
@@ -238,7 +248,16 @@ FaceMesh parsePly(std::string_view bytes, std::string_view file) {
 }
 
 FaceMesh parseOff(std::string_view bytes, std::string_view file) {
-  return parseThroughOpenMesh(bytes, file, ".off", offCounts(bytes, file));
+  const Counts counts = offCounts(bytes, file);
+  // OpenMesh' reader stumbles over comments in the header.
+  std::string plain;
+  plain.reserve(bytes.size());
+  bool in_comment = false;
+  for (const char c : bytes) {
+    in_comment = c == '#' || (in_comment && c != '\n');
+    if (!in_comment) plain.push_back(c);
+  }
+  return parseThroughOpenMesh(plain, file, ".off", counts);
 }
 
 }  // namespace mouthpiece

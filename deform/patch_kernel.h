@@ -10,18 +10,21 @@ constexpr std::size_t kBlock = 8;
 /// A patch's net as the kernels want it: x y z of the ten points in CubicNet's order.
 constexpr std::size_t kNetFloats = 30;
 
-/// Vertices right above their place on a patch: V = B(u, v) + d n.
+/// Vertices right above their place on a patch: V = B(u, v) + d n + base. The nets are relative to an origin; `base` brings
+/// it back and takes up what rounding leaves of the rest vertex.
 struct Block {
   float u[kBlock], v[kBlock], d[kBlock];
+  float base[3][kBlock];
   std::uint32_t vertex[kBlock];
 };
 
-/// Vertices that hang on a patch beside it, and only in part: P = B + tangents' shares + d n, V = Q + weight (P - Q) where
-/// Q = rest + jaw (turn rest + shift).
+/// Vertices that hang on a patch beside it, and only in part. With t = dB/du of length 1:
+/// P = B + beside t + across (n x t) + d n + base, Q = rest + jaw (turn rest + shift), V = Q + weight (P - Q).
 struct LooseBlock {
   float u[kBlock], v[kBlock], d[kBlock];
-  float along_u[kBlock], along_v[kBlock];  ///< shares of dB/du and dB/dv
+  float beside[kBlock], across[kBlock];
   float weight[kBlock], jaw[kBlock];
+  float base[3][kBlock];
   float rest[3][kBlock];
   std::uint32_t vertex[kBlock];
 };
@@ -32,8 +35,7 @@ struct Run {
 };
 
 struct Frame {
-  const float* nets;    ///< kNetFloats a patch, relative to `origin`
-  float origin[3];
+  const float* nets;    ///< kNetFloats a patch
   float jaw_turn[9];    ///< row by row
   float jaw_shift[3];
   float* out;           ///< x y z of each vertex

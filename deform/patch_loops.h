@@ -47,29 +47,31 @@ inline Spot spotAt(const float* net, Lanes u, Lanes v) {
   return spot;
 }
 
-/// Adds d times the unit normal.
-inline void offsetAlongNormal(Spot& spot, Lanes d) {
-  const Lanes nx = mulSub(spot.du[1], spot.dv[2], spot.du[2] * spot.dv[1]);
-  const Lanes ny = mulSub(spot.du[2], spot.dv[0], spot.du[0] * spot.dv[2]);
-  const Lanes nz = mulSub(spot.du[0], spot.dv[1], spot.du[1] * spot.dv[0]);
-  // A patch crushed to a line has no normal: the offset is then left out.
-  const Lanes squared = mulAdd(nx, nx, mulAdd(ny, ny, mulAdd(nz, nz, Lanes::all(1e-30F))));
-  const Lanes scale = d / squareRoot(squared);
-  spot.x[0] = mulAdd(scale, nx, spot.x[0]);
-  spot.x[1] = mulAdd(scale, ny, spot.x[1]);
-  spot.x[2] = mulAdd(scale, nz, spot.x[2]);
+/// A patch crushed to a line has no normal: offsets along it are then left out.
+constexpr float kLeastSquare = 1e-30F;
+
+/// Normal of the tangents, not of length 1.
+inline void crossProduct(const Lanes* a, const Lanes* b, Lanes* out) {
+  out[0] = mulSub(a[1], b[2], a[2] * b[1]);
+  out[1] = mulSub(a[2], b[0], a[0] * b[2]);
+  out[2] = mulSub(a[0], b[1], a[1] * b[0]);
 }
 
+inline Lanes squaredLength(const Lanes* a) { return mulAdd(a[0], a[0], mulAdd(a[1], a[1], mulAdd(a[2], a[2], Lanes::all(kLeastSquare)))); }
+
 void bound(const Frame& frame, const Run* runs, std::size_t run_count, const Block* blocks) {
-  const Lanes ox = Lanes::all(frame.origin[0]), oy = Lanes::all(frame.origin[1]), oz = Lanes::all(frame.origin[2]);
   for (std::size_t r = 0; r < run_count; ++r) {
     const float* net = frame.nets + kNetFloats * runs[r].patch;
     const Block* block = blocks + runs[r].first;
     for (std::uint32_t k = 0; k < runs[r].count; ++k, ++block) {
       for (std::size_t lane = 0; lane < kBlock; lane += Lanes::kCount) {
-        Spot spot = spotAt(net, Lanes::load(block->u + lane), Lanes::load(block->v + lane));
-        offsetAlongNormal(spot, Lanes::load(block->d + lane));
-        scatter(spot.x[0] + ox, spot.x[1] + oy, spot.x[2] + oz, block->vertex + lane, frame.out);
+        const Spot spot = spotAt(net, Lanes::load(block->u + lane), Lanes::load(block->v + lane));
+        Lanes normal[3];
+        crossProduct(spot.du, spot.dv, normal);
+        const Lanes scale = Lanes::load(block->d + lane) / squareRoot(squaredLength(normal));
+        Lanes moved[3];
+        for (int axis = 0; axis < 3; ++axis) moved[axis] = mulAdd(scale, normal[axis], spot.x[axis]) + Lanes::load(block->base[axis] + lane);
+        scatter(moved[0], moved[1], moved[2], block->vertex + lane, frame.out);
       }
     }
   }
@@ -81,14 +83,19 @@ void loose(const Frame& frame, const Run* runs, std::size_t run_count, const Loo
     const LooseBlock* block = blocks + runs[r].first;
     for (std::uint32_t k = 0; k < runs[r].count; ++k, ++block) {
       for (std::size_t lane = 0; lane < kBlock; lane += Lanes::kCount) {
-        Spot spot = spotAt(net, Lanes::load(block->u + lane), Lanes::load(block->v + lane));
-        offsetAlongNormal(spot, Lanes::load(block->d + lane));
-        const Lanes along_u = Lanes::load(block->along_u + lane), along_v = Lanes::load(block->along_v + lane);
+        const Spot spot = spotAt(net, Lanes::load(block->u + lane), Lanes::load(block->v + lane));
+        Lanes normal[3], across[3];
+        crossProduct(spot.du, spot.dv, normal);
+        crossProduct(normal, spot.du, across);
+        const Lanes along_normal = Lanes::load(block->d + lane) / squareRoot(squaredLength(normal));
+        const Lanes along_tangent = Lanes::load(block->beside + lane) / squareRoot(squaredLength(spot.du));
+        const Lanes along_across = Lanes::load(block->across + lane) / squareRoot(squaredLength(across));
         const Lanes weight = Lanes::load(block->weight + lane), jaw = Lanes::load(block->jaw + lane);
         const Lanes rest[3] = {Lanes::load(block->rest[0] + lane), Lanes::load(block->rest[1] + lane), Lanes::load(block->rest[2] + lane)};
         Lanes moved[3];
         for (int axis = 0; axis < 3; ++axis) {
-          const Lanes on_patch = mulAdd(along_u, spot.du[axis], mulAdd(along_v, spot.dv[axis], spot.x[axis])) + Lanes::all(frame.origin[axis]);
+          const Lanes offset = mulAdd(along_normal, normal[axis], mulAdd(along_tangent, spot.du[axis], along_across * across[axis]));
+          const Lanes on_patch = spot.x[axis] + offset + Lanes::load(block->base[axis] + lane);
           const float* turn = frame.jaw_turn + 3 * axis;
           const Lanes swung = mulAdd(Lanes::all(turn[0]), rest[0],
                                      mulAdd(Lanes::all(turn[1]), rest[1], mulAdd(Lanes::all(turn[2]), rest[2], Lanes::all(frame.jaw_shift[axis]))));

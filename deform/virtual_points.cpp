@@ -72,9 +72,10 @@ constexpr double kInnerCornerAt = 0.06;
 constexpr double kSlitHalfWidth = 0.004;
 /// A lid's arc follows the middle of the lid by this much, the eye's corners by the rest.
 constexpr double kLidShare = 0.7;
-/// Ring outside the markers: distance as a share of the head's half width (chin, elsewhere), and points.
-constexpr double kRingBelow = 0.75;
-constexpr double kRingBeside = 0.5;
+/// Ring outside the markers: distance as a share of the head's half width, and points.
+constexpr double kRingBelow = 0.7;
+constexpr double kRingAbove = 0.4;
+constexpr double kRingBeside = 0.25;  ///< the ears begin there
 constexpr int kRingPoints = 28;
 
 /// Builds the points one after the other.
@@ -219,7 +220,7 @@ class Placer {
       const double angle = 2 * std::numbers::pi * (k + 0.5) / kRingPoints;
       const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
       const auto [flat, solid] = hullPoint(hull, centre, direction);
-      const double margin = cylinder_.radius * (direction.y() < 0 ? kRingBeside - (kRingBelow - kRingBeside) * direction.y() : kRingBeside);
+      const double margin = cylinder_.radius * (kRingBeside + ((direction.y() < 0 ? kRingBelow : kRingAbove) - kRingBeside) * std::abs(direction.y()));
       const double theta = std::atan2(solid.x() - cylinder_.axis_x, solid.z() - cylinder_.axis_z);
       const Eigen::Vector3d outward(std::sin(theta), 0, std::cos(theta));
       const Eigen::Vector3d beside(std::cos(theta), 0, -std::sin(theta));

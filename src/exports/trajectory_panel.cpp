@@ -1,5 +1,7 @@
 #include "exports/trajectory_panel.h"
 
+#include <cstring>
+
 namespace mouthpiece {
 namespace {
 
@@ -7,13 +9,11 @@ namespace {
 // read and written one vector at a time: copying whole rows makes the compiler keep them on the stack.
 struct Narrow {
   using Lanes = float __attribute__((vector_size(16)));
-  using Unaligned = float __attribute__((vector_size(16), aligned(4), may_alias));
   static constexpr int kCount = 4;
   static constexpr int kRows = 2;  // two rows of six sums fill the sixteen registers
 };
 struct Wide {
   using Lanes = float __attribute__((vector_size(32)));
-  using Unaligned = float __attribute__((vector_size(32), aligned(4), may_alias));
   static constexpr int kCount = 8;
   static constexpr int kRows = 4;  // four rows of three sums
 };
@@ -25,13 +25,14 @@ inline constexpr int kPerRow = static_cast<int>(kPanelWidth) / Width::kCount;
 template <typename Width>
 inline constexpr int kPerAxis = kPerRow<Width> / 3;
 
-template <typename Width>
-MOUTHPIECE_INLINE const typename Width::Unaligned* lanesAt(const float* from) {
-  return reinterpret_cast<const typename Width::Unaligned*>(from);
+// Unaligned; a copy, since a pointer to a less aligned vector type loses that promise in templates (clang 14).
+template <typename Lanes>
+MOUTHPIECE_INLINE void load(const float* from, Lanes& lanes) {
+  std::memcpy(&lanes, from, sizeof(Lanes));
 }
-template <typename Width>
-MOUTHPIECE_INLINE typename Width::Unaligned* lanesAt(float* to) {
-  return reinterpret_cast<typename Width::Unaligned*>(to);
+template <typename Lanes>
+MOUTHPIECE_INLINE void store(const Lanes& lanes, float* to) {
+  std::memcpy(to, &lanes, sizeof(Lanes));
 }
 
 /// Keeps max(|row|^2) of each vertex.
@@ -59,12 +60,15 @@ MOUTHPIECE_INLINE void loadDisplacements(const float* positions, std::ptrdiff_t 
     }
     typename Width::Lanes row[kPerRow<Width>];
     for (int i = 0; i < kPerRow<Width>; ++i) {
-      row[i] = lanesAt<Width>(to)[i];
+      load(to + i * Width::kCount, row[i]);
       not_finite[i % kPerAxis<Width>] += row[i] - row[i];
     }
     keepLargestSquare<Width>(row, largest);
   }
-  for (int i = 0; i < kPerAxis<Width>; ++i) lanesAt<Width>(largest_squared)[i] = largest[i] + not_finite[i];
+  for (int i = 0; i < kPerAxis<Width>; ++i) {
+    largest[i] += not_finite[i];
+    store(largest[i], largest_squared + i * Width::kCount);
+  }
 }
 
 /// sums[r] = sum over p of factors[r][p] * panel[p], several rows side by side so that each panel row is loaded once.
@@ -72,7 +76,8 @@ template <typename Width>
 MOUTHPIECE_INLINE void multiplyRows(const float* factors, std::ptrdiff_t inner, const float* panel,
                                     typename Width::Lanes (&sums)[Width::kRows][kPerRow<Width>]) {
   for (std::ptrdiff_t p = 0; p < inner; ++p) {
-    const auto* row = lanesAt<Width>(panel + p * kPanelWidth);
+    typename Width::Lanes row[kPerRow<Width>];
+    for (int i = 0; i < kPerRow<Width>; ++i) load(panel + p * kPanelWidth + i * Width::kCount, row[i]);
     for (int r = 0; r < Width::kRows; ++r) {
       const float factor = factors[r * inner + p];
       for (int i = 0; i < kPerRow<Width>; ++i) sums[r][i] += factor * row[i];
@@ -87,8 +92,8 @@ MOUTHPIECE_INLINE void multiply(const float* factors, std::ptrdiff_t rows, std::
     typename Width::Lanes sums[Width::kRows][kPerRow<Width>] = {};
     multiplyRows<Width>(factors + first * inner, inner, panel, sums);
     for (int r = 0; r < Width::kRows; ++r) {
-      auto* row = lanesAt<Width>(product + (first + r) * kPanelWidth);
-      for (int i = 0; i < kPerRow<Width>; ++i) row[i] = sums[r][i];
+      float* row = product + (first + r) * kPanelWidth;
+      for (int i = 0; i < kPerRow<Width>; ++i) store(sums[r][i], row + i * Width::kCount);
     }
   }
 }
@@ -101,12 +106,16 @@ MOUTHPIECE_INLINE void largestResidual(const float* weights, std::ptrdiff_t fram
     typename Width::Lanes sums[Width::kRows][kPerRow<Width>] = {};
     multiplyRows<Width>(weights + f * shape_count, shape_count, shapes, sums);
     for (int r = 0; r < Width::kRows; ++r) {
-      const auto* row = lanesAt<Width>(panel + (f + r) * kPanelWidth);
-      for (int i = 0; i < kPerRow<Width>; ++i) sums[r][i] = row[i] - sums[r][i];
+      const float* row = panel + (f + r) * kPanelWidth;
+      for (int i = 0; i < kPerRow<Width>; ++i) {
+        typename Width::Lanes wanted;
+        load(row + i * Width::kCount, wanted);
+        sums[r][i] = wanted - sums[r][i];
+      }
       keepLargestSquare<Width>(sums[r], largest);
     }
   }
-  for (int i = 0; i < kPerAxis<Width>; ++i) lanesAt<Width>(largest_squared)[i] = largest[i];
+  for (int i = 0; i < kPerAxis<Width>; ++i) store(largest[i], largest_squared + i * Width::kCount);
 }
 
 void loadPortable(const float* positions, std::ptrdiff_t row_stride, std::ptrdiff_t frames, const float* rest,

@@ -5,7 +5,7 @@
 
 namespace mouthpiece {
 
-/// The costs of one target utterance's candidates.
+/// The costs of one target utterance's candidates. Refers to the utterance and the database.
 class UnitCosts {
  public:
   UnitCosts(const SpeechLabels& target, const UnitDatabase& database, const SelectionWeights& weights);
@@ -28,7 +28,7 @@ class UnitCosts {
 
   const SpeechLabels& target_;
   const UnitDatabase& database_;
-  const SelectionWeights& weights_;
+  SelectionWeights weights_;
 };
 
 /// `place` moved on by `phones` phones.

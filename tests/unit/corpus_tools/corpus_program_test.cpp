@@ -107,7 +107,8 @@ TEST(CorpusProgram, BuildsInspectsChecksAndEvaluates) {
   EXPECT_TRUE(holds(corpus({"info", takes.out.string()}).out, "66 of layout face66"));
   const test::ProgramResult checked = corpus({"check", takes.out.string()});
   EXPECT_EQ(checked.exit_code, 0) << checked.out << checked.err;
-  const test::ProgramResult evaluated = corpus({"evaluate", takes.out.string(), "--takes", takes.folder.string(), "--json"});
+  const test::ProgramResult evaluated =
+      corpus({"evaluate", takes.out.string(), "--takes", takes.folder.string(), "--json"});
   ASSERT_EQ(evaluated.exit_code, 0) << evaluated.err;
   const nlohmann::json evaluation = nlohmann::json::parse(evaluated.out);
   EXPECT_EQ(evaluation["takes"].size(), 2U);
@@ -132,7 +133,8 @@ TEST(CorpusProgram, ConvertsAndCleans) {
 TEST(CorpusProgram, AnEmptyFolderIsNamed) {
   const ScratchFolder scratch;
   const std::string out = (scratch.path() / "x.corpus").string();
-  expectOneLine(corpus({"build", scratch.path().string(), "--out", out}), "holds no take; expected files like NAME.c3d");
+  expectOneLine(corpus({"build", scratch.path().string(), "--out", out}),
+                "holds no take; expected files like NAME.c3d");
   expectOneLine(corpus({"build", (scratch.path() / "none").string(), "--out", out}), "no such folder");
   EXPECT_FALSE(fs::exists(out));
 }
@@ -167,30 +169,33 @@ TEST(CorpusProgram, AC3dWithoutAKnownMarkerIsNamed) {
 }
 
 std::string textGrid(const std::string& intervals, int count) {
-  return "File type = \"ooTextFile\"\nObject class = \"TextGrid\"\n\nxmin = 0\nxmax = 1.1\ntiers? <exists>\nsize = 1\nitem []:\n"
-         "    item [1]:\n        class = \"IntervalTier\"\n        name = \"phones\"\n        xmin = 0\n        xmax = 1.1\n"
-         "        intervals: size = " + std::to_string(count) + "\n" + intervals;
+  return "File type = \"ooTextFile\"\nObject class = \"TextGrid\"\n\nxmin = 0\nxmax = 1.1\ntiers? <exists>\nsize = "
+         "1\nitem []:\n"
+         "    item [1]:\n        class = \"IntervalTier\"\n        name = \"phones\"\n        xmin = 0\n        xmax = "
+         "1.1\n"
+         "        intervals: size = " +
+         std::to_string(count) + "\n" + intervals;
 }
 
 std::string interval(int number, const std::string& from, const std::string& to, const std::string& text) {
-  return "        intervals [" + std::to_string(number) + "]:\n            xmin = " + from + "\n            xmax = " + to +
-         "\n            text = \"" + text + "\"\n";
+  return "        intervals [" + std::to_string(number) + "]:\n            xmin = " + from +
+         "\n            xmax = " + to + "\n            text = \"" + text + "\"\n";
 }
 
 TEST(CorpusProgram, ATextGridWithOverlapsIsNamed) {
   const Takes takes;
-  takes.expectRefused(".TextGrid",
-                      textGrid(interval(1, "0", "0.5", "sil") + interval(2, "0.3", "0.7", "AA") +
-                                   interval(3, "0.7", "1.1", "sil"), 3),
-                      "one.TextGrid:");
+  takes.expectRefused(
+      ".TextGrid",
+      textGrid(interval(1, "0", "0.5", "sil") + interval(2, "0.3", "0.7", "AA") + interval(3, "0.7", "1.1", "sil"), 3),
+      "one.TextGrid:");
 }
 
 TEST(CorpusProgram, ATextGridThatRunsBackwardsIsNamed) {
   const Takes takes;
-  takes.expectRefused(".TextGrid",
-                      textGrid(interval(1, "0", "0.5", "sil") + interval(2, "0.7", "0.5", "AA") +
-                                   interval(3, "0.7", "1.1", "sil"), 3),
-                      "one.TextGrid:");
+  takes.expectRefused(
+      ".TextGrid",
+      textGrid(interval(1, "0", "0.5", "sil") + interval(2, "0.7", "0.5", "AA") + interval(3, "0.7", "1.1", "sil"), 3),
+      "one.TextGrid:");
 }
 
 TEST(CorpusProgram, AWavThatLiesAboutItsLengthIsNamed) {

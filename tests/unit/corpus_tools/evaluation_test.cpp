@@ -116,17 +116,17 @@ TEST(Evaluation, JsonHoldsNoNaN) {
 }
 
 TEST(HoldOut, TakesTheSameTakesForTheSameSeed) {
-  const auto namesHeld = [](std::uint64_t seed, double share) {
+  const auto names_held = [](std::uint64_t seed, double share) {
     Corpus corpus = smallCorpus();
     std::vector<std::string> names;
     for (const CorpusTake& take : holdOut(corpus, share, seed)) names.push_back(take.name);
     EXPECT_EQ(corpus.takes.size() + names.size(), 5U);
     return names;
   };
-  EXPECT_EQ(namesHeld(1, 0.4), namesHeld(1, 0.4));
-  EXPECT_EQ(namesHeld(1, 0.4).size(), 2U);
-  EXPECT_EQ(namesHeld(1, 0.01).size(), 1U);
-  EXPECT_EQ(namesHeld(1, 0.999).size(), 4U);
+  EXPECT_EQ(names_held(1, 0.4), names_held(1, 0.4));
+  EXPECT_EQ(names_held(1, 0.4).size(), 2U);
+  EXPECT_EQ(names_held(1, 0.01).size(), 1U);
+  EXPECT_EQ(names_held(1, 0.999).size(), 4U);
   Corpus corpus = smallCorpus();
   EXPECT_THROW(holdOut(corpus, 0, 1), InputError);
   EXPECT_THROW(holdOut(corpus, 1, 1), InputError);

@@ -23,12 +23,12 @@ struct Left {
 /// What cleaning left of the head's motion: `head_from_world` times the true motion should be constant.
 Left headMotionLeft(const SyntheticTake& take, const HeadTrack& track) {
   Left left;
-  const auto product = [&](std::size_t frame) {
+  const auto head_from_head = [&](std::size_t frame) {
     const Seconds time = static_cast<double>(frame) / take.frame_rate_hz;
     return Eigen::Matrix3d(track.head_from_world[frame].rotation * take.worldFromHead(time).rotation);
   };
   for (std::size_t frame = 0; frame < track.head_from_world.size(); ++frame) {
-    left.rotation_degrees = std::max(left.rotation_degrees, angleBetween(product(0), product(frame)));
+    left.rotation_degrees = std::max(left.rotation_degrees, angleBetween(head_from_head(0), head_from_head(frame)));
   }
   return left;
 }
@@ -67,7 +67,8 @@ TEST(HeadTracking, RotationLeftIsUnderATenthOfADegree) {
   const Eigen::Matrix3d first = track.head_from_world[0].rotation * take.worldFromHead(0).rotation;
   for (std::size_t frame = 0; frame < track.head_from_world.size(); ++frame) {
     const Seconds time = static_cast<double>(frame) / take.frame_rate_hz;
-    squared += std::pow(angleBetween(first, track.head_from_world[frame].rotation * take.worldFromHead(time).rotation), 2);
+    squared +=
+        std::pow(angleBetween(first, track.head_from_world[frame].rotation * take.worldFromHead(time).rotation), 2);
   }
   EXPECT_LT(std::sqrt(squared / static_cast<double>(track.head_from_world.size())), kRotationLeftDegrees);
 }
@@ -90,7 +91,7 @@ TEST(HeadTracking, SmoothingTheSkinPoseTakesNoiseOffTheLips) {
   take.noise_mm = 0.15;
   take.head_swing = 0.2;
   const RawTake raw = take.raw();
-  const auto lipNoise = [&](Seconds smoothing) {
+  const auto lip_noise = [&](Seconds smoothing) {
     HeadTrackingOptions options;
     options.skin_pose_smoothing = smoothing;
     const HeadReference reference = estimateHeadReference({raw}, defaultLayout(), options);
@@ -100,7 +101,7 @@ TEST(HeadTracking, SmoothingTheSkinPoseTakesNoiseOffTheLips) {
     const Eigen::Index frames = lip.rows();
     return (lip.bottomRows(frames - 2) - 2 * lip.middleRows(1, frames - 2) + lip.topRows(frames - 2)).norm();
   };
-  EXPECT_LT(lipNoise(0.06), 0.95 * lipNoise(0));
+  EXPECT_LT(lip_noise(0.06), 0.95 * lip_noise(0));
 }
 
 TEST(HeadTracking, FramesWithoutAnyMarkerAreBridged) {
@@ -156,7 +157,9 @@ TEST(FaceAxes, AreThoseOfTheFace) {
   SyntheticTake take;
   transform(world, take.worldFromHead(0.3));
   transform(world, faceFromHead(world, defaultLayout()));
-  const auto row = [&](const char* name) { return Eigen::RowVector3d(world.row(static_cast<Eigen::Index>(defaultLayout().indexOf(name).value))); };
+  const auto row = [&](const char* name) {
+    return Eigen::RowVector3d(world.row(static_cast<Eigen::Index>(defaultLayout().indexOf(name).value)));
+  };
   const Eigen::RowVector3d left = row("CANTHUS_OUT_L"), right = row("CANTHUS_OUT_R");
   EXPECT_NEAR((left + right).norm(), 0, 1e-9);
   EXPECT_GT(left[0], 0);

@@ -19,8 +19,8 @@ constexpr double kDegree = std::numbers::pi / 180;
 
 /// Height of a region, mm above the canthi.
 double heightOf(const std::string& region) {
-  static const std::map<std::string, double> heights = {{"forehead", 50}, {"temple", 10},  {"brow", 20}, {"lid", 2},
-                                                        {"canthus", 0},   {"nose", -25},   {"cheek", -40}, {"lip", -68},
+  static const std::map<std::string, double> heights = {{"forehead", 50}, {"temple", 10}, {"brow", 20},   {"lid", 2},
+                                                        {"canthus", 0},   {"nose", -25},  {"cheek", -40}, {"lip", -68},
                                                         {"chin", -95},    {"jaw", -80}};
   return heights.at(region);
 }
@@ -74,7 +74,8 @@ MarkerPositions syntheticNeutral() {
     }
     const int number = met[marker.region + (marker.side == Side::kMiddle ? "M" : "")]++;
     const double x = marker.side == Side::kMiddle ? 0 : -(15 + 9.0 * number);
-    const double y = heightOf(marker.region) + 6.0 * number * (number % 2 == 0 ? 1 : -1) * (marker.region == "lip" ? 0.4 : 1);
+    const double y =
+        heightOf(marker.region) + 6.0 * number * (number % 2 == 0 ? 1 : -1) * (marker.region == "lip" ? 0.4 : 1);
     const double z = 90 * std::sqrt(std::max(0.05, 1 - x * x / 8000 - y * y / 22000));
     pose.row(static_cast<Eigen::Index>(i)) << x, y, z;
   }

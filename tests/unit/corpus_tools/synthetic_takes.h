@@ -10,8 +10,8 @@
 
 namespace mouthpiece {
 
-/// A face of the default layout that talks: lips and chin follow an opening that its phones ask for, everything else rests.
-/// The truth is known, so what cleaning leaves can be measured.
+/// A face of the default layout that talks: lips and chin follow an opening that its phones ask for, everything else
+/// rests. The truth is known, so what cleaning leaves can be measured.
 struct SyntheticTake {
   std::string name = "one";
   std::vector<std::string> phones = {"sil", "B", "IH", "N", "sil"};  ///< 0.1 s each, silences 0.4 s

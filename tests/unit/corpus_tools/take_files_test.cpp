@@ -33,8 +33,8 @@ bool holds(const std::string& text, const std::string& part) { return text.find(
 
 TEST(FindTakes, FindsEveryKindOfFileInAnyCase) {
   const test::ScratchFolder folder;
-  for (const char* name : {"a.c3d", "a.wav", "a.txt", "a.TextGrid", "b.CSV", "b.FLAC", "b.lab", "c.trc", "c.wav", "c.phn",
-                           "README.txt", ".hidden.c3d"}) {
+  for (const char* name : {"a.c3d", "a.wav", "a.txt", "a.TextGrid", "b.CSV", "b.FLAC", "b.lab", "c.trc", "c.wav",
+                           "c.phn", "README.txt", ".hidden.c3d"}) {
     touch(folder.path() / name);
   }
   const FoundTakes found = findTakes(folder.path());
@@ -49,7 +49,8 @@ TEST(FindTakes, FindsEveryKindOfFileInAnyCase) {
 
 TEST(FindTakes, NamesWhatATakeLacks) {
   const test::ScratchFolder folder;
-  for (const char* name : {"quiet.c3d", "quiet.TextGrid", "still.wav", "still.lab", "bare.c3d", "bare.wav"}) touch(folder.path() / name);
+  for (const char* name : {"quiet.c3d", "quiet.TextGrid", "still.wav", "still.lab", "bare.c3d", "bare.wav"})
+    touch(folder.path() / name);
   const FoundTakes found = findTakes(folder.path());
   EXPECT_TRUE(found.takes.empty());
   ASSERT_EQ(found.left_out.size(), 3U);
@@ -107,7 +108,8 @@ TEST(ReadTake, WordsComeFromTextAndLexiconWhereLabelsHaveNone) {
   const test::ScratchFolder folder;
   SyntheticTake{}.write(folder.path());
   std::filesystem::remove(folder.path() / "one.TextGrid");
-  writeFileAtomically(folder.path() / "one.lab", std::string_view("0.0 0.4 sil\n0.4 0.5 b\n0.5 0.6 ih\n0.6 0.7 n\n0.7 1.1 sil\n"));
+  writeFileAtomically(folder.path() / "one.lab",
+                      std::string_view("0.0 0.4 sil\n0.4 0.5 b\n0.5 0.6 ih\n0.6 0.7 n\n0.7 1.1 sil\n"));
   const TakeFiles files = findTakes(folder.path()).takes.at(0);
   EXPECT_TRUE(readTake(files, defaultLayout(), {}).labels.words.empty());
   const RawTake take = readTake(files, defaultLayout(), Lexicon::parse("bin B IH N\n", "lexicon"));
@@ -124,7 +126,8 @@ TEST(ReadTake, SoundShorterThanTheLabelsIsRefused) {
   writeWav(folder.path() / "one.wav", half);
   const std::string complaint =
       complaintOf([&] { readTake(findTakes(folder.path()).takes.at(0), defaultLayout(), {}); });
-  EXPECT_TRUE(holds(complaint, "one.wav: ends at 0.55 s; expected to reach the end of its labels at 1.10 s")) << complaint;
+  EXPECT_TRUE(holds(complaint, "one.wav: ends at 0.55 s; expected to reach the end of its labels at 1.10 s"))
+      << complaint;
 }
 
 TEST(BuildCorpus, LeavesOutWhatItCannotUseAndSaysWhy) {
@@ -185,7 +188,8 @@ TEST(BuildCorpus, DoesNotDependOnTheNumberOfJobs) {
   ASSERT_EQ(a.corpus.takes.size(), 4U);
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_EQ(a.corpus.takes[i].name, b.corpus.takes[i].name);
-    EXPECT_EQ((a.corpus.takes[i].motion.positions_mm - b.corpus.takes[i].motion.positions_mm).cwiseAbs().maxCoeff(), 0.0);
+    EXPECT_EQ((a.corpus.takes[i].motion.positions_mm - b.corpus.takes[i].motion.positions_mm).cwiseAbs().maxCoeff(),
+              0.0);
   }
 }
 

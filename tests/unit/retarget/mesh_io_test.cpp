@@ -135,6 +135,7 @@ TEST(PlyReader, ReadsTextAndBinaryAlike) {
   const FaceMesh text = parsePly(kPly, "a.ply");
   const FaceMesh binary = parsePly(binaryPly(), "b.ply");
   EXPECT_EQ(text.triangles.size(), 4U);
+  EXPECT_EQ(text.vertices.row(3), Eigen::RowVector3f(0, 0, 1));
   EXPECT_EQ(text.vertices, binary.vertices);
   EXPECT_EQ(text.triangles, binary.triangles);
 }
@@ -159,6 +160,7 @@ TEST(PlyReader, RefusesEveryTruncation) {
 TEST(OffReader, ReadsAndRefuses) {
   constexpr std::string_view kOff = "OFF\n# a comment\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
   EXPECT_EQ(parseOff(kOff, "a.off").triangles.size(), 4U);
+  EXPECT_EQ(parseOff(kOff, "a.off").vertices.row(3), Eigen::RowVector3f(0, 0, 1));
   EXPECT_NE(messageOf("nonsense", "a.off").find("no 'OFF'"), std::string::npos);
   EXPECT_NE(messageOf(replaced(kOff, "4 4 6", "4000000 4 6"), "a.off").find("can hold"), std::string::npos);
   EXPECT_NE(messageOf(replaced(kOff, "3 1 2 3", "3 1 2 4"), "a.off").find("index 4"), std::string::npos);
@@ -210,9 +212,9 @@ TEST(GlbReader, RefusesWhatReachesBeyondItsBuffers) {
   EXPECT_NE(messageOf(glb([](Json& j) { j["accessors"][1]["byteOffset"] = 8; }), "a.glb"), "no error");
   EXPECT_NE(messageOf(glb([](Json& j) { j["bufferViews"][1]["byteOffset"] = 4000000000U; }), "a.glb"), "no error");
   EXPECT_NE(messageOf(glb([](Json& j) { j["nodes"][1]["mesh"] = 7; }), "a.glb"), "no error");
-  EXPECT_NE(messageOf(glb([](Json& j) { j["nodes"][1]["children"] = {0}; }), "a.glb").find("ring"), std::string::npos);
+  EXPECT_NE(messageOf(glb([](Json& j) { j["nodes"][1] = {{"mesh", 0}, {"children", Json::array({0})}}; }), "a.glb").find("ring"), std::string::npos);
   EXPECT_NE(messageOf(glb([](Json& j) { j["meshes"][0]["primitives"][0]["attributes"].erase("POSITION"); }), "a.glb"), "no error");
-  EXPECT_NE(messageOf(glb([](Json& j) { j["extensionsRequired"] = {"KHR_draco_mesh_compression"}; }), "a.glb").find("KHR_draco"), std::string::npos);
+  EXPECT_NE(messageOf(glb([](Json& j) { j["extensionsRequired"] = Json::array({"KHR_draco_mesh_compression"}); }), "a.glb").find("KHR_draco"), std::string::npos);
 }
 
 TEST(GlbReader, RefusesEveryTruncationAndBadIndices) {

@@ -175,7 +175,7 @@ TEST_F(CorpusFile, AnotherDatabaseIsNoCorpus) {
 TEST_F(CorpusFile, EveryTruncationIsRefused) {
   writeCorpus(path_, testing::tinyCorpus());
   const std::string whole = readFile(path_);
-  for (std::size_t size = 0; size < whole.size(); size += 509) {
+  for (std::size_t size = 0; size < whole.size(); size += 1021) {
     writeBytes(whole.substr(0, size));
     ASSERT_NE(complaint(), "") << "cut to " << size << " bytes";
   }
@@ -190,7 +190,7 @@ TEST_F(CorpusFile, AFlippedBitNeverChangesWhatIsRead) {
   const std::string whole = readFile(path_);
   std::size_t found = 0;
   std::size_t tried = 0;
-  for (std::size_t at = 0; at < whole.size(); at += 31, ++tried) {
+  for (std::size_t at = 0; at < whole.size(); at += 101, ++tried) {
     std::string damaged = whole;
     damaged[at] = static_cast<char>(damaged[at] ^ (1 << (at % 8)));
     writeBytes(damaged);

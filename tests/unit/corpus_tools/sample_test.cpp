@@ -1,0 +1,191 @@
+// The sample corpus: which sentences it holds, and what the actor and the cameras make of them.
+#include "corpus_tools/sample_corpus.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "audio/audio_clip.h"
+#include "base/errors.h"
+#include "corpus_tools/actor_fit.h"
+#include "corpus_tools/actor_model.h"
+#include "corpus_tools/sample_capture.h"
+#include "corpus_tools/sample_sentences.h"
+#include "motion/c3d_file.h"
+#include "motion/rigid.h"
+#include "phonetics/textgrid.h"
+#include "support/run_program.h"
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+using test::readAll;
+using test::ScratchFolder;
+
+const fs::path kGridTakes = fs::path(MOUTHPIECE_SOURCE_DIR) / "../shared/capture/grid_s1/takes";
+/// Flite is linked in: these tests need no child process.
+constexpr const char* kQuickVoice = "flite:kal16";
+
+std::string withoutCommas(std::string text) {
+  std::erase(text, ',');
+  return text;
+}
+
+TEST(SampleSentences, AreTheChosenOnesSomeWithAPause) {
+  std::vector<std::string> chosen;
+  for (const TimeSentence& sentence : chooseTimeSentences(55)) chosen.push_back(sentence.text());
+  std::vector<std::string> built_in;
+  std::size_t pauses = 0;
+  for (const std::string& text : sampleSentences()) {
+    built_in.push_back(withoutCommas(text));
+    pauses += text != built_in.back() ? 1 : 0;
+  }
+  EXPECT_EQ(built_in, chosen);
+  EXPECT_GE(pauses, 5U) << "'now' must also be heard before a pause";
+}
+
+TEST(SampleSentences, HoldEveryWordAndAsManyWordPairsAsTheyCan) {
+  std::set<std::string> grammar_words, words;
+  std::set<WordPair> pairs;
+  for (const TimeSentence& sentence : allTimeSentences()) {
+    for (const auto& [first, second] : wordPairs(sentence)) grammar_words.insert({first, second});
+  }
+  for (const TimeSentence& sentence : chooseTimeSentences(55)) {
+    for (const WordPair& pair : wordPairs(sentence)) {
+      words.insert({pair.first, pair.second});
+      pairs.insert(pair);
+    }
+  }
+  EXPECT_EQ(words, grammar_words);
+  EXPECT_EQ(pairs.size(), mostWordPairs(55));
+}
+
+SampleOptions quickOptions(std::uint64_t seed = 1) {
+  SampleOptions options;
+  options.seed = seed;
+  options.sentences = {"the time is now, exactly half past one", "almost five to twelve pm"};
+  options.voice = kQuickVoice;
+  return options;
+}
+
+TEST(SampleCorpus, SameSeedSameBytesWhateverTheJobs) {
+  const ScratchFolder a, b, c;
+  SampleOptions options = quickOptions();
+  writeSampleCorpus(a.path(), options);
+  options.jobs = 1;
+  writeSampleCorpus(b.path(), options);
+  writeSampleCorpus(c.path(), quickOptions(2));
+  for (const char* name : {"time_01.c3d", "time_01.wav", "time_01.txt", "time_01.TextGrid", "time_02.c3d"}) {
+    EXPECT_FALSE(readAll(a.path() / name).empty()) << name;
+    EXPECT_EQ(readAll(a.path() / name), readAll(b.path() / name)) << name;
+  }
+  EXPECT_NE(readAll(a.path() / "time_01.c3d"), readAll(c.path() / "time_01.c3d"));
+}
+
+TEST(SampleCorpus, SoundLabelsAndMotionLastAsLong) {
+  const ScratchFolder scratch;
+  writeSampleCorpus(scratch.path(), quickOptions());
+  const MotionClip motion = readC3d(scratch.path() / "time_01.c3d");
+  EXPECT_EQ(motion.frame_rate_hz, 120);
+  EXPECT_EQ(motion.markerCount(), 66U + 7U);
+  EXPECT_NEAR(motion.duration(), readAudio(scratch.path() / "time_01.wav").duration(), 0.03);
+  EXPECT_NEAR(motion.duration(), readTextGrid(scratch.path() / "time_01.TextGrid").duration(), 0.03);
+}
+
+TEST(SampleCorpus, CapturedIsTheTruthMovedWithNoiseAndGaps) {
+  const ScratchFolder scratch;
+  SampleOptions options = quickOptions();
+  options.truth_folder = scratch.path() / "truth";
+  const SampleSummary summary = writeSampleCorpus(scratch.path(), options);
+  EXPECT_GT(summary.gaps, 0U);
+  EXPECT_GT(summary.missing_share, 0.0);
+  EXPECT_LT(summary.missing_share, 0.02);
+  const MotionClip captured = readC3d(scratch.path() / "time_01.c3d");
+  const MotionClip truth = readC3d(*options.truth_folder / "time_01.c3d");
+  ASSERT_EQ(truth.markerCount(), 66U);
+  ASSERT_EQ(truth.frameCount(), captured.frameCount());
+  double squared_mm2 = 0, moved_mm = 0;
+  std::size_t samples = 0;
+  for (std::size_t frame = 0; frame < truth.frameCount(); frame += 10) {
+    const MarkerPositions on_head = truth.pose(FrameIndex(frame));
+    const MarkerPositions in_room = captured.pose(FrameIndex(frame)).topRows(66);
+    const auto motion = fitRigidMotion(on_head, in_room, {0});
+    ASSERT_TRUE(motion.has_value());
+    moved_mm = std::max(moved_mm, (motion->apply({0, 0, 80}) - in_room.row(0).transpose()).norm());
+    for (Eigen::Index i = 0; i < 66; ++i) {
+      if (!in_room.row(i).allFinite()) continue;
+      squared_mm2 += (motion->apply(on_head.row(i).transpose()) - in_room.row(i).transpose()).squaredNorm() / 3;
+      ++samples;
+    }
+  }
+  EXPECT_NEAR(std::sqrt(squared_mm2 / static_cast<double>(samples)), SampleCaptureOptions().noise_mm, 0.02);
+}
+
+TEST(SampleCorpus, LipsCloseForBilabials) {
+  const ScratchFolder scratch;
+  SampleOptions options = quickOptions();
+  options.truth_folder = scratch.path() / "truth";
+  writeSampleCorpus(scratch.path(), options);
+  const MotionClip truth = readC3d(*options.truth_folder / "time_01.c3d");
+  const auto opening = [&](Seconds time) {
+    const auto frame =
+        FrameIndex(std::min(truth.frameCount() - 1, static_cast<std::size_t>(time * truth.frame_rate_hz)));
+    return truth.position(frame, *truth.findMarker("LIP_UP_MID")).y() -
+           truth.position(frame, *truth.findMarker("LIP_LO_MID")).y();
+  };
+  const ActorModel& actor = sampleActor();
+  const MotionClip names{0, actor.marker_names, {}};
+  const double rest = actor.neutral_mm(static_cast<Eigen::Index>(names.findMarker("LIP_UP_MID")->value), 1) -
+                      actor.neutral_mm(static_cast<Eigen::Index>(names.findMarker("LIP_LO_MID")->value), 1);
+  std::size_t closures = 0;
+  for (const LabelledPhone& phone : readTextGrid(scratch.path() / "time_01.TextGrid").phones) {
+    if (!isBilabial(phone.phone)) continue;
+    double least = 1e9;
+    for (Seconds t = phone.span.start - 0.04; t < phone.span.end; t += 0.005) least = std::min(least, opening(t));
+    EXPECT_LT(least - rest, 1.5) << "mm over the closed mouth, at " << phone.span.start << " s";
+    ++closures;
+  }
+  EXPECT_GE(closures, 2U);
+}
+
+TEST(SampleCorpus, SentenceFileWithNothingInItIsRefused) {
+  const ScratchFolder scratch;
+  const fs::path path = scratch.write("none.txt", "# only a comment\n\n");
+  EXPECT_THROW(readSentences(path), InputError);
+}
+
+TEST(ActorModel, IsRefusedWhenItContradictsItself) {
+  const std::string good = actorModelToJson(sampleActor());
+  EXPECT_NO_THROW(parseActorModel(good, "good.json"));
+  EXPECT_THROW(parseActorModel("", "x.json"), InputError);
+  EXPECT_THROW(parseActorModel("{}", "x.json"), InputError);
+  std::string bad = good;
+  bad.replace(bad.find("\"gain\":["), 8, "\"gain\":[1,");
+  EXPECT_THROW(parseActorModel(bad, "x.json"), InputError);
+}
+
+TEST(ActorModel, CarriesTheCreditOfItsData) {
+  EXPECT_NE(sampleActor().credit.find("GRID"), std::string::npos);
+  EXPECT_NE(sampleActor().credit.find("CC BY 4.0"), std::string::npos);
+}
+
+/// The fitting program's own steps on some of the takes come out near the committed numbers.
+TEST(ActorFit, LearnsFromTheCaptureAndHoldsOnTakesItHasNotSeen) {
+  if (!fs::exists(kGridTakes)) GTEST_SKIP() << "no real capture in " << kGridTakes;
+  const ActorCapture capture = readActorCapture(kGridTakes, 6);
+  ActorFitOptions options;
+  options.credit = "a test";
+  const ActorModel model = fitActor(withoutFold(capture, 5, 0), options);
+  const Eigen::RowVectorXd learnt = model.component_shapes.row(0).normalized();
+  const Eigen::RowVectorXd committed = sampleActor().component_shapes.row(0).normalized();
+  EXPECT_GT(std::abs(learnt.dot(committed)), 0.95) << "the first component is the opening of the jaw";
+  const LipMeasures lips = scoreActor(model, onlyFold(capture, 5, 0), {});
+  EXPECT_GT(lips.openingCorrelation(), 0.8);
+  EXPECT_LT(lips.lipRms(), 2.0) << "mm";
+}
+
+}  // namespace
+}  // namespace mouthpiece
