@@ -44,7 +44,7 @@ CleanedFace cleanFace(const RawTake& raw, const HeadReference& reference, const 
   CleanedFace cleaned{withoutHeadMotion(raw.face, track), {}};
   const std::size_t missing_before = missingSamples(cleaned.motion);
   cleaned.motion = fillShortGaps(cleaned.motion, options.gaps).clip;
-  if (options.smooth) cleaned.motion = smoothMotion(cleaned.motion).clip;
+  if (raw.face.frame_rate_hz >= options.smoothed_from_hz) cleaned.motion = smoothMotion(cleaned.motion).clip;
   cleaned.report = {raw.name,
                     raw.face.frameCount(),
                     track.jig_frames,

@@ -75,7 +75,7 @@ double equalizingScale(const MotionClip& face, const std::vector<std::size_t>& s
   std::vector<double> scales;
   for (const MarkerPositions& shape : shapes) {
     if (sharedMarkers(shape, reference.stable_mm) < options.least_skin_markers) continue;
-    if (const auto fit = fitPose(shape, reference.stable_mm, PoseScale::kFree, options.skin_fit))
+    if (const auto fit = fitPose(shape, reference.stable_mm, PoseScale::kFree, options.fit))
       scales.push_back(fit->scale);
   }
   if (scales.empty()) return 1;
@@ -170,7 +170,7 @@ OptionalPoses posesOf(const RawTake& take, const HeadReference& reference, const
     const MarkerPositions& target = by_jig ? reference.jig_mm : reference.stable_mm;
     if (!by_jig && sharedMarkers(source, target) < options.least_skin_markers) continue;
     const std::optional<PoseFit> fit =
-        fitPose(source, target, PoseScale::kFixed, by_jig ? options.jig_fit : options.skin_fit);
+        fitPose(source, target, PoseScale::kFixed, options.fit);
     if (!fit) continue;  // all on one line
     poses[frame] = fit->target_from_source;
     ++(by_jig ? track.jig_frames : track.skin_frames);
@@ -234,10 +234,9 @@ HeadTrack trackHead(const RawTake& take, const HeadReference& reference, const M
   }
   track.bridged_frames = poses.size() - track.jig_frames - track.skin_frames;
   track.head_from_world = bridged(poses);
-  if (!has_jig) {
-    const double sigma_frames = options.skin_pose_smoothing * take.face.frame_rate_hz;
-    track.head_from_world = smoothed(track.head_from_world, centreOf(reference.stable_mm), sigma_frames);
-  }
+  const Seconds sigma = has_jig ? options.jig_pose_smoothing : options.skin_pose_smoothing;
+  const Eigen::Vector3d centre = centreOf(has_jig ? reference.jig_mm : reference.stable_mm);
+  track.head_from_world = smoothed(track.head_from_world, centre, sigma * take.face.frame_rate_hz);
   return track;
 }
 

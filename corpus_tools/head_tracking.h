@@ -14,9 +14,10 @@ namespace mouthpiece {
 struct HeadTrackingOptions {
   std::size_t least_jig_markers = 4;   ///< seen in a frame for the jig to decide there
   std::size_t least_skin_markers = 4;  ///< likewise for the stable markers of the face
-  RigidFitOptions jig_fit;
-  RigidFitOptions skin_fit{1};  ///< more rounds shift weights from frame to frame, which shakes the head
-  /// Standard deviation of the Gaussian that smooths a pose found from skin alone: its noise would shake the lips.
+  RigidFitOptions fit{1};              ///< more rounds shift weights from frame to frame, which shakes the head
+  /// Standard deviation of the Gaussian that smooths the pose track, for takes with and without a jig: a pose's noise
+  /// has a long lever to the lips.
+  Seconds jig_pose_smoothing = 0.02;
   Seconds skin_pose_smoothing = 0.06;
   bool equalize_scale = true;  ///< bring takes without a jig to one size
 };

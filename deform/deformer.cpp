@@ -64,6 +64,7 @@ void makeBlocks(std::vector<Hung> hung, std::vector<kernel::Run>& runs, std::vec
 }  // namespace
 
 struct FaceDeformer::Data {
+  const kernel::Kernels* kernels = &kernel::bestKernels();
   ControlMesh control;
   JawHinge jaw;
   TongueMorph tongue;
@@ -199,9 +200,8 @@ void FaceDeformer::Data::settleAtRest() {
   // Weights below 1 would hide part of the miss.
   std::vector<kernel::LooseBlock> whole = loose_blocks;
   for (kernel::LooseBlock& block : whole) std::fill(std::begin(block.weight), std::end(block.weight), 1.0F);
-  const kernel::Kernels& kernels = kernel::bestKernels();
-  kernels.bound(frame, bound_runs.data(), bound_runs.size(), bound_blocks.data());
-  kernels.loose(frame, loose_runs.data(), loose_runs.size(), whole.data());
+  kernels->bound(frame, bound_runs.data(), bound_runs.size(), bound_blocks.data());
+  kernels->loose(frame, loose_runs.data(), loose_runs.size(), whole.data());
   const auto settle = [&](auto& block) {
     for (std::size_t lane = 0; lane < kernel::kBlock; ++lane) {
       const Eigen::RowVector3f miss = rest.row(block.vertex[lane]) - reached.row(block.vertex[lane]);
@@ -221,7 +221,7 @@ void FaceDeformer::Data::posePatches(const MarkerPositions& points, std::vector<
       leading[3 * l + static_cast<std::size_t>(axis)] = static_cast<float>(points(leaders[l], axis) - control.rest(leaders[l], axis));
     }
   }
-  kernel::bestKernels().multiply({follow_matrix.data(), leading.data(), following.data(), follow_rows, leaders.size()});
+  kernels->multiply({follow_matrix.data(), leading.data(), following.data(), follow_rows, leaders.size()});
   nets.resize(rest_nets.size());
   std::array<Quad, 3> value, gx, gy;
   std::array<CubicPatch<Quad>, 3> patches;
@@ -254,7 +254,7 @@ void FaceDeformer::Data::moveJawVertices(const kernel::Frame& frame) const {
   }
 }
 
-FaceDeformer::FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding) {
+FaceDeformer::FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding, const DeformerOptions& options) {
   checkBinding(binding, mesh, control, "face binding");
   const std::vector<PartKind> kinds = vertexKinds(mesh);
   std::vector<std::uint32_t> tongue;
@@ -262,6 +262,7 @@ FaceDeformer::FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, con
     if (kinds[i] == PartKind::kTongue) tongue.push_back(static_cast<std::uint32_t>(i));
   }
   auto data = std::make_unique<Data>(mesh, control, std::move(tongue));
+  if (options.portable_loops) data->kernels = &kernel::portableKernels();
   const BezierSurface surface(control);
   data->takeSurface(surface);
   data->takeBinding(surface, binding, kinds);
@@ -286,9 +287,8 @@ void FaceDeformer::deform(std::span<const double> markers, const TonguePose& ton
   Eigen::Map<Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(frame.jaw_turn) = jaw.turn.cast<float>();
   Eigen::Map<Eigen::Vector3f>(frame.jaw_shift) = jaw.shift.cast<float>();
 
-  const kernel::Kernels& kernels = kernel::bestKernels();
-  kernels.bound(frame, data_->bound_runs.data(), data_->bound_runs.size(), data_->bound_blocks.data());
-  kernels.loose(frame, data_->loose_runs.data(), data_->loose_runs.size(), data_->loose_blocks.data());
+  data_->kernels->bound(frame, data_->bound_runs.data(), data_->bound_runs.size(), data_->bound_blocks.data());
+  data_->kernels->loose(frame, data_->loose_runs.data(), data_->loose_runs.size(), data_->loose_blocks.data());
   data_->moveJawVertices(frame);
   data_->tongue.deform(jaw, tongue, out.data());
   for (const StillRun& run : data_->still) {

@@ -10,12 +10,16 @@
 
 namespace mouthpiece {
 
+struct DeformerOptions {
+  bool portable_loops = false;  ///< the loops that any processor runs, even where it has faster ones; for comparison
+};
+
 /// Moves a face's mesh with the markers (EDGE 6, BIDs). Immutable; any number of threads may call deform() at once, and
 /// the result does not depend on how many do.
 class FaceDeformer {
  public:
-  /// `binding` is bindFace()'s for the same mesh and control mesh.
-  FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding);
+  /// `binding` is bindFace()'s for the same mesh and control mesh. Throws InputError when it does not fit them.
+  FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding, const DeformerOptions& options = {});
   FaceDeformer(FaceDeformer&&) noexcept;
   FaceDeformer& operator=(FaceDeformer&&) noexcept;
   ~FaceDeformer();

@@ -148,75 +148,168 @@ struct Counts {
   std::size_t faces = 0;
 };
 
-/// The counts that a header promises, refused when the file is too short for them.
-Counts checkedCounts(double vertices, double faces, std::size_t bytes, std::size_t bytes_per_vertex, std::string_view file) {
+/// What a file promises, and the same file with a header that OpenMesh can be trusted with.
+struct CheckedFile {
+  Counts counts;
+  std::string bytes;
+};
+
+/// The counts that a header promises, refused when the body is too short for them.
+Counts checkedCounts(double vertices, double faces, std::size_t body, std::size_t bytes_per_vertex, std::string_view file) {
   // A face takes four bytes at the least.
-  if (!(vertices >= 1 && vertices <= static_cast<double>(kMaxMeshVertices) &&
-        vertices * static_cast<double>(bytes_per_vertex) + faces * 4 <= static_cast<double>(bytes) && faces >= 0)) {
-    throw InputError(file, "", fmt::format("found a header with {} vertices and {} faces in {} bytes; expected counts that "
-                                           "the file can hold", vertices, faces, bytes));
+  const bool fits = vertices >= 1 && vertices <= static_cast<double>(kMaxMeshVertices) && faces >= 0 &&
+                    vertices * static_cast<double>(bytes_per_vertex) + faces * 4 <= static_cast<double>(body);
+  if (!fits) {
+    throw InputError(file, "", fmt::format("found {:.0f} vertices and {:.0f} faces in {} bytes; expected counts that the file can hold",
+                                           vertices, faces, body));
   }
   if (faces < 1) throw InputError(file, "", "found no faces; expected a surface of triangles or polygons");
   return {static_cast<std::size_t>(vertices), static_cast<std::size_t>(faces)};
 }
 
-Counts plyCounts(std::string_view bytes, std::string_view file) {
-  if (!bytes.starts_with("ply")) throw InputError(file, "byte 0", "found no 'ply'; expected a PLY file");
-  const std::size_t end = bytes.find("end_header");
-  if (end == std::string_view::npos || end > 65536) throw InputError(file, "", "found no end_header; expected a PLY file");
-  std::istringstream header{std::string(bytes.substr(0, end))};
-  bool is_binary = false;
-  double vertices = 0;
-  double faces = 0;
-  std::size_t properties = 0;
-  std::string element;
-  for (std::string line; std::getline(header, line);) {
-    std::istringstream words(line);
+/// Bytes of a PLY number type; 0: no such type.
+std::size_t plyTypeSize(std::string_view type) {
+  for (const auto& [names, size] : {std::pair<std::string_view, std::size_t>{" char uchar int8 uint8 ", 1},
+                                    {" short ushort int16 uint16 ", 2},
+                                    {" int uint int32 uint32 float float32 ", 4},
+                                    {" double float64 ", 8}}) {
+    if (names.find(fmt::format(" {} ", type)) != std::string_view::npos) return size;
+  }
+  return 0;
+}
+
+/// OpenMesh believes what a header says, in whatever order it says it. This one is read line by line, and written anew with
+/// just the vertices and the faces.
+class PlyHeader {
+ public:
+  explicit PlyHeader(std::string_view file) : file_(file) {}
+
+  CheckedFile check(std::string_view bytes) {
+    std::size_t begin = 0;
+    for (std::size_t number = 1;; ++number) {
+      const std::size_t end = bytes.find('\n', begin);
+      if (end == std::string_view::npos || number > kMaxHeaderLines || end - begin > kMaxHeaderLine) {
+        throw InputError(file_, std::to_string(number), "found no end_header; expected a PLY file");
+      }
+      std::string_view line = bytes.substr(begin, end - begin);
+      if (line.ends_with('\r')) line.remove_suffix(1);
+      begin = end + 1;
+      place_ = std::to_string(number);
+      if (number == 1 && line != "ply") fail("found no 'ply'; expected a PLY file");
+      if (line == "end_header") break;
+      if (number > 1) readLine(line);
+    }
+    if (!has_list_) fail("found no list of corners at the faces");
+    if (axes_ != 3) fail("found vertices without x, y and z");
+    const std::size_t per_vertex = encoding_ == "ascii" ? 2 * vertex_properties_ : vertex_bytes_;
+    CheckedFile result{checkedCounts(vertices_, faces_, bytes.size() - begin, per_vertex, file_), "ply\n" + header_ + "end_header\n"};
+    result.bytes += bytes.substr(begin);
+    return result;
+  }
+
+ private:
+  static constexpr std::size_t kMaxHeaderLines = 1000;
+  static constexpr std::size_t kMaxHeaderLine = 1000;
+
+  void readLine(std::string_view line) {
+    std::istringstream words{std::string(line)};
     std::string keyword;
     words >> keyword;
-    if (keyword == "format") {
-      std::string encoding;
-      words >> encoding;
-      is_binary = encoding.starts_with("binary");
-    } else if (keyword == "element") {
-      double count = 0;
-      words >> element >> count;
-      if (element == "vertex") vertices = count;
-      if (element == "face") faces = count;
-      if (!(count >= 0 && count <= static_cast<double>(bytes.size()))) {
-        throw InputError(file, "", fmt::format("found element {} with a count that the file cannot hold", printable(element, 40)));
-      }
-    } else if (keyword == "property") {
-      std::string type;
-      words >> type;
-      if (element == "vertex" && type == "list") throw InputError(file, "", "found a list at the vertices; expected numbers");
-      if (element == "vertex") ++properties;
+    if (keyword == "comment" || keyword == "obj_info" || keyword.empty()) return;
+    if (keyword == "format") return readFormat(words);
+    if (encoding_.empty()) fail("found no format first");
+    if (keyword == "element") return readElement(words);
+    if (keyword == "property") return readProperty(words);
+    fail(fmt::format("found '{}'; expected format, comment, element, property or end_header", printable(keyword, 40)));
+  }
+
+  void readFormat(std::istringstream& words) {
+    std::string version;
+    words >> encoding_ >> version;
+    const bool is_known = encoding_ == "ascii" || encoding_ == "binary_little_endian" || encoding_ == "binary_big_endian";
+    if (!is_known || version != "1.0" || !header_.empty()) fail("expected 'format ascii 1.0' or 'format binary_little_endian 1.0', once");
+    header_ += fmt::format("format {} 1.0\n", encoding_);
+  }
+
+  void readElement(std::istringstream& words) {
+    double count = -1;
+    words >> element_ >> count;
+    if (!(count >= 0 && count <= 1e12)) fail("found an element without a count");
+    if (faces_ >= 0 && element_ != "vertex" && element_ != "face") return;  // what comes after the faces is not read
+    const bool in_order = element_ == "vertex" ? vertices_ < 0 : element_ == "face" && vertices_ >= 0 && faces_ < 0;
+    if (!in_order) fail(fmt::format("found the element '{}'; expected vertices, then faces", printable(element_, 40)));
+    (element_ == "vertex" ? vertices_ : faces_) = count;
+    header_ += fmt::format("element {} {:.0f}\n", element_, count);
+  }
+
+  void readProperty(std::istringstream& words) {
+    std::string type;
+    words >> type;
+    if (element_ != "vertex" && element_ != "face") {
+      if (faces_ < 0) fail("found a property of nothing");
+      return;
     }
+    if (type == "list") return readList(words);
+    std::string name;
+    words >> name;
+    if (plyTypeSize(type) == 0 || name.empty()) fail(fmt::format("found a property of type '{}'", printable(type, 40)));
+    if (element_ == "vertex") {
+      vertex_bytes_ += plyTypeSize(type);
+      ++vertex_properties_;
+      if (name.size() == 1 && name[0] == "xyz"[std::min<std::size_t>(axes_, 2)] && axes_ < 3) ++axes_;
+    }
+    header_ += fmt::format("property {} {}\n", type, printable(name, 60));
   }
-  if (properties < 3) throw InputError(file, "", "found vertices without x, y and z");
-  return checkedCounts(vertices, faces, bytes.size() - end, is_binary ? std::max<std::size_t>(12, properties) : 2 * properties, file);
+
+  void readList(std::istringstream& words) {
+    std::string count_type;
+    std::string index_type;
+    std::string name;
+    words >> count_type >> index_type >> name;
+    const bool is_corners = element_ == "face" && !has_list_ && (name == "vertex_indices" || name == "vertex_index");
+    const bool has_types = plyTypeSize(count_type) > 0 && plyTypeSize(count_type) <= 4 && plyTypeSize(index_type) > 0 && count_type.find("float") != 0 &&
+                           index_type.find("float") != 0 && index_type != "double";
+    if (!is_corners || !has_types) fail("found a list other than the faces' corners; expected 'property list uchar int vertex_indices'");
+    has_list_ = true;
+    header_ += fmt::format("property list {} {} vertex_indices\n", count_type, index_type);
+  }
+
+  [[noreturn]] void fail(std::string_view what) const { throw InputError(file_, place_, what); }
+
+  std::string_view file_;
+  std::string place_, encoding_, element_, header_;
+  double vertices_ = -1;
+  double faces_ = -1;
+  std::size_t axes_ = 0, vertex_properties_ = 0, vertex_bytes_ = 0;
+  bool has_list_ = false;
+};
+
+/// Text only, without its comments (OpenMesh' reader stumbles over them) and with a header of our own.
+CheckedFile checkOff(std::string_view bytes, std::string_view file) {
+  std::string plain;
+  plain.reserve(bytes.size());
+  bool in_comment = false;
+  for (const char c : bytes) {
+    if (c == '\0') throw InputError(file, "", "found a zero byte; expected OFF as text");
+    in_comment = c == '#' || (in_comment && c != '\n');
+    if (!in_comment) plain.push_back(c);
+  }
+  std::istringstream stream(plain);
+  std::string keyword;
+  stream >> keyword;
+  if (keyword != "OFF") throw InputError(file, "1", "found no 'OFF'; expected a plain OFF file as text");
+  double vertices = -1;
+  double faces = -1;
+  double edges = 0;
+  if (!(stream >> vertices >> faces >> edges)) throw InputError(file, "", "found no counts; expected vertices, faces and edges after OFF");
+  stream.clear();  // the counts may be the last thing in the file, which would make tellg fail
+  const auto body = static_cast<std::size_t>(stream.tellg());
+  const Counts counts = checkedCounts(vertices, faces, plain.size() - body, 6, file);
+  return {counts, fmt::format("OFF\n{} {} 0", counts.vertices, counts.faces) + plain.substr(body)};
 }
 
-Counts offCounts(std::string_view bytes, std::string_view file) {
-  const std::size_t keyword = bytes.substr(0, 64).find("OFF");
-  if (keyword == std::string_view::npos) throw InputError(file, "byte 0", "found no 'OFF'; expected an OFF file");
-  if (bytes.substr(0, 256).find("BINARY") != std::string_view::npos) {
-    throw InputError(file, "", "found a binary OFF file; expected text, or PLY");
-  }
-  if (bytes.substr(0, keyword).find_first_of("4n") != std::string_view::npos) {
-    throw InputError(file, "", "found an OFF file of another dimension; expected x, y, z");
-  }
-  std::istringstream stream{std::string(bytes.substr(keyword + 3, 4096))};
-  std::vector<double> numbers;
-  for (std::string line; numbers.size() < 2 && std::getline(stream, line);) {
-    std::istringstream words(line.substr(0, line.find('#')));
-    for (double value; words >> value;) numbers.push_back(value);
-  }
-  if (numbers.size() < 2) throw InputError(file, "", "found no counts; expected vertices, faces and edges after OFF");
-  return checkedCounts(numbers[0], numbers[1], bytes.size(), 6, file);
-}
-
-FaceMesh parseThroughOpenMesh(std::string_view bytes, std::string_view file, const std::string& format, const Counts& counts) {
+FaceMesh parseThroughOpenMesh(CheckedFile checked, std::string_view file, const std::string& format) {
+  const Counts& counts = checked.counts;
   // The readers are single objects with state of their own.
   static std::mutex mutex;
   const std::lock_guard lock(mutex);
@@ -224,7 +317,8 @@ FaceMesh parseThroughOpenMesh(std::string_view bytes, std::string_view file, con
   omout().disable();
   CheckingImporter importer(file, counts.vertices);
   // The newline keeps the last number of a text file from touching the end.
-  std::istringstream stream(std::string(bytes) + "\n", std::ios::in | std::ios::binary);
+  checked.bytes += "\n";
+  std::istringstream stream(std::move(checked.bytes), std::ios::in | std::ios::binary);
   stream.exceptions(std::ios::failbit | std::ios::badbit);
   OpenMesh::IO::Options options(OpenMesh::IO::Options::VertexColor);
   bool is_read = false;
@@ -244,20 +338,9 @@ FaceMesh parseThroughOpenMesh(std::string_view bytes, std::string_view file, con
 }  // namespace
 
 FaceMesh parsePly(std::string_view bytes, std::string_view file) {
-  return parseThroughOpenMesh(bytes, file, ".ply", plyCounts(bytes, file));
+  return parseThroughOpenMesh(PlyHeader(file).check(bytes), file, ".ply");
 }
 
-FaceMesh parseOff(std::string_view bytes, std::string_view file) {
-  const Counts counts = offCounts(bytes, file);
-  // OpenMesh' reader stumbles over comments in the header.
-  std::string plain;
-  plain.reserve(bytes.size());
-  bool in_comment = false;
-  for (const char c : bytes) {
-    in_comment = c == '#' || (in_comment && c != '\n');
-    if (!in_comment) plain.push_back(c);
-  }
-  return parseThroughOpenMesh(plain, file, ".off", counts);
-}
+FaceMesh parseOff(std::string_view bytes, std::string_view file) { return parseThroughOpenMesh(checkOff(bytes, file), file, ".off"); }
 
 }  // namespace mouthpiece

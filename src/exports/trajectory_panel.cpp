@@ -1,19 +1,23 @@
 #include "exports/trajectory_panel.h"
 
-#include <cstring>
-
 namespace mouthpiece {
 namespace {
 
 // Vectors of the compiler's own kind, four or eight floats; they live in registers and never cross a call. Memory is
 // read and written one vector at a time: copying whole rows makes the compiler keep them on the stack.
+using Lanes4 = float __attribute__((vector_size(16)));
+using Lanes8 = float __attribute__((vector_size(32)));
+// clang 14 drops `aligned` from a `using`.
+typedef float UnalignedLanes4 __attribute__((vector_size(16), aligned(4), may_alias));  // NOLINT(modernize-use-using)
+typedef float UnalignedLanes8 __attribute__((vector_size(32), aligned(4), may_alias));  // NOLINT(modernize-use-using)
+
 struct Narrow {
-  using Lanes = float __attribute__((vector_size(16)));
+  using Lanes = Lanes4;
   static constexpr int kCount = 4;
   static constexpr int kRows = 2;  // two rows of six sums fill the sixteen registers
 };
 struct Wide {
-  using Lanes = float __attribute__((vector_size(32)));
+  using Lanes = Lanes8;
   static constexpr int kCount = 8;
   static constexpr int kRows = 4;  // four rows of three sums
 };
@@ -25,15 +29,15 @@ inline constexpr int kPerRow = static_cast<int>(kPanelWidth) / Width::kCount;
 template <typename Width>
 inline constexpr int kPerAxis = kPerRow<Width> / 3;
 
-// Unaligned; a copy, since a pointer to a less aligned vector type loses that promise in templates (clang 14).
-template <typename Lanes>
-MOUTHPIECE_INLINE void load(const float* from, Lanes& lanes) {
-  std::memcpy(&lanes, from, sizeof(Lanes));
+// No memcpy: g++ 12 would go over the stack.
+MOUTHPIECE_INLINE void load(const float* from, Lanes4& lanes) {
+  lanes = *reinterpret_cast<const UnalignedLanes4*>(from);
 }
-template <typename Lanes>
-MOUTHPIECE_INLINE void store(const Lanes& lanes, float* to) {
-  std::memcpy(to, &lanes, sizeof(Lanes));
+MOUTHPIECE_INLINE void load(const float* from, Lanes8& lanes) {
+  lanes = *reinterpret_cast<const UnalignedLanes8*>(from);
 }
+MOUTHPIECE_INLINE void store(const Lanes4& lanes, float* to) { *reinterpret_cast<UnalignedLanes4*>(to) = lanes; }
+MOUTHPIECE_INLINE void store(const Lanes8& lanes, float* to) { *reinterpret_cast<UnalignedLanes8*>(to) = lanes; }
 
 /// Keeps max(|row|^2) of each vertex.
 template <typename Width>

@@ -15,19 +15,22 @@ constexpr Seconds kRelax = 0.400;       ///< from there to the neutral pose
 
 bool isSilent(const LabelledPhone& phone) { return phone.phone == Phone::kSil; }
 
-/// A knot at each boundary that has speech beside it; beyond the outer ones the map runs at the capture's speed.
+/// A knot at each boundary that has speech beside it; beyond the outer ones the map runs at the capture's speed. A
+/// phone too short to hold a movement moves nothing: its boundaries count as one.
 TimeWarp warpOf(const SpeechLabels& line, const PhoneRange& target, const SpeechLabels& take, PhoneIndex source_first) {
+  constexpr Seconds kShortest = 0.001;
   std::vector<TimeKnot> knots;
+  const auto add = [&](Seconds source, Seconds wanted) {
+    if (!knots.empty() && (source < knots.back().source + kShortest || wanted < knots.back().target + kShortest))
+      return;
+    knots.push_back({source, wanted});
+  };
   const std::size_t count = target.last.value - target.first.value + 1;
   for (std::size_t i = 0; i < count; ++i) {
     const LabelledPhone& wanted = line.phones[target.first.value + i];
     const LabelledPhone& found = take.phones[source_first.value + i];
-    if (!isSilent(found)) {
-      if (i == 0) knots.push_back({found.span.start, wanted.span.start});
-      knots.push_back({found.span.end, wanted.span.end});
-    } else if (i == 0) {
-      knots.push_back({found.span.end, wanted.span.end});
-    }
+    if (i == 0 && !isSilent(found)) add(found.span.start, wanted.span.start);
+    if (i == 0 || !isSilent(found)) add(found.span.end, wanted.span.end);
   }
   return TimeWarp(std::move(knots));
 }

@@ -14,6 +14,9 @@ constexpr double kCaptureFramesInBlend =
     2.5;  ///< at least, whatever the overlap asked for: a slow capture has no more to blend
 constexpr double kPartOfSilence = 0.5;
 constexpr Seconds kLongestInSilence = 0.300;
+constexpr Seconds kUpperFaceOverlap = 0.240;
+
+TimeSpan centred(Seconds middle, Seconds length) { return {middle - 0.5 * length, middle + 0.5 * length}; }
 
 Seconds blendLength(Seconds phone, double capture_rate_hz, Seconds overlap) {
   if (overlap <= 0) return 0;
@@ -50,25 +53,16 @@ double percentileOf(std::vector<double>& values, double percentile) {
   return values[static_cast<std::size_t>(at)];
 }
 
-}  // namespace
-
-TimeSpan placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after, Seconds overlap,
-                   double frame_rate_hz) {
+TimeSpan placeLipJoin(const LabelledPhone& phone, const Fragment& before, const Fragment& after, Seconds overlap,
+                      double frame_rate_hz) {
   const PhoneIndex shared = after.phones().first;
-  const LabelledPhone& phone = line.phones[shared.value];
-  if (phone.phone == Phone::kSil) {
-    const Seconds captured =
-        std::min(before.sourcePhone(shared).span.duration(), after.sourcePhone(shared).span.duration());
-    const Seconds length = std::min(kLongestInSilence, kPartOfSilence * std::min(phone.span.duration(), captured));
-    return {phone.span.middle() - 0.5 * length, phone.span.middle() + 0.5 * length};
-  }
   const Seconds length =
       std::max(blendLength(phone.span.duration(), std::min(before.captureRateHz(), after.captureRateHz()), overlap),
                std::min(overlap, 2 / frame_rate_hz));
   const Seconds room = std::max(0.0, phone.span.duration() - length);
   const auto at = [&](double u) {
     const Seconds middle = phone.span.middle() + (u - 0.5) * room;
-    return TimeSpan{middle - 0.5 * length, middle + 0.5 * length};
+    return centred(middle, length);
   };
   // A stand-in that plays another phone gives way to the real one as soon as it can.
   const bool before_is_strange = before.sourcePhone(shared).phone != phone.phone;
@@ -85,6 +79,27 @@ TimeSpan placeJoin(const SpeechLabels& line, const Fragment& before, const Fragm
     }
   }
   return best;
+}
+
+/// What both fragments may show of the pause, so that neither has to hold still within the blend.
+TimeSpan placeSilentJoin(const LabelledPhone& phone, const LabelledPhone& before, const LabelledPhone& after) {
+  const Seconds captured = std::min(before.span.duration(), after.span.duration());
+  return centred(phone.span.middle(),
+                 std::min(kLongestInSilence, kPartOfSilence * std::min(phone.span.duration(), captured)));
+}
+
+}  // namespace
+
+JoinSpans placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after, Seconds overlap,
+                    double frame_rate_hz) {
+  const PhoneIndex shared = after.phones().first;
+  const LabelledPhone& phone = line.phones[shared.value];
+  if (phone.phone == Phone::kSil) {
+    const TimeSpan join = placeSilentJoin(phone, before.sourcePhone(shared), after.sourcePhone(shared));
+    return {join, join};
+  }
+  const TimeSpan lips = placeLipJoin(phone, before, after, overlap, frame_rate_hz);
+  return {lips, centred(lips.middle(), std::max(kUpperFaceOverlap, lips.duration()))};
 }
 
 Join measureJoin(const MotionClip& motion, TimeSpan blend) {

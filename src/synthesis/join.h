@@ -5,11 +5,17 @@
 
 namespace mouthpiece {
 
-/// The stretch of the line over which `before` gives way to `after`, inside (or, where the capture is too slow for
-/// that, around) the phone that they share: at most `overlap` long, and where the lips of both agree best, so that a
-/// closure of one is not averaged with open lips of the other. In a silence it is centred and longer.
-TimeSpan placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after, Seconds overlap,
-                   double frame_rate_hz);
+/// Over which stretches of the line one fragment gives way to the next.
+struct JoinSpans {
+  TimeSpan lips;        ///< all markers that speech moves
+  TimeSpan upper_face;  ///< lids, brows, forehead, temples, canthi: longer, around the same middle
+};
+
+/// The lips are joined inside (or, where the capture is too slow for that, around) the phone that both share: over at
+/// most `overlap`, and where the lips of both agree best, so that a closure of one is not averaged with open lips of
+/// the other. In a silence the join is centred and longer.
+JoinSpans placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after, Seconds overlap,
+                    double frame_rate_hz);
 
 /// Jumps of the finished motion at a join: the largest step of a marker from frame to frame among the pairs of frames
 /// that meet `blend`, and the largest change of a marker's velocity at the frames in it.

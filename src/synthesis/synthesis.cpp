@@ -66,19 +66,11 @@ std::vector<bool> upperFaceColumns(const MarkerLayout& layout) {
   return upper;
 }
 
-constexpr Seconds kUpperFaceOverlap = 0.240;
-
-/// The blend of the upper face at a join.
-TimeSpan widened(const TimeSpan& join) {
-  const Seconds half = 0.5 * std::max(kUpperFaceOverlap, join.duration());
-  return {join.middle() - half, join.middle() + half};
-}
-
 /// The fragments resampled at the frame times and blended over `joins`, one between each fragment and the next (EDGE
 /// 5.1.3).
 class Blender {
  public:
-  Blender(const std::vector<UnitFragment>& fragments, const std::vector<TimeSpan>& joins,
+  Blender(const std::vector<UnitFragment>& fragments, const std::vector<JoinSpans>& joins,
           std::span<const Seconds> times, double frame_rate_hz, BlendKind blend, const MarkerLayout& layout)
       : fragments_(fragments),
         joins_(joins),
@@ -90,8 +82,8 @@ class Blender {
   [[nodiscard]] PositionMatrix blend() const {
     PositionMatrix result(static_cast<Eigen::Index>(times_.size()), static_cast<Eigen::Index>(upper_.size()));
     for (std::size_t i = 0; i < fragments_.size(); ++i) {
-      const std::size_t begin = i == 0 ? 0 : frameFrom(widened(joins_[i - 1]).start);
-      const std::size_t end = i + 1 == fragments_.size() ? times_.size() : frameFrom(widened(joins_[i]).end);
+      const std::size_t begin = i == 0 ? 0 : frameFrom(joins_[i - 1].upper_face.start);
+      const std::size_t end = i + 1 == fragments_.size() ? times_.size() : frameFrom(joins_[i].upper_face.end);
       if (begin < end) add(i, begin, end, result);
     }
     return result;
@@ -109,14 +101,14 @@ class Blender {
     PositionMatrix poses = fragments_[i].fragment.posesAt(times_.subspan(begin, end - begin));
     std::size_t blended_end = begin;
     if (i > 0) {
-      blended_end = std::clamp(frameFrom(widened(joins_[i - 1]).end), begin, end);
+      blended_end = std::clamp(frameFrom(joins_[i - 1].upper_face.end), begin, end);
       const auto rows = static_cast<Eigen::Index>(blended_end - begin);
       PositionMatrix before = result.middleRows(static_cast<Eigen::Index>(begin), rows);
       PositionMatrix after = poses.topRows(rows);
       fillFromEachOther(before, after);
       const std::span<const Seconds> times = times_.subspan(begin, blended_end - begin);
-      const PositionMatrix speech = blendRows(before, after, times, joins_[i - 1], blend_);
-      PositionMatrix blended = blendRows(before, after, times, widened(joins_[i - 1]), blend_);
+      const PositionMatrix speech = blendRows(before, after, times, joins_[i - 1].lips, blend_);
+      PositionMatrix blended = blendRows(before, after, times, joins_[i - 1].upper_face, blend_);
       for (std::size_t column = 0; column < upper_.size(); ++column) {
         const auto at = static_cast<Eigen::Index>(column);
         if (!upper_[column]) blended.col(at) = speech.col(at);
@@ -128,22 +120,26 @@ class Blender {
   }
 
   const std::vector<UnitFragment>& fragments_;
-  const std::vector<TimeSpan>& joins_;
+  const std::vector<JoinSpans>& joins_;
   std::span<const Seconds> times_;
   double frame_rate_hz_;
   BlendKind blend_;
   std::vector<bool> upper_;
 };
 
+TimeSpan notBefore(const TimeSpan& span, const TimeSpan& earlier) {
+  return {std::max(span.start, earlier.start), std::max(span.end, earlier.end)};
+}
+
 /// Joins lie in the order of the line, so that each blend begins where the one before has begun.
-std::vector<TimeSpan> placeJoins(const SynthesisRequest& request, const std::vector<UnitFragment>& fragments) {
-  std::vector<TimeSpan> joins;
+std::vector<JoinSpans> placeJoins(const SynthesisRequest& request, const std::vector<UnitFragment>& fragments) {
+  std::vector<JoinSpans> joins;
   for (std::size_t i = 0; i + 1 < fragments.size(); ++i) {
-    TimeSpan join = placeJoin(request.labels, fragments[i].fragment, fragments[i + 1].fragment,
-                              request.options.overlap_ms / 1000, request.options.frame_rate_hz);
+    JoinSpans join = placeJoin(request.labels, fragments[i].fragment, fragments[i + 1].fragment,
+                               request.options.overlap_ms / 1000, request.options.frame_rate_hz);
     if (!joins.empty()) {
-      join.start = std::max(join.start, joins.back().start);
-      join.end = std::max(join.end, joins.back().end);
+      join.lips = notBefore(join.lips, joins.back().lips);
+      join.upper_face = notBefore(join.upper_face, joins.back().upper_face);
     }
     joins.push_back(join);
   }
@@ -173,14 +169,14 @@ MotionClip restingMotion(const Corpus& corpus, std::size_t frames, double frame_
 void animateUnits(const SynthesisRequest& request, const UnitDatabase& database, const std::vector<SelectedUnit>& units,
                   std::span<const Seconds> times, UtteranceAnimation& animation) {
   const std::vector<UnitFragment> fragments = cutIntoFragments(request.labels, database, units);
-  const std::vector<TimeSpan> joins = placeJoins(request, fragments);
+  const std::vector<JoinSpans> joins = placeJoins(request, fragments);
   MotionClip& motion = animation.motion;
   const MarkerLayout& layout = database.corpus().layout;
   motion.positions_mm = Blender(fragments, joins, times, motion.frame_rate_hz, request.options.blend, layout).blend();
   fillUnseen(motion.positions_mm, database.corpus().neutral_pose_mm);
   for (std::size_t i = 0; i < joins.size(); ++i) {
     // Between two fragments of one unit lies a pause of the take itself.
-    if (fragments[i].unit != fragments[i + 1].unit) animation.joins.push_back(measureJoin(motion, joins[i]));
+    if (fragments[i].unit != fragments[i + 1].unit) animation.joins.push_back(measureJoin(motion, joins[i].lips));
   }
 }
 

@@ -176,6 +176,8 @@ std::vector<TakeSizes> readTakes(SqliteDatabase& database, std::size_t promised,
     size.frames = countBetween(row, 6, "frames", 1, kMaxFrames);
     take.motion.frame_rate_hz = row.real(7);
     expectFrameRate(take.motion.frame_rate_hz, database.file(), row.place());
+    if (take.motion.frame_rate_hz < 1)
+      row.fail(fmt::format("found {} frames a second; expected at least 1", take.motion.frame_rate_hz));
     take.motion.marker_names = marker_names;
     size.samples = countBetween(row, 8, "samples", 0, kMaxSamples);
     take.audio.sample_rate_hz = static_cast<int>(countBetween(row, 9, "samples a second", 0, kMaxSampleRateHz));

@@ -19,20 +19,18 @@ PhonePlace lastPlace(const SelectedUnit& unit) {
   return advance(unit.source, unit.phones.last.value - unit.phones.first.value);
 }
 
-/// The cheapest of the run's places, given the unit before.
+/// The cheapest of the run's places, of which there is at least one, given the unit before.
 SelectedUnit cheapest(const UnitCosts& costs, std::size_t first, const CandidateRun& run, const SelectedUnit* before) {
-  SelectedUnit best;
-  double least = std::numeric_limits<double>::infinity();
+  std::optional<SelectedUnit> best;
   for (const PhonePlace& place : run.places) {
     SelectedUnit unit{rangeOf(first, run.length), place, 0, 0, false};
     unit.target_cost = costs.targetCost(unit.phones, place);
-    if (unit.target_cost >= least) continue;
+    const double least = best ? best->target_cost + best->join_cost : std::numeric_limits<double>::infinity();
+    if (best && unit.target_cost >= least) continue;
     if (before != nullptr) unit.join_cost = costs.joinCost(PhoneIndex(first), lastPlace(*before), place);
-    if (unit.target_cost + unit.join_cost >= least) continue;
-    least = unit.target_cost + unit.join_cost;
-    best = unit;
+    if (!best || unit.target_cost + unit.join_cost < least) best = unit;
   }
-  return best;
+  return *best;
 }
 
 /// EDGE 5.1.1: from phone i the longest fragment, then on from its last phone. The paper's inner loop never ends when

@@ -58,7 +58,8 @@ double UnitCosts::targetCost(const PhoneRange& range, const PhonePlace& source) 
     const double share = i == range.first.value || i == range.last.value ? 0.5 : 1.0;
     if (target_.phones[i].phone != Phone::kSil) {  // a silence is never stretched
       const double ratio = target_.phones[i].span.duration() / take.phones[at].span.duration();
-      cost += share * weights_.duration * std::abs(std::log(ratio));
+      constexpr double kWorst = 5;  // 150 times as long; keeps costs finite for labels of next to no time
+      cost += share * weights_.duration * std::min(kWorst, std::abs(std::log(ratio)));
     }
     if (isBilabial(target_.phones[i].phone)) {
       cost += share * weights_.closure_per_mm * std::max(0.0, database_.openingLeft({source.take, PhoneIndex(at)}));

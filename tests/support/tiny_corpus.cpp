@@ -24,6 +24,7 @@ MarkerLayout tinyLayout() {
   add("LIP_UP_MID", "lip");
   add("LIP_LO_MID", "lip");
   add("CHIN", "chin");
+  add("BROW", "brow");
   return layout;
 }
 
@@ -93,10 +94,11 @@ CorpusTake tinyTake(const std::string& name, std::string_view words, std::uint64
   take.motion.frame_rate_hz = frame_rate_hz;
   take.motion.marker_names = tinyLayout().markerNames();
   const auto frames = static_cast<Eigen::Index>(std::ceil(take.labels.duration() * frame_rate_hz)) + 1;
-  take.motion.positions_mm.resize(frames, 9);
+  take.motion.positions_mm.resize(frames, 12);
   for (Eigen::Index frame = 0; frame < frames; ++frame) {
     const double open = openingAt(take.labels, static_cast<double>(frame) / frame_rate_hz);
-    take.motion.positions_mm.row(frame) << 0, 0.2 * open, 10, 0, -0.8 * open, 10, 0, -20 - 0.9 * open, 5;
+    take.motion.positions_mm.row(frame) << 0, 0.2 * open, 10, 0, -0.8 * open, 10, 0, -20 - 0.9 * open, 5, 0,
+        50 + std::sin(0.05 * static_cast<double>(frame)), 5;
   }
   // As a corpus file holds it.
   take.motion.positions_mm = take.motion.positions_mm.cast<float>().cast<double>();
@@ -112,8 +114,8 @@ Corpus tinyCorpus(const std::vector<std::string>& lines, double frame_rate_hz) {
   Corpus corpus;
   corpus.name = "tiny";
   corpus.layout = tinyLayout();
-  corpus.neutral_pose_mm.resize(3, 3);
-  corpus.neutral_pose_mm << 0, 0.2, 10, 0, -0.8, 10, 0, -20.9, 5;
+  corpus.neutral_pose_mm.resize(4, 3);
+  corpus.neutral_pose_mm << 0, 0.2, 10, 0, -0.8, 10, 0, -20.9, 5, 0, 50, 5;
   for (std::size_t i = 0; i < lines.size(); ++i) {
     corpus.takes.push_back(tinyTake("take" + std::to_string(i), lines[i], i + 1, frame_rate_hz));
   }

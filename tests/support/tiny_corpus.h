@@ -13,7 +13,8 @@ namespace mouthpiece::testing {
 /// the ends. Durations vary with `seed`, between 60 and 140 ms; 0: all 100 ms.
 SpeechLabels tinyLabels(std::string_view words, std::uint64_t seed);
 
-/// A take of three markers (upper lip, lower lip, chin) whose lips open smoothly with the phones and shut for B P M.
+/// A take of four markers (upper lip, lower lip, chin, brow) whose lips open smoothly with the phones and shut for B P
+/// M.
 CorpusTake tinyTake(const std::string& name, std::string_view words, std::uint64_t seed, double frame_rate_hz = 120);
 
 /// One take a line, named "take0", "take1", ..., with sound.

@@ -142,7 +142,7 @@ TEST(PlyReader, ReadsTextAndBinaryAlike) {
 
 TEST(PlyReader, RefusesWhatIsNoMesh) {
   EXPECT_NE(messageOf("", "a.ply").find("found no 'ply'"), std::string::npos);
-  EXPECT_NE(messageOf(replaced(kPly, "vertex 4", "vertex 400000000"), "a.ply").find("cannot hold"), std::string::npos);
+  EXPECT_NE(messageOf(replaced(kPly, "vertex 4", "vertex 400000000"), "a.ply").find("can hold"), std::string::npos);
   EXPECT_NE(messageOf(replaced(kPly, "face 4", "face 0"), "a.ply").find("no faces"), std::string::npos);
   EXPECT_NE(messageOf(replaced(kPly, "3 1 2 3", "3 1 2 9"), "a.ply").find("index 9"), std::string::npos);
   EXPECT_NE(messageOf(replaced(kPly, "3 1 2 3", "3 1 2 -1"), "a.ply").find("index -1"), std::string::npos);

@@ -217,6 +217,26 @@ TEST(Synthesis, NothingUnseenReachesTheResult) {
   EXPECT_TRUE(animation.motion.positions_mm.allFinite());
 }
 
+TEST(Synthesis, PhonesOfNextToNoTimeMakeNoFolds) {
+  const Corpus corpus = tinyCorpus();
+  SpeechLabels labels = corpus.takes[0].labels;
+  labels.phones[3].span.end = labels.phones[3].span.start + 1e-12;
+  labels.phones[4].span.start = labels.phones[3].span.end;
+  const UtteranceAnimation animation = synthesise(requestFor(labels), corpus);
+  EXPECT_TRUE(animation.motion.positions_mm.allFinite());
+  EXPECT_LT(animation.motion.positions_mm.cwiseAbs().maxCoeff(), 100) << "no overshoot";
+}
+
+TEST(Synthesis, APauseInsideAUnitLeavesNoTrace) {
+  const Corpus corpus = tinyCorpus({"T-EH-N M-EH-N | AH-P N-AW", "T-EH-N M-EH-N | AH-P N-AW"});
+  const UtteranceAnimation animation = synthesise(requestFor(corpus.takes[1].labels, 120), corpus);
+  ASSERT_EQ(animation.units.size(), 1U);
+  const auto frames = animation.motion.positions_mm.rows();
+  EXPECT_LT((animation.motion.positions_mm - corpus.takes[1].motion.positions_mm.topRows(frames)).cwiseAbs().maxCoeff(),
+            0.01)
+      << "a pause inside a unit is not seen, in the brows either";
+}
+
 TEST(Synthesis, SilenceAloneRests) {
   const Corpus corpus = tinyCorpus();
   SpeechLabels labels;

@@ -1,0 +1,99 @@
+#include "deform/binding.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "base/errors.h"
+#include "deform/bezier_surface.h"
+#include "tests/unit/deform/sample_face.h"
+
+namespace mouthpiece {
+namespace {
+
+using testing::sampleControl;
+using testing::sampleFace;
+
+const FaceBinding& binding() {
+  static const FaceBinding made = bindFace(sampleFace().mesh, sampleControl());
+  return made;
+}
+
+TEST(Binding, NoVertexOfOneLipHangsOnTheOther) {
+  // The sides come from the grid the mesh was laid on, not from the binding's own distances.
+  std::size_t upper_bound = 0, lower_bound = 0;
+  for (std::size_t v = 0; v < sampleFace().skin_vertices; ++v) {
+    if (binding().patch[v] < 0) continue;
+    const LipSide side = sampleControl().sideOf(static_cast<std::size_t>(binding().patch[v]));
+    const bool is_lip = sampleFace().mesh.vertices.row(static_cast<Eigen::Index>(v)).cwiseAbs()(0) < 20;
+    if (!is_lip || side == LipSide::kNone) continue;
+    EXPECT_EQ(side == LipSide::kUpper, static_cast<bool>(sampleFace().is_above_slit[v])) << "vertex " << v;
+    ++(side == LipSide::kUpper ? upper_bound : lower_bound);
+  }
+  EXPECT_GT(upper_bound, 50U);
+  EXPECT_GT(lower_bound, 50U);
+  EXPECT_EQ(inspectBinding(binding(), sampleFace().mesh, sampleControl()).lip_side_errors, 0U);
+}
+
+TEST(Binding, CountsLipSideErrors) {
+  FaceBinding wrong = binding();
+  std::int32_t lower = 0;
+  while (sampleControl().sideOf(static_cast<std::size_t>(lower)) != LipSide::kLower) ++lower;
+  std::size_t changed = 0;
+  for (std::size_t v = 0; v < sampleFace().skin_vertices; ++v) {
+    if (wrong.patch[v] < 0 || sampleControl().sideOf(static_cast<std::size_t>(wrong.patch[v])) != LipSide::kUpper || !sampleFace().is_above_slit[v]) continue;
+    wrong.patch[v] = lower;
+    if (++changed == 7) break;
+  }
+  EXPECT_EQ(inspectBinding(wrong, sampleFace().mesh, sampleControl()).lip_side_errors, changed);
+}
+
+TEST(Binding, OffsetsAreEquationThree) {
+  const BezierSurface surface(sampleControl());
+  std::size_t checked = 0;
+  for (std::size_t v = 0; v < sampleFace().skin_vertices; ++v) {
+    if (binding().patch[v] < 0) continue;
+    const SurfacePoint s = evaluate(surface.restPose(), {binding().patch[v], static_cast<double>(binding().u[v]), static_cast<double>(binding().v[v])});
+    const Eigen::Vector3d offset = sampleFace().mesh.vertices.row(static_cast<Eigen::Index>(v)).transpose().cast<double>() - s.position;
+    EXPECT_NEAR(offset.dot(s.normal()), static_cast<double>(binding().d[v]), 1e-4);
+    checked += (offset - static_cast<double>(binding().d[v]) * s.normal()).norm() < 1e-4 ? 1 : 0;
+  }
+  EXPECT_GT(checked, sampleFace().skin_vertices * 7 / 10) << "most of the skin must lie right above its place";
+}
+
+TEST(Binding, CoversTheFaceAndLeavesOtherPartsToTheJawOrAlone) {
+  const BindingReport report = inspectBinding(binding(), sampleFace().mesh, sampleControl());
+  EXPECT_EQ(report.skin_vertices, sampleFace().skin_vertices);
+  EXPECT_GT(report.coverage, 0.97);
+  EXPECT_LT(report.largest_offset, 15.0);
+  const FaceMesh& mesh = sampleFace().mesh;
+  for (const MeshPart& part : mesh.parts) {
+    if (part.kind == PartKind::kSkin) continue;
+    const float jaw = part.kind == PartKind::kLowerTeeth || part.kind == PartKind::kTongue ? 1.0F : 0.0F;
+    for (const std::uint32_t v : mesh.triangles[part.first_triangle]) {
+      EXPECT_EQ(binding().patch[v], -1) << part.name;
+      EXPECT_EQ(binding().jaw_weight[v], jaw) << part.name;
+    }
+  }
+}
+
+TEST(Binding, ChecksWhatComesFromFiles) {
+  const auto expectRefused = [](auto&& damage) {
+    FaceBinding damaged = binding();
+    damage(damaged);
+    EXPECT_THROW(checkBinding(damaged, sampleFace().mesh, sampleControl(), "x.face"), InputError);
+  };
+  EXPECT_NO_THROW(checkBinding(binding(), sampleFace().mesh, sampleControl(), "x.face"));
+  expectRefused([](FaceBinding& b) { b.patch[5] = 100000; });
+  expectRefused([](FaceBinding& b) { b.patch[5] = -2; });
+  expectRefused([](FaceBinding& b) { b.patch.pop_back(); });
+  expectRefused([](FaceBinding& b) { b.d.pop_back(); });
+  expectRefused([](FaceBinding& b) { b.u[3] = -1; });
+  expectRefused([](FaceBinding& b) { b.u[3] = std::numeric_limits<float>::quiet_NaN(); });
+  expectRefused([](FaceBinding& b) { b.skin_weight[3] = 2; });
+  expectRefused([](FaceBinding& b) { b.d[3] = std::numeric_limits<float>::infinity(); });
+}
+
+}  // namespace
+}  // namespace mouthpiece

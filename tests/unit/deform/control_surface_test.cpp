@@ -1,0 +1,168 @@
+#include "deform/control_surface.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <set>
+
+#include "base/errors.h"
+#include "tests/unit/deform/sample_face.h"
+
+namespace mouthpiece {
+namespace {
+
+using testing::openMouth;
+using testing::randomPose;
+using testing::rowOf;
+using testing::sampleControl;
+using testing::sampleFace;
+
+int indexOf(const ControlMesh& mesh, const std::string& name) {
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    if (mesh.points[i].name == name) return static_cast<int>(i);
+  }
+  ADD_FAILURE() << name;
+  return 0;
+}
+
+/// Upper rim points with the lower ones they meet.
+std::vector<std::pair<int, int>> rimPairs(const ControlMesh& mesh) {
+  std::vector<std::pair<int, int>> pairs;
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    if (mesh.points[i].rule == PointRule::kInnerLip && mesh.points[i].side == LipSide::kUpper) {
+      pairs.emplace_back(static_cast<int>(i), mesh.points[i].opposite);
+    }
+  }
+  return pairs;
+}
+
+double gapAlong(const MarkerPositions& points, std::pair<int, int> pair, const Eigen::RowVector3d& up) {
+  return (points.row(pair.first) - points.row(pair.second)).dot(up);
+}
+
+TEST(ControlSurface, UsesEveryMarkerAndJoinsNoLips) {
+  const ControlMesh& mesh = sampleControl();
+  std::set<int> used;
+  for (const auto& triangle : mesh.triangles) {
+    bool upper = false, lower = false;
+    for (const int point : triangle) {
+      used.insert(point);
+      upper |= mesh.points[static_cast<std::size_t>(point)].side == LipSide::kUpper;
+      lower |= mesh.points[static_cast<std::size_t>(point)].side == LipSide::kLower;
+    }
+    EXPECT_FALSE(upper && lower);
+  }
+  for (int i = 0; i < static_cast<int>(mesh.marker_count); ++i) EXPECT_TRUE(used.contains(i)) << mesh.points[static_cast<std::size_t>(i)].name;
+  EXPECT_EQ(rimPairs(mesh).size(), 5U);
+}
+
+TEST(ControlSurface, MouthAndEyesAreHoles) {
+  const ControlMesh& mesh = sampleControl();
+  for (const auto& [upper, lower] : {std::pair("RIM_UP_MID", "RIM_LO_MID"), {"LID_UP_R", "LID_LO_R"}, {"LID_UP_L", "LID_LO_L"}}) {
+    const int a = indexOf(mesh, upper), b = indexOf(mesh, lower);
+    for (const auto& triangle : mesh.triangles) {
+      EXPECT_FALSE(std::count(triangle.begin(), triangle.end(), a) > 0 && std::count(triangle.begin(), triangle.end(), b) > 0) << upper;
+    }
+  }
+}
+
+TEST(ControlSurface, RestGivesTheRestPoints) {
+  const ControlMesh& mesh = sampleControl();
+  const MarkerPositions points = controlPoints(mesh, rowOf(sampleFace().rest));
+  EXPECT_LT((points - mesh.rest).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST(ControlSurface, MarkersKeepTheirPlacesInEveryPose) {
+  std::mt19937 random(7);
+  for (int i = 0; i < 20; ++i) {
+    const MarkerPositions pose = randomPose(sampleFace(), random);
+    const MarkerPositions points = controlPoints(sampleControl(), rowOf(pose));
+    EXPECT_EQ((points.topRows(pose.rows()) - pose).cwiseAbs().maxCoeff(), 0.0);
+  }
+}
+
+TEST(ControlSurface, LipsMeetAndNeverPass) {
+  const ControlMesh& mesh = sampleControl();
+  const Eigen::RowVector3d up(0, 1, 0);
+  for (const double pressed_mm : {0.0, 1.0, 4.0, 8.0}) {
+    const MarkerPositions points = controlPoints(mesh, rowOf(openMouth(sampleFace(), -pressed_mm)));
+    for (const auto& pair : rimPairs(mesh)) EXPECT_NEAR(gapAlong(points, pair, up), 0, 0.05) << pressed_mm;
+  }
+  std::mt19937 random(11);
+  for (int i = 0; i < 200; ++i) {
+    const MarkerPositions pose = randomPose(sampleFace(), random);
+    const MarkerPositions points = controlPoints(mesh, rowOf(pose));
+    for (const auto& pair : rimPairs(mesh)) {
+      const auto outer = [&](int rim) { return pose.row(mesh.points[static_cast<std::size_t>(rim)].drivers[0].point); };
+      EXPECT_GE(gapAlong(points, pair, (outer(pair.first) - outer(pair.second)).normalized()), -1e-9);
+    }
+  }
+}
+
+TEST(ControlSurface, OpeningGrowsSmoothlyWithTheMarkers) {
+  const ControlMesh& mesh = sampleControl();
+  const auto middle = rimPairs(mesh)[2];
+  const double step_mm = 0.05;
+  double before = 0, speed_before = 0;
+  for (double opening = -3; opening < 12; opening += step_mm) {
+    const double gap = gapAlong(controlPoints(mesh, rowOf(openMouth(sampleFace(), opening))), middle, {0, 1, 0});
+    const double speed = (gap - before) / step_mm;
+    if (opening > -2.9) {
+      EXPECT_GE(speed, -0.05) << opening;
+      EXPECT_LT(std::abs(speed - speed_before), 0.12) << "a jerk at " << opening;
+    }
+    before = gap;
+    speed_before = speed;
+  }
+  EXPECT_GT(before, 9.0) << "an open mouth must open";
+}
+
+TEST(ControlSurface, RefusesWhatIsNoFace) {
+  const auto& face = sampleFace();
+  EXPECT_THROW(buildControlMesh({face.names.begin(), face.names.begin() + 30}, face.rest.topRows(30)), InputError);
+  MarkerPositions bad = face.rest;
+  bad(3, 1) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(buildControlMesh(face.names, bad), InputError);
+  bad = face.rest;
+  bad.col(1) *= -1;
+  EXPECT_THROW(buildControlMesh(face.names, bad), InputError);
+  bad = face.rest;
+  bad.col(2) *= -1;
+  EXPECT_THROW(buildControlMesh(face.names, bad), InputError);
+  bad = face.rest;
+  bad.row(5) = bad.row(4);
+  EXPECT_THROW(buildControlMesh(face.names, bad), InputError);
+  EXPECT_THROW(buildControlMesh(face.names, MarkerPositions::Zero(face.rest.rows(), 3)), InputError);
+}
+
+TEST(ControlSurface, StandsOnMarkersAlone) {
+  const ControlMesh mesh = buildControlMesh(sampleFace().names, sampleFace().rest);
+  EXPECT_GT(mesh.triangles.size(), 150U);
+  EXPECT_NO_THROW(checkControlMesh(mesh, "x.face"));
+}
+
+TEST(ControlSurface, ChecksWhatComesFromFiles) {
+  const auto expectRefused = [](auto&& damage) {
+    ControlMesh mesh = sampleControl();
+    damage(mesh);
+    EXPECT_THROW(checkControlMesh(mesh, "x.face"), InputError);
+  };
+  EXPECT_NO_THROW(checkControlMesh(sampleControl(), "x.face"));
+  expectRefused([](ControlMesh& m) { m.triangles[0][1] = 100000; });
+  expectRefused([](ControlMesh& m) { m.triangles[0][1] = -1; });
+  expectRefused([](ControlMesh& m) { std::swap(m.triangles[0][0], m.triangles[0][1]); });
+  expectRefused([](ControlMesh& m) { m.triangles.push_back(m.triangles[0]); });
+  expectRefused([](ControlMesh& m) { m.triangles.clear(); });
+  expectRefused([](ControlMesh& m) { m.rest(2, 2) = std::numeric_limits<double>::infinity(); });
+  expectRefused([](ControlMesh& m) { m.domain.conservativeResize(5, 2); });
+  expectRefused([](ControlMesh& m) { m.rest_slopes.conservativeResize(5, 3); });
+  expectRefused([](ControlMesh& m) { m.marker_count = 1000; });
+  expectRefused([](ControlMesh& m) { m.mouth_width = 0; });
+  expectRefused([](ControlMesh& m) { m.points[m.marker_count].drivers[0].point = 5000; });
+  expectRefused([](ControlMesh& m) { m.points[m.marker_count].opposite = 3; });
+  expectRefused([](ControlMesh& m) { m.triangles[0] = {indexOf(m, "LIP_UP_MID"), indexOf(m, "LIP_LO_MID"), indexOf(m, "LIP_CORNER_L")}; });
+}
+
+}  // namespace
+}  // namespace mouthpiece

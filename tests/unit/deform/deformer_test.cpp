@@ -1,0 +1,184 @@
+#include "deform/deformer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <thread>
+
+#include "base/errors.h"
+#include "deform/bezier_surface.h"
+#include "tests/unit/deform/sample_face.h"
+
+namespace mouthpiece {
+namespace {
+
+using testing::openMouth;
+using testing::randomPose;
+using testing::rowOf;
+using testing::sampleControl;
+using testing::sampleFace;
+
+constexpr double kSameAsExact_mm = 0.01;
+
+const FaceBinding& binding() {
+  static const FaceBinding made = bindFace(sampleFace().mesh, sampleControl());
+  return made;
+}
+
+const FaceDeformer& deformer() {
+  static const FaceDeformer made(sampleFace().mesh, sampleControl(), binding());
+  return made;
+}
+
+VertexPositions deformed(const FaceDeformer& which, const MarkerPositions& markers, const TonguePose& tongue = {}) {
+  VertexPositions out;
+  which.deform(rowOf(markers), tongue, out);
+  return out;
+}
+
+float largestMove(const VertexPositions& moved, PartKind kind) {
+  float largest = 0;
+  for (const MeshPart& part : sampleFace().mesh.parts) {
+    if (part.kind != kind) continue;
+    for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t) {
+      for (const std::uint32_t v : sampleFace().mesh.triangles[t]) largest = std::max(largest, (moved.row(v) - sampleFace().mesh.vertices.row(v)).norm());
+    }
+  }
+  return largest;
+}
+
+TEST(FaceDeformer, RestGivesTheRestMesh) {
+  EXPECT_LT((deformed(deformer(), sampleFace().rest) - sampleFace().mesh.vertices).cwiseAbs().maxCoeff(), 1e-4F);
+}
+
+TEST(FaceDeformer, IsEquationThree) {
+  // The other route: the surface in doubles, normals by its own derivatives.
+  const BezierSurface surface(sampleControl());
+  std::mt19937 random(21);
+  for (int i = 0; i < 10; ++i) {
+    const MarkerPositions markers = randomPose(sampleFace(), random);
+    const VertexPositions out = deformed(deformer(), markers);
+    const auto pose = surface.pose(controlPoints(sampleControl(), rowOf(markers)));
+    std::size_t compared = 0;
+    for (std::size_t v = 0; v < sampleFace().skin_vertices; ++v) {
+      if (binding().patch[v] < 0 || binding().skin_weight[v] < 1) continue;
+      const SurfacePlace place{binding().patch[v], static_cast<double>(binding().u[v]), static_cast<double>(binding().v[v])};
+      const SurfacePoint at_rest = evaluate(surface.restPose(), place);
+      const Eigen::Vector3d offset = sampleFace().mesh.vertices.row(static_cast<Eigen::Index>(v)).transpose().cast<double>() - at_rest.position;
+      const double d = offset.dot(at_rest.normal());
+      if ((offset - d * at_rest.normal()).norm() > 1e-4) continue;  // hangs beside its patch
+      const SurfacePoint s = evaluate(pose, place);
+      EXPECT_LT((out.row(static_cast<Eigen::Index>(v)).transpose().cast<double>() - s.position - d * s.normal()).norm(), kSameAsExact_mm);
+      ++compared;
+    }
+    EXPECT_GT(compared, sampleFace().skin_vertices / 2);
+  }
+}
+
+TEST(FaceDeformer, PortableLoopsAgreeWithTheFastest) {
+  const FaceDeformer portable(sampleFace().mesh, sampleControl(), binding(), {.portable_loops = true});
+  std::mt19937 random(22);
+  for (int i = 0; i < 10; ++i) {
+    const MarkerPositions markers = randomPose(sampleFace(), random);
+    const TonguePose tongue{.tip_up = 0.5F, .tip_forward = 0.2F, .back_up = 0.4F};
+    EXPECT_LT((deformed(portable, markers, tongue) - deformed(deformer(), markers, tongue)).cwiseAbs().maxCoeff(), 1e-3F);
+  }
+}
+
+TEST(FaceDeformer, MarkersThatMoveTogetherCarryTheFace) {
+  // Inside the markers; towards the fixed ring the motion fades.
+  const Eigen::RowVector3d shift(1, -2, 3);
+  const VertexPositions out = deformed(deformer(), sampleFace().rest.rowwise() + shift);
+  std::size_t inside = 0;
+  for (std::size_t v = 0; v < sampleFace().skin_vertices; ++v) {
+    const Eigen::RowVector3f p = sampleFace().mesh.vertices.row(static_cast<Eigen::Index>(v));
+    if (std::abs(p.x()) > 30 || p.y() > 45 || p.y() < -70) continue;
+    EXPECT_LT((out.row(static_cast<Eigen::Index>(v)) - p - shift.cast<float>()).norm(), 0.1) << p;
+    ++inside;
+  }
+  EXPECT_GT(inside, 1000U);
+}
+
+TEST(FaceDeformer, LipsOpenAndDoNotPassWhenPressed) {
+  // Vertex pairs of the slit lie in one place at rest.
+  const VertexPositions& rest = sampleFace().mesh.vertices;
+  const VertexPositions open = deformed(deformer(), openMouth(sampleFace(), 15));
+  const VertexPositions pressed = deformed(deformer(), openMouth(sampleFace(), -4));
+  int pairs = 0;
+  for (Eigen::Index v = 0; v + 1 < static_cast<Eigen::Index>(sampleFace().skin_vertices); ++v) {
+    if (rest.row(v) != rest.row(v + 1)) continue;
+    ++pairs;
+    const float shut = pressed(v + 1, 1) - pressed(v, 1);
+    EXPECT_GT(shut, -0.3F) << rest.row(v);
+    EXPECT_LT(shut, 0.3F) << rest.row(v);
+    if (std::abs(rest(v, 0)) < 8) EXPECT_GT(open(v + 1, 1) - open(v, 1), 9.0F);
+  }
+  EXPECT_GT(pairs, 15);
+}
+
+TEST(FaceDeformer, PartsMoveAsTheyShould) {
+  const VertexPositions out = deformed(deformer(), openMouth(sampleFace(), 15));
+  EXPECT_EQ(largestMove(out, PartKind::kUpperTeeth), 0.0F);
+  EXPECT_EQ(largestMove(out, PartKind::kEye), 0.0F);
+  EXPECT_GT(largestMove(out, PartKind::kLowerTeeth), 5.0F);
+  EXPECT_GT(largestMove(out, PartKind::kTongue), 3.0F);
+  const VertexPositions spoken = deformed(deformer(), sampleFace().rest, {.tip_up = 1});
+  EXPECT_GT(largestMove(spoken, PartKind::kTongue), 3.0F);
+  EXPECT_LT(largestMove(spoken, PartKind::kSkin), 1e-4F);
+}
+
+TEST(FaceDeformer, GrowsWithTheTonguesPose) {
+  float before = 0;
+  for (const float tip : {0.0F, 0.25F, 0.5F, 1.0F}) {
+    const float moved = largestMove(deformed(deformer(), sampleFace().rest, {.tip_up = tip}), PartKind::kTongue);
+    EXPECT_GE(moved, before);
+    before = moved;
+  }
+  EXPECT_GT(largestMove(deformed(deformer(), sampleFace().rest, {.tip_forward = 1}), PartKind::kTongue), 1.0F);
+  EXPECT_GT(largestMove(deformed(deformer(), sampleFace().rest, {.back_up = 1}), PartKind::kTongue), 1.0F);
+}
+
+TEST(FaceDeformer, EveryTriangleKeepsItsSizeInBounds) {
+  // No spikes: in speech no edge of the skin grows past a multiple of itself; the lips' own are let off.
+  std::mt19937 random(23);
+  const FaceMesh& mesh = sampleFace().mesh;
+  for (int i = 0; i < 20; ++i) {
+    const VertexPositions out = deformed(deformer(), randomPose(sampleFace(), random));
+    for (std::size_t t = 0; t < mesh.parts[0].triangle_count; ++t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
+        EXPECT_LT((out.row(a) - out.row(b)).norm(), 4 * (mesh.vertices.row(a) - mesh.vertices.row(b)).norm() + 2) << mesh.vertices.row(a);
+      }
+    }
+  }
+}
+
+TEST(FaceDeformer, GivesTheSameToManyThreads) {
+  std::mt19937 random(24);
+  const MarkerPositions markers = randomPose(sampleFace(), random);
+  const VertexPositions expected = deformed(deformer(), markers);
+  std::vector<VertexPositions> results(4);
+  std::vector<std::thread> threads;
+  for (auto& result : results) {
+    threads.emplace_back([&] {
+      for (int i = 0; i < 20; ++i) result = deformed(deformer(), markers);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const VertexPositions& result : results) EXPECT_EQ((result - expected).cwiseAbs().maxCoeff(), 0.0F);
+}
+
+TEST(FaceDeformer, SurvivesAbsurdPoses) {
+  EXPECT_TRUE(deformed(deformer(), MarkerPositions::Zero(66, 3)).allFinite());
+  EXPECT_TRUE(deformed(deformer(), 100 * sampleFace().rest).allFinite());
+  EXPECT_TRUE(deformed(deformer(), -sampleFace().rest).allFinite());
+}
+
+TEST(FaceDeformer, RefusesABindingOfAnotherMesh) {
+  FaceBinding other = binding();
+  other.patch.pop_back();
+  EXPECT_THROW(FaceDeformer(sampleFace().mesh, sampleControl(), other), InputError);
+}
+
+}  // namespace
+}  // namespace mouthpiece
