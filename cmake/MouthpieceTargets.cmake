@@ -28,7 +28,7 @@ function(mouthpiece_test name)
     MOUTHPIECE_SOURCE_DIR="${CMAKE_SOURCE_DIR}" MOUTHPIECE_BIN_DIR="${CMAKE_BINARY_DIR}/bin"
     MOUTHPIECE_BUILD_SHARE_DIR="${MOUTHPIECE_SHARE_DIR}")
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR})
-  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/test_bin)
   mouthpiece_compile_options(${name})
   gtest_discover_tests(${name} TEST_PREFIX "${name}." PROPERTIES TIMEOUT 600 LABELS "${ARG_LABELS}"
     DISCOVERY_TIMEOUT 60)

@@ -161,8 +161,13 @@ std::string actorModelToJson(const ActorModel& model) {
                       {"labiodental_mm", model.closures.labiodental_mm},
                       {"contact_mm", model.closures.contact_mm}};
   for (const auto& [feature, values] : model.targets) root["targets"][feature] = numbers(values, kThousandths);
-  std::string text = root.dump();
-  for (std::size_t at = 0; (at = text.find("],\"", at)) != std::string::npos; at += 3) text.insert(at + 2, "\n");
+  // A line a key or feature, so that a change shows as a few lines.
+  const std::string dense = root.dump();
+  std::string text;
+  for (const char byte : dense) {
+    if (byte == '"' && text.ends_with("],")) text += '\n';
+    text += byte;
+  }
   return text + "\n";
 }
 

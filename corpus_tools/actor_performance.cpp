@@ -52,11 +52,13 @@ Eigen::MatrixXd segmentTargets(const ActorModel& model, const std::vector<ActorS
       if (known != model.targets.end()) target += feature.weight * known->second;
     }
     if (segments[i].in_speech && options.restore_variance) {
-      target = model.speech_mean + model.gain.cwiseProduct(target - model.speech_mean);
+      target -= model.speech_mean;
+      target.array() *= model.gain.array();
+      target += model.speech_mean;
     }
     if (options.variation > 0) {
       // People breathe in more or less; otherwise the size of the change is that of the component.
-      if (segments[i].breath) target *= breath.uniform(0.3, 1.4);
+      if (segments[i].breath) target *= breath.uniform(0.5, 1.5);
       if (segments[i].in_speech) {
         for (double& value : target) value += options.variation * random.normal();
       }

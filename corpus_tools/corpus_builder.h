@@ -18,8 +18,8 @@ namespace mouthpiece {
 struct CleaningOptions {
   HeadTrackingOptions head;
   GapFillOptions gaps;
-  /// Captures at this rate or above: marker noise taken off by smoothMotion(). Below, lips move as fast as the noise does
-  /// and closures would be lost (docs/theory/head_motion.md).
+  /// Captures at this rate or above: marker noise taken off by smoothMotion(). Below, lips move as fast as the noise
+  /// does and closures would be lost (docs/theory/head_motion.md).
   double smoothed_from_hz = 60;
 };
 

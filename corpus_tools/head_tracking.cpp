@@ -111,36 +111,40 @@ std::vector<RigidMotion> bridged(const OptionalPoses& poses) {
   return full;
 }
 
-/// Gaussian mean of rotations (as quaternions of one sign) and of the place of `centre`, a point of the head: smoothing
-/// the translations themselves would shift the face by the lever arm to the world's origin.
+/// Weights of the frames [first, first + size) in the smoothed pose of `frame`: a straight line fitted with Gaussian
+/// weights. In the middle of a take that is the Gaussian mean; at its ends a mean would pull the head back.
+Eigen::VectorXd smoothingWeights(std::ptrdiff_t frame, std::ptrdiff_t first, std::ptrdiff_t size, double sigma_frames) {
+  const Eigen::ArrayXd away = Eigen::ArrayXd::LinSpaced(size, static_cast<double>(first - frame),
+                                                        static_cast<double>(first + size - 1 - frame));
+  const Eigen::ArrayXd gauss = (-0.5 * (away / sigma_frames).square()).exp();
+  const double s0 = gauss.sum(), s1 = (gauss * away).sum(), s2 = (gauss * away.square()).sum();
+  return (gauss * (s2 - s1 * away) / (s0 * s2 - s1 * s1)).matrix();
+}
+
+/// Smooths rotations (as quaternions of one sign) and the place of `centre`, a point of the head: smoothing the
+/// translations themselves would shift the face by the lever arm to the world's origin.
 std::vector<RigidMotion> smoothed(const std::vector<RigidMotion>& poses, const Eigen::Vector3d& centre,
                                   double sigma_frames) {
-  if (sigma_frames <= 0) return poses;
-  std::vector<Eigen::Vector4d> turns;
-  std::vector<Eigen::Vector3d> centres;
-  for (const RigidMotion& pose : poses) {
-    Eigen::Vector4d turn = Eigen::Quaterniond(pose.rotation).coeffs();
-    if (!turns.empty() && turn.dot(turns.back()) < 0) turn = -turn;
-    turns.push_back(turn);
-    centres.push_back(pose.inverse().apply(centre));
-  }
-  const auto reach = static_cast<std::ptrdiff_t>(std::ceil(4 * sigma_frames));
   const auto count = static_cast<std::ptrdiff_t>(poses.size());
+  const auto reach = static_cast<std::ptrdiff_t>(std::ceil(4 * sigma_frames));
+  if (reach < 1 || count < 3) return poses;
+  Eigen::MatrixX4d turns(count, 4);
+  Eigen::MatrixX3d centres(count, 3);
+  for (std::ptrdiff_t frame = 0; frame < count; ++frame) {
+    const RigidMotion& pose = poses[static_cast<std::size_t>(frame)];
+    turns.row(frame) = Eigen::Quaterniond(pose.rotation).coeffs().transpose();
+    if (frame > 0 && turns.row(frame).dot(turns.row(frame - 1)) < 0) turns.row(frame) *= -1;
+    centres.row(frame) = pose.inverse().apply(centre).transpose();
+  }
   std::vector<RigidMotion> result;
   for (std::ptrdiff_t frame = 0; frame < count; ++frame) {
-    Eigen::Vector4d turn = Eigen::Vector4d::Zero();
-    Eigen::Vector3d place = Eigen::Vector3d::Zero();
-    double total = 0;
-    // A window cut short on one side only would bend the track there: both sides reach equally far.
-    const std::ptrdiff_t half = std::min({reach, frame, count - 1 - frame});
-    for (std::ptrdiff_t other = frame - half; other <= frame + half; ++other) {
-      const double weight = std::exp(-0.5 * std::pow(static_cast<double>(other - frame) / sigma_frames, 2));
-      turn += weight * turns[static_cast<std::size_t>(other)];
-      place += weight * centres[static_cast<std::size_t>(other)];
-      total += weight;
-    }
+    const std::ptrdiff_t first = std::max<std::ptrdiff_t>(0, frame - reach);
+    const std::ptrdiff_t size = std::min(count - 1, frame + reach) - first + 1;
+    const Eigen::VectorXd weights = smoothingWeights(frame, first, size, sigma_frames);
+    const Eigen::Vector4d turn = turns.middleRows(first, size).transpose() * weights;
+    const Eigen::Vector3d place = centres.middleRows(first, size).transpose() * weights;
     const Eigen::Matrix3d rotation = Eigen::Quaterniond(Eigen::Vector4d(turn.normalized())).toRotationMatrix();
-    result.push_back({rotation, centre - rotation * (place / total)});
+    result.push_back({rotation, centre - rotation * place});
   }
   return result;
 }
@@ -169,8 +173,7 @@ OptionalPoses posesOf(const RawTake& take, const HeadReference& reference, const
         by_jig ? jig : MarkerPositions(track.scale * pickMarkers(take.face.pose(FrameIndex(frame)), stable));
     const MarkerPositions& target = by_jig ? reference.jig_mm : reference.stable_mm;
     if (!by_jig && sharedMarkers(source, target) < options.least_skin_markers) continue;
-    const std::optional<PoseFit> fit =
-        fitPose(source, target, PoseScale::kFixed, options.fit);
+    const std::optional<PoseFit> fit = fitPose(source, target, PoseScale::kFixed, options.fit);
     if (!fit) continue;  // all on one line
     poses[frame] = fit->target_from_source;
     ++(by_jig ? track.jig_frames : track.skin_frames);

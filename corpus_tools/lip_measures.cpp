@@ -23,15 +23,17 @@ double meanOf(const std::vector<double>& values) {
 
 /// Pearson's r over the frames that both have; NaN for fewer than three or a constant.
 double correlation(const std::vector<double>& a, const std::vector<double>& b) {
-  double n = 0, sum_a = 0, sum_b = 0, sum_aa = 0, sum_bb = 0, sum_ab = 0;
+  double n = 0, mean_a = 0, mean_b = 0, spread_a = 0, spread_b = 0, common = 0;
   for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
     if (!std::isfinite(a[i]) || !std::isfinite(b[i])) continue;
-    n += 1, sum_a += a[i], sum_b += b[i];
-    sum_aa += a[i] * a[i], sum_bb += b[i] * b[i], sum_ab += a[i] * b[i];
+    n += 1;
+    const double step_a = a[i] - mean_a, step_b = b[i] - mean_b;  // Welford: a flat curve stays flat to the last bits
+    mean_a += step_a / n, mean_b += step_b / n;
+    spread_a += step_a * (a[i] - mean_a), spread_b += step_b * (b[i] - mean_b);
+    common += step_a * (b[i] - mean_b);
   }
-  const double spread_a = sum_aa - sum_a * sum_a / n, spread_b = sum_bb - sum_b * sum_b / n;
   if (n < 3 || spread_a < 1e-9 || spread_b < 1e-9) return std::numeric_limits<double>::quiet_NaN();
-  return (sum_ab - sum_a * sum_b / n) / std::sqrt(spread_a * spread_b);
+  return common / std::sqrt(spread_a * spread_b);
 }
 
 /// The lip coordinates of both clips in the frames where all lips are seen in both, the constant difference taken off.

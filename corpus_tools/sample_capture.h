@@ -1,29 +1,40 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 
 #include "motion/motion_clip.h"
+#include "phonetics/speech_labels.h"
 
 namespace mouthpiece {
 
-/// What an optical capture system adds to a performance. Defaults: a good system with the actor standing at ease.
+/// What an optical system with seven jig markers makes of a performance.
 struct SampleCaptureOptions {
-  double noise_mm = 0.1;                                 ///< standard deviation of each coordinate of each sample
-  double nod_deg = 2.0, turn_deg = 2.5, tilt_deg = 1.2;  ///< standard deviation of the head's slow movement
-  double sway_mm = 4.0;                                  ///< of the head's place
-  Seconds mean_between_gaps = 0.9;                       ///< over all markers together
-  Seconds shortest_gap = 0.02, longest_gap = 0.15;
-  double long_gap_share = 0.03;  ///< of the gaps last 0.2 s to 0.4 s
+  std::uint64_t seed = 1;
+  double noise_mm = 0.1;          ///< of a marker's position, deviation in 3-D
+  double gaps_per_take = 5;       ///< mean; each hides one marker, now and then its neighbour too
+  Seconds shortest_gap = 0.020;
+  Seconds longest_gap = 0.150;
+  double long_gap_chance = 0.12;  ///< of a take to hold one gap of `shortest_long_gap` to `longest_long_gap`
+  Seconds shortest_long_gap = 0.25;
+  Seconds longest_long_gap = 0.50;
+};
+
+/// How much was hidden.
+struct SampleGaps {
+  std::size_t gaps = 0;
+  std::size_t hidden_samples = 0;
 };
 
 struct SampleCapture {
-  MotionClip motion;     ///< the performance's markers, then the jig's, in the room; hidden samples are NaN
-  std::size_t gaps = 0;  ///< stretches in which a marker was hidden
+  MotionClip motion;  ///< the face, then JIG_1 ... JIG_7, in the room's axes; NaN where hidden
+  SampleGaps hidden;
 };
 
-/// Films `performance` (head still, face axes, millimetres): the head moves, a jig of seven markers (JIG_1 to JIG_7) on
-/// a headband moves with it, each sample gets noise and some markers are hidden for a while. Deterministic by seed.
-SampleCapture captureSample(const MotionClip& performance, const SampleCaptureOptions& options, std::uint64_t seed);
+/// `face` (head still, face axes) worn by a head that nods and turns as people do who speak, seen by cameras with noise
+/// and occlusions. Deterministic by seed.
+SampleCapture captureSample(const MotionClip& face, const SpeechLabels& labels, const SampleCaptureOptions& options);
+
+/// The jig at rest in face axes: seven points on a rigid band above the forehead, mm.
+MarkerPositions sampleJig();
 
 }  // namespace mouthpiece

@@ -51,7 +51,7 @@ void makeBlocks(std::vector<Hung> hung, std::vector<kernel::Run>& runs, std::vec
   for (std::size_t begin = 0; begin < hung.size();) {
     std::size_t end = begin;
     while (end < hung.size() && hung[end].place.patch == hung[begin].place.patch) ++end;
-    kernel::Run run{static_cast<std::uint32_t>(hung[begin].place.patch), static_cast<std::uint32_t>(blocks.size()), 0};
+    kernel::Run run{static_cast<std::uint32_t>(hung[begin].place.patch), static_cast<std::uint32_t>(blocks.size()), 0, static_cast<std::uint32_t>(end - begin)};
     for (std::size_t at = begin; at < end; at += kernel::kBlock, ++run.count) {
       BlockType& block = blocks.emplace_back();
       for (std::size_t lane = 0; lane < kernel::kBlock; ++lane) fill(block, lane, hung[std::min(at + lane, end - 1)]);
@@ -167,7 +167,7 @@ void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBin
     block.v[lane] = static_cast<float>(h.place.v);
     block.d[lane] = h.d;
     for (std::size_t axis = 0; axis < 3; ++axis) block.base[axis][lane] = 0;
-    block.vertex[lane] = h.vertex;
+    block.to[lane] = 3 * h.vertex;
   });
   makeBlocks(std::move(loose), loose_runs, loose_blocks, [this](kernel::LooseBlock& block, std::size_t lane, const Hung& h) {
     block.u[lane] = static_cast<float>(h.place.u);
@@ -181,7 +181,7 @@ void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBin
       block.base[axis][lane] = 0;
       block.rest[axis][lane] = rest(static_cast<Eigen::Index>(h.vertex), static_cast<Eigen::Index>(axis));
     }
-    block.vertex[lane] = h.vertex;
+    block.to[lane] = 3 * h.vertex;
   });
   for (std::size_t i = 0; i < moves.size();) {
     const std::size_t first = i;
@@ -204,7 +204,7 @@ void FaceDeformer::Data::settleAtRest() {
   kernels->loose(frame, loose_runs.data(), loose_runs.size(), whole.data());
   const auto settle = [&](auto& block) {
     for (std::size_t lane = 0; lane < kernel::kBlock; ++lane) {
-      const Eigen::RowVector3f miss = rest.row(block.vertex[lane]) - reached.row(block.vertex[lane]);
+      const Eigen::RowVector3f miss = rest.row(block.to[lane] / 3) - reached.row(block.to[lane] / 3);
       for (std::size_t axis = 0; axis < 3; ++axis) block.base[axis][lane] = miss[static_cast<Eigen::Index>(axis)];
     }
   };

@@ -31,12 +31,14 @@ FaceMesh parseFaceMesh(std::string_view bytes, const std::filesystem::path& path
   if (extension == ".ply") return parsePly(bytes, file);
   if (extension == ".off") return parseOff(bytes, file);
   if (extension == ".glb") return parseGlb(bytes, file);
-  throw InputError(file, "", fmt::format("found the ending '{}'; expected .obj, .ply, .off or .glb", printable(extension, 20)));
+  throw InputError(file, "",
+                   fmt::format("found the ending '{}'; expected .obj, .ply, .off or .glb", printable(extension, 20)));
 }
 
 FaceMesh readFaceMesh(const std::filesystem::path& path) {
   const std::string extension = lowerExtension(path);
-  if (extension != ".obj" && extension != ".ply" && extension != ".off" && extension != ".glb") return parseFaceMesh("", path);
+  if (extension != ".obj" && extension != ".ply" && extension != ".off" && extension != ".glb")
+    return parseFaceMesh("", path);
   return parseFaceMesh(readFile(path, kMaxMeshBytes), path);
 }
 

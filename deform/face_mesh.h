@@ -32,14 +32,14 @@ struct MeshPart {
 struct FaceMesh {
   VertexPositions vertices;
   std::vector<Triangle> triangles;
-  std::vector<MeshPart> parts;                         ///< cover all triangles, in order
+  std::vector<MeshPart> parts;                            ///< cover all triangles, in order
   std::vector<std::array<float, 2>> texture_coordinates;  ///< empty, or one a vertex
   std::vector<std::array<float, 3>> vertex_colors;        ///< empty, or one a vertex: linear RGB, multiplies base_color
   double metres_per_unit = 0.001;
 };
 
-/// Reads OBJ, PLY, OFF or GLB by the name's ending; `usemtl`/`g`/`o` (OBJ) and materials (GLB) make the parts, whose kind is
-/// guessed from the name. Throws InputError with the line or byte for no faces, NaN or infinite coordinates, an
+/// Reads OBJ, PLY, OFF or GLB by the name's ending; `usemtl`/`g`/`o` (OBJ) and materials (GLB) make the parts, whose
+/// kind is guessed from the name. Throws InputError with the line or byte for no faces, NaN or infinite coordinates, an
 /// index out of range, or counts larger than the file can hold.
 FaceMesh readFaceMesh(const std::filesystem::path& path);
 /// The same for bytes already in memory; `path` gives the format and the name in messages.

@@ -16,7 +16,8 @@ namespace {
 constexpr int kMaxNodeDepth = 64;
 constexpr std::size_t kMaxNodeVisits = 10'000;
 
-bool keepImageUndecoded(tinygltf::Image*, const int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
+bool keepImageUndecoded(tinygltf::Image*, const int, std::string*, std::string*, int, int, const unsigned char*, int,
+                        void*) {
   return true;
 }
 
@@ -26,7 +27,9 @@ tinygltf::FsCallbacks noFiles() {
   callbacks.FileExists = [](const std::string&, void*) { return false; };
   callbacks.ExpandFilePath = [](const std::string& path, void*) { return path; };
   callbacks.ReadWholeFile = [](std::vector<unsigned char>*, std::string*, const std::string&, void*) { return false; };
-  callbacks.WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) { return false; };
+  callbacks.WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
+    return false;
+  };
   return callbacks;
 }
 
@@ -60,15 +63,17 @@ class GlbParser {
     std::string warning;
     bool is_loaded = false;
     try {
-      is_loaded = loader.LoadBinaryFromMemory(&model_, &error, &warning, reinterpret_cast<const unsigned char*>(bytes_.data()),
-                                              static_cast<unsigned int>(bytes_.size()), "");
+      is_loaded =
+          loader.LoadBinaryFromMemory(&model_, &error, &warning, reinterpret_cast<const unsigned char*>(bytes_.data()),
+                                      static_cast<unsigned int>(bytes_.size()), "");
     } catch (const std::exception& problem) {
       error = problem.what();
     }
     if (!is_loaded) fail(fmt::format("is no GLB that can be read: {}", printable(error, 160)));
     for (const std::string& extension : model_.extensionsRequired) {
       if (extension != "KHR_materials_unlit" && extension != "KHR_texture_transform") {
-        fail(fmt::format("needs the extension {}; expected a plain GLB (export it without compression)", printable(extension, 60)));
+        fail(fmt::format("needs the extension {}; expected a plain GLB (export it without compression)",
+                         printable(extension, 60)));
       }
     }
   }
@@ -76,12 +81,14 @@ class GlbParser {
   void visitScene() {
     if (model_.nodes.empty()) fail("found no node; expected a scene with a mesh");
     if (model_.scenes.empty()) {
-      for (std::size_t mesh = 0; mesh < model_.meshes.size(); ++mesh) addMesh(static_cast<int>(mesh), Eigen::Affine3d::Identity());
+      for (std::size_t mesh = 0; mesh < model_.meshes.size(); ++mesh)
+        addMesh(static_cast<int>(mesh), Eigen::Affine3d::Identity());
       return;
     }
     const int scene = model_.defaultScene >= 0 ? model_.defaultScene : 0;
     if (static_cast<std::size_t>(scene) >= model_.scenes.size()) fail("names a scene that it does not hold");
-    for (const int node : model_.scenes[static_cast<std::size_t>(scene)].nodes) visitNode(node, Eigen::Affine3d::Identity(), 0);
+    for (const int node : model_.scenes[static_cast<std::size_t>(scene)].nodes)
+      visitNode(node, Eigen::Affine3d::Identity(), 0);
   }
 
   void visitNode(int index, const Eigen::Affine3d& scene_from_parent, int depth) {
@@ -116,14 +123,17 @@ class GlbParser {
     for (const tinygltf::Primitive& primitive : mesh.primitives) addPrimitive(primitive, mesh.name, scene_from_mesh);
   }
 
-  void addPrimitive(const tinygltf::Primitive& primitive, const std::string& mesh_name, const Eigen::Affine3d& scene_from_mesh) {
-    if (primitive.mode == TINYGLTF_MODE_POINTS || primitive.mode == TINYGLTF_MODE_LINE || primitive.mode == TINYGLTF_MODE_LINE_LOOP ||
-        primitive.mode == TINYGLTF_MODE_LINE_STRIP) {
+  void addPrimitive(const tinygltf::Primitive& primitive, const std::string& mesh_name,
+                    const Eigen::Affine3d& scene_from_mesh) {
+    if (primitive.mode == TINYGLTF_MODE_POINTS || primitive.mode == TINYGLTF_MODE_LINE ||
+        primitive.mode == TINYGLTF_MODE_LINE_LOOP || primitive.mode == TINYGLTF_MODE_LINE_STRIP) {
       return;
     }
-    if (primitive.mode != TINYGLTF_MODE_TRIANGLES && primitive.mode != -1) fail("found a triangle strip or fan; expected triangles");
+    if (primitive.mode != TINYGLTF_MODE_TRIANGLES && primitive.mode != -1)
+      fail("found a triangle strip or fan; expected triangles");
     const auto position = primitive.attributes.find("POSITION");
-    if (position == primitive.attributes.end()) fail(fmt::format("mesh '{}' has no positions", printable(mesh_name, 60)));
+    if (position == primitive.attributes.end())
+      fail(fmt::format("mesh '{}' has no positions", printable(mesh_name, 60)));
     const auto [entry, is_new] = first_vertex_.try_emplace(position->second, soup_.vertexCount());
     const std::size_t count = is_new ? addVertices(primitive, position->second, scene_from_mesh)
                                      : accessor(position->second, TINYGLTF_TYPE_VEC3).count;
@@ -140,14 +150,17 @@ class GlbParser {
     int component = 0;
   };
   View accessor(int index, int type) const {
-    if (index < 0 || static_cast<std::size_t>(index) >= model_.accessors.size()) fail("names an accessor that it does not hold");
+    if (index < 0 || static_cast<std::size_t>(index) >= model_.accessors.size())
+      fail("names an accessor that it does not hold");
     const tinygltf::Accessor& accessor = model_.accessors[static_cast<std::size_t>(index)];
     if (accessor.sparse.isSparse) fail("found a sparse accessor; expected plain ones");
     if (accessor.type != type) fail("found an accessor of the wrong type");
     const int view_index = accessor.bufferView;
-    if (view_index < 0 || static_cast<std::size_t>(view_index) >= model_.bufferViews.size()) fail("names a buffer view that it does not hold");
+    if (view_index < 0 || static_cast<std::size_t>(view_index) >= model_.bufferViews.size())
+      fail("names a buffer view that it does not hold");
     const tinygltf::BufferView& view = model_.bufferViews[static_cast<std::size_t>(view_index)];
-    if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model_.buffers.size()) fail("names a buffer that it does not hold");
+    if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model_.buffers.size())
+      fail("names a buffer that it does not hold");
     const std::vector<unsigned char>& data = model_.buffers[static_cast<std::size_t>(view.buffer)].data;
     const int component_size = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType));
     const int components = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type));
@@ -156,23 +169,28 @@ class GlbParser {
     const std::size_t stride = view.byteStride == 0 ? element : view.byteStride;
     // Each term is under 2^32 or is checked against the buffer first, so the sums cannot wrap.
     const std::size_t size = data.size();
-    const bool fits = view.byteOffset <= size && view.byteLength <= size - view.byteOffset && accessor.byteOffset <= view.byteLength &&
-                      stride >= element && stride <= 4096 && accessor.count <= kMaxMeshVertices * 8 &&
-                      (accessor.count == 0 || (accessor.count - 1) * stride + element <= view.byteLength - accessor.byteOffset);
+    const bool fits =
+        view.byteOffset <= size && view.byteLength <= size - view.byteOffset &&
+        accessor.byteOffset <= view.byteLength && stride >= element && stride <= 4096 &&
+        accessor.count <= kMaxMeshVertices * 8 &&
+        (accessor.count == 0 || (accessor.count - 1) * stride + element <= view.byteLength - accessor.byteOffset);
     if (!fits) fail(fmt::format("accessor {} reaches beyond its buffer of {} bytes", index, size));
     return {data.data() + view.byteOffset + accessor.byteOffset, accessor.count, stride, accessor.componentType};
   }
 
-  std::size_t addVertices(const tinygltf::Primitive& primitive, int position_accessor, const Eigen::Affine3d& scene_from_mesh) {
+  std::size_t addVertices(const tinygltf::Primitive& primitive, int position_accessor,
+                          const Eigen::Affine3d& scene_from_mesh) {
     const View view = accessor(position_accessor, TINYGLTF_TYPE_VEC3);
     if (view.component != TINYGLTF_COMPONENT_TYPE_FLOAT) fail("found positions that are no floats");
-    if (soup_.vertexCount() + view.count > kMaxMeshVertices) fail(fmt::format("found more than {} vertices", kMaxMeshVertices));
+    if (soup_.vertexCount() + view.count > kMaxMeshVertices)
+      fail(fmt::format("found more than {} vertices", kMaxMeshVertices));
     for (std::size_t i = 0; i < view.count; ++i) {
       Eigen::Vector3f raw;
       std::memcpy(raw.data(), view.data + i * view.stride, 12);
       const Eigen::Vector3f point = (scene_from_mesh * raw.cast<double>()).cast<float>();
       for (int axis = 0; axis < 3; ++axis) {
-        if (!(std::abs(point[axis]) <= kMaxCoordinate)) fail(fmt::format("vertex {}: found a coordinate that is no usable number", i));
+        if (!(std::abs(point[axis]) <= kMaxCoordinate))
+          fail(fmt::format("vertex {}: found a coordinate that is no usable number", i));
         soup_.positions.push_back(point[axis]);
       }
     }
@@ -186,7 +204,8 @@ class GlbParser {
     const auto attribute = primitive.attributes.find("COLOR_0");
     if (attribute == primitive.attributes.end()) return;
     const int index = attribute->second;
-    if (index < 0 || static_cast<std::size_t>(index) >= model_.accessors.size()) fail("names an accessor that it does not hold");
+    if (index < 0 || static_cast<std::size_t>(index) >= model_.accessors.size())
+      fail("names an accessor that it does not hold");
     const int type = model_.accessors[static_cast<std::size_t>(index)].type;
     const View view = accessor(index, type == TINYGLTF_TYPE_VEC4 ? TINYGLTF_TYPE_VEC4 : TINYGLTF_TYPE_VEC3);
     if (view.count != count) fail("found fewer colours than vertices");
@@ -229,7 +248,8 @@ class GlbParser {
     MeshPart part{.name = printable(mesh_name.empty() ? "mesh" : mesh_name, 120), .base_color = {1, 1, 1, 1}};
     if (material >= 0 && static_cast<std::size_t>(material) < model_.materials.size()) {
       const tinygltf::Material& source = model_.materials[static_cast<std::size_t>(material)];
-      if (!source.name.empty() && (kindFromName(source.name) || !kindFromName(mesh_name))) part.name = printable(source.name, 120);
+      if (!source.name.empty() && (kindFromName(source.name) || !kindFromName(mesh_name)))
+        part.name = printable(source.name, 120);
       const auto& factor = source.pbrMetallicRoughness.baseColorFactor;
       for (std::size_t k = 0; k < 4 && k < factor.size(); ++k) {
         part.base_color[k] = static_cast<float>(std::isfinite(factor[k]) ? std::clamp(factor[k], 0.0, 1.0) : 1.0);
@@ -238,20 +258,22 @@ class GlbParser {
       part.roughness = static_cast<float>(std::isfinite(roughness) ? std::clamp(roughness, 0.0, 1.0) : 0.6);
     }
     for (std::size_t p = 0; p < soup_.parts.size(); ++p) {
-      if (soup_.parts[p].name == part.name && soup_.parts[p].base_color == part.base_color) return static_cast<std::uint32_t>(p);
+      if (soup_.parts[p].name == part.name && soup_.parts[p].base_color == part.base_color)
+        return static_cast<std::uint32_t>(p);
     }
     if (soup_.parts.size() == kMaxMeshParts) fail(fmt::format("found more than {} materials", kMaxMeshParts));
     soup_.parts.push_back(std::move(part));
     return static_cast<std::uint32_t>(soup_.parts.size() - 1);
   }
 
-  void addTriangles(const tinygltf::Primitive& primitive, std::size_t first_vertex, std::size_t vertices, bool is_mirrored,
-                    std::uint32_t part) {
+  void addTriangles(const tinygltf::Primitive& primitive, std::size_t first_vertex, std::size_t vertices,
+                    bool is_mirrored, std::uint32_t part) {
     View view;
     if (primitive.indices >= 0) view = accessor(primitive.indices, TINYGLTF_TYPE_SCALAR);
     const std::size_t corners = primitive.indices >= 0 ? view.count : vertices;
     if (corners % 3 != 0) fail(fmt::format("found {} corners of triangles; expected a multiple of 3", corners));
-    if (soup_.triangles.size() + corners / 3 > kMaxMeshTriangles) fail(fmt::format("found more than {} triangles", kMaxMeshTriangles));
+    if (soup_.triangles.size() + corners / 3 > kMaxMeshTriangles)
+      fail(fmt::format("found more than {} triangles", kMaxMeshTriangles));
     const auto corner = [&](std::size_t i) {
       const std::size_t index = primitive.indices >= 0 ? indexAt(view, i) : i;
       if (index >= vertices) fail(fmt::format("found vertex index {}; expected 0 to {}", index, vertices - 1));

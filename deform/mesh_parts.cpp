@@ -51,7 +51,8 @@ constexpr std::array kKindWords{
 
 std::string lowerCase(std::string_view text) {
   std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return lower;
 }
 
@@ -60,15 +61,23 @@ bool contains(std::string_view text, std::string_view word) { return text.find(w
 /// Materials that say nothing of their own colour look like what they are.
 std::array<float, 4> colorOf(PartKind kind) {
   switch (kind) {
-    case PartKind::kLips: return {0.55F, 0.22F, 0.19F, 1.0F};
+    case PartKind::kLips:
+      return {0.55F, 0.22F, 0.19F, 1.0F};
     case PartKind::kUpperTeeth:
-    case PartKind::kLowerTeeth: return {0.85F, 0.81F, 0.72F, 1.0F};
-    case PartKind::kTongue: return {0.55F, 0.19F, 0.18F, 1.0F};
-    case PartKind::kMouthInside: return {0.12F, 0.03F, 0.03F, 1.0F};
-    case PartKind::kEye: return {0.85F, 0.85F, 0.85F, 1.0F};
-    case PartKind::kHair: return {0.08F, 0.05F, 0.03F, 1.0F};
-    case PartKind::kOther: return {0.4F, 0.4F, 0.4F, 1.0F};
-    case PartKind::kSkin: break;
+    case PartKind::kLowerTeeth:
+      return {0.85F, 0.81F, 0.72F, 1.0F};
+    case PartKind::kTongue:
+      return {0.55F, 0.19F, 0.18F, 1.0F};
+    case PartKind::kMouthInside:
+      return {0.12F, 0.03F, 0.03F, 1.0F};
+    case PartKind::kEye:
+      return {0.85F, 0.85F, 0.85F, 1.0F};
+    case PartKind::kHair:
+      return {0.08F, 0.05F, 0.03F, 1.0F};
+    case PartKind::kOther:
+      return {0.4F, 0.4F, 0.4F, 1.0F};
+    case PartKind::kSkin:
+      break;
   }
   return {0.60F, 0.36F, 0.26F, 1.0F};
 }
@@ -76,7 +85,8 @@ std::array<float, 4> colorOf(PartKind kind) {
 /// Sets of vertices that triangles join; vertices at the same place count as one (seams split them).
 class Islands {
  public:
-  Islands(const FaceMesh& mesh, std::span<const Triangle> triangles) : parent_(static_cast<std::size_t>(mesh.vertices.rows())) {
+  Islands(const FaceMesh& mesh, std::span<const Triangle> triangles)
+      : parent_(static_cast<std::size_t>(mesh.vertices.rows())) {
     std::iota(parent_.begin(), parent_.end(), 0U);
     std::map<std::array<float, 3>, std::uint32_t> first_at;
     for (const Triangle& triangle : triangles) {
@@ -98,7 +108,8 @@ class Islands {
 };
 
 Eigen::Vector3f centroid(const FaceMesh& mesh, const Triangle& triangle) {
-  return ((mesh.vertices.row(triangle[0]) + mesh.vertices.row(triangle[1]) + mesh.vertices.row(triangle[2])) / 3.0F).transpose();
+  return ((mesh.vertices.row(triangle[0]) + mesh.vertices.row(triangle[1]) + mesh.vertices.row(triangle[2])) / 3.0F)
+      .transpose();
 }
 
 /// Two-means in height over the islands of teeth, each weighing as many triangles as it has: true where upper.
@@ -149,7 +160,8 @@ std::span<const Triangle> trianglesOf(const FaceMesh& mesh, const MeshPart& part
   return std::span(mesh.triangles).subspan(part.first_triangle, part.triangle_count);
 }
 
-/// Rewrites `part` of `mesh` as up to kinds.size() parts with the names and kinds given; `choice` says which a triangle joins.
+/// Rewrites `part` of `mesh` as up to kinds.size() parts with the names and kinds given; `choice` says which a triangle
+/// joins.
 std::vector<MeshPart> splitPart(FaceMesh& mesh, const MeshPart& part, const std::vector<std::size_t>& choice,
                                 std::span<const std::pair<std::string, PartKind>> kinds) {
   const std::vector<Triangle> old(trianglesOf(mesh, part).begin(), trianglesOf(mesh, part).end());
@@ -189,7 +201,8 @@ std::vector<std::size_t> splitGums(const FaceMesh& mesh, const MeshPart& gums, c
   const auto distanceTo = [&](const Row& row, const Eigen::Vector3f& point) {
     const std::size_t stride = std::max<std::size_t>(1, row.points.size() / kSamples);
     float nearest = 1e30F;
-    for (std::size_t i = 0; i < row.points.size(); i += stride) nearest = std::min(nearest, (row.points[i] - point).squaredNorm());
+    for (std::size_t i = 0; i < row.points.size(); i += stride)
+      nearest = std::min(nearest, (row.points[i] - point).squaredNorm());
     return std::sqrt(nearest);
   };
   std::vector<std::size_t> choice;
@@ -226,21 +239,25 @@ Eigen::AlignedBox3d boxOf(const FaceMesh& mesh, std::span<const Triangle> triang
 }
 
 /// Heads often come with the mouth's bag under the skin's material: an island of its own around the teeth.
-void appendSplitMouthBag(FaceMesh& mesh, const MeshPart& part, const Eigen::AlignedBox3d& teeth, std::vector<MeshPart>& parts) {
+void appendSplitMouthBag(FaceMesh& mesh, const MeshPart& part, const Eigen::AlignedBox3d& teeth,
+                         std::vector<MeshPart>& parts) {
   constexpr double kBagOverTeeth = 2.5;  // a bag is at most so much larger than the teeth in it
   Islands islands(mesh, trianglesOf(mesh, part));
   std::map<std::uint32_t, Eigen::AlignedBox3d> boxes;
-  for (const Triangle& triangle : trianglesOf(mesh, part)) boxes[islands.islandOf(triangle[0])].extend(centroid(mesh, triangle).cast<double>());
+  for (const Triangle& triangle : trianglesOf(mesh, part))
+    boxes[islands.islandOf(triangle[0])].extend(centroid(mesh, triangle).cast<double>());
   std::vector<std::size_t> choice;
   bool has_bag = false;
   for (const Triangle& triangle : trianglesOf(mesh, part)) {
     const Eigen::AlignedBox3d& box = boxes[islands.islandOf(triangle[0])];
-    const bool is_bag = boxes.size() > 1 && box.contains(teeth.center()) && box.diagonal().norm() < kBagOverTeeth * teeth.diagonal().norm();
+    const bool is_bag = boxes.size() > 1 && box.contains(teeth.center()) &&
+                        box.diagonal().norm() < kBagOverTeeth * teeth.diagonal().norm();
     has_bag = has_bag || is_bag;
     choice.push_back(is_bag ? 1 : 0);
   }
   if (!has_bag) return parts.push_back(part);
-  const std::array<std::pair<std::string, PartKind>, 2> kinds{{{"", PartKind::kSkin}, {".mouth", PartKind::kMouthInside}}};
+  const std::array<std::pair<std::string, PartKind>, 2> kinds{
+      {{"", PartKind::kSkin}, {".mouth", PartKind::kMouthInside}}};
   for (MeshPart& piece : splitPart(mesh, part, choice, kinds)) parts.push_back(std::move(piece));
 }
 
@@ -277,27 +294,32 @@ void assignPartKinds(FaceMesh& mesh, bool keep_colors) {
       parts.push_back(part);
       continue;
     }
-    const std::array<std::pair<std::string, PartKind>, 3> kinds{{{".upper_gum", PartKind::kUpperTeeth},
-                                                                 {".lower_gum", PartKind::kLowerTeeth},
-                                                                 {".tongue", PartKind::kTongue}}};
-    for (MeshPart& piece : splitPart(mesh, part, splitGums(mesh, part, teeth), kinds)) parts.push_back(std::move(piece));
+    const std::array<std::pair<std::string, PartKind>, 3> kinds{
+        {{".upper_gum", PartKind::kUpperTeeth}, {".lower_gum", PartKind::kLowerTeeth}, {".tongue", PartKind::kTongue}}};
+    for (MeshPart& piece : splitPart(mesh, part, splitGums(mesh, part, teeth), kinds))
+      parts.push_back(std::move(piece));
   }
-  const bool has_bag = std::any_of(parts.begin(), parts.end(), [](const MeshPart& part) { return part.kind == PartKind::kMouthInside; });
+  const bool has_bag =
+      std::any_of(parts.begin(), parts.end(), [](const MeshPart& part) { return part.kind == PartKind::kMouthInside; });
   if (!teeth.empty() && !has_bag) {
     Eigen::AlignedBox3d teeth_box;
     for (const MeshPart& part : teeth) teeth_box.extend(boxOf(mesh, trianglesOf(mesh, part)));
     std::vector<MeshPart> split;
     for (const MeshPart& part : parts) {
-      if (part.kind == PartKind::kSkin) appendSplitMouthBag(mesh, part, teeth_box, split);
-      else split.push_back(part);
+      if (part.kind == PartKind::kSkin)
+        appendSplitMouthBag(mesh, part, teeth_box, split);
+      else
+        split.push_back(part);
     }
     parts = std::move(split);
   }
-  std::sort(parts.begin(), parts.end(), [](const MeshPart& a, const MeshPart& b) { return a.first_triangle < b.first_triangle; });
+  std::sort(parts.begin(), parts.end(),
+            [](const MeshPart& a, const MeshPart& b) { return a.first_triangle < b.first_triangle; });
   for (MeshPart& part : parts) {
     if (keep_colors) break;
     part.base_color = mesh.vertex_colors.empty() ? colorOf(part.kind) : std::array<float, 4>{1, 1, 1, 1};
-    const bool wet = part.kind == PartKind::kEye || part.kind == PartKind::kUpperTeeth || part.kind == PartKind::kLowerTeeth;
+    const bool wet =
+        part.kind == PartKind::kEye || part.kind == PartKind::kUpperTeeth || part.kind == PartKind::kLowerTeeth;
     part.roughness = wet ? 0.25F : part.kind == PartKind::kTongue || part.kind == PartKind::kLips ? 0.4F : 0.6F;
   }
   mesh.parts = std::move(parts);
@@ -310,7 +332,9 @@ void appendPolygon(MeshSoup& soup, std::span<const std::uint32_t> corners, std::
     soup.part_of_triangle.push_back(part);
   };
   if (corners.size() == 4) {
-    const auto point = [&](std::size_t k) { return Eigen::Map<const Eigen::Vector3f>(&soup.positions[3 * std::size_t{corners[k]}]); };
+    const auto point = [&](std::size_t k) {
+      return Eigen::Map<const Eigen::Vector3f>(&soup.positions[3 * std::size_t{corners[k]}]);
+    };
     if ((point(1) - point(3)).squaredNorm() < (point(0) - point(2)).squaredNorm()) {
       add(corners[0], corners[1], corners[3]);
       add(corners[1], corners[2], corners[3]);
@@ -339,7 +363,8 @@ FaceMesh finishMesh(MeshSoup soup, std::string_view file) {
     soup.parts[p].first_triangle = next[p];
   }
   mesh.triangles.resize(soup.triangles.size());
-  for (std::size_t i = 0; i < soup.triangles.size(); ++i) mesh.triangles[next[soup.part_of_triangle[i]]++] = soup.triangles[i];
+  for (std::size_t i = 0; i < soup.triangles.size(); ++i)
+    mesh.triangles[next[soup.part_of_triangle[i]]++] = soup.triangles[i];
   for (MeshPart& part : soup.parts) {
     if (part.triangle_count > 0) mesh.parts.push_back(std::move(part));
   }

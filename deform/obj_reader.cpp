@@ -1,4 +1,5 @@
-// Wavefront OBJ: v (with colours), vt, f, g, o, usemtl; everything else is passed over. One pass over the bytes, no copies.
+// Wavefront OBJ: v (with colours), vt, f, g, o, usemtl; everything else is passed over. One pass over the bytes, no
+// copies.
 #include <fmt/format.h>
 
 #include <charconv>
@@ -88,7 +89,8 @@ class ObjParser {
   }
 
   void parseVertex(Line& line) {
-    if (soup_.vertexCount() == kMaxMeshVertices) line.fail(fmt::format("found more than {} vertices", kMaxMeshVertices));
+    if (soup_.vertexCount() == kMaxMeshVertices)
+      line.fail(fmt::format("found more than {} vertices", kMaxMeshVertices));
     for (const char* axis : {"x", "y", "z"}) soup_.positions.push_back(line.number(line.nextWord(), axis));
     // x y z [w] or x y z r g b
     std::array<std::string_view, 3> rest{line.nextWord(), line.nextWord(), line.nextWord()};
@@ -114,7 +116,8 @@ class ObjParser {
     std::int64_t value = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (error != std::errc() || end != word.data() + word.size() || value == 0) {
-      line.fail(fmt::format("found '{}' as a {} index; expected a whole number other than 0", printable(word, 40), what));
+      line.fail(
+          fmt::format("found '{}' as a {} index; expected a whole number other than 0", printable(word, 40), what));
     }
     const auto limit = static_cast<std::int64_t>(count);
     if (value > limit || value < -limit) {
@@ -126,7 +129,8 @@ class ObjParser {
   void parseFace(Line& line) {
     corners_.clear();
     for (std::string_view word = line.nextWord(); !word.empty(); word = line.nextWord()) {
-      if (corners_.size() == kMaxPolygonCorners) line.fail("found a face with thousands of corners; expected a polygon");
+      if (corners_.size() == kMaxPolygonCorners)
+        line.fail("found a face with thousands of corners; expected a polygon");
       const std::size_t slash = word.find('/');
       const std::size_t vertex = resolveIndex(line, word.substr(0, slash), soup_.vertexCount(), "vertex");
       corners_.push_back(static_cast<std::uint32_t>(vertex));
@@ -135,7 +139,8 @@ class ObjParser {
       const std::string_view texture = rest.substr(0, rest.find('/'));
       if (!texture.empty()) useTexture(vertex, resolveIndex(line, texture, texture_.size(), "texture"));
     }
-    if (corners_.size() < 3) line.fail(fmt::format("found a face with {} corners; expected at least 3", corners_.size()));
+    if (corners_.size() < 3)
+      line.fail(fmt::format("found a face with {} corners; expected at least 3", corners_.size()));
     if (soup_.triangles.size() + corners_.size() > kMaxMeshTriangles) {
       line.fail(fmt::format("found more than {} triangles", kMaxMeshTriangles));
     }
@@ -165,7 +170,8 @@ class ObjParser {
     }
     const auto [entry, is_new] = part_by_name_.try_emplace(name, static_cast<std::uint32_t>(soup_.parts.size()));
     if (is_new) {
-      if (soup_.parts.size() == kMaxMeshParts) line.fail(fmt::format("found more than {} materials and groups", kMaxMeshParts));
+      if (soup_.parts.size() == kMaxMeshParts)
+        line.fail(fmt::format("found more than {} materials and groups", kMaxMeshParts));
       soup_.parts.push_back(MeshPart{.name = name});
     }
     return part_ = entry->second;

@@ -70,7 +70,8 @@ class CheckingImporter final : public OpenMesh::IO::BaseImporter {
     corners_.clear();
     for (const VertexHandle vertex : indices) {
       if (!isKnown(vertex)) {
-        fail(fmt::format("face {}: found vertex index {}; expected 0 to {}", faces_, vertex.idx(), soup_.vertexCount() - 1));
+        fail(fmt::format("face {}: found vertex index {}; expected 0 to {}", faces_, vertex.idx(),
+                         soup_.vertexCount() - 1));
       }
       corners_.push_back(static_cast<std::uint32_t>(vertex.idx()));
     }
@@ -81,7 +82,9 @@ class CheckingImporter final : public OpenMesh::IO::BaseImporter {
   void set_color(VertexHandle vertex, const Vec3uc& color) override {
     setColor(vertex, {linearFromByte(color[0]), linearFromByte(color[1]), linearFromByte(color[2])});
   }
-  void set_color(VertexHandle vertex, const Vec4uc& color) override { set_color(vertex, Vec3uc(color[0], color[1], color[2])); }
+  void set_color(VertexHandle vertex, const Vec4uc& color) override {
+    set_color(vertex, Vec3uc(color[0], color[1], color[2]));
+  }
   void set_color(VertexHandle vertex, const Vec3f& color) override { setColor(vertex, {color[0], color[1], color[2]}); }
   void set_color(VertexHandle vertex, const Vec4f& color) override { setColor(vertex, {color[0], color[1], color[2]}); }
 
@@ -155,13 +158,16 @@ struct CheckedFile {
 };
 
 /// The counts that a header promises, refused when the body is too short for them.
-Counts checkedCounts(double vertices, double faces, std::size_t body, std::size_t bytes_per_vertex, std::string_view file) {
+Counts checkedCounts(double vertices, double faces, std::size_t body, std::size_t bytes_per_vertex,
+                     std::string_view file) {
   // A face takes four bytes at the least.
   const bool fits = vertices >= 1 && vertices <= static_cast<double>(kMaxMeshVertices) && faces >= 0 &&
                     vertices * static_cast<double>(bytes_per_vertex) + faces * 4 <= static_cast<double>(body);
   if (!fits) {
-    throw InputError(file, "", fmt::format("found {:.0f} vertices and {:.0f} faces in {} bytes; expected counts that the file can hold",
-                                           vertices, faces, body));
+    throw InputError(
+        file, "",
+        fmt::format("found {:.0f} vertices and {:.0f} faces in {} bytes; expected counts that the file can hold",
+                    vertices, faces, body));
   }
   if (faces < 1) throw InputError(file, "", "found no faces; expected a surface of triangles or polygons");
   return {static_cast<std::size_t>(vertices), static_cast<std::size_t>(faces)};
@@ -178,13 +184,15 @@ std::size_t plyTypeSize(std::string_view type) {
   return 0;
 }
 
-/// OpenMesh believes what a header says, in whatever order it says it. This one is read line by line, and written anew with
-/// just the vertices and the faces.
+/// OpenMesh believes what a header says, in whatever order it says it. This one is read line by line, and written anew
+/// with just the vertices and the faces.
 class PlyHeader {
  public:
   explicit PlyHeader(std::string_view file) : file_(file) {}
 
   CheckedFile check(std::string_view bytes) {
+    place_ = "1";
+    if (!bytes.starts_with("ply")) fail("found no 'ply'; expected a PLY file");
     std::size_t begin = 0;
     for (std::size_t number = 1;; ++number) {
       const std::size_t end = bytes.find('\n', begin);
@@ -202,7 +210,8 @@ class PlyHeader {
     if (!has_list_) fail("found no list of corners at the faces");
     if (axes_ != 3) fail("found vertices without x, y and z");
     const std::size_t per_vertex = encoding_ == "ascii" ? 2 * vertex_properties_ : vertex_bytes_;
-    CheckedFile result{checkedCounts(vertices_, faces_, bytes.size() - begin, per_vertex, file_), "ply\n" + header_ + "end_header\n"};
+    CheckedFile result{checkedCounts(vertices_, faces_, bytes.size() - begin, per_vertex, file_),
+                       "ply\n" + header_ + "end_header\n"};
     result.bytes += bytes.substr(begin);
     return result;
   }
@@ -226,8 +235,10 @@ class PlyHeader {
   void readFormat(std::istringstream& words) {
     std::string version;
     words >> encoding_ >> version;
-    const bool is_known = encoding_ == "ascii" || encoding_ == "binary_little_endian" || encoding_ == "binary_big_endian";
-    if (!is_known || version != "1.0" || !header_.empty()) fail("expected 'format ascii 1.0' or 'format binary_little_endian 1.0', once");
+    const bool is_known =
+        encoding_ == "ascii" || encoding_ == "binary_little_endian" || encoding_ == "binary_big_endian";
+    if (!is_known || version != "1.0" || !header_.empty())
+      fail("expected 'format ascii 1.0' or 'format binary_little_endian 1.0', once");
     header_ += fmt::format("format {} 1.0\n", encoding_);
   }
 
@@ -267,9 +278,10 @@ class PlyHeader {
     std::string name;
     words >> count_type >> index_type >> name;
     const bool is_corners = element_ == "face" && !has_list_ && (name == "vertex_indices" || name == "vertex_index");
-    const bool has_types = plyTypeSize(count_type) > 0 && plyTypeSize(count_type) <= 4 && plyTypeSize(index_type) > 0 && count_type.find("float") != 0 &&
-                           index_type.find("float") != 0 && index_type != "double";
-    if (!is_corners || !has_types) fail("found a list other than the faces' corners; expected 'property list uchar int vertex_indices'");
+    const bool has_types = plyTypeSize(count_type) > 0 && plyTypeSize(count_type) <= 4 && plyTypeSize(index_type) > 0 &&
+                           count_type.find("float") != 0 && index_type.find("float") != 0 && index_type != "double";
+    if (!is_corners || !has_types)
+      fail("found a list other than the faces' corners; expected 'property list uchar int vertex_indices'");
     has_list_ = true;
     header_ += fmt::format("property list {} {} vertex_indices\n", count_type, index_type);
   }
@@ -301,7 +313,8 @@ CheckedFile checkOff(std::string_view bytes, std::string_view file) {
   double vertices = -1;
   double faces = -1;
   double edges = 0;
-  if (!(stream >> vertices >> faces >> edges)) throw InputError(file, "", "found no counts; expected vertices, faces and edges after OFF");
+  if (!(stream >> vertices >> faces >> edges))
+    throw InputError(file, "", "found no counts; expected vertices, faces and edges after OFF");
   stream.clear();  // the counts may be the last thing in the file, which would make tellg fail
   const auto body = static_cast<std::size_t>(stream.tellg());
   const Counts counts = checkedCounts(vertices, faces, plain.size() - body, 6, file);
@@ -325,12 +338,14 @@ FaceMesh parseThroughOpenMesh(CheckedFile checked, std::string_view file, const 
   try {
     is_read = OpenMesh::IO::IOManager().read(stream, format, importer, options);
   } catch (const std::ios_base::failure&) {
-    throw InputError(file, "", fmt::format("ends or breaks off after {} of {} vertices and {} of {} faces", importer.n_vertices(),
-                                           counts.vertices, importer.n_faces(), counts.faces));
+    throw InputError(file, "",
+                     fmt::format("ends or breaks off after {} of {} vertices and {} of {} faces", importer.n_vertices(),
+                                 counts.vertices, importer.n_faces(), counts.faces));
   }
   if (!is_read || importer.n_vertices() != counts.vertices || importer.n_faces() != counts.faces) {
-    throw InputError(file, "", fmt::format("found {} of {} vertices and {} of {} faces; expected all of them", importer.n_vertices(),
-                                           counts.vertices, importer.n_faces(), counts.faces));
+    throw InputError(file, "",
+                     fmt::format("found {} of {} vertices and {} of {} faces; expected all of them",
+                                 importer.n_vertices(), counts.vertices, importer.n_faces(), counts.faces));
   }
   return finishMesh(importer.takeSoup(), file);
 }
@@ -341,6 +356,8 @@ FaceMesh parsePly(std::string_view bytes, std::string_view file) {
   return parseThroughOpenMesh(PlyHeader(file).check(bytes), file, ".ply");
 }
 
-FaceMesh parseOff(std::string_view bytes, std::string_view file) { return parseThroughOpenMesh(checkOff(bytes, file), file, ".off"); }
+FaceMesh parseOff(std::string_view bytes, std::string_view file) {
+  return parseThroughOpenMesh(checkOff(bytes, file), file, ".off");
+}
 
 }  // namespace mouthpiece

@@ -5,8 +5,8 @@
 
 namespace mouthpiece::kernel {
 
-/// Vertices are done in blocks of this many; a patch's last block repeats its last vertex.
-constexpr std::size_t kBlock = 8;
+/// Vertices are kept in blocks of this many, the widest register's lanes; a patch's last block repeats its last vertex.
+constexpr std::size_t kBlock = 16;
 /// A patch's net as the kernels want it: x y z of the ten points in CubicNet's order.
 constexpr std::size_t kNetFloats = 30;
 
@@ -15,7 +15,7 @@ constexpr std::size_t kNetFloats = 30;
 struct Block {
   float u[kBlock], v[kBlock], d[kBlock];
   float base[3][kBlock];
-  std::uint32_t vertex[kBlock];
+  std::uint32_t to[kBlock];  ///< 3 * vertex: where its x goes
 };
 
 /// Vertices that hang on a patch beside it, and only in part. With t = dB/du of length 1:
@@ -26,12 +26,12 @@ struct LooseBlock {
   float weight[kBlock], jaw[kBlock];
   float base[3][kBlock];
   float rest[3][kBlock];
-  std::uint32_t vertex[kBlock];
+  std::uint32_t to[kBlock];
 };
 
-/// Blocks [first, first + count) lie on `patch`.
+/// Blocks [first, first + count) lie on `patch`; `vertices` of their lanes are in use.
 struct Run {
-  std::uint32_t patch, first, count;
+  std::uint32_t patch, first, count, vertices;
 };
 
 struct Frame {

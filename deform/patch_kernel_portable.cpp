@@ -26,12 +26,12 @@ inline Lanes mulAdd(Lanes a, Lanes b, Lanes c) { return {a.value * b.value + c.v
 inline Lanes mulSub(Lanes a, Lanes b, Lanes c) { return {a.value * b.value - c.value}; }
 inline Lanes squareRoot(Lanes a) { return {Lanes::Vector{std::sqrt(a.value[0]), std::sqrt(a.value[1]), std::sqrt(a.value[2]), std::sqrt(a.value[3])}}; }
 
-inline void scatter(Lanes x, Lanes y, Lanes z, const std::uint32_t* vertex, float* out) {
+inline void scatter(Lanes x, Lanes y, Lanes z, const std::uint32_t* to, float* out) {
   for (int i = 0; i < 4; ++i) {
-    float* to = out + 3 * static_cast<std::size_t>(vertex[i]);
-    to[0] = x.value[i];
-    to[1] = y.value[i];
-    to[2] = z.value[i];
+    float* place = out + to[i];
+    place[0] = x.value[i];
+    place[1] = y.value[i];
+    place[2] = z.value[i];
   }
 }
 
@@ -42,8 +42,9 @@ inline void scatter(Lanes x, Lanes y, Lanes z, const std::uint32_t* vertex, floa
 
 namespace mouthpiece::kernel {
 
-#ifdef MOUTHPIECE_AVX2
+#ifdef MOUTHPIECE_X86
 extern const Kernels kAvx2Kernels;
+extern const Kernels kAvx512Kernels;
 #endif
 
 const Kernels& portableKernels() {
@@ -52,8 +53,10 @@ const Kernels& portableKernels() {
 }
 
 const Kernels& bestKernels() {
-#ifdef MOUTHPIECE_AVX2
+#ifdef MOUTHPIECE_X86
   static const bool has_avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+  static const bool has_avx512 = has_avx2 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq");
+  if (has_avx512) return kAvx512Kernels;
   if (has_avx2) return kAvx2Kernels;
 #endif
   return portableKernels();

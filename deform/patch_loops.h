@@ -63,15 +63,15 @@ void bound(const Frame& frame, const Run* runs, std::size_t run_count, const Blo
   for (std::size_t r = 0; r < run_count; ++r) {
     const float* net = frame.nets + kNetFloats * runs[r].patch;
     const Block* block = blocks + runs[r].first;
-    for (std::uint32_t k = 0; k < runs[r].count; ++k, ++block) {
-      for (std::size_t lane = 0; lane < kBlock; lane += Lanes::kCount) {
+    for (std::size_t begin = 0; begin < runs[r].vertices; begin += kBlock, ++block) {
+      for (std::size_t lane = 0; lane < kBlock && begin + lane < runs[r].vertices; lane += Lanes::kCount) {
         const Spot spot = spotAt(net, Lanes::load(block->u + lane), Lanes::load(block->v + lane));
         Lanes normal[3];
         crossProduct(spot.du, spot.dv, normal);
         const Lanes scale = Lanes::load(block->d + lane) / squareRoot(squaredLength(normal));
         Lanes moved[3];
         for (int axis = 0; axis < 3; ++axis) moved[axis] = mulAdd(scale, normal[axis], spot.x[axis]) + Lanes::load(block->base[axis] + lane);
-        scatter(moved[0], moved[1], moved[2], block->vertex + lane, frame.out);
+        scatter(moved[0], moved[1], moved[2], block->to + lane, frame.out);
       }
     }
   }
@@ -81,8 +81,8 @@ void loose(const Frame& frame, const Run* runs, std::size_t run_count, const Loo
   for (std::size_t r = 0; r < run_count; ++r) {
     const float* net = frame.nets + kNetFloats * runs[r].patch;
     const LooseBlock* block = blocks + runs[r].first;
-    for (std::uint32_t k = 0; k < runs[r].count; ++k, ++block) {
-      for (std::size_t lane = 0; lane < kBlock; lane += Lanes::kCount) {
+    for (std::size_t begin = 0; begin < runs[r].vertices; begin += kBlock, ++block) {
+      for (std::size_t lane = 0; lane < kBlock && begin + lane < runs[r].vertices; lane += Lanes::kCount) {
         const Spot spot = spotAt(net, Lanes::load(block->u + lane), Lanes::load(block->v + lane));
         Lanes normal[3], across[3];
         crossProduct(spot.du, spot.dv, normal);
@@ -102,7 +102,7 @@ void loose(const Frame& frame, const Run* runs, std::size_t run_count, const Loo
           const Lanes inside = mulAdd(jaw, swung, rest[axis]);
           moved[axis] = mulAdd(weight, on_patch - inside, inside);
         }
-        scatter(moved[0], moved[1], moved[2], block->vertex + lane, frame.out);
+        scatter(moved[0], moved[1], moved[2], block->to + lane, frame.out);
       }
     }
   }

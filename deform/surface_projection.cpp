@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kLattice = 4;           ///< samples along a patch's edge, less one
 constexpr std::size_t kSamples = (kLattice + 1) * (kLattice + 2) / 2;  ///< of a patch
-constexpr std::size_t kCandidates = 6;  ///< patches tried for each point
+constexpr std::size_t kCandidates = 12;  ///< patches tried for each point
 constexpr int kMaxSteps = 30;
 constexpr double kConverged = 1e-12;  ///< step in u and v
 
@@ -183,6 +183,8 @@ std::optional<SurfaceFoot> SurfaceProjector::closest(const Eigen::Vector3d& poin
   std::optional<SurfaceFoot> best;
   for (const auto& [squared, patch] : nearest) {
     if (!std::isfinite(squared)) break;
+    // The patch's nearest point is at most about half its size from its nearest sample.
+    if (best && std::sqrt(static_cast<double>(squared)) - 0.5 * static_cast<double>(balls_[patch].radius) > best->distance) continue;
     const Local local = closestOnPatch(patches_[patch], point);
     if (best && local.squared_distance >= best->distance * best->distance) continue;
     if (!any_normal && evaluate(patches_[patch], local.u, local.v).normal().dot(normal) < least_cosine) continue;

@@ -171,7 +171,7 @@ class Placer {
     for (const EyePoints& eye : kEyes) {
       if (!has(eye.outer) || !has(eye.up) || !has(eye.lo) || !has(eye.nose)) continue;
       const Eigen::Vector3d middle = 0.5 * (at(eye.up) + at(eye.lo));
-      add({.name = eye.in, .rule = PointRule::kFollow, .drivers = {{find(eye.nose), 0.5}}},
+      add({.name = eye.in, .rule = PointRule::kFollow, .drivers = {{find(eye.nose), 0.5}, {find(eye.outer), 0.5}}},
           knownOr(eye.in, middle + 0.9 * (middle - at(eye.outer))));
       const std::string end = std::string("_") + eye.side;
       addLid("LID_UP_OUT" + end, eye.up, eye.outer);

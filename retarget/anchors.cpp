@@ -17,7 +17,8 @@ AnchorPlace readPlace(const json& value, const std::string& name, const std::str
   const std::string key = "markers." + printable(name, 60);
   if (value.is_number_integer()) {
     const double id = value.get<double>();
-    if (!(id >= 0 && id < 4294967295.0)) throw InputError(file, key, fmt::format("found vertex {}; expected 0 or more", id));
+    if (!(id >= 0 && id < 4294967295.0))
+      throw InputError(file, key, fmt::format("found vertex {}; expected 0 or more", id));
     return value.get<std::uint32_t>();
   }
   if (!value.is_array() || value.size() != 3) throw InputError(file, key, "expected a vertex number or [x, y, z]");
@@ -38,7 +39,8 @@ Anchors parseAnchors(std::string_view json_text, const std::string& file) {
   try {
     tree = json::parse(json_text.begin(), json_text.end());
   } catch (const json::parse_error& error) {
-    throw InputError(file, fmt::format("byte {}", error.byte), "is no JSON; expected {\"markers\": {\"NAME\": vertex, ...}}");
+    throw InputError(file, fmt::format("byte {}", error.byte),
+                     "is no JSON; expected {\"markers\": {\"NAME\": vertex, ...}}");
   }
   if (!tree.is_object() || !tree.contains("markers") || !tree["markers"].is_object()) {
     throw InputError(file, "markers", "is missing; expected a map of marker names to vertex numbers or [x, y, z]");
@@ -65,13 +67,15 @@ Anchors parseAnchors(std::string_view json_text, const std::string& file) {
   return anchors;
 }
 
-std::optional<Eigen::Vector3d> placeOf(const Anchors& anchors, const std::string& name, const FaceMesh& mesh, const std::string& file) {
+std::optional<Eigen::Vector3d> placeOf(const Anchors& anchors, const std::string& name, const FaceMesh& mesh,
+                                       const std::string& file) {
   const auto anchor = anchors.markers.find(name);
   if (anchor == anchors.markers.end()) return std::nullopt;
   if (const auto* point = std::get_if<Eigen::Vector3d>(&anchor->second)) return *point;
   const std::uint32_t vertex = std::get<std::uint32_t>(anchor->second);
   if (vertex >= static_cast<std::size_t>(mesh.vertices.rows())) {
-    throw InputError(file, "markers." + name, fmt::format("found vertex {}; expected 0 to {}", vertex, mesh.vertices.rows() - 1));
+    throw InputError(file, "markers." + name,
+                     fmt::format("found vertex {}; expected 0 to {}", vertex, mesh.vertices.rows() - 1));
   }
   return mesh.vertices.row(vertex).cast<double>().transpose();
 }

@@ -38,7 +38,7 @@ constexpr int kFitIterations = 12;
 
 /// Longest edges that are left, millimetres: on the head behind, on the face, and where its movement is looked at.
 constexpr double kShellEdgeMm = 20;
-constexpr double kFaceEdgeMm = 5.6;
+constexpr double kFaceEdgeMm = 6.4;
 constexpr double kMouthEdgeMm = 9;
 constexpr double kDetailEdgeMm = 2.0;
 
@@ -54,15 +54,17 @@ double wantedEdge(const ModelMesh& model, std::size_t triangle, const std::array
   };
   if (behind(kShell, 0.6)) return kShellEdgeMm;
   if (model.part_of_triangle[triangle] == kPartMouth || behind(kMouthDepth, 0.3)) return kMouthEdgeMm;
-  const bool is_detail = within({0, -43, 50}, 30, 16, 30) || within({0, -13, 62}, 19, 11, 18) || within({0, 47, 45}, 60, 7, 30) ||
-                         within(eyes[0].centre, 18, 10, 30) || within(eyes[1].centre, 18, 10, 30);
+  const bool is_detail = within({0, -43, 50}, 30, 16, 30) || within({0, -13, 62}, 19, 11, 18) ||
+                         within({0, 47, 45}, 60, 7, 30) || within(eyes[0].centre, 18, 10, 30) ||
+                         within(eyes[1].centre, 18, 10, 30);
   return is_detail ? kDetailEdgeMm : kFaceEdgeMm;
 }
 
 bool isCoarse(const ModelMesh& model, std::size_t triangle, const std::array<EyeBall, 2>& eyes) {
   const auto& corners = model.triangles[triangle];
   double longest = 0;
-  for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, (model.point(corners[k]) - model.point(corners[(k + 1) % 3])).norm());
+  for (std::size_t k = 0; k < 3; ++k)
+    longest = std::max(longest, (model.point(corners[k]) - model.point(corners[(k + 1) % 3])).norm());
   return longest > wantedEdge(model, triangle, eyes);
 }
 
@@ -72,12 +74,16 @@ FaceMesh finished(const ModelMesh& model) {
   mesh.vertices.resize(model.vertices.rows(), 3);
   // A ten-thousandth of a millimetre keeps the file short; positions are floats anyway.
   for (Eigen::Index i = 0; i < model.vertices.rows(); ++i) {
-    for (Eigen::Index axis = 0; axis < 3; ++axis) mesh.vertices(i, axis) = static_cast<float>(std::round(model.vertices(i, axis) * 1e4) / 1e4);
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+      mesh.vertices(i, axis) = static_cast<float>(std::round(model.vertices(i, axis) * 1e4) / 1e4);
   }
   mesh.vertex_colors = paintFace(model);
   for (int part = 0; part < kDefaultPartCount; ++part) {
     const PartLook& look = kLooks[static_cast<std::size_t>(part)];
-    MeshPart entry{.name = look.name, .kind = look.kind, .first_triangle = mesh.triangles.size(), .base_color = {1, 1, 1, 1},
+    MeshPart entry{.name = look.name,
+                   .kind = look.kind,
+                   .first_triangle = mesh.triangles.size(),
+                   .base_color = {1, 1, 1, 1},
                    .roughness = look.roughness};
     for (std::size_t i = 0; i < model.triangles.size(); ++i) {
       if (model.part_of_triangle[i] == part) mesh.triangles.push_back(model.triangles[i]);
@@ -93,7 +99,8 @@ void separateLips(ModelMesh& model) {
   for (std::size_t i = 0; i < model.triangles.size(); ++i) {
     if (model.part_of_triangle[i] != kPartSkin) continue;
     const auto& [a, b, c] = model.triangles[i];
-    if (model.vertices(a, kVermilion) + model.vertices(b, kVermilion) + model.vertices(c, kVermilion) > 1.5) model.part_of_triangle[i] = kPartLips;
+    if (model.vertices(a, kVermilion) + model.vertices(b, kVermilion) + model.vertices(c, kVermilion) > 1.5)
+      model.part_of_triangle[i] = kPartLips;
   }
 }
 
@@ -101,10 +108,12 @@ Anchors landmarkAnchors() {
   Anchors anchors;
   anchors.metres_per_unit = 0.001;
   for (const LayoutMarker& marker : defaultLayout().markers) {
-    if (marker.mediapipe_landmark >= 0) anchors.markers.emplace(marker.name, static_cast<std::uint32_t>(marker.mediapipe_landmark));
+    if (marker.mediapipe_landmark >= 0)
+      anchors.markers.emplace(marker.name, static_cast<std::uint32_t>(marker.mediapipe_landmark));
   }
   for (const VirtualPointPlace& place : virtualPointPlaces()) {
-    if (place.mediapipe_landmark >= 0) anchors.markers.emplace(place.name, static_cast<std::uint32_t>(place.mediapipe_landmark));
+    if (place.mediapipe_landmark >= 0)
+      anchors.markers.emplace(place.name, static_cast<std::uint32_t>(place.mediapipe_landmark));
   }
   for (const PartLook& look : kLooks) anchors.part_kinds.emplace(look.name, look.kind);
   return anchors;

@@ -15,8 +15,8 @@ struct DefaultFace {
   Anchors anchors;  ///< every marker of the default layout with a landmark, and the control surface's virtual points
 };
 
-/// `canonical`: what tools/fetch_canonical_face.sh brings. The same input gives the same bytes. Throws InputError when it is
-/// another mesh.
+/// `canonical`: what tools/fetch_canonical_face.sh brings. The same input gives the same bytes. Throws InputError when
+/// it is another mesh.
 DefaultFace makeDefaultFace(const FaceMesh& canonical, std::string_view file);
 
 }  // namespace mouthpiece

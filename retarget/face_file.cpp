@@ -25,7 +25,7 @@ constexpr std::size_t kMaxMarkers = 10'000;
 constexpr std::size_t kMaxControlPoints = 100'000;
 constexpr std::size_t kMaxText = 4096;
 constexpr int kMaxDepth = 16;
-constexpr std::array<std::string_view, 9> kPartKindNames{"skin",  "lips", "upper_teeth", "lower_teeth", "tongue",
+constexpr std::array<std::string_view, 9> kPartKindNames{"skin",         "lips", "upper_teeth", "lower_teeth", "tongue",
                                                          "mouth_inside", "eye",  "hair",        "other"};
 constexpr std::array<std::string_view, 3> kKernelNames{"inverse_multiquadric", "biharmonic", "triharmonic"};
 
@@ -47,14 +47,16 @@ class BoundedTreeBuilder : public nlohmann::detail::json_sax_dom_parser<json> {
 /// One map of the file, read field by field; every getter throws InputError that names the field.
 class Fields {
  public:
-  Fields(const json& map, std::string file, std::string place) : map_(map), file_(std::move(file)), place_(std::move(place)) {
+  Fields(const json& map, std::string file, std::string place)
+      : map_(map), file_(std::move(file)), place_(std::move(place)) {
     if (!map_.is_object()) fail("", "found no map");
   }
 
   [[nodiscard]] Fields map(const char* key) const { return {at(key), file_, pathOf(key)}; }
   [[nodiscard]] const json& array(const char* key, std::size_t max_size) const {
     const json& value = at(key);
-    if (!value.is_array() || value.size() > max_size) fail(key, fmt::format("expected a list of at most {} entries", max_size));
+    if (!value.is_array() || value.size() > max_size)
+      fail(key, fmt::format("expected a list of at most {} entries", max_size));
     return value;
   }
   [[nodiscard]] std::string text(const char* key) const {
@@ -66,7 +68,8 @@ class Fields {
     const json& value = at(key);
     if (!value.is_number()) fail(key, "expected a number");
     const double number = value.get<double>();
-    if (!(number >= least && number <= most)) fail(key, fmt::format("found {}; expected {} to {}", number, least, most));
+    if (!(number >= least && number <= most))
+      fail(key, fmt::format("found {}; expected {} to {}", number, least, most));
     return number;
   }
   [[nodiscard]] std::int64_t whole(const char* key, std::int64_t least, std::int64_t most) const {
@@ -90,7 +93,8 @@ class Fields {
     const json& value = at(key);
     if (!value.is_binary()) fail(key, "expected a blob of bytes");
     const auto& bytes = value.get_binary();
-    if (bytes.size() % sizeof(Scalar) != 0) fail(key, fmt::format("found {} bytes; expected a multiple of {}", bytes.size(), sizeof(Scalar)));
+    if (bytes.size() % sizeof(Scalar) != 0)
+      fail(key, fmt::format("found {} bytes; expected a multiple of {}", bytes.size(), sizeof(Scalar)));
     std::vector<Scalar> values(bytes.size() / sizeof(Scalar));
     if (!values.empty()) std::memcpy(values.data(), bytes.data(), bytes.size());
     return values;
@@ -100,11 +104,13 @@ class Fields {
   [[nodiscard]] MatrixType matrix(const char* key, std::size_t rows) const {
     const std::vector<double> values = blob<double>(key);
     constexpr auto kColumns = static_cast<std::size_t>(MatrixType::ColsAtCompileTime);
-    if (values.size() != rows * kColumns) fail(key, fmt::format("found {} numbers; expected {}", values.size(), rows * kColumns));
+    if (values.size() != rows * kColumns)
+      fail(key, fmt::format("found {} numbers; expected {}", values.size(), rows * kColumns));
     for (const double value : values) {
       if (!(std::abs(value) <= 1e9)) fail(key, "found a coordinate that is no usable number");
     }
-    return Eigen::Map<const MatrixType>(values.data(), static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(kColumns));
+    return Eigen::Map<const MatrixType>(values.data(), static_cast<Eigen::Index>(rows),
+                                        static_cast<Eigen::Index>(kColumns));
   }
   [[noreturn]] void fail(const char* key, std::string_view what) const { throw InputError(file_, pathOf(key), what); }
   [[nodiscard]] const std::string& file() const { return file_; }
@@ -142,11 +148,13 @@ std::vector<std::string> readNames(const Fields& fields, const char* key) {
   std::vector<std::string> names;
   std::set<std::string> seen;
   for (const json& entry : fields.array(key, kMaxMarkers)) {
-    if (!entry.is_string() || entry.get_ref<const std::string&>().empty() || entry.get_ref<const std::string&>().size() > kMaxText) {
+    if (!entry.is_string() || entry.get_ref<const std::string&>().empty() ||
+        entry.get_ref<const std::string&>().size() > kMaxText) {
       fields.fail(key, "expected a list of names");
     }
     names.push_back(entry.get<std::string>());
-    if (!seen.insert(names.back()).second) fields.fail(key, fmt::format("found '{}' twice", printable(names.back(), 60)));
+    if (!seen.insert(names.back()).second)
+      fields.fail(key, fmt::format("found '{}' twice", printable(names.back(), 60)));
   }
   return names;
 }
@@ -156,7 +164,8 @@ WarpOptions readWarp(const Fields& fields) {
   const std::string kernel = fields.text("kernel");
   std::size_t index = 0;
   while (index < kKernelNames.size() && kKernelNames[index] != kernel) ++index;
-  if (index == kKernelNames.size()) fields.fail("kernel", fmt::format("found '{}'; expected {}", printable(kernel, 40), kKernelNames[0]));
+  if (index == kKernelNames.size())
+    fields.fail("kernel", fmt::format("found '{}'; expected {}", printable(kernel, 40), kKernelNames[0]));
   options.kernel = static_cast<RbfKernel>(index);
   options.shape_factor = fields.number("shape_factor", 1e-3, 1e3);
   options.regularization = fields.number("regularization", 0, 1e6);
@@ -195,7 +204,8 @@ ControlMesh readControl(const Fields& fields, std::size_t marker_count) {
   control.domain = fields.matrix<decltype(control.domain)>("domain", control.points.size());
   const std::vector<std::int32_t> corners = fields.blob<std::int32_t>("triangles");
   if (corners.size() % 3 != 0) fields.fail("triangles", "expected three corners a triangle");
-  for (std::size_t i = 0; i < corners.size(); i += 3) control.triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
+  for (std::size_t i = 0; i < corners.size(); i += 3)
+    control.triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
   checkControlMesh(control, fields.file());
   return control;
 }
@@ -264,10 +274,12 @@ std::optional<PartKind> partKindFromName(std::string_view name) {
 FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
   const json tree = parseTree(bytes, file);
   const Fields fields(tree, file, "");
-  if (fields.text("format") != kFormatName) fields.fail("format", "is no face file; expected what `retarget fit` writes");
+  if (fields.text("format") != kFormatName)
+    fields.fail("format", "is no face file; expected what `retarget fit` writes");
   const std::int64_t version = fields.whole("version", 0, 1'000'000);
   if (version != kFaceFormatVersion) {
-    fields.fail("version", fmt::format("found {}; expected {} (fit the face again with this program)", version, kFaceFormatVersion));
+    fields.fail("version", fmt::format("found {}; expected {} (fit the face again with this program)", version,
+                                       kFaceFormatVersion));
   }
   FaceFile face;
   face.name = fields.text("name");
@@ -275,7 +287,8 @@ FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
   const Fields mesh = fields.map("mesh");
   face.mesh_file = mesh.text("file");
   face.mesh_sha256 = mesh.text("sha256");
-  if (face.mesh_file.empty() || face.mesh_file.find('\0') != std::string::npos) mesh.fail("file", "expected the name of a mesh");
+  if (face.mesh_file.empty() || face.mesh_file.find('\0') != std::string::npos)
+    mesh.fail("file", "expected the name of a mesh");
   face.metres_per_unit = mesh.number("metres_per_unit", 1e-9, 1e3);
   for (const json& entry : mesh.array("part_kinds", kMaxMarkers)) {
     const Fields part(entry, file, "mesh.part_kinds");
@@ -292,51 +305,61 @@ FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
   return face;
 }
 
-FaceFile readFaceFile(const std::filesystem::path& path) { return parseFaceFile(readFile(path, kMaxFaceBytes), path.string()); }
+FaceFile readFaceFile(const std::filesystem::path& path) {
+  return parseFaceFile(readFile(path, kMaxFaceBytes), path.string());
+}
 
 std::string faceFileToBytes(const FaceFile& face) {
   json kinds = json::array();
   for (const auto& [name, kind] : face.part_kinds) kinds.push_back({{"name", name}, {"kind", nameOf(kind)}});
-  const json tree{
-      {"format", kFormatName},
-      {"version", kFaceFormatVersion},
-      {"name", face.name},
-      {"corpus", face.corpus},
-      {"mesh",
-       {{"file", face.mesh_file}, {"sha256", face.mesh_sha256}, {"metres_per_unit", face.metres_per_unit}, {"part_kinds", std::move(kinds)}}},
-      {"markers", face.marker_names},
-      {"marker_targets", blobOfMatrix(face.marker_targets)},
-      {"actor_neutral_mm", blobOfMatrix(face.actor_neutral_mm)},
-      {"warp",
-       {{"kernel", kKernelNames[static_cast<std::size_t>(face.warp.kernel)]},
-        {"shape_factor", face.warp.shape_factor},
-        {"regularization", face.warp.regularization}}},
-      {"control", controlToJson(face.control)},
-      {"binding",
-       {{"patch", blobOf(face.binding.patch)},
-        {"u", blobOf(face.binding.u)},
-        {"v", blobOf(face.binding.v)},
-        {"d", blobOf(face.binding.d)},
-        {"skin_weight", blobOf(face.binding.skin_weight)},
-        {"jaw_weight", blobOf(face.binding.jaw_weight)}}}};
+  const json tree{{"format", kFormatName},
+                  {"version", kFaceFormatVersion},
+                  {"name", face.name},
+                  {"corpus", face.corpus},
+                  {"mesh",
+                   {{"file", face.mesh_file},
+                    {"sha256", face.mesh_sha256},
+                    {"metres_per_unit", face.metres_per_unit},
+                    {"part_kinds", std::move(kinds)}}},
+                  {"markers", face.marker_names},
+                  {"marker_targets", blobOfMatrix(face.marker_targets)},
+                  {"actor_neutral_mm", blobOfMatrix(face.actor_neutral_mm)},
+                  {"warp",
+                   {{"kernel", kKernelNames[static_cast<std::size_t>(face.warp.kernel)]},
+                    {"shape_factor", face.warp.shape_factor},
+                    {"regularization", face.warp.regularization}}},
+                  {"control", controlToJson(face.control)},
+                  {"binding",
+                   {{"patch", blobOf(face.binding.patch)},
+                    {"u", blobOf(face.binding.u)},
+                    {"v", blobOf(face.binding.v)},
+                    {"d", blobOf(face.binding.d)},
+                    {"skin_weight", blobOf(face.binding.skin_weight)},
+                    {"jaw_weight", blobOf(face.binding.jaw_weight)}}}};
   std::string bytes;
   json::to_cbor(tree, bytes);
   return bytes;
 }
 
-void writeFaceFile(const std::filesystem::path& path, const FaceFile& face) { writeFileAtomically(path, faceFileToBytes(face)); }
+void writeFaceFile(const std::filesystem::path& path, const FaceFile& face) {
+  writeFileAtomically(path, faceFileToBytes(face));
+}
 
 FaceMesh readMeshOf(const FaceFile& face, const std::filesystem::path& face_path) {
   const std::filesystem::path mesh_path = face_path.parent_path() / face.mesh_file;
   std::error_code error;
   if (!std::filesystem::is_regular_file(mesh_path, error)) {
-    throw InputError(face_path.string(), "mesh.file", fmt::format("names {}, which is not there; expected the mesh of the fit", printable(mesh_path.string(), 300)));
+    throw InputError(
+        face_path.string(), "mesh.file",
+        fmt::format("names {}, which is not there; expected the mesh of the fit", printable(mesh_path.string(), 300)));
   }
   const std::string bytes = readFile(mesh_path, kMaxFaceBytes);
   const std::string hash = sha256Hex(bytes);
   if (hash != face.mesh_sha256) {
-    throw InputError(mesh_path.string(), "", fmt::format("has changed since {} was fitted to it (SHA-256 {}..., expected {}...); run `retarget fit` again",
-                                                        face_path.filename().string(), hash.substr(0, 12), printable(face.mesh_sha256, 12)));
+    throw InputError(
+        mesh_path.string(), "",
+        fmt::format("has changed since {} was fitted to it (SHA-256 {}..., expected {}...); run `retarget fit` again",
+                    face_path.filename().string(), hash.substr(0, 12), printable(face.mesh_sha256, 12)));
   }
   FaceMesh mesh = parseFaceMesh(bytes, mesh_path);
   mesh.metres_per_unit = face.metres_per_unit;

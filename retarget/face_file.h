@@ -17,31 +17,32 @@ namespace mouthpiece {
 
 inline constexpr int kFaceFormatVersion = 1;
 
-/// What a `.face` file holds (docs/formats/face.md): everything that `retarget fit` found out about one mesh and one actor.
+/// What a `.face` file holds (docs/formats/face.md): everything that `retarget fit` found out about one mesh and one
+/// actor.
 struct FaceFile {
   std::string name;
   std::string mesh_file;    ///< relative to the `.face` file
   std::string mesh_sha256;  ///< of the mesh file's bytes, lower-case hexadecimal
   double metres_per_unit = 0.001;
-  std::string corpus;                         ///< name of the corpus whose actor is the neutral pose, for reports
-  std::vector<std::string> marker_names;      ///< order of the markers everywhere below
-  MarkerPositions marker_targets;             ///< their places on the mesh, its unit
-  MarkerPositions actor_neutral_mm;           ///< the actor's neutral pose
-  WarpOptions warp;                           ///< shape_factor as chosen at the fit
+  std::string corpus;                          ///< name of the corpus whose actor is the neutral pose, for reports
+  std::vector<std::string> marker_names;       ///< order of the markers everywhere below
+  MarkerPositions marker_targets;              ///< their places on the mesh, its unit
+  MarkerPositions actor_neutral_mm;            ///< the actor's neutral pose
+  WarpOptions warp;                            ///< shape_factor as chosen at the fit
   std::map<std::string, PartKind> part_kinds;  ///< by part name: what the mesh file does not tell by itself
   ControlMesh control;
   FaceBinding binding;
 };
 
-/// Reads CBOR that nobody has checked: types, sizes, ranges, finiteness. What needs the mesh (the binding) is checked by
-/// checkBinding. Throws InputError.
+/// Reads CBOR that nobody has checked: types, sizes, ranges, finiteness. What needs the mesh (the binding) is checked
+/// by checkBinding. Throws InputError.
 FaceFile parseFaceFile(std::string_view bytes, const std::string& file);
 FaceFile readFaceFile(const std::filesystem::path& path);
 std::string faceFileToBytes(const FaceFile& face);
 void writeFaceFile(const std::filesystem::path& path, const FaceFile& face);
 
-/// The mesh that `face` names, next to `face_path`; its hash is checked, unit and part kinds are set. Throws InputError when
-/// it is missing or has changed since the fit.
+/// The mesh that `face` names, next to `face_path`; its hash is checked, unit and part kinds are set. Throws InputError
+/// when it is missing or has changed since the fit.
 FaceMesh readMeshOf(const FaceFile& face, const std::filesystem::path& face_path);
 
 /// "skin", "lips", "upper_teeth", ...: the names of part kinds in files.

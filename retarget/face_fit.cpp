@@ -4,8 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <Eigen/LU>
-#include <array>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -25,22 +25,27 @@ double spread(const MarkerPositions& points) {
   return std::sqrt((points.rowwise() - mean).rowwise().squaredNorm().mean());
 }
 
-MarkerPositions placeMarkers(const FaceMesh& mesh, const Anchors& anchors, const std::string& file, const std::vector<std::string>& names) {
+MarkerPositions placeMarkers(const FaceMesh& mesh, const Anchors& anchors, const std::string& file,
+                             const std::vector<std::string>& names) {
   MarkerPositions places(static_cast<Eigen::Index>(names.size()), 3);
   std::vector<std::string> missing;
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto place = placeOf(anchors, names[i], mesh, file);
-    if (place) places.row(static_cast<Eigen::Index>(i)) = place->transpose();
-    else missing.push_back(names[i]);
+    if (place)
+      places.row(static_cast<Eigen::Index>(i)) = place->transpose();
+    else
+      missing.push_back(names[i]);
   }
   if (!missing.empty()) {
-    throw InputError(file, "markers", fmt::format("lacks {} of {} markers: {}; expected a vertex or a point for each", missing.size(),
-                                                  names.size(), fmt::join(missing, " ")));
+    throw InputError(file, "markers",
+                     fmt::format("lacks {} of {} markers: {}; expected a vertex or a point for each", missing.size(),
+                                 names.size(), fmt::join(missing, " ")));
   }
   return places;
 }
 
-std::map<std::string, Eigen::Vector3d> placeVirtualPoints(const FaceMesh& mesh, const Anchors& anchors, const std::string& file) {
+std::map<std::string, Eigen::Vector3d> placeVirtualPoints(const FaceMesh& mesh, const Anchors& anchors,
+                                                          const std::string& file) {
   std::map<std::string, Eigen::Vector3d> known;
   for (const VirtualPointPlace& point : virtualPointPlaces()) {
     if (const auto place = placeOf(anchors, point.name, mesh, file)) known.emplace(point.name, *place);
@@ -48,16 +53,19 @@ std::map<std::string, Eigen::Vector3d> placeVirtualPoints(const FaceMesh& mesh, 
   return known;
 }
 
-void refuseUnknownNames(const FaceMesh& mesh, const Anchors& anchors, const std::string& file, const std::vector<std::string>& names) {
+void refuseUnknownNames(const FaceMesh& mesh, const Anchors& anchors, const std::string& file,
+                        const std::vector<std::string>& names) {
   std::set<std::string> known(names.begin(), names.end());
   for (const VirtualPointPlace& point : virtualPointPlaces()) known.insert(point.name);
   for (const auto& [name, place] : anchors.markers) {
     if (!known.contains(name)) {
-      throw InputError(file, "markers." + printable(name, 60), "is no marker of the corpus and no point of the control surface");
+      throw InputError(file, "markers." + printable(name, 60),
+                       "is no marker of the corpus and no point of the control surface");
     }
   }
   for (const auto& [name, kind] : anchors.part_kinds) {
-    const bool is_part = std::any_of(mesh.parts.begin(), mesh.parts.end(), [&](const MeshPart& part) { return part.name == name; });
+    const bool is_part =
+        std::any_of(mesh.parts.begin(), mesh.parts.end(), [&](const MeshPart& part) { return part.name == name; });
     if (!is_part) throw InputError(file, "parts." + printable(name, 60), "is no part of the mesh");
   }
 }
@@ -87,13 +95,15 @@ FaceFile fitFace(FaceMesh& mesh, const Anchors& anchors, const std::string& anch
   face.marker_targets = placeMarkers(mesh, anchors, anchors_file, request.marker_names);
   face.part_kinds = anchors.part_kinds;
   for (MeshPart& part : mesh.parts) {
-    if (const auto kind = anchors.part_kinds.find(part.name); kind != anchors.part_kinds.end()) part.kind = kind->second;
+    if (const auto kind = anchors.part_kinds.find(part.name); kind != anchors.part_kinds.end())
+      part.kind = kind->second;
   }
   face.metres_per_unit = anchors.metres_per_unit.value_or(metresPerUnit(face.actor_neutral_mm, face.marker_targets));
   mesh.metres_per_unit = face.metres_per_unit;
   try {
     face.warp = RbfWarp::fit(face.actor_neutral_mm, face.marker_targets, request.warp).options();
-    face.control = buildControlMesh(face.marker_names, face.marker_targets, placeVirtualPoints(mesh, anchors, anchors_file));
+    face.control =
+        buildControlMesh(face.marker_names, face.marker_targets, placeVirtualPoints(mesh, anchors, anchors_file));
   } catch (const InputError& error) {
     throw InputError(anchors_file, "markers", error.what());
   }
@@ -104,7 +114,8 @@ FaceFile fitFace(FaceMesh& mesh, const Anchors& anchors, const std::string& anch
 namespace {
 
 /// Distance from a point to a triangle (C. Ericson, Real-Time Collision Detection, 5.1.5).
-double distanceToTriangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+double distanceToTriangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                          const Eigen::Vector3d& c) {
   const Eigen::Vector3d ab = b - a;
   const Eigen::Vector3d ac = c - a;
   const Eigen::Vector3d ap = p - a;
@@ -134,7 +145,9 @@ double distanceToSkin(const FaceMesh& mesh, const Eigen::Vector3d& point) {
   for (const MeshPart& part : mesh.parts) {
     if (part.kind != PartKind::kSkin && part.kind != PartKind::kLips) continue;
     for (std::size_t i = part.first_triangle; i < part.first_triangle + part.triangle_count; ++i) {
-      const auto corner = [&](std::size_t k) -> Eigen::Vector3d { return mesh.vertices.row(mesh.triangles[i][k]).cast<double>().transpose(); };
+      const auto corner = [&](std::size_t k) -> Eigen::Vector3d {
+        return mesh.vertices.row(mesh.triangles[i][k]).cast<double>().transpose();
+      };
       const Eigen::Vector3d a = corner(0);
       const Eigen::Vector3d b = corner(1);
       const Eigen::Vector3d c = corner(2);
@@ -148,15 +161,16 @@ double distanceToSkin(const FaceMesh& mesh, const Eigen::Vector3d& point) {
 
 void checkMarkerPlaces(const FaceFile& face, const FaceMesh& mesh, double mm_per_unit, FaceCheck& check) {
   for (std::size_t i = 0; i < face.marker_names.size(); ++i) {
-    const double distance = mm_per_unit * distanceToSkin(mesh, face.marker_targets.row(static_cast<Eigen::Index>(i)).transpose());
+    const double distance =
+        mm_per_unit * distanceToSkin(mesh, face.marker_targets.row(static_cast<Eigen::Index>(i)).transpose());
     if (distance < check.marker_to_surface_max_mm && !check.farthest_marker.empty()) continue;
     check.marker_to_surface_max_mm = distance;
     check.farthest_marker = face.marker_names[i];
   }
 }
 
-/// Where the warp turns space inside out, at a sample of the vertices that the surface moves. They are carried back into
-/// the actor's space by a warp fitted the other way round: near enough to look at the Jacobian's sign there.
+/// Where the warp turns space inside out, at a sample of the vertices that the surface moves. They are carried back
+/// into the actor's space by a warp fitted the other way round: near enough to look at the Jacobian's sign there.
 void checkFoldOvers(const FaceFile& face, const FaceMesh& mesh, const RbfWarp& warp, FaceCheck& check) {
   constexpr std::size_t kSamples = 4000;
   std::vector<Eigen::Index> moved;
@@ -165,10 +179,12 @@ void checkFoldOvers(const FaceFile& face, const FaceMesh& mesh, const RbfWarp& w
   }
   const std::size_t stride = std::max<std::size_t>(1, moved.size() / kSamples);
   MarkerPositions points(static_cast<Eigen::Index>((moved.size() + stride - 1) / stride), 3);
-  for (Eigen::Index i = 0; i < points.rows(); ++i) points.row(i) = mesh.vertices.row(moved[static_cast<std::size_t>(i) * stride]).cast<double>();
+  for (Eigen::Index i = 0; i < points.rows(); ++i)
+    points.row(i) = mesh.vertices.row(moved[static_cast<std::size_t>(i) * stride]).cast<double>();
   const RbfWarp back = RbfWarp::fit(face.marker_targets, face.actor_neutral_mm, face.warp);
   const MarkerPositions actor_points = back.targetFromActor(points);
-  // A target that is the actor's mirror image would be negative everywhere: count what differs from the markers' own middle.
+  // A target that is the actor's mirror image would be negative everywhere: count what differs from the markers' own
+  // middle.
   const double usual = warp.jacobian(face.actor_neutral_mm.colwise().mean().transpose()).determinant();
   check.sampled_points = static_cast<std::size_t>(points.rows());
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
@@ -176,15 +192,17 @@ void checkFoldOvers(const FaceFile& face, const FaceMesh& mesh, const RbfWarp& w
   }
 }
 
-/// Vertices that clearly belong to one lip and hang on the other. Between the corners of the mouth there is a line where
-/// neither is wrong.
+/// Vertices that clearly belong to one lip and hang on the other. Between the corners of the mouth there is a line
+/// where neither is wrong.
 std::size_t countLipSideErrors(const FaceFile& face, const FaceMesh& mesh) {
   constexpr double kClearShare = 0.03;
   const VertexSides sides = vertexSides(mesh, face.control, vertexKinds(mesh), graphOf(mesh, face.control));
   const std::vector<std::uint32_t> triangle_sides = triangleSides(face.control);
   std::size_t errors = 0;
   for (std::size_t v = 0; v < face.binding.patch.size(); ++v) {
-    if (face.binding.patch[v] < 0 || face.binding.skin_weight[v] <= 0 || std::abs(sides.lower_share[v] - 0.5) < kClearShare) continue;
+    if (face.binding.patch[v] < 0 || face.binding.skin_weight[v] <= 0 ||
+        std::abs(sides.lower_share[v] - 0.5) < kClearShare)
+      continue;
     const std::uint32_t wrong = sides.forbidden[v] & (kUpperLip | kLowerLip);
     if ((triangle_sides[static_cast<std::size_t>(face.binding.patch[v])] & wrong) != 0) ++errors;
   }
@@ -202,7 +220,8 @@ double largestEdgeAngle(const FaceFile& face, double mm_per_unit) {
   for (int i = 0; i < kPoses; ++i) {
     MarkerPositions markers = face.marker_targets;
     for (Eigen::Index k = 0; k < markers.size(); ++k) markers.data()[k] += noise(random);
-    const MarkerPositions points = controlPoints(face.control, {markers.data(), static_cast<std::size_t>(markers.size())});
+    const MarkerPositions points =
+        controlPoints(face.control, {markers.data(), static_cast<std::size_t>(markers.size())});
     largest = std::max(largest, surface.maxNormalAngleAcrossEdges(surface.pose(points)));
   }
   return largest;
@@ -233,14 +252,17 @@ std::vector<std::string> faultsOf(const FaceCheck& check) {
   constexpr double kSmoothDeg = 1;
   std::vector<std::string> faults;
   if (check.fold_overs > 0) {
-    faults.push_back(fmt::format("the warp folds over at {} of {} points; check the anchors for swapped or misplaced markers", check.fold_overs,
-                                 check.sampled_points));
+    faults.push_back(
+        fmt::format("the warp folds over at {} of {} points; check the anchors for swapped or misplaced markers",
+                    check.fold_overs, check.sampled_points));
   }
   if (check.binding.lip_side_errors > 0) {
-    faults.push_back(fmt::format("{} vertices of one lip hang on the other; check the lip markers", check.binding.lip_side_errors));
+    faults.push_back(
+        fmt::format("{} vertices of one lip hang on the other; check the lip markers", check.binding.lip_side_errors));
   }
   if (check.marker_to_surface_max_mm > kMarkerReachMm) {
-    faults.push_back(fmt::format("{} lies {:.1f} mm off the skin; check its anchor", check.farthest_marker, check.marker_to_surface_max_mm));
+    faults.push_back(fmt::format("{} lies {:.1f} mm off the skin; check its anchor", check.farthest_marker,
+                                 check.marker_to_surface_max_mm));
   }
   if (check.patch_edge_angle_max_deg > kSmoothDeg) {
     faults.push_back(fmt::format("the control surface has a kink of {:.1f} degrees", check.patch_edge_angle_max_deg));

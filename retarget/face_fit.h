@@ -11,7 +11,7 @@ namespace mouthpiece {
 /// What a fit starts from.
 struct FitRequest {
   std::string name;
-  std::string mesh_file;     ///< as the `.face` file shall name it
+  std::string mesh_file;  ///< as the `.face` file shall name it
   std::string mesh_sha256;
   std::string corpus;
   std::vector<std::string> marker_names;  ///< the actor's layout
@@ -20,27 +20,29 @@ struct FitRequest {
   BindingOptions binding;
 };
 
-/// Places the markers on `mesh` by `anchors`, fits the warp, triangulates the control surface and binds the mesh (EDGE 6).
-/// Sets mesh.metres_per_unit (from the anchors, else from the actor's size) and part kinds. `anchors_file` is for messages.
-/// Throws InputError that names the markers without an anchor, or says why the face cannot be fitted.
+/// Places the markers on `mesh` by `anchors`, fits the warp, triangulates the control surface and binds the mesh (EDGE
+/// 6). Sets mesh.metres_per_unit (from the anchors, else from the actor's size) and part kinds. `anchors_file` is for
+/// messages. Throws InputError that names the markers without an anchor, or says why the face cannot be fitted.
 FaceFile fitFace(FaceMesh& mesh, const Anchors& anchors, const std::string& anchors_file, const FitRequest& request);
 
-/// Metres per unit of a head whose markers span as much as the actor's: a usual unit where one is near, else the ratio itself.
+/// Metres per unit of a head whose markers span as much as the actor's: a usual unit where one is near, else the ratio
+/// itself.
 double metresPerUnit(const MarkerPositions& actor_neutral_mm, const MarkerPositions& target);
 
 /// What `retarget check` says of a fitted face. Lengths in millimetres of the target.
 struct FaceCheck {
   std::size_t markers = 0;
-  double landmark_rms_mm = 0;        ///< of the warp at the markers
+  double landmark_rms_mm = 0;  ///< of the warp at the markers
   double landmark_max_mm = 0;
   double leave_one_out_rms_mm = 0;
   double marker_to_surface_max_mm = 0;  ///< farthest marker from the mesh's skin
   std::string farthest_marker;
   double shape_factor = 0;
-  std::size_t sampled_points = 0;    ///< of the face, where the warp's Jacobian was looked at
-  std::size_t fold_overs = 0;        ///< of them, where it turns space inside out
+  std::size_t sampled_points = 0;  ///< of the face, where the warp's Jacobian was looked at
+  std::size_t fold_overs = 0;      ///< of them, where it turns space inside out
   BindingReport binding;
-  double patch_edge_angle_max_deg = 0;  ///< between the normals of neighbouring patches along their edge, over sampled poses
+  double patch_edge_angle_max_deg =
+      0;  ///< between the normals of neighbouring patches along their edge, over sampled poses
 };
 FaceCheck checkFace(const FaceFile& face, const FaceMesh& mesh);
 

@@ -43,7 +43,10 @@ double noise(const Vector3d& point, double cell) {
     const int dx = k & 1;
     const int dy = (k >> 1) & 1;
     const int dz = k >> 2;
-    const auto w = [](double t, int side) { const double s = t * t * (3 - 2 * t); return side != 0 ? s : 1 - s; };
+    const auto w = [](double t, int side) {
+      const double s = t * t * (3 - 2 * t);
+      return side != 0 ? s : 1 - s;
+    };
     value += w(f[0], dx) * w(f[1], dy) * w(f[2], dz) * corner(dx, dy, dz);
   }
   return value;
@@ -119,15 +122,18 @@ class Painter {
     const Vector3d p = model_.point(vertex);
     const double shell = model_.vertices(vertex, kShell);
     Color color = mix(palette_.skin, palette_.skin_low, smoothStep(-20, -130, p.y()));
-    for (const Vector3d& cheek : cheeks_) color = mix(color, palette_.blush, 0.34 * bump(p, cheek + Vector3d(0, -4, 0), {22, 17, 30}));
+    for (const Vector3d& cheek : cheeks_)
+      color = mix(color, palette_.blush, 0.34 * bump(p, cheek + Vector3d(0, -4, 0), {22, 17, 30}));
     color = mix(color, palette_.blush, 0.22 * bump(p, nose_, {13, 10, 14}));
-    for (const Vector3d& lid : lids_) color = mix(color, palette_.lid, 0.42 * bump(p, lid, {17, 5.5, 14}) * (1 - shell));
+    for (const Vector3d& lid : lids_)
+      color = mix(color, palette_.lid, 0.42 * bump(p, lid, {17, 5.5, 14}) * (1 - shell));
     color *= 1 + 0.035 * noise(p, 7) + 0.025 * noise(p, 2.6);
-    color = mix(color, palette_.lid_edge, 0.85 * smoothStep(0.1, 0.8, model_.vertices(vertex, kLidMargin)));
+    color = mix(color, palette_.lid_edge, 0.85 * smoothStep(0.1, 0.8, model_.vertices(vertex, kFlush)));
     if (shell < 0.5) {
       for (std::size_t side = 0; side < 2; ++side) {
         const double brow = browShare(model_, p, side);
-        color = mix(color, palette_.brow, 0.82 * brow * (0.85 + 0.15 * noise(Vector3d(p.x() * 2.2, p.y(), p.z()), 1.7)));
+        color =
+            mix(color, palette_.brow, 0.82 * brow * (0.85 + 0.15 * noise(Vector3d(p.x() * 2.2, p.y(), p.z()), 1.7)));
       }
     }
     for (std::size_t side = 0; side < 2; ++side) {
@@ -140,8 +146,8 @@ class Painter {
   [[nodiscard]] Color lipColor(std::uint32_t vertex) const {
     const Vector3d p = model_.point(vertex);
     const Color color = palette_.lip * (1 + 0.07 * noise(Vector3d(2.4 * p.x(), 0.5 * p.y(), 0.5 * p.z()), 2.0));
-    return mix(mix(color, palette_.lip_inside, smoothStep(0.0, 0.2, model_.vertices(vertex, kMouthDepth))), palette_.mouth,
-               smoothStep(0.25, 0.9, model_.vertices(vertex, kMouthDepth)));
+    return mix(mix(color, palette_.lip_inside, smoothStep(0.0, 0.2, model_.vertices(vertex, kMouthDepth))),
+               palette_.mouth, smoothStep(0.25, 0.9, model_.vertices(vertex, kMouthDepth)));
   }
 
   /// The upper lid's shadow on the ball.
@@ -167,16 +173,24 @@ class Painter {
 
   [[nodiscard]] Color colorOf(std::uint32_t vertex, int part) const {
     switch (part) {
-      case kPartMouth: return lipColor(vertex);
-      case kPartEyes: return eye(vertex);
+      case kPartMouth:
+        return lipColor(vertex);
+      case kPartEyes:
+        return eye(vertex);
       case kPartUpperGums:
-      case kPartLowerGums: return palette_.gum * (1 + 0.06 * noise(model_.point(vertex), 2.5));
+      case kPartLowerGums:
+        return palette_.gum * (1 + 0.06 * noise(model_.point(vertex), 2.5));
       case kPartUpperTeeth:
-      case kPartLowerTeeth: return palette_.tooth;
-      case kPartTongue: return palette_.tongue * (1 + 0.08 * noise(model_.point(vertex), 1.8));
-      case kPartLashes: return 0.5 * palette_.hair;
-      case kPartHair: return palette_.hair * (1 + 0.35 * noise(model_.point(vertex).cwiseProduct(Vector3d(1, 0.25, 0.4)), 2.2));
-      default: return skin(vertex);
+      case kPartLowerTeeth:
+        return palette_.tooth;
+      case kPartTongue:
+        return palette_.tongue * (1 + 0.08 * noise(model_.point(vertex), 1.8));
+      case kPartLashes:
+        return 0.5 * palette_.hair;
+      case kPartHair:
+        return palette_.hair * (1 + 0.35 * noise(model_.point(vertex).cwiseProduct(Vector3d(1, 0.25, 0.4)), 2.2));
+      default:
+        return skin(vertex);
     }
   }
 

@@ -47,14 +47,17 @@ PositionMatrix FaceRig::retarget(const MotionClip& motion, const MarkerPositions
   PositionMatrix frames(motion.positions_mm.rows(), 3 * static_cast<Eigen::Index>(names.size()));
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto marker = motion.findMarker(names[i]);
-    if (!marker) throw InputError(fmt::format("the motion lacks the marker {}, which the face '{}' needs", names[i], data_->file.name));
+    if (!marker)
+      throw InputError(
+          fmt::format("the motion lacks the marker {}, which the face '{}' needs", names[i], data_->file.name));
     const auto to = static_cast<Eigen::Index>(i);
     const auto from = static_cast<Eigen::Index>(marker->value);
     frames.middleCols<3>(3 * to) = motion.positions_mm.middleCols<3>(3 * from);
     if (actor_neutral_mm != nullptr) neutral.row(to) = actor_neutral_mm->row(from);
   }
   if (!frames.allFinite()) {
-    throw InputError("the motion has markers that were not seen in some frames; expected gaps to be filled (`corpus clean`)");
+    throw InputError(
+        "the motion has markers that were not seen in some frames; expected gaps to be filled (`corpus clean`)");
   }
   return data_->warp.targetFromActorRelative(frames, neutral);
 }

@@ -29,10 +29,11 @@ class FaceRig {
   [[nodiscard]] const std::vector<std::string>& markerNames() const;
 
   /// Marker trajectories carried from the actor's space to the mesh's by the RBF warp (EDGE 6): frames x (3 * control
-  /// points), mesh units. `motion` must hold the rig's markers by name; others are ignored. Throws InputError naming a missing one.
-  /// `actor_neutral_mm`: the neutral pose of the actor who moves (markers of `motion`, in its order); null: that of the
-  /// corpus the face was fitted with.
-  [[nodiscard]] PositionMatrix retarget(const MotionClip& motion, const MarkerPositions* actor_neutral_mm = nullptr) const;
+  /// points), mesh units. `motion` must hold the rig's markers by name; others are ignored. Throws InputError naming a
+  /// missing one. `actor_neutral_mm`: the neutral pose of the actor who moves (markers of `motion`, in its order);
+  /// null: that of the corpus the face was fitted with.
+  [[nodiscard]] PositionMatrix retarget(const MotionClip& motion,
+                                        const MarkerPositions* actor_neutral_mm = nullptr) const;
 
   /// Deforms one frame: `control` is a row of retarget()'s result, `out` is vertices x 3 (resized when needed),
   /// mesh units. Thread-safe; no allocation when `out` already has its size.

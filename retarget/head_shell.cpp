@@ -1,10 +1,10 @@
 #include "retarget/head_shell.h"
 
 #include <Eigen/Geometry>
-#include <cmath>
-#include <numbers>
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <numbers>
 #include <set>
 
 #include "base/errors.h"
@@ -23,7 +23,8 @@ double ellipsoid(const Vector3d& point, const Vector3d& centre, const Vector3d& 
 }
 
 /// A cone with round ends along a segment.
-double roundCone(const Vector3d& point, const Vector3d& from, const Vector3d& to, double radius_from, double radius_to) {
+double roundCone(const Vector3d& point, const Vector3d& from, const Vector3d& to, double radius_from,
+                 double radius_to) {
   const Vector3d axis = to - from;
   const double way = std::clamp((point - from).dot(axis) / axis.squaredNorm(), 0.0, 1.0);
   return (point - from - way * axis).norm() - ((1 - way) * radius_from + way * radius_to);
@@ -68,7 +69,8 @@ Vector3d surfaceAlong(const Vector3d& from, const Vector3d& direction) {
   return from + low * direction;
 }
 
-/// One point of the head's form: half plane `angle`, direction `turn` within it (0: to the subject's left, pi/2: outward).
+/// One point of the head's form: half plane `angle`, direction `turn` within it (0: to the subject's left, pi/2:
+/// outward).
 Vector3d shellPoint(double angle, double turn) {
   const auto [near, far] = extent(angle);
   const Vector3d centre = Vector3d(0, kPivotY, kPivotZ) + 0.5 * (near + far) * sweepDirection(angle);
@@ -127,10 +129,13 @@ void addHeadShell(ModelMesh& face) {
     }
     for (std::size_t k = 0; k < n; ++k) {
       const std::size_t next = (k + 1) % n;
-      // The outline begins in the middle above and runs left first: cut the second half the other way, as a mirror would.
+      // The outline begins in the middle above and runs left first: cut the second half the other way, as a mirror
+      // would.
       const auto cut = k < n / 2 ? ModelMesh::Cut::kFromFirst : ModelMesh::Cut::kFromSecond;
-      if (runs_forward) face.addQuad(outer[next], outer[k], inner[next], inner[k], kPartSkin, cut);
-      else face.addQuad(outer[k], outer[next], inner[k], inner[next], kPartSkin, cut);
+      if (runs_forward)
+        face.addQuad(outer[next], outer[k], inner[next], inner[k], kPartSkin, cut);
+      else
+        face.addQuad(outer[k], outer[next], inner[k], inner[next], kPartSkin, cut);
     }
     outer = inner;
   }
@@ -142,9 +147,9 @@ namespace {
 double earRelief(double radius, double turn) {
   const double back = 0.5 - 0.5 * std::cos(turn);  // 0 at the front edge, where the ear meets the cheek
   const auto bump = [](double x, double at, double width) { return std::exp(-(x - at) * (x - at) / (width * width)); };
-  const double helix = 4.5 * bump(radius, 0.93, 0.10) * (0.25 + 0.75 * back);
-  const double antihelix = 3.2 * bump(radius, 0.66, 0.12) * back;
-  const double bowl = -5.5 * bump(radius, 0.15, 0.38);
+  const double helix = 5.0 * bump(radius, 0.93, 0.10) * (0.25 + 0.75 * back);
+  const double antihelix = 3.8 * bump(radius, 0.66, 0.12) * back;
+  const double bowl = -6.5 * bump(radius, 0.12, 0.36);
   const double tragus = 3.0 * bump(radius, 0.55, 0.2) * std::pow(std::max(0.0, std::cos(turn)), 6);
   return helix + antihelix + bowl + tragus + 5.0 * radius * back;
 }
@@ -168,13 +173,17 @@ Vector3d earPoint(double radius, double turn, double relief, double side) {
 }  // namespace
 
 ModelMesh makeEars() {
-  constexpr int kAround = 22;
-  constexpr int kRows = 7;
+  constexpr int kAround = 20;
+  constexpr int kRows = 10;
   ModelMesh ears;
   for (const double side : {-1.0, 1.0}) {
     const auto place = [&](double radius, double turn, double relief) {
       const std::uint32_t vertex = ears.addVertex(earPoint(radius, turn, relief, side));
       ears.vertices(vertex, kShell) = 1;
+      // Light does not reach the bowl, nor the groove inside the rim.
+      const double bowl = std::exp(-std::pow((radius - 0.1) / 0.36, 2));
+      const double groove = std::exp(-std::pow((radius - 0.80) / 0.07, 2)) * (0.5 - 0.5 * std::cos(turn));
+      ears.vertices(vertex, kFlush) = std::max(0.42 * bowl, 0.3 * groove);
       return vertex;
     };
     const std::uint32_t centre = place(0, 0, earRelief(0, 0));
@@ -195,9 +204,11 @@ ModelMesh makeEars() {
         const auto b = static_cast<std::size_t>((k + 1) % kAround);
         const bool flip = side < 0;
         if (row == 1) {
-          flip ? ears.addTriangle(centre, ring[a], ring[b], kPartSkin) : ears.addTriangle(centre, ring[b], ring[a], kPartSkin);
+          flip ? ears.addTriangle(centre, ring[a], ring[b], kPartSkin)
+               : ears.addTriangle(centre, ring[b], ring[a], kPartSkin);
         } else {
-          flip ? ears.addQuad(last[b], last[a], ring[b], ring[a], kPartSkin) : ears.addQuad(last[a], last[b], ring[a], ring[b], kPartSkin);
+          flip ? ears.addQuad(last[b], last[a], ring[b], ring[a], kPartSkin)
+               : ears.addQuad(last[a], last[b], ring[a], ring[b], kPartSkin);
         }
       }
       last = ring;
@@ -211,8 +222,8 @@ double hairlineHeight(double z) {
   struct Knot {
     double z, y;
   };
-  constexpr std::array kLine{Knot{-140, -62}, Knot{-95, -58}, Knot{-66, -38}, Knot{-54, 4},  Knot{-40, 18},
-                             Knot{-26, 8},    Knot{-19, 22},  Knot{-8, 46},   Knot{14, 62}, Knot{40, 76}, Knot{70, 80}};
+  constexpr std::array kLine{Knot{-140, -62}, Knot{-95, -58}, Knot{-66, -38}, Knot{-54, 4}, Knot{-40, 18}, Knot{-26, 8},
+                             Knot{-19, 22},   Knot{-8, 46},   Knot{14, 62},   Knot{40, 76}, Knot{70, 80}};
   if (z <= kLine.front().z) return kLine.front().y;
   for (std::size_t i = 0; i + 1 < kLine.size(); ++i) {
     if (z > kLine[i + 1].z) continue;
@@ -226,7 +237,12 @@ ModelMesh makeHair(const ModelMesh& head) {
   constexpr double kThicknessMm = 7.5;
   constexpr double kRootMm = 3.0;  // below the skin, so that no edge shows
   constexpr double kReachMm = 16;  // over which it grows to its thickness
-  const auto above = [&](std::uint32_t v) { return head.vertices(v, kY) - hairlineHeight(head.vertices(v, kZ)); };
+  const auto above = [&](std::uint32_t v) {
+    const double from_temple = (std::abs(head.vertices(v, kX)) - 36) / 13;
+    const double recess = head.vertices(v, kZ) > 10 ? 5.5 * std::exp(-from_temple * from_temple) : 0;
+    const double uneven = 0.8 * std::sin(1.1 * head.vertices(v, kX)) + 0.6 * std::sin(0.63 * head.vertices(v, kX) + 1);
+    return head.vertices(v, kY) - hairlineHeight(head.vertices(v, kZ)) - recess - uneven;
+  };
   ModelMesh hair;
   std::vector<std::uint32_t> copy(static_cast<std::size_t>(head.vertices.rows()), 0xFFFFFFFFU);
   for (std::size_t i = 0; i < head.triangles.size(); ++i) {
@@ -246,18 +262,22 @@ ModelMesh makeHair(const ModelMesh& head) {
     }
     hair.addTriangle(own[0], own[1], own[2], kPartHair);
   }
-  constexpr double kEdgeMm = 7.5;
+  constexpr double kEdgeMm = 8.5;
   hair = loopSubdividedWhere(hair, [&](std::size_t i) {
     const auto& [a, b, c] = hair.triangles[i];
-    return std::max({(hair.point(a) - hair.point(b)).norm(), (hair.point(b) - hair.point(c)).norm(), (hair.point(c) - hair.point(a)).norm()}) > kEdgeMm;
+    return std::max({(hair.point(a) - hair.point(b)).norm(), (hair.point(b) - hair.point(c)).norm(),
+                     (hair.point(c) - hair.point(a)).norm()}) > kEdgeMm;
   });
   // Outward along the form's gradient; combed back in shallow waves.
   for (Eigen::Index v = 0; v < hair.vertices.rows(); ++v) {
     const auto vertex = static_cast<std::uint32_t>(v);
     const Vector3d p = hair.point(vertex);
     constexpr double kStep = 0.5;
-    const auto along = [&](const Vector3d& axis) { return headDistance(p + kStep * axis) - headDistance(p - kStep * axis); };
-    const Vector3d outward = Vector3d(along(Vector3d::UnitX()), along(Vector3d::UnitY()), along(Vector3d::UnitZ())).normalized();
+    const auto along = [&](const Vector3d& axis) {
+      return headDistance(p + kStep * axis) - headDistance(p - kStep * axis);
+    };
+    const Vector3d outward =
+        Vector3d(along(Vector3d::UnitX()), along(Vector3d::UnitY()), along(Vector3d::UnitZ())).normalized();
     const double across = std::atan2(p.x(), p.y() - 20);
     const double wave = 0.55 * std::sin(46 * across + 0.05 * p.z()) + 0.35 * std::sin(83 * across - 0.09 * p.z() + 1.3);
     const double grown = hair.vertices(v, kShell);

@@ -4,7 +4,8 @@
 
 namespace mouthpiece {
 
-/// Closes the canonical face to a head: skull, jaw's underside and neck, joined to the face's outline. Open at the neck's foot.
+/// Closes the canonical face to a head: skull, jaw's underside and neck, joined to the face's outline. Open at the
+/// neck's foot.
 void addHeadShell(ModelMesh& face);
 
 /// Signed distance to the head's outer form, millimetres; negative inside. The shell lies on its zero level.

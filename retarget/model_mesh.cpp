@@ -23,7 +23,8 @@ class LoopRules {
   explicit LoopRules(const ModelMesh& mesh) : mesh_(mesh) {
     for (Eigen::Index i = 0; i < mesh.vertices.rows(); ++i) net_.add_vertex(Connectivity::Point(0, 0, 0));
     for (const auto& [a, b, c] : mesh.triangles) {
-      const auto face = net_.add_face(VertexHandle(static_cast<int>(a)), VertexHandle(static_cast<int>(b)), VertexHandle(static_cast<int>(c)));
+      const auto face = net_.add_face(VertexHandle(static_cast<int>(a)), VertexHandle(static_cast<int>(b)),
+                                      VertexHandle(static_cast<int>(c)));
       MOUTHPIECE_EXPECT(face.is_valid());  // two surfaces share an edge otherwise
     }
   }
@@ -32,8 +33,8 @@ class LoopRules {
 
   [[nodiscard]] bool isCrease(EdgeHandle edge) const {
     const HalfedgeHandle half = net_.halfedge_handle(edge, 0);
-    return net_.is_boundary(edge) ||
-           mesh_.creases.contains(ModelMesh::edge(indexOf(net_.from_vertex_handle(half)), indexOf(net_.to_vertex_handle(half))));
+    return net_.is_boundary(edge) || mesh_.creases.contains(ModelMesh::edge(indexOf(net_.from_vertex_handle(half)),
+                                                                            indexOf(net_.to_vertex_handle(half))));
   }
 
   [[nodiscard]] Row edgePoint(EdgeHandle edge) const {
@@ -65,7 +66,7 @@ class LoopRules {
     if (creases == 2) return limit ? Row(2.0 / 3.0 * old + 1.0 / 6.0 * creased) : Row(0.75 * old + 0.125 * creased);
     const double n = valence;
     const double c = 3.0 / 8.0 + 0.25 * std::cos(2.0 * std::numbers::pi / n);
-    const double step = (5.0 / 8.0 - c * c) / n;                    // Loop's beta
+    const double step = (5.0 / 8.0 - c * c) / n;  // Loop's beta
     const double weight = limit ? 1.0 / (3.0 / (8.0 * step) + n) : step;
     return (1.0 - n * weight) * old + weight * ring;
   }
@@ -80,8 +81,10 @@ class LoopRules {
 /// The triangles that replace one whose edges `mid` are split (kNone: not split).
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-void addSplitTriangle(ModelMesh& mesh, const std::array<std::uint32_t, 3>& corner, const std::array<std::uint32_t, 3>& mid, int part) {
-  const int splits = (mid[0] != kNone) + (mid[1] != kNone) + (mid[2] != kNone);  // mid[k] lies between corner k and k + 1
+void addSplitTriangle(ModelMesh& mesh, const std::array<std::uint32_t, 3>& corner,
+                      const std::array<std::uint32_t, 3>& mid, int part) {
+  const int splits =
+      (mid[0] != kNone) + (mid[1] != kNone) + (mid[2] != kNone);  // mid[k] lies between corner k and k + 1
   if (splits == 0) return mesh.addTriangle(corner[0], corner[1], corner[2], part);
   if (splits == 3) {
     for (std::size_t k = 0; k < 3; ++k) mesh.addTriangle(corner[k], mid[k], mid[(k + 2) % 3], part);
@@ -151,7 +154,8 @@ ModelMesh subdivide(const ModelMesh& mesh, const std::function<bool(std::size_t)
     const auto& corner = mesh.triangles[f];
     std::array<std::uint32_t, 3> mid{};
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto half = net.find_halfedge(VertexHandle(static_cast<int>(corner[k])), VertexHandle(static_cast<int>(corner[(k + 1) % 3])));
+      const auto half = net.find_halfedge(VertexHandle(static_cast<int>(corner[k])),
+                                          VertexHandle(static_cast<int>(corner[(k + 1) % 3])));
       mid[k] = middle[static_cast<std::size_t>(net.edge_handle(half).idx())];
     }
     addSplitTriangle(result, corner, mid, mesh.part_of_triangle[f]);
@@ -206,7 +210,8 @@ ModelMesh loopSubdividedWhere(const ModelMesh& mesh, const std::function<bool(st
 ModelMesh::Channels loopLimit(const ModelMesh& mesh) {
   const LoopRules rules(mesh);
   ModelMesh::Channels limit(mesh.vertices.rows(), kChannelCount);
-  for (Eigen::Index v = 0; v < limit.rows(); ++v) limit.row(v) = rules.vertexPoint(VertexHandle(static_cast<int>(v)), true);
+  for (Eigen::Index v = 0; v < limit.rows(); ++v)
+    limit.row(v) = rules.vertexPoint(VertexHandle(static_cast<int>(v)), true);
   return limit;
 }
 

@@ -15,7 +15,9 @@ using Eigen::Vector3d;
 struct Arch {
   double half_width, depth, back;
 
-  [[nodiscard]] Vector3d point(double turn) const { return {half_width * std::sin(turn), 0, back + depth * std::cos(turn)}; }
+  [[nodiscard]] Vector3d point(double turn) const {
+    return {half_width * std::sin(turn), 0, back + depth * std::cos(turn)};
+  }
   [[nodiscard]] Vector3d tangent(double turn) const {
     return Vector3d(half_width * std::cos(turn), 0, -depth * std::sin(turn)).normalized();
   }
@@ -23,7 +25,8 @@ struct Arch {
   [[nodiscard]] double turnAt(double length) const {
     double turn = 0;
     constexpr double kStep = 0.002;
-    for (double walked = 0; walked < std::abs(length); turn += kStep) walked += (point(turn + kStep) - point(turn)).norm();
+    for (double walked = 0; walked < std::abs(length); turn += kStep)
+      walked += (point(turn + kStep) - point(turn)).norm();
     return length < 0 ? -turn : turn;
   }
 };
@@ -33,25 +36,27 @@ struct ToothForm {
   bool is_molar;
 };
 /// From the middle outward, millimetres (crowns).
-constexpr std::array kUpperForms{ToothForm{8.4, 10.2, 6.8, false}, ToothForm{6.6, 9.0, 6.2, false}, ToothForm{7.4, 10.0, 7.6, false},
-                                 ToothForm{6.9, 8.4, 8.6, true},   ToothForm{6.7, 8.0, 8.8, true},  ToothForm{9.8, 7.4, 10.4, true},
+constexpr std::array kUpperForms{ToothForm{8.4, 10.2, 6.8, false}, ToothForm{6.6, 9.0, 6.2, false},
+                                 ToothForm{7.4, 10.0, 7.6, false}, ToothForm{6.9, 8.4, 8.6, true},
+                                 ToothForm{6.7, 8.0, 8.8, true},   ToothForm{9.8, 7.4, 10.4, true},
                                  ToothForm{9.4, 7.0, 10.2, true}};
-constexpr std::array kLowerForms{ToothForm{5.2, 8.8, 6.0, false}, ToothForm{5.7, 9.0, 6.2, false}, ToothForm{6.7, 10.0, 7.4, false},
-                                 ToothForm{6.9, 8.6, 7.8, true},  ToothForm{7.0, 8.2, 8.4, true},  ToothForm{10.6, 7.6, 10.0, true},
+constexpr std::array kLowerForms{ToothForm{5.2, 8.8, 6.0, false},  ToothForm{5.7, 9.0, 6.2, false},
+                                 ToothForm{6.7, 10.0, 7.4, false}, ToothForm{6.9, 8.6, 7.8, true},
+                                 ToothForm{7.0, 8.2, 8.4, true},   ToothForm{10.6, 7.6, 10.0, true},
                                  ToothForm{10.2, 7.2, 9.8, true}};
 
 /// A rounded box: superellipse cross-sections from the gum to the biting edge.
-void addTooth(ModelMesh& mesh, const Vector3d& neck, const Vector3d& right, const Vector3d& out, double down, const ToothForm& form,
-              int part) {
+void addTooth(ModelMesh& mesh, const Vector3d& neck, const Vector3d& right, const Vector3d& out, double down,
+              const ToothForm& form, int part) {
   constexpr int kAround = 14;
   struct Section {
     double way, width, thickness;  // shares of height, width, thickness
   };
   // An incisor narrows to an edge, a molar keeps its table.
-  constexpr std::array kIncisor{Section{-0.35, 0.60, 0.70}, Section{0.0, 0.80, 0.98}, Section{0.30, 0.93, 0.92}, Section{0.62, 0.99, 0.66},
-                                Section{0.88, 0.98, 0.38},  Section{0.98, 0.86, 0.24}};
-  constexpr std::array kMolar{Section{-0.35, 0.70, 0.75}, Section{0.0, 0.86, 0.94}, Section{0.35, 0.98, 1.0}, Section{0.70, 0.98, 0.94},
-                              Section{0.92, 0.86, 0.78},  Section{1.0, 0.62, 0.52}};
+  constexpr std::array kIncisor{Section{-0.35, 0.60, 0.70}, Section{0.0, 0.80, 0.98},  Section{0.30, 0.93, 0.92},
+                                Section{0.62, 0.99, 0.66},  Section{0.88, 0.98, 0.38}, Section{0.98, 0.86, 0.24}};
+  constexpr std::array kMolar{Section{-0.35, 0.70, 0.75}, Section{0.0, 0.86, 0.94},  Section{0.35, 0.98, 1.0},
+                              Section{0.70, 0.98, 0.94},  Section{0.92, 0.86, 0.78}, Section{1.0, 0.62, 0.52}};
   std::vector<std::uint32_t> last;
   const auto& sections = form.is_molar ? kMolar : kIncisor;
   for (const Section& section : sections) {
@@ -64,7 +69,9 @@ void addTooth(ModelMesh& mesh, const Vector3d& neck, const Vector3d& right, cons
       // The front face leans back towards the biting edge a little.
       const double lean = form.is_molar ? 0.0 : -0.9 * section.way * section.way;
       const Vector3d point = neck + 0.5 * form.width * section.width * c * right +
-                             (0.5 * form.thickness * section.thickness * s - 0.5 * form.thickness * (1 - section.thickness) * 0.35 + lean) * out +
+                             (0.5 * form.thickness * section.thickness * s -
+                              0.5 * form.thickness * (1 - section.thickness) * 0.35 + lean) *
+                                 out +
                              Vector3d(0, -down * section.way * form.height, 0);
       ring.push_back(mesh.addVertex(point));
     }
@@ -72,8 +79,10 @@ void addTooth(ModelMesh& mesh, const Vector3d& neck, const Vector3d& right, cons
       for (int k = 0; k < kAround; ++k) {
         const auto a = static_cast<std::size_t>(k);
         const auto b = static_cast<std::size_t>((k + 1) % kAround);
-        if (down > 0) mesh.addQuad(last[b], last[a], ring[b], ring[a], part);
-        else mesh.addQuad(last[a], last[b], ring[a], ring[b], part);
+        if (down > 0)
+          mesh.addQuad(last[b], last[a], ring[b], ring[a], part);
+        else
+          mesh.addQuad(last[a], last[b], ring[a], ring[b], part);
       }
     }
     last = ring;
@@ -84,13 +93,17 @@ void addTooth(ModelMesh& mesh, const Vector3d& neck, const Vector3d& right, cons
   for (int k = 0; k < kAround; ++k) {
     const auto a = static_cast<std::size_t>(k);
     const auto b = static_cast<std::size_t>((k + 1) % kAround);
-    if (down > 0) mesh.addTriangle(last[b], last[a], cap, part);
-    else mesh.addTriangle(last[a], last[b], cap, part);
+    if (down > 0)
+      mesh.addTriangle(last[b], last[a], cap, part);
+    else
+      mesh.addTriangle(last[a], last[b], cap, part);
   }
 }
 
-/// One row: teeth with small gaps, and a gum that swells between the necks. `down` is +1 for the upper row, -1 for the lower.
-void addRow(ModelMesh& mesh, const Arch& arch, double edge_y, double down, std::span<const ToothForm> forms, int teeth_part, int gum_part) {
+/// One row: teeth with small gaps, and a gum that swells between the necks. `down` is +1 for the upper row, -1 for the
+/// lower.
+void addRow(ModelMesh& mesh, const Arch& arch, double edge_y, double down, std::span<const ToothForm> forms,
+            int teeth_part, int gum_part) {
   std::vector<std::pair<double, double>> necks;  // arc length, height of the neck's scallop
   for (const double side : {-1.0, 1.0}) {
     double walked = 0.05;
@@ -137,14 +150,17 @@ void addRow(ModelMesh& mesh, const Arch& arch, double edge_y, double down, std::
       const double rise = 0.5 * (1 - std::cos(around));
       const double front = std::sin(around);
       const double swell = 0.55 * here.thickness + 0.45 + 0.8 * rise;
-      const Vector3d point = arch.point(turn) + (-0.5 * here.thickness + front * swell * (front > 0 ? 1.0 : 1.15)) * out;
+      const Vector3d point =
+          arch.point(turn) + (-0.5 * here.thickness + front * swell * (front > 0 ? 1.0 : 1.15)) * out;
       ring.push_back(mesh.addVertex({point.x(), edge + down * (9.0 * rise - 0.2), point.z()}));
     }
     for (int k = 0; k < kAround && !last.empty(); ++k) {
       const auto a = static_cast<std::size_t>(k);
       const auto b = static_cast<std::size_t>((k + 1) % kAround);
-      if (down > 0) mesh.addQuad(last[b], last[a], ring[b], ring[a], gum_part);
-      else mesh.addQuad(last[a], last[b], ring[a], ring[b], gum_part);
+      if (down > 0)
+        mesh.addQuad(last[b], last[a], ring[b], ring[a], gum_part);
+      else
+        mesh.addQuad(last[a], last[b], ring[a], ring[b], gum_part);
     }
     last = ring;
   }
@@ -157,7 +173,7 @@ void addTongue(ModelMesh& mesh, double tip_z, double top_y) {
   constexpr double kLengthMm = 58;
   std::vector<std::uint32_t> last;
   for (int i = 0; i < kAlong; ++i) {
-    const double way = static_cast<double>(i) / (kAlong - 1);            // 0 root, 1 tip
+    const double way = static_cast<double>(i) / (kAlong - 1);             // 0 root, 1 tip
     const double taper = std::sqrt(std::max(0.0, 1 - std::pow(way, 5)));  // blunt
     const double half_width = (20.5 - 4.5 * way) * std::max(taper, 0.05);
     const double half_height = (9.0 - 4.8 * way) * std::max(taper, 0.06);
@@ -167,7 +183,8 @@ void addTongue(ModelMesh& mesh, double tip_z, double top_y) {
       const double turn = 2 * std::numbers::pi * k / kAround;
       const double across = std::cos(turn);
       const double groove = std::sin(turn) > 0 ? -1.6 * std::exp(-across * across / 0.06) * taper : 0;
-      ring.push_back(mesh.addVertex({half_width * across, middle_y + half_height * std::sin(turn) + groove, tip_z - kLengthMm * (1 - way)}));
+      ring.push_back(mesh.addVertex(
+          {half_width * across, middle_y + half_height * std::sin(turn) + groove, tip_z - kLengthMm * (1 - way)}));
     }
     for (int k = 0; k < kAround && !last.empty(); ++k) {
       const auto a = static_cast<std::size_t>(k);
@@ -178,7 +195,8 @@ void addTongue(ModelMesh& mesh, double tip_z, double top_y) {
   }
   const std::uint32_t tip = mesh.addVertex({0, mesh.point(last[0]).y(), tip_z + 0.4});
   for (int k = 0; k < kAround; ++k) {
-    mesh.addTriangle(last[static_cast<std::size_t>(k)], last[static_cast<std::size_t>((k + 1) % kAround)], tip, kPartTongue);
+    mesh.addTriangle(last[static_cast<std::size_t>(k)], last[static_cast<std::size_t>((k + 1) % kAround)], tip,
+                     kPartTongue);
   }
 }
 
@@ -197,9 +215,10 @@ ModelMesh makeMouthParts(const OpenedFace& face) {
 }
 
 ModelMesh makeEyeBall(const EyeBall& eye) {
-  constexpr int kAround = 40;
+  constexpr int kAround = 32;
   // Angles from the front in degrees, close together where the iris and the pupil end.
-  constexpr std::array kRings{4.0, 7.6, 8.6, 12.0, 16.0, 20.0, 22.6, 24.2, 25.6, 29.0, 36.0, 46.0, 58.0, 72.0, 90.0, 112.0, 140.0};
+  constexpr std::array kRings{4.0,  7.6,  8.6,  12.0, 16.0, 20.0, 22.6,  24.2, 25.6,
+                              29.0, 36.0, 46.0, 58.0, 72.0, 90.0, 112.0, 140.0};
   ModelMesh mesh;
   const std::uint32_t front = mesh.addVertex(eye.centre + Vector3d(0, 0, eye.radius + 0.5));
   std::vector<std::uint32_t> last;
@@ -217,8 +236,10 @@ ModelMesh makeEyeBall(const EyeBall& eye) {
     for (int k = 0; k < kAround; ++k) {
       const auto a = static_cast<std::size_t>(k);
       const auto b = static_cast<std::size_t>((k + 1) % kAround);
-      if (last.empty()) mesh.addTriangle(front, ring[a], ring[b], kPartEyes);
-      else mesh.addQuad(last[b], last[a], ring[b], ring[a], kPartEyes);
+      if (last.empty())
+        mesh.addTriangle(front, ring[a], ring[b], kPartEyes);
+      else
+        mesh.addQuad(last[b], last[a], ring[b], ring[a], kPartEyes);
     }
     last = ring;
   }

@@ -10,7 +10,8 @@
 namespace mouthpiece {
 namespace {
 
-/// Tried when WarpOptions::shape_factor is 0. Wider kernels than the last make the system ill-conditioned at 66 markers.
+/// Tried when WarpOptions::shape_factor is 0. Wider kernels than the last make the system ill-conditioned at 66
+/// markers.
 constexpr std::array kShapeFactorCandidates{0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0};
 
 double meanNearestNeighbourDistance(const MarkerPositions& points) {
@@ -26,7 +27,9 @@ double meanNearestNeighbourDistance(const MarkerPositions& points) {
 }
 
 RbfOptions kernelOptions(const WarpOptions& options, double spacing) {
-  return {.kernel = options.kernel, .polynomial = RbfPolynomial::kLinear, .shape = options.shape_factor * spacing,
+  return {.kernel = options.kernel,
+          .polynomial = RbfPolynomial::kLinear,
+          .shape = options.shape_factor * spacing,
           .regularization = options.regularization};
 }
 
@@ -47,14 +50,18 @@ double chooseShapeFactor(const MarkerPositions& source, const MarkerPositions& t
 
 }  // namespace
 
-RbfWarp RbfWarp::fit(const MarkerPositions& actor_neutral_mm, const MarkerPositions& target, const WarpOptions& options) {
+RbfWarp RbfWarp::fit(const MarkerPositions& actor_neutral_mm, const MarkerPositions& target,
+                     const WarpOptions& options) {
   MOUTHPIECE_EXPECT(actor_neutral_mm.rows() == target.rows());
   if (actor_neutral_mm.rows() < 8) throw InputError("found fewer than 8 markers; expected enough to span a face");
-  if (!actor_neutral_mm.allFinite() || !target.allFinite()) throw InputError("found a marker without a place; expected finite numbers");
+  if (!actor_neutral_mm.allFinite() || !target.allFinite())
+    throw InputError("found a marker without a place; expected finite numbers");
 
   WarpOptions chosen = options;
   chosen.shape_factor = chooseShapeFactor(actor_neutral_mm, target, options);
-  RbfWarp warp(RbfInterpolant::fit(actor_neutral_mm, target, kernelOptions(chosen, meanNearestNeighbourDistance(actor_neutral_mm))), target);
+  RbfWarp warp(RbfInterpolant::fit(actor_neutral_mm, target,
+                                   kernelOptions(chosen, meanNearestNeighbourDistance(actor_neutral_mm))),
+               target);
   warp.options_ = chosen;
   warp.summary_.shape_factor = chosen.shape_factor;
   const Eigen::VectorXd errors = (warp.targetFromActor(actor_neutral_mm) - target).rowwise().norm();
@@ -63,9 +70,12 @@ RbfWarp RbfWarp::fit(const MarkerPositions& actor_neutral_mm, const MarkerPositi
   return warp;
 }
 
-MarkerPositions RbfWarp::targetFromActor(const MarkerPositions& points_mm) const { return interpolant_.evaluate(points_mm); }
+MarkerPositions RbfWarp::targetFromActor(const MarkerPositions& points_mm) const {
+  return interpolant_.evaluate(points_mm);
+}
 
-PositionMatrix RbfWarp::targetFromActorRelative(const PositionMatrix& frames_mm, const MarkerPositions& actor_neutral_mm) const {
+PositionMatrix RbfWarp::targetFromActorRelative(const PositionMatrix& frames_mm,
+                                                const MarkerPositions& actor_neutral_mm) const {
   const Eigen::Index markers = target_.rows();
   MOUTHPIECE_EXPECT(frames_mm.cols() == 3 * markers && actor_neutral_mm.rows() == markers);
   PositionMatrix result(frames_mm.rows(), 3 * markers);
@@ -81,7 +91,8 @@ PositionMatrix RbfWarp::targetFromActorRelative(const PositionMatrix& frames_mm,
 }
 
 /// Refitted for every landmark: 66 solves of 69 x 69, a few milliseconds.
-double leaveOneOutRms(const MarkerPositions& actor_neutral_mm, const MarkerPositions& target, const WarpOptions& options) {
+double leaveOneOutRms(const MarkerPositions& actor_neutral_mm, const MarkerPositions& target,
+                      const WarpOptions& options) {
   MOUTHPIECE_EXPECT(options.shape_factor > 0);
   const RbfOptions kernel = kernelOptions(options, meanNearestNeighbourDistance(actor_neutral_mm));
   const Eigen::Index n = actor_neutral_mm.rows();
@@ -98,6 +109,8 @@ double leaveOneOutRms(const MarkerPositions& actor_neutral_mm, const MarkerPosit
   return std::sqrt(sum / static_cast<double>(n));
 }
 
-Eigen::Matrix3d RbfWarp::jacobian(const Eigen::Vector3d& point_mm) const { return interpolant_.jacobian(point_mm.transpose()); }
+Eigen::Matrix3d RbfWarp::jacobian(const Eigen::Vector3d& point_mm) const {
+  return interpolant_.jacobian(point_mm.transpose());
+}
 
 }  // namespace mouthpiece

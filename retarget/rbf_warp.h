@@ -23,18 +23,20 @@ struct WarpSummary {
   double shape_factor = 0;  ///< the one used
 };
 
-/// The volume warp of EDGE 6: f: R3 -> R3 from the actor's space (mm) to the target mesh's space (its unit), radial functions
-/// plus an affine term, fitted once between the neutral markers and their places on the target.
+/// The volume warp of EDGE 6: f: R3 -> R3 from the actor's space (mm) to the target mesh's space (its unit), radial
+/// functions plus an affine term, fitted once between the neutral markers and their places on the target.
 class RbfWarp {
  public:
   /// Both markers x 3, the same markers in the same order. Throws InputError when markers coincide or are flat.
-  static RbfWarp fit(const MarkerPositions& actor_neutral_mm, const MarkerPositions& target, const WarpOptions& options = {});
+  static RbfWarp fit(const MarkerPositions& actor_neutral_mm, const MarkerPositions& target,
+                     const WarpOptions& options = {});
 
   /// points x 3 -> points x 3.
   [[nodiscard]] MarkerPositions targetFromActor(const MarkerPositions& points_mm) const;
   /// Frames of the markers (frames x 3 * markers), each relative to neutral: f(p) - f(neutral) + target, so that
   /// `actor_neutral_mm` lands on `target` with any regularisation. `actor_neutral_mm` may be another actor's.
-  [[nodiscard]] PositionMatrix targetFromActorRelative(const PositionMatrix& frames_mm, const MarkerPositions& actor_neutral_mm) const;
+  [[nodiscard]] PositionMatrix targetFromActorRelative(const PositionMatrix& frames_mm,
+                                                       const MarkerPositions& actor_neutral_mm) const;
   /// d targetFromActor / d point, at one point (mm). Its determinant is negative where the warp folds space over.
   [[nodiscard]] Eigen::Matrix3d jacobian(const Eigen::Vector3d& point_mm) const;
 
@@ -42,7 +44,8 @@ class RbfWarp {
   [[nodiscard]] const WarpOptions& options() const { return options_; }
 
  private:
-  RbfWarp(RbfInterpolant interpolant, MarkerPositions target) : interpolant_(std::move(interpolant)), target_(std::move(target)) {}
+  RbfWarp(RbfInterpolant interpolant, MarkerPositions target)
+      : interpolant_(std::move(interpolant)), target_(std::move(target)) {}
 
   RbfInterpolant interpolant_;
   MarkerPositions target_;
@@ -50,8 +53,9 @@ class RbfWarp {
   WarpSummary summary_;
 };
 
-/// Error at each landmark of the warp fitted to the others with the same shape, RMS in the target's unit; `options` must have
-/// a shape_factor.
-double leaveOneOutRms(const MarkerPositions& actor_neutral_mm, const MarkerPositions& target, const WarpOptions& options);
+/// Error at each landmark of the warp fitted to the others with the same shape, RMS in the target's unit; `options`
+/// must have a shape_factor.
+double leaveOneOutRms(const MarkerPositions& actor_neutral_mm, const MarkerPositions& target,
+                      const WarpOptions& options);
 
 }  // namespace mouthpiece

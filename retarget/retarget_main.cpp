@@ -87,17 +87,20 @@ std::string textOf(const FaceFile& face, const FaceCheck& check) {
       "  bound              {} vertices, {:.1f} % of the face, {:.1f} mm off the control surface at most\n"
       "  across the lips    {} vertices\n"
       "  patch edges        {:.3g} degrees at most\n",
-      face.name, check.binding.vertices, check.markers, face.corpus, check.landmark_max_mm, check.leave_one_out_rms_mm, check.shape_factor,
-      check.marker_to_surface_max_mm, check.farthest_marker, check.fold_overs, check.sampled_points, check.binding.bound_vertices,
-      100 * check.binding.coverage, check.binding.largest_offset, check.binding.lip_side_errors, check.patch_edge_angle_max_deg);
+      face.name, check.binding.vertices, check.markers, face.corpus, check.landmark_max_mm, check.leave_one_out_rms_mm,
+      check.shape_factor, check.marker_to_surface_max_mm, check.farthest_marker, check.fold_overs, check.sampled_points,
+      check.binding.bound_vertices, 100 * check.binding.coverage, check.binding.largest_offset,
+      check.binding.lip_side_errors, check.patch_edge_angle_max_deg);
   for (const std::string& fault : faultsOf(check)) text += "  fault: " + fault + "\n";
   return text;
 }
 
 /// Facts, and what is wrong, on stdout.
 void report(const FaceFile& face, const FaceCheck& check, const CommandLine& line) {
-  if (line.json) printJson(factsOf(face, check));
-  else if (!line.quiet) printText(textOf(face, check));
+  if (line.json)
+    printJson(factsOf(face, check));
+  else if (!line.quiet)
+    printText(textOf(face, check));
 }
 
 int fit(const CommandLine& line) {
@@ -142,8 +145,10 @@ int sample(const CommandLine& line) {
   return kExitDone;
 }
 
-/// A motion in another place than the neutral pose would tear the face: head motion was left in, or it is another actor's.
-void refuseFarMotion(const MotionClip& motion, const std::vector<std::string>& names, const MarkerPositions& neutral, const fs::path& file) {
+/// A motion in another place than the neutral pose would tear the face: head motion was left in, or it is another
+/// actor's.
+void refuseFarMotion(const MotionClip& motion, const std::vector<std::string>& names, const MarkerPositions& neutral,
+                     const fs::path& file) {
   constexpr double kFarMm = 25;
   double sum = 0;
   double count = 0;
@@ -151,7 +156,8 @@ void refuseFarMotion(const MotionClip& motion, const std::vector<std::string>& n
     const auto marker = motion.findMarker(names[i]);
     if (!marker) continue;
     for (Eigen::Index frame = 0; frame < motion.positions_mm.rows(); ++frame) {
-      const Eigen::RowVector3d place = motion.positions_mm.block<1, 3>(frame, 3 * static_cast<Eigen::Index>(marker->value));
+      const Eigen::RowVector3d place =
+          motion.positions_mm.block<1, 3>(frame, 3 * static_cast<Eigen::Index>(marker->value));
       if (!place.allFinite()) continue;
       sum += (place - neutral.row(static_cast<Eigen::Index>(i))).squaredNorm();
       count += 1;
@@ -159,16 +165,18 @@ void refuseFarMotion(const MotionClip& motion, const std::vector<std::string>& n
   }
   const double rms = count > 0 ? std::sqrt(sum / count) : 0;
   if (rms > kFarMm) {
-    throw InputError(file.string(), "", fmt::format("lies {:.0f} mm from the actor's neutral pose; expected motion with the head still "
-                                                    "(`corpus clean`), of the actor whom --corpus names", rms));
+    throw InputError(file.string(), "",
+                     fmt::format("lies {:.0f} mm from the actor's neutral pose; expected motion with the head still "
+                                 "(`corpus clean`), of the actor whom --corpus names",
+                                 rms));
   }
 }
 
 FaceAnimation animate(const FaceRig& rig, const PositionMatrix& control, double frame_rate_hz, bool quiet) {
   const double bytes = 12.0 * static_cast<double>(control.rows()) * static_cast<double>(rig.mesh().vertices.rows());
   if (bytes > kMaxAnimationBytes) {
-    throw InputError(fmt::format("{} frames of {} vertices need {:.1f} GB; expected at most {:.0f} (cut the motion)", control.rows(),
-                                 rig.mesh().vertices.rows(), bytes / 1e9, kMaxAnimationBytes / 1e9));
+    throw InputError(fmt::format("{} frames of {} vertices need {:.1f} GB; expected at most {:.0f} (cut the motion)",
+                                 control.rows(), rig.mesh().vertices.rows(), bytes / 1e9, kMaxAnimationBytes / 1e9));
   }
   FaceAnimation animation{frame_rate_hz, {}};
   animation.positions.resize(control.rows(), 3 * rig.mesh().vertices.rows());
@@ -190,7 +198,8 @@ OutputKind outputKind(const fs::path& out) {
   if (ending == ".pc2") return OutputKind::kPc2;
   if (ending == ".mdd") return OutputKind::kMdd;
   if (ending.empty()) return OutputKind::kObjFolder;
-  throw InputError(out.string(), "", "expected a name that ends in .glb, .pc2 or .mdd, or a folder for one OBJ a frame");
+  throw InputError(out.string(), "",
+                   "expected a name that ends in .glb, .pc2 or .mdd, or a folder for one OBJ a frame");
 }
 
 int apply(const CommandLine& line) {
@@ -217,7 +226,8 @@ int apply(const CommandLine& line) {
   const FaceAnimation animation = animate(rig, control, motion.frame_rate_hz, line.quiet);
   switch (kind) {
     case OutputKind::kGlb:
-      writeGlb(line.out, rig.mesh(), principalShapes(animation, rig.mesh().vertices, rig.mesh().metres_per_unit), rig.name());
+      writeGlb(line.out, rig.mesh(), principalShapes(animation, rig.mesh().vertices, rig.mesh().metres_per_unit),
+               rig.name());
       break;
     case OutputKind::kPc2:
       writePc2(line.out, animation);
@@ -229,7 +239,8 @@ int apply(const CommandLine& line) {
       writeObjSequence(line.out, rig.name(), rig.mesh(), animation);
       break;
   }
-  if (!line.quiet) printText(fmt::format("{} frames on '{}' -> {}\n", motion.frameCount(), rig.name(), line.out.string()));
+  if (!line.quiet)
+    printText(fmt::format("{} frames on '{}' -> {}\n", motion.frameCount(), rig.name(), line.out.string()));
   return kExitDone;
 }
 
@@ -240,15 +251,17 @@ void addWarpOptions(CLI::App& app, CommandLine& line) {
   app.add_option("--smooth", line.warp.regularization, "Regularisation of the warp; 0 meets every marker exactly")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
-  app.add_option("--max-angle", line.binding.max_normal_angle_deg, "Largest angle between a vertex' normal and its patch's, degrees")
+  app.add_option("--max-angle", line.binding.max_normal_angle_deg,
+                 "Largest angle between a vertex' normal and its patch's, degrees")
       ->check(CLI::Range(1.0, 180.0))
       ->capture_default_str();
 }
 
 int runRetarget(int argc, char** argv) {
   CLI::App app("Puts captured marker motion on a face mesh.");
-  setExample(app, "retarget fit --mesh head.obj --anchors head.anchors.json --corpus sample.corpus --out head.face\n"
-                  "retarget apply --face head.face --motion motion.c3d --out talk.glb\nretarget check head.face");
+  setExample(app,
+             "retarget fit --mesh head.obj --anchors head.anchors.json --corpus sample.corpus --out head.face\n"
+             "retarget apply --face head.face --motion motion.c3d --out talk.glb\nretarget check head.face");
   app.require_subcommand(1);
   CommandLine line;
   std::function<int()> action;
@@ -267,13 +280,15 @@ int runRetarget(int argc, char** argv) {
   fitting->add_option("--name", line.name, "Name of the face (default: the mesh file's)");
   addWarpOptions(*fitting, line);
   addJsonFlag(*fitting, line.json);
-  setExample(*fitting, "retarget fit --mesh head.obj --anchors head.anchors.json --corpus sample.corpus --out head.face");
+  setExample(*fitting,
+             "retarget fit --mesh head.obj --anchors head.anchors.json --corpus sample.corpus --out head.face");
 
   CLI::App* applying = command("apply", "Move a fitted face with motion", apply);
   applying->add_option("--face", line.face, "Made by `retarget fit`")->required();
   applying->add_option("--motion", line.motion, "Marker motion, head still: .c3d .csv .trc")->required();
   applying->add_option("--out", line.out, ".glb .pc2 .mdd, or a folder for one OBJ a frame")->required();
-  applying->add_option("--corpus", line.corpus, "Corpus of the actor who moves, when it is another than the face was fitted with");
+  applying->add_option("--corpus", line.corpus,
+                       "Corpus of the actor who moves, when it is another than the face was fitted with");
   setExample(*applying, "retarget apply --face head.face --motion motion.c3d --out talk.glb");
 
   CLI::App* checking = command("check", "Judge a fitted face; exit code 1 when it has a fault", check);

@@ -19,7 +19,7 @@ fi
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 if ! (cd "$scratch" && npm pack "$package" --silent >npm.out 2>npm.err); then
-  echo "fetch_canonical_face: npm cannot get $package; is there a network? ($(grep -v '^npm warn' "$scratch/npm.err" | head -n 1))" >&2
+  echo "fetch_canonical_face: npm cannot get $package; is there a network? (npm pack $package says more)" >&2
   exit 1
 fi
 tar -xzf "$scratch"/mind-ar-*.tgz -C "$scratch" "$member"

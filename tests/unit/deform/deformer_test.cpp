@@ -19,6 +19,7 @@ using testing::sampleControl;
 using testing::sampleFace;
 
 constexpr double kSameAsExact_mm = 0.01;
+constexpr double kCarried = 0.04;  ///< share of a shift that the fixed ring may hold back well inside the markers
 
 const FaceBinding& binding() {
   static const FaceBinding made = bindFace(sampleFace().mesh, sampleControl());
@@ -92,8 +93,8 @@ TEST(FaceDeformer, MarkersThatMoveTogetherCarryTheFace) {
   std::size_t inside = 0;
   for (std::size_t v = 0; v < sampleFace().skin_vertices; ++v) {
     const Eigen::RowVector3f p = sampleFace().mesh.vertices.row(static_cast<Eigen::Index>(v));
-    if (std::abs(p.x()) > 30 || p.y() > 45 || p.y() < -70) continue;
-    EXPECT_LT((out.row(static_cast<Eigen::Index>(v)) - p - shift.cast<float>()).norm(), 0.1) << p;
+    if (std::abs(p.x()) > 25 || p.y() > 45 || p.y() < -55) continue;
+    EXPECT_LT((out.row(static_cast<Eigen::Index>(v)) - p - shift.cast<float>()).norm(), kCarried * shift.norm()) << p;
     ++inside;
   }
   EXPECT_GT(inside, 1000U);
@@ -111,7 +112,9 @@ TEST(FaceDeformer, LipsOpenAndDoNotPassWhenPressed) {
     const float shut = pressed(v + 1, 1) - pressed(v, 1);
     EXPECT_GT(shut, -0.3F) << rest.row(v);
     EXPECT_LT(shut, 0.3F) << rest.row(v);
-    if (std::abs(rest(v, 0)) < 8) EXPECT_GT(open(v + 1, 1) - open(v, 1), 9.0F);
+    if (std::abs(rest(v, 0)) < 8) {
+      EXPECT_GT(open(v + 1, 1) - open(v, 1), 9.0F);
+    }
   }
   EXPECT_GT(pairs, 15);
 }
@@ -120,7 +123,7 @@ TEST(FaceDeformer, PartsMoveAsTheyShould) {
   const VertexPositions out = deformed(deformer(), openMouth(sampleFace(), 15));
   EXPECT_EQ(largestMove(out, PartKind::kUpperTeeth), 0.0F);
   EXPECT_EQ(largestMove(out, PartKind::kEye), 0.0F);
-  EXPECT_GT(largestMove(out, PartKind::kLowerTeeth), 5.0F);
+  EXPECT_GT(largestMove(out, PartKind::kLowerTeeth), 2.5F);
   EXPECT_GT(largestMove(out, PartKind::kTongue), 3.0F);
   const VertexPositions spoken = deformed(deformer(), sampleFace().rest, {.tip_up = 1});
   EXPECT_GT(largestMove(spoken, PartKind::kTongue), 3.0F);

@@ -1,5 +1,6 @@
 #include "tests/unit/deform/sample_face.h"
 
+#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <array>

@@ -53,7 +53,7 @@ TEST(SurfaceProjection, FindsThePlaceAPointWasRaisedFrom) {
 TEST(SurfaceProjection, LeavesForbiddenTrianglesAndOppositeNormalsOut) {
   const BezierSurface surface(sampleControl());
   std::vector<std::uint32_t> marks(sampleControl().triangles.size(), 0);
-  marks[30] = 4;
+  marks.at(30) = 4;
   const SurfaceProjector projector(surface, sampleControl(), marks);
   const SurfacePoint s = evaluate(surface.restPose(), SurfacePlace{30, 1.0 / 3, 1.0 / 3});
   EXPECT_EQ(projector.closest(s.position, s.normal(), 0.2, 0)->place.triangle, 30);

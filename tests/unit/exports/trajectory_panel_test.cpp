@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
+#include <cstring>
+#include <vector>
 
 namespace mouthpiece {
 namespace {
@@ -68,6 +70,22 @@ TEST_F(TrajectoryPanel, EveryVersionGivesTheSameBits) {
   for (Eigen::Index v = 0; v < kPanelVertices; ++v) {
     EXPECT_EQ(wide.displacement[v], narrow.displacement[v]);
     EXPECT_EQ(wide.residual[v], narrow.residual[v]);
+  }
+}
+
+// Callers promise the alignment of a float and no more.
+TEST_F(TrajectoryPanel, BuffersMayLieAnywhere) {
+  const Results expected = run(panelKernels());
+  std::vector<float> panel(1 + kFrames * kPanelWidth);
+  std::vector<float> product(1 + kShapes * kPanelWidth);
+  float squares[1 + kPanelVertices];
+  for (const PanelKernels* kernels : {&panelKernels(), &portablePanelKernels()}) {
+    kernels->loadDisplacements(positions.data() + 24, positions.cols(), kFrames, rest.data(), panel.data() + 1,
+                               squares + 1);
+    EXPECT_EQ(std::memcmp(squares + 1, expected.displacement, sizeof(expected.displacement)), 0);
+    kernels->multiply(inverse.data(), kShapes, kFrames, panel.data() + 1, product.data() + 1);
+    kernels->largestResidual(weights.data(), kFrames, kShapes, panel.data() + 1, product.data() + 1, squares + 1);
+    EXPECT_EQ(std::memcmp(squares + 1, expected.residual, sizeof(expected.residual)), 0);
   }
 }
 

@@ -18,7 +18,8 @@ std::string messageOf(std::string_view text) {
 }
 
 TEST(Anchors, HoldVerticesPointsKindsAndUnit) {
-  const Anchors anchors = parseAnchors(R"({"markers": {"A": 2, "B": [1, 2.5, -3]}, "parts": {"x": "tongue"}, "metres_per_unit": 0.01})", "a.json");
+  const Anchors anchors = parseAnchors(
+      R"({"markers": {"A": 2, "B": [1, 2.5, -3]}, "parts": {"x": "tongue"}, "metres_per_unit": 0.01})", "a.json");
   const FaceMesh mesh = parseObj("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "m.obj");
   EXPECT_EQ(placeOf(anchors, "A", mesh, "a.json"), Eigen::Vector3d(0, 1, 0));
   EXPECT_EQ(placeOf(anchors, "B", mesh, "a.json"), Eigen::Vector3d(1, 2.5, -3));
@@ -39,10 +40,11 @@ TEST(Anchors, AVertexTheMeshLacksIsNamed) {
 }
 
 TEST(Anchors, WhatIsNoAnchorFileIsRefused) {
-  for (const char* text : {"", "[", "[]", "{}", R"({"markers": []})", R"({"markers": {"A": -1}})", R"({"markers": {"A": 1.5}})",
-                           R"({"markers": {"A": 99999999999}})", R"({"markers": {"A": [1, 2]}})", R"({"markers": {"A": [1, 2, 1e300]}})",
-                           R"({"markers": {"A": "x"}})", R"({"markers": {}, "parts": {"x": "nose"}})", R"({"markers": {}, "parts": 1})",
-                           R"({"markers": {}, "metres_per_unit": 0})"}) {
+  for (const char* text :
+       {"", "[", "[]", "{}", R"({"markers": []})", R"({"markers": {"A": -1}})", R"({"markers": {"A": 1.5}})",
+        R"({"markers": {"A": 99999999999}})", R"({"markers": {"A": [1, 2]}})", R"({"markers": {"A": [1, 2, 1e300]}})",
+        R"({"markers": {"A": "x"}})", R"({"markers": {}, "parts": {"x": "nose"}})", R"({"markers": {}, "parts": 1})",
+        R"({"markers": {}, "metres_per_unit": 0})"}) {
     EXPECT_EQ(messageOf(text).rfind("a.json:", 0), 0U) << text << " -> " << messageOf(text);
   }
 }

@@ -21,7 +21,9 @@ class DefaultFaceTest : public ::testing::Test {
   void SetUp() override {
     if (!canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
   }
-  static Eigen::Vector3d vertex(std::uint32_t v) { return defaultFace().mesh.vertices.row(v).cast<double>().transpose(); }
+  static Eigen::Vector3d vertex(std::uint32_t v) {
+    return defaultFace().mesh.vertices.row(v).cast<double>().transpose();
+  }
 };
 
 TEST_F(DefaultFaceTest, HasAboutFiftyThousandTriangles) {
@@ -37,14 +39,16 @@ TEST_F(DefaultFaceTest, TheLipsMeetAtRest) {
   // So does every vertex between them: the mouth's line is doubled all the way.
   std::map<std::array<float, 3>, int> at;
   const auto& mesh = defaultFace().mesh;
-  for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) ++at[{mesh.vertices(v, 0), mesh.vertices(v, 1), mesh.vertices(v, 2)}];
+  for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v)
+    ++at[{mesh.vertices(v, 0), mesh.vertices(v, 1), mesh.vertices(v, 2)}];
   std::size_t doubled = 0;
   for (const auto& [place, count] : at) doubled += count == 2 ? 1 : 0;
   EXPECT_GE(doubled, 35U);  // nine pairs and what subdivision put between them
 }
 
 TEST_F(DefaultFaceTest, TheLipsAreApart) {
-  // No way along the mesh's triangles of the lips leads straight from one lip's middle to the other's: they share no vertex.
+  // No way along the mesh's triangles of the lips leads straight from one lip's middle to the other's: they share no
+  // vertex.
   std::set<std::uint32_t> above, below;
   for (const auto& triangle : defaultFace().mesh.triangles) {
     for (const std::uint32_t v : triangle) {
@@ -70,8 +74,8 @@ TEST_F(DefaultFaceTest, EveryPartIsThere) {
     kinds.insert(part.kind);
     EXPECT_GT(part.triangle_count, 0U) << part.name;
   }
-  for (const PartKind kind : {PartKind::kSkin, PartKind::kLips, PartKind::kUpperTeeth, PartKind::kLowerTeeth, PartKind::kTongue,
-                              PartKind::kMouthInside, PartKind::kEye, PartKind::kHair}) {
+  for (const PartKind kind : {PartKind::kSkin, PartKind::kLips, PartKind::kUpperTeeth, PartKind::kLowerTeeth,
+                              PartKind::kTongue, PartKind::kMouthInside, PartKind::kEye, PartKind::kHair}) {
     EXPECT_TRUE(kinds.contains(kind)) << nameOf(kind);
   }
   EXPECT_EQ(defaultFace().mesh.vertex_colors.size(), static_cast<std::size_t>(defaultFace().mesh.vertices.rows()));

@@ -69,7 +69,9 @@ TEST_F(FaceFileTest, DamagedBytesNeverDoMoreThanThrow) {
   std::mt19937 random(5);
   for (int i = 0; i < 300; ++i) {
     std::string damaged = bytes;
-    for (int k = 0; k < 4; ++k) damaged[random() % std::min<std::size_t>(damaged.size(), 1 + (random() % 2 == 0 ? 20'000 : damaged.size()))] = static_cast<char>(random());
+    for (int k = 0; k < 4; ++k)
+      damaged[random() % std::min<std::size_t>(damaged.size(), 1 + (random() % 2 == 0 ? 20'000 : damaged.size()))] =
+          static_cast<char>(random());
     messageOfBytes(damaged);
   }
   SUCCEED();
@@ -183,7 +185,8 @@ TEST_F(RigTest, AChangedMeshIsRefused) {
     FaceRig::load(face_path_);
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("has changed since default.face was fitted to it"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("has changed since default.face was fitted to it"), std::string::npos)
+        << error.what();
   }
 }
 

@@ -18,7 +18,8 @@ namespace {
 using test::ScratchFolder;
 
 /// A tetrahedron.
-constexpr std::string_view kObj = "# four corners\no thing\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl skin\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+constexpr std::string_view kObj =
+    "# four corners\no thing\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl skin\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 
 std::string messageOf(std::string_view bytes, const std::string& name) {
   try {
@@ -83,7 +84,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadObj{"v 0 0 0x10\n", "a.obj:1: found '0x10' as z; expected a number between -1e7 and 1e7"},
         BadObj{"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", "a.obj:4: found vertex index 4; expected 1 to 3"},
         BadObj{"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n", "a.obj:4: found vertex index -4; expected 1 to 3"},
-        BadObj{"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", "a.obj:4: found '0' as a vertex index; expected a whole number other than 0"},
+        BadObj{"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n",
+               "a.obj:4: found '0' as a vertex index; expected a whole number other than 0"},
         BadObj{"v 0 0 0\nf 1 1 99999999999999999999\n",
                "a.obj:2: found '99999999999999999999' as a vertex index; expected a whole number other than 0"},
         BadObj{"v 0 0 0\nv 1 0 0\nf 1 2\n", "a.obj:3: found a face with 2 corners; expected at least 3"},
@@ -111,7 +113,8 @@ TEST(MeshReader, RefusesOtherEndingsAndMissingFiles) {
 
 constexpr std::string_view kPly =
     "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 4\n"
-    "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+    "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 "
+    "3\n";
 
 std::string replaced(std::string_view text, std::string_view from, std::string_view to) {
   std::string result(text);
@@ -158,7 +161,8 @@ TEST(PlyReader, RefusesEveryTruncation) {
 }
 
 TEST(OffReader, ReadsAndRefuses) {
-  constexpr std::string_view kOff = "OFF\n# a comment\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+  constexpr std::string_view kOff =
+      "OFF\n# a comment\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
   EXPECT_EQ(parseOff(kOff, "a.off").triangles.size(), 4U);
   EXPECT_EQ(parseOff(kOff, "a.off").vertices.row(3), Eigen::RowVector3f(0, 0, 1));
   EXPECT_NE(messageOf("nonsense", "a.off").find("no 'OFF'"), std::string::npos);
@@ -187,8 +191,8 @@ std::string glb(const std::function<void(nlohmann::json&)>& change = {}) {
     const auto v = static_cast<std::uint32_t>(value);
     return std::string(reinterpret_cast<const char*>(&v), 4);
   };
-  return "glTF" + word(2) + word(28 + text.size() + binary.size()) + word(text.size()) + "JSON" + text + word(binary.size()) +
-         std::string("BIN\0", 4) + binary;
+  return "glTF" + word(2) + word(28 + text.size() + binary.size()) + word(text.size()) + "JSON" + text +
+         word(binary.size()) + std::string("BIN\0", 4) + binary;
 }
 
 TEST(GlbReader, AppliesNodeTransformsAndMaterials) {
@@ -212,9 +216,18 @@ TEST(GlbReader, RefusesWhatReachesBeyondItsBuffers) {
   EXPECT_NE(messageOf(glb([](Json& j) { j["accessors"][1]["byteOffset"] = 8; }), "a.glb"), "no error");
   EXPECT_NE(messageOf(glb([](Json& j) { j["bufferViews"][1]["byteOffset"] = 4000000000U; }), "a.glb"), "no error");
   EXPECT_NE(messageOf(glb([](Json& j) { j["nodes"][1]["mesh"] = 7; }), "a.glb"), "no error");
-  EXPECT_NE(messageOf(glb([](Json& j) { j["nodes"][1] = {{"mesh", 0}, {"children", Json::array({0})}}; }), "a.glb").find("ring"), std::string::npos);
-  EXPECT_NE(messageOf(glb([](Json& j) { j["meshes"][0]["primitives"][0]["attributes"].erase("POSITION"); }), "a.glb"), "no error");
-  EXPECT_NE(messageOf(glb([](Json& j) { j["extensionsRequired"] = Json::array({"KHR_draco_mesh_compression"}); }), "a.glb").find("KHR_draco"), std::string::npos);
+  EXPECT_NE(messageOf(glb([](Json& j) {
+                        j["nodes"][1] = {{"mesh", 0}, {"children", Json::array({0})}};
+                      }),
+                      "a.glb")
+                .find("ring"),
+            std::string::npos);
+  EXPECT_NE(messageOf(glb([](Json& j) { j["meshes"][0]["primitives"][0]["attributes"].erase("POSITION"); }), "a.glb"),
+            "no error");
+  EXPECT_NE(
+      messageOf(glb([](Json& j) { j["extensionsRequired"] = Json::array({"KHR_draco_mesh_compression"}); }), "a.glb")
+          .find("KHR_draco"),
+      std::string::npos);
 }
 
 TEST(GlbReader, RefusesEveryTruncationAndBadIndices) {

@@ -55,7 +55,8 @@ TEST(PartKinds, NamesOfRowsGoBeforeShape) {
 }
 
 TEST(PartKinds, PartsCoverAllTrianglesInOrder) {
-  const FaceMesh mesh = parseObj("usemtl a\n" + tooth(0, 0, 0) + "usemtl b\n" + tooth(1, 3, 0) + "usemtl a\n" + tooth(2, 6, 0), "x.obj");
+  const FaceMesh mesh =
+      parseObj("usemtl a\n" + tooth(0, 0, 0) + "usemtl b\n" + tooth(1, 3, 0) + "usemtl a\n" + tooth(2, 6, 0), "x.obj");
   ASSERT_EQ(mesh.parts.size(), 2U);
   std::size_t next = 0;
   for (const MeshPart& part : mesh.parts) {
@@ -74,13 +75,15 @@ TEST(PartKinds, TheIctHeadComesApartAsItShould) {
   EXPECT_EQ(mesh.triangles.size(), 52220U);
   std::map<PartKind, std::size_t> triangles;
   for (const MeshPart& part : mesh.parts) triangles[part.kind] += part.triangle_count;
-  for (const PartKind kind : {PartKind::kSkin, PartKind::kUpperTeeth, PartKind::kLowerTeeth, PartKind::kTongue, PartKind::kMouthInside, PartKind::kEye}) {
+  for (const PartKind kind : {PartKind::kSkin, PartKind::kUpperTeeth, PartKind::kLowerTeeth, PartKind::kTongue,
+                              PartKind::kMouthInside, PartKind::kEye}) {
     EXPECT_GT(triangles[kind], 500U) << static_cast<int>(kind);
   }
 }
 
 TEST(PartKinds, TheMakeHumanHeadIsRead) {
-  const std::filesystem::path head = std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / "../shared/faces/makehuman_male.obj";
+  const std::filesystem::path head =
+      std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / "../shared/faces/makehuman_male.obj";
   if (!std::filesystem::exists(head)) GTEST_SKIP() << "the MakeHuman head is not beside the project (../shared/faces)";
   const FaceMesh mesh = readFaceMesh(head);
   EXPECT_GT(mesh.vertices.rows(), 4000);

@@ -28,7 +28,8 @@ MarkerPositions bent(const MarkerPositions& points) {
   MarkerPositions result = points;
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
     const Eigen::RowVector3d p = points.row(i);
-    result.row(i) << 1.2 * p.x() + 4 * std::sin(p.y() / 40) + 300, 0.8 * p.y() + 3 * std::cos(p.x() / 50) - 20, 1.1 * p.z() + 0.001 * p.x() * p.x();
+    result.row(i) << 1.2 * p.x() + 4 * std::sin(p.y() / 40) + 300, 0.8 * p.y() + 3 * std::cos(p.x() / 50) - 20,
+        1.1 * p.z() + 0.001 * p.x() * p.x();
   }
   return result;
 }
@@ -51,7 +52,9 @@ TEST_P(WarpKernels, AffineMapsAreReproducedEverywhere) {
   Eigen::Matrix3d linear;
   linear << 0.9, 0.1, -0.2, 0.05, 1.3, 0.1, 0.2, -0.1, 1.1;
   const Eigen::RowVector3d shift(10, -40, 700);
-  const auto map = [&](const MarkerPositions& points) { return MarkerPositions((points * linear.transpose()).rowwise() + shift); };
+  const auto map = [&](const MarkerPositions& points) {
+    return MarkerPositions((points * linear.transpose()).rowwise() + shift);
+  };
   const RbfWarp warp = RbfWarp::fit(actor, map(actor), {.kernel = GetParam()});
   const MarkerPositions elsewhere = 1.5 * scattered(5);
   EXPECT_LT((warp.targetFromActor(elsewhere) - map(elsewhere)).cwiseAbs().maxCoeff(), 1e-6);
@@ -74,7 +77,8 @@ TEST_P(WarpKernels, JacobianIsTheDerivative) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, WarpKernels,
-                         ::testing::Values(RbfKernel::kInverseMultiquadric, RbfKernel::kBiharmonic, RbfKernel::kTriharmonic));
+                         ::testing::Values(RbfKernel::kInverseMultiquadric, RbfKernel::kBiharmonic,
+                                           RbfKernel::kTriharmonic));
 
 TEST(RbfWarp, TheNeutralPoseLandsOnTheTargetEvenWhenSmoothed) {
   const MarkerPositions actor = scattered(7);
@@ -84,7 +88,8 @@ TEST(RbfWarp, TheNeutralPoseLandsOnTheTargetEvenWhenSmoothed) {
   PositionMatrix frames(1, 3 * kMarkers);
   frames.row(0) = Eigen::Map<const Eigen::RowVectorXd>(actor.data(), actor.size());
   const PositionMatrix mapped = warp.targetFromActorRelative(frames, actor);
-  EXPECT_LT((mapped.row(0) - Eigen::Map<const Eigen::RowVectorXd>(target.data(), target.size())).cwiseAbs().maxCoeff(), kExactMm);
+  EXPECT_LT((mapped.row(0) - Eigen::Map<const Eigen::RowVectorXd>(target.data(), target.size())).cwiseAbs().maxCoeff(),
+            kExactMm);
 }
 
 TEST(RbfWarp, FramesAreRelativeToTheNeutralGiven) {
@@ -98,7 +103,8 @@ TEST(RbfWarp, FramesAreRelativeToTheNeutralGiven) {
   frames(1, 4) += 3.0;
   const PositionMatrix mapped = warp.targetFromActorRelative(frames, other);
   const MarkerPositions target = bent(actor);
-  EXPECT_LT((mapped.row(0) - Eigen::Map<const Eigen::RowVectorXd>(target.data(), target.size())).cwiseAbs().maxCoeff(), kExactMm);
+  EXPECT_LT((mapped.row(0) - Eigen::Map<const Eigen::RowVectorXd>(target.data(), target.size())).cwiseAbs().maxCoeff(),
+            kExactMm);
   // Only the marker that moved does; along the Jacobian, to first order.
   const Eigen::RowVectorXd step = mapped.row(1) - mapped.row(0);
   EXPECT_LT(step.head<3>().norm() + step.tail(3 * kMarkers - 6).norm(), 1e-9);

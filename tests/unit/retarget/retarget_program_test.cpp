@@ -38,7 +38,8 @@ class RetargetProgram : public ::testing::Test {
   }
 
   ProgramResult sample() {
-    return runProgram("retarget", {"sample", "--out", folder_.path().string(), "--canonical", test::canonicalFace()->string(), "--corpus", corpus_.string()});
+    return runProgram("retarget", {"sample", "--out", folder_.path().string(), "--canonical",
+                                   test::canonicalFace()->string(), "--corpus", corpus_.string()});
   }
 
   ScratchFolder folder_;
@@ -64,8 +65,8 @@ TEST_F(RetargetProgram, ApplyMovesTheMouth) {
   const fs::path motion = folder_.path() / "motion.c3d";
   writeMotion(motion, test::openingTake(test::madeUpActor()).motion);
   for (const char* name : {"talk.glb", "talk.pc2", "talk.mdd", "frames"}) {
-    const ProgramResult applied =
-        runProgram("retarget", {"apply", "--face", face_.string(), "--motion", motion.string(), "--out", (folder_.path() / name).string()});
+    const ProgramResult applied = runProgram("retarget", {"apply", "--face", face_.string(), "--motion",
+                                                          motion.string(), "--out", (folder_.path() / name).string()});
     ASSERT_EQ(applied.exit_code, 0) << applied.err;
     EXPECT_TRUE(fs::exists(folder_.path() / name));
   }
@@ -81,8 +82,8 @@ TEST_F(RetargetProgram, ApplyRefusesMotionOfAnotherPlace) {
   clip.positions_mm.array() += 200;
   const fs::path motion = folder_.path() / "motion.c3d";
   writeMotion(motion, clip);
-  const ProgramResult applied =
-      runProgram("retarget", {"apply", "--face", face_.string(), "--motion", motion.string(), "--out", (folder_.path() / "talk.glb").string()});
+  const ProgramResult applied = runProgram("retarget", {"apply", "--face", face_.string(), "--motion", motion.string(),
+                                                        "--out", (folder_.path() / "talk.glb").string()});
   EXPECT_EQ(applied.exit_code, 1);
   EXPECT_NE(applied.err.find("from the actor's neutral pose"), std::string::npos) << applied.err;
   EXPECT_FALSE(fs::exists(folder_.path() / "talk.glb"));
@@ -90,8 +91,9 @@ TEST_F(RetargetProgram, ApplyRefusesMotionOfAnotherPlace) {
 
 TEST_F(RetargetProgram, FitNamesTheMarkersThatLack) {
   const fs::path anchors = folder_.write("few.json", R"({"markers": {"LIP_UP_MID": 0, "CHIN_LOW": 152}})");
-  const ProgramResult fitted = runProgram("retarget", {"fit", "--mesh", test::canonicalFace()->string(), "--anchors", anchors.string(), "--corpus",
-                                                       corpus_.string(), "--out", (folder_.path() / "x.face").string()});
+  const ProgramResult fitted =
+      runProgram("retarget", {"fit", "--mesh", test::canonicalFace()->string(), "--anchors", anchors.string(),
+                              "--corpus", corpus_.string(), "--out", (folder_.path() / "x.face").string()});
   EXPECT_EQ(fitted.exit_code, 1);
   EXPECT_NE(fitted.err.find("lacks 64 of 66 markers: FOREHEAD_TOP FOREHEAD_MID"), std::string::npos) << fitted.err;
   EXPECT_EQ(std::count(fitted.err.begin(), fitted.err.end(), '\n'), 1);
@@ -111,8 +113,8 @@ TEST_F(RetargetProgram, TheIctHeadFitsWithoutAFault) {
   if (!fs::exists(head)) GTEST_SKIP() << "the ICT head is not beside the project (../shared/faces)";
   const fs::path anchors = fs::path(MOUTHPIECE_SOURCE_DIR) / "sample_data/anchors/ict_head.anchors.json";
   const fs::path face = folder_.path() / "ict.face";
-  const ProgramResult fitted = runProgram("retarget", {"fit", "--mesh", head.string(), "--anchors", anchors.string(), "--corpus", corpus_.string(),
-                                                       "--out", face.string(), "--json"});
+  const ProgramResult fitted = runProgram("retarget", {"fit", "--mesh", head.string(), "--anchors", anchors.string(),
+                                                       "--corpus", corpus_.string(), "--out", face.string(), "--json"});
   ASSERT_EQ(fitted.exit_code, 0) << fitted.err << fitted.out;
   const json facts = json::parse(fitted.out);
   EXPECT_EQ(facts["metres_per_unit"], 0.001);
