@@ -16,6 +16,7 @@ namespace {
 // Searched for each component; the error is flat around the best (docs/theory/actor_model.md).
 constexpr Seconds kTimeConstants[] = {0.014, 0.018, 0.022, 0.028, 0.036};
 constexpr Seconds kLeads[] = {-0.015, 0.0, 0.015};
+constexpr int kGainRounds = 3;          ///< closures and gains depend on each other; it settles at once
 constexpr std::size_t kSearchFold = 4;  ///< every fourth take judges the search
 
 /// How far a contribution is held back, by kind of feature, relative to ActorFitOptions::ridge: the rarer the kind, the
@@ -169,17 +170,15 @@ struct SpeechFrames {
 };
 
 SpeechFrames speechFrames(const ActorModel& model, const ActorCapture& capture,
-                          const std::vector<ActorDisplacements>& takes, const ActorBasis& basis) {
+                          const std::vector<ActorDisplacements>& takes, const ActorBasis& basis, bool close_lips) {
   SpeechFrames frames;
   std::vector<Eigen::RowVectorXd> captured_rows, performed_rows;
   const Eigen::VectorXd openings = model.openings();
   for (std::size_t take = 0; take < takes.size(); ++take) {
     const MotionClip& motion = capture.takes[take].motion;
-    const Eigen::MatrixXd performed = actorComponents(model, capture.takes[take].labels,
-                                                      {.frame_rate_hz = motion.frame_rate_hz,
-                                                       .frame_count = motion.frameCount(),
-                                                       .restore_variance = false,
-                                                       .close_lips = false});
+    const Eigen::MatrixXd performed = actorComponents(
+        model, capture.takes[take].labels,
+        {.frame_rate_hz = motion.frame_rate_hz, .frame_count = motion.frameCount(), .close_lips = close_lips});
     const Eigen::VectorXd& seen = takes[take].seen;
     Eigen::MatrixXd captured = basis.trajectories[take];
     const Eigen::RowVectorXd offset = seen.transpose() * (performed - captured) / std::max(1.0, seen.sum());
@@ -212,12 +211,8 @@ SpeechFrames speechFrames(const ActorModel& model, const ActorCapture& capture,
 
 Eigen::MatrixXd centredRows(const Eigen::MatrixXd& rows) { return rows.rowwise() - rows.colwise().mean(); }
 
-void fitGainsAndClosures(const SpeechFrames& frames, double largest_gain, ActorModel& model) {
-  const Eigen::MatrixXd captured = centredRows(frames.captured), performed = centredRows(frames.performed);
-  const Eigen::RowVectorXd ratio =
-      captured.colwise().squaredNorm().cwiseQuotient(performed.colwise().squaredNorm().cwiseMax(1e-9));
-  model.gain = ratio.cwiseSqrt().cwiseMax(1.0).cwiseMin(largest_gain).transpose();
-  model.speech_mean = frames.performed.colwise().mean().transpose();
+void fitClosures(const SpeechFrames& frames, ActorModel& model) {
+  const Eigen::MatrixXd captured = centredRows(frames.captured);
   // The components that move with the lip opening, by regression on it.
   const Eigen::VectorXd with_opening = captured.transpose() * (captured * model.openings());
   model.closing = with_opening / model.openings().dot(with_opening);
@@ -226,6 +221,14 @@ void fitGainsAndClosures(const SpeechFrames& frames, double largest_gain, ActorM
   const auto middle = openings.begin() + static_cast<std::ptrdiff_t>(openings.size() / 2);
   std::nth_element(openings.begin(), middle, openings.end());
   model.closures.labiodental_mm = std::clamp(*middle, 0.8, 3.0);
+}
+
+/// Makes the performance in speech, closures and all, vary as much as the capture.
+void adjustGains(const SpeechFrames& frames, double largest_gain, ActorModel& model) {
+  const Eigen::RowVectorXd captured = centredRows(frames.captured).colwise().squaredNorm();
+  const Eigen::RowVectorXd performed = centredRows(frames.performed).colwise().squaredNorm().cwiseMax(1e-9);
+  model.gain.array() *= (captured.array() / performed.array()).sqrt().transpose();
+  model.gain = model.gain.cwiseMax(1.0).cwiseMin(largest_gain);
 }
 
 ActorCapture pickFold(const ActorCapture& capture, std::size_t fold_count, std::size_t fold, bool inside) {
@@ -258,7 +261,12 @@ ActorModel fitActor(const ActorCapture& capture, const ActorFitOptions& options)
   model.gain = Eigen::VectorXd::Ones(options.components);
   model.speech_mean = model.closing = Eigen::VectorXd::Zero(options.components);
   fitTargets(fit, features, options.ridge, takes.size(), model);
-  fitGainsAndClosures(speechFrames(model, capture, takes, basis), options.largest_gain, model);
+  const SpeechFrames plain = speechFrames(model, capture, takes, basis, false);
+  model.speech_mean = plain.performed.colwise().mean().transpose();
+  fitClosures(plain, model);
+  for (int round = 0; round < kGainRounds; ++round) {
+    adjustGains(speechFrames(model, capture, takes, basis, true), options.largest_gain, model);
+  }
   model.blink_shape = blinkShape(takes, capture.layout);
   model.brow_shape = browShape(takes, capture.layout);
   return model;

@@ -26,7 +26,7 @@ ActorCapture readActorCapture(const std::filesystem::path& folder, std::size_t s
 struct ActorFitOptions {
   Eigen::Index components = 10;
   double ridge = 3;  ///< shrinks contributions of rare features; in frames
-  double largest_gain = 1.5;
+  double largest_gain = 1.8;
   std::string credit;
 };
 

@@ -18,11 +18,11 @@ constexpr double kDriftShare = 0.8;       ///< of `variation`
 constexpr double kClosureSpreadMm = 0.2;  ///< between repetitions of a closure, at 10 % variation
 
 // The lips' own movement into contact (docs/theory/actor_model.md, "Closures").
-constexpr Seconds kClosureTimeConstant = 0.012;
-constexpr Seconds kClosureLead = 0.030;      ///< closed before the label's start, when the sound has fallen
-constexpr Seconds kReleaseLead = 0.040;      ///< the label holds the burst, too
-constexpr Seconds kShortestClosure = 0.090;  ///< from half closed to half open
-constexpr double kLabiodentalShare = 0.6;    ///< F V are less exact than B P M
+constexpr Seconds kClosureTimeConstant = 0.011;
+constexpr Seconds kClosureLead = 0.028;      ///< closed before the label's start, when the sound has fallen
+constexpr Seconds kReleaseLead = 0.045;      ///< the label holds the burst, too
+constexpr Seconds kShortestClosure = 0.060;  ///< from half closed to half open
+constexpr double kLabiodentalShare = 0.4;    ///< F V are less exact than B P M
 constexpr double kContactSoftnessMm = 0.5;
 
 /// Moves inner boundaries a little, in order and without emptying a segment.

@@ -9,6 +9,7 @@ namespace {
 constexpr Seconds kBreathLength = 0.35;      ///< before speech the captured mouth opens this long
 constexpr Seconds kRelaxationLength = 0.25;  ///< after it, lips come together
 constexpr Seconds kLeastRest = 0.1;
+constexpr double kPauseShare = 0.4;
 constexpr double kFirstPartShare = 0.45;  ///< of a diphthong
 
 constexpr double kClosurePace = 0.8;  ///< time constants relative to the component's own
@@ -40,7 +41,11 @@ std::vector<Piece> silencePieces(const TimeSpan& span, bool first, bool last) {
     pieces.push_back(piece(cut, span.end, "before", true));
     return pieces;
   }
-  if (!last) return {piece(span.start, span.end, "pause", true)};
+  if (!last) {  // The capture has next to no pauses: half way between rest and a neutral vowel.
+    Piece pause = piece(span.start, span.end, "", true);
+    pause.segment.features = {{"viseme " + className(Viseme::kUh), kPauseShare}};
+    return {pause};
+  }
   if (span.duration() <= kRelaxationLength + kLeastRest) return {piece(span.start, span.end, "after", false)};
   const Seconds cut = span.start + kRelaxationLength;
   return {piece(span.start, cut, "after", false), piece(cut, span.end, "", false)};
@@ -98,6 +103,7 @@ void addVisemeFeatures(std::vector<ActorFeature>& features, Viseme viseme, const
 void addSilenceFeatures(ActorSegment& silence, const std::vector<std::string>& classes, std::size_t index) {
   if (silence.features.empty()) return;  // rest
   const std::string name = silence.features.front().name;
+  if (!name.starts_with("silence ")) return;  // pause
   if (index > 0) silence.features.push_back({name + " left " + classes[index - 1]});
   if (index + 1 < classes.size()) silence.features.push_back({name + " right " + classes[index + 1]});
 }

@@ -27,8 +27,8 @@ constexpr double kSwayMm = 2.0;
 constexpr double kNodChance = 0.5, kLeastNodDegrees = 0.8, kLargestNodDegrees = 2.4;
 constexpr Seconds kNodWidth = 0.13;  ///< deviation of its bell
 
-const Eigen::Vector3d kNeckMm(0, -110, -95);        ///< in face axes: where the head turns
-const Eigen::Vector3d kSeatMm(20, 1180, 150);       ///< the neck in the room
+const Eigen::Vector3d kNeckMm(0, -110, -95);            ///< in face axes: where the head turns
+const Eigen::Vector3d kSeatMm(20, 1180, 150);           ///< the neck in the room
 constexpr double kSeatSpreadMm = 12, kSeatDegrees = 4;  ///< how differently the actor sits from take to take
 
 /// Markers that hands, lips and hair hide from the cameras most.
@@ -150,12 +150,12 @@ SampleGaps addGaps(MotionClip& clip, const SampleCaptureOptions& options) {
 MarkerPositions sampleJig() {
   MarkerPositions jig(7, 3);
   // No two distances alike, so that a system can tell the markers apart.
-  jig << 3, 104, 34,      //
-      -48, 97, 14,        //
-      52, 100, 10,        //
-      -86, 78, -48,       //
-      88, 83, -52,        //
-      -31, 137, -22,      //
+  jig << 3, 104, 34,  //
+      -48, 97, 14,    //
+      52, 100, 10,    //
+      -86, 78, -48,   //
+      88, 83, -52,    //
+      -31, 137, -22,  //
       38, 128, -46;
   return jig;
 }

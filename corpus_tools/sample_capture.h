@@ -10,8 +10,8 @@ namespace mouthpiece {
 /// What an optical system with seven jig markers makes of a performance.
 struct SampleCaptureOptions {
   std::uint64_t seed = 1;
-  double noise_mm = 0.1;          ///< of a marker's position, deviation in 3-D
-  double gaps_per_take = 5;       ///< mean; each hides one marker, now and then its neighbour too
+  double noise_mm = 0.1;     ///< of a marker's position, deviation in 3-D
+  double gaps_per_take = 5;  ///< mean; each hides one marker, now and then its neighbour too
   Seconds shortest_gap = 0.020;
   Seconds longest_gap = 0.150;
   double long_gap_chance = 0.12;  ///< of a take to hold one gap of `shortest_long_gap` to `longest_long_gap`

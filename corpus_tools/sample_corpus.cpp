@@ -58,7 +58,8 @@ void fitSilences(SpokenLine& line, std::uint64_t seed) {
   const Seconds shift_s = static_cast<double>(shift) / rate;
   const Seconds duration = std::ceil((speech_end + shift_s + tail) / kTakeStep) * kTakeStep;
 
-  AudioClip audio{line.audio.sample_rate_hz, std::vector<float>(static_cast<std::size_t>(std::lround(duration * rate)))};
+  AudioClip audio{line.audio.sample_rate_hz,
+                  std::vector<float>(static_cast<std::size_t>(std::lround(duration * rate)))};
   for (std::size_t i = 0; i < audio.samples.size(); ++i) {
     const std::ptrdiff_t from = static_cast<std::ptrdiff_t>(i) - shift;
     if (from >= 0 && from < static_cast<std::ptrdiff_t>(line.audio.samples.size())) {
@@ -94,8 +95,8 @@ TakeResult writeTake(const std::filesystem::path& folder, const SampleOptions& o
   writeTextGrid(folder / (name + ".TextGrid"), line.labels);
   writeFileAtomically(folder / (name + ".txt"), sentence + "\n");
   if (options.truth_folder) writeC3d(*options.truth_folder / (name + ".c3d"), face);
-  return {capture.hidden, capture.motion.frameCount() * capture.motion.markerCount(), line.labels.duration(), line.voice,
-          line.notice};
+  return {capture.hidden, capture.motion.frameCount() * capture.motion.markerCount(), line.labels.duration(),
+          line.voice, line.notice};
 }
 
 }  // namespace
@@ -103,7 +104,8 @@ TakeResult writeTake(const std::filesystem::path& folder, const SampleOptions& o
 SampleSummary writeSampleCorpus(const std::filesystem::path& folder, const SampleOptions& options,
                                 const SampleProgress& progress) {
   const std::vector<std::string> sentences = options.sentences.empty() ? sampleSentences() : options.sentences;
-  const std::size_t jobs = std::clamp<std::size_t>(options.jobs == 0 ? defaultThreadCount() : options.jobs, 1, sentences.size());
+  const std::size_t jobs =
+      std::clamp<std::size_t>(options.jobs == 0 ? defaultThreadCount() : options.jobs, 1, sentences.size());
   const std::size_t digits = std::max<std::size_t>(2, std::to_string(sentences.size()).size());
 
   std::vector<TakeResult> results(sentences.size());
@@ -145,8 +147,8 @@ std::vector<std::string> readSentences(const std::filesystem::path& path) {
     if (line.empty() || line.starts_with('#')) continue;
     if (line.size() > kLongestSentence || sentences.size() == kMostSentences) {
       throw InputError(path.string(), std::to_string(lines.lineNumber()),
-                       fmt::format("found {} bytes in sentence {}; expected at most {} bytes and {} sentences", line.size(),
-                                   sentences.size() + 1, kLongestSentence, kMostSentences));
+                       fmt::format("found {} bytes in sentence {}; expected at most {} bytes and {} sentences",
+                                   line.size(), sentences.size() + 1, kLongestSentence, kMostSentences));
     }
     sentences.emplace_back(line);
   }

@@ -27,8 +27,8 @@ double areaOf(const std::array<Eigen::Vector2d, 3>& p) {
 constexpr double kSampleWeight = 300;
 
 /// Integral of |second derivatives|^2 + tension |slope - slope of the flat triangle|^2 over one cubic.
-Energy cubicEnergy(const CubicPatch<Form>& patch, const std::array<Eigen::Vector2d, 3>& p, const std::array<Form, 2>& flat_slope,
-                   double tension) {
+Energy cubicEnergy(const CubicPatch<Form>& patch, const std::array<Eigen::Vector2d, 3>& p,
+                   const std::array<Form, 2>& flat_slope, double tension) {
   Eigen::Matrix2d plane;
   plane << p[0] - p[2], p[1] - p[2];
   const Eigen::Matrix2d inverse = plane.inverse();
@@ -37,10 +37,12 @@ Energy cubicEnergy(const CubicPatch<Form>& patch, const std::array<Eigen::Vector
   // Second derivatives are linear: their squares are integrated exactly by the edges' middles.
   constexpr std::array<std::array<double, 3>, 3> kMiddles{{{0.5, 0.5, 0}, {0, 0.5, 0.5}, {0.5, 0, 0.5}}};
   for (const auto& [u, v, w] : kMiddles) {
-    const Form rr = 6 * (u * (b[k300] - 2 * b[k201] + b[k102]) + v * (b[k210] - 2 * b[k111] + b[k012]) + w * (b[k201] - 2 * b[k102] + b[k003]));
+    const Form rr = 6 * (u * (b[k300] - 2 * b[k201] + b[k102]) + v * (b[k210] - 2 * b[k111] + b[k012]) +
+                         w * (b[k201] - 2 * b[k102] + b[k003]));
     const Form rs = 6 * (u * (b[k210] - b[k201] - b[k111] + b[k102]) + v * (b[k120] - b[k111] - b[k021] + b[k012]) +
                          w * (b[k111] - b[k102] - b[k012] + b[k003]));
-    const Form ss = 6 * (u * (b[k120] - 2 * b[k111] + b[k102]) + v * (b[k030] - 2 * b[k021] + b[k012]) + w * (b[k021] - 2 * b[k012] + b[k003]));
+    const Form ss = 6 * (u * (b[k120] - 2 * b[k111] + b[k102]) + v * (b[k030] - 2 * b[k021] + b[k012]) +
+                         w * (b[k021] - 2 * b[k012] + b[k003]));
     const auto second = [&](int i, int j) -> Form {
       return inverse(0, i) * inverse(0, j) * rr + (inverse(0, i) * inverse(1, j) + inverse(1, i) * inverse(0, j)) * rs +
              inverse(1, i) * inverse(1, j) * ss;
@@ -65,11 +67,13 @@ Energy triangleEnergy(const std::array<Eigen::Vector2d, 3>& p, const CloughToche
   const Eigen::Matrix2d inverse = plane.inverse();
   std::array<Form, 2> flat_slope;
   for (int axis = 0; axis < 2; ++axis) {
-    flat_slope[static_cast<std::size_t>(axis)] = inverse(0, axis) * (Form::Unit(0) - Form::Unit(2)) + inverse(1, axis) * (Form::Unit(1) - Form::Unit(2));
+    flat_slope[static_cast<std::size_t>(axis)] =
+        inverse(0, axis) * (Form::Unit(0) - Form::Unit(2)) + inverse(1, axis) * (Form::Unit(1) - Form::Unit(2));
   }
   const Eigen::Vector2d middle = (p[0] + p[1] + p[2]) / 3;
   Energy energy = Energy::Zero();
-  for (std::size_t k = 0; k < 3; ++k) energy += cubicEnergy(patches[k], {p[k], p[(k + 1) % 3], middle}, flat_slope, tension);
+  for (std::size_t k = 0; k < 3; ++k)
+    energy += cubicEnergy(patches[k], {p[k], p[(k + 1) % 3], middle}, flat_slope, tension);
   return energy;
 }
 
@@ -112,7 +116,8 @@ Constraints constraintsOf(const ControlMesh& mesh, bool ring_is_flat) {
   const auto count = static_cast<Eigen::Index>(mesh.points.size());
   Constraints constraints;
   constraints.given = Eigen::MatrixXd::Zero(2 * count, count);
-  std::vector<Eigen::Vector2d> direction(mesh.points.size(), Eigen::Vector2d::Zero());  // the one free direction, if any
+  std::vector<Eigen::Vector2d> direction(mesh.points.size(),
+                                         Eigen::Vector2d::Zero());  // the one free direction, if any
   constrainRims(mesh, direction, constraints.given);
   std::vector<Eigen::VectorXd> columns;
   const auto column = [&](Eigen::Index point, double x, double y) {
@@ -165,7 +170,8 @@ TotalEnergy assemble(const ControlMesh& mesh, const std::vector<CloughTocher<dou
 /// Slopes of least energy for given values, as a matrix.
 Eigen::MatrixXd leastEnergySlopes(const TotalEnergy& energy, const Constraints& constraints) {
   const Eigen::MatrixXd left = constraints.free.transpose() * energy.slope_slope * constraints.free;
-  const Eigen::MatrixXd right = constraints.free.transpose() * (energy.slope_value + energy.slope_slope * constraints.given);
+  const Eigen::MatrixXd right =
+      constraints.free.transpose() * (energy.slope_value + energy.slope_slope * constraints.given);
   return constraints.given - constraints.free * left.ldlt().solve(right);
 }
 
@@ -188,12 +194,15 @@ double angleDeg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 
 }  // namespace
 
-BezierSurface::BezierSurface(const ControlMesh& mesh, const SurfaceOptions& options) : triangles_(mesh.triangles), rest_(mesh.rest) {
+BezierSurface::BezierSurface(const ControlMesh& mesh, const SurfaceOptions& options)
+    : triangles_(mesh.triangles), rest_(mesh.rest) {
   for (const auto& triangle : triangles_) splits_.emplace_back(cornersOf(mesh, triangle));
   const TotalEnergy energy = assemble(mesh, splits_, options.tension);
   slopes_ = leastEnergySlopes(energy, constraintsOf(mesh, true));
   const bool is_fitted = mesh.rest_slopes.rows() > 0;
-  rest_pose_ = netsOf(rest_, is_fitted ? mesh.rest_slopes : MarkerPositions(leastEnergySlopes(energy, constraintsOf(mesh, false)) * rest_));
+  rest_pose_ =
+      netsOf(rest_, is_fitted ? mesh.rest_slopes
+                              : MarkerPositions(leastEnergySlopes(energy, constraintsOf(mesh, false)) * rest_));
 }
 
 BezierSurface::Pose BezierSurface::netsOf(const MarkerPositions& values, const MarkerPositions& slopes) const {
@@ -238,7 +247,8 @@ double BezierSurface::maxNormalAngleAcrossEdges(const Pose& pose, int samples) c
       for (int s = 0; s < samples; ++s) {
         const double way = static_cast<double>(s) / (samples - 1);
         if (twin != open.end()) {
-          largest = std::max(largest, angleDeg(evaluate(pose, onEdge(side, way)).normal(), evaluate(pose, onEdge(twin->second, 1 - way)).normal()));
+          largest = std::max(largest, angleDeg(evaluate(pose, onEdge(side, way)).normal(),
+                                               evaluate(pose, onEdge(twin->second, 1 - way)).normal()));
         }
         // The inner edge from corner k + 1 to the centroid: patches k and k + 1 of the split.
         const auto first = evaluate(pose[3 * t + static_cast<std::size_t>(k)], 0, 1 - way);
@@ -252,18 +262,21 @@ double BezierSurface::maxNormalAngleAcrossEdges(const Pose& pose, int samples) c
 
 TriangleForm formAt(const BezierSurface& surface, const SurfacePlace& place) {
   const PatchPlace at = patchPlace(place);
-  const auto halves = patchForms(surface.splits()[static_cast<std::size_t>(place.triangle)])[at.patch % 3].halves(at.u, at.v);
+  const auto halves =
+      patchForms(surface.splits()[static_cast<std::size_t>(place.triangle)])[at.patch % 3].halves(at.u, at.v);
   return at.u * halves.a + at.v * halves.b + (1 - at.u - at.v) * halves.c;
 }
 
-MarkerPositions slopesNear(const ControlMesh& mesh, const std::vector<SurfaceSample>& samples, const SurfaceOptions& options) {
+MarkerPositions slopesNear(const ControlMesh& mesh, const std::vector<SurfaceSample>& samples,
+                           const SurfaceOptions& options) {
   const BezierSurface surface(mesh, options);
   TotalEnergy total = assemble(mesh, surface.splits(), options.tension);
   double area = 0;
   for (const auto& triangle : mesh.triangles) area += areaOf(cornersOf(mesh, triangle));
   // Energies weigh bends against distances at the scale of one triangle.
   const double cell = area / static_cast<double>(mesh.triangles.size());
-  const double weight = kSampleWeight * area / (static_cast<double>(std::max<std::size_t>(samples.size(), 1)) * cell * cell);
+  const double weight =
+      kSampleWeight * area / (static_cast<double>(std::max<std::size_t>(samples.size(), 1)) * cell * cell);
   Eigen::MatrixXd right = -total.slope_value * mesh.rest;
   for (const SurfaceSample& sample : samples) {
     const auto& triangle = mesh.triangles[static_cast<std::size_t>(sample.place.triangle)];
@@ -274,7 +287,8 @@ MarkerPositions slopesNear(const ControlMesh& mesh, const std::vector<SurfaceSam
       const Eigen::Index row = 2 * triangle[static_cast<std::size_t>(i / 2)] + i % 2;
       right.row(row) += weight * sample.weight * form[3 + i] * miss;
       for (int j = 0; j < 6; ++j) {
-        total.slope_slope(row, 2 * triangle[static_cast<std::size_t>(j / 2)] + j % 2) += weight * sample.weight * form[3 + i] * form[3 + j];
+        total.slope_slope(row, 2 * triangle[static_cast<std::size_t>(j / 2)] + j % 2) +=
+            weight * sample.weight * form[3 + i] * form[3 + j];
       }
     }
   }
@@ -289,7 +303,8 @@ PatchPlace patchPlace(const SurfacePlace& place) {
     if (weight[i] < weight[opposite]) opposite = i;
   }
   const std::size_t first = (opposite + 1) % 3;
-  return {3 * static_cast<std::size_t>(place.triangle) + first, weight[first] - weight[opposite], weight[(first + 1) % 3] - weight[opposite]};
+  return {3 * static_cast<std::size_t>(place.triangle) + first, weight[first] - weight[opposite],
+          weight[(first + 1) % 3] - weight[opposite]};
 }
 
 }  // namespace mouthpiece

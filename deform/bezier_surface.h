@@ -21,9 +21,9 @@ struct SurfaceOptions {
   double tension = 1;
 };
 
-/// The Bezier surface through all points of a control mesh: three cubic Bezier triangles over each triangle, one tangent
-/// plane along every edge in every pose. The slopes at the points are those that bend the surface least, a fixed linear
-/// map of the points, so a pose costs one small matrix product.
+/// The Bezier surface through all points of a control mesh: three cubic Bezier triangles over each triangle, one
+/// tangent plane along every edge in every pose. The slopes at the points are those that bend the surface least, a
+/// fixed linear map of the points, so a pose costs one small matrix product.
 class BezierSurface {
  public:
   using Patch = CubicPatch<Eigen::Vector3d>;
@@ -35,8 +35,8 @@ class BezierSurface {
   [[nodiscard]] Pose pose(const MarkerPositions& control_points) const;
   [[nodiscard]] const Pose& restPose() const { return rest_pose_; }
 
-  /// The slopes' answer to displaced points, 2 points x points: rows 2 i and 2 i + 1 are the derivatives of the displacement
-  /// along the plane's axes at point i. Zero for fixed points.
+  /// The slopes' answer to displaced points, 2 points x points: rows 2 i and 2 i + 1 are the derivatives of the
+  /// displacement along the plane's axes at point i. Zero for fixed points.
   [[nodiscard]] const Eigen::MatrixXd& slopesFromDisplacements() const { return slopes_; }
   [[nodiscard]] const std::vector<CloughTocher<double>>& splits() const { return splits_; }
 
@@ -74,7 +74,8 @@ struct SurfaceSample {
 
 /// Slopes at rest (ControlMesh::rest_slopes) that bring the surface through the control points near to the samples and
 /// otherwise bend it least.
-MarkerPositions slopesNear(const ControlMesh& mesh, const std::vector<SurfaceSample>& samples, const SurfaceOptions& options = {});
+MarkerPositions slopesNear(const ControlMesh& mesh, const std::vector<SurfaceSample>& samples,
+                           const SurfaceOptions& options = {});
 
 inline SurfacePoint evaluate(const BezierSurface::Pose& pose, const SurfacePlace& place) {
   const PatchPlace at = patchPlace(place);

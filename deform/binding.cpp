@@ -19,13 +19,13 @@ namespace mouthpiece {
 namespace {
 
 // Lengths as shares of the mouth's width.
-constexpr double kFarFrom = 0.3;     ///< offsets above this bind less and less
-constexpr double kFarTo = 0.5;       ///< and above this not at all
-constexpr double kBeside = 0.25;     ///< beyond an opening's border by more: not above the surface any more
-constexpr double kDetour = 0.05;     ///< a place further off than this has to be about the nearest of all
+constexpr double kFarFrom = 0.3;      ///< offsets above this bind less and less
+constexpr double kFarTo = 0.5;        ///< and above this not at all
+constexpr double kBeside = 0.25;      ///< beyond an opening's border by more: not above the surface any more
+constexpr double kDetour = 0.05;      ///< a place further off than this has to be about the nearest of all
 constexpr double kFadeInside = 0.35;  ///< behind lips, lids and nostrils the motion fades over this way along the mesh
-constexpr double kFollows = 0.3;     ///< lashes and the like follow skin that is nearer
-constexpr double kRootDepth = 0.03;  ///< what of such a part counts as its root
+constexpr double kFollows = 0.3;      ///< lashes and the like follow skin that is nearer
+constexpr double kRootDepth = 0.03;   ///< what of such a part counts as its root
 
 enum class Fate : std::uint8_t { kOpen, kBound, kStill };
 
@@ -54,7 +54,8 @@ class Binder {
         fates_(kinds_.size(), Fate::kOpen) {
     face_component_ = largestSkin();
     binding_.patch.assign(kinds_.size(), -1);
-    for (auto* column : {&binding_.u, &binding_.v, &binding_.d, &binding_.skin_weight, &binding_.jaw_weight}) column->assign(kinds_.size(), 0.0F);
+    for (auto* column : {&binding_.u, &binding_.v, &binding_.d, &binding_.skin_weight, &binding_.jaw_weight})
+      column->assign(kinds_.size(), 0.0F);
   }
 
   FaceBinding bind() {
@@ -67,14 +68,17 @@ class Binder {
   }
 
  private:
-  [[nodiscard]] Eigen::Vector3d vertex(std::size_t v) const { return mesh_.vertices.row(static_cast<Eigen::Index>(v)).transpose().cast<double>(); }
+  [[nodiscard]] Eigen::Vector3d vertex(std::size_t v) const {
+    return mesh_.vertices.row(static_cast<Eigen::Index>(v)).transpose().cast<double>();
+  }
 
   [[nodiscard]] std::uint32_t largestSkin() const {
     std::map<std::uint32_t, std::size_t> sizes;
     for (std::size_t v = 0; v < kinds_.size(); ++v) {
       if (isSkin(kinds_[v])) ++sizes[components_[v]];
     }
-    const auto largest = std::max_element(sizes.begin(), sizes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    const auto largest =
+        std::max_element(sizes.begin(), sizes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
     return largest == sizes.end() ? 0 : largest->first;
   }
 
@@ -121,15 +125,15 @@ class Binder {
     }
   }
 
-  /// Whether the surface is much nearer than the nearest place whose normal agrees: then the vertex turns away from it, like
-  /// the inside of a lip, and what agrees is another part of the face.
+  /// Whether the surface is much nearer than the nearest place whose normal agrees: then the vertex turns away from it,
+  /// like the inside of a lip, and what agrees is another part of the face.
   [[nodiscard]] bool isDetour(std::size_t v, const SurfaceFoot& foot) const {
     const auto nearest = projector_.closest(vertex(v), Eigen::Vector3d::Zero(), -1, sides_.forbidden[v]);
     return nearest && nearest->distance < 0.5 * foot.distance;
   }
 
-  /// What turns away from the surface (inside of lips, lids, nostrils; the mouth's bag) goes with the nearest bound vertex along
-  /// the mesh, less and less; nearest of those on its own side of the mouth and the eyes.
+  /// What turns away from the surface (inside of lips, lids, nostrils; the mouth's bag) goes with the nearest bound
+  /// vertex along the mesh, less and less; nearest of those on its own side of the mouth and the eyes.
   void followAlongMesh() {
     std::set<std::uint32_t> sides;
     for (std::size_t v = 0; v < kinds_.size(); ++v) {
@@ -139,10 +143,12 @@ class Binder {
     for (const std::uint32_t forbidden : sides) {
       std::vector<std::uint32_t> seeds;
       for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
-        const bool is_bound = before[v] == Fate::kBound && (triangle_sides_[static_cast<std::size_t>(binding_.patch[v])] & forbidden) == 0;
+        const bool is_bound = before[v] == Fate::kBound &&
+                              (triangle_sides_[static_cast<std::size_t>(binding_.patch[v])] & forbidden) == 0;
         if (is_bound || before[v] == Fate::kStill) seeds.push_back(v);
       }
-      const auto reach = graph_.reachFrom(seeds, [&](std::uint32_t v) { return before[v] == Fate::kOpen && mayBind(kinds_[v]); });
+      const auto reach =
+          graph_.reachFrom(seeds, [&](std::uint32_t v) { return before[v] == Fate::kOpen && mayBind(kinds_[v]); });
       for (std::size_t v = 0; v < kinds_.size(); ++v) {
         if (before[v] != Fate::kOpen || sides_.forbidden[v] != forbidden || reach.source[v] < 0) continue;
         const double weight = 1 - smooth(reach.distance[v] / (kFadeInside * control_.mouth_width));
@@ -164,7 +170,8 @@ class Binder {
   }
 
   /// The face's nearest vertex to a place.
-  [[nodiscard]] std::pair<std::uint32_t, double> nearestOnFace(const std::vector<std::uint32_t>& face, std::uint32_t v) const {
+  [[nodiscard]] std::pair<std::uint32_t, double> nearestOnFace(const std::vector<std::uint32_t>& face,
+                                                               std::uint32_t v) const {
     std::pair<std::uint32_t, float> nearest{0, std::numeric_limits<float>::infinity()};
     for (const std::uint32_t s : face) {
       const float squared = (mesh_.vertices.row(s) - mesh_.vertices.row(v)).squaredNorm();
@@ -173,13 +180,15 @@ class Binder {
     return {nearest.first, std::sqrt(static_cast<double>(nearest.second))};
   }
 
-  /// Parts of their own on the skin (lashes, ears): where they are rooted in the face they move as it does, and each vertex as
-  /// the root nearest along the part.
+  /// Parts of their own on the skin (lashes, ears): where they are rooted in the face they move as it does, and each
+  /// vertex as the root nearest along the part.
   void followNearby() {
     std::vector<std::uint32_t> face, loose;
     for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
-      if (isLoosePart(v)) loose.push_back(v);
-      else if (isSkin(kinds_[v]) && fates_[v] != Fate::kOpen) face.push_back(v);
+      if (isLoosePart(v))
+        loose.push_back(v);
+      else if (isSkin(kinds_[v]) && fates_[v] != Fate::kOpen)
+        face.push_back(v);
     }
     if (face.empty()) return;
     std::vector<std::pair<std::uint32_t, double>> nearest;
@@ -193,7 +202,8 @@ class Binder {
     std::map<std::uint32_t, std::uint32_t> rooted_in;
     const double width = control_.mouth_width;
     for (std::size_t i = 0; i < loose.size(); ++i) {
-      if (nearest[i].second > kFollows * width || nearest[i].second > gaps[components_[loose[i]]] + kRootDepth * width) continue;
+      if (nearest[i].second > kFollows * width || nearest[i].second > gaps[components_[loose[i]]] + kRootDepth * width)
+        continue;
       roots.push_back(loose[i]);
       rooted_in.emplace(loose[i], nearest[i].first);
     }
@@ -223,7 +233,8 @@ class Binder {
     return (triangle_sides_[static_cast<std::size_t>(binding_.patch[v])] & (kUpperLip | kLowerLip)) != 0;
   }
 
-  /// Jaw's share of parts of the mouth's inside that hang on nothing (gums): 1 below the mouth's line, 0 above; -1: not such a part.
+  /// Jaw's share of parts of the mouth's inside that hang on nothing (gums): 1 below the mouth's line, 0 above; -1: not
+  /// such a part.
   [[nodiscard]] std::vector<float> separateParts(const std::vector<std::uint32_t>& components) const {
     const std::size_t count = components.empty() ? 0 : *std::max_element(components.begin(), components.end()) + 1;
     std::vector<bool> has_skin(count, false);
@@ -250,7 +261,8 @@ class Binder {
   void measureOffsets() {
     for (std::size_t v = 0; v < kinds_.size(); ++v) {
       if (binding_.patch[v] < 0) continue;
-      const SurfacePoint s = evaluate(surface_.restPose(), {binding_.patch[v], static_cast<double>(binding_.u[v]), static_cast<double>(binding_.v[v])});
+      const SurfacePoint s = evaluate(surface_.restPose(), {binding_.patch[v], static_cast<double>(binding_.u[v]),
+                                                            static_cast<double>(binding_.v[v])});
       binding_.d[v] = static_cast<float>((vertex(v) - s.position).dot(s.normal()));
     }
   }
@@ -276,21 +288,28 @@ FaceBinding bindFace(const FaceMesh& mesh, const ControlMesh& control, const Bin
   return Binder(mesh, control, options).bind();
 }
 
-void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control, const std::string& file) {
+void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control,
+                  const std::string& file) {
   const auto count = static_cast<std::size_t>(mesh.vertices.rows());
   const auto fail = [&](const std::string& what) { throw InputError(file, "binding", what); };
-  if (binding.patch.size() != count) fail("found " + std::to_string(binding.patch.size()) + " vertices; expected " + std::to_string(count));
+  if (binding.patch.size() != count)
+    fail("found " + std::to_string(binding.patch.size()) + " vertices; expected " + std::to_string(count));
   for (const auto* column : {&binding.u, &binding.v, &binding.d, &binding.skin_weight, &binding.jaw_weight}) {
-    if (column->size() != count) fail("found columns of different lengths; expected " + std::to_string(count) + " entries each");
+    if (column->size() != count)
+      fail("found columns of different lengths; expected " + std::to_string(count) + " entries each");
   }
   constexpr float kSlack = 1e-4F;
   for (std::size_t v = 0; v < count; ++v) {
     if (binding.patch[v] < -1 || binding.patch[v] >= static_cast<std::int64_t>(control.triangles.size())) {
-      fail("found patch " + std::to_string(binding.patch[v]) + "; expected -1 to " + std::to_string(control.triangles.size() - 1));
+      fail("found patch " + std::to_string(binding.patch[v]) + "; expected -1 to " +
+           std::to_string(control.triangles.size() - 1));
     }
-    const bool is_place = binding.u[v] >= -kSlack && binding.v[v] >= -kSlack && binding.u[v] + binding.v[v] <= 1 + kSlack;
-    const bool is_share = binding.skin_weight[v] >= 0 && binding.skin_weight[v] <= 1 && binding.jaw_weight[v] >= 0 && binding.jaw_weight[v] <= 1;
-    if (!is_place || !is_share || !std::isfinite(binding.d[v])) fail("found vertex " + std::to_string(v) + " out of range");
+    const bool is_place =
+        binding.u[v] >= -kSlack && binding.v[v] >= -kSlack && binding.u[v] + binding.v[v] <= 1 + kSlack;
+    const bool is_share = binding.skin_weight[v] >= 0 && binding.skin_weight[v] <= 1 && binding.jaw_weight[v] >= 0 &&
+                          binding.jaw_weight[v] <= 1;
+    if (!is_place || !is_share || !std::isfinite(binding.d[v]))
+      fail("found vertex " + std::to_string(v) + " out of range");
   }
 }
 
@@ -309,11 +328,15 @@ BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, c
     const bool is_bound = binding.patch[v] >= 0 && binding.skin_weight[v] > 0;
     report.bound_vertices += is_bound ? 1 : 0;
     if (is_bound) report.largest_offset = std::max(report.largest_offset, std::abs(static_cast<double>(binding.d[v])));
-    if (is_bound && (triangle_sides[static_cast<std::size_t>(binding.patch[v])] & sides.forbidden[v] & (kUpperLip | kLowerLip)) != 0) ++report.lip_side_errors;
+    if (is_bound && (triangle_sides[static_cast<std::size_t>(binding.patch[v])] & sides.forbidden[v] &
+                     (kUpperLip | kLowerLip)) != 0)
+      ++report.lip_side_errors;
     if (!isSkin(kinds[v])) continue;
     ++report.skin_vertices;
     const Eigen::RowVector3d p = mesh.vertices.row(static_cast<Eigen::Index>(v)).cast<double>();
-    if ((p.array() < low.array()).any() || (p.array() > high.array()).any() || normals(static_cast<Eigen::Index>(v), 2) < 0.2F) continue;
+    if ((p.array() < low.array()).any() || (p.array() > high.array()).any() ||
+        normals(static_cast<Eigen::Index>(v), 2) < 0.2F)
+      continue;
     ++in_front;
     covered += is_bound ? 1 : 0;
   }

@@ -28,16 +28,17 @@ struct FaceBinding {
 FaceBinding bindFace(const FaceMesh& mesh, const ControlMesh& control, const BindingOptions& options = {});
 
 /// Checks sizes, ranges and finiteness of a binding read from a file. Throws InputError that begins with `file`.
-void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control, const std::string& file);
+void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control,
+                  const std::string& file);
 
 /// How a face is bound: for `retarget check`.
 struct BindingReport {
   std::size_t vertices = 0;
-  std::size_t skin_vertices = 0;      ///< vertices of skin and lips
-  std::size_t bound_vertices = 0;     ///< moved by the control surface
-  std::size_t lip_side_errors = 0;    ///< vertices of one lip on a patch of the other: must be 0
-  double coverage = 0;                ///< bound share of the skin vertices in front of the outline
-  double largest_offset = 0;          ///< |d|, the mesh's unit
+  std::size_t skin_vertices = 0;    ///< vertices of skin and lips
+  std::size_t bound_vertices = 0;   ///< moved by the control surface
+  std::size_t lip_side_errors = 0;  ///< vertices of one lip on a patch of the other: must be 0
+  double coverage = 0;              ///< bound share of the skin vertices in front of the outline
+  double largest_offset = 0;        ///< |d|, the mesh's unit
 };
 BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control);
 

@@ -15,9 +15,9 @@ template <typename Scalar>
 struct CloughTocher {
   using Plane = Eigen::Matrix<Scalar, 2, 1>;
 
-  std::array<Plane, 3> edge;      ///< a third of the way from corner i to corner i + 1
-  std::array<Plane, 3> inward;    ///< a third of the way from corner i to the centroid
-  std::array<Scalar, 3> foot{};   ///< where the centroid's perpendicular meets the edge from i to i + 1, [0, 1] along it
+  std::array<Plane, 3> edge;     ///< a third of the way from corner i to corner i + 1
+  std::array<Plane, 3> inward;   ///< a third of the way from corner i to the centroid
+  std::array<Scalar, 3> foot{};  ///< where the centroid's perpendicular meets the edge from i to i + 1, [0, 1] along it
 
   CloughTocher() = default;
   explicit CloughTocher(const std::array<Eigen::Vector2d, 3>& corners) {

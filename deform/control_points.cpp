@@ -41,7 +41,9 @@ Eigen::Vector3d carriedByLip(const ControlMesh& mesh, int index, const MarkerPos
   const double stretch = line.norm() / rest_line.norm();
   const double thickness = stretch > 0 ? std::clamp(1 / std::sqrt(stretch), kThinnest, kThickest) : kThickest;
   const Eigen::Vector3d offset = row(mesh.rest, index) - row(mesh.rest, outer);
-  return row(now, outer) + thickness * (Eigen::Quaterniond::Identity().slerp(kTurnsWithLine, Eigen::Quaterniond::FromTwoVectors(rest_line, line)) * offset);
+  return row(now, outer) + thickness * (Eigen::Quaterniond::Identity().slerp(
+                                            kTurnsWithLine, Eigen::Quaterniond::FromTwoVectors(rest_line, line)) *
+                                        offset);
 }
 
 /// Keeps a pair of rim points from passing through each other: the gap along the lips' own direction is eased to zero,
@@ -75,7 +77,8 @@ MarkerPositions leadingPoints(const ControlMesh& mesh, std::span<const double> m
       Eigen::Map<const MarkerPositions>(markers.data(), static_cast<Eigen::Index>(mesh.marker_count), 3);
   const int count = static_cast<int>(mesh.points.size());
   for (int i = 0; i < count; ++i) {
-    if (mesh.points[static_cast<std::size_t>(i)].rule == PointRule::kInnerLip) now.row(i) = carriedByLip(mesh, i, now).transpose();
+    if (mesh.points[static_cast<std::size_t>(i)].rule == PointRule::kInnerLip)
+      now.row(i) = carriedByLip(mesh, i, now).transpose();
   }
   for (int i = 0; i < count; ++i) {
     const ControlPoint& point = mesh.points[static_cast<std::size_t>(i)];

@@ -24,17 +24,25 @@ double turn(const ControlMesh& mesh, const std::array<int, 3>& triangle) {
 /// The first broken promise of a control mesh in words, or nothing.
 std::string faultOf(const ControlMesh& mesh) {
   const auto count = static_cast<Eigen::Index>(mesh.points.size());
-  if (mesh.rest.rows() != count || mesh.domain.rows() != count) return "found tables of different lengths; expected one row a control point";
-  if (mesh.marker_count == 0 || mesh.marker_count > mesh.points.size()) return "found a marker count outside the points";
-  if (mesh.rest_slopes.rows() != 0 && mesh.rest_slopes.rows() != 2 * count) return "found " + std::to_string(mesh.rest_slopes.rows()) + " rest slopes; expected none or two a point";
-  if (!mesh.rest_slopes.allFinite() || !mesh.rest.allFinite() || !mesh.domain.allFinite()) return "found a coordinate that is not finite";
-  if (!(mesh.mouth_width > 0) || !std::isfinite(mesh.mouth_width)) return "found no mouth width; expected one above zero";
+  if (mesh.rest.rows() != count || mesh.domain.rows() != count)
+    return "found tables of different lengths; expected one row a control point";
+  if (mesh.marker_count == 0 || mesh.marker_count > mesh.points.size())
+    return "found a marker count outside the points";
+  if (mesh.rest_slopes.rows() != 0 && mesh.rest_slopes.rows() != 2 * count)
+    return "found " + std::to_string(mesh.rest_slopes.rows()) + " rest slopes; expected none or two a point";
+  if (!mesh.rest_slopes.allFinite() || !mesh.rest.allFinite() || !mesh.domain.allFinite())
+    return "found a coordinate that is not finite";
+  if (!(mesh.mouth_width > 0) || !std::isfinite(mesh.mouth_width))
+    return "found no mouth width; expected one above zero";
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     const ControlPoint& point = mesh.points[i];
-    if ((point.rule == PointRule::kMarker) != (i < mesh.marker_count)) return "found point " + point.name + " out of order; expected markers first";
-    if (point.rule == PointRule::kInnerLip && point.drivers.size() != 3) return "found point " + point.name + " without its three lip markers";
+    if ((point.rule == PointRule::kMarker) != (i < mesh.marker_count))
+      return "found point " + point.name + " out of order; expected markers first";
+    if (point.rule == PointRule::kInnerLip && point.drivers.size() != 3)
+      return "found point " + point.name + " without its three lip markers";
     for (const PointDriver& driver : point.drivers) {
-      if (driver.point < 0 || static_cast<std::size_t>(driver.point) >= i) return "found point " + point.name + " driven by a later point";
+      if (driver.point < 0 || static_cast<std::size_t>(driver.point) >= i)
+        return "found point " + point.name + " driven by a later point";
       if (!std::isfinite(driver.weight)) return "found point " + point.name + " with a weight that is not finite";
       if (point.rule == PointRule::kInnerLip && static_cast<std::size_t>(driver.point) >= mesh.marker_count) {
         return "found point " + point.name + " driven by a virtual point; expected lip markers";
@@ -50,17 +58,20 @@ std::string faultOf(const ControlMesh& mesh) {
     const auto& triangle = mesh.triangles[t];
     bool upper = false, lower = false;
     for (const int corner : triangle) {
-      if (corner < 0 || corner >= count) return "found a triangle with point " + std::to_string(corner) + " of " + std::to_string(count);
+      if (corner < 0 || corner >= count)
+        return "found a triangle with point " + std::to_string(corner) + " of " + std::to_string(count);
       upper |= mesh.points[static_cast<std::size_t>(corner)].side == LipSide::kUpper;
       lower |= mesh.points[static_cast<std::size_t>(corner)].side == LipSide::kLower;
     }
     if (upper && lower) return "found a triangle that joins the lips";
-    if (!(turn(mesh, triangle) > kLeastTurn * mesh.mouth_width * mesh.mouth_width)) return "found a triangle that is turned over or flat";
+    if (!(turn(mesh, triangle) > kLeastTurn * mesh.mouth_width * mesh.mouth_width))
+      return "found a triangle that is turned over or flat";
   }
   std::set<std::pair<int, int>> edges;
   for (const auto& triangle : mesh.triangles) {
     for (std::size_t k = 0; k < 3; ++k) {
-      if (!edges.emplace(triangle[k], triangle[(k + 1) % 3]).second) return "found an edge with two triangles on one side";
+      if (!edges.emplace(triangle[k], triangle[(k + 1) % 3]).second)
+        return "found an edge with two triangles on one side";
     }
   }
   return {};

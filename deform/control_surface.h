@@ -17,7 +17,8 @@ namespace mouthpiece {
 enum class PointRule : std::uint8_t {
   kMarker,    ///< column of the marker row
   kFollow,    ///< rest + sum of weight * (driver - its rest); no drivers: it never moves
-  kInnerLip,  ///< rim of the mouth behind one outer lip marker; drivers: it, its neighbours along the lip to the right, to the left
+  kInnerLip,  ///< rim of the mouth behind one outer lip marker; drivers: it, its neighbours along the lip to the right,
+              ///< to the left
 };
 
 /// Which lip a point or a triangle belongs to. No triangle has points of both.
@@ -34,21 +35,23 @@ struct ControlPoint {
   PointRule rule = PointRule::kMarker;
   LipSide side = LipSide::kNone;
   std::vector<PointDriver> drivers;
-  int opposite = -1;                 ///< kInnerLip: the point of the other lip that it meets when the mouth closes
-  bool fixed = false;  ///< on the ring outside the markers: neither moves nor turns, so that motion fades to nothing there
+  int opposite = -1;  ///< kInnerLip: the point of the other lip that it meets when the mouth closes
+  bool fixed =
+      false;  ///< on the ring outside the markers: neither moves nor turns, so that motion fades to nothing there
 };
 
 /// The control mesh of EDGE 6, figure 4: the markers plus virtual points, triangulated in a plane with the mouth
 /// and the eyes as holes. Plain data; `.face` files hold it as it is.
 struct ControlMesh {
-  double mouth_width = 0;             ///< between the lip corners at rest
-  std::size_t marker_count = 0;       ///< the first points are the markers, in the row's order
+  double mouth_width = 0;        ///< between the lip corners at rest
+  std::size_t marker_count = 0;  ///< the first points are the markers, in the row's order
   std::vector<ControlPoint> points;
-  MarkerPositions rest;               ///< points x 3, the mesh's unit
-  Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> domain;  ///< points x 2: the plane the surface is parametrised over
-  std::vector<std::array<int, 3>> triangles;                         ///< counter-clockwise in the plane and seen from outside
-  /// 2 points x 3: derivatives of the surface at rest along the plane's axes, rows 2 i and 2 i + 1 for point i. Fitted to a
-  /// mesh; empty: those that bend the surface least.
+  MarkerPositions rest;  ///< points x 3, the mesh's unit
+  Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>
+      domain;                                 ///< points x 2: the plane the surface is parametrised over
+  std::vector<std::array<int, 3>> triangles;  ///< counter-clockwise in the plane and seen from outside
+  /// 2 points x 3: derivatives of the surface at rest along the plane's axes, rows 2 i and 2 i + 1 for point i. Fitted
+  /// to a mesh; empty: those that bend the surface least.
   MarkerPositions rest_slopes;
 
   [[nodiscard]] LipSide sideOf(std::size_t triangle) const;
@@ -65,18 +68,18 @@ const std::vector<VirtualPointPlace>& virtualPointPlaces();
 
 /// Triangulates the markers of `marker_names` at `marker_rest` (markers x 3, the mesh's unit, Y up, Z out of the face).
 /// `known`: rest positions of points of virtualPointPlaces() by name; those left out are estimated from the markers.
-/// `mesh`: where given, the surface at rest is laid along its skin, with points added where markers are too few; give it,
-/// a surface close to the skin deforms it better. Throws InputError when a lip marker is missing, a coordinate is not finite, or the
-/// markers do not lie like a face's.
+/// `mesh`: where given, the surface at rest is laid along its skin, with points added where markers are too few; give
+/// it, a surface close to the skin deforms it better. Throws InputError when a lip marker is missing, a coordinate is
+/// not finite, or the markers do not lie like a face's.
 ControlMesh buildControlMesh(const std::vector<std::string>& marker_names, const MarkerPositions& marker_rest,
                              const std::map<std::string, Eigen::Vector3d>& known = {}, const FaceMesh* mesh = nullptr);
 
-/// Checks indices, sizes, finiteness, orientation and that the lips are apart: for meshes read from a file. Throws InputError
-/// that begins with `file`.
+/// Checks indices, sizes, finiteness, orientation and that the lips are apart: for meshes read from a file. Throws
+/// InputError that begins with `file`.
 void checkControlMesh(const ControlMesh& mesh, const std::string& file);
 
-/// All control points of a frame: points x 3. `markers`: x y z of each marker side by side (a row of FaceRig::retarget).
-/// Lips that would pass through each other meet in between instead.
+/// All control points of a frame: points x 3. `markers`: x y z of each marker side by side (a row of
+/// FaceRig::retarget). Lips that would pass through each other meet in between instead.
 MarkerPositions controlPoints(const ControlMesh& mesh, std::span<const double> markers);
 
 }  // namespace mouthpiece

@@ -44,14 +44,16 @@ void measureOffset(const BezierSurface& surface, const Eigen::Vector3d& vertex, 
 
 /// Fills blocks patch by patch; a short last block repeats its last vertex.
 template <typename BlockType, typename Fill>
-void makeBlocks(std::vector<Hung> hung, std::vector<kernel::Run>& runs, std::vector<BlockType>& blocks, const Fill& fill) {
+void makeBlocks(std::vector<Hung> hung, std::vector<kernel::Run>& runs, std::vector<BlockType>& blocks,
+                const Fill& fill) {
   std::sort(hung.begin(), hung.end(), [](const Hung& a, const Hung& b) {
     return a.place.patch != b.place.patch ? a.place.patch < b.place.patch : a.vertex < b.vertex;
   });
   for (std::size_t begin = 0; begin < hung.size();) {
     std::size_t end = begin;
     while (end < hung.size() && hung[end].place.patch == hung[begin].place.patch) ++end;
-    kernel::Run run{static_cast<std::uint32_t>(hung[begin].place.patch), static_cast<std::uint32_t>(blocks.size()), 0, static_cast<std::uint32_t>(end - begin)};
+    kernel::Run run{static_cast<std::uint32_t>(hung[begin].place.patch), static_cast<std::uint32_t>(blocks.size()), 0,
+                    static_cast<std::uint32_t>(end - begin)};
     for (std::size_t at = begin; at < end; at += kernel::kBlock, ++run.count) {
       BlockType& block = blocks.emplace_back();
       for (std::size_t lane = 0; lane < kernel::kBlock; ++lane) fill(block, lane, hung[std::min(at + lane, end - 1)]);
@@ -69,9 +71,10 @@ struct FaceDeformer::Data {
   JawHinge jaw;
   TongueMorph tongue;
   std::vector<CloughTocher<float>> splits;
-  std::vector<Net> rest_nets;        ///< 3 a triangle, relative to `origin`
-  std::vector<int> leaders;          ///< points that others follow linearly: markers and inner lips
-  std::vector<float> follow_matrix;  ///< kernel::Product's: displacement and slopes of all points from the leaders' displacement
+  std::vector<Net> rest_nets;  ///< 3 a triangle, relative to `origin`
+  std::vector<int> leaders;    ///< points that others follow linearly: markers and inner lips
+  std::vector<float>
+      follow_matrix;  ///< kernel::Product's: displacement and slopes of all points from the leaders' displacement
   std::size_t follow_rows = 0;
   Eigen::Vector3f origin = Eigen::Vector3f::Zero();
   std::vector<kernel::Run> bound_runs, loose_runs;
@@ -96,7 +99,8 @@ struct FaceDeformer::Data {
 void FaceDeformer::Data::takeSurface(const BezierSurface& surface) {
   origin = control.rest.colwise().mean().transpose().cast<float>();
   for (const auto& triangle : control.triangles) {
-    splits.emplace_back(std::array<Eigen::Vector2d, 3>{control.domain.row(triangle[0]), control.domain.row(triangle[1]), control.domain.row(triangle[2])});
+    splits.emplace_back(std::array<Eigen::Vector2d, 3>{control.domain.row(triangle[0]), control.domain.row(triangle[1]),
+                                                       control.domain.row(triangle[2])});
   }
   for (const BezierSurface::Patch& patch : surface.restPose()) {
     Net& net = rest_nets.emplace_back();
@@ -137,7 +141,8 @@ void FaceDeformer::Data::takeFollowers(const BezierSurface& surface) {
   }
 }
 
-void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBinding& binding, const std::vector<PartKind>& kinds) {
+void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBinding& binding,
+                                     const std::vector<PartKind>& kinds) {
   std::vector<Hung> bound, loose;
   std::vector<bool> moves(kinds.size(), false);
   // Closer than this to the normal through its place a vertex needs no tangents: 0.00002 mm on a mouth of 50 mm.
@@ -169,20 +174,21 @@ void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBin
     for (std::size_t axis = 0; axis < 3; ++axis) block.base[axis][lane] = 0;
     block.to[lane] = 3 * h.vertex;
   });
-  makeBlocks(std::move(loose), loose_runs, loose_blocks, [this](kernel::LooseBlock& block, std::size_t lane, const Hung& h) {
-    block.u[lane] = static_cast<float>(h.place.u);
-    block.v[lane] = static_cast<float>(h.place.v);
-    block.d[lane] = h.d;
-    block.beside[lane] = h.beside;
-    block.across[lane] = h.across;
-    block.weight[lane] = h.weight;
-    block.jaw[lane] = h.jaw;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      block.base[axis][lane] = 0;
-      block.rest[axis][lane] = rest(static_cast<Eigen::Index>(h.vertex), static_cast<Eigen::Index>(axis));
-    }
-    block.to[lane] = 3 * h.vertex;
-  });
+  makeBlocks(std::move(loose), loose_runs, loose_blocks,
+             [this](kernel::LooseBlock& block, std::size_t lane, const Hung& h) {
+               block.u[lane] = static_cast<float>(h.place.u);
+               block.v[lane] = static_cast<float>(h.place.v);
+               block.d[lane] = h.d;
+               block.beside[lane] = h.beside;
+               block.across[lane] = h.across;
+               block.weight[lane] = h.weight;
+               block.jaw[lane] = h.jaw;
+               for (std::size_t axis = 0; axis < 3; ++axis) {
+                 block.base[axis][lane] = 0;
+                 block.rest[axis][lane] = rest(static_cast<Eigen::Index>(h.vertex), static_cast<Eigen::Index>(axis));
+               }
+               block.to[lane] = 3 * h.vertex;
+             });
   for (std::size_t i = 0; i < moves.size();) {
     const std::size_t first = i;
     while (i < moves.size() && !moves[i]) ++i;
@@ -218,7 +224,8 @@ void FaceDeformer::Data::posePatches(const MarkerPositions& points, std::vector<
   following.resize(3 * follow_rows);
   for (std::size_t l = 0; l < leaders.size(); ++l) {
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      leading[3 * l + static_cast<std::size_t>(axis)] = static_cast<float>(points(leaders[l], axis) - control.rest(leaders[l], axis));
+      leading[3 * l + static_cast<std::size_t>(axis)] =
+          static_cast<float>(points(leaders[l], axis) - control.rest(leaders[l], axis));
     }
   }
   kernels->multiply({follow_matrix.data(), leading.data(), following.data(), follow_rows, leaders.size()});
@@ -239,7 +246,8 @@ void FaceDeformer::Data::posePatches(const MarkerPositions& points, std::vector<
       const Net& at_rest = rest_nets[3 * t + k];
       Net& net = nets[3 * t + k];
       for (std::size_t i = 0; i < 10; ++i) {
-        for (std::size_t axis = 0; axis < 3; ++axis) net[3 * i + axis] = at_rest[3 * i + axis] + patches[k].net[i][static_cast<Eigen::Index>(axis)];
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          net[3 * i + axis] = at_rest[3 * i + axis] + patches[k].net[i][static_cast<Eigen::Index>(axis)];
       }
     }
   }
@@ -250,11 +258,13 @@ void FaceDeformer::Data::moveJawVertices(const kernel::Frame& frame) const {
   const Eigen::Map<const Eigen::Vector3f> shift(frame.jaw_shift);
   for (std::size_t i = 0; i < jaw_vertices.size(); ++i) {
     const Eigen::Vector3f at_rest = rest.row(static_cast<Eigen::Index>(jaw_vertices[i])).transpose();
-    Eigen::Map<Eigen::Vector3f>(frame.out + 3 * static_cast<std::size_t>(jaw_vertices[i])) = at_rest + jaw_weights[i] * (turn * at_rest + shift);
+    Eigen::Map<Eigen::Vector3f>(frame.out + 3 * static_cast<std::size_t>(jaw_vertices[i])) =
+        at_rest + jaw_weights[i] * (turn * at_rest + shift);
   }
 }
 
-FaceDeformer::FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding, const DeformerOptions& options) {
+FaceDeformer::FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding,
+                           const DeformerOptions& options) {
   checkBinding(binding, mesh, control, "face binding");
   const std::vector<PartKind> kinds = vertexKinds(mesh);
   std::vector<std::uint32_t> tongue;

@@ -19,13 +19,14 @@ struct DeformerOptions {
 class FaceDeformer {
  public:
   /// `binding` is bindFace()'s for the same mesh and control mesh. Throws InputError when it does not fit them.
-  FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding, const DeformerOptions& options = {});
+  FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding,
+               const DeformerOptions& options = {});
   FaceDeformer(FaceDeformer&&) noexcept;
   FaceDeformer& operator=(FaceDeformer&&) noexcept;
   ~FaceDeformer();
 
-  /// `markers`: x y z of each marker side by side, the mesh's unit. `out`: vertices x 3, resized when needed; no allocation
-  /// of its size otherwise. The rest markers give the rest mesh back.
+  /// `markers`: x y z of each marker side by side, the mesh's unit. `out`: vertices x 3, resized when needed; no
+  /// allocation of its size otherwise. The rest markers give the rest mesh back.
   void deform(std::span<const double> markers, const TonguePose& tongue, VertexPositions& out) const;
 
  private:

@@ -9,20 +9,24 @@ namespace mouthpiece {
 namespace {
 
 /// How far a marker's skin follows the bone.
-constexpr std::pair<const char*, double> kGuides[] = {{"CHIN_UP", 0.25},    {"CHIN_MID", 1},      {"CHIN_LOW", 1},  {"JAW_FRONT_R", 0.5},
-                                                      {"JAW_FRONT_L", 0.5}, {"JAW_MID_R", 0.15}, {"JAW_MID_L", 0.15}};
+constexpr std::pair<const char*, double> kGuides[] = {{"CHIN_UP", 0.25},    {"CHIN_MID", 1},      {"CHIN_LOW", 1},
+                                                      {"JAW_FRONT_R", 0.5}, {"JAW_FRONT_L", 0.5}, {"JAW_MID_R", 0.15},
+                                                      {"JAW_MID_L", 0.15}};
 constexpr int kSteps = 4;
 /// Against turning sideways and sliding where the markers do not ask for it, as a share of the guides' weight.
 constexpr double kReluctance = 0.05;
 
 Eigen::Matrix3d turnOf(double open, double sideways) {
-  return (Eigen::AngleAxisd(sideways, Eigen::Vector3d::UnitY()) * Eigen::AngleAxisd(open, Eigen::Vector3d::UnitX())).toRotationMatrix();
+  return (Eigen::AngleAxisd(sideways, Eigen::Vector3d::UnitY()) * Eigen::AngleAxisd(open, Eigen::Vector3d::UnitX()))
+      .toRotationMatrix();
 }
 
 }  // namespace
 
 JawHinge::JawHinge(const ControlMesh& mesh) {
-  const auto rest = [&](const char* name) -> Eigen::Vector3d { return mesh.rest.row(findPoint(mesh, name)).transpose(); };
+  const auto rest = [&](const char* name) -> Eigen::Vector3d {
+    return mesh.rest.row(findPoint(mesh, name)).transpose();
+  };
   for (const auto& [name, weight] : kGuides) {
     if (const int point = findPoint(mesh, name); point >= 0) guides_.push_back({point, weight, rest(name)});
   }
@@ -61,7 +65,8 @@ AddedMotion JawHinge::motion(const MarkerPositions& control_points) const {
       const Eigen::Vector3d there = pivot_ + arm + Eigen::Vector3d(0, 0, state[2] * lever_);
       const Eigen::Vector3d miss = (control_points.row(guide.point).transpose() - there) / lever_;
       Eigen::Matrix3d slope;
-      slope << (sideways * Eigen::Vector3d::UnitX()).cross(arm) / lever_, Eigen::Vector3d::UnitY().cross(arm) / lever_, Eigen::Vector3d::UnitZ();
+      slope << (sideways * Eigen::Vector3d::UnitX()).cross(arm) / lever_, Eigen::Vector3d::UnitY().cross(arm) / lever_,
+          Eigen::Vector3d::UnitZ();
       matrix += guide.weight * slope.transpose() * slope;
       right += guide.weight * slope.transpose() * miss;
       weights += guide.weight;

@@ -19,8 +19,10 @@ struct Side {
   const char* prefix;
   const char* suffix;
 };
-constexpr Side kSides[] = {{kUpperLip, "LIP_UP_", ""},       {kLowerLip, "LIP_LO_", ""},       {kUpperLip, "RIM_UP_", ""},      {kLowerLip, "RIM_LO_", ""},
-                           {kUpperLidRight, "LID_UP", "_R"}, {kLowerLidRight, "LID_LO", "_R"}, {kUpperLidLeft, "LID_UP", "_L"}, {kLowerLidLeft, "LID_LO", "_L"}};
+constexpr Side kSides[] = {{kUpperLip, "LIP_UP_", ""},       {kLowerLip, "LIP_LO_", ""},
+                           {kUpperLip, "RIM_UP_", ""},       {kLowerLip, "RIM_LO_", ""},
+                           {kUpperLidRight, "LID_UP", "_R"}, {kLowerLidRight, "LID_LO", "_R"},
+                           {kUpperLidLeft, "LID_UP", "_L"},  {kLowerLidLeft, "LID_LO", "_L"}};
 
 std::uint32_t sideOfPoint(const std::string& name) {
   for (const Side& side : kSides) {
@@ -36,7 +38,8 @@ double distanceToSegment(const Eigen::Vector3d& p, const Eigen::Vector3d& a, con
 }
 
 /// The vertices nearest to the points on one side. Rims may coincide with the other lip's and are no use here.
-std::vector<std::uint32_t> seedsOf(const FaceMesh& mesh, const ControlMesh& control, const std::vector<PartKind>& kinds, std::uint32_t bit) {
+std::vector<std::uint32_t> seedsOf(const FaceMesh& mesh, const ControlMesh& control, const std::vector<PartKind>& kinds,
+                                   std::uint32_t bit) {
   std::vector<std::uint32_t> seeds;
   for (std::size_t i = 0; i < control.points.size(); ++i) {
     const std::string& name = control.points[i].name;
@@ -62,10 +65,14 @@ std::vector<std::uint32_t> seedsOf(const FaceMesh& mesh, const ControlMesh& cont
 std::vector<PartKind> vertexKinds(const FaceMesh& mesh) {
   const auto rank = [](PartKind kind) {
     switch (kind) {
-      case PartKind::kLips: return 3;
-      case PartKind::kSkin: return 2;
-      case PartKind::kMouthInside: return 1;
-      default: return 0;
+      case PartKind::kLips:
+        return 3;
+      case PartKind::kSkin:
+        return 2;
+      case PartKind::kMouthInside:
+        return 1;
+      default:
+        return 0;
     }
   };
   std::vector<PartKind> kinds(static_cast<std::size_t>(mesh.vertices.rows()), PartKind::kOther);
@@ -106,7 +113,8 @@ MeshGraph graphOf(const FaceMesh& mesh, const ControlMesh& control) {
   });
 }
 
-VertexSides vertexSides(const FaceMesh& mesh, const ControlMesh& control, const std::vector<PartKind>& kinds, const MeshGraph& graph) {
+VertexSides vertexSides(const FaceMesh& mesh, const ControlMesh& control, const std::vector<PartKind>& kinds,
+                        const MeshGraph& graph) {
   VertexSides sides{std::vector<std::uint32_t>(kinds.size(), 0), std::vector<double>(kinds.size(), 0.5)};
   const auto anywhere = [](std::uint32_t) { return true; };
   for (std::uint32_t upper : {kUpperLip, kUpperLidRight, kUpperLidLeft}) {

@@ -27,7 +27,8 @@ struct VertexSides {
   std::vector<std::uint32_t> forbidden;  ///< bits of the further side of each opening, by distance along the mesh
   std::vector<double> lower_share;       ///< way to the upper lip over the ways to both: 0 upper, 1 lower
 };
-VertexSides vertexSides(const FaceMesh& mesh, const ControlMesh& control, const std::vector<PartKind>& kinds, const MeshGraph& graph);
+VertexSides vertexSides(const FaceMesh& mesh, const ControlMesh& control, const std::vector<PartKind>& kinds,
+                        const MeshGraph& graph);
 
 /// The mesh's edges, with texture seams closed but never the lips.
 MeshGraph graphOf(const FaceMesh& mesh, const ControlMesh& control);

@@ -16,13 +16,13 @@ namespace mouthpiece {
 namespace {
 
 // Lengths as shares of the mouth's width.
-constexpr double kLongEdge = 0.15;    ///< only edges longer than this are halved: 7.5 mm on a mouth of 50 mm
+constexpr double kLongEdge = 0.15;     ///< only edges longer than this are halved: 7.5 mm on a mouth of 50 mm
 constexpr double kNearEnough = 0.025;  ///< where the surface is this near the skin no point is added
-constexpr double kFromOld = 0.08;     ///< least distance of a new point from an old one
-constexpr double kTooFar = 0.3;       ///< skin further off than this is other skin
-constexpr double kTrusted = 0.05;     ///< skin further off counts less and less: it may be the inside of a nostril
-constexpr double kOutside = 0.3;      ///< outside the markers little moves: being off the skin matters less
-constexpr double kRingReach = 1;      ///< the ring is put on skin no further off
+constexpr double kFromOld = 0.08;      ///< least distance of a new point from an old one
+constexpr double kTooFar = 0.3;        ///< skin further off than this is other skin
+constexpr double kTrusted = 0.05;      ///< skin further off counts less and less: it may be the inside of a nostril
+constexpr double kOutside = 0.3;       ///< outside the markers little moves: being off the skin matters less
+constexpr double kRingReach = 1;       ///< the ring is put on skin no further off
 constexpr int kRounds = 4;
 constexpr int kFinalFits = 2;
 constexpr std::size_t kMaxFill = 90;
@@ -58,7 +58,8 @@ std::optional<SurfacePlace> locate(const ControlMesh& control, const Eigen::Vect
 
 /// On the edge of one of the face's openings.
 bool isRim(const ControlPoint& point) {
-  return point.name.starts_with("RIM_") || point.name.starts_with("LID_") || point.name.starts_with("EYE_") || point.name.starts_with("CANTHUS_");
+  return point.name.starts_with("RIM_") || point.name.starts_with("LID_") || point.name.starts_with("EYE_") ||
+         point.name.starts_with("CANTHUS_");
 }
 
 /// The lip that a triangle wholly belongs to; skin beside the lips is on neither.
@@ -73,18 +74,21 @@ LipSide lipOf(const ControlMesh& control, std::size_t t) {
 /// The mesh's skin in the plane, to find what lies over a place of it.
 class UnrolledSkin {
  public:
-  UnrolledSkin(const FaceMesh& mesh, const Cylinder& cylinder) : mesh_(mesh), cylinder_(cylinder), plane_(mesh.vertices.rows(), 2) {
+  UnrolledSkin(const FaceMesh& mesh, const Cylinder& cylinder)
+      : mesh_(mesh), cylinder_(cylinder), plane_(mesh.vertices.rows(), 2) {
     for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
       plane_.row(v) = cylinder.unrolled(mesh.vertices.row(v).transpose().cast<double>()).transpose();
     }
     for (const MeshPart& part : mesh.parts) {
       if (part.kind != PartKind::kSkin && part.kind != PartKind::kLips) continue;
-      for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t) skin_.push_back(mesh.triangles[t]);
+      for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t)
+        skin_.push_back(mesh.triangles[t]);
     }
   }
 
   /// The skin over `p` nearest to `near`, no further from it than `reach`, that faces outwards.
-  [[nodiscard]] std::optional<Eigen::Vector3d> over(const Eigen::Vector2d& p, const Eigen::Vector3d& near, double reach) const {
+  [[nodiscard]] std::optional<Eigen::Vector3d> over(const Eigen::Vector2d& p, const Eigen::Vector3d& near,
+                                                    double reach) const {
     std::optional<Eigen::Vector3d> best;
     double nearest = reach;
     for (const Triangle& t : skin_) {
@@ -99,7 +103,8 @@ class UnrolledSkin {
       if (!(uv.x() >= 0 && uv.y() >= 0 && uv.sum() <= 1)) continue;
       const Eigen::Vector3d place = vertex(t[0]) * uv.x() + vertex(t[1]) * uv.y() + vertex(t[2]) * (1 - uv.sum());
       const Eigen::Vector3d normal = (vertex(t[1]) - vertex(t[0])).cross(vertex(t[2]) - vertex(t[0]));
-      const bool faces_outwards = normal.x() * (place.x() - cylinder_.axis_x) + normal.z() * (place.z() - cylinder_.axis_z) > 0;
+      const bool faces_outwards =
+          normal.x() * (place.x() - cylinder_.axis_x) + normal.z() * (place.z() - cylinder_.axis_z) > 0;
       if (!faces_outwards || (place - near).norm() >= nearest) continue;
       nearest = (place - near).norm();
       best = place;
@@ -108,7 +113,9 @@ class UnrolledSkin {
   }
 
  private:
-  [[nodiscard]] Eigen::Vector3d vertex(std::uint32_t v) const { return mesh_.vertices.row(v).transpose().cast<double>(); }
+  [[nodiscard]] Eigen::Vector3d vertex(std::uint32_t v) const {
+    return mesh_.vertices.row(v).transpose().cast<double>();
+  }
 
   const FaceMesh& mesh_;
   Cylinder cylinder_;
@@ -155,7 +162,8 @@ class Fitter {
     for (std::size_t i = 0; i < control_.points.size(); ++i) {
       const auto row = static_cast<Eigen::Index>(i);
       if (!control_.points[i].fixed) continue;
-      const auto over = unrolled_.over(control_.domain.row(row).transpose(), control_.rest.row(row).transpose(), kRingReach * control_.mouth_width);
+      const auto over = unrolled_.over(control_.domain.row(row).transpose(), control_.rest.row(row).transpose(),
+                                       kRingReach * control_.mouth_width);
       if (over) control_.rest.row(row) = over->transpose();
     }
   }
@@ -171,26 +179,29 @@ class Fitter {
       const Eigen::Vector3d normal = normals_.row(skin_[i]).transpose().cast<double>();
       const auto foot = projector.closest(vertex, normal, kLeastCosine, forbidden_[static_cast<std::size_t>(skin_[i])]);
       if (foot && !foot->at_border && foot->distance < kTooFar * control_.mouth_width) {
-        samples.push_back({foot->place, vertex, 1 / (1 + std::pow(foot->distance / (kTrusted * control_.mouth_width), 2))});
+        samples.push_back(
+            {foot->place, vertex, 1 / (1 + std::pow(foot->distance / (kTrusted * control_.mouth_width), 2))});
       }
     }
     control_.rest_slopes = slopesNear(control_, samples);
   }
 
-  /// Middles of long edges and of large triangles where the surface is off the skin, worst first. Edges of the openings' rims
-  /// and of the ring stay whole.
+  /// Middles of long edges and of large triangles where the surface is off the skin, worst first. Edges of the
+  /// openings' rims and of the ring stay whole.
   [[nodiscard]] std::vector<Gap> gaps() const {
     const BezierSurface surface(control_);
     std::vector<Gap> found;
     const auto look = [&](const SurfacePlace& place) {
       const auto& triangle = control_.triangles[static_cast<std::size_t>(place.triangle)];
-      const Eigen::Vector2d plane = (place.u * control_.domain.row(triangle[0]) + place.v * control_.domain.row(triangle[1]) +
-                                     (1 - place.u - place.v) * control_.domain.row(triangle[2]))
-                                        .transpose();
+      const Eigen::Vector2d plane =
+          (place.u * control_.domain.row(triangle[0]) + place.v * control_.domain.row(triangle[1]) +
+           (1 - place.u - place.v) * control_.domain.row(triangle[2]))
+              .transpose();
       const Eigen::Vector3d position = evaluate(surface.restPose(), place).position;
       const auto over = unrolled_.over(plane, position, kTooFar * control_.mouth_width);
       if (!over) return;
-      const bool is_outside = std::any_of(triangle.begin(), triangle.end(), [&](int corner) { return point(corner).fixed; });
+      const bool is_outside =
+          std::any_of(triangle.begin(), triangle.end(), [&](int corner) { return point(corner).fixed; });
       const double distance = (*over - position).norm() * (is_outside ? kOutside : 1);
       if (distance > kNearEnough * control_.mouth_width) found.push_back({plane, *over, distance});
     };
@@ -202,7 +213,8 @@ class Fitter {
         const double length = (control_.rest.row(from) - control_.rest.row(to)).norm();
         longest = std::max(longest, length);
         const bool is_whole = (isRim(point(from)) && isRim(point(to))) || (point(from).fixed && point(to).fixed);
-        if (from < to && !is_whole && length > kLongEdge * control_.mouth_width) look({id, k == 1 ? 0.0 : 0.5, k == 2 ? 0.0 : 0.5});
+        if (from < to && !is_whole && length > kLongEdge * control_.mouth_width)
+          look({id, k == 1 ? 0.0 : 0.5, k == 2 ? 0.0 : 0.5});
       }
       if (longest > kLongEdge * control_.mouth_width) look({id, 1.0 / 3, 1.0 / 3});
     }
@@ -213,12 +225,16 @@ class Fitter {
   /// A new point on the skin.
   void close(const Gap& gap) {
     const auto place = locate(coarse_, gap.plane);
-    const double nearest = std::sqrt((control_.rest.rowwise() - gap.skin.transpose()).rowwise().squaredNorm().minCoeff());
+    const double nearest =
+        std::sqrt((control_.rest.rowwise() - gap.skin.transpose()).rowwise().squaredNorm().minCoeff());
     if (added_ < kMaxFill && place && nearest > kFromOld * control_.mouth_width) add(gap.skin, gap.plane, *place);
   }
 
   void add(const Eigen::Vector3d& position, const Eigen::Vector2d& plane, const SurfacePlace& place) {
-    ControlPoint added{.name = {}, .rule = PointRule::kFollow, .side = lipOf(coarse_, static_cast<std::size_t>(place.triangle)), .drivers = {}};
+    ControlPoint added{.name = {},
+                       .rule = PointRule::kFollow,
+                       .side = lipOf(coarse_, static_cast<std::size_t>(place.triangle)),
+                       .drivers = {}};
     const char* lip = added.side == LipSide::kUpper ? "LIP_UP_" : added.side == LipSide::kLower ? "LIP_LO_" : "";
     added.name = lip + ("FILL_" + std::to_string(added_++));
     const Eigen::VectorXd shares = influences(surface_, coarse_, place);

@@ -22,7 +22,8 @@ MeshGraph::MeshGraph(const FaceMesh& mesh, const std::function<bool(std::uint32_
   std::map<std::array<float, 3>, std::uint32_t> places;
   for (std::uint32_t v = 0; v < count; ++v) {
     if (!may_weld(v)) continue;
-    const auto [place, is_new] = places.emplace(std::array{mesh.vertices(v, 0), mesh.vertices(v, 1), mesh.vertices(v, 2)}, v);
+    const auto [place, is_new] =
+        places.emplace(std::array{mesh.vertices(v, 0), mesh.vertices(v, 1), mesh.vertices(v, 2)}, v);
     if (!is_new) join(place->second, v);
   }
   first_.assign(count + 1, 0);
@@ -33,9 +34,11 @@ MeshGraph::MeshGraph(const FaceMesh& mesh, const std::function<bool(std::uint32_
   for (const auto& [from, link] : all) links_[next[from]++] = link;
 }
 
-MeshGraph::Reach MeshGraph::reachFrom(const std::vector<std::uint32_t>& seeds, const std::function<bool(std::uint32_t vertex)>& may_pass) const {
+MeshGraph::Reach MeshGraph::reachFrom(const std::vector<std::uint32_t>& seeds,
+                                      const std::function<bool(std::uint32_t vertex)>& may_pass) const {
   const std::size_t count = first_.size() - 1;
-  Reach reach{std::vector<double>(count, std::numeric_limits<double>::infinity()), std::vector<std::int32_t>(count, -1)};
+  Reach reach{std::vector<double>(count, std::numeric_limits<double>::infinity()),
+              std::vector<std::int32_t>(count, -1)};
   using Entry = std::pair<double, std::uint32_t>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
   for (const std::uint32_t seed : seeds) {

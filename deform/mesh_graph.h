@@ -8,7 +8,8 @@
 
 namespace mouthpiece {
 
-/// Distances along a mesh's edges. Vertices in one place count as one where `may_weld` says so (texture seams double them).
+/// Distances along a mesh's edges. Vertices in one place count as one where `may_weld` says so (texture seams double
+/// them).
 class MeshGraph {
  public:
   MeshGraph(const FaceMesh& mesh, const std::function<bool(std::uint32_t vertex)>& may_weld);
@@ -18,7 +19,8 @@ class MeshGraph {
     std::vector<std::int32_t> source;  ///< the seed that does; -1: none
   };
   /// Shortest ways along edges from `seeds`, over vertices where `may_pass` holds.
-  [[nodiscard]] Reach reachFrom(const std::vector<std::uint32_t>& seeds, const std::function<bool(std::uint32_t vertex)>& may_pass) const;
+  [[nodiscard]] Reach reachFrom(const std::vector<std::uint32_t>& seeds,
+                                const std::function<bool(std::uint32_t vertex)>& may_pass) const;
 
   /// Number of each vertex' connected part of the mesh.
   [[nodiscard]] std::vector<std::uint32_t> components() const;

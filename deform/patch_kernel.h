@@ -10,8 +10,8 @@ constexpr std::size_t kBlock = 16;
 /// A patch's net as the kernels want it: x y z of the ten points in CubicNet's order.
 constexpr std::size_t kNetFloats = 30;
 
-/// Vertices right above their place on a patch: V = B(u, v) + d n + base. The nets are relative to an origin; `base` brings
-/// it back and takes up what rounding leaves of the rest vertex.
+/// Vertices right above their place on a patch: V = B(u, v) + d n + base. The nets are relative to an origin; `base`
+/// brings it back and takes up what rounding leaves of the rest vertex.
 struct Block {
   float u[kBlock], v[kBlock], d[kBlock];
   float base[3][kBlock];
@@ -35,10 +35,10 @@ struct Run {
 };
 
 struct Frame {
-  const float* nets;    ///< kNetFloats a patch
-  float jaw_turn[9];    ///< row by row
+  const float* nets;  ///< kNetFloats a patch
+  float jaw_turn[9];  ///< row by row
   float jaw_shift[3];
-  float* out;           ///< x y z of each vertex
+  float* out;  ///< x y z of each vertex
 };
 
 /// slopes(r, axis) = sum over points p of matrix[p * rows + r] * displacement[3 p + axis]; `rows` a multiple of kBlock;

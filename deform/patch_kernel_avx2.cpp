@@ -1,5 +1,5 @@
-// Compiled with -mavx2 -mfma; only called on processors that have both. Fused multiply-adds are asked for by name, so the
-// result does not depend on the compiler.
+// Compiled with -mavx2 -mfma; only called on processors that have both. Fused multiply-adds are asked for by name, so
+// the result does not depend on the compiler.
 #include <immintrin.h>
 
 #include "deform/patch_kernel.h"
@@ -25,7 +25,9 @@ inline Lanes mulAdd(Lanes a, Lanes b, Lanes c) { return {_mm256_fmadd_ps(a.value
 inline Lanes mulSub(Lanes a, Lanes b, Lanes c) { return {_mm256_fmsub_ps(a.value, b.value, c.value)}; }
 inline Lanes squareRoot(Lanes a) { return {_mm256_sqrt_ps(a.value)}; }
 
-inline void scatter(Lanes x, Lanes y, Lanes z, const std::uint32_t* to, float* out) { scatterEight(x.value, y.value, z.value, to, out); }
+inline void scatter(Lanes x, Lanes y, Lanes z, const std::uint32_t* to, float* out) {
+  scatterEight(x.value, y.value, z.value, to, out);
+}
 
 }  // namespace
 }  // namespace mouthpiece::kernel

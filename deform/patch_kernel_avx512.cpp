@@ -25,8 +25,10 @@ inline Lanes mulSub(Lanes a, Lanes b, Lanes c) { return {_mm512_fmsub_ps(a.value
 inline Lanes squareRoot(Lanes a) { return {_mm512_sqrt_ps(a.value)}; }
 
 inline void scatter(Lanes x, Lanes y, Lanes z, const std::uint32_t* to, float* out) {
-  scatterEight(_mm512_castps512_ps256(x.value), _mm512_castps512_ps256(y.value), _mm512_castps512_ps256(z.value), to, out);
-  scatterEight(_mm512_extractf32x8_ps(x.value, 1), _mm512_extractf32x8_ps(y.value, 1), _mm512_extractf32x8_ps(z.value, 1), to + 8, out);
+  scatterEight(_mm512_castps512_ps256(x.value), _mm512_castps512_ps256(y.value), _mm512_castps512_ps256(z.value), to,
+               out);
+  scatterEight(_mm512_extractf32x8_ps(x.value, 1), _mm512_extractf32x8_ps(y.value, 1),
+               _mm512_extractf32x8_ps(z.value, 1), to + 8, out);
 }
 
 }  // namespace

@@ -24,7 +24,9 @@ inline Lanes operator*(Lanes a, Lanes b) { return {a.value * b.value}; }
 inline Lanes operator/(Lanes a, Lanes b) { return {a.value / b.value}; }
 inline Lanes mulAdd(Lanes a, Lanes b, Lanes c) { return {a.value * b.value + c.value}; }
 inline Lanes mulSub(Lanes a, Lanes b, Lanes c) { return {a.value * b.value - c.value}; }
-inline Lanes squareRoot(Lanes a) { return {Lanes::Vector{std::sqrt(a.value[0]), std::sqrt(a.value[1]), std::sqrt(a.value[2]), std::sqrt(a.value[3])}}; }
+inline Lanes squareRoot(Lanes a) {
+  return {Lanes::Vector{std::sqrt(a.value[0]), std::sqrt(a.value[1]), std::sqrt(a.value[2]), std::sqrt(a.value[3])}};
+}
 
 inline void scatter(Lanes x, Lanes y, Lanes z, const std::uint32_t* to, float* out) {
   for (int i = 0; i < 4; ++i) {

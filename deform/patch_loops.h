@@ -57,7 +57,9 @@ inline void crossProduct(const Lanes* a, const Lanes* b, Lanes* out) {
   out[2] = mulSub(a[0], b[1], a[1] * b[0]);
 }
 
-inline Lanes squaredLength(const Lanes* a) { return mulAdd(a[0], a[0], mulAdd(a[1], a[1], mulAdd(a[2], a[2], Lanes::all(kLeastSquare)))); }
+inline Lanes squaredLength(const Lanes* a) {
+  return mulAdd(a[0], a[0], mulAdd(a[1], a[1], mulAdd(a[2], a[2], Lanes::all(kLeastSquare))));
+}
 
 void bound(const Frame& frame, const Run* runs, std::size_t run_count, const Block* blocks) {
   for (std::size_t r = 0; r < run_count; ++r) {
@@ -70,7 +72,8 @@ void bound(const Frame& frame, const Run* runs, std::size_t run_count, const Blo
         crossProduct(spot.du, spot.dv, normal);
         const Lanes scale = Lanes::load(block->d + lane) / squareRoot(squaredLength(normal));
         Lanes moved[3];
-        for (int axis = 0; axis < 3; ++axis) moved[axis] = mulAdd(scale, normal[axis], spot.x[axis]) + Lanes::load(block->base[axis] + lane);
+        for (int axis = 0; axis < 3; ++axis)
+          moved[axis] = mulAdd(scale, normal[axis], spot.x[axis]) + Lanes::load(block->base[axis] + lane);
         scatter(moved[0], moved[1], moved[2], block->to + lane, frame.out);
       }
     }
@@ -91,14 +94,17 @@ void loose(const Frame& frame, const Run* runs, std::size_t run_count, const Loo
         const Lanes along_tangent = Lanes::load(block->beside + lane) / squareRoot(squaredLength(spot.du));
         const Lanes along_across = Lanes::load(block->across + lane) / squareRoot(squaredLength(across));
         const Lanes weight = Lanes::load(block->weight + lane), jaw = Lanes::load(block->jaw + lane);
-        const Lanes rest[3] = {Lanes::load(block->rest[0] + lane), Lanes::load(block->rest[1] + lane), Lanes::load(block->rest[2] + lane)};
+        const Lanes rest[3] = {Lanes::load(block->rest[0] + lane), Lanes::load(block->rest[1] + lane),
+                               Lanes::load(block->rest[2] + lane)};
         Lanes moved[3];
         for (int axis = 0; axis < 3; ++axis) {
-          const Lanes offset = mulAdd(along_normal, normal[axis], mulAdd(along_tangent, spot.du[axis], along_across * across[axis]));
+          const Lanes offset =
+              mulAdd(along_normal, normal[axis], mulAdd(along_tangent, spot.du[axis], along_across * across[axis]));
           const Lanes on_patch = spot.x[axis] + offset + Lanes::load(block->base[axis] + lane);
           const float* turn = frame.jaw_turn + 3 * axis;
           const Lanes swung = mulAdd(Lanes::all(turn[0]), rest[0],
-                                     mulAdd(Lanes::all(turn[1]), rest[1], mulAdd(Lanes::all(turn[2]), rest[2], Lanes::all(frame.jaw_shift[axis]))));
+                                     mulAdd(Lanes::all(turn[1]), rest[1],
+                                            mulAdd(Lanes::all(turn[2]), rest[2], Lanes::all(frame.jaw_shift[axis]))));
           const Lanes inside = mulAdd(jaw, swung, rest[axis]);
           moved[axis] = mulAdd(weight, on_patch - inside, inside);
         }

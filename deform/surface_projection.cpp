@@ -11,9 +11,9 @@
 namespace mouthpiece {
 namespace {
 
-constexpr int kLattice = 4;           ///< samples along a patch's edge, less one
+constexpr int kLattice = 4;                                            ///< samples along a patch's edge, less one
 constexpr std::size_t kSamples = (kLattice + 1) * (kLattice + 2) / 2;  ///< of a patch
-constexpr std::size_t kCandidates = 12;  ///< patches tried for each point
+constexpr std::size_t kCandidates = 12;                                ///< patches tried for each point
 constexpr int kMaxSteps = 30;
 constexpr double kConverged = 1e-12;  ///< step in u and v
 
@@ -36,10 +36,13 @@ Descent descentAt(const Patch& patch, double u, double v, const Eigen::Vector3d&
   const Eigen::Vector3d r = s.position - point;
   const auto& b = patch.net;
   const double w = 1 - u - v;
-  const Eigen::Vector3d uu = 6 * (u * (b[k300] - 2 * b[k201] + b[k102]) + v * (b[k210] - 2 * b[k111] + b[k012]) + w * (b[k201] - 2 * b[k102] + b[k003]));
-  const Eigen::Vector3d uv = 6 * (u * (b[k210] - b[k201] - b[k111] + b[k102]) + v * (b[k120] - b[k111] - b[k021] + b[k012]) +
-                                  w * (b[k111] - b[k102] - b[k012] + b[k003]));
-  const Eigen::Vector3d vv = 6 * (u * (b[k120] - 2 * b[k111] + b[k102]) + v * (b[k030] - 2 * b[k021] + b[k012]) + w * (b[k021] - 2 * b[k012] + b[k003]));
+  const Eigen::Vector3d uu = 6 * (u * (b[k300] - 2 * b[k201] + b[k102]) + v * (b[k210] - 2 * b[k111] + b[k012]) +
+                                  w * (b[k201] - 2 * b[k102] + b[k003]));
+  const Eigen::Vector3d uv =
+      6 * (u * (b[k210] - b[k201] - b[k111] + b[k102]) + v * (b[k120] - b[k111] - b[k021] + b[k012]) +
+           w * (b[k111] - b[k102] - b[k012] + b[k003]));
+  const Eigen::Vector3d vv = 6 * (u * (b[k120] - 2 * b[k111] + b[k102]) + v * (b[k030] - 2 * b[k021] + b[k012]) +
+                                  w * (b[k021] - 2 * b[k012] + b[k003]));
   Descent d;
   d.squared_distance = r.squaredNorm();
   d.gradient = {s.du.dot(r), s.dv.dot(r)};
@@ -83,7 +86,8 @@ std::optional<Local> closestInside(const Patch& patch, const Eigen::Vector3d& po
 
 /// The nearest point of the patch's edges: each is searched by Newton's method in one variable.
 Local closestOnEdges(const Patch& patch, const Eigen::Vector3d& point) {
-  constexpr std::array<std::array<double, 4>, 3> kEdges{{{1, 0, -1, 1}, {0, 1, 0, -1}, {0, 0, 1, 0}}};  // u, v, their change
+  constexpr std::array<std::array<double, 4>, 3> kEdges{
+      {{1, 0, -1, 1}, {0, 1, 0, -1}, {0, 0, 1, 0}}};  // u, v, their change
   Local best;
   for (const auto& [u0, v0, du, dv] : kEdges) {
     const Eigen::Vector2d along(du, dv);
@@ -133,7 +137,8 @@ SurfacePlace trianglePlace(std::size_t patch, double u, double v) {
 
 }  // namespace
 
-SurfaceProjector::SurfaceProjector(const BezierSurface& surface, const ControlMesh& mesh, std::vector<std::uint32_t> triangle_marks)
+SurfaceProjector::SurfaceProjector(const BezierSurface& surface, const ControlMesh& mesh,
+                                   std::vector<std::uint32_t> triangle_marks)
     : patches_(surface.restPose()), marks_(std::move(triangle_marks)), border_(mesh.triangles.size()) {
   MOUTHPIECE_EXPECT(marks_.size() == mesh.triangles.size());
   std::set<std::pair<int, int>> edges;
@@ -141,7 +146,8 @@ SurfaceProjector::SurfaceProjector(const BezierSurface& surface, const ControlMe
     for (std::size_t k = 0; k < 3; ++k) edges.emplace(t[k], t[(k + 1) % 3]);
   }
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (std::size_t k = 0; k < 3; ++k) border_[t][k] = !edges.contains({mesh.triangles[t][(k + 1) % 3], mesh.triangles[t][k]});
+    for (std::size_t k = 0; k < 3; ++k)
+      border_[t][k] = !edges.contains({mesh.triangles[t][(k + 1) % 3], mesh.triangles[t][k]});
   }
   for (const Patch& patch : patches_) {
     Ball ball{Eigen::Vector3f::Zero(), 0};
@@ -159,8 +165,8 @@ SurfaceProjector::SurfaceProjector(const BezierSurface& surface, const ControlMe
   }
 }
 
-std::optional<SurfaceFoot> SurfaceProjector::closest(const Eigen::Vector3d& point, const Eigen::Vector3d& normal, double least_cosine,
-                                                     std::uint32_t forbidden) const {
+std::optional<SurfaceFoot> SurfaceProjector::closest(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
+                                                     double least_cosine, std::uint32_t forbidden) const {
   const Eigen::Vector3f p = point.cast<float>();
   const Eigen::Vector3f n = normal.cast<float>();
   const bool any_normal = normal.isZero();
@@ -172,7 +178,8 @@ std::optional<SurfaceFoot> SurfaceProjector::closest(const Eigen::Vector3d& poin
     const float off = (balls_[patch].centre - p).norm() - balls_[patch].radius;
     if (off > 0 && off * off >= nearest.back().first) continue;
     float squared = std::numeric_limits<float>::infinity();
-    for (const Sample* sample = &samples_[kSamples * patch]; sample != &samples_[kSamples * patch] + kSamples; ++sample) {
+    for (const Sample* sample = &samples_[kSamples * patch]; sample != &samples_[kSamples * patch] + kSamples;
+         ++sample) {
       if (!any_normal && sample->normal.dot(n) < static_cast<float>(least_cosine)) continue;
       squared = std::min(squared, (sample->position - p).squaredNorm());
     }
@@ -184,7 +191,9 @@ std::optional<SurfaceFoot> SurfaceProjector::closest(const Eigen::Vector3d& poin
   for (const auto& [squared, patch] : nearest) {
     if (!std::isfinite(squared)) break;
     // The patch's nearest point is at most about half its size from its nearest sample.
-    if (best && std::sqrt(static_cast<double>(squared)) - 0.5 * static_cast<double>(balls_[patch].radius) > best->distance) continue;
+    if (best &&
+        std::sqrt(static_cast<double>(squared)) - 0.5 * static_cast<double>(balls_[patch].radius) > best->distance)
+      continue;
     const Local local = closestOnPatch(patches_[patch], point);
     if (best && local.squared_distance >= best->distance * best->distance) continue;
     if (!any_normal && evaluate(patches_[patch], local.u, local.v).normal().dot(normal) < least_cosine) continue;

@@ -21,10 +21,10 @@ class SurfaceProjector {
   /// `triangle_marks`: bits a triangle; a query can leave out triangles by bit.
   SurfaceProjector(const BezierSurface& surface, const ControlMesh& mesh, std::vector<std::uint32_t> triangle_marks);
 
-  /// Nearest place whose triangle has none of the `forbidden` bits and whose normal has at least `least_cosine` with `normal`.
-  /// A zero normal fits everywhere.
-  [[nodiscard]] std::optional<SurfaceFoot> closest(const Eigen::Vector3d& point, const Eigen::Vector3d& normal, double least_cosine,
-                                                   std::uint32_t forbidden) const;
+  /// Nearest place whose triangle has none of the `forbidden` bits and whose normal has at least `least_cosine` with
+  /// `normal`. A zero normal fits everywhere.
+  [[nodiscard]] std::optional<SurfaceFoot> closest(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
+                                                   double least_cosine, std::uint32_t forbidden) const;
 
  private:
   struct Sample {
@@ -39,7 +39,7 @@ class SurfaceProjector {
   const BezierSurface::Pose& patches_;
   std::vector<std::uint32_t> marks_;
   std::vector<std::array<bool, 3>> border_;  ///< a triangle's edge from corner k to k + 1 has no neighbour
-  std::vector<Sample> samples_;  ///< kSamples a patch
+  std::vector<Sample> samples_;              ///< kSamples a patch
   std::vector<Ball> balls_;
 };
 

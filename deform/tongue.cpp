@@ -6,7 +6,8 @@
 namespace mouthpiece {
 namespace {
 
-/// Along the tongue, 0 at the root, 1 at the tip: where the tip's movement begins, where the back's is strongest and how wide.
+/// Along the tongue, 0 at the root, 1 at the tip: where the tip's movement begins, where the back's is strongest and
+/// how wide.
 constexpr double kTipFrom = 0.35;
 constexpr double kBackAt = 0.4;
 constexpr double kBackWidth = 0.4;
@@ -66,7 +67,8 @@ TongueMorph::TongueMorph(const FaceMesh& mesh, std::vector<std::uint32_t> vertic
     const double bump = 1 - smooth(std::abs(along - kBackAt) / kBackWidth);
     // The underside and the root stay with the jaw.
     const double upper = smooth((p.y() - low.y()) / std::max(0.6 * (high.y() - low.y()), 1e-12));
-    items_.push_back({v, mesh.vertices.row(v).transpose(), static_cast<float>(tip), static_cast<float>(bump * (0.3 + 0.7 * upper))});
+    items_.push_back(
+        {v, mesh.vertices.row(v).transpose(), static_cast<float>(tip), static_cast<float>(bump * (0.3 + 0.7 * upper))});
   }
   if (tip_height > -1e29) tip_.y() = tip_height;
   back_ = {middle_x, back_height > -1e29 ? back_height : high.y(), low.z() + kBackAt * length};
@@ -91,7 +93,8 @@ void TongueMorph::deform(const AddedMotion& jaw, const TonguePose& pose, float* 
   const Eigen::Matrix3f turn = jaw.turn.cast<float>();
   const Eigen::Vector3f shift = jaw.shift.cast<float>();
   for (const Item& item : items_) {
-    Eigen::Map<Eigen::Vector3f>(out + 3 * static_cast<std::size_t>(item.vertex)) = item.rest + turn * item.rest + shift + item.tip * tip + item.back * back;
+    Eigen::Map<Eigen::Vector3f>(out + 3 * static_cast<std::size_t>(item.vertex)) =
+        item.rest + turn * item.rest + shift + item.tip * tip + item.back * back;
   }
 }
 

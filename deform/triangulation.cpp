@@ -1,12 +1,12 @@
 #include "deform/triangulation.h"
 
 #include <CGAL/Constrained_Delaunay_triangulation_2.h>
+#include <CGAL/Convex_hull_traits_adapter_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Triangulation_face_base_with_info_2.h>
 #include <CGAL/Triangulation_vertex_base_with_info_2.h>
 #include <CGAL/convex_hull_2.h>
 #include <CGAL/property_map.h>
-#include <CGAL/Convex_hull_traits_adapter_2.h>
 
 #include <algorithm>
 #include <numeric>
@@ -20,8 +20,9 @@ namespace {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Vertices = CGAL::Triangulation_vertex_base_with_info_2<int, Kernel>;
 using Faces = CGAL::Constrained_triangulation_face_base_2<Kernel>;
-using Triangulation = CGAL::Constrained_Delaunay_triangulation_2<Kernel, CGAL::Triangulation_data_structure_2<Vertices, Faces>,
-                                                                 CGAL::No_constraint_intersection_tag>;
+using Triangulation =
+    CGAL::Constrained_Delaunay_triangulation_2<Kernel, CGAL::Triangulation_data_structure_2<Vertices, Faces>,
+                                               CGAL::No_constraint_intersection_tag>;
 
 std::vector<int> pointsOf(const ControlMesh& mesh, const std::vector<std::string>& names) {
   std::vector<int> points;
@@ -37,7 +38,8 @@ bool isInside(const ControlMesh& mesh, const std::vector<int>& rim, const Eigen:
   for (std::size_t i = 0, j = rim.size() - 1; i < rim.size(); j = i++) {
     const Eigen::Vector2d a = mesh.domain.row(rim[i]);
     const Eigen::Vector2d b = mesh.domain.row(rim[j]);
-    if ((a.y() > p.y()) != (b.y() > p.y()) && p.x() < (b.x() - a.x()) * (p.y() - a.y()) / (b.y() - a.y()) + a.x()) inside = !inside;
+    if ((a.y() > p.y()) != (b.y() > p.y()) && p.x() < (b.x() - a.x()) * (p.y() - a.y()) / (b.y() - a.y()) + a.x())
+      inside = !inside;
   }
   return inside;
 }
@@ -51,15 +53,18 @@ std::vector<std::array<int, 3>> triangulate(const ControlMesh& mesh) {
     handles.push_back(triangulation.insert(Kernel::Point_2(mesh.domain(i, 0), mesh.domain(i, 1))));
     handles.back()->info() = static_cast<int>(i);
   }
-  if (triangulation.number_of_vertices() != handles.size()) throw InputError("control surface: found two markers in one place");
+  if (triangulation.number_of_vertices() != handles.size())
+    throw InputError("control surface: found two markers in one place");
 
   std::vector<std::vector<int>> holes;
   for (const auto& names : {mouthRim(), eyeRim('R'), eyeRim('L')}) {
-    if (std::vector<int> rim = pointsOf(mesh, names); rim.size() >= 3 && rim.size() == names.size()) holes.push_back(rim);
+    if (std::vector<int> rim = pointsOf(mesh, names); rim.size() >= 3 && rim.size() == names.size())
+      holes.push_back(rim);
   }
   std::vector<std::vector<int>> lines = holes;
   // Skin points laid along the lips later on stand on this line and break it.
-  const bool is_filled = std::any_of(mesh.points.begin(), mesh.points.end(), [](const ControlPoint& p) { return p.name.find("FILL_") != std::string::npos; });
+  const bool is_filled = std::any_of(mesh.points.begin(), mesh.points.end(),
+                                     [](const ControlPoint& p) { return p.name.find("FILL_") != std::string::npos; });
   if (!is_filled) lines.push_back(pointsOf(mesh, outerLipLine()));
   try {
     for (const std::vector<int>& line : lines) {

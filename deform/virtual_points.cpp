@@ -34,7 +34,8 @@ constexpr RimPoint kRim[] = {
     {"RIM_LO_OUT_L", "LIP_LO_OUT_L", "LIP_LO_IN_L", "LIP_CORNER_L", 318, "RIM_UP_OUT_L"},
 };
 
-/// Corners of the mouth's opening. The rim just beside them is no point of the control mesh, it only tells how deep a corner lies.
+/// Corners of the mouth's opening. The rim just beside them is no point of the control mesh, it only tells how deep a
+/// corner lies.
 struct CornerPoint {
   const char* name;
   const char* outer;
@@ -81,7 +82,8 @@ constexpr int kRingPoints = 28;
 /// Builds the points one after the other.
 class Placer {
  public:
-  Placer(const std::vector<std::string>& names, const MarkerPositions& rest, const std::map<std::string, Eigen::Vector3d>& known)
+  Placer(const std::vector<std::string>& names, const MarkerPositions& rest,
+         const std::map<std::string, Eigen::Vector3d>& known)
       : known_(known) {
     for (std::size_t i = 0; i < names.size(); ++i) {
       add({.name = names[i], .rule = PointRule::kMarker, .side = sideOfLip(names[i]), .drivers = {}},
@@ -101,7 +103,8 @@ class Placer {
       throw InputError("control surface: found lips behind the sides of the face; expected Z out of the face");
     }
     mesh_.domain.resize(mesh_.rest.rows(), 2);
-    for (Eigen::Index i = 0; i < mesh_.rest.rows(); ++i) mesh_.domain.row(i) = cylinder_.unrolled(mesh_.rest.row(i).transpose()).transpose();
+    for (Eigen::Index i = 0; i < mesh_.rest.rows(); ++i)
+      mesh_.domain.row(i) = cylinder_.unrolled(mesh_.rest.row(i).transpose()).transpose();
     straightenSlit();
     addRing();
     return std::move(mesh_);
@@ -121,7 +124,9 @@ class Placer {
 
   [[nodiscard]] int find(const std::string& name) const { return findPoint(mesh_, name); }
   [[nodiscard]] bool has(const std::string& name) const { return find(name) >= 0; }
-  [[nodiscard]] Eigen::Vector3d at(const std::string& name) const { return rest_[static_cast<std::size_t>(find(name))]; }
+  [[nodiscard]] Eigen::Vector3d at(const std::string& name) const {
+    return rest_[static_cast<std::size_t>(find(name))];
+  }
   [[nodiscard]] Eigen::Vector3d knownOr(const std::string& name, const Eigen::Vector3d& estimate) const {
     const auto place = known_.find(name);
     return place != known_.end() && place->second.allFinite() ? place->second : estimate;
@@ -129,16 +134,20 @@ class Placer {
 
   void checkFace() const {
     for (const RimPoint& rim : kRim) {
-      if (!has(rim.outer)) throw InputError(std::string("control surface: found no marker ") + rim.outer + "; expected all lip markers");
+      if (!has(rim.outer))
+        throw InputError(std::string("control surface: found no marker ") + rim.outer + "; expected all lip markers");
     }
     for (const CornerPoint& corner : kCorners) {
-      if (!has(corner.outer)) throw InputError(std::string("control surface: found no marker ") + corner.outer + "; expected all lip markers");
+      if (!has(corner.outer))
+        throw InputError(std::string("control surface: found no marker ") + corner.outer +
+                         "; expected all lip markers");
     }
     for (std::size_t i = 0; i < rest_.size(); ++i) {
       if (!rest_[i].allFinite()) throw InputError("control surface: found no finite place for " + mesh_.points[i].name);
     }
     if (at("LIP_CORNER_L").x() <= at("LIP_CORNER_R").x() || at("LIP_UP_MID").y() <= at("LIP_LO_MID").y()) {
-      throw InputError("control surface: found lips upside down or left for right; expected Y up and X towards the subject's left");
+      throw InputError(
+          "control surface: found lips upside down or left for right; expected Y up and X towards the subject's left");
     }
   }
 
@@ -154,14 +163,16 @@ class Placer {
            .drivers = {{find(rim.outer), 1}, {find(rim.right), 0}, {find(rim.left), 0}}},
           knownOr(rim.name, estimate));
     }
-    for (const RimPoint& rim : kRim) mesh_.points[static_cast<std::size_t>(find(rim.name))].opposite = find(rim.opposite);
+    for (const RimPoint& rim : kRim)
+      mesh_.points[static_cast<std::size_t>(find(rim.name))].opposite = find(rim.opposite);
     const Eigen::Vector3d across = at("LIP_CORNER_L") - at("LIP_CORNER_R");
     for (const CornerPoint& c : kCorners) {
       const double inward = c.outer == std::string("LIP_CORNER_R") ? kInnerCornerAt : -kInnerCornerAt;
       const Eigen::Vector3d corner = knownOr(c.name, at(c.outer) + inward * across);
       // The corner proper is a pit; a surface through its bottom would have a spike there. Its rim will do.
       const Eigen::Vector3d outer = at(c.outer);
-      const Eigen::Vector3d past = 0.5 * (knownOr(c.beside_upper, at(c.upper)) + knownOr(c.beside_lower, at(c.lower))) - outer;
+      const Eigen::Vector3d past =
+          0.5 * (knownOr(c.beside_upper, at(c.upper)) + knownOr(c.beside_lower, at(c.lower))) - outer;
       const double way = std::clamp((corner - outer).dot(past) / past.squaredNorm(), 0.2, 0.8);
       add({.name = c.name, .rule = PointRule::kFollow, .drivers = {{find(c.outer), 1}}}, outer + way * past);
     }
@@ -202,7 +213,8 @@ class Placer {
       const int lower = find(std::string("RIM_LO_") + end);
       const Eigen::Vector2d middle = 0.5 * (mesh_.domain.row(upper) + mesh_.domain.row(lower)).transpose();
       const double way = (middle - from).dot(along) / along.squaredNorm();
-      if (!(way > last + 0.01 && way < 0.995)) throw InputError("control surface: found lip markers out of order; expected them from right to left");
+      if (!(way > last + 0.01 && way < 0.995))
+        throw InputError("control surface: found lip markers out of order; expected them from right to left");
       last = way;
       mesh_.domain.row(upper) = (from + way * along + up).transpose();
       mesh_.domain.row(lower) = (from + way * along - up).transpose();
@@ -212,7 +224,8 @@ class Placer {
   /// Fixed points outside the markers: motion fades to nothing on the way to them.
   void addRing() {
     const std::vector<int> hull = convexHull(mesh_.domain);
-    const Eigen::Vector2d centre = 0.5 * (mesh_.domain.colwise().maxCoeff() + mesh_.domain.colwise().minCoeff()).transpose();
+    const Eigen::Vector2d centre =
+        0.5 * (mesh_.domain.colwise().maxCoeff() + mesh_.domain.colwise().minCoeff()).transpose();
     const auto inner = mesh_.rest.rows();
     mesh_.rest.conservativeResize(inner + kRingPoints, Eigen::NoChange);
     mesh_.domain.conservativeResize(inner + kRingPoints, Eigen::NoChange);
@@ -220,22 +233,26 @@ class Placer {
       const double angle = 2 * std::numbers::pi * (k + 0.5) / kRingPoints;
       const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
       const auto [flat, solid] = hullPoint(hull, centre, direction);
-      const double margin = cylinder_.radius * (kRingBeside + ((direction.y() < 0 ? kRingBelow : kRingAbove) - kRingBeside) * std::abs(direction.y()));
+      const double margin =
+          cylinder_.radius *
+          (kRingBeside + ((direction.y() < 0 ? kRingBelow : kRingAbove) - kRingBeside) * std::abs(direction.y()));
       const double theta = std::atan2(solid.x() - cylinder_.axis_x, solid.z() - cylinder_.axis_z);
       const Eigen::Vector3d outward(std::sin(theta), 0, std::cos(theta));
       const Eigen::Vector3d beside(std::cos(theta), 0, -std::sin(theta));
       // The head curves away from the outline: more above and below than at the sides.
       const double bend = (20 + 40 * std::abs(direction.y())) * std::numbers::pi / 180;
       const Eigen::Vector3d on = direction.x() * beside + direction.y() * Eigen::Vector3d::UnitY();
-      mesh_.points.push_back({.name = "RING_" + std::to_string(k), .rule = PointRule::kFollow, .drivers = {}, .fixed = true});
+      mesh_.points.push_back(
+          {.name = "RING_" + std::to_string(k), .rule = PointRule::kFollow, .drivers = {}, .fixed = true});
       mesh_.rest.row(inner + k) = (solid + margin * (std::cos(bend) * on - std::sin(bend) * outward)).transpose();
       mesh_.domain.row(inner + k) = (flat + margin * direction).transpose();
     }
   }
 
   /// Where a ray from `centre` leaves the hull, in the plane and in space.
-  [[nodiscard]] std::pair<Eigen::Vector2d, Eigen::Vector3d> hullPoint(const std::vector<int>& hull, const Eigen::Vector2d& centre,
-                                                                     const Eigen::Vector2d& direction) const {
+  [[nodiscard]] std::pair<Eigen::Vector2d, Eigen::Vector3d> hullPoint(const std::vector<int>& hull,
+                                                                      const Eigen::Vector2d& centre,
+                                                                      const Eigen::Vector2d& direction) const {
     for (std::size_t i = 0; i < hull.size(); ++i) {
       const int from = hull[i];
       const int to = hull[(i + 1) % hull.size()];
@@ -245,7 +262,8 @@ class Placer {
       const double side_b = direction.x() * b.y() - direction.y() * b.x();
       if (side_a > 0 || side_b <= 0) continue;
       const double way = side_a / (side_a - side_b);
-      return {centre + a + way * (b - a), (mesh_.rest.row(from) + way * (mesh_.rest.row(to) - mesh_.rest.row(from))).transpose()};
+      return {centre + a + way * (b - a),
+              (mesh_.rest.row(from) + way * (mesh_.rest.row(to) - mesh_.rest.row(from))).transpose()};
     }
     throw InputError("control surface: found markers on one line; expected them all over the face");
   }
@@ -264,7 +282,9 @@ ControlMesh placePoints(const std::vector<std::string>& marker_names, const Mark
   return Placer(marker_names, marker_rest, known).place();
 }
 
-Eigen::Vector2d Cylinder::unrolled(const Eigen::Vector3d& p) const { return {radius * std::atan2(p.x() - axis_x, p.z() - axis_z), p.y()}; }
+Eigen::Vector2d Cylinder::unrolled(const Eigen::Vector3d& p) const {
+  return {radius * std::atan2(p.x() - axis_x, p.z() - axis_z), p.y()};
+}
 
 Cylinder cylinderOf(const ControlMesh& mesh) {
   const auto markers = mesh.rest.topRows(static_cast<Eigen::Index>(mesh.marker_count));
@@ -285,14 +305,14 @@ int findPoint(const ControlMesh& mesh, const std::string& name) {
 }
 
 std::vector<std::string> mouthRim() {
-  return {"RIM_CORNER_R", "RIM_LO_OUT_R", "RIM_LO_IN_R", "RIM_LO_MID", "RIM_LO_IN_L", "RIM_LO_OUT_L", 
+  return {"RIM_CORNER_R", "RIM_LO_OUT_R", "RIM_LO_IN_R", "RIM_LO_MID", "RIM_LO_IN_L", "RIM_LO_OUT_L",
           "RIM_CORNER_L", "RIM_UP_OUT_L", "RIM_UP_IN_L", "RIM_UP_MID", "RIM_UP_IN_R", "RIM_UP_OUT_R"};
 }
 
 std::vector<std::string> eyeRim(char side) {
   const std::string end = std::string("_") + side;
   return {"CANTHUS_OUT" + end, "LID_LO_OUT" + end, "LID_LO" + end, "LID_LO_IN" + end,
-          "EYE_IN" + end, "LID_UP_IN" + end, "LID_UP" + end, "LID_UP_OUT" + end};
+          "EYE_IN" + end,      "LID_UP_IN" + end,  "LID_UP" + end, "LID_UP_OUT" + end};
 }
 
 std::vector<std::string> outerLipLine() {

@@ -167,7 +167,7 @@ Vector3d earPoint(double radius, double turn, double relief, double side) {
   const double z = std::cos(kLean) * front - std::sin(kLean) * rise;
   const double y = std::cos(kLean) * rise + std::sin(kLean) * front;
   const double x = relief + std::sin(kStandOff) * (11 - z);
-  return {side * (71.5 + x), 5 + y, -38 + std::cos(kStandOff) * z};
+  return {side * (76.2 + x), 5 + y, -41 + std::cos(kStandOff) * z};
 }
 
 }  // namespace

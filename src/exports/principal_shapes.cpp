@@ -122,8 +122,8 @@ class PanelFitter {
                       shapes_.data());
     for (const float share : kNegligibleShares) {
       dropBelow(share * fit_.tolerance);
-      kernels_.largestResidual(weights_.weights.data(), weights_.weights.rows(), 1 + weights_.count,
-                               displacements_.data(), thinned_.data(), errors);
+      kernels_.largest_residual(weights_.weights.data(), weights_.weights.rows(), 1 + weights_.count,
+                                displacements_.data(), thinned_.data(), errors);
       if (std::all_of(errors, errors + count,
                       [&](float square) { return square <= fit_.tolerance * fit_.tolerance; })) {
         break;
@@ -136,15 +136,15 @@ class PanelFitter {
   void loadPanel(Index first, Index count, float* errors) {
     const auto& positions = fit_.animation.positions;
     if (count == kPanelVertices) {
-      kernels_.loadDisplacements(positions.data() + 3 * first, positions.cols(), fit_.frames(),
-                                 fit_.rest.data() + 3 * first, displacements_.data(), errors);
+      kernels_.load_displacements(positions.data() + 3 * first, positions.cols(), fit_.frames(),
+                                  fit_.rest.data() + 3 * first, displacements_.data(), errors);
       return;
     }
     RowMajorMatrixF padded = RowMajorMatrixF::Zero(fit_.frames(), kPanelWidth);
     Eigen::RowVectorXf rest = Eigen::RowVectorXf::Zero(kPanelWidth);
     padded.leftCols(3 * count) = positions.middleCols(3 * first, 3 * count);
     rest.head(3 * count) = fit_.rest.segment(3 * first, 3 * count);
-    kernels_.loadDisplacements(padded.data(), kPanelWidth, fit_.frames(), rest.data(), displacements_.data(), errors);
+    kernels_.load_displacements(padded.data(), kPanelWidth, fit_.frames(), rest.data(), displacements_.data(), errors);
   }
 
   /// thinned_ = shapes_ without displacements shorter than `limit`, after their offset.

@@ -159,8 +159,8 @@ const PanelKernels& portablePanelKernels() { return kPortable; }
 
 const PanelKernels& panelKernels() {
 #if defined(__x86_64__)
-  static const bool kHasAvx2 = __builtin_cpu_supports("avx2") != 0;
-  if (kHasAvx2) return kAvx2;
+  static const bool has_avx2 = __builtin_cpu_supports("avx2") != 0;
+  if (has_avx2) return kAvx2;
 #endif
   return kPortable;
 }

@@ -15,13 +15,13 @@ inline constexpr std::ptrdiff_t kPanelRowBlock = 4;
 struct PanelKernels {
   /// panel[f] = positions[f * row_stride] - rest, for eight vertices stored x y z x y z ...;
   /// largest_squared[v]: the square of v's largest displacement, NaN when a position of v is not finite.
-  void (*loadDisplacements)(const float* positions, std::ptrdiff_t row_stride, std::ptrdiff_t frames, const float* rest,
-                            float* panel, float* largest_squared);
+  void (*load_displacements)(const float* positions, std::ptrdiff_t row_stride, std::ptrdiff_t frames,
+                             const float* rest, float* panel, float* largest_squared);
   /// product (rows x kPanelWidth) = factors (rows x inner, row-major) * panel (inner x kPanelWidth).
   void (*multiply)(const float* factors, std::ptrdiff_t rows, std::ptrdiff_t inner, const float* panel, float* product);
   /// largest_squared[v] = max over frames of |panel - weights * shapes|^2, weights frames x shape_count.
-  void (*largestResidual)(const float* weights, std::ptrdiff_t frames, std::ptrdiff_t shape_count, const float* panel,
-                          const float* shapes, float* largest_squared);
+  void (*largest_residual)(const float* weights, std::ptrdiff_t frames, std::ptrdiff_t shape_count, const float* panel,
+                           const float* shapes, float* largest_squared);
 };
 
 const PanelKernels& panelKernels();

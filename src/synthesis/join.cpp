@@ -102,16 +102,15 @@ JoinSpans placeJoin(const SpeechLabels& line, const Fragment& before, const Frag
   return {lips, centred(lips.middle(), std::max(kUpperFaceOverlap, lips.duration()))};
 }
 
-Join measureJoin(const MotionClip& motion, TimeSpan blend) {
-  Join join{blend.middle(), 0, 0};
+Join measureJoin(const MotionClip& motion, Seconds time) {
+  Join join{time, 0, 0};
   const auto last = static_cast<Eigen::Index>(motion.frameCount()) - 1;
-  const auto first_frame =
-      std::max<Eigen::Index>(0, static_cast<Eigen::Index>(std::ceil(blend.start * motion.frame_rate_hz)) - 1);
-  const auto last_frame =
-      std::min<Eigen::Index>(last, static_cast<Eigen::Index>(std::floor(blend.end * motion.frame_rate_hz)) + 1);
-  for (Eigen::Index frame = first_frame; frame < last_frame; ++frame) {
-    join.position_jump_mm = std::max(join.position_jump_mm, largestStep(motion, frame));
-    if (frame > 0) join.velocity_jump_mm_s = std::max(join.velocity_jump_mm_s, largestVelocityChange(motion, frame));
+  if (last < 1) return join;
+  const auto frame = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(time * motion.frame_rate_hz), 0, last - 1);
+  join.position_jump_mm = largestStep(motion, frame);
+  for (const Eigen::Index at : {frame, frame + 1}) {
+    if (at < 1 || at >= last) continue;
+    join.velocity_jump_mm_s = std::max(join.velocity_jump_mm_s, largestVelocityChange(motion, at));
   }
   return join;
 }

@@ -17,9 +17,9 @@ struct JoinSpans {
 JoinSpans placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after, Seconds overlap,
                     double frame_rate_hz);
 
-/// Jumps of the finished motion at a join: the largest step of a marker from frame to frame among the pairs of frames
-/// that meet `blend`, and the largest change of a marker's velocity at the frames in it.
-Join measureJoin(const MotionClip& motion, TimeSpan blend);
+/// Jumps of the finished motion at a join, whose middle is at `time`: the largest step of a marker from the frame
+/// before to the frame after, and the largest change of a marker's velocity at either of the two.
+Join measureJoin(const MotionClip& motion, Seconds time);
 
 /// What is usual within the capture itself, to compare joins with: percentiles over all pairs of frames of all takes,
 /// each take resampled to `frame_rate_hz`, of the largest step of a marker and of its largest change of velocity.

@@ -8,8 +8,10 @@
 #include "base/errors.h"
 #include "motion/position_limits.h"
 #include "motion/resample.h"
+#include "synthesis/blender.h"
 #include "synthesis/fragment.h"
 #include "synthesis/join.h"
+#include "synthesis/join_offset.h"
 #include "synthesis/tongue.h"
 
 namespace mouthpiece {
@@ -25,16 +27,6 @@ class Stopwatch {
  private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
-
-/// Where one of two poses was not seen, the other stands for both.
-void fillFromEachOther(PositionMatrix& a, PositionMatrix& b) {
-  for (Eigen::Index i = 0; i < a.size(); ++i) {
-    double& first = a.data()[i];
-    double& second = b.data()[i];
-    if (std::isnan(first)) first = second;
-    if (std::isnan(second)) second = first;
-  }
-}
 
 /// What is still NaN at a fragment's edge takes the nearest frame's value, and the neutral pose where there is none.
 void fillUnseen(PositionMatrix& positions, const MarkerPositions& neutral) {
@@ -53,79 +45,6 @@ void fillUnseen(PositionMatrix& positions, const MarkerPositions& neutral) {
     }
   }
 }
-
-/// Columns that no phone moves: lids blink and brows rise when they will. A cut through such a movement shows, so they
-/// are blended over longer than the lips.
-std::vector<bool> upperFaceColumns(const MarkerLayout& layout) {
-  std::vector<bool> upper;
-  for (const LayoutMarker& marker : layout.markers) {
-    const bool is_upper = marker.region == "forehead" || marker.region == "temple" || marker.region == "brow" ||
-                          marker.region == "lid" || marker.region == "canthus";
-    upper.insert(upper.end(), 3, is_upper);
-  }
-  return upper;
-}
-
-/// The fragments resampled at the frame times and blended over `joins`, one between each fragment and the next (EDGE
-/// 5.1.3).
-class Blender {
- public:
-  Blender(const std::vector<UnitFragment>& fragments, const std::vector<JoinSpans>& joins,
-          std::span<const Seconds> times, double frame_rate_hz, BlendKind blend, const MarkerLayout& layout)
-      : fragments_(fragments),
-        joins_(joins),
-        times_(times),
-        frame_rate_hz_(frame_rate_hz),
-        blend_(blend),
-        upper_(upperFaceColumns(layout)) {}
-
-  [[nodiscard]] PositionMatrix blend() const {
-    PositionMatrix result(static_cast<Eigen::Index>(times_.size()), static_cast<Eigen::Index>(upper_.size()));
-    for (std::size_t i = 0; i < fragments_.size(); ++i) {
-      const std::size_t begin = i == 0 ? 0 : frameFrom(joins_[i - 1].upper_face.start);
-      const std::size_t end = i + 1 == fragments_.size() ? times_.size() : frameFrom(joins_[i].upper_face.end);
-      if (begin < end) add(i, begin, end, result);
-    }
-    return result;
-  }
-
- private:
-  /// First frame at or after `time`, at most the end.
-  [[nodiscard]] std::size_t frameFrom(Seconds time) const {
-    const double frame = std::ceil(time * frame_rate_hz_);
-    return frame <= 0 ? 0 : std::min(times_.size(), static_cast<std::size_t>(frame));
-  }
-
-  /// Frames [begin, end) of fragment `i` over what the fragments before it made.
-  void add(std::size_t i, std::size_t begin, std::size_t end, PositionMatrix& result) const {
-    PositionMatrix poses = fragments_[i].fragment.posesAt(times_.subspan(begin, end - begin));
-    std::size_t blended_end = begin;
-    if (i > 0) {
-      blended_end = std::clamp(frameFrom(joins_[i - 1].upper_face.end), begin, end);
-      const auto rows = static_cast<Eigen::Index>(blended_end - begin);
-      PositionMatrix before = result.middleRows(static_cast<Eigen::Index>(begin), rows);
-      PositionMatrix after = poses.topRows(rows);
-      fillFromEachOther(before, after);
-      const std::span<const Seconds> times = times_.subspan(begin, blended_end - begin);
-      const PositionMatrix speech = blendRows(before, after, times, joins_[i - 1].lips, blend_);
-      PositionMatrix blended = blendRows(before, after, times, joins_[i - 1].upper_face, blend_);
-      for (std::size_t column = 0; column < upper_.size(); ++column) {
-        const auto at = static_cast<Eigen::Index>(column);
-        if (!upper_[column]) blended.col(at) = speech.col(at);
-      }
-      result.middleRows(static_cast<Eigen::Index>(begin), rows) = blended;
-    }
-    const auto rest = static_cast<Eigen::Index>(end - blended_end);
-    result.middleRows(static_cast<Eigen::Index>(blended_end), rest) = poses.bottomRows(rest);
-  }
-
-  const std::vector<UnitFragment>& fragments_;
-  const std::vector<JoinSpans>& joins_;
-  std::span<const Seconds> times_;
-  double frame_rate_hz_;
-  BlendKind blend_;
-  std::vector<bool> upper_;
-};
 
 TimeSpan notBefore(const TimeSpan& span, const TimeSpan& earlier) {
   return {std::max(span.start, earlier.start), std::max(span.end, earlier.end)};
@@ -171,12 +90,15 @@ void animateUnits(const SynthesisRequest& request, const UnitDatabase& database,
   const std::vector<UnitFragment> fragments = cutIntoFragments(request.labels, database, units);
   const std::vector<JoinSpans> joins = placeJoins(request, fragments);
   MotionClip& motion = animation.motion;
-  const MarkerLayout& layout = database.corpus().layout;
-  motion.positions_mm = Blender(fragments, joins, times, motion.frame_rate_hz, request.options.blend, layout).blend();
+  std::vector<JoinOffset> offsets;  // a bare cut, when no blend is wanted
+  if (request.options.overlap_ms > 0) offsets = findJoinOffsets(request.labels, fragments, joins);
+  motion.positions_mm =
+      blendFragments(fragments, joins, offsets, times, request.options.blend, database.corpus().layout);
   fillUnseen(motion.positions_mm, database.corpus().neutral_pose_mm);
   for (std::size_t i = 0; i < joins.size(); ++i) {
     // Between two fragments of one unit lies a pause of the take itself.
-    if (fragments[i].unit != fragments[i + 1].unit) animation.joins.push_back(measureJoin(motion, joins[i].lips));
+    if (fragments[i].unit != fragments[i + 1].unit)
+      animation.joins.push_back(measureJoin(motion, joins[i].lips.middle()));
   }
 }
 

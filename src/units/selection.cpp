@@ -33,10 +33,34 @@ SelectedUnit cheapest(const UnitCosts& costs, std::size_t first, const Candidate
   return *best;
 }
 
+/// Greedy cuts as late as it can, inside a phone whose continuation `before` was captured with is the wrong one. Where
+/// `after` was captured with the right phones before it too, the cut may lie at any of them: it moves to where the lips
+/// agree best. Both units still share exactly one phone.
+void moveCut(const SpeechLabels& target, const UnitDatabase& database, const UnitCosts& costs, SelectedUnit& before,
+             SelectedUnit& after) {
+  SelectedUnit shorter = before;
+  SelectedUnit longer = after;
+  while (shorter.phones.first.value + 1 < shorter.phones.last.value && longer.source.phone.value > 0) {
+    --shorter.phones.last.value;
+    --longer.phones.first.value;
+    --longer.source.phone.value;
+    const PhoneIndex cut = longer.phones.first;
+    const bool fits = database.phoneAt(longer.source).phone == target.phones[cut.value].phone;
+    if (!fits || !database.isSeen(longer.source, longer.phones.last.value - cut.value + 1)) return;
+    longer.join_cost = costs.joinCost(cut, lastPlace(shorter), longer.source);
+    if (longer.join_cost >= after.join_cost) continue;
+    shorter.target_cost = costs.targetCost(shorter.phones, shorter.source);
+    longer.target_cost = costs.targetCost(longer.phones, longer.source);
+    before = shorter;
+    after = longer;
+  }
+}
+
 /// EDGE 5.1.1: from phone i the longest fragment, then on from its last phone. The paper's inner loop never ends when
 /// not even the pair (i, i + 1) was captured: here a stand-in takes its place, so i always rises.
-std::vector<SelectedUnit> selectGreedily(const SpeechLabels& target, const UnitCandidates& candidates,
-                                         const UnitCosts& costs, const SelectionWeights& weights) {
+std::vector<SelectedUnit> selectGreedily(const SpeechLabels& target, const UnitDatabase& database,
+                                         const UnitCandidates& candidates, const UnitCosts& costs,
+                                         const SelectionOptions& options) {
   std::vector<SelectedUnit> units;
   for (std::size_t i = 0; i + 1 < target.phones.size();) {
     CandidateRun run = candidates.longest(i);
@@ -44,7 +68,10 @@ std::vector<SelectedUnit> selectGreedily(const SpeechLabels& target, const UnitC
     if (is_backoff) run = candidates.standIns(i);
     SelectedUnit unit = cheapest(costs, i, run, units.empty() ? nullptr : &units.back());
     unit.is_backoff = is_backoff;
-    if (is_backoff) unit.target_cost += weights.backoff;
+    if (is_backoff) unit.target_cost += options.weights.backoff;
+    const bool may_move =
+        options.units == UnitScales::kAny && !units.empty() && !is_backoff && !units.back().is_backoff;
+    if (may_move) moveCut(target, database, costs, units.back(), unit);
     i = unit.phones.last.value;
     units.push_back(unit);
   }
@@ -78,7 +105,7 @@ std::vector<SelectedUnit> selectUnits(const SpeechLabels& target, const UnitData
   const UnitCandidates candidates(target, database, options);
   const UnitCosts costs(target, database, options.weights);
   if (options.method == SelectionMethod::kViterbi) return selectByViterbi(target, candidates, costs, options);
-  return selectGreedily(target, candidates, costs, options.weights);
+  return selectGreedily(target, database, candidates, costs, options);
 }
 
 std::string_view scaleOf(const SpeechLabels& take, PhoneIndex first, std::size_t phone_count) {

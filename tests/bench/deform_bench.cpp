@@ -80,7 +80,9 @@ void bind(benchmark::State& state) {
 BENCHMARK(bind)->Unit(benchmark::kMillisecond);
 
 void fitControlSurface(benchmark::State& state) {
-  for (auto _ : state) benchmark::DoNotOptimize(buildControlMesh(scene().face.names, scene().face.rest, scene().face.known, &scene().face.mesh));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(
+        buildControlMesh(scene().face.names, scene().face.rest, scene().face.known, &scene().face.mesh));
 }
 BENCHMARK(fitControlSurface)->Unit(benchmark::kMillisecond);
 

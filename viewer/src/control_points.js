@@ -1,6 +1,8 @@
 // The retargeted markers: where they are, and small balls to show them.
 import { Box3, Color, InstancedMesh, Matrix4, MeshStandardMaterial, SphereGeometry, Vector3 } from 'three';
 
+const FEWEST_OF_A_FACE = 10;
+
 export class ControlPoints {
   /** control: {names, count, frames, positions} in metres. */
   constructor(control, framesPerSecond) {
@@ -29,9 +31,9 @@ export class ControlPoints {
     );
   }
 
-  /** Box around the points of the first frame; null when there are none. */
+  /** Box around the points of the first frame; null when they are too few to stand for a face. */
   box() {
-    if (this.isEmpty) return null;
+    if (this.isEmpty || this.control.count < FEWEST_OF_A_FACE) return null;
     const box = new Box3();
     for (let i = 0; i < this.control.count; ++i) box.expandByPoint(this.position(i, 0));
     return box;

@@ -7,6 +7,10 @@ function element(name, className, text = '') {
   return made;
 }
 
+function counted(count, noun) {
+  return `${count} ${noun}${count === 1 ? '' : 's'}`;
+}
+
 export function showHeading(data) {
   const { report } = data;
   document.getElementById('text').textContent = report.text;
@@ -16,7 +20,7 @@ export function showHeading(data) {
     ['voice', report.voice],
     ['corpus', report.corpus],
     ['length', `${report.duration_s.toFixed(2)} s at ${report.fps} fps`],
-    ['units', `${report.units.length}, ${report.joins.length} joins`],
+    ['made of', `${counted(report.units.length, 'unit')}, ${counted(report.joins.length, 'join')}`],
     ['back-off', share > 0 ? `${(100 * share).toFixed(0)} % of phones` : 'none'],
   ];
   document.getElementById('facts').replaceChildren(
@@ -37,38 +41,57 @@ export function showLegend(takes) {
     const item = element('li', 'take');
     const swatch = element('i', 'swatch');
     swatch.style.background = color;
-    item.append(swatch, element('span', 'take-name', take), element('span', 'take-share', `${units} ${units === 1 ? 'unit' : 'units'}, ${seconds.toFixed(2)} s`));
+    item.append(swatch, element('span', 'take-name', take), element('span', 'take-share', `${counted(units, 'unit')}, ${seconds.toFixed(2)} s`));
     return item;
   });
   document.getElementById('legend').replaceChildren(...items);
 }
 
-/** The phrase around the spoken word, that word bright. */
-export class Caption {
-  static WORDS_AROUND = 4;
+/** Words as the report has them: {text, start, end, afterPause}. */
+function wordsOf(report) {
+  const words = [];
+  let afterPause = true;
+  for (const phone of report.phones) {
+    const last = words[words.length - 1];
+    if (!phone.word) afterPause = true;
+    else if (last && !afterPause && last.text === phone.word) last.end = phone.end_s;
+    else {
+      words.push({ text: phone.word, start: phone.start_s, end: phone.end_s, afterPause });
+      afterPause = false;
+    }
+  }
+  return words;
+}
 
+const LONGEST_PHRASE_WORDS = 9;
+
+/** Words from pause to pause, long stretches cut into equal parts. */
+function phrasesOf(words) {
+  const phrases = [];
+  for (const word of words) {
+    if (word.afterPause) phrases.push([]);
+    phrases[phrases.length - 1].push(word);
+  }
+  return phrases.flatMap((phrase) => {
+    const parts = Math.ceil(phrase.length / LONGEST_PHRASE_WORDS);
+    const size = Math.ceil(phrase.length / parts);
+    return Array.from({ length: parts }, (_, part) => phrase.slice(part * size, (part + 1) * size));
+  });
+}
+
+/** The phrase that is being spoken or comes next, its spoken word bright. */
+export class Caption {
   constructor(report) {
     this.place = document.getElementById('caption');
-    this.words = [];
-    for (const phone of report.phones) {
-      const last = this.words[this.words.length - 1];
-      if (!phone.word) continue;
-      if (last && last.text === phone.word && last.end === phone.start_s) last.end = phone.end_s;
-      else this.words.push({ text: phone.word, start: phone.start_s, end: phone.end_s });
-    }
+    this.phrases = phrasesOf(wordsOf(report));
   }
 
   setTime(time) {
-    const current = this.words.findIndex((word) => time < word.end);
-    const spoken = current >= 0 && this.words[current].start <= time;
-    const state = `${current} ${spoken}`;
-    if (state === this.state) return;
-    this.state = state;
-    const group = Math.floor(Math.max(current < 0 ? this.words.length - 1 : current, 0) / (2 * Caption.WORDS_AROUND));
-    const first = group * 2 * Caption.WORDS_AROUND;
-    const shown = this.words.slice(first, first + 2 * Caption.WORDS_AROUND);
-    this.place.replaceChildren(
-      ...shown.map((word, i) => element('span', spoken && first + i === current ? 'spoken' : '', word.text)),
-    );
+    const phrase = this.phrases.find((words) => time < words[words.length - 1].end) ?? this.phrases[this.phrases.length - 1] ?? [];
+    const spoken = phrase.find((word) => word.start <= time && time < word.end);
+    if (phrase === this.phrase && spoken === this.spoken) return;
+    this.phrase = phrase;
+    this.spoken = spoken;
+    this.place.replaceChildren(...phrase.map((word) => element('span', word === spoken ? 'spoken' : '', word.text)));
   }
 }

@@ -78,21 +78,21 @@ TEST(SampleCorpus, SameSeedSameBytesWhateverTheJobs) {
   options.jobs = 1;
   writeSampleCorpus(b.path(), options);
   writeSampleCorpus(c.path(), quickOptions(2));
-  for (const char* name : {"time_01.c3d", "time_01.wav", "time_01.txt", "time_01.TextGrid", "time_02.c3d"}) {
+  for (const char* name : {"take_01.c3d", "take_01.wav", "take_01.txt", "take_01.TextGrid", "take_02.c3d"}) {
     EXPECT_FALSE(readAll(a.path() / name).empty()) << name;
     EXPECT_EQ(readAll(a.path() / name), readAll(b.path() / name)) << name;
   }
-  EXPECT_NE(readAll(a.path() / "time_01.c3d"), readAll(c.path() / "time_01.c3d"));
+  EXPECT_NE(readAll(a.path() / "take_01.c3d"), readAll(c.path() / "take_01.c3d"));
 }
 
 TEST(SampleCorpus, SoundLabelsAndMotionLastAsLong) {
   const ScratchFolder scratch;
   writeSampleCorpus(scratch.path(), quickOptions());
-  const MotionClip motion = readC3d(scratch.path() / "time_01.c3d");
+  const MotionClip motion = readC3d(scratch.path() / "take_01.c3d");
   EXPECT_EQ(motion.frame_rate_hz, 120);
   EXPECT_EQ(motion.markerCount(), 66U + 7U);
-  EXPECT_NEAR(motion.duration(), readAudio(scratch.path() / "time_01.wav").duration(), 0.03);
-  EXPECT_NEAR(motion.duration(), readTextGrid(scratch.path() / "time_01.TextGrid").duration(), 0.03);
+  EXPECT_NEAR(motion.duration(), readAudio(scratch.path() / "take_01.wav").duration(), 0.03);
+  EXPECT_NEAR(motion.duration(), readTextGrid(scratch.path() / "take_01.TextGrid").duration(), 0.03);
 }
 
 TEST(SampleCorpus, CapturedIsTheTruthMovedWithNoiseAndGaps) {
@@ -103,8 +103,8 @@ TEST(SampleCorpus, CapturedIsTheTruthMovedWithNoiseAndGaps) {
   EXPECT_GT(summary.gaps, 0U);
   EXPECT_GT(summary.missing_share, 0.0);
   EXPECT_LT(summary.missing_share, 0.02);
-  const MotionClip captured = readC3d(scratch.path() / "time_01.c3d");
-  const MotionClip truth = readC3d(*options.truth_folder / "time_01.c3d");
+  const MotionClip captured = readC3d(scratch.path() / "take_01.c3d");
+  const MotionClip truth = readC3d(*options.truth_folder / "take_01.c3d");
   ASSERT_EQ(truth.markerCount(), 66U);
   ASSERT_EQ(truth.frameCount(), captured.frameCount());
   double squared_mm2 = 0, moved_mm = 0;
@@ -129,7 +129,7 @@ TEST(SampleCorpus, LipsCloseForBilabials) {
   SampleOptions options = quickOptions();
   options.truth_folder = scratch.path() / "truth";
   writeSampleCorpus(scratch.path(), options);
-  const MotionClip truth = readC3d(*options.truth_folder / "time_01.c3d");
+  const MotionClip truth = readC3d(*options.truth_folder / "take_01.c3d");
   const auto opening = [&](Seconds time) {
     const auto frame =
         FrameIndex(std::min(truth.frameCount() - 1, static_cast<std::size_t>(time * truth.frame_rate_hz)));
@@ -141,7 +141,7 @@ TEST(SampleCorpus, LipsCloseForBilabials) {
   const double rest = actor.neutral_mm(static_cast<Eigen::Index>(names.findMarker("LIP_UP_MID")->value), 1) -
                       actor.neutral_mm(static_cast<Eigen::Index>(names.findMarker("LIP_LO_MID")->value), 1);
   std::size_t closures = 0;
-  for (const LabelledPhone& phone : readTextGrid(scratch.path() / "time_01.TextGrid").phones) {
+  for (const LabelledPhone& phone : readTextGrid(scratch.path() / "take_01.TextGrid").phones) {
     if (!isBilabial(phone.phone)) continue;
     double least = 1e9;
     for (Seconds t = phone.span.start - 0.04; t < phone.span.end; t += 0.005) least = std::min(least, opening(t));

@@ -22,10 +22,13 @@ const BezierSurface& surface() {
   return made;
 }
 
-BezierSurface::Pose poseOf(const MarkerPositions& markers) { return surface().pose(controlPoints(sampleControl(), rowOf(markers))); }
+BezierSurface::Pose poseOf(const MarkerPositions& markers) {
+  return surface().pose(controlPoints(sampleControl(), rowOf(markers)));
+}
 
 /// Values and slopes of a polynomial of the plane at three corners, as a Clough-Tocher net.
-std::array<CubicPatch<double>, 3> netsOfPolynomial(const std::array<Eigen::Vector2d, 3>& corners, const auto& f, const auto& slope) {
+std::array<CubicPatch<double>, 3> netsOfPolynomial(const std::array<Eigen::Vector2d, 3>& corners, const auto& f,
+                                                   const auto& slope) {
   std::array<double, 3> value{}, gx{}, gy{};
   for (std::size_t i = 0; i < 3; ++i) {
     value[i] = f(corners[i]);
@@ -39,8 +42,12 @@ std::array<CubicPatch<double>, 3> netsOfPolynomial(const std::array<Eigen::Vecto
 
 TEST(CloughTocher, ReproducesParabolas) {
   const std::array<Eigen::Vector2d, 3> corners{Eigen::Vector2d(0, 0), Eigen::Vector2d(7, 1), Eigen::Vector2d(2, 5)};
-  const auto f = [](const Eigen::Vector2d& p) { return 3 - 2 * p.x() + p.y() + 0.5 * p.x() * p.x() - 0.3 * p.x() * p.y() + 0.2 * p.y() * p.y(); };
-  const auto slope = [](const Eigen::Vector2d& p) { return Eigen::Vector2d(-2 + p.x() - 0.3 * p.y(), 1 - 0.3 * p.x() + 0.4 * p.y()); };
+  const auto f = [](const Eigen::Vector2d& p) {
+    return 3 - 2 * p.x() + p.y() + 0.5 * p.x() * p.x() - 0.3 * p.x() * p.y() + 0.2 * p.y() * p.y();
+  };
+  const auto slope = [](const Eigen::Vector2d& p) {
+    return Eigen::Vector2d(-2 + p.x() - 0.3 * p.y(), 1 - 0.3 * p.x() + 0.4 * p.y());
+  };
   const auto nets = netsOfPolynomial(corners, f, slope);
   const Eigen::Vector2d middle = (corners[0] + corners[1] + corners[2]) / 3;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -56,8 +63,10 @@ TEST(CubicPatch, TangentsAreDerivatives) {
   const auto& patch = surface().restPose()[40];
   const double step = 1e-6;
   const SurfacePoint s = evaluate(patch, 0.3, 0.45);
-  const Eigen::Vector3d du = (evaluate(patch, 0.3 + step, 0.45).position - evaluate(patch, 0.3 - step, 0.45).position) / (2 * step);
-  const Eigen::Vector3d dv = (evaluate(patch, 0.3, 0.45 + step).position - evaluate(patch, 0.3, 0.45 - step).position) / (2 * step);
+  const Eigen::Vector3d du =
+      (evaluate(patch, 0.3 + step, 0.45).position - evaluate(patch, 0.3 - step, 0.45).position) / (2 * step);
+  const Eigen::Vector3d dv =
+      (evaluate(patch, 0.3, 0.45 + step).position - evaluate(patch, 0.3, 0.45 - step).position) / (2 * step);
   EXPECT_LT((s.du - du).norm(), 1e-7);
   EXPECT_LT((s.dv - dv).norm(), 1e-7);
 }
@@ -80,7 +89,8 @@ TEST(BezierSurface, PassesThroughEveryControlPointInEveryPose) {
 TEST(BezierSurface, HasOneTangentPlaneAlongEdgesInRandomPoses) {
   std::mt19937 random(5);
   double largest = surface().maxNormalAngleAcrossEdges(surface().restPose());
-  for (int i = 0; i < 200; ++i) largest = std::max(largest, surface().maxNormalAngleAcrossEdges(poseOf(randomPose(sampleFace(), random))));
+  for (int i = 0; i < 200; ++i)
+    largest = std::max(largest, surface().maxNormalAngleAcrossEdges(poseOf(randomPose(sampleFace(), random))));
   RecordProperty("largest_angle_deg", std::to_string(largest));
   EXPECT_LT(largest, kOneTangentPlaneDeg);
 }
@@ -136,7 +146,8 @@ TEST(BezierSurface, IsCarriedAlongByAShift) {
   const MarkerPositions points = sampleControl().rest.rowwise() + shift;
   const auto pose = surface().pose(points);
   for (std::size_t p = 0; p < pose.size(); ++p) {
-    const Eigen::Vector3d moved = evaluate(pose[p], 0.4, 0.3).position - evaluate(surface().restPose()[p], 0.4, 0.3).position;
+    const Eigen::Vector3d moved =
+        evaluate(pose[p], 0.4, 0.3).position - evaluate(surface().restPose()[p], 0.4, 0.3).position;
     EXPECT_LT((moved - shift.transpose()).norm(), 1e-9);
   }
 }
@@ -154,7 +165,8 @@ TEST(BezierSurface, RimsThatMeetAtTheirPointsMeetBetweenThem) {
   const auto displacementAt = [&](const std::string& from, const std::string& to, double way) -> Eigen::Vector3d {
     for (std::size_t t = 0; t < control.triangles.size(); ++t) {
       for (std::size_t k = 0; k < 3; ++k) {
-        const auto a = static_cast<std::size_t>(control.triangles[t][k]), b = static_cast<std::size_t>(control.triangles[t][(k + 1) % 3]);
+        const auto a = static_cast<std::size_t>(control.triangles[t][k]),
+                   b = static_cast<std::size_t>(control.triangles[t][(k + 1) % 3]);
         const bool forth = control.points[a].name == from && control.points[b].name == to;
         const bool back = control.points[a].name == to && control.points[b].name == from;
         if (!forth && !back) continue;

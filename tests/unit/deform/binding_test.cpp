@@ -42,7 +42,9 @@ TEST(Binding, CountsLipSideErrors) {
   while (sampleControl().sideOf(static_cast<std::size_t>(lower)) != LipSide::kLower) ++lower;
   std::size_t changed = 0;
   for (std::size_t v = 0; v < sampleFace().skin_vertices; ++v) {
-    if (wrong.patch[v] < 0 || sampleControl().sideOf(static_cast<std::size_t>(wrong.patch[v])) != LipSide::kUpper || !sampleFace().is_above_slit[v]) continue;
+    if (wrong.patch[v] < 0 || sampleControl().sideOf(static_cast<std::size_t>(wrong.patch[v])) != LipSide::kUpper ||
+        !sampleFace().is_above_slit[v])
+      continue;
     wrong.patch[v] = lower;
     if (++changed == 7) break;
   }
@@ -54,8 +56,10 @@ TEST(Binding, OffsetsAreEquationThree) {
   std::size_t checked = 0;
   for (std::size_t v = 0; v < sampleFace().skin_vertices; ++v) {
     if (binding().patch[v] < 0) continue;
-    const SurfacePoint s = evaluate(surface.restPose(), {binding().patch[v], static_cast<double>(binding().u[v]), static_cast<double>(binding().v[v])});
-    const Eigen::Vector3d offset = sampleFace().mesh.vertices.row(static_cast<Eigen::Index>(v)).transpose().cast<double>() - s.position;
+    const SurfacePoint s = evaluate(surface.restPose(), {binding().patch[v], static_cast<double>(binding().u[v]),
+                                                         static_cast<double>(binding().v[v])});
+    const Eigen::Vector3d offset =
+        sampleFace().mesh.vertices.row(static_cast<Eigen::Index>(v)).transpose().cast<double>() - s.position;
     EXPECT_NEAR(offset.dot(s.normal()), static_cast<double>(binding().d[v]), 1e-4);
     checked += (offset - static_cast<double>(binding().d[v]) * s.normal()).norm() < 1e-4 ? 1 : 0;
   }

@@ -53,16 +53,20 @@ TEST(ControlSurface, UsesEveryMarkerAndJoinsNoLips) {
     }
     EXPECT_FALSE(upper && lower);
   }
-  for (int i = 0; i < static_cast<int>(mesh.marker_count); ++i) EXPECT_TRUE(used.contains(i)) << mesh.points[static_cast<std::size_t>(i)].name;
+  for (int i = 0; i < static_cast<int>(mesh.marker_count); ++i)
+    EXPECT_TRUE(used.contains(i)) << mesh.points[static_cast<std::size_t>(i)].name;
   EXPECT_EQ(rimPairs(mesh).size(), 5U);
 }
 
 TEST(ControlSurface, MouthAndEyesAreHoles) {
   const ControlMesh& mesh = sampleControl();
-  for (const auto& [upper, lower] : {std::pair("RIM_UP_MID", "RIM_LO_MID"), {"LID_UP_R", "LID_LO_R"}, {"LID_UP_L", "LID_LO_L"}}) {
+  for (const auto& [upper, lower] :
+       {std::pair("RIM_UP_MID", "RIM_LO_MID"), {"LID_UP_R", "LID_LO_R"}, {"LID_UP_L", "LID_LO_L"}}) {
     const int a = indexOf(mesh, upper), b = indexOf(mesh, lower);
     for (const auto& triangle : mesh.triangles) {
-      EXPECT_FALSE(std::count(triangle.begin(), triangle.end(), a) > 0 && std::count(triangle.begin(), triangle.end(), b) > 0) << upper;
+      EXPECT_FALSE(std::count(triangle.begin(), triangle.end(), a) > 0 &&
+                   std::count(triangle.begin(), triangle.end(), b) > 0)
+          << upper;
     }
   }
 }
@@ -162,7 +166,9 @@ TEST(ControlSurface, ChecksWhatComesFromFiles) {
   expectRefused([](ControlMesh& m) { m.mouth_width = 0; });
   expectRefused([](ControlMesh& m) { m.points[m.marker_count].drivers[0].point = 5000; });
   expectRefused([](ControlMesh& m) { m.points[m.marker_count].opposite = 3; });
-  expectRefused([](ControlMesh& m) { m.triangles[0] = {indexOf(m, "LIP_UP_MID"), indexOf(m, "LIP_LO_MID"), indexOf(m, "LIP_CORNER_L")}; });
+  expectRefused([](ControlMesh& m) {
+    m.triangles[0] = {indexOf(m, "LIP_UP_MID"), indexOf(m, "LIP_LO_MID"), indexOf(m, "LIP_CORNER_L")};
+  });
 }
 
 }  // namespace

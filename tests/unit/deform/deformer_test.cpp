@@ -42,7 +42,8 @@ float largestMove(const VertexPositions& moved, PartKind kind) {
   for (const MeshPart& part : sampleFace().mesh.parts) {
     if (part.kind != kind) continue;
     for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t) {
-      for (const std::uint32_t v : sampleFace().mesh.triangles[t]) largest = std::max(largest, (moved.row(v) - sampleFace().mesh.vertices.row(v)).norm());
+      for (const std::uint32_t v : sampleFace().mesh.triangles[t])
+        largest = std::max(largest, (moved.row(v) - sampleFace().mesh.vertices.row(v)).norm());
     }
   }
   return largest;
@@ -63,13 +64,16 @@ TEST(FaceDeformer, IsEquationThree) {
     std::size_t compared = 0;
     for (std::size_t v = 0; v < sampleFace().skin_vertices; ++v) {
       if (binding().patch[v] < 0 || binding().skin_weight[v] < 1) continue;
-      const SurfacePlace place{binding().patch[v], static_cast<double>(binding().u[v]), static_cast<double>(binding().v[v])};
+      const SurfacePlace place{binding().patch[v], static_cast<double>(binding().u[v]),
+                               static_cast<double>(binding().v[v])};
       const SurfacePoint at_rest = evaluate(surface.restPose(), place);
-      const Eigen::Vector3d offset = sampleFace().mesh.vertices.row(static_cast<Eigen::Index>(v)).transpose().cast<double>() - at_rest.position;
+      const Eigen::Vector3d offset =
+          sampleFace().mesh.vertices.row(static_cast<Eigen::Index>(v)).transpose().cast<double>() - at_rest.position;
       const double d = offset.dot(at_rest.normal());
       if ((offset - d * at_rest.normal()).norm() > 1e-4) continue;  // hangs beside its patch
       const SurfacePoint s = evaluate(pose, place);
-      EXPECT_LT((out.row(static_cast<Eigen::Index>(v)).transpose().cast<double>() - s.position - d * s.normal()).norm(), kSameAsExact_mm);
+      EXPECT_LT((out.row(static_cast<Eigen::Index>(v)).transpose().cast<double>() - s.position - d * s.normal()).norm(),
+                kSameAsExact_mm);
       ++compared;
     }
     EXPECT_GT(compared, sampleFace().skin_vertices / 2);
@@ -82,7 +86,8 @@ TEST(FaceDeformer, PortableLoopsAgreeWithTheFastest) {
   for (int i = 0; i < 10; ++i) {
     const MarkerPositions markers = randomPose(sampleFace(), random);
     const TonguePose tongue{.tip_up = 0.5F, .tip_forward = 0.2F, .back_up = 0.4F};
-    EXPECT_LT((deformed(portable, markers, tongue) - deformed(deformer(), markers, tongue)).cwiseAbs().maxCoeff(), 1e-3F);
+    EXPECT_LT((deformed(portable, markers, tongue) - deformed(deformer(), markers, tongue)).cwiseAbs().maxCoeff(),
+              1e-3F);
   }
 }
 
@@ -150,7 +155,8 @@ TEST(FaceDeformer, EveryTriangleKeepsItsSizeInBounds) {
     for (std::size_t t = 0; t < mesh.parts[0].triangle_count; ++t) {
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
-        EXPECT_LT((out.row(a) - out.row(b)).norm(), 4 * (mesh.vertices.row(a) - mesh.vertices.row(b)).norm() + 2) << mesh.vertices.row(a);
+        EXPECT_LT((out.row(a) - out.row(b)).norm(), 4 * (mesh.vertices.row(a) - mesh.vertices.row(b)).norm() + 2)
+            << mesh.vertices.row(a);
       }
     }
   }

@@ -13,8 +13,9 @@ using testing::sampleControl;
 
 MarkerPositions hinged(double open_rad, double sideways_rad, const Eigen::Vector3d& slide) {
   const JawHinge jaw(sampleControl());
-  const Eigen::Matrix3d turn =
-      (Eigen::AngleAxisd(sideways_rad, Eigen::Vector3d::UnitY()) * Eigen::AngleAxisd(open_rad, Eigen::Vector3d::UnitX())).toRotationMatrix();
+  const Eigen::Matrix3d turn = (Eigen::AngleAxisd(sideways_rad, Eigen::Vector3d::UnitY()) *
+                                Eigen::AngleAxisd(open_rad, Eigen::Vector3d::UnitX()))
+                                   .toRotationMatrix();
   MarkerPositions points = sampleControl().rest;
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
     points.row(i) = (jaw.pivot() + turn * (points.row(i).transpose() - jaw.pivot()) + slide).transpose();

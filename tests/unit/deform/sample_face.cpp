@@ -19,72 +19,28 @@ struct FlatMarker {
 };
 /// Markers of face66 seen from the front, mm; every one lies on the egg.
 constexpr FlatMarker kMarkers[] = {
-    {"FOREHEAD_TOP", 0, 83},
-    {"FOREHEAD_MID", 0, 65},
-    {"FOREHEAD_LOW", 0, 49},
-    {"FOREHEAD_IN_R", -35, 80},
-    {"FOREHEAD_IN_L", 35, 80},
-    {"FOREHEAD_OUT_R", -45, 63},
-    {"FOREHEAD_OUT_L", 45, 63},
-    {"TEMPLE_R", -76, 24},
-    {"TEMPLE_L", 76, 24},
-    {"BROW_OUT_R", -57, 43},
-    {"BROW_MIDOUT_R", -50, 48},
-    {"BROW_MID_R", -40, 51},
-    {"BROW_MIDIN_R", -28, 51},
-    {"BROW_IN_R", -14, 50},
-    {"BROW_OUT_L", 57, 43},
-    {"BROW_MIDOUT_L", 50, 48},
-    {"BROW_MID_L", 40, 51},
-    {"BROW_MIDIN_L", 28, 51},
-    {"BROW_IN_L", 14, 50},
-    {"LID_UP_R", -32, 30},
-    {"LID_UP_L", 32, 30},
-    {"LID_LO_R", -32, 22},
-    {"LID_LO_L", 32, 22},
-    {"CANTHUS_OUT_R", -47, 26.5},
-    {"CANTHUS_OUT_L", 47, 26.5},
-    {"NOSE_ROOT", 0, 25},
-    {"NOSE_BRIDGE", 0, 15},
-    {"NOSE_TIP", 0, -5},
-    {"NOSE_BASE", 0, -21},
-    {"NOSE_ALA_R", -16.5, -6},
-    {"NOSE_ALA_L", 16.5, -6},
-    {"NOSTRIL_R", -14, -17},
-    {"NOSTRIL_L", 14, -17},
-    {"CHEEK_HIGH_R", -53, 9},
-    {"CHEEK_HIGH_L", 53, 9},
-    {"CHEEK_BONE_R", -48, -7},
-    {"CHEEK_BONE_L", 48, -7},
-    {"CHEEK_MID_R", -38, -15},
-    {"CHEEK_MID_L", 38, -15},
-    {"CHEEK_LOW_R", -53, -22},
-    {"CHEEK_LOW_L", 53, -22},
-    {"CHEEK_NOSE_R", -28, -7},
-    {"CHEEK_NOSE_L", 28, -7},
-    {"CHEEK_MOUTH_R", -35, -32},
-    {"CHEEK_MOUTH_L", 35, -32},
-    {"LIP_CORNER_R", -25, -43},
-    {"LIP_CORNER_L", 25, -43},
-    {"LIP_UP_OUT_R", -19, -38},
-    {"LIP_UP_OUT_L", 19, -38},
-    {"LIP_UP_IN_R", -7, -33},
-    {"LIP_UP_IN_L", 7, -33},
-    {"LIP_UP_MID", 0, -34},
-    {"LIP_LO_OUT_R", -18.5, -48.5},
-    {"LIP_LO_OUT_L", 18.5, -48.5},
-    {"LIP_LO_IN_R", -7, -53},
-    {"LIP_LO_IN_L", 7, -53},
-    {"LIP_LO_MID", 0, -53.6},
-    {"CHIN_UP", 0, -61},
-    {"CHIN_MID", 0, -79},
-    {"CHIN_LOW", 0, -94},
-    {"JAW_FRONT_R", -32, -85},
-    {"JAW_FRONT_L", 32, -85},
-    {"JAW_MID_R", -59, -62},
-    {"JAW_MID_L", 59, -62},
-    {"JAW_BACK_R", -72, -29},
-    {"JAW_BACK_L", 72, -29},
+    {"FOREHEAD_TOP", 0, 83},     {"FOREHEAD_MID", 0, 65},        {"FOREHEAD_LOW", 0, 49},
+    {"FOREHEAD_IN_R", -35, 80},  {"FOREHEAD_IN_L", 35, 80},      {"FOREHEAD_OUT_R", -45, 63},
+    {"FOREHEAD_OUT_L", 45, 63},  {"TEMPLE_R", -76, 24},          {"TEMPLE_L", 76, 24},
+    {"BROW_OUT_R", -57, 43},     {"BROW_MIDOUT_R", -50, 48},     {"BROW_MID_R", -40, 51},
+    {"BROW_MIDIN_R", -28, 51},   {"BROW_IN_R", -14, 50},         {"BROW_OUT_L", 57, 43},
+    {"BROW_MIDOUT_L", 50, 48},   {"BROW_MID_L", 40, 51},         {"BROW_MIDIN_L", 28, 51},
+    {"BROW_IN_L", 14, 50},       {"LID_UP_R", -32, 30},          {"LID_UP_L", 32, 30},
+    {"LID_LO_R", -32, 22},       {"LID_LO_L", 32, 22},           {"CANTHUS_OUT_R", -47, 26.5},
+    {"CANTHUS_OUT_L", 47, 26.5}, {"NOSE_ROOT", 0, 25},           {"NOSE_BRIDGE", 0, 15},
+    {"NOSE_TIP", 0, -5},         {"NOSE_BASE", 0, -21},          {"NOSE_ALA_R", -16.5, -6},
+    {"NOSE_ALA_L", 16.5, -6},    {"NOSTRIL_R", -14, -17},        {"NOSTRIL_L", 14, -17},
+    {"CHEEK_HIGH_R", -53, 9},    {"CHEEK_HIGH_L", 53, 9},        {"CHEEK_BONE_R", -48, -7},
+    {"CHEEK_BONE_L", 48, -7},    {"CHEEK_MID_R", -38, -15},      {"CHEEK_MID_L", 38, -15},
+    {"CHEEK_LOW_R", -53, -22},   {"CHEEK_LOW_L", 53, -22},       {"CHEEK_NOSE_R", -28, -7},
+    {"CHEEK_NOSE_L", 28, -7},    {"CHEEK_MOUTH_R", -35, -32},    {"CHEEK_MOUTH_L", 35, -32},
+    {"LIP_CORNER_R", -25, -43},  {"LIP_CORNER_L", 25, -43},      {"LIP_UP_OUT_R", -19, -38},
+    {"LIP_UP_OUT_L", 19, -38},   {"LIP_UP_IN_R", -7, -33},       {"LIP_UP_IN_L", 7, -33},
+    {"LIP_UP_MID", 0, -34},      {"LIP_LO_OUT_R", -18.5, -48.5}, {"LIP_LO_OUT_L", 18.5, -48.5},
+    {"LIP_LO_IN_R", -7, -53},    {"LIP_LO_IN_L", 7, -53},        {"LIP_LO_MID", 0, -53.6},
+    {"CHIN_UP", 0, -61},         {"CHIN_MID", 0, -79},           {"CHIN_LOW", 0, -94},
+    {"JAW_FRONT_R", -32, -85},   {"JAW_FRONT_L", 32, -85},       {"JAW_MID_R", -59, -62},
+    {"JAW_MID_L", 59, -62},      {"JAW_BACK_R", -72, -29},       {"JAW_BACK_L", 72, -29},
 };
 
 constexpr double kSlitY = -43;
@@ -132,7 +88,8 @@ class Builder {
   }
   void finish() {
     face_.mesh.vertices.resize(static_cast<Eigen::Index>(points_.size()), 3);
-    for (std::size_t i = 0; i < points_.size(); ++i) face_.mesh.vertices.row(static_cast<Eigen::Index>(i)) = points_[i].transpose().cast<float>();
+    for (std::size_t i = 0; i < points_.size(); ++i)
+      face_.mesh.vertices.row(static_cast<Eigen::Index>(i)) = points_[i].transpose().cast<float>();
   }
   [[nodiscard]] std::size_t vertexCount() const { return points_.size(); }
 
@@ -150,7 +107,8 @@ void addSkin(SampleFace& face, Builder& builder, double spacing) {
   struct Pair {
     std::int64_t lower = -1, upper = -1;
   };
-  std::vector<std::vector<Pair>> grid(static_cast<std::size_t>(rows), std::vector<Pair>(static_cast<std::size_t>(2 * half + 1)));
+  std::vector<std::vector<Pair>> grid(static_cast<std::size_t>(rows),
+                                      std::vector<Pair>(static_cast<std::size_t>(2 * half + 1)));
   for (int r = 0; r < rows; ++r) {
     for (int c = -half; c <= half; ++c) {
       const double x = c * spacing, y = kSlitY + (r - below) * spacing;
@@ -181,7 +139,8 @@ void addSkin(SampleFace& face, Builder& builder, double spacing) {
 }
 
 void addKnown(SampleFace& face) {
-  for (const auto& [end, x] : {std::pair("OUT_R", -15.0), {"IN_R", -6.0}, {"MID", 0.0}, {"IN_L", 6.0}, {"OUT_L", 15.0}}) {
+  for (const auto& [end, x] :
+       {std::pair("OUT_R", -15.0), {"IN_R", -6.0}, {"MID", 0.0}, {"IN_L", 6.0}, {"OUT_L", 15.0}}) {
     face.known[std::string("RIM_UP_") + end] = face.known[std::string("RIM_LO_") + end] = onEgg(x, kSlitY);
   }
   face.known["RIM_CORNER_R"] = onEgg(-21.5, kSlitY);
@@ -214,7 +173,8 @@ const SampleFace& sampleFace() {
 }
 
 const ControlMesh& sampleControl() {
-  static const ControlMesh control = buildControlMesh(sampleFace().names, sampleFace().rest, sampleFace().known, &sampleFace().mesh);
+  static const ControlMesh control =
+      buildControlMesh(sampleFace().names, sampleFace().rest, sampleFace().known, &sampleFace().mesh);
   return control;
 }
 
@@ -251,7 +211,8 @@ MarkerPositions randomPose(const SampleFace& face, std::mt19937& random) {
 
 namespace {
 
-/// The points of a C3D file as grid_s1 has them: Intel floats, 66 markers. Frames x 198; empty when it is not such a file.
+/// The points of a C3D file as grid_s1 has them: Intel floats, 66 markers. Frames x 198; empty when it is not such a
+/// file.
 std::vector<MarkerPositions> framesOf(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   const std::vector<char> bytes{std::istreambuf_iterator<char>(in), {}};
@@ -281,7 +242,8 @@ std::vector<MarkerPositions> framesOf(const std::filesystem::path& path) {
 MarkerPositions aligned(const MarkerPositions& pose, const MarkerPositions& reference) {
   // The first nine markers sit on forehead and temples.
   const Eigen::RowVector3d from = pose.topRows(9).colwise().mean(), to = reference.topRows(9).colwise().mean();
-  const Eigen::Matrix3d covariance = (pose.topRows(9).rowwise() - from).transpose() * (reference.topRows(9).rowwise() - to);
+  const Eigen::Matrix3d covariance =
+      (pose.topRows(9).rowwise() - from).transpose() * (reference.topRows(9).rowwise() - to);
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Matrix3d turn = svd.matrixU() * svd.matrixV().transpose();
   if (turn.determinant() < 0) turn = svd.matrixU() * Eigen::Vector3d(1, 1, -1).asDiagonal() * svd.matrixV().transpose();
@@ -291,7 +253,8 @@ MarkerPositions aligned(const MarkerPositions& pose, const MarkerPositions& refe
 }  // namespace
 
 std::vector<MarkerPositions> capturedDisplacements(std::size_t takes, std::size_t every) {
-  const std::filesystem::path folder = std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / ".." / "shared" / "capture" / "grid_s1" / "takes";
+  const std::filesystem::path folder =
+      std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / ".." / "shared" / "capture" / "grid_s1" / "takes";
   std::error_code absent;
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder, absent)) {
@@ -302,7 +265,8 @@ std::vector<MarkerPositions> capturedDisplacements(std::size_t takes, std::size_
   for (std::size_t t = 0; t < std::min(takes, files.size()); ++t) {
     const std::vector<MarkerPositions> frames = framesOf(files[t]);
     if (frames.empty()) continue;
-    for (std::size_t f = 0; f < frames.size(); f += every) displacements.push_back(aligned(frames[f], frames.front()) - frames.front());
+    for (std::size_t f = 0; f < frames.size(); f += every)
+      displacements.push_back(aligned(frames[f], frames.front()) - frames.front());
   }
   return displacements;
 }

@@ -12,7 +12,8 @@
 
 namespace mouthpiece::testing {
 
-/// A plain face for tests: half an egg with 66 markers, a mouth slit whose lips touch, lower teeth, a tongue and an eye.
+/// A plain face for tests: half an egg with 66 markers, a mouth slit whose lips touch, lower teeth, a tongue and an
+/// eye.
 struct SampleFace {
   std::vector<std::string> names;
   MarkerPositions rest;  ///< mm
@@ -27,7 +28,9 @@ SampleFace makeSampleFace(double spacing_mm);
 const SampleFace& sampleFace();
 const ControlMesh& sampleControl();
 
-inline std::span<const double> rowOf(const MarkerPositions& markers) { return {markers.data(), static_cast<std::size_t>(markers.size())}; }
+inline std::span<const double> rowOf(const MarkerPositions& markers) {
+  return {markers.data(), static_cast<std::size_t>(markers.size())};
+}
 
 /// Speech-like random offsets: the jaw opens, corners spread or purse, every marker trembles. Lengths in mm.
 MarkerPositions randomPose(const SampleFace& face, std::mt19937& random);

@@ -18,7 +18,10 @@ double nearestSample(const BezierSurface::Pose& pose, const Eigen::Vector3d& poi
   for (const auto& patch : pose) {
     for (int i = 0; i <= kSteps; ++i) {
       for (int j = 0; i + j <= kSteps; ++j) {
-        nearest = std::min(nearest, (evaluate(patch, static_cast<double>(i) / kSteps, static_cast<double>(j) / kSteps).position - point).norm());
+        nearest = std::min(
+            nearest,
+            (evaluate(patch, static_cast<double>(i) / kSteps, static_cast<double>(j) / kSteps).position - point)
+                .norm());
       }
     }
   }
@@ -27,7 +30,8 @@ double nearestSample(const BezierSurface::Pose& pose, const Eigen::Vector3d& poi
 
 TEST(SurfaceProjection, IsNeverFurtherThanTheNearestSample) {
   const BezierSurface surface(sampleControl());
-  const SurfaceProjector projector(surface, sampleControl(), std::vector<std::uint32_t>(sampleControl().triangles.size(), 0));
+  const SurfaceProjector projector(surface, sampleControl(),
+                                   std::vector<std::uint32_t>(sampleControl().triangles.size(), 0));
   std::mt19937 random(2);
   std::uniform_real_distribution<double> x(-60, 60), y(-90, 80), z(30, 90);
   for (int i = 0; i < 60; ++i) {
@@ -41,7 +45,8 @@ TEST(SurfaceProjection, IsNeverFurtherThanTheNearestSample) {
 
 TEST(SurfaceProjection, FindsThePlaceAPointWasRaisedFrom) {
   const BezierSurface surface(sampleControl());
-  const SurfaceProjector projector(surface, sampleControl(), std::vector<std::uint32_t>(sampleControl().triangles.size(), 0));
+  const SurfaceProjector projector(surface, sampleControl(),
+                                   std::vector<std::uint32_t>(sampleControl().triangles.size(), 0));
   for (int t = 0; t < static_cast<int>(sampleControl().triangles.size()); ++t) {
     const SurfacePoint s = evaluate(surface.restPose(), SurfacePlace{t, 0.5, 0.3});
     const auto foot = projector.closest(s.position + 0.5 * s.normal(), s.normal(), 0.2, 0);

@@ -30,11 +30,11 @@ class TrajectoryPanel : public ::testing::Test {
 
   Results run(const PanelKernels& kernels) const {
     Results results;
-    kernels.loadDisplacements(positions.data() + 24, positions.cols(), kFrames, rest.data(), results.panel.data(),
-                              results.displacement);
+    kernels.load_displacements(positions.data() + 24, positions.cols(), kFrames, rest.data(), results.panel.data(),
+                               results.displacement);
     kernels.multiply(inverse.data(), kShapes, kFrames, results.panel.data(), results.product.data());
-    kernels.largestResidual(weights.data(), kFrames, kShapes, results.panel.data(), results.product.data(),
-                            results.residual);
+    kernels.largest_residual(weights.data(), kFrames, kShapes, results.panel.data(), results.product.data(),
+                             results.residual);
     return results;
   }
 
@@ -80,11 +80,11 @@ TEST_F(TrajectoryPanel, BuffersMayLieAnywhere) {
   std::vector<float> product(1 + kShapes * kPanelWidth);
   float squares[1 + kPanelVertices];
   for (const PanelKernels* kernels : {&panelKernels(), &portablePanelKernels()}) {
-    kernels->loadDisplacements(positions.data() + 24, positions.cols(), kFrames, rest.data(), panel.data() + 1,
-                               squares + 1);
+    kernels->load_displacements(positions.data() + 24, positions.cols(), kFrames, rest.data(), panel.data() + 1,
+                                squares + 1);
     EXPECT_EQ(std::memcmp(squares + 1, expected.displacement, sizeof(expected.displacement)), 0);
     kernels->multiply(inverse.data(), kShapes, kFrames, panel.data() + 1, product.data() + 1);
-    kernels->largestResidual(weights.data(), kFrames, kShapes, panel.data() + 1, product.data() + 1, squares + 1);
+    kernels->largest_residual(weights.data(), kFrames, kShapes, panel.data() + 1, product.data() + 1, squares + 1);
     EXPECT_EQ(std::memcmp(squares + 1, expected.residual, sizeof(expected.residual)), 0);
   }
 }
