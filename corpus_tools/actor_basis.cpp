@@ -33,6 +33,12 @@ double speechWeight(const LayoutMarker& marker) {
   return 0;
 }
 
+/// What moves with speech there is head motion left over, blinks and the tracker's face model: not speech.
+bool movesWithoutSpeech(const LayoutMarker& marker) {
+  return marker.region == "forehead" || marker.region == "temple" || marker.region == "brow" ||
+         marker.region == "lid" || marker.region == "canthus";
+}
+
 bool inSilence(const SpeechLabels& labels, Seconds time, Seconds margin) {
   return std::any_of(labels.phones.begin(), labels.phones.end(), [&](const LabelledPhone& phone) {
     return phone.phone == Phone::kSil && phone.span.start + (phone.span.start > 0 ? margin : 0) <= time &&
@@ -151,7 +157,7 @@ ActorBasis actorBasis(const std::vector<ActorDisplacements>& takes, const Marker
   const Eigen::VectorXd deviation = (in_speech / std::max(1.0, frames)).cwiseSqrt().cwiseMax(1e-9);
   for (Eigen::MatrixXd& rows : basis.trajectories) rows = (rows * deviation.cwiseInverse().asDiagonal()).eval();
 
-  // All markers move with the components as far as they did in the capture.
+  // All speaking markers move with the components as far as they did in the capture.
   const Eigen::MatrixXd own = scatter(takes, components, [&](std::size_t take, Eigen::Index frame) {
     return Eigen::RowVectorXd(basis.trajectories[take].row(frame));
   });
@@ -161,6 +167,11 @@ ActorBasis actorBasis(const std::vector<ActorDisplacements>& takes, const Marker
     return row;
   });
   basis.shapes = own.ldlt().solve(both.topRightCorner(components, columns));
+  for (std::size_t marker = 0; marker < layout.markers.size(); ++marker) {
+    if (movesWithoutSpeech(layout.markers[marker])) {
+      basis.shapes.middleCols(static_cast<Eigen::Index>(3 * marker), 3).setZero();
+    }
+  }
   // Pointing so that the lips open.
   const Eigen::VectorXd opening =
       basis.shapes.col(column(layout, "LIP_UP_MID", 1)) - basis.shapes.col(column(layout, "LIP_LO_MID", 1));
@@ -192,7 +203,7 @@ Eigen::RowVectorXd blinkShape(const std::vector<ActorDisplacements>& takes, cons
       squares += drop * drop;
     }
   }
-  const double shut_mm = quantile(drops, 0.98);
+  const double shut_mm = quantile(drops, 0.995);
   shape *= shut_mm / std::max(squares, 1e-9);
   for (std::size_t marker = 0; marker < layout.markers.size(); ++marker) {
     if (layout.markers[marker].region != "lid") shape.segment(static_cast<Eigen::Index>(3 * marker), 3).setZero();

@@ -19,7 +19,7 @@ struct ActorDynamics {
 
 /// Lip opening (LIP_UP_MID to LIP_LO_MID, along Y) that some phones must reach, relative to the neutral pose, mm.
 struct ActorClosures {
-  double bilabial_mm = 0.6;     ///< B P M
+  double bilabial_mm = 0.4;     ///< B P M
   double labiodental_mm = 2.0;  ///< F V: the lower lip at the teeth
   double contact_mm = -0.8;     ///< lips pressed together come no closer than this
 };

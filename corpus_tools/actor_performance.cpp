@@ -21,9 +21,10 @@ constexpr double kClosureSpreadMm = 0.2;  ///< between repetitions of a closure,
 constexpr Seconds kClosureTimeConstant = 0.011;
 constexpr Seconds kClosureLead = 0.028;      ///< closed before the label's start, when the sound has fallen
 constexpr Seconds kReleaseLead = 0.045;      ///< the label holds the burst, too
-constexpr Seconds kShortestClosure = 0.060;  ///< from half closed to half open
+constexpr Seconds kShortestClosure = 0.070;  ///< from half closed to half open
 constexpr double kLabiodentalShare = 0.4;    ///< F V are less exact than B P M
-constexpr double kContactSoftnessMm = 0.5;
+constexpr double kPartedMm = 1.0;            ///< all phones but B P M keep the lips this far open, as the capture does
+constexpr double kContactSoftnessMm = 0.5, kPartedSoftnessMm = 1.0;
 
 /// Moves inner boundaries a little, in order and without emptying a segment.
 void varyTiming(std::vector<ActorSegment>& segments, const ActorOptions& options) {
@@ -68,32 +69,52 @@ Eigen::MatrixXd segmentTargets(const ActorModel& model, const std::vector<ActorS
   return targets;
 }
 
-/// Pulls the lip opening to where a closing phone needs it, along the way the components open the lips together.
+/// 0 to 1 in each frame: how far the lips have come into a movement held from about `span.start` to `span.end`.
+Eigen::VectorXd heldMovement(const TimeSpan& span, const ActorOptions& options) {
+  const Seconds delay = kActorStages * kClosureTimeConstant;
+  Eigen::VectorXd held(static_cast<Eigen::Index>(options.frame_count));
+  for (Eigen::Index frame = 0; frame < held.size(); ++frame) {
+    const Seconds time = static_cast<double>(frame) / options.frame_rate_hz + delay;
+    held(frame) = actorStep(time - span.start, kClosureTimeConstant) - actorStep(time - span.end, kClosureTimeConstant);
+  }
+  return held;
+}
+
+/// The opening cannot fall under `floor`, and comes to it as softly as `softness` says, both in mm.
+double softlyAbove(double floor, double softness, double opening) {
+  const double above = (opening - floor) / softness;
+  return above > 30 ? opening : floor + softness * std::log1p(std::exp(above));
+}
+
+/// Pulls the lip opening to where a closing phone needs it, and keeps other phones from closing, along the way the
+/// components open the lips together.
 void closeLips(const ActorModel& model, const std::vector<ActorSegment>& segments, const ActorOptions& options,
                Eigen::MatrixXd& components) {
   SampleRandom random(options.seed, kClosureStream);
   Eigen::VectorXd opening = components * model.openings();
-  const Eigen::VectorXd captured = opening;
+  const Eigen::VectorXd uncorrected = opening;
+  Eigen::VectorXd parted = Eigen::VectorXd::Zero(opening.size());  // 0 to 1: speech that must not close
+  for (const ActorSegment& segment : segments) {
+    if (segment.in_speech && !isBilabial(segment.phone)) parted += heldMovement(segment.span, options);
+  }
   for (const ActorSegment& segment : segments) {
     const bool bilabial = isBilabial(segment.phone);
     if (!segment.in_speech || (!bilabial && !isLabiodental(segment.phone))) continue;
     const double spread = kClosureSpreadMm * 10 * options.variation * random.normal();
     const double goal = spread + (bilabial ? model.closures.bilabial_mm : model.closures.labiodental_mm);
-    const Seconds delay = kActorStages * kClosureTimeConstant;
-    const Seconds begin = segment.span.start - kClosureLead - delay;
-    const Seconds end =
-        std::max(segment.span.end - kReleaseLead, segment.span.start - kClosureLead + kShortestClosure) - delay;
-    for (Eigen::Index frame = 0; frame < opening.size(); ++frame) {
-      const Seconds time = static_cast<double>(frame) / options.frame_rate_hz;
-      const double held = actorStep(time - begin, kClosureTimeConstant) - actorStep(time - end, kClosureTimeConstant);
-      opening(frame) += held * (bilabial ? 1.0 : kLabiodentalShare) * (goal - opening(frame));
-    }
+    const Seconds begin = segment.span.start - kClosureLead;
+    const Eigen::VectorXd held =
+        heldMovement({begin, std::max(segment.span.end - kReleaseLead, begin + kShortestClosure)}, options);
+    const double share = bilabial ? 1.0 : kLabiodentalShare;
+    opening.array() += share * held.array() * (goal - opening.array());
+    if (bilabial) parted.array() *= 1 - held.array();
   }
-  for (double& value : opening) {  // Flesh: soft at first, then it gives no further.
-    const double above = (value - model.closures.contact_mm) / kContactSoftnessMm;
-    value = model.closures.contact_mm + kContactSoftnessMm * (above > 30 ? above : std::log1p(std::exp(above)));
+  for (Eigen::Index frame = 0; frame < opening.size(); ++frame) {
+    const double floor = model.closures.contact_mm + parted(frame) * (kPartedMm - model.closures.contact_mm);
+    const double softness = kContactSoftnessMm + parted(frame) * (kPartedSoftnessMm - kContactSoftnessMm);
+    opening(frame) = softlyAbove(floor, softness, opening(frame));
   }
-  components += (opening - captured) * model.closing.transpose();
+  components += (opening - uncorrected) * model.closing.transpose();
 }
 
 }  // namespace

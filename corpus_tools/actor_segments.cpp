@@ -28,7 +28,10 @@ struct Piece {
 
 std::vector<Piece> silencePieces(const TimeSpan& span, bool first, bool last) {
   const auto piece = [&](Seconds start, Seconds end, const char* name, bool breath) {
-    Piece silence{.segment = {.span = {start, end}, .breath = breath, .pace = ActorPace::kSilence}};
+    Piece silence;
+    silence.segment.span = {start, end};
+    silence.segment.breath = breath;
+    silence.segment.pace = ActorPace::kSilence;
     if (*name != '\0') silence.segment.features.push_back({std::string("silence ") + name});
     return silence;
   };
@@ -53,9 +56,12 @@ std::vector<Piece> silencePieces(const TimeSpan& span, bool first, bool last) {
 
 std::vector<Piece> speechPieces(const LabelledPhone& phone) {
   const std::string name(phoneName(phone.phone));
-  Piece whole{.segment = {.span = phone.span, .phone = phone.phone, .in_speech = true},
-              .phone_feature = "phone " + name,
-              .viseme = firstViseme(phone.phone)};
+  Piece whole;
+  whole.segment.span = phone.span;
+  whole.segment.phone = phone.phone;
+  whole.segment.in_speech = true;
+  whole.phone_feature = "phone " + name;
+  whole.viseme = firstViseme(phone.phone);
   if (isBilabial(phone.phone) || isLabiodental(phone.phone)) whole.segment.pace = ActorPace::kClosure;
   if (!isDiphthong(phone.phone)) return {whole};
   Piece second = whole;

@@ -10,7 +10,7 @@ namespace mouthpiece {
 using RowMajorMatrixF = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 struct PrincipalShapesOptions {
-  double tolerance_mm = 0.08;  ///< largest distance of a vertex, in any frame, from the full animation
+  double tolerance_mm = 0.09;  ///< largest distance of a vertex, in any frame, from the full animation
 };
 
 /// A face animation as a few shapes: frame f is `rest + sum_k weights(f, k) * shapes.row(k)`. All weights lie in [0,

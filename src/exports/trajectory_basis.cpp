@@ -15,7 +15,8 @@ using Eigen::MatrixXf;
 
 /// More directions than asked for make the range finder's last ones good.
 constexpr Index kOversampling = 8;
-constexpr Index kFirstCount = 48;
+/// Directions found at a time: what a clean line of three seconds needs.
+constexpr Index kBlockCount = 64;
 
 MatrixXf randomSigns(Index rows, Index columns) {
   std::mt19937 generator(20040601);  // NOLINT(cert-msc32-c,cert-msc51-cpp): the same shapes for the same animation
@@ -41,20 +42,23 @@ float largestDistance(const MatrixXf& residual) {
   return std::sqrt(largest);
 }
 
-/// The fewest leading columns of `basis` that keep every point within `tolerance`; -1: all of them are too few.
-Index sufficientCount(const MatrixXf& trajectories, const MatrixXf& basis, float tolerance) {
-  const MatrixXf shapes = basis.transpose() * trajectories;
-  const auto fits = [&](Index count) {
-    return largestDistance(trajectories - basis.leftCols(count) * shapes.topRows(count)) <= tolerance;
-  };
-  Index too_few = -1;
-  Index enough = basis.cols();
-  if (!fits(enough)) return -1;
+/// The fewest leading columns of `block` whose removal from `residual` leaves every point within `tolerance`; all of
+/// them together do.
+Index sufficientCount(const MatrixXf& residual, const MatrixXf& block, float tolerance) {
+  const MatrixXf shapes = block.transpose() * residual;
+  Index too_few = 0;
+  Index enough = block.cols();
   while (enough - too_few > 1) {
     const Index middle = (enough + too_few) / 2;
-    (fits(middle) ? enough : too_few) = middle;
+    const bool fits = largestDistance(residual - block.leftCols(middle) * shapes.topRows(middle)) <= tolerance;
+    (fits ? enough : too_few) = middle;
   }
   return enough;
+}
+
+void append(MatrixXf& columns, const MatrixXf& more) {
+  columns.conservativeResize(more.rows(), columns.cols() + more.cols());
+  columns.rightCols(more.cols()) = more;
 }
 
 }  // namespace
@@ -73,13 +77,21 @@ MatrixXf leadingTrajectories(const MatrixXf& trajectories, Index count) {
 
 MatrixXf trajectoryBasis(const MatrixXf& trajectories, float tolerance) {
   const Index most = std::min(trajectories.rows(), trajectories.cols());
-  for (Index count = std::min(kFirstCount, most);; count = std::min(2 * count, most)) {
-    MatrixXf basis = leadingTrajectories(trajectories, count);
-    const Index needed = sufficientCount(trajectories, basis, tolerance);
-    if (needed < 0 && count < most) continue;
-    basis.conservativeResize(Eigen::NoChange, needed < 0 ? most : needed);
-    return basis;
+  MatrixXf basis(trajectories.rows(), 0);
+  MatrixXf residual = trajectories;
+  while (basis.cols() < most && !(largestDistance(residual) <= tolerance)) {
+    MatrixXf block = leadingTrajectories(residual, std::min(kBlockCount, most - basis.cols()));
+    // Twice: once leaves what rounding makes of a small residual.
+    for (int pass = 0; pass < 2; ++pass) block = orthonormalColumns(block - basis * (basis.transpose() * block));
+    MatrixXf left = residual - block * (block.transpose() * residual);
+    if (largestDistance(left) <= tolerance) {
+      append(basis, block.leftCols(sufficientCount(residual, block, tolerance)));
+      return basis;
+    }
+    append(basis, block);
+    residual = std::move(left);
   }
+  return basis;
 }
 
 }  // namespace mouthpiece

@@ -260,7 +260,7 @@ TEST_F(RealCapture, HeldOutTakesComeNearTheirCapture) {
   const json table = json::parse(judged.out);
   RecordProperty("evaluation", table.dump());
   const auto row = std::find_if(table.at("rows").begin(), table.at("rows").end(),
-                                [](const json& each) { return each.at("method") == "greedy any"; });
+                                [](const json& each) { return each.at("method") == "greedy, any units"; });
   ASSERT_NE(row, table.at("rows").end()) << table.dump(1);
   // A numpy prototype of the greedy method reached 2.0 mm and 0.76.
   EXPECT_LT(row->at("lip_rms_mm").get<double>(), 2.3);

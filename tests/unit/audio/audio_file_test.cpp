@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <unistd.h>
 #include <sndfile.h>
 
 #include <cmath>
@@ -18,7 +19,7 @@ namespace fs = std::filesystem;
 
 class AudioFileTest : public ::testing::Test {
  protected:
-  AudioFileTest() : folder_(fs::path(::testing::TempDir()) / "mouthpiece_audio_test") {
+  AudioFileTest() : folder_(fs::path(::testing::TempDir()) / ("mouthpiece_audio_test_" + std::to_string(::getpid()))) {
     fs::create_directories(folder_);
   }
   ~AudioFileTest() override { fs::remove_all(folder_); }

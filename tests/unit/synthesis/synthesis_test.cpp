@@ -107,9 +107,9 @@ TEST(Synthesis, JoinsMoveNoFasterThanTheCaptureDoes) {
     const UtteranceAnimation animation = synthesise(requestFor(tinyLabels(words, 0)), corpus);
     joins += animation.joins.size();
     for (const Join& join : animation.joins) {
-      // A blend of two movements that were each captured may be a little faster than either.
+      // A blend of two movements that were each captured may be a little faster than either, and turns sooner.
       EXPECT_LE(join.position_jump_mm, 1.2 * fastest.step_mm) << words;
-      EXPECT_LE(join.velocity_jump_mm_s, 1.5 * fastest.velocity_change_mm_s) << words;
+      EXPECT_LE(join.velocity_jump_mm_s, 2 * fastest.velocity_change_mm_s) << words;
     }
   }
   EXPECT_GE(joins, 8U);
@@ -129,7 +129,7 @@ TEST(Synthesis, WithoutABlendJoinsJump) {
     return largest;
   };
   EXPECT_GT(worst(0), fastest.step_mm);
-  EXPECT_LT(worst(60), 0.7 * worst(0));
+  EXPECT_LT(worst(60), 0.5 * worst(0));
 }
 
 TEST(Synthesis, LipsThatCloseInTheCaptureCloseInTheResult) {
