@@ -107,6 +107,12 @@ int runInfo(const Options& options) {
 }
 
 int runCheck(const Options& options) {
+  // The file first, row by row: reading it whole would stop at the first damage.
+  const std::vector<std::string> damage = checkCorpus(options.input);
+  for (const std::string& row : damage) printText("damage: " + row + "\n");
+  if (!damage.empty()) {
+    throw InputError(options.input.string(), "", fmt::format("found {} damaged places; expected none", damage.size()));
+  }
   const CorpusCheck check = checkCorpus(readCorpus(options.input, CorpusAudio::kLoad));
   for (const std::string& problem : check.problems) printText("problem: " + problem + "\n");
   if (!options.quiet) {

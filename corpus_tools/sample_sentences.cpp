@@ -40,7 +40,7 @@ const std::map<std::string, WordEdges>& wordEdges() {
       {"one", {"W", "N"}},       {"two", {"T", "UW"}},     {"three", {"TH", "IY"}},     {"four", {"F", "R"}},
       {"five", {"F", "V"}},      {"six", {"S", "S"}},      {"seven", {"S", "N"}},       {"eight", {"EY", "T"}},
       {"nine", {"N", "N"}},      {"ten", {"T", "N"}},      {"eleven", {"IH", "N"}},     {"twelve", {"T", "V"}},
-      {"in", {"IH", "N"}},       {"morning", {"M", "NG"}}, {"afternoon", {"AE", "N"}},  {"am", {"EY", "M"}},
+      {"in", {"IH", "N"}},       {"morning", {"M", "NG"}}, {"afternoon", {"AE", "N"}},  {"am", {"AE", "M"}},
       {"pm", {"P", "M"}}};
   return kEdges;
 }

@@ -41,6 +41,8 @@ Anchors parseAnchors(std::string_view json_text, const std::string& file) {
   } catch (const json::parse_error& error) {
     throw InputError(file, fmt::format("byte {}", error.byte),
                      "is no JSON; expected {\"markers\": {\"NAME\": vertex, ...}}");
+  } catch (const json::exception&) {  // a number too large for any type
+    throw InputError(file, "", "holds a number out of range; expected vertex numbers or [x, y, z]");
   }
   if (!tree.is_object() || !tree.contains("markers") || !tree["markers"].is_object()) {
     throw InputError(file, "markers", "is missing; expected a map of marker names to vertex numbers or [x, y, z]");

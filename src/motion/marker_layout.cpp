@@ -108,6 +108,8 @@ json parseJson(std::string_view text, std::string_view file) {
     return json::parse(text);
   } catch (const json::parse_error& error) {
     throw InputError(file, fmt::format("byte {}", error.byte), "is no valid JSON; expected a marker layout");
+  } catch (const json::exception&) {  // a number too large for any type
+    throw InputError(file, "", "holds a number out of range; expected a marker layout");
   }
 }
 

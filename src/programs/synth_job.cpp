@@ -110,7 +110,7 @@ SynthJob::SynthJob(const SynthOptions& options, const std::vector<OutputFile>& o
   data_->options = options;
   timed(data_->load_ms, [&] {
     data_->corpus_path = options.corpus.empty() ? findSharedFile("sample.corpus", kMakeCorpus) : options.corpus;
-    data_->corpus = readCorpus(data_->corpus_path);
+    data_->corpus = readCorpus(data_->corpus_path, CorpusAudio::kSkip, CorpusMotion::kOnDemand);
     data_->units = std::make_unique<UnitDatabase>(data_->corpus);
     if (needsFace(outputs))
       data_->face = FaceRig::load(options.face.empty() ? findSharedFile("default.face", kMakeFace) : options.face);

@@ -117,20 +117,23 @@ const checks = {
   async 'plays in step with its sound'(page) {
     // Small and slow: this machine may have no graphics card and be busy.
     await page.setViewportSize({ width: 480, height: 620 });
-    const samples = await page.evaluate(async () => {
+    const playAt = (speed) => page.evaluate(async (rate) => {
       const { mouthpiece } = window;
       mouthpiece.seek(0);
-      mouthpiece.setSpeed(0.5);
+      mouthpiece.setSpeed(rate);
       await mouthpiece.play();
       const started = performance.now();
       const seen = [];
-      while (mouthpiece.playing && performance.now() - started < 2000 * mouthpiece.duration + 8000) {
+      while (mouthpiece.playing && performance.now() - started < (1000 / rate) * mouthpiece.duration + 15000) {
         await new Promise(requestAnimationFrame);
         seen.push({ wall: (performance.now() - started) / 1000, time: mouthpiece.shownTime, lips: mouthpiece.lipOpening() });
       }
       mouthpiece.setSpeed(1);
       return { seen, ended: !mouthpiece.playing };
-    });
+    }, speed);
+    let samples = await playAt(0.5);
+    // Drawn by a busy processor a picture may take a second: slower then, so that there are enough of them.
+    if (samples.seen.length < 12) samples = await playAt(0.1);
     await page.setViewportSize({ width: 1280, height: 860 });
     assert.ok(samples.ended, 'it plays to its end');
     assert.ok(samples.seen.length > 5, `${samples.seen.length} pictures`);

@@ -222,7 +222,7 @@ TEST_F(Speak, RecordedLineIsAnimatedFromItsLabels) {
   EXPECT_EQ(report.at("text"), "the time is now");
 }
 
-/// The real capture, less ten takes; see `corpus evaluate` for the measures.
+/// The real capture, less every sixth take (ten hold only a dozen closures); see `corpus evaluate` for the measures.
 class RealCapture : public testing::Test {
  protected:
   void SetUp() override {
@@ -241,7 +241,7 @@ TEST_F(RealCapture, HeldOutTakesComeNearTheirCapture) {
   std::sort(takes.begin(), takes.end());
   ASSERT_GE(takes.size(), 290U);
   for (std::size_t i = 0; i < takes.size(); ++i) {
-    const fs::path folder = scratch_.path() / (i % 30 == 7 ? "test" : "build");
+    const fs::path folder = scratch_.path() / (i % 6 == 3 ? "test" : "build");
     for (const char* ending : {".c3d", ".wav", ".txt", ".TextGrid"}) {
       fs::path from = takes[i];
       from.replace_extension(ending);
@@ -262,10 +262,11 @@ TEST_F(RealCapture, HeldOutTakesComeNearTheirCapture) {
   const auto row = std::find_if(table.at("rows").begin(), table.at("rows").end(),
                                 [](const json& each) { return each.at("method") == "greedy, any units"; });
   ASSERT_NE(row, table.at("rows").end()) << table.dump(1);
-  // A numpy prototype of the greedy method reached 2.0 mm and 0.76.
-  EXPECT_LT(row->at("lip_rms_mm").get<double>(), 2.3);
-  EXPECT_GT(row->at("opening_correlation").get<double>(), 0.70);
-  EXPECT_GT(row->at("closure_recall").get<double>(), 0.80);
+  // A numpy prototype of the greedy method reached 2.0 mm, 0.76 and 83 %. Which draw of takes is held out moves the
+  // closures kept by some 10 %.
+  EXPECT_LT(row->at("lip_rms_mm").get<double>(), 2.0);
+  EXPECT_GT(row->at("opening_correlation").get<double>(), 0.80);
+  EXPECT_GT(row->at("closure_recall").get<double>(), 0.70);
 
   const fs::path csv = scratch_.path() / "place.csv";
   const ProgramResult typed = runProgram("synth", {"--text", "place red at G nine again", "--corpus", corpus.string(),
