@@ -109,6 +109,7 @@ int runInfo(const Options& options) {
 int runCheck(const Options& options) {
   // The file first, row by row: reading it whole would stop at the first damage.
   const std::vector<std::string> damage = checkCorpus(options.input);
+  if (damage.size() == 1) throw InputError(damage.front());
   for (const std::string& row : damage) printText("damage: " + row + "\n");
   if (!damage.empty()) {
     throw InputError(options.input.string(), "", fmt::format("found {} damaged places; expected none", damage.size()));
