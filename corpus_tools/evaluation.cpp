@@ -5,15 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <random>
 
 #include "base/errors.h"
-#include "corpus_tools/dominance_model.h"
+#include "corpus_tools/evaluation_methods.h"
 #include "motion/resample.h"
-#include "synthesis/join.h"
-#include "synthesis/synthesis.h"
-#include "units/selection.h"
 #include "units/unit_database.h"
 
 namespace mouthpiece {
@@ -29,93 +25,29 @@ double quantile(std::vector<double> values, double share) {
   return *place;
 }
 
-MotionClip meanPose(const Corpus& corpus, double frame_rate_hz, std::size_t frames) {
-  const auto width = static_cast<Eigen::Index>(3 * corpus.layout.markers.size());
-  Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(width), counts = Eigen::RowVectorXd::Zero(width);
-  for (const CorpusTake& take : corpus.takes) {
-    const auto seen = take.motion.positions_mm.array().isFinite();
-    sum += seen.select(take.motion.positions_mm.array(), 0.0).matrix().colwise().sum();
-    counts += seen.cast<double>().matrix().colwise().sum();
-  }
-  MotionClip clip{frame_rate_hz, corpus.layout.markerNames(), {}};
-  clip.positions_mm = (sum.array() / counts.array()).matrix().replicate(static_cast<Eigen::Index>(frames), 1);
-  return clip;
+double shareOver(const std::vector<double>& values, const std::vector<double>& limits) {
+  if (values.empty()) return std::nan("");
+  std::size_t over = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) over += values[i] > limits[i] ? 1 : 0;
+  return static_cast<double>(over) / static_cast<double>(values.size());
 }
 
-class Evaluator {
- public:
-  Evaluator(const Corpus& corpus, const std::vector<CorpusTake>& captured, const EvaluationProgress& progress)
-      : corpus_(corpus), captured_(captured), progress_(progress), database_(corpus) {
-    evaluation_.corpus = corpus.name;
-    for (const CorpusTake& take : captured) evaluation_.takes.push_back(take.name);
-  }
+template <typename T>
+void append(std::vector<T>& values, const std::vector<T>& more) {
+  values.insert(values.end(), more.begin(), more.end());
+}
 
-  Evaluation run() {
-    addUnitRow("greedy, any units", SelectionMethod::kGreedy, UnitScales::kAny);
-    addUnitRow("greedy, paper's units", SelectionMethod::kGreedy, UnitScales::kPaper);
-    addUnitRow("viterbi, any units", SelectionMethod::kViterbi, UnitScales::kAny);
-    const DominanceModel dominance = DominanceModel::fit(corpus_);
-    addRow("dominance", [&](const CorpusTake& take, EvaluationRow&) {
-      return dominance.animate(take.labels, take.motion.frame_rate_hz, take.motion.frameCount());
-    });
-    addRow("mean pose", [&](const CorpusTake& take, EvaluationRow&) {
-      return meanPose(corpus_, take.motion.frame_rate_hz, take.motion.frameCount());
-    });
-    return std::move(evaluation_);
+EvaluationRow measureMethod(const EvaluationMethod& method, const std::vector<CorpusTake>& captured,
+                            const MarkerLayout& layout, const std::function<void()>& take_done) {
+  EvaluationRow row;
+  row.method = method.name;
+  for (const CorpusTake& take : captured) {
+    row.takes.push_back(measureLips(take.motion, method.animate(take, row), take.labels, layout));
+    row.lips += row.takes.back();
+    take_done();
   }
-
- private:
-  template <typename Animate>
-  void addRow(const std::string& method, const Animate& animate) {
-    EvaluationRow row;
-    row.method = method;
-    for (const CorpusTake& take : captured_) {
-      row.lips += measureLips(take.motion, animate(take, row), take.labels, corpus_.layout);
-      if (progress_) progress_(++done_, kRows * captured_.size());
-    }
-    evaluation_.rows.push_back(std::move(row));
-  }
-
-  void addUnitRow(const std::string& method, SelectionMethod selection, UnitScales units) {
-    addRow(method, [&](const CorpusTake& take, EvaluationRow& row) {
-      SynthesisRequest request{take.text, "capture", take.labels, {}, {}};
-      request.options.frame_rate_hz = take.motion.frame_rate_hz;
-      request.options.selection.method = selection;
-      request.options.selection.units = units;
-      UtteranceAnimation made = synthesise(request, database_);
-      countUnits(made, row);
-      return std::move(made.motion);
-    });
-  }
-
-  void countUnits(const UtteranceAnimation& made, EvaluationRow& row) {
-    row.phones += made.labels.phones.size();
-    row.pairs += made.labels.phones.size() - 1;
-    row.units += made.units.size();
-    for (const PlacedUnit& unit : made.units) {
-      if (unit.is_backoff) row.backoff_pairs += unit.phones.last.value - unit.phones.first.value;
-    }
-    for (const Join& join : made.joins) {
-      row.join_jumps_mm.push_back(join.position_jump_mm);
-      row.join_limits_mm.push_back(usualStep(made.motion.frame_rate_hz));
-    }
-  }
-
-  double usualStep(double frame_rate_hz) {
-    const auto known = usual_steps_.find(frame_rate_hz);
-    if (known != usual_steps_.end()) return known->second;
-    return usual_steps_[frame_rate_hz] = frameChangePercentile(corpus_, frame_rate_hz).step_mm;
-  }
-
-  static constexpr std::size_t kRows = 5;
-  const Corpus& corpus_;
-  const std::vector<CorpusTake>& captured_;
-  const EvaluationProgress& progress_;
-  UnitDatabase database_;
-  Evaluation evaluation_;
-  std::map<double, double> usual_steps_;  ///< by frame rate
-  std::size_t done_ = 0;
-};
+  return row;
+}
 
 /// Captures slower or faster than the synthesis offers are compared at the nearest rate that it does.
 std::vector<CorpusTake> atOfferedRates(std::vector<CorpusTake> takes) {
@@ -133,7 +65,56 @@ Evaluation evaluateCorpus(const Corpus& corpus, const std::vector<CorpusTake>& c
   if (captured.empty()) throw InputError(corpus.name, "", "no take to compare with");
   if (corpus.takes.empty()) throw InputError(corpus.name, "", "has no takes; expected some to speak with");
   const std::vector<CorpusTake> comparable = atOfferedRates(captured);
-  return Evaluator(corpus, comparable, progress).run();
+  const UnitDatabase database(corpus);
+  const std::vector<EvaluationMethod> methods = evaluationMethods(corpus, database);
+  Evaluation evaluation{corpus.name, {}, {}};
+  for (const CorpusTake& take : captured) evaluation.takes.push_back(take.name);
+  std::size_t done = 0;
+  for (const EvaluationMethod& method : methods) {
+    evaluation.rows.push_back(measureMethod(method, comparable, corpus.layout, [&] {
+      if (progress) progress(++done, methods.size() * comparable.size());
+    }));
+  }
+  return evaluation;
+}
+
+Evaluation crossValidate(const Corpus& corpus, std::size_t folds, const EvaluationProgress& progress) {
+  if (folds < 2 || folds > corpus.takes.size()) {
+    throw InputError("--folds", "",
+                     fmt::format("found {}; expected 2 to {}, the number of takes", folds, corpus.takes.size()));
+  }
+  Evaluation whole{corpus.name, {}, {}};
+  for (std::size_t fold = 0; fold < folds; ++fold) {
+    Corpus rest = corpus;
+    rest.takes.clear();
+    std::vector<CorpusTake> held;
+    for (std::size_t i = 0; i < corpus.takes.size(); ++i)
+      (i % folds == fold ? held : rest.takes).push_back(corpus.takes[i]);
+    const Evaluation part = evaluateCorpus(rest, held, [&](std::size_t done, std::size_t total) {
+      if (progress) progress(fold * total + done, folds * total);
+    });
+    append(whole.takes, part.takes);
+    if (whole.rows.empty()) {
+      whole.rows = part.rows;
+    } else {
+      for (std::size_t i = 0; i < part.rows.size(); ++i) whole.rows[i] += part.rows[i];
+    }
+  }
+  return whole;
+}
+
+EvaluationRow& EvaluationRow::operator+=(const EvaluationRow& other) {
+  lips += other.lips;
+  append(takes, other.takes);
+  phones += other.phones;
+  units += other.units;
+  pairs += other.pairs;
+  backoff_pairs += other.backoff_pairs;
+  append(join_jumps_mm, other.join_jumps_mm);
+  append(join_limits_mm, other.join_limits_mm);
+  append(velocity_jumps_mm_s, other.velocity_jumps_mm_s);
+  append(velocity_limits_mm_s, other.velocity_limits_mm_s);
+  return *this;
 }
 
 double EvaluationRow::unitsPerPhone() const {
@@ -152,12 +133,15 @@ double EvaluationRow::usualStep() const {
   return join_limits_mm.empty() ? std::nan("") : sum / static_cast<double>(join_limits_mm.size());
 }
 
-double EvaluationRow::joinsOverLimit() const {
-  if (join_jumps_mm.empty()) return std::nan("");
-  std::size_t over = 0;
-  for (std::size_t i = 0; i < join_jumps_mm.size(); ++i) over += join_jumps_mm[i] > join_limits_mm[i] ? 1 : 0;
-  return static_cast<double>(over) / static_cast<double>(join_jumps_mm.size());
+double EvaluationRow::joinsOverLimit() const { return shareOver(join_jumps_mm, join_limits_mm); }
+
+double EvaluationRow::meanVelocityJump() const {
+  double sum = 0;
+  for (const double jump : velocity_jumps_mm_s) sum += jump;
+  return velocity_jumps_mm_s.empty() ? std::nan("") : sum / static_cast<double>(velocity_jumps_mm_s.size());
 }
+
+double EvaluationRow::velocitiesOverLimit() const { return shareOver(velocity_jumps_mm_s, velocity_limits_mm_s); }
 
 std::vector<CorpusTake> holdOut(Corpus& corpus, double share, std::uint64_t seed) {
   if (!(share > 0 && share < 1)) {

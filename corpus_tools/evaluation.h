@@ -13,20 +13,26 @@ namespace mouthpiece {
 /// One way of animating, measured over all takes (docs/theory/evaluation.md).
 struct EvaluationRow {
   std::string method;
-  LipMeasures lips;
+  LipMeasures lips;                ///< over all takes
+  std::vector<LipMeasures> takes;  ///< of each take, for intervals
   // The rest is zero for methods that do not join units.
   std::size_t phones = 0;
   std::size_t units = 0;
-  std::size_t pairs = 0;               ///< of neighbouring phones
-  std::size_t backoff_pairs = 0;       ///< spelt by a stand-in
-  std::vector<double> join_jumps_mm;   ///< largest marker step across each join
-  std::vector<double> join_limits_mm;  ///< 95th percentile of the corpus' own steps at that join's frame rate
+  std::size_t pairs = 0;                     ///< of neighbouring phones
+  std::size_t backoff_pairs = 0;             ///< spelt by a stand-in
+  std::vector<double> join_jumps_mm;         ///< largest marker step across each join
+  std::vector<double> join_limits_mm;        ///< 95th percentile of the corpus' own steps at that join's frame rate
+  std::vector<double> velocity_jumps_mm_s;   ///< largest change of a marker's velocity at each join
+  std::vector<double> velocity_limits_mm_s;  ///< 95th percentile of the corpus' own
 
   [[nodiscard]] double unitsPerPhone() const;
   [[nodiscard]] double backoffShare() const;
   [[nodiscard]] double joinJumpPercentile(double share) const;  ///< NaN without joins
   [[nodiscard]] double usualStep() const;                       ///< mean limit, mm; NaN without joins
   [[nodiscard]] double joinsOverLimit() const;                  ///< share of joins beyond their limit; NaN without
+  [[nodiscard]] double meanVelocityJump() const;                ///< mm/s; NaN without joins
+  [[nodiscard]] double velocitiesOverLimit() const;             ///< share of joins; NaN without
+  EvaluationRow& operator+=(const EvaluationRow& other);        ///< the same method over other takes
 };
 
 struct Evaluation {
@@ -38,10 +44,14 @@ struct Evaluation {
 /// Called from one thread, with the number of takes animated over all rows.
 using EvaluationProgress = std::function<void(std::size_t done, std::size_t total)>;
 
-/// Animates each of `captured` from its labels with the material of `corpus` and compares: greedy and viterbi unit
-/// selection, the dominance model, the mean pose. Throws InputError when `captured` is empty or the layout lacks lips.
+/// Animates each of `captured` from its labels with the material of `corpus` by each of evaluationMethods() and
+/// compares. Throws InputError when `captured` is empty or the layout lacks lips.
 Evaluation evaluateCorpus(const Corpus& corpus, const std::vector<CorpusTake>& captured,
                           const EvaluationProgress& progress = {});
+
+/// Every take once, animated with the material of the takes of the other folds (take i is in fold i mod `folds`).
+/// Throws InputError for fewer than two folds or fewer takes than folds.
+Evaluation crossValidate(const Corpus& corpus, std::size_t folds, const EvaluationProgress& progress = {});
 
 /// Moves a random `share` of the takes (at least one, and one stays) out of the corpus. The same seed, the same takes.
 /// Throws InputError for fewer than two takes, or a share that is not in (0, 1).

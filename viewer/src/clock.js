@@ -41,7 +41,7 @@ export class SoundClock extends EventTarget {
 
   async play() {
     if (this.audio.currentTime >= this.duration - 0.01) this.audio.currentTime = 0;
-    await this.audio.play();
+    await this.#start();
   }
 
   pause() {
@@ -62,8 +62,17 @@ export class SoundClock extends EventTarget {
   #ended() {
     if (this.loop) {
       this.audio.currentTime = 0;
-      this.audio.play();
+      this.#start();
     }
     this.dispatchEvent(new Event('change'));
+  }
+
+  /** Pausing before the first sound came out breaks off the start; that is what was asked for. */
+  async #start() {
+    try {
+      await this.audio.play();
+    } catch (error) {
+      if (error.name !== 'AbortError') throw error;
+    }
   }
 }
