@@ -1,6 +1,6 @@
 #include "deform/bezier_surface.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -77,10 +77,19 @@ Energy triangleEnergy(const std::array<Eigen::Vector2d, 3>& p, const CloughToche
   return energy;
 }
 
+using Sparse = Eigen::SparseMatrix<double>;
+using Entries = std::vector<Eigen::Triplet<double>>;
+
+Sparse sparse(Eigen::Index rows, Eigen::Index columns, const Entries& entries) {
+  Sparse matrix(rows, columns);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return matrix;
+}
+
 /// Slopes as `free * unknowns + given * values`: what the rims and the ring prescribe.
 struct Constraints {
-  Eigen::MatrixXd free;   ///< 2 points x unknowns
-  Eigen::MatrixXd given;  ///< 2 points x points
+  Sparse free;   ///< 2 points x unknowns
+  Sparse given;  ///< 2 points x points
 };
 
 /// Derivative weights at the middle one of three places on a line; exact for parabolas.
@@ -91,7 +100,7 @@ std::array<double, 3> middleSlope(double before, double at, double after) {
 
 /// Along the mouth's rim the slope follows from the rim's points alone, for the upper and the lower rim by the same
 /// rule: rims whose points meet then meet everywhere.
-void constrainRims(const ControlMesh& mesh, std::vector<Eigen::Vector2d>& direction, Eigen::MatrixXd& given) {
+void constrainRims(const ControlMesh& mesh, std::vector<Eigen::Vector2d>& direction, Entries& given) {
   const std::vector<std::string> names = mouthRim();
   std::vector<int> rim;
   for (const std::string& name : names) rim.push_back(findPoint(mesh, name));
@@ -105,8 +114,8 @@ void constrainRims(const ControlMesh& mesh, std::vector<Eigen::Vector2d>& direct
     for (std::size_t i = 0; i < 3; ++i) place[i] = (mesh.domain.row(three[i]).transpose() - from).dot(along);
     const std::array<double, 3> weights = middleSlope(place[0], place[1], place[2]);
     for (std::size_t i = 0; i < 3; ++i) {
-      given(2 * three[1], three[i]) += along.x() * weights[i];
-      given(2 * three[1] + 1, three[i]) += along.y() * weights[i];
+      given.emplace_back(2 * three[1], three[i], along.x() * weights[i]);
+      given.emplace_back(2 * three[1] + 1, three[i], along.y() * weights[i]);
     }
     direction[static_cast<std::size_t>(three[1])] = Eigen::Vector2d(-along.y(), along.x());
   }
@@ -114,66 +123,77 @@ void constrainRims(const ControlMesh& mesh, std::vector<Eigen::Vector2d>& direct
 
 Constraints constraintsOf(const ControlMesh& mesh, bool ring_is_flat) {
   const auto count = static_cast<Eigen::Index>(mesh.points.size());
-  Constraints constraints;
-  constraints.given = Eigen::MatrixXd::Zero(2 * count, count);
   std::vector<Eigen::Vector2d> direction(mesh.points.size(),
                                          Eigen::Vector2d::Zero());  // the one free direction, if any
-  constrainRims(mesh, direction, constraints.given);
-  std::vector<Eigen::VectorXd> columns;
-  const auto column = [&](Eigen::Index point, double x, double y) {
-    Eigen::VectorXd one = Eigen::VectorXd::Zero(2 * count);
-    one[2 * point] = x;
-    one[2 * point + 1] = y;
-    columns.push_back(one);
-  };
-  for (Eigen::Index i = 0; i < count; ++i) {
+  Entries given, free;
+  constrainRims(mesh, direction, given);
+  int unknowns = 0;
+  for (int i = 0; i < static_cast<int>(count); ++i) {
     const Eigen::Vector2d& only = direction[static_cast<std::size_t>(i)];
     if (ring_is_flat && mesh.points[static_cast<std::size_t>(i)].fixed) continue;
     if (only.isZero()) {
-      column(i, 1, 0);
-      column(i, 0, 1);
+      free.emplace_back(2 * i, unknowns++, 1);
+      free.emplace_back(2 * i + 1, unknowns++, 1);
     } else {
-      column(i, only.x(), only.y());
+      free.emplace_back(2 * i, unknowns, only.x());
+      free.emplace_back(2 * i + 1, unknowns++, only.y());
     }
   }
-  constraints.free.resize(2 * count, static_cast<Eigen::Index>(columns.size()));
-  for (std::size_t c = 0; c < columns.size(); ++c) constraints.free.col(static_cast<Eigen::Index>(c)) = columns[c];
-  return constraints;
+  return {sparse(2 * count, unknowns, free), sparse(2 * count, count, given)};
 }
 
 struct TotalEnergy {
-  Eigen::MatrixXd slope_slope;  ///< 2 points x 2 points
-  Eigen::MatrixXd slope_value;  ///< 2 points x points
+  Entries slope_slope;  ///< 2 points x 2 points
+  Entries slope_value;  ///< 2 points x points
 };
 
 TotalEnergy assemble(const ControlMesh& mesh, const std::vector<CloughTocher<double>>& splits, double tension) {
-  const auto count = static_cast<Eigen::Index>(mesh.points.size());
-  TotalEnergy total{Eigen::MatrixXd::Zero(2 * count, 2 * count), Eigen::MatrixXd::Zero(2 * count, count)};
+  TotalEnergy total;
+  total.slope_slope.reserve(36 * mesh.triangles.size());
+  total.slope_value.reserve(18 * mesh.triangles.size());
   double area = 0;
   for (const auto& triangle : mesh.triangles) area += areaOf(cornersOf(mesh, triangle));
   const double scaled_tension = tension * static_cast<double>(mesh.triangles.size()) / area;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& triangle = mesh.triangles[t];
     const Energy energy = triangleEnergy(cornersOf(mesh, triangle), splits[t], scaled_tension);
-    for (int i = 0; i < 3; ++i) {
-      const Eigen::Index row = 2 * triangle[static_cast<std::size_t>(i)];
-      for (int j = 0; j < 3; ++j) {
-        const Eigen::Index other = triangle[static_cast<std::size_t>(j)];
-        total.slope_slope.block<2, 2>(row, 2 * other) += energy.block<2, 2>(3 + 2 * i, 3 + 2 * j);
-        total.slope_value.block<2, 1>(row, other) += energy.block<2, 1>(3 + 2 * i, j);
+    for (int i = 0; i < 6; ++i) {
+      const int row = 2 * triangle[static_cast<std::size_t>(i / 2)] + i % 2;
+      for (int j = 0; j < 6; ++j) {
+        total.slope_slope.emplace_back(row, 2 * triangle[static_cast<std::size_t>(j / 2)] + j % 2,
+                                       energy(3 + i, 3 + j));
       }
+      for (int j = 0; j < 3; ++j)
+        total.slope_value.emplace_back(row, triangle[static_cast<std::size_t>(j)], energy(3 + i, j));
     }
   }
   return total;
 }
 
-/// Slopes of least energy for given values, as a matrix.
-Eigen::MatrixXd leastEnergySlopes(const TotalEnergy& energy, const Constraints& constraints) {
-  const Eigen::MatrixXd left = constraints.free.transpose() * energy.slope_slope * constraints.free;
-  const Eigen::MatrixXd right =
-      constraints.free.transpose() * (energy.slope_value + energy.slope_slope * constraints.given);
-  return constraints.given - constraints.free * left.ldlt().solve(right);
-}
+/// Slopes of least energy as a linear map of the values.
+class LeastEnergy {
+ public:
+  LeastEnergy(const TotalEnergy& energy, const Constraints& constraints)
+      : free_(constraints.free), given_(constraints.given) {
+    const Eigen::Index count = given_.cols();
+    const Sparse slope_slope = sparse(2 * count, 2 * count, energy.slope_slope);
+    const Sparse slope_value = sparse(2 * count, count, energy.slope_value);
+    right_ = free_.transpose() * Sparse(slope_value + Sparse(slope_slope * given_));
+    const Sparse left = free_.transpose() * Sparse(slope_slope * free_);
+    left_.compute(left);
+    MOUTHPIECE_EXPECT(left_.info() == Eigen::Success);
+  }
+
+  [[nodiscard]] Eigen::MatrixXd slopesFrom(const Eigen::MatrixXd& values) const {
+    const Eigen::MatrixXd right = right_ * values;
+    const Eigen::MatrixXd unknowns = left_.solve(right);
+    return given_ * values - free_ * unknowns;
+  }
+
+ private:
+  Sparse free_, given_, right_;
+  Eigen::SimplicialLDLT<Sparse> left_;
+};
 
 struct EdgeSide {
   int triangle = 0;
@@ -194,15 +214,24 @@ double angleDeg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 
 }  // namespace
 
+struct BezierSurface::Slopes : LeastEnergy {
+  using LeastEnergy::LeastEnergy;
+};
+
 BezierSurface::BezierSurface(const ControlMesh& mesh, const SurfaceOptions& options)
     : triangles_(mesh.triangles), rest_(mesh.rest) {
   for (const auto& triangle : triangles_) splits_.emplace_back(cornersOf(mesh, triangle));
   const TotalEnergy energy = assemble(mesh, splits_, options.tension);
-  slopes_ = leastEnergySlopes(energy, constraintsOf(mesh, true));
+  slopes_ = std::make_shared<const Slopes>(energy, constraintsOf(mesh, true));
   const bool is_fitted = mesh.rest_slopes.rows() > 0;
   rest_pose_ =
       netsOf(rest_, is_fitted ? mesh.rest_slopes
-                              : MarkerPositions(leastEnergySlopes(energy, constraintsOf(mesh, false)) * rest_));
+                              : MarkerPositions(LeastEnergy(energy, constraintsOf(mesh, false)).slopesFrom(rest_)));
+}
+
+Eigen::MatrixXd BezierSurface::slopesFrom(const Eigen::MatrixXd& displacements) const {
+  MOUTHPIECE_EXPECT(displacements.rows() == rest_.rows());
+  return slopes_->slopesFrom(displacements);
 }
 
 BezierSurface::Pose BezierSurface::netsOf(const MarkerPositions& values, const MarkerPositions& slopes) const {
@@ -225,7 +254,7 @@ BezierSurface::Pose BezierSurface::netsOf(const MarkerPositions& values, const M
 BezierSurface::Pose BezierSurface::pose(const MarkerPositions& control_points) const {
   MOUTHPIECE_EXPECT(control_points.rows() == rest_.rows());
   const MarkerPositions displacement = control_points - rest_;
-  Pose pose = netsOf(displacement, slopes_ * displacement);
+  Pose pose = netsOf(displacement, slopesFrom(displacement));
   for (std::size_t p = 0; p < pose.size(); ++p) {
     for (std::size_t i = 0; i < pose[p].net.size(); ++i) pose[p].net[i] += rest_pose_[p].net[i];
   }
@@ -277,22 +306,34 @@ MarkerPositions slopesNear(const ControlMesh& mesh, const std::vector<SurfaceSam
   const double cell = area / static_cast<double>(mesh.triangles.size());
   const double weight =
       kSampleWeight * area / (static_cast<double>(std::max<std::size_t>(samples.size(), 1)) * cell * cell);
-  Eigen::MatrixXd right = -total.slope_value * mesh.rest;
+  const auto count = static_cast<Eigen::Index>(mesh.points.size());
+  Eigen::MatrixXd right = -(sparse(2 * count, count, total.slope_value) * Eigen::MatrixXd(mesh.rest));
+  // Samples of one triangle are added up before they go into the sum.
+  std::vector<Eigen::Matrix<double, 6, 6>> nearness(mesh.triangles.size(), Eigen::Matrix<double, 6, 6>::Zero());
   for (const SurfaceSample& sample : samples) {
     const auto& triangle = mesh.triangles[static_cast<std::size_t>(sample.place.triangle)];
     const Form form = formAt(surface, sample.place);
     Eigen::RowVector3d miss = sample.position.transpose();
     for (int i = 0; i < 3; ++i) miss -= form[i] * mesh.rest.row(triangle[static_cast<std::size_t>(i)]);
+    const Eigen::Matrix<double, 6, 1> slope_form = form.tail<6>();
+    nearness[static_cast<std::size_t>(sample.place.triangle)] +=
+        weight * sample.weight * slope_form * slope_form.transpose();
     for (int i = 0; i < 6; ++i) {
-      const Eigen::Index row = 2 * triangle[static_cast<std::size_t>(i / 2)] + i % 2;
-      right.row(row) += weight * sample.weight * form[3 + i] * miss;
+      right.row(2 * triangle[static_cast<std::size_t>(i / 2)] + i % 2) += weight * sample.weight * slope_form[i] * miss;
+    }
+  }
+  for (std::size_t t = 0; t < nearness.size(); ++t) {
+    for (int i = 0; i < 6; ++i) {
+      const int row = 2 * mesh.triangles[t][static_cast<std::size_t>(i / 2)] + i % 2;
       for (int j = 0; j < 6; ++j) {
-        total.slope_slope(row, 2 * triangle[static_cast<std::size_t>(j / 2)] + j % 2) +=
-            weight * sample.weight * form[3 + i] * form[3 + j];
+        total.slope_slope.emplace_back(row, 2 * mesh.triangles[t][static_cast<std::size_t>(j / 2)] + j % 2,
+                                       nearness[t](i, j));
       }
     }
   }
-  return total.slope_slope.ldlt().solve(right);
+  const Eigen::SimplicialLDLT<Sparse> solver(sparse(2 * count, 2 * count, total.slope_slope));
+  MOUTHPIECE_EXPECT(solver.info() == Eigen::Success);
+  return solver.solve(right);
 }
 
 PatchPlace patchPlace(const SurfacePlace& place) {

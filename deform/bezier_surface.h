@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <vector>
 
 #include "deform/bezier_patch.h"
@@ -23,7 +24,7 @@ struct SurfaceOptions {
 
 /// The Bezier surface through all points of a control mesh: three cubic Bezier triangles over each triangle, one
 /// tangent plane along every edge in every pose. The slopes at the points are those that bend the surface least, a
-/// fixed linear map of the points, so a pose costs one small matrix product.
+/// fixed linear map of the points: one sparse system, factored once.
 class BezierSurface {
  public:
   using Patch = CubicPatch<Eigen::Vector3d>;
@@ -35,9 +36,9 @@ class BezierSurface {
   [[nodiscard]] Pose pose(const MarkerPositions& control_points) const;
   [[nodiscard]] const Pose& restPose() const { return rest_pose_; }
 
-  /// The slopes' answer to displaced points, 2 points x points: rows 2 i and 2 i + 1 are the derivatives of the
-  /// displacement along the plane's axes at point i. Zero for fixed points.
-  [[nodiscard]] const Eigen::MatrixXd& slopesFromDisplacements() const { return slopes_; }
+  /// The slopes' answer to displaced points (points x columns), linear in them, 2 points x columns: rows 2 i and
+  /// 2 i + 1 are the derivatives of the displacement along the plane's axes at point i. Zero for fixed points.
+  [[nodiscard]] Eigen::MatrixXd slopesFrom(const Eigen::MatrixXd& displacements) const;
   [[nodiscard]] const std::vector<CloughTocher<double>>& splits() const { return splits_; }
 
   /// Largest angle between the unit normals on both sides of inner edges (of triangles and of their splits), degrees;
@@ -47,10 +48,12 @@ class BezierSurface {
  private:
   [[nodiscard]] Pose netsOf(const MarkerPositions& values, const MarkerPositions& slopes) const;
 
+  struct Slopes;
+
   std::vector<std::array<int, 3>> triangles_;
   std::vector<CloughTocher<double>> splits_;
   MarkerPositions rest_;
-  Eigen::MatrixXd slopes_;
+  std::shared_ptr<const Slopes> slopes_;
   Pose rest_pose_;
 };
 

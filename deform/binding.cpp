@@ -27,6 +27,9 @@ constexpr double kFadeInside = 0.35;  ///< behind lips, lids and nostrils the mo
 constexpr double kFollows = 0.3;      ///< lashes and the like follow skin that is nearer
 constexpr double kRootDepth = 0.03;   ///< what of such a part counts as its root
 
+/// A share of the way between the lips this near to the middle is on neither side.
+constexpr double kClearSide = 0.03;
+
 enum class Fate : std::uint8_t { kOpen, kBound, kStill };
 
 double smooth(double x) {
@@ -328,8 +331,10 @@ BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, c
     const bool is_bound = binding.patch[v] >= 0 && binding.skin_weight[v] > 0;
     report.bound_vertices += is_bound ? 1 : 0;
     if (is_bound) report.largest_offset = std::max(report.largest_offset, std::abs(static_cast<double>(binding.d[v])));
-    if (is_bound && (triangle_sides[static_cast<std::size_t>(binding.patch[v])] & sides.forbidden[v] &
-                     (kUpperLip | kLowerLip)) != 0)
+    const bool is_clear = std::abs(sides.lower_share[v] - 0.5) >= kClearSide;
+    if (is_bound && is_clear &&
+        (triangle_sides[static_cast<std::size_t>(binding.patch[v])] & sides.forbidden[v] & (kUpperLip | kLowerLip)) !=
+            0)
       ++report.lip_side_errors;
     if (!isSkin(kinds[v])) continue;
     ++report.skin_vertices;

@@ -128,7 +128,7 @@ void FaceDeformer::Data::takeFollowers(const BezierSurface& surface) {
     if (point.rule != PointRule::kFollow) continue;
     for (const PointDriver& driver : point.drivers) values.row(i) += driver.weight * values.row(driver.point);
   }
-  const Eigen::MatrixXd slopes = surface.slopesFromDisplacements() * values;
+  const Eigen::MatrixXd slopes = surface.slopesFrom(values);
   follow_rows = (3 * control.points.size() + kernel::kBlock - 1) / kernel::kBlock * kernel::kBlock;
   follow_matrix.assign(follow_rows * leaders.size(), 0.0F);
   for (Eigen::Index l = 0; l < leader_count; ++l) {

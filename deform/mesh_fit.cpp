@@ -31,14 +31,16 @@ constexpr double kLeastCosine = 0.5;   ///< between the normals of skin and surf
 constexpr double kLeastWeight = 1e-6;  ///< drivers below it are left out
 
 /// What each point's displacement adds to the displacement at `place`.
-Eigen::VectorXd influences(const BezierSurface& surface, const ControlMesh& control, const SurfacePlace& place) {
+/// slopes: of the surface from each point's displacement.
+Eigen::VectorXd influences(const BezierSurface& surface, const Eigen::MatrixXd& slopes, const ControlMesh& control,
+                           const SurfacePlace& place) {
   const TriangleForm form = formAt(surface, place);
   Eigen::VectorXd all = Eigen::VectorXd::Zero(control.rest.rows());
   for (int i = 0; i < 3; ++i) {
     const int point = control.triangles[static_cast<std::size_t>(place.triangle)][static_cast<std::size_t>(i)];
     all[point] += form[i];
-    all += form[3 + 2 * i] * surface.slopesFromDisplacements().row(2 * point).transpose();
-    all += form[4 + 2 * i] * surface.slopesFromDisplacements().row(2 * point + 1).transpose();
+    all += form[3 + 2 * i] * slopes.row(2 * point).transpose();
+    all += form[4 + 2 * i] * slopes.row(2 * point + 1).transpose();
   }
   return all;
 }
@@ -126,7 +128,12 @@ class UnrolledSkin {
 class Fitter {
  public:
   Fitter(const ControlMesh& control, const FaceMesh& mesh)
-      : coarse_(control), surface_(control), unrolled_(mesh, cylinderOf(control)), mesh_(mesh), control_(control) {
+      : coarse_(control),
+        surface_(control),
+        slopes_(surface_.slopesFrom(Eigen::MatrixXd::Identity(control.rest.rows(), control.rest.rows()))),
+        unrolled_(mesh, cylinderOf(control)),
+        mesh_(mesh),
+        control_(control) {
     const std::vector<PartKind> kinds = vertexKinds(mesh);
     normals_ = vertexNormals(mesh.vertices, mesh.triangles);
     forbidden_ = vertexSides(mesh, control, kinds, graphOf(mesh, control)).forbidden;
@@ -237,7 +244,7 @@ class Fitter {
                        .drivers = {}};
     const char* lip = added.side == LipSide::kUpper ? "LIP_UP_" : added.side == LipSide::kLower ? "LIP_LO_" : "";
     added.name = lip + ("FILL_" + std::to_string(added_++));
-    const Eigen::VectorXd shares = influences(surface_, coarse_, place);
+    const Eigen::VectorXd shares = influences(surface_, slopes_, coarse_, place);
     for (Eigen::Index i = 0; i < shares.size(); ++i) {
       if (std::abs(shares[i]) > kLeastWeight && !coarse_.points[static_cast<std::size_t>(i)].fixed) {
         added.drivers.push_back({static_cast<int>(i), shares[i]});
@@ -255,6 +262,7 @@ class Fitter {
 
   const ControlMesh& coarse_;
   BezierSurface surface_;
+  Eigen::MatrixXd slopes_;
   UnrolledSkin unrolled_;
   const FaceMesh& mesh_;
   ControlMesh control_;

@@ -206,6 +206,8 @@ ControlMesh readControl(const Fields& fields, std::size_t marker_count) {
   if (corners.size() % 3 != 0) fields.fail("triangles", "expected three corners a triangle");
   for (std::size_t i = 0; i < corners.size(); i += 3)
     control.triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
+  control.rest_slopes =
+      fields.matrix<MarkerPositions>("rest_slopes", fields.flag("is_fitted") ? 2 * control.points.size() : 0);
   checkControlMesh(control, fields.file());
   return control;
 }
@@ -242,7 +244,9 @@ json controlToJson(const ControlMesh& control) {
           {"points", std::move(points)},
           {"rest", blobOfMatrix(control.rest)},
           {"domain", blobOfMatrix(control.domain)},
-          {"triangles", blobOf(corners)}};
+          {"triangles", blobOf(corners)},
+          {"is_fitted", control.rest_slopes.rows() > 0},
+          {"rest_slopes", blobOfMatrix(control.rest_slopes)}};
 }
 
 json parseTree(std::string_view bytes, const std::string& file) {

@@ -15,7 +15,7 @@
 
 namespace mouthpiece {
 
-inline constexpr int kFaceFormatVersion = 1;
+inline constexpr int kFaceFormatVersion = 2;
 
 /// What a `.face` file holds (docs/formats/face.md): everything that `retarget fit` found out about one mesh and one
 /// actor.

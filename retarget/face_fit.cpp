@@ -13,8 +13,6 @@
 
 #include "base/errors.h"
 #include "deform/bezier_surface.h"
-#include "deform/lip_sides.h"
-#include "deform/vertex_kinds.h"
 
 namespace mouthpiece {
 namespace {
@@ -102,8 +100,8 @@ FaceFile fitFace(FaceMesh& mesh, const Anchors& anchors, const std::string& anch
   mesh.metres_per_unit = face.metres_per_unit;
   try {
     face.warp = RbfWarp::fit(face.actor_neutral_mm, face.marker_targets, request.warp).options();
-    face.control =
-        buildControlMesh(face.marker_names, face.marker_targets, placeVirtualPoints(mesh, anchors, anchors_file));
+    face.control = buildControlMesh(face.marker_names, face.marker_targets,
+                                    placeVirtualPoints(mesh, anchors, anchors_file), &mesh);
   } catch (const InputError& error) {
     throw InputError(anchors_file, "markers", error.what());
   }
@@ -192,23 +190,6 @@ void checkFoldOvers(const FaceFile& face, const FaceMesh& mesh, const RbfWarp& w
   }
 }
 
-/// Vertices that clearly belong to one lip and hang on the other. Between the corners of the mouth there is a line
-/// where neither is wrong.
-std::size_t countLipSideErrors(const FaceFile& face, const FaceMesh& mesh) {
-  constexpr double kClearShare = 0.03;
-  const VertexSides sides = vertexSides(mesh, face.control, vertexKinds(mesh), graphOf(mesh, face.control));
-  const std::vector<std::uint32_t> triangle_sides = triangleSides(face.control);
-  std::size_t errors = 0;
-  for (std::size_t v = 0; v < face.binding.patch.size(); ++v) {
-    if (face.binding.patch[v] < 0 || face.binding.skin_weight[v] <= 0 ||
-        std::abs(sides.lower_share[v] - 0.5) < kClearShare)
-      continue;
-    const std::uint32_t wrong = sides.forbidden[v] & (kUpperLip | kLowerLip);
-    if ((triangle_sides[static_cast<std::size_t>(face.binding.patch[v])] & wrong) != 0) ++errors;
-  }
-  return errors;
-}
-
 /// The rest pose and random poses with markers some millimetres away, further than speech moves neighbours apart.
 double largestEdgeAngle(const FaceFile& face, double mm_per_unit) {
   constexpr int kPoses = 12;
@@ -242,7 +223,6 @@ FaceCheck checkFace(const FaceFile& face, const FaceMesh& mesh) {
   checkFoldOvers(face, mesh, warp, check);
   check.binding = inspectBinding(face.binding, mesh, face.control);
   check.binding.largest_offset *= mm_per_unit;
-  check.binding.lip_side_errors = countLipSideErrors(face, mesh);
   check.patch_edge_angle_max_deg = largestEdgeAngle(face, mm_per_unit);
   return check;
 }

@@ -159,6 +159,14 @@ class Painter {
     return shade * bareEye(vertex);
   }
 
+  /// Less of the light that comes through the lips reaches the mouth's depth.
+  [[nodiscard]] double lightWithin(std::uint32_t vertex) const {
+    constexpr double kFrontTeethMm = 6;  // behind the line where the lips meet
+    constexpr double kReachMm = 15;
+    const double depth = model_.point(13).z() - kFrontTeethMm - model_.point(vertex).z();
+    return 0.12 + 0.88 * std::exp(-std::max(depth, 0.0) / kReachMm);
+  }
+
   [[nodiscard]] Color bareEye(std::uint32_t vertex) const {
     const double degrees = 180 * model_.vertices(vertex, kMouthDepth);
     const Vector3d p = model_.point(vertex);
@@ -179,12 +187,12 @@ class Painter {
         return eye(vertex);
       case kPartUpperGums:
       case kPartLowerGums:
-        return palette_.gum * (1 + 0.06 * noise(model_.point(vertex), 2.5));
+        return lightWithin(vertex) * palette_.gum * (1 + 0.06 * noise(model_.point(vertex), 2.5));
       case kPartUpperTeeth:
       case kPartLowerTeeth:
-        return palette_.tooth;
+        return lightWithin(vertex) * palette_.tooth;
       case kPartTongue:
-        return palette_.tongue * (1 + 0.08 * noise(model_.point(vertex), 1.8));
+        return lightWithin(vertex) * palette_.tongue * (1 + 0.08 * noise(model_.point(vertex), 1.8));
       case kPartLashes:
         return 0.5 * palette_.hair;
       case kPartHair:

@@ -237,37 +237,41 @@ ModelMesh makeHair(const ModelMesh& head) {
   constexpr double kThicknessMm = 7.5;
   constexpr double kRootMm = 3.0;  // below the skin, so that no edge shows
   constexpr double kReachMm = 16;  // over which it grows to its thickness
-  const auto above = [&](std::uint32_t v) {
-    const double from_temple = (std::abs(head.vertices(v, kX)) - 36) / 13;
-    const double recess = head.vertices(v, kZ) > 10 ? 5.5 * std::exp(-from_temple * from_temple) : 0;
-    const double uneven = 0.8 * std::sin(1.1 * head.vertices(v, kX)) + 0.6 * std::sin(0.63 * head.vertices(v, kX) + 1);
-    return head.vertices(v, kY) - hairlineHeight(head.vertices(v, kZ)) - recess - uneven;
+  const auto above = [&](const Vector3d& p) {
+    const double from_temple = (std::abs(p.x()) - 36) / 13;
+    const double recess = p.z() > 10 ? 5.5 * std::exp(-from_temple * from_temple) : 0;
+    const double uneven = 0.5 * std::sin(0.41 * p.x()) + 0.4 * std::sin(0.23 * p.x() + 1);
+    return p.y() - hairlineHeight(p.z()) - recess - uneven;
   };
   ModelMesh hair;
   std::vector<std::uint32_t> copy(static_cast<std::size_t>(head.vertices.rows()), 0xFFFFFFFFU);
   for (std::size_t i = 0; i < head.triangles.size(); ++i) {
     const auto& corners = head.triangles[i];
-    const bool grows = head.part_of_triangle[i] == kPartSkin &&
-                       std::any_of(corners.begin(), corners.end(), [&](std::uint32_t v) { return above(v) > -8; });
+    const bool grows =
+        head.part_of_triangle[i] == kPartSkin &&
+        std::any_of(corners.begin(), corners.end(), [&](std::uint32_t v) { return above(head.point(v)) > -8; });
     if (!grows) continue;
     std::array<std::uint32_t, 3> own{};
     for (std::size_t k = 0; k < 3; ++k) {
       std::uint32_t& vertex = copy[corners[k]];
-      if (vertex == 0xFFFFFFFFU) {
-        vertex = hair.addVertex(head.point(corners[k]));
-        const double t = std::clamp((above(corners[k]) + 4) / kReachMm, 0.0, 1.0);
-        hair.vertices(vertex, kShell) = t * (2 - t);
-      }
+      if (vertex == 0xFFFFFFFFU) vertex = hair.addVertex(head.point(corners[k]));
       own[k] = vertex;
     }
     hair.addTriangle(own[0], own[1], own[2], kPartHair);
   }
-  constexpr double kEdgeMm = 8.5;
-  hair = loopSubdividedWhere(hair, [&](std::size_t i) {
-    const auto& [a, b, c] = hair.triangles[i];
-    return std::max({(hair.point(a) - hair.point(b)).norm(), (hair.point(b) - hair.point(c)).norm(),
-                     (hair.point(c) - hair.point(a)).norm()}) > kEdgeMm;
-  });
+  // Fine where it begins, so that the hairline is a line.
+  constexpr double kEdgeMm = 9.5;
+  constexpr double kHairlineEdgeMm = 6;
+  constexpr double kHairlineMm = 5;
+  for (int level = 0; level < 2; ++level) {
+    hair = loopSubdividedWhere(hair, [&](std::size_t i) {
+      const auto& [a, b, c] = hair.triangles[i];
+      const Vector3d middle = (hair.point(a) + hair.point(b) + hair.point(c)) / 3;
+      const double longest = std::max({(hair.point(a) - hair.point(b)).norm(), (hair.point(b) - hair.point(c)).norm(),
+                                       (hair.point(c) - hair.point(a)).norm()});
+      return longest > (std::abs(above(middle)) < kHairlineMm ? kHairlineEdgeMm : kEdgeMm);
+    });
+  }
   // Outward along the form's gradient; combed back in shallow waves.
   for (Eigen::Index v = 0; v < hair.vertices.rows(); ++v) {
     const auto vertex = static_cast<std::uint32_t>(v);
@@ -280,7 +284,8 @@ ModelMesh makeHair(const ModelMesh& head) {
         Vector3d(along(Vector3d::UnitX()), along(Vector3d::UnitY()), along(Vector3d::UnitZ())).normalized();
     const double across = std::atan2(p.x(), p.y() - 20);
     const double wave = 0.55 * std::sin(46 * across + 0.05 * p.z()) + 0.35 * std::sin(83 * across - 0.09 * p.z() + 1.3);
-    const double grown = hair.vertices(v, kShell);
+    const double reached = std::clamp((above(p) + 4) / kReachMm, 0.0, 1.0);
+    const double grown = reached * (2 - reached);
     hair.setPoint(vertex, p + (grown * (kThicknessMm + 0.9 * wave) - (1 - grown) * kRootMm) * outward);
   }
   return hair;

@@ -205,12 +205,12 @@ void addTongue(ModelMesh& mesh, double tip_z, double top_y) {
 ModelMesh makeMouthParts(const OpenedFace& face) {
   const Vector3d seam = face.mesh.point(13);
   ModelMesh mesh;
-  // The upper incisors' edges lie just under the line where the lips meet and bite over the lower ones.
+  // At rest the upper incisors' edges lie a little under the line where the lips meet, the lower ones a little apart.
   const Arch upper{27.0, 45.0, seam.z() - 5.4 - 45.0};
   const Arch lower{25.0, 42.5, seam.z() - 7.8 - 42.5};
-  addRow(mesh, upper, seam.y() - 1.4, 1, kUpperForms, kPartUpperTeeth, kPartUpperGums);
-  addRow(mesh, lower, seam.y() - 1.8, -1, kLowerForms, kPartLowerTeeth, kPartLowerGums);
-  addTongue(mesh, seam.z() - 16.5, seam.y() - 2.5);
+  addRow(mesh, upper, seam.y() - 2.4, 1, kUpperForms, kPartUpperTeeth, kPartUpperGums);
+  addRow(mesh, lower, seam.y() - 3.6, -1, kLowerForms, kPartLowerTeeth, kPartLowerGums);
+  addTongue(mesh, seam.z() - 16.5, seam.y() - 3.6);
   return mesh;
 }
 

@@ -1,4 +1,5 @@
 // Puts the page together and moves it with the sound.
+import { Vector3 } from 'three';
 import { SoundClock } from './clock.js';
 import { ControlPoints } from './control_points.js';
 import { LipGauge } from './lip_gauge.js';
@@ -106,6 +107,8 @@ function publish(page, ready) {
     setSpeed: (rate) => (page.clock.speed = rate),
     setWireframe: (on) => page.setWireframe(on),
     setMarkers: (on) => page.setMarkers(on),
+    /** Looks at the face from the direction (x, y, z), `share` of the usual distance away. */
+    setView: (x, y, z, share = 1) => page.stage?.resetView(new Vector3(x, y, z), share),
     /** Millimetres between the lips of the face as it is shown now. */
     lipOpening: () => page.gauge?.opening() ?? NaN,
   };

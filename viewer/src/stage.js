@@ -116,13 +116,14 @@ export class Stage {
     generator.dispose();
   }
 
-  resetView() {
+  /** `direction`: from the face to the camera; `share`: of the usual distance. */
+  resetView(direction = VIEW_DIRECTION, share = 1) {
     const center = this.focus.getCenter(new Vector3());
     const size = this.focus.getSize(new Vector3());
     const vertical = (FIELD_OF_VIEW_DEG * Math.PI) / 360;
     const horizontal = Math.atan(Math.tan(vertical) * this.camera.aspect);
     const distance = 1.22 * Math.max(size.y / 2 / Math.tan(vertical), size.x / 2 / Math.tan(horizontal)) + size.z / 2;
-    this.camera.position.copy(VIEW_DIRECTION).multiplyScalar(distance).add(center);
+    this.camera.position.copy(direction).normalize().multiplyScalar(share * distance).add(center);
     this.camera.near = distance / 50;
     this.camera.far = distance * 20;
     this.camera.updateProjectionMatrix();
