@@ -1,0 +1,198 @@
+#include "vocal/viseme_events.h"
+
+#include <algorithm>
+
+namespace mouthpiece {
+namespace {
+
+using namespace vocal_numbers;
+
+bool isFullyArticulated(Viseme viseme) {
+  return viseme == Viseme::kMBP || viseme == Viseme::kFV || viseme == Viseme::kS || viseme == Viseme::kShChJ;
+}
+
+bool isNasal(Phone phone) { return phone == Phone::kM || phone == Phone::kN || phone == Phone::kNG; }
+
+/// Plosives, fricatives, affricates and nasals; the labials aside, which close whatever their length.
+bool isJawNarrowing(Phone phone) {
+  return !isVowel(phone) && phone != Phone::kSil && phone != Phone::kW && phone != Phone::kY && phone != Phone::kR &&
+         phone != Phone::kL && phone != Phone::kHH && !isBilabial(phone) && !isLabiodental(phone);
+}
+
+/// The rounded part of a lip-heavy phone: OY's second half spreads the lips.
+bool isLipHeavy(const VisemeEvent& event, const SpeechLabels& labels) {
+  return isLipHeavy(labels.phones[event.phone.value].phone) && event.viseme != Viseme::kEe;
+}
+
+double amplitudeOf(Viseme viseme, bool is_vowel, Seconds duration) {
+  if (isFullyArticulated(viseme)) return kFull;
+  if (is_vowel && duration >= kLongVowel) return kLong;
+  return kShort;
+}
+
+VisemeEvent fourKeys(const SpeechLabels& labels, PhoneIndex index, Viseme viseme, TimeSpan part) {
+  const LabelledPhone& phone = labels.phones[index.value];
+  VisemeEvent event;
+  event.viseme = viseme;
+  event.phone = event.first_phone = event.last_phone = index;
+  event.span = part;
+  event.is_vowel = isVowel(phone.phone);
+  const Seconds reach = isLipHeavy(event, labels) ? kLipHeavyOnset : kOnset;
+  event.onset = part.start - reach;
+  event.end = part.end + reach;
+  const double amplitude = amplitudeOf(viseme, event.is_vowel, phone.span.duration());
+  event.inner = {{part.start, amplitude}, {part.start + kSustain * part.duration(), amplitude}};
+  return event;
+}
+
+/// Two phones of one viseme in a row are one viseme.
+void mergeRepeats(std::vector<VisemeEvent>& events) {
+  std::vector<VisemeEvent> merged;
+  for (VisemeEvent& event : events) {
+    const bool repeats = !merged.empty() && merged.back().viseme == event.viseme &&
+                         merged.back().last_phone.value + 1 >= event.first_phone.value &&
+                         merged.back().span.end >= event.span.start;
+    if (!repeats) {
+      merged.push_back(std::move(event));
+      continue;
+    }
+    VisemeEvent& first = merged.back();
+    const double amplitude = std::max(first.inner.back().value, event.inner.front().value);
+    first.inner.front().value = amplitude;
+    first.inner = {first.inner.front(), {event.inner.back().time, amplitude}};
+    first.span.end = event.span.end;
+    first.end = event.end;
+    first.last_phone = event.last_phone;
+    first.is_vowel = first.is_vowel || event.is_vowel;
+  }
+  events = std::move(merged);
+}
+
+/// HH is the next vowel's shape, reached already at its own beginning.
+void shapeAspirates(std::vector<VisemeEvent>& events) {
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    if (events[i].viseme != Viseme::kH) continue;
+    const bool has_vowel =
+        i + 1 < events.size() && events[i + 1].is_vowel && events[i + 1].phone.value == events[i].phone.value + 1;
+    if (has_vowel) {
+      VisemeEvent& vowel = events[i + 1];
+      vowel.onset += events[i].span.start - vowel.span.start;
+      vowel.inner.front().time = events[i].span.start;
+      vowel.span.start = events[i].span.start;
+      vowel.first_phone = events[i].first_phone;
+    }
+  }
+  std::erase_if(events, [](const VisemeEvent& event) { return event.viseme == Viseme::kH; });
+}
+
+bool areNeighbours(const VisemeEvent& a, const VisemeEvent& b) { return a.last_phone.value + 1 >= b.first_phone.value; }
+
+/// Lip-heavy visemes replace the lips of the consonants beside them that are not labial.
+void spreadLipHeavy(std::vector<VisemeEvent>& events, const SpeechLabels& labels) {
+  const auto gives_way = [&](const VisemeEvent& event) {
+    return !event.is_vowel && !isLabial(event.viseme) && !isLipHeavy(event, labels);
+  };
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    VisemeEvent& heavy = events[i];
+    if (!isLipHeavy(heavy, labels)) continue;
+    if (i > 0 && areNeighbours(events[i - 1], heavy) && gives_way(events[i - 1])) {
+      const Seconds earlier = heavy.inner.front().time - events[i - 1].span.start;
+      heavy.inner.front().time -= earlier;
+      heavy.onset -= earlier;
+      events[i - 1].lips = 0;
+    }
+    if (i + 1 < events.size() && areNeighbours(heavy, events[i + 1]) && gives_way(events[i + 1])) {
+      const Seconds later = events[i + 1].inner.back().time - heavy.inner.back().time;
+      heavy.inner.back().time += later;
+      heavy.end += later;
+      events[i + 1].lips = 0;
+    }
+  }
+}
+
+void leaveJawToVowels(std::vector<VisemeEvent>& events, const SpeechLabels& labels) {
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    VisemeEvent& event = events[i];
+    if (isTongueOnly(event.viseme)) event.lips = 0;
+    const Phone phone = labels.phones[event.phone.value].phone;
+    if (!isJawNarrowing(phone) || event.span.duration() >= kJawFrame) continue;
+    const auto is_similar = [&](const VisemeEvent& other) {
+      return isJawNarrowing(labels.phones[other.phone.value].phone);
+    };
+    const bool has_similar =
+        (i > 0 && areNeighbours(events[i - 1], event) && is_similar(events[i - 1])) ||
+        (i + 1 < events.size() && areNeighbours(event, events[i + 1]) && is_similar(events[i + 1]));
+    if (!has_similar) event.jaw = 0;
+  }
+}
+
+/// Every non-nasal opens the lips at some point: a P or B before a pause lets go of them.
+void releasePlosives(std::vector<VisemeEvent>& events, const SpeechLabels& labels) {
+  constexpr Seconds kRelease = 0.060;
+  constexpr double kReleased = 0.2;
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    const std::size_t last = events[i].last_phone.value;
+    const Phone phone = labels.phones[last].phone;
+    const bool before_pause = last + 1 < labels.phones.size() && labels.phones[last + 1].phone == Phone::kSil;
+    if (events[i].viseme != Viseme::kMBP || isNasal(phone) || !before_pause) continue;
+    VisemeEvent release = events[i];
+    release.viseme = Viseme::kUh;
+    release.span = {events[i].span.end, events[i].span.end + kRelease};
+    release.onset = events[i].span.end - 0.5 * kRelease;
+    release.inner = {{release.span.end, kReleased}};
+    release.end = release.span.end + kOnset;
+    events.insert(events.begin() + static_cast<std::ptrdiff_t>(++i), release);
+  }
+}
+
+}  // namespace
+
+bool isLipHeavy(Phone phone) {
+  switch (phone) {
+    case Phone::kUW:
+    case Phone::kOW:
+    case Phone::kOY:
+    case Phone::kW:
+    case Phone::kSH:
+    case Phone::kZH:
+    case Phone::kCH:
+    case Phone::kJH:
+      return true;
+    default:
+      return false;
+  }
+}
+
+bool isTongueOnly(Viseme viseme) { return viseme == Viseme::kLNTD || viseme == Viseme::kGK; }
+
+bool isLabial(Viseme viseme) { return viseme == Viseme::kMBP || viseme == Viseme::kFV; }
+
+std::vector<VisemeEvent> fourKeyEvents(const SpeechLabels& labels) {
+  std::vector<VisemeEvent> events;
+  for (std::size_t i = 0; i < labels.phones.size(); ++i) {
+    const LabelledPhone& phone = labels.phones[i];
+    if (phone.phone == Phone::kSil) continue;
+    const Viseme first = firstViseme(phone.phone);
+    const Viseme last = lastViseme(phone.phone);
+    const Seconds middle = phone.span.middle();
+    const PhoneIndex index(i);
+    if (first == last) {
+      events.push_back(fourKeys(labels, index, first, phone.span));
+    } else {
+      events.push_back(fourKeys(labels, index, first, {phone.span.start, middle}));
+      events.push_back(fourKeys(labels, index, last, {middle, phone.span.end}));
+    }
+  }
+  return events;
+}
+
+std::vector<VisemeEvent> coarticulated(std::vector<VisemeEvent> events, const SpeechLabels& labels) {
+  shapeAspirates(events);
+  mergeRepeats(events);
+  leaveJawToVowels(events, labels);
+  spreadLipHeavy(events, labels);
+  releasePlosives(events, labels);
+  return events;
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <vector>
+
+#include "phonetics/speech_labels.h"
+
+namespace mouthpiece {
+
+/// An internal key of a viseme: how far it is reached at a time inside (or beside) the phonation.
+struct EventKey {
+  Seconds time = 0;
+  double value = 0;
+};
+
+/// One viseme of the line: zero at `onset`, through `inner`, zero at `end` (VOCAL figure 3). `lips` and `jaw` say how
+/// much of the viseme's lip part and jaw part it brings, 0 to 1.
+struct VisemeEvent {
+  Viseme viseme = Viseme::kSil;
+  PhoneIndex phone;                    ///< whose viseme it is; the first, where several were merged
+  PhoneIndex first_phone, last_phone;  ///< that it covers: an HH before it too
+  TimeSpan span;                       ///< of phonation
+  bool is_vowel = false;
+  Seconds onset = 0, end = 0;   ///< boundary keys
+  std::vector<EventKey> inner;  ///< internal keys, in time order, at least one
+  double lips = 1, jaw = 1;
+};
+
+/// The numbers of VOCAL 4.2, "Generating a speech curve", and of JALI (design page, section 8).
+namespace vocal_numbers {
+inline constexpr Seconds kOnset = 0.120;          ///< boundary keys before and after phonation
+inline constexpr Seconds kLipHeavyOnset = 0.150;  ///< the same of lip-heavy visemes
+inline constexpr double kSustain = 0.75;          ///< of phonation
+inline constexpr double kFull = 1.0;              ///< B P M F V S SH
+inline constexpr double kShort = 0.6;             ///< other consonants, short vowels
+inline constexpr double kLong = 0.8;              ///< long vowels
+inline constexpr Seconds kLongVowel = 0.200;
+inline constexpr Seconds kJawFrame = 1.0 / 24;  ///< JALI's frame: shorter obstruents and nasals leave the jaw alone
+}  // namespace vocal_numbers
+
+/// UW OW OY W SH ZH CH JH.
+bool isLipHeavy(Phone phone);
+/// L N T D and K G NG.
+bool isTongueOnly(Viseme viseme);
+/// M B P and F V.
+bool isLabial(Viseme viseme);
+
+/// Pass 1: four keys for each phone (diphthongs: for each half; silence: none). HH waits for pass 2.
+std::vector<VisemeEvent> fourKeyEvents(const SpeechLabels& labels);
+
+/// Pass 2: JALI's co-articulation rules. Merges repeated visemes, gives HH the shape of the next vowel, lets lip-heavy
+/// visemes take the lips of their neighbours and tongue-only ones keep theirs out, and short obstruents the jaw.
+std::vector<VisemeEvent> coarticulated(std::vector<VisemeEvent> events, const SpeechLabels& labels);
+
+}  // namespace mouthpiece

@@ -1,0 +1,236 @@
+#include "vocal/viseme_poses.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/errors.h"
+#include "vocal/lip_markers.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr auto kVisemes = static_cast<Eigen::Index>(kVisemeCount);
+
+/// All frames in which every marker was seen, as displacements, beside the values of the curves there. Of all columns
+/// the mean over each take is taken off: from take to take a face rests a little differently, which no viseme explains.
+struct Observations {
+  PositionMatrix displacements;
+  Eigen::MatrixXd lips, jaw;                                   ///< frames x visemes
+  Eigen::VectorXd activity = Eigen::VectorXd::Zero(kVisemes);  ///< sum of each jaw curve, before
+};
+
+constexpr double kRateHz = 25;  ///< of the frames learnt from, at least
+
+std::vector<Seconds> frameTimesOf(const MotionClip& motion) {
+  std::vector<Seconds> times;
+  for (std::size_t frame = 0; frame < motion.frameCount(); ++frame) times.push_back(motion.timeOf(FrameIndex(frame)));
+  return times;
+}
+
+/// Frames within the phones or a little beside them; the face at rest says nothing about visemes.
+bool isNearSpeech(const SpeechLabels& labels, Seconds time) {
+  constexpr Seconds kMargin = 0.3;
+  if (labels.phones.size() < 3) return false;
+  return time > labels.phones.front().span.end - kMargin && time < labels.phones.back().span.start + kMargin;
+}
+
+Observations observe(const std::vector<PoseTake>& takes, const MarkerPositions& neutral) {
+  const Eigen::Map<const Eigen::RowVectorXd> rest(neutral.data(), neutral.size());
+  std::size_t most = 0;
+  for (const PoseTake& take : takes) most += take.motion->frameCount();
+  Observations all;
+  all.displacements.resize(static_cast<Eigen::Index>(most), rest.size());
+  all.lips.setZero(static_cast<Eigen::Index>(most), kVisemes);
+  all.jaw.setZero(static_cast<Eigen::Index>(most), kVisemes);
+  Eigen::Index row = 0;
+  for (const PoseTake& take : takes) {
+    const Eigen::Index first_row = row;
+    const std::vector<Seconds> times = frameTimesOf(*take.motion);
+    const CurveSet curves = visemeCurves(*take.labels, {}, {});
+    Eigen::MatrixXd lips = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(times.size()), kVisemes);
+    Eigen::MatrixXd jaw = lips;
+    for (Eigen::Index v = 1; v < kVisemes; ++v) {
+      const auto viseme = static_cast<Viseme>(v);
+      const AnimationCurve* lip_curve = findCurve(curves, visemeName(viseme));
+      const AnimationCurve* jaw_curve = findCurve(curves, jawCurveName(viseme));
+      if (lip_curve == nullptr) continue;
+      const std::vector<double> values = sampleCurve(*lip_curve, times);
+      lips.col(v) = Eigen::Map<const Eigen::VectorXd>(values.data(), lips.rows());
+      const std::vector<double> jaw_values = jaw_curve == nullptr ? values : sampleCurve(*jaw_curve, times);
+      jaw.col(v) = Eigen::Map<const Eigen::VectorXd>(jaw_values.data(), jaw.rows());
+    }
+    // Neighbouring frames of a fast capture say the same.
+    const auto stride = static_cast<std::size_t>(std::max(1.0, std::floor(take.motion->frame_rate_hz / kRateHz)));
+    for (std::size_t k = 0; k < times.size(); k += stride) {
+      const auto frame = static_cast<Eigen::Index>(k);
+      if (!isNearSpeech(*take.labels, times[k]) || !take.motion->positions_mm.row(frame).allFinite()) continue;
+      all.displacements.row(row) = take.motion->positions_mm.row(frame) - rest;
+      all.lips.row(row) = lips.row(frame);
+      all.jaw.row(row) = jaw.row(frame);
+      ++row;
+    }
+    const Eigen::Index count = row - first_row;
+    if (count == 0) continue;
+    const auto centre = [&](auto&& rows) { rows.rowwise() -= rows.colwise().mean().eval(); };
+    for (Eigen::Index v = 0; v < kVisemes; ++v) all.activity(v) += all.jaw.col(v).segment(first_row, count).sum();
+    centre(all.displacements.middleRows(first_row, count));
+    centre(all.lips.middleRows(first_row, count));
+    centre(all.jaw.middleRows(first_row, count));
+  }
+  all.displacements.conservativeResize(row, Eigen::NoChange);
+  all.lips.conservativeResize(row, Eigen::NoChange);
+  all.jaw.conservativeResize(row, Eigen::NoChange);
+  return all;
+}
+
+/// Weights W with least |values - features W|^2 + ridge |W|^2.
+Eigen::MatrixXd ridge(const Eigen::MatrixXd& features, const Eigen::MatrixXd& values, double ridge_frames) {
+  Eigen::MatrixXd normal = features.transpose() * features;
+  normal.diagonal().array() += ridge_frames;
+  return normal.ldlt().solve(features.transpose() * values);
+}
+
+/// What every coordinate does, on average, as `driver` grows by 1.
+Eigen::RowVectorXd responseTo(const Eigen::VectorXd& driver, const PositionMatrix& displacements) {
+  const double energy = driver.squaredNorm();
+  if (!(energy > 0)) return Eigen::RowVectorXd::Zero(displacements.cols());
+  return (driver.transpose() * displacements) / energy;
+}
+
+double medianOf(std::vector<double> values, double otherwise) {
+  if (values.empty()) return otherwise;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Contacts as they were captured: the tightest opening of each B P M and F V, and how tight it ever gets.
+void learnContacts(const std::vector<PoseTake>& takes, const MarkerPositions& neutral, const LipMarkers& lips,
+                   VisemePoses& poses) {
+  constexpr Seconds kAround = 0.02;
+  constexpr double kUsualBilabial = 0.4, kUsualLabiodental = 2.0, kUsualContact = -0.8;  // mm, GRID s1
+  const double rest = neutral.data()[lips.upper_y] - neutral.data()[lips.lower_y];
+  std::vector<double> bilabial, labiodental;
+  for (const PoseTake& take : takes) {
+    const PositionMatrix& rows = take.motion->positions_mm;
+    for (const LabelledPhone& phone : take.labels->phones) {
+      if (!isBilabial(phone.phone) && !isLabiodental(phone.phone)) continue;
+      const double rate = take.motion->frame_rate_hz;
+      const auto first = static_cast<Eigen::Index>(std::max(0.0, std::ceil((phone.span.start - kAround) * rate)));
+      const auto last = std::min(static_cast<Eigen::Index>((phone.span.end + kAround) * rate), rows.rows() - 1);
+      double tightest = std::numeric_limits<double>::infinity();
+      for (Eigen::Index frame = first; frame <= last; ++frame) {
+        const double opening = rows(frame, lips.upper_y) - rows(frame, lips.lower_y) - rest;
+        if (opening < tightest) tightest = opening;  // NaN is never less
+      }
+      if (std::isfinite(tightest)) (isBilabial(phone.phone) ? bilabial : labiodental).push_back(tightest);
+    }
+  }
+  poses.bilabial_mm = std::min(medianOf(bilabial, kUsualBilabial), kUsualBilabial);
+  poses.labiodental_mm = std::max(poses.bilabial_mm, medianOf(labiodental, kUsualLabiodental));
+  poses.contact_mm = std::min(kUsualContact, poses.bilabial_mm - 0.5);
+}
+
+/// Between the outer canthi, mm; 0 in a layout without them.
+double widthOf(const MarkerPositions& neutral, const std::vector<std::string>& names) {
+  const auto place = [&](std::string_view name) { return std::find(names.begin(), names.end(), name); };
+  const auto right = place("CANTHUS_OUT_R"), left = place("CANTHUS_OUT_L");
+  if (right == names.end() || left == names.end()) return 0;
+  return (neutral.row(right - names.begin()) - neutral.row(left - names.begin())).norm();
+}
+
+void takeFromGeneric(const VisemePoses& generic, std::size_t viseme, double scale, VisemePoses& poses) {
+  const auto row = static_cast<Eigen::Index>(viseme);
+  poses.lips.row(row).setZero();
+  for (std::size_t marker = 0; marker < poses.marker_names.size(); ++marker) {
+    const auto found = std::find(generic.marker_names.begin(), generic.marker_names.end(), poses.marker_names[marker]);
+    if (found == generic.marker_names.end()) continue;
+    const auto from = static_cast<Eigen::Index>(3 * (found - generic.marker_names.begin()));
+    poses.lips.row(row).segment<3>(static_cast<Eigen::Index>(3 * marker)) =
+        scale * generic.lips.row(row).segment<3>(from);
+  }
+  poses.jaw_drop[viseme] = scale * generic.jaw_drop[viseme];
+}
+
+/// A viseme that nobody has shown looks like its kin: ER half R, half Uh; Y like Ee.
+void takeFromKin(std::size_t viseme, VisemePoses& poses) {
+  const auto mix = [&](Viseme a, Viseme b) {
+    const auto row = static_cast<Eigen::Index>(viseme);
+    poses.lips.row(row) =
+        0.5 * (poses.lips.row(static_cast<Eigen::Index>(a)) + poses.lips.row(static_cast<Eigen::Index>(b)));
+    poses.jaw_drop[viseme] =
+        0.5 * (poses.jaw_drop[static_cast<std::size_t>(a)] + poses.jaw_drop[static_cast<std::size_t>(b)]);
+  };
+  if (viseme == static_cast<std::size_t>(Viseme::kEr)) mix(Viseme::kR, Viseme::kUh);
+  if (viseme == static_cast<std::size_t>(Viseme::kY)) mix(Viseme::kEe, Viseme::kEe);
+}
+
+std::vector<Eigen::Index> mouthColumns(const MarkerLayout& layout) {
+  std::vector<Eigen::Index> columns;
+  for (std::size_t marker = 0; marker < layout.markers.size(); ++marker) {
+    const std::string& region = layout.markers[marker].region;
+    if (region != "lip" && region != "chin") continue;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) columns.push_back(3 * static_cast<Eigen::Index>(marker) + axis);
+  }
+  return columns;
+}
+
+void measureFit(const Observations& seen, const MarkerLayout& layout, VisemePoses& poses) {
+  const Eigen::Map<const Eigen::VectorXd> drops(poses.jaw_drop.data(), kVisemes);
+  const Eigen::MatrixXd made = seen.lips * poses.lips + (seen.jaw * drops) * poses.jaw_direction;
+  const Eigen::RowVectorXd variance = seen.displacements.colwise().squaredNorm();
+  const Eigen::RowVectorXd rest = (seen.displacements - made).colwise().squaredNorm();
+  const double frames = static_cast<double>(std::max<Eigen::Index>(1, seen.displacements.rows()));
+  poses.variance_mm2 = variance.sum() / frames;
+  poses.explained_mm2 = (variance - rest).sum() / frames;
+  for (const Eigen::Index column : mouthColumns(layout)) {
+    poses.lip_variance_mm2 += variance(column) / frames;
+    poses.lip_explained_mm2 += (variance(column) - rest(column)) / frames;
+  }
+}
+
+}  // namespace
+
+VisemePoses fitVisemePoses(const std::vector<PoseTake>& takes, const MarkerPositions& neutral_mm,
+                           const MarkerLayout& layout, const VisemePoses* generic, const PoseFitOptions& options) {
+  VisemePoses poses;
+  poses.marker_names = layout.markerNames();
+  const LipMarkers markers = findLipMarkers(poses.marker_names);
+  if (!markers.has_lips || !markers.has_chin) {
+    throw InputError(layout.name, "", "found no LIP_UP_MID, LIP_LO_MID or CHIN_MID; expected them for viseme curves");
+  }
+  const Observations seen = observe(takes, neutral_mm);
+  if (seen.displacements.rows() < kVisemes)
+    throw InputError(layout.name, "", "has too few frames of speech to learn visemes from");
+  const Eigen::VectorXd chin = -seen.displacements.col(markers.chin_y);
+  poses.jaw_direction = responseTo(chin, seen.displacements);
+  const Eigen::VectorXd opening = seen.displacements.col(markers.upper_y) - seen.displacements.col(markers.lower_y);
+  poses.opening_direction = responseTo(opening, seen.displacements);
+  learnContacts(takes, neutral_mm, markers, poses);
+
+  const Eigen::VectorXd drops = ridge(seen.jaw, chin, options.ridge_frames);
+  std::copy(drops.begin(), drops.end(), poses.jaw_drop.begin());
+  const PositionMatrix left = seen.displacements - (seen.jaw * drops) * poses.jaw_direction;
+  poses.lips = ridge(seen.lips, left, options.ridge_frames);
+
+  poses.face_width_mm = widthOf(neutral_mm, poses.marker_names);
+  const bool both_widths = generic != nullptr && generic->face_width_mm > 0 && poses.face_width_mm > 0;
+  const double scale = both_widths ? poses.face_width_mm / generic->face_width_mm : 1;
+  for (std::size_t v = 1; v < kVisemeCount; ++v) {
+    poses.frames_seen[v] = seen.activity(static_cast<Eigen::Index>(v));
+    if (poses.frames_seen[v] >= options.least_frames_seen) continue;
+    poses.frames_seen[v] = 0;
+    poses.lips.row(static_cast<Eigen::Index>(v)).setZero();
+    poses.jaw_drop[v] = 0;
+    if (generic != nullptr) takeFromGeneric(*generic, v, scale, poses);
+  }
+  for (std::size_t v = 1; generic == nullptr && v < kVisemeCount; ++v) {
+    if (poses.frames_seen[v] <= 0) takeFromKin(v, poses);
+  }
+  measureFit(seen, layout, poses);
+  return poses;
+}
+
+}  // namespace mouthpiece

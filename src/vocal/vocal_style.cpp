@@ -1,0 +1,157 @@
+#include "vocal/vocal_style.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/errors.h"
+#include "base/files.h"
+#include "base/text_numbers.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr std::uint64_t kMaxSignalBytes = 1 << 24;
+constexpr double kUnknownAccent = 0.5;
+
+/// The fricatives and plosives whose energy the paper looks at.
+bool isTurbulent(Phone phone) {
+  switch (phone) {
+    case Phone::kS:
+    case Phone::kZ:
+    case Phone::kF:
+    case Phone::kV:
+    case Phone::kSH:
+    case Phone::kZH:
+    case Phone::kCH:
+    case Phone::kJH:
+    case Phone::kP:
+    case Phone::kB:
+    case Phone::kD:
+    case Phone::kT:
+    case Phone::kG:
+    case Phone::kK:
+      return true;
+    default:
+      return false;
+  }
+}
+
+[[noreturn]] void failAtLine(std::string_view name, std::size_t line, const std::string& what) {
+  throw InputError(name, std::to_string(line), what);
+}
+
+}  // namespace
+
+double StyleSignal::at(Seconds time) const {
+  if (points.empty()) return 0;
+  const auto next = std::upper_bound(points.begin(), points.end(), time,
+                                     [](Seconds t, const Point& point) { return t < point.time; });
+  if (next == points.begin()) return points.front().value;
+  if (next == points.end()) return points.back().value;
+  const Point& before = *(next - 1);
+  return std::lerp(before.value, next->value, (time - before.time) / (next->time - before.time));
+}
+
+bool StyleSignal::isConstant() const {
+  return std::all_of(points.begin(), points.end(), [&](const Point& point) { return point.value == points[0].value; });
+}
+
+StyleChoice parseStyleChoice(std::string_view text, std::string_view option, double largest, bool may_be_auto) {
+  StyleChoice choice;
+  if (text == "auto") {
+    if (!may_be_auto)
+      throw InputError(option, "", "found auto; expected a number or a file (only --ma and --ps have auto)");
+    choice.automatic = true;
+  } else if (const std::optional<double> number = parseNumber(text)) {
+    if (!(*number >= 0 && *number <= largest))
+      throw InputError(option, "", fmt::format("found {}; expected 0 to {}", printable(text), largest));
+    choice.constant = number;
+  } else {
+    choice.file = std::string(text);
+  }
+  return choice;
+}
+
+StyleSignal parseStyleSignal(std::string_view text, std::string_view name, double largest) {
+  LineReader lines(text);
+  StyleSignal signal;
+  std::vector<std::string_view> fields;
+  for (std::string_view line; lines.next(line);) {
+    if (trimmed(line).empty()) continue;
+    splitFields(line, ',', fields);
+    const auto time = parseNumber(fields[0]);
+    const auto value = fields.size() == 2 ? parseNumber(fields[1]) : std::nullopt;
+    if (!time && signal.points.empty() && lines.lineNumber() == 1) continue;
+    if (!time || !value || !std::isfinite(*time) || !(*value >= 0 && *value <= largest)) {
+      failAtLine(name, lines.lineNumber(),
+                 fmt::format("found '{}'; expected time_s,value with a value from 0 to {}", printable(line), largest));
+    }
+    if (!signal.points.empty() && *time <= signal.points.back().time)
+      failAtLine(name, lines.lineNumber(),
+                 fmt::format("found the time {} after {}; expected rising times", *time, signal.points.back().time));
+    signal.points.push_back({*time, *value});
+  }
+  if (signal.points.empty()) throw InputError(name, "", "holds no rows; expected time_s,value");
+  return signal;
+}
+
+StyleSignal readStyleSignal(const std::filesystem::path& path, double largest) {
+  return parseStyleSignal(readFile(path, kMaxSignalBytes), path.string(), largest);
+}
+
+std::vector<double> melodicAccents(const SpeechLabels& labels, const AudioTags& tags) {
+  std::vector<double> accents(labels.phones.size(), kUnknownAccent);
+  double sum = 0, squares = 0, count = 0;
+  const auto counts = [&](const ConsonantEnergy& energy) {
+    return energy.phone.value < labels.phones.size() && isTurbulent(labels.phones[energy.phone.value].phone);
+  };
+  for (const ConsonantEnergy& energy : tags.consonants) {
+    if (!counts(energy)) continue;
+    sum += energy.energy;
+    squares += energy.energy * energy.energy;
+    ++count;
+  }
+  if (count < 2) return accents;
+  const double mean = sum / count;
+  const double deviation = std::sqrt(std::max(0.0, squares / count - mean * mean));
+  if (deviation <= 0) return accents;
+  for (const ConsonantEnergy& energy : tags.consonants) {
+    if (!counts(energy)) continue;
+    double& accent = accents[energy.phone.value];
+    if (energy.energy <= mean - deviation) accent = 0.2;
+    if (energy.energy >= mean + deviation) accent = 0.8;
+  }
+  return accents;
+}
+
+std::vector<double> pitchSensitivities(const SpeechLabels& labels) {
+  constexpr double kLeast = 0.1;
+  constexpr Seconds kSpokenVowel = 0.2;
+  std::vector<double> sensitivities(labels.phones.size(), kLeast);
+  for (std::size_t i = 0; i < labels.phones.size(); ++i) {
+    const Seconds duration = labels.phones[i].span.duration();
+    if (isVowel(labels.phones[i].phone) && duration > kSpokenVowel)
+      sensitivities[i] = std::min(1.0, kLeast + duration - kSpokenVowel);
+  }
+  return sensitivities;
+}
+
+StyleSignal smoothedOverPhones(const std::vector<double>& values, const SpeechLabels& labels) {
+  MOUTHPIECE_EXPECT(values.size() == labels.phones.size());
+  StyleSignal signal;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::size_t first = i > 0 ? i - 1 : 0;
+    const std::size_t last = std::min(i + 1, values.size() - 1);
+    double sum = 0;
+    for (std::size_t k = first; k <= last; ++k) sum += values[k];
+    const Seconds time = labels.phones[i].span.middle();
+    if (!signal.points.empty() && time <= signal.points.back().time) continue;
+    signal.points.push_back({time, sum / static_cast<double>(last - first + 1)});
+  }
+  if (signal.points.empty()) signal.points.push_back({0, 0});
+  return signal;
+}
+
+}  // namespace mouthpiece

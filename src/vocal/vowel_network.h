@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string_view>
+#include <vector>
+
+#include "audio/vowel_features.h"
+#include "vocal/audio_tags.h"
+
+namespace mouthpiece {
+
+/// The classes of the network, in the order of its outputs.
+enum class SungVowel { kA, kE, kI, kO, kU, kSilence };
+inline constexpr int kSungVowelCount = 6;
+
+/// Tells the sung vowel of every frame (VOCAL 4.3): 12 frames before and after side by side, three LSTM layers, ReLU, a
+/// fully connected layer, softmax. Trained by tools/train_vowels.py. Immutable: may be shared by threads.
+class VowelNetwork {
+ public:
+  /// Reads the weights (docs/theory/vowel_network.md, "The weights' file"). Throws InputError for sizes that do not fit
+  /// the bytes or each other, and numbers that are not finite.
+  static VowelNetwork parse(std::string_view bytes, std::string_view name);
+  /// The weights that are built in.
+  static const VowelNetwork& shipped();
+
+  /// Frames x 6, every row sums to 1.
+  [[nodiscard]] Eigen::MatrixXf probabilities(const VowelFeatures& features) const;
+
+ private:
+  struct Layer {
+    Eigen::MatrixXf from_input;  ///< 4 * units x inputs; gates in the order input, forget, cell, output
+    Eigen::MatrixXf from_state;  ///< 4 * units x units
+    Eigen::VectorXf bias;
+  };
+  Eigen::RowVectorXf mean_, inverse_deviation_;
+  std::vector<Layer> layers_;
+  Eigen::MatrixXf output_;
+  Eigen::VectorXf output_bias_;
+};
+
+/// The vowels of a whole sound at 100 frames a second.
+std::vector<VowelLikelihood> hearVowels(const AudioClip& clip);
+
+}  // namespace mouthpiece
