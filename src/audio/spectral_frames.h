@@ -1,0 +1,22 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "audio/audio_clip.h"
+
+namespace mouthpiece {
+
+/// What a sound is like every `step`: row i is centred on i * step.
+struct SpectralFrames {
+  static constexpr Eigen::Index kCoefficients = 13;
+  Seconds step = 0.005;
+  Eigen::Matrix<float, Eigen::Dynamic, kCoefficients, Eigen::RowMajor> mfcc;  ///< the first follows the level
+  Eigen::VectorXf level_db;                                                   ///< RMS re full scale
+
+  [[nodiscard]] Eigen::Index rowAt(Seconds time) const;
+};
+
+/// Mel-frequency cepstral coefficients (Slaney's 40 bands, aubio) over 32 ms of the sound at 16 kHz.
+SpectralFrames spectralFrames(const AudioClip& clip, Seconds step = 0.005);
+
+}  // namespace mouthpiece
