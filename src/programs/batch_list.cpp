@@ -93,21 +93,32 @@ void expectUsableId(const std::string& id, const std::string& file, std::size_t 
   }
 }
 
-BatchLine batchLineFrom(const Row& row, bool recordings, const std::filesystem::path& list) {
-  const std::size_t expected = recordings ? 3 : 2;
+/// What the columns after the id are.
+enum class Columns { kText, kAudioTranscript, kAudioPhones };
+
+Columns columnsOf(const Row& header) {
+  if (header.fields.size() != 3) return Columns::kText;
+  return header.fields[2] == "phones" ? Columns::kAudioPhones : Columns::kAudioTranscript;
+}
+
+std::string_view expectedFields(Columns columns) {
+  if (columns == Columns::kText) return "id,text; put a text with commas in quotes";
+  return columns == Columns::kAudioPhones ? "id,audio,phones" : "id,audio,transcript";
+}
+
+BatchLine batchLineFrom(const Row& row, Columns columns, const std::filesystem::path& list) {
+  const std::size_t expected = columns == Columns::kText ? 2 : 3;
   if (row.fields.size() != expected) {
-    throw InputError(list.string(), std::to_string(row.line),
-                     fmt::format("found {} fields; expected {} ({})", row.fields.size(), expected,
-                                 recordings ? "id,audio,phones" : "id,text; put a text with commas in quotes"));
+    throw InputError(
+        list.string(), std::to_string(row.line),
+        fmt::format("found {} fields; expected {} ({})", row.fields.size(), expected, expectedFields(columns)));
   }
   expectUsableId(row.fields[0], list.string(), row.line);
   BatchLine line{row.fields[0], {}};
-  if (recordings) {
-    line.source.audio = list.parent_path() / row.fields[1];
-    line.source.phones = list.parent_path() / row.fields[2];
-  } else {
-    line.source.text = row.fields[1];
-  }
+  if (columns != Columns::kText) line.source.audio = list.parent_path() / row.fields[1];
+  if (columns == Columns::kText) line.source.text = row.fields[1];
+  if (columns == Columns::kAudioTranscript) line.source.text = row.fields[2];
+  if (columns == Columns::kAudioPhones) line.source.phones = list.parent_path() / row.fields[2];
   return line;
 }
 
@@ -129,17 +140,17 @@ std::vector<BatchLine> readBatchList(const std::filesystem::path& path) {
   CsvRows rows(text, path.string());
   std::vector<BatchLine> lines;
   std::set<std::string> ids;
-  bool recordings = false;
+  Columns columns = Columns::kText;
   bool is_first = true;
   while (const auto row = rows.next()) {
     const bool is_header = is_first && row->fields[0] == "id";
     is_first = false;
     if (is_header) {
-      recordings = row->fields.size() == 3;
+      columns = columnsOf(*row);
       continue;
     }
     if (row->fields.size() == 1 && row->fields[0].empty()) continue;
-    lines.push_back(batchLineFrom(*row, recordings, path));
+    lines.push_back(batchLineFrom(*row, columns, path));
     if (!ids.insert(lines.back().id).second) {
       throw InputError(path.string(), std::to_string(row->line),
                        fmt::format("found the id '{}' a second time; expected each once", lines.back().id));

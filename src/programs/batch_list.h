@@ -23,9 +23,9 @@ struct Shard {
 /// "2/5". Throws InputError.
 Shard parseShard(const std::string& text);
 
-/// Reads a CSV list: `id,text`, or with a header row `id,audio,phones` for recordings (paths relative to the list).
-/// Fields may be quoted ("" is a quote inside). Throws InputError with the line for a bad or repeated id or a wrong
-/// number of fields.
+/// Reads a CSV list: `id,text`, or with a header row `id,audio,transcript` or `id,audio,phones` for recordings (paths
+/// relative to the list). Fields may be quoted ("" is a quote inside). Throws InputError with the line for a bad or
+/// repeated id or a wrong number of fields.
 std::vector<BatchLine> readBatchList(const std::filesystem::path& path);
 
 std::vector<BatchLine> linesOfShard(const std::vector<BatchLine>& lines, const Shard& shard);

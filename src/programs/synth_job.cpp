@@ -24,6 +24,7 @@
 #include "programs/shared_files.h"
 #include "retarget/face_rig.h"
 #include "units/unit_database.h"
+#include "voices/forced_alignment.h"
 #include "voices/voice.h"
 
 namespace mouthpiece {
@@ -91,11 +92,14 @@ struct SynthJob::Data {
   std::unique_ptr<UnitDatabase> units;
   std::optional<FaceRig> face;
   std::optional<Lexicon> lexicon;
-  std::unique_ptr<Voice> voice;  ///< made when the first typed line comes
+  std::unique_ptr<Voice> voice;            ///< made when the first typed line comes
+  std::unique_ptr<Pronouncer> pronouncer;  ///< these two when the first recording without labels comes
+  std::unique_ptr<ForcedAligner> aligner;
   std::string page_template;
   double load_ms = 0;
 
   SpokenLine speakOrRead(const LineSource& source);
+  SpokenLine alignRecording(const LineSource& source);
   /// The face's animation as few shapes. `control`: FaceRig::retarget()'s rows.
   PrincipalShapes deformFace(const UtteranceAnimation& animation, const PositionMatrix& control,
                              StageTimings& timing) const;
@@ -121,11 +125,30 @@ SynthJob::SynthJob(const SynthOptions& options, const std::vector<OutputFile>& o
 
 SynthJob::~SynthJob() = default;
 
+SpokenLine SynthJob::Data::alignRecording(const LineSource& source) {
+  if (!pronouncer) pronouncer = std::make_unique<Pronouncer>(lexicon ? &*lexicon : nullptr);
+  if (!aligner) aligner = std::make_unique<ForcedAligner>();
+  SpokenLine line;
+  line.audio = readAudio(source.audio);
+  line.text = source.text;
+  ForcedAlignment alignment = aligner->align(line.audio, pronouncer->wordsOf(source.text), source.audio.string());
+  for (const std::size_t word : alignment.doubtfulWords()) {
+    line.notice += (line.notice.empty() ? "doubtful words: " : ", ") + alignment.labels.words[word].text;
+  }
+  line.labels = std::move(alignment.labels);
+  line.voice = "recorded:" + source.audio.filename().string();
+  return line;
+}
+
 SpokenLine SynthJob::Data::speakOrRead(const LineSource& source) {
   if (source.audio.empty()) {
-    if (!voice) voice = makeVoice(options.voice, VoiceOptions{lexicon ? &*lexicon : nullptr});
+    if (!voice) {
+      voice = makeVoice(options.voice,
+                        VoiceOptions{lexicon ? &*lexicon : nullptr, units.get(), options.synthesis.selection, std::nullopt});
+    }
     return voice->speak(source.text);
   }
+  if (source.phones.empty()) return alignRecording(source);
   SpokenLine line;
   line.audio = readAudio(source.audio);
   line.labels = readLabels(source.phones);
@@ -196,8 +219,9 @@ SynthOutcome SynthJob::run(const LineSource& source, const std::vector<OutputFil
   SynthOutcome outcome;
   if (!line.notice.empty()) outcome.notices.push_back(line.notice);
 
-  UtteranceAnimation animation = synthesise(
-      {line.text, line.voice, std::move(line.labels), std::move(line.audio), data_->options.synthesis}, *data_->units);
+  UtteranceAnimation animation = synthesise({line.text, line.voice, std::move(line.labels), std::move(line.audio),
+                                             data_->options.synthesis, std::move(line.units)},
+                                            *data_->units);
   animation.corpus = data_->corpus.name;
   animation.timing_ms.speech = speech_ms;
   animation.timing_ms.load = std::exchange(data_->load_ms, 0.0);

@@ -20,6 +20,7 @@ constexpr std::uint64_t kMaxTextFileBytes = 1 << 20;
 struct CommandLine {
   LineSource source;
   std::filesystem::path text_file;
+  std::string transcript;
   SynthOptions options;
   std::filesystem::path out_folder = "out";
   std::vector<std::filesystem::path> out_files;
@@ -78,11 +79,13 @@ void addSharedOptions(CLI::App& app, CommandLine& line) {
 void addLineOptions(CLI::App& app, CommandLine& line) {
   auto* text = app.add_option("--text", line.source.text, "The line to speak");
   auto* file = app.add_option("--text-file", line.text_file, "A file with the line to speak");
-  auto* audio = app.add_option("--audio", line.source.audio, "A recording to animate instead; needs --phones");
+  auto* audio =
+      app.add_option("--audio", line.source.audio, "A recording to animate instead; needs --phones or --transcript");
   auto* phones = app.add_option("--phones", line.source.phones, "Labels of the recording: TextGrid, .lab or .phn");
+  auto* transcript = app.add_option("--transcript", line.transcript, "What the recording says: its labels are found");
+  transcript->needs(audio)->excludes(phones);
   text->excludes(file, audio);
   file->excludes(audio);
-  audio->needs(phones);
   phones->needs(audio);
   auto* folder =
       app.add_option(
@@ -95,6 +98,7 @@ void addLineOptions(CLI::App& app, CommandLine& line) {
 /// The typed line itself, wherever it came from.
 LineSource sourceOf(const CommandLine& line) {
   LineSource source = line.source;
+  if (!line.transcript.empty()) source.text = line.transcript;
   if (!line.text_file.empty()) source.text = readFile(line.text_file, kMaxTextFileBytes);
   return source;
 }
@@ -151,12 +155,14 @@ int runSynth(int argc, char** argv) {
   CLI::App app("Makes a face speak with movements a person really made.");
   CommandLine line;
   setExample(app,
-             "synth --text \"the time is now\"\nsynth --audio a.wav --phones a.TextGrid -o talk.glb -o talk.wav\nsynth "
+             "synth --text \"the time is now\"\nsynth --audio a.wav --transcript \"the time is now\"\nsynth --audio "
+             "a.wav --phones a.TextGrid -o talk.glb -o talk.wav\nsynth "
              "batch lines.csv --out lines");
   addLineOptions(app, line);
   addSharedOptions(app, line);
-  CLI::App* batch =
-      app.add_subcommand("batch", "Makes every line of a CSV list (id,text or id,audio,phones) in a folder of its own");
+  CLI::App* batch = app.add_subcommand(
+      "batch",
+      "Makes every line of a CSV list (id,text, id,audio,transcript or id,audio,phones) in a folder of its own");
   setExample(*batch, "synth batch lines.csv --out lines --shard 1/4");
   batch->add_option("list", line.batch_list, "The list")->required();
   batch->add_option("--out", line.out_folder, "Folder for the folders")->capture_default_str();
@@ -167,7 +173,12 @@ int runSynth(int argc, char** argv) {
   return runProgram(app, argc, argv, [&]() -> int {
     if (batch->parsed()) return speakBatch(line);
     if (app.count("--text") + app.count("--text-file") + app.count("--audio") == 0) {
-      printNotice("nothing to say; expected --text, --text-file or --audio with --phones (see --help)", false);
+      printNotice("nothing to say; expected --text, --text-file or --audio with --phones or --transcript (see --help)",
+                  false);
+      return kExitWrongUsage;
+    }
+    if (app.count("--audio") > 0 && app.count("--phones") + app.count("--transcript") == 0) {
+      printNotice("--audio needs --phones or --transcript (see --help)", false);
       return kExitWrongUsage;
     }
     return speakOneLine(line);

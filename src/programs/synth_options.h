@@ -23,11 +23,11 @@ OutputFile outputFileFor(const std::filesystem::path& path);
 /// All of them, in `folder`, under their usual names.
 std::vector<OutputFile> allOutputFiles(const std::filesystem::path& folder);
 
-/// One line to animate: typed, or recorded with its labels.
+/// One line to animate: typed, or recorded with its labels or its words.
 struct LineSource {
   std::string text;              ///< typed; for a recording what is said, if known
   std::filesystem::path audio;   ///< a recording; empty: `text` is spoken by the voice
-  std::filesystem::path phones;  ///< its labels (TextGrid, .lab, .phn)
+  std::filesystem::path phones;  ///< its labels (TextGrid, .lab, .phn); empty: `text` is aligned with it
 };
 
 /// The part of the command line that is the same for every line of a batch.

@@ -8,6 +8,7 @@
 
 #include "base/errors.h"
 #include "voices/child_process.h"
+#include "voices/corpus_voice.h"
 #include "voices/festival_voice.h"
 #include "voices/flite_voice.h"
 
@@ -15,6 +16,7 @@ namespace mouthpiece {
 namespace {
 
 constexpr std::string_view kFallback = "slt";
+constexpr std::string_view kReader = "kal_diphone";  // quick, and only its phones are used
 
 /// Speaks with another voice than was asked for, and says so.
 class StandInVoice : public Voice {
@@ -43,11 +45,20 @@ std::unique_ptr<Voice> makeFestivalVoice(std::string_view name, const VoiceOptio
           kFallback));
 }
 
+std::unique_ptr<Voice> makeCorpusVoice(const VoiceOptions& options) {
+  if (options.corpus == nullptr) throw InputError("found no corpus for the voice 'corpus'; expected one to speak with");
+  CorpusVoiceOptions speaking;
+  speaking.selection = options.selection;
+  speaking.rate = options.rate;
+  return std::make_unique<CorpusVoice>(makeFestivalVoice(kReader, options), *options.corpus, speaking);
+}
+
 }  // namespace
 
 std::vector<std::string> knownVoices() {
   return {
-      "festival:cmu_us_slt_arctic_hts", "festival:kal_diphone", "flite:slt", "flite:rms", "flite:awb", "flite:kal16"};
+      "festival:cmu_us_slt_arctic_hts", "festival:kal_diphone", "flite:slt", "flite:rms", "flite:awb", "flite:kal16",
+      "corpus"};
 }
 
 std::unique_ptr<Voice> makeVoice(std::string_view name, const VoiceOptions& options) {
@@ -55,6 +66,7 @@ std::unique_ptr<Voice> makeVoice(std::string_view name, const VoiceOptions& opti
   if (std::find(known.begin(), known.end(), name) == known.end()) {
     throw InputError(fmt::format("found voice '{}'; expected one of {}", printable(name), fmt::join(known, ", ")));
   }
+  if (name == "corpus") return makeCorpusVoice(options);
   const std::size_t colon = name.find(':');
   const std::string_view own_name = name.substr(colon + 1);
   if (name.substr(0, colon) == "festival") return makeFestivalVoice(own_name, options);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -8,13 +9,17 @@
 #include "audio/audio_clip.h"
 #include "phonetics/lexicon.h"
 #include "phonetics/speech_labels.h"
+#include "units/selection.h"
 
 namespace mouthpiece {
+
+class UnitDatabase;
 
 /// A line as a voice spoke it: the sound and, on the same clock, its labels.
 struct SpokenLine {
   AudioClip audio;
   SpeechLabels labels;
+  std::vector<SelectedUnit> units;  ///< whose sound this is; empty unless a corpus spoke
   std::string text;    ///< what was asked for, cleaned
   std::string voice;   ///< the voice that really spoke, e.g. "festival:cmu_us_slt_arctic_hts"
   std::string notice;  ///< a word to the user (e.g. "Festival is not installed: speaking with flite:slt"), or ""
@@ -33,11 +38,15 @@ struct VoiceOptions {
   /// Pronunciations that go before the voice's own; nullptr for none. The Festival voices honour it. Kept alive by the
   /// caller.
   const Lexicon* lexicon = nullptr;
+  /// What "corpus" speaks with; nullptr: there is no such voice. Kept alive by the caller.
+  const UnitDatabase* corpus = nullptr;
+  SelectionOptions selection;   ///< of the corpus voice's units
+  std::optional<double> rate;   ///< corpus voice: 1 as fast as Festival would speak; none: as the recordings do
 };
 
-/// Makes the voice of that name: "festival:cmu_us_slt_arctic_hts", "festival:kal_diphone", "flite:slt|rms|awb|kal16".
-/// A missing Festival falls back on Flite, said in SpokenLine::notice. Throws InputError for an unknown
-/// name, listing the known ones.
+/// Makes the voice of that name: "festival:cmu_us_slt_arctic_hts", "festival:kal_diphone", "flite:slt|rms|awb|kal16",
+/// "corpus" (the corpus' own recordings; Festival, or Flite, says which phones). A missing Festival falls back on
+/// Flite, said in SpokenLine::notice. Throws InputError for an unknown name, listing the known ones.
 std::unique_ptr<Voice> makeVoice(std::string_view name, const VoiceOptions& options = {});
 
 /// Every name that makeVoice knows, the default one first.

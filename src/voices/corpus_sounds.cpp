@@ -1,0 +1,96 @@
+#include "voices/corpus_sounds.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "audio/spectral_frames.h"
+#include "base/errors.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr Seconds kStep = 0.005;
+constexpr double kEdge = 0.15;           // of a phone: no cut nearer to its ends
+constexpr double kMostSlip = 0.25;       // of a phone: between the places of the two cuts
+constexpr float kCepstralUnit = 0.7F;    // distance of neighbouring frames 5 ms apart, about (GRID s1: median)
+constexpr double kPerLevelDb = 0.08;
+constexpr double kPerOctave = 6;
+constexpr double kPerSlip = 2;           // per phone length
+constexpr double kPerLoudDb = 0.02;      // louder than the quietest place of the two phones
+constexpr double kVoicingMismatch = 1.5;
+
+}  // namespace
+
+struct CorpusSounds::Recording {
+  MarkedSound sound;
+  SpectralFrames frames;
+};
+
+CorpusSounds::CorpusSounds(const UnitDatabase& database) : database_(database) {}
+CorpusSounds::~CorpusSounds() = default;
+
+CorpusSounds::Recording& CorpusSounds::recordingOf(TakeIndex take) {
+  std::unique_ptr<Recording>& recording = recordings_[take.value];
+  if (recording) return *recording;
+  const Corpus& corpus = database_.corpus();
+  const CorpusTake& from = corpus.takes[take.value];
+  AudioClip audio = from.audio;
+  if (audio.samples.empty() && corpus.motion_source) audio = corpus.motion_source->loadAudio(take);
+  if (audio.samples.empty() || audio.sample_rate_hz <= 0) {
+    throw InputError(corpus.name, "take " + from.name, "found no sound; expected a recording to speak with");
+  }
+  if (sample_rate_hz_ == 0) sample_rate_hz_ = audio.sample_rate_hz;
+  if (audio.sample_rate_hz != sample_rate_hz_) audio = resampleAudio(audio, sample_rate_hz_);
+  recording = std::make_unique<Recording>();
+  recording->frames = spectralFrames(audio, kStep);
+  recording->sound = markSound(std::move(audio));
+  return *recording;
+}
+
+const MarkedSound& CorpusSounds::soundOf(TakeIndex take) { return recordingOf(take).sound; }
+
+SoundCut CorpusSounds::cut(const PhonePlace& left, const PhonePlace& right) {
+  const auto known = cuts_.find({left, right});
+  if (known != cuts_.end()) return known->second;
+  const Recording &a = recordingOf(left.take), &b = recordingOf(right.take);
+  const TimeSpan span_a = database_.phoneAt(left).span, span_b = database_.phoneAt(right).span;
+  const auto places = [](const TimeSpan& span) {
+    const auto count = static_cast<int>(std::max(1.0, std::ceil((1 - 2 * kEdge) * span.duration() / kStep)));
+    std::vector<double> shares;
+    for (int i = 0; i <= count; ++i) shares.push_back(kEdge + (1 - 2 * kEdge) * i / count);
+    return shares;
+  };
+  const std::vector<double> shares_a = places(span_a), shares_b = places(span_b);
+  const auto timeAt = [](const TimeSpan& span, double share) { return span.start + share * span.duration(); };
+  float quietest = 0;
+  for (const double share : shares_a) {
+    quietest = std::min(quietest, a.frames.level_db(a.frames.rowAt(timeAt(span_a, share))));
+  }
+  SoundCut best{span_a.middle(), span_b.middle(), INFINITY};
+  for (const double share_a : shares_a) {
+    const Seconds time_a = timeAt(span_a, share_a);
+    const Eigen::Index row_a = a.frames.rowAt(time_a);
+    const double hz_a = a.sound.pitch.hzAt(time_a);
+    for (const double share_b : shares_b) {
+      if (std::abs(share_a - share_b) > kMostSlip) continue;
+      const Seconds time_b = timeAt(span_b, share_b);
+      const Eigen::Index row_b = b.frames.rowAt(time_b);
+      const double hz_b = b.sound.pitch.hzAt(time_b);
+      // The first coefficient is the level, which has a term of its own.
+      const float spectral = (a.frames.mfcc.row(row_a) - b.frames.mfcc.row(row_b)).tail<12>().norm() / kCepstralUnit;
+      const double level = std::abs(a.frames.level_db(row_a) - b.frames.level_db(row_b));
+      double cost = spectral + kPerLevelDb * level + kPerSlip * std::abs(share_a - share_b) +
+                    kPerLoudDb * (a.frames.level_db(row_a) - quietest);
+      if (hz_a > 0 && hz_b > 0) {
+        cost += kPerOctave * std::abs(std::log2(hz_a / hz_b));
+      } else if ((hz_a > 0) != (hz_b > 0)) {
+        cost += kVoicingMismatch;
+      }
+      if (cost < best.cost) best = {time_a, time_b, cost};
+    }
+  }
+  return cuts_[{left, right}] = best;
+}
+
+}  // namespace mouthpiece

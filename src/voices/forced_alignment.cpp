@@ -1,0 +1,150 @@
+#include "voices/forced_alignment.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/errors.h"
+#include "phonetics/labels_builder.h"
+
+namespace mouthpiece {
+namespace {
+
+/// A mean score a frame at which a word is as likely right as wrong, and how far from it the two part.
+constexpr double kEvenScore = -90.0;
+constexpr double kScoreSpread = 8.0;
+/// A stop's closing cannot be heard after silence: more than this of it is the pause before.
+constexpr Seconds kLongestStopAfterSilence = 0.120;
+/// PocketSphinx gives a phone at least three frames of 10 ms.
+constexpr Seconds kShortestPhone = 0.030;
+
+std::vector<std::int16_t> samplesFor(const AudioClip& audio) {
+  const AudioClip heard =
+      audio.sample_rate_hz == kDecoderSampleRateHz ? audio : resampleAudio(audio, kDecoderSampleRateHz);
+  std::vector<std::int16_t> samples(heard.samples.size());
+  std::transform(heard.samples.begin(), heard.samples.end(), samples.begin(), [](float sample) {
+    return static_cast<std::int16_t>(std::lrint(std::clamp(32767.0F * sample, -32767.0F, 32767.0F)));
+  });
+  return samples;
+}
+
+WordWays waysOf(const std::vector<TranscriptWord>& words) {
+  WordWays all;
+  for (const TranscriptWord& word : words) {
+    auto& ways = all.emplace_back();
+    for (const Pronunciation& way : word.ways) ways.push_back(way.phones);
+  }
+  return all;
+}
+
+bool isStop(Phone phone) {
+  using enum Phone;
+  return phone == kP || phone == kB || phone == kT || phone == kD || phone == kK || phone == kG || phone == kCH ||
+         phone == kJH;
+}
+
+Phone unreduced(Phone phone) { return phone == Phone::kAX ? Phone::kAH : phone; }
+
+/// The way of `word` that the decoder took: its phones tell.
+const Pronunciation& wayTaken(const TranscriptWord& word, const std::vector<Phone>& phones) {
+  const auto taken = std::find_if(word.ways.begin(), word.ways.end(), [&](const Pronunciation& way) {
+    return std::equal(way.phones.begin(), way.phones.end(), phones.begin(), phones.end(),
+                      [](Phone a, Phone b) { return unreduced(a) == unreduced(b); });
+  });
+  MOUTHPIECE_EXPECT(taken != word.ways.end());
+  return *taken;
+}
+
+/// Walks the decoded phones word by word.
+class LabelWriter {
+ public:
+  LabelWriter(const std::vector<TranscriptWord>& words, Seconds duration) : words_(words), duration_(duration) {}
+
+  void add(const DecodedPhone& decoded) {
+    if (decoded.phone != Phone::kSil && decoded.opens_word) {
+      finishWord();
+      ++word_count_;
+    }
+    PhoneSegment segment{.phone = decoded.phone,
+                         .span = {std::min(decoded.span.start, duration_), std::min(decoded.span.end, duration_)}};
+    if (segment.span.duration() <= 0) return;
+    if (decoded.phone != Phone::kSil) {
+      if (afterSilence() && isStop(decoded.phone)) {
+        segment.span.start = std::max(segment.span.start, segment.span.end - kLongestStopAfterSilence);
+      }
+      segment.word = word_count_ - 1;
+      places_.push_back(segments_.size());
+      phones_.push_back(decoded.phone);
+      score_ += static_cast<double>(decoded.score);
+      frames_ += 100 * decoded.span.duration();
+    }
+    segments_.push_back(segment);
+  }
+
+  ForcedAlignment finish() {
+    finishWord();
+    std::vector<std::string> texts;
+    for (const TranscriptWord& word : words_) texts.push_back(word.text);
+    return {buildSpeechLabels(std::move(segments_), texts, duration_), std::move(confidence_)};
+  }
+
+ private:
+  [[nodiscard]] bool afterSilence() const { return segments_.empty() || segments_.back().phone == Phone::kSil; }
+
+  void finishWord() {
+    if (word_count_ == 0) return;
+    const Pronunciation& way = wayTaken(words_[word_count_ - 1], phones_);
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      if (way.stress[i] >= 0) segments_[places_[i]].stress = way.stress[i];
+    }
+    confidence_.push_back(1 / (1 + std::exp((kEvenScore - score_ / frames_) / kScoreSpread)));
+    places_.clear();
+    phones_.clear();
+    score_ = frames_ = 0;
+  }
+
+  const std::vector<TranscriptWord>& words_;
+  Seconds duration_;
+  std::vector<PhoneSegment> segments_;
+  std::vector<double> confidence_;
+  std::size_t word_count_ = 0;
+  std::vector<std::size_t> places_;  ///< of the word's phones in segments_
+  std::vector<Phone> phones_;        ///< of the word
+  double score_ = 0, frames_ = 0;
+};
+
+[[noreturn]] void failTooShort(const AudioClip& audio, const std::vector<TranscriptWord>& words,
+                               std::string_view name) {
+  std::size_t phones = 0;
+  for (const TranscriptWord& word : words) {
+    std::size_t fewest = word.ways.front().phones.size();
+    for (const Pronunciation& way : word.ways) fewest = std::min(fewest, way.phones.size());
+    phones += fewest;
+  }
+  throw InputError(name, "",
+                   fmt::format("lasts {:.2f} s and does not fit its {} words; expected at least {:.2f} s",
+                               audio.duration(), words.size(), kShortestPhone * static_cast<double>(phones)));
+}
+
+}  // namespace
+
+std::vector<std::size_t> ForcedAlignment::doubtfulWords() const {
+  std::vector<std::size_t> words;
+  for (std::size_t i = 0; i < confidence.size(); ++i) {
+    if (confidence[i] < kDoubtfulConfidence) words.push_back(i);
+  }
+  return words;
+}
+
+ForcedAlignment ForcedAligner::align(const AudioClip& audio, const std::vector<TranscriptWord>& words,
+                                     std::string_view name) {
+  if (words.empty()) throw InputError(name, "", "has a transcript without words; expected at least one");
+  const std::vector<DecodedPhone> decoded = decoder_.decode(samplesFor(audio), waysOf(words));
+  if (decoded.empty()) failTooShort(audio, words, name);
+  LabelWriter writer(words, audio.duration());
+  for (const DecodedPhone& phone : decoded) writer.add(phone);
+  return writer.finish();
+}
+
+}  // namespace mouthpiece

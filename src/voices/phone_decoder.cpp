@@ -1,0 +1,166 @@
+#include "voices/phone_decoder.h"
+
+#include <fmt/format.h>
+#include <pocketsphinx.h>
+#include <sphinxbase/err.h>
+
+#include <array>
+#include <cstdlib>
+#include <mutex>
+#include <string>
+
+#include "base/errors.h"
+
+namespace mouthpiece {
+namespace {
+
+/// A frame's window is longer than its step: boundaries come out early by this (measured on TTS voices).
+constexpr Seconds kBoundaryShift = 0.008;
+constexpr Seconds kFrameStep = 0.010;
+constexpr std::size_t kMostPhones = 100'000;
+constexpr const char* kSilenceWord = "<sil>";
+/// The first phone of a word goes by a name of its own, so that the result tells where words begin.
+constexpr std::string_view kFirstSuffix = "_first";
+
+std::string wordFor(Phone phone, bool opens_word) {
+  // The model has no schwa of its own.
+  std::string name(phoneName(phone == Phone::kAX ? Phone::kAH : phone));
+  if (opens_word) name += kFirstSuffix;
+  return name;
+}
+
+struct ConfigDeleter {
+  void operator()(cmd_ln_t* config) const { cmd_ln_free_r(config); }
+};
+struct DecoderDeleter {
+  void operator()(ps_decoder_t* decoder) const { ps_free(decoder); }
+};
+struct GraphDeleter {
+  void operator()(fsg_model_t* graph) const { fsg_model_free(graph); }
+};
+using Config = std::unique_ptr<cmd_ln_t, ConfigDeleter>;
+using Decoder = std::unique_ptr<ps_decoder_t, DecoderDeleter>;
+using Graph = std::unique_ptr<fsg_model_t, GraphDeleter>;
+
+std::filesystem::path modelOr(const std::filesystem::path& model) {
+  const std::filesystem::path folder =
+      model.empty() ? std::filesystem::path(MOUTHPIECE_SPHINX_MODELS) / "en-us" / "en-us" : model;
+  if (!std::filesystem::exists(folder / "mdef")) {
+    throw InputError(folder.string(), "",
+                     "holds no acoustic model; get it with: sudo apt-get install pocketsphinx-en-us");
+  }
+  return folder;
+}
+
+Decoder makeDecoder(const std::filesystem::path& model) {
+  static std::once_flag silenced;
+  std::call_once(silenced, [] { err_set_logfp(nullptr); });
+  // No beam cuts a path off: a row of words has few, and a wrong cut loses the line. No noise removal: it moves edges.
+  const Config config(cmd_ln_init(
+      nullptr, ps_args(), TRUE, "-hmm", model.c_str(), "-remove_noise", "no", "-remove_silence", "no", "-dither", "no",
+      "-bestpath", "no", "-fsgusefiller", "no", "-fsgusealtpron", "no", "-lw", "1", "-wip", "1", "-pip", "1", "-beam",
+      "1e-200", "-pbeam", "1e-200", "-wbeam", "1e-200", "-maxhmmpf", "-1", "-compallsen", "yes", nullptr));
+  Decoder decoder(config ? ps_init(config.get()) : nullptr);
+  if (!decoder) throw InputError(model.string(), "", "is no acoustic model that PocketSphinx can read");
+  for (std::size_t i = 1; i < kPhoneCount; ++i) {
+    const auto phone = static_cast<Phone>(i);
+    if (phone == Phone::kAX) continue;
+    const std::string name(phoneName(phone));
+    for (const bool opens_word : {false, true}) {
+      if (ps_add_word(decoder.get(), wordFor(phone, opens_word).c_str(), name.c_str(), FALSE) < 0) {
+        throw InputError(model.string(), "", fmt::format("lacks the phone {}; expected a model of US English", name));
+      }
+    }
+  }
+  return decoder;
+}
+
+/// States 0 to words.size() stand between words; each further one inside a way.
+Graph makeGraph(ps_decoder_t* decoder, const WordWays& words) {
+  std::size_t inner_states = 0;
+  for (const auto& ways : words) {
+    for (const auto& phones : ways) inner_states += phones.size();
+  }
+  if (inner_states > kMostPhones) {
+    throw InputError("transcript", "",
+                     fmt::format("has {} phones; expected at most {} in one sound", inner_states, kMostPhones));
+  }
+  const auto boundary_count = static_cast<int>(words.size()) + 1;
+  Graph graph(fsg_model_init("words", ps_get_logmath(decoder), 1.0F, boundary_count + static_cast<int>(inner_states)));
+  int next_state = boundary_count;
+  for (int w = 0; w + 1 < boundary_count; ++w) {
+    for (const auto& phones : words[static_cast<std::size_t>(w)]) {
+      int from = w;
+      for (std::size_t i = 0; i < phones.size(); ++i) {
+        const int to = i + 1 == phones.size() ? w + 1 : next_state++;
+        const int word = fsg_model_word_add(graph.get(), wordFor(phones[i], i == 0).c_str());
+        fsg_model_trans_add(graph.get(), from, to, 0, word);
+        from = to;
+      }
+    }
+  }
+  for (int state = 0; state < boundary_count; ++state) fsg_model_add_silence(graph.get(), kSilenceWord, state, 1.0F);
+  graph->start_state = 0;
+  graph->final_state = boundary_count - 1;
+  return graph;
+}
+
+DecodedPhone readSegment(ps_seg_t* segment) {
+  DecodedPhone phone;
+  std::string_view name = ps_seg_word(segment);
+  int first = 0, last = 0, score = 0;
+  ps_seg_frames(segment, &first, &last);
+  ps_seg_prob(segment, &score, nullptr, nullptr);
+  phone.span = {first * kFrameStep + (first > 0 ? kBoundaryShift : 0), (last + 1) * kFrameStep + kBoundaryShift};
+  phone.score = score;
+  if (name == kSilenceWord) return phone;
+  phone.opens_word = name.ends_with(kFirstSuffix);
+  if (phone.opens_word) name.remove_suffix(kFirstSuffix.size());
+  phone.phone = phoneFromName(name).value_or(Phone::kSil);
+  return phone;
+}
+
+std::vector<DecodedPhone> readResult(ps_decoder_t* decoder) {
+  std::vector<DecodedPhone> phones;
+  if (ps_get_hyp(decoder, nullptr) == nullptr) return phones;
+  for (ps_seg_t* segment = ps_seg_iter(decoder); segment != nullptr; segment = ps_seg_next(segment)) {
+    if (std::string_view(ps_seg_word(segment)) == "(NULL)") continue;
+    phones.push_back(readSegment(segment));
+  }
+  return phones;
+}
+
+}  // namespace
+
+struct PhoneDecoder::State {
+  Decoder decoder;
+};
+
+PhoneDecoder::PhoneDecoder(const std::filesystem::path& model)
+    : state_(std::make_unique<State>(State{makeDecoder(modelOr(model))})) {}
+PhoneDecoder::~PhoneDecoder() = default;
+PhoneDecoder::PhoneDecoder(PhoneDecoder&&) noexcept = default;
+PhoneDecoder& PhoneDecoder::operator=(PhoneDecoder&&) noexcept = default;
+
+std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> samples, const WordWays& words) {
+  MOUTHPIECE_EXPECT(!words.empty());
+  ps_decoder_t* decoder = state_->decoder.get();
+  const Graph graph = makeGraph(decoder, words);
+  const auto expect_done = [](int result, const char* what) {
+    if (result < 0) throw InputError("pocketsphinx", "", fmt::format("could not {}", what));
+  };
+  expect_done(ps_set_fsg(decoder, "words", graph.get()), "take the words");
+  expect_done(ps_set_search(decoder, "words"), "take the words");
+  expect_done(ps_start_utt(decoder), "start");
+  const int fed = ps_process_raw(decoder, samples.data(), samples.size(), FALSE, TRUE);
+  const int ended = ps_end_utt(decoder);
+  expect_done(fed, "hear the sound");
+  expect_done(ended, "end");
+  std::vector<DecodedPhone> phones = readResult(decoder);
+  std::size_t found = 0;
+  for (const DecodedPhone& phone : phones) found += phone.opens_word ? 1 : 0;
+  if (found != words.size()) phones.clear();
+  return phones;
+}
+
+}  // namespace mouthpiece
