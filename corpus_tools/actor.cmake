@@ -1,8 +1,8 @@
 # The actor model, and the sample corpus that it performs (docs/theory/actor_model.md).
 mouthpiece_library(actor
-  SOURCES actor_expression.cpp actor_model.cpp actor_performance.cpp actor_segments.cpp sample_capture.cpp
+  SOURCES actor_expression.cpp actor_model.cpp actor_performance.cpp sample_capture.cpp
     sample_corpus.cpp sample_sentences.cpp
-  LINKS PUBLIC mouthpiece::base mouthpiece::motion mouthpiece::audio mouthpiece::phonetics
+  LINKS PUBLIC mouthpiece::base mouthpiece::motion mouthpiece::audio mouthpiece::phonetics mouthpiece::units
         PRIVATE mouthpiece::voices fmt::fmt nlohmann_json::nlohmann_json)
 mouthpiece_embed(mouthpiece_actor kSampleActorJson ${CMAKE_SOURCE_DIR}/sample_data/actor/grid_s1_actor.json)
 mouthpiece_embed(mouthpiece_actor kSampleSentences ${CMAKE_SOURCE_DIR}/sample_data/prompts/time55.txt)

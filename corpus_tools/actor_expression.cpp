@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include "corpus_tools/actor_performance.h"
-#include "corpus_tools/actor_segments.h"
+#include "units/speech_segments.h"
 #include "corpus_tools/sample_random.h"
 
 namespace mouthpiece {
@@ -14,7 +14,7 @@ enum Stream : std::uint64_t { kBlinkStream = 20, kBrowStream, kAccentStream };
 // Blinks: Volkmann and Moore 1978, Evinger 1991 (closing about twice as fast as opening); while speaking about one
 // in 2.5 s.
 constexpr Seconds kBlinkInterval = 2.5, kShortestBlinkInterval = 0.8;
-constexpr Seconds kLidClosingStage = 0.014, kLidOpeningStage = 0.028;  ///< of each actorStep stage
+constexpr Seconds kLidClosingStage = 0.014, kLidOpeningStage = 0.028;  ///< of each movementStep stage
 constexpr Seconds kLidsShut = 0.07;                                    ///< from half shut to half open
 
 constexpr Seconds kBrowCorrelation = 0.7;
@@ -34,8 +34,8 @@ Eigen::VectorXd blinkDepth(const ActorOptions& options) {
     const Seconds shut = kLidsShut * random.uniform(0.8, 1.4);
     for (Eigen::Index frame = 0; frame < frames; ++frame) {
       const Seconds time = static_cast<double>(frame) / options.frame_rate_hz - at;
-      const Seconds late = kActorStages * (kLidOpeningStage - kLidClosingStage);
-      const double now = size * (actorStep(time, kLidClosingStage) - actorStep(time - shut + late, kLidOpeningStage));
+      const Seconds late = kMovementStages * (kLidOpeningStage - kLidClosingStage);
+      const double now = size * (movementStep(time, kLidClosingStage) - movementStep(time - shut + late, kLidOpeningStage));
       depth(frame) = std::max(depth(frame), now);
     }
   }

@@ -8,7 +8,7 @@
 #include "base/errors.h"
 #include "base/parallel_for.h"
 #include "corpus_tools/actor_basis.h"
-#include "corpus_tools/actor_segments.h"
+#include "units/speech_segments.h"
 
 namespace mouthpiece {
 namespace {
@@ -30,7 +30,7 @@ double ridgeFactor(const std::string& feature) {
 /// The features of all takes, numbered, and the segments that have them.
 struct Features {
   std::vector<std::string> names;
-  std::vector<std::vector<ActorSegment>> segments;  ///< one list a take
+  std::vector<std::vector<SpeechSegment>> segments;  ///< one list a take
   std::vector<Eigen::MatrixXd> shares;              ///< one a take: segments x features
 
   [[nodiscard]] Eigen::Index count() const { return static_cast<Eigen::Index>(names.size()); }
@@ -40,17 +40,17 @@ Features numberFeatures(const std::vector<CorpusTake>& takes) {
   Features features;
   std::map<std::string, Eigen::Index> numbers;
   for (const CorpusTake& take : takes) {
-    features.segments.push_back(actorSegments(take.labels));
-    for (const ActorSegment& segment : features.segments.back()) {
-      for (const ActorFeature& feature : segment.features) {
+    features.segments.push_back(speechSegments(take.labels));
+    for (const SpeechSegment& segment : features.segments.back()) {
+      for (const SegmentFeature& feature : segment.features) {
         if (numbers.try_emplace(feature.name, features.count()).second) features.names.push_back(feature.name);
       }
     }
   }
-  for (const std::vector<ActorSegment>& segments : features.segments) {
+  for (const std::vector<SpeechSegment>& segments : features.segments) {
     Eigen::MatrixXd shares = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(segments.size()), features.count());
     for (std::size_t i = 0; i < segments.size(); ++i) {
-      for (const ActorFeature& feature : segments[i].features) {
+      for (const SegmentFeature& feature : segments[i].features) {
         shares(static_cast<Eigen::Index>(i), numbers.at(feature.name)) += feature.weight;
       }
     }
@@ -69,7 +69,7 @@ class TargetFit {
   /// Rows of one take; frames that do not count are zero, each column has mean zero over those that do.
   [[nodiscard]] Eigen::MatrixXd design(std::size_t take, const ActorDynamics& dynamics) const {
     const MotionClip& motion = capture_.takes[take].motion;
-    return centred(actorWeights(features_.segments[take], dynamics.time_constant, dynamics.lead, motion.frame_rate_hz,
+    return centred(segmentWeights(features_.segments[take], dynamics.time_constant, dynamics.lead, motion.frame_rate_hz,
                                 motion.frameCount()) *
                        features_.shares[take],
                    take);

@@ -38,7 +38,7 @@ struct ActorModel {
   ActorClosures closures;
   Eigen::RowVectorXd blink_shape;  ///< mm a marker coordinate: the lids shut
   Eigen::RowVectorXd brow_shape;   ///< mm: the brows one standard deviation up
-  /// Contributions to a phone's target by feature ("phone B", "left MBP Ah", ...): actor_segments.h.
+  /// Contributions to a phone's target by feature ("phone B", "left MBP Ah", ...): speech_segments.h.
   std::map<std::string, Eigen::VectorXd> targets;
 
   [[nodiscard]] Eigen::Index componentCount() const { return component_shapes.rows(); }

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "base/errors.h"
-#include "corpus_tools/actor_segments.h"
+#include "units/speech_segments.h"
 #include "corpus_tools/sample_random.h"
 
 namespace mouthpiece {
@@ -27,11 +27,11 @@ constexpr double kPartedMm = 1.0;            ///< all phones but B P M keep the 
 constexpr double kContactSoftnessMm = 0.5, kPartedSoftnessMm = 1.0;
 
 /// Moves inner boundaries a little, in order and without emptying a segment.
-void varyTiming(std::vector<ActorSegment>& segments, const ActorOptions& options) {
+void varyTiming(std::vector<SpeechSegment>& segments, const ActorOptions& options) {
   SampleRandom random(options.seed, kTimingStream);
   for (std::size_t i = 1; i < segments.size(); ++i) {
-    ActorSegment& left = segments[i - 1];
-    ActorSegment& right = segments[i];
+    SpeechSegment& left = segments[i - 1];
+    SpeechSegment& right = segments[i];
     const Seconds room = 0.2 * std::min(left.span.duration(), right.span.duration());
     const Seconds limit = std::min(room, kLargestTimingShift);
     const Seconds shift = std::clamp(kTimingSpread * 10 * options.variation * random.normal(), -limit, limit);
@@ -41,14 +41,14 @@ void varyTiming(std::vector<ActorSegment>& segments, const ActorOptions& options
 }
 
 /// Targets, segments x components.
-Eigen::MatrixXd segmentTargets(const ActorModel& model, const std::vector<ActorSegment>& segments,
+Eigen::MatrixXd segmentTargets(const ActorModel& model, const std::vector<SpeechSegment>& segments,
                                const ActorOptions& options) {
   const Eigen::Index components = model.componentCount();
   SampleRandom random(options.seed, kTargetStream), breath(options.seed, kBreathStream);
   Eigen::MatrixXd targets = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(segments.size()), components);
   for (std::size_t i = 0; i < segments.size(); ++i) {
     Eigen::VectorXd target = Eigen::VectorXd::Zero(components);
-    for (const ActorFeature& feature : segments[i].features) {
+    for (const SegmentFeature& feature : segments[i].features) {
       const auto known = model.targets.find(feature.name);
       if (known != model.targets.end()) target += feature.weight * known->second;
     }
@@ -71,11 +71,11 @@ Eigen::MatrixXd segmentTargets(const ActorModel& model, const std::vector<ActorS
 
 /// 0 to 1 in each frame: how far the lips have come into a movement held from about `span.start` to `span.end`.
 Eigen::VectorXd heldMovement(const TimeSpan& span, const ActorOptions& options) {
-  const Seconds delay = kActorStages * kClosureTimeConstant;
+  const Seconds delay = kMovementStages * kClosureTimeConstant;
   Eigen::VectorXd held(static_cast<Eigen::Index>(options.frame_count));
   for (Eigen::Index frame = 0; frame < held.size(); ++frame) {
     const Seconds time = static_cast<double>(frame) / options.frame_rate_hz + delay;
-    held(frame) = actorStep(time - span.start, kClosureTimeConstant) - actorStep(time - span.end, kClosureTimeConstant);
+    held(frame) = movementStep(time - span.start, kClosureTimeConstant) - movementStep(time - span.end, kClosureTimeConstant);
   }
   return held;
 }
@@ -88,16 +88,16 @@ double softlyAbove(double floor, double softness, double opening) {
 
 /// Pulls the lip opening to where a closing phone needs it, and keeps other phones from closing, along the way the
 /// components open the lips together.
-void closeLips(const ActorModel& model, const std::vector<ActorSegment>& segments, const ActorOptions& options,
+void closeLips(const ActorModel& model, const std::vector<SpeechSegment>& segments, const ActorOptions& options,
                Eigen::MatrixXd& components) {
   SampleRandom random(options.seed, kClosureStream);
   Eigen::VectorXd opening = components * model.openings();
   const Eigen::VectorXd uncorrected = opening;
   Eigen::VectorXd parted = Eigen::VectorXd::Zero(opening.size());  // 0 to 1: speech that must not close
-  for (const ActorSegment& segment : segments) {
+  for (const SpeechSegment& segment : segments) {
     if (segment.in_speech && !isBilabial(segment.phone)) parted += heldMovement(segment.span, options);
   }
-  for (const ActorSegment& segment : segments) {
+  for (const SpeechSegment& segment : segments) {
     const bool bilabial = isBilabial(segment.phone);
     if (!segment.in_speech || (!bilabial && !isLabiodental(segment.phone))) continue;
     const double spread = kClosureSpreadMm * 10 * options.variation * random.normal();
@@ -120,14 +120,14 @@ void closeLips(const ActorModel& model, const std::vector<ActorSegment>& segment
 }  // namespace
 
 Eigen::MatrixXd actorComponents(const ActorModel& model, const SpeechLabels& labels, const ActorOptions& options) {
-  std::vector<ActorSegment> segments = actorSegments(labels);
+  std::vector<SpeechSegment> segments = speechSegments(labels);
   if (options.variation > 0) varyTiming(segments, options);
   const Eigen::MatrixXd targets = segmentTargets(model, segments, options);
   Eigen::MatrixXd components(static_cast<Eigen::Index>(options.frame_count), model.componentCount());
   for (Eigen::Index i = 0; i < model.componentCount(); ++i) {
     const ActorDynamics& dynamics = model.dynamics[static_cast<std::size_t>(i)];
     components.col(i) =
-        actorWeights(segments, dynamics.time_constant, dynamics.lead, options.frame_rate_hz, options.frame_count) *
+        segmentWeights(segments, dynamics.time_constant, dynamics.lead, options.frame_rate_hz, options.frame_count) *
         targets.col(i);
     if (options.variation > 0) {
       components.col(i) += kDriftShare * options.variation *

@@ -14,6 +14,7 @@
 #include "corpus_tools/neutral_pose.h"
 #include "corpus_tools/pose_fit.h"
 #include "corpus_tools/take_alignment.h"
+#include "corpus_tools/trajectory_fit.h"
 #include "motion/gaps.h"
 #include "motion/smoothing.h"
 
@@ -219,6 +220,7 @@ void finish(BuildResult& result, HeadReference reference, const BuildOptions& op
   transform(reference.jig_mm, face_from_head);
   transform(reference.stable_mm, face_from_head);
   corpus.neutral_pose_mm = neutral.pose_mm;
+  corpus.trajectory_model = fitTrajectoryModel(corpus, {.jobs = options.jobs});
   writeLog(result, reference, neutral, align);
 }
 

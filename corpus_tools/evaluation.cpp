@@ -9,6 +9,7 @@
 
 #include "base/errors.h"
 #include "corpus_tools/evaluation_methods.h"
+#include "corpus_tools/trajectory_fit.h"
 #include "motion/resample.h"
 #include "units/unit_database.h"
 
@@ -90,6 +91,7 @@ Evaluation crossValidate(const Corpus& corpus, std::size_t folds, const Evaluati
     std::vector<CorpusTake> held;
     for (std::size_t i = 0; i < corpus.takes.size(); ++i)
       (i % folds == fold ? held : rest.takes).push_back(corpus.takes[i]);
+    rest.trajectory_model = fitTrajectoryModel(rest);
     const Evaluation part = evaluateCorpus(rest, held, [&](std::size_t done, std::size_t total) {
       if (progress) progress(fold * total + done, folds * total);
     });
@@ -161,6 +163,7 @@ std::vector<CorpusTake> holdOut(Corpus& corpus, double share, std::uint64_t seed
   std::vector<CorpusTake> taken, kept;
   for (std::size_t i = 0; i < count; ++i) (is_held[i] ? taken : kept).push_back(std::move(corpus.takes[i]));
   corpus.takes = std::move(kept);
+  if (corpus.trajectory_model != nullptr) corpus.trajectory_model = fitTrajectoryModel(corpus);
   return taken;
 }
 

@@ -53,8 +53,9 @@ Evaluation evaluateCorpus(const Corpus& corpus, const std::vector<CorpusTake>& c
 /// Throws InputError for fewer than two folds or fewer takes than folds.
 Evaluation crossValidate(const Corpus& corpus, std::size_t folds, const EvaluationProgress& progress = {});
 
-/// Moves a random `share` of the takes (at least one, and one stays) out of the corpus. The same seed, the same takes.
-/// Throws InputError for fewer than two takes, or a share that is not in (0, 1).
+/// Moves a random `share` of the takes (at least one, and one stays) out of the corpus, and fits its trajectory model,
+/// if it has one, to what stays. The same seed, the same takes. Throws InputError for fewer than two takes, or a share
+/// that is not in (0, 1).
 std::vector<CorpusTake> holdOut(Corpus& corpus, double share, std::uint64_t seed);
 
 /// A table for people, and the same as JSON.

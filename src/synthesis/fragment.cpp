@@ -1,6 +1,7 @@
 #include "synthesis/fragment.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "motion/resample.h"
@@ -15,9 +16,26 @@ constexpr Seconds kRelax = 0.400;       ///< from there to the neutral pose
 
 bool isSilent(const LabelledPhone& phone) { return phone.phone == Phone::kSil; }
 
+/// The stretch around the lips' tightest moment that runs at the captured speed: its middle and half its length, in the
+/// take and in the line. Onsets and releases are as fast in a long M as in a short one.
+struct ClosurePace {
+  Seconds source, target, reach;
+};
+
+ClosurePace closurePace(const TimeSpan& source, const TimeSpan& target) {
+  constexpr Seconds kBeforeMiddle = 0.020;  // the lips are tightest that long before the middle of the label
+  constexpr Seconds kReach = 0.030;
+  constexpr double kEarliest = 0.25, kPartOfRoom = 0.7;  // of the label; of what lies between the moment and its ends
+  const double share = std::max(kEarliest, 0.5 - kBeforeMiddle / source.duration());
+  const Seconds room = share * std::min(source.duration(), target.duration());
+  return {std::lerp(source.start, source.end, share), std::lerp(target.start, target.end, share),
+          std::min(kReach, kPartOfRoom * room)};
+}
+
 /// A knot at each boundary that has speech beside it; beyond the outer ones the map runs at the capture's speed. A
 /// phone too short to hold a movement moves nothing: its boundaries count as one.
-TimeWarp warpOf(const SpeechLabels& line, const PhoneRange& target, const SpeechLabels& take, PhoneIndex source_first) {
+TimeWarp warpOf(const SpeechLabels& line, const PhoneRange& target, const SpeechLabels& take, PhoneIndex source_first,
+                bool keep_closure_pace) {
   constexpr Seconds kShortest = 0.001;
   std::vector<TimeKnot> knots;
   const auto add = [&](Seconds source, Seconds wanted) {
@@ -30,6 +48,11 @@ TimeWarp warpOf(const SpeechLabels& line, const PhoneRange& target, const Speech
     const LabelledPhone& wanted = line.phones[target.first.value + i];
     const LabelledPhone& found = take.phones[source_first.value + i];
     if (i == 0 && !isSilent(found)) add(found.span.start, wanted.span.start);
+    if (keep_closure_pace && isBilabial(found.phone)) {
+      const ClosurePace pace = closurePace(found.span, wanted.span);
+      add(pace.source - pace.reach, pace.target - pace.reach);
+      add(pace.source + pace.reach, pace.target + pace.reach);
+    }
     if (i == 0 || !isSilent(found)) add(found.span.end, wanted.span.end);
   }
   return TimeWarp(std::move(knots));
@@ -57,16 +80,19 @@ double smoothStep(double u) {
 }  // namespace
 
 Fragment::Fragment(const SpeechLabels& line, const PhoneRange& target, const UnitDatabase& database,
-                   const PhonePlace& source)
+                   const PhonePlace& source, bool residual)
     : take_(&database.takeOf(source)),
       motion_(&database.motionOf(source.take)),
       database_(&database),
       target_(target),
       source_first_(source.phone),
-      warp_(warpOf(line, target, take_->labels, source.phone)) {
+      warp_(warpOf(line, target, take_->labels, source.phone, residual)) {
   const TimeSpan usable = usableSource(*motion_, take_->labels.phones, source.phone.value,
                                        source.phone.value + target.last.value - target.first.value);
   usable_ = {warp_.targetFromSource(usable.start), warp_.targetFromSource(usable.end)};
+  if (residual) {
+    prediction_ = std::make_shared<LinePrediction>(*database.corpus().trajectory_model, take_->labels);
+  }
 }
 
 const LabelledPhone& Fragment::sourcePhone(PhoneIndex target) const {
@@ -74,14 +100,37 @@ const LabelledPhone& Fragment::sourcePhone(PhoneIndex target) const {
 }
 
 Eigen::RowVectorXd Fragment::lipsAt(Seconds time) const {
-  return mouthpiece::lipsAt(*motion_, database_->lipColumns(),
-                            warp_.sourceFromTarget(std::clamp(time, usable_.start, usable_.end)));
+  const Seconds within = std::clamp(time, usable_.start, usable_.end);
+  Eigen::RowVectorXd lips = mouthpiece::lipsAt(*motion_, database_->lipColumns(), warp_.sourceFromTarget(within));
+  if (prediction_ == nullptr) return lips;
+  const std::array<Seconds, 1> times{within};
+  const PositionMatrix predicted = predictedPoses(times);
+  for (Eigen::Index i = 0; i < lips.size(); ++i) {
+    lips(i) -= predicted(0, database_->lipColumns()[static_cast<std::size_t>(i)]);
+  }
+  return lips;
+}
+
+PositionMatrix Fragment::predictedPoses(std::span<const Seconds> times) const {
+  std::vector<Seconds> source;
+  for (const Seconds time : times) source.push_back(warp_.sourceFromTarget(time));
+  const auto& neutral = database_->corpus().neutral_pose_mm;
+  PositionMatrix poses = prediction_->at(source) * database_->corpus().trajectory_model->shapes;
+  poses.rowwise() += Eigen::Map<const Eigen::RowVectorXd>(neutral.data(), neutral.size());
+  return poses;
+}
+
+/// `times` where the capture may be read.
+PositionMatrix Fragment::capturedPoses(std::span<const Seconds> times) const {
+  PositionMatrix poses = resampleWarped(*motion_, warp_, times);
+  if (prediction_ != nullptr) poses -= predictedPoses(times);
+  return poses;
 }
 
 PositionMatrix Fragment::posesAt(std::span<const Seconds> times) const {
   std::vector<Seconds> within(times.begin(), times.end());
   for (Seconds& time : within) time = std::clamp(time, usable_.start, usable_.end);
-  PositionMatrix poses = resampleWarped(*motion_, warp_, within);
+  PositionMatrix poses = capturedPoses(within);
   relaxBeyond(times, poses);
   return poses;
 }
@@ -91,14 +140,15 @@ Eigen::RowVectorXd Fragment::edgeVelocity(Seconds edge, double inward) const {
   const Seconds step = 1 / motion_->frame_rate_hz;
   const Seconds inside = std::clamp(edge + inward * step, usable_.start, usable_.end);
   std::vector<Seconds> pair{std::min(edge, inside), std::max(edge, inside)};
-  const PositionMatrix poses = resampleWarped(*motion_, warp_, pair);
+  const PositionMatrix poses = capturedPoses(pair);
   const Eigen::RowVectorXd velocity = (poses.row(1) - poses.row(0)) / step;
   return velocity.unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; });
 }
 
 void Fragment::relaxBeyond(std::span<const Seconds> times, PositionMatrix& poses) const {
   const auto& neutral = database_->corpus().neutral_pose_mm;
-  const Eigen::Map<const Eigen::RowVectorXd> rest(neutral.data(), neutral.size());
+  Eigen::RowVectorXd rest = Eigen::Map<const Eigen::RowVectorXd>(neutral.data(), neutral.size());
+  if (prediction_ != nullptr) rest.setZero();
   const auto relax = [&](std::size_t i, Seconds beyond, const Eigen::RowVectorXd& velocity) {
     const auto row = static_cast<Eigen::Index>(i);
     const Eigen::RowVectorXd held = poses.row(row) + velocity * (kComeToRest * (1 - std::exp(-beyond / kComeToRest)));
@@ -116,7 +166,7 @@ void Fragment::relaxBeyond(std::span<const Seconds> times, PositionMatrix& poses
 }
 
 std::vector<UnitFragment> cutIntoFragments(const SpeechLabels& line, const UnitDatabase& database,
-                                           const std::vector<SelectedUnit>& units) {
+                                           const std::vector<SelectedUnit>& units, bool residual) {
   std::vector<UnitFragment> fragments;
   for (std::size_t u = 0; u < units.size(); ++u) {
     const SelectedUnit& unit = units[u];
@@ -124,7 +174,7 @@ std::vector<UnitFragment> cutIntoFragments(const SpeechLabels& line, const UnitD
     for (std::size_t i = begin + 1; i <= unit.phones.last.value; ++i) {
       if (i < unit.phones.last.value && line.phones[i].phone != Phone::kSil) continue;
       const PhonePlace source{unit.source.take, PhoneIndex(unit.source.phone.value + begin - unit.phones.first.value)};
-      fragments.push_back({Fragment(line, {PhoneIndex(begin), PhoneIndex(i)}, database, source), u});
+      fragments.push_back({Fragment(line, {PhoneIndex(begin), PhoneIndex(i)}, database, source, residual), u});
       begin = i;
     }
   }

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "motion/motion_clip.h"
 #include "motion/time_warp.h"
 #include "units/selection.h"
+#include "units/trajectory_model.h"
 #include "units/unit_database.h"
 
 namespace mouthpiece {
@@ -16,8 +18,11 @@ namespace mouthpiece {
 /// and relaxes to the neutral pose.
 class Fragment {
  public:
-  /// Phones `target` of the line from the take phones that begin at `source`.
-  Fragment(const SpeechLabels& line, const PhoneRange& target, const UnitDatabase& database, const PhonePlace& source);
+  /// Phones `target` of the line from the take phones that begin at `source`. With `residual` poses are what is left of
+  /// the captured ones when the prediction for the take is taken off (needs a trajectory model; zero where the face
+  /// rests), and lips close at the captured speed.
+  Fragment(const SpeechLabels& line, const PhoneRange& target, const UnitDatabase& database, const PhonePlace& source,
+           bool residual = false);
 
   /// Poses at `times` of the line (not falling): times x (3 * markers), mm. NaN where the capture saw nothing.
   [[nodiscard]] PositionMatrix posesAt(std::span<const Seconds> times) const;
@@ -32,6 +37,8 @@ class Fragment {
  private:
   void relaxBeyond(std::span<const Seconds> times, PositionMatrix& poses) const;
   [[nodiscard]] Eigen::RowVectorXd edgeVelocity(Seconds edge, double inward) const;
+  [[nodiscard]] PositionMatrix capturedPoses(std::span<const Seconds> times) const;
+  [[nodiscard]] PositionMatrix predictedPoses(std::span<const Seconds> times) const;
 
   const CorpusTake* take_;
   const MotionClip* motion_;
@@ -39,7 +46,8 @@ class Fragment {
   PhoneRange target_;
   PhoneIndex source_first_;
   TimeWarp warp_;
-  TimeSpan usable_;  ///< of the line: where the capture may be read
+  TimeSpan usable_;                                   ///< of the line: where the capture may be read
+  std::shared_ptr<const LinePrediction> prediction_;  ///< for the take; null: poses are as captured
 };
 
 /// The units' fragments in order, each unit cut at the pauses inside it; `unit` says whose they are.
@@ -48,6 +56,6 @@ struct UnitFragment {
   std::size_t unit = 0;
 };
 std::vector<UnitFragment> cutIntoFragments(const SpeechLabels& line, const UnitDatabase& database,
-                                           const std::vector<SelectedUnit>& units);
+                                           const std::vector<SelectedUnit>& units, bool residual = false);
 
 }  // namespace mouthpiece

@@ -85,15 +85,39 @@ MotionClip restingMotion(const Corpus& corpus, std::size_t frames, double frame_
   return {frame_rate_hz, corpus.layout.markerNames(), rest.replicate(static_cast<Eigen::Index>(frames), 1)};
 }
 
+/// A take's own sentence in its own time: nothing makes it better than it was captured.
+bool isTakeAsItWas(const SpeechLabels& line, const UnitDatabase& database, const std::vector<SelectedUnit>& units) {
+  constexpr Seconds kSame = 0.005;
+  if (units.size() != 1) return false;
+  const std::vector<LabelledPhone>& take = database.takeOf(units[0].source).labels.phones;
+  if (take.size() != line.phones.size()) return false;
+  for (std::size_t i = 0; i + 1 < take.size(); ++i) {
+    if (std::abs(take[i].span.end - line.phones[i].span.end) > kSame) return false;
+  }
+  return true;
+}
+
+bool movesIntoContext(const SynthesisRequest& request, const UnitDatabase& database,
+                      const std::vector<SelectedUnit>& units) {
+  return request.options.context.enabled && request.options.selection.method == SelectionMethod::kViterbi &&
+         database.corpus().trajectory_model != nullptr && !isTakeAsItWas(request.labels, database, units);
+}
+
 void animateUnits(const SynthesisRequest& request, const UnitDatabase& database, const std::vector<SelectedUnit>& units,
                   std::span<const Seconds> times, UtteranceAnimation& animation) {
-  const std::vector<UnitFragment> fragments = cutIntoFragments(request.labels, database, units);
+  const bool into_context = movesIntoContext(request, database, units);
+  const std::vector<UnitFragment> fragments = cutIntoFragments(request.labels, database, units, into_context);
   const std::vector<JoinSpans> joins = placeJoins(request, fragments);
   MotionClip& motion = animation.motion;
   std::vector<JoinOffset> offsets;  // a bare cut, when no blend is wanted
   if (request.options.overlap_ms > 0) offsets = findJoinOffsets(request.labels, fragments, joins);
   motion.positions_mm =
       blendFragments(fragments, joins, offsets, times, request.options.blend, database.corpus().layout);
+  if (into_context) {
+    const ContextOptions& context = request.options.context;
+    motion.positions_mm = transferContext(motion.positions_mm, request.labels, database, times, context);
+    if (context.keep_closures) keepClosures(request.labels, database, units, times, motion.positions_mm);
+  }
   fillUnseen(motion.positions_mm, database.corpus().neutral_pose_mm);
   for (std::size_t i = 0; i < joins.size(); ++i) {
     // Between two fragments of one unit lies a pause of the take itself.
@@ -124,7 +148,8 @@ UtteranceAnimation synthesise(const SynthesisRequest& request, const UnitDatabas
   animation.audio = request.audio;
 
   const Stopwatch selecting;
-  const std::vector<SelectedUnit> units = selectUnits(request.labels, database, request.options.selection);
+  const std::vector<SelectedUnit> units =
+      request.units.empty() ? selectUnits(request.labels, database, request.options.selection) : request.units;
   for (const SelectedUnit& unit : units) animation.units.push_back(describe(unit, request.labels, database));
   animation.timing_ms.selection = selecting.elapsedMs();
 

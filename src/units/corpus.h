@@ -11,6 +11,9 @@
 #include "motion/marker_layout.h"
 #include "motion/motion_clip.h"
 #include "phonetics/speech_labels.h"
+#include "units/lattice_weights.h"
+#include "units/phone_shapes.h"
+#include "units/trajectory_model.h"
 
 namespace mouthpiece {
 
@@ -29,6 +32,10 @@ class MotionSource {
   virtual ~MotionSource() = default;
   /// Throws InputError when the take's motion is damaged.
   [[nodiscard]] virtual MotionClip load(TakeIndex take) const = 0;
+  /// The take's sound. Throws InputError when it is damaged.
+  [[nodiscard]] virtual AudioClip loadAudio(TakeIndex take) const = 0;
+  /// Of a corpus with a trajectory model; empty: not kept. Throws InputError when they are damaged.
+  [[nodiscard]] virtual PhoneShapes loadShapes(TakeIndex /*take*/) const { return {}; }
 };
 
 /// A `.corpus` database in memory.
@@ -41,9 +48,12 @@ struct Corpus {
   /// Set by readCorpus(..., CorpusMotion::kOnDemand): then every take's motion has no rows, and is loaded from here
   /// when a UnitDatabase needs it. Null otherwise.
   std::shared_ptr<const MotionSource> motion_source;
+  /// Fitted when the corpus was built; null in one of format version 1 or with too little to learn from.
+  std::shared_ptr<const TrajectoryModel> trajectory_model;
+  LatticeWeights lattice_weights;  ///< learnt, or the usual ones; "lattice_weights" of the build log says which
 };
 
-inline constexpr int kCorpusFormatVersion = 1;
+inline constexpr int kCorpusFormatVersion = 2;
 
 enum class CorpusAudio { kLoad, kSkip };
 

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <mutex>
 #include <set>
+#include <span>
 
 #include "base/errors.h"
 #include "motion/position_limits.h"
@@ -15,6 +16,7 @@
 #include "units/corpus_schema.h"
 #include "units/label_reader.h"
 #include "units/sqlite_database.h"
+#include "units/trajectory_store.h"
 
 namespace mouthpiece {
 namespace {
@@ -34,8 +36,9 @@ std::uint32_t bigEndian32(const std::array<unsigned char, 100>& header, std::siz
          static_cast<std::uint32_t>(header[at + 2]) << 8U | static_cast<std::uint32_t>(header[at + 3]);
 }
 
-/// Tells apart, before SQLite sees the file: no file, no database, another database, a newer corpus, a cut one.
-void checkHeader(const fs::path& path) {
+/// Tells apart, before SQLite sees the file: no file, no database, another database, a newer corpus, a cut one. Returns
+/// the format version.
+std::uint32_t checkHeader(const fs::path& path) {
   const std::string file = path.string();
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
@@ -64,17 +67,23 @@ void checkHeader(const fs::path& path) {
   const std::uint64_t page = static_cast<std::uint64_t>(header[16]) << 8U | header[17];
   const std::uint64_t expected = (page == 1 ? 65536 : page) * bigEndian32(header, 28);
   if (size < expected) throw InputError(file, "", fmt::format("is cut off: {} bytes; expected {}", size, expected));
+  return version;
+}
+
+std::span<const CorpusTable> tablesOf(std::uint32_t version) {
+  return std::span(kCorpusTables).first(version == 1 ? kTablesOfVersion1 : kCorpusTables.size());
 }
 
 /// The tables are ours to the letter: no view, trigger, index or computed column can run or hide behind their names.
-void checkSchema(SqliteDatabase& database) {
+void checkSchema(SqliteDatabase& database, std::uint32_t version) {
   struct Found {
+    std::span<const CorpusTable> tables;
     std::size_t count = 0;
     bool as_ours = true;
-  } found;
+  } found{tablesOf(version)};
   const auto visit = [](void* context, int columns, char** values, char**) {
     auto& state = *static_cast<Found*>(context);
-    const auto* table = state.count < kCorpusTables.size() ? &kCorpusTables[state.count] : nullptr;
+    const auto* table = state.count < state.tables.size() ? &state.tables[state.count] : nullptr;
     ++state.count;
     state.as_ours =
         state.as_ours && table != nullptr && columns == 1 && values[0] != nullptr && table->sql == values[0];
@@ -83,9 +92,8 @@ void checkSchema(SqliteDatabase& database) {
   const int code =
       sqlite3_exec(database.handle(), "SELECT sql FROM sqlite_schema ORDER BY rowid", visit, &found, nullptr);
   if (code != SQLITE_OK && code != SQLITE_ABORT) database.fail(code);
-  if (!found.as_ours || found.count != kCorpusTables.size()) {
-    throw InputError(database.file(), "",
-                     fmt::format("its tables are not those of corpus format version {}", kCorpusFormatVersion));
+  if (!found.as_ours || found.count != found.tables.size()) {
+    throw InputError(database.file(), "", fmt::format("its tables are not those of corpus format version {}", version));
   }
 }
 
@@ -231,12 +239,25 @@ void readMotion(SqliteDatabase& database, const std::vector<TakeSizes>& sizes, C
     throw InputError(database.file(), "motion", fmt::format("has {} rows; expected {}", take, sizes.size()));
 }
 
+void readSamples(CheckedQuery& row, std::size_t count, AudioClip& audio) {
+  const std::string_view blob = row.blob(1);
+  expectBlobSize(row, blob, count, sizeof(std::int16_t));
+  std::vector<std::int16_t> pcm(count);
+  if (!pcm.empty()) std::memcpy(pcm.data(), blob.data(), blob.size());
+  audio.samples.resize(pcm.size());
+  for (std::size_t i = 0; i < pcm.size(); ++i) audio.samples[i] = static_cast<float>(pcm[i]) / 32768.0F;
+}
+
 /// Keeps the file open.
 class FileMotionSource : public MotionSource {
  public:
   FileMotionSource(SqliteDatabase database, std::vector<TakeSizes> sizes, const Corpus& corpus)
       : database_(std::move(database)), sizes_(std::move(sizes)) {
-    for (const CorpusTake& take : corpus.takes) clips_.push_back(take.motion);
+    if (corpus.trajectory_model != nullptr) shape_components_ = shapeComponents(*corpus.trajectory_model);
+    for (const CorpusTake& take : corpus.takes) {
+      clips_.push_back(take.motion);
+      sample_rates_hz_.push_back(take.audio.sample_rate_hz);
+    }
   }
 
   [[nodiscard]] MotionClip load(TakeIndex take) const override {
@@ -248,10 +269,28 @@ class FileMotionSource : public MotionSource {
     return clip;
   }
 
+  [[nodiscard]] PhoneShapes loadShapes(TakeIndex take) const override {
+    const std::scoped_lock lock(mutex_);
+    CheckedQuery row(database_, "phone_shapes", static_cast<std::int64_t>(take.value));
+    if (!row.next()) row.fail("is missing");
+    return readShapes(row, sizes_[take.value].labels.phones, shape_components_);
+  }
+
+  [[nodiscard]] AudioClip loadAudio(TakeIndex take) const override {
+    const std::scoped_lock lock(mutex_);
+    CheckedQuery row(database_, "audio", static_cast<std::int64_t>(take.value));
+    if (!row.next()) row.fail("is missing");
+    AudioClip audio{sample_rates_hz_[take.value], {}};
+    readSamples(row, sizes_[take.value].samples, audio);
+    return audio;
+  }
+
  private:
   mutable std::mutex mutex_;
   mutable SqliteDatabase database_;
   std::vector<TakeSizes> sizes_;
+  std::vector<int> sample_rates_hz_;
+  Eigen::Index shape_components_ = 0;
   std::vector<MotionClip> clips_;  ///< without positions
 };
 
@@ -261,29 +300,29 @@ void readSound(SqliteDatabase& database, const std::vector<TakeSizes>& sizes, Co
   for (; row.next(); ++take) {
     expectId(row, take);
     if (take == sizes.size()) row.fail("no such take");
-    const std::string_view blob = row.blob(1);
-    expectBlobSize(row, blob, sizes[take].samples, sizeof(std::int16_t));
-    std::vector<std::int16_t> pcm(sizes[take].samples);
-    if (!pcm.empty()) std::memcpy(pcm.data(), blob.data(), blob.size());
-    std::vector<float>& samples = corpus.takes[take].audio.samples;
-    samples.resize(pcm.size());
-    for (std::size_t i = 0; i < pcm.size(); ++i) samples[i] = static_cast<float>(pcm[i]) / 32768.0F;
+    readSamples(row, sizes[take].samples, corpus.takes[take].audio);
   }
   if (take != sizes.size())
     throw InputError(database.file(), "audio", fmt::format("has {} rows; expected {}", take, sizes.size()));
 }
 
-SqliteDatabase openCorpus(const fs::path& path) {
-  checkHeader(path);
+struct OpenCorpus {
+  SqliteDatabase database;
+  std::uint32_t version;
+};
+
+OpenCorpus openCorpus(const fs::path& path) {
+  const std::uint32_t version = checkHeader(path);
   SqliteDatabase database = SqliteDatabase::openReadOnly(path);
-  checkSchema(database);
-  return database;
+  checkSchema(database, version);
+  return {std::move(database), version};
 }
 
 /// Every row of every table against its checksum.
-void checkRows(SqliteDatabase& database, std::vector<std::string>& problems) {
+void checkRows(OpenCorpus& corpus, std::vector<std::string>& problems) {
   constexpr std::size_t kMostProblems = 100;
-  for (const CorpusTable& table : kCorpusTables) {
+  SqliteDatabase& database = corpus.database;
+  for (const CorpusTable& table : tablesOf(corpus.version)) {
     try {
       for (CheckedQuery row(database, std::string(table.name)); row.nextUnchecked();) {
         if (problems.size() >= kMostProblems) return;
@@ -298,7 +337,8 @@ void checkRows(SqliteDatabase& database, std::vector<std::string>& problems) {
 }  // namespace
 
 Corpus readCorpus(const fs::path& path, CorpusAudio audio, CorpusMotion motion) {
-  SqliteDatabase database = openCorpus(path);
+  OpenCorpus open = openCorpus(path);
+  SqliteDatabase& database = open.database;
   Corpus corpus;
   corpus.name = path.stem().string();
   const std::size_t promised = readMeta(database, corpus);
@@ -309,6 +349,7 @@ Corpus readCorpus(const fs::path& path, CorpusAudio audio, CorpusMotion motion) 
   for (const TakeSizes& size : sizes) label_counts.push_back(size.labels);
   std::vector<SpeechLabels> labels = readLabels(database, label_counts);
   for (std::size_t take = 0; take < sizes.size(); ++take) corpus.takes[take].labels = std::move(labels[take]);
+  if (open.version > 1) readTrajectoryModel(database, corpus);
   if (motion == CorpusMotion::kLoad) readMotion(database, sizes, corpus);
   if (audio == CorpusAudio::kLoad) readSound(database, sizes, corpus);
   if (motion == CorpusMotion::kOnDemand)
@@ -319,9 +360,12 @@ Corpus readCorpus(const fs::path& path, CorpusAudio audio, CorpusMotion motion) 
 std::vector<std::string> checkCorpus(const fs::path& path) {
   std::vector<std::string> problems;
   try {
-    SqliteDatabase database = openCorpus(path);
-    checkRows(database, problems);
-    if (problems.empty()) readCorpus(path, CorpusAudio::kLoad);
+    OpenCorpus corpus = openCorpus(path);
+    checkRows(corpus, problems);
+    if (problems.empty()) {
+      const Corpus read = readCorpus(path, CorpusAudio::kLoad);
+      if (read.trajectory_model != nullptr) readAllShapes(corpus.database, read);
+    }
   } catch (const InputError& error) {
     problems.emplace_back(error.what());
   }

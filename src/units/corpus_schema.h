@@ -15,8 +15,8 @@ struct CorpusTable {
   int columns;
 };
 
-/// Format version 1 (docs/formats/corpus.md). `crc` is the row's checksum.
-inline constexpr std::array<CorpusTable, 9> kCorpusTables{{
+/// Format version 2 (docs/formats/corpus.md); version 1 ends before `trajectory_model`. `crc` is the row's checksum.
+inline constexpr std::array<CorpusTable, 11> kCorpusTables{{
     {"meta",
      "CREATE TABLE meta(id INTEGER PRIMARY KEY, key TEXT NOT NULL, value TEXT NOT NULL, crc INTEGER NOT NULL) STRICT",
      4},
@@ -46,6 +46,13 @@ inline constexpr std::array<CorpusTable, 9> kCorpusTables{{
     {"motion", "CREATE TABLE motion(id INTEGER PRIMARY KEY, positions_mm BLOB NOT NULL, crc INTEGER NOT NULL) STRICT",
      3},
     {"audio", "CREATE TABLE audio(id INTEGER PRIMARY KEY, samples BLOB NOT NULL, crc INTEGER NOT NULL) STRICT", 3},
+    {"trajectory_model",
+     "CREATE TABLE trajectory_model(id INTEGER PRIMARY KEY, name TEXT NOT NULL, numbers BLOB NOT NULL, crc INTEGER NOT "
+     "NULL) STRICT",
+     4},
+    {"phone_shapes",
+     "CREATE TABLE phone_shapes(id INTEGER PRIMARY KEY, numbers BLOB NOT NULL, crc INTEGER NOT NULL) STRICT", 3},
 }};
+inline constexpr std::size_t kTablesOfVersion1 = 9;
 
 }  // namespace mouthpiece

@@ -8,6 +8,7 @@
 #include "units/corpus.h"
 #include "units/corpus_schema.h"
 #include "units/sqlite_database.h"
+#include "units/trajectory_store.h"
 
 namespace mouthpiece {
 namespace {
@@ -16,8 +17,7 @@ static_assert(std::endian::native == std::endian::little, "blobs are little-endi
 
 using FloatMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-template <typename Table>
-CheckedInsert inserter(SqliteDatabase& database, const Table& name) {
+CheckedInsert inserter(SqliteDatabase& database, std::string_view name) {
   for (const CorpusTable& table : kCorpusTables) {
     if (table.name == name) return {database, std::string(name), table.columns};
   }
@@ -146,6 +146,7 @@ void writeCorpus(const std::filesystem::path& path, const Corpus& corpus) {
     writeTakes(database, corpus);
     writeLabels(database, corpus);
     writeSamples(database, corpus);
+    writeTrajectoryModel(database, corpus);
     database.execute("COMMIT");
     database.close();
   });

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "units/lattice.h"
 #include "units/unit_candidates.h"
 #include "units/unit_costs.h"
 #include "units/viterbi.h"
@@ -103,7 +104,10 @@ std::vector<SelectedUnit> selectUnits(const SpeechLabels& target, const UnitData
                                       const SelectionOptions& options) {
   if (target.phones.size() < 2) return {};
   const UnitCandidates candidates(target, database, options);
-  const UnitCosts costs(target, database, options.weights);
+  if (options.method == SelectionMethod::kViterbi && options.units == UnitScales::kAny && hasLattice(database)) {
+    return selectByLattice(target, database, candidates, options);
+  }
+  const UnitCosts costs(target, database, options);
   if (options.method == SelectionMethod::kViterbi) return selectByViterbi(target, candidates, costs, options);
   return selectGreedily(target, database, candidates, costs, options);
 }

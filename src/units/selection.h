@@ -1,10 +1,12 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string_view>
 #include <vector>
 
 #include "phonetics/speech_labels.h"
+#include "units/lattice_weights.h"
 #include "units/phone_span_index.h"
 
 namespace mouthpiece {
@@ -13,7 +15,8 @@ class UnitDatabase;
 
 enum class SelectionMethod {
   kGreedy,   ///< EDGE 5.1.1: always the longest fragment that fits
-  kViterbi,  ///< least sum of target and join costs over all fragments
+  kViterbi,  ///< least sum of target and join costs over all fragments; pair by pair, with the prediction as a guide,
+             ///< where the corpus has a trajectory model and units are of any kind
 };
 
 /// Which runs of phones may be a unit.
@@ -50,7 +53,11 @@ struct SelectionOptions {
   UnitScales units = UnitScales::kAny;
   Backoff backoff = Backoff::kViseme;
   SelectionWeights weights;
-  std::size_t candidates_kept = 6;  ///< viterbi: fragments per run of phones, the cheapest ones by target cost
+  /// Added to the cost of going from one corpus phone into another, where the sound is joined too; may be empty.
+  std::function<double(const PhonePlace& before, const PhonePlace& after)> sound_join_cost;
+  std::size_t candidates_kept = 6;        ///< viterbi: fragments per run of phones, the cheapest ones by target cost
+  std::optional<LatticeWeights> lattice;  ///< none: those of the corpus
+  std::size_t pairs_kept = 40;            ///< lattice: places per pair of phones, the cheapest ones by target cost
 };
 
 /// A fragment of the corpus chosen for phones [first, last] of the target. Neighbours share a phone.

@@ -18,6 +18,9 @@ bool isOneOf(const Tier& tier, std::size_t first, std::size_t last) {
   });
 }
 
+/// One of the two phones may lose the contact of its lips: the neighbouring unit still holds that phone whole.
+constexpr double kFarthest = 1.75 * kLostContactDistance;
+
 /// A sentence, word or syllable with at most one phone of context on either side, or a diphone.
 bool isPaperUnit(const SpeechLabels& take, std::size_t first, std::size_t length) {
   if (length == 2) return true;
@@ -80,8 +83,6 @@ std::vector<CandidateRun> UnitCandidates::all(std::size_t first) const {
 CandidateRun UnitCandidates::standIns(std::size_t first) const {
   const Phone wanted_a = phones_[first];
   const Phone wanted_b = phones_[first + 1];
-  // One of the two phones may lose the contact of its lips: the neighbouring unit still holds that phone whole.
-  constexpr double kFarthest = 1.75 * kLostContactDistance;
   double nearest = kFarthest;
   CandidateRun run{2, {}};
   if (backoff_ == Backoff::kNone) failWithPair(wanted_a, wanted_b, "lacks this pair");
@@ -98,10 +99,34 @@ CandidateRun UnitCandidates::standIns(std::size_t first) const {
       run.places = std::move(places);
     }
   }
-  if (run.places.empty()) {
-    failWithPair(wanted_a, wanted_b, "has neither this pair nor one that looks alike");
-  }
+  if (run.places.empty()) failWithoutStandIn(first);
   return run;
+}
+
+std::vector<StandIns> UnitCandidates::standInsNear(std::size_t first) const {
+  constexpr double kNextToNearest = 0.5;
+  const Phone wanted_a = phones_[first];
+  const Phone wanted_b = phones_[first + 1];
+  if (backoff_ == Backoff::kNone) failWithPair(wanted_a, wanted_b, "lacks this pair");
+  std::vector<StandIns> near;
+  double farthest = kFarthest;
+  for (std::size_t a = 0; a < kPhoneCount; ++a) {
+    const double distance_a = visemeDistance(wanted_a, static_cast<Phone>(a), PhonePart::kEnd);
+    if (distance_a > farthest) continue;
+    for (std::size_t b = 0; b < kPhoneCount; ++b) {
+      const double distance = distance_a + visemeDistance(wanted_b, static_cast<Phone>(b), PhonePart::kBegin);
+      const std::vector<PhonePlace>& places = database_.diphones(static_cast<Phone>(a), static_cast<Phone>(b));
+      if (distance > farthest || places.empty()) continue;
+      farthest = std::min(farthest, distance + kNextToNearest);
+      near.push_back({distance, places});
+    }
+  }
+  std::erase_if(near, [&](const StandIns& stand_ins) { return stand_ins.distance > farthest; });
+  return near;
+}
+
+void UnitCandidates::failWithoutStandIn(std::size_t first) const {
+  failWithPair(phones_[first], phones_[first + 1], "has neither this pair nor one that looks alike");
 }
 
 }  // namespace mouthpiece

@@ -13,6 +13,12 @@ struct CandidateRun {
   std::vector<PhonePlace> places;
 };
 
+/// Places of a pair of phones that looks alike, and how alike (the sum of both visemeDistance()).
+struct StandIns {
+  double distance = 0;
+  std::vector<PhonePlace> places;
+};
+
 /// Offers the fragments that may serve a target, from phone to phone.
 class UnitCandidates {
  public:
@@ -25,6 +31,11 @@ class UnitCandidates {
   /// Stand-ins for the pair (first, first + 1): the nearest diphones by viseme class. Throws InputError when none
   /// is near, or there shall be none.
   [[nodiscard]] CandidateRun standIns(std::size_t first) const;
+  /// All pairs next to as near as the nearest, whether their motion was seen or not; empty when none is near. Throws
+  /// InputError when there shall be none.
+  [[nodiscard]] std::vector<StandIns> standInsNear(std::size_t first) const;
+  /// Throws InputError.
+  [[noreturn]] void failWithoutStandIn(std::size_t first) const;
 
  private:
   [[noreturn]] void failWithPair(Phone a, Phone b, const char* what) const;

@@ -26,8 +26,8 @@ std::optional<Phone> phoneAfter(const SpeechLabels& labels, std::size_t phone) {
 
 }  // namespace
 
-UnitCosts::UnitCosts(const SpeechLabels& target, const UnitDatabase& database, const SelectionWeights& weights)
-    : target_(target), database_(database), weights_(weights) {}
+UnitCosts::UnitCosts(const SpeechLabels& target, const UnitDatabase& database, const SelectionOptions& options)
+    : target_(target), database_(database), weights_(options.weights), sound_join_cost_(options.sound_join_cost) {}
 
 UnitCosts::Place UnitCosts::placeOf(const SpeechLabels& labels, std::size_t phone) {
   Place place;
@@ -79,13 +79,14 @@ double UnitCosts::joinCost(PhoneIndex shared, const PhonePlace& before, const Ph
   const Seconds duration = target_.phones[shared.value].span.duration();
   constexpr double kUnknown = 100;  // when no point compares: a marker beside the phone is not seen (NaN is never less)
   double best = kUnknown;
+  const double sound = sound_join_cost_ ? sound_join_cost_(before, after) : 0;
   for (Eigen::Index k = 0; k < PhoneLips::kPoints; ++k) {
     const double distance_mm = std::sqrt((a.positions_mm.row(k) - b.positions_mm.row(k)).squaredNorm() / markers);
     const double velocity_mm_s = std::sqrt((a.steps_mm.row(k) - b.steps_mm.row(k)).squaredNorm() / markers) / duration;
     best =
         std::min(best, weights_.join_position_per_mm * distance_mm + weights_.join_velocity_per_mm_s * velocity_mm_s);
   }
-  return best;
+  return best + sound;
 }
 
 }  // namespace mouthpiece

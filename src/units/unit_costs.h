@@ -8,7 +8,7 @@ namespace mouthpiece {
 /// The costs of one target utterance's candidates. Refers to the utterance and the database.
 class UnitCosts {
  public:
-  UnitCosts(const SpeechLabels& target, const UnitDatabase& database, const SelectionWeights& weights);
+  UnitCosts(const SpeechLabels& target, const UnitDatabase& database, const SelectionOptions& options);
 
   /// Duration, context, word position and stress of the fragment at `source` for the phones `range`.
   [[nodiscard]] double targetCost(const PhoneRange& range, const PhonePlace& source) const;
@@ -29,6 +29,7 @@ class UnitCosts {
   const SpeechLabels& target_;
   const UnitDatabase& database_;
   SelectionWeights weights_;
+  decltype(SelectionOptions::sound_join_cost) sound_join_cost_;
 };
 
 /// `place` moved on by `phones` phones.

@@ -5,6 +5,8 @@
 #include <limits>
 #include <mutex>
 
+#include "base/errors.h"
+
 namespace mouthpiece {
 namespace {
 
@@ -30,11 +32,17 @@ struct UnitDatabase::TakeFacts {
   std::vector<double> opening_left_mm;       ///< one a phone
 };
 
+struct UnitDatabase::TakeShapes {
+  std::once_flag once;
+  PhoneShapes shapes;
+};
+
 UnitDatabase::UnitDatabase(const Corpus& corpus)
     : corpus_(corpus),
       index_(phonesOfTakes(corpus)),
       diphones_(kPhoneCount * kPhoneCount),
-      facts_(std::make_unique<TakeFacts[]>(corpus.takes.size())) {
+      facts_(std::make_unique<TakeFacts[]>(corpus.takes.size())),
+      shapes_(std::make_unique<TakeShapes[]>(corpus.takes.size())) {
   for (std::size_t marker = 0; marker < corpus.layout.markers.size(); ++marker) {
     const std::string& region = corpus.layout.markers[marker].region;
     if (region != "lip" && region != "chin") continue;
@@ -133,6 +141,19 @@ const MotionClip& UnitDatabase::motionOf(TakeIndex take) const {
 
 const PhoneLips& UnitDatabase::lipsOf(const PhonePlace& place) const {
   return factsOf(place.take).lips[place.phone.value];
+}
+
+const PhoneShapes& UnitDatabase::shapesOf(TakeIndex take) const {
+  TakeShapes& known = shapes_[take.value];
+  std::call_once(known.once, [&] {
+    MOUTHPIECE_EXPECT(corpus_.trajectory_model != nullptr);
+    if (corpus_.motion_source != nullptr) known.shapes = corpus_.motion_source->loadShapes(take);
+    if (known.shapes.phoneCount() == 0) {
+      known.shapes = phoneShapes(*corpus_.trajectory_model, corpus_.takes[take.value].labels, motionOf(take),
+                                 corpus_.neutral_pose_mm);
+    }
+  });
+  return known.shapes;
 }
 
 bool UnitDatabase::isSeen(const PhonePlace& first, std::size_t phone_count) const {

@@ -49,11 +49,16 @@ class UnitDatabase {
   /// the neutral pose; mm, negative when pressed. 0 in a layout without these markers.
   [[nodiscard]] double openingLeft(const PhonePlace& place) const;
 
+  /// What the lattice compares. Only in a corpus with a trajectory model. From the file, or computed on the take's
+  /// first question.
+  [[nodiscard]] const PhoneShapes& shapesOf(TakeIndex take) const;
+
   /// Where phone `a` followed by phone `b` occurs.
   [[nodiscard]] const std::vector<PhonePlace>& diphones(Phone a, Phone b) const;
 
  private:
   struct TakeFacts;
+  struct TakeShapes;
   struct LipPair {
     Eigen::Index upper = 0, lower = 0;  ///< x columns
     double neutral_mm = 0;
@@ -67,6 +72,7 @@ class UnitDatabase {
   std::optional<LipPair> lip_pair_;
   std::vector<std::vector<PhonePlace>> diphones_;  ///< kPhoneCount x kPhoneCount
   std::unique_ptr<TakeFacts[]> facts_;             ///< one a take, filled when first asked for
+  std::unique_ptr<TakeShapes[]> shapes_;           ///< the same
 };
 
 /// The lip columns of `take` at `time`, straight between the frames around it; held beyond the ends.

@@ -45,6 +45,30 @@ MarkerLayout twoMarkers() {
   return layout;
 }
 
+Blob numbers(const std::vector<float>& values) {
+  return {{reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float)}};
+}
+
+/// Two components of two markers.
+Table modelTable() {
+  const std::vector<std::pair<const char*, std::vector<float>>> rows = {
+      {"level", {1, 0}},
+      {"analysis", {0, 0, 1, 0, 0, 1, 0, 0, -1, 0, 0, 1}},
+      {"shapes", {0, 0.5F, 0, 0, -0.5F, 0, 0, 0, 0.5F, 0, 0, 0.5F}},
+      {"time constants", {0.02F, 0.03F}},
+      {"leads", {0, 0.01F}},
+      {"gain", {1.1F}},
+      {"closing", {0, 0.5F, 0, 0, -0.5F, 0}},
+      {"closed opening", {2}},
+      {"lattice weights", {0.16F, 0.65F, 1, 0.5F, 0.1F, 0.1F, 0.1F, 0.5F, 0.2F, 0.004F, 0.05F, 0.3F, 10}},
+      {"target phone T", {-1, 0}},
+      {"target viseme Uh", {1, 0.5F}}};
+  Table table;
+  for (const auto& [name, values] : rows)
+    table.push_back({integer(static_cast<std::int64_t>(table.size())), text(name), numbers(values)});
+  return table;
+}
+
 /// In the order of kCorpusTables, without the checksum column.
 std::vector<Table> soundTables() {
   std::vector<float> positions;
@@ -66,7 +90,9 @@ std::vector<Table> soundTables() {
           {{integer(0), integer(0), integer(1), integer(2), integer(1)}},
           phones,
           {{integer(0), Blob{motion}}},
-          {{integer(0), Blob{std::string(4, '\1')}}}};
+          {{integer(0), Blob{std::string(4, '\1')}}},
+          modelTable(),
+          {{integer(0), numbers(std::vector<float>(4 * (2 * 5 * 2 + 1), 1.0F))}}};
 }
 
 class Bytes {

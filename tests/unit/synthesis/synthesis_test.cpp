@@ -84,6 +84,7 @@ TEST(Synthesis, MotionOnDemandMakesTheSameLine) {
    public:
     explicit FromMemory(const Corpus& corpus) : corpus_(corpus) {}
     [[nodiscard]] MotionClip load(TakeIndex take) const override { return corpus_.takes[take.value].motion; }
+    [[nodiscard]] AudioClip loadAudio(TakeIndex take) const override { return corpus_.takes[take.value].audio; }
 
    private:
     Corpus corpus_;

@@ -202,7 +202,7 @@ TEST(Viterbi, FindsTheLeastCostOfAllCovers) {
   options.method = SelectionMethod::kViterbi;
   options.candidates_kept = 1000;
   const UnitCandidates candidates(line, database, options);
-  const UnitCosts costs(line, database, options.weights);
+  const UnitCosts costs(line, database, options);
   double least = std::numeric_limits<double>::infinity();
   const auto extend = [&](auto&& self, std::size_t first, double cost, const PhonePlace* before) -> void {
     if (first + 1 == line.phones.size()) {

@@ -1,4 +1,4 @@
-#include "corpus_tools/actor_segments.h"
+#include "units/speech_segments.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,7 @@ std::string className(Viseme viseme) { return std::string(visemeName(viseme == V
 bool isDiphthong(Phone phone) { return isVowel(phone) && firstViseme(phone) != lastViseme(phone); }
 
 struct Piece {
-  ActorSegment segment;
+  SpeechSegment segment;
   std::string phone_feature;  ///< empty in silence
   Viseme viseme = Viseme::kSil;
 };
@@ -31,7 +31,7 @@ std::vector<Piece> silencePieces(const TimeSpan& span, bool first, bool last) {
     Piece silence;
     silence.segment.span = {start, end};
     silence.segment.breath = breath;
-    silence.segment.pace = ActorPace::kSilence;
+    silence.segment.pace = SegmentPace::kSilence;
     if (*name != '\0') silence.segment.features.push_back({std::string("silence ") + name});
     return silence;
   };
@@ -62,7 +62,7 @@ std::vector<Piece> speechPieces(const LabelledPhone& phone) {
   whole.segment.in_speech = true;
   whole.phone_feature = "phone " + name;
   whole.viseme = firstViseme(phone.phone);
-  if (isBilabial(phone.phone) || isLabiodental(phone.phone)) whole.segment.pace = ActorPace::kClosure;
+  if (isBilabial(phone.phone) || isLabiodental(phone.phone)) whole.segment.pace = SegmentPace::kClosure;
   if (!isDiphthong(phone.phone)) return {whole};
   Piece second = whole;
   const Seconds cut = phone.span.start + kFirstPartShare * phone.span.duration();
@@ -91,7 +91,7 @@ std::vector<Piece> cutIntoPieces(const SpeechLabels& labels) {
 }
 
 /// The features that a viseme brings in a context; `weight` below 1 for a mixture.
-void addVisemeFeatures(std::vector<ActorFeature>& features, Viseme viseme, const std::vector<std::string>& classes,
+void addVisemeFeatures(std::vector<SegmentFeature>& features, Viseme viseme, const std::vector<std::string>& classes,
                        std::size_t index, double weight) {
   const std::string own(visemeName(viseme));
   const auto neighbour = [&](std::ptrdiff_t distance) -> const std::string& {
@@ -106,7 +106,7 @@ void addVisemeFeatures(std::vector<ActorFeature>& features, Viseme viseme, const
   features.push_back({"right2 " + own + " " + neighbour(2), weight});
 }
 
-void addSilenceFeatures(ActorSegment& silence, const std::vector<std::string>& classes, std::size_t index) {
+void addSilenceFeatures(SpeechSegment& silence, const std::vector<std::string>& classes, std::size_t index) {
   if (silence.features.empty()) return;  // rest
   const std::string name = silence.features.front().name;
   if (!name.starts_with("silence ")) return;  // pause
@@ -114,19 +114,19 @@ void addSilenceFeatures(ActorSegment& silence, const std::vector<std::string>& c
   if (index + 1 < classes.size()) silence.features.push_back({name + " right " + classes[index + 1]});
 }
 
-double paceFactor(ActorPace pace) {
-  return pace == ActorPace::kClosure ? kClosurePace : pace == ActorPace::kSilence ? kSilencePace : 1.0;
+double paceFactor(SegmentPace pace) {
+  return pace == SegmentPace::kClosure ? kClosurePace : pace == SegmentPace::kSilence ? kSilencePace : 1.0;
 }
 
 }  // namespace
 
-std::vector<ActorSegment> actorSegments(const SpeechLabels& labels) {
+std::vector<SpeechSegment> speechSegments(const SpeechLabels& labels) {
   std::vector<Piece> pieces = cutIntoPieces(labels);
   std::vector<std::string> classes;
   for (const Piece& piece : pieces) classes.push_back(className(piece.viseme));
-  std::vector<ActorSegment> segments;
+  std::vector<SpeechSegment> segments;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
-    ActorSegment segment = pieces[i].segment;
+    SpeechSegment segment = pieces[i].segment;
     if (!segment.in_speech) {
       addSilenceFeatures(segment, classes, i);
     } else {
@@ -143,35 +143,46 @@ std::vector<ActorSegment> actorSegments(const SpeechLabels& labels) {
   return segments;
 }
 
-double actorStep(Seconds time, Seconds time_constant) {
+double movementStep(Seconds time, Seconds time_constant) {
+  constexpr double kDone = 40;  // e^-40: over to the last bit
   if (time <= 0) return 0;
+  if (time > kDone * time_constant) return 1;
   // 1 - exp(-x) (1 + x + ... + x^(n-1) / (n-1)!): the integral of n exponential stages in a row.
   const double x = time / time_constant;
   double term = 1, sum = 1;
-  for (int stage = 1; stage < kActorStages; ++stage) {
+  for (int stage = 1; stage < kMovementStages; ++stage) {
     term *= x / stage;
     sum += term;
   }
   return 1 - std::exp(-x) * sum;
 }
 
-Eigen::MatrixXd actorWeights(const std::vector<ActorSegment>& segments, Seconds time_constant, Seconds lead,
-                             double frame_rate_hz, std::size_t frame_count) {
-  const auto frames = static_cast<Eigen::Index>(frame_count);
+Eigen::MatrixXd segmentWeights(const std::vector<SpeechSegment>& segments, Seconds time_constant, Seconds lead,
+                               std::span<const Seconds> times) {
+  const auto rows = static_cast<Eigen::Index>(times.size());
   const auto count = static_cast<Eigen::Index>(segments.size());
-  Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(frames, count);
+  Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(rows, count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const ActorSegment& segment = segments[static_cast<std::size_t>(i)];
+    const SpeechSegment& segment = segments[static_cast<std::size_t>(i)];
     const Seconds stage = time_constant * paceFactor(segment.pace);
     // The response is half done about n stages after its input steps: the input comes that much earlier.
-    const Seconds begin = segment.span.start - lead - kActorStages * stage;
-    for (Eigen::Index frame = 0; frame < frames; ++frame) {
-      const double step = i == 0 ? 1.0 : actorStep(static_cast<double>(frame) / frame_rate_hz - begin, stage);
-      weights(frame, i) += step;
-      if (i > 0) weights(frame, i - 1) -= step;
+    const Seconds begin = segment.span.start - lead - kMovementStages * stage;
+    for (Eigen::Index row = 0; row < rows; ++row) {
+      const double step = i == 0 ? 1.0 : movementStep(times[static_cast<std::size_t>(row)] - begin, stage);
+      weights(row, i) += step;
+      if (i > 0) weights(row, i - 1) -= step;
     }
   }
   return weights;
+}
+
+Eigen::MatrixXd segmentWeights(const std::vector<SpeechSegment>& segments, Seconds time_constant, Seconds lead,
+                               double frame_rate_hz, std::size_t frame_count) {
+  std::vector<Seconds> times;
+  for (std::size_t frame = 0; frame < frame_count; ++frame) {
+    times.push_back(static_cast<double>(frame) / frame_rate_hz);
+  }
+  return segmentWeights(segments, time_constant, lead, times);
 }
 
 }  // namespace mouthpiece

@@ -1,0 +1,36 @@
+#include <fmt/format.h>
+
+#include "corpus_tools/commands/command_support.h"
+#include "motion/motion_file.h"
+
+namespace mouthpiece {
+namespace {
+
+struct CleanCommand {
+  bool quiet = false;
+  std::filesystem::path input, output, layout;
+};
+
+int runClean(const CleanCommand& command) {
+  const CleanClip clean = cleanClip(readMotion(command.input), layoutFrom(command.layout), command.input.string());
+  writeMotion(command.output, clean.motion);
+  const TakeReport& report = clean.report;
+  printNotice(fmt::format("{} frames: head by jig {}, by skin {}, bridged {}; {} samples filled, {} still missing",
+                          report.frames, report.jig_frames, report.skin_frames, report.bridged_frames,
+                          report.filled_samples, report.missing_samples),
+              command.quiet);
+  return kExitDone;
+}
+
+}  // namespace
+
+void addCleanCommand(CLI::App& app, ChosenAction& chosen) {
+  const auto options = std::make_shared<CleanCommand>();
+  CLI::App& clean = addCommand(app, chosen, "clean", "One take's motion with the head still and short gaps filled",
+                               "corpus clean take.c3d still.csv", options, runClean);
+  clean.add_option("in", options->input, "Motion to read (c3d csv trc)")->required();
+  clean.add_option("out", options->output, "Motion to write (c3d csv trc)")->required();
+  addLayoutOption(clean, options->layout);
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <memory>
+
+#include "units/corpus.h"
+#include "units/trajectory_model.h"
+
+namespace mouthpiece {
+
+struct TrajectoryFitOptions {
+  Eigen::Index components = 12;
+  double ridge = 1;         ///< how far targets are held back (docs/theory/prediction.md)
+  double fit_rate_hz = 30;  ///< faster captures are thinned to about this: lips hold little above half of it
+  std::size_t jobs = 0;     ///< threads; 0: one per core. The result does not depend on it
+};
+
+/// Fits the model to all takes of `corpus`. Null when it has too little to learn from: fewer than four takes that are
+/// seen in most frames, or a layout without lips.
+std::shared_ptr<const TrajectoryModel> fitTrajectoryModel(const Corpus& corpus,
+                                                          const TrajectoryFitOptions& options = {});
+
+}  // namespace mouthpiece
