@@ -102,9 +102,8 @@ class MarkFollower {
 }  // namespace
 
 std::size_t PitchMarks::nearest(double sample) const {
-  const auto after = std::partition_point(marks.begin(), marks.end(), [sample](const Mark& mark) {
-    return static_cast<double>(mark.sample) < sample;
-  });
+  const auto after = std::partition_point(
+      marks.begin(), marks.end(), [sample](const Mark& mark) { return static_cast<double>(mark.sample) < sample; });
   if (after == marks.begin()) return 0;
   if (after == marks.end()) return marks.size() - 1;
   const bool later = static_cast<double>(after->sample) - sample < sample - static_cast<double>((after - 1)->sample);

@@ -2,6 +2,7 @@
 
 #include <aubio/aubio.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -28,6 +29,16 @@ double levelDb(const float* samples, std::size_t count) {
   return 10 * std::log10(energy / static_cast<double>(count) + 1e-12);
 }
 
+/// How alike the periods before and after `middle` are (normalised correlation). aubio's own confidence stays 0 for
+/// yinfft.
+double clarityAt(const std::vector<float>& samples, std::size_t middle, double period) {
+  const auto length = static_cast<std::size_t>(std::lround(period));
+  if (length == 0 || middle < length || middle + length > samples.size()) return 0;
+  const Eigen::Map<const Eigen::VectorXf> before(&samples[middle - length], static_cast<Eigen::Index>(length));
+  const Eigen::Map<const Eigen::VectorXf> after(&samples[middle], static_cast<Eigen::Index>(length));
+  return before.dot(after) / std::sqrt(before.squaredNorm() * after.squaredNorm() + 1e-12F);
+}
+
 }  // namespace
 
 double PitchTrack::hzAt(Seconds time) const {
@@ -52,7 +63,8 @@ PitchTrack trackPitch(const AudioClip& clip, const PitchOptions& options) {
   if (!pitch || !input || !output) throw InternalError("aubio could not set up its pitch tracker");
   aubio_pitch_set_unit(pitch.get(), "Hz");
 
-  // aubio sees a window that ends with the samples just given: after `warm_up` hops its middle is the sound's beginning.
+  // aubio sees a window that ends with the samples just given: after `warm_up` hops its middle is the sound's
+  // beginning.
   const std::size_t warm_up = (kWindow + hop - 1) / hop;
   const std::size_t lead = warm_up * hop - kWindow / 2;
   std::vector<float> padded(lead + count * hop + 2 * kWindow, 0.0F);
@@ -71,10 +83,10 @@ PitchTrack trackPitch(const AudioClip& clip, const PitchOptions& options) {
     if (step + 1 < warm_up) continue;
     const std::size_t frame = step + 1 - warm_up;
     if (frame >= count) break;
-    const double confidence = aubio_pitch_get_confidence(pitch.get());
     const double hz = output->data[0];
-    const bool voiced = hz >= options.lowest_hz && hz <= options.highest_hz && confidence >= options.least_confidence &&
-                        levels[frame] >= loudest + options.least_level_db;
+    const bool in_range = hz >= options.lowest_hz && hz <= options.highest_hz;
+    const double confidence = in_range ? clarityAt(padded, frame * hop + lead, kRateHz / hz) : 0;
+    const bool voiced = confidence >= options.least_confidence && levels[frame] >= loudest + options.least_level_db;
     track.frames[frame] = {voiced ? hz : 0, std::clamp(confidence, 0.0, 1.0)};
   }
   return track;

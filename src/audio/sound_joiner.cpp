@@ -49,9 +49,9 @@ std::vector<PieceEnds> meetHalfWay(const std::vector<SoundPiece>& pieces, const 
   constexpr Seconds kPitchReach = 0.03;
   for (std::size_t i = 0; i + 1 < pieces.size(); ++i) {
     const SoundPiece &left = pieces[i], &right = pieces[i + 1];
-    const double level_step = std::clamp(levelDb(right.sound->clip, right.source.start) -
-                                             levelDb(left.sound->clip, left.source.end),
-                                         -options.most_level_db, options.most_level_db);
+    const double level_step =
+        std::clamp(levelDb(right.sound->clip, right.source.start) - levelDb(left.sound->clip, left.source.end),
+                   -options.most_level_db, options.most_level_db);
     ends[i].end.level_db = level_step / 2;
     ends[i + 1].start.level_db = -level_step / 2;
     const auto before = pitchNear(left.sound->pitch, left.source.end, -1, kPitchReach);

@@ -23,10 +23,10 @@ struct SoundPiece {
 };
 
 struct SoundJoinOptions {
-  Seconds fade = 0.02;           ///< pieces are mixed so long around a join, and so much is read beyond their ends
-  Seconds level_reach = 0.08;    ///< levels meet at a join and are the recordings' own so far from it
-  double most_level_db = 6;      ///< a larger step of level is left at that
-  Seconds pitch_reach = 0.12;    ///< likewise pitch
+  Seconds fade = 0.02;         ///< pieces are mixed so long around a join, and so much is read beyond their ends
+  Seconds level_reach = 0.08;  ///< levels meet at a join and are the recordings' own so far from it
+  double most_level_db = 6;    ///< a larger step of level is left at that
+  Seconds pitch_reach = 0.12;  ///< likewise pitch
   double most_pitch_ratio = 1.3;
 };
 

@@ -64,7 +64,7 @@ SpectralFrames spectralFrames(const AudioClip& clip, Seconds step) {
       frames.mfcc(row, k) = std::isfinite(value) ? value : 0.0F;
     }
     const Eigen::Map<const Eigen::VectorXf> window(&padded[static_cast<std::size_t>(row) * hop + lead - kWindow / 2],
-                                                  kWindow);
+                                                   kWindow);
     frames.level_db(row) = 10.0F * std::log10(window.squaredNorm() / static_cast<float>(kWindow) + 1e-10F);
   }
   return frames;

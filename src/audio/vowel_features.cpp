@@ -142,8 +142,8 @@ VowelFeatures vowelFeatures(const AudioClip& clip) {
   MOUTHPIECE_EXPECT(clip.sample_rate_hz > 0);
   static const MelBank bank;
   static const Eigen::MatrixXd cosines = cosineTransform();
-  const BandSums sums = clip.sample_rate_hz == kRateHz ? bandSums(clip, bank)
-                                                       : bandSums(resampleAudio(clip, kRateHz), bank);
+  const BandSums sums =
+      clip.sample_rate_hz == kRateHz ? bandSums(clip, bank) : bandSums(resampleAudio(clip, kRateHz), bank);
   const double loud = quantile(sums.energy.rowwise().sum(), kLoudQuantile) + kSilent;
   const Eigen::ArrayXXd relative = sums.energy.array() / loud;
   Eigen::MatrixXd features(relative.rows(), kVowelFeatureCount);
@@ -151,8 +151,7 @@ VowelFeatures vowelFeatures(const AudioClip& clip) {
   features.leftCols(kMfccCount).noalias() = features.middleCols(kMfccCount, kMelBandCount) * cosines.transpose();
   const Eigen::ArrayXXd moment =
       sums.weighted_hz.array() / loud - relative.rowwise() * bank.middle_hz.transpose().array();
-  features.rightCols(kMelBandCount) =
-      (moment / (relative + kFloor)).rowwise() / bank.half_width_hz.transpose().array();
+  features.rightCols(kMelBandCount) = (moment / (relative + kFloor)).rowwise() / bank.half_width_hz.transpose().array();
   takeOffLoudMean(features);
   return features.cast<float>();
 }

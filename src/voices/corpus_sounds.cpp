@@ -11,13 +11,13 @@ namespace mouthpiece {
 namespace {
 
 constexpr Seconds kStep = 0.005;
-constexpr double kEdge = 0.15;           // of a phone: no cut nearer to its ends
-constexpr double kMostSlip = 0.25;       // of a phone: between the places of the two cuts
-constexpr float kCepstralUnit = 0.7F;    // distance of neighbouring frames 5 ms apart, about (GRID s1: median)
+constexpr double kEdge = 0.15;         // of a phone: no cut nearer to its ends
+constexpr double kMostSlip = 0.25;     // of a phone: between the places of the two cuts
+constexpr float kCepstralUnit = 0.7F;  // distance of neighbouring frames 5 ms apart, about (GRID s1: median)
 constexpr double kPerLevelDb = 0.08;
 constexpr double kPerOctave = 6;
-constexpr double kPerSlip = 2;           // per phone length
-constexpr double kPerLoudDb = 0.02;      // louder than the quietest place of the two phones
+constexpr double kPerSlip = 2;       // per phone length
+constexpr double kPerLoudDb = 0.02;  // louder than the quietest place of the two phones
 constexpr double kVoicingMismatch = 1.5;
 
 }  // namespace

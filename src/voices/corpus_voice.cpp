@@ -16,7 +16,7 @@ constexpr Seconds kLongestEdgeSilence = 0.25;  // before the first sound and aft
 /// Phones of the line and the phones of one recording that sound them.
 struct SpokenRun {
   PhoneRange phones;
-  PhonePlace first;     ///< in the corpus
+  PhonePlace first;      ///< in the corpus
   TimeSpan source = {};  ///< cut where the neighbours take over
 
   [[nodiscard]] PhonePlace placeOf(PhoneIndex phone) const {
@@ -84,7 +84,9 @@ class LineTimer {
   LineTimer(const SpeechLabels& line, const UnitDatabase& database, CorpusSounds& sounds, std::optional<double> rate)
       : line_(line), database_(database), sounds_(sounds), rate_(rate), spans_(line.phones.size()) {}
 
-  void add(const SpokenRun& run) {
+  /// Where the run is heard in the line.
+  TimeSpan add(const SpokenRun& run) {
+    const Seconds begin = now_;
     for (std::size_t i = run.phones.first.value; i <= run.phones.last.value; ++i) {
       const TimeSpan phone = database_.phoneAt(run.placeOf(PhoneIndex(i))).span;
       const TimeSpan part{std::max(phone.start, run.source.start), std::min(phone.end, run.source.end)};
@@ -103,6 +105,7 @@ class LineTimer {
         pieces_.push_back({&sounds_.soundOf(run.first.take), part, {start, now_}});
       }
     }
+    return {begin, now_};
   }
 
   [[nodiscard]] SpeechLabels labels() const {
@@ -130,6 +133,7 @@ CorpusVoice::CorpusVoice(std::unique_ptr<Voice> reader, const UnitDatabase& data
 SpokenLine CorpusVoice::speak(std::string_view text) {
   SpokenLine line = reader_->speak(text);
   SelectionOptions selection = options_.selection;
+  selection.method = SelectionMethod::kViterbi;  // greedy would not look at the sound of a join
   selection.sound_join_cost = [this](const PhonePlace& left, const PhonePlace& right) {
     return options_.sound_weight * sounds_.cut(left, right).cost;
   };
@@ -137,7 +141,12 @@ SpokenLine CorpusVoice::speak(std::string_view text) {
   std::vector<SpokenRun> runs = runsOf(line.labels, line.units, database_);
   cutRuns(runs, database_, sounds_);
   LineTimer timer(line.labels, database_, sounds_, options_.rate);
-  for (const SpokenRun& run : runs) timer.add(run);
+  for (const SpokenRun& run : runs) {
+    const TimeSpan heard = timer.add(run);
+    for (SelectedUnit& unit : line.units) {
+      if (!unit.is_backoff && unit.phones == run.phones) unit.sound = heard;
+    }
+  }
   line.labels = timer.labels();
   line.audio = joinSounds(timer.pieces(), sounds_.sampleRateHz());
   line.voice = "corpus:" + database_.corpus().name;

@@ -1,0 +1,53 @@
+#include "audio/band_energy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <unsupported/Eigen/FFT>
+#include <vector>
+
+#include "base/errors.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr std::size_t kWindow = 512;
+
+/// A Hann window's energies sum to its length times 3/8.
+std::vector<double> hannWindow() {
+  std::vector<double> window(kWindow);
+  for (std::size_t i = 0; i < kWindow; ++i) {
+    window[i] = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * static_cast<double>(i) / kWindow);
+  }
+  return window;
+}
+
+}  // namespace
+
+double bandEnergy(const AudioClip& clip, const TimeSpan& span, double low_hz, double high_hz) {
+  MOUTHPIECE_EXPECT(clip.sample_rate_hz > 0);
+  static const std::vector<double> window = hannWindow();
+  const double size = static_cast<double>(clip.samples.size());
+  const auto first = static_cast<std::size_t>(std::clamp(span.start * clip.sample_rate_hz, 0.0, size));
+  const auto last = static_cast<std::size_t>(std::clamp(span.end * clip.sample_rate_hz, 0.0, size));
+  Eigen::FFT<double> transform;
+  transform.SetFlag(Eigen::FFT<double>::HalfSpectrum);
+  std::vector<double> frame(kWindow);
+  std::vector<std::complex<double>> spectrum;
+  double sum = 0;
+  std::size_t frames = 0;
+  for (std::size_t start = first; start < last; start += kWindow / 2, ++frames) {
+    for (std::size_t i = 0; i < kWindow; ++i) {
+      frame[i] = start + i < last ? window[i] * clip.samples[start + i] : 0.0;
+    }
+    transform.fwd(spectrum, frame);
+    for (std::size_t bin = 1; bin < kWindow / 2; ++bin) {
+      const double hz = static_cast<double>(bin) * clip.sample_rate_hz / kWindow;
+      if (hz >= low_hz && hz < high_hz) sum += 2 * std::norm(spectrum[bin]);
+    }
+  }
+  // Parseval: the mean of |x w|^2 over the window is the sum of |X|^2 over the window's length squared.
+  return frames > 0 ? sum / static_cast<double>(frames) / (kWindow * kWindow * 3.0 / 8.0) : 0.0;
+}
+
+}  // namespace mouthpiece
