@@ -19,6 +19,9 @@ constexpr double kThickest = 1.3;
 /// The rim turns by this share of the lip line's turn: in full, neighbours that turn towards each other make a beak.
 constexpr double kTurnsWithLine = 0.5;
 
+/// The upper lip's share of the way when lips that are apart at rest shall meet.
+constexpr double kUpperLipCloses = 0.35;
+
 Eigen::Vector3d row(const MarkerPositions& points, int index) { return points.row(index).transpose(); }
 
 /// 0 below 0, x - ease / 2 above `ease`, a parabola between: continuous in value and slope, so contact never jerks.
@@ -87,6 +90,22 @@ MarkerPositions leadingPoints(const ControlMesh& mesh, std::span<const double> m
     }
   }
   return now;
+}
+
+MarkerPositions closingOffsets(const ControlMesh& mesh) {
+  MarkerPositions offsets = MarkerPositions::Zero(static_cast<Eigen::Index>(mesh.marker_count), 3);
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    const ControlPoint& point = mesh.points[i];
+    if (point.rule != PointRule::kInnerLip || point.side != LipSide::kUpper || point.opposite < 0) continue;
+    const int upper = point.drivers[0].point;
+    const int lower = mesh.points[static_cast<std::size_t>(point.opposite)].drivers[0].point;
+    const Eigen::Vector3d up = (row(mesh.rest, upper) - row(mesh.rest, lower)).normalized();
+    const double gap = (row(mesh.rest, static_cast<int>(i)) - row(mesh.rest, point.opposite)).dot(up);
+    if (!(gap > 0)) continue;
+    offsets.row(upper) -= (kUpperLipCloses * gap * up).transpose();
+    offsets.row(lower) += ((1 - kUpperLipCloses) * gap * up).transpose();
+  }
+  return offsets;
 }
 
 MarkerPositions controlPoints(const ControlMesh& mesh, std::span<const double> markers) {

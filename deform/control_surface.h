@@ -78,6 +78,10 @@ ControlMesh buildControlMesh(const std::vector<std::string>& marker_names, const
 /// InputError that begins with `file`.
 void checkControlMesh(const ControlMesh& mesh, const std::string& file);
 
+/// What to add to the markers (markers x 3) of a mesh whose lips are apart at rest, so that they meet where the actor's
+/// do: the actor's neutral mouth is closed. Zero where the lips touch at rest.
+MarkerPositions closingOffsets(const ControlMesh& mesh);
+
 /// All control points of a frame: points x 3. `markers`: x y z of each marker side by side (a row of
 /// FaceRig::retarget). Lips that would pass through each other meet in between instead.
 MarkerPositions controlPoints(const ControlMesh& mesh, std::span<const double> markers);

@@ -35,6 +35,10 @@ FaceMesh parseFaceMesh(std::string_view bytes, const std::filesystem::path& path
                    fmt::format("found the ending '{}'; expected .obj, .ply, .off or .glb", printable(extension, 20)));
 }
 
+FaceShapes parseFaceShapes(std::string_view bytes, const std::filesystem::path& path) {
+  return lowerExtension(path) == ".glb" ? parseGlbShapes(bytes, path.string()) : FaceShapes{};
+}
+
 FaceMesh readFaceMesh(const std::filesystem::path& path) {
   const std::string extension = lowerExtension(path);
   if (extension != ".obj" && extension != ".ply" && extension != ".off" && extension != ".glb")

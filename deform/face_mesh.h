@@ -44,6 +44,16 @@ struct FaceMesh {
 FaceMesh readFaceMesh(const std::filesystem::path& path);
 /// The same for bytes already in memory; `path` gives the format and the name in messages.
 FaceMesh parseFaceMesh(std::string_view bytes, const std::filesystem::path& path);
+
+/// Morph targets of a head, by name; a vertex of `moves` is one of the mesh that parseFaceMesh gives for the same
+/// bytes.
+struct FaceShapes {
+  std::vector<std::string> names;
+  std::vector<VertexPositions> moves;  ///< displacement at weight 1, the mesh's unit
+};
+/// Those of a GLB; none for other formats. Throws InputError as parseFaceMesh does.
+FaceShapes parseFaceShapes(std::string_view bytes, const std::filesystem::path& path);
+
 void writeObj(const std::filesystem::path& path, const FaceMesh& mesh);
 /// What writeObj writes; parseFaceMesh gives the same mesh back.
 std::string objBytes(const FaceMesh& mesh);

@@ -37,6 +37,14 @@ class GlbParser {
  public:
   GlbParser(std::string_view bytes, std::string_view file) : bytes_(bytes), file_(file) {}
 
+  FaceShapes parseShapes() {
+    with_shapes_ = true;
+    load();
+    visitScene();
+    for (VertexPositions& moves : shapes_.moves) padShape(moves);
+    return std::move(shapes_);
+  }
+
   FaceMesh parse() {
     load();
     soup_.metres_per_unit = 1.0;
@@ -120,11 +128,12 @@ class GlbParser {
     if (static_cast<std::size_t>(index) >= model_.meshes.size()) fail("names a mesh that it does not hold");
     const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(index)];
     first_vertex_.clear();  // primitives of one mesh may share their vertices
-    for (const tinygltf::Primitive& primitive : mesh.primitives) addPrimitive(primitive, mesh.name, scene_from_mesh);
+    for (const tinygltf::Primitive& primitive : mesh.primitives) addPrimitive(primitive, mesh, scene_from_mesh);
   }
 
-  void addPrimitive(const tinygltf::Primitive& primitive, const std::string& mesh_name,
+  void addPrimitive(const tinygltf::Primitive& primitive, const tinygltf::Mesh& mesh,
                     const Eigen::Affine3d& scene_from_mesh) {
+    const std::string& mesh_name = mesh.name;
     if (primitive.mode == TINYGLTF_MODE_POINTS || primitive.mode == TINYGLTF_MODE_LINE ||
         primitive.mode == TINYGLTF_MODE_LINE_LOOP || primitive.mode == TINYGLTF_MODE_LINE_STRIP) {
       return;
@@ -137,6 +146,10 @@ class GlbParser {
     const auto [entry, is_new] = first_vertex_.try_emplace(position->second, soup_.vertexCount());
     const std::size_t count = is_new ? addVertices(primitive, position->second, scene_from_mesh)
                                      : accessor(position->second, TINYGLTF_TYPE_VEC3).count;
+    if (with_shapes_) {
+      if (is_new) addShapes(primitive, mesh, entry->second, count, scene_from_mesh.linear());
+      return;
+    }
     // A mirrored node turns the triangles inside out.
     const bool is_mirrored = scene_from_mesh.linear().determinant() < 0;
     addTriangles(primitive, entry->second, count, is_mirrored, addPart(primitive.material, mesh_name));
@@ -197,6 +210,95 @@ class GlbParser {
     addColors(primitive, view.count);
     addTexture(primitive, view.count);
     return view.count;
+  }
+
+  /// Names are Khronos' convention, extras.targetNames; without it a shape is called by its number.
+  static std::string shapeName(const tinygltf::Mesh& mesh, std::size_t target) {
+    const tinygltf::Value& names = mesh.extras.Get("targetNames");
+    if (names.IsArray() && target < names.ArrayLen() && names.Get(target).IsString())
+      return printable(names.Get(target).Get<std::string>(), 120);
+    return fmt::format("shape_{:02}", target);
+  }
+
+  void padShape(VertexPositions& moves) const {
+    const Eigen::Index before = moves.rows(), all = static_cast<Eigen::Index>(soup_.vertexCount());
+    if (before == all) return;
+    moves.conservativeResize(all, Eigen::NoChange);
+    moves.bottomRows(all - before).setZero();
+  }
+
+  void addShapes(const tinygltf::Primitive& primitive, const tinygltf::Mesh& mesh, std::size_t first_vertex,
+                 std::size_t count, const Eigen::Matrix3d& turn) {
+    for (std::size_t target = 0; target < primitive.targets.size(); ++target) {
+      const auto position = primitive.targets[target].find("POSITION");
+      if (position == primitive.targets[target].end()) continue;
+      const std::string name = shapeName(mesh, target);
+      std::size_t shape = 0;
+      while (shape < shapes_.names.size() && shapes_.names[shape] != name) ++shape;
+      if (shape == shapes_.names.size()) {
+        if (shape == kMaxShapes || 3 * (shape + 1) * soup_.vertexCount() > kMaxShapeNumbers)
+          fail("found more shapes than a face has");
+        shapes_.names.push_back(name);
+        shapes_.moves.emplace_back(0, 3);
+      }
+      padShape(shapes_.moves[shape]);
+      const std::vector<float> moves = mostlyZeroVec3(position->second, count);
+      for (std::size_t i = 0; i < count; ++i) {
+        const Eigen::Vector3f move =
+            (turn * Eigen::Map<const Eigen::Vector3f>(&moves[3 * i]).cast<double>()).cast<float>();
+        if (!(move.cwiseAbs().maxCoeff() <= kMaxCoordinate)) fail("found a shape with a move that is no usable number");
+        shapes_.moves[shape].row(static_cast<Eigen::Index>(first_vertex + i)) = move.transpose();
+      }
+    }
+  }
+
+  /// `count` vec3 floats of an accessor that may be sparse.
+  std::vector<float> mostlyZeroVec3(int index, std::size_t count) {
+    if (index < 0 || static_cast<std::size_t>(index) >= model_.accessors.size())
+      fail("names an accessor that it does not hold");
+    tinygltf::Accessor& wanted = model_.accessors[static_cast<std::size_t>(index)];
+    if (wanted.count != count || wanted.type != TINYGLTF_TYPE_VEC3 ||
+        wanted.componentType != TINYGLTF_COMPONENT_TYPE_FLOAT) {
+      fail("found a shape that is no list of one move a vertex");
+    }
+    std::vector<float> values(3 * count, 0.0F);
+    const auto sparse = wanted.sparse;
+    if (wanted.bufferView >= 0) {
+      wanted.sparse.isSparse = false;
+      const View view = accessor(index, TINYGLTF_TYPE_VEC3);
+      for (std::size_t i = 0; i < count; ++i) std::memcpy(&values[3 * i], view.data + i * view.stride, 12);
+      wanted.sparse.isSparse = sparse.isSparse;
+    }
+    if (!sparse.isSparse) return values;
+    if (sparse.count < 0 || static_cast<std::size_t>(sparse.count) > count) fail("found a damaged sparse accessor");
+    const View at = partOfView(sparse.indices.bufferView, sparse.indices.byteOffset, sparse.indices.componentType, 1,
+                               static_cast<std::size_t>(sparse.count));
+    const View moves = partOfView(sparse.values.bufferView, sparse.values.byteOffset, TINYGLTF_COMPONENT_TYPE_FLOAT, 3,
+                                  static_cast<std::size_t>(sparse.count));
+    for (std::size_t i = 0; i < at.count; ++i) {
+      const std::size_t vertex = indexAt(at, i);
+      if (vertex >= count) fail("found a sparse accessor with an index out of range");
+      std::memcpy(&values[3 * vertex], moves.data + i * moves.stride, 12);
+    }
+    return values;
+  }
+
+  /// `count` tightly packed elements within a buffer view.
+  [[nodiscard]] View partOfView(int view_index, std::size_t offset, int component, std::size_t width,
+                                std::size_t count) const {
+    if (view_index < 0 || static_cast<std::size_t>(view_index) >= model_.bufferViews.size())
+      fail("names a buffer view that it does not hold");
+    const tinygltf::BufferView& view = model_.bufferViews[static_cast<std::size_t>(view_index)];
+    if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model_.buffers.size())
+      fail("names a buffer that it does not hold");
+    const std::vector<unsigned char>& data = model_.buffers[static_cast<std::size_t>(view.buffer)].data;
+    const int component_size = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(component));
+    if (component_size <= 0) fail("found an accessor of an unknown type");
+    const std::size_t element = width * static_cast<std::size_t>(component_size);
+    const bool fits = view.byteOffset <= data.size() && view.byteLength <= data.size() - view.byteOffset &&
+                      offset <= view.byteLength && count <= (view.byteLength - offset) / element;
+    if (!fits) fail("found a sparse accessor that reaches beyond its buffer");
+    return {data.data() + view.byteOffset + offset, count, element, component};
   }
 
   void addColors(const tinygltf::Primitive& primitive, std::size_t count) {
@@ -310,10 +412,16 @@ class GlbParser {
   std::size_t node_visits_ = 0;
   bool has_vertex_colors_ = false;
   bool has_texture_ = false;
+  bool with_shapes_ = false;
+  FaceShapes shapes_;
 };
 
 }  // namespace
 
 FaceMesh parseGlb(std::string_view bytes, std::string_view file) { return GlbParser(bytes, file).parse(); }
+
+FaceShapes parseGlbShapes(std::string_view bytes, std::string_view file) {
+  return GlbParser(bytes, file).parseShapes();
+}
 
 }  // namespace mouthpiece

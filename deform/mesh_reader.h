@@ -40,6 +40,10 @@ FaceMesh parseObj(std::string_view bytes, std::string_view file);
 FaceMesh parsePly(std::string_view bytes, std::string_view file);
 FaceMesh parseOff(std::string_view bytes, std::string_view file);
 FaceMesh parseGlb(std::string_view bytes, std::string_view file);
+FaceShapes parseGlbShapes(std::string_view bytes, std::string_view file);
+/// Larger sets of shapes are refused.
+inline constexpr std::size_t kMaxShapes = 1000;
+inline constexpr std::size_t kMaxShapeNumbers = 300'000'000;
 
 /// Splits a polygon into triangles: a quadrilateral along its shorter diagonal, others as a fan.
 void appendPolygon(MeshSoup& soup, std::span<const std::uint32_t> corners, std::uint32_t part);

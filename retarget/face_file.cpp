@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -275,6 +276,15 @@ std::optional<PartKind> partKindFromName(std::string_view name) {
   return std::nullopt;
 }
 
+std::string_view nameOf(RbfKernel kernel) { return kKernelNames[static_cast<std::size_t>(kernel)]; }
+
+std::optional<RbfKernel> kernelFromName(std::string_view name) {
+  for (std::size_t i = 0; i < kKernelNames.size(); ++i) {
+    if (kKernelNames[i] == name) return static_cast<RbfKernel>(i);
+  }
+  return std::nullopt;
+}
+
 FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
   const json tree = parseTree(bytes, file);
   const Fields fields(tree, file, "");
@@ -294,6 +304,12 @@ FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
   if (face.mesh_file.empty() || face.mesh_file.find('\0') != std::string::npos)
     mesh.fail("file", "expected the name of a mesh");
   face.metres_per_unit = mesh.number("metres_per_unit", 1e-9, 1e3);
+  using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  face.upright_from_mesh = mesh.matrix<RowMajor3>("upright", 3);
+  if (!(face.upright_from_mesh * face.upright_from_mesh.transpose()).isIdentity(1e-6) ||
+      !(face.upright_from_mesh.determinant() > 0)) {
+    mesh.fail("upright", "is no rotation");
+  }
   for (const json& entry : mesh.array("part_kinds", kMaxMarkers)) {
     const Fields part(entry, file, "mesh.part_kinds");
     const auto kind = partKindFromName(part.text("kind"));
@@ -324,6 +340,7 @@ std::string faceFileToBytes(const FaceFile& face) {
                    {{"file", face.mesh_file},
                     {"sha256", face.mesh_sha256},
                     {"metres_per_unit", face.metres_per_unit},
+                    {"upright", blobOfMatrix(Eigen::Matrix<double, 3, 3, Eigen::RowMajor>(face.upright_from_mesh))},
                     {"part_kinds", std::move(kinds)}}},
                   {"markers", face.marker_names},
                   {"marker_targets", blobOfMatrix(face.marker_targets)},
@@ -349,6 +366,11 @@ void writeFaceFile(const std::filesystem::path& path, const FaceFile& face) {
   writeFileAtomically(path, faceFileToBytes(face));
 }
 
+void turnMesh(const Eigen::Matrix3d& turn, FaceMesh& mesh) {
+  if (turn.isIdentity(0)) return;
+  mesh.vertices = (mesh.vertices.cast<double>() * turn.transpose()).cast<float>().eval();
+}
+
 FaceMesh readMeshOf(const FaceFile& face, const std::filesystem::path& face_path) {
   const std::filesystem::path mesh_path = face_path.parent_path() / face.mesh_file;
   std::error_code error;
@@ -367,6 +389,7 @@ FaceMesh readMeshOf(const FaceFile& face, const std::filesystem::path& face_path
   }
   FaceMesh mesh = parseFaceMesh(bytes, mesh_path);
   mesh.metres_per_unit = face.metres_per_unit;
+  turnMesh(face.upright_from_mesh, mesh);
   for (MeshPart& part : mesh.parts) {
     if (const auto kind = face.part_kinds.find(part.name); kind != face.part_kinds.end()) part.kind = kind->second;
   }

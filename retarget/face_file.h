@@ -24,6 +24,7 @@ struct FaceFile {
   std::string mesh_file;    ///< relative to the `.face` file
   std::string mesh_sha256;  ///< of the mesh file's bytes, lower-case hexadecimal
   double metres_per_unit = 0.001;
+  Eigen::Matrix3d upright_from_mesh = Eigen::Matrix3d::Identity();  ///< turns the mesh file's vertices: Y up, face +Z
   std::string corpus;                          ///< name of the corpus whose actor is the neutral pose, for reports
   std::vector<std::string> marker_names;       ///< order of the markers everywhere below
   MarkerPositions marker_targets;              ///< their places on the mesh, its unit
@@ -41,12 +42,19 @@ FaceFile readFaceFile(const std::filesystem::path& path);
 std::string faceFileToBytes(const FaceFile& face);
 void writeFaceFile(const std::filesystem::path& path, const FaceFile& face);
 
-/// The mesh that `face` names, next to `face_path`; its hash is checked, unit and part kinds are set. Throws InputError
-/// when it is missing or has changed since the fit.
+/// Turns every vertex.
+void turnMesh(const Eigen::Matrix3d& turn, FaceMesh& mesh);
+
+/// The mesh that `face` names, next to `face_path`, set upright; its hash is checked, unit and part kinds are set.
+/// Throws InputError when it is missing or has changed since the fit.
 FaceMesh readMeshOf(const FaceFile& face, const std::filesystem::path& face_path);
 
 /// "skin", "lips", "upper_teeth", ...: the names of part kinds in files.
 std::string_view nameOf(PartKind kind);
 std::optional<PartKind> partKindFromName(std::string_view name);
+
+/// "inverse_multiquadric", "biharmonic", "triharmonic".
+std::string_view nameOf(RbfKernel kernel);
+std::optional<RbfKernel> kernelFromName(std::string_view name);
 
 }  // namespace mouthpiece

@@ -1,7 +1,6 @@
 #include "retarget/face_fit.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -13,9 +12,13 @@
 
 #include "base/errors.h"
 #include "deform/bezier_surface.h"
+#include "retarget/marker_placing.h"
 
 namespace mouthpiece {
 namespace {
+
+/// A unit that is off by more than this from what the head's size says is a mistake.
+constexpr double kUnitsAgree = 4;
 
 /// Root mean square distance from the mean.
 double spread(const MarkerPositions& points) {
@@ -23,23 +26,20 @@ double spread(const MarkerPositions& points) {
   return std::sqrt((points.rowwise() - mean).rowwise().squaredNorm().mean());
 }
 
-MarkerPositions placeMarkers(const FaceMesh& mesh, const Anchors& anchors, const std::string& file,
-                             const std::vector<std::string>& names) {
+MarkerPositions placesOf(const FaceMesh& mesh, const Anchors& anchors, const std::string& file,
+                         const std::vector<std::string>& names) {
   MarkerPositions places(static_cast<Eigen::Index>(names.size()), 3);
-  std::vector<std::string> missing;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const auto place = placeOf(anchors, names[i], mesh, file);
-    if (place)
-      places.row(static_cast<Eigen::Index>(i)) = place->transpose();
-    else
-      missing.push_back(names[i]);
-  }
-  if (!missing.empty()) {
-    throw InputError(file, "markers",
-                     fmt::format("lacks {} of {} markers: {}; expected a vertex or a point for each", missing.size(),
-                                 names.size(), fmt::join(missing, " ")));
-  }
+  for (std::size_t i = 0; i < names.size(); ++i)
+    places.row(static_cast<Eigen::Index>(i)) = placeOf(anchors, names[i], mesh, file).value().transpose();
   return places;
+}
+
+/// Sets the mesh upright, its anchors with it.
+void setUpright(const Eigen::Matrix3d& upright_from_mesh, FaceMesh& mesh, Anchors& anchors) {
+  turnMesh(upright_from_mesh, mesh);
+  for (auto& [name, place] : anchors.markers) {
+    if (auto* point = std::get_if<Eigen::Vector3d>(&place)) *point = upright_from_mesh * *point;
+  }
 }
 
 std::map<std::string, Eigen::Vector3d> placeVirtualPoints(const FaceMesh& mesh, const Anchors& anchors,
@@ -81,8 +81,8 @@ double metresPerUnit(const MarkerPositions& actor_neutral_mm, const MarkerPositi
   return metres;
 }
 
-FaceFile fitFace(FaceMesh& mesh, const Anchors& anchors, const std::string& anchors_file, const FitRequest& request) {
-  refuseUnknownNames(mesh, anchors, anchors_file, request.marker_names);
+FaceFile fitFace(FaceMesh& mesh, const Anchors& given, const std::string& anchors_file, const FitRequest& request) {
+  refuseUnknownNames(mesh, given, anchors_file, request.marker_names);
   FaceFile face;
   face.name = request.name;
   face.mesh_file = request.mesh_file;
@@ -90,13 +90,26 @@ FaceFile fitFace(FaceMesh& mesh, const Anchors& anchors, const std::string& anch
   face.corpus = request.corpus;
   face.marker_names = request.marker_names;
   face.actor_neutral_mm = request.actor_neutral_mm;
-  face.marker_targets = placeMarkers(mesh, anchors, anchors_file, request.marker_names);
-  face.part_kinds = anchors.part_kinds;
+  face.part_kinds = given.part_kinds;
   for (MeshPart& part : mesh.parts) {
-    if (const auto kind = anchors.part_kinds.find(part.name); kind != anchors.part_kinds.end())
-      part.kind = kind->second;
+    if (const auto kind = given.part_kinds.find(part.name); kind != given.part_kinds.end()) part.kind = kind->second;
   }
-  face.metres_per_unit = anchors.metres_per_unit.value_or(metresPerUnit(face.actor_neutral_mm, face.marker_targets));
+  Anchors anchors = given;
+  face.upright_from_mesh =
+      uprightFromMesh(meshFromActor(mesh, anchors, anchors_file, request.marker_names, request.actor_neutral_mm));
+  setUpright(face.upright_from_mesh, mesh, anchors);
+  if (std::any_of(request.marker_names.begin(), request.marker_names.end(),
+                  [&](const std::string& name) { return !anchors.markers.contains(name); })) {
+    anchors = withAllMarkers(mesh, anchors, anchors_file, request.marker_names, request.actor_neutral_mm);
+  }
+  face.marker_targets = placesOf(mesh, anchors, anchors_file, request.marker_names);
+  const double by_size = metresPerUnit(face.actor_neutral_mm, face.marker_targets);
+  face.metres_per_unit = anchors.metres_per_unit.value_or(by_size);
+  if (face.metres_per_unit > kUnitsAgree * by_size || by_size > kUnitsAgree * face.metres_per_unit) {
+    throw InputError(anchors_file, "metres_per_unit",
+                     fmt::format("found {}; by the head's size it is about {:.3g} (leave the key out to take that)",
+                                 face.metres_per_unit, by_size));
+  }
   mesh.metres_per_unit = face.metres_per_unit;
   try {
     face.warp = RbfWarp::fit(face.actor_neutral_mm, face.marker_targets, request.warp).options();
@@ -186,7 +199,11 @@ void checkFoldOvers(const FaceFile& face, const FaceMesh& mesh, const RbfWarp& w
   const double usual = warp.jacobian(face.actor_neutral_mm.colwise().mean().transpose()).determinant();
   check.sampled_points = static_cast<std::size_t>(points.rows());
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    if (warp.jacobian(actor_points.row(i).transpose()).determinant() * usual <= 0) ++check.fold_overs;
+    if (warp.jacobian(actor_points.row(i).transpose()).determinant() * usual > 0) continue;
+    if (check.fold_overs++ > 0) continue;
+    Eigen::Index nearest = 0;
+    (face.marker_targets.rowwise() - points.row(i)).rowwise().squaredNorm().minCoeff(&nearest);
+    check.fold_over_marker = face.marker_names[static_cast<std::size_t>(nearest)];
   }
 }
 
@@ -218,6 +235,7 @@ FaceCheck checkFace(const FaceFile& face, const FaceMesh& mesh) {
   check.landmark_rms_mm = mm_per_unit * warp.summary().landmark_rms;
   check.landmark_max_mm = mm_per_unit * warp.summary().landmark_max;
   check.leave_one_out_rms_mm = mm_per_unit * leaveOneOutRms(face.actor_neutral_mm, face.marker_targets, face.warp);
+  check.kernel = face.warp.kernel;
   check.shape_factor = face.warp.shape_factor;
   checkMarkerPlaces(face, mesh, mm_per_unit, check);
   checkFoldOvers(face, mesh, warp, check);
@@ -232,9 +250,8 @@ std::vector<std::string> faultsOf(const FaceCheck& check) {
   constexpr double kSmoothDeg = 1;
   std::vector<std::string> faults;
   if (check.fold_overs > 0) {
-    faults.push_back(
-        fmt::format("the warp folds over at {} of {} points; check the anchors for swapped or misplaced markers",
-                    check.fold_overs, check.sampled_points));
+    faults.push_back(fmt::format("the warp folds over at {} of {} points, first beside {}; check the anchors there",
+                                 check.fold_overs, check.sampled_points, check.fold_over_marker));
   }
   if (check.binding.lip_side_errors > 0) {
     faults.push_back(

@@ -20,9 +20,10 @@ struct FitRequest {
   BindingOptions binding;
 };
 
-/// Places the markers on `mesh` by `anchors`, fits the warp, triangulates the control surface and binds the mesh (EDGE
-/// 6). Sets mesh.metres_per_unit (from the anchors, else from the actor's size) and part kinds. `anchors_file` is for
-/// messages. Throws InputError that names the markers without an anchor, or says why the face cannot be fitted.
+/// Sets `mesh` upright, places the markers on it by `anchors` (all, or a few: marker_placing.h), fits the warp,
+/// triangulates the control surface and binds the mesh (EDGE 6). Sets mesh.metres_per_unit (from the anchors, else from
+/// the actor's size) and part kinds. `anchors_file` is for messages. Throws InputError that says which anchors are
+/// missing, or why the face cannot be fitted.
 FaceFile fitFace(FaceMesh& mesh, const Anchors& anchors, const std::string& anchors_file, const FitRequest& request);
 
 /// Metres per unit of a head whose markers span as much as the actor's: a usual unit where one is near, else the ratio
@@ -37,9 +38,11 @@ struct FaceCheck {
   double leave_one_out_rms_mm = 0;
   double marker_to_surface_max_mm = 0;  ///< farthest marker from the mesh's skin
   std::string farthest_marker;
+  RbfKernel kernel = RbfKernel::kInverseMultiquadric;
   double shape_factor = 0;
   std::size_t sampled_points = 0;  ///< of the face, where the warp's Jacobian was looked at
   std::size_t fold_overs = 0;      ///< of them, where it turns space inside out
+  std::string fold_over_marker;    ///< the marker next to the first of those
   BindingReport binding;
   double patch_edge_angle_max_deg =
       0;  ///< between the normals of neighbouring patches along their edge, over sampled poses

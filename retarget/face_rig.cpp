@@ -59,7 +59,10 @@ PositionMatrix FaceRig::retarget(const MotionClip& motion, const MarkerPositions
     throw InputError(
         "the motion has markers that were not seen in some frames; expected gaps to be filled (`corpus clean`)");
   }
-  return data_->warp.targetFromActorRelative(frames, neutral);
+  PositionMatrix result = data_->warp.targetFromActorRelative(frames, neutral);
+  const MarkerPositions closing = closingOffsets(data_->file.control);
+  result.rowwise() += Eigen::Map<const Eigen::RowVectorXd>(closing.data(), closing.size());
+  return result;
 }
 
 void FaceRig::deform(std::span<const double> control, const TonguePose& tongue, VertexPositions& out) const {

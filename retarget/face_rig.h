@@ -30,7 +30,8 @@ class FaceRig {
 
   /// Marker trajectories carried from the actor's space to the mesh's by the RBF warp (EDGE 6): frames x (3 * control
   /// points), mesh units. `motion` must hold the rig's markers by name; others are ignored. Throws InputError naming a
-  /// missing one. `actor_neutral_mm`: the neutral pose of the actor who moves (markers of `motion`, in its order);
+  /// missing one. Lips that are apart on the mesh at rest are brought together by as much as the actor's are closed.
+  /// `actor_neutral_mm`: the neutral pose of the actor who moves (markers of `motion`, in its order);
   /// null: that of the corpus the face was fitted with.
   [[nodiscard]] PositionMatrix retarget(const MotionClip& motion,
                                         const MarkerPositions* actor_neutral_mm = nullptr) const;

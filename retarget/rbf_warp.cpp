@@ -14,6 +14,9 @@ namespace {
 /// markers.
 constexpr std::array kShapeFactorCandidates{0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0};
 
+/// Another kernel than the paper's has to earn it: its leave-one-out error must be below this share.
+constexpr double kClearlyBetter = 0.97;
+
 double meanNearestNeighbourDistance(const MarkerPositions& points) {
   double sum = 0;
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
@@ -33,19 +36,40 @@ RbfOptions kernelOptions(const WarpOptions& options, double spacing) {
           .regularization = options.regularization};
 }
 
-double chooseShapeFactor(const MarkerPositions& source, const MarkerPositions& target, WarpOptions options) {
-  if (options.shape_factor > 0) return options.shape_factor;
-  if (options.kernel != RbfKernel::kInverseMultiquadric) return 1;  // the other kernels have no shape
-  double best_factor = 0;
-  double best_rms = std::numeric_limits<double>::infinity();
+struct Candidate {
+  WarpOptions options;
+  double rms = std::numeric_limits<double>::infinity();
+};
+
+/// The shape factor with the least leave-one-out error, for kernels that have one.
+Candidate bestShape(const MarkerPositions& source, const MarkerPositions& target, WarpOptions options) {
+  Candidate best;
+  const bool has_shape = options.kernel == RbfKernel::kInverseMultiquadric;
+  if (options.shape_factor > 0 || !has_shape) {
+    if (!has_shape) options.shape_factor = 1;
+    return {options, leaveOneOutRms(source, target, options)};
+  }
   for (const double factor : kShapeFactorCandidates) {
     options.shape_factor = factor;
     const double rms = leaveOneOutRms(source, target, options);
-    if (rms >= best_rms) continue;
-    best_rms = rms;
-    best_factor = factor;
+    if (rms < best.rms) best = {options, rms};
   }
-  return best_factor;
+  return best;
+}
+
+WarpOptions chooseKernel(const MarkerPositions& source, const MarkerPositions& target, WarpOptions options) {
+  if (!options.any_kernel && options.shape_factor > 0) return options;
+  options.kernel = options.any_kernel ? RbfKernel::kInverseMultiquadric : options.kernel;
+  Candidate best = bestShape(source, target, options);
+  if (options.any_kernel) {
+    for (const RbfKernel kernel : {RbfKernel::kBiharmonic, RbfKernel::kTriharmonic}) {
+      options.kernel = kernel;
+      const Candidate other = bestShape(source, target, options);
+      if (other.rms < kClearlyBetter * best.rms) best = other;
+    }
+  }
+  best.options.any_kernel = false;
+  return best.options;
 }
 
 }  // namespace
@@ -57,8 +81,7 @@ RbfWarp RbfWarp::fit(const MarkerPositions& actor_neutral_mm, const MarkerPositi
   if (!actor_neutral_mm.allFinite() || !target.allFinite())
     throw InputError("found a marker without a place; expected finite numbers");
 
-  WarpOptions chosen = options;
-  chosen.shape_factor = chooseShapeFactor(actor_neutral_mm, target, options);
+  const WarpOptions chosen = chooseKernel(actor_neutral_mm, target, options);
   RbfWarp warp(RbfInterpolant::fit(actor_neutral_mm, target,
                                    kernelOptions(chosen, meanNearestNeighbourDistance(actor_neutral_mm))),
                target);

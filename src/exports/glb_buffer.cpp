@@ -30,11 +30,15 @@ std::string_view bytesOf(const std::vector<T>& values) {
   return bytesOf(std::span<const T>(values));
 }
 
-void addBounds(json& accessor, std::span<const float> values, std::size_t width) {
+void addBounds(json& accessor, std::span<const float> values, std::size_t width, bool has_zeros = false) {
   std::array<float, 3> low;
   std::array<float, 3> high;
   low.fill(std::numeric_limits<float>::max());
   high.fill(std::numeric_limits<float>::lowest());
+  if (has_zeros) {
+    low.fill(0);
+    high.fill(0);
+  }
   for (std::size_t i = 0; i < values.size(); i += width) {
     for (std::size_t axis = 0; axis < width; ++axis) {
       low[axis] = std::min(low[axis], values[i + axis]);
@@ -125,30 +129,26 @@ std::size_t GlbBuffer::addZeroVec3(std::size_t count) {
   return known->second;
 }
 
-std::size_t GlbBuffer::addMostlyZeroVec3(std::span<const float> values, bool with_bounds) {
-  const std::size_t count = values.size() / 3;
-  std::vector<std::uint32_t> indices;
-  std::vector<float> kept;
-  for (std::size_t i = 0; i < count; ++i) {
-    const float* value = &values[3 * i];
-    if (value[0] == 0 && value[1] == 0 && value[2] == 0) continue;
-    indices.push_back(static_cast<std::uint32_t>(i));
-    kept.insert(kept.end(), value, value + 3);
-  }
+std::size_t GlbBuffer::addMostlyZeroVec3(std::span<const std::uint32_t> indices, std::span<const float> values,
+                                         std::size_t count, bool with_bounds) {
+  MOUTHPIECE_EXPECT(values.size() == 3 * indices.size() && indices.size() <= count);
   if (indices.empty()) return addZeroVec3(count);
   const bool is_short = count <= std::numeric_limits<std::uint16_t>::max();
-  if (kept.size() * sizeof(float) + indices.size() * (is_short ? 2 : 4) >= values.size_bytes()) {
-    return addVec3(values, with_bounds);
+  if (values.size_bytes() + indices.size() * (is_short ? 2 : 4) >= 3 * count * sizeof(float)) {
+    std::vector<float> all(3 * count, 0.0F);
+    for (std::size_t i = 0; i < indices.size(); ++i)
+      std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(3 * i), 3, all.begin() + 3 * indices[i]);
+    return addVec3(all, with_bounds);
   }
   json accessor{{"componentType", kFloat}, {"count", count}, {"type", "VEC3"}};
-  if (with_bounds) addBounds(accessor, values, 3);
+  if (with_bounds) addBounds(accessor, values, 3, indices.size() < count);
   const std::vector<std::uint16_t> narrow =
       is_short ? std::vector<std::uint16_t>(indices.begin(), indices.end()) : std::vector<std::uint16_t>();
   const std::size_t index_view = addView(is_short ? bytesOf(narrow) : bytesOf(indices), kNoTarget, 0);
   accessor["sparse"] = {
       {"count", indices.size()},
       {"indices", {{"bufferView", index_view}, {"componentType", is_short ? kUnsignedShort : kUnsignedInt}}},
-      {"values", {{"bufferView", addView(bytesOf(kept), kNoTarget, 0)}}}};
+      {"values", {{"bufferView", addView(bytesOf(values), kNoTarget, 0)}}}};
   return addAccessor(std::move(accessor));
 }
 

@@ -20,9 +20,10 @@ class GlbBuffer {
   std::size_t addColors(std::span<const std::uint16_t> rgba);
   std::size_t addIndices(std::span<const std::uint32_t> indices, std::size_t vertex_count);
   std::size_t addScalars(std::span<const float> values, bool with_bounds);
-  /// Vec3 values most of which are zero: stored sparse where that is smaller; all-zero ones of a length share one
-  /// accessor without data.
-  std::size_t addMostlyZeroVec3(std::span<const float> values, bool with_bounds);
+  /// `count` vec3 values, zero but for `values` (three each) at `indices` (rising): stored sparse where that is
+  /// smaller; all-zero ones of a count share one accessor without data.
+  std::size_t addMostlyZeroVec3(std::span<const std::uint32_t> indices, std::span<const float> values,
+                                std::size_t count, bool with_bounds);
 
   [[nodiscard]] const nlohmann::json& accessor(std::size_t index) const { return accessors_[index]; }
 

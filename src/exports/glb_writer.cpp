@@ -56,6 +56,41 @@ std::vector<float> gathered(const PartVertices& part, const float* row, float sc
   return values;
 }
 
+/// Which of the part's vertices some shape moves or turns, as numbers within the part: a head is mostly hair and back.
+std::vector<std::uint32_t> movingOf(const PartVertices& part, const PrincipalShapes& shapes,
+                                    const ShapeNormals& normals) {
+  std::vector<char> moves(part.vertices.size(), 0);
+  for (Index k = 0; k < shapes.shapeCount(); ++k) {
+    for (const float* row : {shapes.shapes.row(k).data(), normals.deltas.row(k).data()}) {
+      for (std::size_t i = 0; i < moves.size(); ++i) {
+        const float* value = row + 3 * std::size_t{part.vertices[i]};
+        moves[i] |= static_cast<char>(value[0] != 0 || value[1] != 0 || value[2] != 0);
+      }
+    }
+  }
+  std::vector<std::uint32_t> moving;
+  for (std::size_t i = 0; i < moves.size(); ++i) {
+    if (moves[i] != 0) moving.push_back(static_cast<std::uint32_t>(i));
+  }
+  return moving;
+}
+
+/// The part's values of one shape as an accessor; only `moving` ones may differ from zero.
+std::size_t addTarget(const PartVertices& part, const std::vector<std::uint32_t>& moving, const float* row, float scale,
+                      bool with_bounds, GlbBuffer& buffer) {
+  std::vector<std::uint32_t> indices;
+  std::vector<float> values;
+  indices.reserve(moving.size());
+  values.reserve(3 * moving.size());
+  for (const std::uint32_t i : moving) {
+    const float* value = row + 3 * std::size_t{part.vertices[i]};
+    if (value[0] == 0 && value[1] == 0 && value[2] == 0) continue;
+    indices.push_back(i);
+    values.insert(values.end(), {scale * value[0], scale * value[1], scale * value[2]});
+  }
+  return buffer.addMostlyZeroVec3(indices, values, part.vertices.size(), with_bounds);
+}
+
 std::vector<std::uint16_t> gatheredColors(const PartVertices& part, const FaceMesh& mesh) {
   std::vector<std::uint16_t> colors;
   colors.reserve(4 * part.vertices.size());
@@ -95,12 +130,14 @@ json primitiveOf(const FaceMesh& mesh, const MeshPart& part, const PrincipalShap
     }
     attributes["TEXCOORD_0"] = buffer.addVec2(coordinates);
   }
+  const std::vector<std::uint32_t> moving = movingOf(own, shapes, normals);
   json targets = json::array();
   for (Index k = 0; k < shapes.shapeCount(); ++k) {
-    const auto positions = gathered(own, shapes.shapes.row(k).data(), metres);
-    const auto turns = gathered(own, normals.deltas.row(k).data(), 1.0F);
-    targets.push_back(
-        {{"POSITION", buffer.addMostlyZeroVec3(positions, true)}, {"NORMAL", buffer.addMostlyZeroVec3(turns, false)}});
+    const auto add = [&](const float* row, float scale, bool with_bounds) {
+      return addTarget(own, moving, row, scale, with_bounds, buffer);
+    };
+    targets.push_back({{"POSITION", add(shapes.shapes.row(k).data(), metres, true)},
+                       {"NORMAL", add(normals.deltas.row(k).data(), 1.0F, false)}});
   }
   json primitive{{"attributes", std::move(attributes)},
                  {"indices", buffer.addIndices(own.indices, own.vertices.size())},

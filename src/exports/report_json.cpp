@@ -21,7 +21,8 @@ ordered_json phonesOf(const UtteranceAnimation& animation) {
   ordered_json phones = ordered_json::array();
   for (std::size_t i = 0; i < animation.labels.phones.size(); ++i) {
     const LabelledPhone& phone = animation.labels.phones[i];
-    bool is_backoff = false;
+    // In a sung line vowels are made of curves, whatever lies under them.
+    bool is_backoff = !animation.style.empty() && isVowel(phone.phone);
     for (const PlacedUnit& unit : animation.units) is_backoff |= unit.is_backoff && covers(unit.phones, i);
     phones.push_back({{"phone", phoneName(phone.phone)},
                       {"start_s", rounded(phone.span.start)},
@@ -46,6 +47,7 @@ ordered_json unitsOf(const UtteranceAnimation& animation) {
                      {"scale", unit.scale},
                      {"cost", rounded(unit.cost)},
                      {"backoff", unit.is_backoff}});
+    if (unit.sound.duration() > 0) units.back()["sound"] = {rounded(unit.sound.start), rounded(unit.sound.end)};
   }
   return units;
 }
@@ -68,6 +70,16 @@ ordered_json backoffOf(const UtteranceAnimation& animation) {
   return backoff;
 }
 
+/// The share of the line's pairs of phones that no capture made.
+double backoffShare(const UtteranceAnimation& animation) {
+  const std::size_t phones = animation.labels.phones.size();
+  double pairs = 0;
+  for (const PlacedUnit& unit : animation.units) {
+    if (unit.is_backoff) pairs += static_cast<double>(unit.phones.last.value - unit.phones.first.value);
+  }
+  return phones > 1 ? pairs / static_cast<double>(phones - 1) : 0;
+}
+
 }  // namespace
 
 ordered_json reportFields(const UtteranceAnimation& animation) {
@@ -86,6 +98,8 @@ ordered_json reportFields(const UtteranceAnimation& animation) {
           {"units", unitsOf(animation)},
           {"joins", joinsOf(animation)},
           {"backoff", backoffOf(animation)},
+          {"backoff_share", rounded(backoffShare(animation))},
+          {"style", animation.style},
           {"timing_ms",
            {{"load", rounded(timing.load)},
             {"speech", rounded(timing.speech)},

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "deform/face_mesh.h"
+
+namespace mouthpiece {
+
+/// Closest points on some triangles of a mesh (CGAL's tree of boxes).
+class SkinTree {
+ public:
+  SkinTree(const FaceMesh& mesh, const std::vector<Triangle>& triangles);
+  SkinTree(SkinTree&&) noexcept;
+  ~SkinTree();
+
+  [[nodiscard]] bool empty() const;
+  /// nullopt when there are no triangles.
+  [[nodiscard]] std::optional<Eigen::Vector3d> closest(const Eigen::Vector3d& point) const;
+
+ private:
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
+
+}  // namespace mouthpiece

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "deform/face_animation.h"
+#include "deform/face_mesh.h"
+#include "exports/principal_shapes.h"
+
+namespace mouthpiece {
+
+/// Apple's names of ARKit's blend shapes, in the order of Live Link Face.
+inline constexpr std::array<std::string_view, 52> kArkitNames{"EyeBlinkLeft",
+                                                              "EyeLookDownLeft",
+                                                              "EyeLookInLeft",
+                                                              "EyeLookOutLeft",
+                                                              "EyeLookUpLeft",
+                                                              "EyeSquintLeft",
+                                                              "EyeWideLeft",
+                                                              "EyeBlinkRight",
+                                                              "EyeLookDownRight",
+                                                              "EyeLookInRight",
+                                                              "EyeLookOutRight",
+                                                              "EyeLookUpRight",
+                                                              "EyeSquintRight",
+                                                              "EyeWideRight",
+                                                              "JawForward",
+                                                              "JawRight",
+                                                              "JawLeft",
+                                                              "JawOpen",
+                                                              "MouthClose",
+                                                              "MouthFunnel",
+                                                              "MouthPucker",
+                                                              "MouthRight",
+                                                              "MouthLeft",
+                                                              "MouthSmileLeft",
+                                                              "MouthSmileRight",
+                                                              "MouthFrownLeft",
+                                                              "MouthFrownRight",
+                                                              "MouthDimpleLeft",
+                                                              "MouthDimpleRight",
+                                                              "MouthStretchLeft",
+                                                              "MouthStretchRight",
+                                                              "MouthRollLower",
+                                                              "MouthRollUpper",
+                                                              "MouthShrugLower",
+                                                              "MouthShrugUpper",
+                                                              "MouthPressLeft",
+                                                              "MouthPressRight",
+                                                              "MouthLowerDownLeft",
+                                                              "MouthLowerDownRight",
+                                                              "MouthUpperUpLeft",
+                                                              "MouthUpperUpRight",
+                                                              "BrowDownLeft",
+                                                              "BrowDownRight",
+                                                              "BrowInnerUp",
+                                                              "BrowOuterUpLeft",
+                                                              "BrowOuterUpRight",
+                                                              "CheekPuff",
+                                                              "CheekSquintLeft",
+                                                              "CheekSquintRight",
+                                                              "NoseSneerLeft",
+                                                              "NoseSneerRight",
+                                                              "TongueOut"};
+
+/// The number in kArkitNames of a shape's name: letter case, `_` and other punctuation do not count, `_L` and `_R`
+/// stand for Left and Right, and halves of a shape that Apple has whole (browInnerUp_L) are that shape. -1: none of
+/// them.
+int arkitIndex(std::string_view shape_name);
+
+struct ArkitOptions {
+  double smoothness = 0.15;  ///< pull between a weight's neighbours in time, as a share of the mean shape's energy
+  double thrift = 0.002;     ///< pull of every weight towards zero, likewise
+};
+
+/// Weights of ARKit's shapes over time.
+struct ArkitCurves {
+  double frame_rate_hz = 0;
+  RowMajorMatrixF weights;      ///< frames x 52, each in [0, 1]; zero for shapes that the head lacks
+  std::vector<bool> has_shape;  ///< 52
+  double rms_error_mm = 0;      ///< of all vertices of skin that move, over all frames
+  double largest_error_mm = 0;
+  double rms_motion_mm = 0;  ///< what there was to reproduce: of the same vertices
+};
+
+/// Weights in [0, 1] that best reproduce `animation` of `mesh` with `shapes`: least squares over the vertices of skin
+/// and lips, all frames at once with a pull between neighbouring frames, by projected Gauss-Seidel. Throws InputError
+/// when no shape has an ARKit name.
+ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes,
+                     const ArkitOptions& options = {});
+
+/// Live Link Face's CSV: time code, 52 weights, and head and eyes, which are zero.
+std::string liveLinkCsv(const ArkitCurves& curves);
+
+/// `glb` with one weights animation, named "speech", in the place of those it had; everything else (materials,
+/// textures, skins) stays byte by byte. Shapes that have no curve rest. Throws InputError that begins with `file`.
+std::string glbWithArkitAnimation(std::string_view glb, const std::string& file, const ArkitCurves& curves);
+
+}  // namespace mouthpiece

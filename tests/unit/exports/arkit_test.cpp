@@ -1,0 +1,150 @@
+// ARKit's curves from a moving face.
+#include "exports/arkit.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "base/errors.h"
+#include "base/files.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr float kWeightWithin = 0.02F;  ///< what thrift and smoothness take away
+
+/// A strip of skin with shapes of ARKit's names that move separate vertices.
+struct Head {
+  FaceMesh mesh;
+  FaceShapes shapes;
+};
+
+Head headWith(const std::vector<std::string>& names) {
+  Head head;
+  const auto count = static_cast<Eigen::Index>(2 * names.size() + 2);
+  head.mesh.vertices = VertexPositions::Zero(count, 3);
+  for (Eigen::Index v = 0; v < count; ++v) head.mesh.vertices.row(v) << static_cast<float>(v), float(v % 2), 0;
+  for (std::uint32_t v = 0; v + 2 < count; ++v) head.mesh.triangles.push_back({v, v + 1, v + 2});
+  head.mesh.parts = {{.name = "skin", .triangle_count = head.mesh.triangles.size()}};
+  for (std::size_t s = 0; s < names.size(); ++s) {
+    head.shapes.names.push_back(names[s]);
+    head.shapes.moves.push_back(VertexPositions::Zero(count, 3));
+    head.shapes.moves.back().row(static_cast<Eigen::Index>(2 * s)) << 0, -8, 2;
+    head.shapes.moves.back().row(static_cast<Eigen::Index>(2 * s + 1)) << 1, -3, 0;
+  }
+  return head;
+}
+
+FaceAnimation animationOf(const Head& head, const Eigen::MatrixXf& weights) {
+  FaceAnimation animation{60, {}};
+  animation.positions.resize(weights.rows(), head.mesh.vertices.size());
+  for (Eigen::Index t = 0; t < weights.rows(); ++t) {
+    VertexPositions frame = head.mesh.vertices;
+    for (std::size_t s = 0; s < head.shapes.moves.size(); ++s)
+      frame += weights(t, static_cast<Eigen::Index>(s)) * head.shapes.moves[s];
+    animation.positions.row(t) = Eigen::Map<const Eigen::RowVectorXf>(frame.data(), frame.size());
+  }
+  return animation;
+}
+
+TEST(Arkit, KnowsTheNamesThatHeadsUse) {
+  EXPECT_EQ(kArkitNames[static_cast<std::size_t>(arkitIndex("jawOpen"))], "JawOpen");
+  EXPECT_EQ(kArkitNames[static_cast<std::size_t>(arkitIndex("mouthSmile_L"))], "MouthSmileLeft");
+  EXPECT_EQ(kArkitNames[static_cast<std::size_t>(arkitIndex("mouthSmileRight"))], "MouthSmileRight");
+  EXPECT_EQ(kArkitNames[static_cast<std::size_t>(arkitIndex("browInnerUp_R"))], "BrowInnerUp");
+  EXPECT_EQ(kArkitNames[static_cast<std::size_t>(arkitIndex("jawLeft"))], "JawLeft");
+  EXPECT_EQ(arkitIndex("cheekRaiser_L"), -1);
+  EXPECT_EQ(arkitIndex(""), -1);
+}
+
+TEST(Arkit, FindsTheWeightsThatMadeAMotion) {
+  const Head head = headWith({"jawOpen", "mouthSmile_L", "mouthSmile_R", "browInnerUp_L", "browInnerUp_R"});
+  Eigen::MatrixXf weights(40, 5);
+  for (Eigen::Index t = 0; t < weights.rows(); ++t) {
+    const float way = 0.5F - 0.5F * std::cos(0.15F * static_cast<float>(t));
+    weights.row(t) << 0.8F * way, 0.3F * way, 0.6F, 0.4F * way, 0.4F * way;
+  }
+  const ArkitCurves curves = fitArkit(animationOf(head, weights), head.mesh, head.shapes);
+  for (Eigen::Index s = 0; s < weights.cols(); ++s) {
+    const int shape = arkitIndex(head.shapes.names[static_cast<std::size_t>(s)]);
+    EXPECT_LT((curves.weights.col(shape) - weights.col(s)).cwiseAbs().maxCoeff(), kWeightWithin)
+        << head.shapes.names[static_cast<std::size_t>(s)];
+  }
+  EXPECT_LT(curves.rms_error_mm, 0.02 * curves.rms_motion_mm);
+}
+
+TEST(Arkit, KeepsWeightsBetweenZeroAndOne) {
+  const Head head = headWith({"jawOpen", "mouthPucker"});
+  Eigen::MatrixXf weights = Eigen::MatrixXf::Constant(10, 2, 1.7F);
+  weights.col(1).setConstant(-0.4F);
+  const ArkitCurves curves = fitArkit(animationOf(head, weights), head.mesh, head.shapes);
+  EXPECT_GE(curves.weights.minCoeff(), 0);
+  EXPECT_LE(curves.weights.maxCoeff(), 1);
+  EXPECT_EQ(curves.weights.col(arkitIndex("mouthPucker")).maxCoeff(), 0);
+  EXPECT_GT(curves.largest_error_mm, 1);
+}
+
+TEST(Arkit, SmoothnessTakesTremblingAway) {
+  const Head head = headWith({"jawOpen", "mouthFunnel"});
+  std::mt19937 random(7);
+  std::normal_distribution<float> noise(0.5F, 0.05F);
+  Eigen::MatrixXf weights(80, 2);
+  for (Eigen::Index i = 0; i < weights.size(); ++i) weights.data()[i] = noise(random);
+  const auto change = [&](double smoothness) {
+    const ArkitCurves curves = fitArkit(animationOf(head, weights), head.mesh, head.shapes, {.smoothness = smoothness});
+    const Eigen::VectorXf jaw = curves.weights.col(arkitIndex("jawOpen"));
+    return (jaw.tail(79) - jaw.head(79)).norm();
+  };
+  EXPECT_LT(change(2), 0.5F * change(0));
+}
+
+TEST(Arkit, RefusesAHeadWithoutSuchShapes) {
+  const Head head = headWith({"happy", "sad"});
+  EXPECT_THROW((void)fitArkit(animationOf(head, Eigen::MatrixXf::Zero(3, 2)), head.mesh, head.shapes), InputError);
+}
+
+TEST(Arkit, CsvHasALineAFrameAndLiveLinksColumns) {
+  ArkitCurves curves{.frame_rate_hz = 60, .weights = RowMajorMatrixF::Constant(121, 52, 0.25F), .has_shape = {}};
+  const std::string csv = liveLinkCsv(curves);
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 122);
+  EXPECT_TRUE(csv.starts_with("Timecode,BlendShapeCount,EyeBlinkLeft,"));
+  EXPECT_NE(csv.find("\n00:00:02:00.000,61,0.250000,"), std::string::npos);
+  const std::string first = csv.substr(csv.find('\n') + 1, csv.find('\n', csv.find('\n') + 1) - csv.find('\n') - 1);
+  EXPECT_EQ(std::count(first.begin(), first.end(), ','), 62);
+}
+
+TEST(Arkit, AnimatesAGivenGlbAndKeepsTheRest) {
+  const std::filesystem::path path =
+      std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / ".." / "shared" / "faces" / "ict_arkit.glb";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << "../shared/faces/ict_arkit.glb is not here";
+  const std::string given = readFile(path);
+  const FaceShapes shapes = parseFaceShapes(given, path);
+  EXPECT_EQ(shapes.names.size(), 55U);
+  const auto known = std::count_if(shapes.names.begin(), shapes.names.end(),
+                                   [](const std::string& name) { return arkitIndex(name) >= 0; });
+  EXPECT_EQ(known, 53);  // all but the cheek raisers
+  ArkitCurves curves{.frame_rate_hz = 60, .weights = RowMajorMatrixF::Zero(30, 52), .has_shape = {}};
+  curves.weights.col(arkitIndex("jawOpen")).setLinSpaced(0, 1);
+  const std::string made = glbWithArkitAnimation(given, path.string(), curves);
+  const FaceMesh before = parseFaceMesh(given, path), after = parseFaceMesh(made, path);
+  EXPECT_EQ(before.vertices, after.vertices);
+  EXPECT_EQ(before.parts.size(), after.parts.size());
+  const auto chunk = nlohmann::json::parse(made.substr(20, *reinterpret_cast<const std::uint32_t*>(made.data() + 12)));
+  ASSERT_EQ(chunk.at("animations").size(), 1U);
+  const auto& sampler = chunk["animations"][0]["samplers"][0];
+  EXPECT_EQ(chunk["accessors"][sampler["output"].get<std::size_t>()]["count"], 30 * 55);
+  EXPECT_EQ(chunk["materials"].size(), 12U);
+}
+
+TEST(Arkit, RefusesADamagedGlb) {
+  const ArkitCurves curves{.frame_rate_hz = 60, .weights = RowMajorMatrixF::Zero(2, 52), .has_shape = {}};
+  for (const std::string bad : {"", "glTF", "glTF\2\0\0\0aaaaaaaaaaaaaaaaaaaaaaaa"})
+    EXPECT_THROW((void)glbWithArkitAnimation(bad, "x.glb", curves), InputError);
+}
+
+}  // namespace
+}  // namespace mouthpiece

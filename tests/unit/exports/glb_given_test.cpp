@@ -1,0 +1,94 @@
+// Shapes written into a GLB that was given.
+#include "exports/glb_given.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "base/errors.h"
+#include "exports/glb_chunks.h"
+#include "exports/glb_writer.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr float kWithin = 1e-6F;  ///< metres; floats through one rotation
+
+/// Two parts with a texture, as a GLB.
+std::string givenGlb() {
+  FaceMesh mesh;
+  mesh.metres_per_unit = 1;
+  mesh.vertices.resize(6, 3);
+  mesh.vertices << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 2, 1, 0, 2, 0, 1, 2;
+  mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
+  mesh.texture_coordinates.assign(6, {0.25F, 0.75F});
+  mesh.parts = {{.name = "skin", .triangle_count = 1},
+                {.name = "teeth", .first_triangle = 1, .triangle_count = 1, .roughness = 0.2F}};
+  PrincipalShapes none;
+  none.frame_rate_hz = 60;
+  none.rest = Eigen::Map<const Eigen::RowVectorXf>(mesh.vertices.data(), mesh.vertices.size());
+  none.shapes.resize(0, mesh.vertices.size());
+  none.weights.resize(2, 0);
+  return glbBytes(mesh, none, "head");
+}
+
+PrincipalShapes shapesFor(const FaceMesh& mesh) {
+  std::mt19937 random(5);
+  std::normal_distribution<float> move(0, 0.01F);
+  PrincipalShapes shapes;
+  shapes.frame_rate_hz = 50;
+  shapes.rest = Eigen::Map<const Eigen::RowVectorXf>(mesh.vertices.data(), mesh.vertices.size());
+  shapes.shapes = RowMajorMatrixF::Zero(3, mesh.vertices.size());
+  for (Eigen::Index i = 0; i < 9; ++i) shapes.shapes(0, i) = move(random);
+  shapes.shapes(1, 16) = move(random);
+  shapes.weights = RowMajorMatrixF::Constant(4, 3, 0.5F);
+  return shapes;
+}
+
+TEST(GivenGlb, GetsTheShapesAndKeepsTheRest) {
+  const std::string given = givenGlb();
+  const FaceMesh mesh = parseFaceMesh(given, "head.glb");
+  const Eigen::Matrix3d upright = Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  const PrincipalShapes shapes = shapesFor(mesh);
+  const auto made = glbWithShapes(given, "head.glb", shapes, upright);
+  ASSERT_TRUE(made);
+  const FaceMesh after = parseFaceMesh(*made, "head.glb");
+  EXPECT_EQ(after.vertices, mesh.vertices);
+  EXPECT_EQ(after.texture_coordinates, mesh.texture_coordinates);
+  ASSERT_EQ(after.parts.size(), 2U);
+  EXPECT_EQ(after.parts[1].roughness, 0.2F);
+  const FaceShapes read = parseFaceShapes(*made, "head.glb");
+  ASSERT_EQ(read.moves.size(), 3U);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Eigen::RowVectorXf row = shapes.shapes.row(static_cast<Eigen::Index>(k));
+    const VertexPositions wanted = Eigen::Map<const VertexPositions>(row.data(), 6, 3) * upright.cast<float>();
+    EXPECT_LT((read.moves[k] - wanted).cwiseAbs().maxCoeff(), kWithin) << k;
+  }
+  const nlohmann::json root = glbChunks(*made, "head.glb").root;
+  ASSERT_EQ(root["animations"].size(), 1U);
+  EXPECT_EQ(root["accessors"][root["animations"][0]["samplers"][0]["output"].get<std::size_t>()]["count"], 12);
+}
+
+TEST(GivenGlb, IsLeftAloneWhenAMeshIsShownTwice) {
+  GlbChunks chunks = glbChunks(givenGlb(), "head.glb");
+  chunks.root["nodes"].push_back({{"mesh", 0}, {"translation", {3, 0, 0}}});
+  chunks.root["scenes"][0]["nodes"] = {0, 1};
+  const std::string twice = chunks.toBytes();
+  EXPECT_FALSE(
+      glbWithShapes(twice, "head.glb", shapesFor(parseFaceMesh(twice, "head.glb")), Eigen::Matrix3d::Identity()));
+}
+
+TEST(GivenGlb, DamagedFieldsAreRefused) {
+  const PrincipalShapes shapes = shapesFor(parseFaceMesh(givenGlb(), "head.glb"));
+  for (const char* pointer : {"/scene", "/scenes/0/nodes/0", "/nodes/0/mesh"}) {
+    GlbChunks chunks = glbChunks(givenGlb(), "head.glb");
+    chunks.root[nlohmann::json::json_pointer(pointer)] = 77;
+    EXPECT_THROW((void)glbWithShapes(chunks.toBytes(), "head.glb", shapes, Eigen::Matrix3d::Identity()), InputError)
+        << pointer;
+  }
+}
+
+}  // namespace
+}  // namespace mouthpiece
