@@ -51,7 +51,8 @@ CurveEdit editFrom(const json& entry, const std::string& place, std::string_view
   edit.curve = entry.value("curve", std::string());
   if (edit.curve.empty()) throw InputError(file, place, "found no curve; expected the name of one");
   edit.span = {numberOf(entry, "start_s", place, file), numberOf(entry, "end_s", place, file)};
-  if (edit.span.duration() < 2 * kLeastGap) throw InputError(file, place, "found an empty span; expected end_s after start_s");
+  if (edit.span.duration() < 2 * kLeastGap)
+    throw InputError(file, place, "found an empty span; expected end_s after start_s");
   if (kind == "offset") {
     edit.value = numberOf(entry, "value", place, file);
   } else if (kind == "replace") {
@@ -60,7 +61,8 @@ CurveEdit editFrom(const json& entry, const std::string& place, std::string_view
   } else if (kind == "mute") {
     edit.kind = CurveEdit::Kind::kMute;
   } else {
-    throw InputError(file, place, fmt::format("found the kind '{}'; expected offset, replace or mute", printable(kind)));
+    throw InputError(file, place,
+                     fmt::format("found the kind '{}'; expected offset, replace or mute", printable(kind)));
   }
   if (entry.contains("fade_s")) edit.fade = numberOf(entry, "fade_s", place, file);
   if (edit.fade < 0) throw InputError(file, place, "found a fade_s under 0; expected 0 or more");
@@ -94,23 +96,35 @@ std::vector<Seconds> innerTimes(const AnimationCurve& curve, const CurveEdit& ed
     times.push_back(edit.span.end - share * fade);
   }
   for (const CurveKey& key : curve.keys) times.push_back(key.time);
-  std::erase_if(times, [&](Seconds time) {
-    return time < edit.span.start + kLeastGap || time > edit.span.end - kLeastGap;
-  });
+  std::erase_if(times,
+                [&](Seconds time) { return time < edit.span.start + kLeastGap || time > edit.span.end - kLeastGap; });
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end(), [](Seconds a, Seconds b) { return b - a < kLeastGap; }),
               times.end());
   return times;
 }
 
+/// How fast the force grows, per second.
+double forceSlopeAt(const CurveEdit& edit, Seconds time) {
+  constexpr Seconds kStep = 1e-6;
+  return (forceAt(edit, time + kStep) - forceAt(edit, time - kStep)) / (2 * kStep);
+}
+
+/// The edited curve's key at a time inside the span, with the slopes that the edit gives it.
+CurveKey editedKey(const AnimationCurve& curve, const CurveEdit& edit, Seconds time) {
+  const double force = forceAt(edit, time), force_slope = forceSlopeAt(edit, time);
+  const double value = curve.valueAt(time);
+  const auto [in, out] = curve.slopesAt(time);
+  if (edit.kind == CurveEdit::Kind::kMute) {
+    return {time, (1 - force) * value, (1 - force) * in - force_slope * value, (1 - force) * out - force_slope * value};
+  }
+  return {time, value + force * edit.value, in + force_slope * edit.value, out + force_slope * edit.value};
+}
+
 std::vector<CurveKey> editedKeys(const AnimationCurve& curve, const CurveEdit& edit) {
   std::vector<CurveKey> inner = edit.keys;
   if (edit.kind != CurveEdit::Kind::kReplace) {
-    for (const Seconds time : innerTimes(curve, edit)) {
-      const double force = forceAt(edit, time);
-      const double value = curve.valueAt(time);
-      inner.push_back({time, edit.kind == CurveEdit::Kind::kMute ? (1 - force) * value : value + force * edit.value});
-    }
+    for (const Seconds time : innerTimes(curve, edit)) inner.push_back(editedKey(curve, edit, time));
   }
   std::erase_if(inner, [&](const CurveKey& key) {
     return key.time < edit.span.start + kLeastGap || key.time > edit.span.end - kLeastGap;
@@ -125,10 +139,10 @@ void applyEdit(AnimationCurve& curve, const CurveEdit& edit) {
   const std::vector<CurveKey> inner = editedKeys(curve, edit);
   span_keys.insert(span_keys.end(), inner.begin(), inner.end());
   span_keys.push_back(last);
-  setMonotoneSlopes(span_keys);
-  // The way in from before and out to after stays as it was.
-  span_keys.front().in = first.in;
-  span_keys.back().out = last.out;
+  if (edit.kind == CurveEdit::Kind::kReplace) setMonotoneSlopes(span_keys);
+  // The way in from before and out to after stays as it was, without a kink.
+  span_keys.front() = first;
+  span_keys.back() = last;
   std::vector<CurveKey> keys;
   for (const CurveKey& key : curve.keys) {
     if (key.time < edit.span.start - 0.5 * kLeastGap) keys.push_back(key);

@@ -13,7 +13,12 @@ LipMarkers findLipMarkers(const std::vector<std::string>& marker_names) {
     return 3 * static_cast<Eigen::Index>(found - marker_names.begin()) + 1;
   };
   LipMarkers markers;
-  const auto upper = y_column("LIP_UP_MID"), lower = y_column("LIP_LO_MID"), chin = y_column("CHIN_MID");
+  // Any chin marker will do; the middle one is best.
+  const auto any_chin = std::find_if(marker_names.begin(), marker_names.end(),
+                                     [](const std::string& name) { return name.starts_with("CHIN"); });
+  const auto upper = y_column("LIP_UP_MID"), lower = y_column("LIP_LO_MID");
+  auto chin = y_column("CHIN_MID");
+  if (!chin && any_chin != marker_names.end()) chin = y_column(*any_chin);
   markers.has_lips = upper && lower;
   markers.has_chin = chin.has_value();
   markers.upper_y = upper.value_or(0);

@@ -10,7 +10,7 @@ namespace mouthpiece {
 struct LipMarkers {
   bool has_lips = false, has_chin = false;
   Eigen::Index upper_y = 0, lower_y = 0;  ///< LIP_UP_MID, LIP_LO_MID
-  Eigen::Index chin_y = 0;                ///< CHIN_MID
+  Eigen::Index chin_y = 0;                ///< CHIN_MID, or another whose name begins with CHIN
 
   /// How much further than neutral the lips are open, mm; `displacement`: one row of 3 * markers.
   template <typename Row>

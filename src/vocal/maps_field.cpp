@@ -73,6 +73,19 @@ std::vector<Seconds> keyTimes(const std::vector<const AnimationCurve*>& curves, 
   return times;
 }
 
+/// A key midway between two where the style changes between them: a cubic times a slope is no cubic.
+void halveWhereStyleChanges(std::vector<Seconds>& times, const StyleSignal& ma, const StyleSignal& ps) {
+  std::vector<Seconds> halved;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if (i > 0) {
+      const bool changes = ma.at(times[i - 1]) != ma.at(times[i]) || ps.at(times[i - 1]) != ps.at(times[i]);
+      if (changes) halved.push_back(0.5 * (times[i - 1] + times[i]));
+    }
+    halved.push_back(times[i]);
+  }
+  times = std::move(halved);
+}
+
 }  // namespace
 
 CurveSet blendExtremes(const SpeechLabels& labels, const AudioTags& tags, const StyleSignal& ma,
@@ -92,7 +105,9 @@ CurveSet blendExtremes(const SpeechLabels& labels, const AudioTags& tags, const 
     std::vector<const AnimationCurve*> curves;
     for (const UsedExtreme& one : used) curves.push_back(findCurve(one.curves, name));
     AnimationCurve curve{name, {}};
-    for (const Seconds time : keyTimes(curves, ma, ps)) curve.keys.push_back(blendedKey(used, curves, time, ma, ps));
+    std::vector<Seconds> times = keyTimes(curves, ma, ps);
+    halveWhereStyleChanges(times, ma, ps);
+    for (const Seconds time : times) curve.keys.push_back(blendedKey(used, curves, time, ma, ps));
     blended.push_back(std::move(curve));
   }
   return blended;

@@ -9,8 +9,9 @@
 namespace mouthpiece {
 namespace {
 
-/// The part of a viseme's curve at which its contact is made: the rest of the way only presses.
-constexpr double kContactFrom = 0.35, kContactBy = 0.85;
+/// The values of a viseme's curve over which its contact is made: with ramps of 120 ms, from 40 ms before the phone to
+/// 10 ms before it.
+constexpr double kContactFrom = 0.75, kContactBy = 0.97;
 
 double smoothStep(double from, double to, double value) {
   const double u = std::clamp((value - from) / (to - from), 0.0, 1.0);

@@ -122,7 +122,8 @@ void singBoundaryKeys(std::vector<VisemeEvent>& events) {
       first.end = std::max(first.end, apex);
       second.onset = std::min(second.onset, held);
       for (std::size_t between = before + 1; between < i; ++between) {
-        events[between].lips *= kConsonantInLegato;
+        // Lips that must close or touch the teeth do so in song too.
+        if (!isLabial(events[between].viseme)) events[between].lips *= kConsonantInLegato;
         events[between].jaw *= kConsonantInLegato;
       }
     }

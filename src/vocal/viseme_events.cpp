@@ -45,6 +45,17 @@ VisemeEvent fourKeys(const SpeechLabels& labels, PhoneIndex index, Viseme viseme
   return event;
 }
 
+/// The halves of a diphthong are one movement: over 120 ms about its middle the first gives way to the second, so that
+/// the mouth never does both in full.
+void crossFade(VisemeEvent& first, VisemeEvent& second) {
+  const Seconds middle = second.span.start;
+  const Seconds half = 0.5 * std::min(kOnset, second.span.duration());
+  first.inner.back().time = std::min(first.inner.back().time, middle - half);
+  first.end = middle + half;
+  second.onset = middle - half;
+  second.inner.front().time = middle + half;
+}
+
 /// Two phones of one viseme in a row are one viseme.
 void mergeRepeats(std::vector<VisemeEvent>& events) {
   std::vector<VisemeEvent> merged;
@@ -181,6 +192,7 @@ std::vector<VisemeEvent> fourKeyEvents(const SpeechLabels& labels) {
     } else {
       events.push_back(fourKeys(labels, index, first, {phone.span.start, middle}));
       events.push_back(fourKeys(labels, index, last, {middle, phone.span.end}));
+      crossFade(events[events.size() - 2], events.back());
     }
   }
   return events;

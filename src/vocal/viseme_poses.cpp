@@ -13,15 +13,16 @@ namespace {
 
 constexpr auto kVisemes = static_cast<Eigen::Index>(kVisemeCount);
 
-/// All frames in which every marker was seen, as displacements, beside the values of the curves there. Of all columns
-/// the mean over each take is taken off: from take to take a face rests a little differently, which no viseme explains.
+/// All frames in which every marker was seen, as displacements from the take's own rest, beside the values of the
+/// curves there: from take to take a face rests a little differently, which no viseme explains.
 struct Observations {
   PositionMatrix displacements;
   Eigen::MatrixXd lips, jaw;                                   ///< frames x visemes
   Eigen::VectorXd activity = Eigen::VectorXd::Zero(kVisemes);  ///< sum of each jaw curve, before
 };
 
-constexpr double kRateHz = 25;  ///< of the frames learnt from, at least
+constexpr Seconds kUnrest = 0.25;  ///< beside speech, when a silent face still moves
+constexpr double kRateHz = 25;     ///< of the frames learnt from, at least
 
 std::vector<Seconds> frameTimesOf(const MotionClip& motion) {
   std::vector<Seconds> times;
@@ -36,6 +37,24 @@ bool isNearSpeech(const SpeechLabels& labels, Seconds time) {
   return time > labels.phones.front().span.end - kMargin && time < labels.phones.back().span.start + kMargin;
 }
 
+/// The mean of the frames in which nothing is said, nor just before or after; the neutral pose where there are none.
+Eigen::RowVectorXd restOf(const PoseTake& take, const Eigen::RowVectorXd& neutral) {
+  Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(neutral.size());
+  double count = 0;
+  for (const LabelledPhone& phone : take.labels->phones) {
+    if (phone.phone != Phone::kSil) continue;
+    const bool is_first = &phone == &take.labels->phones.front(), is_last = &phone == &take.labels->phones.back();
+    const TimeSpan still{phone.span.start + (is_first ? 0 : kUnrest), phone.span.end - (is_last ? 0 : kUnrest)};
+    for (std::size_t frame = 0; frame < take.motion->frameCount(); ++frame) {
+      const auto row = take.motion->positions_mm.row(static_cast<Eigen::Index>(frame));
+      if (!still.contains(take.motion->timeOf(FrameIndex(frame))) || !row.allFinite()) continue;
+      sum += row;
+      ++count;
+    }
+  }
+  return count > 0 ? Eigen::RowVectorXd(sum / count) : neutral;
+}
+
 Observations observe(const std::vector<PoseTake>& takes, const MarkerPositions& neutral) {
   const Eigen::Map<const Eigen::RowVectorXd> rest(neutral.data(), neutral.size());
   std::size_t most = 0;
@@ -47,6 +66,7 @@ Observations observe(const std::vector<PoseTake>& takes, const MarkerPositions& 
   Eigen::Index row = 0;
   for (const PoseTake& take : takes) {
     const Eigen::Index first_row = row;
+    const Eigen::RowVectorXd own_rest = restOf(take, rest);
     const std::vector<Seconds> times = frameTimesOf(*take.motion);
     const CurveSet curves = visemeCurves(*take.labels, {}, {});
     Eigen::MatrixXd lips = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(times.size()), kVisemes);
@@ -66,18 +86,14 @@ Observations observe(const std::vector<PoseTake>& takes, const MarkerPositions& 
     for (std::size_t k = 0; k < times.size(); k += stride) {
       const auto frame = static_cast<Eigen::Index>(k);
       if (!isNearSpeech(*take.labels, times[k]) || !take.motion->positions_mm.row(frame).allFinite()) continue;
-      all.displacements.row(row) = take.motion->positions_mm.row(frame) - rest;
+      all.displacements.row(row) = take.motion->positions_mm.row(frame) - own_rest;
       all.lips.row(row) = lips.row(frame);
       all.jaw.row(row) = jaw.row(frame);
       ++row;
     }
     const Eigen::Index count = row - first_row;
     if (count == 0) continue;
-    const auto centre = [&](auto&& rows) { rows.rowwise() -= rows.colwise().mean().eval(); };
     for (Eigen::Index v = 0; v < kVisemes; ++v) all.activity(v) += all.jaw.col(v).segment(first_row, count).sum();
-    centre(all.displacements.middleRows(first_row, count));
-    centre(all.lips.middleRows(first_row, count));
-    centre(all.jaw.middleRows(first_row, count));
   }
   all.displacements.conservativeResize(row, Eigen::NoChange);
   all.lips.conservativeResize(row, Eigen::NoChange);
@@ -180,7 +196,8 @@ std::vector<Eigen::Index> mouthColumns(const MarkerLayout& layout) {
 void measureFit(const Observations& seen, const MarkerLayout& layout, VisemePoses& poses) {
   const Eigen::Map<const Eigen::VectorXd> drops(poses.jaw_drop.data(), kVisemes);
   const Eigen::MatrixXd made = seen.lips * poses.lips + (seen.jaw * drops) * poses.jaw_direction;
-  const Eigen::RowVectorXd variance = seen.displacements.colwise().squaredNorm();
+  const Eigen::RowVectorXd mean = seen.displacements.colwise().mean();
+  const Eigen::RowVectorXd variance = (seen.displacements.rowwise() - mean).colwise().squaredNorm();
   const Eigen::RowVectorXd rest = (seen.displacements - made).colwise().squaredNorm();
   const double frames = static_cast<double>(std::max<Eigen::Index>(1, seen.displacements.rows()));
   poses.variance_mm2 = variance.sum() / frames;

@@ -32,3 +32,148 @@ float floatFromHalf(std::uint16_t half) {
   return (half & 0x8000U) != 0 ? -size : size;
 }
 
+float readHalf(ByteReader& reader) {
+  const float value = floatFromHalf(reader.readU16());
+  if (!std::isfinite(value)) reader.fail("a weight is not finite; expected numbers");
+  return value;
+}
+
+Eigen::MatrixXf readMatrix(ByteReader& reader, std::uint32_t rows, std::uint32_t columns) {
+  const std::size_t bytes = std::size_t{2} * rows * columns;
+  if (reader.remaining() < bytes) {
+    reader.fail(fmt::format("found {} bytes; expected {} x {} weights", reader.remaining(), rows, columns));
+  }
+  Eigen::MatrixXf matrix(rows, columns);
+  for (std::uint32_t row = 0; row < rows; ++row) {
+    for (std::uint32_t column = 0; column < columns; ++column) matrix(row, column) = readHalf(reader);
+  }
+  return matrix;
+}
+
+Eigen::RowVectorXf readFloats(ByteReader& reader, Eigen::Index count) {
+  Eigen::RowVectorXf values(count);
+  for (float& value : values) {
+    value = reader.readF32();
+    if (!std::isfinite(value)) reader.fail("a number is not finite");
+  }
+  return values;
+}
+
+template <typename Expression>
+Eigen::ArrayXf sigmoid(const Expression& x) {
+  return 1 / (1 + (-x).exp());
+}
+
+/// The frames first - 12 to first + count + 11 side by side, a column a frame; beyond the ends the end frames stay.
+Eigen::MatrixXf contextOf(const VowelFeatures& normalised, Eigen::Index first, Eigen::Index count) {
+  Eigen::MatrixXf columns(kInputs, count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    for (Eigen::Index offset = 0; offset <= 2 * kContext; ++offset) {
+      const Eigen::Index frame = std::clamp<Eigen::Index>(first + k + offset - kContext, 0, normalised.rows() - 1);
+      columns.col(k).segment(offset * kVowelFeatureCount, kVowelFeatureCount) = normalised.row(frame).transpose();
+    }
+  }
+  return columns;
+}
+
+/// What a layer remembers from frame to frame.
+struct LayerState {
+  Eigen::ArrayXf cell;
+  Eigen::VectorXf output;
+};
+
+/// A long short-term memory over the columns of `drive` = W x + b, which become its outputs (first rows).
+Eigen::MatrixXf runLayer(const Eigen::MatrixXf& drive, const Eigen::MatrixXf& from_state, LayerState& state) {
+  const Eigen::Index units = from_state.cols();
+  Eigen::MatrixXf outputs(units, drive.cols());
+  Eigen::VectorXf gates(4 * units);
+  for (Eigen::Index k = 0; k < drive.cols(); ++k) {
+    gates = drive.col(k);
+    gates.noalias() += from_state * state.output;
+    const auto gate = gates.array();
+    state.cell = sigmoid(gate.segment(units, units)) * state.cell +
+                 sigmoid(gate.head(units)) * gate.segment(2 * units, units).tanh();
+    state.output = (sigmoid(gate.tail(units)) * state.cell.tanh()).matrix();
+    outputs.col(k) = state.output;
+  }
+  return outputs;
+}
+
+}  // namespace
+
+VowelNetwork VowelNetwork::parse(std::string_view bytes, std::string_view name) {
+  ByteReader reader(bytes, name);
+  if (reader.readBytes(kMagic.size()) != kMagic) reader.fail("found another file; expected vowel network weights");
+  const std::uint32_t inputs = reader.readU32(), layers = reader.readU32();
+  const std::uint32_t units = reader.readU32(), classes = reader.readU32();
+  if (inputs != kInputs || layers != kLayers || units < 1 || units > kMostUnits || classes != kSungVowelCount) {
+    reader.fail(fmt::format("found {} inputs, {} layers of {} units, {} classes; expected {}, {} of at most {}, {}",
+                            inputs, layers, units, classes, kInputs, kLayers, kMostUnits, kSungVowelCount));
+  }
+  VowelNetwork network;
+  network.mean_ = readFloats(reader, kVowelFeatureCount);
+  network.inverse_deviation_ = readFloats(reader, kVowelFeatureCount);
+  for (std::uint32_t layer = 0; layer < kLayers; ++layer) {
+    Layer weights;
+    weights.from_input = readMatrix(reader, 4 * units, layer == 0 ? kInputs : units);
+    weights.from_state = readMatrix(reader, 4 * units, units);
+    weights.bias = readMatrix(reader, 4 * units, 1);
+    network.layers_.push_back(std::move(weights));
+  }
+  network.output_ = readMatrix(reader, kSungVowelCount, units);
+  network.output_bias_ = readMatrix(reader, kSungVowelCount, 1);
+  if (reader.remaining() != 0) reader.fail(fmt::format("found {} bytes more; expected the end", reader.remaining()));
+  return network;
+}
+
+const VowelNetwork& VowelNetwork::shipped() {
+  static const VowelNetwork network = parse(kVowelWeights, "vowel_network.weights");
+  return network;
+}
+
+Eigen::MatrixXf VowelNetwork::probabilities(const VowelFeatures& features) const {
+  MOUTHPIECE_EXPECT(features.cols() == kVowelFeatureCount);
+  const VowelFeatures normalised =
+      ((features.rowwise() - mean_).array().rowwise() * inverse_deviation_.array()).matrix();
+  std::vector<LayerState> states;
+  for (const Layer& layer : layers_) {
+    const Eigen::Index units = layer.from_state.cols();
+    states.push_back({Eigen::ArrayXf::Zero(units), Eigen::VectorXf::Zero(units)});
+  }
+  Eigen::MatrixXf result(features.rows(), kSungVowelCount);
+  for (Eigen::Index first = 0; first < features.rows(); first += kBlockFrames) {
+    const Eigen::Index count = std::min(kBlockFrames, features.rows() - first);
+    Eigen::MatrixXf values = contextOf(normalised, first, count);
+    for (std::size_t i = 0; i < layers_.size(); ++i) {
+      Eigen::MatrixXf drive = layers_[i].from_input * values;
+      drive.colwise() += layers_[i].bias;
+      values = runLayer(drive, layers_[i].from_state, states[i]);
+    }
+    Eigen::MatrixXf scores = output_ * values.cwiseMax(0.0F);
+    scores.colwise() += output_bias_;
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const Eigen::ArrayXf powers = (scores.col(k).array() - scores.col(k).maxCoeff()).exp();
+      result.row(first + k) = (powers / powers.sum()).matrix().transpose();
+    }
+  }
+  return result;
+}
+
+std::vector<VowelLikelihood> hearVowels(const AudioClip& clip) {
+  const Eigen::MatrixXf probabilities = VowelNetwork::shipped().probabilities(vowelFeatures(clip));
+  std::vector<VowelLikelihood> vowels;
+  vowels.reserve(static_cast<std::size_t>(probabilities.rows()));
+  for (Eigen::Index frame = 0; frame < probabilities.rows(); ++frame) {
+    const auto p = probabilities.row(frame);
+    vowels.push_back({.time = static_cast<double>(frame) / kVowelFeatureRateHz,
+                      .a = p(0),
+                      .e = p(1),
+                      .i = p(2),
+                      .o = p(3),
+                      .u = p(4),
+                      .silence = p(5)});
+  }
+  return vowels;
+}
+
+}  // namespace mouthpiece

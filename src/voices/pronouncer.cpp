@@ -52,6 +52,14 @@ class CmuDictionary {
     }
   }
 
+  [[nodiscard]] std::vector<std::vector<Phone>> usualWays() const {
+    std::vector<std::vector<Phone>> ways;
+    for (const auto& [word, phones] : lines_) {
+      if (word.back() != ')') ways.push_back(parse(phones).phones);
+    }
+    return ways;
+  }
+
  private:
   static Pronunciation parse(std::string_view names) {
     Pronunciation way;
@@ -172,5 +180,7 @@ std::vector<TranscriptWord> Pronouncer::wordsOf(std::string_view transcript) con
   for (const std::string& token : splitAt(speakableText(transcript), ' ')) state_->addToken(words, token);
   return words;
 }
+
+std::vector<std::vector<Phone>> dictionaryWords() { return CmuDictionary().usualWays(); }
 
 }  // namespace mouthpiece

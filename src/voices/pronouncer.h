@@ -34,4 +34,7 @@ class Pronouncer {
   std::unique_ptr<const State> state_;
 };
 
+/// The usual pronunciation of every word of the CMU dictionary; empty where the dictionary is not installed.
+std::vector<std::vector<Phone>> dictionaryWords();
+
 }  // namespace mouthpiece

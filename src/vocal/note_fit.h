@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace mouthpiece {
+
+/// A straight piece of the pitch of one vowel: samples [first, last], both included; the next piece starts at `last`.
+struct PitchPiece {
+  std::size_t first = 0;
+  std::size_t last = 0;
+  double slope_hz_s = 0;
+  double median_hz = 0;
+};
+
+struct NoteFitOptions {
+  double rate_hz = 100;
+  /// Pieces flatter than this are notes (VOCAL 4.1, empirically 50 Hz: a second).
+  double note_slope_hz_s = 50;
+};
+
+/// The pieces that together cost least: eq. (1) with E_fit of eq. (2) and E_cost = (lowest + highest pitch) / 2 a
+/// piece. O(N^2). Empty for fewer than two samples. `pitch_hz`: voiced samples at `rate_hz`, no gaps.
+std::vector<PitchPiece> fitPitchPieces(std::span<const double> pitch_hz, const NoteFitOptions& options = {});
+
+/// Whether the piece is a note rather than the way from one to the next.
+bool isNote(const PitchPiece& piece, const NoteFitOptions& options = {});
+
+}  // namespace mouthpiece

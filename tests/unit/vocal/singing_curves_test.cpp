@@ -1,0 +1,212 @@
+// VOCAL 4.2, "Generating a singing curve", and the Ma-Ps field, number by number (docs/theory/vocal.md).
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "vocal/larynx_curve.h"
+#include "vocal/maps_field.h"
+#include "vocal/singing_events.h"
+#include "vocal/vowel_modification.h"
+
+namespace mouthpiece {
+namespace {
+
+SpeechLabels line(const std::vector<std::pair<Phone, Seconds>>& phones) {
+  SpeechLabels labels;
+  Seconds at = 0.5;
+  labels.phones.push_back({Phone::kSil, {0, at}, {}, {}});
+  for (const auto& [phone, length] : phones) {
+    labels.phones.push_back({phone, {at, at + length}, {}, {}});
+    at += length;
+  }
+  labels.phones.push_back({Phone::kSil, {at, at + 0.5}, {}, {}});
+  return labels;
+}
+
+const std::vector<CurveKey>& keysOf(const CurveSet& curves, std::string_view name) {
+  const AnimationCurve* curve = findCurve(curves, name);
+  if (curve == nullptr) throw std::runtime_error("no curve " + std::string(name));
+  return curve->keys;
+}
+
+constexpr StyleExtreme kSong{true, true}, kOnlyPitch{false, true}, kOnlyMelody{true, false}, kSpeech{};
+
+TEST(SingingCurves, NotesSetTheAmplitudes) {
+  const SpeechLabels labels = line({{Phone::kAA, 1.0}, {Phone::kN, 0.1}, {Phone::kIY, 0.5}});
+  AudioTags tags;
+  tags.notes = {{{0.5, 0.9}, 200}, {{1.0, 1.5}, 300}, {{1.6, 2.1}, 400}};
+  const auto& keys = keysOf(visemeCurves(labels, tags, kOnlyPitch), "Ah");
+  ASSERT_EQ(keys.size(), 7U) << "onset, start, end, between, start, end, decay";
+  EXPECT_NEAR(keys[1].value, 0.6, 1e-12) << "the lowest note: 0.4 * 0 + 0.6";
+  EXPECT_NEAR(keys[2].value, 0.95 * 0.6, 1e-12) << "decays by its end";
+  EXPECT_NEAR(keys[3].time, 0.5 * (0.9 + 1.0), 1e-12) << "midway between the notes";
+  EXPECT_NEAR(keys[3].value, 0.9 * 0.95 * 0.6, 1e-12) << "0.9 of the lower";
+  EXPECT_NEAR(keys[4].value, 0.4 * 0.5 + 0.6, 1e-12);
+  EXPECT_NEAR(keys[5].value, 0.95 * 0.8, 1e-12);
+  EXPECT_NEAR(keysOf(visemeCurves(labels, tags, kOnlyPitch), "Ee")[1].value, 1.0, 1e-12) << "the highest note";
+}
+
+TEST(SingingCurves, OneNoteApexesWhereItIsReachedAndDecaysAsSpeech) {
+  AudioTags tags;
+  tags.notes = {{{0.7, 1.5}, 200}};
+  const auto& keys = keysOf(visemeCurves(line({{Phone::kAA, 1.0}}), tags, kOnlyPitch), "Ah");
+  ASSERT_EQ(keys.size(), 4U);
+  EXPECT_NEAR(keys[1].time, 0.7, 1e-12);
+  EXPECT_NEAR(keys[2].time, 0.5 + 0.75, 1e-12);
+  EXPECT_NEAR(keys[2].value, keys[1].value, 1e-12);
+}
+
+TEST(SingingCurves, VibratoOscillatesAtSevenHertzAndGrows) {
+  AudioTags tags;
+  tags.vibrato = {{{0.6, 1.4}, 5.5, 0.5}};
+  const auto& keys = keysOf(visemeCurves(line({{Phone::kAA, 1.0}}), tags, kOnlyPitch), "Ah");
+  std::vector<CurveKey> waves;
+  for (const CurveKey& key : keys) {
+    if (key.time > 0.6 + 1e-9 && key.time < 1.4 - 1e-9) waves.push_back(key);
+  }
+  ASSERT_GE(waves.size(), 10U);
+  double last_depth = 0;
+  for (std::size_t i = 1; i < waves.size(); ++i) {
+    EXPECT_NEAR(waves[i].time - waves[i - 1].time, 0.5 / 7, 1e-9);
+    const double depth = waves[i].value / 0.8 - 1;
+    EXPECT_LT(depth * (waves[i - 1].value / 0.8 - 1), 0) << "up and down in turn";
+    EXPECT_GT(std::abs(depth), last_depth);
+    EXPECT_LE(std::abs(depth), 0.6);
+    last_depth = std::abs(depth);
+  }
+  EXPECT_GT(last_depth, 0.5);
+}
+
+TEST(SingingCurves, CloseVowelsBlendAndConsonantsStepBack) {
+  // 0.2 s between the vowels: less than 300 ms.
+  const SpeechLabels labels = line({{Phone::kAA, 0.4}, {Phone::kS, 0.2}, {Phone::kIY, 0.4}});
+  const CurveSet song = visemeCurves(labels, {}, kOnlyMelody);
+  EXPECT_NEAR(keysOf(song, "Ah").back().time, 1.1, 1e-12) << "falls until the next vowel's apex";
+  EXPECT_NEAR(keysOf(song, "Ee").front().time, 0.5 + 0.75 * 0.4, 1e-12) << "rises from the end of the hold before";
+  EXPECT_NEAR(keysOf(song, "S")[1].value, kConsonantInLegato, 1e-12);
+  const CurveSet far = visemeCurves(line({{Phone::kAA, 0.4}, {Phone::kS, 0.31}, {Phone::kIY, 0.4}}), {}, kOnlyMelody);
+  EXPECT_NEAR(keysOf(far, "Ah").back().time, 0.9 + 0.120, 1e-12);
+  EXPECT_NEAR(keysOf(far, "S")[1].value, 1.0, 1e-12);
+}
+
+TEST(SingingCurves, RepeatedVowelsHardlyPart) {
+  const SpeechLabels labels = line({{Phone::kIY, 0.3}, {Phone::kN, 0.18}, {Phone::kIY, 0.3}});
+  const auto& keys = keysOf(visemeCurves(labels, {}, kOnlyMelody), "Ee");
+  ASSERT_EQ(keys.size(), 7U);
+  EXPECT_NEAR(keys[3].value, 0.95 * 0.8, 1e-12) << "VC = 0.95 in song";
+}
+
+TEST(MapsField, NothingSungIsSpeechExactly) {
+  const SpeechLabels labels = line({{Phone::kM, 0.1}, {Phone::kAA, 0.6}, {Phone::kT, 0.1}, {Phone::kUW, 0.4}});
+  AudioTags tags;
+  tags.notes = {{{0.6, 0.8}, 200}, {{0.9, 1.2}, 300}};
+  tags.vibrato = {{{0.7, 1.1}, 6, 0.5}};
+  EXPECT_EQ(blendExtremes(labels, tags, StyleSignal(0), StyleSignal(0)), visemeCurves(labels, {}, kSpeech));
+  EXPECT_EQ(blendExtremes(labels, tags, StyleSignal(1), StyleSignal(1)), visemeCurves(labels, tags, kSong));
+  EXPECT_EQ(blendExtremes(labels, tags, StyleSignal(1), StyleSignal(0)), visemeCurves(labels, tags, kOnlyMelody));
+}
+
+TEST(MapsField, InBetweenIsBilinear) {
+  const SpeechLabels labels = line({{Phone::kM, 0.1}, {Phone::kAA, 0.6}, {Phone::kT, 0.1}, {Phone::kUW, 0.4}});
+  AudioTags tags;
+  tags.notes = {{{0.6, 0.8}, 200}, {{0.9, 1.2}, 300}};
+  constexpr double kMa = 0.3, kPs = 0.8;
+  const CurveSet blended = blendExtremes(labels, tags, StyleSignal(kMa), StyleSignal(kPs));
+  for (const AnimationCurve& curve : blended) {
+    for (Seconds time = 0; time < 2.2; time += 0.007) {
+      const auto value = [&](StyleExtreme extreme) {
+        const CurveSet curves = visemeCurves(labels, tags, extreme);
+        const AnimationCurve* found = findCurve(curves, curve.name);
+        return found == nullptr ? 0.0 : found->valueAt(time);
+      };
+      const double wanted = (1 - kMa) * (1 - kPs) * value(kSpeech) + kMa * (1 - kPs) * value(kOnlyMelody) +
+                            (1 - kMa) * kPs * value(kOnlyPitch) + kMa * kPs * value(kSong);
+      ASSERT_NEAR(curve.valueAt(time), wanted, 1e-9) << curve.name << " at " << time;
+    }
+  }
+}
+
+TEST(MapsField, StyleMayChangeOverTime) {
+  const SpeechLabels labels = line({{Phone::kAA, 0.3}, {Phone::kS, 0.2}, {Phone::kIY, 0.3}});
+  StyleSignal rising;
+  rising.points = {{0.5, 0}, {1.3, 1}};
+  const CurveSet changing = blendExtremes(labels, {}, rising, StyleSignal(0));
+  const CurveSet speech = visemeCurves(labels, {}, kSpeech), song = visemeCurves(labels, {}, kOnlyMelody);
+  for (Seconds time = 0.3; time < 1.6; time += 0.01) {
+    const double ma = rising.at(time);
+    const double wanted = (1 - ma) * findCurve(speech, "S")->valueAt(time) + ma * findCurve(song, "S")->valueAt(time);
+    EXPECT_NEAR(findCurve(changing, "S")->valueAt(time), wanted, 0.002) << time;
+  }
+}
+
+TEST(VocalStyle, HeuristicsOfThePaper) {
+  const SpeechLabels labels = line({{Phone::kS, 0.1},
+                                    {Phone::kAA, 0.2},
+                                    {Phone::kT, 0.1},
+                                    {Phone::kAA, 0.7},
+                                    {Phone::kK, 0.1},
+                                    {Phone::kAA, 1.5},
+                                    {Phone::kF, 0.1},
+                                    {Phone::kP, 0.1}});
+  AudioTags tags;
+  // Mean 5, standard deviation 3.6: one clearly below, one clearly above.
+  tags.consonants = {{PhoneIndex(1), {}, 0}, {PhoneIndex(3), {}, 5}, {PhoneIndex(5), {}, 10}, {PhoneIndex(7), {}, 5}};
+  const std::vector<double> ma = melodicAccents(labels, tags);
+  EXPECT_EQ(ma[1], 0.2);
+  EXPECT_EQ(ma[3], 0.5);
+  EXPECT_EQ(ma[5], 0.8);
+  EXPECT_EQ(ma[2], 0.5) << "vowels have none of their own";
+  const std::vector<double> ps = pitchSensitivities(labels);
+  EXPECT_DOUBLE_EQ(ps[2], 0.1) << "0.2 s, as spoken";
+  EXPECT_NEAR(ps[4], 0.1 + 0.7 - 0.2, 1e-12);
+  EXPECT_DOUBLE_EQ(ps[6], 1.0) << "no more than 1";
+  const StyleSignal smooth = smoothedOverPhones(ma, labels);
+  EXPECT_NEAR(smooth.at(labels.phones[4].span.middle()), (0.5 + 0.5 + 0.8) / 3, 1e-12);
+}
+
+TEST(VowelModification, TheTableOfThePaper) {
+  using enum VowelGroup;
+  const auto is = [](VowelGroup transcribed, VowelGroup sung, int spread, int round) {
+    EXPECT_EQ(modificationFor(transcribed, sung), (VowelModification{spread, round}));
+  };
+  is(kA, kA, 0, 0);
+  is(kA, kEI, 1, 0);
+  is(kA, kOU, 0, 1);
+  is(kEI, kA, -1, 0);
+  is(kEI, kEI, 0, 0);
+  is(kEI, kOU, -1, 1);
+  is(kOU, kA, 0, -1);
+  is(kOU, kEI, 1, -1);
+  is(kOU, kOU, 0, 0);
+}
+
+TEST(VowelModification, OnlyOverTheThresholdAndAsHighAsLikely) {
+  const SpeechLabels labels = line({{Phone::kAA, 0.5}});
+  const auto heard = [&](double i) {
+    AudioTags tags;
+    for (int k = 0; k < 200; ++k) tags.vowels.push_back({k * 0.01, 1 - i, 0, i, 0, 0, 0});
+    return vowelModificationCurves(labels, tags);
+  };
+  EXPECT_TRUE(heard(0.60).empty()) << "not over 60 %";
+  const CurveSet curves = heard(0.75);
+  ASSERT_EQ(curves.size(), 1U);
+  EXPECT_EQ(curves[0].name, "lipSpread");
+  ASSERT_EQ(curves[0].keys.size(), 4U);
+  EXPECT_NEAR(curves[0].keys[1].value, 0.75, 1e-9) << "P times the largest";
+  EXPECT_LE(curves[0].keys.back().time, 1.0 + 1e-9) << "ends with the vowel";
+}
+
+TEST(Larynx, FollowsThePitchWhileVowelsSound) {
+  const SpeechLabels labels = line({{Phone::kAA, 0.5}, {Phone::kS, 0.4}, {Phone::kIY, 0.5}});
+  AudioTags tags;
+  tags.notes = {{{0.5, 1.0}, 200}, {{1.4, 1.9}, 400}};
+  const CurveSet curves = larynxCurves(labels, tags);
+  ASSERT_EQ(curves.size(), 1U);
+  EXPECT_NEAR(curves[0].valueAt(0.8), kLowestLarynx, 1e-9);
+  EXPECT_NEAR(curves[0].valueAt(1.6), 1, 1e-9) << "the highest note";
+  EXPECT_NEAR(curves[0].valueAt(1.2), 0, 1e-9) << "down between";
+  EXPECT_TRUE(larynxCurves(labels, {}).empty());
+}
+
+}  // namespace
+}  // namespace mouthpiece

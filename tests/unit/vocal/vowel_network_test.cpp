@@ -1,0 +1,100 @@
+#include "vocal/vowel_network.h"
+
+#include <gtest/gtest.h>
+
+#include "base/byte_reader.h"
+#include "base/errors.h"
+#include "base/files.h"
+
+namespace mouthpiece {
+
+extern const std::string_view kVowelWeights;
+
+namespace {
+
+/// What tools/train_vowels.py --example wrote: a sound, its features in numpy, and the answer of torch.
+struct Example {
+  AudioClip sound{.sample_rate_hz = 16000, .samples = {}};
+  VowelFeatures features;
+  Eigen::MatrixXf shares;
+};
+
+Example readExample() {
+  const std::string bytes = readFile(MOUTHPIECE_SOURCE_DIR "/tests/unit/vocal/vowel_network.example");
+  ByteReader reader(bytes, "vowel_network.example");
+  const std::uint32_t samples = reader.readU32();
+  const auto frames = static_cast<Eigen::Index>(reader.readU32());
+  Example example;
+  for (std::uint32_t i = 0; i < samples; ++i)
+    example.sound.samples.push_back(static_cast<float>(reader.readI16()) / 32768);
+  const auto fill = [&](auto& matrix, Eigen::Index columns) {
+    matrix.resize(frames, columns);
+    for (Eigen::Index row = 0; row < frames; ++row) {
+      for (Eigen::Index column = 0; column < columns; ++column) matrix(row, column) = reader.readF32();
+    }
+  };
+  fill(example.features, kVowelFeatureCount);
+  fill(example.shares, kSungVowelCount);
+  return example;
+}
+
+TEST(VowelFeatures, EqualTheTrainersOwn) {
+  const Example example = readExample();
+  const VowelFeatures features = vowelFeatures(example.sound);
+  ASSERT_EQ(features.rows(), example.features.rows());
+  // Both reckon in doubles; centroids of nearly silent bands are the least exact.
+  EXPECT_LT((features - example.features).cwiseAbs().maxCoeff(), 2e-4);
+  EXPECT_GT(example.features.cwiseAbs().maxCoeff(), 1);
+}
+
+TEST(VowelFeatures, DoNotDependOnGain) {
+  Example example = readExample();
+  const VowelFeatures before = vowelFeatures(example.sound);
+  for (float& sample : example.sound.samples) sample *= 0.125F;
+  EXPECT_LT((vowelFeatures(example.sound) - before).cwiseAbs().maxCoeff(), 1e-3);
+}
+
+TEST(VowelFeatures, StandSilenceAndShortSounds) {
+  for (const std::size_t count : {1U, 159U, 16000U}) {
+    const VowelFeatures features = vowelFeatures({.sample_rate_hz = 16000, .samples = std::vector<float>(count, 0.0F)});
+    EXPECT_EQ(features.rows(), static_cast<Eigen::Index>(count / 160 + 1));
+    EXPECT_TRUE(features.allFinite());
+  }
+}
+
+TEST(VowelNetwork, EqualsTheTrainingFramework) {
+  const Example example = readExample();
+  const Eigen::MatrixXf shares = VowelNetwork::shipped().probabilities(example.features);
+  EXPECT_LT((shares - example.shares).cwiseAbs().maxCoeff(), 1e-4);
+  EXPECT_LT((shares.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-5);
+  EXPECT_GT(example.shares.maxCoeff(), 0.7);  // the example is no toss-up
+}
+
+TEST(VowelNetwork, RefusesDamagedWeights) {
+  const std::string good(kVowelWeights);
+  EXPECT_NO_THROW(VowelNetwork::parse(good, "w"));
+  EXPECT_THROW(VowelNetwork::parse("", "w"), InputError);
+  EXPECT_THROW(VowelNetwork::parse(good.substr(0, good.size() - 1), "w"), InputError);
+  EXPECT_THROW(VowelNetwork::parse(good + "x", "w"), InputError);
+  for (const std::size_t at : {0U, 8U, 12U, 16U, 20U}) {
+    std::string bad = good;
+    bad[at] = static_cast<char>(bad[at] ^ 0x55);
+    EXPECT_THROW(VowelNetwork::parse(bad, "w"), InputError) << at;
+  }
+  std::string infinite = good;
+  infinite[good.size() - 1] = 0x7C;
+  infinite[good.size() - 2] = 0;
+  EXPECT_THROW(VowelNetwork::parse(infinite, "w"), InputError);
+}
+
+TEST(HearVowels, TellsSilenceFromVoice) {
+  const Example example = readExample();
+  const auto vowels = hearVowels(example.sound);
+  ASSERT_EQ(vowels.size(), static_cast<std::size_t>(example.features.rows()));
+  EXPECT_GT(vowels[5].silence, 0.5);
+  EXPECT_LT(vowels[100].silence, 0.5);
+  EXPECT_DOUBLE_EQ(vowels[100].time, 1.0);
+}
+
+}  // namespace
+}  // namespace mouthpiece
