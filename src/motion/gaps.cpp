@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "base/errors.h"
@@ -136,36 +137,50 @@ class GapFiller {
     return MarkerRegression(clip_, gap.marker, others, frames, noise_mm_);
   }
 
-  /// Gaussian-process regression of the deviations over time: a constant, a Matern 5/2 process with the memory as its
-  /// length, and the noise. Smooth, near the samples at the gap's edges, never swinging out.
+  /// The deviations over the window as a sum of cosines (DCT-II), each with the strength that a Matern 5/2 process with
+  /// the memory as its length gives its frequency: the likeliest coefficients for the seen frames, read off in the gap.
   [[nodiscard]] PositionMatrix bridged(const std::vector<Eigen::Index>& frames, const PositionMatrix& deviations,
                                        const Gap& gap) const {
+    const Eigen::Index first = std::min(frames.front(), static_cast<Eigen::Index>(gap.first.value));
+    const Eigen::Index last = std::max(frames.back() + 1, static_cast<Eigen::Index>(gap.last.value));
+    const Eigen::Index length = last - first;
     const auto count = static_cast<Eigen::Index>(frames.size());
     const Eigen::RowVector3d mean = deviations.colwise().mean();
     const PositionMatrix centred = deviations.rowwise() - mean;
     const double variance = std::max(centred.squaredNorm() / static_cast<double>(3 * count), noise_mm_ * noise_mm_);
-    const auto covariance = [&](Eigen::Index a, Eigen::Index b) {
-      const double d = std::sqrt(5.0) * std::abs(static_cast<double>(a - b)) / (clip_.frame_rate_hz * options_.memory);
-      return variance * (1.0 + d + d * d / 3.0) * std::exp(-d);
-    };
-    Eigen::MatrixXd gram(count, count);
+    const Eigen::VectorXd strengths = variance * cosineStrengths(length);
+    Eigen::MatrixXd seen(count, length);
     for (Eigen::Index i = 0; i < count; ++i) {
-      for (Eigen::Index j = 0; j < count; ++j) {
-        gram(i, j) = covariance(frames[static_cast<std::size_t>(i)], frames[static_cast<std::size_t>(j)]);
-      }
-      gram(i, i) += noise_mm_ * noise_mm_;
+      seen.row(i) = cosines(frames[static_cast<std::size_t>(i)] - first, length);
     }
-    const Eigen::MatrixXd weights = gram.llt().solve(centred);
+    // c = S A^T (A S A^T + noise^2 I)^-1 y.
+    Eigen::MatrixXd gram = seen * strengths.asDiagonal() * seen.transpose();
+    gram.diagonal().array() += noise_mm_ * noise_mm_;
+    const Eigen::MatrixXd coefficients = strengths.asDiagonal() * seen.transpose() * gram.llt().solve(centred);
     PositionMatrix result(static_cast<Eigen::Index>(gap.last.value - gap.first.value), 3);
     for (Eigen::Index row = 0; row < result.rows(); ++row) {
-      result.row(row) = mean;
-      for (Eigen::Index i = 0; i < count; ++i) {
-        result.row(row) +=
-            covariance(static_cast<Eigen::Index>(gap.first.value) + row, frames[static_cast<std::size_t>(i)]) *
-            weights.row(i);
-      }
+      result.row(row) = mean + cosines(static_cast<Eigen::Index>(gap.first.value) + row - first, length) * coefficients;
     }
     return result;
+  }
+
+  /// Row `frame` of the orthonormal inverse DCT of `length` frames.
+  [[nodiscard]] static Eigen::RowVectorXd cosines(Eigen::Index frame, Eigen::Index length) {
+    const auto n = static_cast<double>(length);
+    const double phase = std::numbers::pi * (static_cast<double>(frame) + 0.5) / n;
+    Eigen::RowVectorXd row =
+        std::sqrt(2.0 / n) * (phase * Eigen::ArrayXd::LinSpaced(length, 0.0, n - 1.0)).cos().matrix().transpose();
+    row[0] = std::sqrt(1.0 / n);
+    return row;
+  }
+
+  /// Spectrum of a Matern 5/2 process of variance one at the cosines' frequencies: (1 + (w l)^2 / 5)^-3, scaled.
+  [[nodiscard]] Eigen::VectorXd cosineStrengths(Eigen::Index length) const {
+    const auto n = static_cast<double>(length);
+    const double memory_frames = clip_.frame_rate_hz * options_.memory;
+    const Eigen::ArrayXd w = std::numbers::pi / n * Eigen::ArrayXd::LinSpaced(length, 0.0, n - 1.0);
+    const Eigen::ArrayXd shape = (1.0 + (w * memory_frames).square() / 5.0).pow(-3.0);
+    return (shape * (n / shape.sum())).matrix();
   }
 
   const MotionClip& clip_;
@@ -189,11 +204,12 @@ std::vector<Gap> findGaps(const MotionClip& clip) {
   return gaps;
 }
 
-double estimateNoise(const MotionClip& clip) {
+namespace {
+
+double noiseOfColumns(const PositionMatrix& x, Eigen::Index first_column, Eigen::Index columns) {
   std::vector<double> differences;
-  const auto& x = clip.positions_mm;
   for (Eigen::Index frame = 3; frame < x.rows(); ++frame) {
-    for (Eigen::Index column = 0; column < x.cols(); ++column) {
+    for (Eigen::Index column = first_column; column < first_column + columns; ++column) {
       const double third =
           x(frame, column) - 3.0 * x(frame - 1, column) + 3.0 * x(frame - 2, column) - x(frame - 3, column);
       if (std::isfinite(third)) differences.push_back(std::abs(third));
@@ -204,6 +220,18 @@ double estimateNoise(const MotionClip& clip) {
   std::nth_element(differences.begin(), middle, differences.end());
   // White noise s gives third differences of deviation s sqrt(1 + 9 + 9 + 1), and a median of 0.6745 of that.
   return *middle / (0.6745 * std::sqrt(20.0));
+}
+
+}  // namespace
+
+double estimateNoise(const MotionClip& clip) { return noiseOfColumns(clip.positions_mm, 0, clip.positions_mm.cols()); }
+
+std::vector<double> estimateMarkerNoise(const MotionClip& clip) {
+  std::vector<double> noise;
+  for (std::size_t marker = 0; marker < clip.markerCount(); ++marker) {
+    noise.push_back(noiseOfColumns(clip.positions_mm, static_cast<Eigen::Index>(3 * marker), 3));
+  }
+  return noise;
 }
 
 FilledMotion fillShortGaps(const MotionClip& clip, const GapFillOptions& options) {

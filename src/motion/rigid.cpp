@@ -84,18 +84,4 @@ std::optional<RigidMotion> fitRigidMotion(const MarkerPositions& source, const M
   return motion;
 }
 
-MarkerPositions medianPose(const MotionClip& clip, std::span<const FrameIndex> frames) {
-  MarkerPositions pose = MarkerPositions::Constant(static_cast<Eigen::Index>(clip.markerCount()), 3, std::nan(""));
-  std::vector<double> values;
-  for (Eigen::Index column = 0; column < clip.positions_mm.cols(); ++column) {
-    values.clear();
-    for (const FrameIndex frame : frames) {
-      const double value = clip.positions_mm(static_cast<Eigen::Index>(frame.value), column);
-      if (std::isfinite(value)) values.push_back(value);
-    }
-    if (!values.empty()) pose(column / 3, column % 3) = medianOf(values);
-  }
-  return pose;
-}
-
 }  // namespace mouthpiece

@@ -1,6 +1,7 @@
 #include "motion/smoothing.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -16,6 +17,7 @@ namespace {
 constexpr double kUnknown = 1e8;
 /// No sample is moved further than noise explains (1 % of it is larger): the tip of a quick closure stays.
 constexpr double kFarthestInNoises = 2.5;
+constexpr double kMostOverMedian = 2.0;
 /// A path of fewer samples is left as it is.
 constexpr Eigen::Index kFewestSamples = 5;
 /// Restlessness is searched on this grid: jerk noise per frame over measurement noise, as deviations.
@@ -119,20 +121,37 @@ PositionMatrix smoothedPath(const PositionMatrix& path, double noise_mm) {
   return (noise_mm * smoother.smooth()).rowwise() + origin;
 }
 
+double medianOf(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// A marker that moves fast passes some of its motion for noise, so none counts as more than twice the median.
+std::vector<double> noiseOfMarkers(const MotionClip& clip, const SmoothingOptions& options) {
+  if (options.noise_mm > 0.0) return std::vector<double>(clip.markerCount(), options.noise_mm);
+  std::vector<double> noise = estimateMarkerNoise(clip);
+  const double most = kMostOverMedian * medianOf(noise);
+  for (double& each : noise) each = std::min(each, most);
+  return noise;
+}
+
 }  // namespace
 
 SmoothedMotion smoothMotion(const MotionClip& clip, const SmoothingOptions& options) {
   MOUTHPIECE_EXPECT(options.noise_mm >= 0.0);
-  SmoothedMotion result{clip, options.noise_mm > 0.0 ? options.noise_mm : estimateNoise(clip), 0.0};
-  if (result.noise_mm <= 0.0) return result;
+  SmoothedMotion result{clip, options.noise_mm, noiseOfMarkers(clip, options), 0.0};
+  if (result.noise_mm <= 0.0) result.noise_mm = medianOf(result.marker_noise_mm);
   double squared_change = 0;
   double samples = 0;
   for (Eigen::Index column = 0; column + 2 < clip.positions_mm.cols(); column += 3) {
     const PositionMatrix path = clip.positions_mm.middleCols<3>(column);
     const auto seen = (path.array() == path.array()).rowwise().all().eval();
-    if (seen.count() < kFewestSamples) continue;
-    const PositionMatrix smooth = smoothedPath(path, result.noise_mm);
-    const double farthest = kFarthestInNoises * result.noise_mm;
+    const double noise_mm = result.marker_noise_mm[static_cast<std::size_t>(column / 3)];
+    if (seen.count() < kFewestSamples || noise_mm <= 0.0) continue;
+    const PositionMatrix smooth = smoothedPath(path, noise_mm);
+    const double farthest = kFarthestInNoises * noise_mm;
     for (Eigen::Index frame = 0; frame < path.rows(); ++frame) {
       if (!seen[frame]) continue;
       const Eigen::RowVector3d change = (smooth.row(frame) - path.row(frame)).cwiseMin(farthest).cwiseMax(-farthest);

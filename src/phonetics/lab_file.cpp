@@ -89,6 +89,36 @@ std::vector<LabelEntry> readStartEndLines(std::string_view file, const std::vect
   return entries;
 }
 
+std::optional<double> numberOf(std::string_view word) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  return error == std::errc() && end == word.data() + word.size() ? std::optional(value) : std::nullopt;
+}
+
+bool isCtmLine(const Line& line) {
+  return line.fields.size() >= 5 && numberOf(line.fields[2]) && numberOf(line.fields[3]);
+}
+
+/// "name channel start duration label [confidence]", ";;" before a comment.
+std::vector<LabelEntry> readCtmLines(std::string_view file, const std::vector<Line>& lines) {
+  std::vector<LabelEntry> entries;
+  std::string_view name;
+  for (const Line& line : lines) {
+    if (line.fields[0].starts_with(";;")) continue;
+    if (line.fields.size() < 5) failFields(file, line, "name channel start duration label");
+    if (name.empty()) name = line.fields[0];
+    if (line.fields[0] != name) {
+      throw InputError(file, std::to_string(line.number),
+                       fmt::format("found labels of '{}' after those of '{}'; expected one file a take",
+                                   printable(line.fields[0]), printable(name)));
+    }
+    const Seconds start = parseTime(file, line, 2);
+    entries.push_back(
+        {std::string(line.fields[4]), {start, start + parseTime(file, line, 3)}, std::to_string(line.number)});
+  }
+  return entries;
+}
+
 bool hasDecimalPoint(const std::vector<Line>& lines) {
   return std::any_of(lines.begin(), lines.end(), [](const Line& line) {
     return line.fields[0].find('.') != std::string_view::npos ||
@@ -111,6 +141,9 @@ std::vector<LabelEntry> readEntries(std::string_view text, std::string_view file
   const auto hash = std::find_if(lines.begin(), lines.end(),
                                  [](const Line& line) { return line.fields.size() == 1 && line.fields[0] == "#"; });
   if (hash != lines.end()) return readEspsLines(file, lines, static_cast<std::size_t>(hash - lines.begin()) + 1);
+  const auto first =
+      std::find_if(lines.begin(), lines.end(), [](const Line& line) { return !line.fields[0].starts_with(";;"); });
+  if (first != lines.end() && isCtmLine(*first)) return readCtmLines(file, lines);
   std::vector<LabelEntry> entries = readStartEndLines(file, lines);
   if (hasDecimalPoint(lines)) return entries;
   const double units_per_second =

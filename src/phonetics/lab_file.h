@@ -16,6 +16,7 @@ struct LabFileOptions {
 /// - HTK: "start end label" in units of 100 ns;
 /// - TIMIT .phn: "start end label" in samples;
 /// - plain: "start end label" in seconds, with a decimal point (Audacity's label track too).
+/// - CTM: "name channel start_s duration_s label".
 /// There are no words in such files. Throws InputError naming file and line.
 SpeechLabels readLabFile(const std::filesystem::path& path, const LabFileOptions& options = {});
 /// The same from memory; `name` stands for the file in messages.

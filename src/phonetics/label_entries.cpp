@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "base/errors.h"
+#include "phonetics/phone_sets.h"
 
 namespace mouthpiece {
 namespace {
@@ -55,31 +56,40 @@ std::optional<Phone> closureOf(std::string_view name) {
   return std::nullopt;
 }
 
+PhoneSet phoneSetOf(const std::vector<LabelEntry>& entries) {
+  std::vector<std::string> names;
+  for (const LabelEntry& entry : entries) names.push_back(entry.text);
+  return likeliestPhoneSet(names);
+}
+
+bool isGlottalStop(std::string_view name) { return name == "q" || name == "?" || name == "ʔ"; }
+
 bool releases(Phone stop, Phone next) {
   return next == stop || (stop == Phone::kD && next == Phone::kJH) || (stop == Phone::kT && next == Phone::kCH);
 }
 
-Phone requirePhone(std::string_view file, const LabelEntry& entry) {
+Phone requirePhone(std::string_view file, const LabelEntry& entry, PhoneSet set) {
   if (isSilenceName(entry.text)) return Phone::kSil;
-  if (const auto phone = phoneFromName(entry.text)) return *phone;
+  if (const auto phone = phoneFromName(entry.text, set)) return *phone;
   if (const auto stop = closureOf(entry.text)) return *stop;
   const char* hint = entry.text == "spn" ? " (the aligner's mark for a word that its dictionary lacks)" : "";
-  throw InputError(
-      file, entry.place,
-      fmt::format("found phone '{}'{}; expected ARPAbet (AA AE AH ... ZH) or sil", printable(entry.text), hint));
+  throw InputError(file, entry.place,
+                   fmt::format("found phone '{}'{}; expected {} or sil", printable(entry.text), hint,
+                               set == PhoneSet::kArpabet ? "ARPAbet (AA AE AH ... ZH)" : phoneSetName(set)));
 }
 
 }  // namespace
 
 std::vector<PhoneSegment> phonesFromEntries(std::string_view file, const std::vector<LabelEntry>& entries) {
+  const PhoneSet set = phoneSetOf(entries);
   std::vector<PhoneSegment> segments;
   std::optional<Phone> open_closure;
   Seconds previous_end = 0;
   for (const LabelEntry& entry : entries) {
     checkSpan(file, entry, previous_end);
     previous_end = std::max(previous_end, entry.span.end);
-    const bool is_glottal_stop = entry.text == "q";
-    const Phone phone = !is_glottal_stop   ? requirePhone(file, entry)
+    const bool is_glottal_stop = isGlottalStop(entry.text);
+    const Phone phone = !is_glottal_stop   ? requirePhone(file, entry, set)
                         : segments.empty() ? Phone::kSil
                                            : segments.back().phone;
     if (phone == Phone::kSil && entry.span.duration() < kShortestLabel) continue;

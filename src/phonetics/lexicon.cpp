@@ -80,12 +80,24 @@ Lexicon Lexicon::parse(std::string_view bytes, std::string_view name) {
   return lexicon;
 }
 
-const std::vector<Pronunciation>& Lexicon::find(std::string_view word) const {
-  static const std::vector<Pronunciation> kUnknown;
+std::string Lexicon::keyOf(std::string_view word) const {
   auto found = words_.find(word);
   if (found == words_.end()) found = words_.find(mapped(word, 'A', 'Z', 'a' - 'A'));
   if (found == words_.end() && word.size() > 1) found = words_.find(mapped(word, 'a', 'z', 'A' - 'a'));
+  return found == words_.end() ? "" : found->first;
+}
+
+const std::vector<Pronunciation>& Lexicon::find(std::string_view word) const {
+  static const std::vector<Pronunciation> kUnknown;
+  const auto found = words_.find(keyOf(word));
   return found == words_.end() ? kUnknown : found->second;
+}
+
+void Lexicon::putFirst(std::string_view word, std::size_t way) {
+  const auto found = words_.find(keyOf(word));
+  if (found == words_.end() || way >= found->second.size()) return;
+  const auto place = found->second.begin() + static_cast<std::ptrdiff_t>(way);
+  std::rotate(found->second.begin(), place, place + 1);
 }
 
 }  // namespace mouthpiece

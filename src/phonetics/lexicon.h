@@ -28,10 +28,15 @@ class Lexicon {
   /// then in lower case, then (longer words only) in capitals: "A" is the letter, "a" the article.
   [[nodiscard]] const std::vector<Pronunciation>& find(std::string_view word) const;
 
+  /// Makes pronunciation `way` of a word the usual one; nothing happens for an unknown word or way.
+  void putFirst(std::string_view word, std::size_t way);
+
   [[nodiscard]] std::size_t size() const { return words_.size(); }
   [[nodiscard]] const std::map<std::string, std::vector<Pronunciation>, std::less<>>& words() const { return words_; }
 
  private:
+  [[nodiscard]] std::string keyOf(std::string_view word) const;
+
   std::map<std::string, std::vector<Pronunciation>, std::less<>> words_;
 };
 

@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kShortGapToleranceMm = 0.3;  // gaps of 100 ms
+constexpr double kLongGapToleranceMm = 1.0;   // gaps of 250 to 300 ms
 
 void cut(MotionClip& clip, std::size_t marker, std::size_t first, std::size_t count) {
   clip.positions_mm
@@ -56,10 +57,10 @@ TEST(FindGaps, ListsEveryRun) {
 TEST(FillShortGaps, FillsTheShortAndLeavesTheLong) {
   MotionClip clip = faceLikeClip(0.1);
   cut(clip, 3, 100, 12);
-  cut(clip, 5, 200, 31);   // 258 ms
+  cut(clip, 5, 200, 37);   // 308 ms
   cut(clip, 7, 0, 6);      // nothing before
   cut(clip, 9, 475, 5);    // nothing behind
-  cut(clip, 11, 300, 30);  // 250 ms
+  cut(clip, 11, 300, 36);  // 300 ms
   const FilledMotion result = fillShortGaps(clip);
   ASSERT_EQ(result.report.filled.size(), 2U);
   EXPECT_EQ(result.report.filled[0].marker.value, 3U);
@@ -74,11 +75,12 @@ TEST(FillShortGaps, FillsTheShortAndLeavesTheLong) {
   }
 }
 
-TEST(FillShortGaps, IsRightToAThirdOfAMillimetre) {
+/// Gaps of `frames` at 120 Hz, as few at a time as on a face: the filled samples' distance from the truth, rms.
+double gapErrorMm(std::size_t frames) {
   MotionClip truth;
   MotionClip clip = faceLikeClip(0.1, &truth);
   std::mt19937 random(53);
-  for (int i = 0; i < 30; ++i) cut(clip, random() % 20, 10 + random() % 440, 12);
+  for (int i = 0; i < 30; ++i) cut(clip, random() % 20, 10 + random() % (460 - frames), frames);
   const FilledMotion result = fillShortGaps(clip);
   double squared = 0;
   double count = 0;
@@ -89,22 +91,44 @@ TEST(FillShortGaps, IsRightToAThirdOfAMillimetre) {
       ++count;
     }
   }
-  ASSERT_GT(count, 200.0);
-  EXPECT_LT(std::sqrt(squared / count), kShortGapToleranceMm);
+  EXPECT_GT(count, 200.0);
+  return std::sqrt(squared / count);
+}
+
+TEST(FillShortGaps, IsRightToAThirdOfAMillimetre) { EXPECT_LT(gapErrorMm(12), kShortGapToleranceMm); }
+
+TEST(FillShortGaps, IsRightToAMillimetreOverThreeTenthsOfASecond) { EXPECT_LT(gapErrorMm(30), kLongGapToleranceMm); }
+
+/// Head motion taken off by the layout's stable markers, frame by frame.
+MotionClip laidOnFirstFrame(const MotionClip& clip) {
+  const auto stableOnly = [&](std::size_t frame) {
+    MarkerPositions pose = clip.pose(FrameIndex(frame));
+    for (std::size_t i = 0; i < defaultLayout().markers.size(); ++i) {
+      if (!defaultLayout().markers[i].stable) pose.row(static_cast<Eigen::Index>(i)).setConstant(std::nan(""));
+    }
+    return pose;
+  };
+  MotionClip still = clip;
+  for (std::size_t frame = 0; frame < clip.frameCount(); ++frame) {
+    const auto motion = fitRigidMotion(stableOnly(frame), stableOnly(0));
+    for (std::size_t marker = 0; marker < clip.markerCount(); ++marker) {
+      auto sample =
+          still.positions_mm.block<1, 3>(static_cast<Eigen::Index>(frame), static_cast<Eigen::Index>(3 * marker));
+      sample.setConstant(std::nan(""));
+      if (motion) sample = motion->apply(clip.position(FrameIndex(frame), MarkerIndex(marker))).transpose();
+    }
+  }
+  return still;
 }
 
 TEST(FillShortGaps, FillsTheRealSpeakersGaps) {
   const std::vector<MotionClip> takes = realTakes(30);
   if (takes.empty()) GTEST_SKIP() << "no real capture at " << realTakesFolder();
-  std::vector<MarkerIndex> stable;
-  for (std::size_t i = 0; i < defaultLayout().markers.size(); ++i) {
-    if (defaultLayout().markers[i].stable) stable.emplace_back(i);
-  }
   std::mt19937 random(54);
   double squared = 0;
   double count = 0;
   for (const MotionClip& take : takes) {
-    const MotionClip still = removeHeadMotion(take, medianAlignedPose(take, stable), stable).still;
+    const MotionClip still = laidOnFirstFrame(take);
     if (!still.positions_mm.allFinite()) continue;
     MotionClip clip = still;
     const std::size_t first = 5 + random() % 60;

@@ -1,0 +1,77 @@
+#include "motion/landmark_track.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "base/errors.h"
+
+namespace mouthpiece {
+namespace {
+
+/// A face of `count` points, the eye corners 0.3 image widths apart, moved by `shift` image widths.
+std::string points(std::size_t count, double shift, bool as_objects) {
+  std::string text = "[";
+  for (std::size_t i = 0; i < count; ++i) {
+    double x = 0.001 * static_cast<double>(i), y = 0.25, z = 0.0;
+    if (i == 33) x = 0.2;
+    if (i == 263) x = 0.5;
+    if (i == 10) y = 0.05, z = -0.1;
+    const auto number = [](double value) { return std::to_string(value); };
+    text += i == 0 ? "" : ",";
+    text += as_objects ? R"({"x":)" + number(x + shift) + R"(,"y":)" + number(y) + R"(,"z":)" + number(z) + "}"
+                       : "[" + number(x + shift) + "," + number(y) + "," + number(z) + "]";
+  }
+  return text + "]";
+}
+
+std::string errorOf(const std::string& text) {
+  try {
+    parseLandmarkTrack(text, "t.json", defaultLayout());
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(LandmarkTrack, BecomesMillimetresWithTheCameraInFront) {
+  for (const bool as_objects : {false, true}) {
+    const std::string text = R"({"fps":25,"width":400,"height":200,"frames":[)" + points(468, 0, as_objects) + "," +
+                             points(468, 0.01, as_objects) + ",null]}";
+    const MotionClip clip = parseLandmarkTrack(text, "t.json", defaultLayout());
+    ASSERT_EQ(clip.frameCount(), 3U);
+    EXPECT_EQ(clip.frame_rate_hz, 25);
+    // 0.3 of 400 pixels are 90 mm: 0.75 mm a pixel.
+    const MarkerIndex forehead = *clip.findMarker("FOREHEAD_TOP");
+    const Eigen::Vector3d top = clip.position(FrameIndex(0), forehead);
+    EXPECT_NEAR(top.x(), 0.01 * 400 * 0.75, 1e-6);
+    EXPECT_NEAR(top.y(), -0.05 * 200 * 0.75, 1e-6);
+    EXPECT_NEAR(top.z(), 0.1 * 400 * 0.75, 1e-6);
+    EXPECT_NEAR(clip.position(FrameIndex(1), forehead).x() - top.x(), 3.0, 1e-6);
+    EXPECT_TRUE(std::isnan(clip.position(FrameIndex(2), forehead).x()));
+  }
+}
+
+TEST(LandmarkTrack, TakesTheFormsThatTrackersWrite) {
+  const std::string of_faces = R"([{"timestamp_ms":0,"faceLandmarks":[)" + points(478, 0, true) +
+                               R"(]},{"timestamp_ms":40,"faceLandmarks":[)" + points(478, 0, true) + "]}]";
+  const MotionClip clip = parseLandmarkTrack(of_faces, "t.json", defaultLayout());
+  EXPECT_NEAR(clip.frame_rate_hz, 25, 1e-9);
+  EXPECT_EQ(clip.markerCount(), 66U);
+}
+
+TEST(LandmarkTrack, NamesWhatIsWrong) {
+  EXPECT_NE(errorOf("{").find("valid JSON"), std::string::npos);
+  EXPECT_NE(errorOf("{}").find("holds no frames"), std::string::npos);
+  EXPECT_NE(errorOf(R"({"fps":25,"frames":[[],[]]})").find("no face"), std::string::npos);
+  EXPECT_NE(errorOf(R"({"fps":25,"frames":[[[0,0,0]],[[0,0,0]]]})").find("frame 0"), std::string::npos);
+  EXPECT_NE(errorOf(R"({"fps":0,"frames":[[],[]]})").find("positive"), std::string::npos);
+  EXPECT_NE(errorOf(R"({"frames":[)" + points(468, 0, false) + "," + points(468, 0, false) + "]}").find("--fps"),
+            std::string::npos);
+  EXPECT_NE(errorOf(R"({"fps":25,"width":3,"frames":[[],[]]})").find("both"), std::string::npos);
+  EXPECT_NE(errorOf(R"({"fps":1e999,"frames":[[],[]]})").find("t.json"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace mouthpiece
