@@ -29,6 +29,7 @@ mouthpiece_require(OpenMesh libopenmesh-dev)
 set(CGAL_DO_NOT_WARN_ABOUT_CMAKE_BUILD_TYPE TRUE)
 mouthpiece_require(CGAL libcgal-dev)
 mouthpiece_require(TinyGLTF libtinygltf-dev)
+mouthpiece_require(pugixml libpugixml-dev)
 mouthpiece_require_pkgconfig(sndfile SNDFILE libsndfile1-dev)
 mouthpiece_require_pkgconfig(pocketsphinx POCKETSPHINX libpocketsphinx-dev)
 # Debian's pocketsphinx.pc names a folder that no package brings, which CMake refuses.

@@ -1,65 +1,31 @@
 #include "corpus_tools/corpus_builder.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
-#include <atomic>
-#include <cmath>
+#include <map>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "base/errors.h"
+#include "base/files.h"
 #include "base/parallel_for.h"
+#include "corpus_tools/build_log.h"
+#include "corpus_tools/build_parts.h"
 #include "corpus_tools/neutral_pose.h"
 #include "corpus_tools/pose_fit.h"
 #include "corpus_tools/take_alignment.h"
 #include "corpus_tools/trajectory_fit.h"
-#include "motion/gaps.h"
-#include "motion/smoothing.h"
+#include "motion/motion_file.h"
 
 namespace mouthpiece {
 namespace {
 
-using Json = nlohmann::json;
+namespace fs = std::filesystem;
 
-constexpr const char* kJigKey = "head_reference_jig_mm";
-constexpr const char* kStableKey = "head_reference_stable_mm";
-
-std::size_t missingSamples(const MotionClip& clip) {
-  std::size_t missing = 0;
-  for (Eigen::Index column = 0; column < clip.positions_mm.cols(); column += 3) {
-    missing += static_cast<std::size_t>((!clip.positions_mm.col(column).array().isFinite()).count());
-  }
-  return missing;
-}
-
-struct CleanedFace {
-  MotionClip motion;
-  TakeReport report;
-};
-
-CleanedFace cleanFace(const RawTake& raw, const HeadReference& reference, const MarkerLayout& layout,
-                      const CleaningOptions& options) {
-  const HeadTrack track = trackHead(raw, reference, layout, options.head);
-  CleanedFace cleaned{withoutHeadMotion(raw.face, track), {}};
-  const std::size_t missing_before = missingSamples(cleaned.motion);
-  cleaned.motion = fillShortGaps(cleaned.motion, options.gaps).clip;
-  if (raw.face.frame_rate_hz >= options.smoothed_from_hz) cleaned.motion = smoothMotion(cleaned.motion).clip;
-  cleaned.report = {raw.name,
-                    raw.face.frameCount(),
-                    track.jig_frames,
-                    track.skin_frames,
-                    track.bridged_frames,
-                    track.scale,
-                    track.residual_rms_mm,
-                    /*filled_samples=*/0,
-                    0,
-                    0};
-  cleaned.report.missing_samples = missingSamples(cleaned.motion);
-  cleaned.report.filled_samples = missing_before - cleaned.report.missing_samples;
-  return cleaned;
-}
+constexpr const char* kSettingsKey = "build_settings";
+constexpr const char* kReportsKey = "take_reports";
+/// Frames of a take that tell the shape of the head: see estimateHeadReference().
+constexpr std::size_t kShapeFrames = 25;
 
 /// Counts finished steps; the callback is called under a lock.
 class StepCounter {
@@ -80,15 +46,15 @@ class StepCounter {
 
 std::size_t threadCount(const BuildOptions& options) { return options.jobs > 0 ? options.jobs : defaultThreadCount(); }
 
-/// Does `work` for every input in parallel; an InputError leaves that one out (or, when strict, stops).
-template <typename Output, typename Input, typename Work>
-std::vector<Output> forEachTake(const std::vector<Input>& inputs, const BuildOptions& options, StepCounter& steps,
+/// Does `work` for every take in parallel; an InputError leaves that one out (or, when strict, stops).
+template <typename Output, typename Work>
+std::vector<Output> forEachTake(std::vector<TakeFiles>& takes, const BuildOptions& options, StepCounter& steps,
                                 std::vector<LeftOutTake>& left_out, const Work& work) {
-  std::vector<std::optional<Output>> outputs(inputs.size());
-  std::vector<std::string> reasons(inputs.size());
-  parallelFor(inputs.size(), threadCount(options), [&](std::size_t i) {
+  std::vector<std::optional<Output>> outputs(takes.size());
+  std::vector<std::string> reasons(takes.size());
+  parallelFor(takes.size(), threadCount(options), [&](std::size_t i) {
     try {
-      outputs[i] = work(inputs[i]);
+      outputs[i] = work(takes[i]);
     } catch (const InputError& error) {
       if (options.strict) throw;
       reasons[i] = error.what();
@@ -96,119 +62,139 @@ std::vector<Output> forEachTake(const std::vector<Input>& inputs, const BuildOpt
     steps.advance();
   });
   std::vector<Output> usable;
-  for (std::size_t i = 0; i < inputs.size(); ++i) {
-    if (outputs[i]) usable.push_back(std::move(*outputs[i]));
-    if (!outputs[i]) left_out.push_back({inputs[i].name, reasons[i]});
+  std::vector<TakeFiles> usable_takes;
+  for (std::size_t i = 0; i < takes.size(); ++i) {
+    if (!outputs[i]) left_out.push_back({takes[i].name, reasons[i]});
+    if (!outputs[i]) continue;
+    usable.push_back(std::move(*outputs[i]));
+    usable_takes.push_back(std::move(takes[i]));
   }
+  takes = std::move(usable_takes);
   return usable;
 }
 
-struct RawTakes {
-  std::vector<RawTake> takes;
-  std::vector<LeftOutTake> left_out;
-};
-
-RawTakes readTakes(const std::filesystem::path& folder, const BuildOptions& options, const FoundTakes& found,
-                   StepCounter& steps) {
-  RawTakes raw{{}, found.left_out};
-  if (options.strict && !raw.left_out.empty()) {
-    throw InputError(folder.string(), "", fmt::format("take {}: {}", raw.left_out[0].name, raw.left_out[0].reason));
-  }
-  raw.takes = forEachTake<RawTake>(found.takes, options, steps, raw.left_out, [&](const TakeFiles& files) {
-    return readTake(files, options.layout, options.lexicon);
-  });
-  if (raw.takes.empty()) {
-    throw InputError(folder.string(), "",
-                     fmt::format("none of its {} takes can be used; the first: {}: {}", raw.left_out.size(),
-                                 raw.left_out[0].name, raw.left_out[0].reason));
-  }
-  return raw;
+void expectSome(const fs::path& folder, const std::vector<TakeFiles>& takes, const std::vector<LeftOutTake>& left_out) {
+  if (!takes.empty()) return;
+  throw InputError(folder.string(), "",
+                   fmt::format("none of its {} takes can be used; the first: {}: {}", left_out.size(), left_out[0].name,
+                               left_out[0].reason));
 }
 
-struct CleanedTake {
-  CorpusTake take;
-  TakeReport report;
-};
+/// A few frames of a take, far apart: enough for the shape of its head, and small enough to keep those of all takes.
+RawTake shapeFrames(const TakeFiles& files, const BuildOptions& options) {
+  MotionClip motion = readMotion(files.motion);
+  renameMarkers(motion, options.marker_names);
+  FaceAndJig markers = splitMarkers(motion, options.layout, files.motion.string());
+  TakeReport ignored;
+  RawTake take = withoutOutliers({files.name, "", {}, std::move(markers.face), std::move(markers.jig), {}, false, {}},
+                                 options.cleaning, ignored);
+  const std::size_t step = std::max<std::size_t>(1, take.face.frameCount() / kShapeFrames);
+  std::vector<Eigen::Index> frames;
+  for (std::size_t frame = 0; frame < take.face.frameCount(); frame += step) {
+    frames.push_back(static_cast<Eigen::Index>(frame));
+  }
+  for (MotionClip* clip : {&take.face, &take.jig}) {
+    clip->positions_mm = PositionMatrix(clip->positions_mm(frames, Eigen::all));
+    clip->frame_rate_hz /= static_cast<double>(step);
+  }
+  return take;
+}
 
-CleanedTake cleanTake(const RawTake& raw, const HeadReference& reference, const BuildOptions& options) {
+HeadReference headReferenceOf(std::vector<TakeFiles>& takes, const BuildOptions& options, StepCounter& steps,
+                              std::vector<LeftOutTake>& left_out, const fs::path& folder) {
+  const auto shapes = forEachTake<RawTake>(takes, options, steps, left_out,
+                                           [&](const TakeFiles& files) { return shapeFrames(files, options); });
+  expectSome(folder, takes, left_out);
+  if (!options.cleaning.remove_head) {
+    const auto rows = static_cast<Eigen::Index>(stableMarkers(options.layout).size());
+    return {MarkerPositions(0, 3), MarkerPositions::Zero(rows, 3)};
+  }
+  return estimateHeadReference(shapes, options.layout, options.cleaning.head);
+}
+
+/// Motion as the database keeps it, so that a take is the same whether it was just done or read back.
+void roundToFloats(MotionClip& motion) { motion.positions_mm = motion.positions_mm.cast<float>().cast<double>(); }
+
+/// Reads, labels and cleans a take, and forgets what it was made of.
+CleanedTake cleanTake(const TakeFiles& files, const HeadReference& reference, const BuildOptions& options,
+                      TakeLabeller& labeller) {
+  const RawTake raw = readTake(files, options.layout, options.lexicon, labeller, options.marker_names);
   CleanedFace face = cleanFace(raw, reference, options.layout, options.cleaning);
+  face.report.labels_found = raw.labels_found;
+  face.report.doubtful = raw.doubtful;
+  roundToFloats(face.motion);
   return {{raw.name, raw.text, raw.labels, std::move(face.motion), raw.audio}, face.report};
 }
 
-std::string shapeToJson(const MarkerPositions& shape) {
-  Json rows = Json::array();
-  for (Eigen::Index i = 0; i < shape.rows(); ++i) rows.push_back({shape(i, 0), shape(i, 1), shape(i, 2)});
-  return rows.dump();
-}
-
-/// nullopt for what is no list of `rows` points.
-std::optional<MarkerPositions> shapeFromJson(const std::string& text, std::size_t rows) {
-  const Json json = Json::parse(text, nullptr, false);
-  if (!json.is_array() || json.size() != rows) return std::nullopt;
-  MarkerPositions shape(static_cast<Eigen::Index>(rows), 3);
-  for (std::size_t i = 0; i < rows; ++i) {
-    if (!json[i].is_array() || json[i].size() != 3) return std::nullopt;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const Json& value = json[i][axis];  // null: a marker never seen
-      const double number = value.is_number() ? value.get<double>() : std::nan("");
-      shape(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(axis)) = number;
+/// What a take's cleaning and labels depend on besides its files and the head reference.
+std::string settingsOf(const BuildOptions& options) {
+  std::string lexicon;
+  for (const auto& [word, ways] : options.lexicon.words()) {
+    lexicon += word;
+    for (const Pronunciation& way : ways) {
+      for (std::size_t i = 0; i < way.phones.size(); ++i) {
+        lexicon += fmt::format(" {}{}", phoneName(way.phones[i]), way.stress[i]);
+      }
+      lexicon += ',';
     }
   }
-  return shape;
+  for (const auto& [from, to] : options.marker_names) lexicon += fmt::format("\n{}={}", from, to);
+  const CleaningOptions& c = options.cleaning;
+  return sha256Hex(fmt::format("{} {} {}{}{}{}{}{} {} {} {} {} {} {} {} {}", layoutToJson(options.layout), lexicon,
+                               c.repair_swaps, c.hide_spikes, c.use_jig, c.remove_head, c.fill_gaps, c.smooth,
+                               c.swaps.least_gain_mm, c.spikes.acceleration_mm_s2, c.head.jig_pose_smoothing,
+                               c.head.skin_pose_smoothing, c.gaps.longest, c.gaps.memory, c.smoothed_from_hz,
+                               options.align_takes));
 }
 
-/// As buildCorpus() noted it; a corpus from elsewhere has at least its neutral pose.
-HeadReference headReferenceOf(const Corpus& corpus) {
-  HeadReference reference{MarkerPositions(0, 3), pickMarkers(corpus.neutral_pose_mm, stableMarkers(corpus.layout))};
-  const auto noted = [&](const char* key, std::size_t rows, MarkerPositions& shape) {
-    const auto entry = corpus.build_log.find(key);
-    if (entry == corpus.build_log.end()) return;
-    if (const auto read = shapeFromJson(entry->second, rows)) shape = *read;
-  };
-  noted(kJigKey, corpus.layout.jig_names.size(), reference.jig_mm);
-  noted(kStableKey, stableMarkers(corpus.layout).size(), reference.stable_mm);
-  return reference;
-}
+/// A corpus that takes are added to: its takes by key.
+struct EarlierBuild {
+  Corpus corpus;
+  std::map<std::string, TakeReport> reports;
+  std::map<std::string, std::size_t> takes;
+};
 
-std::string reportToJson(const std::vector<TakeReport>& reports) {
-  Json list = Json::array();
-  for (const TakeReport& report : reports) {
-    list.push_back({{"name", report.name},
-                    {"frames", report.frames},
-                    {"head_by_jig", report.jig_frames},
-                    {"head_by_skin", report.skin_frames},
-                    {"head_bridged", report.bridged_frames},
-                    {"head_residual_mm", report.head_residual_mm},
-                    {"scale", report.scale},
-                    {"filled_samples", report.filled_samples},
-                    {"missing_samples", report.missing_samples},
-                    {"aligned_mm", report.aligned_mm}});
+/// nullopt when there is none, or it was made with other settings, or is damaged, or shares no take.
+std::optional<EarlierBuild> earlierBuild(const fs::path& output, const std::string& settings,
+                                         const std::vector<std::string>& keys) {
+  std::error_code error;
+  if (output.empty() || !fs::exists(output, error)) return std::nullopt;
+  try {
+    EarlierBuild earlier{readCorpus(output, CorpusAudio::kLoad), {}, {}};
+    if (earlier.corpus.build_log[kSettingsKey] != settings) return std::nullopt;
+    const std::vector<TakeReport> reports = reportsFromJson(earlier.corpus.build_log[kReportsKey]);
+    if (reports.size() != earlier.corpus.takes.size()) return std::nullopt;
+    for (std::size_t i = 0; i < reports.size(); ++i) {
+      if (reports[i].key.empty() || reports[i].name != earlier.corpus.takes[i].name) return std::nullopt;
+      if (std::find(keys.begin(), keys.end(), reports[i].key) == keys.end()) continue;
+      earlier.reports[reports[i].key] = reports[i];
+      earlier.takes[reports[i].key] = i;
+    }
+    if (earlier.takes.empty()) return std::nullopt;
+    return earlier;
+  } catch (const InputError&) {
+    return std::nullopt;
   }
-  return list.dump();
 }
 
-std::string leftOutToText(const std::vector<LeftOutTake>& left_out) {
-  std::vector<std::string> lines;
-  for (const LeftOutTake& take : left_out) lines.push_back(fmt::format("{}: {}", take.name, take.reason));
-  return fmt::format("{}", fmt::join(lines, "\n"));
-}
-
-void writeLog(BuildResult& result, const HeadReference& reference, const NeutralPose& neutral, bool aligned) {
+void writeLog(BuildResult& result, const std::string& settings, const HeadReference& reference) {
   auto& log = result.corpus.build_log;
   log["built_with"] = "corpus build";
   log["takes_used"] = std::to_string(result.takes.size());
   log["takes_left_out"] = leftOutToText(result.left_out);
-  log["take_reports"] = reportToJson(result.takes);
-  log["neutral_pose_frames"] = std::to_string(neutral.frames);
-  log["takes_aligned_by_phones"] = aligned ? "yes" : "no";
-  log[kJigKey] = shapeToJson(reference.jig_mm);
-  log[kStableKey] = shapeToJson(reference.stable_mm);
+  log[kReportsKey] = reportsToJson(result.takes);
+  log[kSettingsKey] = settings;
+  logHeadReference(result.corpus, reference);
+}
+
+bool needsAlignment(const Corpus& corpus, const HeadReference& reference, const BuildOptions& options) {
+  return options.align_takes && reference.jig_mm.rows() == 0 && corpus.takes.size() > 1;
 }
 
 /// Aligns, finds the neutral pose, and turns everything into the face's own axes.
-void finish(BuildResult& result, HeadReference reference, const BuildOptions& options) {
+void settleFrame(BuildResult& result, HeadReference& reference, const BuildOptions& options) {
   Corpus& corpus = result.corpus;
-  const bool align = options.align_takes && reference.jig_mm.rows() == 0 && corpus.takes.size() > 1;
+  const bool align = needsAlignment(corpus, reference, options);
   if (align) {
     const std::vector<double> moves = alignTakesByPhones(corpus.takes);
     for (std::size_t i = 0; i < moves.size(); ++i) result.takes[i].aligned_mm = moves[i];
@@ -220,57 +206,144 @@ void finish(BuildResult& result, HeadReference reference, const BuildOptions& op
   transform(reference.jig_mm, face_from_head);
   transform(reference.stable_mm, face_from_head);
   corpus.neutral_pose_mm = neutral.pose_mm;
-  corpus.trajectory_model = fitTrajectoryModel(corpus, {.jobs = options.jobs});
-  writeLog(result, reference, neutral, align);
+  corpus.build_log["neutral_pose_frames"] = std::to_string(neutral.frames);
+  corpus.build_log["takes_aligned_by_phones"] = align ? "yes" : "no";
 }
+
+/// Takes that joined an earlier corpus are aligned with its takes, which stay where they are.
+void settleNewTakes(BuildResult& result, const std::vector<bool>& is_new, const HeadReference& reference,
+                    const BuildOptions& options) {
+  Corpus& corpus = result.corpus;
+  if (!needsAlignment(corpus, reference, options)) return;
+  std::vector<CorpusTake> aligned = corpus.takes;
+  const std::vector<double> moves = alignTakesByPhones(aligned);
+  for (std::size_t i = 0; i < moves.size(); ++i) {
+    if (!is_new[i]) continue;
+    corpus.takes[i].motion = std::move(aligned[i].motion);
+    result.takes[i].aligned_mm = moves[i];
+  }
+}
+
+/// One build, in steps that share what they know.
+class Builder {
+ public:
+  Builder(fs::path folder, fs::path output, const BuildOptions& options, const BuildProgress& progress)
+      : folder_(std::move(folder)),
+        output_(std::move(output)),
+        options_(options),
+        settings_(settingsOf(options)),
+        found_(findTakes(folder_)),
+        steps_(2 * found_.takes.size(), progress) {
+    if (options.strict && !found_.left_out.empty()) {
+      throw InputError(folder_.string(), "",
+                       fmt::format("take {}: {}", found_.left_out[0].name, found_.left_out[0].reason));
+    }
+  }
+
+  BuildResult build() {
+    BuildResult result;
+    result.left_out = found_.left_out;
+    std::optional<EarlierBuild> earlier = findEarlierBuild();
+    HeadReference reference = earlier ? mouthpiece::headReferenceOf(earlier->corpus)
+                                      : headReferenceOf(found_.takes, options_, steps_, result.left_out, folder_);
+    const BuildParts parts(fs::path(output_.string() + ".parts"), options_.layout,
+                           sha256Hex(settings_ + textOf(reference)));
+    std::vector<bool> is_new;
+    doTakes(result, earlier, reference, parts, is_new);
+    result.corpus.layout = options_.layout;
+    if (earlier) {
+      result.corpus.neutral_pose_mm = earlier->corpus.neutral_pose_mm;
+      result.corpus.build_log = earlier->corpus.build_log;
+      settleNewTakes(result, is_new, reference, options_);
+    } else {
+      settleFrame(result, reference, options_);
+    }
+    result.corpus.trajectory_model = fitTrajectoryModel(result.corpus, {.jobs = options_.jobs});
+    writeLog(result, settings_, reference);
+    if (output_.empty()) return result;
+    result.corpus.name = output_.stem().string();
+    writeCorpus(output_, result.corpus);
+    parts.remove();
+    removeStaleTemporaries(output_);
+    return result;
+  }
+
+ private:
+  std::optional<EarlierBuild> findEarlierBuild() {
+    if (output_.empty()) return std::nullopt;
+    std::vector<std::string> keys(found_.takes.size());
+    parallelFor(keys.size(), threadCount(options_),
+                [&](std::size_t i) { keys[i] = takeKey(found_.takes[i], settings_); });
+    for (std::size_t i = 0; i < keys.size(); ++i) keys_[found_.takes[i].name] = keys[i];
+    return earlierBuild(output_, settings_, keys);
+  }
+
+  void doTakes(BuildResult& result, std::optional<EarlierBuild>& earlier, const HeadReference& reference,
+               const BuildParts& parts, std::vector<bool>& is_new) {
+    TakeLabeller labeller(options_.lexicon);
+    struct Done {
+      CleanedTake cleaned;
+      bool is_new = true, was_kept = false;
+    };
+    auto done = forEachTake<Done>(found_.takes, options_, steps_, result.left_out, [&](const TakeFiles& files) {
+      if (output_.empty()) return Done{cleanTake(files, reference, options_, labeller)};
+      const std::string& key = keys_.at(files.name);
+      if (earlier) {
+        const auto found = earlier->takes.find(key);
+        if (found != earlier->takes.end()) {
+          return Done{{std::move(earlier->corpus.takes[found->second]), earlier->reports.at(key)}, false, true};
+        }
+      }
+      if (auto part = parts.find(key)) return Done{std::move(*part), true, true};
+      CleanedTake cleaned = cleanTake(files, reference, options_, labeller);
+      cleaned.report.key = key;
+      parts.store(cleaned);
+      return Done{std::move(cleaned)};
+    });
+    expectSome(folder_, found_.takes, result.left_out);
+    for (Done& take : done) {
+      result.corpus.takes.push_back(std::move(take.cleaned.take));
+      result.takes.push_back(std::move(take.cleaned.report));
+      result.kept_takes += take.was_kept ? 1 : 0;
+      is_new.push_back(take.is_new);
+    }
+  }
+
+  fs::path folder_, output_;
+  const BuildOptions& options_;
+  std::string settings_;
+  FoundTakes found_;
+  StepCounter steps_;
+  std::map<std::string, std::string> keys_;  ///< of the takes, by name
+};
 
 }  // namespace
 
-BuildResult buildCorpus(const std::filesystem::path& folder, const BuildOptions& options,
-                        const BuildProgress& progress) {
-  const FoundTakes found = findTakes(folder);
-  StepCounter steps(2 * found.takes.size(), progress);
-  RawTakes raw = readTakes(folder, options, found, steps);
-  BuildResult result{{}, {}, std::move(raw.left_out)};
-  result.corpus.layout = options.layout;
-  const HeadReference reference = estimateHeadReference(raw.takes, options.layout, options.cleaning.head);
-  auto cleaned = forEachTake<CleanedTake>(raw.takes, options, steps, result.left_out,
-                                          [&](const RawTake& take) { return cleanTake(take, reference, options); });
-  if (cleaned.empty()) {
-    throw InputError(folder.string(), "", fmt::format("no take can be used; the first: {}", result.left_out[0].reason));
-  }
-  for (CleanedTake& take : cleaned) {
-    result.corpus.takes.push_back(std::move(take.take));
-    result.takes.push_back(take.report);
-  }
-  finish(result, reference, options);
-  return result;
+BuildResult buildCorpus(const fs::path& folder, const BuildOptions& options, const BuildProgress& progress) {
+  return Builder(folder, {}, options, progress).build();
 }
 
-CleanTakes readTakesInto(const Corpus& corpus, const std::filesystem::path& folder, const BuildOptions& options,
+BuildResult buildCorpusFile(const fs::path& folder, const fs::path& output, const BuildOptions& options,
+                            const BuildProgress& progress) {
+  MOUTHPIECE_EXPECT(!output.empty());
+  return Builder(folder, output, options, progress).build();
+}
+
+CleanTakes readTakesInto(const Corpus& corpus, const fs::path& folder, const BuildOptions& options,
                          const BuildProgress& progress) {
   BuildOptions as_corpus = options;
   as_corpus.layout = corpus.layout;
-  const FoundTakes found = findTakes(folder);
-  StepCounter steps(2 * found.takes.size(), progress);
-  RawTakes raw = readTakes(folder, as_corpus, found, steps);
-  CleanTakes clean{{}, std::move(raw.left_out)};
-  const HeadReference reference = headReferenceOf(corpus);
-  auto cleaned = forEachTake<CleanedTake>(raw.takes, as_corpus, steps, clean.left_out,
-                                          [&](const RawTake& take) { return cleanTake(take, reference, as_corpus); });
+  FoundTakes found = findTakes(folder);
+  CleanTakes clean{{}, found.left_out};
+  StepCounter steps(found.takes.size(), progress);
+  const HeadReference reference = mouthpiece::headReferenceOf(corpus);
+  TakeLabeller labeller(options.lexicon);
+  auto cleaned = forEachTake<CleanedTake>(found.takes, as_corpus, steps, clean.left_out, [&](const TakeFiles& files) {
+    return cleanTake(files, reference, as_corpus, labeller);
+  });
+  expectSome(folder, found.takes, clean.left_out);
   for (CleanedTake& take : cleaned) clean.takes.push_back(std::move(take.take));
   return clean;
-}
-
-CleanClip cleanClip(const MotionClip& clip, const MarkerLayout& layout, const std::string& file,
-                    const CleaningOptions& options) {
-  FaceAndJig split = splitMarkers(clip, layout, file);
-  const std::vector<RawTake> takes = {{file, "", {}, std::move(split.face), std::move(split.jig), {}}};
-  const HeadReference reference = estimateHeadReference(takes, layout, options.head);
-  CleanedFace cleaned = cleanFace(takes[0], reference, layout, options);
-  const NeutralPose neutral = neutralPose({{file, "", {}, cleaned.motion, {}}}, layout);
-  transform(cleaned.motion, faceFromHead(neutral.pose_mm, layout));
-  return {std::move(cleaned.motion), cleaned.report};
 }
 
 }  // namespace mouthpiece

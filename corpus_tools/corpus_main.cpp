@@ -12,11 +12,13 @@ int main(int argc, char** argv) {
   mouthpiece::addSampleCommand(app, chosen);
   mouthpiece::addBuildCommand(app, chosen);
   mouthpiece::addAlignCommand(app, chosen);
+  mouthpiece::addTagCommand(app, chosen);
   mouthpiece::addInfoCommand(app, chosen);
   mouthpiece::addCheckCommand(app, chosen);
   mouthpiece::addConvertCommand(app, chosen);
   mouthpiece::addCleanCommand(app, chosen);
   mouthpiece::addEvaluateCommand(app, chosen);
+  mouthpiece::addReportCommand(app, chosen);
   mouthpiece::addPromptsCommand(app, chosen);
   return mouthpiece::runProgram(app, argc, argv, [&chosen] { return chosen(); });
 }

@@ -26,6 +26,12 @@ double quantile(std::vector<double> values, double share) {
   return *place;
 }
 
+double meanOf(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return values.empty() ? std::nan("") : sum / static_cast<double>(values.size());
+}
+
 double shareOver(const std::vector<double>& values, const std::vector<double>& limits) {
   if (values.empty()) return std::nan("");
   std::size_t over = 0;
@@ -50,6 +56,37 @@ EvaluationRow measureMethod(const EvaluationMethod& method, const std::vector<Co
   return row;
 }
 
+/// Fisher-Yates by hand: std::shuffle differs between standard libraries.
+std::vector<std::size_t> shuffledIndices(std::size_t count, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::vector<std::size_t> order(count);
+  for (std::size_t i = 0; i < count; ++i) order[i] = i;
+  for (std::size_t i = 0; i < count; ++i) std::swap(order[i], order[i + random() % (count - i)]);
+  return order;
+}
+
+struct SplitTakes {
+  Corpus rest;
+  std::vector<CorpusTake> held;
+};
+
+/// Holds out the takes i with i mod `folds` = `fold`, and fits the trajectory model to the others.
+SplitTakes splitTakes(const Corpus& corpus, std::size_t folds, std::size_t fold) {
+  SplitTakes split{{corpus.name,
+                    corpus.layout,
+                    corpus.neutral_pose_mm,
+                    {},
+                    corpus.build_log,
+                    nullptr,
+                    nullptr,
+                    corpus.lattice_weights},
+                   {}};
+  for (std::size_t i = 0; i < corpus.takes.size(); ++i)
+    (i % folds == fold ? split.held : split.rest.takes).push_back(corpus.takes[i]);
+  split.rest.trajectory_model = fitTrajectoryModel(split.rest);
+  return split;
+}
+
 /// Captures slower or faster than the synthesis offers are compared at the nearest rate that it does.
 std::vector<CorpusTake> atOfferedRates(std::vector<CorpusTake> takes) {
   for (CorpusTake& take : takes) {
@@ -62,37 +99,33 @@ std::vector<CorpusTake> atOfferedRates(std::vector<CorpusTake> takes) {
 }  // namespace
 
 Evaluation evaluateCorpus(const Corpus& corpus, const std::vector<CorpusTake>& captured,
-                          const EvaluationProgress& progress) {
+                          const EvaluationMethods& methods, const EvaluationProgress& progress) {
   if (captured.empty()) throw InputError(corpus.name, "", "no take to compare with");
   if (corpus.takes.empty()) throw InputError(corpus.name, "", "has no takes; expected some to speak with");
   const std::vector<CorpusTake> comparable = atOfferedRates(captured);
   const UnitDatabase database(corpus);
-  const std::vector<EvaluationMethod> methods = evaluationMethods(corpus, database);
+  const std::vector<EvaluationMethod> rows = methods(corpus, database);
   Evaluation evaluation{corpus.name, {}, {}};
   for (const CorpusTake& take : captured) evaluation.takes.push_back(take.name);
   std::size_t done = 0;
-  for (const EvaluationMethod& method : methods) {
+  for (const EvaluationMethod& method : rows) {
     evaluation.rows.push_back(measureMethod(method, comparable, corpus.layout, [&] {
-      if (progress) progress(++done, methods.size() * comparable.size());
+      if (progress) progress(++done, rows.size() * comparable.size());
     }));
   }
   return evaluation;
 }
 
-Evaluation crossValidate(const Corpus& corpus, std::size_t folds, const EvaluationProgress& progress) {
+Evaluation crossValidate(const Corpus& corpus, std::size_t folds, const EvaluationMethods& methods,
+                         const EvaluationProgress& progress) {
   if (folds < 2 || folds > corpus.takes.size()) {
     throw InputError("--folds", "",
                      fmt::format("found {}; expected 2 to {}, the number of takes", folds, corpus.takes.size()));
   }
   Evaluation whole{corpus.name, {}, {}};
   for (std::size_t fold = 0; fold < folds; ++fold) {
-    Corpus rest = corpus;
-    rest.takes.clear();
-    std::vector<CorpusTake> held;
-    for (std::size_t i = 0; i < corpus.takes.size(); ++i)
-      (i % folds == fold ? held : rest.takes).push_back(corpus.takes[i]);
-    rest.trajectory_model = fitTrajectoryModel(rest);
-    const Evaluation part = evaluateCorpus(rest, held, [&](std::size_t done, std::size_t total) {
+    const SplitTakes split = splitTakes(corpus, folds, fold);
+    const Evaluation part = evaluateCorpus(split.rest, split.held, methods, [&](std::size_t done, std::size_t total) {
       if (progress) progress(fold * total + done, folds * total);
     });
     append(whole.takes, part.takes);
@@ -105,6 +138,35 @@ Evaluation crossValidate(const Corpus& corpus, std::size_t folds, const Evaluati
   return whole;
 }
 
+Evaluation learningCurve(const Corpus& corpus, const std::vector<std::size_t>& sizes, const EvaluationMethods& methods,
+                         const EvaluationProgress& progress) {
+  constexpr std::size_t kTestEvery = 5;
+  constexpr std::uint64_t kSeed = 1;
+  if (corpus.takes.size() < 2) throw InputError(corpus.name, "", "has one take; expected at least two");
+  const SplitTakes split = splitTakes(corpus, std::min(kTestEvery, corpus.takes.size()), 0);
+  const std::vector<std::size_t> order = shuffledIndices(split.rest.takes.size(), kSeed);
+  Evaluation curve{corpus.name, {}, {}};
+  for (std::size_t step = 0; step < sizes.size(); ++step) {
+    const std::size_t size = sizes[step];
+    if (size == 0 || size > order.size()) {
+      throw InputError("--learning-curve", "", fmt::format("found {} takes; expected 1 to {}", size, order.size()));
+    }
+    Corpus part = split.rest;
+    part.takes.clear();
+    for (std::size_t i = 0; i < size; ++i) part.takes.push_back(split.rest.takes[order[i]]);
+    part.trajectory_model = fitTrajectoryModel(part);
+    Evaluation evaluated = evaluateCorpus(part, split.held, methods, [&](std::size_t done, std::size_t total) {
+      if (progress) progress(step * total + done, sizes.size() * total);
+    });
+    for (EvaluationRow& row : evaluated.rows) {
+      row.method = fmt::format("{:>4}: {}", size, row.method);
+      curve.rows.push_back(std::move(row));
+    }
+    curve.takes = evaluated.takes;
+  }
+  return curve;
+}
+
 EvaluationRow& EvaluationRow::operator+=(const EvaluationRow& other) {
   lips += other.lips;
   append(takes, other.takes);
@@ -115,6 +177,7 @@ EvaluationRow& EvaluationRow::operator+=(const EvaluationRow& other) {
   append(join_jumps_mm, other.join_jumps_mm);
   append(join_limits_mm, other.join_limits_mm);
   append(velocity_jumps_mm_s, other.velocity_jumps_mm_s);
+  append(velocity_mismatches_mm_s, other.velocity_mismatches_mm_s);
   append(velocity_limits_mm_s, other.velocity_limits_mm_s);
   return *this;
 }
@@ -127,7 +190,11 @@ double EvaluationRow::backoffShare() const {
   return pairs > 0 ? static_cast<double>(backoff_pairs) / static_cast<double>(pairs) : std::nan("");
 }
 
-double EvaluationRow::joinJumpPercentile(double share) const { return quantile(join_jumps_mm, share); }
+double EvaluationRow::phonesPerUnit() const {
+  return units > 0 ? static_cast<double>(phones) / static_cast<double>(units) : std::nan("");
+}
+
+double EvaluationRow::joinJump95() const { return quantile(join_jumps_mm, 0.95); }
 
 double EvaluationRow::usualStep() const {
   double sum = 0;
@@ -137,11 +204,9 @@ double EvaluationRow::usualStep() const {
 
 double EvaluationRow::joinsOverLimit() const { return shareOver(join_jumps_mm, join_limits_mm); }
 
-double EvaluationRow::meanVelocityJump() const {
-  double sum = 0;
-  for (const double jump : velocity_jumps_mm_s) sum += jump;
-  return velocity_jumps_mm_s.empty() ? std::nan("") : sum / static_cast<double>(velocity_jumps_mm_s.size());
-}
+double EvaluationRow::meanVelocityJump() const { return meanOf(velocity_jumps_mm_s); }
+
+double EvaluationRow::meanVelocityMismatch() const { return meanOf(velocity_mismatches_mm_s); }
 
 double EvaluationRow::velocitiesOverLimit() const { return shareOver(velocity_jumps_mm_s, velocity_limits_mm_s); }
 
@@ -153,11 +218,7 @@ std::vector<CorpusTake> holdOut(Corpus& corpus, double share, std::uint64_t seed
   if (count < 2) throw InputError(corpus.name, "", fmt::format("has {} take; expected at least two", count));
   const auto wanted = static_cast<std::size_t>(std::lround(share * static_cast<double>(count)));
   const std::size_t held = std::clamp<std::size_t>(wanted, 1, count - 1);
-  // Fisher-Yates by hand: std::shuffle differs between standard libraries.
-  std::mt19937_64 random(seed);
-  std::vector<std::size_t> order(count);
-  for (std::size_t i = 0; i < count; ++i) order[i] = i;
-  for (std::size_t i = 0; i < held; ++i) std::swap(order[i], order[i + random() % (count - i)]);
+  const std::vector<std::size_t> order = shuffledIndices(count, seed);
   std::vector<bool> is_held(count, false);
   for (std::size_t i = 0; i < held; ++i) is_held[order[i]] = true;
   std::vector<CorpusTake> taken, kept;

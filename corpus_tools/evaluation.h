@@ -7,6 +7,7 @@
 
 #include "corpus_tools/lip_measures.h"
 #include "units/corpus.h"
+#include "units/unit_database.h"
 
 namespace mouthpiece {
 
@@ -18,21 +19,24 @@ struct EvaluationRow {
   // The rest is zero for methods that do not join units.
   std::size_t phones = 0;
   std::size_t units = 0;
-  std::size_t pairs = 0;                     ///< of neighbouring phones
-  std::size_t backoff_pairs = 0;             ///< spelt by a stand-in
-  std::vector<double> join_jumps_mm;         ///< largest marker step across each join
-  std::vector<double> join_limits_mm;        ///< 95th percentile of the corpus' own steps at that join's frame rate
-  std::vector<double> velocity_jumps_mm_s;   ///< largest change of a marker's velocity at each join
-  std::vector<double> velocity_limits_mm_s;  ///< 95th percentile of the corpus' own
+  std::size_t pairs = 0;                         ///< of neighbouring phones
+  std::size_t backoff_pairs = 0;                 ///< spelt by a stand-in
+  std::vector<double> join_jumps_mm;             ///< largest marker step across each join
+  std::vector<double> join_limits_mm;            ///< 95th percentile of the corpus' own steps at that join's frame rate
+  std::vector<double> velocity_jumps_mm_s;       ///< largest change of a marker's velocity at each join
+  std::vector<double> velocity_mismatches_mm_s;  ///< between the fragments that meet there, before they are blended
+  std::vector<double> velocity_limits_mm_s;      ///< 95th percentile of the corpus' own
 
   [[nodiscard]] double unitsPerPhone() const;
+  [[nodiscard]] double phonesPerUnit() const;
   [[nodiscard]] double backoffShare() const;
-  [[nodiscard]] double joinJumpPercentile(double share) const;  ///< NaN without joins
-  [[nodiscard]] double usualStep() const;                       ///< mean limit, mm; NaN without joins
-  [[nodiscard]] double joinsOverLimit() const;                  ///< share of joins beyond their limit; NaN without
-  [[nodiscard]] double meanVelocityJump() const;                ///< mm/s; NaN without joins
-  [[nodiscard]] double velocitiesOverLimit() const;             ///< share of joins; NaN without
-  EvaluationRow& operator+=(const EvaluationRow& other);        ///< the same method over other takes
+  [[nodiscard]] double joinJump95() const;                ///< 95th percentile, mm; NaN without joins
+  [[nodiscard]] double usualStep() const;                 ///< mean limit, mm; NaN without joins
+  [[nodiscard]] double joinsOverLimit() const;            ///< share of joins beyond their limit; NaN without
+  [[nodiscard]] double meanVelocityJump() const;          ///< mm/s; NaN without joins
+  [[nodiscard]] double meanVelocityMismatch() const;      ///< mm/s; NaN without joins
+  [[nodiscard]] double velocitiesOverLimit() const;       ///< share of joins; NaN without
+  EvaluationRow& operator+=(const EvaluationRow& other);  ///< the same method over other takes
 };
 
 struct Evaluation {
@@ -44,14 +48,24 @@ struct Evaluation {
 /// Called from one thread, with the number of takes animated over all rows.
 using EvaluationProgress = std::function<void(std::size_t done, std::size_t total)>;
 
-/// Animates each of `captured` from its labels with the material of `corpus` by each of evaluationMethods() and
-/// compares. Throws InputError when `captured` is empty or the layout lacks lips.
-Evaluation evaluateCorpus(const Corpus& corpus, const std::vector<CorpusTake>& captured,
-                          const EvaluationProgress& progress = {});
+struct EvaluationMethod;
+/// The rows of a table, which refer to both arguments; evaluation_methods.h has those there are.
+using EvaluationMethods = std::function<std::vector<EvaluationMethod>(const Corpus&, const UnitDatabase&)>;
 
-/// Every take once, animated with the material of the takes of the other folds (take i is in fold i mod `folds`).
-/// Throws InputError for fewer than two folds or fewer takes than folds.
-Evaluation crossValidate(const Corpus& corpus, std::size_t folds, const EvaluationProgress& progress = {});
+/// Animates each of `captured` from its labels with the material of `corpus` by each method and compares. Throws
+/// InputError when `captured` is empty or the layout lacks lips.
+Evaluation evaluateCorpus(const Corpus& corpus, const std::vector<CorpusTake>& captured,
+                          const EvaluationMethods& methods, const EvaluationProgress& progress = {});
+
+/// Every take once, animated with the material of the takes of the other folds (take i is in fold i mod `folds`), to
+/// which the trajectory model is fitted anew. Throws InputError for fewer than two folds or fewer takes than folds.
+Evaluation crossValidate(const Corpus& corpus, std::size_t folds, const EvaluationMethods& methods,
+                         const EvaluationProgress& progress = {});
+
+/// Every fifth take, animated with the material of `sizes` others, drawn with a fixed seed: a larger set holds the
+/// smaller ones. Rows are the methods' with the number of takes. Throws InputError for a size that is 0 or too large.
+Evaluation learningCurve(const Corpus& corpus, const std::vector<std::size_t>& sizes, const EvaluationMethods& methods,
+                         const EvaluationProgress& progress = {});
 
 /// Moves a random `share` of the takes (at least one, and one stays) out of the corpus, and fits its trajectory model,
 /// if it has one, to what stays. The same seed, the same takes. Throws InputError for fewer than two takes, or a share

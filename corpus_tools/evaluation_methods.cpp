@@ -1,10 +1,13 @@
 #include "corpus_tools/evaluation_methods.h"
 
+#include <cmath>
 #include <map>
 #include <memory>
 #include <mutex>
 
 #include "corpus_tools/dominance_model.h"
+#include "synthesis/curve_model.h"
+#include "synthesis/fragment.h"
 #include "synthesis/join.h"
 
 namespace mouthpiece {
@@ -56,6 +59,29 @@ void countUnits(const UtteranceAnimation& made, UsualChanges& usual, EvaluationR
   }
 }
 
+/// Largest difference, over lip and chin markers, between the velocities that two fragments bring to a join, mm/s.
+double velocityMismatch(const Fragment& before, const Fragment& after, Seconds time) {
+  constexpr Seconds kReach = 0.020;
+  const auto velocity = [&](const Fragment& fragment) -> Eigen::RowVectorXd {
+    return (fragment.lipsAt(time + kReach) - fragment.lipsAt(time - kReach)) / (2 * kReach);
+  };
+  const Eigen::RowVectorXd difference = velocity(after) - velocity(before);
+  return Eigen::Map<const MarkerPositions>(difference.data(), difference.size() / 3, 3).rowwise().norm().maxCoeff();
+}
+
+void compareFragments(const SynthesisRequest& request, const UtteranceAnimation& made, const UnitDatabase& database,
+                      EvaluationRow& row) {
+  const bool residual = request.options.selection.method == SelectionMethod::kViterbi &&
+                        request.options.context.enabled && database.corpus().trajectory_model != nullptr;
+  const std::vector<UnitFragment> fragments = cutIntoFragments(request.labels, database, request.units, residual);
+  std::size_t join = 0;
+  for (std::size_t i = 0; i + 1 < fragments.size() && join < made.joins.size(); ++i) {
+    if (fragments[i].unit == fragments[i + 1].unit) continue;
+    const double mismatch = velocityMismatch(fragments[i].fragment, fragments[i + 1].fragment, made.joins[join++].time);
+    if (std::isfinite(mismatch)) row.velocity_mismatches_mm_s.push_back(mismatch);
+  }
+}
+
 SynthesisOptions selectingBy(SelectionMethod method, UnitScales units) {
   SynthesisOptions options;
   options.selection.method = method;
@@ -70,9 +96,57 @@ EvaluationMethod unitMethod(std::string name, const UnitDatabase& database, cons
   return {std::move(name), [&database, options, usual](const CorpusTake& take, EvaluationRow& row) {
             SynthesisRequest request{take.text, "capture", take.labels, {}, options};
             request.options.frame_rate_hz = take.motion.frame_rate_hz;
+            request.units = selectUnits(request.labels, database, options.selection);
             UtteranceAnimation made = synthesise(request, database);
             countUnits(made, *usual, row);
+            compareFragments(request, made, database, row);
             return std::move(made.motion);
+          }};
+}
+
+std::vector<EvaluationMethod> selectionMethods(const Corpus& /*corpus*/, const UnitDatabase& database) {
+  return {unitMethod("greedy", database, selectingBy(SelectionMethod::kGreedy, UnitScales::kAny)),
+          unitMethod("viterbi", database, selectingBy(SelectionMethod::kViterbi, UnitScales::kAny))};
+}
+
+std::vector<EvaluationMethod> ablationMethods(const Corpus& corpus, const UnitDatabase& database) {
+  std::vector<EvaluationMethod> methods;
+  const auto add = [&](const char* name, const auto& change) {
+    SynthesisOptions options = selectingBy(SelectionMethod::kViterbi, UnitScales::kAny);
+    options.selection.lattice = corpus.lattice_weights;
+    change(options, *options.selection.lattice);
+    methods.push_back(unitMethod(name, database, options));
+  };
+  using Options = SynthesisOptions;
+  using Weights = LatticeWeights;
+  add("viterbi", [](Options&, Weights&) {});
+  add("- prediction as cost", [](Options&, Weights& w) { w.prediction_per_mm2 = w.context_per_mm2 = 0; });
+  add("- duration", [](Options&, Weights& w) { w.duration = 0; });
+  add("- neighbours", [](Options&, Weights& w) { w.neighbours = 0; });
+  add("- position, stress", [](Options&, Weights& w) { w.position = w.stress = 0; });
+  add("- speaking rate", [](Options&, Weights& w) { w.rate = 0; });
+  add("- closure as cost", [](Options&, Weights& w) { w.closure_per_mm = 0; });
+  add("- join position", [](Options&, Weights& w) { w.join_position_per_mm = w.join_opening_per_mm = 0; });
+  add("- join velocity", [](Options&, Weights& w) { w.join_velocity_per_mm_s = 0; });
+  add("- cost of a unit", [](Options&, Weights& w) { w.unit = 0; });
+  add("- context (all below)", [](Options& o, Weights&) { o.context.enabled = false; });
+  add("- mean of the context", [](Options& o, Weights&) { o.context.average = false; });
+  add("- variance restored", [](Options& o, Weights&) { o.context.restore_variance = false; });
+  add("- closures kept", [](Options& o, Weights&) { o.context.keep_closures = false; });
+  add("- captured detail", [](Options& o, Weights&) { o.context.first_detail = o.context.other_detail = 0; });
+  add("+ all slow captured", [](Options& o, Weights&) { o.context.slow_captured = 1; });
+  add("- overlap", [](Options& o, Weights&) { o.overlap_ms = 0; });
+  return methods;
+}
+
+EvaluationMethod curvesMethod(std::string name, const UnitDatabase& database) {
+  const auto model = std::make_shared<CurveModel>(database);
+  return {std::move(name), [&database, model](const CorpusTake& take, EvaluationRow&) {
+            SynthesisRequest request{take.text, "capture", take.labels, {}, {}};
+            request.options.frame_rate_hz = take.motion.frame_rate_hz;
+            request.options.curves.alone = CurveStyle::kSpeech;
+            request.options.curves.model = model.get();
+            return synthesise(request, database).motion;
           }};
 }
 
@@ -83,6 +157,7 @@ std::vector<EvaluationMethod> evaluationMethods(const Corpus& corpus, const Unit
       unitMethod("greedy, paper's units", database, selectingBy(SelectionMethod::kGreedy, UnitScales::kPaper)));
   methods.push_back(
       unitMethod("viterbi, any units", database, selectingBy(SelectionMethod::kViterbi, UnitScales::kAny)));
+  methods.push_back(curvesMethod("vocal curves", database));
   const auto dominance = std::make_shared<DominanceModel>(DominanceModel::fit(corpus));
   methods.push_back({"dominance", [dominance](const CorpusTake& take, EvaluationRow&) {
                        return dominance->animate(take.labels, take.motion.frame_rate_hz, take.motion.frameCount());

@@ -1,48 +1,127 @@
 // evaluationTable and evaluationJson of evaluation.h.
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "corpus_tools/evaluation.h"
+#include "corpus_tools/evaluation_intervals.h"
 
 namespace mouthpiece {
 namespace {
 
-std::string number(double value, int digits) {
-  return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "-";
+/// A column of the table over the lips, which has an interval.
+struct LipColumn {
+  const char* key;  ///< in the JSON
+  const char* head;
+  const char* unit;
+  int digits;
+  bool is_share;
+  double (LipMeasures::*value)() const;
+};
+
+constexpr std::array<LipColumn, 9> kLipColumns{{
+    {"lip_rms_mm", "RMS", "mm", 2, false, &LipMeasures::lipRms},
+    {"lve_mm2", "LVE", "mm2", 2, false, &LipMeasures::lve},
+    {"opening_correlation", "r", "opening", 3, false, &LipMeasures::openingCorrelation},
+    {"width_correlation", "r", "width", 3, false, &LipMeasures::widthCorrelation},
+    {"closure_recall", "closures", "kept", 1, true, &LipMeasures::closureRecall},
+    {"false_closure_share", "false", "closures", 1, true, &LipMeasures::falseClosureShare},
+    {"vowels_shut_share", "vowels", "shut", 1, true, &LipMeasures::vowelsShutShare},
+    {"variance_ratio", "variance", "ratio", 2, false, &LipMeasures::varianceRatio},
+    {"jerk_ratio", "jerk", "ratio", 2, false, &LipMeasures::jerkRatio},
+}};
+
+/// The same over the units and joins.
+struct UnitColumn {
+  const char* key;
+  const char* head;
+  const char* unit;
+  int digits;
+  bool is_share;
+  double (EvaluationRow::*value)() const;
+};
+
+constexpr std::array<UnitColumn, 7> kUnitColumns{{
+    {"phones_per_unit", "phones", "a unit", 1, false, &EvaluationRow::phonesPerUnit},
+    {"backoff_share", "back-", "off", 1, true, &EvaluationRow::backoffShare},
+    {"velocity_mismatch_mean_mm_s", "velocity", "mismatch", 0, false, &EvaluationRow::meanVelocityMismatch},
+    {"velocity_jump_mean_mm_s", "velocity", "jump", 0, false, &EvaluationRow::meanVelocityJump},
+    {"velocities_over_corpus_p95", "velocity", "over p95", 0, true, &EvaluationRow::velocitiesOverLimit},
+    {"join_jump_p95_mm", "join p95", "mm", 2, false, &EvaluationRow::joinJump95},
+    {"joins_over_corpus_p95", "joins", "over p95", 0, true, &EvaluationRow::joinsOverLimit},
+}};
+
+constexpr int kNameWidth = 24, kWidth = 13, kUnitWidth = 10;
+
+std::string number(double value, int digits, bool is_share) {
+  if (!std::isfinite(value)) return "-";
+  return is_share ? fmt::format("{:.{}f} %", 100 * value, digits) : fmt::format("{:.{}f}", value, digits);
 }
 
-std::string percent(double share) { return std::isfinite(share) ? fmt::format("{:.0f} %", 100 * share) : "-"; }
+std::string interval(const Interval& range, int digits, bool is_share) {
+  if (!std::isfinite(range.low)) return "";
+  const double factor = is_share ? 100 : 1;
+  return fmt::format("{:.{}f}-{:.{}f}", factor * range.low, digits, factor * range.high, digits);
+}
+
+Interval intervalOf(const EvaluationRow& row, const LipColumn& column) {
+  return bootstrapInterval(row, [&](const LipMeasures& measures) { return (measures.*column.value)(); });
+}
 
 /// NaN has no place in JSON.
 nlohmann::json finite(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr); }
+
+std::string lipTable(const Evaluation& evaluation) {
+  std::string text = fmt::format("{:<{}}", "", kNameWidth);
+  for (const LipColumn& column : kLipColumns) text += fmt::format("{:>{}}", column.head, kWidth);
+  text += fmt::format("\n{:<{}}", "", kNameWidth);
+  for (const LipColumn& column : kLipColumns) text += fmt::format("{:>{}}", column.unit, kWidth);
+  for (const EvaluationRow& row : evaluation.rows) {
+    text += fmt::format("\n{:<{}}", row.method, kNameWidth);
+    for (const LipColumn& column : kLipColumns)
+      text += fmt::format("{:>{}}", number((row.lips.*column.value)(), column.digits, column.is_share), kWidth);
+    text += fmt::format("\n{:<{}}", "", kNameWidth);
+    for (const LipColumn& column : kLipColumns)
+      text += fmt::format("{:>{}}", interval(intervalOf(row, column), column.digits, column.is_share), kWidth);
+  }
+  return text;
+}
+
+std::string unitTable(const Evaluation& evaluation) {
+  std::string text = fmt::format("{:<{}}", "", kNameWidth);
+  for (const UnitColumn& column : kUnitColumns) text += fmt::format("{:>{}}", column.head, kUnitWidth);
+  text += fmt::format("\n{:<{}}", "", kNameWidth);
+  for (const UnitColumn& column : kUnitColumns) text += fmt::format("{:>{}}", column.unit, kUnitWidth);
+  for (const EvaluationRow& row : evaluation.rows) {
+    if (row.units == 0) continue;
+    text += fmt::format("\n{:<{}}", row.method, kNameWidth);
+    for (const UnitColumn& column : kUnitColumns)
+      text += fmt::format("{:>{}}", number((row.*column.value)(), column.digits, column.is_share), kUnitWidth);
+  }
+  return text;
+}
 
 }  // namespace
 
 std::string evaluationTable(const Evaluation& evaluation) {
   std::string text = fmt::format(
-      "{} takes against {}; lips, a constant offset taken off each take\n\n"
-      "{:<23}{:>8}{:>8}{:>8}{:>8}{:>9}{:>8}{:>9}{:>7}{:>8}{:>9}{:>9}{:>8}\n"
-      "{:<23}{:>8}{:>8}{:>8}{:>8}{:>9}{:>8}{:>9}{:>7}{:>8}{:>9}{:>9}{:>8}\n",
-      evaluation.takes.size(), evaluation.corpus, "", "RMS", "LVE", "r", "r", "closures", "false", "variance", "jerk",
-      "units", "join p95", "joins", "back-", "", "mm", "mm2", "opening", "width", "kept", "clos.", "ratio", "ratio",
-      "a phone", "mm", "over p95", "off");
-  for (const EvaluationRow& row : evaluation.rows) {
-    const LipMeasures& lips = row.lips;
-    text += fmt::format("{:<23}{:>8}{:>8}{:>8}{:>8}{:>9}{:>8}{:>9}{:>7}{:>8}{:>9}{:>9}{:>8}\n", row.method,
-                        number(lips.lipRms(), 2), number(lips.lve(), 2), number(lips.openingCorrelation(), 2),
-                        number(lips.widthCorrelation(), 2), percent(lips.closureRecall()),
-                        percent(lips.falseClosureShare()), number(lips.varianceRatio(), 2), number(lips.jerkRatio(), 2),
-                        number(row.unitsPerPhone(), 2), number(row.joinJumpPercentile(0.95), 2),
-                        percent(row.joinsOverLimit()), percent(row.backoffShare()));
-  }
+      "{} takes against {}; lips, a constant offset taken off each take; below each row its 95 % interval over "
+      "takes\n\n"
+      "{}\n\n{}\n",
+      evaluation.takes.size(), evaluation.corpus, lipTable(evaluation), unitTable(evaluation));
   if (!evaluation.rows.empty()) {
     const EvaluationRow& first = evaluation.rows.front();
     text += fmt::format(
-        "\nclosures kept: of {} in the capture\n"
-        "join p95: largest marker step at a join; that of the corpus' own frames: {} mm\n",
-        first.lips.closures, number(first.usualStep(), 2));
+        "\nclosures kept: of {} in the capture; vowels shut: in the capture {:.1f} %\n"
+        "velocity mismatch: mean over joins of the largest difference between the velocities that the two fragments "
+        "bring "
+        "to it, lips and chin, mm/s\nvelocity jump: mean over joins of the largest change of a marker's velocity, "
+        "mm/s; join p95: largest marker "
+        "step; "
+        "that of the corpus' own frames: {} mm\n",
+        first.lips.closures, 100 * first.lips.capturedVowelsShutShare(), number(first.usualStep(), 2, false));
   }
   return text;
 }
@@ -50,24 +129,20 @@ std::string evaluationTable(const Evaluation& evaluation) {
 std::string evaluationJson(const Evaluation& evaluation) {
   nlohmann::json json = {{"corpus", evaluation.corpus}, {"takes", evaluation.takes}, {"rows", nlohmann::json::array()}};
   for (const EvaluationRow& row : evaluation.rows) {
-    const LipMeasures& lips = row.lips;
-    json["rows"].push_back({{"method", row.method},
-                            {"frames", lips.frames},
-                            {"lip_rms_mm", finite(lips.lipRms())},
-                            {"lve_mm2", finite(lips.lve())},
-                            {"opening_correlation", finite(lips.openingCorrelation())},
-                            {"width_correlation", finite(lips.widthCorrelation())},
-                            {"closures", lips.closures},
-                            {"closure_recall", finite(lips.closureRecall())},
-                            {"false_closure_share", finite(lips.falseClosureShare())},
-                            {"variance_ratio", finite(lips.varianceRatio())},
-                            {"jerk_ratio", finite(lips.jerkRatio())},
+    nlohmann::json entry = {{"method", row.method},
+                            {"frames", row.lips.frames},
+                            {"closures", row.lips.closures},
+                            {"captured_vowels_shut_share", finite(row.lips.capturedVowelsShutShare())},
                             {"joins", row.join_jumps_mm.size()},
                             {"units_per_phone", finite(row.unitsPerPhone())},
-                            {"join_jump_p95_mm", finite(row.joinJumpPercentile(0.95))},
-                            {"corpus_step_p95_mm", finite(row.usualStep())},
-                            {"joins_over_corpus_p95", finite(row.joinsOverLimit())},
-                            {"backoff_share", finite(row.backoffShare())}});
+                            {"corpus_step_p95_mm", finite(row.usualStep())}};
+    for (const LipColumn& column : kLipColumns) {
+      const Interval range = intervalOf(row, column);
+      entry[column.key] = finite((row.lips.*column.value)());
+      entry["intervals"][column.key] = {finite(range.low), finite(range.high)};
+    }
+    for (const UnitColumn& column : kUnitColumns) entry[column.key] = finite((row.*column.value)());
+    json["rows"].push_back(std::move(entry));
   }
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }

@@ -148,12 +148,18 @@ void addClosures(const Opening& captured, const Opening& synthesised, const Spee
   for (const LabelledPhone& phone : labels.phones) {
     if (phone.phone == Phone::kSil || isLabiodental(phone.phone)) continue;
     const bool closes = captured.closesIn(phone);
+    const bool shut = synthesised.closesIn(phone);
+    if (isVowel(phone.phone)) {
+      ++measures.vowels;
+      measures.vowels_shut += shut ? 1 : 0;
+      measures.captured_vowels_shut += closes ? 1 : 0;
+    }
     if (isBilabial(phone.phone) && closes) {
       ++measures.closures;
-      if (synthesised.closesIn(phone)) ++measures.closures_kept;
+      if (shut) ++measures.closures_kept;
     } else if (!isBilabial(phone.phone) && !closes) {
       ++measures.open_phones;
-      if (synthesised.closesIn(phone)) ++measures.false_closures;
+      if (shut) ++measures.false_closures;
     }
   }
 }
@@ -170,6 +176,12 @@ double LipMeasures::closureRecall() const {
 double LipMeasures::falseClosureShare() const {
   return ratio(static_cast<double>(false_closures), static_cast<double>(open_phones));
 }
+double LipMeasures::vowelsShutShare() const {
+  return ratio(static_cast<double>(vowels_shut), static_cast<double>(vowels));
+}
+double LipMeasures::capturedVowelsShutShare() const {
+  return ratio(static_cast<double>(captured_vowels_shut), static_cast<double>(vowels));
+}
 double LipMeasures::varianceRatio() const { return ratio(variance_mm2, captured_variance_mm2); }
 double LipMeasures::jerkRatio() const { return std::sqrt(ratio(jerk, captured_jerk)); }
 
@@ -184,6 +196,9 @@ LipMeasures& LipMeasures::operator+=(const LipMeasures& other) {
   closures_kept += other.closures_kept;
   open_phones += other.open_phones;
   false_closures += other.false_closures;
+  vowels += other.vowels;
+  vowels_shut += other.vowels_shut;
+  captured_vowels_shut += other.captured_vowels_shut;
   variance_mm2 += other.variance_mm2;
   captured_variance_mm2 += other.captured_variance_mm2;
   jerk += other.jerk;

@@ -11,16 +11,19 @@ namespace mouthpiece {
 
 /// The lips of one take, synthesised against captured (docs/theory/evaluation.md). Sums, so that takes add up.
 struct LipMeasures {
-  std::size_t frames = 0;          ///< compared: lips seen in both
-  double squared_error_mm2 = 0;    ///< over frames and lip markers, 3-D, the constant offset taken off
-  std::size_t squared_errors = 0;  ///< frames x lip markers
-  double largest_squared_mm2 = 0;  ///< sum over frames of the largest squared lip-marker error
-  std::vector<double> opening_r;   ///< one a take: correlation of LIP_UP_MID to LIP_LO_MID
-  std::vector<double> width_r;     ///< one a take: of LIP_CORNER_R to LIP_CORNER_L
-  std::size_t closures = 0;        ///< B P M closed in the capture
-  std::size_t closures_kept = 0;   ///< of those, closed in the synthesis
-  std::size_t open_phones = 0;     ///< other phones, F and V aside, that stay open in the capture
-  std::size_t false_closures = 0;  ///< of those, closed in the synthesis
+  std::size_t frames = 0;                ///< compared: lips seen in both
+  double squared_error_mm2 = 0;          ///< over frames and lip markers, 3-D, the constant offset taken off
+  std::size_t squared_errors = 0;        ///< frames x lip markers
+  double largest_squared_mm2 = 0;        ///< sum over frames of the largest squared lip-marker error
+  std::vector<double> opening_r;         ///< one a take: correlation of LIP_UP_MID to LIP_LO_MID
+  std::vector<double> width_r;           ///< one a take: of LIP_CORNER_R to LIP_CORNER_L
+  std::size_t closures = 0;              ///< B P M closed in the capture
+  std::size_t closures_kept = 0;         ///< of those, closed in the synthesis
+  std::size_t open_phones = 0;           ///< other phones, F and V aside, that stay open in the capture
+  std::size_t false_closures = 0;        ///< of those, closed in the synthesis
+  std::size_t vowels = 0;                ///< all of them
+  std::size_t vowels_shut = 0;           ///< whose opening falls under the level of a closure, in the synthesis
+  std::size_t captured_vowels_shut = 0;  ///< in the capture: next to B P M the labels' edges do
   double variance_mm2 = 0, captured_variance_mm2 = 0;  ///< of the lip coordinates, summed
   double jerk = 0, captured_jerk = 0;                  ///< squared third differences, summed
 
@@ -30,6 +33,8 @@ struct LipMeasures {
   [[nodiscard]] double widthCorrelation() const;
   [[nodiscard]] double closureRecall() const;  ///< NaN without closures, as all ratios without a denominator
   [[nodiscard]] double falseClosureShare() const;
+  [[nodiscard]] double vowelsShutShare() const;
+  [[nodiscard]] double capturedVowelsShutShare() const;
   [[nodiscard]] double varianceRatio() const;
   [[nodiscard]] double jerkRatio() const;
   LipMeasures& operator+=(const LipMeasures& other);

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 /// Endings in order of preference where a take has several.
 constexpr std::array<std::string_view, 3> kMotionEndings = {".c3d", ".trc", ".csv"};
 constexpr std::array<std::string_view, 2> kAudioEndings = {".wav", ".flac"};
-constexpr std::array<std::string_view, 3> kLabelEndings = {".textgrid", ".lab", ".phn"};
+constexpr std::array<std::string_view, 4> kLabelEndings = {".textgrid", ".lab", ".phn", ".ctm"};
 
 /// Labels may run past the end of the motion or the sound by this much; the last frames are held then. GRID's sound
 /// ends 22 ms before its motion; a cut-off file is off by far more.
@@ -67,7 +67,12 @@ std::string missingParts(const TakeFiles& take) {
   std::vector<std::string> missing;
   if (take.motion.empty()) missing.push_back(fmt::format("no motion (expected {}.c3d, .trc or .csv)", take.name));
   if (take.audio.empty()) missing.push_back(fmt::format("no sound (expected {}.wav or .flac)", take.name));
-  if (take.labels.empty()) missing.push_back(fmt::format("no labels (expected {}.TextGrid, .lab or .phn)", take.name));
+  if (take.labels.empty() && !take.text) {
+    missing.push_back(
+        fmt::format("neither labels (expected {0}.TextGrid, .lab, .phn or .ctm) nor text to find them by "
+                    "(expected {0}.txt)",
+                    take.name));
+  }
   return fmt::format("{}", fmt::join(missing, ", "));
 }
 
@@ -168,9 +173,17 @@ FoundTakes findTakes(const fs::path& folder) {
   if (found.takes.empty() && found.left_out.empty()) {
     throw InputError(folder.string(), "",
                      "holds no take; expected files like NAME.c3d (.trc, .csv), NAME.wav (.flac), NAME.txt and "
-                     "NAME.TextGrid (.lab, .phn)");
+                     "NAME.TextGrid (.lab, .phn, .ctm)");
   }
   return found;
+}
+
+void renameMarkers(MotionClip& clip, const MarkerNameMap& names) {
+  for (std::string& name : clip.marker_names) {
+    auto found = names.find(name);
+    if (found == names.end()) found = names.find(withoutSubject(name));
+    if (found != names.end()) name = found->second;
+  }
 }
 
 FaceAndJig splitMarkers(const MotionClip& clip, const MarkerLayout& layout, const std::string& file) {
@@ -182,10 +195,26 @@ FaceAndJig splitMarkers(const MotionClip& clip, const MarkerLayout& layout, cons
 }
 
 RawTake readTake(const TakeFiles& files, const MarkerLayout& layout, const Lexicon& lexicon) {
-  FaceAndJig markers = splitMarkers(readMotion(files.motion), layout, files.motion.string());
-  RawTake take{files.name, "", {}, std::move(markers.face), std::move(markers.jig), readAudio(files.audio)};
+  TakeLabeller labeller(lexicon);
+  return readTake(files, layout, lexicon, labeller);
+}
+
+RawTake readTake(const TakeFiles& files, const MarkerLayout& layout, const Lexicon& lexicon, TakeLabeller& labeller,
+                 const MarkerNameMap& names) {
+  MotionClip motion = readMotion(files.motion);
+  renameMarkers(motion, names);
+  FaceAndJig markers = splitMarkers(motion, layout, files.motion.string());
+  RawTake take{files.name, "", {}, std::move(markers.face), std::move(markers.jig), readAudio(files.audio), false, {}};
   const auto text = files.text ? std::optional(readText(*files.text)) : std::nullopt;
-  take.labels = labelsOf(files, take.audio, text, lexicon);
+  if (files.labels.empty()) {
+    MOUTHPIECE_EXPECT(text.has_value());
+    TakeLabeller::Labels found = labeller.label(take.audio, *text, files.audio.string());
+    take.labels = std::move(found.labels);
+    take.doubtful = std::move(found.doubtful);
+    take.labels_found = true;
+  } else {
+    take.labels = labelsOf(files, take.audio, text, lexicon);
+  }
   take.text = text.value_or(wordsOf(take.labels));
   expectSameLength(take, files);
   return take;

@@ -20,7 +20,7 @@ constexpr Seconds kLeads[] = {0.0, 0.015};
 constexpr std::size_t kJudgeEvery = 4;  ///< every fourth take judges the search
 constexpr std::size_t kLeastTakes = 4;
 constexpr double kLargestGain = 1.15;
-constexpr double kPredictedVariance = 0.95;  ///< of the capture's; the fragments' own detail brings the rest
+constexpr double kPredictedVariance = 0.92;  ///< of the capture's; the fragments' own detail brings the rest
 
 /// The principal components of the speaking face: analysis, shapes.
 void fitComponents(const std::vector<FitTake>& takes, const SpeechColumns& columns, Eigen::Index components,

@@ -9,16 +9,21 @@ namespace {
 struct CleanCommand {
   bool quiet = false;
   std::filesystem::path input, output, layout;
+  CleaningOptions cleaning;
 };
 
 int runClean(const CleanCommand& command) {
-  const CleanClip clean = cleanClip(readMotion(command.input), layoutFrom(command.layout), command.input.string());
+  const CleanedFace clean =
+      cleanClip(readMotion(command.input), layoutFrom(command.layout), command.input.string(), command.cleaning);
   writeMotion(command.output, clean.motion);
   const TakeReport& report = clean.report;
-  printNotice(fmt::format("{} frames: head by jig {}, by skin {}, bridged {}; {} samples filled, {} still missing",
-                          report.frames, report.jig_frames, report.skin_frames, report.bridged_frames,
-                          report.filled_samples, report.missing_samples),
-              command.quiet);
+  printNotice(
+      fmt::format("{} frames: {} swaps and {} spikes repaired; head by jig {}, by skin {}, bridged {}; {} samples "
+                  "filled, {} still missing; noise {:.3f} mm, smoothed by {:.3f} mm",
+                  report.frames, report.swaps, report.spikes, report.jig_frames, report.skin_frames,
+                  report.bridged_frames, report.filled_samples, report.missing_samples, report.noise_mm,
+                  report.smoothed_mm),
+      command.quiet);
   return kExitDone;
 }
 
@@ -31,6 +36,7 @@ void addCleanCommand(CLI::App& app, ChosenAction& chosen) {
   clean.add_option("in", options->input, "Motion to read (c3d csv trc)")->required();
   clean.add_option("out", options->output, "Motion to write (c3d csv trc)")->required();
   addLayoutOption(clean, options->layout);
+  addCleaningOptions(clean, options->cleaning);
 }
 
 }  // namespace mouthpiece

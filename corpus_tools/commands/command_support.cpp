@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "base/errors.h"
 #include "base/files.h"
 
 namespace mouthpiece {
@@ -16,7 +17,8 @@ void addCorpusArgument(CLI::App& command, std::filesystem::path& corpus) {
 }
 
 void addLayoutOption(CLI::App& command, std::filesystem::path& layout) {
-  command.add_option("--layout", layout, "Marker layout (JSON); default: face66");
+  command.add_option("--layout", layout,
+                     "Marker layout (JSON); default: face66, FaceMesh's landmarks included (mediapipe66)");
 }
 
 void addLexiconOption(CLI::App& command, std::filesystem::path& lexicon) {
@@ -27,7 +29,39 @@ void addJobsOption(CLI::App& command, std::size_t& jobs) {
   command.add_option("--jobs", jobs, "Takes at once; default: one per core")->check(CLI::Range(1, 1024));
 }
 
+void addCleaningOptions(CLI::App& command, CleaningOptions& cleaning) {
+  command.add_flag_callback(
+      "--no-swaps", [&cleaning] { cleaning.repair_swaps = false; }, "Leave exchanged markers");
+  command.add_flag_callback(
+      "--no-spikes", [&cleaning] { cleaning.hide_spikes = false; }, "Leave spikes");
+  command.add_flag_callback(
+      "--no-jig", [&cleaning] { cleaning.use_jig = false; }, "Find the head by the face alone");
+  command.add_flag_callback(
+      "--no-head", [&cleaning] { cleaning.remove_head = false; }, "Leave the head's motion in");
+  command.add_flag_callback(
+      "--no-gaps", [&cleaning] { cleaning.fill_gaps = false; }, "Leave gaps");
+  command.add_flag_callback(
+      "--no-smoothing", [&cleaning] { cleaning.smooth = false; }, "Leave the noise");
+}
+
+void addMarkerMapOption(CLI::App& command, std::vector<std::string>& renamed) {
+  command.add_option("--map", renamed, "OLD=NEW: a marker of the files goes by another name in the layout; repeatable");
+}
+
+MarkerNameMap markerMapFrom(const std::vector<std::string>& renamed) {
+  MarkerNameMap names;
+  for (const std::string& pair : renamed) {
+    const std::size_t equals = pair.find('=');
+    const bool is_pair = equals != std::string::npos && equals > 0 && equals + 1 < pair.size();
+    if (!is_pair || !names.emplace(pair.substr(0, equals), pair.substr(equals + 1)).second) {
+      throw InputError("--map", "", fmt::format("found '{}'; expected OLD=NEW, each OLD once", printable(pair)));
+    }
+  }
+  return names;
+}
+
 MarkerLayout layoutFrom(const std::filesystem::path& file) {
+  if (file == "face66" || file == "mediapipe66") return defaultLayout();
   return file.empty() ? defaultLayout() : parseLayout(readFile(file, kMaxLayoutBytes), file.string());
 }
 

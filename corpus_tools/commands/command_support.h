@@ -45,6 +45,13 @@ void addCorpusArgument(CLI::App& command, std::filesystem::path& corpus);
 void addLayoutOption(CLI::App& command, std::filesystem::path& layout);
 void addLexiconOption(CLI::App& command, std::filesystem::path& lexicon);
 void addJobsOption(CLI::App& command, std::size_t& jobs);
+/// --no-swaps, --no-spikes, ...: each switches a step of the cleaning off.
+void addCleaningOptions(CLI::App& command, CleaningOptions& cleaning);
+
+/// --map OLD=NEW, repeatable.
+void addMarkerMapOption(CLI::App& command, std::vector<std::string>& renamed);
+/// Throws InputError for what is not OLD=NEW.
+MarkerNameMap markerMapFrom(const std::vector<std::string>& renamed);
 
 /// The layout in a JSON file; the default one for an empty path.
 MarkerLayout layoutFrom(const std::filesystem::path& file);

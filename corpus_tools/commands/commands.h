@@ -20,6 +20,8 @@ void addConvertCommand(CLI::App& app, ChosenAction& chosen);
 void addEvaluateCommand(CLI::App& app, ChosenAction& chosen);
 void addInfoCommand(CLI::App& app, ChosenAction& chosen);
 void addPromptsCommand(CLI::App& app, ChosenAction& chosen);
+void addReportCommand(CLI::App& app, ChosenAction& chosen);
 void addSampleCommand(CLI::App& app, ChosenAction& chosen);
+void addTagCommand(CLI::App& app, ChosenAction& chosen);
 
 }  // namespace mouthpiece

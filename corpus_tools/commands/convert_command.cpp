@@ -1,16 +1,35 @@
 #include "corpus_tools/commands/command_support.h"
+#include "motion/landmark_track.h"
 #include "motion/motion_file.h"
+#include "phonetics/lab_file.h"
+#include "phonetics/label_files.h"
 
 namespace mouthpiece {
 namespace {
 
 struct ConvertCommand {
   bool quiet = false;
-  std::filesystem::path input, output;
+  std::filesystem::path input, output, layout;
+  std::vector<std::string> renamed;
+  LandmarkTrackOptions track;
 };
 
+bool isLandmarkTrack(const std::filesystem::path& path) { return path.extension() == ".json"; }
+
+MotionClip readInput(const ConvertCommand& command) {
+  MotionClip clip = isLandmarkTrack(command.input)
+                        ? readLandmarkTrack(command.input, layoutFrom(command.layout), command.track)
+                        : readMotion(command.input);
+  renameMarkers(clip, markerMapFrom(command.renamed));
+  return clip;
+}
+
 int runConvert(const ConvertCommand& command) {
-  writeMotion(command.output, readMotion(command.input));
+  if (isLabelFileName(command.output)) {
+    writeLabels(command.output, readLabels(command.input), {.name = command.output.stem().string()});
+    return kExitDone;
+  }
+  writeMotion(command.output, readInput(command));
   return kExitDone;
 }
 
@@ -18,11 +37,19 @@ int runConvert(const ConvertCommand& command) {
 
 void addConvertCommand(CLI::App& app, ChosenAction& chosen) {
   const auto options = std::make_shared<ConvertCommand>();
-  CLI::App& convert =
-      addCommand(app, chosen, "convert", "Motion from one format to another, by the names' endings (c3d csv trc)",
-                 "corpus convert take.c3d take.csv", options, runConvert);
-  convert.add_option("in", options->input, "Motion to read")->required();
-  convert.add_option("out", options->output, "Motion to write")->required();
+  CLI::App& convert = addCommand(
+      app, chosen, "convert",
+      "Motion (c3d csv trc, FaceMesh json) or labels (TextGrid lab phn ctm) to another format, by the ending",
+      "corpus convert take.c3d take.csv\ncorpus convert track.json take.c3d --layout mediapipe66", options, runConvert);
+  convert.add_option("in", options->input, "What to read")->required();
+  convert.add_option("out", options->output, "What to write")->required();
+  convert.add_option("--fps", options->track.frame_rate_hz, "Of a landmark track that does not tell")
+      ->check(CLI::Range(1.0, 1000.0));
+  convert.add_option("--eye-corners-mm", options->track.eye_corners_mm, "Size of the face in a landmark track")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 1000.0));
+  addLayoutOption(convert, options->layout);
+  addMarkerMapOption(convert, options->renamed);
 }
 
 }  // namespace mouthpiece

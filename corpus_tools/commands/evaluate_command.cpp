@@ -1,5 +1,6 @@
 #include "corpus_tools/commands/command_support.h"
 #include "corpus_tools/evaluation.h"
+#include "corpus_tools/evaluation_methods.h"
 
 namespace mouthpiece {
 namespace {
@@ -7,31 +8,38 @@ namespace {
 constexpr std::uint64_t kHoldOutSeed = 1;
 
 struct EvaluateCommand {
-  bool quiet = false, json = false;
+  bool quiet = false, json = false, ablation = false;
   std::filesystem::path corpus, takes, lexicon;
-  std::size_t jobs = 0;
+  std::size_t jobs = 0, folds = 0;
   double hold_out = 0;
+  std::vector<std::size_t> learning_curve;
 };
 
-int runEvaluate(const EvaluateCommand& command) {
-  Corpus corpus = readCorpus(command.corpus);
+std::vector<CorpusTake> otherTakes(const EvaluateCommand& command, const Corpus& corpus) {
+  BuildOptions options;
+  options.lexicon = lexiconFrom(command.lexicon);
+  options.jobs = command.jobs;
+  CallbackBar bar("reading", command.quiet);
+  CleanTakes clean = readTakesInto(corpus, command.takes, options, std::ref(bar));
+  noteLeftOut(clean.left_out, command.quiet);
+  return std::move(clean.takes);
+}
+
+Evaluation evaluate(const EvaluateCommand& command, Corpus corpus) {
+  const EvaluationMethods methods = command.ablation ? ablationMethods : evaluationMethods;
   std::vector<CorpusTake> captured;
-  if (!command.takes.empty()) {
-    BuildOptions options;
-    options.lexicon = lexiconFrom(command.lexicon);
-    options.jobs = command.jobs;
-    CallbackBar bar("reading", command.quiet);
-    CleanTakes clean = readTakesInto(corpus, command.takes, options, std::ref(bar));
-    noteLeftOut(clean.left_out, command.quiet);
-    captured = std::move(clean.takes);
-  } else {
-    captured = holdOut(corpus, command.hold_out, kHoldOutSeed);
+  if (!command.takes.empty()) captured = otherTakes(command, corpus);
+  CallbackBar bar("evaluating", command.quiet);
+  if (!command.learning_curve.empty()) {
+    return learningCurve(corpus, command.learning_curve, selectionMethods, std::ref(bar));
   }
-  Evaluation evaluation;
-  {
-    CallbackBar bar("evaluating", command.quiet);
-    evaluation = evaluateCorpus(corpus, captured, std::ref(bar));
-  }
+  if (command.folds > 0) return crossValidate(corpus, command.folds, methods, std::ref(bar));
+  if (captured.empty()) captured = holdOut(corpus, command.hold_out, kHoldOutSeed);
+  return evaluateCorpus(corpus, captured, methods, std::ref(bar));
+}
+
+int runEvaluate(const EvaluateCommand& command) {
+  const Evaluation evaluation = evaluate(command, readCorpus(command.corpus));
   printText(command.json ? evaluationJson(evaluation) : evaluationTable(evaluation));
   return kExitDone;
 }
@@ -47,7 +55,14 @@ void addEvaluateCommand(CLI::App& app, ChosenAction& chosen) {
   CLI::Option_group& which = *evaluate.add_option_group("takes to compare with", "One of");
   which.add_option("--takes", options->takes, "Folder of takes that the corpus does not hold");
   which.add_option("--hold-out", options->hold_out, "Take this share of the takes out of the corpus (in memory)");
+  which.add_option("--folds", options->folds, "Hold out every take once, in that many parts")
+      ->check(CLI::Range(2, 1'000'000));
+  which
+      .add_option("--learning-curve", options->learning_curve,
+                  "Every fifth take, by the material of that many others (10,25,50)")
+      ->delimiter(',');
   which.require_option(1);
+  evaluate.add_flag("--ablation", options->ablation, "Viterbi with each cost and each trick off, one at a time");
   addLexiconOption(evaluate, options->lexicon);
   addJobsOption(evaluate, options->jobs);
   addJsonFlag(evaluate, options->json);

@@ -37,6 +37,12 @@ std::string plainName(std::string_view name) {
   return plain + ending;
 }
 
+/// The shape's number, unless it turns the eyes: what markers do to the lids says nothing about where they look.
+int drivenShape(std::string_view name) {
+  const int shape = arkitIndex(name);
+  return shape >= 0 && kArkitNames[static_cast<std::size_t>(shape)].starts_with("EyeLook") ? -1 : shape;
+}
+
 /// Vertices of skin and lips.
 std::vector<Index> skinVertices(const FaceMesh& mesh) {
   std::vector<bool> is_skin(static_cast<std::size_t>(mesh.vertices.rows()), false);
@@ -69,7 +75,7 @@ Problem problemOf(const FaceAnimation& animation, const FaceMesh& mesh, const Fa
     bool moves =
         (animation.positions.middleCols<3>(3 * v).rowwise() - rest.segment<3>(3 * v)).cwiseAbs().maxCoeff() > still;
     for (std::size_t s = 0; s < shapes.moves.size() && !moves; ++s)
-      moves = arkitIndex(shapes.names[s]) >= 0 && shapes.moves[s].row(v).cwiseAbs().maxCoeff() > still;
+      moves = drivenShape(shapes.names[s]) >= 0 && shapes.moves[s].row(v).cwiseAbs().maxCoeff() > still;
     if (moves) problem.vertices.push_back(v);
   }
   const auto rows = 3 * static_cast<Index>(problem.vertices.size());
@@ -81,7 +87,7 @@ Problem problemOf(const FaceAnimation& animation, const FaceMesh& mesh, const Fa
     problem.motion.middleRows<3>(row) =
         (animation.positions.middleCols<3>(3 * v).rowwise() - rest.segment<3>(3 * v)).transpose();
     for (std::size_t s = 0; s < shapes.moves.size(); ++s) {
-      const int shape = arkitIndex(shapes.names[s]);
+      const int shape = drivenShape(shapes.names[s]);
       if (shape < 0) continue;
       problem.has_shape[static_cast<std::size_t>(shape)] = true;
       problem.shapes.block<3, 1>(row, shape) += shapes.moves[s].row(v).transpose();

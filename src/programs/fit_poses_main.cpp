@@ -21,8 +21,8 @@ int fitPoses(const CommandLine& line) {
   const Corpus corpus = readCorpus(line.corpus);
   std::vector<PoseTake> takes;
   for (const CorpusTake& take : corpus.takes) takes.push_back({&take.labels, &take.motion});
-  const VisemePoses poses = fitVisemePoses(takes, corpus.neutral_pose_mm, corpus.layout,
-                                           line.without_generic ? nullptr : &genericPoses());
+  const VisemePoses poses =
+      fitVisemePoses(takes, corpus.neutral_pose_mm, corpus.layout, line.without_generic ? nullptr : &genericPoses());
   printText(fmt::format("explained: {:.3f} of all markers' variance, {:.3f} of lips and chin\n", poses.explainedShare(),
                         poses.lipExplainedShare()));
   printText(fmt::format("lips: bilabial {:.2f} mm, labiodental {:.2f} mm, pressed {:.2f} mm\n", poses.bilabial_mm,

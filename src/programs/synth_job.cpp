@@ -20,10 +20,14 @@
 #include "motion/motion_csv.h"
 #include "phonetics/lab_file.h"
 #include "phonetics/lexicon.h"
+#include "phonetics/lexicon_choice.h"
 #include "phonetics/textgrid.h"
 #include "programs/shared_files.h"
+#include "programs/song_source.h"
 #include "retarget/face_rig.h"
+#include "synthesis/curve_model.h"
 #include "units/unit_database.h"
+#include "vocal/curve_file.h"
 #include "voices/forced_alignment.h"
 #include "voices/voice.h"
 
@@ -83,6 +87,12 @@ void expectNoBackoff(const UtteranceAnimation& animation, const std::string& cor
                                phoneName(phones[found->phones.last.value].phone), found->span.start));
 }
 
+PhonePairs phonePairsOf(const Corpus& corpus) {
+  PhonePairs pairs;
+  for (const CorpusTake& take : corpus.takes) pairs.add(take.labels);
+  return pairs;
+}
+
 }  // namespace
 
 struct SynthJob::Data {
@@ -90,15 +100,21 @@ struct SynthJob::Data {
   std::filesystem::path corpus_path;
   Corpus corpus;
   std::unique_ptr<UnitDatabase> units;
+  std::unique_ptr<CurveModel> curve_model;
   std::optional<FaceRig> face;
   std::optional<Lexicon> lexicon;
+  std::optional<Lexicon> line_lexicon;     ///< the same for the line at hand: pronunciations that the corpus can speak
   std::unique_ptr<Voice> voice;            ///< made when the first typed line comes
   std::unique_ptr<Pronouncer> pronouncer;  ///< these two when the first recording without labels comes
   std::unique_ptr<ForcedAligner> aligner;
   std::string page_template;
   double load_ms = 0;
 
+  void readCurveOptions();
   SpokenLine speakOrRead(const LineSource& source);
+  /// The line, and for a song (or for Ma from the sound) what is heard in it.
+  SungSource soundOf(const LineSource& source);
+  [[nodiscard]] SynthesisOptions optionsFor(const LineSource& source) const;
   SpokenLine alignRecording(const LineSource& source);
   /// The face's animation as few shapes. `control`: FaceRig::retarget()'s rows.
   PrincipalShapes deformFace(const UtteranceAnimation& animation, const PositionMatrix& control,
@@ -116,6 +132,8 @@ SynthJob::SynthJob(const SynthOptions& options, const std::vector<OutputFile>& o
     data_->corpus_path = options.corpus.empty() ? findSharedFile("sample.corpus", kMakeCorpus) : options.corpus;
     data_->corpus = readCorpus(data_->corpus_path, CorpusAudio::kSkip, CorpusMotion::kOnDemand);
     data_->units = std::make_unique<UnitDatabase>(data_->corpus);
+    data_->curve_model = std::make_unique<CurveModel>(*data_->units);
+    data_->readCurveOptions();
     if (needsFace(outputs))
       data_->face = FaceRig::load(options.face.empty() ? findSharedFile("default.face", kMakeFace) : options.face);
     if (isAny(outputs, {OutputKind::kPage})) data_->page_template = readFile(findSharedFile("viewer.html", kMakePage));
@@ -124,6 +142,26 @@ SynthJob::SynthJob(const SynthOptions& options, const std::vector<OutputFile>& o
 }
 
 SynthJob::~SynthJob() = default;
+
+void SynthJob::Data::readCurveOptions() {
+  CurveOptions& curves = options.synthesis.curves;
+  const auto wish = [](const std::string& text, std::string_view option, double largest, bool may_be_auto) {
+    StyleWish wished;
+    if (text.empty()) return wished;
+    const StyleChoice choice = parseStyleChoice(text, option, largest, may_be_auto);
+    wished.automatic = choice.automatic;
+    if (choice.constant) wished.given = StyleSignal(*choice.constant);
+    if (!choice.file.empty()) wished.given = readStyleSignal(choice.file, largest);
+    return wished;
+  };
+  curves.ma = wish(options.ma, "--ma", 1, true);
+  curves.ps = wish(options.ps, "--ps", 1, true);
+  curves.ja = wish(options.ja, "--ja", kLargestArticulation, false);
+  curves.li = wish(options.li, "--li", kLargestArticulation, false);
+  if (!options.edits.empty()) curves.edits = readCurveEdits(options.edits);
+  curves.fill_gaps = options.backoff == BackoffKind::kVocal;
+  curves.model = curve_model.get();
+}
 
 SpokenLine SynthJob::Data::alignRecording(const LineSource& source) {
   if (!pronouncer) pronouncer = std::make_unique<Pronouncer>(lexicon ? &*lexicon : nullptr);
@@ -142,9 +180,10 @@ SpokenLine SynthJob::Data::alignRecording(const LineSource& source) {
 
 SpokenLine SynthJob::Data::speakOrRead(const LineSource& source) {
   if (source.audio.empty()) {
+    if (lexicon) line_lexicon = lexiconForLine(*lexicon, source.text, phonePairsOf(corpus));
     if (!voice) {
-      voice = makeVoice(options.voice,
-                        VoiceOptions{lexicon ? &*lexicon : nullptr, units.get(), options.synthesis.selection, std::nullopt});
+      voice = makeVoice(options.voice, VoiceOptions{line_lexicon ? &*line_lexicon : nullptr, units.get(),
+                                                    options.synthesis.selection, std::nullopt});
     }
     return voice->speak(source.text);
   }
@@ -158,6 +197,23 @@ SpokenLine SynthJob::Data::speakOrRead(const LineSource& source) {
   }
   line.voice = "recorded:" + source.audio.filename().string();
   return line;
+}
+
+SungSource SynthJob::Data::soundOf(const LineSource& source) {
+  if (!source.song.empty()) return singSong(source.song, lexicon ? &*lexicon : nullptr);
+  SpokenLine line = speakOrRead(source);
+  const bool listens = source.is_sung || options.synthesis.curves.ma.automatic;
+  return listens ? hearSong(std::move(line)) : SungSource{std::move(line), {}};
+}
+
+/// Songs are made of curves, with consonants of the capture under them, unless a style was asked for.
+SynthesisOptions SynthJob::Data::optionsFor(const LineSource& source) const {
+  SynthesisOptions wanted = options.synthesis;
+  if (source.is_sung && !wanted.curves.alone) {
+    wanted.curves.alone = CurveStyle::kSing;
+    wanted.curves.layered = options.backoff == BackoffKind::kVocal;
+  }
+  return wanted;
 }
 
 PrincipalShapes SynthJob::Data::deformFace(const UtteranceAnimation& animation, const PositionMatrix& control,
@@ -196,6 +252,8 @@ void SynthJob::Data::writeOutputs(UtteranceAnimation& animation, const PositionM
         return writeMotionCsv(output.path, animation.motion);
       case OutputKind::kFace:
         return writeFileAtomically(output.path, glb);
+      case OutputKind::kCurves:
+        return writeFileAtomically(output.path, curvesToJson(animation.curves));
       case OutputKind::kPhones:
         return writeTextGrid(output.path, animation.labels);
       case OutputKind::kPage:
@@ -215,17 +273,19 @@ void SynthJob::Data::writeOutputs(UtteranceAnimation& animation, const PositionM
 
 SynthOutcome SynthJob::run(const LineSource& source, const std::vector<OutputFile>& outputs) {
   double speech_ms = 0;
-  SpokenLine line = timed(speech_ms, [&] { return data_->speakOrRead(source); });
+  SungSource sound = timed(speech_ms, [&] { return data_->soundOf(source); });
+  SpokenLine& line = sound.line;
   SynthOutcome outcome;
   if (!line.notice.empty()) outcome.notices.push_back(line.notice);
 
   UtteranceAnimation animation = synthesise({line.text, line.voice, std::move(line.labels), std::move(line.audio),
-                                             data_->options.synthesis, std::move(line.units)},
+                                             data_->optionsFor(source), std::move(line.units), std::move(sound.tags)},
                                             *data_->units);
   animation.corpus = data_->corpus.name;
   animation.timing_ms.speech = speech_ms;
   animation.timing_ms.load = std::exchange(data_->load_ms, 0.0);
-  if (!data_->options.allow_backoff) expectNoBackoff(animation, data_->corpus_path.string());
+  if (data_->options.backoff == BackoffKind::kNone && animation.style.empty())
+    expectNoBackoff(animation, data_->corpus_path.string());
 
   PositionMatrix control;
   std::string glb;

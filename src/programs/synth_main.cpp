@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,7 @@ struct CommandLine {
   LineSource source;
   std::filesystem::path text_file;
   std::string transcript;
+  std::filesystem::path lyrics;
   SynthOptions options;
   std::filesystem::path out_folder = "out";
   std::vector<std::filesystem::path> out_files;
@@ -48,18 +50,34 @@ void addChoice(CLI::App& app, const std::string& option, Value& value, const std
       ->type_name(known);
 }
 
+void addCurveOptions(CLI::App& app, CommandLine& line) {
+  addChoice(app, "--backoff", line.options.backoff,
+            {{"vocal", BackoffKind::kVocal}, {"viseme", BackoffKind::kViseme}, {"none", BackoffKind::kNone}},
+            "A phone pair the corpus lacks: vocal draws curves, viseme takes the nearest pair by viseme class, none "
+            "refuses (default: vocal)");
+  addChoice(app, "--style", line.options.synthesis.curves.alone,
+            {{"speech", std::optional(CurveStyle::kSpeech)}, {"sing", std::optional(CurveStyle::kSing)}},
+            "Make all of the motion from curves, as spoken or as sung (default: captured units)");
+  app.add_option("--ma", line.options.ma, "Melodic accent, 0 to 1, auto, or a file of time_s,value");
+  app.add_option("--ps", line.options.ps, "Pitch sensitivity, 0 to 1, auto, or a file of time_s,value");
+  app.add_option("--ja", line.options.ja, "Jaw, 0 to 2 (1 as the actor), or a file of time_s,value");
+  app.add_option("--li", line.options.li, "Lips, 0 to 2 (1 as the actor), or a file of time_s,value");
+  app.add_option("--edits", line.options.edits, "An animator's changes to the curves (edits.json)");
+}
+
 void addSharedOptions(CLI::App& app, CommandLine& line) {
   SynthesisOptions& synthesis = line.options.synthesis;
+  synthesis.selection.method = SelectionMethod::kViterbi;
   app.add_option("--corpus", line.options.corpus, "Corpus to take the movements from (default: the sample corpus)");
   app.add_option("--face", line.options.face, "Face to move, made by `retarget fit` (default: the sample face)");
   app.add_option("--voice", line.options.voice,
-                 "festival:cmu_us_slt_arctic_hts festival:kal_diphone flite:slt|rms|awb|kal16")
+                 "festival:cmu_us_slt_arctic_hts festival:kal_diphone flite:slt|rms|awb|kal16 corpus")
       ->capture_default_str();
   app.add_option("--lexicon", line.options.lexicon, "Pronunciations that go before the voice's own");
   app.add_option("--fps", synthesis.frame_rate_hz, "Frames a second, 24 to 240")->capture_default_str();
   addChoice(app, "--select", synthesis.selection.method,
             {{"greedy", SelectionMethod::kGreedy}, {"viterbi", SelectionMethod::kViterbi}},
-            "greedy: the longest fragment each time; viterbi: the cheapest path of all (default: greedy)");
+            "greedy: the longest fragment each time; viterbi: the cheapest path of all (default: viterbi)");
   addChoice(app, "--units", synthesis.selection.units, {{"any", UnitScales::kAny}, {"paper", UnitScales::kPaper}},
             "any: every fragment; paper: sentences, words, syllables and diphones (default: any)");
   addChoice(app, "--blend", synthesis.blend,
@@ -69,9 +87,7 @@ void addSharedOptions(CLI::App& app, CommandLine& line) {
              {"exponential", BlendKind::kExponential}},
             "How neighbours fade into each other (default: smooth)");
   app.add_option("--overlap-ms", synthesis.overlap_ms, "Longest blend between two fragments")->capture_default_str();
-  addChoice(
-      app, "--backoff", line.options.allow_backoff, {{"viseme", true}, {"none", false}},
-      "A phone pair the corpus lacks: viseme takes the nearest pair by viseme class, none refuses (default: viseme)");
+  addCurveOptions(app, line);
   addQuietFlag(app, line.quiet);
   addJsonFlag(app, line.json);
 }
@@ -79,25 +95,30 @@ void addSharedOptions(CLI::App& app, CommandLine& line) {
 void addLineOptions(CLI::App& app, CommandLine& line) {
   auto* text = app.add_option("--text", line.source.text, "The line to speak");
   auto* file = app.add_option("--text-file", line.text_file, "A file with the line to speak");
-  auto* audio =
-      app.add_option("--audio", line.source.audio, "A recording to animate instead; needs --phones or --transcript");
+  auto* audio = app.add_option("--audio", line.source.audio,
+                               "A recording to animate instead; needs --phones, --transcript or --lyrics");
   auto* phones = app.add_option("--phones", line.source.phones, "Labels of the recording: TextGrid, .lab or .phn");
   auto* transcript = app.add_option("--transcript", line.transcript, "What the recording says: its labels are found");
   transcript->needs(audio)->excludes(phones);
+  auto* lyrics = app.add_option("--lyrics", line.lyrics, "The recording is of a song; a file with its words");
+  lyrics->needs(audio)->excludes(transcript);
+  auto* song = app.add_option("--song", line.source.song, "A song to sing: song.json or MusicXML");
+  song->excludes(text, file, audio);
   text->excludes(file, audio);
   file->excludes(audio);
   phones->needs(audio);
-  auto* folder =
-      app.add_option(
-             "--out", line.out_folder,
-             "Folder for all files: speech.wav motion.c3d motion.csv face.glb phones.TextGrid view.html report.json")
-          ->capture_default_str();
+  auto* folder = app.add_option("--out", line.out_folder,
+                                "Folder for all files: speech.wav motion.c3d motion.csv face.glb curves.json "
+                                "phones.TextGrid view.html report.json")
+                     ->capture_default_str();
   app.add_option("-o", line.out_files, "A single file, repeatable; its kind follows from the ending")->excludes(folder);
 }
 
 /// The typed line itself, wherever it came from.
 LineSource sourceOf(const CommandLine& line) {
   LineSource source = line.source;
+  source.is_sung = !line.lyrics.empty() || !line.source.song.empty();
+  if (!line.lyrics.empty()) source.text = readFile(line.lyrics, kMaxTextFileBytes);
   if (!line.transcript.empty()) source.text = line.transcript;
   if (!line.text_file.empty()) source.text = readFile(line.text_file, kMaxTextFileBytes);
   return source;
@@ -155,7 +176,8 @@ int runSynth(int argc, char** argv) {
   CLI::App app("Makes a face speak with movements a person really made.");
   CommandLine line;
   setExample(app,
-             "synth --text \"the time is now\"\nsynth --audio a.wav --transcript \"the time is now\"\nsynth --audio "
+             "synth --text \"the time is now\"\nsynth --song twinkle.json --out twinkle\nsynth --audio a.wav "
+             "--transcript \"the time is now\"\nsynth --audio "
              "a.wav --phones a.TextGrid -o talk.glb -o talk.wav\nsynth "
              "batch lines.csv --out lines");
   addLineOptions(app, line);
@@ -172,13 +194,16 @@ int runSynth(int argc, char** argv) {
 
   return runProgram(app, argc, argv, [&]() -> int {
     if (batch->parsed()) return speakBatch(line);
-    if (app.count("--text") + app.count("--text-file") + app.count("--audio") == 0) {
-      printNotice("nothing to say; expected --text, --text-file or --audio with --phones or --transcript (see --help)",
-                  false);
+    if (app.count("--text") + app.count("--text-file") + app.count("--audio") + app.count("--song") == 0) {
+      printNotice(
+          "nothing to say; expected --text, --text-file, --song or --audio with --phones, --transcript or --lyrics "
+          "(see "
+          "--help)",
+          false);
       return kExitWrongUsage;
     }
-    if (app.count("--audio") > 0 && app.count("--phones") + app.count("--transcript") == 0) {
-      printNotice("--audio needs --phones or --transcript (see --help)", false);
+    if (app.count("--audio") > 0 && app.count("--phones") + app.count("--transcript") + app.count("--lyrics") == 0) {
+      printNotice("--audio needs --phones, --transcript or --lyrics (see --help)", false);
       return kExitWrongUsage;
     }
     return speakOneLine(line);

@@ -20,6 +20,7 @@ constexpr std::array kKnownOutputs = {
     KnownOutput{OutputKind::kMotionC3d, ".c3d", "motion.c3d"},
     KnownOutput{OutputKind::kMotionCsv, ".csv", "motion.csv"},
     KnownOutput{OutputKind::kFace, ".glb", "face.glb"},
+    KnownOutput{OutputKind::kCurves, ".json", "curves.json"},
     KnownOutput{OutputKind::kPhones, ".TextGrid", "phones.TextGrid"},
     KnownOutput{OutputKind::kPage, ".html", "view.html"},
     KnownOutput{OutputKind::kReport, ".json", "report.json"},
@@ -29,8 +30,11 @@ constexpr std::array kKnownOutputs = {
 
 OutputFile outputFileFor(const std::filesystem::path& path) {
   std::string endings;
+  // Two kinds end in .json: the name tells curves from the report.
   for (const KnownOutput& known : kKnownOutputs) {
-    if (path.extension() == known.ending) return {known.kind, path};
+    const bool is_other_json = known.kind == OutputKind::kCurves && !path.filename().string().ends_with("curves.json");
+    if (path.extension() == known.ending && !is_other_json) return {known.kind, path};
+    if (known.kind == OutputKind::kCurves) continue;
     endings += (endings.empty() ? "" : " ") + std::string(known.ending);
   }
   throw InputError(path.string(), "", "found an unknown ending; expected one of " + endings);

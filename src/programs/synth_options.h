@@ -10,7 +10,7 @@
 namespace mouthpiece {
 
 /// The files that synth can write; their names in an output folder are those of the design.
-enum class OutputKind { kSound, kMotionC3d, kMotionCsv, kFace, kPhones, kPage, kReport };
+enum class OutputKind { kSound, kMotionC3d, kMotionCsv, kFace, kCurves, kPhones, kPage, kReport };
 
 struct OutputFile {
   OutputKind kind;
@@ -28,7 +28,12 @@ struct LineSource {
   std::string text;              ///< typed; for a recording what is said, if known
   std::filesystem::path audio;   ///< a recording; empty: `text` is spoken by the voice
   std::filesystem::path phones;  ///< its labels (TextGrid, .lab, .phn); empty: `text` is aligned with it
+  std::filesystem::path song;    ///< sung by Festival instead; empty: none
+  bool is_sung = false;          ///< a song, or the recording of one
 };
+
+/// What to do where the corpus lacks a phone pair.
+enum class BackoffKind { kVocal, kViseme, kNone };
 
 /// The part of the command line that is the same for every line of a batch.
 struct SynthOptions {
@@ -37,7 +42,10 @@ struct SynthOptions {
   std::filesystem::path lexicon;  ///< empty: the voice's own pronunciations
   std::string voice = "festival:cmu_us_slt_arctic_hts";
   SynthesisOptions synthesis;
-  bool allow_backoff = true;  ///< false: a phone pair that the corpus lacks is an error
+  BackoffKind backoff = BackoffKind::kVocal;
+  /// Ma, Ps, Ja, Li as given: a number, "auto" (the first two) or a file of time_s,value; empty: left to the style.
+  std::string ma, ps, ja, li;
+  std::filesystem::path edits;  ///< of the curves; empty: none
 };
 
 }  // namespace mouthpiece

@@ -53,8 +53,18 @@ double percentileOf(std::vector<double>& values, double percentile) {
   return values[static_cast<std::size_t>(at)];
 }
 
+/// The same of what their velocities would come to over 30 ms.
+double velocityDisagreement(const Fragment& before, const Fragment& after, TimeSpan blend) {
+  constexpr Seconds kReach = 0.020, kOver = 0.030;
+  const auto change = [&](const Fragment& fragment) -> Eigen::RowVectorXd {
+    return fragment.lipsAt(blend.middle() + kReach) - fragment.lipsAt(blend.middle() - kReach);
+  };
+  const Eigen::RowVectorXd difference = (change(after) - change(before)) * (kOver / (2 * kReach));
+  return 3 * difference.squaredNorm() / (difference.size() + 1.0);  // as three points count there
+}
+
 TimeSpan placeLipJoin(const LabelledPhone& phone, const Fragment& before, const Fragment& after, Seconds overlap,
-                      double frame_rate_hz) {
+                      double frame_rate_hz, bool match_velocity) {
   const PhoneIndex shared = after.phones().first;
   const Seconds length =
       std::max(blendLength(phone.span.duration(), std::min(before.captureRateHz(), after.captureRateHz()), overlap),
@@ -69,10 +79,13 @@ TimeSpan placeLipJoin(const LabelledPhone& phone, const Fragment& before, const 
   const bool after_is_strange = after.sourcePhone(shared).phone != phone.phone;
   if (before_is_strange != after_is_strange) return at(before_is_strange ? 0 : 1);
   TimeSpan best = at(0.5);
-  double least = disagreement(before, after, best);
+  const auto mismatch = [&](TimeSpan blend) {
+    return disagreement(before, after, blend) + (match_velocity ? velocityDisagreement(before, after, blend) : 0);
+  };
+  double least = mismatch(best);
   constexpr double kOffCentre = 1.1;  // a place off the middle must be that much better
   for (const double u : {0.375, 0.625, 0.25, 0.75, 0.125, 0.875, 0.0, 1.0}) {
-    const double found = kOffCentre * disagreement(before, after, at(u));
+    const double found = kOffCentre * mismatch(at(u));
     if (found < least) {
       least = found;
       best = at(u);
@@ -91,14 +104,14 @@ TimeSpan placeSilentJoin(const LabelledPhone& phone, const LabelledPhone& before
 }  // namespace
 
 JoinSpans placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after, Seconds overlap,
-                    double frame_rate_hz) {
+                    double frame_rate_hz, bool match_velocity) {
   const PhoneIndex shared = after.phones().first;
   const LabelledPhone& phone = line.phones[shared.value];
   if (phone.phone == Phone::kSil) {
     const TimeSpan join = placeSilentJoin(phone, before.sourcePhone(shared), after.sourcePhone(shared));
     return {join, join};
   }
-  const TimeSpan lips = placeLipJoin(phone, before, after, overlap, frame_rate_hz);
+  const TimeSpan lips = placeLipJoin(phone, before, after, overlap, frame_rate_hz, match_velocity);
   return {lips, centred(lips.middle(), std::max(kUpperFaceOverlap, lips.duration()))};
 }
 

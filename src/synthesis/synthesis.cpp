@@ -2,17 +2,23 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 
 #include "base/errors.h"
 #include "motion/position_limits.h"
 #include "motion/resample.h"
 #include "synthesis/blender.h"
+#include "synthesis/curve_backoff.h"
+#include "synthesis/curve_model.h"
 #include "synthesis/fragment.h"
 #include "synthesis/join.h"
 #include "synthesis/join_offset.h"
 #include "synthesis/tongue.h"
+#include "vocal/maps_field.h"
+#include "vocal/pose_motion.h"
 
 namespace mouthpiece {
 namespace {
@@ -51,11 +57,12 @@ TimeSpan notBefore(const TimeSpan& span, const TimeSpan& earlier) {
 }
 
 /// Joins lie in the order of the line, so that each blend begins where the one before has begun.
-std::vector<JoinSpans> placeJoins(const SynthesisRequest& request, const std::vector<UnitFragment>& fragments) {
+std::vector<JoinSpans> placeJoins(const SynthesisRequest& request, const std::vector<UnitFragment>& fragments,
+                                  bool match_velocity) {
   std::vector<JoinSpans> joins;
   for (std::size_t i = 0; i + 1 < fragments.size(); ++i) {
     JoinSpans join = placeJoin(request.labels, fragments[i].fragment, fragments[i + 1].fragment,
-                               request.options.overlap_ms / 1000, request.options.frame_rate_hz);
+                               request.options.overlap_ms / 1000, request.options.frame_rate_hz, match_velocity);
     if (!joins.empty()) {
       join.lips = notBefore(join.lips, joins.back().lips);
       join.upper_face = notBefore(join.upper_face, joins.back().upper_face);
@@ -77,6 +84,7 @@ PlacedUnit describe(const SelectedUnit& unit, const SpeechLabels& line, const Un
   placed.scale = scaleOf(take.labels, unit.source.phone, count);
   placed.cost = unit.target_cost + unit.join_cost;
   placed.is_backoff = unit.is_backoff;
+  placed.sound = unit.sound;
   return placed;
 }
 
@@ -103,27 +111,126 @@ bool movesIntoContext(const SynthesisRequest& request, const UnitDatabase& datab
          database.corpus().trajectory_model != nullptr && !isTakeAsItWas(request.labels, database, units);
 }
 
-void animateUnits(const SynthesisRequest& request, const UnitDatabase& database, const std::vector<SelectedUnit>& units,
-                  std::span<const Seconds> times, UtteranceAnimation& animation) {
+/// Units' motion, and the middles of their joins.
+PositionMatrix renderUnits(const SynthesisRequest& request, const UnitDatabase& database,
+                           const std::vector<SelectedUnit>& units, const std::vector<Seconds>& times,
+                           std::vector<Seconds>& join_times) {
   const bool into_context = movesIntoContext(request, database, units);
   const std::vector<UnitFragment> fragments = cutIntoFragments(request.labels, database, units, into_context);
-  const std::vector<JoinSpans> joins = placeJoins(request, fragments);
-  MotionClip& motion = animation.motion;
+  const std::vector<JoinSpans> joins = placeJoins(request, fragments, into_context);
   std::vector<JoinOffset> offsets;  // a bare cut, when no blend is wanted
   if (request.options.overlap_ms > 0) offsets = findJoinOffsets(request.labels, fragments, joins);
-  motion.positions_mm =
+  PositionMatrix positions =
       blendFragments(fragments, joins, offsets, times, request.options.blend, database.corpus().layout);
   if (into_context) {
     const ContextOptions& context = request.options.context;
-    motion.positions_mm = transferContext(motion.positions_mm, request.labels, database, times, context);
-    if (context.keep_closures) keepClosures(request.labels, database, units, times, motion.positions_mm);
+    positions = transferContext(positions, request.labels, database, times, context);
+    if (context.keep_closures) keepClosures(request.labels, database, units, times, positions);
   }
-  fillUnseen(motion.positions_mm, database.corpus().neutral_pose_mm);
+  fillUnseen(positions, database.corpus().neutral_pose_mm);
   for (std::size_t i = 0; i < joins.size(); ++i) {
     // Between two fragments of one unit lies a pause of the take itself.
-    if (fragments[i].unit != fragments[i + 1].unit)
-      animation.joins.push_back(measureJoin(motion, joins[i].lips.middle()));
+    if (fragments[i].unit != fragments[i + 1].unit) join_times.push_back(joins[i].lips.middle());
   }
+  return positions;
+}
+
+PlacedUnit describeCurves(const PhoneRange& gap, const SynthesisRequest& request) {
+  PlacedUnit placed;
+  placed.phones = gap;
+  placed.span = request.labels.spanOf(gap);
+  placed.scale = "curves";
+  placed.cost = request.options.selection.weights.backoff;
+  placed.is_backoff = true;
+  return placed;
+}
+
+/// All that the line is made of, in time order.
+std::vector<PlacedUnit> describeAll(const std::vector<CapturedRun>& runs, const SynthesisRequest& request,
+                                    const UnitDatabase& database) {
+  std::vector<PlacedUnit> placed;
+  for (const CapturedRun& run : runs) {
+    for (const SelectedUnit& unit : run.units) placed.push_back(describe(unit, request.labels, database));
+  }
+  for (const PhoneRange& gap : gapsBetween(runs, request.labels.phones.size()))
+    placed.push_back(describeCurves(gap, request));
+  std::stable_sort(placed.begin(), placed.end(), [](const PlacedUnit& a, const PlacedUnit& b) {
+    return a.phones.first.value < b.phones.first.value;
+  });
+  return placed;
+}
+
+/// The captured part of the line; with curves alone, none.
+std::vector<CapturedRun> chooseRuns(const SynthesisRequest& request, const UnitDatabase& database,
+                                    const CurveModel& model) {
+  const CurveOptions& curves = request.options.curves;
+  if (curves.alone && !curves.layered) return {};
+  const bool fill_gaps = (curves.fill_gaps || curves.layered) && model.isPossible();
+  if (fill_gaps && request.units.empty()) return selectAroundGaps(request.labels, database, request.options.selection);
+  if (fill_gaps) return runsOf(request.units);
+  std::vector<SelectedUnit> units =
+      request.units.empty() ? selectUnits(request.labels, database, request.options.selection) : request.units;
+  if (units.empty()) return {};
+  return {CapturedRun{std::move(units)}};
+}
+
+/// How much of a consonant's captured motion shows at each time: (1 - Ma) over the phone, coming and going in 60 ms.
+std::vector<double> consonantWeights(const SpeechLabels& labels, const StyleSignal& ma,
+                                     const std::vector<Seconds>& times) {
+  constexpr Seconds kFade = 0.060;
+  std::vector<double> weights(times.size(), 0.0);
+  for (const LabelledPhone& phone : labels.phones) {
+    if (phone.phone == Phone::kSil || isVowel(phone.phone)) continue;
+    const auto first = std::lower_bound(times.begin(), times.end(), phone.span.start - kFade) - times.begin();
+    for (auto k = static_cast<std::size_t>(first); k < times.size() && times[k] < phone.span.end + kFade; ++k) {
+      const Seconds outside = std::max({0.0, phone.span.start - times[k], times[k] - phone.span.end});
+      const double shown = (1 - ma.at(times[k])) * blendWeight(BlendKind::kSmooth, outside / kFade);
+      weights[k] = std::max(weights[k], shown);
+    }
+  }
+  return weights;
+}
+
+/// Draws the curves and makes the motion of runs, curves and edits.
+void animate(const SynthesisRequest& request, const UnitDatabase& database, const CurveModel& model,
+             const std::vector<CapturedRun>& runs, const std::vector<Seconds>& times, UtteranceAnimation& animation) {
+  const SynthesisOptions& options = request.options;
+  const MarkerPositions& neutral = database.corpus().neutral_pose_mm;
+  const VocalStyle style = styleFor(options.curves, request.labels, request.tags);
+  const CurveSet curves = vocalCurves(request.labels, request.tags, style);
+  std::vector<Seconds> join_times;
+  const RenderUnits render = [&](const std::vector<SelectedUnit>& units, const std::vector<Seconds>& own_times) {
+    return renderUnits(request, database, units, own_times, join_times);
+  };
+  PositionMatrix& positions = animation.motion.positions_mm;
+  const bool has_gaps = !gapsBetween(runs, request.labels.phones.size()).empty();
+  const auto compose = [&](const std::vector<CapturedRun>& captured) {
+    return composeRuns(request.labels, captured, render, curves, style, model.poses(), neutral, times,
+                       options.overlap_ms / 1000, options.blend);
+  };
+  const bool curves_move = options.curves.alone || (has_gaps && options.curves.fill_gaps);
+  if (curves_move) {
+    ComposedMotion composed = compose(runs);
+    positions = std::move(composed.positions_mm);
+    join_times.insert(join_times.end(), composed.joins.begin(), composed.joins.end());
+  } else if (!runs.empty()) {
+    positions = render(runs.front().units, times);
+  }
+  if (options.curves.alone && !runs.empty()) {
+    // Consonants of the capture over vowels of the curves (VOCAL 3.3).
+    const PositionMatrix vowels = compose({}).positions_mm;
+    const std::vector<double> weights = consonantWeights(request.labels, style.ma, times);
+    const Eigen::Map<const Eigen::VectorXd> captured(weights.data(), positions.rows());
+    positions = vowels + captured.asDiagonal() * (positions - vowels);
+  }
+  animation.curves = withEdits(curves, options.curves.edits);
+  if (animation.curves != curves && model.isPossible()) {
+    // What an animator changed is added to whatever moves the face.
+    positions += displacementsFromCurves(animation.curves, model.poses(), style.ja, style.li, times) -
+                 displacementsFromCurves(curves, model.poses(), style.ja, style.li, times);
+  }
+  std::sort(join_times.begin(), join_times.end());
+  for (const Seconds time : join_times) animation.joins.push_back(measureJoin(animation.motion, time));
 }
 
 void expectUsable(const SynthesisRequest& request, const Corpus& corpus) {
@@ -147,10 +254,16 @@ UtteranceAnimation synthesise(const SynthesisRequest& request, const UnitDatabas
   animation.labels = request.labels;
   animation.audio = request.audio;
 
+  std::optional<CurveModel> own_model;
+  if (request.options.curves.model == nullptr) own_model.emplace(database);
+  const CurveModel& model = own_model ? *own_model : *request.options.curves.model;
+
   const Stopwatch selecting;
-  const std::vector<SelectedUnit> units =
-      request.units.empty() ? selectUnits(request.labels, database, request.options.selection) : request.units;
-  for (const SelectedUnit& unit : units) animation.units.push_back(describe(unit, request.labels, database));
+  const std::vector<CapturedRun> runs = chooseRuns(request, database, model);
+  const std::optional<CurveStyle> alone = request.options.curves.alone;
+  if (alone) animation.style = *alone == CurveStyle::kSing ? "sing" : "speech";
+  if (alone || !runs.empty() || request.options.curves.fill_gaps)
+    animation.units = describeAll(runs, request, database);
   animation.timing_ms.selection = selecting.elapsedMs();
 
   const Stopwatch moving;
@@ -160,7 +273,7 @@ UtteranceAnimation synthesise(const SynthesisRequest& request, const UnitDatabas
   const auto frames = static_cast<std::size_t>(std::max(1.0, std::ceil(duration * rate - kRounding)));
   const std::vector<Seconds> times = frameTimes(0, frames, rate);
   animation.motion = restingMotion(corpus, frames, rate);
-  if (!units.empty()) animateUnits(request, database, units, times, animation);
+  animate(request, database, model, runs, times, animation);
   animation.tongue = tongueFromPhones(request.labels, times);
   animation.timing_ms.motion = moving.elapsedMs();
   return animation;

@@ -5,6 +5,7 @@
 
 #include "motion/blend.h"
 #include "synthesis/context_transfer.h"
+#include "synthesis/curve_options.h"
 #include "synthesis/utterance_animation.h"
 #include "units/corpus.h"
 #include "units/selection.h"
@@ -18,6 +19,7 @@ struct SynthesisOptions {
   BlendKind blend = BlendKind::kSmooth;
   double overlap_ms = 60;  ///< length of the blend at a join, at most; see docs/theory/selection.md
   ContextOptions context;
+  CurveOptions curves;
 };
 
 /// A line as it sounds; `labels` start and end in silence. `text`, `voice` and `audio` go through untouched.
@@ -28,11 +30,13 @@ struct SynthesisRequest {
   AudioClip audio;
   SynthesisOptions options;
   std::vector<SelectedUnit> units = {};  ///< chosen already, with the sound; empty: chosen here
+  AudioTags tags = {};                   ///< what was heard in `audio`, for curves in a sung style
 };
 
 /// EDGE section 5: selects fragments of the corpus, warps each to the line's phone times, resamples it at the frame
 /// times and blends neighbours inside the phone that they share; with viterbi in a corpus with a trajectory model also
-/// moves them into the line's context. As long as the longer of labels and audio. Throws
+/// moves them into the line's context. With curves.fill_gaps VOCAL's curves make what the corpus lacks, with
+/// curves.alone all of the motion (docs/theory/vocal.md). As long as the longer of labels and audio. Throws
 /// InputError when the corpus has no takes, lacks a pair of phones and anything like it, or the frame rate is none.
 /// StageTimings: selection and motion are filled. Thread-safe.
 UtteranceAnimation synthesise(const SynthesisRequest& request, const UnitDatabase& database);

@@ -7,6 +7,7 @@
 #include "motion/motion_clip.h"
 #include "motion/tongue_pose.h"
 #include "phonetics/speech_labels.h"
+#include "vocal/viseme_curves.h"
 
 namespace mouthpiece {
 
@@ -18,9 +19,10 @@ struct PlacedUnit {
   PhoneIndex source_first;     ///< first phone of the fragment in that take
   TimeSpan source_span;        ///< of the fragment in its take
   TimeSpan span;               ///< in the utterance
-  std::string scale;           ///< "sentence" "phrase" "word" "syllable" "diphone" "span"
+  std::string scale;           ///< "sentence" "phrase" "word" "syllable" "diphone" "span"; "curves": no capture
+  TimeSpan sound;              ///< in the utterance: where its recording is heard; empty when another voice speaks
   double cost = 0;
-  bool is_backoff = false;     ///< the capture lacks the pair: a stand-in by viseme class
+  bool is_backoff = false;     ///< the capture lacks the pair: curves, or a stand-in by viseme class
 };
 
 struct Join {
@@ -44,6 +46,8 @@ struct UtteranceAnimation {
   std::vector<TonguePose> tongue;  ///< one a frame of `motion`
   std::vector<PlacedUnit> units;
   std::vector<Join> joins;
+  CurveSet curves;       ///< VOCAL's curves of the whole line, edited
+  std::string style;     ///< "speech" "sing": made of curves alone; "" of units
   StageTimings timing_ms;
 };
 

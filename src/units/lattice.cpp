@@ -1,7 +1,9 @@
 #include "units/lattice.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <optional>
 
 #include "base/errors.h"
 #include "units/pair_costs.h"
@@ -42,6 +44,21 @@ void keepCheapest(std::vector<PairCandidate>& candidates, std::size_t keep, cons
     }
   }
   std::sort(candidates.begin(), candidates.end(), cheaper);
+}
+
+/// The take that says all of the line in the line's own time: nothing suits it better, whatever is predicted.
+std::optional<SelectedUnit> takeInItsOwnTime(const SpeechLabels& target, const UnitDatabase& database) {
+  constexpr Seconds kSame = 0.005;
+  std::vector<Phone> phones;
+  for (const LabelledPhone& phone : target.phones) phones.push_back(phone.phone);
+  for (const PhonePlace& place : database.index().placesOf(phones)) {
+    const std::vector<LabelledPhone>& take = database.takeOf(place).labels.phones;
+    bool is_same = take.size() == phones.size() && database.isSeen(place, phones.size());
+    for (std::size_t i = 0; is_same && i + 1 < phones.size(); ++i)
+      is_same = std::abs(take[i].span.end - target.phones[i].span.end) <= kSame;
+    if (is_same) return SelectedUnit{{PhoneIndex(0), PhoneIndex(phones.size() - 1)}, place, 0, 0, false};
+  }
+  return std::nullopt;
 }
 
 class Lattice {
@@ -116,10 +133,15 @@ class Lattice {
       }
       for (const std::uint32_t j : by_cost) {
         if (before.path_cost[j] + unit >= best) break;
-        comeFrom(j, costs_.joinCost(first, advance(before.candidates[j].place, 1), own.place));
+        comeFrom(j, joinCost(first, advance(before.candidates[j].place, 1), own.place));
       }
       column.path_cost[i] = best + own.cost;
     }
+  }
+
+  [[nodiscard]] float joinCost(std::size_t shared, const PhonePlace& before, const PhonePlace& after) const {
+    const double sound = options_.sound_join_cost ? options_.sound_join_cost(before, after) : 0;
+    return costs_.joinCost(shared, before, after) + static_cast<float>(sound);
   }
 
   /// One place a pair, by its number in the column.
@@ -167,6 +189,7 @@ bool hasLattice(const UnitDatabase& database) { return database.corpus().traject
 
 std::vector<SelectedUnit> selectByLattice(const SpeechLabels& target, const UnitDatabase& database,
                                           const UnitCandidates& candidates, const SelectionOptions& options) {
+  if (const auto take = takeInItsOwnTime(target, database)) return {*take};
   return Lattice(target, database, candidates, options).cheapestUnits();
 }
 

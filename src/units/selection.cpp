@@ -24,7 +24,7 @@ PhonePlace lastPlace(const SelectedUnit& unit) {
 SelectedUnit cheapest(const UnitCosts& costs, std::size_t first, const CandidateRun& run, const SelectedUnit* before) {
   std::optional<SelectedUnit> best;
   for (const PhonePlace& place : run.places) {
-    SelectedUnit unit{rangeOf(first, run.length), place, 0, 0, false};
+    SelectedUnit unit{rangeOf(first, run.length), place, 0, 0, false, {}};
     unit.target_cost = costs.targetCost(unit.phones, place);
     const double least = best ? best->target_cost + best->join_cost : std::numeric_limits<double>::infinity();
     if (best && unit.target_cost >= least) continue;
@@ -104,7 +104,9 @@ std::vector<SelectedUnit> selectUnits(const SpeechLabels& target, const UnitData
                                       const SelectionOptions& options) {
   if (target.phones.size() < 2) return {};
   const UnitCandidates candidates(target, database, options);
-  if (options.method == SelectionMethod::kViterbi && options.units == UnitScales::kAny && hasLattice(database)) {
+  const bool joins_sound = static_cast<bool>(options.sound_join_cost);  // sound wants long fragments
+  if (options.method == SelectionMethod::kViterbi && options.units == UnitScales::kAny && hasLattice(database) &&
+      !joins_sound) {
     return selectByLattice(target, database, candidates, options);
   }
   const UnitCosts costs(target, database, options);

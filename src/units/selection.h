@@ -67,6 +67,7 @@ struct SelectedUnit {
   double target_cost = 0;
   double join_cost = 0;     ///< with the unit before
   bool is_backoff = false;  ///< the corpus lacks the pair: the nearest one by viseme class stands in
+  TimeSpan sound = {};      ///< of the target: where the fragment's recording is heard; empty when another voice speaks
 };
 
 /// Covers the whole target. Only fragments whose motion is seen throughout are offered. Where the corpus has no such

@@ -19,7 +19,7 @@ std::vector<SelectedUnit> cheapestUnits(const UnitCosts& costs, std::size_t firs
                                         std::size_t keep) {
   std::vector<SelectedUnit> units;
   for (const PhonePlace& place : run.places) {
-    SelectedUnit unit{{PhoneIndex(first), PhoneIndex(first + run.length - 1)}, place, 0, 0, false};
+    SelectedUnit unit{{PhoneIndex(first), PhoneIndex(first + run.length - 1)}, place, 0, 0, false, {}};
     unit.target_cost = costs.targetCost(unit.phones, place);
     units.push_back(unit);
   }

@@ -45,8 +45,8 @@ VisemeEvent fourKeys(const SpeechLabels& labels, PhoneIndex index, Viseme viseme
   return event;
 }
 
-/// The halves of a diphthong are one movement: over 120 ms about its middle the first gives way to the second, so that
-/// the mouth never does both in full.
+/// The halves of a long diphthong: over 120 ms about its middle the first gives way to the second, so that the mouth
+/// never does both in full. (In short ones they overlap as neighbours do; so the poses were learnt.)
 void crossFade(VisemeEvent& first, VisemeEvent& second) {
   const Seconds middle = second.span.start;
   const Seconds half = 0.5 * std::min(kOnset, second.span.duration());
@@ -192,7 +192,7 @@ std::vector<VisemeEvent> fourKeyEvents(const SpeechLabels& labels) {
     } else {
       events.push_back(fourKeys(labels, index, first, {phone.span.start, middle}));
       events.push_back(fourKeys(labels, index, last, {middle, phone.span.end}));
-      crossFade(events[events.size() - 2], events.back());
+      if (phone.span.duration() >= kLongVowel) crossFade(events[events.size() - 2], events.back());
     }
   }
   return events;

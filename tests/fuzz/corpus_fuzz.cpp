@@ -60,7 +60,7 @@ Table modelTable() {
       {"gain", {1.1F}},
       {"closing", {0, 0.5F, 0, 0, -0.5F, 0}},
       {"closed opening", {2}},
-      {"lattice weights", {0.16F, 0.65F, 1, 0.5F, 0.1F, 0.1F, 0.1F, 0.5F, 0.2F, 0.004F, 0.05F, 0.3F, 10}},
+      {"lattice weights", {0.16F, 0.65F, 1, 0.5F, 0.1F, 0.1F, 0.1F, 0.5F, 0.2F, 0.004F, 0.05F, 0.1F, 10}},
       {"target phone T", {-1, 0}},
       {"target viseme Uh", {1, 0.5F}}};
   Table table;

@@ -9,6 +9,7 @@
 #include "base/errors.h"
 #include "phonetics/labels_builder.h"
 #include "support/tiny_corpus.h"
+#include "support/tiny_model.h"
 #include "units/unit_database.h"
 
 namespace mouthpiece {
@@ -35,13 +36,16 @@ SpeechLabels randomLine(std::mt19937_64& random) {
 /// The paper's loop never ends when a diphone is missing; ours covers the line or names a pair, whatever the phones.
 TEST(SelectionProperty, NeverLoopsOnAnyPhones) {
   const std::uint64_t base = static_cast<std::uint64_t>(std::chrono::steady_clock::now().time_since_epoch().count());
-  const Corpus corpus = testing::tinyCorpus();
-  const UnitDatabase database(corpus);
+  const Corpus plain = testing::tinyCorpus();
+  Corpus modelled = plain;
+  modelled.trajectory_model = testing::tinyModel(modelled);
+  const UnitDatabase plain_database(plain), modelled_database(modelled);
   std::size_t covered = 0;
   for (std::uint64_t round = 0; round < 400; ++round) {
     SCOPED_TRACE("seed " + std::to_string(base + round));
     std::mt19937_64 random(base + round);
     const SpeechLabels line = randomLine(random);
+    const UnitDatabase& database = round % 4 < 2 ? modelled_database : plain_database;
     SelectionOptions options;
     options.method = round % 2 == 0 ? SelectionMethod::kGreedy : SelectionMethod::kViterbi;
     options.units = round % 3 == 0 ? UnitScales::kPaper : UnitScales::kAny;

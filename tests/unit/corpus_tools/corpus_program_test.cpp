@@ -130,6 +130,90 @@ TEST(CorpusProgram, ConvertsAndCleans) {
   expectOneLine(corpus({"convert", csv.string(), (takes.scratch.path() / "x.bvh").string()}), "x.bvh");
 }
 
+TEST(CorpusProgram, EveryCleaningStepCanBeSwitchedOff) {
+  const Takes takes;
+  const std::string in = (takes.folder / "one.c3d").string(), out = (takes.scratch.path() / "out.csv").string();
+  const auto cleaned = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"clean", in, out});
+    const test::ProgramResult result = corpus(more);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.err;
+  };
+  EXPECT_TRUE(holds(cleaned({"--no-jig"}), "head by jig 0, by skin 110"));
+  EXPECT_TRUE(holds(cleaned({"--no-smoothing"}), "smoothed by 0.000 mm"));
+  const std::string nothing = cleaned({"--no-swaps", "--no-spikes", "--no-head", "--no-gaps", "--no-smoothing"});
+  EXPECT_TRUE(holds(nothing, "0 swaps and 0 spikes repaired; head by jig 0, by skin 0, bridged 0; 0 samples filled"));
+  // Nothing done: the file as it was, in the layout's order.
+  const std::string as_csv = (takes.scratch.path() / "as.csv").string();
+  corpus({"convert", in, as_csv});
+  const std::string first_row = readAll(out).substr(0, 2000);
+  EXPECT_EQ(first_row.substr(0, 12), readAll(as_csv).substr(0, 12));
+}
+
+TEST(CorpusProgram, RenamesMarkersThatTheFilesCallOtherwise) {
+  const Takes takes;
+  const std::string in = (takes.folder / "one.c3d").string(), out = (takes.scratch.path() / "mine.csv").string();
+  EXPECT_EQ(corpus({"convert", in, out, "--map", "LIP_UP_MID=upper", "--map", "LIP_LO_MID=lower"}).exit_code, 0);
+  EXPECT_TRUE(holds(readAll(out), "upper.x") && !holds(readAll(out), "LIP_UP_MID"));
+  expectOneLine(corpus({"convert", in, out, "--map", "LIP_UP_MID"}), "expected OLD=NEW");
+  EXPECT_EQ(corpus({"convert", out, out, "--map", "upper=LIP_UP_MID", "--map", "lower=LIP_LO_MID"}).exit_code, 0);
+  EXPECT_TRUE(holds(readAll(out), "LIP_UP_MID.x"));
+}
+
+TEST(CorpusProgram, ConvertsLabels) {
+  const Takes takes;
+  const fs::path lab = takes.scratch.path() / "one.lab", ctm = takes.scratch.path() / "one.ctm";
+  EXPECT_EQ(corpus({"convert", (takes.folder / "one.TextGrid").string(), lab.string()}).exit_code, 0);
+  EXPECT_TRUE(readAll(lab).starts_with("0 4000000 sil\n4000000 5000000 B\n")) << readAll(lab);
+  EXPECT_EQ(corpus({"convert", lab.string(), ctm.string()}).exit_code, 0);
+  EXPECT_TRUE(readAll(ctm).starts_with("one 1 0.000000 0.400000 sil\n")) << readAll(ctm);
+}
+
+TEST(CorpusProgram, ReportsOnOnePageThatNeedsNothingElse) {
+  const Takes takes;
+  ASSERT_EQ(takes.build().exit_code, 0);
+  const fs::path page = takes.scratch.path() / "report.html";
+  const test::ProgramResult result = corpus({"report", takes.out.string(), "--out", page.string(), "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const nlohmann::json facts = nlohmann::json::parse(result.out);
+  EXPECT_EQ(facts["takes"].size(), 2U);
+  EXPECT_EQ(facts["words"].size(), 2U);
+  EXPECT_EQ(facts["markers"].size(), 66U);
+  const std::string html = readAll(page);
+  EXPECT_TRUE(holds(html, "LIP_UP_MID"));
+  EXPECT_FALSE(holds(html, "http://") && holds(html, "src=")) << "nothing from the network";
+  EXPECT_FALSE(holds(html, "/*REPORT*/null"));
+}
+
+TEST(CorpusProgram, ChoosesPromptsFromAText) {
+  const ScratchFolder scratch;
+  const fs::path text = scratch.write("text.txt", "the cat sat\nthe cat sat\n# not this\nbright vixens jump\n");
+  const fs::path curve = scratch.path() / "curve.csv";
+  const test::ProgramResult result =
+      corpus({"prompts", "--text", text.string(), "--count", "2", "--curve", curve.string(), "--quiet"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(std::count(result.out.begin(), result.out.end(), '\n'), 2);
+  EXPECT_TRUE(holds(result.out, "bright vixens jump\n") && holds(result.out, "the cat sat\n"));
+  EXPECT_TRUE(readAll(curve).ends_with(",1.0000\n")) << readAll(curve);
+}
+
+TEST(CorpusProgram, AlignsATakeWithItsWords) {
+  const fs::path takes = fs::path(MOUTHPIECE_SOURCE_DIR) / "../shared/capture/grid_s1/takes";
+  if (!fs::exists(takes)) GTEST_SKIP() << "no real capture in " << takes;
+  const ScratchFolder scratch;
+  const fs::path grid = scratch.path() / "a.TextGrid";
+  const std::string wav = (takes / "bbaf2n.wav").string();
+  const test::ProgramResult result =
+      corpus({"align", wav, "--transcript", "bin blue at F two now", "--out", grid.string(), "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const nlohmann::json words = nlohmann::json::parse(result.out)["words"];
+  ASSERT_EQ(words.size(), 6U);
+  EXPECT_NEAR(words[1]["start_s"].get<double>(), 1.188, 0.03);
+  EXPECT_TRUE(holds(readAll(grid), "\"blue\""));
+  expectOneLine(corpus({"align", wav, "--transcript", "!?", "--out", grid.string()}), "nothing to say");
+  EXPECT_EQ(corpus({"align", wav, "--out", grid.string()}).exit_code, 2);
+}
+
 TEST(CorpusProgram, AnEmptyFolderIsNamed) {
   const ScratchFolder scratch;
   const std::string out = (scratch.path() / "x.corpus").string();

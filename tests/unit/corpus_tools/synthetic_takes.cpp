@@ -134,7 +134,7 @@ RigidMotion SyntheticTake::worldFromHead(Seconds time) const {
 }
 
 RawTake SyntheticTake::raw() const {
-  RawTake take{name, words.empty() ? "" : words[0], labels(), truth(), {}, audio()};
+  RawTake take{name, words.empty() ? "" : words[0], labels(), truth(), {}, audio(), false, {}};
   take.jig = MotionClip{frame_rate_hz, defaultLayout().jig_names, {}};
   const MarkerPositions jig = jigShape();
   take.jig.positions_mm.resize(take.face.positions_mm.rows(), 3 * jig.rows());

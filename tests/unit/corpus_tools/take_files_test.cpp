@@ -54,7 +54,7 @@ TEST(FindTakes, NamesWhatATakeLacks) {
   const FoundTakes found = findTakes(folder.path());
   EXPECT_TRUE(found.takes.empty());
   ASSERT_EQ(found.left_out.size(), 3U);
-  EXPECT_TRUE(holds(found.left_out[0].reason, "no labels (expected bare.TextGrid, .lab or .phn)"));
+  EXPECT_TRUE(holds(found.left_out[0].reason, "neither labels (expected bare.TextGrid, .lab, .phn or .ctm) nor text"));
   EXPECT_TRUE(holds(found.left_out[1].reason, "no sound"));
   EXPECT_TRUE(holds(found.left_out[2].reason, "no motion"));
 }
@@ -227,7 +227,7 @@ TEST(CleanClip, KeepsTheHeadStillWithoutLabels) {
   all.positions_mm.conservativeResize(Eigen::NoChange, raw.face.positions_mm.cols() + raw.jig.positions_mm.cols());
   all.positions_mm.rightCols(raw.jig.positions_mm.cols()) = raw.jig.positions_mm;
   all.positions_mm.block(30, 150, 4, 3).setConstant(std::nan(""));
-  const CleanClip clean = cleanClip(all, defaultLayout(), "take.c3d");
+  const CleanedFace clean = cleanClip(all, defaultLayout(), "take.c3d");
   EXPECT_EQ(clean.report.filled_samples, 4U);
   MotionClip expected = take.truth();
   transform(expected, faceFromHead(syntheticNeutral(), defaultLayout()));

@@ -97,8 +97,15 @@ void addLabels(TalkingHead& head, const TalkingHeadOptions& options, double dura
   line.labels.words.push_back({options.word, {PhoneIndex(1), PhoneIndex(4)}});
   const auto addUnit = [&](std::size_t first, std::size_t last, std::string take, bool is_backoff) {
     const PhoneRange range{PhoneIndex(first), PhoneIndex(last)};
-    line.units.push_back(
-        {range, std::move(take), PhoneIndex(3), {0.5, 0.9}, line.labels.spanOf(range), "diphone", 0.25, is_backoff});
+    line.units.push_back({range,
+                          std::move(take),
+                          PhoneIndex(3),
+                          {0.5, 0.9},
+                          line.labels.spanOf(range),
+                          "diphone",
+                          {},
+                          0.25,
+                          is_backoff});
   };
   addUnit(0, 2, "take_a", false);
   addUnit(2, 3, "take_b " + options.word, true);

@@ -95,7 +95,9 @@ TEST_F(RetargetProgram, FitNamesTheMarkersThatLack) {
       runProgram("retarget", {"fit", "--mesh", test::canonicalFace()->string(), "--anchors", anchors.string(),
                               "--corpus", corpus_.string(), "--out", (folder_.path() / "x.face").string()});
   EXPECT_EQ(fitted.exit_code, 1);
-  EXPECT_NE(fitted.err.find("has 2 anchors; expected all 66 markers, or at least 8 with LIP_CORNER_R"), std::string::npos) << fitted.err;
+  EXPECT_NE(fitted.err.find("has 2 anchors; expected all 66 markers, or at least 8 with LIP_CORNER_R"),
+            std::string::npos)
+      << fitted.err;
   EXPECT_EQ(std::count(fitted.err.begin(), fitted.err.end(), '\n'), 1);
   EXPECT_FALSE(fs::exists(folder_.path() / "x.face"));
 }

@@ -7,8 +7,10 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "support/tiny_corpus.h"
+#include "support/tiny_model.h"
 #include "units/checksum.h"
 #include "units/corpus.h"
+#include "units/sqlite_database.h"
 
 namespace mouthpiece {
 namespace {
@@ -39,6 +41,49 @@ class CorpusFile : public ::testing::Test {
   fs::path folder_;
   fs::path path_;
 };
+
+TEST_F(CorpusFile, RoundTripKeepsTheTrajectoryModel) {
+  Corpus written = testing::tinyCorpus();
+  written.trajectory_model = testing::tinyModel(written);
+  written.lattice_weights.duration = 0.75;
+  writeCorpus(path_, written);
+  EXPECT_TRUE(checkCorpus(path_).empty());
+  const Corpus read = readCorpus(path_, CorpusAudio::kSkip, CorpusMotion::kOnDemand);
+  ASSERT_NE(read.trajectory_model, nullptr);
+  const TrajectoryModel& a = *written.trajectory_model;
+  const TrajectoryModel& b = *read.trajectory_model;
+  constexpr double kFloat = 1e-6;
+  EXPECT_TRUE(b.analysis.isApprox(a.analysis, kFloat));
+  EXPECT_TRUE(b.shapes.isApprox(a.shapes, kFloat));
+  EXPECT_TRUE(b.level.isApprox(a.level, kFloat));
+  EXPECT_TRUE(b.closing.isApprox(a.closing, kFloat));
+  EXPECT_EQ(b.dynamics.size(), a.dynamics.size());
+  EXPECT_EQ(b.targets, a.targets);
+  EXPECT_NEAR(b.closed_opening_mm, a.closed_opening_mm, kFloat);
+  EXPECT_EQ(read.lattice_weights.duration, 0.75);
+  for (std::size_t take = 0; take < read.takes.size(); ++take) {
+    const PhoneShapes kept = read.motion_source->loadShapes(TakeIndex(take));
+    const PhoneShapes computed =
+        phoneShapes(a, written.takes[take].labels, written.takes[take].motion, written.neutral_pose_mm);
+    EXPECT_EQ(kept.captured, computed.captured);
+    EXPECT_EQ(kept.predicted, computed.predicted);
+    EXPECT_EQ(kept.tightest_mm, computed.tightest_mm);
+  }
+}
+
+TEST_F(CorpusFile, ReadsVersion1) {
+  const Corpus written = testing::tinyCorpus();
+  writeCorpus(path_, written);
+  {
+    SqliteDatabase database = SqliteDatabase::create(path_, path_);
+    database.execute("DROP TABLE trajectory_model; DROP TABLE phone_shapes; PRAGMA user_version=1");
+    database.close();
+  }
+  EXPECT_TRUE(checkCorpus(path_).empty());
+  const Corpus read = readCorpus(path_);
+  EXPECT_EQ(read.takes.size(), written.takes.size());
+  EXPECT_EQ(read.trajectory_model, nullptr);
+}
 
 TEST_F(CorpusFile, RoundTripKeepsEverything) {
   Corpus written = testing::tinyCorpus();

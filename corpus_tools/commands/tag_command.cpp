@@ -1,0 +1,43 @@
+#include <fmt/format.h>
+
+#include "base/files.h"
+#include "corpus_tools/commands/command_support.h"
+#include "phonetics/textgrid.h"
+#include "vocal/hear_tags.h"
+
+namespace mouthpiece {
+namespace {
+
+struct TagCommand {
+  bool quiet = false;
+  std::filesystem::path audio, phones, output;
+};
+
+int runTag(const TagCommand& command) {
+  const AudioClip audio = readAudio(command.audio);
+  std::optional<SpeechLabels> labels;
+  if (!command.phones.empty()) labels = readTextGrid(command.phones);
+  const SpeechLabels* known = labels ? &*labels : nullptr;
+  const AudioTags tags = hearTags(audio, known);
+  writeFileAtomically(command.output, formatTagsJson(tags));
+  for (const std::string& warning : soundWarnings(audio, known, tags)) {
+    printNotice(fmt::format("{}: {}", command.audio.string(), warning), command.quiet);
+  }
+  printNotice(fmt::format("{:.2f} s: {} notes, {} with vibrato, {} consonants", audio.duration(), tags.notes.size(),
+                          tags.vibrato.size(), tags.consonants.size()),
+              command.quiet);
+  return kExitDone;
+}
+
+}  // namespace
+
+void addTagCommand(CLI::App& app, ChosenAction& chosen) {
+  const auto options = std::make_shared<TagCommand>();
+  CLI::App& tag = addCommand(app, chosen, "tag", "Pitch, notes, vibrato and sung vowels of a sound",
+                             "corpus tag song.wav --phones song.TextGrid --out tags.json", options, runTag);
+  tag.add_option("audio", options->audio, "Sound: a voice alone")->required();
+  tag.add_option("--phones", options->phones, "Its phones (TextGrid); without, every voiced stretch counts as a vowel");
+  tag.add_option("--out", options->output, "tags.json to write")->required();
+}
+
+}  // namespace mouthpiece

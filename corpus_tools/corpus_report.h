@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "phonetics/phone.h"
+#include "units/corpus.h"
+
+namespace mouthpiece {
+
+struct ReportOptions {
+  /// Pronunciations of a language's words: what is missing is judged by them. Empty: not judged.
+  std::vector<std::vector<Phone>> language;
+  /// Trajectories beyond this are left out of the page, takes at the end first.
+  std::size_t most_trajectory_bytes = std::size_t{24} << 20U;
+};
+
+/// A page by itself (no other file, no network) to look at a corpus: coverage of phones, phone pairs, syllables and
+/// words; durations; the trajectories of any take over its labels; gaps and noise by marker and take; doubtful labels;
+/// what is missing to speak the language, worst first. The corpus has its motion loaded.
+std::string corpusReportHtml(const Corpus& corpus, const ReportOptions& options = {});
+
+/// The same facts as JSON, without the trajectories.
+std::string corpusReportJson(const Corpus& corpus, const ReportOptions& options = {});
+
+}  // namespace mouthpiece

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "phonetics/phone.h"
+
+namespace mouthpiece {
+
+/// A sentence that could be recorded, as it would be said; silence around it is not written.
+struct Prompt {
+  std::string text;
+  std::vector<Phone> phones;
+};
+
+struct ChosenPrompts {
+  std::vector<std::size_t> sentences;  ///< indices, in the order of choice
+  std::vector<std::size_t> pairs;      ///< different phone pairs held after each of them: the coverage curve
+  std::size_t possible_pairs = 0;      ///< that all sentences together hold
+};
+
+/// Up to `count` sentences, each the one that adds most phone pairs for its length (greedy: at least 63 % of what any
+/// choice of that many could hold, when lengths are alike); when nothing new is left, the one whose pairs are rarest so
+/// far. Ties go to the earlier sentence.
+ChosenPrompts choosePrompts(const std::vector<Prompt>& prompts, std::size_t count);
+
+}  // namespace mouthpiece

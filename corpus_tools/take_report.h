@@ -1,0 +1,42 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/time.h"
+
+namespace mouthpiece {
+
+/// A word that the aligner is not sure of.
+struct DoubtfulWord {
+  std::string text;
+  TimeSpan span;
+  double confidence = 0;
+};
+
+/// What was done to a take.
+struct TakeReport {
+  std::string name;
+  std::string key;  ///< hash of all that it was made of; "" when nothing was kept
+  std::size_t frames = 0;
+  std::size_t jig_frames = 0, skin_frames = 0, bridged_frames = 0;  ///< see HeadTrack
+  double scale = 1;
+  double head_residual_mm = 0;
+  std::size_t swaps = 0;            ///< pairs of markers given their names back
+  std::size_t spikes = 0;           ///< excursions hidden
+  std::size_t gap_samples = 0;      ///< marker samples not seen, or hidden as spikes
+  std::size_t filled_samples = 0;   ///< of these, in gaps short enough to fill
+  std::size_t missing_samples = 0;  ///< of these, still missing
+  double noise_mm = 0;              ///< of a coordinate, the markers' median, before smoothing
+  double smoothed_mm = 0;           ///< rms move of a coordinate by the smoothing; 0: not smoothed
+  double aligned_mm = 0;            ///< largest move by alignTakesByPhones()
+  bool labels_found = false;        ///< by forced alignment
+  std::vector<DoubtfulWord> doubtful;
+};
+
+/// As the build log keeps them: a JSON list.
+std::string reportsToJson(const std::vector<TakeReport>& reports);
+/// What is no such list, or not whole, gives an empty one: the log of a corpus made elsewhere is no error.
+std::vector<TakeReport> reportsFromJson(const std::string& text);
+
+}  // namespace mouthpiece

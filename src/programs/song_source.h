@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+
+#include "phonetics/lexicon.h"
+#include "vocal/audio_tags.h"
+#include "voices/voice.h"
+
+namespace mouthpiece {
+
+/// A song ready to be animated.
+struct SungSource {
+  SpokenLine line;
+  AudioTags tags;
+};
+
+/// Sings a song file (song.json or MusicXML; docs/formats/song.md). Notes and vibrato are those that were written.
+/// Throws InputError.
+SungSource singSong(const std::filesystem::path& path, const Lexicon* lexicon);
+
+/// What is heard in a recorded song whose labels are known. What makes it doubtful goes into the line's notice.
+SungSource hearSong(SpokenLine line);
+
+}  // namespace mouthpiece

@@ -1,0 +1,15 @@
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "base/errors.h"
+#include "motion/landmark_track.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  try {
+    mouthpiece::parseLandmarkTrack(text, "fuzz.json", mouthpiece::defaultLayout());
+  } catch (const mouthpiece::InputError&) {
+  }
+  return 0;
+}

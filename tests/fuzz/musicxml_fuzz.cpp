@@ -1,0 +1,14 @@
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "base/errors.h"
+#include "vocal/song.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  try {
+    mouthpiece::parseMusicXml({reinterpret_cast<const char*>(data), size}, "fuzz.musicxml");
+  } catch (const mouthpiece::InputError&) {
+  }
+  return 0;
+}

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <memory>
+
+#include "units/corpus.h"
+#include "units/trajectory_model.h"
+
+namespace mouthpiece::testing {
+
+/// A trajectory model by hand for tinyCorpus(): the lips part and the chin falls, one component each; vowels open,
+/// B P M close.
+std::shared_ptr<const TrajectoryModel> tinyModel(const Corpus& corpus);
+
+}  // namespace mouthpiece::testing

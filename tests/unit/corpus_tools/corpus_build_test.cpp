@@ -1,0 +1,169 @@
+// Builds that go on: interrupted ones, and corpora that takes are added to.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <thread>
+
+#include "base/errors.h"
+#include "corpus_tools/corpus_builder.h"
+#include "support/run_program.h"
+#include "synthetic_takes.h"
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+using test::ScratchFolder;
+
+constexpr int kKills = 100;
+
+void writeTake(const fs::path& folder, unsigned seed) {
+  SyntheticTake take;
+  take.name = "take" + std::to_string(seed);
+  take.seed = seed;
+  take.noise_mm = 0.05;
+  take.write(folder);
+}
+
+struct Studio {
+  ScratchFolder scratch;
+  fs::path folder = scratch.path() / "takes";
+  fs::path out = scratch.path() / "x.corpus";
+  explicit Studio(unsigned takes) {
+    fs::create_directories(folder);
+    for (unsigned seed = 1; seed <= takes; ++seed) writeTake(folder, seed);
+  }
+};
+
+TEST(BuildCorpusFile, TakesThatAreThereAreNotDoneAgain) {
+  const Studio studio(3);
+  const BuildResult first = buildCorpusFile(studio.folder, studio.out, {});
+  EXPECT_EQ(first.kept_takes, 0U);
+  EXPECT_FALSE(fs::exists(studio.out.string() + ".parts"));
+  const std::string bytes = test::readAll(studio.out);
+  EXPECT_EQ(buildCorpusFile(studio.folder, studio.out, {}).kept_takes, 3U);
+  EXPECT_EQ(test::readAll(studio.out), bytes) << "a build of the same takes must change nothing";
+
+  writeTake(studio.folder, 4);
+  const BuildResult more = buildCorpusFile(studio.folder, studio.out, {});
+  EXPECT_EQ(more.kept_takes, 3U);
+  ASSERT_EQ(more.corpus.takes.size(), 4U);
+  const Corpus read = readCorpus(studio.out);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_LT((read.takes[i].motion.positions_mm - first.corpus.takes[i].motion.positions_mm).cwiseAbs().maxCoeff(),
+              1e-4);
+  }
+  // The new take lands where a build of all four would put it, up to the noise in the head's mean shape.
+  const BuildResult at_once = buildCorpus(studio.folder, {});
+  EXPECT_LT(
+      (more.corpus.takes[3].motion.positions_mm - at_once.corpus.takes[3].motion.positions_mm).cwiseAbs().maxCoeff(),
+      0.15);
+}
+
+TEST(BuildCorpusFile, AChangedTakeOrOtherOptionsAreDoneAgain) {
+  const Studio studio(2);
+  buildCorpusFile(studio.folder, studio.out, {});
+  SyntheticTake changed;
+  changed.name = "take2";
+  changed.seed = 77;
+  changed.noise_mm = 0.05;
+  changed.write(studio.folder);
+  EXPECT_EQ(buildCorpusFile(studio.folder, studio.out, {}).kept_takes, 1U);
+  BuildOptions rough;
+  rough.cleaning.smooth = false;
+  EXPECT_EQ(buildCorpusFile(studio.folder, studio.out, rough).kept_takes, 0U);
+}
+
+TEST(BuildCorpusFile, WhatAFailedBuildDidIsTakenUp) {
+  const Studio studio(3);
+  fs::create_directories(studio.out / "in the way");
+  EXPECT_THROW(buildCorpusFile(studio.folder, studio.out, {}), InputError);
+  fs::remove_all(studio.out);
+  EXPECT_EQ(buildCorpusFile(studio.folder, studio.out, {}).kept_takes, 3U);
+  const std::string resumed = test::readAll(studio.out);
+  fs::remove(studio.out);
+  buildCorpusFile(studio.folder, studio.out, {});
+  EXPECT_EQ(test::readAll(studio.out), resumed) << "a resumed build must give the corpus of an undisturbed one";
+}
+
+/// Starts the program, kills it after `wait`; whether it had ended by itself.
+bool startAndKill(const Studio& studio, std::chrono::microseconds wait) {
+  const std::string program = std::string(MOUTHPIECE_BIN_DIR) + "/corpus";
+  const pid_t child = fork();
+  if (child == 0) {
+    execl(program.c_str(), "corpus", "build", studio.folder.c_str(), "--out", studio.out.c_str(), "--quiet", nullptr);
+    _exit(127);
+  }
+  std::this_thread::sleep_for(wait);
+  kill(child, SIGKILL);
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+TEST(BuildCorpusFile, KilledAtAnyMomentTheOldCorpusIsWhole) {
+  const Studio studio(2);
+  buildCorpusFile(studio.folder, studio.out, {});
+  const std::string before = test::readAll(studio.out);
+  for (unsigned seed = 3; seed <= 5; ++seed) writeTake(studio.folder, seed);
+  std::mt19937 random(5);
+  int finished = 0;
+  for (int i = 0; i < kKills; ++i) {
+    // From the program's start to about its end.
+    const std::chrono::microseconds wait(std::uniform_int_distribution<int>(1000, 90000)(random));
+    finished += startAndKill(studio, wait) ? 1 : 0;
+    const std::string now = test::readAll(studio.out);
+    if (now == before) continue;
+    ASSERT_TRUE(checkCorpus(studio.out).empty());
+    ASSERT_EQ(readCorpus(studio.out).takes.size(), 5U);
+    fs::remove(studio.out);
+    std::ofstream(studio.out, std::ios::binary) << before;
+  }
+  RecordProperty("finished", finished);
+  const BuildResult last = buildCorpusFile(studio.folder, studio.out, {});
+  EXPECT_EQ(last.corpus.takes.size(), 5U);
+  EXPECT_GE(last.kept_takes, 2U);
+  for (const auto& entry : fs::directory_iterator(studio.scratch.path())) {
+    EXPECT_TRUE(entry.path() == studio.out || entry.path() == studio.folder) << entry.path() << " was left behind";
+  }
+}
+
+TEST(CorpusCheck, FindsAFlippedBitAnywhereInMotionAndLabels) {
+  const Studio studio(1);
+  buildCorpusFile(studio.folder, studio.out, {});
+  const std::string whole = test::readAll(studio.out);
+  ASSERT_TRUE(checkCorpus(studio.out).empty());
+  // Every place that holds data: a flip that changes what is read must be found. Free bytes of a page may change.
+  const Corpus truth = readCorpus(studio.out, CorpusAudio::kLoad);
+  std::mt19937 random(6);
+  int found = 0;
+  for (int i = 0; i < 200; ++i) {
+    std::string damaged = whole;
+    const std::size_t at = random() % damaged.size();
+    damaged[at] = static_cast<char>(static_cast<unsigned char>(damaged[at]) ^ (1U << (random() % 8)));
+    const fs::path copy = studio.scratch.write("damaged.corpus", damaged);
+    if (!checkCorpus(copy).empty()) {
+      ++found;
+      continue;
+    }
+    const Corpus read = readCorpus(copy, CorpusAudio::kLoad);
+    ASSERT_EQ(read.takes.size(), 1U);
+    EXPECT_EQ(read.takes[0].motion.positions_mm, truth.takes[0].motion.positions_mm) << "byte " << at;
+    EXPECT_EQ(read.takes[0].audio.samples, truth.takes[0].audio.samples) << "byte " << at;
+    ASSERT_EQ(read.takes[0].labels.phones.size(), truth.takes[0].labels.phones.size());
+    for (std::size_t p = 0; p < truth.takes[0].labels.phones.size(); ++p) {
+      EXPECT_EQ(read.takes[0].labels.phones[p].phone, truth.takes[0].labels.phones[p].phone);
+      EXPECT_EQ(read.takes[0].labels.phones[p].span, truth.takes[0].labels.phones[p].span);
+    }
+  }
+  EXPECT_GT(found, 100);
+}
+
+}  // namespace
+}  // namespace mouthpiece

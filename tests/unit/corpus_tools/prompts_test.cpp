@@ -1,0 +1,88 @@
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "base/errors.h"
+#include "base/files.h"
+#include "corpus_tools/prompt_choice.h"
+#include "corpus_tools/prompt_grammar.h"
+
+namespace mouthpiece {
+namespace {
+
+using Sentences = std::vector<std::string>;
+
+TEST(PromptGrammar, SpellsChoicesOptionsGroupsAndRules) {
+  EXPECT_EQ(sentencesOfGrammar("# mine\ns = [please] <verb> (it | them) # all\nverb = take | put down\n", "g"),
+            (Sentences{"take it", "take them", "put down it", "put down them", "please take it", "please take them",
+                       "please put down it", "please put down them"}));
+}
+
+TEST(PromptGrammar, ShipsEdgesTimeGrammar) {
+  const std::string file = std::string(MOUTHPIECE_SOURCE_DIR) + "/sample_data/prompts/time.grammar";
+  const Sentences sentences = sentencesOfGrammar(readFile(file), file);
+  EXPECT_EQ(sentences.size(), 5U * 12U * 12U * 4U);  // exactness or none, minutes or none, hours, parts of the day
+  EXPECT_EQ(sentences.front(), "the time is now one in the morning");
+}
+
+TEST(PromptGrammar, NamesWhatIsWrong) {
+  const auto error = [](std::string_view text) -> std::string {
+    try {
+      sentencesOfGrammar(text, "g.txt");
+    } catch (const InputError& input_error) {
+      return input_error.what();
+    }
+    return "no error";
+  };
+  EXPECT_NE(error("s = <t>\n").find("g.txt:1: found <t>"), std::string::npos);
+  EXPECT_NE(error("s = a\nt = <t>\n").find("no error"), std::string::npos);  // never reached
+  EXPECT_NE(error("s = a <t>\nt = b | <s>\n").find("holds itself"), std::string::npos);
+  EXPECT_NE(error("s = (a | b\n").find("without its ')'"), std::string::npos);
+  EXPECT_NE(error("s = a ]\n").find("nothing opened"), std::string::npos);
+  EXPECT_NE(error("\n# nothing\n").find("holds no rule"), std::string::npos);
+  EXPECT_NE(error("s = <d> <d> <d> <d> <d> <d>\nd = 0|1|2|3|4|5|6|7|8|9\n").find("more than 200000"),
+            std::string::npos);
+  EXPECT_NE(error("s = " + std::string(5000, '(') + "\n").find("too many brackets"), std::string::npos);
+}
+
+TEST(PromptChoice, TakesWhatIsNewFirst) {
+  using enum Phone;
+  const std::vector<Prompt> prompts = {
+      {"ba", {kB, kAA}}, {"ba again", {kB, kAA}}, {"baba", {kB, kAA, kB, kAA}}, {"see", {kS, kIY}}, {"", {}}};
+  const ChosenPrompts chosen = choosePrompts(prompts, 10);
+  ASSERT_EQ(chosen.sentences.size(), 5U);
+  EXPECT_EQ(chosen.possible_pairs, 8U);  // sil-B B-AA AA-sil AA-B, sil-S S-IY IY-sil, sil-sil
+  EXPECT_EQ(chosen.pairs.back(), 8U);
+  EXPECT_TRUE(std::is_sorted(chosen.pairs.begin(), chosen.pairs.end()));
+  EXPECT_EQ(std::set<std::size_t>(chosen.sentences.begin(), chosen.sentences.end()).size(), 5U);
+  EXPECT_EQ(chosen.sentences.back(), 1U) << "what is held already comes last";
+}
+
+TEST(PromptChoice, IsAsGoodAsTheGreedyChoiceByDefinition) {
+  // The queue with old judgements against judging every sentence anew each time.
+  std::vector<Prompt> prompts;
+  for (unsigned i = 0; i < 60; ++i) {
+    Prompt prompt{std::to_string(i), {}};
+    for (unsigned k = 0; k < 4 + i % 5; ++k) prompt.phones.push_back(static_cast<Phone>(1 + (i * 7 + k * k * 13) % 40));
+    prompts.push_back(prompt);
+  }
+  const ChosenPrompts chosen = choosePrompts(prompts, 20);
+  std::set<std::pair<int, int>> held;
+  for (std::size_t i = 0; i < chosen.sentences.size(); ++i) {
+    const auto pairs_of = [](const Prompt& prompt) {
+      std::set<std::pair<int, int>> pairs;
+      int before = 0;
+      for (const Phone phone : prompt.phones) {
+        pairs.insert({before, static_cast<int>(phone)});
+        before = static_cast<int>(phone);
+      }
+      pairs.insert({before, 0});
+      return pairs;
+    };
+    for (const auto& pair : pairs_of(prompts[chosen.sentences[i]])) held.insert(pair);
+    EXPECT_EQ(chosen.pairs[i], held.size());
+  }
+}
+
+}  // namespace
+}  // namespace mouthpiece

@@ -1,0 +1,101 @@
+#include "synthesis/context_transfer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "support/tiny_corpus.h"
+#include "support/tiny_model.h"
+#include "synthesis/synthesis.h"
+
+namespace mouthpiece {
+namespace {
+
+using testing::lipOpening;
+using testing::tinyCorpus;
+using testing::tinyLabels;
+
+class ContextTransfer : public ::testing::Test {
+ protected:
+  ContextTransfer() : corpus_(tinyCorpus()) { corpus_.trajectory_model = testing::tinyModel(corpus_); }
+
+  [[nodiscard]] UtteranceAnimation speak(const SpeechLabels& line) const {
+    SynthesisRequest request;
+    request.labels = line;
+    request.options.frame_rate_hz = 120;
+    request.options.selection.method = SelectionMethod::kViterbi;
+    return synthesise(request, corpus_);
+  }
+
+  Corpus corpus_;
+};
+
+TEST_F(ContextTransfer, ATakesOwnSentenceComesBackAsItWas) {
+  for (const CorpusTake& take : corpus_.takes) {
+    const UtteranceAnimation made = speak(take.labels);
+    const Eigen::Index rows = std::min(made.motion.positions_mm.rows(), take.motion.positions_mm.rows());
+    const double worst =
+        (made.motion.positions_mm.topRows(rows) - take.motion.positions_mm.topRows(rows)).cwiseAbs().maxCoeff();
+    constexpr double kReproducedMm = 1e-3;
+    EXPECT_LT(worst, kReproducedMm) << take.name;
+  }
+}
+
+TEST_F(ContextTransfer, LipsCloseInEveryBilabial) {
+  const SpeechLabels line = tinyLabels("M-AE-N IH-Z N-UW-N AE-M", 77);
+  const UtteranceAnimation made = speak(line);
+  const std::vector<double> opening = lipOpening(made.motion);
+  std::size_t bilabials = 0;
+  for (const LabelledPhone& phone : line.phones) {
+    if (!isBilabial(phone.phone)) continue;
+    ++bilabials;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t frame = 0; frame < opening.size(); ++frame) {
+      const Seconds time = made.motion.timeOf(FrameIndex(frame));
+      if (time >= phone.span.start - 0.02 && time <= phone.span.end + 0.02) least = std::min(least, opening[frame]);
+    }
+    constexpr double kRounding = 1e-6;
+    EXPECT_LE(least, corpus_.trajectory_model->closed_opening_mm + kRounding);
+  }
+  EXPECT_EQ(bilabials, 2U);
+}
+
+TEST_F(ContextTransfer, WhatWasNotSeenIsPredicted) {
+  const SpeechLabels line = tinyLabels("M-AE-N", 5);
+  const UnitDatabase database(corpus_);
+  std::vector<Seconds> times;
+  for (int frame = 0; frame < 60; ++frame) times.push_back(frame / 100.0);
+  PositionMatrix residuals = PositionMatrix::Constant(60, 12, std::numeric_limits<double>::quiet_NaN());
+  ContextOptions options;
+  options.average = options.restore_variance = false;
+  const PositionMatrix positions = transferContext(residuals, line, database, times, options);
+  ASSERT_TRUE(positions.allFinite());
+  const Eigen::Map<const Eigen::RowVectorXd> neutral(corpus_.neutral_pose_mm.data(), corpus_.neutral_pose_mm.size());
+  const TrajectoryModel& model = *corpus_.trajectory_model;
+  const Eigen::MatrixXd predicted = (model.predict(line, times) * model.shapes).rowwise() + neutral;
+  EXPECT_LT((positions - predicted).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+TEST_F(ContextTransfer, SlowDifferencesGoAndFastOnesStay) {
+  const SpeechLabels line = tinyLabels("M-AE-N", 5);
+  const UnitDatabase database(corpus_);
+  std::vector<Seconds> times;
+  for (int frame = 0; frame < 200; ++frame) times.push_back(frame / 100.0);
+  const auto leftOf = [&](double rate_hz, std::size_t column) {
+    PositionMatrix residuals = PositionMatrix::Zero(200, 12);
+    for (Eigen::Index row = 0; row < 200; ++row)
+      residuals(row, static_cast<Eigen::Index>(column)) =
+          std::sin(2 * M_PI * rate_hz * times[static_cast<std::size_t>(row)]);
+    const PositionMatrix with = transferContext(residuals, line, database, times, {});
+    const PositionMatrix without = transferContext(PositionMatrix::Zero(200, 12), line, database, times, {});
+    return (with - without).col(static_cast<Eigen::Index>(column)).segment(50, 100).cwiseAbs().maxCoeff();
+  };
+  constexpr std::size_t kChinY = 7, kBrowY = 10;
+  EXPECT_LT(leftOf(0.5, kChinY), 0.1);
+  EXPECT_NEAR(leftOf(12, kChinY), ContextOptions{}.other_detail, 0.05);
+  EXPECT_NEAR(leftOf(0.5, kBrowY), 1, 0.01);  // no component moves it: as captured
+}
+
+}  // namespace
+}  // namespace mouthpiece
