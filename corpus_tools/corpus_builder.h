@@ -19,8 +19,8 @@ struct BuildOptions {
   MarkerLayout layout = defaultLayout();
   Lexicon lexicon;
   MarkerNameMap marker_names;  ///< of the files, where they are not the layout's
-  std::size_t jobs = 0;  ///< takes at once; 0: one per core. The result does not depend on it
-  bool strict = false;   ///< the first take that cannot be used stops the build
+  std::size_t jobs = 0;        ///< takes at once; 0: one per core. The result does not depend on it
+  bool strict = false;         ///< the first take that cannot be used stops the build
   CleaningOptions cleaning;
   bool align_takes = true;  ///< captures without a jig: see alignTakesByPhones()
 };

@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 
+#include "base/errors.h"
 #include "corpus_tools/dominance_model.h"
 #include "synthesis/curve_model.h"
 #include "synthesis/fragment.h"
@@ -93,10 +94,16 @@ SynthesisOptions selectingBy(SelectionMethod method, UnitScales units) {
 
 EvaluationMethod unitMethod(std::string name, const UnitDatabase& database, const SynthesisOptions& options) {
   const auto usual = std::make_shared<UsualChanges>(database.corpus());
-  return {std::move(name), [&database, options, usual](const CorpusTake& take, EvaluationRow& row) {
+  const auto curves = std::make_shared<CurveModel>(database);
+  return {std::move(name), [&database, options, usual, curves](const CorpusTake& take, EvaluationRow& row) {
             SynthesisRequest request{take.text, "capture", take.labels, {}, options};
             request.options.frame_rate_hz = take.motion.frame_rate_hz;
-            request.units = selectUnits(request.labels, database, options.selection);
+            try {
+              request.units = selectUnits(request.labels, database, options.selection);
+            } catch (const InputError&) {  // not even a stand-in: the curves fill in, as in `synth`
+              request.options.curves.fill_gaps = true;
+              request.options.curves.model = curves.get();
+            }
             UtteranceAnimation made = synthesise(request, database);
             countUnits(made, *usual, row);
             compareFragments(request, made, database, row);

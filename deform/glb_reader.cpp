@@ -223,6 +223,7 @@ class GlbParser {
   void padShape(VertexPositions& moves) const {
     const Eigen::Index before = moves.rows(), all = static_cast<Eigen::Index>(soup_.vertexCount());
     if (before == all) return;
+    if (3 * shapes_.names.size() * soup_.vertexCount() > kMaxShapeNumbers) fail("found more shapes than a face has");
     moves.conservativeResize(all, Eigen::NoChange);
     moves.bottomRows(all - before).setZero();
   }
@@ -236,8 +237,7 @@ class GlbParser {
       std::size_t shape = 0;
       while (shape < shapes_.names.size() && shapes_.names[shape] != name) ++shape;
       if (shape == shapes_.names.size()) {
-        if (shape == kMaxShapes || 3 * (shape + 1) * soup_.vertexCount() > kMaxShapeNumbers)
-          fail("found more shapes than a face has");
+        if (shape == kMaxShapes) fail("found more shapes than a face has");
         shapes_.names.push_back(name);
         shapes_.moves.emplace_back(0, 3);
       }

@@ -160,12 +160,27 @@ std::vector<PlacedUnit> describeAll(const std::vector<CapturedRun>& runs, const 
   return placed;
 }
 
+/// Where the corpus knows how its speaker moves, a stand-in brings detail only: the lips go where they are predicted
+/// to.
+bool predictsGaps(const SynthesisRequest& request, const UnitDatabase& database) {
+  const SelectionOptions& selection = request.options.selection;
+  return request.options.context.enabled && selection.method == SelectionMethod::kViterbi &&
+         selection.units == UnitScales::kAny && database.corpus().trajectory_model != nullptr &&
+         request.labels.phones.size() > 1;
+}
+
 /// The captured part of the line; with curves alone, none.
 std::vector<CapturedRun> chooseRuns(const SynthesisRequest& request, const UnitDatabase& database,
                                     const CurveModel& model) {
   const CurveOptions& curves = request.options.curves;
   if (curves.alone && !curves.layered) return {};
   const bool fill_gaps = (curves.fill_gaps || curves.layered) && model.isPossible();
+  if (fill_gaps && request.units.empty() && predictsGaps(request, database)) {
+    try {
+      return {CapturedRun{selectUnits(request.labels, database, request.options.selection)}};
+    } catch (const InputError&) {  // nothing looks alike: the curves fill in
+    }
+  }
   if (fill_gaps && request.units.empty()) return selectAroundGaps(request.labels, database, request.options.selection);
   if (fill_gaps) return runsOf(request.units);
   std::vector<SelectedUnit> units =

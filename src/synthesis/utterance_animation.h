@@ -15,20 +15,20 @@ namespace mouthpiece {
 /// neighbours share one phone.
 struct PlacedUnit {
   PhoneRange phones;
-  std::string take;            ///< name of the corpus take
-  PhoneIndex source_first;     ///< first phone of the fragment in that take
-  TimeSpan source_span;        ///< of the fragment in its take
-  TimeSpan span;               ///< in the utterance
-  std::string scale;           ///< "sentence" "phrase" "word" "syllable" "diphone" "span"; "curves": no capture
-  TimeSpan sound;              ///< in the utterance: where its recording is heard; empty when another voice speaks
+  std::string take;         ///< name of the corpus take
+  PhoneIndex source_first;  ///< first phone of the fragment in that take
+  TimeSpan source_span;     ///< of the fragment in its take
+  TimeSpan span;            ///< in the utterance
+  std::string scale;        ///< "sentence" "phrase" "word" "syllable" "diphone" "span"; "curves": no capture
   double cost = 0;
-  bool is_backoff = false;     ///< the capture lacks the pair: curves, or a stand-in by viseme class
+  bool is_backoff = false;  ///< the capture lacks the pair: curves, or a stand-in by viseme class
+  TimeSpan sound = {};      ///< in the utterance: where its recording is heard; empty when another voice speaks
 };
 
 struct Join {
-  Seconds time = 0;                  ///< middle of the blend
-  double position_jump_mm = 0;       ///< largest marker step between the frames around the join in the result
-  double velocity_jump_mm_s = 0;     ///< largest marker velocity change there
+  Seconds time = 0;               ///< middle of the blend
+  double position_jump_mm = 0;    ///< largest marker step between the frames around the join in the result
+  double velocity_jump_mm_s = 0;  ///< largest marker velocity change there
 };
 
 struct StageTimings {  ///< milliseconds of wall time; load: opening the corpus and the face
@@ -42,12 +42,12 @@ struct UtteranceAnimation {
   std::string corpus;
   SpeechLabels labels;
   AudioClip audio;
-  MotionClip motion;  ///< head still, actor's space, no NaN, at the requested frame rate
+  MotionClip motion;               ///< head still, actor's space, no NaN, at the requested frame rate
   std::vector<TonguePose> tongue;  ///< one a frame of `motion`
   std::vector<PlacedUnit> units;
   std::vector<Join> joins;
-  CurveSet curves;       ///< VOCAL's curves of the whole line, edited
-  std::string style;     ///< "speech" "sing": made of curves alone; "" of units
+  CurveSet curves;    ///< VOCAL's curves of the whole line, edited
+  std::string style;  ///< "speech" "sing": made of curves alone; "" of units
   StageTimings timing_ms;
 };
 

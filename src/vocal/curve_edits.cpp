@@ -26,6 +26,12 @@ double numberOf(const json& entry, const char* name, const std::string& place, s
   return found->get<double>();
 }
 
+/// "" where there is none.
+std::string textOf(const json& entry, const char* name) {
+  const auto found = entry.find(name);
+  return found != entry.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
 std::vector<CurveKey> keysFrom(const json& entry, const TimeSpan& span, const std::string& place,
                                std::string_view file) {
   const auto found = entry.find("keys");
@@ -47,8 +53,8 @@ std::vector<CurveKey> keysFrom(const json& entry, const TimeSpan& span, const st
 CurveEdit editFrom(const json& entry, const std::string& place, std::string_view file) {
   if (!entry.is_object()) throw InputError(file, place, "found no object; expected an edit");
   CurveEdit edit;
-  const std::string kind = entry.value("kind", std::string());
-  edit.curve = entry.value("curve", std::string());
+  const std::string kind = textOf(entry, "kind");
+  edit.curve = textOf(entry, "curve");
   if (edit.curve.empty()) throw InputError(file, place, "found no curve; expected the name of one");
   edit.span = {numberOf(entry, "start_s", place, file), numberOf(entry, "end_s", place, file)};
   if (edit.span.duration() < 2 * kLeastGap)

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <optional>
+#include <vector>
 
 #include "vocal/hear_tags.h"
 
@@ -19,7 +19,8 @@ constexpr double kLeastDropDb = 12;       // from the vowels to the pauses of a 
 constexpr double kLeastPauses = 0.3;      // seconds of pauses that say something
 constexpr double kLeastAgreement = 0.34;  // of vowels with their words: chance is a third of the merged classes
 constexpr double kLeastVowels = 2.0;      // seconds of vowels that say something
-constexpr Seconds kEdge = 0.05;           // of a phone: its neighbours sound in it
+constexpr Seconds kPiece = 0.02;
+constexpr Seconds kEdge = 0.05;  // of a phone: its neighbours sound in it
 
 double db(double mean_square) { return 10 * std::log10(mean_square + 1e-12); }
 
@@ -32,20 +33,31 @@ double clippedShare(const AudioClip& clip) {
   return static_cast<double>(clipped) / static_cast<double>(std::max<std::size_t>(1, clip.samples.size()));
 }
 
-/// The mean square of the middles of the phones that `wanted` takes, and their length.
+/// How loud the phones that `wanted` takes are: the median over 20 ms pieces of their middles, for a label beside its
+/// sound must not count much; and how long they are.
+struct Loudness {
+  double median_square = 0;
+  Seconds duration = 0;
+};
+
 template <typename Wanted>
-std::pair<double, Seconds> energyOf(const AudioClip& clip, const SpeechLabels& labels, Wanted wanted) {
-  double sum = 0;
-  std::size_t count = 0;
+Loudness loudnessOf(const AudioClip& clip, const SpeechLabels& labels, Wanted wanted) {
+  std::vector<double> pieces;
+  const auto length = static_cast<std::size_t>(std::max(1.0, kPiece * clip.sample_rate_hz));
   for (const LabelledPhone& phone : labels.phones) {
     if (!wanted(phone.phone)) continue;
     const auto first = static_cast<std::size_t>(std::max(0.0, (phone.span.start + kEdge) * clip.sample_rate_hz));
-    const double end = std::max(0.0, (phone.span.end - kEdge) * clip.sample_rate_hz);
-    for (std::size_t i = first; i < std::min(clip.samples.size(), static_cast<std::size_t>(end)); ++i, ++count) {
-      sum += static_cast<double>(clip.samples[i]) * clip.samples[i];
+    const auto end = static_cast<std::size_t>(std::max(0.0, (phone.span.end - kEdge) * clip.sample_rate_hz));
+    for (std::size_t i = first; i + length <= std::min(clip.samples.size(), end); i += length) {
+      double sum = 0;
+      for (std::size_t k = i; k < i + length; ++k) sum += static_cast<double>(clip.samples[k]) * clip.samples[k];
+      pieces.push_back(sum / static_cast<double>(length));
     }
   }
-  return {sum / static_cast<double>(std::max<std::size_t>(1, count)), static_cast<double>(count) / clip.sample_rate_hz};
+  if (pieces.empty()) return {};
+  const auto middle = pieces.begin() + static_cast<std::ptrdiff_t>(pieces.size() / 2);
+  std::nth_element(pieces.begin(), middle, pieces.end());
+  return {*middle, kPiece * static_cast<double>(pieces.size())};
 }
 
 /// The merged classes of Figure 5: 0 {A}, 1 {E, I}, 2 {O, U}.
@@ -101,13 +113,14 @@ std::vector<std::string> soundWarnings(const AudioClip& clip, const SpeechLabels
   const bool has_voice = std::any_of(tags.f0.begin(), tags.f0.end(), [](const PitchSample& s) { return s.voiced; });
   if (!has_voice) warnings.emplace_back("no voice is heard: there are no notes");
   if (labels == nullptr || !has_voice) return warnings;
-  const auto [pauses, pause_seconds] = energyOf(clip, *labels, [](Phone p) { return p == Phone::kSil; });
-  const auto [vowels, vowel_seconds] = energyOf(clip, *labels, [](Phone p) { return isVowel(p); });
-  if (pause_seconds > kLeastPauses && vowel_seconds > 0 && db(vowels) - db(pauses) < kLeastDropDb) {
+  const Loudness pauses = loudnessOf(clip, *labels, [](Phone p) { return p == Phone::kSil; });
+  const Loudness vowels = loudnessOf(clip, *labels, [](Phone p) { return isVowel(p); });
+  const double drop_db = db(vowels.median_square) - db(pauses.median_square);
+  if (pauses.duration > kLeastPauses && vowels.duration > 0 && drop_db < kLeastDropDb) {
     warnings.push_back(fmt::format(
         "pauses are only {:.0f} dB below the vowels: instruments in the sound, or labels beside it; a voice "
         "alone is needed",
-        db(vowels) - db(pauses)));
+        drop_db));
   }
   if (const auto agreement = vowelAgreement(*labels, tags); agreement && *agreement < kLeastAgreement) {
     warnings.push_back(fmt::format("only {:.0f} % of the vowels that are heard fit the words: other words may be sung",

@@ -101,7 +101,8 @@ class PartReader {
   /// Other voices, chords' upper notes and grace notes take no time of ours.
   bool isOurs(const pugi::xml_node& note) {
     if (note.child("chord") || note.child("grace") || note.child("cue")) return false;
-    const std::string voice = note.child_value("voice");
+    const std::string voice =
+        note.child("voice") ? note.child_value("voice") : "1";  // a note that names none is of the first
     if (!voice_) voice_ = voice;
     return voice == *voice_;
   }

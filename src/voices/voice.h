@@ -40,8 +40,8 @@ struct VoiceOptions {
   const Lexicon* lexicon = nullptr;
   /// What "corpus" speaks with; nullptr: there is no such voice. Kept alive by the caller.
   const UnitDatabase* corpus = nullptr;
-  SelectionOptions selection;   ///< of the corpus voice's units
-  std::optional<double> rate;   ///< corpus voice: 1 as fast as Festival would speak; none: as the recordings do
+  SelectionOptions selection = {};  ///< of the corpus voice's units
+  std::optional<double> rate = {};  ///< corpus voice: 1 as fast as Festival would speak; none: as the recordings do
 };
 
 /// Makes the voice of that name: "festival:cmu_us_slt_arctic_hts", "festival:kal_diphone", "flite:slt|rms|awb|kal16",

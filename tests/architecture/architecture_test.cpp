@@ -35,7 +35,7 @@ const std::map<std::string, std::set<std::string>> kAllowedIncludes = {
 struct SourceFile {
   fs::path path;
   std::string folder;
-  bool is_program = false;  ///< *_main.cpp or src/programs: may print, exit and include everything
+  bool is_program = false;  ///< *_main.cpp, src/programs, corpus_tools/commands: may print, exit and include everything
 };
 
 std::vector<SourceFile> sourceFiles() {
@@ -46,7 +46,8 @@ std::vector<SourceFile> sourceFiles() {
       if (extension != ".h" && extension != ".cpp") continue;
       const fs::path relative = fs::relative(entry.path(), kRoot);
       SourceFile file{entry.path(), relative.parent_path().filename().string(), false};
-      file.is_program = file.folder == "programs" || relative.filename().string().ends_with("_main.cpp");
+      file.is_program =
+          file.folder == "programs" || file.folder == "commands" || relative.filename().string().ends_with("_main.cpp");
       files.push_back(file);
     }
   }

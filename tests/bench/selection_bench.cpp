@@ -146,6 +146,78 @@ void synthesiseLine(benchmark::State& state, SelectionMethod method) {
 BENCHMARK_CAPTURE(synthesiseLine, greedy, SelectionMethod::kGreedy)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(synthesiseLine, viterbi, SelectionMethod::kViterbi)->Unit(benchmark::kMillisecond);
 
+/// Shapes of any take without its motion: as a corpus file gives them.
+class RandomShapes : public MotionSource {
+ public:
+  explicit RandomShapes(const Corpus& corpus) {
+    for (const CorpusTake& take : corpus.takes) phones_.push_back(static_cast<Eigen::Index>(take.labels.phones.size()));
+  }
+  [[nodiscard]] MotionClip load(TakeIndex /*take*/) const override { return {}; }
+  [[nodiscard]] AudioClip loadAudio(TakeIndex /*take*/) const override { return {}; }
+  [[nodiscard]] PhoneShapes loadShapes(TakeIndex take) const override {
+    std::mt19937 random(static_cast<unsigned>(take.value));
+    std::normal_distribution<float> mm(0, 2);
+    const auto rows = phones_[take.value];
+    const Eigen::Index columns = PhoneShapes::kPoints * PhoneShapes::kMostComponents;
+    PhoneShapes shapes;
+    shapes.predicted = PhoneShapes::Matrix::NullaryExpr(rows, columns, [&] { return mm(random); });
+    shapes.captured =
+        shapes.predicted + 0.5F * PhoneShapes::Matrix::NullaryExpr(rows, columns, [&] { return mm(random); });
+    shapes.tightest_mm.assign(static_cast<std::size_t>(rows), 1);
+    return shapes;
+  }
+
+ private:
+  std::vector<Eigen::Index> phones_;
+};
+
+/// `count` takes of 3 s without motion; 12,000 are ten hours.
+Corpus shapedCorpus(std::size_t count) {
+  std::mt19937_64 random(3);
+  Corpus corpus;
+  corpus.name = "bench";
+  corpus.layout = defaultLayout();
+  corpus.neutral_pose_mm = MarkerPositions::Zero(static_cast<Eigen::Index>(corpus.layout.markers.size()), 3);
+  for (const auto& phones : spokenTakes(count)) {
+    std::vector<PhoneSegment> segments;
+    double time = 0;
+    for (const Phone phone : phones) {
+      const double duration = 0.06 + 0.0001 * static_cast<double>(random() % 800);
+      segments.push_back({.phone = phone, .span = {time, time + duration}, .word = 0});
+      time += duration;
+    }
+    CorpusTake& take = corpus.takes.emplace_back();
+    take.labels = buildSpeechLabels(std::move(segments), std::vector<std::string>{"word"}, time);
+  }
+  auto model = std::make_shared<TrajectoryModel>();
+  const Eigen::Index components = PhoneShapes::kMostComponents;
+  const Eigen::Index columns = corpus.neutral_pose_mm.size();
+  model->analysis = Eigen::MatrixXd::Zero(columns, components);
+  model->shapes = Eigen::MatrixXd::Zero(components, columns);
+  model->level = Eigen::RowVectorXd::Zero(components);
+  model->dynamics.assign(static_cast<std::size_t>(components), {});
+  corpus.trajectory_model = std::move(model);
+  corpus.motion_source = std::make_shared<RandomShapes>(corpus);
+  return corpus;
+}
+
+/// The lattice for a line of 10 s (three takes' phones, on their own clock), against the size of the corpus. The first
+/// line loads the shapes and is not counted.
+void selectByLattice(benchmark::State& state) {
+  const auto count = static_cast<std::size_t>(state.range(0));
+  const Corpus corpus = shapedCorpus(count);
+  const UnitDatabase database(corpus);
+  SpeechLabels line = corpus.takes[count / 2].labels;
+  for (const std::size_t more : {count / 3, count / 5, count / 7}) appendSpeechLabels(line, corpus.takes[more].labels);
+  SelectionOptions options;
+  options.method = SelectionMethod::kViterbi;
+  benchmark::DoNotOptimize(selectUnits(line, database, options));
+  for (auto _ : state) benchmark::DoNotOptimize(selectUnits(line, database, options));
+  state.counters["line_s"] = line.duration();
+  state.counters["corpus_h"] = static_cast<double>(count) * 3 / 3600;
+}
+BENCHMARK(selectByLattice)->Arg(300)->Arg(3000)->Arg(12000)->Unit(benchmark::kMillisecond);
+
 /// A corpus file of 55 sentences read from disk: all motion at once, and as `synth` does it, what is asked for.
 void readCorpusFile(benchmark::State& state, CorpusMotion motion) {
   const std::filesystem::path path =

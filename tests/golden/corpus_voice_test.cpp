@@ -67,7 +67,12 @@ TEST_F(CorpusVoice, TheSoundOfAUnitIsTheRecordingThatMovesTheFace) {
   for (const json& unit : facts.at("units")) {
     if (!unit.contains("sound")) continue;
     const double start = unit.at("sound")[0], end = unit.at("sound")[1];
-    EXPECT_NEAR(start, heard, 2e-3) << "one recording takes over where the other ends";
+    // A phone that no unit covers is a recording of that phone alone.
+    if (facts.at("backoff").empty()) {
+      EXPECT_NEAR(start, heard, 2e-3) << "one recording takes over where the other ends";
+    } else {
+      EXPECT_GE(start, heard - 2e-3);
+    }
     heard = end;
     constexpr double kClearOfJoins = 0.14;  // pitch is changed up to 120 ms from a join
     if (end - start < 2 * kClearOfJoins + 0.1) continue;
@@ -108,9 +113,9 @@ TEST_F(CorpusVoice, DurationsAreTheFragmentsOwn) {
 }
 
 TEST_F(CorpusVoice, APhoneThatWasNeverRecordedIsNamed) {
-  const ProgramResult result = speak("a beige vision");  // the time grammar has no ZH
+  const ProgramResult result = speak("a bee");  // the time grammar has no B
   EXPECT_EQ(result.exit_code, 1);
-  EXPECT_NE(result.err.find("phone ZH"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("no recording of the phone B (in 'bee')"), std::string::npos) << result.err;
   EXPECT_FALSE(fs::exists(wav()));
 }
 

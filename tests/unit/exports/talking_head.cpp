@@ -97,15 +97,16 @@ void addLabels(TalkingHead& head, const TalkingHeadOptions& options, double dura
   line.labels.words.push_back({options.word, {PhoneIndex(1), PhoneIndex(4)}});
   const auto addUnit = [&](std::size_t first, std::size_t last, std::string take, bool is_backoff) {
     const PhoneRange range{PhoneIndex(first), PhoneIndex(last)};
-    line.units.push_back({range,
-                          std::move(take),
-                          PhoneIndex(3),
-                          {0.5, 0.9},
-                          line.labels.spanOf(range),
-                          "diphone",
-                          {},
-                          0.25,
-                          is_backoff});
+    PlacedUnit unit;
+    unit.phones = range;
+    unit.take = std::move(take);
+    unit.source_first = PhoneIndex(3);
+    unit.source_span = {0.5, 0.9};
+    unit.span = line.labels.spanOf(range);
+    unit.scale = "diphone";
+    unit.cost = 0.25;
+    unit.is_backoff = is_backoff;
+    line.units.push_back(std::move(unit));
   };
   addUnit(0, 2, "take_a", false);
   addUnit(2, 3, "take_b " + options.word, true);

@@ -94,7 +94,7 @@ TEST(CurveEdits, RefusedInOneLine) {
   for (const char* bad :
        {"{}", "[1]", R"([{"curve":"Ah","kind":"twist","start_s":0,"end_s":1}])",
         R"([{"curve":"Ah","kind":"mute","start_s":1,"end_s":1}])", R"([{"kind":"mute","start_s":0,"end_s":1}])",
-        R"([{"curve":"Ah","kind":"offset","start_s":0,"end_s":1}])",
+        R"([{"curve":7,"kind":[],"start_s":0,"end_s":1}])", R"([{"curve":"Ah","kind":"offset","start_s":0,"end_s":1}])",
         R"([{"curve":"Ah","kind":"replace","start_s":0,"end_s":1,"keys":[{"time_s":2,"value":1}]}])"}) {
     EXPECT_THROW(parseCurveEdits(bad, "e.json"), InputError) << bad;
   }

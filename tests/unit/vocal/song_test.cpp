@@ -95,6 +95,14 @@ TEST(MusicXml, ReadsOneVoiceWithLyrics) {
   EXPECT_DOUBLE_EQ(song.words[1].syllables[0][1].midi_pitch, 69);
 }
 
+TEST(MusicXml, ANoteThatNamesNoVoiceIsOfTheFirst) {
+  const Song song = parseMusicXml(
+      score("<note><rest/><duration>2</duration></note>" + note("C", 4, 2, "<voice>1</voice>" + lyric("single", "la")) +
+            note("E", 4, 2, "<voice>2</voice>" + lyric("single", "no"))),
+      "x");
+  EXPECT_EQ(song.lyrics(), "la");
+}
+
 TEST(MusicXml, RefusesHostileInput) {
   std::string deep = "<score-partwise>";
   for (int i = 0; i < 100; ++i) deep += "<a>";

@@ -124,11 +124,13 @@ TEST(SpeechCurves, AspiratesHaveTheNextVowelsShape) {
 }
 
 TEST(SpeechCurves, DiphthongsGoThroughTwoVisemes) {
-  const CurveSet curves = speech({{Phone::kAY, 0.2}});
-  EXPECT_NEAR(curveOf(curves, "Ah").keys[1].time, 0.5, 1e-12);
-  EXPECT_NEAR(curveOf(curves, "Ee").keys[1].time, 0.6 + 0.05, 1e-12) << "half of the second half's length";
-  for (Seconds time = 0.5; time < 0.7; time += 0.01)
-    EXPECT_LE(curveOf(curves, "Ah").valueAt(time) + curveOf(curves, "Ee").valueAt(time), 0.8 + 1e-9) << time;
+  const CurveSet brief = speech({{Phone::kAY, 0.15}});
+  EXPECT_NEAR(curveOf(brief, "Ah").keys[1].time, 0.5, 1e-12);
+  EXPECT_NEAR(curveOf(brief, "Ee").keys[1].time, 0.575, 1e-12);
+  const CurveSet sustained = speech({{Phone::kAY, 0.3}});
+  EXPECT_NEAR(curveOf(sustained, "Ee").keys[1].time, 0.65 + 0.06, 1e-12) << "120 ms about the middle";
+  for (Seconds time = 0.5; time < 0.8; time += 0.01)
+    EXPECT_LE(curveOf(sustained, "Ah").valueAt(time) + curveOf(sustained, "Ee").valueAt(time), 0.8 + 1e-9) << time;
 }
 
 TEST(SpeechCurves, PlosivesBeforeAPauseLetGo) {
