@@ -6,6 +6,7 @@ FUZZ_SECONDS ?= 60
 SHARE := build/share/mouthpiece
 SAMPLE_TAKES := build/sample_takes
 DEMO_OUT := build/demo
+DEMO_SONG := build/demo_song
 CANONICAL_FACE := build/third_party/canonical_face.obj
 
 .PHONY: help setup setup-test build data demo test bench lint format fuzz clean install
@@ -43,10 +44,12 @@ data: build
 
 demo: data
 	@build/bin/synth --text "the time is now" --out $(DEMO_OUT)
+	@build/bin/synth --song sample_data/songs/twinkle.json --out $(DEMO_SONG)
 	@echo
 	@echo "The page   $(CURDIR)/$(DEMO_OUT)/view.html   (open it in a browser)"
 	@echo "The face   $(CURDIR)/$(DEMO_OUT)/face.glb"
 	@echo "The sound  $(CURDIR)/$(DEMO_OUT)/speech.wav"
+	@echo "A song     $(CURDIR)/$(DEMO_SONG)/view.html"
 
 test: setup-test data
 	@ctest --preset release -j $(JOBS)
