@@ -3,8 +3,8 @@
 #include <numbers>
 
 #include "corpus_tools/actor_performance.h"
-#include "units/speech_segments.h"
 #include "corpus_tools/sample_random.h"
+#include "units/speech_segments.h"
 
 namespace mouthpiece {
 namespace {
@@ -35,7 +35,8 @@ Eigen::VectorXd blinkDepth(const ActorOptions& options) {
     for (Eigen::Index frame = 0; frame < frames; ++frame) {
       const Seconds time = static_cast<double>(frame) / options.frame_rate_hz - at;
       const Seconds late = kMovementStages * (kLidOpeningStage - kLidClosingStage);
-      const double now = size * (movementStep(time, kLidClosingStage) - movementStep(time - shut + late, kLidOpeningStage));
+      const double now =
+          size * (movementStep(time, kLidClosingStage) - movementStep(time - shut + late, kLidOpeningStage));
       depth(frame) = std::max(depth(frame), now);
     }
   }

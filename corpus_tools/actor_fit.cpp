@@ -31,7 +31,7 @@ double ridgeFactor(const std::string& feature) {
 struct Features {
   std::vector<std::string> names;
   std::vector<std::vector<SpeechSegment>> segments;  ///< one list a take
-  std::vector<Eigen::MatrixXd> shares;              ///< one a take: segments x features
+  std::vector<Eigen::MatrixXd> shares;               ///< one a take: segments x features
 
   [[nodiscard]] Eigen::Index count() const { return static_cast<Eigen::Index>(names.size()); }
 };
@@ -70,7 +70,7 @@ class TargetFit {
   [[nodiscard]] Eigen::MatrixXd design(std::size_t take, const ActorDynamics& dynamics) const {
     const MotionClip& motion = capture_.takes[take].motion;
     return centred(segmentWeights(features_.segments[take], dynamics.time_constant, dynamics.lead, motion.frame_rate_hz,
-                                motion.frameCount()) *
+                                  motion.frameCount()) *
                        features_.shares[take],
                    take);
   }

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "base/errors.h"
-#include "units/speech_segments.h"
 #include "corpus_tools/sample_random.h"
+#include "units/speech_segments.h"
 
 namespace mouthpiece {
 namespace {
@@ -75,7 +75,8 @@ Eigen::VectorXd heldMovement(const TimeSpan& span, const ActorOptions& options) 
   Eigen::VectorXd held(static_cast<Eigen::Index>(options.frame_count));
   for (Eigen::Index frame = 0; frame < held.size(); ++frame) {
     const Seconds time = static_cast<double>(frame) / options.frame_rate_hz + delay;
-    held(frame) = movementStep(time - span.start, kClosureTimeConstant) - movementStep(time - span.end, kClosureTimeConstant);
+    held(frame) =
+        movementStep(time - span.start, kClosureTimeConstant) - movementStep(time - span.end, kClosureTimeConstant);
   }
   return held;
 }

@@ -18,7 +18,8 @@ std::string readFile(const std::filesystem::path& path, std::uint64_t max_bytes 
 void writeFileAtomically(const std::filesystem::path& path, std::string_view bytes);
 
 /// The same for a writer that needs a path (SQLite, libsndfile): `write` fills the temporary file.
-void writeFileAtomically(const std::filesystem::path& path, const std::function<void(const std::filesystem::path&)>& write);
+void writeFileAtomically(const std::filesystem::path& path,
+                         const std::function<void(const std::filesystem::path&)>& write);
 
 /// SHA-256 of `bytes`, lower-case hexadecimal.
 std::string sha256Hex(std::string_view bytes);

@@ -13,7 +13,10 @@ struct Index {
   constexpr Index() = default;
   constexpr explicit Index(std::size_t index) : value(index) {}
   constexpr auto operator<=>(const Index&) const = default;
-  constexpr Index& operator++() { ++value; return *this; }
+  constexpr Index& operator++() {
+    ++value;
+    return *this;
+  }
 };
 
 using FrameIndex = Index<struct FrameTag>;    ///< a row of a MotionClip

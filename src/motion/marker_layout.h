@@ -15,9 +15,9 @@ struct LayoutMarker {
   std::string name;
   std::string region;  ///< forehead temple brow lid canthus nose cheek lip chin jaw
   Side side = Side::kMiddle;
-  MarkerIndex mirror;             ///< itself on the midline
-  bool stable = false;            ///< moves with the skull: used to remove head motion
-  int mediapipe_landmark = -1;    ///< FaceMesh landmark id = vertex id of the canonical face; -1: none
+  MarkerIndex mirror;           ///< itself on the midline
+  bool stable = false;          ///< moves with the skull: used to remove head motion
+  int mediapipe_landmark = -1;  ///< FaceMesh landmark id = vertex id of the canonical face; -1: none
 };
 
 /// Names and roles of the markers of a capture set-up, in the order of a corpus' motion columns.

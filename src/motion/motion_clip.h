@@ -29,7 +29,8 @@ struct MotionClip {
   [[nodiscard]] Seconds timeOf(FrameIndex frame) const { return static_cast<double>(frame.value) / frame_rate_hz; }
   [[nodiscard]] Seconds duration() const { return static_cast<double>(frameCount()) / frame_rate_hz; }
   [[nodiscard]] Eigen::Vector3d position(FrameIndex frame, MarkerIndex marker) const {
-    return positions_mm.block<1, 3>(static_cast<Eigen::Index>(frame.value), static_cast<Eigen::Index>(3 * marker.value)).transpose();
+    return positions_mm.block<1, 3>(static_cast<Eigen::Index>(frame.value), static_cast<Eigen::Index>(3 * marker.value))
+        .transpose();
   }
   [[nodiscard]] bool isSeen(FrameIndex frame, MarkerIndex marker) const { return position(frame, marker).allFinite(); }
   /// All markers of one frame.

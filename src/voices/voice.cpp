@@ -56,9 +56,13 @@ std::unique_ptr<Voice> makeCorpusVoice(const VoiceOptions& options) {
 }  // namespace
 
 std::vector<std::string> knownVoices() {
-  return {
-      "festival:cmu_us_slt_arctic_hts", "festival:kal_diphone", "flite:slt", "flite:rms", "flite:awb", "flite:kal16",
-      "corpus"};
+  return {"festival:cmu_us_slt_arctic_hts",
+          "festival:kal_diphone",
+          "flite:slt",
+          "flite:rms",
+          "flite:awb",
+          "flite:kal16",
+          "corpus"};
 }
 
 std::unique_ptr<Voice> makeVoice(std::string_view name, const VoiceOptions& options) {

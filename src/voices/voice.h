@@ -20,8 +20,8 @@ struct SpokenLine {
   AudioClip audio;
   SpeechLabels labels;
   std::vector<SelectedUnit> units;  ///< whose sound this is; empty unless a corpus spoke
-  std::string text;    ///< what was asked for, cleaned
-  std::string voice;   ///< the voice that really spoke, e.g. "festival:cmu_us_slt_arctic_hts"
+  std::string text;                 ///< what was asked for, cleaned
+  std::string voice;                ///< the voice that really spoke, e.g. "festival:cmu_us_slt_arctic_hts"
   std::string notice;  ///< a word to the user (e.g. "Festival is not installed: speaking with flite:slt"), or ""
 };
 

@@ -182,11 +182,13 @@ TEST_F(Speak, WorksFromAnyDirectory) {
 
 TEST_F(Speak, FindsItsCorpusAndFaceAfterInstall) {
   const fs::path prefix = scratch_.path() / "prefix";
-  const ProgramResult installed = runProgram(MOUTHPIECE_CMAKE, {"--install", MOUTHPIECE_BUILD_DIR, "--prefix", prefix.string()});
+  const ProgramResult installed =
+      runProgram(MOUTHPIECE_CMAKE, {"--install", MOUTHPIECE_BUILD_DIR, "--prefix", prefix.string()});
   ASSERT_EQ(installed.exit_code, 0) << installed.err;
-  for (const char* program : {"synth", "corpus", "retarget"}) EXPECT_TRUE(fs::exists(prefix / "bin" / program)) << program;
-  const ProgramResult result =
-      runProgram((prefix / "bin/synth").string(), {"--text", "the time is now", "-o", "x.glb", "-o", "x.html"}, scratch_.path());
+  for (const char* program : {"synth", "corpus", "retarget"})
+    EXPECT_TRUE(fs::exists(prefix / "bin" / program)) << program;
+  const ProgramResult result = runProgram(
+      (prefix / "bin/synth").string(), {"--text", "the time is now", "-o", "x.glb", "-o", "x.html"}, scratch_.path());
   EXPECT_EQ(result.exit_code, 0) << result.err;
 }
 
@@ -194,7 +196,8 @@ TEST_F(Speak, AMissingCorpusIsNamedWithTheCommandThatMakesIt) {
   const fs::path synth = scratch_.path() / "alone/bin/synth";
   fs::create_directories(synth.parent_path());
   fs::copy_file(fs::path(MOUTHPIECE_BIN_DIR) / "synth", synth);
-  const ProgramResult result = runProgram(synth.string(), {"--text", "the time is now", "-o", "x.csv"}, scratch_.path());
+  const ProgramResult result =
+      runProgram(synth.string(), {"--text", "the time is now", "-o", "x.csv"}, scratch_.path());
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_NE(result.err.find("sample.corpus"), std::string::npos) << result.err;
   EXPECT_NE(result.err.find("make data"), std::string::npos) << result.err;

@@ -73,7 +73,8 @@ std::string withU16(std::string bytes, std::size_t offset, std::uint16_t value) 
 TEST(CorpusProgram, HelpIsComplete) {
   const test::ProgramResult help = corpus({"--help"});
   EXPECT_EQ(help.exit_code, 0);
-  for (const char* name : {"build", "info", "check", "convert", "clean", "evaluate", "sample", "prompts", "align", "report"}) {
+  for (const char* name :
+       {"build", "info", "check", "convert", "clean", "evaluate", "sample", "prompts", "align", "report"}) {
     EXPECT_TRUE(holds(help.out, name)) << name;
     const test::ProgramResult own = corpus({name, "--help"});
     EXPECT_EQ(own.exit_code, 0);

@@ -121,7 +121,8 @@ TEST(SampleCorpus, CapturedIsTheTruthMovedWithNoiseAndGaps) {
       ++samples;
     }
   }
-  EXPECT_NEAR(std::sqrt(3 * squared_mm2 / static_cast<double>(samples)), SampleCaptureOptions().noise_mm, 0.02) << "mm in 3-D";
+  EXPECT_NEAR(std::sqrt(3 * squared_mm2 / static_cast<double>(samples)), SampleCaptureOptions().noise_mm, 0.02)
+      << "mm in 3-D";
 }
 
 TEST(SampleCorpus, LipsCloseForBilabials) {

@@ -155,7 +155,8 @@ TEST(FestivalVoice, LeavesNothingBehind) {
 class BrokenFestivalTest : public ::testing::Test {
  protected:
   BrokenFestivalTest()
-      : folder_(fs::path(::testing::TempDir()) / ("mouthpiece_broken_festival_" + std::to_string(::getpid()))), old_path_(std::getenv("PATH")) {}
+      : folder_(fs::path(::testing::TempDir()) / ("mouthpiece_broken_festival_" + std::to_string(::getpid()))),
+        old_path_(std::getenv("PATH")) {}
   ~BrokenFestivalTest() override {
     ::setenv("PATH", old_path_.c_str(), 1);
     fs::remove_all(folder_);
