@@ -26,8 +26,8 @@ struct Hung {
   float d = 0, beside = 0, across = 0, weight = 1, jaw = 0;
 };
 
-/// Stretches of vertices that never move.
-struct StillRun {
+/// Vertices in a row that all move or all rest.
+struct VertexRun {
   std::size_t first, count;
 };
 
@@ -82,7 +82,8 @@ struct FaceDeformer::Data {
   std::vector<kernel::LooseBlock> loose_blocks;
   std::vector<std::uint32_t> jaw_vertices;  ///< those that only the jaw moves
   std::vector<float> jaw_weights;
-  std::vector<StillRun> still;
+  std::vector<VertexRun> still_runs, moving_runs;
+  std::vector<std::uint32_t> moving;  ///< vertices of `moving_runs`
   VertexPositions rest;
 
   Data(const FaceMesh& mesh, const ControlMesh& control_mesh, std::vector<std::uint32_t> tongue_vertices)
@@ -94,6 +95,8 @@ struct FaceDeformer::Data {
   void settleAtRest();
   void posePatches(const MarkerPositions& points, std::vector<Net>& nets) const;
   void moveJawVertices(const kernel::Frame& frame) const;
+  /// Writes the moving vertices alone. `out`: x y z of every vertex.
+  void move(std::span<const double> markers, const TonguePose& tongue_pose, float* out) const;
 };
 
 void FaceDeformer::Data::takeSurface(const BezierSurface& surface) {
@@ -191,9 +194,11 @@ void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBin
              });
   for (std::size_t i = 0; i < moves.size();) {
     const std::size_t first = i;
-    while (i < moves.size() && !moves[i]) ++i;
-    if (i > first) still.push_back({first, i - first});
-    while (i < moves.size() && moves[i]) ++i;
+    while (i < moves.size() && moves[i] == moves[first]) ++i;
+    (moves[first] ? moving_runs : still_runs).push_back({first, i - first});
+  }
+  for (std::size_t i = 0; i < moves.size(); ++i) {
+    if (moves[i]) moving.push_back(static_cast<std::uint32_t>(i));
   }
 }
 
@@ -284,26 +289,41 @@ FaceDeformer::FaceDeformer(FaceDeformer&&) noexcept = default;
 FaceDeformer& FaceDeformer::operator=(FaceDeformer&&) noexcept = default;
 FaceDeformer::~FaceDeformer() = default;
 
-void FaceDeformer::deform(std::span<const double> markers, const TonguePose& tongue, VertexPositions& out) const {
-  if (out.rows() != data_->rest.rows()) out.resize(data_->rest.rows(), 3);
-  const MarkerPositions points = leadingPoints(data_->control, markers);
+void FaceDeformer::Data::move(std::span<const double> markers, const TonguePose& tongue_pose, float* out) const {
+  const MarkerPositions points = leadingPoints(control, markers);
   thread_local std::vector<Net> nets;
-  data_->posePatches(points, nets);
-  const AddedMotion jaw = data_->jaw.motion(points);
+  posePatches(points, nets);
+  const AddedMotion jaw_motion = jaw.motion(points);
 
   kernel::Frame frame{};
   frame.nets = nets.data()->data();
-  frame.out = out.data();
-  Eigen::Map<Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(frame.jaw_turn) = jaw.turn.cast<float>();
-  Eigen::Map<Eigen::Vector3f>(frame.jaw_shift) = jaw.shift.cast<float>();
+  frame.out = out;
+  Eigen::Map<Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(frame.jaw_turn) = jaw_motion.turn.cast<float>();
+  Eigen::Map<Eigen::Vector3f>(frame.jaw_shift) = jaw_motion.shift.cast<float>();
 
-  data_->kernels->bound(frame, data_->bound_runs.data(), data_->bound_runs.size(), data_->bound_blocks.data());
-  data_->kernels->loose(frame, data_->loose_runs.data(), data_->loose_runs.size(), data_->loose_blocks.data());
-  data_->moveJawVertices(frame);
-  data_->tongue.deform(jaw, tongue, out.data());
-  for (const StillRun& run : data_->still) {
+  kernels->bound(frame, bound_runs.data(), bound_runs.size(), bound_blocks.data());
+  kernels->loose(frame, loose_runs.data(), loose_runs.size(), loose_blocks.data());
+  moveJawVertices(frame);
+  tongue.deform(jaw_motion, tongue_pose, out);
+}
+
+void FaceDeformer::deform(std::span<const double> markers, const TonguePose& tongue, VertexPositions& out) const {
+  if (out.rows() != data_->rest.rows()) out.resize(data_->rest.rows(), 3);
+  data_->move(markers, tongue, out.data());
+  for (const VertexRun& run : data_->still_runs) {
     std::copy_n(data_->rest.data() + 3 * run.first, 3 * run.count, out.data() + 3 * run.first);
   }
+}
+
+const std::vector<std::uint32_t>& FaceDeformer::movingVertices() const { return data_->moving; }
+
+void FaceDeformer::deformMoving(std::span<const double> markers, const TonguePose& tongue, std::span<float> out) const {
+  MOUTHPIECE_EXPECT(out.size() == 3 * data_->moving.size());
+  thread_local std::vector<float> whole;
+  whole.resize(static_cast<std::size_t>(data_->rest.size()));
+  data_->move(markers, tongue, whole.data());
+  float* to = out.data();
+  for (const VertexRun& run : data_->moving_runs) to = std::copy_n(whole.data() + 3 * run.first, 3 * run.count, to);
 }
 
 }  // namespace mouthpiece

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "deform/binding.h"
 #include "deform/control_surface.h"
@@ -28,6 +30,11 @@ class FaceDeformer {
   /// `markers`: x y z of each marker side by side, the mesh's unit. `out`: vertices x 3, resized when needed; no
   /// allocation of its size otherwise. The rest markers give the rest mesh back.
   void deform(std::span<const double> markers, const TonguePose& tongue, VertexPositions& out) const;
+
+  /// The vertices that some markers or tongue can move, rising: a head is mostly hair and back.
+  [[nodiscard]] const std::vector<std::uint32_t>& movingVertices() const;
+  /// The same as deform() for the moving vertices alone: x y z of each side by side, in their order.
+  void deformMoving(std::span<const double> markers, const TonguePose& tongue, std::span<float> out) const;
 
  private:
   struct Data;

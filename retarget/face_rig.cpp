@@ -69,4 +69,21 @@ void FaceRig::deform(std::span<const double> control, const TonguePose& tongue, 
   data_->deformer.deform(control, tongue, out);
 }
 
+FaceAnimation FaceRig::deformMoving(const PositionMatrix& control, std::span<const TonguePose> tongues,
+                                    double frame_rate_hz) const {
+  MOUTHPIECE_EXPECT(tongues.size() == static_cast<std::size_t>(control.rows()));
+  FaceAnimation animation{frame_rate_hz, {}, data_->deformer.movingVertices()};
+  if (animation.vertices.empty()) {
+    throw InputError(
+        fmt::format("the face '{}' binds no vertex; expected a mesh around its markers", data_->file.name));
+  }
+  const std::size_t width = 3 * animation.vertices.size();
+  animation.positions.resize(control.rows(), static_cast<Eigen::Index>(width));
+  for (Eigen::Index f = 0; f < control.rows(); ++f) {
+    data_->deformer.deformMoving({control.row(f).data(), static_cast<std::size_t>(control.cols())},
+                                 tongues[static_cast<std::size_t>(f)], {animation.positions.row(f).data(), width});
+  }
+  return animation;
+}
+
 }  // namespace mouthpiece

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "deform/face_animation.h"
 #include "deform/face_mesh.h"
 #include "motion/motion_clip.h"
 #include "motion/tongue_pose.h"
@@ -39,6 +40,10 @@ class FaceRig {
   /// Deforms one frame: `control` is a row of retarget()'s result, `out` is vertices x 3 (resized when needed),
   /// mesh units. Thread-safe; no allocation when `out` already has its size.
   void deform(std::span<const double> control, const TonguePose& tongue, VertexPositions& out) const;
+
+  /// Many frames at once: rows of retarget()'s result with their tongues. Only the vertices that can move are given.
+  [[nodiscard]] FaceAnimation deformMoving(const PositionMatrix& control, std::span<const TonguePose> tongues,
+                                           double frame_rate_hz) const;
 
  private:
   FaceRig();

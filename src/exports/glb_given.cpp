@@ -153,6 +153,7 @@ class ShapeAdder {
 
 std::optional<std::string> glbWithShapes(std::string_view glb, const std::string& file, const PrincipalShapes& shapes,
                                          const Eigen::Matrix3d& upright_from_mesh) {
+  MOUTHPIECE_EXPECT(shapes.vertices.empty());
   GlbChunks chunks = glbChunks(glb, file);
   if (!chunks.hasList("nodes") || !chunks.hasList("meshes") || !chunks.hasList("buffers") || chunks.binary.empty() ||
       shapes.shapeCount() == 0) {

@@ -56,39 +56,38 @@ std::vector<float> gathered(const PartVertices& part, const float* row, float sc
   return values;
 }
 
-/// Which of the part's vertices some shape moves or turns, as numbers within the part: a head is mostly hair and back.
-std::vector<std::uint32_t> movingOf(const PartVertices& part, const PrincipalShapes& shapes,
-                                    const ShapeNormals& normals) {
-  std::vector<char> moves(part.vertices.size(), 0);
-  for (Index k = 0; k < shapes.shapeCount(); ++k) {
-    for (const float* row : {shapes.shapes.row(k).data(), normals.deltas.row(k).data()}) {
-      for (std::size_t i = 0; i < moves.size(); ++i) {
-        const float* value = row + 3 * std::size_t{part.vertices[i]};
-        moves[i] |= static_cast<char>(value[0] != 0 || value[1] != 0 || value[2] != 0);
-      }
-    }
+/// A vertex of a part that has values in a row of some of the mesh's vertices.
+struct ListedVertex {
+  std::uint32_t number;  ///< within the part
+  std::uint32_t column;  ///< of its x in the row
+};
+
+/// The part's vertices among `vertices` (rising), those of a row's columns.
+std::vector<ListedVertex> listedOf(const PartVertices& part, const std::vector<std::uint32_t>& vertices) {
+  std::vector<ListedVertex> listed;
+  std::size_t at = 0;
+  for (std::uint32_t i = 0; i < part.vertices.size(); ++i) {
+    while (at < vertices.size() && vertices[at] < part.vertices[i]) ++at;
+    if (at < vertices.size() && vertices[at] == part.vertices[i])
+      listed.push_back({i, static_cast<std::uint32_t>(3 * at)});
   }
-  std::vector<std::uint32_t> moving;
-  for (std::size_t i = 0; i < moves.size(); ++i) {
-    if (moves[i] != 0) moving.push_back(static_cast<std::uint32_t>(i));
-  }
-  return moving;
+  return listed;
 }
 
-/// The part's values of one shape as an accessor; only `moving` ones may differ from zero.
-std::size_t addTarget(const PartVertices& part, const std::vector<std::uint32_t>& moving, const float* row, float scale,
+/// The part's values of one shape as an accessor; only `listed` ones may differ from zero.
+std::size_t addTarget(const PartVertices& part, const std::vector<ListedVertex>& listed, const float* row, float scale,
                       bool with_bounds, GlbBuffer& buffer) {
-  std::vector<std::uint32_t> indices;
-  std::vector<float> values;
-  indices.reserve(moving.size());
-  values.reserve(3 * moving.size());
-  for (const std::uint32_t i : moving) {
-    const float* value = row + 3 * std::size_t{part.vertices[i]};
-    if (value[0] == 0 && value[1] == 0 && value[2] == 0) continue;
-    indices.push_back(i);
-    values.insert(values.end(), {scale * value[0], scale * value[1], scale * value[2]});
+  std::vector<std::uint32_t> indices(listed.size());
+  std::vector<float> values(3 * listed.size());
+  std::size_t count = 0;
+  for (const auto& [number, column] : listed) {
+    const float* value = row + column;
+    indices[count] = number;
+    for (std::size_t axis = 0; axis < 3; ++axis) values[3 * count + axis] = scale * value[axis];
+    count += static_cast<std::size_t>(value[0] != 0 || value[1] != 0 || value[2] != 0);
   }
-  return buffer.addMostlyZeroVec3(indices, values, part.vertices.size(), with_bounds);
+  return buffer.addMostlyZeroVec3(std::span(indices).first(count), std::span(values).first(3 * count),
+                                  part.vertices.size(), with_bounds);
 }
 
 std::vector<std::uint16_t> gatheredColors(const PartVertices& part, const FaceMesh& mesh) {
@@ -130,14 +129,12 @@ json primitiveOf(const FaceMesh& mesh, const MeshPart& part, const PrincipalShap
     }
     attributes["TEXCOORD_0"] = buffer.addVec2(coordinates);
   }
-  const std::vector<std::uint32_t> moving = movingOf(own, shapes, normals);
+  const std::vector<ListedVertex> moving = listedOf(own, shapes.columnVertices());
+  const std::vector<ListedVertex> turning = listedOf(own, normals.vertices);
   json targets = json::array();
   for (Index k = 0; k < shapes.shapeCount(); ++k) {
-    const auto add = [&](const float* row, float scale, bool with_bounds) {
-      return addTarget(own, moving, row, scale, with_bounds, buffer);
-    };
-    targets.push_back({{"POSITION", add(shapes.shapes.row(k).data(), metres, true)},
-                       {"NORMAL", add(normals.deltas.row(k).data(), 1.0F, false)}});
+    targets.push_back({{"POSITION", addTarget(own, moving, shapes.shapes.row(k).data(), metres, true, buffer)},
+                       {"NORMAL", addTarget(own, turning, normals.deltas.row(k).data(), 1.0F, false, buffer)}});
   }
   json primitive{{"attributes", std::move(attributes)},
                  {"indices", buffer.addIndices(own.indices, own.vertices.size())},

@@ -269,20 +269,38 @@ void dropShapesOfAStillFace(PrincipalShapes& result) {
 
 }  // namespace
 
+std::vector<std::uint32_t> PrincipalShapes::columnVertices() const {
+  if (!vertices.empty()) return vertices;
+  std::vector<std::uint32_t> all(static_cast<std::size_t>(rest.cols() / 3));
+  std::iota(all.begin(), all.end(), 0U);
+  return all;
+}
+
 PrincipalShapes principalShapes(const FaceAnimation& animation, const VertexPositions& rest, double metres_per_unit,
                                 const PrincipalShapesOptions& options) {
-  MOUTHPIECE_EXPECT(animation.positions.cols() == 3 * rest.rows());
+  const std::vector<std::uint32_t>& vertices = animation.vertices;
+  MOUTHPIECE_EXPECT(animation.positions.cols() ==
+                    3 * (vertices.empty() ? rest.rows() : static_cast<Index>(vertices.size())));
+  MOUTHPIECE_EXPECT(vertices.empty() || static_cast<Index>(vertices.back()) < rest.rows());
   MOUTHPIECE_EXPECT(metres_per_unit > 0 && options.tolerance_mm > 0);
   const double mm_per_unit = 1000 * metres_per_unit;
   PrincipalShapes result;
   result.frame_rate_hz = animation.frame_rate_hz;
   result.rest = Eigen::Map<const Eigen::RowVectorXf>(rest.data(), rest.size());
-  const Fit fit{animation, result.rest, static_cast<float>(options.tolerance_mm / mm_per_unit)};
+  result.vertices = vertices;
+  Eigen::RowVectorXf moving_rest(animation.positions.cols());
+  Index column = 0;
+  for (const std::uint32_t vertex : result.columnVertices()) {
+    moving_rest.segment<3>(column) = rest.row(vertex);
+    column += 3;
+  }
+  const Fit fit{animation, moving_rest, static_cast<float>(options.tolerance_mm / mm_per_unit)};
 
   const MatrixXf sample = sampledDisplacements(fit);
   MOUTHPIECE_EXPECT(sample.allFinite());
   Weights weights = weightsFromBasis(trajectoryBasis(sample, kSampleShare * fit.tolerance));
-  result.shapes = RowMajorMatrixF::Zero(1 + weights.count, result.rest.cols());
+  result.shapes.resize(1 + weights.count, moving_rest.cols());
+  result.shapes.setZero();
   std::vector<float> errors = fitAllVertices(fit, weights, result.shapes);
   result.weights = std::move(weights.weights);
   MOUTHPIECE_EXPECT(result.shapes.allFinite());

@@ -17,36 +17,47 @@ constexpr float kVisibleTurn = 0.0087F;      ///< half a degree, in radians
 
 /// The triangles that some shape moves, in numbers of their own: a face is mostly hair and back of the head.
 struct MovingPart {
-  std::vector<Index> vertices;      ///< of the mesh, all corners of `triangles`
-  std::vector<Triangle> triangles;  ///< into `vertices`
-  std::vector<Triangle> others;     ///< into the mesh
+  std::vector<std::uint32_t> vertices;  ///< of the mesh, all corners of `triangles`, rising
+  std::vector<Index> columns;           ///< where each moves in the shapes' rows, -1 for one that rests
+  std::vector<Triangle> triangles;      ///< into `vertices`
+  std::vector<Triangle> others;         ///< into the mesh
 };
+
+/// Where some shape moves each vertex of the mesh: the column of its x, -1 for those that rest.
+std::vector<Index> movingColumns(const PrincipalShapes& shapes) {
+  std::vector<Index> columns(static_cast<std::size_t>(shapes.rest.cols() / 3), -1);
+  if (shapes.shapeCount() == 0) return columns;
+  Eigen::RowVectorXf largest = shapes.shapes.row(0).cwiseAbs();
+  for (Index k = 1; k < shapes.shapeCount(); ++k) largest = largest.cwiseMax(shapes.shapes.row(k).cwiseAbs());
+  const std::vector<std::uint32_t> vertices = shapes.columnVertices();
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const auto column = 3 * static_cast<Index>(i);
+    if (!largest.segment<3>(column).isZero(0)) columns[vertices[i]] = column;
+  }
+  return columns;
+}
 
 MovingPart movingPart(const std::vector<Triangle>& triangles, const PrincipalShapes& shapes) {
   const auto vertex_count = static_cast<std::size_t>(shapes.rest.cols() / 3);
-  std::vector<char> moves(vertex_count, 0);
-  for (Index k = 0; k < shapes.shapeCount(); ++k) {
-    const float* row = shapes.shapes.row(k).data();
-    for (std::size_t v = 0; v < vertex_count; ++v) {
-      moves[v] |= static_cast<char>(row[3 * v] != 0 || row[3 * v + 1] != 0 || row[3 * v + 2] != 0);
-    }
-  }
+  const std::vector<Index> columns = movingColumns(shapes);
   MovingPart part;
-  std::vector<Index> own(vertex_count, -1);
-  for (Triangle triangle : triangles) {
-    if ((moves[triangle[0]] | moves[triangle[1]] | moves[triangle[2]]) == 0) {
-      part.others.push_back(triangle);
-      continue;
-    }
-    for (std::uint32_t& corner : triangle) {
-      Index& number = own[corner];
-      if (number < 0) {
-        number = static_cast<Index>(part.vertices.size());
-        part.vertices.push_back(corner);
-      }
-      corner = static_cast<std::uint32_t>(number);
-    }
-    part.triangles.push_back(triangle);
+  std::vector<char> is_corner(vertex_count, 0);
+  for (const Triangle& triangle : triangles) {
+    const auto moves = [&](std::uint32_t corner) { return columns[corner] >= 0; };
+    const bool is_still = std::none_of(triangle.begin(), triangle.end(), moves);
+    (is_still ? part.others : part.triangles).push_back(triangle);
+    if (is_still) continue;
+    for (const std::uint32_t corner : triangle) is_corner[corner] = 1;
+  }
+  std::vector<std::uint32_t> numbers(vertex_count);
+  for (std::uint32_t v = 0; v < vertex_count; ++v) {
+    if (is_corner[v] == 0) continue;
+    numbers[v] = static_cast<std::uint32_t>(part.vertices.size());
+    part.vertices.push_back(v);
+    part.columns.push_back(columns[v]);
+  }
+  for (Triangle& triangle : part.triangles) {
+    for (std::uint32_t& corner : triangle) corner = numbers[corner];
   }
   return part;
 }
@@ -101,10 +112,11 @@ class LaneNormals {
     const Index count = std::min(kLanes, shapes_.shapeCount() - first);
     for (std::size_t i = 0; i < part_.vertices.size(); ++i) {
       for (Index axis = 0; axis < 3; ++axis) {
-        const Index column = 3 * part_.vertices[i] + axis;
         float* to = positions_.data() + i * kVertexStride + axis * kLanes;
-        std::fill_n(to, kLanes, shapes_.rest(column));
-        for (Index lane = 0; lane < count; ++lane) to[lane] += shapes_.shapes(first + lane, column);
+        std::fill_n(to, kLanes, shapes_.rest(3 * Index{part_.vertices[i]} + axis));
+        if (part_.columns[i] < 0) continue;
+        const float* from = shapes_.shapes.row(first).data() + part_.columns[i] + axis;
+        for (Index lane = 0; lane < count; ++lane, from += shapes_.shapes.cols()) to[lane] += *from;
       }
     }
   }
@@ -154,15 +166,15 @@ class LaneNormals {
     for (Index lane = 0; lane < count; ++lane) {
       float* to = result.deltas.row(first + lane).data();
       for (std::size_t i = 0; i < part_.vertices.size(); ++i) {
-        const Index column = 3 * part_.vertices[i];
+        const float* rest = result.rest.data() + 3 * std::size_t{part_.vertices[i]};
         const float* normal = normals_.data() + i * kVertexStride + lane;
-        const float x = normal[0] - result.rest(column);
-        const float y = normal[kLanes] - result.rest(column + 1);
-        const float z = normal[2 * kLanes] - result.rest(column + 2);
-        if (x * x + y * y + z * z <= kVisibleTurn * kVisibleTurn) continue;
-        to[column] = x;
-        to[column + 1] = y;
-        to[column + 2] = z;
+        const float x = normal[0] - rest[0];
+        const float y = normal[kLanes] - rest[1];
+        const float z = normal[2 * kLanes] - rest[2];
+        const float kept = x * x + y * y + z * z <= kVisibleTurn * kVisibleTurn ? 0.0F : 1.0F;
+        to[3 * i] = kept * x;
+        to[3 * i + 1] = kept * y;
+        to[3 * i + 2] = kept * z;
       }
     }
   }
@@ -182,8 +194,9 @@ ShapeNormals shapeNormals(const std::vector<Triangle>& triangles, const Principa
   const VertexPositions sums = normalSums(triangles, shapes.rest);
   for (Index v = 0; v < sums.rows(); ++v) result.rest.segment<3>(3 * v) = unitNormal(sums.row(v));
 
-  result.deltas = RowMajorMatrixF::Zero(shapes.shapeCount(), shapes.rest.cols());
   const MovingPart part = movingPart(triangles, shapes);
+  result.vertices = part.vertices;
+  result.deltas.resize(shapes.shapeCount(), 3 * static_cast<Index>(part.vertices.size()));
   LaneNormals lanes(part, shapes, normalSums(part.others, shapes.rest));
   for (Index first = 0; first < shapes.shapeCount(); first += kLanes) lanes.compute(first, result);
   return result;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 #include "deform/face_mesh.h"
@@ -10,8 +11,9 @@ namespace mouthpiece {
 
 /// Unit normals of the resting mesh and how each shape, at weight 1, turns them; so that shading follows the motion.
 struct ShapeNormals {
-  Eigen::RowVectorXf rest;  ///< 1 x (3 * vertices); +Z where a vertex has no area around it
-  RowMajorMatrixF deltas;   ///< shapes x (3 * vertices); zero where the normal turns by less than half a degree
+  Eigen::RowVectorXf rest;              ///< 1 x (3 * vertices); +Z where a vertex has no area around it
+  std::vector<std::uint32_t> vertices;  ///< that the columns of `deltas` turn, rising: movers and their neighbours
+  RowMajorMatrixF deltas;               ///< shapes x (3 * vertices); zero for turns of less than half a degree
 };
 
 /// Area-weighted normals of `shapes.rest` and of every shape.

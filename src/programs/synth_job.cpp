@@ -127,6 +127,9 @@ SynthJob::SynthJob(const SynthOptions& options, const std::vector<OutputFile>& o
     : data_(std::make_unique<Data>()) {
   expectFrameRate(options.synthesis.frame_rate_hz);
   expectOverlap(options.synthesis.overlap_ms);
+  if (options.rate && options.voice != "corpus") {
+    throw InputError("--rate", "", fmt::format("found voice {}; expected --voice corpus", printable(options.voice)));
+  }
   data_->options = options;
   timed(data_->load_ms, [&] {
     data_->corpus_path = options.corpus.empty() ? findSharedFile("sample.corpus", kMakeCorpus) : options.corpus;
@@ -183,7 +186,7 @@ SpokenLine SynthJob::Data::speakOrRead(const LineSource& source) {
     if (lexicon) line_lexicon = lexiconForLine(*lexicon, source.text, phonePairsOf(corpus));
     if (!voice) {
       voice = makeVoice(options.voice, VoiceOptions{line_lexicon ? &*line_lexicon : nullptr, units.get(),
-                                                    options.synthesis.selection, std::nullopt});
+                                                    options.synthesis.selection, options.rate});
     }
     return voice->speak(source.text);
   }
@@ -228,14 +231,7 @@ PrincipalShapes SynthJob::Data::deformFace(const UtteranceAnimation& animation, 
           "or ask with -o for sound and motion alone)",
           animation.motion.duration(), bytes / 1e9, kMaxFaceAnimationBytes / 1e9));
     }
-    FaceAnimation moving{animation.motion.frame_rate_hz, {}};
-    moving.positions.resize(control.rows(), mesh.vertices.size());
-    VertexPositions frame;
-    for (Eigen::Index i = 0; i < control.rows(); ++i) {
-      face->deform({control.row(i).data(), static_cast<std::size_t>(control.cols())},
-                   animation.tongue[static_cast<std::size_t>(i)], frame);
-      moving.positions.row(i) = Eigen::Map<const Eigen::RowVectorXf>(frame.data(), frame.size());
-    }
+    const FaceAnimation moving = face->deformMoving(control, animation.tongue, animation.motion.frame_rate_hz);
     return principalShapes(moving, mesh.vertices, mesh.metres_per_unit);
   });
 }

@@ -53,6 +53,20 @@ TEST(FaceDeformer, RestGivesTheRestMesh) {
   EXPECT_LT((deformed(deformer(), sampleFace().rest) - sampleFace().mesh.vertices).cwiseAbs().maxCoeff(), 1e-4F);
 }
 
+TEST(FaceDeformer, MovesTheSameWithoutTheRest) {
+  std::mt19937 random(5);
+  const MarkerPositions pose = randomPose(sampleFace(), random);
+  const VertexPositions whole = deformed(deformer(), pose, {0.5F, 0.2F, 0.3F});
+  const std::vector<std::uint32_t>& moving = deformer().movingVertices();
+  ASSERT_FALSE(moving.empty());
+  std::vector<float> some(3 * moving.size());
+  deformer().deformMoving(rowOf(pose), {0.5F, 0.2F, 0.3F}, some);
+  VertexPositions rebuilt = sampleFace().mesh.vertices;
+  for (std::size_t i = 0; i < moving.size(); ++i)
+    rebuilt.row(moving[i]) = Eigen::Map<const Eigen::RowVector3f>(some.data() + 3 * i);
+  EXPECT_EQ(rebuilt, whole);
+}
+
 TEST(FaceDeformer, IsEquationThree) {
   // The other route: the surface in doubles, normals by its own derivatives.
   const BezierSurface surface(sampleControl());

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "base/errors.h"
+#include "exports/shape_normals.h"
 #include "exports/trajectory_basis.h"
 #include "talking_head.h"
 
@@ -35,6 +36,29 @@ TEST(PrincipalShapes, KeepsEveryVertexOfEveryFrameWithinTheTolerance) {
     EXPECT_NEAR(largestErrorMm(head.animation, shapes), shapes.max_error_mm, kRoundingMm);
     EXPECT_EQ(shapes.frameCount(), head.animation.positions.rows());
   }
+}
+
+TEST(PrincipalShapes, VerticesThatAreLeftOutRest) {
+  const TalkingHead head = makeTalkingHead({.ripple_mm = 0.5});
+  FaceAnimation some{head.animation.frame_rate_hz, {}, {}};
+  for (std::uint32_t v = 1; v < head.mesh.vertices.rows(); v += 3) some.vertices.push_back(v);
+  some.positions.resize(head.animation.positions.rows(), 3 * static_cast<Eigen::Index>(some.vertices.size()));
+  for (std::size_t i = 0; i < some.vertices.size(); ++i) {
+    some.positions.middleCols<3>(3 * static_cast<Eigen::Index>(i)) =
+        head.animation.positions.middleCols<3>(3 * Eigen::Index{some.vertices[i]});
+  }
+  const auto shapes = principalShapes(some, head.mesh.vertices, kMetresPerMm);
+  EXPECT_EQ(shapes.vertices, some.vertices);
+  EXPECT_EQ(shapes.rest.cols(), head.mesh.vertices.size());
+  ASSERT_EQ(shapes.shapes.cols(), some.positions.cols());
+  for (std::size_t i = 0; i < some.vertices.size(); ++i) {
+    const auto column = 3 * static_cast<Eigen::Index>(i);
+    const Eigen::MatrixXf moved = shapes.weights * shapes.shapes.middleCols<3>(column);
+    const Eigen::MatrixXf rebuilt = moved.rowwise() + head.mesh.vertices.row(some.vertices[i]);
+    EXPECT_LE((rebuilt - some.positions.middleCols<3>(column)).rowwise().norm().maxCoeff(), 0.1F);
+  }
+  const ShapeNormals normals = shapeNormals(head.mesh.triangles, shapes);
+  EXPECT_GT(normals.vertices.size(), some.vertices.size()) << "neighbours turn too";
 }
 
 TEST(PrincipalShapes, AHingeTakesFewShapes) {

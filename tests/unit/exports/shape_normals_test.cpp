@@ -32,7 +32,9 @@ TEST(ShapeNormals, AgreeWithThePlainWay) {
         head.mesh.vertices +
         Eigen::Map<const VertexPositions>(shapes.shapes.row(k).data(), head.mesh.vertices.rows(), 3);
     const VertexPositions turned = plainNormals(displaced, head.mesh.triangles);
-    const Eigen::Map<const VertexPositions> deltas(normals.deltas.row(k).data(), head.mesh.vertices.rows(), 3);
+    VertexPositions deltas = VertexPositions::Zero(head.mesh.vertices.rows(), 3);
+    for (std::size_t i = 0; i < normals.vertices.size(); ++i)
+      deltas.row(normals.vertices[i]) = normals.deltas.row(k).segment<3>(3 * static_cast<Eigen::Index>(i));
     // Turns of less than half a degree are left out; a needle of a triangle at the poles may round further.
     EXPECT_LT((rest + deltas - turned).rowwise().norm().maxCoeff(), 0.01F) << "shape " << k;
   }
