@@ -45,12 +45,12 @@ struct Corpus {
   MarkerPositions neutral_pose_mm;  ///< median of the closed-mouth silences, head motion removed
   std::vector<CorpusTake> takes;
   std::map<std::string, std::string> build_log;  ///< "built_with", "takes_left_out", ...
-  /// Set by readCorpus(..., CorpusMotion::kOnDemand): then every take's motion has no rows, and is loaded from here
-  /// when a UnitDatabase needs it. Null otherwise.
+  /// Set by readCorpus(..., CorpusMotion::kOnDemand): then every take's motion is empty but for its frame rate, and
+  /// is loaded from here when a UnitDatabase needs it. Null otherwise.
   std::shared_ptr<const MotionSource> motion_source;
   /// Fitted when the corpus was built; null in one of format version 1 or with too little to learn from.
   std::shared_ptr<const TrajectoryModel> trajectory_model;
-  LatticeWeights lattice_weights;  ///< learnt, or the usual ones; "lattice_weights" of the build log says which
+  LatticeWeights lattice_weights;  ///< the usual ones, unless "lattice_weights" of the build log says how learnt
 };
 
 inline constexpr int kCorpusFormatVersion = 2;
@@ -69,7 +69,8 @@ Corpus readCorpus(const std::filesystem::path& path, CorpusAudio audio = CorpusA
 /// audio's too, so any flipped bit in motion, labels or audio is found. Never throws InputError.
 std::vector<std::string> checkCorpus(const std::filesystem::path& path);
 
-/// One transaction into a temporary file, then rename. Motion is stored as 32-bit floats, audio as 16-bit samples.
+/// One transaction into a temporary file, then rename. Motion is stored as 32-bit floats, audio as 16-bit samples; both
+/// are taken from `corpus.motion_source`, one take at a time, when there is one.
 /// Throws InputError when it cannot be written.
 void writeCorpus(const std::filesystem::path& path, const Corpus& corpus);
 

@@ -7,8 +7,9 @@
 #include <cstring>
 #include <fstream>
 #include <mutex>
-#include <set>
+#include <optional>
 #include <span>
+#include <unordered_set>
 
 #include "base/errors.h"
 #include "motion/position_limits.h"
@@ -168,8 +169,7 @@ struct TakeSizes {
 
 std::vector<TakeSizes> readTakes(SqliteDatabase& database, std::size_t promised, Corpus& corpus) {
   std::vector<TakeSizes> sizes;
-  std::set<std::string, std::less<>> names;
-  const std::vector<std::string> marker_names = corpus.layout.markerNames();
+  std::unordered_set<std::string> names;
   for (CheckedQuery row(database, "takes"); row.next();) {
     expectId(row, sizes.size());
     CorpusTake& take = corpus.takes.emplace_back();
@@ -186,7 +186,6 @@ std::vector<TakeSizes> readTakes(SqliteDatabase& database, std::size_t promised,
     expectFrameRate(take.motion.frame_rate_hz, database.file(), row.place());
     if (take.motion.frame_rate_hz < 1)
       row.fail(fmt::format("found {} frames a second; expected at least 1", take.motion.frame_rate_hz));
-    take.motion.marker_names = marker_names;
     size.samples = countBetween(row, 8, "samples", 0, kMaxSamples);
     take.audio.sample_rate_hz = static_cast<int>(countBetween(row, 9, "samples a second", 0, kMaxSampleRateHz));
   }
@@ -228,12 +227,15 @@ void readPositions(const CheckedQuery& row, std::size_t frames, MotionClip& clip
 }
 
 void readMotion(SqliteDatabase& database, const std::vector<TakeSizes>& sizes, Corpus& corpus) {
+  const std::vector<std::string> marker_names = corpus.layout.markerNames();
   CheckedQuery row(database, "motion");
   std::size_t take = 0;
   for (; row.next(); ++take) {
     expectId(row, take);
     if (take == sizes.size()) row.fail("no such take");
-    readPositions(row, sizes[take].frames, corpus.takes[take].motion);
+    MotionClip& clip = corpus.takes[take].motion;
+    clip.marker_names = marker_names;
+    readPositions(row, sizes[take].frames, clip);
   }
   if (take != sizes.size())
     throw InputError(database.file(), "motion", fmt::format("has {} rows; expected {}", take, sizes.size()));
@@ -252,46 +254,54 @@ void readSamples(CheckedQuery& row, std::size_t count, AudioClip& audio) {
 class FileMotionSource : public MotionSource {
  public:
   FileMotionSource(SqliteDatabase database, std::vector<TakeSizes> sizes, const Corpus& corpus)
-      : database_(std::move(database)), sizes_(std::move(sizes)) {
-    if (corpus.trajectory_model != nullptr) shape_components_ = shapeComponents(*corpus.trajectory_model);
+      : database_(std::move(database)),
+        sizes_(std::move(sizes)),
+        marker_names_(corpus.layout.markerNames()),
+        motion_(database_, "motion", CheckedQuery::ById()),
+        audio_(database_, "audio", CheckedQuery::ById()) {
     for (const CorpusTake& take : corpus.takes) {
-      clips_.push_back(take.motion);
-      sample_rates_hz_.push_back(take.audio.sample_rate_hz);
+      rates_.push_back({take.motion.frame_rate_hz, take.audio.sample_rate_hz});
     }
+    if (corpus.trajectory_model == nullptr) return;
+    shape_components_ = shapeComponents(*corpus.trajectory_model);
+    shapes_.emplace(database_, "phone_shapes", CheckedQuery::ById());
   }
 
   [[nodiscard]] MotionClip load(TakeIndex take) const override {
     const std::scoped_lock lock(mutex_);
-    CheckedQuery row(database_, "motion", static_cast<std::int64_t>(take.value));
-    if (!row.next()) row.fail("is missing");
-    MotionClip clip = clips_[take.value];
-    readPositions(row, sizes_[take.value].frames, clip);
+    motion_.find(static_cast<std::int64_t>(take.value));
+    MotionClip clip{rates_[take.value].frames_hz, marker_names_, {}};
+    readPositions(motion_, sizes_[take.value].frames, clip);
     return clip;
   }
 
   [[nodiscard]] PhoneShapes loadShapes(TakeIndex take) const override {
     const std::scoped_lock lock(mutex_);
-    CheckedQuery row(database_, "phone_shapes", static_cast<std::int64_t>(take.value));
-    if (!row.next()) row.fail("is missing");
-    return readShapes(row, sizes_[take.value].labels.phones, shape_components_);
+    shapes_->find(static_cast<std::int64_t>(take.value));
+    return readShapes(*shapes_, sizes_[take.value].labels.phones, shape_components_);
   }
 
   [[nodiscard]] AudioClip loadAudio(TakeIndex take) const override {
     const std::scoped_lock lock(mutex_);
-    CheckedQuery row(database_, "audio", static_cast<std::int64_t>(take.value));
-    if (!row.next()) row.fail("is missing");
-    AudioClip audio{sample_rates_hz_[take.value], {}};
-    readSamples(row, sizes_[take.value].samples, audio);
+    audio_.find(static_cast<std::int64_t>(take.value));
+    AudioClip audio{rates_[take.value].samples_hz, {}};
+    readSamples(audio_, sizes_[take.value].samples, audio);
     return audio;
   }
 
  private:
+  struct Rates {
+    double frames_hz;
+    int samples_hz;
+  };
   mutable std::mutex mutex_;
-  mutable SqliteDatabase database_;
+  SqliteDatabase database_;
   std::vector<TakeSizes> sizes_;
-  std::vector<int> sample_rates_hz_;
+  std::vector<Rates> rates_;
+  std::vector<std::string> marker_names_;
   Eigen::Index shape_components_ = 0;
-  std::vector<MotionClip> clips_;  ///< without positions
+  mutable CheckedQuery motion_, audio_;
+  mutable std::optional<CheckedQuery> shapes_;
 };
 
 void readSound(SqliteDatabase& database, const std::vector<TakeSizes>& sizes, Corpus& corpus) {

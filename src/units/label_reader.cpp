@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -44,6 +45,13 @@ PhoneRange readRange(const CheckedQuery& row, int column, std::size_t phones, st
   if (first < first_free || last < first)
     row.fail(fmt::format("found phones {} to {}; expected rising ones from {}", first, last, first_free));
   return {PhoneIndex(first), PhoneIndex(last)};
+}
+
+/// Room for a tier when its first row comes; no more than a sentence's, as the file's promise may be a lie.
+template <typename Tier>
+void reserveRows(Tier& tier, std::size_t index, std::size_t promised) {
+  constexpr std::size_t kSentence = 256;
+  if (index == 0) tier.reserve(std::min(kSentence, promised));
 }
 
 template <typename Tier>
@@ -101,14 +109,16 @@ std::vector<SpeechLabels> readLabels(SqliteDatabase& database, const std::vector
   std::vector<SpeechLabels> labels(counts.size());
   readRowsByTake(
       database, "words", counts.size(), [&](std::size_t take) { return counts[take].words; },
-      [&](const CheckedQuery& row, std::size_t take, std::size_t) {
+      [&](const CheckedQuery& row, std::size_t take, std::size_t index) {
         auto& words = labels[take].words;
+        reserveRows(words, index, counts[take].words);
         words.push_back({std::string(row.text(2)), readRange(row, 3, counts[take].phones, firstFreePhone(words))});
       });
   readRowsByTake(
       database, "syllables", counts.size(), [&](std::size_t take) { return counts[take].syllables; },
-      [&](const CheckedQuery& row, std::size_t take, std::size_t) {
+      [&](const CheckedQuery& row, std::size_t take, std::size_t index) {
         auto& syllables = labels[take].syllables;
+        reserveRows(syllables, index, counts[take].syllables);
         const PhoneRange range = readRange(row, 2, counts[take].phones, firstFreePhone(syllables));
         syllables.push_back({range, static_cast<int>(indexBelow(row, 4, 3, "stress"))});
       });
@@ -116,6 +126,7 @@ std::vector<SpeechLabels> readLabels(SqliteDatabase& database, const std::vector
       database, "phones", counts.size(), [&](std::size_t take) { return counts[take].phones; },
       [&](const CheckedQuery& row, std::size_t take, std::size_t index) {
         SpeechLabels& own = labels[take];
+        reserveRows(own.phones, index, counts[take].phones);
         const auto phone = phoneFromName(row.text(2));
         if (!phone) row.fail(fmt::format("found phone {}; expected an ARPAbet symbol or sil", printable(row.text(2))));
         own.phones.push_back({*phone, readSpan(row, 3, own.phones), readOwner(row, 5, own.words, index),

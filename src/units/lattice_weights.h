@@ -3,7 +3,7 @@
 namespace mouthpiece {
 
 /// What a mismatch costs in the lattice (viterbi in a corpus with a trajectory model). Each target term is the mean
-/// over a pair of phones. docs/theory/selection.md says how they were learnt.
+/// over a pair of phones. Set by hand; `corpus tune` learns others for a corpus (docs/theory/selection.md).
 struct LatticeWeights {
   double prediction_per_mm2 = 0.3;  ///< squared distance of the captured components to those predicted for the line
   double context_per_mm2 = 0.65;    ///< of those predicted for the fragment's own take to those for the line

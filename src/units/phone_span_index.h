@@ -27,7 +27,7 @@ struct LongestMatch {
 /// run never crosses from one take into the next. Immutable, safe to share.
 class PhoneSpanIndex {
  public:
-  /// One sequence a take. O(n log^2 n) for n phones in all, whatever they repeat.
+  /// One sequence a take; fewer than 2^31 phones in all. O(n log n) for n phones, whatever they repeat.
   explicit PhoneSpanIndex(const std::vector<std::vector<Phone>>& takes);
 
   /// O(length * log n + places).
@@ -36,7 +36,7 @@ class PhoneSpanIndex {
   /// Every place where all of `phones` occurs; same cost. Everywhere, when `phones` is empty.
   [[nodiscard]] std::vector<PhonePlace> placesOf(std::span<const Phone> phones) const;
 
-  [[nodiscard]] std::size_t phoneCount() const { return places_.size(); }
+  [[nodiscard]] std::size_t phoneCount() const { return phones_.size(); }
 
  private:
   [[nodiscard]] std::size_t commonPrefix(std::span<const Phone> phones, std::size_t suffix) const;
@@ -45,12 +45,14 @@ class PhoneSpanIndex {
   void sortSuffixes();
   void measureCommonPrefixes();
 
-  // Phones of all takes, one after another; `take_end_[i]` is where the take of phone i ends.
+  using Position = std::uint32_t;  ///< of a phone among those of all takes, one after another
+  [[nodiscard]] PhonePlace placeOf(Position position) const;
+
   std::vector<Phone> phones_;
-  std::vector<std::size_t> take_end_;
-  std::vector<PhonePlace> places_;
-  std::vector<std::size_t> suffixes_;       ///< starts of the suffixes (to the end of their take), sorted
-  std::vector<std::size_t> common_prefix_;  ///< of suffixes_[k - 1] and suffixes_[k]; 0 for k = 0
+  std::vector<Position> take_end_;       ///< by phone: where its take ends
+  std::vector<Position> take_begin_;     ///< by take
+  std::vector<Position> suffixes_;       ///< starts of the suffixes (to the end of their take), sorted
+  std::vector<Position> common_prefix_;  ///< of suffixes_[k - 1] and suffixes_[k]; 0 for k = 0
 };
 
 }  // namespace mouthpiece

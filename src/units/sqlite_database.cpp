@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <climits>
@@ -34,14 +35,21 @@ std::uint32_t extendChecksum(std::uint32_t crc, int type, std::string_view bytes
   return crc32c(bytes, crc32c({size.data(), size.size()}, crc32c({&type_byte, 1}, crc)));
 }
 
+/// The same for a value of eight bytes, in one piece: rows of labels are hundreds of thousands.
+std::uint32_t extendByEight(std::uint32_t crc, int type, std::uint64_t value) {
+  const EightBytes size = eightBytes(sizeof(value)), bytes = eightBytes(value);
+  std::array<char, 1 + size.size() + bytes.size()> all{static_cast<char>(type)};
+  std::copy(size.begin(), size.end(), all.begin() + 1);
+  std::copy(bytes.begin(), bytes.end(), all.begin() + 1 + size.size());
+  return crc32c({all.data(), all.size()}, crc);
+}
+
 std::uint32_t extendChecksum(std::uint32_t crc, std::int64_t value) {
-  const EightBytes bytes = eightBytes(static_cast<std::uint64_t>(value));
-  return extendChecksum(crc, SQLITE_INTEGER, {bytes.data(), bytes.size()});
+  return extendByEight(crc, SQLITE_INTEGER, static_cast<std::uint64_t>(value));
 }
 
 std::uint32_t extendChecksum(std::uint32_t crc, double value) {
-  const EightBytes bytes = eightBytes(std::bit_cast<std::uint64_t>(value));
-  return extendChecksum(crc, SQLITE_FLOAT, {bytes.data(), bytes.size()});
+  return extendByEight(crc, SQLITE_FLOAT, std::bit_cast<std::uint64_t>(value));
 }
 
 std::string_view columnBytes(sqlite3_stmt* statement, int column) {
@@ -140,11 +148,20 @@ CheckedQuery::CheckedQuery(SqliteDatabase& database, std::string table)
       table_(std::move(table)),
       statement_(prepare(database, fmt::format("SELECT * FROM {} ORDER BY id", table_))) {}
 
-CheckedQuery::CheckedQuery(SqliteDatabase& database, std::string table, std::int64_t id)
+CheckedQuery::CheckedQuery(SqliteDatabase& database, std::string table, ById /*tag*/)
     : database_(database),
       table_(std::move(table)),
-      statement_(prepare(database, fmt::format("SELECT * FROM {} WHERE id={}", table_, id))),
-      row_(static_cast<std::size_t>(id)) {}
+      statement_(prepare(database, fmt::format("SELECT * FROM {} WHERE id=?", table_))) {}
+
+void CheckedQuery::find(std::int64_t id) {
+  sqlite3_reset(statement_);
+  sqlite3_bind_int64(statement_, 1, id);
+  row_ = static_cast<std::size_t>(id);
+  const int code = sqlite3_step(statement_);
+  if (code == SQLITE_DONE) fail("is missing");
+  if (code != SQLITE_ROW) database_.fail(code);
+  if (!isIntact()) fail("checksum differs: the file is damaged");
+}
 
 CheckedQuery::~CheckedQuery() { sqlite3_finalize(statement_); }
 

@@ -43,8 +43,9 @@ class SqliteDatabase {
 class CheckedQuery {
  public:
   CheckedQuery(SqliteDatabase& database, std::string table);
-  /// Just the row of that id, if there is one.
-  CheckedQuery(SqliteDatabase& database, std::string table, std::int64_t id);
+  /// For find() only.
+  struct ById {};
+  CheckedQuery(SqliteDatabase& database, std::string table, ById tag);
   CheckedQuery(const CheckedQuery&) = delete;
   CheckedQuery& operator=(const CheckedQuery&) = delete;
   ~CheckedQuery();
@@ -54,6 +55,8 @@ class CheckedQuery {
   /// As next(), but tells a wrong checksum through isIntact().
   bool nextUnchecked();
   [[nodiscard]] bool isIntact() const;
+  /// The row of that id, of a query made with ById. Throws InputError when there is none or its checksum differs.
+  void find(std::int64_t id);
 
   /// Throw InputError when the column holds another type.
   [[nodiscard]] std::int64_t integer(int column) const;

@@ -205,7 +205,10 @@ void writeTrajectoryModel(SqliteDatabase& database, const Corpus& corpus) {
   CheckedInsert shapes(database, "phone_shapes", 3);
   for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
     const CorpusTake& own = corpus.takes[take];
-    const Numbers numbers = packed(phoneShapes(model, own.labels, own.motion, corpus.neutral_pose_mm));
+    const bool is_elsewhere = corpus.motion_source != nullptr;
+    const MotionClip loaded = is_elsewhere ? corpus.motion_source->load(TakeIndex(take)) : MotionClip();
+    const MotionClip& motion = is_elsewhere ? loaded : own.motion;
+    const Numbers numbers = packed(phoneShapes(model, own.labels, motion, corpus.neutral_pose_mm));
     shapes.integer(static_cast<std::int64_t>(take)).blob(bytesOf(numbers)).insert();
   }
 }

@@ -13,7 +13,9 @@ namespace {
 std::vector<std::vector<Phone>> phonesOfTakes(const Corpus& corpus) {
   std::vector<std::vector<Phone>> takes(corpus.takes.size());
   for (std::size_t take = 0; take < takes.size(); ++take) {
-    for (const LabelledPhone& phone : corpus.takes[take].labels.phones) takes[take].push_back(phone.phone);
+    const std::vector<LabelledPhone>& labelled = corpus.takes[take].labels.phones;
+    takes[take].reserve(labelled.size());
+    for (const LabelledPhone& phone : labelled) takes[take].push_back(phone.phone);
   }
   return takes;
 }
@@ -55,6 +57,12 @@ UnitDatabase::UnitDatabase(const Corpus& corpus)
     const double neutral = (corpus.neutral_pose_mm.row(upper) - corpus.neutral_pose_mm.row(lower)).norm();
     lip_pair_ = {3 * upper, 3 * lower, neutral};
   }
+  std::vector<std::uint32_t> counts(diphones_.size());
+  for (const CorpusTake& take : corpus.takes) {
+    const auto& phones = take.labels.phones;
+    for (std::size_t i = 0; i + 1 < phones.size(); ++i) ++counts[diphoneIndex(phones[i].phone, phones[i + 1].phone)];
+  }
+  for (std::size_t pair = 0; pair < counts.size(); ++pair) diphones_[pair].reserve(counts[pair]);
   for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
     const auto& phones = corpus.takes[take].labels.phones;
     for (std::size_t i = 0; i + 1 < phones.size(); ++i) {

@@ -6,6 +6,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "support/repeated_corpus.h"
 #include "support/tiny_corpus.h"
 #include "support/tiny_model.h"
 #include "units/checksum.h"
@@ -282,6 +283,25 @@ TEST_F(CorpusFile, FailedWriteKeepsTheOldFile) {
   EXPECT_THROW(writeCorpus(path_, wrong), InternalError);
   EXPECT_EQ(readFile(path_), before);
   EXPECT_THROW(writeCorpus(path_ / "below_a_file.corpus", testing::tinyCorpus()), InputError);
+}
+
+TEST_F(CorpusFile, WritesTakesFromTheirSourceAndLoadsThemOneByOne) {
+  const Corpus original = testing::tinyCorpus();
+  writeCorpus(path_, testing::repeatedCorpus(original, 3));
+  const Corpus whole = readCorpus(path_);
+  const Corpus open = readCorpus(path_, CorpusAudio::kSkip, CorpusMotion::kOnDemand);
+  ASSERT_EQ(whole.takes.size(), 3 * original.takes.size());
+  for (std::size_t i = whole.takes.size(); i-- > 0;) {  // backwards: any row, in any order
+    const MotionClip& first = original.takes[i % original.takes.size()].motion;
+    const MotionClip loaded = open.motion_source->load(TakeIndex(i));
+    EXPECT_EQ(open.takes[i].motion.frameCount(), 0U);
+    EXPECT_EQ(loaded.marker_names, first.marker_names);
+    EXPECT_EQ(loaded.positions_mm, whole.takes[i].motion.positions_mm);
+    EXPECT_EQ(loaded.positions_mm, first.positions_mm.cast<float>().cast<double>());
+    EXPECT_EQ(loaded.frame_rate_hz, whole.takes[i].motion.frame_rate_hz);
+    EXPECT_TRUE(open.motion_source->loadAudio(TakeIndex(i)).samples.empty());
+  }
+  EXPECT_THROW((void)open.motion_source->load(TakeIndex(whole.takes.size())), InputError);
 }
 
 TEST(Checksum, MeetsTheStandardAndItsTwoRoutesAgree) {
