@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
   mouthpiece::addCheckCommand(app, chosen);
   mouthpiece::addConvertCommand(app, chosen);
   mouthpiece::addCleanCommand(app, chosen);
+  mouthpiece::addTuneCommand(app, chosen);
   mouthpiece::addEvaluateCommand(app, chosen);
   mouthpiece::addReportCommand(app, chosen);
   mouthpiece::addPromptsCommand(app, chosen);

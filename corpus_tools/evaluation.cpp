@@ -65,12 +65,8 @@ std::vector<std::size_t> shuffledIndices(std::size_t count, std::uint64_t seed) 
   return order;
 }
 
-struct SplitTakes {
-  Corpus rest;
-  std::vector<CorpusTake> held;
-};
+}  // namespace
 
-/// Holds out the takes i with i mod `folds` = `fold`, and fits the trajectory model to the others.
 SplitTakes splitTakes(const Corpus& corpus, std::size_t folds, std::size_t fold) {
   SplitTakes split{{corpus.name,
                     corpus.layout,
@@ -87,7 +83,6 @@ SplitTakes splitTakes(const Corpus& corpus, std::size_t folds, std::size_t fold)
   return split;
 }
 
-/// Captures slower or faster than the synthesis offers are compared at the nearest rate that it does.
 std::vector<CorpusTake> atOfferedRates(std::vector<CorpusTake> takes) {
   for (CorpusTake& take : takes) {
     const double rate = std::clamp(take.motion.frame_rate_hz, kLowestRateHz, kHighestRateHz);
@@ -95,8 +90,6 @@ std::vector<CorpusTake> atOfferedRates(std::vector<CorpusTake> takes) {
   }
   return takes;
 }
-
-}  // namespace
 
 Evaluation evaluateCorpus(const Corpus& corpus, const std::vector<CorpusTake>& captured,
                           const EvaluationMethods& methods, const EvaluationProgress& progress) {

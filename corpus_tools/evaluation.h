@@ -72,6 +72,18 @@ Evaluation learningCurve(const Corpus& corpus, const std::vector<std::size_t>& s
 /// that is not in (0, 1).
 std::vector<CorpusTake> holdOut(Corpus& corpus, double share, std::uint64_t seed);
 
+/// A corpus without some of its takes, and these.
+struct SplitTakes {
+  Corpus rest;
+  std::vector<CorpusTake> held;
+};
+
+/// Holds out the takes i with i mod `folds` = `fold`, and fits the trajectory model to the others.
+SplitTakes splitTakes(const Corpus& corpus, std::size_t folds, std::size_t fold);
+
+/// Captures slower or faster than the synthesis offers (24 to 240 Hz) at the nearest rate that it does.
+std::vector<CorpusTake> atOfferedRates(std::vector<CorpusTake> takes);
+
 /// A table for people, and the same as JSON.
 std::string evaluationTable(const Evaluation& evaluation);
 std::string evaluationJson(const Evaluation& evaluation);

@@ -47,7 +47,7 @@ ChosenPrompts choosePrompts(const std::vector<Prompt>& prompts, std::size_t coun
   }
   chosen.possible_pairs = static_cast<std::size_t>(std::count(held.begin(), held.end(), std::size_t{1}));
   held.fill(0);
-  const auto worthOf = [&](std::size_t sentence) {
+  const auto worth_of = [&](std::size_t sentence) {
     double worth = 0;
     for (const std::size_t pair : pairs[sentence]) {
       worth += held[pair] == 0 ? 1.0 : kWorthAgain / static_cast<double>(held[pair]);
@@ -56,13 +56,13 @@ ChosenPrompts choosePrompts(const std::vector<Prompt>& prompts, std::size_t coun
   };
   // A sentence's worth only falls as others are chosen, so the best of the old judgements, judged again, is the best.
   std::priority_queue<Candidate> candidates;
-  for (std::size_t i = 0; i < prompts.size(); ++i) candidates.push({worthOf(i), i, 0});
+  for (std::size_t i = 0; i < prompts.size(); ++i) candidates.push({worth_of(i), i, 0});
   std::size_t different = 0;
   while (chosen.sentences.size() < count && !candidates.empty()) {
     const Candidate best = candidates.top();
     candidates.pop();
     if (best.judged_at < chosen.sentences.size()) {
-      candidates.push({worthOf(best.sentence), best.sentence, chosen.sentences.size()});
+      candidates.push({worth_of(best.sentence), best.sentence, chosen.sentences.size()});
       continue;
     }
     for (const std::size_t pair : pairs[best.sentence]) different += held[pair]++ == 0 ? 1 : 0;

@@ -23,5 +23,6 @@ void addPromptsCommand(CLI::App& app, ChosenAction& chosen);
 void addReportCommand(CLI::App& app, ChosenAction& chosen);
 void addSampleCommand(CLI::App& app, ChosenAction& chosen);
 void addTagCommand(CLI::App& app, ChosenAction& chosen);
+void addTuneCommand(CLI::App& app, ChosenAction& chosen);
 
 }  // namespace mouthpiece
