@@ -73,6 +73,9 @@ void addSharedOptions(CLI::App& app, CommandLine& line) {
   app.add_option("--voice", line.options.voice,
                  "festival:cmu_us_slt_arctic_hts festival:kal_diphone flite:slt|rms|awb|kal16 corpus")
       ->capture_default_str();
+  app.add_option("--rate", line.options.rate,
+                 "With --voice corpus: speaking rate, 1 as fast as Festival would speak (default: as it was recorded)")
+      ->check(CLI::Range(0.4, 2.5));
   app.add_option("--lexicon", line.options.lexicon, "Pronunciations that go before the voice's own");
   app.add_option("--fps", synthesis.frame_rate_hz, "Frames a second, 24 to 240")->capture_default_str();
   addChoice(app, "--select", synthesis.selection.method,

@@ -41,6 +41,7 @@ struct SynthOptions {
   std::filesystem::path face;     ///< empty: the default face
   std::filesystem::path lexicon;  ///< empty: the voice's own pronunciations
   std::string voice = "festival:cmu_us_slt_arctic_hts";
+  std::optional<double> rate;  ///< corpus voice: 1 as fast as Festival would speak; none: as it was recorded
   SynthesisOptions synthesis;
   BackoffKind backoff = BackoffKind::kVocal;
   /// Ma, Ps, Ja, Li as given: a number, "auto" (the first two) or a file of time_s,value; empty: left to the style.

@@ -112,6 +112,22 @@ TEST_F(CorpusVoice, DurationsAreTheFragmentsOwn) {
   EXPECT_GT(compared, 5U);
 }
 
+TEST_F(CorpusVoice, SpeaksAtTheRateThatIsAskedFor) {
+  const auto durationAt = [&](const std::string& rate) {
+    const ProgramResult result = runProgram("synth", {"--voice", "corpus", "--rate", rate, "--text", "the time is now",
+                                                      "-o", wav().string(), "-o", report().string(), "--quiet"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    const double labelled = json::parse(readAll(report())).at("phones").back().at("end_s").get<double>();
+    EXPECT_NEAR(readAudio(wav()).duration(), labelled, 0.01);
+    return labelled;
+  };
+  const double slow = durationAt("0.8"), quick = durationAt("1.6");
+  EXPECT_NEAR(slow / quick, 2.0, 0.15) << "pauses at the ends are cut to the same length first";
+  const ProgramResult other = runProgram("synth", {"--rate", "1", "--text", "now", "-o", wav().string()});
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_NE(other.err.find("expected --voice corpus"), std::string::npos) << other.err;
+}
+
 TEST_F(CorpusVoice, APhoneThatWasNeverRecordedIsNamed) {
   const ProgramResult result = speak("a bee");  // the time grammar has no B
   EXPECT_EQ(result.exit_code, 1);
