@@ -111,6 +111,16 @@ Eigen::RowVectorXd Fragment::lipsAt(Seconds time) const {
   return lips;
 }
 
+double Fragment::capturedStepAt(Seconds time) const {
+  constexpr Seconds kStep = 0.020;
+  const auto at = [&](Seconds t) {
+    const Seconds within = std::clamp(t, usable_.start, usable_.end);
+    return mouthpiece::lipsAt(*motion_, database_->lipColumns(), warp_.sourceFromTarget(within));
+  };
+  const Eigen::RowVectorXd step = at(time + kStep / 2) - at(time - kStep / 2);
+  return std::sqrt(step.squaredNorm() / std::max(1.0, static_cast<double>(step.size()) / 3));
+}
+
 PositionMatrix Fragment::predictedPoses(std::span<const Seconds> times) const {
   std::vector<Seconds> source;
   for (const Seconds time : times) source.push_back(warp_.sourceFromTarget(time));

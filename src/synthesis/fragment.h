@@ -29,6 +29,9 @@ class Fragment {
   /// Lip and chin columns at one time, straight between captured frames: for comparing, not for showing.
   [[nodiscard]] Eigen::RowVectorXd lipsAt(Seconds time) const;
 
+  /// How far the captured lips and chin move over 20 ms around `time`: RMS over the markers, mm.
+  [[nodiscard]] double capturedStepAt(Seconds time) const;
+
   [[nodiscard]] const PhoneRange& phones() const { return target_; }
   [[nodiscard]] double captureRateHz() const { return motion_->frame_rate_hz; }
   /// The take's phone that plays `target`, a phone of the line.

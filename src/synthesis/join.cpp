@@ -63,6 +63,13 @@ double velocityDisagreement(const Fragment& before, const Fragment& after, TimeS
   return 3 * difference.squaredNorm() / (difference.size() + 1.0);  // as three points count there
 }
 
+/// Fast movement, mm^2: a join shows less where the lips are slow.
+double haste(const Fragment& before, const Fragment& after, TimeSpan blend) {
+  constexpr double kShare = 1.0;
+  const double step_mm = std::max(before.capturedStepAt(blend.middle()), after.capturedStepAt(blend.middle()));
+  return kShare * step_mm * step_mm;
+}
+
 TimeSpan placeLipJoin(const LabelledPhone& phone, const Fragment& before, const Fragment& after, Seconds overlap,
                       double frame_rate_hz, bool match_velocity) {
   const PhoneIndex shared = after.phones().first;
@@ -80,7 +87,8 @@ TimeSpan placeLipJoin(const LabelledPhone& phone, const Fragment& before, const 
   if (before_is_strange != after_is_strange) return at(before_is_strange ? 0 : 1);
   TimeSpan best = at(0.5);
   const auto mismatch = [&](TimeSpan blend) {
-    return disagreement(before, after, blend) + (match_velocity ? velocityDisagreement(before, after, blend) : 0);
+    return disagreement(before, after, blend) +
+           (match_velocity ? velocityDisagreement(before, after, blend) + haste(before, after, blend) : 0);
   };
   double least = mismatch(best);
   constexpr double kOffCentre = 1.1;  // a place off the middle must be that much better
