@@ -50,7 +50,9 @@ double wantedEdge(const ModelMesh& model, std::size_t triangle, const std::array
     return (p - centre).cwiseQuotient(Vector3d(rx, ry, rz)).squaredNorm() < 1;
   };
   const auto behind = [&](ModelChannel channel, double least) {
-    return std::min({model.vertices(a, channel), model.vertices(b, channel), model.vertices(c, channel)}) > least;
+    const auto& corners = model.triangles[triangle];
+    return std::all_of(corners.begin(), corners.end(),
+                       [&](auto corner) { return model.vertices(corner, channel) > least; });
   };
   if (behind(kShell, 0.6)) return kShellEdgeMm;
   if (model.part_of_triangle[triangle] == kPartMouth || behind(kMouthDepth, 0.3)) return kMouthEdgeMm;

@@ -62,8 +62,8 @@ void refuseUnknownNames(const FaceMesh& mesh, const Anchors& anchors, const std:
     }
   }
   for (const auto& [name, kind] : anchors.part_kinds) {
-    const bool is_part =
-        std::any_of(mesh.parts.begin(), mesh.parts.end(), [&](const MeshPart& part) { return part.name == name; });
+    const bool is_part = std::any_of(mesh.parts.begin(), mesh.parts.end(),
+                                     [&wanted = name](const MeshPart& part) { return part.name == wanted; });
     if (!is_part) throw InputError(file, "parts." + printable(name, 60), "is no part of the mesh");
   }
 }

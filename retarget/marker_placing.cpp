@@ -207,9 +207,9 @@ Skin skinOf(const FaceMesh& mesh, const Vector3d& upper_middle, const Vector3d& 
       const bool is_high_or_low = std::abs(normal.y()) > 0.8;  // chin, brows: they face neither way
       if (!(normal.dot(out.normalized()) > (is_high_or_low ? -kFacesOut : kFacesOut))) continue;
       all.push_back(mesh.triangles[t]);
-      const auto counts = [&](const MeshGraph::Reach& near, const MeshGraph::Reach& far) {
-        return near.distance[a] < far.distance[a] && near.distance[b] < far.distance[b] &&
-               near.distance[c] < far.distance[c];
+      const auto counts = [&corners = mesh.triangles[t]](const MeshGraph::Reach& near, const MeshGraph::Reach& far) {
+        return std::all_of(corners.begin(), corners.end(),
+                           [&](auto corner) { return near.distance[corner] < far.distance[corner]; });
       };
       if (counts(to_upper, to_lower)) upper.push_back(mesh.triangles[t]);
       if (counts(to_lower, to_upper)) lower.push_back(mesh.triangles[t]);
