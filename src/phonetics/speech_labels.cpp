@@ -40,6 +40,17 @@ std::string SpeechLabels::wordOf(PhoneIndex phone) const {
   return word ? words.at(*word).text : std::string();
 }
 
+bool isSaidAlike(const SpeechLabels& a, const SpeechLabels& b) {
+  constexpr Seconds kSameTime = 0.005;
+  if (a.phones.size() != b.phones.size()) return false;
+  for (std::size_t i = 0; i < a.phones.size(); ++i) {
+    if (a.phones[i].phone != b.phones[i].phone) return false;
+    const bool is_last = i + 1 == a.phones.size();
+    if (!is_last && std::abs(a.phones[i].span.end - b.phones[i].span.end) > kSameTime) return false;
+  }
+  return true;
+}
+
 void expectConsistent(const SpeechLabels& labels) {
   MOUTHPIECE_EXPECT(!labels.phones.empty());
   expectPhonesConsistent(labels);

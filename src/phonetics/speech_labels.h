@@ -48,6 +48,9 @@ struct SpeechLabels {
   [[nodiscard]] std::string wordOf(PhoneIndex phone) const;
 };
 
+/// Whether both say the same phones at the same times, to within 5 ms; the last silences may differ in length.
+bool isSaidAlike(const SpeechLabels& a, const SpeechLabels& b);
+
 /// Throws InternalError unless the promises above hold (times rise, indices in range, silence at the ends).
 void expectConsistent(const SpeechLabels& labels);
 

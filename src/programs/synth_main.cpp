@@ -53,8 +53,9 @@ void addChoice(CLI::App& app, const std::string& option, Value& value, const std
 void addCurveOptions(CLI::App& app, CommandLine& line) {
   addChoice(app, "--backoff", line.options.backoff,
             {{"vocal", BackoffKind::kVocal}, {"viseme", BackoffKind::kViseme}, {"none", BackoffKind::kNone}},
-            "A phone pair the corpus lacks: vocal draws curves, viseme takes the nearest pair by viseme class, none "
-            "refuses (default: vocal)");
+            "A phone pair the corpus lacks: vocal takes the nearest pair by viseme class, moved to where the corpus "
+            "predicts the lips, and draws VOCAL's curves where there is none or with --select greedy; viseme takes "
+            "the nearest pair as it is; none refuses (default: vocal)");
   addChoice(app, "--style", line.options.synthesis.curves.alone,
             {{"speech", std::optional(CurveStyle::kSpeech)}, {"sing", std::optional(CurveStyle::kSing)}},
             "Make all of the motion from curves, as spoken or as sung (default: captured units)");

@@ -95,14 +95,7 @@ MotionClip restingMotion(const Corpus& corpus, std::size_t frames, double frame_
 
 /// A take's own sentence in its own time: nothing makes it better than it was captured.
 bool isTakeAsItWas(const SpeechLabels& line, const UnitDatabase& database, const std::vector<SelectedUnit>& units) {
-  constexpr Seconds kSame = 0.005;
-  if (units.size() != 1) return false;
-  const std::vector<LabelledPhone>& take = database.takeOf(units[0].source).labels.phones;
-  if (take.size() != line.phones.size()) return false;
-  for (std::size_t i = 0; i + 1 < take.size(); ++i) {
-    if (std::abs(take[i].span.end - line.phones[i].span.end) > kSame) return false;
-  }
-  return true;
+  return units.size() == 1 && isSaidAlike(line, database.takeOf(units[0].source).labels);
 }
 
 bool movesIntoContext(const SynthesisRequest& request, const UnitDatabase& database,
@@ -178,7 +171,7 @@ std::vector<CapturedRun> chooseRuns(const SynthesisRequest& request, const UnitD
   if (fill_gaps && request.units.empty() && predictsGaps(request, database)) {
     try {
       return {CapturedRun{selectUnits(request.labels, database, request.options.selection)}};
-    } catch (const InputError&) {  // nothing looks alike: the curves fill in
+    } catch (const MissingPairError&) {  // nothing looks alike: the curves fill in
     }
   }
   if (fill_gaps && request.units.empty()) return selectAroundGaps(request.labels, database, request.options.selection);

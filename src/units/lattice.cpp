@@ -48,15 +48,11 @@ void keepCheapest(std::vector<PairCandidate>& candidates, std::size_t keep, cons
 
 /// The take that says all of the line in the line's own time: nothing suits it better, whatever is predicted.
 std::optional<SelectedUnit> takeInItsOwnTime(const SpeechLabels& target, const UnitDatabase& database) {
-  constexpr Seconds kSame = 0.005;
   std::vector<Phone> phones;
   for (const LabelledPhone& phone : target.phones) phones.push_back(phone.phone);
   for (const PhonePlace& place : database.index().placesOf(phones)) {
-    const std::vector<LabelledPhone>& take = database.takeOf(place).labels.phones;
-    bool is_same = take.size() == phones.size() && database.isSeen(place, phones.size());
-    for (std::size_t i = 0; is_same && i + 1 < phones.size(); ++i)
-      is_same = std::abs(take[i].span.end - target.phones[i].span.end) <= kSame;
-    if (is_same) return SelectedUnit{{PhoneIndex(0), PhoneIndex(phones.size() - 1)}, place, 0, 0, false};
+    if (isSaidAlike(target, database.takeOf(place).labels) && database.isSeen(place, phones.size()))
+      return SelectedUnit{{PhoneIndex(0), PhoneIndex(phones.size() - 1)}, place, 0, 0, false};
   }
   return std::nullopt;
 }

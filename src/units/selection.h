@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/errors.h"
 #include "phonetics/speech_labels.h"
 #include "units/lattice_weights.h"
 #include "units/phone_span_index.h"
@@ -60,6 +61,12 @@ struct SelectionOptions {
   std::size_t pairs_kept = 40;            ///< lattice: places per pair of phones, the cheapest ones by target cost
 };
 
+/// The corpus lacks a pair of phones, and there is, or shall be, nothing in its stead.
+class MissingPairError : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 /// A fragment of the corpus chosen for phones [first, last] of the target. Neighbours share a phone.
 struct SelectedUnit {
   PhoneRange phones;
@@ -72,8 +79,8 @@ struct SelectedUnit {
 
 /// Covers the whole target. Only fragments whose motion is seen throughout are offered. Where the corpus has no such
 /// fragment even for a pair of phones, the nearest pair by viseme class stands in; where there is none either (lips
-/// that must close or touch would do so in neither phone), throws InputError that names the pair. Never loops. Empty
-/// when the target has fewer than two phones.
+/// that must close or touch would do so in neither phone), throws MissingPairError that names the pair. Never loops.
+/// Empty when the target has fewer than two phones.
 std::vector<SelectedUnit> selectUnits(const SpeechLabels& target, const UnitDatabase& database,
                                       const SelectionOptions& options);
 

@@ -54,7 +54,7 @@ std::vector<PhonePlace> UnitCandidates::usable(std::vector<PhonePlace> places, s
 }
 
 void UnitCandidates::failWithPair(Phone a, Phone b, const char* what) const {
-  throw InputError(
+  throw MissingPairError(
       fmt::format("phones {} {}: the corpus {} {}", phoneName(a), phoneName(b), database_.corpus().name, what));
 }
 

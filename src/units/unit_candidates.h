@@ -28,13 +28,13 @@ class UnitCandidates {
   [[nodiscard]] CandidateRun longest(std::size_t first) const;
   /// Every such run, longest first.
   [[nodiscard]] std::vector<CandidateRun> all(std::size_t first) const;
-  /// Stand-ins for the pair (first, first + 1): the nearest diphones by viseme class. Throws InputError when none
+  /// Stand-ins for the pair (first, first + 1): the nearest diphones by viseme class. Throws MissingPairError when none
   /// is near, or there shall be none.
   [[nodiscard]] CandidateRun standIns(std::size_t first) const;
   /// All pairs next to as near as the nearest, whether their motion was seen or not; empty when none is near. Throws
-  /// InputError when there shall be none.
+  /// MissingPairError when there shall be none.
   [[nodiscard]] std::vector<StandIns> standInsNear(std::size_t first) const;
-  /// Throws InputError.
+  /// Throws MissingPairError.
   [[noreturn]] void failWithoutStandIn(std::size_t first) const;
 
  private:
