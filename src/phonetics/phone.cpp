@@ -93,6 +93,12 @@ bool isBilabial(Phone phone) { return phone == Phone::kP || phone == Phone::kB |
 
 bool isLabiodental(Phone phone) { return phone == Phone::kF || phone == Phone::kV; }
 
+bool isStop(Phone phone) {
+  using enum Phone;
+  return phone == kP || phone == kB || phone == kT || phone == kD || phone == kK || phone == kG || phone == kCH ||
+         phone == kJH;
+}
+
 std::string_view visemeName(Viseme viseme) {
   const auto index = static_cast<std::size_t>(viseme);
   MOUTHPIECE_EXPECT(index < kVisemeCount);

@@ -64,6 +64,7 @@ std::optional<Phone> phoneFromName(std::string_view name);
 bool isVowel(Phone phone);
 bool isBilabial(Phone phone);     ///< P B M
 bool isLabiodental(Phone phone);  ///< F V
+bool isStop(Phone phone);         ///< P B T D K G, and CH JH, which open with one
 
 /// The viseme classes of design page, section 8.
 enum class Viseme : std::uint8_t {

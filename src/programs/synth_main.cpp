@@ -72,7 +72,7 @@ void addSharedOptions(CLI::App& app, CommandLine& line) {
   app.add_option("--corpus", line.options.corpus, "Corpus to take the movements from (default: the sample corpus)");
   app.add_option("--face", line.options.face, "Face to move, made by `retarget fit` (default: the sample face)");
   app.add_option("--voice", line.options.voice,
-                 "festival:cmu_us_slt_arctic_hts festival:kal_diphone flite:slt|rms|awb|kal16 corpus")
+                 "festival:cmu_us_slt_arctic_hts festival:kal_diphone flite:slt|rms|awb|kal16 espeak:en-us corpus")
       ->capture_default_str();
   app.add_option("--rate", line.options.rate,
                  "With --voice corpus: speaking rate, 1 as fast as Festival would speak (default: as it was recorded)")

@@ -38,12 +38,6 @@ WordWays waysOf(const std::vector<TranscriptWord>& words) {
   return all;
 }
 
-bool isStop(Phone phone) {
-  using enum Phone;
-  return phone == kP || phone == kB || phone == kT || phone == kD || phone == kK || phone == kG || phone == kCH ||
-         phone == kJH;
-}
-
 Phone unreduced(Phone phone) { return phone == Phone::kAX ? Phone::kAH : phone; }
 
 /// The way of `word` that the decoder took: its phones tell.

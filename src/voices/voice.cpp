@@ -9,6 +9,7 @@
 #include "base/errors.h"
 #include "voices/child_process.h"
 #include "voices/corpus_voice.h"
+#include "voices/espeak_voice.h"
 #include "voices/festival_voice.h"
 #include "voices/flite_voice.h"
 
@@ -62,6 +63,7 @@ std::vector<std::string> knownVoices() {
           "flite:rms",
           "flite:awb",
           "flite:kal16",
+          "espeak:en-us",
           "corpus"};
 }
 
@@ -74,6 +76,7 @@ std::unique_ptr<Voice> makeVoice(std::string_view name, const VoiceOptions& opti
   const std::size_t colon = name.find(':');
   const std::string_view own_name = name.substr(colon + 1);
   if (name.substr(0, colon) == "festival") return makeFestivalVoice(own_name, options);
+  if (name.substr(0, colon) == "espeak") return std::make_unique<EspeakVoice>(std::string(own_name));
   return std::make_unique<FliteVoice>(std::string(own_name));
 }
 

@@ -45,8 +45,8 @@ struct VoiceOptions {
 };
 
 /// Makes the voice of that name: "festival:cmu_us_slt_arctic_hts", "festival:kal_diphone", "flite:slt|rms|awb|kal16",
-/// "corpus" (the corpus' own recordings; Festival, or Flite, says which phones). A missing Festival falls back on
-/// Flite, said in SpokenLine::notice. Throws InputError for an unknown name, listing the known ones.
+/// "espeak:en-us", "corpus" (the corpus' own recordings; Festival, or Flite, says which phones). A missing Festival
+/// falls back on Flite, said in SpokenLine::notice. Throws InputError for an unknown name, listing the known ones.
 std::unique_ptr<Voice> makeVoice(std::string_view name, const VoiceOptions& options = {});
 
 /// Every name that makeVoice knows, the default one first.

@@ -1,0 +1,100 @@
+#include <cmath>
+
+#include "voice_testing.h"
+#include "voices/espeak_phones.h"
+
+namespace mouthpiece {
+namespace {
+
+std::string phonesOf(std::string_view symbol) {
+  std::string names;
+  for (const Phone phone : phonesOfEspeakSymbol(symbol)) names += std::string(phoneName(phone)) + " ";
+  return names;
+}
+
+TEST(EspeakPhones, SplitsSymbolsThatStandForSeveral) {
+  EXPECT_EQ(phonesOf("ɔːɹ"), "AO R ");
+  EXPECT_EQ(phonesOf("əl"), "AH L ");
+  EXPECT_EQ(phonesOf("n̩"), "AH N ");
+  EXPECT_EQ(phonesOf("aɪɚ"), "AY ER ");
+  EXPECT_EQ(phonesOf("tʃ"), "CH ");
+  EXPECT_EQ(phonesOf("ᵻ"), "IH ");
+  EXPECT_THROW(phonesOfEspeakSymbol("ʛ"), InputError);
+}
+
+TEST(EspeakPhones, ReadsTheStressesOfATranscription) {
+  EXPECT_EQ(stressesOfEspeakText("ðə tˈaɪm ɪz nˈaʊ"), (std::vector<int>{0, 1, 0, 1}));
+  EXPECT_EQ(stressesOfEspeakText("fˈɔːɹɾi_tˌuː bˈʌʔn̩"), (std::vector<int>{1, 0, 2, 1, 0}));
+  EXPECT_TRUE(stressesOfEspeakText("").empty());
+}
+
+/// A tone with a hole of `closure` before 0.5 s.
+AudioClip toneWithClosure(Seconds closure) {
+  AudioClip audio{16000, std::vector<float>(16000)};
+  for (std::size_t i = 0; i < audio.samples.size(); ++i) {
+    const double time = static_cast<double>(i) / 16000;
+    if (time < 0.5 - closure || time >= 0.5) audio.samples[i] = static_cast<float>(0.5 * std::sin(1000 * time));
+  }
+  return audio;
+}
+
+TEST(EspeakPhones, AStopHoldsTheSilenceBeforeItsBurst) {
+  const std::vector<EspeakEvent> events = {{0.1, "æ", 0}, {0.5, "p", 0}, {0.6, "əl", 0}, {0.9, "", 0}};
+  const std::vector<PhoneSegment> phones = phonesFromEspeak(events, {1, 0}, toneWithClosure(0.06));
+  ASSERT_EQ(phones.size(), 5U);
+  EXPECT_NEAR(phones[1].span.start, 0.44, 2e-3);  // the tone itself is quiet near its zeros
+  EXPECT_EQ(phones[0].span.end, phones[1].span.start);
+  EXPECT_NEAR(phones[2].span.end, 0.78, 1e-9);
+  EXPECT_EQ(phones[0].stress, 1);
+  EXPECT_EQ(phones[2].stress, 0);
+  EXPECT_EQ(phones[4].phone, Phone::kSil);
+}
+
+TEST(EspeakPhones, AfterAPauseAStopClosesSixtyMillisecondsBefore) {
+  const std::vector<EspeakEvent> events = {{0.1, "b", 0}, {0.2, "iː", 0}, {0.3, "", 0}, {0.5, "p", 1}, {0.6, "iː", 1}};
+  const std::vector<PhoneSegment> phones = phonesFromEspeak(events, {1, 1}, toneWithClosure(0));
+  EXPECT_NEAR(phones[0].span.start, 0.04, 1e-9);
+  EXPECT_NEAR(phones[3].span.start, 0.44, 1e-9);
+  EXPECT_NEAR(phones[2].span.end, 0.44, 1e-9);
+}
+
+TEST(EspeakPhones, AnLAnnouncedAtItsEndTakesAThird) {
+  const std::vector<EspeakEvent> events = {{0.1, "ɔː", 0}, {0.39, "l", 0}, {0.4, "", 0}};
+  const std::vector<PhoneSegment> phones = phonesFromEspeak(events, {}, toneWithClosure(0));
+  EXPECT_NEAR(phones[1].span.start, 0.3, 1e-9);
+  EXPECT_FALSE(phones[0].stress.has_value());
+}
+
+TEST(EspeakVoice, SpeaksWithLabelsOnTheSoundsClock) {
+  const auto voice = makeVoice("espeak:en-us");
+  const SpokenLine line = voice->speak("the time is now");
+  expectGoodLine(line);
+  EXPECT_EQ(line.voice, "espeak:en-us");
+  EXPECT_EQ(namesOf(line.labels), "sil DH AH T AY M IH Z N AW sil");
+  EXPECT_EQ(wordsOf(line.labels), "the time is now");
+  ASSERT_EQ(line.labels.syllables.size(), 4U);
+  EXPECT_EQ(line.labels.syllables[0].stress, 0);
+  EXPECT_EQ(line.labels.syllables[1].stress, 1);
+  EXPECT_EQ(namesOf(voice->speak("the time is now").labels), namesOf(line.labels));
+}
+
+TEST(EspeakVoice, JoinsSentencesAndReadsNumbers) {
+  const SpokenLine line = makeVoice("espeak:en-us")->speak("It is 42. Is it half past ten?");
+  EXPECT_NO_THROW(expectConsistent(line.labels));
+  EXPECT_EQ(wordsOf(line.labels), "It is 42 Is it half past ten");
+}
+
+TEST(EspeakVoice, SurvivesOddAndLongTexts) {
+  const auto voice = makeVoice("espeak:en-us");
+  std::string longest;
+  while (longest.size() < 3000) longest += "(ten) \"past\" five\\ [[x]] <break time=\"9s\"/> ";
+  for (const std::string& text : {std::string("a"), std::string("1"), std::string("''s"), std::string("$5"),
+                                  std::string("10:30 A.M."), longest, std::string(1000, 'a'), std::string(300, '7')}) {
+    EXPECT_NO_THROW(expectConsistent(voice->speak(text).labels)) << text.substr(0, 20);
+  }
+  EXPECT_THROW(voice->speak(""), InputError);
+  EXPECT_THROW(voice->speak("\u041F"), InputError);
+}
+
+}  // namespace
+}  // namespace mouthpiece
