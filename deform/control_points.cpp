@@ -1,6 +1,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/errors.h"
 #include "deform/control_surface.h"
@@ -49,9 +50,18 @@ Eigen::Vector3d carriedByLip(const ControlMesh& mesh, int index, const MarkerPos
                                         offset);
 }
 
+/// A gap of lips that stick together until it is `slack`; they have caught up with their outer markers when it is four
+/// times that. Continuous in value and slope.
+double gapAfterSticking(double gap, double slack, double ease) {
+  const double beyond = gap - slack;
+  const double caught_up = slack > 0 ? std::clamp(beyond / (3 * slack), 0.0, 1.0) : 1.0;
+  return easedGap(beyond, ease) + slack * caught_up * caught_up * (3 - 2 * caught_up);
+}
+
 /// Keeps a pair of rim points from passing through each other: the gap along the lips' own direction is eased to zero,
 /// both giving way alike.
-void meetInBetween(const ControlMesh& mesh, int upper, int lower, double ease, MarkerPositions& now) {
+void meetInBetween(const ControlMesh& mesh, int upper, int lower, std::optional<double> slack_of_height, double ease,
+                   MarkerPositions& now) {
   const int outer_upper = mesh.points[static_cast<std::size_t>(upper)].drivers[0].point;
   const int outer_lower = mesh.points[static_cast<std::size_t>(lower)].drivers[0].point;
   const Eigen::Vector3d rest_lips = row(mesh.rest, outer_upper) - row(mesh.rest, outer_lower);
@@ -64,8 +74,13 @@ void meetInBetween(const ControlMesh& mesh, int upper, int lower, double ease, M
   const double rest_gap = (row(mesh.rest, upper) - row(mesh.rest, lower)).dot(rest_up);
   const double touching = std::min(rest_gap, 0.0);
   const double gap = (row(now, upper) - row(now, lower)).dot(up);
-  const double shift = inverseEasedGap(rest_gap - touching, ease) - (rest_gap - touching);
-  const double wanted = touching + easedGap(gap - touching + shift, ease);
+  double wanted = touching;
+  if (slack_of_height) {
+    wanted += gapAfterSticking(gap - touching, *slack_of_height * rest_lips.norm(), ease);
+  } else {
+    const double shift = inverseEasedGap(rest_gap - touching, ease) - (rest_gap - touching);
+    wanted += easedGap(gap - touching + shift, ease);
+  }
   const Eigen::Vector3d correction = 0.5 * (wanted - gap) * up;
   now.row(upper) += correction.transpose();
   now.row(lower) -= correction.transpose();
@@ -74,7 +89,14 @@ void meetInBetween(const ControlMesh& mesh, int upper, int lower, double ease, M
 }  // namespace
 
 MarkerPositions leadingPoints(const ControlMesh& mesh, std::span<const double> markers) {
-  MOUTHPIECE_EXPECT(markers.size() == 3 * mesh.marker_count);
+  MOUTHPIECE_EXPECT(markers.size() / 3 == mesh.marker_count && markers.size() % 3 <= 1);
+  // Lips of half the height part at half the stretch: towards the corners they are thin.
+  std::optional<double> slack_of_height;
+  if (markers.size() % 3 == 1) {
+    const int upper = findPoint(mesh, "LIP_UP_MID"), lower = findPoint(mesh, "LIP_LO_MID");
+    MOUTHPIECE_EXPECT(upper >= 0 && lower >= 0);
+    slack_of_height = markers.back() / (row(mesh.rest, upper) - row(mesh.rest, lower)).norm();
+  }
   MarkerPositions now = mesh.rest;
   now.topRows(static_cast<Eigen::Index>(mesh.marker_count)) =
       Eigen::Map<const MarkerPositions>(markers.data(), static_cast<Eigen::Index>(mesh.marker_count), 3);
@@ -86,7 +108,7 @@ MarkerPositions leadingPoints(const ControlMesh& mesh, std::span<const double> m
   for (int i = 0; i < count; ++i) {
     const ControlPoint& point = mesh.points[static_cast<std::size_t>(i)];
     if (point.rule == PointRule::kInnerLip && point.side == LipSide::kUpper && point.opposite >= 0) {
-      meetInBetween(mesh, i, point.opposite, kContactEase * mesh.mouth_width, now);
+      meetInBetween(mesh, i, point.opposite, slack_of_height, kContactEase * mesh.mouth_width, now);
     }
   }
   return now;

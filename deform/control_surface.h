@@ -83,7 +83,10 @@ void checkControlMesh(const ControlMesh& mesh, const std::string& file);
 MarkerPositions closingOffsets(const ControlMesh& mesh);
 
 /// All control points of a frame: points x 3. `markers`: x y z of each marker side by side (a row of
-/// FaceRig::retarget). Lips that would pass through each other meet in between instead.
+/// FaceRig::retarget), and behind them, where it is known, how much further apart than in the actor's closed mouth
+/// LIP_UP_MID and LIP_LO_MID may come before the lips part (the mesh's unit): lips stretch before they do. With it,
+/// lips that are apart at rest are taken to have been brought together by closingOffsets. Lips that would pass through
+/// each other meet in between instead.
 MarkerPositions controlPoints(const ControlMesh& mesh, std::span<const double> markers);
 
 }  // namespace mouthpiece

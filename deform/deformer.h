@@ -27,7 +27,7 @@ class FaceDeformer {
   FaceDeformer& operator=(FaceDeformer&&) noexcept;
   ~FaceDeformer();
 
-  /// `markers`: x y z of each marker side by side, the mesh's unit. `out`: vertices x 3, resized when needed; no
+  /// `markers`: as controlPoints() has them, the mesh's unit. `out`: vertices x 3, resized when needed; no
   /// allocation of its size otherwise. The rest markers give the rest mesh back.
   void deform(std::span<const double> markers, const TonguePose& tongue, VertexPositions& out) const;
 

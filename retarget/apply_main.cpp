@@ -136,20 +136,20 @@ int applyCommand(const CommandLine& line) {
   const MotionClip motion = readMotion(line.motion);
   MarkerPositions neutral = face.actor_neutral_mm;
   std::vector<std::string> names = face.marker_names;
-  std::optional<MarkerPositions> other_neutral;
+  std::optional<ActorPose> other;
   if (!line.corpus.empty()) {
     const Corpus corpus = readCorpus(line.corpus);
     names = corpus.layout.markerNames();
     neutral = corpus.neutral_pose_mm;
-    other_neutral = MarkerPositions::Zero(static_cast<Eigen::Index>(motion.markerCount()), 3);
+    other = ActorPose{MarkerPositions::Zero(static_cast<Eigen::Index>(motion.markerCount()), 3), closedLipsMm(corpus)};
     for (std::size_t i = 0; i < names.size(); ++i) {
       if (const auto marker = motion.findMarker(names[i])) {
-        other_neutral->row(static_cast<Eigen::Index>(marker->value)) = neutral.row(static_cast<Eigen::Index>(i));
+        other->neutral_mm.row(static_cast<Eigen::Index>(marker->value)) = neutral.row(static_cast<Eigen::Index>(i));
       }
     }
   }
   refuseFarMotion(motion, names, neutral, line.motion);
-  const PositionMatrix control = rig.retarget(motion, other_neutral ? &*other_neutral : nullptr);
+  const PositionMatrix control = rig.retarget(motion, other ? &*other : nullptr);
   FaceAnimation animation = animate(rig, control, motion.frame_rate_hz, line.quiet);
   const bool is_arkit = line.arkit || kind == OutputKind::kLiveLink;
   if (!is_arkit && kind != OutputKind::kGlb) turnBack(face.upright_from_mesh, animation);

@@ -4,7 +4,9 @@
 #include <string>
 
 #include "deform/binding.h"
+#include "retarget/face_rig.h"
 #include "retarget/rbf_warp.h"
+#include "units/corpus.h"
 
 namespace mouthpiece {
 
@@ -22,5 +24,21 @@ struct CommandLine {
 
 /// `retarget apply`; the exit code. Throws InputError.
 int applyCommand(const CommandLine& line);
+
+inline constexpr double kTouchMm = 0.3;  ///< lips nearer than this touch
+
+/// What the captured closures (B P M in which the outer lips come near) of a corpus become on a face.
+struct ClosureCheck {
+  std::size_t closures = 0;
+  std::size_t touching = 0;  ///< whose lips are kTouchMm apart at most, all over the middle half of the mouth
+  double gap_median_mm = 0;
+  double gap_p95_mm = 0;
+  double overlap_mm = 0;   ///< deepest place of one lip inside the other, over all closures
+  double in_teeth_mm = 0;  ///< of a lip inside teeth or gums
+  double gap_at_rest_mm = 0;
+  double overlap_at_rest_mm = 0;
+  double in_teeth_at_rest_mm = 0;
+};
+ClosureCheck checkClosures(const FaceRig& rig, const ControlMesh& control_mesh, const Corpus& corpus, bool quiet);
 
 }  // namespace mouthpiece

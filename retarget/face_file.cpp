@@ -319,6 +319,7 @@ FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
   face.marker_names = readNames(fields, "markers");
   face.marker_targets = fields.matrix<MarkerPositions>("marker_targets", face.marker_names.size());
   face.actor_neutral_mm = fields.matrix<MarkerPositions>("actor_neutral_mm", face.marker_names.size());
+  if (tree.contains("actor_closed_lips_mm")) face.actor_closed_lips_mm = fields.number("actor_closed_lips_mm", 0, 1e3);
   face.warp = readWarp(fields.map("warp"));
   face.control = readControl(fields.map("control"), face.marker_names.size());
   face.binding = readBinding(fields.map("binding"));
@@ -345,6 +346,7 @@ std::string faceFileToBytes(const FaceFile& face) {
                   {"markers", face.marker_names},
                   {"marker_targets", blobOfMatrix(face.marker_targets)},
                   {"actor_neutral_mm", blobOfMatrix(face.actor_neutral_mm)},
+                  {"actor_closed_lips_mm", face.actor_closed_lips_mm},
                   {"warp",
                    {{"kernel", kKernelNames[static_cast<std::size_t>(face.warp.kernel)]},
                     {"shape_factor", face.warp.shape_factor},

@@ -90,6 +90,7 @@ FaceFile fitFace(FaceMesh& mesh, const Anchors& given, const std::string& anchor
   face.corpus = request.corpus;
   face.marker_names = request.marker_names;
   face.actor_neutral_mm = request.actor_neutral_mm;
+  face.actor_closed_lips_mm = request.actor_closed_lips_mm;
   face.part_kinds = given.part_kinds;
   for (MeshPart& part : mesh.parts) {
     if (const auto kind = given.part_kinds.find(part.name); kind != given.part_kinds.end()) part.kind = kind->second;

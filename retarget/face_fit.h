@@ -16,6 +16,7 @@ struct FitRequest {
   std::string corpus;
   std::vector<std::string> marker_names;  ///< the actor's layout
   MarkerPositions actor_neutral_mm;
+  double actor_closed_lips_mm = 0;  ///< FaceFile's
   WarpOptions warp;
   BindingOptions binding;
 };

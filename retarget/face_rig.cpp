@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "base/errors.h"
 #include "deform/deformer.h"
 #include "retarget/face_file.h"
@@ -41,7 +43,29 @@ const FaceMesh& FaceRig::mesh() const { return data_->mesh; }
 const std::string& FaceRig::name() const { return data_->file.name; }
 const std::vector<std::string>& FaceRig::markerNames() const { return data_->file.marker_names; }
 
-PositionMatrix FaceRig::retarget(const MotionClip& motion, const MarkerPositions* actor_neutral_mm) const {
+namespace {
+
+/// How far the lips stretch before they part, as a share of the closed mouth's height. In captured B P M the outer lip
+/// markers are further apart than at rest though the lips touch; half of the closures lie above the median.
+double lipSlack(double neutral_mm, double closed_lips_mm) {
+  constexpr double kScatter = 1.3;
+  constexpr double kNoiseMm = 0.5;
+  constexpr double kMostSlack = 0.3;
+  const double stretch_mm = closed_lips_mm > 0 ? std::max(0.0, closed_lips_mm - neutral_mm) : 0.0;
+  return neutral_mm > 0 ? std::min((kScatter * stretch_mm + kNoiseMm) / neutral_mm, kMostSlack) : 0.0;
+}
+
+double distanceBetween(const MarkerPositions& places, const std::vector<std::string>& names, const char* a,
+                       const char* b) {
+  const auto row = [&](const char* name) {
+    return places.row(std::find(names.begin(), names.end(), name) - names.begin());
+  };
+  return (row(a) - row(b)).norm();
+}
+
+}  // namespace
+
+PositionMatrix FaceRig::retarget(const MotionClip& motion, const ActorPose* actor) const {
   const std::vector<std::string>& names = data_->file.marker_names;
   MarkerPositions neutral = data_->file.actor_neutral_mm;
   PositionMatrix frames(motion.positions_mm.rows(), 3 * static_cast<Eigen::Index>(names.size()));
@@ -53,15 +77,21 @@ PositionMatrix FaceRig::retarget(const MotionClip& motion, const MarkerPositions
     const auto to = static_cast<Eigen::Index>(i);
     const auto from = static_cast<Eigen::Index>(marker->value);
     frames.middleCols<3>(3 * to) = motion.positions_mm.middleCols<3>(3 * from);
-    if (actor_neutral_mm != nullptr) neutral.row(to) = actor_neutral_mm->row(from);
+    if (actor != nullptr) neutral.row(to) = actor->neutral_mm.row(from);
   }
   if (!frames.allFinite()) {
     throw InputError(
         "the motion has markers that were not seen in some frames; expected gaps to be filled (`corpus clean`)");
   }
-  PositionMatrix result = data_->warp.targetFromActorRelative(frames, neutral);
   const MarkerPositions closing = closingOffsets(data_->file.control);
-  result.rowwise() += Eigen::Map<const Eigen::RowVectorXd>(closing.data(), closing.size());
+  const double slack =
+      lipSlack(distanceBetween(neutral, names, "LIP_UP_MID", "LIP_LO_MID"),
+               actor != nullptr ? actor->closed_lips_mm : data_->file.actor_closed_lips_mm);
+  PositionMatrix result(frames.rows(), frames.cols() + 1);
+  result.leftCols(frames.cols()) = data_->warp.targetFromActorRelative(frames, neutral);
+  result.leftCols(frames.cols()).rowwise() += Eigen::Map<const Eigen::RowVectorXd>(closing.data(), closing.size());
+  result.rightCols<1>().setConstant(
+      slack * distanceBetween(data_->file.marker_targets, names, "LIP_UP_MID", "LIP_LO_MID"));
   return result;
 }
 

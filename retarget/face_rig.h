@@ -13,6 +13,13 @@
 
 namespace mouthpiece {
 
+/// The actor who moves a face.
+struct ActorPose {
+  MarkerPositions neutral_mm;  ///< markers of the motion, in its order
+  /// Between LIP_UP_MID and LIP_LO_MID in B P M at the tightest, the median; 0: not known.
+  double closed_lips_mm = 0;
+};
+
 /// A face that can be driven: the `.face` file and its mesh, loaded and bound. Immutable, safe to share.
 class FaceRig {
  public:
@@ -29,13 +36,11 @@ class FaceRig {
   /// The markers that drive it, in the order of retarget()'s columns.
   [[nodiscard]] const std::vector<std::string>& markerNames() const;
 
-  /// Marker trajectories carried from the actor's space to the mesh's by the RBF warp (EDGE 6): frames x (3 * control
-  /// points), mesh units. `motion` must hold the rig's markers by name; others are ignored. Throws InputError naming a
+  /// Marker trajectories carried from the actor's space to the mesh's by the RBF warp (EDGE 6): frames x (3 * markers +
+  /// 1), mesh units; the last column is how far the lips stretch before they part (controlPoints). `motion` must hold the rig's markers by name; others are ignored. Throws InputError naming a
   /// missing one. Lips that are apart on the mesh at rest are brought together by as much as the actor's are closed.
-  /// `actor_neutral_mm`: the neutral pose of the actor who moves (markers of `motion`, in its order);
-  /// null: that of the corpus the face was fitted with.
-  [[nodiscard]] PositionMatrix retarget(const MotionClip& motion,
-                                        const MarkerPositions* actor_neutral_mm = nullptr) const;
+  /// `actor`: who moves; null: the actor of the corpus the face was fitted with.
+  [[nodiscard]] PositionMatrix retarget(const MotionClip& motion, const ActorPose* actor = nullptr) const;
 
   /// Deforms one frame: `control` is a row of retarget()'s result, `out` is vertices x 3 (resized when needed),
   /// mesh units. Thread-safe; no allocation when `out` already has its size.

@@ -215,7 +215,7 @@ Skin skinOf(const FaceMesh& mesh, const Vector3d& upper_middle, const Vector3d& 
       if (counts(to_lower, to_upper)) lower.push_back(mesh.triangles[t]);
     }
   }
-  Skin skin{SkinTree(mesh, all), SkinTree(mesh, upper), SkinTree(mesh, lower), {}, {}};
+  Skin skin{SkinTree(mesh.vertices, all), SkinTree(mesh.vertices, upper), SkinTree(mesh.vertices, lower), {}, {}};
   for (std::uint32_t v = 0; v < kinds.size(); ++v) {
     const bool is_near = (mesh.vertices.row(v).transpose().cast<double>() - mouth).norm() < mouth_width;
     if (!is_near || (kinds[v] != PartKind::kSkin && kinds[v] != PartKind::kLips)) continue;

@@ -79,7 +79,7 @@ void addTooth(ModelMesh& mesh, const Vector3d& neck, const Vector3d& right, cons
       for (int k = 0; k < kAround; ++k) {
         const auto a = static_cast<std::size_t>(k);
         const auto b = static_cast<std::size_t>((k + 1) % kAround);
-        if (down > 0)
+        if (down < 0)
           mesh.addQuad(last[b], last[a], ring[b], ring[a], part);
         else
           mesh.addQuad(last[a], last[b], ring[a], ring[b], part);
@@ -93,7 +93,7 @@ void addTooth(ModelMesh& mesh, const Vector3d& neck, const Vector3d& right, cons
   for (int k = 0; k < kAround; ++k) {
     const auto a = static_cast<std::size_t>(k);
     const auto b = static_cast<std::size_t>((k + 1) % kAround);
-    if (down > 0)
+    if (down < 0)
       mesh.addTriangle(last[b], last[a], cap, part);
     else
       mesh.addTriangle(last[a], last[b], cap, part);

@@ -36,6 +36,7 @@ FitRequest requestFor(const CommandLine& line, const Corpus& corpus) {
           .corpus = corpus.name,
           .marker_names = corpus.layout.markerNames(),
           .actor_neutral_mm = corpus.neutral_pose_mm,
+          .actor_closed_lips_mm = closedLipsMm(corpus),
           .warp = line.warp,
           .binding = line.binding};
 }
@@ -131,6 +132,15 @@ int check(const CommandLine& line) {
   checkBinding(face.binding, mesh, face.control, line.face.string());
   const FaceCheck found = checkFace(face, mesh);
   report(face, found, line);
+  if (!line.corpus.empty()) {
+    const ClosureCheck c = checkClosures(FaceRig::load(line.face), face.control, readCorpus(line.corpus), line.quiet);
+    printText(
+        fmt::format("  closures           {} of {} touch, (rest gap {:.2f}) gap {:.2f} mm median, {:.2f} mm at 95 %; "
+                    "overlap {:.2f} mm "
+                    "({:.2f} at rest), in teeth {:.2f} mm ({:.2f} at rest)\n",
+                    c.touching, c.closures, c.gap_at_rest_mm, c.gap_median_mm, c.gap_p95_mm, c.overlap_mm,
+                    c.overlap_at_rest_mm, c.in_teeth_mm, c.in_teeth_at_rest_mm));
+  }
   return faultsOf(found).empty() ? kExitDone : kExitBadInput;
 }
 
@@ -216,6 +226,7 @@ int runRetarget(int argc, char** argv) {
 
   CLI::App* checking = command("check", "Judge a fitted face; exit code 1 when it has a fault", check);
   checking->add_option("FACE", line.face, "Made by `retarget fit`")->required();
+  checking->add_option("--corpus", line.corpus, "Also play this corpus' closures on the face and look at the lips");
   addJsonFlag(*checking, line.json);
   setExample(*checking, "retarget check head.face");
 

@@ -9,16 +9,22 @@
 
 namespace mouthpiece {
 
-/// Closest points on some triangles of a mesh (CGAL's tree of boxes).
+/// Closest points on some triangles (CGAL's tree of boxes).
 class SkinTree {
  public:
-  SkinTree(const FaceMesh& mesh, const std::vector<Triangle>& triangles);
+  /// `triangles`: rows of `vertices`.
+  SkinTree(const VertexPositions& vertices, const std::vector<Triangle>& triangles);
   SkinTree(SkinTree&&) noexcept;
   ~SkinTree();
 
   [[nodiscard]] bool empty() const;
   /// nullopt when there are no triangles.
   [[nodiscard]] std::optional<Eigen::Vector3d> closest(const Eigen::Vector3d& point) const;
+  struct Foot {
+    Eigen::Vector3d point;
+    std::size_t triangle;  ///< of those given
+  };
+  [[nodiscard]] std::optional<Foot> closestFoot(const Eigen::Vector3d& point) const;
 
  private:
   struct Data;

@@ -50,7 +50,7 @@ ordered_json partsOf(const FaceMesh& mesh) {
 ordered_json controlOf(const ViewPage& page) {
   static_assert(std::endian::native == std::endian::little);
   using Floats = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const Floats metres = (page.control * page.mesh.metres_per_unit).cast<float>();
+  const Floats metres = (page.control.leftCols(page.control.cols() / 3 * 3) * page.mesh.metres_per_unit).cast<float>();
   std::string encoded;
   appendBase64(encoded, {reinterpret_cast<const char*>(metres.data()), static_cast<std::size_t>(metres.size()) * 4});
   return {{"names", std::vector<std::string>(page.control_names.begin(), page.control_names.end())},

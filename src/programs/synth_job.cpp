@@ -286,8 +286,8 @@ SynthOutcome SynthJob::run(const LineSource& source, const std::vector<OutputFil
   PositionMatrix control;
   std::string glb;
   if (needsFace(outputs)) {
-    control = timed(animation.timing_ms.retarget,
-                    [&] { return data_->face->retarget(animation.motion, &data_->corpus.neutral_pose_mm); });
+    const ActorPose actor{data_->corpus.neutral_pose_mm, closedLipsMm(data_->corpus)};
+    control = timed(animation.timing_ms.retarget, [&] { return data_->face->retarget(animation.motion, &actor); });
     const PrincipalShapes shapes = data_->deformFace(animation, control, animation.timing_ms);
     glb = timed(animation.timing_ms.write, [&] { return glbBytes(data_->face->mesh(), shapes, data_->face->name()); });
   }

@@ -53,6 +53,11 @@ struct Corpus {
   LatticeWeights lattice_weights;  ///< the usual ones, unless "lattice_weights" of the build log says how learnt
 };
 
+/// Between LIP_UP_MID and LIP_LO_MID in the actor's B P M at the tightest, the median; 0: not known.
+inline double closedLipsMm(const Corpus& corpus) {
+  return corpus.trajectory_model != nullptr ? corpus.trajectory_model->closed_opening_mm : 0.0;
+}
+
 inline constexpr int kCorpusFormatVersion = 2;
 
 enum class CorpusAudio { kLoad, kSkip };
