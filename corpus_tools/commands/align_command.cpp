@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint64_t kMaxTranscriptBytes = 1 << 20;
 
 struct AlignCommand {
-  bool quiet = false, json = false;
+  bool quiet = false, json = false, sung = false;
   std::filesystem::path audio, transcript_file, lexicon, output;
   std::string transcript;
 };
@@ -54,7 +54,8 @@ int runAlign(const AlignCommand& command) {
   const Lexicon lexicon = lexiconFrom(command.lexicon);
   const AudioClip audio = readAudio(command.audio);
   const std::vector<TranscriptWord> words = Pronouncer(&lexicon).wordsOf(transcriptOf(command));
-  const ForcedAlignment alignment = ForcedAligner().align(audio, words, command.audio.string());
+  const SpeechKind kind = command.sung ? SpeechKind::kSung : SpeechKind::kSpoken;
+  const ForcedAlignment alignment = ForcedAligner().align(audio, words, command.audio.string(), kind);
   writeTextGrid(command.output, alignment.labels);
   noteDoubtfulWords(alignment, command.quiet);
   if (command.json) {
@@ -79,6 +80,7 @@ void addAlignCommand(CLI::App& app, ChosenAction& chosen) {
   text.add_option("--transcript-file", options->transcript_file, "A file with the words");
   text.require_option(1);
   align.add_option("--out,-o", options->output, "The TextGrid to write")->required();
+  align.add_flag("--sung", options->sung, "The words are sung: long vowels and pauses");
   addLexiconOption(align, options->lexicon);
   addJsonFlag(align, options->json);
 }

@@ -2,21 +2,37 @@
 
 #include "base/files.h"
 #include "corpus_tools/commands/command_support.h"
+#include "phonetics/text_encoding.h"
 #include "phonetics/textgrid.h"
 #include "vocal/hear_tags.h"
+#include "voices/forced_alignment.h"
 
 namespace mouthpiece {
 namespace {
 
 struct TagCommand {
   bool quiet = false;
-  std::filesystem::path audio, phones, output;
+  std::filesystem::path audio, phones, lyrics, lexicon, output;
 };
+
+constexpr std::uint64_t kMaxLyricsBytes = 1 << 20;
+
+/// The phones that are given, or those of the lyrics where they are heard; null without either.
+std::optional<SpeechLabels> labelsFor(const TagCommand& command, const AudioClip& audio) {
+  if (!command.phones.empty()) return readTextGrid(command.phones);
+  if (command.lyrics.empty()) return std::nullopt;
+  const Lexicon lexicon = lexiconFrom(command.lexicon);
+  const std::string lyrics = decodeText(readFile(command.lyrics, kMaxLyricsBytes), command.lyrics.string());
+  ForcedAlignment alignment =
+      ForcedAligner().align(audio, Pronouncer(&lexicon).wordsOf(lyrics), command.audio.string(), SpeechKind::kSung);
+  if (const std::string doubts = doubtsAbout(alignment); !doubts.empty())
+    printNotice(fmt::format("{}: {}", command.audio.string(), doubts), command.quiet);
+  return std::move(alignment.labels);
+}
 
 int runTag(const TagCommand& command) {
   const AudioClip audio = readAudio(command.audio);
-  std::optional<SpeechLabels> labels;
-  if (!command.phones.empty()) labels = readTextGrid(command.phones);
+  const std::optional<SpeechLabels> labels = labelsFor(command, audio);
   const SpeechLabels* known = labels ? &*labels : nullptr;
   const AudioTags tags = hearTags(audio, known);
   writeFileAtomically(command.output, formatTagsJson(tags));
@@ -36,7 +52,11 @@ void addTagCommand(CLI::App& app, ChosenAction& chosen) {
   CLI::App& tag = addCommand(app, chosen, "tag", "Pitch, notes, vibrato and sung vowels of a sound",
                              "corpus tag song.wav --phones song.TextGrid --out tags.json", options, runTag);
   tag.add_option("audio", options->audio, "Sound: a voice alone")->required();
-  tag.add_option("--phones", options->phones, "Its phones (TextGrid); without, every voiced stretch counts as a vowel");
+  CLI::Option* phones = tag.add_option("--phones", options->phones,
+                                       "Its phones (TextGrid); without, every voiced stretch counts as a vowel");
+  tag.add_option("--lyrics", options->lyrics, "A file with the words that are sung: its phones are found")
+      ->excludes(phones);
+  addLexiconOption(tag, options->lexicon);
   tag.add_option("--out", options->output, "tags.json to write")->required();
 }
 

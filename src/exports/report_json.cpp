@@ -100,6 +100,7 @@ ordered_json reportFields(const UtteranceAnimation& animation) {
           {"backoff", backoffOf(animation)},
           {"backoff_share", rounded(backoffShare(animation))},
           {"style", animation.style},
+          {"warnings", animation.warnings},
           {"timing_ms",
            {{"load", rounded(timing.load)},
             {"speech", rounded(timing.speech)},

@@ -31,7 +31,7 @@ SungSource singSong(const std::filesystem::path& path, const Lexicon* lexicon) {
   SingingOptions options;
   options.lexicon = lexicon;
   SungLine sung = singWords(wordsToSing(song), song.secondsOf(song.first_rest_beats), options);
-  SungSource source{std::move(sung.line), {}};
+  SungSource source{std::move(sung.line), {}, {}};
   for (const TimedTone& tone : sung.tones) {
     source.tags.notes.push_back({tone.span, tone.hz});
     if (tone.vibrato) {
@@ -46,8 +46,7 @@ SungSource singSong(const std::filesystem::path& path, const Lexicon* lexicon) {
 SungSource hearSong(SpokenLine line) {
   SungSource source;
   source.tags = hearTags(line.audio, &line.labels);
-  for (const std::string& warning : soundWarnings(line.audio, &line.labels, source.tags))
-    line.notice += (line.notice.empty() ? "" : "; ") + warning;
+  source.warnings = soundWarnings(line.audio, &line.labels, source.tags);
   source.line = std::move(line);
   return source;
 }

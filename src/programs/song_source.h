@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "phonetics/lexicon.h"
 #include "vocal/audio_tags.h"
@@ -12,13 +14,14 @@ namespace mouthpiece {
 struct SungSource {
   SpokenLine line;
   AudioTags tags;
+  std::vector<std::string> warnings;  ///< what makes them doubtful
 };
 
 /// Sings a song file (song.json or MusicXML; docs/formats/song.md). Notes and vibrato are those that were written.
 /// Throws InputError.
 SungSource singSong(const std::filesystem::path& path, const Lexicon* lexicon);
 
-/// What is heard in a recorded song whose labels are known. What makes it doubtful goes into the line's notice.
+/// What is heard in a recorded song whose labels are known.
 SungSource hearSong(SpokenLine line);
 
 }  // namespace mouthpiece

@@ -172,10 +172,9 @@ SpokenLine SynthJob::Data::alignRecording(const LineSource& source) {
   SpokenLine line;
   line.audio = readAudio(source.audio);
   line.text = source.text;
-  ForcedAlignment alignment = aligner->align(line.audio, pronouncer->wordsOf(source.text), source.audio.string());
-  for (const std::size_t word : alignment.doubtfulWords()) {
-    line.notice += (line.notice.empty() ? "doubtful words: " : ", ") + alignment.labels.words[word].text;
-  }
+  ForcedAlignment alignment = aligner->align(line.audio, pronouncer->wordsOf(source.text), source.audio.string(),
+                                             source.is_sung ? SpeechKind::kSung : SpeechKind::kSpoken);
+  line.notice = doubtsAbout(alignment);
   line.labels = std::move(alignment.labels);
   line.voice = "recorded:" + source.audio.filename().string();
   return line;
@@ -206,7 +205,7 @@ SungSource SynthJob::Data::soundOf(const LineSource& source) {
   if (!source.song.empty()) return singSong(source.song, lexicon ? &*lexicon : nullptr);
   SpokenLine line = speakOrRead(source);
   const bool listens = source.is_sung || options.synthesis.curves.ma.automatic;
-  return listens ? hearSong(std::move(line)) : SungSource{std::move(line), {}};
+  return listens ? hearSong(std::move(line)) : SungSource{std::move(line), {}, {}};
 }
 
 /// Songs are made of curves, with consonants of the capture under them, unless a style was asked for.
@@ -273,11 +272,13 @@ SynthOutcome SynthJob::run(const LineSource& source, const std::vector<OutputFil
   SpokenLine& line = sound.line;
   SynthOutcome outcome;
   if (!line.notice.empty()) outcome.notices.push_back(line.notice);
+  outcome.notices.insert(outcome.notices.end(), sound.warnings.begin(), sound.warnings.end());
 
   UtteranceAnimation animation = synthesise({line.text, line.voice, std::move(line.labels), std::move(line.audio),
                                              data_->optionsFor(source), std::move(line.units), std::move(sound.tags)},
                                             *data_->units);
   animation.corpus = data_->corpus.name;
+  animation.warnings = outcome.notices;
   animation.timing_ms.speech = speech_ms;
   animation.timing_ms.load = std::exchange(data_->load_ms, 0.0);
   if (data_->options.backoff == BackoffKind::kNone && animation.style.empty())

@@ -46,8 +46,9 @@ struct UtteranceAnimation {
   std::vector<TonguePose> tongue;  ///< one a frame of `motion`
   std::vector<PlacedUnit> units;
   std::vector<Join> joins;
-  CurveSet curves;    ///< VOCAL's curves of the whole line, edited
-  std::string style;  ///< "speech" "sing": made of curves alone; "" of units
+  CurveSet curves;                    ///< VOCAL's curves of the whole line, edited
+  std::string style;                  ///< "speech" "sing": made of curves alone; "" of units
+  std::vector<std::string> warnings;  ///< what makes the line doubtful, for the user
   StageTimings timing_ms;
 };
 

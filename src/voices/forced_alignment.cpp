@@ -14,6 +14,9 @@ namespace {
 /// A mean score a frame at which a word is as likely right as wrong, and how far from it the two part.
 constexpr double kEvenScore = -90.0;
 constexpr double kScoreSpread = 8.0;
+/// More doubtful words than this: not the text that is said. Sung right none of 400 words was doubtful, wrong lyrics
+/// had 18 to 78 % (docs/theory/alignment.md).
+constexpr double kOtherTextShare = 0.15;
 /// A stop's closing cannot be heard after silence: more than this of it is the pause before.
 constexpr Seconds kLongestStopAfterSilence = 0.120;
 /// PocketSphinx gives a phone at least three frames of 10 ms.
@@ -71,7 +74,7 @@ class LabelWriter {
       places_.push_back(segments_.size());
       phones_.push_back(decoded.phone);
       score_ += static_cast<double>(decoded.score);
-      frames_ += 100 * decoded.span.duration();
+      frames_ += decoded.frames;
     }
     segments_.push_back(segment);
   }
@@ -131,10 +134,26 @@ std::vector<std::size_t> ForcedAlignment::doubtfulWords() const {
   return words;
 }
 
+std::string doubtsAbout(const ForcedAlignment& alignment) {
+  constexpr std::size_t kMostNamed = 12;
+  const std::vector<std::size_t> doubtful = alignment.doubtfulWords();
+  if (doubtful.empty()) return {};
+  const std::size_t words = alignment.labels.words.size();
+  const bool is_other_text =
+      doubtful.size() > 1 && static_cast<double>(doubtful.size()) > kOtherTextShare * static_cast<double>(words);
+  std::string doubts = is_other_text
+                           ? fmt::format("the words do not fit the sound: {} of {} are not heard in it, among them ",
+                                         doubtful.size(), words)
+                           : "doubtful words: ";
+  for (std::size_t i = 0; i < std::min(doubtful.size(), kMostNamed); ++i)
+    doubts += (i > 0 ? ", " : "") + alignment.labels.words[doubtful[i]].text;
+  return doubts + (doubtful.size() > kMostNamed ? ", ..." : "");
+}
+
 ForcedAlignment ForcedAligner::align(const AudioClip& audio, const std::vector<TranscriptWord>& words,
-                                     std::string_view name) {
+                                     std::string_view name, SpeechKind kind) {
   if (words.empty()) throw InputError(name, "", "has a transcript without words; expected at least one");
-  const std::vector<DecodedPhone> decoded = decoder_.decode(samplesFor(audio), waysOf(words));
+  const std::vector<DecodedPhone> decoded = decoder_.decode(samplesFor(audio), waysOf(words), kind);
   if (decoded.empty()) failTooShort(audio, words, name);
   LabelWriter writer(words, audio.duration());
   for (const DecodedPhone& phone : decoded) writer.add(phone);

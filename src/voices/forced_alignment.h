@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -19,6 +20,9 @@ struct ForcedAlignment {
   [[nodiscard]] std::vector<std::size_t> doubtfulWords() const;
 };
 
+/// Says which words are doubtful, and whether so many are that others may be said; "" for none.
+std::string doubtsAbout(const ForcedAlignment& alignment);
+
 /// Of the words that were really said under 1 in 100 is below, of wrong ones 9 in 10 (docs/theory/alignment.md).
 inline constexpr double kDoubtfulConfidence = 0.5;
 
@@ -31,7 +35,8 @@ class ForcedAligner {
 
   /// `words`: see Pronouncer, or made by hand. `name` stands for the sound in messages. Throws InputError when there
   /// are no words, or the sound is too short to hold them.
-  ForcedAlignment align(const AudioClip& audio, const std::vector<TranscriptWord>& words, std::string_view name);
+  ForcedAlignment align(const AudioClip& audio, const std::vector<TranscriptWord>& words, std::string_view name,
+                        SpeechKind kind = SpeechKind::kSpoken);
 
  private:
   PhoneDecoder decoder_;

@@ -4,12 +4,14 @@
 #include <pocketsphinx.h>
 #include <sphinxbase/err.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <mutex>
 #include <string>
 
 #include "base/errors.h"
+#include "voices/frame_thinning.h"
 
 namespace mouthpiece {
 namespace {
@@ -18,6 +20,8 @@ namespace {
 constexpr Seconds kBoundaryShift = 0.008;
 constexpr Seconds kFrameStep = 0.010;
 constexpr std::size_t kMostPhones = 100'000;
+/// Of a song this many frames a phone are heard: 120 ms, about as long as spoken phones are.
+constexpr std::size_t kSungFramesAPhone = 12;
 constexpr const char* kSilenceWord = "<sil>";
 /// The first phone of a word goes by a name of its own, so that the result tells where words begin.
 constexpr std::string_view kFirstSuffix = "_first";
@@ -55,11 +59,12 @@ std::filesystem::path modelOr(const std::filesystem::path& model) {
 Decoder makeDecoder(const std::filesystem::path& model) {
   static std::once_flag silenced;
   std::call_once(silenced, [] { err_set_logfp(nullptr); });
-  // No beam cuts a path off: a row of words has few, and a wrong cut loses the line. No noise removal: it moves edges.
-  const Config config(cmd_ln_init(
-      nullptr, ps_args(), TRUE, "-hmm", model.c_str(), "-remove_noise", "no", "-remove_silence", "no", "-dither", "no",
-      "-bestpath", "no", "-fsgusefiller", "no", "-fsgusealtpron", "no", "-lw", "1", "-wip", "1", "-pip", "1", "-beam",
-      "1e-200", "-pbeam", "1e-200", "-wbeam", "1e-200", "-maxhmmpf", "-1", "-compallsen", "yes", nullptr));
+  // A beam of 0 cuts no path off: a row of words has few, and a wrong cut loses the line (held notes are enough for
+  // one). No noise removal: it moves edges.
+  const Config config(cmd_ln_init(nullptr, ps_args(), TRUE, "-hmm", model.c_str(), "-remove_noise", "no",
+                                  "-remove_silence", "no", "-dither", "no", "-bestpath", "no", "-fsgusefiller", "no",
+                                  "-fsgusealtpron", "no", "-lw", "1", "-wip", "1", "-pip", "1", "-beam", "0", "-pbeam",
+                                  "0", "-wbeam", "0", "-maxhmmpf", "-1", "-compallsen", "yes", nullptr));
   Decoder decoder(config ? ps_init(config.get()) : nullptr);
   if (!decoder) throw InputError(model.string(), "", "is no acoustic model that PocketSphinx can read");
   for (std::size_t i = 1; i < kPhoneCount; ++i) {
@@ -105,13 +110,67 @@ Graph makeGraph(ps_decoder_t* decoder, const WordWays& words) {
   return graph;
 }
 
-DecodedPhone readSegment(ps_seg_t* segment) {
+using Cepstra = std::vector<std::vector<float>>;
+
+/// What the decoder's own front end hears, a row every 10 ms.
+Cepstra cepstraOf(ps_decoder_t* decoder, std::span<const std::int16_t> samples) {
+  constexpr int kBlock = 256;
+  fe_t* front_end = ps_get_fe(decoder);
+  const int size = fe_get_output_size(front_end);
+  std::vector<float> values(static_cast<std::size_t>(kBlock) * static_cast<std::size_t>(size));
+  std::array<mfcc_t*, kBlock> rows{};
+  for (int i = 0; i < kBlock; ++i) rows[static_cast<std::size_t>(i)] = values.data() + std::ptrdiff_t{i} * size;
+  Cepstra cepstra;
+  const auto take = [&](int count) {
+    for (int i = 0; i < count; ++i) {
+      const mfcc_t* row = rows[static_cast<std::size_t>(i)];
+      cepstra.emplace_back(row, row + size);
+    }
+  };
+  if (fe_start_utt(front_end) < 0) throw InputError("pocketsphinx", "", "could not hear the sound");
+  const int16* data = samples.data();
+  for (std::size_t left = samples.size(); left > 0;) {
+    const std::size_t before = left;
+    int count = kBlock, first = 0;
+    if (fe_process_frames(front_end, &data, &left, rows.data(), &count, &first) < 0)
+      throw InputError("pocketsphinx", "", "could not hear the sound");
+    take(count);
+    if (count == 0 && left == before) break;
+  }
+  int rest = 0;
+  fe_end_utt(front_end, rows[0], &rest);
+  take(std::min(rest, 1));
+  return cepstra;
+}
+
+std::size_t fewestPhones(const WordWays& words) {
+  std::size_t phones = 0;
+  for (const auto& ways : words) {
+    phones += std::min_element(ways.begin(), ways.end(), [](const auto& a, const auto& b) {
+                return a.size() < b.size();
+              })->size();
+  }
+  return phones;
+}
+
+/// Where a phone begins that is first heard in frame `at` of those that were kept: midway to the frame before.
+Seconds edgeBefore(const std::vector<std::size_t>& kept, std::size_t at) {
+  if (kept.empty()) return static_cast<double>(at) * kFrameStep + (at > 0 ? kBoundaryShift : 0);
+  if (at == 0) return 0;
+  const std::size_t before = kept[at - 1] + 1;
+  const std::size_t after = at < kept.size() ? kept[at] : before;
+  return 0.5 * static_cast<double>(before + after) * kFrameStep + kBoundaryShift;
+}
+
+DecodedPhone readSegment(ps_seg_t* segment, const std::vector<std::size_t>& kept) {
   DecodedPhone phone;
   std::string_view name = ps_seg_word(segment);
   int first = 0, last = 0, score = 0;
   ps_seg_frames(segment, &first, &last);
   ps_seg_prob(segment, &score, nullptr, nullptr);
-  phone.span = {first * kFrameStep + (first > 0 ? kBoundaryShift : 0), (last + 1) * kFrameStep + kBoundaryShift};
+  phone.span = {edgeBefore(kept, static_cast<std::size_t>(first)),
+                edgeBefore(kept, static_cast<std::size_t>(last) + 1)};
+  phone.frames = last + 1 - first;
   phone.score = score;
   if (name == kSilenceWord) return phone;
   phone.opens_word = name.ends_with(kFirstSuffix);
@@ -120,12 +179,13 @@ DecodedPhone readSegment(ps_seg_t* segment) {
   return phone;
 }
 
-std::vector<DecodedPhone> readResult(ps_decoder_t* decoder) {
+/// `kept`: the frames that the decoder heard; empty for all.
+std::vector<DecodedPhone> readResult(ps_decoder_t* decoder, const std::vector<std::size_t>& kept) {
   std::vector<DecodedPhone> phones;
   if (ps_get_hyp(decoder, nullptr) == nullptr) return phones;
   for (ps_seg_t* segment = ps_seg_iter(decoder); segment != nullptr; segment = ps_seg_next(segment)) {
     if (std::string_view(ps_seg_word(segment)) == "(NULL)") continue;
-    phones.push_back(readSegment(segment));
+    phones.push_back(readSegment(segment, kept));
   }
   return phones;
 }
@@ -142,7 +202,8 @@ PhoneDecoder::~PhoneDecoder() = default;
 PhoneDecoder::PhoneDecoder(PhoneDecoder&&) noexcept = default;
 PhoneDecoder& PhoneDecoder::operator=(PhoneDecoder&&) noexcept = default;
 
-std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> samples, const WordWays& words) {
+std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> samples, const WordWays& words,
+                                               SpeechKind kind) {
   MOUTHPIECE_EXPECT(!words.empty());
   ps_decoder_t* decoder = state_->decoder.get();
   const Graph graph = makeGraph(decoder, words);
@@ -151,12 +212,26 @@ std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> sam
   };
   expect_done(ps_set_fsg(decoder, "words", graph.get()), "take the words");
   expect_done(ps_set_search(decoder, "words"), "take the words");
+  Cepstra cepstra;
+  std::vector<std::size_t> kept;
+  if (kind == SpeechKind::kSung) {
+    cepstra = cepstraOf(decoder, samples);
+    if (cepstra.empty()) return {};
+    kept = thinFrames(cepstra, kSungFramesAPhone * fewestPhones(words));
+  }
   expect_done(ps_start_utt(decoder), "start");
-  const int fed = ps_process_raw(decoder, samples.data(), samples.size(), FALSE, TRUE);
+  int fed = 0;
+  if (kind == SpeechKind::kSung) {
+    std::vector<mfcc_t*> rows;
+    for (const std::size_t frame : kept) rows.push_back(cepstra[frame].data());
+    fed = ps_process_cep(decoder, rows.data(), static_cast<int>(rows.size()), FALSE, TRUE);
+  } else {
+    fed = ps_process_raw(decoder, samples.data(), samples.size(), FALSE, TRUE);
+  }
   const int ended = ps_end_utt(decoder);
   expect_done(fed, "hear the sound");
   expect_done(ended, "end");
-  std::vector<DecodedPhone> phones = readResult(decoder);
+  std::vector<DecodedPhone> phones = readResult(decoder, kept);
   std::size_t found = 0;
   for (const DecodedPhone& phone : phones) found += phone.opens_word ? 1 : 0;
   if (found != words.size()) phones.clear();

@@ -22,8 +22,13 @@ struct DecodedPhone {
   Phone phone = Phone::kSil;
   bool opens_word = false;
   TimeSpan span;           ///< to 10 ms
+  int frames = 0;          ///< that it was heard in
   std::int64_t score = 0;  ///< logarithm of its likelihood, base 1.0001^1024, against the best sounds of each frame
 };
+
+/// How words are said. Sung ones are heard with less of their held vowels and pauses, so that these do not outweigh the
+/// consonants (docs/theory/alignment.md).
+enum class SpeechKind { kSpoken, kSung };
 
 /// PocketSphinx with its US English model, kept to a given row of words with optional silence around each.
 /// Not thread-safe; several may live side by side.
@@ -38,7 +43,8 @@ class PhoneDecoder {
 
   /// The likeliest times and ways, in order, without gaps from the first frame to the last; empty when the sound
   /// cannot hold the words (too short for them). Throws InputError when there are more than 100,000 phones.
-  std::vector<DecodedPhone> decode(std::span<const std::int16_t> samples, const WordWays& words);
+  std::vector<DecodedPhone> decode(std::span<const std::int16_t> samples, const WordWays& words,
+                                   SpeechKind kind = SpeechKind::kSpoken);
 
  private:
   struct State;
