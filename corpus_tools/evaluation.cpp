@@ -172,6 +172,8 @@ EvaluationRow& EvaluationRow::operator+=(const EvaluationRow& other) {
   append(velocity_jumps_mm_s, other.velocity_jumps_mm_s);
   append(velocity_mismatches_mm_s, other.velocity_mismatches_mm_s);
   append(velocity_limits_mm_s, other.velocity_limits_mm_s);
+  append(captured_velocity_jumps_mm_s, other.captured_velocity_jumps_mm_s);
+  append(added_velocity_jumps_mm_s, other.added_velocity_jumps_mm_s);
   return *this;
 }
 
@@ -200,6 +202,10 @@ double EvaluationRow::joinsOverLimit() const { return shareOver(join_jumps_mm, j
 double EvaluationRow::meanVelocityJump() const { return meanOf(velocity_jumps_mm_s); }
 
 double EvaluationRow::meanVelocityMismatch() const { return meanOf(velocity_mismatches_mm_s); }
+
+double EvaluationRow::meanCapturedVelocityJump() const { return meanOf(captured_velocity_jumps_mm_s); }
+
+double EvaluationRow::meanAddedVelocityJump() const { return meanOf(added_velocity_jumps_mm_s); }
 
 double EvaluationRow::velocitiesOverLimit() const { return shareOver(velocity_jumps_mm_s, velocity_limits_mm_s); }
 

@@ -26,6 +26,8 @@ struct EvaluationRow {
   std::vector<double> velocity_jumps_mm_s;       ///< largest change of a marker's velocity at each join
   std::vector<double> velocity_mismatches_mm_s;  ///< between the fragments that meet there, before they are blended
   std::vector<double> velocity_limits_mm_s;      ///< 95th percentile of the corpus' own
+  std::vector<double> captured_velocity_jumps_mm_s;  ///< of the take itself at the same frames
+  std::vector<double> added_velocity_jumps_mm_s;     ///< jump less the take's own there, as shown at 60 Hz or more
 
   [[nodiscard]] double unitsPerPhone() const;
   [[nodiscard]] double phonesPerUnit() const;
@@ -36,6 +38,8 @@ struct EvaluationRow {
   [[nodiscard]] double meanVelocityJump() const;          ///< mm/s; NaN without joins
   [[nodiscard]] double meanVelocityMismatch() const;      ///< mm/s; NaN without joins
   [[nodiscard]] double velocitiesOverLimit() const;       ///< share of joins; NaN without
+  [[nodiscard]] double meanCapturedVelocityJump() const;  ///< mm/s; NaN without joins
+  [[nodiscard]] double meanAddedVelocityJump() const;     ///< mm/s; NaN without joins
   EvaluationRow& operator+=(const EvaluationRow& other);  ///< the same method over other takes
 };
 

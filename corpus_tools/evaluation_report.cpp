@@ -43,11 +43,13 @@ struct UnitColumn {
   double (EvaluationRow::*value)() const;
 };
 
-constexpr std::array<UnitColumn, 7> kUnitColumns{{
+constexpr std::array<UnitColumn, 9> kUnitColumns{{
     {"phones_per_unit", "phones", "a unit", 1, false, &EvaluationRow::phonesPerUnit},
     {"backoff_share", "back-", "off", 1, true, &EvaluationRow::backoffShare},
     {"velocity_mismatch_mean_mm_s", "velocity", "mismatch", 0, false, &EvaluationRow::meanVelocityMismatch},
     {"velocity_jump_mean_mm_s", "velocity", "jump", 0, false, &EvaluationRow::meanVelocityJump},
+    {"captured_velocity_jump_mean_mm_s", "velocity", "capture", 0, false, &EvaluationRow::meanCapturedVelocityJump},
+    {"added_velocity_jump_mean_mm_s", "velocity", "added", 1, false, &EvaluationRow::meanAddedVelocityJump},
     {"velocities_over_corpus_p95", "velocity", "over p95", 0, true, &EvaluationRow::velocitiesOverLimit},
     {"join_jump_p95_mm", "join p95", "mm", 2, false, &EvaluationRow::joinJump95},
     {"joins_over_corpus_p95", "joins", "over p95", 0, true, &EvaluationRow::joinsOverLimit},
@@ -116,11 +118,12 @@ std::string evaluationTable(const Evaluation& evaluation) {
     text += fmt::format(
         "\nclosures kept: of {} in the capture; vowels shut: in the capture {:.1f} %\n"
         "velocity mismatch: mean over joins of the largest difference between the velocities that the two fragments "
-        "bring "
-        "to it, lips and chin, mm/s\nvelocity jump: mean over joins of the largest change of a marker's velocity, "
-        "mm/s; join p95: largest marker "
-        "step; "
-        "that of the corpus' own frames: {} mm\n",
+        "bring to it, lips and chin, mm/s\n"
+        "velocity jump: mean over joins of the largest change of a marker's velocity from frame to frame, mm/s; "
+        "velocity capture: the take's own in the same frames; velocity added: what the first has beyond the second "
+        "when "
+        "both are shown at 60 Hz or more\n"
+        "join p95: largest marker step; that of the corpus' own frames: {} mm\n",
         first.lips.closures, 100 * first.lips.capturedVowelsShutShare(), number(first.usualStep(), 2, false));
   }
   return text;

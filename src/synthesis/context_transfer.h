@@ -17,8 +17,8 @@ struct ContextOptions {
   bool enabled = true;            ///< viterbi in a corpus with a trajectory model
   Seconds detail_within = 0.050;  ///< slower than this Gaussian (standard deviation) is predicted, faster is captured
   double slow_captured = 0;       ///< share of the fragments' own slow difference to the prediction
-  double first_detail = 1.3;      ///< share of captured detail along the first component, which opens the mouth
-  double other_detail = 0.75;     ///< along all others: there the tracker's noise is as large
+  double first_detail = 1.33;     ///< share of captured detail along the first component, which opens the mouth
+  double other_detail = 0.7;      ///< along all others: there the tracker's noise is as large
   bool average = true;            ///< adds contextMean(): what like places of the corpus have in common
   bool restore_variance = true;   ///< TrajectoryModel::gain
   bool keep_closures = true;      ///< keepClosures()

@@ -100,25 +100,35 @@ const LabelledPhone& Fragment::sourcePhone(PhoneIndex target) const {
 }
 
 Eigen::RowVectorXd Fragment::lipsAt(Seconds time) const {
-  const Seconds within = std::clamp(time, usable_.start, usable_.end);
-  Eigen::RowVectorXd lips = mouthpiece::lipsAt(*motion_, database_->lipColumns(), warp_.sourceFromTarget(within));
+  const std::array<Seconds, 1> times{time};
+  return lipsAt(times).row(0);
+}
+
+PositionMatrix Fragment::lipsAt(std::span<const Seconds> times) const {
+  PositionMatrix lips = capturedLipsAt(times);
   if (prediction_ == nullptr) return lips;
-  const std::array<Seconds, 1> times{within};
-  const PositionMatrix predicted = predictedPoses(times);
-  for (Eigen::Index i = 0; i < lips.size(); ++i) {
-    lips(i) -= predicted(0, database_->lipColumns()[static_cast<std::size_t>(i)]);
+  const PositionMatrix predicted = predictedPoses(withinUsable(times));
+  for (Eigen::Index i = 0; i < lips.cols(); ++i) {
+    lips.col(i) -= predicted.col(database_->lipColumns()[static_cast<std::size_t>(i)]);
   }
   return lips;
 }
 
-double Fragment::capturedStepAt(Seconds time) const {
-  constexpr Seconds kStep = 0.020;
-  const auto at = [&](Seconds t) {
-    const Seconds within = std::clamp(t, usable_.start, usable_.end);
-    return mouthpiece::lipsAt(*motion_, database_->lipColumns(), warp_.sourceFromTarget(within));
-  };
-  const Eigen::RowVectorXd step = at(time + kStep / 2) - at(time - kStep / 2);
-  return std::sqrt(step.squaredNorm() / std::max(1.0, static_cast<double>(step.size()) / 3));
+PositionMatrix Fragment::capturedLipsAt(std::span<const Seconds> times) const {
+  const std::vector<Seconds> within = withinUsable(times);
+  PositionMatrix lips(static_cast<Eigen::Index>(times.size()),
+                      static_cast<Eigen::Index>(database_->lipColumns().size()));
+  for (std::size_t i = 0; i < within.size(); ++i) {
+    lips.row(static_cast<Eigen::Index>(i)) =
+        mouthpiece::lipsAt(*motion_, database_->lipColumns(), warp_.sourceFromTarget(within[i]));
+  }
+  return lips;
+}
+
+std::vector<Seconds> Fragment::withinUsable(std::span<const Seconds> times) const {
+  std::vector<Seconds> within(times.begin(), times.end());
+  for (Seconds& time : within) time = std::clamp(time, usable_.start, usable_.end);
+  return within;
 }
 
 PositionMatrix Fragment::predictedPoses(std::span<const Seconds> times) const {
@@ -138,9 +148,7 @@ PositionMatrix Fragment::capturedPoses(std::span<const Seconds> times) const {
 }
 
 PositionMatrix Fragment::posesAt(std::span<const Seconds> times) const {
-  std::vector<Seconds> within(times.begin(), times.end());
-  for (Seconds& time : within) time = std::clamp(time, usable_.start, usable_.end);
-  PositionMatrix poses = capturedPoses(within);
+  PositionMatrix poses = capturedPoses(withinUsable(times));
   relaxBeyond(times, poses);
   return poses;
 }

@@ -28,9 +28,10 @@ class Fragment {
   [[nodiscard]] PositionMatrix posesAt(std::span<const Seconds> times) const;
   /// Lip and chin columns at one time, straight between captured frames: for comparing, not for showing.
   [[nodiscard]] Eigen::RowVectorXd lipsAt(Seconds time) const;
-
-  /// How far the captured lips and chin move over 20 ms around `time`: RMS over the markers, mm.
-  [[nodiscard]] double capturedStepAt(Seconds time) const;
+  /// The same at many times, a row each.
+  [[nodiscard]] PositionMatrix lipsAt(std::span<const Seconds> times) const;
+  /// The same as captured, whatever the poses are.
+  [[nodiscard]] PositionMatrix capturedLipsAt(std::span<const Seconds> times) const;
 
   [[nodiscard]] const PhoneRange& phones() const { return target_; }
   [[nodiscard]] double captureRateHz() const { return motion_->frame_rate_hz; }
@@ -38,6 +39,7 @@ class Fragment {
   [[nodiscard]] const LabelledPhone& sourcePhone(PhoneIndex target) const;
 
  private:
+  [[nodiscard]] std::vector<Seconds> withinUsable(std::span<const Seconds> times) const;
   void relaxBeyond(std::span<const Seconds> times, PositionMatrix& poses) const;
   [[nodiscard]] Eigen::RowVectorXd edgeVelocity(Seconds edge, double inward) const;
   [[nodiscard]] PositionMatrix capturedPoses(std::span<const Seconds> times) const;

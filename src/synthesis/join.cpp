@@ -1,10 +1,12 @@
 #include "synthesis/join.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "motion/resample.h"
+#include "synthesis/coupling.h"
 
 namespace mouthpiece {
 namespace {
@@ -53,25 +55,16 @@ double percentileOf(std::vector<double>& values, double percentile) {
   return values[static_cast<std::size_t>(at)];
 }
 
-/// The same of what their velocities would come to over 30 ms.
-double velocityDisagreement(const Fragment& before, const Fragment& after, TimeSpan blend) {
-  constexpr Seconds kReach = 0.020, kOver = 0.030;
-  const auto change = [&](const Fragment& fragment) -> Eigen::RowVectorXd {
-    return fragment.lipsAt(blend.middle() + kReach) - fragment.lipsAt(blend.middle() - kReach);
-  };
-  const Eigen::RowVectorXd difference = (change(after) - change(before)) * (kOver / (2 * kReach));
-  return 3 * difference.squaredNorm() / (difference.size() + 1.0);  // as three points count there
-}
-
-/// Fast movement, mm^2: a join shows less where the lips are slow.
-double haste(const Fragment& before, const Fragment& after, TimeSpan blend) {
-  constexpr double kShare = 1.0;
-  const double step_mm = std::max(before.capturedStepAt(blend.middle()), after.capturedStepAt(blend.middle()));
-  return kShare * step_mm * step_mm;
+/// Anywhere but at the very ends of the phone, over `length` to twice that.
+TimeSpan searchCoupling(const LabelledPhone& phone, const Fragment& before, const Fragment& after, Seconds length) {
+  constexpr double kMargin = 0.1;  // of the phone
+  const std::array<Seconds, 3> lengths{length, 1.5 * length, 2 * length};
+  const Seconds margin = kMargin * phone.span.duration();
+  return cheapestCoupling(before, after, {{phone.span.start + margin, phone.span.end - margin}, lengths});
 }
 
 TimeSpan placeLipJoin(const LabelledPhone& phone, const Fragment& before, const Fragment& after, Seconds overlap,
-                      double frame_rate_hz, bool match_velocity) {
+                      double frame_rate_hz, bool search_coupling) {
   const PhoneIndex shared = after.phones().first;
   const Seconds length =
       std::max(blendLength(phone.span.duration(), std::min(before.captureRateHz(), after.captureRateHz()), overlap),
@@ -85,15 +78,12 @@ TimeSpan placeLipJoin(const LabelledPhone& phone, const Fragment& before, const 
   const bool before_is_strange = before.sourcePhone(shared).phone != phone.phone;
   const bool after_is_strange = after.sourcePhone(shared).phone != phone.phone;
   if (before_is_strange != after_is_strange) return at(before_is_strange ? 0 : 1);
+  if (search_coupling && length > 0) return searchCoupling(phone, before, after, length);
   TimeSpan best = at(0.5);
-  const auto mismatch = [&](TimeSpan blend) {
-    return disagreement(before, after, blend) +
-           (match_velocity ? velocityDisagreement(before, after, blend) + haste(before, after, blend) : 0);
-  };
-  double least = mismatch(best);
+  double least = disagreement(before, after, best);
   constexpr double kOffCentre = 1.1;  // a place off the middle must be that much better
   for (const double u : {0.375, 0.625, 0.25, 0.75, 0.125, 0.875, 0.0, 1.0}) {
-    const double found = kOffCentre * mismatch(at(u));
+    const double found = kOffCentre * disagreement(before, after, at(u));
     if (found < least) {
       least = found;
       best = at(u);
@@ -112,14 +102,14 @@ TimeSpan placeSilentJoin(const LabelledPhone& phone, const LabelledPhone& before
 }  // namespace
 
 JoinSpans placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after, Seconds overlap,
-                    double frame_rate_hz, bool match_velocity) {
+                    double frame_rate_hz, bool search_coupling) {
   const PhoneIndex shared = after.phones().first;
   const LabelledPhone& phone = line.phones[shared.value];
   if (phone.phone == Phone::kSil) {
     const TimeSpan join = placeSilentJoin(phone, before.sourcePhone(shared), after.sourcePhone(shared));
     return {join, join};
   }
-  const TimeSpan lips = placeLipJoin(phone, before, after, overlap, frame_rate_hz, match_velocity);
+  const TimeSpan lips = placeLipJoin(phone, before, after, overlap, frame_rate_hz, search_coupling);
   return {lips, centred(lips.middle(), std::max(kUpperFaceOverlap, lips.duration()))};
 }
 

@@ -13,10 +13,10 @@ struct JoinSpans {
 
 /// The lips are joined inside (or, where the capture is too slow for that, around) the phone that both share: over at
 /// most `overlap`, and where the lips of both agree best, so that a closure of one is not averaged with open lips of
-/// the other; with `match_velocity` also where they move alike. In a silence the join is centred
-/// and longer.
+/// the other. With `search_coupling` place and length are chosen together (cheapestCoupling()), the length up to twice
+/// what it is otherwise. In a silence the join is centred and longer.
 JoinSpans placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after, Seconds overlap,
-                    double frame_rate_hz, bool match_velocity = false);
+                    double frame_rate_hz, bool search_coupling = false);
 
 /// Jumps of the finished motion at a join, whose middle is at `time`: the largest step of a marker from the frame
 /// before to the frame after, and the largest change of a marker's velocity at either of the two.

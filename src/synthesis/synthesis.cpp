@@ -58,11 +58,11 @@ TimeSpan notBefore(const TimeSpan& span, const TimeSpan& earlier) {
 
 /// Joins lie in the order of the line, so that each blend begins where the one before has begun.
 std::vector<JoinSpans> placeJoins(const SynthesisRequest& request, const std::vector<UnitFragment>& fragments,
-                                  bool match_velocity) {
+                                  bool search_coupling) {
   std::vector<JoinSpans> joins;
   for (std::size_t i = 0; i + 1 < fragments.size(); ++i) {
     JoinSpans join = placeJoin(request.labels, fragments[i].fragment, fragments[i + 1].fragment,
-                               request.options.overlap_ms / 1000, request.options.frame_rate_hz, match_velocity);
+                               request.options.overlap_ms / 1000, request.options.frame_rate_hz, search_coupling);
     if (!joins.empty()) {
       join.lips = notBefore(join.lips, joins.back().lips);
       join.upper_face = notBefore(join.upper_face, joins.back().upper_face);
@@ -110,7 +110,7 @@ PositionMatrix renderUnits(const SynthesisRequest& request, const UnitDatabase& 
                            std::vector<Seconds>& join_times) {
   const bool into_context = movesIntoContext(request, database, units);
   const std::vector<UnitFragment> fragments = cutIntoFragments(request.labels, database, units, into_context);
-  const std::vector<JoinSpans> joins = placeJoins(request, fragments, into_context);
+  const std::vector<JoinSpans> joins = placeJoins(request, fragments, into_context && request.options.search_coupling);
   std::vector<JoinOffset> offsets;  // a bare cut, when no blend is wanted
   if (request.options.overlap_ms > 0) offsets = findJoinOffsets(request.labels, fragments, joins);
   PositionMatrix positions =

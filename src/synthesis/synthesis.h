@@ -17,7 +17,8 @@ struct SynthesisOptions {
   double frame_rate_hz = 60;
   SelectionOptions selection;
   BlendKind blend = BlendKind::kSmooth;
-  double overlap_ms = 60;  ///< length of the blend at a join, at most; see docs/theory/selection.md
+  double overlap_ms = 60;       ///< length of the blend at a join; see docs/theory/selection.md
+  bool search_coupling = true;  ///< of fragments that are moved into the line's context: cheapestCoupling()
   ContextOptions context;
   CurveOptions curves;
 };
