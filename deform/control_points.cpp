@@ -12,6 +12,8 @@ namespace {
 
 /// Share of the mouth's width over which a closing gap is eased to nothing.
 constexpr double kContactEase = 0.02;
+/// Lips that have stuck together catch up with their outer markers over this much of the way that they stuck.
+constexpr double kCatchUp = 1.5;
 /// Of the rest distance between the outer lip markers: closer than this their direction is not trusted.
 constexpr double kLeastLipHeight = 0.25;
 /// A lip gets thinner when stretched and thicker when pursed, within these factors.
@@ -50,11 +52,11 @@ Eigen::Vector3d carriedByLip(const ControlMesh& mesh, int index, const MarkerPos
                                         offset);
 }
 
-/// A gap of lips that stick together until it is `slack`; they have caught up with their outer markers when it is four
-/// times that. Continuous in value and slope.
+/// A gap of lips that stick together until it is `slack`; they have caught up with their outer markers some way
+/// later. Continuous in value and slope.
 double gapAfterSticking(double gap, double slack, double ease) {
   const double beyond = gap - slack;
-  const double caught_up = slack > 0 ? std::clamp(beyond / (3 * slack), 0.0, 1.0) : 1.0;
+  const double caught_up = slack > 0 ? std::clamp(beyond / (kCatchUp * slack), 0.0, 1.0) : 1.0;
   return easedGap(beyond, ease) + slack * caught_up * caught_up * (3 - 2 * caught_up);
 }
 

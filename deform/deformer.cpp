@@ -8,6 +8,7 @@
 #include "base/errors.h"
 #include "deform/bezier_surface.h"
 #include "deform/jaw.h"
+#include "deform/lip_guard.h"
 #include "deform/patch_kernel.h"
 #include "deform/tongue.h"
 #include "deform/vertex_kinds.h"
@@ -70,6 +71,7 @@ struct FaceDeformer::Data {
   ControlMesh control;
   JawHinge jaw;
   TongueMorph tongue;
+  LipGuard guard;
   std::vector<CloughTocher<float>> splits;
   std::vector<Net> rest_nets;  ///< 3 a triangle, relative to `origin`
   std::vector<int> leaders;    ///< points that others follow linearly: markers and inner lips
@@ -86,8 +88,13 @@ struct FaceDeformer::Data {
   std::vector<std::uint32_t> moving;  ///< vertices of `moving_runs`
   VertexPositions rest;
 
-  Data(const FaceMesh& mesh, const ControlMesh& control_mesh, std::vector<std::uint32_t> tongue_vertices)
-      : control(control_mesh), jaw(control_mesh), tongue(mesh, std::move(tongue_vertices)), rest(mesh.vertices) {}
+  Data(const FaceMesh& mesh, const ControlMesh& control_mesh, const FaceBinding& binding,
+       std::vector<std::uint32_t> tongue_vertices)
+      : control(control_mesh),
+        jaw(control_mesh),
+        tongue(mesh, std::move(tongue_vertices)),
+        guard(mesh, control_mesh, binding),
+        rest(mesh.vertices) {}
 
   void takeSurface(const BezierSurface& surface);
   void takeFollowers(const BezierSurface& surface);
@@ -276,7 +283,7 @@ FaceDeformer::FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, con
   for (std::size_t i = 0; i < kinds.size(); ++i) {
     if (kinds[i] == PartKind::kTongue) tongue.push_back(static_cast<std::uint32_t>(i));
   }
-  auto data = std::make_unique<Data>(mesh, control, std::move(tongue));
+  auto data = std::make_unique<Data>(mesh, control, binding, std::move(tongue));
   if (options.portable_loops) data->kernels = &kernel::portableKernels();
   const BezierSurface surface(control);
   data->takeSurface(surface);
@@ -304,6 +311,7 @@ void FaceDeformer::Data::move(std::span<const double> markers, const TonguePose&
   kernels->bound(frame, bound_runs.data(), bound_runs.size(), bound_blocks.data());
   kernels->loose(frame, loose_runs.data(), loose_runs.size(), loose_blocks.data());
   moveJawVertices(frame);
+  guard.separate(points, jaw_motion, out);
   tongue.deform(jaw_motion, tongue_pose, out);
 }
 

@@ -48,7 +48,7 @@ namespace {
 /// How far the lips stretch before they part, as a share of the closed mouth's height. In captured B P M the outer lip
 /// markers are further apart than at rest though the lips touch; half of the closures lie above the median.
 double lipSlack(double neutral_mm, double closed_lips_mm) {
-  constexpr double kScatter = 1.3;
+  constexpr double kScatter = 1.9;
   constexpr double kNoiseMm = 0.5;
   constexpr double kMostSlack = 0.3;
   const double stretch_mm = closed_lips_mm > 0 ? std::max(0.0, closed_lips_mm - neutral_mm) : 0.0;

@@ -87,6 +87,7 @@ TEST_F(FaceFileTest, EveryMissingFieldIsNamed) {
   for (const auto& [key, value] : whole.items()) {
     json changed = whole;
     changed.erase(key);
+    if (key == "actor_closed_lips_mm") continue;  // younger than the format's version
     EXPECT_EQ(messageOf(changed), "x.face:" + key + ": is missing");
   }
 }
