@@ -56,15 +56,21 @@ std::filesystem::path modelOr(const std::filesystem::path& model) {
   return folder;
 }
 
-Decoder makeDecoder(const std::filesystem::path& model) {
+/// A path this much less likely than the best of its frame is given up.
+constexpr const char* kWideBeam = "1e-300";
+/// No path is given up.
+constexpr const char* kNoBeam = "0";
+/// Without a beam every phone is kept in mind in every frame: about 100 bytes each.
+constexpr std::size_t kMostWithoutBeam = 10'000'000;
+
+Decoder makeDecoder(const std::filesystem::path& model, const char* beam) {
   static std::once_flag silenced;
   std::call_once(silenced, [] { err_set_logfp(nullptr); });
-  // A beam of 0 cuts no path off: a row of words has few, and a wrong cut loses the line (held notes are enough for
-  // one). No noise removal: it moves edges.
+  // No noise removal: it moves edges.
   const Config config(cmd_ln_init(nullptr, ps_args(), TRUE, "-hmm", model.c_str(), "-remove_noise", "no",
                                   "-remove_silence", "no", "-dither", "no", "-bestpath", "no", "-fsgusefiller", "no",
-                                  "-fsgusealtpron", "no", "-lw", "1", "-wip", "1", "-pip", "1", "-beam", "0", "-pbeam",
-                                  "0", "-wbeam", "0", "-maxhmmpf", "-1", "-compallsen", "yes", nullptr));
+                                  "-fsgusealtpron", "no", "-lw", "1", "-wip", "1", "-pip", "1", "-beam", beam, "-pbeam",
+                                  beam, "-wbeam", beam, "-maxhmmpf", "-1", "-compallsen", "yes", nullptr));
   Decoder decoder(config ? ps_init(config.get()) : nullptr);
   if (!decoder) throw InputError(model.string(), "", "is no acoustic model that PocketSphinx can read");
   for (std::size_t i = 1; i < kPhoneCount; ++i) {
@@ -193,49 +199,65 @@ std::vector<DecodedPhone> readResult(ps_decoder_t* decoder, const std::vector<st
 }  // namespace
 
 struct PhoneDecoder::State {
+  std::filesystem::path model;
   Decoder decoder;
+  Decoder patient;  ///< without a beam; made when first needed
 };
 
 PhoneDecoder::PhoneDecoder(const std::filesystem::path& model)
-    : state_(std::make_unique<State>(State{makeDecoder(modelOr(model))})) {}
+    : state_(std::make_unique<State>(State{modelOr(model), makeDecoder(modelOr(model), kWideBeam), nullptr})) {}
 PhoneDecoder::~PhoneDecoder() = default;
 PhoneDecoder::PhoneDecoder(PhoneDecoder&&) noexcept = default;
 PhoneDecoder& PhoneDecoder::operator=(PhoneDecoder&&) noexcept = default;
 
-std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> samples, const WordWays& words,
-                                               SpeechKind kind) {
-  MOUTHPIECE_EXPECT(!words.empty());
-  ps_decoder_t* decoder = state_->decoder.get();
+namespace {
+
+void expectDone(int result, const char* what) {
+  if (result < 0) throw InputError("pocketsphinx", "", fmt::format("could not {}", what));
+}
+
+/// Empty where no path through all words was kept.
+std::vector<DecodedPhone> decodeWith(ps_decoder_t* decoder, std::span<const std::int16_t> samples,
+                                     const WordWays& words, SpeechKind kind) {
   const Graph graph = makeGraph(decoder, words);
-  const auto expect_done = [](int result, const char* what) {
-    if (result < 0) throw InputError("pocketsphinx", "", fmt::format("could not {}", what));
-  };
-  expect_done(ps_set_fsg(decoder, "words", graph.get()), "take the words");
-  expect_done(ps_set_search(decoder, "words"), "take the words");
+  expectDone(ps_set_fsg(decoder, "words", graph.get()), "take the words");
+  expectDone(ps_set_search(decoder, "words"), "take the words");
   Cepstra cepstra;
   std::vector<std::size_t> kept;
+  std::vector<mfcc_t*> rows;
   if (kind == SpeechKind::kSung) {
     cepstra = cepstraOf(decoder, samples);
     if (cepstra.empty()) return {};
     kept = thinFrames(cepstra, kSungFramesAPhone * fewestPhones(words));
-  }
-  expect_done(ps_start_utt(decoder), "start");
-  int fed = 0;
-  if (kind == SpeechKind::kSung) {
-    std::vector<mfcc_t*> rows;
     for (const std::size_t frame : kept) rows.push_back(cepstra[frame].data());
-    fed = ps_process_cep(decoder, rows.data(), static_cast<int>(rows.size()), FALSE, TRUE);
-  } else {
-    fed = ps_process_raw(decoder, samples.data(), samples.size(), FALSE, TRUE);
   }
+  expectDone(ps_start_utt(decoder), "start");
+  const int fed = kind == SpeechKind::kSung
+                      ? ps_process_cep(decoder, rows.data(), static_cast<int>(rows.size()), FALSE, TRUE)
+                      : ps_process_raw(decoder, samples.data(), samples.size(), FALSE, TRUE);
   const int ended = ps_end_utt(decoder);
-  expect_done(fed, "hear the sound");
-  expect_done(ended, "end");
+  expectDone(fed, "hear the sound");
+  expectDone(ended, "end");
   std::vector<DecodedPhone> phones = readResult(decoder, kept);
   std::size_t found = 0;
   for (const DecodedPhone& phone : phones) found += phone.opens_word ? 1 : 0;
   if (found != words.size()) phones.clear();
   return phones;
+}
+
+}  // namespace
+
+std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> samples, const WordWays& words,
+                                               SpeechKind kind) {
+  MOUTHPIECE_EXPECT(!words.empty());
+  std::vector<DecodedPhone> phones = decodeWith(state_->decoder.get(), samples, words, kind);
+  if (!phones.empty()) return phones;
+  // Words that hardly fit fall behind any beam.
+  const auto frames = static_cast<std::size_t>(static_cast<double>(samples.size()) / kDecoderSampleRateHz / kFrameStep);
+  const std::size_t phone_count = fewestPhones(words);
+  if (frames < phone_count || frames > kMostWithoutBeam / std::max<std::size_t>(1, phone_count)) return phones;
+  if (!state_->patient) state_->patient = makeDecoder(state_->model, kNoBeam);
+  return decodeWith(state_->patient.get(), samples, words, kind);
 }
 
 }  // namespace mouthpiece
