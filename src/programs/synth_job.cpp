@@ -249,6 +249,11 @@ void SynthJob::Data::writeOutputs(UtteranceAnimation& animation, const PositionM
         return writeFileAtomically(output.path, glb);
       case OutputKind::kCurves:
         return writeFileAtomically(output.path, curvesToJson(animation.curves));
+      case OutputKind::kCurveKeysCsv:
+        return writeFileAtomically(output.path, curveKeysToCsv(animation.curves));
+      case OutputKind::kCurveFramesCsv:
+        return writeFileAtomically(output.path, curveFramesToCsv(animation.curves, animation.motion.frame_rate_hz,
+                                                                 animation.motion.frameCount()));
       case OutputKind::kPhones:
         return writeTextGrid(output.path, animation.labels);
       case OutputKind::kPage:

@@ -116,7 +116,10 @@ void addLineOptions(CLI::App& app, CommandLine& line) {
                                 "Folder for all files: speech.wav motion.c3d motion.csv face.glb curves.json "
                                 "phones.TextGrid view.html report.json")
                      ->capture_default_str();
-  app.add_option("-o", line.out_files, "A single file, repeatable; its kind follows from the ending")->excludes(folder);
+  app.add_option("-o", line.out_files,
+                 "A single file, repeatable; its kind follows from the ending (of curves: "
+                 "curves.json, curves.csv with the same keys, curve_frames.csv)")
+      ->excludes(folder);
 }
 
 /// The typed line itself, wherever it came from.

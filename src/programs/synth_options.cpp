@@ -15,6 +15,13 @@ struct KnownOutput {
   std::string_view usual_name;
 };
 
+/// Kinds whose file's whole name tells them from others with the same ending.
+constexpr std::array kNamedOutputs = {
+    KnownOutput{OutputKind::kCurves, "curves.json", "curves.json"},
+    KnownOutput{OutputKind::kCurveKeysCsv, "curves.csv", "curves.csv"},
+    KnownOutput{OutputKind::kCurveFramesCsv, "curve_frames.csv", "curve_frames.csv"},
+};
+
 constexpr std::array kKnownOutputs = {
     KnownOutput{OutputKind::kSound, ".wav", "speech.wav"},
     KnownOutput{OutputKind::kMotionC3d, ".c3d", "motion.c3d"},
@@ -29,12 +36,13 @@ constexpr std::array kKnownOutputs = {
 }  // namespace
 
 OutputFile outputFileFor(const std::filesystem::path& path) {
+  for (const KnownOutput& known : kNamedOutputs) {
+    if (path.filename().string().ends_with(known.ending)) return {known.kind, path};
+  }
   std::string endings;
-  // Two kinds end in .json: the name tells curves from the report.
   for (const KnownOutput& known : kKnownOutputs) {
-    const bool is_other_json = known.kind == OutputKind::kCurves && !path.filename().string().ends_with("curves.json");
-    if (path.extension() == known.ending && !is_other_json) return {known.kind, path};
     if (known.kind == OutputKind::kCurves) continue;
+    if (path.extension() == known.ending) return {known.kind, path};
     endings += (endings.empty() ? "" : " ") + std::string(known.ending);
   }
   throw InputError(path.string(), "", "found an unknown ending; expected one of " + endings);

@@ -9,8 +9,19 @@
 
 namespace mouthpiece {
 
-/// The files that synth can write; their names in an output folder are those of the design.
-enum class OutputKind { kSound, kMotionC3d, kMotionCsv, kFace, kCurves, kPhones, kPage, kReport };
+/// The files that synth can write; their names in an output folder are those of the design. The last two only with -o.
+enum class OutputKind {
+  kSound,
+  kMotionC3d,
+  kMotionCsv,
+  kFace,
+  kCurves,
+  kPhones,
+  kPage,
+  kReport,
+  kCurveKeysCsv,
+  kCurveFramesCsv
+};
 
 struct OutputFile {
   OutputKind kind;

@@ -78,7 +78,16 @@ CurveSet readCurves(const std::filesystem::path& path) {
   return parseCurves(readFile(path, kMaxFileBytes), path.string());
 }
 
-std::string curvesToCsv(const CurveSet& curves, double frame_rate_hz, std::size_t frames) {
+std::string curveKeysToCsv(const CurveSet& curves) {
+  std::string text = "curve,time_s,value,in,out\n";
+  for (const AnimationCurve& curve : curves) {
+    for (const CurveKey& key : curve.keys)
+      text += fmt::format("{},{},{},{},{}\n", curve.name, key.time, key.value, key.in, key.out);
+  }
+  return text;
+}
+
+std::string curveFramesToCsv(const CurveSet& curves, double frame_rate_hz, std::size_t frames) {
   constexpr int kTimeDecimals = 6, kValueDecimals = 5;
   std::vector<Seconds> times;
   for (std::size_t frame = 0; frame < frames; ++frame) times.push_back(static_cast<double>(frame) / frame_rate_hz);

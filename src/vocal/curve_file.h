@@ -15,7 +15,10 @@ std::string curvesToJson(const CurveSet& curves);
 CurveSet parseCurves(std::string_view json_text, std::string_view file);
 CurveSet readCurves(const std::filesystem::path& path);
 
+/// The same keys as rows of `curve,time_s,value,in,out`.
+std::string curveKeysToCsv(const CurveSet& curves);
+
 /// `time_s,NAME,NAME,...`, one row a frame.
-std::string curvesToCsv(const CurveSet& curves, double frame_rate_hz, std::size_t frames);
+std::string curveFramesToCsv(const CurveSet& curves, double frame_rate_hz, std::size_t frames);
 
 }  // namespace mouthpiece

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/errors.h"
+#include "base/text_numbers.h"
 #include "vocal/curve_edits.h"
 
 namespace mouthpiece {
@@ -48,8 +49,26 @@ TEST(CurveFile, RefusesWhatIsNoneInOneLine) {
 }
 
 TEST(CurveFile, CsvHasARowAFrame) {
-  const std::string text = curvesToCsv({hill()}, 10, 3);
+  const std::string text = curveFramesToCsv({hill()}, 10, 3);
   EXPECT_EQ(text, "time_s,Ah\n0.000000,0.00000\n0.100000,0.40000\n0.200000,0.80000\n");
+}
+
+TEST(CurveFile, TheKeysAsCsvAreTheSameToTheBit) {
+  AnimationCurve curve = hill();
+  curve.keys[1].value = 0.1 + 0.2;
+  const std::string text = curveKeysToCsv({curve});
+  LineReader lines(text);
+  std::vector<std::string_view> fields;
+  std::vector<CurveKey> keys;
+  for (std::string_view line; lines.next(line);) {
+    splitFields(line, ',', fields);
+    ASSERT_EQ(fields.size(), 5U) << line;
+    if (lines.lineNumber() == 1) continue;
+    EXPECT_EQ(fields[0], "Ah");
+    keys.push_back({parseNumber(fields[1]).value(), parseNumber(fields[2]).value(), parseNumber(fields[3]).value(),
+                    parseNumber(fields[4]).value()});
+  }
+  EXPECT_EQ(keys, curve.keys);
 }
 
 TEST(CurveEdits, OffsetReplaceAndMuteStayInTheirSpans) {
