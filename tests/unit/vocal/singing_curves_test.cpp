@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "support/spoken_phones.h"
 #include "vocal/larynx_curve.h"
 #include "vocal/maps_field.h"
 #include "vocal/singing_events.h"
@@ -11,17 +12,7 @@
 namespace mouthpiece {
 namespace {
 
-SpeechLabels line(const std::vector<std::pair<Phone, Seconds>>& phones) {
-  SpeechLabels labels;
-  Seconds at = 0.5;
-  labels.phones.push_back({Phone::kSil, {0, at}, {}, {}});
-  for (const auto& [phone, length] : phones) {
-    labels.phones.push_back({phone, {at, at + length}, {}, {}});
-    at += length;
-  }
-  labels.phones.push_back({Phone::kSil, {at, at + 0.5}, {}, {}});
-  return labels;
-}
+using testing::spokenPhones;
 
 const std::vector<CurveKey>& keysOf(const CurveSet& curves, std::string_view name) {
   const AnimationCurve* curve = findCurve(curves, name);
@@ -32,7 +23,7 @@ const std::vector<CurveKey>& keysOf(const CurveSet& curves, std::string_view nam
 constexpr StyleExtreme kSong{true, true}, kOnlyPitch{false, true}, kOnlyMelody{true, false}, kSpeech{};
 
 TEST(SingingCurves, NotesSetTheAmplitudes) {
-  const SpeechLabels labels = line({{Phone::kAA, 1.0}, {Phone::kN, 0.1}, {Phone::kIY, 0.5}});
+  const SpeechLabels labels = spokenPhones({{Phone::kAA, 1.0}, {Phone::kN, 0.1}, {Phone::kIY, 0.5}});
   AudioTags tags;
   tags.notes = {{{0.5, 0.9}, 200}, {{1.0, 1.5}, 300}, {{1.6, 2.1}, 400}};
   const auto& keys = keysOf(visemeCurves(labels, tags, kOnlyPitch), "Ah");
@@ -49,7 +40,7 @@ TEST(SingingCurves, NotesSetTheAmplitudes) {
 TEST(SingingCurves, OneNoteApexesWhereItIsReachedAndDecaysAsSpeech) {
   AudioTags tags;
   tags.notes = {{{0.7, 1.5}, 200}};
-  const auto& keys = keysOf(visemeCurves(line({{Phone::kAA, 1.0}}), tags, kOnlyPitch), "Ah");
+  const auto& keys = keysOf(visemeCurves(spokenPhones({{Phone::kAA, 1.0}}), tags, kOnlyPitch), "Ah");
   ASSERT_EQ(keys.size(), 4U);
   EXPECT_NEAR(keys[1].time, 0.7, 1e-12);
   EXPECT_NEAR(keys[2].time, 0.5 + 0.75, 1e-12);
@@ -59,7 +50,7 @@ TEST(SingingCurves, OneNoteApexesWhereItIsReachedAndDecaysAsSpeech) {
 TEST(SingingCurves, VibratoOscillatesAtSevenHertzAndGrows) {
   AudioTags tags;
   tags.vibrato = {{{0.6, 1.4}, 5.5, 0.5}};
-  const auto& keys = keysOf(visemeCurves(line({{Phone::kAA, 1.0}}), tags, kOnlyPitch), "Ah");
+  const auto& keys = keysOf(visemeCurves(spokenPhones({{Phone::kAA, 1.0}}), tags, kOnlyPitch), "Ah");
   std::vector<CurveKey> waves;
   for (const CurveKey& key : keys) {
     if (key.time > 0.6 + 1e-9 && key.time < 1.4 - 1e-9) waves.push_back(key);
@@ -79,25 +70,26 @@ TEST(SingingCurves, VibratoOscillatesAtSevenHertzAndGrows) {
 
 TEST(SingingCurves, CloseVowelsBlendAndConsonantsStepBack) {
   // 0.2 s between the vowels: less than 300 ms.
-  const SpeechLabels labels = line({{Phone::kAA, 0.4}, {Phone::kS, 0.2}, {Phone::kIY, 0.4}});
+  const SpeechLabels labels = spokenPhones({{Phone::kAA, 0.4}, {Phone::kS, 0.2}, {Phone::kIY, 0.4}});
   const CurveSet song = visemeCurves(labels, {}, kOnlyMelody);
   EXPECT_NEAR(keysOf(song, "Ah").back().time, 1.1, 1e-12) << "falls until the next vowel's apex";
   EXPECT_NEAR(keysOf(song, "Ee").front().time, 0.5 + 0.75 * 0.4, 1e-12) << "rises from the end of the hold before";
   EXPECT_NEAR(keysOf(song, "S")[1].value, kConsonantInLegato, 1e-12);
-  const CurveSet far = visemeCurves(line({{Phone::kAA, 0.4}, {Phone::kS, 0.31}, {Phone::kIY, 0.4}}), {}, kOnlyMelody);
+  const CurveSet far =
+      visemeCurves(spokenPhones({{Phone::kAA, 0.4}, {Phone::kS, 0.31}, {Phone::kIY, 0.4}}), {}, kOnlyMelody);
   EXPECT_NEAR(keysOf(far, "Ah").back().time, 0.9 + 0.120, 1e-12);
   EXPECT_NEAR(keysOf(far, "S")[1].value, 1.0, 1e-12);
 }
 
 TEST(SingingCurves, RepeatedVowelsHardlyPart) {
-  const SpeechLabels labels = line({{Phone::kIY, 0.3}, {Phone::kN, 0.18}, {Phone::kIY, 0.3}});
+  const SpeechLabels labels = spokenPhones({{Phone::kIY, 0.3}, {Phone::kN, 0.18}, {Phone::kIY, 0.3}});
   const auto& keys = keysOf(visemeCurves(labels, {}, kOnlyMelody), "Ee");
   ASSERT_EQ(keys.size(), 7U);
   EXPECT_NEAR(keys[3].value, 0.95 * 0.8, 1e-12) << "VC = 0.95 in song";
 }
 
 TEST(MapsField, NothingSungIsSpeechExactly) {
-  const SpeechLabels labels = line({{Phone::kM, 0.1}, {Phone::kAA, 0.6}, {Phone::kT, 0.1}, {Phone::kUW, 0.4}});
+  const SpeechLabels labels = spokenPhones({{Phone::kM, 0.1}, {Phone::kAA, 0.6}, {Phone::kT, 0.1}, {Phone::kUW, 0.4}});
   AudioTags tags;
   tags.notes = {{{0.6, 0.8}, 200}, {{0.9, 1.2}, 300}};
   tags.vibrato = {{{0.7, 1.1}, 6, 0.5}};
@@ -107,7 +99,7 @@ TEST(MapsField, NothingSungIsSpeechExactly) {
 }
 
 TEST(MapsField, InBetweenIsBilinear) {
-  const SpeechLabels labels = line({{Phone::kM, 0.1}, {Phone::kAA, 0.6}, {Phone::kT, 0.1}, {Phone::kUW, 0.4}});
+  const SpeechLabels labels = spokenPhones({{Phone::kM, 0.1}, {Phone::kAA, 0.6}, {Phone::kT, 0.1}, {Phone::kUW, 0.4}});
   AudioTags tags;
   tags.notes = {{{0.6, 0.8}, 200}, {{0.9, 1.2}, 300}};
   constexpr double kMa = 0.3, kPs = 0.8;
@@ -127,7 +119,7 @@ TEST(MapsField, InBetweenIsBilinear) {
 }
 
 TEST(MapsField, StyleMayChangeOverTime) {
-  const SpeechLabels labels = line({{Phone::kAA, 0.3}, {Phone::kS, 0.2}, {Phone::kIY, 0.3}});
+  const SpeechLabels labels = spokenPhones({{Phone::kAA, 0.3}, {Phone::kS, 0.2}, {Phone::kIY, 0.3}});
   StyleSignal rising;
   rising.points = {{0.5, 0}, {1.3, 1}};
   const CurveSet changing = blendExtremes(labels, {}, rising, StyleSignal(0));
@@ -140,14 +132,14 @@ TEST(MapsField, StyleMayChangeOverTime) {
 }
 
 TEST(VocalStyle, HeuristicsOfThePaper) {
-  const SpeechLabels labels = line({{Phone::kS, 0.1},
-                                    {Phone::kAA, 0.2},
-                                    {Phone::kT, 0.1},
-                                    {Phone::kAA, 0.7},
-                                    {Phone::kK, 0.1},
-                                    {Phone::kAA, 1.5},
-                                    {Phone::kF, 0.1},
-                                    {Phone::kP, 0.1}});
+  const SpeechLabels labels = spokenPhones({{Phone::kS, 0.1},
+                                            {Phone::kAA, 0.2},
+                                            {Phone::kT, 0.1},
+                                            {Phone::kAA, 0.7},
+                                            {Phone::kK, 0.1},
+                                            {Phone::kAA, 1.5},
+                                            {Phone::kF, 0.1},
+                                            {Phone::kP, 0.1}});
   AudioTags tags;
   // Mean 5, standard deviation 3.6: one clearly below, one clearly above.
   tags.consonants = {{PhoneIndex(1), {}, 0}, {PhoneIndex(3), {}, 5}, {PhoneIndex(5), {}, 10}, {PhoneIndex(7), {}, 5}};
@@ -181,7 +173,7 @@ TEST(VowelModification, TheTableOfThePaper) {
 }
 
 TEST(VowelModification, OnlyOverTheThresholdAndAsHighAsLikely) {
-  const SpeechLabels labels = line({{Phone::kAA, 0.5}});
+  const SpeechLabels labels = spokenPhones({{Phone::kAA, 0.5}});
   const auto heard = [&](double i) {
     AudioTags tags;
     for (int k = 0; k < 200; ++k) tags.vowels.push_back({k * 0.01, 1 - i, 0, i, 0, 0, 0});
@@ -197,7 +189,7 @@ TEST(VowelModification, OnlyOverTheThresholdAndAsHighAsLikely) {
 }
 
 TEST(Larynx, FollowsThePitchWhileVowelsSound) {
-  const SpeechLabels labels = line({{Phone::kAA, 0.5}, {Phone::kS, 0.4}, {Phone::kIY, 0.5}});
+  const SpeechLabels labels = spokenPhones({{Phone::kAA, 0.5}, {Phone::kS, 0.4}, {Phone::kIY, 0.5}});
   AudioTags tags;
   tags.notes = {{{0.5, 1.0}, 200}, {{1.4, 1.9}, 400}};
   const CurveSet curves = larynxCurves(labels, tags);

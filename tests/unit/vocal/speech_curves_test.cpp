@@ -3,23 +3,13 @@
 
 #include <algorithm>
 
+#include "support/spoken_phones.h"
 #include "vocal/viseme_curves.h"
 
 namespace mouthpiece {
 namespace {
 
-/// Phones of given lengths between two silences of 0.5 s, all in one word.
-SpeechLabels line(const std::vector<std::pair<Phone, Seconds>>& phones) {
-  SpeechLabels labels;
-  Seconds at = 0.5;
-  labels.phones.push_back({Phone::kSil, {0, at}, {}, {}});
-  for (const auto& [phone, length] : phones) {
-    labels.phones.push_back({phone, {at, at + length}, {}, {}});
-    at += length;
-  }
-  labels.phones.push_back({Phone::kSil, {at, at + 0.5}, {}, {}});
-  return labels;
-}
+using testing::spokenPhones;
 
 const AnimationCurve& curveOf(const CurveSet& curves, std::string_view name) {
   const AnimationCurve* curve = findCurve(curves, name);
@@ -27,7 +17,9 @@ const AnimationCurve& curveOf(const CurveSet& curves, std::string_view name) {
   return *curve;
 }
 
-CurveSet speech(const std::vector<std::pair<Phone, Seconds>>& phones) { return visemeCurves(line(phones), {}, {}); }
+CurveSet speech(const std::vector<std::pair<Phone, Seconds>>& phones) {
+  return visemeCurves(spokenPhones(phones), {}, {});
+}
 
 TEST(SpeechCurves, FourKeysAtThePapersTimes) {
   const AnimationCurve curve = curveOf(speech({{Phone::kAA, 0.1}}), "Ah");
