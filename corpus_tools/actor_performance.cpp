@@ -19,8 +19,8 @@ constexpr double kClosureSpreadMm = 0.2;  ///< between repetitions of a closure,
 
 // The lips' own movement into contact (docs/theory/actor_model.md, "Closures").
 constexpr Seconds kClosureTimeConstant = 0.011;
-constexpr Seconds kClosureLead = 0.028;      ///< closed before the label's start, when the sound has fallen
-constexpr Seconds kReleaseLead = 0.045;      ///< the label holds the burst, too
+constexpr Seconds kClosureLead = 0.028;      ///< closed before the label's start, when the sound has fallen; but M,
+constexpr Seconds kReleaseLead = 0.025;      ///< and half open before its end: M sounds while they are closed
 constexpr Seconds kShortestClosure = 0.070;  ///< from half closed to half open
 constexpr double kLabiodentalShare = 0.4;    ///< F V are less exact than B P M
 constexpr double kPartedMm = 1.0;            ///< all phones but B P M keep the lips this far open, as the capture does
@@ -103,9 +103,10 @@ void closeLips(const ActorModel& model, const std::vector<SpeechSegment>& segmen
     if (!segment.in_speech || (!bilabial && !isLabiodental(segment.phone))) continue;
     const double spread = kClosureSpreadMm * 10 * options.variation * random.normal();
     const double goal = spread + (bilabial ? model.closures.bilabial_mm : model.closures.labiodental_mm);
-    const Seconds begin = segment.span.start - kClosureLead;
-    const Eigen::VectorXd held =
-        heldMovement({begin, std::max(segment.span.end - kReleaseLead, begin + kShortestClosure)}, options);
+    const bool nasal = segment.phone == Phone::kM;
+    const Seconds begin = segment.span.start - (nasal ? 0 : kClosureLead);
+    const Seconds end = segment.span.end - (nasal ? 0 : kReleaseLead);
+    const Eigen::VectorXd held = heldMovement({begin, std::max(end, begin + kShortestClosure)}, options);
     const double share = bilabial ? 1.0 : kLabiodentalShare;
     opening.array() += share * held.array() * (goal - opening.array());
     if (bilabial) parted.array() *= 1 - held.array();

@@ -22,11 +22,12 @@ struct ClosurePace {
   Seconds source, target, reach;
 };
 
-ClosurePace closurePace(const TimeSpan& source, const TimeSpan& target) {
-  constexpr Seconds kBeforeMiddle = 0.020;  // the lips are tightest that long before the middle of the label
+ClosurePace closurePace(Phone phone, const TimeSpan& source, const TimeSpan& target) {
+  // The lips are tightest that long before the middle of the label, which holds a stop's burst.
+  const Seconds before_middle = isStop(phone) ? 0.020 : 0.0;
   constexpr Seconds kReach = 0.030;
   constexpr double kEarliest = 0.25, kPartOfRoom = 0.7;  // of the label; of what lies between the moment and its ends
-  const double share = std::max(kEarliest, 0.5 - kBeforeMiddle / source.duration());
+  const double share = std::max(kEarliest, 0.5 - before_middle / source.duration());
   const Seconds room = share * std::min(source.duration(), target.duration());
   return {std::lerp(source.start, source.end, share), std::lerp(target.start, target.end, share),
           std::min(kReach, kPartOfRoom * room)};
@@ -49,7 +50,7 @@ TimeWarp warpOf(const SpeechLabels& line, const PhoneRange& target, const Speech
     const LabelledPhone& found = take.phones[source_first.value + i];
     if (i == 0 && !isSilent(found)) add(found.span.start, wanted.span.start);
     if (keep_closure_pace && isBilabial(found.phone)) {
-      const ClosurePace pace = closurePace(found.span, wanted.span);
+      const ClosurePace pace = closurePace(found.phone, found.span, wanted.span);
       add(pace.source - pace.reach, pace.target - pace.reach);
       add(pace.source + pace.reach, pace.target + pace.reach);
     }

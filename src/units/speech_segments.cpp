@@ -73,6 +73,18 @@ std::vector<Piece> speechPieces(const LabelledPhone& phone) {
   return {whole, second};
 }
 
+/// The label of P and B holds the burst, when the lips are open already; that of M ends when they part.
+void giveBurstsToWhatFollows(std::vector<Piece>& pieces) {
+  constexpr Seconds kBurst = 0.020;
+  constexpr double kMostOfLabel = 0.4;
+  for (std::size_t i = 0; i + 1 < pieces.size(); ++i) {
+    SpeechSegment& stop = pieces[i].segment;
+    if (!stop.in_speech || !isBilabial(stop.phone) || !isStop(stop.phone)) continue;
+    stop.span.end -= std::min(kBurst, kMostOfLabel * stop.span.duration());
+    pieces[i + 1].segment.span.start = stop.span.end;
+  }
+}
+
 std::vector<Piece> cutIntoPieces(const SpeechLabels& labels) {
   std::vector<Piece> pieces;
   for (std::size_t i = 0; i < labels.phones.size(); ++i) {
@@ -82,6 +94,7 @@ std::vector<Piece> cutIntoPieces(const SpeechLabels& labels) {
                                         : speechPieces(phone);
     pieces.insert(pieces.end(), next.begin(), next.end());
   }
+  giveBurstsToWhatFollows(pieces);
   for (std::size_t i = pieces.size(); i-- > 0;) {  // HH has the mouth of what follows.
     if (pieces[i].viseme != Viseme::kH) continue;
     const bool vowel_follows = i + 1 < pieces.size() && pieces[i + 1].viseme != Viseme::kSil;
