@@ -12,6 +12,7 @@
 #include "audio/audio_clip.h"
 #include "base/errors.h"
 #include "base/files.h"
+#include "exports/ablation_page.h"
 #include "exports/glb_writer.h"
 #include "exports/html_page.h"
 #include "exports/principal_shapes.h"
@@ -25,6 +26,7 @@
 #include "programs/shared_files.h"
 #include "programs/song_source.h"
 #include "retarget/face_rig.h"
+#include "synthesis/curve_ablation.h"
 #include "synthesis/curve_model.h"
 #include "units/unit_database.h"
 #include "vocal/curve_file.h"
@@ -119,8 +121,9 @@ struct SynthJob::Data {
   /// The face's animation as few shapes. `control`: FaceRig::retarget()'s rows.
   PrincipalShapes deformFace(const UtteranceAnimation& animation, const PositionMatrix& control,
                              StageTimings& timing) const;
+  [[nodiscard]] std::string ablationOf(const SynthesisRequest& request, const UtteranceAnimation& animation) const;
   void writeOutputs(UtteranceAnimation& animation, const PositionMatrix& control, const std::string& glb,
-                    const std::vector<OutputFile>& outputs) const;
+                    const std::string& ablation, const std::vector<OutputFile>& outputs) const;
 };
 
 SynthJob::SynthJob(const SynthOptions& options, const std::vector<OutputFile>& outputs)
@@ -235,8 +238,18 @@ PrincipalShapes SynthJob::Data::deformFace(const UtteranceAnimation& animation, 
   });
 }
 
+std::string SynthJob::Data::ablationOf(const SynthesisRequest& request, const UtteranceAnimation& animation) const {
+  const VocalStyle style = styleFor(request.options.curves, request.labels, request.tags);
+  std::vector<Seconds> times;
+  for (std::size_t frame = 0; frame < animation.motion.frameCount(); ++frame)
+    times.push_back(animation.motion.timeOf(FrameIndex(frame)));
+  return ablationPage(animation.text, request.labels,
+                      ablateCurves(request.labels, request.tags, style, curve_model->poses(), times),
+                      animation.motion.frame_rate_hz);
+}
+
 void SynthJob::Data::writeOutputs(UtteranceAnimation& animation, const PositionMatrix& control, const std::string& glb,
-                                  const std::vector<OutputFile>& outputs) const {
+                                  const std::string& ablation, const std::vector<OutputFile>& outputs) const {
   const auto write = [&](const OutputFile& output) {
     switch (output.kind) {
       case OutputKind::kSound:
@@ -259,6 +272,8 @@ void SynthJob::Data::writeOutputs(UtteranceAnimation& animation, const PositionM
       case OutputKind::kPage:
         return writeViewHtml(output.path, page_template,
                              {animation, glb, face->mesh(), face->name(), face->markerNames(), control});
+      case OutputKind::kAblation:
+        return writeFileAtomically(output.path, ablation);
       case OutputKind::kReport:
         return writeReport(output.path, animation);
     }
@@ -279,9 +294,14 @@ SynthOutcome SynthJob::run(const LineSource& source, const std::vector<OutputFil
   if (!line.notice.empty()) outcome.notices.push_back(line.notice);
   outcome.notices.insert(outcome.notices.end(), sound.warnings.begin(), sound.warnings.end());
 
-  UtteranceAnimation animation = synthesise({line.text, line.voice, std::move(line.labels), std::move(line.audio),
-                                             data_->optionsFor(source), std::move(line.units), std::move(sound.tags)},
-                                            *data_->units);
+  const SynthesisRequest request{line.text,
+                                 line.voice,
+                                 std::move(line.labels),
+                                 std::move(line.audio),
+                                 data_->optionsFor(source),
+                                 std::move(line.units),
+                                 std::move(sound.tags)};
+  UtteranceAnimation animation = synthesise(request, *data_->units);
   animation.corpus = data_->corpus.name;
   animation.warnings = outcome.notices;
   animation.timing_ms.speech = speech_ms;
@@ -297,7 +317,9 @@ SynthOutcome SynthJob::run(const LineSource& source, const std::vector<OutputFil
     const PrincipalShapes shapes = data_->deformFace(animation, control, animation.timing_ms);
     glb = timed(animation.timing_ms.write, [&] { return glbBytes(data_->face->mesh(), shapes, data_->face->name()); });
   }
-  data_->writeOutputs(animation, control, glb, outputs);
+  std::string ablation;
+  if (isAny(outputs, {OutputKind::kAblation})) ablation = data_->ablationOf(request, animation);
+  data_->writeOutputs(animation, control, glb, ablation, outputs);
 
   const StageTimings& timing = animation.timing_ms;
   outcome.duration = animation.motion.duration();

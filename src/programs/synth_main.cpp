@@ -118,7 +118,8 @@ void addLineOptions(CLI::App& app, CommandLine& line) {
                      ->capture_default_str();
   app.add_option("-o", line.out_files,
                  "A single file, repeatable; its kind follows from the ending (of curves: "
-                 "curves.json, curves.csv with the same keys, curve_frames.csv)")
+                 "curves.json, curves.csv with the same keys, curve_frames.csv; ablation.html: what each part of VOCAL "
+                 "does to them)")
       ->excludes(folder);
 }
 

@@ -20,6 +20,7 @@ constexpr std::array kNamedOutputs = {
     KnownOutput{OutputKind::kCurves, "curves.json", "curves.json"},
     KnownOutput{OutputKind::kCurveKeysCsv, "curves.csv", "curves.csv"},
     KnownOutput{OutputKind::kCurveFramesCsv, "curve_frames.csv", "curve_frames.csv"},
+    KnownOutput{OutputKind::kAblation, "ablation.html", "ablation.html"},
 };
 
 constexpr std::array kKnownOutputs = {

@@ -9,7 +9,8 @@
 
 namespace mouthpiece {
 
-/// The files that synth can write; their names in an output folder are those of the design. The last two only with -o.
+/// The files that synth can write; their names in an output folder are those of the design. The last three only
+/// with -o.
 enum class OutputKind {
   kSound,
   kMotionC3d,
@@ -20,7 +21,8 @@ enum class OutputKind {
   kPage,
   kReport,
   kCurveKeysCsv,
-  kCurveFramesCsv
+  kCurveFramesCsv,
+  kAblation
 };
 
 struct OutputFile {

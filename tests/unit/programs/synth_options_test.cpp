@@ -14,6 +14,8 @@ TEST(SynthOptions, TheEndingTellsTheKind) {
   EXPECT_EQ(outputFileFor("a/my_curves.csv").kind, OutputKind::kCurveKeysCsv);
   EXPECT_EQ(outputFileFor("a/curve_frames.csv").kind, OutputKind::kCurveFramesCsv);
   EXPECT_EQ(outputFileFor("a/curves.json").kind, OutputKind::kCurves);
+  EXPECT_EQ(outputFileFor("a/song_ablation.html").kind, OutputKind::kAblation);
+  EXPECT_EQ(outputFileFor("a/song.html").kind, OutputKind::kPage);
   EXPECT_EQ(outputFileFor("a/report.json").kind, OutputKind::kReport);
   EXPECT_EQ(outputFileFor("x.TextGrid").kind, OutputKind::kPhones);
   EXPECT_THROW(outputFileFor("x.avi"), InputError);
