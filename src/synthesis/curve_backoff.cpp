@@ -12,7 +12,7 @@ namespace {
 constexpr double kPartOfPhone = 0.9;  ///< the blend's share of the shared phone, at most
 constexpr double kPartOfSilence = 0.5;
 constexpr Seconds kLongestInSilence = 0.300;
-constexpr Seconds kContactRamp = 0.040;  ///< over which keepContacts() closes and opens
+constexpr Seconds kContactRamp = 0.040;  ///< keepContacts() closes and opens within it
 constexpr Seconds kIntoRun = 0.080;      ///< how far beyond the shared phone a join may lie, beside a contact
 
 bool isCaptured(const UnitDatabase& database, Phone a, Phone b) {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/errors.h"
+#include "vocal/lip_markers.h"
 #include "vocal/pose_motion.h"
 
 namespace mouthpiece {
@@ -126,6 +127,24 @@ TEST(VisemePoses, RefusesALayoutWithoutLips) {
   layout.name = "brows";
   layout.markers.resize(3);
   EXPECT_THROW(fitVisemePoses({}, MarkerPositions::Zero(3, 3), layout, nullptr), InputError);
+}
+
+TEST(VisemePoses, AContactLastsNoLongerThanItsPhone) {
+  // 8 mm apart without contacts, a P of 80 ms.
+  const SpeechLabels labels = syllables({Phone::kAA, Phone::kP, Phone::kAA}, 0.08);
+  const TimeSpan p = labels.phones[2].span;
+  const VisemePoses& poses = genericPoses();
+  const std::vector<Seconds> times = {p.start - 0.020, p.start, p.start + 0.74 * p.duration(), p.end, p.end + 0.010};
+  PositionMatrix moved = 8 * poses.opening_direction.replicate(static_cast<Eigen::Index>(times.size()), 1) /
+                         findLipMarkers(poses.marker_names).opening(poses.opening_direction);
+  keepContacts(visemeCurves(labels, {}, {}), poses, times, moved);
+  const auto opening = [&](Eigen::Index row) { return findLipMarkers(poses.marker_names).opening(moved.row(row)); };
+  const double contact = std::max(poses.bilabial_mm, poses.contact_mm);
+  EXPECT_NEAR(opening(0), 8, 0.01) << "20 ms before the phone";
+  EXPECT_NEAR(opening(1), contact, 0.5);
+  EXPECT_NEAR(opening(2), contact, 0.5) << "held to 75 %";
+  EXPECT_GT(opening(3), 0.5 * (8 + contact)) << "the vowel begins with open lips";
+  EXPECT_NEAR(opening(4), 8, 0.01);
 }
 
 }  // namespace
