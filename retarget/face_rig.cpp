@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
+#include <optional>
 
 #include "base/errors.h"
 #include "deform/deformer.h"
 #include "retarget/face_file.h"
+#include "retarget/larynx.h"
 
 namespace mouthpiece {
 
@@ -15,7 +18,27 @@ struct FaceRig::Data {
   FaceMesh mesh;
   RbfWarp warp;
   FaceDeformer deformer;
+  LarynxBump larynx;
+
+  [[nodiscard]] FaceAnimation deformWithLarynx(const PositionMatrix& control, std::span<const TonguePose> tongues,
+                                               double frame_rate_hz, std::span<const double> heights) const;
 };
+
+namespace {
+
+/// Nothing where the markers that tell the face's size are missing.
+LarynxBump larynxOf(const FaceFile& file, const FaceMesh& mesh) {
+  const auto place = [&](std::string_view name) -> std::optional<Eigen::Vector3d> {
+    const auto found = std::find(file.marker_names.begin(), file.marker_names.end(), name);
+    if (found == file.marker_names.end()) return std::nullopt;
+    return file.marker_targets.row(found - file.marker_names.begin());
+  };
+  const auto chin = place("CHIN_MID"), right = place("CANTHUS_OUT_R"), left = place("CANTHUS_OUT_L");
+  if (!chin || !right || !left) return {};
+  return {mesh, *chin, (*left - *right).norm()};
+}
+
+}  // namespace
 
 FaceRig::FaceRig() = default;
 FaceRig::FaceRig(FaceRig&&) noexcept = default;
@@ -34,8 +57,10 @@ FaceRig FaceRig::load(const std::filesystem::path& face_file) {
     }
   }();
   FaceDeformer deformer(mesh, file.control, file.binding);
+  LarynxBump larynx = larynxOf(file, mesh);
   FaceRig rig;
-  rig.data_ = std::make_unique<Data>(Data{std::move(file), std::move(mesh), std::move(warp), std::move(deformer)});
+  rig.data_ = std::make_unique<Data>(
+      Data{std::move(file), std::move(mesh), std::move(warp), std::move(deformer), std::move(larynx)});
   return rig;
 }
 
@@ -99,9 +124,43 @@ void FaceRig::deform(std::span<const double> control, const TonguePose& tongue, 
   data_->deformer.deform(control, tongue, out);
 }
 
+FaceAnimation FaceRig::Data::deformWithLarynx(const PositionMatrix& control, std::span<const TonguePose> tongues,
+                                              double frame_rate_hz, std::span<const double> heights) const {
+  const std::vector<std::uint32_t>& moving = deformer.movingVertices();
+  const std::vector<std::uint32_t>& raised = larynx.vertices();
+  FaceAnimation animation{frame_rate_hz, {}, {}};
+  std::set_union(moving.begin(), moving.end(), raised.begin(), raised.end(), std::back_inserter(animation.vertices));
+  const auto columns_of = [&](const std::vector<std::uint32_t>& vertices) {
+    std::vector<Eigen::Index> columns;
+    for (const std::uint32_t vertex : vertices) {
+      const auto at = std::lower_bound(animation.vertices.begin(), animation.vertices.end(), vertex);
+      columns.push_back(3 * (at - animation.vertices.begin()));
+    }
+    return columns;
+  };
+  const std::vector<Eigen::Index> moving_columns = columns_of(moving), raised_columns = columns_of(raised);
+  animation.positions.resize(control.rows(), 3 * static_cast<Eigen::Index>(animation.vertices.size()));
+  std::vector<float> deformed(3 * moving.size()), added(3 * raised.size());
+  for (Eigen::Index f = 0; f < control.rows(); ++f) {
+    auto row = animation.positions.row(f);
+    for (std::size_t i = 0; i < raised.size(); ++i) row.segment<3>(raised_columns[i]) = mesh.vertices.row(raised[i]);
+    deformer.deformMoving({control.row(f).data(), static_cast<std::size_t>(control.cols())},
+                          tongues[static_cast<std::size_t>(f)], deformed);
+    for (std::size_t i = 0; i < moving.size(); ++i)
+      row.segment<3>(moving_columns[i]) = Eigen::Map<const Eigen::RowVector3f>(&deformed[3 * i]);
+    larynx.displacements(heights[static_cast<std::size_t>(f)], added);
+    for (std::size_t i = 0; i < raised.size(); ++i)
+      row.segment<3>(raised_columns[i]) += Eigen::Map<const Eigen::RowVector3f>(&added[3 * i]);
+  }
+  return animation;
+}
+
 FaceAnimation FaceRig::deformMoving(const PositionMatrix& control, std::span<const TonguePose> tongues,
-                                    double frame_rate_hz) const {
+                                    double frame_rate_hz, std::span<const double> larynx) const {
   MOUTHPIECE_EXPECT(tongues.size() == static_cast<std::size_t>(control.rows()));
+  MOUTHPIECE_EXPECT(larynx.empty() || larynx.size() == tongues.size());
+  if (!data_->larynx.vertices().empty() && std::any_of(larynx.begin(), larynx.end(), [](double h) { return h != 0; }))
+    return data_->deformWithLarynx(control, tongues, frame_rate_hz, larynx);
   FaceAnimation animation{frame_rate_hz, {}, data_->deformer.movingVertices()};
   if (animation.vertices.empty()) {
     throw InputError(

@@ -46,9 +46,10 @@ class FaceRig {
   /// mesh units. Thread-safe; no allocation when `out` already has its size.
   void deform(std::span<const double> control, const TonguePose& tongue, VertexPositions& out) const;
 
-  /// Many frames at once: rows of retarget()'s result with their tongues. Only the vertices that can move are given.
+  /// Many frames at once: rows of retarget()'s result with their tongues and, where the mesh has a neck, the height of
+  /// the larynx (0 at rest to 1; empty: at rest). Only the vertices that can move are given.
   [[nodiscard]] FaceAnimation deformMoving(const PositionMatrix& control, std::span<const TonguePose> tongues,
-                                           double frame_rate_hz) const;
+                                           double frame_rate_hz, std::span<const double> larynx = {}) const;
 
  private:
   FaceRig();

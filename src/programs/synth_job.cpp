@@ -19,6 +19,7 @@
 #include "exports/report_json.h"
 #include "motion/c3d_file.h"
 #include "motion/motion_csv.h"
+#include "motion/resample.h"
 #include "phonetics/lab_file.h"
 #include "phonetics/lexicon.h"
 #include "phonetics/lexicon_choice.h"
@@ -87,6 +88,10 @@ void expectNoBackoff(const UtteranceAnimation& animation, const std::string& cor
                    fmt::format("lacks the phone pair {} {} (at {:.2f} s); expected it because of --backoff none",
                                phoneName(phones[found->phones.first.value].phone),
                                phoneName(phones[found->phones.last.value].phone), found->span.start));
+}
+
+std::vector<Seconds> timesOf(const MotionClip& motion) {
+  return frameTimes(0, motion.frameCount(), motion.frame_rate_hz);
 }
 
 PhonePairs phonePairsOf(const Corpus& corpus) {
@@ -233,19 +238,20 @@ PrincipalShapes SynthJob::Data::deformFace(const UtteranceAnimation& animation, 
           "or ask with -o for sound and motion alone)",
           animation.motion.duration(), bytes / 1e9, kMaxFaceAnimationBytes / 1e9));
     }
-    const FaceAnimation moving = face->deformMoving(control, animation.tongue, animation.motion.frame_rate_hz);
+    std::vector<double> larynx;
+    if (const AnimationCurve* curve = findCurve(animation.curves, "larynx"))
+      larynx = sampleCurve(*curve, timesOf(animation.motion));
+    const FaceAnimation moving = face->deformMoving(control, animation.tongue, animation.motion.frame_rate_hz, larynx);
     return principalShapes(moving, mesh.vertices, mesh.metres_per_unit);
   });
 }
 
 std::string SynthJob::Data::ablationOf(const SynthesisRequest& request, const UtteranceAnimation& animation) const {
   const VocalStyle style = styleFor(request.options.curves, request.labels, request.tags);
-  std::vector<Seconds> times;
-  for (std::size_t frame = 0; frame < animation.motion.frameCount(); ++frame)
-    times.push_back(animation.motion.timeOf(FrameIndex(frame)));
-  return ablationPage(animation.text, request.labels,
-                      ablateCurves(request.labels, request.tags, style, curve_model->poses(), times),
-                      animation.motion.frame_rate_hz);
+  return ablationPage(
+      animation.text, request.labels,
+      ablateCurves(request.labels, request.tags, style, curve_model->poses(), timesOf(animation.motion)),
+      animation.motion.frame_rate_hz);
 }
 
 void SynthJob::Data::writeOutputs(UtteranceAnimation& animation, const PositionMatrix& control, const std::string& glb,
