@@ -37,6 +37,16 @@ TEST(SingingCurves, NotesSetTheAmplitudes) {
   EXPECT_NEAR(keysOf(visemeCurves(labels, tags, kOnlyPitch), "Ee")[1].value, 1.0, 1e-12) << "the highest note";
 }
 
+TEST(SingingCurves, ConsonantsKeepTheirSpeechCurves) {
+  const SpeechLabels labels = spokenPhones({{Phone::kAA, 0.6}, {Phone::kS, 0.2}, {Phone::kF, 0.1}, {Phone::kIY, 0.5}});
+  AudioTags tags;
+  tags.notes = {{{0.5, 0.8}, 200}, {{0.9, 1.1}, 300}, {{1.4, 1.9}, 400}};
+  tags.vibrato = {{{1.1, 1.9}, 6, 0.5}};
+  const CurveSet sung = visemeCurves(labels, tags, kOnlyPitch), spoken = visemeCurves(labels, {}, kSpeech);
+  for (const char* name : {"S", "FV"}) EXPECT_EQ(*findCurve(sung, name), *findCurve(spoken, name)) << name;
+  EXPECT_NE(*findCurve(sung, "Ah"), *findCurve(spoken, "Ah"));
+}
+
 TEST(SingingCurves, OneNoteApexesWhereItIsReachedAndDecaysAsSpeech) {
   AudioTags tags;
   tags.notes = {{{0.7, 1.5}, 200}};
@@ -156,6 +166,20 @@ TEST(VocalStyle, HeuristicsOfThePaper) {
   EXPECT_NEAR(smooth.at(labels.phones[4].span.middle()), (0.5 + 0.5 + 0.8) / 3, 1e-12);
 }
 
+TEST(VocalStyle, OnlyFricativesAndPlosivesSetMa) {
+  const std::vector<Phone> turbulent = {Phone::kS, Phone::kZ, Phone::kF, Phone::kV, Phone::kSH, Phone::kD,
+                                        Phone::kT, Phone::kP, Phone::kB, Phone::kG, Phone::kK};
+  const std::vector<Phone> others = {Phone::kM, Phone::kN, Phone::kL, Phone::kR, Phone::kW, Phone::kHH};
+  const auto loud_among_quiet = [](Phone phone) {
+    const SpeechLabels labels = spokenPhones({{phone, 0.1}, {Phone::kT, 0.1}, {Phone::kT, 0.1}, {Phone::kT, 0.1}});
+    AudioTags tags;
+    for (std::size_t i = 1; i <= 4; ++i) tags.consonants.push_back({PhoneIndex(i), {}, i == 1 ? 10. : 1.});
+    return melodicAccents(labels, tags)[1];
+  };
+  for (const Phone phone : turbulent) EXPECT_EQ(loud_among_quiet(phone), 0.8) << phoneName(phone);
+  for (const Phone phone : others) EXPECT_EQ(loud_among_quiet(phone), 0.5) << phoneName(phone);
+}
+
 TEST(VowelModification, TheTableOfThePaper) {
   using enum VowelGroup;
   const auto is = [](VowelGroup transcribed, VowelGroup sung, int spread, int round) {
@@ -185,6 +209,8 @@ TEST(VowelModification, OnlyOverTheThresholdAndAsHighAsLikely) {
   EXPECT_EQ(curves[0].name, "lipSpread");
   ASSERT_EQ(curves[0].keys.size(), 4U);
   EXPECT_NEAR(curves[0].keys[1].value, 0.75, 1e-9) << "P times the largest";
+  EXPECT_NEAR(curves[0].keys[0].time, 0.5 - 0.120, 1e-9) << "starts just before the vowel";
+  EXPECT_NEAR(curves[0].keys[2].time, 0.5 + 0.75 * 0.5, 0.02) << "four keys, as a viseme";
   EXPECT_LE(curves[0].keys.back().time, 1.0 + 1e-9) << "ends with the vowel";
 }
 
@@ -198,6 +224,15 @@ TEST(Larynx, FollowsThePitchWhileVowelsSound) {
   EXPECT_NEAR(curves[0].valueAt(1.6), 1, 1e-9) << "the highest note";
   EXPECT_NEAR(curves[0].valueAt(1.2), 0, 1e-9) << "down between";
   EXPECT_TRUE(larynxCurves(labels, {}).empty());
+}
+
+TEST(Larynx, HardlySinksBetweenCloseVowels) {
+  const SpeechLabels labels = spokenPhones({{Phone::kAA, 0.5}, {Phone::kN, 0.1}, {Phone::kIY, 0.5}});
+  AudioTags tags;
+  tags.notes = {{{0.5, 1.0}, 300}, {{1.1, 1.6}, 300}, {{1.7, 1.8}, 200}};
+  const CurveSet curves = larynxCurves(labels, tags);
+  ASSERT_EQ(curves.size(), 1U);
+  EXPECT_NEAR(curves[0].valueAt(1.05), 0.95, 0.01) << "VC = 0.95 of the song, its height 1";
 }
 
 }  // namespace
