@@ -53,8 +53,9 @@ std::vector<HeardStretch> stretchesIn(const AudioTags& tags, const TimeSpan& spa
 /// before it.
 void addKeys(std::vector<CurveKey>& keys, const TimeSpan& span, double value) {
   constexpr Seconds kRamp = vocal_numbers::kOnset;
+  constexpr Seconds kSameTime = 1e-6;
   const Seconds hold_end = span.start + vocal_numbers::kSustain * span.duration();
-  if (!keys.empty() && keys.back().time > span.start - kRamp) {
+  if (!keys.empty() && keys.back().time > span.start - kRamp - kSameTime) {
     // Two stretches meet: one key midway instead of the fall and the rise.
     keys.pop_back();
     const Seconds last = keys.back().time;

@@ -214,6 +214,21 @@ TEST(VowelModification, OnlyOverTheThresholdAndAsHighAsLikely) {
   EXPECT_LE(curves[0].keys.back().time, 1.0 + 1e-9) << "ends with the vowel";
 }
 
+TEST(VowelModification, KeysRiseHoweverFarApartTheStretchesLie) {
+  const SpeechLabels labels = spokenPhones({{Phone::kAA, 1.0}});
+  for (int gap = 1; gap < 30; ++gap) {
+    AudioTags tags;
+    for (int k = 0; k < 200; ++k) {
+      const bool is_i = (k >= 55 && k < 75) || (k >= 75 + gap && k < 95 + gap);
+      tags.vowels.push_back({k * 0.01, is_i ? 0.1 : 0.9, 0, is_i ? 0.9 : 0.1, 0, 0, 0});
+    }
+    for (const AnimationCurve& curve : vowelModificationCurves(labels, tags)) {
+      for (std::size_t i = 1; i < curve.keys.size(); ++i)
+        EXPECT_GT(curve.keys[i].time, curve.keys[i - 1].time) << curve.name << ", " << gap << " frames";
+    }
+  }
+}
+
 TEST(Larynx, FollowsThePitchWhileVowelsSound) {
   const SpeechLabels labels = spokenPhones({{Phone::kAA, 0.5}, {Phone::kS, 0.4}, {Phone::kIY, 0.5}});
   AudioTags tags;
