@@ -6,6 +6,7 @@
 #include "phonetics/textgrid.h"
 #include "vocal/hear_tags.h"
 #include "voices/forced_alignment.h"
+#include "voices/lyrics.h"
 
 namespace mouthpiece {
 namespace {
@@ -23,8 +24,8 @@ std::optional<SpeechLabels> labelsFor(const TagCommand& command, const AudioClip
   if (command.lyrics.empty()) return std::nullopt;
   const Lexicon lexicon = lexiconFrom(command.lexicon);
   const std::string lyrics = decodeText(readFile(command.lyrics, kMaxLyricsBytes), command.lyrics.string());
-  ForcedAlignment alignment =
-      ForcedAligner().align(audio, Pronouncer(&lexicon).wordsOf(lyrics), command.audio.string(), SpeechKind::kSung);
+  ForcedAlignment alignment = ForcedAligner().align(audio, Pronouncer(&lexicon).wordsOf(sungText(lyrics)),
+                                                    command.audio.string(), SpeechKind::kSung);
   if (const std::string doubts = doubtsAbout(alignment); !doubts.empty())
     printNotice(fmt::format("{}: {}", command.audio.string(), doubts), command.quiet);
   return std::move(alignment.labels);

@@ -119,7 +119,7 @@ struct SynthJob::Data {
 
   void readCurveOptions();
   SpokenLine speakOrRead(const LineSource& source);
-  /// The line, and for a song (or for Ma from the sound) what is heard in it.
+  /// The line, and for a song, a line drawn as one, or Ma from the sound, what is heard in it.
   SungSource soundOf(const LineSource& source);
   [[nodiscard]] SynthesisOptions optionsFor(const LineSource& source) const;
   SpokenLine alignRecording(const LineSource& source);
@@ -212,8 +212,12 @@ SpokenLine SynthJob::Data::speakOrRead(const LineSource& source) {
 SungSource SynthJob::Data::soundOf(const LineSource& source) {
   if (!source.song.empty()) return singSong(source.song, lexicon ? &*lexicon : nullptr);
   SpokenLine line = speakOrRead(source);
-  const bool listens = source.is_sung || options.synthesis.curves.ma.automatic;
-  return listens ? hearSong(std::move(line)) : SungSource{std::move(line), {}, {}};
+  const CurveOptions& curves = options.synthesis.curves;
+  if (!source.is_sung && !curves.ma.automatic && curves.alone != CurveStyle::kSing)
+    return SungSource{std::move(line), {}, {}};
+  SungSource heard = hearSong(std::move(line));
+  if (source.audio.empty()) heard.warnings.clear();  // a voice of ours is not silent, clipped or off its text
+  return heard;
 }
 
 /// Songs are made of curves, with consonants of the capture under them, unless a style was asked for.

@@ -13,6 +13,7 @@
 #include "programs/batch_list.h"
 #include "programs/program.h"
 #include "programs/synth_job.h"
+#include "voices/lyrics.h"
 
 namespace mouthpiece {
 namespace {
@@ -127,7 +128,8 @@ void addLineOptions(CLI::App& app, CommandLine& line) {
 LineSource sourceOf(const CommandLine& line) {
   LineSource source = line.source;
   source.is_sung = !line.lyrics.empty() || !line.source.song.empty();
-  if (!line.lyrics.empty()) source.text = decodeText(readFile(line.lyrics, kMaxTextFileBytes), line.lyrics.string());
+  if (!line.lyrics.empty())
+    source.text = sungText(decodeText(readFile(line.lyrics, kMaxTextFileBytes), line.lyrics.string()));
   if (!line.transcript.empty()) source.text = line.transcript;
   if (!line.text_file.empty()) source.text = readFile(line.text_file, kMaxTextFileBytes);
   return source;

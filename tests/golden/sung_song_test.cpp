@@ -12,6 +12,7 @@
 #include "audio/audio_clip.h"
 #include "phonetics/textgrid.h"
 #include "support/run_program.h"
+#include "vocal/curve_file.h"
 
 namespace mouthpiece::test {
 namespace {
@@ -139,6 +140,23 @@ TEST_F(SungSong, VowelsAreFoundWhereTheyBegin) {
   std::sort(errors.begin(), errors.end());
   EXPECT_LE(errors[errors.size() / 2], 0.015) << "median";
   EXPECT_LE(errors[errors.size() * 9 / 10], 0.060) << "90 %";
+}
+
+TEST_F(SungSong, LabelsMadeElsewhereAreTakenAsTheyAreAndTheNotesAreHeard) {
+  sing(song("gloria"));
+  const ProgramResult result =
+      runProgram("synth", {"--audio", path("song.wav"), "--phones", path("song.TextGrid"), "--style", "sing", "--ps",
+                           "1", "-o", path("again.TextGrid"), "-o", path("curves.json"), "--quiet"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const SpeechLabels given = readTextGrid(path("song.TextGrid")), used = readTextGrid(path("again.TextGrid"));
+  ASSERT_EQ(used.phones.size(), given.phones.size());
+  for (std::size_t i = 0; i < used.phones.size(); ++i)
+    EXPECT_NEAR(used.phones[i].span.start, given.phones[i].span.start, 1e-6) << i;
+  const CurveSet curves = readCurves(path("curves.json"));
+  ASSERT_NE(findCurve(curves, "larynx"), nullptr) << "the pitch was heard";
+  double highest = 0;
+  for (const CurveKey& key : findCurve(curves, "Oh")->keys) highest = std::max(highest, key.value);
+  EXPECT_GT(highest, 0.8) << "a high note: more than a long spoken vowel";
 }
 
 TEST_F(SungSong, WhatIsWrongWithARecordingIsSaid) {

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace mouthpiece {
+
+/// The words of a lyrics file that are sung: what stands in square brackets within a line ("[Chorus]", times as
+/// "[00:12.50]") is left out. UTF-8, hostile; line ends stay.
+std::string sungText(std::string_view lyrics);
+
+}  // namespace mouthpiece

@@ -1,0 +1,31 @@
+#include "voices/lyrics.h"
+
+#include <gtest/gtest.h>
+
+#include "voices/pronouncer.h"
+
+namespace mouthpiece {
+namespace {
+
+std::string wordsOf(std::string_view lyrics) {
+  std::string words;
+  for (const TranscriptWord& word : Pronouncer().wordsOf(sungText(lyrics))) words += word.text + " ";
+  return words;
+}
+
+TEST(Lyrics, HeadingsAndTimesAreNotSung) {
+  EXPECT_EQ(wordsOf("[Verse 1]\nTwinkle, twinkle,\r\nlittle star\n\n[Chorus]\nHow I wonder"),
+            "Twinkle twinkle little star How I wonder ");
+  EXPECT_EQ(wordsOf("[00:12.50] row row [00:14.00]row"), "row row row ");
+}
+
+TEST(Lyrics, RepeatedLinesAreSungAsOftenAsTheyStand) { EXPECT_EQ(wordsOf("row\nrow\nrow"), "row row row "); }
+
+TEST(Lyrics, ABracketThatDoesNotCloseTakesNothing) {
+  EXPECT_EQ(wordsOf("up [above\nthe world]"), "up above the world ");
+  EXPECT_EQ(sungText("["), " ");
+  EXPECT_EQ(sungText(""), "");
+}
+
+}  // namespace
+}  // namespace mouthpiece
