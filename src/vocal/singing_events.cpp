@@ -69,14 +69,15 @@ double valueAt(const std::vector<EventKey>& keys, Seconds time) {
   return keys.back().value;
 }
 
-/// Keys half a period apart, alternating about the amplitude that is there, by a share that grows to 0.6.
+/// Keys half a period apart, alternating about the amplitude that is there, by a share that grows to 0.6. A viseme
+/// cannot be reached by more than wholly.
 void addVibrato(std::vector<EventKey>& keys, const TimeSpan& vibrato) {
   constexpr Seconds kHalfPeriod = 0.5 / kVibratoRateHz;
   std::vector<EventKey> waves;
   double sign = 1;
   for (Seconds time = vibrato.start + kHalfPeriod; time < vibrato.end; time += kHalfPeriod, sign = -sign) {
     const double grown = (time - vibrato.start) / vibrato.duration();
-    waves.push_back({time, valueAt(keys, time) * (1 + sign * kVibratoDepth * grown)});
+    waves.push_back({time, std::min(1.0, valueAt(keys, time) * (1 + sign * kVibratoDepth * grown))});
   }
   if (waves.empty()) return;
   const std::vector<EventKey> steady = keys;
