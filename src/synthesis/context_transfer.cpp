@@ -86,7 +86,7 @@ double capturedTightest(std::size_t phone, const UnitDatabase& database, const s
     if (phone < unit.phones.first.value || phone > unit.phones.last.value) continue;
     const PhonePlace place = advance(unit.source, phone - unit.phones.first.value);
     if (!isBilabial(database.phoneAt(place).phone)) continue;  // a stand-in
-    const double opening = database.shapesOf(place.take).tightest_mm[place.phone.value];
+    const double opening = database.tightestMm(place);
     if (opening < least) least = opening;  // NaN is not
   }
   return least;

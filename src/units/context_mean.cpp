@@ -19,13 +19,12 @@ class Mean {
       : database_(database), sum_(Eigen::RowVectorXf::Zero(columns)) {}
 
   void add(const PhonePlace& place, const Eigen::RowVectorXf& line) {
-    const PhoneShapes& shapes = database_.shapesOf(place.take);
-    const auto row = static_cast<Eigen::Index>(place.phone.value);
-    const float distance = (shapes.predicted.row(row) - line).squaredNorm() / static_cast<float>(PhoneShapes::kPoints);
+    const PhoneShape shape = database_.shapeOf(place);
+    const float distance = (shape.predicted() - line).squaredNorm() / static_cast<float>(PhoneShapes::kPoints);
     const float weight = std::exp(-distance / kLikeMm2);
     constexpr float kNothing = 1e-4F;
-    if (weight < kNothing || !shapes.captured.row(row).allFinite()) return;
-    sum_ += weight * (shapes.captured.row(row) - shapes.predicted.row(row));
+    if (weight < kNothing || !shape.captured().allFinite()) return;
+    sum_ += weight * (shape.captured() - shape.predicted());
     weight_ += weight;
   }
   [[nodiscard]] Eigen::RowVectorXf value() const { return sum_ / (weight_ + kHeldBack); }

@@ -81,6 +81,7 @@ const std::vector<PairCosts::Facts>& PairCosts::takeFacts(TakeIndex take) const 
   std::vector<Facts>& facts = found_[take.value];
   if (facts.empty()) {
     const SpeechLabels& labels = database_.corpus().takes[take.value].labels;
+    facts.reserve(labels.phones.size());
     for (std::size_t i = 0; i < labels.phones.size(); ++i) facts.push_back(factsOf(labels, i));
   }
   return facts;
@@ -88,13 +89,11 @@ const std::vector<PairCosts::Facts>& PairCosts::takeFacts(TakeIndex take) const 
 
 float PairCosts::phoneCost(std::size_t phone, const PhonePlace& place, const Facts& found) const {
   const Facts& wanted = wanted_[phone];
-  const PhoneShapes& shapes = database_.shapesOf(place.take);
-  const auto row = static_cast<Eigen::Index>(place.phone.value);
+  const PhoneShape shape = database_.shapeOf(place);
   const auto line = predicted_.row(static_cast<Eigen::Index>(phone));
   const float points = static_cast<float>(PhoneShapes::kPoints);
-  float cost =
-      static_cast<float>(weights_.prediction_per_mm2) * (shapes.captured.row(row) - line).squaredNorm() / points +
-      static_cast<float>(weights_.context_per_mm2) * (shapes.predicted.row(row) - line).squaredNorm() / points;
+  float cost = static_cast<float>(weights_.prediction_per_mm2) * (shape.captured() - line).squaredNorm() / points +
+               static_cast<float>(weights_.context_per_mm2) * (shape.predicted() - line).squaredNorm() / points;
   if (wanted.phones[2] != Phone::kSil) {
     cost += static_cast<float>(weights_.duration) * std::abs(wanted.log_duration - found.log_duration);
     cost += static_cast<float>(weights_.rate) * std::abs(wanted.log_rate - found.log_rate);
@@ -102,7 +101,7 @@ float PairCosts::phoneCost(std::size_t phone, const PhonePlace& place, const Fac
   const int edges = std::popcount(wanted.edges ^ found.edges);
   cost += static_cast<float>(weights_.position * edges + weights_.stress * int{wanted.stressed != found.stressed});
   if (isBilabial(wanted.phones[2]) && closed_mm_ > 0) {
-    const float open = shapes.tightest_mm[place.phone.value] - closed_mm_;
+    const float open = database_.tightestMm(place) - closed_mm_;
     if (open > 0) cost += static_cast<float>(weights_.closure_per_mm) * open;  // NaN is not
   }
   return std::isnan(cost) ? kInfinity : cost;
@@ -124,16 +123,13 @@ float PairCosts::targetCost(std::size_t first, const PhonePlace& place) const {
 }
 
 float PairCosts::joinCost(std::size_t shared, const PhonePlace& before, const PhonePlace& after) const {
-  const PhoneShapes& a = database_.shapesOf(before.take);
-  const PhoneShapes& b = database_.shapesOf(after.take);
-  const auto row_a = static_cast<Eigen::Index>(before.phone.value);
-  const auto row_b = static_cast<Eigen::Index>(after.phone.value);
+  const PhoneShape a = database_.shapeOf(before);
+  const PhoneShape b = database_.shapeOf(after);
   // What is left of the difference when each is moved from its own context into the line's.
   std::array<float, PhoneShapes::kPoints * PhoneShapes::kMostComponents> left{};
   const Eigen::Index size = PhoneShapes::kPoints * components_;
   Eigen::Map<Eigen::Array<float, 1, Eigen::Dynamic>> difference(left.data(), size);
-  difference =
-      (a.captured.row(row_a) - a.predicted.row(row_a) - b.captured.row(row_b) + b.predicted.row(row_b)).array();
+  difference = (a.captured() - a.predicted() - b.captured() + b.predicted()).array();
   const auto spacing = static_cast<float>(target_.phones[shared].span.duration() / PhoneShapes::kPoints);
   float best = kInfinity;
   for (Eigen::Index point = 0; point < PhoneShapes::kPoints; ++point) {

@@ -36,7 +36,7 @@ struct UnitDatabase::TakeFacts {
 
 struct UnitDatabase::TakeShapes {
   std::once_flag once;
-  PhoneShapes shapes;
+  PackedShapes shapes;
 };
 
 UnitDatabase::UnitDatabase(const Corpus& corpus)
@@ -151,15 +151,17 @@ const PhoneLips& UnitDatabase::lipsOf(const PhonePlace& place) const {
   return factsOf(place.take).lips[place.phone.value];
 }
 
-const PhoneShapes& UnitDatabase::shapesOf(TakeIndex take) const {
+const PackedShapes& UnitDatabase::shapesOf(TakeIndex take) const {
   TakeShapes& known = shapes_[take.value];
   std::call_once(known.once, [&] {
     MOUTHPIECE_EXPECT(corpus_.trajectory_model != nullptr);
-    if (corpus_.motion_source != nullptr) known.shapes = corpus_.motion_source->loadShapes(take);
-    if (known.shapes.phoneCount() == 0) {
-      known.shapes = phoneShapes(*corpus_.trajectory_model, corpus_.takes[take.value].labels, motionOf(take),
-                                 corpus_.neutral_pose_mm);
+    PhoneShapes shapes;
+    if (corpus_.motion_source != nullptr) shapes = corpus_.motion_source->loadShapes(take);
+    if (shapes.phoneCount() == 0) {
+      shapes = phoneShapes(*corpus_.trajectory_model, corpus_.takes[take.value].labels, motionOf(take),
+                           corpus_.neutral_pose_mm);
     }
+    known.shapes = PackedShapes(shapes);
   });
   return known.shapes;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "units/corpus.h"
+#include "units/packed_shapes.h"
 #include "units/phone_span_index.h"
 
 namespace mouthpiece {
@@ -51,7 +52,13 @@ class UnitDatabase {
 
   /// What the lattice compares. Only in a corpus with a trajectory model. From the file, or computed on the take's
   /// first question.
-  [[nodiscard]] const PhoneShapes& shapesOf(TakeIndex take) const;
+  [[nodiscard]] PhoneShape shapeOf(const PhonePlace& place) const {
+    return shapesOf(place.take).unpacked(place.phone.value);
+  }
+  /// PhoneShapes::tightest_mm.
+  [[nodiscard]] float tightestMm(const PhonePlace& place) const {
+    return shapesOf(place.take).tightestMm(place.phone.value);
+  }
 
   /// Where phone `a` followed by phone `b` occurs.
   [[nodiscard]] const std::vector<PhonePlace>& diphones(Phone a, Phone b) const;
@@ -64,6 +71,7 @@ class UnitDatabase {
     double neutral_mm = 0;
   };
   [[nodiscard]] const TakeFacts& factsOf(TakeIndex take) const;
+  [[nodiscard]] const PackedShapes& shapesOf(TakeIndex take) const;
   [[nodiscard]] double tightest(const MotionClip& motion, const TimeSpan& span) const;
 
   const Corpus& corpus_;
