@@ -68,6 +68,7 @@ void makeBlocks(std::vector<Hung> hung, std::vector<kernel::Run>& runs, std::vec
 
 struct FaceDeformer::Data {
   const kernel::Kernels* kernels = &kernel::bestKernels();
+  DeformerOptions options;
   ControlMesh control;
   JawHinge jaw;
   TongueMorph tongue;
@@ -284,6 +285,7 @@ FaceDeformer::FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, con
     if (kinds[i] == PartKind::kTongue) tongue.push_back(static_cast<std::uint32_t>(i));
   }
   auto data = std::make_unique<Data>(mesh, control, binding, std::move(tongue));
+  data->options = options;
   if (options.portable_loops) data->kernels = &kernel::portableKernels();
   const BezierSurface surface(control);
   data->takeSurface(surface);
@@ -311,7 +313,7 @@ void FaceDeformer::Data::move(std::span<const double> markers, const TonguePose&
   kernels->bound(frame, bound_runs.data(), bound_runs.size(), bound_blocks.data());
   kernels->loose(frame, loose_runs.data(), loose_runs.size(), loose_blocks.data());
   moveJawVertices(frame);
-  guard.separate(points, jaw_motion, out);
+  if (options.guard_lips) guard.separate(points, jaw_motion, out);
   tongue.deform(jaw_motion, tongue_pose, out);
 }
 

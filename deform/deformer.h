@@ -14,6 +14,7 @@ namespace mouthpiece {
 
 struct DeformerOptions {
   bool portable_loops = false;  ///< the loops that any processor runs, even where it has faster ones; for comparison
+  bool guard_lips = true;       ///< LipGuard; without it for comparison
 };
 
 /// Moves a face's mesh with the markers (EDGE 6, BIDs). Immutable; any number of threads may call deform() at once, and

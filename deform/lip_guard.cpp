@@ -20,7 +20,8 @@ using Eigen::Vector3f;
 constexpr double kReach = 0.12;     ///< a vertex watches what is nearer than this at rest
 constexpr double kEase = 0.002;     ///< what is pushed less than this is pushed softly
 constexpr double kFarApart = 0.08;  ///< lips further apart everywhere need no guard, which fades in over half of this
-constexpr float kOpposed = -0.3F;   ///< cosine between surfaces that can meet
+constexpr float kLeastLength = 1e-30F;
+constexpr float kOpposed = -0.3F;  ///< cosine between surfaces that can meet
 
 Vector3f vertexOf(const VertexPositions& vertices, std::uint32_t v) { return vertices.row(v).transpose(); }
 
@@ -109,21 +110,17 @@ double smooth(double x) {
   return t * t * (3 - 2 * t);
 }
 
-/// Signed distance of a watching vertex from the plane of the triangle it watches, and that plane's normal.
+/// Where a watching vertex is to the plane of the triangle that it watches.
 struct Sight {
-  float distance;
-  Vector3f normal;
+  float distance;   ///< signed, times the length of `across`
+  Vector3f across;  ///< the plane's normal, of any length
 };
 template <typename Watch>
 Sight look(const Watch& watch, const float* out) {
   const auto at = [out](std::uint32_t v) { return Eigen::Map<const Vector3f>(out + 3 * std::size_t{v}); };
-  const Vector3f a = at(watch.corners[0]), b = at(watch.corners[1]), c = at(watch.corners[2]);
-  const Vector3f across = (b - a).cross(c - a);
-  const float length = across.norm();
-  if (!(length > 0)) return {0, Vector3f::Zero()};
-  const Vector3f normal = across / length;
-  const Vector3f place = watch.weights[0] * a + watch.weights[1] * b + watch.weights[2] * c;
-  return {(at(watch.vertex) - place).dot(normal), normal};
+  const Vector3f a = at(watch.corners[0]), ab = at(watch.corners[1]) - a, ac = at(watch.corners[2]) - a;
+  const Vector3f across = ab.cross(ac);
+  return {(at(watch.vertex) - a - watch.weights[0] * ab - watch.weights[1] * ac).dot(across), across};
 }
 
 }  // namespace
@@ -178,8 +175,9 @@ void LipGuard::watchLips(const FaceMesh& mesh, const std::vector<std::uint32_t>&
     const auto place = near.facing(vertexOf(mesh.vertices, v), vertexOf(normals, v));
     if (!place) continue;
     const Triangle& t = *place->triangle;
-    LipWatch watch{v, {t[0], t[1], t[2]}, {place->weights[0], place->weights[1], place->weights[2]}, 0};
-    watch.allowed = std::min(0.0F, look(watch, mesh.vertices.data()).distance);
+    LipWatch watch{v, {t[0], t[1], t[2]}, {place->weights[1], place->weights[2]}, 0};
+    const Sight at_rest = look(watch, mesh.vertices.data());
+    watch.allowed = std::min(0.0F, at_rest.distance / std::max(at_rest.across.norm(), kLeastLength));
     lips_.push_back(watch);
   }
 }
@@ -218,8 +216,11 @@ void LipGuard::separate(const MarkerPositions& points, const AddedMotion& jaw, f
     thread_local std::vector<Vector3f> pushes;
     pushes.resize(lips_.size());
     for (std::size_t i = 0; i < lips_.size(); ++i) {
+      pushes[i].setZero();
       const Sight sight = look(lips_[i], out);
-      pushes[i] = share * pushBack(sight.distance - lips_[i].allowed, ease) * sight.normal;
+      if (sight.distance >= 0) continue;
+      const float length = std::max(sight.across.norm(), kLeastLength);
+      pushes[i] = share * pushBack(sight.distance / length - lips_[i].allowed, ease) / length * sight.across;
     }
     for (std::size_t i = 0; i < lips_.size(); ++i)
       Eigen::Map<Vector3f>(out + 3 * std::size_t{lips_[i].vertex}) += pushes[i];

@@ -24,7 +24,7 @@ class LipGuard {
   struct LipWatch {
     std::uint32_t vertex;
     std::uint32_t corners[3];
-    float weights[3];  ///< of the place watched
+    float weights[2];  ///< of the second and third at the place watched
     float allowed;     ///< signed distance at rest where it is below zero
   };
   struct ToothWatch {

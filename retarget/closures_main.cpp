@@ -51,7 +51,6 @@ ClosureCheck checkClosures(const FaceRig& rig, const ControlMesh& control_mesh, 
   const LipContactMeter meter(rig.mesh(), control_mesh);
   ClosureCheck check;
   const LipContact at_rest = meter.measure(rig.mesh().vertices);
-  check.gap_at_rest_mm = mm * at_rest.gap;
   check.overlap_at_rest_mm = mm * at_rest.overlap;
   check.in_teeth_at_rest_mm = mm * at_rest.in_teeth;
   const ActorPose actor{corpus.neutral_pose_mm, closedLipsMm(corpus)};

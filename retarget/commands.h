@@ -35,7 +35,6 @@ struct ClosureCheck {
   double gap_p95_mm = 0;
   double overlap_mm = 0;   ///< deepest place of one lip inside the other, over all closures
   double in_teeth_mm = 0;  ///< of a lip inside teeth or gums
-  double gap_at_rest_mm = 0;
   double overlap_at_rest_mm = 0;
   double in_teeth_at_rest_mm = 0;
 };

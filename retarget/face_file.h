@@ -29,7 +29,7 @@ struct FaceFile {
   std::vector<std::string> marker_names;       ///< order of the markers everywhere below
   MarkerPositions marker_targets;              ///< their places on the mesh, its unit
   MarkerPositions actor_neutral_mm;            ///< the actor's neutral pose
-  double actor_closed_lips_mm = 0;  ///< between LIP_UP_MID and LIP_LO_MID in the actor's B P M; 0: not known
+  double actor_closed_lips_mm = 0;             ///< between LIP_UP_MID and LIP_LO_MID in the actor's B P M; 0: not known
   WarpOptions warp;                            ///< shape_factor as chosen at the fit
   std::map<std::string, PartKind> part_kinds;  ///< by part name: what the mesh file does not tell by itself
   ControlMesh control;

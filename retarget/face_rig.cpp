@@ -109,14 +109,13 @@ PositionMatrix FaceRig::retarget(const MotionClip& motion, const ActorPose* acto
         "the motion has markers that were not seen in some frames; expected gaps to be filled (`corpus clean`)");
   }
   const MarkerPositions closing = closingOffsets(data_->file.control);
-  const double slack =
-      lipSlack(distanceBetween(neutral, names, "LIP_UP_MID", "LIP_LO_MID"),
-               actor != nullptr ? actor->closed_lips_mm : data_->file.actor_closed_lips_mm);
+  const double slack = lipSlack(distanceBetween(neutral, names, "LIP_UP_MID", "LIP_LO_MID"),
+                                actor != nullptr ? actor->closed_lips_mm : data_->file.actor_closed_lips_mm);
   PositionMatrix result(frames.rows(), frames.cols() + 1);
   result.leftCols(frames.cols()) = data_->warp.targetFromActorRelative(frames, neutral);
   result.leftCols(frames.cols()).rowwise() += Eigen::Map<const Eigen::RowVectorXd>(closing.data(), closing.size());
-  result.rightCols<1>().setConstant(
-      slack * distanceBetween(data_->file.marker_targets, names, "LIP_UP_MID", "LIP_LO_MID"));
+  result.rightCols<1>().setConstant(slack *
+                                    distanceBetween(data_->file.marker_targets, names, "LIP_UP_MID", "LIP_LO_MID"));
   return result;
 }
 

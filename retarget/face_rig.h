@@ -37,9 +37,10 @@ class FaceRig {
   [[nodiscard]] const std::vector<std::string>& markerNames() const;
 
   /// Marker trajectories carried from the actor's space to the mesh's by the RBF warp (EDGE 6): frames x (3 * markers +
-  /// 1), mesh units; the last column is how far the lips stretch before they part (controlPoints). `motion` must hold the rig's markers by name; others are ignored. Throws InputError naming a
-  /// missing one. Lips that are apart on the mesh at rest are brought together by as much as the actor's are closed.
-  /// `actor`: who moves; null: the actor of the corpus the face was fitted with.
+  /// 1), mesh units; the last column is how far the lips stretch before they part (controlPoints). `motion` must hold
+  /// the rig's markers by name; others are ignored. Throws InputError naming a missing one. Lips that are apart on the
+  /// mesh at rest are brought together by as much as the actor's are closed. `actor`: who moves; null: the actor of the
+  /// corpus the face was fitted with.
   [[nodiscard]] PositionMatrix retarget(const MotionClip& motion, const ActorPose* actor = nullptr) const;
 
   /// Deforms one frame: `control` is a row of retarget()'s result, `out` is vertices x 3 (resized when needed),

@@ -17,15 +17,15 @@ namespace mouthpiece {
 namespace {
 
 // Lengths as shares of the mouth's width.
-constexpr double kRegion = 0.25;      ///< the lips' surfaces reach this far from the line where they meet
-constexpr double kLips = 0.12;        ///< and are looked at this far
+constexpr double kRegion = 0.25;          ///< the lips' surfaces reach this far from the line where they meet
+constexpr double kLips = 0.12;            ///< and are looked at this far
 constexpr double kBetweenCorners = 0.35;  ///< and this far to both sides: at the corners the lips are one
-constexpr double kSampleStep = 0.02;  ///< at points closer than this
-constexpr double kMostCuts = 64;      ///< but not more of them on an edge
-constexpr double kDeepest = 0.2;      ///< further behind a surface a point is elsewhere, not inside it
-constexpr double kOpposed = -0.3;  ///< cosine between two surfaces that meet
-constexpr double kOnBorder = 1e-9;    ///< a weight below this: the closest point lies on the opposite edge
-constexpr std::size_t kColumns = 10;  ///< over the middle half of the mouth
+constexpr double kSampleStep = 0.02;      ///< at points closer than this
+constexpr double kMostCuts = 64;          ///< but not more of them on an edge
+constexpr double kDeepest = 0.2;          ///< further behind a surface a point is elsewhere, not inside it
+constexpr double kOpposed = -0.3;         ///< cosine between two surfaces that meet
+constexpr double kOnBorder = 1e-9;        ///< a weight below this: the closest point lies on the opposite edge
+constexpr std::size_t kColumns = 10;      ///< over the middle half of the mouth
 constexpr std::size_t kNoColumn = kColumns;
 
 /// A place on a triangle of the mesh.

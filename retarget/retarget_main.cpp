@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "base/errors.h"
@@ -83,12 +84,31 @@ std::string textOf(const FaceFile& face, const FaceCheck& check) {
   return text;
 }
 
+json factsOf(const ClosureCheck& check) {
+  return {{"closures", check.closures},           {"touching", check.touching},
+          {"gap_median_mm", check.gap_median_mm}, {"gap_p95_mm", check.gap_p95_mm},
+          {"overlap_mm", check.overlap_mm},       {"overlap_at_rest_mm", check.overlap_at_rest_mm},
+          {"in_teeth_mm", check.in_teeth_mm},     {"in_teeth_at_rest_mm", check.in_teeth_at_rest_mm}};
+}
+
+std::string textOf(const ClosureCheck& check) {
+  return fmt::format(
+      "  closures           {} of {} touch within {} mm; gap {:.2f} mm median, {:.2f} mm at 95 %\n"
+      "  lips               {:.2f} mm inside each other at most ({:.2f} at rest), {:.2f} mm inside teeth ({:.2f})\n",
+      check.touching, check.closures, kTouchMm, check.gap_median_mm, check.gap_p95_mm, check.overlap_mm,
+      check.overlap_at_rest_mm, check.in_teeth_mm, check.in_teeth_at_rest_mm);
+}
+
 /// Facts, and what is wrong, on stdout.
-void report(const FaceFile& face, const FaceCheck& check, const CommandLine& line) {
-  if (line.json)
-    printJson(factsOf(face, check));
-  else if (!line.quiet)
-    printText(textOf(face, check));
+void report(const FaceFile& face, const FaceCheck& check, const CommandLine& line,
+            const std::optional<ClosureCheck>& closures = {}) {
+  if (line.json) {
+    json facts = factsOf(face, check);
+    if (closures) facts["captured_closures"] = factsOf(*closures);
+    printJson(facts);
+  } else if (!line.quiet) {
+    printText(textOf(face, check) + (closures ? textOf(*closures) : ""));
+  }
 }
 
 int fit(const CommandLine& line) {
@@ -131,16 +151,10 @@ int check(const CommandLine& line) {
   const FaceMesh mesh = readMeshOf(face, line.face);
   checkBinding(face.binding, mesh, face.control, line.face.string());
   const FaceCheck found = checkFace(face, mesh);
-  report(face, found, line);
-  if (!line.corpus.empty()) {
-    const ClosureCheck c = checkClosures(FaceRig::load(line.face), face.control, readCorpus(line.corpus), line.quiet);
-    printText(
-        fmt::format("  closures           {} of {} touch, (rest gap {:.2f}) gap {:.2f} mm median, {:.2f} mm at 95 %; "
-                    "overlap {:.2f} mm "
-                    "({:.2f} at rest), in teeth {:.2f} mm ({:.2f} at rest)\n",
-                    c.touching, c.closures, c.gap_at_rest_mm, c.gap_median_mm, c.gap_p95_mm, c.overlap_mm,
-                    c.overlap_at_rest_mm, c.in_teeth_mm, c.in_teeth_at_rest_mm));
-  }
+  std::optional<ClosureCheck> closures;
+  if (!line.corpus.empty())
+    closures = checkClosures(FaceRig::load(line.face), face.control, readCorpus(line.corpus), line.quiet || line.json);
+  report(face, found, line, closures);
   return faultsOf(found).empty() ? kExitDone : kExitBadInput;
 }
 

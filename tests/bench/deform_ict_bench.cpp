@@ -109,6 +109,72 @@ void ictDeformAgainstDenseBlend(benchmark::State& state) {
 }
 BENCHMARK(ictDeformAgainstDenseBlend)->Unit(benchmark::kMillisecond);
 
+/// What keeping the lips out of each other and of the teeth costs where it costs most: closed lips.
+void ictLipGuard(benchmark::State& state) {
+  const Head* ict = head();
+  if (ict == nullptr) return state.SkipWithError(kMissing);
+  const FaceDeformer without(ict->mesh, ict->face.control, ict->face.binding, DeformerOptions{.guard_lips = false});
+  const MarkerPositions& closed = ict->face.marker_targets;
+  const std::span<const double> row(closed.data(), static_cast<std::size_t>(closed.size()));
+  VertexPositions out = ict->mesh.vertices;
+  double guarded_ms = 1e9, unguarded_ms = 1e9;
+  for (auto _ : state) {
+    guarded_ms = std::min(guarded_ms, fastestMs([&] { ict->deformer->deform(row, {}, out); }));
+    unguarded_ms = std::min(unguarded_ms, fastestMs([&] { without.deform(row, {}, out); }));
+  }
+  state.counters["deform_ms"] = guarded_ms;
+  state.counters["guard_share"] = 1 - unguarded_ms / guarded_ms;
+}
+BENCHMARK(ictLipGuard)->Unit(benchmark::kMillisecond);
+
+/// The head over and over as one mesh: nanoseconds a vertex and frame must not grow.
+void ictManyTimesOver(benchmark::State& state) {
+  const Head* ict = head();
+  if (ict == nullptr) return state.SkipWithError(kMissing);
+  const auto copies = static_cast<Eigen::Index>(state.range(0));
+  const Eigen::Index count = ict->mesh.vertices.rows();
+  FaceMesh mesh = ict->mesh;
+  mesh.vertices = ict->mesh.vertices.replicate(copies, 1);
+  FaceBinding binding;
+  const auto repeated = [&](const auto& column, auto& to) {
+    for (Eigen::Index i = 0; i < copies; ++i) to.insert(to.end(), column.begin(), column.end());
+  };
+  repeated(ict->face.binding.patch, binding.patch);
+  repeated(ict->face.binding.u, binding.u);
+  repeated(ict->face.binding.v, binding.v);
+  repeated(ict->face.binding.d, binding.d);
+  repeated(ict->face.binding.skin_weight, binding.skin_weight);
+  repeated(ict->face.binding.jaw_weight, binding.jaw_weight);
+  mesh.triangles.clear();
+  for (MeshPart& part : mesh.parts) {
+    const std::size_t first = mesh.triangles.size();
+    for (Eigen::Index i = 0; i < copies; ++i) {
+      for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t) {
+        Triangle triangle = ict->mesh.triangles[t];
+        for (std::uint32_t& corner : triangle) corner += static_cast<std::uint32_t>(i * count);
+        mesh.triangles.push_back(triangle);
+      }
+    }
+    part.first_triangle = first;
+    part.triangle_count = mesh.triangles.size() - first;
+  }
+  const FaceDeformer deformer(mesh, ict->face.control, binding);
+  VertexPositions out = mesh.vertices;
+  double deform_ms = 1e9, copy_ms = 1e9;
+  for (auto _ : state) {
+    deform_ms = std::min(deform_ms, fastestMs([&] { ict->deform(deformer, out); }));
+    copy_ms =
+        std::min(copy_ms, fastestMs([&] {
+                   std::memcpy(out.data(), mesh.vertices.data(), static_cast<std::size_t>(out.size()) * sizeof(float));
+                   benchmark::DoNotOptimize(out.data());
+                 }));
+  }
+  state.counters["vertices"] = static_cast<double>(mesh.vertices.rows());
+  state.counters["ns_a_vertex"] = 1e6 * deform_ms / static_cast<double>(mesh.vertices.rows());
+  state.counters["share_of_copy"] = copy_ms / deform_ms;
+}
+BENCHMARK(ictManyTimesOver)->Arg(1)->Arg(4)->Arg(12)->Arg(38)->Iterations(1)->Unit(benchmark::kMillisecond);
+
 /// 64 frames on one thread and on two.
 void ictDeformOnTwoThreads(benchmark::State& state) {
   const Head* ict = head();

@@ -123,6 +123,34 @@ TEST(ControlSurface, OpeningGrowsSmoothlyWithTheMarkers) {
   EXPECT_GT(before, 9.0) << "an open mouth must open";
 }
 
+/// Lips that touch stretch before they part: then they open without a jerk and catch up.
+TEST(ControlSurface, LipsStickAsFarAsTheyAreSaidTo) {
+  const ControlMesh& mesh = sampleControl();
+  const auto middle = rimPairs(mesh)[2];
+  constexpr double kSlackMm = 3, kStepMm = 0.05;
+  constexpr double kAlong_mm = 0.1;  // the lips' own direction is a little off the vertical
+  const auto gapAt = [&](double opening) {
+    const MarkerPositions pose = openMouth(sampleFace(), opening);
+    std::vector<double> row(pose.data(), pose.data() + pose.size());
+    row.push_back(kSlackMm);
+    return gapAlong(controlPoints(mesh, row), middle, {0, 1, 0});
+  };
+  double before = 0, speed_before = 0;
+  for (double opening = -3; opening < 12; opening += kStepMm) {
+    const double gap = gapAt(opening);
+    const double speed = (gap - before) / kStepMm;
+    if (opening < kSlackMm - 0.5) {
+      EXPECT_NEAR(gap, 0, kAlong_mm) << opening;
+    } else if (opening > -2.9) {
+      EXPECT_GE(speed, -0.05) << opening;
+      EXPECT_LT(std::abs(speed - speed_before), 0.15) << "a jerk at " << opening;
+    }
+    before = gap;
+    speed_before = speed;
+  }
+  EXPECT_NEAR(before, gapAlong(controlPoints(mesh, rowOf(openMouth(sampleFace(), 12))), middle, {0, 1, 0}), 0.6);
+}
+
 TEST(ControlSurface, RefusesWhatIsNoFace) {
   const auto& face = sampleFace();
   EXPECT_THROW(buildControlMesh({face.names.begin(), face.names.begin() + 30}, face.rest.topRows(30)), InputError);

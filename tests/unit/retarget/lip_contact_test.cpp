@@ -1,0 +1,151 @@
+#include "retarget/lip_contact.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+#include "base/files.h"
+#include "deform/deformer.h"
+#include "retarget/face_rig.h"
+#include "support/run_program.h"
+#include "test_face.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr double kTouch_mm = 0.3;  // of the issue: lips that touch in the capture touch on the head
+
+/// The default face; how far its lips are apart, and in each other, in a pose.
+class LipContactTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
+    if (file_.marker_names.empty()) file_ = test::fittedDefaultFace(mesh_);
+  }
+
+  /// Markers of the lower lip and chin lowered.
+  [[nodiscard]] static MarkerPositions lowered(double mm) {
+    MarkerPositions pose = file_.marker_targets;
+    for (std::size_t i = 0; i < file_.marker_names.size(); ++i) {
+      const std::string& name = file_.marker_names[i];
+      // Towards the corners lips are thinner and part less far.
+      const double share = name.starts_with("LIP_LO_OUT")                           ? 0.4
+                           : name.starts_with("LIP_LO") || name.starts_with("CHIN") ? 1
+                                                                                    : 0;
+      pose(static_cast<Eigen::Index>(i), 1) -= share * mm;
+    }
+    return pose;
+  }
+
+  [[nodiscard]] static VertexPositions deformed(const FaceDeformer& deformer, const MarkerPositions& pose,
+                                                double slack_mm) {
+    std::vector<double> row(pose.data(), pose.data() + pose.size());
+    row.push_back(slack_mm);
+    VertexPositions out;
+    deformer.deform(row, {}, out);
+    return out;
+  }
+
+  static inline FaceMesh mesh_;  // fitted once
+  static inline FaceFile file_;
+};
+
+TEST_F(LipContactTest, TheMeterSeesAGapAndAnOverlapThatWereMade) {
+  const LipContactMeter meter(mesh_, file_.control);
+  const LipContact at_rest = meter.measure(mesh_.vertices);
+  EXPECT_NEAR(at_rest.gap, 0, 0.05);
+  EXPECT_LT(at_rest.overlap, 0.2);
+  EXPECT_EQ(at_rest.in_teeth, 0);
+  // The lower lip as a whole, by what hangs on its patches.
+  for (const double shift : {-2.0, 1.0}) {
+    VertexPositions moved = mesh_.vertices;
+    for (std::size_t v = 0; v < file_.binding.patch.size(); ++v) {
+      const int patch = file_.binding.patch[v];
+      if (patch >= 0 && file_.control.sideOf(static_cast<std::size_t>(patch)) == LipSide::kLower)
+        moved(static_cast<Eigen::Index>(v), 1) += static_cast<float>(shift);
+    }
+    const LipContact contact = meter.measure(moved);
+    if (shift < 0) {
+      EXPECT_NEAR(contact.gap, -shift, 0.5);
+    } else {
+      EXPECT_NEAR(contact.overlap, shift, 0.5);
+    }
+  }
+}
+
+TEST_F(LipContactTest, LipsTouchUntilTheyHaveStretchedAndNeverPass) {
+  const LipContactMeter meter(mesh_, file_.control);
+  const FaceDeformer deformer(mesh_, file_.control, file_.binding);
+  constexpr double kSlack_mm = 3.5;
+  for (const double opening : {-2.0, -1.0, 0.0, 1.0, 2.0, 3.0}) {
+    const LipContact contact = meter.measure(deformed(deformer, lowered(opening), kSlack_mm));
+    EXPECT_LT(contact.gap, kTouch_mm) << opening;
+    EXPECT_LT(contact.overlap, kTouch_mm) << opening;
+    EXPECT_LT(contact.in_teeth, kTouch_mm) << opening;
+  }
+  EXPECT_GT(meter.measure(deformed(deformer, lowered(9), kSlack_mm)).gap, 5);
+}
+
+TEST_F(LipContactTest, TheGuardPushesLipsOutOfEachOther) {
+  const LipContactMeter meter(mesh_, file_.control);
+  const FaceDeformer guarded(mesh_, file_.control, file_.binding);
+  const FaceDeformer unguarded(mesh_, file_.control, file_.binding, {.guard_lips = false});
+  // A lower lip that is pushed up and back.
+  MarkerPositions pose = lowered(-2);
+  for (std::size_t i = 0; i < file_.marker_names.size(); ++i) {
+    if (file_.marker_names[i].starts_with("LIP_LO")) pose(static_cast<Eigen::Index>(i), 2) -= 1.5;
+  }
+  const double with = meter.measure(deformed(guarded, pose, 3)).overlap;
+  const double without = meter.measure(deformed(unguarded, pose, 3)).overlap;
+  EXPECT_LT(with, 0.6 * without);
+}
+
+TEST_F(LipContactTest, NothingJumpsAsTheMouthOpens) {
+  const FaceDeformer deformer(mesh_, file_.control, file_.binding);
+  constexpr double kStep_mm = 0.02;
+  VertexPositions before = deformed(deformer, lowered(-3), 3);
+  for (double opening = -3 + kStep_mm; opening < 8; opening += kStep_mm) {
+    const VertexPositions now = deformed(deformer, lowered(opening), 3);
+    // Lips that catch up move up to three times as fast as the markers.
+    ASSERT_LT((now - before).rowwise().norm().maxCoeff(), 4 * kStep_mm) << opening;
+    before = now;
+  }
+}
+
+/// The actor's lips touch though the outer markers are further apart than at rest, as they are in captured B P M.
+TEST_F(LipContactTest, ClosedInTheCaptureIsClosedOnTheHead) {
+  test::ScratchFolder folder;
+  constexpr double kStretch_mm = 2.5;
+  const test::MadeUpActor actor = test::madeUpActor();
+  const auto rowNamed = [&](const std::string& name) {
+    return static_cast<Eigen::Index>(std::find(actor.names.begin(), actor.names.end(), name) - actor.names.begin());
+  };
+  const double neutral =
+      (actor.neutral_mm.row(rowNamed("LIP_UP_MID")) - actor.neutral_mm.row(rowNamed("LIP_LO_MID"))).norm();
+  FaceFile file = file_;
+  file.actor_closed_lips_mm = neutral + kStretch_mm;
+  writeFileAtomically(folder.path() / "default.obj", objBytes(test::defaultFace().mesh));
+  writeFaceFile(folder.path() / "default.face", file);
+  const FaceRig rig = FaceRig::load(folder.path() / "default.face");
+  MarkerPositions pose = actor.neutral_mm;
+  for (std::size_t i = 0; i < actor.names.size(); ++i) {
+    if (actor.names[i].starts_with("LIP_LO") || actor.names[i].starts_with("CHIN"))
+      pose(static_cast<Eigen::Index>(i), 1) -= actor.names[i].find("OUT") == std::string::npos ? kStretch_mm : 1;
+  }
+  MotionClip clip{60, actor.names, PositionMatrix(1, pose.size())};
+  clip.positions_mm.row(0) = Eigen::Map<const Eigen::RowVectorXd>(pose.data(), pose.size());
+  const LipContactMeter meter(rig.mesh(), file_.control);
+  const auto gapOf = [&](const ActorPose* who) {
+    const PositionMatrix control = rig.retarget(clip, who);
+    VertexPositions out;
+    rig.deform({control.data(), static_cast<std::size_t>(control.cols())}, {}, out);
+    return meter.measure(out).gap;
+  };
+  EXPECT_LT(gapOf(nullptr), kTouch_mm);
+  const ActorPose parts_at_once{actor.neutral_mm, neutral};
+  EXPECT_GT(gapOf(&parts_at_once), 1);
+}
+
+}  // namespace
+}  // namespace mouthpiece
