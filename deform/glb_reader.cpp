@@ -8,6 +8,7 @@
 #include <map>
 
 #include "base/errors.h"
+#include "deform/glb_views.h"
 #include "deform/mesh_reader.h"
 
 namespace mouthpiece {
@@ -145,7 +146,7 @@ class GlbParser {
       fail(fmt::format("mesh '{}' has no positions", printable(mesh_name, 60)));
     const auto [entry, is_new] = first_vertex_.try_emplace(position->second, soup_.vertexCount());
     const std::size_t count = is_new ? addVertices(primitive, position->second, scene_from_mesh)
-                                     : accessor(position->second, TINYGLTF_TYPE_VEC3).count;
+                                     : views_.accessor(position->second, TINYGLTF_TYPE_VEC3).count;
     if (with_shapes_) {
       if (is_new) addShapes(primitive, mesh, entry->second, count, scene_from_mesh.linear());
       return;
@@ -155,45 +156,9 @@ class GlbParser {
     addTriangles(primitive, entry->second, count, is_mirrored, addPart(primitive.material, mesh_name));
   }
 
-  /// An accessor whose bytes are all there; type checked.
-  struct View {
-    const unsigned char* data = nullptr;
-    std::size_t count = 0;
-    std::size_t stride = 0;
-    int component = 0;
-  };
-  View accessor(int index, int type) const {
-    if (index < 0 || static_cast<std::size_t>(index) >= model_.accessors.size())
-      fail("names an accessor that it does not hold");
-    const tinygltf::Accessor& accessor = model_.accessors[static_cast<std::size_t>(index)];
-    if (accessor.sparse.isSparse) fail("found a sparse accessor; expected plain ones");
-    if (accessor.type != type) fail("found an accessor of the wrong type");
-    const int view_index = accessor.bufferView;
-    if (view_index < 0 || static_cast<std::size_t>(view_index) >= model_.bufferViews.size())
-      fail("names a buffer view that it does not hold");
-    const tinygltf::BufferView& view = model_.bufferViews[static_cast<std::size_t>(view_index)];
-    if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model_.buffers.size())
-      fail("names a buffer that it does not hold");
-    const std::vector<unsigned char>& data = model_.buffers[static_cast<std::size_t>(view.buffer)].data;
-    const int component_size = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType));
-    const int components = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type));
-    if (component_size <= 0 || components <= 0) fail("found an accessor of an unknown type");
-    const auto element = static_cast<std::size_t>(component_size * components);
-    const std::size_t stride = view.byteStride == 0 ? element : view.byteStride;
-    // Each term is under 2^32 or is checked against the buffer first, so the sums cannot wrap.
-    const std::size_t size = data.size();
-    const bool fits =
-        view.byteOffset <= size && view.byteLength <= size - view.byteOffset &&
-        accessor.byteOffset <= view.byteLength && stride >= element && stride <= 4096 &&
-        accessor.count <= kMaxMeshVertices * 8 &&
-        (accessor.count == 0 || (accessor.count - 1) * stride + element <= view.byteLength - accessor.byteOffset);
-    if (!fits) fail(fmt::format("accessor {} reaches beyond its buffer of {} bytes", index, size));
-    return {data.data() + view.byteOffset + accessor.byteOffset, accessor.count, stride, accessor.componentType};
-  }
-
   std::size_t addVertices(const tinygltf::Primitive& primitive, int position_accessor,
                           const Eigen::Affine3d& scene_from_mesh) {
-    const View view = accessor(position_accessor, TINYGLTF_TYPE_VEC3);
+    const GlbView view = views_.accessor(position_accessor, TINYGLTF_TYPE_VEC3);
     if (view.component != TINYGLTF_COMPONENT_TYPE_FLOAT) fail("found positions that are no floats");
     if (soup_.vertexCount() + view.count > kMaxMeshVertices)
       fail(fmt::format("found more than {} vertices", kMaxMeshVertices));
@@ -242,7 +207,7 @@ class GlbParser {
         shapes_.moves.emplace_back(0, 3);
       }
       padShape(shapes_.moves[shape]);
-      const std::vector<float> moves = mostlyZeroVec3(position->second, count);
+      const std::vector<float> moves = views_.mostlyZeroVec3(position->second, count);
       for (std::size_t i = 0; i < count; ++i) {
         const Eigen::Vector3f move =
             (turn * Eigen::Map<const Eigen::Vector3f>(&moves[3 * i]).cast<double>()).cast<float>();
@@ -252,97 +217,31 @@ class GlbParser {
     }
   }
 
-  /// `count` vec3 floats of an accessor that may be sparse.
-  std::vector<float> mostlyZeroVec3(int index, std::size_t count) {
-    if (index < 0 || static_cast<std::size_t>(index) >= model_.accessors.size())
-      fail("names an accessor that it does not hold");
-    tinygltf::Accessor& wanted = model_.accessors[static_cast<std::size_t>(index)];
-    if (wanted.count != count || wanted.type != TINYGLTF_TYPE_VEC3 ||
-        wanted.componentType != TINYGLTF_COMPONENT_TYPE_FLOAT) {
-      fail("found a shape that is no list of one move a vertex");
-    }
-    std::vector<float> values(3 * count, 0.0F);
-    const auto sparse = wanted.sparse;
-    if (wanted.bufferView >= 0) {
-      wanted.sparse.isSparse = false;
-      const View view = accessor(index, TINYGLTF_TYPE_VEC3);
-      for (std::size_t i = 0; i < count; ++i) std::memcpy(&values[3 * i], view.data + i * view.stride, 12);
-      wanted.sparse.isSparse = sparse.isSparse;
-    }
-    if (!sparse.isSparse) return values;
-    if (sparse.count < 0 || static_cast<std::size_t>(sparse.count) > count) fail("found a damaged sparse accessor");
-    const View at = partOfView(sparse.indices.bufferView, sparse.indices.byteOffset, sparse.indices.componentType, 1,
-                               static_cast<std::size_t>(sparse.count));
-    const View moves = partOfView(sparse.values.bufferView, sparse.values.byteOffset, TINYGLTF_COMPONENT_TYPE_FLOAT, 3,
-                                  static_cast<std::size_t>(sparse.count));
-    for (std::size_t i = 0; i < at.count; ++i) {
-      const std::size_t vertex = indexAt(at, i);
-      if (vertex >= count) fail("found a sparse accessor with an index out of range");
-      std::memcpy(&values[3 * vertex], moves.data + i * moves.stride, 12);
-    }
-    return values;
-  }
-
-  /// `count` tightly packed elements within a buffer view.
-  [[nodiscard]] View partOfView(int view_index, std::size_t offset, int component, std::size_t width,
-                                std::size_t count) const {
-    if (view_index < 0 || static_cast<std::size_t>(view_index) >= model_.bufferViews.size())
-      fail("names a buffer view that it does not hold");
-    const tinygltf::BufferView& view = model_.bufferViews[static_cast<std::size_t>(view_index)];
-    if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model_.buffers.size())
-      fail("names a buffer that it does not hold");
-    const std::vector<unsigned char>& data = model_.buffers[static_cast<std::size_t>(view.buffer)].data;
-    const int component_size = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(component));
-    if (component_size <= 0) fail("found an accessor of an unknown type");
-    const std::size_t element = width * static_cast<std::size_t>(component_size);
-    const bool fits = view.byteOffset <= data.size() && view.byteLength <= data.size() - view.byteOffset &&
-                      offset <= view.byteLength && count <= (view.byteLength - offset) / element;
-    if (!fits) fail("found a sparse accessor that reaches beyond its buffer");
-    return {data.data() + view.byteOffset + offset, count, element, component};
-  }
-
   void addColors(const tinygltf::Primitive& primitive, std::size_t count) {
     soup_.vertex_colors.resize(soup_.vertexCount(), {1.0F, 1.0F, 1.0F});
     const auto attribute = primitive.attributes.find("COLOR_0");
     if (attribute == primitive.attributes.end()) return;
-    const int index = attribute->second;
-    if (index < 0 || static_cast<std::size_t>(index) >= model_.accessors.size())
-      fail("names an accessor that it does not hold");
-    const int type = model_.accessors[static_cast<std::size_t>(index)].type;
-    const View view = accessor(index, type == TINYGLTF_TYPE_VEC4 ? TINYGLTF_TYPE_VEC4 : TINYGLTF_TYPE_VEC3);
+    const int type = views_.typeOf(attribute->second);
+    const GlbView view =
+        views_.accessor(attribute->second, type == TINYGLTF_TYPE_VEC4 ? TINYGLTF_TYPE_VEC4 : TINYGLTF_TYPE_VEC3);
     if (view.count != count) fail("found fewer colours than vertices");
     has_vertex_colors_ = true;
     for (std::size_t i = 0; i < count; ++i) {
       auto& color = soup_.vertex_colors[soup_.vertexCount() - count + i];
-      for (std::size_t k = 0; k < 3; ++k) color[k] = std::clamp(channel(view, i, k), 0.0F, 1.0F);
+      for (std::size_t k = 0; k < 3; ++k) color[k] = std::clamp(view.channel(i, k), 0.0F, 1.0F);
     }
-  }
-
-  static float channel(const View& view, std::size_t i, std::size_t k) {
-    const unsigned char* at = view.data + i * view.stride;
-    if (view.component == TINYGLTF_COMPONENT_TYPE_FLOAT) {
-      float value = 0;
-      std::memcpy(&value, at + 4 * k, 4);
-      return std::isfinite(value) ? value : 0.0F;
-    }
-    if (view.component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) {
-      std::uint16_t value = 0;
-      std::memcpy(&value, at + 2 * k, 2);
-      return static_cast<float>(value) / 65535.0F;
-    }
-    return static_cast<float>(at[k]) / 255.0F;
   }
 
   void addTexture(const tinygltf::Primitive& primitive, std::size_t count) {
     soup_.texture_coordinates.resize(soup_.vertexCount(), {0.0F, 0.0F});
     const auto attribute = primitive.attributes.find("TEXCOORD_0");
     if (attribute == primitive.attributes.end()) return;
-    const View view = accessor(attribute->second, TINYGLTF_TYPE_VEC2);
+    const GlbView view = views_.accessor(attribute->second, TINYGLTF_TYPE_VEC2);
     if (view.component != TINYGLTF_COMPONENT_TYPE_FLOAT || view.count != count) return;
     has_texture_ = true;
     for (std::size_t i = 0; i < count; ++i) {
       auto& uv = soup_.texture_coordinates[soup_.vertexCount() - count + i];
-      for (std::size_t k = 0; k < 2; ++k) uv[k] = channel(view, i, k);
+      for (std::size_t k = 0; k < 2; ++k) uv[k] = view.channel(i, k);
     }
   }
 
@@ -370,14 +269,14 @@ class GlbParser {
 
   void addTriangles(const tinygltf::Primitive& primitive, std::size_t first_vertex, std::size_t vertices,
                     bool is_mirrored, std::uint32_t part) {
-    View view;
-    if (primitive.indices >= 0) view = accessor(primitive.indices, TINYGLTF_TYPE_SCALAR);
+    GlbView view;
+    if (primitive.indices >= 0) view = views_.accessor(primitive.indices, TINYGLTF_TYPE_SCALAR);
     const std::size_t corners = primitive.indices >= 0 ? view.count : vertices;
     if (corners % 3 != 0) fail(fmt::format("found {} corners of triangles; expected a multiple of 3", corners));
     if (soup_.triangles.size() + corners / 3 > kMaxMeshTriangles)
       fail(fmt::format("found more than {} triangles", kMaxMeshTriangles));
     const auto corner = [&](std::size_t i) {
-      const std::size_t index = primitive.indices >= 0 ? indexAt(view, i) : i;
+      const std::size_t index = primitive.indices >= 0 ? views_.indexAt(view, i) : i;
       if (index >= vertices) fail(fmt::format("found vertex index {}; expected 0 to {}", index, vertices - 1));
       return static_cast<std::uint32_t>(first_vertex + index);
     };
@@ -388,25 +287,10 @@ class GlbParser {
     }
   }
 
-  std::size_t indexAt(const View& view, std::size_t i) const {
-    const unsigned char* at = view.data + i * view.stride;
-    if (view.component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT) {
-      std::uint32_t value = 0;
-      std::memcpy(&value, at, 4);
-      return value;
-    }
-    if (view.component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) {
-      std::uint16_t value = 0;
-      std::memcpy(&value, at, 2);
-      return value;
-    }
-    if (view.component != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE) fail("found indices that are no whole numbers");
-    return *at;
-  }
-
   std::string_view bytes_;
   std::string_view file_;
   tinygltf::Model model_;
+  GlbViews views_{model_, file_};
   MeshSoup soup_;
   std::map<int, std::size_t> first_vertex_;
   std::size_t node_visits_ = 0;
