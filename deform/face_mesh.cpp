@@ -77,15 +77,19 @@ std::string objBytes(const FaceMesh& mesh) {
   return text;
 }
 
-VertexPositions vertexNormals(const VertexPositions& vertices, const std::vector<Triangle>& triangles) {
-  VertexPositions normals = VertexPositions::Zero(vertices.rows(), 3);
+void addNormals(const VertexPositions& vertices, const std::vector<Triangle>& triangles, VertexPositions& sums) {
   for (const auto& [a, b, c] : triangles) {
     // The cross product's length is twice the area: adding it as it is weighs by area.
     const Eigen::RowVector3f normal = (vertices.row(b) - vertices.row(a)).cross(vertices.row(c) - vertices.row(a));
-    normals.row(a) += normal;
-    normals.row(b) += normal;
-    normals.row(c) += normal;
+    sums.row(a) += normal;
+    sums.row(b) += normal;
+    sums.row(c) += normal;
   }
+}
+
+VertexPositions vertexNormals(const VertexPositions& vertices, const std::vector<Triangle>& triangles) {
+  VertexPositions normals = VertexPositions::Zero(vertices.rows(), 3);
+  addNormals(vertices, triangles, normals);
   for (Eigen::Index i = 0; i < normals.rows(); ++i) {
     const float length = normals.row(i).norm();
     if (length > 0.0F) normals.row(i) /= length;

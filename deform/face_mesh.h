@@ -58,6 +58,9 @@ void writeObj(const std::filesystem::path& path, const FaceMesh& mesh);
 /// What writeObj writes; parseFaceMesh gives the same mesh back.
 std::string objBytes(const FaceMesh& mesh);
 
+/// Adds to each corner twice its triangles' areas times their normals. `sums`: vertices x 3.
+void addNormals(const VertexPositions& vertices, const std::vector<Triangle>& triangles, VertexPositions& sums);
+
 /// Area-weighted unit normals, vertices x 3 (zero where a vertex has no triangle).
 VertexPositions vertexNormals(const VertexPositions& vertices, const std::vector<Triangle>& triangles);
 

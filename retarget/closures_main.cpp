@@ -1,7 +1,9 @@
 // retarget check --corpus, a part of the program: the captured closures of a corpus, played on a fitted face.
 #include <algorithm>
 #include <cmath>
+#include <random>
 
+#include "deform/bezier_surface.h"
 #include "programs/program.h"
 #include "retarget/commands.h"
 #include "retarget/face_rig.h"
@@ -35,6 +37,26 @@ std::vector<std::size_t> closedFrames(const CorpusTake& take) {
     if (*tightest < closed_below) frames.push_back(static_cast<std::size_t>(tightest - opening.begin()));
   }
   return frames;
+}
+
+/// The largest angle between neighbouring patches over frames drawn from the whole corpus.
+void checkEdges(const FaceRig& rig, const ControlMesh& control_mesh, const Corpus& corpus, const ActorPose& actor,
+                ClosureCheck& check) {
+  constexpr std::size_t kPoses = 1000;
+  const BezierSurface surface(control_mesh);
+  std::vector<const CorpusTake*> takes;
+  for (const CorpusTake& take : corpus.takes) {
+    if (take.motion.frameCount() > 0 && take.motion.positions_mm.allFinite()) takes.push_back(&take);
+  }
+  std::mt19937 random(66);
+  for (; !takes.empty() && check.poses < kPoses; ++check.poses) {
+    MotionClip frame = takes[random() % takes.size()]->motion;
+    frame.positions_mm = frame.positions_mm.row(static_cast<Eigen::Index>(random() % frame.frameCount())).eval();
+    const PositionMatrix control = rig.retarget(frame, &actor);
+    const auto pose =
+        surface.pose(controlPoints(control_mesh, {control.data(), static_cast<std::size_t>(control.cols())}));
+    check.patch_edge_angle_max_deg = std::max(check.patch_edge_angle_max_deg, surface.maxNormalAngleAcrossEdges(pose));
+  }
 }
 
 double quantile(std::vector<double> values, double share) {
@@ -72,6 +94,7 @@ ClosureCheck checkClosures(const FaceRig& rig, const ControlMesh& control_mesh, 
       check.in_teeth_mm = std::max(check.in_teeth_mm, mm * contact.in_teeth);
     }
   }
+  checkEdges(rig, control_mesh, corpus, actor, check);
   check.closures = gaps.size();
   check.gap_median_mm = quantile(gaps, 0.5);
   check.gap_p95_mm = quantile(gaps, 0.95);

@@ -37,6 +37,8 @@ struct ClosureCheck {
   double in_teeth_mm = 0;  ///< of a lip inside teeth or gums
   double overlap_at_rest_mm = 0;
   double in_teeth_at_rest_mm = 0;
+  std::size_t poses = 0;                ///< drawn at random from the capture
+  double patch_edge_angle_max_deg = 0;  ///< between neighbouring patches in these
 };
 ClosureCheck checkClosures(const FaceRig& rig, const ControlMesh& control_mesh, const Corpus& corpus, bool quiet);
 

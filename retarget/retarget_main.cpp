@@ -85,18 +85,26 @@ std::string textOf(const FaceFile& face, const FaceCheck& check) {
 }
 
 json factsOf(const ClosureCheck& check) {
-  return {{"closures", check.closures},           {"touching", check.touching},
-          {"gap_median_mm", check.gap_median_mm}, {"gap_p95_mm", check.gap_p95_mm},
-          {"overlap_mm", check.overlap_mm},       {"overlap_at_rest_mm", check.overlap_at_rest_mm},
-          {"in_teeth_mm", check.in_teeth_mm},     {"in_teeth_at_rest_mm", check.in_teeth_at_rest_mm}};
+  return {{"closures", check.closures},
+          {"touching", check.touching},
+          {"gap_median_mm", check.gap_median_mm},
+          {"gap_p95_mm", check.gap_p95_mm},
+          {"overlap_mm", check.overlap_mm},
+          {"overlap_at_rest_mm", check.overlap_at_rest_mm},
+          {"in_teeth_mm", check.in_teeth_mm},
+          {"in_teeth_at_rest_mm", check.in_teeth_at_rest_mm},
+          {"poses", check.poses},
+          {"patch_edge_angle_max_deg", check.patch_edge_angle_max_deg}};
 }
 
 std::string textOf(const ClosureCheck& check) {
   return fmt::format(
       "  closures           {} of {} touch within {} mm; gap {:.2f} mm median, {:.2f} mm at 95 %\n"
-      "  lips               {:.2f} mm inside each other at most ({:.2f} at rest), {:.2f} mm inside teeth ({:.2f})\n",
+      "  lips               {:.2f} mm inside each other at most ({:.2f} at rest), {:.2f} mm inside teeth ({:.2f})\n"
+      "  patch edges        {:.3g} degrees at most in {} captured poses\n",
       check.touching, check.closures, kTouchMm, check.gap_median_mm, check.gap_p95_mm, check.overlap_mm,
-      check.overlap_at_rest_mm, check.in_teeth_mm, check.in_teeth_at_rest_mm);
+      check.overlap_at_rest_mm, check.in_teeth_mm, check.in_teeth_at_rest_mm, check.patch_edge_angle_max_deg,
+      check.poses);
 }
 
 /// Facts, and what is wrong, on stdout.

@@ -49,7 +49,7 @@ std::string faceLines(const FaceMesh& mesh) {
     fmt::format_to(std::back_inserter(lines), "usemtl {}\n", part.name);
     for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t) {
       const auto& [a, b, c] = mesh.triangles[t];
-      fmt::format_to(std::back_inserter(lines), "f {} {} {}\n", a + 1, b + 1, c + 1);
+      fmt::format_to(std::back_inserter(lines), "f {0}//{0} {1}//{1} {2}//{2}\n", a + 1, b + 1, c + 1);
     }
   }
   return lines;
@@ -101,10 +101,15 @@ void writeObjSequence(const std::filesystem::path& folder, std::string_view stem
   const std::string faces = faceLines(mesh);
   for (std::uint32_t frame = 0; frame < counts.frames; ++frame) {
     const float* row = animation.positions.row(frame).data();
+    const VertexPositions normals =
+        vertexNormals(Eigen::Map<const VertexPositions>(row, mesh.vertices.rows(), 3), mesh.triangles);
     std::string text;
     for (std::size_t v = 0; v < counts.vertices; ++v) {
       fmt::format_to(std::back_inserter(text), "v {} {} {}\n", row[3 * v], row[3 * v + 1], row[3 * v + 2]);
     }
+    for (Eigen::Index v = 0; v < normals.rows(); ++v)
+      fmt::format_to(std::back_inserter(text), "vn {:.4f} {:.4f} {:.4f}\n", normals(v, 0), normals(v, 1),
+                     normals(v, 2));
     writeFileAtomically(folder / fmt::format("{}.{:04}.obj", stem, frame), text + faces);
   }
 }

@@ -12,20 +12,16 @@
 namespace mouthpiece {
 namespace {
 
+using testing::sampleBinding;
 using testing::sampleControl;
 using testing::sampleFace;
-
-const FaceBinding& binding() {
-  static const FaceBinding made = bindFace(sampleFace().mesh, sampleControl());
-  return made;
-}
 
 TEST(Binding, NoVertexOfOneLipHangsOnTheOther) {
   // The sides come from the grid the mesh was laid on, not from the binding's own distances.
   std::size_t upper_bound = 0, lower_bound = 0;
   for (std::size_t v = 0; v < sampleFace().skin_vertices; ++v) {
-    if (binding().patch[v] < 0) continue;
-    const LipSide side = sampleControl().sideOf(static_cast<std::size_t>(binding().patch[v]));
+    if (sampleBinding().patch[v] < 0) continue;
+    const LipSide side = sampleControl().sideOf(static_cast<std::size_t>(sampleBinding().patch[v]));
     const bool is_lip = sampleFace().mesh.vertices.row(static_cast<Eigen::Index>(v)).cwiseAbs()(0) < 20;
     if (!is_lip || side == LipSide::kNone) continue;
     EXPECT_EQ(side == LipSide::kUpper, static_cast<bool>(sampleFace().is_above_slit[v])) << "vertex " << v;
@@ -33,11 +29,11 @@ TEST(Binding, NoVertexOfOneLipHangsOnTheOther) {
   }
   EXPECT_GT(upper_bound, 50U);
   EXPECT_GT(lower_bound, 50U);
-  EXPECT_EQ(inspectBinding(binding(), sampleFace().mesh, sampleControl()).lip_side_errors, 0U);
+  EXPECT_EQ(inspectBinding(sampleBinding(), sampleFace().mesh, sampleControl()).lip_side_errors, 0U);
 }
 
 TEST(Binding, CountsLipSideErrors) {
-  FaceBinding wrong = binding();
+  FaceBinding wrong = sampleBinding();
   std::int32_t lower = 0;
   while (sampleControl().sideOf(static_cast<std::size_t>(lower)) != LipSide::kLower) ++lower;
   std::size_t changed = 0;
@@ -55,19 +51,20 @@ TEST(Binding, OffsetsAreEquationThree) {
   const BezierSurface surface(sampleControl());
   std::size_t checked = 0;
   for (std::size_t v = 0; v < sampleFace().skin_vertices; ++v) {
-    if (binding().patch[v] < 0) continue;
-    const SurfacePoint s = evaluate(surface.restPose(), {binding().patch[v], static_cast<double>(binding().u[v]),
-                                                         static_cast<double>(binding().v[v])});
+    if (sampleBinding().patch[v] < 0) continue;
+    const SurfacePoint s =
+        evaluate(surface.restPose(), {sampleBinding().patch[v], static_cast<double>(sampleBinding().u[v]),
+                                      static_cast<double>(sampleBinding().v[v])});
     const Eigen::Vector3d offset =
         sampleFace().mesh.vertices.row(static_cast<Eigen::Index>(v)).transpose().cast<double>() - s.position;
-    EXPECT_NEAR(offset.dot(s.normal()), static_cast<double>(binding().d[v]), 1e-4);
-    checked += (offset - static_cast<double>(binding().d[v]) * s.normal()).norm() < 1e-4 ? 1 : 0;
+    EXPECT_NEAR(offset.dot(s.normal()), static_cast<double>(sampleBinding().d[v]), 1e-4);
+    checked += (offset - static_cast<double>(sampleBinding().d[v]) * s.normal()).norm() < 1e-4 ? 1 : 0;
   }
   EXPECT_GT(checked, sampleFace().skin_vertices * 7 / 10) << "most of the skin must lie right above its place";
 }
 
 TEST(Binding, CoversTheFaceAndLeavesOtherPartsToTheJawOrAlone) {
-  const BindingReport report = inspectBinding(binding(), sampleFace().mesh, sampleControl());
+  const BindingReport report = inspectBinding(sampleBinding(), sampleFace().mesh, sampleControl());
   EXPECT_EQ(report.skin_vertices, sampleFace().skin_vertices);
   EXPECT_GT(report.coverage, 0.97);
   EXPECT_LT(report.largest_offset, 15.0);
@@ -76,19 +73,19 @@ TEST(Binding, CoversTheFaceAndLeavesOtherPartsToTheJawOrAlone) {
     if (part.kind == PartKind::kSkin) continue;
     const float jaw = part.kind == PartKind::kLowerTeeth || part.kind == PartKind::kTongue ? 1.0F : 0.0F;
     for (const std::uint32_t v : mesh.triangles[part.first_triangle]) {
-      EXPECT_EQ(binding().patch[v], -1) << part.name;
-      EXPECT_EQ(binding().jaw_weight[v], jaw) << part.name;
+      EXPECT_EQ(sampleBinding().patch[v], -1) << part.name;
+      EXPECT_EQ(sampleBinding().jaw_weight[v], jaw) << part.name;
     }
   }
 }
 
 TEST(Binding, ChecksWhatComesFromFiles) {
   const auto expectRefused = [](auto&& damage) {
-    FaceBinding damaged = binding();
+    FaceBinding damaged = sampleBinding();
     damage(damaged);
     EXPECT_THROW(checkBinding(damaged, sampleFace().mesh, sampleControl(), "x.face"), InputError);
   };
-  EXPECT_NO_THROW(checkBinding(binding(), sampleFace().mesh, sampleControl(), "x.face"));
+  EXPECT_NO_THROW(checkBinding(sampleBinding(), sampleFace().mesh, sampleControl(), "x.face"));
   expectRefused([](FaceBinding& b) { b.patch[5] = 100000; });
   expectRefused([](FaceBinding& b) { b.patch[5] = -2; });
   expectRefused([](FaceBinding& b) { b.patch.pop_back(); });

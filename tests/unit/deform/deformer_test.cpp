@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <thread>
 
@@ -15,19 +16,15 @@ namespace {
 using testing::openMouth;
 using testing::randomPose;
 using testing::rowOf;
+using testing::sampleBinding;
 using testing::sampleControl;
 using testing::sampleFace;
 
 constexpr double kSameAsExact_mm = 0.01;
 constexpr double kCarried = 0.04;  ///< share of a shift that the fixed ring may hold back well inside the markers
 
-const FaceBinding& binding() {
-  static const FaceBinding made = bindFace(sampleFace().mesh, sampleControl());
-  return made;
-}
-
 const FaceDeformer& deformer() {
-  static const FaceDeformer made(sampleFace().mesh, sampleControl(), binding());
+  static const FaceDeformer made(sampleFace().mesh, sampleControl(), sampleBinding());
   return made;
 }
 
@@ -67,6 +64,40 @@ TEST(FaceDeformer, MovesTheSameWithoutTheRest) {
   EXPECT_EQ(rebuilt, whole);
 }
 
+TEST(FaceDeformer, NormalsAreTheMovedMeshs) {
+  std::mt19937 random(8);
+  VertexPositions normals;
+  for (int i = 0; i < 5; ++i) {
+    const VertexPositions moved = deformed(deformer(), randomPose(sampleFace(), random));
+    deformer().normals(moved, normals);
+    // The other route: all triangles, one after the other.
+    const VertexPositions all = vertexNormals(moved, sampleFace().mesh.triangles);
+    EXPECT_LT((normals - all).cwiseAbs().maxCoeff(), 1e-4F);
+  }
+}
+
+/// In the finite: a normal is square to where the surface goes from the vertex to its neighbours, as they shrink.
+TEST(FaceDeformer, NormalsAreThoseOfTheSurface) {
+  const BezierSurface surface(sampleControl());
+  const MarkerPositions markers = openMouth(sampleFace(), 8);
+  const auto pose = surface.pose(controlPoints(sampleControl(), rowOf(markers)));
+  const VertexPositions moved = deformed(deformer(), markers);
+  VertexPositions normals;
+  deformer().normals(moved, normals);
+  std::vector<double> angles;
+  for (std::size_t v = 0; v < sampleFace().skin_vertices; ++v) {
+    if (sampleBinding().patch[v] < 0 || sampleBinding().skin_weight[v] < 1 || std::abs(sampleBinding().d[v]) > 0.3)
+      continue;
+    const SurfacePlace place{sampleBinding().patch[v], static_cast<double>(sampleBinding().u[v]),
+                             static_cast<double>(sampleBinding().v[v])};
+    const Eigen::Vector3d normal = normals.row(static_cast<Eigen::Index>(v)).transpose().cast<double>();
+    angles.push_back(std::acos(std::clamp(normal.dot(evaluate(pose, place).normal()), -1.0, 1.0)));
+  }
+  ASSERT_GT(angles.size(), 500U);
+  std::nth_element(angles.begin(), angles.begin() + static_cast<std::ptrdiff_t>(angles.size() / 2), angles.end());
+  EXPECT_LT(angles[angles.size() / 2] * 180 / 3.14159265, 3.0) << "degrees, the median";
+}
+
 TEST(FaceDeformer, IsEquationThree) {
   // The other route: the surface in doubles, normals by its own derivatives.
   const BezierSurface surface(sampleControl());
@@ -77,9 +108,9 @@ TEST(FaceDeformer, IsEquationThree) {
     const auto pose = surface.pose(controlPoints(sampleControl(), rowOf(markers)));
     std::size_t compared = 0;
     for (std::size_t v = 0; v < sampleFace().skin_vertices; ++v) {
-      if (binding().patch[v] < 0 || binding().skin_weight[v] < 1) continue;
-      const SurfacePlace place{binding().patch[v], static_cast<double>(binding().u[v]),
-                               static_cast<double>(binding().v[v])};
+      if (sampleBinding().patch[v] < 0 || sampleBinding().skin_weight[v] < 1) continue;
+      const SurfacePlace place{sampleBinding().patch[v], static_cast<double>(sampleBinding().u[v]),
+                               static_cast<double>(sampleBinding().v[v])};
       const SurfacePoint at_rest = evaluate(surface.restPose(), place);
       const Eigen::Vector3d offset =
           sampleFace().mesh.vertices.row(static_cast<Eigen::Index>(v)).transpose().cast<double>() - at_rest.position;
@@ -95,7 +126,7 @@ TEST(FaceDeformer, IsEquationThree) {
 }
 
 TEST(FaceDeformer, PortableLoopsAgreeWithTheFastest) {
-  const FaceDeformer portable(sampleFace().mesh, sampleControl(), binding(), {.portable_loops = true});
+  const FaceDeformer portable(sampleFace().mesh, sampleControl(), sampleBinding(), {.portable_loops = true});
   std::mt19937 random(22);
   for (int i = 0; i < 10; ++i) {
     const MarkerPositions markers = randomPose(sampleFace(), random);
@@ -198,7 +229,7 @@ TEST(FaceDeformer, SurvivesAbsurdPoses) {
 }
 
 TEST(FaceDeformer, RefusesABindingOfAnotherMesh) {
-  FaceBinding other = binding();
+  FaceBinding other = sampleBinding();
   other.patch.pop_back();
   EXPECT_THROW(FaceDeformer(sampleFace().mesh, sampleControl(), other), InputError);
 }

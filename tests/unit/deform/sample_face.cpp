@@ -178,6 +178,11 @@ const ControlMesh& sampleControl() {
   return control;
 }
 
+const FaceBinding& sampleBinding() {
+  static const FaceBinding binding = bindFace(sampleFace().mesh, sampleControl());
+  return binding;
+}
+
 MarkerPositions openMouth(const SampleFace& face, double mm) {
   MarkerPositions pose = face.rest;
   for (std::size_t i = 0; i < face.names.size(); ++i) {

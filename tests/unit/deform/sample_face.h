@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "deform/binding.h"
 #include "deform/control_surface.h"
 #include "deform/face_mesh.h"
 
@@ -27,6 +28,7 @@ struct SampleFace {
 SampleFace makeSampleFace(double spacing_mm);
 const SampleFace& sampleFace();
 const ControlMesh& sampleControl();
+const FaceBinding& sampleBinding();
 
 inline std::span<const double> rowOf(const MarkerPositions& markers) {
   return {markers.data(), static_cast<std::size_t>(markers.size())};

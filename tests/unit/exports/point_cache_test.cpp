@@ -81,6 +81,10 @@ TEST(ObjSequence, HasOneFileAFrame) {
   std::ifstream stream(folder / "talk.0002.obj");
   std::size_t vertices = 0;
   std::size_t triangles = 0;
+  std::size_t normals = 0;
+  const VertexPositions expected_normals = vertexNormals(
+      Eigen::Map<const VertexPositions>(head.animation.positions.row(2).data(), head.mesh.vertices.rows(), 3),
+      head.mesh.triangles);
   for (std::string line; std::getline(stream, line);) {
     if (line.starts_with("v ")) {
       std::istringstream numbers(line.substr(2));
@@ -90,9 +94,17 @@ TEST(ObjSequence, HasOneFileAFrame) {
       EXPECT_TRUE((position == head.animation.positions.block<1, 3>(2, column))) << line;
       ++vertices;
     }
+    if (line.starts_with("vn ")) {
+      std::istringstream numbers(line.substr(3));
+      Eigen::RowVector3f normal;
+      numbers >> normal.x() >> normal.y() >> normal.z();
+      EXPECT_LT((normal - expected_normals.row(static_cast<Eigen::Index>(normals))).norm(), 2e-4F) << line;
+      ++normals;
+    }
     triangles += line.starts_with("f ") ? 1 : 0;
   }
   EXPECT_EQ(vertices, static_cast<std::size_t>(head.mesh.vertices.rows()));
+  EXPECT_EQ(normals, vertices);
   EXPECT_EQ(triangles, head.mesh.triangles.size());
 }
 
