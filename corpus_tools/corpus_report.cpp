@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "base/errors.h"
+#include "corpus_tools/data_page.h"
 #include "corpus_tools/take_report.h"
 #include "motion/gaps.h"
 
@@ -287,13 +287,6 @@ Json reportJson(const Corpus& corpus, const ReportOptions& options) {
           {"left_out", left_out == corpus.build_log.end() ? "" : left_out->second}};
 }
 
-/// JSON that can stand inside a script element, whatever the takes are called.
-std::string forScript(const Json& json) {
-  std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
-  for (auto at = text.find('<'); at != std::string::npos; at = text.find('<', at)) text.replace(at, 1, "\\u003c");
-  return text;
-}
-
 }  // namespace
 
 std::string corpusReportJson(const Corpus& corpus, const ReportOptions& options) {
@@ -303,11 +296,7 @@ std::string corpusReportJson(const Corpus& corpus, const ReportOptions& options)
 std::string corpusReportHtml(const Corpus& corpus, const ReportOptions& options) {
   Json report = reportJson(corpus, options);
   addTrajectories(report, corpus, options.most_trajectory_bytes);
-  constexpr std::string_view kPlace = "/*REPORT*/null";
-  const std::size_t at = kCorpusReportPage.find(kPlace);
-  MOUTHPIECE_EXPECT(at != std::string_view::npos);
-  return std::string(kCorpusReportPage.substr(0, at)) + forScript(report) +
-         std::string(kCorpusReportPage.substr(at + kPlace.size()));
+  return dataPage(kCorpusReportPage, report.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
 }  // namespace mouthpiece

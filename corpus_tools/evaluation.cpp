@@ -44,16 +44,49 @@ void append(std::vector<T>& values, const std::vector<T>& more) {
   values.insert(values.end(), more.begin(), more.end());
 }
 
+LipCurves curvesOf(const MotionClip& motion, const MarkerLayout& layout) {
+  const MarkerIndex upper = layout.indexOf("LIP_UP_MID"), lower = layout.indexOf("LIP_LO_MID");
+  const auto floats = [](const std::vector<double>& values) {
+    return std::vector<float>(values.begin(), values.end());
+  };
+  LipCurves curves{floats(markerDistances(motion, upper, lower)),
+                   floats(markerDistances(motion, layout.indexOf("LIP_CORNER_R"), layout.indexOf("LIP_CORNER_L"))),
+                   {},
+                   {}};
+  for (std::size_t frame = 0; frame < motion.frameCount(); ++frame) {
+    const FrameIndex at(frame);
+    curves.protrusion_mm.push_back(
+        static_cast<float>((motion.position(at, upper).z() + motion.position(at, lower).z()) / 2));
+  }
+  return curves;
+}
+
 EvaluationRow measureMethod(const EvaluationMethod& method, const std::vector<CorpusTake>& captured,
-                            const MarkerLayout& layout, const std::function<void()>& take_done) {
+                            const MarkerLayout& layout, bool keep_curves, const std::function<void()>& take_done) {
   EvaluationRow row;
   row.method = method.name;
   for (const CorpusTake& take : captured) {
-    row.takes.push_back(measureLips(take.motion, method.animate(take, row), take.labels, layout));
+    const std::size_t joins_before = row.join_times.size();
+    const MotionClip made = method.animate(take, row);
+    row.takes.push_back(measureLips(take.motion, made, take.labels, layout));
     row.lips += row.takes.back();
+    if (keep_curves) {
+      row.curves.push_back(curvesOf(made, layout));
+      row.curves.back().joins.assign(row.join_times.begin() + static_cast<std::ptrdiff_t>(joins_before),
+                                     row.join_times.end());
+    }
     take_done();
   }
   return row;
+}
+
+/// As they are compared: the truth in place of the capture where it is known, at a rate that the synthesis offers.
+std::vector<CorpusTake> comparableTakes(std::vector<CorpusTake> takes, const EvaluationOptions& options) {
+  for (CorpusTake& take : takes) {
+    const auto known = options.truth.find(take.name);
+    if (known != options.truth.end()) take.motion = known->second;
+  }
+  return atOfferedRates(std::move(takes));
 }
 
 /// Fisher-Yates by hand: std::shuffle differs between standard libraries.
@@ -92,25 +125,30 @@ std::vector<CorpusTake> atOfferedRates(std::vector<CorpusTake> takes) {
 }
 
 Evaluation evaluateCorpus(const Corpus& corpus, const std::vector<CorpusTake>& captured,
-                          const EvaluationMethods& methods, const EvaluationProgress& progress) {
+                          const EvaluationMethods& methods, const EvaluationOptions& options) {
   if (captured.empty()) throw InputError(corpus.name, "", "no take to compare with");
   if (corpus.takes.empty()) throw InputError(corpus.name, "", "has no takes; expected some to speak with");
-  const std::vector<CorpusTake> comparable = atOfferedRates(captured);
+  const std::vector<CorpusTake> comparable = comparableTakes(captured, options);
   const UnitDatabase database(corpus);
   const std::vector<EvaluationMethod> rows = methods(corpus, database);
   Evaluation evaluation{corpus.name, {}, {}};
-  for (const CorpusTake& take : captured) evaluation.takes.push_back(take.name);
+  for (const CorpusTake& take : comparable) {
+    evaluation.takes.push_back(take.name);
+    if (!options.keep_curves) continue;
+    evaluation.compared.push_back(
+        {take.name, take.text, take.labels, take.motion.frame_rate_hz, curvesOf(take.motion, corpus.layout)});
+  }
   std::size_t done = 0;
   for (const EvaluationMethod& method : rows) {
-    evaluation.rows.push_back(measureMethod(method, comparable, corpus.layout, [&] {
-      if (progress) progress(++done, rows.size() * comparable.size());
+    evaluation.rows.push_back(measureMethod(method, comparable, corpus.layout, options.keep_curves, [&] {
+      if (options.progress) options.progress(++done, rows.size() * comparable.size());
     }));
   }
   return evaluation;
 }
 
 Evaluation crossValidate(const Corpus& corpus, std::size_t folds, const EvaluationMethods& methods,
-                         const EvaluationProgress& progress) {
+                         const EvaluationOptions& options) {
   if (folds < 2 || folds > corpus.takes.size()) {
     throw InputError("--folds", "",
                      fmt::format("found {}; expected 2 to {}, the number of takes", folds, corpus.takes.size()));
@@ -118,10 +156,13 @@ Evaluation crossValidate(const Corpus& corpus, std::size_t folds, const Evaluati
   Evaluation whole{corpus.name, {}, {}};
   for (std::size_t fold = 0; fold < folds; ++fold) {
     const SplitTakes split = splitTakes(corpus, folds, fold);
-    const Evaluation part = evaluateCorpus(split.rest, split.held, methods, [&](std::size_t done, std::size_t total) {
-      if (progress) progress(fold * total + done, folds * total);
-    });
+    EvaluationOptions of_fold = options;
+    of_fold.progress = [&](std::size_t done, std::size_t total) {
+      if (options.progress) options.progress(fold * total + done, folds * total);
+    };
+    const Evaluation part = evaluateCorpus(split.rest, split.held, methods, of_fold);
     append(whole.takes, part.takes);
+    append(whole.compared, part.compared);
     if (whole.rows.empty()) {
       whole.rows = part.rows;
     } else {
@@ -132,7 +173,7 @@ Evaluation crossValidate(const Corpus& corpus, std::size_t folds, const Evaluati
 }
 
 Evaluation learningCurve(const Corpus& corpus, const std::vector<std::size_t>& sizes, const EvaluationMethods& methods,
-                         const EvaluationProgress& progress) {
+                         const EvaluationOptions& options) {
   constexpr std::size_t kTestEvery = 5;
   constexpr std::uint64_t kSeed = 1;
   if (corpus.takes.size() < 2) throw InputError(corpus.name, "", "has one take; expected at least two");
@@ -148,14 +189,17 @@ Evaluation learningCurve(const Corpus& corpus, const std::vector<std::size_t>& s
     part.takes.clear();
     for (std::size_t i = 0; i < size; ++i) part.takes.push_back(split.rest.takes[order[i]]);
     part.trajectory_model = fitTrajectoryModel(part);
-    Evaluation evaluated = evaluateCorpus(part, split.held, methods, [&](std::size_t done, std::size_t total) {
-      if (progress) progress(step * total + done, sizes.size() * total);
-    });
+    EvaluationOptions of_size = options;
+    of_size.progress = [&](std::size_t done, std::size_t total) {
+      if (options.progress) options.progress(step * total + done, sizes.size() * total);
+    };
+    Evaluation evaluated = evaluateCorpus(part, split.held, methods, of_size);
     for (EvaluationRow& row : evaluated.rows) {
       row.method = fmt::format("{:>4}: {}", size, row.method);
       curve.rows.push_back(std::move(row));
     }
     curve.takes = evaluated.takes;
+    curve.compared = evaluated.compared;
   }
   return curve;
 }
@@ -163,10 +207,12 @@ Evaluation learningCurve(const Corpus& corpus, const std::vector<std::size_t>& s
 EvaluationRow& EvaluationRow::operator+=(const EvaluationRow& other) {
   lips += other.lips;
   append(takes, other.takes);
+  append(curves, other.curves);
   phones += other.phones;
   units += other.units;
   pairs += other.pairs;
   backoff_pairs += other.backoff_pairs;
+  append(join_times, other.join_times);
   append(join_jumps_mm, other.join_jumps_mm);
   append(join_limits_mm, other.join_limits_mm);
   append(velocity_jumps_mm_s, other.velocity_jumps_mm_s);

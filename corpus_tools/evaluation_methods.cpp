@@ -55,6 +55,7 @@ void countUnits(const UtteranceAnimation& made, UsualChanges& usual, EvaluationR
   }
   for (const Join& join : made.joins) {
     const FrameChange limit = usual.at(made.motion.frame_rate_hz);
+    row.join_times.push_back(join.time);
     row.join_jumps_mm.push_back(join.position_jump_mm);
     row.join_limits_mm.push_back(limit.step_mm);
     row.velocity_jumps_mm_s.push_back(join.velocity_jump_mm_s);

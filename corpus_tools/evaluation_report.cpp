@@ -1,14 +1,18 @@
-// evaluationTable and evaluationJson of evaluation.h.
+// evaluationTable, evaluationJson and evaluationHtml of evaluation.h.
 #include <fmt/format.h>
 
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "corpus_tools/data_page.h"
 #include "corpus_tools/evaluation.h"
 #include "corpus_tools/evaluation_intervals.h"
 
 namespace mouthpiece {
+
+extern const std::string_view kEvaluationPage;
+
 namespace {
 
 /// A column of the table over the lips, which has an interval.
@@ -105,6 +109,79 @@ std::string unitTable(const Evaluation& evaluation) {
   return text;
 }
 
+nlohmann::json factsOf(const Evaluation& evaluation) {
+  nlohmann::json json = {{"corpus", evaluation.corpus}, {"takes", evaluation.takes}, {"rows", nlohmann::json::array()}};
+  for (const EvaluationRow& row : evaluation.rows) {
+    nlohmann::json entry = {{"method", row.method},
+                            {"frames", row.lips.frames},
+                            {"closures", row.lips.closures},
+                            {"captured_vowels_shut_share", finite(row.lips.capturedVowelsShutShare())},
+                            {"joins", row.join_jumps_mm.size()},
+                            {"units_per_phone", finite(row.unitsPerPhone())},
+                            {"corpus_step_p95_mm", finite(row.usualStep())}};
+    for (const LipColumn& column : kLipColumns) {
+      const Interval range = intervalOf(row, column);
+      entry[column.key] = finite((row.lips.*column.value)());
+      entry["intervals"][column.key] = {finite(range.low), finite(range.high)};
+    }
+    for (const UnitColumn& column : kUnitColumns) entry[column.key] = finite((row.*column.value)());
+    json["rows"].push_back(std::move(entry));
+  }
+  return json;
+}
+
+template <typename Column>
+nlohmann::json columnJson(const Column& column) {
+  return {{"key", column.key},
+          {"head", fmt::format("{} {}", column.head, column.unit)},
+          {"digits", column.digits},
+          {"share", column.is_share}};
+}
+
+nlohmann::json valuesJson(const std::vector<float>& values) {
+  constexpr double kStepsPerMm = 100;
+  nlohmann::json list = nlohmann::json::array();
+  for (const float value : values) list.push_back(finite(std::round(kStepsPerMm * value) / kStepsPerMm));
+  return list;
+}
+
+nlohmann::json curvesJson(const LipCurves& curves) {
+  return {{"opening_mm", valuesJson(curves.opening_mm)},
+          {"width_mm", valuesJson(curves.width_mm)},
+          {"protrusion_mm", valuesJson(curves.protrusion_mm)},
+          {"joins", curves.joins}};
+}
+
+nlohmann::json comparedJson(const ComparedTake& take) {
+  nlohmann::json phones = nlohmann::json::array(), words = nlohmann::json::array();
+  for (const LabelledPhone& phone : take.labels.phones)
+    phones.push_back({std::string(phoneName(phone.phone)), phone.span.end});
+  for (const LabelledWord& word : take.labels.words) {
+    const TimeSpan span = take.labels.spanOf(word.phones);
+    words.push_back({word.text, span.start, span.end});
+  }
+  return {{"name", take.name},
+          {"text", take.text},
+          {"rate_hz", take.frame_rate_hz},
+          {"duration_s", static_cast<double>(take.captured.opening_mm.size()) / take.frame_rate_hz},
+          {"start_s", take.labels.phones.empty() ? 0.0 : take.labels.phones.front().span.start},
+          {"phones", std::move(phones)},
+          {"words", std::move(words)},
+          {"captured", curvesJson(take.captured)}};
+}
+
+/// Each row's curves and measures of take `i`.
+void addTake(const Evaluation& evaluation, std::size_t i, nlohmann::json& page) {
+  page["compared"].push_back(comparedJson(evaluation.compared[i]));
+  for (std::size_t r = 0; r < evaluation.rows.size(); ++r) {
+    const EvaluationRow& row = evaluation.rows[r];
+    nlohmann::json measures;
+    for (const LipColumn& column : kLipColumns) measures[column.key] = finite((row.takes[i].*column.value)());
+    page["rows"][r]["takes"].push_back(std::move(measures));
+    page["rows"][r]["curves"].push_back(curvesJson(row.curves[i]));
+  }
+}
+
 }  // namespace
 
 std::string evaluationTable(const Evaluation& evaluation) {
@@ -130,24 +207,25 @@ std::string evaluationTable(const Evaluation& evaluation) {
 }
 
 std::string evaluationJson(const Evaluation& evaluation) {
-  nlohmann::json json = {{"corpus", evaluation.corpus}, {"takes", evaluation.takes}, {"rows", nlohmann::json::array()}};
-  for (const EvaluationRow& row : evaluation.rows) {
-    nlohmann::json entry = {{"method", row.method},
-                            {"frames", row.lips.frames},
-                            {"closures", row.lips.closures},
-                            {"captured_vowels_shut_share", finite(row.lips.capturedVowelsShutShare())},
-                            {"joins", row.join_jumps_mm.size()},
-                            {"units_per_phone", finite(row.unitsPerPhone())},
-                            {"corpus_step_p95_mm", finite(row.usualStep())}};
-    for (const LipColumn& column : kLipColumns) {
-      const Interval range = intervalOf(row, column);
-      entry[column.key] = finite((row.lips.*column.value)());
-      entry["intervals"][column.key] = {finite(range.low), finite(range.high)};
-    }
-    for (const UnitColumn& column : kUnitColumns) entry[column.key] = finite((row.*column.value)());
-    json["rows"].push_back(std::move(entry));
+  return factsOf(evaluation).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+std::string evaluationHtml(const Evaluation& evaluation, std::size_t most_curve_bytes) {
+  constexpr std::size_t kBytesPerValue = 7;  // "-12.34,"
+  constexpr std::size_t kCurves = 3;
+  nlohmann::json page = factsOf(evaluation);
+  page["compared"] = page["lip_columns"] = page["unit_columns"] = nlohmann::json::array();
+  for (const LipColumn& column : kLipColumns) page["lip_columns"].push_back(columnJson(column));
+  for (const UnitColumn& column : kUnitColumns) page["unit_columns"].push_back(columnJson(column));
+  for (nlohmann::json& row : page["rows"]) row["curves"] = nlohmann::json::array();
+  std::size_t bytes = 0;
+  for (std::size_t i = 0; i < evaluation.compared.size(); ++i) {
+    bytes +=
+        evaluation.compared[i].captured.opening_mm.size() * kCurves * kBytesPerValue * (evaluation.rows.size() + 1);
+    if (bytes > most_curve_bytes) break;
+    addTake(evaluation, i, page);
   }
-  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return dataPage(kEvaluationPage, page.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
 }  // namespace mouthpiece

@@ -1,3 +1,4 @@
+#include "base/files.h"
 #include "corpus_tools/commands/command_support.h"
 #include "corpus_tools/evaluation.h"
 #include "corpus_tools/evaluation_methods.h"
@@ -9,7 +10,7 @@ constexpr std::uint64_t kHoldOutSeed = 1;
 
 struct EvaluateCommand {
   bool quiet = false, json = false, ablation = false;
-  std::filesystem::path corpus, takes, lexicon;
+  std::filesystem::path corpus, takes, lexicon, html, truth;
   std::size_t jobs = 0, folds = 0;
   double hold_out = 0;
   std::vector<std::size_t> learning_curve;
@@ -29,17 +30,22 @@ Evaluation evaluate(const EvaluateCommand& command, Corpus corpus) {
   const EvaluationMethods methods = command.ablation ? ablationMethods : evaluationMethods;
   std::vector<CorpusTake> captured;
   if (!command.takes.empty()) captured = otherTakes(command, corpus);
+  EvaluationOptions options;
+  options.keep_curves = !command.html.empty();
+  if (!command.truth.empty()) options.truth = readTruth(corpus, command.truth);
   CallbackBar bar("evaluating", command.quiet);
+  options.progress = std::ref(bar);
   if (!command.learning_curve.empty()) {
-    return learningCurve(corpus, command.learning_curve, selectionMethods, std::ref(bar));
+    return learningCurve(corpus, command.learning_curve, selectionMethods, options);
   }
-  if (command.folds > 0) return crossValidate(corpus, command.folds, methods, std::ref(bar));
+  if (command.folds > 0) return crossValidate(corpus, command.folds, methods, options);
   if (captured.empty()) captured = holdOut(corpus, command.hold_out, kHoldOutSeed);
-  return evaluateCorpus(corpus, captured, methods, std::ref(bar));
+  return evaluateCorpus(corpus, captured, methods, options);
 }
 
 int runEvaluate(const EvaluateCommand& command) {
   const Evaluation evaluation = evaluate(command, readCorpus(command.corpus));
+  if (!command.html.empty()) writeFileAtomically(command.html, evaluationHtml(evaluation));
   printText(command.json ? evaluationJson(evaluation) : evaluationTable(evaluation));
   return kExitDone;
 }
@@ -63,6 +69,11 @@ void addEvaluateCommand(CLI::App& app, ChosenAction& chosen) {
       ->delimiter(',');
   which.require_option(1);
   evaluate.add_flag("--ablation", options->ablation, "Viterbi with each cost and each trick off, one at a time");
+  evaluate.add_option("--html", options->html, "Also write a page with the curves of all takes over each other");
+  evaluate
+      .add_option("--truth", options->truth,
+                  "Folder of NAME.c3d: compare with this clean motion, not the corpus' takes (corpus sample --truth)")
+      ->excludes("--takes");
   addLexiconOption(evaluate, options->lexicon);
   addJobsOption(evaluate, options->jobs);
   addJsonFlag(evaluate, options->json);

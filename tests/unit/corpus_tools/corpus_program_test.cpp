@@ -186,6 +186,20 @@ TEST(CorpusProgram, ReportsOnOnePageThatNeedsNothingElse) {
   EXPECT_FALSE(holds(html, "/*REPORT*/null"));
 }
 
+TEST(CorpusProgram, EvaluatesOnOnePageThatNeedsNothingElse) {
+  const Takes takes;
+  ASSERT_EQ(takes.build().exit_code, 0);
+  const fs::path page = takes.scratch.path() / "evaluation.html";
+  const test::ProgramResult result =
+      corpus({"evaluate", takes.out.string(), "--hold-out", "0.5", "--html", page.string(), "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(nlohmann::json::parse(result.out)["rows"].size(), 6U);
+  const std::string html = readAll(page);
+  EXPECT_TRUE(holds(html, "protrusion_mm"));
+  for (const char* place : {"/*REPORT*/null", "/*STYLE*/", "/*TOOLS*/", "src="}) EXPECT_FALSE(holds(html, place));
+  expectOneLine(corpus({"evaluate", takes.out.string(), "--hold-out", "0.5", "--truth", "nowhere"}), "nowhere");
+}
+
 TEST(CorpusProgram, ChoosesPromptsFromAText) {
   const ScratchFolder scratch;
   const fs::path text = scratch.write("text.txt", "the cat sat\nthe cat sat\n# not this\nbright vixens jump\n");

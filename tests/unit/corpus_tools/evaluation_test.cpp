@@ -2,12 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
 #include "corpus_tools/dominance_model.h"
 #include "corpus_tools/evaluation_methods.h"
+#include "motion/motion_file.h"
+#include "support/run_program.h"
 #include "synthetic_takes.h"
 
 namespace mouthpiece {
@@ -16,25 +19,10 @@ namespace {
 /// Interpolation at the captured frames reproduces them; what is left is rounding.
 constexpr double kReproducedMm = 1e-3;
 
-CorpusTake said(const std::string& name, const std::vector<std::string>& phones) {
-  SyntheticTake take;
-  take.name = name;
-  take.phones = {"sil"};
-  take.phones.insert(take.phones.end(), phones.begin(), phones.end());
-  take.phones.emplace_back("sil");
-  take.words = {name};
-  return take.clean();
-}
-
 Corpus smallCorpus() {
-  Corpus corpus;
-  corpus.name = "small";
-  corpus.layout = defaultLayout();
-  corpus.neutral_pose_mm = syntheticNeutral();
-  corpus.takes = {said("bimini", {"B", "IH", "M", "IH", "N", "IY"}), said("mama", {"M", "AA", "M", "AA"}),
-                  said("papa", {"P", "AA", "P", "AA", "N"}), said("annie", {"AA", "N", "IY"}),
-                  said("been", {"B", "IY", "N"})};
-  return corpus;
+  return corpusOf("small", {saidTake("bimini", {"B", "IH", "M", "IH", "N", "IY"}),
+                            saidTake("mama", {"M", "AA", "M", "AA"}), saidTake("papa", {"P", "AA", "P", "AA", "N"}),
+                            saidTake("annie", {"AA", "N", "IY"}), saidTake("been", {"B", "IY", "N"})});
 }
 
 const EvaluationRow& row(const Evaluation& evaluation, std::size_t i) { return evaluation.rows.at(i); }
@@ -61,7 +49,7 @@ TEST(Evaluation, ATakeOfTheCorpusComesBackAsItself) {
 
 TEST(Evaluation, RecombinedTakesBeatDominanceAndTheMeanPose) {
   Corpus corpus = smallCorpus();
-  const CorpusTake fresh = said("mani", {"M", "AA", "N", "IY"});
+  const CorpusTake fresh = saidTake("mani", {"M", "AA", "N", "IY"});
   const Evaluation evaluation = evaluateCorpus(corpus, {fresh}, evaluationMethods);
   const double greedy = row(evaluation, 0).lips.lipRms(), dominance = row(evaluation, "dominance").lips.lipRms(),
                mean = row(evaluation, "mean pose").lips.lipRms();
@@ -73,7 +61,7 @@ TEST(Evaluation, RecombinedTakesBeatDominanceAndTheMeanPose) {
 }
 
 TEST(Evaluation, AConstantOffsetIsNoError) {
-  const CorpusTake take = said("mama", {"M", "AA", "M", "AA"});
+  const CorpusTake take = saidTake("mama", {"M", "AA", "M", "AA"});
   MotionClip moved = take.motion;
   moved.positions_mm.array() += 5;
   const LipMeasures measures = measureLips(take.motion, moved, take.labels, defaultLayout());
@@ -84,7 +72,7 @@ TEST(Evaluation, AConstantOffsetIsNoError) {
 }
 
 TEST(Evaluation, MeasuresHaveTheirDefinedValues) {
-  const CorpusTake take = said("mama", {"M", "AA", "M", "AA"});
+  const CorpusTake take = saidTake("mama", {"M", "AA", "M", "AA"});
   MotionClip half = take.motion;
   const Eigen::RowVectorXd mean = half.positions_mm.colwise().mean();
   half.positions_mm = (0.5 * (half.positions_mm.rowwise() - mean)).rowwise() + mean;
@@ -100,7 +88,7 @@ TEST(Evaluation, MeasuresHaveTheirDefinedValues) {
 }
 
 TEST(Evaluation, ClosuresThatAreLostOrInventedAreCounted) {
-  const CorpusTake closing = said("mam", {"M", "AA", "M"}), open = said("nan", {"N", "AA", "N"});
+  const CorpusTake closing = saidTake("mam", {"M", "AA", "M"}), open = saidTake("nan", {"N", "AA", "N"});
   const LipMeasures lost = measureLips(closing.motion, open.motion, closing.labels, defaultLayout());
   EXPECT_EQ(lost.closures, 2U);
   EXPECT_EQ(lost.closures_kept, 0U);
@@ -115,12 +103,69 @@ TEST(Evaluation, ClosuresThatAreLostOrInventedAreCounted) {
 
 TEST(Evaluation, JsonHoldsNoNaN) {
   const Corpus corpus = smallCorpus();
-  const Evaluation evaluation = evaluateCorpus(corpus, {said("anna", {"AA", "N", "IY"})}, evaluationMethods);
+  const Evaluation evaluation = evaluateCorpus(corpus, {saidTake("anna", {"AA", "N", "IY"})}, evaluationMethods);
   const nlohmann::json json = nlohmann::json::parse(evaluationJson(evaluation));
   EXPECT_EQ(json["rows"].size(), 6U);
   EXPECT_TRUE(json["rows"][0]["closure_recall"].is_null());
   EXPECT_TRUE(json["rows"][0]["lip_rms_mm"].is_number());
   EXPECT_NE(evaluationTable(evaluation).find("dominance"), std::string::npos);
+}
+
+TEST(Evaluation, KeepsTheCurvesThatAPageDraws) {
+  const Corpus corpus = smallCorpus();
+  const std::vector<CorpusTake> fresh = {saidTake("</script>", {"M", "AA", "N", "IY"}), saidTake("anna", {"AA", "N"})};
+  EvaluationOptions options;
+  EXPECT_TRUE(evaluateCorpus(corpus, fresh, selectionMethods, options).compared.empty());
+  options.keep_curves = true;
+  const Evaluation evaluation = evaluateCorpus(corpus, fresh, selectionMethods, options);
+  ASSERT_EQ(evaluation.compared.size(), 2U);
+  EXPECT_EQ(evaluation.compared[0].captured.opening_mm.size(), fresh[0].motion.frameCount());
+  for (const EvaluationRow& each : evaluation.rows) {
+    ASSERT_EQ(each.curves.size(), 2U);
+    std::size_t joins = 0;
+    for (const LipCurves& curves : each.curves) joins += curves.joins.size();
+    EXPECT_EQ(joins, each.join_jumps_mm.size());
+    EXPECT_EQ(each.curves[1].width_mm.size(), fresh[1].motion.frameCount());
+  }
+  const std::string page = evaluationHtml(evaluation);
+  EXPECT_NE(page.find("opening_mm"), std::string::npos);
+  EXPECT_EQ(page.find("</script>", page.find("</script>") + 1), std::string::npos) << "a take's name ends the script";
+  EXPECT_LT(evaluationHtml(evaluation, 1).size(), page.size());
+}
+
+TEST(Evaluation, ComparesWithTheTruthThatItIsGiven) {
+  const Corpus corpus = smallCorpus();
+  CorpusTake blurred = corpus.takes[0];
+  blurred.motion.positions_mm.array() += 0.2 * (blurred.motion.positions_mm.array() * 7).sin();
+  const auto error = [&](const EvaluationOptions& options) {
+    return evaluateCorpus(corpus, {blurred}, selectionMethods, options).rows[0].lips.lipRms();
+  };
+  EXPECT_GT(error({}), 10 * kReproducedMm);
+  EvaluationOptions options;
+  options.truth[blurred.name] = corpus.takes[0].motion;
+  EXPECT_LT(error(options), kReproducedMm);
+}
+
+TEST(Evaluation, BringsTheTruthIntoTheCorpusFrame) {
+  const test::ScratchFolder scratch;
+  const Corpus corpus = corpusOf("one", {saidTake("mama", {"M", "AA", "M", "AA"})});
+  MotionClip turned = corpus.takes[0].motion;
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.2, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  for (Eigen::Index frame = 0; frame < turned.positions_mm.rows(); ++frame) {
+    for (Eigen::Index column = 0; column < turned.positions_mm.cols(); column += 3) {
+      const Eigen::Vector3d place = turned.positions_mm.block<1, 3>(frame, column).transpose();
+      turned.positions_mm.block<1, 3>(frame, column) = (turn * place).transpose() + Eigen::RowVector3d(5, -3, 20);
+    }
+  }
+  writeMotion(scratch.path() / "mama.c3d", turned);
+  const std::map<std::string, MotionClip> truth = readTruth(corpus, scratch.path());
+  constexpr double kFileRoundingMm = 1e-3;
+  EXPECT_LT((truth.at("mama").positions_mm - corpus.takes[0].motion.positions_mm).cwiseAbs().maxCoeff(),
+            kFileRoundingMm);
+  turned.positions_mm.conservativeResize(turned.positions_mm.rows() - 1, Eigen::NoChange);
+  writeMotion(scratch.path() / "mama.c3d", turned);
+  EXPECT_THROW(readTruth(corpus, scratch.path()), InputError);
+  EXPECT_THROW(readTruth(corpus, scratch.path() / "nowhere"), InputError);
 }
 
 TEST(HoldOut, TakesTheSameTakesForTheSameSeed) {

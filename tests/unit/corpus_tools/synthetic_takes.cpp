@@ -178,6 +178,41 @@ void SyntheticTake::write(const std::filesystem::path& folder) const {
   writeFileAtomically(folder / (name + ".txt"), std::string_view(take.text));
 }
 
+CorpusTake saidTake(const std::string& name, const std::vector<std::string>& phones) {
+  SyntheticTake take;
+  take.name = name;
+  take.phones = {"sil"};
+  take.phones.insert(take.phones.end(), phones.begin(), phones.end());
+  take.phones.emplace_back("sil");
+  take.words = {name};
+  return take.clean();
+}
+
+Corpus corpusOf(const std::string& name, std::vector<CorpusTake> takes) {
+  Corpus corpus;
+  corpus.name = name;
+  corpus.layout = defaultLayout();
+  corpus.neutral_pose_mm = syntheticNeutral();
+  corpus.takes = std::move(takes);
+  return corpus;
+}
+
+Corpus speakingCorpus() {
+  const std::vector<std::vector<std::string>> lines = {{"B", "IH", "M", "IH", "N", "IY"},
+                                                       {"M", "AA", "M", "AA"},
+                                                       {"P", "AA", "P", "AA", "N"},
+                                                       {"AA", "N", "IY"},
+                                                       {"B", "IY", "N"},
+                                                       {"N", "AA", "M", "IY"},
+                                                       {"M", "IY", "N", "AA"},
+                                                       {"P", "IY", "AA", "N"},
+                                                       {"IY", "M", "AA", "N", "AA"},
+                                                       {"B", "AA", "N", "IY"}};
+  std::vector<CorpusTake> takes;
+  for (std::size_t i = 0; i < lines.size(); ++i) takes.push_back(saidTake("take" + std::to_string(i), lines[i]));
+  return corpusOf("speaking", std::move(takes));
+}
+
 double angleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   return Eigen::AngleAxisd(Eigen::Matrix3d(a.transpose() * b)).angle() / kDegree;
 }

@@ -34,6 +34,15 @@ struct SyntheticTake {
   void write(const std::filesystem::path& folder) const;
 };
 
+/// A clean take of one word, called as the take, of these phones between silences.
+CorpusTake saidTake(const std::string& name, const std::vector<std::string>& phones);
+
+/// A corpus of the default layout, without a trajectory model.
+Corpus corpusOf(const std::string& name, std::vector<CorpusTake> takes);
+
+/// Ten takes over the same few phones: enough to fit a trajectory model to, and to hold some out.
+Corpus speakingCorpus();
+
 /// Positions of the default layout's markers on an ellipsoid, in the face's own axes.
 MarkerPositions syntheticNeutral();
 

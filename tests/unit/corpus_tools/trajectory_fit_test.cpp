@@ -13,35 +13,6 @@
 namespace mouthpiece {
 namespace {
 
-CorpusTake said(const std::string& name, const std::vector<std::string>& phones) {
-  SyntheticTake take;
-  take.name = name;
-  take.phones = {"sil"};
-  take.phones.insert(take.phones.end(), phones.begin(), phones.end());
-  take.phones.emplace_back("sil");
-  take.words = {name};
-  return take.clean();
-}
-
-Corpus speakingCorpus() {
-  Corpus corpus;
-  corpus.name = "speaking";
-  corpus.layout = defaultLayout();
-  corpus.neutral_pose_mm = syntheticNeutral();
-  const std::vector<std::vector<std::string>> lines = {{"B", "IH", "M", "IH", "N", "IY"},
-                                                       {"M", "AA", "M", "AA"},
-                                                       {"P", "AA", "P", "AA", "N"},
-                                                       {"AA", "N", "IY"},
-                                                       {"B", "IY", "N"},
-                                                       {"N", "AA", "M", "IY"},
-                                                       {"M", "IY", "N", "AA"},
-                                                       {"P", "IY", "AA", "N"},
-                                                       {"IY", "M", "AA", "N", "AA"},
-                                                       {"B", "AA", "N", "IY"}};
-  for (std::size_t i = 0; i < lines.size(); ++i) corpus.takes.push_back(said("take" + std::to_string(i), lines[i]));
-  return corpus;
-}
-
 double correlation(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   const Eigen::VectorXd x = a.array() - a.mean(), y = b.array() - b.mean();
   return x.dot(y) / (x.norm() * y.norm());
@@ -49,7 +20,7 @@ double correlation(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
 
 TEST(TrajectoryFit, PredictsATakeThatItHasNotSeen) {
   Corpus corpus = speakingCorpus();
-  const CorpusTake fresh = said("mani", {"M", "AA", "N", "IY"});
+  const CorpusTake fresh = saidTake("mani", {"M", "AA", "N", "IY"});
   const auto model = fitTrajectoryModel(corpus);
   ASSERT_NE(model, nullptr);
   std::vector<Seconds> times;
@@ -97,7 +68,7 @@ TEST(LearningCurve, NamesTheSizesOfItsCorpora) {
 TEST(Ablation, TurnsOneThingOffInEachRow) {
   Corpus corpus = speakingCorpus();
   corpus.trajectory_model = fitTrajectoryModel(corpus);
-  const Evaluation evaluation = evaluateCorpus(corpus, {said("pani", {"P", "AA", "N", "IY"})}, ablationMethods);
+  const Evaluation evaluation = evaluateCorpus(corpus, {saidTake("pani", {"P", "AA", "N", "IY"})}, ablationMethods);
   ASSERT_GT(evaluation.rows.size(), 10U);
   EXPECT_EQ(evaluation.rows[0].method, "viterbi");
   for (const EvaluationRow& row : evaluation.rows) EXPECT_TRUE(std::isfinite(row.lips.lipRms())) << row.method;

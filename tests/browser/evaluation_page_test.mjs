@@ -1,0 +1,69 @@
+// The page of `corpus evaluate --html` or `corpus report`, opened from disk:
+// node evaluation_page_test.mjs EVALUATION.html REPORT.html SCREENSHOT_STEM
+// Exit 0: all held; 1: something did not; 77: there is no browser here.
+import assert from 'node:assert/strict';
+import { existsSync, mkdirSync } from 'node:fs';
+import { dirname, resolve } from 'node:path';
+import { pathToFileURL } from 'node:url';
+import { findChromium, requireFromViewer, skip } from './environment.mjs';
+
+const [, , pageFile, reportFile, screenshotStem] = process.argv;
+if (!pageFile || !reportFile || !screenshotStem) {
+  console.error('usage: node evaluation_page_test.mjs EVALUATION.html REPORT.html SCREENSHOT_STEM');
+  process.exit(2);
+}
+for (const file of [pageFile, reportFile]) if (!existsSync(file)) skip(`${file} is not there`);
+
+const { chromium } = requireFromViewer('playwright-core');
+const browser = await chromium.launch({
+  executablePath: findChromium(),
+  headless: true,
+  args: ['--no-sandbox', '--disable-dev-shm-usage', '--no-first-run', '--disable-background-networking', '--disable-component-update'],
+});
+const complaints = [];
+let failed = false;
+try {
+  const page = await browser.newPage({ viewport: { width: 1160, height: 1500 } });
+  page.on('console', (message) => message.type() === 'error' && complaints.push(message.text()));
+  page.on('pageerror', (error) => complaints.push(error.message));
+  page.on('request', (request) => request.url().startsWith('file:') || complaints.push(`asks for ${request.url()}`));
+  await page.goto(pathToFileURL(resolve(pageFile)).href);
+
+  const rows = await page.locator('#lips tbody tr').count();
+  assert.equal(rows, 6);
+  const cells = await page.locator('#lips tbody tr').first().locator('td').allTextContents();
+  assert.match(cells[1], /^\d+\.\d\d\d+\.\d\d to \d+\.\d\d$/, 'a measure and its interval');
+
+  // The capture and every row, three plots; a triangle for each join; a name for each phone.
+  assert.equal(await page.locator('#tracks svg').count(), 3);
+  const strokes = () => page.locator('#tracks svg.opening_mm > path[fill=none]').count();
+  assert.equal(await strokes(), rows + 1);
+  assert.ok((await page.locator('#tracks svg.opening_mm > path.join').count()) > 0);
+  const drawn = await page.locator('#tracks svg.opening_mm text').allTextContents();
+  assert.ok(drawn.includes('sil'), drawn.join(' '));
+  await page.locator('#rows input').first().uncheck();
+  assert.equal(await strokes(), rows);
+
+  const said = await page.locator('#said').textContent();
+  await page.locator('#after').click();
+  assert.notEqual(await page.locator('#said').textContent(), said);
+  assert.equal(await page.locator('#of_take tbody tr').count(), rows);
+  mkdirSync(dirname(screenshotStem), { recursive: true });
+  await page.screenshot({ path: `${screenshotStem}_evaluation.png` });
+
+  // The corpus report is made of the same pieces.
+  await page.goto(pathToFileURL(resolve(reportFile)).href);
+  assert.ok((await page.locator('#by_marker tbody tr').count()) > 0);
+  assert.equal(await page.locator('#track svg > path').count(), 3);
+  assert.ok((await page.locator('#track svg text').allTextContents()).includes('sil'));
+  await page.screenshot({ path: `${screenshotStem}_report.png` });
+  assert.deepEqual(complaints, []);
+  console.log('six rows, three plots, two takes; the report has its curves');
+} catch (error) {
+  failed = true;
+  console.error(error);
+  console.error(complaints.join('\n'));
+} finally {
+  await browser.close();
+}
+process.exit(failed ? 1 : 0);
