@@ -169,7 +169,7 @@ std::vector<EvaluationMethod> ablationMethods(const Corpus& corpus, const UnitDa
   add("- context (all below)", [](Options& o, Weights&) { o.context.enabled = false; });
   add("- mean of the context", [](Options& o, Weights&) { o.context.average = false; });
   add("- variance restored", [](Options& o, Weights&) { o.context.restore_variance = false; });
-  add("- closures kept", [](Options& o, Weights&) { o.context.keep_closures = false; });
+  add("- contacts kept", [](Options& o, Weights&) { o.context.keep_contacts = false; });
   add("- captured detail", [](Options& o, Weights&) { o.context.first_detail = o.context.other_detail = 0; });
   add("+ all slow captured", [](Options& o, Weights&) { o.context.slow_captured = 1; });
   add("+ all detail as it is", [](Options& o, Weights&) { o.context.first_detail = o.context.other_detail = 1; });

@@ -25,12 +25,13 @@ struct LipColumn {
   double (LipMeasures::*value)() const;
 };
 
-constexpr std::array<LipColumn, 9> kLipColumns{{
+constexpr std::array<LipColumn, 10> kLipColumns{{
     {"lip_rms_mm", "RMS", "mm", 2, false, &LipMeasures::lipRms},
     {"lve_mm2", "LVE", "mm2", 2, false, &LipMeasures::lve},
     {"opening_correlation", "r", "opening", 3, false, &LipMeasures::openingCorrelation},
     {"width_correlation", "r", "width", 3, false, &LipMeasures::widthCorrelation},
     {"closure_recall", "closures", "kept", 1, true, &LipMeasures::closureRecall},
+    {"contact_recall", "F V", "kept", 1, true, &LipMeasures::contactRecall},
     {"false_closure_share", "false", "closures", 1, true, &LipMeasures::falseClosureShare},
     {"vowels_shut_share", "vowels", "shut", 1, true, &LipMeasures::vowelsShutShare},
     {"variance_ratio", "variance", "ratio", 2, false, &LipMeasures::varianceRatio},
@@ -115,6 +116,7 @@ nlohmann::json factsOf(const Evaluation& evaluation) {
     nlohmann::json entry = {{"method", row.method},
                             {"frames", row.lips.frames},
                             {"closures", row.lips.closures},
+                            {"contacts", row.lips.contacts},
                             {"captured_vowels_shut_share", finite(row.lips.capturedVowelsShutShare())},
                             {"joins", row.join_jumps_mm.size()},
                             {"units_per_phone", finite(row.unitsPerPhone())},
@@ -193,7 +195,7 @@ std::string evaluationTable(const Evaluation& evaluation) {
   if (!evaluation.rows.empty()) {
     const EvaluationRow& first = evaluation.rows.front();
     text += fmt::format(
-        "\nclosures kept: of {} in the capture; vowels shut: in the capture {:.1f} %\n"
+        "\nclosures kept: of {} in the capture; F V kept: of {}; vowels shut: in the capture {:.1f} %\n"
         "velocity mismatch: mean over joins of the largest difference between the velocities that the two fragments "
         "bring to it, lips and chin, mm/s\n"
         "velocity jump: mean over joins of the largest change of a marker's velocity from frame to frame, mm/s; "
@@ -201,7 +203,8 @@ std::string evaluationTable(const Evaluation& evaluation) {
         "when "
         "both are shown at 60 Hz or more\n"
         "join p95: largest marker step; that of the corpus' own frames: {} mm\n",
-        first.lips.closures, 100 * first.lips.capturedVowelsShutShare(), number(first.usualStep(), 2, false));
+        first.lips.closures, first.lips.contacts, 100 * first.lips.capturedVowelsShutShare(),
+        number(first.usualStep(), 2, false));
   }
   return text;
 }

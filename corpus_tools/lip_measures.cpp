@@ -10,7 +10,7 @@
 namespace mouthpiece {
 namespace {
 
-constexpr Seconds kClosureReach = 0.02;  ///< beyond both ends of a B P M: label error
+constexpr Seconds kClosureReach = 0.02;  ///< beyond both ends of a B P M F V: label error
 constexpr double kClosureShare = 0.25;   ///< of the curve's own range of openings
 constexpr Seconds kProbeStep = 0.005;    ///< openings between the frames are read off straight lines
 constexpr double kLeastRangeMm = 1.0;    ///< a mouth that moves less has no closures
@@ -121,8 +121,8 @@ struct Opening {
     return share > 0 ? (1 - share) * mm[before] + share * mm[after] : mm[before];
   }
   [[nodiscard]] bool closesIn(const LabelledPhone& phone) const {
-    // Others than B P M get no reach: they would be charged with their neighbours' closures.
-    const Seconds reach = isBilabial(phone.phone) ? kClosureReach : 0;
+    // Others than B P M F V get no reach: they would be charged with their neighbours' closures.
+    const Seconds reach = isBilabial(phone.phone) || isLabiodental(phone.phone) ? kClosureReach : 0;
     for (Seconds time = phone.span.start - reach; time <= phone.span.end + reach; time += kProbeStep) {
       if (at(time) < closed_below_mm) return true;
     }
@@ -164,6 +164,26 @@ void addClosures(const Opening& captured, const Opening& synthesised, const Spee
   }
 }
 
+/// How far the lower lip hangs below a fixed place, mm. The upper teeth stand still in a head that does, so in F and V
+/// it is least.
+std::vector<double> lowerLipDrop(const MotionClip& clip, MarkerIndex lower_lip) {
+  std::vector<double> drop;
+  for (std::size_t frame = 0; frame < clip.frameCount(); ++frame) {
+    drop.push_back(-clip.position(FrameIndex(frame), lower_lip).y());
+  }
+  return drop;
+}
+
+void addContacts(const Opening& captured, const Opening& synthesised, const SpeechLabels& labels,
+                 LipMeasures& measures) {
+  if (captured.mm.empty() || synthesised.mm.empty()) return;
+  for (const LabelledPhone& phone : labels.phones) {
+    if (!isLabiodental(phone.phone) || !captured.closesIn(phone)) continue;
+    ++measures.contacts;
+    if (synthesised.closesIn(phone)) ++measures.contacts_kept;
+  }
+}
+
 }  // namespace
 
 double LipMeasures::lipRms() const { return std::sqrt(ratio(squared_error_mm2, static_cast<double>(squared_errors))); }
@@ -172,6 +192,9 @@ double LipMeasures::openingCorrelation() const { return meanOf(opening_r); }
 double LipMeasures::widthCorrelation() const { return meanOf(width_r); }
 double LipMeasures::closureRecall() const {
   return ratio(static_cast<double>(closures_kept), static_cast<double>(closures));
+}
+double LipMeasures::contactRecall() const {
+  return ratio(static_cast<double>(contacts_kept), static_cast<double>(contacts));
 }
 double LipMeasures::falseClosureShare() const {
   return ratio(static_cast<double>(false_closures), static_cast<double>(open_phones));
@@ -194,6 +217,8 @@ LipMeasures& LipMeasures::operator+=(const LipMeasures& other) {
   width_r.insert(width_r.end(), other.width_r.begin(), other.width_r.end());
   closures += other.closures;
   closures_kept += other.closures_kept;
+  contacts += other.contacts;
+  contacts_kept += other.contacts_kept;
   open_phones += other.open_phones;
   false_closures += other.false_closures;
   vowels += other.vowels;
@@ -236,6 +261,9 @@ LipMeasures measureLips(const MotionClip& captured, const MotionClip& synthesise
   measures.width_r.push_back(flat_counts_as_none(correlation(width_mm(captured), width_mm(synthesised))));
   const Opening captured_mouth = openingOf(captured_opening, captured.frame_rate_hz);
   addClosures(captured_mouth, openingOf(opening, synthesised.frame_rate_hz), labels, measures);
+  const MarkerIndex lower_lip = layout.indexOf("LIP_LO_MID");
+  addContacts(openingOf(lowerLipDrop(captured, lower_lip), captured.frame_rate_hz),
+              openingOf(lowerLipDrop(synthesised, lower_lip), synthesised.frame_rate_hz), labels, measures);
   return measures;
 }
 

@@ -19,6 +19,8 @@ struct LipMeasures {
   std::vector<double> width_r;           ///< one a take: of LIP_CORNER_R to LIP_CORNER_L
   std::size_t closures = 0;              ///< B P M closed in the capture
   std::size_t closures_kept = 0;         ///< of those, closed in the synthesis
+  std::size_t contacts = 0;              ///< F V whose lower lip rises to the teeth in the capture
+  std::size_t contacts_kept = 0;         ///< of those, in the synthesis
   std::size_t open_phones = 0;           ///< other phones, F and V aside, that stay open in the capture
   std::size_t false_closures = 0;        ///< of those, closed in the synthesis
   std::size_t vowels = 0;                ///< all of them
@@ -32,6 +34,7 @@ struct LipMeasures {
   [[nodiscard]] double openingCorrelation() const;  ///< mean over takes
   [[nodiscard]] double widthCorrelation() const;
   [[nodiscard]] double closureRecall() const;  ///< NaN without closures, as all ratios without a denominator
+  [[nodiscard]] double contactRecall() const;
   [[nodiscard]] double falseClosureShare() const;
   [[nodiscard]] double vowelsShutShare() const;
   [[nodiscard]] double capturedVowelsShutShare() const;

@@ -1,5 +1,6 @@
 #include "synthesis/context_transfer.h"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -75,11 +76,33 @@ Eigen::MatrixXd keptDetail(const Eigen::MatrixXd& residuals, const TrajectoryMod
          (options.first_detail - options.other_detail) * opening * model.shapes.row(0);
 }
 
-double openingOf(const PositionMatrix& positions, Eigen::Index row, Eigen::Index upper, Eigen::Index lower) {
-  return (positions.block<1, 3>(row, upper) - positions.block<1, 3>(row, lower)).norm();
+/// What a contact of the lips brings down to a known least: of M B P the opening, of F V how far the lower lip hangs
+/// below the place that it reaches the upper teeth at, which stand still in a head that does.
+struct Contact {
+  enum class Kind { kLips, kTeeth } kind;
+  Eigen::Index upper, lower;  ///< columns of the lips' middles
+  Eigen::RowVectorXd way;     ///< what the markers do when it grows by 1 mm
+  double share;               ///< of what is left, that is taken away
+  Seconds held, fall;         ///< how long it stays, and takes to come and go
+
+  [[nodiscard]] double gapOf(const Eigen::Ref<const Eigen::RowVectorXd>& pose) const {
+    if (kind == Kind::kTeeth) return -pose(lower + 1);
+    return (pose.segment<3>(upper) - pose.segment<3>(lower)).norm();
+  }
+};
+
+/// The least movement of the speaking face that lowers the lower lip by 1 mm and, as far as it can, leaves the upper
+/// one.
+Eigen::RowVectorXd wayOfLowerLip(const TrajectoryModel& model, Eigen::Index upper, Eigen::Index lower) {
+  Eigen::MatrixXd heights(2, model.componentCount());
+  heights << model.shapes.col(lower + 1).transpose(), model.shapes.col(upper + 1).transpose();
+  const Eigen::VectorXd components = heights.completeOrthogonalDecomposition().solve(Eigen::Vector2d(-1, 0));
+  const Eigen::RowVectorXd way = components.transpose() * model.shapes;
+  constexpr double kMoves = 1e-3;
+  return -way(lower + 1) > kMoves ? Eigen::RowVectorXd(way / -way(lower + 1)) : Eigen::RowVectorXd::Zero(way.size());
 }
 
-/// Least lip opening of phone `phone` of the line in the takes that play it; NaN where none was seen.
+/// Least opening of phone `phone` of the line in the takes that play it; infinite where none was seen.
 double capturedTightest(std::size_t phone, const UnitDatabase& database, const std::vector<SelectedUnit>& units) {
   double least = std::numeric_limits<double>::infinity();
   for (const SelectedUnit& unit : units) {
@@ -90,6 +113,54 @@ double capturedTightest(std::size_t phone, const UnitDatabase& database, const s
     if (opening < least) least = opening;  // NaN is not
   }
   return least;
+}
+
+constexpr Seconds kAroundContact = 0.020;  ///< labels are that exact
+
+/// The same of the lower lip's drop in an F V.
+double capturedLeastDrop(std::size_t phone, const Contact& contact, const UnitDatabase& database,
+                         const std::vector<SelectedUnit>& units) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const SelectedUnit& unit : units) {
+    if (phone < unit.phones.first.value || phone > unit.phones.last.value) continue;
+    const PhonePlace place = advance(unit.source, phone - unit.phones.first.value);
+    const LabelledPhone& source = database.phoneAt(place);
+    if (!isLabiodental(source.phone)) continue;  // a stand-in
+    const MotionClip& motion = database.motionOf(place.take);
+    const auto last = static_cast<double>(motion.frameCount() - 1);
+    const auto frameAt = [&](Seconds time) {
+      return static_cast<Eigen::Index>(std::lround(std::clamp(time * motion.frame_rate_hz, 0.0, last)));
+    };
+    const Eigen::Index end = frameAt(source.span.end + kAroundContact);
+    for (Eigen::Index row = frameAt(source.span.start - kAroundContact); row <= end; ++row) {
+      const double drop = contact.gapOf(motion.positions_mm.row(row));
+      if (drop < least) least = drop;  // NaN is not
+    }
+  }
+  return least;
+}
+
+/// Brings the tightest frame in `span` down to `wanted` where it is above, and the frames around it with it.
+void tighten(const TimeSpan& span, const Contact& contact, double wanted, std::span<const Seconds> times,
+             PositionMatrix& positions) {
+  const double rate = 1 / (times[1] - times[0]);
+  const auto last = static_cast<double>(times.size() - 1);
+  const auto frameAt = [&](Seconds time) { return std::clamp((time - times[0]) * rate, 0.0, last); };
+  const auto begin = static_cast<Eigen::Index>(std::ceil(frameAt(span.start - kAroundContact)));
+  const auto end = static_cast<Eigen::Index>(std::floor(frameAt(span.end + kAroundContact)));
+  Eigen::Index tightest = begin;
+  for (Eigen::Index row = begin; row <= end; ++row) {
+    if (contact.gapOf(positions.row(row)) < contact.gapOf(positions.row(tightest))) tightest = row;
+  }
+  const double left = contact.gapOf(positions.row(tightest)) - wanted;
+  if (!(left > 0) || !std::isfinite(left)) return;
+  const Seconds moment = times[static_cast<std::size_t>(tightest)];
+  const auto first = static_cast<Eigen::Index>(std::ceil(frameAt(moment - contact.held - contact.fall)));
+  const auto final = static_cast<Eigen::Index>(std::floor(frameAt(moment + contact.held + contact.fall)));
+  for (Eigen::Index row = first; row <= final; ++row) {
+    const Seconds away = std::abs(times[static_cast<std::size_t>(row)] - moment) - contact.held;
+    positions.row(row) -= contact.share * left * blendWeight(BlendKind::kSmooth, away / contact.fall) * contact.way;
+  }
 }
 
 }  // namespace
@@ -111,35 +182,23 @@ PositionMatrix transferContext(const PositionMatrix& residuals, const SpeechLabe
   return positions;
 }
 
-void keepClosures(const SpeechLabels& line, const UnitDatabase& database, const std::vector<SelectedUnit>& units,
+void keepContacts(const SpeechLabels& line, const UnitDatabase& database, const std::vector<SelectedUnit>& units,
                   std::span<const Seconds> times, PositionMatrix& positions) {
-  constexpr Seconds kAround = 0.020, kHeld = 0.015, kFall = 0.060;
   const Corpus& corpus = database.corpus();
   const TrajectoryModel& model = *corpus.trajectory_model;
   if (!(model.closed_opening_mm > 0) || times.size() < 2) return;
   const auto upper = static_cast<Eigen::Index>(3 * corpus.layout.indexOf("LIP_UP_MID").value);
   const auto lower = static_cast<Eigen::Index>(3 * corpus.layout.indexOf("LIP_LO_MID").value);
-  const double rate = 1 / (times[1] - times[0]);
-  const auto last = static_cast<double>(times.size() - 1);
-  const auto frameAt = [&](Seconds time) { return std::clamp((time - times[0]) * rate, 0.0, last); };
+  const Contact lips{Contact::Kind::kLips, upper, lower, model.closing, 1, 0.015, 0.060};
+  // All of it, or for longer, would shut the mouth in vowels beside F and V that stay open in the capture.
+  const Contact teeth{Contact::Kind::kTeeth, upper, lower, wayOfLowerLip(model, upper, lower), 0.7, 0.005, 0.040};
   for (std::size_t phone = 0; phone < line.phones.size(); ++phone) {
-    if (!isBilabial(line.phones[phone].phone)) continue;
-    const TimeSpan& span = line.phones[phone].span;
-    const double wanted = std::min(model.closed_opening_mm, capturedTightest(phone, database, units));
-    const auto begin = static_cast<Eigen::Index>(std::ceil(frameAt(span.start - kAround)));
-    const auto end = static_cast<Eigen::Index>(std::floor(frameAt(span.end + kAround)));
-    Eigen::Index tightest = begin;
-    for (Eigen::Index row = begin; row <= end; ++row) {
-      if (openingOf(positions, row, upper, lower) < openingOf(positions, tightest, upper, lower)) tightest = row;
-    }
-    const double left = openingOf(positions, tightest, upper, lower) - wanted;
-    if (!(left > 0)) continue;
-    const Seconds moment = times[static_cast<std::size_t>(tightest)];
-    const auto first = static_cast<Eigen::Index>(std::ceil(frameAt(moment - kHeld - kFall)));
-    const auto final = static_cast<Eigen::Index>(std::floor(frameAt(moment + kHeld + kFall)));
-    for (Eigen::Index row = first; row <= final; ++row) {
-      const Seconds away = std::abs(times[static_cast<std::size_t>(row)] - moment) - kHeld;
-      positions.row(row) -= left * blendWeight(BlendKind::kSmooth, away / kFall) * model.closing;
+    const LabelledPhone& own = line.phones[phone];
+    if (isBilabial(own.phone)) {
+      const double wanted = std::min(model.closed_opening_mm, capturedTightest(phone, database, units));
+      tighten(own.span, lips, wanted, times, positions);
+    } else if (isLabiodental(own.phone)) {
+      tighten(own.span, teeth, capturedLeastDrop(phone, teeth, database, units), times, positions);
     }
   }
 }

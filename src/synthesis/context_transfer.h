@@ -21,7 +21,7 @@ struct ContextOptions {
   double other_detail = 0.7;      ///< along all others: there the tracker's noise is as large
   bool average = true;            ///< adds contextMean(): what like places of the corpus have in common
   bool restore_variance = true;   ///< TrajectoryModel::gain
-  bool keep_closures = true;      ///< keepClosures()
+  bool keep_contacts = true;      ///< keepContacts()
 };
 
 /// Prediction for the line plus what the fragments bring: `residuals` are their blended poses less their own takes'
@@ -31,8 +31,9 @@ PositionMatrix transferContext(const PositionMatrix& residuals, const SpeechLabe
                                std::span<const Seconds> times, const ContextOptions& options);
 
 /// Lips that closed in the capture close: in each B P M of the line the frame with the least opening is brought to that
-/// of the fragments there, or to the speaker's usual closure where they stay open, and the frames around it with it.
-void keepClosures(const SpeechLabels& line, const UnitDatabase& database, const std::vector<SelectedUnit>& units,
+/// of the fragments there, or to the speaker's usual closure where they stay open, and the frames around it with it. In
+/// each F V the frame with the highest lower lip is brought as near to the teeth as the fragments were.
+void keepContacts(const SpeechLabels& line, const UnitDatabase& database, const std::vector<SelectedUnit>& units,
                   std::span<const Seconds> times, PositionMatrix& positions);
 
 }  // namespace mouthpiece

@@ -118,7 +118,7 @@ PositionMatrix renderUnits(const SynthesisRequest& request, const UnitDatabase& 
   if (into_context) {
     const ContextOptions& context = request.options.context;
     positions = transferContext(positions, request.labels, database, times, context);
-    if (context.keep_closures) keepClosures(request.labels, database, units, times, positions);
+    if (context.keep_contacts) keepContacts(request.labels, database, units, times, positions);
   }
   fillUnseen(positions, database.corpus().neutral_pose_mm);
   for (std::size_t i = 0; i < joins.size(); ++i) {

@@ -101,6 +101,25 @@ TEST(Evaluation, ClosuresThatAreLostOrInventedAreCounted) {
   EXPECT_EQ(invented.false_closures, 2U);
 }
 
+TEST(Evaluation, LowerLipsThatMissTheTeethAreCounted) {
+  CorpusTake touching = saidTake("mam", {"M", "AA", "M"});  // of the made-up face only M B P lift the lower lip
+  for (LabelledPhone& phone : touching.labels.phones) {
+    if (phone.phone == Phone::kM) phone.phone = Phone::kF;
+  }
+  const auto lower = static_cast<Eigen::Index>(3 * defaultLayout().indexOf("LIP_LO_MID").value + 1);
+  MotionClip low = touching.motion;
+  const LipMeasures same = measureLips(touching.motion, low, touching.labels, defaultLayout());
+  EXPECT_EQ(same.contacts, 2U);
+  EXPECT_EQ(same.contactRecall(), 1.0);
+  const double rest = touching.motion.positions_mm(0, lower);
+  for (Eigen::Index row = 0; row < low.positions_mm.rows(); ++row) {
+    const Seconds time = touching.motion.timeOf(FrameIndex(static_cast<std::size_t>(row)));
+    const TimeSpan& last = touching.labels.phones[3].span;
+    if (time > last.start - 0.03 && time < last.end + 0.03) low.positions_mm(row, lower) = rest - 6;
+  }
+  EXPECT_EQ(measureLips(touching.motion, low, touching.labels, defaultLayout()).contacts_kept, 1U);
+}
+
 TEST(Evaluation, JsonHoldsNoNaN) {
   const Corpus corpus = smallCorpus();
   const Evaluation evaluation = evaluateCorpus(corpus, {saidTake("anna", {"AA", "N", "IY"})}, evaluationMethods);

@@ -61,6 +61,41 @@ TEST_F(ContextTransfer, LipsCloseInEveryBilabial) {
   EXPECT_EQ(bilabials, 2U);
 }
 
+TEST_F(ContextTransfer, TheLowerLipComesAsNearToTheTeethAsItWas) {
+  Corpus corpus = testing::tinyCorpus({"F-AE-N", "N-AE-N"});
+  corpus.trajectory_model = testing::tinyModel(corpus);
+  const UnitDatabase database(corpus);
+  const CorpusTake& take = corpus.takes[0];
+  const SelectedUnit unit{{PhoneIndex(0), PhoneIndex(take.labels.phones.size() - 1)}, {TakeIndex(0), PhoneIndex(0)}};
+  std::vector<Seconds> times;
+  for (std::size_t frame = 0; frame < take.motion.frameCount(); ++frame)
+    times.push_back(take.motion.timeOf(FrameIndex(frame)));
+  constexpr Eigen::Index kLowerLipY = 4;
+  const auto highestInF = [&](const PositionMatrix& positions) {
+    double highest = -std::numeric_limits<double>::infinity();
+    for (Eigen::Index row = 0; row < positions.rows(); ++row) {
+      if (take.labels.phones[1].span.contains(times[static_cast<std::size_t>(row)]))
+        highest = std::max(highest, positions(row, kLowerLipY));
+    }
+    return highest;
+  };
+  const auto kept = [&](double lowered_mm) {
+    PositionMatrix positions = take.motion.positions_mm;
+    positions.col(kLowerLipY).array() -= lowered_mm;
+    keepContacts(take.labels, database, {unit}, times, positions);
+    return positions;
+  };
+  constexpr double kLoweredMm = 2, kRounding = 1e-6;
+  const double captured = highestInF(take.motion.positions_mm);
+  EXPECT_LT(captured - highestInF(kept(kLoweredMm)), 0.5 * kLoweredMm);
+  EXPECT_GE(highestInF(kept(kLoweredMm)), captured - kLoweredMm);
+  // What is there already is left alone, and so is what lies far from the phone.
+  EXPECT_NEAR(highestInF(kept(-1)), captured + 1, kRounding);
+  const PositionMatrix lowered = kept(kLoweredMm);
+  const Eigen::Index last = lowered.rows() - 1;
+  EXPECT_NEAR(lowered(last, kLowerLipY), take.motion.positions_mm(last, kLowerLipY) - kLoweredMm, kRounding);
+}
+
 TEST_F(ContextTransfer, WhatWasNotSeenIsPredicted) {
   const SpeechLabels line = tinyLabels("M-AE-N", 5);
   const UnitDatabase database(corpus_);
