@@ -56,15 +56,18 @@ double percentileOf(std::vector<double>& values, double percentile) {
 }
 
 /// Anywhere but at the very ends of the phone, over `length` to twice that.
-TimeSpan searchCoupling(const LabelledPhone& phone, const Fragment& before, const Fragment& after, Seconds length) {
+TimeSpan searchCoupling(const LabelledPhone& phone, const Fragment& before, const Fragment& after, Seconds length,
+                        std::optional<Seconds> sound_cut) {
   constexpr double kMargin = 0.1;  // of the phone
   const std::array<Seconds, 3> lengths{length, 1.5 * length, 2 * length};
   const Seconds margin = kMargin * phone.span.duration();
-  return cheapestCoupling(before, after, {{phone.span.start + margin, phone.span.end - margin}, lengths});
+  TimeSpan middles{phone.span.start + margin, phone.span.end - margin};
+  if (sound_cut) middles.start = middles.end = std::clamp(*sound_cut, middles.start, middles.end);
+  return cheapestCoupling(before, after, {middles, lengths});
 }
 
 TimeSpan placeLipJoin(const LabelledPhone& phone, const Fragment& before, const Fragment& after, Seconds overlap,
-                      double frame_rate_hz, bool search_coupling) {
+                      double frame_rate_hz, bool search_coupling, std::optional<Seconds> sound_cut) {
   const PhoneIndex shared = after.phones().first;
   const Seconds length =
       std::max(blendLength(phone.span.duration(), std::min(before.captureRateHz(), after.captureRateHz()), overlap),
@@ -78,7 +81,7 @@ TimeSpan placeLipJoin(const LabelledPhone& phone, const Fragment& before, const 
   const bool before_is_strange = before.sourcePhone(shared).phone != phone.phone;
   const bool after_is_strange = after.sourcePhone(shared).phone != phone.phone;
   if (before_is_strange != after_is_strange) return at(before_is_strange ? 0 : 1);
-  if (search_coupling && length > 0) return searchCoupling(phone, before, after, length);
+  if (search_coupling && length > 0) return searchCoupling(phone, before, after, length, sound_cut);
   TimeSpan best = at(0.5);
   double least = disagreement(before, after, best);
   constexpr double kOffCentre = 1.1;  // a place off the middle must be that much better
@@ -102,14 +105,14 @@ TimeSpan placeSilentJoin(const LabelledPhone& phone, const LabelledPhone& before
 }  // namespace
 
 JoinSpans placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after, Seconds overlap,
-                    double frame_rate_hz, bool search_coupling) {
+                    double frame_rate_hz, bool search_coupling, std::optional<Seconds> sound_cut) {
   const PhoneIndex shared = after.phones().first;
   const LabelledPhone& phone = line.phones[shared.value];
   if (phone.phone == Phone::kSil) {
     const TimeSpan join = placeSilentJoin(phone, before.sourcePhone(shared), after.sourcePhone(shared));
     return {join, join};
   }
-  const TimeSpan lips = placeLipJoin(phone, before, after, overlap, frame_rate_hz, search_coupling);
+  const TimeSpan lips = placeLipJoin(phone, before, after, overlap, frame_rate_hz, search_coupling, sound_cut);
   return {lips, centred(lips.middle(), std::max(kUpperFaceOverlap, lips.duration()))};
 }
 

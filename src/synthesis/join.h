@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "synthesis/fragment.h"
 #include "synthesis/utterance_animation.h"
 
@@ -14,9 +16,10 @@ struct JoinSpans {
 /// The lips are joined inside (or, where the capture is too slow for that, around) the phone that both share: over at
 /// most `overlap`, and where the lips of both agree best, so that a closure of one is not averaged with open lips of
 /// the other. With `search_coupling` place and length are chosen together (cheapestCoupling()), the length up to twice
-/// what it is otherwise. In a silence the join is centred and longer.
+/// what it is otherwise; where the fragments' own sound is cut at `sound_cut`, that is the place. In a silence the join
+/// is centred and longer.
 JoinSpans placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after, Seconds overlap,
-                    double frame_rate_hz, bool search_coupling = false);
+                    double frame_rate_hz, bool search_coupling = false, std::optional<Seconds> sound_cut = {});
 
 /// Jumps of the finished motion at a join, whose middle is at `time`: the largest step of a marker from the frame
 /// before to the frame after, and the largest change of a marker's velocity at either of the two.

@@ -56,13 +56,22 @@ TimeSpan notBefore(const TimeSpan& span, const TimeSpan& earlier) {
   return {std::max(span.start, earlier.start), std::max(span.end, earlier.end)};
 }
 
+/// Where the sound goes over from one unit to the next; none where another voice speaks.
+std::optional<Seconds> soundCut(const SelectedUnit& before, const SelectedUnit& after) {
+  constexpr Seconds kRounding = 1e-6;
+  const bool both_sound = before.sound.duration() > 0 && after.sound.duration() > 0;
+  if (!both_sound || std::abs(before.sound.end - after.sound.start) > kRounding) return std::nullopt;
+  return before.sound.end;
+}
+
 /// Joins lie in the order of the line, so that each blend begins where the one before has begun.
 std::vector<JoinSpans> placeJoins(const SynthesisRequest& request, const std::vector<UnitFragment>& fragments,
-                                  bool search_coupling) {
+                                  const std::vector<SelectedUnit>& units, bool search_coupling) {
   std::vector<JoinSpans> joins;
   for (std::size_t i = 0; i + 1 < fragments.size(); ++i) {
     JoinSpans join = placeJoin(request.labels, fragments[i].fragment, fragments[i + 1].fragment,
-                               request.options.overlap_ms / 1000, request.options.frame_rate_hz, search_coupling);
+                               request.options.overlap_ms / 1000, request.options.frame_rate_hz, search_coupling,
+                               soundCut(units[fragments[i].unit], units[fragments[i + 1].unit]));
     if (!joins.empty()) {
       join.lips = notBefore(join.lips, joins.back().lips);
       join.upper_face = notBefore(join.upper_face, joins.back().upper_face);
@@ -110,7 +119,8 @@ PositionMatrix renderUnits(const SynthesisRequest& request, const UnitDatabase& 
                            std::vector<Seconds>& join_times) {
   const bool into_context = movesIntoContext(request, database, units);
   const std::vector<UnitFragment> fragments = cutIntoFragments(request.labels, database, units, into_context);
-  const std::vector<JoinSpans> joins = placeJoins(request, fragments, into_context && request.options.search_coupling);
+  const std::vector<JoinSpans> joins =
+      placeJoins(request, fragments, units, into_context && request.options.search_coupling);
   std::vector<JoinOffset> offsets;  // a bare cut, when no blend is wanted
   if (request.options.overlap_ms > 0) offsets = findJoinOffsets(request.labels, fragments, joins);
   PositionMatrix positions =

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "audio/spectral_frames.h"
@@ -19,6 +20,44 @@ constexpr double kPerOctave = 6;
 constexpr double kPerSlip = 2;       // per phone length
 constexpr double kPerLoudDb = 0.02;  // louder than the quietest place of the two phones
 constexpr double kVoicingMismatch = 1.5;
+constexpr double kPerLipMm = 0.3;  // of the lips, where both takes' own prediction is taken off
+
+/// What the faces of two phones differ by at a place of each (its share of the phone), in the first components; none
+/// without a trajectory model.
+class FaceDifference {
+ public:
+  FaceDifference(const UnitDatabase& database, const PhonePlace& left, const PhonePlace& right) {
+    if (database.corpus().trajectory_model == nullptr) return;
+    const auto left_over = [&](const PhonePlace& place) -> Eigen::RowVectorXf {
+      const PhoneShapes& shapes = database.shapesOf(place.take);
+      const auto row = static_cast<Eigen::Index>(place.phone.value);
+      return shapes.captured.row(row) - shapes.predicted.row(row);
+    };
+    left_ = left_over(left);
+    right_ = left_over(right);
+    components_ = left_.size() / PhoneShapes::kPoints;
+  }
+
+  [[nodiscard]] double mmAt(double share_left, double share_right) const {
+    if (components_ == 0) return 0;
+    const float apart = (at(left_, share_left) - at(right_, share_right)).norm();
+    return std::isfinite(apart) ? apart : 0;
+  }
+
+ private:
+  [[nodiscard]] Eigen::RowVectorXf at(const Eigen::RowVectorXf& points, double share) const {
+    const auto last = static_cast<double>(PhoneShapes::kPoints - 1);
+    const double place = std::clamp(share * static_cast<double>(PhoneShapes::kPoints) - 0.5, 0.0, last);
+    const auto first = static_cast<Eigen::Index>(place);
+    const Eigen::Index second = std::min<Eigen::Index>(first + 1, PhoneShapes::kPoints - 1);
+    const auto part = static_cast<float>(place - static_cast<double>(first));
+    return (1 - part) * points.segment(first * components_, components_) +
+           part * points.segment(second * components_, components_);
+  }
+
+  Eigen::RowVectorXf left_, right_;
+  Eigen::Index components_ = 0;
+};
 
 }  // namespace
 
@@ -67,6 +106,7 @@ SoundCut CorpusSounds::cut(const PhonePlace& left, const PhonePlace& right) {
   for (const double share : shares_a) {
     quietest = std::min(quietest, a.frames.level_db(a.frames.rowAt(timeAt(span_a, share))));
   }
+  const FaceDifference faces(database_, left, right);
   SoundCut best{span_a.middle(), span_b.middle(), INFINITY};
   for (const double share_a : shares_a) {
     const Seconds time_a = timeAt(span_a, share_a);
@@ -81,7 +121,7 @@ SoundCut CorpusSounds::cut(const PhonePlace& left, const PhonePlace& right) {
       const float spectral = (a.frames.mfcc.row(row_a) - b.frames.mfcc.row(row_b)).tail<12>().norm() / kCepstralUnit;
       const double level = std::abs(a.frames.level_db(row_a) - b.frames.level_db(row_b));
       double cost = spectral + kPerLevelDb * level + kPerSlip * std::abs(share_a - share_b) +
-                    kPerLoudDb * (a.frames.level_db(row_a) - quietest);
+                    kPerLipMm * faces.mmAt(share_a, share_b) + kPerLoudDb * (a.frames.level_db(row_a) - quietest);
       if (hz_a > 0 && hz_b > 0) {
         cost += kPerOctave * std::abs(std::log2(hz_a / hz_b));
       } else if ((hz_a > 0) != (hz_b > 0)) {

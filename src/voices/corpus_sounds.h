@@ -27,8 +27,8 @@ class CorpusSounds {
   const MarkedSound& soundOf(TakeIndex take);
   [[nodiscard]] int sampleRateHz() const { return sample_rate_hz_; }
 
-  /// The best cut from phone `left` into phone `right`: alike in spectrum (MFCC), level and pitch, at about the same
-  /// place of the phone, and where it is quiet. Cached.
+  /// The best cut from phone `left` into phone `right`: alike in spectrum (MFCC), level, pitch and lips, at about the
+  /// same place of the phone, and where it is quiet. Cached.
   SoundCut cut(const PhonePlace& left, const PhonePlace& right);
 
  private:

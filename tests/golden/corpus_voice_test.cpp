@@ -93,6 +93,30 @@ TEST_F(CorpusVoice, TheSoundOfAUnitIsTheRecordingThatMovesTheFace) {
   EXPECT_GT(compared, 0U);
 }
 
+TEST_F(CorpusVoice, TheFaceGoesOverWhereTheSoundDoes) {
+  const ProgramResult result = speak("the time is now exactly five past one in the morning");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const json facts = json::parse(readAll(report()));
+  const json& units = facts.at("units");
+  std::size_t cuts = 0;
+  for (std::size_t i = 0; i + 1 < units.size(); ++i) {
+    if (!units[i].contains("sound") || !units[i + 1].contains("sound")) continue;
+    if (units[i].at("last") != units[i + 1].at("first")) continue;
+    const json& shared = facts.at("phones").at(units[i].at("last").get<std::size_t>());
+    if (shared.at("phone") == "sil") continue;
+    const double cut = units[i].at("sound")[1];
+    const double start = shared.at("start_s"), end = shared.at("end_s");
+    constexpr double kMargin = 0.1;       // of the phone: no join nearer to its ends
+    constexpr double kRoundingS = 0.002;  // of the times in the report
+    double nearest = 1;
+    for (const json& join : facts.at("joins"))
+      nearest = std::min(nearest, std::abs(join.at("time_s").get<double>() - cut));
+    EXPECT_LT(nearest, kMargin * (end - start) + kRoundingS) << shared;
+    ++cuts;
+  }
+  EXPECT_GT(cuts, 0U);
+}
+
 TEST_F(CorpusVoice, DurationsAreTheFragmentsOwn) {
   ASSERT_EQ(speak("the time is now almost ten past two am").exit_code, 0);
   const json facts = json::parse(readAll(report()));
