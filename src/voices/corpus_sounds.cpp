@@ -29,9 +29,8 @@ class FaceDifference {
   FaceDifference(const UnitDatabase& database, const PhonePlace& left, const PhonePlace& right) {
     if (database.corpus().trajectory_model == nullptr) return;
     const auto left_over = [&](const PhonePlace& place) -> Eigen::RowVectorXf {
-      const PhoneShapes& shapes = database.shapesOf(place.take);
-      const auto row = static_cast<Eigen::Index>(place.phone.value);
-      return shapes.captured.row(row) - shapes.predicted.row(row);
+      const PhoneShape shape = database.shapeOf(place);
+      return shape.captured() - shape.predicted();
     };
     left_ = left_over(left);
     right_ = left_over(right);
