@@ -26,12 +26,14 @@ std::string doubtsAbout(const ForcedAlignment& alignment);
 /// Of the words that were really said under 1 in 100 is below, of wrong ones 9 in 10 (docs/theory/alignment.md).
 inline constexpr double kDoubtfulConfidence = 0.5;
 
-/// Aligns sound with text through PocketSphinx (docs/theory/alignment.md): times to 10 ms, several pronunciations
-/// tried, silence allowed between words. Not thread-safe; several may live side by side.
+/// Aligns sound with text through PocketSphinx (docs/theory/alignment.md): several pronunciations tried, silence
+/// allowed between words, the decoder's steps of 10 ms refined by hearing the sound again from later starts. Not
+/// thread-safe; several may live side by side.
 class ForcedAligner {
  public:
   /// `model`: see PhoneDecoder.
-  explicit ForcedAligner(const std::filesystem::path& model = {}) : decoder_(model) {}
+  explicit ForcedAligner(const std::filesystem::path& model = {})
+      : decoder_(model), fine_decoder_(model, DecoderScores::kOwn) {}
 
   /// `words`: see Pronouncer, or made by hand. `name` stands for the sound in messages. Throws InputError when there
   /// are no words, or the sound is too short to hold them.
@@ -39,7 +41,7 @@ class ForcedAligner {
                         SpeechKind kind = SpeechKind::kSpoken);
 
  private:
-  PhoneDecoder decoder_;
+  PhoneDecoder decoder_, fine_decoder_;
 };
 
 }  // namespace mouthpiece

@@ -58,19 +58,22 @@ std::filesystem::path modelOr(const std::filesystem::path& model) {
 
 /// A path this much less likely than the best of its frame is given up.
 constexpr const char* kWideBeam = "1e-300";
+/// The same for DecoderScores::kOwn, whose words are known to fit.
+constexpr const char* kNarrowBeam = "1e-60";
 /// No path is given up.
 constexpr const char* kNoBeam = "0";
 /// Without a beam every phone is kept in mind in every frame: about 100 bytes each.
 constexpr std::size_t kMostWithoutBeam = 10'000'000;
 
-Decoder makeDecoder(const std::filesystem::path& model, const char* beam) {
+Decoder makeDecoder(const std::filesystem::path& model, const char* beam, DecoderScores scores) {
   static std::once_flag silenced;
   std::call_once(silenced, [] { err_set_logfp(nullptr); });
   // No noise removal: it moves edges.
   const Config config(cmd_ln_init(nullptr, ps_args(), TRUE, "-hmm", model.c_str(), "-remove_noise", "no",
                                   "-remove_silence", "no", "-dither", "no", "-bestpath", "no", "-fsgusefiller", "no",
                                   "-fsgusealtpron", "no", "-lw", "1", "-wip", "1", "-pip", "1", "-beam", beam, "-pbeam",
-                                  beam, "-wbeam", beam, "-maxhmmpf", "-1", "-compallsen", "yes", nullptr));
+                                  beam, "-wbeam", beam, "-maxhmmpf", "-1", "-compallsen",
+                                  scores == DecoderScores::kAgainstBest ? "yes" : "no", nullptr));
   Decoder decoder(config ? ps_init(config.get()) : nullptr);
   if (!decoder) throw InputError(model.string(), "", "is no acoustic model that PocketSphinx can read");
   for (std::size_t i = 1; i < kPhoneCount; ++i) {
@@ -202,10 +205,13 @@ struct PhoneDecoder::State {
   std::filesystem::path model;
   Decoder decoder;
   Decoder patient;  ///< without a beam; made when first needed
+  DecoderScores scores = DecoderScores::kAgainstBest;
 };
 
-PhoneDecoder::PhoneDecoder(const std::filesystem::path& model)
-    : state_(std::make_unique<State>(State{modelOr(model), makeDecoder(modelOr(model), kWideBeam), nullptr})) {}
+PhoneDecoder::PhoneDecoder(const std::filesystem::path& model, DecoderScores scores)
+    : state_(std::make_unique<State>(State{
+          modelOr(model), makeDecoder(modelOr(model), scores == DecoderScores::kOwn ? kNarrowBeam : kWideBeam, scores),
+          nullptr, scores})) {}
 PhoneDecoder::~PhoneDecoder() = default;
 PhoneDecoder::PhoneDecoder(PhoneDecoder&&) noexcept = default;
 PhoneDecoder& PhoneDecoder::operator=(PhoneDecoder&&) noexcept = default;
@@ -252,11 +258,12 @@ std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> sam
   MOUTHPIECE_EXPECT(!words.empty());
   std::vector<DecodedPhone> phones = decodeWith(state_->decoder.get(), samples, words, kind);
   if (!phones.empty()) return phones;
+  if (state_->scores == DecoderScores::kOwn) return phones;  // it only refines
   // Words that hardly fit fall behind any beam.
   const auto frames = static_cast<std::size_t>(static_cast<double>(samples.size()) / kDecoderSampleRateHz / kFrameStep);
   const std::size_t phone_count = fewestPhones(words);
   if (frames < phone_count || frames > kMostWithoutBeam / std::max<std::size_t>(1, phone_count)) return phones;
-  if (!state_->patient) state_->patient = makeDecoder(state_->model, kNoBeam);
+  if (!state_->patient) state_->patient = makeDecoder(state_->model, kNoBeam, state_->scores);
   return decodeWith(state_->patient.get(), samples, words, kind);
 }
 

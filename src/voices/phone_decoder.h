@@ -30,13 +30,17 @@ struct DecodedPhone {
 /// consonants (docs/theory/alignment.md).
 enum class SpeechKind { kSpoken, kSung };
 
+/// kAgainstBest: scores can be compared, every sound of the model is weighed in every frame. kOwn: only those that the
+/// words may hold, in a quarter of the time; scores mean nothing, times are the same.
+enum class DecoderScores { kAgainstBest, kOwn };
+
 /// PocketSphinx with its US English model, kept to a given row of words with optional silence around each.
 /// Not thread-safe; several may live side by side.
 class PhoneDecoder {
  public:
   /// `model`: folder of the acoustic model; empty: the one found when Mouthpiece was built. Throws InputError with the
   /// package's name when it is not there.
-  explicit PhoneDecoder(const std::filesystem::path& model = {});
+  explicit PhoneDecoder(const std::filesystem::path& model = {}, DecoderScores scores = DecoderScores::kAgainstBest);
   ~PhoneDecoder();
   PhoneDecoder(PhoneDecoder&&) noexcept;
   PhoneDecoder& operator=(PhoneDecoder&&) noexcept;

@@ -53,6 +53,24 @@ TEST(ForcedAligner, FindsThePhonesOfAVoice) {
   EXPECT_LE(alignment.doubtfulWords().size(), 1U);  // 2 of 100 words are doubted without cause
 }
 
+/// One hearing ticks in 10 ms: a sound that comes 5 ms later would be found 0 or 10 ms later.
+TEST(ForcedAligner, FollowsASoundByLessThanTheDecodersStep) {
+  const SpokenLine line = makeVoice("flite:rms")->speak("four hours of steady work faced us");
+  const std::vector<TranscriptWord> words = wordsSaid(line.labels);
+  AudioClip later = line.audio;
+  constexpr double kLater = 0.005;
+  later.samples.insert(later.samples.begin(), static_cast<std::size_t>(std::lround(kLater * later.sample_rate_hz)),
+                       0.0F);
+  ForcedAligner aligner;
+  const SpeechLabels a = aligner.align(line.audio, words, "a").labels, b = aligner.align(later, words, "b").labels;
+  ASSERT_EQ(a.phones.size(), b.phones.size());
+  std::vector<double> off;
+  for (std::size_t i = 0; i + 1 < a.phones.size(); ++i)
+    off.push_back(std::abs(b.phones[i].span.end - a.phones[i].span.end - kLater));
+  std::nth_element(off.begin(), off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2), off.end());
+  EXPECT_LT(off[off.size() / 2], 0.0025) << "s, half a hearing's step";
+}
+
 TEST(ForcedAligner, TriesEveryWayAndAllowsPauses) {
   const SpokenLine line = makeVoice("flite:rms")->speak("read, tomato");
   using enum Phone;
