@@ -166,6 +166,13 @@ std::optional<double> C3dParameters::number(const std::string& group, const std:
   return values.front();
 }
 
+double C3dParameters::wideCount(const std::string& group, const std::string& name) const {
+  const std::vector<double> values = numbers(group, name);
+  if (values.empty()) return 0;
+  const bool is_halved = find(group, name)->type == C3dParameterType::kInteger && values.size() >= 2;
+  return is_halved ? values[0] + 65536.0 * values[1] : values[0];
+}
+
 std::vector<std::string> C3dParameters::texts(const std::string& group, const std::string& name) const {
   const C3dParameter* parameter = find(group, name);
   std::vector<std::string> rows;
@@ -176,6 +183,16 @@ std::vector<std::string> C3dParameters::texts(const std::string& group, const st
     row.erase(std::min(row.find('\0'), row.size()));
     row.erase(row.find_last_not_of(" \t") + 1);
     rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+std::vector<std::string> C3dParameters::allTexts(const std::string& group, const std::string& name,
+                                                 std::size_t enough) const {
+  std::vector<std::string> rows = texts(group, name);
+  for (int i = 2; rows.size() < enough && find(group, fmt::format("{}{}", name, i)) != nullptr; ++i) {
+    const std::vector<std::string> more = texts(group, fmt::format("{}{}", name, i));
+    rows.insert(rows.end(), more.begin(), more.end());
   }
   return rows;
 }

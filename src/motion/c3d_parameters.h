@@ -18,6 +18,9 @@ enum class C3dProcessor : std::uint8_t { kIntel = 84, kDec = 85, kMips = 86 };
 /// A 32-bit float as that processor stores it; DEC's is the VAX F format.
 float readC3dFloat(ByteReader& reader, C3dProcessor processor);
 
+/// Events further away than this, in seconds, are damage.
+inline constexpr double kMaxEventTime = 1e7;
+
 enum class C3dParameterType : std::int8_t { kText = -1, kByte = 1, kInteger = 2, kFloat = 4 };
 
 struct C3dParameter {
@@ -38,8 +41,13 @@ class C3dParameters {
   /// Numbers of any type, integers taken as unsigned. Empty when there is no such parameter or it is text.
   [[nodiscard]] std::vector<double> numbers(const std::string& group, const std::string& name) const;
   [[nodiscard]] std::optional<double> number(const std::string& group, const std::string& name) const;
+  /// A count that writers have stored as integer, as two 16-bit halves (low first) or as float; 0 when missing.
+  [[nodiscard]] double wideCount(const std::string& group, const std::string& name) const;
   /// Rows of a text parameter, blanks and zero bytes cut off at the end. Empty when it is missing or no text.
   [[nodiscard]] std::vector<std::string> texts(const std::string& group, const std::string& name) const;
+  /// The same of NAME, NAME2, NAME3, ... one behind the other: a parameter holds 255 rows. `enough` ends the search.
+  [[nodiscard]] std::vector<std::string> allTexts(const std::string& group, const std::string& name,
+                                                  std::size_t enough) const;
 
  private:
   std::string file_;

@@ -59,24 +59,15 @@ Header readHeader(ByteReader& reader, C3dProcessor processor) {
   return header;
 }
 
-/// A count that writers have stored as integer, as two 16-bit halves (low first) or as float.
-double wideCount(const C3dParameters& parameters, const char* group, const char* name) {
-  const std::vector<double> values = parameters.numbers(group, name);
-  const C3dParameter* parameter = parameters.find(group, name);
-  if (values.empty()) return 0;
-  if (parameter->type == C3dParameterType::kInteger && values.size() >= 2) return values[0] + 65536.0 * values[1];
-  return values[0];
-}
-
 /// The number of frames. 16-bit counts stop at 65535 (or wrap); TRIAL or POINT:LONG_FRAMES then tells the real one. A
 /// TRIAL range that contradicts a short count that fits is stale: editors that cut a file often leave it.
 double claimedFrameCount(const C3dParameters& parameters, const Header& header) {
   const double in_header = static_cast<double>(header.last_frame) - static_cast<double>(header.first_frame) + 1.0;
   const double short_count = parameters.number("POINT", "FRAMES").value_or(in_header);
-  double long_count = wideCount(parameters, "POINT", "LONG_FRAMES");
-  const double trial_end = wideCount(parameters, "TRIAL", "ACTUAL_END_FIELD");
+  double long_count = parameters.wideCount("POINT", "LONG_FRAMES");
+  const double trial_end = parameters.wideCount("TRIAL", "ACTUAL_END_FIELD");
   if (trial_end > 0) {
-    const double trial_start = wideCount(parameters, "TRIAL", "ACTUAL_START_FIELD");
+    const double trial_start = parameters.wideCount("TRIAL", "ACTUAL_START_FIELD");
     long_count = std::max(long_count, trial_end - trial_start + 1.0);
   }
   const bool short_is_wrapped = short_count >= kMaxShortCount || std::fmod(long_count, 65536.0) == short_count;
@@ -141,11 +132,7 @@ void takeFrames(PointFormat& format, const C3dParameters& parameters, const Head
 
 /// Labels of POINT:LABELS, LABELS2, ...; each point gets a name of its own.
 std::vector<std::string> pointNames(const C3dParameters& parameters, std::size_t point_count) {
-  std::vector<std::string> names = parameters.texts("POINT", "LABELS");
-  for (int i = 2; names.size() < point_count && parameters.find("POINT", fmt::format("LABELS{}", i)) != nullptr; ++i) {
-    const std::vector<std::string> more = parameters.texts("POINT", fmt::format("LABELS{}", i));
-    names.insert(names.end(), more.begin(), more.end());
-  }
+  std::vector<std::string> names = parameters.allTexts("POINT", "LABELS", point_count);
   names.resize(point_count);
   std::set<std::string> used;
   for (std::size_t i = 0; i < point_count; ++i) {

@@ -1,11 +1,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 #include "base/byte_reader.h"
 #include "base/errors.h"
 #include "base/files.h"
 #include "motion/c3d_file.h"
+#include "motion/c3d_parameters.h"
 #include "motion/position_limits.h"
 
 namespace mouthpiece {
@@ -18,9 +21,11 @@ constexpr std::size_t kMaxPoints = 65535;
 constexpr std::size_t kMaxFrames = 0x7FFFFFFF;
 constexpr std::size_t kMaxLabelBytes = 127;  // some readers take the dimension byte as signed
 constexpr std::size_t kLabelsPerParameter = 255;
+constexpr std::size_t kMaxEvents = 65535;
+constexpr std::size_t kMaxEventTextBytes = 127;
 constexpr float kFloatScale = -1.0F;  // negative: the points are floats in real units
 
-enum GroupId : std::uint8_t { kPointGroup = 1, kAnalogGroup = 2, kTrialGroup = 3 };
+enum GroupId : std::uint8_t { kPointGroup = 1, kAnalogGroup = 2, kTrialGroup = 3, kEventGroup = 4 };
 
 /// Writes groups and parameters one behind the other and keeps their "next" offsets.
 class ParameterWriter {
@@ -53,6 +58,19 @@ class ParameterWriter {
     bytes_.writeU8(1);
     bytes_.writeU8(static_cast<std::uint8_t>(values.size()));
     for (const float value : values) bytes_.writeF32(value);
+    end();
+  }
+  /// Two columns, row by row.
+  void pairs(GroupId id, std::string_view name, const std::vector<std::array<float, 2>>& rows) {
+    begin(id, name);
+    bytes_.writeU8(4);
+    bytes_.writeU8(2);
+    bytes_.writeU8(2);
+    bytes_.writeU8(static_cast<std::uint8_t>(rows.size()));
+    for (const auto& [first, second] : rows) {
+      bytes_.writeF32(first);
+      bytes_.writeF32(second);
+    }
     end();
   }
   void text(GroupId id, std::string_view name, std::string_view value) {
@@ -119,14 +137,62 @@ void refuseWhatDoesNotFit(const MotionClip& clip) {
   }
 }
 
-/// One row for each marker, in LABELS, LABELS2, ...: a parameter holds 255 rows.
-void writeMarkerTexts(ParameterWriter& parameters, const std::string& parameter, const std::vector<std::string>& rows) {
+std::string numberedName(const std::string& parameter, std::size_t first_row) {
+  const std::size_t number = first_row / kLabelsPerParameter + 1;
+  return number == 1 ? parameter : fmt::format("{}{}", parameter, number);
+}
+
+/// One row for each marker or event, in LABELS, LABELS2, ...: a parameter holds 255 rows.
+void writeRows(ParameterWriter& parameters, GroupId group, const std::string& parameter,
+               const std::vector<std::string>& rows) {
   for (std::size_t first = 0; first < rows.size(); first += kLabelsPerParameter) {
     const std::size_t last = std::min(first + kLabelsPerParameter, rows.size());
     const std::vector<std::string> part(rows.begin() + static_cast<std::ptrdiff_t>(first),
                                         rows.begin() + static_cast<std::ptrdiff_t>(last));
-    const std::size_t number = first / kLabelsPerParameter + 1;
-    parameters.texts(kPointGroup, number == 1 ? parameter : fmt::format("{}{}", parameter, number), part);
+    parameters.texts(group, numberedName(parameter, first), part);
+  }
+}
+
+/// Whole minutes and seconds under 60, as floats.
+std::array<float, 2> minutesAndSeconds(Seconds time) {
+  const double minutes = std::floor(time / 60);
+  const auto seconds = static_cast<float>(time - 60 * minutes);
+  return seconds < 60.0F ? std::array{static_cast<float>(minutes), seconds}
+                         : std::array{static_cast<float>(minutes + 1), 0.0F};
+}
+
+void refuseEventsThatDoNotFit(const std::vector<MotionEvent>& events) {
+  if (events.size() > kMaxEvents) {
+    throw InputError("C3D", "EVENT:USED",
+                     fmt::format("found {} events; expected at most {}", events.size(), kMaxEvents));
+  }
+  for (const MotionEvent& event : events) {
+    if (event.label.size() > kMaxEventTextBytes || event.context.size() > kMaxEventTextBytes) {
+      throw InputError("C3D", "EVENT:LABELS",
+                       fmt::format("found event \"{}\"; expected at most {} bytes of label and of context",
+                                   printable(event.label), kMaxEventTextBytes));
+    }
+    if (!(std::abs(event.time) <= kMaxEventTime)) {
+      throw InputError("C3D", "EVENT:TIMES", fmt::format("found an event at {} s", event.time));
+    }
+  }
+}
+
+void writeEvents(ParameterWriter& parameters, const std::vector<MotionEvent>& events) {
+  parameters.group(kEventGroup, "EVENT");
+  parameters.integers(kEventGroup, "USED", {static_cast<std::uint16_t>(events.size())});
+  std::vector<std::string> labels, contexts;
+  for (const MotionEvent& event : events) {
+    labels.push_back(event.label);
+    contexts.push_back(event.context);
+  }
+  writeRows(parameters, kEventGroup, "CONTEXTS", contexts);
+  writeRows(parameters, kEventGroup, "LABELS", labels);
+  for (std::size_t first = 0; first < events.size(); first += kLabelsPerParameter) {
+    std::vector<std::array<float, 2>> times;
+    for (std::size_t i = first; i < std::min(first + kLabelsPerParameter, events.size()); ++i)
+      times.push_back(minutesAndSeconds(events[i].time));
+    parameters.pairs(kEventGroup, numberedName("TIMES", first), times);
   }
 }
 
@@ -145,7 +211,8 @@ void writeHeader(ByteWriter& bytes, const MotionClip& clip) {
   bytes.padTo(kBlockBytes);
 }
 
-void writeParameters(ByteWriter& bytes, const MotionClip& clip, std::uint16_t data_block) {
+void writeParameters(ByteWriter& bytes, const MotionClip& clip, const std::vector<MotionEvent>& events,
+                     std::uint16_t data_block) {
   ParameterWriter parameters(bytes);
   parameters.group(kPointGroup, "POINT");
   parameters.integers(kPointGroup, "USED", {static_cast<std::uint16_t>(clip.markerCount())});
@@ -156,8 +223,8 @@ void writeParameters(ByteWriter& bytes, const MotionClip& clip, std::uint16_t da
   parameters.text(kPointGroup, "UNITS", "mm");
   parameters.text(kPointGroup, "X_SCREEN", "+X");
   parameters.text(kPointGroup, "Y_SCREEN", "+Y");
-  writeMarkerTexts(parameters, "LABELS", clip.marker_names);
-  writeMarkerTexts(parameters, "DESCRIPTIONS", std::vector<std::string>(clip.markerCount(), " "));
+  writeRows(parameters, kPointGroup, "LABELS", clip.marker_names);
+  writeRows(parameters, kPointGroup, "DESCRIPTIONS", std::vector<std::string>(clip.markerCount(), " "));
   parameters.group(kAnalogGroup, "ANALOG");
   // No analog channel; readers look for these all the same, and compare the rate with the header's 0 samples a frame.
   parameters.integers(kAnalogGroup, "USED", {0});
@@ -171,6 +238,7 @@ void writeParameters(ByteWriter& bytes, const MotionClip& clip, std::uint16_t da
   parameters.group(kTrialGroup, "TRIAL");
   parameters.integers(kTrialGroup, "ACTUAL_START_FIELD", halves(1));
   parameters.integers(kTrialGroup, "ACTUAL_END_FIELD", halves(clip.frameCount()));
+  if (!events.empty()) writeEvents(parameters, events);
   bytes.writeU16(0);  // no further entry
 }
 
@@ -189,11 +257,12 @@ std::size_t roundUpToBlock(std::size_t size) { return (size + kBlockBytes - 1) /
 
 }  // namespace
 
-std::string writeC3dBytes(const MotionClip& clip) {
+std::string writeC3dBytes(const MotionClip& clip, const std::vector<MotionEvent>& events) {
   refuseWhatDoesNotFit(clip);
+  refuseEventsThatDoNotFit(events);
   // Written once to learn how many blocks the parameters take.
   ByteWriter rehearsal;
-  writeParameters(rehearsal, clip, 0);
+  writeParameters(rehearsal, clip, events, 0);
   const std::size_t parameter_blocks = roundUpToBlock(4 + rehearsal.size()) / kBlockBytes;
   if (parameter_blocks > kMaxParameterBlocks) {
     throw InputError("C3D", "POINT:LABELS",
@@ -211,15 +280,15 @@ std::string writeC3dBytes(const MotionClip& clip) {
   bytes.writeU8(0x50);
   bytes.writeU8(static_cast<std::uint8_t>(parameter_blocks));
   bytes.writeU8(84);  // Intel
-  writeParameters(bytes, clip, data_block);
+  writeParameters(bytes, clip, events, data_block);
   bytes.padTo((data_block - 1U) * kBlockBytes);
   writePositions(bytes, clip);
   bytes.padTo(roundUpToBlock(bytes.size()));
   return bytes.takeBytes();
 }
 
-void writeC3d(const std::filesystem::path& path, const MotionClip& clip) {
-  writeFileAtomically(path, writeC3dBytes(clip));
+void writeC3d(const std::filesystem::path& path, const MotionClip& clip, const std::vector<MotionEvent>& events) {
+  writeFileAtomically(path, writeC3dBytes(clip, events));
 }
 
 }  // namespace mouthpiece

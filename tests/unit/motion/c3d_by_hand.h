@@ -11,6 +11,11 @@ namespace mouthpiece {
 
 /// Puts C3D files together byte by byte, without any code of the library, for all three processors.
 struct C3dByHand {
+  struct Event {
+    std::string context, label;
+    int minutes = 0;
+    float seconds = 0;
+  };
   int processor = 84;  // 84 Intel, 85 DEC, 86 MIPS
   bool is_float = true;
   float scale = -1.0F;
@@ -25,6 +30,9 @@ struct C3dByHand {
   bool with_frames = true;             ///< POINT:FRAMES
   int trial_start = 0, trial_end = 0;  ///< TRIAL fields when the end is not 0
   std::size_t frames_in_data = 3;
+  std::vector<Event> group_events;   ///< of the EVENT group
+  int events_used = -1;              ///< EVENT:USED; -1: as many as there are
+  std::vector<Event> header_events;  ///< old style: seconds, four letters, no context
   /// x y z residual of each point; every frame is this plus the frame number on x.
   std::vector<std::vector<double>> points{{1.5, -2.25, 300.0, 0.0}, {-0.5, 40.0, 7.0, 0.0}};
 
@@ -78,8 +86,29 @@ struct C3dByHand {
     return all;
   }
 
+  [[nodiscard]] std::string eventParameters(int group) const {
+    const auto count = static_cast<char>(group_events.size());
+    std::string contexts{'\xFF', 2, 16, count}, event_labels{'\xFF', 2, 32, count}, times{4, 2, 2, count};
+    for (const Event& event : group_events) {
+      contexts += (event.context + std::string(16, ' ')).substr(0, 16);
+      event_labels += (event.label + std::string(32, '\0')).substr(0, 32);
+      times += real(static_cast<float>(event.minutes)) + real(event.seconds);
+    }
+    const int used = events_used < 0 ? static_cast<int>(group_events.size()) : events_used;
+    return integerParameter(group, "USED", {used}) + entry(group, "CONTEXTS", contexts) +
+           entry(group, "LABELS", event_labels) + entry(group, "TIMES", times);
+  }
+  /// Words 150 to 234.
+  [[nodiscard]] std::string headerEvents() const {
+    std::string part = word(12345) + word(static_cast<std::uint32_t>(header_events.size())) + word(0);
+    for (const Event& event : header_events) part += real(event.seconds);
+    part.resize(396 - 298, '\0');
+    for (const Event& event : header_events) part += (event.label + std::string(4, ' ')).substr(0, 4);
+    return part;
+  }
+
   [[nodiscard]] std::string parameterSection() const {
-    const std::string groups = entry(-9, "POINT", "") + entry(-4, "TRIAL", "");
+    std::string groups = entry(-9, "POINT", "") + entry(-4, "TRIAL", "");
     std::string parameters = labelParameters(9) + realParameter(9, "SCALE", scale) + textParameter(9, "UNITS", units) +
                              realParameter(9, "RATE", rate_hz) +
                              integerParameter(9, "USED", {static_cast<int>(points.size())});
@@ -87,6 +116,10 @@ struct C3dByHand {
     if (trial_end != 0) {
       parameters += integerParameter(4, "ACTUAL_START_FIELD", {trial_start & 0xFFFF, trial_start >> 16});
       parameters += integerParameter(4, "ACTUAL_END_FIELD", {trial_end & 0xFFFF, trial_end >> 16});
+    }
+    if (!group_events.empty()) {
+      groups += entry(-6, "EVENT", "");
+      parameters += eventParameters(6);
     }
     std::string section = (groups_last ? parameters + groups : groups + parameters) + std::string(2, '\0');
     const std::size_t blocks = (section.size() + 4 + 511) / 512;
@@ -102,6 +135,10 @@ struct C3dByHand {
             word(static_cast<std::uint32_t>(analog_values_per_frame)) + word(static_cast<std::uint32_t>(first_frame)) +
             word(static_cast<std::uint32_t>(last_frame)) + word(10) + real(scale) +
             word(static_cast<std::uint32_t>(2 + parameters.size() / 512)) + word(1) + real(rate_hz);
+    if (!header_events.empty()) {
+      file.resize(298, '\0');
+      file += headerEvents();
+    }
     file.resize(512, '\0');
     file += parameters;
     for (std::size_t frame = 0; frame < frames_in_data; ++frame) {
