@@ -44,11 +44,13 @@ Anchors parseAnchors(std::string_view json_text, const std::string& file) {
   } catch (const json::exception&) {  // a number too large for any type
     throw InputError(file, "", "holds a number out of range; expected vertex numbers or [x, y, z]");
   }
-  if (!tree.is_object() || !tree.contains("markers") || !tree["markers"].is_object()) {
+  // Landmark lists call them by what they are.
+  const char* key = tree.is_object() && tree.contains("vertices") && !tree.contains("markers") ? "vertices" : "markers";
+  if (!tree.is_object() || !tree.contains(key) || !tree[key].is_object()) {
     throw InputError(file, "markers", "is missing; expected a map of marker names to vertex numbers or [x, y, z]");
   }
   Anchors anchors;
-  for (const auto& [name, value] : tree["markers"].items()) anchors.markers.emplace(name, readPlace(value, name, file));
+  for (const auto& [name, value] : tree[key].items()) anchors.markers.emplace(name, readPlace(value, name, file));
   if (const auto unit = tree.find("metres_per_unit"); unit != tree.end()) {
     if (!unit->is_number() || !(unit->get<double>() >= 1e-9 && unit->get<double>() <= 1e3)) {
       throw InputError(file, "metres_per_unit", "expected a number between 1e-9 and 1000");
