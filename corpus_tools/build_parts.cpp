@@ -55,6 +55,12 @@ void BuildParts::store(const CleanedTake& take) const {
   writeCorpus(pathOf(take.report.key), part);
 }
 
+CorpusTake BuildParts::load(const std::string& key) const {
+  Corpus part = readCorpus(pathOf(key), CorpusAudio::kLoad);
+  if (part.takes.size() != 1) throw InputError(pathOf(key).string(), "takes", "is no part of this build");
+  return std::move(part.takes[0]);
+}
+
 void BuildParts::remove() const {
   std::error_code error;  // a folder that stays costs room, nothing else
   fs::remove_all(folder_, error);

@@ -30,6 +30,8 @@ class BuildParts {
   /// nullopt when it was not done, or is damaged.
   [[nodiscard]] std::optional<CleanedTake> find(const std::string& key) const;
   void store(const CleanedTake& take) const;
+  /// A take that was found or stored before. Throws InputError when it has gone or is damaged.
+  [[nodiscard]] CorpusTake load(const std::string& key) const;
   /// The folder with all parts, once they are in a corpus.
   void remove() const;
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <limits>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -11,6 +12,7 @@
 #include "base/parallel_for.h"
 #include "corpus_tools/build_log.h"
 #include "corpus_tools/build_parts.h"
+#include "corpus_tools/finished_takes.h"
 #include "corpus_tools/neutral_pose.h"
 #include "corpus_tools/pose_fit.h"
 #include "corpus_tools/take_alignment.h"
@@ -26,6 +28,8 @@ constexpr const char* kSettingsKey = "build_settings";
 constexpr const char* kReportsKey = "take_reports";
 /// Frames of a take that tell the shape of the head: see estimateHeadReference().
 constexpr std::size_t kShapeFrames = 25;
+/// Takes that tell it, spread over all: the mean shape of more is the same.
+constexpr std::size_t kMostShapeTakes = 300;
 
 /// Counts finished steps; the callback is called under a lock.
 class StepCounter {
@@ -102,18 +106,26 @@ RawTake shapeFrames(const TakeFiles& files, const BuildOptions& options) {
 
 HeadReference headReferenceOf(std::vector<TakeFiles>& takes, const BuildOptions& options, StepCounter& steps,
                               std::vector<LeftOutTake>& left_out, const fs::path& folder) {
-  const auto shapes = forEachTake<RawTake>(takes, options, steps, left_out,
-                                           [&](const TakeFiles& files) { return shapeFrames(files, options); });
+  const std::size_t every = (takes.size() + kMostShapeTakes - 1) / kMostShapeTakes;
+  const TakeFiles* const first = takes.data();
+  auto shapes = forEachTake<std::optional<RawTake>>(takes, options, steps, left_out,
+                                                    [&](const TakeFiles& files) -> std::optional<RawTake> {
+                                                      std::optional<RawTake> take = shapeFrames(files, options);
+                                                      if (static_cast<std::size_t>(&files - first) % every != 0)
+                                                        take.reset();
+                                                      return take;
+                                                    });
   expectSome(folder, takes, left_out);
+  std::vector<RawTake> kept;
+  for (std::optional<RawTake>& shape : shapes) {
+    if (shape) kept.push_back(std::move(*shape));
+  }
   if (!options.cleaning.remove_head) {
     const auto rows = static_cast<Eigen::Index>(stableMarkers(options.layout).size());
     return {MarkerPositions(0, 3), MarkerPositions::Zero(rows, 3)};
   }
-  return estimateHeadReference(shapes, options.layout, options.cleaning.head);
+  return estimateHeadReference(kept, options.layout, options.cleaning.head);
 }
-
-/// Motion as the database keeps it, so that a take is the same whether it was just done or read back.
-void roundToFloats(MotionClip& motion) { motion.positions_mm = motion.positions_mm.cast<float>().cast<double>(); }
 
 /// Reads, labels and cleans a take, and forgets what it was made of.
 CleanedTake cleanTake(const TakeFiles& files, const HeadReference& reference, const BuildOptions& options,
@@ -160,7 +172,7 @@ std::optional<EarlierBuild> earlierBuild(const fs::path& output, const std::stri
   std::error_code error;
   if (output.empty() || !fs::exists(output, error)) return std::nullopt;
   try {
-    EarlierBuild earlier{readCorpus(output, CorpusAudio::kLoad), {}, {}};
+    EarlierBuild earlier{readCorpus(output, CorpusAudio::kSkip, CorpusMotion::kOnDemand), {}, {}};
     if (earlier.corpus.build_log[kSettingsKey] != settings) return std::nullopt;
     const std::vector<TakeReport> reports = reportsFromJson(earlier.corpus.build_log[kReportsKey]);
     if (reports.size() != earlier.corpus.takes.size()) return std::nullopt;
@@ -171,6 +183,10 @@ std::optional<EarlierBuild> earlierBuild(const fs::path& output, const std::stri
       earlier.takes[reports[i].key] = i;
     }
     if (earlier.takes.empty()) return std::nullopt;
+    for (const auto& [key, take] : earlier.takes) {  // damage is found now, not when all else is done
+      (void)earlier.corpus.motion_source->load(TakeIndex(take));
+      (void)earlier.corpus.motion_source->loadAudio(TakeIndex(take));
+    }
     return earlier;
   } catch (const InputError&) {
     return std::nullopt;
@@ -192,16 +208,20 @@ bool needsAlignment(const Corpus& corpus, const HeadReference& reference, const 
 }
 
 /// Aligns, finds the neutral pose, and turns everything into the face's own axes.
-void settleFrame(BuildResult& result, HeadReference& reference, const BuildOptions& options) {
+void settleFrame(BuildResult& result, FinishedTakes& finished, HeadReference& reference, const BuildOptions& options) {
   Corpus& corpus = result.corpus;
+  const MotionLoader load = [&](std::size_t take) { return finished.load(TakeIndex(take)); };
   const bool align = needsAlignment(corpus, reference, options);
   if (align) {
-    const std::vector<double> moves = alignTakesByPhones(corpus.takes);
-    for (std::size_t i = 0; i < moves.size(); ++i) result.takes[i].aligned_mm = moves[i];
+    const std::vector<TakeMove> moves = takeMovesByPhones(corpus.takes, load);
+    for (std::size_t i = 0; i < moves.size(); ++i) {
+      if (moves[i].move) finished.move(i, *moves[i].move);
+      result.takes[i].aligned_mm = moves[i].largest_mm;
+    }
   }
-  NeutralPose neutral = neutralPose(corpus.takes, options.layout);
+  NeutralPose neutral = neutralPose(corpus.takes, options.layout, load);
   const RigidMotion face_from_head = faceFromHead(neutral.pose_mm, options.layout);
-  for (CorpusTake& take : corpus.takes) transform(take.motion, face_from_head);
+  finished.turnAll(face_from_head);
   transform(neutral.pose_mm, face_from_head);
   transform(reference.jig_mm, face_from_head);
   transform(reference.stable_mm, face_from_head);
@@ -211,16 +231,15 @@ void settleFrame(BuildResult& result, HeadReference& reference, const BuildOptio
 }
 
 /// Takes that joined an earlier corpus are aligned with its takes, which stay where they are.
-void settleNewTakes(BuildResult& result, const std::vector<bool>& is_new, const HeadReference& reference,
-                    const BuildOptions& options) {
-  Corpus& corpus = result.corpus;
-  if (!needsAlignment(corpus, reference, options)) return;
-  std::vector<CorpusTake> aligned = corpus.takes;
-  const std::vector<double> moves = alignTakesByPhones(aligned);
+void settleNewTakes(BuildResult& result, FinishedTakes& finished, const std::vector<bool>& is_new,
+                    const HeadReference& reference, const BuildOptions& options) {
+  if (!needsAlignment(result.corpus, reference, options)) return;
+  const auto moves =
+      takeMovesByPhones(result.corpus.takes, [&](std::size_t take) { return finished.load(TakeIndex(take)); });
   for (std::size_t i = 0; i < moves.size(); ++i) {
     if (!is_new[i]) continue;
-    corpus.takes[i].motion = std::move(aligned[i].motion);
-    result.takes[i].aligned_mm = moves[i];
+    if (moves[i].move) finished.move(i, *moves[i].move);
+    result.takes[i].aligned_mm = moves[i].largest_mm;
   }
 }
 
@@ -248,27 +267,39 @@ class Builder {
                                       : headReferenceOf(found_.takes, options_, steps_, result.left_out, folder_);
     const BuildParts parts(fs::path(output_.string() + ".parts"), options_.layout,
                            sha256Hex(settings_ + textOf(reference)));
+    const auto finished = output_.empty()
+                              ? std::make_shared<FinishedTakes>(parts, std::numeric_limits<std::size_t>::max())
+                              : std::make_shared<FinishedTakes>(parts);
     std::vector<bool> is_new;
-    doTakes(result, earlier, reference, parts, is_new);
+    doTakes(result, *finished, earlier, reference, parts, is_new);
     result.corpus.layout = options_.layout;
+    result.corpus.motion_source = finished;
     if (earlier) {
       result.corpus.neutral_pose_mm = earlier->corpus.neutral_pose_mm;
       result.corpus.build_log = earlier->corpus.build_log;
-      settleNewTakes(result, is_new, reference, options_);
+      settleNewTakes(result, *finished, is_new, reference, options_);
     } else {
-      settleFrame(result, reference, options_);
+      settleFrame(result, *finished, reference, options_);
     }
     result.corpus.trajectory_model = fitTrajectoryModel(result.corpus, {.jobs = options_.jobs});
     writeLog(result, settings_, reference);
-    if (output_.empty()) return result;
+    if (output_.empty()) return inMemory(std::move(result), *finished);
     result.corpus.name = output_.stem().string();
     writeCorpus(output_, result.corpus);
+    result.corpus.motion_source = nullptr;  // its parts go; the database has it all
     parts.remove();
     removeStaleTemporaries(output_);
     return result;
   }
 
  private:
+  static BuildResult inMemory(BuildResult result, const FinishedTakes& finished) {
+    for (std::size_t take = 0; take < result.corpus.takes.size(); ++take)
+      result.corpus.takes[take].motion = finished.load(TakeIndex(take));
+    result.corpus.motion_source = nullptr;
+    return result;
+  }
+
   std::optional<EarlierBuild> findEarlierBuild() {
     if (output_.empty()) return std::nullopt;
     std::vector<std::string> keys(found_.takes.size());
@@ -278,34 +309,46 @@ class Builder {
     return earlierBuild(output_, settings_, keys);
   }
 
-  void doTakes(BuildResult& result, std::optional<EarlierBuild>& earlier, const HeadReference& reference,
-               const BuildParts& parts, std::vector<bool>& is_new) {
+  /// Keeps of each take what is small; its motion and sound are found through `finished`.
+  void doTakes(BuildResult& result, FinishedTakes& finished, std::optional<EarlierBuild>& earlier,
+               const HeadReference& reference, const BuildParts& parts, std::vector<bool>& is_new) {
     TakeLabeller labeller(options_.lexicon);
     struct Done {
       CleanedTake cleaned;
-      bool is_new = true, was_kept = false;
+      std::optional<std::size_t> earlier;  ///< its number there
+      bool was_kept = false;
+    };
+    const auto light = [&](CleanedTake take, const std::string& key, bool was_kept) {
+      finished.takeOver(key, take.take.motion);
+      if (!output_.empty()) std::vector<float>().swap(take.take.audio.samples);  // with its room
+      return Done{std::move(take), {}, was_kept};
     };
     auto done = forEachTake<Done>(found_.takes, options_, steps_, result.left_out, [&](const TakeFiles& files) {
-      if (output_.empty()) return Done{cleanTake(files, reference, options_, labeller)};
+      if (output_.empty()) return light(cleanTake(files, reference, options_, labeller), files.name, false);
       const std::string& key = keys_.at(files.name);
       if (earlier) {
         const auto found = earlier->takes.find(key);
         if (found != earlier->takes.end()) {
-          return Done{{std::move(earlier->corpus.takes[found->second]), earlier->reports.at(key)}, false, true};
+          return Done{{std::move(earlier->corpus.takes[found->second]), earlier->reports.at(key)}, found->second, true};
         }
       }
-      if (auto part = parts.find(key)) return Done{std::move(*part), true, true};
+      if (auto part = parts.find(key)) return light(std::move(*part), key, true);
       CleanedTake cleaned = cleanTake(files, reference, options_, labeller);
       cleaned.report.key = key;
       parts.store(cleaned);
-      return Done{std::move(cleaned)};
+      return light(std::move(cleaned), key, false);
     });
     expectSome(folder_, found_.takes, result.left_out);
     for (Done& take : done) {
+      is_new.push_back(!take.earlier);
+      if (take.earlier) {
+        finished.addEarlier(earlier->corpus.motion_source, TakeIndex(*take.earlier));
+      } else {
+        finished.addPart(output_.empty() ? take.cleaned.take.name : take.cleaned.report.key);
+      }
       result.corpus.takes.push_back(std::move(take.cleaned.take));
       result.takes.push_back(std::move(take.cleaned.report));
       result.kept_takes += take.was_kept ? 1 : 0;
-      is_new.push_back(take.is_new);
     }
   }
 

@@ -26,7 +26,7 @@ struct BuildOptions {
 };
 
 struct BuildResult {
-  Corpus corpus;
+  Corpus corpus;  ///< of buildCorpusFile() without motion and sound: those are in the file alone
   std::vector<TakeReport> takes;
   std::vector<LeftOutTake> left_out;
   std::size_t kept_takes = 0;  ///< that were done before and not done again

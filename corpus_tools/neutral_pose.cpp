@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "base/errors.h"
 #include "corpus_tools/lip_measures.h"
@@ -13,6 +14,8 @@ namespace mouthpiece {
 namespace {
 
 constexpr double kClosedShare = 0.15;
+/// The median of more says no more, and all of them are in memory at once.
+constexpr std::size_t kMostFrames = 10'000;
 
 struct FramePlace {
   std::size_t take;
@@ -25,12 +28,30 @@ bool isSilent(const SpeechLabels& labels, Seconds time) {
   });
 }
 
-std::vector<FramePlace> framesOf(const std::vector<CorpusTake>& takes, bool in_silence) {
+/// What choosing the frames needs to know of a take.
+struct TakeFrames {
+  std::vector<double> openings;  ///< of each frame; empty when the lips' markers are not there
+  std::vector<bool> silent;
+};
+
+std::vector<TakeFrames> framesOf(const std::vector<CorpusTake>& takes, const MotionLoader& load) {
+  std::vector<TakeFrames> frames;
+  for (std::size_t take = 0; take < takes.size(); ++take) {
+    const MotionClip motion = load(take);
+    TakeFrames& own = frames.emplace_back();
+    const auto upper = motion.findMarker("LIP_UP_MID"), lower = motion.findMarker("LIP_LO_MID");
+    if (upper && lower) own.openings = markerDistances(motion, *upper, *lower);
+    for (std::size_t frame = 0; frame < motion.frameCount(); ++frame)
+      own.silent.push_back(isSilent(takes[take].labels, motion.timeOf(FrameIndex(frame))));
+  }
+  return frames;
+}
+
+std::vector<FramePlace> placesOf(const std::vector<TakeFrames>& takes, bool in_silence) {
   std::vector<FramePlace> places;
   for (std::size_t take = 0; take < takes.size(); ++take) {
-    for (std::size_t frame = 0; frame < takes[take].motion.frameCount(); ++frame) {
-      if (in_silence && !isSilent(takes[take].labels, takes[take].motion.timeOf(FrameIndex(frame)))) continue;
-      places.push_back({take, frame});
+    for (std::size_t frame = 0; frame < takes[take].silent.size(); ++frame) {
+      if (!in_silence || takes[take].silent[frame]) places.push_back({take, frame});
     }
   }
   return places;
@@ -44,14 +65,11 @@ double quantile(std::vector<double> values, double share) {
 }
 
 /// Of `candidates` those with closed lips; all of them when openings cannot be told.
-std::vector<FramePlace> closedFrames(const std::vector<CorpusTake>& takes, const std::vector<FramePlace>& candidates) {
-  std::vector<std::vector<double>> openings;
+std::vector<FramePlace> closedFrames(const std::vector<TakeFrames>& takes, const std::vector<FramePlace>& candidates) {
   std::vector<double> seen;
-  for (const CorpusTake& take : takes) {
-    const auto upper = take.motion.findMarker("LIP_UP_MID"), lower = take.motion.findMarker("LIP_LO_MID");
-    if (!upper || !lower) return candidates;
-    openings.push_back(markerDistances(take.motion, *upper, *lower));
-    std::copy_if(openings.back().begin(), openings.back().end(), std::back_inserter(seen),
+  for (const TakeFrames& take : takes) {
+    if (take.openings.empty() && !take.silent.empty()) return candidates;
+    std::copy_if(take.openings.begin(), take.openings.end(), std::back_inserter(seen),
                  [](double opening) { return std::isfinite(opening); });
   }
   if (seen.empty()) return candidates;
@@ -59,18 +77,29 @@ std::vector<FramePlace> closedFrames(const std::vector<CorpusTake>& takes, const
   const double closed_below = low + kClosedShare * (high - low);
   std::vector<FramePlace> closed;
   std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(closed),
-               [&](const FramePlace& place) { return openings[place.take][place.frame] <= closed_below; });
+               [&](const FramePlace& place) { return takes[place.take].openings[place.frame] <= closed_below; });
   return closed;
 }
 
-MarkerPositions medianPose(const std::vector<CorpusTake>& takes, const std::vector<FramePlace>& places,
-                           std::size_t markers) {
+/// `places` lie take after take.
+MarkerPositions medianPose(const std::vector<FramePlace>& places, std::size_t markers, const MotionLoader& load) {
+  const std::size_t every = places.size() / kMostFrames + 1;
+  // As exact as the database keeps positions.
+  Eigen::MatrixXf rows(static_cast<Eigen::Index>((places.size() + every - 1) / every),
+                       static_cast<Eigen::Index>(3 * markers));
+  MotionClip motion;
+  std::optional<std::size_t> loaded;
+  for (std::size_t i = 0; i < places.size(); i += every) {
+    if (loaded != places[i].take) motion = load(places[i].take);
+    loaded = places[i].take;
+    rows.row(static_cast<Eigen::Index>(i / every)) =
+        motion.positions_mm.row(static_cast<Eigen::Index>(places[i].frame)).cast<float>();
+  }
   MarkerPositions pose = MarkerPositions::Constant(static_cast<Eigen::Index>(markers), 3, std::nan(""));
-  for (Eigen::Index column = 0; column < 3 * pose.rows(); ++column) {
+  for (Eigen::Index column = 0; column < rows.cols(); ++column) {
     std::vector<double> seen;
-    for (const FramePlace& place : places) {
-      const double value = takes[place.take].motion.positions_mm(static_cast<Eigen::Index>(place.frame), column);
-      if (std::isfinite(value)) seen.push_back(value);
+    for (Eigen::Index row = 0; row < rows.rows(); ++row) {
+      if (std::isfinite(rows(row, column))) seen.push_back(static_cast<double>(rows(row, column)));
     }
     if (!seen.empty()) pose(column / 3, column % 3) = quantile(std::move(seen), 0.5);
   }
@@ -89,14 +118,18 @@ void expectComplete(const MarkerPositions& pose, const MarkerLayout& layout) {
 }  // namespace
 
 NeutralPose neutralPose(const std::vector<CorpusTake>& takes, const MarkerLayout& layout) {
+  return neutralPose(takes, layout, [&](std::size_t take) { return takes[take].motion; });
+}
+
+NeutralPose neutralPose(const std::vector<CorpusTake>& takes, const MarkerLayout& layout, const MotionLoader& load) {
   MOUTHPIECE_EXPECT(!takes.empty());
-  const std::vector<FramePlace> all = framesOf(takes, false);
-  std::vector<FramePlace> places = closedFrames(takes, framesOf(takes, true));
-  if (places.empty()) places = closedFrames(takes, all);
-  NeutralPose neutral{medianPose(takes, places, layout.markers.size()), places.size()};
+  const std::vector<TakeFrames> frames = framesOf(takes, load);
+  std::vector<FramePlace> places = closedFrames(frames, placesOf(frames, true));
+  if (places.empty()) places = closedFrames(frames, placesOf(frames, false));
+  NeutralPose neutral{medianPose(places, layout.markers.size(), load), places.size()};
   // A marker hidden whenever the mouth rests is better known from all frames than not at all.
   if (!neutral.pose_mm.allFinite()) {
-    const MarkerPositions overall = medianPose(takes, all, layout.markers.size());
+    const MarkerPositions overall = medianPose(placesOf(frames, false), layout.markers.size(), load);
     neutral.pose_mm = neutral.pose_mm.array().isFinite().select(neutral.pose_mm, overall);
   }
   expectComplete(neutral.pose_mm, layout);

@@ -1,7 +1,9 @@
 #include "corpus_tools/take_alignment.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 
 #include "corpus_tools/pose_fit.h"
 
@@ -11,58 +13,70 @@ namespace {
 constexpr int kRounds = 3;
 constexpr RigidFitOptions kAllAlike{0};  ///< plain least squares
 
-/// One observation: all markers in the frame nearest to a phone's middle.
-struct PhoneFrame {
-  std::size_t take;
-  Phone phone;
-  Eigen::RowVectorXd positions;
+/// What the two-way layout phone + take needs to know of the frames nearest to the phones' middles: counts and sums.
+struct PhoneSums {
+  using Counts = std::array<std::uint32_t, kPhoneCount>;
+  std::vector<Counts> counts;               ///< by take
+  std::vector<Eigen::RowVectorXd> of_take;  ///< sum of the positions of all markers
+  std::vector<Eigen::RowVectorXd> of_phone;
+  Eigen::RowVectorXd mean;
+  double observations = 0;
 };
 
-std::vector<PhoneFrame> phoneFrames(const std::vector<CorpusTake>& takes) {
-  std::vector<PhoneFrame> observed;
+PhoneSums phoneSums(const std::vector<CorpusTake>& takes, const MotionLoader& load) {
+  PhoneSums sums;
+  sums.counts.resize(takes.size());
   for (std::size_t take = 0; take < takes.size(); ++take) {
-    const MotionClip& motion = takes[take].motion;
+    const MotionClip motion = load(take);
+    const Eigen::RowVectorXd none = Eigen::RowVectorXd::Zero(motion.positions_mm.cols());
+    if (take == 0) {
+      sums.of_phone.assign(kPhoneCount, none);
+      sums.mean = none;
+    }
+    sums.of_take.push_back(none);
     for (const LabelledPhone& phone : takes[take].labels.phones) {
       if (phone.phone == Phone::kSil) continue;  // breathing: says nothing about the take
       const auto frame = static_cast<Eigen::Index>(std::lround(phone.span.middle() * motion.frame_rate_hz));
-      if (frame >= motion.positions_mm.rows()) continue;
-      if (!motion.positions_mm.row(frame).allFinite()) continue;
-      observed.push_back({take, phone.phone, motion.positions_mm.row(frame)});
+      if (frame >= motion.positions_mm.rows() || !motion.positions_mm.row(frame).allFinite()) continue;
+      ++sums.counts[take][static_cast<std::size_t>(phone.phone)];
+      sums.of_take[take] += motion.positions_mm.row(frame);
+      sums.of_phone[static_cast<std::size_t>(phone.phone)] += motion.positions_mm.row(frame);
+      sums.observations += 1;
     }
+    sums.mean += sums.of_take[take];
   }
-  return observed;
+  if (sums.observations > 0) sums.mean /= sums.observations;
+  return sums;
 }
 
 using Rows = std::vector<Eigen::RowVectorXd>;
 
-/// Mean over the observations of each group of what is left after `others`.
-template <typename GroupOf, typename Others>
-Rows groupMeans(const std::vector<PhoneFrame>& observed, std::size_t groups, Eigen::Index width,
-                const GroupOf& group_of, const Others& others) {
-  Rows means(groups, Eigen::RowVectorXd::Zero(width));
-  std::vector<double> counts(groups, 0.0);
-  for (const PhoneFrame& observation : observed) {
-    means[group_of(observation)] += observation.positions - others(observation);
-    counts[group_of(observation)] += 1;
-  }
-  for (std::size_t group = 0; group < groups; ++group) {
-    if (counts[group] > 0) means[group] /= counts[group];
-  }
-  return means;
-}
-
-/// Per take, how far each marker coordinate lies off what its phones let expect.
-Rows takeOffsets(const std::vector<PhoneFrame>& observed, std::size_t takes, Eigen::Index width) {
-  const auto take_of = [](const PhoneFrame& observation) { return observation.take; };
-  const auto phone_of = [](const PhoneFrame& observation) { return static_cast<std::size_t>(observation.phone); };
-  Rows offsets(takes, Eigen::RowVectorXd::Zero(width));
+/// Per take, how far each marker coordinate lies off what its phones let expect: alternating means of phones and takes.
+Rows takeOffsets(const PhoneSums& sums) {
+  const Eigen::RowVectorXd none = Eigen::RowVectorXd::Zero(sums.mean.size());
+  Rows offsets(sums.of_take.size(), none);
   for (int round = 0; round < kRounds; ++round) {
-    const Rows phones = groupMeans(
-        observed, kPhoneCount, width,
-        phone_of, [&](const PhoneFrame& observation) -> const auto& { return offsets[observation.take]; });
-    offsets = groupMeans(
-        observed, takes, width,
-        take_of, [&](const PhoneFrame& observation) -> const auto& { return phones[phone_of(observation)]; });
+    Rows phones = sums.of_phone;
+    std::vector<double> phone_counts(kPhoneCount, 0.0);
+    for (std::size_t take = 0; take < offsets.size(); ++take) {
+      for (std::size_t phone = 0; phone < kPhoneCount; ++phone) {
+        const auto count = static_cast<double>(sums.counts[take][phone]);
+        if (count == 0) continue;
+        phones[phone] -= count * offsets[take];
+        phone_counts[phone] += count;
+      }
+    }
+    for (std::size_t phone = 0; phone < kPhoneCount; ++phone) phones[phone] /= std::max(1.0, phone_counts[phone]);
+    for (std::size_t take = 0; take < offsets.size(); ++take) {
+      offsets[take] = sums.of_take[take];
+      double frames = 0;
+      for (std::size_t phone = 0; phone < kPhoneCount; ++phone) {
+        const auto count = static_cast<double>(sums.counts[take][phone]);
+        if (count > 0) offsets[take] -= count * phones[phone];
+        frames += count;
+      }
+      offsets[take] /= std::max(1.0, frames);
+    }
   }
   return offsets;
 }
@@ -73,22 +87,28 @@ MarkerPositions asPose(const Eigen::RowVectorXd& row) {
 
 }  // namespace
 
-std::vector<double> alignTakesByPhones(std::vector<CorpusTake>& takes) {
-  const std::vector<PhoneFrame> observed = phoneFrames(takes);
-  std::vector<double> largest(takes.size(), 0.0);
-  if (observed.empty()) return largest;
-  const Eigen::Index width = observed.front().positions.cols();
-  const Rows offsets = takeOffsets(observed, takes.size(), width);
-  Eigen::RowVectorXd mean = Eigen::RowVectorXd::Zero(width);
-  for (const PhoneFrame& observation : observed) mean += observation.positions / static_cast<double>(observed.size());
-  const MarkerPositions mean_face = asPose(mean);
+std::vector<TakeMove> takeMovesByPhones(const std::vector<CorpusTake>& takes, const MotionLoader& load) {
+  const PhoneSums sums = phoneSums(takes, load);
+  std::vector<TakeMove> moves(takes.size());
+  if (sums.observations == 0) return moves;
+  const Rows offsets = takeOffsets(sums);
+  const MarkerPositions mean_face = asPose(sums.mean);
   for (std::size_t take = 0; take < takes.size(); ++take) {
-    const auto fit = fitRigidMotion(asPose(mean + offsets[take]), mean_face, kAllAlike);
-    if (!fit) continue;
-    transform(takes[take].motion, *fit);
+    moves[take].move = fitRigidMotion(asPose(sums.mean + offsets[take]), mean_face, kAllAlike);
+    if (!moves[take].move) continue;
     MarkerPositions moved = mean_face;
-    transform(moved, *fit);
-    largest[take] = (moved - mean_face).rowwise().norm().maxCoeff();
+    transform(moved, *moves[take].move);
+    moves[take].largest_mm = (moved - mean_face).rowwise().norm().maxCoeff();
+  }
+  return moves;
+}
+
+std::vector<double> alignTakesByPhones(std::vector<CorpusTake>& takes) {
+  const auto moves = takeMovesByPhones(takes, [&](std::size_t take) { return takes[take].motion; });
+  std::vector<double> largest;
+  for (std::size_t take = 0; take < takes.size(); ++take) {
+    if (moves[take].move) transform(takes[take].motion, *moves[take].move);
+    largest.push_back(moves[take].largest_mm);
   }
   return largest;
 }

@@ -1,16 +1,30 @@
 #pragma once
 
+#include <cstddef>
+#include <functional>
+#include <optional>
 #include <vector>
 
+#include "motion/rigid.h"
 #include "units/corpus.h"
 
 namespace mouthpiece {
 
-/// Moves each take rigidly to where its mouth shapes lie in the other takes: a tracker without a jig places the same
-/// face differently as the head turns (1.0 mm between the takes of grid_s1). What a take's markers should be is told by
-/// its phones: marker offsets by take in a two-way layout, phone + take, by alternating means; then the rigid motion
-/// that takes most of the offsets away, all markers weighing the same. Distances within the face stay. Returns the
-/// largest move of a marker of the mean face for each take, mm.
+/// A take's motion, wherever it lies.
+using MotionLoader = std::function<MotionClip(std::size_t take)>;
+
+struct TakeMove {
+  std::optional<RigidMotion> move;  ///< none where the phones tell too little
+  double largest_mm = 0;            ///< of a marker of the mean face
+};
+
+/// Moves that bring each take rigidly to where its mouth shapes lie in the other takes: a tracker without a jig places
+/// the same face differently as the head turns (1.0 mm between the takes of grid_s1). What a take's markers should be
+/// is told by its phones: marker offsets by take in a two-way layout, phone + take, by alternating means; then the
+/// rigid motion that takes most of the offsets away, all markers weighing the same. Distances within the face stay.
+/// Looks at one take's motion at a time; of `takes` only the labels count.
+std::vector<TakeMove> takeMovesByPhones(const std::vector<CorpusTake>& takes, const MotionLoader& load);
+/// Moves takes in memory. Returns TakeMove::largest_mm of each.
 std::vector<double> alignTakesByPhones(std::vector<CorpusTake>& takes);
 
 }  // namespace mouthpiece

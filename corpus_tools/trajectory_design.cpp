@@ -59,7 +59,7 @@ FitTake fitTake(const Corpus& corpus, std::size_t index, const SpeechColumns& co
   const Eigen::RowVectorXd mean = take.seen.transpose() * positions / std::max(1.0, take.seen.sum());
   const Eigen::Map<const Eigen::RowVectorXd> neutral(corpus.neutral_pose_mm.data(), corpus.neutral_pose_mm.size());
   take.mean = mean - neutral;
-  take.displacements = take.seen.asDiagonal() * (positions.rowwise() - mean);
+  take.displacements = (take.seen.asDiagonal() * (positions.rowwise() - mean)).cast<float>();
   return take;
 }
 
@@ -96,7 +96,7 @@ double FitTake::tightestOpening(const TimeSpan& span) const {
 }
 
 std::vector<FitTake> fitTakes(const Corpus& corpus, const SpeechColumns& columns, double fit_rate_hz) {
-  constexpr double kMostFrames = 150'000;  // 240 MB of 66 markers; more changes the fit no longer
+  constexpr double kMostFrames = 30'000;  // 24 MB of 66 markers; twenty minutes at 25 Hz
   double frames = 0;
   for (const CorpusTake& take : corpus.takes) frames += take.labels.duration() * fit_rate_hz;
   const auto every = static_cast<std::size_t>(std::max(1.0, std::ceil(frames / kMostFrames)));

@@ -26,7 +26,7 @@ struct FitTake {
   std::size_t index = 0;          ///< in the corpus
   std::vector<Seconds> times;     ///< of its rows: the capture, thinned
   Eigen::VectorXd seen;           ///< 1 where all speaking markers are, else 0
-  Eigen::MatrixXd displacements;  ///< from the take's mean, mm; zero where not seen
+  Eigen::MatrixXf displacements;  ///< from the take's mean, mm; zero where not seen
   Eigen::RowVectorXd mean;        ///< that mean less the neutral pose
   Eigen::VectorXd openings;       ///< LIP_UP_MID to LIP_LO_MID, mm; 0 where not seen
 

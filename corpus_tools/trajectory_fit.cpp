@@ -28,7 +28,7 @@ void fitComponents(const std::vector<FitTake>& takes, const SpeechColumns& colum
   const Eigen::Index width = columns.weights.size();
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(width, width);
   for (const FitTake& take : takes) {
-    const Eigen::MatrixXd weighted = take.displacements * columns.weights.asDiagonal();
+    const Eigen::MatrixXd weighted = take.displacements.cast<double>() * columns.weights.asDiagonal();
     covariance.selfadjointView<Eigen::Lower>().rankUpdate(weighted.transpose());
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
@@ -37,9 +37,10 @@ void fitComponents(const std::vector<FitTake>& takes, const SpeechColumns& colum
   Eigen::MatrixXd own = Eigen::MatrixXd::Zero(components, components);
   Eigen::MatrixXd both = Eigen::MatrixXd::Zero(components, width);
   for (const FitTake& take : takes) {
-    const Eigen::MatrixXd values = take.displacements * model.analysis;
+    const Eigen::MatrixXd displacements = take.displacements.cast<double>();
+    const Eigen::MatrixXd values = displacements * model.analysis;
     own += values.transpose() * values;
-    both += values.transpose() * take.displacements;
+    both += values.transpose() * displacements;
   }
   own.diagonal().array() += 1e-9 * std::max(1e-12, own.diagonal().maxCoeff());
   model.shapes = own.ldlt().solve(both);
@@ -59,7 +60,7 @@ class TargetSolver {
   TargetSolver(const std::vector<FitTake>& takes, const SegmentFeatures& features, const TrajectoryModel& model,
                double ridge)
       : takes_(takes), features_(features), ridge_(ridge) {
-    for (const FitTake& take : takes) values_.emplace_back(take.displacements * model.analysis);
+    for (const FitTake& take : takes) values_.emplace_back(take.displacements.cast<double>() * model.analysis);
   }
 
   [[nodiscard]] Solution solve(const ComponentDynamics& dynamics, const std::vector<std::size_t>& use,
@@ -157,7 +158,7 @@ void fitClosing(const std::vector<FitTake>& takes, const Corpus& corpus, const S
   for (const FitTake& take : takes) {
     const double mean = take.seen.dot(take.openings) / take.seen.sum();
     const Eigen::VectorXd opening = take.seen.cwiseProduct((take.openings.array() - mean).matrix());
-    model.closing += opening.transpose() * take.displacements;
+    model.closing += opening.transpose() * take.displacements.cast<double>();
     squares += opening.squaredNorm();
     for (const LabelledPhone& phone : corpus.takes[take.index].labels.phones) {
       if (!isBilabial(phone.phone)) continue;

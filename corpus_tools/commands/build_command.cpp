@@ -27,7 +27,7 @@ int runBuild(const BuildCommand& command) {
   BuildOptions options;
   options.layout = layoutFrom(command.layout);
   options.lexicon = lexiconFrom(command.lexicon);
-  options.marker_names = markerMapFrom(command.renamed);
+  options.marker_names = markerMapFrom(command.renamed, command.layout);
   options.jobs = command.jobs;
   options.strict = command.strict;
   options.cleaning = command.cleaning;

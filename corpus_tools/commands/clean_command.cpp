@@ -13,9 +13,10 @@ struct CleanCommand {
 };
 
 int runClean(const CleanCommand& command) {
-  const CleanedFace clean =
-      cleanClip(readMotion(command.input), layoutFrom(command.layout), command.input.string(), command.cleaning);
-  writeMotion(command.output, clean.motion);
+  MotionClip motion = readMotion(command.input);
+  renameMarkers(motion, markerMapFrom({}, command.layout));
+  const CleanedFace clean = cleanClip(motion, layoutFrom(command.layout), command.input.string(), command.cleaning);
+  writeMotionWithEvents(command.output, clean.motion, command.input);
   const TakeReport& report = clean.report;
   printNotice(
       fmt::format("{} frames: {} swaps and {} spikes repaired; head by jig {}, by skin {}, bridged {}; {} samples "

@@ -4,11 +4,18 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "motion/c3d_file.h"
+#include "motion/marker_labels.h"
+#include "motion/motion_file.h"
 
 namespace mouthpiece {
 namespace {
 
 constexpr std::uint64_t kMaxLayoutBytes = 16 << 20;
+
+bool isLayoutOfOurs(const std::filesystem::path& file) {
+  return file.empty() || file == "face66" || file == "mediapipe66";
+}
 
 }  // namespace
 
@@ -48,7 +55,7 @@ void addMarkerMapOption(CLI::App& command, std::vector<std::string>& renamed) {
   command.add_option("--map", renamed, "OLD=NEW: a marker of the files goes by another name in the layout; repeatable");
 }
 
-MarkerNameMap markerMapFrom(const std::vector<std::string>& renamed) {
+MarkerNameMap markerMapFrom(const std::vector<std::string>& renamed, const std::filesystem::path& layout) {
   MarkerNameMap names;
   for (const std::string& pair : renamed) {
     const std::size_t equals = pair.find('=');
@@ -57,15 +64,27 @@ MarkerNameMap markerMapFrom(const std::vector<std::string>& renamed) {
       throw InputError("--map", "", fmt::format("found '{}'; expected OLD=NEW, each OLD once", printable(pair)));
     }
   }
+  if (isLayoutOfOurs(layout)) return names;
+  for (const auto& [label, name] : markerLabels(readFile(layout, kMaxLayoutBytes), layout.string(), layoutFrom(layout)))
+    names.emplace(label, name);
   return names;
 }
 
 MarkerLayout layoutFrom(const std::filesystem::path& file) {
-  if (file == "face66" || file == "mediapipe66") return defaultLayout();
-  return file.empty() ? defaultLayout() : parseLayout(readFile(file, kMaxLayoutBytes), file.string());
+  return isLayoutOfOurs(file) ? defaultLayout() : parseLayout(readFile(file, kMaxLayoutBytes), file.string());
 }
 
 Lexicon lexiconFrom(const std::filesystem::path& file) { return file.empty() ? Lexicon() : Lexicon::read(file); }
+
+bool isC3dFileName(const std::filesystem::path& path) {
+  return path.extension() == ".c3d" || path.extension() == ".C3D";
+}
+
+void writeMotionWithEvents(const std::filesystem::path& path, const MotionClip& clip,
+                           const std::filesystem::path& source) {
+  if (!isC3dFileName(path)) return writeMotion(path, clip);
+  writeC3d(path, clip, isC3dFileName(source) ? readC3dEvents(source) : std::vector<MotionEvent>());
+}
 
 void noteLeftOut(const std::vector<LeftOutTake>& left_out, bool quiet) {
   for (const LeftOutTake& take : left_out) printNotice(fmt::format("left out {}: {}", take.name, take.reason), quiet);

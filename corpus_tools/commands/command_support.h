@@ -50,13 +50,18 @@ void addCleaningOptions(CLI::App& command, CleaningOptions& cleaning);
 
 /// --map OLD=NEW, repeatable.
 void addMarkerMapOption(CLI::App& command, std::vector<std::string>& renamed);
-/// Throws InputError for what is not OLD=NEW.
-MarkerNameMap markerMapFrom(const std::vector<std::string>& renamed);
+/// These, and the labels that the layout's file gives its markers. Throws InputError for what is not OLD=NEW.
+MarkerNameMap markerMapFrom(const std::vector<std::string>& renamed, const std::filesystem::path& layout = {});
 
 /// The layout in a JSON file; the default one for an empty path.
 MarkerLayout layoutFrom(const std::filesystem::path& file);
 /// The lexicon in a file; an empty one for an empty path.
 Lexicon lexiconFrom(const std::filesystem::path& file);
+
+/// Writes `clip`, made from the motion in `source`; events go along from C3D to C3D.
+void writeMotionWithEvents(const std::filesystem::path& path, const MotionClip& clip,
+                           const std::filesystem::path& source);
+bool isC3dFileName(const std::filesystem::path& path);
 
 /// One line a take on stderr.
 void noteLeftOut(const std::vector<LeftOutTake>& left_out, bool quiet);

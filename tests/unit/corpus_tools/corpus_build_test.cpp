@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <Eigen/Geometry>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -12,6 +13,7 @@
 
 #include "base/errors.h"
 #include "corpus_tools/corpus_builder.h"
+#include "corpus_tools/finished_takes.h"
 #include "support/run_program.h"
 #include "synthetic_takes.h"
 
@@ -47,6 +49,7 @@ TEST(BuildCorpusFile, TakesThatAreThereAreNotDoneAgain) {
   EXPECT_EQ(first.kept_takes, 0U);
   EXPECT_FALSE(fs::exists(studio.out.string() + ".parts"));
   const std::string bytes = test::readAll(studio.out);
+  const Corpus three = readCorpus(studio.out);
   EXPECT_EQ(buildCorpusFile(studio.folder, studio.out, {}).kept_takes, 3U);
   EXPECT_EQ(test::readAll(studio.out), bytes) << "a build of the same takes must change nothing";
 
@@ -56,14 +59,12 @@ TEST(BuildCorpusFile, TakesThatAreThereAreNotDoneAgain) {
   ASSERT_EQ(more.corpus.takes.size(), 4U);
   const Corpus read = readCorpus(studio.out);
   for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_LT((read.takes[i].motion.positions_mm - first.corpus.takes[i].motion.positions_mm).cwiseAbs().maxCoeff(),
-              1e-4);
+    EXPECT_LT((read.takes[i].motion.positions_mm - three.takes[i].motion.positions_mm).cwiseAbs().maxCoeff(), 1e-4);
   }
   // The new take lands where a build of all four would put it, up to the noise in the head's mean shape.
   const BuildResult at_once = buildCorpus(studio.folder, {});
-  EXPECT_LT(
-      (more.corpus.takes[3].motion.positions_mm - at_once.corpus.takes[3].motion.positions_mm).cwiseAbs().maxCoeff(),
-      0.15);
+  EXPECT_LT((read.takes[3].motion.positions_mm - at_once.corpus.takes[3].motion.positions_mm).cwiseAbs().maxCoeff(),
+            0.15);
 }
 
 TEST(BuildCorpusFile, AChangedTakeOrOtherOptionsAreDoneAgain) {
@@ -90,6 +91,37 @@ TEST(BuildCorpusFile, WhatAFailedBuildDidIsTakenUp) {
   fs::remove(studio.out);
   buildCorpusFile(studio.folder, studio.out, {});
   EXPECT_EQ(test::readAll(studio.out), resumed) << "a resumed build must give the corpus of an undisturbed one";
+}
+
+TEST(FinishedTakes, AreTheSameFromMemoryAndFromTheirParts) {
+  const test::ScratchFolder scratch;
+  const BuildParts parts(scratch.path() / "parts", defaultLayout(), "frame");
+  CleanedTake cleaned{SyntheticTake{}.clean(), {}};
+  cleaned.report.key = cleaned.report.name = "key";
+  roundToFloats(cleaned.take.motion);
+  parts.store(cleaned);
+  FinishedTakes held(parts), stored(parts, 0);
+  for (FinishedTakes* takes : {&held, &stored}) {
+    MotionClip motion = cleaned.take.motion;
+    takes->takeOver("key", motion);
+    EXPECT_EQ(motion.positions_mm.size(), 0) << "the caller keeps nothing";
+    EXPECT_EQ(motion.marker_names, cleaned.take.motion.marker_names);
+    takes->addPart("key");
+  }
+  EXPECT_EQ(held.load(TakeIndex(0)).positions_mm, cleaned.take.motion.positions_mm);
+  const RigidMotion move{Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY()).toRotationMatrix(), {1, 2, 3}};
+  const RigidMotion turn{Eigen::AngleAxisd(-0.2, Eigen::Vector3d::UnitX()).toRotationMatrix(), {0, -5, 0}};
+  for (FinishedTakes* takes : {&held, &stored}) {
+    takes->move(0, move);
+    takes->turnAll(turn);
+  }
+  const MotionClip moved = held.load(TakeIndex(0));
+  EXPECT_EQ(moved.positions_mm, stored.load(TakeIndex(0)).positions_mm);
+  EXPECT_LT((moved.position(FrameIndex(3), MarkerIndex(5)) -
+             turn.apply(move.apply(cleaned.take.motion.position(FrameIndex(3), MarkerIndex(5)))))
+                .norm(),
+            1e-4);
+  EXPECT_EQ(stored.loadAudio(TakeIndex(0)).samples.size(), cleaned.take.audio.samples.size());
 }
 
 /// Starts the program, kills it after `wait`; whether it had ended by itself.

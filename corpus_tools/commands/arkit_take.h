@@ -1,0 +1,20 @@
+#pragma once
+
+#include <filesystem>
+
+#include "motion/marker_layout.h"
+#include "motion/motion_clip.h"
+
+namespace mouthpiece {
+
+struct ArkitTakeOptions {
+  std::filesystem::path head;     ///< GLB with ARKit's shapes, or a .face that was fitted to one
+  std::filesystem::path anchors;  ///< of a GLB; empty: the anchors or landmarks file beside it
+  double frame_rate_hz = 0;       ///< 0: the file's time code
+};
+
+/// Live Link Face's CSV as markers: its weights move the head's shapes, and the layout's markers ride on the head's
+/// skin. Head motion is not applied. Throws InputError.
+MotionClip readArkitTake(const std::filesystem::path& csv, const MarkerLayout& layout, const ArkitTakeOptions& options);
+
+}  // namespace mouthpiece
