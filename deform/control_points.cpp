@@ -96,8 +96,8 @@ MarkerPositions leadingPoints(const ControlMesh& mesh, std::span<const double> m
   std::optional<double> slack_of_height;
   if (markers.size() % 3 == 1) {
     const int upper = findPoint(mesh, "LIP_UP_MID"), lower = findPoint(mesh, "LIP_LO_MID");
-    MOUTHPIECE_EXPECT(upper >= 0 && lower >= 0);
-    slack_of_height = markers.back() / (row(mesh.rest, upper) - row(mesh.rest, lower)).norm();
+    const double height = upper < 0 || lower < 0 ? 0 : (row(mesh.rest, upper) - row(mesh.rest, lower)).norm();
+    slack_of_height = height > 0 ? markers.back() / height : 0;
   }
   MarkerPositions now = mesh.rest;
   now.topRows(static_cast<Eigen::Index>(mesh.marker_count)) =

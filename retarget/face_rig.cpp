@@ -80,12 +80,12 @@ double lipSlack(double neutral_mm, double closed_lips_mm) {
   return neutral_mm > 0 ? std::min((kScatter * stretch_mm + kNoiseMm) / neutral_mm, kMostSlack) : 0.0;
 }
 
+/// 0 where one of the two is missing.
 double distanceBetween(const MarkerPositions& places, const std::vector<std::string>& names, const char* a,
                        const char* b) {
-  const auto row = [&](const char* name) {
-    return places.row(std::find(names.begin(), names.end(), name) - names.begin());
-  };
-  return (row(a) - row(b)).norm();
+  const auto first = std::find(names.begin(), names.end(), a), second = std::find(names.begin(), names.end(), b);
+  if (first == names.end() || second == names.end()) return 0;
+  return (places.row(first - names.begin()) - places.row(second - names.begin())).norm();
 }
 
 }  // namespace

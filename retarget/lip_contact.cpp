@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 
+#include "base/errors.h"
 #include "deform/lip_sides.h"
 #include "deform/vertex_kinds.h"
 #include "deform/virtual_points.h"
@@ -130,9 +131,14 @@ class Chooser {
       : mesh_(mesh), step_(kSampleStep * control.mouth_width), lips_(kLips * control.mouth_width) {
     const std::vector<PartKind> kinds = vertexKinds(mesh);
     sides_ = vertexSides(mesh, control, kinds, graphOf(mesh, control));
-    for (const std::string& name : mouthRim()) rim_.push_back(control.rest.row(findPoint(control, name)).transpose());
-    from_ = control.rest.row(findPoint(control, "LIP_CORNER_R")).transpose();
-    along_ = control.rest.row(findPoint(control, "LIP_CORNER_L")).transpose() - from_;
+    const auto place = [&](const std::string& name) -> Eigen::Vector3d {
+      const int point = findPoint(control, name);
+      if (point < 0) throw InputError("found no point " + name + " on the control surface; expected a face's mouth");
+      return control.rest.row(point).transpose();
+    };
+    for (const std::string& name : mouthRim()) rim_.push_back(place(name));
+    from_ = place("LIP_CORNER_R");
+    along_ = place("LIP_CORNER_L") - from_;
     for (std::size_t v = 0; v < kinds.size(); ++v) {
       const bool may_be_lip =
           kinds[v] == PartKind::kSkin || kinds[v] == PartKind::kLips || kinds[v] == PartKind::kMouthInside;
