@@ -15,11 +15,12 @@ extern const std::string_view kVowelWeights;
 
 namespace {
 
-constexpr std::string_view kMagic = "MPVOWEL1";
+constexpr std::string_view kMagic = "MPVOWEL2";
 constexpr int kContext = 12;
 constexpr int kInputs = kVowelFeatureCount * (2 * kContext + 1);
 constexpr std::uint32_t kLayers = 3;
 constexpr std::uint32_t kMostUnits = 1024;
+constexpr std::uint32_t kMostMembers = 8;
 constexpr Eigen::Index kBlockFrames = 256;  // what is taken to the first layer in one product
 
 /// Half precision: a sign, five bits of exponent, ten of fraction.
@@ -104,6 +105,10 @@ Eigen::MatrixXf runLayer(const Eigen::MatrixXf& drive, const Eigen::MatrixXf& fr
 VowelNetwork VowelNetwork::parse(std::string_view bytes, std::string_view name) {
   ByteReader reader(bytes, name);
   if (reader.readBytes(kMagic.size()) != kMagic) reader.fail("found another file; expected vowel network weights");
+  const std::uint32_t members = reader.readU32();
+  if (members < 1 || members > kMostMembers) {
+    reader.fail(fmt::format("found {} networks; expected 1 to {}", members, kMostMembers));
+  }
   const std::uint32_t inputs = reader.readU32(), layers = reader.readU32();
   const std::uint32_t units = reader.readU32(), classes = reader.readU32();
   if (inputs != kInputs || layers != kLayers || units < 1 || units > kMostUnits || classes != kSungVowelCount) {
@@ -111,17 +116,22 @@ VowelNetwork VowelNetwork::parse(std::string_view bytes, std::string_view name) 
                             inputs, layers, units, classes, kInputs, kLayers, kMostUnits, kSungVowelCount));
   }
   VowelNetwork network;
-  network.mean_ = readFloats(reader, kVowelFeatureCount);
-  network.inverse_deviation_ = readFloats(reader, kVowelFeatureCount);
-  for (std::uint32_t layer = 0; layer < kLayers; ++layer) {
-    Layer weights;
-    weights.from_input = readMatrix(reader, 4 * units, layer == 0 ? kInputs : units);
-    weights.from_state = readMatrix(reader, 4 * units, units);
-    weights.bias = readMatrix(reader, 4 * units, 1);
-    network.layers_.push_back(std::move(weights));
+  for (std::uint32_t k = 0; k < members; ++k) {
+    Member member;
+    member.mean = readFloats(reader, kVowelFeatureCount);
+    member.inverse_deviation = readFloats(reader, kVowelFeatureCount);
+    for (std::uint32_t layer = 0; layer < kLayers; ++layer) {
+      Layer weights;
+      weights.from_input = readMatrix(reader, 4 * units, layer == 0 ? kInputs : units);
+      weights.from_state = readMatrix(reader, 4 * units, units);
+      weights.bias = readMatrix(reader, 4 * units, 1);
+      member.layers.push_back(std::move(weights));
+    }
+    member.output = readMatrix(reader, kSungVowelCount, units);
+    member.output_bias = readMatrix(reader, kSungVowelCount, 1);
+    network.members_.push_back(std::move(member));
   }
-  network.output_ = readMatrix(reader, kSungVowelCount, units);
-  network.output_bias_ = readMatrix(reader, kSungVowelCount, 1);
+  network.adaptation_ = VowelAdaptation::read(reader);
   if (reader.remaining() != 0) reader.fail(fmt::format("found {} bytes more; expected the end", reader.remaining()));
   return network;
 }
@@ -131,12 +141,10 @@ const VowelNetwork& VowelNetwork::shipped() {
   return network;
 }
 
-Eigen::MatrixXf VowelNetwork::probabilities(const VowelFeatures& features) const {
-  MOUTHPIECE_EXPECT(features.cols() == kVowelFeatureCount);
-  const VowelFeatures normalised =
-      ((features.rowwise() - mean_).array().rowwise() * inverse_deviation_.array()).matrix();
+Eigen::MatrixXf VowelNetwork::Member::probabilities(const VowelFeatures& features) const {
+  const VowelFeatures normalised = ((features.rowwise() - mean).array().rowwise() * inverse_deviation.array()).matrix();
   std::vector<LayerState> states;
-  for (const Layer& layer : layers_) {
+  for (const Layer& layer : layers) {
     const Eigen::Index units = layer.from_state.cols();
     states.push_back({Eigen::ArrayXf::Zero(units), Eigen::VectorXf::Zero(units)});
   }
@@ -144,13 +152,13 @@ Eigen::MatrixXf VowelNetwork::probabilities(const VowelFeatures& features) const
   for (Eigen::Index first = 0; first < features.rows(); first += kBlockFrames) {
     const Eigen::Index count = std::min(kBlockFrames, features.rows() - first);
     Eigen::MatrixXf values = contextOf(normalised, first, count);
-    for (std::size_t i = 0; i < layers_.size(); ++i) {
-      Eigen::MatrixXf drive = layers_[i].from_input * values;
-      drive.colwise() += layers_[i].bias;
-      values = runLayer(drive, layers_[i].from_state, states[i]);
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+      Eigen::MatrixXf drive = layers[i].from_input * values;
+      drive.colwise() += layers[i].bias;
+      values = runLayer(drive, layers[i].from_state, states[i]);
     }
-    Eigen::MatrixXf scores = output_ * values.cwiseMax(0.0F);
-    scores.colwise() += output_bias_;
+    Eigen::MatrixXf scores = output * values.cwiseMax(0.0F);
+    scores.colwise() += output_bias;
     for (Eigen::Index k = 0; k < count; ++k) {
       const Eigen::ArrayXf powers = (scores.col(k).array() - scores.col(k).maxCoeff()).exp();
       result.row(first + k) = (powers / powers.sum()).matrix().transpose();
@@ -159,8 +167,17 @@ Eigen::MatrixXf VowelNetwork::probabilities(const VowelFeatures& features) const
   return result;
 }
 
+Eigen::MatrixXf VowelNetwork::probabilities(const VowelFeatures& features) const {
+  MOUTHPIECE_EXPECT(features.cols() == kVowelFeatureCount);
+  Eigen::MatrixXf sum = Eigen::MatrixXf::Zero(features.rows(), kSungVowelCount);
+  for (const Member& member : members_) sum += member.probabilities(features);
+  return sum / static_cast<float>(members_.size());
+}
+
 std::vector<VowelLikelihood> hearVowels(const AudioClip& clip) {
-  const Eigen::MatrixXf probabilities = VowelNetwork::shipped().probabilities(vowelFeatures(clip));
+  const VowelNetwork& network = VowelNetwork::shipped();
+  const Eigen::MatrixXf probabilities =
+      network.adaptation().adapt(vowelEnvelopes(clip), network.probabilities(vowelFeatures(clip)));
   std::vector<VowelLikelihood> vowels;
   vowels.reserve(static_cast<std::size_t>(probabilities.rows()));
   for (Eigen::Index frame = 0; frame < probabilities.rows(); ++frame) {

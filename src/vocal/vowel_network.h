@@ -6,6 +6,7 @@
 
 #include "audio/vowel_features.h"
 #include "vocal/audio_tags.h"
+#include "vocal/vowel_adaptation.h"
 
 namespace mouthpiece {
 
@@ -14,7 +15,8 @@ enum class SungVowel { kA, kE, kI, kO, kU, kSilence };
 inline constexpr int kSungVowelCount = 6;
 
 /// Tells the sung vowel of every frame (VOCAL 4.3): 12 frames before and after side by side, three LSTM layers, ReLU, a
-/// fully connected layer, softmax. Trained by tools/train_vowels.py. Immutable: may be shared by threads.
+/// fully connected layer, softmax; of networks that began differently the mean. Trained by tools/train_vowels.py.
+/// Immutable: may be shared by threads.
 class VowelNetwork {
  public:
   /// Reads the weights (docs/theory/vowel_network.md, "The weights' file"). Throws InputError for sizes that do not fit
@@ -25,6 +27,8 @@ class VowelNetwork {
 
   /// Frames x 6, every row sums to 1.
   [[nodiscard]] Eigen::MatrixXf probabilities(const VowelFeatures& features) const;
+  /// What takes these to the voice of a recording.
+  [[nodiscard]] const VowelAdaptation& adaptation() const { return adaptation_; }
 
  private:
   struct Layer {
@@ -32,13 +36,19 @@ class VowelNetwork {
     Eigen::MatrixXf from_state;  ///< 4 * units x units
     Eigen::VectorXf bias;
   };
-  Eigen::RowVectorXf mean_, inverse_deviation_;
-  std::vector<Layer> layers_;
-  Eigen::MatrixXf output_;
-  Eigen::VectorXf output_bias_;
+  struct Member {
+    Eigen::RowVectorXf mean, inverse_deviation;
+    std::vector<Layer> layers;
+    Eigen::MatrixXf output;
+    Eigen::VectorXf output_bias;
+
+    [[nodiscard]] Eigen::MatrixXf probabilities(const VowelFeatures& features) const;
+  };
+  std::vector<Member> members_;
+  VowelAdaptation adaptation_;
 };
 
-/// The vowels of a whole sound at 100 frames a second.
+/// The vowels of a whole sound of one voice at 100 frames a second, adapted to that voice.
 std::vector<VowelLikelihood> hearVowels(const AudioClip& clip);
 
 }  // namespace mouthpiece

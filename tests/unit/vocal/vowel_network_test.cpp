@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "base/byte_reader.h"
 #include "base/errors.h"
 #include "base/files.h"
@@ -12,11 +14,14 @@ extern const std::string_view kVowelWeights;
 
 namespace {
 
-/// What tools/train_vowels.py --example wrote: a sound, its features in numpy, and the answer of torch.
+/// What tools/train_vowels.py --example wrote: a sound, its features in numpy, the answer of torch, and that adapted to
+/// the voice in numpy.
 struct Example {
   AudioClip sound{.sample_rate_hz = 16000, .samples = {}};
   VowelFeatures features;
   Eigen::MatrixXf shares;
+  VowelEnvelopes envelopes;
+  Eigen::MatrixXf adapted;
 };
 
 Example readExample() {
@@ -35,6 +40,10 @@ Example readExample() {
   };
   fill(example.features, kVowelFeatureCount);
   fill(example.shares, kSungVowelCount);
+  fill(example.envelopes.levels, kMelBandCount);
+  example.envelopes.pitch_hz.resize(frames);
+  for (double& pitch : example.envelopes.pitch_hz) pitch = reader.readF32();
+  fill(example.adapted, kSungVowelCount);
   return example;
 }
 
@@ -70,6 +79,60 @@ TEST(VowelNetwork, EqualsTheTrainingFramework) {
   EXPECT_GT(example.shares.maxCoeff(), 0.7);  // the example is no toss-up
 }
 
+TEST(VowelEnvelopes, EqualTheTrainersOwn) {
+  const Example example = readExample();
+  const VowelEnvelopes envelopes = vowelEnvelopes(example.sound);
+  ASSERT_EQ(envelopes.levels.rows(), example.envelopes.levels.rows());
+  EXPECT_LT((envelopes.pitch_hz - example.envelopes.pitch_hz).cwiseAbs().maxCoeff(), 1e-3);
+  EXPECT_LT((envelopes.levels - example.envelopes.levels).cwiseAbs().maxCoeff(), 2e-4);
+  EXPECT_GT(envelopes.pitch_hz.maxCoeff(), 90);
+}
+
+/// Harmonics of equal strength under one resonance.
+AudioClip hum(double pitch_hz, double seconds) {
+  AudioClip clip{.sample_rate_hz = 16000, .samples = std::vector<float>(static_cast<std::size_t>(16000 * seconds))};
+  for (std::size_t i = 0; i < clip.samples.size(); ++i) {
+    for (double hz = pitch_hz; hz < 7500; hz += pitch_hz) {
+      const double level = 0.1 / (1 + std::pow((hz - 1200) / 400, 2));
+      clip.samples[i] += static_cast<float>(level * std::sin(2 * M_PI * hz * static_cast<double>(i) / 16000));
+    }
+  }
+  return clip;
+}
+
+TEST(VowelEnvelopes, DoNotShowThePitch) {
+  const AudioClip low = hum(110, 0.5), high = hum(300, 0.5);
+  const VowelEnvelopes of_low = vowelEnvelopes(low), of_high = vowelEnvelopes(high);
+  EXPECT_NEAR(of_low.pitch_hz(25), 110, 0.5);
+  EXPECT_NEAR(of_high.pitch_hz(25), 300, 1);
+  constexpr Eigen::Index kFirst = 4, kCount = 16;  // 500 to 4000 Hz: below is the first harmonic
+  const auto most = [](const auto& change) { return (change.array() - change.mean()).abs().maxCoeff(); };
+  const Eigen::RowVectorXd change = (of_high.levels.row(25) - of_low.levels.row(25)).segment(kFirst, kCount);
+  const Eigen::RowVectorXf plain =
+      (vowelFeatures(high).row(25) - vowelFeatures(low).row(25)).segment(kMfccCount + kFirst, kCount);
+  EXPECT_LT(most(change), 0.8) << most(plain);
+  EXPECT_GT(most(plain), 1.8 * most(change));  // what mel bands alone make of it
+}
+
+TEST(VowelAdaptation, EqualsTheTrainersOwn) {
+  const Example example = readExample();
+  const Eigen::MatrixXf adapted = VowelNetwork::shipped().adaptation().adapt(example.envelopes, example.shares);
+  EXPECT_LT((adapted - example.adapted).cwiseAbs().maxCoeff(), 1e-4);
+  EXPECT_LT((adapted.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-5);
+  EXPECT_GT((adapted - example.shares).cwiseAbs().maxCoeff(), 0.01);  // it does something
+}
+
+TEST(VowelAdaptation, LeavesSilenceAndUnvoicedSoundsAlone) {
+  Example example = readExample();
+  example.envelopes.pitch_hz.setZero();
+  const VowelAdaptation& adaptation = VowelNetwork::shipped().adaptation();
+  EXPECT_EQ(adaptation.adapt(example.envelopes, example.shares), example.shares);
+  EXPECT_TRUE(vowelEnvelopes({.sample_rate_hz = 16000, .samples = {}}).levels.allFinite());
+  const auto nothing = vowelEnvelopes({.sample_rate_hz = 16000, .samples = std::vector<float>(16000, 0.0F)});
+  EXPECT_TRUE(nothing.levels.allFinite());
+  EXPECT_EQ(nothing.pitch_hz.maxCoeff(), 0);
+}
+
 TEST(VowelNetwork, RefusesDamagedWeights) {
   const std::string good(kVowelWeights);
   EXPECT_NO_THROW(VowelNetwork::parse(good, "w"));
@@ -82,8 +145,8 @@ TEST(VowelNetwork, RefusesDamagedWeights) {
     EXPECT_THROW(VowelNetwork::parse(bad, "w"), InputError) << at;
   }
   std::string infinite = good;
-  infinite[good.size() - 1] = 0x7C;
-  infinite[good.size() - 2] = 0;
+  infinite[good.size() - 1] = 0x7F;
+  infinite[good.size() - 2] = static_cast<char>(0x80);
   EXPECT_THROW(VowelNetwork::parse(infinite, "w"), InputError);
 }
 
