@@ -8,6 +8,7 @@
 #include "retarget/commands.h"
 #include "retarget/face_rig.h"
 #include "retarget/lip_contact.h"
+#include "units/corpus.h"
 
 namespace mouthpiece {
 namespace {

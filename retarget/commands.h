@@ -6,9 +6,10 @@
 #include "deform/binding.h"
 #include "retarget/face_rig.h"
 #include "retarget/rbf_warp.h"
-#include "units/corpus.h"
 
 namespace mouthpiece {
+
+struct Corpus;
 
 /// What `retarget` was asked for.
 struct CommandLine {

@@ -150,9 +150,8 @@ std::vector<std::string> readNames(const Fields& fields, const char* key) {
   std::set<std::string> seen;
   for (const json& entry : fields.array(key, kMaxMarkers)) {
     if (!entry.is_string() || entry.get_ref<const std::string&>().empty() ||
-        entry.get_ref<const std::string&>().size() > kMaxText) {
+        entry.get_ref<const std::string&>().size() > kMaxText)
       fields.fail(key, "expected a list of names");
-    }
     names.push_back(entry.get<std::string>());
     if (!seen.insert(names.back()).second)
       fields.fail(key, fmt::format("found '{}' twice", printable(names.back(), 60)));
