@@ -271,7 +271,7 @@ def main():
     parser.add_argument("--steps", type=int, default=260)
     parser.add_argument("--units", type=int, default=64)
     parser.add_argument("--rate", type=float, default=2e-3)
-    parser.add_argument("--networks", type=int, default=1, help="that begin differently and are averaged")
+    parser.add_argument("--networks", type=int, default=2, help="that begin differently and are averaged")
     args = parser.parse_args()
     torch.set_num_threads(1)
     clips = prepared(args.data, np.random.default_rng(SEED))
