@@ -80,7 +80,7 @@ class Lattice {
   Column offer(std::size_t first) const {
     Column column;
     const auto add = [&](const std::vector<PhonePlace>& places, double extra) {
-      for (const PhonePlace& place : places) {
+      for (const PhonePlace& place : likeliest(first, places)) {
         const float cost = costs_.targetCost(first, place) + static_cast<float>(extra);
         if (cost < kInfinity) column.candidates.push_back({place, cost});
       }
@@ -96,6 +96,19 @@ class Lattice {
     keepCheapest(column.candidates, std::max<std::size_t>(1, options_.pairs_kept),
                  columns_.empty() ? nullptr : &columns_.back());
     return column;
+  }
+
+  /// Of very many places those whose labels suit: the others are not looked at.
+  std::vector<PhonePlace> likeliest(std::size_t first, const std::vector<PhonePlace>& places) const {
+    const std::size_t keep = std::max(options_.pairs_kept, options_.pairs_looked_at);
+    if (places.size() <= keep) return places;
+    std::vector<PairCandidate> rough;
+    rough.reserve(places.size());
+    for (const PhonePlace& place : places) rough.push_back({place, costs_.roughCost(first, place)});
+    std::nth_element(rough.begin(), rough.begin() + static_cast<std::ptrdiff_t>(keep), rough.end(), cheaper);
+    std::vector<PhonePlace> kept;
+    for (std::size_t i = 0; i < keep; ++i) kept.push_back(rough[i].place);
+    return kept;
   }
 
   /// Finds the cheapest way to each place of the column of `first`.

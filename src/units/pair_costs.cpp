@@ -107,6 +107,23 @@ float PairCosts::phoneCost(std::size_t phone, const PhonePlace& place, const Fac
   return std::isnan(cost) ? kInfinity : cost;
 }
 
+float PairCosts::roughCost(std::size_t first, const PhonePlace& place) const {
+  const std::vector<LabelledPhone>& take = database_.corpus().takes[place.take.value].labels.phones;
+  const std::size_t at = place.phone.value;
+  float cost = 0;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Facts& wanted = wanted_[first + i];
+    if (wanted.phones[2] == Phone::kSil) continue;
+    const auto length = static_cast<float>(std::max(1e-3, take[at + i].span.duration()));
+    cost += 0.5F * static_cast<float>(weights_.duration) * std::abs(wanted.log_duration - std::log(length));
+  }
+  const Phone before = at > 0 ? take[at - 1].phone : Phone::kSil;
+  const Phone after = at + 2 < take.size() ? take[at + 2].phone : Phone::kSil;
+  const float neighbours = neighbourMismatch(wanted_[first].phones[1], before, PhonePart::kEnd) +
+                           neighbourMismatch(wanted_[first + 1].phones[3], after, PhonePart::kBegin);
+  return cost + static_cast<float>(weights_.neighbours) * neighbours / 3;
+}
+
 float PairCosts::targetCost(std::size_t first, const PhonePlace& place) const {
   const std::vector<Facts>& take = takeFacts(place.take);
   const Facts& a = take[place.phone.value];

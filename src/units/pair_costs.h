@@ -20,6 +20,10 @@ class PairCosts {
  public:
   PairCosts(const SpeechLabels& target, const UnitDatabase& database, const LatticeWeights& weights);
 
+  /// The parts of the same that the labels tell at once (durations and nearest neighbours): to leave the worst of very
+  /// many places out before anything of their takes is looked at.
+  [[nodiscard]] float roughCost(std::size_t first, const PhonePlace& place) const;
+
   /// For phones `first` and `first + 1` of the line; infinite where the capture was not seen.
   [[nodiscard]] float targetCost(std::size_t first, const PhonePlace& place) const;
 

@@ -20,18 +20,29 @@ PhonePlace lastPlace(const SelectedUnit& unit) {
   return advance(unit.source, unit.phones.last.value - unit.phones.first.value);
 }
 
-/// The cheapest of the run's places, of which there is at least one, given the unit before.
-SelectedUnit cheapest(const UnitCosts& costs, std::size_t first, const CandidateRun& run, const SelectedUnit* before) {
+/// The cheapest of the run's places that were seen, given the unit before; nothing where none of those looked at was.
+/// What the labels say comes first: motion is loaded and looked at only where it could still change the choice, and of
+/// a large corpus' places at most at `kMostLookedAt`.
+std::optional<SelectedUnit> cheapest(const UnitCosts& costs, const UnitDatabase& database, std::size_t first,
+                                     const CandidateRun& run, const SelectedUnit* before) {
+  constexpr std::size_t kMostLookedAt = 50;
+  const PhoneRange range = rangeOf(first, run.length);
+  std::vector<std::pair<double, PhonePlace>> by_labels;
+  for (const PhonePlace& place : run.places) by_labels.emplace_back(costs.labelCost(range, place), place);
+  std::sort(by_labels.begin(), by_labels.end());
   std::optional<SelectedUnit> best;
-  for (const PhonePlace& place : run.places) {
-    SelectedUnit unit{rangeOf(first, run.length), place, 0, 0, false, {}};
-    unit.target_cost = costs.targetCost(unit.phones, place);
+  std::size_t looked_at = 0;
+  for (const auto& [label_cost, place] : by_labels) {
     const double least = best ? best->target_cost + best->join_cost : std::numeric_limits<double>::infinity();
-    if (best && unit.target_cost >= least) continue;
+    if (label_cost >= least || (best && looked_at >= kMostLookedAt)) break;
+    ++looked_at;
+    if (!database.isSeen(place, run.length)) continue;
+    SelectedUnit unit{range, place, costs.targetCost(range, place), 0, false, {}};
+    if (unit.target_cost >= least) continue;
     if (before != nullptr) unit.join_cost = costs.joinCost(PhoneIndex(first), lastPlace(*before), place);
-    if (!best || unit.target_cost + unit.join_cost < least) best = unit;
+    if (unit.target_cost + unit.join_cost < least) best = unit;
   }
-  return *best;
+  return best;
 }
 
 /// Greedy cuts as late as it can, inside a phone whose continuation `before` was captured with is the wrong one. Where
@@ -67,7 +78,7 @@ std::vector<SelectedUnit> selectGreedily(const SpeechLabels& target, const UnitD
     CandidateRun run = candidates.longest(i);
     const bool is_backoff = run.places.empty();
     if (is_backoff) run = candidates.standIns(i);
-    SelectedUnit unit = cheapest(costs, i, run, units.empty() ? nullptr : &units.back());
+    SelectedUnit unit = cheapest(costs, database, i, run, units.empty() ? nullptr : &units.back()).value();
     unit.is_backoff = is_backoff;
     if (is_backoff) unit.target_cost += options.weights.backoff;
     const bool may_move =

@@ -59,6 +59,7 @@ struct SelectionOptions {
   std::size_t candidates_kept = 6;        ///< viterbi: fragments per run of phones, the cheapest ones by target cost
   std::optional<LatticeWeights> lattice;  ///< none: those of the corpus
   std::size_t pairs_kept = 40;            ///< lattice: places per pair of phones, the cheapest ones by target cost
+  std::size_t pairs_looked_at = 200;      ///< lattice: of more places of a pair than these the likeliest by label
 };
 
 /// The corpus lacks a pair of phones, and there is, or shall be, nothing in its stead.

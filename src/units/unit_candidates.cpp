@@ -46,16 +46,23 @@ UnitCandidates::UnitCandidates(const SpeechLabels& target, const UnitDatabase& d
 }
 
 std::vector<PhonePlace> UnitCandidates::usable(std::vector<PhonePlace> places, std::size_t length) const {
-  std::erase_if(places, [&](const PhonePlace& place) {
-    if (!database_.isSeen(place, length)) return true;
-    return scales_ == UnitScales::kPaper && !isPaperUnit(database_.takeOf(place).labels, place.phone.value, length);
-  });
+  std::erase_if(places,
+                [&](const PhonePlace& place) { return !isOfScale(place, length) || !database_.isSeen(place, length); });
   return places;
+}
+
+bool UnitCandidates::isOfScale(const PhonePlace& place, std::size_t length) const {
+  return scales_ == UnitScales::kAny || isPaperUnit(database_.takeOf(place).labels, place.phone.value, length);
 }
 
 void UnitCandidates::failWithPair(Phone a, Phone b, const char* what) const {
   throw MissingPairError(
       fmt::format("phones {} {}: the corpus {} {}", phoneName(a), phoneName(b), database_.corpus().name, what));
+}
+
+bool UnitCandidates::isAnySeen(const std::vector<PhonePlace>& places, std::size_t length) const {
+  return std::any_of(places.begin(), places.end(),
+                     [&](const PhonePlace& place) { return database_.isSeen(place, length); });
 }
 
 CandidateRun UnitCandidates::longest(std::size_t first) const {
@@ -64,8 +71,8 @@ CandidateRun UnitCandidates::longest(std::size_t first) const {
   std::vector<PhonePlace> places = std::move(match.places);
   for (std::size_t length = match.length; length >= 2; --length) {
     if (length < match.length) places = database_.index().placesOf(rest.first(length));
-    places = usable(std::move(places), length);
-    if (!places.empty()) return {length, std::move(places)};
+    std::erase_if(places, [&](const PhonePlace& place) { return !isOfScale(place, length); });
+    if (isAnySeen(places, length)) return {length, std::move(places)};
   }
   return {};
 }
@@ -93,13 +100,17 @@ CandidateRun UnitCandidates::standIns(std::size_t first) const {
       const double distance = distance_a + visemeDistance(wanted_b, static_cast<Phone>(b), PhonePart::kBegin);
       if (distance > nearest || (distance == nearest && !run.places.empty())) continue;
       std::vector<PhonePlace> places = database_.diphones(static_cast<Phone>(a), static_cast<Phone>(b));
-      std::erase_if(places, [&](const PhonePlace& place) { return !database_.isSeen(place, 2); });
-      if (places.empty()) continue;
+      if (!isAnySeen(places, 2)) continue;
       nearest = distance;
       run.places = std::move(places);
     }
   }
   if (run.places.empty()) failWithoutStandIn(first);
+  return run;
+}
+
+CandidateRun UnitCandidates::seen(CandidateRun run) const {
+  std::erase_if(run.places, [&](const PhonePlace& place) { return !database_.isSeen(place, run.length); });
   return run;
 }
 

@@ -49,7 +49,7 @@ double UnitCosts::contextCost(const PhoneRange& range, const PhonePlace& source)
          neighbourMismatch(phoneAfter(target_, range.last.value), phoneAfter(take, source_last), PhonePart::kBegin);
 }
 
-double UnitCosts::targetCost(const PhoneRange& range, const PhonePlace& source) const {
+double UnitCosts::labelCost(const PhoneRange& range, const PhonePlace& source) const {
   const SpeechLabels& take = database_.takeOf(source).labels;
   double cost = weights_.context * contextCost(range, source);
   for (std::size_t i = range.first.value; i <= range.last.value; ++i) {
@@ -61,13 +61,21 @@ double UnitCosts::targetCost(const PhoneRange& range, const PhonePlace& source) 
       constexpr double kWorst = 5;  // 150 times as long; keeps costs finite for labels of next to no time
       cost += share * weights_.duration * std::min(kWorst, std::abs(std::log(ratio)));
     }
-    if (isBilabial(target_.phones[i].phone)) {
-      cost += share * weights_.closure_per_mm * std::max(0.0, database_.openingLeft({source.take, PhoneIndex(at)}));
-    }
     const Place wanted = placeOf(target_, i);
     const Place found = placeOf(take, at);
     const int edges = int{wanted.begins_word != found.begins_word} + int{wanted.ends_word != found.ends_word};
     cost += share * (weights_.word_position * edges + weights_.stress * int{wanted.stressed != found.stressed});
+  }
+  return cost;
+}
+
+double UnitCosts::targetCost(const PhoneRange& range, const PhonePlace& source) const {
+  double cost = labelCost(range, source);
+  for (std::size_t i = range.first.value; i <= range.last.value; ++i) {
+    if (!isBilabial(target_.phones[i].phone)) continue;
+    const double share = i == range.first.value || i == range.last.value ? 0.5 : 1.0;
+    const PhonePlace own = advance(source, i - range.first.value);
+    cost += share * weights_.closure_per_mm * std::max(0.0, database_.openingLeft(own));
   }
   return cost;
 }

@@ -10,7 +10,9 @@ class UnitCosts {
  public:
   UnitCosts(const SpeechLabels& target, const UnitDatabase& database, const SelectionOptions& options);
 
-  /// Duration, context, word position and stress of the fragment at `source` for the phones `range`.
+  /// Duration, context, word position and stress of the fragment at `source` for the phones `range`: from labels alone.
+  [[nodiscard]] double labelCost(const PhoneRange& range, const PhonePlace& source) const;
+  /// The same and closures, which only the fragment's motion tells.
   [[nodiscard]] double targetCost(const PhoneRange& range, const PhonePlace& source) const;
 
   /// Least mismatch of the lips inside the target's phone `shared`, which ends one unit as the corpus' phone `before`

@@ -39,7 +39,7 @@ std::vector<SelectedUnit> unitsFrom(std::size_t first, const UnitCandidates& can
     units.insert(units.end(), kept.begin(), kept.end());
   }
   if (!units.empty()) return units;
-  units = cheapestUnits(costs, first, candidates.standIns(first), keep);
+  units = cheapestUnits(costs, first, candidates.seen(candidates.standIns(first)), keep);
   for (SelectedUnit& unit : units) {
     unit.is_backoff = true;
     unit.target_cost += options.weights.backoff;
