@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
 #include "base/errors.h"
+#include "corpus_tools/building/corpus_facts.h"
 #include "corpus_tools/commands/command_support.h"
-#include "corpus_tools/corpus_facts.h"
 
 namespace mouthpiece {
 namespace {

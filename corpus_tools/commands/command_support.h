@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "corpus_tools/building/corpus_builder.h"
 #include "corpus_tools/commands/commands.h"
-#include "corpus_tools/corpus_builder.h"
 #include "programs/program.h"
 
 namespace mouthpiece {

@@ -1,7 +1,7 @@
 #include "base/files.h"
 #include "corpus_tools/commands/command_support.h"
-#include "corpus_tools/evaluation.h"
-#include "corpus_tools/evaluation_methods.h"
+#include "corpus_tools/evaluation/evaluation.h"
+#include "corpus_tools/evaluation/evaluation_methods.h"
 
 namespace mouthpiece {
 namespace {

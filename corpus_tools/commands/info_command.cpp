@@ -1,6 +1,6 @@
+#include "corpus_tools/building/corpus_facts.h"
 #include "corpus_tools/commands/command_support.h"
-#include "corpus_tools/corpus_facts.h"
-#include "corpus_tools/motion_facts.h"
+#include "corpus_tools/report/motion_facts.h"
 #include "motion/c3d_file.h"
 #include "motion/motion_file.h"
 

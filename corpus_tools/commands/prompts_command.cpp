@@ -4,10 +4,10 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "corpus_tools/actor/sample_sentences.h"
 #include "corpus_tools/commands/command_support.h"
-#include "corpus_tools/prompt_choice.h"
-#include "corpus_tools/prompt_grammar.h"
-#include "corpus_tools/sample_sentences.h"
+#include "corpus_tools/report/prompt_choice.h"
+#include "corpus_tools/report/prompt_grammar.h"
 #include "phonetics/text_encoding.h"
 #include "voices/pronouncer.h"
 

@@ -2,7 +2,7 @@
 
 #include "base/files.h"
 #include "corpus_tools/commands/command_support.h"
-#include "corpus_tools/corpus_report.h"
+#include "corpus_tools/report/corpus_report.h"
 #include "voices/pronouncer.h"
 
 namespace mouthpiece {

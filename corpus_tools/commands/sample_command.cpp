@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
+#include "corpus_tools/actor/sample_corpus.h"
+#include "corpus_tools/actor/sample_sentences.h"
 #include "corpus_tools/commands/command_support.h"
-#include "corpus_tools/sample_corpus.h"
-#include "corpus_tools/sample_sentences.h"
 
 namespace mouthpiece {
 namespace {

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "corpus_tools/commands/command_support.h"
-#include "corpus_tools/weight_tuning.h"
+#include "corpus_tools/evaluation/weight_tuning.h"
 
 namespace mouthpiece {
 namespace {

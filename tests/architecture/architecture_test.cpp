@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <regex>
 #include <set>
@@ -45,9 +46,11 @@ std::vector<SourceFile> sourceFiles() {
       const std::string extension = entry.path().extension().string();
       if (extension != ".h" && extension != ".cpp") continue;
       const fs::path relative = fs::relative(entry.path(), kRoot);
-      SourceFile file{entry.path(), relative.parent_path().filename().string(), false};
+      const auto first = relative.begin();
+      SourceFile file{entry.path(), (*first == "src" ? *std::next(first) : *first).string(), false};
+      const std::string parent = relative.parent_path().filename().string();
       file.is_program =
-          file.folder == "programs" || file.folder == "commands" || relative.filename().string().ends_with("_main.cpp");
+          parent == "programs" || parent == "commands" || relative.filename().string().ends_with("_main.cpp");
       files.push_back(file);
     }
   }

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <string>
 
-#include "corpus_tools/take_report.h"
+#include "corpus_tools/takes/take_report.h"
 
 /// The reports in a corpus' build log: a corpus made elsewhere may hold anything there.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

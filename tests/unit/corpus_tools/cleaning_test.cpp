@@ -1,11 +1,11 @@
 // The whole cleaning against the sample capture's clean truth (docs/theory/cleaning.md).
-#include "corpus_tools/cleaning.h"
+#include "corpus_tools/takes/cleaning.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "corpus_tools/corpus_builder.h"
+#include "corpus_tools/building/corpus_builder.h"
 #include "synthetic_takes.h"
 
 namespace mouthpiece {

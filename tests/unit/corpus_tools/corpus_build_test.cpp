@@ -12,8 +12,8 @@
 #include <thread>
 
 #include "base/errors.h"
-#include "corpus_tools/corpus_builder.h"
-#include "corpus_tools/finished_takes.h"
+#include "corpus_tools/building/corpus_builder.h"
+#include "corpus_tools/building/finished_takes.h"
 #include "support/run_program.h"
 #include "synthetic_takes.h"
 

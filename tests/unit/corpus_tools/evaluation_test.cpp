@@ -1,4 +1,4 @@
-#include "corpus_tools/evaluation.h"
+#include "corpus_tools/evaluation/evaluation.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
-#include "corpus_tools/dominance_model.h"
-#include "corpus_tools/evaluation_methods.h"
+#include "corpus_tools/evaluation/dominance_model.h"
+#include "corpus_tools/evaluation/evaluation_methods.h"
 #include "motion/motion_file.h"
 #include "support/run_program.h"
 #include "synthetic_takes.h"

@@ -1,4 +1,4 @@
-#include "corpus_tools/head_tracking.h"
+#include "corpus_tools/takes/head_tracking.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "base/errors.h"
-#include "corpus_tools/pose_fit.h"
+#include "corpus_tools/takes/pose_fit.h"
 #include "synthetic_takes.h"
 
 namespace mouthpiece {

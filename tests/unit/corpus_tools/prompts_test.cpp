@@ -4,8 +4,8 @@
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "corpus_tools/prompt_choice.h"
-#include "corpus_tools/prompt_grammar.h"
+#include "corpus_tools/report/prompt_choice.h"
+#include "corpus_tools/report/prompt_grammar.h"
 
 namespace mouthpiece {
 namespace {

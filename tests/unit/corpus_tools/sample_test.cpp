@@ -1,5 +1,5 @@
 // The sample corpus: which sentences it holds, and what the actor and the cameras make of them.
-#include "corpus_tools/sample_corpus.h"
+#include "corpus_tools/actor/sample_corpus.h"
 
 #include <gtest/gtest.h>
 
@@ -9,10 +9,10 @@
 
 #include "audio/audio_clip.h"
 #include "base/errors.h"
-#include "corpus_tools/actor_fit.h"
-#include "corpus_tools/actor_model.h"
-#include "corpus_tools/sample_capture.h"
-#include "corpus_tools/sample_sentences.h"
+#include "corpus_tools/actor/actor_fit.h"
+#include "corpus_tools/actor/actor_model.h"
+#include "corpus_tools/actor/sample_capture.h"
+#include "corpus_tools/actor/sample_sentences.h"
 #include "motion/c3d_file.h"
 #include "motion/rigid.h"
 #include "phonetics/textgrid.h"

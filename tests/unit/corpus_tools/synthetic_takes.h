@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "corpus_tools/take_files.h"
+#include "corpus_tools/takes/take_files.h"
 #include "motion/rigid.h"
 #include "units/corpus.h"
 

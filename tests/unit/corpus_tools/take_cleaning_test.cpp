@@ -4,11 +4,11 @@
 #include <cmath>
 
 #include "base/errors.h"
-#include "corpus_tools/corpus_facts.h"
-#include "corpus_tools/neutral_pose.h"
-#include "corpus_tools/pose_fit.h"
-#include "corpus_tools/take_alignment.h"
-#include "corpus_tools/word_matching.h"
+#include "corpus_tools/building/corpus_facts.h"
+#include "corpus_tools/takes/neutral_pose.h"
+#include "corpus_tools/takes/pose_fit.h"
+#include "corpus_tools/takes/take_alignment.h"
+#include "corpus_tools/takes/word_matching.h"
 #include "synthetic_takes.h"
 
 namespace mouthpiece {

@@ -1,4 +1,4 @@
-#include "corpus_tools/take_files.h"
+#include "corpus_tools/takes/take_files.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "corpus_tools/corpus_builder.h"
-#include "corpus_tools/pose_fit.h"
+#include "corpus_tools/building/corpus_builder.h"
+#include "corpus_tools/takes/pose_fit.h"
 #include "motion/motion_file.h"
 #include "support/run_program.h"
 #include "synthetic_takes.h"

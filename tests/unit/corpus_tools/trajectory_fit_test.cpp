@@ -1,13 +1,13 @@
-#include "corpus_tools/trajectory_fit.h"
+#include "corpus_tools/building/trajectory_fit.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "base/errors.h"
-#include "corpus_tools/evaluation.h"
-#include "corpus_tools/evaluation_intervals.h"
-#include "corpus_tools/evaluation_methods.h"
+#include "corpus_tools/evaluation/evaluation.h"
+#include "corpus_tools/evaluation/evaluation_intervals.h"
+#include "corpus_tools/evaluation/evaluation_methods.h"
 #include "synthetic_takes.h"
 
 namespace mouthpiece {

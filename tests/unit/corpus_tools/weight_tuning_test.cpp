@@ -1,9 +1,9 @@
-#include "corpus_tools/weight_tuning.h"
+#include "corpus_tools/evaluation/weight_tuning.h"
 
 #include <gtest/gtest.h>
 
 #include "base/errors.h"
-#include "corpus_tools/trajectory_fit.h"
+#include "corpus_tools/building/trajectory_fit.h"
 #include "synthetic_takes.h"
 
 namespace mouthpiece {

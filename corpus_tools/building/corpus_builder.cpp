@@ -1,0 +1,392 @@
+#include "corpus_tools/building/corpus_builder.h"
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <map>
+#include <mutex>
+#include <optional>
+
+#include "base/errors.h"
+#include "base/files.h"
+#include "base/parallel_for.h"
+#include "corpus_tools/building/build_log.h"
+#include "corpus_tools/building/build_parts.h"
+#include "corpus_tools/building/finished_takes.h"
+#include "corpus_tools/building/trajectory_fit.h"
+#include "corpus_tools/takes/neutral_pose.h"
+#include "corpus_tools/takes/pose_fit.h"
+#include "corpus_tools/takes/take_alignment.h"
+#include "motion/motion_file.h"
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kSettingsKey = "build_settings";
+constexpr const char* kReportsKey = "take_reports";
+/// Frames of a take that tell the shape of the head: see estimateHeadReference().
+constexpr std::size_t kShapeFrames = 25;
+/// Takes that tell it, spread over all: the mean shape of more is the same.
+constexpr std::size_t kMostShapeTakes = 300;
+
+/// Counts finished steps; the callback is called under a lock.
+class StepCounter {
+ public:
+  StepCounter(std::size_t total, const BuildProgress& progress) : total_(total), progress_(progress) {}
+  void advance() {
+    if (!progress_) return;
+    const std::scoped_lock lock(mutex_);
+    progress_(++done_, total_);
+  }
+
+ private:
+  std::size_t total_;
+  const BuildProgress& progress_;
+  std::size_t done_ = 0;
+  std::mutex mutex_;
+};
+
+std::size_t threadCount(const BuildOptions& options) { return options.jobs > 0 ? options.jobs : defaultThreadCount(); }
+
+/// Does `work` for every take in parallel; an InputError leaves that one out (or, when strict, stops).
+template <typename Output, typename Work>
+std::vector<Output> forEachTake(std::vector<TakeFiles>& takes, const BuildOptions& options, StepCounter& steps,
+                                std::vector<LeftOutTake>& left_out, const Work& work) {
+  std::vector<std::optional<Output>> outputs(takes.size());
+  std::vector<std::string> reasons(takes.size());
+  parallelFor(takes.size(), threadCount(options), [&](std::size_t i) {
+    try {
+      outputs[i] = work(takes[i]);
+    } catch (const InputError& error) {
+      if (options.strict) throw;
+      reasons[i] = error.what();
+    }
+    steps.advance();
+  });
+  std::vector<Output> usable;
+  std::vector<TakeFiles> usable_takes;
+  for (std::size_t i = 0; i < takes.size(); ++i) {
+    if (!outputs[i]) left_out.push_back({takes[i].name, reasons[i]});
+    if (!outputs[i]) continue;
+    usable.push_back(std::move(*outputs[i]));
+    usable_takes.push_back(std::move(takes[i]));
+  }
+  takes = std::move(usable_takes);
+  return usable;
+}
+
+void expectSome(const fs::path& folder, const std::vector<TakeFiles>& takes, const std::vector<LeftOutTake>& left_out) {
+  if (!takes.empty()) return;
+  throw InputError(folder.string(), "",
+                   fmt::format("none of its {} takes can be used; the first: {}: {}", left_out.size(), left_out[0].name,
+                               left_out[0].reason));
+}
+
+/// A few frames of a take, far apart: enough for the shape of its head, and small enough to keep those of all takes.
+RawTake shapeFrames(const TakeFiles& files, const BuildOptions& options) {
+  MotionClip motion = readMotion(files.motion);
+  renameMarkers(motion, options.marker_names);
+  FaceAndJig markers = splitMarkers(motion, options.layout, files.motion.string());
+  TakeReport ignored;
+  RawTake take = withoutOutliers({files.name, "", {}, std::move(markers.face), std::move(markers.jig), {}, false, {}},
+                                 options.cleaning, ignored);
+  const std::size_t step = std::max<std::size_t>(1, take.face.frameCount() / kShapeFrames);
+  std::vector<Eigen::Index> frames;
+  for (std::size_t frame = 0; frame < take.face.frameCount(); frame += step) {
+    frames.push_back(static_cast<Eigen::Index>(frame));
+  }
+  for (MotionClip* clip : {&take.face, &take.jig}) {
+    clip->positions_mm = PositionMatrix(clip->positions_mm(frames, Eigen::all));
+    clip->frame_rate_hz /= static_cast<double>(step);
+  }
+  return take;
+}
+
+HeadReference headReferenceOf(std::vector<TakeFiles>& takes, const BuildOptions& options, StepCounter& steps,
+                              std::vector<LeftOutTake>& left_out, const fs::path& folder) {
+  const std::size_t every = (takes.size() + kMostShapeTakes - 1) / kMostShapeTakes;
+  const TakeFiles* const first = takes.data();
+  auto shapes = forEachTake<std::optional<RawTake>>(takes, options, steps, left_out,
+                                                    [&](const TakeFiles& files) -> std::optional<RawTake> {
+                                                      std::optional<RawTake> take = shapeFrames(files, options);
+                                                      if (static_cast<std::size_t>(&files - first) % every != 0)
+                                                        take.reset();
+                                                      return take;
+                                                    });
+  expectSome(folder, takes, left_out);
+  std::vector<RawTake> kept;
+  for (std::optional<RawTake>& shape : shapes) {
+    if (shape) kept.push_back(std::move(*shape));
+  }
+  if (!options.cleaning.remove_head) {
+    const auto rows = static_cast<Eigen::Index>(stableMarkers(options.layout).size());
+    return {MarkerPositions(0, 3), MarkerPositions::Zero(rows, 3)};
+  }
+  return estimateHeadReference(kept, options.layout, options.cleaning.head);
+}
+
+/// Reads, labels and cleans a take, and forgets what it was made of.
+CleanedTake cleanTake(const TakeFiles& files, const HeadReference& reference, const BuildOptions& options,
+                      TakeLabeller& labeller) {
+  const RawTake raw = readTake(files, options.layout, options.lexicon, labeller, options.marker_names);
+  CleanedFace face = cleanFace(raw, reference, options.layout, options.cleaning);
+  face.report.labels_found = raw.labels_found;
+  face.report.doubtful = raw.doubtful;
+  roundToFloats(face.motion);
+  return {{raw.name, raw.text, raw.labels, std::move(face.motion), raw.audio}, face.report};
+}
+
+/// What a take's cleaning and labels depend on besides its files and the head reference.
+std::string settingsOf(const BuildOptions& options) {
+  std::string lexicon;
+  for (const auto& [word, ways] : options.lexicon.words()) {
+    lexicon += word;
+    for (const Pronunciation& way : ways) {
+      for (std::size_t i = 0; i < way.phones.size(); ++i) {
+        lexicon += fmt::format(" {}{}", phoneName(way.phones[i]), way.stress[i]);
+      }
+      lexicon += ',';
+    }
+  }
+  for (const auto& [from, to] : options.marker_names) lexicon += fmt::format("\n{}={}", from, to);
+  const CleaningOptions& c = options.cleaning;
+  return sha256Hex(fmt::format("{} {} {}{}{}{}{}{} {} {} {} {} {} {} {} {}", layoutToJson(options.layout), lexicon,
+                               c.repair_swaps, c.hide_spikes, c.use_jig, c.remove_head, c.fill_gaps, c.smooth,
+                               c.swaps.least_gain_mm, c.spikes.acceleration_mm_s2, c.head.jig_pose_smoothing,
+                               c.head.skin_pose_smoothing, c.gaps.longest, c.gaps.memory, c.smoothed_from_hz,
+                               options.align_takes));
+}
+
+/// A corpus that takes are added to: its takes by key.
+struct EarlierBuild {
+  Corpus corpus;
+  std::map<std::string, TakeReport> reports;
+  std::map<std::string, std::size_t> takes;
+};
+
+/// nullopt when there is none, or it was made with other settings, or is damaged, or shares no take.
+std::optional<EarlierBuild> earlierBuild(const fs::path& output, const std::string& settings,
+                                         const std::vector<std::string>& keys) {
+  std::error_code error;
+  if (output.empty() || !fs::exists(output, error)) return std::nullopt;
+  try {
+    EarlierBuild earlier{readCorpus(output, CorpusAudio::kSkip, CorpusMotion::kOnDemand), {}, {}};
+    if (earlier.corpus.build_log[kSettingsKey] != settings) return std::nullopt;
+    const std::vector<TakeReport> reports = reportsFromJson(earlier.corpus.build_log[kReportsKey]);
+    if (reports.size() != earlier.corpus.takes.size()) return std::nullopt;
+    for (std::size_t i = 0; i < reports.size(); ++i) {
+      if (reports[i].key.empty() || reports[i].name != earlier.corpus.takes[i].name) return std::nullopt;
+      if (std::find(keys.begin(), keys.end(), reports[i].key) == keys.end()) continue;
+      earlier.reports[reports[i].key] = reports[i];
+      earlier.takes[reports[i].key] = i;
+    }
+    if (earlier.takes.empty()) return std::nullopt;
+    for (const auto& [key, take] : earlier.takes) {  // damage is found now, not when all else is done
+      (void)earlier.corpus.motion_source->load(TakeIndex(take));
+      (void)earlier.corpus.motion_source->loadAudio(TakeIndex(take));
+    }
+    return earlier;
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
+void writeLog(BuildResult& result, const std::string& settings, const HeadReference& reference) {
+  auto& log = result.corpus.build_log;
+  log["built_with"] = "corpus build";
+  log["takes_used"] = std::to_string(result.takes.size());
+  log["takes_left_out"] = leftOutToText(result.left_out);
+  log[kReportsKey] = reportsToJson(result.takes);
+  log[kSettingsKey] = settings;
+  logHeadReference(result.corpus, reference);
+}
+
+bool needsAlignment(const Corpus& corpus, const HeadReference& reference, const BuildOptions& options) {
+  return options.align_takes && reference.jig_mm.rows() == 0 && corpus.takes.size() > 1;
+}
+
+/// Aligns, finds the neutral pose, and turns everything into the face's own axes.
+void settleFrame(BuildResult& result, FinishedTakes& finished, HeadReference& reference, const BuildOptions& options) {
+  Corpus& corpus = result.corpus;
+  const MotionLoader load = [&](std::size_t take) { return finished.load(TakeIndex(take)); };
+  const bool align = needsAlignment(corpus, reference, options);
+  if (align) {
+    const std::vector<TakeMove> moves = takeMovesByPhones(corpus.takes, load);
+    for (std::size_t i = 0; i < moves.size(); ++i) {
+      if (moves[i].move) finished.move(i, *moves[i].move);
+      result.takes[i].aligned_mm = moves[i].largest_mm;
+    }
+  }
+  NeutralPose neutral = neutralPose(corpus.takes, options.layout, load);
+  const RigidMotion face_from_head = faceFromHead(neutral.pose_mm, options.layout);
+  finished.turnAll(face_from_head);
+  transform(neutral.pose_mm, face_from_head);
+  transform(reference.jig_mm, face_from_head);
+  transform(reference.stable_mm, face_from_head);
+  corpus.neutral_pose_mm = neutral.pose_mm;
+  corpus.build_log["neutral_pose_frames"] = std::to_string(neutral.frames);
+  corpus.build_log["takes_aligned_by_phones"] = align ? "yes" : "no";
+}
+
+/// Takes that joined an earlier corpus are aligned with its takes, which stay where they are.
+void settleNewTakes(BuildResult& result, FinishedTakes& finished, const std::vector<bool>& is_new,
+                    const HeadReference& reference, const BuildOptions& options) {
+  if (!needsAlignment(result.corpus, reference, options)) return;
+  const auto moves =
+      takeMovesByPhones(result.corpus.takes, [&](std::size_t take) { return finished.load(TakeIndex(take)); });
+  for (std::size_t i = 0; i < moves.size(); ++i) {
+    if (!is_new[i]) continue;
+    if (moves[i].move) finished.move(i, *moves[i].move);
+    result.takes[i].aligned_mm = moves[i].largest_mm;
+  }
+}
+
+/// One build, in steps that share what they know.
+class Builder {
+ public:
+  Builder(fs::path folder, fs::path output, const BuildOptions& options, const BuildProgress& progress)
+      : folder_(std::move(folder)),
+        output_(std::move(output)),
+        options_(options),
+        settings_(settingsOf(options)),
+        found_(findTakes(folder_)),
+        steps_(2 * found_.takes.size(), progress) {
+    if (options.strict && !found_.left_out.empty()) {
+      throw InputError(folder_.string(), "",
+                       fmt::format("take {}: {}", found_.left_out[0].name, found_.left_out[0].reason));
+    }
+  }
+
+  BuildResult build() {
+    BuildResult result;
+    result.left_out = found_.left_out;
+    std::optional<EarlierBuild> earlier = findEarlierBuild();
+    HeadReference reference = earlier ? mouthpiece::headReferenceOf(earlier->corpus)
+                                      : headReferenceOf(found_.takes, options_, steps_, result.left_out, folder_);
+    const BuildParts parts(fs::path(output_.string() + ".parts"), options_.layout,
+                           sha256Hex(settings_ + textOf(reference)));
+    const auto finished = output_.empty()
+                              ? std::make_shared<FinishedTakes>(parts, std::numeric_limits<std::size_t>::max())
+                              : std::make_shared<FinishedTakes>(parts);
+    std::vector<bool> is_new;
+    doTakes(result, *finished, earlier, reference, parts, is_new);
+    result.corpus.layout = options_.layout;
+    result.corpus.motion_source = finished;
+    if (earlier) {
+      result.corpus.neutral_pose_mm = earlier->corpus.neutral_pose_mm;
+      result.corpus.build_log = earlier->corpus.build_log;
+      settleNewTakes(result, *finished, is_new, reference, options_);
+    } else {
+      settleFrame(result, *finished, reference, options_);
+    }
+    result.corpus.trajectory_model = fitTrajectoryModel(result.corpus, {.jobs = options_.jobs});
+    writeLog(result, settings_, reference);
+    if (output_.empty()) return inMemory(std::move(result), *finished);
+    result.corpus.name = output_.stem().string();
+    writeCorpus(output_, result.corpus);
+    result.corpus.motion_source = nullptr;  // its parts go; the database has it all
+    parts.remove();
+    removeStaleTemporaries(output_);
+    return result;
+  }
+
+ private:
+  static BuildResult inMemory(BuildResult result, const FinishedTakes& finished) {
+    for (std::size_t take = 0; take < result.corpus.takes.size(); ++take)
+      result.corpus.takes[take].motion = finished.load(TakeIndex(take));
+    result.corpus.motion_source = nullptr;
+    return result;
+  }
+
+  std::optional<EarlierBuild> findEarlierBuild() {
+    if (output_.empty()) return std::nullopt;
+    std::vector<std::string> keys(found_.takes.size());
+    parallelFor(keys.size(), threadCount(options_),
+                [&](std::size_t i) { keys[i] = takeKey(found_.takes[i], settings_); });
+    for (std::size_t i = 0; i < keys.size(); ++i) keys_[found_.takes[i].name] = keys[i];
+    return earlierBuild(output_, settings_, keys);
+  }
+
+  /// Keeps of each take what is small; its motion and sound are found through `finished`.
+  void doTakes(BuildResult& result, FinishedTakes& finished, std::optional<EarlierBuild>& earlier,
+               const HeadReference& reference, const BuildParts& parts, std::vector<bool>& is_new) {
+    TakeLabeller labeller(options_.lexicon);
+    struct Done {
+      CleanedTake cleaned;
+      std::optional<std::size_t> earlier;  ///< its number there
+      bool was_kept = false;
+    };
+    const auto light = [&](CleanedTake take, const std::string& key, bool was_kept) {
+      finished.takeOver(key, take.take.motion);
+      if (!output_.empty()) std::vector<float>().swap(take.take.audio.samples);  // with its room
+      return Done{std::move(take), {}, was_kept};
+    };
+    auto done = forEachTake<Done>(found_.takes, options_, steps_, result.left_out, [&](const TakeFiles& files) {
+      if (output_.empty()) return light(cleanTake(files, reference, options_, labeller), files.name, false);
+      const std::string& key = keys_.at(files.name);
+      if (earlier) {
+        const auto found = earlier->takes.find(key);
+        if (found != earlier->takes.end()) {
+          return Done{{std::move(earlier->corpus.takes[found->second]), earlier->reports.at(key)}, found->second, true};
+        }
+      }
+      if (auto part = parts.find(key)) return light(std::move(*part), key, true);
+      CleanedTake cleaned = cleanTake(files, reference, options_, labeller);
+      cleaned.report.key = key;
+      parts.store(cleaned);
+      return light(std::move(cleaned), key, false);
+    });
+    expectSome(folder_, found_.takes, result.left_out);
+    for (Done& take : done) {
+      is_new.push_back(!take.earlier);
+      if (take.earlier) {
+        finished.addEarlier(earlier->corpus.motion_source, TakeIndex(*take.earlier));
+      } else {
+        finished.addPart(output_.empty() ? take.cleaned.take.name : take.cleaned.report.key);
+      }
+      result.corpus.takes.push_back(std::move(take.cleaned.take));
+      result.takes.push_back(std::move(take.cleaned.report));
+      result.kept_takes += take.was_kept ? 1 : 0;
+    }
+  }
+
+  fs::path folder_, output_;
+  const BuildOptions& options_;
+  std::string settings_;
+  FoundTakes found_;
+  StepCounter steps_;
+  std::map<std::string, std::string> keys_;  ///< of the takes, by name
+};
+
+}  // namespace
+
+BuildResult buildCorpus(const fs::path& folder, const BuildOptions& options, const BuildProgress& progress) {
+  return Builder(folder, {}, options, progress).build();
+}
+
+BuildResult buildCorpusFile(const fs::path& folder, const fs::path& output, const BuildOptions& options,
+                            const BuildProgress& progress) {
+  MOUTHPIECE_EXPECT(!output.empty());
+  return Builder(folder, output, options, progress).build();
+}
+
+CleanTakes readTakesInto(const Corpus& corpus, const fs::path& folder, const BuildOptions& options,
+                         const BuildProgress& progress) {
+  BuildOptions as_corpus = options;
+  as_corpus.layout = corpus.layout;
+  FoundTakes found = findTakes(folder);
+  CleanTakes clean{{}, found.left_out};
+  StepCounter steps(found.takes.size(), progress);
+  const HeadReference reference = mouthpiece::headReferenceOf(corpus);
+  TakeLabeller labeller(options.lexicon);
+  auto cleaned = forEachTake<CleanedTake>(found.takes, as_corpus, steps, clean.left_out, [&](const TakeFiles& files) {
+    return cleanTake(files, reference, as_corpus, labeller);
+  });
+  expectSome(folder, found.takes, clean.left_out);
+  for (CleanedTake& take : cleaned) clean.takes.push_back(std::move(take.take));
+  return clean;
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "corpus_tools/takes/cleaning.h"
+#include "corpus_tools/takes/take_files.h"
+#include "corpus_tools/takes/take_report.h"
+#include "motion/marker_layout.h"
+#include "phonetics/lexicon.h"
+#include "units/corpus.h"
+
+namespace mouthpiece {
+
+struct BuildOptions {
+  MarkerLayout layout = defaultLayout();
+  Lexicon lexicon;
+  MarkerNameMap marker_names;  ///< of the files, where they are not the layout's
+  std::size_t jobs = 0;        ///< takes at once; 0: one per core. The result does not depend on it
+  bool strict = false;         ///< the first take that cannot be used stops the build
+  CleaningOptions cleaning;
+  bool align_takes = true;  ///< captures without a jig: see alignTakesByPhones()
+};
+
+struct BuildResult {
+  Corpus corpus;  ///< of buildCorpusFile() without motion and sound: those are in the file alone
+  std::vector<TakeReport> takes;
+  std::vector<LeftOutTake> left_out;
+  std::size_t kept_takes = 0;  ///< that were done before and not done again
+};
+
+/// Called from one thread at a time.
+using BuildProgress = std::function<void(std::size_t done, std::size_t total)>;
+
+/// Takes -> cleaned, labelled corpus: labels found where there are none, head motion removed, one frame and size for
+/// all takes, short gaps filled, neutral pose, the face's own axes. Throws InputError when the folder has no usable
+/// take; with `strict`, for any unusable one.
+BuildResult buildCorpus(const std::filesystem::path& folder, const BuildOptions& options,
+                        const BuildProgress& progress = {});
+
+/// The same, written to `output`. It is replaced when all is done, so it is whole at any moment. Takes already in it
+/// (by the content of their files and the options) are not done again, and the others come into its frame and neutral
+/// pose; takes done by a run that was interrupted are taken up from the folder `output`.parts.
+BuildResult buildCorpusFile(const std::filesystem::path& folder, const std::filesystem::path& output,
+                            const BuildOptions& options, const BuildProgress& progress = {});
+
+struct CleanTakes {
+  std::vector<CorpusTake> takes;
+  std::vector<LeftOutTake> left_out;
+};
+
+/// The takes of another folder, cleaned into the frame of `corpus` (its own head reference, from its build log).
+CleanTakes readTakesInto(const Corpus& corpus, const std::filesystem::path& folder, const BuildOptions& options,
+                         const BuildProgress& progress = {});
+
+}  // namespace mouthpiece

@@ -1,0 +1,204 @@
+#include "corpus_tools/building/trajectory_design.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+namespace mouthpiece {
+namespace {
+
+double speechWeight(const LayoutMarker& marker) {
+  if (marker.region == "lip") return 2;
+  if (marker.region == "chin" || marker.region == "cheek" || marker.region == "nose") return 1;
+  if (marker.region == "jaw") return 0.4;  // the outline that the camera sees, not a fixed place of the skin
+  return 0;
+}
+
+double ridgeFactor(const std::string& feature) {
+  if (feature.starts_with("length viseme ") || feature.starts_with("phone ")) return 1;
+  if (feature.starts_with("length phone ")) return 3;
+  if (feature.starts_with("left2 ") || feature.starts_with("right2 ")) return 6;
+  const bool has_neighbour =
+      feature.find(" left ") != std::string::npos || feature.find(" right ") != std::string::npos;
+  if (feature.starts_with("left ") || feature.starts_with("right ") || has_neighbour) return 3;
+  return 0.05;  // visemes and silences
+}
+
+Eigen::VectorXd openingsOf(const PositionMatrix& positions, const std::pair<Eigen::Index, Eigen::Index>& lips) {
+  return (positions.middleCols(lips.first, 3) - positions.middleCols(lips.second, 3)).rowwise().norm();
+}
+
+MotionClip motionOf(const Corpus& corpus, std::size_t take) {
+  if (corpus.motion_source != nullptr) return corpus.motion_source->load(TakeIndex(take));
+  return corpus.takes[take].motion;
+}
+
+FitTake fitTake(const Corpus& corpus, std::size_t index, const SpeechColumns& columns, double fit_rate_hz) {
+  const MotionClip motion = motionOf(corpus, index);
+  const auto stride = static_cast<Eigen::Index>(std::max(1.0, std::round(motion.frame_rate_hz / fit_rate_hz)));
+  const Eigen::Index rows = (motion.positions_mm.rows() + stride - 1) / stride;
+  FitTake take;
+  take.index = index;
+  PositionMatrix positions(rows, motion.positions_mm.cols());
+  take.seen.resize(rows);
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    positions.row(row) = motion.positions_mm.row(row * stride);
+    take.times.push_back(static_cast<double>(row * stride) / motion.frame_rate_hz);
+    bool seen = true;
+    for (Eigen::Index column = 0; column < positions.cols(); ++column) {
+      const bool finite = std::isfinite(positions(row, column));
+      seen = seen && (finite || !(columns.weights(column) > 0));
+      if (!finite) positions(row, column) = 0;
+    }
+    take.seen(row) = seen ? 1 : 0;
+  }
+  take.openings = Eigen::VectorXd::Zero(rows);
+  if (columns.lip_pair) take.openings = openingsOf(positions, *columns.lip_pair).cwiseProduct(take.seen);
+  const Eigen::RowVectorXd mean = take.seen.transpose() * positions / std::max(1.0, take.seen.sum());
+  const Eigen::Map<const Eigen::RowVectorXd> neutral(corpus.neutral_pose_mm.data(), corpus.neutral_pose_mm.size());
+  take.mean = mean - neutral;
+  take.displacements = (take.seen.asDiagonal() * (positions.rowwise() - mean)).cast<float>();
+  return take;
+}
+
+}  // namespace
+
+SpeechColumns speechColumns(const Corpus& corpus) {
+  SpeechColumns columns;
+  columns.weights.resize(static_cast<Eigen::Index>(3 * corpus.layout.markers.size()));
+  std::optional<Eigen::Index> upper, lower;
+  for (std::size_t marker = 0; marker < corpus.layout.markers.size(); ++marker) {
+    const LayoutMarker& own = corpus.layout.markers[marker];
+    const auto column = static_cast<Eigen::Index>(3 * marker);
+    const double weight = speechWeight(own);
+    columns.weights.segment(column, 3).setConstant(weight);
+    if (own.region == "lip") columns.lip_norm += weight * weight;
+    if (own.name == "LIP_UP_MID") upper = column;
+    if (own.name == "LIP_LO_MID") lower = column;
+  }
+  columns.lip_norm = std::sqrt(columns.lip_norm);
+  if (upper && lower) columns.lip_pair = {*upper, *lower};
+  return columns;
+}
+
+double FitTake::tightestOpening(const TimeSpan& span) const {
+  constexpr Seconds kAround = 0.020;
+  const Seconds spacing = times.size() > 1 ? times[1] - times[0] : 0.0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t row = 0; row < times.size(); ++row) {
+    const bool near = times[row] >= span.start - kAround - spacing && times[row] <= span.end + kAround + spacing;
+    const auto at = static_cast<Eigen::Index>(row);
+    if (near && seen(at) > 0) least = std::min(least, openings(at));
+  }
+  return least;
+}
+
+std::vector<FitTake> fitTakes(const Corpus& corpus, const SpeechColumns& columns, double fit_rate_hz) {
+  constexpr double kMostFrames = 30'000;  // 24 MB of 66 markers; twenty minutes at 25 Hz
+  double frames = 0;
+  for (const CorpusTake& take : corpus.takes) frames += take.labels.duration() * fit_rate_hz;
+  const auto every = static_cast<std::size_t>(std::max(1.0, std::ceil(frames / kMostFrames)));
+  std::vector<FitTake> takes;
+  for (std::size_t i = 0; i < corpus.takes.size(); i += every) {
+    FitTake take = fitTake(corpus, i, columns, fit_rate_hz);
+    constexpr double kLeastRows = 10;
+    if (take.seen.sum() >= std::max(kLeastRows, 0.5 * static_cast<double>(take.seen.size())))
+      takes.push_back(std::move(take));
+  }
+  return takes;
+}
+
+SegmentFeatures::SegmentFeatures(const Corpus& corpus, const std::vector<FitTake>& takes) {
+  std::map<std::string, Eigen::Index> numbers;
+  for (const FitTake& take : takes) {
+    segments_.push_back(predictionSegments(corpus.takes[take.index].labels));
+    std::vector<SparseRow>& shares = shares_.emplace_back();
+    for (const SpeechSegment& segment : segments_.back()) {
+      SparseRow& share = shares.emplace_back();
+      for (const SegmentFeature& feature : segment.features) {
+        const auto [known, is_new] = numbers.try_emplace(feature.name, count());
+        if (is_new) names_.push_back(feature.name);
+        share.emplace_back(known->second, feature.weight);
+      }
+    }
+  }
+}
+
+Eigen::VectorXd SegmentFeatures::ridgeFactors() const {
+  Eigen::VectorXd factors(count());
+  for (Eigen::Index i = 0; i < count(); ++i) factors(i) = ridgeFactor(name(i));
+  return factors;
+}
+
+DesignRows designRows(const FitTake& take, const SegmentFeatures& features, std::size_t take_number,
+                      const ComponentDynamics& dynamics) {
+  constexpr double kNothing = 1e-5;
+  const Eigen::MatrixXd weights =
+      segmentWeights(features.segments(take_number), dynamics.time_constant, dynamics.lead, take.times);
+  DesignRows design;
+  design.rows.resize(take.times.size());
+  design.mean = Eigen::VectorXd::Zero(features.count());
+  design.seen = take.seen;
+  const double frames = std::max(1.0, take.seen.sum());
+  for (std::size_t row = 0; row < take.times.size(); ++row) {
+    const auto at = static_cast<Eigen::Index>(row);
+    if (!(take.seen(at) > 0)) continue;
+    SparseRow& entries = design.rows[row];
+    for (Eigen::Index segment = 0; segment < weights.cols(); ++segment) {
+      const double weight = weights(at, segment);
+      if (std::abs(weight) < kNothing) continue;
+      for (const auto& [feature, share] : features.shares(take_number)[static_cast<std::size_t>(segment)]) {
+        entries.emplace_back(feature, weight * share);
+        design.mean(feature) += weight * share / frames;
+      }
+    }
+  }
+  return design;
+}
+
+Eigen::MatrixXd DesignRows::times(const Eigen::MatrixXd& targets) const {
+  const Eigen::RowVectorXd level = mean.transpose() * targets;
+  Eigen::MatrixXd values = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), targets.cols());
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    const auto at = static_cast<Eigen::Index>(row);
+    if (!(seen(at) > 0)) continue;
+    values.row(at) = -level;
+    for (const auto& [feature, weight] : rows[row]) values.row(at) += weight * targets.row(feature);
+  }
+  return values;
+}
+
+NormalEquations::NormalEquations(Eigen::Index features, Eigen::Index components)
+    : normal_(Eigen::MatrixXd::Zero(features, features)), right_(Eigen::MatrixXd::Zero(features, components)) {}
+
+void NormalEquations::add(const DesignRows& design, const Eigen::MatrixXd& values) {
+  for (std::size_t row = 0; row < design.rows.size(); ++row) {
+    for (const auto& [a, weight_a] : design.rows[row]) {
+      right_.row(a) += weight_a * values.row(static_cast<Eigen::Index>(row));
+      for (const auto& [b, weight_b] : design.rows[row]) {
+        if (b <= a) normal_(a, b) += weight_a * weight_b;
+      }
+    }
+  }
+  // Centring takes n m m' off; the values are centred already, so the right side needs nothing.
+  std::vector<Eigen::Index> used;
+  for (Eigen::Index i = 0; i < design.mean.size(); ++i) {
+    if (design.mean(i) != 0) used.push_back(i);
+  }
+  const double frames = design.seen.sum();
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    for (std::size_t j = 0; j <= i; ++j) {
+      normal_(used[i], used[j]) -= frames * design.mean(used[i]) * design.mean(used[j]);
+    }
+  }
+}
+
+Eigen::MatrixXd NormalEquations::solve(const Eigen::VectorXd& ridge) const {
+  Eigen::MatrixXd held = normal_;
+  held.diagonal() += ridge;
+  return held.selfadjointView<Eigen::Lower>().ldlt().solve(right_);
+}
+
+}  // namespace mouthpiece

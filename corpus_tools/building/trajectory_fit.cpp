@@ -1,0 +1,199 @@
+#include "corpus_tools/building/trajectory_fit.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+
+#include "base/parallel_for.h"
+#include "corpus_tools/building/trajectory_design.h"
+
+namespace mouthpiece {
+namespace {
+
+// Searched for each component; the error is flat around the best.
+constexpr Seconds kTimeConstants[] = {0.018, 0.025, 0.032};
+constexpr Seconds kLeads[] = {0.0, 0.015};
+constexpr std::size_t kJudgeEvery = 4;  ///< every fourth take judges the search
+constexpr std::size_t kLeastTakes = 4;
+constexpr double kLargestGain = 1.15;
+constexpr double kPredictedVariance = 0.92;  ///< of the capture's; the fragments' own detail brings the rest
+
+/// The principal components of the speaking face: analysis, shapes.
+void fitComponents(const std::vector<FitTake>& takes, const SpeechColumns& columns, Eigen::Index components,
+                   TrajectoryModel& model) {
+  const Eigen::Index width = columns.weights.size();
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(width, width);
+  for (const FitTake& take : takes) {
+    const Eigen::MatrixXd weighted = take.displacements.cast<double>() * columns.weights.asDiagonal();
+    covariance.selfadjointView<Eigen::Lower>().rankUpdate(weighted.transpose());
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
+  const Eigen::MatrixXd directions = eigen.eigenvectors().rightCols(components).rowwise().reverse();
+  model.analysis = columns.weights.asDiagonal() * directions / columns.lip_norm;
+  Eigen::MatrixXd own = Eigen::MatrixXd::Zero(components, components);
+  Eigen::MatrixXd both = Eigen::MatrixXd::Zero(components, width);
+  for (const FitTake& take : takes) {
+    const Eigen::MatrixXd displacements = take.displacements.cast<double>();
+    const Eigen::MatrixXd values = displacements * model.analysis;
+    own += values.transpose() * values;
+    both += values.transpose() * displacements;
+  }
+  own.diagonal().array() += 1e-9 * std::max(1e-12, own.diagonal().maxCoeff());
+  model.shapes = own.ldlt().solve(both);
+  for (Eigen::Index column = 0; column < width; ++column) {
+    if (!(columns.weights(column) > 0)) model.shapes.col(column).setZero();
+  }
+}
+
+struct Solution {
+  Eigen::MatrixXd targets;             ///< features x components
+  Eigen::RowVectorXd judged_errors;    ///< squared, on the judges
+  Eigen::RowVectorXd judged_variance;  ///< predicted there
+};
+
+class TargetSolver {
+ public:
+  TargetSolver(const std::vector<FitTake>& takes, const SegmentFeatures& features, const TrajectoryModel& model,
+               double ridge)
+      : takes_(takes), features_(features), ridge_(ridge) {
+    for (const FitTake& take : takes) values_.emplace_back(take.displacements.cast<double>() * model.analysis);
+  }
+
+  [[nodiscard]] Solution solve(const ComponentDynamics& dynamics, const std::vector<std::size_t>& use,
+                               const std::vector<std::size_t>& judges) const {
+    NormalEquations equations(features_.count(), values_.front().cols());
+    for (const std::size_t take : use)
+      equations.add(designRows(takes_[take], features_, take, dynamics), values_[take]);
+    Solution solution;
+    solution.targets = equations.solve(features_.ridgeFactors() * ridge_);
+    solution.judged_errors = solution.judged_variance = Eigen::RowVectorXd::Zero(values_.front().cols());
+    for (const std::size_t take : judges) {
+      const Eigen::MatrixXd predicted = designRows(takes_[take], features_, take, dynamics).times(solution.targets);
+      solution.judged_errors += (values_[take] - predicted).colwise().squaredNorm();
+      solution.judged_variance += predicted.colwise().squaredNorm();
+    }
+    return solution;
+  }
+  [[nodiscard]] double capturedVariance(const std::vector<std::size_t>& judges) const {
+    double sum = 0;
+    for (const std::size_t take : judges) sum += values_[take].squaredNorm();
+    return sum;
+  }
+
+ private:
+  const std::vector<FitTake>& takes_;
+  const SegmentFeatures& features_;
+  double ridge_;
+  std::vector<Eigen::MatrixXd> values_;  ///< one a take: frames x components, centred
+};
+
+std::vector<ComponentDynamics> candidateDynamics() {
+  std::vector<ComponentDynamics> candidates;
+  for (const Seconds time_constant : kTimeConstants) {
+    for (const Seconds lead : kLeads) candidates.push_back({time_constant, lead});
+  }
+  return candidates;
+}
+
+/// Each component's dynamics with the least error on takes left out, the gain that its variance there asks for, and
+/// then the targets from all takes.
+void fitMovement(const std::vector<FitTake>& takes, const SegmentFeatures& features, const TargetSolver& solver,
+                 std::size_t jobs, TrajectoryModel& model) {
+  std::vector<std::size_t> all(takes.size()), use, judges;
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  for (const std::size_t take : all) (take % kJudgeEvery == 0 ? judges : use).push_back(take);
+  const std::vector<ComponentDynamics> candidates = candidateDynamics();
+  std::vector<Solution> searched(candidates.size());
+  parallelFor(candidates.size(), jobs, [&](std::size_t i) { searched[i] = solver.solve(candidates[i], use, judges); });
+
+  std::vector<std::size_t> chosen;
+  double variance = 0;
+  for (Eigen::Index component = 0; component < model.componentCount(); ++component) {
+    const auto least = std::min_element(searched.begin(), searched.end(), [&](const Solution& a, const Solution& b) {
+      return a.judged_errors(component) < b.judged_errors(component);
+    });
+    chosen.push_back(static_cast<std::size_t>(least - searched.begin()));
+    model.dynamics.push_back(candidates[chosen.back()]);
+    variance += least->judged_variance(component);
+  }
+  const double wanted = kPredictedVariance * solver.capturedVariance(judges) / std::max(variance, 1e-12);
+  model.gain = std::clamp(std::sqrt(wanted), 1.0, kLargestGain);
+
+  Eigen::MatrixXd targets(features.count(), model.componentCount());
+  std::vector<Eigen::MatrixXd> solved(candidates.size());
+  parallelFor(candidates.size(), jobs, [&](std::size_t i) {
+    const bool used = std::find(chosen.begin(), chosen.end(), i) != chosen.end();
+    if (used) solved[i] = solver.solve(candidates[i], all, {}).targets;
+  });
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    targets.col(static_cast<Eigen::Index>(i)) = solved[chosen[i]].col(static_cast<Eigen::Index>(i));
+  }
+  for (Eigen::Index feature = 0; feature < features.count(); ++feature) {
+    model.targets[features.name(feature)] = targets.row(feature).transpose();
+  }
+}
+
+/// Least squares says nothing about each take's own level: the mean over takes.
+void fitLevel(const std::vector<FitTake>& takes, const Corpus& corpus, TrajectoryModel& model) {
+  model.level = Eigen::RowVectorXd::Zero(model.componentCount());
+  Eigen::RowVectorXd sum = model.level;
+  for (const FitTake& take : takes) {
+    const Eigen::MatrixXd predicted = model.predict(corpus.takes[take.index].labels, take.times);
+    const Eigen::RowVectorXd mean = take.seen.transpose() * predicted / take.seen.sum();
+    sum += take.mean * model.analysis - mean;
+  }
+  model.level = sum / static_cast<double>(takes.size());
+}
+
+void fitClosing(const std::vector<FitTake>& takes, const Corpus& corpus, const SpeechColumns& columns,
+                TrajectoryModel& model) {
+  model.closing = Eigen::RowVectorXd::Zero(columns.weights.size());
+  if (!columns.lip_pair) return;
+  double squares = 0;
+  std::vector<double> closed;
+  for (const FitTake& take : takes) {
+    const double mean = take.seen.dot(take.openings) / take.seen.sum();
+    const Eigen::VectorXd opening = take.seen.cwiseProduct((take.openings.array() - mean).matrix());
+    model.closing += opening.transpose() * take.displacements.cast<double>();
+    squares += opening.squaredNorm();
+    for (const LabelledPhone& phone : corpus.takes[take.index].labels.phones) {
+      if (!isBilabial(phone.phone)) continue;
+      const double tightest = take.tightestOpening(phone.span);
+      if (std::isfinite(tightest)) closed.push_back(tightest);
+    }
+  }
+  model.closing /= std::max(squares, 1e-12);
+  for (Eigen::Index column = 0; column < model.closing.size(); ++column) {
+    if (!(columns.weights(column) > 0)) model.closing(column) = 0;
+  }
+  if (closed.empty()) return;
+  const auto middle = closed.begin() + static_cast<std::ptrdiff_t>(closed.size() / 2);
+  std::nth_element(closed.begin(), middle, closed.end());
+  model.closed_opening_mm = *middle;
+}
+
+}  // namespace
+
+std::shared_ptr<const TrajectoryModel> fitTrajectoryModel(const Corpus& corpus, const TrajectoryFitOptions& options) {
+  const SpeechColumns columns = speechColumns(corpus);
+  if (!(columns.lip_norm > 0)) return nullptr;
+  const std::vector<FitTake> takes = fitTakes(corpus, columns, options.fit_rate_hz);
+  if (takes.size() < kLeastTakes) return nullptr;
+  const std::size_t jobs = options.jobs > 0 ? options.jobs : defaultThreadCount();
+  auto model = std::make_shared<TrajectoryModel>();
+  const auto speaking = static_cast<Eigen::Index>((columns.weights.array() > 0).count());
+  fitComponents(takes, columns, std::min(options.components, speaking), *model);
+  model->level = Eigen::RowVectorXd::Zero(model->componentCount());
+  const SegmentFeatures features(corpus, takes);
+  const TargetSolver solver(takes, features, *model, options.ridge);
+  fitMovement(takes, features, solver, jobs, *model);
+  fitLevel(takes, corpus, *model);
+  fitClosing(takes, corpus, columns, *model);
+  return model;
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,240 @@
+#include "corpus_tools/evaluation/weight_tuning.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <random>
+#include <vector>
+
+#include "base/errors.h"
+#include "base/parallel_for.h"
+#include "corpus_tools/evaluation/evaluation.h"
+#include "synthesis/synthesis.h"
+#include "units/unit_database.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr std::size_t kLeastFolds = 4, kLeastTakesAFold = 4;
+constexpr double kLeastGain = 1e-3;              ///< of the score: a step that gains less is chance
+constexpr std::array<double, 2> kSteps{2, 1.4};  ///< factor up and down, a round each
+
+struct TunedWeight {
+  const char* name;
+  double LatticeWeights::*value;
+};
+
+/// The stand-ins' price is not among them: it decides nothing where the corpus has the pair.
+constexpr std::array<TunedWeight, 12> kTuned{{
+    {"prediction", &LatticeWeights::prediction_per_mm2},
+    {"context", &LatticeWeights::context_per_mm2},
+    {"duration", &LatticeWeights::duration},
+    {"neighbours", &LatticeWeights::neighbours},
+    {"position", &LatticeWeights::position},
+    {"stress", &LatticeWeights::stress},
+    {"rate", &LatticeWeights::rate},
+    {"closure", &LatticeWeights::closure_per_mm},
+    {"join position", &LatticeWeights::join_position_per_mm},
+    {"join velocity", &LatticeWeights::join_velocity_per_mm_s},
+    {"join opening", &LatticeWeights::join_opening_per_mm},
+    {"unit", &LatticeWeights::unit},
+}};
+
+using TakeMeasures = std::vector<std::optional<LipMeasures>>;
+
+/// The takes of one fold and what speaks them: stays where it is, since the database refers to it.
+struct TuningFold {
+  explicit TuningFold(SplitTakes parts) : split(std::move(parts)), database(split.rest) {
+    split.held = atOfferedRates(std::move(split.held));
+  }
+  SplitTakes split;
+  UnitDatabase database;
+};
+
+/// nullopt where not even a stand-in is found, whatever the weights are.
+std::optional<LipMeasures> measureTake(const TuningFold& fold, const CorpusTake& take, const LatticeWeights& weights) {
+  SynthesisRequest request{take.text, "capture", take.labels, {}, {}};
+  request.options.frame_rate_hz = take.motion.frame_rate_hz;
+  request.options.selection.method = SelectionMethod::kViterbi;
+  request.options.selection.lattice = weights;
+  try {
+    const UtteranceAnimation made = synthesise(request, fold.database);
+    return measureLips(take.motion, made.motion, take.labels, fold.split.rest.layout);
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
+using Folds = std::vector<std::unique_ptr<TuningFold>>;
+
+/// All held-out takes of the folds `first`, `first` + 2, ...
+TakeMeasures measureFolds(const Folds& folds, std::size_t first, const LatticeWeights& weights, std::size_t jobs) {
+  std::vector<std::pair<const TuningFold*, const CorpusTake*>> work;
+  for (std::size_t i = first; i < folds.size(); i += 2) {
+    for (const CorpusTake& take : folds[i]->split.held) work.emplace_back(folds[i].get(), &take);
+  }
+  TakeMeasures measures(work.size());
+  parallelFor(work.size(), jobs,
+              [&](std::size_t i) { measures[i] = measureTake(*work[i].first, *work[i].second, weights); });
+  return measures;
+}
+
+double scoreOf(const TakeMeasures& takes) {
+  LipMeasures sum;
+  for (const auto& take : takes) {
+    if (take) sum += *take;
+  }
+  return tuningScore(sum);
+}
+
+/// Standard error of the difference of two scores over the same takes.
+double errorOfDifference(const TakeMeasures& before, const TakeMeasures& after) {
+  constexpr std::size_t kDraws = 500;
+  constexpr std::uint64_t kSeed = 1;
+  std::mt19937_64 random(kSeed);
+  double sum = 0, squares = 0;
+  for (std::size_t draw = 0; draw < kDraws; ++draw) {
+    LipMeasures drawn_before, drawn_after;
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      const std::size_t take = random() % before.size();
+      if (before[take]) drawn_before += *before[take];
+      if (after[take]) drawn_after += *after[take];
+    }
+    const double difference = tuningScore(drawn_after) - tuningScore(drawn_before);
+    sum += difference;
+    squares += difference * difference;
+  }
+  constexpr auto kCount = static_cast<double>(kDraws);
+  return std::sqrt(std::max(0.0, squares / kCount - (sum / kCount) * (sum / kCount)));
+}
+
+/// Every n-th take of a corpus that has more than `most`.
+Corpus thinned(const Corpus& corpus, std::size_t most) {
+  if (corpus.takes.size() <= most) return corpus;
+  Corpus part = corpus;
+  part.takes.clear();
+  for (std::size_t i = 0; i < most; ++i) part.takes.push_back(corpus.takes[i * corpus.takes.size() / most]);
+  return part;
+}
+
+void expectEnough(const Corpus& corpus, const TuningOptions& options) {
+  if (corpus.trajectory_model == nullptr) {
+    throw InputError(corpus.name, "", "has no trajectory model; expected one, whose lattice the weights are for");
+  }
+  const std::size_t takes = std::min(corpus.takes.size(), options.most_takes);
+  if (options.folds < kLeastFolds || options.folds * kLeastTakesAFold > takes) {
+    throw InputError("--folds", "",
+                     fmt::format("found {} for {} takes; expected at least {}, and {} takes in each", options.folds,
+                                 takes, kLeastFolds, kLeastTakesAFold));
+  }
+}
+
+std::string changesBetween(const LatticeWeights& before, const LatticeWeights& after) {
+  std::string text;
+  for (const TunedWeight& weight : kTuned) {
+    if (before.*weight.value == after.*weight.value) continue;
+    text += fmt::format("{}{} {:.3g} -> {:.3g}", text.empty() ? "" : ", ", weight.name, before.*weight.value,
+                        after.*weight.value);
+  }
+  return text;
+}
+
+/// Coordinate search: each weight up, else down, by the round's factor, while that gains.
+class WeightSearch {
+ public:
+  WeightSearch(std::function<double(const LatticeWeights&)> score, const LatticeWeights& start)
+      : score_(std::move(score)), best_(start), best_score_(score_(start)) {}
+
+  void searchAll(const std::function<void(std::size_t done, std::size_t total)>& progress) {
+    std::size_t done = 0;
+    for (const double factor : kSteps) {
+      for (const TunedWeight& weight : kTuned) {
+        if (!gainsBy(weight, factor)) gainsBy(weight, 1 / factor);
+        if (progress) progress(++done, kSteps.size() * kTuned.size());
+      }
+    }
+  }
+  [[nodiscard]] const LatticeWeights& best() const { return best_; }
+  [[nodiscard]] double bestScore() const { return best_score_; }
+  [[nodiscard]] std::size_t tried() const { return tried_; }
+
+ private:
+  bool gainsBy(const TunedWeight& weight, double factor) {
+    constexpr int kMostSteps = 2;
+    bool gained = false;
+    for (int step = 0; step < kMostSteps; ++step) {
+      LatticeWeights next = best_;
+      next.*weight.value *= factor;
+      const double score = score_(next);
+      ++tried_;
+      if (!(score < best_score_ - kLeastGain)) break;
+      best_ = next;
+      best_score_ = score;
+      gained = true;
+    }
+    return gained;
+  }
+
+  std::function<double(const LatticeWeights&)> score_;
+  LatticeWeights best_;
+  double best_score_;
+  std::size_t tried_ = 1;
+};
+
+}  // namespace
+
+double tuningScore(const LipMeasures& measures) {
+  const double lost = measures.closures > 0 ? 1 - measures.closureRecall() : 0;
+  const double invented = measures.open_phones > 0 ? measures.falseClosureShare() : 0;
+  return measures.lipRms() + lost + invented;
+}
+
+TunedWeights tuneLatticeWeights(const Corpus& corpus, const TuningOptions& options,
+                                const std::function<void(std::size_t done, std::size_t total)>& progress) {
+  expectEnough(corpus, options);
+  const Corpus development = thinned(corpus, options.most_takes);
+  const std::size_t jobs = options.jobs > 0 ? options.jobs : defaultThreadCount();
+  Folds folds;
+  for (std::size_t fold = 0; fold < options.folds; ++fold)
+    folds.push_back(std::make_unique<TuningFold>(splitTakes(development, options.folds, fold)));
+
+  WeightSearch search([&](const LatticeWeights& weights) { return scoreOf(measureFolds(folds, 0, weights, jobs)); },
+                      corpus.lattice_weights);
+  TunedWeights tuned;
+  tuned.search_before = search.bestScore();
+  search.searchAll(progress);
+  tuned.search_after = search.bestScore();
+  tuned.settings = search.tried();
+  tuned.changes = changesBetween(corpus.lattice_weights, search.best());
+
+  const TakeMeasures before = measureFolds(folds, 1, corpus.lattice_weights, jobs);
+  const TakeMeasures after = measureFolds(folds, 1, search.best(), jobs);
+  tuned.judge_takes = before.size();
+  tuned.search_takes = development.takes.size() - before.size();
+  tuned.judge_before = scoreOf(before);
+  tuned.judge_after = scoreOf(after);
+  tuned.judge_error = errorOfDifference(before, after);
+  tuned.helps = !tuned.changes.empty() && tuned.judge_after + tuned.judge_error < tuned.judge_before;
+  tuned.taken = tuned.helps || (options.always && !tuned.changes.empty());
+  tuned.weights = tuned.taken ? search.best() : corpus.lattice_weights;
+  return tuned;
+}
+
+std::string describeTuning(const TunedWeights& tuned) {
+  return fmt::format(
+      "{}: {} settings tried on {} takes, score {:.3f} -> {:.3f}; judged on {} others, {:.3f} -> {:.3f} (standard "
+      "error of the difference {:.3f}); best found: {}",
+      tuned.taken ? "learnt" : "kept as they were", tuned.settings, tuned.search_takes, tuned.search_before,
+      tuned.search_after, tuned.judge_takes, tuned.judge_before, tuned.judge_after, tuned.judge_error,
+      tuned.changes.empty() ? "no change" : tuned.changes);
+}
+
+void storeTuning(Corpus& corpus, const TunedWeights& tuned) {
+  corpus.lattice_weights = tuned.weights;
+  corpus.build_log["lattice_weights"] = describeTuning(tuned);
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,302 @@
+#include "corpus_tools/report/corpus_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "corpus_tools/report/data_page.h"
+#include "corpus_tools/takes/take_report.h"
+#include "motion/gaps.h"
+
+namespace mouthpiece {
+
+extern const std::string_view kCorpusReportPage;
+
+namespace {
+
+using Json = nlohmann::json;
+
+/// Trajectories in the page: enough to see a closure by, small enough for some hours.
+constexpr double kPageRateHz = 30;
+/// A position in the page is a whole number of these; 32767 stands for a marker that was not seen.
+constexpr double kPageStepMm = 0.01;
+constexpr std::int16_t kNotSeen = 32767;
+constexpr std::size_t kMostMissingShown = 200;
+/// Labels that no mouth can make, or that a label program's slip made.
+constexpr Seconds kShortestLikelyPhone = 0.015;
+constexpr Seconds kLongestLikelyPhone = 0.6;
+
+using PairCounts = std::array<std::array<std::size_t, kPhoneCount>, kPhoneCount>;
+
+std::size_t indexOf(Phone phone) { return static_cast<std::size_t>(phone); }
+
+/// The phones that labels hold: all but AX.
+std::vector<Phone> labelPhones() {
+  std::vector<Phone> phones;
+  for (std::size_t i = 0; i < kPhoneCount; ++i) {
+    if (static_cast<Phone>(i) != Phone::kAX) phones.push_back(static_cast<Phone>(i));
+  }
+  return phones;
+}
+
+struct Coverage {
+  PairCounts pairs{};
+  std::array<std::vector<double>, kPhoneCount> durations_s;
+  std::map<std::string, std::size_t> syllables, words;
+};
+
+Coverage coverageOf(const Corpus& corpus) {
+  Coverage coverage;
+  for (const CorpusTake& take : corpus.takes) {
+    const auto& phones = take.labels.phones;
+    for (std::size_t i = 0; i < phones.size(); ++i) {
+      coverage.durations_s[indexOf(phones[i].phone)].push_back(phones[i].span.duration());
+      if (i > 0) ++coverage.pairs[indexOf(phones[i - 1].phone)][indexOf(phones[i].phone)];
+    }
+    for (const LabelledSyllable& syllable : take.labels.syllables) {
+      std::string text;
+      for (std::size_t i = syllable.phones.first.value; i <= syllable.phones.last.value; ++i) {
+        text += (text.empty() ? "" : " ") + std::string(phoneName(phones[i].phone));
+      }
+      ++coverage.syllables[text];
+    }
+    for (const LabelledWord& word : take.labels.words) ++coverage.words[word.text];
+  }
+  return coverage;
+}
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
+Json phonesJson(const Coverage& coverage) {
+  Json list = Json::array();
+  for (const Phone phone : labelPhones()) {
+    const std::vector<double>& durations = coverage.durations_s[indexOf(phone)];
+    list.push_back({{"phone", phoneName(phone)},
+                    {"count", durations.size()},
+                    {"ms_5", std::round(1e3 * quantile(durations, 0.05))},
+                    {"ms_50", std::round(1e3 * quantile(durations, 0.5))},
+                    {"ms_95", std::round(1e3 * quantile(durations, 0.95))}});
+  }
+  return list;
+}
+
+Json pairsJson(const PairCounts& pairs) {
+  Json rows = Json::array();
+  for (const Phone first : labelPhones()) {
+    Json row = Json::array();
+    for (const Phone second : labelPhones()) row.push_back(pairs[indexOf(first)][indexOf(second)]);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+Json countsJson(const std::map<std::string, std::size_t>& counts) {
+  std::vector<std::pair<std::string, std::size_t>> sorted(counts.begin(), counts.end());
+  std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
+  Json list = Json::array();
+  for (const auto& [text, count] : sorted) list.push_back({text, count});
+  return list;
+}
+
+/// Phone pairs that the language's words need and the corpus lacks, by how many words need them.
+Json missingJson(const PairCounts& have, const std::vector<std::vector<Phone>>& language) {
+  std::map<std::pair<Phone, Phone>, std::size_t> needed;
+  std::size_t covered = 0, whole = 0, speakable = 0;
+  for (const std::vector<Phone>& word : language) {
+    bool can_speak = true;
+    for (std::size_t i = 0; i <= word.size(); ++i) {
+      const Phone first = i == 0 ? Phone::kSil : word[i - 1], second = i == word.size() ? Phone::kSil : word[i];
+      const bool is_there = have[indexOf(first)][indexOf(second)] > 0;
+      ++whole;
+      covered += is_there ? 1 : 0;
+      can_speak = can_speak && is_there;
+      if (!is_there) ++needed[{first, second}];
+    }
+    speakable += can_speak ? 1 : 0;
+  }
+  std::vector<std::pair<std::size_t, std::pair<Phone, Phone>>> sorted;
+  for (const auto& [pair, words] : needed) sorted.push_back({words, pair});
+  std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  Json pairs = Json::array();
+  for (std::size_t i = 0; i < std::min(sorted.size(), kMostMissingShown); ++i) {
+    pairs.push_back({std::string(phoneName(sorted[i].second.first)), std::string(phoneName(sorted[i].second.second)),
+                     sorted[i].first});
+  }
+  return {{"words", language.size()},
+          {"speakable_words", speakable},
+          {"pair_share", whole == 0 ? 0.0 : static_cast<double>(covered) / static_cast<double>(whole)},
+          {"missing_pairs", sorted.size()},
+          {"pairs", pairs}};
+}
+
+std::vector<TakeReport> reportsOf(const Corpus& corpus) {
+  const auto entry = corpus.build_log.find("take_reports");
+  std::vector<TakeReport> logged;
+  if (entry != corpus.build_log.end()) logged = reportsFromJson(entry->second);
+  std::map<std::string, TakeReport> by_name;
+  for (TakeReport& report : logged) by_name[report.name] = std::move(report);
+  std::vector<TakeReport> reports;
+  for (const CorpusTake& take : corpus.takes) reports.push_back(by_name[take.name]);
+  return reports;
+}
+
+Json doubtfulJson(const Corpus& corpus, const std::vector<TakeReport>& reports) {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < corpus.takes.size(); ++i) {
+    for (const DoubtfulWord& word : reports[i].doubtful) {
+      list.push_back({{"take", i},
+                      {"at_s", word.span.start},
+                      {"what", fmt::format("'{}': confidence {:.2f}", word.text, word.confidence)}});
+    }
+    for (const LabelledPhone& phone : corpus.takes[i].labels.phones) {
+      const Seconds length = phone.span.duration();
+      if (phone.phone == Phone::kSil || (length >= kShortestLikelyPhone && length <= kLongestLikelyPhone)) continue;
+      list.push_back({{"take", i},
+                      {"at_s", phone.span.start},
+                      {"what", fmt::format("{} lasts {:.0f} ms", phoneName(phone.phone), 1e3 * length)}});
+    }
+  }
+  return list;
+}
+
+Json takesJson(const Corpus& corpus, const std::vector<TakeReport>& reports) {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < corpus.takes.size(); ++i) {
+    const CorpusTake& take = corpus.takes[i];
+    const TakeReport& report = reports[i];
+    Json phones = Json::array(), words = Json::array();
+    for (const LabelledPhone& phone : take.labels.phones) {
+      phones.push_back({std::string(phoneName(phone.phone)), std::round(1e4 * phone.span.end) / 1e4});
+    }
+    for (const LabelledWord& word : take.labels.words) {
+      const TimeSpan span = take.labels.spanOf(word.phones);
+      words.push_back({word.text, span.start, span.end});
+    }
+    list.push_back({{"name", take.name},
+                    {"text", take.text},
+                    {"duration_s", take.motion.duration()},
+                    {"start_s", take.labels.phones.empty() ? 0.0 : take.labels.phones.front().span.start},
+                    {"phones", phones},
+                    {"words", words},
+                    {"labels_found", report.labels_found},
+                    {"noise_mm", report.noise_mm},
+                    {"head_residual_mm", report.head_residual_mm},
+                    {"swaps", report.swaps},
+                    {"spikes", report.spikes},
+                    {"gaps", report.gap_samples},
+                    {"filled", report.filled_samples},
+                    {"missing", report.missing_samples}});
+  }
+  return list;
+}
+
+Json markersJson(const Corpus& corpus) {
+  std::vector<std::vector<double>> noise(corpus.layout.markers.size());
+  std::vector<std::size_t> missing(corpus.layout.markers.size(), 0);
+  std::size_t frames = 0;
+  for (const CorpusTake& take : corpus.takes) {
+    frames += take.motion.frameCount();
+    const std::vector<double> of_take = estimateMarkerNoise(take.motion);
+    for (std::size_t m = 0; m < missing.size(); ++m) {
+      noise[m].push_back(of_take[m]);
+      const auto column = take.motion.positions_mm.col(static_cast<Eigen::Index>(3 * m)).array();
+      missing[m] += static_cast<std::size_t>((!column.isFinite()).count());
+    }
+  }
+  Json list = Json::array();
+  for (std::size_t m = 0; m < missing.size(); ++m) {
+    list.push_back(
+        {{"name", corpus.layout.markers[m].name},
+         {"noise_mm", quantile(noise[m], 0.5)},
+         {"missing_share", frames == 0 ? 0.0 : static_cast<double>(missing[m]) / static_cast<double>(frames)}});
+  }
+  return list;
+}
+
+std::string base64(std::string_view bytes) {
+  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    unsigned group = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      group = group << 8U | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+    for (std::size_t k = 0; k < 4; ++k) text += i + k <= bytes.size() ? kDigits[group >> (18U - 6U * k) & 63U] : '=';
+  }
+  return text;
+}
+
+/// Little-endian 16-bit steps from the neutral pose, frame by frame.
+std::string trajectoryBytes(const CorpusTake& take, const MarkerPositions& neutral_mm, std::size_t step) {
+  std::string bytes;
+  for (std::size_t frame = 0; frame < take.motion.frameCount(); frame += step) {
+    for (Eigen::Index i = 0; i < neutral_mm.size(); ++i) {
+      const double moved =
+          (take.motion.positions_mm(static_cast<Eigen::Index>(frame), i) - neutral_mm(i / 3, i % 3)) / kPageStepMm;
+      const auto value =
+          std::isfinite(moved) ? static_cast<std::int16_t>(std::lrint(std::clamp(moved, -32000.0, 32000.0))) : kNotSeen;
+      bytes += static_cast<char>(static_cast<std::uint16_t>(value) & 0xFFU);
+      bytes += static_cast<char>(static_cast<std::uint16_t>(value) >> 8U);
+    }
+  }
+  return bytes;
+}
+
+void addTrajectories(Json& report, const Corpus& corpus, std::size_t most_bytes) {
+  std::size_t bytes = 0;
+  report["step_mm"] = kPageStepMm;
+  report["not_seen"] = kNotSeen;
+  for (std::size_t i = 0; i < corpus.takes.size(); ++i) {
+    const CorpusTake& take = corpus.takes[i];
+    const auto step = static_cast<std::size_t>(std::max(1.0, std::round(take.motion.frame_rate_hz / kPageRateHz)));
+    const std::string steps = trajectoryBytes(take, corpus.neutral_pose_mm, step);
+    bytes += steps.size();
+    if (bytes > most_bytes) return;
+    report["takes"][i]["rate_hz"] = take.motion.frame_rate_hz / static_cast<double>(step);
+    report["takes"][i]["motion"] = base64(steps);
+  }
+}
+
+Json reportJson(const Corpus& corpus, const ReportOptions& options) {
+  const Coverage coverage = coverageOf(corpus);
+  const std::vector<TakeReport> reports = reportsOf(corpus);
+  Json names = Json::array();
+  for (const Phone phone : labelPhones()) names.push_back(std::string(phoneName(phone)));
+  const auto left_out = corpus.build_log.find("takes_left_out");
+  return {{"name", corpus.name},
+          {"layout", corpus.layout.name},
+          {"phone_names", names},
+          {"phones", phonesJson(coverage)},
+          {"pairs", pairsJson(coverage.pairs)},
+          {"syllables", countsJson(coverage.syllables)},
+          {"words", countsJson(coverage.words)},
+          {"missing", missingJson(coverage.pairs, options.language)},
+          {"markers", markersJson(corpus)},
+          {"takes", takesJson(corpus, reports)},
+          {"doubtful", doubtfulJson(corpus, reports)},
+          {"left_out", left_out == corpus.build_log.end() ? "" : left_out->second}};
+}
+
+}  // namespace
+
+std::string corpusReportJson(const Corpus& corpus, const ReportOptions& options) {
+  return reportJson(corpus, options).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string corpusReportHtml(const Corpus& corpus, const ReportOptions& options) {
+  Json report = reportJson(corpus, options);
+  addTrajectories(report, corpus, options.most_trajectory_bytes);
+  return dataPage(kCorpusReportPage, report.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,161 @@
+#include "corpus_tools/report/prompt_grammar.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "base/errors.h"
+
+namespace mouthpiece {
+namespace {
+
+using Phrases = std::vector<std::string>;
+
+constexpr std::string_view kBlanks = " \t\r";
+constexpr std::string_view kSigns = "|[]()<>";
+constexpr int kDeepest = 100;  ///< of brackets and rules in each other: the reading is recursive
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t first = std::min(text.find_first_not_of(kBlanks), text.size());
+  text.remove_prefix(first);
+  return text.substr(0, text.find_last_not_of(kBlanks) + 1);
+}
+
+struct Rule {
+  std::string name;
+  std::string_view body;
+  std::size_t line;
+};
+
+class Grammar {
+ public:
+  Grammar(std::string_view text, std::string_view file) : file_(file) {
+    for (std::size_t number = 1; !text.empty(); ++number) {
+      const std::size_t end = std::min(text.find('\n'), text.size());
+      addLine(text.substr(0, end), number);
+      text.remove_prefix(std::min(end + 1, text.size()));
+    }
+    if (rules_.empty()) throw InputError(file_, "", "holds no rule; expected lines of \"name = words\"");
+  }
+
+  Phrases sentences() {
+    Phrases all = phrasesOf(rules_.front());
+    std::set<std::string> seen;
+    Phrases once;
+    for (std::string& sentence : all) {
+      if (!sentence.empty() && seen.insert(sentence).second) once.push_back(std::move(sentence));
+    }
+    return once;
+  }
+
+ private:
+  void addLine(std::string_view line, std::size_t number) {
+    line = trimmed(line.substr(0, line.find('#')));
+    if (line.empty()) return;
+    const std::size_t equals = line.find('=');
+    const std::string name(equals == std::string_view::npos ? "" : trimmed(line.substr(0, equals)));
+    if (name.empty() || name.find_first_of(kSigns) != std::string::npos || places_.contains(name)) {
+      fail(number, fmt::format("found '{}'; expected \"name = words\" with a name of its own", printable(line, 60)));
+    }
+    places_[name] = rules_.size();
+    rules_.push_back({name, line.substr(equals + 1), number});
+  }
+
+  [[noreturn]] void fail(std::size_t line, const std::string& what) const {
+    throw InputError(file_, std::to_string(line), what);
+  }
+
+  Phrases phrasesOf(const Rule& rule) {
+    if (const auto known = known_.find(rule.name); known != known_.end()) return known->second;
+    if (!open_.insert(rule.name).second) fail(rule.line, fmt::format("the rule '{}' holds itself", rule.name));
+    std::string_view rest = rule.body;
+    Phrases phrases = choice(rest, rule, 0);
+    if (!rest.empty()) fail(rule.line, fmt::format("found '{}' that nothing opened", rest.front()));
+    open_.erase(rule.name);
+    return known_[rule.name] = std::move(phrases);
+  }
+
+  Phrases choice(std::string_view& rest, const Rule& rule, int depth) {
+    if (depth > kDeepest) fail(rule.line, "has too many brackets in each other");
+    Phrases all = sequence(rest, rule, depth);
+    while (rest.starts_with('|')) {
+      rest.remove_prefix(1);
+      Phrases more = sequence(rest, rule, depth);
+      all.insert(all.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+      expectFew(all.size(), rule);
+    }
+    return all;
+  }
+
+  Phrases sequence(std::string_view& rest, const Rule& rule, int depth) {
+    Phrases phrases = {""};
+    while (true) {
+      rest.remove_prefix(std::min(rest.find_first_not_of(kBlanks), rest.size()));
+      if (rest.empty() || rest.front() == '|' || rest.front() == ']' || rest.front() == ')') return phrases;
+      phrases = joined(phrases, item(rest, rule, depth), rule);
+    }
+  }
+
+  Phrases item(std::string_view& rest, const Rule& rule, int depth) {
+    const char sign = rest.front();
+    if (sign == '[' || sign == '(') {
+      rest.remove_prefix(1);
+      Phrases phrases = choice(rest, rule, depth + 1);
+      const char closing = sign == '[' ? ']' : ')';
+      if (!rest.starts_with(closing)) fail(rule.line, fmt::format("found '{}' without its '{}'", sign, closing));
+      rest.remove_prefix(1);
+      if (sign == '[') phrases.insert(phrases.begin(), "");
+      return phrases;
+    }
+    if (sign == '<') return ruleNamed(rest, rule);
+    if (sign == '>') fail(rule.line, "found '>' that nothing opened");
+    const std::size_t end = std::min(rest.find_first_of(" \t\r|[]()<>"), rest.size());
+    const Phrases word = {std::string(rest.substr(0, end))};
+    rest.remove_prefix(end);
+    return word;
+  }
+
+  Phrases ruleNamed(std::string_view& rest, const Rule& rule) {
+    const std::size_t end = rest.find('>');
+    if (end == std::string_view::npos) fail(rule.line, "found '<' without its '>'");
+    const std::string name(trimmed(rest.substr(1, end - 1)));
+    const auto place = places_.find(name);
+    if (place == places_.end())
+      fail(rule.line, fmt::format("found <{}>; expected a rule of this grammar", printable(name)));
+    if (open_.size() > static_cast<std::size_t>(kDeepest)) fail(rule.line, "has too many rules in each other");
+    rest.remove_prefix(end + 1);
+    return phrasesOf(rules_[place->second]);
+  }
+
+  void expectFew(std::size_t count, const Rule& rule) const {
+    if (count <= kMostGrammarSentences) return;
+    fail(rule.line, fmt::format("has more than {} sentences; expected fewer", kMostGrammarSentences));
+  }
+
+  Phrases joined(const Phrases& heads, const Phrases& tails, const Rule& rule) const {
+    expectFew(heads.size() * tails.size(), rule);
+    Phrases all;
+    all.reserve(heads.size() * tails.size());
+    for (const std::string& head : heads) {
+      for (const std::string& tail : tails)
+        all.push_back(head.empty() || tail.empty() ? head + tail : head + " " + tail);
+    }
+    return all;
+  }
+
+  std::string file_;
+  std::vector<Rule> rules_;
+  std::map<std::string, std::size_t> places_;
+  std::map<std::string, Phrases> known_;
+  std::set<std::string> open_;
+};
+
+}  // namespace
+
+std::vector<std::string> sentencesOfGrammar(std::string_view text, std::string_view file) {
+  return Grammar(text, file).sentences();
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,223 @@
+#include "corpus_tools/takes/take_files.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <map>
+#include <set>
+
+#include "base/errors.h"
+#include "base/files.h"
+#include "corpus_tools/takes/word_matching.h"
+#include "motion/motion_file.h"
+#include "phonetics/lab_file.h"
+#include "phonetics/text_encoding.h"
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Endings in order of preference where a take has several.
+constexpr std::array<std::string_view, 3> kMotionEndings = {".c3d", ".trc", ".csv"};
+constexpr std::array<std::string_view, 2> kAudioEndings = {".wav", ".flac"};
+constexpr std::array<std::string_view, 4> kLabelEndings = {".textgrid", ".lab", ".phn", ".ctm"};
+
+/// Labels may run past the end of the motion or the sound by this much; the last frames are held then. GRID's sound
+/// ends 22 ms before its motion; a cut-off file is off by far more.
+constexpr Seconds kLengthTolerance = 0.1;
+/// Fewer face markers than this share, and the file is of another layout.
+constexpr double kLeastMarkerShare = 0.75;
+constexpr std::uint64_t kMaxTextBytes = 1 << 20;
+
+std::string lowerCase(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+using FilesByEnding = std::map<std::string, fs::path>;
+
+template <std::size_t count>
+fs::path pick(const FilesByEnding& files, const std::array<std::string_view, count>& endings) {
+  for (const std::string_view ending : endings) {
+    if (const auto found = files.find(std::string(ending)); found != files.end()) return found->second;
+  }
+  return {};
+}
+
+std::map<std::string, FilesByEnding> filesByName(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::is_directory(folder, error))
+    throw InputError(folder.string(), "", "no such folder; expected one with takes");
+  fs::directory_iterator entries(folder, error);
+  if (error) throw InputError(folder.string(), "", fmt::format("cannot be read: {}", error.message()));
+  std::map<std::string, FilesByEnding> names;
+  for (const fs::directory_entry& entry : entries) {
+    if (!entry.is_regular_file(error) || entry.path().filename().string().starts_with(".")) continue;
+    names[entry.path().stem().string()][lowerCase(entry.path().extension().string())] = entry.path();
+  }
+  return names;
+}
+
+/// What is missing in words, "" for nothing.
+std::string missingParts(const TakeFiles& take) {
+  std::vector<std::string> missing;
+  if (take.motion.empty()) missing.push_back(fmt::format("no motion (expected {}.c3d, .trc or .csv)", take.name));
+  if (take.audio.empty()) missing.push_back(fmt::format("no sound (expected {}.wav or .flac)", take.name));
+  if (take.labels.empty() && !take.text) {
+    missing.push_back(
+        fmt::format("neither labels (expected {0}.TextGrid, .lab, .phn or .ctm) nor text to find them by "
+                    "(expected {0}.txt)",
+                    take.name));
+  }
+  return fmt::format("{}", fmt::join(missing, ", "));
+}
+
+std::string trimmed(const std::string& text) {
+  const char* blanks = " \t\r\n\f\v";
+  const std::size_t first = text.find_first_not_of(blanks);
+  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(blanks) - first + 1);
+}
+
+std::string wordsOf(const SpeechLabels& labels) {
+  std::vector<std::string> words;
+  for (const LabelledWord& word : labels.words) words.push_back(word.text);
+  return fmt::format("{}", fmt::join(words, " "));
+}
+
+bool isEverSeen(const MotionClip& clip, std::size_t marker) {
+  return clip.positions_mm.col(static_cast<Eigen::Index>(3 * marker)).array().isFinite().any();
+}
+
+/// "Anna:LIP_UP_MID" -> "LIP_UP_MID".
+std::string withoutSubject(const std::string& name) {
+  const std::size_t colon = name.rfind(':');
+  return trimmed(colon == std::string::npos ? name : name.substr(colon + 1));
+}
+
+std::vector<std::string> firstFew(const std::vector<std::string>& names, std::size_t count = 4) {
+  std::vector<std::string> few(names.begin(),
+                               names.begin() + static_cast<std::ptrdiff_t>(std::min(count, names.size())));
+  for (std::string& name : few) name = printable(name, 30);
+  if (names.size() > count) few.push_back("...");
+  return few;
+}
+
+void expectEnoughMarkers(const MotionClip& face, const MotionClip& clip, const MarkerLayout& layout,
+                         const std::string& file) {
+  std::vector<std::string> missing;
+  for (std::size_t marker = 0; marker < face.markerCount(); ++marker) {
+    if (!isEverSeen(face, marker)) missing.push_back(face.marker_names[marker]);
+  }
+  const std::size_t seen = face.markerCount() - missing.size();
+  if (static_cast<double>(seen) >= kLeastMarkerShare * static_cast<double>(face.markerCount())) return;
+  if (seen == 0) {
+    throw InputError(file, "",
+                     fmt::format("has no known marker: found {} ({}); expected the {} of layout {} ({})",
+                                 clip.markerCount(), fmt::join(firstFew(clip.marker_names), ", "), face.markerCount(),
+                                 layout.name, fmt::join(firstFew(face.marker_names), ", ")));
+  }
+  throw InputError(
+      file, "",
+      fmt::format("shows {} of the {} markers of layout {}; expected at least three quarters (missing: {})", seen,
+                  face.markerCount(), layout.name, fmt::join(firstFew(missing), ", ")));
+}
+
+void expectSameLength(const RawTake& take, const TakeFiles& files) {
+  const Seconds end = take.labels.duration();
+  const auto check = [&](const fs::path& path, Seconds duration) {
+    if (duration + kLengthTolerance >= end) return;
+    throw InputError(
+        path.string(), "",
+        fmt::format("ends at {:.2f} s; expected to reach the end of its labels at {:.2f} s", duration, end));
+  };
+  check(files.motion, take.face.duration());
+  check(files.audio, take.audio.duration());
+}
+
+std::string readText(const fs::path& path) {
+  std::string text = trimmed(decodeText(readFile(path, kMaxTextBytes), path.string()));
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
+  if (text.empty()) throw InputError(path.string(), "", "is empty; expected what is said in the take");
+  return text;
+}
+
+SpeechLabels labelsOf(const TakeFiles& files, const AudioClip& audio, const std::optional<std::string>& text,
+                      const Lexicon& lexicon) {
+  SpeechLabels labels = readLabels(files.labels, {audio.sample_rate_hz});
+  const bool speaks = std::any_of(labels.phones.begin(), labels.phones.end(),
+                                  [](const LabelledPhone& phone) { return phone.phone != Phone::kSil; });
+  if (!speaks) throw InputError(files.labels.string(), "", "holds silence only; expected phones");
+  if (labels.words.empty() && text) labels = withWords(labels, *text, lexicon).value_or(labels);
+  return labels;
+}
+
+}  // namespace
+
+FoundTakes findTakes(const fs::path& folder) {
+  FoundTakes found;
+  for (const auto& [name, files] : filesByName(folder)) {
+    TakeFiles take{name, pick(files, kMotionEndings), pick(files, kAudioEndings), pick(files, kLabelEndings), {}};
+    if (take.motion.empty() && (take.audio.empty() || take.labels.empty())) continue;
+    if (const auto text = files.find(".txt"); text != files.end()) take.text = text->second;
+    if (const std::string missing = missingParts(take); !missing.empty()) {
+      found.left_out.push_back({name, missing});
+    } else {
+      found.takes.push_back(std::move(take));
+    }
+  }
+  if (found.takes.empty() && found.left_out.empty()) {
+    throw InputError(folder.string(), "",
+                     "holds no take; expected files like NAME.c3d (.trc, .csv), NAME.wav (.flac), NAME.txt and "
+                     "NAME.TextGrid (.lab, .phn, .ctm)");
+  }
+  return found;
+}
+
+void renameMarkers(MotionClip& clip, const MarkerNameMap& names) {
+  for (std::string& name : clip.marker_names) {
+    auto found = names.find(name);
+    if (found == names.end()) found = names.find(withoutSubject(name));
+    if (found != names.end()) name = found->second;
+  }
+}
+
+FaceAndJig splitMarkers(const MotionClip& clip, const MarkerLayout& layout, const std::string& file) {
+  MotionClip renamed = clip;
+  for (std::string& name : renamed.marker_names) name = withoutSubject(name);
+  FaceAndJig split{selectMarkers(renamed, layout.markerNames()), selectMarkers(renamed, layout.jig_names)};
+  expectEnoughMarkers(split.face, clip, layout, file);
+  return split;
+}
+
+RawTake readTake(const TakeFiles& files, const MarkerLayout& layout, const Lexicon& lexicon) {
+  TakeLabeller labeller(lexicon);
+  return readTake(files, layout, lexicon, labeller);
+}
+
+RawTake readTake(const TakeFiles& files, const MarkerLayout& layout, const Lexicon& lexicon, TakeLabeller& labeller,
+                 const MarkerNameMap& names) {
+  MotionClip motion = readMotion(files.motion);
+  renameMarkers(motion, names);
+  FaceAndJig markers = splitMarkers(motion, layout, files.motion.string());
+  RawTake take{files.name, "", {}, std::move(markers.face), std::move(markers.jig), readAudio(files.audio), false, {}};
+  const auto text = files.text ? std::optional(readText(*files.text)) : std::nullopt;
+  if (files.labels.empty()) {
+    MOUTHPIECE_EXPECT(text.has_value());
+    TakeLabeller::Labels found = labeller.label(take.audio, *text, files.audio.string());
+    take.labels = std::move(found.labels);
+    take.doubtful = std::move(found.doubtful);
+    take.labels_found = true;
+  } else {
+    take.labels = labelsOf(files, take.audio, text, lexicon);
+  }
+  take.text = text.value_or(wordsOf(take.labels));
+  expectSameLength(take, files);
+  return take;
+}
+
+}  // namespace mouthpiece
