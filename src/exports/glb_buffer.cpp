@@ -152,28 +152,29 @@ std::size_t GlbBuffer::addMostlyZeroVec3(std::span<const std::uint32_t> indices,
   return addAccessor(std::move(accessor));
 }
 
-std::string GlbBuffer::toGlb(json root) const {
-  root["accessors"] = accessors_;
-  root["bufferViews"] = views_;
-  root["buffers"] = json::array({{{"byteLength", bytes_.size()}}});
+std::string GlbBuffer::toGlb(json root) && {
+  const std::size_t data_bytes = bytes_.size();
+  root["accessors"] = std::move(accessors_);
+  root["bufferViews"] = std::move(views_);
+  root["buffers"] = json::array({{{"byteLength", data_bytes}}});
   std::string text = root.dump(-1, ' ', false, json::error_handler_t::replace);
   text.append((4 - text.size() % 4) % 4, ' ');
 
   constexpr std::size_t kHeaderBytes = 12 + 8 + 8;
-  const std::size_t total = kHeaderBytes + text.size() + bytes_.size();
+  const std::size_t total = kHeaderBytes + text.size() + data_bytes;
   MOUTHPIECE_EXPECT(total <= std::numeric_limits<std::uint32_t>::max());
-  std::string glb;
-  glb.reserve(total);
-  glb.append("glTF");
-  appendLittleEndian(glb, 2);
-  appendLittleEndian(glb, static_cast<std::uint32_t>(total));
-  appendLittleEndian(glb, static_cast<std::uint32_t>(text.size()));
-  glb.append("JSON");
-  glb.append(text);
-  appendLittleEndian(glb, static_cast<std::uint32_t>(bytes_.size()));
-  glb.append("BIN\0", 4);
-  glb.append(bytes_);
-  return glb;
+  std::string head;
+  head.reserve(total - data_bytes);
+  head.append("glTF");
+  appendLittleEndian(head, 2);
+  appendLittleEndian(head, static_cast<std::uint32_t>(total));
+  appendLittleEndian(head, static_cast<std::uint32_t>(text.size()));
+  head.append("JSON");
+  head.append(text);
+  appendLittleEndian(head, static_cast<std::uint32_t>(data_bytes));
+  head.append("BIN\0", 4);
+  bytes_.insert(0, head);  // in place where there is room: of a long line a copy would be the largest of all
+  return std::move(bytes_);
 }
 
 }  // namespace mouthpiece

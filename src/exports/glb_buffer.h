@@ -27,8 +27,11 @@ class GlbBuffer {
 
   [[nodiscard]] const nlohmann::json& accessor(std::size_t index) const { return accessors_[index]; }
 
-  /// `root` (asset, scene, nodes ...) with accessors, bufferViews and the buffer, as one GLB.
-  [[nodiscard]] std::string toGlb(nlohmann::json root) const;
+  /// Address space for `bytes` of data, so that a large buffer is not copied as it grows.
+  void reserve(std::size_t bytes) { bytes_.reserve(bytes); }
+
+  /// `root` (asset, scene, nodes ...) with accessors, bufferViews and the buffer, as one GLB. Takes the data with it.
+  [[nodiscard]] std::string toGlb(nlohmann::json root) &&;
 
  private:
   std::size_t addZeroVec3(std::size_t count);

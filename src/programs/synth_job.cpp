@@ -1,6 +1,7 @@
 #include "programs/synth_job.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <chrono>
@@ -43,6 +44,9 @@ constexpr std::string_view kMakeFace = "make the sample face with `make data` in
 constexpr std::string_view kMakePage = "make it with `make build` in the checkout";
 /// Every vertex of every frame is held in memory until the shapes are found.
 constexpr double kMaxFaceAnimationBytes = 6e9;
+/// About three hours of speech: what a line has loaded of a larger corpus is given back before its face takes memory.
+/// Of a smaller one it stays for the next line of a batch.
+constexpr std::size_t kMostPhonesKept = 70'000;
 
 bool isAny(const std::vector<OutputFile>& outputs, std::initializer_list<OutputKind> kinds) {
   return std::any_of(outputs.begin(), outputs.end(), [&](const OutputFile& output) {
@@ -122,6 +126,7 @@ struct SynthJob::Data {
   /// The line, and for a song, a line drawn as one, or Ma from the sound, what is heard in it.
   SungSource soundOf(const LineSource& source);
   [[nodiscard]] SynthesisOptions optionsFor(const LineSource& source) const;
+  void giveBackTakes();
   SpokenLine alignRecording(const LineSource& source);
   /// The face's animation as few shapes. `control`: FaceRig::retarget()'s rows.
   PrincipalShapes deformFace(const UtteranceAnimation& animation, const PositionMatrix& control,
@@ -230,6 +235,14 @@ SynthesisOptions SynthJob::Data::optionsFor(const LineSource& source) const {
   return wanted;
 }
 
+void SynthJob::Data::giveBackTakes() {
+  if (units->index().phoneCount() <= kMostPhonesKept) return;
+  units->forgetTakes();
+#if defined(__GLIBC__)
+  malloc_trim(0);  // small blocks are not returned to the system otherwise
+#endif
+}
+
 PrincipalShapes SynthJob::Data::deformFace(const UtteranceAnimation& animation, const PositionMatrix& control,
                                            StageTimings& timing) const {
   return timed(timing.deform, [&] {
@@ -322,6 +335,7 @@ SynthOutcome SynthJob::run(const LineSource& source, const std::vector<OutputFil
   PositionMatrix control;
   std::string glb;
   if (needsFace(outputs)) {
+    data_->giveBackTakes();
     const ActorPose actor{data_->corpus.neutral_pose_mm, closedLipsMm(data_->corpus)};
     control = timed(animation.timing_ms.retarget, [&] { return data_->face->retarget(animation.motion, &actor); });
     const PrincipalShapes shapes = data_->deformFace(animation, control, animation.timing_ms);

@@ -73,6 +73,11 @@ UnitDatabase::UnitDatabase(const Corpus& corpus)
 
 UnitDatabase::~UnitDatabase() = default;
 
+void UnitDatabase::forgetTakes() {
+  facts_ = std::make_unique<TakeFacts[]>(corpus_.takes.size());
+  shapes_ = std::make_unique<TakeShapes[]>(corpus_.takes.size());
+}
+
 const std::vector<PhonePlace>& UnitDatabase::diphones(Phone a, Phone b) const { return diphones_[diphoneIndex(a, b)]; }
 
 Eigen::RowVectorXd lipsAt(const MotionClip& motion, const std::vector<Eigen::Index>& columns, Seconds time) {

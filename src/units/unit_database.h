@@ -60,6 +60,10 @@ class UnitDatabase {
     return shapesOf(place.take).tightestMm(place.phone.value);
   }
 
+  /// Frees what was loaded of single takes; it is loaded again when asked for. What was handed out before is no longer
+  /// valid, and no other thread may be asking.
+  void forgetTakes();
+
   /// Where phone `a` followed by phone `b` occurs.
   [[nodiscard]] const std::vector<PhonePlace>& diphones(Phone a, Phone b) const;
 

@@ -12,6 +12,7 @@
 #include "units/checksum.h"
 #include "units/corpus.h"
 #include "units/sqlite_database.h"
+#include "units/unit_database.h"
 
 namespace mouthpiece {
 namespace {
@@ -302,6 +303,37 @@ TEST_F(CorpusFile, WritesTakesFromTheirSourceAndLoadsThemOneByOne) {
     EXPECT_TRUE(open.motion_source->loadAudio(TakeIndex(i)).samples.empty());
   }
   EXPECT_THROW((void)open.motion_source->load(TakeIndex(whole.takes.size())), InputError);
+}
+
+/// Counts what is loaded.
+class CountingSource : public MotionSource {
+ public:
+  explicit CountingSource(Corpus corpus) : corpus_(std::move(corpus)) {}
+  [[nodiscard]] MotionClip load(TakeIndex take) const override {
+    ++loads;
+    return corpus_.takes[take.value].motion;
+  }
+  [[nodiscard]] AudioClip loadAudio(TakeIndex /*take*/) const override { return {}; }
+  mutable int loads = 0;
+
+ private:
+  Corpus corpus_;
+};
+
+TEST(UnitDatabaseTest, ForgetsTakesAndLoadsThemAgain) {
+  Corpus corpus = testing::tinyCorpus();
+  const auto source = std::make_shared<CountingSource>(corpus);
+  corpus.motion_source = source;
+  UnitDatabase database(corpus);
+  const PhonePlace place{TakeIndex(1), PhoneIndex(1)};
+  const PositionMatrix motion = database.motionOf(place.take).positions_mm;
+  const PhoneLips::Matrix lips = database.lipsOf(place).positions_mm;
+  ASSERT_GT(motion.rows(), 0);
+  EXPECT_EQ(source->loads, 1);
+  database.forgetTakes();
+  EXPECT_EQ(database.lipsOf(place).positions_mm, lips);
+  EXPECT_EQ(database.motionOf(place.take).positions_mm, motion);
+  EXPECT_EQ(source->loads, 2);
 }
 
 TEST(Checksum, MeetsTheStandardAndItsTwoRoutesAgree) {
