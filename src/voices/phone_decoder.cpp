@@ -59,7 +59,7 @@ std::filesystem::path modelOr(const std::filesystem::path& model) {
 /// A path this much less likely than the best of its frame is given up.
 constexpr const char* kWideBeam = "1e-300";
 /// The same for DecoderScores::kOwn, whose words are known to fit.
-constexpr const char* kNarrowBeam = "1e-60";
+constexpr const char* kNarrowBeam = "1e-30";
 /// No path is given up.
 constexpr const char* kNoBeam = "0";
 /// Without a beam every phone is kept in mind in every frame: about 100 bytes each.
