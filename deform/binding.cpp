@@ -319,13 +319,15 @@ void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const Contro
 BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control) {
   checkBinding(binding, mesh, control, "face binding");
   const std::vector<PartKind> kinds = vertexKinds(mesh);
-  const VertexSides sides = vertexSides(mesh, control, kinds, graphOf(mesh, control));
+  const MeshGraph graph = graphOf(mesh, control);
+  const VertexSides sides = vertexSides(mesh, control, kinds, graph);
   const std::vector<std::uint32_t> triangle_sides = triangleSides(control);
   const VertexPositions normals = vertexNormals(mesh.vertices, mesh.triangles);
   const auto markers = control.rest.topRows(static_cast<Eigen::Index>(control.marker_count));
   const Eigen::RowVector3d low = markers.colwise().minCoeff(), high = markers.colwise().maxCoeff();
   BindingReport report;
   report.vertices = kinds.size();
+  report.way_between_lips = wayBetweenLips(mesh, control, kinds, graph);
   std::size_t in_front = 0, covered = 0;
   for (std::size_t v = 0; v < kinds.size(); ++v) {
     const bool is_bound = binding.patch[v] >= 0 && binding.skin_weight[v] > 0;

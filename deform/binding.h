@@ -37,6 +37,7 @@ struct BindingReport {
   std::size_t skin_vertices = 0;    ///< vertices of skin and lips
   std::size_t bound_vertices = 0;   ///< moved by the control surface
   std::size_t lip_side_errors = 0;  ///< vertices of one lip on a patch of the other: must be 0
+  double way_between_lips = 0;      ///< wayBetweenLips()
   double coverage = 0;              ///< bound share of the skin vertices in front of the outline
   double largest_offset = 0;        ///< |d|, the mesh's unit
 };

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "deform/vertex_kinds.h"
 #include "deform/virtual_points.h"
@@ -37,6 +38,22 @@ double distanceToSegment(const Eigen::Vector3d& p, const Eigen::Vector3d& a, con
   return (p - a - way * ab).norm();
 }
 
+/// The vertex of skin or lips nearest to a point; none without such parts.
+std::optional<std::uint32_t> nearestSkin(const FaceMesh& mesh, const std::vector<PartKind>& kinds,
+                                         const Eigen::RowVector3f& place) {
+  float nearest = std::numeric_limits<float>::infinity();
+  std::optional<std::uint32_t> found;
+  for (std::uint32_t v = 0; v < kinds.size(); ++v) {
+    if (kinds[v] != PartKind::kSkin && kinds[v] != PartKind::kLips) continue;
+    const float squared = (mesh.vertices.row(v) - place).squaredNorm();
+    if (squared < nearest) {
+      nearest = squared;
+      found = v;
+    }
+  }
+  return found;
+}
+
 /// The vertices nearest to the points on one side. Rims may coincide with the other lip's and are no use here.
 std::vector<std::uint32_t> seedsOf(const FaceMesh& mesh, const ControlMesh& control, const std::vector<PartKind>& kinds,
                                    std::uint32_t bit) {
@@ -44,18 +61,8 @@ std::vector<std::uint32_t> seedsOf(const FaceMesh& mesh, const ControlMesh& cont
   for (std::size_t i = 0; i < control.points.size(); ++i) {
     const std::string& name = control.points[i].name;
     if (sideOfPoint(name) != bit || name.starts_with("RIM_")) continue;
-    const Eigen::RowVector3f place = control.rest.row(static_cast<Eigen::Index>(i)).cast<float>();
-    float nearest = std::numeric_limits<float>::infinity();
-    std::uint32_t seed = 0;
-    for (std::uint32_t v = 0; v < kinds.size(); ++v) {
-      if (kinds[v] != PartKind::kSkin && kinds[v] != PartKind::kLips) continue;
-      const float squared = (mesh.vertices.row(v) - place).squaredNorm();
-      if (squared < nearest) {
-        nearest = squared;
-        seed = v;
-      }
-    }
-    if (std::isfinite(nearest)) seeds.push_back(seed);
+    const auto seed = nearestSkin(mesh, kinds, control.rest.row(static_cast<Eigen::Index>(i)).cast<float>());
+    if (seed) seeds.push_back(*seed);
   }
   return seeds;
 }
@@ -111,6 +118,28 @@ MeshGraph graphOf(const FaceMesh& mesh, const ControlMesh& control) {
     }
     return true;
   });
+}
+
+double wayBetweenLips(const FaceMesh& mesh, const ControlMesh& control, const std::vector<PartKind>& kinds,
+                      const MeshGraph& graph) {
+  const auto vertexAt = [&](const char* name) -> std::optional<std::uint32_t> {
+    const int point = findPoint(control, name);
+    if (point < 0) return std::nullopt;
+    return nearestSkin(mesh, kinds, control.rest.row(point).cast<float>());
+  };
+  const auto upper = vertexAt("LIP_UP_MID"), lower = vertexAt("LIP_LO_MID");
+  double around = std::numeric_limits<double>::infinity();
+  for (const char* name : {"LIP_CORNER_R", "LIP_CORNER_L"}) {
+    const int corner = findPoint(control, name);
+    if (corner < 0 || !upper || !lower) continue;
+    const Eigen::RowVector3f place = control.rest.row(corner).cast<float>();
+    around = std::min<double>(around,
+                              (mesh.vertices.row(*upper) - place).norm() + (mesh.vertices.row(*lower) - place).norm());
+  }
+  if (!std::isfinite(around) || around == 0) return std::numeric_limits<double>::infinity();
+  const MeshGraph::Reach reach = graph.reachFrom(
+      {*upper}, [&](std::uint32_t v) { return kinds[v] == PartKind::kSkin || kinds[v] == PartKind::kLips; });
+  return reach.distance[*lower] / around;
 }
 
 VertexSides vertexSides(const FaceMesh& mesh, const ControlMesh& control, const std::vector<PartKind>& kinds,

@@ -30,6 +30,11 @@ struct VertexSides {
 VertexSides vertexSides(const FaceMesh& mesh, const ControlMesh& control, const std::vector<PartKind>& kinds,
                         const MeshGraph& graph);
 
+/// The way over skin and lips from the middle of the upper lip's edge to the lower one's, over the straight way around
+/// the nearer corner of the mouth: about 1 or more where the lips can part, about a half where they are one surface.
+double wayBetweenLips(const FaceMesh& mesh, const ControlMesh& control, const std::vector<PartKind>& kinds,
+                      const MeshGraph& graph);
+
 /// The mesh's edges, with texture seams closed but never the lips.
 MeshGraph graphOf(const FaceMesh& mesh, const ControlMesh& control);
 

@@ -52,6 +52,7 @@ json factsOf(const FaceFile& face, const FaceCheck& check) {
           {"bound_vertices", check.binding.bound_vertices},
           {"coverage", check.binding.coverage},
           {"lip_side_errors", check.binding.lip_side_errors},
+          {"way_between_lips", check.binding.way_between_lips},
           {"largest_offset_mm", check.binding.largest_offset},
           {"landmark_rms_mm", check.landmark_rms_mm},
           {"landmark_max_mm", check.landmark_max_mm},

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "base/errors.h"
 #include "deform/bezier_surface.h"
@@ -45,6 +47,20 @@ TEST(Binding, CountsLipSideErrors) {
     if (++changed == 7) break;
   }
   EXPECT_EQ(inspectBinding(wrong, sampleFace().mesh, sampleControl()).lip_side_errors, changed);
+}
+
+TEST(Binding, TellsLipsThatAreOneSurface) {
+  EXPECT_GT(inspectBinding(sampleBinding(), sampleFace().mesh, sampleControl()).way_between_lips, 1);
+  // The slit sewn up: of vertices in one place all triangles take the first.
+  FaceMesh sewn = sampleFace().mesh;
+  std::map<std::array<float, 3>, std::uint32_t> first;
+  for (Triangle& triangle : sewn.triangles) {
+    for (std::uint32_t& corner : triangle) {
+      const auto place = sewn.vertices.row(static_cast<Eigen::Index>(corner));
+      corner = first.try_emplace({place.x(), place.y(), place.z()}, corner).first->second;
+    }
+  }
+  EXPECT_LT(inspectBinding(sampleBinding(), sewn, sampleControl()).way_between_lips, 0.6);
 }
 
 TEST(Binding, OffsetsAreEquationThree) {
