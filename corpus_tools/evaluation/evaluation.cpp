@@ -108,12 +108,21 @@ SplitTakes splitTakes(const Corpus& corpus, std::size_t folds, std::size_t fold)
                     corpus.build_log,
                     nullptr,
                     nullptr,
-                    corpus.lattice_weights},
+                    corpus.lattice_weights,
+                    corpus.sound_cut_weights},
                    {}};
   for (std::size_t i = 0; i < corpus.takes.size(); ++i)
     (i % folds == fold ? split.held : split.rest.takes).push_back(corpus.takes[i]);
   split.rest.trajectory_model = fitTrajectoryModel(split.rest);
   return split;
+}
+
+Corpus evenlySpacedTakes(const Corpus& corpus, std::size_t most) {
+  if (corpus.takes.size() <= most) return corpus;
+  Corpus part = corpus;
+  part.takes.clear();
+  for (std::size_t i = 0; i < most; ++i) part.takes.push_back(corpus.takes[i * corpus.takes.size() / most]);
+  return part;
 }
 
 std::vector<CorpusTake> atOfferedRates(std::vector<CorpusTake> takes) {

@@ -110,6 +110,9 @@ struct SplitTakes {
 /// Holds out the takes i with i mod `folds` = `fold`, and fits the trajectory model to the others.
 SplitTakes splitTakes(const Corpus& corpus, std::size_t folds, std::size_t fold);
 
+/// Of a corpus with more takes than `most`, that many.
+Corpus evenlySpacedTakes(const Corpus& corpus, std::size_t most);
+
 /// Captures slower or faster than the synthesis offers (24 to 240 Hz) at the nearest rate that it does.
 std::vector<CorpusTake> atOfferedRates(std::vector<CorpusTake> takes);
 

@@ -11,6 +11,7 @@
 
 #include "base/errors.h"
 #include "base/parallel_for.h"
+#include "corpus_tools/evaluation/coordinate_search.h"
 #include "corpus_tools/evaluation/evaluation.h"
 #include "synthesis/synthesis.h"
 #include "units/unit_database.h"
@@ -19,16 +20,8 @@ namespace mouthpiece {
 namespace {
 
 constexpr std::size_t kLeastFolds = 4, kLeastTakesAFold = 4;
-constexpr double kLeastGain = 1e-3;              ///< of the score: a step that gains less is chance
-constexpr std::array<double, 2> kSteps{2, 1.4};  ///< factor up and down, a round each
-
-struct TunedWeight {
-  const char* name;
-  double LatticeWeights::*value;
-};
-
 /// The stand-ins' price is not among them: it decides nothing where the corpus has the pair.
-constexpr std::array<TunedWeight, 12> kTuned{{
+constexpr std::array<TunedField<LatticeWeights>, 12> kTuned{{
     {"prediction", &LatticeWeights::prediction_per_mm2},
     {"context", &LatticeWeights::context_per_mm2},
     {"duration", &LatticeWeights::duration},
@@ -111,15 +104,6 @@ double errorOfDifference(const TakeMeasures& before, const TakeMeasures& after) 
   return std::sqrt(std::max(0.0, squares / kCount - (sum / kCount) * (sum / kCount)));
 }
 
-/// Every n-th take of a corpus that has more than `most`.
-Corpus thinned(const Corpus& corpus, std::size_t most) {
-  if (corpus.takes.size() <= most) return corpus;
-  Corpus part = corpus;
-  part.takes.clear();
-  for (std::size_t i = 0; i < most; ++i) part.takes.push_back(corpus.takes[i * corpus.takes.size() / most]);
-  return part;
-}
-
 void expectEnough(const Corpus& corpus, const TuningOptions& options) {
   if (corpus.trajectory_model == nullptr) {
     throw InputError(corpus.name, "", "has no trajectory model; expected one, whose lattice the weights are for");
@@ -132,58 +116,6 @@ void expectEnough(const Corpus& corpus, const TuningOptions& options) {
   }
 }
 
-std::string changesBetween(const LatticeWeights& before, const LatticeWeights& after) {
-  std::string text;
-  for (const TunedWeight& weight : kTuned) {
-    if (before.*weight.value == after.*weight.value) continue;
-    text += fmt::format("{}{} {:.3g} -> {:.3g}", text.empty() ? "" : ", ", weight.name, before.*weight.value,
-                        after.*weight.value);
-  }
-  return text;
-}
-
-/// Coordinate search: each weight up, else down, by the round's factor, while that gains.
-class WeightSearch {
- public:
-  WeightSearch(std::function<double(const LatticeWeights&)> score, const LatticeWeights& start)
-      : score_(std::move(score)), best_(start), best_score_(score_(start)) {}
-
-  void searchAll(const std::function<void(std::size_t done, std::size_t total)>& progress) {
-    std::size_t done = 0;
-    for (const double factor : kSteps) {
-      for (const TunedWeight& weight : kTuned) {
-        if (!gainsBy(weight, factor)) gainsBy(weight, 1 / factor);
-        if (progress) progress(++done, kSteps.size() * kTuned.size());
-      }
-    }
-  }
-  [[nodiscard]] const LatticeWeights& best() const { return best_; }
-  [[nodiscard]] double bestScore() const { return best_score_; }
-  [[nodiscard]] std::size_t tried() const { return tried_; }
-
- private:
-  bool gainsBy(const TunedWeight& weight, double factor) {
-    constexpr int kMostSteps = 2;
-    bool gained = false;
-    for (int step = 0; step < kMostSteps; ++step) {
-      LatticeWeights next = best_;
-      next.*weight.value *= factor;
-      const double score = score_(next);
-      ++tried_;
-      if (!(score < best_score_ - kLeastGain)) break;
-      best_ = next;
-      best_score_ = score;
-      gained = true;
-    }
-    return gained;
-  }
-
-  std::function<double(const LatticeWeights&)> score_;
-  LatticeWeights best_;
-  double best_score_;
-  std::size_t tried_ = 1;
-};
-
 }  // namespace
 
 double tuningScore(const LipMeasures& measures) {
@@ -195,20 +127,21 @@ double tuningScore(const LipMeasures& measures) {
 TunedWeights tuneLatticeWeights(const Corpus& corpus, const TuningOptions& options,
                                 const std::function<void(std::size_t done, std::size_t total)>& progress) {
   expectEnough(corpus, options);
-  const Corpus development = thinned(corpus, options.most_takes);
+  const Corpus development = evenlySpacedTakes(corpus, options.most_takes);
   const std::size_t jobs = options.jobs > 0 ? options.jobs : defaultThreadCount();
   Folds folds;
   for (std::size_t fold = 0; fold < options.folds; ++fold)
     folds.push_back(std::make_unique<TuningFold>(splitTakes(development, options.folds, fold)));
 
-  WeightSearch search([&](const LatticeWeights& weights) { return scoreOf(measureFolds(folds, 0, weights, jobs)); },
-                      corpus.lattice_weights);
+  CoordinateSearch<LatticeWeights> search(
+      [&](const LatticeWeights& weights) { return scoreOf(measureFolds(folds, 0, weights, jobs)); }, kTuned,
+      corpus.lattice_weights);
   TunedWeights tuned;
   tuned.search_before = search.bestScore();
   search.searchAll(progress);
   tuned.search_after = search.bestScore();
   tuned.settings = search.tried();
-  tuned.changes = changesBetween(corpus.lattice_weights, search.best());
+  tuned.changes = changesBetween<LatticeWeights>(kTuned, corpus.lattice_weights, search.best());
 
   const TakeMeasures before = measureFolds(folds, 1, corpus.lattice_weights, jobs);
   const TakeMeasures after = measureFolds(folds, 1, search.best(), jobs);

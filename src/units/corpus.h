@@ -13,6 +13,7 @@
 #include "phonetics/speech_labels.h"
 #include "units/lattice_weights.h"
 #include "units/phone_shapes.h"
+#include "units/sound_cut_weights.h"
 #include "units/trajectory_model.h"
 
 namespace mouthpiece {
@@ -50,7 +51,8 @@ struct Corpus {
   std::shared_ptr<const MotionSource> motion_source;
   /// Fitted when the corpus was built; null in one of format version 1 or with too little to learn from.
   std::shared_ptr<const TrajectoryModel> trajectory_model;
-  LatticeWeights lattice_weights;  ///< the usual ones, unless "lattice_weights" of the build log says how learnt
+  LatticeWeights lattice_weights;     ///< the usual ones, unless "lattice_weights" of the build log says how learnt
+  SoundCutWeights sound_cut_weights;  ///< likewise, "sound_cut_weights"
 };
 
 /// Between LIP_UP_MID and LIP_LO_MID in the actor's B P M at the tightest, the median; 0: not known.

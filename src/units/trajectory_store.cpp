@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <span>
 
 #include "base/errors.h"
 
@@ -16,6 +17,7 @@ constexpr std::size_t kMostTargets = 1'000'000;
 constexpr float kLargest = 1e6F;                                  ///< mm and weights: nothing on a face comes near
 constexpr double kShortestTimeConstant = 1e-3, kLongestTime = 1;  ///< s
 constexpr std::string_view kTarget = "target ";
+constexpr std::string_view kCutWeights = "sound cut weights";  ///< only where they were learnt
 
 using Numbers = std::vector<float>;
 
@@ -35,6 +37,12 @@ auto weightsInOrder(Weights& weights) {
                     &weights.join_opening_per_mm,
                     &weights.unit,
                     &weights.backoff};
+}
+
+template <typename Weights>
+auto cutWeightsInOrder(Weights& weights) {
+  return std::array{&weights.spectral, &weights.level_per_db, &weights.per_octave, &weights.voicing,
+                    &weights.slip,     &weights.loud_per_db,  &weights.lip_per_mm, &weights.in_join};
 }
 
 /// `nan_allowed`: what was not seen.
@@ -81,11 +89,8 @@ class ModelReader {
     model->gain = gain[0];
     model->closing = matrixOf(next("closing", columns_), 1);
     model->closed_opening_mm = next("closed opening", 1)[0];
-    const Numbers weights = next("lattice weights", weightsInOrder(corpus_.lattice_weights).size());
-    for (std::size_t i = 0; i < weights.size(); ++i) {
-      if (weights[i] < 0) row_.fail(fmt::format("found {}; expected no weight below 0", weights[i]));
-      *weightsInOrder(corpus_.lattice_weights)[i] = weights[i];
-    }
+    const auto lattice = weightsInOrder(corpus_.lattice_weights);
+    setWeights(next("lattice weights", lattice.size()), lattice);
     readTargets(*model);
     corpus_.trajectory_model = std::move(model);
   }
@@ -98,6 +103,12 @@ class ModelReader {
     if (!row_.next()) row_.fail(fmt::format("is missing; expected {}", name));
     expectName(name);
     return numbersOf(row_, 2, count);
+  }
+  void setWeights(const Numbers& numbers, std::span<double* const> weights) const {
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      if (numbers[i] < 0) row_.fail(fmt::format("found {}; expected no weight below 0", numbers[i]));
+      *weights[i] = numbers[i];
+    }
   }
   void readDynamics(TrajectoryModel& model) {
     const Numbers time_constants = next("time constants", components_);
@@ -114,6 +125,11 @@ class ModelReader {
   void readTargets(TrajectoryModel& model) {
     while (row_.next()) {
       const std::string_view name = row_.text(1);
+      if (name == kCutWeights && model.targets.empty()) {
+        const auto cuts = cutWeightsInOrder(corpus_.sound_cut_weights);
+        setWeights(numbersOf(row_, 2, cuts.size()), cuts);
+        continue;
+      }
       if (!name.starts_with(kTarget) || model.targets.size() >= kMostTargets)
         row_.fail(fmt::format("found {}; expected at most {} targets", printable(name), kMostTargets));
       const auto [place, is_new] = model.targets.try_emplace(std::string(name.substr(kTarget.size())),
@@ -200,6 +216,12 @@ void writeTrajectoryModel(SqliteDatabase& database, const Corpus& corpus) {
   add("closing", floatsOf(model.closing));
   add("closed opening", {static_cast<float>(model.closed_opening_mm)});
   add("lattice weights", weights);
+  if (corpus.sound_cut_weights != SoundCutWeights()) {
+    Numbers cuts;
+    for (const double* weight : cutWeightsInOrder(corpus.sound_cut_weights))
+      cuts.push_back(static_cast<float>(*weight));
+    add(std::string(kCutWeights), cuts);
+  }
   for (const auto& [feature, target] : model.targets) add(std::string(kTarget) + feature, floatsOf(target));
 
   CheckedInsert shapes(database, "phone_shapes", 3);

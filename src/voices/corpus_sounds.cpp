@@ -15,12 +15,6 @@ constexpr Seconds kStep = 0.005;
 constexpr double kEdge = 0.15;         // of a phone: no cut nearer to its ends
 constexpr double kMostSlip = 0.25;     // of a phone: between the places of the two cuts
 constexpr float kCepstralUnit = 0.7F;  // distance of neighbouring frames 5 ms apart, about (GRID s1: median)
-constexpr double kPerLevelDb = 0.08;
-constexpr double kPerOctave = 6;
-constexpr double kPerSlip = 2;       // per phone length
-constexpr double kPerLoudDb = 0.02;  // louder than the quietest place of the two phones
-constexpr double kVoicingMismatch = 1.5;
-constexpr double kPerLipMm = 0.3;  // of the lips, where both takes' own prediction is taken off
 
 /// What the faces of two phones differ by at a place of each (its share of the phone), in the first components; none
 /// without a trajectory model.
@@ -65,8 +59,14 @@ struct CorpusSounds::Recording {
   SpectralFrames frames;
 };
 
-CorpusSounds::CorpusSounds(const UnitDatabase& database) : database_(database) {}
+CorpusSounds::CorpusSounds(const UnitDatabase& database)
+    : database_(database), weights_(database.corpus().sound_cut_weights) {}
 CorpusSounds::~CorpusSounds() = default;
+
+void CorpusSounds::setWeights(const SoundCutWeights& weights) {
+  weights_ = weights;
+  cuts_.clear();
+}
 
 CorpusSounds::Recording& CorpusSounds::recordingOf(TakeIndex take) {
   std::unique_ptr<Recording>& recording = recordings_[take.value];
@@ -119,12 +119,13 @@ SoundCut CorpusSounds::cut(const PhonePlace& left, const PhonePlace& right) {
       // The first coefficient is the level, which has a term of its own.
       const float spectral = (a.frames.mfcc.row(row_a) - b.frames.mfcc.row(row_b)).tail<12>().norm() / kCepstralUnit;
       const double level = std::abs(a.frames.level_db(row_a) - b.frames.level_db(row_b));
-      double cost = spectral + kPerLevelDb * level + kPerSlip * std::abs(share_a - share_b) +
-                    kPerLipMm * faces.mmAt(share_a, share_b) + kPerLoudDb * (a.frames.level_db(row_a) - quietest);
+      double cost = weights_.spectral * spectral + weights_.level_per_db * level +
+                    weights_.slip * std::abs(share_a - share_b) + weights_.lip_per_mm * faces.mmAt(share_a, share_b) +
+                    weights_.loud_per_db * (a.frames.level_db(row_a) - quietest);
       if (hz_a > 0 && hz_b > 0) {
-        cost += kPerOctave * std::abs(std::log2(hz_a / hz_b));
+        cost += weights_.per_octave * std::abs(std::log2(hz_a / hz_b));
       } else if ((hz_a > 0) != (hz_b > 0)) {
-        cost += kVoicingMismatch;
+        cost += weights_.voicing;
       }
       if (cost < best.cost) best = {time_a, time_b, cost};
     }

@@ -25,6 +25,9 @@ class CorpusSounds {
   /// Throws InputError when the corpus has no sound for that take, its sound is damaged, or it has another sampling
   /// rate than the first take that was asked for.
   const MarkedSound& soundOf(TakeIndex take);
+  /// Those of the corpus until others are set.
+  [[nodiscard]] const SoundCutWeights& weights() const { return weights_; }
+  void setWeights(const SoundCutWeights& weights);
   [[nodiscard]] int sampleRateHz() const { return sample_rate_hz_; }
 
   /// The best cut from phone `left` into phone `right`: alike in spectrum (MFCC), level, pitch and lips, at about the
@@ -37,6 +40,7 @@ class CorpusSounds {
   Recording& recordingOf(TakeIndex take);
 
   const UnitDatabase& database_;
+  SoundCutWeights weights_;
   int sample_rate_hz_ = 0;
   std::map<std::size_t, std::unique_ptr<Recording>> recordings_;
   std::map<std::pair<PhonePlace, PhonePlace>, SoundCut> cuts_;

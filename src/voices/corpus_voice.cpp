@@ -135,7 +135,7 @@ SpokenLine CorpusVoice::speak(std::string_view text) {
   SelectionOptions selection = options_.selection;
   selection.method = SelectionMethod::kViterbi;  // greedy would not look at the sound of a join
   selection.sound_join_cost = [this](const PhonePlace& left, const PhonePlace& right) {
-    return options_.sound_weight * sounds_.cut(left, right).cost;
+    return sounds_.weights().in_join * sounds_.cut(left, right).cost;
   };
   line.units = selectUnits(line.labels, database_, selection);
   std::vector<SpokenRun> runs = runsOf(line.labels, line.units, database_);

@@ -12,7 +12,6 @@ namespace mouthpiece {
 
 struct CorpusVoiceOptions {
   SelectionOptions selection;
-  double sound_weight = 0.5;  ///< of SoundCut::cost among the selection's join costs
   /// Speaking rate: 1 as fast as the reader would speak. Not given: the fragments' own durations.
   std::optional<double> rate;
 };
@@ -26,6 +25,8 @@ class CorpusVoice : public Voice {
   CorpusVoice(std::unique_ptr<Voice> reader, const UnitDatabase& database, const CorpusVoiceOptions& options = {});
   /// Throws InputError, besides for the text, when the corpus lacks a phone of the line or has no sound.
   SpokenLine speak(std::string_view text) override;
+  /// In place of the corpus' own.
+  void setCutWeights(const SoundCutWeights& weights) { sounds_.setWeights(weights); }
 
  private:
   std::unique_ptr<Voice> reader_;
