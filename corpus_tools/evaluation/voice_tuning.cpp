@@ -14,7 +14,7 @@
 #include "base/errors.h"
 #include "base/parallel_for.h"
 #include "corpus_tools/evaluation/coordinate_search.h"
-#include "corpus_tools/evaluation.h"
+#include "corpus_tools/evaluation/evaluation.h"
 #include "synthesis/synthesis.h"
 #include "units/unit_database.h"
 #include "voices/corpus_voice.h"

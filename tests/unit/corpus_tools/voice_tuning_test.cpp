@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/errors.h"
-#include "corpus_tools/trajectory_fit.h"
+#include "corpus_tools/building/trajectory_fit.h"
 #include "synthetic_takes.h"
 
 namespace mouthpiece {
