@@ -19,7 +19,7 @@ struct ViewPage {
   const FaceMesh& mesh;  ///< for its parts' kinds and its unit
   std::string_view face_name;
   std::span<const std::string> control_names;  ///< of the control points, may be empty
-  const PositionMatrix& control;               ///< FaceRig::retarget(): its frames, x y z of each control point, mesh unit
+  const PositionMatrix& control;  ///< FaceRig::retarget(): its frames, x y z of each control point, mesh unit
 };
 
 /// Where the template takes its data: this line, once.

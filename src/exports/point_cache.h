@@ -18,8 +18,8 @@ std::string mddBytes(const FaceAnimation& animation);
 void writePc2(const std::filesystem::path& path, const FaceAnimation& animation);
 void writeMdd(const std::filesystem::path& path, const FaceAnimation& animation);
 
-/// One OBJ a frame in `folder`: STEM.0000.obj, STEM.0001.obj ..., each with area-weighted normals (`vn`), all triangles, parts as
-/// `usemtl`.
+/// One OBJ a frame in `folder`: STEM.0000.obj, STEM.0001.obj ..., each with area-weighted normals (`vn`), all
+/// triangles, parts as `usemtl`.
 void writeObjSequence(const std::filesystem::path& folder, std::string_view stem, const FaceMesh& mesh,
                       const FaceAnimation& animation);
 

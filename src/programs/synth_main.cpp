@@ -92,7 +92,8 @@ void addSharedOptions(CLI::App& app, CommandLine& line) {
              {"cosine", BlendKind::kCosine},
              {"exponential", BlendKind::kExponential}},
             "How neighbours fade into each other (default: smooth)");
-  app.add_option("--overlap-ms", synthesis.overlap_ms, "Blend between two fragments; viterbi takes up to twice that")->capture_default_str();
+  app.add_option("--overlap-ms", synthesis.overlap_ms, "Blend between two fragments; viterbi takes up to twice that")
+      ->capture_default_str();
   addCurveOptions(app, line);
   addQuietFlag(app, line.quiet);
   addJsonFlag(app, line.json);
