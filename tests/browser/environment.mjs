@@ -20,7 +20,18 @@ export function requireFromViewer(name) {
   return createRequire(join(modules, 'anchor.js'))(name);
 }
 
-export function findChromium() {
+/// Chromium through playwright-core, as every test here wants it.
+export function launchBrowser(more = []) {
+  const { chromium } = requireFromViewer('playwright-core');
+  return chromium.launch({
+    executablePath: findChromium(),
+    headless: true,
+    args: ['--no-sandbox', '--disable-dev-shm-usage', '--no-first-run', '--disable-background-networking',
+      '--disable-component-update', ...more],
+  });
+}
+
+function findChromium() {
   const candidates = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'];
   const found = candidates.find((path) => path && existsSync(path));
   if (!found) skip('no Chromium found; get it with: sudo apt-get install chromium');

@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import { existsSync, mkdirSync } from 'node:fs';
 import { dirname, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { findChromium, requireFromViewer, skip } from './environment.mjs';
+import { launchBrowser, skip } from './environment.mjs';
 
 const [, , pageFile, reportFile, screenshotStem] = process.argv;
 if (!pageFile || !reportFile || !screenshotStem) {
@@ -14,12 +14,7 @@ if (!pageFile || !reportFile || !screenshotStem) {
 }
 for (const file of [pageFile, reportFile]) if (!existsSync(file)) skip(`${file} is not there`);
 
-const { chromium } = requireFromViewer('playwright-core');
-const browser = await chromium.launch({
-  executablePath: findChromium(),
-  headless: true,
-  args: ['--no-sandbox', '--disable-dev-shm-usage', '--no-first-run', '--disable-background-networking', '--disable-component-update'],
-});
+const browser = await launchBrowser();
 const complaints = [];
 let failed = false;
 try {

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { existsSync, mkdirSync } from 'node:fs';
 import { dirname, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { findChromium, requireFromViewer, skip } from './environment.mjs';
+import { launchBrowser, skip } from './environment.mjs';
 
 const [, , pageFile, screenshotStem] = process.argv;
 if (!pageFile || !screenshotStem) {
@@ -20,12 +20,7 @@ const LANDMARKS = {
 };
 const WITHIN_MM = 5;  // a click takes the nearest corner of the triangle it meets
 
-const { chromium } = requireFromViewer('playwright-core');
-const browser = await chromium.launch({
-  executablePath: findChromium(),
-  headless: true,
-  args: ['--no-sandbox', '--disable-dev-shm-usage', '--no-first-run', '--disable-background-networking', '--disable-component-update'],
-});
+const browser = await launchBrowser();
 const complaints = [];
 let failed = false;
 try {

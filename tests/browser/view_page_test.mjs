@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { existsSync, mkdirSync } from 'node:fs';
 import { dirname, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { findChromium, requireFromViewer, skip } from './environment.mjs';
+import { launchBrowser, skip } from './environment.mjs';
 
 const [, , pageFile, screenshotStem] = process.argv;
 if (!pageFile || !screenshotStem) {
@@ -13,15 +13,7 @@ if (!pageFile || !screenshotStem) {
 }
 if (!existsSync(pageFile)) skip(`${pageFile} is not there`);
 
-const { chromium } = requireFromViewer('playwright-core');
-const browser = await chromium.launch({
-  executablePath: findChromium(),
-  headless: true,
-  args: [
-    '--no-sandbox', '--disable-dev-shm-usage', '--no-first-run', '--disable-background-networking',
-    '--disable-component-update', '--autoplay-policy=no-user-gesture-required',
-  ],
-});
+const browser = await launchBrowser(['--autoplay-policy=no-user-gesture-required']);
 
 const complaints = [];
 const requests = [];
