@@ -18,7 +18,7 @@ struct TuneCommand {
 };
 
 std::string tuneVoice(Corpus& corpus, const TuneCommand& command) {
-  VoiceTuningOptions options;
+  TuningOptions options = kVoiceTuning;
   options.folds = command.folds.value_or(options.folds);
   options.always = command.tuning.always;
   options.jobs = command.tuning.jobs;

@@ -7,10 +7,14 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <utility>
+
+#include "corpus_tools/evaluation/tuning.h"
 
 namespace mouthpiece {
 
+/// A weight that is searched, and its name for people.
 template <typename Weights>
 struct TunedField {
   const char* name;
@@ -38,7 +42,7 @@ class CoordinateSearch {
   CoordinateSearch(Score score, std::span<const TunedField<Weights>> fields, const Weights& start)
       : score_(std::move(score)), fields_(fields), best_(start), best_score_(score_(start)) {}
 
-  void searchAll(const std::function<void(std::size_t done, std::size_t total)>& progress) {
+  void searchAll(const TuningProgress& progress) {
     constexpr std::array<double, 2> kSteps{2, 1.4};  // factor up and down, a round each
     std::size_t done = 0;
     for (const double factor : kSteps) {
@@ -76,5 +80,47 @@ class CoordinateSearch {
   double best_score_;
   std::size_t tried_ = 1;
 };
+
+/// Throws InputError for fewer folds than that, or fewer than four takes a fold.
+void expectFolds(std::size_t corpus_takes, const TuningOptions& options, std::size_t least_folds);
+
+template <typename Score>
+double totalOf(const Score& score) {
+  if constexpr (std::is_arithmetic_v<Score>)
+    return score;
+  else
+    return score.sum();
+}
+
+/// Searches the fields on the takes of every other fold, and judges what it found on the takes of the folds between.
+/// Of a Trial: `Score`; measure(first, weights), what is measured of all takes held out in the folds first, first + 2,
+/// ..., an entry a take; scoreOf(measures); errorOfDifference(before, after), the standard error of what their scores
+/// differ by. `takes`: in all folds.
+template <typename Weights, typename Trial>
+Tuned<Weights, typename Trial::Score> searchAndJudge(const Trial& trial, std::span<const TunedField<Weights>> fields,
+                                                     const Weights& start, std::size_t takes, bool always,
+                                                     const TuningProgress& progress) {
+  const auto searched = [&](const Weights& weights) { return totalOf(trial.scoreOf(trial.measure(0, weights))); };
+  CoordinateSearch<Weights> search(searched, fields, start);
+  Tuned<Weights, typename Trial::Score> tuned;
+  tuned.search_before = search.bestScore();
+  search.searchAll(progress);
+  tuned.search_after = search.bestScore();
+  tuned.settings = search.tried();
+  tuned.changes = changesBetween(fields, start, search.best());
+
+  const auto before = trial.measure(1, start);
+  const auto after = trial.measure(1, search.best());
+  tuned.judge_takes = before.size();
+  tuned.search_takes = takes - before.size();
+  tuned.judge_before = trial.scoreOf(before);
+  tuned.judge_after = trial.scoreOf(after);
+  tuned.judge_error = trial.errorOfDifference(before, after);
+  const bool changed = !tuned.changes.empty();
+  tuned.helps = changed && totalOf(tuned.judge_after) + tuned.judge_error < totalOf(tuned.judge_before);
+  tuned.taken = tuned.helps || (always && changed);
+  tuned.weights = tuned.taken ? search.best() : start;
+  return tuned;
+}
 
 }  // namespace mouthpiece

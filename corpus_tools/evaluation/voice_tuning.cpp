@@ -22,8 +22,6 @@
 namespace mouthpiece {
 namespace {
 
-constexpr std::size_t kLeastFolds = 2, kLeastTakesAFold = 4;
-
 constexpr std::array<TunedField<SoundCutWeights>, 8> kTuned{{
     {"in join", &SoundCutWeights::in_join},
     {"spectral", &SoundCutWeights::spectral},
@@ -173,93 +171,78 @@ class VoiceFold {
   const UsualChange& usual_;
 };
 
-using Folds = std::vector<std::unique_ptr<VoiceFold>>;
 using Scores = std::vector<std::optional<VoiceScore>>;
 
-/// Of all takes of the folds `first`, `first` + 2, ...
-Scores measureFolds(const Folds& folds, std::size_t first, const SoundCutWeights& weights, std::size_t jobs) {
-  std::vector<Scores> of_fold((folds.size() - first + 1) / 2);
-  parallelFor(of_fold.size(), jobs, [&](std::size_t i) { of_fold[i] = folds[first + 2 * i]->measure(weights); });
-  Scores scores;
-  for (const Scores& part : of_fold) scores.insert(scores.end(), part.begin(), part.end());
-  return scores;
-}
+class VoiceTrial {
+ public:
+  using Score = VoiceScore;
 
-VoiceScore meanOf(const Scores& scores) {
-  VoiceScore sum;
-  std::size_t count = 0;
-  for (const auto& score : scores) {
-    if (!score) continue;
-    sum.joins += score->joins;
-    sum.lips_mm += score->lips_mm;
-    ++count;
+  VoiceTrial(const Corpus& takes, const TuningOptions& options)
+      : usual_(takes.takes), jobs_(options.jobs > 0 ? options.jobs : defaultThreadCount()) {
+    for (std::size_t fold = 0; fold < options.folds; ++fold)
+      folds_.push_back(std::make_unique<VoiceFold>(splitTakes(takes, options.folds, fold), usual_));
   }
-  if (count == 0) throw InputError("found no take that the others can speak; expected takes with phones in common");
-  return {sum.joins / static_cast<double>(count), sum.lips_mm / static_cast<double>(count)};
-}
 
-/// Standard error of the mean difference, take by take.
-double errorOfDifference(const Scores& before, const Scores& after) {
-  double sum = 0, squares = 0, count = 0;
-  for (std::size_t i = 0; i < before.size(); ++i) {
-    if (!before[i] || !after[i]) continue;
-    const double difference = after[i]->sum() - before[i]->sum();
-    sum += difference;
-    squares += difference * difference;
-    ++count;
+  [[nodiscard]] Scores measure(std::size_t first, const SoundCutWeights& weights) const {
+    std::vector<Scores> of_fold((folds_.size() - first + 1) / 2);
+    parallelFor(of_fold.size(), jobs_, [&](std::size_t i) { of_fold[i] = folds_[first + 2 * i]->measure(weights); });
+    Scores scores;
+    for (const Scores& part : of_fold) scores.insert(scores.end(), part.begin(), part.end());
+    return scores;
   }
-  if (count < 2) return INFINITY;
-  return std::sqrt(std::max(0.0, squares - sum * sum / count) / (count * (count - 1)));
-}
 
-void expectEnough(const Corpus& corpus, const VoiceTuningOptions& options) {
+  static VoiceScore scoreOf(const Scores& scores) {
+    VoiceScore sum;
+    std::size_t count = 0;
+    for (const auto& score : scores) {
+      if (!score) continue;
+      sum.joins += score->joins;
+      sum.lips_mm += score->lips_mm;
+      ++count;
+    }
+    if (count == 0) throw InputError("found no take that the others can speak; expected takes with phones in common");
+    return {sum.joins / static_cast<double>(count), sum.lips_mm / static_cast<double>(count)};
+  }
+
+  /// Of the mean difference, take by take.
+  static double errorOfDifference(const Scores& before, const Scores& after) {
+    double sum = 0, squares = 0, count = 0;
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      if (!before[i] || !after[i]) continue;
+      const double difference = after[i]->sum() - before[i]->sum();
+      sum += difference;
+      squares += difference * difference;
+      ++count;
+    }
+    if (count < 2) return INFINITY;
+    return std::sqrt(std::max(0.0, squares - sum * sum / count) / (count * (count - 1)));
+  }
+
+ private:
+  UsualChange usual_;
+  std::vector<std::unique_ptr<VoiceFold>> folds_;
+  std::size_t jobs_;
+};
+
+void expectEnough(const Corpus& corpus, const TuningOptions& options) {
+  constexpr std::size_t kLeastFolds = 2;
   if (corpus.trajectory_model == nullptr)
     throw InputError(corpus.name, "", "has no trajectory model; expected one, with which the weights are kept");
   for (const CorpusTake& take : corpus.takes) {
     if (take.audio.samples.empty())
       throw InputError(corpus.name, "take " + take.name, "found no sound; expected a recording to speak with");
   }
-  const std::size_t takes = std::min(corpus.takes.size(), options.most_takes);
-  if (options.folds < kLeastFolds || options.folds > takes / kLeastTakesAFold) {
-    throw InputError("--folds", "",
-                     fmt::format("found {} for {} takes; expected at least {}, and {} takes in each", options.folds,
-                                 takes, kLeastFolds, kLeastTakesAFold));
-  }
+  expectFolds(corpus.takes.size(), options, kLeastFolds);
 }
 
 }  // namespace
 
-TunedVoice tuneCorpusVoice(const Corpus& corpus, const VoiceTuningOptions& options,
-                           const std::function<void(std::size_t done, std::size_t total)>& progress) {
+TunedVoice tuneCorpusVoice(const Corpus& corpus, const TuningOptions& options, const TuningProgress& progress) {
   expectEnough(corpus, options);
   const Corpus development = evenlySpacedTakes(corpus, options.most_takes);
-  const std::size_t jobs = options.jobs > 0 ? options.jobs : defaultThreadCount();
-  const UsualChange usual(development.takes);
-  Folds folds;
-  for (std::size_t fold = 0; fold < options.folds; ++fold)
-    folds.push_back(std::make_unique<VoiceFold>(splitTakes(development, options.folds, fold), usual));
-
-  CoordinateSearch<SoundCutWeights> search(
-      [&](const SoundCutWeights& weights) { return meanOf(measureFolds(folds, 0, weights, jobs)).sum(); }, kTuned,
-      corpus.sound_cut_weights);
-  TunedVoice tuned;
-  tuned.search_before = search.bestScore();
-  search.searchAll(progress);
-  tuned.search_after = search.bestScore();
-  tuned.settings = search.tried();
-  tuned.changes = changesBetween<SoundCutWeights>(kTuned, corpus.sound_cut_weights, search.best());
-
-  const Scores before = measureFolds(folds, 1, corpus.sound_cut_weights, jobs);
-  const Scores after = measureFolds(folds, 1, search.best(), jobs);
-  tuned.judge_takes = before.size();
-  tuned.search_takes = development.takes.size() - before.size();
-  tuned.judge_before = meanOf(before);
-  tuned.judge_after = meanOf(after);
-  tuned.judge_error = errorOfDifference(before, after);
-  tuned.helps = !tuned.changes.empty() && tuned.judge_after.sum() + tuned.judge_error < tuned.judge_before.sum();
-  tuned.taken = tuned.helps || (options.always && !tuned.changes.empty());
-  tuned.weights = tuned.taken ? search.best() : corpus.sound_cut_weights;
-  return tuned;
+  const VoiceTrial trial(development, options);
+  return searchAndJudge<SoundCutWeights>(trial, kTuned, corpus.sound_cut_weights, development.takes.size(),
+                                         options.always, progress);
 }
 
 std::string describeTuning(const TunedVoice& tuned) {

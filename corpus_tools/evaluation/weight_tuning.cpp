@@ -19,7 +19,6 @@
 namespace mouthpiece {
 namespace {
 
-constexpr std::size_t kLeastFolds = 4, kLeastTakesAFold = 4;
 /// The stand-ins' price is not among them: it decides nothing where the corpus has the pair.
 constexpr std::array<TunedField<LatticeWeights>, 12> kTuned{{
     {"prediction", &LatticeWeights::prediction_per_mm2},
@@ -61,59 +60,67 @@ std::optional<LipMeasures> measureTake(const TuningFold& fold, const CorpusTake&
   }
 }
 
-using Folds = std::vector<std::unique_ptr<TuningFold>>;
+class LatticeTrial {
+ public:
+  using Score = double;
 
-/// All held-out takes of the folds `first`, `first` + 2, ...
-TakeMeasures measureFolds(const Folds& folds, std::size_t first, const LatticeWeights& weights, std::size_t jobs) {
-  std::vector<std::pair<const TuningFold*, const CorpusTake*>> work;
-  for (std::size_t i = first; i < folds.size(); i += 2) {
-    for (const CorpusTake& take : folds[i]->split.held) work.emplace_back(folds[i].get(), &take);
+  LatticeTrial(const Corpus& takes, const TuningOptions& options)
+      : jobs_(options.jobs > 0 ? options.jobs : defaultThreadCount()) {
+    for (std::size_t fold = 0; fold < options.folds; ++fold)
+      folds_.push_back(std::make_unique<TuningFold>(splitTakes(takes, options.folds, fold)));
   }
-  TakeMeasures measures(work.size());
-  parallelFor(work.size(), jobs,
-              [&](std::size_t i) { measures[i] = measureTake(*work[i].first, *work[i].second, weights); });
-  return measures;
-}
 
-double scoreOf(const TakeMeasures& takes) {
-  LipMeasures sum;
-  for (const auto& take : takes) {
-    if (take) sum += *take;
-  }
-  return tuningScore(sum);
-}
-
-/// Standard error of the difference of two scores over the same takes.
-double errorOfDifference(const TakeMeasures& before, const TakeMeasures& after) {
-  constexpr std::size_t kDraws = 500;
-  constexpr std::uint64_t kSeed = 1;
-  std::mt19937_64 random(kSeed);
-  double sum = 0, squares = 0;
-  for (std::size_t draw = 0; draw < kDraws; ++draw) {
-    LipMeasures drawn_before, drawn_after;
-    for (std::size_t i = 0; i < before.size(); ++i) {
-      const std::size_t take = random() % before.size();
-      if (before[take]) drawn_before += *before[take];
-      if (after[take]) drawn_after += *after[take];
+  [[nodiscard]] TakeMeasures measure(std::size_t first, const LatticeWeights& weights) const {
+    std::vector<std::pair<const TuningFold*, const CorpusTake*>> work;
+    for (std::size_t i = first; i < folds_.size(); i += 2) {
+      for (const CorpusTake& take : folds_[i]->split.held) work.emplace_back(folds_[i].get(), &take);
     }
-    const double difference = tuningScore(drawn_after) - tuningScore(drawn_before);
-    sum += difference;
-    squares += difference * difference;
+    TakeMeasures measures(work.size());
+    parallelFor(work.size(), jobs_,
+                [&](std::size_t i) { measures[i] = measureTake(*work[i].first, *work[i].second, weights); });
+    return measures;
   }
-  constexpr auto kCount = static_cast<double>(kDraws);
-  return std::sqrt(std::max(0.0, squares / kCount - (sum / kCount) * (sum / kCount)));
-}
+
+  static double scoreOf(const TakeMeasures& takes) {
+    LipMeasures sum;
+    for (const auto& take : takes) {
+      if (take) sum += *take;
+    }
+    return tuningScore(sum);
+  }
+
+  /// By bootstrap over takes.
+  static double errorOfDifference(const TakeMeasures& before, const TakeMeasures& after) {
+    constexpr std::size_t kDraws = 500;
+    constexpr std::uint64_t kSeed = 1;
+    std::mt19937_64 random(kSeed);
+    double sum = 0, squares = 0;
+    for (std::size_t draw = 0; draw < kDraws; ++draw) {
+      LipMeasures drawn_before, drawn_after;
+      for (std::size_t i = 0; i < before.size(); ++i) {
+        const std::size_t take = random() % before.size();
+        if (before[take]) drawn_before += *before[take];
+        if (after[take]) drawn_after += *after[take];
+      }
+      const double difference = tuningScore(drawn_after) - tuningScore(drawn_before);
+      sum += difference;
+      squares += difference * difference;
+    }
+    constexpr auto kCount = static_cast<double>(kDraws);
+    return std::sqrt(std::max(0.0, squares / kCount - (sum / kCount) * (sum / kCount)));
+  }
+
+ private:
+  std::vector<std::unique_ptr<TuningFold>> folds_;
+  std::size_t jobs_;
+};
 
 void expectEnough(const Corpus& corpus, const TuningOptions& options) {
+  constexpr std::size_t kLeastFolds = 4;
   if (corpus.trajectory_model == nullptr) {
     throw InputError(corpus.name, "", "has no trajectory model; expected one, whose lattice the weights are for");
   }
-  const std::size_t takes = std::min(corpus.takes.size(), options.most_takes);
-  if (options.folds < kLeastFolds || options.folds * kLeastTakesAFold > takes) {
-    throw InputError("--folds", "",
-                     fmt::format("found {} for {} takes; expected at least {}, and {} takes in each", options.folds,
-                                 takes, kLeastFolds, kLeastTakesAFold));
-  }
+  expectFolds(corpus.takes.size(), options, kLeastFolds);
 }
 
 }  // namespace
@@ -124,36 +131,12 @@ double tuningScore(const LipMeasures& measures) {
   return measures.lipRms() + lost + invented;
 }
 
-TunedWeights tuneLatticeWeights(const Corpus& corpus, const TuningOptions& options,
-                                const std::function<void(std::size_t done, std::size_t total)>& progress) {
+TunedWeights tuneLatticeWeights(const Corpus& corpus, const TuningOptions& options, const TuningProgress& progress) {
   expectEnough(corpus, options);
   const Corpus development = evenlySpacedTakes(corpus, options.most_takes);
-  const std::size_t jobs = options.jobs > 0 ? options.jobs : defaultThreadCount();
-  Folds folds;
-  for (std::size_t fold = 0; fold < options.folds; ++fold)
-    folds.push_back(std::make_unique<TuningFold>(splitTakes(development, options.folds, fold)));
-
-  CoordinateSearch<LatticeWeights> search(
-      [&](const LatticeWeights& weights) { return scoreOf(measureFolds(folds, 0, weights, jobs)); }, kTuned,
-      corpus.lattice_weights);
-  TunedWeights tuned;
-  tuned.search_before = search.bestScore();
-  search.searchAll(progress);
-  tuned.search_after = search.bestScore();
-  tuned.settings = search.tried();
-  tuned.changes = changesBetween<LatticeWeights>(kTuned, corpus.lattice_weights, search.best());
-
-  const TakeMeasures before = measureFolds(folds, 1, corpus.lattice_weights, jobs);
-  const TakeMeasures after = measureFolds(folds, 1, search.best(), jobs);
-  tuned.judge_takes = before.size();
-  tuned.search_takes = development.takes.size() - before.size();
-  tuned.judge_before = scoreOf(before);
-  tuned.judge_after = scoreOf(after);
-  tuned.judge_error = errorOfDifference(before, after);
-  tuned.helps = !tuned.changes.empty() && tuned.judge_after + tuned.judge_error < tuned.judge_before;
-  tuned.taken = tuned.helps || (options.always && !tuned.changes.empty());
-  tuned.weights = tuned.taken ? search.best() : corpus.lattice_weights;
-  return tuned;
+  const LatticeTrial trial(development, options);
+  return searchAndJudge<LatticeWeights>(trial, kTuned, corpus.lattice_weights, development.takes.size(), options.always,
+                                        progress);
 }
 
 std::string describeTuning(const TunedWeights& tuned) {

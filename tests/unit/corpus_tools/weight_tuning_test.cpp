@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "base/errors.h"
 #include "corpus_tools/building/trajectory_fit.h"
 #include "synthetic_takes.h"
@@ -88,6 +90,8 @@ TEST(WeightTuning, RefusesWhatItCannotLearnFrom) {
   Corpus corpus = speakingCorpus();
   EXPECT_THROW(tuneLatticeWeights(corpus, {.folds = 3}), InputError);
   EXPECT_THROW(tuneLatticeWeights(corpus, {.folds = 5}), InputError);
+  constexpr std::size_t kWrapsWhenMultiplied = std::numeric_limits<std::size_t>::max() / 2 + 1;
+  EXPECT_THROW(tuneLatticeWeights(corpus, {.folds = kWrapsWhenMultiplied}), InputError);
   corpus.trajectory_model = nullptr;
   EXPECT_THROW(tuneLatticeWeights(corpus, {.folds = 4}), InputError);
 }
