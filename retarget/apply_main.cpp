@@ -13,10 +13,14 @@
 #include "exports/point_cache.h"
 #include "exports/principal_shapes.h"
 #include "motion/motion_file.h"
+#include "motion/resample.h"
+#include "phonetics/lab_file.h"
 #include "programs/program.h"
 #include "retarget/commands.h"
 #include "retarget/face_file.h"
 #include "retarget/face_rig.h"
+#include "synthesis/lip_seal.h"
+#include "synthesis/tongue.h"
 #include "units/corpus.h"
 
 namespace mouthpiece {
@@ -55,7 +59,24 @@ void refuseFarMotion(const MotionClip& motion, const std::vector<std::string>& n
   }
 }
 
-FaceAnimation animate(const FaceRig& rig, const PositionMatrix& control, double frame_rate_hz, bool quiet) {
+/// What the phones tell of a motion's frames; where they are not known lips stick wherever they touch.
+struct SpokenFrames {
+  std::vector<TonguePose> tongue;  ///< a frame each
+  std::vector<double> lip_seal;    ///< FaceRig::retarget's
+};
+
+SpokenFrames spokenFrames(const fs::path& phones, const MotionClip& motion) {
+  SpokenFrames frames{std::vector<TonguePose>(motion.frameCount()), {}};
+  if (phones.empty()) return frames;
+  const SpeechLabels labels = readLabels(phones);
+  const std::vector<Seconds> times = frameTimes(0, motion.frameCount(), motion.frame_rate_hz);
+  frames.tongue = tongueFromPhones(labels, times);
+  frames.lip_seal = lipSealFromPhones(labels, times);
+  return frames;
+}
+
+FaceAnimation animate(const FaceRig& rig, const PositionMatrix& control, std::span<const TonguePose> tongue,
+                      double frame_rate_hz, bool quiet) {
   const double bytes = 12.0 * static_cast<double>(control.rows()) * static_cast<double>(rig.mesh().vertices.rows());
   if (bytes > kMaxAnimationBytes) {
     throw InputError(fmt::format("{} frames of {} vertices need {:.1f} GB; expected at most {:.0f} (cut the motion)",
@@ -66,7 +87,8 @@ FaceAnimation animate(const FaceRig& rig, const PositionMatrix& control, double 
   ProgressBar progress("retarget apply", static_cast<std::size_t>(control.rows()), quiet);
   VertexPositions frame;
   for (Eigen::Index f = 0; f < control.rows(); ++f) {
-    rig.deform({control.row(f).data(), static_cast<std::size_t>(control.cols())}, TonguePose{}, frame);
+    rig.deform({control.row(f).data(), static_cast<std::size_t>(control.cols())}, tongue[static_cast<std::size_t>(f)],
+               frame);
     animation.positions.row(f) = Eigen::Map<const Eigen::RowVectorXf>(frame.data(), frame.size());
     progress.advance();
   }
@@ -149,8 +171,9 @@ int applyCommand(const CommandLine& line) {
     }
   }
   refuseFarMotion(motion, names, neutral, line.motion);
-  const PositionMatrix control = rig.retarget(motion, other ? &*other : nullptr);
-  FaceAnimation animation = animate(rig, control, motion.frame_rate_hz, line.quiet);
+  const SpokenFrames spoken = spokenFrames(line.phones, motion);
+  const PositionMatrix control = rig.retarget(motion, other ? &*other : nullptr, spoken.lip_seal);
+  FaceAnimation animation = animate(rig, control, spoken.tongue, motion.frame_rate_hz, line.quiet);
   const bool is_arkit = line.arkit || kind == OutputKind::kLiveLink;
   if (!is_arkit && kind != OutputKind::kGlb) turnBack(face.upright_from_mesh, animation);
   switch (kind) {

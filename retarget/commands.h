@@ -13,7 +13,7 @@ struct Corpus;
 
 /// What `retarget` was asked for.
 struct CommandLine {
-  std::filesystem::path mesh, anchors, corpus, out, face, motion, canonical, show;
+  std::filesystem::path mesh, anchors, corpus, out, face, motion, phones, canonical, show;
   WarpOptions warp;
   std::string kernel = "auto";
   BindingOptions binding;
@@ -31,7 +31,9 @@ inline constexpr double kTouchMm = 0.3;  ///< lips nearer than this touch
 /// What the captured closures (B P M in which the outer lips come near) of a corpus become on a face.
 struct ClosureCheck {
   std::size_t closures = 0;
-  std::size_t touching = 0;  ///< whose lips are kTouchMm apart at most, all over the middle half of the mouth
+  std::size_t touching = 0;         ///< whose lips are kTouchMm apart at most, all over the middle half of the mouth
+  std::size_t others = 0;           ///< phones looked at that are no closure: every eighth but B P M and silence
+  std::size_t others_touching = 0;  ///< whose lips touch at their widest
   double gap_median_mm = 0;
   double gap_p95_mm = 0;
   double overlap_mm = 0;   ///< deepest place of one lip inside the other, over all closures

@@ -70,14 +70,21 @@ const std::vector<std::string>& FaceRig::markerNames() const { return data_->fil
 
 namespace {
 
-/// How far the lips stretch before they part, as a share of the closed mouth's height. In captured B P M the outer lip
-/// markers are further apart than at rest though the lips touch; half of the closures lie above the median.
-double lipSlack(double neutral_mm, double closed_lips_mm) {
-  constexpr double kScatter = 1.9;
+/// How far the lips stretch before they part, as shares of the closed mouth's height.
+struct LipSlack {
+  double always = 0;  ///< the capture's own noise
+  double sealed = 0;  ///< more, where they stick: half of the closures lie above the median
+};
+
+/// In captured B P M the outer lip markers are further apart than at rest though the lips touch.
+LipSlack lipSlack(double neutral_mm, double closed_lips_mm) {
+  constexpr double kScatter = 2.5;
   constexpr double kNoiseMm = 0.5;
   constexpr double kMostSlack = 0.3;
+  if (!(neutral_mm > 0)) return {};
   const double stretch_mm = closed_lips_mm > 0 ? std::max(0.0, closed_lips_mm - neutral_mm) : 0.0;
-  return neutral_mm > 0 ? std::min((kScatter * stretch_mm + kNoiseMm) / neutral_mm, kMostSlack) : 0.0;
+  const double always = std::min(kNoiseMm / neutral_mm, kMostSlack);
+  return {always, std::min(kScatter * stretch_mm / neutral_mm, kMostSlack - always)};
 }
 
 /// 0 where one of the two is missing.
@@ -90,7 +97,9 @@ double distanceBetween(const MarkerPositions& places, const std::vector<std::str
 
 }  // namespace
 
-PositionMatrix FaceRig::retarget(const MotionClip& motion, const ActorPose* actor) const {
+PositionMatrix FaceRig::retarget(const MotionClip& motion, const ActorPose* actor,
+                                 std::span<const double> lip_seal) const {
+  MOUTHPIECE_EXPECT(lip_seal.empty() || lip_seal.size() == motion.frameCount());
   const std::vector<std::string>& names = data_->file.marker_names;
   MarkerPositions neutral = data_->file.actor_neutral_mm;
   PositionMatrix frames(motion.positions_mm.rows(), 3 * static_cast<Eigen::Index>(names.size()));
@@ -109,13 +118,15 @@ PositionMatrix FaceRig::retarget(const MotionClip& motion, const ActorPose* acto
         "the motion has markers that were not seen in some frames; expected gaps to be filled (`corpus clean`)");
   }
   const MarkerPositions closing = closingOffsets(data_->file.control);
-  const double slack = lipSlack(distanceBetween(neutral, names, "LIP_UP_MID", "LIP_LO_MID"),
-                                actor != nullptr ? actor->closed_lips_mm : data_->file.actor_closed_lips_mm);
+  const LipSlack slack = lipSlack(distanceBetween(neutral, names, "LIP_UP_MID", "LIP_LO_MID"),
+                                  actor != nullptr ? actor->closed_lips_mm : data_->file.actor_closed_lips_mm);
   PositionMatrix result(frames.rows(), frames.cols() + 1);
   result.leftCols(frames.cols()) = data_->warp.targetFromActorRelative(frames, neutral);
   result.leftCols(frames.cols()).rowwise() += Eigen::Map<const Eigen::RowVectorXd>(closing.data(), closing.size());
-  result.rightCols<1>().setConstant(slack *
-                                    distanceBetween(data_->file.marker_targets, names, "LIP_UP_MID", "LIP_LO_MID"));
+  const double height = distanceBetween(data_->file.marker_targets, names, "LIP_UP_MID", "LIP_LO_MID");
+  result.rightCols<1>().setConstant(height * (slack.always + slack.sealed));
+  for (std::size_t frame = 0; frame < lip_seal.size(); ++frame)
+    result.rightCols<1>()(static_cast<Eigen::Index>(frame)) = height * (slack.always + lip_seal[frame] * slack.sealed);
   return result;
 }
 

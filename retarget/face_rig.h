@@ -40,8 +40,10 @@ class FaceRig {
   /// 1), mesh units; the last column is how far the lips stretch before they part (controlPoints). `motion` must hold
   /// the rig's markers by name; others are ignored. Throws InputError naming a missing one. Lips that are apart on the
   /// mesh at rest are brought together by as much as the actor's are closed. `actor`: who moves; null: the actor of the
-  /// corpus the face was fitted with.
-  [[nodiscard]] PositionMatrix retarget(const MotionClip& motion, const ActorPose* actor = nullptr) const;
+  /// corpus the face was fitted with. `lip_seal`: how far touching lips stick in each frame, 0 to 1
+  /// (lipSealFromPhones); empty, where the phones are not known: 1.
+  [[nodiscard]] PositionMatrix retarget(const MotionClip& motion, const ActorPose* actor = nullptr,
+                                        std::span<const double> lip_seal = {}) const;
 
   /// Deforms one frame: `control` is a row of retarget()'s result, `out` is vertices x 3 (resized when needed),
   /// mesh units. Thread-safe; no allocation when `out` already has its size.

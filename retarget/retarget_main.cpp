@@ -88,6 +88,8 @@ std::string textOf(const FaceFile& face, const FaceCheck& check) {
 json factsOf(const ClosureCheck& check) {
   return {{"closures", check.closures},
           {"touching", check.touching},
+          {"other_phones", check.others},
+          {"other_phones_touching", check.others_touching},
           {"gap_median_mm", check.gap_median_mm},
           {"gap_p95_mm", check.gap_p95_mm},
           {"overlap_mm", check.overlap_mm},
@@ -101,11 +103,12 @@ json factsOf(const ClosureCheck& check) {
 std::string textOf(const ClosureCheck& check) {
   return fmt::format(
       "  closures           {} of {} touch within {} mm; gap {:.2f} mm median, {:.2f} mm at 95 %\n"
+      "  other phones       {} of {} touch at their widest\n"
       "  lips               {:.2f} mm inside each other at most ({:.2f} at rest), {:.2f} mm inside teeth ({:.2f})\n"
       "  patch edges        {:.3g} degrees at most in {} captured poses\n",
-      check.touching, check.closures, kTouchMm, check.gap_median_mm, check.gap_p95_mm, check.overlap_mm,
-      check.overlap_at_rest_mm, check.in_teeth_mm, check.in_teeth_at_rest_mm, check.patch_edge_angle_max_deg,
-      check.poses);
+      check.touching, check.closures, kTouchMm, check.gap_median_mm, check.gap_p95_mm, check.others_touching,
+      check.others, check.overlap_mm, check.overlap_at_rest_mm, check.in_teeth_mm, check.in_teeth_at_rest_mm,
+      check.patch_edge_angle_max_deg, check.poses);
 }
 
 /// Facts, and what is wrong, on stdout.
@@ -245,6 +248,8 @@ int runRetarget(int argc, char** argv) {
                      "Animate the ARKit shapes of the GLB that the face was fitted to, instead of shapes of its own");
   applying->add_option("--corpus", line.corpus,
                        "Corpus of the actor who moves, when it is another than the face was fitted with");
+  applying->add_option("--phones", line.phones,
+                       "Labels of what is said (.TextGrid .lab .phn ...): lips stick in B P M alone, the tongue moves");
   setExample(*applying, "retarget apply --face head.face --motion motion.c3d --out talk.glb");
 
   CLI::App* checking = command("check", "Judge a fitted face; exit code 1 when it has a fault", check);

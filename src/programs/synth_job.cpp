@@ -337,7 +337,8 @@ SynthOutcome SynthJob::run(const LineSource& source, const std::vector<OutputFil
   if (needsFace(outputs)) {
     data_->giveBackTakes();
     const ActorPose actor{data_->corpus.neutral_pose_mm, closedLipsMm(data_->corpus)};
-    control = timed(animation.timing_ms.retarget, [&] { return data_->face->retarget(animation.motion, &actor); });
+    control = timed(animation.timing_ms.retarget,
+                    [&] { return data_->face->retarget(animation.motion, &actor, animation.lip_seal); });
     const PrincipalShapes shapes = data_->deformFace(animation, control, animation.timing_ms);
     glb = timed(animation.timing_ms.write, [&] { return glbBytes(data_->face->mesh(), shapes, data_->face->name()); });
   }

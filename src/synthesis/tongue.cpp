@@ -1,16 +1,13 @@
 #include "synthesis/tongue.h"
 
 #include <algorithm>
-#include <array>
-#include <numbers>
 
-#include <cmath>
+#include "synthesis/phone_presence.h"
 
 namespace mouthpiece {
 namespace {
 
-constexpr Seconds kTransition = 0.100;
-constexpr Seconds kInside = 0.020;  ///< of the transition, the part that lies inside the phone
+constexpr PresenceShape kMove{.transition = 0.100, .inside = 0.020};
 
 TonguePose targetOf(Phone phone) {
   switch (phone) {
@@ -48,33 +45,18 @@ TonguePose targetOf(Phone phone) {
   }
 }
 
-/// 0 before the phone's transition, 1 inside the phone, cosine ramps between.
-float presence(const TimeSpan& span, Seconds time) {
-  const Seconds inside = std::min(kInside, 0.5 * span.duration());
-  const Seconds outside = std::max(span.start + inside - time, time - (span.end - inside));
-  const double u = std::clamp(outside / kTransition, 0.0, 1.0);
-  return static_cast<float>(0.5 * (1 + std::cos(std::numbers::pi * u)));
-}
-
 }  // namespace
 
 std::vector<TonguePose> tongueFromPhones(const SpeechLabels& labels, std::span<const Seconds> times) {
-  std::vector<TonguePose> poses;
-  poses.reserve(times.size());
-  std::size_t first_near = 0;
-  for (const Seconds time : times) {
-    while (first_near < labels.phones.size() && labels.phones[first_near].span.end + kTransition < time) ++first_near;
-    TonguePose pose;
-    for (std::size_t i = first_near; i < labels.phones.size() && labels.phones[i].span.start - kTransition < time;
-         ++i) {
-      const TonguePose target = targetOf(labels.phones[i].phone);
-      const float present = presence(labels.phones[i].span, time);
-      pose.tip_up = std::max(pose.tip_up, present * target.tip_up);
-      pose.tip_forward = std::max(pose.tip_forward, present * target.tip_forward);
-      pose.back_up = std::max(pose.back_up, present * target.back_up);
-    }
-    poses.push_back(pose);
-  }
+  std::vector<TonguePose> poses(times.size());
+  forEachPresence(labels, times, kMove, [&poses](std::size_t frame, Phone phone, double presence) {
+    const TonguePose target = targetOf(phone);
+    const auto present = static_cast<float>(presence);
+    TonguePose& pose = poses[frame];
+    pose.tip_up = std::max(pose.tip_up, present * target.tip_up);
+    pose.tip_forward = std::max(pose.tip_forward, present * target.tip_forward);
+    pose.back_up = std::max(pose.back_up, present * target.back_up);
+  });
   return poses;
 }
 

@@ -44,6 +44,7 @@ struct UtteranceAnimation {
   AudioClip audio;
   MotionClip motion;               ///< head still, actor's space, no NaN, at the requested frame rate
   std::vector<TonguePose> tongue;  ///< one a frame of `motion`
+  std::vector<double> lip_seal;    ///< lipSealFromPhones, one a frame of `motion`
   std::vector<PlacedUnit> units;
   std::vector<Join> joins;
   CurveSet curves;                    ///< VOCAL's curves of the whole line, edited

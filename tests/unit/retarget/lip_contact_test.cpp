@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
+#include <span>
 
 #include "base/files.h"
 #include "deform/deformer.h"
@@ -136,8 +138,8 @@ TEST_F(LipContactTest, ClosedInTheCaptureIsClosedOnTheHead) {
   MotionClip clip{60, actor.names, PositionMatrix(1, pose.size())};
   clip.positions_mm.row(0) = Eigen::Map<const Eigen::RowVectorXd>(pose.data(), pose.size());
   const LipContactMeter meter(rig.mesh(), file_.control);
-  const auto gapOf = [&](const ActorPose* who) {
-    const PositionMatrix control = rig.retarget(clip, who);
+  const auto gapOf = [&](const ActorPose* who, std::span<const double> lip_seal = {}) {
+    const PositionMatrix control = rig.retarget(clip, who, lip_seal);
     VertexPositions out;
     rig.deform({control.data(), static_cast<std::size_t>(control.cols())}, {}, out);
     return meter.measure(out).gap;
@@ -145,6 +147,8 @@ TEST_F(LipContactTest, ClosedInTheCaptureIsClosedOnTheHead) {
   EXPECT_LT(gapOf(nullptr), kTouch_mm);
   const ActorPose parts_at_once{actor.neutral_mm, neutral};
   EXPECT_GT(gapOf(&parts_at_once), 1);
+  EXPECT_LT(gapOf(nullptr, std::array{1.0}), kTouch_mm);
+  EXPECT_GT(gapOf(nullptr, std::array{0.0}), 1) << "in a phone that is said through parted lips";
 }
 
 }  // namespace

@@ -76,6 +76,26 @@ TEST_F(RetargetProgram, ApplyMovesTheMouth) {
   EXPECT_GT(open.vertices(13, 1) - open.vertices(14, 1), 4.0F);
 }
 
+TEST_F(RetargetProgram, ApplyMovesTheTongueWithThePhones) {
+  ASSERT_EQ(sample().exit_code, 0);
+  const fs::path motion = folder_.path() / "motion.c3d";
+  writeMotion(motion, test::openingTake(test::madeUpActor()).motion);
+  const fs::path phones = folder_.write("phones.lab", "0 100000 sil\n100000 30000000 th\n30000000 30100000 sil\n");
+  const auto apply = [&](const std::string& out, const fs::path& labels) {
+    return runProgram("retarget", {"apply", "--face", face_.string(), "--motion", motion.string(), "--out",
+                                   (folder_.path() / out).string(), "--phones", labels.string()});
+  };
+  ASSERT_EQ(apply("th", phones).exit_code, 0);
+  const fs::path silent = folder_.write("silent.lab", "0 30100000 sil\n");
+  ASSERT_EQ(apply("sil", silent).exit_code, 0);
+  const FaceMesh th = readFaceMesh(folder_.path() / "th" / "default.0006.obj");
+  const FaceMesh sil = readFaceMesh(folder_.path() / "sil" / "default.0006.obj");
+  EXPECT_GT((th.vertices - sil.vertices).rowwise().norm().maxCoeff(), 2.0F);
+  const ProgramResult refused = apply("none", folder_.path() / "none.lab");
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_NE(refused.err.find("none.lab"), std::string::npos) << refused.err;
+}
+
 TEST_F(RetargetProgram, ApplyRefusesMotionOfAnotherPlace) {
   ASSERT_EQ(sample().exit_code, 0);
   MotionClip clip = test::openingTake(test::madeUpActor()).motion;
