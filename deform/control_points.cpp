@@ -12,8 +12,6 @@ namespace {
 
 /// Share of the mouth's width over which a closing gap is eased to nothing.
 constexpr double kContactEase = 0.02;
-/// Lips that have stuck together catch up with their outer markers over this much of the way that they stuck.
-constexpr double kCatchUp = 1.5;
 /// Of the rest distance between the outer lip markers: closer than this their direction is not trusted.
 constexpr double kLeastLipHeight = 0.25;
 /// A lip gets thinner when stretched and thicker when pursed, within these factors.
@@ -52,17 +50,9 @@ Eigen::Vector3d carriedByLip(const ControlMesh& mesh, int index, const MarkerPos
                                         offset);
 }
 
-/// A gap of lips that stick together until it is `slack`; they have caught up with their outer markers some way
-/// later. Continuous in value and slope.
-double gapAfterSticking(double gap, double slack, double ease) {
-  const double beyond = gap - slack;
-  const double caught_up = slack > 0 ? std::clamp(beyond / (kCatchUp * slack), 0.0, 1.0) : 1.0;
-  return easedGap(beyond, ease) + slack * caught_up * caught_up * (3 - 2 * caught_up);
-}
-
 /// Keeps a pair of rim points from passing through each other: the gap along the lips' own direction is eased to zero,
-/// both giving way alike.
-void meetInBetween(const ControlMesh& mesh, int upper, int lower, std::optional<double> slack_of_height, double ease,
+/// both giving way alike. `parted`: the share of the gap that lips which stretch before they part have opened.
+void meetInBetween(const ControlMesh& mesh, int upper, int lower, std::optional<double> parted, double ease,
                    MarkerPositions& now) {
   const int outer_upper = mesh.points[static_cast<std::size_t>(upper)].drivers[0].point;
   const int outer_lower = mesh.points[static_cast<std::size_t>(lower)].drivers[0].point;
@@ -77,8 +67,8 @@ void meetInBetween(const ControlMesh& mesh, int upper, int lower, std::optional<
   const double touching = std::min(rest_gap, 0.0);
   const double gap = (row(now, upper) - row(now, lower)).dot(up);
   double wanted = touching;
-  if (slack_of_height) {
-    wanted += gapAfterSticking(gap - touching, *slack_of_height * rest_lips.norm(), ease);
+  if (parted) {
+    wanted += *parted * easedGap(gap - touching, ease);
   } else {
     const double shift = inverseEasedGap(rest_gap - touching, ease) - (rest_gap - touching);
     wanted += easedGap(gap - touching + shift, ease);
@@ -90,15 +80,27 @@ void meetInBetween(const ControlMesh& mesh, int upper, int lower, std::optional<
 
 }  // namespace
 
-MarkerPositions leadingPoints(const ControlMesh& mesh, std::span<const double> markers) {
-  MOUTHPIECE_EXPECT(markers.size() / 3 == mesh.marker_count && markers.size() % 3 <= 1);
-  // Lips of half the height part at half the stretch: towards the corners they are thin.
-  std::optional<double> slack_of_height;
-  if (markers.size() % 3 == 1) {
-    const int upper = findPoint(mesh, "LIP_UP_MID"), lower = findPoint(mesh, "LIP_LO_MID");
-    const double height = upper < 0 || lower < 0 ? 0 : (row(mesh.rest, upper) - row(mesh.rest, lower)).norm();
-    slack_of_height = height > 0 ? markers.back() / height : 0;
+std::vector<LipPair> lipPairs(const ControlMesh& mesh) {
+  std::vector<LipPair> pairs;
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    const ControlPoint& point = mesh.points[i];
+    if (point.rule != PointRule::kInnerLip || point.side != LipSide::kUpper || point.opposite < 0) continue;
+    const ControlPoint& opposite = mesh.points[static_cast<std::size_t>(point.opposite)];
+    pairs.push_back({static_cast<int>(i), point.opposite, point.drivers[0].point, opposite.drivers[0].point});
   }
+  return pairs;
+}
+
+double partedShare(double stretch, double slack) {
+  constexpr double kCatchUp = 1.5;  // of the way that they stuck together
+  const double way = slack > 0 ? std::clamp((stretch - slack) / (kCatchUp * slack), 0.0, 1.0) : 1.0;
+  return way * way * (3 - 2 * way);
+}
+
+MarkerPositions leadingPoints(const ControlMesh& mesh, std::span<const double> markers) {
+  const std::vector<LipPair> pairs = lipPairs(mesh);
+  const std::span<const double> parted = markers.subspan(std::min(3 * mesh.marker_count, markers.size()));
+  MOUTHPIECE_EXPECT(markers.size() >= 3 * mesh.marker_count && (parted.empty() || parted.size() == pairs.size()));
   MarkerPositions now = mesh.rest;
   now.topRows(static_cast<Eigen::Index>(mesh.marker_count)) =
       Eigen::Map<const MarkerPositions>(markers.data(), static_cast<Eigen::Index>(mesh.marker_count), 3);
@@ -107,24 +109,18 @@ MarkerPositions leadingPoints(const ControlMesh& mesh, std::span<const double> m
     if (mesh.points[static_cast<std::size_t>(i)].rule == PointRule::kInnerLip)
       now.row(i) = carriedByLip(mesh, i, now).transpose();
   }
-  for (int i = 0; i < count; ++i) {
-    const ControlPoint& point = mesh.points[static_cast<std::size_t>(i)];
-    if (point.rule == PointRule::kInnerLip && point.side == LipSide::kUpper && point.opposite >= 0) {
-      meetInBetween(mesh, i, point.opposite, slack_of_height, kContactEase * mesh.mouth_width, now);
-    }
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    meetInBetween(mesh, pairs[i].upper_rim, pairs[i].lower_rim,
+                  parted.empty() ? std::nullopt : std::optional(parted[i]), kContactEase * mesh.mouth_width, now);
   }
   return now;
 }
 
 MarkerPositions closingOffsets(const ControlMesh& mesh) {
   MarkerPositions offsets = MarkerPositions::Zero(static_cast<Eigen::Index>(mesh.marker_count), 3);
-  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
-    const ControlPoint& point = mesh.points[i];
-    if (point.rule != PointRule::kInnerLip || point.side != LipSide::kUpper || point.opposite < 0) continue;
-    const int upper = point.drivers[0].point;
-    const int lower = mesh.points[static_cast<std::size_t>(point.opposite)].drivers[0].point;
+  for (const auto& [upper_rim, lower_rim, upper, lower] : lipPairs(mesh)) {
     const Eigen::Vector3d up = (row(mesh.rest, upper) - row(mesh.rest, lower)).normalized();
-    const double gap = (row(mesh.rest, static_cast<int>(i)) - row(mesh.rest, point.opposite)).dot(up);
+    const double gap = (row(mesh.rest, upper_rim) - row(mesh.rest, lower_rim)).dot(up);
     if (!(gap > 0)) continue;
     offsets.row(upper) -= (kUpperLipCloses * gap * up).transpose();
     offsets.row(lower) += ((1 - kUpperLipCloses) * gap * up).transpose();

@@ -82,11 +82,22 @@ void checkControlMesh(const ControlMesh& mesh, const std::string& file);
 /// do: the actor's neutral mouth is closed. Zero where the lips touch at rest.
 MarkerPositions closingOffsets(const ControlMesh& mesh);
 
+/// Two points of the mouth's rim that meet when it closes, and the outer lip markers in front of them.
+struct LipPair {
+  int upper_rim, lower_rim, upper_marker, lower_marker;
+};
+std::vector<LipPair> lipPairs(const ControlMesh& mesh);
+
+/// How much of their gap lips have opened that stretch by up to `slack` before they part: 0 where they touch, 1 once
+/// they have caught up with their outer markers. Both are shares of the closed lips' height. Continuous in value and
+/// slope.
+double partedShare(double stretch, double slack);
+
 /// All control points of a frame: points x 3. `markers`: x y z of each marker side by side (a row of
-/// FaceRig::retarget), and behind them, where it is known, how much further apart than in the actor's closed mouth
-/// LIP_UP_MID and LIP_LO_MID may come before the lips part (the mesh's unit): lips stretch before they do. With it,
-/// lips that are apart at rest are taken to have been brought together by closingOffsets. Lips that would pass through
-/// each other meet in between instead.
+/// FaceRig::retarget), and behind them, where it is known, for each of lipPairs() the share of its gap that has opened:
+/// 0 where the lips touch though they are stretched, 1 where they go with their outer markers. With it, lips that are
+/// apart at rest are taken to have been brought together by closingOffsets. Lips that would pass through each other
+/// meet in between instead.
 MarkerPositions controlPoints(const ControlMesh& mesh, std::span<const double> markers);
 
 }  // namespace mouthpiece

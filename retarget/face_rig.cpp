@@ -70,7 +70,7 @@ const std::vector<std::string>& FaceRig::markerNames() const { return data_->fil
 
 namespace {
 
-/// How far the lips stretch before they part, as shares of the closed mouth's height.
+/// Lips that touch stretch before they part. How far, as shares of the closed mouth's height.
 struct LipSlack {
   double always = 0;  ///< the capture's own noise
   double sealed = 0;  ///< more, where they stick: half of the closures lie above the median
@@ -78,7 +78,7 @@ struct LipSlack {
 
 /// In captured B P M the outer lip markers are further apart than at rest though the lips touch.
 LipSlack lipSlack(double neutral_mm, double closed_lips_mm) {
-  constexpr double kScatter = 2.5;
+  constexpr double kScatter = 1.6;
   constexpr double kNoiseMm = 0.5;
   constexpr double kMostSlack = 0.3;
   if (!(neutral_mm > 0)) return {};
@@ -120,13 +120,22 @@ PositionMatrix FaceRig::retarget(const MotionClip& motion, const ActorPose* acto
   const MarkerPositions closing = closingOffsets(data_->file.control);
   const LipSlack slack = lipSlack(distanceBetween(neutral, names, "LIP_UP_MID", "LIP_LO_MID"),
                                   actor != nullptr ? actor->closed_lips_mm : data_->file.actor_closed_lips_mm);
-  PositionMatrix result(frames.rows(), frames.cols() + 1);
+  const std::vector<LipPair> pairs = lipPairs(data_->file.control);
+  PositionMatrix result(frames.rows(), frames.cols() + static_cast<Eigen::Index>(pairs.size()));
   result.leftCols(frames.cols()) = data_->warp.targetFromActorRelative(frames, neutral);
   result.leftCols(frames.cols()).rowwise() += Eigen::Map<const Eigen::RowVectorXd>(closing.data(), closing.size());
-  const double height = distanceBetween(data_->file.marker_targets, names, "LIP_UP_MID", "LIP_LO_MID");
-  result.rightCols<1>().setConstant(height * (slack.always + slack.sealed));
-  for (std::size_t frame = 0; frame < lip_seal.size(); ++frame)
-    result.rightCols<1>()(static_cast<Eigen::Index>(frame)) = height * (slack.always + lip_seal[frame] * slack.sealed);
+  // Whether lips touch is the actor's matter, measured on the actor: the warp shears, so that lips which move together
+  // there are carried different ways on the head.
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const Eigen::Index upper = pairs[i].upper_marker, lower = pairs[i].lower_marker;
+    const double height = (neutral.row(upper) - neutral.row(lower)).norm();
+    for (Eigen::Index frame = 0; frame < frames.rows(); ++frame) {
+      const double apart = (frames.block<1, 3>(frame, 3 * upper) - frames.block<1, 3>(frame, 3 * lower)).norm();
+      const double seal = lip_seal.empty() ? 1.0 : lip_seal[static_cast<std::size_t>(frame)];
+      result(frame, frames.cols() + static_cast<Eigen::Index>(i)) =
+          height > 0 ? partedShare(apart / height - 1, slack.always + seal * slack.sealed) : 1.0;
+    }
+  }
   return result;
 }
 

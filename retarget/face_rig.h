@@ -37,10 +37,10 @@ class FaceRig {
   [[nodiscard]] const std::vector<std::string>& markerNames() const;
 
   /// Marker trajectories carried from the actor's space to the mesh's by the RBF warp (EDGE 6): frames x (3 * markers +
-  /// 1), mesh units; the last column is how far the lips stretch before they part (controlPoints). `motion` must hold
-  /// the rig's markers by name; others are ignored. Throws InputError naming a missing one. Lips that are apart on the
-  /// mesh at rest are brought together by as much as the actor's are closed. `actor`: who moves; null: the actor of the
-  /// corpus the face was fitted with. `lip_seal`: how far touching lips stick in each frame, 0 to 1
+  /// lip pairs), mesh units; the last columns are how much of their gaps the lips have opened (controlPoints). `motion`
+  /// must hold the rig's markers by name; others are ignored. Throws InputError naming a missing one. Lips that are
+  /// apart on the mesh at rest are brought together by as much as the actor's are closed. `actor`: who moves; null: the
+  /// actor of the corpus the face was fitted with. `lip_seal`: how far touching lips stick in each frame, 0 to 1
   /// (lipSealFromPhones); empty, where the phones are not known: 1.
   [[nodiscard]] PositionMatrix retarget(const MotionClip& motion, const ActorPose* actor = nullptr,
                                         std::span<const double> lip_seal = {}) const;

@@ -132,7 +132,11 @@ TEST(ControlSurface, LipsStickAsFarAsTheyAreSaidTo) {
   const auto gapAt = [&](double opening) {
     const MarkerPositions pose = openMouth(sampleFace(), opening);
     std::vector<double> row(pose.data(), pose.data() + pose.size());
-    row.push_back(kSlackMm);
+    for (const LipPair& pair : lipPairs(mesh)) {
+      const double height = (mesh.rest.row(pair.upper_marker) - mesh.rest.row(pair.lower_marker)).norm();
+      const double apart = (pose.row(pair.upper_marker) - pose.row(pair.lower_marker)).norm();
+      row.push_back(partedShare((apart - height) / height, kSlackMm / height));
+    }
     return gapAlong(controlPoints(mesh, row), middle, {0, 1, 0});
   };
   double before = 0, speed_before = 0;

@@ -43,7 +43,15 @@ class LipContactTest : public ::testing::Test {
   [[nodiscard]] static VertexPositions deformed(const FaceDeformer& deformer, const MarkerPositions& pose,
                                                 double slack_mm) {
     std::vector<double> row(pose.data(), pose.data() + pose.size());
-    row.push_back(slack_mm);
+    const std::vector<LipPair> pairs = lipPairs(file_.control);
+    const auto height = [](const MarkerPositions& markers, const LipPair& pair) {
+      return (markers.row(pair.upper_marker) - markers.row(pair.lower_marker)).norm();
+    };
+    // Lips of half the height stretch by half as much.
+    for (const LipPair& pair : pairs) {
+      row.push_back(partedShare(height(pose, pair) / height(file_.marker_targets, pair) - 1,
+                                slack_mm / height(file_.marker_targets, pairs[2])));
+    }
     VertexPositions out;
     deformer.deform(row, {}, out);
     return out;
