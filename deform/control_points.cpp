@@ -51,11 +51,10 @@ Eigen::Vector3d carriedByLip(const ControlMesh& mesh, int index, const MarkerPos
 }
 
 /// Keeps a pair of rim points from passing through each other: the gap along the lips' own direction is eased to zero,
-/// both giving way alike. `parted`: the share of the gap that lips which stretch before they part have opened.
-void meetInBetween(const ControlMesh& mesh, int upper, int lower, std::optional<double> parted, double ease,
+/// both giving way alike. `lips`: nullopt where only the markers are known.
+void meetInBetween(const ControlMesh& mesh, const LipPair& pair, const std::optional<LipGap>& lips, double ease,
                    MarkerPositions& now) {
-  const int outer_upper = mesh.points[static_cast<std::size_t>(upper)].drivers[0].point;
-  const int outer_lower = mesh.points[static_cast<std::size_t>(lower)].drivers[0].point;
+  const auto& [upper, lower, outer_upper, outer_lower] = pair;
   const Eigen::Vector3d rest_lips = row(mesh.rest, outer_upper) - row(mesh.rest, outer_lower);
   const Eigen::Vector3d rest_up = rest_lips.normalized();
   Eigen::Vector3d up = row(now, outer_upper) - row(now, outer_lower);
@@ -67,8 +66,8 @@ void meetInBetween(const ControlMesh& mesh, int upper, int lower, std::optional<
   const double touching = std::min(rest_gap, 0.0);
   const double gap = (row(now, upper) - row(now, lower)).dot(up);
   double wanted = touching;
-  if (parted) {
-    wanted += *parted * easedGap(gap - touching, ease);
+  if (lips) {
+    wanted += lips->least + lips->opened * easedGap(gap - touching, std::max(ease, 2 * lips->least));
   } else {
     const double shift = inverseEasedGap(rest_gap - touching, ease) - (rest_gap - touching);
     wanted += easedGap(gap - touching + shift, ease);
@@ -99,8 +98,8 @@ double partedShare(double stretch, double slack) {
 
 MarkerPositions leadingPoints(const ControlMesh& mesh, std::span<const double> markers) {
   const std::vector<LipPair> pairs = lipPairs(mesh);
-  const std::span<const double> parted = markers.subspan(std::min(3 * mesh.marker_count, markers.size()));
-  MOUTHPIECE_EXPECT(markers.size() >= 3 * mesh.marker_count && (parted.empty() || parted.size() == pairs.size()));
+  const std::size_t own = 3 * mesh.marker_count;
+  MOUTHPIECE_EXPECT(markers.size() == own || markers.size() == own + 2 * pairs.size());
   MarkerPositions now = mesh.rest;
   now.topRows(static_cast<Eigen::Index>(mesh.marker_count)) =
       Eigen::Map<const MarkerPositions>(markers.data(), static_cast<Eigen::Index>(mesh.marker_count), 3);
@@ -110,8 +109,9 @@ MarkerPositions leadingPoints(const ControlMesh& mesh, std::span<const double> m
       now.row(i) = carriedByLip(mesh, i, now).transpose();
   }
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    meetInBetween(mesh, pairs[i].upper_rim, pairs[i].lower_rim,
-                  parted.empty() ? std::nullopt : std::optional(parted[i]), kContactEase * mesh.mouth_width, now);
+    std::optional<LipGap> lips;
+    if (markers.size() > own) lips = {markers[own + 2 * i], markers[own + 2 * i + 1]};
+    meetInBetween(mesh, pairs[i], lips, kContactEase * mesh.mouth_width, now);
   }
   return now;
 }

@@ -19,7 +19,7 @@
 #include "retarget/commands.h"
 #include "retarget/face_file.h"
 #include "retarget/face_rig.h"
-#include "synthesis/lip_seal.h"
+#include "synthesis/lips.h"
 #include "synthesis/tongue.h"
 #include "units/corpus.h"
 
@@ -62,7 +62,7 @@ void refuseFarMotion(const MotionClip& motion, const std::vector<std::string>& n
 /// What the phones tell of a motion's frames; where they are not known lips stick wherever they touch.
 struct SpokenFrames {
   std::vector<TonguePose> tongue;  ///< a frame each
-  std::vector<double> lip_seal;    ///< FaceRig::retarget's
+  std::vector<LipPose> lips;       ///< FaceRig::retarget's; none: not known
 };
 
 SpokenFrames spokenFrames(const fs::path& phones, const MotionClip& motion) {
@@ -71,7 +71,7 @@ SpokenFrames spokenFrames(const fs::path& phones, const MotionClip& motion) {
   const SpeechLabels labels = readLabels(phones);
   const std::vector<Seconds> times = frameTimes(0, motion.frameCount(), motion.frame_rate_hz);
   frames.tongue = tongueFromPhones(labels, times);
-  frames.lip_seal = lipSealFromPhones(labels, times);
+  frames.lips = lipsFromPhones(labels, times);
   return frames;
 }
 
@@ -172,7 +172,7 @@ int applyCommand(const CommandLine& line) {
   }
   refuseFarMotion(motion, names, neutral, line.motion);
   const SpokenFrames spoken = spokenFrames(line.phones, motion);
-  const PositionMatrix control = rig.retarget(motion, other ? &*other : nullptr, spoken.lip_seal);
+  const PositionMatrix control = rig.retarget(motion, other ? &*other : nullptr, spoken.lips);
   FaceAnimation animation = animate(rig, control, spoken.tongue, motion.frame_rate_hz, line.quiet);
   const bool is_arkit = line.arkit || kind == OutputKind::kLiveLink;
   if (!is_arkit && kind != OutputKind::kGlb) turnBack(face.upright_from_mesh, animation);

@@ -10,7 +10,7 @@
 #include "retarget/commands.h"
 #include "retarget/face_rig.h"
 #include "retarget/lip_contact.h"
-#include "synthesis/lip_seal.h"
+#include "synthesis/lips.h"
 #include "units/corpus.h"
 
 namespace mouthpiece {
@@ -121,7 +121,7 @@ ClosureCheck checkClosures(const FaceRig& rig, const ControlMesh& control_mesh, 
     if (opening.empty()) continue;
     const std::vector<std::size_t> closed = closedFrames(take, opening), open = others.widestFrames(take, opening);
     const std::vector<Seconds> times = frameTimes(0, take.motion.frameCount(), take.motion.frame_rate_hz);
-    const PositionMatrix control = rig.retarget(take.motion, &actor, lipSealFromPhones(take.labels, times));
+    const PositionMatrix control = rig.retarget(take.motion, &actor, lipsFromPhones(take.labels, times));
     const auto contactAt = [&](std::size_t frame) {
       const auto row = static_cast<Eigen::Index>(frame);
       rig.deform({control.row(row).data(), static_cast<std::size_t>(control.cols())}, TonguePose{}, vertices);

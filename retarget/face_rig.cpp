@@ -87,6 +87,9 @@ LipSlack lipSlack(double neutral_mm, double closed_lips_mm) {
   return {always, std::min(kScatter * stretch_mm / neutral_mm, kMostSlack - always)};
 }
 
+/// Between lips that the tongue's tip goes through, as a share of the closed mouth's height.
+constexpr double kWidestParting = 0.12;
+
 /// 0 where one of the two is missing.
 double distanceBetween(const MarkerPositions& places, const std::vector<std::string>& names, const char* a,
                        const char* b) {
@@ -98,8 +101,8 @@ double distanceBetween(const MarkerPositions& places, const std::vector<std::str
 }  // namespace
 
 PositionMatrix FaceRig::retarget(const MotionClip& motion, const ActorPose* actor,
-                                 std::span<const double> lip_seal) const {
-  MOUTHPIECE_EXPECT(lip_seal.empty() || lip_seal.size() == motion.frameCount());
+                                 std::span<const LipPose> lips) const {
+  MOUTHPIECE_EXPECT(lips.empty() || lips.size() == motion.frameCount());
   const std::vector<std::string>& names = data_->file.marker_names;
   MarkerPositions neutral = data_->file.actor_neutral_mm;
   PositionMatrix frames(motion.positions_mm.rows(), 3 * static_cast<Eigen::Index>(names.size()));
@@ -121,19 +124,23 @@ PositionMatrix FaceRig::retarget(const MotionClip& motion, const ActorPose* acto
   const LipSlack slack = lipSlack(distanceBetween(neutral, names, "LIP_UP_MID", "LIP_LO_MID"),
                                   actor != nullptr ? actor->closed_lips_mm : data_->file.actor_closed_lips_mm);
   const std::vector<LipPair> pairs = lipPairs(data_->file.control);
-  PositionMatrix result(frames.rows(), frames.cols() + static_cast<Eigen::Index>(pairs.size()));
+  PositionMatrix result(frames.rows(), frames.cols() + 2 * static_cast<Eigen::Index>(pairs.size()));
   result.leftCols(frames.cols()) = data_->warp.targetFromActorRelative(frames, neutral);
   result.leftCols(frames.cols()).rowwise() += Eigen::Map<const Eigen::RowVectorXd>(closing.data(), closing.size());
-  // Whether lips touch is the actor's matter, measured on the actor: the warp shears, so that lips which move together
-  // there are carried different ways on the head.
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Eigen::Index upper = pairs[i].upper_marker, lower = pairs[i].lower_marker;
     const double height = (neutral.row(upper) - neutral.row(lower)).norm();
+    const double least =
+        kWidestParting * (data_->file.marker_targets.row(upper) - data_->file.marker_targets.row(lower)).norm();
     for (Eigen::Index frame = 0; frame < frames.rows(); ++frame) {
+      const LipPose pose = lips.empty() ? LipPose{} : lips[static_cast<std::size_t>(frame)];
+      // Whether lips touch is the actor's matter, measured on the actor: the warp shears, so that lips which move
+      // together there are carried different ways on the head.
       const double apart = (frames.block<1, 3>(frame, 3 * upper) - frames.block<1, 3>(frame, 3 * lower)).norm();
-      const double seal = lip_seal.empty() ? 1.0 : lip_seal[static_cast<std::size_t>(frame)];
-      result(frame, frames.cols() + static_cast<Eigen::Index>(i)) =
-          height > 0 ? partedShare(apart / height - 1, slack.always + seal * slack.sealed) : 1.0;
+      const double stretch = height > 0 ? apart / height - 1 : 0;
+      result(frame, frames.cols() + 2 * static_cast<Eigen::Index>(i)) =
+          partedShare(stretch, slack.always + pose.seal * slack.sealed);
+      result(frame, frames.cols() + 2 * static_cast<Eigen::Index>(i) + 1) = pose.parting * least;
     }
   }
   return result;

@@ -8,6 +8,7 @@
 
 #include "deform/face_animation.h"
 #include "deform/face_mesh.h"
+#include "motion/lip_pose.h"
 #include "motion/motion_clip.h"
 #include "motion/tongue_pose.h"
 
@@ -37,13 +38,13 @@ class FaceRig {
   [[nodiscard]] const std::vector<std::string>& markerNames() const;
 
   /// Marker trajectories carried from the actor's space to the mesh's by the RBF warp (EDGE 6): frames x (3 * markers +
-  /// lip pairs), mesh units; the last columns are how much of their gaps the lips have opened (controlPoints). `motion`
+  /// 2 * lip pairs), mesh units; the last columns tell how the lips lie (controlPoints). `motion`
   /// must hold the rig's markers by name; others are ignored. Throws InputError naming a missing one. Lips that are
   /// apart on the mesh at rest are brought together by as much as the actor's are closed. `actor`: who moves; null: the
-  /// actor of the corpus the face was fitted with. `lip_seal`: how far touching lips stick in each frame, 0 to 1
-  /// (lipSealFromPhones); empty, where the phones are not known: 1.
+  /// actor of the corpus the face was fitted with. `lips`: one a frame (lipsFromPhones); empty, where the phones are
+  /// not known: LipPose{}.
   [[nodiscard]] PositionMatrix retarget(const MotionClip& motion, const ActorPose* actor = nullptr,
-                                        std::span<const double> lip_seal = {}) const;
+                                        std::span<const LipPose> lips = {}) const;
 
   /// Deforms one frame: `control` is a row of retarget()'s result, `out` is vertices x 3 (resized when needed),
   /// mesh units. Thread-safe; no allocation when `out` already has its size.

@@ -338,7 +338,7 @@ SynthOutcome SynthJob::run(const LineSource& source, const std::vector<OutputFil
     data_->giveBackTakes();
     const ActorPose actor{data_->corpus.neutral_pose_mm, closedLipsMm(data_->corpus)};
     control = timed(animation.timing_ms.retarget,
-                    [&] { return data_->face->retarget(animation.motion, &actor, animation.lip_seal); });
+                    [&] { return data_->face->retarget(animation.motion, &actor, animation.lips); });
     const PrincipalShapes shapes = data_->deformFace(animation, control, animation.timing_ms);
     glb = timed(animation.timing_ms.write, [&] { return glbBytes(data_->face->mesh(), shapes, data_->face->name()); });
   }

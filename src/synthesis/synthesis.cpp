@@ -16,7 +16,7 @@
 #include "synthesis/fragment.h"
 #include "synthesis/join.h"
 #include "synthesis/join_offset.h"
-#include "synthesis/lip_seal.h"
+#include "synthesis/lips.h"
 #include "synthesis/tongue.h"
 #include "vocal/maps_field.h"
 #include "vocal/pose_motion.h"
@@ -294,7 +294,7 @@ UtteranceAnimation synthesise(const SynthesisRequest& request, const UnitDatabas
   animation.motion = restingMotion(corpus, frames, rate);
   animate(request, database, model, runs, times, animation);
   animation.tongue = tongueFromPhones(request.labels, times);
-  animation.lip_seal = lipSealFromPhones(request.labels, times);
+  animation.lips = lipsFromPhones(request.labels, times);
   animation.timing_ms.motion = moving.elapsedMs();
   return animation;
 }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "audio/audio_clip.h"
+#include "motion/lip_pose.h"
 #include "motion/motion_clip.h"
 #include "motion/tongue_pose.h"
 #include "phonetics/speech_labels.h"
@@ -44,7 +45,7 @@ struct UtteranceAnimation {
   AudioClip audio;
   MotionClip motion;               ///< head still, actor's space, no NaN, at the requested frame rate
   std::vector<TonguePose> tongue;  ///< one a frame of `motion`
-  std::vector<double> lip_seal;    ///< lipSealFromPhones, one a frame of `motion`
+  std::vector<LipPose> lips;       ///< one a frame of `motion`
   std::vector<PlacedUnit> units;
   std::vector<Join> joins;
   CurveSet curves;                    ///< VOCAL's curves of the whole line, edited

@@ -124,6 +124,28 @@ TEST(ControlSurface, OpeningGrowsSmoothlyWithTheMarkers) {
 }
 
 /// Lips that touch stretch before they part: then they open without a jerk and catch up.
+TEST(ControlSurface, LipsAreKeptApartAsFarAsTheyAreSaidTo) {
+  const ControlMesh& mesh = sampleControl();
+  const auto middle = rimPairs(mesh)[2];
+  constexpr double kLeastMm = 2, kAlong_mm = 0.1;
+  const auto gapAt = [&](double opening, double least_mm) {
+    const MarkerPositions pose = openMouth(sampleFace(), opening);
+    std::vector<double> row(pose.data(), pose.data() + pose.size());
+    for (std::size_t i = 0; i < lipPairs(mesh).size(); ++i) row.insert(row.end(), {1, least_mm});
+    return gapAlong(controlPoints(mesh, row), middle, {0, 1, 0});
+  };
+  EXPECT_NEAR(gapAt(-3, kLeastMm), kLeastMm, kAlong_mm);
+  EXPECT_NEAR(gapAt(10, kLeastMm), gapAt(10, 0), 0.6) << "lips that are open anyway stay as they are";
+  double before = gapAt(-3, kLeastMm);
+  constexpr double kStepMm = 0.05;
+  for (double opening = -3 + kStepMm; opening < 10; opening += kStepMm) {
+    const double gap = gapAt(opening, kLeastMm);
+    EXPECT_GE(gap, kLeastMm - kAlong_mm) << opening;
+    EXPECT_LT(std::abs(gap - before), 1.2 * kStepMm) << "a jump at " << opening;
+    before = gap;
+  }
+}
+
 TEST(ControlSurface, LipsStickAsFarAsTheyAreSaidTo) {
   const ControlMesh& mesh = sampleControl();
   const auto middle = rimPairs(mesh)[2];
@@ -135,7 +157,7 @@ TEST(ControlSurface, LipsStickAsFarAsTheyAreSaidTo) {
     for (const LipPair& pair : lipPairs(mesh)) {
       const double height = (mesh.rest.row(pair.upper_marker) - mesh.rest.row(pair.lower_marker)).norm();
       const double apart = (pose.row(pair.upper_marker) - pose.row(pair.lower_marker)).norm();
-      row.push_back(partedShare((apart - height) / height, kSlackMm / height));
+      row.insert(row.end(), {partedShare((apart - height) / height, kSlackMm / height), 0});
     }
     return gapAlong(controlPoints(mesh, row), middle, {0, 1, 0});
   };

@@ -49,8 +49,9 @@ class LipContactTest : public ::testing::Test {
     };
     // Lips of half the height stretch by half as much.
     for (const LipPair& pair : pairs) {
-      row.push_back(partedShare(height(pose, pair) / height(file_.marker_targets, pair) - 1,
-                                slack_mm / height(file_.marker_targets, pairs[2])));
+      row.insert(row.end(), {partedShare(height(pose, pair) / height(file_.marker_targets, pair) - 1,
+                                         slack_mm / height(file_.marker_targets, pairs[2])),
+                             0});
     }
     VertexPositions out;
     deformer.deform(row, {}, out);
@@ -146,8 +147,8 @@ TEST_F(LipContactTest, ClosedInTheCaptureIsClosedOnTheHead) {
   MotionClip clip{60, actor.names, PositionMatrix(1, pose.size())};
   clip.positions_mm.row(0) = Eigen::Map<const Eigen::RowVectorXd>(pose.data(), pose.size());
   const LipContactMeter meter(rig.mesh(), file_.control);
-  const auto gapOf = [&](const ActorPose* who, std::span<const double> lip_seal = {}) {
-    const PositionMatrix control = rig.retarget(clip, who, lip_seal);
+  const auto gapOf = [&](const ActorPose* who, std::span<const LipPose> lips = {}) {
+    const PositionMatrix control = rig.retarget(clip, who, lips);
     VertexPositions out;
     rig.deform({control.data(), static_cast<std::size_t>(control.cols())}, {}, out);
     return meter.measure(out).gap;
@@ -155,8 +156,11 @@ TEST_F(LipContactTest, ClosedInTheCaptureIsClosedOnTheHead) {
   EXPECT_LT(gapOf(nullptr), kTouch_mm);
   const ActorPose parts_at_once{actor.neutral_mm, neutral};
   EXPECT_GT(gapOf(&parts_at_once), 1);
-  EXPECT_LT(gapOf(nullptr, std::array{1.0}), kTouch_mm);
-  EXPECT_GT(gapOf(nullptr, std::array{0.0}), 1) << "in a phone that is said through parted lips";
+  EXPECT_LT(gapOf(nullptr, std::array{LipPose{1, 0}}), kTouch_mm);
+  EXPECT_GT(gapOf(nullptr, std::array{LipPose{0, 0}}), 1) << "in a phone that is said through parted lips";
+  clip.positions_mm.row(0) = Eigen::Map<const Eigen::RowVectorXd>(actor.neutral_mm.data(), actor.neutral_mm.size());
+  EXPECT_LT(gapOf(nullptr, std::array{LipPose{0, 0}}), kTouch_mm);
+  EXPECT_GT(gapOf(nullptr, std::array{LipPose{0, 1}}), 1) << "in TH, though the outer edges are as in a closed mouth";
 }
 
 }  // namespace

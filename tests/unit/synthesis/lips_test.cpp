@@ -1,0 +1,63 @@
+#include "synthesis/lips.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace mouthpiece {
+namespace {
+
+constexpr Seconds kPhone = 0.3;
+constexpr double kRateHz = 200;
+
+/// sil, the phones, sil; each kPhone long.
+SpeechLabels labelsOf(std::vector<Phone> phones) {
+  phones.insert(phones.begin(), Phone::kSil);
+  phones.push_back(Phone::kSil);
+  SpeechLabels labels;
+  for (std::size_t i = 0; i < phones.size(); ++i) {
+    LabelledPhone& phone = labels.phones.emplace_back();
+    phone.phone = phones[i];
+    phone.span = {kPhone * static_cast<double>(i), kPhone * static_cast<double>(i + 1)};
+  }
+  return labels;
+}
+
+std::vector<Seconds> timesOf(const SpeechLabels& labels) {
+  std::vector<Seconds> times;
+  for (std::size_t i = 0; static_cast<double>(i) / kRateHz < labels.duration(); ++i)
+    times.push_back(static_cast<double>(i) / kRateHz);
+  return times;
+}
+
+std::size_t frameAt(double phone) { return static_cast<std::size_t>(std::lround(phone * kPhone * kRateHz)); }
+
+TEST(Lips, AreSealedInBilabialsAndSilenceAlone) {
+  for (const Phone bilabial : {Phone::kP, Phone::kB, Phone::kM}) {
+    const SpeechLabels labels = labelsOf({Phone::kTH, bilabial, Phone::kR});
+    const std::vector<LipPose> lips = lipsFromPhones(labels, timesOf(labels));
+    for (const double sealed : {0.5, 2.05, 2.95}) {
+      EXPECT_EQ(lips[frameAt(sealed)].seal, 1);
+      EXPECT_EQ(lips[frameAt(sealed)].parting, 0);
+    }
+    for (const double open : {1.5, 3.5}) {
+      EXPECT_EQ(lips[frameAt(open)].seal, 0);
+      EXPECT_GT(lips[frameAt(open)].parting, 0);
+    }
+    EXPECT_EQ(lips[frameAt(1.5)].parting, 1) << "the tongue goes between";
+  }
+}
+
+TEST(Lips, ComeAndGoWithoutASkip) {
+  const SpeechLabels labels = labelsOf({Phone::kTH, Phone::kM, Phone::kAA, Phone::kTH, Phone::kAA});
+  const std::vector<LipPose> lips = lipsFromPhones(labels, timesOf(labels));
+  // Cosine ramps of 50 ms rise by pi / 2 over that at most; the parting's comes while the seal goes.
+  constexpr double kMostOfSeal = 1.5708 / 0.050 / kRateHz, kMostOfParting = 2 * kMostOfSeal;
+  for (std::size_t i = 1; i < lips.size(); ++i) {
+    EXPECT_LE(std::abs(lips[i].seal - lips[i - 1].seal), kMostOfSeal + 1e-6) << i;
+    EXPECT_LE(std::abs(lips[i].parting - lips[i - 1].parting), kMostOfParting + 1e-6) << i;
+  }
+}
+
+}  // namespace
+}  // namespace mouthpiece
