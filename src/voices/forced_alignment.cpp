@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 #include <utility>
 
 #include "base/errors.h"
@@ -55,17 +54,6 @@ const Pronunciation& wayTaken(const TranscriptWord& word, const std::vector<Phon
   return *taken;
 }
 
-/// The words in the ways that were taken.
-WordWays waysTaken(const std::vector<DecodedPhone>& decoded) {
-  WordWays words;
-  for (const DecodedPhone& phone : decoded) {
-    if (phone.phone == Phone::kSil) continue;
-    if (phone.opens_word) words.emplace_back(1);
-    words.back().front().push_back(phone.phone);
-  }
-  return words;
-}
-
 /// The decoder may give a silence in several parts.
 std::vector<DecodedPhone> withWholeSilences(const std::vector<DecodedPhone>& decoded) {
   std::vector<DecodedPhone> whole;
@@ -79,72 +67,27 @@ std::vector<DecodedPhone> withWholeSilences(const std::vector<DecodedPhone>& dec
   return whole;
 }
 
-/// Times of the phones alone, in order.
-std::vector<TimeSpan> soundSpans(const std::vector<DecodedPhone>& decoded, Seconds later) {
-  std::vector<TimeSpan> spans;
-  for (const DecodedPhone& phone : decoded) {
-    if (phone.phone != Phone::kSil) spans.push_back({phone.span.start + later, phone.span.end + later});
-  }
-  return spans;
-}
-
-/// Where phone `sound` ends and the next begins, in the mean over hearings. A silence between them stays where the
-/// first hearing has one, and only hearings that have it too tell its edges.
-std::pair<Seconds, Seconds> meanBorder(const std::vector<std::vector<TimeSpan>>& hearings, std::size_t sound) {
-  const auto hasSilence = [sound](const std::vector<TimeSpan>& spans) {
-    return spans[sound + 1].start > spans[sound].end;
-  };
-  const bool is_apart = hasSilence(hearings.front());
-  Seconds end = 0, start = 0;
-  double count = 0;
-  for (const std::vector<TimeSpan>& spans : hearings) {
-    if (is_apart && !hasSilence(spans)) continue;
-    const Seconds middle = 0.5 * (spans[sound].end + spans[sound + 1].start);
-    end += is_apart ? spans[sound].end : middle;
-    start += is_apart ? spans[sound + 1].start : middle;
-    count += 1;
-  }
-  return {end / count, start / count};
-}
-
-/// The decoder's borders lie on its own grid of 10 ms: heard again from a quarter, a half and three quarters of a step
-/// later, the same sound gives other grids, and the mean of all lies between them.
+/// The decoder's borders lie on its own grid of 10 ms: heard again from no, a quarter, a half and three quarters of a
+/// step later, the same sound gives other grids, and the mean of all lies between them.
 std::vector<DecodedPhone> withFinerTimes(std::vector<DecodedPhone> decoded, std::span<const std::int16_t> samples,
                                          PhoneDecoder& decoder) {
   constexpr std::size_t kHearings = 4;
   constexpr std::size_t kStep = kDecoderSampleRateHz / 100 / kHearings;
-  std::vector<std::vector<TimeSpan>> hearings{soundSpans(decoded, 0)};
-  const std::size_t sounds = hearings.front().size();
-  const WordWays words = waysTaken(decoded);
-  for (std::size_t k = 1; k < kHearings && k * kStep < samples.size(); ++k) {
-    const auto again = decoder.decode(samples.subspan(k * kStep), words);
+  const std::size_t borders = decoded.size() - 1;
+  std::vector<Seconds> sums(borders, 0.0);
+  double count = 0;
+  for (std::size_t k = 0; k < kHearings && k * kStep < samples.size(); ++k) {
+    const auto spans = decoder.hearAgain(samples.subspan(k * kStep), decoded);
+    if (spans.empty()) continue;
     const Seconds later = static_cast<double>(k * kStep) / kDecoderSampleRateHz;
-    if (auto spans = soundSpans(again, later); spans.size() == sounds) hearings.push_back(std::move(spans));
+    for (std::size_t i = 0; i < borders; ++i) sums[i] += spans[i].end + later;
+    count += 1;
   }
-  std::vector<TimeSpan> fine = hearings.front();
-  const auto mean = [&](Seconds TimeSpan::*edge, std::size_t sound) {
-    Seconds sum = 0;
-    for (const std::vector<TimeSpan>& spans : hearings) sum += spans[sound].*edge;
-    return sum / static_cast<double>(hearings.size());
-  };
-  // A phone that begins or ends the sound itself does so in every hearing.
-  if (fine.front().start > 0) fine.front().start = mean(&TimeSpan::start, 0);
-  if (decoded.back().phone == Phone::kSil) fine.back().end = mean(&TimeSpan::end, sounds - 1);
-  for (std::size_t sound = 0; sound + 1 < sounds; ++sound)
-    std::tie(fine[sound].end, fine[sound + 1].start) = meanBorder(hearings, sound);
-  const bool is_rising =
-      std::all_of(fine.begin(), fine.end(), [](const TimeSpan& span) { return span.duration() > kShortestPhone / 3; });
-  if (!is_rising) return decoded;  // the hearings do not agree
-  std::size_t sound = 0;
-  for (std::size_t i = 0; i < decoded.size(); ++i) {
-    if (decoded[i].phone != Phone::kSil) {
-      decoded[i].span = fine[sound++];
-    } else {
-      if (sound > 0) decoded[i].span.start = fine[sound - 1].end;
-      if (sound < sounds) decoded[i].span.end = fine[sound].start;
-    }
-  }
-  return decoded;
+  std::vector<DecodedPhone> fine = decoded;
+  for (std::size_t i = 0; i < borders && count > 0; ++i) fine[i].span.end = fine[i + 1].span.start = sums[i] / count;
+  const bool is_rising = std::all_of(
+      fine.begin(), fine.end(), [](const DecodedPhone& phone) { return phone.span.duration() > kShortestPhone / 3; });
+  return is_rising ? fine : decoded;
 }
 
 /// Walks the decoded phones word by word.
@@ -250,7 +193,7 @@ ForcedAlignment ForcedAligner::align(const AudioClip& audio, const std::vector<T
   const std::vector<std::int16_t> samples = samplesFor(audio);
   std::vector<DecodedPhone> decoded = decoder_.decode(samples, waysOf(words), kind);
   if (decoded.empty()) failTooShort(audio, words, name);
-  if (kind == SpeechKind::kSpoken) decoded = withFinerTimes(withWholeSilences(decoded), samples, fine_decoder_);
+  if (kind == SpeechKind::kSpoken) decoded = withFinerTimes(withWholeSilences(decoded), samples, decoder_);
   LabelWriter writer(words, audio.duration());
   for (const DecodedPhone& phone : decoded) writer.add(phone);
   return writer.finish();

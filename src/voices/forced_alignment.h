@@ -32,8 +32,7 @@ inline constexpr double kDoubtfulConfidence = 0.5;
 class ForcedAligner {
  public:
   /// `model`: see PhoneDecoder.
-  explicit ForcedAligner(const std::filesystem::path& model = {})
-      : decoder_(model), fine_decoder_(model, DecoderScores::kOwn) {}
+  explicit ForcedAligner(const std::filesystem::path& model = {}) : decoder_(model) {}
 
   /// `words`: see Pronouncer, or made by hand. `name` stands for the sound in messages. Throws InputError when there
   /// are no words, or the sound is too short to hold them.
@@ -41,7 +40,7 @@ class ForcedAligner {
                         SpeechKind kind = SpeechKind::kSpoken);
 
  private:
-  PhoneDecoder decoder_, fine_decoder_;
+  PhoneDecoder decoder_;
 };
 
 }  // namespace mouthpiece

@@ -3,15 +3,19 @@
 #include <fmt/format.h>
 #include <pocketsphinx.h>
 #include <sphinxbase/err.h>
+#include <sphinxbase/feat.h>
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <mutex>
 #include <string>
 
 #include "base/errors.h"
 #include "voices/frame_thinning.h"
+#include "voices/senone_scores.h"
 
 namespace mouthpiece {
 namespace {
@@ -20,6 +24,9 @@ namespace {
 constexpr Seconds kBoundaryShift = 0.008;
 constexpr Seconds kFrameStep = 0.010;
 constexpr std::size_t kMostPhones = 100'000;
+/// Frames are not independent of each other, as the model takes them to be: the likelihoods of speech count by this
+/// power. Chosen on TTS voices (docs/theory/alignment.md).
+constexpr double kTimesScale = 0.15;
 /// Of a song this many frames a phone are heard: 120 ms, about as long as spoken phones are.
 constexpr std::size_t kSungFramesAPhone = 12;
 constexpr const char* kSilenceWord = "<sil>";
@@ -58,22 +65,19 @@ std::filesystem::path modelOr(const std::filesystem::path& model) {
 
 /// A path this much less likely than the best of its frame is given up.
 constexpr const char* kWideBeam = "1e-300";
-/// The same for DecoderScores::kOwn, whose words are known to fit.
-constexpr const char* kNarrowBeam = "1e-30";
 /// No path is given up.
 constexpr const char* kNoBeam = "0";
 /// Without a beam every phone is kept in mind in every frame: about 100 bytes each.
 constexpr std::size_t kMostWithoutBeam = 10'000'000;
 
-Decoder makeDecoder(const std::filesystem::path& model, const char* beam, DecoderScores scores) {
+Decoder makeDecoder(const std::filesystem::path& model, const char* beam) {
   static std::once_flag silenced;
   std::call_once(silenced, [] { err_set_logfp(nullptr); });
-  // No noise removal: it moves edges.
+  // No noise removal: it moves edges. No look ahead: scores come frame by frame.
   const Config config(cmd_ln_init(nullptr, ps_args(), TRUE, "-hmm", model.c_str(), "-remove_noise", "no",
                                   "-remove_silence", "no", "-dither", "no", "-bestpath", "no", "-fsgusefiller", "no",
                                   "-fsgusealtpron", "no", "-lw", "1", "-wip", "1", "-pip", "1", "-beam", beam, "-pbeam",
-                                  beam, "-wbeam", beam, "-maxhmmpf", "-1", "-compallsen",
-                                  scores == DecoderScores::kAgainstBest ? "yes" : "no", nullptr));
+                                  beam, "-wbeam", beam, "-maxhmmpf", "-1", "-pl_window", "0", nullptr));
   Decoder decoder(config ? ps_init(config.get()) : nullptr);
   if (!decoder) throw InputError(model.string(), "", "is no acoustic model that PocketSphinx can read");
   for (std::size_t i = 1; i < kPhoneCount; ++i) {
@@ -119,6 +123,20 @@ Graph makeGraph(ps_decoder_t* decoder, const WordWays& words) {
   return graph;
 }
 
+/// Just this row of phones and silences.
+Graph makeGraph(ps_decoder_t* decoder, const std::vector<DecodedPhone>& phones) {
+  const auto count = static_cast<int>(phones.size());
+  Graph graph(fsg_model_init("row", ps_get_logmath(decoder), 1.0F, count + 1));
+  for (int i = 0; i < count; ++i) {
+    const DecodedPhone& phone = phones[static_cast<std::size_t>(i)];
+    const std::string name = phone.phone == Phone::kSil ? kSilenceWord : wordFor(phone.phone, phone.opens_word);
+    fsg_model_trans_add(graph.get(), i, i + 1, 0, fsg_model_word_add(graph.get(), name.c_str()));
+  }
+  graph->start_state = 0;
+  graph->final_state = count;
+  return graph;
+}
+
 using Cepstra = std::vector<std::vector<float>>;
 
 /// What the decoder's own front end hears, a row every 10 ms.
@@ -150,6 +168,92 @@ Cepstra cepstraOf(ps_decoder_t* decoder, std::span<const std::int16_t> samples) 
   fe_end_utt(front_end, rows[0], &rest);
   take(std::min(rest, 1));
   return cepstra;
+}
+
+/// What the model weighs: cepstra less their mean, with their first and second differences. A column a frame.
+Eigen::MatrixXf featuresOf(ps_decoder_t* decoder, Cepstra& cepstra) {
+  feat_t* maker = ps_get_feat(decoder);
+  std::vector<mfcc_t*> rows;
+  for (std::vector<float>& row : cepstra) rows.push_back(row.data());
+  auto count = static_cast<int32>(rows.size());
+  const std::unique_ptr<mfcc_t**, decltype(&feat_array_free)> made(feat_array_alloc(maker, count), feat_array_free);
+  count = feat_s2mfc2feat_live(maker, rows.data(), &count, TRUE, TRUE, made.get());
+  Eigen::MatrixXf features(feat_dimension(maker), std::max(count, 0));
+  for (Eigen::Index frame = 0; frame < features.cols(); ++frame)
+    std::memcpy(features.col(frame).data(), made.get()[frame][0], sizeof(float) * features.col(frame).size());
+  return features;
+}
+
+/// Feeds PocketSphinx' search with scores as from a file of them ("s3" header, then a row of int16 a frame): a block of
+/// frames is weighed when the one before was read.
+class ScoreStream {
+ public:
+  ScoreStream(SenoneScorer& scorer, const Eigen::MatrixXf& features, Weighing weighing)
+      : scorer_(scorer), features_(features), weighing_(std::move(weighing)) {
+    const std::uint32_t byte_order = 0x11223344;
+    bytes_ = fmt::format("s3\nversion 0.1\nn_sen {}\nlogbase 1.0001\nendhdr\n", scorer.model().senone_count);
+    bytes_.append(reinterpret_cast<const char*>(&byte_order), sizeof byte_order);
+  }
+
+  static ssize_t read(void* stream, char* buffer, std::size_t size) {
+    return static_cast<ssize_t>(static_cast<ScoreStream*>(stream)->take(buffer, size));
+  }
+
+ private:
+  static constexpr Eigen::Index kBlock = 64;
+
+  std::size_t take(char* buffer, std::size_t size) {
+    if (at_ == bytes_.size()) weighNext();
+    const std::size_t count = std::min(size, bytes_.size() - at_);
+    std::memcpy(buffer, bytes_.data() + at_, count);
+    at_ += count;
+    return count;
+  }
+
+  void weighNext() {
+    const Eigen::Index frames = std::min(kBlock, features_.cols() - next_);
+    bytes_.clear();
+    at_ = 0;
+    if (frames == 0) return;
+    const auto& scores = scorer_.score(features_.middleCols(next_, frames), weighing_);
+    const auto count = static_cast<std::int16_t>(scores.rows());
+    for (Eigen::Index frame = 0; frame < frames; ++frame) {
+      bytes_.append(reinterpret_cast<const char*>(&count), sizeof count);
+      bytes_.append(reinterpret_cast<const char*>(scores.col(frame).data()), sizeof count * scores.rows());
+    }
+    next_ += frames;
+  }
+
+  SenoneScorer& scorer_;
+  const Eigen::MatrixXf& features_;
+  Weighing weighing_;
+  Eigen::Index next_ = 0;
+  std::string bytes_;
+  std::size_t at_ = 0;
+};
+
+using PhoneSet = std::array<bool, kPhoneCount>;
+
+PhoneSet phonesOf(const WordWays& words) {
+  PhoneSet used{};
+  for (const auto& ways : words) {
+    for (const auto& phones : ways) {
+      for (const Phone phone : phones) used[static_cast<std::size_t>(phone)] = true;
+    }
+  }
+  return used;
+}
+
+/// Which of the model's phones stand for these and silence.
+std::vector<bool> codebooksOf(const PhoneSet& phones, const TiedModel& model) {
+  std::vector<bool> wanted;
+  for (const TiedModel::Codebook& codebook : model.codebooks) {
+    bool is_used = codebook.phone == "SIL";
+    for (std::size_t i = 0; i < phones.size(); ++i)
+      is_used = is_used || (phones[i] && codebook.phone == wordFor(static_cast<Phone>(i), false));
+    wanted.push_back(is_used);
+  }
+  return wanted;
 }
 
 std::size_t fewestPhones(const WordWays& words) {
@@ -203,15 +307,15 @@ std::vector<DecodedPhone> readResult(ps_decoder_t* decoder, const std::vector<st
 
 struct PhoneDecoder::State {
   std::filesystem::path model;
+  SenoneScorer scorer;
   Decoder decoder;
   Decoder patient;  ///< without a beam; made when first needed
-  DecoderScores scores = DecoderScores::kAgainstBest;
 };
 
-PhoneDecoder::PhoneDecoder(const std::filesystem::path& model, DecoderScores scores)
-    : state_(std::make_unique<State>(State{
-          modelOr(model), makeDecoder(modelOr(model), scores == DecoderScores::kOwn ? kNarrowBeam : kWideBeam, scores),
-          nullptr, scores})) {}
+PhoneDecoder::PhoneDecoder(const std::filesystem::path& model)
+    : state_(std::make_unique<State>(State{modelOr(model),
+                                           SenoneScorer(std::make_shared<TiedModel>(readTiedModel(modelOr(model)))),
+                                           makeDecoder(modelOr(model), kWideBeam), nullptr})) {}
 PhoneDecoder::~PhoneDecoder() = default;
 PhoneDecoder::PhoneDecoder(PhoneDecoder&&) noexcept = default;
 PhoneDecoder& PhoneDecoder::operator=(PhoneDecoder&&) noexcept = default;
@@ -222,29 +326,39 @@ void expectDone(int result, const char* what) {
   if (result < 0) throw InputError("pocketsphinx", "", fmt::format("could not {}", what));
 }
 
+/// Whether the whole was heard.
+bool searchThrough(ps_decoder_t* decoder, ScoreStream& scores) {
+  const cookie_io_functions_t functions{
+      .read = &ScoreStream::read, .write = nullptr, .seek = nullptr, .close = nullptr};
+  const std::unique_ptr<FILE, decltype(&fclose)> file(fopencookie(&scores, "r", functions), fclose);
+  return file && ps_decode_senscr(decoder, file.get()) >= 0;
+}
+
+std::vector<DecodedPhone> search(ps_decoder_t* decoder, SenoneScorer& scorer, fsg_model_t* graph, Cepstra& cepstra,
+                                 const std::vector<std::size_t>& kept, Weighing weighing) {
+  expectDone(ps_set_fsg(decoder, "words", graph), "take the words");
+  expectDone(ps_set_search(decoder, "words"), "take the words");
+  const Eigen::MatrixXf features = featuresOf(decoder, cepstra);
+  ScoreStream scores(scorer, features, std::move(weighing));
+  expectDone(searchThrough(decoder, scores) ? 0 : -1, "hear the sound");
+  return readResult(decoder, kept);
+}
+
 /// Empty where no path through all words was kept.
-std::vector<DecodedPhone> decodeWith(ps_decoder_t* decoder, std::span<const std::int16_t> samples,
+std::vector<DecodedPhone> decodeWith(ps_decoder_t* decoder, SenoneScorer& scorer, std::span<const std::int16_t> samples,
                                      const WordWays& words, SpeechKind kind) {
   const Graph graph = makeGraph(decoder, words);
-  expectDone(ps_set_fsg(decoder, "words", graph.get()), "take the words");
-  expectDone(ps_set_search(decoder, "words"), "take the words");
-  Cepstra cepstra;
+  Cepstra cepstra = cepstraOf(decoder, samples);
+  if (cepstra.empty()) return {};
   std::vector<std::size_t> kept;
-  std::vector<mfcc_t*> rows;
   if (kind == SpeechKind::kSung) {
-    cepstra = cepstraOf(decoder, samples);
-    if (cepstra.empty()) return {};
     kept = thinFrames(cepstra, kSungFramesAPhone * fewestPhones(words));
-    for (const std::size_t frame : kept) rows.push_back(cepstra[frame].data());
+    Cepstra thinned;
+    for (const std::size_t frame : kept) thinned.push_back(std::move(cepstra[frame]));
+    cepstra = std::move(thinned);
   }
-  expectDone(ps_start_utt(decoder), "start");
-  const int fed = kind == SpeechKind::kSung
-                      ? ps_process_cep(decoder, rows.data(), static_cast<int>(rows.size()), FALSE, TRUE)
-                      : ps_process_raw(decoder, samples.data(), samples.size(), FALSE, TRUE);
-  const int ended = ps_end_utt(decoder);
-  expectDone(fed, "hear the sound");
-  expectDone(ended, "end");
-  std::vector<DecodedPhone> phones = readResult(decoder, kept);
+  std::vector<DecodedPhone> phones =
+      search(decoder, scorer, graph.get(), cepstra, kept, {codebooksOf(phonesOf(words), scorer.model())});
   std::size_t found = 0;
   for (const DecodedPhone& phone : phones) found += phone.opens_word ? 1 : 0;
   if (found != words.size()) phones.clear();
@@ -256,15 +370,30 @@ std::vector<DecodedPhone> decodeWith(ps_decoder_t* decoder, std::span<const std:
 std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> samples, const WordWays& words,
                                                SpeechKind kind) {
   MOUTHPIECE_EXPECT(!words.empty());
-  std::vector<DecodedPhone> phones = decodeWith(state_->decoder.get(), samples, words, kind);
+  std::vector<DecodedPhone> phones = decodeWith(state_->decoder.get(), state_->scorer, samples, words, kind);
   if (!phones.empty()) return phones;
-  if (state_->scores == DecoderScores::kOwn) return phones;  // it only refines
   // Words that hardly fit fall behind any beam.
   const auto frames = static_cast<std::size_t>(static_cast<double>(samples.size()) / kDecoderSampleRateHz / kFrameStep);
   const std::size_t phone_count = fewestPhones(words);
   if (frames < phone_count || frames > kMostWithoutBeam / std::max<std::size_t>(1, phone_count)) return phones;
-  if (!state_->patient) state_->patient = makeDecoder(state_->model, kNoBeam, state_->scores);
-  return decodeWith(state_->patient.get(), samples, words, kind);
+  if (!state_->patient) state_->patient = makeDecoder(state_->model, kNoBeam);
+  return decodeWith(state_->patient.get(), state_->scorer, samples, words, kind);
+}
+
+std::vector<TimeSpan> PhoneDecoder::hearAgain(std::span<const std::int16_t> samples,
+                                              const std::vector<DecodedPhone>& phones) {
+  ps_decoder_t* decoder = state_->decoder.get();
+  const Graph graph = makeGraph(decoder, phones);
+  Cepstra cepstra = cepstraOf(decoder, samples);
+  if (cepstra.empty()) return {};
+  PhoneSet used{};
+  for (const DecodedPhone& phone : phones) used[static_cast<std::size_t>(phone.phone)] = true;
+  const auto again = search(decoder, state_->scorer, graph.get(), cepstra, {},
+                            {codebooksOf(used, state_->scorer.model()), false, kTimesScale});
+  if (again.size() != phones.size()) return {};
+  std::vector<TimeSpan> spans;
+  for (const DecodedPhone& phone : again) spans.push_back(phone.span);
+  return spans;
 }
 
 }  // namespace mouthpiece

@@ -21,18 +21,14 @@ using WordWays = std::vector<std::vector<std::vector<Phone>>>;
 struct DecodedPhone {
   Phone phone = Phone::kSil;
   bool opens_word = false;
-  TimeSpan span;           ///< to 10 ms
-  int frames = 0;          ///< that it was heard in
-  std::int64_t score = 0;  ///< logarithm of its likelihood, base 1.0001^1024, against the best sounds of each frame
+  TimeSpan span;     ///< to 10 ms
+  int frames = 0;    ///< that it was heard in
+  double score = 0;  ///< logarithm of its likelihood, base 1.0001^1024, against the best sounds of each frame
 };
 
 /// How words are said. Sung ones are heard with less of their held vowels and pauses, so that these do not outweigh the
 /// consonants (docs/theory/alignment.md).
 enum class SpeechKind { kSpoken, kSung };
-
-/// kAgainstBest: scores can be compared, every sound of the model is weighed in every frame. kOwn: only those that the
-/// words may hold, in a quarter of the time; scores mean nothing, times are the same.
-enum class DecoderScores { kAgainstBest, kOwn };
 
 /// PocketSphinx with its US English model, kept to a given row of words with optional silence around each.
 /// Not thread-safe; several may live side by side.
@@ -40,7 +36,7 @@ class PhoneDecoder {
  public:
   /// `model`: folder of the acoustic model; empty: the one found when Mouthpiece was built. Throws InputError with the
   /// package's name when it is not there.
-  explicit PhoneDecoder(const std::filesystem::path& model = {}, DecoderScores scores = DecoderScores::kAgainstBest);
+  explicit PhoneDecoder(const std::filesystem::path& model = {});
   ~PhoneDecoder();
   PhoneDecoder(PhoneDecoder&&) noexcept;
   PhoneDecoder& operator=(PhoneDecoder&&) noexcept;
@@ -49,6 +45,10 @@ class PhoneDecoder {
   /// cannot hold the words (too short for them). Throws InputError when there are more than 100,000 phones.
   std::vector<DecodedPhone> decode(std::span<const std::int16_t> samples, const WordWays& words,
                                    SpeechKind kind = SpeechKind::kSpoken);
+
+  /// When the phones and silences that decode() found in spoken words are heard in `samples`, the same sound or one a
+  /// little shorter; better times than decode()'s, and in less time. Empty when the sound cannot hold them.
+  std::vector<TimeSpan> hearAgain(std::span<const std::int16_t> samples, const std::vector<DecodedPhone>& phones);
 
  private:
   struct State;
