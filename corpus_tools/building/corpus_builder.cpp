@@ -18,6 +18,7 @@
 #include "corpus_tools/takes/pose_fit.h"
 #include "corpus_tools/takes/take_alignment.h"
 #include "motion/motion_file.h"
+#include "synthesis/curve_model.h"
 
 namespace mouthpiece {
 namespace {
@@ -47,6 +48,15 @@ class StepCounter {
   std::size_t done_ = 0;
   std::mutex mutex_;
 };
+
+/// Nothing where there is too little to learn from: `synth` says so when it needs them.
+std::string posesOf(const Corpus& corpus) {
+  try {
+    return posesToJson(learnPoses(corpus));
+  } catch (const InputError&) {
+    return "";
+  }
+}
 
 std::size_t threadCount(const BuildOptions& options) { return options.jobs > 0 ? options.jobs : defaultThreadCount(); }
 
@@ -282,6 +292,7 @@ class Builder {
       settleFrame(result, *finished, reference, options_);
     }
     result.corpus.trajectory_model = fitTrajectoryModel(result.corpus, {.jobs = options_.jobs});
+    result.corpus.viseme_poses = posesOf(result.corpus);
     writeLog(result, settings_, reference);
     if (output_.empty()) return inMemory(std::move(result), *finished);
     result.corpus.name = output_.stem().string();

@@ -8,7 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "base/errors.h"
 #include "corpus_tools/takes/head_tracking.h"
+#include "synthesis/curve_model.h"
 
 namespace mouthpiece {
 namespace {
@@ -144,6 +146,10 @@ std::string corpusFactsText(const Corpus& corpus) {
   line("markers", fmt::format("{} of layout {}", corpus.layout.markers.size(), corpus.layout.name));
   line("frame rate", fmt::format("{} Hz", fmt::join(facts.frame_rates, ", ")));
   line("missing", fmt::format("{:.3f} % of the marker samples", 100 * share(facts.missing, facts.samples)));
+  if (const std::optional<VisemePoses> poses = storedPoses(corpus)) {
+    line("viseme poses", fmt::format("explain {:.0f} % of the motion, {:.0f} % of lips and chin",
+                                     100 * poses->explainedShare(), 100 * poses->lipExplainedShare()));
+  }
   const std::vector<std::string> left_out = linesOf(logged(corpus, "takes_left_out"));
   line("left out", std::to_string(left_out.size()));
   for (const std::string& reason : left_out) text += "  " + reason + "\n";
@@ -169,6 +175,8 @@ std::string corpusFactsJson(const Corpus& corpus) {
                          {"missing_share", share(facts.missing, facts.samples)},
                          {"left_out", linesOf(logged(corpus, "takes_left_out"))},
                          {"build_log", corpus.build_log}};
+  if (const std::optional<VisemePoses> poses = storedPoses(corpus))
+    json["viseme_poses"] = {{"explained", poses->explainedShare()}, {"lips_explained", poses->lipExplainedShare()}};
   const nlohmann::json reports = nlohmann::json::parse(logged(corpus, "take_reports"), nullptr, false);
   json["build_log"].erase("takes_left_out");
   if (!reports.is_discarded()) json["build_log"]["take_reports"] = reports;
@@ -177,6 +185,11 @@ std::string corpusFactsJson(const Corpus& corpus) {
 
 CorpusCheck checkCorpus(const Corpus& corpus) {
   CorpusCheck check;
+  try {
+    storedPoses(corpus);
+  } catch (const InputError& error) {
+    check.problems.emplace_back(error.what());
+  }
   if (corpus.takes.empty()) check.problems.push_back("no takes");
   checkNeutral(corpus, check.problems);
   for (const CorpusTake& take : corpus.takes) {

@@ -109,7 +109,8 @@ SplitTakes splitTakes(const Corpus& corpus, std::size_t folds, std::size_t fold)
                     nullptr,
                     nullptr,
                     corpus.lattice_weights,
-                    corpus.sound_cut_weights},
+                    corpus.sound_cut_weights,
+                    {}},
                    {}};
   for (std::size_t i = 0; i < corpus.takes.size(); ++i)
     (i % folds == fold ? split.held : split.rest.takes).push_back(corpus.takes[i]);
@@ -121,6 +122,7 @@ Corpus evenlySpacedTakes(const Corpus& corpus, std::size_t most) {
   if (corpus.takes.size() <= most) return corpus;
   Corpus part = corpus;
   part.takes.clear();
+  part.viseme_poses.clear();
   for (std::size_t i = 0; i < most; ++i) part.takes.push_back(corpus.takes[i * corpus.takes.size() / most]);
   return part;
 }
@@ -278,6 +280,7 @@ std::vector<CorpusTake> holdOut(Corpus& corpus, double share, std::uint64_t seed
   std::vector<CorpusTake> taken, kept;
   for (std::size_t i = 0; i < count; ++i) (is_held[i] ? taken : kept).push_back(std::move(corpus.takes[i]));
   corpus.takes = std::move(kept);
+  corpus.viseme_poses.clear();
   if (corpus.trajectory_model != nullptr) corpus.trajectory_model = fitTrajectoryModel(corpus);
   return taken;
 }

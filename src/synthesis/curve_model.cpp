@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/errors.h"
 #include "vocal/lip_markers.h"
 
 namespace mouthpiece {
@@ -13,14 +14,36 @@ bool CurveModel::isPossible() const {
 
 const VisemePoses& CurveModel::poses() const {
   std::call_once(learnt_, [this] {
-    const Corpus& corpus = database_.corpus();
-    const std::size_t stride = (corpus.takes.size() + kPoseTakes - 1) / kPoseTakes;
-    std::vector<PoseTake> takes;
-    for (std::size_t i = 0; i < corpus.takes.size(); i += std::max<std::size_t>(1, stride))
-      takes.push_back({&corpus.takes[i].labels, &database_.motionOf(TakeIndex(i))});
-    poses_ = fitVisemePoses(takes, corpus.neutral_pose_mm, corpus.layout, &genericPoses());
+    std::optional<VisemePoses> stored = storedPoses(database_.corpus());
+    poses_ = stored ? std::move(*stored) : learnPoses(database_.corpus());
   });
   return poses_;
+}
+
+VisemePoses learnPoses(const Corpus& corpus) {
+  double frames = 1;
+  for (const CorpusTake& take : corpus.takes) frames += take.labels.duration() * take.motion.frame_rate_hz;
+  const double takes_at_once = kPoseFrames / frames * static_cast<double>(corpus.takes.size());
+  const auto most = static_cast<std::size_t>(std::clamp(takes_at_once, 1.0, static_cast<double>(kPoseTakes)));
+  const std::size_t stride = std::max<std::size_t>(1, (corpus.takes.size() + most - 1) / most);
+  std::vector<MotionClip> loaded;
+  loaded.reserve(most);
+  std::vector<PoseTake> takes;
+  for (std::size_t i = 0; i < corpus.takes.size(); i += stride) {
+    const bool is_elsewhere = corpus.motion_source != nullptr;
+    if (is_elsewhere) loaded.push_back(corpus.motion_source->load(TakeIndex(i)));
+    takes.push_back({&corpus.takes[i].labels, is_elsewhere ? &loaded.back() : &corpus.takes[i].motion});
+  }
+  return fitVisemePoses(takes, corpus.neutral_pose_mm, corpus.layout, &genericPoses());
+}
+
+std::optional<VisemePoses> storedPoses(const Corpus& corpus) {
+  if (corpus.viseme_poses.empty()) return std::nullopt;
+  const std::string place = corpus.name + ".corpus";
+  VisemePoses poses = parsePoses(corpus.viseme_poses, place);
+  if (poses.marker_names != corpus.layout.markerNames())
+    throw InputError(place, "viseme poses", "found other markers than the layout's; expected the same");
+  return poses;
 }
 
 }  // namespace mouthpiece

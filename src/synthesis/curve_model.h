@@ -2,19 +2,27 @@
 
 #include <memory>
 #include <mutex>
+#include <optional>
 
 #include "units/unit_database.h"
 #include "vocal/viseme_poses.h"
 
 namespace mouthpiece {
 
-/// The viseme poses of a corpus, learnt when first asked for from at most kPoseTakes of its takes, evenly chosen.
-/// Refers to the database. Thread-safe.
+/// Viseme poses from at most kPoseTakes takes of the corpus and about kPoseFrames frames, evenly chosen. Throws
+/// InputError when the layout lacks lips or a chin, or too little is said.
+VisemePoses learnPoses(const Corpus& corpus);
+/// Those that were learnt when the corpus was built; empty in one that keeps none. Throws InputError when they are no
+/// poses of its markers.
+std::optional<VisemePoses> storedPoses(const Corpus& corpus);
+
+/// The viseme poses of a corpus: those stored in it, or learnt when first asked for. Refers to the database.
+/// Thread-safe.
 class CurveModel {
  public:
   explicit CurveModel(const UnitDatabase& database) : database_(database) {}
 
-  /// Throws InputError when the corpus' layout lacks lips or a chin.
+  /// Throws InputError as storedPoses() and learnPoses() do.
   [[nodiscard]] const VisemePoses& poses() const;
   /// Whether poses() can be had: the layout has the markers that it needs.
   [[nodiscard]] bool isPossible() const;
@@ -26,5 +34,6 @@ class CurveModel {
 };
 
 inline constexpr std::size_t kPoseTakes = 60;
+inline constexpr double kPoseFrames = 60'000;  ///< eight minutes at 120 Hz, 95 MB of 66 markers
 
 }  // namespace mouthpiece

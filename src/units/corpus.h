@@ -53,6 +53,9 @@ struct Corpus {
   std::shared_ptr<const TrajectoryModel> trajectory_model;
   LatticeWeights lattice_weights;     ///< the usual ones, unless "lattice_weights" of the build log says how learnt
   SoundCutWeights sound_cut_weights;  ///< likewise, "sound_cut_weights"
+  /// What posesToJson() made of the takes when the corpus was built (src/vocal reads it); empty in one of format
+  /// version 1 or 2 or without the markers that it needs, or when takes were taken out.
+  std::string viseme_poses;
 };
 
 /// Between LIP_UP_MID and LIP_LO_MID in the actor's B P M at the tightest, the median; 0: not known.
@@ -60,7 +63,7 @@ inline double closedLipsMm(const Corpus& corpus) {
   return corpus.trajectory_model != nullptr ? corpus.trajectory_model->closed_opening_mm : 0.0;
 }
 
-inline constexpr int kCorpusFormatVersion = 2;
+inline constexpr int kCorpusFormatVersion = 3;
 
 enum class CorpusAudio { kLoad, kSkip };
 

@@ -72,7 +72,7 @@ std::uint32_t checkHeader(const fs::path& path) {
 }
 
 std::span<const CorpusTable> tablesOf(std::uint32_t version) {
-  return std::span(kCorpusTables).first(version == 1 ? kTablesOfVersion1 : kCorpusTables.size());
+  return std::span(kCorpusTables).first(kTablesOfVersion.at(version - 1));
 }
 
 /// The tables are ours to the letter: no view, trigger, index or computed column can run or hide behind their names.
@@ -328,6 +328,16 @@ OpenCorpus openCorpus(const fs::path& path) {
   return {std::move(database), version};
 }
 
+/// Their JSON is looked into by who uses it; here it is only what was written.
+void readVisemePoses(SqliteDatabase& database, Corpus& corpus) {
+  CheckedQuery row(database, "viseme_poses");
+  if (!row.next()) return;
+  expectId(row, 0);
+  corpus.viseme_poses = row.text(1);
+  if (corpus.viseme_poses.empty()) row.fail("found no text; expected viseme poses");
+  if (row.next()) row.fail("found a second row; expected one");
+}
+
 /// Every row of every table against its checksum.
 void checkRows(OpenCorpus& corpus, std::vector<std::string>& problems) {
   constexpr std::size_t kMostProblems = 100;
@@ -360,6 +370,7 @@ Corpus readCorpus(const fs::path& path, CorpusAudio audio, CorpusMotion motion) 
   std::vector<SpeechLabels> labels = readLabels(database, label_counts);
   for (std::size_t take = 0; take < sizes.size(); ++take) corpus.takes[take].labels = std::move(labels[take]);
   if (open.version > 1) readTrajectoryModel(database, corpus);
+  if (open.version > 2) readVisemePoses(database, corpus);
   if (motion == CorpusMotion::kLoad) readMotion(database, sizes, corpus);
   if (audio == CorpusAudio::kLoad) readSound(database, sizes, corpus);
   if (motion == CorpusMotion::kOnDemand)

@@ -15,8 +15,9 @@ struct CorpusTable {
   int columns;
 };
 
-/// Format version 2 (docs/formats/corpus.md); version 1 ends before `trajectory_model`. `crc` is the row's checksum.
-inline constexpr std::array<CorpusTable, 11> kCorpusTables{{
+/// Format version 3 (docs/formats/corpus.md); version 1 ends before `trajectory_model`, version 2 before
+/// `viseme_poses`. `crc` is the row's checksum.
+inline constexpr std::array<CorpusTable, 12> kCorpusTables{{
     {"meta",
      "CREATE TABLE meta(id INTEGER PRIMARY KEY, key TEXT NOT NULL, value TEXT NOT NULL, crc INTEGER NOT NULL) STRICT",
      4},
@@ -52,7 +53,9 @@ inline constexpr std::array<CorpusTable, 11> kCorpusTables{{
      4},
     {"phone_shapes",
      "CREATE TABLE phone_shapes(id INTEGER PRIMARY KEY, numbers BLOB NOT NULL, crc INTEGER NOT NULL) STRICT", 3},
+    {"viseme_poses",
+     "CREATE TABLE viseme_poses(id INTEGER PRIMARY KEY, json TEXT NOT NULL, crc INTEGER NOT NULL) STRICT", 3},
 }};
-inline constexpr std::size_t kTablesOfVersion1 = 9;
+inline constexpr std::array<std::size_t, 3> kTablesOfVersion{9, 11, kCorpusTables.size()};  ///< version 1 first
 
 }  // namespace mouthpiece

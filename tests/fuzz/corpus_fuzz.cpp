@@ -13,6 +13,7 @@
 
 #include "base/errors.h"
 #include "motion/marker_layout.h"
+#include "synthesis/curve_model.h"
 #include "synthesis/synthesis.h"
 #include "units/corpus.h"
 #include "units/corpus_schema.h"
@@ -69,6 +70,15 @@ Table modelTable() {
   return table;
 }
 
+/// Poses that move nothing: what edits of their text lead to is what counts.
+std::string posesText() {
+  VisemePoses poses;
+  poses.marker_names = twoMarkers().markerNames();
+  poses.jaw_direction = poses.opening_direction = Eigen::RowVectorXd::Zero(6);
+  poses.lips = PositionMatrix::Zero(static_cast<Eigen::Index>(kVisemeCount), 6);
+  return posesToJson(poses);
+}
+
 /// In the order of kCorpusTables, without the checksum column.
 std::vector<Table> soundTables() {
   std::vector<float> positions;
@@ -92,7 +102,8 @@ std::vector<Table> soundTables() {
           {{integer(0), Blob{motion}}},
           {{integer(0), Blob{std::string(4, '\1')}}},
           modelTable(),
-          {{integer(0), numbers(std::vector<float>(4 * (2 * 5 * 2 + 1), 1.0F))}}};
+          {{integer(0), numbers(std::vector<float>(4 * (2 * 5 * 2 + 1), 1.0F))}},
+          {{integer(0), posesText()}}};
 }
 
 class Bytes {
@@ -193,6 +204,10 @@ void use(const Corpus& corpus) {
     MOUTHPIECE_EXPECT(take.motion.positions_mm.cols() == static_cast<Eigen::Index>(3 * corpus.layout.markers.size()));
   }
   if (corpus.takes.empty()) return;
+  try {
+    storedPoses(corpus);
+  } catch (const InputError&) {
+  }
   SynthesisRequest request;
   request.labels = corpus.takes[0].labels;
   for (LabelledPhone& phone : request.labels.phones) phone.span.end += 1e-9;  // not to the bit its own timing

@@ -15,6 +15,7 @@
 #include "corpus_tools/building/corpus_builder.h"
 #include "corpus_tools/building/finished_takes.h"
 #include "support/run_program.h"
+#include "synthesis/curve_model.h"
 #include "synthetic_takes.h"
 
 namespace mouthpiece {
@@ -50,6 +51,7 @@ TEST(BuildCorpusFile, TakesThatAreThereAreNotDoneAgain) {
   EXPECT_FALSE(fs::exists(studio.out.string() + ".parts"));
   const std::string bytes = test::readAll(studio.out);
   const Corpus three = readCorpus(studio.out);
+  EXPECT_EQ(three.viseme_poses, posesToJson(learnPoses(three)));
   EXPECT_EQ(buildCorpusFile(studio.folder, studio.out, {}).kept_takes, 3U);
   EXPECT_EQ(test::readAll(studio.out), bytes) << "a build of the same takes must change nothing";
 

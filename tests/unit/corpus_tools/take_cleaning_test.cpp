@@ -97,6 +97,14 @@ TEST(CorpusCheck, ASoundCorpusHasNoProblem) {
   EXPECT_NE(corpusFactsText(oneTake()).find("takes           1 (1.1 s, 0.3 s of speech)"), std::string::npos);
 }
 
+TEST(CorpusCheck, LooksIntoTheVisemePoses) {
+  Corpus corpus = oneTake();
+  corpus.viseme_poses = "{}";
+  const CorpusCheck check = checkCorpus(corpus);
+  ASSERT_EQ(check.problems.size(), 1U);
+  EXPECT_EQ(check.problems[0], "one.corpus:markers: expected a list of marker names");
+}
+
 TEST(CorpusCheck, NamesWhatIsWrong) {
   Corpus corpus = oneTake();
   corpus.neutral_pose_mm /= 1000;

@@ -78,13 +78,43 @@ TEST_F(CorpusFile, ReadsVersion1) {
   writeCorpus(path_, written);
   {
     SqliteDatabase database = SqliteDatabase::create(path_, path_);
-    database.execute("DROP TABLE trajectory_model; DROP TABLE phone_shapes; PRAGMA user_version=1");
+    database.execute(
+        "DROP TABLE trajectory_model; DROP TABLE phone_shapes; DROP TABLE viseme_poses; PRAGMA user_version=1");
     database.close();
   }
   EXPECT_TRUE(checkCorpus(path_).empty());
   const Corpus read = readCorpus(path_);
   EXPECT_EQ(read.takes.size(), written.takes.size());
   EXPECT_EQ(read.trajectory_model, nullptr);
+}
+
+TEST_F(CorpusFile, ReadsVersion2) {
+  Corpus written = testing::tinyCorpus();
+  written.trajectory_model = testing::tinyModel(written);
+  writeCorpus(path_, written);
+  {
+    SqliteDatabase database = SqliteDatabase::create(path_, path_);
+    database.execute("DROP TABLE viseme_poses; PRAGMA user_version=2");
+    database.close();
+  }
+  EXPECT_TRUE(checkCorpus(path_).empty());
+  const Corpus read = readCorpus(path_);
+  EXPECT_NE(read.trajectory_model, nullptr);
+  EXPECT_EQ(read.viseme_poses, "");
+}
+
+TEST_F(CorpusFile, RoundTripKeepsTheVisemePosesAndFindsTheirDamage) {
+  Corpus written = testing::tinyCorpus();
+  written.viseme_poses = R"({"jaw_drop_mm": 1.25})";
+  writeCorpus(path_, written);
+  EXPECT_TRUE(checkCorpus(path_).empty());
+  EXPECT_EQ(readCorpus(path_).viseme_poses, written.viseme_poses);
+  std::string bytes = readFile(path_);
+  const std::size_t at = bytes.find("1.25");
+  ASSERT_NE(at, std::string::npos);
+  bytes[at] = '7';
+  writeBytes(bytes);
+  EXPECT_NE(complaint().find("viseme_poses row 1: checksum differs"), std::string::npos) << complaint();
 }
 
 TEST_F(CorpusFile, RoundTripKeepsEverything) {
@@ -206,7 +236,7 @@ TEST_F(CorpusFile, ANewerVersionSaysSo) {
   std::string bytes = readFile(path_);
   bytes[63] = static_cast<char>(kCorpusFormatVersion + 1);  // user_version, big-endian at 60
   writeBytes(bytes);
-  EXPECT_NE(complaint().find("has corpus format version 3, made by a newer Mouthpiece; expected at most 2"),
+  EXPECT_NE(complaint().find("has corpus format version 4, made by a newer Mouthpiece; expected at most 3"),
             std::string::npos)
       << complaint();
 }
