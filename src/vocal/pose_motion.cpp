@@ -10,8 +10,8 @@ namespace mouthpiece {
 namespace {
 
 /// The values of a viseme's curve over which its contact is made: with ramps of 120 ms, over the 16 ms before the
-/// phone, and let go over the 20 ms after it was held, about when the phone ends. (From 0.75 to 0.97 on, a vowel beside
-/// a closure was shut at its edge, which those of GRID s1 are not.)
+/// phone, and let go in 7 ms after it was held, before the phone ends. (From 0.75 to 0.97 on, a vowel beside a closure
+/// was shut at its edge, which those of GRID s1 are not.)
 constexpr double kContactFrom = 0.95, kContactBy = 1.0;
 
 double smoothStep(double from, double to, double value) {

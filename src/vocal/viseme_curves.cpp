@@ -46,6 +46,18 @@ void addEvent(GrowingCurve& curve, const VisemeEvent& event, double part, double
   curve.open = true;
 }
 
+/// Lips that were shut part at once: from where a labial was held, its curve falls by its mean slope, not flatly. (With
+/// a flat start the vowels after B P M stayed shut at their edge, which those of GRID s1 are not.)
+void letGoAtOnce(const std::vector<const VisemeEvent*>& events, std::vector<CurveKey>& keys) {
+  for (const VisemeEvent* event : events) {
+    if (!isLabial(event->viseme)) continue;
+    const auto held = std::find_if(keys.begin(), keys.end(),
+                                   [&](const CurveKey& key) { return key.time == event->inner.back().time; });
+    if (held == keys.end() || held + 1 == keys.end() || (held + 1)->value >= held->value) continue;
+    held->out = ((held + 1)->value - held->value) / ((held + 1)->time - held->time);
+  }
+}
+
 AnimationCurve partCurve(const std::vector<const VisemeEvent*>& events, double VisemeEvent::*part, std::string name,
                          double vowel_coarticulation) {
   GrowingCurve curve;
@@ -55,6 +67,7 @@ AnimationCurve partCurve(const std::vector<const VisemeEvent*>& events, double V
   }
   if (curve.open) addKey(curve, end, 0);
   setMonotoneSlopes(curve.keys);
+  letGoAtOnce(events, curve.keys);
   return {std::move(name), std::move(curve.keys)};
 }
 

@@ -130,6 +130,18 @@ TEST(SpeechCurves, PlosivesBeforeAPauseLetGo) {
   EXPECT_EQ(findCurve(speech({{Phone::kAA, 0.1}, {Phone::kM, 0.08}}), "Uh"), nullptr) << "nasals need not";
 }
 
+TEST(SpeechCurves, LabialsLetGoAtOnceAndNothingElseDoes) {
+  const auto share_left = [](Phone phone, const std::string& viseme) {
+    const AnimationCurve curve = curveOf(speech({{phone, 0.1}}), viseme);
+    const CurveKey held = curve.keys[2], gone = curve.keys[3];
+    EXPECT_NEAR(held.time - curve.keys[1].time, 0.075, 1e-12) << "held to 75 % of the phone";
+    return curve.valueAt(held.time + 0.1 * (gone.time - held.time)) / held.value;
+  };
+  EXPECT_NEAR(share_left(Phone::kB, "MBP"), 0.9 * 0.9 * 1.1, 1e-12) << "(1 - u)^2 (1 + u)";
+  EXPECT_NEAR(share_left(Phone::kF, "FV"), 0.9 * 0.9 * 1.1, 1e-12);
+  EXPECT_NEAR(share_left(Phone::kS, "S"), 0.9 * 0.9 * 1.2, 1e-12) << "(1 - u)^2 (1 + 2 u), flat at first";
+}
+
 TEST(SpeechCurves, SilenceDrawsNothing) { EXPECT_TRUE(speech({}).empty()); }
 
 }  // namespace
