@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/errors.h"
+#include "deform/gums.h"
 #include "deform/mesh_reader.h"
 
 namespace mouthpiece {
@@ -181,37 +182,17 @@ std::vector<MeshPart> splitPart(FaceMesh& mesh, const MeshPart& part, const std:
   return parts;
 }
 
-/// Gums and tongue in one piece: what lies within `reach` of a row of teeth is its gum, the rest tongue.
-std::vector<std::size_t> splitGums(const FaceMesh& mesh, const MeshPart& gums, const std::vector<MeshPart>& teeth) {
-  struct Row {
-    std::vector<Eigen::Vector3f> points;
-  };
-  std::array<Row, 2> rows;
-  Eigen::AlignedBox3f box;
+/// Gums and tongue in one piece: which of kUpperTeeth, kLowerTeeth and kTongue each triangle is.
+std::vector<std::size_t> gumPieces(const FaceMesh& mesh, const MeshPart& gums, const std::vector<MeshPart>& teeth) {
+  std::array<std::vector<Triangle>, 2> rows;
   for (const MeshPart& part : teeth) {
-    for (const Triangle& triangle : trianglesOf(mesh, part)) {
-      const Eigen::Vector3f point = centroid(mesh, triangle);
-      box.extend(point);
-      rows[part.kind == PartKind::kUpperTeeth ? 0 : 1].points.push_back(point);
-    }
+    const std::span<const Triangle> own = trianglesOf(mesh, part);
+    std::vector<Triangle>& row = rows[part.kind == PartKind::kUpperTeeth ? 0 : 1];
+    row.insert(row.end(), own.begin(), own.end());
   }
-  // A sample of the teeth is enough: they are a few millimetres apart.
-  constexpr std::size_t kSamples = 400;
-  const float reach = 0.08F * box.diagonal().norm();
-  const auto distanceTo = [&](const Row& row, const Eigen::Vector3f& point) {
-    const std::size_t stride = std::max<std::size_t>(1, row.points.size() / kSamples);
-    float nearest = 1e30F;
-    for (std::size_t i = 0; i < row.points.size(); i += stride)
-      nearest = std::min(nearest, (row.points[i] - point).squaredNorm());
-    return std::sqrt(nearest);
-  };
   std::vector<std::size_t> choice;
-  for (const Triangle& triangle : trianglesOf(mesh, gums)) {
-    const Eigen::Vector3f point = centroid(mesh, triangle);
-    const float upper = distanceTo(rows[0], point);
-    const float lower = distanceTo(rows[1], point);
-    choice.push_back(std::min(upper, lower) > reach ? 2 : upper < lower ? 0 : 1);
-  }
+  for (const GumPiece piece : splitGums(mesh, trianglesOf(mesh, gums), rows[0], rows[1]))
+    choice.push_back(static_cast<std::size_t>(piece));
   return choice;
 }
 
@@ -296,7 +277,7 @@ void assignPartKinds(FaceMesh& mesh, bool keep_colors) {
     }
     const std::array<std::pair<std::string, PartKind>, 3> kinds{
         {{".upper_gum", PartKind::kUpperTeeth}, {".lower_gum", PartKind::kLowerTeeth}, {".tongue", PartKind::kTongue}}};
-    for (MeshPart& piece : splitPart(mesh, part, splitGums(mesh, part, teeth), kinds))
+    for (MeshPart& piece : splitPart(mesh, part, gumPieces(mesh, part, teeth), kinds))
       parts.push_back(std::move(piece));
   }
   const bool has_bag =

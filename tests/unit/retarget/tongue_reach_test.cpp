@@ -95,6 +95,34 @@ TEST_F(TongueReachTest, TouchesWhereThePhoneSays) {
   }
 }
 
+/// The tip comes out between the teeth as far as they are apart, and not through them, nor the lip.
+TEST_F(TongueReachTest, GoesBetweenTheTeethAndNotThroughThem) {
+  constexpr float kThrough_mm = 0.5F;
+  for (const double opening : {0.0, 1.0, 3.0, 6.0}) {
+    const VertexPositions moved = posed(opening, {.tip_forward = 1});
+    float upper_front = -1e30F, lower_front = -1e30F, lower_edge = -1e30F;
+    for (std::size_t v = 0; v < kinds_.size(); ++v) {
+      const auto p = moved.row(static_cast<Eigen::Index>(v));
+      if (kinds_[v] == PartKind::kUpperTeeth) upper_front = std::max(upper_front, p[2]);
+      if (kinds_[v] == PartKind::kLowerTeeth) lower_front = std::max(lower_front, p[2]);
+    }
+    for (std::size_t v = 0; v < kinds_.size(); ++v) {
+      const auto p = moved.row(static_cast<Eigen::Index>(v));
+      if (kinds_[v] == PartKind::kLowerTeeth && p[2] > lower_front - 2) lower_edge = std::max(lower_edge, p[1]);
+    }
+    for (std::size_t v = 0; v < kinds_.size(); ++v) {
+      const auto p = moved.row(static_cast<Eigen::Index>(v));
+      if (kinds_[v] != PartKind::kTongue) continue;
+      if (opening == 0) {
+        EXPECT_LT(p[2], upper_front) << "the teeth are closed";
+      }
+      if (p[2] > lower_front) {
+        EXPECT_GT(p[1], lower_edge - kThrough_mm) << opening;
+      }
+    }
+  }
+}
+
 /// Lower teeth and gum move as one rigid piece, by the chin; the upper ones stay.
 TEST_F(TongueReachTest, TheLowerTeethMoveRigidly) {
   const VertexPositions moved = posed(8, {});
