@@ -183,6 +183,19 @@ class Binder {
     return {nearest.first, std::sqrt(static_cast<double>(nearest.second))};
   }
 
+  /// The upper lid's lashes come near the lower one at the eye's corners: a piece keeps the roots on the side of the
+  /// eye or mouth that most of its roots are on.
+  void leaveOneSide(std::map<std::uint32_t, std::uint32_t>& rooted_in) const {
+    std::map<std::uint32_t, std::map<std::uint32_t, std::size_t>> counts;  // by component, by side
+    for (const auto& [root, skin] : rooted_in) ++counts[components_[root]][sides_.forbidden[skin]];
+    std::erase_if(rooted_in, [&](const auto& root) {
+      const auto& sides = counts.at(components_[root.first]);
+      const auto most = std::max_element(sides.begin(), sides.end(),
+                                         [](const auto& a, const auto& b) { return a.second < b.second; });
+      return sides_.forbidden[root.second] != most->first;
+    });
+  }
+
   /// Parts of their own on the skin (lashes, ears): where they are rooted in the face they move as it does, and each
   /// vertex as the root nearest along the part.
   void followNearby() {
@@ -201,18 +214,21 @@ class Binder {
       const auto gap = gaps.emplace(components_[v], nearest.back().second).first;
       gap->second = std::min(gap->second, nearest.back().second);
     }
-    std::vector<std::uint32_t> roots;
     std::map<std::uint32_t, std::uint32_t> rooted_in;
     const double width = control_.mouth_width;
     for (std::size_t i = 0; i < loose.size(); ++i) {
       if (nearest[i].second > kFollows * width || nearest[i].second > gaps[components_[loose[i]]] + kRootDepth * width)
         continue;
-      roots.push_back(loose[i]);
       rooted_in.emplace(loose[i], nearest[i].first);
     }
+    leaveOneSide(rooted_in);
+    std::vector<std::uint32_t> roots;
+    for (const auto& [root, skin] : rooted_in) roots.push_back(root);
     const auto reach = graph_.reachFrom(roots, [&](std::uint32_t v) { return isLoosePart(v); });
     for (const std::uint32_t v : loose) {
-      if (reach.source[v] >= 0) follow(v, rooted_in.at(static_cast<std::uint32_t>(reach.source[v])), 1);
+      if (reach.source[v] < 0) continue;
+      follow(v, rooted_in.at(static_cast<std::uint32_t>(reach.source[v])), 1);
+      if (fates_[v] == Fate::kBound) binding_.carried.push_back(v);
     }
   }
 
@@ -263,7 +279,7 @@ class Binder {
 
   void measureOffsets() {
     for (std::size_t v = 0; v < kinds_.size(); ++v) {
-      if (binding_.patch[v] < 0) continue;
+      if (binding_.patch[v] < 0 || isCarried(binding_, v)) continue;
       const SurfacePoint s = evaluate(surface_.restPose(), {binding_.patch[v], static_cast<double>(binding_.u[v]),
                                                             static_cast<double>(binding_.v[v])});
       binding_.d[v] = static_cast<float>((vertex(v) - s.position).dot(s.normal()));
@@ -287,6 +303,10 @@ class Binder {
 
 }  // namespace
 
+bool isCarried(const FaceBinding& binding, std::size_t vertex) {
+  return std::binary_search(binding.carried.begin(), binding.carried.end(), vertex);
+}
+
 FaceBinding bindFace(const FaceMesh& mesh, const ControlMesh& control, const BindingOptions& options) {
   return Binder(mesh, control, options).bind();
 }
@@ -300,6 +320,11 @@ void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const Contro
   for (const auto* column : {&binding.u, &binding.v, &binding.d, &binding.skin_weight, &binding.jaw_weight}) {
     if (column->size() != count)
       fail("found columns of different lengths; expected " + std::to_string(count) + " entries each");
+  }
+  for (std::size_t i = 0; i < binding.carried.size(); ++i) {
+    const std::uint32_t v = binding.carried[i];
+    if (v >= count || (i > 0 && v <= binding.carried[i - 1]))
+      fail("found carried vertex " + std::to_string(v) + "; expected rising numbers under " + std::to_string(count));
   }
   constexpr float kSlack = 1e-4F;
   for (std::size_t v = 0; v < count; ++v) {

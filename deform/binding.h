@@ -13,8 +13,8 @@ struct BindingOptions {
   double max_normal_angle_deg = 75;
 };
 
-/// What each mesh vertex hangs on: EDGE eq. (3), V = B(u, v) + d n(u, v). One entry a vertex in every column.
-/// Plain data; `.face` files hold it as it is.
+/// What each mesh vertex hangs on: EDGE eq. (3), V = B(u, v) + d n(u, v). One entry a vertex in every column but the
+/// last. Plain data; `.face` files hold it as it is.
 struct FaceBinding {
   std::vector<std::int32_t> patch;  ///< triangle of the control mesh; -1: none
   std::vector<float> u;             ///< weight of the triangle's first point, in the plane
@@ -22,7 +22,13 @@ struct FaceBinding {
   std::vector<float> d;             ///< offset along the normal, the mesh's unit
   std::vector<float> skin_weight;   ///< share of eq. (3) in the vertex' motion, [0, 1]
   std::vector<float> jaw_weight;    ///< share of the jaw's rigid motion in the rest, [0, 1]
+  /// Vertices that go along with their place without turning as the surface does there, rising: lashes, whose tips
+  /// would fly apart where the lid turns sharply.
+  std::vector<std::uint32_t> carried = {};
 };
+
+/// Whether `vertex` is among binding.carried.
+bool isCarried(const FaceBinding& binding, std::size_t vertex);
 
 /// Binds every vertex of `mesh` to the surface over `control`.
 FaceBinding bindFace(const FaceMesh& mesh, const ControlMesh& control, const BindingOptions& options = {});

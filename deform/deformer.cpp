@@ -173,7 +173,7 @@ void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBin
     } else if (binding.patch[i] >= 0 && hung.weight > 0) {
       hung.place = patchPlace({binding.patch[i], static_cast<double>(binding.u[i]), static_cast<double>(binding.v[i])});
       const Eigen::Vector3d vertex = rest.row(static_cast<Eigen::Index>(i)).transpose().cast<double>();
-      measureOffset(surface, vertex, hung);
+      if (!isCarried(binding, i)) measureOffset(surface, vertex, hung);  // else all of the offset is `base`
       const bool is_above = std::hypot(static_cast<double>(hung.beside), static_cast<double>(hung.across)) < exact;
       moves[i] = true;
       (is_above && hung.weight >= 1 ? bound : loose).push_back(hung);

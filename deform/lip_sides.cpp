@@ -111,7 +111,15 @@ MeshGraph graphOf(const FaceMesh& mesh, const ControlMesh& control) {
     if (const int point = findPoint(control, name); point >= 0) rim.push_back(control.rest.row(point).transpose());
   }
   const double near = kLipsMayTouch * control.mouth_width;
+  std::vector<bool> stands_off(static_cast<std::size_t>(mesh.vertices.rows()), false);
+  for (const MeshPart& part : mesh.parts) {
+    if (!part.stands_off) continue;
+    for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t) {
+      for (const std::uint32_t v : mesh.triangles[t]) stands_off[v] = true;
+    }
+  }
   return MeshGraph(mesh, [&](std::uint32_t v) {
+    if (stands_off[v]) return false;
     const Eigen::Vector3d p = mesh.vertices.row(v).transpose().cast<double>();
     for (std::size_t i = 0; i < rim.size(); ++i) {
       if (distanceToSegment(p, rim[i], rim[(i + 1) % rim.size()]) < near) return false;

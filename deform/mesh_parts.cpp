@@ -258,6 +258,7 @@ void assignPartKinds(FaceMesh& mesh, bool keep_colors) {
   for (MeshPart part : mesh.parts) {
     part.kind = kindFromName(part.name).value_or(PartKind::kSkin);
     const std::string lower = lowerCase(part.name);
+    part.stands_off = contains(lower, "lash") || contains(lower, "brow") || contains(lower, "beard");
     if (part.kind == PartKind::kTongue && contains(lower, "gum")) {
       gums_with_tongue.push_back(part);
     } else if (part.kind == PartKind::kUpperTeeth) {

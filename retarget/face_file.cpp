@@ -60,6 +60,7 @@ class Fields {
       fail(key, fmt::format("expected a list of at most {} entries", max_size));
     return value;
   }
+  [[nodiscard]] bool has(const char* key) const { return map_.contains(key); }
   [[nodiscard]] std::string text(const char* key) const {
     const json& value = at(key);
     if (!value.is_string() || value.get_ref<const std::string&>().size() > kMaxText) fail(key, "expected a text");
@@ -213,12 +214,14 @@ ControlMesh readControl(const Fields& fields, std::size_t marker_count) {
 }
 
 FaceBinding readBinding(const Fields& fields) {
-  return {.patch = fields.blob<std::int32_t>("patch"),
-          .u = fields.blob<float>("u"),
-          .v = fields.blob<float>("v"),
-          .d = fields.blob<float>("d"),
-          .skin_weight = fields.blob<float>("skin_weight"),
-          .jaw_weight = fields.blob<float>("jaw_weight")};
+  FaceBinding binding{.patch = fields.blob<std::int32_t>("patch"),
+                      .u = fields.blob<float>("u"),
+                      .v = fields.blob<float>("v"),
+                      .d = fields.blob<float>("d"),
+                      .skin_weight = fields.blob<float>("skin_weight"),
+                      .jaw_weight = fields.blob<float>("jaw_weight")};
+  if (fields.has("carried")) binding.carried = fields.blob<std::uint32_t>("carried");
+  return binding;
 }
 
 json controlToJson(const ControlMesh& control) {
@@ -357,7 +360,8 @@ std::string faceFileToBytes(const FaceFile& face) {
                     {"v", blobOf(face.binding.v)},
                     {"d", blobOf(face.binding.d)},
                     {"skin_weight", blobOf(face.binding.skin_weight)},
-                    {"jaw_weight", blobOf(face.binding.jaw_weight)}}}};
+                    {"jaw_weight", blobOf(face.binding.jaw_weight)},
+                    {"carried", blobOf(face.binding.carried)}}}};
   std::string bytes;
   json::to_cbor(tree, bytes);
   return bytes;

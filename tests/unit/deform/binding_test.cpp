@@ -9,11 +9,15 @@
 
 #include "base/errors.h"
 #include "deform/bezier_surface.h"
+#include "deform/deformer.h"
+#include "deform/virtual_points.h"
 #include "tests/unit/deform/sample_face.h"
 
 namespace mouthpiece {
 namespace {
 
+using testing::openMouth;
+using testing::rowOf;
 using testing::sampleBinding;
 using testing::sampleControl;
 using testing::sampleFace;
@@ -95,6 +99,43 @@ TEST(Binding, CoversTheFaceAndLeavesOtherPartsToTheJawOrAlone) {
   }
 }
 
+/// A tuft of hair on the chin, modelled from the skin on: its roots are in the places of skin vertices.
+TEST(Binding, LoosePartsAreCarriedByTheirRootsWithoutTurning) {
+  constexpr float kStandsOff_mm = 6;
+  FaceMesh mesh = sampleFace().mesh;
+  const Triangle* skin = nullptr;
+  const Eigen::RowVector3f chin = sampleControl().rest.row(findPoint(sampleControl(), "CHIN_MID")).cast<float>();
+  float nearest = std::numeric_limits<float>::infinity();
+  for (const Triangle& triangle : sampleFace().mesh.triangles) {
+    const float distance = (mesh.vertices.row(triangle[0]) - chin).norm();
+    if (distance >= nearest) continue;
+    nearest = distance;
+    skin = &triangle;
+  }
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.rows());
+  mesh.vertices.conservativeResize(first + 3, 3);
+  mesh.vertices.row(first) = mesh.vertices.row((*skin)[0]);
+  mesh.vertices.row(first + 1) = mesh.vertices.row((*skin)[1]);
+  mesh.vertices.row(first + 2) = mesh.vertices.row(first) + Eigen::RowVector3f(0, 1, kStandsOff_mm);
+  MeshPart tuft;
+  tuft.name = "beard";
+  tuft.stands_off = true;
+  tuft.first_triangle = mesh.triangles.size();
+  tuft.triangle_count = 1;
+  mesh.triangles.push_back({first, first + 1, first + 2});
+  mesh.parts.push_back(tuft);
+  const FaceBinding binding = bindFace(mesh, sampleControl());
+  EXPECT_EQ(binding.carried, (std::vector<std::uint32_t>{first, first + 1, first + 2}));
+  const FaceDeformer deformer(mesh, sampleControl(), binding);
+  const MarkerPositions pose = openMouth(sampleFace(), 10);
+  VertexPositions out;
+  deformer.deform(rowOf(pose), {}, out);
+  const VertexPositions moves = out - mesh.vertices;
+  EXPECT_GT(moves.row(first + 2).norm(), 5);
+  EXPECT_LT((moves.row(first) - moves.row((*skin)[0])).norm(), 1e-3F) << "a root goes as the skin does";
+  EXPECT_LT((moves.row(first + 2) - moves.row(first)).norm(), 1e-3F) << "and the tip as its root";
+}
+
 TEST(Binding, ChecksWhatComesFromFiles) {
   const auto expectRefused = [](auto&& damage) {
     FaceBinding damaged = sampleBinding();
@@ -110,6 +151,8 @@ TEST(Binding, ChecksWhatComesFromFiles) {
   expectRefused([](FaceBinding& b) { b.u[3] = std::numeric_limits<float>::quiet_NaN(); });
   expectRefused([](FaceBinding& b) { b.skin_weight[3] = 2; });
   expectRefused([](FaceBinding& b) { b.d[3] = std::numeric_limits<float>::infinity(); });
+  expectRefused([](FaceBinding& b) { b.carried = {static_cast<std::uint32_t>(b.d.size())}; });
+  expectRefused([](FaceBinding& b) { b.carried = {2, 1}; });
 }
 
 }  // namespace
