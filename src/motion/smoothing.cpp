@@ -24,6 +24,9 @@ constexpr Eigen::Index kFewestSamples = 5;
 constexpr double kSmallestRestlessness = 1e-3;
 constexpr double kLargestRestlessness = 1e2;
 constexpr int kRestlessnessSteps = 13;  // a factor of 2.6 each: the result hardly depends on it
+/// A path is as restless as the filter is surprised: over so many frames, at most so many times.
+constexpr Eigen::Index kSurpriseFrames = 5;
+constexpr double kMostSurprise = 100;
 
 /// Position, velocity, acceleration in units of one frame; white jerk.
 Eigen::Matrix3d stepMatrix() { return Eigen::Matrix3d{{1.0, 1.0, 0.5}, {0.0, 1.0, 1.0}, {0.0, 0.0, 1.0}}; }
@@ -41,9 +44,17 @@ class JerkSmoother {
   JerkSmoother(const Eigen::Ref<const PositionMatrix>& measured, double restlessness)
       : measured_(measured), noise_(restlessness * restlessness * jerkCovariance()) {}
 
+  /// From now on the jerk before frame t is so many times as strong, a deviation for each frame.
+  void setStrengths(Eigen::VectorXd strengths) { strengths_ = std::move(strengths); }
+
   /// Runs the filter; the measurements' -2 log-likelihood.
   double filter() {
     const Eigen::Matrix3d step = stepMatrix();
+    predicted_.clear();
+    filtered_.clear();
+    predicted_covariance_.clear();
+    filtered_covariance_.clear();
+    surprise_.setOnes(measured_.rows());
     double cost = 0;
     States state = States::Zero();
     Eigen::Matrix3d covariance = kUnknown * Eigen::Matrix3d::Identity();
@@ -51,7 +62,8 @@ class JerkSmoother {
     for (Eigen::Index frame = 0; frame < measured_.rows(); ++frame) {
       if (frame > 0) {
         state = step * state;
-        covariance = step * covariance * step.transpose() + noise_;
+        const double strength = strengths_.size() > 0 ? strengths_[frame] : 1.0;
+        covariance = step * covariance * step.transpose() + strength * strength * noise_;
       }
       predicted_.push_back(state);
       predicted_covariance_.push_back(covariance);
@@ -63,13 +75,17 @@ class JerkSmoother {
         covariance -= gain * covariance.row(0);
         covariance = 0.5 * (covariance + covariance.transpose().eval());
         // The first three only fix the start.
-        if (++seen > 3) cost += innovation.squaredNorm() / variance + 3.0 * std::log(variance);
+        if (++seen > 3) surprise_[frame] = innovation.squaredNorm() / variance / 3.0;
+        if (seen > 3) cost += innovation.squaredNorm() / variance + 3.0 * std::log(variance);
       }
       filtered_.push_back(state);
       filtered_covariance_.push_back(covariance);
     }
     return cost;
   }
+
+  /// After filter(): squared innovations over what was expected of them, 1 in the mean where the model holds.
+  [[nodiscard]] const Eigen::VectorXd& surprise() const { return surprise_; }
 
   /// After filter(): positions, frames x 3.
   [[nodiscard]] PositionMatrix smooth() const {
@@ -89,6 +105,7 @@ class JerkSmoother {
  private:
   Eigen::Ref<const PositionMatrix> measured_;
   Eigen::Matrix3d noise_;
+  Eigen::VectorXd strengths_, surprise_;
   std::vector<States> predicted_, filtered_;
   std::vector<Eigen::Matrix3d> predicted_covariance_, filtered_covariance_;
 };
@@ -109,6 +126,17 @@ double likeliestRestlessness(const PositionMatrix& path) {
   return best;
 }
 
+/// How much stronger than likeliest the jerk is around each frame: the mean surprise there where it is over 1.
+Eigen::VectorXd strengthsFor(const Eigen::VectorXd& surprise) {
+  Eigen::VectorXd strengths(surprise.size());
+  for (Eigen::Index frame = 0; frame < surprise.size(); ++frame) {
+    const Eigen::Index first = std::max<Eigen::Index>(0, frame - kSurpriseFrames / 2);
+    const Eigen::Index count = std::min(surprise.size(), frame + kSurpriseFrames / 2 + 1) - first;
+    strengths[frame] = std::clamp(surprise.segment(first, count).mean(), 1.0, kMostSurprise);
+  }
+  return strengths;
+}
+
 /// The path with its noise taken off; what was not seen is estimated too.
 PositionMatrix smoothedPath(const PositionMatrix& path, double noise_mm) {
   // Around the first seen sample, so that the unknown start is near, and in units of the noise.
@@ -117,6 +145,9 @@ PositionMatrix smoothedPath(const PositionMatrix& path, double noise_mm) {
   const Eigen::RowVector3d origin = path.row(first);
   const PositionMatrix scaled = (path.rowwise() - origin) / noise_mm;
   JerkSmoother smoother(scaled, likeliestRestlessness(scaled));
+  smoother.filter();
+  // Lips stop within a frame or two when they meet: one restlessness for all would carry them on into each other.
+  smoother.setStrengths(strengthsFor(smoother.surprise()));
   smoother.filter();
   return (noise_mm * smoother.smooth()).rowwise() + origin;
 }

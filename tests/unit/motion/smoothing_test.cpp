@@ -50,6 +50,21 @@ TEST(SmoothMotion, KeepsAQuickClosure) {
   EXPECT_NEAR(result.clip.positions_mm(120, 1), 0.0, 0.3);
 }
 
+TEST(SmoothMotion, DoesNotCarryALipOnWhenItIsStopped) {
+  // Slow speech, and once a second a lip that is stopped by the other within a frame and leaves as suddenly.
+  MotionClip truth{120.0, {"LIP_LO_MID"}, PositionMatrix::Zero(1200, 3)};
+  for (Eigen::Index frame = 0; frame < 1200; ++frame) {
+    const double t = static_cast<double>(frame % 120 - 60) / 120.0;
+    truth.positions_mm(frame, 1) = -std::max(0.0, 6.0 + std::sin(2 * t) - 9.0 * std::exp(-std::pow(t / 0.08, 2.0)));
+  }
+  constexpr double kNoise = 0.06;
+  const SmoothedMotion result = smoothMotion(withNoise(truth, kNoise), {kNoise});
+  double beyond = 0;
+  for (Eigen::Index closure = 0; closure < 10; ++closure)
+    beyond += result.clip.positions_mm.col(1).segment(120 * closure + 40, 40).maxCoeff() / 10;
+  EXPECT_LT(beyond, 1.3 * kNoise) << "mm further than where it was stopped";
+}
+
 TEST(SmoothMotion, LeavesGapsOpen) {
   MotionClip clip = withNoise(SyntheticMotion(64, 2).clip(120.0, 200), 0.1);
   clip.positions_mm.block(50, 0, 20, 3).setConstant(std::numeric_limits<double>::quiet_NaN());
