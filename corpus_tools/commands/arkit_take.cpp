@@ -97,7 +97,7 @@ Eigen::MatrixXd weightsOf(const ArkitTrack& track, const std::vector<std::string
 
 }  // namespace
 
-MotionClip readArkitTake(const fs::path& csv, const MarkerLayout& layout, const ArkitTakeOptions& options) {
+ArkitTake readArkitTake(const fs::path& csv, const MarkerLayout& layout, const ArkitTakeOptions& options) {
   const ArkitTrack track = parseLiveLinkCsv(readFile(csv, kMaxTrackBytes), csv.string(), options.frame_rate_hz);
   expectFrameRate(track.frame_rate_hz, csv.string(), "");
   const PlacedHead head = options.head.extension() == ".face" ? headOfFace(options.head) : headOfGlb(options);
@@ -109,7 +109,7 @@ MotionClip readArkitTake(const fs::path& csv, const MarkerLayout& layout, const 
       throw InputError(options.head.string(), marker.name,
                        "is not on this head; expected a .face fitted with a corpus of the layout");
   }
-  return selectMarkers(driven, layout.markerNames());
+  return {selectMarkers(driven, layout.markerNames()), track.turns_head};
 }
 
 }  // namespace mouthpiece

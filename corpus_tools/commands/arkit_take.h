@@ -13,8 +13,13 @@ struct ArkitTakeOptions {
   double frame_rate_hz = 0;       ///< 0: the file's time code
 };
 
+struct ArkitTake {
+  MotionClip motion;
+  bool left_head_out = false;  ///< the file turns the head
+};
+
 /// Live Link Face's CSV as markers: its weights move the head's shapes, and the layout's markers ride on the head's
-/// skin. Head motion is not applied. Throws InputError.
-MotionClip readArkitTake(const std::filesystem::path& csv, const MarkerLayout& layout, const ArkitTakeOptions& options);
+/// skin. The head is still, as a corpus would make it again. Throws InputError.
+ArkitTake readArkitTake(const std::filesystem::path& csv, const MarkerLayout& layout, const ArkitTakeOptions& options);
 
 }  // namespace mouthpiece

@@ -22,7 +22,11 @@ MotionClip readTrack(const ConvertCommand& command) {
   if (!command.arkit.head.empty()) {
     ArkitTakeOptions arkit = command.arkit;
     arkit.frame_rate_hz = command.track.frame_rate_hz;
-    return readArkitTake(command.input, layoutFrom(command.layout), arkit);
+    ArkitTake take = readArkitTake(command.input, layoutFrom(command.layout), arkit);
+    if (take.left_head_out)
+      printNotice("HeadYaw, HeadPitch and HeadRoll are left out: the head stays still, as `corpus build` would make it",
+                  command.quiet);
+    return std::move(take.motion);
   }
   return isLandmarkTrack(command.input) ? readLandmarkTrack(command.input, layoutFrom(command.layout), command.track)
                                         : readMotion(command.input);

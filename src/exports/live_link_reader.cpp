@@ -38,6 +38,15 @@ struct Row {
   std::array<float, kArkitNames.size()> weights{};
 };
 
+bool equalInAnyCase(std::string_view found, std::string_view lower) {
+  return std::equal(found.begin(), found.end(), lower.begin(), lower.end(),
+                    [](char a, char b) { return (a >= 'A' && a <= 'Z' ? static_cast<char>(a - 'A' + 'a') : a) == b; });
+}
+
+bool isHeadColumn(std::string_view name) {
+  return equalInAnyCase(name, "headyaw") || equalInAnyCase(name, "headpitch") || equalInAnyCase(name, "headroll");
+}
+
 class LiveLinkReader {
  public:
   LiveLinkReader(std::string_view text, std::string_view file) : file_(file), lines_(text) {}
@@ -74,6 +83,7 @@ class LiveLinkReader {
       }
       if (shape >= 0) has_shape[static_cast<std::size_t>(shape)] = true;
       shape_of_column_.push_back(shape);
+      turns_head_.push_back(isHeadColumn(trimmed(name)));
     }
     track_.has_shape = std::move(has_shape);
     if (std::none_of(track_.has_shape.begin(), track_.has_shape.end(), [](bool has) { return has; })) {
@@ -92,6 +102,7 @@ class LiveLinkReader {
       failHere(fmt::format("found {} cells; expected {} as in the header", cells_.size(), shape_of_column_.size()));
     }
     for (std::size_t i = 0; i < cells_.size(); ++i) {
+      if (turns_head_[i]) track_.turns_head = track_.turns_head || parseNumber(cells_[i]).value_or(0) != 0;
       if (shape_of_column_[i] < 0) continue;
       const std::optional<double> value = parseNumber(cells_[i]);
       if (!value || !(*value >= 0 && *value <= kLargestWeight)) {
@@ -184,6 +195,7 @@ class LiveLinkReader {
   std::string file_;
   LineReader lines_;
   std::vector<int> shape_of_column_;
+  std::vector<bool> turns_head_;  ///< by column
   std::vector<std::string_view> cells_;
   std::vector<Row> rows_;
   ArkitTrack track_;
@@ -196,10 +208,7 @@ bool isLiveLinkCsv(std::string_view text) {
   std::string_view line;
   if (!lines.next(line)) return false;
   const std::string_view first = trimmed(line.substr(0, line.find(',')));
-  constexpr std::string_view kColumn = "timecode";
-  return std::equal(first.begin(), first.end(), kColumn.begin(), kColumn.end(), [](char found, char wanted) {
-    return (found >= 'A' && found <= 'Z' ? static_cast<char>(found - 'A' + 'a') : found) == wanted;
-  });
+  return equalInAnyCase(first, "timecode");
 }
 
 ArkitTrack parseLiveLinkCsv(std::string_view text, std::string_view file, double frame_rate_hz) {

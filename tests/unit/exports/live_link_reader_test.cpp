@@ -41,6 +41,11 @@ TEST(LiveLinkReader, ReadsWhatOurExportWrites) {
   EXPECT_EQ(track.frame_rate_hz, 30);
   ASSERT_EQ(track.weights.rows(), 95);
   EXPECT_LT((track.weights - curves.weights).cwiseAbs().maxCoeff(), kSixDigits);
+  EXPECT_FALSE(track.turns_head);
+}
+
+TEST(LiveLinkReader, TellsThatTheHeadTurns) {
+  EXPECT_TRUE(parse(header() + row("01:02:03:04.000", "0.1") + row("01:02:03:05.000", "0.2")).turns_head);
 }
 
 TEST(LiveLinkReader, TimeCodesOfTheAppSetTheFrames) {
