@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
+#include <numeric>
 
 namespace mouthpiece {
 namespace {
@@ -33,34 +33,6 @@ Eigen::VectorXd openingsOf(const PositionMatrix& positions, const std::pair<Eige
 MotionClip motionOf(const Corpus& corpus, std::size_t take) {
   if (corpus.motion_source != nullptr) return corpus.motion_source->load(TakeIndex(take));
   return corpus.takes[take].motion;
-}
-
-FitTake fitTake(const Corpus& corpus, std::size_t index, const SpeechColumns& columns, double fit_rate_hz) {
-  const MotionClip motion = motionOf(corpus, index);
-  const auto stride = static_cast<Eigen::Index>(std::max(1.0, std::round(motion.frame_rate_hz / fit_rate_hz)));
-  const Eigen::Index rows = (motion.positions_mm.rows() + stride - 1) / stride;
-  FitTake take;
-  take.index = index;
-  PositionMatrix positions(rows, motion.positions_mm.cols());
-  take.seen.resize(rows);
-  for (Eigen::Index row = 0; row < rows; ++row) {
-    positions.row(row) = motion.positions_mm.row(row * stride);
-    take.times.push_back(static_cast<double>(row * stride) / motion.frame_rate_hz);
-    bool seen = true;
-    for (Eigen::Index column = 0; column < positions.cols(); ++column) {
-      const bool finite = std::isfinite(positions(row, column));
-      seen = seen && (finite || !(columns.weights(column) > 0));
-      if (!finite) positions(row, column) = 0;
-    }
-    take.seen(row) = seen ? 1 : 0;
-  }
-  take.openings = Eigen::VectorXd::Zero(rows);
-  if (columns.lip_pair) take.openings = openingsOf(positions, *columns.lip_pair).cwiseProduct(take.seen);
-  const Eigen::RowVectorXd mean = take.seen.transpose() * positions / std::max(1.0, take.seen.sum());
-  const Eigen::Map<const Eigen::RowVectorXd> neutral(corpus.neutral_pose_mm.data(), corpus.neutral_pose_mm.size());
-  take.mean = mean - neutral;
-  take.displacements = (take.seen.asDiagonal() * (positions.rowwise() - mean)).cast<float>();
-  return take;
 }
 
 }  // namespace
@@ -95,35 +67,86 @@ double FitTake::tightestOpening(const TimeSpan& span) const {
   return least;
 }
 
-std::vector<FitTake> fitTakes(const Corpus& corpus, const SpeechColumns& columns, double fit_rate_hz) {
-  constexpr double kMostFrames = 30'000;  // 24 MB of 66 markers; twenty minutes at 25 Hz
-  double frames = 0;
-  for (const CorpusTake& take : corpus.takes) frames += take.labels.duration() * fit_rate_hz;
-  const auto every = static_cast<std::size_t>(std::max(1.0, std::ceil(frames / kMostFrames)));
-  std::vector<FitTake> takes;
-  for (std::size_t i = 0; i < corpus.takes.size(); i += every) {
-    FitTake take = fitTake(corpus, i, columns, fit_rate_hz);
-    constexpr double kLeastRows = 10;
-    if (take.seen.sum() >= std::max(kLeastRows, 0.5 * static_cast<double>(take.seen.size())))
-      takes.push_back(std::move(take));
+std::optional<FitTake> fitTake(const Corpus& corpus, std::size_t index, const SpeechColumns& columns,
+                               double fit_rate_hz) {
+  const MotionClip motion = motionOf(corpus, index);
+  const auto stride = static_cast<Eigen::Index>(std::max(1.0, std::round(motion.frame_rate_hz / fit_rate_hz)));
+  const Eigen::Index rows = (motion.positions_mm.rows() + stride - 1) / stride;
+  FitTake take;
+  take.index = index;
+  PositionMatrix positions(rows, motion.positions_mm.cols());
+  take.seen.resize(rows);
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    positions.row(row) = motion.positions_mm.row(row * stride);
+    take.times.push_back(static_cast<double>(row * stride) / motion.frame_rate_hz);
+    bool seen = true;
+    for (Eigen::Index column = 0; column < positions.cols(); ++column) {
+      const bool finite = std::isfinite(positions(row, column));
+      seen = seen && (finite || !(columns.weights(column) > 0));
+      if (!finite) positions(row, column) = 0;
+    }
+    take.seen(row) = seen ? 1 : 0;
   }
-  return takes;
+  constexpr double kLeastRows = 10;
+  if (take.seen.sum() < std::max(kLeastRows, 0.5 * static_cast<double>(rows))) return std::nullopt;
+  take.openings = Eigen::VectorXd::Zero(rows);
+  if (columns.lip_pair) take.openings = openingsOf(positions, *columns.lip_pair).cwiseProduct(take.seen);
+  const Eigen::RowVectorXd mean = take.seen.transpose() * positions / std::max(1.0, take.seen.sum());
+  const Eigen::Map<const Eigen::RowVectorXd> neutral(corpus.neutral_pose_mm.data(), corpus.neutral_pose_mm.size());
+  take.mean = mean - neutral;
+  take.displacements = (take.seen.asDiagonal() * (positions.rowwise() - mean)).cast<float>();
+  return take;
 }
 
-SegmentFeatures::SegmentFeatures(const Corpus& corpus, const std::vector<FitTake>& takes) {
-  std::map<std::string, Eigen::Index> numbers;
-  for (const FitTake& take : takes) {
-    segments_.push_back(predictionSegments(corpus.takes[take.index].labels));
-    std::vector<SparseRow>& shares = shares_.emplace_back();
-    for (const SpeechSegment& segment : segments_.back()) {
-      SparseRow& share = shares.emplace_back();
+FitTakes fitTakes(const Corpus& corpus, const SpeechColumns& columns, double fit_rate_hz, double most_frames) {
+  double frames = 0;
+  for (const CorpusTake& take : corpus.takes) frames += take.labels.duration() * fit_rate_hz;
+  const auto every = static_cast<std::size_t>(std::max(1.0, std::ceil(frames / most_frames)));
+  FitTakes kept{{}, every == 1};
+  for (std::size_t i = 0; i < corpus.takes.size(); i += every) {
+    if (std::optional<FitTake> take = fitTake(corpus, i, columns, fit_rate_hz)) kept.takes.push_back(std::move(*take));
+  }
+  return kept;
+}
+
+SegmentFeatures::SegmentFeatures(const Corpus& corpus, const std::vector<std::size_t>& takes, std::size_t most) {
+  std::vector<std::size_t> segments;  // that have each
+  for (const std::size_t take : takes) {
+    for (const SpeechSegment& segment : predictionSegments(corpus.takes[take].labels)) {
       for (const SegmentFeature& feature : segment.features) {
-        const auto [known, is_new] = numbers.try_emplace(feature.name, count());
+        const auto [known, is_new] = numbers_.try_emplace(feature.name, count());
         if (is_new) names_.push_back(feature.name);
-        share.emplace_back(known->second, feature.weight);
+        segments.resize(names_.size());
+        ++segments[static_cast<std::size_t>(known->second)];
       }
     }
   }
+  if (names_.size() <= most) return;
+  std::vector<std::size_t> order(names_.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return segments[a] > segments[b]; });
+  order.resize(most);
+  std::sort(order.begin(), order.end());
+  std::vector<std::string> names;
+  numbers_.clear();
+  for (const std::size_t feature : order) {
+    numbers_[names_[feature]] = static_cast<Eigen::Index>(names.size());
+    names.push_back(std::move(names_[feature]));
+  }
+  names_ = std::move(names);
+}
+
+TakeSegments SegmentFeatures::of(const SpeechLabels& labels) const {
+  TakeSegments take{predictionSegments(labels), {}};
+  for (SpeechSegment& segment : take.segments) {
+    SparseRow& share = take.shares.emplace_back();
+    for (const SegmentFeature& feature : segment.features) {
+      if (const auto known = numbers_.find(feature.name); known != numbers_.end())
+        share.emplace_back(known->second, feature.weight);
+    }
+    segment.features = {};  // names are long
+  }
+  return take;
 }
 
 Eigen::VectorXd SegmentFeatures::ridgeFactors() const {
@@ -132,14 +155,13 @@ Eigen::VectorXd SegmentFeatures::ridgeFactors() const {
   return factors;
 }
 
-DesignRows designRows(const FitTake& take, const SegmentFeatures& features, std::size_t take_number,
+DesignRows designRows(const FitTake& take, const TakeSegments& segments, Eigen::Index features,
                       const ComponentDynamics& dynamics) {
   constexpr double kNothing = 1e-5;
-  const Eigen::MatrixXd weights =
-      segmentWeights(features.segments(take_number), dynamics.time_constant, dynamics.lead, take.times);
+  const Eigen::MatrixXd weights = segmentWeights(segments.segments, dynamics.time_constant, dynamics.lead, take.times);
   DesignRows design;
   design.rows.resize(take.times.size());
-  design.mean = Eigen::VectorXd::Zero(features.count());
+  design.mean = Eigen::VectorXd::Zero(features);
   design.seen = take.seen;
   const double frames = std::max(1.0, take.seen.sum());
   for (std::size_t row = 0; row < take.times.size(); ++row) {
@@ -149,7 +171,7 @@ DesignRows designRows(const FitTake& take, const SegmentFeatures& features, std:
     for (Eigen::Index segment = 0; segment < weights.cols(); ++segment) {
       const double weight = weights(at, segment);
       if (std::abs(weight) < kNothing) continue;
-      for (const auto& [feature, share] : features.shares(take_number)[static_cast<std::size_t>(segment)]) {
+      for (const auto& [feature, share] : segments.shares[static_cast<std::size_t>(segment)]) {
         entries.emplace_back(feature, weight * share);
         design.mean(feature) += weight * share / frames;
       }

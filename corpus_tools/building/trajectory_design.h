@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -33,28 +34,41 @@ struct FitTake {
   /// Within 20 ms of `span`; infinite when none was seen.
   [[nodiscard]] double tightestOpening(const TimeSpan& span) const;
 };
-/// Takes of which most frames are seen; of a large corpus every n-th, so that memory stays bounded.
-std::vector<FitTake> fitTakes(const Corpus& corpus, const SpeechColumns& columns, double fit_rate_hz);
+/// Take `index`; nullopt when most of its frames are not seen.
+std::optional<FitTake> fitTake(const Corpus& corpus, std::size_t index, const SpeechColumns& columns,
+                               double fit_rate_hz);
+
+/// Takes to keep in memory: all that can be used, or of a corpus with more than `most_frames` every n-th.
+struct FitTakes {
+  std::vector<FitTake> takes;
+  bool are_all = true;
+};
+FitTakes fitTakes(const Corpus& corpus, const SpeechColumns& columns, double fit_rate_hz, double most_frames);
 
 using SparseRow = std::vector<std::pair<Eigen::Index, double>>;
 
-/// The features of all takes' segments, numbered.
+/// A take's segments, and the share of each feature in each of them.
+struct TakeSegments {
+  std::vector<SpeechSegment> segments;
+  std::vector<SparseRow> shares;
+};
+
+/// The features of a corpus' segments, numbered.
 class SegmentFeatures {
  public:
-  SegmentFeatures(const Corpus& corpus, const std::vector<FitTake>& takes);
+  /// `takes`: whose features there are. Of more features than `most` only those that most segments have.
+  SegmentFeatures(const Corpus& corpus, const std::vector<std::size_t>& takes, std::size_t most);
   [[nodiscard]] Eigen::Index count() const { return static_cast<Eigen::Index>(names_.size()); }
   [[nodiscard]] const std::string& name(Eigen::Index feature) const {
     return names_[static_cast<std::size_t>(feature)];
   }
-  [[nodiscard]] const std::vector<SpeechSegment>& segments(std::size_t take) const { return segments_[take]; }
-  [[nodiscard]] const std::vector<SparseRow>& shares(std::size_t take) const { return shares_[take]; }
+  [[nodiscard]] TakeSegments of(const SpeechLabels& labels) const;
   /// How far each target is held back: the rarer the kind of feature, the more.
   [[nodiscard]] Eigen::VectorXd ridgeFactors() const;
 
  private:
   std::vector<std::string> names_;
-  std::vector<std::vector<SpeechSegment>> segments_;  ///< one list a take
-  std::vector<std::vector<SparseRow>> shares_;        ///< of each segment
+  std::unordered_map<std::string, Eigen::Index> numbers_;
 };
 
 /// One take's rows of the least-squares problem: values = rows * targets, less each column's mean over the seen rows.
@@ -66,7 +80,7 @@ struct DesignRows {
   /// Zero where not seen.
   [[nodiscard]] Eigen::MatrixXd times(const Eigen::MatrixXd& targets) const;
 };
-DesignRows designRows(const FitTake& take, const SegmentFeatures& features, std::size_t take_number,
+DesignRows designRows(const FitTake& take, const TakeSegments& segments, Eigen::Index features,
                       const ComponentDynamics& dynamics);
 
 /// A few dozen of a thousand features are at work at any time: sums over pairs of those only.

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
-#include <numeric>
 
 #include "base/parallel_for.h"
 #include "corpus_tools/building/trajectory_design.h"
@@ -19,6 +17,8 @@ constexpr Seconds kTimeConstants[] = {0.018, 0.025, 0.032};
 constexpr Seconds kLeads[] = {0.0, 0.015};
 constexpr std::size_t kJudgeEvery = 4;  ///< every fourth take judges the search
 constexpr std::size_t kLeastTakes = 4;
+/// 72 MB of normal equations. GRID has 1,000.
+constexpr std::size_t kMostFeatures = 3000;
 constexpr double kLargestGain = 1.15;
 constexpr double kPredictedVariance = 0.92;  ///< of the capture's; the fragments' own detail brings the rest
 
@@ -55,40 +55,73 @@ struct Solution {
   Eigen::RowVectorXd judged_variance;  ///< predicted there
 };
 
+/// A corpus as its fit goes through it: some takes in memory, of a short corpus all.
+struct Material {
+  const Corpus& corpus;
+  const SpeechColumns& columns;
+  const TrajectoryFitOptions& options;
+  const FitTakes& kept;
+};
+
 class TargetSolver {
  public:
-  TargetSolver(const std::vector<FitTake>& takes, const SegmentFeatures& features, const TrajectoryModel& model,
-               double ridge)
-      : takes_(takes), features_(features), ridge_(ridge) {
-    for (const FitTake& take : takes) values_.emplace_back(take.displacements.cast<double>() * model.analysis);
+  TargetSolver(const Material& material, const SegmentFeatures& features, const TrajectoryModel& model)
+      : material_(material), takes_(material.kept.takes), features_(features), model_(model) {
+    for (const FitTake& take : takes_) segments_.push_back(features.of(material.corpus.takes[take.index].labels));
   }
 
+  /// From the kept takes of those numbers.
   [[nodiscard]] Solution solve(const ComponentDynamics& dynamics, const std::vector<std::size_t>& use,
                                const std::vector<std::size_t>& judges) const {
-    NormalEquations equations(features_.count(), values_.front().cols());
+    NormalEquations equations(features_.count(), model_.componentCount());
     for (const std::size_t take : use)
-      equations.add(designRows(takes_[take], features_, take, dynamics), values_[take]);
+      equations.add(designRows(takes_[take], segments_[take], features_.count(), dynamics), valuesOf(takes_[take]));
     Solution solution;
-    solution.targets = equations.solve(features_.ridgeFactors() * ridge_);
-    solution.judged_errors = solution.judged_variance = Eigen::RowVectorXd::Zero(values_.front().cols());
+    solution.targets = equations.solve(features_.ridgeFactors() * material_.options.ridge);
+    solution.judged_errors = solution.judged_variance = Eigen::RowVectorXd::Zero(model_.componentCount());
     for (const std::size_t take : judges) {
-      const Eigen::MatrixXd predicted = designRows(takes_[take], features_, take, dynamics).times(solution.targets);
-      solution.judged_errors += (values_[take] - predicted).colwise().squaredNorm();
+      const Eigen::MatrixXd predicted =
+          designRows(takes_[take], segments_[take], features_.count(), dynamics).times(solution.targets);
+      solution.judged_errors += (valuesOf(takes_[take]) - predicted).colwise().squaredNorm();
       solution.judged_variance += predicted.colwise().squaredNorm();
     }
     return solution;
   }
+
+  /// From all takes of the corpus; those that are not kept are read, summed up and forgotten one by one.
+  [[nodiscard]] Eigen::MatrixXd solveAll(const ComponentDynamics& dynamics) const {
+    NormalEquations equations(features_.count(), model_.componentCount());
+    const auto add = [&](const FitTake& take, const TakeSegments& segments) {
+      equations.add(designRows(take, segments, features_.count(), dynamics), valuesOf(take));
+    };
+    if (material_.kept.are_all) {
+      for (std::size_t take = 0; take < takes_.size(); ++take) add(takes_[take], segments_[take]);
+    } else {
+      for (std::size_t i = 0; i < material_.corpus.takes.size(); ++i) {
+        const auto take = fitTake(material_.corpus, i, material_.columns, material_.options.fit_rate_hz);
+        if (take) add(*take, features_.of(material_.corpus.takes[i].labels));
+      }
+    }
+    return equations.solve(features_.ridgeFactors() * material_.options.ridge);
+  }
+
   [[nodiscard]] double capturedVariance(const std::vector<std::size_t>& judges) const {
     double sum = 0;
-    for (const std::size_t take : judges) sum += values_[take].squaredNorm();
+    for (const std::size_t take : judges) sum += valuesOf(takes_[take]).squaredNorm();
     return sum;
   }
 
  private:
+  /// Frames x components, centred.
+  [[nodiscard]] Eigen::MatrixXd valuesOf(const FitTake& take) const {
+    return take.displacements.cast<double>() * model_.analysis;
+  }
+
+  const Material& material_;
   const std::vector<FitTake>& takes_;
   const SegmentFeatures& features_;
-  double ridge_;
-  std::vector<Eigen::MatrixXd> values_;  ///< one a take: frames x components, centred
+  const TrajectoryModel& model_;
+  std::vector<TakeSegments> segments_;  ///< of the kept takes
 };
 
 std::vector<ComponentDynamics> candidateDynamics() {
@@ -101,11 +134,10 @@ std::vector<ComponentDynamics> candidateDynamics() {
 
 /// Each component's dynamics with the least error on takes left out, the gain that its variance there asks for, and
 /// then the targets from all takes.
-void fitMovement(const std::vector<FitTake>& takes, const SegmentFeatures& features, const TargetSolver& solver,
-                 std::size_t jobs, TrajectoryModel& model) {
-  std::vector<std::size_t> all(takes.size()), use, judges;
-  std::iota(all.begin(), all.end(), std::size_t{0});
-  for (const std::size_t take : all) (take % kJudgeEvery == 0 ? judges : use).push_back(take);
+void fitMovement(std::size_t take_count, const SegmentFeatures& features, const TargetSolver& solver, std::size_t jobs,
+                 TrajectoryModel& model) {
+  std::vector<std::size_t> use, judges;
+  for (std::size_t take = 0; take < take_count; ++take) (take % kJudgeEvery == 0 ? judges : use).push_back(take);
   const std::vector<ComponentDynamics> candidates = candidateDynamics();
   std::vector<Solution> searched(candidates.size());
   parallelFor(candidates.size(), jobs, [&](std::size_t i) { searched[i] = solver.solve(candidates[i], use, judges); });
@@ -127,7 +159,7 @@ void fitMovement(const std::vector<FitTake>& takes, const SegmentFeatures& featu
   std::vector<Eigen::MatrixXd> solved(candidates.size());
   parallelFor(candidates.size(), jobs, [&](std::size_t i) {
     const bool used = std::find(chosen.begin(), chosen.end(), i) != chosen.end();
-    if (used) solved[i] = solver.solve(candidates[i], all, {}).targets;
+    if (used) solved[i] = solver.solveAll(candidates[i]);
   });
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     targets.col(static_cast<Eigen::Index>(i)) = solved[chosen[i]].col(static_cast<Eigen::Index>(i));
@@ -176,21 +208,29 @@ void fitClosing(const std::vector<FitTake>& takes, const Corpus& corpus, const S
   model.closed_opening_mm = *middle;
 }
 
+std::vector<std::size_t> takesWithFeatures(const Corpus& corpus, const FitTakes& kept) {
+  std::vector<std::size_t> takes(kept.are_all ? kept.takes.size() : corpus.takes.size());
+  for (std::size_t i = 0; i < takes.size(); ++i) takes[i] = kept.are_all ? kept.takes[i].index : i;
+  return takes;
+}
+
 }  // namespace
 
 std::shared_ptr<const TrajectoryModel> fitTrajectoryModel(const Corpus& corpus, const TrajectoryFitOptions& options) {
   const SpeechColumns columns = speechColumns(corpus);
   if (!(columns.lip_norm > 0)) return nullptr;
-  const std::vector<FitTake> takes = fitTakes(corpus, columns, options.fit_rate_hz);
+  const FitTakes kept = fitTakes(corpus, columns, options.fit_rate_hz, options.most_kept_frames);
+  const std::vector<FitTake>& takes = kept.takes;
   if (takes.size() < kLeastTakes) return nullptr;
   const std::size_t jobs = options.jobs > 0 ? options.jobs : defaultThreadCount();
   auto model = std::make_shared<TrajectoryModel>();
   const auto speaking = static_cast<Eigen::Index>((columns.weights.array() > 0).count());
   fitComponents(takes, columns, std::min(options.components, speaking), *model);
   model->level = Eigen::RowVectorXd::Zero(model->componentCount());
-  const SegmentFeatures features(corpus, takes);
-  const TargetSolver solver(takes, features, *model, options.ridge);
-  fitMovement(takes, features, solver, jobs, *model);
+  const SegmentFeatures features(corpus, takesWithFeatures(corpus, kept), kMostFeatures);
+  const Material material{corpus, columns, options, kept};
+  const TargetSolver solver(material, features, *model);
+  fitMovement(takes.size(), features, solver, jobs, *model);
   fitLevel(takes, corpus, *model);
   fitClosing(takes, corpus, columns, *model);
   return model;

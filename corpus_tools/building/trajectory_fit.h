@@ -11,7 +11,10 @@ struct TrajectoryFitOptions {
   Eigen::Index components = 12;
   double ridge = 1;         ///< how far targets are held back (docs/theory/prediction.md)
   double fit_rate_hz = 30;  ///< faster captures are thinned to about this: lips hold little above half of it
-  std::size_t jobs = 0;     ///< threads; 0: one per core. The result does not depend on it
+  /// Of a longer corpus every n-th take is kept in memory (30,000 frames of 66 markers: 24 MB, twenty minutes at 25 Hz)
+  /// for components, dynamics and level; targets always come from all takes.
+  double most_kept_frames = 30'000;
+  std::size_t jobs = 0;  ///< threads; 0: one per core. The result does not depend on it
 };
 
 /// Fits the model to all takes of `corpus`. Null when it has too little to learn from: fewer than four takes that are

@@ -36,6 +36,28 @@ TEST(TrajectoryFit, PredictsATakeThatItHasNotSeen) {
   EXPECT_EQ(threaded->targets, model->targets);
 }
 
+/// A long corpus: only some takes are kept in memory, and still every one of them tells targets.
+TEST(TrajectoryFit, LearnsFromTakesThatItDoesNotKeep) {
+  const Corpus corpus = speakingCorpus();
+  double frames = 0;
+  for (const CorpusTake& take : corpus.takes) frames += 30 * take.labels.duration();
+  const auto whole = fitTrajectoryModel(corpus);
+  const auto streamed = fitTrajectoryModel(corpus, {.most_kept_frames = 0.6 * frames});
+  ASSERT_NE(streamed, nullptr);
+  EXPECT_EQ(streamed->targets.size(), whole->targets.size());
+  for (const auto& [feature, target] : whole->targets) {
+    const auto found = streamed->targets.find(feature);
+    ASSERT_NE(found, streamed->targets.end()) << feature;
+    if (target.norm() > 0.1) {
+      EXPECT_GT(found->second.norm(), 0) << feature;
+    }
+  }
+  Corpus thinned = corpus;
+  thinned.takes.clear();
+  for (std::size_t i = 0; i < corpus.takes.size(); i += 2) thinned.takes.push_back(corpus.takes[i]);
+  EXPECT_LT(fitTrajectoryModel(thinned)->targets.size(), streamed->targets.size()) << "they say something of their own";
+}
+
 TEST(TrajectoryFit, TooLittleGivesNone) {
   Corpus corpus = speakingCorpus();
   corpus.takes.resize(3);
