@@ -3,7 +3,7 @@
 
     apt-get install python3-torch python3-numpy libopenblas0-pthread sox libsox-fmt-all festival festvox-italp16k \\
         festvox-itapc16k festvox-suopuhe-lj festvox-suopuhe-mv festvox-czech-dita festvox-czech-krb \\
-        festvox-czech-machac festvox-czech-ph klettres-data praat
+        festvox-czech-machac festvox-czech-ph festvox-ca-ona-hts klettres-data praat
     tools/train_vowels.py --data ../shared/singing_vowels --leave-one-out    what it reaches on singers left out, each
     tools/train_vowels.py --data ../shared/singing_vowels --out src/vocal/vowel_network.weights
 
@@ -18,6 +18,7 @@ import numpy as np
 import torch
 
 import vowel_adaptation
+import vowel_perceptron
 from vowel_envelope import (BANDS, EDGES, FLOOR, RATE, SILENT, TRANSFORM, envelopes, filter_bank, power_frames,
                             warped_edges)
 from vowel_sounds import (CLASSES, IGNORED, augmented, letter_files, measured_people, modelled_files, modelled_singer,
@@ -53,11 +54,15 @@ def raw_features(samples, warp=1.0):
     return np.hstack([log_mel @ COSINES.T, log_mel, centroid])
 
 
+def taken_off(values, bands):
+    """Half of the mean of the frames that are loud by these bands."""
+    loudest = bands.max(1)
+    return TAKEN_OFF_MEAN * values[loudest > np.quantile(loudest, 0.95) - LOUD_RANGE].mean(0)
+
+
 def features(samples, warp=1.0):
     values = raw_features(samples, warp)
-    loudest = values[:, MFCCS:MFCCS + BANDS].max(1)
-    loud = loudest > np.quantile(loudest, 0.95) - LOUD_RANGE
-    return (values - TAKEN_OFF_MEAN * values[loud].mean(0)).astype(np.float32)
+    return (values - taken_off(values, values[:, MFCCS:MFCCS + BANDS])).astype(np.float32)
 
 
 def targets(intervals, frames, stretch=1.0):
@@ -77,6 +82,9 @@ class Clip:
         self.features = features(sound, warp)
         self.classes = targets(intervals, len(self.features), stretch)
         self.level, self.f0 = envelopes(sound, warp) if copy <= VOICE_COPIES else (None, None)
+
+    def columns(self):
+        return vowel_perceptron.columns(self.features[:, MFCCS:MFCCS + BANDS], self.level, taken_off)
 
 
 def prepared(data, rng):
@@ -156,15 +164,21 @@ def hidden(x, mean, rng):
     return mean + (x - mean) * torch.tensor(mask)
 
 
-def train(clips, args, seed):
-    torch.manual_seed(seed)
-    rng = np.random.default_rng(seed)
+def voices_of(clips):
+    """{(group, who): clips}, and what share of the training each has."""
     voices = {}
     for clip in clips:
         voices.setdefault((clip.group, clip.who), []).append(clip)
+    shares = {name: GROUPS[name[0]][2] / sum(other[0] == name[0] for other in voices) for name in voices}
+    return voices, {name: share / sum(shares.values()) for name, share in shares.items()}
+
+
+def train(clips, args, seed):
+    torch.manual_seed(seed)
+    rng = np.random.default_rng(seed)
+    voices, share_of = voices_of(clips)
     names = sorted(voices)
-    shares = np.array([GROUPS[group][2] / sum(other == group for other, _ in names) for group, _ in names])
-    shares /= shares.sum()
+    shares = np.array([share_of[name] for name in names])
     every = np.concatenate([clip.features for voice in voices.values() for clip in voice[:100]])
     network = VowelNetwork(args.units, torch.tensor(every.mean(0)), torch.tensor(1 / (every.std(0) + 1e-2)))
     optimiser = torch.optim.Adam(network.parameters(), args.rate)
@@ -194,8 +208,16 @@ def train(clips, args, seed):
     return network.eval()
 
 
+def train_perceptrons(clips):
+    voices, share_of = voices_of([clip for clip in clips if clip.level is not None])
+    heard = {name: (share_of[name], [(clip.columns(), clip.classes) for clip in voice])
+             for name, voice in voices.items()}
+    return [vowel_perceptron.train(heard, SEED + k) for k in range(vowel_perceptron.COUNT)]
+
+
 def trained(clips, args):
-    return [rounded_to_half(train(clips, args, SEED + k)) for k in range(args.networks)]
+    """(recurrent networks, perceptrons)"""
+    return [rounded_to_half(train(clips, args, SEED + k)) for k in range(args.networks)], train_perceptrons(clips)
 
 
 def voice_prior(clips):
@@ -205,7 +227,10 @@ def voice_prior(clips):
 
 def shares_of(networks, prior, clip):
     """Frames x 6 by the networks alone, and adapted to the clip's voice."""
-    alone = np.mean([torch.softmax(network.scores(clip.features), 1).numpy() for network in networks], 0)
+    recurrent = np.mean([torch.softmax(network.scores(clip.features), 1).numpy() for network in networks[0]], 0)
+    framewise = np.mean([network.shares(clip.columns()) for network in networks[1]], 0)
+    share = vowel_perceptron.RECURRENT_SHARE
+    alone = share * recurrent + (1 - share) * framewise
     return alone, vowel_adaptation.adapted(prior, clip.level, clip.f0, alone)
 
 
@@ -238,15 +263,16 @@ def rounded_to_half(network):
 
 
 def weight_bytes(networks, prior, units):
-    parts = [b"MPVOWEL2", struct.pack("<5I", len(networks), FEATURES * (2 * CONTEXT + 1), 3, units, len(CLASSES))]
-    for network in networks:
+    recurrent, perceptrons = networks
+    parts = [b"MPVOWEL3", struct.pack("<5I", len(recurrent), FEATURES * (2 * CONTEXT + 1), 3, units, len(CLASSES))]
+    for network in recurrent:
         parts += [v.numpy().astype("<f4").tobytes() for v in (network.mean, network.inverse_deviation)]
         for layer in network.layers:
             for matrix in (layer.weight_ih_l0, layer.weight_hh_l0, layer.bias_ih_l0):
                 parts.append(matrix.detach().numpy().astype("<f2").tobytes())
         for matrix in (network.output.weight, network.output.bias):
             parts.append(matrix.detach().numpy().astype("<f2").tobytes())
-    return b"".join(parts) + prior.bytes()
+    return b"".join(parts) + vowel_perceptron.weight_bytes(perceptrons) + prior.bytes()
 
 
 def write_example(networks, prior, path, rng):

@@ -15,7 +15,7 @@ CLASSES = {"A": 0, "E": 1, "I": 2, "O": 3, "U": 4, "SIL": 5}
 IGNORED = -1
 TTS_VOICES = {"lp_diphone": "mnlrtdpbsfvkg", "pc_diphone": "mnlrtdpbsfvkg", "hy_fi_mv_diphone": "mnlrtpsvkh",
               "suo_fi_lj_diphone": "mnlrtpsvkh", "czech_dita": "mnlrtdpbsvk", "czech_krb": "mnlrtdpbsvk",
-              "czech_machac": "mnlrtdpbsvk", "czech_ph": "mnlrtdpbsvk"}
+              "czech_machac": "mnlrtdpbsvk", "czech_ph": "mnlrtdpbsvk", "upc_ca_ona_hts": "mnlrtpbsk"}
 KLETTRES = "/usr/share/klettres"
 # Syllables that end in the vowel they are written with, and the letters and words of other alphabets that do.
 OPEN_SYLLABLES = ("it", "es", "pt_BR", "tn", "ml", "ru", "uk")
@@ -26,6 +26,19 @@ NAMED_LETTERS = {
           "28-so:O",
     "lt": "a-2:A a-1:A e-2:E e-3:E i-1:I i-2:I y:I o:O u-1:U u-2:U u-3:U b:E c-1:E d:E g:E p:E t:E v:E na:A ko:O yra:A "
           "kilo:O ji:I",
+    "cs": "a-0:A a-1:E a-2:E a-3:E a-4:E a-6:E a-7:A a-8:I a-10:A a-14:O a-15:E a-19:E a-20:U a-21:E a-27:E a-29:E a-30:E "
+          "ad-0:A ad-1:O ad-2:A ad-3:O ad-4:E ad-5:A ad-6:E ad-7:E ad-8:O ad-9:I ad-10:E ad-11:E ad-12:I ad-13:A ad-14:E "
+          "ad-15:O ad-16:U ad-17:E",
+    "nl": "a-0:A a-1:E a-2:E a-3:E a-5:E a-6:A a-7:I a-9:A a-13:O a-14:E a-17:E a-19:E a-20:E ad-0:A ad-3:E ad-9:I "
+          "ad-14:U ad-16:O",
+    "nb": "U0061:A U0062:E U0063:E U0064:E U0065:E U0067:E U0068:O U0069:I U006B:O U006F:U U0070:E U0071:U U0074:E "
+          "U0075:U U0076:E U00E5:O",
+    "da": "a-1:E a-2:E a-3:E a-4:E a-6:E a-7:O a-8:I a-10:O a-14:O a-15:E a-16:U a-19:E a-20:U a-28:O ad-1:E ad-2:O "
+          "ad-11:U ad-14:E ad-15:E ad-16:O ad-17:U ad-23:E ad-25:I",
+    "fr": "a-0:A a-1:E a-2:E a-3:E a-6:E a-8:I a-9:I a-10:A a-14:O a-15:E a-19:E a-21:E ad-0:A ad-2:I ad-3:O ad-6:A "
+          "ad-7:I ad-8:O ad-11:A ad-12:O ad-13:I ad-15:A ad-17:I ad-18:O ad-20:O ad-21:A ad-22:I ad-24:A ad-25:I ad-26:O",
+    "en": "B:I C:I D:I E:I G:I P:I T:I V:I Q:U U:U me:I key:I saw:O aw:O",
+    "en_GB": "b:I c:I d:I e:I g:I p:I t:I v:I q:U u:U r:A me:I key:I car:A or:O saw:O",
     "ru": "e:E i:I be:E de:E ge:E pe:E te:E tse:E ve:E ze:E che:E pi:I",
     "uk": "e:E i:I be:E de:E ge:E pe:E te:E tse:E ve:E ze:E zhe:E che:E mi:I ni:I pi:I bi:I chi:I zmi:I hli:I"}
 # Praat's measured people: which of their Dutch vowels stand for the five. Where two are named, anything between.
@@ -83,7 +96,7 @@ def tts_intervals(path):
         for row in rows:
             name, end = row.split()
             end, vowel = float(end), name.rstrip("1").upper()
-            if name == "#" and end - start > 0.1:
+            if name in ("#", "pau") and end - start > 0.1:
                 intervals.append((start + 0.03, end - 0.04, CLASSES["SIL"]))
             elif vowel in "AEIOU":
                 intervals.append((start + 0.025, end - 0.025, CLASSES[vowel]))

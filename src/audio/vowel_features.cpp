@@ -9,9 +9,6 @@
 namespace mouthpiece {
 namespace {
 
-constexpr double kLoudRange = 5;       // nepers of energy under the loudest band's 95th percentile
-constexpr double kTakenOffMean = 0.5;  // of the loud frames' mean; chosen on singers left out
-
 /// Energies and energy-weighted frequencies of every band, frames x bands.
 struct BandSums {
   Eigen::MatrixXd energy;
@@ -42,19 +39,6 @@ Eigen::MatrixXd cosineTransform() {
   return matrix;
 }
 
-void takeOffLoudMean(Eigen::MatrixXd& features) {
-  const Eigen::VectorXd loudest_band = features.middleCols(kMfccCount, kMelBandCount).rowwise().maxCoeff();
-  const double threshold = quantileOf(loudest_band, kVowelLoudQuantile) - kLoudRange;
-  Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(features.cols());
-  double count = 0;
-  for (Eigen::Index frame = 0; frame < features.rows(); ++frame) {
-    if (loudest_band(frame) <= threshold) continue;
-    sum += features.row(frame);
-    ++count;
-  }
-  if (count > 0) features.rowwise() -= kTakenOffMean / count * sum;
-}
-
 }  // namespace
 
 VowelFeatures vowelFeatures(const AudioClip& clip) {
@@ -73,7 +57,7 @@ VowelFeatures vowelFeatures(const AudioClip& clip) {
       sums.weighted_hz.array() / loud - relative.rowwise() * bank.middle_hz.transpose().array();
   features.rightCols(kMelBandCount) =
       (moment / (relative + kVowelFloor)).rowwise() / bank.half_width_hz.transpose().array();
-  takeOffLoudMean(features);
+  takeOffLoudMean(features, features.middleCols(kMfccCount, kMelBandCount));
   return features.cast<float>();
 }
 

@@ -86,4 +86,19 @@ double quantileOf(Eigen::VectorXd values, double share) {
   return std::lerp(values(below), values(above), place - static_cast<double>(below));
 }
 
+void takeOffLoudMean(Eigen::MatrixXd& values, const Eigen::MatrixXd& bands) {
+  constexpr double kLoudRange = 5;       // nepers of energy under the loudest band's 95th percentile
+  constexpr double kTakenOffMean = 0.5;  // chosen on singers left out
+  const Eigen::VectorXd loudest_band = bands.rowwise().maxCoeff();
+  const double threshold = quantileOf(loudest_band, kVowelLoudQuantile) - kLoudRange;
+  Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(values.cols());
+  double count = 0;
+  for (Eigen::Index frame = 0; frame < values.rows(); ++frame) {
+    if (loudest_band(frame) <= threshold) continue;
+    sum += values.row(frame);
+    ++count;
+  }
+  if (count > 0) values.rowwise() -= kTakenOffMean / count * sum;
+}
+
 }  // namespace mouthpiece

@@ -49,4 +49,8 @@ class PowerFrames {
 /// Straight between order statistics, as numpy.quantile.
 double quantileOf(Eigen::VectorXd values, double share);
 
+/// Takes half of the mean of the loud frames off every column; `bands` (frames x mel bands, nepers) tells which are
+/// loud.
+void takeOffLoudMean(Eigen::MatrixXd& values, const Eigen::MatrixXd& bands);
+
 }  // namespace mouthpiece

@@ -8,6 +8,7 @@
 
 #include "base/byte_reader.h"
 #include "base/errors.h"
+#include "vocal/weight_reader.h"
 
 namespace mouthpiece {
 
@@ -15,50 +16,13 @@ extern const std::string_view kVowelWeights;
 
 namespace {
 
-constexpr std::string_view kMagic = "MPVOWEL2";
+constexpr std::string_view kMagic = "MPVOWEL3";
 constexpr int kContext = 12;
 constexpr int kInputs = kVowelFeatureCount * (2 * kContext + 1);
 constexpr std::uint32_t kLayers = 3;
 constexpr std::uint32_t kMostUnits = 1024;
 constexpr std::uint32_t kMostMembers = 8;
 constexpr Eigen::Index kBlockFrames = 256;  // what is taken to the first layer in one product
-
-/// Half precision: a sign, five bits of exponent, ten of fraction.
-float floatFromHalf(std::uint16_t half) {
-  const int exponent = (half >> 10U) & 0x1FU;
-  const int fraction = half & 0x3FFU;
-  if (exponent == 0x1F) return std::numeric_limits<float>::quiet_NaN();
-  const float size = exponent == 0 ? std::ldexp(static_cast<float>(fraction), -24)
-                                   : std::ldexp(static_cast<float>(fraction + 1024), exponent - 25);
-  return (half & 0x8000U) != 0 ? -size : size;
-}
-
-float readHalf(ByteReader& reader) {
-  const float value = floatFromHalf(reader.readU16());
-  if (!std::isfinite(value)) reader.fail("a weight is not finite; expected numbers");
-  return value;
-}
-
-Eigen::MatrixXf readMatrix(ByteReader& reader, std::uint32_t rows, std::uint32_t columns) {
-  const std::size_t bytes = std::size_t{2} * rows * columns;
-  if (reader.remaining() < bytes) {
-    reader.fail(fmt::format("found {} bytes; expected {} x {} weights", reader.remaining(), rows, columns));
-  }
-  Eigen::MatrixXf matrix(rows, columns);
-  for (std::uint32_t row = 0; row < rows; ++row) {
-    for (std::uint32_t column = 0; column < columns; ++column) matrix(row, column) = readHalf(reader);
-  }
-  return matrix;
-}
-
-Eigen::RowVectorXf readFloats(ByteReader& reader, Eigen::Index count) {
-  Eigen::RowVectorXf values(count);
-  for (float& value : values) {
-    value = reader.readF32();
-    if (!std::isfinite(value)) reader.fail("a number is not finite");
-  }
-  return values;
-}
 
 template <typename Expression>
 Eigen::ArrayXf sigmoid(const Expression& x) {
@@ -100,6 +64,20 @@ Eigen::MatrixXf runLayer(const Eigen::MatrixXf& drive, const Eigen::MatrixXf& fr
   return outputs;
 }
 
+void readPerceptrons(ByteReader& reader, std::vector<VowelPerceptron>& perceptrons, float& recurrent_share) {
+  const std::uint32_t count = reader.readU32(), inputs = reader.readU32();
+  const std::array<std::uint32_t, 2> hidden{reader.readU32(), reader.readU32()};
+  recurrent_share = reader.readF32();
+  const auto fits = [](std::uint32_t units) { return units >= 1 && units <= kMostUnits; };
+  if (count < 1 || count > kMostMembers || inputs != VowelPerceptron::kInputs || !fits(hidden[0]) || !fits(hidden[1])) {
+    reader.fail(fmt::format("found {} perceptrons of {} inputs, {} and {} units; expected 1 to {} of {}, at most {}",
+                            count, inputs, hidden[0], hidden[1], kMostMembers, VowelPerceptron::kInputs, kMostUnits));
+  }
+  if (!(recurrent_share >= 0 && recurrent_share <= 1))
+    reader.fail(fmt::format("found a share of {}; expected 0 to 1", recurrent_share));
+  for (std::uint32_t k = 0; k < count; ++k) perceptrons.push_back(VowelPerceptron::read(reader, hidden));
+}
+
 }  // namespace
 
 VowelNetwork VowelNetwork::parse(std::string_view bytes, std::string_view name) {
@@ -122,15 +100,16 @@ VowelNetwork VowelNetwork::parse(std::string_view bytes, std::string_view name) 
     member.inverse_deviation = readFloats(reader, kVowelFeatureCount);
     for (std::uint32_t layer = 0; layer < kLayers; ++layer) {
       Layer weights;
-      weights.from_input = readMatrix(reader, 4 * units, layer == 0 ? kInputs : units);
-      weights.from_state = readMatrix(reader, 4 * units, units);
-      weights.bias = readMatrix(reader, 4 * units, 1);
+      weights.from_input = readHalfMatrix(reader, 4 * units, layer == 0 ? kInputs : units);
+      weights.from_state = readHalfMatrix(reader, 4 * units, units);
+      weights.bias = readHalfMatrix(reader, 4 * units, 1);
       member.layers.push_back(std::move(weights));
     }
-    member.output = readMatrix(reader, kSungVowelCount, units);
-    member.output_bias = readMatrix(reader, kSungVowelCount, 1);
+    member.output = readHalfMatrix(reader, kSungVowelCount, units);
+    member.output_bias = readHalfMatrix(reader, kSungVowelCount, 1);
     network.members_.push_back(std::move(member));
   }
+  readPerceptrons(reader, network.perceptrons_, network.recurrent_share_);
   network.adaptation_ = VowelAdaptation::read(reader);
   if (reader.remaining() != 0) reader.fail(fmt::format("found {} bytes more; expected the end", reader.remaining()));
   return network;
@@ -159,25 +138,26 @@ Eigen::MatrixXf VowelNetwork::Member::probabilities(const VowelFeatures& feature
     }
     Eigen::MatrixXf scores = output * values.cwiseMax(0.0F);
     scores.colwise() += output_bias;
-    for (Eigen::Index k = 0; k < count; ++k) {
-      const Eigen::ArrayXf powers = (scores.col(k).array() - scores.col(k).maxCoeff()).exp();
-      result.row(first + k) = (powers / powers.sum()).matrix().transpose();
-    }
+    result.middleRows(first, count) = softmaxOfColumns(scores);
   }
   return result;
 }
 
-Eigen::MatrixXf VowelNetwork::probabilities(const VowelFeatures& features) const {
-  MOUTHPIECE_EXPECT(features.cols() == kVowelFeatureCount);
-  Eigen::MatrixXf sum = Eigen::MatrixXf::Zero(features.rows(), kSungVowelCount);
-  for (const Member& member : members_) sum += member.probabilities(features);
-  return sum / static_cast<float>(members_.size());
+Eigen::MatrixXf VowelNetwork::probabilities(const VowelFeatures& features, const VowelEnvelopes& envelopes) const {
+  MOUTHPIECE_EXPECT(features.cols() == kVowelFeatureCount && envelopes.levels.rows() == features.rows());
+  Eigen::MatrixXf recurrent = Eigen::MatrixXf::Zero(features.rows(), kSungVowelCount), framewise = recurrent;
+  for (const Member& member : members_) recurrent += member.probabilities(features);
+  const VowelFeatures columns = perceptronColumns(features, envelopes);
+  for (const VowelPerceptron& perceptron : perceptrons_) framewise += perceptron.probabilities(columns);
+  return recurrent_share_ / static_cast<float>(members_.size()) * recurrent +
+         (1 - recurrent_share_) / static_cast<float>(perceptrons_.size()) * framewise;
 }
 
 std::vector<VowelLikelihood> hearVowels(const AudioClip& clip) {
   const VowelNetwork& network = VowelNetwork::shipped();
+  const VowelEnvelopes envelopes = vowelEnvelopes(clip);
   const Eigen::MatrixXf probabilities =
-      network.adaptation().adapt(vowelEnvelopes(clip), network.probabilities(vowelFeatures(clip)));
+      network.adaptation().adapt(envelopes, network.probabilities(vowelFeatures(clip), envelopes));
   std::vector<VowelLikelihood> vowels;
   vowels.reserve(static_cast<std::size_t>(probabilities.rows()));
   for (Eigen::Index frame = 0; frame < probabilities.rows(); ++frame) {

@@ -7,6 +7,7 @@
 #include "audio/vowel_features.h"
 #include "vocal/audio_tags.h"
 #include "vocal/vowel_adaptation.h"
+#include "vocal/vowel_perceptron.h"
 
 namespace mouthpiece {
 
@@ -15,7 +16,8 @@ enum class SungVowel { kA, kE, kI, kO, kU, kSilence };
 inline constexpr int kSungVowelCount = 6;
 
 /// Tells the sung vowel of every frame (VOCAL 4.3): 12 frames before and after side by side, three LSTM layers, ReLU, a
-/// fully connected layer, softmax; of networks that began differently the mean. Trained by tools/train_vowels.py.
+/// fully connected layer, softmax; of networks that began differently the mean, and with it that of small networks of
+/// a few frames. Trained by tools/train_vowels.py.
 /// Immutable: may be shared by threads.
 class VowelNetwork {
  public:
@@ -25,8 +27,8 @@ class VowelNetwork {
   /// The weights that are built in.
   static const VowelNetwork& shipped();
 
-  /// Frames x 6, every row sums to 1.
-  [[nodiscard]] Eigen::MatrixXf probabilities(const VowelFeatures& features) const;
+  /// Frames x 6, every row sums to 1. Both of the same sound.
+  [[nodiscard]] Eigen::MatrixXf probabilities(const VowelFeatures& features, const VowelEnvelopes& envelopes) const;
   /// What takes these to the voice of a recording.
   [[nodiscard]] const VowelAdaptation& adaptation() const { return adaptation_; }
 
@@ -45,6 +47,8 @@ class VowelNetwork {
     [[nodiscard]] Eigen::MatrixXf probabilities(const VowelFeatures& features) const;
   };
   std::vector<Member> members_;
+  std::vector<VowelPerceptron> perceptrons_;
+  float recurrent_share_ = 1;
   VowelAdaptation adaptation_;
 };
 

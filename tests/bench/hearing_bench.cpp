@@ -39,10 +39,11 @@ AudioClip noiseClip(double seconds) {
   return clip;
 }
 
-/// `times_real_time` of the network alone: the issue asks for 50.
+/// `times_real_time` of the networks alone: the issue asks for 50.
 void hearVowelsOfTenSeconds(benchmark::State& state) {
   const VowelFeatures features = vowelFeatures(noiseClip(10));
-  for (auto _ : state) benchmark::DoNotOptimize(VowelNetwork::shipped().probabilities(features));
+  const VowelEnvelopes envelopes = vowelEnvelopes(noiseClip(10));
+  for (auto _ : state) benchmark::DoNotOptimize(VowelNetwork::shipped().probabilities(features, envelopes));
   state.counters["times_real_time"] = benchmark::Counter(10, benchmark::Counter::kIsIterationInvariantRate);
 }
 BENCHMARK(hearVowelsOfTenSeconds)->Unit(benchmark::kMillisecond);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/byte_reader.h"
@@ -73,7 +75,7 @@ TEST(VowelFeatures, StandSilenceAndShortSounds) {
 
 TEST(VowelNetwork, EqualsTheTrainingFramework) {
   const Example example = readExample();
-  const Eigen::MatrixXf shares = VowelNetwork::shipped().probabilities(example.features);
+  const Eigen::MatrixXf shares = VowelNetwork::shipped().probabilities(example.features, example.envelopes);
   EXPECT_LT((shares - example.shares).cwiseAbs().maxCoeff(), 1e-4);
   EXPECT_LT((shares.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-5);
   EXPECT_GT(example.shares.maxCoeff(), 0.7);  // the example is no toss-up
@@ -131,6 +133,46 @@ TEST(VowelAdaptation, LeavesSilenceAndUnvoicedSoundsAlone) {
   const auto nothing = vowelEnvelopes({.sample_rate_hz = 16000, .samples = std::vector<float>(16000, 0.0F)});
   EXPECT_TRUE(nothing.levels.allFinite());
   EXPECT_EQ(nothing.pitch_hz.maxCoeff(), 0);
+}
+
+/// Where the perceptrons' header begins: after it come themselves and the voices.
+std::size_t perceptronsAt(std::string_view weights, std::size_t count) {
+  constexpr std::size_t kFirst = 128, kSecond = 64, kHeader = 20, kSizeOfPlaces = 40;
+  const std::size_t halves =
+      kFirst * (VowelPerceptron::kInputs + 1) + kSecond * (kFirst + 1) + kSungVowelCount * (kSecond + 1);
+  const std::size_t voices = 8 + 4 * (kMelBandCount * 8 + kSizeOfPlaces * (1 + kSizeOfPlaces + 8));
+  return weights.size() - voices - count * (8 * VowelPerceptron::kColumns + 2 * halves) - kHeader;
+}
+
+TEST(VowelPerceptron, HearsFiveFramesAndNoOther) {
+  ByteReader header(kVowelWeights.substr(perceptronsAt(kVowelWeights, 6)), "w");
+  ASSERT_EQ(header.readU32(), 6U);
+  ASSERT_EQ(header.readU32(), static_cast<std::uint32_t>(VowelPerceptron::kInputs));
+  const std::array<std::uint32_t, 2> hidden{header.readU32(), header.readU32()};
+  EXPECT_NEAR(header.readF32(), 1.0 / 3, 1e-6) << "the recurrent networks' share";
+  const VowelPerceptron perceptron = VowelPerceptron::read(header, hidden);
+  const Example example = readExample();
+  VowelFeatures columns = perceptronColumns(example.features, example.envelopes);
+  const Eigen::MatrixXf before = perceptron.probabilities(columns);
+  constexpr Eigen::Index kChanged = 60;
+  columns.row(kChanged) = columns.row(5);
+  const Eigen::MatrixXf after = perceptron.probabilities(columns);
+  EXPECT_LT((after.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-5);
+  for (Eigen::Index row = 0; row < before.rows(); ++row) {
+    const bool hears = std::any_of(VowelPerceptron::kOffsets.begin(), VowelPerceptron::kOffsets.end(),
+                                   [&](int offset) { return row + offset == kChanged; });
+    EXPECT_EQ(before.row(row) != after.row(row), hears) << row;
+  }
+}
+
+TEST(VowelNetwork, RefusesDamagedPerceptrons) {
+  const std::string good(kVowelWeights);
+  const std::size_t at = perceptronsAt(good, 6);
+  for (const std::size_t place : {0U, 4U, 8U, 12U, 19U}) {
+    std::string bad = good;
+    bad[at + place] = static_cast<char>(bad[at + place] ^ 0x55);
+    EXPECT_THROW(VowelNetwork::parse(bad, "w"), InputError) << place;
+  }
 }
 
 TEST(VowelNetwork, RefusesDamagedWeights) {
