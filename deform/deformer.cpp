@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "base/errors.h"
 #include "deform/bezier_surface.h"
@@ -72,7 +73,7 @@ struct FaceDeformer::Data {
   ControlMesh control;
   JawHinge jaw;
   TongueMorph tongue;
-  LipGuard guard;
+  std::optional<LipGuard> guard;
   std::vector<CloughTocher<float>> splits;
   std::vector<Net> rest_nets;  ///< 3 a triangle, relative to `origin`
   std::vector<int> leaders;    ///< points that others follow linearly: markers and inner lips
@@ -93,19 +94,15 @@ struct FaceDeformer::Data {
   VertexPositions rest_normals;
   VertexPositions sums_of_others;  ///< what the other triangles add to the normals of `turning`, in its order
 
-  Data(const FaceMesh& mesh, const ControlMesh& control_mesh, const FaceBinding& binding,
-       std::vector<std::uint32_t> tongue_vertices)
-      : control(control_mesh),
-        jaw(control_mesh),
-        tongue(mesh, std::move(tongue_vertices)),
-        guard(mesh, control_mesh, binding),
-        rest(mesh.vertices) {}
+  Data(const FaceMesh& mesh, const ControlMesh& control_mesh, std::vector<std::uint32_t> tongue_vertices)
+      : control(control_mesh), jaw(control_mesh), tongue(mesh, std::move(tongue_vertices)), rest(mesh.vertices) {}
 
   void takeSurface(const BezierSurface& surface);
   void takeFollowers(const BezierSurface& surface);
   void takeBinding(const BezierSurface& surface, const FaceBinding& binding, const std::vector<PartKind>& kinds);
   void settleAtRest();
   void takeTriangles(const std::vector<Triangle>& triangles);
+  [[nodiscard]] VertexPositions closedMouth() const;
   void posePatches(const MarkerPositions& points, std::vector<Net>& nets) const;
   void moveJawVertices(const kernel::Frame& frame) const;
   /// Writes the moving vertices alone. `out`: x y z of every vertex.
@@ -301,6 +298,17 @@ void FaceDeformer::Data::moveJawVertices(const kernel::Frame& frame) const {
   }
 }
 
+/// The lips as they meet: the rest pose, or what closes it.
+VertexPositions FaceDeformer::Data::closedMouth() const {
+  const MarkerPositions markers =
+      control.rest.topRows(static_cast<Eigen::Index>(control.marker_count)) + closingOffsets(control);
+  std::vector<double> row(markers.data(), markers.data() + markers.size());
+  row.resize(row.size() + 2 * lipPairs(control).size(), 0.0);  // LipGap{0, 0}
+  VertexPositions closed = rest;
+  move(row, {}, closed.data());
+  return closed;
+}
+
 FaceDeformer::FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding,
                            const DeformerOptions& options) {
   checkBinding(binding, mesh, control, "face binding");
@@ -309,7 +317,7 @@ FaceDeformer::FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, con
   for (std::size_t i = 0; i < kinds.size(); ++i) {
     if (kinds[i] == PartKind::kTongue) tongue.push_back(static_cast<std::uint32_t>(i));
   }
-  auto data = std::make_unique<Data>(mesh, control, binding, std::move(tongue));
+  auto data = std::make_unique<Data>(mesh, control, std::move(tongue));
   data->options = options;
   if (options.portable_loops) data->kernels = &kernel::portableKernels();
   const BezierSurface surface(control);
@@ -317,6 +325,7 @@ FaceDeformer::FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, con
   data->takeBinding(surface, binding, kinds);
   data->settleAtRest();
   data->takeTriangles(mesh.triangles);
+  if (options.guard_lips) data->guard.emplace(mesh, data->closedMouth(), control, binding);
   data_ = std::move(data);
 }
 
@@ -339,7 +348,7 @@ void FaceDeformer::Data::move(std::span<const double> markers, const TonguePose&
   kernels->bound(frame, bound_runs.data(), bound_runs.size(), bound_blocks.data());
   kernels->loose(frame, loose_runs.data(), loose_runs.size(), loose_blocks.data());
   moveJawVertices(frame);
-  if (options.guard_lips) guard.separate(points, jaw_motion, out);
+  if (guard) guard->separate(points, markers.subspan(3 * control.marker_count), jaw_motion, out);
   tongue.deform(jaw_motion, tongue_pose, out);
 }
 

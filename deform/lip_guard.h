@@ -1,47 +1,98 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "deform/binding.h"
 #include "deform/control_surface.h"
 #include "deform/face_mesh.h"
 #include "deform/jaw.h"
+#include "deform/teeth_shell.h"
 
 namespace mouthpiece {
 
-/// Keeps the lips of a deformed mesh out of each other and out of the teeth. Each vertex near the line where the lips
-/// meet watches the place of the other lip (of its own row of teeth) that is nearest at rest, and is pushed back where
-/// it gets behind the plane there; lips give way by half each, teeth not at all. Continuous in the pose.
+/// Keeps the lips of a deformed mesh out of each other and out of the teeth, and closed where they shall touch. Each
+/// vertex near the line where the lips meet watches the place of the other lip that is nearest when the mouth is
+/// closed, and is pushed back where it gets behind the plane there; lips give way by half each, teeth not at all. Lips
+/// that touch but stay a little apart on the mesh are drawn together as they are, column by column. Continuous in the
+/// pose.
 class LipGuard {
  public:
-  LipGuard(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding);
+  /// `closed`: the mesh's vertices with the lips brought together, unguarded.
+  LipGuard(const FaceMesh& mesh, const VertexPositions& closed, const ControlMesh& control, const FaceBinding& binding);
 
-  /// `out`: x y z of each vertex of the posed mesh; `points`: the pose's leadingPoints().
-  void separate(const MarkerPositions& points, const AddedMotion& jaw, float* out) const;
+  /// `out`: x y z of each vertex of the posed mesh; `points`: the pose's leadingPoints(); `gaps`: what stands behind
+  /// the markers (controlPoints()), or nothing.
+  void separate(const MarkerPositions& points, std::span<const double> gaps, const AddedMotion& jaw, float* out) const;
 
  private:
   struct LipWatch {
     std::uint32_t vertex;
     std::uint32_t corners[3];
     float weights[2];  ///< of the second and third at the place watched
+    float bend[5];     ///< how the lip leaves the triangle's plane: x, y, x^2, x y, y^2, in units of what is seen
+    float away[3];     ///< where the triangle faced in the closed mouth
     float allowed;     ///< signed distance at rest where it is below zero
+    std::uint32_t column;
   };
   struct ToothWatch {
     std::uint32_t vertex;
-    bool with_jaw;
-    float allowed;
-    Eigen::Vector3f place, normal;  ///< at rest
+    bool around_edge;  ///< the other lip's teeth, which it may meet from below or above
+    float allowed;     ///< depth at rest
+    float free;        ///< less than this, squared, it may have moved without touching
+    Eigen::Vector3f rest;
   };
-  void watchLips(const FaceMesh& mesh, const std::vector<std::uint32_t>& own, const std::vector<Triangle>& other,
-                 const VertexPositions& normals);
-  void watchTeeth(const FaceMesh& mesh, const std::vector<std::uint32_t>& own, const std::vector<Triangle>& teeth,
-                  const VertexPositions& normals, bool with_jaw);
+  /// A vertex of a lip that goes along when the lips are drawn together.
+  struct Drawn {
+    std::uint32_t vertex;
+    std::uint32_t column;  ///< and the next one
+    float next, share;     ///< the next one's weight; of the way, negative for the upper lip
+  };
+  void takeLips(const FaceMesh& mesh, const VertexPositions& closed, const FaceBinding& binding,
+                const std::vector<std::uint32_t>& patch_sides);
+  struct Sight {
+    float distance;
+    Eigen::Vector3f away;  ///< unit length
+  };
+  [[nodiscard]] Sight look(const LipWatch& watch, const float* out) const;
+  void watchLips(const VertexPositions& rest, const VertexPositions& closed, const std::vector<std::uint32_t>& own,
+                 const std::vector<std::uint32_t>& others, const std::vector<Triangle>& other,
+                 const VertexPositions& normals, const VertexPositions& rest_normals);
+  void watchTeeth(const VertexPositions& rest, const std::vector<std::uint32_t>& own, const TeethShell& shell,
+                  bool around_edge, std::vector<ToothWatch>& watches) const;
+  void boundTeeth(TeethShell& shell, std::vector<ToothWatch>& watches) const;
+  void draw(const VertexPositions& rest, const std::vector<std::uint32_t>& own, float share);
+  [[nodiscard]] float columnOf(const Eigen::Vector3f& p) const;
   [[nodiscard]] double narrowestGap(const MarkerPositions& points) const;
+  /// A rigid motion: turn * p + shift.
+  struct Moved {
+    bool moves = false;
+    Eigen::Matrix3f turn = Eigen::Matrix3f::Identity();
+    Eigen::Vector3f shift = Eigen::Vector3f::Zero();
+    [[nodiscard]] Eigen::Vector3f back(const Eigen::Vector3f& p) const {
+      return moves ? Eigen::Vector3f(turn.transpose() * (p - shift)) : p;
+    }
+  };
+  void findNearLips(const float* out, std::vector<const LipWatch*>& near) const;
+  static void findNearTeeth(const TeethShell& shell, const std::vector<ToothWatch>& watches, const Moved& with,
+                            const float* out, std::vector<const ToothWatch*>& near);
+  float partLips(float share, float ease, std::vector<const LipWatch*>& near, float* out) const;
+  float leaveTeeth(const TeethShell& shell, std::vector<const ToothWatch*>& near, const Moved& with, float ease,
+                   float* out) const;
+  [[nodiscard]] float shutShare(std::span<const double> gaps, std::size_t pair) const;
+  void drawTogether(const MarkerPositions& points, std::span<const double> gaps,
+                    const std::vector<const LipWatch*>& near, float* out) const;
 
   std::vector<LipWatch> lips_;
-  std::vector<ToothWatch> teeth_;
-  std::vector<std::pair<int, int>> rims_;  ///< points that face each other
+  TeethShell upper_teeth_, lower_teeth_;
+  std::vector<ToothWatch> at_upper_teeth_, at_lower_teeth_;
+  std::vector<Drawn> drawn_;
+  std::vector<float> resting_gaps_;  ///< by column: what stays of the gap where lips rest against each other
+  std::vector<LipPair> pairs_;
+  std::vector<float> pair_columns_;  ///< where the pairs lie
+  std::vector<Eigen::Vector3f> rim_;
+  Eigen::Vector3f from_ = Eigen::Vector3f::Zero(), along_ = Eigen::Vector3f::UnitX();
   double mouth_width_ = 0;
 };
 

@@ -11,6 +11,7 @@
 #include <iterator>
 #include <limits>
 #include <numbers>
+#include <set>
 
 #include "base/errors.h"
 #include "deform/mesh_graph.h"
@@ -31,8 +32,10 @@ constexpr int kMostRounds = 40;
 /// Cosine between a triangle's normal and the direction out of the head: less is the inside of lips and nostrils.
 constexpr double kFacesOut = 0.15;
 /// Of the mouth's width: how far beside a lip marker its rim is looked for, and what counts as equally near.
-constexpr double kRimWindow = 0.05;
+constexpr double kRimWindow = 0.03;
 constexpr double kAsNear = 0.01;
+constexpr double kRimStep = 0.01;  ///< places along an edge that are tried as rims
+constexpr double kMostCuts = 64;   ///< but not more of them
 /// A head within this angle of a quarter turn was modelled that way and merely tilts.
 constexpr double kAskewDeg = 35;
 
@@ -231,11 +234,33 @@ const SkinTree& treeFor(const Skin& skin, const std::string& name) {
   return skin.all;
 }
 
+/// Points along the edges of one lip's triangles; vertices alone are too few to say where coarse lips meet.
+std::vector<Vector3d> edgePoints(const FaceMesh& mesh, const std::vector<std::uint32_t>& lip, double step) {
+  std::vector<bool> is_lip(static_cast<std::size_t>(mesh.vertices.rows()), false);
+  for (const std::uint32_t v : lip) is_lip[v] = true;
+  std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
+  for (const Triangle& triangle : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = triangle[k], b = triangle[(k + 1) % 3];
+      if (is_lip[a] && is_lip[b]) edges.insert(std::minmax(a, b));
+    }
+  }
+  std::vector<Vector3d> points;
+  for (const auto& [a, b] : edges) {
+    const Vector3d from = mesh.vertices.row(a).transpose().cast<double>();
+    const Vector3d along = mesh.vertices.row(b).transpose().cast<double>() - from;
+    const int cuts = static_cast<int>(std::min(std::ceil(along.norm() / step), kMostCuts));
+    for (int i = 0; i <= cuts; ++i) points.emplace_back(from + along * i / std::max(cuts, 1));
+  }
+  return points;
+}
+
 /// The rims of the mouth where the lips come nearest to each other: behind each pair of outer lip markers the foremost
-/// of the pairs of vertices that are about as near as any.
+/// of the pairs of places that are about as near as any.
 void addLipRims(const FaceMesh& mesh, const std::vector<std::uint32_t>& upper, const std::vector<std::uint32_t>& lower,
                 double width, const std::string& file, Anchors& anchors) {
-  const auto at = [&](std::uint32_t v) -> Vector3d { return mesh.vertices.row(v).transpose().cast<double>(); };
+  const std::vector<Vector3d> upper_points = edgePoints(mesh, upper, kRimStep * width);
+  const std::vector<Vector3d> lower_points = edgePoints(mesh, lower, kRimStep * width);
   const Vector3d across =
       (*placeOf(anchors, "LIP_CORNER_L", mesh, file) - *placeOf(anchors, "LIP_CORNER_R", mesh, file)).normalized();
   for (const std::string end : {"OUT_R", "IN_R", "MID", "IN_L", "OUT_L"}) {
@@ -244,29 +269,28 @@ void addLipRims(const FaceMesh& mesh, const std::vector<std::uint32_t>& upper, c
     const Vector3d below = *placeOf(anchors, "LIP_LO_" + end, mesh, file);
     const Vector3d middle = 0.5 * (above + below);
     const double reach = 0.6 * (above - below).norm();
-    const auto between = [&](const std::vector<std::uint32_t>& lip) {
-      std::vector<std::uint32_t> found;
-      for (const std::uint32_t v : lip) {
-        const Vector3d p = at(v) - middle;
-        if (std::abs(p.dot(across)) < kRimWindow * width && p.norm() < reach) found.push_back(v);
+    const auto between = [&](const std::vector<Vector3d>& lip) {
+      std::vector<Vector3d> found;
+      for (const Vector3d& p : lip) {
+        if (std::abs((p - middle).dot(across)) < kRimWindow * width && (p - middle).norm() < reach) found.push_back(p);
       }
       return found;
     };
-    const std::vector<std::uint32_t> from = between(upper), to = between(lower);
+    const std::vector<Vector3d> from = between(upper_points), to = between(lower_points);
     double nearest = std::numeric_limits<double>::infinity();
-    for (const std::uint32_t u : from) {
-      for (const std::uint32_t l : to) nearest = std::min(nearest, (at(u) - at(l)).norm());
+    for (const Vector3d& u : from) {
+      for (const Vector3d& l : to) nearest = std::min(nearest, (u - l).norm());
     }
     double front = -std::numeric_limits<double>::infinity();
-    for (const std::uint32_t u : from) {
-      for (const std::uint32_t l : to) {
-        const double depth = 0.5 * (at(u).z() + at(l).z());
-        if ((at(u) - at(l)).norm() > nearest + kAsNear * width || depth <= front) continue;
+    for (const Vector3d& u : from) {
+      for (const Vector3d& l : to) {
+        const double depth = 0.5 * (u.z() + l.z());
+        if ((u - l).norm() > nearest + kAsNear * width || depth <= front) continue;
         front = depth;
         // On the marker's own line, so that the rims stay even.
         const auto moved = [&](const Vector3d& p) -> Vector3d { return p - (p - middle).dot(across) * across; };
-        anchors.markers["RIM_UP_" + end] = moved(at(u));
-        anchors.markers["RIM_LO_" + end] = moved(at(l));
+        anchors.markers["RIM_UP_" + end] = moved(u);
+        anchors.markers["RIM_LO_" + end] = moved(l);
       }
     }
   }

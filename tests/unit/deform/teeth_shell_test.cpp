@@ -1,0 +1,102 @@
+#include "deform/teeth_shell.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace mouthpiece {
+namespace {
+
+constexpr float kRadius_mm = 30, kHeight_mm = 10, kCell_mm = 0.5F;
+
+/// The front of an upright cylinder about the origin, its lower end at height 0: a row of upper teeth. Each `groove`-th
+/// strip of 3 degrees lies 2 mm further in.
+struct Arch {
+  VertexPositions vertices;
+  std::vector<Triangle> triangles;
+};
+Arch arch(int groove = 0) {
+  constexpr int kStrips = 60;
+  Arch made;
+  made.vertices.resize(4 * kStrips, 3);
+  for (int i = 0; i < kStrips; ++i) {
+    const float radius = groove > 0 && i % groove == groove / 2 ? kRadius_mm - 2 : kRadius_mm;
+    for (int k = 0; k < 4; ++k) {
+      const float angle = (static_cast<float>(i + k % 2) / kStrips - 0.5F) * std::numbers::pi_v<float>;
+      made.vertices.row(4 * i + k) << radius * std::sin(angle), k < 2 ? 0 : kHeight_mm, radius * std::cos(angle);
+    }
+    const auto first = static_cast<std::uint32_t>(4 * i);
+    made.triangles.push_back({first, first + 1, first + 3});
+    made.triangles.push_back({first, first + 3, first + 2});
+  }
+  return made;
+}
+
+Eigen::Vector3f at(float angle, float height, float radius) {
+  return {radius * std::sin(angle), height, radius * std::cos(angle)};
+}
+
+TEST(TeethShell, SaysHowDeepAPointIsAndTheWayOut) {
+  const Arch teeth = arch();
+  const TeethShell shell(teeth.vertices, teeth.triangles, true, kCell_mm);
+  for (const float angle : {-1.2F, -0.7F, 0.0F, 0.4F, 1.1F}) {
+    const TeethShell::Depth inside = shell.depthAt(at(angle, 5, kRadius_mm - 1), 4, false);
+    EXPECT_NEAR(inside.depth, 1, 0.1) << angle;
+    EXPECT_GT(inside.out.dot(at(angle, 0, 1)), 0.99F) << angle;
+    EXPECT_EQ(shell.depthAt(at(angle, 5, kRadius_mm + 0.2F), 4, false).depth, 0) << angle;
+    EXPECT_EQ(shell.depthAt(at(angle, -2, kRadius_mm - 1), 4, false).depth, 0) << "below the teeth";
+    EXPECT_EQ(shell.depthAt(at(angle, 5, kRadius_mm - 6), 4, false).depth, 0) << "in the mouth";
+  }
+}
+
+TEST(TeethShell, TheEdgeIsAWayOut) {
+  const Arch teeth = arch();
+  const TeethShell shell(teeth.vertices, teeth.triangles, true, kCell_mm);
+  const TeethShell::Depth around = shell.depthAt(at(0.2F, 0.3F, kRadius_mm - 1.5F), 4, true);
+  EXPECT_NEAR(around.depth, 0.3, 0.1);
+  EXPECT_LT(around.out.y(), -0.99F);
+  EXPECT_NEAR(shell.depthAt(at(0.2F, 0.3F, kRadius_mm - 1.5F), 4, false).depth, 1.5, 0.1);
+}
+
+TEST(TeethShell, LipsDoNotDipIntoGrooves) {
+  const Arch teeth = arch(6);
+  const TeethShell shell(teeth.vertices, teeth.triangles, true, kCell_mm);
+  for (float angle = -1; angle < 1; angle += 0.01F)
+    EXPECT_GT(shell.depthAt(at(angle, 5, kRadius_mm - 1), 4, false).depth, 0.5F) << angle;
+}
+
+/// The quick look may err to one side only.
+TEST(TeethShell, MayTouchMissesNothing) {
+  const Arch teeth = arch(4);
+  TeethShell shell(teeth.vertices, teeth.triangles, true, kCell_mm);
+  constexpr float kMargin_mm = 0.5F;
+  shell.bound(kMargin_mm);
+  std::mt19937 random(6);
+  std::uniform_real_distribution<float> angle(-1.5F, 1.5F), height(-3, 13), radius(24, 34), way(-1, 1);
+  int inside = 0, quick = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Eigen::Vector3f p = at(angle(random), height(random), radius(random));
+    const Eigen::Vector3f moved =
+        p + 0.99F * kMargin_mm * Eigen::Vector3f(way(random), way(random), way(random)).normalized();
+    quick += shell.mayTouch(p) ? 0 : 1;
+    if (!(shell.depthAt(moved, 4, false).depth > 0)) continue;
+    ++inside;
+    EXPECT_TRUE(shell.mayTouch(p)) << p.transpose();
+  }
+  EXPECT_GT(inside, 2000);
+  EXPECT_GT(quick, 4000);
+}
+
+TEST(TeethShell, NoTeethTouchNothing) {
+  const TeethShell shell(VertexPositions(0, 3), {}, true, kCell_mm);
+  EXPECT_TRUE(shell.empty());
+  EXPECT_EQ(shell.depthAt({0, 0, 0}, 4, true).depth, 0);
+  EXPECT_FALSE(shell.mayTouch({0, 0, 0}));
+  EXPECT_FALSE(shell.isNear({0, 0, 0}, 1));
+}
+
+}  // namespace
+}  // namespace mouthpiece
