@@ -149,7 +149,7 @@ TEST(VowelPerceptron, HearsFiveFramesAndNoOther) {
   ASSERT_EQ(header.readU32(), 6U);
   ASSERT_EQ(header.readU32(), static_cast<std::uint32_t>(VowelPerceptron::kInputs));
   const std::array<std::uint32_t, 2> hidden{header.readU32(), header.readU32()};
-  EXPECT_NEAR(header.readF32(), 1.0 / 3, 1e-6) << "the recurrent networks' share";
+  EXPECT_NEAR(header.readF32(), 0.1, 1e-6) << "the recurrent networks' share";
   const VowelPerceptron perceptron = VowelPerceptron::read(header, hidden);
   const Example example = readExample();
   VowelFeatures columns = perceptronColumns(example.features, example.envelopes);
