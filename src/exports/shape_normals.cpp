@@ -14,13 +14,13 @@ using Eigen::Index;
 constexpr Index kLanes = 8;
 constexpr Index kVertexStride = 3 * kLanes;  ///< x of all lanes, then y, then z
 constexpr float kVisibleTurn = 0.0087F;      ///< half a degree, in radians
+constexpr float kLeastArea = 1e-20F;
 
 /// The triangles that some shape moves, in numbers of their own: a face is mostly hair and back of the head.
 struct MovingPart {
   std::vector<std::uint32_t> vertices;  ///< of the mesh, all corners of `triangles`, rising
   std::vector<Index> columns;           ///< where each moves in the shapes' rows, -1 for one that rests
   std::vector<Triangle> triangles;      ///< into `vertices`
-  std::vector<Triangle> others;         ///< into the mesh
 };
 
 /// Where some shape moves each vertex of the mesh: the column of its x, -1 for those that rest.
@@ -45,8 +45,8 @@ MovingPart movingPart(const std::vector<Triangle>& triangles, const PrincipalSha
   for (const Triangle& triangle : triangles) {
     const auto moves = [&](std::uint32_t corner) { return columns[corner] >= 0; };
     const bool is_still = std::none_of(triangle.begin(), triangle.end(), moves);
-    (is_still ? part.others : part.triangles).push_back(triangle);
     if (is_still) continue;
+    part.triangles.push_back(triangle);
     for (const std::uint32_t corner : triangle) is_corner[corner] = 1;
   }
   std::vector<std::uint32_t> numbers(vertex_count);
@@ -78,112 +78,91 @@ VertexPositions normalSums(const std::vector<Triangle>& triangles, const Eigen::
 /// +Z where there is no area.
 Eigen::RowVector3f unitNormal(const Eigen::RowVector3f& sum) {
   const float length = sum.norm();
-  return length > 1e-20F ? Eigen::RowVector3f(sum / length) : Eigen::RowVector3f(0, 0, 1);
+  return length > kLeastArea ? Eigen::RowVector3f(sum / length) : Eigen::RowVector3f(0, 0, 1);
 }
 
-/// The moving part in eight shapes at once. A lane without a shape rests.
+/// How the normals of the moving part begin to turn in eight shapes at once. A lane without a shape rests.
 class LaneNormals {
  public:
-  LaneNormals(const MovingPart& part, const PrincipalShapes& shapes, const VertexPositions& sums_of_others)
+  /// `sums`: normalSums of the resting mesh.
+  LaneNormals(const MovingPart& part, const PrincipalShapes& shapes, const VertexPositions& sums)
       : part_(part),
         shapes_(shapes),
-        positions_(part.vertices.size() * kVertexStride),
-        sums_of_others_(positions_.size()),
-        normals_(positions_.size()) {
-    for (std::size_t i = 0; i < part.vertices.size(); ++i) {
-      for (Index axis = 0; axis < 3; ++axis) {
-        std::fill_n(sums_of_others_.data() + i * kVertexStride + axis * kLanes, kLanes,
-                    sums_of_others(part.vertices[i], axis));
-      }
-    }
-  }
+        sums_(sums),
+        moves_(part.vertices.size() * kVertexStride),
+        changes_(moves_.size()) {}
 
   /// Turns of shapes [first, first + 8) into `result`.
   void compute(Index first, ShapeNormals& result) {
     load(first);
-    normals_ = sums_of_others_;
-    accumulate();
-    normalize();
+    std::fill(changes_.begin(), changes_.end(), 0.0F);
+    for (const Triangle& triangle : part_.triangles) accumulate(triangle);
     store(first, result);
   }
 
  private:
   void load(Index first) {
     const Index count = std::min(kLanes, shapes_.shapeCount() - first);
+    std::fill(moves_.begin(), moves_.end(), 0.0F);
     for (std::size_t i = 0; i < part_.vertices.size(); ++i) {
+      if (part_.columns[i] < 0) continue;
       for (Index axis = 0; axis < 3; ++axis) {
-        float* to = positions_.data() + i * kVertexStride + axis * kLanes;
-        std::fill_n(to, kLanes, shapes_.rest(3 * Index{part_.vertices[i]} + axis));
-        if (part_.columns[i] < 0) continue;
+        float* to = moves_.data() + i * kVertexStride + axis * kLanes;
         const float* from = shapes_.shapes.row(first).data() + part_.columns[i] + axis;
-        for (Index lane = 0; lane < count; ++lane, from += shapes_.shapes.cols()) to[lane] += *from;
+        for (Index lane = 0; lane < count; ++lane, from += shapes_.shapes.cols()) to[lane] = *from;
       }
     }
   }
 
-  void accumulate() {
-    for (const Triangle& triangle : part_.triangles) {
-      const float* a = positions_.data() + triangle[0] * kVertexStride;
-      const float* b = positions_.data() + triangle[1] * kVertexStride;
-      const float* c = positions_.data() + triangle[2] * kVertexStride;
-      float cross[kVertexStride];
-      for (Index lane = 0; lane < kLanes; ++lane) {
-        const float ux = b[lane] - a[lane];
-        const float uy = b[lane + kLanes] - a[lane + kLanes];
-        const float uz = b[lane + 2 * kLanes] - a[lane + 2 * kLanes];
-        const float vx = c[lane] - a[lane];
-        const float vy = c[lane + kLanes] - a[lane + kLanes];
-        const float vz = c[lane + 2 * kLanes] - a[lane + 2 * kLanes];
-        cross[lane] = uy * vz - uz * vy;
-        cross[lane + kLanes] = uz * vx - ux * vz;
-        cross[lane + 2 * kLanes] = ux * vy - uy * vx;
-      }
-      for (const std::uint32_t corner : triangle) {
-        float* normal = normals_.data() + corner * kVertexStride;
-        for (Index i = 0; i < kVertexStride; ++i) normal[i] += cross[i];
-      }
-    }
+  [[nodiscard]] Eigen::Vector3f atRest(std::uint32_t vertex) const {
+    return shapes_.rest.segment<3>(3 * Index{part_.vertices[vertex]}).transpose();
   }
 
-  void normalize() {
-    for (std::size_t i = 0; i < part_.vertices.size(); ++i) {
-      float* x = normals_.data() + i * kVertexStride;
-      float* y = x + kLanes;
-      float* z = y + kLanes;
-      for (Index lane = 0; lane < kLanes; ++lane) {
-        const float length = std::sqrt(x[lane] * x[lane] + y[lane] * y[lane] + z[lane] * z[lane]);
-        const bool flat = !(length > 1e-20F);
-        const float scale = flat ? 0.0F : 1.0F / length;
-        x[lane] *= scale;
-        y[lane] *= scale;
-        z[lane] = flat ? 1.0F : z[lane] * scale;
-      }
+  /// Of a triangle's normal u x v: du x v + u x dv.
+  void accumulate(const Triangle& triangle) {
+    const Eigen::Vector3f u = atRest(triangle[1]) - atRest(triangle[0]), v = atRest(triangle[2]) - atRest(triangle[0]);
+    const float* a = moves_.data() + triangle[0] * kVertexStride;
+    const float* b = moves_.data() + triangle[1] * kVertexStride;
+    const float* c = moves_.data() + triangle[2] * kVertexStride;
+    float change[kVertexStride];
+    for (Index lane = 0; lane < kLanes; ++lane) {
+      const float ux = b[lane] - a[lane];
+      const float uy = b[lane + kLanes] - a[lane + kLanes];
+      const float uz = b[lane + 2 * kLanes] - a[lane + 2 * kLanes];
+      const float vx = c[lane] - a[lane];
+      const float vy = c[lane + kLanes] - a[lane + kLanes];
+      const float vz = c[lane + 2 * kLanes] - a[lane + 2 * kLanes];
+      change[lane] = uy * v.z() - uz * v.y() + u.y() * vz - u.z() * vy;
+      change[lane + kLanes] = uz * v.x() - ux * v.z() + u.z() * vx - u.x() * vz;
+      change[lane + 2 * kLanes] = ux * v.y() - uy * v.x() + u.x() * vy - u.y() * vx;
+    }
+    for (const std::uint32_t corner : triangle) {
+      float* sum = changes_.data() + corner * kVertexStride;
+      for (Index i = 0; i < kVertexStride; ++i) sum[i] += change[i];
     }
   }
 
   void store(Index first, ShapeNormals& result) const {
     const Index count = std::min(kLanes, shapes_.shapeCount() - first);
-    for (Index lane = 0; lane < count; ++lane) {
-      float* to = result.deltas.row(first + lane).data();
-      for (std::size_t i = 0; i < part_.vertices.size(); ++i) {
-        const float* rest = result.rest.data() + 3 * std::size_t{part_.vertices[i]};
-        const float* normal = normals_.data() + i * kVertexStride + lane;
-        const float x = normal[0] - rest[0];
-        const float y = normal[kLanes] - rest[1];
-        const float z = normal[2 * kLanes] - rest[2];
-        const float kept = x * x + y * y + z * z <= kVisibleTurn * kVisibleTurn ? 0.0F : 1.0F;
-        to[3 * i] = kept * x;
-        to[3 * i + 1] = kept * y;
-        to[3 * i + 2] = kept * z;
+    for (std::size_t i = 0; i < part_.vertices.size(); ++i) {
+      const float length = sums_.row(part_.vertices[i]).norm();
+      const Eigen::Vector3f normal = result.rest.segment<3>(3 * Index{part_.vertices[i]}).transpose();
+      const float* change = changes_.data() + i * kVertexStride;
+      for (Index lane = 0; lane < count; ++lane) {
+        const Eigen::Vector3f sum(change[lane], change[lane + kLanes], change[lane + 2 * kLanes]);
+        Eigen::Vector3f turn = Eigen::Vector3f::Zero();
+        if (length > kLeastArea) turn = (sum - normal.dot(sum) * normal) / length;
+        if (!(turn.squaredNorm() > kVisibleTurn * kVisibleTurn)) turn.setZero();
+        result.deltas.row(first + lane).segment<3>(3 * static_cast<Index>(i)) = turn.transpose();
       }
     }
   }
 
   const MovingPart& part_;
   const PrincipalShapes& shapes_;
-  std::vector<float> positions_;
-  std::vector<float> sums_of_others_;  ///< what the triangles that never move add to each normal, in every lane
-  std::vector<float> normals_;
+  const VertexPositions& sums_;
+  std::vector<float> moves_;
+  std::vector<float> changes_;  ///< of each vertex' sum of normals
 };
 
 }  // namespace
@@ -197,7 +176,7 @@ ShapeNormals shapeNormals(const std::vector<Triangle>& triangles, const Principa
   const MovingPart part = movingPart(triangles, shapes);
   result.vertices = part.vertices;
   result.deltas.resize(shapes.shapeCount(), 3 * static_cast<Index>(part.vertices.size()));
-  LaneNormals lanes(part, shapes, normalSums(part.others, shapes.rest));
+  LaneNormals lanes(part, shapes, sums);
   for (Index first = 0; first < shapes.shapeCount(); first += kLanes) lanes.compute(first, result);
   return result;
 }
