@@ -5,6 +5,7 @@
 #include <span>
 
 #include "deform/bezier_surface.h"
+#include "deform/welding.h"
 #include "motion/resample.h"
 #include "programs/program.h"
 #include "retarget/commands.h"
@@ -105,9 +106,13 @@ double quantile(std::vector<double> values, double share) {
 
 ClosureCheck checkClosures(const FaceRig& rig, const ControlMesh& control_mesh, const Corpus& corpus, bool quiet) {
   const double mm = 1000 * rig.mesh().metres_per_unit;
-  const LipContactMeter meter(rig.mesh(), control_mesh);
+  const Welding welding = weldSplitTriangles(rig.mesh());
+  const LipContactMeter meter(welding.isNothing() ? rig.mesh() : welding.mesh, control_mesh);
   ClosureCheck check;
-  const LipContact at_rest = meter.measure(rig.mesh().vertices);
+  const auto contactIn = [&](const VertexPositions& pose) {
+    return meter.measure(welding.isNothing() ? pose : welding.weldedFromGiven(pose));
+  };
+  const LipContact at_rest = contactIn(rig.mesh().vertices);
   check.overlap_at_rest_mm = mm * at_rest.overlap;
   check.in_teeth_at_rest_mm = mm * at_rest.in_teeth;
   const ActorPose actor{corpus.neutral_pose_mm, closedLipsMm(corpus)};
@@ -125,7 +130,7 @@ ClosureCheck checkClosures(const FaceRig& rig, const ControlMesh& control_mesh, 
     const auto contactAt = [&](std::size_t frame) {
       const auto row = static_cast<Eigen::Index>(frame);
       rig.deform({control.row(row).data(), static_cast<std::size_t>(control.cols())}, TonguePose{}, vertices);
-      return meter.measure(vertices);
+      return contactIn(vertices);
     };
     for (const std::size_t frame : closed) {
       const LipContact contact = contactAt(frame);

@@ -12,6 +12,7 @@
 
 #include "base/errors.h"
 #include "deform/bezier_surface.h"
+#include "deform/welding.h"
 #include "retarget/marker_placing.h"
 
 namespace mouthpiece {
@@ -81,7 +82,9 @@ double metresPerUnit(const MarkerPositions& actor_neutral_mm, const MarkerPositi
   return metres;
 }
 
-FaceFile fitFace(FaceMesh& mesh, const Anchors& given, const std::string& anchors_file, const FitRequest& request) {
+namespace {
+
+FaceFile fitWelded(FaceMesh& mesh, const Anchors& given, const std::string& anchors_file, const FitRequest& request) {
   refuseUnknownNames(mesh, given, anchors_file, request.marker_names);
   FaceFile face;
   face.name = request.name;
@@ -120,6 +123,24 @@ FaceFile fitFace(FaceMesh& mesh, const Anchors& given, const std::string& anchor
     throw InputError(anchors_file, "markers", error.what());
   }
   face.binding = bindFace(mesh, face.control, request.binding);
+  return face;
+}
+
+}  // namespace
+
+FaceFile fitFace(FaceMesh& mesh, const Anchors& anchors, const std::string& anchors_file, const FitRequest& request) {
+  Welding welding = weldSplitTriangles(mesh);
+  if (welding.isNothing()) return fitWelded(mesh, anchors, anchors_file, request);
+  Anchors welded = anchors;
+  for (auto& [name, place] : welded.markers) {
+    auto* vertex = std::get_if<std::uint32_t>(&place);
+    if (vertex != nullptr && *vertex < welding.welded_of.size()) *vertex = welding.welded_of[*vertex];
+  }
+  FaceFile face = fitWelded(welding.mesh, welded, anchors_file, request);
+  face.binding = givenBinding(face.binding, welding);
+  turnMesh(face.upright_from_mesh, mesh);
+  mesh.parts = welding.mesh.parts;
+  mesh.metres_per_unit = face.metres_per_unit;
   return face;
 }
 
@@ -229,6 +250,11 @@ double largestEdgeAngle(const FaceFile& face, double mm_per_unit) {
 }  // namespace
 
 FaceCheck checkFace(const FaceFile& face, const FaceMesh& mesh) {
+  if (const Welding welding = weldSplitTriangles(mesh); !welding.isNothing()) {
+    FaceFile welded = face;
+    welded.binding = weldedBinding(face.binding, welding);
+    return checkFace(welded, welding.mesh);
+  }
   const double mm_per_unit = 1000 * face.metres_per_unit;
   FaceCheck check;
   check.markers = face.marker_names.size();

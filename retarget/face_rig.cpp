@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <iterator>
 #include <optional>
+#include <set>
 
 #include "base/errors.h"
 #include "deform/deformer.h"
+#include "deform/welding.h"
 #include "retarget/face_file.h"
 #include "retarget/larynx.h"
 
@@ -17,8 +19,14 @@ struct FaceRig::Data {
   FaceFile file;
   FaceMesh mesh;
   RbfWarp warp;
-  FaceDeformer deformer;
+  Welding welding;        ///< of `mesh`
+  FaceDeformer deformer;  ///< of the welded mesh
+  std::vector<std::uint32_t> moving;
   LarynxBump larynx;
+
+  void deform(std::span<const double> control, const TonguePose& tongue, VertexPositions& out) const;
+  /// Positions of `moving` only.
+  void deformMoving(std::span<const double> control, const TonguePose& tongue, std::span<float> out) const;
 
   [[nodiscard]] FaceAnimation deformWithLarynx(const PositionMatrix& control, std::span<const TonguePose> tongues,
                                                double frame_rate_hz, std::span<const double> heights) const;
@@ -56,11 +64,22 @@ FaceRig FaceRig::load(const std::filesystem::path& face_file) {
       throw InputError(face_file.string(), "warp", error.what());
     }
   }();
-  FaceDeformer deformer(mesh, file.control, file.binding);
+  Welding welding = weldSplitTriangles(mesh);
+  FaceDeformer deformer = welding.isNothing()
+                              ? FaceDeformer(mesh, file.control, file.binding)
+                              : FaceDeformer(welding.mesh, file.control, weldedBinding(file.binding, welding));
+  std::vector<std::uint32_t> moving = deformer.movingVertices();
+  if (!welding.isNothing()) {
+    const std::set<std::uint32_t> moves(moving.begin(), moving.end());
+    moving.clear();
+    for (std::uint32_t v = 0; v < welding.welded_of.size(); ++v) {
+      if (moves.contains(welding.welded_of[v])) moving.push_back(v);
+    }
+  }
   LarynxBump larynx = larynxOf(file, mesh);
   FaceRig rig;
-  rig.data_ = std::make_unique<Data>(
-      Data{std::move(file), std::move(mesh), std::move(warp), std::move(deformer), std::move(larynx)});
+  rig.data_ = std::make_unique<Data>(Data{std::move(file), std::move(mesh), std::move(warp), std::move(welding),
+                                          std::move(deformer), std::move(moving), std::move(larynx)});
   return rig;
 }
 
@@ -147,12 +166,26 @@ PositionMatrix FaceRig::retarget(const MotionClip& motion, const ActorPose* acto
 }
 
 void FaceRig::deform(std::span<const double> control, const TonguePose& tongue, VertexPositions& out) const {
-  data_->deformer.deform(control, tongue, out);
+  data_->deform(control, tongue, out);
+}
+
+void FaceRig::Data::deform(std::span<const double> control, const TonguePose& tongue, VertexPositions& out) const {
+  if (welding.isNothing()) return deformer.deform(control, tongue, out);
+  thread_local VertexPositions welded;
+  deformer.deform(control, tongue, welded);
+  welding.givenFromWelded(welded, out);
+}
+
+void FaceRig::Data::deformMoving(std::span<const double> control, const TonguePose& tongue,
+                                 std::span<float> out) const {
+  if (welding.isNothing()) return deformer.deformMoving(control, tongue, out);
+  thread_local VertexPositions given;
+  deform(control, tongue, given);
+  for (std::size_t i = 0; i < moving.size(); ++i) std::copy_n(given.row(moving[i]).data(), 3, &out[3 * i]);
 }
 
 FaceAnimation FaceRig::Data::deformWithLarynx(const PositionMatrix& control, std::span<const TonguePose> tongues,
                                               double frame_rate_hz, std::span<const double> heights) const {
-  const std::vector<std::uint32_t>& moving = deformer.movingVertices();
   const std::vector<std::uint32_t>& raised = larynx.vertices();
   FaceAnimation animation{frame_rate_hz, {}, {}};
   std::set_union(moving.begin(), moving.end(), raised.begin(), raised.end(), std::back_inserter(animation.vertices));
@@ -170,8 +203,8 @@ FaceAnimation FaceRig::Data::deformWithLarynx(const PositionMatrix& control, std
   for (Eigen::Index f = 0; f < control.rows(); ++f) {
     auto row = animation.positions.row(f);
     for (std::size_t i = 0; i < raised.size(); ++i) row.segment<3>(raised_columns[i]) = mesh.vertices.row(raised[i]);
-    deformer.deformMoving({control.row(f).data(), static_cast<std::size_t>(control.cols())},
-                          tongues[static_cast<std::size_t>(f)], deformed);
+    deformMoving({control.row(f).data(), static_cast<std::size_t>(control.cols())},
+                 tongues[static_cast<std::size_t>(f)], deformed);
     for (std::size_t i = 0; i < moving.size(); ++i)
       row.segment<3>(moving_columns[i]) = Eigen::Map<const Eigen::RowVector3f>(&deformed[3 * i]);
     larynx.displacements(heights[static_cast<std::size_t>(f)], added);
@@ -187,7 +220,7 @@ FaceAnimation FaceRig::deformMoving(const PositionMatrix& control, std::span<con
   MOUTHPIECE_EXPECT(larynx.empty() || larynx.size() == tongues.size());
   if (!data_->larynx.vertices().empty() && std::any_of(larynx.begin(), larynx.end(), [](double h) { return h != 0; }))
     return data_->deformWithLarynx(control, tongues, frame_rate_hz, larynx);
-  FaceAnimation animation{frame_rate_hz, {}, data_->deformer.movingVertices()};
+  FaceAnimation animation{frame_rate_hz, {}, data_->moving};
   if (animation.vertices.empty()) {
     throw InputError(
         fmt::format("the face '{}' binds no vertex; expected a mesh around its markers", data_->file.name));
@@ -195,8 +228,8 @@ FaceAnimation FaceRig::deformMoving(const PositionMatrix& control, std::span<con
   const std::size_t width = 3 * animation.vertices.size();
   animation.positions.resize(control.rows(), static_cast<Eigen::Index>(width));
   for (Eigen::Index f = 0; f < control.rows(); ++f) {
-    data_->deformer.deformMoving({control.row(f).data(), static_cast<std::size_t>(control.cols())},
-                                 tongues[static_cast<std::size_t>(f)], {animation.positions.row(f).data(), width});
+    data_->deformMoving({control.row(f).data(), static_cast<std::size_t>(control.cols())},
+                        tongues[static_cast<std::size_t>(f)], {animation.positions.row(f).data(), width});
   }
   return animation;
 }

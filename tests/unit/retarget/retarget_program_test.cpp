@@ -146,6 +146,21 @@ TEST_F(RetargetProgram, TheIctHeadFitsWithoutAFault) {
   EXPECT_EQ(runProgram("retarget", {"check", face.string()}).exit_code, 0);
 }
 
+/// The slack's constants were chosen on another corpus.
+TEST(RetargetCheck, EveryClosureOfTheSampleCorpusClosesOnTheDefaultFace) {
+  const fs::path share = MOUTHPIECE_BUILD_SHARE_DIR;
+  if (!fs::exists(share / "default.face") || !fs::exists(share / "sample.corpus"))
+    GTEST_SKIP() << "no default face and sample corpus in " << share << ": run `make data`";
+  const ProgramResult check = runProgram("retarget", {"check", (share / "default.face").string(), "--corpus",
+                                                      (share / "sample.corpus").string(), "--json"});
+  ASSERT_EQ(check.exit_code, 0) << check.err << check.out;
+  const json closures = json::parse(check.out)["captured_closures"];
+  EXPECT_GT(closures["closures"], 50);
+  EXPECT_EQ(closures["touching"], closures["closures"]);
+  EXPECT_LT(closures["overlap_mm"].get<double>(), 0.3);
+  EXPECT_LT(closures["in_teeth_mm"].get<double>(), 0.3);
+}
+
 TEST(RetargetUsage, HelpHasAnExampleAndMistakesExitWithTwo) {
   const ProgramResult help = runProgram("retarget", {"--help"});
   EXPECT_EQ(help.exit_code, 0);
