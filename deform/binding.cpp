@@ -326,6 +326,8 @@ void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const Contro
     if (v >= count || (i > 0 && v <= binding.carried[i - 1]))
       fail("found carried vertex " + std::to_string(v) + "; expected rising numbers under " + std::to_string(count));
   }
+  const Eigen::RowVector3f size = mesh.vertices.colwise().maxCoeff() - mesh.vertices.colwise().minCoeff();
+  if (control.mouth_width > static_cast<double>(size.norm())) fail("found a mouth wider than the mesh");
   constexpr float kSlack = 1e-4F;
   for (std::size_t v = 0; v < count; ++v) {
     if (binding.patch[v] < -1 || binding.patch[v] >= static_cast<std::int64_t>(control.triangles.size())) {

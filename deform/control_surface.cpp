@@ -1,5 +1,7 @@
 #include "deform/control_surface.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <set>
 
@@ -21,6 +23,17 @@ double turn(const ControlMesh& mesh, const std::array<int, 3>& triangle) {
   return ab.x() * ac.y() - ab.y() * ac.x();
 }
 
+/// Lengths at the lips are shares of the mouth's width: it must be that of the points.
+std::string mouthFault(const ControlMesh& mesh) {
+  constexpr double kRounding = 1e-6;
+  const int right = findPoint(mesh, "LIP_CORNER_R"), left = findPoint(mesh, "LIP_CORNER_L");
+  if (right < 0 || left < 0) return "found no corners of the mouth; expected LIP_CORNER_R and LIP_CORNER_L";
+  const double width = (mesh.rest.row(left) - mesh.rest.row(right)).norm();
+  if (std::abs(mesh.mouth_width - width) <= kRounding * width) return {};
+  return fmt::format("found a mouth width of {:.6g}; expected {:.6g}, the distance between its corners",
+                     mesh.mouth_width, width);
+}
+
 /// The first broken promise of a control mesh in words, or nothing.
 std::string faultOf(const ControlMesh& mesh) {
   const auto count = static_cast<Eigen::Index>(mesh.points.size());
@@ -34,6 +47,7 @@ std::string faultOf(const ControlMesh& mesh) {
     return "found a coordinate that is not finite";
   if (!(mesh.mouth_width > 0) || !std::isfinite(mesh.mouth_width))
     return "found no mouth width; expected one above zero";
+  if (const std::string fault = mouthFault(mesh); !fault.empty()) return fault;
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     const ControlPoint& point = mesh.points[i];
     if ((point.rule == PointRule::kMarker) != (i < mesh.marker_count))

@@ -1,5 +1,7 @@
 #include "deform/lip_guard.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -7,6 +9,7 @@
 #include <limits>
 #include <optional>
 
+#include "base/errors.h"
 #include "deform/lip_sides.h"
 #include "deform/vertex_kinds.h"
 #include "deform/virtual_points.h"
@@ -36,6 +39,8 @@ constexpr double kKeptApart = 0.01;   ///< lips that are kept further apart are 
 constexpr double kStill = 0.0005;     ///< pushes below this are not worth another sweep
 constexpr int kSweeps = 6;            ///< lips that give way by half each are out of each other after so many
 constexpr std::size_t kColumns = 12;  ///< across the mouth
+constexpr double kMostLooks = 2e10;   ///< vertices times triangles of lips: a head of millions has half of this
+constexpr std::size_t kFitVertices = 8000;
 constexpr float kLeastLength = 1e-30F;
 constexpr double kWatched = 0.08;       ///< a watch sees the other lip this far around the place it watches
 constexpr double kBendHeldFlat = 0.02;  ///< a little, where few vertices tell
@@ -292,6 +297,14 @@ void LipGuard::watchLips(const VertexPositions& rest, const VertexPositions& clo
                          const std::vector<std::uint32_t>& own, const std::vector<std::uint32_t>& others,
                          const std::vector<Triangle>& other, const VertexPositions& normals,
                          const VertexPositions& rest_normals) {
+  if (static_cast<double>(own.size()) * static_cast<double>(other.size()) > kMostLooks) {
+    throw InputError(fmt::format("found {} vertices and {} triangles at the lips; expected no more than a head has",
+                                 own.size(), other.size()));
+  }
+  // Shapes of dense lips are told by some of their vertices.
+  std::vector<std::uint32_t> seen;
+  const std::size_t stride = others.size() / kFitVertices + 1;
+  for (std::size_t i = 0; i < others.size(); i += stride) seen.push_back(others[i]);
   const NearTriangles near(closed, other, static_cast<float>(kReach * mouth_width_));
   const NearTriangles near_at_rest(rest, other, static_cast<float>(kReach * mouth_width_));
   for (const std::uint32_t v : own) {
@@ -304,7 +317,7 @@ void LipGuard::watchLips(const VertexPositions& rest, const VertexPositions& clo
     watch.weights[0] = place->weights[1];
     watch.weights[1] = place->weights[2];
     watch.column = static_cast<std::uint32_t>(columnOf(vertexOf(rest, v)));
-    fitBend(closed, normals, others, static_cast<float>(kWatched * mouth_width_), watch);
+    fitBend(closed, normals, seen, static_cast<float>(kWatched * mouth_width_), watch);
     Eigen::Map<Vector3f>(watch.away) = frameOf(watch, closed.data()).away;
     // Where the lips close by moving, the watch cannot tell how they lie at rest.
     const bool rests_closed = (vertexOf(closed, v) - vertexOf(rest, v)).norm() < kStill * mouth_width_;

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "base/errors.h"
+#include "deform/virtual_points.h"
 #include "tests/unit/deform/sample_face.h"
 
 namespace mouthpiece {
@@ -216,6 +217,9 @@ TEST(ControlSurface, ChecksWhatComesFromFiles) {
   expectRefused([](ControlMesh& m) { m.rest(2, 2) = std::numeric_limits<double>::infinity(); });
   expectRefused([](ControlMesh& m) { m.domain.conservativeResize(5, 2); });
   expectRefused([](ControlMesh& m) { m.rest_slopes.conservativeResize(5, 3); });
+  expectRefused([](ControlMesh& m) { m.mouth_width *= 1e6; });
+  expectRefused([](ControlMesh& m) { m.mouth_width *= 1.001; });
+  expectRefused([](ControlMesh& m) { m.points[static_cast<std::size_t>(findPoint(m, "LIP_CORNER_R"))].name = "X"; });
   expectRefused([](ControlMesh& m) { m.marker_count = 1000; });
   expectRefused([](ControlMesh& m) { m.mouth_width = 0; });
   expectRefused([](ControlMesh& m) { m.points[m.marker_count].drivers[0].point = 5000; });
