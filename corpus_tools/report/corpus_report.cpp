@@ -200,6 +200,36 @@ Json takesJson(const Corpus& corpus, const std::vector<TakeReport>& reports) {
   return list;
 }
 
+/// What smoothing did to the lips of all takes; null where none was smoothed.
+Json lipsJson(const std::vector<TakeReport>& reports) {
+  constexpr double kKept = 0.1;
+  std::vector<double> changes;
+  LipFidelity::Bands before{}, after{};
+  double takes = 0;
+  for (const TakeReport& report : reports) {
+    if (report.smoothed_mm <= 0) continue;
+    changes.insert(changes.end(), report.lips.closure_changes_mm.begin(), report.lips.closure_changes_mm.end());
+    for (std::size_t band = 0; band < LipFidelity::kBands; ++band) {
+      before[band] += report.lips.jerk_before[band] * report.lips.jerk_before[band];
+      after[band] += report.lips.jerk_after[band] * report.lips.jerk_after[band];
+    }
+    takes += report.lips.jerk_before[0] > 0 ? 1 : 0;
+  }
+  if (takes == 0) return nullptr;
+  for (LipFidelity::Bands* bands : {&before, &after}) {
+    for (double& band : *bands) band = std::sqrt(band / takes);
+  }
+  const auto kept = std::count_if(changes.begin(), changes.end(), [](double mm) { return std::abs(mm) <= kKept; });
+  double sum = 0;
+  for (const double change : changes) sum += change;
+  return {{"closures", changes.size()},
+          {"kept", kept},
+          {"mean_change_mm", changes.empty() ? 0.0 : sum / static_cast<double>(changes.size())},
+          {"edges_hz", LipFidelity::kEdgesHz},
+          {"jerk_before", before},
+          {"jerk_after", after}};
+}
+
 Json markersJson(const Corpus& corpus) {
   std::vector<std::vector<double>> noise(corpus.layout.markers.size());
   std::vector<std::size_t> missing(corpus.layout.markers.size(), 0);
@@ -283,6 +313,7 @@ Json reportJson(const Corpus& corpus, const ReportOptions& options) {
           {"missing", missingJson(coverage.pairs, options.language)},
           {"markers", markersJson(corpus)},
           {"takes", takesJson(corpus, reports)},
+          {"lips", lipsJson(reports)},
           {"doubtful", doubtfulJson(corpus, reports)},
           {"left_out", left_out == corpus.build_log.end() ? "" : left_out->second}};
 }

@@ -28,6 +28,9 @@ Json toJson(const TakeReport& report) {
           {"missing_samples", report.missing_samples},
           {"noise_mm", report.noise_mm},
           {"smoothed_mm", report.smoothed_mm},
+          {"closure_changes_mm", report.lips.closure_changes_mm},
+          {"lip_jerk_before", report.lips.jerk_before},
+          {"lip_jerk_after", report.lips.jerk_after},
           {"aligned_mm", report.aligned_mm},
           {"labels_found", report.labels_found},
           {"doubtful_words", doubtful}};
@@ -50,6 +53,9 @@ TakeReport fromJson(const Json& json) {
   report.missing_samples = json.value("missing_samples", std::size_t{0});
   report.noise_mm = json.value("noise_mm", 0.0);
   report.smoothed_mm = json.value("smoothed_mm", 0.0);
+  report.lips.closure_changes_mm = json.value("closure_changes_mm", std::vector<double>());
+  report.lips.jerk_before = json.value("lip_jerk_before", LipFidelity::Bands{});
+  report.lips.jerk_after = json.value("lip_jerk_after", LipFidelity::Bands{});
   report.aligned_mm = json.value("aligned_mm", 0.0);
   report.labels_found = json.value("labels_found", false);
   for (const Json& word : json.value("doubtful_words", Json::array())) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "base/time.h"
+#include "corpus_tools/takes/lip_fidelity.h"
 
 namespace mouthpiece {
 
@@ -29,6 +30,7 @@ struct TakeReport {
   std::size_t missing_samples = 0;  ///< of these, still missing
   double noise_mm = 0;              ///< of a coordinate, the markers' median, before smoothing
   double smoothed_mm = 0;           ///< rms move of a coordinate by the smoothing; 0: not smoothed
+  LipFidelity lips;                 ///< by the smoothing; nothing where it was not smoothed
   double aligned_mm = 0;            ///< largest move by alignTakesByPhones()
   bool labels_found = false;        ///< by forced alignment
   std::vector<DoubtfulWord> doubtful;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "corpus_tools/building/corpus_builder.h"
 #include "synthetic_takes.h"
@@ -88,6 +89,31 @@ TEST(CleanFace, AGapTooLongStaysMissing) {
   EXPECT_EQ(face.report.gap_samples, 50U);
   EXPECT_EQ(face.report.missing_samples, 50U);
   EXPECT_TRUE(std::isnan(face.motion.positions_mm(60, chin)));
+}
+
+TEST(LipFidelity, TellsJerkByFrequencyAndClosuresByDepth) {
+  constexpr double kRate = 120, kHz = 8, kAmplitudeMm = 2;
+  MotionClip before{kRate, {"LIP_UP_MID", "LIP_LO_MID"}, PositionMatrix::Zero(483, 6)};
+  for (Eigen::Index frame = 0; frame < 483; ++frame)
+    before.positions_mm(frame, 4) =
+        -5 + kAmplitudeMm * std::sin(2 * std::numbers::pi * kHz * static_cast<double>(frame) / kRate);
+  MotionClip after = before;
+  after.positions_mm.col(4).array() -= 0.25;
+  SpeechLabels labels;
+  using enum Phone;
+  for (const auto& [phone, start] : std::vector<std::pair<Phone, Seconds>>{{kSil, 0}, {kB, 1}, {kIY, 1.25}, {kM, 2}})
+    labels.phones.push_back({phone, {start, start + 0.25}, {}, {}});
+  labels.phones.push_back({kP, {3.95, 4.2}, {}, {}});  // past the end
+  const LipFidelity lips = lipFidelity(before, after, labels);
+  ASSERT_EQ(lips.closure_changes_mm.size(), 2U);
+  for (const double change : lips.closure_changes_mm) EXPECT_NEAR(change, 0.25, 1e-9);
+  // A third difference multiplies a sine by (2 f sin(pi hz / f))^3; one of six coordinates moves.
+  const double jerk = 0.001 * kAmplitudeMm * std::pow(2 * kRate * std::sin(std::numbers::pi * kHz / kRate), 3);
+  EXPECT_NEAR(lips.jerk_before[2], jerk / std::sqrt(12.0), 0.01 * jerk) << "6 to 10 Hz";
+  EXPECT_LT(lips.jerk_before[0] + lips.jerk_before[1] + lips.jerk_before[4], 0.01 * jerk);
+  EXPECT_NEAR(lips.jerk_after[2], lips.jerk_before[2], 1e-6 * jerk);
+  before.marker_names[0] = "OTHER";
+  EXPECT_TRUE(lipFidelity(before, after, labels).closure_changes_mm.empty());
 }
 
 }  // namespace
