@@ -289,12 +289,22 @@ void FaceDeformer::Data::posePatches(const MarkerPositions& points, std::vector<
 }
 
 void FaceDeformer::Data::moveJawVertices(const kernel::Frame& frame) const {
-  const Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>> turn(frame.jaw_turn);
-  const Eigen::Map<const Eigen::Vector3f> shift(frame.jaw_shift);
-  for (std::size_t i = 0; i < jaw_vertices.size(); ++i) {
-    const Eigen::Vector3f at_rest = rest.row(static_cast<Eigen::Index>(jaw_vertices[i])).transpose();
-    Eigen::Map<Eigen::Vector3f>(frame.out + 3 * static_cast<std::size_t>(jaw_vertices[i])) =
-        at_rest + jaw_weights[i] * (turn * at_rest + shift);
+  // By value: nothing that is written can change them.
+  std::array<float, 9> t;
+  std::array<float, 3> shift;
+  std::copy_n(frame.jaw_turn, t.size(), t.begin());
+  std::copy_n(frame.jaw_shift, shift.size(), shift.begin());
+  const float* at_rest = rest.data();
+  const std::uint32_t* vertices = jaw_vertices.data();
+  const float* weights = jaw_weights.data();
+  float* out = frame.out;
+  for (std::size_t i = 0, count = jaw_vertices.size(); i < count; ++i) {
+    const std::size_t first = 3 * std::size_t{vertices[i]};
+    const float x = at_rest[first], y = at_rest[first + 1], z = at_rest[first + 2], weight = weights[i];
+    float* to = out + first;
+    to[0] = x + weight * (t[0] * x + t[1] * y + t[2] * z + shift[0]);
+    to[1] = y + weight * (t[3] * x + t[4] * y + t[5] * z + shift[1]);
+    to[2] = z + weight * (t[6] * x + t[7] * y + t[8] * z + shift[2]);
   }
 }
 

@@ -21,7 +21,7 @@ using Eigen::Vector3f;
 
 // Lengths as shares of the mouth's width.
 constexpr double kReach = 0.12;        ///< a vertex watches what is nearer than this at rest
-constexpr double kLipsReach = 0.2;     ///< lips may lie on teeth this far from their rims
+constexpr double kLipsReach = 0.16;    ///< lips may lie on teeth this far from their rims
 constexpr double kEase = 0.001;        ///< what is pushed less than this is pushed softly
 constexpr double kDeepInTeeth = 0.08;  ///< what is deeper is in the mouth
 constexpr double kTeethCell = 0.012;   ///< of the net over the teeth
