@@ -101,13 +101,20 @@ LipSide ControlMesh::sideOf(std::size_t triangle) const {
   return LipSide::kNone;
 }
 
+SurfacePlan surfacePlanOf(const MarkerLayout& layout) {
+  SurfacePlan plan{.lips = {}, .triangles = layout.triangles};
+  for (const LayoutMarker& marker : layout.markers) plan.lips.push_back(marker.lip);
+  return plan;
+}
+
 ControlMesh buildControlMesh(const std::vector<std::string>& marker_names, const MarkerPositions& marker_rest,
-                             const std::map<std::string, Eigen::Vector3d>& known, const FaceMesh* mesh) {
+                             const std::map<std::string, Eigen::Vector3d>& known, const FaceMesh* mesh,
+                             const SurfacePlan& plan) {
   const auto expectFace = [](const ControlMesh& built) {
     const std::string fault = faultOf(built);
     if (!fault.empty()) throw InputError("control surface: " + fault + "; expected markers that lie as on a face");
   };
-  ControlMesh control = placePoints(marker_names, marker_rest, known);
+  ControlMesh control = placePoints(marker_names, marker_rest, known, plan);
   control.triangles = triangulate(control);
   expectFace(control);
   if (mesh != nullptr) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "deform/face_mesh.h"
+#include "motion/marker_layout.h"
 #include "motion/motion_clip.h"
 
 namespace mouthpiece {
@@ -21,9 +22,6 @@ enum class PointRule : std::uint8_t {
               ///< to the left
 };
 
-/// Which lip a point or a triangle belongs to. No triangle has points of both.
-enum class LipSide : std::uint8_t { kNone, kUpper, kLower };
-
 struct PointDriver {
   int point = 0;  ///< a marker or an earlier virtual point
   double weight = 0;
@@ -33,7 +31,7 @@ struct PointDriver {
 struct ControlPoint {
   std::string name;
   PointRule rule = PointRule::kMarker;
-  LipSide side = LipSide::kNone;
+  LipSide side = LipSide::kNone;  ///< no triangle has points of both lips
   std::vector<PointDriver> drivers;
   int opposite = -1;  ///< kInnerLip: the point of the other lip that it meets when the mouth closes
   bool fixed =
@@ -48,8 +46,9 @@ struct ControlMesh {
   std::vector<ControlPoint> points;
   MarkerPositions rest;  ///< points x 3, the mesh's unit
   Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>
-      domain;                                 ///< points x 2: the plane the surface is parametrised over
-  std::vector<std::array<int, 3>> triangles;  ///< counter-clockwise in the plane and seen from outside
+      domain;                                        ///< points x 2: the plane the surface is parametrised over
+  std::vector<std::array<int, 3>> wanted_triangles;  ///< while it is built: their edges are kept
+  std::vector<std::array<int, 3>> triangles;         ///< counter-clockwise in the plane and seen from outside
   /// 2 points x 3: derivatives of the surface at rest along the plane's axes, rows 2 i and 2 i + 1 for point i. Fitted
   /// to a mesh; empty: those that bend the surface least.
   MarkerPositions rest_slopes;
@@ -66,13 +65,21 @@ struct VirtualPointPlace {
 /// Inner lips (upper, lower, corners), inner eye corners and lid arcs.
 const std::vector<VirtualPointPlace>& virtualPointPlaces();
 
+/// What a marker layout says of its surface; the rest follows from names and places.
+struct SurfacePlan {
+  std::vector<LipSide> lips;  ///< of each marker; empty: lipSideOf()
+  std::vector<std::array<std::string, 3>> triangles;
+};
+SurfacePlan surfacePlanOf(const MarkerLayout& layout);
+
 /// Triangulates the markers of `marker_names` at `marker_rest` (markers x 3, the mesh's unit, Y up, Z out of the face).
 /// `known`: rest positions of points of virtualPointPlaces() by name; those left out are estimated from the markers.
 /// `mesh`: where given, the surface at rest is laid along its skin, with points added where markers are too few; give
-/// it, a surface close to the skin deforms it better. Throws InputError when a lip marker is missing, a coordinate is
-/// not finite, or the markers do not lie like a face's.
+/// it, a surface close to the skin deforms it better. `plan`: what the layout says. Throws InputError when a lip marker
+/// is missing, a coordinate is not finite, or the markers do not lie like a face's.
 ControlMesh buildControlMesh(const std::vector<std::string>& marker_names, const MarkerPositions& marker_rest,
-                             const std::map<std::string, Eigen::Vector3d>& known = {}, const FaceMesh* mesh = nullptr);
+                             const std::map<std::string, Eigen::Vector3d>& known = {}, const FaceMesh* mesh = nullptr,
+                             const SurfacePlan& plan = {});
 
 /// Checks indices, sizes, finiteness, orientation and that the lips are apart: for meshes read from a file. Throws
 /// InputError that begins with `file`.

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <set>
 
 #include "base/errors.h"
 #include "deform/virtual_points.h"
@@ -66,15 +67,20 @@ std::vector<std::array<int, 3>> triangulate(const ControlMesh& mesh) {
   const bool is_filled = std::any_of(mesh.points.begin(), mesh.points.end(),
                                      [](const ControlPoint& p) { return p.name.find("FILL_") != std::string::npos; });
   if (!is_filled) lines.push_back(pointsOf(mesh, outerLipLine()));
+  for (const std::array<int, 3>& triangle : mesh.wanted_triangles) lines.emplace_back(triangle.begin(), triangle.end());
+  std::set<std::pair<int, int>> kept;  // a line given twice would count as one that crosses another
   try {
     for (const std::vector<int>& line : lines) {
       for (std::size_t i = 0; i < line.size(); ++i) {
-        triangulation.insert_constraint(handles[static_cast<std::size_t>(line[i])],
-                                        handles[static_cast<std::size_t>(line[(i + 1) % line.size()])]);
+        const int from = line[i], to = line[(i + 1) % line.size()];
+        if (!kept.emplace(std::min(from, to), std::max(from, to)).second) continue;
+        triangulation.insert_constraint(handles[static_cast<std::size_t>(from)], handles[static_cast<std::size_t>(to)]);
       }
     }
   } catch (const Triangulation::Intersection_of_constraints_exception&) {
-    throw InputError("control surface: found lip or eye lines that cross; expected markers that lie as on a face");
+    throw InputError(
+        "control surface: found lip lines, eye lines or edges of the layout's triangles that cross; expected markers "
+        "that lie as on a face");
   }
 
   std::vector<std::array<int, 3>> triangles;

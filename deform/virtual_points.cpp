@@ -83,10 +83,12 @@ constexpr int kRingPoints = 28;
 class Placer {
  public:
   Placer(const std::vector<std::string>& names, const MarkerPositions& rest,
-         const std::map<std::string, Eigen::Vector3d>& known)
-      : known_(known) {
+         const std::map<std::string, Eigen::Vector3d>& known, const SurfacePlan& plan)
+      : known_(known), plan_(plan) {
+    MOUTHPIECE_EXPECT(plan.lips.empty() || plan.lips.size() == names.size());
     for (std::size_t i = 0; i < names.size(); ++i) {
-      add({.name = names[i], .rule = PointRule::kMarker, .side = sideOfLip(names[i]), .drivers = {}},
+      const LipSide side = plan.lips.empty() ? lipSideOf(names[i]) : plan.lips[i];
+      add({.name = names[i], .rule = PointRule::kMarker, .side = side, .drivers = {}},
           rest.row(static_cast<Eigen::Index>(i)).transpose());
     }
     mesh_.marker_count = names.size();
@@ -107,14 +109,15 @@ class Placer {
       mesh_.domain.row(i) = cylinder_.unrolled(mesh_.rest.row(i).transpose()).transpose();
     straightenSlit();
     addRing();
+    wantTriangles();
     return std::move(mesh_);
   }
 
  private:
   static LipSide sideOfLip(const std::string& name) {
-    if (name.starts_with("LIP_UP_") || name.starts_with("RIM_UP_")) return LipSide::kUpper;
-    if (name.starts_with("LIP_LO_") || name.starts_with("RIM_LO_")) return LipSide::kLower;
-    return LipSide::kNone;
+    if (name.starts_with("RIM_UP_")) return LipSide::kUpper;
+    if (name.starts_with("RIM_LO_")) return LipSide::kLower;
+    return lipSideOf(name);
   }
 
   void add(ControlPoint point, const Eigen::Vector3d& rest) {
@@ -249,6 +252,27 @@ class Placer {
     }
   }
 
+  void wantTriangles() {
+    for (const std::array<std::string, 3>& names : plan_.triangles) {
+      std::array<int, 3> triangle{};
+      bool upper = false, lower = false;
+      for (std::size_t k = 0; k < 3; ++k) {
+        triangle[k] = find(names[k]);
+        if (triangle[k] < 0) {
+          throw InputError("control surface: found no point " + printable(names[k]) +
+                           ", which a triangle of the layout names; expected a marker or a virtual point");
+        }
+        const LipSide side = mesh_.points[static_cast<std::size_t>(triangle[k])].side;
+        upper |= side == LipSide::kUpper;
+        lower |= side == LipSide::kLower;
+      }
+      if (upper && lower)
+        throw InputError("control surface: found a triangle of the layout that joins the lips: " + names[0] + ", " +
+                         names[1] + ", " + names[2]);
+      mesh_.wanted_triangles.push_back(triangle);
+    }
+  }
+
   /// Where a ray from `centre` leaves the hull, in the plane and in space.
   [[nodiscard]] std::pair<Eigen::Vector2d, Eigen::Vector3d> hullPoint(const std::vector<int>& hull,
                                                                       const Eigen::Vector2d& centre,
@@ -269,6 +293,7 @@ class Placer {
   }
 
   const std::map<std::string, Eigen::Vector3d>& known_;
+  const SurfacePlan& plan_;
   ControlMesh mesh_;
   std::vector<Eigen::Vector3d> rest_;
   Cylinder cylinder_;
@@ -277,9 +302,9 @@ class Placer {
 }  // namespace
 
 ControlMesh placePoints(const std::vector<std::string>& marker_names, const MarkerPositions& marker_rest,
-                        const std::map<std::string, Eigen::Vector3d>& known) {
+                        const std::map<std::string, Eigen::Vector3d>& known, const SurfacePlan& plan) {
   MOUTHPIECE_EXPECT(static_cast<Eigen::Index>(marker_names.size()) == marker_rest.rows());
-  return Placer(marker_names, marker_rest, known).place();
+  return Placer(marker_names, marker_rest, known, plan).place();
 }
 
 Eigen::Vector2d Cylinder::unrolled(const Eigen::Vector3d& p) const {

@@ -118,7 +118,7 @@ FaceFile fitWelded(FaceMesh& mesh, const Anchors& given, const std::string& anch
   try {
     face.warp = RbfWarp::fit(face.actor_neutral_mm, face.marker_targets, request.warp).options();
     face.control = buildControlMesh(face.marker_names, face.marker_targets,
-                                    placeVirtualPoints(mesh, anchors, anchors_file), &mesh);
+                                    placeVirtualPoints(mesh, anchors, anchors_file), &mesh, request.surface);
   } catch (const InputError& error) {
     throw InputError(anchors_file, "markers", error.what());
   }

@@ -15,6 +15,7 @@ struct FitRequest {
   std::string mesh_sha256;
   std::string corpus;
   std::vector<std::string> marker_names;  ///< the actor's layout
+  SurfacePlan surface = {};               ///< the same layout's
   MarkerPositions actor_neutral_mm;
   double actor_closed_lips_mm = 0;  ///< FaceFile's
   WarpOptions warp;

@@ -12,6 +12,7 @@
 #include "deform/welding.h"
 #include "retarget/face_file.h"
 #include "retarget/larynx.h"
+#include "retarget/missing_markers.h"
 
 namespace mouthpiece {
 
@@ -117,24 +118,27 @@ double distanceBetween(const MarkerPositions& places, const std::vector<std::str
   return (places.row(first - names.begin()) - places.row(second - names.begin())).norm();
 }
 
+/// The pose at rest of whoever moves, a row for each marker of `motion`; those that the face has not are not used.
+MarkerPositions neutralOf(const MotionClip& motion, const ActorPose* actor, const FaceFile& file) {
+  if (actor != nullptr) return actor->neutral_mm;
+  MarkerPositions neutral = MarkerPositions::Zero(static_cast<Eigen::Index>(motion.marker_names.size()), 3);
+  for (std::size_t i = 0; i < file.marker_names.size(); ++i) {
+    if (const auto marker = motion.findMarker(file.marker_names[i]))
+      neutral.row(static_cast<Eigen::Index>(marker->value)) = file.actor_neutral_mm.row(static_cast<Eigen::Index>(i));
+  }
+  return neutral;
+}
+
 }  // namespace
 
 PositionMatrix FaceRig::retarget(const MotionClip& motion, const ActorPose* actor,
                                  std::span<const LipPose> lips) const {
   MOUTHPIECE_EXPECT(lips.empty() || lips.size() == motion.frameCount());
   const std::vector<std::string>& names = data_->file.marker_names;
-  MarkerPositions neutral = data_->file.actor_neutral_mm;
-  PositionMatrix frames(motion.positions_mm.rows(), 3 * static_cast<Eigen::Index>(names.size()));
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const auto marker = motion.findMarker(names[i]);
-    if (!marker)
-      throw InputError(
-          fmt::format("the motion lacks the marker {}, which the face '{}' needs", names[i], data_->file.name));
-    const auto to = static_cast<Eigen::Index>(i);
-    const auto from = static_cast<Eigen::Index>(marker->value);
-    frames.middleCols<3>(3 * to) = motion.positions_mm.middleCols<3>(3 * from);
-    if (actor != nullptr) neutral.row(to) = actor->neutral_mm.row(from);
-  }
+  const CompletedMarkers completed = completedMarkers(motion, neutralOf(motion, actor, data_->file),
+                                                      data_->file.control, data_->file.actor_neutral_mm);
+  const MarkerPositions& neutral = completed.neutral_mm;
+  const PositionMatrix& frames = completed.positions_mm;
   if (!frames.allFinite()) {
     throw InputError(
         "the motion has markers that were not seen in some frames; expected gaps to be filled (`corpus clean`)");

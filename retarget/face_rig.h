@@ -38,8 +38,8 @@ class FaceRig {
   [[nodiscard]] const std::vector<std::string>& markerNames() const;
 
   /// Marker trajectories carried from the actor's space to the mesh's by the RBF warp (EDGE 6): frames x (3 * markers +
-  /// 2 * lip pairs), mesh units; the last columns tell how the lips lie (controlPoints). `motion`
-  /// must hold the rig's markers by name; others are ignored. Throws InputError naming a missing one. Lips that are
+  /// 2 * lip pairs), mesh units; the last columns tell how the lips lie (controlPoints). `motion` holds the rig's
+  /// markers by name; others are ignored, and some may be missing (completedMarkers). Lips that are
   /// apart on the mesh at rest are brought together by as much as the actor's are closed. `actor`: who moves; null: the
   /// actor of the corpus the face was fitted with. `lips`: one a frame (lipsFromPhones); empty, where the phones are
   /// not known: LipPose{}.

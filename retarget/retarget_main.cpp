@@ -36,6 +36,7 @@ FitRequest requestFor(const CommandLine& line, const Corpus& corpus) {
           .mesh_sha256 = "",
           .corpus = corpus.name,
           .marker_names = corpus.layout.markerNames(),
+          .surface = surfacePlanOf(corpus.layout),
           .actor_neutral_mm = corpus.neutral_pose_mm,
           .actor_closed_lips_mm = closedLipsMm(corpus),
           .warp = line.warp,

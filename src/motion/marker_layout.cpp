@@ -57,12 +57,26 @@ Side oppositeOf(Side side) {
   return side == Side::kRight ? Side::kLeft : side == Side::kLeft ? Side::kRight : Side::kMiddle;
 }
 
+constexpr std::size_t kMaxTriangles = 20000;
+
+LipSide lipFromWord(const std::string& word, std::string_view file, std::string_view place) {
+  if (word == "upper") return LipSide::kUpper;
+  if (word == "lower") return LipSide::kLower;
+  if (word == "none") return LipSide::kNone;
+  throw InputError(file, place, fmt::format("found lip \"{}\"; expected upper, lower or none", printable(word)));
+}
+
+const char* wordOf(LipSide lip) { return lip == LipSide::kUpper ? "upper" : lip == LipSide::kLower ? "lower" : "none"; }
+
 LayoutMarker readMarker(const json& object, std::string_view file, std::string_view place) {
   if (!object.is_object()) throw InputError(file, place, "found no object; expected a marker");
   LayoutMarker marker;
   marker.name = readName(object, "name", file, place);
   marker.region = readName(object, "region", file, place);
   marker.side = sideFromLetter(requiredMember<std::string>(object, "side", file, place), file, place);
+  marker.lip = object.contains("lip")
+                   ? lipFromWord(requiredMember<std::string>(object, "lip", file, place), file, place)
+                   : lipSideOf(marker.name);
   if (object.contains("stable")) marker.stable = requiredMember<bool>(object, "stable", file, place);
   if (object.contains("mediapipe_landmark")) {
     const auto landmark = requiredMember<std::int64_t>(object, "mediapipe_landmark", file, place);
@@ -103,6 +117,23 @@ void resolveMirrors(MarkerLayout& layout, const json& markers, const NameIndex& 
   }
 }
 
+/// Names are looked up when a surface is built: virtual points are among them.
+std::vector<std::array<std::string, 3>> readTriangles(const json& root, std::string_view file) {
+  const json triangles = root.value("triangles", json::array());
+  if (!triangles.is_array() || triangles.size() > kMaxTriangles)
+    throw InputError(file, "triangles", fmt::format("expected a list of at most {} triangles", kMaxTriangles));
+  std::vector<std::array<std::string, 3>> read;
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const json& corners = triangles[i];
+    const bool are_names = corners.is_array() && corners.size() == 3 &&
+                           std::all_of(corners.begin(), corners.end(), [](const json& c) { return c.is_string(); });
+    if (!are_names || corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0])
+      throw InputError(file, fmt::format("triangles[{}]", i), "expected three different names");
+    read.push_back(corners.get<std::array<std::string, 3>>());
+  }
+  return read;
+}
+
 json parseJson(std::string_view text, std::string_view file) {
   try {
     return json::parse(text);
@@ -114,6 +145,11 @@ json parseJson(std::string_view text, std::string_view file) {
 }
 
 }  // namespace
+
+LipSide lipSideOf(std::string_view marker_name) {
+  if (marker_name.starts_with("LIP_UP_")) return LipSide::kUpper;
+  return marker_name.starts_with("LIP_LO_") ? LipSide::kLower : LipSide::kNone;
+}
 
 std::vector<std::string> MarkerLayout::markerNames() const {
   std::vector<std::string> names;
@@ -159,6 +195,7 @@ MarkerLayout parseLayout(std::string_view json_text, std::string_view file) {
   resolveMirrors(layout, markers, index_of, file);
   if (root.contains("jig")) layout.jig_names = requiredMember<std::vector<std::string>>(root, "jig", file, "");
   for (const std::string& jig_name : layout.jig_names) refuseDuplicate(jig_name, 0, "jig");
+  layout.triangles = readTriangles(root, file);
   return layout;
 }
 
@@ -173,8 +210,10 @@ std::string layoutToJson(const MarkerLayout& layout) {
                                {"mirror", layout.markers.at(marker.mirror.value).name},
                                {"mediapipe_landmark", marker.mediapipe_landmark},
                                {"stable", marker.stable}});
+    if (marker.lip != lipSideOf(marker.name)) root["markers"].back()["lip"] = wordOf(marker.lip);
   }
   root["jig"] = layout.jig_names;
+  if (!layout.triangles.empty()) root["triangles"] = layout.triangles;
   return root.dump(1) + "\n";
 }
 

@@ -1,6 +1,7 @@
 // A marker set that is not ours, from its file to a fitted face.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -20,7 +21,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using test::runProgram;
 
-/// 30 of our markers under the names of another capture system.
+/// 30 of our markers.
 const std::vector<std::string> kMarkers = {
     "LIP_CORNER_R", "LIP_CORNER_L", "LIP_UP_OUT_R", "LIP_UP_IN_R", "LIP_UP_MID",    "LIP_UP_IN_L",
     "LIP_UP_OUT_L", "LIP_LO_OUT_R", "LIP_LO_IN_R",  "LIP_LO_MID",  "LIP_LO_IN_L",   "LIP_LO_OUT_L",
@@ -28,9 +29,10 @@ const std::vector<std::string> kMarkers = {
     "BROW_IN_R",    "BROW_IN_L",    "BROW_OUT_R",   "BROW_OUT_L",  "CANTHUS_OUT_R", "CANTHUS_OUT_L",
     "JAW_MID_R",    "JAW_MID_L",    "JAW_BACK_R",   "JAW_BACK_L",  "TEMPLE_R",      "TEMPLE_L"};
 
+/// Its name in the files of another capture system.
 std::string labelOf(std::size_t marker) { return "Subject" + std::to_string(marker + 101); }
 
-std::string layoutJson() {
+json layoutJson() {
   const json ours = json::parse(layoutToJson(defaultLayout()));
   json layout{{"name", "studio30"}, {"markers", json::array()}, {"jig", ours["jig"]}};
   for (std::size_t i = 0; i < kMarkers.size(); ++i) {
@@ -40,7 +42,7 @@ std::string layoutJson() {
       layout["markers"].push_back(marker);
     }
   }
-  return layout.dump();
+  return layout;
 }
 
 /// A take whose file has the 30 markers, and the jig's, under the system's names.
@@ -62,7 +64,7 @@ TEST(OwnLayout, AMarkerSetInAFileGoesAllTheWay) {
   const fs::path takes = folder.path() / "takes", corpus_file = folder.path() / "studio.corpus";
   fs::create_directories(takes);
   for (const unsigned seed : {1U, 2U}) writeTake(takes, seed);
-  const fs::path layout = folder.write("studio30.json", layoutJson());
+  const fs::path layout = folder.write("studio30.json", layoutJson().dump());
   const auto built = runProgram("corpus", {"build", takes.string(), "--out", corpus_file.string(), "--layout",
                                            layout.string(), "--strict", "--quiet"});
   ASSERT_EQ(built.exit_code, 0) << built.err;
@@ -91,6 +93,65 @@ TEST(OwnLayout, AMarkerSetInAFileGoesAllTheWay) {
   EXPECT_EQ(facts["markers"], 30);
   EXPECT_EQ(facts["lip_side_errors"], 0);
   // Fold-overs are not judged: the synthetic actor is an ellipsoid.
+}
+
+/// About 40 of our markers onto a face that was fitted with all 66.
+TEST(OwnLayout, FortyMarkersSpeakOnTheDefaultFace) {
+  const fs::path face = fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / "default.face";
+  if (!fs::exists(face)) GTEST_SKIP() << "no default face: run `make data`";
+  const test::ScratchFolder folder;
+  const fs::path takes = folder.path() / "takes", corpus_file = folder.path() / "studio.corpus";
+  fs::create_directories(takes);
+  json layout = layoutJson();
+  layout["name"] = "studio40";
+  layout["triangles"] = {{"CHIN_MID", "CHIN_LOW", "JAW_MID_R"}};
+  std::vector<std::string> names = kMarkers, labels;
+  for (std::size_t i = 0; i < kMarkers.size(); ++i) labels.push_back(labelOf(i));
+  const json ours = json::parse(layoutToJson(defaultLayout()));
+  for (json marker : ours["markers"]) {
+    const std::string name = marker["name"];
+    if (names.size() == 40 || std::find(names.begin(), names.end(), name) != names.end()) continue;
+    if (marker["side"] != "M") continue;
+    names.push_back(name);
+    labels.push_back(name);
+    layout["markers"].push_back(marker);
+  }
+  for (json marker : ours["markers"]) {  // pairs
+    const std::string name = marker["name"], mirror = marker["mirror"];
+    if (names.size() >= 39 || marker["side"] != "R" || std::find(names.begin(), names.end(), name) != names.end())
+      continue;
+    for (json half : ours["markers"]) {
+      if (half["name"] != name && half["name"] != mirror) continue;
+      names.push_back(half["name"]);
+      labels.push_back(half["name"]);
+      layout["markers"].push_back(half);
+    }
+  }
+  const std::size_t count = names.size();
+  ASSERT_GE(count, 39U);
+  for (const unsigned seed : {1U, 2U}) {
+    SyntheticTake take;
+    take.name = "take" + std::to_string(seed);
+    take.seed = seed;
+    take.write(takes);
+    const fs::path path = takes / (take.name + ".c3d");
+    std::vector<std::string> all = names;
+    all.insert(all.end(), defaultLayout().jig_names.begin(), defaultLayout().jig_names.end());
+    MotionClip motion = selectMarkers(readC3d(path), all);
+    for (std::size_t i = 0; i < count; ++i) motion.marker_names[i] = labels[i];
+    writeC3d(path, motion);
+  }
+  const fs::path layout_file = folder.write("studio40.json", layout.dump());
+  const auto built = runProgram("corpus", {"build", takes.string(), "--out", corpus_file.string(), "--layout",
+                                           layout_file.string(), "--strict", "--quiet"});
+  ASSERT_EQ(built.exit_code, 0) << built.err;
+  EXPECT_EQ(readCorpus(corpus_file).layout.triangles.size(), 1U);
+  const fs::path out = folder.path() / "out";
+  const auto spoken = runProgram("synth", {"--text", "bin", "--voice", "flite:slt", "--corpus", corpus_file.string(),
+                                           "--face", face.string(), "--out", out.string(), "--quiet"});
+  ASSERT_EQ(spoken.exit_code, 0) << spoken.err;
+  EXPECT_GT(fs::file_size(out / "face.glb"), 100'000U);
+  EXPECT_EQ(readC3d(out / "motion.c3d").marker_names.size(), count);
 }
 
 TEST(OwnLayout, LabelsMustTellMarkersApart) {

@@ -229,5 +229,53 @@ TEST(ControlSurface, ChecksWhatComesFromFiles) {
   });
 }
 
+TEST(ControlSurface, KeepsTheLayoutsTriangles) {
+  const auto& face = sampleFace();
+  const ControlMesh plain = buildControlMesh(face.names, face.rest, face.known);
+  const auto has = [](const ControlMesh& mesh, const std::array<std::string, 3>& names) {
+    return std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const std::array<int, 3>& triangle) {
+      return std::all_of(names.begin(), names.end(), [&](const std::string& name) {
+        return std::any_of(triangle.begin(), triangle.end(),
+                           [&](int corner) { return mesh.points[static_cast<std::size_t>(corner)].name == name; });
+      });
+    });
+  };
+  // Two triangles side by side on the skin: the other diagonal.
+  std::array<std::string, 3> other;
+  SurfacePlan plan;
+  for (std::size_t a = 0; a < plain.triangles.size() && plan.triangles.empty(); ++a) {
+    for (std::size_t b = a + 1; b < plain.triangles.size() && plan.triangles.empty(); ++b) {
+      std::vector<int> shared, apart;
+      for (const int corner : plain.triangles[a]) {
+        const auto& t = plain.triangles[b];
+        (std::find(t.begin(), t.end(), corner) != t.end() ? shared : apart).push_back(corner);
+      }
+      for (const int corner : plain.triangles[b]) {
+        const auto& t = plain.triangles[a];
+        if (std::find(t.begin(), t.end(), corner) == t.end()) apart.push_back(corner);
+      }
+      const auto is_cheek = [&](int p) { return plain.points[static_cast<std::size_t>(p)].name.starts_with("CHEEK_"); };
+      if (shared.size() != 2 || !std::any_of(shared.begin(), shared.end(), is_cheek)) continue;
+      const auto place = [&](int p) -> Eigen::Vector2d { return plain.domain.row(p).transpose(); };
+      const auto side = [&](int p) {
+        const Eigen::Vector2d along = place(apart[1]) - place(apart[0]), to = place(p) - place(apart[0]);
+        return along.x() * to.y() - along.y() * to.x();
+      };
+      if (side(shared[0]) * side(shared[1]) > -1) continue;  // the other diagonal lies outside, or hardly inside
+      const auto name = [&](int p) { return plain.points[static_cast<std::size_t>(p)].name; };
+      other = {name(apart[0]), name(apart[1]), name(shared[0])};
+      plan.triangles.push_back(other);
+    }
+  }
+  ASSERT_FALSE(plan.triangles.empty());
+  SCOPED_TRACE(other[0] + " " + other[1] + " " + other[2]);
+  EXPECT_FALSE(has(plain, other));
+  EXPECT_TRUE(has(buildControlMesh(face.names, face.rest, face.known, nullptr, plan), other));
+  plan.triangles = {{"LIP_UP_MID", "LIP_LO_MID", "CHIN_MID"}};
+  EXPECT_THROW(buildControlMesh(face.names, face.rest, face.known, nullptr, plan), InputError) << "joins the lips";
+  plan.triangles = {{"LIP_UP_MID", "NO_SUCH", "CHIN_MID"}};
+  EXPECT_THROW(buildControlMesh(face.names, face.rest, face.known, nullptr, plan), InputError);
+}
+
 }  // namespace
 }  // namespace mouthpiece

@@ -53,6 +53,28 @@ TEST(MarkerLayout, SurvivesWritingAndReading) {
   }
 }
 
+TEST(MarkerLayout, LipsAndTrianglesAreTheFiles) {
+  const std::string text =
+      R"({"name":"t","markers":[{"name":"LIP_UP_A","region":"lip","side":"M","mirror":"LIP_UP_A"},
+          {"name":"B","region":"lip","side":"M","mirror":"B","lip":"lower"},
+          {"name":"LIP_LO_C","region":"lip","side":"M","mirror":"LIP_LO_C","lip":"none"}],
+          "triangles":[["B","LIP_LO_C","RIM_LO_MID"]]})";
+  for (const MarkerLayout& layout :
+       {parseLayout(text, "t.json"), parseLayout(layoutToJson(parseLayout(text, "t")), "t")}) {
+    EXPECT_EQ(layout.markers[0].lip, LipSide::kUpper) << "by its name";
+    EXPECT_EQ(layout.markers[1].lip, LipSide::kLower);
+    EXPECT_EQ(layout.markers[2].lip, LipSide::kNone);
+    ASSERT_EQ(layout.triangles.size(), 1U);
+    EXPECT_EQ(layout.triangles[0][2], "RIM_LO_MID");
+  }
+  const std::string marker = R"({"name":"A","region":"lip","side":"M","mirror":"A")";
+  EXPECT_NE(messageOf(layoutWith(marker + R"(,"lip":"left"})")).find("upper, lower or none"), std::string::npos);
+  for (const char* triangles : {"5", "[5]", R"([["A","B"]])", R"([["A","A","B"]])", R"([["A","B",3]])"}) {
+    EXPECT_NE(messageOf(R"({"name":"t","markers":[)" + marker + "}],\"triangles\":" + triangles + "}"), "")
+        << triangles;
+  }
+}
+
 TEST(MarkerLayout, NamesWhatIsWrong) {
   const std::string middle = R"({"name":"A","region":"lip","side":"M","mirror":"A"})";
   EXPECT_EQ(messageOf(layoutWith(middle)), "");
