@@ -174,7 +174,7 @@ TEST_F(RigTest, AMissingMarkerIsNamed) {
     (void)rig.retarget(clip);
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("lacks the marker FOREHEAD_TOP"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("lacks the marker LIP_LO_MID"), std::string::npos) << error.what();
   }
 }
 
