@@ -50,7 +50,9 @@ ordered_json partsOf(const FaceMesh& mesh) {
 ordered_json controlOf(const ViewPage& page) {
   static_assert(std::endian::native == std::endian::little);
   using Floats = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const Floats metres = (page.control.leftCols(page.control.cols() / 3 * 3) * page.mesh.metres_per_unit).cast<float>();
+  const auto columns = 3 * static_cast<Eigen::Index>(page.control_names.size());
+  MOUTHPIECE_EXPECT(page.control.cols() >= columns);
+  const Floats metres = (page.control.leftCols(columns) * page.mesh.metres_per_unit).cast<float>();
   std::string encoded;
   appendBase64(encoded, {reinterpret_cast<const char*>(metres.data()), static_cast<std::size_t>(metres.size()) * 4});
   return {{"names", std::vector<std::string>(page.control_names.begin(), page.control_names.end())},

@@ -19,7 +19,8 @@ struct ViewPage {
   const FaceMesh& mesh;  ///< for its parts' kinds and its unit
   std::string_view face_name;
   std::span<const std::string> control_names;  ///< of the control points, may be empty
-  const PositionMatrix& control;  ///< FaceRig::retarget(): its frames, x y z of each control point, mesh unit
+  /// FaceRig::retarget(): its frames, x y z of each control point, mesh unit; what follows these is not looked at.
+  const PositionMatrix& control;
 };
 
 /// Where the template takes its data: this line, once.

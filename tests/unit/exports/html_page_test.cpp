@@ -19,7 +19,9 @@ using testing::TalkingHead;
 constexpr std::string_view kTemplate = "<body>\n<!-- mouthpiece:data -->\n<script>run()</script></body>";
 
 std::string pageOf(const TalkingHead& head, std::string_view page_template = kTemplate) {
-  const auto& control = head.utterance.motion.positions_mm;
+  // Behind the control points stands what FaceRig::retarget() says of the lips.
+  PositionMatrix control(head.utterance.motion.positions_mm.rows(), head.utterance.motion.positions_mm.cols() + 10);
+  control << head.utterance.motion.positions_mm, PositionMatrix::Constant(control.rows(), 10, 0.5);
   return viewHtml(page_template, {head.utterance, "glTF bytes", head.mesh, "egg", head.control_names, control});
 }
 
