@@ -11,6 +11,7 @@ export class SoundClock extends EventTarget {
     this.audio = new Audio(URL.createObjectURL(new Blob([wav], { type: 'audio/wav' })));
     this.audio.preload = 'auto';
     this.heard = { time: 0, at: 0 };
+    this.told = 0;
     this.audio.addEventListener('ended', () => this.#ended());
     for (const name of ['play', 'pause', 'ratechange']) {
       this.audio.addEventListener(name, () => this.dispatchEvent(new Event('change')));
@@ -28,7 +29,10 @@ export class SoundClock extends EventTarget {
     const now = performance.now() / 1000;
     if (time !== this.heard.time) this.heard = { time, at: now };
     const since = Math.min((now - this.heard.at) * this.audio.playbackRate, LONGEST_GUESS_S);
-    return Math.min(this.heard.time + since, this.duration);
+    const guess = Math.min(this.heard.time + since, this.duration);
+    // The element may have got less far than was guessed: then we wait for it; further back is another place.
+    if (guess > this.told || guess < this.told - LONGEST_GUESS_S) this.told = guess;
+    return this.told;
   }
 
   get speed() {
@@ -55,6 +59,7 @@ export class SoundClock extends EventTarget {
   seek(time) {
     const target = Math.min(Math.max(time, 0), this.duration);
     this.heard = { time: target, at: performance.now() / 1000 };
+    this.told = target;
     this.audio.currentTime = target;
     this.dispatchEvent(new Event('change'));
   }
