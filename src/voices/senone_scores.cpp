@@ -83,6 +83,7 @@ void SenoneScorer::scoreFrame(Eigen::Index frame, const Weighing& weighing) {
     for (std::size_t stream = 0; stream < streams; ++stream) {
       const Likeliest& found = likeliest(index, stream, frame);
       const Eigen::MatrixXf& weights = codebook.weights[stream];
+      static_assert(kKept == 4, "written out below, so that it is one pass over the weights");
       const auto mixed = weights.col(found.density[0]).array() * found.log_density[0] +
                          weights.col(found.density[1]).array() * found.log_density[1] +
                          weights.col(found.density[2]).array() * found.log_density[2] +
