@@ -34,6 +34,13 @@ function(mouthpiece_test name)
     DISCOVERY_TIMEOUT 60)
 endfunction()
 
+# mouthpiece_count_allocations(TEST): for tests/support/allocations.h.
+function(mouthpiece_count_allocations test)
+  foreach(function malloc calloc realloc _Znwm _ZnwmSt11align_val_t)
+    target_link_options(${test} PRIVATE "LINKER:--wrap=${function}")
+  endforeach()
+endfunction()
+
 # mouthpiece_embed(TARGET SYMBOL FILE): FILE's bytes as `extern const std::string_view mouthpiece::SYMBOL`.
 function(mouthpiece_embed target symbol file)
   get_filename_component(path ${file} ABSOLUTE)

@@ -1,7 +1,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "base/errors.h"
 #include "deform/control_surface.h"
@@ -51,8 +50,8 @@ Eigen::Vector3d carriedByLip(const ControlMesh& mesh, int index, const MarkerPos
 }
 
 /// Keeps a pair of rim points from passing through each other: the gap along the lips' own direction is eased to zero,
-/// both giving way alike. `lips`: nullopt where only the markers are known.
-void meetInBetween(const ControlMesh& mesh, const LipPair& pair, const std::optional<LipGap>& lips, double ease,
+/// both giving way alike. `lips`: null where only the markers are known.
+void meetInBetween(const ControlMesh& mesh, const LipPair& pair, const LipGap* lips, double ease,
                    MarkerPositions& now) {
   const auto& [upper, lower, outer_upper, outer_lower] = pair;
   const Eigen::Vector3d rest_lips = row(mesh.rest, outer_upper) - row(mesh.rest, outer_lower);
@@ -96,24 +95,21 @@ double partedShare(double stretch, double slack) {
   return way * way * (3 - 2 * way);
 }
 
-MarkerPositions leadingPoints(const ControlMesh& mesh, std::span<const double> markers) {
-  const std::vector<LipPair> pairs = lipPairs(mesh);
-  const std::size_t own = 3 * mesh.marker_count;
-  MOUTHPIECE_EXPECT(markers.size() == own || markers.size() == own + 2 * pairs.size());
-  MarkerPositions now = mesh.rest;
-  now.topRows(static_cast<Eigen::Index>(mesh.marker_count)) =
-      Eigen::Map<const MarkerPositions>(markers.data(), static_cast<Eigen::Index>(mesh.marker_count), 3);
+void leadingPoints(const ControlMesh& mesh, std::span<const LipPair> pairs, const FacePose& pose,
+                   MarkerPositions& points) {
+  MOUTHPIECE_EXPECT(pose.markers.size() == 3 * mesh.marker_count);
+  MOUTHPIECE_EXPECT(pose.lips.empty() || pose.lips.size() == pairs.size());
+  points = mesh.rest;
+  points.topRows(static_cast<Eigen::Index>(mesh.marker_count)) =
+      Eigen::Map<const MarkerPositions>(pose.markers.data(), static_cast<Eigen::Index>(mesh.marker_count), 3);
   const int count = static_cast<int>(mesh.points.size());
   for (int i = 0; i < count; ++i) {
     if (mesh.points[static_cast<std::size_t>(i)].rule == PointRule::kInnerLip)
-      now.row(i) = carriedByLip(mesh, i, now).transpose();
+      points.row(i) = carriedByLip(mesh, i, points).transpose();
   }
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    std::optional<LipGap> lips;
-    if (markers.size() > own) lips = {markers[own + 2 * i], markers[own + 2 * i + 1]};
-    meetInBetween(mesh, pairs[i], lips, kContactEase * mesh.mouth_width, now);
+    meetInBetween(mesh, pairs[i], pose.lips.empty() ? nullptr : &pose.lips[i], kContactEase * mesh.mouth_width, points);
   }
-  return now;
 }
 
 MarkerPositions closingOffsets(const ControlMesh& mesh) {
@@ -128,8 +124,9 @@ MarkerPositions closingOffsets(const ControlMesh& mesh) {
   return offsets;
 }
 
-MarkerPositions controlPoints(const ControlMesh& mesh, std::span<const double> markers) {
-  MarkerPositions now = leadingPoints(mesh, markers);
+MarkerPositions controlPoints(const ControlMesh& mesh, const FacePose& pose) {
+  MarkerPositions now;
+  leadingPoints(mesh, lipPairs(mesh), pose, now);
   for (std::size_t i = mesh.marker_count; i < mesh.points.size(); ++i) {
     if (mesh.points[i].rule != PointRule::kFollow) continue;
     for (const PointDriver& driver : mesh.points[i].drivers) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "deform/face_mesh.h"
+#include "deform/face_motion.h"
 #include "motion/marker_layout.h"
 #include "motion/motion_clip.h"
 
@@ -95,21 +96,13 @@ struct LipPair {
 };
 std::vector<LipPair> lipPairs(const ControlMesh& mesh);
 
-/// Of a pair, in one frame.
-struct LipGap {
-  double opened = 1;  ///< the share of the gap between their outer markers: 0 where they touch though stretched
-  double least = 0;   ///< they are this far apart at least; the mesh's unit
-};
-
 /// How much of their gap lips have opened that stretch by up to `slack` before they part: 0 where they touch, 1 once
 /// they have caught up with their outer markers. Both are shares of the closed lips' height. Continuous in value and
 /// slope.
 double partedShare(double stretch, double slack);
 
-/// All control points of a frame: points x 3. `markers`: x y z of each marker side by side (a row of
-/// FaceRig::retarget), and behind them, where it is known, the two numbers of LipGap for each of lipPairs(). With them,
-/// lips that are apart at rest are taken to have been brought together by closingOffsets. Lips that would pass through
-/// each other meet in between instead.
-MarkerPositions controlPoints(const ControlMesh& mesh, std::span<const double> markers);
+/// All control points of a frame: points x 3. Where the pose tells of the lips, those that are apart at rest are taken
+/// to have been brought together by closingOffsets. Lips that would pass through each other meet in between instead.
+MarkerPositions controlPoints(const ControlMesh& mesh, const FacePose& pose);
 
 }  // namespace mouthpiece

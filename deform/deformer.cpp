@@ -71,6 +71,7 @@ struct FaceDeformer::Data {
   const kernel::Kernels* kernels = &kernel::bestKernels();
   DeformerOptions options;
   ControlMesh control;
+  std::vector<LipPair> lip_pairs;
   JawHinge jaw;
   TongueMorph tongue;
   std::optional<LipGuard> guard;
@@ -95,7 +96,11 @@ struct FaceDeformer::Data {
   VertexPositions sums_of_others;  ///< what the other triangles add to the normals of `turning`, in its order
 
   Data(const FaceMesh& mesh, const ControlMesh& control_mesh, std::vector<std::uint32_t> tongue_vertices)
-      : control(control_mesh), jaw(control_mesh), tongue(mesh, std::move(tongue_vertices)), rest(mesh.vertices) {}
+      : control(control_mesh),
+        lip_pairs(lipPairs(control_mesh)),
+        jaw(control_mesh),
+        tongue(mesh, std::move(tongue_vertices)),
+        rest(mesh.vertices) {}
 
   void takeSurface(const BezierSurface& surface);
   void takeFollowers(const BezierSurface& surface);
@@ -106,7 +111,7 @@ struct FaceDeformer::Data {
   void posePatches(const MarkerPositions& points, std::vector<Net>& nets) const;
   void moveJawVertices(const kernel::Frame& frame) const;
   /// Writes the moving vertices alone. `out`: x y z of every vertex.
-  void move(std::span<const double> markers, const TonguePose& tongue_pose, float* out) const;
+  void move(const FacePose& pose, const TonguePose& tongue_pose, float* out) const;
 };
 
 void FaceDeformer::Data::takeSurface(const BezierSurface& surface) {
@@ -312,10 +317,9 @@ void FaceDeformer::Data::moveJawVertices(const kernel::Frame& frame) const {
 VertexPositions FaceDeformer::Data::closedMouth() const {
   const MarkerPositions markers =
       control.rest.topRows(static_cast<Eigen::Index>(control.marker_count)) + closingOffsets(control);
-  std::vector<double> row(markers.data(), markers.data() + markers.size());
-  row.resize(row.size() + 2 * lipPairs(control).size(), 0.0);  // LipGap{0, 0}
+  const std::vector<LipGap> touching(lip_pairs.size(), {.opened = 0});
   VertexPositions closed = rest;
-  move(row, {}, closed.data());
+  move({markers, touching}, {}, closed.data());
   return closed;
 }
 
@@ -343,9 +347,10 @@ FaceDeformer::FaceDeformer(FaceDeformer&&) noexcept = default;
 FaceDeformer& FaceDeformer::operator=(FaceDeformer&&) noexcept = default;
 FaceDeformer::~FaceDeformer() = default;
 
-void FaceDeformer::Data::move(std::span<const double> markers, const TonguePose& tongue_pose, float* out) const {
-  const MarkerPositions points = leadingPoints(control, markers);
+void FaceDeformer::Data::move(const FacePose& pose, const TonguePose& tongue_pose, float* out) const {
+  thread_local MarkerPositions points;
   thread_local std::vector<Net> nets;
+  leadingPoints(control, lip_pairs, pose, points);
   posePatches(points, nets);
   const AddedMotion jaw_motion = jaw.motion(points);
 
@@ -358,13 +363,13 @@ void FaceDeformer::Data::move(std::span<const double> markers, const TonguePose&
   kernels->bound(frame, bound_runs.data(), bound_runs.size(), bound_blocks.data());
   kernels->loose(frame, loose_runs.data(), loose_runs.size(), loose_blocks.data());
   moveJawVertices(frame);
-  if (guard) guard->separate(points, markers.subspan(3 * control.marker_count), jaw_motion, out);
+  if (guard) guard->separate(points, pose.lips, jaw_motion, out);
   tongue.deform(jaw_motion, tongue_pose, out);
 }
 
-void FaceDeformer::deform(std::span<const double> markers, const TonguePose& tongue, VertexPositions& out) const {
+void FaceDeformer::deform(const FacePose& pose, const TonguePose& tongue, VertexPositions& out) const {
   if (out.rows() != data_->rest.rows()) out.resize(data_->rest.rows(), 3);
-  data_->move(markers, tongue, out.data());
+  data_->move(pose, tongue, out.data());
   for (const VertexRun& run : data_->still_runs) {
     std::copy_n(data_->rest.data() + 3 * run.first, 3 * run.count, out.data() + 3 * run.first);
   }
@@ -385,11 +390,11 @@ void FaceDeformer::normals(const VertexPositions& vertices, VertexPositions& out
 
 const std::vector<std::uint32_t>& FaceDeformer::movingVertices() const { return data_->moving; }
 
-void FaceDeformer::deformMoving(std::span<const double> markers, const TonguePose& tongue, std::span<float> out) const {
+void FaceDeformer::deformMoving(const FacePose& pose, const TonguePose& tongue, std::span<float> out) const {
   MOUTHPIECE_EXPECT(out.size() == 3 * data_->moving.size());
   thread_local std::vector<float> whole;
   whole.resize(static_cast<std::size_t>(data_->rest.size()));
-  data_->move(markers, tongue, whole.data());
+  data_->move(pose, tongue, whole.data());
   float* to = out.data();
   for (const VertexRun& run : data_->moving_runs) to = std::copy_n(whole.data() + 3 * run.first, 3 * run.count, to);
 }

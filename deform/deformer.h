@@ -8,6 +8,7 @@
 #include "deform/binding.h"
 #include "deform/control_surface.h"
 #include "deform/face_mesh.h"
+#include "deform/face_motion.h"
 #include "motion/tongue_pose.h"
 
 namespace mouthpiece {
@@ -28,9 +29,9 @@ class FaceDeformer {
   FaceDeformer& operator=(FaceDeformer&&) noexcept;
   ~FaceDeformer();
 
-  /// `markers`: as controlPoints() has them, the mesh's unit. `out`: vertices x 3, resized when needed; no
-  /// allocation of its size otherwise. The rest markers give the rest mesh back.
-  void deform(std::span<const double> markers, const TonguePose& tongue, VertexPositions& out) const;
+  /// `out`: vertices x 3, resized when needed; otherwise nothing is allocated once a thread has posed this face. The
+  /// rest markers give the rest mesh back.
+  void deform(const FacePose& pose, const TonguePose& tongue, VertexPositions& out) const;
 
   /// Area-weighted unit normals of a deformed mesh (what vertexNormals() gives), vertices x 3, resized when needed.
   /// Only triangles that can move are looked at. `vertices`: deform()'s.
@@ -39,7 +40,7 @@ class FaceDeformer {
   /// The vertices that some markers or tongue can move, rising: a head is mostly hair and back.
   [[nodiscard]] const std::vector<std::uint32_t>& movingVertices() const;
   /// The same as deform() for the moving vertices alone: x y z of each side by side, in their order.
-  void deformMoving(std::span<const double> markers, const TonguePose& tongue, std::span<float> out) const;
+  void deformMoving(const FacePose& pose, const TonguePose& tongue, std::span<float> out) const;
 
  private:
   struct Data;

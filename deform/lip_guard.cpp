@@ -317,6 +317,7 @@ void LipGuard::findNearLips(const float* out, std::vector<const LipWatch*>& near
 float LipGuard::partLips(float share, float ease, std::vector<const LipWatch*>& near, float* out) const {
   thread_local std::vector<std::pair<std::uint32_t, Vector3f>> pushes;
   pushes.clear();
+  pushes.reserve(lips_.size());
   float largest = 0;
   const auto far = static_cast<float>(kComesNear * mouth_width_);
   std::erase_if(near, [&](const LipWatch* watch) {
@@ -348,14 +349,13 @@ float LipGuard::leaveTeeth(const TeethShell& shell, std::vector<const ToothWatch
 }
 
 /// How far the lips of a pair are shut: not where they have opened, nor where they are kept apart.
-float LipGuard::shutShare(std::span<const double> gaps, std::size_t pair) const {
-  const double opened = gaps[2 * pair], least = gaps[2 * pair + 1];
-  return static_cast<float>((1 - opened) * (1 - smooth(least / (kKeptApart * mouth_width_))));
+float LipGuard::shutShare(const LipGap& gap) const {
+  return static_cast<float>((1 - gap.opened) * (1 - smooth(gap.least / (kKeptApart * mouth_width_))));
 }
 
 /// Lips that touch may still be a little apart on the mesh, whose rims the control surface knows at five places only:
 /// each column's narrowest place is closed, as far as `gaps` say that the lips touch there.
-void LipGuard::drawTogether(const MarkerPositions& points, std::span<const double> gaps,
+void LipGuard::drawTogether(const MarkerPositions& points, std::span<const LipGap> gaps,
                             const std::vector<const LipWatch*>& near, float* out) const {
   std::array<float, kColumns> way;
   way.fill(std::numeric_limits<float>::infinity());
@@ -369,7 +369,7 @@ void LipGuard::drawTogether(const MarkerPositions& points, std::span<const doubl
     const auto after = static_cast<std::size_t>(std::min(next, last));
     const float span = pair_columns_[after] - pair_columns_[before];
     const float weight = span > 0 ? (column - pair_columns_[before]) / span : 0;
-    const auto closed = shutShare(gaps, before) * (1 - weight) + shutShare(gaps, after) * weight;
+    const auto closed = shutShare(gaps[before]) * (1 - weight) + shutShare(gaps[after]) * weight;
     // What is further apart than lips that touch ever are is not drawn: the pull fades out.
     const auto apart = static_cast<double>(way[c]) / mouth_width_;
     const auto drawn = closed * static_cast<float>(1 - smooth((apart - kDrawnWhole) / (kSeenAbove - kDrawnWhole)));
@@ -387,7 +387,7 @@ void LipGuard::drawTogether(const MarkerPositions& points, std::span<const doubl
   }
 }
 
-void LipGuard::separate(const MarkerPositions& points, std::span<const double> gaps, const AddedMotion& jaw,
+void LipGuard::separate(const MarkerPositions& points, std::span<const LipGap> gaps, const AddedMotion& jaw,
                         float* out) const {
   const auto ease = static_cast<float>(kEase * mouth_width_);
   const double apart = narrowestGap(points) / (kFarApart * mouth_width_);
@@ -395,8 +395,11 @@ void LipGuard::separate(const MarkerPositions& points, std::span<const double> g
   thread_local std::vector<const LipWatch*> near;
   thread_local std::vector<const ToothWatch*> near_upper_teeth, near_lower_teeth;
   near.clear();
+  near.reserve(lips_.size());
+  near_upper_teeth.reserve(at_upper_teeth_.size());
+  near_lower_teeth.reserve(at_lower_teeth_.size());
   if (may_touch) findNearLips(out, near);
-  if (gaps.size() == 2 * pairs_.size() && !near.empty()) drawTogether(points, gaps, near, out);
+  if (!gaps.empty() && !near.empty()) drawTogether(points, gaps, near, out);
   const Moved still_head,
       lower_jaw{true, Eigen::Matrix3f::Identity() + jaw.turn.cast<float>(), jaw.shift.cast<float>()};
   findNearTeeth(upper_teeth_, at_upper_teeth_, still_head, out, near_upper_teeth);

@@ -22,9 +22,9 @@ class LipGuard {
   /// `closed`: the mesh's vertices with the lips brought together, unguarded.
   LipGuard(const FaceMesh& mesh, const VertexPositions& closed, const ControlMesh& control, const FaceBinding& binding);
 
-  /// `out`: x y z of each vertex of the posed mesh; `points`: the pose's leadingPoints(); `gaps`: what stands behind
-  /// the markers (controlPoints()), or nothing.
-  void separate(const MarkerPositions& points, std::span<const double> gaps, const AddedMotion& jaw, float* out) const;
+  /// `out`: x y z of each vertex of the posed mesh; `points`: the pose's leadingPoints(); `gaps`: of lipPairs(), or
+  /// none. Allocates nothing once a thread has posed this face.
+  void separate(const MarkerPositions& points, std::span<const LipGap> gaps, const AddedMotion& jaw, float* out) const;
 
  private:
   struct LipWatch {
@@ -80,8 +80,8 @@ class LipGuard {
   float partLips(float share, float ease, std::vector<const LipWatch*>& near, float* out) const;
   float leaveTeeth(const TeethShell& shell, std::vector<const ToothWatch*>& near, const Moved& with, float ease,
                    float* out) const;
-  [[nodiscard]] float shutShare(std::span<const double> gaps, std::size_t pair) const;
-  void drawTogether(const MarkerPositions& points, std::span<const double> gaps,
+  [[nodiscard]] float shutShare(const LipGap& gap) const;
+  void drawTogether(const MarkerPositions& points, std::span<const LipGap> gaps,
                     const std::vector<const LipWatch*>& near, float* out) const;
 
   std::vector<LipWatch> lips_;

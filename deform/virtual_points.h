@@ -8,8 +8,10 @@ namespace mouthpiece {
 ControlMesh placePoints(const std::vector<std::string>& marker_names, const MarkerPositions& marker_rest,
                         const std::map<std::string, Eigen::Vector3d>& known, const SurfacePlan& plan);
 
-/// Markers and inner lips of a frame, which all other points follow linearly; those stay at rest. Points x 3.
-MarkerPositions leadingPoints(const ControlMesh& mesh, std::span<const double> markers);
+/// Markers and inner lips of a frame, which all other points follow linearly; those stay at rest. `pairs`:
+/// lipPairs(mesh). `points`: points x 3, resized when needed; nothing else is allocated.
+void leadingPoints(const ControlMesh& mesh, std::span<const LipPair> pairs, const FacePose& pose,
+                   MarkerPositions& points);
 
 /// An upright cylinder about the head; its surface unrolled is the plane that control meshes are triangulated in.
 struct Cylinder {

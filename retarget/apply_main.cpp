@@ -75,21 +75,23 @@ SpokenFrames spokenFrames(const fs::path& phones, const MotionClip& motion) {
   return frames;
 }
 
-FaceAnimation animate(const FaceRig& rig, const PositionMatrix& control, std::span<const TonguePose> tongue,
+FaceAnimation animate(const FaceRig& rig, const FaceMotion& motion, std::span<const TonguePose> tongue,
                       double frame_rate_hz, bool quiet) {
-  const double bytes = 12.0 * static_cast<double>(control.rows()) * static_cast<double>(rig.mesh().vertices.rows());
+  const double bytes =
+      12.0 * static_cast<double>(motion.frameCount()) * static_cast<double>(rig.mesh().vertices.rows());
   if (bytes > kMaxAnimationBytes) {
     throw InputError(fmt::format("{} frames of {} vertices need {:.1f} GB; expected at most {:.0f} (cut the motion)",
-                                 control.rows(), rig.mesh().vertices.rows(), bytes / 1e9, kMaxAnimationBytes / 1e9));
+                                 motion.frameCount(), rig.mesh().vertices.rows(), bytes / 1e9,
+                                 kMaxAnimationBytes / 1e9));
   }
   FaceAnimation animation{frame_rate_hz, {}};
-  animation.positions.resize(control.rows(), 3 * rig.mesh().vertices.rows());
-  ProgressBar progress("retarget apply", static_cast<std::size_t>(control.rows()), quiet);
+  animation.positions.resize(static_cast<Eigen::Index>(motion.frameCount()), 3 * rig.mesh().vertices.rows());
+  ProgressBar progress("retarget apply", motion.frameCount(), quiet);
   VertexPositions frame;
-  for (Eigen::Index f = 0; f < control.rows(); ++f) {
-    rig.deform({control.row(f).data(), static_cast<std::size_t>(control.cols())}, tongue[static_cast<std::size_t>(f)],
-               frame);
-    animation.positions.row(f) = Eigen::Map<const Eigen::RowVectorXf>(frame.data(), frame.size());
+  for (FrameIndex f; f.value < motion.frameCount(); ++f) {
+    rig.deform(motion.pose(f), tongue[f.value], frame);
+    animation.positions.row(static_cast<Eigen::Index>(f.value)) =
+        Eigen::Map<const Eigen::RowVectorXf>(frame.data(), frame.size());
     progress.advance();
   }
   return animation;
@@ -172,8 +174,8 @@ int applyCommand(const CommandLine& line) {
   }
   refuseFarMotion(motion, names, neutral, line.motion);
   const SpokenFrames spoken = spokenFrames(line.phones, motion);
-  const PositionMatrix control = rig.retarget(motion, other ? &*other : nullptr, spoken.lips);
-  FaceAnimation animation = animate(rig, control, spoken.tongue, motion.frame_rate_hz, line.quiet);
+  const FaceMotion face_motion = rig.retarget(motion, other ? &*other : nullptr, spoken.lips);
+  FaceAnimation animation = animate(rig, face_motion, spoken.tongue, motion.frame_rate_hz, line.quiet);
   const bool is_arkit = line.arkit || kind == OutputKind::kLiveLink;
   if (!is_arkit && kind != OutputKind::kGlb) turnBack(face.upright_from_mesh, animation);
   switch (kind) {

@@ -88,9 +88,8 @@ void checkEdges(const FaceRig& rig, const ControlMesh& control_mesh, const Corpu
   for (; !takes.empty() && check.poses < kPoses; ++check.poses) {
     MotionClip frame = takes[random() % takes.size()]->motion;
     frame.positions_mm = frame.positions_mm.row(static_cast<Eigen::Index>(random() % frame.frameCount())).eval();
-    const PositionMatrix control = rig.retarget(frame, &actor);
-    const auto pose =
-        surface.pose(controlPoints(control_mesh, {control.data(), static_cast<std::size_t>(control.cols())}));
+    const FaceMotion on_face = rig.retarget(frame, &actor);
+    const auto pose = surface.pose(controlPoints(control_mesh, on_face.pose(FrameIndex{0})));
     check.patch_edge_angle_max_deg = std::max(check.patch_edge_angle_max_deg, surface.maxNormalAngleAcrossEdges(pose));
   }
 }
@@ -126,10 +125,9 @@ ClosureCheck checkClosures(const FaceRig& rig, const ControlMesh& control_mesh, 
     if (opening.empty()) continue;
     const std::vector<std::size_t> closed = closedFrames(take, opening), open = others.widestFrames(take, opening);
     const std::vector<Seconds> times = frameTimes(0, take.motion.frameCount(), take.motion.frame_rate_hz);
-    const PositionMatrix control = rig.retarget(take.motion, &actor, lipsFromPhones(take.labels, times));
+    const FaceMotion on_face = rig.retarget(take.motion, &actor, lipsFromPhones(take.labels, times));
     const auto contactAt = [&](std::size_t frame) {
-      const auto row = static_cast<Eigen::Index>(frame);
-      rig.deform({control.row(row).data(), static_cast<std::size_t>(control.cols())}, TonguePose{}, vertices);
+      rig.deform(on_face.pose(FrameIndex{frame}), TonguePose{}, vertices);
       return contactIn(vertices);
     };
     for (const std::size_t frame : closed) {

@@ -240,9 +240,7 @@ double largestEdgeAngle(const FaceFile& face, double mm_per_unit) {
   for (int i = 0; i < kPoses; ++i) {
     MarkerPositions markers = face.marker_targets;
     for (Eigen::Index k = 0; k < markers.size(); ++k) markers.data()[k] += noise(random);
-    const MarkerPositions points =
-        controlPoints(face.control, {markers.data(), static_cast<std::size_t>(markers.size())});
-    largest = std::max(largest, surface.maxNormalAngleAcrossEdges(surface.pose(points)));
+    largest = std::max(largest, surface.maxNormalAngleAcrossEdges(surface.pose(controlPoints(face.control, markers))));
   }
   return largest;
 }

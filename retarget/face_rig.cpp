@@ -25,11 +25,11 @@ struct FaceRig::Data {
   std::vector<std::uint32_t> moving;
   LarynxBump larynx;
 
-  void deform(std::span<const double> control, const TonguePose& tongue, VertexPositions& out) const;
+  void deform(const FacePose& pose, const TonguePose& tongue, VertexPositions& out) const;
   /// Positions of `moving` only.
-  void deformMoving(std::span<const double> control, const TonguePose& tongue, std::span<float> out) const;
+  void deformMoving(const FacePose& pose, const TonguePose& tongue, std::span<float> out) const;
 
-  [[nodiscard]] FaceAnimation deformWithLarynx(const PositionMatrix& control, std::span<const TonguePose> tongues,
+  [[nodiscard]] FaceAnimation deformWithLarynx(const FaceMotion& motion, std::span<const TonguePose> tongues,
                                                double frame_rate_hz, std::span<const double> heights) const;
 };
 
@@ -131,8 +131,7 @@ MarkerPositions neutralOf(const MotionClip& motion, const ActorPose* actor, cons
 
 }  // namespace
 
-PositionMatrix FaceRig::retarget(const MotionClip& motion, const ActorPose* actor,
-                                 std::span<const LipPose> lips) const {
+FaceMotion FaceRig::retarget(const MotionClip& motion, const ActorPose* actor, std::span<const LipPose> lips) const {
   MOUTHPIECE_EXPECT(lips.empty() || lips.size() == motion.frameCount());
   const std::vector<std::string>& names = data_->file.marker_names;
   const CompletedMarkers completed = completedMarkers(motion, neutralOf(motion, actor, data_->file),
@@ -147,9 +146,9 @@ PositionMatrix FaceRig::retarget(const MotionClip& motion, const ActorPose* acto
   const LipSlack slack = lipSlack(distanceBetween(neutral, names, "LIP_UP_MID", "LIP_LO_MID"),
                                   actor != nullptr ? actor->closed_lips_mm : data_->file.actor_closed_lips_mm);
   const std::vector<LipPair> pairs = lipPairs(data_->file.control);
-  PositionMatrix result(frames.rows(), frames.cols() + 2 * static_cast<Eigen::Index>(pairs.size()));
-  result.leftCols(frames.cols()) = data_->warp.targetFromActorRelative(frames, neutral);
-  result.leftCols(frames.cols()).rowwise() += Eigen::Map<const Eigen::RowVectorXd>(closing.data(), closing.size());
+  PositionMatrix markers = data_->warp.targetFromActorRelative(frames, neutral);
+  markers.rowwise() += Eigen::Map<const Eigen::RowVectorXd>(closing.data(), closing.size());
+  FaceMotion result(std::move(markers), pairs.size());
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Eigen::Index upper = pairs[i].upper_marker, lower = pairs[i].lower_marker;
     const double height = (neutral.row(upper) - neutral.row(lower)).norm();
@@ -161,34 +160,32 @@ PositionMatrix FaceRig::retarget(const MotionClip& motion, const ActorPose* acto
       // together there are carried different ways on the head.
       const double apart = (frames.block<1, 3>(frame, 3 * upper) - frames.block<1, 3>(frame, 3 * lower)).norm();
       const double stretch = height > 0 ? apart / height - 1 : 0;
-      result(frame, frames.cols() + 2 * static_cast<Eigen::Index>(i)) =
-          partedShare(stretch, slack.always + pose.seal * slack.sealed);
-      result(frame, frames.cols() + 2 * static_cast<Eigen::Index>(i) + 1) = pose.parting * least;
+      result.setLipGap(FrameIndex{static_cast<std::size_t>(frame)}, i,
+                       {partedShare(stretch, slack.always + pose.seal * slack.sealed), pose.parting * least});
     }
   }
   return result;
 }
 
-void FaceRig::deform(std::span<const double> control, const TonguePose& tongue, VertexPositions& out) const {
-  data_->deform(control, tongue, out);
+void FaceRig::deform(const FacePose& pose, const TonguePose& tongue, VertexPositions& out) const {
+  data_->deform(pose, tongue, out);
 }
 
-void FaceRig::Data::deform(std::span<const double> control, const TonguePose& tongue, VertexPositions& out) const {
-  if (welding.isNothing()) return deformer.deform(control, tongue, out);
+void FaceRig::Data::deform(const FacePose& pose, const TonguePose& tongue, VertexPositions& out) const {
+  if (welding.isNothing()) return deformer.deform(pose, tongue, out);
   thread_local VertexPositions welded;
-  deformer.deform(control, tongue, welded);
+  deformer.deform(pose, tongue, welded);
   welding.givenFromWelded(welded, out);
 }
 
-void FaceRig::Data::deformMoving(std::span<const double> control, const TonguePose& tongue,
-                                 std::span<float> out) const {
-  if (welding.isNothing()) return deformer.deformMoving(control, tongue, out);
+void FaceRig::Data::deformMoving(const FacePose& pose, const TonguePose& tongue, std::span<float> out) const {
+  if (welding.isNothing()) return deformer.deformMoving(pose, tongue, out);
   thread_local VertexPositions given;
-  deform(control, tongue, given);
+  deform(pose, tongue, given);
   for (std::size_t i = 0; i < moving.size(); ++i) std::copy_n(given.row(moving[i]).data(), 3, &out[3 * i]);
 }
 
-FaceAnimation FaceRig::Data::deformWithLarynx(const PositionMatrix& control, std::span<const TonguePose> tongues,
+FaceAnimation FaceRig::Data::deformWithLarynx(const FaceMotion& motion, std::span<const TonguePose> tongues,
                                               double frame_rate_hz, std::span<const double> heights) const {
   const std::vector<std::uint32_t>& raised = larynx.vertices();
   FaceAnimation animation{frame_rate_hz, {}, {}};
@@ -202,38 +199,38 @@ FaceAnimation FaceRig::Data::deformWithLarynx(const PositionMatrix& control, std
     return columns;
   };
   const std::vector<Eigen::Index> moving_columns = columns_of(moving), raised_columns = columns_of(raised);
-  animation.positions.resize(control.rows(), 3 * static_cast<Eigen::Index>(animation.vertices.size()));
+  animation.positions.resize(static_cast<Eigen::Index>(motion.frameCount()),
+                             3 * static_cast<Eigen::Index>(animation.vertices.size()));
   std::vector<float> deformed(3 * moving.size()), added(3 * raised.size());
-  for (Eigen::Index f = 0; f < control.rows(); ++f) {
-    auto row = animation.positions.row(f);
+  for (FrameIndex f; f.value < motion.frameCount(); ++f) {
+    auto row = animation.positions.row(static_cast<Eigen::Index>(f.value));
     for (std::size_t i = 0; i < raised.size(); ++i) row.segment<3>(raised_columns[i]) = mesh.vertices.row(raised[i]);
-    deformMoving({control.row(f).data(), static_cast<std::size_t>(control.cols())},
-                 tongues[static_cast<std::size_t>(f)], deformed);
+    deformMoving(motion.pose(f), tongues[f.value], deformed);
     for (std::size_t i = 0; i < moving.size(); ++i)
       row.segment<3>(moving_columns[i]) = Eigen::Map<const Eigen::RowVector3f>(&deformed[3 * i]);
-    larynx.displacements(heights[static_cast<std::size_t>(f)], added);
+    larynx.displacements(heights[f.value], added);
     for (std::size_t i = 0; i < raised.size(); ++i)
       row.segment<3>(raised_columns[i]) += Eigen::Map<const Eigen::RowVector3f>(&added[3 * i]);
   }
   return animation;
 }
 
-FaceAnimation FaceRig::deformMoving(const PositionMatrix& control, std::span<const TonguePose> tongues,
-                                    double frame_rate_hz, std::span<const double> larynx) const {
-  MOUTHPIECE_EXPECT(tongues.size() == static_cast<std::size_t>(control.rows()));
+FaceAnimation FaceRig::deformMoving(const FaceMotion& motion, std::span<const TonguePose> tongues, double frame_rate_hz,
+                                    std::span<const double> larynx) const {
+  MOUTHPIECE_EXPECT(tongues.size() == motion.frameCount());
   MOUTHPIECE_EXPECT(larynx.empty() || larynx.size() == tongues.size());
   if (!data_->larynx.vertices().empty() && std::any_of(larynx.begin(), larynx.end(), [](double h) { return h != 0; }))
-    return data_->deformWithLarynx(control, tongues, frame_rate_hz, larynx);
+    return data_->deformWithLarynx(motion, tongues, frame_rate_hz, larynx);
   FaceAnimation animation{frame_rate_hz, {}, data_->moving};
   if (animation.vertices.empty()) {
     throw InputError(
         fmt::format("the face '{}' binds no vertex; expected a mesh around its markers", data_->file.name));
   }
   const std::size_t width = 3 * animation.vertices.size();
-  animation.positions.resize(control.rows(), static_cast<Eigen::Index>(width));
-  for (Eigen::Index f = 0; f < control.rows(); ++f) {
-    data_->deformMoving({control.row(f).data(), static_cast<std::size_t>(control.cols())},
-                        tongues[static_cast<std::size_t>(f)], {animation.positions.row(f).data(), width});
+  animation.positions.resize(static_cast<Eigen::Index>(motion.frameCount()), static_cast<Eigen::Index>(width));
+  for (FrameIndex f; f.value < motion.frameCount(); ++f) {
+    data_->deformMoving(motion.pose(f), tongues[f.value],
+                        {animation.positions.row(static_cast<Eigen::Index>(f.value)).data(), width});
   }
   return animation;
 }

@@ -8,6 +8,7 @@
 
 #include "deform/face_animation.h"
 #include "deform/face_mesh.h"
+#include "deform/face_motion.h"
 #include "motion/lip_pose.h"
 #include "motion/motion_clip.h"
 #include "motion/tongue_pose.h"
@@ -34,25 +35,24 @@ class FaceRig {
 
   [[nodiscard]] const FaceMesh& mesh() const;
   [[nodiscard]] const std::string& name() const;
-  /// The markers that drive it, in the order of retarget()'s columns.
+  /// The markers that drive it, in the order of retarget()'s.
   [[nodiscard]] const std::vector<std::string>& markerNames() const;
 
-  /// Marker trajectories carried from the actor's space to the mesh's by the RBF warp (EDGE 6): frames x (3 * markers +
-  /// 2 * lip pairs), mesh units; the last columns tell how the lips lie (controlPoints). `motion` holds the rig's
-  /// markers by name; others are ignored, and some may be missing (completedMarkers). Lips that are
-  /// apart on the mesh at rest are brought together by as much as the actor's are closed. `actor`: who moves; null: the
-  /// actor of the corpus the face was fitted with. `lips`: one a frame (lipsFromPhones); empty, where the phones are
-  /// not known: LipPose{}.
-  [[nodiscard]] PositionMatrix retarget(const MotionClip& motion, const ActorPose* actor = nullptr,
-                                        std::span<const LipPose> lips = {}) const;
+  /// Marker trajectories carried from the actor's space to the mesh's by the RBF warp (EDGE 6), and how the lips lie.
+  /// `motion` holds the rig's markers by name; others are ignored, and some may be missing (completedMarkers). Lips
+  /// that are apart on the mesh at rest are brought together by as much as the actor's are closed. `actor`: who moves;
+  /// null: the actor of the corpus the face was fitted with. `lips`: one a frame (lipsFromPhones); empty, where the
+  /// phones are not known: LipPose{}.
+  [[nodiscard]] FaceMotion retarget(const MotionClip& motion, const ActorPose* actor = nullptr,
+                                    std::span<const LipPose> lips = {}) const;
 
-  /// Deforms one frame: `control` is a row of retarget()'s result, `out` is vertices x 3 (resized when needed),
-  /// mesh units. Thread-safe; no allocation when `out` already has its size.
-  void deform(std::span<const double> control, const TonguePose& tongue, VertexPositions& out) const;
+  /// Deforms one frame of retarget()'s: `out` is vertices x 3 (resized when needed), mesh units. Thread-safe; when
+  /// `out` already has its size nothing is allocated once a thread has posed this face.
+  void deform(const FacePose& pose, const TonguePose& tongue, VertexPositions& out) const;
 
-  /// Many frames at once: rows of retarget()'s result with their tongues and, where the mesh has a neck, the height of
-  /// the larynx (0 at rest to 1; empty: at rest). Only the vertices that can move are given.
-  [[nodiscard]] FaceAnimation deformMoving(const PositionMatrix& control, std::span<const TonguePose> tongues,
+  /// Many frames at once: retarget()'s result with its tongues and, where the mesh has a neck, the height of the larynx
+  /// (0 at rest to 1; empty: at rest). Only the vertices that can move are given.
+  [[nodiscard]] FaceAnimation deformMoving(const FaceMotion& motion, std::span<const TonguePose> tongues,
                                            double frame_rate_hz, std::span<const double> larynx = {}) const;
 
  private:

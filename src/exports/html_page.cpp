@@ -46,16 +46,15 @@ ordered_json partsOf(const FaceMesh& mesh) {
   return parts;
 }
 
-/// Control points in metres as little-endian floats, base64.
+/// The markers on the face in metres as little-endian floats, base64.
 ordered_json controlOf(const ViewPage& page) {
   static_assert(std::endian::native == std::endian::little);
   using Floats = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const auto columns = 3 * static_cast<Eigen::Index>(page.control_names.size());
-  MOUTHPIECE_EXPECT(page.control.cols() >= columns);
-  const Floats metres = (page.control.leftCols(columns) * page.mesh.metres_per_unit).cast<float>();
+  MOUTHPIECE_EXPECT(page.markers.cols() == 3 * static_cast<Eigen::Index>(page.marker_names.size()));
+  const Floats metres = (page.markers * page.mesh.metres_per_unit).cast<float>();
   std::string encoded;
   appendBase64(encoded, {reinterpret_cast<const char*>(metres.data()), static_cast<std::size_t>(metres.size()) * 4});
-  return {{"names", std::vector<std::string>(page.control_names.begin(), page.control_names.end())},
+  return {{"names", std::vector<std::string>(page.marker_names.begin(), page.marker_names.end())},
           {"count", metres.cols() / 3},
           {"frames", metres.rows()},
           {"positions_m", std::move(encoded)}};

@@ -18,9 +18,8 @@ struct ViewPage {
   std::string_view glb;  ///< glbBytes() of `mesh`
   const FaceMesh& mesh;  ///< for its parts' kinds and its unit
   std::string_view face_name;
-  std::span<const std::string> control_names;  ///< of the control points, may be empty
-  /// FaceRig::retarget(): its frames, x y z of each control point, mesh unit; what follows these is not looked at.
-  const PositionMatrix& control;
+  std::span<const std::string> marker_names;
+  const PositionMatrix& markers;  ///< FaceMotion's: frames x (3 * markers), the mesh's unit
 };
 
 /// Where the template takes its data: this line, once.

@@ -128,11 +128,10 @@ struct SynthJob::Data {
   [[nodiscard]] SynthesisOptions optionsFor(const LineSource& source) const;
   void giveBackTakes();
   SpokenLine alignRecording(const LineSource& source);
-  /// The face's animation as few shapes. `control`: FaceRig::retarget()'s rows.
-  PrincipalShapes deformFace(const UtteranceAnimation& animation, const PositionMatrix& control,
-                             StageTimings& timing) const;
+  /// The face's animation as few shapes. `motion`: FaceRig::retarget()'s.
+  PrincipalShapes deformFace(const UtteranceAnimation& animation, const FaceMotion& motion, StageTimings& timing) const;
   [[nodiscard]] std::string ablationOf(const SynthesisRequest& request, const UtteranceAnimation& animation) const;
-  void writeOutputs(UtteranceAnimation& animation, const PositionMatrix& control, const std::string& glb,
+  void writeOutputs(UtteranceAnimation& animation, const FaceMotion& motion, const std::string& glb,
                     const std::string& ablation, const std::vector<OutputFile>& outputs) const;
 };
 
@@ -243,12 +242,12 @@ void SynthJob::Data::giveBackTakes() {
 #endif
 }
 
-PrincipalShapes SynthJob::Data::deformFace(const UtteranceAnimation& animation, const PositionMatrix& control,
+PrincipalShapes SynthJob::Data::deformFace(const UtteranceAnimation& animation, const FaceMotion& motion,
                                            StageTimings& timing) const {
   return timed(timing.deform, [&] {
     const FaceMesh& mesh = face->mesh();
     const double bytes =
-        static_cast<double>(control.rows()) * static_cast<double>(mesh.vertices.size()) * sizeof(float);
+        static_cast<double>(motion.frameCount()) * static_cast<double>(mesh.vertices.size()) * sizeof(float);
     if (bytes > kMaxFaceAnimationBytes) {
       throw InputError(fmt::format(
           "the line lasts {:.0f} s: its face would take {:.0f} GB of memory; expected at most {:.0f} (split the line, "
@@ -258,7 +257,7 @@ PrincipalShapes SynthJob::Data::deformFace(const UtteranceAnimation& animation, 
     std::vector<double> larynx;
     if (const AnimationCurve* curve = findCurve(animation.curves, "larynx"))
       larynx = sampleCurve(*curve, timesOf(animation.motion));
-    const FaceAnimation moving = face->deformMoving(control, animation.tongue, animation.motion.frame_rate_hz, larynx);
+    const FaceAnimation moving = face->deformMoving(motion, animation.tongue, animation.motion.frame_rate_hz, larynx);
     return principalShapes(moving, mesh.vertices, mesh.metres_per_unit);
   });
 }
@@ -271,7 +270,7 @@ std::string SynthJob::Data::ablationOf(const SynthesisRequest& request, const Ut
       animation.motion.frame_rate_hz);
 }
 
-void SynthJob::Data::writeOutputs(UtteranceAnimation& animation, const PositionMatrix& control, const std::string& glb,
+void SynthJob::Data::writeOutputs(UtteranceAnimation& animation, const FaceMotion& motion, const std::string& glb,
                                   const std::string& ablation, const std::vector<OutputFile>& outputs) const {
   const auto write = [&](const OutputFile& output) {
     switch (output.kind) {
@@ -294,7 +293,7 @@ void SynthJob::Data::writeOutputs(UtteranceAnimation& animation, const PositionM
         return writeTextGrid(output.path, animation.labels);
       case OutputKind::kPage:
         return writeViewHtml(output.path, page_template,
-                             {animation, glb, face->mesh(), face->name(), face->markerNames(), control});
+                             {animation, glb, face->mesh(), face->name(), face->markerNames(), motion.markers()});
       case OutputKind::kAblation:
         return writeFileAtomically(output.path, ablation);
       case OutputKind::kReport:
@@ -332,19 +331,19 @@ SynthOutcome SynthJob::run(const LineSource& source, const std::vector<OutputFil
   if (data_->options.backoff == BackoffKind::kNone && animation.style.empty())
     expectNoBackoff(animation, data_->corpus_path.string());
 
-  PositionMatrix control;
+  FaceMotion face_motion;
   std::string glb;
   if (needsFace(outputs)) {
     data_->giveBackTakes();
     const ActorPose actor{data_->corpus.neutral_pose_mm, closedLipsMm(data_->corpus)};
-    control = timed(animation.timing_ms.retarget,
-                    [&] { return data_->face->retarget(animation.motion, &actor, animation.lips); });
-    const PrincipalShapes shapes = data_->deformFace(animation, control, animation.timing_ms);
+    face_motion = timed(animation.timing_ms.retarget,
+                        [&] { return data_->face->retarget(animation.motion, &actor, animation.lips); });
+    const PrincipalShapes shapes = data_->deformFace(animation, face_motion, animation.timing_ms);
     glb = timed(animation.timing_ms.write, [&] { return glbBytes(data_->face->mesh(), shapes, data_->face->name()); });
   }
   std::string ablation;
   if (isAny(outputs, {OutputKind::kAblation})) ablation = data_->ablationOf(request, animation);
-  data_->writeOutputs(animation, control, glb, ablation, outputs);
+  data_->writeOutputs(animation, face_motion, glb, ablation, outputs);
 
   const StageTimings& timing = animation.timing_ms;
   outcome.duration = animation.motion.duration();

@@ -12,9 +12,6 @@ namespace {
 void ictDeformAgainstAsRigidAsPossible(benchmark::State& state) {
   const Head* ict = head();
   if (ict == nullptr) return state.SkipWithError(kMissing);
-  const auto rowOf = [](const MarkerPositions& pose) {
-    return std::span(pose.data(), static_cast<std::size_t>(pose.size()));
-  };
   ArapDeformer arap(ict->mesh, ict->face.marker_targets, ict->deformer->movingVertices());
   VertexPositions out = ict->mesh.vertices;
   // By turns open and at rest: ARAP starts from the frame before and would have nothing left to do.
@@ -22,10 +19,10 @@ void ictDeformAgainstAsRigidAsPossible(benchmark::State& state) {
   double ours_ms = 1e9, arap_ms = 1e9;
   for (auto _ : state) {
     open = !open;
-    const auto row = rowOf(open ? ict->open : ict->face.marker_targets);
-    ours_ms = std::min(ours_ms, fastestMs([&] { ict->deformer->deform(row, {}, out); }));
+    const FacePose pose(open ? ict->open : ict->face.marker_targets);
+    ours_ms = std::min(ours_ms, fastestMs([&] { ict->deformer->deform(pose, {}, out); }));
     const auto start = std::chrono::steady_clock::now();
-    arap.deform(row, out);
+    arap.deform(pose.markers, out);
     const std::chrono::duration<double, std::milli> passed = std::chrono::steady_clock::now() - start;
     arap_ms = std::min(arap_ms, passed.count());
   }

@@ -18,17 +18,16 @@ void writePoses(const std::filesystem::path& face_file, const std::filesystem::p
   const FaceRig rig = FaceRig::load(face_file);
   const FaceFile face = readFaceFile(face_file);
   const MotionClip motion = readMotion(motion_file);
-  const PositionMatrix rows = rig.retarget(motion);
+  const FaceMotion on_face = rig.retarget(motion);
   const FaceDeformer deformer(rig.mesh(), face.control, face.binding);
   ArapDeformer arap(rig.mesh(), face.marker_targets, deformer.movingVertices());
   FaceMesh posed = rig.mesh();
   for (const char* name : frames) {
-    const Eigen::VectorXd row = rows.row(std::stol(name));
-    const std::span<const double> markers(row.data(), static_cast<std::size_t>(row.size()));
-    rig.deform(markers, {}, posed.vertices);
+    const FacePose pose = on_face.pose(FrameIndex{std::stoul(name)});
+    rig.deform(pose, {}, posed.vertices);
     writeObj(out / fmt::format("ours_{}.obj", name), posed);
     // Teeth and tongue stay as ours: ARAP is told of the skin alone.
-    arap.deform(markers, posed.vertices);
+    arap.deform(pose.markers, posed.vertices);
     writeObj(out / fmt::format("arap_{}.obj", name), posed);
   }
 }

@@ -145,10 +145,11 @@ void viewPage(benchmark::State& state) {
   UtteranceAnimation utterance;
   utterance.motion = {60, {}, PositionMatrix(kFrames, 0)};
   utterance.audio = {32000, std::vector<float>(96000, 0.1F)};
-  const PositionMatrix control = PositionMatrix::Zero(kFrames, 3 * kControls);
+  const std::vector<std::string> names(kControls, "MARKER");
+  const PositionMatrix markers = PositionMatrix::Zero(kFrames, 3 * kControls);
   const std::string page_template = std::string(700'000, ' ') + std::string(kViewPagePlaceholder);
   for (auto _ : state) {
-    benchmark::DoNotOptimize(viewHtml(page_template, {utterance, glb_bytes, line().mesh, "sheet", {}, control}));
+    benchmark::DoNotOptimize(viewHtml(page_template, {utterance, glb_bytes, line().mesh, "sheet", names, markers}));
   }
 }
 BENCHMARK(viewPage)->Unit(benchmark::kMillisecond);

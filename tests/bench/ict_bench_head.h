@@ -50,9 +50,7 @@ struct Head {
     }
   }
 
-  void deform(const FaceDeformer& which, VertexPositions& out) const {
-    which.deform({open.data(), static_cast<std::size_t>(open.size())}, {}, out);
-  }
+  void deform(const FaceDeformer& which, VertexPositions& out) const { which.deform(open, {}, out); }
 };
 
 inline const Head* head() {

@@ -40,7 +40,7 @@ void makeFixture(const std::filesystem::path& page_template, const std::filesyst
   writeReport(folder / "report.json", head.utterance);
   writeViewHtml(
       folder / "view.html", readFile(page_template),
-      {head.utterance, glb, head.mesh, "talking_head", head.control_names, head.utterance.motion.positions_mm});
+      {head.utterance, glb, head.mesh, "talking_head", head.marker_names, head.utterance.motion.positions_mm});
 }
 
 }  // namespace

@@ -36,10 +36,10 @@ void moveSomething(const ControlMesh& control) {
     binding.jaw_weight.push_back(0);
   }
   const FaceDeformer deformer(mesh, control, binding);
-  std::vector<double> row(control.rest.data(), control.rest.data() + 3 * control.marker_count);
-  row.resize(row.size() + lipPairs(control).size(), 0.0);
+  const std::vector<LipGap> touching(lipPairs(control).size(), {.opened = 0});
+  const MarkerPositions markers = control.rest.topRows(static_cast<Eigen::Index>(control.marker_count));
   VertexPositions out;
-  deformer.deform(row, {}, out);
+  deformer.deform({markers, touching}, {}, out);
 }
 
 }  // namespace

@@ -11,7 +11,6 @@ namespace {
 
 using testing::capturedDisplacements;
 using testing::randomPose;
-using testing::rowOf;
 using testing::sampleControl;
 using testing::sampleFace;
 
@@ -23,7 +22,7 @@ const BezierSurface& surface() {
 }
 
 BezierSurface::Pose poseOf(const MarkerPositions& markers) {
-  return surface().pose(controlPoints(sampleControl(), rowOf(markers)));
+  return surface().pose(controlPoints(sampleControl(), markers));
 }
 
 /// Values and slopes of a polynomial of the plane at three corners, as a Clough-Tocher net.
@@ -74,7 +73,7 @@ TEST(CubicPatch, TangentsAreDerivatives) {
 TEST(BezierSurface, PassesThroughEveryControlPointInEveryPose) {
   std::mt19937 random(3);
   for (int i = 0; i < 20; ++i) {
-    const MarkerPositions points = controlPoints(sampleControl(), rowOf(randomPose(sampleFace(), random)));
+    const MarkerPositions points = controlPoints(sampleControl(), randomPose(sampleFace(), random));
     const auto pose = surface().pose(points);
     for (std::size_t t = 0; t < sampleControl().triangles.size(); ++t) {
       const int id = static_cast<int>(t);

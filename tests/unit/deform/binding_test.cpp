@@ -17,7 +17,6 @@ namespace mouthpiece {
 namespace {
 
 using testing::openMouth;
-using testing::rowOf;
 using testing::sampleBinding;
 using testing::sampleControl;
 using testing::sampleFace;
@@ -129,7 +128,7 @@ TEST(Binding, LoosePartsAreCarriedByTheirRootsWithoutTurning) {
   const FaceDeformer deformer(mesh, sampleControl(), binding);
   const MarkerPositions pose = openMouth(sampleFace(), 10);
   VertexPositions out;
-  deformer.deform(rowOf(pose), {}, out);
+  deformer.deform(pose, {}, out);
   const VertexPositions moves = out - mesh.vertices;
   EXPECT_GT(moves.row(first + 2).norm(), 5);
   EXPECT_LT((moves.row(first) - moves.row((*skin)[0])).norm(), 1e-3F) << "a root goes as the skin does";

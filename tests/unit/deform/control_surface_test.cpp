@@ -15,7 +15,6 @@ namespace {
 
 using testing::openMouth;
 using testing::randomPose;
-using testing::rowOf;
 using testing::sampleControl;
 using testing::sampleFace;
 
@@ -74,7 +73,7 @@ TEST(ControlSurface, MouthAndEyesAreHoles) {
 
 TEST(ControlSurface, RestGivesTheRestPoints) {
   const ControlMesh& mesh = sampleControl();
-  const MarkerPositions points = controlPoints(mesh, rowOf(sampleFace().rest));
+  const MarkerPositions points = controlPoints(mesh, sampleFace().rest);
   EXPECT_LT((points - mesh.rest).cwiseAbs().maxCoeff(), 1e-12);
 }
 
@@ -82,7 +81,7 @@ TEST(ControlSurface, MarkersKeepTheirPlacesInEveryPose) {
   std::mt19937 random(7);
   for (int i = 0; i < 20; ++i) {
     const MarkerPositions pose = randomPose(sampleFace(), random);
-    const MarkerPositions points = controlPoints(sampleControl(), rowOf(pose));
+    const MarkerPositions points = controlPoints(sampleControl(), pose);
     EXPECT_EQ((points.topRows(pose.rows()) - pose).cwiseAbs().maxCoeff(), 0.0);
   }
 }
@@ -95,13 +94,13 @@ TEST(ControlSurface, LipsMeetAndNeverPass) {
   };
   for (const double pressed_mm : {0.0, 1.0, 4.0, 6.0}) {
     const MarkerPositions pose = openMouth(sampleFace(), -pressed_mm);
-    const MarkerPositions points = controlPoints(mesh, rowOf(pose));
+    const MarkerPositions points = controlPoints(mesh, pose);
     for (const auto& pair : rimPairs(mesh)) EXPECT_NEAR(gap(pose, points, pair), 0, 1e-9) << pressed_mm;
   }
   std::mt19937 random(11);
   for (int i = 0; i < 200; ++i) {
     const MarkerPositions pose = randomPose(sampleFace(), random);
-    const MarkerPositions points = controlPoints(mesh, rowOf(pose));
+    const MarkerPositions points = controlPoints(mesh, pose);
     for (const auto& pair : rimPairs(mesh)) EXPECT_GE(gap(pose, points, pair), -1e-9);
   }
 }
@@ -112,7 +111,7 @@ TEST(ControlSurface, OpeningGrowsSmoothlyWithTheMarkers) {
   const double step_mm = 0.05;
   double before = 0, speed_before = 0;
   for (double opening = -3; opening < 12; opening += step_mm) {
-    const double gap = gapAlong(controlPoints(mesh, rowOf(openMouth(sampleFace(), opening))), middle, {0, 1, 0});
+    const double gap = gapAlong(controlPoints(mesh, openMouth(sampleFace(), opening)), middle, {0, 1, 0});
     const double speed = (gap - before) / step_mm;
     if (opening > -2.9) {
       EXPECT_GE(speed, -0.05) << opening;
@@ -131,9 +130,8 @@ TEST(ControlSurface, LipsAreKeptApartAsFarAsTheyAreSaidTo) {
   constexpr double kLeastMm = 2, kAlong_mm = 0.1;
   const auto gapAt = [&](double opening, double least_mm) {
     const MarkerPositions pose = openMouth(sampleFace(), opening);
-    std::vector<double> row(pose.data(), pose.data() + pose.size());
-    for (std::size_t i = 0; i < lipPairs(mesh).size(); ++i) row.insert(row.end(), {1, least_mm});
-    return gapAlong(controlPoints(mesh, row), middle, {0, 1, 0});
+    const std::vector<LipGap> lips(lipPairs(mesh).size(), {.least = least_mm});
+    return gapAlong(controlPoints(mesh, {pose, lips}), middle, {0, 1, 0});
   };
   EXPECT_NEAR(gapAt(-3, kLeastMm), kLeastMm, kAlong_mm);
   EXPECT_NEAR(gapAt(10, kLeastMm), gapAt(10, 0), 0.6) << "lips that are open anyway stay as they are";
@@ -154,13 +152,13 @@ TEST(ControlSurface, LipsStickAsFarAsTheyAreSaidTo) {
   constexpr double kAlong_mm = 0.1;  // the lips' own direction is a little off the vertical
   const auto gapAt = [&](double opening) {
     const MarkerPositions pose = openMouth(sampleFace(), opening);
-    std::vector<double> row(pose.data(), pose.data() + pose.size());
+    std::vector<LipGap> lips;
     for (const LipPair& pair : lipPairs(mesh)) {
       const double height = (mesh.rest.row(pair.upper_marker) - mesh.rest.row(pair.lower_marker)).norm();
       const double apart = (pose.row(pair.upper_marker) - pose.row(pair.lower_marker)).norm();
-      row.insert(row.end(), {partedShare((apart - height) / height, kSlackMm / height), 0});
+      lips.push_back({.opened = partedShare((apart - height) / height, kSlackMm / height)});
     }
-    return gapAlong(controlPoints(mesh, row), middle, {0, 1, 0});
+    return gapAlong(controlPoints(mesh, {pose, lips}), middle, {0, 1, 0});
   };
   double before = 0, speed_before = 0;
   for (double opening = -3; opening < 12; opening += kStepMm) {
@@ -175,7 +173,7 @@ TEST(ControlSurface, LipsStickAsFarAsTheyAreSaidTo) {
     before = gap;
     speed_before = speed;
   }
-  EXPECT_NEAR(before, gapAlong(controlPoints(mesh, rowOf(openMouth(sampleFace(), 12))), middle, {0, 1, 0}), 0.6);
+  EXPECT_NEAR(before, gapAlong(controlPoints(mesh, openMouth(sampleFace(), 12)), middle, {0, 1, 0}), 0.6);
 }
 
 TEST(ControlSurface, RefusesWhatIsNoFace) {

@@ -15,7 +15,6 @@ namespace {
 
 using testing::openMouth;
 using testing::randomPose;
-using testing::rowOf;
 using testing::sampleBinding;
 using testing::sampleControl;
 using testing::sampleFace;
@@ -30,7 +29,7 @@ const FaceDeformer& deformer() {
 
 VertexPositions deformed(const FaceDeformer& which, const MarkerPositions& markers, const TonguePose& tongue = {}) {
   VertexPositions out;
-  which.deform(rowOf(markers), tongue, out);
+  which.deform(markers, tongue, out);
   return out;
 }
 
@@ -57,7 +56,7 @@ TEST(FaceDeformer, MovesTheSameWithoutTheRest) {
   const std::vector<std::uint32_t>& moving = deformer().movingVertices();
   ASSERT_FALSE(moving.empty());
   std::vector<float> some(3 * moving.size());
-  deformer().deformMoving(rowOf(pose), {0.5F, 0.2F, 0.3F}, some);
+  deformer().deformMoving(pose, {0.5F, 0.2F, 0.3F}, some);
   VertexPositions rebuilt = sampleFace().mesh.vertices;
   for (std::size_t i = 0; i < moving.size(); ++i)
     rebuilt.row(moving[i]) = Eigen::Map<const Eigen::RowVector3f>(some.data() + 3 * i);
@@ -80,7 +79,7 @@ TEST(FaceDeformer, NormalsAreTheMovedMeshs) {
 TEST(FaceDeformer, NormalsAreThoseOfTheSurface) {
   const BezierSurface surface(sampleControl());
   const MarkerPositions markers = openMouth(sampleFace(), 8);
-  const auto pose = surface.pose(controlPoints(sampleControl(), rowOf(markers)));
+  const auto pose = surface.pose(controlPoints(sampleControl(), markers));
   const VertexPositions moved = deformed(deformer(), markers);
   VertexPositions normals;
   deformer().normals(moved, normals);
@@ -105,7 +104,7 @@ TEST(FaceDeformer, IsEquationThree) {
   for (int i = 0; i < 10; ++i) {
     const MarkerPositions markers = randomPose(sampleFace(), random);
     const VertexPositions out = deformed(deformer(), markers);
-    const auto pose = surface.pose(controlPoints(sampleControl(), rowOf(markers)));
+    const auto pose = surface.pose(controlPoints(sampleControl(), markers));
     std::size_t compared = 0;
     for (std::size_t v = 0; v < sampleFace().skin_vertices; ++v) {
       if (sampleBinding().patch[v] < 0 || sampleBinding().skin_weight[v] < 1) continue;

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <map>
 #include <random>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -29,10 +28,6 @@ SampleFace makeSampleFace(double spacing_mm);
 const SampleFace& sampleFace();
 const ControlMesh& sampleControl();
 const FaceBinding& sampleBinding();
-
-inline std::span<const double> rowOf(const MarkerPositions& markers) {
-  return {markers.data(), static_cast<std::size_t>(markers.size())};
-}
 
 /// Speech-like random offsets: the jaw opens, corners spread or purse, every marker trembles. Lengths in mm.
 MarkerPositions randomPose(const SampleFace& face, std::mt19937& random);

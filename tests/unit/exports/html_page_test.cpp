@@ -19,10 +19,8 @@ using testing::TalkingHead;
 constexpr std::string_view kTemplate = "<body>\n<!-- mouthpiece:data -->\n<script>run()</script></body>";
 
 std::string pageOf(const TalkingHead& head, std::string_view page_template = kTemplate) {
-  // Behind the control points stands what FaceRig::retarget() says of the lips.
-  PositionMatrix control(head.utterance.motion.positions_mm.rows(), head.utterance.motion.positions_mm.cols() + 10);
-  control << head.utterance.motion.positions_mm, PositionMatrix::Constant(control.rows(), 10, 0.5);
-  return viewHtml(page_template, {head.utterance, "glTF bytes", head.mesh, "egg", head.control_names, control});
+  return viewHtml(page_template, {head.utterance, "glTF bytes", head.mesh, "egg", head.marker_names,
+                                  head.utterance.motion.positions_mm});
 }
 
 /// The text of the element with that id.

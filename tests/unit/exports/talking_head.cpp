@@ -144,11 +144,11 @@ TalkingHead makeTalkingHead(const TalkingHeadOptions& options) {
 
   const double duration = static_cast<double>(options.frames) / options.frame_rate_hz;
   const std::size_t control[] = {0, first_lower, first_lower + options.segments * (options.rings / 2)};
-  head.control_names = {"LIP_UP_MID", "LIP_LO_MID", "CHIN"};
+  head.marker_names = {"LIP_UP_MID", "LIP_LO_MID", "CHIN"};
   head.animation.frame_rate_hz = options.frame_rate_hz;
   head.animation.positions.resize(static_cast<Eigen::Index>(options.frames), 3 * count);
   MotionClip& motion = head.utterance.motion;
-  motion = {options.frame_rate_hz, head.control_names, PositionMatrix(static_cast<Eigen::Index>(options.frames), 9)};
+  motion = {options.frame_rate_hz, head.marker_names, PositionMatrix(static_cast<Eigen::Index>(options.frames), 9)};
   for (std::size_t f = 0; f < options.frames; ++f) {
     const auto row = static_cast<Eigen::Index>(f);
     const double time = static_cast<double>(f) / options.frame_rate_hz;

@@ -14,8 +14,8 @@ namespace mouthpiece::testing {
 struct TalkingHead {
   FaceMesh mesh;  ///< mm; parts "upper head" (skin), "lower head" (lips), "eyes" (eye, never moves)
   FaceAnimation animation;
-  UtteranceAnimation utterance;            ///< motion: the three control points
-  std::vector<std::string> control_names;  ///< LIP_UP_MID LIP_LO_MID CHIN
+  UtteranceAnimation utterance;           ///< motion: the three control points
+  std::vector<std::string> marker_names;  ///< LIP_UP_MID LIP_LO_MID CHIN
 };
 
 struct TalkingHeadOptions {

@@ -15,6 +15,7 @@
 #include "exports/glb_writer.h"
 #include "motion/motion_file.h"
 #include "retarget/face_rig.h"
+#include "support/allocations.h"
 #include "support/run_program.h"
 #include "test_face.h"
 
@@ -248,9 +249,9 @@ TEST(FlatShaded, FitsAsTheSewnMeshAndStaysTogether) {
   file.mesh_sha256 = sha256Hex(objBytes(written));
   writeFaceFile(folder.path() / "flat.face", file);
   const FaceRig rig = FaceRig::load(folder.path() / "flat.face");
-  const PositionMatrix control = rig.retarget(test::openingTake(actor).motion);
+  const FaceMotion motion = rig.retarget(test::openingTake(actor).motion);
   VertexPositions out;
-  rig.deform({control.row(6).data(), static_cast<std::size_t>(control.cols())}, {}, out);
+  rig.deform(motion.pose(FrameIndex{6}), {}, out);
   std::map<std::uint32_t, Eigen::RowVector3f> places;
   float moved_mm = 0;
   for (std::uint32_t v = 0; v < welding.welded_of.size(); ++v) {
@@ -259,10 +260,10 @@ TEST(FlatShaded, FitsAsTheSewnMeshAndStaysTogether) {
     moved_mm = std::max(moved_mm, (out.row(v) - flat.vertices.row(v)).norm());
   }
   EXPECT_GT(moved_mm, 5);
-  const FaceAnimation animation =
-      rig.deformMoving(control, std::vector<TonguePose>(static_cast<std::size_t>(control.rows())), 60);
+  const FaceAnimation animation = rig.deformMoving(motion, std::vector<TonguePose>(motion.frameCount()), 60);
   for (std::size_t i = 0; i < animation.vertices.size(); ++i)
     EXPECT_EQ((animation.positions.block<1, 3>(6, static_cast<Eigen::Index>(3 * i))), out.row(animation.vertices[i]));
+  EXPECT_EQ(test::allocationsIn([&] { rig.deform(motion.pose(FrameIndex{0}), {}, out); }), 0U);
 }
 
 TEST(FlatShaded, LipsThatTouchStayApart) {

@@ -13,6 +13,7 @@
 #include "base/files.h"
 #include "motion/marker_layout.h"
 #include "retarget/face_rig.h"
+#include "support/allocations.h"
 #include "support/run_program.h"
 #include "test_face.h"
 
@@ -140,9 +141,9 @@ TEST_F(RigTest, AtNeutralTheFaceRests) {
   const test::MadeUpActor actor = test::madeUpActor();
   MotionClip clip{60, actor.names, PositionMatrix(1, actor.neutral_mm.size())};
   clip.positions_mm.row(0) = Eigen::Map<const Eigen::RowVectorXd>(actor.neutral_mm.data(), actor.neutral_mm.size());
-  const PositionMatrix control = rig.retarget(clip);
+  const FaceMotion motion = rig.retarget(clip);
   VertexPositions deformed;
-  rig.deform({control.data(), static_cast<std::size_t>(control.cols())}, TonguePose{}, deformed);
+  rig.deform(motion.pose(FrameIndex{0}), TonguePose{}, deformed);
   EXPECT_LT((deformed - rig.mesh().vertices).cwiseAbs().maxCoeff(), 1e-3F);
 }
 
@@ -155,15 +156,26 @@ TEST_F(RigTest, MarkersMoveTheSkinUnderThem) {
   MarkerPositions pose = actor.neutral_mm;
   for (Eigen::Index i = 0; i < pose.size(); ++i) pose.data()[i] += noise(random);
   clip.positions_mm.row(0) = Eigen::Map<const Eigen::RowVectorXd>(pose.data(), pose.size());
-  const PositionMatrix control = rig.retarget(clip);
+  const FaceMotion motion = rig.retarget(clip);
   VertexPositions deformed;
-  rig.deform({control.data(), static_cast<std::size_t>(control.cols())}, TonguePose{}, deformed);
+  rig.deform(motion.pose(FrameIndex{0}), TonguePose{}, deformed);
   // Markers away from lips and lids, whose virtual neighbours have rules of their own.
   for (const char* name : {"CHEEK_MID_L", "CHIN_MID", "NOSE_BRIDGE", "BROW_MID_R", "LIP_UP_MID", "LIP_LO_MID"}) {
     const MarkerIndex marker = defaultLayout().indexOf(name);
     const int landmark = defaultLayout().markers[marker.value].mediapipe_landmark;
-    const Eigen::RowVector3d asked = control.block<1, 3>(0, 3 * static_cast<Eigen::Index>(marker.value));
+    const Eigen::RowVector3d asked = motion.markers().block<1, 3>(0, 3 * static_cast<Eigen::Index>(marker.value));
     EXPECT_LT((deformed.row(landmark).cast<double>() - asked).norm(), 0.2) << name;
+  }
+}
+
+TEST_F(RigTest, PosesAllocateNothing) {
+  const FaceRig rig = FaceRig::load(face_path_);
+  const FaceMotion motion = rig.retarget(test::openingTake(test::madeUpActor()).motion);
+  VertexPositions out;
+  EXPECT_GT(test::allocationsIn([&] { rig.deform(motion.pose(FrameIndex{6}), {}, out); }), 0U) << "nothing is counted";
+  for (FrameIndex frame; frame.value < motion.frameCount(); ++frame) {
+    const TonguePose tongue{.tip_up = 0.3F, .tip_forward = 0.8F};
+    EXPECT_EQ(test::allocationsIn([&] { rig.deform(motion.pose(frame), tongue, out); }), 0U) << frame.value;
   }
 }
 

@@ -78,12 +78,12 @@ TEST(LarynxBump, TheDefaultFaceRaisesItsLarynxAndNothingElse) {
   if (!std::filesystem::exists(file)) GTEST_SKIP() << "no default face in " << file << ": run `make data`";
   const FaceRig rig = FaceRig::load(file);
   // All markers at zero are as good as any others, moved alike in both animations.
-  const PositionMatrix control = PositionMatrix::Zero(2, 3 * static_cast<Eigen::Index>(rig.markerNames().size()));
+  const FaceMotion motion(PositionMatrix::Zero(2, 3 * static_cast<Eigen::Index>(rig.markerNames().size())));
   const std::vector<TonguePose> tongues(2);
   const std::vector<double> heights = {0, 1};
-  const FaceAnimation still = rig.deformMoving(control, tongues, 60);
-  const FaceAnimation raised = rig.deformMoving(control, tongues, 60, heights);
-  EXPECT_EQ(rig.deformMoving(control, tongues, 60, std::vector<double>{0, 0}).vertices, still.vertices);
+  const FaceAnimation still = rig.deformMoving(motion, tongues, 60);
+  const FaceAnimation raised = rig.deformMoving(motion, tongues, 60, heights);
+  EXPECT_EQ(rig.deformMoving(motion, tongues, 60, std::vector<double>{0, 0}).vertices, still.vertices);
   std::size_t moved = 0;
   float highest = 0;
   for (std::size_t i = 0; i < raised.vertices.size(); ++i) {

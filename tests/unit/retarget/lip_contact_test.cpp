@@ -42,19 +42,18 @@ class LipContactTest : public ::testing::Test {
 
   [[nodiscard]] static VertexPositions deformed(const FaceDeformer& deformer, const MarkerPositions& pose,
                                                 double slack_mm) {
-    std::vector<double> row(pose.data(), pose.data() + pose.size());
+    std::vector<LipGap> lips;
     const std::vector<LipPair> pairs = lipPairs(file_.control);
     const auto height = [](const MarkerPositions& markers, const LipPair& pair) {
       return (markers.row(pair.upper_marker) - markers.row(pair.lower_marker)).norm();
     };
     // Lips of half the height stretch by half as much.
     for (const LipPair& pair : pairs) {
-      row.insert(row.end(), {partedShare(height(pose, pair) / height(file_.marker_targets, pair) - 1,
-                                         slack_mm / height(file_.marker_targets, pairs[2])),
-                             0});
+      lips.push_back({.opened = partedShare(height(pose, pair) / height(file_.marker_targets, pair) - 1,
+                                            slack_mm / height(file_.marker_targets, pairs[2]))});
     }
     VertexPositions out;
-    deformer.deform(row, {}, out);
+    deformer.deform({pose, lips}, {}, out);
     return out;
   }
 
@@ -148,9 +147,8 @@ TEST_F(LipContactTest, ClosedInTheCaptureIsClosedOnTheHead) {
   clip.positions_mm.row(0) = Eigen::Map<const Eigen::RowVectorXd>(pose.data(), pose.size());
   const LipContactMeter meter(rig.mesh(), file_.control);
   const auto gapOf = [&](const ActorPose* who, std::span<const LipPose> lips = {}) {
-    const PositionMatrix control = rig.retarget(clip, who, lips);
     VertexPositions out;
-    rig.deform({control.data(), static_cast<std::size_t>(control.cols())}, {}, out);
+    rig.deform(rig.retarget(clip, who, lips).pose(FrameIndex{0}), {}, out);
     return meter.measure(out).gap;
   };
   EXPECT_LT(gapOf(nullptr), kTouch_mm);

@@ -124,7 +124,7 @@ TEST_F(PlacingOnIct, LipsMeetWhereTheActorsDo) {
   const MarkerPositions closed = face.marker_targets + closingOffsets(face.control);
   const FaceDeformer deformer(ict.mesh, face.control, face.binding);
   VertexPositions moved;
-  deformer.deform({closed.data(), static_cast<std::size_t>(closed.size())}, {}, moved);
+  deformer.deform(closed, {}, moved);
   double apart_at_rest = 0;
   for (const std::string end : {"IN_R", "MID", "IN_L"}) {
     const std::uint32_t upper = ict.vertices.at("RIM_UP_" + end), lower = ict.vertices.at("RIM_LO_" + end);

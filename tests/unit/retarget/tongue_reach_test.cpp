@@ -37,7 +37,7 @@ class TongueReachTest : public ::testing::Test {
         pose(static_cast<Eigen::Index>(i), 1) -= opening;
     }
     VertexPositions out;
-    deformer.deform({pose.data(), static_cast<std::size_t>(pose.size())}, tongue, out);
+    deformer.deform(pose, tongue, out);
     return out;
   }
 
