@@ -10,6 +10,7 @@
 #include <set>
 
 #include "base/errors.h"
+#include "base/smooth_step.h"
 #include "deform/bezier_surface.h"
 #include "deform/lip_sides.h"
 #include "deform/surface_projection.h"
@@ -31,11 +32,6 @@ constexpr double kRootDepth = 0.03;   ///< what of such a part counts as its roo
 constexpr double kClearSide = 0.03;
 
 enum class Fate : std::uint8_t { kOpen, kBound, kStill };
-
-double smooth(double x) {
-  const double t = std::clamp(x, 0.0, 1.0);
-  return t * t * (3 - 2 * t);
-}
 
 bool isSkin(PartKind kind) { return kind == PartKind::kSkin || kind == PartKind::kLips; }
 bool mayBind(PartKind kind) { return isSkin(kind) || kind == PartKind::kMouthInside || kind == PartKind::kOther; }
@@ -124,7 +120,7 @@ class Binder {
         continue;
       }
       if (foot->distance > kFarTo * width || (foot->at_border && foot->distance > kBeside * width)) continue;
-      place(v, foot->place, 1 - smooth((foot->distance - kFarFrom * width) / ((kFarTo - kFarFrom) * width)));
+      place(v, foot->place, 1 - smoothStep((foot->distance - kFarFrom * width) / ((kFarTo - kFarFrom) * width)));
     }
   }
 
@@ -154,7 +150,7 @@ class Binder {
           graph_.reachFrom(seeds, [&](std::uint32_t v) { return before[v] == Fate::kOpen && mayBind(kinds_[v]); });
       for (std::size_t v = 0; v < kinds_.size(); ++v) {
         if (before[v] != Fate::kOpen || sides_.forbidden[v] != forbidden || reach.source[v] < 0) continue;
-        const double weight = 1 - smooth(reach.distance[v] / (kFadeInside * control_.mouth_width));
+        const double weight = 1 - smoothStep(reach.distance[v] / (kFadeInside * control_.mouth_width));
         follow(v, static_cast<std::size_t>(reach.source[v]), weight);
       }
     }
@@ -242,7 +238,7 @@ class Binder {
       } else if (separate[v] >= 0 && kinds_[v] == PartKind::kMouthInside) {
         jaw = separate[v];
       } else if (kinds_[v] == PartKind::kMouthInside || isBehindLips(v)) {
-        jaw = static_cast<float>(smooth((sides_.lower_share[v] - 0.35) / 0.3));
+        jaw = static_cast<float>(smoothStep((sides_.lower_share[v] - 0.35) / 0.3));
       }
     }
   }

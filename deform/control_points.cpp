@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/errors.h"
+#include "base/smooth_step.h"
 #include "deform/control_surface.h"
 #include "deform/virtual_points.h"
 
@@ -91,8 +92,7 @@ std::vector<LipPair> lipPairs(const ControlMesh& mesh) {
 
 double partedShare(double stretch, double slack) {
   constexpr double kCatchUp = 1.5;  // of the way that they stuck together
-  const double way = slack > 0 ? std::clamp((stretch - slack) / (kCatchUp * slack), 0.0, 1.0) : 1.0;
-  return way * way * (3 - 2 * way);
+  return slack > 0 ? smoothStep((stretch - slack) / (kCatchUp * slack)) : 1;
 }
 
 void leadingPoints(const ControlMesh& mesh, std::span<const LipPair> pairs, const FacePose& pose,

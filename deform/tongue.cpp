@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "base/smooth_step.h"
 #include "deform/seen_from_above.h"
 
 namespace mouthpiece {
@@ -23,11 +24,6 @@ constexpr double kRidgeBehind = 0.2;
 constexpr double kOut = 0.06;
 constexpr double kApart = 0.08;
 constexpr float kFlattened = 0.12F;
-
-double smooth(double x) {
-  const double t = std::clamp(x, 0.0, 1.0);
-  return t * t * (3 - 2 * t);
-}
 
 bool isOneOf(PartKind kind, std::initializer_list<PartKind> kinds) {
   return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
@@ -107,10 +103,10 @@ TongueMorph::TongueMorph(const FaceMesh& mesh, std::vector<std::uint32_t> vertic
     const double along = (p.z() - low.z()) / length;
     if (along > 0.9) tip_height = std::max(tip_height, p.y());
     if (std::abs(along - kBackAt) < 0.15) back_height = std::max(back_height, p.y());
-    const double tip = std::pow(smooth((along - kTipFrom) / (1 - kTipFrom)), 1.5);
-    const double bump = 1 - smooth(std::abs(along - kBackAt) / kBackWidth);
+    const double tip = std::pow(smoothStep((along - kTipFrom) / (1 - kTipFrom)), 1.5);
+    const double bump = 1 - smoothStep(std::abs(along - kBackAt) / kBackWidth);
     // The underside and the root stay with the jaw.
-    const double upper = smooth((p.y() - low.y()) / std::max(0.6 * (high.y() - low.y()), 1e-12));
+    const double upper = smoothStep((p.y() - low.y()) / std::max(0.6 * (high.y() - low.y()), 1e-12));
     items_.push_back(
         {v, mesh.vertices.row(v).transpose(), static_cast<float>(tip), static_cast<float>(bump * (0.3 + 0.7 * upper))});
   }
@@ -140,7 +136,7 @@ void TongueMorph::findTeeth(const FaceMesh& mesh) {
 float TongueMorph::keptBetweenTeeth(const Eigen::Vector3f& place, const Eigen::Vector3f& lower_edge) const {
   const float way = kFlattened * static_cast<float>(length_);
   const auto near = [&](double teeth_z) {
-    return static_cast<float>(smooth((place.z() - (static_cast<float>(teeth_z) - way)) / way));
+    return static_cast<float>(smoothStep((place.z() - (static_cast<float>(teeth_z) - way)) / way));
   };
   const float over = std::max(0.0F, lower_edge.y() - place.y()) * near(lower_edge.z());
   const float under = std::max(0.0F, place.y() - static_cast<float>(behind_.y())) * near(behind_.z());
@@ -151,7 +147,7 @@ void TongueMorph::deform(const AddedMotion& jaw, const TonguePose& pose, float* 
   const auto moved = [&](const Eigen::Vector3d& p) -> Eigen::Vector3d { return p + jaw.turn * p + jaw.shift; };
   const Eigen::Vector3d lower_edge = moved(lower_edge_);
   // Through closed teeth no tongue comes: it touches the upper ones from behind.
-  const double out_share = has_teeth_ ? smooth((behind_.y() - lower_edge.y()) / (kApart * length_)) : 1.0;
+  const double out_share = has_teeth_ ? smoothStep((behind_.y() - lower_edge.y()) / (kApart * length_)) : 1.0;
   const Eigen::Vector3d between = behind_ + out_share * (between_ - behind_);
   const Eigen::Vector3d to_ridge = static_cast<double>(pose.tip_up) * (ridge_ - moved(tip_));
   const Eigen::Vector3d to_gap = static_cast<double>(pose.tip_forward) * (between - moved(tip_));

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/smooth_step.h"
+
 namespace mouthpiece {
 namespace {
 
@@ -17,11 +19,6 @@ Color srgb(int red, int green, int blue) {
     return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
   };
   return {linear(red), linear(green), linear(blue)};
-}
-
-double smoothStep(double from, double to, double x) {
-  const double t = std::clamp((x - from) / (to - from), 0.0, 1.0);
-  return t * t * (3 - 2 * t);
 }
 
 Color mix(const Color& a, const Color& b, double share) { return a + std::clamp(share, 0.0, 1.0) * (b - a); }
@@ -44,7 +41,7 @@ double noise(const Vector3d& point, double cell) {
     const int dy = (k >> 1) & 1;
     const int dz = k >> 2;
     const auto w = [](double t, int side) {
-      const double s = t * t * (3 - 2 * t);
+      const double s = smoothStep(t);
       return side != 0 ? s : 1 - s;
     };
     value += w(f[0], dx) * w(f[1], dy) * w(f[2], dz) * corner(dx, dy, dz);

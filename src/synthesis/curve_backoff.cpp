@@ -78,7 +78,8 @@ struct RenderedRun {
   [[nodiscard]] std::size_t endRow() const { return first_row + static_cast<std::size_t>(positions.rows()); }
 };
 
-double smoothStep(double u) {
+/// Continuous in the second derivative too.
+double smootherStep(double u) {
   u = std::clamp(u, 0.0, 1.0);
   return u * u * u * (10 + u * (6 * u - 15));
 }
@@ -129,8 +130,8 @@ void meetNeighbours(const CurveJoin& before, const CurveJoin& after, std::span<c
       after.exists ? Eigen::RowVectorXd(after.captured - poseAt(poses, times, after.blend.middle())) : none;
   for (std::size_t k = 0; k < times.size(); ++k) {
     auto row = poses.row(static_cast<Eigen::Index>(k));
-    row += (1 - smoothStep((times[k] - before.blend.middle()) / reach)) * offset_before;
-    row += (1 - smoothStep((after.blend.middle() - times[k]) / reach)) * offset_after;
+    row += (1 - smootherStep((times[k] - before.blend.middle()) / reach)) * offset_before;
+    row += (1 - smootherStep((after.blend.middle() - times[k]) / reach)) * offset_after;
   }
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/smooth_step.h"
 #include "motion/resample.h"
 
 namespace mouthpiece {
@@ -71,11 +72,6 @@ TimeSpan usableSource(const MotionClip& motion, const std::vector<LabelledPhone>
   }
   usable.end = std::max(usable.start, usable.end);
   return usable;
-}
-
-double smoothStep(double u) {
-  u = std::clamp(u, 0.0, 1.0);
-  return u * u * (3 - 2 * u);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "base/smooth_step.h"
 
 namespace mouthpiece {
 namespace {
@@ -81,16 +82,11 @@ CurveKey cutAt(const AnimationCurve& curve, Seconds time) {
   return {time, curve.valueAt(time), in, out};
 }
 
-double easedShare(double u) {
-  u = std::clamp(u, 0.0, 1.0);
-  return u * u * (3 - 2 * u);
-}
-
 /// How far an edit is in force at a time of its span.
 double forceAt(const CurveEdit& edit, Seconds time) {
   const Seconds fade = std::min(edit.fade, 0.5 * edit.span.duration());
   if (fade < kLeastGap) return 1;
-  return easedShare((time - edit.span.start) / fade) * easedShare((edit.span.end - time) / fade);
+  return smoothStep((time - edit.span.start) / fade) * smoothStep((edit.span.end - time) / fade);
 }
 
 /// Keys inside the span: the curve's own, the fades' ends and points within the fades.

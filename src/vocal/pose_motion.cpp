@@ -1,9 +1,9 @@
 #include "vocal/pose_motion.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "base/errors.h"
+#include "base/smooth_step.h"
 #include "vocal/lip_markers.h"
 
 namespace mouthpiece {
@@ -13,11 +13,6 @@ namespace {
 /// phone, and let go in 7 ms after it was held, before the phone ends. (From 0.75 to 0.97 on, a vowel beside a closure
 /// was shut at its edge, which those of GRID s1 are not.)
 constexpr double kContactFrom = 0.95, kContactBy = 1.0;
-
-double smoothStep(double from, double to, double value) {
-  const double u = std::clamp((value - from) / (to - from), 0.0, 1.0);
-  return u * u * (3 - 2 * u);
-}
 
 std::vector<double> sampled(const CurveSet& curves, std::string_view name, const std::vector<Seconds>& times) {
   const AnimationCurve* curve = findCurve(curves, name);
