@@ -8,6 +8,7 @@
 #include "deform/control_surface.h"
 #include "deform/face_mesh.h"
 #include "deform/jaw.h"
+#include "deform/lip_watch.h"
 #include "deform/teeth_shell.h"
 
 namespace mouthpiece {
@@ -27,15 +28,12 @@ class LipGuard {
   void separate(const MarkerPositions& points, std::span<const LipGap> gaps, const AddedMotion& jaw, float* out) const;
 
  private:
-  struct LipWatch {
-    std::uint32_t vertex;
-    std::uint32_t corners[3];
-    float weights[2];  ///< of the second and third at the place watched
-    float bend[5];     ///< how the lip leaves the triangle's plane: x, y, x^2, x y, y^2, in units of what is seen
-    float away[3];     ///< where the triangle faced in the closed mouth
-    float allowed;     ///< signed distance at rest where it is below zero
-    std::uint32_t column;
-  };
+  // Lengths as shares of the mouth's width.
+  static constexpr double kWatched = 0.08;      ///< a watch sees the other lip this far around the place it watches
+  static constexpr double kDeepInTeeth = 0.08;  ///< what is deeper is in the mouth
+  static constexpr double kStill = 0.0005;      ///< pushes below this are not worth another sweep
+  static constexpr std::size_t kColumns = 12;   ///< across the mouth
+
   struct ToothWatch {
     std::uint32_t vertex;
     bool around_edge;  ///< the other lip's teeth, which it may meet from below or above
@@ -49,13 +47,10 @@ class LipGuard {
     std::uint32_t column;  ///< and the next one
     float next, share;     ///< the next one's weight; of the way, negative for the upper lip
   };
+
+  // Once for a face (lip_guard_watches.cpp).
   void takeLips(const FaceMesh& mesh, const VertexPositions& closed, const FaceBinding& binding,
                 const std::vector<std::uint32_t>& patch_sides);
-  struct Sight {
-    float distance;
-    Eigen::Vector3f away;  ///< unit length
-  };
-  [[nodiscard]] Sight look(const LipWatch& watch, const float* out) const;
   void watchLips(const VertexPositions& rest, const VertexPositions& closed, const std::vector<std::uint32_t>& own,
                  const std::vector<std::uint32_t>& others, const std::vector<Triangle>& other,
                  const VertexPositions& normals, const VertexPositions& rest_normals);
@@ -64,7 +59,8 @@ class LipGuard {
   void boundTeeth(TeethShell& shell, std::vector<ToothWatch>& watches) const;
   void draw(const VertexPositions& rest, const std::vector<std::uint32_t>& own, float share);
   [[nodiscard]] float columnOf(const Eigen::Vector3f& p) const;
-  [[nodiscard]] double narrowestGap(const MarkerPositions& points) const;
+
+  // In every frame.
   /// A rigid motion: turn * p + shift.
   struct Moved {
     bool moves = false;
@@ -74,6 +70,7 @@ class LipGuard {
       return moves ? Eigen::Vector3f(turn.transpose() * (p - shift)) : p;
     }
   };
+  [[nodiscard]] double narrowestGap(const MarkerPositions& points) const;
   void findNearLips(const float* out, std::vector<const LipWatch*>& near) const;
   static void findNearTeeth(const TeethShell& shell, const std::vector<ToothWatch>& watches, const Moved& with,
                             const float* out, std::vector<const ToothWatch*>& near);
