@@ -4,154 +4,32 @@
 
 #include <Eigen/LU>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstring>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "retarget/face_fields.h"
 
 namespace mouthpiece {
 namespace {
 
 using nlohmann::json;
 
-static_assert(std::endian::native == std::endian::little, "blobs are little-endian and copied as they are");
-
 constexpr std::string_view kFormatName = "mouthpiece-face";
 constexpr std::uint64_t kMaxFaceBytes = std::uint64_t{1} << 30;
 constexpr std::size_t kMaxMarkers = 10'000;
 constexpr std::size_t kMaxControlPoints = 100'000;
-constexpr std::size_t kMaxText = 4096;
-constexpr int kMaxDepth = 16;
 constexpr std::array<std::string_view, 9> kPartKindNames{"skin",         "lips", "upper_teeth", "lower_teeth", "tongue",
                                                          "mouth_inside", "eye",  "hair",        "other"};
 constexpr std::array<std::string_view, 3> kKernelNames{"inverse_multiquadric", "biharmonic", "triharmonic"};
 
-/// The JSON library's own tree builder, stopped before hostile nesting overflows the stack.
-class BoundedTreeBuilder : public nlohmann::detail::json_sax_dom_parser<json> {
-  using Base = nlohmann::detail::json_sax_dom_parser<json>;
-
- public:
-  explicit BoundedTreeBuilder(json& tree) : Base(tree, false) {}
-  bool start_object(std::size_t length) { return ++depth_ <= kMaxDepth && Base::start_object(length); }
-  bool start_array(std::size_t length) { return ++depth_ <= kMaxDepth && Base::start_array(length); }
-  bool end_object() { return --depth_ >= 0 && Base::end_object(); }
-  bool end_array() { return --depth_ >= 0 && Base::end_array(); }
-
- private:
-  int depth_ = 0;
-};
-
-/// One map of the file, read field by field; every getter throws InputError that names the field.
-class Fields {
- public:
-  Fields(const json& map, std::string file, std::string place)
-      : map_(map), file_(std::move(file)), place_(std::move(place)) {
-    if (!map_.is_object()) fail("", "found no map");
-  }
-
-  [[nodiscard]] Fields map(const char* key) const { return {at(key), file_, pathOf(key)}; }
-  [[nodiscard]] const json& array(const char* key, std::size_t max_size) const {
-    const json& value = at(key);
-    if (!value.is_array() || value.size() > max_size)
-      fail(key, fmt::format("expected a list of at most {} entries", max_size));
-    return value;
-  }
-  [[nodiscard]] bool has(const char* key) const { return map_.contains(key); }
-  [[nodiscard]] std::string text(const char* key) const {
-    const json& value = at(key);
-    if (!value.is_string() || value.get_ref<const std::string&>().size() > kMaxText) fail(key, "expected a text");
-    return value.get<std::string>();
-  }
-  [[nodiscard]] double number(const char* key, double least, double most) const {
-    const json& value = at(key);
-    if (!value.is_number()) fail(key, "expected a number");
-    const double number = value.get<double>();
-    if (!(number >= least && number <= most))
-      fail(key, fmt::format("found {}; expected {} to {}", number, least, most));
-    return number;
-  }
-  [[nodiscard]] std::int64_t whole(const char* key, std::int64_t least, std::int64_t most) const {
-    const json& value = at(key);
-    if (!value.is_number_integer()) fail(key, "expected a whole number");
-    // A value beyond int64 would wrap; as a double it is merely out of range.
-    const double wide = value.get<double>();
-    if (!(wide >= static_cast<double>(least) && wide <= static_cast<double>(most))) {
-      fail(key, fmt::format("found {}; expected {} to {}", wide, least, most));
-    }
-    return value.get<std::int64_t>();
-  }
-  [[nodiscard]] bool flag(const char* key) const {
-    const json& value = at(key);
-    if (!value.is_boolean()) fail(key, "expected true or false");
-    return value.get<bool>();
-  }
-  /// A blob of `Scalar`s; any length up to the file's own.
-  template <typename Scalar>
-  [[nodiscard]] std::vector<Scalar> blob(const char* key) const {
-    const json& value = at(key);
-    if (!value.is_binary()) fail(key, "expected a blob of bytes");
-    const auto& bytes = value.get_binary();
-    if (bytes.size() % sizeof(Scalar) != 0)
-      fail(key, fmt::format("found {} bytes; expected a multiple of {}", bytes.size(), sizeof(Scalar)));
-    std::vector<Scalar> values(bytes.size() / sizeof(Scalar));
-    if (!values.empty()) std::memcpy(values.data(), bytes.data(), bytes.size());
-    return values;
-  }
-  /// rows x columns doubles, finite and of a size that a face can have.
-  template <typename MatrixType>
-  [[nodiscard]] MatrixType matrix(const char* key, std::size_t rows) const {
-    const std::vector<double> values = blob<double>(key);
-    constexpr auto kColumns = static_cast<std::size_t>(MatrixType::ColsAtCompileTime);
-    if (values.size() != rows * kColumns)
-      fail(key, fmt::format("found {} numbers; expected {}", values.size(), rows * kColumns));
-    for (const double value : values) {
-      if (!(std::abs(value) <= 1e9)) fail(key, "found a coordinate that is no usable number");
-    }
-    return Eigen::Map<const MatrixType>(values.data(), static_cast<Eigen::Index>(rows),
-                                        static_cast<Eigen::Index>(kColumns));
-  }
-  [[noreturn]] void fail(const char* key, std::string_view what) const { throw InputError(file_, pathOf(key), what); }
-  [[nodiscard]] const std::string& file() const { return file_; }
-
- private:
-  [[nodiscard]] const json& at(const char* key) const {
-    const auto entry = map_.find(key);
-    if (entry == map_.end()) fail(key, "is missing");
-    return *entry;
-  }
-  [[nodiscard]] std::string pathOf(std::string_view key) const {
-    return place_.empty() ? std::string(key) : key.empty() ? place_ : fmt::format("{}.{}", place_, key);
-  }
-
-  const json& map_;
-  std::string file_;
-  std::string place_;
-};
-
-template <typename Scalar>
-json blobOf(const Scalar* data, std::size_t count) {
-  const auto* bytes = reinterpret_cast<const std::uint8_t*>(data);
-  return json::binary(std::vector<std::uint8_t>(bytes, bytes + count * sizeof(Scalar)));
-}
-template <typename Scalar>
-json blobOf(const std::vector<Scalar>& values) {
-  return blobOf(values.data(), values.size());
-}
-template <typename MatrixType>
-json blobOfMatrix(const MatrixType& matrix) {
-  return blobOf(matrix.data(), static_cast<std::size_t>(matrix.size()));
-}
-
-std::vector<std::string> readNames(const Fields& fields, const char* key) {
+std::vector<std::string> readNames(const FaceFields& fields, const char* key) {
   std::vector<std::string> names;
   std::set<std::string> seen;
   for (const json& entry : fields.array(key, kMaxMarkers)) {
     if (!entry.is_string() || entry.get_ref<const std::string&>().empty() ||
-        entry.get_ref<const std::string&>().size() > kMaxText)
+        entry.get_ref<const std::string&>().size() > kMaxFaceText)
       fields.fail(key, "expected a list of names");
     names.push_back(entry.get<std::string>());
     if (!seen.insert(names.back()).second)
@@ -160,7 +38,7 @@ std::vector<std::string> readNames(const Fields& fields, const char* key) {
   return names;
 }
 
-WarpOptions readWarp(const Fields& fields) {
+WarpOptions readWarp(const FaceFields& fields) {
   WarpOptions options;
   const std::string kernel = fields.text("kernel");
   std::size_t index = 0;
@@ -173,7 +51,7 @@ WarpOptions readWarp(const Fields& fields) {
   return options;
 }
 
-ControlPoint readControlPoint(const Fields& fields, std::size_t point_index) {
+ControlPoint readControlPoint(const FaceFields& fields, std::size_t point_index) {
   ControlPoint point;
   point.name = fields.text("name");
   point.rule = static_cast<PointRule>(fields.whole("rule", 0, static_cast<int>(PointRule::kInnerLip)));
@@ -193,12 +71,13 @@ ControlPoint readControlPoint(const Fields& fields, std::size_t point_index) {
   return point;
 }
 
-ControlMesh readControl(const Fields& fields, std::size_t marker_count) {
+ControlMesh readControl(const FaceFields& fields, std::size_t marker_count) {
   ControlMesh control;
   control.marker_count = marker_count;
   const json& points = fields.array("points", kMaxControlPoints);
   for (const json& point : points) {
-    control.points.push_back(readControlPoint(Fields(point, fields.file(), "control.points"), control.points.size()));
+    control.points.push_back(
+        readControlPoint(FaceFields(point, fields.file(), "control.points"), control.points.size()));
   }
   control.mouth_width = fields.number("mouth_width", 1e-9, 1e9);
   control.rest = fields.matrix<MarkerPositions>("rest", control.points.size());
@@ -213,7 +92,7 @@ ControlMesh readControl(const Fields& fields, std::size_t marker_count) {
   return control;
 }
 
-FaceBinding readBinding(const Fields& fields) {
+FaceBinding readBinding(const FaceFields& fields) {
   FaceBinding binding{.patch = fields.blob<std::int32_t>("patch"),
                       .u = fields.blob<float>("u"),
                       .v = fields.blob<float>("v"),
@@ -252,21 +131,6 @@ json controlToJson(const ControlMesh& control) {
           {"rest_slopes", blobOfMatrix(control.rest_slopes)}};
 }
 
-json parseTree(std::string_view bytes, const std::string& file) {
-  json tree;
-  BoundedTreeBuilder builder(tree);
-  bool is_parsed = false;
-  try {
-    is_parsed = json::sax_parse(bytes.begin(), bytes.end(), &builder, nlohmann::detail::input_format_t::cbor);
-  } catch (const json::exception&) {
-    is_parsed = false;
-  }
-  if (!is_parsed || builder.is_errored() || !tree.is_object()) {
-    throw InputError(file, "", "is damaged or no face file; expected what `retarget fit` writes");
-  }
-  return tree;
-}
-
 }  // namespace
 
 std::string_view nameOf(PartKind kind) { return kPartKindNames[static_cast<std::size_t>(kind)]; }
@@ -288,8 +152,8 @@ std::optional<RbfKernel> kernelFromName(std::string_view name) {
 }
 
 FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
-  const json tree = parseTree(bytes, file);
-  const Fields fields(tree, file, "");
+  const json tree = parseFaceTree(bytes, file);
+  const FaceFields fields(tree, file, "");
   if (fields.text("format") != kFormatName)
     fields.fail("format", "is no face file; expected what `retarget fit` writes");
   const std::int64_t version = fields.whole("version", 0, 1'000'000);
@@ -300,7 +164,7 @@ FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
   FaceFile face;
   face.name = fields.text("name");
   face.corpus = fields.text("corpus");
-  const Fields mesh = fields.map("mesh");
+  const FaceFields mesh = fields.map("mesh");
   face.mesh_file = mesh.text("file");
   face.mesh_sha256 = mesh.text("sha256");
   if (face.mesh_file.empty() || face.mesh_file.find('\0') != std::string::npos)
@@ -313,7 +177,7 @@ FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
     mesh.fail("upright", "is no rotation");
   }
   for (const json& entry : mesh.array("part_kinds", kMaxMarkers)) {
-    const Fields part(entry, file, "mesh.part_kinds");
+    const FaceFields part(entry, file, "mesh.part_kinds");
     const auto kind = partKindFromName(part.text("kind"));
     if (!kind) part.fail("kind", "is unknown");
     face.part_kinds[part.text("name")] = *kind;
