@@ -13,8 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kReports = "take_reports";
-
 /// Changes when the cleaning or labelling of takes does, so that no part of an older program is taken up.
 constexpr const char* kPartsVersion = "2";
 
@@ -38,7 +36,7 @@ std::optional<CleanedTake> BuildParts::find(const std::string& key) const {
   if (!fs::exists(pathOf(key), error)) return std::nullopt;
   try {
     Corpus part = readCorpus(pathOf(key), CorpusAudio::kLoad);
-    const std::vector<TakeReport> reports = reportsFromJson(part.build_log[kReports]);
+    const std::vector<TakeReport> reports = reportsFromJson(part.build_log[kTakeReportsKey]);
     if (part.takes.size() != 1 || reports.size() != 1 || reports[0].key != key) return std::nullopt;
     return CleanedTake{std::move(part.takes[0]), reports[0]};
   } catch (const InputError&) {
@@ -51,7 +49,7 @@ void BuildParts::store(const CleanedTake& take) const {
   part.layout = layout_;
   part.neutral_pose_mm = MarkerPositions::Zero(static_cast<Eigen::Index>(layout_.markers.size()), 3);
   part.takes.push_back(take.take);
-  part.build_log[kReports] = reportsToJson({take.report});
+  part.build_log[kTakeReportsKey] = reportsToJson({take.report});
   writeCorpus(pathOf(take.report.key), part);
 }
 

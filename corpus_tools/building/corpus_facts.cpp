@@ -10,6 +10,7 @@
 
 #include "base/errors.h"
 #include "corpus_tools/takes/head_tracking.h"
+#include "corpus_tools/takes/take_report.h"
 #include "synthesis/curve_model.h"
 
 namespace mouthpiece {
@@ -177,9 +178,9 @@ std::string corpusFactsJson(const Corpus& corpus) {
                          {"build_log", corpus.build_log}};
   if (const std::optional<VisemePoses> poses = storedPoses(corpus))
     json["viseme_poses"] = {{"explained", poses->explainedShare()}, {"lips_explained", poses->lipExplainedShare()}};
-  const nlohmann::json reports = nlohmann::json::parse(logged(corpus, "take_reports"), nullptr, false);
+  const nlohmann::json reports = nlohmann::json::parse(logged(corpus, kTakeReportsKey), nullptr, false);
   json["build_log"].erase("takes_left_out");
-  if (!reports.is_discarded()) json["build_log"]["take_reports"] = reports;
+  if (!reports.is_discarded()) json["build_log"][kTakeReportsKey] = reports;
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 

@@ -140,7 +140,7 @@ Json missingJson(const PairCounts& have, const std::vector<std::vector<Phone>>& 
 }
 
 std::vector<TakeReport> reportsOf(const Corpus& corpus) {
-  const auto entry = corpus.build_log.find("take_reports");
+  const auto entry = corpus.build_log.find(kTakeReportsKey);
   std::vector<TakeReport> logged;
   if (entry != corpus.build_log.end()) logged = reportsFromJson(entry->second);
   std::map<std::string, TakeReport> by_name;

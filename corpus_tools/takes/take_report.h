@@ -36,6 +36,8 @@ struct TakeReport {
   std::vector<DoubtfulWord> doubtful;
 };
 
+/// Where the build log of a corpus keeps them, in the order of its takes.
+inline constexpr const char* kTakeReportsKey = "take_reports";
 /// As the build log keeps them: a JSON list.
 std::string reportsToJson(const std::vector<TakeReport>& reports);
 /// What is no such list, or not whole, gives an empty one: the log of a corpus made elsewhere is no error.
