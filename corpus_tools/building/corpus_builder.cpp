@@ -12,6 +12,7 @@
 #include "base/parallel_for.h"
 #include "corpus_tools/building/build_log.h"
 #include "corpus_tools/building/build_parts.h"
+#include "corpus_tools/building/earlier_build.h"
 #include "corpus_tools/building/finished_takes.h"
 #include "corpus_tools/building/trajectory_fit.h"
 #include "corpus_tools/takes/neutral_pose.h"
@@ -25,8 +26,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kSettingsKey = "build_settings";
-constexpr const char* kReportsKey = "take_reports";
 /// Frames of a take that tell the shape of the head: see estimateHeadReference().
 constexpr std::size_t kShapeFrames = 25;
 /// Takes that tell it, spread over all: the mean shape of more is the same.
@@ -148,68 +147,12 @@ CleanedTake cleanTake(const TakeFiles& files, const HeadReference& reference, co
   return {{raw.name, raw.text, raw.labels, std::move(face.motion), raw.audio}, face.report};
 }
 
-/// What a take's cleaning and labels depend on besides its files and the head reference.
-std::string settingsOf(const BuildOptions& options) {
-  std::string lexicon;
-  for (const auto& [word, ways] : options.lexicon.words()) {
-    lexicon += word;
-    for (const Pronunciation& way : ways) {
-      for (std::size_t i = 0; i < way.phones.size(); ++i) {
-        lexicon += fmt::format(" {}{}", phoneName(way.phones[i]), way.stress[i]);
-      }
-      lexicon += ',';
-    }
-  }
-  for (const auto& [from, to] : options.marker_names) lexicon += fmt::format("\n{}={}", from, to);
-  const CleaningOptions& c = options.cleaning;
-  return sha256Hex(fmt::format("{} {} {}{}{}{}{}{} {} {} {} {} {} {} {} {}", layoutToJson(options.layout), lexicon,
-                               c.repair_swaps, c.hide_spikes, c.use_jig, c.remove_head, c.fill_gaps, c.smooth,
-                               c.swaps.least_gain_mm, c.spikes.acceleration_mm_s2, c.head.jig_pose_smoothing,
-                               c.head.skin_pose_smoothing, c.gaps.longest, c.gaps.memory, c.smoothed_from_hz,
-                               options.align_takes));
-}
-
-/// A corpus that takes are added to: its takes by key.
-struct EarlierBuild {
-  Corpus corpus;
-  std::map<std::string, TakeReport> reports;
-  std::map<std::string, std::size_t> takes;
-};
-
-/// nullopt when there is none, or it was made with other settings, or is damaged, or shares no take.
-std::optional<EarlierBuild> earlierBuild(const fs::path& output, const std::string& settings,
-                                         const std::vector<std::string>& keys) {
-  std::error_code error;
-  if (output.empty() || !fs::exists(output, error)) return std::nullopt;
-  try {
-    EarlierBuild earlier{readCorpus(output, CorpusAudio::kSkip, CorpusMotion::kOnDemand), {}, {}};
-    if (earlier.corpus.build_log[kSettingsKey] != settings) return std::nullopt;
-    const std::vector<TakeReport> reports = reportsFromJson(earlier.corpus.build_log[kReportsKey]);
-    if (reports.size() != earlier.corpus.takes.size()) return std::nullopt;
-    for (std::size_t i = 0; i < reports.size(); ++i) {
-      if (reports[i].key.empty() || reports[i].name != earlier.corpus.takes[i].name) return std::nullopt;
-      if (std::find(keys.begin(), keys.end(), reports[i].key) == keys.end()) continue;
-      earlier.reports[reports[i].key] = reports[i];
-      earlier.takes[reports[i].key] = i;
-    }
-    if (earlier.takes.empty()) return std::nullopt;
-    for (const auto& [key, take] : earlier.takes) {  // damage is found now, not when all else is done
-      (void)earlier.corpus.motion_source->load(TakeIndex(take));
-      (void)earlier.corpus.motion_source->loadAudio(TakeIndex(take));
-    }
-    return earlier;
-  } catch (const InputError&) {
-    return std::nullopt;
-  }
-}
-
 void writeLog(BuildResult& result, const std::string& settings, const HeadReference& reference) {
   auto& log = result.corpus.build_log;
   log["built_with"] = "corpus build";
   log["takes_used"] = std::to_string(result.takes.size());
   log["takes_left_out"] = leftOutToText(result.left_out);
-  log[kReportsKey] = reportsToJson(result.takes);
-  log[kSettingsKey] = settings;
+  logForNextBuild(result.corpus, result.takes, settings);
   logHeadReference(result.corpus, reference);
 }
 
@@ -317,7 +260,7 @@ class Builder {
     parallelFor(keys.size(), threadCount(options_),
                 [&](std::size_t i) { keys[i] = takeKey(found_.takes[i], settings_); });
     for (std::size_t i = 0; i < keys.size(); ++i) keys_[found_.takes[i].name] = keys[i];
-    return earlierBuild(output_, settings_, keys);
+    return EarlierBuild::find(output_, settings_, keys);
   }
 
   /// Keeps of each take what is small; its motion and sound are found through `finished`.
