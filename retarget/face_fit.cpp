@@ -102,8 +102,7 @@ FaceFile fitWelded(FaceMesh& mesh, const Anchors& given, const std::string& anch
   face.upright_from_mesh =
       uprightFromMesh(meshFromActor(mesh, anchors, anchors_file, request.marker_names, request.actor_neutral_mm));
   setUpright(face.upright_from_mesh, mesh, anchors);
-  if (std::any_of(request.marker_names.begin(), request.marker_names.end(),
-                  [&](const std::string& name) { return !anchors.markers.contains(name); })) {
+  if (leavesPlacesOpen(anchors, request.marker_names)) {
     anchors = withAllMarkers(mesh, anchors, anchors_file, request.marker_names, request.actor_neutral_mm);
   }
   face.marker_targets = placesOf(mesh, anchors, anchors_file, request.marker_names);

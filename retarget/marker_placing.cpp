@@ -255,6 +255,13 @@ std::vector<Vector3d> edgePoints(const FaceMesh& mesh, const std::vector<std::ui
   return points;
 }
 
+/// Ends of the names of the outer lip markers that stand in pairs, LIP_UP_ over LIP_LO_, and of the rims behind them.
+constexpr std::array<const char*, 5> kLipPairEnds{"OUT_R", "IN_R", "MID", "IN_L", "OUT_L"};
+
+bool hasRim(const Anchors& anchors, const std::string& end) {
+  return anchors.markers.contains("RIM_UP_" + end) || anchors.markers.contains("RIM_LO_" + end);
+}
+
 /// The rims of the mouth where the lips come nearest to each other: behind each pair of outer lip markers the foremost
 /// of the pairs of places that are about as near as any.
 void addLipRims(const FaceMesh& mesh, const std::vector<std::uint32_t>& upper, const std::vector<std::uint32_t>& lower,
@@ -263,12 +270,12 @@ void addLipRims(const FaceMesh& mesh, const std::vector<std::uint32_t>& upper, c
   const std::vector<Vector3d> lower_points = edgePoints(mesh, lower, kRimStep * width);
   const Vector3d across =
       (*placeOf(anchors, "LIP_CORNER_L", mesh, file) - *placeOf(anchors, "LIP_CORNER_R", mesh, file)).normalized();
-  for (const std::string end : {"OUT_R", "IN_R", "MID", "IN_L", "OUT_L"}) {
-    if (anchors.markers.contains("RIM_UP_" + end) || anchors.markers.contains("RIM_LO_" + end)) continue;
-    const Vector3d above = *placeOf(anchors, "LIP_UP_" + end, mesh, file);
-    const Vector3d below = *placeOf(anchors, "LIP_LO_" + end, mesh, file);
-    const Vector3d middle = 0.5 * (above + below);
-    const double reach = 0.6 * (above - below).norm();
+  for (const std::string end : kLipPairEnds) {
+    const auto above = placeOf(anchors, "LIP_UP_" + end, mesh, file);
+    const auto below = placeOf(anchors, "LIP_LO_" + end, mesh, file);
+    if (!above || !below || hasRim(anchors, end)) continue;
+    const Vector3d middle = 0.5 * (*above + *below);
+    const double reach = 0.6 * (*above - *below).norm();
     const auto between = [&](const std::vector<Vector3d>& lip) {
       std::vector<Vector3d> found;
       for (const Vector3d& p : lip) {
@@ -321,6 +328,12 @@ Eigen::Matrix3d uprightFromMesh(const Similarity& mesh_from_actor) {
   if (std::abs(quarter.determinant() - 1) > 0.5) return upright;
   const double angle = Eigen::AngleAxisd(Eigen::Matrix3d(upright * quarter.transpose())).angle();
   return std::abs(angle) * 180 / std::numbers::pi < kAskewDeg ? quarter : upright;
+}
+
+bool leavesPlacesOpen(const Anchors& anchors, const std::vector<std::string>& marker_names) {
+  return std::any_of(marker_names.begin(), marker_names.end(),
+                     [&](const std::string& name) { return !anchors.markers.contains(name); }) ||
+         std::any_of(kLipPairEnds.begin(), kLipPairEnds.end(), [&](const char* end) { return !hasRim(anchors, end); });
 }
 
 Anchors withAllMarkers(const FaceMesh& mesh, const Anchors& anchors, const std::string& anchors_file,

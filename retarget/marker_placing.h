@@ -39,10 +39,14 @@ struct PlacingReport {
   double last_move = 0;  ///< in the last round, mesh unit
 };
 
-/// `anchors` with a place for every marker of the layout: a coarse warp of the actor's face onto the given anchors,
-/// then turns of carrying each marker to the closest skin that faces outwards (lip markers to their own lip) and
-/// smoothing the warp through them, until still. The actor's two sides are averaged first, so a symmetric head gets
-/// symmetric markers. The mesh must stand upright. Throws InputError that says which anchors are wanted.
+/// Whether withAllMarkers() has something to place.
+bool leavesPlacesOpen(const Anchors& anchors, const std::vector<std::string>& marker_names);
+
+/// `anchors` with a place for every marker of the layout and the rims of the lips behind them: a coarse warp of the
+/// actor's face onto the given anchors, then turns of carrying each marker to the closest skin that faces outwards (lip
+/// markers to their own lip) and smoothing the warp through them, until still. The actor's two sides are averaged
+/// first, so a symmetric head gets symmetric markers. The mesh must stand upright. Throws InputError that says which
+/// anchors are wanted.
 Anchors withAllMarkers(const FaceMesh& mesh, const Anchors& anchors, const std::string& anchors_file,
                        const std::vector<std::string>& marker_names, const MarkerPositions& actor_neutral_mm,
                        PlacingReport* report = nullptr);
