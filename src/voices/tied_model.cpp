@@ -21,6 +21,8 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kMostBytes = 256U << 20U;
 /// Smaller variances are taken for this (PocketSphinx' -varfloor).
 constexpr double kSmallestVariance = 1e-4;
+/// Cepstra and their variances are smaller by far; what is larger would not stay finite when it is weighed.
+constexpr float kLargestValue = 1e6F;
 
 /// A count between 1 and `most`.
 std::size_t readCount(ByteReader& reader, std::size_t most, std::string_view what) {
@@ -43,8 +45,7 @@ struct GaussianFile {
   std::vector<float> values;
 };
 
-GaussianFile readGaussians(const fs::path& path) {
-  const std::string bytes = readFile(path, kMostBytes);
+GaussianFile parseGaussians(std::string_view bytes, const fs::path& path) {
   ByteReader reader(bytes, path.string());
   const std::size_t header = bytes.find("endhdr\n");
   if (!bytes.starts_with("s3\n") || header == std::string::npos) reader.fail("is no parameter file of PocketSphinx");
@@ -64,7 +65,8 @@ GaussianFile readGaussians(const fs::path& path) {
   file.values.resize(total);
   for (float& value : file.values) {
     value = reader.readF32();
-    if (!std::isfinite(value)) reader.fail("found a number that is not finite");
+    if (!(std::abs(value) <= kLargestValue))
+      reader.fail(fmt::format("found {}; expected a number up to {:g}", value, kLargestValue));
   }
   return file;
 }
@@ -84,8 +86,10 @@ Eigen::RowVectorXf densityRow(const float* means, const float* variances, std::s
   return row;
 }
 
-void addGaussians(TiedModel& model, const fs::path& folder) {
-  const GaussianFile means = readGaussians(folder / "means"), variances = readGaussians(folder / "variances");
+void addGaussians(TiedModel& model, const TiedModelFiles& files) {
+  const fs::path& folder = files.folder;
+  const GaussianFile means = parseGaussians(files.means, folder / "means"),
+                     variances = parseGaussians(files.variances, folder / "variances");
   if (means.streams != variances.streams || means.codebooks != variances.codebooks ||
       means.densities != variances.densities)
     throw InputError((folder / "variances").string(), "", "has another shape than the means");
@@ -106,8 +110,7 @@ void addGaussians(TiedModel& model, const fs::path& folder) {
 }
 
 /// Which phone each senone belongs to, and the phones' names.
-void addPhones(TiedModel& model, const fs::path& path) {
-  const std::string bytes = readFile(path, kMostBytes);
+void addPhones(TiedModel& model, std::string_view bytes, const fs::path& path) {
   ByteReader reader(bytes, path.string());
   if (reader.readBytes(4) != "BMDF") reader.fail("is no binary model definition of PocketSphinx");
   if (reader.readI32() != 1) reader.fail("found another version or byte order; expected version 1, little-endian");
@@ -166,8 +169,7 @@ void addPhones(TiedModel& model, const fs::path& path) {
 }
 
 /// Weights: a byte by stream, density and senone, -log of it in units of kScoreUnit.
-void addWeights(TiedModel& model, const fs::path& path) {
-  const std::string bytes = readFile(path, kMostBytes);
+void addWeights(TiedModel& model, std::string_view bytes, const fs::path& path) {
   ByteReader reader(bytes, path.string());
   for (std::int32_t length = reader.readI32(); length != 0; length = reader.readI32()) {
     if (length < 0 || length > 4096) reader.fail("is no file of senone weights of PocketSphinx");
@@ -203,12 +205,17 @@ Eigen::Index TiedModel::featureCount() const {
   return std::accumulate(stream_sizes.begin(), stream_sizes.end(), Eigen::Index{0});
 }
 
-TiedModel readTiedModel(const fs::path& folder) {
+TiedModel parseTiedModel(const TiedModelFiles& files) {
   TiedModel model;
-  addPhones(model, folder / "mdef");
-  addGaussians(model, folder);
-  addWeights(model, folder / "sendump");
+  addPhones(model, files.mdef, files.folder / "mdef");
+  addGaussians(model, files);
+  addWeights(model, files.sendump, files.folder / "sendump");
   return model;
+}
+
+TiedModel readTiedModel(const fs::path& folder) {
+  const auto bytesOf = [&](const char* name) { return readFile(folder / name, kMostBytes); };
+  return parseTiedModel({folder, bytesOf("mdef"), bytesOf("means"), bytesOf("variances"), bytesOf("sendump")});
 }
 
 }  // namespace mouthpiece

@@ -24,7 +24,15 @@ struct TiedModel {
   [[nodiscard]] Eigen::Index featureCount() const;
 };
 
-/// Throws InputError when a file is missing, damaged, or of another kind of model.
+/// The bytes of a model's files.
+struct TiedModelFiles {
+  std::filesystem::path folder;  ///< for errors
+  std::string mdef, means, variances, sendump;
+};
+
+/// Throws InputError when a file is damaged, or of another kind of model.
+TiedModel parseTiedModel(const TiedModelFiles& files);
+/// The files of a folder. Throws InputError also when one is missing.
 TiedModel readTiedModel(const std::filesystem::path& folder);
 
 }  // namespace mouthpiece
