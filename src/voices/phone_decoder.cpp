@@ -14,7 +14,9 @@
 #include <string>
 
 #include "base/errors.h"
+#include "voices/fleeting_sounds.h"
 #include "voices/frame_thinning.h"
+#include "voices/harmonic_smoothing.h"
 #include "voices/senone_scores.h"
 
 namespace mouthpiece {
@@ -188,8 +190,8 @@ Eigen::MatrixXf featuresOf(ps_decoder_t* decoder, Cepstra& cepstra) {
 /// frames is weighed when the one before was read.
 class ScoreStream {
  public:
-  ScoreStream(SenoneScorer& scorer, const Eigen::MatrixXf& features, Weighing weighing)
-      : scorer_(scorer), features_(features), weighing_(std::move(weighing)) {
+  ScoreStream(SenoneScorer& scorer, const Eigen::MatrixXf& features, Weighing weighing, const FleetingSounds& fleeting)
+      : scorer_(scorer), features_(features), weighing_(std::move(weighing)), fleeting_(fleeting) {
     const std::uint32_t byte_order = 0x11223344;
     bytes_ = fmt::format("s3\nversion 0.1\nn_sen {}\nlogbase 1.0001\nendhdr\n", scorer.model().senone_count);
     bytes_.append(reinterpret_cast<const char*>(&byte_order), sizeof byte_order);
@@ -215,7 +217,8 @@ class ScoreStream {
     bytes_.clear();
     at_ = 0;
     if (frames == 0) return;
-    const auto& scores = scorer_.score(features_.middleCols(next_, frames), weighing_);
+    SenoneScorer::Scores scores = scorer_.score(features_.middleCols(next_, frames), weighing_);
+    fleeting_.weigh(scores, next_);
     const auto count = static_cast<std::int16_t>(scores.rows());
     for (Eigen::Index frame = 0; frame < frames; ++frame) {
       bytes_.append(reinterpret_cast<const char*>(&count), sizeof count);
@@ -227,6 +230,7 @@ class ScoreStream {
   SenoneScorer& scorer_;
   const Eigen::MatrixXf& features_;
   Weighing weighing_;
+  const FleetingSounds& fleeting_;
   Eigen::Index next_ = 0;
   std::string bytes_;
   std::size_t at_ = 0;
@@ -275,7 +279,7 @@ Seconds edgeBefore(const std::vector<std::size_t>& kept, std::size_t at) {
   return 0.5 * static_cast<double>(before + after) * kFrameStep + kBoundaryShift;
 }
 
-DecodedPhone readSegment(ps_seg_t* segment, const std::vector<std::size_t>& kept) {
+DecodedPhone readSegment(ps_seg_t* segment, const std::vector<std::size_t>& kept, const FleetingSounds& fleeting) {
   DecodedPhone phone;
   std::string_view name = ps_seg_word(segment);
   int first = 0, last = 0, score = 0;
@@ -289,16 +293,18 @@ DecodedPhone readSegment(ps_seg_t* segment, const std::vector<std::size_t>& kept
   phone.opens_word = name.ends_with(kFirstSuffix);
   if (phone.opens_word) name.remove_suffix(kFirstSuffix.size());
   phone.phone = phoneFromName(name).value_or(Phone::kSil);
+  phone.score /= fleeting.timesWeighed(phone.phone, static_cast<std::size_t>(first), static_cast<std::size_t>(last));
   return phone;
 }
 
 /// `kept`: the frames that the decoder heard; empty for all.
-std::vector<DecodedPhone> readResult(ps_decoder_t* decoder, const std::vector<std::size_t>& kept) {
+std::vector<DecodedPhone> readResult(ps_decoder_t* decoder, const std::vector<std::size_t>& kept,
+                                     const FleetingSounds& fleeting) {
   std::vector<DecodedPhone> phones;
   if (ps_get_hyp(decoder, nullptr) == nullptr) return phones;
   for (ps_seg_t* segment = ps_seg_iter(decoder); segment != nullptr; segment = ps_seg_next(segment)) {
     if (std::string_view(ps_seg_word(segment)) == "(NULL)") continue;
-    phones.push_back(readSegment(segment, kept));
+    phones.push_back(readSegment(segment, kept, fleeting));
   }
   return phones;
 }
@@ -335,13 +341,14 @@ bool searchThrough(ps_decoder_t* decoder, ScoreStream& scores) {
 }
 
 std::vector<DecodedPhone> search(ps_decoder_t* decoder, SenoneScorer& scorer, fsg_model_t* graph, Cepstra& cepstra,
-                                 const std::vector<std::size_t>& kept, Weighing weighing) {
+                                 const std::vector<std::size_t>& kept, Weighing weighing,
+                                 const FleetingSounds& fleeting = {}) {
   expectDone(ps_set_fsg(decoder, "words", graph), "take the words");
   expectDone(ps_set_search(decoder, "words"), "take the words");
   const Eigen::MatrixXf features = featuresOf(decoder, cepstra);
-  ScoreStream scores(scorer, features, std::move(weighing));
+  ScoreStream scores(scorer, features, std::move(weighing), fleeting);
   expectDone(searchThrough(decoder, scores) ? 0 : -1, "hear the sound");
-  return readResult(decoder, kept);
+  return readResult(decoder, kept, fleeting);
 }
 
 /// Empty where no path through all words was kept.
@@ -352,13 +359,15 @@ std::vector<DecodedPhone> decodeWith(ps_decoder_t* decoder, SenoneScorer& scorer
   if (cepstra.empty()) return {};
   std::vector<std::size_t> kept;
   if (kind == SpeechKind::kSung) {
+    takeHarmonicsOut(samples, cepstra);
     kept = thinFrames(cepstra, kSungFramesAPhone * fewestPhones(words));
     Cepstra thinned;
     for (const std::size_t frame : kept) thinned.push_back(std::move(cepstra[frame]));
     cepstra = std::move(thinned);
   }
   std::vector<DecodedPhone> phones =
-      search(decoder, scorer, graph.get(), cepstra, kept, {codebooksOf(phonesOf(words), scorer.model())});
+      search(decoder, scorer, graph.get(), cepstra, kept, {codebooksOf(phonesOf(words), scorer.model())},
+             FleetingSounds(scorer.model(), kept));
   std::size_t found = 0;
   for (const DecodedPhone& phone : phones) found += phone.opens_word ? 1 : 0;
   if (found != words.size()) phones.clear();
@@ -389,7 +398,7 @@ std::vector<TimeSpan> PhoneDecoder::hearAgain(std::span<const std::int16_t> samp
   PhoneSet used{};
   for (const DecodedPhone& phone : phones) used[static_cast<std::size_t>(phone.phone)] = true;
   const auto again = search(decoder, state_->scorer, graph.get(), cepstra, {},
-                            {codebooksOf(used, state_->scorer.model()), false, kTimesScale});
+                            {codebooksOf(used, state_->scorer.model()), false, kTimesScale}, {});
   if (again.size() != phones.size()) return {};
   std::vector<TimeSpan> spans;
   for (const DecodedPhone& phone : again) spans.push_back(phone.span);
