@@ -39,6 +39,43 @@ double clarityAt(const std::vector<float>& samples, std::size_t middle, double p
   return before.dot(after) / std::sqrt(before.squaredNorm() * after.squaredNorm() + 1e-12F);
 }
 
+/// Another period than the tracker's own must repeat better by this much. Voices double their period at times: both are
+/// alike then, and the tracker goes by its neighbours' pitch more often than not.
+constexpr double kSurelyBetter = 0.1;
+
+/// How alike `count` samples around `middle` are to those `lag` later.
+double likenessAt(const std::vector<float>& samples, std::size_t middle, std::size_t lag, std::size_t count) {
+  const std::size_t half = (count + lag) / 2;
+  if (lag == 0 || middle < half || middle - half + count + lag > samples.size()) return -1;
+  const auto size = static_cast<Eigen::Index>(count);
+  const Eigen::Map<const Eigen::VectorXf> early(&samples[middle - half], size),
+      late(&samples[middle - half + lag], size);
+  return early.dot(late) / std::sqrt(early.squaredNorm() * late.squaredNorm() + 1e-12F);
+}
+
+/// The tracker at times takes a harmonic, or a half or a third of the pitch, for the pitch: of its multiples and parts
+/// one whose period repeats much better.
+double setOctaveRight(const std::vector<float>& samples, std::size_t middle, double hz, const PitchOptions& options) {
+  const auto count = static_cast<std::size_t>(std::lround(2 * kRateHz / hz));
+  const auto repeats = [&](double candidate) {
+    const auto lag = static_cast<std::size_t>(std::lround(kRateHz / candidate));
+    double likeness = -1;  // between whole samples a period repeats less well
+    for (const std::size_t near : {lag - 1, lag, lag + 1})
+      likeness = std::max(likeness, likenessAt(samples, middle, near, count));
+    return likeness;
+  };
+  double best_hz = hz, best = repeats(hz) + kSurelyBetter;
+  for (const double multiple : {2., 3., 1. / 2, 1. / 3}) {
+    const double candidate = hz * multiple;
+    if (candidate < options.lowest_hz || candidate > options.highest_hz) continue;
+    const double likeness = repeats(candidate);
+    if (likeness <= best) continue;
+    best = likeness;
+    best_hz = candidate;
+  }
+  return best_hz;
+}
+
 }  // namespace
 
 double PitchTrack::hzAt(Seconds time) const {
@@ -83,8 +120,9 @@ PitchTrack trackPitch(const AudioClip& clip, const PitchOptions& options) {
     if (step + 1 < warm_up) continue;
     const std::size_t frame = step + 1 - warm_up;
     if (frame >= count) break;
-    const double hz = output->data[0];
+    double hz = output->data[0];
     const bool in_range = hz >= options.lowest_hz && hz <= options.highest_hz;
+    if (in_range) hz = setOctaveRight(padded, frame * hop + lead, hz, options);
     const double confidence = in_range ? clarityAt(padded, frame * hop + lead, kRateHz / hz) : 0;
     const bool voiced = confidence >= options.least_confidence && levels[frame] >= loudest + options.least_level_db;
     track.frames[frame] = {voiced ? hz : 0, std::clamp(confidence, 0.0, 1.0)};

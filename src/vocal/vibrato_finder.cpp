@@ -92,8 +92,9 @@ class RunFinder {
       depth += std::abs(rawAt(peaks_[peak + 1]) - rawAt(peaks_[peak])) / 2;
     }
     run.depth_semitones = depth / half_periods;
-    if (half_periods / 2 > options_.least_periods && deviation(run) < options_.most_deviation_semitones &&
-        run.depth_semitones >= options_.least_depth_semitones) {
+    const bool is_in_range = run.rate_hz >= options_.slowest_hz && run.rate_hz <= options_.fastest_hz;
+    if (half_periods / 2 > options_.least_periods && is_in_range &&
+        deviation(run) < options_.most_deviation_semitones && run.depth_semitones >= options_.least_depth_semitones) {
       runs_.push_back(run);
     }
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "phonetics/textgrid.h"
@@ -100,6 +101,22 @@ TEST_F(RecordedSingers, AHighVoicesHarmonicsDoNotPassForOtherVowels) {
   for (const char* const file : {"hitsuboku-kumi_0045.flac", "hitsuboku-kumi_0031.flac"}) {  // 530 and 590 Hz
     for (const double error : errors(file, "hya hya hi hya hyu hya he hyan hya"))
       EXPECT_LE(std::abs(error), 0.200) << file;
+  }
+}
+
+TEST_F(RecordedSingers, AHeldPitchIsOneNoteWithoutVibrato) {
+  // The first one's third harmonic is its strongest by far.
+  for (const auto& [file, hz] : {std::pair("erithacus_0014.flac", 131.0), std::pair("erithacus_0003.flac", 141.4),
+                                 std::pair("dorodoro_0007.flac", 192.0), std::pair("scottpoid_0016.flac", 194.4)}) {
+    const std::string out = (scratch_.path() / "tags.json").string();
+    const ProgramResult result =
+        runProgram("corpus", {"tag", (kSingers / "audio" / file).string(), "--out", out, "--quiet"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const auto tags = nlohmann::json::parse(readAll(out));
+    EXPECT_FALSE(tags.at("notes").empty()) << file;
+    for (const auto& note : tags.at("notes"))
+      EXPECT_NEAR(12 * std::log2(note.at("hz").get<double>() / hz), 0, 1) << file;
+    EXPECT_TRUE(tags.at("vibrato").empty()) << file << tags.at("vibrato").dump();
   }
 }
 

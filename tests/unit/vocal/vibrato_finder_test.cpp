@@ -47,6 +47,11 @@ TEST(VibratoFinder, TrackersNoiseIsNone) {
   EXPECT_TRUE(findVibrato(pitch).empty());
 }
 
+TEST(VibratoFinder, TheWaveringOfAStraightToneIsNone) {
+  EXPECT_TRUE(findVibrato(sungTone(6, 0.15, 1.5)).empty());
+  EXPECT_FALSE(findVibrato(sungTone(6, 0.25, 1.5)).empty());
+}
+
 TEST(VibratoFinder, StandsFewSamples) {
   EXPECT_TRUE(findVibrato({}).empty());
   EXPECT_TRUE(findVibrato(std::vector<double>(3, 200.0)).empty());
