@@ -2,7 +2,6 @@
 
 #include "base/files.h"
 #include "corpus_tools/commands/command_support.h"
-#include "phonetics/text_encoding.h"
 #include "phonetics/textgrid.h"
 #include "vocal/hear_tags.h"
 #include "voices/forced_alignment.h"
@@ -16,15 +15,12 @@ struct TagCommand {
   std::filesystem::path audio, phones, lyrics, lexicon, output;
 };
 
-constexpr std::uint64_t kMaxLyricsBytes = 1 << 20;
-
 /// The phones that are given, or those of the lyrics where they are heard; null without either.
 std::optional<SpeechLabels> labelsFor(const TagCommand& command, const AudioClip& audio) {
   if (!command.phones.empty()) return readTextGrid(command.phones);
   if (command.lyrics.empty()) return std::nullopt;
   const Lexicon lexicon = lexiconFrom(command.lexicon);
-  const std::string lyrics = decodeText(readFile(command.lyrics, kMaxLyricsBytes), command.lyrics.string());
-  ForcedAlignment alignment = ForcedAligner().align(audio, Pronouncer(&lexicon).wordsOf(sungText(lyrics)),
+  ForcedAlignment alignment = ForcedAligner().align(audio, Pronouncer(&lexicon).wordsOf(readLyrics(command.lyrics)),
                                                     command.audio.string(), SpeechKind::kSung);
   if (const std::string doubts = doubtsAbout(alignment); !doubts.empty())
     printNotice(fmt::format("{}: {}", command.audio.string(), doubts), command.quiet);

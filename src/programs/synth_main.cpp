@@ -9,7 +9,6 @@
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "phonetics/text_encoding.h"
 #include "programs/batch_list.h"
 #include "programs/program.h"
 #include "programs/synth_job.h"
@@ -129,8 +128,7 @@ void addLineOptions(CLI::App& app, CommandLine& line) {
 LineSource sourceOf(const CommandLine& line) {
   LineSource source = line.source;
   source.is_sung = !line.lyrics.empty() || !line.source.song.empty();
-  if (!line.lyrics.empty())
-    source.text = sungText(decodeText(readFile(line.lyrics, kMaxTextFileBytes), line.lyrics.string()));
+  if (!line.lyrics.empty()) source.text = readLyrics(line.lyrics);
   if (!line.transcript.empty()) source.text = line.transcript;
   if (!line.text_file.empty()) source.text = readFile(line.text_file, kMaxTextFileBytes);
   return source;

@@ -2,7 +2,21 @@
 
 #include <algorithm>
 
+#include "base/errors.h"
+#include "base/files.h"
+#include "phonetics/text_encoding.h"
+
 namespace mouthpiece {
+namespace {
+
+constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 20U;
+
+/// Letters beyond ASCII are judged by who reads them out.
+bool isSpoken(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || (c & 0x80) != 0;
+}
+
+}  // namespace
 
 std::string sungText(std::string_view lyrics) {
   std::string sung;
@@ -16,6 +30,13 @@ std::string sungText(std::string_view lyrics) {
     sung += ' ';
     lyrics.remove_prefix(is_closed ? close + 1 : 1);
   }
+  return sung;
+}
+
+std::string readLyrics(const std::filesystem::path& path) {
+  std::string sung = sungText(decodeText(readFile(path, kMostBytes), path.string()));
+  if (std::none_of(sung.begin(), sung.end(), isSpoken))
+    throw InputError(path.string(), "", "holds no words; expected what is sung, outside of square brackets");
   return sung;
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "base/errors.h"
+#include "base/files.h"
 #include "voices/pronouncer.h"
 
 namespace mouthpiece {
@@ -25,6 +27,23 @@ TEST(Lyrics, ABracketThatDoesNotCloseTakesNothing) {
   EXPECT_EQ(wordsOf("up [above\nthe world]"), "up above the world ");
   EXPECT_EQ(sungText("["), " ");
   EXPECT_EQ(sungText(""), "");
+}
+
+TEST(Lyrics, AFileWithoutWordsIsNamed) {
+  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "mouthpiece_lyrics.txt";
+  for (const char* const text : {"", "[Chorus]\n", "...\n--\n"}) {
+    writeFileAtomically(path, text);
+    try {
+      readLyrics(path);
+      FAIL() << "'" << text << "'";
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("mouthpiece_lyrics.txt: holds no words"), std::string::npos)
+          << error.what();
+    }
+  }
+  writeFileAtomically(path, "[Chorus]\nrow");
+  EXPECT_EQ(readLyrics(path), " \nrow");
+  std::filesystem::remove(path);
 }
 
 }  // namespace
