@@ -111,12 +111,15 @@ TimeSpan spanOfSamples(std::size_t first, std::size_t last) {
   return {static_cast<double>(first) / kPitchRateHz, static_cast<double>(last) / kPitchRateHz};
 }
 
-void tagRun(const VoicedRun& run, AudioTags& tags) {
+/// Where the vowels are not known: of vibrato in them, ups and downs are alike.
+constexpr double kMostSwingRatio = 2;
+
+void tagRun(const VoicedRun& run, const VibratoOptions& options, AudioTags& tags) {
   for (const PitchPiece& piece : fitPitchPieces(run.hz, {.rate_hz = kPitchRateHz})) {
     const TimeSpan span = spanOfSamples(run.first + piece.first, run.first + piece.last);
     if (isNote(piece) && span.duration() >= kShortestNote) tags.notes.push_back({span, piece.median_hz});
   }
-  for (const VibratoRun& vibrato : findVibrato(run.hz, {.rate_hz = kPitchRateHz})) {
+  for (const VibratoRun& vibrato : findVibrato(run.hz, options)) {
     tags.vibrato.push_back(
         {spanOfSamples(run.first + vibrato.first, run.first + vibrato.last), vibrato.rate_hz, vibrato.depth_semitones});
   }
@@ -149,13 +152,16 @@ AudioTags hearTags(const AudioClip& clip, const SpeechLabels* labels) {
   tags.f0 = pitchOf(clip);
   setOctavesRight(tags.f0);
   std::vector<TimeSpan> spans{{0, clip.duration() + 1}};
-  if (labels != nullptr) {
+  VibratoOptions vibrato{.rate_hz = kPitchRateHz};
+  if (labels == nullptr) {
+    vibrato.most_swing_ratio = kMostSwingRatio;
+  } else {
     spans = vowelSpans(*labels);
     silenceOutside(tags.f0, spans);
     tags.consonants = consonantsOf(clip, *labels);
   }
   for (const TimeSpan& span : spans) {
-    for (const VoicedRun& run : voicedRuns(tags.f0, span)) tagRun(run, tags);
+    for (const VoicedRun& run : voicedRuns(tags.f0, span)) tagRun(run, vibrato, tags);
   }
   tags.vowels = hearVowels(clip);
   return tags;

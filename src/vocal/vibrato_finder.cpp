@@ -70,11 +70,20 @@ class RunFinder {
  private:
   [[nodiscard]] double period(std::size_t peak) const { return (peaks_[peak + 2] - peaks_[peak]) / options_.rate_hz; }
 
-  /// Peaks i, i + 1, i + 2 are one period of the right length.
+  /// Semitones from peak to peak.
+  [[nodiscard]] double swing(std::size_t peak) const {
+    return std::abs(semitonesAt(peaks_[peak + 1]) - semitonesAt(peaks_[peak]));
+  }
+  [[nodiscard]] double semitonesAt(double place) const {
+    return semitones_[std::min(static_cast<std::size_t>(std::lround(place)), semitones_.size() - 1)];
+  }
+
+  /// Peaks i, i + 1, i + 2 are one period of the right length, up as far as down.
   [[nodiscard]] bool isPeriod(std::size_t i) const {
     const double share = (peaks_[i + 1] - peaks_[i]) / options_.rate_hz / period(i);
     return period(i) >= 1 / options_.fastest_hz && period(i) <= 1 / options_.slowest_hz && share > kLeastHalf &&
-           share < kMostHalf;
+           share < kMostHalf &&
+           std::max(swing(i), swing(i + 1)) < options_.most_swing_ratio * std::min(swing(i), swing(i + 1));
   }
 
   [[nodiscard]] bool isSimilar(std::size_t i) const {

@@ -23,6 +23,9 @@ struct VibratoOptions {
   double fastest_hz = 8;
   /// Not in the paper: straight tones waver by up to 0.2 semitones in people, vibrato reaches 0.34 to 1.2 (Prame 1997).
   double least_depth_semitones = 0.2;
+  /// Neighbouring swings, up and down, differ by no more than this (any): a consonant between vowels bends the pitch
+  /// once.
+  double most_swing_ratio = 1e9;
 };
 
 /// Stretches of the voiced pitch of one vowel whose peaks are a similar distance apart (zero crossings of f0').

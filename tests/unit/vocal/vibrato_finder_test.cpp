@@ -52,6 +52,16 @@ TEST(VibratoFinder, TheWaveringOfAStraightToneIsNone) {
   EXPECT_FALSE(findVibrato(sungTone(6, 0.25, 1.5)).empty());
 }
 
+TEST(VibratoFinder, UnevenSwingsAreNoneWhereThatIsAsked) {
+  // A tone that wavers, with one bend, as B makes between vowels.
+  std::vector<double> pitch = sungTone(6.6, 0.12, 0.62);
+  for (std::size_t i = 0; i < pitch.size(); ++i)
+    pitch[i] *= std::exp2(-1.3 / 12 * std::exp(-std::pow((0.01 * static_cast<double>(i) - 0.417) / 0.02, 2)));
+  EXPECT_FALSE(findVibrato(pitch).empty());
+  EXPECT_TRUE(findVibrato(pitch, {.most_swing_ratio = 2}).empty());
+  EXPECT_EQ(findVibrato(sungTone(6, 0.5, 1.5), {.most_swing_ratio = 2}).size(), 1U);
+}
+
 TEST(VibratoFinder, StandsFewSamples) {
   EXPECT_TRUE(findVibrato({}).empty());
   EXPECT_TRUE(findVibrato(std::vector<double>(3, 200.0)).empty());
