@@ -45,15 +45,15 @@ VisemeEvent fourKeys(const SpeechLabels& labels, PhoneIndex index, Viseme viseme
   return event;
 }
 
-/// The halves of a long diphthong: over 120 ms about its middle the first gives way to the second, so that the mouth
-/// never does both in full. (In short ones they overlap as neighbours do; so the poses were learnt.)
+/// The two of a long diphthong: over 120 ms about its turn the first gives way to the second, so that the mouth never
+/// does both in full. (In short ones they overlap as neighbours do; so the poses were learnt.)
 void crossFade(VisemeEvent& first, VisemeEvent& second) {
-  const Seconds middle = second.span.start;
+  const Seconds turn = second.span.start;
   const Seconds half = 0.5 * std::min(kOnset, second.span.duration());
-  first.inner.back().time = std::min(first.inner.back().time, middle - half);
-  first.end = middle + half;
-  second.onset = middle - half;
-  second.inner.front().time = middle + half;
+  first.inner.back().time = turn - half;
+  first.end = turn + half;
+  second.onset = turn - half;
+  second.inner.front().time = turn + half;
 }
 
 /// Two phones of one viseme in a row are one viseme.
@@ -178,6 +178,8 @@ bool isTongueOnly(Viseme viseme) { return viseme == Viseme::kLNTD || viseme == V
 
 bool isLabial(Viseme viseme) { return viseme == Viseme::kMBP || viseme == Viseme::kFV; }
 
+Seconds diphthongTurn(const TimeSpan& span) { return std::max(span.middle(), span.end - kOnset); }
+
 std::vector<VisemeEvent> fourKeyEvents(const SpeechLabels& labels) {
   std::vector<VisemeEvent> events;
   for (std::size_t i = 0; i < labels.phones.size(); ++i) {
@@ -185,13 +187,13 @@ std::vector<VisemeEvent> fourKeyEvents(const SpeechLabels& labels) {
     if (phone.phone == Phone::kSil) continue;
     const Viseme first = firstViseme(phone.phone);
     const Viseme last = lastViseme(phone.phone);
-    const Seconds middle = phone.span.middle();
+    const Seconds turn = diphthongTurn(phone.span);
     const PhoneIndex index(i);
     if (first == last) {
       events.push_back(fourKeys(labels, index, first, phone.span));
     } else {
-      events.push_back(fourKeys(labels, index, first, {phone.span.start, middle}));
-      events.push_back(fourKeys(labels, index, last, {middle, phone.span.end}));
+      events.push_back(fourKeys(labels, index, first, {phone.span.start, turn}));
+      events.push_back(fourKeys(labels, index, last, {turn, phone.span.end}));
       if (phone.span.duration() >= kLongVowel) crossFade(events[events.size() - 2], events.back());
     }
   }

@@ -44,7 +44,11 @@ bool isTongueOnly(Viseme viseme);
 /// M B P and F V.
 bool isLabial(Viseme viseme);
 
-/// Pass 1: four keys for each phone (diphthongs: for each half; silence: none). HH waits for pass 2.
+/// Where a diphthong turns from its first viseme to its last: half way, but where it is held 120 ms before its end, for
+/// singers hold the first vowel and let the second vanish.
+Seconds diphthongTurn(const TimeSpan& span);
+
+/// Pass 1: four keys for each phone (diphthongs: for each of the two; silence: none). HH waits for pass 2.
 std::vector<VisemeEvent> fourKeyEvents(const SpeechLabels& labels);
 
 /// Pass 2: JALI's co-articulation rules. Merges repeated visemes, gives HH the shape of the next vowel, lets lip-heavy

@@ -110,9 +110,9 @@ CurveSet vowelModificationCurves(const SpeechLabels& labels, const AudioTags& ta
   };
   for (const LabelledPhone& phone : labels.phones) {
     if (!isVowel(phone.phone)) continue;
-    // The two halves of a diphthong are meant to sound differently.
+    // The two vowels of a diphthong are meant to sound differently.
     const bool is_diphthong = firstViseme(phone.phone) != lastViseme(phone.phone);
-    const Seconds turn = is_diphthong ? phone.span.middle() : phone.span.end;
+    const Seconds turn = is_diphthong ? diphthongTurn(phone.span) : phone.span.end;
     modify({phone.span.start, turn}, firstViseme(phone.phone));
     if (is_diphthong) modify({turn, phone.span.end}, lastViseme(phone.phone));
   }

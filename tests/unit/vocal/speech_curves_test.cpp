@@ -120,9 +120,17 @@ TEST(SpeechCurves, DiphthongsGoThroughTwoVisemes) {
   EXPECT_NEAR(curveOf(brief, "Ah").keys[1].time, 0.5, 1e-12);
   EXPECT_NEAR(curveOf(brief, "Ee").keys[1].time, 0.575, 1e-12);
   const CurveSet sustained = speech({{Phone::kAY, 0.3}});
-  EXPECT_NEAR(curveOf(sustained, "Ee").keys[1].time, 0.65 + 0.06, 1e-12) << "120 ms about the middle";
+  EXPECT_NEAR(curveOf(sustained, "Ee").keys[1].time, 0.68 + 0.06, 1e-12) << "120 ms about the turn, 120 before the end";
   for (Seconds time = 0.5; time < 0.8; time += 0.01)
     EXPECT_LE(curveOf(sustained, "Ah").valueAt(time) + curveOf(sustained, "Ee").valueAt(time), 0.8 + 1e-9) << time;
+}
+
+TEST(SpeechCurves, HeldDiphthongsKeepTheirFirstVowel) {
+  const CurveSet held = speech({{Phone::kOW, 2.0}});
+  const AnimationCurve open = curveOf(held, "Oh"), close = curveOf(held, "Oo");
+  EXPECT_GT(open.valueAt(0.5 + 1.7), 0.7) << "held to the last 180 ms";
+  EXPECT_LT(close.valueAt(0.5 + 1.7), 0.05);
+  EXPECT_GT(close.valueAt(0.5 + 1.96), open.valueAt(0.5 + 1.96)) << "then it vanishes";
 }
 
 TEST(SpeechCurves, PlosivesBeforeAPauseLetGo) {
