@@ -62,7 +62,7 @@ LipGuard::LipGuard(const FaceMesh& mesh, const VertexPositions& closed, const Co
 
 void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& closed, const FaceBinding& binding,
                         const std::vector<std::uint32_t>& patch_sides) {
-  const auto sideOf = [&](std::uint32_t v) {
+  const auto side_of = [&](std::uint32_t v) {
     return binding.patch[v] < 0 || !(binding.skin_weight[v] > 0)
                ? 0U
                : patch_sides[static_cast<std::size_t>(binding.patch[v])];
@@ -77,7 +77,7 @@ void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& closed, con
       if (part.kind == PartKind::kUpperTeeth) upper_teeth.push_back(triangle);
       if (part.kind == PartKind::kLowerTeeth) lower_teeth.push_back(triangle);
       if (!is_lip) continue;
-      const std::uint32_t side = sideOf(triangle[0]) & sideOf(triangle[1]) & sideOf(triangle[2]);
+      const std::uint32_t side = side_of(triangle[0]) & side_of(triangle[1]) & side_of(triangle[2]);
       if ((side & kUpperLip) != 0) upper.push_back(triangle);
       if ((side & kLowerLip) != 0) lower.push_back(triangle);
       for (const std::uint32_t v : triangle) {

@@ -357,9 +357,9 @@ Anchors withAllMarkers(const FaceMesh& mesh, const Anchors& anchors, const std::
   for (std::size_t i = 0; i < unplaced.size(); ++i)
     start.row(anchor_count + static_cast<Eigen::Index>(i)) = similarity(actor.places().at(unplaced[i])).transpose();
 
-  const auto anchorAt = [&](const char* name) { return *placeOf(anchors, name, mesh, anchors_file); };
-  const double width = (anchorAt("LIP_CORNER_L") - anchorAt("LIP_CORNER_R")).norm();
-  const Skin skin = skinOf(mesh, anchorAt("LIP_UP_MID"), anchorAt("LIP_LO_MID"), width);
+  const auto anchor_at = [&](const char* name) { return *placeOf(anchors, name, mesh, anchors_file); };
+  const double width = (anchor_at("LIP_CORNER_L") - anchor_at("LIP_CORNER_R")).norm();
+  const Skin skin = skinOf(mesh, anchor_at("LIP_UP_MID"), anchor_at("LIP_LO_MID"), width);
 
   Eigen::VectorXd stiffness = Eigen::VectorXd::Constant(count, kStiffness * width);
   stiffness.head(anchor_count).setZero();

@@ -214,8 +214,8 @@ TiedModel parseTiedModel(const TiedModelFiles& files) {
 }
 
 TiedModel readTiedModel(const fs::path& folder) {
-  const auto bytesOf = [&](const char* name) { return readFile(folder / name, kMostBytes); };
-  return parseTiedModel({folder, bytesOf("mdef"), bytesOf("means"), bytesOf("variances"), bytesOf("sendump")});
+  const auto bytes_of = [&](const char* name) { return readFile(folder / name, kMostBytes); };
+  return parseTiedModel({folder, bytes_of("mdef"), bytes_of("means"), bytes_of("variances"), bytes_of("sendump")});
 }
 
 }  // namespace mouthpiece
