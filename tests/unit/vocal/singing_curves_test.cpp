@@ -14,7 +14,7 @@ namespace {
 
 using testing::spokenPhones;
 
-const std::vector<CurveKey>& keysOf(const CurveSet& curves, std::string_view name) {
+std::vector<CurveKey> keysOf(const CurveSet& curves, std::string_view name) {
   const AnimationCurve* curve = findCurve(curves, name);
   if (curve == nullptr) throw std::runtime_error("no curve " + std::string(name));
   return curve->keys;
