@@ -71,7 +71,7 @@ struct FaceDeformer::Data {
   const kernel::Kernels* kernels = &kernel::bestKernels();
   DeformerOptions options;
   ControlMesh control;
-  std::vector<LipPair> lip_pairs;
+  std::vector<LipPair> lip_pairs = lipPairs(control);
   JawHinge jaw;
   TongueMorph tongue;
   std::optional<LipGuard> guard;
@@ -96,11 +96,7 @@ struct FaceDeformer::Data {
   VertexPositions sums_of_others;  ///< what the other triangles add to the normals of `turning`, in its order
 
   Data(const FaceMesh& mesh, const ControlMesh& control_mesh, std::vector<std::uint32_t> tongue_vertices)
-      : control(control_mesh),
-        lip_pairs(lipPairs(control_mesh)),
-        jaw(control_mesh),
-        tongue(mesh, std::move(tongue_vertices)),
-        rest(mesh.vertices) {}
+      : control(control_mesh), jaw(control_mesh), tongue(mesh, std::move(tongue_vertices)), rest(mesh.vertices) {}
 
   void takeSurface(const BezierSurface& surface);
   void takeFollowers(const BezierSurface& surface);
