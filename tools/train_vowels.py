@@ -3,7 +3,7 @@
 
     apt-get install python3-torch python3-numpy libopenblas0-pthread sox libsox-fmt-all festival festvox-italp16k \\
         festvox-itapc16k festvox-suopuhe-lj festvox-suopuhe-mv festvox-czech-dita festvox-czech-krb \\
-        festvox-czech-machac festvox-czech-ph festvox-ca-ona-hts klettres-data praat
+        festvox-czech-machac festvox-czech-ph festvox-ca-ona-hts klettres-data praat tuxpaint-stamps-default espeak-ng
     tools/train_vowels.py --data ../shared/singing_vowels --leave-one-out    what it reaches on singers left out, each
     tools/train_vowels.py --data ../shared/singing_vowels --out src/vocal/vowel_network.weights
 
@@ -19,6 +19,7 @@ import torch
 
 import vowel_adaptation
 import vowel_perceptron
+import vowel_speech
 from vowel_envelope import (BANDS, EDGES, FLOOR, RATE, SILENT, TRANSFORM, envelopes, filter_bank, power_frames,
                             warped_edges)
 from vowel_sounds import (CLASSES, IGNORED, augmented, letter_files, measured_people, modelled_files, modelled_singer,
@@ -31,7 +32,9 @@ MERGED = np.array([0, 1, 1, 2, 2, 3])
 # Of a group: copies beside the plain sounds, how far formants are moved, its share of the sequences, how much a sound
 # of it tells about voices.
 GROUPS = {"singers": (5, 0.26, 0.55, 1.0), "letters": (3, 0.2, 0.2, 0.5), "tts": (2, 0.2, 0.1, 0.4),
-          "modelled": (1, 0.05, 0.15, 0.15)}
+          "modelled": (1, 0.05, 0.15, 0.15), "speech": (2, 0.2, 0.05, 0.6), "consonants": (2, 0.2, 0.35, 0.0)}
+RECURRENT_GROUPS = ("singers", "letters", "tts", "modelled")  # what the recurrent networks hear
+ALIGNING_GROUPS = ("letters", "tts", "modelled", "consonants")
 SEED = 1
 AVERAGED = 0.985  # of the weights so far in the running mean that is kept
 VOICE_COPIES = 3  # plain and copied sounds that the prior of voices is learnt from
@@ -87,12 +90,29 @@ class Clip:
         return vowel_perceptron.columns(self.features[:, MFCCS:MFCCS + BANDS], self.level, taken_off)
 
 
+def clips_of(group, files, rng):
+    clips = [Clip(group, who, copy, samples, intervals, rng) for copy in range(GROUPS[group][0] + 1)
+             for who, samples, intervals in files]
+    return [clip for clip in clips if (clip.classes != IGNORED).any()]
+
+
 def prepared(data, rng):
     sounds = {"singers": singer_files(data), "letters": letter_files(rng), "tts": tts_files(rng),
               "modelled": modelled_files(rng)}
-    clips = [Clip(group, who, copy, samples, intervals, rng) for group, files in sounds.items()
-             for copy in range(GROUPS[group][0] + 1) for who, samples, intervals in files]
-    return [clip for clip in clips if (clip.classes != IGNORED).any()]
+    clips = [clip for group, files in sounds.items() for clip in clips_of(group, files, rng)]
+    return clips + clips_of("speech", speech(clips, np.random.default_rng(SEED)), np.random.default_rng(SEED))
+
+
+def speech(clips, rng):
+    """What people read aloud, aligned with its text by networks that heard no singer."""
+    syllables = clips_of("consonants", tts_files(rng, 12, (0.9, 1.6), True), rng)
+    voices = heard([clip for clip in clips + syllables if clip.group in ALIGNING_GROUPS])
+
+    def columns_of(samples):
+        clip = Clip("speech", "", 0, samples, [], rng)
+        return clip.columns(), clip.f0
+
+    return vowel_speech.speech_files(vowel_speech.aligners(voices), columns_of)
 
 
 # ---- network
@@ -208,16 +228,19 @@ def train(clips, args, seed):
     return network.eval()
 
 
-def train_perceptrons(clips):
+def heard(clips):
+    """What the perceptrons hear of the clips: {voice: (share of the frames, [(columns, labels)])}."""
     voices, share_of = voices_of([clip for clip in clips if clip.level is not None])
-    heard = {name: (share_of[name], [(clip.columns(), clip.classes) for clip in voice])
-             for name, voice in voices.items()}
-    return [vowel_perceptron.train(heard, SEED + k) for k in range(vowel_perceptron.COUNT)]
+    return {name: (share_of[name], [(clip.columns(), clip.classes) for clip in voice])
+            for name, voice in voices.items()}
 
 
 def trained(clips, args):
     """(recurrent networks, perceptrons)"""
-    return [rounded_to_half(train(clips, args, SEED + k)) for k in range(args.networks)], train_perceptrons(clips)
+    recurrent = [clip for clip in clips if clip.group in RECURRENT_GROUPS]
+    voices = heard(clips)
+    return ([rounded_to_half(train(recurrent, args, SEED + k)) for k in range(args.networks)],
+            [vowel_perceptron.train(voices, SEED + k) for k in range(vowel_perceptron.COUNT)])
 
 
 def voice_prior(clips):
@@ -241,12 +264,15 @@ def rates(predicted, wanted):
 
 
 def report(networks, prior, clips, name):
+    """Each file by itself, by the networks and adapted; and adapted as if all files were one recording, as a song is."""
     answers = [shares_of(networks, prior, clip) for clip in clips]
-    wanted = np.concatenate([clip.classes for clip in clips])
+    alone, adapted = (np.concatenate([answer[which] for answer in answers]) for which in (0, 1))
+    level, f0, wanted = (np.concatenate([getattr(clip, part) for clip in clips]) for part in ("level", "f0", "classes"))
+    kinds = {"networks alone": alone, "adapted": adapted,
+             "one recording": vowel_adaptation.adapted(prior, level, f0, alone)}
     result = []
-    for kind, which in ("networks alone", 0), ("adapted", 1):
-        predicted = np.concatenate([answer[which].argmax(1) for answer in answers])
-        result.append(rates(predicted[wanted != IGNORED], wanted[wanted != IGNORED]))
+    for kind, shares in kinds.items():
+        result.append(rates(shares.argmax(1)[wanted != IGNORED], wanted[wanted != IGNORED]))
         print(f"{name}, {kind}: five-way {result[-1][0]:.3f}, merged {result[-1][1]:.3f}; recall",
               " ".join(f"{v} {r:.2f}" for v, r in zip(CLASSES, result[-1][2:])), flush=True)
     return [r[:2] for r in result]
@@ -307,7 +333,7 @@ def main():
             others = [clip for clip in clips if clip.who != singer]
             held_out = [clip for clip in clips if clip.who == singer and clip.copy == 0]
             results.append(report(trained(others, args), voice_prior(others), held_out, singer))
-        print("mean five-way and merged, networks alone and adapted:", np.mean(results, 0).round(3).tolist())
+        print("mean five-way and merged, networks alone, adapted, one recording:", np.mean(results, 0).round(3).tolist())
     if args.out or args.example:
         networks, prior = trained(clips, args), voice_prior(clips)
     if args.out:

@@ -6,13 +6,14 @@ import numpy as np
 
 from vowel_envelope import BANDS
 
-VOWELS, DIRECTIONS, STARTS, ROUNDS = 5, 8, 8, 10
+VOWELS, DIRECTIONS, STARTS, ROUNDS = 5, 8, 16, 10
 SILENCE = 5
 FRAME_COUNT, MOST_FRAMES = 0.04, 600  # a frame counts little, for its neighbours are like it; no recording counts more
 VOICE_SHARE, NETWORK_SHARE = 0.5, 0.7
-REACH, ALIKE = 20, 12.0  # frames to both sides that a decision leans on, if they sound alike
+USUAL_SCATTER = 30.0  # frames' worth of belief that a vowel's own frames scatter by 1 in this recording too
+REACH, ALIKE = 35, 12.0  # frames to both sides that a decision leans on, if they sound alike
 NEAR, MOVING = 3, 4.0  # frames to both sides whose squared distance tells how far the sound moves
-WIDE, LEAST_TRUST = 24.0, 0.3  # squared spread of a recording with several vowels; one vowel's is a third of it or less
+WIDE, LEAST_TRUST = 24.0, 0.5  # squared spread of a recording with several vowels; one vowel's is a third of it or less
 FEWEST_FRAMES, LEAST_SHARE = 5, 1e-12
 
 
@@ -78,31 +79,44 @@ def log_shares(values):
     return values - sums[:, None], sums
 
 
-def log_densities(places, mean, covariance):
+def log_densities(places, mean, covariance, scatter=1.0):
     out = np.empty((len(places), VOWELS))
     for vowel in range(VOWELS):
         of = slice(vowel * DIRECTIONS, (vowel + 1) * DIRECTIONS)
-        lower = np.linalg.cholesky(np.eye(DIRECTIONS) + covariance[of, of])
+        lower = np.linalg.cholesky(scatter * np.eye(DIRECTIONS) + covariance[of, of])
         off = np.linalg.solve(lower, (places - mean[of]).T)
         out[:, vowel] = -0.5 * (off * off).sum(0) - np.log(np.diag(lower)).sum()
     return out
+
+
+def scattered(places, counts, mean, covariance):
+    """By how much (squared, in each direction) the frames scatter about the means, never less than they usually do: a
+    song's many pitches move a vowel."""
+    apart = 0.0
+    for vowel in range(VOWELS):
+        of = slice(vowel * DIRECTIONS, (vowel + 1) * DIRECTIONS)
+        apart += counts[:, vowel] @ ((places - mean[of]) ** 2).sum(1)
+        apart += counts[:, vowel].sum() * np.trace(covariance[of, of])
+    usual = USUAL_SCATTER * DIRECTIONS
+    return max((usual + apart) / (usual + DIRECTIONS * counts.sum()), 1.0)
 
 
 def fitted(prior, places, heard, shares, steady):
     """Expectation and maximisation from these shares of the frames. Returns the frames' shares and how well it all
     fits."""
     weight = FRAME_COUNT * min(1.0, MOST_FRAMES / max(steady.sum(), 1.0)) * steady
-    precision = np.linalg.inv(prior.covariance)
+    precision, scatter = np.linalg.inv(prior.covariance), 1.0
     for _ in range(ROUNDS):
         inverse, drive = precision.copy(), precision @ prior.mean
         for vowel in range(VOWELS):
             of = slice(vowel * DIRECTIONS, (vowel + 1) * DIRECTIONS)
             counts = weight * shares[:, vowel]
-            inverse[of, of] += counts.sum() * np.eye(DIRECTIONS)
-            drive[of] += counts @ places
+            inverse[of, of] += counts.sum() / scatter * np.eye(DIRECTIONS)
+            drive[of] += counts @ places / scatter
         covariance = np.linalg.inv(inverse)
         mean = covariance @ drive
-        log, sums = log_shares(VOICE_SHARE * log_densities(places, mean, covariance) + NETWORK_SHARE * heard)
+        scatter = scattered(places, weight[:, None] * shares, mean, covariance)
+        log, sums = log_shares(VOICE_SHARE * log_densities(places, mean, covariance, scatter) + NETWORK_SHARE * heard)
         shares = np.exp(log)
     off = mean - prior.mean
     return shares, weight @ sums - 0.5 * off @ precision @ off

@@ -11,7 +11,7 @@ OFFSETS = (-9, -4, 0, 4, 9)
 COLUMNS = 2 * BANDS
 HIDDEN = (128, 64)
 CLASSES = 6
-COUNT = 6
+COUNT = 8
 RECURRENT_SHARE = 0.1  # of the mean of both kinds
 STEPS, FRAMES, RATE, LAST_RATE = 700, 400, 3e-3, 1e-4
 NOISE = 0.2
@@ -28,11 +28,11 @@ def with_context(values, frames):
 
 
 class VowelPerceptron(torch.nn.Module):
-    def __init__(self, mean, inverse_deviation):
+    def __init__(self, mean, inverse_deviation, classes=CLASSES):
         super().__init__()
         self.register_buffer("mean", torch.tensor(mean))
         self.register_buffer("inverse_deviation", torch.tensor(inverse_deviation))
-        sizes = (len(OFFSETS) * COLUMNS, *HIDDEN, CLASSES)
+        sizes = (len(OFFSETS) * COLUMNS, *HIDDEN, classes)
         self.layers = torch.nn.ModuleList(torch.nn.Linear(a, b) for a, b in zip(sizes, sizes[1:]))
 
     def forward(self, x):
@@ -49,15 +49,15 @@ class VowelPerceptron(torch.nn.Module):
             return torch.softmax(self(torch.tensor(with_context(values, np.arange(len(values))))), 1).numpy()
 
 
-def train(voices, seed):
-    """voices: {voice: (share of the frames, [(columns, classes)])}; every vowel of a voice is as frequent."""
+def train(voices, seed, classes=CLASSES):
+    """voices: {voice: (share of the frames, [(columns, labels)])}; every vowel of a voice is as frequent."""
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
     inputs, wanted, pools, weights, at = [], [], [], [], 0
     for _, (share, clips) in sorted(voices.items()):
-        x = np.concatenate([with_context(values, np.flatnonzero(classes >= 0)) for values, classes in clips])
-        y = np.concatenate([classes[classes >= 0] for _, classes in clips])
-        for label in range(CLASSES):
+        x = np.concatenate([with_context(values, np.flatnonzero(labels >= 0)) for values, labels in clips])
+        y = np.concatenate([labels[labels >= 0] for _, labels in clips])
+        for label in range(classes):
             if (y == label).any():
                 pools.append(at + np.flatnonzero(y == label))
                 weights.append(share * (SILENCE_SHARE if label == SILENCE else 1))
@@ -66,7 +66,7 @@ def train(voices, seed):
         at += len(y)
     inputs, wanted = np.concatenate(inputs), torch.tensor(np.concatenate(wanted))
     middle = inputs[:, OFFSETS.index(0) * COLUMNS:][:, :COLUMNS]
-    network = VowelPerceptron(middle.mean(0), 1 / (middle.std(0) + 1e-2))
+    network = VowelPerceptron(middle.mean(0), 1 / (middle.std(0) + 1e-2), classes)
     optimiser = torch.optim.Adam(network.parameters(), RATE, weight_decay=1e-5)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, STEPS, LAST_RATE)
     weights = np.array(weights) / sum(weights)

@@ -13,6 +13,7 @@ from vowel_envelope import RATE, mel, pitch, power_frames
 
 CLASSES = {"A": 0, "E": 1, "I": 2, "O": 3, "U": 4, "SIL": 5}
 IGNORED = -1
+CONSONANT = 6  # told apart only where speech is aligned
 TTS_VOICES = {"lp_diphone": "mnlrtdpbsfvkg", "pc_diphone": "mnlrtdpbsfvkg", "hy_fi_mv_diphone": "mnlrtpsvkh",
               "suo_fi_lj_diphone": "mnlrtpsvkh", "czech_dita": "mnlrtdpbsvk", "czech_krb": "mnlrtdpbsvk",
               "czech_machac": "mnlrtdpbsvk", "czech_ph": "mnlrtdpbsvk", "upc_ca_ona_hts": "mnlrtpbsk"}
@@ -65,8 +66,9 @@ def singer_files(folder):
 # ---- Festival
 
 
-def tts_files(rng, lines=10):
-    """Held syllables by Festival's Italian, Finnish and Czech voices: people with pure vowels and exact labels."""
+def tts_files(rng, lines=10, stretches=(1.2, 2.6), consonants_too=False):
+    """Held syllables by Festival's Italian, Finnish, Czech and Catalan voices: people with pure vowels and exact
+    labels."""
     files = []
     for voice, consonants in TTS_VOICES.items():
         with tempfile.TemporaryDirectory() as folder:
@@ -79,18 +81,18 @@ def tts_files(rng, lines=10):
             for line in range(lines):
                 words = ["".join(rng.choice(list(consonants)) + rng.choice(list("aeiou")) for _ in range(2))
                          for _ in range(6)]
-                script += f'(say "{" ".join(words)}" "{line}" {rng.uniform(1.2, 2.6):.2f})\n'
+                script += f'(say "{" ".join(words)}" "{line}" {rng.uniform(*stretches):.2f})\n'
             with open(os.path.join(folder, "say.scm"), "w", encoding="ascii") as out:
                 out.write(script)
             subprocess.run(["festival", "-b", "say.scm"], cwd=folder, check=True, stdout=subprocess.DEVNULL,
                            stderr=subprocess.DEVNULL)
             for line in range(lines):
                 files.append(("tts " + voice, read_sound(os.path.join(folder, f"{line}.wav")),
-                              tts_intervals(os.path.join(folder, f"{line}.lab"))))
+                              tts_intervals(os.path.join(folder, f"{line}.lab"), consonants_too)))
     return files
 
 
-def tts_intervals(path):
+def tts_intervals(path, consonants_too):
     intervals, start = [], 0.0
     with open(path, encoding="ascii") as rows:
         for row in rows:
@@ -100,6 +102,8 @@ def tts_intervals(path):
                 intervals.append((start + 0.03, end - 0.04, CLASSES["SIL"]))
             elif vowel in "AEIOU":
                 intervals.append((start + 0.025, end - 0.025, CLASSES[vowel]))
+            elif consonants_too and name not in ("#", "pau") and end - start > 0.03:
+                intervals.append((start + 0.008, end - 0.008, CONSONANT))
             start = end
     return intervals
 

@@ -23,10 +23,11 @@ constexpr double kFrameCount = 0.04;  // a frame counts little, for its neighbou
 constexpr double kMostFrames = 600;   // no recording counts more than so many
 constexpr double kVoiceShare = 0.5;
 constexpr double kNetworkShare = 0.7;
-constexpr Eigen::Index kReach = 20;  // frames to both sides that a decision leans on, if they sound alike
+constexpr Eigen::Index kReach = 35;  // frames to both sides that a decision leans on, if they sound alike
 constexpr double kAlike = 12;        // squared distance
 constexpr double kWide = 24;  // squared spread of a recording with several vowels; one vowel's is a third of it or less
-constexpr double kLeastTrust = 0.3;
+constexpr double kLeastTrust = 0.5;
+constexpr double kUsualScatter = 30;  // frames' worth of belief that a vowel's own frames scatter by 1 here too
 constexpr std::size_t kFewestFrames = 5;
 constexpr double kLeastShare = 1e-12;
 constexpr Eigen::Index kNear = 3;  // frames to both sides whose squared distance tells how far the sound moves
@@ -116,17 +117,33 @@ VowelAdaptation VowelAdaptation::read(ByteReader& reader) {
 
 /// Logarithms of the normal densities of every frame, a vowel a column, but for a constant.
 Eigen::MatrixXd VowelAdaptation::densities(const Eigen::MatrixXd& places, const Eigen::VectorXd& mean,
-                                           const Eigen::MatrixXd& covariance) const {
+                                           const Eigen::MatrixXd& covariance, double scatter) const {
   const Eigen::Index n = directions_.cols();
   Eigen::MatrixXd result(places.rows(), kVowels);
   for (Eigen::Index vowel = 0; vowel < kVowels; ++vowel) {
-    const Eigen::LLT<Eigen::MatrixXd> spread(Eigen::MatrixXd::Identity(n, n) +
+    const Eigen::LLT<Eigen::MatrixXd> spread(scatter * Eigen::MatrixXd::Identity(n, n) +
                                              covariance.block(vowel * n, vowel * n, n, n));
     const Eigen::MatrixXd off = (places.rowwise() - mean.segment(vowel * n, n).transpose()).transpose();
     result.col(vowel) = -0.5 * spread.matrixL().solve(off).colwise().squaredNorm().transpose();
     result.col(vowel).array() -= spread.matrixLLT().diagonal().array().log().sum();
   }
   return result;
+}
+
+/// By how much (squared, in each direction) the frames scatter about the means, never less than they usually do: a
+/// song's many pitches move a vowel. `counts`: how much of each frame is each vowel's.
+double VowelAdaptation::scattered(const Eigen::MatrixXd& places, const Eigen::MatrixXd& counts,
+                                  const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance) const {
+  const Eigen::Index n = directions_.cols();
+  double apart = 0;
+  for (Eigen::Index vowel = 0; vowel < kVowels; ++vowel) {
+    const Eigen::RowVectorXd middle = mean.segment(vowel * n, n).transpose();
+    apart += counts.col(vowel).dot((places.rowwise() - middle).rowwise().squaredNorm());
+    apart += counts.col(vowel).sum() * covariance.block(vowel * n, vowel * n, n, n).trace();
+  }
+  const auto directions = static_cast<double>(n);
+  const double usual = kUsualScatter * directions;
+  return std::max((usual + apart) / (usual + directions * counts.sum()), 1.0);
 }
 
 /// Expectation and maximisation from these shares of the frames.
@@ -137,19 +154,22 @@ VowelAdaptation::Fit VowelAdaptation::fit(const Frames& frames, Eigen::MatrixXd 
   Fit result{std::move(shares)};
   Eigen::VectorXd mean;
   Eigen::VectorXd sums;
+  double scatter = 1;
   for (int round = 0; round < kRounds; ++round) {
     Eigen::MatrixXd inverse = precision_;
     Eigen::VectorXd drive = precision_ * mean_;
     const Eigen::MatrixXd counts = result.shares.array().colwise() * weight.array();
     const Eigen::MatrixXd weighted = frames.places.transpose() * counts;
     for (Eigen::Index vowel = 0; vowel < kVowels; ++vowel) {
-      inverse.block(vowel * n, vowel * n, n, n).diagonal().array() += counts.col(vowel).sum();
-      drive.segment(vowel * n, n) += weighted.col(vowel);
+      inverse.block(vowel * n, vowel * n, n, n).diagonal().array() += counts.col(vowel).sum() / scatter;
+      drive.segment(vowel * n, n) += weighted.col(vowel) / scatter;
     }
     const Eigen::LLT<Eigen::MatrixXd> solver(inverse);
     mean = solver.solve(drive);
     const Eigen::MatrixXd covariance = solver.solve(Eigen::MatrixXd::Identity(inverse.rows(), inverse.cols()));
-    Eigen::MatrixXd logs = kVoiceShare * densities(frames.places, mean, covariance) + kNetworkShare * frames.heard;
+    scatter = scattered(frames.places, counts, mean, covariance);
+    Eigen::MatrixXd logs =
+        kVoiceShare * densities(frames.places, mean, covariance, scatter) + kNetworkShare * frames.heard;
     sums = normaliseLogs(logs);
     result.shares = logs.array().exp();
   }
@@ -163,7 +183,7 @@ Eigen::MatrixXd VowelAdaptation::byVoices(const Frames& frames) const {
   std::vector<Fit> fits{fit(frames, frames.heard.array().exp())};
   const Eigen::MatrixXd nothing = Eigen::MatrixXd::Zero(mean_.size(), mean_.size());
   for (Eigen::Index start = 0; start < starts_.cols(); ++start) {
-    Eigen::MatrixXd begin = kVoiceShare * densities(frames.places, starts_.col(start), nothing);
+    Eigen::MatrixXd begin = kVoiceShare * densities(frames.places, starts_.col(start), nothing, 1);
     normaliseLogs(begin);
     fits.push_back(fit(frames, begin.array().exp()));
   }

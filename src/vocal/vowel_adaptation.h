@@ -24,7 +24,9 @@ class VowelAdaptation {
   struct Frames;
   struct Fit;
   [[nodiscard]] Eigen::MatrixXd densities(const Eigen::MatrixXd& places, const Eigen::VectorXd& mean,
-                                          const Eigen::MatrixXd& covariance) const;
+                                          const Eigen::MatrixXd& covariance, double scatter) const;
+  [[nodiscard]] double scattered(const Eigen::MatrixXd& places, const Eigen::MatrixXd& counts,
+                                 const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance) const;
   [[nodiscard]] Fit fit(const Frames& frames, Eigen::MatrixXd shares) const;
   [[nodiscard]] Eigen::MatrixXd byVoices(const Frames& frames) const;
 

@@ -137,16 +137,16 @@ TEST(VowelAdaptation, LeavesSilenceAndUnvoicedSoundsAlone) {
 
 /// Where the perceptrons' header begins: after it come themselves and the voices.
 std::size_t perceptronsAt(std::string_view weights, std::size_t count) {
-  constexpr std::size_t kFirst = 128, kSecond = 64, kHeader = 20, kSizeOfPlaces = 40;
+  constexpr std::size_t kFirst = 128, kSecond = 64, kHeader = 20, kSizeOfPlaces = 40, kStarts = 16;
   const std::size_t halves =
       kFirst * (VowelPerceptron::kInputs + 1) + kSecond * (kFirst + 1) + kSungVowelCount * (kSecond + 1);
-  const std::size_t voices = 8 + 4 * (kMelBandCount * 8 + kSizeOfPlaces * (1 + kSizeOfPlaces + 8));
+  const std::size_t voices = 8 + 4 * (kMelBandCount * 8 + kSizeOfPlaces * (1 + kSizeOfPlaces + kStarts));
   return weights.size() - voices - count * (8 * VowelPerceptron::kColumns + 2 * halves) - kHeader;
 }
 
 TEST(VowelPerceptron, HearsFiveFramesAndNoOther) {
-  ByteReader header(kVowelWeights.substr(perceptronsAt(kVowelWeights, 6)), "w");
-  ASSERT_EQ(header.readU32(), 6U);
+  ByteReader header(kVowelWeights.substr(perceptronsAt(kVowelWeights, 8)), "w");
+  ASSERT_EQ(header.readU32(), 8U);
   ASSERT_EQ(header.readU32(), static_cast<std::uint32_t>(VowelPerceptron::kInputs));
   const std::array<std::uint32_t, 2> hidden{header.readU32(), header.readU32()};
   EXPECT_NEAR(header.readF32(), 0.1, 1e-6) << "the recurrent networks' share";
@@ -167,7 +167,7 @@ TEST(VowelPerceptron, HearsFiveFramesAndNoOther) {
 
 TEST(VowelNetwork, RefusesDamagedPerceptrons) {
   const std::string good(kVowelWeights);
-  const std::size_t at = perceptronsAt(good, 6);
+  const std::size_t at = perceptronsAt(good, 8);
   for (const std::size_t place : {0U, 4U, 8U, 12U, 19U}) {
     std::string bad = good;
     bad[at + place] = static_cast<char>(bad[at + place] ^ 0x55);
