@@ -17,6 +17,7 @@
 #include "voices/fleeting_sounds.h"
 #include "voices/frame_thinning.h"
 #include "voices/harmonic_smoothing.h"
+#include "voices/score_stream.h"
 #include "voices/senone_scores.h"
 
 namespace mouthpiece {
@@ -186,56 +187,6 @@ Eigen::MatrixXf featuresOf(ps_decoder_t* decoder, Cepstra& cepstra) {
   return features;
 }
 
-/// Feeds PocketSphinx' search with scores as from a file of them ("s3" header, then a row of int16 a frame): a block of
-/// frames is weighed when the one before was read.
-class ScoreStream {
- public:
-  ScoreStream(SenoneScorer& scorer, const Eigen::MatrixXf& features, Weighing weighing, const FleetingSounds& fleeting)
-      : scorer_(scorer), features_(features), weighing_(std::move(weighing)), fleeting_(fleeting) {
-    const std::uint32_t byte_order = 0x11223344;
-    bytes_ = fmt::format("s3\nversion 0.1\nn_sen {}\nlogbase 1.0001\nendhdr\n", scorer.model().senone_count);
-    bytes_.append(reinterpret_cast<const char*>(&byte_order), sizeof byte_order);
-  }
-
-  static ssize_t read(void* stream, char* buffer, std::size_t size) {
-    return static_cast<ssize_t>(static_cast<ScoreStream*>(stream)->take(buffer, size));
-  }
-
- private:
-  static constexpr Eigen::Index kBlock = 64;
-
-  std::size_t take(char* buffer, std::size_t size) {
-    if (at_ == bytes_.size()) weighNext();
-    const std::size_t count = std::min(size, bytes_.size() - at_);
-    std::memcpy(buffer, bytes_.data() + at_, count);
-    at_ += count;
-    return count;
-  }
-
-  void weighNext() {
-    const Eigen::Index frames = std::min(kBlock, features_.cols() - next_);
-    bytes_.clear();
-    at_ = 0;
-    if (frames == 0) return;
-    SenoneScorer::Scores scores = scorer_.score(features_.middleCols(next_, frames), weighing_);
-    fleeting_.weigh(scores, next_);
-    const auto count = static_cast<std::int16_t>(scores.rows());
-    for (Eigen::Index frame = 0; frame < frames; ++frame) {
-      bytes_.append(reinterpret_cast<const char*>(&count), sizeof count);
-      bytes_.append(reinterpret_cast<const char*>(scores.col(frame).data()), sizeof count * scores.rows());
-    }
-    next_ += frames;
-  }
-
-  SenoneScorer& scorer_;
-  const Eigen::MatrixXf& features_;
-  Weighing weighing_;
-  const FleetingSounds& fleeting_;
-  Eigen::Index next_ = 0;
-  std::string bytes_;
-  std::size_t at_ = 0;
-};
-
 using PhoneSet = std::array<bool, kPhoneCount>;
 
 PhoneSet phonesOf(const WordWays& words) {
@@ -334,8 +285,10 @@ void expectDone(int result, const char* what) {
 
 /// Whether the whole was heard.
 bool searchThrough(ps_decoder_t* decoder, ScoreStream& scores) {
-  const cookie_io_functions_t functions{
-      .read = &ScoreStream::read, .write = nullptr, .seek = nullptr, .close = nullptr};
+  const auto read = [](void* stream, char* buffer, std::size_t size) {
+    return static_cast<ssize_t>(static_cast<ScoreStream*>(stream)->take(buffer, size));
+  };
+  const cookie_io_functions_t functions{.read = read, .write = nullptr, .seek = nullptr, .close = nullptr};
   const std::unique_ptr<FILE, decltype(&fclose)> file(fopencookie(&scores, "r", functions), fclose);
   return file && ps_decode_senscr(decoder, file.get()) >= 0;
 }
