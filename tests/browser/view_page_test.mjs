@@ -75,6 +75,15 @@ const checks = {
     assert.match(facts.title, /Mouthpiece$/);
   },
 
+  async 'tells the share of back-off as the report does'(page) {
+    const { told, share } = await page.evaluate(() => ({
+      told: [...document.querySelectorAll('#facts .fact')].find((fact) => fact.textContent.startsWith('back-off')).textContent,
+      share: mouthpiece.report.backoff_share,
+    }));
+    const expected = share > 0 ? `${(100 * share).toFixed(0)} % of phone pairs` : 'none';
+    assert.equal(told, `back-off${expected}`);
+  },
+
   async 'text from outside stays text'(page) {
     const found = await page.evaluate(() => ({
       images: document.images.length,

@@ -15,13 +15,13 @@ export function showHeading(data) {
   const { report } = data;
   document.getElementById('text').textContent = report.text;
   document.title = report.text ? `${report.text} · Mouthpiece` : 'Mouthpiece';
-  const share = report.phones.filter((phone) => phone.from === 'backoff').length / Math.max(report.phones.length, 1);
+  const share = report.backoff_share;
   const facts = [
     ['voice', report.voice],
     ['corpus', report.corpus],
     ['length', `${report.duration_s.toFixed(2)} s at ${report.fps} fps`],
     ['made of', `${counted(report.units.length, 'unit')}, ${counted(report.joins.length, 'join')}`],
-    ['back-off', share > 0 ? `${(100 * share).toFixed(0)} % of phones` : 'none'],
+    ['back-off', share > 0 ? `${(100 * share).toFixed(0)} % of phone pairs` : 'none'],
   ];
   document.getElementById('facts').replaceChildren(
     ...facts.filter(([, value]) => value).map(([name, value]) => {
