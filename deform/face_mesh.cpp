@@ -15,6 +15,8 @@ namespace {
 
 /// Large enough for millions of polygons, small enough for the machine.
 constexpr std::uint64_t kMaxMeshBytes = std::uint64_t{1} << 30;
+constexpr std::array<std::string_view, 9> kPartKindNames{"skin",         "lips", "upper_teeth", "lower_teeth", "tongue",
+                                                         "mouth_inside", "eye",  "hair",        "other"};
 
 std::string lowerExtension(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
@@ -23,6 +25,15 @@ std::string lowerExtension(const std::filesystem::path& path) {
 }
 
 }  // namespace
+
+std::string_view nameOf(PartKind kind) { return kPartKindNames[static_cast<std::size_t>(kind)]; }
+
+std::optional<PartKind> partKindFromName(std::string_view name) {
+  for (std::size_t i = 0; i < kPartKindNames.size(); ++i) {
+    if (kPartKindNames[i] == name) return static_cast<PartKind>(i);
+  }
+  return std::nullopt;
+}
 
 FaceMesh parseFaceMesh(std::string_view bytes, const std::filesystem::path& path) {
   const std::string extension = lowerExtension(path);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,6 +18,9 @@ using Triangle = std::array<std::uint32_t, 3>;
 /// What a part of the head is, and so what moves it: the control surface moves skin; the jaw moves lower teeth
 /// and the tongue's root; eyes, upper teeth and hair stay.
 enum class PartKind { kSkin, kLips, kUpperTeeth, kLowerTeeth, kTongue, kMouthInside, kEye, kHair, kOther };
+/// "skin", "lips", "upper_teeth", ...: the names of part kinds in files.
+std::string_view nameOf(PartKind kind);
+std::optional<PartKind> partKindFromName(std::string_view name);
 
 /// Consecutive triangles [first_triangle, first_triangle + triangle_count) with one material.
 struct MeshPart {

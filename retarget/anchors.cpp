@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
-#include "retarget/face_file.h"
 
 namespace mouthpiece {
 namespace {

@@ -20,8 +20,6 @@ constexpr std::string_view kFormatName = "mouthpiece-face";
 constexpr std::uint64_t kMaxFaceBytes = std::uint64_t{1} << 30;
 constexpr std::size_t kMaxMarkers = 10'000;
 constexpr std::size_t kMaxControlPoints = 100'000;
-constexpr std::array<std::string_view, 9> kPartKindNames{"skin",         "lips", "upper_teeth", "lower_teeth", "tongue",
-                                                         "mouth_inside", "eye",  "hair",        "other"};
 constexpr std::array<std::string_view, 3> kKernelNames{"inverse_multiquadric", "biharmonic", "triharmonic"};
 
 std::vector<std::string> readNames(const FaceFields& fields, const char* key) {
@@ -132,15 +130,6 @@ json controlToJson(const ControlMesh& control) {
 }
 
 }  // namespace
-
-std::string_view nameOf(PartKind kind) { return kPartKindNames[static_cast<std::size_t>(kind)]; }
-
-std::optional<PartKind> partKindFromName(std::string_view name) {
-  for (std::size_t i = 0; i < kPartKindNames.size(); ++i) {
-    if (kPartKindNames[i] == name) return static_cast<PartKind>(i);
-  }
-  return std::nullopt;
-}
 
 std::string_view nameOf(RbfKernel kernel) { return kKernelNames[static_cast<std::size_t>(kernel)]; }
 

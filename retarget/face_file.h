@@ -50,10 +50,6 @@ void turnMesh(const Eigen::Matrix3d& turn, FaceMesh& mesh);
 /// Throws InputError when it is missing or has changed since the fit.
 FaceMesh readMeshOf(const FaceFile& face, const std::filesystem::path& face_path);
 
-/// "skin", "lips", "upper_teeth", ...: the names of part kinds in files.
-std::string_view nameOf(PartKind kind);
-std::optional<PartKind> partKindFromName(std::string_view name);
-
 /// "inverse_multiquadric", "biharmonic", "triharmonic".
 std::string_view nameOf(RbfKernel kernel);
 std::optional<RbfKernel> kernelFromName(std::string_view name);
