@@ -38,6 +38,19 @@ set_property(TARGET PkgConfig::POCKETSPHINX PROPERTY INTERFACE_INCLUDE_DIRECTORI
 pkg_get_variable(POCKETSPHINX_MODEL_DIR pocketsphinx modeldir)
 mouthpiece_require_pkgconfig(espeak-ng ESPEAK libespeak-ng-dev)
 mouthpiece_require_pkgconfig(aubio AUBIO libaubio-dev)
+
+# Flite brings neither a CMake nor a pkg-config file.
+find_path(FLITE_INCLUDE_DIR flite/flite.h)
+add_library(Flite::flite INTERFACE IMPORTED)
+target_include_directories(Flite::flite SYSTEM INTERFACE ${FLITE_INCLUDE_DIR})
+foreach(part flite_cmu_us_slt flite_cmu_us_rms flite_cmu_us_awb flite_cmu_us_kal16 flite_usenglish flite_cmulex flite)
+  find_library(FLITE_LIBRARY_${part} ${part})
+  if(NOT FLITE_INCLUDE_DIR OR NOT FLITE_LIBRARY_${part})
+    message(FATAL_ERROR "Flite (${part}) is missing. Get it with: sudo apt-get install flite1-dev   (or all at once: make setup)")
+  endif()
+  target_link_libraries(Flite::flite INTERFACE ${FLITE_LIBRARY_${part}})
+endforeach()
+
 if(MOUTHPIECE_TESTS)
   mouthpiece_require(GTest libgtest-dev)
   include(GoogleTest)

@@ -1,12 +1,15 @@
-# mouthpiece_library(NAME SOURCES a.cpp ... [LINKS PUBLIC x PRIVATE y])
-# A folder of the tree as a static library; its include prefix is the folder's own name.
+# mouthpiece_library(NAME PUBLIC_HEADERS a.h ... SOURCES a.cpp ... [LINKS PUBLIC x PRIVATE y])
+# A room of the tree as a static library. PUBLIC_HEADERS are those that other rooms may include; LINKS names exactly
+# what the room's files include (tests/architecture reads both lists), so that the library links alone.
+define_property(GLOBAL PROPERTY MOUTHPIECE_ROOMS BRIEF_DOCS "All rooms of the tree, as targets")
 function(mouthpiece_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINKS" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "PUBLIC_HEADERS;SOURCES;LINKS" ${ARGN})
   add_library(mouthpiece_${name} STATIC ${ARG_SOURCES})
   add_library(mouthpiece::${name} ALIAS mouthpiece_${name})
   target_include_directories(mouthpiece_${name} PUBLIC ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR})
   target_link_libraries(mouthpiece_${name} ${ARG_LINKS})
   mouthpiece_compile_options(mouthpiece_${name})
+  set_property(GLOBAL APPEND PROPERTY MOUTHPIECE_ROOMS mouthpiece_${name})
 endfunction()
 
 # mouthpiece_program(NAME SOURCES ... LINKS ...)
@@ -18,18 +21,26 @@ function(mouthpiece_program name)
   mouthpiece_compile_options(${name})
 endfunction()
 
-# mouthpiece_test(NAME SOURCES ... LINKS ...): one GoogleTest executable, its tests registered with CTest.
-# Tests find the checkout through MOUTHPIECE_SOURCE_DIR and the programs through MOUTHPIECE_BIN_DIR.
+# mouthpiece_test(NAME [SOURCES ...] [SUPPORT ...] LINKS ... [LABELS ...] [PROGRAMS ...]): one GoogleTest executable, its
+# tests registered with CTest. Without SOURCES: every .cpp of the folder. SUPPORT names files of tests/support, PROGRAMS
+# what the tests run. Tests find the checkout through MOUTHPIECE_SOURCE_DIR, the programs through MOUTHPIECE_BIN_DIR.
 function(mouthpiece_test name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINKS;LABELS" ${ARGN})
-  add_executable(${name} ${ARG_SOURCES})
+  cmake_parse_arguments(ARG "" "" "SOURCES;SUPPORT;LINKS;LABELS;PROGRAMS" ${ARGN})
+  if(NOT ARG_SOURCES)
+    file(GLOB ARG_SOURCES CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  endif()
+  list(TRANSFORM ARG_SUPPORT REPLACE "(.+)" "${CMAKE_SOURCE_DIR}/tests/support/\\1.cpp")
+  add_executable(${name} ${ARG_SOURCES} ${ARG_SUPPORT})
   target_link_libraries(${name} PRIVATE ${ARG_LINKS} GTest::gtest GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE
     MOUTHPIECE_SOURCE_DIR="${CMAKE_SOURCE_DIR}" MOUTHPIECE_BIN_DIR="${CMAKE_BINARY_DIR}/bin"
     MOUTHPIECE_BUILD_SHARE_DIR="${MOUTHPIECE_SHARE_DIR}")
-  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR})
+  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR} ${CMAKE_SOURCE_DIR}/tests)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/test_bin)
   mouthpiece_compile_options(${name})
+  if(ARG_PROGRAMS)
+    add_dependencies(${name} ${ARG_PROGRAMS})
+  endif()
   gtest_discover_tests(${name} TEST_PREFIX "${name}." PROPERTIES TIMEOUT 600 LABELS "${ARG_LABELS}"
     DISCOVERY_TIMEOUT 60)
 endfunction()
@@ -52,9 +63,25 @@ function(mouthpiece_embed target symbol file)
   target_sources(${target} PRIVATE ${generated})
 endfunction()
 
+# What nearly every source includes is parsed once; all targets share it (docs/decisions/0004-build-time.md).
+function(mouthpiece_precompile)
+  file(WRITE ${CMAKE_BINARY_DIR}/precompiled/precompiled.cpp "")
+  add_library(mouthpiece_precompiled OBJECT ${CMAKE_BINARY_DIR}/precompiled/precompiled.cpp)
+  mouthpiece_compile_options(mouthpiece_precompiled)
+  target_link_libraries(mouthpiece_precompiled PRIVATE Eigen3::Eigen fmt::fmt)
+  target_precompile_headers(mouthpiece_precompiled PRIVATE <algorithm> <array> <cmath> <cstdint> <filesystem>
+    <functional> <map> <memory> <optional> <span> <string> <string_view> <vector> <Eigen/Core> <Eigen/Geometry>
+    <fmt/format.h>)
+endfunction()
+
 function(mouthpiece_compile_options target)
+  if(NOT target STREQUAL mouthpiece_precompiled)
+    target_precompile_headers(${target} REUSE_FROM mouthpiece_precompiled)
+  endif()
+  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>)  # ccache asks for it
   # Contracted multiply-adds would make results depend on the compiler's mood.
-  target_compile_options(${target} PRIVATE -ffp-contract=off -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
+  target_compile_options(${target} PRIVATE -ffp-contract=off -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion
+    -Wnon-virtual-dtor
     -Woverloaded-virtual -Wcast-qual
     # g++ 12 sees overlaps in std::string that are not there (gcc bug 105651).
     $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)

@@ -5,9 +5,9 @@
         festvox-itapc16k festvox-suopuhe-lj festvox-suopuhe-mv festvox-czech-dita festvox-czech-krb \\
         festvox-czech-machac festvox-czech-ph festvox-ca-ona-hts klettres-data praat tuxpaint-stamps-default espeak-ng
     tools/train_vowels.py --data ../shared/singing_vowels --leave-one-out    what it reaches on singers left out, each
-    tools/train_vowels.py --data ../shared/singing_vowels --out src/vocal/vowel_network.weights
+    tools/train_vowels.py --data ../shared/singing_vowels --out src/hearing/tags/vowel_network.weights
 
-The features are those of src/audio/vowel_features.cpp, number by number.
+The features are those of src/hearing/tags/vowel_features.cpp, number by number.
 """
 import argparse
 import os
@@ -302,7 +302,7 @@ def weight_bytes(networks, prior, units):
 
 
 def write_example(networks, prior, path, rng):
-    """A sound and what is made of it here, for tests/unit/vocal: counts, samples, features, shares, envelopes, f0,
+    """A sound and what is made of it here, for tests/unit/hearing: counts, samples, features, shares, envelopes, f0,
     adapted shares."""
     sound, _ = modelled_singer(measured_people()[40], rng)
     sound = np.round(sound * 32767).astype(np.int16)[:3 * RATE]

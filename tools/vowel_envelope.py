@@ -1,4 +1,4 @@
-"""Spectra of a voice without its pitch, as src/audio/vowel_envelope.cpp has them, number by number."""
+"""Spectra of a voice without its pitch, as src/hearing/tags/vowel_envelope.cpp has them, number by number."""
 import numpy as np
 
 RATE, HOP, WINDOW, TRANSFORM = 16000, 160, 400, 512

@@ -5,7 +5,7 @@
 
 #include "corpus_tools/takes/head_tracking.h"
 #include "corpus_tools/takes/take_files.h"
-#include "units/corpus.h"
+#include "units/file/corpus.h"
 
 namespace mouthpiece {
 

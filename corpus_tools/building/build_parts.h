@@ -7,7 +7,7 @@
 #include "corpus_tools/takes/take_files.h"
 #include "corpus_tools/takes/take_report.h"
 #include "motion/marker_layout.h"
-#include "units/corpus.h"
+#include "units/file/corpus.h"
 
 namespace mouthpiece {
 

@@ -18,7 +18,7 @@
 #include "corpus_tools/takes/neutral_pose.h"
 #include "corpus_tools/takes/pose_fit.h"
 #include "corpus_tools/takes/take_alignment.h"
-#include "motion/motion_file.h"
+#include "motion/formats/motion_file.h"
 #include "synthesis/curve_model.h"
 
 namespace mouthpiece {

@@ -10,8 +10,8 @@
 #include "corpus_tools/takes/take_files.h"
 #include "corpus_tools/takes/take_report.h"
 #include "motion/marker_layout.h"
-#include "phonetics/lexicon.h"
-#include "units/corpus.h"
+#include "phonetics/text/lexicon.h"
+#include "units/file/corpus.h"
 
 namespace mouthpiece {
 

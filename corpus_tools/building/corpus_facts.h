@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "units/corpus.h"
+#include "units/file/corpus.h"
 
 namespace mouthpiece {
 

@@ -9,7 +9,7 @@
 
 #include "corpus_tools/building/corpus_builder.h"
 #include "corpus_tools/takes/take_report.h"
-#include "units/corpus.h"
+#include "units/file/corpus.h"
 
 namespace mouthpiece {
 

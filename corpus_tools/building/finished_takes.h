@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "corpus_tools/building/build_parts.h"
-#include "motion/rigid.h"
-#include "units/corpus.h"
+#include "motion/cleaning/rigid.h"
+#include "units/file/corpus.h"
 
 namespace mouthpiece {
 

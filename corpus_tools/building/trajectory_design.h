@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "units/corpus.h"
-#include "units/trajectory_model.h"
+#include "units/file/corpus.h"
+#include "units/prediction/trajectory_model.h"
 
 namespace mouthpiece {
 

@@ -11,7 +11,7 @@
 
 #include "corpus_tools/report/data_page.h"
 #include "corpus_tools/takes/take_report.h"
-#include "motion/gaps.h"
+#include "motion/cleaning/gaps.h"
 
 namespace mouthpiece {
 

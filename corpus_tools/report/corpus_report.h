@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "phonetics/phone.h"
-#include "units/corpus.h"
+#include "phonetics/language/phone.h"
+#include "units/file/corpus.h"
 
 namespace mouthpiece {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "phonetics/phone.h"
+#include "phonetics/language/phone.h"
 
 namespace mouthpiece {
 

@@ -4,7 +4,7 @@
 
 #include "corpus_tools/takes/neutral_pose.h"
 #include "corpus_tools/takes/pose_fit.h"
-#include "motion/smoothing.h"
+#include "motion/cleaning/smoothing.h"
 
 namespace mouthpiece {
 namespace {

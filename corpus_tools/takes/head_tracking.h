@@ -6,7 +6,7 @@
 #include "corpus_tools/takes/take_files.h"
 #include "motion/marker_layout.h"
 #include "motion/motion_clip.h"
-#include "motion/rigid.h"
+#include "motion/cleaning/rigid.h"
 
 namespace mouthpiece {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "motion/motion_clip.h"
-#include "phonetics/speech_labels.h"
+#include "phonetics/labels/speech_labels.h"
 
 namespace mouthpiece {
 

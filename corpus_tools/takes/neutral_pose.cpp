@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "base/errors.h"
-#include "corpus_tools/evaluation/lip_measures.h"
+#include "corpus_tools/takes/lip_measures.h"
 
 namespace mouthpiece {
 namespace {

@@ -5,7 +5,7 @@
 #include "corpus_tools/takes/take_alignment.h"
 #include "motion/marker_layout.h"
 #include "motion/motion_clip.h"
-#include "units/corpus.h"
+#include "units/file/corpus.h"
 
 namespace mouthpiece {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "motion/motion_clip.h"
-#include "motion/rigid.h"
+#include "motion/cleaning/rigid.h"
 
 namespace mouthpiece {
 

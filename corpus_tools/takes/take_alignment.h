@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "motion/rigid.h"
-#include "units/corpus.h"
+#include "motion/cleaning/rigid.h"
+#include "units/file/corpus.h"
 
 namespace mouthpiece {
 

@@ -12,9 +12,9 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "corpus_tools/takes/word_matching.h"
-#include "motion/motion_file.h"
-#include "phonetics/lab_file.h"
-#include "phonetics/text_encoding.h"
+#include "motion/formats/motion_file.h"
+#include "phonetics/labels/lab_file.h"
+#include "base/text_encoding.h"
 
 namespace mouthpiece {
 namespace {

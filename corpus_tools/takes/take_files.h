@@ -11,8 +11,8 @@
 #include "corpus_tools/takes/take_report.h"
 #include "motion/marker_layout.h"
 #include "motion/motion_clip.h"
-#include "phonetics/lexicon.h"
-#include "phonetics/speech_labels.h"
+#include "phonetics/text/lexicon.h"
+#include "phonetics/labels/speech_labels.h"
 
 namespace mouthpiece {
 

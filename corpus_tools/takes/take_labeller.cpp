@@ -1,7 +1,7 @@
 #include "corpus_tools/takes/take_labeller.h"
 
-#include "voices/forced_alignment.h"
-#include "voices/pronouncer.h"
+#include "hearing/alignment/forced_alignment.h"
+#include "hearing/alignment/pronouncer.h"
 
 namespace mouthpiece {
 

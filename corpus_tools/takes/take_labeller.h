@@ -8,8 +8,8 @@
 
 #include "audio/audio_clip.h"
 #include "corpus_tools/takes/take_report.h"
-#include "phonetics/lexicon.h"
-#include "phonetics/speech_labels.h"
+#include "phonetics/text/lexicon.h"
+#include "phonetics/labels/speech_labels.h"
 
 namespace mouthpiece {
 

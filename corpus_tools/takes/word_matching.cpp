@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "phonetics/labels_builder.h"
+#include "phonetics/labels/labels_builder.h"
 
 namespace mouthpiece {
 namespace {

@@ -3,8 +3,8 @@
 #include <optional>
 #include <string_view>
 
-#include "phonetics/lexicon.h"
-#include "phonetics/speech_labels.h"
+#include "phonetics/text/lexicon.h"
+#include "phonetics/labels/speech_labels.h"
 
 namespace mouthpiece {
 

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "phonetics/speech_labels.h"
+#include "phonetics/labels/speech_labels.h"
 #include "synthesis/curve_ablation.h"
 
 namespace mouthpiece {

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
-#include "exports/glb_chunks.h"
+#include "exports/gltf/glb_chunks.h"
 
 namespace mouthpiece {
 namespace {

@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
-#include "deform/face_animation.h"
-#include "deform/face_mesh.h"
-#include "exports/principal_shapes.h"
+#include "deform/kernel/face_animation.h"
+#include "deform/mesh/face_mesh.h"
+#include "exports/shapes/principal_shapes.h"
 
 namespace mouthpiece {
 

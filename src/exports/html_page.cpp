@@ -6,7 +6,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "exports/base64.h"
+#include "exports/gltf/base64.h"
 #include "exports/report_fields.h"
 
 namespace mouthpiece {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "deform/face_mesh.h"
+#include "deform/mesh/face_mesh.h"
 #include "motion/motion_clip.h"
 #include "synthesis/utterance_animation.h"
 

@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <string>
 
-#include "deform/face_animation.h"
-#include "deform/face_mesh.h"
+#include "deform/kernel/face_animation.h"
+#include "deform/mesh/face_mesh.h"
 
 namespace mouthpiece {
 

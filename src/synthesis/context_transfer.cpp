@@ -6,9 +6,9 @@
 #include <limits>
 
 #include "motion/blend.h"
-#include "units/context_mean.h"
-#include "units/phone_shapes.h"
-#include "units/unit_costs.h"
+#include "units/selection/context_mean.h"
+#include "units/prediction/phone_shapes.h"
+#include "units/selection/unit_costs.h"
 
 namespace mouthpiece {
 namespace {

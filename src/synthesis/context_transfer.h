@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "motion/motion_clip.h"
-#include "phonetics/speech_labels.h"
-#include "units/selection.h"
-#include "units/unit_database.h"
+#include "phonetics/labels/speech_labels.h"
+#include "units/selection/selection.h"
+#include "units/selection/unit_database.h"
 
 namespace mouthpiece {
 

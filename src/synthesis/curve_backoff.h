@@ -6,8 +6,8 @@
 #include "motion/blend.h"
 #include "synthesis/curve_options.h"
 #include "synthesis/utterance_animation.h"
-#include "units/selection.h"
-#include "units/unit_database.h"
+#include "units/selection/selection.h"
+#include "units/selection/unit_database.h"
 #include "vocal/viseme_poses.h"
 
 namespace mouthpiece {

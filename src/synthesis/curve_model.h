@@ -4,7 +4,7 @@
 #include <mutex>
 #include <optional>
 
-#include "units/unit_database.h"
+#include "units/selection/unit_database.h"
 #include "vocal/viseme_poses.h"
 
 namespace mouthpiece {

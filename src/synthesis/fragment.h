@@ -6,9 +6,9 @@
 
 #include "motion/motion_clip.h"
 #include "motion/time_warp.h"
-#include "units/selection.h"
-#include "units/trajectory_model.h"
-#include "units/unit_database.h"
+#include "units/selection/selection.h"
+#include "units/prediction/trajectory_model.h"
+#include "units/selection/unit_database.h"
 
 namespace mouthpiece {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "motion/lip_pose.h"
-#include "phonetics/speech_labels.h"
+#include "phonetics/labels/speech_labels.h"
 
 namespace mouthpiece {
 

@@ -3,7 +3,7 @@
 #include <functional>
 #include <span>
 
-#include "phonetics/speech_labels.h"
+#include "phonetics/labels/speech_labels.h"
 
 namespace mouthpiece {
 

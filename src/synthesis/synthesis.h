@@ -7,9 +7,9 @@
 #include "synthesis/context_transfer.h"
 #include "synthesis/curve_options.h"
 #include "synthesis/utterance_animation.h"
-#include "units/corpus.h"
-#include "units/selection.h"
-#include "units/unit_database.h"
+#include "units/file/corpus.h"
+#include "units/selection/selection.h"
+#include "units/selection/unit_database.h"
 
 namespace mouthpiece {
 

@@ -7,7 +7,7 @@
 #include "motion/lip_pose.h"
 #include "motion/motion_clip.h"
 #include "motion/tongue_pose.h"
-#include "phonetics/speech_labels.h"
+#include "phonetics/labels/speech_labels.h"
 #include "vocal/viseme_curves.h"
 
 namespace mouthpiece {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "vocal/audio_tags.h"
+#include "audio/audio_tags.h"
 #include "vocal/viseme_events.h"
 
 namespace mouthpiece {

@@ -4,8 +4,8 @@
 #include <string_view>
 #include <vector>
 
-#include "phonetics/speech_labels.h"
-#include "vocal/audio_tags.h"
+#include "phonetics/labels/speech_labels.h"
+#include "audio/audio_tags.h"
 #include "vocal/curve_key.h"
 #include "vocal/viseme_events.h"
 

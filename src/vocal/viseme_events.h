@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "phonetics/speech_labels.h"
+#include "phonetics/labels/speech_labels.h"
 
 namespace mouthpiece {
 

@@ -10,7 +10,7 @@
 
 #include "motion/marker_layout.h"
 #include "motion/motion_clip.h"
-#include "phonetics/speech_labels.h"
+#include "phonetics/labels/speech_labels.h"
 #include "vocal/viseme_curves.h"
 
 namespace mouthpiece {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "audio/sound_joiner.h"
-#include "units/unit_database.h"
+#include "units/selection/unit_database.h"
 
 namespace mouthpiece {
 

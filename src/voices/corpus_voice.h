@@ -3,8 +3,8 @@
 #include <memory>
 #include <optional>
 
-#include "units/selection.h"
-#include "units/unit_database.h"
+#include "units/selection/selection.h"
+#include "units/selection/unit_database.h"
 #include "voices/corpus_sounds.h"
 #include "voices/voice.h"
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "base/errors.h"
-#include "phonetics/phone_sets.h"
+#include "phonetics/labels/phone_sets.h"
 
 namespace mouthpiece {
 namespace {

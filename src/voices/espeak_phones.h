@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "audio/audio_clip.h"
-#include "phonetics/labels_builder.h"
+#include "phonetics/labels/labels_builder.h"
 
 namespace mouthpiece {
 

@@ -11,7 +11,7 @@
 
 #include "base/errors.h"
 #include "voices/espeak_phones.h"
-#include "voices/speakable_text.h"
+#include "phonetics/text/speakable_text.h"
 #include "voices/spoken_line_builder.h"
 
 namespace mouthpiece {

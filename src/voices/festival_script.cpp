@@ -9,7 +9,7 @@
 
 #include "base/errors.h"
 #include "base/text_numbers.h"
-#include "phonetics/syllables.h"
+#include "phonetics/labels/syllables.h"
 
 namespace mouthpiece {
 namespace {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "audio/audio_clip.h"
-#include "phonetics/labels_builder.h"
-#include "phonetics/lexicon.h"
+#include "phonetics/labels/labels_builder.h"
+#include "phonetics/text/lexicon.h"
 
 namespace mouthpiece {
 

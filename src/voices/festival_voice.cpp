@@ -4,9 +4,9 @@
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "voices/child_process.h"
+#include "base/child_process.h"
 #include "voices/festival_script.h"
-#include "voices/speakable_text.h"
+#include "phonetics/text/speakable_text.h"
 #include "voices/spoken_line_builder.h"
 
 namespace mouthpiece {

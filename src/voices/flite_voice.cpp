@@ -7,7 +7,7 @@
 #include <mutex>
 
 #include "base/errors.h"
-#include "voices/speakable_text.h"
+#include "phonetics/text/speakable_text.h"
 #include "voices/spoken_line_builder.h"
 
 // Flite's voices have no header.

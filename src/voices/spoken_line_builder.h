@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "phonetics/labels_builder.h"
+#include "phonetics/labels/labels_builder.h"
 #include "voices/voice.h"
 
 namespace mouthpiece {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/errors.h"
-#include "voices/child_process.h"
+#include "base/child_process.h"
 #include "voices/corpus_voice.h"
 #include "voices/espeak_voice.h"
 #include "voices/festival_voice.h"

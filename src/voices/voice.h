@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "audio/audio_clip.h"
-#include "phonetics/lexicon.h"
-#include "phonetics/speech_labels.h"
-#include "units/selection.h"
+#include "phonetics/text/lexicon.h"
+#include "phonetics/labels/speech_labels.h"
+#include "units/selection/selection.h"
 
 namespace mouthpiece {
 

@@ -5,10 +5,10 @@
 #include <exception>
 
 #include "arap_deformer.h"
-#include "deform/deformer.h"
-#include "motion/motion_file.h"
-#include "retarget/face_file.h"
-#include "retarget/face_rig.h"
+#include "deform/kernel/deformer.h"
+#include "motion/formats/motion_file.h"
+#include "retarget/rig/face_file.h"
+#include "retarget/rig/face_rig.h"
 
 namespace mouthpiece {
 namespace {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <chrono>
 
-#include "deform/bezier_surface.h"
-#include "deform/deformer.h"
+#include "deform/surface/bezier_surface.h"
+#include "deform/kernel/deformer.h"
 #include "tests/unit/deform/sample_face.cpp"  // a benchmark is one source file
 
 namespace mouthpiece {

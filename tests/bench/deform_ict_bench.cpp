@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "ict_bench_head.h"
-#include "retarget/face_page.h"
+#include "retarget/placing/face_page.h"
 
 namespace mouthpiece {
 namespace {

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <random>
 
-#include "exports/base64.h"
-#include "exports/glb_writer.h"
+#include "exports/gltf/base64.h"
+#include "exports/gltf/glb_writer.h"
 #include "exports/html_page.h"
 
 namespace mouthpiece {

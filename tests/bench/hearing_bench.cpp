@@ -5,10 +5,10 @@
 #include <random>
 #include <vector>
 
-#include "audio/vowel_features.h"
-#include "vocal/hear_tags.h"
-#include "vocal/note_fit.h"
-#include "vocal/vowel_network.h"
+#include "hearing/tags/vowel_features.h"
+#include "hearing/tags/hear_tags.h"
+#include "hearing/tags/note_fit.h"
+#include "hearing/tags/vowel_network.h"
 
 namespace mouthpiece {
 namespace {

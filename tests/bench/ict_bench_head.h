@@ -11,9 +11,9 @@
 #include <string>
 
 #include "base/files.h"
-#include "deform/deformer.h"
+#include "deform/kernel/deformer.h"
 #include "motion/marker_layout.h"
-#include "retarget/face_fit.h"
+#include "retarget/rig/face_fit.h"
 
 namespace mouthpiece {
 

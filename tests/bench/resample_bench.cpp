@@ -5,7 +5,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "motion/motion_csv.h"
+#include "motion/formats/motion_csv.h"
 #include "motion/resample.h"
 
 namespace mouthpiece {

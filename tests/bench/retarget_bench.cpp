@@ -6,7 +6,7 @@
 #include <chrono>
 #include <random>
 
-#include "retarget/rbf_warp.h"
+#include "retarget/warp/rbf_warp.h"
 
 namespace {
 

@@ -9,9 +9,9 @@
 #include <random>
 
 #include "motion/marker_layout.h"
-#include "phonetics/labels_builder.h"
+#include "phonetics/labels/labels_builder.h"
 #include "synthesis/synthesis.h"
-#include "units/phone_span_index.h"
+#include "units/selection/phone_span_index.h"
 
 namespace mouthpiece {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "../unit/exports/talking_head.h"
 #include "base/files.h"
-#include "exports/glb_writer.h"
+#include "exports/gltf/glb_writer.h"
 #include "exports/html_page.h"
 #include "exports/report_json.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/errors.h"
-#include "motion/c3d_file.h"
+#include "motion/formats/c3d_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace mouthpiece;

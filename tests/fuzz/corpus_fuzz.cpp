@@ -15,9 +15,9 @@
 #include "motion/marker_layout.h"
 #include "synthesis/curve_model.h"
 #include "synthesis/synthesis.h"
-#include "units/corpus.h"
-#include "units/corpus_schema.h"
-#include "units/sqlite_database.h"
+#include "units/file/corpus.h"
+#include "units/file/corpus_schema.h"
+#include "units/file/sqlite_database.h"
 
 namespace {
 

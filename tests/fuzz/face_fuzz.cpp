@@ -5,8 +5,8 @@
 #include <string_view>
 
 #include "base/errors.h"
-#include "deform/deformer.h"
-#include "retarget/face_file.h"
+#include "deform/kernel/deformer.h"
+#include "retarget/rig/face_file.h"
 
 namespace {
 

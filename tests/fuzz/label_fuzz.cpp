@@ -3,8 +3,8 @@
 #include <string_view>
 
 #include "base/errors.h"
-#include "phonetics/lab_file.h"
-#include "phonetics/lexicon.h"
+#include "phonetics/labels/lab_file.h"
+#include "phonetics/text/lexicon.h"
 
 /// Label files and pronunciation lexicons share their alphabet: one input serves both readers.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -4,7 +4,7 @@
 
 #include "base/errors.h"
 #include "motion/marker_layout.h"
-#include "retarget/anchors.h"
+#include "retarget/placing/anchors.h"
 
 /// Marker layouts and anchors, both JSON that people write. What is accepted says the same again when written and read.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

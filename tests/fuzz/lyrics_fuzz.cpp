@@ -4,8 +4,8 @@
 #include <string_view>
 
 #include "base/errors.h"
-#include "voices/lyrics.h"
-#include "voices/speakable_text.h"
+#include "hearing/alignment/lyrics.h"
+#include "phonetics/text/speakable_text.h"
 
 /// What stands in brackets is left out, line ends stay, and nothing else is made up; the rest can be spoken or is
 /// refused.

@@ -5,8 +5,8 @@
 #include <string_view>
 
 #include "base/errors.h"
-#include "deform/face_mesh.h"
-#include "deform/mesh_reader.h"
+#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/mesh_reader.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;

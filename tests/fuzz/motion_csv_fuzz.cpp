@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "base/errors.h"
-#include "motion/motion_csv.h"
-#include "motion/motion_trc.h"
+#include "motion/formats/motion_csv.h"
+#include "motion/formats/motion_trc.h"
 
 namespace {
 

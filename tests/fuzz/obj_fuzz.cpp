@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "base/errors.h"
-#include "deform/face_mesh.h"
-#include "deform/mesh_reader.h"
+#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/mesh_reader.h"
 
 namespace {
 

@@ -3,7 +3,7 @@
 #include <string_view>
 
 #include "base/errors.h"
-#include "vocal/song.h"
+#include "singing/song.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {

@@ -4,7 +4,7 @@
 
 #include "base/errors.h"
 #include "voices/festival_script.h"
-#include "voices/speakable_text.h"
+#include "phonetics/text/speakable_text.h"
 
 /// Nothing but the promised characters leaves the normaliser, whatever comes in; the Scheme program does not depend on
 /// it.

@@ -3,7 +3,7 @@
 #include <string_view>
 
 #include "base/errors.h"
-#include "phonetics/textgrid.h"
+#include "phonetics/labels/textgrid.h"
 
 /// What can be read must be consistent, and must read back the same after it was written.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -7,8 +7,8 @@
 #include <string_view>
 
 #include "base/errors.h"
-#include "voices/senone_scores.h"
-#include "voices/tied_model.h"
+#include "hearing/alignment/senone_scores.h"
+#include "hearing/alignment/tied_model.h"
 
 namespace {
 

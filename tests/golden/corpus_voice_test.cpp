@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "audio/audio_clip.h"
-#include "phonetics/textgrid.h"
+#include "phonetics/labels/textgrid.h"
 #include "support/run_program.h"
 
 namespace mouthpiece::test {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "phonetics/textgrid.h"
+#include "phonetics/labels/textgrid.h"
 #include "support/run_program.h"
 
 namespace mouthpiece::test {

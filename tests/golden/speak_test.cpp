@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "audio/audio_clip.h"
-#include "motion/c3d_file.h"
-#include "motion/motion_csv.h"
-#include "phonetics/textgrid.h"
+#include "motion/formats/c3d_file.h"
+#include "motion/formats/motion_csv.h"
+#include "phonetics/labels/textgrid.h"
 #include "support/run_program.h"
 
 namespace mouthpiece::test {

@@ -10,7 +10,7 @@
 #include <tuple>
 
 #include "audio/audio_clip.h"
-#include "phonetics/textgrid.h"
+#include "phonetics/labels/textgrid.h"
 #include "support/run_program.h"
 #include "vocal/curve_file.h"
 

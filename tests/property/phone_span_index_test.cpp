@@ -1,4 +1,4 @@
-#include "units/phone_span_index.h"
+#include "units/selection/phone_span_index.h"
 
 #include <gtest/gtest.h>
 

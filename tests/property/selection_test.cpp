@@ -1,4 +1,4 @@
-#include "units/selection.h"
+#include "units/selection/selection.h"
 
 #include <gtest/gtest.h>
 
@@ -7,10 +7,10 @@
 #include <random>
 
 #include "base/errors.h"
-#include "phonetics/labels_builder.h"
+#include "phonetics/labels/labels_builder.h"
 #include "support/tiny_corpus.h"
 #include "support/tiny_model.h"
-#include "units/unit_database.h"
+#include "units/selection/unit_database.h"
 
 namespace mouthpiece {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "units/corpus.h"
+#include "units/file/corpus.h"
 
 namespace mouthpiece::testing {
 

@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-#include "phonetics/speech_labels.h"
+#include "phonetics/labels/speech_labels.h"
 
 namespace mouthpiece::testing {
 

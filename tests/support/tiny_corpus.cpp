@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "phonetics/labels_builder.h"
+#include "phonetics/labels/labels_builder.h"
 
 namespace mouthpiece::testing {
 namespace {

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "units/corpus.h"
+#include "units/file/corpus.h"
 
 namespace mouthpiece::testing {
 

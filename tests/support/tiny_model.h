@@ -2,8 +2,8 @@
 
 #include <memory>
 
-#include "units/corpus.h"
-#include "units/trajectory_model.h"
+#include "units/file/corpus.h"
+#include "units/prediction/trajectory_model.h"
 
 namespace mouthpiece::testing {
 

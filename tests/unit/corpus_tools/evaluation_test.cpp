@@ -1,4 +1,4 @@
-#include "corpus_tools/evaluation/evaluation.h"
+#include "corpus_tools/research/evaluation/evaluation.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
-#include "corpus_tools/evaluation/dominance_model.h"
-#include "corpus_tools/evaluation/evaluation_methods.h"
-#include "motion/motion_file.h"
+#include "corpus_tools/research/evaluation/dominance_model.h"
+#include "corpus_tools/research/evaluation/evaluation_methods.h"
+#include "motion/formats/motion_file.h"
 #include "support/run_program.h"
 #include "synthetic_takes.h"
 

@@ -8,11 +8,11 @@
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "motion/c3d_file.h"
-#include "motion/marker_labels.h"
+#include "motion/formats/c3d_file.h"
+#include "motion/formats/marker_labels.h"
 #include "support/run_program.h"
 #include "synthetic_takes.h"
-#include "units/corpus.h"
+#include "units/file/corpus.h"
 
 namespace mouthpiece {
 namespace {

@@ -1,5 +1,5 @@
 // The sample corpus: which sentences it holds, and what the actor and the cameras make of them.
-#include "corpus_tools/actor/sample_corpus.h"
+#include "corpus_tools/sample/sample_corpus.h"
 
 #include <gtest/gtest.h>
 
@@ -9,13 +9,13 @@
 
 #include "audio/audio_clip.h"
 #include "base/errors.h"
-#include "corpus_tools/actor/actor_fit.h"
-#include "corpus_tools/actor/actor_model.h"
-#include "corpus_tools/actor/sample_capture.h"
-#include "corpus_tools/actor/sample_sentences.h"
-#include "motion/c3d_file.h"
-#include "motion/rigid.h"
-#include "phonetics/textgrid.h"
+#include "corpus_tools/research/models/actor_fit.h"
+#include "corpus_tools/sample/actor_model.h"
+#include "corpus_tools/sample/sample_capture.h"
+#include "corpus_tools/sample/sample_sentences.h"
+#include "motion/formats/c3d_file.h"
+#include "motion/cleaning/rigid.h"
+#include "phonetics/labels/textgrid.h"
 #include "support/run_program.h"
 
 namespace mouthpiece {

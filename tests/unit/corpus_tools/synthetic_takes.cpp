@@ -7,9 +7,9 @@
 #include <random>
 
 #include "base/files.h"
-#include "motion/c3d_file.h"
-#include "phonetics/labels_builder.h"
-#include "phonetics/textgrid.h"
+#include "motion/formats/c3d_file.h"
+#include "phonetics/labels/labels_builder.h"
+#include "phonetics/labels/textgrid.h"
 
 namespace mouthpiece {
 namespace {

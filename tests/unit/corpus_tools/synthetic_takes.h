@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "corpus_tools/takes/take_files.h"
-#include "motion/rigid.h"
-#include "units/corpus.h"
+#include "motion/cleaning/rigid.h"
+#include "units/file/corpus.h"
 
 namespace mouthpiece {
 

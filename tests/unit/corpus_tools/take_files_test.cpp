@@ -9,7 +9,7 @@
 #include "base/files.h"
 #include "corpus_tools/building/corpus_builder.h"
 #include "corpus_tools/takes/pose_fit.h"
-#include "motion/motion_file.h"
+#include "motion/formats/motion_file.h"
 #include "support/run_program.h"
 #include "synthetic_takes.h"
 

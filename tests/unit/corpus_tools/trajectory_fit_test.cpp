@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "base/errors.h"
-#include "corpus_tools/evaluation/evaluation.h"
-#include "corpus_tools/evaluation/evaluation_intervals.h"
-#include "corpus_tools/evaluation/evaluation_methods.h"
+#include "corpus_tools/research/evaluation/evaluation.h"
+#include "corpus_tools/research/evaluation/evaluation_intervals.h"
+#include "corpus_tools/research/evaluation/evaluation_methods.h"
 #include "synthetic_takes.h"
 
 namespace mouthpiece {

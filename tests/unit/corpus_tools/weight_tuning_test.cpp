@@ -1,4 +1,4 @@
-#include "corpus_tools/evaluation/weight_tuning.h"
+#include "corpus_tools/research/tuning/weight_tuning.h"
 
 #include <gtest/gtest.h>
 

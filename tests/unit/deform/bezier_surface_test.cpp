@@ -1,4 +1,4 @@
-#include "deform/bezier_surface.h"
+#include "deform/surface/bezier_surface.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "deform/binding.h"
+#include "deform/surface/binding.h"
 
 #include <gtest/gtest.h>
 
@@ -8,9 +8,9 @@
 #include <map>
 
 #include "base/errors.h"
-#include "deform/bezier_surface.h"
-#include "deform/deformer.h"
-#include "deform/virtual_points.h"
+#include "deform/surface/bezier_surface.h"
+#include "deform/kernel/deformer.h"
+#include "deform/surface/virtual_points.h"
 #include "tests/unit/deform/sample_face.h"
 
 namespace mouthpiece {

@@ -1,4 +1,4 @@
-#include "deform/control_surface.h"
+#include "deform/surface/control_surface.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <set>
 
 #include "base/errors.h"
-#include "deform/virtual_points.h"
+#include "deform/surface/virtual_points.h"
 #include "tests/unit/deform/sample_face.h"
 
 namespace mouthpiece {

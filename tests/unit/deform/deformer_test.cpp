@@ -1,4 +1,4 @@
-#include "deform/deformer.h"
+#include "deform/kernel/deformer.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "base/errors.h"
-#include "deform/bezier_surface.h"
+#include "deform/surface/bezier_surface.h"
 #include "tests/unit/deform/sample_face.h"
 
 namespace mouthpiece {

@@ -1,4 +1,4 @@
-#include "deform/gums.h"
+#include "deform/mouth/gums.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "deform/jaw.h"
+#include "deform/mouth/jaw.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "deform/surface_projection.h"
+#include "deform/surface/surface_projection.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "deform/teeth_shell.h"
+#include "deform/mouth/teeth_shell.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "exports/base64.h"
+#include "exports/gltf/base64.h"
 
 #include <gtest/gtest.h>
 

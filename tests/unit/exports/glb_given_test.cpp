@@ -1,5 +1,5 @@
 // Shapes written into a GLB that was given.
-#include "exports/glb_given.h"
+#include "exports/gltf/glb_given.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <random>
 
 #include "base/errors.h"
-#include "exports/glb_chunks.h"
-#include "exports/glb_writer.h"
+#include "exports/gltf/glb_chunks.h"
+#include "exports/gltf/glb_writer.h"
 
 namespace mouthpiece {
 namespace {

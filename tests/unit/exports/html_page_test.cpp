@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
-#include "exports/glb_writer.h"
+#include "exports/gltf/glb_writer.h"
 #include "talking_head.h"
 
 namespace mouthpiece {

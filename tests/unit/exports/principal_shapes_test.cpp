@@ -1,10 +1,10 @@
-#include "exports/principal_shapes.h"
+#include "exports/shapes/principal_shapes.h"
 
 #include <gtest/gtest.h>
 
 #include "base/errors.h"
-#include "exports/shape_normals.h"
-#include "exports/trajectory_basis.h"
+#include "exports/gltf/shape_normals.h"
+#include "exports/shapes/trajectory_basis.h"
 #include "talking_head.h"
 
 namespace mouthpiece {

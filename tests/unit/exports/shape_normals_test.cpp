@@ -1,4 +1,4 @@
-#include "exports/shape_normals.h"
+#include "exports/gltf/shape_normals.h"
 
 #include <gtest/gtest.h>
 

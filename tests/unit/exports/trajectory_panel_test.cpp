@@ -1,4 +1,4 @@
-#include "exports/trajectory_panel.h"
+#include "exports/shapes/trajectory_panel.h"
 
 #include <gtest/gtest.h>
 

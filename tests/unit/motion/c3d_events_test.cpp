@@ -5,7 +5,7 @@
 
 #include "base/errors.h"
 #include "c3d_by_hand.h"
-#include "motion/c3d_file.h"
+#include "motion/formats/c3d_file.h"
 #include "synthetic_motion.h"
 
 namespace mouthpiece {

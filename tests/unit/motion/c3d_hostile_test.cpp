@@ -9,7 +9,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "c3d_by_hand.h"
-#include "motion/c3d_file.h"
+#include "motion/formats/c3d_file.h"
 
 namespace mouthpiece {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "motion/c3d_file.h"
-#include "motion/motion_file.h"
+#include "motion/formats/c3d_file.h"
+#include "motion/formats/motion_file.h"
 #include "synthetic_motion.h"
 
 namespace mouthpiece {

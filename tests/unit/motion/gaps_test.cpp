@@ -1,4 +1,4 @@
-#include "motion/gaps.h"
+#include "motion/cleaning/gaps.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <random>
 
 #include "motion/marker_layout.h"
-#include "motion/rigid.h"
+#include "motion/cleaning/rigid.h"
 #include "synthetic_motion.h"
 
 namespace mouthpiece {

@@ -1,4 +1,4 @@
-#include "motion/landmark_track.h"
+#include "motion/formats/landmark_track.h"
 
 #include <gtest/gtest.h>
 

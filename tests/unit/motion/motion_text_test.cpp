@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "base/errors.h"
-#include "motion/motion_csv.h"
-#include "motion/motion_trc.h"
+#include "motion/formats/motion_csv.h"
+#include "motion/formats/motion_trc.h"
 #include "synthetic_motion.h"
 
 namespace mouthpiece {

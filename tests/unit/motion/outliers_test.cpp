@@ -1,4 +1,4 @@
-#include "motion/outliers.h"
+#include "motion/cleaning/outliers.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "motion/marker_layout.h"
-#include "motion/motion_file.h"
+#include "motion/formats/motion_file.h"
 #include "synthetic_motion.h"
 
 namespace mouthpiece {

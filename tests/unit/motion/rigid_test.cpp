@@ -1,4 +1,4 @@
-#include "motion/rigid.h"
+#include "motion/cleaning/rigid.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "motion/smoothing.h"
+#include "motion/cleaning/smoothing.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-#include "motion/rigid.h"
+#include "motion/cleaning/rigid.h"
 #include "synthetic_motion.h"
 
 namespace mouthpiece {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "motion/c3d_file.h"
+#include "motion/formats/c3d_file.h"
 #include "motion/motion_clip.h"
 
 namespace mouthpiece {

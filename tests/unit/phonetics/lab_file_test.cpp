@@ -1,4 +1,4 @@
-#include "phonetics/lab_file.h"
+#include "phonetics/labels/lab_file.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "phonetics/textgrid.h"
+#include "phonetics/labels/textgrid.h"
 
 namespace mouthpiece {
 namespace {

@@ -1,11 +1,11 @@
-#include "phonetics/label_files.h"
+#include "phonetics/labels/label_files.h"
 
 #include <gtest/gtest.h>
 
 #include "base/errors.h"
-#include "phonetics/lab_file.h"
-#include "phonetics/phone_sets.h"
-#include "phonetics/textgrid.h"
+#include "phonetics/labels/lab_file.h"
+#include "phonetics/labels/phone_sets.h"
+#include "phonetics/labels/textgrid.h"
 
 namespace mouthpiece {
 namespace {

@@ -1,4 +1,4 @@
-#include "phonetics/labels_builder.h"
+#include "phonetics/labels/labels_builder.h"
 
 #include <gtest/gtest.h>
 

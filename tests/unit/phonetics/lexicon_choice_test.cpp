@@ -1,8 +1,8 @@
-#include "phonetics/lexicon_choice.h"
+#include "phonetics/text/lexicon_choice.h"
 
 #include <gtest/gtest.h>
 
-#include "phonetics/lab_file.h"
+#include "phonetics/labels/lab_file.h"
 
 namespace mouthpiece {
 namespace {

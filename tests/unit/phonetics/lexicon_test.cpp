@@ -1,4 +1,4 @@
-#include "phonetics/lexicon.h"
+#include "phonetics/text/lexicon.h"
 
 #include <gtest/gtest.h>
 

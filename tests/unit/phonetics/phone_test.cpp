@@ -1,4 +1,4 @@
-#include "phonetics/phone.h"
+#include "phonetics/language/phone.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "phonetics/syllables.h"
+#include "phonetics/labels/syllables.h"
 
 #include <gtest/gtest.h>
 

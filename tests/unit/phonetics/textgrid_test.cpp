@@ -1,4 +1,4 @@
-#include "phonetics/textgrid.h"
+#include "phonetics/labels/textgrid.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "phonetics/labels_builder.h"
-#include "phonetics/text_encoding.h"
+#include "phonetics/labels/labels_builder.h"
+#include "base/text_encoding.h"
 
 namespace mouthpiece {
 namespace {

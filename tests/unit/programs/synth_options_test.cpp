@@ -1,4 +1,4 @@
-#include "programs/synth_options.h"
+#include "programs/synth/synth_options.h"
 
 #include <gtest/gtest.h>
 

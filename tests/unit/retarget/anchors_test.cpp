@@ -1,9 +1,9 @@
-#include "retarget/anchors.h"
+#include "retarget/placing/anchors.h"
 
 #include <gtest/gtest.h>
 
 #include "base/errors.h"
-#include "deform/mesh_reader.h"
+#include "deform/mesh/mesh_reader.h"
 
 namespace mouthpiece {
 namespace {

@@ -4,12 +4,12 @@
 
 #include <cmath>
 
-#include "deform/face_mesh.h"
-#include "motion/motion_file.h"
-#include "retarget/face_rig.h"
-#include "retarget/marker_shapes.h"
+#include "deform/mesh/face_mesh.h"
+#include "motion/formats/motion_file.h"
+#include "retarget/rig/face_rig.h"
+#include "retarget/rig/marker_shapes.h"
 #include "support/run_program.h"
-#include "units/corpus.h"
+#include "units/file/corpus.h"
 
 namespace mouthpiece {
 namespace {

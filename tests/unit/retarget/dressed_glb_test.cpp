@@ -10,11 +10,11 @@
 #include <set>
 
 #include "base/files.h"
-#include "deform/welding.h"
-#include "exports/glb_chunks.h"
-#include "exports/glb_writer.h"
-#include "motion/motion_file.h"
-#include "retarget/face_rig.h"
+#include "deform/kernel/welding.h"
+#include "exports/gltf/glb_chunks.h"
+#include "exports/gltf/glb_writer.h"
+#include "motion/formats/motion_file.h"
+#include "retarget/rig/face_rig.h"
 #include "support/allocations.h"
 #include "support/run_program.h"
 #include "test_face.h"

@@ -1,5 +1,5 @@
 // .face files: there and back, and every kind of damage.
-#include "retarget/face_file.h"
+#include "retarget/rig/face_file.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "motion/marker_layout.h"
-#include "retarget/face_rig.h"
+#include "retarget/rig/face_rig.h"
 #include "support/allocations.h"
 #include "support/run_program.h"
 #include "test_face.h"

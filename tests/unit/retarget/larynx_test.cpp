@@ -1,4 +1,4 @@
-#include "retarget/larynx.h"
+#include "retarget/rig/larynx.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "retarget/face_rig.h"
+#include "retarget/rig/face_rig.h"
 
 namespace mouthpiece {
 namespace {

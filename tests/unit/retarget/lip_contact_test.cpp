@@ -1,4 +1,4 @@
-#include "retarget/lip_contact.h"
+#include "retarget/rig/lip_contact.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <span>
 
 #include "base/files.h"
-#include "deform/deformer.h"
-#include "retarget/face_rig.h"
+#include "deform/kernel/deformer.h"
+#include "retarget/rig/face_rig.h"
 #include "support/run_program.h"
 #include "test_face.h"
 

@@ -1,5 +1,5 @@
 // All markers from a few anchors.
-#include "retarget/marker_placing.h"
+#include "retarget/placing/marker_placing.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "deform/deformer.h"
-#include "retarget/face_page.h"
+#include "deform/kernel/deformer.h"
+#include "retarget/placing/face_page.h"
 #include "test_face.h"
 
 namespace mouthpiece {

@@ -1,4 +1,4 @@
-#include "retarget/missing_markers.h"
+#include "retarget/placing/missing_markers.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <set>
 
 #include "base/errors.h"
-#include "units/corpus.h"
+#include "units/file/corpus.h"
 
 namespace mouthpiece {
 namespace {

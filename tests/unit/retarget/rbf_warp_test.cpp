@@ -1,5 +1,5 @@
 // The volume warp of EDGE 6 (docs/theory/volume_warp.md).
-#include "retarget/rbf_warp.h"
+#include "retarget/warp/rbf_warp.h"
 
 #include <gtest/gtest.h>
 

@@ -6,10 +6,10 @@
 #include <tuple>
 
 #include "base/files.h"
-#include "motion/motion_file.h"
+#include "motion/formats/motion_file.h"
 #include "support/run_program.h"
 #include "test_face.h"
-#include "units/corpus.h"
+#include "units/file/corpus.h"
 
 namespace mouthpiece {
 namespace {

@@ -3,9 +3,9 @@
 #include <filesystem>
 #include <optional>
 
-#include "retarget/default_face.h"
-#include "retarget/face_fit.h"
-#include "units/corpus.h"
+#include "retarget/sample_head/default_face.h"
+#include "retarget/rig/face_fit.h"
+#include "units/file/corpus.h"
 
 namespace mouthpiece::test {
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include "deform/deformer.h"
-#include "deform/vertex_kinds.h"
-#include "retarget/skin_tree.h"
+#include "deform/kernel/deformer.h"
+#include "deform/mesh/vertex_kinds.h"
+#include "retarget/placing/skin_tree.h"
 #include "test_face.h"
 
 namespace mouthpiece {

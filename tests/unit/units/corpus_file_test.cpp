@@ -9,10 +9,10 @@
 #include "support/repeated_corpus.h"
 #include "support/tiny_corpus.h"
 #include "support/tiny_model.h"
-#include "units/checksum.h"
-#include "units/corpus.h"
-#include "units/sqlite_database.h"
-#include "units/unit_database.h"
+#include "units/file/checksum.h"
+#include "units/file/corpus.h"
+#include "units/file/sqlite_database.h"
+#include "units/selection/unit_database.h"
 
 namespace mouthpiece {
 namespace {

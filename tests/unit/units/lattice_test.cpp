@@ -1,4 +1,4 @@
-#include "units/lattice.h"
+#include "units/selection/lattice.h"
 
 #include <gtest/gtest.h>
 
@@ -8,9 +8,9 @@
 #include "base/errors.h"
 #include "support/tiny_corpus.h"
 #include "support/tiny_model.h"
-#include "units/context_mean.h"
-#include "units/pair_costs.h"
-#include "units/unit_costs.h"
+#include "units/selection/context_mean.h"
+#include "units/selection/pair_costs.h"
+#include "units/selection/unit_costs.h"
 
 namespace mouthpiece {
 namespace {

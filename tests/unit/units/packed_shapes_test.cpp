@@ -1,4 +1,4 @@
-#include "units/packed_shapes.h"
+#include "units/prediction/packed_shapes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "units/selection.h"
+#include "units/selection/selection.h"
 
 #include <gtest/gtest.h>
 
@@ -6,10 +6,10 @@
 
 #include "base/errors.h"
 #include "support/tiny_corpus.h"
-#include "units/unit_candidates.h"
-#include "units/unit_costs.h"
-#include "units/unit_database.h"
-#include "units/viseme_distance.h"
+#include "units/selection/unit_candidates.h"
+#include "units/selection/unit_costs.h"
+#include "units/selection/unit_database.h"
+#include "units/selection/viseme_distance.h"
 
 namespace mouthpiece {
 namespace {

@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "voice_testing.h"
+#include "support/voice_testing.h"
 #include "voices/espeak_phones.h"
 
 namespace mouthpiece {

@@ -1,6 +1,6 @@
 #include "voices/festival_script.h"
 
-#include "voice_testing.h"
+#include "support/voice_testing.h"
 
 namespace mouthpiece {
 namespace {

@@ -1,8 +1,8 @@
 #include <filesystem>
 
 #include "base/files.h"
-#include "voice_testing.h"
-#include "voices/child_process.h"
+#include "support/voice_testing.h"
+#include "base/child_process.h"
 #include "voices/festival_script.h"
 
 namespace mouthpiece {

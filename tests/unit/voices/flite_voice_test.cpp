@@ -1,4 +1,4 @@
-#include "voice_testing.h"
+#include "support/voice_testing.h"
 
 namespace mouthpiece {
 namespace {

@@ -1,0 +1,132 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "corpus_tools/takes/lip_measures.h"
+#include "units/file/corpus.h"
+#include "units/selection/unit_database.h"
+
+namespace mouthpiece {
+
+/// What a page draws of a take, at the capture's rate; NaN where it was not seen.
+struct LipCurves {
+  std::vector<float> opening_mm, width_mm, protrusion_mm;  ///< protrusion: how far both lips stand out, Z
+  std::vector<Seconds> joins;                              ///< middles of the blends
+};
+
+/// One way of animating, measured over all takes (docs/theory/evaluation.md).
+struct EvaluationRow {
+  std::string method;
+  LipMeasures lips;                ///< over all takes
+  std::vector<LipMeasures> takes;  ///< of each take, for intervals
+  std::vector<LipCurves> curves;   ///< of each take, where they are kept
+  // The rest is zero for methods that do not join units.
+  std::size_t phones = 0;
+  std::size_t units = 0;
+  std::size_t pairs = 0;                         ///< of neighbouring phones
+  std::size_t backoff_pairs = 0;                 ///< spelt by a stand-in
+  std::vector<Seconds> join_times;               ///< of all takes, one after another
+  std::vector<double> join_jumps_mm;             ///< largest marker step across each join
+  std::vector<double> join_limits_mm;            ///< 95th percentile of the corpus' own steps at that join's frame rate
+  std::vector<double> velocity_jumps_mm_s;       ///< largest change of a marker's velocity at each join
+  std::vector<double> velocity_mismatches_mm_s;  ///< between the fragments that meet there, before they are blended
+  std::vector<double> velocity_limits_mm_s;      ///< 95th percentile of the corpus' own
+  std::vector<double> captured_velocity_jumps_mm_s;  ///< of the take itself at the same frames
+  std::vector<double> added_velocity_jumps_mm_s;     ///< jump less the take's own there, as shown at 60 Hz or more
+
+  [[nodiscard]] double unitsPerPhone() const;
+  [[nodiscard]] double phonesPerUnit() const;
+  [[nodiscard]] double backoffShare() const;
+  [[nodiscard]] double joinJump95() const;                ///< 95th percentile, mm; NaN without joins
+  [[nodiscard]] double usualStep() const;                 ///< mean limit, mm; NaN without joins
+  [[nodiscard]] double joinsOverLimit() const;            ///< share of joins beyond their limit; NaN without
+  [[nodiscard]] double meanVelocityJump() const;          ///< mm/s; NaN without joins
+  [[nodiscard]] double meanVelocityMismatch() const;      ///< mm/s; NaN without joins
+  [[nodiscard]] double velocitiesOverLimit() const;       ///< share of joins; NaN without
+  [[nodiscard]] double meanCapturedVelocityJump() const;  ///< mm/s; NaN without joins
+  [[nodiscard]] double meanAddedVelocityJump() const;     ///< mm/s; NaN without joins
+  EvaluationRow& operator+=(const EvaluationRow& other);  ///< the same method over other takes
+};
+
+/// A take that was compared, and how it was captured.
+struct ComparedTake {
+  std::string name, text;
+  SpeechLabels labels;
+  double frame_rate_hz = 0;
+  LipCurves captured;
+};
+
+struct Evaluation {
+  std::string corpus;
+  std::vector<std::string> takes;
+  std::vector<EvaluationRow> rows;
+  std::vector<ComparedTake> compared = {};  ///< as `takes`, where curves are kept
+};
+
+/// Called from one thread, with the number of takes animated over all rows.
+using EvaluationProgress = std::function<void(std::size_t done, std::size_t total)>;
+
+struct EvaluationOptions {
+  EvaluationProgress progress = {};
+  bool keep_curves = false;                      ///< for evaluationHtml()
+  std::map<std::string, MotionClip> truth = {};  ///< by take: compared with this in place of the capture
+};
+
+struct EvaluationMethod;
+/// The rows of a table, which refer to both arguments; evaluation_methods.h has those there are.
+using EvaluationMethods = std::function<std::vector<EvaluationMethod>(const Corpus&, const UnitDatabase&)>;
+
+/// Animates each of `captured` from its labels with the material of `corpus` by each method and compares. Throws
+/// InputError when `captured` is empty or the layout lacks lips.
+Evaluation evaluateCorpus(const Corpus& corpus, const std::vector<CorpusTake>& captured,
+                          const EvaluationMethods& methods, const EvaluationOptions& options = {});
+
+/// Every take once, animated with the material of the takes of the other folds (take i is in fold i mod `folds`), to
+/// which the trajectory model is fitted anew. Throws InputError for fewer than two folds or fewer takes than folds.
+Evaluation crossValidate(const Corpus& corpus, std::size_t folds, const EvaluationMethods& methods,
+                         const EvaluationOptions& options = {});
+
+/// Every fifth take, animated with the material of `sizes` others, drawn with a fixed seed: a larger set holds the
+/// smaller ones. Rows are the methods' with the number of takes. Throws InputError for a size that is 0 or too large.
+Evaluation learningCurve(const Corpus& corpus, const std::vector<std::size_t>& sizes, const EvaluationMethods& methods,
+                         const EvaluationOptions& options = {});
+
+/// Moves a random `share` of the takes (at least one, and one stays) out of the corpus, and fits its trajectory model,
+/// if it has one, to what stays. The same seed, the same takes. Throws InputError for fewer than two takes, or a share
+/// that is not in (0, 1).
+std::vector<CorpusTake> holdOut(Corpus& corpus, double share, std::uint64_t seed);
+
+/// A corpus without some of its takes, and these.
+struct SplitTakes {
+  Corpus rest;
+  std::vector<CorpusTake> held;
+};
+
+/// Holds out the takes i with i mod `folds` = `fold`, and fits the trajectory model to the others.
+SplitTakes splitTakes(const Corpus& corpus, std::size_t folds, std::size_t fold);
+
+/// Of a corpus with more takes than `most`, that many.
+Corpus evenlySpacedTakes(const Corpus& corpus, std::size_t most);
+
+/// Captures slower or faster than the synthesis offers (24 to 240 Hz) at the nearest rate that it does.
+std::vector<CorpusTake> atOfferedRates(std::vector<CorpusTake> takes);
+
+/// The motion that is known to be true of each take of `corpus`, from NAME.c3d in `folder` (`corpus sample --truth`),
+/// in the corpus' frame: one rigid motion a take. Throws InputError where one is missing or does not fit its take.
+std::map<std::string, MotionClip> readTruth(const Corpus& corpus, const std::filesystem::path& folder);
+
+/// A table for people, and the same as JSON.
+std::string evaluationTable(const Evaluation& evaluation);
+std::string evaluationJson(const Evaluation& evaluation);
+
+/// The same as a page by itself (no other file, no network), with the curves of each take over each other where they
+/// are kept: opening, width and protrusion of the lips, phones and joins under them. Takes whose curves would make it
+/// larger than `most_curve_bytes` are left out, those at the end first.
+std::string evaluationHtml(const Evaluation& evaluation, std::size_t most_curve_bytes = std::size_t{24} << 20U);
+
+}  // namespace mouthpiece

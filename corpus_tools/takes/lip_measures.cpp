@@ -1,0 +1,270 @@
+#include "corpus_tools/takes/lip_measures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "base/errors.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr Seconds kClosureReach = 0.02;  ///< beyond both ends of a B P M F V: label error
+constexpr double kClosureShare = 0.25;   ///< of the curve's own range of openings
+constexpr Seconds kProbeStep = 0.005;    ///< openings between the frames are read off straight lines
+constexpr double kLeastRangeMm = 1.0;    ///< a mouth that moves less has no closures
+
+double ratio(double part, double whole) { return whole > 0 ? part / whole : std::numeric_limits<double>::quiet_NaN(); }
+
+double meanOf(const std::vector<double>& values) {
+  return ratio(std::accumulate(values.begin(), values.end(), 0.0), static_cast<double>(values.size()));
+}
+
+/// Pearson's r over the frames that both have; NaN for fewer than three or a constant.
+double correlation(const std::vector<double>& a, const std::vector<double>& b) {
+  double n = 0, mean_a = 0, mean_b = 0, spread_a = 0, spread_b = 0, common = 0;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+    if (!std::isfinite(a[i]) || !std::isfinite(b[i])) continue;
+    n += 1;
+    const double step_a = a[i] - mean_a, step_b = b[i] - mean_b;  // Welford: a flat curve stays flat to the last bits
+    mean_a += step_a / n, mean_b += step_b / n;
+    spread_a += step_a * (a[i] - mean_a), spread_b += step_b * (b[i] - mean_b);
+    common += step_a * (b[i] - mean_b);
+  }
+  if (n < 3 || spread_a < 1e-9 || spread_b < 1e-9) return std::numeric_limits<double>::quiet_NaN();
+  return common / std::sqrt(spread_a * spread_b);
+}
+
+/// The lip coordinates of both clips in the frames where all lips are seen in both, the constant difference taken off.
+struct LipFrames {
+  std::vector<std::size_t> frames;
+  Eigen::MatrixXd captured, synthesised;  ///< frames x (3 * lip markers)
+};
+
+std::vector<Eigen::Index> lipColumns(const MarkerLayout& layout) {
+  std::vector<Eigen::Index> columns;
+  for (std::size_t marker = 0; marker < layout.markers.size(); ++marker) {
+    if (layout.markers[marker].region != "lip") continue;
+    for (std::size_t axis = 0; axis < 3; ++axis) columns.push_back(static_cast<Eigen::Index>(3 * marker + axis));
+  }
+  return columns;
+}
+
+LipFrames commonLipFrames(const MotionClip& captured, const MotionClip& synthesised, const MarkerLayout& layout) {
+  const std::vector<Eigen::Index> columns = lipColumns(layout);
+  LipFrames lips;
+  for (std::size_t frame = 0; frame < std::min(captured.frameCount(), synthesised.frameCount()); ++frame) {
+    const auto row = static_cast<Eigen::Index>(frame);
+    const bool seen = std::all_of(columns.begin(), columns.end(), [&](Eigen::Index column) {
+      return std::isfinite(captured.positions_mm(row, column)) && std::isfinite(synthesised.positions_mm(row, column));
+    });
+    if (seen) lips.frames.push_back(frame);
+  }
+  const auto rows = static_cast<Eigen::Index>(lips.frames.size());
+  lips.captured.resize(rows, static_cast<Eigen::Index>(columns.size()));
+  lips.synthesised.resize(rows, static_cast<Eigen::Index>(columns.size()));
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    const auto row = static_cast<Eigen::Index>(lips.frames[static_cast<std::size_t>(i)]);
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      lips.captured(i, static_cast<Eigen::Index>(c)) = captured.positions_mm(row, columns[c]);
+      lips.synthesised(i, static_cast<Eigen::Index>(c)) = synthesised.positions_mm(row, columns[c]);
+    }
+  }
+  if (rows > 0) {
+    const Eigen::RowVectorXd offset = lips.synthesised.colwise().mean() - lips.captured.colwise().mean();
+    lips.synthesised.rowwise() -= offset;
+  }
+  return lips;
+}
+
+void addErrors(const LipFrames& lips, LipMeasures& measures) {
+  const Eigen::MatrixXd difference = lips.synthesised - lips.captured;
+  measures.frames = lips.frames.size();
+  for (Eigen::Index frame = 0; frame < difference.rows(); ++frame) {
+    double largest = 0;
+    for (Eigen::Index column = 0; column < difference.cols(); column += 3) {
+      const double squared = difference.block<1, 3>(frame, column).squaredNorm();
+      measures.squared_error_mm2 += squared;
+      ++measures.squared_errors;
+      largest = std::max(largest, squared);
+    }
+    measures.largest_squared_mm2 += largest;
+  }
+}
+
+double variance(const Eigen::MatrixXd& values) {
+  return values.rows() > 0 ? (values.rowwise() - values.colwise().mean()).squaredNorm() : 0.0;
+}
+
+/// Squared third differences over runs of frames in a row.
+double squaredJerk(const Eigen::MatrixXd& values, const std::vector<std::size_t>& frames) {
+  double sum = 0;
+  for (Eigen::Index i = 3; i < values.rows(); ++i) {
+    if (frames[static_cast<std::size_t>(i)] != frames[static_cast<std::size_t>(i - 3)] + 3) continue;
+    sum += (values.row(i) - 3 * values.row(i - 1) + 3 * values.row(i - 2) - values.row(i - 3)).squaredNorm();
+  }
+  return sum;
+}
+
+/// An opening curve and the level under which the mouth counts as closed.
+struct Opening {
+  std::vector<double> mm;
+  double frame_rate_hz = 0;
+  double closed_below_mm = 0;
+
+  [[nodiscard]] double at(Seconds time) const {
+    const double frame = std::clamp(time * frame_rate_hz, 0.0, static_cast<double>(mm.size() - 1));
+    const auto before = static_cast<std::size_t>(frame);
+    const std::size_t after = std::min(before + 1, mm.size() - 1);
+    const double share = frame - static_cast<double>(before);
+    return share > 0 ? (1 - share) * mm[before] + share * mm[after] : mm[before];
+  }
+  [[nodiscard]] bool closesIn(const LabelledPhone& phone) const {
+    // Others than B P M F V get no reach: they would be charged with their neighbours' closures.
+    const Seconds reach = isBilabial(phone.phone) || isLabiodental(phone.phone) ? kClosureReach : 0;
+    for (Seconds time = phone.span.start - reach; time <= phone.span.end + reach; time += kProbeStep) {
+      if (at(time) < closed_below_mm) return true;
+    }
+    return false;
+  }
+};
+
+Opening openingOf(const std::vector<double>& mm, double frame_rate_hz) {
+  Opening opening{mm, frame_rate_hz, -1};
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const double value : mm) {
+    if (!std::isfinite(value)) continue;
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  if (high - low >= kLeastRangeMm) opening.closed_below_mm = low + kClosureShare * (high - low);
+  return opening;
+}
+
+void addClosures(const Opening& captured, const Opening& synthesised, const SpeechLabels& labels,
+                 LipMeasures& measures) {
+  if (captured.mm.empty() || synthesised.mm.empty()) return;
+  for (const LabelledPhone& phone : labels.phones) {
+    if (phone.phone == Phone::kSil || isLabiodental(phone.phone)) continue;
+    const bool closes = captured.closesIn(phone);
+    const bool shut = synthesised.closesIn(phone);
+    if (isVowel(phone.phone)) {
+      ++measures.vowels;
+      measures.vowels_shut += shut ? 1 : 0;
+      measures.captured_vowels_shut += closes ? 1 : 0;
+    }
+    if (isBilabial(phone.phone) && closes) {
+      ++measures.closures;
+      if (shut) ++measures.closures_kept;
+    } else if (!isBilabial(phone.phone) && !closes) {
+      ++measures.open_phones;
+      if (shut) ++measures.false_closures;
+    }
+  }
+}
+
+/// How far the lower lip hangs below a fixed place, mm. The upper teeth stand still in a head that does, so in F and V
+/// it is least.
+std::vector<double> lowerLipDrop(const MotionClip& clip, MarkerIndex lower_lip) {
+  std::vector<double> drop;
+  for (std::size_t frame = 0; frame < clip.frameCount(); ++frame) {
+    drop.push_back(-clip.position(FrameIndex(frame), lower_lip).y());
+  }
+  return drop;
+}
+
+void addContacts(const Opening& captured, const Opening& synthesised, const SpeechLabels& labels,
+                 LipMeasures& measures) {
+  if (captured.mm.empty() || synthesised.mm.empty()) return;
+  for (const LabelledPhone& phone : labels.phones) {
+    if (!isLabiodental(phone.phone) || !captured.closesIn(phone)) continue;
+    ++measures.contacts;
+    if (synthesised.closesIn(phone)) ++measures.contacts_kept;
+  }
+}
+
+}  // namespace
+
+double LipMeasures::lipRms() const { return std::sqrt(ratio(squared_error_mm2, static_cast<double>(squared_errors))); }
+double LipMeasures::lve() const { return ratio(largest_squared_mm2, static_cast<double>(frames)); }
+double LipMeasures::openingCorrelation() const { return meanOf(opening_r); }
+double LipMeasures::widthCorrelation() const { return meanOf(width_r); }
+double LipMeasures::closureRecall() const {
+  return ratio(static_cast<double>(closures_kept), static_cast<double>(closures));
+}
+double LipMeasures::contactRecall() const {
+  return ratio(static_cast<double>(contacts_kept), static_cast<double>(contacts));
+}
+double LipMeasures::falseClosureShare() const {
+  return ratio(static_cast<double>(false_closures), static_cast<double>(open_phones));
+}
+double LipMeasures::vowelsShutShare() const {
+  return ratio(static_cast<double>(vowels_shut), static_cast<double>(vowels));
+}
+double LipMeasures::capturedVowelsShutShare() const {
+  return ratio(static_cast<double>(captured_vowels_shut), static_cast<double>(vowels));
+}
+double LipMeasures::varianceRatio() const { return ratio(variance_mm2, captured_variance_mm2); }
+double LipMeasures::jerkRatio() const { return std::sqrt(ratio(jerk, captured_jerk)); }
+
+LipMeasures& LipMeasures::operator+=(const LipMeasures& other) {
+  frames += other.frames;
+  squared_error_mm2 += other.squared_error_mm2;
+  squared_errors += other.squared_errors;
+  largest_squared_mm2 += other.largest_squared_mm2;
+  opening_r.insert(opening_r.end(), other.opening_r.begin(), other.opening_r.end());
+  width_r.insert(width_r.end(), other.width_r.begin(), other.width_r.end());
+  closures += other.closures;
+  closures_kept += other.closures_kept;
+  contacts += other.contacts;
+  contacts_kept += other.contacts_kept;
+  open_phones += other.open_phones;
+  false_closures += other.false_closures;
+  vowels += other.vowels;
+  vowels_shut += other.vowels_shut;
+  captured_vowels_shut += other.captured_vowels_shut;
+  variance_mm2 += other.variance_mm2;
+  captured_variance_mm2 += other.captured_variance_mm2;
+  jerk += other.jerk;
+  captured_jerk += other.captured_jerk;
+  return *this;
+}
+
+std::vector<double> markerDistances(const MotionClip& clip, MarkerIndex a, MarkerIndex b) {
+  std::vector<double> distances;
+  for (std::size_t frame = 0; frame < clip.frameCount(); ++frame) {
+    distances.push_back((clip.position(FrameIndex(frame), a) - clip.position(FrameIndex(frame), b)).norm());
+  }
+  return distances;
+}
+
+LipMeasures measureLips(const MotionClip& captured, const MotionClip& synthesised, const SpeechLabels& labels,
+                        const MarkerLayout& layout) {
+  const auto opening_mm = [&](const MotionClip& clip) {
+    return markerDistances(clip, layout.indexOf("LIP_UP_MID"), layout.indexOf("LIP_LO_MID"));
+  };
+  const auto width_mm = [&](const MotionClip& clip) {
+    return markerDistances(clip, layout.indexOf("LIP_CORNER_R"), layout.indexOf("LIP_CORNER_L"));
+  };
+  LipMeasures measures;
+  const LipFrames lips = commonLipFrames(captured, synthesised, layout);
+  addErrors(lips, measures);
+  measures.variance_mm2 = variance(lips.synthesised);
+  measures.captured_variance_mm2 = variance(lips.captured);
+  measures.jerk = squaredJerk(lips.synthesised, lips.frames);
+  measures.captured_jerk = squaredJerk(lips.captured, lips.frames);
+  const std::vector<double> captured_opening = opening_mm(captured), opening = opening_mm(synthesised);
+  // A flat curve has no correlation; it counts as none rather than dropping out of the mean.
+  const auto flat_counts_as_none = [](double r) { return std::isfinite(r) ? r : 0.0; };
+  measures.opening_r.push_back(flat_counts_as_none(correlation(captured_opening, opening)));
+  measures.width_r.push_back(flat_counts_as_none(correlation(width_mm(captured), width_mm(synthesised))));
+  const Opening captured_mouth = openingOf(captured_opening, captured.frame_rate_hz);
+  addClosures(captured_mouth, openingOf(opening, synthesised.frame_rate_hz), labels, measures);
+  const MarkerIndex lower_lip = layout.indexOf("LIP_LO_MID");
+  addContacts(openingOf(lowerLipDrop(captured, lower_lip), captured.frame_rate_hz),
+              openingOf(lowerLipDrop(synthesised, lower_lip), synthesised.frame_rate_hz), labels, measures);
+  return measures;
+}
+
+}  // namespace mouthpiece

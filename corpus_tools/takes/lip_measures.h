@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "motion/marker_layout.h"
+#include "motion/motion_clip.h"
+#include "phonetics/labels/speech_labels.h"
+
+namespace mouthpiece {
+
+/// The lips of one take, synthesised against captured (docs/theory/evaluation.md). Sums, so that takes add up.
+struct LipMeasures {
+  std::size_t frames = 0;                ///< compared: lips seen in both
+  double squared_error_mm2 = 0;          ///< over frames and lip markers, 3-D, the constant offset taken off
+  std::size_t squared_errors = 0;        ///< frames x lip markers
+  double largest_squared_mm2 = 0;        ///< sum over frames of the largest squared lip-marker error
+  std::vector<double> opening_r;         ///< one a take: correlation of LIP_UP_MID to LIP_LO_MID
+  std::vector<double> width_r;           ///< one a take: of LIP_CORNER_R to LIP_CORNER_L
+  std::size_t closures = 0;              ///< B P M closed in the capture
+  std::size_t closures_kept = 0;         ///< of those, closed in the synthesis
+  std::size_t contacts = 0;              ///< F V whose lower lip rises to the teeth in the capture
+  std::size_t contacts_kept = 0;         ///< of those, in the synthesis
+  std::size_t open_phones = 0;           ///< other phones, F and V aside, that stay open in the capture
+  std::size_t false_closures = 0;        ///< of those, closed in the synthesis
+  std::size_t vowels = 0;                ///< all of them
+  std::size_t vowels_shut = 0;           ///< whose opening falls under the level of a closure, in the synthesis
+  std::size_t captured_vowels_shut = 0;  ///< in the capture: next to B P M the labels' edges do
+  double variance_mm2 = 0, captured_variance_mm2 = 0;  ///< of the lip coordinates, summed
+  double jerk = 0, captured_jerk = 0;                  ///< squared third differences, summed
+
+  [[nodiscard]] double lipRms() const;              ///< mm
+  [[nodiscard]] double lve() const;                 ///< mm^2
+  [[nodiscard]] double openingCorrelation() const;  ///< mean over takes
+  [[nodiscard]] double widthCorrelation() const;
+  [[nodiscard]] double closureRecall() const;  ///< NaN without closures, as all ratios without a denominator
+  [[nodiscard]] double contactRecall() const;
+  [[nodiscard]] double falseClosureShare() const;
+  [[nodiscard]] double vowelsShutShare() const;
+  [[nodiscard]] double capturedVowelsShutShare() const;
+  [[nodiscard]] double varianceRatio() const;
+  [[nodiscard]] double jerkRatio() const;
+  LipMeasures& operator+=(const LipMeasures& other);
+};
+
+/// Both clips on the clock of `labels`, with the columns of `layout`; `synthesised` has the capture's frame rate.
+/// Throws InputError when the layout lacks the lip markers that the measures name.
+LipMeasures measureLips(const MotionClip& captured, const MotionClip& synthesised, const SpeechLabels& labels,
+                        const MarkerLayout& layout);
+
+/// Distance of two markers in each frame, mm; NaN where either is not seen.
+std::vector<double> markerDistances(const MotionClip& clip, MarkerIndex a, MarkerIndex b);
+
+}  // namespace mouthpiece

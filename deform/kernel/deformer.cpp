@@ -1,0 +1,398 @@
+#include "deform/kernel/deformer.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "base/errors.h"
+#include "deform/surface/bezier_surface.h"
+#include "deform/mouth/jaw.h"
+#include "deform/mouth/lip_guard.h"
+#include "deform/kernel/patch_kernel.h"
+#include "deform/mouth/tongue.h"
+#include "deform/mesh/vertex_kinds.h"
+#include "deform/surface/virtual_points.h"
+
+namespace mouthpiece {
+namespace {
+
+using Net = std::array<float, kernel::kNetFloats>;
+using Quad = Eigen::Array4f;  // x y z and a spare, so that a point is one register
+
+/// A vertex with its place on a patch, before the vertices are sorted into blocks.
+struct Hung {
+  PatchPlace place;
+  std::uint32_t vertex = 0;
+  float d = 0, beside = 0, across = 0, weight = 1, jaw = 0;
+};
+
+/// Vertices in a row that all move or all rest.
+struct VertexRun {
+  std::size_t first, count;
+};
+
+/// Offset of a rest vertex from its place: along the normal, the first tangent, and across both.
+void measureOffset(const BezierSurface& surface, const Eigen::Vector3d& vertex, Hung& hung) {
+  const SurfacePoint s = evaluate(surface.restPose()[hung.place.patch], hung.place.u, hung.place.v);
+  const Eigen::Vector3d offset = vertex - s.position;
+  const Eigen::Vector3d normal = s.normal();
+  const Eigen::Vector3d tangent = s.du.normalized();
+  hung.d = static_cast<float>(offset.dot(normal));
+  hung.beside = static_cast<float>(offset.dot(tangent));
+  hung.across = static_cast<float>(offset.dot(normal.cross(tangent)));
+}
+
+/// Fills blocks patch by patch; a short last block repeats its last vertex.
+template <typename BlockType, typename Fill>
+void makeBlocks(std::vector<Hung> hung, std::vector<kernel::Run>& runs, std::vector<BlockType>& blocks,
+                const Fill& fill) {
+  std::sort(hung.begin(), hung.end(), [](const Hung& a, const Hung& b) {
+    return a.place.patch != b.place.patch ? a.place.patch < b.place.patch : a.vertex < b.vertex;
+  });
+  for (std::size_t begin = 0; begin < hung.size();) {
+    std::size_t end = begin;
+    while (end < hung.size() && hung[end].place.patch == hung[begin].place.patch) ++end;
+    kernel::Run run{static_cast<std::uint32_t>(hung[begin].place.patch), static_cast<std::uint32_t>(blocks.size()), 0,
+                    static_cast<std::uint32_t>(end - begin)};
+    for (std::size_t at = begin; at < end; at += kernel::kBlock, ++run.count) {
+      BlockType& block = blocks.emplace_back();
+      for (std::size_t lane = 0; lane < kernel::kBlock; ++lane) fill(block, lane, hung[std::min(at + lane, end - 1)]);
+    }
+    runs.push_back(run);
+    begin = end;
+  }
+}
+
+}  // namespace
+
+struct FaceDeformer::Data {
+  const kernel::Kernels* kernels = &kernel::bestKernels();
+  DeformerOptions options;
+  ControlMesh control;
+  std::vector<LipPair> lip_pairs = lipPairs(control);
+  JawHinge jaw;
+  TongueMorph tongue;
+  std::optional<LipGuard> guard;
+  std::vector<CloughTocher<float>> splits;
+  std::vector<Net> rest_nets;  ///< 3 a triangle, relative to `origin`
+  std::vector<int> leaders;    ///< points that others follow linearly: markers and inner lips
+  std::vector<float>
+      follow_matrix;  ///< kernel::Product's: displacement and slopes of all points from the leaders' displacement
+  std::size_t follow_rows = 0;
+  Eigen::Vector3f origin = Eigen::Vector3f::Zero();
+  std::vector<kernel::Run> bound_runs, loose_runs;
+  std::vector<kernel::Block> bound_blocks;
+  std::vector<kernel::LooseBlock> loose_blocks;
+  std::vector<std::uint32_t> jaw_vertices;  ///< those that only the jaw moves
+  std::vector<float> jaw_weights;
+  std::vector<VertexRun> still_runs, moving_runs;
+  std::vector<std::uint32_t> moving;  ///< vertices of `moving_runs`
+  VertexPositions rest;
+  std::vector<Triangle> moving_triangles;
+  std::vector<std::uint32_t> turning;  ///< their corners: vertices whose normals can change, rising
+  VertexPositions rest_normals;
+  VertexPositions sums_of_others;  ///< what the other triangles add to the normals of `turning`, in its order
+
+  Data(const FaceMesh& mesh, const ControlMesh& control_mesh, std::vector<std::uint32_t> tongue_vertices)
+      : control(control_mesh), jaw(control_mesh), tongue(mesh, std::move(tongue_vertices)), rest(mesh.vertices) {}
+
+  void takeSurface(const BezierSurface& surface);
+  void takeFollowers(const BezierSurface& surface);
+  void takeBinding(const BezierSurface& surface, const FaceBinding& binding, const std::vector<PartKind>& kinds);
+  void settleAtRest();
+  void takeTriangles(const std::vector<Triangle>& triangles);
+  [[nodiscard]] VertexPositions closedMouth() const;
+  void posePatches(const MarkerPositions& points, std::vector<Net>& nets) const;
+  void moveJawVertices(const kernel::Frame& frame) const;
+  /// Writes the moving vertices alone. `out`: x y z of every vertex.
+  void move(const FacePose& pose, const TonguePose& tongue_pose, float* out) const;
+};
+
+void FaceDeformer::Data::takeSurface(const BezierSurface& surface) {
+  origin = control.rest.colwise().mean().transpose().cast<float>();
+  for (const auto& triangle : control.triangles) {
+    splits.emplace_back(std::array<Eigen::Vector2d, 3>{control.domain.row(triangle[0]), control.domain.row(triangle[1]),
+                                                       control.domain.row(triangle[2])});
+  }
+  for (const BezierSurface::Patch& patch : surface.restPose()) {
+    Net& net = rest_nets.emplace_back();
+    for (std::size_t i = 0; i < patch.net.size(); ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto a = static_cast<Eigen::Index>(axis);
+        net[3 * i + axis] = static_cast<float>(patch.net[i][a] - static_cast<double>(origin[a]));
+      }
+    }
+  }
+  takeFollowers(surface);
+}
+
+/// Rows 3 i to 3 i + 2: value, slope along x, slope along y of the displacement at point i.
+void FaceDeformer::Data::takeFollowers(const BezierSurface& surface) {
+  const auto count = static_cast<Eigen::Index>(control.points.size());
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (control.points[static_cast<std::size_t>(i)].rule != PointRule::kFollow) leaders.push_back(static_cast<int>(i));
+  }
+  const auto leader_count = static_cast<Eigen::Index>(leaders.size());
+  Eigen::MatrixXd values = Eigen::MatrixXd::Zero(count, leader_count);
+  for (Eigen::Index l = 0; l < leader_count; ++l) values(leaders[static_cast<std::size_t>(l)], l) = 1;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const ControlPoint& point = control.points[static_cast<std::size_t>(i)];
+    if (point.rule != PointRule::kFollow) continue;
+    for (const PointDriver& driver : point.drivers) values.row(i) += driver.weight * values.row(driver.point);
+  }
+  const Eigen::MatrixXd slopes = surface.slopesFrom(values);
+  follow_rows = (3 * control.points.size() + kernel::kBlock - 1) / kernel::kBlock * kernel::kBlock;
+  follow_matrix.assign(follow_rows * leaders.size(), 0.0F);
+  for (Eigen::Index l = 0; l < leader_count; ++l) {
+    float* column = follow_matrix.data() + static_cast<std::size_t>(l) * follow_rows;
+    for (Eigen::Index i = 0; i < count; ++i) {
+      *column++ = static_cast<float>(values(i, l));
+      *column++ = static_cast<float>(slopes(2 * i, l));
+      *column++ = static_cast<float>(slopes(2 * i + 1, l));
+    }
+  }
+}
+
+void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBinding& binding,
+                                     const std::vector<PartKind>& kinds) {
+  std::vector<Hung> bound, loose;
+  std::vector<bool> moves(kinds.size(), false);
+  // Closer than this to the normal through its place a vertex needs no tangents: 0.00002 mm on a mouth of 50 mm.
+  const double exact = 4e-7 * control.mouth_width;
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    Hung hung;
+    hung.vertex = static_cast<std::uint32_t>(i);
+    hung.weight = binding.skin_weight[i];
+    hung.jaw = binding.jaw_weight[i];
+    if (kinds[i] == PartKind::kTongue) {
+      moves[i] = true;
+    } else if (binding.patch[i] >= 0 && hung.weight > 0) {
+      hung.place = patchPlace({binding.patch[i], static_cast<double>(binding.u[i]), static_cast<double>(binding.v[i])});
+      const Eigen::Vector3d vertex = rest.row(static_cast<Eigen::Index>(i)).transpose().cast<double>();
+      if (!isCarried(binding, i)) measureOffset(surface, vertex, hung);  // else all of the offset is `base`
+      const bool is_above = std::hypot(static_cast<double>(hung.beside), static_cast<double>(hung.across)) < exact;
+      moves[i] = true;
+      (is_above && hung.weight >= 1 ? bound : loose).push_back(hung);
+    } else if (hung.jaw > 0) {
+      moves[i] = true;
+      jaw_vertices.push_back(hung.vertex);
+      jaw_weights.push_back(hung.jaw);
+    }
+  }
+  makeBlocks(std::move(bound), bound_runs, bound_blocks, [](kernel::Block& block, std::size_t lane, const Hung& h) {
+    block.u[lane] = static_cast<float>(h.place.u);
+    block.v[lane] = static_cast<float>(h.place.v);
+    block.d[lane] = h.d;
+    for (std::size_t axis = 0; axis < 3; ++axis) block.base[axis][lane] = 0;
+    block.to[lane] = 3 * h.vertex;
+  });
+  makeBlocks(std::move(loose), loose_runs, loose_blocks,
+             [this](kernel::LooseBlock& block, std::size_t lane, const Hung& h) {
+               block.u[lane] = static_cast<float>(h.place.u);
+               block.v[lane] = static_cast<float>(h.place.v);
+               block.d[lane] = h.d;
+               block.beside[lane] = h.beside;
+               block.across[lane] = h.across;
+               block.weight[lane] = h.weight;
+               block.jaw[lane] = h.jaw;
+               for (std::size_t axis = 0; axis < 3; ++axis) {
+                 block.base[axis][lane] = 0;
+                 block.rest[axis][lane] = rest(static_cast<Eigen::Index>(h.vertex), static_cast<Eigen::Index>(axis));
+               }
+               block.to[lane] = 3 * h.vertex;
+             });
+  for (std::size_t i = 0; i < moves.size();) {
+    const std::size_t first = i;
+    while (i < moves.size() && moves[i] == moves[first]) ++i;
+    (moves[first] ? moving_runs : still_runs).push_back({first, i - first});
+  }
+  for (std::size_t i = 0; i < moves.size(); ++i) {
+    if (moves[i]) moving.push_back(static_cast<std::uint32_t>(i));
+  }
+}
+
+/// Runs the kernels at rest and puts what they miss the rest mesh by into `base`.
+void FaceDeformer::Data::settleAtRest() {
+  VertexPositions reached = rest;
+  kernel::Frame frame{};
+  frame.nets = rest_nets.data()->data();
+  frame.out = reached.data();
+  // Weights below 1 would hide part of the miss.
+  std::vector<kernel::LooseBlock> whole = loose_blocks;
+  for (kernel::LooseBlock& block : whole) std::fill(std::begin(block.weight), std::end(block.weight), 1.0F);
+  kernels->bound(frame, bound_runs.data(), bound_runs.size(), bound_blocks.data());
+  kernels->loose(frame, loose_runs.data(), loose_runs.size(), whole.data());
+  const auto settle = [&](auto& block) {
+    for (std::size_t lane = 0; lane < kernel::kBlock; ++lane) {
+      const Eigen::RowVector3f miss = rest.row(block.to[lane] / 3) - reached.row(block.to[lane] / 3);
+      for (std::size_t axis = 0; axis < 3; ++axis) block.base[axis][lane] = miss[static_cast<Eigen::Index>(axis)];
+    }
+  };
+  for (kernel::Block& block : bound_blocks) settle(block);
+  for (kernel::LooseBlock& block : loose_blocks) settle(block);
+}
+
+void FaceDeformer::Data::takeTriangles(const std::vector<Triangle>& triangles) {
+  std::vector<bool> moves(static_cast<std::size_t>(rest.rows()), false), turns = moves;
+  for (const std::uint32_t v : moving) moves[v] = true;
+  std::vector<Triangle> others;
+  for (const Triangle& triangle : triangles) {
+    const bool is_moving = std::any_of(triangle.begin(), triangle.end(), [&](std::uint32_t v) { return moves[v]; });
+    (is_moving ? moving_triangles : others).push_back(triangle);
+    for (const std::uint32_t v : triangle) turns[v] = turns[v] || is_moving;
+  }
+  VertexPositions sums = VertexPositions::Zero(rest.rows(), 3);
+  addNormals(rest, others, sums);
+  for (std::uint32_t v = 0; v < turns.size(); ++v) {
+    if (turns[v]) turning.push_back(v);
+  }
+  sums_of_others.resize(static_cast<Eigen::Index>(turning.size()), 3);
+  for (std::size_t i = 0; i < turning.size(); ++i)
+    sums_of_others.row(static_cast<Eigen::Index>(i)) = sums.row(turning[i]);
+  rest_normals = vertexNormals(rest, triangles);
+}
+
+void FaceDeformer::Data::posePatches(const MarkerPositions& points, std::vector<Net>& nets) const {
+  thread_local std::vector<float> leading, following;
+  leading.resize(3 * leaders.size());
+  following.resize(3 * follow_rows);
+  for (std::size_t l = 0; l < leaders.size(); ++l) {
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      leading[3 * l + static_cast<std::size_t>(axis)] =
+          static_cast<float>(points(leaders[l], axis) - control.rest(leaders[l], axis));
+    }
+  }
+  kernels->multiply({follow_matrix.data(), leading.data(), following.data(), follow_rows, leaders.size()});
+  nets.resize(rest_nets.size());
+  std::array<Quad, 3> value, gx, gy;
+  std::array<CubicPatch<Quad>, 3> patches;
+  for (std::size_t t = 0; t < control.triangles.size(); ++t) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const float* f = following.data() + 3 * static_cast<std::size_t>(control.triangles[t][i]);
+      const float* g = f + follow_rows;
+      const float* h = g + follow_rows;
+      value[i] = Quad(f[0], g[0], h[0], 0);
+      gx[i] = Quad(f[1], g[1], h[1], 0);
+      gy[i] = Quad(f[2], g[2], h[2], 0);
+    }
+    splits[t].nets(value, gx, gy, patches);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Net& at_rest = rest_nets[3 * t + k];
+      Net& net = nets[3 * t + k];
+      for (std::size_t i = 0; i < 10; ++i) {
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          net[3 * i + axis] = at_rest[3 * i + axis] + patches[k].net[i][static_cast<Eigen::Index>(axis)];
+      }
+    }
+  }
+}
+
+void FaceDeformer::Data::moveJawVertices(const kernel::Frame& frame) const {
+  // By value: nothing that is written can change them.
+  std::array<float, 9> t;
+  std::array<float, 3> shift;
+  std::copy_n(frame.jaw_turn, t.size(), t.begin());
+  std::copy_n(frame.jaw_shift, shift.size(), shift.begin());
+  const float* at_rest = rest.data();
+  const std::uint32_t* vertices = jaw_vertices.data();
+  const float* weights = jaw_weights.data();
+  float* out = frame.out;
+  for (std::size_t i = 0, count = jaw_vertices.size(); i < count; ++i) {
+    const std::size_t first = 3 * std::size_t{vertices[i]};
+    const float x = at_rest[first], y = at_rest[first + 1], z = at_rest[first + 2], weight = weights[i];
+    float* to = out + first;
+    to[0] = x + weight * (t[0] * x + t[1] * y + t[2] * z + shift[0]);
+    to[1] = y + weight * (t[3] * x + t[4] * y + t[5] * z + shift[1]);
+    to[2] = z + weight * (t[6] * x + t[7] * y + t[8] * z + shift[2]);
+  }
+}
+
+/// The lips as they meet: the rest pose, or what closes it.
+VertexPositions FaceDeformer::Data::closedMouth() const {
+  const MarkerPositions markers =
+      control.rest.topRows(static_cast<Eigen::Index>(control.marker_count)) + closingOffsets(control);
+  const std::vector<LipGap> touching(lip_pairs.size(), {.opened = 0});
+  VertexPositions closed = rest;
+  move({markers, touching}, {}, closed.data());
+  return closed;
+}
+
+FaceDeformer::FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding,
+                           const DeformerOptions& options) {
+  checkBinding(binding, mesh, control, "face binding");
+  const std::vector<PartKind> kinds = vertexKinds(mesh);
+  std::vector<std::uint32_t> tongue;
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    if (kinds[i] == PartKind::kTongue) tongue.push_back(static_cast<std::uint32_t>(i));
+  }
+  auto data = std::make_unique<Data>(mesh, control, std::move(tongue));
+  data->options = options;
+  if (options.portable_loops) data->kernels = &kernel::portableKernels();
+  const BezierSurface surface(control);
+  data->takeSurface(surface);
+  data->takeBinding(surface, binding, kinds);
+  data->settleAtRest();
+  data->takeTriangles(mesh.triangles);
+  if (options.guard_lips) data->guard.emplace(mesh, data->closedMouth(), control, binding);
+  data_ = std::move(data);
+}
+
+FaceDeformer::FaceDeformer(FaceDeformer&&) noexcept = default;
+FaceDeformer& FaceDeformer::operator=(FaceDeformer&&) noexcept = default;
+FaceDeformer::~FaceDeformer() = default;
+
+void FaceDeformer::Data::move(const FacePose& pose, const TonguePose& tongue_pose, float* out) const {
+  thread_local MarkerPositions points;
+  thread_local std::vector<Net> nets;
+  leadingPoints(control, lip_pairs, pose, points);
+  posePatches(points, nets);
+  const AddedMotion jaw_motion = jaw.motion(points);
+
+  kernel::Frame frame{};
+  frame.nets = nets.data()->data();
+  frame.out = out;
+  Eigen::Map<Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(frame.jaw_turn) = jaw_motion.turn.cast<float>();
+  Eigen::Map<Eigen::Vector3f>(frame.jaw_shift) = jaw_motion.shift.cast<float>();
+
+  kernels->bound(frame, bound_runs.data(), bound_runs.size(), bound_blocks.data());
+  kernels->loose(frame, loose_runs.data(), loose_runs.size(), loose_blocks.data());
+  moveJawVertices(frame);
+  if (guard) guard->separate(points, pose.lips, jaw_motion, out);
+  tongue.deform(jaw_motion, tongue_pose, out);
+}
+
+void FaceDeformer::deform(const FacePose& pose, const TonguePose& tongue, VertexPositions& out) const {
+  if (out.rows() != data_->rest.rows()) out.resize(data_->rest.rows(), 3);
+  data_->move(pose, tongue, out.data());
+  for (const VertexRun& run : data_->still_runs) {
+    std::copy_n(data_->rest.data() + 3 * run.first, 3 * run.count, out.data() + 3 * run.first);
+  }
+}
+
+void FaceDeformer::normals(const VertexPositions& vertices, VertexPositions& out) const {
+  MOUTHPIECE_EXPECT(vertices.rows() == data_->rest.rows());
+  out = data_->rest_normals;
+  const std::vector<std::uint32_t>& turning = data_->turning;
+  for (std::size_t i = 0; i < turning.size(); ++i)
+    out.row(turning[i]) = data_->sums_of_others.row(static_cast<Eigen::Index>(i));
+  addNormals(vertices, data_->moving_triangles, out);
+  for (const std::uint32_t v : turning) {
+    const float length = out.row(v).norm();
+    if (length > 0) out.row(v) /= length;
+  }
+}
+
+const std::vector<std::uint32_t>& FaceDeformer::movingVertices() const { return data_->moving; }
+
+void FaceDeformer::deformMoving(const FacePose& pose, const TonguePose& tongue, std::span<float> out) const {
+  MOUTHPIECE_EXPECT(out.size() == 3 * data_->moving.size());
+  thread_local std::vector<float> whole;
+  whole.resize(static_cast<std::size_t>(data_->rest.size()));
+  data_->move(pose, tongue, whole.data());
+  float* to = out.data();
+  for (const VertexRun& run : data_->moving_runs) to = std::copy_n(whole.data() + 3 * run.first, 3 * run.count, to);
+}
+
+}  // namespace mouthpiece

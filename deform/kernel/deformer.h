@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "deform/surface/binding.h"
+#include "deform/surface/control_surface.h"
+#include "deform/mesh/face_mesh.h"
+#include "deform/surface/face_motion.h"
+#include "motion/tongue_pose.h"
+
+namespace mouthpiece {
+
+struct DeformerOptions {
+  bool portable_loops = false;  ///< the loops that any processor runs, even where it has faster ones; for comparison
+  bool guard_lips = true;       ///< LipGuard; without it for comparison
+};
+
+/// Moves a face's mesh with the markers (EDGE 6, BIDs). Immutable; any number of threads may call deform() at once, and
+/// the result does not depend on how many do.
+class FaceDeformer {
+ public:
+  /// `binding` is bindFace()'s for the same mesh and control mesh. Throws InputError when it does not fit them.
+  FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding,
+               const DeformerOptions& options = {});
+  FaceDeformer(FaceDeformer&&) noexcept;
+  FaceDeformer& operator=(FaceDeformer&&) noexcept;
+  ~FaceDeformer();
+
+  /// `out`: vertices x 3, resized when needed; otherwise nothing is allocated once a thread has posed this face. The
+  /// rest markers give the rest mesh back.
+  void deform(const FacePose& pose, const TonguePose& tongue, VertexPositions& out) const;
+
+  /// Area-weighted unit normals of a deformed mesh (what vertexNormals() gives), vertices x 3, resized when needed.
+  /// Only triangles that can move are looked at. `vertices`: deform()'s.
+  void normals(const VertexPositions& vertices, VertexPositions& out) const;
+
+  /// The vertices that some markers or tongue can move, rising: a head is mostly hair and back.
+  [[nodiscard]] const std::vector<std::uint32_t>& movingVertices() const;
+  /// The same as deform() for the moving vertices alone: x y z of each side by side, in their order.
+  void deformMoving(const FacePose& pose, const TonguePose& tongue, std::span<float> out) const;
+
+ private:
+  struct Data;
+  std::unique_ptr<const Data> data_;
+};
+
+}  // namespace mouthpiece

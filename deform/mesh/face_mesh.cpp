@@ -1,0 +1,111 @@
+#include "deform/mesh/face_mesh.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <iterator>
+#include <string>
+
+#include "base/errors.h"
+#include "base/files.h"
+#include "deform/mesh/mesh_reader.h"
+
+namespace mouthpiece {
+namespace {
+
+/// Large enough for millions of polygons, small enough for the machine.
+constexpr std::uint64_t kMaxMeshBytes = std::uint64_t{1} << 30;
+constexpr std::array<std::string_view, 9> kPartKindNames{"skin",         "lips", "upper_teeth", "lower_teeth", "tongue",
+                                                         "mouth_inside", "eye",  "hair",        "other"};
+
+std::string lowerExtension(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return extension;
+}
+
+}  // namespace
+
+std::string_view nameOf(PartKind kind) { return kPartKindNames[static_cast<std::size_t>(kind)]; }
+
+std::optional<PartKind> partKindFromName(std::string_view name) {
+  for (std::size_t i = 0; i < kPartKindNames.size(); ++i) {
+    if (kPartKindNames[i] == name) return static_cast<PartKind>(i);
+  }
+  return std::nullopt;
+}
+
+FaceMesh parseFaceMesh(std::string_view bytes, const std::filesystem::path& path) {
+  const std::string extension = lowerExtension(path);
+  const std::string file = path.string();
+  if (extension == ".obj") return parseObj(bytes, file);
+  if (extension == ".ply") return parsePly(bytes, file);
+  if (extension == ".off") return parseOff(bytes, file);
+  if (extension == ".glb") return parseGlb(bytes, file);
+  throw InputError(file, "",
+                   fmt::format("found the ending '{}'; expected .obj, .ply, .off or .glb", printable(extension, 20)));
+}
+
+FaceShapes parseFaceShapes(std::string_view bytes, const std::filesystem::path& path) {
+  return lowerExtension(path) == ".glb" ? parseGlbShapes(bytes, path.string()) : FaceShapes{};
+}
+
+FaceMesh readFaceMesh(const std::filesystem::path& path) {
+  const std::string extension = lowerExtension(path);
+  if (extension != ".obj" && extension != ".ply" && extension != ".off" && extension != ".glb")
+    return parseFaceMesh("", path);
+  return parseFaceMesh(readFile(path, kMaxMeshBytes), path);
+}
+
+void writeObj(const std::filesystem::path& path, const FaceMesh& mesh) { writeFileAtomically(path, objBytes(mesh)); }
+
+std::string objBytes(const FaceMesh& mesh) {
+  std::string text = "# A face of Mouthpiece\n";
+  text.reserve(static_cast<std::size_t>(mesh.vertices.rows()) * 64 + mesh.triangles.size() * 24);
+  auto out = std::back_inserter(text);
+  const bool colored = !mesh.vertex_colors.empty();
+  for (Eigen::Index i = 0; i < mesh.vertices.rows(); ++i) {
+    fmt::format_to(out, "v {} {} {}", mesh.vertices(i, 0), mesh.vertices(i, 1), mesh.vertices(i, 2));
+    if (colored) {
+      const auto& color = mesh.vertex_colors[static_cast<std::size_t>(i)];
+      fmt::format_to(out, " {} {} {}", color[0], color[1], color[2]);
+    }
+    text.push_back('\n');
+  }
+  const bool textured = !mesh.texture_coordinates.empty();
+  for (const auto& uv : mesh.texture_coordinates) fmt::format_to(out, "vt {} {}\n", uv[0], uv[1]);
+  for (const MeshPart& part : mesh.parts) {
+    fmt::format_to(out, "usemtl {}\n", part.name);
+    for (std::size_t i = part.first_triangle; i < part.first_triangle + part.triangle_count; ++i) {
+      const auto& [a, b, c] = mesh.triangles[i];
+      if (textured) {
+        fmt::format_to(out, "f {0}/{0} {1}/{1} {2}/{2}\n", a + 1, b + 1, c + 1);
+      } else {
+        fmt::format_to(out, "f {} {} {}\n", a + 1, b + 1, c + 1);
+      }
+    }
+  }
+  return text;
+}
+
+void addNormals(const VertexPositions& vertices, const std::vector<Triangle>& triangles, VertexPositions& sums) {
+  for (const auto& [a, b, c] : triangles) {
+    // The cross product's length is twice the area: adding it as it is weighs by area.
+    const Eigen::RowVector3f normal = (vertices.row(b) - vertices.row(a)).cross(vertices.row(c) - vertices.row(a));
+    sums.row(a) += normal;
+    sums.row(b) += normal;
+    sums.row(c) += normal;
+  }
+}
+
+VertexPositions vertexNormals(const VertexPositions& vertices, const std::vector<Triangle>& triangles) {
+  VertexPositions normals = VertexPositions::Zero(vertices.rows(), 3);
+  addNormals(vertices, triangles, normals);
+  for (Eigen::Index i = 0; i < normals.rows(); ++i) {
+    const float length = normals.row(i).norm();
+    if (length > 0.0F) normals.row(i) /= length;
+  }
+  return normals;
+}
+
+}  // namespace mouthpiece

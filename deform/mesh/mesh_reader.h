@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "deform/mesh/face_mesh.h"
+
+namespace mouthpiece {
+
+/// More than any head has; what says so is damaged or no head.
+inline constexpr std::size_t kMaxMeshVertices = 8'000'000;
+inline constexpr std::size_t kMaxMeshTriangles = 16'000'000;
+inline constexpr std::size_t kMaxMeshParts = 4096;
+/// A polygon with more corners than this is refused.
+inline constexpr std::size_t kMaxPolygonCorners = 4096;
+/// Coordinates beyond this lose all precision in 32-bit floats around a head of any unit.
+inline constexpr double kMaxCoordinate = 1e7;
+
+/// What a reader collects before the parts are put in order.
+struct MeshSoup {
+  std::vector<float> positions;  ///< x y z a vertex
+  std::vector<Triangle> triangles;
+  std::vector<std::uint32_t> part_of_triangle;  ///< index into parts
+  std::vector<MeshPart> parts;                  ///< names, colours; the triangle ranges are filled by finishMesh
+  std::vector<std::array<float, 2>> texture_coordinates;
+  std::vector<std::array<float, 3>> vertex_colors;
+  double metres_per_unit = 0.001;
+  bool has_colors = false;  ///< the file gives base_color
+
+  [[nodiscard]] std::size_t vertexCount() const { return positions.size() / 3; }
+};
+
+/// The formats, from bytes in memory; `file` is for messages. Each throws InputError and nothing else for bad bytes.
+FaceMesh parseObj(std::string_view bytes, std::string_view file);
+FaceMesh parsePly(std::string_view bytes, std::string_view file);
+FaceMesh parseOff(std::string_view bytes, std::string_view file);
+FaceMesh parseGlb(std::string_view bytes, std::string_view file);
+FaceShapes parseGlbShapes(std::string_view bytes, std::string_view file);
+/// Larger sets of shapes are refused.
+inline constexpr std::size_t kMaxShapes = 1000;
+inline constexpr std::size_t kMaxShapeNumbers = 300'000'000;
+
+/// Splits a polygon into triangles: a quadrilateral along its shorter diagonal, others as a fan.
+void appendPolygon(MeshSoup& soup, std::span<const std::uint32_t> corners, std::uint32_t part);
+
+/// Sorts the triangles by part, drops empty parts and degenerate index triples, guesses kinds, splits teeth and gums
+/// into upper and lower. Throws InputError when there is no triangle.
+FaceMesh finishMesh(MeshSoup soup, std::string_view file);
+
+/// The kind that a material's or group's name tells; nullopt when it tells nothing.
+std::optional<PartKind> kindFromName(std::string_view name);
+
+/// Sets the kinds of the parts from their names and splits parts that hold both rows of teeth (or gums and tongue).
+void assignPartKinds(FaceMesh& mesh, bool keep_colors);
+
+}  // namespace mouthpiece

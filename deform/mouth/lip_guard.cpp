@@ -1,0 +1,166 @@
+#include "deform/mouth/lip_guard.h"
+
+// What runs in every frame; lip_guard_watches.cpp tells who watches what.
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "base/smooth_step.h"
+
+namespace mouthpiece {
+namespace {
+
+using Eigen::Vector3f;
+
+// Lengths as shares of the mouth's width.
+constexpr double kEase = 0.001;       ///< what is pushed less than this is pushed softly
+constexpr double kDrawnWhole = 0.02;  ///< lips are drawn together the whole way where they are nearer than this
+constexpr double kSeenAbove = 0.04;   ///< and not at all beyond this, where watches see nothing
+constexpr double kComesNear = 0.004;  ///< nothing is pushed further than this into the other lip
+constexpr double kFarApart = 0.08;    ///< lips further apart everywhere need no guard, which fades in over half of this
+constexpr double kKeptApart = 0.01;   ///< lips that are kept further apart are not drawn together at all
+constexpr int kSweeps = 4;            ///< lips that give way by half each are out of each other after so many
+
+/// 0 above 0; how far to go back from behind a surface, at first softly.
+float pushBack(float distance, float ease) {
+  if (distance >= 0) return 0;
+  const float behind = -distance;
+  return behind < ease ? behind * behind / (2 * ease) : behind - ease / 2;
+}
+
+}  // namespace
+
+double LipGuard::narrowestGap(const MarkerPositions& points) const {
+  double narrowest = std::numeric_limits<double>::infinity();
+  for (const LipPair& pair : pairs_)
+    narrowest = std::min(narrowest, (points.row(pair.upper_rim) - points.row(pair.lower_rim)).norm());
+  return narrowest;
+}
+
+void LipGuard::findNearTeeth(const TeethShell& shell, const std::vector<ToothWatch>& watches, const Moved& with,
+                             const float* out, std::vector<const ToothWatch*>& near) {
+  near.clear();
+  for (const ToothWatch& watch : watches) {
+    const Vector3f p = with.back(Eigen::Map<const Vector3f>(out + 3 * std::size_t{watch.vertex}));
+    if ((p - watch.rest).squaredNorm() >= watch.free && shell.mayTouch(p)) near.push_back(&watch);
+  }
+}
+
+void LipGuard::findNearLips(const float* out, std::vector<const LipWatch*>& near) const {
+  const auto at = [out](std::uint32_t v) { return Eigen::Map<const Vector3f>(out + 3 * std::size_t{v}); };
+  const auto reach = static_cast<float>(kWatched * mouth_width_), above = static_cast<float>(kSeenAbove * mouth_width_);
+  near.clear();
+  for (const LipWatch& watch : lips_) {
+    const Vector3f a = at(watch.corners[0]), ab = at(watch.corners[1]) - a, ac = at(watch.corners[2]) - a;
+    const Vector3f p = at(watch.vertex) - a - watch.weights[0] * ab - watch.weights[1] * ac, across = ab.cross(ac);
+    const float over = p.dot(across);
+    if (p.squaredNorm() > 2 * reach * reach || (over > 0 && over * over > above * above * across.squaredNorm()))
+      continue;
+    near.push_back(&watch);
+  }
+}
+
+/// The largest push. Watches that are far from the other lip leave `near`.
+float LipGuard::partLips(float share, float ease, std::vector<const LipWatch*>& near, float* out) const {
+  thread_local std::vector<std::pair<std::uint32_t, Vector3f>> pushes;
+  pushes.clear();
+  pushes.reserve(lips_.size());
+  float largest = 0;
+  const auto far = static_cast<float>(kComesNear * mouth_width_), reach = static_cast<float>(kWatched * mouth_width_);
+  std::erase_if(near, [&](const LipWatch* watch) {
+    const LipWatch::Sight sight = watch->look(out, reach);
+    const float push = share * pushBack(sight.distance - watch->allowed, ease);
+    if (push > 0) pushes.emplace_back(watch->vertex, push * sight.away);
+    largest = std::max(largest, push);
+    return sight.distance > far;
+  });
+  for (const auto& [vertex, push] : pushes) Eigen::Map<Vector3f>(out + 3 * std::size_t{vertex}) += push;
+  return largest;
+}
+
+/// The largest push out of this row of teeth, which has gone along with `with`. Watches outside leave `near`.
+float LipGuard::leaveTeeth(const TeethShell& shell, std::vector<const ToothWatch*>& near, const Moved& with, float ease,
+                           float* out) const {
+  const auto deepest = static_cast<float>(kDeepInTeeth * mouth_width_);
+  float largest = 0;
+  std::erase_if(near, [&](const ToothWatch* watch) {
+    Eigen::Map<Vector3f> p(out + 3 * std::size_t{watch->vertex});
+    const TeethShell::Depth depth = shell.depthAt(with.back(p), deepest, watch->around_edge);
+    if (depth.depth <= watch->allowed) return true;
+    const float push = pushBack(watch->allowed - depth.depth, ease);
+    p += push * (with.turn * depth.out);
+    largest = std::max(largest, push);
+    return false;
+  });
+  return largest;
+}
+
+/// How far the lips of a pair are shut: not where they have opened, nor where they are kept apart.
+float LipGuard::shutShare(const LipGap& gap) const {
+  return static_cast<float>((1 - gap.opened) * (1 - smoothStep(gap.least / (kKeptApart * mouth_width_))));
+}
+
+/// Lips that touch may still be a little apart on the mesh, whose rims the control surface knows at five places only:
+/// each column's narrowest place is closed, as far as `gaps` say that the lips touch there.
+void LipGuard::drawTogether(const MarkerPositions& points, std::span<const LipGap> gaps,
+                            const std::vector<const LipWatch*>& near, float* out) const {
+  std::array<float, kColumns> way;
+  way.fill(std::numeric_limits<float>::infinity());
+  const auto reach = static_cast<float>(kWatched * mouth_width_);
+  for (const LipWatch* watch : near)
+    way[watch->column] = std::min(way[watch->column], watch->look(out, reach).distance);
+  bool any = false;
+  for (std::size_t c = 0; c < kColumns; ++c) {
+    const float column = static_cast<float>(c) + 0.5F;
+    const auto next = std::upper_bound(pair_columns_.begin(), pair_columns_.end(), column) - pair_columns_.begin();
+    const auto last = static_cast<std::ptrdiff_t>(pairs_.size()) - 1;
+    const auto before = static_cast<std::size_t>(std::max<std::ptrdiff_t>(next - 1, 0));
+    const auto after = static_cast<std::size_t>(std::min(next, last));
+    const float span = pair_columns_[after] - pair_columns_[before];
+    const float weight = span > 0 ? (column - pair_columns_[before]) / span : 0;
+    const auto closed = shutShare(gaps[before]) * (1 - weight) + shutShare(gaps[after]) * weight;
+    // What is further apart than lips that touch ever are is not drawn: the pull fades out.
+    const auto apart = static_cast<double>(way[c]) / mouth_width_;
+    const auto drawn = closed * static_cast<float>(1 - smoothStep((apart - kDrawnWhole) / (kSeenAbove - kDrawnWhole)));
+    way[c] = apart < kSeenAbove ? drawn * std::max(0.0F, way[c] - resting_gaps_[c]) : 0;
+    any = any || way[c] > 0;
+  }
+  if (!any) return;
+  Eigen::Vector3d lips = Eigen::Vector3d::Zero();
+  for (const LipPair& pair : pairs_)
+    lips += (points.row(pair.upper_marker) - points.row(pair.lower_marker)).transpose();
+  const Vector3f up = lips.normalized().cast<float>();
+  for (const Drawn& vertex : drawn_) {
+    const float far = (1 - vertex.next) * way[vertex.column] + vertex.next * way[vertex.column + 1];
+    Eigen::Map<Vector3f>(out + 3 * std::size_t{vertex.vertex}) += vertex.share * far * up;
+  }
+}
+
+void LipGuard::separate(const MarkerPositions& points, std::span<const LipGap> gaps, const AddedMotion& jaw,
+                        float* out) const {
+  const auto ease = static_cast<float>(kEase * mouth_width_);
+  const double apart = narrowestGap(points) / (kFarApart * mouth_width_);
+  const bool may_touch = apart < 1 && !lips_.empty();
+  thread_local std::vector<const LipWatch*> near;
+  thread_local std::vector<const ToothWatch*> near_upper_teeth, near_lower_teeth;
+  near.clear();
+  near.reserve(lips_.size());
+  near_upper_teeth.reserve(at_upper_teeth_.size());
+  near_lower_teeth.reserve(at_lower_teeth_.size());
+  if (may_touch) findNearLips(out, near);
+  if (!gaps.empty() && !near.empty()) drawTogether(points, gaps, near, out);
+  const Moved still_head,
+      lower_jaw{true, Eigen::Matrix3f::Identity() + jaw.turn.cast<float>(), jaw.shift.cast<float>()};
+  findNearTeeth(upper_teeth_, at_upper_teeth_, still_head, out, near_upper_teeth);
+  findNearTeeth(lower_teeth_, at_lower_teeth_, lower_jaw, out, near_lower_teeth);
+  const auto share = static_cast<float>(0.5 * (1 - smoothStep(2 * apart - 1)));
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    const float of_lips = partLips(share, ease, near, out);
+    const float of_upper_teeth = leaveTeeth(upper_teeth_, near_upper_teeth, still_head, ease, out);
+    const float of_lower_teeth = leaveTeeth(lower_teeth_, near_lower_teeth, lower_jaw, ease, out);
+    if (std::max({of_lips, of_upper_teeth, of_lower_teeth}) < kStill * mouth_width_) break;
+  }
+}
+
+}  // namespace mouthpiece

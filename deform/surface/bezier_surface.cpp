@@ -1,0 +1,351 @@
+#include "deform/surface/bezier_surface.h"
+
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "base/errors.h"
+#include "deform/surface/virtual_points.h"
+
+namespace mouthpiece {
+namespace {
+
+using Form = TriangleForm;
+using Energy = Eigen::Matrix<double, 9, 9>;
+
+std::array<Eigen::Vector2d, 3> cornersOf(const ControlMesh& mesh, const std::array<int, 3>& triangle) {
+  return {mesh.domain.row(triangle[0]), mesh.domain.row(triangle[1]), mesh.domain.row(triangle[2])};
+}
+
+double areaOf(const std::array<Eigen::Vector2d, 3>& p) {
+  return 0.5 * ((p[1] - p[0]).x() * (p[2] - p[0]).y() - (p[1] - p[0]).y() * (p[2] - p[0]).x());
+}
+
+/// How much nearness to samples counts against bending.
+constexpr double kSampleWeight = 300;
+
+/// Integral of |second derivatives|^2 + tension |slope - slope of the flat triangle|^2 over one cubic.
+Energy cubicEnergy(const CubicPatch<Form>& patch, const std::array<Eigen::Vector2d, 3>& p,
+                   const std::array<Form, 2>& flat_slope, double tension) {
+  Eigen::Matrix2d plane;
+  plane << p[0] - p[2], p[1] - p[2];
+  const Eigen::Matrix2d inverse = plane.inverse();
+  const auto& b = patch.net;
+  Energy energy = Energy::Zero();
+  // Second derivatives are linear: their squares are integrated exactly by the edges' middles.
+  constexpr std::array<std::array<double, 3>, 3> kMiddles{{{0.5, 0.5, 0}, {0, 0.5, 0.5}, {0.5, 0, 0.5}}};
+  for (const auto& [u, v, w] : kMiddles) {
+    const Form rr = 6 * (u * (b[k300] - 2 * b[k201] + b[k102]) + v * (b[k210] - 2 * b[k111] + b[k012]) +
+                         w * (b[k201] - 2 * b[k102] + b[k003]));
+    const Form rs = 6 * (u * (b[k210] - b[k201] - b[k111] + b[k102]) + v * (b[k120] - b[k111] - b[k021] + b[k012]) +
+                         w * (b[k111] - b[k102] - b[k012] + b[k003]));
+    const Form ss = 6 * (u * (b[k120] - 2 * b[k111] + b[k102]) + v * (b[k030] - 2 * b[k021] + b[k012]) +
+                         w * (b[k021] - 2 * b[k012] + b[k003]));
+    const auto second = [&](int i, int j) -> Form {
+      return inverse(0, i) * inverse(0, j) * rr + (inverse(0, i) * inverse(1, j) + inverse(1, i) * inverse(0, j)) * rs +
+             inverse(1, i) * inverse(1, j) * ss;
+    };
+    const Form xx = second(0, 0), xy = second(0, 1), yy = second(1, 1);
+    energy += xx * xx.transpose() + 2 * xy * xy.transpose() + yy * yy.transpose();
+    const auto halves = patch.halves(u, v);
+    const Form du = 3 * (halves.a - halves.c), dv = 3 * (halves.b - halves.c);
+    for (int axis = 0; axis < 2; ++axis) {
+      const Form slope = inverse(0, axis) * du + inverse(1, axis) * dv - flat_slope[static_cast<std::size_t>(axis)];
+      energy += tension * slope * slope.transpose();
+    }
+  }
+  return energy * (areaOf(p) / 3);
+}
+
+/// The energy of a split triangle as a quadratic form in its nine numbers.
+Energy triangleEnergy(const std::array<Eigen::Vector2d, 3>& p, const CloughTocher<double>& split, double tension) {
+  const std::array<CubicPatch<Form>, 3> patches = patchForms(split);
+  Eigen::Matrix2d plane;
+  plane << p[0] - p[2], p[1] - p[2];
+  const Eigen::Matrix2d inverse = plane.inverse();
+  std::array<Form, 2> flat_slope;
+  for (int axis = 0; axis < 2; ++axis) {
+    flat_slope[static_cast<std::size_t>(axis)] =
+        inverse(0, axis) * (Form::Unit(0) - Form::Unit(2)) + inverse(1, axis) * (Form::Unit(1) - Form::Unit(2));
+  }
+  const Eigen::Vector2d middle = (p[0] + p[1] + p[2]) / 3;
+  Energy energy = Energy::Zero();
+  for (std::size_t k = 0; k < 3; ++k)
+    energy += cubicEnergy(patches[k], {p[k], p[(k + 1) % 3], middle}, flat_slope, tension);
+  return energy;
+}
+
+using Sparse = Eigen::SparseMatrix<double>;
+using Entries = std::vector<Eigen::Triplet<double>>;
+
+Sparse sparse(Eigen::Index rows, Eigen::Index columns, const Entries& entries) {
+  Sparse matrix(rows, columns);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return matrix;
+}
+
+/// Slopes as `free * unknowns + given * values`: what the rims and the ring prescribe.
+struct Constraints {
+  Sparse free;   ///< 2 points x unknowns
+  Sparse given;  ///< 2 points x points
+};
+
+/// Derivative weights at the middle one of three places on a line; exact for parabolas.
+std::array<double, 3> middleSlope(double before, double at, double after) {
+  const double a = at - before, b = after - at;
+  return {-b / (a * (a + b)), (b - a) / (a * b), a / (b * (a + b))};
+}
+
+/// Along the mouth's rim the slope follows from the rim's points alone, for the upper and the lower rim by the same
+/// rule: rims whose points meet then meet everywhere.
+void constrainRims(const ControlMesh& mesh, std::vector<Eigen::Vector2d>& direction, Entries& given) {
+  const std::vector<std::string> names = mouthRim();
+  std::vector<int> rim;
+  for (const std::string& name : names) rim.push_back(findPoint(mesh, name));
+  if (std::find(rim.begin(), rim.end(), -1) != rim.end()) return;
+  const Eigen::Vector2d from = mesh.domain.row(rim[0]);
+  const Eigen::Vector2d along = (mesh.domain.row(rim[rim.size() / 2]).transpose() - from).normalized();
+  for (std::size_t k = 0; k < rim.size(); ++k) {
+    if (k == 0 || k == rim.size() / 2) continue;
+    const std::array<int, 3> three{rim[k - 1], rim[k], rim[(k + 1) % rim.size()]};
+    std::array<double, 3> place{};
+    for (std::size_t i = 0; i < 3; ++i) place[i] = (mesh.domain.row(three[i]).transpose() - from).dot(along);
+    const std::array<double, 3> weights = middleSlope(place[0], place[1], place[2]);
+    for (std::size_t i = 0; i < 3; ++i) {
+      given.emplace_back(2 * three[1], three[i], along.x() * weights[i]);
+      given.emplace_back(2 * three[1] + 1, three[i], along.y() * weights[i]);
+    }
+    direction[static_cast<std::size_t>(three[1])] = Eigen::Vector2d(-along.y(), along.x());
+  }
+}
+
+Constraints constraintsOf(const ControlMesh& mesh, bool ring_is_flat) {
+  const auto count = static_cast<Eigen::Index>(mesh.points.size());
+  std::vector<Eigen::Vector2d> direction(mesh.points.size(),
+                                         Eigen::Vector2d::Zero());  // the one free direction, if any
+  Entries given, free;
+  constrainRims(mesh, direction, given);
+  int unknowns = 0;
+  for (int i = 0; i < static_cast<int>(count); ++i) {
+    const Eigen::Vector2d& only = direction[static_cast<std::size_t>(i)];
+    if (ring_is_flat && mesh.points[static_cast<std::size_t>(i)].fixed) continue;
+    if (only.isZero()) {
+      free.emplace_back(2 * i, unknowns++, 1);
+      free.emplace_back(2 * i + 1, unknowns++, 1);
+    } else {
+      free.emplace_back(2 * i, unknowns, only.x());
+      free.emplace_back(2 * i + 1, unknowns++, only.y());
+    }
+  }
+  return {sparse(2 * count, unknowns, free), sparse(2 * count, count, given)};
+}
+
+struct TotalEnergy {
+  Entries slope_slope;  ///< 2 points x 2 points
+  Entries slope_value;  ///< 2 points x points
+};
+
+TotalEnergy assemble(const ControlMesh& mesh, const std::vector<CloughTocher<double>>& splits, double tension) {
+  TotalEnergy total;
+  total.slope_slope.reserve(36 * mesh.triangles.size());
+  total.slope_value.reserve(18 * mesh.triangles.size());
+  double area = 0;
+  for (const auto& triangle : mesh.triangles) area += areaOf(cornersOf(mesh, triangle));
+  const double scaled_tension = tension * static_cast<double>(mesh.triangles.size()) / area;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& triangle = mesh.triangles[t];
+    const Energy energy = triangleEnergy(cornersOf(mesh, triangle), splits[t], scaled_tension);
+    for (int i = 0; i < 6; ++i) {
+      const int row = 2 * triangle[static_cast<std::size_t>(i / 2)] + i % 2;
+      for (int j = 0; j < 6; ++j) {
+        total.slope_slope.emplace_back(row, 2 * triangle[static_cast<std::size_t>(j / 2)] + j % 2,
+                                       energy(3 + i, 3 + j));
+      }
+      for (int j = 0; j < 3; ++j)
+        total.slope_value.emplace_back(row, triangle[static_cast<std::size_t>(j)], energy(3 + i, j));
+    }
+  }
+  return total;
+}
+
+/// Slopes of least energy as a linear map of the values.
+class LeastEnergy {
+ public:
+  LeastEnergy(const TotalEnergy& energy, const Constraints& constraints)
+      : free_(constraints.free), given_(constraints.given) {
+    const Eigen::Index count = given_.cols();
+    const Sparse slope_slope = sparse(2 * count, 2 * count, energy.slope_slope);
+    const Sparse slope_value = sparse(2 * count, count, energy.slope_value);
+    right_ = free_.transpose() * Sparse(slope_value + Sparse(slope_slope * given_));
+    const Sparse left = free_.transpose() * Sparse(slope_slope * free_);
+    left_.compute(left);
+    MOUTHPIECE_EXPECT(left_.info() == Eigen::Success);
+  }
+
+  [[nodiscard]] Eigen::MatrixXd slopesFrom(const Eigen::MatrixXd& values) const {
+    const Eigen::MatrixXd right = right_ * values;
+    const Eigen::MatrixXd unknowns = left_.solve(right);
+    return given_ * values - free_ * unknowns;
+  }
+
+ private:
+  Sparse free_, given_, right_;
+  Eigen::SimplicialLDLT<Sparse> left_;
+};
+
+struct EdgeSide {
+  int triangle = 0;
+  int from = 0;  ///< corner numbers 0 to 2 within the triangle
+  int to = 0;
+};
+
+SurfacePlace onEdge(const EdgeSide& side, double way) {
+  std::array<double, 3> weight{0, 0, 0};
+  weight[static_cast<std::size_t>(side.from)] = 1 - way;
+  weight[static_cast<std::size_t>(side.to)] = way;
+  return {side.triangle, weight[0], weight[1]};
+}
+
+double angleDeg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / std::numbers::pi;
+}
+
+}  // namespace
+
+struct BezierSurface::Slopes : LeastEnergy {
+  using LeastEnergy::LeastEnergy;
+};
+
+BezierSurface::BezierSurface(const ControlMesh& mesh, const SurfaceOptions& options)
+    : triangles_(mesh.triangles), rest_(mesh.rest) {
+  for (const auto& triangle : triangles_) splits_.emplace_back(cornersOf(mesh, triangle));
+  const TotalEnergy energy = assemble(mesh, splits_, options.tension);
+  slopes_ = std::make_shared<const Slopes>(energy, constraintsOf(mesh, true));
+  const bool is_fitted = mesh.rest_slopes.rows() > 0;
+  rest_pose_ =
+      netsOf(rest_, is_fitted ? mesh.rest_slopes
+                              : MarkerPositions(LeastEnergy(energy, constraintsOf(mesh, false)).slopesFrom(rest_)));
+}
+
+Eigen::MatrixXd BezierSurface::slopesFrom(const Eigen::MatrixXd& displacements) const {
+  MOUTHPIECE_EXPECT(displacements.rows() == rest_.rows());
+  return slopes_->slopesFrom(displacements);
+}
+
+BezierSurface::Pose BezierSurface::netsOf(const MarkerPositions& values, const MarkerPositions& slopes) const {
+  Pose pose(3 * triangles_.size());
+  std::array<Eigen::Vector3d, 3> value, gx, gy;
+  std::array<Patch, 3> patches;
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const int point = triangles_[t][i];
+      value[i] = values.row(point).transpose();
+      gx[i] = slopes.row(2 * point).transpose();
+      gy[i] = slopes.row(2 * point + 1).transpose();
+    }
+    splits_[t].nets(value, gx, gy, patches);
+    std::copy(patches.begin(), patches.end(), pose.begin() + static_cast<std::ptrdiff_t>(3 * t));
+  }
+  return pose;
+}
+
+BezierSurface::Pose BezierSurface::pose(const MarkerPositions& control_points) const {
+  MOUTHPIECE_EXPECT(control_points.rows() == rest_.rows());
+  const MarkerPositions displacement = control_points - rest_;
+  Pose pose = netsOf(displacement, slopesFrom(displacement));
+  for (std::size_t p = 0; p < pose.size(); ++p) {
+    for (std::size_t i = 0; i < pose[p].net.size(); ++i) pose[p].net[i] += rest_pose_[p].net[i];
+  }
+  return pose;
+}
+
+double BezierSurface::maxNormalAngleAcrossEdges(const Pose& pose, int samples) const {
+  std::map<std::pair<int, int>, EdgeSide> open;
+  double largest = 0;
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const int next = (k + 1) % 3;
+      const EdgeSide side{static_cast<int>(t), k, next};
+      const int from = triangles_[t][static_cast<std::size_t>(k)], to = triangles_[t][static_cast<std::size_t>(next)];
+      const auto twin = open.find({to, from});
+      if (twin == open.end()) {
+        open.emplace(std::pair(from, to), side);
+      }
+      for (int s = 0; s < samples; ++s) {
+        const double way = static_cast<double>(s) / (samples - 1);
+        if (twin != open.end()) {
+          largest = std::max(largest, angleDeg(evaluate(pose, onEdge(side, way)).normal(),
+                                               evaluate(pose, onEdge(twin->second, 1 - way)).normal()));
+        }
+        // The inner edge from corner k + 1 to the centroid: patches k and k + 1 of the split.
+        const auto first = evaluate(pose[3 * t + static_cast<std::size_t>(k)], 0, 1 - way);
+        const auto second = evaluate(pose[3 * t + static_cast<std::size_t>(next)], 1 - way, 0);
+        largest = std::max(largest, angleDeg(first.normal(), second.normal()));
+      }
+    }
+  }
+  return largest;
+}
+
+TriangleForm formAt(const BezierSurface& surface, const SurfacePlace& place) {
+  const PatchPlace at = patchPlace(place);
+  const auto halves =
+      patchForms(surface.splits()[static_cast<std::size_t>(place.triangle)])[at.patch % 3].halves(at.u, at.v);
+  return at.u * halves.a + at.v * halves.b + (1 - at.u - at.v) * halves.c;
+}
+
+MarkerPositions slopesNear(const ControlMesh& mesh, const std::vector<SurfaceSample>& samples,
+                           const SurfaceOptions& options) {
+  const BezierSurface surface(mesh, options);
+  TotalEnergy total = assemble(mesh, surface.splits(), options.tension);
+  double area = 0;
+  for (const auto& triangle : mesh.triangles) area += areaOf(cornersOf(mesh, triangle));
+  // Energies weigh bends against distances at the scale of one triangle.
+  const double cell = area / static_cast<double>(mesh.triangles.size());
+  const double weight =
+      kSampleWeight * area / (static_cast<double>(std::max<std::size_t>(samples.size(), 1)) * cell * cell);
+  const auto count = static_cast<Eigen::Index>(mesh.points.size());
+  Eigen::MatrixXd right = -(sparse(2 * count, count, total.slope_value) * Eigen::MatrixXd(mesh.rest));
+  // Samples of one triangle are added up before they go into the sum.
+  std::vector<Eigen::Matrix<double, 6, 6>> nearness(mesh.triangles.size(), Eigen::Matrix<double, 6, 6>::Zero());
+  for (const SurfaceSample& sample : samples) {
+    const auto& triangle = mesh.triangles[static_cast<std::size_t>(sample.place.triangle)];
+    const Form form = formAt(surface, sample.place);
+    Eigen::RowVector3d miss = sample.position.transpose();
+    for (int i = 0; i < 3; ++i) miss -= form[i] * mesh.rest.row(triangle[static_cast<std::size_t>(i)]);
+    const Eigen::Matrix<double, 6, 1> slope_form = form.tail<6>();
+    nearness[static_cast<std::size_t>(sample.place.triangle)] +=
+        weight * sample.weight * slope_form * slope_form.transpose();
+    for (int i = 0; i < 6; ++i) {
+      right.row(2 * triangle[static_cast<std::size_t>(i / 2)] + i % 2) += weight * sample.weight * slope_form[i] * miss;
+    }
+  }
+  for (std::size_t t = 0; t < nearness.size(); ++t) {
+    for (int i = 0; i < 6; ++i) {
+      const int row = 2 * mesh.triangles[t][static_cast<std::size_t>(i / 2)] + i % 2;
+      for (int j = 0; j < 6; ++j) {
+        total.slope_slope.emplace_back(row, 2 * mesh.triangles[t][static_cast<std::size_t>(j / 2)] + j % 2,
+                                       nearness[t](i, j));
+      }
+    }
+  }
+  const Eigen::SimplicialLDLT<Sparse> solver(sparse(2 * count, 2 * count, total.slope_slope));
+  MOUTHPIECE_EXPECT(solver.info() == Eigen::Success);
+  return solver.solve(right);
+}
+
+PatchPlace patchPlace(const SurfacePlace& place) {
+  const std::array<double, 3> weight{place.u, place.v, 1 - place.u - place.v};
+  // The patch opposite the corner with the least weight holds the place.
+  std::size_t opposite = 0;
+  for (std::size_t i = 1; i < 3; ++i) {
+    if (weight[i] < weight[opposite]) opposite = i;
+  }
+  const std::size_t first = (opposite + 1) % 3;
+  return {3 * static_cast<std::size_t>(place.triangle) + first, weight[first] - weight[opposite],
+          weight[(first + 1) % 3] - weight[opposite]};
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,377 @@
+#include "deform/surface/binding.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <set>
+
+#include "base/errors.h"
+#include "base/smooth_step.h"
+#include "deform/surface/bezier_surface.h"
+#include "deform/surface/lip_sides.h"
+#include "deform/surface/surface_projection.h"
+#include "deform/mesh/vertex_kinds.h"
+
+namespace mouthpiece {
+namespace {
+
+// Lengths as shares of the mouth's width.
+constexpr double kFarFrom = 0.3;      ///< offsets above this bind less and less
+constexpr double kFarTo = 0.5;        ///< and above this not at all
+constexpr double kBeside = 0.25;      ///< beyond an opening's border by more: not above the surface any more
+constexpr double kDetour = 0.05;      ///< a place further off than this has to be about the nearest of all
+constexpr double kFadeInside = 0.35;  ///< behind lips, lids and nostrils the motion fades over this way along the mesh
+constexpr double kFollows = 0.3;      ///< lashes and the like follow skin that is nearer
+constexpr double kRootDepth = 0.03;   ///< what of such a part counts as its root
+
+/// A share of the way between the lips this near to the middle is on neither side.
+constexpr double kClearSide = 0.03;
+
+enum class Fate : std::uint8_t { kOpen, kBound, kStill };
+
+bool isSkin(PartKind kind) { return kind == PartKind::kSkin || kind == PartKind::kLips; }
+bool mayBind(PartKind kind) { return isSkin(kind) || kind == PartKind::kMouthInside || kind == PartKind::kOther; }
+
+/// Binds the vertices of one mesh step by step; every step adds to `binding`.
+class Binder {
+ public:
+  Binder(const FaceMesh& mesh, const ControlMesh& control, const BindingOptions& options)
+      : mesh_(mesh),
+        control_(control),
+        options_(options),
+        kinds_(vertexKinds(mesh)),
+        graph_(graphOf(mesh, control)),
+        sides_(vertexSides(mesh, control, kinds_, graph_)),
+        surface_(control),
+        triangle_sides_(triangleSides(control)),
+        projector_(surface_, control, triangle_sides_),
+        components_(graph_.components()),
+        fates_(kinds_.size(), Fate::kOpen) {
+    face_component_ = largestSkin();
+    binding_.patch.assign(kinds_.size(), -1);
+    for (auto* column : {&binding_.u, &binding_.v, &binding_.d, &binding_.skin_weight, &binding_.jaw_weight})
+      column->assign(kinds_.size(), 0.0F);
+  }
+
+  FaceBinding bind() {
+    bindSkinAbove();
+    followAlongMesh();
+    followNearby();
+    giveToJaw();
+    measureOffsets();
+    return std::move(binding_);
+  }
+
+ private:
+  [[nodiscard]] Eigen::Vector3d vertex(std::size_t v) const {
+    return mesh_.vertices.row(static_cast<Eigen::Index>(v)).transpose().cast<double>();
+  }
+
+  [[nodiscard]] std::uint32_t largestSkin() const {
+    std::map<std::uint32_t, std::size_t> sizes;
+    for (std::size_t v = 0; v < kinds_.size(); ++v) {
+      if (isSkin(kinds_[v])) ++sizes[components_[v]];
+    }
+    const auto largest =
+        std::max_element(sizes.begin(), sizes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    return largest == sizes.end() ? 0 : largest->first;
+  }
+
+  [[nodiscard]] bool isOnRing(const SurfaceFoot& foot) const {
+    if (!foot.at_border) return false;
+    const auto& triangle = control_.triangles[static_cast<std::size_t>(foot.place.triangle)];
+    int fixed = 0;
+    for (const int point : triangle) fixed += control_.points[static_cast<std::size_t>(point)].fixed ? 1 : 0;
+    return fixed >= 2;
+  }
+
+  void place(std::size_t v, const SurfacePlace& place, double weight) {
+    fates_[v] = Fate::kBound;
+    binding_.patch[v] = place.triangle;
+    binding_.u[v] = static_cast<float>(place.u);
+    binding_.v[v] = static_cast<float>(place.v);
+    binding_.skin_weight[v] = static_cast<float>(weight);
+  }
+
+  void copyPlace(std::size_t v, std::size_t from, double weight) {
+    fates_[v] = Fate::kBound;
+    binding_.patch[v] = binding_.patch[from];
+    binding_.u[v] = binding_.u[from];
+    binding_.v[v] = binding_.v[from];
+    binding_.skin_weight[v] = static_cast<float>(weight * static_cast<double>(binding_.skin_weight[from]));
+  }
+
+  /// EDGE 6: the closest patch whose normal agrees with the vertex'.
+  void bindSkinAbove() {
+    const VertexPositions normals = vertexNormals(mesh_.vertices, mesh_.triangles);
+    const double least_cosine = std::cos(options_.max_normal_angle_deg * std::numbers::pi / 180);
+    const double width = control_.mouth_width;
+    for (std::size_t v = 0; v < kinds_.size(); ++v) {
+      if (!isSkin(kinds_[v]) || components_[v] != face_component_) continue;
+      const Eigen::Vector3d normal = normals.row(static_cast<Eigen::Index>(v)).transpose().cast<double>();
+      const auto foot = projector_.closest(vertex(v), normal, least_cosine, sides_.forbidden[v]);
+      if (!foot || (foot->distance > kDetour * width && isDetour(v, *foot))) continue;
+      if (isOnRing(*foot)) {
+        fates_[v] = Fate::kStill;
+        continue;
+      }
+      if (foot->distance > kFarTo * width || (foot->at_border && foot->distance > kBeside * width)) continue;
+      place(v, foot->place, 1 - smoothStep((foot->distance - kFarFrom * width) / ((kFarTo - kFarFrom) * width)));
+    }
+  }
+
+  /// Whether the surface is much nearer than the nearest place whose normal agrees: then the vertex turns away from it,
+  /// like the inside of a lip, and what agrees is another part of the face.
+  [[nodiscard]] bool isDetour(std::size_t v, const SurfaceFoot& foot) const {
+    const auto nearest = projector_.closest(vertex(v), Eigen::Vector3d::Zero(), -1, sides_.forbidden[v]);
+    return nearest && nearest->distance < 0.5 * foot.distance;
+  }
+
+  /// What turns away from the surface (inside of lips, lids, nostrils; the mouth's bag) goes with the nearest bound
+  /// vertex along the mesh, less and less; nearest of those on its own side of the mouth and the eyes.
+  void followAlongMesh() {
+    std::set<std::uint32_t> sides;
+    for (std::size_t v = 0; v < kinds_.size(); ++v) {
+      if (fates_[v] == Fate::kOpen && mayBind(kinds_[v])) sides.insert(sides_.forbidden[v]);
+    }
+    const std::vector<Fate> before = fates_;
+    for (const std::uint32_t forbidden : sides) {
+      std::vector<std::uint32_t> seeds;
+      for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
+        const bool is_bound = before[v] == Fate::kBound &&
+                              (triangle_sides_[static_cast<std::size_t>(binding_.patch[v])] & forbidden) == 0;
+        if (is_bound || before[v] == Fate::kStill) seeds.push_back(v);
+      }
+      const auto reach =
+          graph_.reachFrom(seeds, [&](std::uint32_t v) { return before[v] == Fate::kOpen && mayBind(kinds_[v]); });
+      for (std::size_t v = 0; v < kinds_.size(); ++v) {
+        if (before[v] != Fate::kOpen || sides_.forbidden[v] != forbidden || reach.source[v] < 0) continue;
+        const double weight = 1 - smoothStep(reach.distance[v] / (kFadeInside * control_.mouth_width));
+        follow(v, static_cast<std::size_t>(reach.source[v]), weight);
+      }
+    }
+  }
+
+  void follow(std::size_t v, std::size_t source, double weight) {
+    if (fates_[source] == Fate::kStill || weight <= 0) {
+      fates_[v] = Fate::kStill;
+    } else {
+      copyPlace(v, source, weight);
+    }
+  }
+
+  [[nodiscard]] bool isLoosePart(std::size_t v) const {
+    return components_[v] != face_component_ && (isSkin(kinds_[v]) || kinds_[v] == PartKind::kOther);
+  }
+
+  /// The face's nearest vertex to a place.
+  [[nodiscard]] std::pair<std::uint32_t, double> nearestOnFace(const std::vector<std::uint32_t>& face,
+                                                               std::uint32_t v) const {
+    std::pair<std::uint32_t, float> nearest{0, std::numeric_limits<float>::infinity()};
+    for (const std::uint32_t s : face) {
+      const float squared = (mesh_.vertices.row(s) - mesh_.vertices.row(v)).squaredNorm();
+      if (squared < nearest.second) nearest = {s, squared};
+    }
+    return {nearest.first, std::sqrt(static_cast<double>(nearest.second))};
+  }
+
+  /// The upper lid's lashes come near the lower one at the eye's corners: a piece keeps the roots on the side of the
+  /// eye or mouth that most of its roots are on.
+  void leaveOneSide(std::map<std::uint32_t, std::uint32_t>& rooted_in) const {
+    std::map<std::uint32_t, std::map<std::uint32_t, std::size_t>> counts;  // by component, by side
+    for (const auto& [root, skin] : rooted_in) ++counts[components_[root]][sides_.forbidden[skin]];
+    std::erase_if(rooted_in, [&](const auto& root) {
+      const auto& sides = counts.at(components_[root.first]);
+      const auto most = std::max_element(sides.begin(), sides.end(),
+                                         [](const auto& a, const auto& b) { return a.second < b.second; });
+      return sides_.forbidden[root.second] != most->first;
+    });
+  }
+
+  /// Parts of their own on the skin (lashes, ears): where they are rooted in the face they move as it does, and each
+  /// vertex as the root nearest along the part.
+  void followNearby() {
+    std::vector<std::uint32_t> face, loose;
+    for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
+      if (isLoosePart(v))
+        loose.push_back(v);
+      else if (isSkin(kinds_[v]) && fates_[v] != Fate::kOpen)
+        face.push_back(v);
+    }
+    if (face.empty()) return;
+    std::vector<std::pair<std::uint32_t, double>> nearest;
+    std::map<std::uint32_t, double> gaps;  // of each component from the face
+    for (const std::uint32_t v : loose) {
+      nearest.push_back(nearestOnFace(face, v));
+      const auto gap = gaps.emplace(components_[v], nearest.back().second).first;
+      gap->second = std::min(gap->second, nearest.back().second);
+    }
+    std::map<std::uint32_t, std::uint32_t> rooted_in;
+    const double width = control_.mouth_width;
+    for (std::size_t i = 0; i < loose.size(); ++i) {
+      if (nearest[i].second > kFollows * width || nearest[i].second > gaps[components_[loose[i]]] + kRootDepth * width)
+        continue;
+      rooted_in.emplace(loose[i], nearest[i].first);
+    }
+    leaveOneSide(rooted_in);
+    std::vector<std::uint32_t> roots;
+    for (const auto& [root, skin] : rooted_in) roots.push_back(root);
+    const auto reach = graph_.reachFrom(roots, [&](std::uint32_t v) { return isLoosePart(v); });
+    for (const std::uint32_t v : loose) {
+      if (reach.source[v] < 0) continue;
+      follow(v, rooted_in.at(static_cast<std::uint32_t>(reach.source[v])), 1);
+      if (fates_[v] == Fate::kBound) binding_.carried.push_back(v);
+    }
+  }
+
+  /// Lower teeth and tongue wholly; the mouth's inside by how near it is to the lower lip rather than the upper.
+  void giveToJaw() {
+    const std::vector<float> separate = separateParts(components_);
+    for (std::size_t v = 0; v < kinds_.size(); ++v) {
+      float& jaw = binding_.jaw_weight[v];
+      if (kinds_[v] == PartKind::kLowerTeeth || kinds_[v] == PartKind::kTongue) {
+        jaw = 1;
+      } else if (separate[v] >= 0 && kinds_[v] == PartKind::kMouthInside) {
+        jaw = separate[v];
+      } else if (kinds_[v] == PartKind::kMouthInside || isBehindLips(v)) {
+        jaw = static_cast<float>(smoothStep((sides_.lower_share[v] - 0.35) / 0.3));
+      }
+    }
+  }
+
+  [[nodiscard]] bool isBehindLips(std::size_t v) const {
+    if (fates_[v] != Fate::kBound || binding_.skin_weight[v] >= 1) return false;
+    return (triangle_sides_[static_cast<std::size_t>(binding_.patch[v])] & (kUpperLip | kLowerLip)) != 0;
+  }
+
+  /// Jaw's share of parts of the mouth's inside that hang on nothing (gums): 1 below the mouth's line, 0 above; -1: not
+  /// such a part.
+  [[nodiscard]] std::vector<float> separateParts(const std::vector<std::uint32_t>& components) const {
+    const std::size_t count = components.empty() ? 0 : *std::max_element(components.begin(), components.end()) + 1;
+    std::vector<bool> has_skin(count, false);
+    std::vector<double> height(count, 0), size(count, 0);
+    for (std::size_t v = 0; v < kinds_.size(); ++v) {
+      has_skin[components[v]] = has_skin[components[v]] || isSkin(kinds_[v]);
+      height[components[v]] += vertex(v).y();
+      size[components[v]] += 1;
+    }
+    double line = 0, rim = 0;
+    for (std::size_t i = 0; i < control_.points.size(); ++i) {
+      if (control_.points[i].rule != PointRule::kInnerLip) continue;
+      line += control_.rest(static_cast<Eigen::Index>(i), 1);
+      rim += 1;
+    }
+    std::vector<float> share(kinds_.size(), -1.0F);
+    for (std::size_t v = 0; v < kinds_.size(); ++v) {
+      const std::uint32_t c = components[v];
+      if (!has_skin[c]) share[v] = height[c] / size[c] < line / std::max(rim, 1.0) ? 1.0F : 0.0F;
+    }
+    return share;
+  }
+
+  void measureOffsets() {
+    for (std::size_t v = 0; v < kinds_.size(); ++v) {
+      if (binding_.patch[v] < 0 || isCarried(binding_, v)) continue;
+      const SurfacePoint s = evaluate(surface_.restPose(), {binding_.patch[v], static_cast<double>(binding_.u[v]),
+                                                            static_cast<double>(binding_.v[v])});
+      binding_.d[v] = static_cast<float>((vertex(v) - s.position).dot(s.normal()));
+    }
+  }
+
+  const FaceMesh& mesh_;
+  const ControlMesh& control_;
+  const BindingOptions& options_;
+  std::vector<PartKind> kinds_;
+  MeshGraph graph_;
+  VertexSides sides_;
+  BezierSurface surface_;
+  std::vector<std::uint32_t> triangle_sides_;
+  SurfaceProjector projector_;
+  std::vector<std::uint32_t> components_;
+  std::uint32_t face_component_ = 0;
+  std::vector<Fate> fates_;
+  FaceBinding binding_;
+};
+
+}  // namespace
+
+bool isCarried(const FaceBinding& binding, std::size_t vertex) {
+  return std::binary_search(binding.carried.begin(), binding.carried.end(), vertex);
+}
+
+FaceBinding bindFace(const FaceMesh& mesh, const ControlMesh& control, const BindingOptions& options) {
+  return Binder(mesh, control, options).bind();
+}
+
+void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control,
+                  const std::string& file) {
+  const auto count = static_cast<std::size_t>(mesh.vertices.rows());
+  const auto fail = [&](const std::string& what) { throw InputError(file, "binding", what); };
+  if (binding.patch.size() != count)
+    fail("found " + std::to_string(binding.patch.size()) + " vertices; expected " + std::to_string(count));
+  for (const auto* column : {&binding.u, &binding.v, &binding.d, &binding.skin_weight, &binding.jaw_weight}) {
+    if (column->size() != count)
+      fail("found columns of different lengths; expected " + std::to_string(count) + " entries each");
+  }
+  for (std::size_t i = 0; i < binding.carried.size(); ++i) {
+    const std::uint32_t v = binding.carried[i];
+    if (v >= count || (i > 0 && v <= binding.carried[i - 1]))
+      fail("found carried vertex " + std::to_string(v) + "; expected rising numbers under " + std::to_string(count));
+  }
+  const Eigen::RowVector3f size = mesh.vertices.colwise().maxCoeff() - mesh.vertices.colwise().minCoeff();
+  if (control.mouth_width > static_cast<double>(size.norm())) fail("found a mouth wider than the mesh");
+  constexpr float kSlack = 1e-4F;
+  for (std::size_t v = 0; v < count; ++v) {
+    if (binding.patch[v] < -1 || binding.patch[v] >= static_cast<std::int64_t>(control.triangles.size())) {
+      fail("found patch " + std::to_string(binding.patch[v]) + "; expected -1 to " +
+           std::to_string(control.triangles.size() - 1));
+    }
+    const bool is_place =
+        binding.u[v] >= -kSlack && binding.v[v] >= -kSlack && binding.u[v] + binding.v[v] <= 1 + kSlack;
+    const bool is_share = binding.skin_weight[v] >= 0 && binding.skin_weight[v] <= 1 && binding.jaw_weight[v] >= 0 &&
+                          binding.jaw_weight[v] <= 1;
+    if (!is_place || !is_share || !std::isfinite(binding.d[v]))
+      fail("found vertex " + std::to_string(v) + " out of range");
+  }
+}
+
+BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control) {
+  checkBinding(binding, mesh, control, "face binding");
+  const std::vector<PartKind> kinds = vertexKinds(mesh);
+  const MeshGraph graph = graphOf(mesh, control);
+  const VertexSides sides = vertexSides(mesh, control, kinds, graph);
+  const std::vector<std::uint32_t> triangle_sides = triangleSides(control);
+  const VertexPositions normals = vertexNormals(mesh.vertices, mesh.triangles);
+  const auto markers = control.rest.topRows(static_cast<Eigen::Index>(control.marker_count));
+  const Eigen::RowVector3d low = markers.colwise().minCoeff(), high = markers.colwise().maxCoeff();
+  BindingReport report;
+  report.vertices = kinds.size();
+  report.way_between_lips = wayBetweenLips(mesh, control, kinds, graph);
+  std::size_t in_front = 0, covered = 0;
+  for (std::size_t v = 0; v < kinds.size(); ++v) {
+    const bool is_bound = binding.patch[v] >= 0 && binding.skin_weight[v] > 0;
+    report.bound_vertices += is_bound ? 1 : 0;
+    if (is_bound) report.largest_offset = std::max(report.largest_offset, std::abs(static_cast<double>(binding.d[v])));
+    const bool is_clear = std::abs(sides.lower_share[v] - 0.5) >= kClearSide;
+    if (is_bound && is_clear &&
+        (triangle_sides[static_cast<std::size_t>(binding.patch[v])] & sides.forbidden[v] & (kUpperLip | kLowerLip)) !=
+            0)
+      ++report.lip_side_errors;
+    if (!isSkin(kinds[v])) continue;
+    ++report.skin_vertices;
+    const Eigen::RowVector3d p = mesh.vertices.row(static_cast<Eigen::Index>(v)).cast<double>();
+    if ((p.array() < low.array()).any() || (p.array() > high.array()).any() ||
+        normals(static_cast<Eigen::Index>(v), 2) < 0.2F)
+      continue;
+    ++in_front;
+    covered += is_bound ? 1 : 0;
+  }
+  report.coverage = in_front == 0 ? 0 : static_cast<double>(covered) / static_cast<double>(in_front);
+  return report;
+}
+
+}  // namespace mouthpiece

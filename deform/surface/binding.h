@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "deform/surface/control_surface.h"
+#include "deform/mesh/face_mesh.h"
+
+namespace mouthpiece {
+
+struct BindingOptions {
+  /// A vertex binds to a patch only where their normals differ by less (EDGE 6).
+  double max_normal_angle_deg = 75;
+};
+
+/// What each mesh vertex hangs on: EDGE eq. (3), V = B(u, v) + d n(u, v). One entry a vertex in every column but the
+/// last. Plain data; `.face` files hold it as it is.
+struct FaceBinding {
+  std::vector<std::int32_t> patch;  ///< triangle of the control mesh; -1: none
+  std::vector<float> u;             ///< weight of the triangle's first point, in the plane
+  std::vector<float> v;             ///< of its second
+  std::vector<float> d;             ///< offset along the normal, the mesh's unit
+  std::vector<float> skin_weight;   ///< share of eq. (3) in the vertex' motion, [0, 1]
+  std::vector<float> jaw_weight;    ///< share of the jaw's rigid motion in the rest, [0, 1]
+  /// Vertices that go along with their place without turning as the surface does there, rising: lashes, whose tips
+  /// would fly apart where the lid turns sharply.
+  std::vector<std::uint32_t> carried = {};
+};
+
+/// Whether `vertex` is among binding.carried.
+bool isCarried(const FaceBinding& binding, std::size_t vertex);
+
+/// Binds every vertex of `mesh` to the surface over `control`.
+FaceBinding bindFace(const FaceMesh& mesh, const ControlMesh& control, const BindingOptions& options = {});
+
+/// Checks sizes, ranges and finiteness of a binding read from a file. Throws InputError that begins with `file`.
+void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control,
+                  const std::string& file);
+
+/// How a face is bound: for `retarget check`.
+struct BindingReport {
+  std::size_t vertices = 0;
+  std::size_t skin_vertices = 0;    ///< vertices of skin and lips
+  std::size_t bound_vertices = 0;   ///< moved by the control surface
+  std::size_t lip_side_errors = 0;  ///< vertices of one lip on a patch of the other: must be 0
+  double way_between_lips = 0;      ///< wayBetweenLips()
+  double coverage = 0;              ///< bound share of the skin vertices in front of the outline
+  double largest_offset = 0;        ///< |d|, the mesh's unit
+};
+BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control);
+
+}  // namespace mouthpiece

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "deform/surface/bezier_surface.h"
+
+namespace mouthpiece {
+
+/// The nearest place on a surface, and how far off.
+struct SurfaceFoot {
+  SurfacePlace place;
+  double distance = 0;
+  bool at_border = false;  ///< on an edge that only one triangle has
+};
+
+/// Finds closest points on the rest pose of a surface, on the Bezier patches themselves.
+class SurfaceProjector {
+ public:
+  /// `triangle_marks`: bits a triangle; a query can leave out triangles by bit.
+  SurfaceProjector(const BezierSurface& surface, const ControlMesh& mesh, std::vector<std::uint32_t> triangle_marks);
+
+  /// Nearest place whose triangle has none of the `forbidden` bits and whose normal has at least `least_cosine` with
+  /// `normal`. A zero normal fits everywhere.
+  [[nodiscard]] std::optional<SurfaceFoot> closest(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
+                                                   double least_cosine, std::uint32_t forbidden) const;
+
+ private:
+  struct Sample {
+    Eigen::Vector3f position;
+    Eigen::Vector3f normal;
+  };
+  /// All samples of a patch lie in its ball.
+  struct Ball {
+    Eigen::Vector3f centre;
+    float radius;
+  };
+  const BezierSurface::Pose& patches_;
+  std::vector<std::uint32_t> marks_;
+  std::vector<std::array<bool, 3>> border_;  ///< a triangle's edge from corner k to k + 1 has no neighbour
+  std::vector<Sample> samples_;              ///< kSamples a patch
+  std::vector<Ball> balls_;
+};
+
+}  // namespace mouthpiece

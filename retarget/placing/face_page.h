@@ -1,0 +1,28 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "deform/mesh/face_mesh.h"
+
+namespace mouthpiece {
+
+/// An anchor to click: the marker's name and where it lies, in words.
+struct AnchorToPick {
+  std::string_view name;
+  std::string_view place;
+};
+
+/// Ten places that anyone finds on a face and that are enough to place all markers.
+const std::vector<AnchorToPick>& suggestedAnchors();
+
+/// One HTML file that shows `mesh` and turns it with the mouse, without a server or other files. `places`: markers
+/// shown on it by name. `to_pick`: anchors that a user clicks one after the other and saves as an anchors file
+/// (docs/formats/anchors.md).
+std::string facePage(const FaceMesh& mesh, std::string_view name, const std::map<std::string, Eigen::Vector3d>& places,
+                     const std::vector<AnchorToPick>& to_pick);
+
+}  // namespace mouthpiece

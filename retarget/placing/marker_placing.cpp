@@ -1,0 +1,391 @@
+#include "retarget/placing/marker_placing.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <numbers>
+#include <set>
+
+#include "base/errors.h"
+#include "deform/mesh/mesh_graph.h"
+#include "deform/mesh/vertex_kinds.h"
+#include "retarget/placing/skin_tree.h"
+
+namespace mouthpiece {
+namespace {
+
+using Eigen::Vector3d;
+
+/// How stiff the warp is against the skin's pull, in units of the mouth's width: tried from 0.1 to 60 on the ICT head,
+/// where 1 to 10 place the markers alike.
+constexpr double kStiffness = 6;
+/// Of the mouth's width: nothing moves further in a round.
+constexpr double kStill = 1e-4;
+constexpr int kMostRounds = 40;
+/// Cosine between a triangle's normal and the direction out of the head: less is the inside of lips and nostrils.
+constexpr double kFacesOut = 0.15;
+/// Of the mouth's width: how far beside a lip marker its rim is looked for, and what counts as equally near.
+constexpr double kRimWindow = 0.03;
+constexpr double kAsNear = 0.01;
+constexpr double kRimStep = 0.01;  ///< places along an edge that are tried as rims
+constexpr double kMostCuts = 64;   ///< but not more of them
+/// A head within this angle of a quarter turn was modelled that way and merely tilts.
+constexpr double kAskewDeg = 35;
+
+std::string mirrored(const std::string& name) {
+  if (name.ends_with("_R")) return name.substr(0, name.size() - 1) + "L";
+  if (name.ends_with("_L")) return name.substr(0, name.size() - 1) + "R";
+  return name;
+}
+
+/// The actor's markers and inner eye corners by name, both sides alike.
+class Actor {
+ public:
+  Actor(const std::vector<std::string>& marker_names, const MarkerPositions& neutral) {
+    for (std::size_t i = 0; i < marker_names.size(); ++i)
+      places_[marker_names[i]] = neutral.row(static_cast<Eigen::Index>(i)).transpose();
+    addEyeCorners();
+    double middle = 0, count = 0;
+    for (const auto& [name, place] : places_) {
+      if (mirrored(name) != name) continue;
+      middle += place.x();
+      count += 1;
+    }
+    const double plane = count > 0 ? middle / count : 0;
+    std::map<std::string, Vector3d> even;
+    for (const auto& [name, place] : places_) {
+      const auto partner = places_.find(mirrored(name));
+      const Vector3d other = partner == places_.end() ? place : partner->second;
+      even[name] = partner == places_.end() ? place
+                                            : Vector3d(0.5 * (place.x() + 2 * plane - other.x()),
+                                                       0.5 * (place.y() + other.y()), 0.5 * (place.z() + other.z()));
+    }
+    places_ = std::move(even);
+  }
+
+  [[nodiscard]] const std::map<std::string, Vector3d>& places() const { return places_; }
+
+ private:
+  /// Not captured; where they are follows from the lids and the outer corners.
+  void addEyeCorners() {
+    for (const std::string end : {"_R", "_L"}) {
+      const auto up = places_.find("LID_UP" + end), low = places_.find("LID_LO" + end),
+                 outer = places_.find("CANTHUS_OUT" + end);
+      if (up == places_.end() || low == places_.end() || outer == places_.end()) continue;
+      const Vector3d middle = 0.5 * (up->second + low->second);
+      places_["EYE_IN" + end] = middle + 0.9 * (middle - outer->second);
+    }
+  }
+
+  std::map<std::string, Vector3d> places_;
+};
+
+struct Pair {
+  std::string name;
+  Vector3d actor, mesh;
+};
+
+/// Anchors that the actor has too.
+std::vector<Pair> pairsOf(const FaceMesh& mesh, const Anchors& anchors, const std::string& file, const Actor& actor) {
+  std::vector<Pair> pairs;
+  for (const auto& [name, place] : actor.places()) {
+    if (const auto at = placeOf(anchors, name, mesh, file)) pairs.push_back({name, place, *at});
+  }
+  return pairs;
+}
+
+/// All markers, or at least those that are needed and kLeastAnchors.
+void expectEnough(const std::vector<Pair>& pairs, const Anchors& anchors, const std::string& file,
+                  const std::vector<std::string>& marker_names) {
+  const auto lacks = [&](const std::string& name) { return !anchors.markers.contains(name); };
+  if (pairs.size() >= 3 && std::none_of(marker_names.begin(), marker_names.end(), lacks)) return;
+  std::vector<std::string> missing;
+  std::copy_if(requiredAnchors().begin(), requiredAnchors().end(), std::back_inserter(missing), lacks);
+  if (missing.empty() && pairs.size() >= kLeastAnchors) return;
+  throw InputError(file, "markers",
+                   fmt::format("has {} anchors; expected all {} markers, or at least {} with {} among them{}",
+                               pairs.size(), marker_names.size(), kLeastAnchors, fmt::join(requiredAnchors(), ", "),
+                               missing.empty() ? "" : fmt::format(" (missing: {})", fmt::join(missing, ", "))));
+}
+
+Similarity similarityOf(const std::vector<Pair>& pairs) {
+  Eigen::Matrix3Xd from(3, static_cast<Eigen::Index>(pairs.size())), to = from;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    from.col(static_cast<Eigen::Index>(i)) = pairs[i].actor;
+    to.col(static_cast<Eigen::Index>(i)) = pairs[i].mesh;
+  }
+  const Eigen::Matrix4d all = Eigen::umeyama(from, to, true);
+  Similarity similarity;
+  similarity.scale = std::cbrt(all.topLeftCorner<3, 3>().determinant());
+  similarity.turn = all.topLeftCorner<3, 3>() / similarity.scale;
+  similarity.shift = all.topRightCorner<3, 1>();
+  return similarity;
+}
+
+/// Displacements at scattered places, smoothed: the kernel -r with a constant (conditionally positive definite);
+/// `stiffness` is added on the diagonal, 0 meets a place exactly.
+class Smoothing {
+ public:
+  Smoothing(MarkerPositions places, const MarkerPositions& displacements, const Eigen::VectorXd& stiffness)
+      : places_(std::move(places)) {
+    const Eigen::Index n = places_.rows();
+    Eigen::MatrixXd system = Eigen::MatrixXd::Zero(n + 1, n + 1);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      for (Eigen::Index j = 0; j < n; ++j) system(i, j) = -(places_.row(i) - places_.row(j)).norm();
+      system(i, i) += stiffness[i];
+      system(i, n) = system(n, i) = 1;
+    }
+    Eigen::MatrixXd right = Eigen::MatrixXd::Zero(n + 1, 3);
+    right.topRows(n) = displacements;
+    weights_ = system.partialPivLu().solve(right);
+    if (!weights_.allFinite()) throw InputError("found two anchors in one place; expected each in its own");
+  }
+
+  [[nodiscard]] MarkerPositions at(const MarkerPositions& queries) const {
+    MarkerPositions result(queries.rows(), 3);
+    for (Eigen::Index q = 0; q < queries.rows(); ++q) {
+      const Eigen::VectorXd kernel = -(places_.rowwise() - queries.row(q)).rowwise().norm();
+      result.row(q) = kernel.transpose() * weights_.topRows(places_.rows()) + weights_.bottomRows(1);
+    }
+    return result;
+  }
+
+ private:
+  MarkerPositions places_;
+  Eigen::MatrixXd weights_;
+};
+
+/// The outward skin of a head, and of each lip.
+struct Skin {
+  SkinTree all, upper, lower;
+  std::vector<std::uint32_t> on_upper, on_lower;  ///< vertices near the mouth, by the lip they belong to
+};
+
+std::uint32_t nearestVertex(const FaceMesh& mesh, const std::vector<PartKind>& kinds, const Vector3d& place) {
+  float nearest = std::numeric_limits<float>::infinity();
+  std::uint32_t found = 0;
+  for (std::uint32_t v = 0; v < kinds.size(); ++v) {
+    if (kinds[v] != PartKind::kSkin && kinds[v] != PartKind::kLips) continue;
+    const float squared = (mesh.vertices.row(v) - place.transpose().cast<float>()).squaredNorm();
+    if (squared < nearest) {
+      nearest = squared;
+      found = v;
+    }
+  }
+  if (!std::isfinite(nearest)) throw InputError("found no skin in the mesh; expected a part of kind skin or lips");
+  return found;
+}
+
+/// Each vertex belongs to the lip whose middle is nearer along the mesh: the slit between the lips is no way.
+Skin skinOf(const FaceMesh& mesh, const Vector3d& upper_middle, const Vector3d& lower_middle, double mouth_width) {
+  const std::vector<PartKind> kinds = vertexKinds(mesh);
+  const Vector3d mouth = 0.5 * (upper_middle + lower_middle);
+  // Doubled vertices are texture seams, but near the mouth they may be lips that touch.
+  const MeshGraph graph(mesh, [&](std::uint32_t v) {
+    return (mesh.vertices.row(v).transpose().cast<double>() - mouth).norm() > mouth_width;
+  });
+  const auto anywhere = [](std::uint32_t) { return true; };
+  const auto to_upper = graph.reachFrom({nearestVertex(mesh, kinds, upper_middle)}, anywhere);
+  const auto to_lower = graph.reachFrom({nearestVertex(mesh, kinds, lower_middle)}, anywhere);
+  // Out of the head: away from an upright axis through its middle.
+  const double axis_x = mouth.x();
+  const double axis_z = mouth.z() - 1.5 * mouth_width;
+  std::vector<Triangle> all, upper, lower;
+  for (const MeshPart& part : mesh.parts) {
+    if (part.kind != PartKind::kSkin && part.kind != PartKind::kLips) continue;
+    for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t) {
+      const auto& [a, b, c] = mesh.triangles[t];
+      const Vector3d pa = mesh.vertices.row(a).transpose().cast<double>();
+      const Vector3d pb = mesh.vertices.row(b).transpose().cast<double>();
+      const Vector3d pc = mesh.vertices.row(c).transpose().cast<double>();
+      const Vector3d normal = (pb - pa).cross(pc - pa).normalized();
+      const Vector3d out(pa.x() - axis_x, 0, pa.z() - axis_z);
+      const bool is_high_or_low = std::abs(normal.y()) > 0.8;  // chin, brows: they face neither way
+      if (!(normal.dot(out.normalized()) > (is_high_or_low ? -kFacesOut : kFacesOut))) continue;
+      all.push_back(mesh.triangles[t]);
+      const auto counts = [&corners = mesh.triangles[t]](const MeshGraph::Reach& near, const MeshGraph::Reach& far) {
+        return std::all_of(corners.begin(), corners.end(),
+                           [&](auto corner) { return near.distance[corner] < far.distance[corner]; });
+      };
+      if (counts(to_upper, to_lower)) upper.push_back(mesh.triangles[t]);
+      if (counts(to_lower, to_upper)) lower.push_back(mesh.triangles[t]);
+    }
+  }
+  Skin skin{SkinTree(mesh.vertices, all), SkinTree(mesh.vertices, upper), SkinTree(mesh.vertices, lower), {}, {}};
+  for (std::uint32_t v = 0; v < kinds.size(); ++v) {
+    const bool is_near = (mesh.vertices.row(v).transpose().cast<double>() - mouth).norm() < mouth_width;
+    if (!is_near || (kinds[v] != PartKind::kSkin && kinds[v] != PartKind::kLips)) continue;
+    if (to_upper.distance[v] < to_lower.distance[v]) skin.on_upper.push_back(v);
+    if (to_lower.distance[v] < to_upper.distance[v]) skin.on_lower.push_back(v);
+  }
+  return skin;
+}
+
+const SkinTree& treeFor(const Skin& skin, const std::string& name) {
+  if (name.starts_with("LIP_UP_") && !skin.upper.empty()) return skin.upper;
+  if (name.starts_with("LIP_LO_") && !skin.lower.empty()) return skin.lower;
+  return skin.all;
+}
+
+/// Points along the edges of one lip's triangles; vertices alone are too few to say where coarse lips meet.
+std::vector<Vector3d> edgePoints(const FaceMesh& mesh, const std::vector<std::uint32_t>& lip, double step) {
+  std::vector<bool> is_lip(static_cast<std::size_t>(mesh.vertices.rows()), false);
+  for (const std::uint32_t v : lip) is_lip[v] = true;
+  std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
+  for (const Triangle& triangle : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = triangle[k], b = triangle[(k + 1) % 3];
+      if (is_lip[a] && is_lip[b]) edges.insert(std::minmax(a, b));
+    }
+  }
+  std::vector<Vector3d> points;
+  for (const auto& [a, b] : edges) {
+    const Vector3d from = mesh.vertices.row(a).transpose().cast<double>();
+    const Vector3d along = mesh.vertices.row(b).transpose().cast<double>() - from;
+    const int cuts = static_cast<int>(std::min(std::ceil(along.norm() / step), kMostCuts));
+    for (int i = 0; i <= cuts; ++i) points.emplace_back(from + along * i / std::max(cuts, 1));
+  }
+  return points;
+}
+
+/// Ends of the names of the outer lip markers that stand in pairs, LIP_UP_ over LIP_LO_, and of the rims behind them.
+constexpr std::array<const char*, 5> kLipPairEnds{"OUT_R", "IN_R", "MID", "IN_L", "OUT_L"};
+
+bool hasRim(const Anchors& anchors, const std::string& end) {
+  return anchors.markers.contains("RIM_UP_" + end) || anchors.markers.contains("RIM_LO_" + end);
+}
+
+/// The rims of the mouth where the lips come nearest to each other: behind each pair of outer lip markers the foremost
+/// of the pairs of places that are about as near as any.
+void addLipRims(const FaceMesh& mesh, const std::vector<std::uint32_t>& upper, const std::vector<std::uint32_t>& lower,
+                double width, const std::string& file, Anchors& anchors) {
+  const std::vector<Vector3d> upper_points = edgePoints(mesh, upper, kRimStep * width);
+  const std::vector<Vector3d> lower_points = edgePoints(mesh, lower, kRimStep * width);
+  const Vector3d across =
+      (*placeOf(anchors, "LIP_CORNER_L", mesh, file) - *placeOf(anchors, "LIP_CORNER_R", mesh, file)).normalized();
+  for (const std::string end : kLipPairEnds) {
+    const auto above = placeOf(anchors, "LIP_UP_" + end, mesh, file);
+    const auto below = placeOf(anchors, "LIP_LO_" + end, mesh, file);
+    if (!above || !below || hasRim(anchors, end)) continue;
+    const Vector3d middle = 0.5 * (*above + *below);
+    const double reach = 0.6 * (*above - *below).norm();
+    const auto between = [&](const std::vector<Vector3d>& lip) {
+      std::vector<Vector3d> found;
+      for (const Vector3d& p : lip) {
+        if (std::abs((p - middle).dot(across)) < kRimWindow * width && (p - middle).norm() < reach) found.push_back(p);
+      }
+      return found;
+    };
+    const std::vector<Vector3d> from = between(upper_points), to = between(lower_points);
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Vector3d& u : from) {
+      for (const Vector3d& l : to) nearest = std::min(nearest, (u - l).norm());
+    }
+    double front = -std::numeric_limits<double>::infinity();
+    for (const Vector3d& u : from) {
+      for (const Vector3d& l : to) {
+        const double depth = 0.5 * (u.z() + l.z());
+        if ((u - l).norm() > nearest + kAsNear * width || depth <= front) continue;
+        front = depth;
+        // On the marker's own line, so that the rims stay even.
+        const auto moved = [&](const Vector3d& p) -> Vector3d { return p - (p - middle).dot(across) * across; };
+        anchors.markers["RIM_UP_" + end] = moved(u);
+        anchors.markers["RIM_LO_" + end] = moved(l);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+const std::vector<std::string>& requiredAnchors() {
+  static const std::vector<std::string> names{"LIP_CORNER_R", "LIP_CORNER_L", "LIP_UP_MID", "LIP_LO_MID"};
+  return names;
+}
+
+Similarity meshFromActor(const FaceMesh& mesh, const Anchors& anchors, const std::string& anchors_file,
+                         const std::vector<std::string>& marker_names, const MarkerPositions& actor_neutral_mm) {
+  const std::vector<Pair> pairs = pairsOf(mesh, anchors, anchors_file, Actor(marker_names, actor_neutral_mm));
+  expectEnough(pairs, anchors, anchors_file, marker_names);
+  return similarityOf(pairs);
+}
+
+Eigen::Matrix3d uprightFromMesh(const Similarity& mesh_from_actor) {
+  const Eigen::Matrix3d upright = mesh_from_actor.turn.transpose();
+  Eigen::Matrix3d quarter = Eigen::Matrix3d::Zero();
+  for (Eigen::Index row = 0; row < 3; ++row) {
+    Eigen::Index column = 0;
+    upright.row(row).cwiseAbs().maxCoeff(&column);
+    quarter(row, column) = upright(row, column) < 0 ? -1 : 1;
+  }
+  if (std::abs(quarter.determinant() - 1) > 0.5) return upright;
+  const double angle = Eigen::AngleAxisd(Eigen::Matrix3d(upright * quarter.transpose())).angle();
+  return std::abs(angle) * 180 / std::numbers::pi < kAskewDeg ? quarter : upright;
+}
+
+bool leavesPlacesOpen(const Anchors& anchors, const std::vector<std::string>& marker_names) {
+  return std::any_of(marker_names.begin(), marker_names.end(),
+                     [&](const std::string& name) { return !anchors.markers.contains(name); }) ||
+         std::any_of(kLipPairEnds.begin(), kLipPairEnds.end(), [&](const char* end) { return !hasRim(anchors, end); });
+}
+
+Anchors withAllMarkers(const FaceMesh& mesh, const Anchors& anchors, const std::string& anchors_file,
+                       const std::vector<std::string>& marker_names, const MarkerPositions& actor_neutral_mm,
+                       PlacingReport* report) {
+  const Actor actor(marker_names, actor_neutral_mm);
+  const std::vector<Pair> pairs = pairsOf(mesh, anchors, anchors_file, actor);
+  expectEnough(pairs, anchors, anchors_file, marker_names);
+  std::vector<std::string> unplaced;
+  for (const std::string& name : marker_names) {
+    if (!anchors.markers.contains(name)) unplaced.push_back(name);
+  }
+  const Similarity similarity = similarityOf(pairs);
+  const auto anchor_count = static_cast<Eigen::Index>(pairs.size());
+  const Eigen::Index count = anchor_count + static_cast<Eigen::Index>(unplaced.size());
+  MarkerPositions start(count, 3), wanted(count, 3);  // anchors first
+  for (Eigen::Index i = 0; i < anchor_count; ++i) {
+    start.row(i) = similarity(pairs[static_cast<std::size_t>(i)].actor).transpose();
+    wanted.row(i) = pairs[static_cast<std::size_t>(i)].mesh.transpose();
+  }
+  for (std::size_t i = 0; i < unplaced.size(); ++i)
+    start.row(anchor_count + static_cast<Eigen::Index>(i)) = similarity(actor.places().at(unplaced[i])).transpose();
+
+  const auto anchor_at = [&](const char* name) { return *placeOf(anchors, name, mesh, anchors_file); };
+  const double width = (anchor_at("LIP_CORNER_L") - anchor_at("LIP_CORNER_R")).norm();
+  const Skin skin = skinOf(mesh, anchor_at("LIP_UP_MID"), anchor_at("LIP_LO_MID"), width);
+
+  Eigen::VectorXd stiffness = Eigen::VectorXd::Constant(count, kStiffness * width);
+  stiffness.head(anchor_count).setZero();
+  const MarkerPositions anchors_start = start.topRows(anchor_count);
+  const MarkerPositions anchors_move = wanted.topRows(anchor_count) - anchors_start;
+  MarkerPositions now = start + Smoothing(anchors_start, anchors_move, Eigen::VectorXd::Zero(anchor_count)).at(start);
+  PlacingReport placing{pairs.size(), unplaced.size(), 0, 0};
+  while (placing.rounds++ < kMostRounds) {
+    for (Eigen::Index i = anchor_count; i < count; ++i) {
+      const std::string& name = unplaced[static_cast<std::size_t>(i - anchor_count)];
+      const auto on_skin = treeFor(skin, name).closest(now.row(i).transpose());
+      if (!on_skin) throw InputError(anchors_file, "markers", "found no skin that faces outwards around the anchors");
+      wanted.row(i) = on_skin->transpose();
+    }
+    const MarkerPositions next = start + Smoothing(start, MarkerPositions(wanted - start), stiffness).at(start);
+    placing.last_move = (next - now).rowwise().norm().maxCoeff();
+    now = next;
+    if (placing.last_move < kStill * width) break;
+  }
+  Anchors all = anchors;
+  for (std::size_t i = 0; i < unplaced.size(); ++i) {
+    all.markers[unplaced[i]] = Vector3d(wanted.row(anchor_count + static_cast<Eigen::Index>(i)).transpose());
+  }
+  addLipRims(mesh, skin.on_upper, skin.on_lower, width, anchors_file, all);
+  if (report != nullptr) *report = placing;
+  return all;
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "retarget/placing/anchors.h"
+#include "retarget/rig/face_file.h"
+
+namespace mouthpiece {
+
+/// What a fit starts from.
+struct FitRequest {
+  std::string name;
+  std::string mesh_file;  ///< as the `.face` file shall name it
+  std::string mesh_sha256;
+  std::string corpus;
+  std::vector<std::string> marker_names;  ///< the actor's layout
+  SurfacePlan surface = {};               ///< the same layout's
+  MarkerPositions actor_neutral_mm;
+  double actor_closed_lips_mm = 0;  ///< FaceFile's
+  WarpOptions warp;
+  BindingOptions binding;
+};
+
+/// Sets `mesh` upright, places the markers on it by `anchors` (all, or a few: marker_placing.h), fits the warp,
+/// triangulates the control surface and binds the mesh (EDGE 6). Sets mesh.metres_per_unit (from the anchors, else from
+/// the actor's size) and part kinds. `anchors_file` is for messages. Throws InputError that says which anchors are
+/// missing, or why the face cannot be fitted.
+FaceFile fitFace(FaceMesh& mesh, const Anchors& anchors, const std::string& anchors_file, const FitRequest& request);
+
+/// Metres per unit of a head whose markers span as much as the actor's: a usual unit where one is near, else the ratio
+/// itself.
+double metresPerUnit(const MarkerPositions& actor_neutral_mm, const MarkerPositions& target);
+
+/// What `retarget check` says of a fitted face. Lengths in millimetres of the target.
+struct FaceCheck {
+  std::size_t markers = 0;
+  double landmark_rms_mm = 0;  ///< of the warp at the markers
+  double landmark_max_mm = 0;
+  double leave_one_out_rms_mm = 0;
+  double marker_to_surface_max_mm = 0;  ///< farthest marker from the mesh's skin
+  std::string farthest_marker;
+  RbfKernel kernel = RbfKernel::kInverseMultiquadric;
+  double shape_factor = 0;
+  std::size_t sampled_points = 0;  ///< of the face, where the warp's Jacobian was looked at
+  std::size_t fold_overs = 0;      ///< of them, where it turns space inside out
+  std::string fold_over_marker;    ///< the marker next to the first of those
+  BindingReport binding;
+  double patch_edge_angle_max_deg =
+      0;  ///< between the normals of neighbouring patches along their edge, over sampled poses
+};
+FaceCheck checkFace(const FaceFile& face, const FaceMesh& mesh);
+
+/// Why the face must not be used as it is; empty when all is well.
+std::vector<std::string> faultsOf(const FaceCheck& check);
+
+}  // namespace mouthpiece

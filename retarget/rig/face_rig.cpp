@@ -1,0 +1,238 @@
+#include "retarget/rig/face_rig.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <optional>
+#include <set>
+
+#include "base/errors.h"
+#include "deform/kernel/deformer.h"
+#include "deform/kernel/welding.h"
+#include "retarget/rig/face_file.h"
+#include "retarget/rig/larynx.h"
+#include "retarget/placing/missing_markers.h"
+
+namespace mouthpiece {
+
+struct FaceRig::Data {
+  FaceFile file;
+  FaceMesh mesh;
+  RbfWarp warp;
+  Welding welding;        ///< of `mesh`
+  FaceDeformer deformer;  ///< of the welded mesh
+  std::vector<std::uint32_t> moving;
+  LarynxBump larynx;
+
+  void deform(const FacePose& pose, const TonguePose& tongue, VertexPositions& out) const;
+  /// Positions of `moving` only.
+  void deformMoving(const FacePose& pose, const TonguePose& tongue, std::span<float> out) const;
+
+  [[nodiscard]] FaceAnimation deformWithLarynx(const FaceMotion& motion, std::span<const TonguePose> tongues,
+                                               double frame_rate_hz, std::span<const double> heights) const;
+};
+
+namespace {
+
+/// Nothing where the markers that tell the face's size are missing.
+LarynxBump larynxOf(const FaceFile& file, const FaceMesh& mesh) {
+  const auto place = [&](std::string_view name) -> std::optional<Eigen::Vector3d> {
+    const auto found = std::find(file.marker_names.begin(), file.marker_names.end(), name);
+    if (found == file.marker_names.end()) return std::nullopt;
+    return file.marker_targets.row(found - file.marker_names.begin());
+  };
+  const auto chin = place("CHIN_MID"), right = place("CANTHUS_OUT_R"), left = place("CANTHUS_OUT_L");
+  if (!chin || !right || !left) return {};
+  return {mesh, *chin, (*left - *right).norm()};
+}
+
+}  // namespace
+
+FaceRig::FaceRig() = default;
+FaceRig::FaceRig(FaceRig&&) noexcept = default;
+FaceRig& FaceRig::operator=(FaceRig&&) noexcept = default;
+FaceRig::~FaceRig() = default;
+
+FaceRig FaceRig::load(const std::filesystem::path& face_file) {
+  FaceFile file = readFaceFile(face_file);
+  FaceMesh mesh = readMeshOf(file, face_file);
+  checkBinding(file.binding, mesh, file.control, face_file.string());
+  RbfWarp warp = [&] {
+    try {
+      return RbfWarp::fit(file.actor_neutral_mm, file.marker_targets, file.warp);
+    } catch (const InputError& error) {
+      throw InputError(face_file.string(), "warp", error.what());
+    }
+  }();
+  Welding welding = weldSplitTriangles(mesh);
+  FaceDeformer deformer = welding.isNothing()
+                              ? FaceDeformer(mesh, file.control, file.binding)
+                              : FaceDeformer(welding.mesh, file.control, weldedBinding(file.binding, welding));
+  std::vector<std::uint32_t> moving = deformer.movingVertices();
+  if (!welding.isNothing()) {
+    const std::set<std::uint32_t> moves(moving.begin(), moving.end());
+    moving.clear();
+    for (std::uint32_t v = 0; v < welding.welded_of.size(); ++v) {
+      if (moves.contains(welding.welded_of[v])) moving.push_back(v);
+    }
+  }
+  LarynxBump larynx = larynxOf(file, mesh);
+  FaceRig rig;
+  rig.data_ = std::make_unique<Data>(Data{std::move(file), std::move(mesh), std::move(warp), std::move(welding),
+                                          std::move(deformer), std::move(moving), std::move(larynx)});
+  return rig;
+}
+
+const FaceMesh& FaceRig::mesh() const { return data_->mesh; }
+const std::string& FaceRig::name() const { return data_->file.name; }
+const std::vector<std::string>& FaceRig::markerNames() const { return data_->file.marker_names; }
+
+namespace {
+
+/// Lips that touch stretch before they part. How far, as shares of the closed mouth's height.
+struct LipSlack {
+  double always = 0;  ///< the capture's own noise
+  double sealed = 0;  ///< more, where they stick: half of the closures lie above the median
+};
+
+/// In captured B P M the outer lip markers are further apart than at rest though the lips touch.
+LipSlack lipSlack(double neutral_mm, double closed_lips_mm) {
+  constexpr double kScatter = 1.6;
+  constexpr double kNoiseMm = 0.5;
+  constexpr double kMostSlack = 0.3;
+  if (!(neutral_mm > 0)) return {};
+  const double stretch_mm = closed_lips_mm > 0 ? std::max(0.0, closed_lips_mm - neutral_mm) : 0.0;
+  const double always = std::min(kNoiseMm / neutral_mm, kMostSlack);
+  return {always, std::min(kScatter * stretch_mm / neutral_mm, kMostSlack - always)};
+}
+
+/// Between lips that the tongue's tip goes through, as a share of the closed mouth's height.
+constexpr double kWidestParting = 0.12;
+
+/// 0 where one of the two is missing.
+double distanceBetween(const MarkerPositions& places, const std::vector<std::string>& names, const char* a,
+                       const char* b) {
+  const auto first = std::find(names.begin(), names.end(), a), second = std::find(names.begin(), names.end(), b);
+  if (first == names.end() || second == names.end()) return 0;
+  return (places.row(first - names.begin()) - places.row(second - names.begin())).norm();
+}
+
+/// The pose at rest of whoever moves, a row for each marker of `motion`; those that the face has not are not used.
+MarkerPositions neutralOf(const MotionClip& motion, const ActorPose* actor, const FaceFile& file) {
+  if (actor != nullptr) return actor->neutral_mm;
+  MarkerPositions neutral = MarkerPositions::Zero(static_cast<Eigen::Index>(motion.marker_names.size()), 3);
+  for (std::size_t i = 0; i < file.marker_names.size(); ++i) {
+    if (const auto marker = motion.findMarker(file.marker_names[i]))
+      neutral.row(static_cast<Eigen::Index>(marker->value)) = file.actor_neutral_mm.row(static_cast<Eigen::Index>(i));
+  }
+  return neutral;
+}
+
+}  // namespace
+
+FaceMotion FaceRig::retarget(const MotionClip& motion, const ActorPose* actor, std::span<const LipPose> lips) const {
+  MOUTHPIECE_EXPECT(lips.empty() || lips.size() == motion.frameCount());
+  const std::vector<std::string>& names = data_->file.marker_names;
+  const CompletedMarkers completed = completedMarkers(motion, neutralOf(motion, actor, data_->file),
+                                                      data_->file.control, data_->file.actor_neutral_mm);
+  const MarkerPositions& neutral = completed.neutral_mm;
+  const PositionMatrix& frames = completed.positions_mm;
+  if (!frames.allFinite()) {
+    throw InputError(
+        "the motion has markers that were not seen in some frames; expected gaps to be filled (`corpus clean`)");
+  }
+  const MarkerPositions closing = closingOffsets(data_->file.control);
+  const LipSlack slack = lipSlack(distanceBetween(neutral, names, "LIP_UP_MID", "LIP_LO_MID"),
+                                  actor != nullptr ? actor->closed_lips_mm : data_->file.actor_closed_lips_mm);
+  const std::vector<LipPair> pairs = lipPairs(data_->file.control);
+  PositionMatrix markers = data_->warp.targetFromActorRelative(frames, neutral);
+  markers.rowwise() += Eigen::Map<const Eigen::RowVectorXd>(closing.data(), closing.size());
+  FaceMotion result(std::move(markers), pairs.size());
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const Eigen::Index upper = pairs[i].upper_marker, lower = pairs[i].lower_marker;
+    const double height = (neutral.row(upper) - neutral.row(lower)).norm();
+    const double least =
+        kWidestParting * (data_->file.marker_targets.row(upper) - data_->file.marker_targets.row(lower)).norm();
+    for (Eigen::Index frame = 0; frame < frames.rows(); ++frame) {
+      const LipPose pose = lips.empty() ? LipPose{} : lips[static_cast<std::size_t>(frame)];
+      // Whether lips touch is the actor's matter, measured on the actor: the warp shears, so that lips which move
+      // together there are carried different ways on the head.
+      const double apart = (frames.block<1, 3>(frame, 3 * upper) - frames.block<1, 3>(frame, 3 * lower)).norm();
+      const double stretch = height > 0 ? apart / height - 1 : 0;
+      result.setLipGap(FrameIndex{static_cast<std::size_t>(frame)}, i,
+                       {partedShare(stretch, slack.always + pose.seal * slack.sealed), pose.parting * least});
+    }
+  }
+  return result;
+}
+
+void FaceRig::deform(const FacePose& pose, const TonguePose& tongue, VertexPositions& out) const {
+  data_->deform(pose, tongue, out);
+}
+
+void FaceRig::Data::deform(const FacePose& pose, const TonguePose& tongue, VertexPositions& out) const {
+  if (welding.isNothing()) return deformer.deform(pose, tongue, out);
+  thread_local VertexPositions welded;
+  deformer.deform(pose, tongue, welded);
+  welding.givenFromWelded(welded, out);
+}
+
+void FaceRig::Data::deformMoving(const FacePose& pose, const TonguePose& tongue, std::span<float> out) const {
+  if (welding.isNothing()) return deformer.deformMoving(pose, tongue, out);
+  thread_local VertexPositions given;
+  deform(pose, tongue, given);
+  for (std::size_t i = 0; i < moving.size(); ++i) std::copy_n(given.row(moving[i]).data(), 3, &out[3 * i]);
+}
+
+FaceAnimation FaceRig::Data::deformWithLarynx(const FaceMotion& motion, std::span<const TonguePose> tongues,
+                                              double frame_rate_hz, std::span<const double> heights) const {
+  const std::vector<std::uint32_t>& raised = larynx.vertices();
+  FaceAnimation animation{frame_rate_hz, {}, {}};
+  std::set_union(moving.begin(), moving.end(), raised.begin(), raised.end(), std::back_inserter(animation.vertices));
+  const auto columns_of = [&](const std::vector<std::uint32_t>& vertices) {
+    std::vector<Eigen::Index> columns;
+    for (const std::uint32_t vertex : vertices) {
+      const auto at = std::lower_bound(animation.vertices.begin(), animation.vertices.end(), vertex);
+      columns.push_back(3 * (at - animation.vertices.begin()));
+    }
+    return columns;
+  };
+  const std::vector<Eigen::Index> moving_columns = columns_of(moving), raised_columns = columns_of(raised);
+  animation.positions.resize(static_cast<Eigen::Index>(motion.frameCount()),
+                             3 * static_cast<Eigen::Index>(animation.vertices.size()));
+  std::vector<float> deformed(3 * moving.size()), added(3 * raised.size());
+  for (FrameIndex f; f.value < motion.frameCount(); ++f) {
+    auto row = animation.positions.row(static_cast<Eigen::Index>(f.value));
+    for (std::size_t i = 0; i < raised.size(); ++i) row.segment<3>(raised_columns[i]) = mesh.vertices.row(raised[i]);
+    deformMoving(motion.pose(f), tongues[f.value], deformed);
+    for (std::size_t i = 0; i < moving.size(); ++i)
+      row.segment<3>(moving_columns[i]) = Eigen::Map<const Eigen::RowVector3f>(&deformed[3 * i]);
+    larynx.displacements(heights[f.value], added);
+    for (std::size_t i = 0; i < raised.size(); ++i)
+      row.segment<3>(raised_columns[i]) += Eigen::Map<const Eigen::RowVector3f>(&added[3 * i]);
+  }
+  return animation;
+}
+
+FaceAnimation FaceRig::deformMoving(const FaceMotion& motion, std::span<const TonguePose> tongues, double frame_rate_hz,
+                                    std::span<const double> larynx) const {
+  MOUTHPIECE_EXPECT(tongues.size() == motion.frameCount());
+  MOUTHPIECE_EXPECT(larynx.empty() || larynx.size() == tongues.size());
+  if (!data_->larynx.vertices().empty() && std::any_of(larynx.begin(), larynx.end(), [](double h) { return h != 0; }))
+    return data_->deformWithLarynx(motion, tongues, frame_rate_hz, larynx);
+  FaceAnimation animation{frame_rate_hz, {}, data_->moving};
+  if (animation.vertices.empty()) {
+    throw InputError(
+        fmt::format("the face '{}' binds no vertex; expected a mesh around its markers", data_->file.name));
+  }
+  const std::size_t width = 3 * animation.vertices.size();
+  animation.positions.resize(static_cast<Eigen::Index>(motion.frameCount()), static_cast<Eigen::Index>(width));
+  for (FrameIndex f; f.value < motion.frameCount(); ++f) {
+    data_->deformMoving(motion.pose(f), tongues[f.value],
+                        {animation.positions.row(static_cast<Eigen::Index>(f.value)).data(), width});
+  }
+  return animation;
+}
+
+}  // namespace mouthpiece

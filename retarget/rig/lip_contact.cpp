@@ -1,0 +1,248 @@
+#include "retarget/rig/lip_contact.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+
+#include "base/errors.h"
+#include "deform/surface/lip_sides.h"
+#include "deform/mesh/vertex_kinds.h"
+#include "deform/surface/virtual_points.h"
+#include "retarget/placing/skin_tree.h"
+
+namespace mouthpiece {
+namespace {
+
+// Lengths as shares of the mouth's width.
+constexpr double kRegion = 0.25;          ///< the lips' surfaces reach this far from the line where they meet
+constexpr double kLips = 0.12;            ///< and are looked at this far
+constexpr double kBetweenCorners = 0.35;  ///< and this far to both sides: at the corners the lips are one
+constexpr double kSampleStep = 0.02;      ///< at points closer than this
+constexpr double kMostCuts = 64;          ///< but not more of them on an edge
+constexpr double kDeepest = 0.2;          ///< further behind a surface a point is elsewhere, not inside it
+constexpr double kOpposed = -0.3;         ///< cosine between two surfaces that meet
+constexpr double kOnBorder = 1e-9;        ///< a weight below this: the closest point lies on the opposite edge
+constexpr std::size_t kColumns = 10;      ///< over the middle half of the mouth
+constexpr std::size_t kNoColumn = kColumns;
+
+/// A place on a triangle of the mesh.
+struct LipPoint {
+  Triangle triangle;
+  Eigen::Vector3d weights;
+  std::size_t column;
+};
+
+Eigen::Vector3d placeOf(const LipPoint& point, const VertexPositions& vertices) {
+  Eigen::Vector3d p = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < 3; ++k) {
+    p += point.weights[static_cast<Eigen::Index>(k)] *
+         vertices.row(static_cast<Eigen::Index>(point.triangle[k])).transpose().cast<double>();
+  }
+  return p;
+}
+
+double distanceToLine(const Eigen::Vector3d& p, const std::vector<Eigen::Vector3d>& line) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const Eigen::Vector3d& a = line[i];
+    const Eigen::Vector3d ab = line[(i + 1) % line.size()] - a;
+    const double way = std::clamp((p - a).dot(ab) / std::max(ab.squaredNorm(), 1e-300), 0.0, 1.0);
+    nearest = std::min(nearest, (p - a - way * ab).norm());
+  }
+  return nearest;
+}
+
+/// One surface of the mouth: triangles, and which of their edges end it.
+struct Surface {
+  std::vector<Triangle> triangles;
+  std::vector<std::array<bool, 3>> is_border;  ///< edge opposite of corner k
+
+  void findBorders() {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> uses;
+    const auto edge = [](const Triangle& t, std::size_t k) { return std::minmax(t[(k + 1) % 3], t[(k + 2) % 3]); };
+    for (const Triangle& triangle : triangles) {
+      for (std::size_t k = 0; k < 3; ++k) ++uses[edge(triangle, k)];
+    }
+    for (const Triangle& triangle : triangles) {
+      auto& border = is_border.emplace_back();
+      for (std::size_t k = 0; k < 3; ++k) border[k] = uses[edge(triangle, k)] == 1;
+    }
+  }
+};
+
+struct Lip {
+  Surface surface;
+  std::vector<LipPoint> points;
+};
+
+Eigen::Vector3d weightsIn(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                          const Eigen::Vector3d& c) {
+  const Eigen::Vector3d normal = (b - a).cross(c - a);
+  const double squared = normal.squaredNorm();
+  const double u = (b - p).cross(c - p).dot(normal) / squared;
+  const double v = (c - p).cross(a - p).dot(normal) / squared;
+  return {u, v, 1 - u - v};
+}
+
+/// A surface in a pose: distances from it, below zero inside.
+class PosedSurface {
+ public:
+  PosedSurface(const Surface& surface, const VertexPositions& vertices)
+      : surface_(surface),
+        vertices_(vertices),
+        normals_(vertexNormals(vertices, surface.triangles)),
+        tree_(vertices, surface.triangles) {}
+
+  /// nullopt where no triangle is near. `facing`: the normal of the surface that `p` lies on; inside is only what faces
+  /// the other way, as the folds of one lip do not.
+  [[nodiscard]] std::optional<double> signedDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& facing) const {
+    const auto foot = tree_.closestFoot(p);
+    if (!foot) return std::nullopt;
+    const Triangle& triangle = surface_.triangles[foot->triangle];
+    const Eigen::Vector3d weights =
+        weightsIn(foot->point, corner(triangle[0]), corner(triangle[1]), corner(triangle[2]));
+    const double distance = (p - foot->point).norm();
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (surface_.is_border[foot->triangle][k] && weights[static_cast<Eigen::Index>(k)] < kOnBorder) return distance;
+    }
+    const Eigen::Vector3d normal = normalAt({triangle, weights, kNoColumn});
+    return (p - foot->point).dot(normal) < 0 && normal.dot(facing) < kOpposed ? -distance : distance;
+  }
+
+  [[nodiscard]] Eigen::Vector3d normalAt(const LipPoint& point) const { return placeOf(point, normals_).normalized(); }
+
+ private:
+  [[nodiscard]] Eigen::Vector3d corner(std::uint32_t v) const { return vertices_.row(v).transpose().cast<double>(); }
+
+  const Surface& surface_;
+  const VertexPositions& vertices_;
+  VertexPositions normals_;
+  SkinTree tree_;
+};
+
+/// Chooses what is measured, once, on the mesh at rest.
+class Chooser {
+ public:
+  Chooser(const FaceMesh& mesh, const ControlMesh& control)
+      : mesh_(mesh), step_(kSampleStep * control.mouth_width), lips_(kLips * control.mouth_width) {
+    const std::vector<PartKind> kinds = vertexKinds(mesh);
+    sides_ = vertexSides(mesh, control, kinds, graphOf(mesh, control));
+    const auto place = [&](const std::string& name) -> Eigen::Vector3d {
+      const int point = findPoint(control, name);
+      if (point < 0) throw InputError("found no point " + name + " on the control surface; expected a face's mouth");
+      return control.rest.row(point).transpose();
+    };
+    for (const std::string& name : mouthRim()) rim_.push_back(place(name));
+    from_ = place("LIP_CORNER_R");
+    along_ = place("LIP_CORNER_L") - from_;
+    for (std::size_t v = 0; v < kinds.size(); ++v) {
+      const bool may_be_lip =
+          kinds[v] == PartKind::kSkin || kinds[v] == PartKind::kLips || kinds[v] == PartKind::kMouthInside;
+      is_near_.push_back(may_be_lip && distanceToLine(vertex(v), rim_) < kRegion * control.mouth_width ? 1 : 0);
+    }
+  }
+
+  /// The triangles of one lip: those off the other one's side.
+  [[nodiscard]] Lip lipOff(SideBit other) const {
+    Lip lip;
+    for (const Triangle& triangle : mesh_.triangles) {
+      const bool is_in = std::all_of(triangle.begin(), triangle.end(), [&](std::uint32_t v) {
+        return is_near_[v] != 0 && (sides_.forbidden[v] & other) != 0;
+      });
+      if (!is_in) continue;
+      lip.surface.triangles.push_back(triangle);
+      addPoints(triangle, lip.points);
+    }
+    lip.surface.findBorders();
+    return lip;
+  }
+
+ private:
+  [[nodiscard]] Eigen::Vector3d vertex(std::size_t v) const {
+    return mesh_.vertices.row(static_cast<Eigen::Index>(v)).transpose().cast<double>();
+  }
+
+  /// A regular net; corners and edges that two triangles share count once.
+  void addPoints(const Triangle& triangle, std::vector<LipPoint>& points) const {
+    double longest = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      longest = std::max(longest, (vertex(triangle[k]) - vertex(triangle[(k + 1) % 3])).norm());
+    const int cuts = static_cast<int>(std::clamp(std::ceil(longest / step_), 1.0, kMostCuts));
+    for (int i = 0; i < cuts; ++i) {
+      for (int j = 0; i + j < cuts; ++j) {
+        LipPoint point{triangle, Eigen::Vector3d(cuts - i - j, i, j) / cuts, kNoColumn};
+        const Eigen::Vector3d p = placeOf(point, mesh_.vertices);
+        if (distanceToLine(p, rim_) > lips_) continue;
+        const double way = (p - from_).dot(along_) / along_.squaredNorm();
+        if (std::abs(way - 0.5) > kBetweenCorners) continue;
+        const double column = (way - 0.25) / 0.5 * static_cast<double>(kColumns);
+        if (column >= 0 && column < static_cast<double>(kColumns)) point.column = static_cast<std::size_t>(column);
+        points.push_back(point);
+      }
+    }
+  }
+
+  const FaceMesh& mesh_;
+  double step_, lips_;
+  VertexSides sides_;
+  std::vector<Eigen::Vector3d> rim_;
+  Eigen::Vector3d from_, along_;
+  std::vector<char> is_near_;
+};
+
+}  // namespace
+
+struct LipContactMeter::Data {
+  double deepest = 0;
+  Lip upper, lower;
+  Surface teeth;
+};
+
+LipContactMeter::LipContactMeter(const FaceMesh& mesh, const ControlMesh& control) {
+  const Chooser chooser(mesh, control);
+  auto data = std::make_unique<Data>();
+  data->deepest = kDeepest * control.mouth_width;
+  data->upper = chooser.lipOff(kLowerLip);
+  data->lower = chooser.lipOff(kUpperLip);
+  for (const MeshPart& part : mesh.parts) {
+    if (part.kind != PartKind::kUpperTeeth && part.kind != PartKind::kLowerTeeth) continue;
+    const auto first = mesh.triangles.begin() + static_cast<std::ptrdiff_t>(part.first_triangle);
+    data->teeth.triangles.insert(data->teeth.triangles.end(), first,
+                                 first + static_cast<std::ptrdiff_t>(part.triangle_count));
+  }
+  data->teeth.findBorders();
+  data_ = std::move(data);
+}
+
+LipContactMeter::LipContactMeter(LipContactMeter&&) noexcept = default;
+LipContactMeter::~LipContactMeter() = default;
+
+LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
+  const PosedSurface upper(data_->upper.surface, vertices), lower(data_->lower.surface, vertices);
+  const PosedSurface teeth(data_->teeth, vertices);
+  LipContact contact;
+  std::array<double, kColumns> gaps;
+  gaps.fill(std::numeric_limits<double>::infinity());
+  const auto look = [&](const std::vector<LipPoint>& points, const PosedSurface& own, const PosedSurface& other) {
+    for (const LipPoint& point : points) {
+      const Eigen::Vector3d p = placeOf(point, vertices);
+      const Eigen::Vector3d facing = own.normalAt(point);
+      if (const auto gap = other.signedDistance(p, facing); gap && *gap > -data_->deepest) {
+        contact.overlap = std::max(contact.overlap, -*gap);
+        if (point.column != kNoColumn) gaps[point.column] = std::min(gaps[point.column], *gap);
+      }
+      if (const auto gap = teeth.signedDistance(p, facing); gap && *gap > -data_->deepest)
+        contact.in_teeth = std::max(contact.in_teeth, -*gap);
+    }
+  };
+  look(data_->lower.points, lower, upper);
+  look(data_->upper.points, upper, lower);
+  contact.gap = *std::max_element(gaps.begin(), gaps.end());
+  return contact;
+}
+
+}  // namespace mouthpiece

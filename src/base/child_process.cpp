@@ -1,0 +1,173 @@
+#include "base/child_process.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <thread>
+
+#include "base/errors.h"
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t kKeptOutput = 16384;
+
+class Descriptor {
+ public:
+  explicit Descriptor(int number) : number_(number) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() { close(); }
+  void close() {
+    if (number_ >= 0) ::close(number_);
+    number_ = -1;
+  }
+  [[nodiscard]] int number() const { return number_; }
+
+ private:
+  int number_;
+};
+
+/// What is done in the child between fork and exec.
+class SpawnActions {
+ public:
+  SpawnActions(const fs::path& folder, int output) {
+    MOUTHPIECE_EXPECT(posix_spawn_file_actions_init(&actions_) == 0);
+    posix_spawn_file_actions_addchdir_np(&actions_, folder.c_str());
+    posix_spawn_file_actions_addopen(&actions_, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_adddup2(&actions_, output, STDOUT_FILENO);
+    posix_spawn_file_actions_adddup2(&actions_, output, STDERR_FILENO);
+  }
+  SpawnActions(const SpawnActions&) = delete;
+  SpawnActions& operator=(const SpawnActions&) = delete;
+  ~SpawnActions() { posix_spawn_file_actions_destroy(&actions_); }
+  [[nodiscard]] const posix_spawn_file_actions_t* get() const { return &actions_; }
+
+ private:
+  posix_spawn_file_actions_t actions_{};
+};
+
+std::vector<char*> pointersTo(std::vector<std::string>& strings) {
+  std::vector<char*> pointers;
+  for (std::string& string : strings) pointers.push_back(string.data());
+  pointers.push_back(nullptr);
+  return pointers;
+}
+
+pid_t startChild(const fs::path& program, const std::vector<std::string>& arguments, const fs::path& folder,
+                 int output) {
+  std::vector<std::string> argument_strings{program.string()};
+  argument_strings.insert(argument_strings.end(), arguments.begin(), arguments.end());
+  std::vector<std::string> environment_strings{"PATH=/usr/local/bin:/usr/bin:/bin", "HOME=" + folder.string(),
+                                               "TMPDIR=" + folder.string(), "LC_ALL=C"};
+  auto argv = pointersTo(argument_strings);
+  auto environment = pointersTo(environment_strings);
+  const SpawnActions actions(folder, output);
+  pid_t child = 0;
+  const int error = posix_spawn(&child, program.c_str(), actions.get(), nullptr, argv.data(), environment.data());
+  if (error != 0) {
+    throw InputError(program.string(), "", fmt::format("cannot be started: {}", std::strerror(error)));
+  }
+  return child;
+}
+
+int millisecondsUntil(Clock::time_point deadline) {
+  const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
+  return static_cast<int>(std::clamp<long long>(left, 0, 1000));
+}
+
+/// Reads until the child closes its output; false when the deadline came first.
+bool readUntil(int descriptor, Clock::time_point deadline, std::string& output) {
+  std::array<char, 4096> block{};
+  while (Clock::now() < deadline) {
+    pollfd waiting{descriptor, POLLIN, 0};
+    if (::poll(&waiting, 1, millisecondsUntil(deadline)) <= 0) continue;
+    const ssize_t taken = ::read(descriptor, block.data(), block.size());
+    if (taken == 0 || (taken < 0 && errno != EINTR)) return true;
+    if (taken > 0) output.append(block.data(), static_cast<std::size_t>(taken));
+    if (output.size() > 2 * kKeptOutput) output.erase(0, output.size() - kKeptOutput);
+  }
+  return false;
+}
+
+/// Waits for the end; nullopt when the deadline came first.
+std::optional<int> waitUntil(pid_t child, Clock::time_point deadline) {
+  while (true) {
+    int status = 0;
+    const pid_t ended = ::waitpid(child, &status, WNOHANG);
+    if (ended == child) return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    if (ended < 0 && errno != EINTR) return 127;
+    if (Clock::now() >= deadline) return std::nullopt;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+}
+
+}  // namespace
+
+PrivateFolder::PrivateFolder() {
+  std::error_code error;
+  fs::path base = fs::temp_directory_path(error);
+  if (error) base = "/tmp";
+  std::string pattern = fs::absolute(base / "mouthpiece.XXXXXX").string();
+  if (::mkdtemp(pattern.data()) == nullptr) {
+    throw InputError(base.string(), "", fmt::format("takes no temporary folder: {}", std::strerror(errno)));
+  }
+  path_ = pattern;
+}
+
+PrivateFolder::~PrivateFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
+std::optional<fs::path> findProgram(std::string_view name) {
+  const char* variable = std::getenv("PATH");
+  std::string_view rest = variable == nullptr ? std::string_view("/usr/bin:/bin") : std::string_view(variable);
+  while (!rest.empty()) {
+    const std::size_t end = std::min(rest.find(':'), rest.size());
+    const fs::path folder(rest.substr(0, end));
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+    if (!folder.is_absolute()) continue;  // the current folder is no place to find programs in
+    const fs::path program = folder / name;
+    std::error_code error;
+    if (fs::is_regular_file(program, error) && ::access(program.c_str(), X_OK) == 0) return program;
+  }
+  return std::nullopt;
+}
+
+ChildResult runChild(const fs::path& program, const std::vector<std::string>& arguments, const fs::path& folder,
+                     Seconds time_limit) {
+  std::array<int, 2> ends{};
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw InputError(program.string(), "", "cannot be started: no pipe");
+  Descriptor read_end(ends[0]);
+  Descriptor write_end(ends[1]);
+  const auto deadline =
+      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time_limit));
+  const pid_t child = startChild(program, arguments, folder, write_end.number());
+  write_end.close();
+  ChildResult result;
+  result.timed_out = !readUntil(read_end.number(), deadline, result.output);
+  std::optional<int> exit_code = waitUntil(child, result.timed_out ? Clock::now() : deadline);
+  if (!exit_code) {
+    result.timed_out = true;
+    ::kill(child, SIGKILL);
+    exit_code = waitUntil(child, Clock::time_point::max());
+  }
+  result.exit_code = exit_code.value_or(127);
+  return result;
+}
+
+}  // namespace mouthpiece

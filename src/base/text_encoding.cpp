@@ -1,0 +1,98 @@
+#include "base/text_encoding.h"
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr bool isSurrogate(char32_t unit) { return unit >= 0xD800 && unit < 0xE000; }
+
+std::string decodeUtf16(std::string_view bytes, bool is_big_endian, std::string_view file) {
+  if (bytes.size() % 2 != 0) throw InputError(file, "", "is UTF-16 with half a character at its end");
+  const auto unitAt = [&](std::size_t i) -> char32_t {
+    const auto first = static_cast<unsigned char>(bytes[i]);
+    const auto second = static_cast<unsigned char>(bytes[i + 1]);
+    return is_big_endian ? (char32_t{first} << 8U) | second : (char32_t{second} << 8U) | first;
+  };
+  std::string out;
+  for (std::size_t i = 2; i < bytes.size(); i += 2) {
+    char32_t code_point = unitAt(i);
+    if (isSurrogate(code_point)) {
+      const char32_t low = i + 3 < bytes.size() ? unitAt(i + 2) : 0;
+      if (code_point >= 0xDC00 || low < 0xDC00 || low >= 0xE000) {
+        throw InputError(file, fmt::format("byte {}", i), "found half a UTF-16 surrogate pair");
+      }
+      code_point = 0x10000 + ((code_point - 0xD800) << 10U) + (low - 0xDC00);
+      i += 2;
+    }
+    appendUtf8(out, code_point);
+  }
+  return out;
+}
+
+bool isUtf8(std::string_view text) {
+  for (std::size_t i = 0; i < text.size();) {
+    if (!decodeUtf8(text, i)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::optional<char32_t> decodeUtf8(std::string_view text, std::size_t& offset) {
+  const auto byteAt = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned lead = byteAt(offset);
+  if (lead < 0x80) {
+    ++offset;
+    return lead;
+  }
+  const std::size_t length = lead >= 0xC2 && lead < 0xE0   ? 2
+                             : (lead >> 4U) == 0xE         ? 3
+                             : lead >= 0xF0 && lead < 0xF5 ? 4
+                                                           : 0;
+  if (length == 0 || length > text.size() - offset) return std::nullopt;
+  char32_t code_point = lead & (0x7FU >> length);
+  for (std::size_t i = 1; i < length; ++i) {
+    const unsigned byte = byteAt(offset + i);
+    if ((byte & 0xC0U) != 0x80U) return std::nullopt;
+    code_point = (code_point << 6U) | (byte & 0x3FU);
+  }
+  constexpr char32_t kSmallest[] = {0, 0, 0x80, 0x800, 0x10000};
+  if (code_point < kSmallest[length] || isSurrogate(code_point) || code_point > 0x10FFFF) return std::nullopt;
+  offset += length;
+  return code_point;
+}
+
+void appendUtf8(std::string& out, char32_t code_point) {
+  const auto put = [&](char32_t byte) { out.push_back(static_cast<char>(byte)); };
+  const auto tail = [&](unsigned shift) { put(0x80U | ((code_point >> shift) & 0x3FU)); };
+  if (code_point < 0x80) {
+    put(code_point);
+  } else if (code_point < 0x800) {
+    put(0xC0U | (code_point >> 6U));
+    tail(0);
+  } else if (code_point < 0x10000) {
+    put(0xE0U | (code_point >> 12U));
+    tail(6);
+    tail(0);
+  } else {
+    put(0xF0U | (code_point >> 18U));
+    tail(12);
+    tail(6);
+    tail(0);
+  }
+}
+
+std::string decodeText(std::string_view bytes, std::string_view file) {
+  if (bytes.starts_with("\xFE\xFF")) return decodeUtf16(bytes, true, file);
+  if (bytes.starts_with("\xFF\xFE")) return decodeUtf16(bytes, false, file);
+  if (bytes.starts_with("\xEF\xBB\xBF")) bytes.remove_prefix(3);
+  if (isUtf8(bytes)) return std::string(bytes);
+  std::string out;
+  for (const char c : bytes) appendUtf8(out, static_cast<unsigned char>(c));
+  return out;
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "deform/kernel/face_animation.h"
+#include "deform/mesh/face_mesh.h"
+
+namespace mouthpiece {
+
+using RowMajorMatrixF = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+struct PrincipalShapesOptions {
+  double tolerance_mm = 0.09;  ///< largest distance of a vertex, in any frame, from the full animation
+};
+
+/// A face animation as a few shapes: frame f is `rest + sum_k weights(f, k) * shapes.row(k)`. All weights lie in [0,
+/// 1], since Blender 3.4 cuts a shape key's value to that range; so the first shape is the pose that the others start
+/// from, its weight 1 throughout.
+struct PrincipalShapes {
+  double frame_rate_hz = 0;
+  Eigen::RowVectorXf rest;              ///< 1 x (3 * vertices), mesh unit
+  std::vector<std::uint32_t> vertices;  ///< that the columns of `shapes` move, rising; empty: all
+  RowMajorMatrixF shapes;   ///< shapes x (3 * vertices), mesh unit: displacements at weight 1; zero where nothing moves
+  RowMajorMatrixF weights;  ///< frames x shapes; every column's largest is 1
+  double max_error_mm = 0;  ///< measured over all vertices and frames
+
+  [[nodiscard]] Eigen::Index shapeCount() const { return shapes.rows(); }
+  [[nodiscard]] Eigen::Index frameCount() const { return weights.rows(); }
+  /// The vertices that columns 3 i, 3 i + 1, 3 i + 2 of `shapes` move.
+  [[nodiscard]] std::vector<std::uint32_t> columnVertices() const;
+};
+
+/// Compresses `animation` of a mesh that rests at `rest` (all vertices x 3, same unit): principal components of a
+/// sample of trajectories give the weights, one least-squares product the shapes; vertices beyond the tolerance get
+/// shapes of their own until none is left, so the tolerance always holds. Deterministic, one thread.
+PrincipalShapes principalShapes(const FaceAnimation& animation, const VertexPositions& rest, double metres_per_unit,
+                                const PrincipalShapesOptions& options = {});
+
+}  // namespace mouthpiece

@@ -1,0 +1,97 @@
+#include "exports/shapes/trajectory_basis.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <random>
+
+namespace mouthpiece {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXf;
+
+/// More directions than asked for make the range finder's last ones good.
+constexpr Index kOversampling = 8;
+/// Directions found at a time: what a clean line of three seconds needs.
+constexpr Index kBlockCount = 64;
+
+MatrixXf randomSigns(Index rows, Index columns) {
+  std::mt19937 generator(20040601);  // NOLINT(cert-msc32-c,cert-msc51-cpp): the same shapes for the same animation
+  MatrixXf signs(rows, columns);
+  std::uint32_t bits = 0;
+  for (Index i = 0; i < signs.size(); ++i, bits >>= 1U) {
+    if (i % 32 == 0) bits = static_cast<std::uint32_t>(generator());
+    signs(i) = (bits & 1U) != 0U ? 1.0F : -1.0F;
+  }
+  return signs;
+}
+
+MatrixXf orthonormalColumns(const MatrixXf& columns) {
+  const Eigen::HouseholderQR<MatrixXf> qr(columns);
+  return qr.householderQ() * MatrixXf::Identity(columns.rows(), std::min(columns.rows(), columns.cols()));
+}
+
+float largestDistance(const MatrixXf& residual) {
+  float largest = 0;
+  for (Index point = 0; point < residual.cols() / 3; ++point) {
+    largest = std::max(largest, residual.middleCols<3>(3 * point).rowwise().squaredNorm().maxCoeff());
+  }
+  return std::sqrt(largest);
+}
+
+/// The fewest leading columns of `block` whose removal from `residual` leaves every point within `tolerance`; all of
+/// them together do.
+Index sufficientCount(const MatrixXf& residual, const MatrixXf& block, float tolerance) {
+  const MatrixXf shapes = block.transpose() * residual;
+  Index too_few = 0;
+  Index enough = block.cols();
+  while (enough - too_few > 1) {
+    const Index middle = (enough + too_few) / 2;
+    const bool fits = largestDistance(residual - block.leftCols(middle) * shapes.topRows(middle)) <= tolerance;
+    (fits ? enough : too_few) = middle;
+  }
+  return enough;
+}
+
+void append(MatrixXf& columns, const MatrixXf& more) {
+  columns.conservativeResize(more.rows(), columns.cols() + more.cols());
+  columns.rightCols(more.cols()) = more;
+}
+
+}  // namespace
+
+MatrixXf leadingTrajectories(const MatrixXf& trajectories, Index count) {
+  const Index rank = std::min({count + kOversampling, trajectories.rows(), trajectories.cols()});
+  if (rank == 0) return MatrixXf(trajectories.rows(), 0);
+  MatrixXf range = orthonormalColumns(trajectories * randomSigns(trajectories.cols(), rank));
+  const MatrixXf through_channels = trajectories.transpose() * range;
+  range = orthonormalColumns(trajectories * through_channels);
+  const MatrixXf projected = range.transpose() * trajectories;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver((projected * projected.transpose()).cast<double>());
+  const MatrixXf rotation = solver.eigenvectors().rowwise().reverse().leftCols(std::min(count, rank)).cast<float>();
+  return range * rotation;
+}
+
+MatrixXf trajectoryBasis(const MatrixXf& trajectories, float tolerance) {
+  const Index most = std::min(trajectories.rows(), trajectories.cols());
+  MatrixXf basis(trajectories.rows(), 0);
+  MatrixXf residual = trajectories;
+  while (basis.cols() < most && !(largestDistance(residual) <= tolerance)) {
+    MatrixXf block = leadingTrajectories(residual, std::min(kBlockCount, most - basis.cols()));
+    // Twice: once leaves what rounding makes of a small residual.
+    for (int pass = 0; pass < 2; ++pass) block = orthonormalColumns(block - basis * (basis.transpose() * block));
+    MatrixXf left = residual - block * (block.transpose() * residual);
+    if (largestDistance(left) <= tolerance) {
+      append(basis, block.leftCols(sufficientCount(residual, block, tolerance)));
+      return basis;
+    }
+    append(basis, block);
+    residual = std::move(left);
+  }
+  return basis;
+}
+
+}  // namespace mouthpiece

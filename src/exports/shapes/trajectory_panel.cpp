@@ -1,0 +1,168 @@
+#include "exports/shapes/trajectory_panel.h"
+
+namespace mouthpiece {
+namespace {
+
+// Vectors of the compiler's own kind, four or eight floats; they live in registers and never cross a call. Memory is
+// read and written one vector at a time: copying whole rows makes the compiler keep them on the stack.
+using Lanes4 = float __attribute__((vector_size(16)));
+using Lanes8 = float __attribute__((vector_size(32)));
+// clang 14 drops `aligned` from a `using`.
+typedef float UnalignedLanes4 __attribute__((vector_size(16), aligned(4), may_alias));  // NOLINT(modernize-use-using)
+typedef float UnalignedLanes8 __attribute__((vector_size(32), aligned(4), may_alias));  // NOLINT(modernize-use-using)
+
+struct Narrow {
+  using Lanes = Lanes4;
+  static constexpr int kCount = 4;
+  static constexpr int kRows = 2;  // two rows of six sums fill the sixteen registers
+};
+struct Wide {
+  using Lanes = Lanes8;
+  static constexpr int kCount = 8;
+  static constexpr int kRows = 4;  // four rows of three sums
+};
+
+#define MOUTHPIECE_INLINE inline __attribute__((always_inline))
+
+template <typename Width>
+inline constexpr int kPerRow = static_cast<int>(kPanelWidth) / Width::kCount;
+template <typename Width>
+inline constexpr int kPerAxis = kPerRow<Width> / 3;
+
+// No memcpy: g++ 12 would go over the stack.
+MOUTHPIECE_INLINE void load(const float* from, Lanes4& lanes) {
+  lanes = *reinterpret_cast<const UnalignedLanes4*>(from);
+}
+MOUTHPIECE_INLINE void load(const float* from, Lanes8& lanes) {
+  lanes = *reinterpret_cast<const UnalignedLanes8*>(from);
+}
+MOUTHPIECE_INLINE void store(const Lanes4& lanes, float* to) { *reinterpret_cast<UnalignedLanes4*>(to) = lanes; }
+MOUTHPIECE_INLINE void store(const Lanes8& lanes, float* to) { *reinterpret_cast<UnalignedLanes8*>(to) = lanes; }
+
+/// Keeps max(|row|^2) of each vertex.
+template <typename Width>
+MOUTHPIECE_INLINE void keepLargestSquare(const typename Width::Lanes* row, typename Width::Lanes* largest) {
+  constexpr int kAxis = kPerAxis<Width>;
+  for (int i = 0; i < kAxis; ++i) {
+    const auto square = row[i] * row[i] + row[i + kAxis] * row[i + kAxis] + row[i + 2 * kAxis] * row[i + 2 * kAxis];
+    largest[i] = square > largest[i] ? square : largest[i];
+  }
+}
+
+template <typename Width>
+MOUTHPIECE_INLINE void loadDisplacements(const float* positions, std::ptrdiff_t row_stride, std::ptrdiff_t frames,
+                                         const float* rest, float* panel, float* largest_squared) {
+  typename Width::Lanes largest[kPerAxis<Width>] = {};
+  typename Width::Lanes not_finite[kPerAxis<Width>] = {};  // a comparison would lose a NaN
+  for (std::ptrdiff_t f = 0; f < frames; ++f) {
+    const float* from = positions + f * row_stride;
+    float* to = panel + f * kPanelWidth;
+    for (std::ptrdiff_t v = 0; v < kPanelVertices; ++v) {
+      to[v] = from[3 * v] - rest[3 * v];
+      to[v + kPanelVertices] = from[3 * v + 1] - rest[3 * v + 1];
+      to[v + 2 * kPanelVertices] = from[3 * v + 2] - rest[3 * v + 2];
+    }
+    typename Width::Lanes row[kPerRow<Width>];
+    for (int i = 0; i < kPerRow<Width>; ++i) {
+      load(to + i * Width::kCount, row[i]);
+      not_finite[i % kPerAxis<Width>] += row[i] - row[i];
+    }
+    keepLargestSquare<Width>(row, largest);
+  }
+  for (int i = 0; i < kPerAxis<Width>; ++i) {
+    largest[i] += not_finite[i];
+    store(largest[i], largest_squared + i * Width::kCount);
+  }
+}
+
+/// sums[r] = sum over p of factors[r][p] * panel[p], several rows side by side so that each panel row is loaded once.
+template <typename Width>
+MOUTHPIECE_INLINE void multiplyRows(const float* factors, std::ptrdiff_t inner, const float* panel,
+                                    typename Width::Lanes (&sums)[Width::kRows][kPerRow<Width>]) {
+  for (std::ptrdiff_t p = 0; p < inner; ++p) {
+    typename Width::Lanes row[kPerRow<Width>];
+    for (int i = 0; i < kPerRow<Width>; ++i) load(panel + p * kPanelWidth + i * Width::kCount, row[i]);
+    for (int r = 0; r < Width::kRows; ++r) {
+      const float factor = factors[r * inner + p];
+      for (int i = 0; i < kPerRow<Width>; ++i) sums[r][i] += factor * row[i];
+    }
+  }
+}
+
+template <typename Width>
+MOUTHPIECE_INLINE void multiply(const float* factors, std::ptrdiff_t rows, std::ptrdiff_t inner, const float* panel,
+                                float* product) {
+  for (std::ptrdiff_t first = 0; first < rows; first += Width::kRows) {
+    typename Width::Lanes sums[Width::kRows][kPerRow<Width>] = {};
+    multiplyRows<Width>(factors + first * inner, inner, panel, sums);
+    for (int r = 0; r < Width::kRows; ++r) {
+      float* row = product + (first + r) * kPanelWidth;
+      for (int i = 0; i < kPerRow<Width>; ++i) store(sums[r][i], row + i * Width::kCount);
+    }
+  }
+}
+
+template <typename Width>
+MOUTHPIECE_INLINE void largestResidual(const float* weights, std::ptrdiff_t frames, std::ptrdiff_t shape_count,
+                                       const float* panel, const float* shapes, float* largest_squared) {
+  typename Width::Lanes largest[kPerAxis<Width>] = {};
+  for (std::ptrdiff_t f = 0; f < frames; f += Width::kRows) {
+    typename Width::Lanes sums[Width::kRows][kPerRow<Width>] = {};
+    multiplyRows<Width>(weights + f * shape_count, shape_count, shapes, sums);
+    for (int r = 0; r < Width::kRows; ++r) {
+      const float* row = panel + (f + r) * kPanelWidth;
+      for (int i = 0; i < kPerRow<Width>; ++i) {
+        typename Width::Lanes wanted;
+        load(row + i * Width::kCount, wanted);
+        sums[r][i] = wanted - sums[r][i];
+      }
+      keepLargestSquare<Width>(sums[r], largest);
+    }
+  }
+  for (int i = 0; i < kPerAxis<Width>; ++i) store(largest[i], largest_squared + i * Width::kCount);
+}
+
+void loadPortable(const float* positions, std::ptrdiff_t row_stride, std::ptrdiff_t frames, const float* rest,
+                  float* panel, float* largest_squared) {
+  loadDisplacements<Narrow>(positions, row_stride, frames, rest, panel, largest_squared);
+}
+void multiplyPortable(const float* factors, std::ptrdiff_t rows, std::ptrdiff_t inner, const float* panel,
+                      float* product) {
+  multiply<Narrow>(factors, rows, inner, panel, product);
+}
+void residualPortable(const float* weights, std::ptrdiff_t frames, std::ptrdiff_t shape_count, const float* panel,
+                      const float* shapes, float* largest_squared) {
+  largestResidual<Narrow>(weights, frames, shape_count, panel, shapes, largest_squared);
+}
+constexpr PanelKernels kPortable{loadPortable, multiplyPortable, residualPortable};
+
+#if defined(__x86_64__)
+#define MOUTHPIECE_AVX2 __attribute__((target("avx2")))
+MOUTHPIECE_AVX2 void loadAvx2(const float* positions, std::ptrdiff_t row_stride, std::ptrdiff_t frames,
+                              const float* rest, float* panel, float* largest_squared) {
+  loadDisplacements<Wide>(positions, row_stride, frames, rest, panel, largest_squared);
+}
+MOUTHPIECE_AVX2 void multiplyAvx2(const float* factors, std::ptrdiff_t rows, std::ptrdiff_t inner, const float* panel,
+                                  float* product) {
+  multiply<Wide>(factors, rows, inner, panel, product);
+}
+MOUTHPIECE_AVX2 void residualAvx2(const float* weights, std::ptrdiff_t frames, std::ptrdiff_t shape_count,
+                                  const float* panel, const float* shapes, float* largest_squared) {
+  largestResidual<Wide>(weights, frames, shape_count, panel, shapes, largest_squared);
+}
+constexpr PanelKernels kAvx2{loadAvx2, multiplyAvx2, residualAvx2};
+#endif
+
+}  // namespace
+
+const PanelKernels& portablePanelKernels() { return kPortable; }
+
+const PanelKernels& panelKernels() {
+#if defined(__x86_64__)
+  static const bool has_avx2 = __builtin_cpu_supports("avx2") != 0;
+  if (has_avx2) return kAvx2;
+#endif
+  return kPortable;
+}
+
+}  // namespace mouthpiece

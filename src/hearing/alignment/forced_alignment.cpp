@@ -1,0 +1,202 @@
+#include "hearing/alignment/forced_alignment.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/errors.h"
+#include "phonetics/labels/labels_builder.h"
+
+namespace mouthpiece {
+namespace {
+
+/// A mean score a frame at which a word is as likely right as wrong, and how far from it the two part.
+constexpr double kEvenScore = -90.0;
+constexpr double kScoreSpread = 8.0;
+/// More doubtful words than this: not the text that is said. Of five recorded singers' own words 3 to 22 % are
+/// doubtful, of others 49 to 71 % (docs/theory/alignment.md).
+constexpr double kOtherTextShare = 0.3;
+/// A stop's closing cannot be heard after silence: more than this of it is the pause before.
+constexpr Seconds kLongestStopAfterSilence = 0.120;
+/// PocketSphinx gives a phone at least three frames of 10 ms.
+constexpr Seconds kShortestPhone = 0.030;
+
+std::vector<std::int16_t> samplesFor(const AudioClip& audio) {
+  const AudioClip heard =
+      audio.sample_rate_hz == kDecoderSampleRateHz ? audio : resampleAudio(audio, kDecoderSampleRateHz);
+  std::vector<std::int16_t> samples(heard.samples.size());
+  std::transform(heard.samples.begin(), heard.samples.end(), samples.begin(), [](float sample) {
+    return static_cast<std::int16_t>(std::lrint(std::clamp(32767.0F * sample, -32767.0F, 32767.0F)));
+  });
+  return samples;
+}
+
+WordWays waysOf(const std::vector<TranscriptWord>& words) {
+  WordWays all;
+  for (const TranscriptWord& word : words) {
+    auto& ways = all.emplace_back();
+    for (const Pronunciation& way : word.ways) ways.push_back(way.phones);
+  }
+  return all;
+}
+
+Phone unreduced(Phone phone) { return phone == Phone::kAX ? Phone::kAH : phone; }
+
+/// The way of `word` that the decoder took: its phones tell.
+const Pronunciation& wayTaken(const TranscriptWord& word, const std::vector<Phone>& phones) {
+  const auto taken = std::find_if(word.ways.begin(), word.ways.end(), [&](const Pronunciation& way) {
+    return std::equal(way.phones.begin(), way.phones.end(), phones.begin(), phones.end(),
+                      [](Phone a, Phone b) { return unreduced(a) == unreduced(b); });
+  });
+  MOUTHPIECE_EXPECT(taken != word.ways.end());
+  return *taken;
+}
+
+/// The decoder may give a silence in several parts.
+std::vector<DecodedPhone> withWholeSilences(const std::vector<DecodedPhone>& decoded) {
+  std::vector<DecodedPhone> whole;
+  for (const DecodedPhone& phone : decoded) {
+    if (phone.phone == Phone::kSil && !whole.empty() && whole.back().phone == Phone::kSil) {
+      whole.back().span.end = phone.span.end;
+    } else {
+      whole.push_back(phone);
+    }
+  }
+  return whole;
+}
+
+/// The decoder's borders lie on its own grid of 10 ms: heard again from no, a quarter, a half and three quarters of a
+/// step later, the same sound gives other grids, and the mean of all lies between them.
+std::vector<DecodedPhone> withFinerTimes(std::vector<DecodedPhone> decoded, std::span<const std::int16_t> samples,
+                                         PhoneDecoder& decoder) {
+  constexpr std::size_t kHearings = 4;
+  constexpr std::size_t kStep = kDecoderSampleRateHz / 100 / kHearings;
+  const std::size_t borders = decoded.size() - 1;
+  std::vector<Seconds> sums(borders, 0.0);
+  double count = 0;
+  for (std::size_t k = 0; k < kHearings && k * kStep < samples.size(); ++k) {
+    const auto spans = decoder.hearAgain(samples.subspan(k * kStep), decoded);
+    if (spans.empty()) continue;
+    const Seconds later = static_cast<double>(k * kStep) / kDecoderSampleRateHz;
+    for (std::size_t i = 0; i < borders; ++i) sums[i] += spans[i].end + later;
+    count += 1;
+  }
+  std::vector<DecodedPhone> fine = decoded;
+  for (std::size_t i = 0; i < borders && count > 0; ++i) fine[i].span.end = fine[i + 1].span.start = sums[i] / count;
+  const bool is_rising = std::all_of(
+      fine.begin(), fine.end(), [](const DecodedPhone& phone) { return phone.span.duration() > kShortestPhone / 3; });
+  return is_rising ? fine : decoded;
+}
+
+/// Walks the decoded phones word by word.
+class LabelWriter {
+ public:
+  LabelWriter(const std::vector<TranscriptWord>& words, Seconds duration) : words_(words), duration_(duration) {}
+
+  void add(const DecodedPhone& decoded) {
+    if (decoded.phone != Phone::kSil && decoded.opens_word) {
+      finishWord();
+      ++word_count_;
+    }
+    PhoneSegment segment{.phone = decoded.phone,
+                         .span = {std::min(decoded.span.start, duration_), std::min(decoded.span.end, duration_)}};
+    if (segment.span.duration() <= 0) return;
+    if (decoded.phone != Phone::kSil) {
+      if (afterSilence() && isStop(decoded.phone)) {
+        segment.span.start = std::max(segment.span.start, segment.span.end - kLongestStopAfterSilence);
+      }
+      segment.word = word_count_ - 1;
+      places_.push_back(segments_.size());
+      phones_.push_back(decoded.phone);
+      score_ += static_cast<double>(decoded.score);
+      frames_ += decoded.frames;
+    }
+    segments_.push_back(segment);
+  }
+
+  ForcedAlignment finish() {
+    finishWord();
+    std::vector<std::string> texts;
+    for (const TranscriptWord& word : words_) texts.push_back(word.text);
+    return {buildSpeechLabels(std::move(segments_), texts, duration_), std::move(confidence_)};
+  }
+
+ private:
+  [[nodiscard]] bool afterSilence() const { return segments_.empty() || segments_.back().phone == Phone::kSil; }
+
+  void finishWord() {
+    if (word_count_ == 0) return;
+    const Pronunciation& way = wayTaken(words_[word_count_ - 1], phones_);
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      if (way.stress[i] >= 0) segments_[places_[i]].stress = way.stress[i];
+    }
+    confidence_.push_back(1 / (1 + std::exp((kEvenScore - score_ / frames_) / kScoreSpread)));
+    places_.clear();
+    phones_.clear();
+    score_ = frames_ = 0;
+  }
+
+  const std::vector<TranscriptWord>& words_;
+  Seconds duration_;
+  std::vector<PhoneSegment> segments_;
+  std::vector<double> confidence_;
+  std::size_t word_count_ = 0;
+  std::vector<std::size_t> places_;  ///< of the word's phones in segments_
+  std::vector<Phone> phones_;        ///< of the word
+  double score_ = 0, frames_ = 0;
+};
+
+[[noreturn]] void failTooShort(const AudioClip& audio, const std::vector<TranscriptWord>& words,
+                               std::string_view name) {
+  std::size_t phones = 0;
+  for (const TranscriptWord& word : words) {
+    std::size_t fewest = word.ways.front().phones.size();
+    for (const Pronunciation& way : word.ways) fewest = std::min(fewest, way.phones.size());
+    phones += fewest;
+  }
+  throw InputError(name, "",
+                   fmt::format("lasts {:.2f} s and does not fit its {} words; expected at least {:.2f} s",
+                               audio.duration(), words.size(), kShortestPhone * static_cast<double>(phones)));
+}
+
+}  // namespace
+
+std::vector<std::size_t> ForcedAlignment::doubtfulWords() const {
+  std::vector<std::size_t> words;
+  for (std::size_t i = 0; i < confidence.size(); ++i) {
+    if (confidence[i] < kDoubtfulConfidence) words.push_back(i);
+  }
+  return words;
+}
+
+std::string doubtsAbout(const ForcedAlignment& alignment) {
+  constexpr std::size_t kMostNamed = 12;
+  const std::vector<std::size_t> doubtful = alignment.doubtfulWords();
+  if (doubtful.empty()) return {};
+  const std::size_t words = alignment.labels.words.size();
+  const bool is_other_text =
+      doubtful.size() > 1 && static_cast<double>(doubtful.size()) > kOtherTextShare * static_cast<double>(words);
+  std::string doubts = is_other_text
+                           ? fmt::format("the words do not fit the sound: {} of {} are not heard in it, among them ",
+                                         doubtful.size(), words)
+                           : "doubtful words: ";
+  for (std::size_t i = 0; i < std::min(doubtful.size(), kMostNamed); ++i)
+    doubts += (i > 0 ? ", " : "") + alignment.labels.words[doubtful[i]].text;
+  return doubts + (doubtful.size() > kMostNamed ? ", ..." : "");
+}
+
+ForcedAlignment ForcedAligner::align(const AudioClip& audio, const std::vector<TranscriptWord>& words,
+                                     std::string_view name, SpeechKind kind) {
+  if (words.empty()) throw InputError(name, "", "has a transcript without words; expected at least one");
+  const std::vector<std::int16_t> samples = samplesFor(audio);
+  std::vector<DecodedPhone> decoded = decoder_.decode(samples, waysOf(words), kind);
+  if (decoded.empty()) failTooShort(audio, words, name);
+  if (kind == SpeechKind::kSpoken) decoded = withFinerTimes(withWholeSilences(decoded), samples, decoder_);
+  LabelWriter writer(words, audio.duration());
+  for (const DecodedPhone& phone : decoded) writer.add(phone);
+  return writer.finish();
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,186 @@
+#include "hearing/alignment/pronouncer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <unordered_map>
+
+#include "base/errors.h"
+#include "base/files.h"
+#include "hearing/alignment/flite_lexicon.h"
+#include "phonetics/text/speakable_text.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr std::uint64_t kMaxDictionaryBytes = std::uint64_t{64} << 20U;
+
+bool isLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+bool isWordCharacter(char c) { return isLetter(c) || (c >= '0' && c <= '9') || c == '\'' || c == '-' || c == '.'; }
+
+std::string lowerCase(std::string_view text) {
+  std::string lower(text);
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return lower;
+}
+
+/// Lines of "word PHONE PHONE ..." and "word(2) ..."; without stress.
+class CmuDictionary {
+ public:
+  CmuDictionary() {
+    const std::filesystem::path path = std::filesystem::path(MOUTHPIECE_SPHINX_MODELS) / "en-us/cmudict-en-us.dict";
+    if (!std::filesystem::exists(path)) return;
+    text_ = readFile(path, kMaxDictionaryBytes);
+    lines_.reserve(150'000);
+    for (std::string_view rest = text_; !rest.empty();) {
+      const std::size_t end = std::min(rest.find('\n'), rest.size());
+      const std::string_view line = rest.substr(0, end);
+      rest.remove_prefix(std::min(end + 1, rest.size()));
+      const std::size_t blank = line.find(' ');
+      if (blank != std::string_view::npos) lines_.emplace(line.substr(0, blank), line.substr(blank + 1));
+    }
+  }
+
+  [[nodiscard]] std::vector<Pronunciation> find(const std::string& word) const {
+    std::vector<Pronunciation> ways;
+    for (int variant = 1;; ++variant) {
+      const auto found = lines_.find(variant == 1 ? word : fmt::format("{}({})", word, variant));
+      if (found == lines_.end()) return ways;
+      ways.push_back(parse(found->second));
+    }
+  }
+
+  [[nodiscard]] std::vector<std::vector<Phone>> usualWays() const {
+    std::vector<std::vector<Phone>> ways;
+    for (const auto& [word, phones] : lines_) {
+      if (word.back() != ')') ways.push_back(parse(phones).phones);
+    }
+    return ways;
+  }
+
+ private:
+  static Pronunciation parse(std::string_view names) {
+    Pronunciation way;
+    while (!names.empty()) {
+      const std::size_t end = std::min(names.find(' '), names.size());
+      if (const auto phone = phoneFromName(names.substr(0, end))) {
+        way.phones.push_back(*phone);
+        way.stress.push_back(-1);
+      }
+      names.remove_prefix(std::min(end + 1, names.size()));
+    }
+    return way;
+  }
+
+  std::string text_;
+  std::unordered_map<std::string_view, std::string_view> lines_;
+};
+
+/// Stress goes by the order of the vowels: ways of one word differ in vowels, seldom in their number.
+void lendStress(Pronunciation& way, const Pronunciation& stressed) {
+  std::vector<int> of_vowels;
+  for (std::size_t i = 0; i < stressed.phones.size(); ++i) {
+    if (isVowel(stressed.phones[i])) of_vowels.push_back(stressed.stress[i]);
+  }
+  const auto vowels = std::count_if(way.phones.begin(), way.phones.end(), isVowel);
+  if (vowels != static_cast<std::ptrdiff_t>(of_vowels.size())) return;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < way.phones.size(); ++i) {
+    if (isVowel(way.phones[i])) way.stress[i] = of_vowels[next++];
+  }
+}
+
+bool hasStress(const Pronunciation& way) {
+  return std::any_of(way.stress.begin(), way.stress.end(), [](int stress) { return stress >= 0; });
+}
+
+std::vector<std::string> splitAt(std::string_view text, char separator) {
+  std::vector<std::string> parts(1);
+  for (const char c : text) {
+    if (c != separator) {
+      parts.back() += c;
+    } else if (!parts.back().empty()) {
+      parts.emplace_back();
+    }
+  }
+  if (parts.back().empty()) parts.pop_back();
+  return parts;
+}
+
+/// "(quarter," -> "quarter"; "9:25" stays.
+std::string_view withoutPunctuation(std::string_view token) {
+  const auto is_inner = [](char c) { return isWordCharacter(c) && c != '-' && c != '.'; };
+  const auto first = std::find_if(token.begin(), token.end(), is_inner);
+  const auto last = std::find_if(token.rbegin(), std::make_reverse_iterator(first), is_inner).base();
+  return {first, last};
+}
+
+bool isSpelled(std::string_view token) {
+  return std::all_of(token.begin(), token.end(), [](char c) { return isLetter(c) || c == '\''; });
+}
+
+}  // namespace
+
+struct Pronouncer::State {
+  const Lexicon* lexicon;
+  CmuDictionary dictionary;
+
+  [[nodiscard]] std::vector<Pronunciation> fromLexicon(std::string_view word) const {
+    return lexicon == nullptr ? std::vector<Pronunciation>() : lexicon->find(word);
+  }
+
+  [[nodiscard]] std::vector<Pronunciation> waysOf(const std::string& word) const {
+    std::vector<Pronunciation> ways = fromLexicon(word);
+    if (ways.empty()) ways = dictionary.find(lowerCase(word));
+    const Pronunciation flite = flitePronunciation(word);
+    if (ways.empty() && !flite.phones.empty()) ways.push_back(flite);
+    for (Pronunciation& way : ways) {
+      if (!hasStress(way)) lendStress(way, flite);
+    }
+    return ways;
+  }
+
+  void addWord(std::vector<TranscriptWord>& words, const std::string& word) const {
+    std::vector<Pronunciation> ways = waysOf(word);
+    if (ways.empty()) {
+      throw InputError("transcript", "",
+                       fmt::format("found '{}', which no lexicon can say; expected a word, or its line in --lexicon",
+                                   printable(word)));
+    }
+    words.push_back({word, std::move(ways)});
+  }
+
+  /// A token without blanks: as the lexicon has it, letter by letter as it stands, or as Flite reads it out.
+  void addToken(std::vector<TranscriptWord>& words, std::string_view token) const {
+    const std::string_view bare = withoutPunctuation(token);
+    if (bare.empty()) return;
+    if (isSpelled(bare) || !fromLexicon(bare).empty()) return addWord(words, std::string(bare));
+    const auto parts = splitAt(bare, '-');
+    if (parts.size() > 1) {
+      for (const std::string& part : parts) addToken(words, part);
+      return;
+    }
+    for (const std::string& word : fliteWords(token)) {
+      if (const std::string_view spelled = withoutPunctuation(word); !spelled.empty()) {
+        addWord(words, std::string(spelled));
+      }
+    }
+  }
+};
+
+Pronouncer::Pronouncer(const Lexicon* lexicon) : state_(new State{lexicon, {}}) {}
+Pronouncer::~Pronouncer() = default;
+Pronouncer::Pronouncer(Pronouncer&&) noexcept = default;
+Pronouncer& Pronouncer::operator=(Pronouncer&&) noexcept = default;
+
+std::vector<TranscriptWord> Pronouncer::wordsOf(std::string_view transcript) const {
+  std::vector<TranscriptWord> words;
+  for (const std::string& token : splitAt(speakableText(transcript), ' ')) state_->addToken(words, token);
+  return words;
+}
+
+std::vector<std::vector<Phone>> dictionaryWords() { return CmuDictionary().usualWays(); }
+
+}  // namespace mouthpiece

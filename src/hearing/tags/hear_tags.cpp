@@ -1,0 +1,170 @@
+#include "hearing/tags/hear_tags.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "audio/band_energy.h"
+#include "audio/pitch_track.h"
+#include "hearing/tags/note_fit.h"
+#include "hearing/tags/vibrato_finder.h"
+#include "hearing/tags/vowel_network.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr double kLowestSungHz = 60;
+constexpr double kHighestSungHz = 1100;  // a soprano's C6 is 1047 Hz
+/// Shorter holes in the pitch of a vowel are bridged, longer ones part it.
+constexpr std::size_t kLongestHole = 3;
+constexpr std::size_t kShortestRun = 4;
+constexpr Seconds kShortestNote = 0.05;
+/// VOCAL 4.2: "localized high frequency (HF=8-20kHz) energy".
+constexpr double kConsonantLowHz = 8000, kConsonantHighHz = 20000;
+/// Sound with less than this above 8 kHz says nothing about consonants.
+constexpr double kLeastBandTopHz = 10000;
+
+std::vector<PitchSample> pitchOf(const AudioClip& clip) {
+  const PitchTrack track = trackPitch(clip, {.step = 0.005, .lowest_hz = kLowestSungHz, .highest_hz = kHighestSungHz});
+  std::vector<PitchSample> samples;
+  for (std::size_t i = 0; i < track.frames.size(); i += 2) {
+    const double hz = track.frames[i].hz;
+    samples.push_back({.time = static_cast<double>(samples.size()) / kPitchRateHz, .hz = hz, .voiced = hz > 0});
+  }
+  return samples;
+}
+
+/// Around a sample, for its median.
+constexpr std::size_t kMedianReach = 12;
+constexpr double kMostFromMedianSemitones = 8;
+constexpr double kNearMedianSemitones = 2;
+
+double medianAround(const std::vector<PitchSample>& f0, std::size_t at) {
+  std::vector<double> values;
+  const std::size_t last = std::min(f0.size() - 1, at + kMedianReach);
+  for (std::size_t i = at > kMedianReach ? at - kMedianReach : 0; i <= last; ++i) {
+    if (f0[i].voiced) values.push_back(f0[i].hz);
+  }
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// The tracker at times takes a harmonic, or half the pitch, for the pitch: such a sample is set right by its
+/// surroundings, or is no pitch.
+void setOctavesRight(std::vector<PitchSample>& f0) {
+  const std::vector<PitchSample> heard = f0;
+  for (std::size_t i = 0; i < f0.size(); ++i) {
+    if (!heard[i].voiced) continue;
+    const double median = medianAround(heard, i);
+    const auto semitonesOff = [&](double hz) { return std::abs(12 * std::log2(hz / median)); };
+    if (semitonesOff(heard[i].hz) <= kMostFromMedianSemitones) continue;
+    f0[i] = {.time = heard[i].time};
+    for (const double factor : {1. / 2, 1. / 3, 1. / 4, 2., 3.}) {
+      if (semitonesOff(heard[i].hz * factor) > kNearMedianSemitones) continue;
+      f0[i] = {.time = heard[i].time, .hz = heard[i].hz * factor, .voiced = true};
+      break;
+    }
+  }
+}
+
+void silenceOutside(std::vector<PitchSample>& f0, const std::vector<TimeSpan>& vowels) {
+  auto vowel = vowels.begin();
+  for (PitchSample& sample : f0) {
+    while (vowel != vowels.end() && vowel->end <= sample.time) ++vowel;
+    if (vowel == vowels.end() || !vowel->contains(sample.time)) sample = {.time = sample.time};
+  }
+}
+
+/// The pitch of samples [first, first + hz.size()), all voiced.
+struct VoicedRun {
+  std::size_t first = 0;
+  std::vector<double> hz;
+};
+
+void closeHole(VoicedRun& run, std::size_t until, double hz) {
+  const std::size_t from = run.first + run.hz.size() - 1;
+  const double before = run.hz.back();
+  for (std::size_t i = from + 1; i < until; ++i) {
+    run.hz.push_back(std::lerp(before, hz, static_cast<double>(i - from) / static_cast<double>(until - from)));
+  }
+}
+
+std::vector<VoicedRun> voicedRuns(const std::vector<PitchSample>& f0, const TimeSpan& span) {
+  std::vector<VoicedRun> runs;
+  const auto first = static_cast<std::size_t>(std::max(0.0, std::ceil(span.start * kPitchRateHz - 1e-6)));
+  for (std::size_t i = first; i < f0.size() && f0[i].time < span.end; ++i) {
+    if (!f0[i].voiced) continue;
+    const bool goes_on = !runs.empty() && i - (runs.back().first + runs.back().hz.size()) <= kLongestHole;
+    if (goes_on) {
+      closeHole(runs.back(), i, f0[i].hz);
+    } else {
+      runs.push_back({i, {}});
+    }
+    runs.back().hz.push_back(f0[i].hz);
+  }
+  std::erase_if(runs, [](const VoicedRun& run) { return run.hz.size() < kShortestRun; });
+  return runs;
+}
+
+TimeSpan spanOfSamples(std::size_t first, std::size_t last) {
+  return {static_cast<double>(first) / kPitchRateHz, static_cast<double>(last) / kPitchRateHz};
+}
+
+/// Where the vowels are not known: of vibrato in them, ups and downs are alike.
+constexpr double kMostSwingRatio = 2;
+
+void tagRun(const VoicedRun& run, const VibratoOptions& options, AudioTags& tags) {
+  for (const PitchPiece& piece : fitPitchPieces(run.hz, {.rate_hz = kPitchRateHz})) {
+    const TimeSpan span = spanOfSamples(run.first + piece.first, run.first + piece.last);
+    if (isNote(piece) && span.duration() >= kShortestNote) tags.notes.push_back({span, piece.median_hz});
+  }
+  for (const VibratoRun& vibrato : findVibrato(run.hz, options)) {
+    tags.vibrato.push_back(
+        {spanOfSamples(run.first + vibrato.first, run.first + vibrato.last), vibrato.rate_hz, vibrato.depth_semitones});
+  }
+}
+
+std::vector<ConsonantEnergy> consonantsOf(const AudioClip& clip, const SpeechLabels& labels) {
+  std::vector<ConsonantEnergy> consonants;
+  const double top = std::min(kConsonantHighHz, 0.5 * clip.sample_rate_hz);
+  if (top < kLeastBandTopHz) return consonants;
+  for (std::size_t i = 0; i < labels.phones.size(); ++i) {
+    const LabelledPhone& phone = labels.phones[i];
+    if (phone.phone == Phone::kSil || isVowel(phone.phone)) continue;
+    consonants.push_back({PhoneIndex(i), phone.span, bandEnergy(clip, phone.span, kConsonantLowHz, top)});
+  }
+  return consonants;
+}
+
+}  // namespace
+
+std::vector<TimeSpan> vowelSpans(const SpeechLabels& labels) {
+  std::vector<TimeSpan> spans;
+  for (const LabelledPhone& phone : labels.phones) {
+    if (isVowel(phone.phone)) spans.push_back(phone.span);
+  }
+  return spans;
+}
+
+AudioTags hearTags(const AudioClip& clip, const SpeechLabels* labels) {
+  AudioTags tags;
+  tags.f0 = pitchOf(clip);
+  setOctavesRight(tags.f0);
+  std::vector<TimeSpan> spans{{0, clip.duration() + 1}};
+  VibratoOptions vibrato{.rate_hz = kPitchRateHz};
+  if (labels == nullptr) {
+    vibrato.most_swing_ratio = kMostSwingRatio;
+  } else {
+    spans = vowelSpans(*labels);
+    silenceOutside(tags.f0, spans);
+    tags.consonants = consonantsOf(clip, *labels);
+  }
+  for (const TimeSpan& span : spans) {
+    for (const VoicedRun& run : voicedRuns(tags.f0, span)) tagRun(run, vibrato, tags);
+  }
+  tags.vowels = hearVowels(clip);
+  return tags;
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "phonetics/labels/speech_labels.h"
+
+namespace mouthpiece {
+
+/// Label files that can be written (docs/formats/labels.md, textgrid.md).
+enum class LabelFormat {
+  kTextGrid,       ///< long text, UTF-8
+  kShortTextGrid,  ///< short text, UTF-8
+  kHtk,            ///< "start end label", 100 ns
+  kEsps,           ///< Festival's: header, "end_s 121 label"
+  kTimit,          ///< "start end label", samples
+  kCtm,            ///< "name 1 start_s duration_s label"
+  kSeconds,        ///< "start end label", seconds
+};
+
+struct LabelFileOptions {
+  int sample_rate_hz = 16000;  ///< for TIMIT
+  std::string name = "take";   ///< for CTM: what the labels belong to; blanks become "_"
+  bool utf16 = false;          ///< TextGrids: UTF-16, big-endian with its mark, as Praat writes it
+};
+
+/// Words and syllables are kept by TextGrids alone; the others hold the phones.
+std::string formatLabels(const SpeechLabels& labels, LabelFormat format, const LabelFileOptions& options = {});
+
+/// By the name's ending: .TextGrid, .lab (HTK), .phn (TIMIT), .ctm, .txt (seconds); atomically. Throws InputError for
+/// another ending.
+void writeLabels(const std::filesystem::path& path, const SpeechLabels& labels, const LabelFileOptions& options = {});
+void writeLabels(const std::filesystem::path& path, const SpeechLabels& labels, LabelFormat format,
+                 const LabelFileOptions& options);
+
+/// True for a name that writeLabels knows by its ending.
+bool isLabelFileName(const std::filesystem::path& path);
+
+}  // namespace mouthpiece

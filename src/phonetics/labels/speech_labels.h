@@ -1,0 +1,57 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/index.h"
+#include "base/time.h"
+#include "phonetics/language/phone.h"
+
+namespace mouthpiece {
+
+/// Phones [first, last] of the same SpeechLabels, both included.
+struct PhoneRange {
+  PhoneIndex first;
+  PhoneIndex last;
+  bool operator==(const PhoneRange&) const = default;
+};
+
+struct LabelledPhone {
+  Phone phone = Phone::kSil;
+  TimeSpan span;
+  std::optional<std::size_t> word;      ///< index into SpeechLabels::words; none in silence
+  std::optional<std::size_t> syllable;  ///< index into SpeechLabels::syllables
+};
+
+struct LabelledSyllable {
+  PhoneRange phones;
+  int stress = 0;  ///< 0 none, 1 primary, 2 secondary
+};
+
+struct LabelledWord {
+  std::string text;
+  PhoneRange phones;
+};
+
+/// What is said when: phones in time order without gaps or overlaps, starting and ending in silence.
+struct SpeechLabels {
+  std::vector<LabelledPhone> phones;
+  std::vector<LabelledSyllable> syllables;
+  std::vector<LabelledWord> words;
+
+  [[nodiscard]] Seconds duration() const { return phones.empty() ? 0.0 : phones.back().span.end; }
+  [[nodiscard]] TimeSpan spanOf(const PhoneRange& range) const {
+    return {phones[range.first.value].span.start, phones[range.last.value].span.end};
+  }
+  /// The word that phone belongs to, "" in silence.
+  [[nodiscard]] std::string wordOf(PhoneIndex phone) const;
+};
+
+/// Whether both say the same phones at the same times, to within 5 ms; the last silences may differ in length.
+bool isSaidAlike(const SpeechLabels& a, const SpeechLabels& b);
+
+/// Throws InternalError unless the promises above hold (times rise, indices in range, silence at the ends).
+void expectConsistent(const SpeechLabels& labels);
+
+}  // namespace mouthpiece

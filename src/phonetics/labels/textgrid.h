@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "phonetics/labels/speech_labels.h"
+
+namespace mouthpiece {
+
+/// Reads a Praat TextGrid (docs/formats/textgrid.md): long or short text, UTF-8, UTF-16 with its mark, or Latin-1.
+/// Needs a tier `phones` (or `phonemes`, `phone`, `segments`, "NAME - phones"); a tier `words` and one `syllables`,
+/// whose text is the stress, are used when there. Throws InputError naming file and line for what is no TextGrid,
+/// intervals that run backwards or overlap, and phones that are not ARPAbet.
+SpeechLabels readTextGrid(const std::filesystem::path& path);
+/// The same from memory; `name` stands for the file in messages.
+SpeechLabels parseTextGrid(std::string_view bytes, std::string_view name);
+
+/// Long text, UTF-8, tiers `words`, `phones`, `syllables`; atomically.
+void writeTextGrid(const std::filesystem::path& path, const SpeechLabels& labels);
+std::string formatTextGrid(const SpeechLabels& labels);
+
+}  // namespace mouthpiece

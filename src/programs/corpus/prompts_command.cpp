@@ -1,0 +1,115 @@
+#include <fmt/format.h>
+
+#include <array>
+
+#include "base/errors.h"
+#include "base/files.h"
+#include "corpus_tools/sample/sample_sentences.h"
+#include "programs/corpus/command_support.h"
+#include "corpus_tools/report/prompt_choice.h"
+#include "corpus_tools/report/prompt_grammar.h"
+#include "base/text_encoding.h"
+#include "hearing/alignment/pronouncer.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr std::uint64_t kMaxTextBytes = 64 << 20;
+
+struct PromptsCommand {
+  bool quiet = false;
+  std::size_t count = 55;
+  std::filesystem::path grammar, text, lexicon, curve;
+};
+
+std::vector<std::string> linesOf(std::string_view text) {
+  std::vector<std::string> lines;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    std::string line(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (line.find_first_not_of(" \t") != std::string::npos && line.front() != '#') lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
+std::vector<std::string> sentencesFor(const PromptsCommand& command) {
+  const std::filesystem::path& file = command.grammar.empty() ? command.text : command.grammar;
+  const std::string text = decodeText(readFile(file, kMaxTextBytes), file.string());
+  std::vector<std::string> sentences =
+      command.grammar.empty() ? linesOf(text) : sentencesOfGrammar(text, file.string());
+  if (sentences.empty()) throw InputError(file.string(), "", "holds no sentence; expected one a line");
+  return sentences;
+}
+
+std::vector<Prompt> promptsFor(const PromptsCommand& command) {
+  const Lexicon lexicon = lexiconFrom(command.lexicon);
+  const Pronouncer pronouncer(&lexicon);
+  const std::vector<std::string> sentences = sentencesFor(command);
+  ProgressBar bar("reading", sentences.size(), command.quiet);
+  std::vector<Prompt> prompts;
+  for (const std::string& sentence : sentences) {
+    Prompt prompt{sentence, {}};
+    for (const TranscriptWord& word : pronouncer.wordsOf(sentence)) {
+      const auto& phones = word.ways.front().phones;
+      prompt.phones.insert(prompt.phones.end(), phones.begin(), phones.end());
+    }
+    prompts.push_back(std::move(prompt));
+    bar.advance();
+  }
+  return prompts;
+}
+
+void writeCurve(const ChosenPrompts& chosen, const std::filesystem::path& file) {
+  std::string text = "sentences,pairs,share\n";
+  for (std::size_t i = 0; i < chosen.pairs.size(); ++i) {
+    text += fmt::format("{},{},{:.4f}\n", i + 1, chosen.pairs[i],
+                        static_cast<double>(chosen.pairs[i]) / static_cast<double>(chosen.possible_pairs));
+  }
+  writeFileAtomically(file, text);
+}
+
+/// The curve at a few counts, and a bar for each.
+void noteCurve(const ChosenPrompts& chosen, bool quiet) {
+  printNotice(fmt::format("phone pairs held, of {} in all sentences:", chosen.possible_pairs), quiet);
+  const std::size_t last = chosen.pairs.size();
+  for (std::size_t step = 1; step <= 10; ++step) {
+    const std::size_t count = std::max<std::size_t>(1, step * last / 10);
+    if (step > 1 && count == std::max<std::size_t>(1, (step - 1) * last / 10)) continue;
+    const double share = static_cast<double>(chosen.pairs[count - 1]) / static_cast<double>(chosen.possible_pairs);
+    printNotice(fmt::format("{:6} sentences {:5} {:5.1f} % {}", count, chosen.pairs[count - 1], 100 * share,
+                            std::string(static_cast<std::size_t>(40 * share), '#')),
+                quiet);
+  }
+}
+
+int runPrompts(const PromptsCommand& command) {
+  if (command.grammar.empty() && command.text.empty()) {
+    for (const TimeSentence& sentence : chooseTimeSentences(command.count)) printText(sentence.text() + "\n");
+    return kExitDone;
+  }
+  const std::vector<Prompt> prompts = promptsFor(command);
+  const ChosenPrompts chosen = choosePrompts(prompts, command.count);
+  for (const std::size_t sentence : chosen.sentences) printText(prompts[sentence].text + "\n");
+  noteCurve(chosen, command.quiet);
+  if (!command.curve.empty()) writeCurve(chosen, command.curve);
+  return kExitDone;
+}
+
+}  // namespace
+
+void addPromptsCommand(CLI::App& app, ChosenAction& chosen) {
+  const auto options = std::make_shared<PromptsCommand>();
+  CLI::App& prompts = addCommand(
+      app, chosen, "prompts",
+      "Sentences to record, chosen for the phone pairs they hold (default: of the time grammar)",
+      "corpus prompts --count 55\ncorpus prompts --text book.txt --count 200 --curve curve.csv", options, runPrompts);
+  prompts.add_option("--count", options->count, "How many")->capture_default_str()->check(CLI::Range(1, 200000));
+  auto* grammar = prompts.add_option("--grammar", options->grammar, "Choose from all sentences of a grammar file");
+  prompts.add_option("--text", options->text, "Choose from a file with a sentence a line")->excludes(grammar);
+  prompts.add_option("--curve", options->curve, "Write the coverage curve (CSV)");
+  addLexiconOption(prompts, options->lexicon);
+}
+
+}  // namespace mouthpiece

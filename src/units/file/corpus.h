@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "audio/audio_clip.h"
+#include "motion/marker_layout.h"
+#include "motion/motion_clip.h"
+#include "phonetics/labels/speech_labels.h"
+#include "units/file/lattice_weights.h"
+#include "units/prediction/phone_shapes.h"
+#include "units/file/sound_cut_weights.h"
+#include "units/prediction/trajectory_model.h"
+
+namespace mouthpiece {
+
+/// One recorded sentence, cleaned: head still, short gaps filled, columns in the layout's order.
+struct CorpusTake {
+  std::string name;
+  std::string text;
+  SpeechLabels labels;
+  MotionClip motion;  ///< NaN where a gap was too long to fill
+  AudioClip audio;
+};
+
+/// Loads the motion of single takes of a corpus file. Thread-safe.
+class MotionSource {
+ public:
+  virtual ~MotionSource() = default;
+  /// Throws InputError when the take's motion is damaged.
+  [[nodiscard]] virtual MotionClip load(TakeIndex take) const = 0;
+  /// The take's sound. Throws InputError when it is damaged.
+  [[nodiscard]] virtual AudioClip loadAudio(TakeIndex take) const = 0;
+  /// Of a corpus with a trajectory model; empty: not kept. Throws InputError when they are damaged.
+  [[nodiscard]] virtual PhoneShapes loadShapes(TakeIndex /*take*/) const { return {}; }
+};
+
+/// A `.corpus` database in memory.
+struct Corpus {
+  std::string name;  ///< file stem, for reports
+  MarkerLayout layout;
+  MarkerPositions neutral_pose_mm;  ///< median of the closed-mouth silences, head motion removed
+  std::vector<CorpusTake> takes;
+  std::map<std::string, std::string> build_log;  ///< "built_with", "takes_left_out", ...
+  /// Set by readCorpus(..., CorpusMotion::kOnDemand): then every take's motion is empty but for its frame rate, and
+  /// is loaded from here when a UnitDatabase needs it. Null otherwise.
+  std::shared_ptr<const MotionSource> motion_source;
+  /// Fitted when the corpus was built; null in one of format version 1 or with too little to learn from.
+  std::shared_ptr<const TrajectoryModel> trajectory_model;
+  LatticeWeights lattice_weights;     ///< the usual ones, unless "lattice_weights" of the build log says how learnt
+  SoundCutWeights sound_cut_weights;  ///< likewise, "sound_cut_weights"
+  /// What posesToJson() made of the takes when the corpus was built (src/vocal reads it); empty in one of format
+  /// version 1 or 2 or without the markers that it needs, or when takes were taken out.
+  std::string viseme_poses;
+};
+
+/// Between LIP_UP_MID and LIP_LO_MID in the actor's B P M at the tightest, the median; 0: not known.
+inline double closedLipsMm(const Corpus& corpus) {
+  return corpus.trajectory_model != nullptr ? corpus.trajectory_model->closed_opening_mm : 0.0;
+}
+
+inline constexpr int kCorpusFormatVersion = 3;
+
+enum class CorpusAudio { kLoad, kSkip };
+
+/// kOnDemand: a line needs a few takes of hundreds; what they need is read and checked when they are used.
+enum class CorpusMotion { kLoad, kOnDemand };
+
+/// Opens the database read-only and checks everything it uses (types, sizes, ranges, checksums of the
+/// motion blobs). Throws InputError for what is no database, truncated, damaged or of a newer version.
+Corpus readCorpus(const std::filesystem::path& path, CorpusAudio audio = CorpusAudio::kSkip,
+                  CorpusMotion motion = CorpusMotion::kLoad);
+
+/// Everything wrong with the file, one line each; empty when all is well. Every row's checksum is looked at, the
+/// audio's too, so any flipped bit in motion, labels or audio is found. Never throws InputError.
+std::vector<std::string> checkCorpus(const std::filesystem::path& path);
+
+/// One transaction into a temporary file, then rename. Motion is stored as 32-bit floats, audio as 16-bit samples; both
+/// are taken from `corpus.motion_source`, one take at a time, when there is one.
+/// Throws InputError when it cannot be written.
+void writeCorpus(const std::filesystem::path& path, const Corpus& corpus);
+
+}  // namespace mouthpiece

@@ -1,0 +1,238 @@
+#include "units/file/trajectory_store.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <span>
+
+#include "base/errors.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr std::size_t kMostComponents = 64;
+constexpr std::size_t kMostTargets = 1'000'000;
+constexpr float kLargest = 1e6F;                                  ///< mm and weights: nothing on a face comes near
+constexpr double kShortestTimeConstant = 1e-3, kLongestTime = 1;  ///< s
+constexpr std::string_view kTarget = "target ";
+constexpr std::string_view kCutWeights = "sound cut weights";  ///< only where they were learnt
+
+using Numbers = std::vector<float>;
+
+/// The weights in the order in which they are stored.
+template <typename Weights>
+auto weightsInOrder(Weights& weights) {
+  return std::array{&weights.prediction_per_mm2,
+                    &weights.context_per_mm2,
+                    &weights.duration,
+                    &weights.neighbours,
+                    &weights.position,
+                    &weights.stress,
+                    &weights.rate,
+                    &weights.closure_per_mm,
+                    &weights.join_position_per_mm,
+                    &weights.join_velocity_per_mm_s,
+                    &weights.join_opening_per_mm,
+                    &weights.unit,
+                    &weights.backoff};
+}
+
+template <typename Weights>
+auto cutWeightsInOrder(Weights& weights) {
+  return std::array{&weights.spectral, &weights.level_per_db, &weights.per_octave, &weights.voicing,
+                    &weights.slip,     &weights.loud_per_db,  &weights.lip_per_mm, &weights.in_join};
+}
+
+/// `nan_allowed`: what was not seen.
+Numbers numbersOf(const CheckedQuery& row, int column, std::size_t expected, bool nan_allowed = false) {
+  const std::string_view blob = row.blob(column);
+  if (blob.size() != expected * sizeof(float))
+    row.fail(fmt::format("found {} bytes; expected {}", blob.size(), expected * sizeof(float)));
+  Numbers numbers(expected);
+  if (!blob.empty()) std::memcpy(numbers.data(), blob.data(), blob.size());
+  for (const float number : numbers) {
+    if (!(std::abs(number) <= kLargest) && !(nan_allowed && std::isnan(number)))
+      row.fail(fmt::format("found {}; expected a number up to {}", number, kLargest));
+  }
+  return numbers;
+}
+
+/// Row by row.
+Eigen::MatrixXd matrixOf(const Numbers& numbers, Eigen::Index rows) {
+  using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const Eigen::Index columns = static_cast<Eigen::Index>(numbers.size()) / rows;
+  return Eigen::Map<const RowMajor>(numbers.data(), rows, columns).cast<double>();
+}
+
+/// The rows of `trajectory_model`, in the order in which writeTrajectoryModel() puts them.
+class ModelReader {
+ public:
+  ModelReader(SqliteDatabase& database, Corpus& corpus)
+      : row_(database, "trajectory_model"), corpus_(corpus), columns_(3 * corpus.layout.markers.size()) {}
+
+  void read() {
+    if (!row_.next()) return;
+    auto model = std::make_shared<TrajectoryModel>();
+    expectName("level");
+    const std::size_t bytes = row_.blob(2).size();
+    components_ = bytes / sizeof(float);
+    if (components_ == 0 || components_ > std::min(kMostComponents, columns_))
+      row_.fail(fmt::format("found {} bytes; expected 4 to {}", bytes, 4 * std::min(kMostComponents, columns_)));
+    model->level = matrixOf(numbersOf(row_, 2, components_), 1);
+    model->analysis = matrixOf(next("analysis", columns_ * components_), static_cast<Eigen::Index>(columns_));
+    model->shapes = matrixOf(next("shapes", components_ * columns_), static_cast<Eigen::Index>(components_));
+    readDynamics(*model);
+    const Numbers gain = next("gain", 1);
+    if (!(gain[0] > 0)) row_.fail(fmt::format("found {}; expected more than 0", gain[0]));
+    model->gain = gain[0];
+    model->closing = matrixOf(next("closing", columns_), 1);
+    model->closed_opening_mm = next("closed opening", 1)[0];
+    const auto lattice = weightsInOrder(corpus_.lattice_weights);
+    setWeights(next("lattice weights", lattice.size()), lattice);
+    readTargets(*model);
+    corpus_.trajectory_model = std::move(model);
+  }
+
+ private:
+  void expectName(std::string_view name) const {
+    if (row_.text(1) != name) row_.fail(fmt::format("found {}; expected {}", printable(row_.text(1)), name));
+  }
+  Numbers next(std::string_view name, std::size_t count) {
+    if (!row_.next()) row_.fail(fmt::format("is missing; expected {}", name));
+    expectName(name);
+    return numbersOf(row_, 2, count);
+  }
+  void setWeights(const Numbers& numbers, std::span<double* const> weights) const {
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      if (numbers[i] < 0) row_.fail(fmt::format("found {}; expected no weight below 0", numbers[i]));
+      *weights[i] = numbers[i];
+    }
+  }
+  void readDynamics(TrajectoryModel& model) {
+    const Numbers time_constants = next("time constants", components_);
+    const Numbers leads = next("leads", components_);
+    for (std::size_t i = 0; i < components_; ++i) {
+      const ComponentDynamics dynamics{time_constants[i], leads[i]};
+      if (!(dynamics.time_constant >= kShortestTimeConstant && dynamics.time_constant <= kLongestTime &&
+            std::abs(dynamics.lead) <= kLongestTime))
+        row_.fail(
+            fmt::format("component {} moves in {} s with a lead of {} s", i, dynamics.time_constant, dynamics.lead));
+      model.dynamics.push_back(dynamics);
+    }
+  }
+  void readTargets(TrajectoryModel& model) {
+    while (row_.next()) {
+      const std::string_view name = row_.text(1);
+      if (name == kCutWeights && model.targets.empty()) {
+        const auto cuts = cutWeightsInOrder(corpus_.sound_cut_weights);
+        setWeights(numbersOf(row_, 2, cuts.size()), cuts);
+        continue;
+      }
+      if (!name.starts_with(kTarget) || model.targets.size() >= kMostTargets)
+        row_.fail(fmt::format("found {}; expected at most {} targets", printable(name), kMostTargets));
+      const auto [place, is_new] = model.targets.try_emplace(std::string(name.substr(kTarget.size())),
+                                                             matrixOf(numbersOf(row_, 2, components_), 1).transpose());
+      if (!is_new) row_.fail(fmt::format("found {} twice", printable(name)));
+    }
+  }
+
+  CheckedQuery row_;
+  Corpus& corpus_;
+  std::size_t columns_;
+  std::size_t components_ = 0;
+};
+
+template <typename Values>
+Numbers floatsOf(const Values& values) {
+  Numbers numbers;
+  for (Eigen::Index row = 0; row < values.rows(); ++row) {
+    for (Eigen::Index column = 0; column < values.cols(); ++column)
+      numbers.push_back(static_cast<float>(values(row, column)));
+  }
+  return numbers;
+}
+
+std::string_view bytesOf(const Numbers& numbers) {
+  return {reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(float)};
+}
+
+/// Captured, predicted, tightest: one after the other.
+Numbers packed(const PhoneShapes& shapes) {
+  Numbers numbers(shapes.captured.data(), shapes.captured.data() + shapes.captured.size());
+  numbers.insert(numbers.end(), shapes.predicted.data(), shapes.predicted.data() + shapes.predicted.size());
+  numbers.insert(numbers.end(), shapes.tightest_mm.begin(), shapes.tightest_mm.end());
+  return numbers;
+}
+
+}  // namespace
+
+void readTrajectoryModel(SqliteDatabase& database, Corpus& corpus) { ModelReader(database, corpus).read(); }
+
+PhoneShapes readShapes(const CheckedQuery& row, std::size_t phones, Eigen::Index components) {
+  const auto width = static_cast<std::size_t>(PhoneShapes::kPoints * components);
+  const Numbers numbers = numbersOf(row, 1, phones * (2 * width + 1), true);
+  const auto rows = static_cast<Eigen::Index>(phones);
+  const auto columns = static_cast<Eigen::Index>(width);
+  PhoneShapes shapes;
+  shapes.captured = Eigen::Map<const PhoneShapes::Matrix>(numbers.data(), rows, columns);
+  shapes.predicted = Eigen::Map<const PhoneShapes::Matrix>(numbers.data() + phones * width, rows, columns);
+  shapes.tightest_mm.assign(numbers.end() - static_cast<std::ptrdiff_t>(phones), numbers.end());
+  return shapes;
+}
+
+void readAllShapes(SqliteDatabase& database, const Corpus& corpus) {
+  CheckedQuery row(database, "phone_shapes");
+  for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
+    if (!row.next()) row.fail("is missing");
+    if (row.integer(0) != static_cast<std::int64_t>(take))
+      row.fail(fmt::format("found id {}; expected {}", row.integer(0), take));
+    readShapes(row, corpus.takes[take].labels.phones.size(), shapeComponents(*corpus.trajectory_model));
+  }
+  if (row.next()) row.fail("no such take");
+}
+
+void writeTrajectoryModel(SqliteDatabase& database, const Corpus& corpus) {
+  if (corpus.trajectory_model == nullptr) return;
+  const TrajectoryModel& model = *corpus.trajectory_model;
+  CheckedInsert rows(database, "trajectory_model", 4);
+  std::int64_t id = 0;
+  const auto add = [&](const std::string& name, const Numbers& numbers) {
+    rows.integer(id++).text(name).blob(bytesOf(numbers)).insert();
+  };
+  Numbers time_constants, leads, weights;
+  for (const ComponentDynamics& dynamics : model.dynamics) {
+    time_constants.push_back(static_cast<float>(dynamics.time_constant));
+    leads.push_back(static_cast<float>(dynamics.lead));
+  }
+  for (const double* weight : weightsInOrder(corpus.lattice_weights)) weights.push_back(static_cast<float>(*weight));
+  add("level", floatsOf(model.level));
+  add("analysis", floatsOf(model.analysis));
+  add("shapes", floatsOf(model.shapes));
+  add("time constants", time_constants);
+  add("leads", leads);
+  add("gain", {static_cast<float>(model.gain)});
+  add("closing", floatsOf(model.closing));
+  add("closed opening", {static_cast<float>(model.closed_opening_mm)});
+  add("lattice weights", weights);
+  if (corpus.sound_cut_weights != SoundCutWeights()) {
+    Numbers cuts;
+    for (const double* weight : cutWeightsInOrder(corpus.sound_cut_weights))
+      cuts.push_back(static_cast<float>(*weight));
+    add(std::string(kCutWeights), cuts);
+  }
+  for (const auto& [feature, target] : model.targets) add(std::string(kTarget) + feature, floatsOf(target));
+
+  CheckedInsert shapes(database, "phone_shapes", 3);
+  for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
+    const CorpusTake& own = corpus.takes[take];
+    const bool is_elsewhere = corpus.motion_source != nullptr;
+    const MotionClip loaded = is_elsewhere ? corpus.motion_source->load(TakeIndex(take)) : MotionClip();
+    const MotionClip& motion = is_elsewhere ? loaded : own.motion;
+    const Numbers numbers = packed(phoneShapes(model, own.labels, motion, corpus.neutral_pose_mm));
+    shapes.integer(static_cast<std::int64_t>(take)).blob(bytesOf(numbers)).insert();
+  }
+}
+
+}  // namespace mouthpiece

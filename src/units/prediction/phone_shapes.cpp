@@ -1,0 +1,101 @@
+#include "units/prediction/phone_shapes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace mouthpiece {
+namespace {
+
+constexpr Seconds kSilenceLookedAt = 0.300;
+constexpr Seconds kAround = 0.020;  ///< labels are that exact
+
+PhoneShapes::Matrix packed(const Eigen::MatrixXd& values, std::size_t phones, Eigen::Index components) {
+  PhoneShapes::Matrix matrix(static_cast<Eigen::Index>(phones), PhoneShapes::kPoints * components);
+  for (Eigen::Index row = 0; row < values.rows(); ++row) {
+    matrix.block(row / PhoneShapes::kPoints, row % PhoneShapes::kPoints * components, 1, components) =
+        values.row(row).leftCols(components).cast<float>();
+  }
+  return matrix;
+}
+
+std::optional<std::size_t> markerNamed(const MotionClip& motion, std::string_view name) {
+  const auto found = motion.findMarker(name);
+  return found ? std::optional(found->value) : std::nullopt;
+}
+
+float tightest(const MotionClip& motion, std::size_t upper, std::size_t lower, const TimeSpan& span) {
+  const auto last = static_cast<double>(motion.frameCount() - 1);
+  const double begin = std::clamp(std::floor((span.start - kAround) * motion.frame_rate_hz), 0.0, last);
+  const double end = std::clamp(std::ceil((span.end + kAround) * motion.frame_rate_hz), 0.0, last);
+  double least = std::numeric_limits<double>::infinity();
+  for (auto frame = static_cast<std::size_t>(begin); frame <= static_cast<std::size_t>(end); ++frame) {
+    const double opening = (motion.position(FrameIndex(frame), MarkerIndex(upper)) -
+                            motion.position(FrameIndex(frame), MarkerIndex(lower)))
+                               .norm();
+    if (opening < least) least = opening;  // not where it was not seen
+  }
+  return std::isfinite(least) ? static_cast<float>(least) : std::numeric_limits<float>::quiet_NaN();
+}
+
+}  // namespace
+
+Eigen::Index shapeComponents(const TrajectoryModel& model) {
+  return std::min(model.componentCount(), PhoneShapes::kMostComponents);
+}
+
+std::vector<Seconds> shapeTimes(const SpeechLabels& labels) {
+  std::vector<Seconds> times;
+  for (std::size_t i = 0; i < labels.phones.size(); ++i) {
+    TimeSpan span = labels.phones[i].span;
+    if (labels.phones[i].phone == Phone::kSil && i == 0) span.start = std::max(span.start, span.end - kSilenceLookedAt);
+    if (labels.phones[i].phone == Phone::kSil && i > 0) span.end = std::min(span.end, span.start + kSilenceLookedAt);
+    for (Eigen::Index point = 0; point < PhoneShapes::kPoints; ++point) {
+      const double u = (static_cast<double>(point) + 0.5) / static_cast<double>(PhoneShapes::kPoints);
+      times.push_back(span.start + u * span.duration());
+    }
+  }
+  return times;
+}
+
+PhoneShapes::Matrix predictedShapes(const TrajectoryModel& model, const SpeechLabels& labels) {
+  return packed(model.predict(labels, shapeTimes(labels)), labels.phones.size(), shapeComponents(model));
+}
+
+PhoneShapes phoneShapes(const TrajectoryModel& model, const SpeechLabels& labels, const MotionClip& motion,
+                        const MarkerPositions& neutral_mm) {
+  const Eigen::Map<const Eigen::RowVectorXd> neutral(neutral_mm.data(), neutral_mm.size());
+  const std::vector<Seconds> times = shapeTimes(labels);
+  const Eigen::Index components = shapeComponents(model);
+  // A marker that the components do not look at may be missing.
+  Eigen::MatrixXd values(motion.positions_mm.rows(), components);
+  for (Eigen::Index frame = 0; frame < values.rows(); ++frame) {
+    Eigen::RowVectorXd pose = motion.positions_mm.row(frame) - neutral;
+    for (Eigen::Index column = 0; column < pose.size(); ++column) {
+      if (std::isnan(pose(column)) && (model.analysis.row(column).array() == 0).all()) pose(column) = 0;
+    }
+    values.row(frame) = pose * model.analysis.leftCols(components);
+  }
+  Eigen::MatrixXd at_points(static_cast<Eigen::Index>(times.size()), components);
+  const auto last = static_cast<double>(motion.frameCount() - 1);
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const double frame = std::clamp(times[i] * motion.frame_rate_hz, 0.0, last);
+    const auto before = static_cast<Eigen::Index>(frame);
+    const Eigen::Index after = std::min<Eigen::Index>(before + 1, values.rows() - 1);
+    const double part = frame - static_cast<double>(before);
+    at_points.row(static_cast<Eigen::Index>(i)) = (1 - part) * values.row(before) + part * values.row(after);
+  }
+  PhoneShapes shapes;
+  shapes.captured = packed(at_points, labels.phones.size(), components);
+  shapes.predicted = predictedShapes(model, labels);
+  shapes.tightest_mm.assign(labels.phones.size(), std::numeric_limits<float>::quiet_NaN());
+  const auto upper = markerNamed(motion, "LIP_UP_MID"), lower = markerNamed(motion, "LIP_LO_MID");
+  if (!upper || !lower) return shapes;
+  for (std::size_t i = 0; i < labels.phones.size(); ++i) {
+    shapes.tightest_mm[i] = tightest(motion, *upper, *lower, labels.phones[i].span);
+  }
+  return shapes;
+}
+
+}  // namespace mouthpiece

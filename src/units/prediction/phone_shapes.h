@@ -1,0 +1,40 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "motion/motion_clip.h"
+#include "phonetics/labels/speech_labels.h"
+#include "units/prediction/trajectory_model.h"
+
+namespace mouthpiece {
+
+/// What selection needs to know of a take's motion without loading it: the first components of the speaking face at a
+/// few times of each phone, as captured and as predicted from the take's own labels.
+struct PhoneShapes {
+  static constexpr Eigen::Index kPoints = 5;  ///< at 10, 30, 50, 70, 90 % of the phone
+  static constexpr Eigen::Index kMostComponents = 8;
+  using Matrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Matrix captured;                 ///< phones x (points * components), mm, components side by side; NaN: not seen
+  Matrix predicted;                ///< the same
+  std::vector<float> tightest_mm;  ///< one a phone: least lip opening in it and 20 ms around it; NaN: not seen
+
+  [[nodiscard]] std::size_t phoneCount() const { return tightest_mm.size(); }
+  [[nodiscard]] Eigen::Index componentCount() const { return captured.cols() / kPoints; }
+};
+
+/// Components that PhoneShapes hold.
+Eigen::Index shapeComponents(const TrajectoryModel& model);
+
+/// The times of all points of all phones, rising. A silence is looked at where it is nearest to speech: in its last
+/// 300 ms when the line begins with it, otherwise in its first.
+std::vector<Seconds> shapeTimes(const SpeechLabels& labels);
+
+/// phones x (points * components): the model's prediction for `labels`.
+PhoneShapes::Matrix predictedShapes(const TrajectoryModel& model, const SpeechLabels& labels);
+
+/// `neutral_mm` and the columns of `motion` in the model's order.
+PhoneShapes phoneShapes(const TrajectoryModel& model, const SpeechLabels& labels, const MotionClip& motion,
+                        const MarkerPositions& neutral_mm);
+
+}  // namespace mouthpiece

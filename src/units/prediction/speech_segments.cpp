@@ -1,0 +1,201 @@
+#include "units/prediction/speech_segments.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mouthpiece {
+namespace {
+
+constexpr Seconds kBreathLength = 0.35;      ///< before speech the captured mouth opens this long
+constexpr Seconds kRelaxationLength = 0.25;  ///< after it, lips come together
+constexpr Seconds kLeastRest = 0.1;
+constexpr double kPauseShare = 0.4;
+constexpr double kFirstPartShare = 0.45;  ///< of a diphthong
+
+constexpr double kClosurePace = 0.8;  ///< time constants relative to the component's own
+constexpr double kSilencePace = 1.5;
+
+/// A segment's class, as its neighbours see it.
+std::string className(Viseme viseme) { return std::string(visemeName(viseme == Viseme::kEr ? Viseme::kUh : viseme)); }
+
+bool isDiphthong(Phone phone) { return isVowel(phone) && firstViseme(phone) != lastViseme(phone); }
+
+struct Piece {
+  SpeechSegment segment;
+  std::string phone_feature;  ///< empty in silence
+  Viseme viseme = Viseme::kSil;
+};
+
+std::vector<Piece> silencePieces(const TimeSpan& span, bool first, bool last) {
+  const auto piece = [&](Seconds start, Seconds end, const char* name, bool breath) {
+    Piece silence;
+    silence.segment.span = {start, end};
+    silence.segment.breath = breath;
+    silence.segment.pace = SegmentPace::kSilence;
+    if (*name != '\0') silence.segment.features.push_back({std::string("silence ") + name});
+    return silence;
+  };
+  const bool has_rest = span.duration() > kBreathLength + kLeastRest;
+  if (first && last) return {piece(span.start, span.end, "", false)};
+  if (first) {
+    const Seconds cut = has_rest ? span.end - kBreathLength : span.start;
+    std::vector<Piece> pieces;
+    if (has_rest) pieces.push_back(piece(span.start, cut, "", false));
+    pieces.push_back(piece(cut, span.end, "before", true));
+    return pieces;
+  }
+  if (!last) {  // The capture has next to no pauses: half way between rest and a neutral vowel.
+    Piece pause = piece(span.start, span.end, "", true);
+    pause.segment.features = {{"viseme " + className(Viseme::kUh), kPauseShare}};
+    return {pause};
+  }
+  if (span.duration() <= kRelaxationLength + kLeastRest) return {piece(span.start, span.end, "after", false)};
+  const Seconds cut = span.start + kRelaxationLength;
+  return {piece(span.start, cut, "after", false), piece(cut, span.end, "", false)};
+}
+
+std::vector<Piece> speechPieces(const LabelledPhone& phone) {
+  const std::string name(phoneName(phone.phone));
+  Piece whole;
+  whole.segment.span = phone.span;
+  whole.segment.phone = phone.phone;
+  whole.segment.in_speech = true;
+  whole.phone_feature = "phone " + name;
+  whole.viseme = firstViseme(phone.phone);
+  if (isBilabial(phone.phone) || isLabiodental(phone.phone)) whole.segment.pace = SegmentPace::kClosure;
+  if (!isDiphthong(phone.phone)) return {whole};
+  Piece second = whole;
+  const Seconds cut = phone.span.start + kFirstPartShare * phone.span.duration();
+  whole.segment.span.end = second.segment.span.start = cut;
+  whole.phone_feature += " 1";
+  second.phone_feature += " 2";
+  second.viseme = lastViseme(phone.phone);
+  return {whole, second};
+}
+
+/// The label of P and B holds the burst, when the lips are open already; that of M ends when they part.
+void giveBurstsToWhatFollows(std::vector<Piece>& pieces) {
+  constexpr Seconds kBurst = 0.020;
+  constexpr double kMostOfLabel = 0.4;
+  for (std::size_t i = 0; i + 1 < pieces.size(); ++i) {
+    SpeechSegment& stop = pieces[i].segment;
+    if (!stop.in_speech || !isBilabial(stop.phone) || !isStop(stop.phone)) continue;
+    stop.span.end -= std::min(kBurst, kMostOfLabel * stop.span.duration());
+    pieces[i + 1].segment.span.start = stop.span.end;
+  }
+}
+
+std::vector<Piece> cutIntoPieces(const SpeechLabels& labels) {
+  std::vector<Piece> pieces;
+  for (std::size_t i = 0; i < labels.phones.size(); ++i) {
+    const LabelledPhone& phone = labels.phones[i];
+    const std::vector<Piece> next = phone.phone == Phone::kSil
+                                        ? silencePieces(phone.span, i == 0, i + 1 == labels.phones.size())
+                                        : speechPieces(phone);
+    pieces.insert(pieces.end(), next.begin(), next.end());
+  }
+  giveBurstsToWhatFollows(pieces);
+  for (std::size_t i = pieces.size(); i-- > 0;) {  // HH has the mouth of what follows.
+    if (pieces[i].viseme != Viseme::kH) continue;
+    const bool vowel_follows = i + 1 < pieces.size() && pieces[i + 1].viseme != Viseme::kSil;
+    pieces[i].viseme = vowel_follows ? pieces[i + 1].viseme : Viseme::kUh;
+  }
+  return pieces;
+}
+
+/// The features that a viseme brings in a context; `weight` below 1 for a mixture.
+void addVisemeFeatures(std::vector<SegmentFeature>& features, Viseme viseme, const std::vector<std::string>& classes,
+                       std::size_t index, double weight) {
+  const std::string own(visemeName(viseme));
+  const auto neighbour = [&](std::ptrdiff_t distance) -> const std::string& {
+    static const std::string kNone = "-";
+    const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(index) + distance;
+    return at < 0 || at >= static_cast<std::ptrdiff_t>(classes.size()) ? kNone : classes[static_cast<std::size_t>(at)];
+  };
+  features.push_back({"viseme " + own, weight});
+  features.push_back({"left " + own + " " + neighbour(-1), weight});
+  features.push_back({"right " + own + " " + neighbour(1), weight});
+  features.push_back({"left2 " + own + " " + neighbour(-2), weight});
+  features.push_back({"right2 " + own + " " + neighbour(2), weight});
+}
+
+void addSilenceFeatures(SpeechSegment& silence, const std::vector<std::string>& classes, std::size_t index) {
+  if (silence.features.empty()) return;  // rest
+  const std::string name = silence.features.front().name;
+  if (!name.starts_with("silence ")) return;  // pause
+  if (index > 0) silence.features.push_back({name + " left " + classes[index - 1]});
+  if (index + 1 < classes.size()) silence.features.push_back({name + " right " + classes[index + 1]});
+}
+
+double paceFactor(SegmentPace pace) {
+  return pace == SegmentPace::kClosure ? kClosurePace : pace == SegmentPace::kSilence ? kSilencePace : 1.0;
+}
+
+}  // namespace
+
+std::vector<SpeechSegment> speechSegments(const SpeechLabels& labels) {
+  std::vector<Piece> pieces = cutIntoPieces(labels);
+  std::vector<std::string> classes;
+  for (const Piece& piece : pieces) classes.push_back(className(piece.viseme));
+  std::vector<SpeechSegment> segments;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    SpeechSegment segment = pieces[i].segment;
+    if (!segment.in_speech) {
+      addSilenceFeatures(segment, classes, i);
+    } else {
+      segment.features.push_back({pieces[i].phone_feature});
+      if (pieces[i].viseme == Viseme::kEr) {
+        addVisemeFeatures(segment.features, Viseme::kR, classes, i, 0.5);
+        addVisemeFeatures(segment.features, Viseme::kUh, classes, i, 0.5);
+      } else {
+        addVisemeFeatures(segment.features, pieces[i].viseme, classes, i, 1.0);
+      }
+    }
+    segments.push_back(std::move(segment));
+  }
+  return segments;
+}
+
+double movementStep(Seconds time, Seconds time_constant) {
+  constexpr double kDone = 40;  // e^-40: over to the last bit
+  if (time <= 0) return 0;
+  if (time > kDone * time_constant) return 1;
+  // 1 - exp(-x) (1 + x + ... + x^(n-1) / (n-1)!): the integral of n exponential stages in a row.
+  const double x = time / time_constant;
+  double term = 1, sum = 1;
+  for (int stage = 1; stage < kMovementStages; ++stage) {
+    term *= x / stage;
+    sum += term;
+  }
+  return 1 - std::exp(-x) * sum;
+}
+
+Eigen::MatrixXd segmentWeights(const std::vector<SpeechSegment>& segments, Seconds time_constant, Seconds lead,
+                               std::span<const Seconds> times) {
+  const auto rows = static_cast<Eigen::Index>(times.size());
+  const auto count = static_cast<Eigen::Index>(segments.size());
+  Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(rows, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const SpeechSegment& segment = segments[static_cast<std::size_t>(i)];
+    const Seconds stage = time_constant * paceFactor(segment.pace);
+    // The response is half done about n stages after its input steps: the input comes that much earlier.
+    const Seconds begin = segment.span.start - lead - kMovementStages * stage;
+    for (Eigen::Index row = 0; row < rows; ++row) {
+      const double step = i == 0 ? 1.0 : movementStep(times[static_cast<std::size_t>(row)] - begin, stage);
+      weights(row, i) += step;
+      if (i > 0) weights(row, i - 1) -= step;
+    }
+  }
+  return weights;
+}
+
+Eigen::MatrixXd segmentWeights(const std::vector<SpeechSegment>& segments, Seconds time_constant, Seconds lead,
+                               double frame_rate_hz, std::size_t frame_count) {
+  std::vector<Seconds> times;
+  for (std::size_t frame = 0; frame < frame_count; ++frame) {
+    times.push_back(static_cast<double>(frame) / frame_rate_hz);
+  }
+  return segmentWeights(segments, time_constant, lead, times);
+}
+
+}  // namespace mouthpiece

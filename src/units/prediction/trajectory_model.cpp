@@ -1,0 +1,68 @@
+#include "units/prediction/trajectory_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mouthpiece {
+namespace {
+
+constexpr Seconds kUsualLength = 0.080;  ///< at which a length is no feature
+constexpr Seconds kShortestLength = 0.005;
+
+bool sameDynamics(const ComponentDynamics& a, const ComponentDynamics& b) {
+  return a.time_constant == b.time_constant && a.lead == b.lead;
+}
+
+}  // namespace
+
+std::vector<SpeechSegment> predictionSegments(const SpeechLabels& labels) {
+  std::vector<SpeechSegment> segments = speechSegments(labels);
+  for (SpeechSegment& segment : segments) {
+    if (!segment.in_speech) continue;
+    const double length = std::log(std::max(kShortestLength, segment.span.duration()) / kUsualLength);
+    std::vector<SegmentFeature> lengths;
+    for (const SegmentFeature& feature : segment.features) {
+      if (feature.name.starts_with("viseme ") || feature.name.starts_with("phone ")) {
+        lengths.push_back({"length " + feature.name, feature.weight * length});
+      }
+    }
+    segment.features.insert(segment.features.end(), lengths.begin(), lengths.end());
+  }
+  return segments;
+}
+
+LinePrediction::LinePrediction(const TrajectoryModel& model, const SpeechLabels& labels)
+    : model_(&model), segments_(predictionSegments(labels)) {
+  targets_ = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(segments_.size()), model.componentCount());
+  for (std::size_t i = 0; i < segments_.size(); ++i) {
+    for (const SegmentFeature& feature : segments_[i].features) {
+      const auto known = model.targets.find(feature.name);
+      if (known == model.targets.end()) continue;
+      targets_.row(static_cast<Eigen::Index>(i)) += feature.weight * known->second.transpose();
+    }
+  }
+}
+
+Eigen::MatrixXd LinePrediction::at(std::span<const Seconds> times) const {
+  const std::vector<ComponentDynamics>& dynamics = model_->dynamics;
+  Eigen::MatrixXd values(static_cast<Eigen::Index>(times.size()), model_->componentCount());
+  std::vector<bool> done(dynamics.size(), false);
+  for (std::size_t first = 0; first < dynamics.size(); ++first) {
+    if (done[first]) continue;
+    const Eigen::MatrixXd weights =
+        segmentWeights(segments_, dynamics[first].time_constant, dynamics[first].lead, times);
+    for (std::size_t i = first; i < dynamics.size(); ++i) {
+      if (!sameDynamics(dynamics[first], dynamics[i])) continue;
+      done[i] = true;
+      const auto column = static_cast<Eigen::Index>(i);
+      values.col(column) = (weights * targets_.col(column)).array() + model_->level(column);
+    }
+  }
+  return values;
+}
+
+Eigen::MatrixXd TrajectoryModel::predict(const SpeechLabels& labels, std::span<const Seconds> times) const {
+  return LinePrediction(*this, labels).at(times);
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,63 @@
+#include "units/selection/context_mean.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "units/prediction/phone_shapes.h"
+#include "units/selection/unit_costs.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr float kLikeMm2 = 0.3F;
+constexpr float kHeldBack = 1.0F;
+constexpr std::size_t kMostPlaces = 500;  ///< of a pair; more say no more
+
+class Mean {
+ public:
+  Mean(const UnitDatabase& database, Eigen::Index columns)
+      : database_(database), sum_(Eigen::RowVectorXf::Zero(columns)) {}
+
+  void add(const PhonePlace& place, const Eigen::RowVectorXf& line) {
+    const PhoneShape shape = database_.shapeOf(place);
+    const float distance = (shape.predicted() - line).squaredNorm() / static_cast<float>(PhoneShapes::kPoints);
+    const float weight = std::exp(-distance / kLikeMm2);
+    constexpr float kNothing = 1e-4F;
+    if (weight < kNothing || !shape.captured().allFinite()) return;
+    sum_ += weight * (shape.captured() - shape.predicted());
+    weight_ += weight;
+  }
+  [[nodiscard]] Eigen::RowVectorXf value() const { return sum_ / (weight_ + kHeldBack); }
+
+ private:
+  const UnitDatabase& database_;
+  Eigen::RowVectorXf sum_;
+  float weight_ = 0;
+};
+
+}  // namespace
+
+Eigen::MatrixXd contextMean(const SpeechLabels& target, const UnitDatabase& database) {
+  const TrajectoryModel& model = *database.corpus().trajectory_model;
+  const PhoneShapes::Matrix predicted = predictedShapes(model, target);
+  const Eigen::Index components = shapeComponents(model);
+  Eigen::MatrixXd means(predicted.rows() * PhoneShapes::kPoints, components);
+  for (std::size_t phone = 0; phone < target.phones.size(); ++phone) {
+    const auto row = static_cast<Eigen::Index>(phone);
+    Mean mean(database, predicted.cols());
+    for (const std::size_t side : {0U, 1U}) {  // the pair that it begins, the pair that it ends
+      if (phone < side || phone + 1 - side >= target.phones.size()) continue;
+      const std::size_t first = phone - side;
+      const auto& places = database.diphones(target.phones[first].phone, target.phones[first + 1].phone);
+      const std::size_t every = places.size() / kMostPlaces + 1;
+      for (std::size_t i = 0; i < places.size(); i += every) mean.add(advance(places[i], side), predicted.row(row));
+    }
+    const Eigen::RowVectorXf value = mean.value();
+    for (Eigen::Index point = 0; point < PhoneShapes::kPoints; ++point) {
+      means.row(row * PhoneShapes::kPoints + point) = value.segment(point * components, components).cast<double>();
+    }
+  }
+  return means;
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "base/errors.h"
+#include "phonetics/labels/speech_labels.h"
+#include "units/file/lattice_weights.h"
+#include "units/selection/phone_span_index.h"
+
+namespace mouthpiece {
+
+class UnitDatabase;
+
+enum class SelectionMethod {
+  kGreedy,   ///< EDGE 5.1.1: always the longest fragment that fits
+  kViterbi,  ///< least sum of target and join costs over all fragments; pair by pair, with the prediction as a guide,
+             ///< where the corpus has a trajectory model and units are of any kind
+};
+
+/// Which runs of phones may be a unit.
+enum class UnitScales {
+  kAny,    ///< every run
+  kPaper,  ///< sentences, words, syllables, each with at most one phone of context on either side, and diphones
+};
+
+/// What to do where the corpus lacks a pair of phones.
+enum class Backoff {
+  kViseme,  ///< the nearest pair by viseme class stands in
+  kNone,    ///< refuse
+};
+
+/// "greedy" "viterbi", "any" "paper"; nullopt for another name.
+std::optional<SelectionMethod> selectionMethodFromName(std::string_view name);
+std::optional<UnitScales> unitScalesFromName(std::string_view name);
+
+/// What a mismatch costs; all terms are added (docs/theory/selection.md says how they were set).
+struct SelectionWeights {
+  double duration = 1.0;              ///< per phone, times |ln(target / source duration)|; half at a shared phone
+  double context = 0.5;               ///< per outer neighbour: 0 the same phone, 0.5 the same viseme class, 1 another
+  double word_position = 0.1;         ///< per phone that begins or ends a word in one and not in the other
+  double stress = 0.1;                ///< per phone whose syllable is stressed in one and not in the other
+  double closure_per_mm = 0.5;        ///< per B P M, by how far the fragment's lips stay open in it
+  double join_position_per_mm = 0.3;  ///< lips' RMS distance at the best place inside the shared phone
+  double join_velocity_per_mm_s = 0.005;  ///< lips' RMS difference of velocity there
+  double unit = 2.0;                      ///< per unit, viterbi only: joins are worth avoiding
+  double backoff = 10;                    ///< per stand-in
+};
+
+struct SelectionOptions {
+  SelectionMethod method = SelectionMethod::kGreedy;
+  UnitScales units = UnitScales::kAny;
+  Backoff backoff = Backoff::kViseme;
+  SelectionWeights weights;
+  /// Added to the cost of going from one corpus phone into another, where the sound is joined too; may be empty.
+  std::function<double(const PhonePlace& before, const PhonePlace& after)> sound_join_cost;
+  std::size_t candidates_kept = 6;        ///< viterbi: fragments per run of phones, the cheapest ones by target cost
+  std::optional<LatticeWeights> lattice;  ///< none: those of the corpus
+  std::size_t pairs_kept = 40;            ///< lattice: places per pair of phones, the cheapest ones by target cost
+  std::size_t pairs_looked_at = 200;      ///< lattice: of more places of a pair than these the likeliest by label
+};
+
+/// The corpus lacks a pair of phones, and there is, or shall be, nothing in its stead.
+class MissingPairError : public InputError {
+ public:
+  using InputError::InputError;
+};
+
+/// A fragment of the corpus chosen for phones [first, last] of the target. Neighbours share a phone.
+struct SelectedUnit {
+  PhoneRange phones;
+  PhonePlace source;  ///< first phone of the fragment
+  double target_cost = 0;
+  double join_cost = 0;     ///< with the unit before
+  bool is_backoff = false;  ///< the corpus lacks the pair: the nearest one by viseme class stands in
+  TimeSpan sound = {};      ///< of the target: where the fragment's recording is heard; empty when another voice speaks
+};
+
+/// Covers the whole target. Only fragments whose motion is seen throughout are offered. Where the corpus has no such
+/// fragment even for a pair of phones, the nearest pair by viseme class stands in; where there is none either (lips
+/// that must close or touch would do so in neither phone), throws MissingPairError that names the pair. Never loops.
+/// Empty when the target has fewer than two phones.
+std::vector<SelectedUnit> selectUnits(const SpeechLabels& target, const UnitDatabase& database,
+                                      const SelectionOptions& options);
+
+/// What the fragment of `phone_count` phones at `first` is in its take: "sentence" (all of it), "phrase" (several whole
+/// words), "word", "syllable" (at least one whole), "diphone" or "span".
+std::string_view scaleOf(const SpeechLabels& take, PhoneIndex first, std::size_t phone_count);
+
+}  // namespace mouthpiece

@@ -1,0 +1,188 @@
+#include "units/selection/unit_database.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <mutex>
+
+#include "base/errors.h"
+
+namespace mouthpiece {
+namespace {
+
+std::vector<std::vector<Phone>> phonesOfTakes(const Corpus& corpus) {
+  std::vector<std::vector<Phone>> takes(corpus.takes.size());
+  for (std::size_t take = 0; take < takes.size(); ++take) {
+    const std::vector<LabelledPhone>& labelled = corpus.takes[take].labels.phones;
+    takes[take].reserve(labelled.size());
+    for (const LabelledPhone& phone : labelled) takes[take].push_back(phone.phone);
+  }
+  return takes;
+}
+
+std::size_t diphoneIndex(Phone a, Phone b) {
+  return static_cast<std::size_t>(a) * kPhoneCount + static_cast<std::size_t>(b);
+}
+
+}  // namespace
+
+struct UnitDatabase::TakeFacts {
+  std::once_flag once;
+  MotionClip loaded;                         ///< empty when the corpus has it already
+  std::vector<std::uint32_t> unseen_before;  ///< frames with a NaN among the first k
+  std::vector<PhoneLips> lips;               ///< one a phone
+  std::vector<double> opening_left_mm;       ///< one a phone
+};
+
+struct UnitDatabase::TakeShapes {
+  std::once_flag once;
+  PackedShapes shapes;
+};
+
+UnitDatabase::UnitDatabase(const Corpus& corpus)
+    : corpus_(corpus),
+      index_(phonesOfTakes(corpus)),
+      diphones_(kPhoneCount * kPhoneCount),
+      facts_(std::make_unique<TakeFacts[]>(corpus.takes.size())),
+      shapes_(std::make_unique<TakeShapes[]>(corpus.takes.size())) {
+  for (std::size_t marker = 0; marker < corpus.layout.markers.size(); ++marker) {
+    const std::string& region = corpus.layout.markers[marker].region;
+    if (region != "lip" && region != "chin") continue;
+    for (std::size_t axis = 0; axis < 3; ++axis) lip_columns_.push_back(static_cast<Eigen::Index>(3 * marker + axis));
+  }
+  const std::vector<std::string> names = corpus.layout.markerNames();
+  const auto upper = std::find(names.begin(), names.end(), "LIP_UP_MID") - names.begin();
+  const auto lower = std::find(names.begin(), names.end(), "LIP_LO_MID") - names.begin();
+  if (upper < std::ssize(names) && lower < std::ssize(names)) {
+    const double neutral = (corpus.neutral_pose_mm.row(upper) - corpus.neutral_pose_mm.row(lower)).norm();
+    lip_pair_ = {3 * upper, 3 * lower, neutral};
+  }
+  std::vector<std::uint32_t> counts(diphones_.size());
+  for (const CorpusTake& take : corpus.takes) {
+    const auto& phones = take.labels.phones;
+    for (std::size_t i = 0; i + 1 < phones.size(); ++i) ++counts[diphoneIndex(phones[i].phone, phones[i + 1].phone)];
+  }
+  for (std::size_t pair = 0; pair < counts.size(); ++pair) diphones_[pair].reserve(counts[pair]);
+  for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
+    const auto& phones = corpus.takes[take].labels.phones;
+    for (std::size_t i = 0; i + 1 < phones.size(); ++i) {
+      diphones_[diphoneIndex(phones[i].phone, phones[i + 1].phone)].push_back({TakeIndex(take), PhoneIndex(i)});
+    }
+  }
+}
+
+UnitDatabase::~UnitDatabase() = default;
+
+void UnitDatabase::forgetTakes() {
+  facts_ = std::make_unique<TakeFacts[]>(corpus_.takes.size());
+  shapes_ = std::make_unique<TakeShapes[]>(corpus_.takes.size());
+}
+
+const std::vector<PhonePlace>& UnitDatabase::diphones(Phone a, Phone b) const { return diphones_[diphoneIndex(a, b)]; }
+
+Eigen::RowVectorXd lipsAt(const MotionClip& motion, const std::vector<Eigen::Index>& columns, Seconds time) {
+  const auto last = static_cast<double>(motion.frameCount() - 1);
+  const double frame = std::clamp(time * motion.frame_rate_hz, 0.0, last);
+  const auto before = static_cast<Eigen::Index>(frame);
+  const Eigen::Index after = std::min<Eigen::Index>(before + 1, motion.positions_mm.rows() - 1);
+  const double part = frame - static_cast<double>(before);
+  Eigen::RowVectorXd lips(static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    lips[static_cast<Eigen::Index>(i)] =
+        (1 - part) * motion.positions_mm(before, columns[i]) + part * motion.positions_mm(after, columns[i]);
+  }
+  return lips;
+}
+
+double UnitDatabase::tightest(const MotionClip& motion, const TimeSpan& span) const {
+  constexpr Seconds kAround = 0.020;  // labels are that exact
+  if (!lip_pair_) return 0;
+  const auto last = static_cast<double>(motion.frameCount() - 1);
+  const auto begin =
+      static_cast<Eigen::Index>(std::clamp(std::floor((span.start - kAround) * motion.frame_rate_hz), 0.0, last));
+  const auto end =
+      static_cast<Eigen::Index>(std::clamp(std::ceil((span.end + kAround) * motion.frame_rate_hz), 0.0, last));
+  double least = std::numeric_limits<double>::infinity();
+  for (Eigen::Index frame = begin; frame <= end; ++frame) {
+    const auto row = motion.positions_mm.row(frame);
+    const double opening = (row.segment<3>(lip_pair_->upper) - row.segment<3>(lip_pair_->lower)).norm();
+    if (opening < least) least = opening;  // not where it was not seen
+  }
+  return std::isfinite(least) ? least - lip_pair_->neutral_mm : 0;
+}
+
+double UnitDatabase::openingLeft(const PhonePlace& place) const {
+  return factsOf(place.take).opening_left_mm[place.phone.value];
+}
+
+const UnitDatabase::TakeFacts& UnitDatabase::factsOf(TakeIndex take) const {
+  TakeFacts& facts = facts_[take.value];
+  std::call_once(facts.once, [&] {
+    const CorpusTake& own = corpus_.takes[take.value];
+    if (corpus_.motion_source != nullptr) facts.loaded = corpus_.motion_source->load(take);
+    const MotionClip& motion = corpus_.motion_source != nullptr ? facts.loaded : own.motion;
+    facts.unseen_before.push_back(0);
+    for (Eigen::Index frame = 0; frame < motion.positions_mm.rows(); ++frame) {
+      // A sum is NaN as soon as one of its terms is; positions are finite or NaN.
+      const bool unseen = std::isnan(motion.positions_mm.row(frame).sum());
+      facts.unseen_before.push_back(facts.unseen_before.back() + (unseen ? 1U : 0U));
+    }
+    const auto columns = static_cast<Eigen::Index>(lip_columns_.size());
+    for (const LabelledPhone& phone : own.labels.phones) {
+      facts.opening_left_mm.push_back(tightest(motion, phone.span));
+      PhoneLips& lips = facts.lips.emplace_back();
+      lips.positions_mm.resize(PhoneLips::kPoints, columns);
+      lips.steps_mm.resize(PhoneLips::kPoints, columns);
+      const Seconds spacing = phone.span.duration() / PhoneLips::kPoints;
+      for (Eigen::Index k = 0; k < PhoneLips::kPoints; ++k) {
+        const Seconds time = phone.span.start + (static_cast<double>(k) + 0.5) * spacing;
+        // At least half a frame to each side, so that a short phone's speed is not that of one noisy frame pair.
+        const Seconds reach = std::max(spacing, 0.5 / motion.frame_rate_hz);
+        const Eigen::RowVectorXd change =
+            lipsAt(motion, lip_columns_, time + reach) - lipsAt(motion, lip_columns_, time - reach);
+        lips.positions_mm.row(k) = lipsAt(motion, lip_columns_, time).cast<float>();
+        lips.steps_mm.row(k) = (change * (phone.span.duration() / (2 * reach))).cast<float>();
+      }
+    }
+  });
+  return facts;
+}
+
+const MotionClip& UnitDatabase::motionOf(TakeIndex take) const {
+  return corpus_.motion_source != nullptr ? factsOf(take).loaded : corpus_.takes[take.value].motion;
+}
+
+const PhoneLips& UnitDatabase::lipsOf(const PhonePlace& place) const {
+  return factsOf(place.take).lips[place.phone.value];
+}
+
+const PackedShapes& UnitDatabase::shapesOf(TakeIndex take) const {
+  TakeShapes& known = shapes_[take.value];
+  std::call_once(known.once, [&] {
+    MOUTHPIECE_EXPECT(corpus_.trajectory_model != nullptr);
+    PhoneShapes shapes;
+    if (corpus_.motion_source != nullptr) shapes = corpus_.motion_source->loadShapes(take);
+    if (shapes.phoneCount() == 0) {
+      shapes = phoneShapes(*corpus_.trajectory_model, corpus_.takes[take.value].labels, motionOf(take),
+                           corpus_.neutral_pose_mm);
+    }
+    known.shapes = PackedShapes(shapes);
+  });
+  return known.shapes;
+}
+
+bool UnitDatabase::isSeen(const PhonePlace& first, std::size_t phone_count) const {
+  const MotionClip& motion = motionOf(first.take);
+  const LabelledPhone& last = takeOf(first).labels.phones[first.phone.value + phone_count - 1];
+  const double rate = motion.frame_rate_hz;
+  const auto frames = static_cast<double>(motion.frameCount());
+  // The last silence may outlast the capture: the pose is held there. Speech may not, but for one frame's rounding.
+  const Seconds needed = last.phone == Phone::kSil ? last.span.start : last.span.end;
+  if (needed * rate > frames) return false;
+  const TakeFacts& facts = factsOf(first.take);
+  const double begin = std::clamp(std::floor(phoneAt(first).span.start * rate), 0.0, frames - 1);
+  const double end = std::clamp(std::ceil(last.span.end * rate) + 1, begin + 1, frames);
+  return facts.unseen_before[static_cast<std::size_t>(end)] == facts.unseen_before[static_cast<std::size_t>(begin)];
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "units/file/corpus.h"
+#include "units/prediction/packed_shapes.h"
+#include "units/selection/phone_span_index.h"
+
+namespace mouthpiece {
+
+/// Where the lips are in the middle stretch of a phone, for comparing two phones at which units may be joined.
+struct PhoneLips {
+  static constexpr Eigen::Index kPoints = 8;  ///< at (k + 0.5) / kPoints of the phone
+  using Matrix = Eigen::Matrix<float, kPoints, Eigen::Dynamic, Eigen::RowMajor>;
+  Matrix positions_mm;  ///< x y z of each lip and chin marker
+  Matrix steps_mm;      ///< change per whole phone: the derivative by normalised time
+};
+
+/// A corpus made ready for finding units. Refers to the corpus, which must outlive it. Safe to share between threads.
+class UnitDatabase {
+ public:
+  explicit UnitDatabase(const Corpus& corpus);
+  ~UnitDatabase();
+  UnitDatabase(const UnitDatabase&) = delete;
+  UnitDatabase& operator=(const UnitDatabase&) = delete;
+
+  [[nodiscard]] const Corpus& corpus() const { return corpus_; }
+  [[nodiscard]] const PhoneSpanIndex& index() const { return index_; }
+  [[nodiscard]] const CorpusTake& takeOf(const PhonePlace& place) const { return corpus_.takes[place.take.value]; }
+  /// The take's motion, loaded when first asked for if the corpus was read so. Throws InputError when it is damaged.
+  [[nodiscard]] const MotionClip& motionOf(TakeIndex take) const;
+  [[nodiscard]] const LabelledPhone& phoneAt(const PhonePlace& place) const {
+    return takeOf(place).labels.phones[place.phone.value];
+  }
+
+  /// Whether every marker is seen (no NaN) from the first to the last of `phone_count` phones, and the take's motion
+  /// lasts as long. O(1) after the take's first question.
+  [[nodiscard]] bool isSeen(const PhonePlace& first, std::size_t phone_count) const;
+
+  /// The columns of a take's motion that hold lip and chin markers: x, y, z of each.
+  [[nodiscard]] const std::vector<Eigen::Index>& lipColumns() const { return lip_columns_; }
+
+  /// Computed for the whole take on its first question. NaN where not seen.
+  [[nodiscard]] const PhoneLips& lipsOf(const PhonePlace& place) const;
+
+  /// How far the lips (LIP_UP_MID to LIP_LO_MID) stay open at their tightest in the phone and 20 ms around it, beyond
+  /// the neutral pose; mm, negative when pressed. 0 in a layout without these markers.
+  [[nodiscard]] double openingLeft(const PhonePlace& place) const;
+
+  /// What the lattice compares. Only in a corpus with a trajectory model. From the file, or computed on the take's
+  /// first question.
+  [[nodiscard]] PhoneShape shapeOf(const PhonePlace& place) const {
+    return shapesOf(place.take).unpacked(place.phone.value);
+  }
+  /// PhoneShapes::tightest_mm.
+  [[nodiscard]] float tightestMm(const PhonePlace& place) const {
+    return shapesOf(place.take).tightestMm(place.phone.value);
+  }
+
+  /// Frees what was loaded of single takes; it is loaded again when asked for. What was handed out before is no longer
+  /// valid, and no other thread may be asking.
+  void forgetTakes();
+
+  /// Where phone `a` followed by phone `b` occurs.
+  [[nodiscard]] const std::vector<PhonePlace>& diphones(Phone a, Phone b) const;
+
+ private:
+  struct TakeFacts;
+  struct TakeShapes;
+  struct LipPair {
+    Eigen::Index upper = 0, lower = 0;  ///< x columns
+    double neutral_mm = 0;
+  };
+  [[nodiscard]] const TakeFacts& factsOf(TakeIndex take) const;
+  [[nodiscard]] const PackedShapes& shapesOf(TakeIndex take) const;
+  [[nodiscard]] double tightest(const MotionClip& motion, const TimeSpan& span) const;
+
+  const Corpus& corpus_;
+  PhoneSpanIndex index_;
+  std::vector<Eigen::Index> lip_columns_;
+  std::optional<LipPair> lip_pair_;
+  std::vector<std::vector<PhonePlace>> diphones_;  ///< kPhoneCount x kPhoneCount
+  std::unique_ptr<TakeFacts[]> facts_;             ///< one a take, filled when first asked for
+  std::unique_ptr<TakeShapes[]> shapes_;           ///< the same
+};
+
+/// The lip columns of `take` at `time`, straight between the frames around it; held beyond the ends.
+Eigen::RowVectorXd lipsAt(const MotionClip& motion, const std::vector<Eigen::Index>& columns, Seconds time);
+
+}  // namespace mouthpiece

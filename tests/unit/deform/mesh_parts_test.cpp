@@ -1,0 +1,104 @@
+// What a part of a head is, told by its name and its shape.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <map>
+
+#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/mesh_reader.h"
+
+namespace mouthpiece {
+namespace {
+
+TEST(PartKinds, AreToldByNames) {
+  EXPECT_EQ(kindFromName("M_Face"), PartKind::kSkin);
+  EXPECT_EQ(kindFromName("EyeLashes"), PartKind::kSkin);
+  EXPECT_EQ(kindFromName("M_ScleraLeft"), PartKind::kEye);
+  EXPECT_EQ(kindFromName("Tongue_01"), PartKind::kTongue);
+  EXPECT_EQ(kindFromName("Mouth_inside"), PartKind::kMouthInside);
+  EXPECT_EQ(kindFromName("long_hair"), PartKind::kHair);
+  EXPECT_EQ(kindFromName("lambert1"), std::nullopt);
+}
+
+/// A tiny tetrahedron with its lowest corner at height y.
+std::string tooth(int index, double x, double y) {
+  const int first = 4 * index + 1;
+  std::string text;
+  for (const auto& [dx, dy, dz] : {std::array{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}) {
+    text += "v " + std::to_string(x + dx) + " " + std::to_string(y + dy) + " " + std::to_string(dz) + "\n";
+  }
+  const auto f = [&](int a, int b, int c) {
+    text += "f " + std::to_string(first + a) + " " + std::to_string(first + b) + " " + std::to_string(first + c) + "\n";
+  };
+  f(0, 2, 1), f(0, 1, 3), f(0, 3, 2), f(1, 2, 3);
+  return text;
+}
+
+TEST(PartKinds, TeethAreSplitIntoTwoRowsByHeight) {
+  std::string text = "usemtl Teeth\n";
+  for (int i = 0; i < 8; ++i) text += tooth(i, 2.0 * (i / 2), i % 2 == 0 ? 5.0 + 0.3 * i : -5.0 - 0.3 * i);
+  const FaceMesh mesh = parseObj(text, "teeth.obj");
+  ASSERT_EQ(mesh.parts.size(), 2U);
+  for (const MeshPart& part : mesh.parts) {
+    EXPECT_EQ(part.triangle_count, 16U);
+    for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t) {
+      const bool is_high = mesh.vertices(mesh.triangles[t][0], 1) > 0;
+      EXPECT_EQ(is_high, part.kind == PartKind::kUpperTeeth);
+    }
+  }
+}
+
+TEST(PartKinds, NamesOfRowsGoBeforeShape) {
+  const FaceMesh mesh = parseObj("usemtl LowerTeeth\n" + tooth(0, 0, 3) + tooth(1, 4, -3), "teeth.obj");
+  ASSERT_EQ(mesh.parts.size(), 1U);
+  EXPECT_EQ(mesh.parts[0].kind, PartKind::kLowerTeeth);
+}
+
+TEST(PartKinds, PartsCoverAllTrianglesInOrder) {
+  const FaceMesh mesh =
+      parseObj("usemtl a\n" + tooth(0, 0, 0) + "usemtl b\n" + tooth(1, 3, 0) + "usemtl a\n" + tooth(2, 6, 0), "x.obj");
+  ASSERT_EQ(mesh.parts.size(), 2U);
+  std::size_t next = 0;
+  for (const MeshPart& part : mesh.parts) {
+    EXPECT_EQ(part.first_triangle, next);
+    next += part.triangle_count;
+  }
+  EXPECT_EQ(next, mesh.triangles.size());
+  EXPECT_EQ(mesh.parts[0].triangle_count, 8U);
+}
+
+TEST(PartKinds, TheIctHeadComesApartAsItShould) {
+  const std::filesystem::path head = std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / "../shared/faces/ict_head.obj";
+  if (!std::filesystem::exists(head)) GTEST_SKIP() << "the ICT head is not beside the project (../shared/faces)";
+  const FaceMesh mesh = readFaceMesh(head);
+  EXPECT_EQ(mesh.vertices.rows(), 26719);
+  EXPECT_EQ(mesh.triangles.size(), 52220U);
+  std::map<PartKind, std::size_t> triangles;
+  for (const MeshPart& part : mesh.parts) triangles[part.kind] += part.triangle_count;
+  for (const PartKind kind : {PartKind::kSkin, PartKind::kUpperTeeth, PartKind::kLowerTeeth, PartKind::kTongue,
+                              PartKind::kMouthInside, PartKind::kEye}) {
+    EXPECT_GT(triangles[kind], 500U) << static_cast<int>(kind);
+  }
+}
+
+TEST(PartKinds, TheMakeHumanHeadIsRead) {
+  const std::filesystem::path head =
+      std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / "../shared/faces/makehuman_male.obj";
+  if (!std::filesystem::exists(head)) GTEST_SKIP() << "the MakeHuman head is not beside the project (../shared/faces)";
+  const FaceMesh mesh = readFaceMesh(head);
+  EXPECT_GT(mesh.vertices.rows(), 4000);
+  EXPECT_GT(mesh.triangles.size(), 8000U);
+}
+
+TEST(PartKinds, TheIctGlbIsTheSameHeadInMetres) {
+  const std::filesystem::path glb = std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / "../shared/faces/ict_arkit.glb";
+  if (!std::filesystem::exists(glb)) GTEST_SKIP() << "the ICT head is not beside the project (../shared/faces)";
+  const FaceMesh mesh = readFaceMesh(glb);
+  EXPECT_EQ(mesh.triangles.size(), 52220U);
+  EXPECT_EQ(mesh.metres_per_unit, 1.0);
+  const FaceMesh obj = readFaceMesh(glb.parent_path() / "ict_head.obj");
+  EXPECT_LT((1000 * mesh.vertices.colwise().maxCoeff() - obj.vertices.colwise().maxCoeff()).norm(), 0.1F);
+}
+
+}  // namespace
+}  // namespace mouthpiece

@@ -1,0 +1,172 @@
+#include "hearing/alignment/forced_alignment.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "base/errors.h"
+#include "phonetics/labels/lab_file.h"
+#include "hearing/alignment/pronouncer.h"
+#include "voices/voice.h"
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kMedianErrorS = 0.015;  // a frame and a half; all voices together: 8 ms
+const fs::path kGridTakes = fs::path(MOUTHPIECE_SOURCE_DIR) / "../shared/capture/grid_s1/takes";
+
+/// The words of a spoken line with just the phones that the voice said.
+std::vector<TranscriptWord> wordsSaid(const SpeechLabels& labels) {
+  std::vector<TranscriptWord> words;
+  for (const LabelledWord& word : labels.words) {
+    Pronunciation way;
+    for (std::size_t i = word.phones.first.value; i <= word.phones.last.value; ++i) {
+      way.phones.push_back(labels.phones[i].phone);
+      way.stress.push_back(-1);
+    }
+    words.push_back({word.text, {way}});
+  }
+  return words;
+}
+
+TEST(ForcedAligner, FindsThePhonesOfAVoice) {
+  const SpokenLine line = makeVoice("flite:slt")->speak("the birch canoe slid on the smooth planks");
+  const ForcedAlignment alignment = ForcedAligner().align(line.audio, wordsSaid(line.labels), "line");
+  ASSERT_EQ(alignment.labels.words.size(), line.labels.words.size());
+  EXPECT_NEAR(alignment.labels.duration(), line.audio.duration(), 1e-6);
+  std::vector<double> errors;
+  for (std::size_t w = 0; w < line.labels.words.size(); ++w) {
+    const PhoneRange said = line.labels.words[w].phones, found = alignment.labels.words[w].phones;
+    ASSERT_EQ(said.last.value - said.first.value, found.last.value - found.first.value);
+    for (std::size_t i = 0; i <= said.last.value - said.first.value; ++i) {
+      errors.push_back(std::abs(line.labels.phones[said.first.value + i].span.end -
+                                alignment.labels.phones[found.first.value + i].span.end));
+    }
+  }
+  std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2), errors.end());
+  EXPECT_LT(errors[errors.size() / 2], kMedianErrorS);
+  EXPECT_LE(alignment.doubtfulWords().size(), 1U);  // 2 of 100 words are doubted without cause
+}
+
+/// One hearing ticks in 10 ms: a sound that comes 5 ms later would be found 0 or 10 ms later.
+TEST(ForcedAligner, FollowsASoundByLessThanTheDecodersStep) {
+  const SpokenLine line = makeVoice("flite:rms")->speak("four hours of steady work faced us");
+  const std::vector<TranscriptWord> words = wordsSaid(line.labels);
+  AudioClip later = line.audio;
+  constexpr double kLater = 0.005;
+  later.samples.insert(later.samples.begin(), static_cast<std::size_t>(std::lround(kLater * later.sample_rate_hz)),
+                       0.0F);
+  ForcedAligner aligner;
+  const SpeechLabels a = aligner.align(line.audio, words, "a").labels, b = aligner.align(later, words, "b").labels;
+  ASSERT_EQ(a.phones.size(), b.phones.size());
+  std::vector<double> off;
+  for (std::size_t i = 0; i + 1 < a.phones.size(); ++i)
+    off.push_back(std::abs(b.phones[i].span.end - a.phones[i].span.end - kLater));
+  std::nth_element(off.begin(), off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2), off.end());
+  EXPECT_LT(off[off.size() / 2], 0.0025) << "s, half a hearing's step";
+}
+
+TEST(ForcedAligner, TriesEveryWayAndAllowsPauses) {
+  const SpokenLine line = makeVoice("flite:rms")->speak("read, tomato");
+  using enum Phone;
+  const std::vector<TranscriptWord> words = {
+      {"read", {{{kR, kEH, kD}, {-1, 1, -1}}, {{kR, kIY, kD}, {-1, 1, -1}}}},
+      {"tomato",
+       {{{kT, kAH, kM, kAA, kT, kOW}, {-1, 0, -1, 1, -1, 0}}, {{kT, kAH, kM, kEY, kT, kOW}, {-1, 0, -1, 1, -1, 0}}}}};
+  const ForcedAlignment alignment = ForcedAligner().align(line.audio, words, "line");
+  const auto& labels = alignment.labels;
+  const LabelledWord& tomato = labels.words.at(1);
+  EXPECT_EQ(labels.phones[tomato.phones.first.value + 3].phone, kEY);
+  EXPECT_EQ(labels.phones[tomato.phones.first.value - 1].phone, kSil) << "the comma is a pause";
+  std::vector<int> stress;
+  for (const LabelledSyllable& syllable : labels.syllables) stress.push_back(syllable.stress);
+  EXPECT_EQ(stress, (std::vector<int>{1, 0, 1, 0}));
+}
+
+TEST(ForcedAligner, DoubtsWordsThatAreNotThere) {
+  const SpokenLine line = makeVoice("flite:slt")->speak("the time is now ten past nine");
+  const Pronouncer pronouncer;
+  ForcedAligner aligner;
+  EXPECT_TRUE(
+      aligner.align(line.audio, pronouncer.wordsOf("the time is now ten past nine"), "right").doubtfulWords().empty());
+  const auto doubtful =
+      aligner.align(line.audio, pronouncer.wordsOf("the time is purple elephant nine"), "wrong").doubtfulWords();
+  EXPECT_FALSE(doubtful.empty());
+}
+
+TEST(ForcedAligner, RefusesWhatCannotFit) {
+  ForcedAligner aligner;
+  const AudioClip blink{16000, std::vector<float>(1600, 0.0F)};
+  const Pronouncer pronouncer;
+  EXPECT_THROW(aligner.align(blink, pronouncer.wordsOf("this is far too long for a tenth of a second"), "blink.wav"),
+               InputError);
+  EXPECT_THROW(aligner.align(blink, {}, "blink.wav"), InputError);
+  EXPECT_THROW(ForcedAligner("/no/model/here"), InputError);
+  // And goes on working.
+  const SpokenLine line = makeVoice("flite:slt")->speak("now");
+  EXPECT_EQ(aligner.align(line.audio, pronouncer.wordsOf("now"), "now").labels.words.size(), 1U);
+}
+
+TEST(ForcedAligner, TheSameSoundGivesTheSameLabelsAgain) {
+  const SpokenLine line = makeVoice("flite:awb")->speak("glue the sheet");
+  const Pronouncer pronouncer;
+  ForcedAligner aligner;
+  const auto words = pronouncer.wordsOf("glue the sheet");
+  const SpeechLabels first = aligner.align(line.audio, words, "a").labels;
+  aligner.align(line.audio, pronouncer.wordsOf("blue sheep"), "other");
+  const SpeechLabels again = aligner.align(line.audio, words, "a").labels;
+  ASSERT_EQ(first.phones.size(), again.phones.size());
+  for (std::size_t i = 0; i < first.phones.size(); ++i) EXPECT_EQ(first.phones[i].span, again.phones[i].span);
+}
+
+TEST(ForcedAligner, AgreesWithTheRealSpeakersLabels) {
+  if (!fs::exists(kGridTakes)) GTEST_SKIP() << "no real capture in " << kGridTakes;
+  const Lexicon lexicon = Lexicon::read(kGridTakes / "../lexicon.txt");
+  const Pronouncer pronouncer(&lexicon);
+  ForcedAligner aligner;
+  int words = 0, alike = 0;
+  for (const char* name : {"bbaf2n", "bbal7s", "bbbm3a", "bgan6p"}) {
+    std::ifstream stream(kGridTakes / (std::string(name) + ".txt"));
+    const std::string text((std::istreambuf_iterator<char>(stream)), {});
+    const SpeechLabels given = readLabels(kGridTakes / (std::string(name) + ".TextGrid"));
+    const SpeechLabels found =
+        aligner.align(readAudio(kGridTakes / (std::string(name) + ".wav")), pronouncer.wordsOf(text), name).labels;
+    ASSERT_EQ(found.words.size(), given.words.size());
+    for (std::size_t w = 0; w < given.words.size(); ++w) {
+      ++words;
+      alike += std::abs(found.spanOf(found.words[w].phones).start - given.spanOf(given.words[w].phones).start) < 0.02;
+    }
+  }
+  EXPECT_GE(alike, words * 9 / 10);
+}
+
+TEST(Pronouncer, TheUsersLexiconGoesFirst) {
+  const Lexicon lexicon = Lexicon::parse("now N UW1\nG JH IY1\n", "mine.txt");
+  const Pronouncer pronouncer(&lexicon);
+  const auto words = pronouncer.wordsOf("G now!");
+  ASSERT_EQ(words.size(), 2U);
+  EXPECT_EQ(words[0].ways.size(), 1U);
+  EXPECT_EQ(words[1].ways[0].phones, (std::vector<Phone>{Phone::kN, Phone::kUW}));
+}
+
+TEST(Pronouncer, KnowsTheDictionaryNumbersAndStrangeWords) {
+  const Pronouncer pronouncer;
+  const auto words = pronouncer.wordsOf("read 25 blorptastic twenty-five (o'clock)");
+  std::vector<std::string> texts;
+  for (const TranscriptWord& word : words) texts.push_back(word.text);
+  EXPECT_EQ(texts, (std::vector<std::string>{"read", "twenty", "five", "blorptastic", "twenty", "five", "o'clock"}));
+  EXPECT_EQ(words[0].ways.size(), 2U);
+  EXPECT_FALSE(words[3].ways.at(0).phones.empty());
+  // "twenty": stress from Flite.
+  EXPECT_TRUE(std::find(words[1].ways[0].stress.begin(), words[1].ways[0].stress.end(), 1) !=
+              words[1].ways[0].stress.end());
+  EXPECT_THROW(static_cast<void>(pronouncer.wordsOf("...")), InputError);
+}
+
+}  // namespace
+}  // namespace mouthpiece
