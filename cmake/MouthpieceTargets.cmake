@@ -79,6 +79,7 @@ function(mouthpiece_compile_options target)
     target_precompile_headers(${target} REUSE_FROM mouthpiece_precompiled)
   endif()
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>)  # ccache asks for it
+  target_compile_definitions(${target} PRIVATE FMT_SHARED)  # as fmt::fmt has it: all share one precompiled header
   # Contracted multiply-adds would make results depend on the compiler's mood.
   target_compile_options(${target} PRIVATE -ffp-contract=off -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion
     -Wnon-virtual-dtor
