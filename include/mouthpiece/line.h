@@ -1,0 +1,64 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "mouthpiece/version.h"
+
+namespace mouthpiece {
+
+/// What is to be performed. Made by one of the functions below.
+struct MOUTHPIECE_API Line {
+  std::string text;              ///< to be spoken; for a recording what is said in it, if known
+  std::filesystem::path audio;   ///< a recording; empty: a voice speaks or sings
+  std::filesystem::path phones;  ///< the recording's labels: TextGrid, .lab or .phn
+  std::filesystem::path song;    ///< song.json or MusicXML
+  bool is_sung = false;
+
+  static Line typed(std::string text);
+  /// A recording whose labels are found from what it says.
+  static Line recorded(std::filesystem::path audio, std::string transcript);
+  /// A recording with its labels.
+  static Line labelled(std::filesystem::path audio, std::filesystem::path phones);
+  /// A song to be sung by Festival.
+  static Line singing(std::filesystem::path song);
+  /// A recorded song; `lyrics` is a file with its words. Throws InputError.
+  static Line sung(std::filesystem::path audio, const std::filesystem::path& lyrics);
+};
+
+/// One of Ma, Ps, Ja and Li of VOCAL: left to the style, heard from the sound, constant, or from a file of
+/// `time_s,value` rows.
+struct MOUTHPIECE_API StyleParameter {
+  std::optional<double> constant;
+  bool automatic = false;
+  std::filesystem::path file;
+
+  [[nodiscard]] bool isGiven() const { return automatic || constant || !file.empty(); }
+};
+
+/// How lines are performed. The defaults are those of the program `synth`.
+struct MOUTHPIECE_API Manner {
+  enum class Method { kGreedy, kViterbi };
+  enum class Units { kAny, kPaper };
+  enum class Blend { kSmooth, kLinear, kCosine, kExponential };
+  /// What stands for a phone pair that the corpus lacks: VOCAL's curves under a prediction, the nearest pair by viseme
+  /// class as it is, or nothing (InputError).
+  enum class Backoff { kVocal, kViseme, kNone };
+  /// What the motion is made of: captured fragments (for a song curves with captured consonants), or curves alone.
+  enum class Style { kCaptured, kSpeech, kSing };
+
+  double frame_rate_hz = 60;  ///< 24 to 240
+  Method method = Method::kViterbi;
+  Units units = Units::kAny;
+  Blend blend = Blend::kSmooth;
+  double overlap_ms = 60;  ///< of two fragments, 0 to 1000
+  Backoff backoff = Backoff::kVocal;
+  Style style = Style::kCaptured;
+  StyleParameter ma, ps;        ///< 0 to 1: melodic accent, pitch sensitivity
+  StyleParameter ja, li;        ///< 0 to 2: jaw, lips; 1 as the actor
+  std::filesystem::path edits;  ///< an animator's changes to the curves (docs/formats/edits.md); empty: none
+};
+
+}  // namespace mouthpiece

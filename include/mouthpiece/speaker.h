@@ -1,0 +1,57 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "mouthpiece/corpus.h"
+#include "mouthpiece/errors.h"
+#include "mouthpiece/face.h"
+#include "mouthpiece/frames.h"
+#include "mouthpiece/line.h"
+#include "mouthpiece/performance.h"
+#include "mouthpiece/save.h"
+
+namespace mouthpiece {
+
+/// What a speaker is made of. The defaults are those of the program `synth`.
+struct MOUTHPIECE_API SpeakerOptions {
+  std::filesystem::path corpus;  ///< empty: the sample corpus
+  std::filesystem::path face;    ///< empty: the default face
+  bool with_face = true;         ///< off: sound, labels and markers alone; no face is opened
+  std::string voice = "festival:cmu_us_slt_arctic_hts";  ///< one of voiceNames()
+  std::optional<double> rate;     ///< of the voice "corpus": 1 as fast as Festival would speak; none: as recorded
+  std::filesystem::path lexicon;  ///< pronunciations that go before the voice's own; empty: none
+  Manner manner;
+};
+
+/// Performs lines: opens a corpus, a face and a voice once and uses them for every line. Not thread-safe; two speakers
+/// in two threads give the same bytes as one after the other.
+class MOUTHPIECE_API Speaker {
+ public:
+  /// Throws InputError for files that cannot be used and options out of range.
+  explicit Speaker(const SpeakerOptions& options = {});
+  /// The same with a corpus and a face that others use, too; options.corpus and options.face do not count.
+  Speaker(const SharedCorpus& corpus, std::optional<SharedFace> face, const SpeakerOptions& options = {});
+  Speaker(Speaker&&) noexcept;
+  Speaker& operator=(Speaker&&) noexcept;
+  ~Speaker();
+
+  /// Throws InputError for text with nothing to say in it, recordings that cannot be read, and so on.
+  Performance perform(std::string_view text);
+  Performance perform(const Line& line);
+  /// The same, its frames pulled one by one.
+  FrameStream stream(std::string_view text);
+
+ private:
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
+
+/// The names of all voices, the default one first.
+MOUTHPIECE_API std::vector<std::string> voiceNames();
+
+}  // namespace mouthpiece

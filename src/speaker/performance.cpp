@@ -1,0 +1,196 @@
+#include "mouthpiece/performance.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/errors.h"
+#include "exports/arkit.h"
+#include "exports/arkit_markers.h"
+#include "exports/gltf/glb_given.h"
+#include "exports/gltf/glb_writer.h"
+#include "exports/report_json.h"
+#include "base/files.h"
+#include "motion/resample.h"
+#include "speaker/speaker_data.h"
+
+namespace mouthpiece {
+namespace {
+
+/// Every vertex of every frame is held in memory until the shapes are found.
+constexpr double kMaxFaceAnimationBytes = 6e9;
+constexpr std::uint64_t kMaxMeshBytes = std::uint64_t{1} << 30;
+
+void expectRoomForFace(const UtteranceAnimation& animation, const FaceMesh& mesh) {
+  const double bytes = asReal(animation.motion.frameCount()) * asReal(mesh.vertices.size()) * sizeof(float);
+  if (bytes > kMaxFaceAnimationBytes) {
+    throw InputError(fmt::format(
+        "the line lasts {:.0f} s: its face would take {:.0f} GB of memory; expected at most {:.0f} (split the line, or "
+        "ask for sound and motion alone)",
+        animation.motion.duration(), bytes / 1e9, kMaxFaceAnimationBytes / 1e9));
+  }
+}
+
+/// Positions as the mesh file has them: a face is fitted upright.
+void turnBack(const Eigen::Matrix3d& upright_from_mesh, FaceAnimation& animation) {
+  if (upright_from_mesh.isIdentity(0)) return;
+  const Eigen::Matrix3f turn = upright_from_mesh.cast<float>();
+  for (Eigen::Index v = 0; v < animation.positions.cols() / 3; ++v)
+    animation.positions.middleCols<3>(3 * v) = (animation.positions.middleCols<3>(3 * v) * turn).eval();
+}
+
+}  // namespace
+
+void Performance::Data::describe() {
+  sound = {animation.audio.sample_rate_hz, animation.audio.samples};
+  const SpeechLabels& from = animation.labels;
+  for (const LabelledPhone& phone : from.phones)
+    labels.phones.push_back({std::string(phoneName(phone.phone)), std::string(visemeName(visemeOf(phone.phone))),
+                             phone.span, phone.word});
+  for (const LabelledWord& word : from.words) labels.words.push_back({word.text, from.spanOf(word.phones)});
+  const PositionMatrix& positions = animation.motion.positions_mm;
+  motion = {animation.motion.frame_rate_hz, animation.motion.marker_names,
+            std::vector<double>(positions.data(), positions.data() + positions.size())};
+  for (const AnimationCurve& curve : animation.curves) {
+    Curve& shown = curves.emplace_back(Curve{curve.name, {}});
+    for (const CurveKey& key : curve.keys) shown.keys.push_back({key.time, key.value, key.in, key.out});
+  }
+  for (const PlacedUnit& unit : animation.units)
+    units.push_back({unit.phones.first.value, unit.phones.last.value, unit.take, unit.source_span, unit.span,
+                     unit.is_backoff});
+}
+
+const SharedFace::Data& Performance::Data::needFace() const {
+  if (!face) throw InputError("the performance has no face; expected a speaker with one");
+  return face->data();
+}
+
+const FaceMotion& Performance::Data::faceMotion() const {
+  const std::scoped_lock lock(mutex_);
+  if (!face_motion_) {
+    face_motion_ = timed(later_ms_.retarget, [&] {
+      return needFace().rig.retarget(animation.motion, actor ? &*actor : nullptr, animation.lips);
+    });
+  }
+  return *face_motion_;
+}
+
+const PrincipalShapes& Performance::Data::shapes() const {
+  const std::scoped_lock lock(mutex_);
+  if (shapes_) return *shapes_;
+  const FaceMotion& moving_markers = faceMotion();
+  shapes_ = timed(later_ms_.deform, [&] {
+    const FaceRig& rig = needFace().rig;
+    expectRoomForFace(animation, rig.mesh());
+    std::vector<double> larynx;
+    if (const AnimationCurve* curve = findCurve(animation.curves, "larynx"))
+      larynx = sampleCurve(*curve, frameTimes(0, animation.motion.frameCount(), animation.motion.frame_rate_hz));
+    const FaceAnimation moving =
+        rig.deformMoving(moving_markers, animation.tongue, animation.motion.frame_rate_hz, larynx);
+    return principalShapes(moving, rig.mesh().vertices, rig.mesh().metres_per_unit);
+  });
+  return *shapes_;
+}
+
+const std::string& Performance::Data::glb() const {
+  const std::scoped_lock lock(mutex_);
+  if (glb_) return *glb_;
+  const SharedFace::Data& own = needFace();
+  const PrincipalShapes& moving = shapes();
+  timed(later_ms_.write, [&] {
+    // A head that came as GLB keeps its materials, textures and skins.
+    const std::filesystem::path mesh = own.meshPath();
+    if (mesh.extension() == ".glb")
+      glb_ = glbWithShapes(readFile(mesh, kMaxMeshBytes), mesh.string(), moving, own.file.upright_from_mesh);
+    if (!glb_) glb_ = glbBytes(own.rig.mesh(), moving, own.rig.name());
+  });
+  return *glb_;
+}
+
+VertexPositions Performance::Data::verticesAt(FrameIndex frame) const {
+  VertexPositions vertices;
+  const TonguePose tongue = frame.value < animation.tongue.size() ? animation.tongue[frame.value] : TonguePose{};
+  needFace().rig.deform(faceMotion().pose(frame), tongue, vertices);
+  return vertices;
+}
+
+FaceAnimation Performance::Data::uprightVertices() const {
+  expectRoomForFace(animation, needFace().rig.mesh());
+  FaceAnimation all{animation.motion.frame_rate_hz, {}};
+  all.positions.resize(signedIndex(animation.motion.frameCount()), needFace().rig.mesh().vertices.size());
+  for (FrameIndex frame; frame.value < animation.motion.frameCount(); ++frame) {
+    const VertexPositions vertices = verticesAt(frame);
+    all.positions.row(frame.row()) = Eigen::Map<const Eigen::RowVectorXf>(vertices.data(), vertices.size());
+  }
+  return all;
+}
+
+FaceAnimation Performance::Data::allVertices() const {
+  FaceAnimation all = uprightVertices();
+  turnBack(needFace().file.upright_from_mesh, all);
+  return all;
+}
+
+const RowMajorMatrixF& Performance::Data::arkit() const {
+  const std::scoped_lock lock(mutex_);
+  if (!arkit_) arkit_ = arkitFromMarkers(animation.motion, corpus ? &corpus->data().corpus.neutral_pose_mm : nullptr);
+  return *arkit_;
+}
+
+StageTimings Performance::Data::timing() const {
+  const std::scoped_lock lock(mutex_);
+  StageTimings all = animation.timing_ms;
+  all.retarget += later_ms_.retarget;
+  all.deform += later_ms_.deform;
+  all.write += later_ms_.write;
+  return all;
+}
+
+UtteranceAnimation Performance::Data::timedAnimation() const {
+  UtteranceAnimation told = animation;
+  told.timing_ms = timing();
+  return told;
+}
+
+void Performance::Data::addWriting(double milliseconds) const {
+  const std::scoped_lock lock(mutex_);
+  later_ms_.write += milliseconds;
+}
+
+Performance::Performance(std::shared_ptr<const Data> data) : data_(std::move(data)) {}
+const std::string& Performance::text() const { return data_->animation.text; }
+const std::string& Performance::voice() const { return data_->animation.voice; }
+double Performance::frameRateHz() const { return data_->animation.motion.frame_rate_hz; }
+std::size_t Performance::frameCount() const { return data_->animation.motion.frameCount(); }
+Seconds Performance::duration() const { return data_->animation.motion.duration(); }
+const Sound& Performance::sound() const { return data_->sound; }
+const Labels& Performance::labels() const { return data_->labels; }
+const Motion& Performance::motion() const { return data_->motion; }
+const std::vector<Curve>& Performance::curves() const { return data_->curves; }
+const std::vector<PerformedUnit>& Performance::units() const { return data_->units; }
+const std::vector<std::string>& Performance::warnings() const { return data_->animation.warnings; }
+std::string Performance::report() const { return reportJson(data_->timedAnimation()); }
+bool Performance::hasFace() const { return data_->face.has_value(); }
+
+double Performance::realTimeFactor() const {
+  const StageTimings timing = data_->timing();
+  return 1e-3 * (timing.load + timing.selection + timing.motion + timing.retarget + timing.deform + timing.write) /
+         std::max(duration(), 1e-9);
+}
+
+std::vector<float> Performance::vertices(std::size_t frame) const {
+  if (frame >= frameCount()) throw InputError(fmt::format("found frame {}; expected 0 to {}", frame, frameCount() - 1));
+  const VertexPositions vertices = data_->verticesAt(FrameIndex(frame));
+  return {vertices.data(), vertices.data() + vertices.size()};
+}
+
+std::array<float, kArkitShapes> Performance::arkitWeights(std::size_t frame) const {
+  if (frame >= frameCount()) throw InputError(fmt::format("found frame {}; expected 0 to {}", frame, frameCount() - 1));
+  std::array<float, kArkitShapes> weights{};
+  Eigen::Map<Eigen::RowVectorXf>(weights.data(), kArkitShapes) = data_->arkit().row(signedIndex(frame));
+  return weights;
+}
+
+std::string_view arkitName(std::size_t shape) { return kArkitNames.at(shape); }
+
+}  // namespace mouthpiece

@@ -1,0 +1,53 @@
+// Corpora and faces that speakers share.
+#include "base/errors.h"
+#include "mouthpiece/corpus.h"
+#include "mouthpiece/face.h"
+#include "speaker/shared_files.h"
+#include "speaker/speaker_data.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr std::string_view kMakeCorpus = "make the sample corpus with `make data` in the checkout, or name another";
+constexpr std::string_view kMakeFace = "make the sample face with `make data` in the checkout, or name another";
+
+std::filesystem::path orShared(const std::filesystem::path& file, std::string_view name, std::string_view how_to_make) {
+  return file.empty() ? findSharedFile(name, how_to_make) : file;
+}
+
+}  // namespace
+
+SharedCorpus::Data::Data(const std::filesystem::path& file)
+    : path(orShared(file, "sample.corpus", kMakeCorpus)),
+      corpus(readCorpus(path, CorpusAudio::kSkip, CorpusMotion::kOnDemand)),
+      units(corpus),
+      curve_model(units),
+      actor{corpus.neutral_pose_mm, closedLipsMm(corpus)} {}
+
+SharedCorpus::SharedCorpus(const std::filesystem::path& file) : data_(std::make_shared<const Data>(file)) {}
+const std::string& SharedCorpus::name() const { return data_->corpus.name; }
+std::size_t SharedCorpus::takeCount() const { return data_->corpus.takes.size(); }
+std::vector<std::string> SharedCorpus::markerNames() const { return data_->corpus.layout.markerNames(); }
+
+SharedFace::Data::Data(const std::filesystem::path& file)
+    : path(orShared(file, "default.face", kMakeFace)), rig(FaceRig::load(path)), file(readFaceFile(path)) {}
+
+std::filesystem::path SharedFace::Data::meshPath() const { return path.parent_path() / file.mesh_file; }
+
+SharedFace::SharedFace(const std::filesystem::path& file) : data_(std::make_shared<const Data>(file)) {}
+const std::string& SharedFace::name() const { return data_->rig.name(); }
+std::size_t SharedFace::vertexCount() const { return unsignedIndex(data_->rig.mesh().vertices.rows()); }
+double SharedFace::metresPerUnit() const { return data_->rig.mesh().metres_per_unit; }
+
+std::span<const float> SharedFace::restVertices() const {
+  const VertexPositions& rest = data_->rig.mesh().vertices;
+  return {rest.data(), unsignedIndex(rest.size())};
+}
+
+std::vector<std::uint32_t> SharedFace::triangles() const {
+  std::vector<std::uint32_t> corners;
+  for (const Triangle& triangle : data_->rig.mesh().triangles) corners.insert(corners.end(), triangle.begin(), triangle.end());
+  return corners;
+}
+
+}  // namespace mouthpiece

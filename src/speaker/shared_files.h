@@ -1,0 +1,13 @@
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+namespace mouthpiece {
+
+/// A file of share/mouthpiece: in the folder that MOUTHPIECE_SHARE names, else beside the library or program that this
+/// code is part of (`../share/mouthpiece/NAME` or a little above), so in the build folder as after an install, from any
+/// working directory. Throws InputError that ends in `how_to_make` when there is no such file.
+std::filesystem::path findSharedFile(std::string_view name, std::string_view how_to_make);
+
+}  // namespace mouthpiece

@@ -1,0 +1,256 @@
+#include "mouthpiece/speaker.h"
+
+#include <fmt/format.h>
+#include <malloc.h>
+
+#include <algorithm>
+
+#include "base/errors.h"
+#include "hearing/alignment/forced_alignment.h"
+#include "hearing/alignment/lyrics.h"
+#include "phonetics/labels/lab_file.h"
+#include "phonetics/text/lexicon.h"
+#include "phonetics/text/lexicon_choice.h"
+#include "singing/song_source.h"
+#include "speaker/speaker_data.h"
+#include "voices/voice.h"
+
+namespace mouthpiece {
+namespace {
+
+/// About three hours of speech: what a line has loaded of a larger corpus is given back before its face takes memory.
+/// Of a smaller one it stays for the next line.
+constexpr std::size_t kMostPhonesKept = 70'000;
+
+void expectUsable(const SpeakerOptions& options) {
+  const Manner& manner = options.manner;
+  if (!(manner.frame_rate_hz >= 24 && manner.frame_rate_hz <= 240))
+    throw InputError(fmt::format("found {} frames a second; expected 24 to 240", manner.frame_rate_hz));
+  if (!(manner.overlap_ms >= 0 && manner.overlap_ms <= 1000))
+    throw InputError(fmt::format("found an overlap of {} ms; expected 0 to 1000", manner.overlap_ms));
+  if (options.rate && options.voice != "corpus")
+    throw InputError(fmt::format("found a speaking rate for the voice {}; expected the voice corpus with it",
+                                 printable(options.voice)));
+  if (options.rate && !(*options.rate >= 0.4 && *options.rate <= 2.5))
+    throw InputError(fmt::format("found a speaking rate of {}; expected 0.4 to 2.5", *options.rate));
+}
+
+StyleWish wishOf(const StyleParameter& parameter, std::string_view name, double largest) {
+  if (parameter.constant && !(*parameter.constant >= 0 && *parameter.constant <= largest))
+    throw InputError(fmt::format("found {} for {}; expected 0 to {}", *parameter.constant, name, largest));
+  StyleWish wish;
+  wish.automatic = parameter.automatic;
+  if (parameter.constant) wish.given = StyleSignal(*parameter.constant);
+  if (!parameter.file.empty()) wish.given = readStyleSignal(parameter.file, largest);
+  return wish;
+}
+
+SynthesisOptions synthesisOf(const Manner& manner, const CurveModel& model) {
+  SynthesisOptions options;
+  options.frame_rate_hz = manner.frame_rate_hz;
+  options.overlap_ms = manner.overlap_ms;
+  options.selection.method =
+      manner.method == Manner::Method::kGreedy ? SelectionMethod::kGreedy : SelectionMethod::kViterbi;
+  options.selection.units = manner.units == Manner::Units::kPaper ? UnitScales::kPaper : UnitScales::kAny;
+  switch (manner.blend) {
+    case Manner::Blend::kSmooth:
+      options.blend = BlendKind::kSmooth;
+      break;
+    case Manner::Blend::kLinear:
+      options.blend = BlendKind::kLinear;
+      break;
+    case Manner::Blend::kCosine:
+      options.blend = BlendKind::kCosine;
+      break;
+    case Manner::Blend::kExponential:
+      options.blend = BlendKind::kExponential;
+      break;
+  }
+  CurveOptions& curves = options.curves;
+  if (manner.style != Manner::Style::kCaptured)
+    curves.alone = manner.style == Manner::Style::kSing ? CurveStyle::kSing : CurveStyle::kSpeech;
+  curves.ma = wishOf(manner.ma, "Ma", 1);
+  curves.ps = wishOf(manner.ps, "Ps", 1);
+  curves.ja = wishOf(manner.ja, "Ja", kLargestArticulation);
+  curves.li = wishOf(manner.li, "Li", kLargestArticulation);
+  if (!manner.edits.empty()) curves.edits = readCurveEdits(manner.edits);
+  curves.fill_gaps = manner.backoff == Manner::Backoff::kVocal;
+  curves.model = &model;
+  return options;
+}
+
+void expectNoBackoff(const UtteranceAnimation& animation, const std::string& corpus) {
+  const auto found = std::find_if(animation.units.begin(), animation.units.end(),
+                                  [](const PlacedUnit& unit) { return unit.is_backoff; });
+  if (found == animation.units.end()) return;
+  const auto& phones = animation.labels.phones;
+  throw InputError(corpus, "",
+                   fmt::format("lacks the phone pair {} {} (at {:.2f} s); expected it, since nothing may back it off",
+                               phoneName(phones[found->phones.first.value].phone),
+                               phoneName(phones[found->phones.last.value].phone), found->span.start));
+}
+
+PhonePairs phonePairsOf(const Corpus& corpus) {
+  PhonePairs pairs;
+  for (const CorpusTake& take : corpus.takes) pairs.add(take.labels);
+  return pairs;
+}
+
+}  // namespace
+
+struct Speaker::Data {
+  SpeakerOptions options;
+  SharedCorpus corpus;
+  std::optional<SharedFace> face;
+  SynthesisOptions synthesis;
+  bool owns_corpus = false;  ///< nobody else uses it: what a line has loaded of it may be given back
+  std::optional<Lexicon> lexicon;
+  std::optional<Lexicon> line_lexicon;     ///< the same for the line at hand: pronunciations that the corpus can speak
+  std::unique_ptr<Voice> voice;            ///< made when the first typed line comes
+  std::unique_ptr<Pronouncer> pronouncer;  ///< these two when the first recording without labels comes
+  std::unique_ptr<ForcedAligner> aligner;
+  double load_ms = 0;
+
+  SpokenLine alignRecording(const Line& line);
+  SpokenLine speakOrRead(const Line& line);
+  /// The line, and for a song, a line drawn as one, or Ma from the sound, what is heard in it.
+  SungSource soundOf(const Line& line);
+  [[nodiscard]] SynthesisOptions synthesisFor(const Line& line) const;
+  void giveBackTakes() const;
+};
+
+SpokenLine Speaker::Data::alignRecording(const Line& source) {
+  if (!pronouncer) pronouncer = std::make_unique<Pronouncer>(lexicon ? &*lexicon : nullptr);
+  if (!aligner) aligner = std::make_unique<ForcedAligner>();
+  SpokenLine line;
+  line.audio = readAudio(source.audio);
+  line.text = source.text;
+  ForcedAlignment alignment = aligner->align(line.audio, pronouncer->wordsOf(source.text), source.audio.string(),
+                                             source.is_sung ? SpeechKind::kSung : SpeechKind::kSpoken);
+  line.notice = doubtsAbout(alignment);
+  line.labels = std::move(alignment.labels);
+  line.voice = "recorded:" + source.audio.filename().string();
+  return line;
+}
+
+SpokenLine Speaker::Data::speakOrRead(const Line& source) {
+  if (source.audio.empty()) {
+    if (lexicon) line_lexicon = lexiconForLine(*lexicon, source.text, phonePairsOf(corpus.data().corpus));
+    if (!voice) {
+      voice = makeVoice(options.voice, VoiceOptions{line_lexicon ? &*line_lexicon : nullptr, &corpus.data().units,
+                                                    synthesis.selection, options.rate});
+    }
+    return voice->speak(source.text);
+  }
+  if (source.phones.empty()) return alignRecording(source);
+  SpokenLine line;
+  line.audio = readAudio(source.audio);
+  line.labels = readLabels(source.phones);
+  line.text = source.text;
+  for (const LabelledWord& word : line.labels.words) {
+    if (source.text.empty()) line.text += (line.text.empty() ? "" : " ") + word.text;
+  }
+  line.voice = "recorded:" + source.audio.filename().string();
+  return line;
+}
+
+SungSource Speaker::Data::soundOf(const Line& source) {
+  if (!source.song.empty()) return singSong(source.song, lexicon ? &*lexicon : nullptr);
+  SpokenLine line = speakOrRead(source);
+  if (!source.is_sung && !synthesis.curves.ma.automatic && synthesis.curves.alone != CurveStyle::kSing)
+    return SungSource{std::move(line), {}, {}};
+  SungSource heard = hearSong(std::move(line));
+  if (source.audio.empty()) heard.warnings.clear();  // a voice of ours is not silent, clipped or off its text
+  return heard;
+}
+
+/// Songs are made of curves, with consonants of the capture under them, unless a style was asked for.
+SynthesisOptions Speaker::Data::synthesisFor(const Line& line) const {
+  SynthesisOptions wanted = synthesis;
+  if (line.is_sung && !wanted.curves.alone) {
+    wanted.curves.alone = CurveStyle::kSing;
+    wanted.curves.layered = wanted.curves.fill_gaps;
+  }
+  return wanted;
+}
+
+void Speaker::Data::giveBackTakes() const {
+  UnitDatabase& units = corpus.data().units;
+  if (!owns_corpus || units.index().phoneCount() <= kMostPhonesKept) return;
+  units.forgetTakes();
+#if defined(__GLIBC__)
+  malloc_trim(0);  // small blocks are not returned to the system otherwise
+#endif
+}
+
+Speaker::Speaker(const SpeakerOptions& options) {
+  expectUsable(options);
+  double load_ms = 0;
+  SharedCorpus corpus = timed(load_ms, [&] { return SharedCorpus(options.corpus); });
+  std::optional<SharedFace> face;
+  if (options.with_face) face = timed(load_ms, [&] { return SharedFace(options.face); });
+  *this = Speaker(corpus, std::move(face), options);
+  data_->owns_corpus = true;
+  data_->load_ms += load_ms;
+}
+
+Speaker::Speaker(const SharedCorpus& corpus, std::optional<SharedFace> face, const SpeakerOptions& options) {
+  expectUsable(options);
+  data_ = std::make_unique<Data>(Data{options, corpus, std::move(face)});
+  timed(data_->load_ms, [&] {
+    data_->synthesis = synthesisOf(options.manner, corpus.data().curve_model);
+    if (!options.lexicon.empty()) data_->lexicon = Lexicon::read(options.lexicon);
+  });
+}
+
+Speaker::Speaker(Speaker&&) noexcept = default;
+Speaker& Speaker::operator=(Speaker&&) noexcept = default;
+Speaker::~Speaker() = default;
+
+Performance Speaker::perform(std::string_view text) { return perform(Line::typed(std::string(text))); }
+FrameStream Speaker::stream(std::string_view text) { return FrameStream(perform(text)); }
+
+Performance Speaker::perform(const Line& line) {
+  double speech_ms = 0;
+  SungSource sound = timed(speech_ms, [&] { return data_->soundOf(line); });
+  auto made = std::make_shared<Performance::Data>();
+  made->face = data_->face;
+  made->corpus = data_->corpus;
+  made->actor = data_->corpus.data().actor;
+
+  const SynthesisRequest request{sound.line.text,          sound.line.voice,
+                                 std::move(sound.line.labels), std::move(sound.line.audio),
+                                 data_->synthesisFor(line), std::move(sound.line.units),
+                                 std::move(sound.tags)};
+  made->animation = synthesise(request, data_->corpus.data().units);
+  UtteranceAnimation& animation = made->animation;
+  animation.corpus = data_->corpus.name();
+  if (!sound.line.notice.empty()) animation.warnings.push_back(sound.line.notice);
+  animation.warnings.insert(animation.warnings.end(), sound.warnings.begin(), sound.warnings.end());
+  animation.timing_ms.speech = speech_ms;
+  animation.timing_ms.load = std::exchange(data_->load_ms, 0.0);
+  if (data_->options.manner.backoff == Manner::Backoff::kNone && animation.style.empty())
+    expectNoBackoff(animation, data_->corpus.data().path.string());
+  made->tags = request.tags;
+  made->style = styleFor(request.options.curves, request.labels, request.tags);
+  data_->giveBackTakes();
+  made->describe();
+  return Performance(std::move(made));
+}
+
+std::vector<std::string> voiceNames() { return knownVoices(); }
+const char* version() { return MOUTHPIECE_VERSION; }
+
+Line Line::typed(std::string text) { return {std::move(text), {}, {}, {}, false}; }
+Line Line::recorded(std::filesystem::path audio, std::string transcript) {
+  return {std::move(transcript), std::move(audio), {}, {}, false};
+}
+Line Line::labelled(std::filesystem::path audio, std::filesystem::path phones) {
+  return {{}, std::move(audio), std::move(phones), {}, false};
+}
+Line Line::singing(std::filesystem::path song) { return {{}, {}, {}, std::move(song), true}; }
+Line Line::sung(std::filesystem::path audio, const std::filesystem::path& lyrics) {
+  return {readLyrics(lyrics), std::move(audio), {}, {}, true};
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "exports/shapes/principal_shapes.h"
+#include "mouthpiece/corpus.h"
+#include "mouthpiece/face.h"
+#include "mouthpiece/performance.h"
+#include "retarget/rig/face_file.h"
+#include "retarget/rig/face_rig.h"
+#include "synthesis/curve_model.h"
+#include "synthesis/synthesis.h"
+#include "units/file/corpus.h"
+#include "units/selection/unit_database.h"
+
+namespace mouthpiece {
+
+/// What a corpus is behind the front door: the file, its index, and the viseme poses of its actor.
+struct SharedCorpus::Data {
+  explicit Data(const std::filesystem::path& file);
+
+  std::filesystem::path path;
+  Corpus corpus;
+  mutable UnitDatabase units;  ///< gives back what it has loaded when it is told to
+  CurveModel curve_model;
+  ActorPose actor;
+};
+
+struct SharedFace::Data {
+  explicit Data(const std::filesystem::path& file);
+  /// Of the mesh that the face was fitted to.
+  [[nodiscard]] std::filesystem::path meshPath() const;
+
+  std::filesystem::path path;
+  FaceRig rig;
+  FaceFile file;
+};
+
+/// A performance behind the front door. What takes long is made when it is first asked for, under `mutex`.
+struct Performance::Data {
+  UtteranceAnimation animation;
+  std::optional<SharedFace> face;
+  std::optional<ActorPose> actor;          ///< who moves the face; none: the actor it was fitted with
+  std::optional<SharedCorpus> corpus;      ///< none: motion from elsewhere
+  AudioTags tags;                          ///< what was heard in the sound
+  VocalStyle style;                        ///< of the curves
+  Sound sound;
+  Labels labels;
+  Motion motion;
+  std::vector<Curve> curves;
+  std::vector<PerformedUnit> units;
+
+  /// animation's parts as the front door shows them.
+  void describe();
+
+  /// The markers on the face; throws InputError without one.
+  const FaceMotion& faceMotion() const;
+  /// The moving vertices as few shapes.
+  const PrincipalShapes& shapes() const;
+  /// face.glb; kept, since the page holds it, too.
+  const std::string& glb() const;
+  /// Every vertex of every frame, the mesh's unit and orientation as its file has them.
+  [[nodiscard]] FaceAnimation allVertices() const;
+  /// The same, upright as the face was fitted.
+  [[nodiscard]] FaceAnimation uprightVertices() const;
+  [[nodiscard]] VertexPositions verticesAt(FrameIndex frame) const;
+  /// frames x 52, fitted to the markers.
+  const RowMajorMatrixF& arkit() const;
+  [[nodiscard]] const SharedFace::Data& needFace() const;
+  /// All wall times so far.
+  [[nodiscard]] StageTimings timing() const;
+  /// The animation with them, as reports tell it.
+  [[nodiscard]] UtteranceAnimation timedAnimation() const;
+  /// Adds to the time that writing took.
+  void addWriting(double milliseconds) const;
+
+ private:
+  mutable std::recursive_mutex mutex_;
+  mutable StageTimings later_ms_;  ///< what came after the synthesis: retarget, deform, write
+  mutable std::optional<FaceMotion> face_motion_;
+  mutable std::optional<PrincipalShapes> shapes_;
+  mutable std::optional<std::string> glb_;
+  mutable std::optional<RowMajorMatrixF> arkit_;
+};
+
+/// The result of `work`, whose wall time is added to `milliseconds`.
+template <typename Work>
+auto timed(double& milliseconds, Work&& work) {
+  struct Stopwatch {
+    double& total;
+    std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+    ~Stopwatch() {
+      total += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    }
+  } stopwatch{milliseconds};
+  return std::forward<Work>(work)();
+}
+
+}  // namespace mouthpiece
