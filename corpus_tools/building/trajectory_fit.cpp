@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/parallel_for.h"
+#include "base/statistics.h"
 #include "corpus_tools/building/trajectory_design.h"
 
 namespace mouthpiece {
@@ -202,10 +203,7 @@ void fitClosing(const std::vector<FitTake>& takes, const Corpus& corpus, const S
   for (Eigen::Index column = 0; column < model.closing.size(); ++column) {
     if (!(columns.weights(column) > 0)) model.closing(column) = 0;
   }
-  if (closed.empty()) return;
-  const auto middle = closed.begin() + static_cast<std::ptrdiff_t>(closed.size() / 2);
-  std::nth_element(closed.begin(), middle, closed.end());
-  model.closed_opening_mm = *middle;
+  model.closed_opening_mm = median(std::move(closed), model.closed_opening_mm);
 }
 
 std::vector<std::size_t> takesWithFeatures(const Corpus& corpus, const FitTakes& kept) {

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "base/statistics.h"
 #include "corpus_tools/report/data_page.h"
 #include "corpus_tools/takes/take_report.h"
 #include "motion/cleaning/gaps.h"
@@ -70,22 +71,15 @@ Coverage coverageOf(const Corpus& corpus) {
   return coverage;
 }
 
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
-}
-
 Json phonesJson(const Coverage& coverage) {
   Json list = Json::array();
   for (const Phone phone : labelPhones()) {
     const std::vector<double>& durations = coverage.durations_s[indexOf(phone)];
     list.push_back({{"phone", phoneName(phone)},
                     {"count", durations.size()},
-                    {"ms_5", std::round(1e3 * quantile(durations, 0.05))},
-                    {"ms_50", std::round(1e3 * quantile(durations, 0.5))},
-                    {"ms_95", std::round(1e3 * quantile(durations, 0.95))}});
+                    {"ms_5", std::round(1e3 * quantile(durations, 0.05, 0))},
+                    {"ms_50", std::round(1e3 * quantile(durations, 0.5, 0))},
+                    {"ms_95", std::round(1e3 * quantile(durations, 0.95, 0))}});
   }
   return list;
 }
@@ -247,7 +241,7 @@ Json markersJson(const Corpus& corpus) {
   for (std::size_t m = 0; m < missing.size(); ++m) {
     list.push_back(
         {{"name", corpus.layout.markers[m].name},
-         {"noise_mm", quantile(noise[m], 0.5)},
+         {"noise_mm", quantile(noise[m], 0.5, 0)},
          {"missing_share", frames == 0 ? 0.0 : static_cast<double>(missing[m]) / static_cast<double>(frames)}});
   }
   return list;

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "base/errors.h"
+#include "base/statistics.h"
 #include "corpus_tools/takes/pose_fit.h"
 
 namespace mouthpiece {
@@ -53,18 +54,17 @@ MarkerPositions stableShapeInJigFrame(const std::vector<RawTake>& takes, const M
     }
   }
   if (shapes.empty()) return MarkerPositions(0, 3);
-  MarkerPositions median(shapes.front().rows(), 3);
-  for (Eigen::Index marker = 0; marker < median.rows(); ++marker) {
+  MarkerPositions middle(shapes.front().rows(), 3);
+  for (Eigen::Index marker = 0; marker < middle.rows(); ++marker) {
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       std::vector<double> seen;
       for (const MarkerPositions& shape : shapes) {
         if (std::isfinite(shape(marker, axis))) seen.push_back(shape(marker, axis));
       }
-      std::nth_element(seen.begin(), seen.begin() + static_cast<std::ptrdiff_t>(seen.size() / 2), seen.end());
-      median(marker, axis) = seen.empty() ? std::nan("") : seen[seen.size() / 2];
+      middle(marker, axis) = median(std::move(seen));
     }
   }
-  return median;
+  return middle;
 }
 
 /// One size for a whole take: the median over its frames of the best-fitting one.
@@ -78,10 +78,7 @@ double equalizingScale(const MotionClip& face, const std::vector<std::size_t>& s
     if (const auto fit = fitPose(shape, reference.stable_mm, PoseScale::kFree, options.fit))
       scales.push_back(fit->scale);
   }
-  if (scales.empty()) return 1;
-  const auto middle = scales.begin() + static_cast<std::ptrdiff_t>(scales.size() / 2);
-  std::nth_element(scales.begin(), middle, scales.end());
-  return *middle;
+  return median(std::move(scales), 1);
 }
 
 RigidMotion interpolated(const RigidMotion& from, const RigidMotion& to, double share) {

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "base/errors.h"
+#include "base/statistics.h"
 #include "corpus_tools/takes/lip_measures.h"
 
 namespace mouthpiece {
@@ -55,13 +56,6 @@ std::vector<FramePlace> placesOf(const std::vector<TakeFrames>& takes, bool in_s
     }
   }
   return places;
-}
-
-/// The value under which `share` of `values` lie; `values` is not empty.
-double quantile(std::vector<double> values, double share) {
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
 }
 
 /// Of `candidates` those with closed lips; all of them when openings cannot be told.

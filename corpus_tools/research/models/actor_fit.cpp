@@ -7,6 +7,7 @@
 
 #include "base/errors.h"
 #include "base/parallel_for.h"
+#include "base/statistics.h"
 #include "corpus_tools/research/models/actor_basis.h"
 #include "units/prediction/speech_segments.h"
 
@@ -216,11 +217,8 @@ void fitClosures(const SpeechFrames& frames, ActorModel& model) {
   // The components that move with the lip opening, by regression on it.
   const Eigen::VectorXd with_opening = captured.transpose() * (captured * model.openings());
   model.closing = with_opening / model.openings().dot(with_opening);
-  std::vector<double> openings = frames.labiodental_openings_mm;
-  if (openings.empty()) return;
-  const auto middle = openings.begin() + static_cast<std::ptrdiff_t>(openings.size() / 2);
-  std::nth_element(openings.begin(), middle, openings.end());
-  model.closures.labiodental_mm = std::clamp(*middle, 0.8, 3.0);
+  if (frames.labiodental_openings_mm.empty()) return;
+  model.closures.labiodental_mm = std::clamp(median(frames.labiodental_openings_mm), 0.8, 3.0);
 }
 
 /// Makes the performance in speech, closures and all, vary as much as the capture.

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "base/errors.h"
+#include "base/statistics.h"
 
 namespace mouthpiece {
 namespace {
@@ -215,11 +216,8 @@ double noiseOfColumns(const PositionMatrix& x, Eigen::Index first_column, Eigen:
       if (std::isfinite(third)) differences.push_back(std::abs(third));
     }
   }
-  if (differences.empty()) return 0.0;
-  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
-  std::nth_element(differences.begin(), middle, differences.end());
   // White noise s gives third differences of deviation s sqrt(1 + 9 + 9 + 1), and a median of 0.6745 of that.
-  return *middle / (0.6745 * std::sqrt(20.0));
+  return median(std::move(differences), 0) / (0.6745 * std::sqrt(20.0));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/errors.h"
+#include "base/statistics.h"
 #include "motion/cleaning/gaps.h"
 
 namespace mouthpiece {
@@ -152,18 +153,11 @@ PositionMatrix smoothedPath(const PositionMatrix& path, double noise_mm) {
   return (noise_mm * smoother.smooth()).rowwise() + origin;
 }
 
-double medianOf(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// A marker that moves fast passes some of its motion for noise, so none counts as more than twice the median.
 std::vector<double> noiseOfMarkers(const MotionClip& clip, const SmoothingOptions& options) {
   if (options.noise_mm > 0.0) return std::vector<double>(clip.markerCount(), options.noise_mm);
   std::vector<double> noise = estimateMarkerNoise(clip);
-  const double most = kMostOverMedian * medianOf(noise);
+  const double most = kMostOverMedian * median(noise, 0);
   for (double& each : noise) each = std::min(each, most);
   return noise;
 }
@@ -173,7 +167,7 @@ std::vector<double> noiseOfMarkers(const MotionClip& clip, const SmoothingOption
 SmoothedMotion smoothMotion(const MotionClip& clip, const SmoothingOptions& options) {
   MOUTHPIECE_EXPECT(options.noise_mm >= 0.0);
   SmoothedMotion result{clip, options.noise_mm, noiseOfMarkers(clip, options), 0.0};
-  if (result.noise_mm <= 0.0) result.noise_mm = medianOf(result.marker_noise_mm);
+  if (result.noise_mm <= 0.0) result.noise_mm = median(result.marker_noise_mm, 0);
   double squared_change = 0;
   double samples = 0;
   for (Eigen::Index column = 0; column + 2 < clip.positions_mm.cols(); column += 3) {

@@ -11,6 +11,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "base/statistics.h"
 #include "motion/formats/motion_rows.h"
 #include "motion/position_limits.h"
 
@@ -145,12 +146,6 @@ class TrackReader {
   double width_ = 1, height_ = 1;
 };
 
-double medianOf(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
 MotionClip parseLandmarkTrack(std::string_view json_text, std::string_view file, const MarkerLayout& layout,
@@ -186,7 +181,7 @@ MotionClip parseLandmarkTrack(std::string_view json_text, std::string_view file,
     }
   }
   if (eye_distances.empty()) throw InputError(file, "", "shows no face in any frame; expected one");
-  const double eye_distance = medianOf(eye_distances);
+  const double eye_distance = median(std::move(eye_distances));
   if (!(eye_distance > 0)) throw InputError(file, "", "has both outer eye corners in one place; expected a face");
   clip.positions_mm *= options.eye_corners_mm / eye_distance;
   if ((clip.positions_mm.array().abs() > kMaxPositionMm).any()) {
