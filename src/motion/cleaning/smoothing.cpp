@@ -1,4 +1,3 @@
-#include "motion/cleaning/smoothing.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -8,7 +7,7 @@
 
 #include "base/errors.h"
 #include "base/statistics.h"
-#include "motion/cleaning/gaps.h"
+#include "motion/cleaning/repairs.h"
 
 namespace mouthpiece {
 namespace {
@@ -98,7 +97,7 @@ class JerkSmoother {
       const Eigen::Matrix3d gain =
           predicted_covariance_[frame + 1].ldlt().solve(stepMatrix() * filtered_covariance_[frame]).transpose();
       state = filtered_[frame] + gain * (state - predicted_[frame + 1]);
-      positions.row(static_cast<Eigen::Index>(frame)) = state.row(0);
+      positions.row(signedIndex(frame)) = state.row(0);
     }
     return positions;
   }
@@ -116,7 +115,7 @@ double likeliestRestlessness(const PositionMatrix& path) {
   double best = kLargestRestlessness;
   double best_cost = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kRestlessnessSteps; ++i) {
-    const double t = static_cast<double>(i) / (kRestlessnessSteps - 1);
+    const double t = asReal(i) / (kRestlessnessSteps - 1);
     const double restlessness = kSmallestRestlessness * std::pow(kLargestRestlessness / kSmallestRestlessness, t);
     const double cost = JerkSmoother(path, restlessness).filter();
     if (cost < best_cost) {
@@ -173,7 +172,7 @@ SmoothedMotion smoothMotion(const MotionClip& clip, const SmoothingOptions& opti
   for (Eigen::Index column = 0; column + 2 < clip.positions_mm.cols(); column += 3) {
     const PositionMatrix path = clip.positions_mm.middleCols<3>(column);
     const auto seen = (path.array() == path.array()).rowwise().all().eval();
-    const double noise_mm = result.marker_noise_mm[static_cast<std::size_t>(column / 3)];
+    const double noise_mm = result.marker_noise_mm[unsignedIndex(column / 3)];
     if (seen.count() < kFewestSamples || noise_mm <= 0.0) continue;
     const PositionMatrix smooth = smoothedPath(path, noise_mm);
     const double farthest = kFarthestInNoises * noise_mm;
