@@ -12,7 +12,7 @@
 #include "base/statistics.h"
 #include "corpus_tools/report/data_page.h"
 #include "corpus_tools/takes/take_report.h"
-#include "motion/cleaning/gaps.h"
+#include "motion/cleaning/repairs.h"
 
 namespace mouthpiece {
 
@@ -128,7 +128,7 @@ Json missingJson(const PairCounts& have, const std::vector<std::vector<Phone>>& 
   }
   return {{"words", language.size()},
           {"speakable_words", speakable},
-          {"pair_share", whole == 0 ? 0.0 : static_cast<double>(covered) / static_cast<double>(whole)},
+          {"pair_share", whole == 0 ? 0.0 : asReal(covered) / asReal(whole)},
           {"missing_pairs", sorted.size()},
           {"pairs", pairs}};
 }
@@ -218,7 +218,7 @@ Json lipsJson(const std::vector<TakeReport>& reports) {
   for (const double change : changes) sum += change;
   return {{"closures", changes.size()},
           {"kept", kept},
-          {"mean_change_mm", changes.empty() ? 0.0 : sum / static_cast<double>(changes.size())},
+          {"mean_change_mm", changes.empty() ? 0.0 : sum / asReal(changes.size())},
           {"edges_hz", LipFidelity::kEdgesHz},
           {"jerk_before", before},
           {"jerk_after", after}};
@@ -233,8 +233,8 @@ Json markersJson(const Corpus& corpus) {
     const std::vector<double> of_take = estimateMarkerNoise(take.motion);
     for (std::size_t m = 0; m < missing.size(); ++m) {
       noise[m].push_back(of_take[m]);
-      const auto column = take.motion.positions_mm.col(static_cast<Eigen::Index>(3 * m)).array();
-      missing[m] += static_cast<std::size_t>((!column.isFinite()).count());
+      const auto column = take.motion.positions_mm.col(signedIndex(3 * m)).array();
+      missing[m] += unsignedIndex((!column.isFinite()).count());
     }
   }
   Json list = Json::array();
@@ -242,7 +242,7 @@ Json markersJson(const Corpus& corpus) {
     list.push_back(
         {{"name", corpus.layout.markers[m].name},
          {"noise_mm", quantile(noise[m], 0.5, 0)},
-         {"missing_share", frames == 0 ? 0.0 : static_cast<double>(missing[m]) / static_cast<double>(frames)}});
+         {"missing_share", frames == 0 ? 0.0 : asReal(missing[m]) / asReal(frames)}});
   }
   return list;
 }
@@ -266,7 +266,7 @@ std::string trajectoryBytes(const CorpusTake& take, const MarkerPositions& neutr
   for (std::size_t frame = 0; frame < take.motion.frameCount(); frame += step) {
     for (Eigen::Index i = 0; i < neutral_mm.size(); ++i) {
       const double moved =
-          (take.motion.positions_mm(static_cast<Eigen::Index>(frame), i) - neutral_mm(i / 3, i % 3)) / kPageStepMm;
+          (take.motion.positions_mm(signedIndex(frame), i) - neutral_mm(i / 3, i % 3)) / kPageStepMm;
       const auto value =
           std::isfinite(moved) ? static_cast<std::int16_t>(std::lrint(std::clamp(moved, -32000.0, 32000.0))) : kNotSeen;
       bytes += static_cast<char>(static_cast<std::uint16_t>(value) & 0xFFU);
@@ -286,7 +286,7 @@ void addTrajectories(Json& report, const Corpus& corpus, std::size_t most_bytes)
     const std::string steps = trajectoryBytes(take, corpus.neutral_pose_mm, step);
     bytes += steps.size();
     if (bytes > most_bytes) return;
-    report["takes"][i]["rate_hz"] = take.motion.frame_rate_hz / static_cast<double>(step);
+    report["takes"][i]["rate_hz"] = take.motion.frame_rate_hz / asReal(step);
     report["takes"][i]["motion"] = base64(steps);
   }
 }

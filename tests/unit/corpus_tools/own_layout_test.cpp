@@ -9,7 +9,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "motion/formats/c3d_file.h"
-#include "motion/formats/marker_labels.h"
+#include "motion/formats/motion_file.h"
 #include "support/run_program.h"
 #include "synthetic_takes.h"
 #include "units/file/corpus.h"
