@@ -96,13 +96,32 @@ Problem problemOf(const FaceAnimation& animation, const FaceMesh& mesh, const Fa
   return problem;
 }
 
-/// min over W >= 0, <= 1 of sum_t |S w_t - d_t|^2 + thrift |w_t|^2 + smoothness |w_t - w_(t-1)|^2: every weight in turn
-/// takes its best value for the others, until none changes. Each step lowers the energy, which is convex.
-RowMajorMatrixF solve(const Problem& problem, const ArkitOptions& options) {
-  const Eigen::MatrixXd gram = (problem.shapes.transpose() * problem.shapes).cast<double>();
-  const Eigen::MatrixXd right = (problem.motion.transpose() * problem.shapes).cast<double>();  // frames x 52
-  const auto present = static_cast<double>(std::count(problem.has_shape.begin(), problem.has_shape.end(), true));
-  const double energy = gram.trace() / std::max(present, 1.0);
+}  // namespace
+
+int arkitIndex(std::string_view shape_name) {
+  static const auto plain_names = [] {
+    std::array<std::string, kArkitNames.size()> plain;
+    std::transform(kArkitNames.begin(), kArkitNames.end(), plain.begin(), plainName);
+    return plain;
+  }();
+  std::string name = plainName(shape_name);
+  for (int pass = 0; pass < 2; ++pass) {
+    const auto found = std::find(plain_names.begin(), plain_names.end(), name);
+    if (found != plain_names.end()) return static_cast<int>(found - plain_names.begin());
+    for (const std::string_view side : {"left", "right"}) {
+      if (name.ends_with(side)) name.resize(name.size() - side.size());
+    }
+  }
+  return -1;
+}
+
+/// Every weight in turn takes its best value for the others, until none changes. Each step lowers the energy, which is
+/// convex.
+RowMajorMatrixF fitShapeWeights(const Eigen::MatrixXf& shapes, const Eigen::MatrixXf& motion, std::size_t shape_count,
+                                const ArkitOptions& options) {
+  const Eigen::MatrixXd gram = (shapes.transpose() * shapes).cast<double>();
+  const Eigen::MatrixXd right = (motion.transpose() * shapes).cast<double>();  // frames x 52
+  const double energy = gram.trace() / std::max(asReal(shape_count), 1.0);
   const double pull = options.smoothness * energy;
   const double thrift = options.thrift * energy;
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -130,25 +149,6 @@ RowMajorMatrixF solve(const Problem& problem, const ArkitOptions& options) {
   return weights.cast<float>();
 }
 
-}  // namespace
-
-int arkitIndex(std::string_view shape_name) {
-  static const auto plain_names = [] {
-    std::array<std::string, kArkitNames.size()> plain;
-    std::transform(kArkitNames.begin(), kArkitNames.end(), plain.begin(), plainName);
-    return plain;
-  }();
-  std::string name = plainName(shape_name);
-  for (int pass = 0; pass < 2; ++pass) {
-    const auto found = std::find(plain_names.begin(), plain_names.end(), name);
-    if (found != plain_names.end()) return static_cast<int>(found - plain_names.begin());
-    for (const std::string_view side : {"left", "right"}) {
-      if (name.ends_with(side)) name.resize(name.size() - side.size());
-    }
-  }
-  return -1;
-}
-
 ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes,
                      const ArkitOptions& options) {
   MOUTHPIECE_EXPECT(animation.positions.cols() == mesh.vertices.size());
@@ -164,7 +164,8 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
   ArkitCurves curves;
   curves.frame_rate_hz = animation.frame_rate_hz;
   curves.has_shape = problem.has_shape;
-  curves.weights = solve(problem, options);
+  const auto present = std::count(problem.has_shape.begin(), problem.has_shape.end(), true);
+  curves.weights = fitShapeWeights(problem.shapes, problem.motion, unsignedIndex(present), options);
   const double mm_per_unit = 1000 * mesh.metres_per_unit;
   double squares = 0, motion_squares = 0;
   for (Index t = 0; t < problem.motion.cols(); ++t) {

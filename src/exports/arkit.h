@@ -86,6 +86,12 @@ struct ArkitCurves {
   double rms_motion_mm = 0;  ///< what there was to reproduce: of the same vertices
 };
 
+/// min over W in [0, 1] of sum_t |S w_t - d_t|^2 + thrift |w_t|^2 + smoothness |w_t - w_(t-1)|^2, the pulls as shares of
+/// the mean energy of `shape_count` shapes. `shapes`: rows x 52, a column of zeros where there is none; `motion`: rows x
+/// frames. Returns frames x 52.
+RowMajorMatrixF fitShapeWeights(const Eigen::MatrixXf& shapes, const Eigen::MatrixXf& motion, std::size_t shape_count,
+                                const ArkitOptions& options = {});
+
 /// Weights in [0, 1] that best reproduce `animation` of `mesh` with `shapes`: least squares over the vertices of skin
 /// and lips, all frames at once with a pull between neighbouring frames, by projected Gauss-Seidel. Throws InputError
 /// when no shape has an ARKit name.

@@ -1,4 +1,5 @@
 // The one table of what a performance can be saved as.
+#include <algorithm>
 #include <array>
 
 #include "audio/audio_clip.h"
@@ -8,6 +9,7 @@
 #include "exports/arkit.h"
 #include "exports/html_page.h"
 #include "exports/point_cache.h"
+#include "exports/report_json.h"
 #include "motion/formats/c3d_file.h"
 #include "motion/formats/motion_csv.h"
 #include "motion/resample.h"
@@ -130,6 +132,9 @@ void save(const Performance& performance, const fs::path& path) {
 }
 
 void save(const Performance& performance, std::span<const fs::path> paths) {
+  // What may fail without a disk fails before anything is written.
+  if (std::any_of(paths.begin(), paths.end(), [](const fs::path& path) { return formatOf(path).needs_face; }))
+    performance.data().glb();
   const auto is_report = [](const fs::path& path) { return formatOf(path).usual_name == "report.json"; };
   for (const bool reports : {false, true}) {
     for (const fs::path& path : paths) {

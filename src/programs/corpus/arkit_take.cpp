@@ -9,7 +9,7 @@
 #include "exports/arkit.h"
 #include "exports/live_link_reader.h"
 #include "motion/position_limits.h"
-#include "programs/shared_files.h"
+#include "speaker/shared_files.h"
 #include "retarget/rig/face_fit.h"
 #include "retarget/rig/marker_shapes.h"
 #include "units/file/corpus.h"
