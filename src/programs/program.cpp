@@ -75,6 +75,23 @@ int runProgram(CLI::App& app, int argc, const char* const* argv, const std::func
   }
 }
 
+int runProgram(const Command& program, const std::vector<Command>& subcommands, int argc, const char* const* argv) {
+  CLI::App app(program.what, program.name);
+  setExample(app, program.example);
+  std::function<int()> chosen;
+  if (program.add) {
+    chosen = program.add(app);
+  } else {
+    app.require_subcommand(1);
+  }
+  for (const Command& command : subcommands) {
+    CLI::App* added = app.add_subcommand(command.name, command.what);
+    setExample(*added, command.example);
+    added->callback([&chosen, run = command.add(*added)] { chosen = run; });
+  }
+  return runProgram(app, argc, argv, [&chosen] { return chosen(); });
+}
+
 void addQuietFlag(CLI::App& app, bool& quiet) {
   app.add_flag("--quiet,-q", quiet, "Print neither progress nor notices");
 }

@@ -4,9 +4,12 @@
 #include <chrono>
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace CLI {  // NOLINT(readability-identifier-naming): not ours
 class App;
@@ -19,16 +22,42 @@ inline constexpr int kExitDone = 0;
 inline constexpr int kExitBadInput = 1;
 inline constexpr int kExitWrongUsage = 2;
 
-/// Parses the command line with `app`, then runs `action`, whose result is the exit code. This is the one place that
-/// catches: wrong usage -> 2, `--help` -> 0; InputError, a file system error, no memory, an output that cannot be
-/// printed, an internal error -> one line "PROGRAM: ..." on stderr, 1.
-/// A program with subcommands lets each subcommand's CLI11 callback choose what `action` does.
-int runProgram(CLI::App& app, int argc, const char* const* argv, const std::function<int()>& action);
+/// A command line to serve: `synth` itself, or one of the subcommands of `corpus` and `retarget`. Each stands in a source
+/// file of its own, options beside what they do; makeCommand() makes one from the two.
+struct Command {
+  std::string name;
+  std::string what;     ///< one line of help
+  std::string example;  ///< shown after the help; may have several lines
+  /// Declares the options and returns what runs once they are read; its result is the exit code.
+  std::function<std::function<int()>(CLI::App&)> add;
+};
+
+/// Parses the command line and runs the subcommand that it names, or else `program` itself; one without `add` needs a
+/// subcommand. This is the one place that catches: wrong usage -> 2, `--help` -> 0; InputError, a file system error, no
+/// memory, an output that cannot be printed, an internal error -> one line "PROGRAM: ..." on stderr, 1.
+int runProgram(const Command& program, const std::vector<Command>& subcommands, int argc, const char* const* argv);
 
 /// The flag that all (sub)commands share: --quiet, no progress and no notices.
 void addQuietFlag(CLI::App& app, bool& quiet);
 /// --json, for the (sub)commands that print facts.
 void addJsonFlag(CLI::App& app, bool& json);
+
+/// A command whose options are read into an `Options` with a member `quiet`: addOptions() declares the others, and run()
+/// is called with what was read.
+template <typename Options>
+Command makeCommand(std::string name, std::string what, std::string example, void (*addOptions)(CLI::App&, Options&),
+                    int (*run)(const Options&)) {
+  const auto add = [addOptions, run](CLI::App& app) -> std::function<int()> {
+    const auto options = std::make_shared<Options>();
+    addQuietFlag(app, options->quiet);
+    addOptions(app, *options);
+    return [options, run] { return run(*options); };
+  };
+  return {std::move(name), std::move(what), std::move(example), add};
+}
+
+/// Until synth and retarget are Commands, too: `action` runs once the command line is read.
+int runProgram(CLI::App& app, int argc, const char* const* argv, const std::function<int()>& action);
 /// "Example:\n  LINE" after the help text; `example` may have several lines.
 void setExample(CLI::App& app, std::string_view example);
 

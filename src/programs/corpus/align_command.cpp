@@ -14,16 +14,16 @@ namespace {
 
 constexpr std::uint64_t kMaxTranscriptBytes = 1 << 20;
 
-struct AlignCommand {
+struct Arguments {
   bool quiet = false, json = false, sung = false;
   std::filesystem::path audio, transcript_file, lexicon, output;
   std::string transcript;
 };
 
-std::string transcriptOf(const AlignCommand& command) {
-  if (command.transcript_file.empty()) return command.transcript;
-  const std::string file = command.transcript_file.string();
-  return decodeText(readFile(command.transcript_file, kMaxTranscriptBytes), file);
+std::string transcriptOf(const Arguments& given) {
+  if (given.transcript_file.empty()) return given.transcript;
+  const std::string file = given.transcript_file.string();
+  return decodeText(readFile(given.transcript_file, kMaxTranscriptBytes), file);
 }
 
 void printWords(const ForcedAlignment& alignment) {
@@ -50,39 +50,40 @@ void noteDoubtfulWords(const ForcedAlignment& alignment, bool quiet) {
   }
 }
 
-int runAlign(const AlignCommand& command) {
-  const Lexicon lexicon = lexiconFrom(command.lexicon);
-  const AudioClip audio = readAudio(command.audio);
-  const std::vector<TranscriptWord> words = Pronouncer(&lexicon).wordsOf(transcriptOf(command));
-  const SpeechKind kind = command.sung ? SpeechKind::kSung : SpeechKind::kSpoken;
-  const ForcedAlignment alignment = ForcedAligner().align(audio, words, command.audio.string(), kind);
-  writeTextGrid(command.output, alignment.labels);
-  noteDoubtfulWords(alignment, command.quiet);
-  if (command.json) {
+int runAlign(const Arguments& given) {
+  const Lexicon lexicon = lexiconFrom(given.lexicon);
+  const AudioClip audio = readAudio(given.audio);
+  const std::vector<TranscriptWord> words = Pronouncer(&lexicon).wordsOf(transcriptOf(given));
+  const SpeechKind kind = given.sung ? SpeechKind::kSung : SpeechKind::kSpoken;
+  const ForcedAlignment alignment = ForcedAligner().align(audio, words, given.audio.string(), kind);
+  writeTextGrid(given.output, alignment.labels);
+  noteDoubtfulWords(alignment, given.quiet);
+  if (given.json) {
     printWords(alignment);
-  } else if (!command.quiet) {
+  } else if (!given.quiet) {
     printText(fmt::format("{} words, {} doubtful: {}\n", alignment.labels.words.size(),
-                          alignment.doubtfulWords().size(), command.output.string()));
+                          alignment.doubtfulWords().size(), given.output.string()));
   }
   return kExitDone;
 }
 
+void addOptions(CLI::App& command, Arguments& options) {
+  command.add_option("sound", options.audio, "A.wav (.flac)")->required();
+  CLI::Option_group& text = *command.add_option_group("what is said", "One of");
+  text.add_option("--transcript", options.transcript, "The words");
+  text.add_option("--transcript-file", options.transcript_file, "A file with the words");
+  text.require_option(1);
+  command.add_option("--out,-o", options.output, "The TextGrid to write")->required();
+  command.add_flag("--sung", options.sung, "The words are sung: long vowels and pauses");
+  addLexiconOption(command, options.lexicon);
+  addJsonFlag(command, options.json);
+}
+
 }  // namespace
 
-void addAlignCommand(CLI::App& app, ChosenAction& chosen) {
-  const auto options = std::make_shared<AlignCommand>();
-  CLI::App& align =
-      addCommand(app, chosen, "align", "When each phone of a known text is said in a sound",
-                 "corpus align a.wav --transcript \"the time is now\" --out a.TextGrid", options, runAlign);
-  align.add_option("sound", options->audio, "A.wav (.flac)")->required();
-  CLI::Option_group& text = *align.add_option_group("what is said", "One of");
-  text.add_option("--transcript", options->transcript, "The words");
-  text.add_option("--transcript-file", options->transcript_file, "A file with the words");
-  text.require_option(1);
-  align.add_option("--out,-o", options->output, "The TextGrid to write")->required();
-  align.add_flag("--sung", options->sung, "The words are sung: long vowels and pauses");
-  addLexiconOption(align, options->lexicon);
-  addJsonFlag(align, options->json);
+Command alignCommand() {
+  return makeCommand("align", "When each phone of a known text is said in a sound",
+                     "corpus align a.wav --transcript \"the time is now\" --out a.TextGrid", addOptions, runAlign);
 }
 
 }  // namespace mouthpiece

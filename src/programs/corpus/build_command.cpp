@@ -5,7 +5,7 @@
 namespace mouthpiece {
 namespace {
 
-struct BuildCommand {
+struct Arguments {
   bool quiet = false, strict = false;
   std::filesystem::path folder, output, lexicon, layout;
   std::size_t jobs = 0;
@@ -23,45 +23,47 @@ void noteDoubtfulWords(const std::vector<TakeReport>& takes, bool quiet) {
   }
 }
 
-int runBuild(const BuildCommand& command) {
+int runBuild(const Arguments& given) {
   BuildOptions options;
-  options.layout = layoutFrom(command.layout);
-  options.lexicon = lexiconFrom(command.lexicon);
-  options.marker_names = markerMapFrom(command.renamed, command.layout);
-  options.jobs = command.jobs;
-  options.strict = command.strict;
-  options.cleaning = command.cleaning;
+  options.layout = layoutFrom(given.layout);
+  options.lexicon = lexiconFrom(given.lexicon);
+  options.marker_names = markerMapFrom(given.renamed, given.layout);
+  options.jobs = given.jobs;
+  options.strict = given.strict;
+  options.cleaning = given.cleaning;
   BuildResult result;
   {
-    CallbackBar bar("building", command.quiet);
-    result = buildCorpusFile(command.folder, command.output, options, std::ref(bar));
+    CallbackBar bar("building", given.quiet);
+    result = buildCorpusFile(given.folder, given.output, options, std::ref(bar));
   }
-  noteLeftOut(result.left_out, command.quiet);
-  noteDoubtfulWords(result.takes, command.quiet);
-  if (!command.quiet) {
+  noteLeftOut(result.left_out, given.quiet);
+  noteDoubtfulWords(result.takes, given.quiet);
+  if (!given.quiet) {
     printText(fmt::format("{} takes used, {} left out ({} done before): {}\n", result.takes.size(),
-                          result.left_out.size(), result.kept_takes, command.output.string()));
+                          result.left_out.size(), result.kept_takes, given.output.string()));
   }
   return kExitDone;
 }
 
-}  // namespace
-
-void addBuildCommand(CLI::App& app, ChosenAction& chosen) {
-  const auto options = std::make_shared<BuildCommand>();
-  CLI::App& build = addCommand(app, chosen, "build", "Takes -> cleaned, labelled, indexed corpus",
-                               "corpus build takes --out mine.corpus --lexicon lexicon.txt", options, runBuild);
-  build
-      .add_option("folder", options->folder,
+void addOptions(CLI::App& command, Arguments& options) {
+  command
+      .add_option("folder", options.folder,
                   "NAME.c3d (.trc .csv), NAME.wav (.flac), NAME.txt, NAME.TextGrid (.lab .phn .ctm; without: aligned)")
       ->required();
-  build.add_option("--out,-o", options->output, "The corpus to write")->required();
-  addLexiconOption(build, options->lexicon);
-  addLayoutOption(build, options->layout);
-  addMarkerMapOption(build, options->renamed);
-  addJobsOption(build, options->jobs);
-  addCleaningOptions(build, options->cleaning);
-  build.add_flag("--strict", options->strict, "Stop at a take that cannot be used");
+  command.add_option("--out,-o", options.output, "The corpus to write")->required();
+  addLexiconOption(command, options.lexicon);
+  addLayoutOption(command, options.layout);
+  addMarkerMapOption(command, options.renamed);
+  addJobsOption(command, options.jobs);
+  addCleaningOptions(command, options.cleaning);
+  command.add_flag("--strict", options.strict, "Stop at a take that cannot be used");
+}
+
+}  // namespace
+
+Command buildCommand() {
+  return makeCommand("build", "Takes -> cleaned, labelled, indexed corpus",
+                     "corpus build takes --out mine.corpus --lexicon lexicon.txt", addOptions, runBuild);
 }
 
 }  // namespace mouthpiece

@@ -7,39 +7,41 @@
 namespace mouthpiece {
 namespace {
 
-struct CheckCommand {
+struct Arguments {
   bool quiet = false;
   std::filesystem::path corpus;
 };
 
-int runCheck(const CheckCommand& command) {
+int runCheck(const Arguments& given) {
   // The file first, row by row: reading it whole would stop at the first damage.
-  const std::vector<std::string> damage = checkCorpus(command.corpus);
+  const std::vector<std::string> damage = checkCorpus(given.corpus);
   if (damage.size() == 1) throw InputError(damage.front());
   for (const std::string& row : damage) printText("damage: " + row + "\n");
   if (!damage.empty()) {
-    throw InputError(command.corpus.string(), "", fmt::format("found {} damaged places; expected none", damage.size()));
+    throw InputError(given.corpus.string(), "", fmt::format("found {} damaged places; expected none", damage.size()));
   }
-  const CorpusCheck check = checkCorpus(readCorpus(command.corpus, CorpusAudio::kLoad));
+  const CorpusCheck check = checkCorpus(readCorpus(given.corpus, CorpusAudio::kLoad));
   for (const std::string& problem : check.problems) printText("problem: " + problem + "\n");
-  if (!command.quiet) {
+  if (!given.quiet) {
     for (const std::string& remark : check.remarks) printText("remark: " + remark + "\n");
   }
   if (!check.problems.empty()) {
-    throw InputError(command.corpus.string(), "",
+    throw InputError(given.corpus.string(), "",
                      fmt::format("found {} problems; expected none", check.problems.size()));
   }
-  if (!command.quiet) printText(fmt::format("{}: sound\n", command.corpus.string()));
+  if (!given.quiet) printText(fmt::format("{}: sound\n", given.corpus.string()));
   return kExitDone;
+}
+
+void addOptions(CLI::App& command, Arguments& options) {
+  addCorpusArgument(command, options.corpus);
 }
 
 }  // namespace
 
-void addCheckCommand(CLI::App& app, ChosenAction& chosen) {
-  const auto options = std::make_shared<CheckCommand>();
-  addCorpusArgument(addCommand(app, chosen, "check", "Read everything in a corpus and name what is suspicious",
-                               "corpus check mine.corpus", options, runCheck),
-                    options->corpus);
+Command checkCommand() {
+  return makeCommand("check", "Read everything in a corpus and name what is suspicious", "corpus check mine.corpus",
+                     addOptions, runCheck);
 }
 
 }  // namespace mouthpiece

@@ -6,17 +6,17 @@
 namespace mouthpiece {
 namespace {
 
-struct CleanCommand {
+struct Arguments {
   bool quiet = false;
   std::filesystem::path input, output, layout;
   CleaningOptions cleaning;
 };
 
-int runClean(const CleanCommand& command) {
-  MotionClip motion = readMotion(command.input);
-  renameMarkers(motion, markerMapFrom({}, command.layout));
-  const CleanedFace clean = cleanClip(motion, layoutFrom(command.layout), command.input.string(), command.cleaning);
-  writeMotionWithEvents(command.output, clean.motion, command.input);
+int runClean(const Arguments& given) {
+  MotionClip motion = readMotion(given.input);
+  renameMarkers(motion, markerMapFrom({}, given.layout));
+  const CleanedFace clean = cleanClip(motion, layoutFrom(given.layout), given.input.string(), given.cleaning);
+  writeMotionWithEvents(given.output, clean.motion, given.input);
   const TakeReport& report = clean.report;
   printNotice(
       fmt::format("{} frames: {} swaps and {} spikes repaired; head by jig {}, by skin {}, bridged {}; {} samples "
@@ -24,20 +24,22 @@ int runClean(const CleanCommand& command) {
                   report.frames, report.swaps, report.spikes, report.jig_frames, report.skin_frames,
                   report.bridged_frames, report.filled_samples, report.missing_samples, report.noise_mm,
                   report.smoothed_mm),
-      command.quiet);
+      given.quiet);
   return kExitDone;
+}
+
+void addOptions(CLI::App& command, Arguments& options) {
+  command.add_option("in", options.input, "Motion to read (c3d csv trc)")->required();
+  command.add_option("out", options.output, "Motion to write (c3d csv trc)")->required();
+  addLayoutOption(command, options.layout);
+  addCleaningOptions(command, options.cleaning);
 }
 
 }  // namespace
 
-void addCleanCommand(CLI::App& app, ChosenAction& chosen) {
-  const auto options = std::make_shared<CleanCommand>();
-  CLI::App& clean = addCommand(app, chosen, "clean", "One take's motion with the head still and short gaps filled",
-                               "corpus clean take.c3d still.csv", options, runClean);
-  clean.add_option("in", options->input, "Motion to read (c3d csv trc)")->required();
-  clean.add_option("out", options->output, "Motion to write (c3d csv trc)")->required();
-  addLayoutOption(clean, options->layout);
-  addCleaningOptions(clean, options->cleaning);
+Command cleanCommand() {
+  return makeCommand("clean", "One take's motion with the head still and short gaps filled",
+                     "corpus clean take.c3d still.csv", addOptions, runClean);
 }
 
 }  // namespace mouthpiece

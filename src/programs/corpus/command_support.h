@@ -2,29 +2,15 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "corpus_tools/building/corpus_builder.h"
-#include "programs/corpus/commands.h"
 #include "programs/program.h"
 
 namespace mouthpiece {
-
-/// A subcommand with its example and --quiet. `options` (an aggregate with a member `quiet`) lives as long as `app`;
-/// run(*options) is what the program does when the command line names this one.
-template <typename Options>
-CLI::App& addCommand(CLI::App& app, ChosenAction& chosen, const std::string& name, const std::string& about,
-                     std::string_view example, const std::shared_ptr<Options>& options, int (*run)(const Options&)) {
-  CLI::App* added = app.add_subcommand(name, about);
-  setExample(*added, example);
-  addQuietFlag(*added, options->quiet);
-  added->callback([&chosen, options, run] { chosen = [options, run] { return run(*options); }; });
-  return *added;
-}
 
 /// A progress bar that a library's callback moves.
 class CallbackBar {

@@ -8,7 +8,7 @@
 namespace mouthpiece {
 namespace {
 
-struct ConvertCommand {
+struct Arguments {
   bool quiet = false;
   std::filesystem::path input, output, layout;
   std::vector<std::string> renamed;
@@ -18,66 +18,67 @@ struct ConvertCommand {
 
 bool isLandmarkTrack(const std::filesystem::path& path) { return path.extension() == ".json"; }
 
-MotionClip readTrack(const ConvertCommand& command) {
-  if (!command.arkit.head.empty()) {
-    ArkitTakeOptions arkit = command.arkit;
-    arkit.frame_rate_hz = command.track.frame_rate_hz;
-    ArkitTake take = readArkitTake(command.input, layoutFrom(command.layout), arkit);
+MotionClip readTrack(const Arguments& given) {
+  if (!given.arkit.head.empty()) {
+    ArkitTakeOptions arkit = given.arkit;
+    arkit.frame_rate_hz = given.track.frame_rate_hz;
+    ArkitTake take = readArkitTake(given.input, layoutFrom(given.layout), arkit);
     if (take.left_head_out)
       printNotice("HeadYaw, HeadPitch and HeadRoll are left out: the head stays still, as `corpus build` would make it",
-                  command.quiet);
+                  given.quiet);
     return std::move(take.motion);
   }
-  return isLandmarkTrack(command.input) ? readLandmarkTrack(command.input, layoutFrom(command.layout), command.track)
-                                        : readMotion(command.input);
+  return isLandmarkTrack(given.input) ? readLandmarkTrack(given.input, layoutFrom(given.layout), given.track)
+                                      : readMotion(given.input);
 }
 
-MotionClip readInput(const ConvertCommand& command) {
-  MotionClip clip = readTrack(command);
-  renameMarkers(clip, markerMapFrom(command.renamed, command.layout));
+MotionClip readInput(const Arguments& given) {
+  MotionClip clip = readTrack(given);
+  renameMarkers(clip, markerMapFrom(given.renamed, given.layout));
   return clip;
 }
 
-int runConvert(const ConvertCommand& command) {
-  if (isLabelFileName(command.output)) {
-    writeLabels(command.output, readLabels(command.input), {.name = command.output.stem().string()});
+int runConvert(const Arguments& given) {
+  if (isLabelFileName(given.output)) {
+    writeLabels(given.output, readLabels(given.input), {.name = given.output.stem().string()});
     return kExitDone;
   }
-  writeMotionWithEvents(command.output, readInput(command), command.input);
+  writeMotionWithEvents(given.output, readInput(given), given.input);
   return kExitDone;
+}
+
+void addOptions(CLI::App& command, Arguments& options) {
+  command.add_option("in", options.input, "What to read")->required();
+  command.add_option("out", options.output, "What to write")->required();
+  command
+      .add_option("--fps", options.track.frame_rate_hz,
+                  "Of a landmark track or a Live Link Face CSV that does not tell")
+      ->check(CLI::Range(1.0, 1000.0));
+  command.add_option("--eye-corners-mm", options.track.eye_corners_mm, "Size of the face in a landmark track")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 1000.0));
+  CLI::Option* head = command.add_option("--arkit-head", options.arkit.head,
+                                         "Read a Live Link Face CSV: its weights move this head (GLB with ARKit's "
+                                         "shapes, or a .face fitted to one) and the markers on it");
+  command
+      .add_option("--anchors", options.arkit.anchors,
+                  "Where markers lie on that GLB; default: HEAD.anchors.json, HEAD.landmarks.json, or the only such "
+                  "file beside it")
+      ->needs(head);
+  addLayoutOption(command, options.layout);
+  addMarkerMapOption(command, options.renamed);
 }
 
 }  // namespace
 
-void addConvertCommand(CLI::App& app, ChosenAction& chosen) {
-  const auto options = std::make_shared<ConvertCommand>();
-  CLI::App& convert =
-      addCommand(app, chosen, "convert",
-                 "Motion (c3d csv trc, FaceMesh json, Live Link Face csv) or labels (TextGrid lab phn ctm) to another "
-                 "format, by the "
-                 "ending",
-                 "corpus convert take.c3d take.csv\ncorpus convert track.json take.c3d --layout mediapipe66\n"
-                 "corpus convert live_link.csv take.c3d --arkit-head head.glb",
-                 options, runConvert);
-  convert.add_option("in", options->input, "What to read")->required();
-  convert.add_option("out", options->output, "What to write")->required();
-  convert
-      .add_option("--fps", options->track.frame_rate_hz,
-                  "Of a landmark track or a Live Link Face CSV that does not tell")
-      ->check(CLI::Range(1.0, 1000.0));
-  convert.add_option("--eye-corners-mm", options->track.eye_corners_mm, "Size of the face in a landmark track")
-      ->capture_default_str()
-      ->check(CLI::Range(1.0, 1000.0));
-  CLI::Option* head = convert.add_option("--arkit-head", options->arkit.head,
-                                         "Read a Live Link Face CSV: its weights move this head (GLB with ARKit's "
-                                         "shapes, or a .face fitted to one) and the markers on it");
-  convert
-      .add_option("--anchors", options->arkit.anchors,
-                  "Where markers lie on that GLB; default: HEAD.anchors.json, HEAD.landmarks.json, or the only such "
-                  "file beside it")
-      ->needs(head);
-  addLayoutOption(convert, options->layout);
-  addMarkerMapOption(convert, options->renamed);
+Command convertCommand() {
+  return makeCommand(
+      "convert",
+      "Motion (c3d csv trc, FaceMesh json, Live Link Face csv) or labels (TextGrid lab phn ctm) to another format, by "
+      "the ending",
+      "corpus convert take.c3d take.csv\ncorpus convert track.json take.c3d --layout mediapipe66\n"
+      "corpus convert live_link.csv take.c3d --arkit-head head.glb",
+      addOptions, runConvert);
 }
 
 }  // namespace mouthpiece

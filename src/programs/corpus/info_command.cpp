@@ -7,31 +7,33 @@
 namespace mouthpiece {
 namespace {
 
-struct InfoCommand {
+struct Arguments {
   bool quiet = false, json = false;
   std::filesystem::path corpus;
 };
 
-int runInfo(const InfoCommand& command) {
-  if (isMotionFileName(command.corpus)) {
-    const MotionClip clip = readMotion(command.corpus);
-    const auto events = isC3dFileName(command.corpus) ? readC3dEvents(command.corpus) : std::vector<MotionEvent>();
-    printText(command.json ? motionFactsJson(clip, events) : motionFactsText(clip, events));
+int runInfo(const Arguments& given) {
+  if (isMotionFileName(given.corpus)) {
+    const MotionClip clip = readMotion(given.corpus);
+    const auto events = isC3dFileName(given.corpus) ? readC3dEvents(given.corpus) : std::vector<MotionEvent>();
+    printText(given.json ? motionFactsJson(clip, events) : motionFactsText(clip, events));
     return kExitDone;
   }
-  const Corpus corpus = readCorpus(command.corpus);
-  printText(command.json ? corpusFactsJson(corpus) : corpusFactsText(corpus));
+  const Corpus corpus = readCorpus(given.corpus);
+  printText(given.json ? corpusFactsJson(corpus) : corpusFactsText(corpus));
   return kExitDone;
+}
+
+void addOptions(CLI::App& command, Arguments& options) {
+  command.add_option("file", options.corpus, "X.corpus, or motion")->required();
+  addJsonFlag(command, options.json);
 }
 
 }  // namespace
 
-void addInfoCommand(CLI::App& app, ChosenAction& chosen) {
-  const auto options = std::make_shared<InfoCommand>();
-  CLI::App& info = addCommand(app, chosen, "info", "What a corpus or a motion file (c3d csv trc) holds",
-                              "corpus info mine.corpus --json\ncorpus info take.c3d", options, runInfo);
-  info.add_option("file", options->corpus, "X.corpus, or motion")->required();
-  addJsonFlag(info, options->json);
+Command infoCommand() {
+  return makeCommand("info", "What a corpus or a motion file (c3d csv trc) holds",
+                     "corpus info mine.corpus --json\ncorpus info take.c3d", addOptions, runInfo);
 }
 
 }  // namespace mouthpiece

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uint64_t kMaxTextBytes = 64 << 20;
 
-struct PromptsCommand {
+struct Arguments {
   bool quiet = false;
   std::size_t count = 55;
   std::filesystem::path grammar, text, lexicon, curve;
@@ -34,20 +34,20 @@ std::vector<std::string> linesOf(std::string_view text) {
   return lines;
 }
 
-std::vector<std::string> sentencesFor(const PromptsCommand& command) {
-  const std::filesystem::path& file = command.grammar.empty() ? command.text : command.grammar;
+std::vector<std::string> sentencesFor(const Arguments& given) {
+  const std::filesystem::path& file = given.grammar.empty() ? given.text : given.grammar;
   const std::string text = decodeText(readFile(file, kMaxTextBytes), file.string());
   std::vector<std::string> sentences =
-      command.grammar.empty() ? linesOf(text) : sentencesOfGrammar(text, file.string());
+      given.grammar.empty() ? linesOf(text) : sentencesOfGrammar(text, file.string());
   if (sentences.empty()) throw InputError(file.string(), "", "holds no sentence; expected one a line");
   return sentences;
 }
 
-std::vector<Prompt> promptsFor(const PromptsCommand& command) {
-  const Lexicon lexicon = lexiconFrom(command.lexicon);
+std::vector<Prompt> promptsFor(const Arguments& given) {
+  const Lexicon lexicon = lexiconFrom(given.lexicon);
   const Pronouncer pronouncer(&lexicon);
-  const std::vector<std::string> sentences = sentencesFor(command);
-  ProgressBar bar("reading", sentences.size(), command.quiet);
+  const std::vector<std::string> sentences = sentencesFor(given);
+  ProgressBar bar("reading", sentences.size(), given.quiet);
   std::vector<Prompt> prompts;
   for (const std::string& sentence : sentences) {
     Prompt prompt{sentence, {}};
@@ -84,32 +84,34 @@ void noteCurve(const ChosenPrompts& chosen, bool quiet) {
   }
 }
 
-int runPrompts(const PromptsCommand& command) {
-  if (command.grammar.empty() && command.text.empty()) {
-    for (const TimeSentence& sentence : chooseTimeSentences(command.count)) printText(sentence.text() + "\n");
+int runPrompts(const Arguments& given) {
+  if (given.grammar.empty() && given.text.empty()) {
+    for (const TimeSentence& sentence : chooseTimeSentences(given.count)) printText(sentence.text() + "\n");
     return kExitDone;
   }
-  const std::vector<Prompt> prompts = promptsFor(command);
-  const ChosenPrompts chosen = choosePrompts(prompts, command.count);
+  const std::vector<Prompt> prompts = promptsFor(given);
+  const ChosenPrompts chosen = choosePrompts(prompts, given.count);
   for (const std::size_t sentence : chosen.sentences) printText(prompts[sentence].text + "\n");
-  noteCurve(chosen, command.quiet);
-  if (!command.curve.empty()) writeCurve(chosen, command.curve);
+  noteCurve(chosen, given.quiet);
+  if (!given.curve.empty()) writeCurve(chosen, given.curve);
   return kExitDone;
+}
+
+void addOptions(CLI::App& command, Arguments& options) {
+  command.add_option("--count", options.count, "How many")->capture_default_str()->check(CLI::Range(1, 200000));
+  auto* grammar = command.add_option("--grammar", options.grammar, "Choose from all sentences of a grammar file");
+  command.add_option("--text", options.text, "Choose from a file with a sentence a line")->excludes(grammar);
+  command.add_option("--curve", options.curve, "Write the coverage curve (CSV)");
+  addLexiconOption(command, options.lexicon);
 }
 
 }  // namespace
 
-void addPromptsCommand(CLI::App& app, ChosenAction& chosen) {
-  const auto options = std::make_shared<PromptsCommand>();
-  CLI::App& prompts = addCommand(
-      app, chosen, "prompts",
-      "Sentences to record, chosen for the phone pairs they hold (default: of the time grammar)",
-      "corpus prompts --count 55\ncorpus prompts --text book.txt --count 200 --curve curve.csv", options, runPrompts);
-  prompts.add_option("--count", options->count, "How many")->capture_default_str()->check(CLI::Range(1, 200000));
-  auto* grammar = prompts.add_option("--grammar", options->grammar, "Choose from all sentences of a grammar file");
-  prompts.add_option("--text", options->text, "Choose from a file with a sentence a line")->excludes(grammar);
-  prompts.add_option("--curve", options->curve, "Write the coverage curve (CSV)");
-  addLexiconOption(prompts, options->lexicon);
+Command promptsCommand() {
+  return makeCommand("prompts",
+                     "Sentences to record, chosen for the phone pairs they hold (default: of the time grammar)",
+                     "corpus prompts --count 55\ncorpus prompts --text book.txt --count 200 --curve curve.csv",
+                     addOptions, runPrompts);
 }
 
 }  // namespace mouthpiece

@@ -8,29 +8,31 @@
 namespace mouthpiece {
 namespace {
 
-struct ReportCommand {
+struct Arguments {
   bool quiet = false, json = false;
   std::filesystem::path corpus, output;
 };
 
-int runReport(const ReportCommand& command) {
-  const Corpus corpus = readCorpus(command.corpus);
+int runReport(const Arguments& given) {
+  const Corpus corpus = readCorpus(given.corpus);
   const ReportOptions options{.language = dictionaryWords()};
-  if (command.json) printText(corpusReportJson(corpus, options));
-  writeFileAtomically(command.output, corpusReportHtml(corpus, options));
-  if (!command.quiet && !command.json) printText(fmt::format("{}\n", command.output.string()));
+  if (given.json) printText(corpusReportJson(corpus, options));
+  writeFileAtomically(given.output, corpusReportHtml(corpus, options));
+  if (!given.quiet && !given.json) printText(fmt::format("{}\n", given.output.string()));
   return kExitDone;
+}
+
+void addOptions(CLI::App& command, Arguments& options) {
+  addCorpusArgument(command, options.corpus);
+  command.add_option("--out,-o", options.output, "The page (HTML) to write")->required();
+  addJsonFlag(command, options.json);
 }
 
 }  // namespace
 
-void addReportCommand(CLI::App& app, ChosenAction& chosen) {
-  const auto options = std::make_shared<ReportCommand>();
-  CLI::App& report = addCommand(app, chosen, "report", "A page that shows what a corpus holds, lacks and doubts",
-                                "corpus report mine.corpus --out report.html", options, runReport);
-  addCorpusArgument(report, options->corpus);
-  report.add_option("--out,-o", options->output, "The page (HTML) to write")->required();
-  addJsonFlag(report, options->json);
+Command reportCommand() {
+  return makeCommand("report", "A page that shows what a corpus holds, lacks and doubts",
+                     "corpus report mine.corpus --out report.html", addOptions, runReport);
 }
 
 }  // namespace mouthpiece

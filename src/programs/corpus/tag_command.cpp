@@ -10,51 +10,53 @@
 namespace mouthpiece {
 namespace {
 
-struct TagCommand {
+struct Arguments {
   bool quiet = false;
   std::filesystem::path audio, phones, lyrics, lexicon, output;
 };
 
 /// The phones that are given, or those of the lyrics where they are heard; null without either.
-std::optional<SpeechLabels> labelsFor(const TagCommand& command, const AudioClip& audio) {
-  if (!command.phones.empty()) return readTextGrid(command.phones);
-  if (command.lyrics.empty()) return std::nullopt;
-  const Lexicon lexicon = lexiconFrom(command.lexicon);
-  ForcedAlignment alignment = ForcedAligner().align(audio, Pronouncer(&lexicon).wordsOf(readLyrics(command.lyrics)),
-                                                    command.audio.string(), SpeechKind::kSung);
+std::optional<SpeechLabels> labelsFor(const Arguments& given, const AudioClip& audio) {
+  if (!given.phones.empty()) return readTextGrid(given.phones);
+  if (given.lyrics.empty()) return std::nullopt;
+  const Lexicon lexicon = lexiconFrom(given.lexicon);
+  ForcedAlignment alignment = ForcedAligner().align(audio, Pronouncer(&lexicon).wordsOf(readLyrics(given.lyrics)),
+                                                    given.audio.string(), SpeechKind::kSung);
   if (const std::string doubts = doubtsAbout(alignment); !doubts.empty())
-    printNotice(fmt::format("{}: {}", command.audio.string(), doubts), command.quiet);
+    printNotice(fmt::format("{}: {}", given.audio.string(), doubts), given.quiet);
   return std::move(alignment.labels);
 }
 
-int runTag(const TagCommand& command) {
-  const AudioClip audio = readAudio(command.audio);
-  const std::optional<SpeechLabels> labels = labelsFor(command, audio);
+int runTag(const Arguments& given) {
+  const AudioClip audio = readAudio(given.audio);
+  const std::optional<SpeechLabels> labels = labelsFor(given, audio);
   const SpeechLabels* known = labels ? &*labels : nullptr;
   const AudioTags tags = hearTags(audio, known);
-  writeFileAtomically(command.output, formatTagsJson(tags));
+  writeFileAtomically(given.output, formatTagsJson(tags));
   for (const std::string& warning : soundWarnings(audio, known, tags)) {
-    printNotice(fmt::format("{}: {}", command.audio.string(), warning), command.quiet);
+    printNotice(fmt::format("{}: {}", given.audio.string(), warning), given.quiet);
   }
   printNotice(fmt::format("{:.2f} s: {} notes, {} with vibrato, {} consonants", audio.duration(), tags.notes.size(),
                           tags.vibrato.size(), tags.consonants.size()),
-              command.quiet);
+              given.quiet);
   return kExitDone;
+}
+
+void addOptions(CLI::App& command, Arguments& options) {
+  command.add_option("audio", options.audio, "Sound: a voice alone")->required();
+  CLI::Option* phones = command.add_option("--phones", options.phones,
+                                       "Its phones (TextGrid); without, every voiced stretch counts as a vowel");
+  command.add_option("--lyrics", options.lyrics, "A file with the words that are sung: its phones are found")
+      ->excludes(phones);
+  addLexiconOption(command, options.lexicon);
+  command.add_option("--out", options.output, "tags.json to write")->required();
 }
 
 }  // namespace
 
-void addTagCommand(CLI::App& app, ChosenAction& chosen) {
-  const auto options = std::make_shared<TagCommand>();
-  CLI::App& tag = addCommand(app, chosen, "tag", "Pitch, notes, vibrato and sung vowels of a sound",
-                             "corpus tag song.wav --phones song.TextGrid --out tags.json", options, runTag);
-  tag.add_option("audio", options->audio, "Sound: a voice alone")->required();
-  CLI::Option* phones = tag.add_option("--phones", options->phones,
-                                       "Its phones (TextGrid); without, every voiced stretch counts as a vowel");
-  tag.add_option("--lyrics", options->lyrics, "A file with the words that are sung: its phones are found")
-      ->excludes(phones);
-  addLexiconOption(tag, options->lexicon);
-  tag.add_option("--out", options->output, "tags.json to write")->required();
+Command tagCommand() {
+  return makeCommand("tag", "Pitch, notes, vibrato and sung vowels of a sound",
+                     "corpus tag song.wav --phones song.TextGrid --out tags.json", addOptions, runTag);
 }
 
 }  // namespace mouthpiece

@@ -9,7 +9,7 @@
 namespace mouthpiece {
 namespace {
 
-struct TuneCommand {
+struct Arguments {
   bool quiet = false;
   std::filesystem::path corpus, output;
   TuningOptions tuning;
@@ -17,47 +17,49 @@ struct TuneCommand {
   std::optional<std::size_t> folds;  ///< none: as many as is usual for what is tuned
 };
 
-std::string tuneVoice(Corpus& corpus, const TuneCommand& command) {
+std::string tuneVoice(Corpus& corpus, const Arguments& given) {
   TuningOptions options = kVoiceTuning;
-  options.folds = command.folds.value_or(options.folds);
-  options.always = command.tuning.always;
-  options.jobs = command.tuning.jobs;
-  CallbackBar bar("tuning", command.quiet);
+  options.folds = given.folds.value_or(options.folds);
+  options.always = given.tuning.always;
+  options.jobs = given.tuning.jobs;
+  CallbackBar bar("tuning", given.quiet);
   const TunedVoice tuned = tuneCorpusVoice(corpus, options, std::ref(bar));
   storeTuning(corpus, tuned);
   return "voice weights " + describeTuning(tuned) + "\n";
 }
 
-std::string tuneSelection(Corpus& corpus, const TuneCommand& command) {
-  TuningOptions options = command.tuning;
-  options.folds = command.folds.value_or(options.folds);
-  CallbackBar bar("tuning", command.quiet);
+std::string tuneSelection(Corpus& corpus, const Arguments& given) {
+  TuningOptions options = given.tuning;
+  options.folds = given.folds.value_or(options.folds);
+  CallbackBar bar("tuning", given.quiet);
   const TunedWeights tuned = tuneLatticeWeights(corpus, options, std::ref(bar));
   storeTuning(corpus, tuned);
   return "selection weights " + describeTuning(tuned) + "\n";
 }
 
-int runTune(const TuneCommand& command) {
-  Corpus corpus = readCorpus(command.corpus, CorpusAudio::kLoad);
-  const std::string found = command.voice ? tuneVoice(corpus, command) : tuneSelection(corpus, command);
-  writeCorpus(command.output.empty() ? command.corpus : command.output, corpus);
-  if (!command.quiet) printText(found);
+int runTune(const Arguments& given) {
+  Corpus corpus = readCorpus(given.corpus, CorpusAudio::kLoad);
+  const std::string found = given.voice ? tuneVoice(corpus, given) : tuneSelection(corpus, given);
+  writeCorpus(given.output.empty() ? given.corpus : given.output, corpus);
+  if (!given.quiet) printText(found);
   return kExitDone;
+}
+
+void addOptions(CLI::App& command, Arguments& options) {
+  addCorpusArgument(command, options.corpus);
+  command.add_option("--out,-o", options.output, "The corpus to write; default: the same file");
+  command.add_option("--folds", options.folds,
+                     "Parts to hold takes out in; half of them search, half judge; default: 6, with --voice 4");
+  command.add_flag("--voice", options.voice, "The weights of the corpus voice's cuts, in place of the selection's");
+  command.add_flag("--always", options.tuning.always, "Take the best found even where its gain may be chance");
+  addJobsOption(command, options.tuning.jobs);
 }
 
 }  // namespace
 
-void addTuneCommand(CLI::App& app, ChosenAction& chosen) {
-  const auto options = std::make_shared<TuneCommand>();
-  CLI::App& tune = addCommand(app, chosen, "tune", "Learn the weights of the selection on the corpus' own takes",
-                              "corpus tune mine.corpus --out tuned.corpus", options, runTune);
-  addCorpusArgument(tune, options->corpus);
-  tune.add_option("--out,-o", options->output, "The corpus to write; default: the same file");
-  tune.add_option("--folds", options->folds,
-                  "Parts to hold takes out in; half of them search, half judge; default: 6, with --voice 4");
-  tune.add_flag("--voice", options->voice, "The weights of the corpus voice's cuts, in place of the selection's");
-  tune.add_flag("--always", options->tuning.always, "Take the best found even where its gain may be chance");
-  addJobsOption(tune, options->tuning.jobs);
+Command tuneCommand() {
+  return makeCommand("tune", "Learn the weights of the selection on the corpus' own takes",
+                     "corpus tune mine.corpus --out tuned.corpus", addOptions, runTune);
 }
 
 }  // namespace mouthpiece
