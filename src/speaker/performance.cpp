@@ -5,12 +5,11 @@
 #include <algorithm>
 
 #include "base/errors.h"
+#include "base/files.h"
 #include "exports/arkit.h"
 #include "exports/arkit_markers.h"
-#include "exports/gltf/glb_given.h"
-#include "exports/gltf/glb_writer.h"
-#include "exports/report_json.h"
-#include "base/files.h"
+#include "exports/format_bytes.h"
+#include "exports/gltf/glb.h"
 #include "motion/resample.h"
 #include "speaker/speaker_data.h"
 

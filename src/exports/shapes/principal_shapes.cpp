@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "base/errors.h"
-#include "exports/shapes/trajectory_basis.h"
-#include "exports/shapes/trajectory_panel.h"
+#include "base/index.h"
+#include "exports/shapes/trajectories.h"
 
 namespace mouthpiece {
 namespace {
@@ -40,13 +40,13 @@ struct Fit {
 
 /// Displacements of the given vertices, frames x (3 * count).
 MatrixXf displacementsOf(const Fit& fit, const std::vector<Index>& vertices) {
-  MatrixXf displacements(fit.frames(), 3 * static_cast<Index>(vertices.size()));
+  MatrixXf displacements(fit.frames(), 3 * signedIndex(vertices.size()));
   for (Index f = 0; f < fit.frames(); ++f) {
     const float* row = fit.animation.positions.row(f).data();
     for (std::size_t i = 0; i < vertices.size(); ++i) {
       for (Index axis = 0; axis < 3; ++axis) {
         const Index column = 3 * vertices[i] + axis;
-        displacements(f, 3 * static_cast<Index>(i) + axis) = row[column] - fit.rest(column);
+        displacements(f, 3 * signedIndex(i) + axis) = row[column] - fit.rest(column);
       }
     }
   }
@@ -60,7 +60,7 @@ MatrixXf sampledDisplacements(const Fit& fit) {
   for (Index v = 0; v < fit.vertices(); v += stride) vertices.push_back(v);
   MatrixXf displacements = displacementsOf(fit, vertices);
   Index kept = 0;
-  for (Index i = 0; i < static_cast<Index>(vertices.size()); ++i) {
+  for (Index i = 0; i < signedIndex(vertices.size()); ++i) {
     const auto own = displacements.middleCols<3>(3 * i);
     if (own.rowwise().squaredNorm().maxCoeff() <= fit.tolerance * fit.tolerance) continue;
     if (kept != i) displacements.middleCols<3>(3 * kept) = own;
@@ -162,7 +162,7 @@ class PanelFitter {
         to[v + kPanelVertices] = kept * y;
         to[v + 2 * kPanelVertices] = kept * z;
       }
-      thinned_.row(0) += weights_.offset_shares[static_cast<std::size_t>(k)] * thinned_.row(1 + k);
+      thinned_.row(0) += weights_.offset_shares[unsignedIndex(k)] * thinned_.row(1 + k);
     }
   }
 
@@ -188,19 +188,19 @@ class PanelFitter {
 
 /// Squared errors of all vertices (rounded up to whole panels) after the first fit of everything.
 std::vector<float> fitAllVertices(const Fit& fit, const Weights& weights, RowMajorMatrixF& shapes) {
-  std::vector<float> errors(static_cast<std::size_t>(fit.vertices() + kPanelVertices));
+  std::vector<float> errors(unsignedIndex(fit.vertices() + kPanelVertices));
   PanelFitter fitter(fit, weights);
   for (Index first = 0; first < fit.vertices(); first += kPanelVertices) {
     fitter.fit(first, shapes, errors.data() + first);
   }
-  errors.resize(static_cast<std::size_t>(fit.vertices()));
+  errors.resize(unsignedIndex(fit.vertices()));
   return errors;
 }
 
 std::vector<Index> verticesBeyond(const std::vector<float>& errors, float allowed) {
   std::vector<Index> beyond;
   for (std::size_t v = 0; v < errors.size(); ++v) {
-    if (!(errors[v] <= allowed)) beyond.push_back(static_cast<Index>(v));
+    if (!(errors[v] <= allowed)) beyond.push_back(signedIndex(v));
   }
   return beyond;
 }
@@ -210,10 +210,10 @@ std::vector<Index> representatives(const std::vector<Index>& vertices, const std
   const std::size_t stride = vertices.size() / kRefinedAtOnce + 1;
   std::vector<Index> chosen;
   for (std::size_t first = 0; first < vertices.size(); first += stride) {
-    const auto end = vertices.begin() + static_cast<std::ptrdiff_t>(std::min(first + stride, vertices.size()));
+    const auto end = vertices.begin() + signedIndex(std::min(first + stride, vertices.size()));
     chosen.push_back(*std::max_element(
-        vertices.begin() + static_cast<std::ptrdiff_t>(first), end,
-        [&](Index a, Index b) { return errors[static_cast<std::size_t>(a)] < errors[static_cast<std::size_t>(b)]; }));
+        vertices.begin() + signedIndex(first), end,
+        [&](Index a, Index b) { return errors[unsignedIndex(a)] < errors[unsignedIndex(b)]; }));
   }
   return chosen;
 }
@@ -223,7 +223,7 @@ MatrixXf residualOf(const Fit& fit, const PrincipalShapes& result, const std::ve
   MatrixXf residual = displacementsOf(fit, vertices);
   MatrixXf own_shapes(result.shapes.rows(), residual.cols());
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    own_shapes.middleCols<3>(3 * static_cast<Index>(i)) = result.shapes.middleCols<3>(3 * vertices[i]);
+    own_shapes.middleCols<3>(3 * signedIndex(i)) = result.shapes.middleCols<3>(3 * vertices[i]);
   }
   residual -= result.weights.topRows(fit.frames()) * own_shapes;
   return residual;
@@ -240,18 +240,18 @@ void refine(const Fit& fit, const std::vector<Index>& beyond, PrincipalShapes& r
   RowMajorMatrixF added_shapes = RowMajorMatrixF::Zero(added.count, result.shapes.cols());
   for (std::size_t first = 0; first < beyond.size(); first += kRefinedAtOnce) {
     const std::size_t end = std::min(first + kRefinedAtOnce, beyond.size());
-    const std::vector<Index> vertices(beyond.begin() + static_cast<std::ptrdiff_t>(first),
-                                      beyond.begin() + static_cast<std::ptrdiff_t>(end));
+    const std::vector<Index> vertices(beyond.begin() + signedIndex(first),
+                                      beyond.begin() + signedIndex(end));
     MatrixXf residual = residualOf(fit, result, vertices);
     const MatrixXf shapes = added.inverse.topLeftCorner(added.count, fit.frames()) * residual;
     const Eigen::RowVectorXf offset = offset_shares * shapes;
     residual -= weights.rightCols(added.count) * shapes;
     residual.rowwise() -= offset;
     for (std::size_t i = 0; i < vertices.size(); ++i) {
-      const Index column = 3 * static_cast<Index>(i);
+      const Index column = 3 * signedIndex(i);
       added_shapes.middleCols<3>(3 * vertices[i]) = shapes.middleCols<3>(column);
       result.shapes.block<1, 3>(0, 3 * vertices[i]) += offset.segment<3>(column);
-      errors[static_cast<std::size_t>(vertices[i])] = residual.middleCols<3>(column).rowwise().squaredNorm().maxCoeff();
+      errors[unsignedIndex(vertices[i])] = residual.middleCols<3>(column).rowwise().squaredNorm().maxCoeff();
     }
   }
   result.shapes.conservativeResize(before + added.count, Eigen::NoChange);
@@ -271,7 +271,7 @@ void dropShapesOfAStillFace(PrincipalShapes& result) {
 
 std::vector<std::uint32_t> PrincipalShapes::columnVertices() const {
   if (!vertices.empty()) return vertices;
-  std::vector<std::uint32_t> all(static_cast<std::size_t>(rest.cols() / 3));
+  std::vector<std::uint32_t> all(unsignedIndex(rest.cols() / 3));
   std::iota(all.begin(), all.end(), 0U);
   return all;
 }
@@ -280,8 +280,8 @@ PrincipalShapes principalShapes(const FaceAnimation& animation, const VertexPosi
                                 const PrincipalShapesOptions& options) {
   const std::vector<std::uint32_t>& vertices = animation.vertices;
   MOUTHPIECE_EXPECT(animation.positions.cols() ==
-                    3 * (vertices.empty() ? rest.rows() : static_cast<Index>(vertices.size())));
-  MOUTHPIECE_EXPECT(vertices.empty() || static_cast<Index>(vertices.back()) < rest.rows());
+                    3 * (vertices.empty() ? rest.rows() : signedIndex(vertices.size())));
+  MOUTHPIECE_EXPECT(vertices.empty() || signedIndex(vertices.back()) < rest.rows());
   MOUTHPIECE_EXPECT(metres_per_unit > 0 && options.tolerance_mm > 0);
   const double mm_per_unit = 1000 * metres_per_unit;
   PrincipalShapes result;
@@ -294,7 +294,7 @@ PrincipalShapes principalShapes(const FaceAnimation& animation, const VertexPosi
     moving_rest.segment<3>(column) = rest.row(vertex);
     column += 3;
   }
-  const Fit fit{animation, moving_rest, static_cast<float>(options.tolerance_mm / mm_per_unit)};
+  const Fit fit{animation, moving_rest, asFloat(options.tolerance_mm / mm_per_unit)};
 
   const MatrixXf sample = sampledDisplacements(fit);
   MOUTHPIECE_EXPECT(sample.allFinite());

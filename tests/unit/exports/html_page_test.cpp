@@ -1,4 +1,4 @@
-#include "exports/html_page.h"
+#include "exports/format_bytes.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
-#include "exports/gltf/glb_writer.h"
+#include "exports/gltf/glb.h"
 #include "talking_head.h"
 
 namespace mouthpiece {

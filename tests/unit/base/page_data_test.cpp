@@ -1,4 +1,4 @@
-#include "exports/gltf/base64.h"
+#include "base/page_data.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,10 @@
-#include "exports/gltf/shape_normals.h"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
+
+#include "base/index.h"
+#include "exports/shapes/principal_shapes.h"
 
 namespace mouthpiece {
 namespace {
@@ -25,20 +26,20 @@ struct MovingPart {
 
 /// Where some shape moves each vertex of the mesh: the column of its x, -1 for those that rest.
 std::vector<Index> movingColumns(const PrincipalShapes& shapes) {
-  std::vector<Index> columns(static_cast<std::size_t>(shapes.rest.cols() / 3), -1);
+  std::vector<Index> columns(unsignedIndex(shapes.rest.cols() / 3), -1);
   if (shapes.shapeCount() == 0) return columns;
   Eigen::RowVectorXf largest = shapes.shapes.row(0).cwiseAbs();
   for (Index k = 1; k < shapes.shapeCount(); ++k) largest = largest.cwiseMax(shapes.shapes.row(k).cwiseAbs());
   const std::vector<std::uint32_t> vertices = shapes.columnVertices();
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const auto column = 3 * static_cast<Index>(i);
+    const auto column = 3 * signedIndex(i);
     if (!largest.segment<3>(column).isZero(0)) columns[vertices[i]] = column;
   }
   return columns;
 }
 
 MovingPart movingPart(const std::vector<Triangle>& triangles, const PrincipalShapes& shapes) {
-  const auto vertex_count = static_cast<std::size_t>(shapes.rest.cols() / 3);
+  const auto vertex_count = unsignedIndex(shapes.rest.cols() / 3);
   const std::vector<Index> columns = movingColumns(shapes);
   MovingPart part;
   std::vector<char> is_corner(vertex_count, 0);
@@ -153,7 +154,7 @@ class LaneNormals {
         Eigen::Vector3f turn = Eigen::Vector3f::Zero();
         if (length > kLeastArea) turn = (sum - normal.dot(sum) * normal) / length;
         if (!(turn.squaredNorm() > kVisibleTurn * kVisibleTurn)) turn.setZero();
-        result.deltas.row(first + lane).segment<3>(3 * static_cast<Index>(i)) = turn.transpose();
+        result.deltas.row(first + lane).segment<3>(3 * signedIndex(i)) = turn.transpose();
       }
     }
   }
@@ -175,7 +176,7 @@ ShapeNormals shapeNormals(const std::vector<Triangle>& triangles, const Principa
 
   const MovingPart part = movingPart(triangles, shapes);
   result.vertices = part.vertices;
-  result.deltas.resize(shapes.shapeCount(), 3 * static_cast<Index>(part.vertices.size()));
+  result.deltas.resize(shapes.shapeCount(), 3 * signedIndex(part.vertices.size()));
   LaneNormals lanes(part, shapes, sums);
   for (Index first = 0; first < shapes.shapeCount(); first += kLanes) lanes.compute(first, result);
   return result;

@@ -1,4 +1,4 @@
-#include "exports/gltf/base64.h"
+#include "base/page_data.h"
 
 #include <array>
 #include <cstdint>
@@ -39,6 +39,27 @@ void appendBase64(std::string& text, std::string_view bytes) {
   out[1] = kAlphabet[bits >> 12U & 63U];
   out[2] = left == 2 ? kAlphabet[bits >> 6U & 63U] : '=';
   out[3] = '=';
+}
+
+std::string scriptSafe(std::string_view json) {
+  std::string safe;
+  safe.reserve(json.size());
+  for (const char letter : json) {
+    switch (letter) {
+      case '<':
+        safe += "\\u003c";
+        break;
+      case '>':
+        safe += "\\u003e";
+        break;
+      case '&':
+        safe += "\\u0026";
+        break;
+      default:
+        safe += letter;
+    }
+  }
+  return safe;
 }
 
 }  // namespace mouthpiece

@@ -11,18 +11,18 @@
 namespace mouthpiece {
 namespace {
 
-struct CommandLine {
+struct Arguments {
   std::filesystem::path corpus, out;
   std::string credit;
-  bool without_generic = false;
+  bool without_generic = false, quiet = false;
 };
 
-int fitPoses(const CommandLine& line) {
-  const Corpus corpus = readCorpus(line.corpus);
+int run(const Arguments& given) {
+  const Corpus corpus = readCorpus(given.corpus);
   std::vector<PoseTake> takes;
   for (const CorpusTake& take : corpus.takes) takes.push_back({&take.labels, &take.motion});
   const VisemePoses poses =
-      fitVisemePoses(takes, corpus.neutral_pose_mm, corpus.layout, line.without_generic ? nullptr : &genericPoses());
+      fitVisemePoses(takes, corpus.neutral_pose_mm, corpus.layout, given.without_generic ? nullptr : &genericPoses());
   printText(fmt::format("explained: {:.3f} of all markers' variance, {:.3f} of lips and chin\n", poses.explainedShare(),
                         poses.lipExplainedShare()));
   printText(fmt::format("lips: bilabial {:.2f} mm, labiodental {:.2f} mm, pressed {:.2f} mm\n", poses.bilabial_mm,
@@ -32,20 +32,24 @@ int fitPoses(const CommandLine& line) {
                           visemeName(static_cast<Viseme>(v)), poses.frames_seen[v], poses.jaw_drop[v],
                           std::sqrt(3 * poses.lips.row(static_cast<Eigen::Index>(v)).array().square().mean())));
   }
-  if (!line.out.empty()) writeFileAtomically(line.out, posesToJson(poses, line.credit));
+  if (!given.out.empty()) writeFileAtomically(given.out, posesToJson(poses, given.credit));
   return kExitDone;
+}
+
+void addOptions(CLI::App& app, Arguments& options) {
+  app.add_option("corpus", options.corpus, "The corpus")->required();
+  app.add_option("--out", options.out, "Where to write the poses as JSON");
+  app.add_option("--credit", options.credit, "Whose face it was; travels with the numbers");
+  app.add_flag("--without-generic", options.without_generic, "Visemes the corpus lacks stay at rest");
 }
 
 }  // namespace
 }  // namespace mouthpiece
 
 int main(int argc, char** argv) {
-  CLI::App app("Learns viseme poses from a corpus and reports how much of its motion they explain.");
-  mouthpiece::CommandLine line;
-  app.add_option("corpus", line.corpus, "The corpus")->required();
-  app.add_option("--out", line.out, "Where to write the poses as JSON");
-  app.add_option("--credit", line.credit, "Whose face it was; travels with the numbers");
-  app.add_flag("--without-generic", line.without_generic, "Visemes the corpus lacks stay at rest");
-  mouthpiece::setExample(app, "fit_poses grid.corpus --without-generic --out generic_poses.json");
-  return mouthpiece::runProgram(app, argc, argv, [&] { return mouthpiece::fitPoses(line); });
+  using namespace mouthpiece;
+  return runProgram(
+      makeCommand("fit_poses", "Learns viseme poses from a corpus and reports how much of its motion they explain.",
+                  "fit_poses grid.corpus --without-generic --out generic_poses.json", addOptions, run),
+      {}, argc, argv);
 }

@@ -1,8 +1,18 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 
 namespace mouthpiece {
+
+/// The `count` (or fewer) orthonormal columns that span `trajectories` (frames x channels) best in the least-squares
+/// sense, strongest first: randomised range finder with one power iteration (Halko, Martinsson, Tropp 2011, alg. 4.4),
+/// O(frames * channels * count). Deterministic.
+Eigen::MatrixXf leadingTrajectories(const Eigen::MatrixXf& trajectories, Eigen::Index count);
+
+/// The fewest leading trajectories after which no point of `trajectories` (frames x (3 * points)) is further than
+/// `tolerance` from its projection in any frame. Columns orthonormal.
+Eigen::MatrixXf trajectoryBasis(const Eigen::MatrixXf& trajectories, float tolerance);
 
 /// Eight vertices over all frames, the unit that principalShapes() works in: it stays in the first cache.
 /// A row holds x of the eight, then y, then z. Row counts are padded to a multiple of kPanelRowBlock with zero rows.

@@ -1,13 +1,17 @@
-// retarget check --corpus, a part of the program: the captured closures of a corpus, played on a fitted face.
+// retarget check: judges a fitted face, also by a corpus' captured closures played on it.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <random>
 #include <span>
 
-#include "deform/surface/bezier_surface.h"
+#include "base/index.h"
 #include "deform/kernel/welding.h"
+#include "deform/surface/bezier_surface.h"
 #include "motion/resample.h"
-#include "programs/program.h"
 #include "programs/retarget/commands.h"
 #include "retarget/rig/face_rig.h"
 #include "retarget/rig/lip_contact.h"
@@ -19,6 +23,28 @@ namespace {
 
 constexpr Seconds kReach = 0.02;       ///< beyond both ends of a B P M: label error
 constexpr double kClosedShare = 0.25;  ///< of the take's range of openings: what counts as closed in the capture
+constexpr double kTouchMm = 0.3;       ///< lips nearer than this touch
+
+struct Arguments {
+  std::filesystem::path face, corpus;
+  bool quiet = false, json = false;
+};
+
+/// What the captured closures (B P M in which the outer lips come near) of a corpus become on a face.
+struct ClosureCheck {
+  std::size_t closures = 0;
+  std::size_t touching = 0;         ///< whose lips are kTouchMm apart at most, all over the middle half of the mouth
+  std::size_t others = 0;           ///< phones looked at that are no closure: every eighth but B P M and silence
+  std::size_t others_touching = 0;  ///< whose lips touch at their widest
+  double gap_median_mm = 0;
+  double gap_p95_mm = 0;
+  double overlap_mm = 0;   ///< deepest place of one lip inside the other, over all closures
+  double in_teeth_mm = 0;  ///< of a lip inside teeth or gums
+  double overlap_at_rest_mm = 0;
+  double in_teeth_at_rest_mm = 0;
+  std::size_t poses = 0;                ///< drawn at random from the capture
+  double patch_edge_angle_max_deg = 0;  ///< between neighbouring patches in these
+};
 
 /// Distance of the outer lips in every frame; empty where the take does not tell.
 std::vector<double> openingsOf(const CorpusTake& take) {
@@ -87,7 +113,7 @@ void checkEdges(const FaceRig& rig, const ControlMesh& control_mesh, const Corpu
   std::mt19937 random(66);
   for (; !takes.empty() && check.poses < kPoses; ++check.poses) {
     MotionClip frame = takes[random() % takes.size()]->motion;
-    frame.positions_mm = frame.positions_mm.row(static_cast<Eigen::Index>(random() % frame.frameCount())).eval();
+    frame.positions_mm = frame.positions_mm.row(signedIndex(random() % frame.frameCount())).eval();
     const FaceMotion on_face = rig.retarget(frame, &actor);
     const auto pose = surface.pose(controlPoints(control_mesh, on_face.pose(FrameIndex{0})));
     check.patch_edge_angle_max_deg = std::max(check.patch_edge_angle_max_deg, surface.maxNormalAngleAcrossEdges(pose));
@@ -96,12 +122,10 @@ void checkEdges(const FaceRig& rig, const ControlMesh& control_mesh, const Corpu
 
 double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * asReal(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
 }
-
-}  // namespace
 
 ClosureCheck checkClosures(const FaceRig& rig, const ControlMesh& control_mesh, const Corpus& corpus, bool quiet) {
   const double mm = 1000 * rig.mesh().metres_per_unit;
@@ -145,6 +169,67 @@ ClosureCheck checkClosures(const FaceRig& rig, const ControlMesh& control_mesh, 
   check.gap_median_mm = quantile(gaps, 0.5);
   check.gap_p95_mm = quantile(gaps, 0.95);
   return check;
+}
+
+nlohmann::json factsOf(const ClosureCheck& check) {
+  return {{"closures", check.closures},
+          {"touching", check.touching},
+          {"other_phones", check.others},
+          {"other_phones_touching", check.others_touching},
+          {"gap_median_mm", check.gap_median_mm},
+          {"gap_p95_mm", check.gap_p95_mm},
+          {"overlap_mm", check.overlap_mm},
+          {"overlap_at_rest_mm", check.overlap_at_rest_mm},
+          {"in_teeth_mm", check.in_teeth_mm},
+          {"in_teeth_at_rest_mm", check.in_teeth_at_rest_mm},
+          {"poses", check.poses},
+          {"patch_edge_angle_max_deg", check.patch_edge_angle_max_deg}};
+}
+
+std::string textOf(const ClosureCheck& check) {
+  return fmt::format(
+      "  closures           {} of {} touch within {} mm; gap {:.2f} mm median, {:.2f} mm at 95 %\n"
+      "  other phones       {} of {} touch at their widest\n"
+      "  lips               {:.2f} mm inside each other at most ({:.2f} at rest), {:.2f} mm inside teeth ({:.2f})\n"
+      "  patch edges        {:.3g} degrees at most in {} captured poses\n",
+      check.touching, check.closures, kTouchMm, check.gap_median_mm, check.gap_p95_mm, check.others_touching,
+      check.others, check.overlap_mm, check.overlap_at_rest_mm, check.in_teeth_mm, check.in_teeth_at_rest_mm,
+      check.patch_edge_angle_max_deg, check.poses);
+}
+
+int runCheck(const Arguments& given) {
+  const FaceFile face = readFaceFile(given.face);
+  const FaceMesh mesh = readMeshOf(face, given.face);
+  checkBinding(face.binding, mesh, face.control, given.face.string());
+  const FaceCheck found = checkFace(face, mesh);
+  const int code = faultsOf(found).empty() ? kExitDone : kExitBadInput;
+  if (given.corpus.empty()) {
+    printFace(face, found, given.json, given.quiet);
+    return code;
+  }
+  const ClosureCheck closures = checkClosures(FaceRig::load(given.face), face.control, readCorpus(given.corpus),
+                                              given.quiet || given.json);
+  if (given.json) {
+    nlohmann::json facts = faceFacts(face, found);
+    facts["captured_closures"] = factsOf(closures);
+    printJson(facts);
+  } else if (!given.quiet) {
+    printText(faceText(face, found) + textOf(closures));
+  }
+  return code;
+}
+
+void addOptions(CLI::App& command, Arguments& options) {
+  command.add_option("FACE", options.face, "Made by `retarget fit`")->required();
+  command.add_option("--corpus", options.corpus, "Also play this corpus' closures on the face and look at the lips");
+  addJsonFlag(command, options.json);
+}
+
+}  // namespace
+
+Command checkCommand() {
+  return makeCommand("check", "Judge a fitted face; exit code 1 when it has a fault", "retarget check head.face",
+                     addOptions, runCheck);
 }
 
 }  // namespace mouthpiece
