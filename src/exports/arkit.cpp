@@ -13,9 +13,7 @@
 namespace mouthpiece {
 namespace {
 
-using Eigen::Index;
-
-constexpr Index kShapes = signedIndex(kArkitNames.size());
+constexpr Eigen::Index kShapes = signedIndex(kArkitNames.size());
 constexpr int kMostSweeps = 400;
 constexpr double kStill = 1e-4;  ///< largest change of a weight in a sweep that ends the search
 
@@ -43,7 +41,7 @@ int drivenShape(std::string_view name) {
 }
 
 /// Vertices of skin and lips.
-std::vector<Index> skinVertices(const FaceMesh& mesh) {
+std::vector<Eigen::Index> skinVertices(const FaceMesh& mesh) {
   std::vector<bool> is_skin(unsignedIndex(mesh.vertices.rows()), false);
   for (const MeshPart& part : mesh.parts) {
     if (part.kind != PartKind::kSkin && part.kind != PartKind::kLips) continue;
@@ -51,7 +49,7 @@ std::vector<Index> skinVertices(const FaceMesh& mesh) {
       for (const std::uint32_t v : mesh.triangles[t]) is_skin[v] = true;
     }
   }
-  std::vector<Index> vertices;
+  std::vector<Eigen::Index> vertices;
   for (std::size_t v = 0; v < is_skin.size(); ++v) {
     if (is_skin[v]) vertices.push_back(signedIndex(v));
   }
@@ -60,7 +58,7 @@ std::vector<Index> skinVertices(const FaceMesh& mesh) {
 
 /// Skin that the animation or a shape moves; shapes of one ARKit name are one.
 struct Problem {
-  std::vector<Index> vertices;
+  std::vector<Eigen::Index> vertices;
   Eigen::MatrixXf shapes;  ///< (3 * vertices) x 52
   Eigen::MatrixXf motion;  ///< (3 * vertices) x frames
   std::vector<bool> has_shape = std::vector<bool>(kArkitNames.size(), false);
@@ -70,7 +68,7 @@ Problem problemOf(const FaceAnimation& animation, const FaceMesh& mesh, const Fa
   Problem problem;
   const Eigen::Map<const Eigen::RowVectorXf> rest(mesh.vertices.data(), mesh.vertices.size());
   const float still = asFloat(1e-6 / mesh.metres_per_unit);
-  for (const Index v : skinVertices(mesh)) {
+  for (const Eigen::Index v : skinVertices(mesh)) {
     bool moves =
         (animation.positions.middleCols<3>(3 * v).rowwise() - rest.segment<3>(3 * v)).cwiseAbs().maxCoeff() > still;
     for (std::size_t s = 0; s < shapes.moves.size() && !moves; ++s)
@@ -81,8 +79,8 @@ Problem problemOf(const FaceAnimation& animation, const FaceMesh& mesh, const Fa
   problem.shapes = Eigen::MatrixXf::Zero(rows, kShapes);
   problem.motion.resize(rows, animation.positions.rows());
   for (std::size_t i = 0; i < problem.vertices.size(); ++i) {
-    const Index v = problem.vertices[i];
-    const Index row = 3 * signedIndex(i);
+    const Eigen::Index v = problem.vertices[i];
+    const Eigen::Index row = 3 * signedIndex(i);
     problem.motion.middleRows<3>(row) =
         (animation.positions.middleCols<3>(3 * v).rowwise() - rest.segment<3>(3 * v)).transpose();
     for (std::size_t s = 0; s < shapes.moves.size(); ++s) {
@@ -137,13 +135,13 @@ RowMajorMatrixF solve(const Problem& problem, const ArkitOptions& options) {
   RowMajor weights = RowMajor::Zero(right.rows(), kShapes);
   for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
     double change = 0;
-    for (Index step = 0; step < right.rows(); ++step) {
-      const Index t = sweep % 2 == 0 ? step : right.rows() - 1 - step;  // news travels both ways
-      for (Index k = 0; k < kShapes; ++k) {
+    for (Eigen::Index step = 0; step < right.rows(); ++step) {
+      const Eigen::Index t = sweep % 2 == 0 ? step : right.rows() - 1 - step;  // news travels both ways
+      for (Eigen::Index k = 0; k < kShapes; ++k) {
         if (!(gram(k, k) > 0)) continue;
         double target = right(t, k) - gram.row(k).dot(weights.row(t)) + gram(k, k) * weights(t, k);
         double share = gram(k, k) + thrift;
-        for (const Index other : {t - 1, t + 1}) {
+        for (const Eigen::Index other : {t - 1, t + 1}) {
           if (other < 0 || other >= right.rows()) continue;
           target += pull * weights(other, k);
           share += pull;
@@ -177,9 +175,9 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
   curves.weights = fitShapeWeights(problem.shapes, problem.motion, unsignedIndex(present), options);
   const double mm_per_unit = 1000 * mesh.metres_per_unit;
   double squares = 0, motion_squares = 0;
-  for (Index t = 0; t < problem.motion.cols(); ++t) {
+  for (Eigen::Index t = 0; t < problem.motion.cols(); ++t) {
     const Eigen::VectorXf miss = problem.motion.col(t) - problem.shapes * curves.weights.row(t).transpose();
-    for (Index row = 0; row < miss.size(); row += 3) {
+    for (Eigen::Index row = 0; row < miss.size(); row += 3) {
       const double square = static_cast<double>(miss.segment<3>(row).squaredNorm());
       curves.largest_error_mm = std::max(curves.largest_error_mm, mm_per_unit * std::sqrt(square));
       squares += square;
@@ -202,11 +200,11 @@ std::string liveLinkCsv(const ArkitCurves& curves) {
   for (const std::string_view name : kHeadAndEyes) text.append(",").append(name);
   text += '\n';
   const auto frames_a_second = std::max<std::int64_t>(1, std::llround(curves.frame_rate_hz));
-  for (Index t = 0; t < curves.weights.rows(); ++t) {
+  for (Eigen::Index t = 0; t < curves.weights.rows(); ++t) {
     const std::int64_t seconds = t / frames_a_second;
     text += fmt::format("{:02}:{:02}:{:02}:{:02}.000,{}", seconds / 3600, seconds / 60 % 60, seconds % 60,
                         t % frames_a_second, kArkitNames.size() + kHeadAndEyes.size());
-    for (Index k = 0; k < kShapes; ++k) text += fmt::format(",{:.6f}", curves.weights(t, k));
+    for (Eigen::Index k = 0; k < kShapes; ++k) text += fmt::format(",{:.6f}", curves.weights(t, k));
     for (std::size_t k = 0; k < kHeadAndEyes.size(); ++k) text += ",0.000000";
     text += '\n';
   }

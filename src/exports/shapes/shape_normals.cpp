@@ -9,27 +9,25 @@
 namespace mouthpiece {
 namespace {
 
-using Eigen::Index;
-
 /// Shapes worked on side by side: the moving part of the mesh is walked once for all of them.
-constexpr Index kLanes = 8;
-constexpr Index kVertexStride = 3 * kLanes;  ///< x of all lanes, then y, then z
+constexpr Eigen::Index kLanes = 8;
+constexpr Eigen::Index kVertexStride = 3 * kLanes;  ///< x of all lanes, then y, then z
 constexpr float kVisibleTurn = 0.0087F;      ///< half a degree, in radians
 constexpr float kLeastArea = 1e-20F;
 
 /// The triangles that some shape moves, in numbers of their own: a face is mostly hair and back of the head.
 struct MovingPart {
   std::vector<std::uint32_t> vertices;  ///< of the mesh, all corners of `triangles`, rising
-  std::vector<Index> columns;           ///< where each moves in the shapes' rows, -1 for one that rests
+  std::vector<Eigen::Index> columns;           ///< where each moves in the shapes' rows, -1 for one that rests
   std::vector<Triangle> triangles;      ///< into `vertices`
 };
 
 /// Where some shape moves each vertex of the mesh: the column of its x, -1 for those that rest.
-std::vector<Index> movingColumns(const PrincipalShapes& shapes) {
-  std::vector<Index> columns(unsignedIndex(shapes.rest.cols() / 3), -1);
+std::vector<Eigen::Index> movingColumns(const PrincipalShapes& shapes) {
+  std::vector<Eigen::Index> columns(unsignedIndex(shapes.rest.cols() / 3), -1);
   if (shapes.shapeCount() == 0) return columns;
   Eigen::RowVectorXf largest = shapes.shapes.row(0).cwiseAbs();
-  for (Index k = 1; k < shapes.shapeCount(); ++k) largest = largest.cwiseMax(shapes.shapes.row(k).cwiseAbs());
+  for (Eigen::Index k = 1; k < shapes.shapeCount(); ++k) largest = largest.cwiseMax(shapes.shapes.row(k).cwiseAbs());
   const std::vector<std::uint32_t> vertices = shapes.columnVertices();
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     const auto column = 3 * signedIndex(i);
@@ -40,7 +38,7 @@ std::vector<Index> movingColumns(const PrincipalShapes& shapes) {
 
 MovingPart movingPart(const std::vector<Triangle>& triangles, const PrincipalShapes& shapes) {
   const auto vertex_count = unsignedIndex(shapes.rest.cols() / 3);
-  const std::vector<Index> columns = movingColumns(shapes);
+  const std::vector<Eigen::Index> columns = movingColumns(shapes);
   MovingPart part;
   std::vector<char> is_corner(vertex_count, 0);
   for (const Triangle& triangle : triangles) {
@@ -94,7 +92,7 @@ class LaneNormals {
         changes_(moves_.size()) {}
 
   /// Turns of shapes [first, first + 8) into `result`.
-  void compute(Index first, ShapeNormals& result) {
+  void compute(Eigen::Index first, ShapeNormals& result) {
     load(first);
     std::fill(changes_.begin(), changes_.end(), 0.0F);
     for (const Triangle& triangle : part_.triangles) accumulate(triangle);
@@ -102,15 +100,15 @@ class LaneNormals {
   }
 
  private:
-  void load(Index first) {
-    const Index count = std::min(kLanes, shapes_.shapeCount() - first);
+  void load(Eigen::Index first) {
+    const Eigen::Index count = std::min(kLanes, shapes_.shapeCount() - first);
     std::fill(moves_.begin(), moves_.end(), 0.0F);
     for (std::size_t i = 0; i < part_.vertices.size(); ++i) {
       if (part_.columns[i] < 0) continue;
-      for (Index axis = 0; axis < 3; ++axis) {
+      for (Eigen::Index axis = 0; axis < 3; ++axis) {
         float* to = moves_.data() + i * kVertexStride + axis * kLanes;
         const float* from = shapes_.shapes.row(first).data() + part_.columns[i] + axis;
-        for (Index lane = 0; lane < count; ++lane, from += shapes_.shapes.cols()) to[lane] = *from;
+        for (Eigen::Index lane = 0; lane < count; ++lane, from += shapes_.shapes.cols()) to[lane] = *from;
       }
     }
   }
@@ -126,7 +124,7 @@ class LaneNormals {
     const float* b = moves_.data() + triangle[1] * kVertexStride;
     const float* c = moves_.data() + triangle[2] * kVertexStride;
     float change[kVertexStride];
-    for (Index lane = 0; lane < kLanes; ++lane) {
+    for (Eigen::Index lane = 0; lane < kLanes; ++lane) {
       const float ux = b[lane] - a[lane];
       const float uy = b[lane + kLanes] - a[lane + kLanes];
       const float uz = b[lane + 2 * kLanes] - a[lane + 2 * kLanes];
@@ -139,17 +137,17 @@ class LaneNormals {
     }
     for (const std::uint32_t corner : triangle) {
       float* sum = changes_.data() + corner * kVertexStride;
-      for (Index i = 0; i < kVertexStride; ++i) sum[i] += change[i];
+      for (Eigen::Index i = 0; i < kVertexStride; ++i) sum[i] += change[i];
     }
   }
 
-  void store(Index first, ShapeNormals& result) const {
-    const Index count = std::min(kLanes, shapes_.shapeCount() - first);
+  void store(Eigen::Index first, ShapeNormals& result) const {
+    const Eigen::Index count = std::min(kLanes, shapes_.shapeCount() - first);
     for (std::size_t i = 0; i < part_.vertices.size(); ++i) {
       const float length = sums_.row(part_.vertices[i]).norm();
       const Eigen::Vector3f normal = result.rest.segment<3>(3 * Index{part_.vertices[i]}).transpose();
       const float* change = changes_.data() + i * kVertexStride;
-      for (Index lane = 0; lane < count; ++lane) {
+      for (Eigen::Index lane = 0; lane < count; ++lane) {
         const Eigen::Vector3f sum(change[lane], change[lane + kLanes], change[lane + 2 * kLanes]);
         Eigen::Vector3f turn = Eigen::Vector3f::Zero();
         if (length > kLeastArea) turn = (sum - normal.dot(sum) * normal) / length;
@@ -172,13 +170,13 @@ ShapeNormals shapeNormals(const std::vector<Triangle>& triangles, const Principa
   ShapeNormals result;
   result.rest.resize(shapes.rest.cols());
   const VertexPositions sums = normalSums(triangles, shapes.rest);
-  for (Index v = 0; v < sums.rows(); ++v) result.rest.segment<3>(3 * v) = unitNormal(sums.row(v));
+  for (Eigen::Index v = 0; v < sums.rows(); ++v) result.rest.segment<3>(3 * v) = unitNormal(sums.row(v));
 
   const MovingPart part = movingPart(triangles, shapes);
   result.vertices = part.vertices;
   result.deltas.resize(shapes.shapeCount(), 3 * signedIndex(part.vertices.size()));
   LaneNormals lanes(part, shapes, sums);
-  for (Index first = 0; first < shapes.shapeCount(); first += kLanes) lanes.compute(first, result);
+  for (Eigen::Index first = 0; first < shapes.shapeCount(); first += kLanes) lanes.compute(first, result);
   return result;
 }
 
