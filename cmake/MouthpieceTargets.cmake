@@ -75,6 +75,11 @@ function(mouthpiece_precompile)
 endfunction()
 
 function(mouthpiece_compile_options target)
+  get_target_property(type ${target} TYPE)
+  if(type STREQUAL "EXECUTABLE")  # compiled as a library is, or the precompiled header would not do
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
+    target_compile_options(${target} PRIVATE -fPIC)
+  endif()
   if(NOT target STREQUAL mouthpiece_precompiled)
     target_precompile_headers(${target} REUSE_FROM mouthpiece_precompiled)
   endif()

@@ -93,7 +93,6 @@ Problem problemOf(const FaceAnimation& animation, const FaceMesh& mesh, const Fa
   return problem;
 }
 
-<<<<<<< HEAD
 }  // namespace
 
 int arkitIndex(std::string_view shape_name) {
@@ -120,15 +119,6 @@ RowMajorMatrixF fitShapeWeights(const Eigen::MatrixXf& shapes, const Eigen::Matr
   const Eigen::MatrixXd gram = (shapes.transpose() * shapes).cast<double>();
   const Eigen::MatrixXd right = (motion.transpose() * shapes).cast<double>();  // frames x 52
   const double energy = gram.trace() / std::max(asReal(shape_count), 1.0);
-=======
-/// min over W >= 0, <= 1 of sum_t |S w_t - d_t|^2 + thrift |w_t|^2 + smoothness |w_t - w_(t-1)|^2: every weight in turn
-/// takes its best value for the others, until none changes. Each step lowers the energy, which is convex.
-RowMajorMatrixF solve(const Problem& problem, const ArkitOptions& options) {
-  const Eigen::MatrixXd gram = (problem.shapes.transpose() * problem.shapes).cast<double>();
-  const Eigen::MatrixXd right = (problem.motion.transpose() * problem.shapes).cast<double>();  // frames x 52
-  const auto present = asReal(std::count(problem.has_shape.begin(), problem.has_shape.end(), true));
-  const double energy = gram.trace() / std::max(present, 1.0);
->>>>>>> 36106c5405d5014f97908aecef9f5dfa81f1d62e
   const double pull = options.smoothness * energy;
   const double thrift = options.thrift * energy;
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

@@ -114,7 +114,7 @@ class LaneNormals {
   }
 
   [[nodiscard]] Eigen::Vector3f atRest(std::uint32_t vertex) const {
-    return shapes_.rest.segment<3>(3 * Index{part_.vertices[vertex]}).transpose();
+    return shapes_.rest.segment<3>(3 * signedIndex(part_.vertices[vertex])).transpose();
   }
 
   /// Of a triangle's normal u x v: du x v + u x dv.
@@ -145,7 +145,7 @@ class LaneNormals {
     const Eigen::Index count = std::min(kLanes, shapes_.shapeCount() - first);
     for (std::size_t i = 0; i < part_.vertices.size(); ++i) {
       const float length = sums_.row(part_.vertices[i]).norm();
-      const Eigen::Vector3f normal = result.rest.segment<3>(3 * Index{part_.vertices[i]}).transpose();
+      const Eigen::Vector3f normal = result.rest.segment<3>(3 * signedIndex(part_.vertices[i])).transpose();
       const float* change = changes_.data() + i * kVertexStride;
       for (Eigen::Index lane = 0; lane < count; ++lane) {
         const Eigen::Vector3f sum(change[lane], change[lane + kLanes], change[lane + 2 * kLanes]);
