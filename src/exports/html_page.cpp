@@ -7,6 +7,7 @@
 #include "base/page_data.h"
 #include "exports/format_bytes.h"
 #include "exports/report_fields.h"
+#include "motion/lip_gauge.h"
 
 namespace mouthpiece {
 namespace {
@@ -92,21 +93,13 @@ std::string wavBytes(const AudioClip& clip, Seconds least_duration) {
   return bytes;
 }
 
-std::vector<double> roundedForDisplay(std::vector<double> values) {
+/// Of the outer lips, rounded for display; empty without markers on them.
+std::vector<double> openingsOf(const MotionClip& clip) {
+  const LipGauge lips(clip.marker_names);
+  if (!lips.hasLips()) return {};
+  std::vector<double> values = lips.overFrames(&LipGauge::opening, clip.positions_mm);
   for (double& value : values) value = std::round(value * 1000) / 1000;
   return values;
-}
-
-/// The distance between LIP_UP_MID and LIP_LO_MID, frame by frame, in mm; empty when `clip` lacks them.
-std::vector<double> lipOpeningMm(const MotionClip& clip) {
-  const auto upper = clip.findMarker("LIP_UP_MID");
-  const auto lower = clip.findMarker("LIP_LO_MID");
-  std::vector<double> opening;
-  if (!upper || !lower) return opening;
-  for (FrameIndex frame; frame.value < clip.frameCount(); ++frame) {
-    opening.push_back((clip.position(frame, *upper) - clip.position(frame, *lower)).norm());
-  }
-  return opening;
 }
 
 }  // namespace
@@ -121,7 +114,7 @@ std::string viewHtml(std::string_view page_template, const ViewPage& page) {
                     {"face", page.face_name},
                     {"parts", partsOf(page.mesh)},
                     {"control", controlOf(page)},
-                    {"lip_opening_mm", roundedForDisplay(lipOpeningMm(page.animation.motion))}};
+                    {"lip_opening_mm", openingsOf(page.animation.motion)}};
 
   const std::string wav = wavBytes(page.animation.audio, page.animation.motion.duration());
   std::string html;

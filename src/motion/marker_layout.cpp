@@ -66,6 +66,34 @@ LipSide lipFromWord(const std::string& word, std::string_view file, std::string_
   throw InputError(file, place, fmt::format("found lip \"{}\"; expected upper, lower or none", printable(word)));
 }
 
+struct RoleName {
+  std::string_view word, marker;
+};
+constexpr std::array<RoleName, kMarkerRoles.size()> kRoleNames{{{"upper lip", "LIP_UP_MID"},
+                                                                {"lower lip", "LIP_LO_MID"},
+                                                                {"right lip corner", "LIP_CORNER_R"},
+                                                                {"left lip corner", "LIP_CORNER_L"},
+                                                                {"chin", "CHIN_MID"}}};
+
+MarkerRole roleFromWord(const std::string& word, std::string_view file, std::string_view place) {
+  for (const MarkerRole role : kMarkerRoles) {
+    if (wordOf(role) == word) return role;
+  }
+  throw InputError(file, place,
+                   fmt::format("found role \"{}\"; expected upper lip, lower lip, right lip corner, left lip corner or "
+                               "chin",
+                               printable(word)));
+}
+
+/// A role has one marker.
+void refuseSharedRoles(const MarkerLayout& layout, std::string_view file) {
+  for (std::size_t i = 0; i < layout.markers.size(); ++i) {
+    const LayoutMarker& marker = layout.markers[i];
+    if (marker.role && layout.findRole(*marker.role) != MarkerIndex(i))
+      throw InputError(file, markerPlace(i), fmt::format("found role \"{}\" twice; expected it once", wordOf(*marker.role)));
+  }
+}
+
 const char* wordOf(LipSide lip) { return lip == LipSide::kUpper ? "upper" : lip == LipSide::kLower ? "lower" : "none"; }
 
 LayoutMarker readMarker(const json& object, std::string_view file, std::string_view place) {
@@ -77,6 +105,8 @@ LayoutMarker readMarker(const json& object, std::string_view file, std::string_v
   marker.lip = object.contains("lip")
                    ? lipFromWord(requiredMember<std::string>(object, "lip", file, place), file, place)
                    : lipSideOf(marker.name);
+  if (object.contains("role"))
+    marker.role = roleFromWord(requiredMember<std::string>(object, "role", file, place), file, place);
   if (object.contains("stable")) marker.stable = requiredMember<bool>(object, "stable", file, place);
   if (object.contains("mediapipe_landmark")) {
     const auto landmark = requiredMember<std::int64_t>(object, "mediapipe_landmark", file, place);
@@ -151,6 +181,26 @@ LipSide lipSideOf(std::string_view marker_name) {
   return marker_name.starts_with("LIP_LO_") ? LipSide::kLower : LipSide::kNone;
 }
 
+std::string_view wordOf(MarkerRole role) { return kRoleNames[static_cast<std::size_t>(role)].word; }
+std::string_view usualName(MarkerRole role) { return kRoleNames[static_cast<std::size_t>(role)].marker; }
+
+std::optional<MarkerIndex> findRole(MarkerRole role, const std::vector<std::string>& marker_names) {
+  auto found = std::find(marker_names.begin(), marker_names.end(), usualName(role));
+  if (found == marker_names.end() && role == MarkerRole::kChin) {
+    found = std::find_if(marker_names.begin(), marker_names.end(),
+                         [](const std::string& name) { return name.starts_with("CHIN"); });
+  }
+  if (found == marker_names.end()) return std::nullopt;
+  return MarkerIndex(unsignedIndex(found - marker_names.begin()));
+}
+
+std::optional<MarkerIndex> MarkerLayout::findRole(MarkerRole role) const {
+  const auto given = std::find_if(markers.begin(), markers.end(),
+                                  [&](const LayoutMarker& marker) { return marker.role == role; });
+  if (given != markers.end()) return MarkerIndex(unsignedIndex(given - markers.begin()));
+  return mouthpiece::findRole(role, markerNames());
+}
+
 std::vector<std::string> MarkerLayout::markerNames() const {
   std::vector<std::string> names;
   names.reserve(markers.size());
@@ -193,6 +243,7 @@ MarkerLayout parseLayout(std::string_view json_text, std::string_view file) {
     refuseDuplicate(layout.markers.back().name, i, markerPlace(i));
   }
   resolveMirrors(layout, markers, index_of, file);
+  refuseSharedRoles(layout, file);
   if (root.contains("jig")) layout.jig_names = requiredMember<std::vector<std::string>>(root, "jig", file, "");
   for (const std::string& jig_name : layout.jig_names) refuseDuplicate(jig_name, 0, "jig");
   layout.triangles = readTriangles(root, file);
@@ -211,6 +262,7 @@ std::string layoutToJson(const MarkerLayout& layout) {
                                {"mediapipe_landmark", marker.mediapipe_landmark},
                                {"stable", marker.stable}});
     if (marker.lip != lipSideOf(marker.name)) root["markers"].back()["lip"] = wordOf(marker.lip);
+    if (marker.role) root["markers"].back()["role"] = wordOf(*marker.role);
   }
   root["jig"] = layout.jig_names;
   if (!layout.triangles.empty()) root["triangles"] = layout.triangles;

@@ -11,6 +11,7 @@
 #include "base/index.h"
 #include "deform/kernel/welding.h"
 #include "deform/surface/bezier_surface.h"
+#include "motion/lip_gauge.h"
 #include "motion/resample.h"
 #include "programs/retarget/commands.h"
 #include "retarget/rig/face_rig.h"
@@ -46,15 +47,10 @@ struct ClosureCheck {
   double patch_edge_angle_max_deg = 0;  ///< between neighbouring patches in these
 };
 
-/// Distance of the outer lips in every frame; empty where the take does not tell.
-std::vector<double> openingsOf(const CorpusTake& take) {
-  const auto upper = take.motion.findMarker("LIP_UP_MID");
-  const auto lower = take.motion.findMarker("LIP_LO_MID");
-  std::vector<double> opening;
-  if (!upper || !lower || !take.motion.positions_mm.allFinite()) return opening;
-  for (FrameIndex frame{0}; frame.value < take.motion.frameCount(); ++frame.value)
-    opening.push_back((take.motion.position(frame, *upper) - take.motion.position(frame, *lower)).norm());
-  return opening;
+/// Opening of the outer lips in every frame; empty where the take does not tell.
+std::vector<double> openingsOf(const CorpusTake& take, const LipGauge& lips) {
+  if (!lips.hasLips() || !take.motion.positions_mm.allFinite()) return {};
+  return lips.overFrames(&LipGauge::opening, take.motion.positions_mm);
 }
 
 using Openings = std::span<const double>;
@@ -145,7 +141,7 @@ ClosureCheck checkClosures(const FaceRig& rig, const ControlMesh& control_mesh, 
   OtherPhones others;
   for (const CorpusTake& take : corpus.takes) {
     progress.advance();
-    const std::vector<double> opening = openingsOf(take);
+    const std::vector<double> opening = openingsOf(take, LipGauge(corpus.layout));
     if (opening.empty()) continue;
     const std::vector<std::size_t> closed = closedFrames(take, opening), open = others.widestFrames(take, opening);
     const std::vector<Seconds> times = frameTimes(0, take.motion.frameCount(), take.motion.frame_rate_hz);
