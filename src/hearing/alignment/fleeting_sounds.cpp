@@ -1,7 +1,6 @@
 #include "hearing/alignment/fleeting_sounds.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 #include <numeric>
 #include <string_view>
@@ -9,14 +8,11 @@
 namespace mouthpiece {
 namespace {
 
-constexpr std::array<std::string_view, 5> kFleeting{"Y", "W", "R", "L", "HH"};
 /// A frame stands for no more than this: 0.3 s are too long for any of them.
 constexpr double kMostFrames = 30;
 constexpr double kWorstScore = std::numeric_limits<std::int16_t>::max();
 
-bool isFleeting(std::string_view phone) {
-  return std::find(kFleeting.begin(), kFleeting.end(), phone) != kFleeting.end();
-}
+bool isFleeting(std::string_view phone) { return rowOf(phoneFromName(phone).value_or(Phone::kSil)).fleeting; }
 
 }  // namespace
 
@@ -40,7 +36,7 @@ void FleetingSounds::weigh(SenoneScorer::Scores& scores, Eigen::Index first) con
 }
 
 double FleetingSounds::timesWeighed(Phone phone, std::size_t first, std::size_t last) const {
-  if (last >= frame_counts_.size() || !isFleeting(phoneName(phone))) return 1;
+  if (last >= frame_counts_.size() || !rowOf(phone).fleeting) return 1;
   const auto begin = frame_counts_.begin() + static_cast<std::ptrdiff_t>(first);
   const auto end = frame_counts_.begin() + static_cast<std::ptrdiff_t>(last + 1);
   return std::accumulate(begin, end, 0.0) / static_cast<double>(last + 1 - first);

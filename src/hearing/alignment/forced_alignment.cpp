@@ -42,14 +42,10 @@ WordWays waysOf(const std::vector<TranscriptWord>& words) {
   return all;
 }
 
-Phone unreduced(Phone phone) { return phone == Phone::kAX ? Phone::kAH : phone; }
-
 /// The way of `word` that the decoder took: its phones tell.
 const Pronunciation& wayTaken(const TranscriptWord& word, const std::vector<Phone>& phones) {
-  const auto taken = std::find_if(word.ways.begin(), word.ways.end(), [&](const Pronunciation& way) {
-    return std::equal(way.phones.begin(), way.phones.end(), phones.begin(), phones.end(),
-                      [](Phone a, Phone b) { return unreduced(a) == unreduced(b); });
-  });
+  const auto taken = std::find_if(word.ways.begin(), word.ways.end(),
+                                  [&](const Pronunciation& way) { return way.phones == phones; });
   MOUTHPIECE_EXPECT(taken != word.ways.end());
   return *taken;
 }

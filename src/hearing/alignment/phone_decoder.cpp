@@ -37,8 +37,7 @@ constexpr const char* kSilenceWord = "<sil>";
 constexpr std::string_view kFirstSuffix = "_first";
 
 std::string wordFor(Phone phone, bool opens_word) {
-  // The model has no schwa of its own.
-  std::string name(phoneName(phone == Phone::kAX ? Phone::kAH : phone));
+  std::string name(phoneName(phone));
   if (opens_word) name += kFirstSuffix;
   return name;
 }
@@ -85,7 +84,6 @@ Decoder makeDecoder(const std::filesystem::path& model, const char* beam) {
   if (!decoder) throw InputError(model.string(), "", "is no acoustic model that PocketSphinx can read");
   for (std::size_t i = 1; i < kPhoneCount; ++i) {
     const auto phone = static_cast<Phone>(i);
-    if (phone == Phone::kAX) continue;
     const std::string name(phoneName(phone));
     for (const bool opens_word : {false, true}) {
       if (ps_add_word(decoder.get(), wordFor(phone, opens_word).c_str(), name.c_str(), FALSE) < 0) {

@@ -32,7 +32,6 @@ std::vector<PhoneSegment> withoutGaps(const std::vector<PhoneSegment>& segments,
   for (PhoneSegment segment : segments) {
     MOUTHPIECE_EXPECT(std::isfinite(segment.span.start) && std::isfinite(segment.span.end));
     MOUTHPIECE_EXPECT(segment.span.start < segment.span.end && segment.span.start > end - kRoundingGap);
-    if (segment.phone == Phone::kAX) segment.phone = Phone::kAH;
     if (segment.span.start > end + kRoundingGap) {
       appendSegment(filled, {.span = {end, segment.span.start}});
     } else {

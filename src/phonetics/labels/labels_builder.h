@@ -27,7 +27,6 @@ struct WordSegment {
 /// - gaps between segments and before the first become silence, `duration` (if later) is filled with silence;
 /// - neighbouring silences are merged;
 /// - a line that starts or ends without silence gives up to 20 ms, at most a quarter, of its first or last phone to it;
-/// - AX becomes AH;
 /// - syllables that are not given are found by maximal onset within each word, split at silence; a syllable without a
 ///   known stress has 1 where it is the likeliest of its word, else 0;
 /// - words without phones are left out.

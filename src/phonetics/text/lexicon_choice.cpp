@@ -46,8 +46,6 @@ std::vector<LineWord> wordsOf(std::string_view line) {
   return words;
 }
 
-Phone normal(Phone phone) { return phone == Phone::kAX ? Phone::kAH : phone; }
-
 class LineChooser {
  public:
   LineChooser(const Lexicon& lexicon, const std::vector<LineWord>& words, const PhonePairs& pairs)
@@ -73,7 +71,7 @@ class LineChooser {
   }
 
   [[nodiscard]] double missing(Phone first, Phone second) const {
-    return pairs_.has(normal(first), normal(second)) ? 0.0 : 1.0;
+    return pairs_.has(first, second) ? 0.0 : 1.0;
   }
 
   [[nodiscard]] double insideCost(const Pronunciation& way, std::size_t rank) const {
