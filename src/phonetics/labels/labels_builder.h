@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "phonetics/labels/speech_labels.h"
+#include "phonetics/language/language.h"
 
 namespace mouthpiece {
 
@@ -32,20 +33,14 @@ struct WordSegment {
 /// - words without phones are left out.
 /// Segments rise in time, do not overlap and last longer than zero (checked by whoever read them: InternalError).
 SpeechLabels buildSpeechLabels(std::vector<PhoneSegment> segments, const std::vector<std::string>& words,
-                               Seconds duration);
+                               Seconds duration, const Language& language = english());
 
 /// Gives each phone that is not silence the word that holds its middle, then builds. Words rise in time without
 /// overlaps.
 SpeechLabels buildSpeechLabels(std::vector<PhoneSegment> segments, const std::vector<WordSegment>& words,
-                               Seconds duration);
+                               Seconds duration, const Language& language = english());
 
 /// `next` said after `line`: its times are moved by the duration of `line`; the two silences that meet become one.
 void appendSpeechLabels(SpeechLabels& line, const SpeechLabels& next);
-
-/// Whether a label file means silence by this: "", sil, sp, pau, <eps>, h#, ... in any case.
-bool isSilenceName(std::string_view name);
-
-/// The stress digit at the end of a vowel's name ("AH0"), if there is one.
-std::optional<int> stressOfName(std::string_view name);
 
 }  // namespace mouthpiece

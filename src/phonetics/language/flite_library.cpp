@@ -1,38 +1,22 @@
-#include "hearing/alignment/flite_lexicon.h"
+#include "phonetics/language/flite_library.h"
 
 #include <flite/flite.h>
 
-#include <algorithm>
+#include <map>
 #include <memory>
-#include <mutex>
 
-#include "base/errors.h"
-#include "phonetics/labels/labels_builder.h"
-
+// Flite's voices have no header.
 extern "C" {
 cst_voice* register_cmu_us_slt(const char* folder);
+cst_voice* register_cmu_us_rms(const char* folder);
+cst_voice* register_cmu_us_awb(const char* folder);
+cst_voice* register_cmu_us_kal16(const char* folder);
 }
 
 namespace mouthpiece {
 namespace {
 
-/// Flite keeps its voices in global variables.
-std::mutex flite_mutex;
-
-cst_voice* fliteVoice() {
-  static cst_voice* const kVoice = [] {
-    flite_init();
-    return register_cmu_us_slt(nullptr);
-  }();
-  return kVoice;
-}
-
-std::string lowerCase(std::string_view text) {
-  std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return lower;
-}
+constexpr std::string_view kReader = "slt";
 
 struct ListDeleter {
   void operator()(cst_val* list) const { delete_val(list); }
@@ -40,27 +24,44 @@ struct ListDeleter {
 
 }  // namespace
 
-Pronunciation flitePronunciation(std::string_view word) {
-  const std::scoped_lock lock(flite_mutex);
-  const cst_lexicon* lexicon = val_lexicon(feat_val(fliteVoice()->features, "lexicon"));
-  const std::unique_ptr<cst_val, ListDeleter> names(
-      lex_lookup(lexicon, lowerCase(word).c_str(), nullptr, fliteVoice()->features));
-  Pronunciation pronunciation;
-  for (const cst_val* name = names.get(); name != nullptr; name = val_cdr(name)) {
-    const std::string_view text = val_string(val_car(name));
-    const auto phone = phoneFromName(text);
-    MOUTHPIECE_EXPECT(phone.has_value());
-    pronunciation.phones.push_back(*phone);
-    pronunciation.stress.push_back(stressOfName(text).value_or(-1));
-  }
-  return pronunciation;
+std::mutex& fliteLock() {
+  static std::mutex lock;
+  return lock;
+}
+
+cst_voice* fliteVoice(std::string_view name) {
+  struct Row {
+    cst_voice* (*load)(const char* folder);
+    cst_voice* voice = nullptr;
+  };
+  static std::map<std::string_view, Row> rows = {{"slt", {register_cmu_us_slt}},
+                                                 {"rms", {register_cmu_us_rms}},
+                                                 {"awb", {register_cmu_us_awb}},
+                                                 {"kal16", {register_cmu_us_kal16}}};
+  static std::once_flag started;
+  std::call_once(started, [] { flite_init(); });
+  const auto found = rows.find(name);
+  if (found == rows.end()) return nullptr;
+  if (found->second.voice == nullptr) found->second.voice = found->second.load(nullptr);
+  return found->second.voice;
+}
+
+std::vector<std::string> flitePhones(const std::string& word) {
+  const std::scoped_lock lock(fliteLock());
+  const cst_features* features = fliteVoice(kReader)->features;
+  const std::unique_ptr<cst_val, ListDeleter> phones(
+      lex_lookup(val_lexicon(feat_val(features, "lexicon")), word.c_str(), nullptr, features));
+  std::vector<std::string> names;
+  for (const cst_val* phone = phones.get(); phone != nullptr; phone = val_cdr(phone))
+    names.emplace_back(val_string(val_car(phone)));
+  return names;
 }
 
 std::vector<std::string> fliteWords(std::string_view token) {
-  const std::scoped_lock lock(flite_mutex);
+  const std::scoped_lock lock(fliteLock());
   const std::unique_ptr<cst_utterance, decltype(&delete_utterance)> utterance(new_utterance(), &delete_utterance);
   utt_set_input_text(utterance.get(), std::string(token).c_str());
-  utt_init(utterance.get(), fliteVoice());
+  utt_init(utterance.get(), fliteVoice(kReader));
   default_tokenization(utterance.get());
   default_textanalysis(utterance.get());
   std::vector<std::string> words;

@@ -143,4 +143,22 @@ std::optional<Phone> phoneFromName(std::string_view name) {
   return phone && isVowel(*phone) ? phone : std::nullopt;
 }
 
+std::optional<int> stressOfName(std::string_view name) {
+  if (name.empty() || name.back() < '0' || name.back() > '2') return std::nullopt;
+  const auto phone = phoneFromName(name);
+  return phone && isVowel(*phone) ? std::optional<int>(name.back() - '0') : std::nullopt;
+}
+
+bool isSilenceName(std::string_view name) {
+  return name.empty() || name == "_" || name == "<s>" || name == "</s>" || phoneFromName(name) == Phone::kSil;
+}
+
+std::optional<Phone> closedStop(std::string_view name) {
+  if (name.size() != 3 || !name.ends_with("cl") || name[0] < 'a') return std::nullopt;
+  const auto stop = phoneFromName(name.substr(0, 1));
+  return stop && rowOf(*stop).manner == Manner::kPlosive ? stop : std::nullopt;
+}
+
+bool isGlottalStop(std::string_view name) { return name == "q" || name == "?" || name == "ʔ"; }
+
 }  // namespace mouthpiece

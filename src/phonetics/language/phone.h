@@ -10,85 +10,20 @@ namespace mouthpiece {
 /// ARPAbet without stress, one symbol per phone (diphthongs and affricates stay one), and silence. The schwa has one
 /// normal form, kAH (docs/theory/phones_and_visemes.md).
 enum class Phone : std::uint8_t {
-  kSil,
-  kAA,
-  kAE,
-  kAH,
-  kAO,
-  kAW,
-  kAY,
-  kEH,
-  kER,
-  kEY,
-  kIH,
-  kIY,
-  kOW,
-  kOY,
-  kUH,
-  kUW,
-  kB,
-  kCH,
-  kD,
-  kDH,
-  kF,
-  kG,
-  kHH,
-  kJH,
-  kK,
-  kL,
-  kM,
-  kN,
-  kNG,
-  kP,
-  kR,
-  kS,
-  kSH,
-  kT,
-  kTH,
-  kV,
-  kW,
-  kY,
-  kZ,
-  kZH,
+  kSil, kAA, kAE, kAH, kAO, kAW, kAY, kEH, kER, kEY, kIH, kIY, kOW, kOY, kUH, kUW, kB, kCH, kD, kDH, kF, kG, kHH,
+  kJH, kK, kL, kM, kN, kNG, kP, kR, kS, kSH, kT, kTH, kV, kW, kY, kZ, kZH
 };
 inline constexpr std::size_t kPhoneCount = 40;
 
 /// The viseme classes of design page, section 8.
 enum class Viseme : std::uint8_t {
-  kSil,
-  kAh,
-  kEh,
-  kEe,
-  kIh,
-  kOh,
-  kOo,
-  kUh,
-  kEr,
-  kR,
-  kW,
-  kY,
-  kMBP,
-  kFV,
-  kTh,
-  kLNTD,
-  kS,
-  kShChJ,
-  kGK,
-  kH,
+  kSil, kAh, kEh, kEe, kIh, kOh, kOo, kUh, kEr, kR, kW, kY, kMBP, kFV, kTh, kLNTD, kS, kShChJ, kGK, kH
 };
 inline constexpr std::size_t kVisemeCount = 20;
 
 /// How the mouth makes the sound. A diphthong is a vowel whose visemes differ.
 enum class Manner : std::uint8_t {
-  kSilence,
-  kVowel,
-  kPlosive,
-  kAffricate,
-  kFricative,
-  kNasal,
-  kLateral,
-  kApproximant,
-  kAspirate,
+  kSilence, kVowel, kPlosive, kAffricate, kFricative, kNasal, kLateral, kApproximant, kAspirate
 };
 
 enum class LipClosure : std::uint8_t { kNone, kLipToLip, kLipToTeeth };
@@ -139,6 +74,14 @@ inline std::string_view phoneName(Phone phone) { return rowOf(phone).name; }
 /// Accepts any case, a stress digit after a vowel ("AH0"), and the names of Festival, TIMIT and HTK ("ax" is kAH, "pau"
 /// kSil). nullopt for an unknown symbol.
 std::optional<Phone> phoneFromName(std::string_view name);
+/// The stress digit at the end of a vowel's name ("AH0"), if there is one.
+std::optional<int> stressOfName(std::string_view name);
+/// Whether a label file means silence by this: "", sil, sp, pau, <eps>, h#, ... in any case.
+bool isSilenceName(std::string_view name);
+/// The stop whose closure TIMIT writes apart from its burst by this name: "bcl" is kB.
+std::optional<Phone> closedStop(std::string_view name);
+/// TIMIT's q, X-SAMPA's ? and IPA's ʔ: no phone of its own.
+bool isGlottalStop(std::string_view name);
 /// Whether `word` is one of the words of `list`, which have blanks between them.
 bool isWordOf(std::string_view list, std::string_view word);
 

@@ -1,4 +1,4 @@
-#include "phonetics/text/lexicon_choice.h"
+#include "phonetics/text/lexicon.h"
 
 #include <algorithm>
 #include <limits>
@@ -75,7 +75,7 @@ class LineChooser {
   }
 
   [[nodiscard]] double insideCost(const Pronunciation& way, std::size_t rank) const {
-    double cost = kLaterWay * static_cast<double>(rank);
+    double cost = kLaterWay * asReal(rank);
     for (std::size_t i = 1; i < way.phones.size(); ++i) cost += missing(way.phones[i - 1], way.phones[i]);
     return cost;
   }
