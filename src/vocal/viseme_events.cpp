@@ -11,7 +11,7 @@ bool isFullyArticulated(Viseme viseme) { return isLabial(viseme) || rowOf(viseme
 
 /// Plosives, fricatives, affricates and nasals; the labials aside, which close whatever their length.
 bool isJawNarrowing(Phone phone) {
-  const bool is_obstruent = isStop(phone) || rowOf(phone).manner == Manner::kFricative;
+  const bool is_obstruent = isStop(phone) || rowOf(phone).manner == Articulation::kFricative;
   return (is_obstruent || isNasal(phone)) && lipClosure(phone) == LipClosure::kNone;
 }
 

@@ -176,7 +176,8 @@ void takeFromKin(std::size_t viseme, VisemePoses& poses) {
   const auto& [a, b] = rowOf(static_cast<Viseme>(viseme)).kin;
   if (a == Viseme::kSil) return;
   const auto first = static_cast<std::size_t>(a), second = static_cast<std::size_t>(b);
-  poses.lips.row(signedIndex(viseme)) = 0.5 * (poses.lips.row(signedIndex(first)) + poses.lips.row(signedIndex(second)));
+  poses.lips.row(signedIndex(viseme)) =
+      0.5 * (poses.lips.row(signedIndex(first)) + poses.lips.row(signedIndex(second)));
   poses.jaw_drop[viseme] = 0.5 * (poses.jaw_drop[first] + poses.jaw_drop[second]);
 }
 

@@ -38,8 +38,10 @@ std::vector<std::string> knownVoices() {
 std::unique_ptr<Voice> makeVoice(std::string_view name, const VoiceOptions& options) {
   const auto row =
       std::find_if(kVoices.begin(), kVoices.end(), [&](const VoiceRow& known) { return known.name == name; });
-  if (row == kVoices.end())
-    throw InputError(fmt::format("found voice '{}'; expected one of {}", printable(name), fmt::join(knownVoices(), ", ")));
+  if (row == kVoices.end()) {
+    throw InputError(
+        fmt::format("found voice '{}'; expected one of {}", printable(name), fmt::join(knownVoices(), ", ")));
+  }
   return row->make(name.substr(name.find(':') + 1), languageOf(row->language), options);
 }
 

@@ -180,6 +180,8 @@ std::vector<TranscriptWord> Pronouncer::wordsOf(std::string_view transcript) con
   return words;
 }
 
-std::vector<std::vector<Phone>> dictionaryWords(const Language& language) { return Dictionary(language).usualWays(); }
+std::vector<std::vector<Phone>> dictionaryWords(const Language& language) {
+  return Dictionary(language).usualWays();
+}
 
 }  // namespace mouthpiece

@@ -10,7 +10,7 @@ namespace {
 
 using V = Viseme;
 using enum Phone;
-using enum Manner;
+using enum Articulation;
 
 constexpr std::array<VisemeRow, kVisemeCount> kVisemes = {{
     {.viseme = V::kSil, .name = "sil", .open = 0, .round = 0},
@@ -156,7 +156,7 @@ bool isSilenceName(std::string_view name) {
 std::optional<Phone> closedStop(std::string_view name) {
   if (name.size() != 3 || !name.ends_with("cl") || name[0] < 'a') return std::nullopt;
   const auto stop = phoneFromName(name.substr(0, 1));
-  return stop && rowOf(*stop).manner == Manner::kPlosive ? stop : std::nullopt;
+  return stop && rowOf(*stop).manner == Articulation::kPlosive ? stop : std::nullopt;
 }
 
 bool isGlottalStop(std::string_view name) { return name == "q" || name == "?" || name == "ʔ"; }

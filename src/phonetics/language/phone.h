@@ -22,7 +22,7 @@ enum class Viseme : std::uint8_t {
 inline constexpr std::size_t kVisemeCount = 20;
 
 /// How the mouth makes the sound. A diphthong is a vowel whose visemes differ.
-enum class Manner : std::uint8_t {
+enum class Articulation : std::uint8_t {
   kSilence, kVowel, kPlosive, kAffricate, kFricative, kNasal, kLateral, kApproximant, kAspirate
 };
 
@@ -58,7 +58,7 @@ struct PhoneRow {
   Phone phone;
   std::string_view name;         ///< "sil", "AA", ..., "ZH"
   std::string_view other_names;  ///< of other ARPAbets, in capitals, with blanks between them
-  Manner manner;
+  Articulation manner;
   bool voiced;
   Viseme first;  ///< the class that it starts in (EY: Eh, AW: Ah)
   Viseme last;   ///< the one it ends in (EY: Ee, AW: Oo); the same for most
@@ -89,15 +89,15 @@ inline Viseme firstViseme(Phone phone) { return rowOf(phone).first; }
 inline Viseme lastViseme(Phone phone) { return rowOf(phone).last; }
 inline std::string_view visemeName(Viseme viseme) { return rowOf(viseme).name; }
 
-inline bool isVowel(Phone phone) { return rowOf(phone).manner == Manner::kVowel; }
+inline bool isVowel(Phone phone) { return rowOf(phone).manner == Articulation::kVowel; }
 inline bool isDiphthong(Phone phone) { return firstViseme(phone) != lastViseme(phone); }
-inline bool isNasal(Phone phone) { return rowOf(phone).manner == Manner::kNasal; }
+inline bool isNasal(Phone phone) { return rowOf(phone).manner == Articulation::kNasal; }
 inline LipClosure lipClosure(Phone phone) { return rowOf(firstViseme(phone)).closure; }
 inline bool isBilabial(Phone phone) { return lipClosure(phone) == LipClosure::kLipToLip; }
 inline bool isLabiodental(Phone phone) { return lipClosure(phone) == LipClosure::kLipToTeeth; }
 /// Plosives, and affricates, which open with one.
 inline bool isStop(Phone phone) {
-  return rowOf(phone).manner == Manner::kPlosive || rowOf(phone).manner == Manner::kAffricate;
+  return rowOf(phone).manner == Articulation::kPlosive || rowOf(phone).manner == Articulation::kAffricate;
 }
 
 }  // namespace mouthpiece

@@ -107,7 +107,8 @@ std::vector<char32_t> decode(std::string_view text) {
 /// Spells out characters one by one; blanks are put right afterwards.
 class Speller {
  public:
-  Speller(std::vector<char32_t> characters, const TextRules& rules) : characters_(std::move(characters)), rules_(rules) {}
+  Speller(std::vector<char32_t> characters, const TextRules& rules)
+      : characters_(std::move(characters)), rules_(rules) {}
 
   std::string spell() {
     while (at_ < characters_.size()) spellNext();

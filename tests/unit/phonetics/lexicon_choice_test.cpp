@@ -5,6 +5,7 @@
 #include <array>
 #include <random>
 
+#include "base/index.h"
 #include "phonetics/labels/label_files.h"
 
 namespace mouthpiece {
@@ -86,18 +87,19 @@ TEST(LexiconForLine, FindsTheBestOfAllWaysThereAre) {
     std::string text, line, corpus = "sil";
     std::vector<std::size_t> way_counts;
     for (char word = 'a'; word < 'e'; ++word) {  // two letters: one alone would be a letter's name
-      way_counts.push_back(1 + static_cast<std::size_t>(draw(2)));
+      way_counts.push_back(1 + unsignedIndex(draw(2)));
       for (std::size_t way = 0; way < way_counts.back(); ++way) {
         text += std::string("x") + word;
-        for (int phone = -1; phone < draw(2); ++phone) text += std::string(" ") + names[static_cast<std::size_t>(draw(4))];
+        const int phones = 1 + draw(2);
+        for (int phone = 0; phone < phones; ++phone) text += std::string(" ") + names[unsignedIndex(draw(4))];
         text += "\n";
       }
       line += std::string(line.empty() ? "x" : " x") + word;
     }
-    for (int i = 0; i < 14; ++i) corpus += std::string(" ") + names[static_cast<std::size_t>(draw(4))];
+    for (int i = 0; i < 14; ++i) corpus += std::string(" ") + names[unsignedIndex(draw(4))];
     const Lexicon lexicon = Lexicon::parse(text, "random");
     const PhonePairs pairs = pairsOf({(corpus + " sil").c_str()});
-    const auto waysOf = [&](const Lexicon& from, std::size_t w) { return from.find(std::string("x") + char('a' + w)); };
+    const auto waysOf = [&](const Lexicon& from, std::size_t w) { return from.find(std::string("x") + "abcd"[w]); };
     int best = 1000;
     for (std::size_t code = 0; code < 81; ++code) {
       std::vector<std::vector<Phone>> said;

@@ -56,18 +56,18 @@ TEST(Phone, RefusesWhatIsNoPhone) {
 }
 
 TEST(PhoneRow, MannersAreThoseOfPhonetics) {
-  const auto with = [](Manner manner) {
+  const auto with = [](Articulation manner) {
     return phonesWhere([=](const PhoneRow& row) { return row.manner == manner; });
   };
-  EXPECT_EQ(with(Manner::kVowel), named("AA AE AH AO AW AY EH ER EY IH IY OW OY UH UW"));
-  EXPECT_EQ(with(Manner::kPlosive), named("B D G K P T"));
-  EXPECT_EQ(with(Manner::kAffricate), named("CH JH"));
-  EXPECT_EQ(with(Manner::kFricative), named("DH F S SH TH V Z ZH"));
-  EXPECT_EQ(with(Manner::kNasal), named("M N NG"));
-  EXPECT_EQ(with(Manner::kLateral), named("L"));
-  EXPECT_EQ(with(Manner::kApproximant), named("R W Y"));
-  EXPECT_EQ(with(Manner::kAspirate), named("HH"));
-  EXPECT_EQ(with(Manner::kSilence), named("sil"));
+  EXPECT_EQ(with(Articulation::kVowel), named("AA AE AH AO AW AY EH ER EY IH IY OW OY UH UW"));
+  EXPECT_EQ(with(Articulation::kPlosive), named("B D G K P T"));
+  EXPECT_EQ(with(Articulation::kAffricate), named("CH JH"));
+  EXPECT_EQ(with(Articulation::kFricative), named("DH F S SH TH V Z ZH"));
+  EXPECT_EQ(with(Articulation::kNasal), named("M N NG"));
+  EXPECT_EQ(with(Articulation::kLateral), named("L"));
+  EXPECT_EQ(with(Articulation::kApproximant), named("R W Y"));
+  EXPECT_EQ(with(Articulation::kAspirate), named("HH"));
+  EXPECT_EQ(with(Articulation::kSilence), named("sil"));
 }
 
 TEST(PhoneRow, TraitsAreThoseOfTheModelsThatUseThem) {
@@ -97,14 +97,14 @@ TEST(PhoneRow, RowsAgreeWithThemselves) {
     const PhoneRow& row = rowOf(static_cast<Phone>(i));
     SCOPED_TRACE(row.name);
     EXPECT_EQ((row.first == Viseme::kSil), (row.phone == Phone::kSil));
-    EXPECT_TRUE(row.first == row.last || row.manner == Manner::kVowel) << "only vowels glide";
+    EXPECT_TRUE(row.first == row.last || row.manner == Articulation::kVowel) << "only vowels glide";
     EXPECT_EQ(lipClosure(row.phone) == LipClosure::kLipToLip && row.phone != Phone::kSil,
               row.lips_parting == 0 && row.phone != Phone::kSil);
     for (const float share : {row.tongue.tip_up, row.tongue.tip_forward, row.tongue.back_up, row.lips_parting}) {
       EXPECT_GE(share, 0);
       EXPECT_LE(share, 1);
     }
-    if (row.manner == Manner::kVowel) {
+    if (row.manner == Articulation::kVowel) {
       EXPECT_TRUE(row.voiced && rowOf(row.first).open >= 0.3 && !rowOf(row.first).sibilant);
     }
   }

@@ -145,8 +145,8 @@ TEST(SpokenLineBuilder, SoundAndLabelsEndTogetherWhateverIsAdded) {
 
 TEST(FestivalLabels, DamagedOnesAreRefusedOrStayInOrder) {
   const std::string good =
-      "utterance\nword 1 time\nword 2 is\nphone pau 0.1 0 0 0\nphone t 0.2 5 1 1\nphone ay 0.35 5 1 1\nphone m 0.4 5 1 1\n"
-      "phone ih 0.5 6 0 2\nphone z 0.6 6 0 2\nphone pau 0.7 0 0 0\nend\n";
+      "utterance\nword 1 time\nword 2 is\nphone pau 0.1 0 0 0\nphone t 0.2 5 1 1\nphone ay 0.35 5 1 1\n"
+      "phone m 0.4 5 1 1\nphone ih 0.5 6 0 2\nphone z 0.6 6 0 2\nphone pau 0.7 0 0 0\nend\n";
   EXPECT_EQ(parseFestivalLabels(good).at(0).phones.size(), 7U);
   std::size_t refused = 0;
   for (unsigned round = 0; round < 2000; ++round) {
@@ -178,7 +178,8 @@ TEST(FestivalLabels, DamagedOnesAreRefusedOrStayInOrder) {
 TEST(FestivalJob, NothingOfTheTextBecomesScheme) {
   const Lexicon lexicon = Lexicon::parse("red R EH1 D\nA EY1\nb(2) B IY1\n", "l");
   for (const char* text : {"red (quit) \"a\" A b", "'(voice) red; (exit)", "\\\" red A.", "a.m. A red-A"}) {
-    const FestivalJob plain = makeFestivalJob("kal_diphone", text, nullptr), said = makeFestivalJob("kal_diphone", text, &lexicon);
+    const FestivalJob plain = makeFestivalJob("kal_diphone", text, nullptr);
+    const FestivalJob said = makeFestivalJob("kal_diphone", text, &lexicon);
     EXPECT_EQ(plain.text, std::string(text) + "\n");
     EXPECT_EQ(plain.script, makeFestivalJob("kal_diphone", "another", nullptr).script);
     // With a lexicon the script gains entries of lower-case words and phones only.
