@@ -13,7 +13,7 @@
 #include "base/files.h"
 #include "corpus_tools/takes/word_matching.h"
 #include "motion/formats/motion_file.h"
-#include "phonetics/labels/lab_file.h"
+#include "phonetics/labels/label_files.h"
 #include "base/text_encoding.h"
 
 namespace mouthpiece {

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "base/errors.h"
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {
@@ -168,17 +169,14 @@ void takeFromGeneric(const VisemePoses& generic, std::size_t viseme, double scal
   poses.jaw_drop[viseme] = scale * generic.jaw_drop[viseme];
 }
 
-/// A viseme that nobody has shown looks like its kin: ER half R, half Uh; Y like Ee.
+/// A viseme that nobody has shown looks like its kin.
 void takeFromKin(std::size_t viseme, VisemePoses& poses) {
-  const auto mix = [&](Viseme a, Viseme b) {
-    const auto row = static_cast<Eigen::Index>(viseme);
-    poses.lips.row(row) =
-        0.5 * (poses.lips.row(static_cast<Eigen::Index>(a)) + poses.lips.row(static_cast<Eigen::Index>(b)));
-    poses.jaw_drop[viseme] =
-        0.5 * (poses.jaw_drop[static_cast<std::size_t>(a)] + poses.jaw_drop[static_cast<std::size_t>(b)]);
-  };
-  if (viseme == static_cast<std::size_t>(Viseme::kEr)) mix(Viseme::kR, Viseme::kUh);
-  if (viseme == static_cast<std::size_t>(Viseme::kY)) mix(Viseme::kEe, Viseme::kEe);
+  const auto& [a, b] = rowOf(static_cast<Viseme>(viseme)).kin;
+  if (a == Viseme::kSil) return;
+  const auto first = static_cast<std::size_t>(a), second = static_cast<std::size_t>(b);
+  poses.lips.row(signedIndex(viseme)) =
+      0.5 * (poses.lips.row(signedIndex(first)) + poses.lips.row(signedIndex(second)));
+  poses.jaw_drop[viseme] = 0.5 * (poses.jaw_drop[first] + poses.jaw_drop[second]);
 }
 
 std::vector<Eigen::Index> mouthColumns(const MarkerLayout& layout) {

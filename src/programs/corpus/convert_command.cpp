@@ -2,7 +2,6 @@
 #include "programs/corpus/command_support.h"
 #include "motion/formats/landmark_track.h"
 #include "motion/formats/motion_file.h"
-#include "phonetics/labels/lab_file.h"
 #include "phonetics/labels/label_files.h"
 
 namespace mouthpiece {

@@ -15,7 +15,7 @@
 #include "exports/shapes/principal_shapes.h"
 #include "motion/formats/motion_file.h"
 #include "motion/resample.h"
-#include "phonetics/labels/lab_file.h"
+#include "phonetics/labels/label_files.h"
 #include "programs/retarget/commands.h"
 #include "retarget/rig/face_file.h"
 #include "retarget/rig/face_rig.h"

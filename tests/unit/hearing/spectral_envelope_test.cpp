@@ -1,4 +1,4 @@
-#include "hearing/alignment/harmonic_smoothing.h"
+#include "hearing/alignment/phone_decoder.h"
 
 #include <gtest/gtest.h>
 
@@ -51,31 +51,31 @@ double distance(const Cepstra& a, const Cepstra& b) {
   return std::sqrt(sum / 30);
 }
 
-TEST(HarmonicSmoothing, OneVowelAtTwoPitchesBecomesAlike) {
+TEST(SpectralEnvelope, OneVowelAtTwoPitchesBecomesAlike) {
   const auto low = vowelAt(120);
   for (const double pitch_hz : {350.0, 520.0, 590.0}) {
     const auto high = vowelAt(pitch_hz);
     Cepstra low_cepstra = cepstraOf(low), high_cepstra = cepstraOf(high);
     const double before = distance(low_cepstra, high_cepstra);
-    takeHarmonicsOut(low, low_cepstra);
-    takeHarmonicsOut(high, high_cepstra);
+    useSpectralEnvelope(low, low_cepstra);
+    useSpectralEnvelope(high, high_cepstra);
     EXPECT_LT(distance(low_cepstra, high_cepstra), 0.75 * before) << pitch_hz << " Hz";
   }
 }
 
-TEST(HarmonicSmoothing, LeavesWhatHasNoPitch) {
+TEST(SpectralEnvelope, LeavesWhatHasNoPitch) {
   std::vector<std::int16_t> samples(kRateHz, 0);
   std::uint32_t state = 1;
   for (std::int16_t& sample : samples)
     sample = static_cast<std::int16_t>(static_cast<int>((state = state * 1664525U + 1013904223U) >> 20U) - 2048);
   const Cepstra before = cepstraOf(samples);
   Cepstra after = before;
-  takeHarmonicsOut(samples, after);
+  useSpectralEnvelope(samples, after);
   std::size_t changed = 0;
   for (std::size_t i = 0; i < after.size(); ++i) changed += after[i] == before[i] ? 0 : 1;
   EXPECT_LE(changed, after.size() / 20);
   Cepstra none;
-  takeHarmonicsOut(samples, none);
+  useSpectralEnvelope(samples, none);
   EXPECT_TRUE(none.empty());
 }
 

@@ -1,4 +1,4 @@
-#include "hearing/alignment/tied_model.h"
+#include "hearing/alignment/acoustic_model.h"
 
 #include <fmt/format.h>
 
@@ -10,8 +10,8 @@
 
 #include "base/byte_reader.h"
 #include "base/errors.h"
+#include "base/index.h"
 #include "base/files.h"
-#include "hearing/alignment/senone_scores.h"
 
 namespace mouthpiece {
 namespace {
@@ -27,9 +27,9 @@ constexpr float kLargestValue = 1e6F;
 /// A count between 1 and `most`.
 std::size_t readCount(ByteReader& reader, std::size_t most, std::string_view what) {
   const std::int32_t count = reader.readI32();
-  if (count < 1 || static_cast<std::size_t>(count) > most)
+  if (count < 1 || unsignedIndex(count) > most)
     reader.fail(fmt::format("found {} {}; expected 1 to {}", count, what, most));
-  return static_cast<std::size_t>(count);
+  return unsignedIndex(count);
 }
 
 constexpr std::size_t kMostCodebooks = 1000;
@@ -59,7 +59,7 @@ GaussianFile parseGaussians(std::string_view bytes, const fs::path& path) {
     reader.fail(fmt::format("found {} densities; expected more", file.densities));
   std::size_t features = 0;
   for (std::size_t& size : file.streams) features += size = readCount(reader, kMostFeatures, "features");
-  const auto total = static_cast<std::size_t>(reader.readU32());
+  const auto total = unsignedIndex(reader.readU32());
   if (total != file.codebooks * file.densities * features || reader.remaining() < 4 * total)
     reader.fail(fmt::format("holds {} values; expected {}", total, file.codebooks * file.densities * features));
   file.values.resize(total);
@@ -73,16 +73,16 @@ GaussianFile parseGaussians(std::string_view bytes, const fs::path& path) {
 
 /// log N(x; m, s) = sum of -x^2 / 2s + x m / s - m^2 / 2s - log(2 pi s) / 2.
 Eigen::RowVectorXf densityRow(const float* means, const float* variances, std::size_t size) {
-  const auto n = static_cast<Eigen::Index>(size);
+  const auto n = signedIndex(size);
   Eigen::RowVectorXf row(2 * n + 1);
   double constant = 0;
   for (Eigen::Index i = 0; i < n; ++i) {
     const double mean = means[i], variance = std::max<double>(variances[i], kSmallestVariance);
-    row[i] = static_cast<float>(-0.5 / variance);
-    row[n + i] = static_cast<float>(mean / variance);
+    row[i] = asFloat(-0.5 / variance);
+    row[n + i] = asFloat(mean / variance);
     constant -= 0.5 * (mean * mean / variance + std::log(2 * std::numbers::pi * variance));
   }
-  row[2 * n] = static_cast<float>(constant);
+  row[2 * n] = asFloat(constant);
   return row;
 }
 
@@ -98,13 +98,13 @@ void addGaussians(TiedModel& model, const TiedModelFiles& files) {
         (folder / "means").string(), "",
         fmt::format("has {} codebooks; expected one for each of {} phones", means.codebooks, model.codebooks.size()));
   }
-  for (const std::size_t size : means.streams) model.stream_sizes.push_back(static_cast<Eigen::Index>(size));
+  for (const std::size_t size : means.streams) model.stream_sizes.push_back(signedIndex(size));
   std::size_t at = 0;
   for (TiedModel::Codebook& codebook : model.codebooks) {
     for (const std::size_t size : means.streams) {
       auto& rows = codebook.gaussians.emplace_back(means.densities, 2 * size + 1);
       for (std::size_t density = 0; density < means.densities; ++density, at += size)
-        rows.row(static_cast<Eigen::Index>(density)) = densityRow(&means.values[at], &variances.values[at], size);
+        rows.row(signedIndex(density)) = densityRow(&means.values[at], &variances.values[at], size);
     }
   }
 }
@@ -149,9 +149,9 @@ void addPhones(TiedModel& model, std::string_view bytes, const fs::path& path) {
     reader.skip(5);
     const std::size_t base = i < names ? i : reader.readU8();
     reader.skip(i < names ? 3 : 2);
-    if (sequence < 0 || static_cast<std::size_t>(sequence) >= sequences || base >= names)
+    if (sequence < 0 || unsignedIndex(sequence) >= sequences || base >= names)
       reader.fail("found a phone of no sequence or base");
-    entries[i] = {static_cast<std::size_t>(sequence), base};
+    entries[i] = {unsignedIndex(sequence), base};
   }
   if (reader.readU32() != sequences * states) reader.fail("found another number of states than the header tells");
   std::vector<std::size_t> senones(sequences * states);
@@ -173,14 +173,14 @@ void addWeights(TiedModel& model, std::string_view bytes, const fs::path& path) 
   ByteReader reader(bytes, path.string());
   for (std::int32_t length = reader.readI32(); length != 0; length = reader.readI32()) {
     if (length < 0 || length > 4096) reader.fail("is no file of senone weights of PocketSphinx");
-    const std::string_view line = reader.readBytes(static_cast<std::size_t>(length));
+    const std::string_view line = reader.readBytes(unsignedIndex(length));
     if (line.starts_with("cluster_count ") && !line.starts_with("cluster_count 0"))
       reader.fail("found clustered weights; expected a byte for each");
   }
   const std::size_t densities = readCount(reader, kMostDensities, "densities");
   const std::size_t senones = readCount(reader, kMostSenones, "senones");
   const std::size_t streams = model.stream_sizes.size();
-  if (senones != model.senone_count || static_cast<Eigen::Index>(densities) != model.codebooks[0].gaussians[0].rows())
+  if (senones != model.senone_count || signedIndex(densities) != model.codebooks[0].gaussians[0].rows())
     reader.fail(fmt::format("has {} densities and {} senones; expected {} and {}", densities, senones,
                             model.codebooks[0].gaussians[0].rows(), model.senone_count));
   const std::string_view ids = reader.readBytes(streams * densities * senones);
@@ -190,9 +190,9 @@ void addWeights(TiedModel& model, std::string_view bytes, const fs::path& path) 
       for (std::size_t density = 0; density < densities; ++density) {
         for (std::size_t i = 0; i < codebook.senones.size(); ++i) {
           const auto id = static_cast<unsigned char>(
-              ids[(stream * densities + density) * senones + static_cast<std::size_t>(codebook.senones[i])]);
-          weights(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(density)) =
-              static_cast<float>(std::exp(-kScoreUnit * id));
+              ids[(stream * densities + density) * senones + unsignedIndex(codebook.senones[i])]);
+          weights(signedIndex(i), signedIndex(density)) =
+              asFloat(std::exp(-kScoreUnit * id));
         }
       }
     }

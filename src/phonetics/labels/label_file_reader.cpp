@@ -1,4 +1,4 @@
-#include "phonetics/labels/lab_file.h"
+#include "phonetics/labels/label_files.h"
 
 #include <fmt/format.h>
 
@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "base/errors.h"
+#include "base/index.h"
 #include "base/files.h"
 #include "phonetics/labels/label_entries.h"
 #include "base/text_encoding.h"
@@ -129,7 +130,7 @@ bool hasDecimalPoint(const std::vector<Line>& lines) {
 double medianDuration(const std::vector<LabelEntry>& entries) {
   std::vector<double> durations;
   for (const LabelEntry& entry : entries) durations.push_back(entry.span.duration());
-  const auto middle = durations.begin() + static_cast<std::ptrdiff_t>(durations.size() / 2);
+  const auto middle = durations.begin() + signedIndex(durations.size() / 2);
   std::nth_element(durations.begin(), middle, durations.end());
   return *middle;
 }
@@ -140,7 +141,7 @@ std::vector<LabelEntry> readEntries(std::string_view text, std::string_view file
   if (lines[0].fields[0] == "#!MLF!#") throw InputError(file, "1", "is a master label file; expected one file a take");
   const auto hash = std::find_if(lines.begin(), lines.end(),
                                  [](const Line& line) { return line.fields.size() == 1 && line.fields[0] == "#"; });
-  if (hash != lines.end()) return readEspsLines(file, lines, static_cast<std::size_t>(hash - lines.begin()) + 1);
+  if (hash != lines.end()) return readEspsLines(file, lines, unsignedIndex(hash - lines.begin()) + 1);
   const auto first =
       std::find_if(lines.begin(), lines.end(), [](const Line& line) { return !line.fields[0].starts_with(";;"); });
   if (first != lines.end() && isCtmLine(*first)) return readCtmLines(file, lines);
@@ -160,9 +161,10 @@ SpeechLabels parseLabFile(std::string_view bytes, std::string_view name, const L
   MOUTHPIECE_EXPECT(options.timit_sample_rate_hz > 0);
   const std::string text = decodeText(bytes, name);
   const auto entries = readEntries(text, name, options);
-  auto phones = phonesFromEntries(name, entries);
+  auto phones = phonesFromEntries(name, entries, *options.language);
   if (phones.empty()) throw InputError(name, "", "holds no labels; expected phones with their times");
-  return buildSpeechLabels(std::move(phones), std::vector<WordSegment>{}, entries.back().span.end);
+  return buildSpeechLabels(std::move(phones), std::vector<WordSegment>{}, entries.back().span.end,
+                           *options.language);
 }
 
 SpeechLabels readLabFile(const std::filesystem::path& path, const LabFileOptions& options) {
@@ -176,7 +178,8 @@ SpeechLabels readLabels(const std::filesystem::path& path, const LabFileOptions&
   const bool is_textgrid = start.find(kTextGridStart) != std::string::npos ||
                            start.find("ooTextFile") != std::string::npos ||
                            start.find("ooBinaryFile") != std::string::npos || start.find("Praat") != std::string::npos;
-  return is_textgrid ? parseTextGrid(bytes, path.string()) : parseLabFile(bytes, path.string(), options);
+  return is_textgrid ? parseTextGrid(bytes, path.string(), *options.language)
+                     : parseLabFile(bytes, path.string(), options);
 }
 
 }  // namespace mouthpiece

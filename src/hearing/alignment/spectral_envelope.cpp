@@ -1,4 +1,4 @@
-#include "hearing/alignment/harmonic_smoothing.h"
+#include "hearing/alignment/phone_decoder.h"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -8,6 +8,7 @@
 #include <unsupported/Eigen/FFT>
 
 #include "audio/pitch_track.h"
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {
@@ -17,7 +18,7 @@ constexpr int kRateHz = 16000;
 constexpr std::size_t kHop = 160, kWindow = 410, kTransform = 512;
 constexpr Eigen::Index kBins = kTransform / 2 + 1, kBands = 25;
 constexpr double kLowestHz = 130, kHighestHz = 6800, kLifter = 22, kPreEmphasis = 0.97;
-constexpr double kBinHz = static_cast<double>(kRateHz) / kTransform;
+constexpr double kBinHz = asReal(kRateHz) / kTransform;
 /// Energies of 16-bit samples: less is digital silence.
 constexpr double kSilentEnergy = 1e-4;
 
@@ -30,13 +31,13 @@ double hzOf(double mel) { return 700 * (std::pow(10, mel / 2595) - 1); }
 Eigen::MatrixXd melBands() {
   const double low = melOf(kLowestHz), step = (melOf(kHighestHz) - low) / (kBands + 1);
   const auto corner = [&](Eigen::Index i) {
-    return std::round(hzOf(low + static_cast<double>(i) * step) / kBinHz) * kBinHz;
+    return std::round(hzOf(low + asReal(i) * step) / kBinHz) * kBinHz;
   };
   Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(kBands, kBins);
   for (Eigen::Index band = 0; band < kBands; ++band) {
     const double left = corner(band), middle = corner(band + 1), right = corner(band + 2);
     for (Eigen::Index bin = 0; bin < kBins; ++bin) {
-      const double hz = static_cast<double>(bin) * kBinHz;
+      const double hz = asReal(bin) * kBinHz;
       const double height = std::min((hz - left) / (middle - left), (right - hz) / (right - middle));
       weights(band, bin) = std::max(0.0, height) * 2 / (right - left);
     }
@@ -48,11 +49,11 @@ Eigen::MatrixXd melBands() {
 Eigen::MatrixXd cosines(std::size_t count) {
   Eigen::MatrixXd rows(count, kBands);
   for (Eigen::Index k = 0; k < rows.rows(); ++k) {
-    const auto order = static_cast<double>(k);
+    const auto order = asReal(k);
     const double lift = 1 + kLifter / 2 * std::sin(std::numbers::pi * order / kLifter);
     for (Eigen::Index band = 0; band < kBands; ++band) {
       rows(k, band) = lift * std::sqrt((k == 0 ? 1.0 : 2.0) / kBands) *
-                      std::cos(std::numbers::pi * order * (static_cast<double>(band) + 0.5) / kBands);
+                      std::cos(std::numbers::pi * order * (asReal(band) + 0.5) / kBands);
     }
   }
   return rows;
@@ -63,7 +64,7 @@ class FrontEnd {
   explicit FrontEnd(std::size_t count) : bands_(melBands()), cosines_(cosines(count)), frame_(kTransform) {
     transform_.SetFlag(Eigen::FFT<double>::HalfSpectrum);
     for (std::size_t n = 0; n < kWindow; ++n)
-      window_.push_back(0.54 - 0.46 * std::cos(2 * std::numbers::pi * static_cast<double>(n) / (kWindow - 1)));
+      window_.push_back(0.54 - 0.46 * std::cos(2 * std::numbers::pi * asReal(n) / (kWindow - 1)));
   }
 
   /// Zero beyond the last sample.
@@ -75,7 +76,7 @@ class FrontEnd {
     }
     transform_.fwd(spectrum_, frame_);
     Eigen::VectorXd power(kBins);
-    for (Eigen::Index bin = 0; bin < kBins; ++bin) power(bin) = std::norm(spectrum_[static_cast<std::size_t>(bin)]);
+    for (Eigen::Index bin = 0; bin < kBins; ++bin) power(bin) = std::norm(spectrum_[unsignedIndex(bin)]);
     return power;
   }
 
@@ -92,15 +93,15 @@ class FrontEnd {
 
 /// Averaged under a triangle that reaches `pitch_hz` to both sides, which joins the harmonics' tops by straight lines;
 /// below the pitch it is what it is there.
-Eigen::VectorXd withoutHarmonics(const Eigen::VectorXd& power, double pitch_hz) {
+Eigen::VectorXd spectralEnvelope(const Eigen::VectorXd& power, double pitch_hz) {
   const double width = pitch_hz / kBinHz;
   Eigen::VectorXd smooth(kBins);
   for (Eigen::Index bin = 0; bin < kBins; ++bin) {
-    const double middle = std::max(static_cast<double>(bin), width);
+    const double middle = std::max(asReal(bin), width);
     const auto last = static_cast<Eigen::Index>(std::floor(middle + width));
     double sum = 0, weights = 0;
     for (auto at = static_cast<Eigen::Index>(std::ceil(middle - width)); at <= last; ++at) {
-      const double weight = 1 - std::abs(static_cast<double>(at) - middle) / width;
+      const double weight = 1 - std::abs(asReal(at) - middle) / width;
       sum += weight * power(at < kBins ? at : 2 * (kBins - 1) - at);  // mirrored at the upper end
       weights += weight;
     }
@@ -118,21 +119,21 @@ double pitchWithin(const PitchTrack& pitch, std::size_t frame) {
 
 }  // namespace
 
-void takeHarmonicsOut(std::span<const std::int16_t> samples, std::vector<std::vector<float>>& cepstra) {
+void useSpectralEnvelope(std::span<const std::int16_t> samples, std::vector<std::vector<float>>& cepstra) {
   if (cepstra.empty()) return;
   AudioClip clip{kRateHz, {}};
   for (const std::int16_t sample : samples) clip.samples.push_back(static_cast<float>(sample) / 32768.0F);
   const PitchTrack pitch = trackPitch(
-      clip, {.step = static_cast<double>(kHop) / kRateHz, .lowest_hz = kLowestPitchHz, .highest_hz = kHighestPitchHz});
+      clip, {.step = asReal(kHop) / kRateHz, .lowest_hz = kLowestPitchHz, .highest_hz = kHighestPitchHz});
   FrontEnd front_end(cepstra.front().size());
   for (std::size_t frame = 0; frame < cepstra.size(); ++frame) {
     const double hz = pitchWithin(pitch, frame);
     if (hz <= 0) continue;
     const Eigen::VectorXd power = front_end.powerAt(samples, frame * kHop);
     // The difference only, so that frames with and without a pitch are of one kind.
-    const Eigen::VectorXd change = front_end.cepstraOf(withoutHarmonics(power, hz)) - front_end.cepstraOf(power);
+    const Eigen::VectorXd change = front_end.cepstraOf(spectralEnvelope(power, hz)) - front_end.cepstraOf(power);
     for (std::size_t k = 0; k < cepstra[frame].size(); ++k)
-      cepstra[frame][k] += static_cast<float>(change(static_cast<Eigen::Index>(k)));
+      cepstra[frame][k] += asFloat(change(signedIndex(k)));
   }
 }
 
