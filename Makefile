@@ -9,7 +9,7 @@ DEMO_OUT := build/demo
 DEMO_SONG := build/demo_song
 CANONICAL_FACE := build/third_party/canonical_face.obj
 
-.PHONY: help setup setup-test build data demo test bench lint format fuzz clean install
+.PHONY: help setup setup-test build build-tests data demo test bench lint format fuzz clean install
 help:
 	@echo "make setup    install the packages it needs (asks for sudo when not root)"
 	@echo "make build    build the programs into build/bin"
@@ -24,11 +24,13 @@ setup:
 setup-test:
 	@tools/setup.sh test
 
+# The programs and the page alone; `make test` adds the tests and looks again for what has been installed since.
+configure = cmake --preset release -DMOUTHPIECE_TESTS=$(1) >build.configure.log 2>&1 || \
+	{ tail -n 20 build.configure.log >&2; rm -f build.configure.log; exit 1; }; rm -f build.configure.log
 build/build.ninja: CMakePresets.json
-	@cmake --preset release >build.configure.log 2>&1 || { tail -n 20 build.configure.log >&2; rm -f build.configure.log; exit 1; }
-	@rm -f build.configure.log
+	@$(call configure,OFF)
 build: setup build/build.ninja
-	@cmake --build build -j $(JOBS)
+	@cmake --build build -j $(JOBS) --target programs
 
 # What synth speaks with when it is told nothing else. Made again when the program that makes it has changed.
 $(CANONICAL_FACE): tools/fetch_canonical_face.sh
@@ -51,7 +53,10 @@ demo: data
 	@echo "The sound  $(CURDIR)/$(DEMO_OUT)/speech.wav"
 	@echo "A song     $(CURDIR)/$(DEMO_SONG)/view.html"
 
-test: setup-test data
+build-tests: setup-test
+	@$(call configure,ON)
+	@cmake --build build -j $(JOBS)
+test: build-tests data
 	@ctest --preset release -j $(JOBS)
 
 bench: setup
@@ -70,6 +75,7 @@ fuzz: setup
 	@tools/fuzz.sh $(FUZZ_SECONDS)
 
 install: data
+	@cmake --build build -j $(JOBS) --target mouthpiece_shared mouthpiece_static
 	@if [ -w "$(PREFIX)" ] || { [ ! -e "$(PREFIX)" ] && mkdir -p "$(PREFIX)" 2>/dev/null; }; \
 	then cmake --install build --prefix "$(PREFIX)" >/dev/null; \
 	else sudo cmake --install build --prefix "$(PREFIX)" >/dev/null; fi

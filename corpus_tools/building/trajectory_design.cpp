@@ -26,10 +26,6 @@ double ridgeFactor(const std::string& feature) {
   return 0.05;  // visemes and silences
 }
 
-Eigen::VectorXd openingsOf(const PositionMatrix& positions, const std::pair<Eigen::Index, Eigen::Index>& lips) {
-  return (positions.middleCols(lips.first, 3) - positions.middleCols(lips.second, 3)).rowwise().norm();
-}
-
 MotionClip motionOf(const Corpus& corpus, std::size_t take) {
   if (corpus.motion_source != nullptr) return corpus.motion_source->load(TakeIndex(take));
   return corpus.takes[take].motion;
@@ -40,18 +36,15 @@ MotionClip motionOf(const Corpus& corpus, std::size_t take) {
 SpeechColumns speechColumns(const Corpus& corpus) {
   SpeechColumns columns;
   columns.weights.resize(signedIndex(3 * corpus.layout.markers.size()));
-  std::optional<Eigen::Index> upper, lower;
+  columns.lips = LipGauge(corpus.layout);
   for (std::size_t marker = 0; marker < corpus.layout.markers.size(); ++marker) {
     const LayoutMarker& own = corpus.layout.markers[marker];
     const auto column = signedIndex(3 * marker);
     const double weight = speechWeight(own);
     columns.weights.segment(column, 3).setConstant(weight);
     if (own.region == "lip") columns.lip_norm += weight * weight;
-    if (own.name == "LIP_UP_MID") upper = column;
-    if (own.name == "LIP_LO_MID") lower = column;
   }
   columns.lip_norm = std::sqrt(columns.lip_norm);
-  if (upper && lower) columns.lip_pair = {*upper, *lower};
   return columns;
 }
 
@@ -90,7 +83,10 @@ std::optional<FitTake> fitTake(const Corpus& corpus, std::size_t index, const Sp
   constexpr double kLeastRows = 10;
   if (take.seen.sum() < std::max(kLeastRows, 0.5 * asReal(rows))) return std::nullopt;
   take.openings = Eigen::VectorXd::Zero(rows);
-  if (columns.lip_pair) take.openings = openingsOf(positions, *columns.lip_pair).cwiseProduct(take.seen);
+  if (columns.lips.hasLips()) {
+    const std::vector<double> openings = columns.lips.overFrames(&LipGauge::opening, positions);
+    take.openings = Eigen::Map<const Eigen::VectorXd>(openings.data(), rows).cwiseProduct(take.seen);
+  }
   const Eigen::RowVectorXd mean = take.seen.transpose() * positions / std::max(1.0, take.seen.sum());
   const Eigen::Map<const Eigen::RowVectorXd> neutral(corpus.neutral_pose_mm.data(), corpus.neutral_pose_mm.size());
   take.mean = mean - neutral;

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "motion/lip_gauge.h"
 #include "units/file/corpus.h"
 #include "units/prediction/trajectory_model.h"
 
@@ -18,7 +19,7 @@ namespace mouthpiece {
 struct SpeechColumns {
   Eigen::VectorXd weights;
   double lip_norm = 0;  ///< so that lips which move alone by 1 mm give a component vector of length 1
-  std::optional<std::pair<Eigen::Index, Eigen::Index>> lip_pair;  ///< x columns of LIP_UP_MID and LIP_LO_MID
+  LipGauge lips;
 };
 SpeechColumns speechColumns(const Corpus& corpus);
 
@@ -29,7 +30,7 @@ struct FitTake {
   Eigen::VectorXd seen;           ///< 1 where all speaking markers are, else 0
   Eigen::MatrixXf displacements;  ///< from the take's mean, mm; zero where not seen
   Eigen::RowVectorXd mean;        ///< that mean less the neutral pose
-  Eigen::VectorXd openings;       ///< LIP_UP_MID to LIP_LO_MID, mm; 0 where not seen
+  Eigen::VectorXd openings;       ///< of the outer lips, mm; 0 where not seen
 
   /// Within 20 ms of `span`; infinite when none was seen.
   [[nodiscard]] double tightestOpening(const TimeSpan& span) const;

@@ -185,7 +185,7 @@ void fitLevel(const std::vector<FitTake>& takes, const Corpus& corpus, Trajector
 void fitClosing(const std::vector<FitTake>& takes, const Corpus& corpus, const SpeechColumns& columns,
                 TrajectoryModel& model) {
   model.closing = Eigen::RowVectorXd::Zero(columns.weights.size());
-  if (!columns.lip_pair) return;
+  if (!columns.lips.hasLips()) return;
   double squares = 0;
   std::vector<double> closed;
   for (const FitTake& take : takes) {

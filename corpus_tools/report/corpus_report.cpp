@@ -36,12 +36,9 @@ using PairCounts = std::array<std::array<std::size_t, kPhoneCount>, kPhoneCount>
 
 std::size_t indexOf(Phone phone) { return static_cast<std::size_t>(phone); }
 
-/// The phones that labels hold: all but AX.
 std::vector<Phone> labelPhones() {
   std::vector<Phone> phones;
-  for (std::size_t i = 0; i < kPhoneCount; ++i) {
-    if (static_cast<Phone>(i) != Phone::kAX) phones.push_back(static_cast<Phone>(i));
-  }
+  for (std::size_t i = 0; i < kPhoneCount; ++i) phones.push_back(static_cast<Phone>(i));
   return phones;
 }
 

@@ -8,6 +8,7 @@
 
 #include "base/errors.h"
 #include "base/json_fields.h"
+#include "motion/lip_gauge.h"
 
 namespace mouthpiece {
 
@@ -48,17 +49,10 @@ json rounded(const Eigen::Ref<const Eigen::VectorXd>& values, double digits) {
   return list;
 }
 
-Eigen::Index markerRow(const ActorModel& model, std::string_view name) {
-  const auto found = std::find(model.marker_names.begin(), model.marker_names.end(), name);
-  MOUTHPIECE_EXPECT(found != model.marker_names.end());
-  return found - model.marker_names.begin();
-}
-
 }  // namespace
 
 Eigen::VectorXd ActorModel::openings() const {
-  return component_shapes.col(3 * markerRow(*this, "LIP_UP_MID") + 1) -
-         component_shapes.col(3 * markerRow(*this, "LIP_LO_MID") + 1);
+  return LipGauge(marker_names).verticalOpenings(component_shapes);
 }
 
 ActorModel parseActorModel(std::string_view json_text, std::string_view file) {
@@ -66,9 +60,9 @@ ActorModel parseActorModel(std::string_view json_text, std::string_view file) {
   ActorModel model;
   model.credit = root["credit"].text();
   readShapes(root, model);
-  for (const char* lip : {"LIP_UP_MID", "LIP_LO_MID"}) {
-    if (std::find(model.marker_names.begin(), model.marker_names.end(), lip) == model.marker_names.end())
-      root["markers"].fail(std::string("found no ") + lip + "; expected it among the markers");
+  for (const MarkerRole lip : {MarkerRole::kUpperLip, MarkerRole::kLowerLip}) {
+    if (findRole(lip, model.marker_names)) continue;
+    root["markers"].fail(fmt::format("found no {}; expected it among the markers", usualName(lip)));
   }
   const Eigen::Index components = model.componentCount();
   model.gain = numbers(root["gain"], components);

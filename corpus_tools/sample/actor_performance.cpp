@@ -113,7 +113,7 @@ void closeLips(const ActorModel& model, const std::vector<SpeechSegment>& segmen
     if (!segment.in_speech || (!bilabial && !isLabiodental(segment.phone))) continue;
     const double spread = kClosureSpreadMm * 10 * options.variation * random.normal();
     const double goal = spread + (bilabial ? model.closures.bilabial_mm : model.closures.labiodental_mm);
-    const bool nasal = segment.phone == Phone::kM;
+    const bool nasal = isNasal(segment.phone);
     const Seconds begin = segment.span.start - (nasal ? 0 : kClosureLead);
     const Seconds end = segment.span.end - (nasal ? 0 : kReleaseLead);
     const Eigen::VectorXd held = heldMovement({begin, std::max(end, begin + kShortestClosure)}, options);

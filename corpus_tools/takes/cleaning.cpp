@@ -72,7 +72,7 @@ CleanedFace cleanFace(const RawTake& raw, const HeadReference& reference, const 
   if (options.fill_gaps) cleaned.motion = fillShortGaps(cleaned.motion, options.gaps).clip;
   if (options.smooth && raw.face.frame_rate_hz >= options.smoothed_from_hz) {
     SmoothedMotion smoothed = smoothMotion(cleaned.motion);
-    cleaned.report.lips = lipFidelity(cleaned.motion, smoothed.clip, raw.labels);
+    cleaned.report.lips = lipFidelity(cleaned.motion, smoothed.clip, raw.labels, LipGauge(layout));
     cleaned.motion = std::move(smoothed.clip);
     cleaned.report.smoothed_mm = smoothed.rms_change_mm;
   }

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-#include "base/errors.h"
+#include "motion/lip_gauge.h"
 
 namespace mouthpiece {
 namespace {
@@ -164,16 +164,6 @@ void addClosures(const Opening& captured, const Opening& synthesised, const Spee
   }
 }
 
-/// How far the lower lip hangs below a fixed place, mm. The upper teeth stand still in a head that does, so in F and V
-/// it is least.
-std::vector<double> lowerLipDrop(const MotionClip& clip, MarkerIndex lower_lip) {
-  std::vector<double> drop;
-  for (std::size_t frame = 0; frame < clip.frameCount(); ++frame) {
-    drop.push_back(-clip.position(FrameIndex(frame), lower_lip).y());
-  }
-  return drop;
-}
-
 void addContacts(const Opening& captured, const Opening& synthesised, const SpeechLabels& labels,
                  LipMeasures& measures) {
   if (captured.mm.empty() || synthesised.mm.empty()) return;
@@ -231,21 +221,11 @@ LipMeasures& LipMeasures::operator+=(const LipMeasures& other) {
   return *this;
 }
 
-std::vector<double> markerDistances(const MotionClip& clip, MarkerIndex a, MarkerIndex b) {
-  std::vector<double> distances;
-  for (std::size_t frame = 0; frame < clip.frameCount(); ++frame) {
-    distances.push_back((clip.position(FrameIndex(frame), a) - clip.position(FrameIndex(frame), b)).norm());
-  }
-  return distances;
-}
-
 LipMeasures measureLips(const MotionClip& captured, const MotionClip& synthesised, const SpeechLabels& labels,
                         const MarkerLayout& layout) {
-  const auto opening_mm = [&](const MotionClip& clip) {
-    return markerDistances(clip, layout.indexOf("LIP_UP_MID"), layout.indexOf("LIP_LO_MID"));
-  };
-  const auto width_mm = [&](const MotionClip& clip) {
-    return markerDistances(clip, layout.indexOf("LIP_CORNER_R"), layout.indexOf("LIP_CORNER_L"));
+  const LipGauge gauge = LipGauge::whole(layout);
+  const auto curve = [&](LipGauge::Measure measure, const MotionClip& clip) {
+    return gauge.overFrames(measure, clip.positions_mm);
   };
   LipMeasures measures;
   const LipFrames lips = commonLipFrames(captured, synthesised, layout);
@@ -254,16 +234,17 @@ LipMeasures measureLips(const MotionClip& captured, const MotionClip& synthesise
   measures.captured_variance_mm2 = variance(lips.captured);
   measures.jerk = squaredJerk(lips.synthesised, lips.frames);
   measures.captured_jerk = squaredJerk(lips.captured, lips.frames);
-  const std::vector<double> captured_opening = opening_mm(captured), opening = opening_mm(synthesised);
+  const std::vector<double> captured_opening = curve(&LipGauge::opening, captured);
+  const std::vector<double> opening = curve(&LipGauge::opening, synthesised);
   // A flat curve has no correlation; it counts as none rather than dropping out of the mean.
   const auto flat_counts_as_none = [](double r) { return std::isfinite(r) ? r : 0.0; };
   measures.opening_r.push_back(flat_counts_as_none(correlation(captured_opening, opening)));
-  measures.width_r.push_back(flat_counts_as_none(correlation(width_mm(captured), width_mm(synthesised))));
+  measures.width_r.push_back(
+      flat_counts_as_none(correlation(curve(&LipGauge::width, captured), curve(&LipGauge::width, synthesised))));
   const Opening captured_mouth = openingOf(captured_opening, captured.frame_rate_hz);
   addClosures(captured_mouth, openingOf(opening, synthesised.frame_rate_hz), labels, measures);
-  const MarkerIndex lower_lip = layout.indexOf("LIP_LO_MID");
-  addContacts(openingOf(lowerLipDrop(captured, lower_lip), captured.frame_rate_hz),
-              openingOf(lowerLipDrop(synthesised, lower_lip), synthesised.frame_rate_hz), labels, measures);
+  addContacts(openingOf(curve(&LipGauge::lowerLipDrop, captured), captured.frame_rate_hz),
+              openingOf(curve(&LipGauge::lowerLipDrop, synthesised), synthesised.frame_rate_hz), labels, measures);
   return measures;
 }
 

@@ -15,8 +15,8 @@ struct LipMeasures {
   double squared_error_mm2 = 0;          ///< over frames and lip markers, 3-D, the constant offset taken off
   std::size_t squared_errors = 0;        ///< frames x lip markers
   double largest_squared_mm2 = 0;        ///< sum over frames of the largest squared lip-marker error
-  std::vector<double> opening_r;         ///< one a take: correlation of LIP_UP_MID to LIP_LO_MID
-  std::vector<double> width_r;           ///< one a take: of LIP_CORNER_R to LIP_CORNER_L
+  std::vector<double> opening_r;         ///< one a take: correlation of LipGauge::opening
+  std::vector<double> width_r;           ///< one a take: of LipGauge::width
   std::size_t closures = 0;              ///< B P M closed in the capture
   std::size_t closures_kept = 0;         ///< of those, closed in the synthesis
   std::size_t contacts = 0;              ///< F V whose lower lip rises to the teeth in the capture
@@ -44,11 +44,8 @@ struct LipMeasures {
 };
 
 /// Both clips on the clock of `labels`, with the columns of `layout`; `synthesised` has the capture's frame rate.
-/// Throws InputError when the layout lacks the lip markers that the measures name.
+/// Throws InputError when the layout has not both lips and both corners.
 LipMeasures measureLips(const MotionClip& captured, const MotionClip& synthesised, const SpeechLabels& labels,
                         const MarkerLayout& layout);
-
-/// Distance of two markers in each frame, mm; NaN where either is not seen.
-std::vector<double> markerDistances(const MotionClip& clip, MarkerIndex a, MarkerIndex b);
 
 }  // namespace mouthpiece

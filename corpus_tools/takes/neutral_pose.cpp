@@ -9,7 +9,7 @@
 
 #include "base/errors.h"
 #include "base/statistics.h"
-#include "corpus_tools/takes/lip_measures.h"
+#include "motion/lip_gauge.h"
 
 namespace mouthpiece {
 namespace {
@@ -35,13 +35,12 @@ struct TakeFrames {
   std::vector<bool> silent;
 };
 
-std::vector<TakeFrames> framesOf(const std::vector<CorpusTake>& takes, const MotionLoader& load) {
+std::vector<TakeFrames> framesOf(const std::vector<CorpusTake>& takes, const LipGauge& lips, const MotionLoader& load) {
   std::vector<TakeFrames> frames;
   for (std::size_t take = 0; take < takes.size(); ++take) {
     const MotionClip motion = load(take);
     TakeFrames& own = frames.emplace_back();
-    const auto upper = motion.findMarker("LIP_UP_MID"), lower = motion.findMarker("LIP_LO_MID");
-    if (upper && lower) own.openings = markerDistances(motion, *upper, *lower);
+    if (lips.hasLips()) own.openings = lips.overFrames(&LipGauge::opening, motion.positions_mm);
     for (std::size_t frame = 0; frame < motion.frameCount(); ++frame)
       own.silent.push_back(isSilent(takes[take].labels, motion.timeOf(FrameIndex(frame))));
   }
@@ -117,7 +116,7 @@ NeutralPose neutralPose(const std::vector<CorpusTake>& takes, const MarkerLayout
 
 NeutralPose neutralPose(const std::vector<CorpusTake>& takes, const MarkerLayout& layout, const MotionLoader& load) {
   MOUTHPIECE_EXPECT(!takes.empty());
-  const std::vector<TakeFrames> frames = framesOf(takes, load);
+  const std::vector<TakeFrames> frames = framesOf(takes, LipGauge(layout), load);
   std::vector<FramePlace> places = closedFrames(frames, placesOf(frames, true));
   if (places.empty()) places = closedFrames(frames, placesOf(frames, false));
   NeutralPose neutral{medianPose(places, layout.markers.size(), load), places.size()};

@@ -12,7 +12,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "motion/formats/motion_file.h"
-#include "phonetics/labels/lab_file.h"
+#include "phonetics/labels/label_files.h"
 #include "base/text_encoding.h"
 
 namespace mouthpiece {

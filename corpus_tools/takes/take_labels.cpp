@@ -28,9 +28,6 @@ std::vector<std::string> wordsOf(std::string_view text) {
   return words;
 }
 
-/// The labels hold AH where a lexicon says AX.
-Phone unreduced(Phone phone) { return phone == Phone::kAX ? Phone::kAH : phone; }
-
 class WordMatcher {
  public:
   WordMatcher(std::vector<Phone> phones, const std::vector<std::string>& words, const Lexicon& lexicon)
@@ -59,8 +56,7 @@ class WordMatcher {
 
   [[nodiscard]] bool spells(const Pronunciation& said, std::size_t phone) const {
     if (said.phones.empty() || said.phones.size() > phones_.size() - phone) return false;
-    return std::equal(said.phones.begin(), said.phones.end(), phones_.begin() + signedIndex(phone),
-                      [](Phone a, Phone b) { return unreduced(a) == unreduced(b); });
+    return std::equal(said.phones.begin(), said.phones.end(), phones_.begin() + signedIndex(phone));
   }
 
   std::vector<Phone> phones_;

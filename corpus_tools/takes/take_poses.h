@@ -36,7 +36,7 @@ struct NeutralPose {
 
 /// The median of the frames in silence whose lips are closed (people open them to breathe, so silence alone is not
 /// rest): opening under the 5th percentile of all openings plus 15 % of the way to the 95th. A layout without
-/// LIP_UP_MID and LIP_LO_MID: of all frames in silence. Throws InputError for a marker that is seen in no take.
+/// lips: of all frames in silence. Throws InputError for a marker that is seen in no take.
 NeutralPose neutralPose(const std::vector<CorpusTake>& takes, const MarkerLayout& layout);
 /// The same for takes of which only the labels are at hand; one take's motion is looked at at a time. In a corpus of
 /// hours the median is of every n-th such frame.

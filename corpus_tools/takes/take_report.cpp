@@ -67,12 +67,10 @@ struct LipPaths {
   double rate_hz = 0;
 };
 
-std::optional<LipPaths> lipPaths(const MotionClip& clip) {
-  const auto upper = clip.findMarker("LIP_UP_MID"), lower = clip.findMarker("LIP_LO_MID");
-  if (!upper || !lower) return std::nullopt;
+LipPaths lipPaths(const MotionClip& clip, const LipGauge& gauge) {
   LipPaths lips{PositionMatrix(clip.positions_mm.rows(), 6), clip.frame_rate_hz};
-  lips.mm.leftCols<3>() = clip.positions_mm.middleCols<3>(3 * signedIndex(upper->value));
-  lips.mm.rightCols<3>() = clip.positions_mm.middleCols<3>(3 * signedIndex(lower->value));
+  lips.mm.leftCols<3>() = clip.positions_mm.middleCols<3>(gauge.column(MarkerRole::kUpperLip));
+  lips.mm.rightCols<3>() = clip.positions_mm.middleCols<3>(gauge.column(MarkerRole::kLowerLip));
   return lips;
 }
 
@@ -139,17 +137,18 @@ std::vector<TakeReport> reportsFromJson(const std::string& text) {
   return reports;
 }
 
-LipFidelity lipFidelity(const MotionClip& before, const MotionClip& after, const SpeechLabels& labels) {
+LipFidelity lipFidelity(const MotionClip& before, const MotionClip& after, const SpeechLabels& labels,
+                        const LipGauge& gauge) {
   LipFidelity fidelity;
-  const auto raw = lipPaths(before), clean = lipPaths(after);
-  if (!raw || !clean) return fidelity;
+  if (!gauge.hasLips()) return fidelity;
+  const LipPaths raw = lipPaths(before, gauge), clean = lipPaths(after, gauge);
   for (const LabelledPhone& phone : labels.phones) {
     if (!isBilabial(phone.phone)) continue;
-    const auto was = tightest(*raw, phone.span), is = tightest(*clean, phone.span);
+    const auto was = tightest(raw, phone.span), is = tightest(clean, phone.span);
     if (was && is) fidelity.closure_changes_mm.push_back(*is - *was);
   }
-  fidelity.jerk_before = jerkOf(*raw);
-  fidelity.jerk_after = jerkOf(*clean);
+  fidelity.jerk_before = jerkOf(raw);
+  fidelity.jerk_after = jerkOf(clean);
   return fidelity;
 }
 

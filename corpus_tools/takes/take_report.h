@@ -5,12 +5,13 @@
 #include <vector>
 
 #include "base/time.h"
+#include "motion/lip_gauge.h"
 #include "motion/motion_clip.h"
 #include "phonetics/labels/speech_labels.h"
 
 namespace mouthpiece {
 
-/// What cleaning did to the lips of a take: LIP_UP_MID and LIP_LO_MID.
+/// What cleaning did to the lips of a take: to the middles of both.
 struct LipFidelity {
   static constexpr std::size_t kBands = 7;
   /// Edges in Hz of the bands that jerk is told in.
@@ -23,7 +24,8 @@ struct LipFidelity {
 };
 
 /// Closures that were not seen whole are left out; all zero without those markers, or with a frame of theirs missing.
-LipFidelity lipFidelity(const MotionClip& before, const MotionClip& after, const SpeechLabels& labels);
+LipFidelity lipFidelity(const MotionClip& before, const MotionClip& after, const SpeechLabels& labels,
+                        const LipGauge& gauge);
 
 /// A word that the aligner is not sure of.
 struct DoubtfulWord {

@@ -10,6 +10,7 @@
 #include "base/errors.h"
 #include "deform/kernel/deformer.h"
 #include "deform/kernel/welding.h"
+#include "motion/lip_gauge.h"
 #include "retarget/rig/face_file.h"
 #include "retarget/rig/larynx.h"
 #include "retarget/placing/missing_markers.h"
@@ -110,12 +111,10 @@ LipSlack lipSlack(double neutral_mm, double closed_lips_mm) {
 /// Between lips that the tongue's tip goes through, as a share of the closed mouth's height.
 constexpr double kWidestParting = 0.12;
 
-/// 0 where one of the two is missing.
-double distanceBetween(const MarkerPositions& places, const std::vector<std::string>& names, const char* a,
-                       const char* b) {
-  const auto first = std::find(names.begin(), names.end(), a), second = std::find(names.begin(), names.end(), b);
-  if (first == names.end() || second == names.end()) return 0;
-  return (places.row(first - names.begin()) - places.row(second - names.begin())).norm();
+/// Of the lips at rest; 0 where one of the two is missing.
+double openingOf(const MarkerPositions& places, const std::vector<std::string>& names) {
+  const LipGauge lips(names);
+  return lips.hasLips() ? lips.opening(Eigen::Map<const Eigen::RowVectorXd>(places.data(), places.size())) : 0;
 }
 
 /// The pose at rest of whoever moves, a row for each marker of `motion`; those that the face has not are not used.
@@ -143,7 +142,7 @@ FaceMotion FaceRig::retarget(const MotionClip& motion, const ActorPose* actor, s
         "the motion has markers that were not seen in some frames; expected gaps to be filled (`corpus clean`)");
   }
   const MarkerPositions closing = closingOffsets(data_->file.control);
-  const LipSlack slack = lipSlack(distanceBetween(neutral, names, "LIP_UP_MID", "LIP_LO_MID"),
+  const LipSlack slack = lipSlack(openingOf(neutral, names),
                                   actor != nullptr ? actor->closed_lips_mm : data_->file.actor_closed_lips_mm);
   const std::vector<LipPair> pairs = lipPairs(data_->file.control);
   PositionMatrix markers = data_->warp.targetFromActorRelative(frames, neutral);

@@ -50,14 +50,22 @@ class SpawnActions {
     posix_spawn_file_actions_addopen(&actions_, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
     posix_spawn_file_actions_adddup2(&actions_, output, STDOUT_FILENO);
     posix_spawn_file_actions_adddup2(&actions_, output, STDERR_FILENO);
+    posix_spawn_file_actions_addclosefrom_np(&actions_, STDERR_FILENO + 1);
+    MOUTHPIECE_EXPECT(posix_spawnattr_init(&attributes_) == 0);
+    posix_spawnattr_setflags(&attributes_, POSIX_SPAWN_SETPGROUP);  // one of its own, so that its children end with it
   }
   SpawnActions(const SpawnActions&) = delete;
   SpawnActions& operator=(const SpawnActions&) = delete;
-  ~SpawnActions() { posix_spawn_file_actions_destroy(&actions_); }
-  [[nodiscard]] const posix_spawn_file_actions_t* get() const { return &actions_; }
+  ~SpawnActions() {
+    posix_spawnattr_destroy(&attributes_);
+    posix_spawn_file_actions_destroy(&actions_);
+  }
+  [[nodiscard]] const posix_spawn_file_actions_t* actions() const { return &actions_; }
+  [[nodiscard]] const posix_spawnattr_t* attributes() const { return &attributes_; }
 
  private:
   posix_spawn_file_actions_t actions_{};
+  posix_spawnattr_t attributes_{};
 };
 
 std::vector<char*> pointersTo(std::vector<std::string>& strings) {
@@ -77,7 +85,8 @@ pid_t startChild(const fs::path& program, const std::vector<std::string>& argume
   auto environment = pointersTo(environment_strings);
   const SpawnActions actions(folder, output);
   pid_t child = 0;
-  const int error = posix_spawn(&child, program.c_str(), actions.get(), nullptr, argv.data(), environment.data());
+  const int error =
+      posix_spawn(&child, program.c_str(), actions.actions(), actions.attributes(), argv.data(), environment.data());
   if (error != 0) {
     throw InputError(program.string(), "", fmt::format("cannot be started: {}", std::strerror(error)));
   }
@@ -160,10 +169,10 @@ ChildResult runChild(const fs::path& program, const std::vector<std::string>& ar
   write_end.close();
   ChildResult result;
   result.timed_out = !readUntil(read_end.number(), deadline, result.output);
-  std::optional<int> exit_code = waitUntil(child, result.timed_out ? Clock::now() : deadline);
+  std::optional<int> exit_code = result.timed_out ? std::nullopt : waitUntil(child, deadline);
   if (!exit_code) {
     result.timed_out = true;
-    ::kill(child, SIGKILL);
+    ::kill(-child, SIGKILL);
     exit_code = waitUntil(child, Clock::time_point::max());
   }
   result.exit_code = exit_code.value_or(127);

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "base/errors.h"
 
 namespace mouthpiece {
@@ -93,6 +95,13 @@ std::string decodeText(std::string_view bytes, std::string_view file) {
   std::string out;
   for (const char c : bytes) appendUtf8(out, static_cast<unsigned char>(c));
   return out;
+}
+
+std::string lowerCase(std::string_view text) {
+  std::string lower(text);
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return lower;
 }
 
 }  // namespace mouthpiece

@@ -16,4 +16,7 @@ std::optional<char32_t> decodeUtf8(std::string_view text, std::size_t& offset);
 
 void appendUtf8(std::string& out, char32_t code_point);
 
+/// A to Z become a to z; everything else stays.
+std::string lowerCase(std::string_view text);
+
 }  // namespace mouthpiece

@@ -1,9 +1,9 @@
-#include "exports/ablation_page.h"
-
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "base/page_data.h"
+#include "exports/format_bytes.h"
 
 namespace mouthpiece {
 
@@ -48,14 +48,11 @@ std::string ablationPage(std::string_view title, const SpeechLabels& labels, con
   for (const CurveVariant& variant : variants) all.push_back(variantJson(variant));
   const ordered_json data = {
       {"title", title}, {"rate_hz", frame_rate_hz}, {"phones", std::move(phones)}, {"variants", std::move(all)}};
-  std::string json = data.dump(-1, ' ', true, ordered_json::error_handler_t::replace);
-  // Nothing in a text may end the script that holds it.
-  for (std::size_t at = json.find('<'); at != std::string::npos; at = json.find('<', at))
-    json.replace(at, 1, "\\u003c");
   std::string page(kAblationPage);
   const std::size_t mark = page.find(kDataMark);
   MOUTHPIECE_EXPECT(mark != std::string::npos);
-  return page.replace(mark, kDataMark.size(), json);
+  return page.replace(mark, kDataMark.size(),
+                      scriptSafe(data.dump(-1, ' ', true, ordered_json::error_handler_t::replace)));
 }
 
 }  // namespace mouthpiece

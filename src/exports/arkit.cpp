@@ -5,18 +5,15 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "base/errors.h"
-#include "exports/gltf/glb_chunks.h"
+#include "base/index.h"
+#include "exports/gltf/glb.h"
 
 namespace mouthpiece {
 namespace {
 
-using Eigen::Index;
-using nlohmann::json;
-
-constexpr Index kShapes = static_cast<Index>(kArkitNames.size());
+constexpr Eigen::Index kShapes = signedIndex(kArkitNames.size());
 constexpr int kMostSweeps = 400;
 constexpr double kStill = 1e-4;  ///< largest change of a weight in a sweep that ends the search
 
@@ -40,28 +37,28 @@ std::string plainName(std::string_view name) {
 /// The shape's number, unless it turns the eyes: what markers do to the lids says nothing about where they look.
 int drivenShape(std::string_view name) {
   const int shape = arkitIndex(name);
-  return shape >= 0 && kArkitNames[static_cast<std::size_t>(shape)].starts_with("EyeLook") ? -1 : shape;
+  return shape >= 0 && kArkitNames[unsignedIndex(shape)].starts_with("EyeLook") ? -1 : shape;
 }
 
 /// Vertices of skin and lips.
-std::vector<Index> skinVertices(const FaceMesh& mesh) {
-  std::vector<bool> is_skin(static_cast<std::size_t>(mesh.vertices.rows()), false);
+std::vector<Eigen::Index> skinVertices(const FaceMesh& mesh) {
+  std::vector<bool> is_skin(unsignedIndex(mesh.vertices.rows()), false);
   for (const MeshPart& part : mesh.parts) {
     if (part.kind != PartKind::kSkin && part.kind != PartKind::kLips) continue;
     for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t) {
       for (const std::uint32_t v : mesh.triangles[t]) is_skin[v] = true;
     }
   }
-  std::vector<Index> vertices;
+  std::vector<Eigen::Index> vertices;
   for (std::size_t v = 0; v < is_skin.size(); ++v) {
-    if (is_skin[v]) vertices.push_back(static_cast<Index>(v));
+    if (is_skin[v]) vertices.push_back(signedIndex(v));
   }
   return vertices;
 }
 
 /// Skin that the animation or a shape moves; shapes of one ARKit name are one.
 struct Problem {
-  std::vector<Index> vertices;
+  std::vector<Eigen::Index> vertices;
   Eigen::MatrixXf shapes;  ///< (3 * vertices) x 52
   Eigen::MatrixXf motion;  ///< (3 * vertices) x frames
   std::vector<bool> has_shape = std::vector<bool>(kArkitNames.size(), false);
@@ -70,64 +67,30 @@ struct Problem {
 Problem problemOf(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes) {
   Problem problem;
   const Eigen::Map<const Eigen::RowVectorXf> rest(mesh.vertices.data(), mesh.vertices.size());
-  const float still = static_cast<float>(1e-6 / mesh.metres_per_unit);
-  for (const Index v : skinVertices(mesh)) {
+  const float still = asFloat(1e-6 / mesh.metres_per_unit);
+  for (const Eigen::Index v : skinVertices(mesh)) {
     bool moves =
         (animation.positions.middleCols<3>(3 * v).rowwise() - rest.segment<3>(3 * v)).cwiseAbs().maxCoeff() > still;
     for (std::size_t s = 0; s < shapes.moves.size() && !moves; ++s)
       moves = drivenShape(shapes.names[s]) >= 0 && shapes.moves[s].row(v).cwiseAbs().maxCoeff() > still;
     if (moves) problem.vertices.push_back(v);
   }
-  const auto rows = 3 * static_cast<Index>(problem.vertices.size());
+  const auto rows = 3 * signedIndex(problem.vertices.size());
   problem.shapes = Eigen::MatrixXf::Zero(rows, kShapes);
   problem.motion.resize(rows, animation.positions.rows());
   for (std::size_t i = 0; i < problem.vertices.size(); ++i) {
-    const Index v = problem.vertices[i];
-    const Index row = 3 * static_cast<Index>(i);
+    const Eigen::Index v = problem.vertices[i];
+    const Eigen::Index row = 3 * signedIndex(i);
     problem.motion.middleRows<3>(row) =
         (animation.positions.middleCols<3>(3 * v).rowwise() - rest.segment<3>(3 * v)).transpose();
     for (std::size_t s = 0; s < shapes.moves.size(); ++s) {
       const int shape = drivenShape(shapes.names[s]);
       if (shape < 0) continue;
-      problem.has_shape[static_cast<std::size_t>(shape)] = true;
+      problem.has_shape[unsignedIndex(shape)] = true;
       problem.shapes.block<3, 1>(row, shape) += shapes.moves[s].row(v).transpose();
     }
   }
   return problem;
-}
-
-/// min over W >= 0, <= 1 of sum_t |S w_t - d_t|^2 + thrift |w_t|^2 + smoothness |w_t - w_(t-1)|^2: every weight in turn
-/// takes its best value for the others, until none changes. Each step lowers the energy, which is convex.
-RowMajorMatrixF solve(const Problem& problem, const ArkitOptions& options) {
-  const Eigen::MatrixXd gram = (problem.shapes.transpose() * problem.shapes).cast<double>();
-  const Eigen::MatrixXd right = (problem.motion.transpose() * problem.shapes).cast<double>();  // frames x 52
-  const auto present = static_cast<double>(std::count(problem.has_shape.begin(), problem.has_shape.end(), true));
-  const double energy = gram.trace() / std::max(present, 1.0);
-  const double pull = options.smoothness * energy;
-  const double thrift = options.thrift * energy;
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  RowMajor weights = RowMajor::Zero(right.rows(), kShapes);
-  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
-    double change = 0;
-    for (Index step = 0; step < right.rows(); ++step) {
-      const Index t = sweep % 2 == 0 ? step : right.rows() - 1 - step;  // news travels both ways
-      for (Index k = 0; k < kShapes; ++k) {
-        if (!(gram(k, k) > 0)) continue;
-        double target = right(t, k) - gram.row(k).dot(weights.row(t)) + gram(k, k) * weights(t, k);
-        double share = gram(k, k) + thrift;
-        for (const Index other : {t - 1, t + 1}) {
-          if (other < 0 || other >= right.rows()) continue;
-          target += pull * weights(other, k);
-          share += pull;
-        }
-        const double best = std::clamp(target / share, 0.0, 1.0);
-        change = std::max(change, std::abs(best - weights(t, k)));
-        weights(t, k) = best;
-      }
-    }
-    if (change < kStill) break;
-  }
-  return weights.cast<float>();
 }
 
 }  // namespace
@@ -149,6 +112,40 @@ int arkitIndex(std::string_view shape_name) {
   return -1;
 }
 
+/// Every weight in turn takes its best value for the others, until none changes. Each step lowers the energy, which is
+/// convex.
+RowMajorMatrixF fitShapeWeights(const Eigen::MatrixXf& shapes, const Eigen::MatrixXf& motion, std::size_t shape_count,
+                                const ArkitOptions& options) {
+  const Eigen::MatrixXd gram = (shapes.transpose() * shapes).cast<double>();
+  const Eigen::MatrixXd right = (motion.transpose() * shapes).cast<double>();  // frames x 52
+  const double energy = gram.trace() / std::max(asReal(shape_count), 1.0);
+  const double pull = options.smoothness * energy;
+  const double thrift = options.thrift * energy;
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  RowMajor weights = RowMajor::Zero(right.rows(), kShapes);
+  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+    double change = 0;
+    for (Eigen::Index step = 0; step < right.rows(); ++step) {
+      const Eigen::Index t = sweep % 2 == 0 ? step : right.rows() - 1 - step;  // news travels both ways
+      for (Eigen::Index k = 0; k < kShapes; ++k) {
+        if (!(gram(k, k) > 0)) continue;
+        double target = right(t, k) - gram.row(k).dot(weights.row(t)) + gram(k, k) * weights(t, k);
+        double share = gram(k, k) + thrift;
+        for (const Eigen::Index other : {t - 1, t + 1}) {
+          if (other < 0 || other >= right.rows()) continue;
+          target += pull * weights(other, k);
+          share += pull;
+        }
+        const double best = std::clamp(target / share, 0.0, 1.0);
+        change = std::max(change, std::abs(best - weights(t, k)));
+        weights(t, k) = best;
+      }
+    }
+    if (change < kStill) break;
+  }
+  return weights.cast<float>();
+}
+
 ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes,
                      const ArkitOptions& options) {
   MOUTHPIECE_EXPECT(animation.positions.cols() == mesh.vertices.size());
@@ -164,12 +161,13 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
   ArkitCurves curves;
   curves.frame_rate_hz = animation.frame_rate_hz;
   curves.has_shape = problem.has_shape;
-  curves.weights = solve(problem, options);
+  const auto present = std::count(problem.has_shape.begin(), problem.has_shape.end(), true);
+  curves.weights = fitShapeWeights(problem.shapes, problem.motion, unsignedIndex(present), options);
   const double mm_per_unit = 1000 * mesh.metres_per_unit;
   double squares = 0, motion_squares = 0;
-  for (Index t = 0; t < problem.motion.cols(); ++t) {
+  for (Eigen::Index t = 0; t < problem.motion.cols(); ++t) {
     const Eigen::VectorXf miss = problem.motion.col(t) - problem.shapes * curves.weights.row(t).transpose();
-    for (Index row = 0; row < miss.size(); row += 3) {
+    for (Eigen::Index row = 0; row < miss.size(); row += 3) {
       const double square = static_cast<double>(miss.segment<3>(row).squaredNorm());
       curves.largest_error_mm = std::max(curves.largest_error_mm, mm_per_unit * std::sqrt(square));
       squares += square;
@@ -177,7 +175,7 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
     motion_squares += static_cast<double>(problem.motion.col(t).squaredNorm());
   }
   const double count =
-      std::max(1.0, static_cast<double>(problem.vertices.size()) * static_cast<double>(problem.motion.cols()));
+      std::max(1.0, asReal(problem.vertices.size()) * asReal(problem.motion.cols()));
   curves.rms_error_mm = mm_per_unit * std::sqrt(squares / count);
   curves.rms_motion_mm = mm_per_unit * std::sqrt(motion_squares / count);
   return curves;
@@ -192,68 +190,21 @@ std::string liveLinkCsv(const ArkitCurves& curves) {
   for (const std::string_view name : kHeadAndEyes) text.append(",").append(name);
   text += '\n';
   const auto frames_a_second = std::max<std::int64_t>(1, std::llround(curves.frame_rate_hz));
-  for (Index t = 0; t < curves.weights.rows(); ++t) {
+  for (Eigen::Index t = 0; t < curves.weights.rows(); ++t) {
     const std::int64_t seconds = t / frames_a_second;
     text += fmt::format("{:02}:{:02}:{:02}:{:02}.000,{}", seconds / 3600, seconds / 60 % 60, seconds % 60,
                         t % frames_a_second, kArkitNames.size() + kHeadAndEyes.size());
-    for (Index k = 0; k < kShapes; ++k) text += fmt::format(",{:.6f}", curves.weights(t, k));
+    for (Eigen::Index k = 0; k < kShapes; ++k) text += fmt::format(",{:.6f}", curves.weights(t, k));
     for (std::size_t k = 0; k < kHeadAndEyes.size(); ++k) text += ",0.000000";
     text += '\n';
   }
   return text;
 }
 
-namespace {
-
-/// For each morph target of a mesh the ARKit shape it is, or -1.
-std::vector<int> targetsOf(const json& mesh) {
-  std::size_t count = 0;
-  if (mesh.contains("primitives") && mesh["primitives"].is_array() && !mesh["primitives"].empty()) {
-    const json& first = mesh["primitives"][0];
-    if (first.contains("targets") && first["targets"].is_array()) count = first["targets"].size();
-  }
-  std::vector<int> targets(count, -1);
-  const json names = mesh.value("/extras/targetNames"_json_pointer, json::array());
-  for (std::size_t k = 0; k < count && k < names.size(); ++k) {
-    if (names[k].is_string()) targets[k] = arkitIndex(names[k].get_ref<const std::string&>());
-  }
-  return targets;
-}
-
-}  // namespace
-
 std::string glbWithArkitAnimation(std::string_view glb, const std::string& file, const ArkitCurves& curves) {
-  GlbChunks chunks = glbChunks(glb, file);
-  json& root = chunks.root;
-  const auto lacks = [&](const char* key) { return !chunks.hasList(key); };
-  if (lacks("nodes") || lacks("meshes") || lacks("buffers") || lacks("bufferViews") || lacks("accessors") ||
-      chunks.binary.empty()) {
-    throw InputError(file, "", "holds no mesh with shapes in its own binary chunk");
-  }
-  std::vector<float> times(static_cast<std::size_t>(curves.weights.rows()));
-  for (std::size_t t = 0; t < times.size(); ++t)
-    times[t] = static_cast<float>(static_cast<double>(t) / curves.frame_rate_hz);
-  const std::size_t input = chunks.addFloats(times, 1, true);
-  json samplers = json::array(), channels = json::array();
-  for (std::size_t node = 0; node < root["nodes"].size(); ++node) {
-    const json& entry = root["nodes"][node];
-    if (!entry.is_object() || !entry.contains("mesh") || !entry["mesh"].is_number_unsigned()) continue;
-    const auto mesh = entry["mesh"].get<std::size_t>();
-    if (mesh >= root["meshes"].size()) throw InputError(file, "", "names a mesh that it does not hold");
-    const std::vector<int> targets = targetsOf(root["meshes"][mesh]);
-    if (std::all_of(targets.begin(), targets.end(), [](int shape) { return shape < 0; })) continue;
-    std::vector<float> values;
-    values.reserve(times.size() * targets.size());
-    for (Index t = 0; t < curves.weights.rows(); ++t) {
-      for (const int shape : targets) values.push_back(shape < 0 ? 0.0F : curves.weights(t, shape));
-    }
-    samplers.push_back({{"input", input}, {"output", chunks.addFloats(values, 1, false)}, {"interpolation", "LINEAR"}});
-    channels.push_back({{"sampler", samplers.size() - 1}, {"target", {{"node", node}, {"path", "weights"}}}});
-  }
-  if (channels.empty()) throw InputError(file, "", "holds no shape with an ARKit name");
-  root["animations"] =
-      json::array({{{"name", "speech"}, {"samplers", std::move(samplers)}, {"channels", std::move(channels)}}});
-  return chunks.toBytes();
+  auto made = glbWithWeights(glb, file, curves.frame_rate_hz, curves.weights, arkitIndex);
+  if (!made) throw InputError(file, "", "holds no shape with an ARKit name");
+  return *std::move(made);
 }
 
 }  // namespace mouthpiece

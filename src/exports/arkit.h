@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -86,6 +85,12 @@ struct ArkitCurves {
   double rms_motion_mm = 0;  ///< what there was to reproduce: of the same vertices
 };
 
+/// min over W in [0, 1] of sum_t |S w_t - d_t|^2 + thrift |w_t|^2 + smoothness |w_t - w_(t-1)|^2, the pulls as shares of
+/// the mean energy of `shape_count` shapes. `shapes`: rows x 52, a column of zeros where there is none; `motion`: rows x
+/// frames. Returns frames x 52.
+RowMajorMatrixF fitShapeWeights(const Eigen::MatrixXf& shapes, const Eigen::MatrixXf& motion, std::size_t shape_count,
+                                const ArkitOptions& options = {});
+
 /// Weights in [0, 1] that best reproduce `animation` of `mesh` with `shapes`: least squares over the vertices of skin
 /// and lips, all frames at once with a pull between neighbouring frames, by projected Gauss-Seidel. Throws InputError
 /// when no shape has an ARKit name.
@@ -96,7 +101,27 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
 std::string liveLinkCsv(const ArkitCurves& curves);
 
 /// `glb` with one weights animation, named "speech", in the place of those it had; everything else (materials,
-/// textures, skins) stays byte by byte. Shapes that have no curve rest. Throws InputError that begins with `file`.
+/// textures, skins) stays. Shapes that have no curve rest. Throws InputError that begins with `file`.
 std::string glbWithArkitAnimation(std::string_view glb, const std::string& file, const ArkitCurves& curves);
+
+/// Weights of ARKit's shapes over time, as an app recorded them.
+struct ArkitTrack {
+  double frame_rate_hz = 0;
+  RowMajorMatrixF weights;      ///< frames x 52, zero or more; a frame without a face is NaN throughout
+  std::vector<bool> has_shape;  ///< 52: the file has a column for it
+  bool turns_head = false;      ///< HeadYaw, HeadPitch or HeadRoll are not zero throughout
+};
+
+/// Reads Live Link Face's CSV (docs/formats/arkit.md). Frames that the app dropped are put in between their neighbours,
+/// or NaN where more than kLongestDrop are missing. `frame_rate_hz` 0: as the frame numbers of the time code count.
+/// Of the head's and the eyes' columns only turns_head is read. Throws InputError with the line for what is no such
+/// file.
+ArkitTrack parseLiveLinkCsv(std::string_view text, std::string_view file, double frame_rate_hz = 0);
+
+/// True when the first line is one of Live Link Face's.
+bool isLiveLinkCsv(std::string_view text);
+
+/// Dropped frames in a row that are still interpolated.
+inline constexpr int kLongestDrop = 3;
 
 }  // namespace mouthpiece

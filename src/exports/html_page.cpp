@@ -1,13 +1,13 @@
-#include "exports/html_page.h"
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
 
 #include "base/errors.h"
-#include "base/files.h"
-#include "exports/gltf/base64.h"
+#include "base/index.h"
+#include "base/page_data.h"
+#include "exports/format_bytes.h"
 #include "exports/report_fields.h"
+#include "motion/lip_gauge.h"
 
 namespace mouthpiece {
 namespace {
@@ -50,10 +50,10 @@ ordered_json partsOf(const FaceMesh& mesh) {
 ordered_json controlOf(const ViewPage& page) {
   static_assert(std::endian::native == std::endian::little);
   using Floats = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  MOUTHPIECE_EXPECT(page.markers.cols() == 3 * static_cast<Eigen::Index>(page.marker_names.size()));
+  MOUTHPIECE_EXPECT(page.markers.cols() == 3 * signedIndex(page.marker_names.size()));
   const Floats metres = (page.markers * page.mesh.metres_per_unit).cast<float>();
   std::string encoded;
-  appendBase64(encoded, {reinterpret_cast<const char*>(metres.data()), static_cast<std::size_t>(metres.size()) * 4});
+  appendBase64(encoded, {reinterpret_cast<const char*>(metres.data()), unsignedIndex(metres.size()) * 4});
   return {{"names", std::vector<std::string>(page.marker_names.begin(), page.marker_names.end())},
           {"count", metres.cols() / 3},
           {"frames", metres.rows()},
@@ -93,46 +93,16 @@ std::string wavBytes(const AudioClip& clip, Seconds least_duration) {
   return bytes;
 }
 
-/// JSON that is safe inside a script element: no character of markup, nothing outside ASCII.
-std::string scriptSafeJson(const ordered_json& data) {
-  const std::string text = data.dump(-1, ' ', true, ordered_json::error_handler_t::replace);
-  std::string safe;
-  safe.reserve(text.size());
-  for (const char letter : text) {
-    switch (letter) {
-      case '<':
-        safe += "\\u003c";
-        break;
-      case '>':
-        safe += "\\u003e";
-        break;
-      case '&':
-        safe += "\\u0026";
-        break;
-      default:
-        safe += letter;
-    }
-  }
-  return safe;
-}
-
-std::vector<double> roundedForDisplay(std::vector<double> values) {
+/// Of the outer lips, rounded for display; empty without markers on them.
+std::vector<double> openingsOf(const MotionClip& clip) {
+  const LipGauge lips(clip.marker_names);
+  if (!lips.hasLips()) return {};
+  std::vector<double> values = lips.overFrames(&LipGauge::opening, clip.positions_mm);
   for (double& value : values) value = std::round(value * 1000) / 1000;
   return values;
 }
 
 }  // namespace
-
-std::vector<double> lipOpeningMm(const MotionClip& clip) {
-  const auto upper = clip.findMarker("LIP_UP_MID");
-  const auto lower = clip.findMarker("LIP_LO_MID");
-  std::vector<double> opening;
-  if (!upper || !lower) return opening;
-  for (FrameIndex frame; frame.value < clip.frameCount(); ++frame) {
-    opening.push_back((clip.position(frame, *upper) - clip.position(frame, *lower)).norm());
-  }
-  return opening;
-}
 
 std::string viewHtml(std::string_view page_template, const ViewPage& page) {
   const std::size_t place = page_template.find(kViewPagePlaceholder);
@@ -144,13 +114,14 @@ std::string viewHtml(std::string_view page_template, const ViewPage& page) {
                     {"face", page.face_name},
                     {"parts", partsOf(page.mesh)},
                     {"control", controlOf(page)},
-                    {"lip_opening_mm", roundedForDisplay(lipOpeningMm(page.animation.motion))}};
+                    {"lip_opening_mm", openingsOf(page.animation.motion)}};
 
   const std::string wav = wavBytes(page.animation.audio, page.animation.motion.duration());
   std::string html;
   html.reserve(page_template.size() + (page.glb.size() + wav.size()) / 3 * 4 + 1'000'000);
   html.append(page_template.substr(0, place));
-  html.append("<script type=\"application/json\" id=\"mouthpiece-data\">").append(scriptSafeJson(data));
+  html.append("<script type=\"application/json\" id=\"mouthpiece-data\">").append(
+      scriptSafe(data.dump(-1, ' ', true, ordered_json::error_handler_t::replace)));
   html.append("</script>\n<script type=\"text/plain\" id=\"mouthpiece-sound\">");
   appendBase64(html, wav);
   html.append("</script>\n<script type=\"text/plain\" id=\"mouthpiece-face\">");
@@ -158,10 +129,6 @@ std::string viewHtml(std::string_view page_template, const ViewPage& page) {
   html.append("</script>");
   html.append(page_template.substr(place + kViewPagePlaceholder.size()));
   return html;
-}
-
-void writeViewHtml(const std::filesystem::path& path, std::string_view page_template, const ViewPage& page) {
-  writeFileAtomically(path, viewHtml(page_template, page));
 }
 
 }  // namespace mouthpiece

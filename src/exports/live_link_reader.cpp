@@ -1,5 +1,3 @@
-#include "exports/live_link_reader.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,7 +6,9 @@
 #include <optional>
 
 #include "base/errors.h"
+#include "base/index.h"
 #include "base/text_numbers.h"
+#include "exports/arkit.h"
 
 namespace mouthpiece {
 namespace {
@@ -78,10 +78,10 @@ class LiveLinkReader {
     for (const std::string_view name : names) {
       // Halves of a shape have no place here: Live Link's names are Apple's.
       const int shape = arkitIndex(trimmed(name));
-      if (shape >= 0 && has_shape[static_cast<std::size_t>(shape)]) {
+      if (shape >= 0 && has_shape[unsignedIndex(shape)]) {
         fail("1", fmt::format("found the shape {} twice; expected it once", printable(trimmed(name))));
       }
-      if (shape >= 0) has_shape[static_cast<std::size_t>(shape)] = true;
+      if (shape >= 0) has_shape[unsignedIndex(shape)] = true;
       shape_of_column_.push_back(shape);
       turns_head_.push_back(isHeadColumn(trimmed(name)));
     }
@@ -95,7 +95,7 @@ class LiveLinkReader {
     splitFields(line, ',', cells_);
     Row row{.time = readTimeCode(trimmed(cells_[0])), .line = lines_.lineNumber()};
     // Without a face the app writes the time code and a count of 0.
-    row.has_face = std::any_of(cells_.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(2, cells_.size())),
+    row.has_face = std::any_of(cells_.begin() + signedIndex(std::min<std::size_t>(2, cells_.size())),
                                cells_.end(), [](std::string_view cell) { return !trimmed(cell).empty(); });
     if (!row.has_face) return row;
     if (cells_.size() != shape_of_column_.size()) {
@@ -107,9 +107,9 @@ class LiveLinkReader {
       const std::optional<double> value = parseNumber(cells_[i]);
       if (!value || !(*value >= 0 && *value <= kLargestWeight)) {
         failHere(fmt::format("found \"{}\" for {}; expected a weight of 0 to {}", printable(trimmed(cells_[i])),
-                             kArkitNames[static_cast<std::size_t>(shape_of_column_[i])], kLargestWeight));
+                             kArkitNames[unsignedIndex(shape_of_column_[i])], kLargestWeight));
       }
-      row.weights[static_cast<std::size_t>(shape_of_column_[i])] = static_cast<float>(*value);
+      row.weights[unsignedIndex(shape_of_column_[i])] = asFloat(*value);
     }
     return row;
   }
@@ -148,7 +148,7 @@ class LiveLinkReader {
     double day = 0;
     for (const Row& row : rows_) {
       if (row.time.frames >= frames_a_second) {
-        fail(fmt::format("{}", row.line), fmt::format("found frame {:g} of a second; expected under {:g} (--fps)",
+        fail(fmt::format("{}", row.line), fmt::format("found frame {:g} of a second; expected under {:g}",
                                                       row.time.frames, frames_a_second));
       }
       double time = frames_a_second * (day + row.time.seconds) + row.time.frames;
@@ -167,25 +167,25 @@ class LiveLinkReader {
   /// Rows lie where their time codes say; a frame takes its share of the two around it.
   ArkitTrack onEvenFrames(double rate_hz) {
     const std::vector<double> times = timesInFrames(rate_hz);
-    const auto frames = static_cast<std::size_t>(std::llround(times.back() - times.front())) + 1;
+    const auto frames = unsignedIndex(std::llround(times.back() - times.front())) + 1;
     if (frames > kMostFramesPerRow * rows_.size() + kFramesGiven) {
       fail("", fmt::format("spans {} frames but holds {} rows; expected one recording without long breaks", frames,
                            rows_.size()));
     }
     track_.frame_rate_hz = rate_hz;
-    track_.weights.setConstant(static_cast<Index>(frames), static_cast<Index>(kArkitNames.size()), kNoFace);
+    track_.weights.setConstant(signedIndex(frames), signedIndex(kArkitNames.size()), kNoFace);
     std::size_t after = 1;
     for (std::size_t frame = 0; frame < frames; ++frame) {
-      const double time = std::clamp(times.front() + static_cast<double>(frame), times.front(), times.back());
+      const double time = std::clamp(times.front() + asReal(frame), times.front(), times.back());
       while (after + 1 < rows_.size() && times[after] < time) ++after;
       const double gap = times[after] - times[after - 1];
       const Row &first = rows_[after - 1], &second = rows_[after];
-      const auto share = static_cast<float>((time - times[after - 1]) / gap);
+      const auto share = asFloat((time - times[after - 1]) / gap);
       // A row at the frame itself needs no neighbour.
       if (share > 0 && share < 1 && gap > kLongestDrop + 1.5) continue;
       if ((share < 1 && !first.has_face) || (share > 0 && !second.has_face)) continue;
       for (std::size_t k = 0; k < kArkitNames.size(); ++k) {
-        track_.weights(static_cast<Index>(frame), static_cast<Index>(k)) =
+        track_.weights(signedIndex(frame), signedIndex(k)) =
             first.weights[k] + share * (second.weights[k] - first.weights[k]);
       }
     }

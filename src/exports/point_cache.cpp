@@ -1,5 +1,3 @@
-#include "exports/point_cache.h"
-
 #include <fmt/format.h>
 
 #include <bit>
@@ -8,7 +6,8 @@
 #include <limits>
 
 #include "base/errors.h"
-#include "base/files.h"
+#include "base/index.h"
+#include "exports/format_bytes.h"
 
 namespace mouthpiece {
 namespace {
@@ -60,13 +59,13 @@ std::string faceLines(const FaceMesh& mesh) {
 std::string pc2Bytes(const FaceAnimation& animation) {
   const Counts counts = countsOf(animation);
   std::string bytes("POINTCACHE2\0", 12);
-  bytes.reserve(32 + static_cast<std::size_t>(animation.positions.size()) * sizeof(float));
+  bytes.reserve(32 + unsignedIndex(animation.positions.size()) * sizeof(float));
   appendWord(bytes, 1, std::endian::little);  // version
   appendWord(bytes, counts.vertices, std::endian::little);
   const float start_and_step[2] = {0.0F, 1.0F};  // frames
   appendFloats(bytes, start_and_step, 2, std::endian::little);
   appendWord(bytes, counts.frames, std::endian::little);
-  appendFloats(bytes, animation.positions.data(), static_cast<std::size_t>(animation.positions.size()),
+  appendFloats(bytes, animation.positions.data(), unsignedIndex(animation.positions.size()),
                std::endian::little);
   return bytes;
 }
@@ -74,30 +73,22 @@ std::string pc2Bytes(const FaceAnimation& animation) {
 std::string mddBytes(const FaceAnimation& animation) {
   const Counts counts = countsOf(animation);
   std::string bytes;
-  bytes.reserve(8 + 4 * std::size_t{counts.frames} + static_cast<std::size_t>(animation.positions.size()) * 4);
+  bytes.reserve(8 + 4 * std::size_t{counts.frames} + unsignedIndex(animation.positions.size()) * 4);
   appendWord(bytes, counts.frames, std::endian::big);
   appendWord(bytes, counts.vertices, std::endian::big);
   for (std::uint32_t frame = 0; frame < counts.frames; ++frame) {
-    const auto time = static_cast<float>(frame / animation.frame_rate_hz);
+    const auto time = asFloat(frame / animation.frame_rate_hz);
     appendFloats(bytes, &time, 1, std::endian::big);
   }
-  appendFloats(bytes, animation.positions.data(), static_cast<std::size_t>(animation.positions.size()),
+  appendFloats(bytes, animation.positions.data(), unsignedIndex(animation.positions.size()),
                std::endian::big);
   return bytes;
 }
 
-void writePc2(const std::filesystem::path& path, const FaceAnimation& animation) {
-  writeFileAtomically(path, pc2Bytes(animation));
-}
-
-void writeMdd(const std::filesystem::path& path, const FaceAnimation& animation) {
-  writeFileAtomically(path, mddBytes(animation));
-}
-
-void writeObjSequence(const std::filesystem::path& folder, std::string_view stem, const FaceMesh& mesh,
-                      const FaceAnimation& animation) {
+void objFrames(const FaceMesh& mesh, const FaceAnimation& animation,
+               const std::function<void(std::size_t frame, const std::string& bytes)>& take) {
   const Counts counts = countsOf(animation);
-  MOUTHPIECE_EXPECT(counts.vertices == static_cast<std::size_t>(mesh.vertices.rows()));
+  MOUTHPIECE_EXPECT(counts.vertices == unsignedIndex(mesh.vertices.rows()));
   const std::string faces = faceLines(mesh);
   for (std::uint32_t frame = 0; frame < counts.frames; ++frame) {
     const float* row = animation.positions.row(frame).data();
@@ -110,7 +101,7 @@ void writeObjSequence(const std::filesystem::path& folder, std::string_view stem
     for (Eigen::Index v = 0; v < normals.rows(); ++v)
       fmt::format_to(std::back_inserter(text), "vn {:.4f} {:.4f} {:.4f}\n", normals(v, 0), normals(v, 1),
                      normals(v, 2));
-    writeFileAtomically(folder / fmt::format("{}.{:04}.obj", stem, frame), text + faces);
+    take(frame, text + faces);
   }
 }
 

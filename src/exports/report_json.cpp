@@ -1,8 +1,7 @@
-#include "exports/report_json.h"
-
 #include <cmath>
 
-#include "base/files.h"
+#include "base/index.h"
+#include "exports/format_bytes.h"
 #include "exports/report_fields.h"
 
 namespace mouthpiece {
@@ -75,9 +74,9 @@ double backoffShare(const UtteranceAnimation& animation) {
   const std::size_t phones = animation.labels.phones.size();
   double pairs = 0;
   for (const PlacedUnit& unit : animation.units) {
-    if (unit.is_backoff) pairs += static_cast<double>(unit.phones.last.value - unit.phones.first.value);
+    if (unit.is_backoff) pairs += asReal(unit.phones.last.value - unit.phones.first.value);
   }
-  return phones > 1 ? pairs / static_cast<double>(phones - 1) : 0;
+  return phones > 1 ? pairs / asReal(phones - 1) : 0;
 }
 
 }  // namespace
@@ -114,10 +113,6 @@ ordered_json reportFields(const UtteranceAnimation& animation) {
 
 std::string reportJson(const UtteranceAnimation& animation) {
   return reportFields(animation).dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
-}
-
-void writeReport(const std::filesystem::path& path, const UtteranceAnimation& animation) {
-  writeFileAtomically(path, reportJson(animation));
 }
 
 }  // namespace mouthpiece

@@ -27,12 +27,19 @@ Side oppositeOf(Side side) {
   return side == Side::kRight ? Side::kLeft : side == Side::kLeft ? Side::kRight : Side::kMiddle;
 }
 
+struct RoleNames {
+  std::array<std::string_view, kMarkerRoles.size()> words, markers;
+};
+constexpr RoleNames kRoles{{"upper lip", "lower lip", "right lip corner", "left lip corner", "chin"},
+                           {"LIP_UP_MID", "LIP_LO_MID", "LIP_CORNER_R", "LIP_CORNER_L", "CHIN_MID"}};
+
 LayoutMarker readMarker(const JsonField& field) {
   LayoutMarker marker;
   marker.name = field["name"].name(kMaxNameLength);
   marker.region = field["region"].name(kMaxNameLength);
   marker.side = static_cast<Side>(field["side"].choice(kSides));
   marker.lip = field["lip"].exists() ? static_cast<LipSide>(field["lip"].choice(kLips)) : lipSideOf(marker.name);
+  if (field["role"].exists()) marker.role = kMarkerRoles[field["role"].choice(kRoles.words)];
   if (field["stable"].exists()) marker.stable = field["stable"].flag();
   if (field["mediapipe_landmark"].exists())
     marker.mediapipe_landmark = static_cast<int>(field["mediapipe_landmark"].whole(-1, 477));
@@ -93,6 +100,26 @@ LipSide lipSideOf(std::string_view marker_name) {
   return marker_name.starts_with("LIP_LO_") ? LipSide::kLower : LipSide::kNone;
 }
 
+std::string_view wordOf(MarkerRole role) { return kRoles.words[static_cast<std::size_t>(role)]; }
+std::string_view usualName(MarkerRole role) { return kRoles.markers[static_cast<std::size_t>(role)]; }
+
+std::optional<MarkerIndex> findRole(MarkerRole role, const std::vector<std::string>& marker_names) {
+  auto found = std::find(marker_names.begin(), marker_names.end(), usualName(role));
+  if (found == marker_names.end() && role == MarkerRole::kChin) {
+    found = std::find_if(marker_names.begin(), marker_names.end(),
+                         [](const std::string& name) { return name.starts_with("CHIN"); });
+  }
+  if (found == marker_names.end()) return std::nullopt;
+  return MarkerIndex(unsignedIndex(found - marker_names.begin()));
+}
+
+std::optional<MarkerIndex> MarkerLayout::findRole(MarkerRole role) const {
+  const auto given = std::find_if(markers.begin(), markers.end(),
+                                  [&](const LayoutMarker& marker) { return marker.role == role; });
+  if (given != markers.end()) return MarkerIndex(unsignedIndex(given - markers.begin()));
+  return mouthpiece::findRole(role, markerNames());
+}
+
 std::vector<std::string> MarkerLayout::markerNames() const {
   std::vector<std::string> names;
   names.reserve(markers.size());
@@ -126,6 +153,11 @@ MarkerLayout parseLayout(std::string_view json_text, std::string_view file) {
     index.add(layout.markers.back().name, field);
   }
   resolveMirrors(layout, markers, index);
+  for (std::size_t i = 0; i < markers.size(); ++i) {
+    const auto& role = layout.markers[i].role;
+    if (role && layout.findRole(*role) != MarkerIndex(i))
+      markers[i].fail(fmt::format("found role \"{}\" twice; expected it once", wordOf(*role)));
+  }
   if (root["jig"].exists()) layout.jig_names = root["jig"].names();
   for (const std::string& name : layout.jig_names) index.add(name, root["jig"]);
   if (root["triangles"].exists()) {
@@ -147,6 +179,7 @@ std::string layoutToJson(const MarkerLayout& layout) {
                                {"mediapipe_landmark", marker.mediapipe_landmark},
                                {"stable", marker.stable}});
     if (marker.lip != lipSideOf(marker.name)) root["markers"].back()["lip"] = kLips[static_cast<std::size_t>(marker.lip)];
+    if (marker.role) root["markers"].back()["role"] = wordOf(*marker.role);
   }
   root["jig"] = layout.jig_names;
   if (!layout.triangles.empty()) root["triangles"] = layout.triangles;

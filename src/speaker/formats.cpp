@@ -1,13 +1,12 @@
 // The one table of what a performance can be saved as.
+#include <algorithm>
 #include <array>
 
 #include "audio/audio_clip.h"
 #include "base/errors.h"
 #include "base/files.h"
-#include "exports/ablation_page.h"
 #include "exports/arkit.h"
-#include "exports/html_page.h"
-#include "exports/point_cache.h"
+#include "exports/format_bytes.h"
 #include "motion/formats/c3d_file.h"
 #include "motion/formats/motion_csv.h"
 #include "motion/resample.h"
@@ -90,9 +89,9 @@ constexpr std::array kRows = {
     Row{{".html", "view.html", "a page that shows it, one file", true, true},
         [](const fs::path& path, const Source& source) { writeFileAtomically(path, pageOf(source)); }},
     Row{{".pc2", "face.pc2", "every vertex of every frame, a point cache", true},
-        [](const fs::path& path, const Source& source) { writePc2(path, source.allVertices()); }},
+        [](const fs::path& path, const Source& source) { writeFileAtomically(path, pc2Bytes(source.allVertices())); }},
     Row{{".mdd", "face.mdd", "the same as MDD", true},
-        [](const fs::path& path, const Source& source) { writeMdd(path, source.allVertices()); }},
+        [](const fs::path& path, const Source& source) { writeFileAtomically(path, mddBytes(source.allVertices())); }},
     Row{{".json", "report.json", "what it is made of and how long it took", false, true},
         [](const fs::path& path, const Source& source) {
           writeFileAtomically(path, reportJson(source.timedAnimation()));
@@ -130,6 +129,9 @@ void save(const Performance& performance, const fs::path& path) {
 }
 
 void save(const Performance& performance, std::span<const fs::path> paths) {
+  // What may fail without a disk fails before anything is written.
+  if (std::any_of(paths.begin(), paths.end(), [](const fs::path& path) { return formatOf(path).needs_face; }))
+    performance.data().glb();
   const auto is_report = [](const fs::path& path) { return formatOf(path).usual_name == "report.json"; };
   for (const bool reports : {false, true}) {
     for (const fs::path& path : paths) {

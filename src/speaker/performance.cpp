@@ -5,12 +5,11 @@
 #include <algorithm>
 
 #include "base/errors.h"
+#include "base/files.h"
 #include "exports/arkit.h"
 #include "exports/arkit_markers.h"
-#include "exports/gltf/glb_given.h"
-#include "exports/gltf/glb_writer.h"
-#include "exports/report_json.h"
-#include "base/files.h"
+#include "exports/format_bytes.h"
+#include "exports/gltf/glb.h"
 #include "motion/resample.h"
 #include "speaker/speaker_data.h"
 
@@ -45,7 +44,7 @@ void Performance::Data::describe() {
   sound = {animation.audio.sample_rate_hz, animation.audio.samples};
   const SpeechLabels& from = animation.labels;
   for (const LabelledPhone& phone : from.phones)
-    labels.phones.push_back({std::string(phoneName(phone.phone)), std::string(visemeName(visemeOf(phone.phone))),
+    labels.phones.push_back({std::string(phoneName(phone.phone)), std::string(visemeName(firstViseme(phone.phone))),
                              phone.span, phone.word});
   for (const LabelledWord& word : from.words) labels.words.push_back({word.text, from.spanOf(word.phones)});
   const PositionMatrix& positions = animation.motion.positions_mm;

@@ -29,8 +29,8 @@ const std::string& SharedCorpus::name() const { return data_->corpus.name; }
 std::size_t SharedCorpus::takeCount() const { return data_->corpus.takes.size(); }
 std::vector<std::string> SharedCorpus::markerNames() const { return data_->corpus.layout.markerNames(); }
 
-SharedFace::Data::Data(const std::filesystem::path& file)
-    : path(orShared(file, "default.face", kMakeFace)), rig(FaceRig::load(path)), file(readFaceFile(path)) {}
+SharedFace::Data::Data(const std::filesystem::path& face_file)
+    : path(orShared(face_file, "default.face", kMakeFace)), rig(FaceRig::load(path)), file(readFaceFile(path)) {}
 
 std::filesystem::path SharedFace::Data::meshPath() const { return path.parent_path() / file.mesh_file; }
 

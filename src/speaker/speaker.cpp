@@ -8,9 +8,8 @@
 #include "base/errors.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/lyrics.h"
-#include "phonetics/labels/lab_file.h"
+#include "phonetics/labels/label_files.h"
 #include "phonetics/text/lexicon.h"
-#include "phonetics/text/lexicon_choice.h"
 #include "singing/song_source.h"
 #include "speaker/speaker_data.h"
 #include "voices/voice.h"
@@ -99,6 +98,9 @@ PhonePairs phonePairsOf(const Corpus& corpus) {
 }  // namespace
 
 struct Speaker::Data {
+  Data(SpeakerOptions given, SharedCorpus shared_corpus, std::optional<SharedFace> shared_face)
+      : options(std::move(given)), corpus(std::move(shared_corpus)), face(std::move(shared_face)) {}
+
   SpeakerOptions options;
   SharedCorpus corpus;
   std::optional<SharedFace> face;
@@ -196,7 +198,7 @@ Speaker::Speaker(const SpeakerOptions& options) {
 
 Speaker::Speaker(const SharedCorpus& corpus, std::optional<SharedFace> face, const SpeakerOptions& options) {
   expectUsable(options);
-  data_ = std::make_unique<Data>(Data{options, corpus, std::move(face)});
+  data_ = std::make_unique<Data>(options, corpus, std::move(face));
   timed(data_->load_ms, [&] {
     data_->synthesis = synthesisOf(options.manner, corpus.data().curve_model);
     if (!options.lexicon.empty()) data_->lexicon = Lexicon::read(options.lexicon);

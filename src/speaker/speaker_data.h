@@ -32,7 +32,7 @@ struct SharedCorpus::Data {
 };
 
 struct SharedFace::Data {
-  explicit Data(const std::filesystem::path& file);
+  explicit Data(const std::filesystem::path& face_file);
   /// Of the mesh that the face was fitted to.
   [[nodiscard]] std::filesystem::path meshPath() const;
 

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "motion/blend.h"
+#include "motion/lip_gauge.h"
 #include "units/selection/context_mean.h"
 #include "units/prediction/phone_shapes.h"
 #include "units/selection/unit_costs.h"
@@ -79,21 +80,19 @@ Eigen::MatrixXd keptDetail(const Eigen::MatrixXd& residuals, const TrajectoryMod
 /// What a contact of the lips brings down to a known least: of M B P the opening, of F V how far the lower lip hangs
 /// below the place that it reaches the upper teeth at, which stand still in a head that does.
 struct Contact {
-  enum class Kind { kLips, kTeeth } kind;
-  Eigen::Index upper, lower;  ///< columns of the lips' middles
-  Eigen::RowVectorXd way;     ///< what the markers do when it grows by 1 mm
-  double share;               ///< of what is left, that is taken away
-  Seconds held, fall;         ///< how long it stays, and takes to come and go
+  const LipGauge& lips;
+  LipGauge::Measure gap;
+  Eigen::RowVectorXd way;  ///< what the markers do when it grows by 1 mm
+  double share;            ///< of what is left, that is taken away
+  Seconds held, fall;      ///< how long it stays, and takes to come and go
 
-  [[nodiscard]] double gapOf(const Eigen::Ref<const Eigen::RowVectorXd>& pose) const {
-    if (kind == Kind::kTeeth) return -pose(lower + 1);
-    return (pose.segment<3>(upper) - pose.segment<3>(lower)).norm();
-  }
+  [[nodiscard]] double gapOf(const LipGauge::Pose& pose) const { return (lips.*gap)(pose); }
 };
 
 /// The least movement of the speaking face that lowers the lower lip by 1 mm and, as far as it can, leaves the upper
 /// one.
-Eigen::RowVectorXd wayOfLowerLip(const TrajectoryModel& model, Eigen::Index upper, Eigen::Index lower) {
+Eigen::RowVectorXd wayOfLowerLip(const TrajectoryModel& model, const LipGauge& lips) {
+  const Eigen::Index upper = lips.column(MarkerRole::kUpperLip), lower = lips.column(MarkerRole::kLowerLip);
   Eigen::MatrixXd heights(2, model.componentCount());
   heights << model.shapes.col(lower + 1).transpose(), model.shapes.col(upper + 1).transpose();
   const Eigen::VectorXd components = heights.completeOrthogonalDecomposition().solve(Eigen::Vector2d(-1, 0));
@@ -184,14 +183,12 @@ PositionMatrix transferContext(const PositionMatrix& residuals, const SpeechLabe
 
 void keepContacts(const SpeechLabels& line, const UnitDatabase& database, const std::vector<SelectedUnit>& units,
                   std::span<const Seconds> times, PositionMatrix& positions) {
-  const Corpus& corpus = database.corpus();
-  const TrajectoryModel& model = *corpus.trajectory_model;
+  const TrajectoryModel& model = *database.corpus().trajectory_model;
   if (!(model.closed_opening_mm > 0) || times.size() < 2) return;
-  const auto upper = static_cast<Eigen::Index>(3 * corpus.layout.indexOf("LIP_UP_MID").value);
-  const auto lower = static_cast<Eigen::Index>(3 * corpus.layout.indexOf("LIP_LO_MID").value);
-  const Contact lips{Contact::Kind::kLips, upper, lower, model.closing, 1, 0.015, 0.060};
+  const LipGauge& gauge = database.lips();
+  const Contact lips{gauge, &LipGauge::opening, model.closing, 1, 0.015, 0.060};
   // All of it, or for longer, would shut the mouth in vowels beside F and V that stay open in the capture.
-  const Contact teeth{Contact::Kind::kTeeth, upper, lower, wayOfLowerLip(model, upper, lower), 0.7, 0.005, 0.040};
+  const Contact teeth{gauge, &LipGauge::lowerLipDrop, wayOfLowerLip(model, gauge), 0.7, 0.005, 0.040};
   for (std::size_t phone = 0; phone < line.phones.size(); ++phone) {
     const LabelledPhone& own = line.phones[phone];
     if (isBilabial(own.phone)) {

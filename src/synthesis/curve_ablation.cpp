@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "vocal/lip_markers.h"
 #include "vocal/maps_field.h"
 #include "vocal/pose_motion.h"
 
@@ -32,11 +31,8 @@ CurveVariant variantOf(const LeftOut& out, const SpeechLabels& labels, AudioTags
   if (out.vibrato) tags.vibrato.clear();
   CurveVariant variant{out.name, vocalCurves(labels, tags, style), {}, {}};
   const PositionMatrix moved = displacementsFromCurves(variant.curves, poses, style.ja, style.li, times);
-  const LipMarkers markers = findLipMarkers(poses.marker_names);
-  for (Eigen::Index row = 0; row < moved.rows(); ++row) {
-    variant.lip_opening_mm.push_back(markers.opening(moved.row(row)));
-    variant.chin_drop_mm.push_back(-moved(row, markers.chin_y));
-  }
+  variant.lip_opening_mm = poses.mouth.overFrames(&LipGauge::verticalOpening, moved);
+  variant.chin_drop_mm = poses.mouth.overFrames(&LipGauge::chinDrop, moved);
   return variant;
 }
 

@@ -3,13 +3,11 @@
 #include <algorithm>
 
 #include "base/errors.h"
-#include "vocal/lip_markers.h"
 
 namespace mouthpiece {
 
 bool CurveModel::isPossible() const {
-  const LipMarkers markers = findLipMarkers(database_.corpus().layout.markerNames());
-  return markers.has_lips && markers.has_chin;
+  return database_.lips().hasLips() && database_.lips().has(MarkerRole::kChin);
 }
 
 const VisemePoses& CurveModel::poses() const {
@@ -43,6 +41,7 @@ std::optional<VisemePoses> storedPoses(const Corpus& corpus) {
   VisemePoses poses = parsePoses(corpus.viseme_poses, place);
   if (poses.marker_names != corpus.layout.markerNames())
     throw InputError(place, "viseme poses", "found other markers than the layout's; expected the same");
+  poses.mouth = LipGauge(corpus.layout);
   return poses;
 }
 

@@ -9,9 +9,8 @@ namespace {
 
 constexpr PresenceShape kSeal{.transition = 0.050, .inside = -0.020};
 constexpr PresenceShape kParting{.transition = 0.050};
-constexpr float kLeastParting = 0.4F;
 
-bool isSealed(Phone phone) { return isBilabial(phone) || phone == Phone::kSil; }
+bool isSealed(Phone phone) { return rowOf(phone).lips_parting == 0; }
 
 }  // namespace
 
@@ -22,8 +21,7 @@ std::vector<LipPose> lipsFromPhones(const SpeechLabels& labels, std::span<const 
   });
   forEachPresence(labels, times, kParting, [&lips](std::size_t frame, Phone phone, double presence) {
     if (isSealed(phone)) return;
-    const float wanted = phone == Phone::kTH || phone == Phone::kDH ? 1.0F : kLeastParting;
-    lips[frame].parting = std::max(lips[frame].parting, static_cast<float>(presence) * wanted);
+    lips[frame].parting = std::max(lips[frame].parting, static_cast<float>(presence) * rowOf(phone).lips_parting);
   });
   for (LipPose& pose : lips) pose.parting *= 1 - pose.seal;
   return lips;

@@ -4,7 +4,6 @@
 
 #include "base/errors.h"
 #include "base/smooth_step.h"
-#include "vocal/lip_markers.h"
 
 namespace mouthpiece {
 namespace {
@@ -17,6 +16,16 @@ constexpr double kContactFrom = 0.95, kContactBy = 1.0;
 std::vector<double> sampled(const CurveSet& curves, std::string_view name, const std::vector<Seconds>& times) {
   const AnimationCurve* curve = findCurve(curves, name);
   return curve == nullptr ? std::vector<double>() : sampleCurve(*curve, times);
+}
+
+/// `value`, but never under `floor`, with a soft approach over 1 mm above it.
+double softFloor(double value, double floor) {
+  constexpr double kSoft = 0.5;  // mm either side of the floor
+  const double above = value - floor;
+  if (above >= kSoft) return value;
+  if (above <= -kSoft) return floor;
+  // The parabola that leaves the floor with slope 0 and reaches the diagonal with slope 1.
+  return floor + (above + kSoft) * (above + kSoft) / (4 * kSoft);
 }
 
 std::vector<double> sampledSignal(const StyleSignal& signal, const std::vector<Seconds>& times) {
@@ -64,13 +73,12 @@ PositionMatrix displacementsFromCurves(const CurveSet& curves, const VisemePoses
 
 void keepContacts(const CurveSet& curves, const VisemePoses& poses, const std::vector<Seconds>& times,
                   PositionMatrix& displacements) {
-  const LipMarkers markers = findLipMarkers(poses.marker_names);
-  if (!markers.has_lips) return;
+  if (!poses.mouth.hasLips()) return;
   const std::vector<double> bilabial = sampled(curves, visemeName(Viseme::kMBP), times);
   const std::vector<double> labiodental = sampled(curves, visemeName(Viseme::kFV), times);
   for (std::size_t k = 0; k < times.size(); ++k) {
     auto row = displacements.row(static_cast<Eigen::Index>(k));
-    double opening = markers.opening(row);
+    double opening = poses.mouth.verticalOpening(row);
     const double before = opening;
     const auto lead = [&](const std::vector<double>& curve, double contact_mm) {
       if (curve.empty() || opening <= contact_mm) return;

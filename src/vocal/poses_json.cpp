@@ -88,6 +88,7 @@ VisemePoses parsePoses(std::string_view json_text, std::string_view file) {
     if (!name.is_string()) fail(file, "markers", "expected names");
     poses.marker_names.push_back(name.get<std::string>());
   }
+  poses.mouth = LipGauge(poses.marker_names);
   const auto columns = static_cast<Eigen::Index>(3 * poses.marker_names.size());
   poses.jaw_direction = rowOf(root, "jaw_direction_mm", columns, file);
   poses.opening_direction = rowOf(root, "opening_direction_mm", columns, file);

@@ -7,21 +7,17 @@ namespace {
 
 using namespace vocal_numbers;
 
-bool isFullyArticulated(Viseme viseme) {
-  return viseme == Viseme::kMBP || viseme == Viseme::kFV || viseme == Viseme::kS || viseme == Viseme::kShChJ;
-}
-
-bool isNasal(Phone phone) { return phone == Phone::kM || phone == Phone::kN || phone == Phone::kNG; }
+bool isFullyArticulated(Viseme viseme) { return isLabial(viseme) || rowOf(viseme).sibilant; }
 
 /// Plosives, fricatives, affricates and nasals; the labials aside, which close whatever their length.
 bool isJawNarrowing(Phone phone) {
-  return !isVowel(phone) && phone != Phone::kSil && phone != Phone::kW && phone != Phone::kY && phone != Phone::kR &&
-         phone != Phone::kL && phone != Phone::kHH && !isBilabial(phone) && !isLabiodental(phone);
+  const bool is_obstruent = isStop(phone) || rowOf(phone).manner == Articulation::kFricative;
+  return (is_obstruent || isNasal(phone)) && lipClosure(phone) == LipClosure::kNone;
 }
 
 /// The rounded part of a lip-heavy phone: OY's second half spreads the lips.
 bool isLipHeavy(const VisemeEvent& event, const SpeechLabels& labels) {
-  return isLipHeavy(labels.phones[event.phone.value].phone) && event.viseme != Viseme::kEe;
+  return rowOf(labels.phones[event.phone.value].phone).lip_heavy && event.viseme != Viseme::kEe;
 }
 
 double amplitudeOf(Viseme viseme, bool is_vowel, Seconds duration) {
@@ -124,7 +120,7 @@ void spreadLipHeavy(std::vector<VisemeEvent>& events, const SpeechLabels& labels
 void leaveJawToVowels(std::vector<VisemeEvent>& events, const SpeechLabels& labels) {
   for (std::size_t i = 0; i < events.size(); ++i) {
     VisemeEvent& event = events[i];
-    if (isTongueOnly(event.viseme)) event.lips = 0;
+    if (rowOf(event.viseme).tongue_only) event.lips = 0;
     const Phone phone = labels.phones[event.phone.value].phone;
     if (!isJawNarrowing(phone) || event.span.duration() >= kJawFrame) continue;
     const auto is_similar = [&](const VisemeEvent& other) {
@@ -157,26 +153,6 @@ void releasePlosives(std::vector<VisemeEvent>& events, const SpeechLabels& label
 }
 
 }  // namespace
-
-bool isLipHeavy(Phone phone) {
-  switch (phone) {
-    case Phone::kUW:
-    case Phone::kOW:
-    case Phone::kOY:
-    case Phone::kW:
-    case Phone::kSH:
-    case Phone::kZH:
-    case Phone::kCH:
-    case Phone::kJH:
-      return true;
-    default:
-      return false;
-  }
-}
-
-bool isTongueOnly(Viseme viseme) { return viseme == Viseme::kLNTD || viseme == Viseme::kGK; }
-
-bool isLabial(Viseme viseme) { return viseme == Viseme::kMBP || viseme == Viseme::kFV; }
 
 Seconds diphthongTurn(const TimeSpan& span) { return std::max(span.middle(), span.end - kOnset); }
 

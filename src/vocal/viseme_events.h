@@ -37,12 +37,8 @@ inline constexpr Seconds kLongVowel = 0.200;
 inline constexpr Seconds kJawFrame = 1.0 / 24;  ///< JALI's frame: shorter obstruents and nasals leave the jaw alone
 }  // namespace vocal_numbers
 
-/// UW OW OY W SH ZH CH JH.
-bool isLipHeavy(Phone phone);
-/// L N T D and K G NG.
-bool isTongueOnly(Viseme viseme);
 /// M B P and F V.
-bool isLabial(Viseme viseme);
+inline bool isLabial(Viseme viseme) { return rowOf(viseme).closure != LipClosure::kNone; }
 
 /// Where a diphthong turns from its first viseme to its last: half way, but where it is held 120 ms before its end, for
 /// singers hold the first vowel and let the second vanish.

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "base/errors.h"
-#include "vocal/lip_markers.h"
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {
@@ -123,11 +123,10 @@ double medianOf(std::vector<double> values, double otherwise) {
 }
 
 /// Contacts as they were captured: the tightest opening of each B P M and F V, and how tight it ever gets.
-void learnContacts(const std::vector<PoseTake>& takes, const MarkerPositions& neutral, const LipMarkers& lips,
-                   VisemePoses& poses) {
+void learnContacts(const std::vector<PoseTake>& takes, const MarkerPositions& neutral, VisemePoses& poses) {
   constexpr Seconds kAround = 0.02;
   constexpr double kUsualBilabial = 0.4, kUsualLabiodental = 2.0, kUsualContact = -0.8;  // mm, GRID s1
-  const double rest = neutral.data()[lips.upper_y] - neutral.data()[lips.lower_y];
+  const double rest = poses.mouth.verticalOpening(Eigen::Map<const Eigen::RowVectorXd>(neutral.data(), neutral.size()));
   std::vector<double> bilabial, labiodental;
   for (const PoseTake& take : takes) {
     const PositionMatrix& rows = take.motion->positions_mm;
@@ -138,7 +137,7 @@ void learnContacts(const std::vector<PoseTake>& takes, const MarkerPositions& ne
       const auto last = std::min(static_cast<Eigen::Index>((phone.span.end + kAround) * rate), rows.rows() - 1);
       double tightest = std::numeric_limits<double>::infinity();
       for (Eigen::Index frame = first; frame <= last; ++frame) {
-        const double opening = rows(frame, lips.upper_y) - rows(frame, lips.lower_y) - rest;
+        const double opening = poses.mouth.verticalOpening(rows.row(frame)) - rest;
         if (opening < tightest) tightest = opening;  // NaN is never less
       }
       if (std::isfinite(tightest)) (isBilabial(phone.phone) ? bilabial : labiodental).push_back(tightest);
@@ -170,17 +169,14 @@ void takeFromGeneric(const VisemePoses& generic, std::size_t viseme, double scal
   poses.jaw_drop[viseme] = scale * generic.jaw_drop[viseme];
 }
 
-/// A viseme that nobody has shown looks like its kin: ER half R, half Uh; Y like Ee.
+/// A viseme that nobody has shown looks like its kin.
 void takeFromKin(std::size_t viseme, VisemePoses& poses) {
-  const auto mix = [&](Viseme a, Viseme b) {
-    const auto row = static_cast<Eigen::Index>(viseme);
-    poses.lips.row(row) =
-        0.5 * (poses.lips.row(static_cast<Eigen::Index>(a)) + poses.lips.row(static_cast<Eigen::Index>(b)));
-    poses.jaw_drop[viseme] =
-        0.5 * (poses.jaw_drop[static_cast<std::size_t>(a)] + poses.jaw_drop[static_cast<std::size_t>(b)]);
-  };
-  if (viseme == static_cast<std::size_t>(Viseme::kEr)) mix(Viseme::kR, Viseme::kUh);
-  if (viseme == static_cast<std::size_t>(Viseme::kY)) mix(Viseme::kEe, Viseme::kEe);
+  const auto& [a, b] = rowOf(static_cast<Viseme>(viseme)).kin;
+  if (a == Viseme::kSil) return;
+  const auto first = static_cast<std::size_t>(a), second = static_cast<std::size_t>(b);
+  poses.lips.row(signedIndex(viseme)) =
+      0.5 * (poses.lips.row(signedIndex(first)) + poses.lips.row(signedIndex(second)));
+  poses.jaw_drop[viseme] = 0.5 * (poses.jaw_drop[first] + poses.jaw_drop[second]);
 }
 
 std::vector<Eigen::Index> mouthColumns(const MarkerLayout& layout) {
@@ -214,18 +210,17 @@ VisemePoses fitVisemePoses(const std::vector<PoseTake>& takes, const MarkerPosit
                            const MarkerLayout& layout, const VisemePoses* generic, const PoseFitOptions& options) {
   VisemePoses poses;
   poses.marker_names = layout.markerNames();
-  const LipMarkers markers = findLipMarkers(poses.marker_names);
-  if (!markers.has_lips || !markers.has_chin) {
+  poses.mouth = LipGauge(layout);
+  if (!poses.mouth.hasLips() || !poses.mouth.has(MarkerRole::kChin)) {
     throw InputError(layout.name, "", "found no LIP_UP_MID, LIP_LO_MID or CHIN_MID; expected them for viseme curves");
   }
   const Observations seen = observe(takes, neutral_mm);
   if (seen.displacements.rows() < kVisemes)
     throw InputError(layout.name, "", "has too few frames of speech to learn visemes from");
-  const Eigen::VectorXd chin = -seen.displacements.col(markers.chin_y);
+  const Eigen::VectorXd chin = -seen.displacements.col(poses.mouth.column(MarkerRole::kChin) + 1);
   poses.jaw_direction = responseTo(chin, seen.displacements);
-  const Eigen::VectorXd opening = seen.displacements.col(markers.upper_y) - seen.displacements.col(markers.lower_y);
-  poses.opening_direction = responseTo(opening, seen.displacements);
-  learnContacts(takes, neutral_mm, markers, poses);
+  poses.opening_direction = responseTo(poses.mouth.verticalOpenings(seen.displacements), seen.displacements);
+  learnContacts(takes, neutral_mm, poses);
 
   const Eigen::VectorXd drops = ridge(seen.jaw, chin, options.ridge_frames);
   std::copy(drops.begin(), drops.end(), poses.jaw_drop.begin());

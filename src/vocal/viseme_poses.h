@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "motion/lip_gauge.h"
 #include "motion/marker_layout.h"
 #include "motion/motion_clip.h"
 #include "phonetics/labels/speech_labels.h"
@@ -19,13 +20,14 @@ namespace mouthpiece {
 /// displacement = sum over visemes of Ja * jaw curve * jaw_drop * jaw_direction + Li * lip curve * lips row.
 struct VisemePoses {
   std::vector<std::string> marker_names;
+  LipGauge mouth;                               ///< of those markers
   Eigen::RowVectorXd jaw_direction;             ///< mm of every marker coordinate as the chin sinks by 1 mm
   std::array<double, kVisemeCount> jaw_drop{};  ///< mm that the chin sinks; negative where it rises
   PositionMatrix lips;                          ///< kVisemeCount x (3 * markers), mm
   std::array<double, kVisemeCount>
       frames_seen{};  ///< sum of the viseme's curve over the frames learnt from; 0: generic
-  /// mm of every marker coordinate as the lips open by 1 mm, and how far they are open (LIP_UP_MID to LIP_LO_MID along
-  /// Y, beyond the neutral pose) in B P M, in F V, and when pressed together.
+  /// mm of every marker coordinate as the lips open by 1 mm, and how far they are open (vertically, beyond the
+  /// neutral pose) in B P M, in F V, and when pressed together.
   Eigen::RowVectorXd opening_direction;
   double bilabial_mm = 0, labiodental_mm = 0, contact_mm = 0;
   double face_width_mm = 0;  ///< between the outer canthi; 0: without them

@@ -15,29 +15,6 @@ namespace {
 constexpr std::uint64_t kMaxSignalBytes = 1 << 24;
 constexpr double kUnknownAccent = 0.5;
 
-/// The fricatives and plosives whose energy the paper looks at.
-bool isTurbulent(Phone phone) {
-  switch (phone) {
-    case Phone::kS:
-    case Phone::kZ:
-    case Phone::kF:
-    case Phone::kV:
-    case Phone::kSH:
-    case Phone::kZH:
-    case Phone::kCH:
-    case Phone::kJH:
-    case Phone::kP:
-    case Phone::kB:
-    case Phone::kD:
-    case Phone::kT:
-    case Phone::kG:
-    case Phone::kK:
-      return true;
-    default:
-      return false;
-  }
-}
-
 [[noreturn]] void failAtLine(std::string_view name, std::size_t line, const std::string& what) {
   throw InputError(name, std::to_string(line), what);
 }
@@ -105,7 +82,8 @@ std::vector<double> melodicAccents(const SpeechLabels& labels, const AudioTags& 
   std::vector<double> accents(labels.phones.size(), kUnknownAccent);
   double sum = 0, squares = 0, count = 0;
   const auto counts = [&](const ConsonantEnergy& energy) {
-    return energy.phone.value < labels.phones.size() && isTurbulent(labels.phones[energy.phone.value].phone);
+    return energy.phone.value < labels.phones.size() &&
+           rowOf(labels.phones[energy.phone.value].phone).turbulent;
   };
   for (const ConsonantEnergy& energy : tags.consonants) {
     if (!counts(energy)) continue;

@@ -70,20 +70,6 @@ void addKeys(std::vector<CurveKey>& keys, const TimeSpan& span, double value) {
 
 }  // namespace
 
-VowelGroup vowelGroupOf(Viseme vowel) {
-  switch (vowel) {
-    case Viseme::kEh:
-    case Viseme::kEe:
-    case Viseme::kIh:
-      return VowelGroup::kEI;
-    case Viseme::kOh:
-    case Viseme::kOo:
-      return VowelGroup::kOU;
-    default:
-      return VowelGroup::kA;
-  }
-}
-
 VowelModification modificationFor(VowelGroup transcribed, VowelGroup sung) {
   if (transcribed == sung) return {};
   switch (transcribed) {
@@ -101,8 +87,9 @@ CurveSet vowelModificationCurves(const SpeechLabels& labels, const AudioTags& ta
   if (tags.vowels.empty()) return {};
   std::vector<CurveKey> spread, round;
   const auto modify = [&](const TimeSpan& span, Viseme transcribed) {
+    const VowelGroup group = rowOf(transcribed).vowels.value_or(VowelGroup::kA);
     for (const HeardStretch& stretch : stretchesIn(tags, span)) {
-      const VowelModification change = modificationFor(vowelGroupOf(transcribed), stretch.group);
+      const VowelModification change = modificationFor(group, stretch.group);
       const double apex = kLargestModification * stretch.probability;
       if (change.lip_spread != 0) addKeys(spread, stretch.span, change.lip_spread * apex);
       if (change.lip_round != 0) addKeys(round, stretch.span, change.lip_round * apex);
@@ -111,10 +98,9 @@ CurveSet vowelModificationCurves(const SpeechLabels& labels, const AudioTags& ta
   for (const LabelledPhone& phone : labels.phones) {
     if (!isVowel(phone.phone)) continue;
     // The two vowels of a diphthong are meant to sound differently.
-    const bool is_diphthong = firstViseme(phone.phone) != lastViseme(phone.phone);
-    const Seconds turn = is_diphthong ? diphthongTurn(phone.span) : phone.span.end;
+    const Seconds turn = isDiphthong(phone.phone) ? diphthongTurn(phone.span) : phone.span.end;
     modify({phone.span.start, turn}, firstViseme(phone.phone));
-    if (is_diphthong) modify({turn, phone.span.end}, lastViseme(phone.phone));
+    if (isDiphthong(phone.phone)) modify({turn, phone.span.end}, lastViseme(phone.phone));
   }
   CurveSet curves;
   if (!spread.empty()) curves.push_back({"lipSpread", std::move(spread)});

@@ -4,12 +4,6 @@
 
 namespace mouthpiece {
 
-/// Italian vowels as the network's merged answers tell them apart (VOCAL 4.3).
-enum class VowelGroup { kA, kEI, kOU };
-
-/// The group that a vowel's viseme belongs to.
-VowelGroup vowelGroupOf(Viseme vowel);
-
 /// How the lips are to change so that a transcribed vowel looks like the sung one: +1, 0 or -1 for each action unit.
 struct VowelModification {
   int lip_spread = 0, lip_round = 0;

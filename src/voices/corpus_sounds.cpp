@@ -1,4 +1,4 @@
-#include "voices/corpus_sounds.h"
+#include "voices/corpus_voice.h"
 
 #include <fmt/format.h>
 
@@ -7,6 +7,7 @@
 
 #include "audio/spectral_frames.h"
 #include "base/errors.h"
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {
@@ -39,11 +40,11 @@ class FaceDifference {
 
  private:
   [[nodiscard]] Eigen::RowVectorXf at(const Eigen::RowVectorXf& points, double share) const {
-    const auto last = static_cast<double>(PhoneShapes::kPoints - 1);
-    const double place = std::clamp(share * static_cast<double>(PhoneShapes::kPoints) - 0.5, 0.0, last);
+    const auto last = asReal(PhoneShapes::kPoints - 1);
+    const double place = std::clamp(share * asReal(PhoneShapes::kPoints) - 0.5, 0.0, last);
     const auto first = static_cast<Eigen::Index>(place);
     const Eigen::Index second = std::min<Eigen::Index>(first + 1, PhoneShapes::kPoints - 1);
-    const auto part = static_cast<float>(place - static_cast<double>(first));
+    const auto part = asFloat(place - asReal(first));
     return (1 - part) * points.segment(first * components_, components_) +
            part * points.segment(second * components_, components_);
   }

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "base/errors.h"
+#include "voices/engines.h"
 
 namespace mouthpiece {
 namespace {
@@ -151,6 +152,13 @@ SpokenLine CorpusVoice::speak(std::string_view text) {
   line.audio = joinSounds(timer.pieces(), sounds_.sampleRateHz());
   line.voice = "corpus:" + database_.corpus().name;
   return line;
+}
+
+std::unique_ptr<Voice> makeCorpusVoice(std::string_view, const Language& language, const VoiceOptions& options) {
+  if (options.corpus == nullptr) throw InputError("found no corpus for the voice 'corpus'; expected one to speak with");
+  constexpr std::string_view kReader = "kal_diphone";  // quick, and only its phones are used
+  return std::make_unique<CorpusVoice>(makeFestivalVoice(kReader, language, options), *options.corpus,
+                                       CorpusVoiceOptions{options.selection, options.rate});
 }
 
 }  // namespace mouthpiece

@@ -1,15 +1,14 @@
-#include "voices/espeak_phones.h"
+#include "voices/engines.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <optional>
 #include <utility>
 
 #include "base/errors.h"
-#include "phonetics/labels/phone_sets.h"
+#include "base/index.h"
+#include "base/text_numbers.h"
 
 namespace mouthpiece {
 namespace {
@@ -24,43 +23,31 @@ constexpr Seconds kShortestPhone = 1e-3;        // eSpeak's pauses of no length
 constexpr double kClosureLevel = 0.02;          // of the utterance's peak: a closure's voicing is below
 constexpr std::string_view kSyllabicMark = "̩";  // U+0329
 
-/// What eSpeak writes in English and no label file does.
-struct OwnSymbol {
-  std::string_view symbol;
-  std::array<std::optional<Phone>, 2> phones;
-};
-constexpr std::array kOwnSymbols = {OwnSymbol{"ʔ", {Phone::kT, std::nullopt}},    // button
-                                    OwnSymbol{"ᵻ", {Phone::kIH, std::nullopt}},   // wanted
-                                    OwnSymbol{"x", {Phone::kK, std::nullopt}},    // loch
-                                    OwnSymbol{"ʲ", {Phone::kY, std::nullopt}},    // jalapeño
-                                    OwnSymbol{"iə", {Phone::kIY, Phone::kAH}},    // media
-                                    OwnSymbol{"aɪə", {Phone::kAY, Phone::kAH}},   // science
-                                    OwnSymbol{"aɪɚ", {Phone::kAY, Phone::kER}}};  // fire
-
 bool beginsCharacter(std::string_view text, std::size_t at) {
   return at == text.size() || (static_cast<unsigned char>(text[at]) & 0xC0U) != 0x80U;
 }
 
-void appendOwn(std::vector<Phone>& phones, const OwnSymbol& own) {
-  for (const auto& phone : own.phones) {
-    if (phone) phones.push_back(*phone);
+/// The phones that the language says for a symbol as a whole; none for another.
+std::vector<Phone> phonesOfWhole(std::string_view symbol, const Language& language) {
+  std::vector<Phone> phones;
+  const auto own = std::find_if(language.voice_symbols.begin(), language.voice_symbols.end(),
+                                [&](const VoiceSymbol& candidate) { return candidate.ipa == symbol; });
+  if (own != language.voice_symbols.end()) {
+    std::vector<std::string_view> names;
+    splitFields(own->phones, ' ', names);
+    for (const std::string_view name : names) phones.push_back(phoneFromName(name).value());
+  } else if (const auto phone = phoneFromName(symbol, PhoneSet::kIpa, language); phone && *phone != Phone::kSil) {
+    if (symbol.ends_with(kSyllabicMark)) phones.push_back(language.reduced_vowel);
+    phones.push_back(*phone);
   }
+  return phones;
 }
 
 /// The phones of `text` from `at`, which is moved behind them; the longest known symbol wins.
-std::vector<Phone> takeSymbol(std::string_view text, std::size_t& at) {
+std::vector<Phone> takeSymbol(std::string_view text, std::size_t& at, const Language& language) {
   for (std::size_t end = text.size(); end > at; --end) {
     if (!beginsCharacter(text, end)) continue;
-    const std::string_view symbol = text.substr(at, end - at);
-    std::vector<Phone> phones;
-    const auto own = std::find_if(kOwnSymbols.begin(), kOwnSymbols.end(),
-                                  [&](const OwnSymbol& candidate) { return candidate.symbol == symbol; });
-    if (own != kOwnSymbols.end()) {
-      appendOwn(phones, *own);
-    } else if (const auto phone = phoneFromName(symbol, PhoneSet::kIpa); phone && *phone != Phone::kSil) {
-      if (symbol.ends_with(kSyllabicMark)) phones.push_back(Phone::kAH);
-      phones.push_back(*phone);
-    }
+    std::vector<Phone> phones = phonesOfWhole(text.substr(at, end - at), language);
     if (phones.empty()) continue;
     at = end;
     return phones;
@@ -70,15 +57,16 @@ std::vector<Phone> takeSymbol(std::string_view text, std::size_t& at) {
 
 /// Since when the sound before `time` has been no louder than a closure's, at most kLongestClosure before.
 Seconds closureBefore(Seconds time, const AudioClip& audio, float loud) {
-  const auto end = std::min(static_cast<std::size_t>(std::lrint(time * audio.sample_rate_hz)), audio.samples.size());
+  const auto end = std::min(unsignedIndex(std::lrint(time * audio.sample_rate_hz)), audio.samples.size());
   const auto longest = std::min(static_cast<std::size_t>(kLongestClosure * audio.sample_rate_hz), end);
   std::size_t quiet = 0;
   while (quiet < longest && std::abs(audio.samples[end - 1 - quiet]) <= loud) ++quiet;
-  return time - static_cast<double>(quiet) / audio.sample_rate_hz;
+  return time - asReal(quiet) / audio.sample_rate_hz;
 }
 
 /// The events' phones with the times that eSpeak gives.
-std::vector<PhoneSegment> announcedPhones(const std::vector<EspeakEvent>& events, Seconds end) {
+std::vector<PhoneSegment> announcedPhones(const std::vector<EspeakEvent>& events, Seconds end,
+                                          const Language& language) {
   std::vector<PhoneSegment> phones;
   for (std::size_t i = 0; i < events.size(); ++i) {
     const TimeSpan span{events[i].time, i + 1 < events.size() ? events[i + 1].time : end};
@@ -87,7 +75,7 @@ std::vector<PhoneSegment> announcedPhones(const std::vector<EspeakEvent>& events
       phones.push_back({.phone = Phone::kSil, .span = span});
       continue;
     }
-    const std::vector<Phone> parts = phonesOfEspeakSymbol(events[i].symbol);
+    const std::vector<Phone> parts = phonesOfEspeakSymbol(events[i].symbol, language);
     Seconds start = span.start;
     for (std::size_t p = 0; p < parts.size(); ++p) {
       const bool is_last = p + 1 == parts.size();
@@ -114,7 +102,7 @@ void takeClosures(std::vector<PhoneSegment>& phones, const AudioClip& audio) {
       continue;
     }
     PhoneSegment& before = phones[i - 1];
-    const Seconds closed = closureBefore(phones[i].span.start, audio, static_cast<float>(kClosureLevel) * peak);
+    const Seconds closed = closureBefore(phones[i].span.start, audio, asFloat(kClosureLevel) * peak);
     const Seconds start = before.phone == Phone::kSil ? closureAfterPause(phones[i], before.span.start + kShortestPhone)
                                                       : std::max(closed, before.span.start + kLeastBefore);
     if (start < phones[i].span.start) before.span.end = phones[i].span.start = start;
@@ -132,17 +120,17 @@ void mendLateSonorants(std::vector<PhoneSegment>& phones) {
 
 }  // namespace
 
-std::vector<Phone> phonesOfEspeakSymbol(std::string_view symbol) {
+std::vector<Phone> phonesOfEspeakSymbol(std::string_view symbol, const Language& language) {
   std::vector<Phone> phones;
   for (std::size_t at = 0; at < symbol.size();) {
-    const std::vector<Phone> next = takeSymbol(symbol, at);
+    const std::vector<Phone> next = takeSymbol(symbol, at, language);
     if (next.empty()) throw InputError("espeak", "", fmt::format("spoke the unknown phone '{}'", printable(symbol)));
     phones.insert(phones.end(), next.begin(), next.end());
   }
   return phones;
 }
 
-std::vector<int> stressesOfEspeakText(std::string_view transcription) {
+std::vector<int> stressesOfEspeakText(std::string_view transcription, const Language& language) {
   constexpr std::string_view kPrimary = "ˈ", kSecondary = "ˌ";
   std::vector<int> stresses;
   int stress = 0;
@@ -156,7 +144,7 @@ std::vector<int> stressesOfEspeakText(std::string_view transcription) {
     // A symbol ends at the latest where the next mark or word begins.
     std::size_t end = std::min({rest.find(kPrimary), rest.find(kSecondary), rest.find_first_of(" \n_"), rest.size()});
     std::size_t taken = 0;
-    const std::vector<Phone> phones = takeSymbol(rest.substr(0, end), taken);
+    const std::vector<Phone> phones = takeSymbol(rest.substr(0, end), taken, language);
     for (const Phone phone : phones) {
       if (isVowel(phone)) stresses.push_back(std::exchange(stress, 0));
     }
@@ -170,8 +158,8 @@ std::vector<int> stressesOfEspeakText(std::string_view transcription) {
 }
 
 std::vector<PhoneSegment> phonesFromEspeak(const std::vector<EspeakEvent>& events, const std::vector<int>& stresses,
-                                           const AudioClip& audio) {
-  std::vector<PhoneSegment> phones = announcedPhones(events, audio.duration());
+                                           const AudioClip& audio, const Language& language) {
+  std::vector<PhoneSegment> phones = announcedPhones(events, audio.duration(), language);
   mendLateSonorants(phones);
   takeClosures(phones, audio);
   std::vector<PhoneSegment*> vowels;

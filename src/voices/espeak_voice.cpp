@@ -1,5 +1,3 @@
-#include "voices/espeak_voice.h"
-
 #include <espeak-ng/speak_lib.h>
 #include <fmt/format.h>
 
@@ -10,8 +8,9 @@
 #include <utility>
 
 #include "base/errors.h"
-#include "voices/espeak_phones.h"
+#include "base/index.h"
 #include "phonetics/text/speakable_text.h"
+#include "voices/engines.h"
 #include "voices/spoken_line_builder.h"
 
 namespace mouthpiece {
@@ -46,7 +45,7 @@ std::string bareWord(std::string_view word) {
 
 /// A word reaches to the next blank: "42" is announced once for each word that it is read as.
 void noteWord(Recording& recording, const espeak_EVENT& event) {
-  const auto first = static_cast<std::size_t>(std::max(event.text_position, 1) - 1);
+  const auto first = unsignedIndex(std::max(event.text_position, 1) - 1);
   if (first < recording.end_of_word || first >= recording.text.size()) return;
   recording.end_of_word = std::min(recording.text.find(' ', first), recording.text.size());
   recording.words.push_back(bareWord(std::string_view(recording.text).substr(first, recording.end_of_word - first)));
@@ -55,7 +54,7 @@ void noteWord(Recording& recording, const espeak_EVENT& event) {
 void notePhone(Recording& recording, const espeak_EVENT& event) {
   const std::size_t length = strnlen(event.id.string, sizeof event.id.string);
   if (recording.words.empty()) recording.words.emplace_back();
-  recording.events.push_back({.time = static_cast<double>(event.sample) / recording.sample_rate_hz,
+  recording.events.push_back({.time = asReal(event.sample) / recording.sample_rate_hz,
                               .symbol = std::string(event.id.string, length),
                               .word = recording.words.size() - 1});
 }
@@ -86,41 +85,60 @@ int startEspeak() {
 }
 
 /// Of the whole text: eSpeak transcribes clause by clause.
-std::vector<int> stressesOf(const std::string& text) {
+std::vector<int> stressesOf(const std::string& text, const Language& language) {
   std::vector<int> stresses;
   const void* rest = text.c_str();
   while (rest != nullptr) {
     const char* clause = espeak_TextToPhonemes(&rest, espeakCHARS_UTF8, kIpaTranscription);
     if (clause == nullptr) break;
-    const std::vector<int> more = stressesOfEspeakText(clause);
+    const std::vector<int> more = stressesOfEspeakText(clause, language);
     stresses.insert(stresses.end(), more.begin(), more.end());
   }
   return stresses;
 }
 
-}  // namespace
+class EspeakVoice : public Voice {
+ public:
+  EspeakVoice(std::string name, const Language& language) : name_(std::move(name)), language_(language) {
+    const std::scoped_lock lock(espeakLock());
+    choose();
+  }
 
-EspeakVoice::EspeakVoice(std::string name) : name_(std::move(name)) {
-  if (name_ != "en-us") throw InputError(fmt::format("found eSpeak voice '{}'; expected en-us", printable(name_)));
-  const std::scoped_lock lock(espeakLock());
-  if (startEspeak() <= 0 || espeak_SetVoiceByName(name_.c_str()) != EE_OK)
-    throw InputError("espeak", "", "cannot find its voices (sudo apt-get install espeak-ng-data)");
-}
+  SpokenLine speak(std::string_view text) override {
+    const std::string speakable = speakableText(text, language_);
+    const std::scoped_lock lock(espeakLock());
+    choose();
+    SpokenLineBuilder builder(language_);
+    for (const std::string& sentence : splitSentences(speakable, kLongestUtterance)) addTo(builder, sentence);
+    return builder.build(speakable, "espeak:" + name_);
+  }
 
-SpokenLine EspeakVoice::speak(std::string_view text) {
-  const std::string speakable = speakableText(text);
-  const std::scoped_lock lock(espeakLock());
-  SpokenLineBuilder builder;
-  for (const std::string& sentence : splitSentences(speakable, kLongestUtterance)) {
+ private:
+  /// The library has one voice at a time.
+  void choose() const {
+    if (startEspeak() <= 0 || espeak_SetVoiceByName(name_.c_str()) != EE_OK)
+      throw InputError("espeak", "", "cannot find its voices (sudo apt-get install espeak-ng-data)");
+  }
+
+  void addTo(SpokenLineBuilder& builder, const std::string& sentence) const {
     Recording recording{.sample_rate_hz = startEspeak(), .samples = {}, .events = {}, .text = sentence, .words = {}};
     const espeak_ERROR error =
         espeak_Synth(sentence.c_str(), sentence.size() + 1, 0, POS_CHARACTER, 0, espeakCHARS_UTF8, nullptr, &recording);
     if (error != EE_OK) throw InputError("espeak", "", fmt::format("could not say '{}'", printable(sentence)));
     AudioClip audio{recording.sample_rate_hz, std::move(recording.samples)};
-    std::vector<PhoneSegment> phones = phonesFromEspeak(recording.events, stressesOf(sentence), audio);
+    std::vector<PhoneSegment> phones =
+        phonesFromEspeak(recording.events, stressesOf(sentence, language_), audio, language_);
     builder.add(std::move(audio), std::move(phones), recording.words);
   }
-  return builder.build(speakable, "espeak:" + name_);
+
+  std::string name_;
+  const Language& language_;
+};
+
+}  // namespace
+
+std::unique_ptr<Voice> makeEspeakVoice(std::string_view name, const Language& language, const VoiceOptions&) {
+  return std::make_unique<EspeakVoice>(std::string(name), language);
 }
 
 }  // namespace mouthpiece

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "base/errors.h"
+#include "base/text_encoding.h"
 #include "base/text_numbers.h"
 #include "phonetics/labels/syllables.h"
 
@@ -44,14 +45,6 @@ constexpr std::string_view kScript = R"scheme(
 
 bool isLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 bool isWordCharacter(char c) { return isLetter(c) || (c >= '0' && c <= '9') || c == '\'' || c == '-'; }
-
-char lowered(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
-
-std::string lowerCase(std::string_view text) {
-  std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(), lowered);
-  return lower;
-}
 
 /// Festival's name of a phone; its unstressed AH is ax.
 std::string radioName(Phone phone, int stress) {
@@ -112,7 +105,7 @@ class LexiconPass {
       return;
     }
     const bool is_letter_name = word.size() == 1 && lexicon_.words().contains(word) && word[0] <= 'Z';
-    const std::string said = is_letter_name ? fmt::format("{}{}", kLetterWordStart, lowered(word[0])) : lowerCase(word);
+    const std::string said = is_letter_name ? fmt::format("{}{}", kLetterWordStart, lowerCase(word)) : lowerCase(word);
     if (added_.insert(said).second) {
       entries_ += fmt::format("(lex.add.entry '(\"{}\" nil {}))\n", said, schemeSyllables(pronunciations.front()));
     }
@@ -129,7 +122,7 @@ class LexiconPass {
 /// The word as the user wrote it.
 std::string shownWord(std::string_view name) {
   if (name.size() == kLetterWordStart.size() + 1 && lowerCase(name).starts_with(kLetterWordStart)) {
-    return std::string(1, static_cast<char>(lowered(name.back()) - 'a' + 'A'));
+    return std::string(1, static_cast<char>(lowerCase(name).back() - 'a' + 'A'));
   }
   return std::string(name);
 }

@@ -1,10 +1,13 @@
-#include "voices/festival_voice.h"
-
 #include <fmt/format.h>
+
+#include <filesystem>
+#include <utility>
 
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/child_process.h"
+#include "base/index.h"
+#include "voices/engines.h"
 #include "voices/festival_script.h"
 #include "phonetics/text/speakable_text.h"
 #include "voices/spoken_line_builder.h"
@@ -44,28 +47,65 @@ void checkResult(const ChildResult& result, std::string_view voice, bool has_lab
   }
 }
 
+class FestivalVoice : public Voice {
+ public:
+  /// `voice` becomes part of a Scheme program: one of the table's.
+  FestivalVoice(fs::path program, std::string voice, const Language& language, const Lexicon* lexicon)
+      : program_(std::move(program)), voice_(std::move(voice)), language_(language), lexicon_(lexicon) {}
+
+  SpokenLine speak(std::string_view text) override {
+    const std::string speakable = speakableText(text, language_);
+    const FestivalJob job = makeFestivalJob(voice_, speakable, lexicon_);
+    const PrivateFolder folder;
+    writeFileAtomically(folder.path() / "speak.scm", job.script);
+    writeFileAtomically(folder.path() / kFestivalTextFile, job.text);
+    const Seconds time_limit = kTimeLimit + kTimeLimitPerCharacter * asReal(job.text.size());
+    const ChildResult result =
+        runChild(program_, {"--heap", std::string(kHeapCells), "-b", "speak.scm"}, folder.path(), time_limit);
+    const fs::path labels_path = folder.path() / kFestivalLabelsFile;
+    checkResult(result, voice_, fs::exists(labels_path));
+    SpokenLineBuilder builder(language_);
+    std::size_t number = 0;
+    for (FestivalUtterance& utterance : parseFestivalLabels(readFile(labels_path)))
+      builder.add(readAudio(folder.path() / festivalWaveFile(number++)), std::move(utterance.phones), utterance.words);
+    return builder.build(speakable, "festival:" + voice_);
+  }
+
+ private:
+  fs::path program_;
+  std::string voice_;
+  const Language& language_;
+  const Lexicon* lexicon_;
+};
+
+/// Speaks with another voice than was asked for, and says so.
+class StandInVoice : public Voice {
+ public:
+  StandInVoice(std::unique_ptr<Voice> voice, std::string notice)
+      : voice_(std::move(voice)), notice_(std::move(notice)) {}
+
+  SpokenLine speak(std::string_view text) override {
+    SpokenLine line = voice_->speak(text);
+    line.notice = notice_;
+    return line;
+  }
+
+ private:
+  std::unique_ptr<Voice> voice_;
+  std::string notice_;
+};
+
 }  // namespace
 
-FestivalVoice::FestivalVoice(fs::path program, std::string voice, const Lexicon* lexicon)
-    : program_(std::move(program)), voice_(std::move(voice)), lexicon_(lexicon) {}
-
-SpokenLine FestivalVoice::speak(std::string_view text) {
-  const std::string speakable = speakableText(text);
-  const FestivalJob job = makeFestivalJob(voice_, speakable, lexicon_);
-  const PrivateFolder folder;
-  writeFileAtomically(folder.path() / "speak.scm", job.script);
-  writeFileAtomically(folder.path() / kFestivalTextFile, job.text);
-  const Seconds time_limit = kTimeLimit + kTimeLimitPerCharacter * static_cast<double>(job.text.size());
-  const ChildResult result =
-      runChild(program_, {"--heap", std::string(kHeapCells), "-b", "speak.scm"}, folder.path(), time_limit);
-  const fs::path labels_path = folder.path() / kFestivalLabelsFile;
-  checkResult(result, voice_, fs::exists(labels_path));
-  SpokenLineBuilder builder;
-  std::size_t number = 0;
-  for (FestivalUtterance& utterance : parseFestivalLabels(readFile(labels_path))) {
-    builder.add(readAudio(folder.path() / festivalWaveFile(number++)), std::move(utterance.phones), utterance.words);
-  }
-  return builder.build(speakable, "festival:" + voice_);
+std::unique_ptr<Voice> makeFestivalVoice(std::string_view name, const Language& language, const VoiceOptions& options) {
+  if (const auto program = findProgram("festival"))
+    return std::make_unique<FestivalVoice>(*program, std::string(name), language, options.lexicon);
+  constexpr std::string_view kFallback = "slt";
+  return std::make_unique<StandInVoice>(
+      makeFliteVoice(kFallback, language, options),
+      fmt::format(
+          "Festival is not installed (sudo apt-get install festival festvox-us-slt-hts): speaking with flite:{}",
+          kFallback));
 }
 
 }  // namespace mouthpiece

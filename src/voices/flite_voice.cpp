@@ -1,22 +1,15 @@
-#include "voices/flite_voice.h"
-
 #include <flite/flite.h>
 #include <fmt/format.h>
 
 #include <memory>
 #include <mutex>
+#include <utility>
 
 #include "base/errors.h"
 #include "phonetics/text/speakable_text.h"
+#include "phonetics/language/flite_library.h"
+#include "voices/engines.h"
 #include "voices/spoken_line_builder.h"
-
-// Flite's voices have no header.
-extern "C" {
-cst_voice* register_cmu_us_slt(const char* folder);
-cst_voice* register_cmu_us_rms(const char* folder);
-cst_voice* register_cmu_us_awb(const char* folder);
-cst_voice* register_cmu_us_kal16(const char* folder);
-}
 
 namespace mouthpiece {
 namespace {
@@ -25,16 +18,6 @@ namespace {
 constexpr std::size_t kLongestUtterance = 400;
 
 using Utterance = std::unique_ptr<cst_utterance, decltype(&delete_utterance)>;
-
-cst_voice* registerVoice(std::string_view name) {
-  static std::once_flag started;
-  std::call_once(started, [] { flite_init(); });
-  if (name == "slt") return register_cmu_us_slt(nullptr);
-  if (name == "rms") return register_cmu_us_rms(nullptr);
-  if (name == "awb") return register_cmu_us_awb(nullptr);
-  if (name == "kal16") return register_cmu_us_kal16(nullptr);
-  throw InputError(fmt::format("found Flite voice '{}'; expected slt, rms, awb or kal16", printable(name)));
-}
 
 AudioClip soundOf(cst_utterance* utterance) {
   const cst_wave* wave = utt_wave(utterance);
@@ -94,23 +77,39 @@ class SegmentReader {
   std::size_t syllable_number_ = 0;
 };
 
+class FliteVoice : public Voice {
+ public:
+  FliteVoice(std::string name, const Language& language) : name_(std::move(name)), language_(language) {
+    const std::scoped_lock lock(fliteLock());
+    voice_ = fliteVoice(name_);
+    MOUTHPIECE_EXPECT(voice_ != nullptr);
+  }
+
+  SpokenLine speak(std::string_view text) override {
+    const std::string speakable = speakableText(text, language_);
+    const std::scoped_lock lock(fliteLock());
+    SpokenLineBuilder builder(language_);
+    for (const std::string& sentence : splitSentences(speakable, kLongestUtterance)) {
+      const Utterance utterance(flite_synth_text(sentence.c_str(), voice_), &delete_utterance);
+      if (!utterance || utt_relation_present(utterance.get(), "Segment") == 0)
+        throw InputError("flite", "", fmt::format("could not say '{}'", printable(sentence)));
+      SegmentReader segments;
+      segments.read(utterance.get());
+      builder.add(soundOf(utterance.get()), std::move(segments.phones), segments.words);
+    }
+    return builder.build(speakable, "flite:" + name_);
+  }
+
+ private:
+  std::string name_;
+  const Language& language_;
+  cst_voice* voice_ = nullptr;  ///< lives as long as the program, as Flite wants it
+};
+
 }  // namespace
 
-FliteVoice::FliteVoice(std::string name) : name_(std::move(name)), voice_(registerVoice(name_)) {}
-
-SpokenLine FliteVoice::speak(std::string_view text) {
-  const std::string speakable = speakableText(text);
-  SpokenLineBuilder builder;
-  for (const std::string& sentence : splitSentences(speakable, kLongestUtterance)) {
-    const Utterance utterance(flite_synth_text(sentence.c_str(), voice_), &delete_utterance);
-    if (!utterance || utt_relation_present(utterance.get(), "Segment") == 0) {
-      throw InputError("flite", "", fmt::format("could not say '{}'", printable(sentence)));
-    }
-    SegmentReader segments;
-    segments.read(utterance.get());
-    builder.add(soundOf(utterance.get()), std::move(segments.phones), segments.words);
-  }
-  return builder.build(speakable, "flite:" + name_);
+std::unique_ptr<Voice> makeFliteVoice(std::string_view name, const Language& language, const VoiceOptions&) {
+  return std::make_unique<FliteVoice>(std::string(name), language);
 }
 
 }  // namespace mouthpiece

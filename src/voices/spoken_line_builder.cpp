@@ -26,7 +26,7 @@ void SpokenLineBuilder::add(AudioClip audio, std::vector<PhoneSegment> phones, c
   roundTimes(phones);
   const auto label_samples = static_cast<std::size_t>(std::ceil(phones.back().span.end * audio.sample_rate_hz - 1e-3));
   audio.samples.resize(std::max(audio.samples.size(), label_samples), 0.0F);
-  SpeechLabels labels = buildSpeechLabels(std::move(phones), words, audio.duration());
+  SpeechLabels labels = buildSpeechLabels(std::move(phones), words, audio.duration(), language_);
   if (line_.audio.samples.empty()) {
     line_.audio = std::move(audio);
     line_.labels = std::move(labels);

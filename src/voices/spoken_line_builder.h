@@ -12,12 +12,14 @@ namespace mouthpiece {
 /// labels of an utterance differ in length, the shorter is filled with silence.
 class SpokenLineBuilder {
  public:
+  explicit SpokenLineBuilder(const Language& language = english()) : language_(language) {}
   /// Utterances without phones are left out.
   void add(AudioClip audio, std::vector<PhoneSegment> phones, const std::vector<std::string>& words);
   /// Throws InputError when nothing was said.
   SpokenLine build(std::string text, std::string voice);
 
  private:
+  const Language& language_;
   SpokenLine line_;
 };
 

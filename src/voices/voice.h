@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "audio/audio_clip.h"
 #include "phonetics/text/lexicon.h"
 #include "phonetics/labels/speech_labels.h"
+#include "phonetics/language/language.h"
 #include "units/selection/selection.h"
 
 namespace mouthpiece {
@@ -44,13 +46,23 @@ struct VoiceOptions {
   std::optional<double> rate = {};  ///< corpus voice: 1 as fast as Festival would speak; none: as the recordings do
 };
 
-/// Makes the voice of that name: "festival:cmu_us_slt_arctic_hts", "festival:kal_diphone", "flite:slt|rms|awb|kal16",
-/// "espeak:en-us", "corpus" (the corpus' own recordings; Festival, or Flite, says which phones). A missing Festival
-/// falls back on Flite, said in SpokenLine::notice. Throws InputError for an unknown name, listing the known ones.
-std::unique_ptr<Voice> makeVoice(std::string_view name, const VoiceOptions& options = {});
+/// A voice that can be asked for.
+struct VoiceRow {
+  std::string_view name;      ///< "festival:kal_diphone": an engine and its own name of the voice; or one name
+  std::string_view what;      ///< for a list of voices
+  std::string_view language;  ///< that it speaks: a tag of languageOf()
+  /// `own_name`: what follows the colon.
+  std::unique_ptr<Voice> (*make)(std::string_view own_name, const Language& language, const VoiceOptions& options);
+};
 
-/// Every name that makeVoice knows, the default one first.
+/// All that there are, the default one first.
+std::span<const VoiceRow> voices();
+/// Their names.
 std::vector<std::string> knownVoices();
+
+/// Makes the voice of that name. A missing Festival falls back on Flite, said in SpokenLine::notice. Throws InputError
+/// for an unknown name, listing the known ones.
+std::unique_ptr<Voice> makeVoice(std::string_view name, const VoiceOptions& options = {});
 
 /// Whether the program `festival` can be found on the PATH.
 bool festivalAvailable();

@@ -8,9 +8,9 @@
 #include <cmath>
 #include <random>
 
-#include "exports/gltf/base64.h"
-#include "exports/gltf/glb_writer.h"
-#include "exports/html_page.h"
+#include "base/page_data.h"
+#include "exports/gltf/glb.h"
+#include "exports/format_bytes.h"
 
 namespace mouthpiece {
 namespace {

@@ -8,9 +8,9 @@
 
 #include "../unit/exports/talking_head.h"
 #include "base/files.h"
-#include "exports/gltf/glb_writer.h"
-#include "exports/html_page.h"
-#include "exports/report_json.h"
+#include "exports/gltf/glb.h"
+#include "exports/format_bytes.h"
+#include "exports/format_bytes.h"
 
 namespace {
 

@@ -3,7 +3,7 @@
 #include <string_view>
 
 #include "base/errors.h"
-#include "phonetics/labels/lab_file.h"
+#include "phonetics/labels/label_files.h"
 #include "phonetics/text/lexicon.h"
 
 /// Label files and pronunciation lexicons share their alphabet: one input serves both readers.

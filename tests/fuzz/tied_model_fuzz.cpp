@@ -7,8 +7,7 @@
 #include <string_view>
 
 #include "base/errors.h"
-#include "hearing/alignment/senone_scores.h"
-#include "hearing/alignment/tied_model.h"
+#include "hearing/alignment/acoustic_model.h"
 
 namespace {
 

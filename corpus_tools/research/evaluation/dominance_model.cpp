@@ -47,17 +47,11 @@ DominanceModel::Kind DominanceModel::kindOf(Phone phone) {
   if (phone == Phone::kSil) return Kind::kSilence;
   if (isBilabial(phone)) return Kind::kBilabial;
   if (isLabiodental(phone)) return Kind::kLabiodental;
-  switch (firstViseme(phone)) {
-    case Viseme::kOh:
-    case Viseme::kOo:
-    case Viseme::kW:
-      return Kind::kRounded;
-    case Viseme::kS:
-    case Viseme::kShChJ:
-      return Kind::kSibilant;
-    default:
-      return isVowel(phone) ? Kind::kVowel : Kind::kOther;
-  }
+  const VisemeRow& viseme = rowOf(firstViseme(phone));
+  if (viseme.sibilant) return Kind::kSibilant;
+  constexpr double kRounded = 0.7;
+  if (viseme.round >= kRounded) return Kind::kRounded;
+  return isVowel(phone) ? Kind::kVowel : Kind::kOther;
 }
 
 MotionClip DominanceModel::animate(const SpeechLabels& labels, double frame_rate_hz, std::size_t frames) const {

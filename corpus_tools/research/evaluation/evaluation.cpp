@@ -11,6 +11,7 @@
 #include "base/statistics.h"
 #include "corpus_tools/building/trajectory_fit.h"
 #include "corpus_tools/research/evaluation/evaluation_methods.h"
+#include "motion/lip_gauge.h"
 #include "motion/resample.h"
 #include "units/selection/unit_database.h"
 
@@ -39,20 +40,12 @@ void append(std::vector<T>& values, const std::vector<T>& more) {
 }
 
 LipCurves curvesOf(const MotionClip& motion, const MarkerLayout& layout) {
-  const MarkerIndex upper = layout.indexOf("LIP_UP_MID"), lower = layout.indexOf("LIP_LO_MID");
-  const auto floats = [](const std::vector<double>& values) {
+  const LipGauge gauge = LipGauge::whole(layout);
+  const auto curve = [&](LipGauge::Measure measure) {
+    const std::vector<double> values = gauge.overFrames(measure, motion.positions_mm);
     return std::vector<float>(values.begin(), values.end());
   };
-  LipCurves curves{floats(markerDistances(motion, upper, lower)),
-                   floats(markerDistances(motion, layout.indexOf("LIP_CORNER_R"), layout.indexOf("LIP_CORNER_L"))),
-                   {},
-                   {}};
-  for (std::size_t frame = 0; frame < motion.frameCount(); ++frame) {
-    const FrameIndex at(frame);
-    curves.protrusion_mm.push_back(
-        static_cast<float>((motion.position(at, upper).z() + motion.position(at, lower).z()) / 2));
-  }
-  return curves;
+  return {curve(&LipGauge::opening), curve(&LipGauge::width), curve(&LipGauge::protrusion), {}};
 }
 
 EvaluationRow measureMethod(const EvaluationMethod& method, const std::vector<CorpusTake>& captured,

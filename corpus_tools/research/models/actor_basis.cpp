@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/errors.h"
+#include "motion/lip_gauge.h"
 
 namespace mouthpiece {
 namespace {
@@ -49,8 +50,7 @@ bool inSilence(const SpeechLabels& labels, Seconds time, Seconds margin) {
 /// The median of the closed-mouth frames in silence; of all frames when there are too few.
 Eigen::RowVectorXd takeNeutral(const CorpusTake& take, const MarkerLayout& layout, const Eigen::VectorXd& seen) {
   const PositionMatrix& positions = take.motion.positions_mm;
-  const Eigen::VectorXd opening =
-      positions.col(column(layout, "LIP_UP_MID", 1)) - positions.col(column(layout, "LIP_LO_MID", 1));
+  const Eigen::VectorXd opening = LipGauge::whole(layout).verticalOpenings(positions);
   std::vector<double> openings;
   for (Eigen::Index frame = 0; frame < opening.size(); ++frame) {
     if (seen(frame) > 0) openings.push_back(opening(frame));
@@ -173,8 +173,7 @@ ActorBasis actorBasis(const std::vector<ActorDisplacements>& takes, const Marker
     }
   }
   // Pointing so that the lips open.
-  const Eigen::VectorXd opening =
-      basis.shapes.col(column(layout, "LIP_UP_MID", 1)) - basis.shapes.col(column(layout, "LIP_LO_MID", 1));
+  const Eigen::VectorXd opening = LipGauge::whole(layout).verticalOpenings(basis.shapes);
   for (Eigen::Index i = 0; i < components; ++i) {
     if (opening(i) >= 0) continue;
     basis.shapes.row(i) *= -1;

@@ -1,24 +1,18 @@
-#include "exports/gltf/glb_writer.h"
-
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "base/errors.h"
-#include "base/files.h"
-#include "exports/gltf/glb_buffer.h"
-#include "exports/gltf/shape_normals.h"
+#include "base/index.h"
+#include "exports/gltf/glb.h"
+#include "exports/gltf/glb_model.h"
 
 namespace mouthpiece {
 namespace {
 
 using Eigen::Index;
-using nlohmann::json;
 
-constexpr int kTriangles = 4;
 constexpr std::uint32_t kUnused = 0xFFFFFFFFU;
+constexpr std::size_t kLongestName = 1000;  ///< bytes
 
 /// The vertices that one part uses, renumbered from zero.
 struct PartVertices {
@@ -28,9 +22,9 @@ struct PartVertices {
 
 PartVertices verticesOf(const FaceMesh& mesh, const MeshPart& part) {
   PartVertices result;
-  const auto first = mesh.triangles.begin() + static_cast<std::ptrdiff_t>(part.first_triangle);
-  const auto last = first + static_cast<std::ptrdiff_t>(part.triangle_count);
-  std::vector<std::uint32_t> renumbered(static_cast<std::size_t>(mesh.vertices.rows()), kUnused);
+  const auto first = mesh.triangles.begin() + signedIndex(part.first_triangle);
+  const auto last = first + signedIndex(part.triangle_count);
+  std::vector<std::uint32_t> renumbered(unsignedIndex(mesh.vertices.rows()), kUnused);
   for (auto triangle = first; triangle != last; ++triangle) {
     for (const std::uint32_t vertex : *triangle) renumbered[vertex] = 0;
   }
@@ -75,19 +69,19 @@ std::vector<ListedVertex> listedOf(const PartVertices& part, const std::vector<s
 }
 
 /// The part's values of one shape as an accessor; only `listed` ones may differ from zero.
-std::size_t addTarget(const PartVertices& part, const std::vector<ListedVertex>& listed, const float* row, float scale,
-                      bool with_bounds, GlbBuffer& buffer) {
-  std::vector<std::uint32_t> indices(listed.size());
-  std::vector<float> values(3 * listed.size());
-  std::size_t count = 0;
+int addTarget(const PartVertices& part, const std::vector<ListedVertex>& listed, const float* row, float scale,
+              bool with_bounds, GlbModel& model) {
+  std::vector<std::uint32_t> indices;
+  std::vector<float> values;
+  indices.reserve(listed.size());
+  values.reserve(3 * listed.size());
   for (const auto& [number, column] : listed) {
     const float* value = row + column;
-    indices[count] = number;
-    for (std::size_t axis = 0; axis < 3; ++axis) values[3 * count + axis] = scale * value[axis];
-    count += static_cast<std::size_t>(value[0] != 0 || value[1] != 0 || value[2] != 0);
+    if (value[0] == 0 && value[1] == 0 && value[2] == 0) continue;
+    indices.push_back(number);
+    values.insert(values.end(), {scale * value[0], scale * value[1], scale * value[2]});
   }
-  return buffer.addMostlyZeroVec3(std::span(indices).first(count), std::span(values).first(3 * count),
-                                  part.vertices.size(), with_bounds);
+  return model.addMostlyZeroVec3(indices, values, part.vertices.size(), with_bounds);
 }
 
 std::vector<std::uint16_t> gatheredColors(const PartVertices& part, const FaceMesh& mesh) {
@@ -102,67 +96,54 @@ std::vector<std::uint16_t> gatheredColors(const PartVertices& part, const FaceMe
   return colors;
 }
 
-json materialOf(const MeshPart& part) {
-  json material{{"name", part.name},
-                {"pbrMetallicRoughness",
-                 {{"baseColorFactor", part.base_color},
-                  {"metallicFactor", 0.0},
-                  {"roughnessFactor", std::clamp(part.roughness, 0.0F, 1.0F)}}}};
+tinygltf::Material materialOf(const MeshPart& part) {
+  tinygltf::Material material;
+  material.name = printable(part.name, kLongestName);
+  material.pbrMetallicRoughness.baseColorFactor.assign(part.base_color.begin(), part.base_color.end());
+  material.pbrMetallicRoughness.metallicFactor = 0;
+  material.pbrMetallicRoughness.roughnessFactor = std::clamp(part.roughness, 0.0F, 1.0F);
   // An open surface is seen from behind too when the camera goes round.
-  if (part.kind != PartKind::kEye) material["doubleSided"] = true;
-  if (part.base_color[3] < 1.0F) material["alphaMode"] = "BLEND";
+  material.doubleSided = part.kind != PartKind::kEye;
   return material;
 }
 
-json primitiveOf(const FaceMesh& mesh, const MeshPart& part, const PrincipalShapes& shapes, const ShapeNormals& normals,
-                 std::size_t material, GlbBuffer& buffer) {
+tinygltf::Primitive primitiveOf(const FaceMesh& mesh, const MeshPart& part, const PrincipalShapes& shapes,
+                                const ShapeNormals& normals, GlbModel& model) {
   const PartVertices own = verticesOf(mesh, part);
-  const auto metres = static_cast<float>(mesh.metres_per_unit);
-  json attributes{{"POSITION", buffer.addVec3(gathered(own, shapes.rest.data(), metres), true)},
-                  {"NORMAL", buffer.addVec3(gathered(own, normals.rest.data(), 1.0F), false)}};
-  if (!mesh.vertex_colors.empty()) attributes["COLOR_0"] = buffer.addColors(gatheredColors(own, mesh));
+  const float metres = asFloat(mesh.metres_per_unit);
+  tinygltf::Primitive primitive;
+  const auto attribute = [&](const char* name, const std::vector<float>& values, int type, bool with_bounds) {
+    primitive.attributes[name] = model.addAttribute(values, type, with_bounds);
+  };
+  attribute("POSITION", gathered(own, shapes.rest.data(), metres), TINYGLTF_TYPE_VEC3, true);
+  attribute("NORMAL", gathered(own, normals.rest.data(), 1.0F), TINYGLTF_TYPE_VEC3, false);
+  if (!mesh.vertex_colors.empty()) primitive.attributes["COLOR_0"] = model.addColors(gatheredColors(own, mesh));
   if (!mesh.texture_coordinates.empty()) {
     std::vector<float> coordinates;
     for (const std::uint32_t vertex : own.vertices) {
       const auto& [u, v] = mesh.texture_coordinates[vertex];
       coordinates.insert(coordinates.end(), {u, 1.0F - v});  // glTF counts v from the top
     }
-    attributes["TEXCOORD_0"] = buffer.addVec2(coordinates);
+    attribute("TEXCOORD_0", coordinates, TINYGLTF_TYPE_VEC2, false);
   }
   const std::vector<ListedVertex> moving = listedOf(own, shapes.columnVertices());
   const std::vector<ListedVertex> turning = listedOf(own, normals.vertices);
-  json targets = json::array();
   for (Index k = 0; k < shapes.shapeCount(); ++k) {
-    targets.push_back({{"POSITION", addTarget(own, moving, shapes.shapes.row(k).data(), metres, true, buffer)},
-                       {"NORMAL", addTarget(own, turning, normals.deltas.row(k).data(), 1.0F, false, buffer)}});
+    const int position = addTarget(own, moving, shapes.shapes.row(k).data(), metres, true, model);
+    const int normal = addTarget(own, turning, normals.deltas.row(k).data(), 1.0F, false, model);
+    primitive.targets.push_back({{"POSITION", position}, {"NORMAL", normal}});
   }
-  json primitive{{"attributes", std::move(attributes)},
-                 {"indices", buffer.addIndices(own.indices, own.vertices.size())},
-                 {"material", material},
-                 {"mode", kTriangles}};
-  if (!targets.empty()) primitive["targets"] = std::move(targets);
+  primitive.indices = model.addIndices(own.indices, own.vertices.size());
+  primitive.mode = TINYGLTF_MODE_TRIANGLES;
   return primitive;
 }
 
 /// About what the file takes when no shape has a zero. Memory that is never written to costs nothing.
 std::size_t largestBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, const ShapeNormals& normals) {
   constexpr std::size_t kBytesAVertex = 64, kBytesATriangle = 12, kBytesAShape = 4096;
-  const auto numbers = static_cast<std::size_t>(shapes.shapes.size() + normals.deltas.size() + shapes.weights.size());
-  return sizeof(float) * numbers + kBytesAVertex * static_cast<std::size_t>(mesh.vertices.rows()) +
-         kBytesATriangle * mesh.triangles.size() + kBytesAShape * static_cast<std::size_t>(shapes.shapeCount());
-}
-
-json animationOf(const PrincipalShapes& shapes, GlbBuffer& buffer) {
-  std::vector<float> times(static_cast<std::size_t>(shapes.frameCount()));
-  for (std::size_t f = 0; f < times.size(); ++f) {
-    times[f] = static_cast<float>(static_cast<double>(f) / shapes.frame_rate_hz);
-  }
-  const std::span<const float> weights(shapes.weights.data(), static_cast<std::size_t>(shapes.weights.size()));
-  const json sampler{{"input", buffer.addScalars(times, true)},
-                     {"output", buffer.addScalars(weights, false)},
-                     {"interpolation", "LINEAR"}};
-  const json channel{{"sampler", 0}, {"target", {{"node", 0}, {"path", "weights"}}}};
-  return {{"name", "speech"}, {"samplers", json::array({sampler})}, {"channels", json::array({channel})}};
+  const std::size_t numbers = unsignedIndex(shapes.shapes.size() + normals.deltas.size() + shapes.weights.size());
+  return sizeof(float) * numbers + kBytesAVertex * unsignedIndex(mesh.vertices.rows()) +
+         kBytesATriangle * mesh.triangles.size() + kBytesAShape * unsignedIndex(shapes.shapeCount());
 }
 
 }  // namespace
@@ -171,36 +152,32 @@ std::string glbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::s
   MOUTHPIECE_EXPECT(3 * mesh.vertices.rows() == shapes.rest.cols());
   MOUTHPIECE_EXPECT(!mesh.triangles.empty() && !mesh.parts.empty());
   ShapeNormals normals = shapeNormals(mesh.triangles, shapes);
-  GlbBuffer buffer;
-  buffer.reserve(largestBytes(mesh, shapes, normals));
-  json primitives = json::array();
-  json materials = json::array();
+  GlbModel model;
+  model.reserve(largestBytes(mesh, shapes, normals));
+  tinygltf::Mesh face;
+  face.name = printable(name, kLongestName);
   for (const MeshPart& part : mesh.parts) {
     if (part.triangle_count == 0) continue;
-    primitives.push_back(primitiveOf(mesh, part, shapes, normals, materials.size(), buffer));
-    materials.push_back(materialOf(part));
+    face.primitives.push_back(primitiveOf(mesh, part, shapes, normals, model));
+    face.primitives.back().material = static_cast<int>(model.gltf.materials.size());
+    model.gltf.materials.push_back(materialOf(part));
   }
   normals = {};
-  json root{{"asset", {{"version", "2.0"}, {"generator", "Mouthpiece"}}},
-            {"scene", 0},
-            {"scenes", json::array({{{"nodes", {0}}}})},
-            {"nodes", json::array({{{"name", name}, {"mesh", 0}}})},
-            {"materials", std::move(materials)}};
-  json face{{"name", name}, {"primitives", std::move(primitives)}};
   if (shapes.shapeCount() > 0) {
-    face["weights"] = std::vector<float>(static_cast<std::size_t>(shapes.shapeCount()), 0.0F);
-    json names = json::array();
-    for (Index k = 0; k < shapes.shapeCount(); ++k) names.push_back(fmt::format("shape_{:02}", k));
-    face["extras"] = {{"targetNames", std::move(names)}};  // what Blender, three.js and others read them from
-    root["animations"] = json::array({animationOf(shapes, buffer)});
+    GlbModel::nameTargets(face, unsignedIndex(shapes.shapeCount()));
+    model.setSpeech(unsignedIndex(shapes.frameCount()), shapes.frame_rate_hz,
+                    {{{shapes.weights.data(), unsignedIndex(shapes.weights.size())}, {0}}});
   }
-  root["meshes"] = json::array({std::move(face)});
-  return std::move(buffer).toGlb(std::move(root));
-}
-
-void writeGlb(const std::filesystem::path& path, const FaceMesh& mesh, const PrincipalShapes& shapes,
-              std::string_view name) {
-  writeFileAtomically(path, glbBytes(mesh, shapes, name));
+  model.gltf.asset.version = "2.0";
+  model.gltf.asset.generator = "Mouthpiece";
+  model.gltf.nodes.emplace_back();
+  model.gltf.nodes[0].name = face.name;
+  model.gltf.nodes[0].mesh = 0;
+  model.gltf.scenes.emplace_back();
+  model.gltf.scenes[0].nodes = {0};
+  model.gltf.defaultScene = 0;
+  model.gltf.meshes.push_back(std::move(face));
+  return std::move(model).toBytes();
 }
 
 }  // namespace mouthpiece

@@ -8,13 +8,12 @@
 #include <vector>
 
 #include "base/errors.h"
-#include "exports/shapes/trajectory_basis.h"
-#include "exports/shapes/trajectory_panel.h"
+#include "base/index.h"
+#include "exports/shapes/trajectories.h"
 
 namespace mouthpiece {
 namespace {
 
-using Eigen::Index;
 using Eigen::MatrixXf;
 
 // Shares of the tolerance. Measured on the default face: with the sample at 0.7 under one vertex in 200 is left for the
@@ -24,29 +23,29 @@ constexpr float kSampleShare = 0.85F;  ///< what the sampled vertices are fitted
 /// A shape that never moves a vertex further than this leaves it alone; tried in turn until the vertex is within the
 /// tolerance. The first makes the file a fifth smaller, 0 keeps everything.
 constexpr std::array<float, 3> kNegligibleShares{0.5F, 0.15F, 0.0F};
-constexpr Index kSampledVertices = 500;
+constexpr Eigen::Index kSampledVertices = 500;
 constexpr std::size_t kRefinedAtOnce = 400;
 
-Index paddedRows(Index rows) { return (rows + kPanelRowBlock - 1) / kPanelRowBlock * kPanelRowBlock; }
+Eigen::Index paddedRows(Eigen::Index rows) { return (rows + kPanelRowBlock - 1) / kPanelRowBlock * kPanelRowBlock; }
 
 struct Fit {
   const FaceAnimation& animation;
   const Eigen::RowVectorXf& rest;
   float tolerance;  ///< mesh unit
 
-  [[nodiscard]] Index frames() const { return animation.positions.rows(); }
-  [[nodiscard]] Index vertices() const { return rest.cols() / 3; }
+  [[nodiscard]] Eigen::Index frames() const { return animation.positions.rows(); }
+  [[nodiscard]] Eigen::Index vertices() const { return rest.cols() / 3; }
 };
 
 /// Displacements of the given vertices, frames x (3 * count).
-MatrixXf displacementsOf(const Fit& fit, const std::vector<Index>& vertices) {
-  MatrixXf displacements(fit.frames(), 3 * static_cast<Index>(vertices.size()));
-  for (Index f = 0; f < fit.frames(); ++f) {
+MatrixXf displacementsOf(const Fit& fit, const std::vector<Eigen::Index>& vertices) {
+  MatrixXf displacements(fit.frames(), 3 * signedIndex(vertices.size()));
+  for (Eigen::Index f = 0; f < fit.frames(); ++f) {
     const float* row = fit.animation.positions.row(f).data();
     for (std::size_t i = 0; i < vertices.size(); ++i) {
-      for (Index axis = 0; axis < 3; ++axis) {
-        const Index column = 3 * vertices[i] + axis;
-        displacements(f, 3 * static_cast<Index>(i) + axis) = row[column] - fit.rest(column);
+      for (Eigen::Index axis = 0; axis < 3; ++axis) {
+        const Eigen::Index column = 3 * vertices[i] + axis;
+        displacements(f, 3 * signedIndex(i) + axis) = row[column] - fit.rest(column);
       }
     }
   }
@@ -55,12 +54,12 @@ MatrixXf displacementsOf(const Fit& fit, const std::vector<Index>& vertices) {
 
 /// Displacements of evenly spread vertices that move, frames x (3 * count).
 MatrixXf sampledDisplacements(const Fit& fit) {
-  const Index stride = std::max<Index>(1, fit.vertices() / kSampledVertices);
-  std::vector<Index> vertices;
-  for (Index v = 0; v < fit.vertices(); v += stride) vertices.push_back(v);
+  const Eigen::Index stride = std::max<Eigen::Index>(1, fit.vertices() / kSampledVertices);
+  std::vector<Eigen::Index> vertices;
+  for (Eigen::Index v = 0; v < fit.vertices(); v += stride) vertices.push_back(v);
   MatrixXf displacements = displacementsOf(fit, vertices);
-  Index kept = 0;
-  for (Index i = 0; i < static_cast<Index>(vertices.size()); ++i) {
+  Eigen::Index kept = 0;
+  for (Eigen::Index i = 0; i < signedIndex(vertices.size()); ++i) {
     const auto own = displacements.middleCols<3>(3 * i);
     if (own.rowwise().squaredNorm().maxCoeff() <= fit.tolerance * fit.tolerance) continue;
     if (kept != i) displacements.middleCols<3>(3 * kept) = own;
@@ -77,18 +76,18 @@ struct Weights {
   RowMajorMatrixF weights;           ///< padded frames x (1 + count); the first column, the offset's, is 1
   RowMajorMatrixF inverse;           ///< padded count x padded frames: s = inverse * D
   std::vector<float> offset_shares;  ///< low_k / range_k
-  Index count = 0;                   ///< without the offset
+  Eigen::Index count = 0;                   ///< without the offset
 };
 
 Weights weightsFromBasis(const MatrixXf& basis) {
   Weights result;
   result.count = basis.cols();
-  const Index frames = paddedRows(basis.rows());
+  const Eigen::Index frames = paddedRows(basis.rows());
   result.weights = RowMajorMatrixF::Zero(frames, 1 + basis.cols());
   result.weights.col(0).head(basis.rows()).setOnes();
   result.inverse = RowMajorMatrixF::Zero(paddedRows(basis.cols()), frames);
-  for (Index k = 0; k < basis.cols(); ++k) {
-    Index strongest = 0;
+  for (Eigen::Index k = 0; k < basis.cols(); ++k) {
+    Eigen::Index strongest = 0;
     basis.col(k).cwiseAbs().maxCoeff(&strongest);
     const Eigen::VectorXf column = (basis(strongest, k) < 0 ? -1.0F : 1.0F) * basis.col(k);
     const float high = column.maxCoeff();
@@ -113,8 +112,8 @@ class PanelFitter {
         thinned_(1 + weights.count, kPanelWidth) {}
 
   /// Shapes of vertices [first, first + 8) into columns of `shapes`; the largest squared residuals into `errors`.
-  void fit(Index first, RowMajorMatrixF& shapes, float* errors) {
-    const Index count = std::min<Index>(kPanelVertices, fit_.vertices() - first);
+  void fit(Eigen::Index first, RowMajorMatrixF& shapes, float* errors) {
+    const Eigen::Index count = std::min<Eigen::Index>(kPanelVertices, fit_.vertices() - first);
     loadPanel(first, count, errors);
     const float still = kStillShare * fit_.tolerance;
     if (std::all_of(errors, errors + count, [&](float square) { return square <= still * still; })) return;
@@ -133,7 +132,7 @@ class PanelFitter {
   }
 
  private:
-  void loadPanel(Index first, Index count, float* errors) {
+  void loadPanel(Eigen::Index first, Eigen::Index count, float* errors) {
     const auto& positions = fit_.animation.positions;
     if (count == kPanelVertices) {
       kernels_.load_displacements(positions.data() + 3 * first, positions.cols(), fit_.frames(),
@@ -150,10 +149,10 @@ class PanelFitter {
   /// thinned_ = shapes_ without displacements shorter than `limit`, after their offset.
   void dropBelow(float limit) {
     thinned_.row(0).setZero();
-    for (Index k = 0; k < weights_.count; ++k) {
+    for (Eigen::Index k = 0; k < weights_.count; ++k) {
       const float* from = shapes_.row(k).data();
       float* to = thinned_.row(1 + k).data();
-      for (Index v = 0; v < kPanelVertices; ++v) {
+      for (Eigen::Index v = 0; v < kPanelVertices; ++v) {
         const float x = from[v];
         const float y = from[v + kPanelVertices];
         const float z = from[v + 2 * kPanelVertices];
@@ -162,15 +161,15 @@ class PanelFitter {
         to[v + kPanelVertices] = kept * y;
         to[v + 2 * kPanelVertices] = kept * z;
       }
-      thinned_.row(0) += weights_.offset_shares[static_cast<std::size_t>(k)] * thinned_.row(1 + k);
+      thinned_.row(0) += weights_.offset_shares[unsignedIndex(k)] * thinned_.row(1 + k);
     }
   }
 
-  void storePanel(Index first, Index count, RowMajorMatrixF& shapes) const {
-    for (Index k = 0; k < thinned_.rows(); ++k) {
+  void storePanel(Eigen::Index first, Eigen::Index count, RowMajorMatrixF& shapes) const {
+    for (Eigen::Index k = 0; k < thinned_.rows(); ++k) {
       const float* from = thinned_.row(k).data();
       float* to = shapes.row(k).data() + 3 * first;
-      for (Index v = 0; v < count; ++v) {
+      for (Eigen::Index v = 0; v < count; ++v) {
         to[3 * v] = from[v];
         to[3 * v + 1] = from[v + kPanelVertices];
         to[3 * v + 2] = from[v + 2 * kPanelVertices];
@@ -188,42 +187,42 @@ class PanelFitter {
 
 /// Squared errors of all vertices (rounded up to whole panels) after the first fit of everything.
 std::vector<float> fitAllVertices(const Fit& fit, const Weights& weights, RowMajorMatrixF& shapes) {
-  std::vector<float> errors(static_cast<std::size_t>(fit.vertices() + kPanelVertices));
+  std::vector<float> errors(unsignedIndex(fit.vertices() + kPanelVertices));
   PanelFitter fitter(fit, weights);
-  for (Index first = 0; first < fit.vertices(); first += kPanelVertices) {
+  for (Eigen::Index first = 0; first < fit.vertices(); first += kPanelVertices) {
     fitter.fit(first, shapes, errors.data() + first);
   }
-  errors.resize(static_cast<std::size_t>(fit.vertices()));
+  errors.resize(unsignedIndex(fit.vertices()));
   return errors;
 }
 
-std::vector<Index> verticesBeyond(const std::vector<float>& errors, float allowed) {
-  std::vector<Index> beyond;
+std::vector<Eigen::Index> verticesBeyond(const std::vector<float>& errors, float allowed) {
+  std::vector<Eigen::Index> beyond;
   for (std::size_t v = 0; v < errors.size(); ++v) {
-    if (!(errors[v] <= allowed)) beyond.push_back(static_cast<Index>(v));
+    if (!(errors[v] <= allowed)) beyond.push_back(signedIndex(v));
   }
   return beyond;
 }
 
 /// At most kRefinedAtOnce of `vertices`, evenly spread, the worst among them.
-std::vector<Index> representatives(const std::vector<Index>& vertices, const std::vector<float>& errors) {
+std::vector<Eigen::Index> representatives(const std::vector<Eigen::Index>& vertices, const std::vector<float>& errors) {
   const std::size_t stride = vertices.size() / kRefinedAtOnce + 1;
-  std::vector<Index> chosen;
+  std::vector<Eigen::Index> chosen;
   for (std::size_t first = 0; first < vertices.size(); first += stride) {
-    const auto end = vertices.begin() + static_cast<std::ptrdiff_t>(std::min(first + stride, vertices.size()));
+    const auto end = vertices.begin() + signedIndex(std::min(first + stride, vertices.size()));
     chosen.push_back(*std::max_element(
-        vertices.begin() + static_cast<std::ptrdiff_t>(first), end,
-        [&](Index a, Index b) { return errors[static_cast<std::size_t>(a)] < errors[static_cast<std::size_t>(b)]; }));
+        vertices.begin() + signedIndex(first), end,
+        [&](Eigen::Index a, Eigen::Index b) { return errors[unsignedIndex(a)] < errors[unsignedIndex(b)]; }));
   }
   return chosen;
 }
 
 /// What the shapes so far leave of the given vertices' trajectories, frames x (3 * count).
-MatrixXf residualOf(const Fit& fit, const PrincipalShapes& result, const std::vector<Index>& vertices) {
+MatrixXf residualOf(const Fit& fit, const PrincipalShapes& result, const std::vector<Eigen::Index>& vertices) {
   MatrixXf residual = displacementsOf(fit, vertices);
   MatrixXf own_shapes(result.shapes.rows(), residual.cols());
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    own_shapes.middleCols<3>(3 * static_cast<Index>(i)) = result.shapes.middleCols<3>(3 * vertices[i]);
+    own_shapes.middleCols<3>(3 * signedIndex(i)) = result.shapes.middleCols<3>(3 * vertices[i]);
   }
   residual -= result.weights.topRows(fit.frames()) * own_shapes;
   return residual;
@@ -231,27 +230,27 @@ MatrixXf residualOf(const Fit& fit, const PrincipalShapes& result, const std::ve
 
 /// Adds shapes that move only `beyond`, from what is left of those vertices' own trajectories; their offset joins the
 /// first shape.
-void refine(const Fit& fit, const std::vector<Index>& beyond, PrincipalShapes& result, std::vector<float>& errors) {
+void refine(const Fit& fit, const std::vector<Eigen::Index>& beyond, PrincipalShapes& result, std::vector<float>& errors) {
   const Weights added = weightsFromBasis(
       trajectoryBasis(residualOf(fit, result, representatives(beyond, errors)), kSampleShare * fit.tolerance));
   const Eigen::Map<const Eigen::RowVectorXf> offset_shares(added.offset_shares.data(), added.count);
   const auto weights = added.weights.topRows(fit.frames());
-  const Index before = result.shapes.rows();
+  const Eigen::Index before = result.shapes.rows();
   RowMajorMatrixF added_shapes = RowMajorMatrixF::Zero(added.count, result.shapes.cols());
   for (std::size_t first = 0; first < beyond.size(); first += kRefinedAtOnce) {
     const std::size_t end = std::min(first + kRefinedAtOnce, beyond.size());
-    const std::vector<Index> vertices(beyond.begin() + static_cast<std::ptrdiff_t>(first),
-                                      beyond.begin() + static_cast<std::ptrdiff_t>(end));
+    const std::vector<Eigen::Index> vertices(beyond.begin() + signedIndex(first),
+                                      beyond.begin() + signedIndex(end));
     MatrixXf residual = residualOf(fit, result, vertices);
     const MatrixXf shapes = added.inverse.topLeftCorner(added.count, fit.frames()) * residual;
     const Eigen::RowVectorXf offset = offset_shares * shapes;
     residual -= weights.rightCols(added.count) * shapes;
     residual.rowwise() -= offset;
     for (std::size_t i = 0; i < vertices.size(); ++i) {
-      const Index column = 3 * static_cast<Index>(i);
+      const Eigen::Index column = 3 * signedIndex(i);
       added_shapes.middleCols<3>(3 * vertices[i]) = shapes.middleCols<3>(column);
       result.shapes.block<1, 3>(0, 3 * vertices[i]) += offset.segment<3>(column);
-      errors[static_cast<std::size_t>(vertices[i])] = residual.middleCols<3>(column).rowwise().squaredNorm().maxCoeff();
+      errors[unsignedIndex(vertices[i])] = residual.middleCols<3>(column).rowwise().squaredNorm().maxCoeff();
     }
   }
   result.shapes.conservativeResize(before + added.count, Eigen::NoChange);
@@ -271,7 +270,7 @@ void dropShapesOfAStillFace(PrincipalShapes& result) {
 
 std::vector<std::uint32_t> PrincipalShapes::columnVertices() const {
   if (!vertices.empty()) return vertices;
-  std::vector<std::uint32_t> all(static_cast<std::size_t>(rest.cols() / 3));
+  std::vector<std::uint32_t> all(unsignedIndex(rest.cols() / 3));
   std::iota(all.begin(), all.end(), 0U);
   return all;
 }
@@ -280,8 +279,8 @@ PrincipalShapes principalShapes(const FaceAnimation& animation, const VertexPosi
                                 const PrincipalShapesOptions& options) {
   const std::vector<std::uint32_t>& vertices = animation.vertices;
   MOUTHPIECE_EXPECT(animation.positions.cols() ==
-                    3 * (vertices.empty() ? rest.rows() : static_cast<Index>(vertices.size())));
-  MOUTHPIECE_EXPECT(vertices.empty() || static_cast<Index>(vertices.back()) < rest.rows());
+                    3 * (vertices.empty() ? rest.rows() : signedIndex(vertices.size())));
+  MOUTHPIECE_EXPECT(vertices.empty() || signedIndex(vertices.back()) < rest.rows());
   MOUTHPIECE_EXPECT(metres_per_unit > 0 && options.tolerance_mm > 0);
   const double mm_per_unit = 1000 * metres_per_unit;
   PrincipalShapes result;
@@ -289,12 +288,12 @@ PrincipalShapes principalShapes(const FaceAnimation& animation, const VertexPosi
   result.rest = Eigen::Map<const Eigen::RowVectorXf>(rest.data(), rest.size());
   result.vertices = vertices;
   Eigen::RowVectorXf moving_rest(animation.positions.cols());
-  Index column = 0;
+  Eigen::Index column = 0;
   for (const std::uint32_t vertex : result.columnVertices()) {
     moving_rest.segment<3>(column) = rest.row(vertex);
     column += 3;
   }
-  const Fit fit{animation, moving_rest, static_cast<float>(options.tolerance_mm / mm_per_unit)};
+  const Fit fit{animation, moving_rest, asFloat(options.tolerance_mm / mm_per_unit)};
 
   const MatrixXf sample = sampledDisplacements(fit);
   MOUTHPIECE_EXPECT(sample.allFinite());

@@ -1,4 +1,4 @@
-#include "exports/shapes/trajectory_basis.h"
+#include "exports/shapes/trajectories.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>

@@ -1,4 +1,4 @@
-#include "exports/shapes/trajectory_panel.h"
+#include "exports/shapes/trajectories.h"
 
 namespace mouthpiece {
 namespace {

@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "base/index.h"
+#include "hearing/alignment/phone_decoder.h"
 #include "phonetics/labels/labels_builder.h"
 
 namespace mouthpiece {
@@ -42,14 +44,10 @@ WordWays waysOf(const std::vector<TranscriptWord>& words) {
   return all;
 }
 
-Phone unreduced(Phone phone) { return phone == Phone::kAX ? Phone::kAH : phone; }
-
 /// The way of `word` that the decoder took: its phones tell.
 const Pronunciation& wayTaken(const TranscriptWord& word, const std::vector<Phone>& phones) {
-  const auto taken = std::find_if(word.ways.begin(), word.ways.end(), [&](const Pronunciation& way) {
-    return std::equal(way.phones.begin(), way.phones.end(), phones.begin(), phones.end(),
-                      [](Phone a, Phone b) { return unreduced(a) == unreduced(b); });
-  });
+  const auto taken = std::find_if(word.ways.begin(), word.ways.end(),
+                                  [&](const Pronunciation& way) { return way.phones == phones; });
   MOUTHPIECE_EXPECT(taken != word.ways.end());
   return *taken;
 }
@@ -79,7 +77,7 @@ std::vector<DecodedPhone> withFinerTimes(std::vector<DecodedPhone> decoded, std:
   for (std::size_t k = 0; k < kHearings && k * kStep < samples.size(); ++k) {
     const auto spans = decoder.hearAgain(samples.subspan(k * kStep), decoded);
     if (spans.empty()) continue;
-    const Seconds later = static_cast<double>(k * kStep) / kDecoderSampleRateHz;
+    const Seconds later = asReal(k * kStep) / kDecoderSampleRateHz;
     for (std::size_t i = 0; i < borders; ++i) sums[i] += spans[i].end + later;
     count += 1;
   }
@@ -93,7 +91,8 @@ std::vector<DecodedPhone> withFinerTimes(std::vector<DecodedPhone> decoded, std:
 /// Walks the decoded phones word by word.
 class LabelWriter {
  public:
-  LabelWriter(const std::vector<TranscriptWord>& words, Seconds duration) : words_(words), duration_(duration) {}
+  LabelWriter(const std::vector<TranscriptWord>& words, Seconds duration, const Language& language)
+      : words_(words), duration_(duration), language_(language) {}
 
   void add(const DecodedPhone& decoded) {
     if (decoded.phone != Phone::kSil && decoded.opens_word) {
@@ -110,7 +109,7 @@ class LabelWriter {
       segment.word = word_count_ - 1;
       places_.push_back(segments_.size());
       phones_.push_back(decoded.phone);
-      score_ += static_cast<double>(decoded.score);
+      score_ += decoded.score;
       frames_ += decoded.frames;
     }
     segments_.push_back(segment);
@@ -120,7 +119,7 @@ class LabelWriter {
     finishWord();
     std::vector<std::string> texts;
     for (const TranscriptWord& word : words_) texts.push_back(word.text);
-    return {buildSpeechLabels(std::move(segments_), texts, duration_), std::move(confidence_)};
+    return {buildSpeechLabels(std::move(segments_), texts, duration_, language_), std::move(confidence_)};
   }
 
  private:
@@ -140,6 +139,7 @@ class LabelWriter {
 
   const std::vector<TranscriptWord>& words_;
   Seconds duration_;
+  const Language& language_;
   std::vector<PhoneSegment> segments_;
   std::vector<double> confidence_;
   std::size_t word_count_ = 0;
@@ -158,7 +158,7 @@ class LabelWriter {
   }
   throw InputError(name, "",
                    fmt::format("lasts {:.2f} s and does not fit its {} words; expected at least {:.2f} s",
-                               audio.duration(), words.size(), kShortestPhone * static_cast<double>(phones)));
+                               audio.duration(), words.size(), kShortestPhone * asReal(phones)));
 }
 
 }  // namespace
@@ -177,7 +177,7 @@ std::string doubtsAbout(const ForcedAlignment& alignment) {
   if (doubtful.empty()) return {};
   const std::size_t words = alignment.labels.words.size();
   const bool is_other_text =
-      doubtful.size() > 1 && static_cast<double>(doubtful.size()) > kOtherTextShare * static_cast<double>(words);
+      doubtful.size() > 1 && asReal(doubtful.size()) > kOtherTextShare * asReal(words);
   std::string doubts = is_other_text
                            ? fmt::format("the words do not fit the sound: {} of {} are not heard in it, among them ",
                                          doubtful.size(), words)
@@ -187,14 +187,18 @@ std::string doubtsAbout(const ForcedAlignment& alignment) {
   return doubts + (doubtful.size() > kMostNamed ? ", ..." : "");
 }
 
+ForcedAligner::ForcedAligner(const std::filesystem::path& model, const Language& language)
+    : language_(language), decoder_(std::make_unique<PhoneDecoder>(model, language)) {}
+ForcedAligner::~ForcedAligner() = default;
+
 ForcedAlignment ForcedAligner::align(const AudioClip& audio, const std::vector<TranscriptWord>& words,
                                      std::string_view name, SpeechKind kind) {
   if (words.empty()) throw InputError(name, "", "has a transcript without words; expected at least one");
   const std::vector<std::int16_t> samples = samplesFor(audio);
-  std::vector<DecodedPhone> decoded = decoder_.decode(samples, waysOf(words), kind);
+  std::vector<DecodedPhone> decoded = decoder_->decode(samples, waysOf(words), kind);
   if (decoded.empty()) failTooShort(audio, words, name);
-  if (kind == SpeechKind::kSpoken) decoded = withFinerTimes(withWholeSilences(decoded), samples, decoder_);
-  LabelWriter writer(words, audio.duration());
+  if (kind == SpeechKind::kSpoken) decoded = withFinerTimes(withWholeSilences(decoded), samples, *decoder_);
+  LabelWriter writer(words, audio.duration(), language_);
   for (const DecodedPhone& phone : decoded) writer.add(phone);
   return writer.finish();
 }

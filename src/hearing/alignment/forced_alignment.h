@@ -1,13 +1,13 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "audio/audio_clip.h"
 #include "phonetics/labels/speech_labels.h"
-#include "hearing/alignment/phone_decoder.h"
 #include "hearing/alignment/pronouncer.h"
 
 namespace mouthpiece {
@@ -26,21 +26,36 @@ std::string doubtsAbout(const ForcedAlignment& alignment);
 /// Of the words that were really said under 1 in 100 is below, of wrong ones 9 in 10 (docs/theory/alignment.md).
 inline constexpr double kDoubtfulConfidence = 0.5;
 
-/// Aligns sound with text through PocketSphinx (docs/theory/alignment.md): several pronunciations tried, silence
-/// allowed between words, the decoder's steps of 10 ms refined by hearing the sound again from later starts. Not
-/// thread-safe; several may live side by side.
-class ForcedAligner {
- public:
-  /// `model`: see PhoneDecoder.
-  explicit ForcedAligner(const std::filesystem::path& model = {}) : decoder_(model) {}
+/// How words are said. Sung ones are heard with less of their held vowels and pauses, so that these do not outweigh the
+/// consonants (docs/theory/alignment.md).
+enum class SpeechKind { kSpoken, kSung };
 
+/// Finds known words in a sound. Not thread-safe; several may live side by side.
+class Aligner {
+ public:
+  virtual ~Aligner() = default;
   /// `words`: see Pronouncer, or made by hand. `name` stands for the sound in messages. Throws InputError when there
   /// are no words, or the sound is too short to hold them.
+  virtual ForcedAlignment align(const AudioClip& audio, const std::vector<TranscriptWord>& words, std::string_view name,
+                                SpeechKind kind = SpeechKind::kSpoken) = 0;
+};
+
+class PhoneDecoder;
+
+/// PocketSphinx' (docs/theory/alignment.md): several pronunciations tried, silence allowed between words, the decoder's
+/// steps of 10 ms refined by hearing the sound again from later starts.
+class ForcedAligner : public Aligner {
+ public:
+  /// `model`: folder of the acoustic model; empty: the language's.
+  explicit ForcedAligner(const std::filesystem::path& model = {}, const Language& language = english());
+  ~ForcedAligner() override;
+
   ForcedAlignment align(const AudioClip& audio, const std::vector<TranscriptWord>& words, std::string_view name,
-                        SpeechKind kind = SpeechKind::kSpoken);
+                        SpeechKind kind = SpeechKind::kSpoken) override;
 
  private:
-  PhoneDecoder decoder_;
+  const Language& language_;
+  std::unique_ptr<PhoneDecoder> decoder_;
 };
 
 }  // namespace mouthpiece

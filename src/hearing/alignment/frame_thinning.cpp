@@ -1,8 +1,10 @@
-#include "hearing/alignment/frame_thinning.h"
+#include "hearing/alignment/phone_decoder.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {
@@ -21,13 +23,13 @@ constexpr double kLeastShare = 0.03;
 constexpr double kLeastChange = 1e-4;
 
 double changeAt(const std::vector<std::vector<float>>& cepstra, std::ptrdiff_t at) {
-  const auto last = static_cast<std::ptrdiff_t>(cepstra.size()) - 1;
+  const auto last = signedIndex(cepstra.size()) - 1;
   double squares = 0;
   for (std::size_t k = 0; k < cepstra.front().size(); ++k) {
     double difference = 0;
     for (std::ptrdiff_t step = 1; step <= kReach; ++step) {
-      difference += cepstra[static_cast<std::size_t>(std::min(last, at + step))][k] -
-                    cepstra[static_cast<std::size_t>(std::max<std::ptrdiff_t>(0, at - step))][k];
+      difference += cepstra[unsignedIndex(std::min(last, at + step))][k] -
+                    cepstra[unsignedIndex(std::max<std::ptrdiff_t>(0, at - step))][k];
     }
     difference /= kReach;
     squares += (k == 0 ? kEnergyWeight : 1) * difference * difference;
@@ -37,11 +39,11 @@ double changeAt(const std::vector<std::vector<float>>& cepstra, std::ptrdiff_t a
 
 /// How fast the spectrum changes, squared, above what noise makes; spread over the frames beside.
 std::vector<double> squaredChanges(const std::vector<std::vector<float>>& cepstra) {
-  const auto count = static_cast<std::ptrdiff_t>(cepstra.size());
+  const auto count = signedIndex(cepstra.size());
   std::vector<double> changes;
   for (std::ptrdiff_t i = 0; i < count; ++i) changes.push_back(changeAt(cepstra, i));
   std::vector<double> sorted = changes;
-  const auto floor = sorted.begin() + static_cast<std::ptrdiff_t>(kNoiseShare * static_cast<double>(count - 1));
+  const auto floor = sorted.begin() + static_cast<std::ptrdiff_t>(kNoiseShare * asReal(count - 1));
   std::nth_element(sorted.begin(), floor, sorted.end());
   std::vector<double> spread;
   for (std::ptrdiff_t i = 0; i < count; ++i) {
@@ -74,7 +76,7 @@ std::vector<std::size_t> thinFrames(const std::vector<std::vector<float>>& cepst
   std::iota(kept.begin(), kept.end(), std::size_t{0});
   if (cepstra.size() <= wanted) return kept;
   const std::vector<double> changes = squaredChanges(cepstra);
-  const double fast = fastChange(changes, static_cast<double>(wanted));
+  const double fast = fastChange(changes, asReal(wanted));
   kept.clear();
   double progress = 1;  // the first frame is heard
   for (std::size_t i = 0; i < cepstra.size(); ++i) {

@@ -11,14 +11,12 @@
 #include <cstdlib>
 #include <cstring>
 #include <mutex>
+#include <set>
 #include <string>
 
 #include "base/errors.h"
-#include "hearing/alignment/fleeting_sounds.h"
-#include "hearing/alignment/frame_thinning.h"
-#include "hearing/alignment/harmonic_smoothing.h"
-#include "hearing/alignment/score_stream.h"
-#include "hearing/alignment/senone_scores.h"
+#include "base/index.h"
+#include "hearing/alignment/acoustic_model.h"
 
 namespace mouthpiece {
 namespace {
@@ -37,8 +35,7 @@ constexpr const char* kSilenceWord = "<sil>";
 constexpr std::string_view kFirstSuffix = "_first";
 
 std::string wordFor(Phone phone, bool opens_word) {
-  // The model has no schwa of its own.
-  std::string name(phoneName(phone == Phone::kAX ? Phone::kAH : phone));
+  std::string name(phoneName(phone));
   if (opens_word) name += kFirstSuffix;
   return name;
 }
@@ -56,14 +53,19 @@ using Config = std::unique_ptr<cmd_ln_t, ConfigDeleter>;
 using Decoder = std::unique_ptr<ps_decoder_t, DecoderDeleter>;
 using Graph = std::unique_ptr<fsg_model_t, GraphDeleter>;
 
-std::filesystem::path modelOr(const std::filesystem::path& model) {
+std::filesystem::path modelOr(const std::filesystem::path& model, const Language& language) {
   const std::filesystem::path folder =
-      model.empty() ? std::filesystem::path(MOUTHPIECE_SPHINX_MODELS) / "en-us" / "en-us" : model;
+      model.empty() ? std::filesystem::path(MOUTHPIECE_SPHINX_MODELS) / language.acoustic_model : model;
   if (!std::filesystem::exists(folder / "mdef")) {
     throw InputError(folder.string(), "",
                      "holds no acoustic model; get it with: sudo apt-get install pocketsphinx-en-us");
   }
   return folder;
+}
+
+/// The model's phones that a phone of the language is heard as, with blanks between them.
+std::string_view heardAs(const LanguagePhone& phone) {
+  return phone.heard_as.empty() ? phoneName(phone.phone) : phone.heard_as;
 }
 
 /// A path this much less likely than the best of its frame is given up.
@@ -73,7 +75,7 @@ constexpr const char* kNoBeam = "0";
 /// Without a beam every phone is kept in mind in every frame: about 100 bytes each.
 constexpr std::size_t kMostWithoutBeam = 10'000'000;
 
-Decoder makeDecoder(const std::filesystem::path& model, const char* beam) {
+Decoder makeDecoder(const std::filesystem::path& model, const Language& language, const char* beam) {
   static std::once_flag silenced;
   std::call_once(silenced, [] { err_set_logfp(nullptr); });
   // No noise removal: it moves edges. No look ahead: scores come frame by frame.
@@ -83,18 +85,20 @@ Decoder makeDecoder(const std::filesystem::path& model, const char* beam) {
                                   beam, "-wbeam", beam, "-maxhmmpf", "-1", "-pl_window", "0", nullptr));
   Decoder decoder(config ? ps_init(config.get()) : nullptr);
   if (!decoder) throw InputError(model.string(), "", "is no acoustic model that PocketSphinx can read");
-  for (std::size_t i = 1; i < kPhoneCount; ++i) {
-    const auto phone = static_cast<Phone>(i);
-    if (phone == Phone::kAX) continue;
-    const std::string name(phoneName(phone));
+  for (const LanguagePhone& phone : language.inventory) {
+    const std::string heard(heardAs(phone));
     for (const bool opens_word : {false, true}) {
-      if (ps_add_word(decoder.get(), wordFor(phone, opens_word).c_str(), name.c_str(), FALSE) < 0) {
-        throw InputError(model.string(), "", fmt::format("lacks the phone {}; expected a model of US English", name));
+      if (ps_add_word(decoder.get(), wordFor(phone.phone, opens_word).c_str(), heard.c_str(), FALSE) < 0) {
+        throw InputError(model.string(), "",
+                         fmt::format("lacks the phone {}; expected a model of {}", heard, language.name));
       }
     }
   }
   return decoder;
 }
+
+/// As PocketSphinx counts.
+int count(const auto& list) { return static_cast<int>(list.size()); }
 
 /// States 0 to words.size() stand between words; each further one inside a way.
 Graph makeGraph(ps_decoder_t* decoder, const WordWays& words) {
@@ -106,19 +110,20 @@ Graph makeGraph(ps_decoder_t* decoder, const WordWays& words) {
     throw InputError("transcript", "",
                      fmt::format("has {} phones; expected at most {} in one sound", inner_states, kMostPhones));
   }
-  const auto boundary_count = static_cast<int>(words.size()) + 1;
+  const int boundary_count = count(words) + 1;
   Graph graph(fsg_model_init("words", ps_get_logmath(decoder), 1.0F, boundary_count + static_cast<int>(inner_states)));
-  int next_state = boundary_count;
-  for (int w = 0; w + 1 < boundary_count; ++w) {
-    for (const auto& phones : words[static_cast<std::size_t>(w)]) {
-      int from = w;
+  int boundary = 0, next_state = boundary_count;
+  for (const auto& ways : words) {
+    for (const auto& phones : ways) {
+      int from = boundary;
       for (std::size_t i = 0; i < phones.size(); ++i) {
-        const int to = i + 1 == phones.size() ? w + 1 : next_state++;
+        const int to = i + 1 == phones.size() ? boundary + 1 : next_state++;
         const int word = fsg_model_word_add(graph.get(), wordFor(phones[i], i == 0).c_str());
         fsg_model_trans_add(graph.get(), from, to, 0, word);
         from = to;
       }
     }
+    ++boundary;
   }
   for (int state = 0; state < boundary_count; ++state) fsg_model_add_silence(graph.get(), kSilenceWord, state, 1.0F);
   graph->start_state = 0;
@@ -128,15 +133,16 @@ Graph makeGraph(ps_decoder_t* decoder, const WordWays& words) {
 
 /// Just this row of phones and silences.
 Graph makeGraph(ps_decoder_t* decoder, const std::vector<DecodedPhone>& phones) {
-  const auto count = static_cast<int>(phones.size());
-  Graph graph(fsg_model_init("row", ps_get_logmath(decoder), 1.0F, count + 1));
-  for (int i = 0; i < count; ++i) {
-    const DecodedPhone& phone = phones[static_cast<std::size_t>(i)];
+  Graph graph(fsg_model_init("row", ps_get_logmath(decoder), 1.0F, count(phones) + 1));
+  int state = 0;
+  for (const DecodedPhone& phone : phones) {
     const std::string name = phone.phone == Phone::kSil ? kSilenceWord : wordFor(phone.phone, phone.opens_word);
-    fsg_model_trans_add(graph.get(), i, i + 1, 0, fsg_model_word_add(graph.get(), name.c_str()));
+    const int word = fsg_model_word_add(graph.get(), name.c_str());
+    fsg_model_trans_add(graph.get(), state, state + 1, 0, word);
+    ++state;
   }
   graph->start_state = 0;
-  graph->final_state = count;
+  graph->final_state = state;
   return graph;
 }
 
@@ -144,32 +150,29 @@ using Cepstra = std::vector<std::vector<float>>;
 
 /// What the decoder's own front end hears, a row every 10 ms.
 Cepstra cepstraOf(ps_decoder_t* decoder, std::span<const std::int16_t> samples) {
-  constexpr int kBlock = 256;
+  constexpr std::size_t kBlock = 256;
   fe_t* front_end = ps_get_fe(decoder);
-  const int size = fe_get_output_size(front_end);
-  std::vector<float> values(static_cast<std::size_t>(kBlock) * static_cast<std::size_t>(size));
+  const std::size_t size = unsignedIndex(fe_get_output_size(front_end));
+  std::vector<float> values(kBlock * size);
   std::array<mfcc_t*, kBlock> rows{};
-  for (int i = 0; i < kBlock; ++i) rows[static_cast<std::size_t>(i)] = values.data() + std::ptrdiff_t{i} * size;
+  for (std::size_t i = 0; i < kBlock; ++i) rows[i] = values.data() + i * size;
   Cepstra cepstra;
-  const auto take = [&](int count) {
-    for (int i = 0; i < count; ++i) {
-      const mfcc_t* row = rows[static_cast<std::size_t>(i)];
-      cepstra.emplace_back(row, row + size);
-    }
+  const auto take = [&](std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) cepstra.emplace_back(rows[i], rows[i] + size);
   };
   if (fe_start_utt(front_end) < 0) throw InputError("pocketsphinx", "", "could not hear the sound");
   const int16* data = samples.data();
   for (std::size_t left = samples.size(); left > 0;) {
     const std::size_t before = left;
-    int count = kBlock, first = 0;
-    if (fe_process_frames(front_end, &data, &left, rows.data(), &count, &first) < 0)
+    int taken = kBlock, first = 0;
+    if (fe_process_frames(front_end, &data, &left, rows.data(), &taken, &first) < 0)
       throw InputError("pocketsphinx", "", "could not hear the sound");
-    take(count);
-    if (count == 0 && left == before) break;
+    take(unsignedIndex(taken));
+    if (taken == 0 && left == before) break;
   }
   int rest = 0;
   fe_end_utt(front_end, rows[0], &rest);
-  take(std::min(rest, 1));
+  take(rest > 0 ? 1 : 0);
   return cepstra;
 }
 
@@ -178,37 +181,39 @@ Eigen::MatrixXf featuresOf(ps_decoder_t* decoder, Cepstra& cepstra) {
   feat_t* maker = ps_get_feat(decoder);
   std::vector<mfcc_t*> rows;
   for (std::vector<float>& row : cepstra) rows.push_back(row.data());
-  auto count = static_cast<int32>(rows.size());
-  const std::unique_ptr<mfcc_t**, decltype(&feat_array_free)> made(feat_array_alloc(maker, count), feat_array_free);
-  count = feat_s2mfc2feat_live(maker, rows.data(), &count, TRUE, TRUE, made.get());
-  Eigen::MatrixXf features(feat_dimension(maker), std::max(count, 0));
+  int32 frames = count(rows);
+  const std::unique_ptr<mfcc_t**, decltype(&feat_array_free)> made(feat_array_alloc(maker, frames), feat_array_free);
+  frames = feat_s2mfc2feat_live(maker, rows.data(), &frames, TRUE, TRUE, made.get());
+  Eigen::MatrixXf features(feat_dimension(maker), std::max(frames, 0));
   for (Eigen::Index frame = 0; frame < features.cols(); ++frame)
-    std::memcpy(features.col(frame).data(), made.get()[frame][0], sizeof(float) * features.col(frame).size());
+    std::memcpy(features.col(frame).data(), made.get()[frame][0], sizeof(float) * unsignedIndex(features.rows()));
   return features;
 }
 
-using PhoneSet = std::array<bool, kPhoneCount>;
-
-PhoneSet phonesOf(const WordWays& words) {
-  PhoneSet used{};
-  for (const auto& ways : words) {
-    for (const auto& phones : ways) {
-      for (const Phone phone : phones) used[static_cast<std::size_t>(phone)] = true;
-    }
-  }
-  return used;
-}
-
-/// Which of the model's phones stand for these and silence.
-std::vector<bool> codebooksOf(const PhoneSet& phones, const TiedModel& model) {
+/// Which of the model's phones stand for the language's `phones` and silence.
+std::vector<bool> codebooksOf(const std::set<Phone>& phones, const TiedModel& model, const Language& language) {
   std::vector<bool> wanted;
   for (const TiedModel::Codebook& codebook : model.codebooks) {
-    bool is_used = codebook.phone == "SIL";
-    for (std::size_t i = 0; i < phones.size(); ++i)
-      is_used = is_used || (phones[i] && codebook.phone == wordFor(static_cast<Phone>(i), false));
-    wanted.push_back(is_used);
+    wanted.push_back(codebook.phone == "SIL" ||
+                     std::any_of(language.inventory.begin(), language.inventory.end(), [&](const LanguagePhone& phone) {
+                       return phones.contains(phone.phone) && isWordOf(heardAs(phone), codebook.phone);
+                     }));
   }
   return wanted;
+}
+
+/// Throws InputError for one that the language lacks.
+std::set<Phone> phonesOf(const WordWays& words, const Language& language) {
+  std::set<Phone> used;
+  for (const auto& ways : words) {
+    for (const auto& phones : ways) used.insert(phones.begin(), phones.end());
+  }
+  for (const Phone phone : used) {
+    if (language.find(phone) == nullptr)
+      throw InputError("transcript", "",
+                       fmt::format("has the phone {}; expected phones of {}", phoneName(phone), language.name));
+  }
+  return used;
 }
 
 std::size_t fewestPhones(const WordWays& words) {
@@ -223,11 +228,11 @@ std::size_t fewestPhones(const WordWays& words) {
 
 /// Where a phone begins that is first heard in frame `at` of those that were kept: midway to the frame before.
 Seconds edgeBefore(const std::vector<std::size_t>& kept, std::size_t at) {
-  if (kept.empty()) return static_cast<double>(at) * kFrameStep + (at > 0 ? kBoundaryShift : 0);
+  if (kept.empty()) return asReal(at) * kFrameStep + (at > 0 ? kBoundaryShift : 0);
   if (at == 0) return 0;
   const std::size_t before = kept[at - 1] + 1;
   const std::size_t after = at < kept.size() ? kept[at] : before;
-  return 0.5 * static_cast<double>(before + after) * kFrameStep + kBoundaryShift;
+  return 0.5 * asReal(before + after) * kFrameStep + kBoundaryShift;
 }
 
 DecodedPhone readSegment(ps_seg_t* segment, const std::vector<std::size_t>& kept, const FleetingSounds& fleeting) {
@@ -236,15 +241,15 @@ DecodedPhone readSegment(ps_seg_t* segment, const std::vector<std::size_t>& kept
   int first = 0, last = 0, score = 0;
   ps_seg_frames(segment, &first, &last);
   ps_seg_prob(segment, &score, nullptr, nullptr);
-  phone.span = {edgeBefore(kept, static_cast<std::size_t>(first)),
-                edgeBefore(kept, static_cast<std::size_t>(last) + 1)};
+  const std::size_t from = unsignedIndex(first), to = unsignedIndex(last);
+  phone.span = {edgeBefore(kept, from), edgeBefore(kept, to + 1)};
   phone.frames = last + 1 - first;
   phone.score = score;
   if (name == kSilenceWord) return phone;
   phone.opens_word = name.ends_with(kFirstSuffix);
   if (phone.opens_word) name.remove_suffix(kFirstSuffix.size());
   phone.phone = phoneFromName(name).value_or(Phone::kSil);
-  phone.score /= fleeting.timesWeighed(phone.phone, static_cast<std::size_t>(first), static_cast<std::size_t>(last));
+  phone.score /= fleeting.timesWeighed(phone.phone, from, to);
   return phone;
 }
 
@@ -263,16 +268,21 @@ std::vector<DecodedPhone> readResult(ps_decoder_t* decoder, const std::vector<st
 }  // namespace
 
 struct PhoneDecoder::State {
+  State(const std::filesystem::path& folder, const Language& spoken)
+      : model(folder),
+        language(spoken),
+        scorer(std::make_shared<TiedModel>(readTiedModel(folder))),
+        decoder(makeDecoder(folder, spoken, kWideBeam)) {}
+
   std::filesystem::path model;
+  const Language& language;
   SenoneScorer scorer;
   Decoder decoder;
   Decoder patient;  ///< without a beam; made when first needed
 };
 
-PhoneDecoder::PhoneDecoder(const std::filesystem::path& model)
-    : state_(std::make_unique<State>(State{modelOr(model),
-                                           SenoneScorer(std::make_shared<TiedModel>(readTiedModel(modelOr(model)))),
-                                           makeDecoder(modelOr(model), kWideBeam), nullptr})) {}
+PhoneDecoder::PhoneDecoder(const std::filesystem::path& model, const Language& language)
+    : state_(std::make_unique<State>(modelOr(model, language), language)) {}
 PhoneDecoder::~PhoneDecoder() = default;
 PhoneDecoder::PhoneDecoder(PhoneDecoder&&) noexcept = default;
 PhoneDecoder& PhoneDecoder::operator=(PhoneDecoder&&) noexcept = default;
@@ -306,21 +316,20 @@ std::vector<DecodedPhone> search(ps_decoder_t* decoder, SenoneScorer& scorer, fs
 
 /// Empty where no path through all words was kept.
 std::vector<DecodedPhone> decodeWith(ps_decoder_t* decoder, SenoneScorer& scorer, std::span<const std::int16_t> samples,
-                                     const WordWays& words, SpeechKind kind) {
+                                     const WordWays& words, SpeechKind kind, const std::vector<bool>& codebooks) {
   const Graph graph = makeGraph(decoder, words);
   Cepstra cepstra = cepstraOf(decoder, samples);
   if (cepstra.empty()) return {};
   std::vector<std::size_t> kept;
   if (kind == SpeechKind::kSung) {
-    takeHarmonicsOut(samples, cepstra);
+    useSpectralEnvelope(samples, cepstra);
     kept = thinFrames(cepstra, kSungFramesAPhone * fewestPhones(words));
     Cepstra thinned;
     for (const std::size_t frame : kept) thinned.push_back(std::move(cepstra[frame]));
     cepstra = std::move(thinned);
   }
-  std::vector<DecodedPhone> phones =
-      search(decoder, scorer, graph.get(), cepstra, kept, {codebooksOf(phonesOf(words), scorer.model())},
-             FleetingSounds(scorer.model(), kept));
+  const FleetingSounds fleeting(scorer.model(), kept);
+  std::vector<DecodedPhone> phones = search(decoder, scorer, graph.get(), cepstra, kept, {codebooks}, fleeting);
   std::size_t found = 0;
   for (const DecodedPhone& phone : phones) found += phone.opens_word ? 1 : 0;
   if (found != words.size()) phones.clear();
@@ -332,14 +341,16 @@ std::vector<DecodedPhone> decodeWith(ps_decoder_t* decoder, SenoneScorer& scorer
 std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> samples, const WordWays& words,
                                                SpeechKind kind) {
   MOUTHPIECE_EXPECT(!words.empty());
-  std::vector<DecodedPhone> phones = decodeWith(state_->decoder.get(), state_->scorer, samples, words, kind);
+  SenoneScorer& scorer = state_->scorer;
+  const auto codebooks = codebooksOf(phonesOf(words, state_->language), scorer.model(), state_->language);
+  std::vector<DecodedPhone> phones = decodeWith(state_->decoder.get(), scorer, samples, words, kind, codebooks);
   if (!phones.empty()) return phones;
   // Words that hardly fit fall behind any beam.
-  const auto frames = static_cast<std::size_t>(static_cast<double>(samples.size()) / kDecoderSampleRateHz / kFrameStep);
+  const auto frames = static_cast<std::size_t>(asReal(samples.size()) / kDecoderSampleRateHz / kFrameStep);
   const std::size_t phone_count = fewestPhones(words);
   if (frames < phone_count || frames > kMostWithoutBeam / std::max<std::size_t>(1, phone_count)) return phones;
-  if (!state_->patient) state_->patient = makeDecoder(state_->model, kNoBeam);
-  return decodeWith(state_->patient.get(), state_->scorer, samples, words, kind);
+  if (!state_->patient) state_->patient = makeDecoder(state_->model, state_->language, kNoBeam);
+  return decodeWith(state_->patient.get(), scorer, samples, words, kind, codebooks);
 }
 
 std::vector<TimeSpan> PhoneDecoder::hearAgain(std::span<const std::int16_t> samples,
@@ -348,10 +359,10 @@ std::vector<TimeSpan> PhoneDecoder::hearAgain(std::span<const std::int16_t> samp
   const Graph graph = makeGraph(decoder, phones);
   Cepstra cepstra = cepstraOf(decoder, samples);
   if (cepstra.empty()) return {};
-  PhoneSet used{};
-  for (const DecodedPhone& phone : phones) used[static_cast<std::size_t>(phone.phone)] = true;
+  std::set<Phone> used;
+  for (const DecodedPhone& phone : phones) used.insert(phone.phone);
   const auto again = search(decoder, state_->scorer, graph.get(), cepstra, {},
-                            {codebooksOf(used, state_->scorer.model()), false, kTimesScale}, {});
+                            {codebooksOf(used, state_->scorer.model(), state_->language), false, kTimesScale}, {});
   if (again.size() != phones.size()) return {};
   std::vector<TimeSpan> spans;
   for (const DecodedPhone& phone : again) spans.push_back(phone.span);

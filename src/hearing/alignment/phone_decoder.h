@@ -6,8 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "base/time.h"
-#include "phonetics/language/phone.h"
+#include "hearing/alignment/forced_alignment.h"
 
 namespace mouthpiece {
 
@@ -26,23 +25,34 @@ struct DecodedPhone {
   double score = 0;  ///< logarithm of its likelihood, base 1.0001^1024, against the best sounds of each frame
 };
 
-/// How words are said. Sung ones are heard with less of their held vowels and pauses, so that these do not outweigh the
-/// consonants (docs/theory/alignment.md).
-enum class SpeechKind { kSpoken, kSung };
+/// Which of a sound's frames to hear so that a song lasts as long as the same words spoken: about `wanted` frames,
+/// taken from where the spectrum changes, few from held vowels and pauses. Rising, with the first and the last frame;
+/// all of them where there are no more than `wanted`. `cepstra`: a row of cepstral coefficients a frame, energy first.
+std::vector<std::size_t> thinFrames(const std::vector<std::vector<float>>& cepstra, std::size_t wanted);
 
-/// PocketSphinx with its US English model, kept to a given row of words with optional silence around each.
+/// Puts the spectral envelope in place of the spectrum in the decoder's cepstra, where the harmonics of a high voice
+/// pass for formants: the spectrum of each voiced frame is averaged over one pitch to both sides before it goes through
+/// the mel bands. Other frames stay. samples: at 16 kHz; cepstra: a row every 10 ms, as PocketSphinx' front end makes
+/// them of these samples.
+void useSpectralEnvelope(std::span<const std::int16_t> samples, std::vector<std::vector<float>>& cepstra);
+
+/// The front end's own cepstra of the frame that begins at sample `start`: what useSpectralEnvelope() goes by.
+std::vector<float> frontEndCepstra(std::span<const std::int16_t> samples, std::size_t start, std::size_t count);
+
+/// PocketSphinx with a language's model, kept to a given row of words with optional silence around each.
 /// Not thread-safe; several may live side by side.
 class PhoneDecoder {
  public:
-  /// `model`: folder of the acoustic model; empty: the one found when Mouthpiece was built. Throws InputError with the
-  /// package's name when it is not there.
-  explicit PhoneDecoder(const std::filesystem::path& model = {});
+  /// `model`: folder of the acoustic model; empty: the language's, found when Mouthpiece was built. Throws InputError
+  /// with the package's name when it is not there.
+  PhoneDecoder(const std::filesystem::path& model, const Language& language);
   ~PhoneDecoder();
   PhoneDecoder(PhoneDecoder&&) noexcept;
   PhoneDecoder& operator=(PhoneDecoder&&) noexcept;
 
   /// The likeliest times and ways, in order, without gaps from the first frame to the last; empty when the sound
-  /// cannot hold the words (too short for them). Throws InputError when there are more than 100,000 phones.
+  /// cannot hold the words (too short for them). Throws InputError when there are more than 100,000 phones, or one that
+  /// the language lacks.
   std::vector<DecodedPhone> decode(std::span<const std::int16_t> samples, const WordWays& words,
                                    SpeechKind kind = SpeechKind::kSpoken);
 

@@ -7,8 +7,9 @@
 #include <unordered_map>
 
 #include "base/errors.h"
+#include "base/index.h"
 #include "base/files.h"
-#include "hearing/alignment/flite_lexicon.h"
+#include "base/text_encoding.h"
 #include "phonetics/text/speakable_text.h"
 
 namespace mouthpiece {
@@ -16,22 +17,18 @@ namespace {
 
 constexpr std::uint64_t kMaxDictionaryBytes = std::uint64_t{64} << 20U;
 
-bool isLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+/// Bytes beyond ASCII belong to a language's own letters.
+bool isLetter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || static_cast<unsigned char>(c) >= 0x80;
+}
 bool isWordCharacter(char c) { return isLetter(c) || (c >= '0' && c <= '9') || c == '\'' || c == '-' || c == '.'; }
 
-std::string lowerCase(std::string_view text) {
-  std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return lower;
-}
-
 /// Lines of "word PHONE PHONE ..." and "word(2) ..."; without stress.
-class CmuDictionary {
+class Dictionary {
  public:
-  CmuDictionary() {
-    const std::filesystem::path path = std::filesystem::path(MOUTHPIECE_SPHINX_MODELS) / "en-us/cmudict-en-us.dict";
-    if (!std::filesystem::exists(path)) return;
+  explicit Dictionary(const Language& language) {
+    const std::filesystem::path path = std::filesystem::path(MOUTHPIECE_SPHINX_MODELS) / language.dictionary;
+    if (language.dictionary.empty() || !std::filesystem::exists(path)) return;
     text_ = readFile(path, kMaxDictionaryBytes);
     lines_.reserve(150'000);
     for (std::string_view rest = text_; !rest.empty();) {
@@ -85,7 +82,7 @@ void lendStress(Pronunciation& way, const Pronunciation& stressed) {
     if (isVowel(stressed.phones[i])) of_vowels.push_back(stressed.stress[i]);
   }
   const auto vowels = std::count_if(way.phones.begin(), way.phones.end(), isVowel);
-  if (vowels != static_cast<std::ptrdiff_t>(of_vowels.size())) return;
+  if (vowels != signedIndex(of_vowels.size())) return;
   std::size_t next = 0;
   for (std::size_t i = 0; i < way.phones.size(); ++i) {
     if (isVowel(way.phones[i])) way.stress[i] = of_vowels[next++];
@@ -125,7 +122,8 @@ bool isSpelled(std::string_view token) {
 
 struct Pronouncer::State {
   const Lexicon* lexicon;
-  CmuDictionary dictionary;
+  const Language& language;
+  Dictionary dictionary;
 
   [[nodiscard]] std::vector<Pronunciation> fromLexicon(std::string_view word) const {
     return lexicon == nullptr ? std::vector<Pronunciation>() : lexicon->find(word);
@@ -134,10 +132,10 @@ struct Pronouncer::State {
   [[nodiscard]] std::vector<Pronunciation> waysOf(const std::string& word) const {
     std::vector<Pronunciation> ways = fromLexicon(word);
     if (ways.empty()) ways = dictionary.find(lowerCase(word));
-    const Pronunciation flite = flitePronunciation(word);
-    if (ways.empty() && !flite.phones.empty()) ways.push_back(flite);
+    const Pronunciation by_rule = language.pronounce(word);
+    if (ways.empty() && !by_rule.phones.empty()) ways.push_back(by_rule);
     for (Pronunciation& way : ways) {
-      if (!hasStress(way)) lendStress(way, flite);
+      if (!hasStress(way)) lendStress(way, by_rule);
     }
     return ways;
   }
@@ -152,7 +150,7 @@ struct Pronouncer::State {
     words.push_back({word, std::move(ways)});
   }
 
-  /// A token without blanks: as the lexicon has it, letter by letter as it stands, or as Flite reads it out.
+  /// A token without blanks: as the lexicon has it, letter by letter as it stands, or as the language reads it out.
   void addToken(std::vector<TranscriptWord>& words, std::string_view token) const {
     const std::string_view bare = withoutPunctuation(token);
     if (bare.empty()) return;
@@ -162,7 +160,7 @@ struct Pronouncer::State {
       for (const std::string& part : parts) addToken(words, part);
       return;
     }
-    for (const std::string& word : fliteWords(token)) {
+    for (const std::string& word : language.read_out(token)) {
       if (const std::string_view spelled = withoutPunctuation(word); !spelled.empty()) {
         addWord(words, std::string(spelled));
       }
@@ -170,17 +168,20 @@ struct Pronouncer::State {
   }
 };
 
-Pronouncer::Pronouncer(const Lexicon* lexicon) : state_(new State{lexicon, {}}) {}
+Pronouncer::Pronouncer(const Lexicon* lexicon, const Language& language)
+    : state_(new State{lexicon, language, Dictionary(language)}) {}
 Pronouncer::~Pronouncer() = default;
 Pronouncer::Pronouncer(Pronouncer&&) noexcept = default;
 Pronouncer& Pronouncer::operator=(Pronouncer&&) noexcept = default;
 
 std::vector<TranscriptWord> Pronouncer::wordsOf(std::string_view transcript) const {
   std::vector<TranscriptWord> words;
-  for (const std::string& token : splitAt(speakableText(transcript), ' ')) state_->addToken(words, token);
+  for (const std::string& token : splitAt(speakableText(transcript, state_->language), ' ')) state_->addToken(words, token);
   return words;
 }
 
-std::vector<std::vector<Phone>> dictionaryWords() { return CmuDictionary().usualWays(); }
+std::vector<std::vector<Phone>> dictionaryWords(const Language& language) {
+  return Dictionary(language).usualWays();
+}
 
 }  // namespace mouthpiece

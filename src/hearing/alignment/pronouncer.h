@@ -15,12 +15,12 @@ struct TranscriptWord {
   std::vector<Pronunciation> ways;
 };
 
-/// Finds how words are said: the user's lexicon first, then the CMU dictionary of PocketSphinx' package, then Flite's
-/// dictionary and letter-to-sound rules. Stress is the lexicon's, else Flite's. Thread-safe.
+/// Finds how words are said: the user's lexicon first, then the language's dictionary (English: CMU's of PocketSphinx'
+/// package), then its rules (English: Flite's). Stress is the lexicon's, else the rules'. Thread-safe.
 class Pronouncer {
  public:
   /// `lexicon` is kept alive by the caller; nullptr for none.
-  explicit Pronouncer(const Lexicon* lexicon = nullptr);
+  explicit Pronouncer(const Lexicon* lexicon = nullptr, const Language& language = english());
   ~Pronouncer();
   Pronouncer(Pronouncer&&) noexcept;
   Pronouncer& operator=(Pronouncer&&) noexcept;
@@ -34,7 +34,7 @@ class Pronouncer {
   std::unique_ptr<const State> state_;
 };
 
-/// The usual pronunciation of every word of the CMU dictionary; empty where the dictionary is not installed.
-std::vector<std::vector<Phone>> dictionaryWords();
+/// The usual pronunciation of every word of the language's dictionary; empty where that is not installed.
+std::vector<std::vector<Phone>> dictionaryWords(const Language& language = english());
 
 }  // namespace mouthpiece

@@ -1,10 +1,16 @@
-#include "hearing/alignment/senone_scores.h"
+#include "hearing/alignment/acoustic_model.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <numeric>
+#include <utility>
 
 #include "base/errors.h"
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {
@@ -14,6 +20,10 @@ namespace {
 constexpr double kFloor = 96 * kScoreUnit;
 constexpr Eigen::Index kBlock = 16;
 constexpr std::int16_t kWorstScore = 3 * (96 + 255);
+/// Of a song a frame stands for no more than this: 0.3 s are too long for any fleeting sound.
+constexpr double kMostFrames = 30;
+constexpr double kLargestScore = std::numeric_limits<std::int16_t>::max();
+constexpr Eigen::Index kStreamBlock = 64;
 
 void insertInto(std::array<float, SenoneScorer::kKept>& values, std::array<Eigen::Index, SenoneScorer::kKept>& places,
                 float value, Eigen::Index place) {
@@ -30,12 +40,12 @@ void insertInto(std::array<float, SenoneScorer::kKept>& values, std::array<Eigen
 
 SenoneScorer::SenoneScorer(std::shared_ptr<const TiedModel> model) : model_(std::move(model)) {
   for (const TiedModel::Codebook& codebook : model_->codebooks)
-    likelihoods_.emplace_back(static_cast<Eigen::Index>(codebook.senones.size()));
+    likelihoods_.emplace_back(signedIndex(codebook.senones.size()));
 }
 
 SenoneScorer::Likeliest& SenoneScorer::likeliest(std::size_t codebook, std::size_t stream, Eigen::Index frame) {
   const std::size_t streams = model_->stream_sizes.size();
-  return likeliest_[(static_cast<std::size_t>(frame) * streams + stream) * model_->codebooks.size() + codebook];
+  return likeliest_[(unsignedIndex(frame) * streams + stream) * model_->codebooks.size() + codebook];
 }
 
 void SenoneScorer::findLikeliest(std::size_t stream, const Eigen::Ref<const Eigen::MatrixXf>& features) {
@@ -70,7 +80,7 @@ void SenoneScorer::toLikelihoods(std::size_t stream, Eigen::Index frame) {
     best = std::max(best, likeliest(codebook, stream, frame).log_density.front());
   for (const std::size_t codebook : looked_at_) {
     for (float& value : likeliest(codebook, stream, frame).log_density)
-      value = std::exp(std::max(value - best, static_cast<float>(-kFloor)));
+      value = std::exp(std::max(value - best, asFloat(-kFloor)));
   }
 }
 
@@ -100,10 +110,10 @@ void SenoneScorer::scoreFrame(Eigen::Index frame, const Weighing& weighing) {
     if (!weighing.wanted[index]) continue;
     const TiedModel::Codebook& codebook = model_->codebooks[index];
     Eigen::ArrayXf& score = likelihoods_[index];
-    const auto unit = static_cast<float>(-weighing.scale / kScoreUnit);
+    const auto unit = asFloat(-weighing.scale / kScoreUnit);
     score = (score / best).max(std::numeric_limits<float>::min()).log() * unit + 0.5F;
     for (Eigen::Index i = 0; i < score.size(); ++i)
-      scores_(codebook.senones[static_cast<std::size_t>(i)], frame) = static_cast<std::int16_t>(score[i]);
+      scores_(codebook.senones[unsignedIndex(i)], frame) = static_cast<std::int16_t>(score[i]);
   }
 }
 
@@ -117,16 +127,74 @@ const SenoneScorer::Scores& SenoneScorer::score(const Eigen::Ref<const Eigen::Ma
   }
   const Eigen::Index frames = features.cols();
   const std::size_t streams = model_->stream_sizes.size();
-  likeliest_.resize(static_cast<std::size_t>(frames) * streams * model_->codebooks.size());
+  likeliest_.resize(unsignedIndex(frames) * streams * model_->codebooks.size());
   for (std::size_t stream = 0, row = 0; stream < streams; ++stream) {
     const Eigen::Index size = model_->stream_sizes[stream];
-    findLikeliest(stream, features.middleRows(static_cast<Eigen::Index>(row), size));
-    row += static_cast<std::size_t>(size);
+    findLikeliest(stream, features.middleRows(signedIndex(row), size));
+    row += unsignedIndex(size);
     for (Eigen::Index frame = 0; frame < frames; ++frame) toLikelihoods(stream, frame);
   }
-  scores_.setConstant(static_cast<Eigen::Index>(model_->senone_count), frames, kWorstScore);
+  scores_.setConstant(signedIndex(model_->senone_count), frames, kWorstScore);
   for (Eigen::Index frame = 0; frame < frames; ++frame) scoreFrame(frame, weighing);
   return scores_;
+}
+
+FleetingSounds::FleetingSounds(const TiedModel& model, const std::vector<std::size_t>& kept) {
+  for (const TiedModel::Codebook& codebook : model.codebooks) {
+    const Phone phone = phoneFromName(codebook.phone).value_or(Phone::kSil);
+    if (rowOf(phone).fleeting) senones_.insert(senones_.end(), codebook.senones.begin(), codebook.senones.end());
+  }
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    const std::size_t before = kept[i > 0 ? i - 1 : i], after = kept[i + 1 < kept.size() ? i + 1 : i];
+    frame_counts_.push_back(std::clamp(0.5 * asReal(after - before), 1.0, kMostFrames));
+  }
+}
+
+void FleetingSounds::weigh(SenoneScorer::Scores& scores, Eigen::Index first) const {
+  if (frame_counts_.empty()) return;
+  for (Eigen::Index frame = 0; frame < scores.cols(); ++frame) {
+    const double count = frame_counts_[unsignedIndex(first + frame)];
+    for (const int senone : senones_)
+      scores(senone, frame) = static_cast<std::int16_t>(std::min(count * scores(senone, frame), kLargestScore));
+  }
+}
+
+double FleetingSounds::timesWeighed(Phone phone, std::size_t first, std::size_t last) const {
+  if (last >= frame_counts_.size() || !rowOf(phone).fleeting) return 1;
+  const auto begin = frame_counts_.begin() + signedIndex(first);
+  const auto end = frame_counts_.begin() + signedIndex(last + 1);
+  return std::accumulate(begin, end, 0.0) / asReal(last + 1 - first);
+}
+
+ScoreStream::ScoreStream(SenoneScorer& scorer, const Eigen::MatrixXf& features, Weighing weighing,
+                         const FleetingSounds& fleeting)
+    : scorer_(scorer), features_(features), weighing_(std::move(weighing)), fleeting_(fleeting) {
+  const std::uint32_t byte_order = 0x11223344;
+  bytes_ = fmt::format("s3\nversion 0.1\nn_sen {}\nlogbase 1.0001\nendhdr\n", scorer.model().senone_count);
+  bytes_.append(reinterpret_cast<const char*>(&byte_order), sizeof byte_order);
+}
+
+std::size_t ScoreStream::take(char* buffer, std::size_t size) {
+  if (at_ == bytes_.size()) weighNext();
+  const std::size_t count = std::min(size, bytes_.size() - at_);
+  std::memcpy(buffer, bytes_.data() + at_, count);
+  at_ += count;
+  return count;
+}
+
+void ScoreStream::weighNext() {
+  const Eigen::Index frames = std::min(kStreamBlock, features_.cols() - next_);
+  bytes_.clear();
+  at_ = 0;
+  if (frames == 0) return;
+  SenoneScorer::Scores scores = scorer_.score(features_.middleCols(next_, frames), weighing_);
+  fleeting_.weigh(scores, next_);
+  const auto count = static_cast<std::int16_t>(scores.rows());
+  for (Eigen::Index frame = 0; frame < frames; ++frame) {
+    bytes_.append(reinterpret_cast<const char*>(&count), sizeof count);
+    bytes_.append(reinterpret_cast<const char*>(scores.col(frame).data()), sizeof count * unsignedIndex(scores.rows()));
+  }
+  next_ += frames;
 }
 
 }  // namespace mouthpiece

@@ -60,35 +60,18 @@ Loudness loudnessOf(const AudioClip& clip, const SpeechLabels& labels, Wanted wa
   return {*middle, kPiece * static_cast<double>(pieces.size())};
 }
 
-/// The merged classes of Figure 5: 0 {A}, 1 {E, I}, 2 {O, U}.
-std::optional<std::size_t> mergedVowel(Phone phone) {
-  switch (firstViseme(phone)) {
-    case Viseme::kAh:
-      return 0;
-    case Viseme::kEh:
-    case Viseme::kEe:
-    case Viseme::kIh:
-      return 1;
-    case Viseme::kOh:
-    case Viseme::kOo:
-      return 2;
-    default:
-      return std::nullopt;
-  }
-}
-
 /// The mean probability of the vowels that the labels promise, where a vowel is heard; nullopt where too little is.
 std::optional<double> vowelAgreement(const SpeechLabels& labels, const AudioTags& tags) {
   double sum = 0, weight = 0;
   auto heard = tags.vowels.begin();
   for (const LabelledPhone& phone : labels.phones) {
-    const auto wanted = mergedVowel(phone.phone);
+    const auto wanted = rowOf(firstViseme(phone.phone)).vowels;
     if (!isVowel(phone.phone) || !wanted) continue;
     while (heard != tags.vowels.end() && heard->time < phone.span.start) ++heard;
     // The first half: diphthongs move on.
     for (; heard != tags.vowels.end() && heard->time < phone.span.middle(); ++heard) {
       const std::array<double, 3> merged{heard->a, heard->e + heard->i, heard->o + heard->u};
-      sum += merged[*wanted];
+      sum += merged[static_cast<std::size_t>(*wanted)];
       weight += 1 - heard->silence;
     }
   }

@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "base/errors.h"
-#include "phonetics/labels/phone_sets.h"
 
 namespace mouthpiece {
 namespace {
@@ -42,36 +40,14 @@ void checkIsLongEnough(std::string_view file, const LabelEntry& entry) {
                                entry.span.duration(), kShortestLabel));
 }
 
-/// TIMIT writes the closure of a stop apart from its burst.
-std::optional<Phone> closureOf(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, Phone>, 6> kClosures = {{{"bcl", Phone::kB},
-                                                                            {"dcl", Phone::kD},
-                                                                            {"gcl", Phone::kG},
-                                                                            {"pcl", Phone::kP},
-                                                                            {"tcl", Phone::kT},
-                                                                            {"kcl", Phone::kK}}};
-  for (const auto& [closure, stop] : kClosures) {
-    if (closure == name) return stop;
-  }
-  return std::nullopt;
-}
-
-PhoneSet phoneSetOf(const std::vector<LabelEntry>& entries) {
-  std::vector<std::string> names;
-  for (const LabelEntry& entry : entries) names.push_back(entry.text);
-  return likeliestPhoneSet(names);
-}
-
-bool isGlottalStop(std::string_view name) { return name == "q" || name == "?" || name == "ʔ"; }
-
 bool releases(Phone stop, Phone next) {
   return next == stop || (stop == Phone::kD && next == Phone::kJH) || (stop == Phone::kT && next == Phone::kCH);
 }
 
-Phone requirePhone(std::string_view file, const LabelEntry& entry, PhoneSet set) {
+Phone requirePhone(std::string_view file, const LabelEntry& entry, PhoneSet set, const Language& language) {
   if (isSilenceName(entry.text)) return Phone::kSil;
-  if (const auto phone = phoneFromName(entry.text, set)) return *phone;
-  if (const auto stop = closureOf(entry.text)) return *stop;
+  if (const auto phone = phoneFromName(entry.text, set, language)) return *phone;
+  if (const auto stop = closedStop(entry.text)) return *stop;
   const char* hint = entry.text == "spn" ? " (the aligner's mark for a word that its dictionary lacks)" : "";
   throw InputError(file, entry.place,
                    fmt::format("found phone '{}'{}; expected {} or sil", printable(entry.text), hint,
@@ -80,8 +56,11 @@ Phone requirePhone(std::string_view file, const LabelEntry& entry, PhoneSet set)
 
 }  // namespace
 
-std::vector<PhoneSegment> phonesFromEntries(std::string_view file, const std::vector<LabelEntry>& entries) {
-  const PhoneSet set = phoneSetOf(entries);
+std::vector<PhoneSegment> phonesFromEntries(std::string_view file, const std::vector<LabelEntry>& entries,
+                                            const Language& language) {
+  std::vector<std::string> names;
+  for (const LabelEntry& entry : entries) names.push_back(entry.text);
+  const PhoneSet set = likeliestPhoneSet(names, language);
   std::vector<PhoneSegment> segments;
   std::optional<Phone> open_closure;
   Seconds previous_end = 0;
@@ -89,13 +68,13 @@ std::vector<PhoneSegment> phonesFromEntries(std::string_view file, const std::ve
     checkSpan(file, entry, previous_end);
     previous_end = std::max(previous_end, entry.span.end);
     const bool is_glottal_stop = isGlottalStop(entry.text);
-    const Phone phone = !is_glottal_stop   ? requirePhone(file, entry, set)
+    const Phone phone = !is_glottal_stop   ? requirePhone(file, entry, set, language)
                         : segments.empty() ? Phone::kSil
                                            : segments.back().phone;
     if (phone == Phone::kSil && entry.span.duration() < kShortestLabel) continue;
     const bool joins = !segments.empty() && std::abs(segments.back().span.end - entry.span.start) <= kRoundingOverlap &&
                        (is_glottal_stop || (open_closure && releases(*open_closure, phone)));
-    open_closure = closureOf(entry.text);
+    open_closure = closedStop(entry.text);
     if (joins) {
       segments.back().phone = phone;
       segments.back().span.end = std::max(segments.back().span.end, entry.span.end);

@@ -21,7 +21,8 @@ inline constexpr Seconds kLatestLabel = 24 * 3600.0;
 /// Entries as phones. TIMIT's closures join the stop that follows, its glottal stop ("q") the phone before.
 /// Throws InputError for what is no time, backward, empty or overlapping (rounding of 0.1 ms is forgiven), and names
 /// an unknown phone.
-std::vector<PhoneSegment> phonesFromEntries(std::string_view file, const std::vector<LabelEntry>& entries);
+std::vector<PhoneSegment> phonesFromEntries(std::string_view file, const std::vector<LabelEntry>& entries,
+                                            const Language& language);
 
 /// The entries that are no silence, as words. The same errors.
 std::vector<WordSegment> wordsFromEntries(std::string_view file, const std::vector<LabelEntry>& entries);

@@ -32,7 +32,6 @@ std::vector<PhoneSegment> withoutGaps(const std::vector<PhoneSegment>& segments,
   for (PhoneSegment segment : segments) {
     MOUTHPIECE_EXPECT(std::isfinite(segment.span.start) && std::isfinite(segment.span.end));
     MOUTHPIECE_EXPECT(segment.span.start < segment.span.end && segment.span.start > end - kRoundingGap);
-    if (segment.phone == Phone::kAX) segment.phone = Phone::kAH;
     if (segment.span.start > end + kRoundingGap) {
       appendSegment(filled, {.span = {end, segment.span.start}});
     } else {
@@ -71,8 +70,8 @@ std::vector<PhoneSegment> withSilentEnds(const std::vector<PhoneSegment>& segmen
 
 class LabelsBuilder {
  public:
-  LabelsBuilder(std::vector<PhoneSegment> segments, const std::vector<std::string>& words)
-      : segments_(std::move(segments)), words_(words) {}
+  LabelsBuilder(std::vector<PhoneSegment> segments, const std::vector<std::string>& words, const Language& language)
+      : segments_(std::move(segments)), words_(words), language_(language) {}
 
   SpeechLabels build() {
     for (const PhoneSegment& segment : segments_) {
@@ -142,8 +141,8 @@ class LabelsBuilder {
       phones.push_back(segments_[i].phone);
       stress_is_known = stress_is_known || segments_[i].stress.has_value();
     }
-    const auto syllables = syllabify(phones);
-    const std::size_t stressed = likelyStressedSyllable(phones, syllables);
+    const auto syllables = syllabify(phones, language_);
+    const std::size_t stressed = likelyStressedSyllable(phones, syllables, language_);
     for (std::size_t s = 0; s < syllables.size(); ++s) {
       const std::size_t first = begin + syllables[s].first;
       addSyllable(first, first + syllables[s].count, !stress_is_known && s == stressed ? 1 : 0);
@@ -152,6 +151,7 @@ class LabelsBuilder {
 
   std::vector<PhoneSegment> segments_;
   const std::vector<std::string>& words_;
+  const Language& language_;
   SpeechLabels labels_;
   std::optional<std::size_t> last_word_;
 };
@@ -159,16 +159,16 @@ class LabelsBuilder {
 }  // namespace
 
 SpeechLabels buildSpeechLabels(std::vector<PhoneSegment> segments, const std::vector<std::string>& words,
-                               Seconds duration) {
+                               Seconds duration, const Language& language) {
   const std::vector<PhoneSegment> filled = withoutGaps(segments, duration);
   MOUTHPIECE_EXPECT(!filled.empty());
-  SpeechLabels labels = LabelsBuilder(withSilentEnds(filled), words).build();
+  SpeechLabels labels = LabelsBuilder(withSilentEnds(filled), words, language).build();
   expectConsistent(labels);
   return labels;
 }
 
 SpeechLabels buildSpeechLabels(std::vector<PhoneSegment> segments, const std::vector<WordSegment>& words,
-                               Seconds duration) {
+                               Seconds duration, const Language& language) {
   std::vector<std::string> texts;
   for (const WordSegment& word : words) texts.push_back(word.text);
   std::size_t w = 0;
@@ -177,7 +177,7 @@ SpeechLabels buildSpeechLabels(std::vector<PhoneSegment> segments, const std::ve
     while (w < words.size() && words[w].span.end <= middle) ++w;
     if (w < words.size() && words[w].span.contains(middle) && !isSilence(segment)) segment.word = w;
   }
-  return buildSpeechLabels(std::move(segments), texts, duration);
+  return buildSpeechLabels(std::move(segments), texts, duration, language);
 }
 
 void appendSpeechLabels(SpeechLabels& line, const SpeechLabels& next) {
@@ -197,16 +197,6 @@ void appendSpeechLabels(SpeechLabels& line, const SpeechLabels& next) {
   }
   for (const LabelledWord& word : next.words) line.words.push_back({word.text, moved(word.phones)});
   for (const auto& syllable : next.syllables) line.syllables.push_back({moved(syllable.phones), syllable.stress});
-}
-
-bool isSilenceName(std::string_view name) {
-  return name.empty() || name == "_" || name == "<s>" || name == "</s>" || phoneFromName(name) == Phone::kSil;
-}
-
-std::optional<int> stressOfName(std::string_view name) {
-  if (name.empty() || name.back() < '0' || name.back() > '2') return std::nullopt;
-  const auto phone = phoneFromName(name);
-  return phone && isVowel(*phone) ? std::optional<int>(name.back() - '0') : std::nullopt;
 }
 
 }  // namespace mouthpiece

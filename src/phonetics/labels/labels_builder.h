@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "phonetics/labels/speech_labels.h"
+#include "phonetics/language/language.h"
 
 namespace mouthpiece {
 
@@ -27,26 +28,19 @@ struct WordSegment {
 /// - gaps between segments and before the first become silence, `duration` (if later) is filled with silence;
 /// - neighbouring silences are merged;
 /// - a line that starts or ends without silence gives up to 20 ms, at most a quarter, of its first or last phone to it;
-/// - AX becomes AH;
 /// - syllables that are not given are found by maximal onset within each word, split at silence; a syllable without a
 ///   known stress has 1 where it is the likeliest of its word, else 0;
 /// - words without phones are left out.
 /// Segments rise in time, do not overlap and last longer than zero (checked by whoever read them: InternalError).
 SpeechLabels buildSpeechLabels(std::vector<PhoneSegment> segments, const std::vector<std::string>& words,
-                               Seconds duration);
+                               Seconds duration, const Language& language = english());
 
 /// Gives each phone that is not silence the word that holds its middle, then builds. Words rise in time without
 /// overlaps.
 SpeechLabels buildSpeechLabels(std::vector<PhoneSegment> segments, const std::vector<WordSegment>& words,
-                               Seconds duration);
+                               Seconds duration, const Language& language = english());
 
 /// `next` said after `line`: its times are moved by the duration of `line`; the two silences that meet become one.
 void appendSpeechLabels(SpeechLabels& line, const SpeechLabels& next);
-
-/// Whether a label file means silence by this: "", sil, sp, pau, <eps>, h#, ... in any case.
-bool isSilenceName(std::string_view name);
-
-/// The stress digit at the end of a vowel's name ("AH0"), if there is one.
-std::optional<int> stressOfName(std::string_view name);
 
 }  // namespace mouthpiece

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "phonetics/language/phone.h"
+#include "phonetics/language/language.h"
 
 namespace mouthpiece {
 
@@ -16,15 +16,16 @@ struct WordSyllable {
 };
 
 /// Cuts the phones of one word (no silence among them) into syllables, one a vowel, by maximal onset: of the
-/// consonants between two vowels, the longest tail that can begin an English word opens the second syllable.
+/// consonants between two vowels, the longest tail that can begin a word of the language opens the second syllable.
 /// A word without a vowel is one syllable.
-std::vector<WordSyllable> syllabify(std::span<const Phone> word);
+std::vector<WordSyllable> syllabify(std::span<const Phone> word, const Language& language = english());
 
 /// The syllable that most likely bears the primary stress, where a lexicon does not say: the first whose vowel is
-/// not a schwa (AH), else the first.
-std::size_t likelyStressedSyllable(std::span<const Phone> word, std::span<const WordSyllable> syllables);
+/// not the language's reduced one (AH), else the first.
+std::size_t likelyStressedSyllable(std::span<const Phone> word, std::span<const WordSyllable> syllables,
+                                   const Language& language = english());
 
-/// Whether `consonants` can open an English syllable (the empty onset can).
-bool isLegalOnset(std::span<const Phone> consonants);
+/// Whether `consonants` can open a syllable (the empty onset can, vowels cannot).
+bool isLegalOnset(std::span<const Phone> consonants, const Language& language = english());
 
 }  // namespace mouthpiece

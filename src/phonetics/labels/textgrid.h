@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "phonetics/labels/speech_labels.h"
+#include "phonetics/language/language.h"
 
 namespace mouthpiece {
 
@@ -12,9 +13,9 @@ namespace mouthpiece {
 /// Needs a tier `phones` (or `phonemes`, `phone`, `segments`, "NAME - phones"); a tier `words` and one `syllables`,
 /// whose text is the stress, are used when there. Throws InputError naming file and line for what is no TextGrid,
 /// intervals that run backwards or overlap, and phones that are not ARPAbet.
-SpeechLabels readTextGrid(const std::filesystem::path& path);
+SpeechLabels readTextGrid(const std::filesystem::path& path, const Language& language = english());
 /// The same from memory; `name` stands for the file in messages.
-SpeechLabels parseTextGrid(std::string_view bytes, std::string_view name);
+SpeechLabels parseTextGrid(std::string_view bytes, std::string_view name, const Language& language = english());
 
 /// Long text, UTF-8, tiers `words`, `phones`, `syllables`; atomically.
 void writeTextGrid(const std::filesystem::path& path, const SpeechLabels& labels);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/errors.h"
+#include "base/index.h"
 #include "base/files.h"
 #include "phonetics/labels/label_entries.h"
 #include "base/text_encoding.h"
@@ -38,7 +39,7 @@ class PraatTokens {
   std::size_t count(std::string_view what) {
     const double value = number(what);
     // An interval takes at least three characters a number: more than bytes in the file is a lie.
-    if (!(value >= 0) || value != std::floor(value) || value > static_cast<double>(text_.size())) {
+    if (!(value >= 0) || value != std::floor(value) || value > asReal(text_.size())) {
       throw InputError(file_, line(),
                        fmt::format("found {} for {}; expected a count that the file can hold", value, what));
     }
@@ -174,13 +175,6 @@ TextGrid readTiers(std::string_view text, std::string_view file) {
   return grid;
 }
 
-std::string lowerCase(std::string_view text) {
-  std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return lower;
-}
-
 /// The tier with one of these names, or with "SPEAKER - " before it (Montreal Forced Aligner). nullptr when there is
 /// none.
 const Tier* findTier(const TextGrid& grid, std::string_view file, std::initializer_list<std::string_view> names) {
@@ -230,7 +224,7 @@ void takeSyllables(const Tier& tier, const TextGrid& grid, std::string_view file
 
 }  // namespace
 
-SpeechLabels parseTextGrid(std::string_view bytes, std::string_view name) {
+SpeechLabels parseTextGrid(std::string_view bytes, std::string_view name, const Language& language) {
   if (bytes.starts_with("ooBinaryFile")) throw InputError(name, "", "is a binary TextGrid; expected one saved as text");
   const std::string text = decodeText(bytes, name);
   const TextGrid grid = readTiers(text, name);
@@ -240,17 +234,17 @@ SpeechLabels parseTextGrid(std::string_view bytes, std::string_view name) {
     for (const Tier& tier : grid.tiers) names.push_back(printable(tier.name));
     throw InputError(name, "", fmt::format("has tiers [{}]; expected one named phones", fmt::join(names, ", ")));
   }
-  auto phones = phonesFromEntries(name, entriesFromStart(*phone_tier, grid.span.start));
+  auto phones = phonesFromEntries(name, entriesFromStart(*phone_tier, grid.span.start), language);
   if (const Tier* tier = findTier(grid, name, {"syllables"})) takeSyllables(*tier, grid, name, phones);
   std::vector<WordSegment> words;
   if (const Tier* tier = findTier(grid, name, {"words", "word", "ort-mau", "orthography"})) {
     words = wordsFromEntries(name, entriesFromStart(*tier, grid.span.start));
   }
-  return buildSpeechLabels(std::move(phones), words, grid.span.duration());
+  return buildSpeechLabels(std::move(phones), words, grid.span.duration(), language);
 }
 
-SpeechLabels readTextGrid(const std::filesystem::path& path) {
-  return parseTextGrid(readFile(path, kMaxTextGridBytes), path.string());
+SpeechLabels readTextGrid(const std::filesystem::path& path, const Language& language) {
+  return parseTextGrid(readFile(path, kMaxTextGridBytes), path.string(), language);
 }
 
 }  // namespace mouthpiece

@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "base/errors.h"
+#include "base/index.h"
 #include "base/files.h"
-#include "phonetics/labels/labels_builder.h"
 #include "base/text_encoding.h"
 
 namespace mouthpiece {
@@ -14,11 +14,11 @@ namespace {
 
 constexpr std::uint64_t kMaxLexiconBytes = std::uint64_t{256} << 20U;
 
-std::string mapped(std::string_view text, char first, char last, int shift) {
-  std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(),
-                 [=](char c) { return c >= first && c <= last ? static_cast<char>(c + shift) : c; });
-  return out;
+std::string upperCase(std::string_view text) {
+  std::string upper(text);
+  std::transform(upper.begin(), upper.end(), upper.begin(),
+                 [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; });
+  return upper;
 }
 
 std::string_view takeField(std::string_view& line) {
@@ -39,14 +39,14 @@ std::string_view withoutVariant(std::string_view word) {
 }
 
 Pronunciation parsePhones(std::string_view fields, std::string_view word, std::string_view file,
-                          const std::string& line) {
+                          const std::string& line, PhoneSet set, const Language& language) {
   Pronunciation pronunciation;
   for (auto name = takeField(fields); !name.empty() && name != "#"; name = takeField(fields)) {
-    const auto phone = phoneFromName(name);
+    const auto phone = set == PhoneSet::kArpabet ? phoneFromName(name) : phoneFromName(name, set, language);
     if (!phone || *phone == Phone::kSil) {
       throw InputError(file, line,
-                       fmt::format("found phone '{}' in '{}'; expected ARPAbet (AA AE AH ... ZH)", printable(name),
-                                   printable(word)));
+                       fmt::format("found phone '{}' in '{}'; expected {}", printable(name), printable(word),
+                                   set == PhoneSet::kArpabet ? "ARPAbet (AA AE AH ... ZH)" : phoneSetName(set)));
     }
     pronunciation.phones.push_back(*phone);
     pronunciation.stress.push_back(stressOfName(name).value_or(-1));
@@ -63,7 +63,7 @@ Lexicon Lexicon::read(const std::filesystem::path& path) {
   return parse(readFile(path, kMaxLexiconBytes), path.string());
 }
 
-Lexicon Lexicon::parse(std::string_view bytes, std::string_view name) {
+Lexicon Lexicon::parse(std::string_view bytes, std::string_view name, PhoneSet set, const Language& language) {
   const std::string decoded = decodeText(bytes, name);
   std::string_view text = decoded;
   Lexicon lexicon;
@@ -73,7 +73,7 @@ Lexicon Lexicon::parse(std::string_view bytes, std::string_view name) {
     text.remove_prefix(std::min(end + 1, text.size()));
     const std::string_view word = takeField(line);
     if (word.empty() || word.starts_with('#') || word.starts_with(";;;")) continue;
-    Pronunciation pronunciation = parsePhones(line, word, name, std::to_string(number));
+    Pronunciation pronunciation = parsePhones(line, word, name, std::to_string(number), set, language);
     lexicon.words_[std::string(withoutVariant(word))].push_back(std::move(pronunciation));
   }
   if (lexicon.words_.empty()) throw InputError(name, "", "holds no words; expected lines of a word and its phones");
@@ -82,8 +82,8 @@ Lexicon Lexicon::parse(std::string_view bytes, std::string_view name) {
 
 std::string Lexicon::keyOf(std::string_view word) const {
   auto found = words_.find(word);
-  if (found == words_.end()) found = words_.find(mapped(word, 'A', 'Z', 'a' - 'A'));
-  if (found == words_.end() && word.size() > 1) found = words_.find(mapped(word, 'a', 'z', 'A' - 'a'));
+  if (found == words_.end()) found = words_.find(lowerCase(word));
+  if (found == words_.end() && word.size() > 1) found = words_.find(upperCase(word));
   return found == words_.end() ? "" : found->first;
 }
 
@@ -96,7 +96,7 @@ const std::vector<Pronunciation>& Lexicon::find(std::string_view word) const {
 void Lexicon::putFirst(std::string_view word, std::size_t way) {
   const auto found = words_.find(keyOf(word));
   if (found == words_.end() || way >= found->second.size()) return;
-  const auto place = found->second.begin() + static_cast<std::ptrdiff_t>(way);
+  const auto place = found->second.begin() + signedIndex(way);
   std::rotate(found->second.begin(), place, place + 1);
 }
 

@@ -1,28 +1,26 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <map>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "phonetics/language/phone.h"
+#include "phonetics/labels/speech_labels.h"
+#include "phonetics/language/language.h"
 
 namespace mouthpiece {
-
-/// How one word can be said.
-struct Pronunciation {
-  std::vector<Phone> phones;
-  std::vector<int> stress;  ///< a value a phone: 0, 1, 2 where a vowel's digit says so, -1 where nothing does
-};
 
 /// Words and their pronunciations (docs/formats/labels.md). A single capital letter is the spoken name of the letter.
 class Lexicon {
  public:
   /// Lines of "word phone phone ..."; "word(2)" is a further pronunciation; '#' starts a comment line. Throws
-  /// InputError naming file and line for a word without phones, or phones that are not ARPAbet.
+  /// InputError naming file and line for a word without phones, or phones that the set does not know.
   static Lexicon read(const std::filesystem::path& path);
-  static Lexicon parse(std::string_view text, std::string_view name);
+  /// `set`: how its phones are written. `name` stands for the file in messages.
+  static Lexicon parse(std::string_view text, std::string_view name, PhoneSet set = PhoneSet::kArpabet,
+                       const Language& language = english());
 
   /// All pronunciations, the first the usual one; empty when the word is unknown. Looks for the word as it is written,
   /// then in lower case, then (longer words only) in capitals: "A" is the letter, "a" the article.
@@ -39,5 +37,23 @@ class Lexicon {
 
   std::map<std::string, std::vector<Pronunciation>, std::less<>> words_;
 };
+
+/// Which phones follow each other somewhere in a corpus.
+class PhonePairs {
+ public:
+  void add(const SpeechLabels& labels);
+  [[nodiscard]] bool has(Phone first, Phone second) const {
+    return pairs_[static_cast<std::size_t>(first)][static_cast<std::size_t>(second)];
+  }
+
+ private:
+  std::array<std::array<bool, kPhoneCount>, kPhoneCount> pairs_{};
+};
+
+/// `lexicon` for saying `line`: of each word's pronunciations the one first with which the fewest phone pairs of the
+/// line are missing in the corpus ("at" as AE T or AH T); where several do, the usual one. Within the words, between
+/// neighbours, and around the silence at punctuation and at the ends; next to a word that the lexicon lacks nothing is
+/// judged. A word that comes twice is said alike.
+Lexicon lexiconForLine(const Lexicon& lexicon, std::string_view line, const PhonePairs& pairs);
 
 }  // namespace mouthpiece

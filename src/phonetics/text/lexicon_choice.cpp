@@ -1,4 +1,4 @@
-#include "phonetics/text/lexicon_choice.h"
+#include "phonetics/text/lexicon.h"
 
 #include <algorithm>
 #include <limits>
@@ -46,8 +46,6 @@ std::vector<LineWord> wordsOf(std::string_view line) {
   return words;
 }
 
-Phone normal(Phone phone) { return phone == Phone::kAX ? Phone::kAH : phone; }
-
 class LineChooser {
  public:
   LineChooser(const Lexicon& lexicon, const std::vector<LineWord>& words, const PhonePairs& pairs)
@@ -73,11 +71,11 @@ class LineChooser {
   }
 
   [[nodiscard]] double missing(Phone first, Phone second) const {
-    return pairs_.has(normal(first), normal(second)) ? 0.0 : 1.0;
+    return pairs_.has(first, second) ? 0.0 : 1.0;
   }
 
   [[nodiscard]] double insideCost(const Pronunciation& way, std::size_t rank) const {
-    double cost = kLaterWay * static_cast<double>(rank);
+    double cost = kLaterWay * asReal(rank);
     for (std::size_t i = 1; i < way.phones.size(); ++i) cost += missing(way.phones[i - 1], way.phones[i]);
     return cost;
   }

@@ -4,11 +4,12 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "base/errors.h"
 #include "base/text_encoding.h"
-#include "phonetics/text/latin_letters.h"
 
 namespace mouthpiece {
 namespace {
@@ -20,38 +21,59 @@ constexpr std::string_view kKeptSigns = ".,;:!?'-\"()";
 bool isDigit(char32_t c) { return c >= '0' && c <= '9'; }
 bool isAsciiLetter(char32_t c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
-/// What is written for a sign: ASCII, or words with blanks around them.
-std::string_view spelledSign(char32_t c) {
-  constexpr std::array<std::pair<char32_t, std::string_view>, 41> kSigns = {{
-      {'%', " percent "},   {'&', " and "},
-      {'+', " plus "},      {'=', " equals "},
-      {'@', " at "},        {0xA7, " section "},
-      {0xB0, " degrees "},  {0xB1, " plus or minus "},
-      {0xB2, " squared "},  {0xB3, " cubed "},
-      {0xB5, " micro "},    {0xBC, " one quarter "},
-      {0xBD, " one half "}, {0xBE, " three quarters "},
-      {0xD7, " times "},    {0xF7, " divided by "},
-      {0xA2, " cents "},    {0xA3, " pounds "},
-      {0xA5, " yen "},      {0x20AC, " euros "},
-      {0x20B9, " rupees "}, {0x20BD, " roubles "},
-      {0x2010, "-"},        {0x2011, "-"},
-      {0x2012, "-"},        {0x2013, "-"},
-      {0x2014, ", "},       {0x2015, ", "},
-      {0x2018, "'"},        {0x2019, "'"},
-      {0x201A, "'"},        {0x201B, "'"},
-      {0x02BC, "'"},        {0x2032, "'"},
-      {0x201C, "\""},       {0x201D, "\""},
-      {0x201E, "\""},       {0x2026, "..."},
-      {0x2116, " number "}, {0x2212, "-"},
-      {0x3002, ". "},
-  }};
-  for (const auto& [sign, spelled] : kSigns) {
-    if (sign == c) return spelled;
+/// The plain letter of each code point from U+00C0 and from U+1E00; '.' where there is none or more than one.
+constexpr std::string_view kFrom00C0 =
+    "AAAAAA.CEEEEIIII.NOOOOO.OUUUUY..aaaaaa.ceeeeiiii.nooooo.ouuuuy.yAaAaAaCcCcCcCcDd"
+    "DdEeEeEeEeEeGgGgGgGgHhHhIiIiIiIiIi..JjKkkLlLlLlLlLlNnNnNnn..OoOoOo..RrRrRrSsSsSs"
+    "SsTtTtTtUuUuUuUuUuUuWwYyYZzZzZzsbB.....CcDD....e.FfG...IKkl..Nn.Oo..Pp.....tTtTU"
+    "u.VYyZz......................AaIiOoUuUuUuUuUueAaAa..GgGgKkOoOo..j...Gg..NnAa...."
+    "AaAaEeEeIiIiOoOoRrRrUuUuSsTt..Hh......AaEeOoOoOoOoYy......ACcLT....BU.EeJj..RrYy";
+constexpr std::string_view kFrom1E00 =
+    "AaBbBbBbCcDdDdDdDdDdEeEeEeEeEeFfGgHhHhHhHhHhIiIiKkKkKkLlLlLlLlMmMmMmNnNnNnNnOoOo"
+    "OoOoPpPpRrRrRrRrSsSsSsSsSsTtTtTtTtUuUuUuUuUuVvVvWwWwWwWwWwXxXxYyZzZzZzhtwy.s...."
+    "AaAaAaAaAaAaAaAaAaAaAaAaEeEeEeEeEeEeEeEeIiIiOoOoOoOoOoOoOoOoOoOoOoOoUuUuUuUuUuUu"
+    "UuYyYyYyYy......";
+
+constexpr std::array<std::pair<char32_t, std::string_view>, 28> kLigatures = {{
+    {0x00C6, "Ae"}, {0x00E6, "ae"}, {0x00D0, "Th"}, {0x00F0, "th"}, {0x00DE, "Th"}, {0x00FE, "th"}, {0x00DF, "ss"},
+    {0x1E9E, "SS"}, {0x0132, "IJ"}, {0x0133, "ij"}, {0x014A, "Ng"}, {0x014B, "ng"}, {0x0152, "Oe"}, {0x0153, "oe"},
+    {0x01FC, "Ae"}, {0x01FD, "ae"}, {0x01FE, "O"},  {0x01FF, "o"},  {0x01E2, "Ae"}, {0x01E3, "ae"}, {0x01C4, "Dz"},
+    {0x01C6, "dz"}, {0x01C7, "Lj"}, {0x01C9, "lj"}, {0x01CA, "Nj"}, {0x01CC, "nj"}, {0x01F1, "Dz"}, {0x01F3, "dz"},
+}};
+
+constexpr std::array<std::string_view, 7> kPresentationForms = {"ff", "fi", "fl", "ffi", "ffl", "st", "st"};  // U+FB00
+
+/// The ASCII letters that stand for a Latin letter with marks, a ligature or a special letter: U+00E9 -> "e", U+00DF ->
+/// "ss". Empty for everything else, letters that no plain letter stands for included.
+std::string_view plainLatinLetters(char32_t code_point) {
+  const auto fromTable = [&](std::string_view table, char32_t first) {
+    const std::string_view letter = table.substr(code_point - first, 1);
+    return letter == "." ? std::string_view() : letter;
+  };
+  for (const auto& [ligature, letters] : kLigatures) {
+    if (ligature == code_point) return letters;
+  }
+  if (code_point >= 0x00C0 && code_point < 0x00C0 + kFrom00C0.size()) return fromTable(kFrom00C0, 0x00C0);
+  if (code_point >= 0x1E00 && code_point < 0x1E00 + kFrom1E00.size()) return fromTable(kFrom1E00, 0x1E00);
+  if (code_point >= 0xFB00 && code_point < 0xFB00 + kPresentationForms.size()) {
+    return kPresentationForms[code_point - 0xFB00];
   }
   return {};
 }
 
-bool isCurrencyBeforeNumber(char32_t c) { return c == 0xA3 || c == 0xA5 || c == 0x20AC || c == 0x20B9 || c == 0x20BD; }
+/// Written alike in every language.
+constexpr std::array kPlainSigns = {
+    SpelledSign{0x2010, "-"},    SpelledSign{0x2011, "-"},  SpelledSign{0x2012, "-"},  SpelledSign{0x2013, "-"},
+    SpelledSign{0x2014, ", "},   SpelledSign{0x2015, ", "}, SpelledSign{0x2018, "'"},  SpelledSign{0x2019, "'"},
+    SpelledSign{0x201A, "'"},    SpelledSign{0x201B, "'"},  SpelledSign{0x02BC, "'"},  SpelledSign{0x2032, "'"},
+    SpelledSign{0x201C, "\""},   SpelledSign{0x201D, "\""}, SpelledSign{0x201E, "\""}, SpelledSign{0x2026, "..."},
+    SpelledSign{0x2212, "-"},    SpelledSign{0x3002, ". "},
+};
+
+std::string_view spelledIn(std::span<const SpelledSign> signs, char32_t c) {
+  const auto found = std::find_if(signs.begin(), signs.end(), [&](const SpelledSign& sign) { return sign.sign == c; });
+  return found == signs.end() ? std::string_view() : found->spelled;
+}
 
 /// Marks that change the letter before them or nothing at all: dropped without leaving a blank.
 bool isInvisible(char32_t c) {
@@ -85,7 +107,8 @@ std::vector<char32_t> decode(std::string_view text) {
 /// Spells out characters one by one; blanks are put right afterwards.
 class Speller {
  public:
-  explicit Speller(std::vector<char32_t> characters) : characters_(std::move(characters)) {}
+  Speller(std::vector<char32_t> characters, const TextRules& rules)
+      : characters_(std::move(characters)), rules_(rules) {}
 
   std::string spell() {
     while (at_ < characters_.size()) spellNext();
@@ -102,12 +125,14 @@ class Speller {
     if (isAsciiLetter(c) || isDigit(c) ||
         (c < 0x80 && kKeptSigns.find(static_cast<char>(c)) != std::string_view::npos)) {
       out_ += static_cast<char>(c);
+    } else if (contains(rules_.own_letters, c)) {
+      appendUtf8(out_, c);
     } else if (c == '$') {
       out_ += isDigit(peek(1)) ? " $" : " ";
-    } else if (isCurrencyBeforeNumber(c) && isDigit(peek(1))) {
+    } else if (contains(rules_.currencies, c) && isDigit(peek(1))) {
       ++at_;
       spellNumber();
-      out_ += spelledSign(c);
+      out_ += spelledIn(rules_.signs, c);
       return;
     } else if (!isInvisible(c)) {
       spellSpecial(c);
@@ -124,8 +149,10 @@ class Speller {
   }
 
   void spellSpecial(char32_t c) {
-    if (const std::string_view sign = spelledSign(c); !sign.empty()) {
+    if (const std::string_view sign = spelledIn(rules_.signs, c); !sign.empty()) {
       out_ += sign;
+    } else if (const std::string_view plain = spelledIn(kPlainSigns, c); !plain.empty()) {
+      out_ += plain;
     } else if (const std::string_view letters = plainLatinLetters(c); !letters.empty()) {
       out_ += letters;
     } else if (isSign(c)) {
@@ -134,34 +161,26 @@ class Speller {
       std::string shown;
       appendUtf8(shown, c);
       throw InputError("text", fmt::format("character {}", at_ + 1),
-                       fmt::format("found '{}' (U+{:04X}); expected letters that an English voice reads (Latin script)",
-                                   shown, static_cast<std::uint32_t>(c)));
+                       fmt::format("found '{}' (U+{:04X}); expected {}", shown, static_cast<std::uint32_t>(c),
+                                   rules_.expected));
     }
   }
 
+  static bool contains(std::u32string_view letters, char32_t c) { return letters.find(c) != std::u32string_view::npos; }
+
   std::vector<char32_t> characters_;
+  const TextRules& rules_;
   std::size_t at_ = 0;
   std::string out_;
 };
 
-bool isSpoken(char c) { return isAsciiLetter(static_cast<unsigned char>(c)) || isDigit(static_cast<unsigned char>(c)); }
-
-/// A word of at most kLongestWord characters after the last one, rows of one sign cut short.
-void appendWord(std::string& out, std::string_view word) {
-  if (!out.empty()) out += ' ';
-  std::size_t length = 0;
-  std::size_t repeats = 0;
-  for (std::size_t i = 0; i < word.size(); ++i) {
-    repeats = i > 0 && word[i] == word[i - 1] ? repeats + 1 : 1;
-    if (!isSpoken(word[i]) && repeats > kLongestPunctuation) continue;
-    if (length == kLongestWord) {
-      out += ' ';
-      length = 0;
-    }
-    out += word[i];
-    ++length;
-  }
+/// Bytes beyond ASCII belong to a language's own letters.
+bool isSpoken(char c) {
+  const auto byte = static_cast<unsigned char>(c);
+  return isAsciiLetter(byte) || isDigit(byte) || byte >= 0x80;
 }
+
+bool hasWords(std::string_view text) { return std::any_of(text.begin(), text.end(), isSpoken); }
 
 /// A pause that a sign standing alone means goes to the word before it: a voice stumbles over words without sounds.
 void appendPause(std::string& out, std::string_view signs) {
@@ -171,6 +190,25 @@ void appendPause(std::string& out, std::string_view signs) {
   if (pause != std::string_view::npos) out += signs[pause] == '-' ? ',' : signs[pause];
 }
 
+/// A word of at most kLongestWord characters after the last one, rows of one sign cut short.
+void appendWord(std::string& out, std::string_view word) {
+  if (!out.empty()) out += ' ';
+  std::size_t length = 0;
+  std::size_t repeats = 0;
+  for (std::size_t i = 0; i < word.size(); ++i) {
+    repeats = i > 0 && word[i] == word[i - 1] ? repeats + 1 : 1;
+    if (!isSpoken(word[i]) && repeats > kLongestPunctuation) continue;
+    const bool begins_character = (static_cast<unsigned char>(word[i]) & 0xC0U) != 0x80U;
+    if (length >= kLongestWord && begins_character) {
+      if (!hasWords(word.substr(i))) return appendPause(out, word.substr(i));
+      out += ' ';
+      length = 0;
+    }
+    out += word[i];
+    ++length;
+  }
+}
+
 /// Single blanks, none at the ends; every word has something to say.
 std::string tidy(std::string_view text) {
   std::string out;
@@ -178,7 +216,7 @@ std::string tidy(std::string_view text) {
     const std::size_t end = std::min(text.find(' '), text.size());
     const std::string_view word = text.substr(0, end);
     text.remove_prefix(std::min(end + 1, text.size()));
-    if (std::any_of(word.begin(), word.end(), isSpoken)) {
+    if (hasWords(word)) {
       appendWord(out, word);
     } else {
       appendPause(out, word);
@@ -186,8 +224,6 @@ std::string tidy(std::string_view text) {
   }
   return out;
 }
-
-bool hasWords(std::string_view text) { return std::any_of(text.begin(), text.end(), isSpoken); }
 
 }  // namespace
 
@@ -209,8 +245,8 @@ std::vector<std::string> splitSentences(std::string_view speakable, std::size_t 
   return sentences;
 }
 
-std::string speakableText(std::string_view text) {
-  std::string spoken = tidy(Speller(decode(text)).spell());
+std::string speakableText(std::string_view text, const Language& language) {
+  std::string spoken = tidy(Speller(decode(text), language.text).spell());
   if (!hasWords(spoken)) {
     throw InputError("text", "",
                      fmt::format("has nothing to say in it: found '{}'; expected words", printable(text, 40)));

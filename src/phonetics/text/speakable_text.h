@@ -4,18 +4,21 @@
 #include <string_view>
 #include <vector>
 
+#include "phonetics/language/language.h"
+
 namespace mouthpiece {
 
 /// Longer lines are refused: about half an hour of speech.
 inline constexpr std::size_t kMaxSpokenCharacters = 20000;
 
-/// `text` (UTF-8, hostile) as an English voice can say it. The result holds only ASCII letters, digits, single blanks
-/// and . , ; : ! ? ' - $ " ( ), every word has a letter or a digit, and at most 40 characters:
-/// - accents and ligatures are spelled plainly, curly quotes, dashes and full-width forms become ASCII;
+/// `text` (UTF-8, hostile) as a voice of the language can say it. The result holds only ASCII letters, the language's
+/// own, digits, single blanks and . , ; : ! ? ' - $ " ( ), every word has a letter or a digit, and at most 40
+/// bytes (besides a last character's rest and a pause):
+/// - other accents and ligatures are spelled plainly, curly quotes, dashes and full-width forms become ASCII;
 /// - signs with a name are said (% & + = @, currencies), other signs and control characters are blanks.
-/// Throws InputError when there is nothing to say, for letters that are not Latin (the first is named), broken UTF-8,
+/// Throws InputError when there is nothing to say, for letters of another script (the first is named), broken UTF-8,
 /// and for more than kMaxSpokenCharacters.
-std::string speakableText(std::string_view text);
+std::string speakableText(std::string_view text, const Language& language = english());
 
 /// Cuts the result of speakableText after . ! ? ; : before a blank, and longer stretches at a blank, so that no piece
 /// is longer than `max_length` (at least 80). Pieces without a letter or digit are left out.

@@ -5,16 +5,14 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "exports/arkit.h"
-#include "exports/live_link_reader.h"
 #include "motion/formats/motion_file.h"
 #include "motion/position_limits.h"
-#include "phonetics/labels/lab_file.h"
 #include "phonetics/labels/label_files.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
-#include "programs/shared_files.h"
 #include "retarget/rig/face_fit.h"
 #include "retarget/rig/marker_shapes.h"
+#include "speaker/shared_files.h"
 #include "units/file/corpus.h"
 
 namespace mouthpiece {

@@ -115,10 +115,10 @@ BatchLine batchLineFrom(const Row& row, Columns columns, const std::filesystem::
   }
   expectUsableId(row.fields[0], list.string(), row.line);
   BatchLine line{row.fields[0], {}};
-  if (columns != Columns::kText) line.source.audio = list.parent_path() / row.fields[1];
-  if (columns == Columns::kText) line.source.text = row.fields[1];
-  if (columns == Columns::kAudioTranscript) line.source.text = row.fields[2];
-  if (columns == Columns::kAudioPhones) line.source.phones = list.parent_path() / row.fields[2];
+  if (columns != Columns::kText) line.line.audio = list.parent_path() / row.fields[1];
+  if (columns == Columns::kText) line.line.text = row.fields[1];
+  if (columns == Columns::kAudioTranscript) line.line.text = row.fields[2];
+  if (columns == Columns::kAudioPhones) line.line.phones = list.parent_path() / row.fields[2];
   return line;
 }
 

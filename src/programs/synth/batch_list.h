@@ -4,14 +4,14 @@
 #include <string>
 #include <vector>
 
-#include "programs/synth/synth_options.h"
+#include "mouthpiece/line.h"
 
 namespace mouthpiece {
 
 /// One row of a batch list.
 struct BatchLine {
   std::string id;  ///< letters, digits, '.', '_' and '-': the name of its output folder
-  LineSource source;
+  Line line;
 };
 
 /// Shard `index` of `count`, both from 1: the rows whose number modulo `count` is theirs.

@@ -230,7 +230,7 @@ void writeTrajectoryModel(SqliteDatabase& database, const Corpus& corpus) {
     const bool is_elsewhere = corpus.motion_source != nullptr;
     const MotionClip loaded = is_elsewhere ? corpus.motion_source->load(TakeIndex(take)) : MotionClip();
     const MotionClip& motion = is_elsewhere ? loaded : own.motion;
-    const Numbers numbers = packed(phoneShapes(model, own.labels, motion, corpus.neutral_pose_mm));
+    const Numbers numbers = packed(phoneShapes(model, own.labels, motion, corpus.neutral_pose_mm, LipGauge(corpus.layout)));
     shapes.integer(static_cast<std::int64_t>(take)).blob(bytesOf(numbers)).insert();
   }
 }

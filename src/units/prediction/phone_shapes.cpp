@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
+
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {
 
 constexpr Seconds kSilenceLookedAt = 0.300;
-constexpr Seconds kAround = 0.020;  ///< labels are that exact
 
 PhoneShapes::Matrix packed(const Eigen::MatrixXd& values, std::size_t phones, Eigen::Index components) {
   PhoneShapes::Matrix matrix(static_cast<Eigen::Index>(phones), PhoneShapes::kPoints * components);
@@ -18,25 +18,6 @@ PhoneShapes::Matrix packed(const Eigen::MatrixXd& values, std::size_t phones, Ei
         values.row(row).leftCols(components).cast<float>();
   }
   return matrix;
-}
-
-std::optional<std::size_t> markerNamed(const MotionClip& motion, std::string_view name) {
-  const auto found = motion.findMarker(name);
-  return found ? std::optional(found->value) : std::nullopt;
-}
-
-float tightest(const MotionClip& motion, std::size_t upper, std::size_t lower, const TimeSpan& span) {
-  const auto last = static_cast<double>(motion.frameCount() - 1);
-  const double begin = std::clamp(std::floor((span.start - kAround) * motion.frame_rate_hz), 0.0, last);
-  const double end = std::clamp(std::ceil((span.end + kAround) * motion.frame_rate_hz), 0.0, last);
-  double least = std::numeric_limits<double>::infinity();
-  for (auto frame = static_cast<std::size_t>(begin); frame <= static_cast<std::size_t>(end); ++frame) {
-    const double opening = (motion.position(FrameIndex(frame), MarkerIndex(upper)) -
-                            motion.position(FrameIndex(frame), MarkerIndex(lower)))
-                               .norm();
-    if (opening < least) least = opening;  // not where it was not seen
-  }
-  return std::isfinite(least) ? static_cast<float>(least) : std::numeric_limits<float>::quiet_NaN();
 }
 
 }  // namespace
@@ -64,7 +45,7 @@ PhoneShapes::Matrix predictedShapes(const TrajectoryModel& model, const SpeechLa
 }
 
 PhoneShapes phoneShapes(const TrajectoryModel& model, const SpeechLabels& labels, const MotionClip& motion,
-                        const MarkerPositions& neutral_mm) {
+                        const MarkerPositions& neutral_mm, const LipGauge& lips) {
   const Eigen::Map<const Eigen::RowVectorXd> neutral(neutral_mm.data(), neutral_mm.size());
   const std::vector<Seconds> times = shapeTimes(labels);
   const Eigen::Index components = shapeComponents(model);
@@ -90,11 +71,9 @@ PhoneShapes phoneShapes(const TrajectoryModel& model, const SpeechLabels& labels
   shapes.captured = packed(at_points, labels.phones.size(), components);
   shapes.predicted = predictedShapes(model, labels);
   shapes.tightest_mm.assign(labels.phones.size(), std::numeric_limits<float>::quiet_NaN());
-  const auto upper = markerNamed(motion, "LIP_UP_MID"), lower = markerNamed(motion, "LIP_LO_MID");
-  if (!upper || !lower) return shapes;
-  for (std::size_t i = 0; i < labels.phones.size(); ++i) {
-    shapes.tightest_mm[i] = tightest(motion, *upper, *lower, labels.phones[i].span);
-  }
+  if (!lips.hasLips()) return shapes;
+  for (std::size_t i = 0; i < labels.phones.size(); ++i)
+    shapes.tightest_mm[i] = asFloat(lips.tightest(motion, labels.phones[i].span));
   return shapes;
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "motion/lip_gauge.h"
 #include "motion/motion_clip.h"
 #include "phonetics/labels/speech_labels.h"
 #include "units/prediction/trajectory_model.h"
@@ -33,8 +34,8 @@ std::vector<Seconds> shapeTimes(const SpeechLabels& labels);
 /// phones x (points * components): the model's prediction for `labels`.
 PhoneShapes::Matrix predictedShapes(const TrajectoryModel& model, const SpeechLabels& labels);
 
-/// `neutral_mm` and the columns of `motion` in the model's order.
+/// `neutral_mm`, the columns of `motion` and `lips` in the model's order.
 PhoneShapes phoneShapes(const TrajectoryModel& model, const SpeechLabels& labels, const MotionClip& motion,
-                        const MarkerPositions& neutral_mm);
+                        const MarkerPositions& neutral_mm, const LipGauge& lips);
 
 }  // namespace mouthpiece

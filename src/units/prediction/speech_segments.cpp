@@ -18,8 +18,6 @@ constexpr double kSilencePace = 1.5;
 /// A segment's class, as its neighbours see it.
 std::string className(Viseme viseme) { return std::string(visemeName(viseme == Viseme::kEr ? Viseme::kUh : viseme)); }
 
-bool isDiphthong(Phone phone) { return isVowel(phone) && firstViseme(phone) != lastViseme(phone); }
-
 struct Piece {
   SpeechSegment segment;
   std::string phone_feature;  ///< empty in silence

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/index.h"
 #include "units/selection/unit_costs.h"
 #include "units/selection/viseme_distance.h"
 
@@ -49,15 +50,9 @@ PairCosts::PairCosts(const SpeechLabels& target, const UnitDatabase& database, c
       closed_mm_(static_cast<float>(database.corpus().trajectory_model->closed_opening_mm)),
       found_(database.corpus().takes.size()) {
   for (std::size_t i = 0; i < target.phones.size(); ++i) wanted_.push_back(factsOf(target, i));
-  const Corpus& corpus = database.corpus();
-  const std::vector<std::string> names = corpus.layout.markerNames();
-  const auto upper = std::find(names.begin(), names.end(), "LIP_UP_MID") - names.begin();
-  const auto lower = std::find(names.begin(), names.end(), "LIP_LO_MID") - names.begin();
-  if (upper == std::ssize(names) || lower == std::ssize(names)) return;
-  for (Eigen::Index i = 0; i < components_; ++i) {
-    const auto& shapes = corpus.trajectory_model->shapes;
-    openings_[static_cast<std::size_t>(i)] = static_cast<float>(shapes(i, 3 * upper + 1) - shapes(i, 3 * lower + 1));
-  }
+  if (!database.lips().hasLips()) return;
+  const Eigen::VectorXd openings = database.lips().verticalOpenings(database.corpus().trajectory_model->shapes);
+  for (std::size_t i = 0; i < openings_.size(); ++i) openings_[i] = asFloat(openings[signedIndex(i)]);
 }
 
 PairCosts::Facts PairCosts::factsOf(const SpeechLabels& labels, std::size_t phone) {

@@ -42,6 +42,7 @@ struct UnitDatabase::TakeShapes {
 UnitDatabase::UnitDatabase(const Corpus& corpus)
     : corpus_(corpus),
       index_(phonesOfTakes(corpus)),
+      lips_(corpus.layout),
       diphones_(kPhoneCount * kPhoneCount),
       facts_(std::make_unique<TakeFacts[]>(corpus.takes.size())),
       shapes_(std::make_unique<TakeShapes[]>(corpus.takes.size())) {
@@ -50,12 +51,9 @@ UnitDatabase::UnitDatabase(const Corpus& corpus)
     if (region != "lip" && region != "chin") continue;
     for (std::size_t axis = 0; axis < 3; ++axis) lip_columns_.push_back(static_cast<Eigen::Index>(3 * marker + axis));
   }
-  const std::vector<std::string> names = corpus.layout.markerNames();
-  const auto upper = std::find(names.begin(), names.end(), "LIP_UP_MID") - names.begin();
-  const auto lower = std::find(names.begin(), names.end(), "LIP_LO_MID") - names.begin();
-  if (upper < std::ssize(names) && lower < std::ssize(names)) {
-    const double neutral = (corpus.neutral_pose_mm.row(upper) - corpus.neutral_pose_mm.row(lower)).norm();
-    lip_pair_ = {3 * upper, 3 * lower, neutral};
+  if (lips_.hasLips()) {
+    neutral_opening_mm_ = lips_.opening(
+        Eigen::Map<const Eigen::RowVectorXd>(corpus.neutral_pose_mm.data(), corpus.neutral_pose_mm.size()));
   }
   std::vector<std::uint32_t> counts(diphones_.size());
   for (const CorpusTake& take : corpus.takes) {
@@ -94,23 +92,6 @@ Eigen::RowVectorXd lipsAt(const MotionClip& motion, const std::vector<Eigen::Ind
   return lips;
 }
 
-double UnitDatabase::tightest(const MotionClip& motion, const TimeSpan& span) const {
-  constexpr Seconds kAround = 0.020;  // labels are that exact
-  if (!lip_pair_) return 0;
-  const auto last = static_cast<double>(motion.frameCount() - 1);
-  const auto begin =
-      static_cast<Eigen::Index>(std::clamp(std::floor((span.start - kAround) * motion.frame_rate_hz), 0.0, last));
-  const auto end =
-      static_cast<Eigen::Index>(std::clamp(std::ceil((span.end + kAround) * motion.frame_rate_hz), 0.0, last));
-  double least = std::numeric_limits<double>::infinity();
-  for (Eigen::Index frame = begin; frame <= end; ++frame) {
-    const auto row = motion.positions_mm.row(frame);
-    const double opening = (row.segment<3>(lip_pair_->upper) - row.segment<3>(lip_pair_->lower)).norm();
-    if (opening < least) least = opening;  // not where it was not seen
-  }
-  return std::isfinite(least) ? least - lip_pair_->neutral_mm : 0;
-}
-
 double UnitDatabase::openingLeft(const PhonePlace& place) const {
   return factsOf(place.take).opening_left_mm[place.phone.value];
 }
@@ -129,7 +110,8 @@ const UnitDatabase::TakeFacts& UnitDatabase::factsOf(TakeIndex take) const {
     }
     const auto columns = static_cast<Eigen::Index>(lip_columns_.size());
     for (const LabelledPhone& phone : own.labels.phones) {
-      facts.opening_left_mm.push_back(tightest(motion, phone.span));
+      const double tightest = lips_.hasLips() ? lips_.tightest(motion, phone.span) : std::nan("");
+      facts.opening_left_mm.push_back(std::isnan(tightest) ? 0 : tightest - neutral_opening_mm_);
       PhoneLips& lips = facts.lips.emplace_back();
       lips.positions_mm.resize(PhoneLips::kPoints, columns);
       lips.steps_mm.resize(PhoneLips::kPoints, columns);
@@ -164,7 +146,7 @@ const PackedShapes& UnitDatabase::shapesOf(TakeIndex take) const {
     if (corpus_.motion_source != nullptr) shapes = corpus_.motion_source->loadShapes(take);
     if (shapes.phoneCount() == 0) {
       shapes = phoneShapes(*corpus_.trajectory_model, corpus_.takes[take.value].labels, motionOf(take),
-                           corpus_.neutral_pose_mm);
+                           corpus_.neutral_pose_mm, lips_);
     }
     known.shapes = PackedShapes(shapes);
   });

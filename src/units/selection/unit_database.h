@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "motion/lip_gauge.h"
 #include "units/file/corpus.h"
 #include "units/prediction/packed_shapes.h"
 #include "units/selection/phone_span_index.h"
@@ -46,7 +47,10 @@ class UnitDatabase {
   /// Computed for the whole take on its first question. NaN where not seen.
   [[nodiscard]] const PhoneLips& lipsOf(const PhonePlace& place) const;
 
-  /// How far the lips (LIP_UP_MID to LIP_LO_MID) stay open at their tightest in the phone and 20 ms around it, beyond
+  /// The layout's.
+  [[nodiscard]] const LipGauge& lips() const { return lips_; }
+
+  /// How far the lips stay open at their tightest in the phone and 20 ms around it, beyond
   /// the neutral pose; mm, negative when pressed. 0 in a layout without these markers.
   [[nodiscard]] double openingLeft(const PhonePlace& place) const;
 
@@ -70,18 +74,14 @@ class UnitDatabase {
  private:
   struct TakeFacts;
   struct TakeShapes;
-  struct LipPair {
-    Eigen::Index upper = 0, lower = 0;  ///< x columns
-    double neutral_mm = 0;
-  };
   [[nodiscard]] const TakeFacts& factsOf(TakeIndex take) const;
   [[nodiscard]] const PackedShapes& shapesOf(TakeIndex take) const;
-  [[nodiscard]] double tightest(const MotionClip& motion, const TimeSpan& span) const;
 
   const Corpus& corpus_;
   PhoneSpanIndex index_;
+  LipGauge lips_;
+  double neutral_opening_mm_ = 0;
   std::vector<Eigen::Index> lip_columns_;
-  std::optional<LipPair> lip_pair_;
   std::vector<std::vector<PhonePlace>> diphones_;  ///< kPhoneCount x kPhoneCount
   std::unique_ptr<TakeFacts[]> facts_;             ///< one a take, filled when first asked for
   std::unique_ptr<TakeShapes[]> shapes_;           ///< the same

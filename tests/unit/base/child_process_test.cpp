@@ -1,6 +1,11 @@
 #include "base/child_process.h"
 
+#include <atomic>
 #include <chrono>
+#include <csignal>
+#include <memory>
+#include <set>
+#include <thread>
 
 #include "base/files.h"
 #include "support/voice_testing.h"
@@ -54,6 +59,62 @@ TEST(ChildProcess, IsKilledWhenItTakesTooLong) {
   EXPECT_TRUE(chatty.timed_out);
   EXPECT_LT(chatty.output.size(), 64U * 1024U);
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(30));
+}
+
+TEST(ChildProcess, ItsOwnChildrenAreKilledWithIt) {
+  const PrivateFolder folder;
+  const ChildResult result = runShell(folder, "(sleep 60; echo late > late) & echo $!; wait", 0.3);
+  EXPECT_TRUE(result.timed_out);
+  const std::string process = "/proc/" + std::to_string(std::stol(result.output));
+  for (int tries = 0; tries < 200 && std::filesystem::exists(process + "/exe"); ++tries)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  std::error_code error;
+  EXPECT_TRUE(std::filesystem::read_symlink(process + "/exe", error).empty()) << "it still runs";
+}
+
+TEST(ChildProcess, KeepsTheEndOfALongOutput) {
+  const PrivateFolder folder;
+  const ChildResult result = runShell(folder, "i=0; while [ $i -lt 20000 ]; do echo line $i; i=$((i+1)); done");
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_TRUE(result.output.ends_with("line 19998\nline 19999\n"));
+  EXPECT_GE(result.output.size(), 16384U);
+  EXPECT_LE(result.output.size(), 2U * 16384U + 4096U);
+}
+
+TEST(ChildProcess, TellsEveryExitCodeAndSignal) {
+  const PrivateFolder folder;
+  for (const int code : {0, 1, 2, 127, 255})
+    EXPECT_EQ(runShell(folder, "exit " + std::to_string(code)).exit_code, code);
+  for (const int signal : {SIGTERM, SIGKILL, SIGSEGV})
+    EXPECT_EQ(runShell(folder, "kill -" + std::to_string(signal) + " $$").exit_code, 128 + signal);
+}
+
+TEST(ChildProcess, HasNothingToReadAndNothingOpen) {
+  const PrivateFolder folder;
+  EXPECT_EQ(runShell(folder, "cat; echo done").output, "done\n");
+  // Standard input, output and error, and what ls itself opens.
+  EXPECT_EQ(runShell(folder, "ls /proc/self/fd | wc -l").output, "4\n");
+}
+
+TEST(ChildProcess, ManyRunSideBySide) {
+  const PrivateFolder folder;
+  std::vector<std::thread> threads;
+  std::atomic<int> good = 0;
+  for (int i = 0; i < 8; ++i) {
+    threads.emplace_back([&folder, &good, i] {
+      const std::string word = "child" + std::to_string(i);
+      for (int k = 0; k < 5; ++k) good += runShell(folder, "echo " + word).output == word + "\n" ? 1 : 0;
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(good, 40);
+}
+
+TEST(PrivateFolder, NoTwoAreTheSame) {
+  std::set<std::filesystem::path> paths;
+  std::vector<std::unique_ptr<PrivateFolder>> folders;
+  for (int i = 0; i < 50; ++i) paths.insert(folders.emplace_back(std::make_unique<PrivateFolder>())->path());
+  EXPECT_EQ(paths.size(), 50U);
 }
 
 TEST(ChildProcess, SaysWhenAProgramCannotStart) {

@@ -104,7 +104,7 @@ TEST(LipFidelity, TellsJerkByFrequencyAndClosuresByDepth) {
   for (const auto& [phone, start] : std::vector<std::pair<Phone, Seconds>>{{kSil, 0}, {kB, 1}, {kIY, 1.25}, {kM, 2}})
     labels.phones.push_back({phone, {start, start + 0.25}, {}, {}});
   labels.phones.push_back({kP, {3.95, 4.2}, {}, {}});  // past the end
-  const LipFidelity lips = lipFidelity(before, after, labels);
+  const LipFidelity lips = lipFidelity(before, after, labels, LipGauge(before.marker_names));
   ASSERT_EQ(lips.closure_changes_mm.size(), 2U);
   for (const double change : lips.closure_changes_mm) EXPECT_NEAR(change, 0.25, 1e-9);
   // A third difference multiplies a sine by (2 f sin(pi hz / f))^3; one of six coordinates moves.
@@ -113,7 +113,7 @@ TEST(LipFidelity, TellsJerkByFrequencyAndClosuresByDepth) {
   EXPECT_LT(lips.jerk_before[0] + lips.jerk_before[1] + lips.jerk_before[4], 0.01 * jerk);
   EXPECT_NEAR(lips.jerk_after[2], lips.jerk_before[2], 1e-6 * jerk);
   before.marker_names[0] = "OTHER";
-  EXPECT_TRUE(lipFidelity(before, after, labels).closure_changes_mm.empty());
+  EXPECT_TRUE(lipFidelity(before, after, labels, LipGauge(before.marker_names)).closure_changes_mm.empty());
 }
 
 }  // namespace

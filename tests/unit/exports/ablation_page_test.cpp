@@ -1,4 +1,4 @@
-#include "exports/ablation_page.h"
+#include "exports/format_bytes.h"
 
 #include <gtest/gtest.h>
 

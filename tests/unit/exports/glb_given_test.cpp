@@ -1,5 +1,5 @@
 // Shapes written into a GLB that was given.
-#include "exports/gltf/glb_given.h"
+#include "exports/gltf/glb.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "base/errors.h"
 #include "exports/gltf/glb_chunks.h"
-#include "exports/gltf/glb_writer.h"
+#include "exports/gltf/glb.h"
 
 namespace mouthpiece {
 namespace {

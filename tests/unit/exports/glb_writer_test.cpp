@@ -1,4 +1,4 @@
-#include "exports/gltf/glb_writer.h"
+#include "exports/gltf/glb.h"
 
 #include <gtest/gtest.h>
 

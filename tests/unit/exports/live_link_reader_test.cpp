@@ -1,5 +1,5 @@
 // Live Link Face's CSV, as the app writes it and damaged.
-#include "exports/live_link_reader.h"
+#include "exports/arkit.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

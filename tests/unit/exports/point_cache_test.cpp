@@ -1,4 +1,4 @@
-#include "exports/point_cache.h"
+#include "exports/format_bytes.h"
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "base/errors.h"
-#include "exports/gltf/shape_normals.h"
-#include "exports/shapes/trajectory_basis.h"
+#include "exports/shapes/principal_shapes.h"
+#include "exports/shapes/trajectories.h"
 #include "talking_head.h"
 
 namespace mouthpiece {

@@ -1,4 +1,4 @@
-#include "exports/report_json.h"
+#include "exports/format_bytes.h"
 
 #include <gtest/gtest.h>
 

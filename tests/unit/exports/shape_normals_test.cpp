@@ -1,4 +1,4 @@
-#include "exports/gltf/shape_normals.h"
+#include "exports/shapes/principal_shapes.h"
 
 #include <gtest/gtest.h>
 

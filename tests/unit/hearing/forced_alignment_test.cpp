@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "base/errors.h"
-#include "phonetics/labels/lab_file.h"
+#include "phonetics/labels/label_files.h"
 #include "hearing/alignment/pronouncer.h"
 #include "voices/voice.h"
 

@@ -1,4 +1,4 @@
-#include "hearing/alignment/frame_thinning.h"
+#include "hearing/alignment/phone_decoder.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "hearing/alignment/senone_scores.h"
+#include "hearing/alignment/acoustic_model.h"
 
 #include <gtest/gtest.h>
 

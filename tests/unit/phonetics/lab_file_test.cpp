@@ -1,4 +1,4 @@
-#include "phonetics/labels/lab_file.h"
+#include "phonetics/labels/label_files.h"
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "base/errors.h"
-#include "phonetics/labels/lab_file.h"
-#include "phonetics/labels/phone_sets.h"
+#include "phonetics/language/language.h"
 #include "phonetics/labels/textgrid.h"
 
 namespace mouthpiece {

@@ -19,7 +19,7 @@ std::string namesOf(const SpeechLabels& labels) {
 TEST(LabelsBuilder, FillsGapsAndMergesSilences) {
   const SpeechLabels labels = buildSpeechLabels({{.phone = Phone::kSil, .span = {0.1, 0.2}},
                                                  {.phone = Phone::kM, .span = {0.2, 0.3}},
-                                                 {.phone = Phone::kAX, .span = {0.4, 0.5}},
+                                                 {.phone = Phone::kAH, .span = {0.4, 0.5}},
                                                  {.phone = Phone::kSil, .span = {0.5, 0.6}}},
                                                 std::vector<WordSegment>{}, 1.0);
   EXPECT_EQ(namesOf(labels), "sil M sil AH sil");

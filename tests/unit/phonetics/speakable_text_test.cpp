@@ -1,7 +1,7 @@
 #include "phonetics/text/speakable_text.h"
 
+#include "base/text_encoding.h"
 #include "support/voice_testing.h"
-#include "phonetics/text/latin_letters.h"
 
 namespace mouthpiece {
 namespace {
@@ -80,15 +80,74 @@ TEST(SpeakableText, SplitsAtSentencesAndKeepsEveryWord) {
   EXPECT_EQ(joined, text);
 }
 
-TEST(LatinLetters, AreAsciiForTheWholeLatinRange) {
-  for (char32_t c = 0x80; c < 0x2000; ++c) {
-    for (const char letter : plainLatinLetters(c))
-      EXPECT_TRUE((letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z'));
+TEST(SpeakableText, LatinLettersGiveLettersOrAreRefused) {
+  std::size_t spelled = 0;
+  for (char32_t c = 0xC0; c < 0x250; ++c) {
+    if (c == 0xD7 || c == 0xF7) continue;  // times, divided by
+    std::string letter;
+    appendUtf8(letter, c);
+    const std::string error = errorOf([&] {
+      const std::string text = speakableText("a" + letter);
+      const auto is_letter = [](unsigned char l) { return std::isalpha(l) != 0; };
+      EXPECT_TRUE(std::all_of(text.begin(), text.end(), is_letter)) << text;
+      EXPECT_TRUE(text.size() == 2 || text.size() == 3) << text;
+      ++spelled;
+    });
+    EXPECT_TRUE(error == "no error" || error.find("(U+") != std::string::npos) << error;
   }
-  EXPECT_EQ(plainLatinLetters(0xE9), "e");
-  EXPECT_EQ(plainLatinLetters(0x1E9E), "SS");
-  EXPECT_EQ(plainLatinLetters(0xD7), "");
-  EXPECT_EQ(plainLatinLetters('a'), "");
+  EXPECT_GT(spelled, 300U);
+  EXPECT_EQ(speakableText("\u00E9\u1E9E\u00FE"), "eSSth");
+}
+
+/// Letters, digits, signs, blanks, marks and letters with marks, at random.
+std::string randomText(std::mt19937& random) {
+  constexpr std::u32string_view kAlphabet =
+      U"aZe9 0 .,;:!?'-$\"()  %&@\u20AC\u00A3\u00E9\u00DF\u2019\u2014\u2026\u0301\u200B\t\n\uFF21\u00BD";
+  std::string text = "a";
+  const auto length = std::uniform_int_distribution<int>(0, 120)(random);
+  for (int i = 0; i < length; ++i)
+    appendUtf8(text, kAlphabet[std::uniform_int_distribution<std::size_t>(0, kAlphabet.size() - 1)(random)]);
+  return text;
+}
+
+TEST(SpeakableText, KeepsItsPromisesAndIsItsOwnSpeakableText) {
+  const unsigned seed = 20261122;
+  for (unsigned round = 0; round < 2000; ++round) {
+    std::mt19937 random(seed + round);
+    const std::string text = speakableText(randomText(random));
+    SCOPED_TRACE(testing::Message() << "seed " << seed + round << ": " << text);
+    EXPECT_EQ(text.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789 .,;:!?'-$\"()"),
+              std::string::npos);
+    EXPECT_EQ(text.find("  "), std::string::npos);
+    EXPECT_TRUE(text.front() != ' ' && text.back() != ' ');
+    std::istringstream words(text);
+    for (std::string word; words >> word;) {
+      EXPECT_LE(word.size(), 41U);  // 40, and the pause after it
+      EXPECT_TRUE(std::any_of(word.begin(), word.end(), [](unsigned char c) { return std::isalnum(c) != 0; })) << word;
+    }
+    EXPECT_EQ(speakableText(text), text);
+  }
+}
+
+TEST(SpeakableText, NoWordIsLeftWithoutASoundWhereALongOneIsCut) {
+  EXPECT_EQ(speakableText(std::string(40, 'a') + "!!!"), std::string(40, 'a') + "!");
+  EXPECT_EQ(speakableText(std::string(40, 'a') + "\"b"), std::string(40, 'a') + " \"b");
+}
+
+TEST(SplitSentences, KeepsEveryWordInOrder) {
+  const unsigned seed = 20261122;
+  for (unsigned round = 0; round < 500; ++round) {
+    std::mt19937 random(seed + round);
+    const std::string text = speakableText(randomText(random) + " " + randomText(random));
+    SCOPED_TRACE(testing::Message() << "seed " << seed + round << ": " << text);
+    std::string joined;
+    for (const std::string& piece : splitSentences(text, 80)) {
+      EXPECT_LE(piece.size(), 80U);
+      joined += piece + " ";
+    }
+    std::istringstream was(text), is(joined);
+    EXPECT_TRUE(std::equal(std::istream_iterator<std::string>(was), {}, std::istream_iterator<std::string>(is), {}));
+  }
 }
 
 }  // namespace

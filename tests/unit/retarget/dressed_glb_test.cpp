@@ -12,7 +12,7 @@
 #include "base/files.h"
 #include "deform/kernel/welding.h"
 #include "exports/gltf/glb_chunks.h"
-#include "exports/gltf/glb_writer.h"
+#include "exports/gltf/glb.h"
 #include "motion/formats/motion_file.h"
 #include "retarget/rig/face_rig.h"
 #include "support/allocations.h"

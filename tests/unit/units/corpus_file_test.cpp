@@ -66,7 +66,8 @@ TEST_F(CorpusFile, RoundTripKeepsTheTrajectoryModel) {
   for (std::size_t take = 0; take < read.takes.size(); ++take) {
     const PhoneShapes kept = read.motion_source->loadShapes(TakeIndex(take));
     const PhoneShapes computed =
-        phoneShapes(a, written.takes[take].labels, written.takes[take].motion, written.neutral_pose_mm);
+        phoneShapes(a, written.takes[take].labels, written.takes[take].motion, written.neutral_pose_mm,
+                    LipGauge(written.layout));
     EXPECT_EQ(kept.captured, computed.captured);
     EXPECT_EQ(kept.predicted, computed.predicted);
     EXPECT_EQ(kept.tightest_mm, computed.tightest_mm);

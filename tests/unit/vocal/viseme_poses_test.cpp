@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "base/errors.h"
-#include "vocal/lip_markers.h"
 #include "vocal/pose_motion.h"
 
 namespace mouthpiece {
@@ -136,9 +135,9 @@ TEST(VisemePoses, AContactLastsNoLongerThanItsPhone) {
   const VisemePoses& poses = genericPoses();
   const std::vector<Seconds> times = {p.start - 0.020, p.start, p.start + 0.74 * p.duration(), p.end, p.end + 0.010};
   PositionMatrix moved = 8 * poses.opening_direction.replicate(static_cast<Eigen::Index>(times.size()), 1) /
-                         findLipMarkers(poses.marker_names).opening(poses.opening_direction);
+                         poses.mouth.verticalOpening(poses.opening_direction);
   keepContacts(visemeCurves(labels, {}, {}), poses, times, moved);
-  const auto opening = [&](Eigen::Index row) { return findLipMarkers(poses.marker_names).opening(moved.row(row)); };
+  const auto opening = [&](Eigen::Index row) { return poses.mouth.verticalOpening(moved.row(row)); };
   const double contact = std::max(poses.bilabial_mm, poses.contact_mm);
   EXPECT_NEAR(opening(0), 8, 0.01) << "20 ms before the phone";
   EXPECT_NEAR(opening(1), contact, 0.5);

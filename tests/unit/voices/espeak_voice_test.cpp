@@ -1,7 +1,7 @@
 #include <cmath>
 
 #include "support/voice_testing.h"
-#include "voices/espeak_phones.h"
+#include "voices/engines.h"
 
 namespace mouthpiece {
 namespace {

@@ -1,0 +1,78 @@
+# What `cmake --install` brings besides the programs: the front door's headers, the library (shared and static), and
+# what find_package(Mouthpiece) and pkg-config need.
+include(CMakePackageConfigHelpers)
+
+# mouthpiece_rooms_behind(ROOM OUT): ROOM and all rooms that it needs; mouthpiece_libraries_behind: the outside ones.
+function(mouthpiece_walk room)
+  get_property(seen GLOBAL PROPERTY MOUTHPIECE_WALKED)
+  if(room IN_LIST seen)
+    return()
+  endif()
+  set_property(GLOBAL APPEND PROPERTY MOUTHPIECE_WALKED ${room})
+  get_target_property(links ${room} LINK_LIBRARIES)
+  foreach(link ${links})
+    string(REGEX REPLACE "^mouthpiece::" "mouthpiece_" target "${link}")
+    get_property(rooms GLOBAL PROPERTY MOUTHPIECE_ROOMS)
+    if(target IN_LIST rooms)
+      mouthpiece_walk(${target})
+    elseif(NOT link MATCHES "NOTFOUND")
+      set_property(GLOBAL APPEND PROPERTY MOUTHPIECE_OUTSIDE ${link})
+    endif()
+  endforeach()
+endfunction()
+
+mouthpiece_walk(mouthpiece_speaker)
+get_property(behind GLOBAL PROPERTY MOUTHPIECE_WALKED)
+get_property(outside GLOBAL PROPERTY MOUTHPIECE_OUTSIDE)
+list(REMOVE_DUPLICATES outside)
+list(TRANSFORM behind REPLACE "(.+)" "$<TARGET_OBJECTS:\\1>" OUTPUT_VARIABLE objects)
+
+foreach(kind shared static)
+  string(TOUPPER ${kind} type)
+  add_library(mouthpiece_${kind} ${type} ${objects})
+  target_link_libraries(mouthpiece_${kind} PRIVATE ${outside})
+  set_target_properties(mouthpiece_${kind} PROPERTIES OUTPUT_NAME mouthpiece LINKER_LANGUAGE CXX)
+endforeach()
+set_target_properties(mouthpiece_shared PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION 0)
+# Templates of the standard library that a room instantiates are no part of the interface.
+target_link_options(mouthpiece_shared PRIVATE "LINKER:--exclude-libs,ALL" "LINKER:--no-undefined"
+  "LINKER:--version-script=${CMAKE_SOURCE_DIR}/cmake/mouthpiece.map")
+set_property(TARGET mouthpiece_shared APPEND PROPERTY LINK_DEPENDS ${CMAKE_SOURCE_DIR}/cmake/mouthpiece.map)
+
+# A program that links the static library needs the same outside libraries, by the names that the linker knows.
+set(MOUTHPIECE_STATIC_LIBRARIES)
+foreach(library ${outside})
+  if(NOT TARGET ${library})
+    list(APPEND MOUTHPIECE_STATIC_LIBRARIES ${library})
+    continue()
+  endif()
+  get_target_property(type ${library} TYPE)
+  if(NOT type STREQUAL "INTERFACE_LIBRARY")
+    list(APPEND MOUTHPIECE_STATIC_LIBRARIES $<TARGET_LINKER_FILE:${library}>)
+  endif()
+  get_target_property(interface ${library} INTERFACE_LINK_LIBRARIES)
+  foreach(part ${interface})
+    if(part AND NOT TARGET ${part} AND NOT part MATCHES "::|[$]<")
+      list(APPEND MOUTHPIECE_STATIC_LIBRARIES ${part})
+    endif()
+  endforeach()
+endforeach()
+list(REMOVE_DUPLICATES MOUTHPIECE_STATIC_LIBRARIES)
+list(APPEND MOUTHPIECE_STATIC_LIBRARIES -lpthread -lm)
+list(JOIN MOUTHPIECE_STATIC_LIBRARIES " " MOUTHPIECE_STATIC_FLAGS)
+
+configure_package_config_file(${CMAKE_SOURCE_DIR}/cmake/MouthpieceConfig.cmake.in
+  ${CMAKE_BINARY_DIR}/package/MouthpieceConfig.cmake.in INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/Mouthpiece)
+file(GENERATE OUTPUT ${CMAKE_BINARY_DIR}/package/MouthpieceConfig.cmake
+  INPUT ${CMAKE_BINARY_DIR}/package/MouthpieceConfig.cmake.in)
+write_basic_package_version_file(${CMAKE_BINARY_DIR}/package/MouthpieceConfigVersion.cmake
+  COMPATIBILITY SameMinorVersion)
+configure_file(${CMAKE_SOURCE_DIR}/cmake/mouthpiece.pc.in ${CMAKE_BINARY_DIR}/package/mouthpiece.pc.in @ONLY)
+file(GENERATE OUTPUT ${CMAKE_BINARY_DIR}/package/mouthpiece.pc INPUT ${CMAKE_BINARY_DIR}/package/mouthpiece.pc.in)
+
+install(TARGETS mouthpiece_shared mouthpiece_static LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(DIRECTORY include/mouthpiece DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
+install(FILES ${CMAKE_BINARY_DIR}/package/MouthpieceConfig.cmake
+  ${CMAKE_BINARY_DIR}/package/MouthpieceConfigVersion.cmake DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/Mouthpiece)
+install(FILES ${CMAKE_BINARY_DIR}/package/mouthpiece.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

@@ -1,0 +1,96 @@
+/* Mouthpiece from C, and from what calls C. Handles are opaque; no function throws, prints or exits. Functions that can
+ * fail return MOUTHPIECE_OK, or another code and one line of text (file, place, found, expected) in `error`, which
+ * holds `error_size` bytes with the final 0 and may be null. Strings are UTF-8; what a handle gives stays until the
+ * handle is freed. A speaker and a stream belong to one thread at a time; a performance may be read by many. */
+#ifndef MOUTHPIECE_MOUTHPIECE_H
+#define MOUTHPIECE_MOUTHPIECE_H
+
+#include <stddef.h>
+
+#include "mouthpiece/version.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct mouthpiece_speaker mouthpiece_speaker;
+typedef struct mouthpiece_performance mouthpiece_performance;
+typedef struct mouthpiece_stream mouthpiece_stream;
+
+enum mouthpiece_result {
+  MOUTHPIECE_OK = 0,
+  MOUTHPIECE_BAD_INPUT = 1, /* of a file, an argument, a text */
+  MOUTHPIECE_NO_MEMORY = 2,
+  MOUTHPIECE_INTERNAL = 3 /* a fault of Mouthpiece: please report it */
+};
+
+/* Set by mouthpiece_options_init(); null and 0 stand for the defaults of the program `synth`. */
+typedef struct mouthpiece_options {
+  size_t size; /* of this struct, as the caller knows it */
+  const char* corpus;
+  const char* face;
+  int with_face; /* 0: sound, labels and markers alone */
+  const char* voice;
+  const char* lexicon;
+  double frame_rate_hz;
+} mouthpiece_options;
+
+/* One frame of a stream; the pointers stay until the next call. */
+typedef struct mouthpiece_frame {
+  size_t index;
+  double time_s;
+  const double* markers_mm; /* x y z of each marker */
+  size_t marker_count;
+  const float* vertices; /* x y z of each vertex, the mesh's unit; null without a face */
+  size_t vertex_count;
+  float arkit[52]; /* weights, 0 to 1, in the order of mouthpiece_arkit_name() */
+} mouthpiece_frame;
+
+/* The version of the library at hand, as "0.2.0". */
+MOUTHPIECE_API const char* mouthpiece_version(void);
+
+MOUTHPIECE_API void mouthpiece_options_init(mouthpiece_options* options);
+/* `options` may be null. */
+MOUTHPIECE_API int mouthpiece_speaker_new(const mouthpiece_options* options, mouthpiece_speaker** speaker, char* error,
+                                          size_t error_size);
+MOUTHPIECE_API void mouthpiece_speaker_free(mouthpiece_speaker* speaker);
+
+MOUTHPIECE_API int mouthpiece_speak(mouthpiece_speaker* speaker, const char* text, mouthpiece_performance** performance,
+                                    char* error, size_t error_size);
+/* A recording (WAV, FLAC, Ogg) of what `transcript` says. */
+MOUTHPIECE_API int mouthpiece_perform_recording(mouthpiece_speaker* speaker, const char* audio_file,
+                                                const char* transcript, mouthpiece_performance** performance,
+                                                char* error, size_t error_size);
+/* A song file: song.json or MusicXML. */
+MOUTHPIECE_API int mouthpiece_sing(mouthpiece_speaker* speaker, const char* song_file,
+                                   mouthpiece_performance** performance, char* error, size_t error_size);
+MOUTHPIECE_API void mouthpiece_performance_free(mouthpiece_performance* performance);
+
+MOUTHPIECE_API size_t mouthpiece_frame_count(const mouthpiece_performance* performance);
+MOUTHPIECE_API double mouthpiece_frame_rate(const mouthpiece_performance* performance);
+/* Mono, in [-1, 1]. */
+MOUTHPIECE_API const float* mouthpiece_sound(const mouthpiece_performance* performance, size_t* sample_count,
+                                             int* sample_rate_hz);
+MOUTHPIECE_API size_t mouthpiece_marker_count(const mouthpiece_performance* performance);
+/* Null beyond the last. */
+MOUTHPIECE_API const char* mouthpiece_marker_name(const mouthpiece_performance* performance, size_t marker);
+MOUTHPIECE_API size_t mouthpiece_warning_count(const mouthpiece_performance* performance);
+MOUTHPIECE_API const char* mouthpiece_warning(const mouthpiece_performance* performance, size_t warning);
+/* Apple's name of an ARKit shape, 0 to 51; null beyond. */
+MOUTHPIECE_API const char* mouthpiece_arkit_name(size_t shape);
+/* Writes a file whose kind follows from its ending: .glb, .wav, .c3d, arkit.csv, report.json ... */
+MOUTHPIECE_API int mouthpiece_save(const mouthpiece_performance* performance, const char* file, char* error,
+                                   size_t error_size);
+
+/* The frames one by one. The stream keeps the performance alive. */
+MOUTHPIECE_API int mouthpiece_stream_new(const mouthpiece_performance* performance, mouthpiece_stream** stream,
+                                         char* error, size_t error_size);
+/* Sets *has_frame to 0 after the last. */
+MOUTHPIECE_API int mouthpiece_stream_next(mouthpiece_stream* stream, mouthpiece_frame* frame, int* has_frame,
+                                          char* error, size_t error_size);
+MOUTHPIECE_API void mouthpiece_stream_free(mouthpiece_stream* stream);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,78 @@
+#include "exports/arkit_markers.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "base/errors.h"
+#include "exports/arkit.h"
+
+namespace mouthpiece {
+
+extern const std::string_view kArkitMarkersJson;
+
+namespace {
+
+/// What each shape does to each marker of the default layout: markers x 3 a shape, mm.
+struct LearntShapes {
+  std::vector<std::string> markers;
+  std::vector<MarkerPositions> moves_mm = std::vector<MarkerPositions>(kArkitNames.size());
+};
+
+const LearntShapes& learntShapes() {
+  static const LearntShapes shapes = [] {
+    const nlohmann::json tree = nlohmann::json::parse(kArkitMarkersJson);
+    LearntShapes learnt;
+    learnt.markers = tree.at("markers").get<std::vector<std::string>>();
+    for (std::size_t k = 0; k < kArkitNames.size(); ++k) {
+      const auto moves = tree.at("moves_mm").at(std::string(kArkitNames[k])).get<std::vector<double>>();
+      learnt.moves_mm[k] = Eigen::Map<const MarkerPositions>(moves.data(), signedIndex(learnt.markers.size()), 3);
+    }
+    return learnt;
+  }();
+  return shapes;
+}
+
+/// Lids follow the gaze, but no marker sees it: lids that move are blinks.
+bool isGaze(std::string_view shape) { return shape.starts_with("EyeLook"); }
+
+Eigen::RowVectorXd medianOf(const PositionMatrix& positions) {
+  Eigen::RowVectorXd median(positions.cols());
+  std::vector<double> column(unsignedIndex(positions.rows()));
+  for (Eigen::Index c = 0; c < positions.cols(); ++c) {
+    Eigen::VectorXd::Map(column.data(), positions.rows()) = positions.col(c);
+    const auto middle = column.begin() + positions.rows() / 2;
+    std::nth_element(column.begin(), middle, column.end());
+    median(c) = *middle;
+  }
+  return median;
+}
+
+}  // namespace
+
+RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions* neutral_mm) {
+  const LearntShapes& learnt = learntShapes();
+  if (motion.frameCount() == 0) return RowMajorMatrixF::Zero(0, signedIndex(kArkitNames.size()));
+  MOUTHPIECE_EXPECT(neutral_mm == nullptr || neutral_mm->size() == motion.positions_mm.cols());
+  const Eigen::RowVectorXd rest =
+      neutral_mm != nullptr ? Eigen::RowVectorXd(Eigen::Map<const Eigen::RowVectorXd>(neutral_mm->data(), neutral_mm->size()))
+                            : medianOf(motion.positions_mm);
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> known;  // of the learnt markers, of the motion's
+  for (std::size_t i = 0; i < learnt.markers.size(); ++i) {
+    if (const auto marker = motion.findMarker(learnt.markers[i])) known.emplace_back(signedIndex(i), marker->row());
+  }
+  if (known.empty()) throw InputError("found no marker of the default layout; expected some for ARKit's shapes");
+  Eigen::MatrixXf shapes = Eigen::MatrixXf::Zero(3 * signedIndex(known.size()), signedIndex(kArkitNames.size()));
+  Eigen::MatrixXf moves(shapes.rows(), motion.positions_mm.rows());
+  for (Eigen::Index row = 0; row < signedIndex(known.size()); ++row) {
+    const auto [marker, column] = known[unsignedIndex(row)];
+    for (std::size_t k = 0; k < kArkitNames.size(); ++k) {
+      if (!isGaze(kArkitNames[k]))
+        shapes.block<3, 1>(3 * row, signedIndex(k)) = learnt.moves_mm[k].row(marker).transpose().cast<float>();
+    }
+    moves.middleRows<3>(3 * row) =
+        (motion.positions_mm.middleCols<3>(3 * column).rowwise() - rest.segment<3>(3 * column)).transpose().cast<float>();
+  }
+  return fitShapeWeights(shapes, moves.array().isNaN().select(0.0F, moves), kArkitNames.size());
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "deform/kernel/face_animation.h"
+#include "deform/mesh/face_mesh.h"
+#include "motion/motion_clip.h"
+#include "synthesis/curve_ablation.h"
+#include "synthesis/utterance_animation.h"
+
+// Files as bytes, a function each; ARKit's are in exports/arkit.h, the GLB in exports/gltf/glb.h.
+namespace mouthpiece {
+
+/// Every vertex of every frame, in the mesh's own vertex order and unit (docs/formats/pc2_mdd.md).
+/// PC2, little-endian: 3ds Max, Blender's mesh cache, Houdini.
+std::string pc2Bytes(const FaceAnimation& animation);
+/// MDD, big-endian: LightWave, Blender, Maya plug-ins.
+std::string mddBytes(const FaceAnimation& animation);
+/// One OBJ a frame, each with area-weighted normals (`vn`), all triangles, parts as `usemtl`; `take` gets them in
+/// turn, since together they would be the largest thing in memory.
+void objFrames(const FaceMesh& mesh, const FaceAnimation& animation,
+               const std::function<void(std::size_t frame, const std::string& bytes)>& take);
+
+/// report.json (docs/formats/report.md): where each phone came from, how it was joined and how long it took.
+std::string reportJson(const UtteranceAnimation& animation);
+
+/// What view.html shows. Views only: everything must outlive the call.
+struct ViewPage {
+  const UtteranceAnimation& animation;
+  std::string_view glb;  ///< glbBytes() of `mesh`
+  const FaceMesh& mesh;  ///< for its parts' kinds and its unit
+  std::string_view face_name;
+  std::span<const std::string> marker_names;
+  const PositionMatrix& markers;  ///< FaceMotion's: frames x (3 * markers), the mesh's unit
+};
+
+/// Where the template takes its data: this line, once.
+inline constexpr std::string_view kViewPagePlaceholder = "<!-- mouthpiece:data -->";
+
+/// The page, one file that opens from disk (viewer/): `page_template` with the face, the sound and the report in it.
+/// Text from outside (words, names of takes) is data there and cannot become markup or script. Throws InputError when
+/// the template has no placeholder.
+std::string viewHtml(std::string_view page_template, const ViewPage& page);
+
+/// A page, one file, with the variants' curves over each other, above the phones. `frame_rate_hz`: of the variants'
+/// mouth. The first variant is the one that the others are compared with.
+std::string ablationPage(std::string_view title, const SpeechLabels& labels, const std::vector<CurveVariant>& variants,
+                         double frame_rate_hz);
+
+}  // namespace mouthpiece

@@ -1,0 +1,132 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "phonetics/language/phone.h"
+
+namespace mouthpiece {
+
+/// PocketSphinx' phonetically tied acoustic model as its files hold it (means, variances, sendump, mdef): the states of
+/// all triphones of a phone ("senones") share the phone's Gaussians and differ by their weights
+/// (docs/theory/alignment.md).
+struct TiedModel {
+  struct Codebook {
+    std::string phone;                       ///< "AA", "SIL"
+    std::vector<int> senones;                ///< whose states this phone's sounds are, rising
+    std::vector<Eigen::MatrixXf> gaussians;  ///< by stream: log density = gaussians * (x^2, x, 1); densities x (2n + 1)
+    std::vector<Eigen::MatrixXf> weights;    ///< by stream: senones x densities, linear
+  };
+  std::vector<Codebook> codebooks;
+  std::size_t senone_count = 0;
+  std::vector<Eigen::Index> stream_sizes;  ///< how the features are cut
+
+  [[nodiscard]] Eigen::Index featureCount() const;
+};
+
+/// The bytes of a model's files.
+struct TiedModelFiles {
+  std::filesystem::path folder;  ///< for errors
+  std::string mdef, means, variances, sendump;
+};
+
+/// Throws InputError when a file is damaged, or of another kind of model.
+TiedModel parseTiedModel(const TiedModelFiles& files);
+/// The files of a folder. Throws InputError also when one is missing.
+TiedModel readTiedModel(const std::filesystem::path& folder);
+
+/// PocketSphinx counts logarithms of likelihoods in this many nats: 1024 log(1.0001).
+inline constexpr double kScoreUnit = 0.10239488;
+
+/// What of a model is weighed, and how.
+struct Weighing {
+  std::vector<bool> wanted;  ///< codebooks
+  bool against_all = true;   ///< 0 is the best of all the model's senones, not of the wanted ones
+  double scale = 1;          ///< this times the logarithm of a likelihood counts
+};
+
+/// How little each state of a model ("senone") sounds like each of some frames. The same scores as PocketSphinx' own
+/// for tied models, in a fraction of its time (docs/theory/alignment.md). Not thread-safe: it keeps room to work in.
+class SenoneScorer {
+ public:
+  /// So many densities of each codebook and stream count, the likeliest.
+  static constexpr std::size_t kKept = 4;
+  /// senones x frames, in units of kScoreUnit / scale; 0 is the best of a frame.
+  using Scores = Eigen::Matrix<std::int16_t, Eigen::Dynamic, Eigen::Dynamic>;
+
+  explicit SenoneScorer(std::shared_ptr<const TiedModel> model);
+
+  [[nodiscard]] const TiedModel& model() const { return *model_; }
+
+  /// features: a column a frame. Senones of codebooks that are not wanted get the worst score. Valid until the next
+  /// call.
+  const Scores& score(const Eigen::Ref<const Eigen::MatrixXf>& features, const Weighing& weighing);
+
+ private:
+  /// Of one codebook in one stream of a frame, the best first.
+  struct Likeliest {
+    std::array<float, kKept> log_density{};
+    std::array<Eigen::Index, kKept> density{};
+  };
+
+  Likeliest& likeliest(std::size_t codebook, std::size_t stream, Eigen::Index frame);
+  void findLikeliest(std::size_t stream, const Eigen::Ref<const Eigen::MatrixXf>& features);
+  void toLikelihoods(std::size_t stream, Eigen::Index frame);
+  void scoreFrame(Eigen::Index frame, const Weighing& weighing);
+
+  std::shared_ptr<const TiedModel> model_;
+  std::vector<std::size_t> looked_at_;  ///< codebooks
+  std::vector<Likeliest> likeliest_;
+  Eigen::MatrixXf log_densities_;
+  std::vector<Eigen::ArrayXf> likelihoods_;  ///< by codebook, of its senones in one frame
+  Scores scores_;
+};
+
+/// Sounds that are movements, in singing too: nobody holds them (Y W R L HH). Where a song's frames are left out, such
+/// a sound is weighed as if they were heard: it must not take a held vowel that is like it, as the Y of "you" its UW.
+class FleetingSounds {
+ public:
+  /// None: nothing is weighed.
+  FleetingSounds() = default;
+  /// `kept`: the frames that are heard (thinFrames).
+  FleetingSounds(const TiedModel& model, const std::vector<std::size_t>& kept);
+
+  /// `scores`: of the frames from `first` on, of those that are kept.
+  void weigh(SenoneScorer::Scores& scores, Eigen::Index first) const;
+
+  /// How often a phone that was heard in the kept frames [first, last] was weighed, a frame in the mean: 1 for most.
+  [[nodiscard]] double timesWeighed(Phone phone, std::size_t first, std::size_t last) const;
+
+ private:
+  std::vector<int> senones_;
+  std::vector<double> frame_counts_;  ///< how many frames each kept one stands for
+};
+
+/// Feeds PocketSphinx' search with scores as from a file of them ("s3" header, then a row of int16 a frame): a block of
+/// frames is weighed when the one before was read.
+class ScoreStream {
+ public:
+  /// `features`: a column a frame. All but `weighing` are only looked at and must outlive it.
+  ScoreStream(SenoneScorer& scorer, const Eigen::MatrixXf& features, Weighing weighing, const FleetingSounds& fleeting);
+
+  /// The next bytes, at most `size`; 0: there are no more.
+  std::size_t take(char* buffer, std::size_t size);
+
+ private:
+  void weighNext();
+
+  SenoneScorer& scorer_;
+  const Eigen::MatrixXf& features_;
+  Weighing weighing_;
+  const FleetingSounds& fleeting_;
+  Eigen::Index next_ = 0;
+  std::string bytes_;
+  std::size_t at_ = 0;
+};
+
+}  // namespace mouthpiece

@@ -1,0 +1,231 @@
+// retarget check: judges a fitted face, also by a corpus' captured closures played on it.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <span>
+
+#include "base/index.h"
+#include "deform/kernel/welding.h"
+#include "deform/surface/bezier_surface.h"
+#include "motion/lip_gauge.h"
+#include "motion/resample.h"
+#include "programs/retarget/commands.h"
+#include "retarget/rig/face_rig.h"
+#include "retarget/rig/lip_contact.h"
+#include "synthesis/lips.h"
+#include "units/file/corpus.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr Seconds kReach = 0.02;       ///< beyond both ends of a B P M: label error
+constexpr double kClosedShare = 0.25;  ///< of the take's range of openings: what counts as closed in the capture
+constexpr double kTouchMm = 0.3;       ///< lips nearer than this touch
+
+struct Arguments {
+  std::filesystem::path face, corpus;
+  bool quiet = false, json = false;
+};
+
+/// What the captured closures (B P M in which the outer lips come near) of a corpus become on a face.
+struct ClosureCheck {
+  std::size_t closures = 0;
+  std::size_t touching = 0;         ///< whose lips are kTouchMm apart at most, all over the middle half of the mouth
+  std::size_t others = 0;           ///< phones looked at that are no closure: every eighth but B P M and silence
+  std::size_t others_touching = 0;  ///< whose lips touch at their widest
+  double gap_median_mm = 0;
+  double gap_p95_mm = 0;
+  double overlap_mm = 0;   ///< deepest place of one lip inside the other, over all closures
+  double in_teeth_mm = 0;  ///< of a lip inside teeth or gums
+  double overlap_at_rest_mm = 0;
+  double in_teeth_at_rest_mm = 0;
+  std::size_t poses = 0;                ///< drawn at random from the capture
+  double patch_edge_angle_max_deg = 0;  ///< between neighbouring patches in these
+};
+
+/// Opening of the outer lips in every frame; empty where the take does not tell.
+std::vector<double> openingsOf(const CorpusTake& take, const LipGauge& lips) {
+  if (!lips.hasLips() || !take.motion.positions_mm.allFinite()) return {};
+  return lips.overFrames(&LipGauge::opening, take.motion.positions_mm);
+}
+
+using Openings = std::span<const double>;
+
+/// The openings in a phone and `reach` around it.
+Openings inPhone(const std::vector<double>& opening, double rate_hz, const TimeSpan& span, Seconds reach) {
+  const auto first = static_cast<std::ptrdiff_t>(std::max(0.0, std::ceil((span.start - reach) * rate_hz)));
+  const auto last = std::min(static_cast<std::ptrdiff_t>(opening.size()) - 1,
+                             static_cast<std::ptrdiff_t>(std::floor((span.end + reach) * rate_hz)));
+  if (last < first) return {};
+  return Openings(opening).subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(last - first + 1));
+}
+
+/// The frame of each B P M in which the captured mouth is closed furthest, where it closes at all.
+std::vector<std::size_t> closedFrames(const CorpusTake& take, const std::vector<double>& opening) {
+  std::vector<std::size_t> frames;
+  const auto [low, high] = std::minmax_element(opening.begin(), opening.end());
+  for (const LabelledPhone& phone : take.labels.phones) {
+    if (!isBilabial(phone.phone)) continue;
+    const Openings own = inPhone(opening, take.motion.frame_rate_hz, phone.span, kReach);
+    const auto tightest = std::min_element(own.begin(), own.end());
+    if (tightest != own.end() && *tightest < *low + kClosedShare * (*high - *low))
+      frames.push_back(static_cast<std::size_t>(&*tightest - opening.data()));
+  }
+  return frames;
+}
+
+/// Of all takes together, every eighth phone that is neither B P M nor silence: where it is widest.
+class OtherPhones {
+ public:
+  std::vector<std::size_t> widestFrames(const CorpusTake& take, const std::vector<double>& opening) {
+    constexpr std::size_t kEach = 8;
+    std::vector<std::size_t> frames;
+    for (const LabelledPhone& phone : take.labels.phones) {
+      if (isBilabial(phone.phone) || phone.phone == Phone::kSil || count_++ % kEach != 0) continue;
+      const Openings own = inPhone(opening, take.motion.frame_rate_hz, phone.span, 0);
+      const auto widest = std::max_element(own.begin(), own.end());
+      if (widest != own.end()) frames.push_back(static_cast<std::size_t>(&*widest - opening.data()));
+    }
+    return frames;
+  }
+
+ private:
+  std::size_t count_ = 0;
+};
+
+/// The largest angle between neighbouring patches over frames drawn from the whole corpus.
+void checkEdges(const FaceRig& rig, const ControlMesh& control_mesh, const Corpus& corpus, const ActorPose& actor,
+                ClosureCheck& check) {
+  constexpr std::size_t kPoses = 1000;
+  const BezierSurface surface(control_mesh);
+  std::vector<const CorpusTake*> takes;
+  for (const CorpusTake& take : corpus.takes) {
+    if (take.motion.frameCount() > 0 && take.motion.positions_mm.allFinite()) takes.push_back(&take);
+  }
+  std::mt19937 random(66);
+  for (; !takes.empty() && check.poses < kPoses; ++check.poses) {
+    MotionClip frame = takes[random() % takes.size()]->motion;
+    frame.positions_mm = frame.positions_mm.row(signedIndex(random() % frame.frameCount())).eval();
+    const FaceMotion on_face = rig.retarget(frame, &actor);
+    const auto pose = surface.pose(controlPoints(control_mesh, on_face.pose(FrameIndex{0})));
+    check.patch_edge_angle_max_deg = std::max(check.patch_edge_angle_max_deg, surface.maxNormalAngleAcrossEdges(pose));
+  }
+}
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * asReal(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+ClosureCheck checkClosures(const FaceRig& rig, const ControlMesh& control_mesh, const Corpus& corpus, bool quiet) {
+  const double mm = 1000 * rig.mesh().metres_per_unit;
+  const Welding welding = weldSplitTriangles(rig.mesh());
+  const LipContactMeter meter(welding.isNothing() ? rig.mesh() : welding.mesh, control_mesh);
+  ClosureCheck check;
+  const auto contactIn = [&](const VertexPositions& pose) {
+    return meter.measure(welding.isNothing() ? pose : welding.weldedFromGiven(pose));
+  };
+  const LipContact at_rest = contactIn(rig.mesh().vertices);
+  check.overlap_at_rest_mm = mm * at_rest.overlap;
+  check.in_teeth_at_rest_mm = mm * at_rest.in_teeth;
+  const ActorPose actor{corpus.neutral_pose_mm, closedLipsMm(corpus)};
+  ProgressBar progress("retarget check", corpus.takes.size(), quiet);
+  std::vector<double> gaps;
+  VertexPositions vertices;
+  OtherPhones others;
+  for (const CorpusTake& take : corpus.takes) {
+    progress.advance();
+    const std::vector<double> opening = openingsOf(take, LipGauge(corpus.layout));
+    if (opening.empty()) continue;
+    const std::vector<std::size_t> closed = closedFrames(take, opening), open = others.widestFrames(take, opening);
+    const std::vector<Seconds> times = frameTimes(0, take.motion.frameCount(), take.motion.frame_rate_hz);
+    const FaceMotion on_face = rig.retarget(take.motion, &actor, lipsFromPhones(take.labels, times));
+    const auto contactAt = [&](std::size_t frame) {
+      rig.deform(on_face.pose(FrameIndex{frame}), TonguePose{}, vertices);
+      return contactIn(vertices);
+    };
+    for (const std::size_t frame : closed) {
+      const LipContact contact = contactAt(frame);
+      gaps.push_back(mm * contact.gap);
+      check.touching += mm * contact.gap <= kTouchMm ? 1 : 0;
+      check.overlap_mm = std::max(check.overlap_mm, mm * contact.overlap);
+      check.in_teeth_mm = std::max(check.in_teeth_mm, mm * contact.in_teeth);
+    }
+    for (const std::size_t frame : open) check.others_touching += mm * contactAt(frame).gap <= kTouchMm ? 1 : 0;
+    check.others += open.size();
+  }
+  checkEdges(rig, control_mesh, corpus, actor, check);
+  check.closures = gaps.size();
+  check.gap_median_mm = quantile(gaps, 0.5);
+  check.gap_p95_mm = quantile(gaps, 0.95);
+  return check;
+}
+
+nlohmann::json factsOf(const ClosureCheck& check) {
+  return {{"closures", check.closures},
+          {"touching", check.touching},
+          {"other_phones", check.others},
+          {"other_phones_touching", check.others_touching},
+          {"gap_median_mm", check.gap_median_mm},
+          {"gap_p95_mm", check.gap_p95_mm},
+          {"overlap_mm", check.overlap_mm},
+          {"overlap_at_rest_mm", check.overlap_at_rest_mm},
+          {"in_teeth_mm", check.in_teeth_mm},
+          {"in_teeth_at_rest_mm", check.in_teeth_at_rest_mm},
+          {"poses", check.poses},
+          {"patch_edge_angle_max_deg", check.patch_edge_angle_max_deg}};
+}
+
+std::string textOf(const ClosureCheck& check) {
+  return fmt::format(
+      "  closures           {} of {} touch within {} mm; gap {:.2f} mm median, {:.2f} mm at 95 %\n"
+      "  other phones       {} of {} touch at their widest\n"
+      "  lips               {:.2f} mm inside each other at most ({:.2f} at rest), {:.2f} mm inside teeth ({:.2f})\n"
+      "  patch edges        {:.3g} degrees at most in {} captured poses\n",
+      check.touching, check.closures, kTouchMm, check.gap_median_mm, check.gap_p95_mm, check.others_touching,
+      check.others, check.overlap_mm, check.overlap_at_rest_mm, check.in_teeth_mm, check.in_teeth_at_rest_mm,
+      check.patch_edge_angle_max_deg, check.poses);
+}
+
+int runCheck(const Arguments& given) {
+  const FaceFile face = readFaceFile(given.face);
+  const FaceMesh mesh = readMeshOf(face, given.face);
+  checkBinding(face.binding, mesh, face.control, given.face.string());
+  const FaceCheck found = checkFace(face, mesh);
+  const int code = faultsOf(found).empty() ? kExitDone : kExitBadInput;
+  if (given.corpus.empty()) {
+    printFace(face, found, given.json, given.quiet);
+    return code;
+  }
+  const ClosureCheck closures = checkClosures(FaceRig::load(given.face), face.control, readCorpus(given.corpus),
+                                              given.quiet || given.json);
+  if (given.json) {
+    nlohmann::json facts = faceFacts(face, found);
+    facts["captured_closures"] = factsOf(closures);
+    printJson(facts);
+  } else if (!given.quiet) {
+    printText(faceText(face, found) + textOf(closures));
+  }
+  return code;
+}
+
+void addOptions(CLI::App& command, Arguments& options) {
+  command.add_option("FACE", options.face, "Made by `retarget fit`")->required();
+  command.add_option("--corpus", options.corpus, "Also play this corpus' closures on the face and look at the lips");
+  addJsonFlag(command, options.json);
+}
+
+}  // namespace
+
+Command checkCommand() {
+  return makeCommand("check", "Judge a fitted face; exit code 1 when it has a fault", "retarget check head.face",
+                     addOptions, runCheck);
+}
+
+}  // namespace mouthpiece

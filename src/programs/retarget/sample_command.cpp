@@ -1,0 +1,49 @@
+// retarget sample: the face that comes with Mouthpiece.
+#include <CLI/CLI.hpp>
+
+#include "base/files.h"
+#include "deform/mesh/mesh_reader.h"
+#include "programs/retarget/commands.h"
+#include "retarget/sample_head/default_face.h"
+#include "units/file/corpus.h"
+
+namespace mouthpiece {
+namespace {
+
+struct Arguments {
+  std::filesystem::path out, canonical, corpus;
+  bool quiet = false, json = false;
+};
+
+int runSample(const Arguments& given) {
+  const Corpus corpus = readCorpus(given.corpus);
+  const DefaultFace made = makeDefaultFace(readFaceMesh(given.canonical), given.canonical.string());
+  const std::filesystem::path mesh_path = given.out / "default.obj";
+  const std::string bytes = objBytes(made.mesh);
+  FaceMesh mesh = parseFaceMesh(bytes, mesh_path);
+  FitRequest request = fitRequestFor("default", corpus);
+  request.mesh_file = mesh_path.filename().string();
+  request.mesh_sha256 = sha256Hex(bytes);
+  const FaceFile face = fitFace(mesh, made.anchors, given.canonical.string(), request);
+  writeFileAtomically(mesh_path, bytes);
+  writeFaceFile(given.out / "default.face", face);
+  printFace(face, checkFace(face, mesh), given.json, given.quiet);
+  return kExitDone;
+}
+
+void addOptions(CLI::App& command, Arguments& options) {
+  command.add_option("--out", options.out, "Folder")->required();
+  command.add_option("--canonical", options.canonical, "What tools/fetch_canonical_face.sh brings")->required();
+  command.add_option("--corpus", options.corpus, "Corpus whose actor shall move the face")->required();
+  addJsonFlag(command, options.json);
+}
+
+}  // namespace
+
+Command sampleCommand() {
+  return makeCommand("sample", "Make the face that comes with Mouthpiece: default.obj, default.face",
+                     "retarget sample --out share --canonical canonical_face.obj --corpus sample.corpus", addOptions,
+                     runSample);
+}
+
+}  // namespace mouthpiece

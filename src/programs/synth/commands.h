@@ -1,0 +1,21 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "mouthpiece/speaker.h"
+#include "programs/program.h"
+
+namespace mouthpiece {
+
+/// What `synth` and `synth batch` share: how to speak, but not what.
+struct SharedOptions {
+  SpeakerOptions speaker;
+  bool quiet = false;
+  bool json = false;
+};
+void addSharedOptions(CLI::App& app, SharedOptions& options);
+
+Command speakCommand();
+Command batchCommand();
+
+}  // namespace mouthpiece

@@ -1,0 +1,91 @@
+// The options that say how lines are performed, the same for one and for many.
+#include <map>
+
+#include "base/text_numbers.h"
+#include "programs/synth/commands.h"
+
+namespace mouthpiece {
+namespace {
+
+/// An option whose value is one of a few names.
+template <typename Value>
+void addChoice(CLI::App& app, const std::string& option, Value& value, const std::map<std::string, Value>& names,
+               const std::string& help) {
+  std::string known;
+  for (const auto& [name, unused] : names) known += (known.empty() ? "" : "|") + name;
+  app.add_option_function<std::string>(
+         option,
+         [&value, names, option, known](const std::string& name) {
+           const auto found = names.find(name);
+           if (found == names.end())
+             throw CLI::ValidationError(option, "found '" + name + "'; expected " + known);
+           value = found->second;
+         },
+         help)
+      ->type_name(known);
+}
+
+/// Ma, Ps, Ja or Li: a number, "auto" where the sound can tell, or a file.
+void addStyleParameter(CLI::App& app, const std::string& option, StyleParameter& value, double largest,
+                       bool may_be_auto, const std::string& help) {
+  app.add_option_function<std::string>(
+      option,
+      [&value, option, largest, may_be_auto](const std::string& text) {
+        value = {};
+        if (may_be_auto && text == "auto") {
+          value.automatic = true;
+        } else if (const std::optional<double> number = parseNumber(text)) {
+          if (!(*number >= 0 && *number <= largest))
+            throw InputError(option, "", "found " + text + "; expected 0 to " + (largest > 1 ? "2" : "1"));
+          value.constant = number;
+        } else {
+          value.file = text;
+        }
+      },
+      help);
+}
+
+}  // namespace
+
+void addSharedOptions(CLI::App& app, SharedOptions& options) {
+  SpeakerOptions& speaker = options.speaker;
+  Manner& manner = speaker.manner;
+  app.add_option("--corpus", speaker.corpus, "Corpus to take the movements from (default: the sample corpus)");
+  app.add_option("--face", speaker.face, "Face to move, made by `retarget fit` (default: the sample face)");
+  std::string voices;
+  for (const std::string& name : voiceNames()) voices += (voices.empty() ? "" : " ") + name;
+  app.add_option("--voice", speaker.voice, voices)->capture_default_str();
+  app.add_option("--rate", speaker.rate,
+                 "With --voice corpus: speaking rate, 1 as fast as Festival would speak (default: as it was recorded)")
+      ->check(CLI::Range(0.4, 2.5));
+  app.add_option("--lexicon", speaker.lexicon, "Pronunciations that go before the voice's own");
+  app.add_option("--fps", manner.frame_rate_hz, "Frames a second, 24 to 240")->capture_default_str();
+  addChoice(app, "--select", manner.method,
+            {{"greedy", Manner::Method::kGreedy}, {"viterbi", Manner::Method::kViterbi}},
+            "greedy: the longest fragment each time; viterbi: the cheapest path of all (default: viterbi)");
+  addChoice(app, "--units", manner.units, {{"any", Manner::Units::kAny}, {"paper", Manner::Units::kPaper}},
+            "any: every fragment; paper: sentences, words, syllables and diphones (default: any)");
+  addChoice(app, "--blend", manner.blend,
+            {{"smooth", Manner::Blend::kSmooth},
+             {"linear", Manner::Blend::kLinear},
+             {"cosine", Manner::Blend::kCosine},
+             {"exponential", Manner::Blend::kExponential}},
+            "How neighbours fade into each other (default: smooth)");
+  app.add_option("--overlap-ms", manner.overlap_ms, "Blend between two fragments; viterbi takes up to twice that")
+      ->capture_default_str();
+  addChoice(app, "--backoff", manner.backoff,
+            {{"vocal", Manner::Backoff::kVocal}, {"viseme", Manner::Backoff::kViseme}, {"none", Manner::Backoff::kNone}},
+            "A phone pair the corpus lacks: vocal takes the nearest pair by viseme class, moved to where the corpus "
+            "predicts the lips, and draws VOCAL's curves where there is none or with --select greedy; viseme takes "
+            "the nearest pair as it is; none refuses (default: vocal)");
+  addChoice(app, "--style", manner.style, {{"speech", Manner::Style::kSpeech}, {"sing", Manner::Style::kSing}},
+            "Make all of the motion from curves, as spoken or as sung (default: captured units)");
+  addStyleParameter(app, "--ma", manner.ma, 1, true, "Melodic accent, 0 to 1, auto, or a file of time_s,value");
+  addStyleParameter(app, "--ps", manner.ps, 1, true, "Pitch sensitivity, 0 to 1, auto, or a file of time_s,value");
+  addStyleParameter(app, "--ja", manner.ja, 2, false, "Jaw, 0 to 2 (1 as the actor), or a file of time_s,value");
+  addStyleParameter(app, "--li", manner.li, 2, false, "Lips, 0 to 2 (1 as the actor), or a file of time_s,value");
+  app.add_option("--edits", manner.edits, "An animator's changes to the curves (edits.json)");
+  addJsonFlag(app, options.json);
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,129 @@
+// synth itself: one line, typed, recorded or sung.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+
+#include "programs/synth/commands.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr std::size_t kMaxTextFileBytes = 1 << 20;
+
+struct Options : SharedOptions {
+  Line line;
+  std::filesystem::path text_file, lyrics;
+  std::string transcript;
+  std::filesystem::path out_folder = "out";
+  std::vector<std::filesystem::path> out_files;
+};
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
+  return text;
+}
+
+/// The names in an output folder, and the kinds that only -o writes.
+std::string namesOf(bool in_folder) {
+  std::vector<std::string> names;
+  for (const Format& format : formats()) {
+    if (format.in_folder == in_folder) names.emplace_back(format.usual_name);
+  }
+  return joined(names);
+}
+
+void addOptions(CLI::App& app, Options& options) {
+  auto* text = app.add_option("--text", options.line.text, "The line to speak");
+  auto* file = app.add_option("--text-file", options.text_file, "A file with the line to speak");
+  auto* audio = app.add_option("--audio", options.line.audio,
+                               "A recording to animate instead; needs --phones, --transcript or --lyrics");
+  auto* phones = app.add_option("--phones", options.line.phones, "Labels of the recording: TextGrid, .lab or .phn");
+  auto* transcript =
+      app.add_option("--transcript", options.transcript, "What the recording says: its labels are found");
+  transcript->needs(audio)->excludes(phones);
+  auto* lyrics = app.add_option("--lyrics", options.lyrics, "The recording is of a song; a file with its words");
+  lyrics->needs(audio)->excludes(transcript);
+  auto* song = app.add_option("--song", options.line.song, "A song to sing: song.json or MusicXML");
+  song->excludes(text, file, audio);
+  text->excludes(file, audio);
+  file->excludes(audio);
+  phones->needs(audio);
+  auto* folder = app.add_option("--out", options.out_folder, "Folder for all files: " + namesOf(true))
+                     ->capture_default_str();
+  app.add_option("-o", options.out_files,
+                 "A single file, repeatable; its kind follows from the ending (besides those of a folder: " +
+                     namesOf(false) + ")")
+      ->excludes(folder);
+  addSharedOptions(app, options);
+  app.callback([&app] {
+    if (!app.get_subcommands().empty()) return;
+    if (app.count("--text") + app.count("--text-file") + app.count("--audio") + app.count("--song") == 0) {
+      throw CLI::ParseError(
+          "nothing to say; expected --text, --text-file, --song or --audio with --phones, --transcript or --lyrics",
+          CLI::ExitCodes::RequiredError);
+    }
+    if (app.count("--audio") > 0 && app.count("--phones") + app.count("--transcript") + app.count("--lyrics") == 0)
+      throw CLI::ParseError("--audio needs --phones, --transcript or --lyrics", CLI::ExitCodes::RequiredError);
+  });
+}
+
+std::string textOf(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(stream), {}};
+  if (!stream.is_open()) throw InputError(file.string(), "", "cannot be read; expected a text file");
+  if (text.size() > kMaxTextFileBytes) throw InputError(file.string(), "", "is over 1 MiB; expected one line of text");
+  return text;
+}
+
+Line lineOf(const Options& options) {
+  if (!options.line.song.empty()) return Line::singing(options.line.song);
+  if (!options.lyrics.empty()) {
+    Line sung = Line::sung(options.line.audio, options.lyrics);
+    sung.phones = options.line.phones;
+    return sung;
+  }
+  Line line = options.line;
+  if (!options.transcript.empty()) line.text = options.transcript;
+  if (!options.text_file.empty()) line.text = textOf(options.text_file);
+  return line;
+}
+
+int run(const Options& options) {
+  const std::vector<std::filesystem::path> files =
+      options.out_files.empty() ? usualFiles(options.out_folder) : options.out_files;
+  SpeakerOptions wanted = options.speaker;
+  wanted.with_face = std::any_of(files.begin(), files.end(),
+                                 [](const std::filesystem::path& file) { return formatOf(file).needs_face; });
+  const Line line = lineOf(options);
+  Speaker speaker(wanted);
+  const Performance performance = speaker.perform(line);
+  save(performance, files);
+  for (const std::string& warning : performance.warnings()) printNotice(warning, options.quiet);
+  if (options.json) {
+    printText(performance.report());
+  } else if (!options.quiet) {
+    const auto backed_off = std::count_if(performance.units().begin(), performance.units().end(),
+                                          [](const PerformedUnit& unit) { return unit.is_backoff; });
+    printText(fmt::format("{:.2f} s of speech from {} unit{}, {} backed off; {:.3f} x real time\n",
+                          performance.duration(), performance.units().size(),
+                          performance.units().size() == 1 ? "" : "s", backed_off, performance.realTimeFactor()));
+    for (const std::filesystem::path& file : files) printText("  " + file.string() + "\n");
+  }
+  return kExitDone;
+}
+
+}  // namespace
+
+Command speakCommand() {
+  return makeCommand<Options>(
+      "synth", "Makes a face speak with movements learnt and taken from a person's own.",
+      "synth --text \"the time is now\"\nsynth --song twinkle.json --out twinkle\n"
+      "synth --audio a.wav --transcript \"the time is now\"\n"
+      "synth --audio a.wav --phones a.TextGrid -o talk.glb -o talk.wav\nsynth batch lines.csv --out lines",
+      addOptions, run);
+}
+
+}  // namespace mouthpiece

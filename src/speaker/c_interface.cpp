@@ -1,0 +1,208 @@
+// The C interface: handles around the C++ front door, exceptions turned into codes and text.
+#include <algorithm>
+#include <cstring>
+#include <new>
+
+#include "base/errors.h"
+#include "exports/arkit.h"
+#include "mouthpiece/mouthpiece.h"
+#include "mouthpiece/speaker.h"
+
+struct mouthpiece_speaker {
+  mouthpiece::Speaker speaker;
+};
+struct mouthpiece_performance {
+  mouthpiece::Performance performance;
+};
+struct mouthpiece_stream {
+  mouthpiece::FrameStream stream;
+};
+
+namespace {
+
+using namespace mouthpiece;
+
+int fail(int code, const char* text, char* error, std::size_t error_size) {
+  if (error != nullptr && error_size > 0) {
+    const std::size_t length = std::min(std::strlen(text), error_size - 1);
+    std::memcpy(error, text, length);
+    error[length] = '\0';
+  }
+  return code;
+}
+
+/// Runs `work`, and tells of what it throws.
+template <typename Work>
+int guarded(char* error, std::size_t error_size, Work&& work) {
+  try {
+    fail(MOUTHPIECE_OK, "", error, error_size);
+    work();
+    return MOUTHPIECE_OK;
+  } catch (const InputError& problem) {
+    return fail(MOUTHPIECE_BAD_INPUT, problem.what(), error, error_size);
+  } catch (const std::filesystem::filesystem_error& problem) {
+    return fail(MOUTHPIECE_BAD_INPUT, problem.what(), error, error_size);
+  } catch (const std::bad_alloc&) {
+    return fail(MOUTHPIECE_NO_MEMORY, "out of memory: the input is too large for this machine", error, error_size);
+  } catch (const std::exception& problem) {
+    return fail(MOUTHPIECE_INTERNAL, problem.what(), error, error_size);
+  } catch (...) {
+    return fail(MOUTHPIECE_INTERNAL, "an unknown exception", error, error_size);
+  }
+}
+
+template <typename Pointer>
+void expectGiven(Pointer pointer, const char* name) {
+  if (pointer == nullptr) throw InputError(std::string("found a null ") + name + "; expected one");
+}
+
+/// A caller that was built with an earlier header has a smaller struct: what it lacks has its default.
+SpeakerOptions optionsFrom(const mouthpiece_options* given) {
+  mouthpiece_options known;
+  mouthpiece_options_init(&known);
+  if (given != nullptr) {
+    if (given->size < sizeof(size_t) || given->size > 4096)
+      throw InputError("found mouthpiece_options of an odd size; expected them set by mouthpiece_options_init()");
+    std::memcpy(&known, given, std::min(given->size, sizeof known));
+  }
+  SpeakerOptions options;
+  if (known.corpus != nullptr) options.corpus = known.corpus;
+  if (known.face != nullptr) options.face = known.face;
+  options.with_face = known.with_face != 0;
+  if (known.voice != nullptr) options.voice = known.voice;
+  if (known.lexicon != nullptr) options.lexicon = known.lexicon;
+  if (known.frame_rate_hz != 0) options.manner.frame_rate_hz = known.frame_rate_hz;
+  return options;
+}
+
+int perform(mouthpiece_speaker* speaker, mouthpiece_performance** performance, char* error, size_t error_size,
+            const std::function<Line()>& line) {
+  return guarded(error, error_size, [&] {
+    expectGiven(performance, "performance");
+    *performance = nullptr;
+    expectGiven(speaker, "speaker");
+    *performance = new mouthpiece_performance{speaker->speaker.perform(line())};
+  });
+}
+
+}  // namespace
+
+const char* mouthpiece_version(void) { return version(); }
+
+void mouthpiece_options_init(mouthpiece_options* options) {
+  if (options != nullptr) *options = {sizeof(mouthpiece_options), nullptr, nullptr, 1, nullptr, nullptr, 0};
+}
+
+int mouthpiece_speaker_new(const mouthpiece_options* options, mouthpiece_speaker** speaker, char* error,
+                           size_t error_size) {
+  return guarded(error, error_size, [&] {
+    expectGiven(speaker, "speaker");
+    *speaker = nullptr;
+    *speaker = new mouthpiece_speaker{Speaker(optionsFrom(options))};
+  });
+}
+
+void mouthpiece_speaker_free(mouthpiece_speaker* speaker) { delete speaker; }
+
+int mouthpiece_speak(mouthpiece_speaker* speaker, const char* text, mouthpiece_performance** performance, char* error,
+                     size_t error_size) {
+  return perform(speaker, performance, error, error_size, [text] {
+    expectGiven(text, "text");
+    return Line::typed(text);
+  });
+}
+
+int mouthpiece_perform_recording(mouthpiece_speaker* speaker, const char* audio_file, const char* transcript,
+                                 mouthpiece_performance** performance, char* error, size_t error_size) {
+  return perform(speaker, performance, error, error_size, [audio_file, transcript] {
+    expectGiven(audio_file, "audio_file");
+    expectGiven(transcript, "transcript");
+    return Line::recorded(audio_file, transcript);
+  });
+}
+
+int mouthpiece_sing(mouthpiece_speaker* speaker, const char* song_file, mouthpiece_performance** performance,
+                    char* error, size_t error_size) {
+  return perform(speaker, performance, error, error_size, [song_file] {
+    expectGiven(song_file, "song_file");
+    return Line::singing(song_file);
+  });
+}
+
+void mouthpiece_performance_free(mouthpiece_performance* performance) { delete performance; }
+
+size_t mouthpiece_frame_count(const mouthpiece_performance* performance) {
+  return performance == nullptr ? 0 : performance->performance.frameCount();
+}
+
+double mouthpiece_frame_rate(const mouthpiece_performance* performance) {
+  return performance == nullptr ? 0 : performance->performance.frameRateHz();
+}
+
+const float* mouthpiece_sound(const mouthpiece_performance* performance, size_t* sample_count, int* sample_rate_hz) {
+  static const Sound kSilence;
+  const Sound& sound = performance == nullptr ? kSilence : performance->performance.sound();
+  if (sample_count != nullptr) *sample_count = sound.samples.size();
+  if (sample_rate_hz != nullptr) *sample_rate_hz = sound.sample_rate_hz;
+  return sound.samples.data();
+}
+
+size_t mouthpiece_marker_count(const mouthpiece_performance* performance) {
+  return performance == nullptr ? 0 : performance->performance.motion().marker_names.size();
+}
+
+const char* mouthpiece_marker_name(const mouthpiece_performance* performance, size_t marker) {
+  return marker < mouthpiece_marker_count(performance) ? performance->performance.motion().marker_names[marker].c_str()
+                                                       : nullptr;
+}
+
+size_t mouthpiece_warning_count(const mouthpiece_performance* performance) {
+  return performance == nullptr ? 0 : performance->performance.warnings().size();
+}
+
+const char* mouthpiece_warning(const mouthpiece_performance* performance, size_t warning) {
+  return warning < mouthpiece_warning_count(performance) ? performance->performance.warnings()[warning].c_str()
+                                                         : nullptr;
+}
+
+// The names are literals, so they end in 0.
+const char* mouthpiece_arkit_name(size_t shape) {
+  return shape < kArkitNames.size() ? kArkitNames[shape].data() : nullptr;
+}
+
+int mouthpiece_save(const mouthpiece_performance* performance, const char* file, char* error, size_t error_size) {
+  return guarded(error, error_size, [&] {
+    expectGiven(performance, "performance");
+    expectGiven(file, "file");
+    save(performance->performance, file);
+  });
+}
+
+int mouthpiece_stream_new(const mouthpiece_performance* performance, mouthpiece_stream** stream, char* error,
+                          size_t error_size) {
+  return guarded(error, error_size, [&] {
+    expectGiven(stream, "stream");
+    *stream = nullptr;
+    expectGiven(performance, "performance");
+    *stream = new mouthpiece_stream{FrameStream(performance->performance)};
+  });
+}
+
+int mouthpiece_stream_next(mouthpiece_stream* stream, mouthpiece_frame* frame, int* has_frame, char* error,
+                           size_t error_size) {
+  return guarded(error, error_size, [&] {
+    expectGiven(stream, "stream");
+    expectGiven(frame, "frame");
+    expectGiven(has_frame, "has_frame");
+    *has_frame = 0;
+    const Frame* next = stream->stream.next();
+    if (next == nullptr) return;
+    *frame = {next->index,           next->time,
+              next->markers_mm.data(), next->markers_mm.size() / 3,
+              next->vertices.empty() ? nullptr : next->vertices.data(), next->vertices.size() / 3, {}};
+    std::copy(next->arkit.begin(), next->arkit.end(), frame->arkit);
+    *has_frame = 1;
+  });
+}
+
+void mouthpiece_stream_free(mouthpiece_stream* stream) { delete stream; }

@@ -1,0 +1,38 @@
+#include "base/page_data.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace mouthpiece {
+namespace {
+
+std::string encoded(std::string_view bytes) {
+  std::string text;
+  appendBase64(text, bytes);
+  return text;
+}
+
+// RFC 4648, section 10.
+TEST(Base64, MatchesTheStandardsVectors) {
+  EXPECT_EQ(encoded(""), "");
+  EXPECT_EQ(encoded("f"), "Zg==");
+  EXPECT_EQ(encoded("fo"), "Zm8=");
+  EXPECT_EQ(encoded("foo"), "Zm9v");
+  EXPECT_EQ(encoded("foob"), "Zm9vYg==");
+  EXPECT_EQ(encoded("fooba"), "Zm9vYmE=");
+  EXPECT_EQ(encoded("foobar"), "Zm9vYmFy");
+}
+
+TEST(Base64, TakesEveryByteAndAppends) {
+  std::string bytes;
+  for (int i = 0; i < 256; ++i) bytes.push_back(static_cast<char>(i));
+  std::string text = "before ";
+  appendBase64(text, bytes);
+  ASSERT_EQ(text.size(), 7 + 344U);
+  EXPECT_EQ(text.substr(0, 23), "before AAECAwQFBgcICQoL");
+  EXPECT_TRUE(text.ends_with("+fr7/P3+/w=="));
+}
+
+}  // namespace
+}  // namespace mouthpiece
