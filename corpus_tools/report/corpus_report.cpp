@@ -9,6 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "base/byte_reader.h"
+#include "base/page_data.h"
 #include "base/statistics.h"
 #include "corpus_tools/report/data_page.h"
 #include "corpus_tools/takes/take_report.h"
@@ -26,7 +28,7 @@ using Json = nlohmann::json;
 constexpr double kPageRateHz = 30;
 /// A position in the page is a whole number of these; 32767 stands for a marker that was not seen.
 constexpr double kPageStepMm = 0.01;
-constexpr std::int16_t kNotSeen = 32767;
+constexpr long kNotSeen = 32767;
 constexpr std::size_t kMostMissingShown = 200;
 /// Labels that no mouth can make, or that a label program's slip made.
 constexpr Seconds kShortestLikelyPhone = 0.015;
@@ -244,33 +246,19 @@ Json markersJson(const Corpus& corpus) {
   return list;
 }
 
-std::string base64(std::string_view bytes) {
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    unsigned group = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      group = group << 8U | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    for (std::size_t k = 0; k < 4; ++k) text += i + k <= bytes.size() ? kDigits[group >> (18U - 6U * k) & 63U] : '=';
-  }
-  return text;
-}
-
-/// Little-endian 16-bit steps from the neutral pose, frame by frame.
-std::string trajectoryBytes(const CorpusTake& take, const MarkerPositions& neutral_mm, std::size_t step) {
-  std::string bytes;
+/// Little-endian 16-bit steps from the neutral pose, frame by frame, in base64.
+std::string trajectory(const CorpusTake& take, const MarkerPositions& neutral_mm, std::size_t step) {
+  ByteWriter bytes;
   for (std::size_t frame = 0; frame < take.motion.frameCount(); frame += step) {
     for (Eigen::Index i = 0; i < neutral_mm.size(); ++i) {
       const double moved =
           (take.motion.positions_mm(signedIndex(frame), i) - neutral_mm(i / 3, i % 3)) / kPageStepMm;
-      const auto value =
-          std::isfinite(moved) ? static_cast<std::int16_t>(std::lrint(std::clamp(moved, -32000.0, 32000.0))) : kNotSeen;
-      bytes += static_cast<char>(static_cast<std::uint16_t>(value) & 0xFFU);
-      bytes += static_cast<char>(static_cast<std::uint16_t>(value) >> 8U);
+      bytes.writeU16(std::isfinite(moved) ? std::lrint(std::clamp(moved, -32000.0, 32000.0)) : kNotSeen);
     }
   }
-  return bytes;
+  std::string text;
+  appendBase64(text, bytes.bytes());
+  return text;
 }
 
 void addTrajectories(Json& report, const Corpus& corpus, std::size_t most_bytes) {
@@ -280,11 +268,11 @@ void addTrajectories(Json& report, const Corpus& corpus, std::size_t most_bytes)
   for (std::size_t i = 0; i < corpus.takes.size(); ++i) {
     const CorpusTake& take = corpus.takes[i];
     const auto step = static_cast<std::size_t>(std::max(1.0, std::round(take.motion.frame_rate_hz / kPageRateHz)));
-    const std::string steps = trajectoryBytes(take, corpus.neutral_pose_mm, step);
-    bytes += steps.size();
+    std::string motion = trajectory(take, corpus.neutral_pose_mm, step);
+    bytes += motion.size() / 4 * 3;
     if (bytes > most_bytes) return;
     report["takes"][i]["rate_hz"] = take.motion.frame_rate_hz / asReal(step);
-    report["takes"][i]["motion"] = base64(steps);
+    report["takes"][i]["motion"] = std::move(motion);
   }
 }
 
