@@ -151,8 +151,8 @@ void addClosures(const Opening& captured, const Opening& synthesised, const Spee
     const bool shut = synthesised.closesIn(phone);
     if (isVowel(phone.phone)) {
       ++measures.vowels;
-      measures.vowels_shut += shut ? 1 : 0;
-      measures.captured_vowels_shut += closes ? 1 : 0;
+      measures.vowels_shut += shut ? 1U : 0U;
+      measures.captured_vowels_shut += closes ? 1U : 0U;
     }
     if (isBilabial(phone.phone) && closes) {
       ++measures.closures;
