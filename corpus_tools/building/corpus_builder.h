@@ -39,8 +39,8 @@ using BuildProgress = std::function<void(std::size_t done, std::size_t total)>;
 /// frame and size for all takes, short gaps filled, neutral pose, the face's own axes. The file is replaced when all is
 /// done, so it is whole at any moment. Takes already in it (by the content of their files and the options) are not done
 /// again, and the others come into its frame and neutral pose; takes done by a run that was interrupted are taken up
-/// from the folder `output`.parts. Throws InputError when the folder has no usable take; with `strict`, for any unusable
-/// one.
+/// from the folder `output`.parts. Throws InputError when the folder has no usable take; with `strict`, for any that
+/// cannot be used.
 BuildResult buildCorpusFile(const std::filesystem::path& folder, const std::filesystem::path& output,
                             const BuildOptions& options, const BuildProgress& progress = {});
 
