@@ -105,6 +105,19 @@ TEST(Rules, APublicHeaderThatNobodyElseIncludes) {
   EXPECT_EQ(House(files).headerBreaches(), Lines{});
 }
 
+TEST(Rules, TheFrontDoorIsOpenToAllAndShowsNothing) {
+  Files files = soundHouse();
+  files["include/mouthpiece/errors.h"] = "#include <string>\n";
+  files["include/mouthpiece/speaker.h"] = "#include \"mouthpiece/errors.h\"\n";
+  files["src/base/text.h"] += "#include \"mouthpiece/errors.h\"\n";
+  EXPECT_EQ(allBreaches(files), Lines{});
+  files["src/programs/play/play_main.cpp"] += "#include \"mouthpiece/speaker.h\"\n";
+  expectOneBreach(House(files).linkBreaches(), "play: LINKS lack mouthpiece::speaker");
+  files = soundHouse();
+  files["include/mouthpiece/text.h"] = "#include \"base/text.h\"\n";
+  expectOneBreach(House(files).headerBreaches(), "include/mouthpiece/text.h: shows src/base/text.h of the inside");
+}
+
 TEST(Rules, ALinkTooFewOrTooMany) {
   Files files = soundHouse();
   files["src/motion/clip.cpp"] += "#include <fmt/ranges.h>\n";
