@@ -174,7 +174,7 @@ Files filesOf(const fs::path& root) {
     for (const auto& entry : fs::recursive_directory_iterator(root / top)) {
       const std::string ending = entry.path().extension().string();
       const bool is_list = entry.path().filename() == "CMakeLists.txt";
-      if (ending == ".h" || ending == ".cpp" || (is_list && std::string_view(top) != "tests")) take(entry.path());
+      if (ending == ".h" || ending == ".cpp" || (is_list && std::string_view(top) != "tests" && std::string_view(top) != "examples")) take(entry.path());
     }
   }
   return files;
@@ -183,10 +183,15 @@ Files filesOf(const fs::path& root) {
 std::vector<Target> parseTargets(const std::string& path, std::string_view text, Lines& breaches) {
   const std::string folder = folderOf(path);
   std::vector<Target> targets;
+  std::map<std::string, std::string> globbed;  // variables that hold every source of the folder
   const Lines words = wordsOf(text);
   for (std::size_t i = 0; i + 2 < words.size(); ++i) {
     const std::string& call = words[i];
     if (words[i + 1] != "(") continue;
+    if (call == "file" && words[i + 2] == "GLOB") {
+      for (std::size_t k = i + 4; k < words.size() && words[k] != ")"; ++k)
+        if (words[k].ends_with("*.cpp")) globbed["${" + words[i + 3] + "}"] = "*.cpp";
+    }
     if (call == "target_link_libraries") breaches.push_back(path + ": links by target_link_libraries, not by LINKS");
     const bool is_library = call == "mouthpiece_library", is_program = call == "mouthpiece_program";
     if (!is_library && !is_program && call != "target_sources") continue;
@@ -204,7 +209,7 @@ std::vector<Target> parseTargets(const std::string& path, std::string_view text,
       } else if (word == "PUBLIC" || word == "PRIVATE") {
         side = word;
       } else if (list == "SOURCES") {
-        found->sources.insert(listedPath(folder, word));
+        found->sources.insert(listedPath(folder, globbed.contains(word) ? globbed[word] : word));
       } else if (list == "PUBLIC_HEADERS") {
         found->headers.insert(listedPath(folder, word));
       } else if (list == "LINKS") {
@@ -268,9 +273,10 @@ void House::readSource(const std::string& path, const std::string& text) {
 std::string House::ownerOf(const std::string& path) const {
   const std::string source = fs::path(path).replace_extension(".cpp").string();
   if (isUnder(path, kFrontDoor)) return std::string(kFrontDoor);
+  const std::string all = folderOf(path) + "/*.cpp";
   std::string of_folder;
   for (const auto& [name, target] : targets_) {
-    if (target.headers.contains(path) || target.sources.contains(source)) return name;
+    if (target.headers.contains(path) || target.sources.contains(source) || target.sources.contains(all)) return name;
     if (path.ends_with(".h") && target.folder == folderOf(path) && (of_folder.empty() || !target.is_program))
       of_folder = name;
   }
@@ -291,7 +297,7 @@ Lines House::unlistedFiles() const {
   for (const auto& [name, target] : targets_) {
     for (const auto* listed : {&target.sources, &target.headers}) {
       for (const std::string& path : *listed) {
-        if (path.find("${") == std::string::npos && !files_.contains(path))
+        if (path.find("${") == std::string::npos && !path.ends_with("*.cpp") && !files_.contains(path))
           lines.push_back(name + ": lists " + path + ", which is not there");
       }
     }

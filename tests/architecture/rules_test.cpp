@@ -71,6 +71,14 @@ TEST(Rules, ASourceThatNobodyLists) {
   expectOneBreach(House(files).unlistedFiles(), "lost.cpp");
 }
 
+TEST(Rules, AFolderMayListAllItsSources) {
+  Files files = soundHouse();
+  files["src/base/CMakeLists.txt"] = "file(GLOB all CONFIGURE_DEPENDS *.cpp)\n"
+                                     "mouthpiece_library(base PUBLIC_HEADERS text.h SOURCES ${all} LINKS PRIVATE fmt::fmt)";
+  files["src/base/more.cpp"] = "#include \"base/text.h\"\n";
+  EXPECT_EQ(allBreaches(files), Lines{});
+}
+
 TEST(Rules, AListedSourceThatIsNotThere) {
   Files files = soundHouse();
   files.erase("src/base/text.cpp");
