@@ -57,7 +57,7 @@ def main():
     tests = {path: text for path, text in texts.items() if path.parts[0] == "tests"}
     headers = [path for path in sources if path.suffix == ".h"]
     includers = includers_of(headers, sources)
-  X
+    lonely = [header for header in headers if header.parts[0] != "include" and len(includers[header]) == 1]
     source_lines, test_lines = lines(sources.values()), lines(tests.values())
     casts = sum(text.count("static_cast") for text in sources.values())
     print(f"public headers in include/            {sum(path.parts[0] == 'include' for path in headers):6}")
