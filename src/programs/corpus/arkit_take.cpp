@@ -7,7 +7,6 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "exports/arkit.h"
-#include "exports/arkit.h"
 #include "motion/position_limits.h"
 #include "speaker/shared_files.h"
 #include "retarget/rig/face_fit.h"
