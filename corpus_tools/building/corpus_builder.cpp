@@ -10,14 +10,10 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/parallel_for.h"
-#include "corpus_tools/building/build_log.h"
-#include "corpus_tools/building/build_parts.h"
-#include "corpus_tools/building/earlier_build.h"
-#include "corpus_tools/building/finished_takes.h"
+#include "corpus_tools/building/build_state.h"
 #include "corpus_tools/building/trajectory_fit.h"
-#include "corpus_tools/takes/neutral_pose.h"
+#include "corpus_tools/takes/take_poses.h"
 #include "corpus_tools/takes/pose_fit.h"
-#include "corpus_tools/takes/take_alignment.h"
 #include "motion/formats/motion_file.h"
 #include "synthesis/curve_model.h"
 
@@ -104,11 +100,11 @@ RawTake shapeFrames(const TakeFiles& files, const BuildOptions& options) {
   const std::size_t step = std::max<std::size_t>(1, take.face.frameCount() / kShapeFrames);
   std::vector<Eigen::Index> frames;
   for (std::size_t frame = 0; frame < take.face.frameCount(); frame += step) {
-    frames.push_back(static_cast<Eigen::Index>(frame));
+    frames.push_back(signedIndex(frame));
   }
   for (MotionClip* clip : {&take.face, &take.jig}) {
     clip->positions_mm = PositionMatrix(clip->positions_mm(frames, Eigen::all));
-    clip->frame_rate_hz /= static_cast<double>(step);
+    clip->frame_rate_hz /= asReal(step);
   }
   return take;
 }
@@ -120,7 +116,7 @@ HeadReference headReferenceOf(std::vector<TakeFiles>& takes, const BuildOptions&
   auto shapes = forEachTake<std::optional<RawTake>>(takes, options, steps, left_out,
                                                     [&](const TakeFiles& files) -> std::optional<RawTake> {
                                                       std::optional<RawTake> take = shapeFrames(files, options);
-                                                      if (static_cast<std::size_t>(&files - first) % every != 0)
+                                                      if (unsignedIndex(&files - first) % every != 0)
                                                         take.reset();
                                                       return take;
                                                     });
@@ -130,7 +126,7 @@ HeadReference headReferenceOf(std::vector<TakeFiles>& takes, const BuildOptions&
     if (shape) kept.push_back(std::move(*shape));
   }
   if (!options.cleaning.remove_head) {
-    const auto rows = static_cast<Eigen::Index>(stableMarkers(options.layout).size());
+    const auto rows = signedIndex(stableMarkers(options.layout).size());
     return {MarkerPositions(0, 3), MarkerPositions::Zero(rows, 3)};
   }
   return estimateHeadReference(kept, options.layout, options.cleaning.head);

@@ -34,7 +34,7 @@ struct Facts {
 std::size_t missingIn(const MotionClip& motion) {
   std::size_t missing = 0;
   for (Eigen::Index column = 0; column < motion.positions_mm.cols(); column += 3) {
-    missing += static_cast<std::size_t>((!motion.positions_mm.col(column).array().isFinite()).count());
+    missing += unsignedIndex((!motion.positions_mm.col(column).array().isFinite()).count());
   }
   return missing;
 }
@@ -61,7 +61,7 @@ Facts factsOf(const Corpus& corpus) {
 }
 
 double share(std::size_t part, std::size_t whole) {
-  return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
+  return whole == 0 ? 0.0 : asReal(part) / asReal(whole);
 }
 
 std::string logged(const Corpus& corpus, const std::string& key) {

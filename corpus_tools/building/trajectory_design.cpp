@@ -35,11 +35,11 @@ MotionClip motionOf(const Corpus& corpus, std::size_t take) {
 
 SpeechColumns speechColumns(const Corpus& corpus) {
   SpeechColumns columns;
-  columns.weights.resize(static_cast<Eigen::Index>(3 * corpus.layout.markers.size()));
+  columns.weights.resize(signedIndex(3 * corpus.layout.markers.size()));
   columns.lips = LipGauge(corpus.layout);
   for (std::size_t marker = 0; marker < corpus.layout.markers.size(); ++marker) {
     const LayoutMarker& own = corpus.layout.markers[marker];
-    const auto column = static_cast<Eigen::Index>(3 * marker);
+    const auto column = signedIndex(3 * marker);
     const double weight = speechWeight(own);
     columns.weights.segment(column, 3).setConstant(weight);
     if (own.region == "lip") columns.lip_norm += weight * weight;
@@ -54,7 +54,7 @@ double FitTake::tightestOpening(const TimeSpan& span) const {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t row = 0; row < times.size(); ++row) {
     const bool near = times[row] >= span.start - kAround - spacing && times[row] <= span.end + kAround + spacing;
-    const auto at = static_cast<Eigen::Index>(row);
+    const auto at = signedIndex(row);
     if (near && seen(at) > 0) least = std::min(least, openings(at));
   }
   return least;
@@ -71,7 +71,7 @@ std::optional<FitTake> fitTake(const Corpus& corpus, std::size_t index, const Sp
   take.seen.resize(rows);
   for (Eigen::Index row = 0; row < rows; ++row) {
     positions.row(row) = motion.positions_mm.row(row * stride);
-    take.times.push_back(static_cast<double>(row * stride) / motion.frame_rate_hz);
+    take.times.push_back(asReal(row * stride) / motion.frame_rate_hz);
     bool seen = true;
     for (Eigen::Index column = 0; column < positions.cols(); ++column) {
       const bool finite = std::isfinite(positions(row, column));
@@ -81,7 +81,7 @@ std::optional<FitTake> fitTake(const Corpus& corpus, std::size_t index, const Sp
     take.seen(row) = seen ? 1 : 0;
   }
   constexpr double kLeastRows = 10;
-  if (take.seen.sum() < std::max(kLeastRows, 0.5 * static_cast<double>(rows))) return std::nullopt;
+  if (take.seen.sum() < std::max(kLeastRows, 0.5 * asReal(rows))) return std::nullopt;
   take.openings = Eigen::VectorXd::Zero(rows);
   if (columns.lips.hasLips()) {
     const std::vector<double> openings = columns.lips.overFrames(&LipGauge::opening, positions);
@@ -113,7 +113,7 @@ SegmentFeatures::SegmentFeatures(const Corpus& corpus, const std::vector<std::si
         const auto [known, is_new] = numbers_.try_emplace(feature.name, count());
         if (is_new) names_.push_back(feature.name);
         segments.resize(names_.size());
-        ++segments[static_cast<std::size_t>(known->second)];
+        ++segments[unsignedIndex(known->second)];
       }
     }
   }
@@ -126,7 +126,7 @@ SegmentFeatures::SegmentFeatures(const Corpus& corpus, const std::vector<std::si
   std::vector<std::string> names;
   numbers_.clear();
   for (const std::size_t feature : order) {
-    numbers_[names_[feature]] = static_cast<Eigen::Index>(names.size());
+    numbers_[names_[feature]] = signedIndex(names.size());
     names.push_back(std::move(names_[feature]));
   }
   names_ = std::move(names);
@@ -161,13 +161,13 @@ DesignRows designRows(const FitTake& take, const TakeSegments& segments, Eigen::
   design.seen = take.seen;
   const double frames = std::max(1.0, take.seen.sum());
   for (std::size_t row = 0; row < take.times.size(); ++row) {
-    const auto at = static_cast<Eigen::Index>(row);
+    const auto at = signedIndex(row);
     if (!(take.seen(at) > 0)) continue;
     SparseRow& entries = design.rows[row];
     for (Eigen::Index segment = 0; segment < weights.cols(); ++segment) {
       const double weight = weights(at, segment);
       if (std::abs(weight) < kNothing) continue;
-      for (const auto& [feature, share] : segments.shares[static_cast<std::size_t>(segment)]) {
+      for (const auto& [feature, share] : segments.shares[unsignedIndex(segment)]) {
         entries.emplace_back(feature, weight * share);
         design.mean(feature) += weight * share / frames;
       }
@@ -178,9 +178,9 @@ DesignRows designRows(const FitTake& take, const TakeSegments& segments, Eigen::
 
 Eigen::MatrixXd DesignRows::times(const Eigen::MatrixXd& targets) const {
   const Eigen::RowVectorXd level = mean.transpose() * targets;
-  Eigen::MatrixXd values = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), targets.cols());
+  Eigen::MatrixXd values = Eigen::MatrixXd::Zero(signedIndex(rows.size()), targets.cols());
   for (std::size_t row = 0; row < rows.size(); ++row) {
-    const auto at = static_cast<Eigen::Index>(row);
+    const auto at = signedIndex(row);
     if (!(seen(at) > 0)) continue;
     values.row(at) = -level;
     for (const auto& [feature, weight] : rows[row]) values.row(at) += weight * targets.row(feature);
@@ -194,7 +194,7 @@ NormalEquations::NormalEquations(Eigen::Index features, Eigen::Index components)
 void NormalEquations::add(const DesignRows& design, const Eigen::MatrixXd& values) {
   for (std::size_t row = 0; row < design.rows.size(); ++row) {
     for (const auto& [a, weight_a] : design.rows[row]) {
-      right_.row(a) += weight_a * values.row(static_cast<Eigen::Index>(row));
+      right_.row(a) += weight_a * values.row(signedIndex(row));
       for (const auto& [b, weight_b] : design.rows[row]) {
         if (b <= a) normal_(a, b) += weight_a * weight_b;
       }

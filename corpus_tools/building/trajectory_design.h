@@ -59,9 +59,9 @@ class SegmentFeatures {
  public:
   /// `takes`: whose features there are. Of more features than `most` only those that most segments have.
   SegmentFeatures(const Corpus& corpus, const std::vector<std::size_t>& takes, std::size_t most);
-  [[nodiscard]] Eigen::Index count() const { return static_cast<Eigen::Index>(names_.size()); }
+  [[nodiscard]] Eigen::Index count() const { return signedIndex(names_.size()); }
   [[nodiscard]] const std::string& name(Eigen::Index feature) const {
-    return names_[static_cast<std::size_t>(feature)];
+    return names_[unsignedIndex(feature)];
   }
   [[nodiscard]] TakeSegments of(const SpeechLabels& labels) const;
   /// How far each target is held back: the rarer the kind of feature, the more.

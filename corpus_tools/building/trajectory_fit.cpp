@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/parallel_for.h"
+#include "base/statistics.h"
 #include "corpus_tools/building/trajectory_design.h"
 
 namespace mouthpiece {
@@ -148,7 +149,7 @@ void fitMovement(std::size_t take_count, const SegmentFeatures& features, const 
     const auto least = std::min_element(searched.begin(), searched.end(), [&](const Solution& a, const Solution& b) {
       return a.judged_errors(component) < b.judged_errors(component);
     });
-    chosen.push_back(static_cast<std::size_t>(least - searched.begin()));
+    chosen.push_back(unsignedIndex(least - searched.begin()));
     model.dynamics.push_back(candidates[chosen.back()]);
     variance += least->judged_variance(component);
   }
@@ -162,7 +163,7 @@ void fitMovement(std::size_t take_count, const SegmentFeatures& features, const 
     if (used) solved[i] = solver.solveAll(candidates[i]);
   });
   for (std::size_t i = 0; i < chosen.size(); ++i) {
-    targets.col(static_cast<Eigen::Index>(i)) = solved[chosen[i]].col(static_cast<Eigen::Index>(i));
+    targets.col(signedIndex(i)) = solved[chosen[i]].col(signedIndex(i));
   }
   for (Eigen::Index feature = 0; feature < features.count(); ++feature) {
     model.targets[features.name(feature)] = targets.row(feature).transpose();
@@ -178,7 +179,7 @@ void fitLevel(const std::vector<FitTake>& takes, const Corpus& corpus, Trajector
     const Eigen::RowVectorXd mean = take.seen.transpose() * predicted / take.seen.sum();
     sum += take.mean * model.analysis - mean;
   }
-  model.level = sum / static_cast<double>(takes.size());
+  model.level = sum / asReal(takes.size());
 }
 
 void fitClosing(const std::vector<FitTake>& takes, const Corpus& corpus, const SpeechColumns& columns,
@@ -202,10 +203,7 @@ void fitClosing(const std::vector<FitTake>& takes, const Corpus& corpus, const S
   for (Eigen::Index column = 0; column < model.closing.size(); ++column) {
     if (!(columns.weights(column) > 0)) model.closing(column) = 0;
   }
-  if (closed.empty()) return;
-  const auto middle = closed.begin() + static_cast<std::ptrdiff_t>(closed.size() / 2);
-  std::nth_element(closed.begin(), middle, closed.end());
-  model.closed_opening_mm = *middle;
+  model.closed_opening_mm = median(std::move(closed), model.closed_opening_mm);
 }
 
 std::vector<std::size_t> takesWithFeatures(const Corpus& corpus, const FitTakes& kept) {
@@ -224,7 +222,7 @@ std::shared_ptr<const TrajectoryModel> fitTrajectoryModel(const Corpus& corpus, 
   if (takes.size() < kLeastTakes) return nullptr;
   const std::size_t jobs = options.jobs > 0 ? options.jobs : defaultThreadCount();
   auto model = std::make_shared<TrajectoryModel>();
-  const auto speaking = static_cast<Eigen::Index>((columns.weights.array() > 0).count());
+  const auto speaking = signedIndex((columns.weights.array() > 0).count());
   fitComponents(takes, columns, std::min(options.components, speaking), *model);
   model->level = Eigen::RowVectorXd::Zero(model->componentCount());
   const SegmentFeatures features(corpus, takesWithFeatures(corpus, kept), kMostFeatures);

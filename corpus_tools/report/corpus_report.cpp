@@ -9,9 +9,12 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "base/byte_reader.h"
+#include "base/page_data.h"
+#include "base/statistics.h"
 #include "corpus_tools/report/data_page.h"
 #include "corpus_tools/takes/take_report.h"
-#include "motion/cleaning/gaps.h"
+#include "motion/cleaning/repairs.h"
 
 namespace mouthpiece {
 
@@ -25,7 +28,7 @@ using Json = nlohmann::json;
 constexpr double kPageRateHz = 30;
 /// A position in the page is a whole number of these; 32767 stands for a marker that was not seen.
 constexpr double kPageStepMm = 0.01;
-constexpr std::int16_t kNotSeen = 32767;
+constexpr long kNotSeen = 32767;
 constexpr std::size_t kMostMissingShown = 200;
 /// Labels that no mouth can make, or that a label program's slip made.
 constexpr Seconds kShortestLikelyPhone = 0.015;
@@ -67,22 +70,15 @@ Coverage coverageOf(const Corpus& corpus) {
   return coverage;
 }
 
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
-}
-
 Json phonesJson(const Coverage& coverage) {
   Json list = Json::array();
   for (const Phone phone : labelPhones()) {
     const std::vector<double>& durations = coverage.durations_s[indexOf(phone)];
     list.push_back({{"phone", phoneName(phone)},
                     {"count", durations.size()},
-                    {"ms_5", std::round(1e3 * quantile(durations, 0.05))},
-                    {"ms_50", std::round(1e3 * quantile(durations, 0.5))},
-                    {"ms_95", std::round(1e3 * quantile(durations, 0.95))}});
+                    {"ms_5", std::round(1e3 * quantile(durations, 0.05, 0))},
+                    {"ms_50", std::round(1e3 * quantile(durations, 0.5, 0))},
+                    {"ms_95", std::round(1e3 * quantile(durations, 0.95, 0))}});
   }
   return list;
 }
@@ -131,7 +127,7 @@ Json missingJson(const PairCounts& have, const std::vector<std::vector<Phone>>& 
   }
   return {{"words", language.size()},
           {"speakable_words", speakable},
-          {"pair_share", whole == 0 ? 0.0 : static_cast<double>(covered) / static_cast<double>(whole)},
+          {"pair_share", whole == 0 ? 0.0 : asReal(covered) / asReal(whole)},
           {"missing_pairs", sorted.size()},
           {"pairs", pairs}};
 }
@@ -221,7 +217,7 @@ Json lipsJson(const std::vector<TakeReport>& reports) {
   for (const double change : changes) sum += change;
   return {{"closures", changes.size()},
           {"kept", kept},
-          {"mean_change_mm", changes.empty() ? 0.0 : sum / static_cast<double>(changes.size())},
+          {"mean_change_mm", changes.empty() ? 0.0 : sum / asReal(changes.size())},
           {"edges_hz", LipFidelity::kEdgesHz},
           {"jerk_before", before},
           {"jerk_after", after}};
@@ -236,47 +232,33 @@ Json markersJson(const Corpus& corpus) {
     const std::vector<double> of_take = estimateMarkerNoise(take.motion);
     for (std::size_t m = 0; m < missing.size(); ++m) {
       noise[m].push_back(of_take[m]);
-      const auto column = take.motion.positions_mm.col(static_cast<Eigen::Index>(3 * m)).array();
-      missing[m] += static_cast<std::size_t>((!column.isFinite()).count());
+      const auto column = take.motion.positions_mm.col(signedIndex(3 * m)).array();
+      missing[m] += unsignedIndex((!column.isFinite()).count());
     }
   }
   Json list = Json::array();
   for (std::size_t m = 0; m < missing.size(); ++m) {
     list.push_back(
         {{"name", corpus.layout.markers[m].name},
-         {"noise_mm", quantile(noise[m], 0.5)},
-         {"missing_share", frames == 0 ? 0.0 : static_cast<double>(missing[m]) / static_cast<double>(frames)}});
+         {"noise_mm", quantile(noise[m], 0.5, 0)},
+         {"missing_share", frames == 0 ? 0.0 : asReal(missing[m]) / asReal(frames)}});
   }
   return list;
 }
 
-std::string base64(std::string_view bytes) {
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    unsigned group = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      group = group << 8U | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    for (std::size_t k = 0; k < 4; ++k) text += i + k <= bytes.size() ? kDigits[group >> (18U - 6U * k) & 63U] : '=';
-  }
-  return text;
-}
-
-/// Little-endian 16-bit steps from the neutral pose, frame by frame.
-std::string trajectoryBytes(const CorpusTake& take, const MarkerPositions& neutral_mm, std::size_t step) {
-  std::string bytes;
+/// Little-endian 16-bit steps from the neutral pose, frame by frame, in base64.
+std::string trajectory(const CorpusTake& take, const MarkerPositions& neutral_mm, std::size_t step) {
+  ByteWriter bytes;
   for (std::size_t frame = 0; frame < take.motion.frameCount(); frame += step) {
     for (Eigen::Index i = 0; i < neutral_mm.size(); ++i) {
       const double moved =
-          (take.motion.positions_mm(static_cast<Eigen::Index>(frame), i) - neutral_mm(i / 3, i % 3)) / kPageStepMm;
-      const auto value =
-          std::isfinite(moved) ? static_cast<std::int16_t>(std::lrint(std::clamp(moved, -32000.0, 32000.0))) : kNotSeen;
-      bytes += static_cast<char>(static_cast<std::uint16_t>(value) & 0xFFU);
-      bytes += static_cast<char>(static_cast<std::uint16_t>(value) >> 8U);
+          (take.motion.positions_mm(signedIndex(frame), i) - neutral_mm(i / 3, i % 3)) / kPageStepMm;
+      bytes.writeU16(std::isfinite(moved) ? std::lrint(std::clamp(moved, -32000.0, 32000.0)) : kNotSeen);
     }
   }
-  return bytes;
+  std::string text;
+  appendBase64(text, bytes.bytes());
+  return text;
 }
 
 void addTrajectories(Json& report, const Corpus& corpus, std::size_t most_bytes) {
@@ -286,11 +268,11 @@ void addTrajectories(Json& report, const Corpus& corpus, std::size_t most_bytes)
   for (std::size_t i = 0; i < corpus.takes.size(); ++i) {
     const CorpusTake& take = corpus.takes[i];
     const auto step = static_cast<std::size_t>(std::max(1.0, std::round(take.motion.frame_rate_hz / kPageRateHz)));
-    const std::string steps = trajectoryBytes(take, corpus.neutral_pose_mm, step);
-    bytes += steps.size();
+    std::string motion = trajectory(take, corpus.neutral_pose_mm, step);
+    bytes += motion.size() / 4 * 3;
     if (bytes > most_bytes) return;
-    report["takes"][i]["rate_hz"] = take.motion.frame_rate_hz / static_cast<double>(step);
-    report["takes"][i]["motion"] = base64(steps);
+    report["takes"][i]["rate_hz"] = take.motion.frame_rate_hz / asReal(step);
+    report["takes"][i]["motion"] = std::move(motion);
   }
 }
 

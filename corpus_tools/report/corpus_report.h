@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "motion/formats/c3d_file.h"
+#include "motion/motion_clip.h"
 #include "phonetics/language/phone.h"
 #include "units/file/corpus.h"
 
@@ -22,5 +24,9 @@ std::string corpusReportHtml(const Corpus& corpus, const ReportOptions& options 
 
 /// The same facts as JSON, without the trajectories.
 std::string corpusReportJson(const Corpus& corpus, const ReportOptions& options = {});
+
+/// What `corpus info take.c3d` prints: rate, frames, markers with the share of frames they were seen in, events.
+std::string motionFactsText(const MotionClip& clip, const std::vector<MotionEvent>& events);
+std::string motionFactsJson(const MotionClip& clip, const std::vector<MotionEvent>& events);
 
 }  // namespace mouthpiece

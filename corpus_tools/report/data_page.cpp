@@ -1,6 +1,7 @@
 #include "corpus_tools/report/data_page.h"
 
 #include "base/errors.h"
+#include "base/page_data.h"
 
 namespace mouthpiece {
 
@@ -17,11 +18,10 @@ std::string filled(const std::string& page, std::string_view place, std::string_
 
 }  // namespace
 
-std::string dataPage(std::string_view page, std::string json) {
-  for (auto at = json.find('<'); at != std::string::npos; at = json.find('<', at)) json.replace(at, 1, "\\u003c");
+std::string dataPage(std::string_view page, std::string_view json) {
   // The data last: what it holds is no place of the page.
   return filled(filled(filled(std::string(page), "/*STYLE*/", kPageStyle), "/*TOOLS*/", kPageTools), "/*REPORT*/null",
-                json);
+                scriptSafe(json));
 }
 
 }  // namespace mouthpiece

@@ -1,4 +1,4 @@
-#include "corpus_tools/report/motion_facts.h"
+#include "corpus_tools/report/corpus_report.h"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@ double seenShare(const MotionClip& clip, std::size_t marker) {
   std::size_t seen = 0;
   for (std::size_t frame = 0; frame < clip.frameCount(); ++frame)
     seen += clip.isSeen(FrameIndex(frame), MarkerIndex(marker)) ? 1 : 0;
-  return static_cast<double>(seen) / static_cast<double>(clip.frameCount());
+  return asReal(seen) / asReal(clip.frameCount());
 }
 
 }  // namespace

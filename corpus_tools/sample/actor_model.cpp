@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "base/json_fields.h"
 #include "motion/lip_gauge.h"
 
 namespace mouthpiece {
@@ -20,77 +21,26 @@ using nlohmann::json;
 constexpr std::size_t kMostMarkers = 1000, kMostComponents = 100;
 constexpr double kLargestNumber = 1e4;  ///< mm, s, units: nothing on a face comes near
 
-/// Reads an actor model, naming the key of what is wrong.
-class ModelReader {
- public:
-  ModelReader(const json& root, std::string_view file) : root_(root), file_(file) {}
+Eigen::VectorXd numbers(const JsonField& list, Eigen::Index size) { return list.numbers(size, kLargestNumber); }
 
-  [[noreturn]] void fail(const std::string& key, const std::string& what) const { throw InputError(file_, key, what); }
-
-  [[nodiscard]] const json& at(const json& parent, const std::string& key) const {
-    if (!parent.is_object() || !parent.contains(key)) fail(key, "found nothing; expected this key");
-    return parent.at(key);
-  }
-
-  [[nodiscard]] double number(const json& value, const std::string& key) const {
-    if (!value.is_number() || !(std::abs(value.get<double>()) < kLargestNumber)) {
-      fail(key, fmt::format("found {}; expected a number", printable(value.dump(-1, ' ', true))));
-    }
-    return value.get<double>();
-  }
-
-  /// A list of exactly `size` numbers.
-  [[nodiscard]] Eigen::VectorXd vector(const json& list, const std::string& key, Eigen::Index size) const {
-    if (!list.is_array() || list.size() != static_cast<std::size_t>(size)) {
-      fail(key, fmt::format("found {} numbers; expected {}", list.is_array() ? list.size() : 0, size));
-    }
-    Eigen::VectorXd values(size);
-    for (Eigen::Index i = 0; i < size; ++i) values(i) = number(list[static_cast<std::size_t>(i)], key);
-    return values;
-  }
-  [[nodiscard]] Eigen::VectorXd vector(const std::string& key, Eigen::Index size) const {
-    return vector(at(root_, key), key, size);
-  }
-
-  [[nodiscard]] std::size_t listSize(const std::string& key, std::size_t least, std::size_t most) const {
-    const json& list = at(root_, key);
-    if (!list.is_array() || list.size() < least || list.size() > most) {
-      fail(key, fmt::format("found {} entries; expected {} to {}", list.is_array() ? list.size() : 0, least, most));
-    }
-    return list.size();
-  }
-
-  [[nodiscard]] std::string text(const json& value, const std::string& key) const {
-    if (!value.is_string()) fail(key, "found no text; expected one");
-    return value.get<std::string>();
-  }
-
- private:
-  const json& root_;
-  std::string_view file_;
-};
-
-void readShapes(const ModelReader& reader, const json& root, ActorModel& model) {
-  const std::size_t markers = reader.listSize("markers", 3, kMostMarkers);
-  for (const json& name : root["markers"]) model.marker_names.push_back(reader.text(name, "markers"));
-  const auto columns = static_cast<Eigen::Index>(3 * markers);
-  const Eigen::VectorXd neutral = reader.vector("neutral_mm", columns);
+void readShapes(const JsonField& root, ActorModel& model) {
+  model.marker_names = root["markers"].names(3, kMostMarkers);
+  const Eigen::Index columns = 3 * signedIndex(model.marker_names.size());
+  const Eigen::VectorXd neutral = numbers(root["neutral_mm"], columns);
   model.neutral_mm = Eigen::Map<const MarkerPositions>(neutral.data(), columns / 3, 3);
-  const std::size_t components = reader.listSize("components", 1, kMostComponents);
-  model.component_shapes.resize(static_cast<Eigen::Index>(components), columns);
-  for (std::size_t i = 0; i < components; ++i) {
-    const json& component = root["components"][i];
-    const auto row = static_cast<Eigen::Index>(i);
-    model.component_shapes.row(row) = reader.vector(reader.at(component, "shape_mm"), "shape_mm", columns).transpose();
-    const double time_constant = reader.number(reader.at(component, "time_constant_s"), "time_constant_s");
-    if (time_constant < 1e-3 || time_constant > 1) reader.fail("time_constant_s", "expected 0.001 to 1");
-    model.dynamics.push_back({time_constant, reader.number(reader.at(component, "lead_s"), "lead_s")});
+  const std::vector<JsonField> components = root["components"].list(1, kMostComponents);
+  model.component_shapes.resize(signedIndex(components.size()), columns);
+  Eigen::Index row = 0;
+  for (const JsonField& component : components) {
+    model.component_shapes.row(row++) = numbers(component["shape_mm"], columns).transpose();
+    model.dynamics.push_back({component["time_constant_s"].number(1e-3, 1),
+                              component["lead_s"].number(-kLargestNumber, kLargestNumber)});
   }
-  model.blink_shape = reader.vector("blink_shape_mm", columns).transpose();
-  model.brow_shape = reader.vector("brow_shape_mm", columns).transpose();
+  model.blink_shape = numbers(root["blink_shape_mm"], columns).transpose();
+  model.brow_shape = numbers(root["brow_shape_mm"], columns).transpose();
 }
 
-json numbers(const Eigen::Ref<const Eigen::VectorXd>& values, double digits) {
+json rounded(const Eigen::Ref<const Eigen::VectorXd>& values, double digits) {
   json list = json::array();
   for (const double value : values) {
     const double rounded = std::round(value * digits) / digits;
@@ -106,29 +56,22 @@ Eigen::VectorXd ActorModel::openings() const {
 }
 
 ActorModel parseActorModel(std::string_view json_text, std::string_view file) {
-  const json root = json::parse(json_text, nullptr, false);
-  if (!root.is_object()) throw InputError(file, "", "found no JSON object; expected an actor model");
-  const ModelReader reader(root, file);
+  const JsonField root = parseJson(json_text, file, "an actor model");
   ActorModel model;
-  model.credit = reader.text(reader.at(root, "credit"), "credit");
-  readShapes(reader, root, model);
+  model.credit = root["credit"].text();
+  readShapes(root, model);
   for (const MarkerRole lip : {MarkerRole::kUpperLip, MarkerRole::kLowerLip}) {
     if (findRole(lip, model.marker_names)) continue;
-    reader.fail("markers", fmt::format("found no {}; expected it among the markers", usualName(lip)));
+    root["markers"].fail(fmt::format("found no {}; expected it among the markers", usualName(lip)));
   }
   const Eigen::Index components = model.componentCount();
-  model.gain = reader.vector("gain", components);
-  model.speech_mean = reader.vector("speech_mean", components);
-  model.closing = reader.vector("closing", components);
-  const json& closures = reader.at(root, "closures");
-  model.closures = {reader.number(reader.at(closures, "bilabial_mm"), "bilabial_mm"),
-                    reader.number(reader.at(closures, "labiodental_mm"), "labiodental_mm"),
-                    reader.number(reader.at(closures, "contact_mm"), "contact_mm")};
-  const json& targets = reader.at(root, "targets");
-  if (!targets.is_object()) reader.fail("targets", "found no object; expected the features' targets");
-  for (const auto& [feature, values] : targets.items()) {
-    model.targets.emplace(feature, reader.vector(values, "targets/" + printable(feature), components));
-  }
+  model.gain = numbers(root["gain"], components);
+  model.speech_mean = numbers(root["speech_mean"], components);
+  model.closing = numbers(root["closing"], components);
+  const auto closure = [&](const char* key) { return root["closures"][key].number(-kLargestNumber, kLargestNumber); };
+  model.closures = {closure("bilabial_mm"), closure("labiodental_mm"), closure("contact_mm")};
+  for (const auto& [feature, values] : root["targets"].members())
+    model.targets.emplace(feature, numbers(values, components));
   return model;
 }
 
@@ -138,22 +81,22 @@ std::string actorModelToJson(const ActorModel& model) {
   root["credit"] = model.credit;
   root["markers"] = model.marker_names;
   root["neutral_mm"] =
-      numbers(Eigen::Map<const Eigen::VectorXd>(model.neutral_mm.data(), model.neutral_mm.size()), kHundredths);
+      rounded(Eigen::Map<const Eigen::VectorXd>(model.neutral_mm.data(), model.neutral_mm.size()), kHundredths);
   for (Eigen::Index i = 0; i < model.componentCount(); ++i) {
-    const ActorDynamics& dynamics = model.dynamics[static_cast<std::size_t>(i)];
+    const ActorDynamics& dynamics = model.dynamics[unsignedIndex(i)];
     root["components"].push_back({{"time_constant_s", dynamics.time_constant},
                                   {"lead_s", dynamics.lead},
-                                  {"shape_mm", numbers(model.component_shapes.row(i).transpose(), kThousandths)}});
+                                  {"shape_mm", rounded(model.component_shapes.row(i).transpose(), kThousandths)}});
   }
-  root["blink_shape_mm"] = numbers(model.blink_shape.transpose(), kHundredths);
-  root["brow_shape_mm"] = numbers(model.brow_shape.transpose(), kHundredths);
-  root["gain"] = numbers(model.gain, kThousandths);
-  root["speech_mean"] = numbers(model.speech_mean, kThousandths);
-  root["closing"] = numbers(model.closing, 1e5);
+  root["blink_shape_mm"] = rounded(model.blink_shape.transpose(), kHundredths);
+  root["brow_shape_mm"] = rounded(model.brow_shape.transpose(), kHundredths);
+  root["gain"] = rounded(model.gain, kThousandths);
+  root["speech_mean"] = rounded(model.speech_mean, kThousandths);
+  root["closing"] = rounded(model.closing, 1e5);
   root["closures"] = {{"bilabial_mm", model.closures.bilabial_mm},
                       {"labiodental_mm", model.closures.labiodental_mm},
                       {"contact_mm", model.closures.contact_mm}};
-  for (const auto& [feature, values] : model.targets) root["targets"][feature] = numbers(values, kThousandths);
+  for (const auto& [feature, values] : model.targets) root["targets"][feature] = rounded(values, kThousandths);
   // A line a key or feature, so that a change shows as a few lines.
   const std::string dense = root.dump();
   std::string text;

@@ -1,4 +1,3 @@
-#include "corpus_tools/sample/sample_capture.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -46,7 +45,7 @@ Eigen::VectorXd nods(const SpeechLabels& labels, double frame_rate_hz, Eigen::In
     const double size = random.uniform(kLeastNodDegrees, kLargestNodDegrees);
     const Seconds middle = labels.spanOf(syllable.phones).middle() + random.uniform(-0.05, 0.05);
     for (Eigen::Index frame = 0; frame < frames; ++frame) {
-      const double z = (static_cast<double>(frame) / frame_rate_hz - middle) / kNodWidth;
+      const double z = (asReal(frame) / frame_rate_hz - middle) / kNodWidth;
       degrees(frame) += size * std::exp(-0.5 * z * z);
     }
   }
@@ -61,7 +60,7 @@ Eigen::Quaterniond rotation(const Eigen::Vector3d& degrees) {
 
 std::vector<Eigen::Isometry3d> headMotion(const MotionClip& face, const SpeechLabels& labels, std::uint64_t seed) {
   SampleRandom random(seed, kSeatStream);
-  const auto frames = static_cast<Eigen::Index>(face.frameCount());
+  const auto frames = signedIndex(face.frameCount());
   const auto spread = [&](double size) {
     Eigen::Vector3d vector;
     for (double& coordinate : vector) coordinate = size * random.normal();
@@ -72,7 +71,7 @@ std::vector<Eigen::Isometry3d> headMotion(const MotionClip& face, const SpeechLa
   Eigen::MatrixXd degrees(frames, 3), sway_mm(frames, 3);
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const auto stream = kTurnStream + static_cast<std::uint64_t>(axis);
-    degrees.col(axis) = kTurnDegrees[static_cast<std::size_t>(axis)] *
+    degrees.col(axis) = kTurnDegrees[unsignedIndex(axis)] *
                         smoothNoise(seed, stream, kTurnCorrelation, face.frame_rate_hz, face.frameCount());
     sway_mm.col(axis) =
         kSwayMm * smoothNoise(seed, stream + 3, kSwayCorrelation, face.frame_rate_hz, face.frameCount());
@@ -91,12 +90,12 @@ std::vector<Eigen::Isometry3d> headMotion(const MotionClip& face, const SpeechLa
 
 /// Hides `marker` from `start` for `length`; returns the samples that were seen before.
 std::size_t hide(MotionClip& clip, std::size_t marker, Seconds start, Seconds length) {
-  const auto frames = static_cast<Eigen::Index>(clip.frameCount());
+  const auto frames = signedIndex(clip.frameCount());
   const auto first = static_cast<Eigen::Index>(std::lround(start * clip.frame_rate_hz));
   const auto count = std::max<Eigen::Index>(1, static_cast<Eigen::Index>(std::lround(length * clip.frame_rate_hz)));
   std::size_t hidden = 0;
   for (Eigen::Index frame = first; frame < std::min(frames, first + count); ++frame) {
-    auto sample = clip.positions_mm.block<1, 3>(frame, static_cast<Eigen::Index>(3 * marker));
+    auto sample = clip.positions_mm.block<1, 3>(frame, signedIndex(3 * marker));
     if (sample.allFinite()) ++hidden;
     sample.setConstant(std::numeric_limits<double>::quiet_NaN());
   }
@@ -105,12 +104,12 @@ std::size_t hide(MotionClip& clip, std::size_t marker, Seconds start, Seconds le
 
 /// The marker nearest to `marker` in the first frame: what hides one may hide the other.
 std::size_t nearestMarker(const MarkerPositions& pose, std::size_t marker) {
-  const auto row = static_cast<Eigen::Index>(marker);
+  const auto row = signedIndex(marker);
   Eigen::VectorXd squared = (pose.rowwise() - pose.row(row)).rowwise().squaredNorm();
   squared(row) = std::numeric_limits<double>::max();
   Eigen::Index nearest = 0;
   squared.minCoeff(&nearest);
-  return static_cast<std::size_t>(nearest);
+  return unsignedIndex(nearest);
 }
 
 SampleGaps addGaps(MotionClip& clip, const SampleCaptureOptions& options) {
@@ -167,18 +166,18 @@ SampleCapture captureSample(const MotionClip& face, const SpeechLabels& labels, 
   motion.frame_rate_hz = face.frame_rate_hz;
   motion.marker_names = face.marker_names;
   for (Eigen::Index i = 0; i < jig.rows(); ++i) motion.marker_names.push_back("JIG_" + std::to_string(i + 1));
-  motion.positions_mm.resize(face.positions_mm.rows(), static_cast<Eigen::Index>(3 * motion.markerCount()));
+  motion.positions_mm.resize(face.positions_mm.rows(), signedIndex(3 * motion.markerCount()));
 
   const std::vector<Eigen::Isometry3d> room_from_face = headMotion(face, labels, options.seed);
   SampleRandom noise(options.seed, kNoiseStream);
   const double noise_mm = options.noise_mm / std::numbers::sqrt3;  // a coordinate's
   for (std::size_t frame = 0; frame < face.frameCount(); ++frame) {
-    MarkerPositions pose(static_cast<Eigen::Index>(motion.markerCount()), 3);
+    MarkerPositions pose(signedIndex(motion.markerCount()), 3);
     pose << face.pose(FrameIndex(frame)), jig;
     for (Eigen::Index marker = 0; marker < pose.rows(); ++marker) {
       Eigen::Vector3d seen = room_from_face[frame] * Eigen::Vector3d(pose.row(marker).transpose());
       for (double& coordinate : seen) coordinate += noise_mm * noise.normal();
-      motion.positions_mm.block<1, 3>(static_cast<Eigen::Index>(frame), 3 * marker) = seen.transpose();
+      motion.positions_mm.block<1, 3>(signedIndex(frame), 3 * marker) = seen.transpose();
     }
   }
   capture.hidden = addGaps(motion, options);

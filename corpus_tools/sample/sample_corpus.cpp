@@ -12,9 +12,7 @@
 #include "base/parallel_for.h"
 #include "base/text_numbers.h"
 #include "corpus_tools/sample/actor_performance.h"
-#include "corpus_tools/sample/sample_capture.h"
 #include "corpus_tools/sample/sample_random.h"
-#include "corpus_tools/sample/sample_sentences.h"
 #include "motion/formats/c3d_file.h"
 #include "phonetics/labels/textgrid.h"
 #include "voices/voice.h"
@@ -54,16 +52,16 @@ void fitSilences(SpokenLine& line, std::uint64_t seed) {
   const Seconds speech_start = phones.front().span.end, speech_end = phones.back().span.start;
   // A whole number of samples, so that sound and labels stay together.
   const Seconds lead = random.uniform(kShortestLead, kLongestLead), tail = random.uniform(kShortestTail, kLongestTail);
-  const auto shift = static_cast<std::ptrdiff_t>(std::lround((lead - speech_start) * rate));
-  const Seconds shift_s = static_cast<double>(shift) / rate;
+  const auto shift = signedIndex(std::lround((lead - speech_start) * rate));
+  const Seconds shift_s = asReal(shift) / rate;
   const Seconds duration = std::ceil((speech_end + shift_s + tail) / kTakeStep) * kTakeStep;
 
   AudioClip audio{line.audio.sample_rate_hz,
                   std::vector<float>(static_cast<std::size_t>(std::lround(duration * rate)))};
   for (std::size_t i = 0; i < audio.samples.size(); ++i) {
-    const std::ptrdiff_t from = static_cast<std::ptrdiff_t>(i) - shift;
-    if (from >= 0 && from < static_cast<std::ptrdiff_t>(line.audio.samples.size())) {
-      audio.samples[i] = line.audio.samples[static_cast<std::size_t>(from)];
+    const std::ptrdiff_t from = signedIndex(i) - shift;
+    if (from >= 0 && from < signedIndex(line.audio.samples.size())) {
+      audio.samples[i] = line.audio.samples[unsignedIndex(from)];
     }
   }
   line.audio = std::move(audio);
@@ -131,7 +129,7 @@ SampleSummary writeSampleCorpus(const std::filesystem::path& folder, const Sampl
     samples += result.samples;
   }
   summary.takes = results.size();
-  summary.missing_share = static_cast<double>(hidden) / static_cast<double>(samples);
+  summary.missing_share = asReal(hidden) / asReal(samples);
   summary.voice = results.front().voice;
   summary.notice = results.front().notice;
   return summary;

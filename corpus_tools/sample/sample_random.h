@@ -13,7 +13,7 @@ class SampleRandom {
   SampleRandom(std::uint64_t seed, std::uint64_t stream)
       : state_(mixed(mixed(seed) ^ (stream * 0xD1B54A32D192ED03u))) {}
 
-  [[nodiscard]] double uniform() { return static_cast<double>(next() >> 11) * 0x1.0p-53; }  ///< [0, 1)
+  [[nodiscard]] double uniform() { return asReal(next() >> 11) * 0x1.0p-53; }  ///< [0, 1)
   [[nodiscard]] double uniform(double low, double high) { return low + (high - low) * uniform(); }
   /// Mean 0, deviation 1; Box and Muller 1958.
   [[nodiscard]] double normal() {
@@ -21,7 +21,7 @@ class SampleRandom {
     return radius * std::cos(2 * std::numbers::pi * uniform());
   }
   [[nodiscard]] std::size_t index(std::size_t count) {
-    return static_cast<std::size_t>(uniform() * static_cast<double>(count));
+    return static_cast<std::size_t>(uniform() * asReal(count));
   }
   /// Time to the next event of a Poisson process.
   [[nodiscard]] double waiting(double mean) { return -mean * std::log(1 - uniform()); }

@@ -1,4 +1,4 @@
-#include "corpus_tools/sample/sample_sentences.h"
+#include "corpus_tools/sample/sample_corpus.h"
 
 #include <algorithm>
 #include <array>

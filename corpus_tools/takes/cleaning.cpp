@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "corpus_tools/takes/neutral_pose.h"
+#include "corpus_tools/takes/take_poses.h"
 #include "corpus_tools/takes/pose_fit.h"
-#include "motion/cleaning/smoothing.h"
+#include "motion/cleaning/repairs.h"
 
 namespace mouthpiece {
 namespace {
@@ -12,7 +12,7 @@ namespace {
 std::size_t missingSamples(const MotionClip& clip) {
   std::size_t missing = 0;
   for (Eigen::Index column = 0; column < clip.positions_mm.cols(); column += 3) {
-    missing += static_cast<std::size_t>((!clip.positions_mm.col(column).array().isFinite()).count());
+    missing += unsignedIndex((!clip.positions_mm.col(column).array().isFinite()).count());
   }
   return missing;
 }

@@ -4,9 +4,8 @@
 
 #include "corpus_tools/takes/head_tracking.h"
 #include "corpus_tools/takes/take_report.h"
-#include "motion/cleaning/gaps.h"
 #include "motion/marker_layout.h"
-#include "motion/cleaning/outliers.h"
+#include "motion/cleaning/repairs.h"
 
 namespace mouthpiece {
 

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "base/errors.h"
+#include "base/statistics.h"
 #include "corpus_tools/takes/pose_fit.h"
 
 namespace mouthpiece {
@@ -53,18 +54,17 @@ MarkerPositions stableShapeInJigFrame(const std::vector<RawTake>& takes, const M
     }
   }
   if (shapes.empty()) return MarkerPositions(0, 3);
-  MarkerPositions median(shapes.front().rows(), 3);
-  for (Eigen::Index marker = 0; marker < median.rows(); ++marker) {
+  MarkerPositions middle(shapes.front().rows(), 3);
+  for (Eigen::Index marker = 0; marker < middle.rows(); ++marker) {
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       std::vector<double> seen;
       for (const MarkerPositions& shape : shapes) {
         if (std::isfinite(shape(marker, axis))) seen.push_back(shape(marker, axis));
       }
-      std::nth_element(seen.begin(), seen.begin() + static_cast<std::ptrdiff_t>(seen.size() / 2), seen.end());
-      median(marker, axis) = seen.empty() ? std::nan("") : seen[seen.size() / 2];
+      middle(marker, axis) = median(std::move(seen));
     }
   }
-  return median;
+  return middle;
 }
 
 /// One size for a whole take: the median over its frames of the best-fitting one.
@@ -78,10 +78,7 @@ double equalizingScale(const MotionClip& face, const std::vector<std::size_t>& s
     if (const auto fit = fitPose(shape, reference.stable_mm, PoseScale::kFree, options.fit))
       scales.push_back(fit->scale);
   }
-  if (scales.empty()) return 1;
-  const auto middle = scales.begin() + static_cast<std::ptrdiff_t>(scales.size() / 2);
-  std::nth_element(scales.begin(), middle, scales.end());
-  return *middle;
+  return median(std::move(scales), 1);
 }
 
 RigidMotion interpolated(const RigidMotion& from, const RigidMotion& to, double share) {
@@ -104,7 +101,7 @@ std::vector<RigidMotion> bridged(const OptionalPoses& poses) {
       full.push_back(*poses[*after]);
     } else {
       const std::size_t before = *(after - 1);
-      const double share = static_cast<double>(frame - before) / static_cast<double>(*after - before);
+      const double share = asReal(frame - before) / asReal(*after - before);
       full.push_back(interpolated(*poses[before], *poses[*after], share));
     }
   }
@@ -114,8 +111,8 @@ std::vector<RigidMotion> bridged(const OptionalPoses& poses) {
 /// Weights of the frames [first, first + size) in the smoothed pose of `frame`: a straight line fitted with Gaussian
 /// weights. In the middle of a take that is the Gaussian mean; at its ends a mean would pull the head back.
 Eigen::VectorXd smoothingWeights(std::ptrdiff_t frame, std::ptrdiff_t first, std::ptrdiff_t size, double sigma_frames) {
-  const Eigen::ArrayXd away = Eigen::ArrayXd::LinSpaced(size, static_cast<double>(first - frame),
-                                                        static_cast<double>(first + size - 1 - frame));
+  const Eigen::ArrayXd away = Eigen::ArrayXd::LinSpaced(size, asReal(first - frame),
+                                                        asReal(first + size - 1 - frame));
   const Eigen::ArrayXd gauss = (-0.5 * (away / sigma_frames).square()).exp();
   const double s0 = gauss.sum(), s1 = (gauss * away).sum(), s2 = (gauss * away.square()).sum();
   return (gauss * (s2 - s1 * away) / (s0 * s2 - s1 * s1)).matrix();
@@ -125,13 +122,13 @@ Eigen::VectorXd smoothingWeights(std::ptrdiff_t frame, std::ptrdiff_t first, std
 /// translations themselves would shift the face by the lever arm to the world's origin.
 std::vector<RigidMotion> smoothed(const std::vector<RigidMotion>& poses, const Eigen::Vector3d& centre,
                                   double sigma_frames) {
-  const auto count = static_cast<std::ptrdiff_t>(poses.size());
+  const auto count = signedIndex(poses.size());
   const auto reach = static_cast<std::ptrdiff_t>(std::ceil(4 * sigma_frames));
   if (reach < 1 || count < 3) return poses;
   Eigen::MatrixX4d turns(count, 4);
   Eigen::MatrixX3d centres(count, 3);
   for (std::ptrdiff_t frame = 0; frame < count; ++frame) {
-    const RigidMotion& pose = poses[static_cast<std::size_t>(frame)];
+    const RigidMotion& pose = poses[unsignedIndex(frame)];
     turns.row(frame) = Eigen::Quaterniond(pose.rotation).coeffs().transpose();
     if (frame > 0 && turns.row(frame).dot(turns.row(frame - 1)) < 0) turns.row(frame) *= -1;
     centres.row(frame) = pose.inverse().apply(centre).transpose();
@@ -180,7 +177,7 @@ OptionalPoses posesOf(const RawTake& take, const HeadReference& reference, const
     squared_sum += fit->squared_residuals_mm2;
     markers += fit->shared_markers;
   }
-  if (markers > 0) track.residual_rms_mm = std::sqrt(squared_sum / static_cast<double>(markers));
+  if (markers > 0) track.residual_rms_mm = std::sqrt(squared_sum / asReal(markers));
   return poses;
 }
 
@@ -189,6 +186,48 @@ bool showsJig(const RawTake& take, const HeadReference& reference, const HeadTra
     if (sharedMarkers(take.jig.pose(FrameIndex(frame)), reference.jig_mm) >= options.least_jig_markers) return true;
   }
   return false;
+}
+
+Eigen::Vector3d place(const MarkerPositions& pose, std::size_t marker) {
+  return pose.row(signedIndex(marker)).transpose();
+}
+
+struct CanthusPair {
+  Eigen::Vector3d right, left;
+};
+
+/// Of all mirrored pairs of the region "canthus" the one farthest apart.
+CanthusPair outerCanthi(const MarkerPositions& neutral, const MarkerLayout& layout) {
+  std::optional<CanthusPair> outer;
+  for (std::size_t marker = 0; marker < layout.markers.size(); ++marker) {
+    if (layout.markers[marker].region != "canthus" || layout.markers[marker].side != Side::kRight) continue;
+    const CanthusPair pair{place(neutral, marker), place(neutral, layout.markers[marker].mirror.value)};
+    if (!pair.right.allFinite() || !pair.left.allFinite()) continue;
+    if (!outer || (pair.left - pair.right).norm() > (outer->left - outer->right).norm()) outer = pair;
+  }
+  if (!outer || (outer->left - outer->right).norm() < 1e-3) {
+    throw InputError(
+        fmt::format("layout {} has no seen pair of markers in the region \"canthus\"; the face's axes need "
+                    "the outer corners of the eyes",
+                    layout.name));
+  }
+  return *outer;
+}
+
+/// Mean of the seen markers of a region, midline or sides only. nullopt when there is none.
+std::optional<Eigen::Vector3d> regionMean(const MarkerPositions& neutral, const MarkerLayout& layout,
+                                          std::string_view region, bool midline) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int count = 0;
+  for (std::size_t marker = 0; marker < layout.markers.size(); ++marker) {
+    const LayoutMarker& known = layout.markers[marker];
+    if (known.region != region || (known.side == Side::kMiddle) != midline) continue;
+    if (!place(neutral, marker).allFinite()) continue;
+    sum += place(neutral, marker);
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return Eigen::Vector3d(sum / count);
 }
 
 }  // namespace
@@ -249,11 +288,39 @@ MotionClip withoutHeadMotion(const MotionClip& face, const HeadTrack& track) {
   for (std::size_t frame = 0; frame < face.frameCount(); ++frame) {
     for (std::size_t marker = 0; marker < face.markerCount(); ++marker) {
       const Eigen::Vector3d world = track.scale * face.position(FrameIndex(frame), MarkerIndex(marker));
-      still.positions_mm.block<1, 3>(static_cast<Eigen::Index>(frame), static_cast<Eigen::Index>(3 * marker)) =
+      still.positions_mm.block<1, 3>(signedIndex(frame), signedIndex(3 * marker)) =
           track.head_from_world[frame].apply(world).transpose();
     }
   }
   return still;
+}
+
+RigidMotion faceFromHead(const MarkerPositions& neutral_mm, const MarkerLayout& layout) {
+  const CanthusPair canthi = outerCanthi(neutral_mm, layout);
+  const Eigen::Vector3d origin = 0.5 * (canthi.left + canthi.right);
+  const Eigen::Vector3d x = (canthi.left - canthi.right).normalized();
+  const auto forehead = regionMean(neutral_mm, layout, "forehead", true);
+  const auto chin = regionMean(neutral_mm, layout, "chin", true);
+  if (!forehead || !chin) {
+    throw InputError(
+        fmt::format("layout {} has no seen midline markers in the regions \"forehead\" and \"chin\"; the "
+                    "face's axes need both",
+                    layout.name));
+  }
+  const Eigen::Vector3d up = *forehead - *chin;
+  const Eigen::Vector3d y = (up - up.dot(x) * x).normalized();
+  const Eigen::Vector3d z = x.cross(y);
+  const auto nose = regionMean(neutral_mm, layout, "nose", true);
+  if (nose && (*nose - origin).dot(z) <= 0) {
+    throw InputError(
+        fmt::format("the nose lies behind the eyes: the capture is a mirror image, or the left and right "
+                    "markers of layout {} are exchanged",
+                    layout.name));
+  }
+  RigidMotion face_from_head;
+  face_from_head.rotation << x.transpose(), y.transpose(), z.transpose();
+  face_from_head.translation_mm = -face_from_head.rotation * origin;
+  return face_from_head;
 }
 
 }  // namespace mouthpiece

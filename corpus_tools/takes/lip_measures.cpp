@@ -18,7 +18,7 @@ constexpr double kLeastRangeMm = 1.0;    ///< a mouth that moves less has no clo
 double ratio(double part, double whole) { return whole > 0 ? part / whole : std::numeric_limits<double>::quiet_NaN(); }
 
 double meanOf(const std::vector<double>& values) {
-  return ratio(std::accumulate(values.begin(), values.end(), 0.0), static_cast<double>(values.size()));
+  return ratio(std::accumulate(values.begin(), values.end(), 0.0), asReal(values.size()));
 }
 
 /// Pearson's r over the frames that both have; NaN for fewer than three or a constant.
@@ -46,7 +46,7 @@ std::vector<Eigen::Index> lipColumns(const MarkerLayout& layout) {
   std::vector<Eigen::Index> columns;
   for (std::size_t marker = 0; marker < layout.markers.size(); ++marker) {
     if (layout.markers[marker].region != "lip") continue;
-    for (std::size_t axis = 0; axis < 3; ++axis) columns.push_back(static_cast<Eigen::Index>(3 * marker + axis));
+    for (std::size_t axis = 0; axis < 3; ++axis) columns.push_back(signedIndex(3 * marker + axis));
   }
   return columns;
 }
@@ -55,20 +55,20 @@ LipFrames commonLipFrames(const MotionClip& captured, const MotionClip& synthesi
   const std::vector<Eigen::Index> columns = lipColumns(layout);
   LipFrames lips;
   for (std::size_t frame = 0; frame < std::min(captured.frameCount(), synthesised.frameCount()); ++frame) {
-    const auto row = static_cast<Eigen::Index>(frame);
+    const auto row = signedIndex(frame);
     const bool seen = std::all_of(columns.begin(), columns.end(), [&](Eigen::Index column) {
       return std::isfinite(captured.positions_mm(row, column)) && std::isfinite(synthesised.positions_mm(row, column));
     });
     if (seen) lips.frames.push_back(frame);
   }
-  const auto rows = static_cast<Eigen::Index>(lips.frames.size());
-  lips.captured.resize(rows, static_cast<Eigen::Index>(columns.size()));
-  lips.synthesised.resize(rows, static_cast<Eigen::Index>(columns.size()));
+  const auto rows = signedIndex(lips.frames.size());
+  lips.captured.resize(rows, signedIndex(columns.size()));
+  lips.synthesised.resize(rows, signedIndex(columns.size()));
   for (Eigen::Index i = 0; i < rows; ++i) {
-    const auto row = static_cast<Eigen::Index>(lips.frames[static_cast<std::size_t>(i)]);
+    const auto row = signedIndex(lips.frames[unsignedIndex(i)]);
     for (std::size_t c = 0; c < columns.size(); ++c) {
-      lips.captured(i, static_cast<Eigen::Index>(c)) = captured.positions_mm(row, columns[c]);
-      lips.synthesised(i, static_cast<Eigen::Index>(c)) = synthesised.positions_mm(row, columns[c]);
+      lips.captured(i, signedIndex(c)) = captured.positions_mm(row, columns[c]);
+      lips.synthesised(i, signedIndex(c)) = synthesised.positions_mm(row, columns[c]);
     }
   }
   if (rows > 0) {
@@ -101,7 +101,7 @@ double variance(const Eigen::MatrixXd& values) {
 double squaredJerk(const Eigen::MatrixXd& values, const std::vector<std::size_t>& frames) {
   double sum = 0;
   for (Eigen::Index i = 3; i < values.rows(); ++i) {
-    if (frames[static_cast<std::size_t>(i)] != frames[static_cast<std::size_t>(i - 3)] + 3) continue;
+    if (frames[unsignedIndex(i)] != frames[unsignedIndex(i - 3)] + 3) continue;
     sum += (values.row(i) - 3 * values.row(i - 1) + 3 * values.row(i - 2) - values.row(i - 3)).squaredNorm();
   }
   return sum;
@@ -114,10 +114,10 @@ struct Opening {
   double closed_below_mm = 0;
 
   [[nodiscard]] double at(Seconds time) const {
-    const double frame = std::clamp(time * frame_rate_hz, 0.0, static_cast<double>(mm.size() - 1));
+    const double frame = std::clamp(time * frame_rate_hz, 0.0, asReal(mm.size() - 1));
     const auto before = static_cast<std::size_t>(frame);
     const std::size_t after = std::min(before + 1, mm.size() - 1);
-    const double share = frame - static_cast<double>(before);
+    const double share = frame - asReal(before);
     return share > 0 ? (1 - share) * mm[before] + share * mm[after] : mm[before];
   }
   [[nodiscard]] bool closesIn(const LabelledPhone& phone) const {
@@ -176,24 +176,24 @@ void addContacts(const Opening& captured, const Opening& synthesised, const Spee
 
 }  // namespace
 
-double LipMeasures::lipRms() const { return std::sqrt(ratio(squared_error_mm2, static_cast<double>(squared_errors))); }
-double LipMeasures::lve() const { return ratio(largest_squared_mm2, static_cast<double>(frames)); }
+double LipMeasures::lipRms() const { return std::sqrt(ratio(squared_error_mm2, asReal(squared_errors))); }
+double LipMeasures::lve() const { return ratio(largest_squared_mm2, asReal(frames)); }
 double LipMeasures::openingCorrelation() const { return meanOf(opening_r); }
 double LipMeasures::widthCorrelation() const { return meanOf(width_r); }
 double LipMeasures::closureRecall() const {
-  return ratio(static_cast<double>(closures_kept), static_cast<double>(closures));
+  return ratio(asReal(closures_kept), asReal(closures));
 }
 double LipMeasures::contactRecall() const {
-  return ratio(static_cast<double>(contacts_kept), static_cast<double>(contacts));
+  return ratio(asReal(contacts_kept), asReal(contacts));
 }
 double LipMeasures::falseClosureShare() const {
-  return ratio(static_cast<double>(false_closures), static_cast<double>(open_phones));
+  return ratio(asReal(false_closures), asReal(open_phones));
 }
 double LipMeasures::vowelsShutShare() const {
-  return ratio(static_cast<double>(vowels_shut), static_cast<double>(vowels));
+  return ratio(asReal(vowels_shut), asReal(vowels));
 }
 double LipMeasures::capturedVowelsShutShare() const {
-  return ratio(static_cast<double>(captured_vowels_shut), static_cast<double>(vowels));
+  return ratio(asReal(captured_vowels_shut), asReal(vowels));
 }
 double LipMeasures::varianceRatio() const { return ratio(variance_mm2, captured_variance_mm2); }
 double LipMeasures::jerkRatio() const { return std::sqrt(ratio(jerk, captured_jerk)); }

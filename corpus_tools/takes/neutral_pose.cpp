@@ -1,4 +1,4 @@
-#include "corpus_tools/takes/neutral_pose.h"
+#include "corpus_tools/takes/take_poses.h"
 
 #include <fmt/format.h>
 
@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "base/errors.h"
+#include "base/statistics.h"
 #include "motion/lip_gauge.h"
 
 namespace mouthpiece {
@@ -56,13 +57,6 @@ std::vector<FramePlace> placesOf(const std::vector<TakeFrames>& takes, bool in_s
   return places;
 }
 
-/// The value under which `share` of `values` lie; `values` is not empty.
-double quantile(std::vector<double> values, double share) {
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
-}
-
 /// Of `candidates` those with closed lips; all of them when openings cannot be told.
 std::vector<FramePlace> closedFrames(const std::vector<TakeFrames>& takes, const std::vector<FramePlace>& candidates) {
   std::vector<double> seen;
@@ -84,17 +78,17 @@ std::vector<FramePlace> closedFrames(const std::vector<TakeFrames>& takes, const
 MarkerPositions medianPose(const std::vector<FramePlace>& places, std::size_t markers, const MotionLoader& load) {
   const std::size_t every = places.size() / kMostFrames + 1;
   // As exact as the database keeps positions.
-  Eigen::MatrixXf rows(static_cast<Eigen::Index>((places.size() + every - 1) / every),
-                       static_cast<Eigen::Index>(3 * markers));
+  Eigen::MatrixXf rows(signedIndex((places.size() + every - 1) / every),
+                       signedIndex(3 * markers));
   MotionClip motion;
   std::optional<std::size_t> loaded;
   for (std::size_t i = 0; i < places.size(); i += every) {
     if (loaded != places[i].take) motion = load(places[i].take);
     loaded = places[i].take;
-    rows.row(static_cast<Eigen::Index>(i / every)) =
-        motion.positions_mm.row(static_cast<Eigen::Index>(places[i].frame)).cast<float>();
+    rows.row(signedIndex(i / every)) =
+        motion.positions_mm.row(signedIndex(places[i].frame)).cast<float>();
   }
-  MarkerPositions pose = MarkerPositions::Constant(static_cast<Eigen::Index>(markers), 3, std::nan(""));
+  MarkerPositions pose = MarkerPositions::Constant(signedIndex(markers), 3, std::nan(""));
   for (Eigen::Index column = 0; column < rows.cols(); ++column) {
     std::vector<double> seen;
     for (Eigen::Index row = 0; row < rows.rows(); ++row) {
@@ -109,7 +103,7 @@ void expectComplete(const MarkerPositions& pose, const MarkerLayout& layout) {
   for (Eigen::Index marker = 0; marker < pose.rows(); ++marker) {
     if (pose.row(marker).allFinite()) continue;
     throw InputError(fmt::format("marker {} is seen in no take; expected all {} markers of layout {}",
-                                 layout.markers[static_cast<std::size_t>(marker)].name, layout.markers.size(),
+                                 layout.markers[unsignedIndex(marker)].name, layout.markers.size(),
                                  layout.name));
   }
 }

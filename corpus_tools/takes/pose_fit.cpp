@@ -67,7 +67,7 @@ std::optional<PoseFit> fitPose(const MarkerPositions& source, const MarkerPositi
   transform(residuals, *motion);
   residuals -= seenRows(target, source);
   fit.squared_residuals_mm2 = residuals.squaredNorm();
-  fit.shared_markers = static_cast<std::size_t>(residuals.rows());
+  fit.shared_markers = unsignedIndex(residuals.rows());
   return fit;
 }
 
@@ -90,7 +90,7 @@ MarkerPositions meanShape(const std::vector<MarkerPositions>& shapes, std::size_
     }
     if (fitted.empty()) return MarkerPositions(0, 3);  // all markers on one line
     // Without the division the mean would shrink round by round: a least-squares size is a little too small.
-    mean = meanOfSeen(fitted) / (scale_sum / static_cast<double>(fitted.size()));
+    mean = meanOfSeen(fitted) / (scale_sum / asReal(fitted.size()));
   }
   return mean;
 }

@@ -1,4 +1,4 @@
-#include "corpus_tools/takes/take_alignment.h"
+#include "corpus_tools/takes/take_poses.h"
 
 #include <algorithm>
 #include <array>
@@ -60,7 +60,7 @@ Rows takeOffsets(const PhoneSums& sums) {
     std::vector<double> phone_counts(kPhoneCount, 0.0);
     for (std::size_t take = 0; take < offsets.size(); ++take) {
       for (std::size_t phone = 0; phone < kPhoneCount; ++phone) {
-        const auto count = static_cast<double>(sums.counts[take][phone]);
+        const auto count = asReal(sums.counts[take][phone]);
         if (count == 0) continue;
         phones[phone] -= count * offsets[take];
         phone_counts[phone] += count;
@@ -71,7 +71,7 @@ Rows takeOffsets(const PhoneSums& sums) {
       offsets[take] = sums.of_take[take];
       double frames = 0;
       for (std::size_t phone = 0; phone < kPhoneCount; ++phone) {
-        const auto count = static_cast<double>(sums.counts[take][phone]);
+        const auto count = asReal(sums.counts[take][phone]);
         if (count > 0) offsets[take] -= count * phones[phone];
         frames += count;
       }

@@ -11,7 +11,6 @@
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "corpus_tools/takes/word_matching.h"
 #include "motion/formats/motion_file.h"
 #include "phonetics/labels/label_files.h"
 #include "base/text_encoding.h"
@@ -89,7 +88,7 @@ std::string wordsOf(const SpeechLabels& labels) {
 }
 
 bool isEverSeen(const MotionClip& clip, std::size_t marker) {
-  return clip.positions_mm.col(static_cast<Eigen::Index>(3 * marker)).array().isFinite().any();
+  return clip.positions_mm.col(signedIndex(3 * marker)).array().isFinite().any();
 }
 
 /// "Anna:LIP_UP_MID" -> "LIP_UP_MID".
@@ -100,7 +99,7 @@ std::string withoutSubject(const std::string& name) {
 
 std::vector<std::string> firstFew(const std::vector<std::string>& names, std::size_t count = 4) {
   std::vector<std::string> few(names.begin(),
-                               names.begin() + static_cast<std::ptrdiff_t>(std::min(count, names.size())));
+                               names.begin() + signedIndex(std::min(count, names.size())));
   for (std::string& name : few) name = printable(name, 30);
   if (names.size() > count) few.push_back("...");
   return few;
@@ -113,7 +112,7 @@ void expectEnoughMarkers(const MotionClip& face, const MotionClip& clip, const M
     if (!isEverSeen(face, marker)) missing.push_back(face.marker_names[marker]);
   }
   const std::size_t seen = face.markerCount() - missing.size();
-  if (static_cast<double>(seen) >= kLeastMarkerShare * static_cast<double>(face.markerCount())) return;
+  if (asReal(seen) >= kLeastMarkerShare * asReal(face.markerCount())) return;
   if (seen == 0) {
     throw InputError(file, "",
                      fmt::format("has no known marker: found {} ({}); expected the {} of layout {} ({})",

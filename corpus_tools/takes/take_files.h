@@ -2,19 +2,47 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "audio/audio_clip.h"
-#include "corpus_tools/takes/take_labeller.h"
 #include "corpus_tools/takes/take_report.h"
 #include "motion/marker_layout.h"
 #include "motion/motion_clip.h"
-#include "phonetics/text/lexicon.h"
 #include "phonetics/labels/speech_labels.h"
+#include "phonetics/text/lexicon.h"
 
 namespace mouthpiece {
+
+class ForcedAligner;
+class Pronouncer;
+
+/// Finds the labels of takes that have none. Thread-safe: each thread at work has an aligner of its own.
+class TakeLabeller {
+ public:
+  /// `lexicon` is kept alive by the caller. Nothing is loaded before the first take asks.
+  explicit TakeLabeller(const Lexicon& lexicon);
+  ~TakeLabeller();
+
+  struct Labels {
+    SpeechLabels labels;
+    std::vector<DoubtfulWord> doubtful;
+  };
+  /// Throws InputError when the words cannot be said or do not fit the sound.
+  Labels label(const AudioClip& audio, const std::string& text, const std::string& name);
+
+ private:
+  std::unique_ptr<ForcedAligner> takeAligner();
+
+  const Lexicon& lexicon_;
+  std::mutex mutex_;
+  std::unique_ptr<Pronouncer> pronouncer_;
+  std::vector<std::unique_ptr<ForcedAligner>> idle_;
+};
 
 /// The files of one take: NAME.c3d (or .trc, .csv), NAME.wav (or .flac), NAME.txt, NAME.TextGrid (or .lab,
 /// .phn, .ctm).
@@ -70,5 +98,9 @@ struct FaceAndJig {
   MotionClip face, jig;
 };
 FaceAndJig splitMarkers(const MotionClip& clip, const MarkerLayout& layout, const std::string& file);
+
+/// Labels that know phones only, given the words of `text`: word by word, some pronunciation of the lexicon must spell
+/// the next phones, pauses between words left aside. nullopt when a word is unknown or the phones do not fit.
+std::optional<SpeechLabels> withWords(const SpeechLabels& labels, std::string_view text, const Lexicon& lexicon);
 
 }  // namespace mouthpiece

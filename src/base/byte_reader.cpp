@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <bit>
-
 #include "base/errors.h"
 
 namespace mouthpiece {
@@ -49,27 +47,16 @@ std::uint64_t ByteReader::readU64() { return assemble<std::uint64_t>(readBytes(8
 float ByteReader::readF32() { return std::bit_cast<float>(readU32()); }
 double ByteReader::readF64() { return std::bit_cast<double>(readU64()); }
 
-void ByteWriter::writeU16(std::uint16_t value) {
-  writeU8(static_cast<std::uint8_t>(value & 0xFFU));
-  writeU8(static_cast<std::uint8_t>(value >> 8U));
-}
-
-void ByteWriter::writeU32(std::uint32_t value) {
-  writeU16(static_cast<std::uint16_t>(value & 0xFFFFU));
-  writeU16(static_cast<std::uint16_t>(value >> 16U));
-}
-
-void ByteWriter::writeF32(float value) { writeU32(std::bit_cast<std::uint32_t>(value)); }
-
 void ByteWriter::padTo(std::size_t size) {
   MOUTHPIECE_EXPECT(size >= bytes_.size());
   bytes_.resize(size, '\0');
 }
 
-void ByteWriter::patchU16(std::size_t offset, std::uint16_t value) {
+void ByteWriter::patch(std::size_t offset, std::uint16_t value) {
   MOUTHPIECE_EXPECT(offset <= bytes_.size() && bytes_.size() - offset >= 2);
-  bytes_[offset] = static_cast<char>(value & 0xFFU);
-  bytes_[offset + 1] = static_cast<char>(value >> 8U);
+  ByteWriter two(order_);
+  two.writeU16(value);
+  bytes_.replace(offset, 2, two.bytes());
 }
 
 }  // namespace mouthpiece

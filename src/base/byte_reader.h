@@ -1,5 +1,7 @@
 #pragma once
 
+#include <bit>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -50,26 +52,40 @@ class ByteReader {
   ByteOrder order_;
 };
 
-/// Appends numbers to a string of bytes, little-endian.
+/// Appends numbers to a string of bytes. A whole number gives its low bits; the caller sees to it that they are all.
 class ByteWriter {
  public:
+  explicit ByteWriter(ByteOrder order = ByteOrder::kLittle) : order_(order) {}
+
   [[nodiscard]] std::size_t size() const { return bytes_.size(); }
   [[nodiscard]] const std::string& bytes() const { return bytes_; }
   std::string takeBytes() { return std::move(bytes_); }
   void reserve(std::size_t count) { bytes_.reserve(count); }
 
-  void writeU8(std::uint8_t value) { bytes_.push_back(static_cast<char>(value)); }
-  void writeU16(std::uint16_t value);
-  void writeU32(std::uint32_t value);
-  void writeF32(float value);
+  void writeU8(std::integral auto value) { bytes_.push_back(static_cast<char>(value)); }
+  void writeU16(std::integral auto value) { write<std::uint16_t>(static_cast<std::uint16_t>(value)); }
+  void writeU32(std::integral auto value) { write<std::uint32_t>(static_cast<std::uint32_t>(value)); }
+  void writeU64(std::integral auto value) { write<std::uint64_t>(static_cast<std::uint64_t>(value)); }
+  void writeF32(double value) { write(std::bit_cast<std::uint32_t>(static_cast<float>(value))); }
+  void writeF64(double value) { write(std::bit_cast<std::uint64_t>(value)); }
   void writeBytes(std::string_view bytes) { bytes_ += bytes; }
   /// Zero bytes up to `size`; `size` is no less than the present one.
   void padTo(std::size_t size);
   /// Overwrites two bytes written before.
-  void patchU16(std::size_t offset, std::uint16_t value);
+  void patchU16(std::size_t offset, std::integral auto value) { patch(offset, static_cast<std::uint16_t>(value)); }
 
  private:
+  template <typename Unsigned>
+  void write(Unsigned value) {
+    for (std::size_t i = 0; i < sizeof(Unsigned); ++i) {
+      const std::size_t byte = order_ == ByteOrder::kLittle ? i : sizeof(Unsigned) - 1 - i;
+      bytes_.push_back(static_cast<char>(value >> (8 * byte) & 0xFFU));
+    }
+  }
+  void patch(std::size_t offset, std::uint16_t value);
+
   std::string bytes_;
+  ByteOrder order_;
 };
 
 }  // namespace mouthpiece

@@ -13,6 +13,7 @@
 #include <span>
 
 #include "base/errors.h"
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {
@@ -102,7 +103,7 @@ void writeFileAtomically(const fs::path& path, std::string_view bytes) {
         ::close(descriptor);
         failWriting(path, write_error);
       }
-      done += static_cast<std::size_t>(written);
+      done += unsignedIndex(written);
     }
     if (::close(descriptor) != 0) failWriting(path, errno);
   });

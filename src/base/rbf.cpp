@@ -3,9 +3,11 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "base/errors.h"
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {
@@ -85,8 +87,8 @@ Matrix polynomialMatrix(const Eigen::Ref<const Matrix>& points, Eigen::Index ter
 
 /// A sweep along the first axis: O(n^2) at worst, nearly O(n log n) for time series.
 void refuseCoincidentCenters(const Matrix& scaled_centers) {
-  std::vector<Eigen::Index> order(static_cast<std::size_t>(scaled_centers.rows()));
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<Eigen::Index>(i);
+  std::vector<Eigen::Index> order(unsignedIndex(scaled_centers.rows()));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
   std::sort(order.begin(), order.end(),
             [&](Eigen::Index a, Eigen::Index b) { return scaled_centers(a, 0) < scaled_centers(b, 0); });
   for (std::size_t i = 0; i < order.size(); ++i) {

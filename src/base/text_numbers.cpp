@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "base/errors.h"
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {
@@ -35,7 +36,7 @@ std::optional<double> parseNumber(std::string_view text) {
 
 void appendFixed(std::string& text, double value, int decimals) {
   MOUTHPIECE_EXPECT(std::isfinite(value) && decimals >= 0 && decimals <= 9);
-  const double power = kPowersOfTen[static_cast<std::size_t>(decimals)];
+  const double power = kPowersOfTen[unsignedIndex(decimals)];
   std::array<char, 400> digits;
   if (!(std::abs(value) * power < kLargestScaled)) {
     const auto written =
@@ -47,8 +48,8 @@ void appendFixed(std::string& text, double value, int decimals) {
   const std::int64_t scaled = std::llround(value * power);
   if (scaled < 0) text.push_back('-');
   const auto written = std::to_chars(digits.data(), digits.data() + digits.size(), std::abs(scaled));
-  const auto count = static_cast<std::size_t>(written.ptr - digits.data());
-  const auto wanted = static_cast<std::size_t>(decimals);
+  const auto count = unsignedIndex(written.ptr - digits.data());
+  const auto wanted = unsignedIndex(decimals);
   if (count > wanted) {
     text.append(digits.data(), count - wanted);
   } else {

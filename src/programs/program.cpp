@@ -55,9 +55,7 @@ int runAction(CLI::App& app, int argc, const char* const* argv, const std::funct
   return code;
 }
 
-}  // namespace
-
-int runProgram(CLI::App& app, int argc, const char* const* argv, const std::function<int()>& action) {
+int runCaught(CLI::App& app, int argc, const char* const* argv, const std::function<int()>& action) {
   if (argc > 0) program_name = nameOf(argv[0]);
   std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is then an ordinary write error
   try {
@@ -75,6 +73,17 @@ int runProgram(CLI::App& app, int argc, const char* const* argv, const std::func
   }
 }
 
+void setExample(CLI::App& app, std::string_view example) {
+  std::string footer = "Example:\n  ";
+  for (const char c : example) {
+    footer += c;
+    if (c == '\n') footer += "  ";
+  }
+  app.footer(footer);
+}
+
+}  // namespace
+
 int runProgram(const Command& program, const std::vector<Command>& subcommands, int argc, const char* const* argv) {
   CLI::App app(program.what, program.name);
   setExample(app, program.example);
@@ -89,7 +98,7 @@ int runProgram(const Command& program, const std::vector<Command>& subcommands, 
     setExample(*added, command.example);
     added->callback([&chosen, run = command.add(*added)] { chosen = run; });
   }
-  return runProgram(app, argc, argv, [&chosen] { return chosen(); });
+  return runCaught(app, argc, argv, [&chosen] { return chosen(); });
 }
 
 void addQuietFlag(CLI::App& app, bool& quiet) {
@@ -97,15 +106,6 @@ void addQuietFlag(CLI::App& app, bool& quiet) {
 }
 
 void addJsonFlag(CLI::App& app, bool& json) { app.add_flag("--json", json, "Print the facts as JSON"); }
-
-void setExample(CLI::App& app, std::string_view example) {
-  std::string footer = "Example:\n  ";
-  for (const char c : example) {
-    footer += c;
-    if (c == '\n') footer += "  ";
-  }
-  app.footer(footer);
-}
 
 void printText(std::string_view text) {
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size()) {

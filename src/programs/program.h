@@ -56,11 +56,6 @@ Command makeCommand(std::string name, std::string what, std::string example, voi
   return {std::move(name), std::move(what), std::move(example), add};
 }
 
-/// Until synth and retarget are Commands, too: `action` runs once the command line is read.
-int runProgram(CLI::App& app, int argc, const char* const* argv, const std::function<int()>& action);
-/// "Example:\n  LINE" after the help text; `example` may have several lines.
-void setExample(CLI::App& app, std::string_view example);
-
 /// To stdout, as it is.
 void printText(std::string_view text);
 /// A nlohmann::json to stdout, indented by two; text that is no UTF-8 is shown with U+FFFD. A template to keep the

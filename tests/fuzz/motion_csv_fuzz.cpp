@@ -7,7 +7,6 @@
 
 #include "base/errors.h"
 #include "motion/formats/motion_csv.h"
-#include "motion/formats/motion_trc.h"
 
 namespace {
 

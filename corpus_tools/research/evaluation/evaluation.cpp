@@ -8,6 +8,7 @@
 #include <random>
 
 #include "base/errors.h"
+#include "base/statistics.h"
 #include "corpus_tools/building/trajectory_fit.h"
 #include "corpus_tools/research/evaluation/evaluation_methods.h"
 #include "motion/lip_gauge.h"
@@ -19,13 +20,6 @@ namespace {
 
 /// The frame rates that the synthesis offers.
 constexpr double kLowestRateHz = 24, kHighestRateHz = 240;
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
-}
 
 double meanOf(const std::vector<double>& values) {
   double sum = 0;

@@ -1,4 +1,4 @@
-#include "corpus_tools/research/models/actor_basis.h"
+#include "corpus_tools/research/models/actor_fit.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -16,13 +16,13 @@ constexpr double kClosedShare = 0.15;  ///< of a take's range of openings, above
 constexpr std::size_t kLeastRestFrames = 3;
 
 Eigen::Index column(const MarkerLayout& layout, std::string_view marker, Eigen::Index axis) {
-  return 3 * static_cast<Eigen::Index>(layout.indexOf(marker).value) + axis;
+  return 3 * signedIndex(layout.indexOf(marker).value) + axis;
 }
 
 double quantile(std::vector<double> values, double share) {
   MOUTHPIECE_EXPECT(!values.empty());
-  const auto at = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5);
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(at), values.end());
+  const auto at = static_cast<std::size_t>(share * asReal(values.size() - 1) + 0.5);
+  std::nth_element(values.begin(), values.begin() + signedIndex(at), values.end());
   return values[at];
 }
 
@@ -61,7 +61,7 @@ Eigen::RowVectorXd takeNeutral(const CorpusTake& take, const MarkerLayout& layou
   for (Eigen::Index frame = 0; frame < opening.size(); ++frame) {
     if (!(seen(frame) > 0)) continue;
     all.push_back(frame);
-    const Seconds time = take.motion.timeOf(FrameIndex(static_cast<std::size_t>(frame)));
+    const Seconds time = take.motion.timeOf(FrameIndex(unsignedIndex(frame)));
     if (inSilence(take.labels, time, kRestMargin) && opening(frame) < closed + kClosedShare * (open - closed)) {
       rest.push_back(frame);
     }
@@ -97,10 +97,10 @@ Eigen::MatrixXd scatter(const std::vector<ActorDisplacements>& takes, Eigen::Ind
 std::vector<ActorDisplacements> actorDisplacements(const ActorCapture& capture) {
   std::vector<ActorDisplacements> takes;
   for (const CorpusTake& take : capture.takes) {
-    const auto frames = static_cast<Eigen::Index>(take.motion.frameCount());
+    const auto frames = signedIndex(take.motion.frameCount());
     ActorDisplacements displacements{take.motion.positions_mm, Eigen::VectorXd(frames), Eigen::VectorXd(frames)};
     for (Eigen::Index frame = 0; frame < frames; ++frame) {
-      const Seconds time = take.motion.timeOf(FrameIndex(static_cast<std::size_t>(frame)));
+      const Seconds time = take.motion.timeOf(FrameIndex(unsignedIndex(frame)));
       displacements.seen(frame) = displacements.mm.row(frame).allFinite() ? 1 : 0;
       const bool speaking = time < take.labels.duration() && !inSilence(take.labels, time, 0);
       displacements.speech(frame) = speaking ? displacements.seen(frame) : 0;
@@ -117,8 +117,8 @@ std::vector<ActorDisplacements> actorDisplacements(const ActorCapture& capture) 
 Eigen::MatrixXd symmetrized(const Eigen::MatrixXd& rows, const MarkerLayout& layout) {
   Eigen::MatrixXd mirrored(rows.rows(), rows.cols());
   for (std::size_t marker = 0; marker < layout.markers.size(); ++marker) {
-    const auto to = static_cast<Eigen::Index>(3 * marker);
-    const auto from = static_cast<Eigen::Index>(3 * layout.markers[marker].mirror.value);
+    const auto to = signedIndex(3 * marker);
+    const auto from = signedIndex(3 * layout.markers[marker].mirror.value);
     mirrored.middleCols(to, 3) = rows.middleCols(from, 3);
     mirrored.col(to) *= -1;
   }
@@ -127,10 +127,10 @@ Eigen::MatrixXd symmetrized(const Eigen::MatrixXd& rows, const MarkerLayout& lay
 
 ActorBasis actorBasis(const std::vector<ActorDisplacements>& takes, const MarkerLayout& layout,
                       Eigen::Index components) {
-  const auto columns = static_cast<Eigen::Index>(3 * layout.markers.size());
+  const auto columns = signedIndex(3 * layout.markers.size());
   Eigen::RowVectorXd weights(columns);
   for (std::size_t marker = 0; marker < layout.markers.size(); ++marker) {
-    weights.segment(static_cast<Eigen::Index>(3 * marker), 3).setConstant(speechWeight(layout.markers[marker]));
+    weights.segment(signedIndex(3 * marker), 3).setConstant(speechWeight(layout.markers[marker]));
   }
   std::vector<Eigen::MatrixXd> symmetric;
   for (const ActorDisplacements& take : takes) symmetric.push_back(symmetrized(take.mm, layout));
@@ -169,7 +169,7 @@ ActorBasis actorBasis(const std::vector<ActorDisplacements>& takes, const Marker
   basis.shapes = own.ldlt().solve(both.topRightCorner(components, columns));
   for (std::size_t marker = 0; marker < layout.markers.size(); ++marker) {
     if (movesWithoutSpeech(layout.markers[marker])) {
-      basis.shapes.middleCols(static_cast<Eigen::Index>(3 * marker), 3).setZero();
+      basis.shapes.middleCols(signedIndex(3 * marker), 3).setZero();
     }
   }
   // Pointing so that the lips open.
@@ -183,7 +183,7 @@ ActorBasis actorBasis(const std::vector<ActorDisplacements>& takes, const Marker
 }
 
 Eigen::RowVectorXd blinkShape(const std::vector<ActorDisplacements>& takes, const MarkerLayout& layout) {
-  const auto columns = static_cast<Eigen::Index>(3 * layout.markers.size());
+  const auto columns = signedIndex(3 * layout.markers.size());
   Eigen::RowVectorXd shape = Eigen::RowVectorXd::Zero(columns);
   double squares = 0;
   std::vector<double> drops;
@@ -205,16 +205,16 @@ Eigen::RowVectorXd blinkShape(const std::vector<ActorDisplacements>& takes, cons
   const double shut_mm = quantile(drops, 0.995);
   shape *= shut_mm / std::max(squares, 1e-9);
   for (std::size_t marker = 0; marker < layout.markers.size(); ++marker) {
-    if (layout.markers[marker].region != "lid") shape.segment(static_cast<Eigen::Index>(3 * marker), 3).setZero();
+    if (layout.markers[marker].region != "lid") shape.segment(signedIndex(3 * marker), 3).setZero();
   }
   return shape;
 }
 
 Eigen::RowVectorXd browShape(const std::vector<ActorDisplacements>& takes, const MarkerLayout& layout) {
-  const auto columns = static_cast<Eigen::Index>(3 * layout.markers.size());
+  const auto columns = signedIndex(3 * layout.markers.size());
   Eigen::RowVectorXd brows = Eigen::RowVectorXd::Zero(columns);
   for (std::size_t marker = 0; marker < layout.markers.size(); ++marker) {
-    if (layout.markers[marker].region == "brow") brows.segment(static_cast<Eigen::Index>(3 * marker), 3).setOnes();
+    if (layout.markers[marker].region == "brow") brows.segment(signedIndex(3 * marker), 3).setOnes();
   }
   double frames = 0;
   for (const ActorDisplacements& take : takes) frames += take.seen.sum();

@@ -7,7 +7,11 @@
 
 #include "base/errors.h"
 #include "base/parallel_for.h"
-#include "corpus_tools/research/models/actor_basis.h"
+#include "base/statistics.h"
+#include "corpus_tools/takes/head_tracking.h"
+#include "corpus_tools/takes/pose_fit.h"
+#include "corpus_tools/takes/take_files.h"
+#include "corpus_tools/takes/take_poses.h"
 #include "units/prediction/speech_segments.h"
 
 namespace mouthpiece {
@@ -33,7 +37,7 @@ struct Features {
   std::vector<std::vector<SpeechSegment>> segments;  ///< one list a take
   std::vector<Eigen::MatrixXd> shares;               ///< one a take: segments x features
 
-  [[nodiscard]] Eigen::Index count() const { return static_cast<Eigen::Index>(names.size()); }
+  [[nodiscard]] Eigen::Index count() const { return signedIndex(names.size()); }
 };
 
 Features numberFeatures(const std::vector<CorpusTake>& takes) {
@@ -48,10 +52,10 @@ Features numberFeatures(const std::vector<CorpusTake>& takes) {
     }
   }
   for (const std::vector<SpeechSegment>& segments : features.segments) {
-    Eigen::MatrixXd shares = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(segments.size()), features.count());
+    Eigen::MatrixXd shares = Eigen::MatrixXd::Zero(signedIndex(segments.size()), features.count());
     for (std::size_t i = 0; i < segments.size(); ++i) {
       for (const SegmentFeature& feature : segments[i].features) {
-        shares(static_cast<Eigen::Index>(i), numbers.at(feature.name)) += feature.weight;
+        shares(signedIndex(i), numbers.at(feature.name)) += feature.weight;
       }
     }
     features.shares.push_back(std::move(shares));
@@ -88,7 +92,7 @@ class TargetFit {
       right += rows.transpose() * captured(take);
     }
     for (Eigen::Index i = 0; i < count; ++i) {
-      normal(i, i) += ridge * ridgeFactor(features_.names[static_cast<std::size_t>(i)]);
+      normal(i, i) += ridge * ridgeFactor(features_.names[unsignedIndex(i)]);
     }
     return normal.selfadjointView<Eigen::Lower>().ldlt().solve(right);
   }
@@ -134,7 +138,7 @@ std::vector<ActorDynamics> searchDynamics(const TargetFit& fit, std::size_t take
   for (Eigen::Index component = 0; component < components; ++component) {
     const auto least = std::min_element(errors.begin(), errors.end(),
                                         [&](const auto& a, const auto& b) { return a(component) < b(component); });
-    best.push_back(candidates[static_cast<std::size_t>(least - errors.begin())]);
+    best.push_back(candidates[unsignedIndex(least - errors.begin())]);
   }
   return best;
 }
@@ -155,8 +159,8 @@ void fitTargets(const TargetFit& fit, const Features& features, double ridge, st
       }
       solved[i] = true;
       for (Eigen::Index f = 0; f < features.count(); ++f) {
-        const auto component = static_cast<Eigen::Index>(i);
-        model.targets[features.names[static_cast<std::size_t>(f)]](component) = targets(f, component);
+        const auto component = signedIndex(i);
+        model.targets[features.names[unsignedIndex(f)]](component) = targets(f, component);
       }
     }
   }
@@ -192,19 +196,19 @@ SpeechFrames speechFrames(const ActorModel& model, const ActorCapture& capture,
       if (!isLabiodental(phone.phone)) continue;
       double least = 1e9;
       for (Eigen::Index frame = 0; frame < captured.rows(); ++frame) {
-        const Seconds time = static_cast<double>(frame) / motion.frame_rate_hz;
+        const Seconds time = asReal(frame) / motion.frame_rate_hz;
         if (time < phone.span.start - 0.04 || time > phone.span.end || !(seen(frame) > 0)) continue;
         least = std::min(least, captured.row(frame).dot(openings));
       }
       if (least < 1e9) frames.labiodental_openings_mm.push_back(least);
     }
   }
-  const auto rows = static_cast<Eigen::Index>(captured_rows.size());
+  const auto rows = signedIndex(captured_rows.size());
   frames.captured.resize(rows, model.componentCount());
   frames.performed.resize(rows, model.componentCount());
   for (Eigen::Index row = 0; row < rows; ++row) {
-    frames.captured.row(row) = captured_rows[static_cast<std::size_t>(row)];
-    frames.performed.row(row) = performed_rows[static_cast<std::size_t>(row)];
+    frames.captured.row(row) = captured_rows[unsignedIndex(row)];
+    frames.performed.row(row) = performed_rows[unsignedIndex(row)];
   }
   return frames;
 }
@@ -216,11 +220,8 @@ void fitClosures(const SpeechFrames& frames, ActorModel& model) {
   // The components that move with the lip opening, by regression on it.
   const Eigen::VectorXd with_opening = captured.transpose() * (captured * model.openings());
   model.closing = with_opening / model.openings().dot(with_opening);
-  std::vector<double> openings = frames.labiodental_openings_mm;
-  if (openings.empty()) return;
-  const auto middle = openings.begin() + static_cast<std::ptrdiff_t>(openings.size() / 2);
-  std::nth_element(openings.begin(), middle, openings.end());
-  model.closures.labiodental_mm = std::clamp(*middle, 0.8, 3.0);
+  if (frames.labiodental_openings_mm.empty()) return;
+  model.closures.labiodental_mm = std::clamp(median(frames.labiodental_openings_mm), 0.8, 3.0);
 }
 
 /// Makes the performance in speech, closures and all, vary as much as the capture.
@@ -289,6 +290,24 @@ ActorCapture withoutFold(const ActorCapture& capture, std::size_t fold_count, st
 
 ActorCapture onlyFold(const ActorCapture& capture, std::size_t fold_count, std::size_t fold) {
   return pickFold(capture, fold_count, fold, true);
+}
+
+ActorCapture readActorCapture(const std::filesystem::path& folder, std::size_t stride) {
+  ActorCapture capture{defaultLayout(), {}, {}};
+  std::vector<RawTake> raw;
+  const std::vector<TakeFiles> files = findTakes(folder).takes;
+  for (std::size_t i = 0; i < files.size(); i += stride) raw.push_back(readTake(files[i], capture.layout, Lexicon()));
+
+  const HeadReference reference = estimateHeadReference(raw, capture.layout);
+  for (const RawTake& take : raw) {
+    const HeadTrack track = trackHead(take, reference, capture.layout);
+    capture.takes.push_back({take.name, take.text, take.labels, withoutHeadMotion(take.face, track), {}});
+  }
+  capture.neutral_mm = neutralPose(capture.takes, capture.layout).pose_mm;
+  const RigidMotion face_from_head = faceFromHead(capture.neutral_mm, capture.layout);
+  transform(capture.neutral_mm, face_from_head);
+  for (CorpusTake& take : capture.takes) transform(take.motion, face_from_head);
+  return capture;
 }
 
 }  // namespace mouthpiece

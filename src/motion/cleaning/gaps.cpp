@@ -1,4 +1,4 @@
-#include "motion/cleaning/gaps.h"
+#include "motion/cleaning/repairs.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "base/errors.h"
+#include "base/statistics.h"
 
 namespace mouthpiece {
 namespace {
@@ -29,7 +30,7 @@ bool isSeenThroughout(const MotionClip& clip, MarkerIndex marker, std::size_t fi
 std::vector<Eigen::Index> columnsOf(const std::vector<MarkerIndex>& markers) {
   std::vector<Eigen::Index> columns;
   for (const MarkerIndex marker : markers) {
-    for (Eigen::Index axis = 0; axis < 3; ++axis) columns.push_back(static_cast<Eigen::Index>(3 * marker.value) + axis);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) columns.push_back(signedIndex(3 * marker.value) + axis);
   }
   return columns;
 }
@@ -47,7 +48,7 @@ class MarkerRegression {
     output_mean_ = outputs.colwise().mean();
     const Eigen::MatrixXd centred = inputs.rowwise() - input_mean_;
     // Inputs are as noisy as the output: in the mean their noise adds exactly this to the diagonal.
-    const double ridge = static_cast<double>(frames.size()) * noise_mm * noise_mm;
+    const double ridge = asReal(frames.size()) * noise_mm * noise_mm;
     if (centred.rows() < centred.cols()) {
       Eigen::MatrixXd gram = centred * centred.transpose();
       gram.diagonal().array() += ridge;
@@ -84,15 +85,15 @@ class GapFiller {
     const auto predicted = [&](Eigen::Index frame) -> Eigen::RowVector3d {
       return regression ? regression->at(clip_, frame) : Eigen::RowVector3d::Zero();
     };
-    PositionMatrix deviations(static_cast<Eigen::Index>(around.size()), 3);
+    PositionMatrix deviations(signedIndex(around.size()), 3);
     for (std::size_t i = 0; i < around.size(); ++i) {
-      deviations.row(static_cast<Eigen::Index>(i)) =
-          clip_.position(FrameIndex(static_cast<std::size_t>(around[i])), gap.marker).transpose() -
+      deviations.row(signedIndex(i)) =
+          clip_.position(FrameIndex(unsignedIndex(around[i])), gap.marker).transpose() -
           predicted(around[i]);
     }
     PositionMatrix filled = bridged(around, deviations, gap);
     for (Eigen::Index i = 0; i < filled.rows(); ++i) {
-      filled.row(i) += predicted(static_cast<Eigen::Index>(gap.first.value) + i);
+      filled.row(i) += predicted(gap.first.row() + i);
     }
     if (!filled.allFinite()) return std::nullopt;
     return filled;
@@ -109,7 +110,7 @@ class GapFiller {
     const std::size_t last = std::min(clip_.frameCount(), gap.last.value + reachFrames());
     std::vector<Eigen::Index> frames;
     for (std::size_t frame = first; frame < last; ++frame) {
-      if (clip_.isSeen(FrameIndex(frame), gap.marker)) frames.push_back(static_cast<Eigen::Index>(frame));
+      if (clip_.isSeen(FrameIndex(frame), gap.marker)) frames.push_back(signedIndex(frame));
     }
     return frames;
   }
@@ -122,7 +123,7 @@ class GapFiller {
       const MarkerIndex other(m);
       if (other == gap.marker || !isSeenThroughout(clip_, other, gap.first.value, gap.last.value)) continue;
       const bool sees_around = std::all_of(around.begin(), around.end(), [&](Eigen::Index frame) {
-        return clip_.isSeen(FrameIndex(static_cast<std::size_t>(frame)), other);
+        return clip_.isSeen(FrameIndex(unsignedIndex(frame)), other);
       });
       if (sees_around) others.push_back(other);
     }
@@ -131,7 +132,7 @@ class GapFiller {
       const bool sees_all = clip_.isSeen(FrameIndex(frame), gap.marker) &&
                             std::all_of(others.begin(), others.end(),
                                         [&](MarkerIndex other) { return clip_.isSeen(FrameIndex(frame), other); });
-      if (sees_all) frames.push_back(static_cast<Eigen::Index>(frame));
+      if (sees_all) frames.push_back(signedIndex(frame));
     }
     if (others.empty() || frames.size() < kFewestTrainingFrames) return std::nullopt;
     return MarkerRegression(clip_, gap.marker, others, frames, noise_mm_);
@@ -141,33 +142,33 @@ class GapFiller {
   /// the memory as its length gives its frequency: the likeliest coefficients for the seen frames, read off in the gap.
   [[nodiscard]] PositionMatrix bridged(const std::vector<Eigen::Index>& frames, const PositionMatrix& deviations,
                                        const Gap& gap) const {
-    const Eigen::Index first = std::min(frames.front(), static_cast<Eigen::Index>(gap.first.value));
-    const Eigen::Index last = std::max(frames.back() + 1, static_cast<Eigen::Index>(gap.last.value));
+    const Eigen::Index first = std::min(frames.front(), gap.first.row());
+    const Eigen::Index last = std::max(frames.back() + 1, gap.last.row());
     const Eigen::Index length = last - first;
-    const auto count = static_cast<Eigen::Index>(frames.size());
+    const auto count = signedIndex(frames.size());
     const Eigen::RowVector3d mean = deviations.colwise().mean();
     const PositionMatrix centred = deviations.rowwise() - mean;
-    const double variance = std::max(centred.squaredNorm() / static_cast<double>(3 * count), noise_mm_ * noise_mm_);
+    const double variance = std::max(centred.squaredNorm() / asReal(3 * count), noise_mm_ * noise_mm_);
     const Eigen::VectorXd strengths = variance * cosineStrengths(length);
     Eigen::MatrixXd seen(count, length);
     for (Eigen::Index i = 0; i < count; ++i) {
-      seen.row(i) = cosines(frames[static_cast<std::size_t>(i)] - first, length);
+      seen.row(i) = cosines(frames[unsignedIndex(i)] - first, length);
     }
     // c = S A^T (A S A^T + noise^2 I)^-1 y.
     Eigen::MatrixXd gram = seen * strengths.asDiagonal() * seen.transpose();
     gram.diagonal().array() += noise_mm_ * noise_mm_;
     const Eigen::MatrixXd coefficients = strengths.asDiagonal() * seen.transpose() * gram.llt().solve(centred);
-    PositionMatrix result(static_cast<Eigen::Index>(gap.last.value - gap.first.value), 3);
+    PositionMatrix result(signedIndex(gap.last.value - gap.first.value), 3);
     for (Eigen::Index row = 0; row < result.rows(); ++row) {
-      result.row(row) = mean + cosines(static_cast<Eigen::Index>(gap.first.value) + row - first, length) * coefficients;
+      result.row(row) = mean + cosines(gap.first.row() + row - first, length) * coefficients;
     }
     return result;
   }
 
   /// Row `frame` of the orthonormal inverse DCT of `length` frames.
   [[nodiscard]] static Eigen::RowVectorXd cosines(Eigen::Index frame, Eigen::Index length) {
-    const auto n = static_cast<double>(length);
-    const double phase = std::numbers::pi * (static_cast<double>(frame) + 0.5) / n;
+    const auto n = asReal(length);
+    const double phase = std::numbers::pi * (asReal(frame) + 0.5) / n;
     Eigen::RowVectorXd row =
         std::sqrt(2.0 / n) * (phase * Eigen::ArrayXd::LinSpaced(length, 0.0, n - 1.0)).cos().matrix().transpose();
     row[0] = std::sqrt(1.0 / n);
@@ -176,7 +177,7 @@ class GapFiller {
 
   /// Spectrum of a Matern 5/2 process of variance one at the cosines' frequencies: (1 + (w l)^2 / 5)^-3, scaled.
   [[nodiscard]] Eigen::VectorXd cosineStrengths(Eigen::Index length) const {
-    const auto n = static_cast<double>(length);
+    const auto n = asReal(length);
     const double memory_frames = clip_.frame_rate_hz * options_.memory;
     const Eigen::ArrayXd w = std::numbers::pi / n * Eigen::ArrayXd::LinSpaced(length, 0.0, n - 1.0);
     const Eigen::ArrayXd shape = (1.0 + (w * memory_frames).square() / 5.0).pow(-3.0);
@@ -215,11 +216,8 @@ double noiseOfColumns(const PositionMatrix& x, Eigen::Index first_column, Eigen:
       if (std::isfinite(third)) differences.push_back(std::abs(third));
     }
   }
-  if (differences.empty()) return 0.0;
-  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
-  std::nth_element(differences.begin(), middle, differences.end());
   // White noise s gives third differences of deviation s sqrt(1 + 9 + 9 + 1), and a median of 0.6745 of that.
-  return *middle / (0.6745 * std::sqrt(20.0));
+  return median(std::move(differences), 0) / (0.6745 * std::sqrt(20.0));
 }
 
 }  // namespace
@@ -229,7 +227,7 @@ double estimateNoise(const MotionClip& clip) { return noiseOfColumns(clip.positi
 std::vector<double> estimateMarkerNoise(const MotionClip& clip) {
   std::vector<double> noise;
   for (std::size_t marker = 0; marker < clip.markerCount(); ++marker) {
-    noise.push_back(noiseOfColumns(clip.positions_mm, static_cast<Eigen::Index>(3 * marker), 3));
+    noise.push_back(noiseOfColumns(clip.positions_mm, signedIndex(3 * marker), 3));
   }
   return noise;
 }
@@ -240,7 +238,7 @@ FilledMotion fillShortGaps(const MotionClip& clip, const GapFillOptions& options
   result.report.noise_mm = estimateNoise(clip);
   const GapFiller filler(clip, options, result.report.noise_mm);
   for (const Gap& gap : findGaps(clip)) {
-    const auto length = static_cast<double>(gap.last.value - gap.first.value);
+    const auto length = asReal(gap.last.value - gap.first.value);
     const bool has_both_sides = gap.first.value > 0 && gap.last.value < clip.frameCount();
     std::optional<PositionMatrix> places;
     // A hair more than the limit, so that 0.25 s at 120 Hz are 30 frames whatever the rounding.
@@ -249,8 +247,8 @@ FilledMotion fillShortGaps(const MotionClip& clip, const GapFillOptions& options
       result.report.left.push_back(gap);
       continue;
     }
-    result.clip.positions_mm.block(static_cast<Eigen::Index>(gap.first.value),
-                                   static_cast<Eigen::Index>(3 * gap.marker.value), places->rows(), 3) = *places;
+    result.clip.positions_mm.block(gap.first.row(),
+                                   signedIndex(3 * gap.marker.value), places->rows(), 3) = *places;
     result.report.filled.push_back(gap);
   }
   return result;

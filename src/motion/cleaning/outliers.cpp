@@ -1,4 +1,4 @@
-#include "motion/cleaning/outliers.h"
+#include "motion/cleaning/repairs.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@ namespace mouthpiece {
 namespace {
 
 auto sampleOf(PositionMatrix& positions, std::size_t frame, std::size_t marker) {
-  return positions.block<1, 3>(static_cast<Eigen::Index>(frame), static_cast<Eigen::Index>(3 * marker));
+  return positions.block<1, 3>(signedIndex(frame), signedIndex(3 * marker));
 }
 
 /// Where each marker was last seen.
@@ -80,7 +80,7 @@ std::pair<double, double> distancesFromWay(const MotionClip& clip, MarkerIndex m
   const Eigen::Vector3d after = clip.position(FrameIndex(last), marker);
   double nearest = std::numeric_limits<double>::infinity(), farthest = 0;
   for (std::size_t frame = first; frame < last; ++frame) {
-    const double share = static_cast<double>(frame + 1 - first) / static_cast<double>(last + 1 - first);
+    const double share = asReal(frame + 1 - first) / asReal(last + 1 - first);
     const Eigen::Vector3d way = (1.0 - share) * before + share * after;
     const double distance = (clip.position(FrameIndex(frame), marker) - way).norm();
     nearest = std::min(nearest, distance);
@@ -110,7 +110,7 @@ void addCandidates(const MotionClip& clip, MarkerIndex marker, std::size_t first
     if (!isSeenThroughout(clip, marker, first - 1, first + length + 1)) return;
     const auto [nearest, farthest] = distancesFromWay(clip, marker, first, first + length);
     // Out and back in T under acceleration a: a (T/2)^2 / 2.
-    const Seconds half = 0.5 * static_cast<double>(length + 1) / clip.frame_rate_hz;
+    const Seconds half = 0.5 * asReal(length + 1) / clip.frame_rate_hz;
     const double reachable = options.allowance_mm + 0.5 * options.acceleration_mm_s2 * half * half;
     if (farthest > reachable && nearest > 0.5 * reachable) {
       candidates.push_back({{marker, FrameIndex(first), FrameIndex(first + length), farthest}, nearest});

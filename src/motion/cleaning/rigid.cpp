@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/errors.h"
+#include "base/statistics.h"
 
 namespace mouthpiece {
 namespace {
@@ -54,17 +55,10 @@ Eigen::VectorXd residuals(const Pairs& pairs, const RigidMotion& motion) {
       .norm();
 }
 
-double medianOf(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
-}
-
 /// Geman-McClure weights 1 / (1 + (r / 2s)^2)^2, s from the median residual.
 Eigen::VectorXd robustWeights(const Eigen::VectorXd& residuals_mm) {
-  std::vector<double> sorted(residuals_mm.begin(), residuals_mm.end());
-  const double scale = 2.0 * std::max(kSmallestScaleMm, medianOf(sorted) / kMedianOfUnitResidual);
+  const double middle_mm = interpolatedQuantile({residuals_mm.begin(), residuals_mm.end()}, 0.5);
+  const double scale = 2.0 * std::max(kSmallestScaleMm, middle_mm / kMedianOfUnitResidual);
   return (1.0 + (residuals_mm.array() / scale).square()).square().inverse().matrix();
 }
 

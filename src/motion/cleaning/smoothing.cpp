@@ -1,4 +1,3 @@
-#include "motion/cleaning/smoothing.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -7,7 +6,8 @@
 #include <vector>
 
 #include "base/errors.h"
-#include "motion/cleaning/gaps.h"
+#include "base/statistics.h"
+#include "motion/cleaning/repairs.h"
 
 namespace mouthpiece {
 namespace {
@@ -97,7 +97,7 @@ class JerkSmoother {
       const Eigen::Matrix3d gain =
           predicted_covariance_[frame + 1].ldlt().solve(stepMatrix() * filtered_covariance_[frame]).transpose();
       state = filtered_[frame] + gain * (state - predicted_[frame + 1]);
-      positions.row(static_cast<Eigen::Index>(frame)) = state.row(0);
+      positions.row(signedIndex(frame)) = state.row(0);
     }
     return positions;
   }
@@ -115,7 +115,7 @@ double likeliestRestlessness(const PositionMatrix& path) {
   double best = kLargestRestlessness;
   double best_cost = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kRestlessnessSteps; ++i) {
-    const double t = static_cast<double>(i) / (kRestlessnessSteps - 1);
+    const double t = asReal(i) / (kRestlessnessSteps - 1);
     const double restlessness = kSmallestRestlessness * std::pow(kLargestRestlessness / kSmallestRestlessness, t);
     const double cost = JerkSmoother(path, restlessness).filter();
     if (cost < best_cost) {
@@ -152,18 +152,11 @@ PositionMatrix smoothedPath(const PositionMatrix& path, double noise_mm) {
   return (noise_mm * smoother.smooth()).rowwise() + origin;
 }
 
-double medianOf(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// A marker that moves fast passes some of its motion for noise, so none counts as more than twice the median.
 std::vector<double> noiseOfMarkers(const MotionClip& clip, const SmoothingOptions& options) {
   if (options.noise_mm > 0.0) return std::vector<double>(clip.markerCount(), options.noise_mm);
   std::vector<double> noise = estimateMarkerNoise(clip);
-  const double most = kMostOverMedian * medianOf(noise);
+  const double most = kMostOverMedian * median(noise, 0);
   for (double& each : noise) each = std::min(each, most);
   return noise;
 }
@@ -173,13 +166,13 @@ std::vector<double> noiseOfMarkers(const MotionClip& clip, const SmoothingOption
 SmoothedMotion smoothMotion(const MotionClip& clip, const SmoothingOptions& options) {
   MOUTHPIECE_EXPECT(options.noise_mm >= 0.0);
   SmoothedMotion result{clip, options.noise_mm, noiseOfMarkers(clip, options), 0.0};
-  if (result.noise_mm <= 0.0) result.noise_mm = medianOf(result.marker_noise_mm);
+  if (result.noise_mm <= 0.0) result.noise_mm = median(result.marker_noise_mm, 0);
   double squared_change = 0;
   double samples = 0;
   for (Eigen::Index column = 0; column + 2 < clip.positions_mm.cols(); column += 3) {
     const PositionMatrix path = clip.positions_mm.middleCols<3>(column);
     const auto seen = (path.array() == path.array()).rowwise().all().eval();
-    const double noise_mm = result.marker_noise_mm[static_cast<std::size_t>(column / 3)];
+    const double noise_mm = result.marker_noise_mm[unsignedIndex(column / 3)];
     if (seen.count() < kFewestSamples || noise_mm <= 0.0) continue;
     const PositionMatrix smooth = smoothedPath(path, noise_mm);
     const double farthest = kFarthestInNoises * noise_mm;

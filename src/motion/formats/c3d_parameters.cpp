@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdlib>
 
@@ -16,12 +17,11 @@ constexpr std::size_t kMaxBlocks = 255;
 constexpr std::size_t kMaxDimensions = 7;
 
 /// VAX F: the two 16-bit halves swapped, exponent bias 129 for a significand in [1, 2), no infinities.
-float floatFromVax(std::uint32_t little_endian_word) {
-  const std::uint32_t word = (little_endian_word << 16U) | (little_endian_word >> 16U);
-  const int exponent = static_cast<int>((word >> 23U) & 0xFFU);
-  if (exponent == 0) return 0.0F;
-  const float significand = 1.0F + static_cast<float>(word & 0x7FFFFFU) * 0x1p-23F;
-  const float magnitude = std::ldexp(significand, exponent - 129);
+double numberFromVax(std::uint32_t little_endian_word) {
+  const std::uint32_t word = std::rotl(little_endian_word, 16);
+  const std::uint32_t biased = word >> 23U & 0xFFU;
+  if (biased == 0) return 0.0;
+  const double magnitude = std::ldexp(1.0 + (word & 0x7FFFFFU) * 0x1p-23, std::int32_t(biased) - 129);
   return (word & 0x80000000U) != 0 ? -magnitude : magnitude;
 }
 
@@ -45,7 +45,7 @@ std::vector<Entry> readEntries(ByteReader& reader, std::size_t section_end) {
   std::vector<Entry> entries;
   while (reader.position() + 2 <= section_end) {
     // A negative length marks a locked entry.
-    const auto name_length = static_cast<std::size_t>(std::abs(static_cast<int>(reader.readI8())));
+    const auto name_length = unsignedIndex(std::abs(reader.readI8()));
     const int group_id = reader.readI8();
     if (name_length == 0 || group_id == 0) break;
     Entry entry{upperCase(reader.readBytes(name_length)), group_id, {}};
@@ -79,7 +79,7 @@ C3dParameter parseParameter(const Entry& entry, const std::string& file) {
     reader.fail(fmt::format("found {} dimensions; expected at most {}", dimension_count, kMaxDimensions));
   }
   // At most 255^7 * 4, far inside 64 bits.
-  std::uint64_t byte_count = static_cast<std::uint64_t>(std::abs(type));
+  std::uint64_t byte_count = unsignedIndex(std::abs(type));
   for (std::size_t i = 0; i < dimension_count; ++i) {
     parameter.dimensions.push_back(reader.readU8());
     byte_count *= parameter.dimensions.back();
@@ -87,7 +87,7 @@ C3dParameter parseParameter(const Entry& entry, const std::string& file) {
   if (byte_count > reader.remaining()) {
     reader.fail(fmt::format("found {} bytes of values; expected {}", reader.remaining(), byte_count));
   }
-  parameter.data = reader.readBytes(static_cast<std::size_t>(byte_count));
+  parameter.data = reader.readBytes(byte_count);
   return parameter;
 }
 
@@ -98,8 +98,14 @@ std::size_t sectionEnd(const ByteReader& reader, std::size_t start, std::size_t 
 
 }  // namespace
 
-float readC3dFloat(ByteReader& reader, C3dProcessor processor) {
-  return processor == C3dProcessor::kDec ? floatFromVax(reader.readU32()) : reader.readF32();
+double readC3dFloat(ByteReader& reader, C3dProcessor processor) {
+  return processor == C3dProcessor::kDec ? numberFromVax(reader.readU32()) : double{reader.readF32()};
+}
+
+std::string c3dText(std::string_view row) {
+  std::string text(row.substr(0, row.find('\0')));
+  text.erase(text.find_last_not_of(" \t") + 1);
+  return text;
 }
 
 ByteOrder C3dParameters::byteOrder() const {
@@ -173,18 +179,13 @@ double C3dParameters::wideCount(const std::string& group, const std::string& nam
   return is_halved ? values[0] + 65536.0 * values[1] : values[0];
 }
 
-std::vector<std::string> C3dParameters::texts(const std::string& group, const std::string& name) const {
-  const C3dParameter* parameter = find(group, name);
-  std::vector<std::string> rows;
-  if (parameter == nullptr || parameter->type != C3dParameterType::kText) return rows;
-  const std::size_t row_length = parameter->dimensions.empty() ? 1 : parameter->dimensions.front();
-  for (std::size_t start = 0; row_length > 0 && start < parameter->data.size(); start += row_length) {
-    std::string row(parameter->data.substr(start, row_length));
-    row.erase(std::min(row.find('\0'), row.size()));
-    row.erase(row.find_last_not_of(" \t") + 1);
-    rows.push_back(std::move(row));
+std::vector<double> C3dParameters::allNumbers(const std::string& group, const std::string& name) const {
+  std::vector<double> all = numbers(group, name);
+  for (int i = 2; find(group, fmt::format("{}{}", name, i)) != nullptr; ++i) {
+    const std::vector<double> more = numbers(group, fmt::format("{}{}", name, i));
+    all.insert(all.end(), more.begin(), more.end());
   }
-  return rows;
+  return all;
 }
 
 std::vector<std::string> C3dParameters::allTexts(const std::string& group, const std::string& name,
@@ -194,6 +195,16 @@ std::vector<std::string> C3dParameters::allTexts(const std::string& group, const
     const std::vector<std::string> more = texts(group, fmt::format("{}{}", name, i));
     rows.insert(rows.end(), more.begin(), more.end());
   }
+  return rows;
+}
+
+std::vector<std::string> C3dParameters::texts(const std::string& group, const std::string& name) const {
+  const C3dParameter* parameter = find(group, name);
+  std::vector<std::string> rows;
+  if (parameter == nullptr || parameter->type != C3dParameterType::kText) return rows;
+  const std::size_t row_length = parameter->dimensions.empty() ? 1 : parameter->dimensions.front();
+  for (std::size_t start = 0; row_length > 0 && start < parameter->data.size(); start += row_length)
+    rows.push_back(c3dText(parameter->data.substr(start, row_length)));
   return rows;
 }
 

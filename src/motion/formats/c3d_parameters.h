@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/byte_reader.h"
+#include "base/index.h"
 
 namespace mouthpiece {
 
@@ -16,7 +17,10 @@ namespace mouthpiece {
 enum class C3dProcessor : std::uint8_t { kIntel = 84, kDec = 85, kMips = 86 };
 
 /// A 32-bit float as that processor stores it; DEC's is the VAX F format.
-float readC3dFloat(ByteReader& reader, C3dProcessor processor);
+double readC3dFloat(ByteReader& reader, C3dProcessor processor);
+
+/// A row of text, blanks and zero bytes cut off at the end.
+std::string c3dText(std::string_view row);
 
 /// Events further away than this, in seconds, are damage.
 inline constexpr double kMaxEventTime = 1e7;
@@ -43,13 +47,15 @@ class C3dParameters {
   [[nodiscard]] std::optional<double> number(const std::string& group, const std::string& name) const;
   /// A count that writers have stored as integer, as two 16-bit halves (low first) or as float; 0 when missing.
   [[nodiscard]] double wideCount(const std::string& group, const std::string& name) const;
-  /// Rows of a text parameter, blanks and zero bytes cut off at the end. Empty when it is missing or no text.
-  [[nodiscard]] std::vector<std::string> texts(const std::string& group, const std::string& name) const;
-  /// The same of NAME, NAME2, NAME3, ... one behind the other: a parameter holds 255 rows. `enough` ends the search.
+  /// The same of NAME, NAME2, NAME3, ... one behind the other: a parameter holds 255 rows.
+  [[nodiscard]] std::vector<double> allNumbers(const std::string& group, const std::string& name) const;
+  /// Rows of the text parameters NAME, NAME2, ... Empty when they are missing or no text. `enough` ends the search.
   [[nodiscard]] std::vector<std::string> allTexts(const std::string& group, const std::string& name,
                                                   std::size_t enough) const;
 
  private:
+  [[nodiscard]] std::vector<std::string> texts(const std::string& group, const std::string& name) const;
+
   std::string file_;
   C3dProcessor processor_ = C3dProcessor::kIntel;
   std::map<std::pair<std::string, std::string>, C3dParameter> parameters_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "base/byte_reader.h"
 #include "base/errors.h"
@@ -23,9 +24,9 @@ constexpr std::size_t kMaxLabelBytes = 127;  // some readers take the dimension 
 constexpr std::size_t kLabelsPerParameter = 255;
 constexpr std::size_t kMaxEvents = 65535;
 constexpr std::size_t kMaxEventTextBytes = 127;
-constexpr float kFloatScale = -1.0F;  // negative: the points are floats in real units
+constexpr double kFloatScale = -1;  // negative: the points are floats in real units
 
-enum GroupId : std::uint8_t { kPointGroup = 1, kAnalogGroup = 2, kTrialGroup = 3, kEventGroup = 4 };
+enum GroupId { kPointGroup = 1, kAnalogGroup = 2, kTrialGroup = 3, kEventGroup = 4 };
 
 /// Writes groups and parameters one behind the other and keeps their "next" offsets.
 class ParameterWriter {
@@ -33,92 +34,67 @@ class ParameterWriter {
   explicit ParameterWriter(ByteWriter& bytes) : bytes_(bytes) {}
 
   void group(GroupId id, std::string_view name) {
-    begin(static_cast<std::uint8_t>(-static_cast<int>(id)), name);
+    begin(-id, name);
     end();
   }
-  void integers(GroupId id, std::string_view name, const std::vector<std::uint16_t>& values) {
+  void integers(GroupId id, std::string_view name, const std::vector<std::size_t>& values) {
     begin(id, name);
-    bytes_.writeU8(2);
-    // One value is a scalar: no dimension at all.
-    bytes_.writeU8(values.size() == 1 ? 0 : 1);
-    if (values.size() != 1) bytes_.writeU8(static_cast<std::uint8_t>(values.size()));
-    for (const std::uint16_t value : values) bytes_.writeU16(value);
+    values.size() == 1 ? type(C3dParameterType::kInteger, {}) : type(C3dParameterType::kInteger, {values.size()});
+    for (const std::size_t value : values) bytes_.writeU16(value);
     end();
   }
-  void number(GroupId id, std::string_view name, float value) {
+  /// The first dimension runs fastest; no dimension: one number.
+  void numbers(GroupId id, std::string_view name, std::initializer_list<std::size_t> dimensions,
+               const std::vector<double>& values) {
     begin(id, name);
-    bytes_.writeU8(4);
-    bytes_.writeU8(0);
-    bytes_.writeF32(value);
-    end();
-  }
-  void numbers(GroupId id, std::string_view name, const std::vector<float>& values) {
-    begin(id, name);
-    bytes_.writeU8(4);
-    bytes_.writeU8(1);
-    bytes_.writeU8(static_cast<std::uint8_t>(values.size()));
-    for (const float value : values) bytes_.writeF32(value);
-    end();
-  }
-  /// Two columns, row by row.
-  void pairs(GroupId id, std::string_view name, const std::vector<std::array<float, 2>>& rows) {
-    begin(id, name);
-    bytes_.writeU8(4);
-    bytes_.writeU8(2);
-    bytes_.writeU8(2);
-    bytes_.writeU8(static_cast<std::uint8_t>(rows.size()));
-    for (const auto& [first, second] : rows) {
-      bytes_.writeF32(first);
-      bytes_.writeF32(second);
-    }
+    type(C3dParameterType::kFloat, dimensions);
+    for (const double value : values) bytes_.writeF32(value);
     end();
   }
   void text(GroupId id, std::string_view name, std::string_view value) {
     begin(id, name);
-    bytes_.writeU8(0xFF);
-    bytes_.writeU8(1);
-    bytes_.writeU8(static_cast<std::uint8_t>(value.size()));
+    type(C3dParameterType::kText, {value.size()});
     bytes_.writeBytes(value);
     end();
   }
   /// Rows padded with blanks to the longest.
-  void texts(GroupId id, std::string_view name, const std::vector<std::string>& rows) {
+  void texts(GroupId id, std::string_view name, std::span<const std::string> rows) {
     std::size_t length = 0;
     for (const std::string& row : rows) length = std::max(length, row.size());
     begin(id, name);
-    bytes_.writeU8(0xFF);
-    bytes_.writeU8(2);
-    bytes_.writeU8(static_cast<std::uint8_t>(length));
-    bytes_.writeU8(static_cast<std::uint8_t>(rows.size()));
+    type(C3dParameterType::kText, {length, rows.size()});
     for (const std::string& row : rows) bytes_.writeBytes(row + std::string(length - row.size(), ' '));
     end();
   }
 
  private:
-  void begin(std::uint8_t group_id, std::string_view name) {
-    bytes_.writeU8(static_cast<std::uint8_t>(name.size()));
+  void begin(int group_id, std::string_view name) {
+    bytes_.writeU8(name.size());
     bytes_.writeU8(group_id);
     bytes_.writeBytes(name);
     offset_place_ = bytes_.size();
     bytes_.writeU16(0);
   }
+  void type(C3dParameterType type, std::initializer_list<std::size_t> dimensions) {
+    bytes_.writeU8(static_cast<int>(type));
+    bytes_.writeU8(dimensions.size());
+    for (const std::size_t dimension : dimensions) bytes_.writeU8(dimension);
+  }
   void end() {
     bytes_.writeU8(0);  // no description
-    bytes_.patchU16(offset_place_, static_cast<std::uint16_t>(bytes_.size() - offset_place_));
+    bytes_.patchU16(offset_place_, bytes_.size() - offset_place_);
   }
 
   ByteWriter& bytes_;
   std::size_t offset_place_ = 0;
 };
 
-std::uint16_t saturated(std::size_t count) { return static_cast<std::uint16_t>(std::min<std::size_t>(count, 65535)); }
+std::size_t saturated(std::size_t count) { return std::min<std::size_t>(count, 65535); }
 
-std::vector<std::uint16_t> halves(std::size_t count) {
-  return {static_cast<std::uint16_t>(count & 0xFFFFU), static_cast<std::uint16_t>(count >> 16U)};
-}
+std::vector<std::size_t> halves(std::size_t count) { return {count & 0xFFFFU, count >> 16U}; }
 
 void refuseWhatDoesNotFit(const MotionClip& clip) {
-  MOUTHPIECE_EXPECT(static_cast<std::size_t>(clip.positions_mm.cols()) == 3 * clip.markerCount());
+  MOUTHPIECE_EXPECT(unsignedIndex(clip.positions_mm.cols()) == 3 * clip.markerCount());
   expectFrameRate(clip.frame_rate_hz, "C3D", "POINT:RATE");
   if (clip.markerCount() == 0 || clip.markerCount() > kMaxPoints) {
     throw InputError("C3D", "POINT:USED",
@@ -146,19 +122,16 @@ std::string numberedName(const std::string& parameter, std::size_t first_row) {
 void writeRows(ParameterWriter& parameters, GroupId group, const std::string& parameter,
                const std::vector<std::string>& rows) {
   for (std::size_t first = 0; first < rows.size(); first += kLabelsPerParameter) {
-    const std::size_t last = std::min(first + kLabelsPerParameter, rows.size());
-    const std::vector<std::string> part(rows.begin() + static_cast<std::ptrdiff_t>(first),
-                                        rows.begin() + static_cast<std::ptrdiff_t>(last));
-    parameters.texts(group, numberedName(parameter, first), part);
+    const std::size_t count = std::min(kLabelsPerParameter, rows.size() - first);
+    parameters.texts(group, numberedName(parameter, first), std::span(rows).subspan(first, count));
   }
 }
 
 /// Whole minutes and seconds under 60, as floats.
-std::array<float, 2> minutesAndSeconds(Seconds time) {
+std::array<double, 2> minutesAndSeconds(Seconds time) {
   const double minutes = std::floor(time / 60);
-  const auto seconds = static_cast<float>(time - 60 * minutes);
-  return seconds < 60.0F ? std::array{static_cast<float>(minutes), seconds}
-                         : std::array{static_cast<float>(minutes + 1), 0.0F};
+  const float seconds = asFloat(time - 60 * minutes);
+  return seconds < 60.0F ? std::array{minutes, double{seconds}} : std::array{minutes + 1, 0.0};
 }
 
 void refuseEventsThatDoNotFit(const std::vector<MotionEvent>& events) {
@@ -180,7 +153,7 @@ void refuseEventsThatDoNotFit(const std::vector<MotionEvent>& events) {
 
 void writeEvents(ParameterWriter& parameters, const std::vector<MotionEvent>& events) {
   parameters.group(kEventGroup, "EVENT");
-  parameters.integers(kEventGroup, "USED", {static_cast<std::uint16_t>(events.size())});
+  parameters.integers(kEventGroup, "USED", {events.size()});
   std::vector<std::string> labels, contexts;
   for (const MotionEvent& event : events) {
     labels.push_back(event.label);
@@ -189,17 +162,19 @@ void writeEvents(ParameterWriter& parameters, const std::vector<MotionEvent>& ev
   writeRows(parameters, kEventGroup, "CONTEXTS", contexts);
   writeRows(parameters, kEventGroup, "LABELS", labels);
   for (std::size_t first = 0; first < events.size(); first += kLabelsPerParameter) {
-    std::vector<std::array<float, 2>> times;
-    for (std::size_t i = first; i < std::min(first + kLabelsPerParameter, events.size()); ++i)
-      times.push_back(minutesAndSeconds(events[i].time));
-    parameters.pairs(kEventGroup, numberedName("TIMES", first), times);
+    std::vector<double> times;
+    for (std::size_t i = first; i < std::min(first + kLabelsPerParameter, events.size()); ++i) {
+      const auto [minutes, seconds] = minutesAndSeconds(events[i].time);
+      times.insert(times.end(), {minutes, seconds});
+    }
+    parameters.numbers(kEventGroup, numberedName("TIMES", first), {2, times.size() / 2}, times);
   }
 }
 
 void writeHeader(ByteWriter& bytes, const MotionClip& clip) {
   bytes.writeU8(kParameterBlock);
   bytes.writeU8(0x50);
-  bytes.writeU16(static_cast<std::uint16_t>(clip.markerCount()));
+  bytes.writeU16(clip.markerCount());
   bytes.writeU16(0);  // analog values per frame
   bytes.writeU16(1);  // first frame
   bytes.writeU16(saturated(clip.frameCount()));
@@ -207,19 +182,19 @@ void writeHeader(ByteWriter& bytes, const MotionClip& clip) {
   bytes.writeF32(kFloatScale);
   bytes.writeU16(0);  // data block, patched below
   bytes.writeU16(0);  // analog samples per frame
-  bytes.writeF32(static_cast<float>(clip.frame_rate_hz));
+  bytes.writeF32(clip.frame_rate_hz);
   bytes.padTo(kBlockBytes);
 }
 
 void writeParameters(ByteWriter& bytes, const MotionClip& clip, const std::vector<MotionEvent>& events,
-                     std::uint16_t data_block) {
+                     std::size_t data_block) {
   ParameterWriter parameters(bytes);
   parameters.group(kPointGroup, "POINT");
-  parameters.integers(kPointGroup, "USED", {static_cast<std::uint16_t>(clip.markerCount())});
+  parameters.integers(kPointGroup, "USED", {clip.markerCount()});
   parameters.integers(kPointGroup, "FRAMES", {saturated(clip.frameCount())});
   parameters.integers(kPointGroup, "DATA_START", {data_block});
-  parameters.number(kPointGroup, "SCALE", kFloatScale);
-  parameters.number(kPointGroup, "RATE", static_cast<float>(clip.frame_rate_hz));
+  parameters.numbers(kPointGroup, "SCALE", {}, {kFloatScale});
+  parameters.numbers(kPointGroup, "RATE", {}, {clip.frame_rate_hz});
   parameters.text(kPointGroup, "UNITS", "mm");
   parameters.text(kPointGroup, "X_SCREEN", "+X");
   parameters.text(kPointGroup, "Y_SCREEN", "+Y");
@@ -228,13 +203,13 @@ void writeParameters(ByteWriter& bytes, const MotionClip& clip, const std::vecto
   parameters.group(kAnalogGroup, "ANALOG");
   // No analog channel; readers look for these all the same, and compare the rate with the header's 0 samples a frame.
   parameters.integers(kAnalogGroup, "USED", {0});
-  parameters.number(kAnalogGroup, "RATE", 0.0F);
-  parameters.number(kAnalogGroup, "GEN_SCALE", 1.0F);
+  parameters.numbers(kAnalogGroup, "RATE", {}, {0.0});
+  parameters.numbers(kAnalogGroup, "GEN_SCALE", {}, {1.0});
   parameters.texts(kAnalogGroup, "LABELS", {});
   parameters.texts(kAnalogGroup, "DESCRIPTIONS", {});
   parameters.texts(kAnalogGroup, "UNITS", {});
   parameters.integers(kAnalogGroup, "OFFSET", {});
-  parameters.numbers(kAnalogGroup, "SCALE", {});
+  parameters.numbers(kAnalogGroup, "SCALE", {0}, {});
   parameters.group(kTrialGroup, "TRIAL");
   parameters.integers(kTrialGroup, "ACTUAL_START_FIELD", halves(1));
   parameters.integers(kTrialGroup, "ACTUAL_END_FIELD", halves(clip.frameCount()));
@@ -247,8 +222,8 @@ void writePositions(ByteWriter& bytes, const MotionClip& clip) {
     for (Eigen::Index column = 0; column < clip.positions_mm.cols(); column += 3) {
       const Eigen::RowVector3d position = clip.positions_mm.block<1, 3>(frame, column);
       const bool is_seen = position.allFinite();
-      for (int axis = 0; axis < 3; ++axis) bytes.writeF32(is_seen ? static_cast<float>(position[axis]) : 0.0F);
-      bytes.writeF32(is_seen ? 0.0F : -1.0F);
+      for (int axis = 0; axis < 3; ++axis) bytes.writeF32(is_seen ? position[axis] : 0.0);
+      bytes.writeF32(is_seen ? 0.0 : -1.0);
     }
   }
 }
@@ -269,7 +244,7 @@ std::string writeC3dBytes(const MotionClip& clip, const std::vector<MotionEvent>
                      fmt::format("found {} bytes of marker names; expected at most {} with all parameters",
                                  rehearsal.size(), kMaxParameterBlocks * kBlockBytes));
   }
-  const auto data_block = static_cast<std::uint16_t>(kParameterBlock + parameter_blocks);
+  const std::size_t data_block = kParameterBlock + parameter_blocks;
 
   ByteWriter bytes;
   const std::size_t data_bytes = clip.frameCount() * clip.markerCount() * 16;
@@ -278,10 +253,10 @@ std::string writeC3dBytes(const MotionClip& clip, const std::vector<MotionEvent>
   bytes.patchU16(16, data_block);
   bytes.writeU8(1);
   bytes.writeU8(0x50);
-  bytes.writeU8(static_cast<std::uint8_t>(parameter_blocks));
+  bytes.writeU8(parameter_blocks);
   bytes.writeU8(84);  // Intel
   writeParameters(bytes, clip, events, data_block);
-  bytes.padTo((data_block - 1U) * kBlockBytes);
+  bytes.padTo((data_block - 1) * kBlockBytes);
   writePositions(bytes, clip);
   bytes.padTo(roundUpToBlock(bytes.size()));
   return bytes.takeBytes();

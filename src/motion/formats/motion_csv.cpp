@@ -14,8 +14,6 @@ namespace mouthpiece {
 namespace {
 
 constexpr std::string_view kTimeColumn = "time_s";
-constexpr int kTimeDecimals = 6;
-constexpr int kPositionDecimals = 4;
 
 /// "LIP_UP_MID.x,LIP_UP_MID.y,LIP_UP_MID.z" behind the time column, for each marker.
 std::vector<std::string> readHeader(std::string_view line, std::string_view file) {
@@ -47,13 +45,6 @@ std::vector<std::string> readHeader(std::string_view line, std::string_view file
   return names;
 }
 
-void expectWritableName(const std::string& name) {
-  if (!name.empty() && name.find_first_of(",\"\n\r") == std::string::npos && trimmed(name) == name) return;
-  throw InputError(
-      "CSV", "time_s",
-      fmt::format("found marker name \"{}\"; expected no comma, quote, line end or outer blank", printable(name)));
-}
-
 }  // namespace
 
 MotionClip readMotionCsvText(std::string_view text, std::string_view name) {
@@ -81,24 +72,13 @@ MotionClip readMotionCsvText(std::string_view text, std::string_view name) {
 MotionClip readMotionCsv(const std::filesystem::path& path) { return readMotionCsvText(readFile(path), path.string()); }
 
 std::string writeMotionCsvText(const MotionClip& clip) {
-  MOUTHPIECE_EXPECT(static_cast<std::size_t>(clip.positions_mm.cols()) == 3 * clip.markerCount());
-  expectFrameRate(clip.frame_rate_hz, "CSV", "time_s");
+  expectWritableNames(clip, ",\"\n\r", "CSV", kTimeColumn);
+  expectFrameRate(clip.frame_rate_hz, "CSV", kTimeColumn);
   std::string text(kTimeColumn);
-  for (const std::string& marker : clip.marker_names) {
-    expectWritableName(marker);
-    text += fmt::format(",{0}.x,{0}.y,{0}.z", marker);
-  }
+  for (const std::string& marker : clip.marker_names) text += fmt::format(",{0}.x,{0}.y,{0}.z", marker);
   text += '\n';
   text.reserve(text.size() + clip.frameCount() * (12 + 10 * 3 * clip.markerCount()));
-  for (Eigen::Index frame = 0; frame < clip.positions_mm.rows(); ++frame) {
-    appendFixed(text, clip.timeOf(FrameIndex(static_cast<std::size_t>(frame))), kTimeDecimals);
-    for (Eigen::Index column = 0; column < clip.positions_mm.cols(); ++column) {
-      text += ',';
-      const double value = clip.positions_mm(frame, column);
-      if (std::isfinite(value)) appendFixed(text, value, kPositionDecimals);
-    }
-    text += '\n';
-  }
+  for (Eigen::Index frame = 0; frame < clip.positions_mm.rows(); ++frame) appendMotionRow(text, clip, frame, ',');
   return text;
 }
 

@@ -9,7 +9,6 @@
 #include "base/errors.h"
 #include "motion/formats/c3d_file.h"
 #include "motion/formats/motion_csv.h"
-#include "motion/formats/motion_trc.h"
 
 namespace mouthpiece {
 namespace {

@@ -66,11 +66,11 @@ void MotionRows::add(double time, std::span<const std::string_view> cells, doubl
 
 double MotionRows::rateFromTimes() const {
   if (times_.size() < 2) throw InputError(file_, "", "found fewer than two rows; expected two to tell the frame rate");
-  const double intervals = static_cast<double>(times_.size() - 1);
+  const double intervals = asReal(times_.size() - 1);
   const double length = times_.back() - times_.front();
   const double rate = intervals / length;
   for (std::size_t i = 0; i < times_.size(); ++i) {
-    const double unevenness = std::abs((times_[i] - times_.front()) * rate - static_cast<double>(i));
+    const double unevenness = std::abs((times_[i] - times_.front()) * rate - asReal(i));
     if (unevenness > kMaxUnevenness) {
       throw InputError(file_, fmt::format("row {}", i + 1),
                        fmt::format("found time {:g} s, {:.2f} frames from its place at {:g} Hz; expected even times",
@@ -85,9 +85,30 @@ MotionClip MotionRows::takeClip(std::vector<std::string> marker_names, double ra
   clip.frame_rate_hz = rate_hz > 0.0 ? rate_hz : rateFromTimes();
   expectFrameRate(clip.frame_rate_hz, file_, "");
   clip.marker_names = std::move(marker_names);
-  clip.positions_mm = Eigen::Map<const PositionMatrix>(values_.data(), static_cast<Eigen::Index>(times_.size()),
-                                                       static_cast<Eigen::Index>(column_count_));
+  clip.positions_mm = Eigen::Map<const PositionMatrix>(values_.data(), signedIndex(times_.size()),
+                                                       signedIndex(column_count_));
   return clip;
+}
+
+void appendMotionRow(std::string& text, const MotionClip& clip, Eigen::Index frame, char separator) {
+  constexpr int kTimeDecimals = 6, kPositionDecimals = 4;
+  appendFixed(text, clip.timeOf(FrameIndex(unsignedIndex(frame))), kTimeDecimals);
+  for (const double value : clip.positions_mm.row(frame)) {
+    text += separator;
+    if (std::isfinite(value)) appendFixed(text, value, kPositionDecimals);
+  }
+  text += '\n';
+}
+
+void expectWritableNames(const MotionClip& clip, std::string_view forbidden, std::string_view format,
+                         std::string_view place) {
+  MOUTHPIECE_EXPECT(unsignedIndex(clip.positions_mm.cols()) == 3 * clip.markerCount());
+  for (const std::string& name : clip.marker_names) {
+    if (!name.empty() && name.find_first_of(forbidden) == std::string::npos && trimmed(name) == name) continue;
+    throw InputError(format, place,
+                     fmt::format("found marker name \"{}\"; expected no {}, line end or outer blank",
+                                 printable(name), forbidden.starts_with(',') ? "comma, quote" : "tab"));
+  }
 }
 
 void expectDistinctNames(const std::vector<std::string>& names, std::string_view file, std::string_view place) {

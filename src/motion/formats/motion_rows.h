@@ -32,6 +32,12 @@ class MotionRows {
   std::vector<double> values_;
 };
 
+/// Appends frame `frame`: its time, and each coordinate behind a `separator`, nothing where it was not seen.
+void appendMotionRow(std::string& text, const MotionClip& clip, Eigen::Index frame, char separator);
+/// Throws InputError("FORMAT", place) for a name that is empty, has outer blanks or one of `forbidden`.
+void expectWritableNames(const MotionClip& clip, std::string_view forbidden, std::string_view format,
+                         std::string_view place);
+
 /// Throws InputError when a name comes twice or is empty.
 void expectDistinctNames(const std::vector<std::string>& names, std::string_view file, std::string_view place);
 

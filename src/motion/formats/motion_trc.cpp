@@ -1,4 +1,4 @@
-#include "motion/formats/motion_trc.h"
+#include "motion/formats/motion_csv.h"
 
 #include <fmt/format.h>
 
@@ -13,9 +13,6 @@
 
 namespace mouthpiece {
 namespace {
-
-constexpr int kTimeDecimals = 6;
-constexpr int kPositionDecimals = 4;
 
 /// What the second and third line tell by name.
 struct TrcFacts {
@@ -99,7 +96,7 @@ MotionClip readTrcText(std::string_view text, std::string_view name) {
 MotionClip readTrc(const std::filesystem::path& path) { return readTrcText(readFile(path), path.string()); }
 
 std::string writeTrcText(const MotionClip& clip, std::string_view file_name) {
-  MOUTHPIECE_EXPECT(static_cast<std::size_t>(clip.positions_mm.cols()) == 3 * clip.markerCount());
+  expectWritableNames(clip, "\t\n\r", "TRC", "4");
   expectFrameRate(clip.frame_rate_hz, "TRC", "DataRate");
   const std::string rate = fmt::format("{}", clip.frame_rate_hz);
   std::string text = fmt::format(
@@ -107,25 +104,13 @@ std::string writeTrcText(const MotionClip& clip, std::string_view file_name) {
       "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames\n"
       "{1}\t{1}\t{2}\t{3}\tmm\t{1}\t1\t{2}\nFrame#\tTime",
       printable(file_name, 200), rate, clip.frameCount(), clip.markerCount());
-  for (const std::string& marker : clip.marker_names) {
-    if (marker.empty() || marker.find_first_of("\t\n\r") != std::string::npos || trimmed(marker) != marker) {
-      throw InputError(
-          "TRC", "4",
-          fmt::format("found marker name \"{}\"; expected no tab, line end or outer blank", printable(marker)));
-    }
-    text += fmt::format("\t{}\t\t", marker);
-  }
+  for (const std::string& marker : clip.marker_names) text += fmt::format("\t{}\t\t", marker);
   text += "\n\t";
   for (std::size_t i = 1; i <= clip.markerCount(); ++i) text += fmt::format("\tX{0}\tY{0}\tZ{0}", i);
   text += "\n\n";
   for (Eigen::Index frame = 0; frame < clip.positions_mm.rows(); ++frame) {
     text += fmt::format("{}\t", frame + 1);
-    appendFixed(text, clip.timeOf(FrameIndex(static_cast<std::size_t>(frame))), kTimeDecimals);
-    for (const double value : clip.positions_mm.row(frame)) {
-      text += '\t';
-      if (std::isfinite(value)) appendFixed(text, value, kPositionDecimals);
-    }
-    text += '\n';
+    appendMotionRow(text, clip, frame, '\t');
   }
   return text;
 }

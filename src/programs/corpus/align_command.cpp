@@ -4,10 +4,11 @@
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "programs/corpus/command_support.h"
 #include "base/text_encoding.h"
-#include "phonetics/labels/textgrid.h"
 #include "hearing/alignment/forced_alignment.h"
+#include "phonetics/labels/textgrid.h"
+#include "programs/corpus/command_support.h"
+#include "programs/corpus/commands.h"
 
 namespace mouthpiece {
 namespace {

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "programs/corpus/command_support.h"
+#include "programs/corpus/commands.h"
 
 namespace mouthpiece {
 namespace {

@@ -3,6 +3,7 @@
 #include "base/errors.h"
 #include "corpus_tools/building/corpus_facts.h"
 #include "programs/corpus/command_support.h"
+#include "programs/corpus/commands.h"
 
 namespace mouthpiece {
 namespace {

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
-#include "programs/corpus/command_support.h"
+#include "corpus_tools/takes/cleaning.h"
 #include "motion/formats/motion_file.h"
+#include "programs/corpus/command_support.h"
+#include "programs/corpus/commands.h"
 
 namespace mouthpiece {
 namespace {

@@ -5,7 +5,6 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "motion/formats/c3d_file.h"
-#include "motion/formats/marker_labels.h"
 #include "motion/formats/motion_file.h"
 
 namespace mouthpiece {

@@ -1,11 +1,128 @@
-#include "programs/corpus/arkit_take.h"
-#include "programs/corpus/command_support.h"
-#include "motion/formats/landmark_track.h"
+#include <fmt/format.h>
+
+#include <vector>
+
+#include "base/errors.h"
+#include "base/files.h"
+#include "exports/arkit.h"
 #include "motion/formats/motion_file.h"
+#include "motion/position_limits.h"
 #include "phonetics/labels/label_files.h"
+#include "programs/corpus/command_support.h"
+#include "programs/corpus/commands.h"
+#include "retarget/rig/face_fit.h"
+#include "retarget/rig/marker_shapes.h"
+#include "speaker/shared_files.h"
+#include "units/file/corpus.h"
 
 namespace mouthpiece {
 namespace {
+
+namespace fs = std::filesystem;
+
+struct ArkitTakeOptions {
+  std::filesystem::path head;     ///< GLB with ARKit's shapes, or a .face that was fitted to one
+  std::filesystem::path anchors;  ///< of a GLB; empty: the anchors or landmarks file beside it
+  double frame_rate_hz = 0;       ///< 0: the file's time code
+};
+
+struct ArkitTake {
+  MotionClip motion;
+  bool left_head_out = false;  ///< the file turns the head
+};
+
+constexpr std::uint64_t kMaxHeadBytes = std::uint64_t{1} << 30U;
+constexpr std::uint64_t kMaxAnchorBytes = 64 << 20;
+constexpr std::uint64_t kMaxTrackBytes = std::uint64_t{1} << 30U;
+
+/// A head with its markers placed.
+struct PlacedHead {
+  FaceMesh mesh;  ///< upright
+  FaceShapes shapes;
+  std::vector<std::string> marker_names;
+  MarkerPositions places;  ///< mesh unit
+};
+
+FaceShapes shapesOf(std::string_view bytes, const fs::path& path, const Eigen::Matrix3d& upright_from_mesh) {
+  FaceShapes shapes = parseFaceShapes(bytes, path);
+  for (VertexPositions& moves : shapes.moves) moves = (moves * upright_from_mesh.cast<float>().transpose()).eval();
+  return shapes;
+}
+
+PlacedHead headOfFace(const fs::path& path) {
+  const FaceFile face = readFaceFile(path);
+  const fs::path mesh_path = path.parent_path() / face.mesh_file;
+  return {readMeshOf(face, path), shapesOf(readFile(mesh_path, kMaxHeadBytes), mesh_path, face.upright_from_mesh),
+          face.marker_names, face.marker_targets};
+}
+
+/// HEAD.anchors.json or HEAD.landmarks.json; else the only file with such an ending in the folder.
+fs::path anchorsBeside(const fs::path& head) {
+  std::vector<fs::path> others;
+  for (const char* ending : {".anchors.json", ".landmarks.json"}) {
+    const fs::path own = fs::path(head).replace_extension().string() + ending;
+    if (fs::exists(own)) return own;
+    std::error_code error;
+    const fs::path folder = head.has_parent_path() ? head.parent_path() : fs::path(".");
+    for (const auto& entry : fs::directory_iterator(folder, error)) {
+      if (entry.path().string().ends_with(ending)) others.push_back(entry.path());
+    }
+  }
+  if (others.size() == 1) return others.front();
+  throw InputError(head.string(), "", "has no anchors beside it; expected --anchors FILE, or a .face fitted to it");
+}
+
+/// The markers that have no anchor are placed as `retarget fit` does, by the sample corpus' actor.
+PlacedHead headOfGlb(const ArkitTakeOptions& options) {
+  const fs::path anchors_path = options.anchors.empty() ? anchorsBeside(options.head) : options.anchors;
+  Anchors anchors = parseAnchors(readFile(anchors_path, kMaxAnchorBytes), anchors_path.string());
+  anchors.metres_per_unit.reset();  // of another file of the head: a GLB tells by its size
+  const std::string bytes = readFile(options.head, kMaxHeadBytes);
+  PlacedHead head{.mesh = parseFaceMesh(bytes, options.head), .shapes = {}, .marker_names = {}, .places = {}};
+  const Corpus actor = readCorpus(findSharedFile("sample.corpus", "make it with `make`"));
+  FitRequest request;
+  request.marker_names = actor.layout.markerNames();
+  request.actor_neutral_mm = actor.neutral_pose_mm;
+  const FaceFile face = fitFace(head.mesh, anchors, anchors_path.string(), request);
+  head.shapes = shapesOf(bytes, options.head, face.upright_from_mesh);
+  head.marker_names = face.marker_names;
+  head.places = face.marker_targets;
+  return head;
+}
+
+/// Apple's weight of each of the head's shapes, frames x shapes; shapes that Apple has not rest.
+Eigen::MatrixXd weightsOf(const ArkitTrack& track, const std::vector<std::string>& shapes, const std::string& head) {
+  Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(track.weights.rows(), signedIndex(shapes.size()));
+  bool has_any = false;
+  for (std::size_t s = 0; s < shapes.size(); ++s) {
+    const int shape = arkitIndex(shapes[s]);
+    if (shape < 0) continue;
+    has_any = true;
+    weights.col(signedIndex(s)) = track.weights.col(shape).cast<double>();
+  }
+  if (has_any) return weights;
+  throw InputError(head, "",
+                   fmt::format("has {} shapes, none with an ARKit name; expected a GLB with shapes such as jawOpen and "
+                               "mouthSmile_L",
+                               shapes.size()));
+}
+
+/// Live Link Face's CSV as markers: its weights move the head's shapes, and the layout's markers ride on the head's
+/// skin. The head is still, as a corpus would make it again. Throws InputError.
+ArkitTake readArkitTake(const fs::path& csv, const MarkerLayout& layout, const ArkitTakeOptions& options) {
+  const ArkitTrack track = parseLiveLinkCsv(readFile(csv, kMaxTrackBytes), csv.string(), options.frame_rate_hz);
+  expectFrameRate(track.frame_rate_hz, csv.string(), "");
+  const PlacedHead head = options.head.extension() == ".face" ? headOfFace(options.head) : headOfGlb(options);
+  const MarkerShapes shapes = markerShapes(head.mesh, head.shapes, head.places, options.head.string());
+  const MotionClip driven{track.frame_rate_hz, head.marker_names,
+                          drivenMarkers(shapes, weightsOf(track, shapes.names, options.head.string()))};
+  for (const LayoutMarker& marker : layout.markers) {
+    if (!driven.findMarker(marker.name))
+      throw InputError(options.head.string(), marker.name,
+                       "is not on this head; expected a .face fitted with a corpus of the layout");
+  }
+  return {selectMarkers(driven, layout.markerNames()), track.turns_head};
+}
 
 struct Arguments {
   bool quiet = false;

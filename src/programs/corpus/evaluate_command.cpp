@@ -1,7 +1,8 @@
 #include "base/files.h"
-#include "programs/corpus/command_support.h"
 #include "corpus_tools/research/evaluation/evaluation.h"
 #include "corpus_tools/research/evaluation/evaluation_methods.h"
+#include "programs/corpus/command_support.h"
+#include "programs/corpus/commands.h"
 
 namespace mouthpiece {
 namespace {

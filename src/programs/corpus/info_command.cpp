@@ -1,8 +1,9 @@
 #include "corpus_tools/building/corpus_facts.h"
-#include "programs/corpus/command_support.h"
-#include "corpus_tools/report/motion_facts.h"
+#include "corpus_tools/report/corpus_report.h"
 #include "motion/formats/c3d_file.h"
 #include "motion/formats/motion_file.h"
+#include "programs/corpus/command_support.h"
+#include "programs/corpus/commands.h"
 
 namespace mouthpiece {
 namespace {

@@ -4,12 +4,12 @@
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "corpus_tools/sample/sample_sentences.h"
-#include "programs/corpus/command_support.h"
-#include "corpus_tools/report/prompt_choice.h"
-#include "corpus_tools/report/prompt_grammar.h"
 #include "base/text_encoding.h"
+#include "corpus_tools/report/prompts.h"
+#include "corpus_tools/sample/sample_corpus.h"
 #include "hearing/alignment/pronouncer.h"
+#include "programs/corpus/command_support.h"
+#include "programs/corpus/commands.h"
 
 namespace mouthpiece {
 namespace {
@@ -65,7 +65,7 @@ void writeCurve(const ChosenPrompts& chosen, const std::filesystem::path& file) 
   std::string text = "sentences,pairs,share\n";
   for (std::size_t i = 0; i < chosen.pairs.size(); ++i) {
     text += fmt::format("{},{},{:.4f}\n", i + 1, chosen.pairs[i],
-                        static_cast<double>(chosen.pairs[i]) / static_cast<double>(chosen.possible_pairs));
+                        asReal(chosen.pairs[i]) / asReal(chosen.possible_pairs));
   }
   writeFileAtomically(file, text);
 }
@@ -77,9 +77,9 @@ void noteCurve(const ChosenPrompts& chosen, bool quiet) {
   for (std::size_t step = 1; step <= 10; ++step) {
     const std::size_t count = std::max<std::size_t>(1, step * last / 10);
     if (step > 1 && count == std::max<std::size_t>(1, (step - 1) * last / 10)) continue;
-    const double share = static_cast<double>(chosen.pairs[count - 1]) / static_cast<double>(chosen.possible_pairs);
+    const double share = asReal(chosen.pairs[count - 1]) / asReal(chosen.possible_pairs);
     printNotice(fmt::format("{:6} sentences {:5} {:5.1f} % {}", count, chosen.pairs[count - 1], 100 * share,
-                            std::string(static_cast<std::size_t>(40 * share), '#')),
+                            std::string(unsignedIndex(40 * share), '#')),
                 quiet);
   }
 }

@@ -1,9 +1,10 @@
 #include <fmt/format.h>
 
 #include "base/files.h"
-#include "programs/corpus/command_support.h"
 #include "corpus_tools/report/corpus_report.h"
 #include "hearing/alignment/pronouncer.h"
+#include "programs/corpus/command_support.h"
+#include "programs/corpus/commands.h"
 
 namespace mouthpiece {
 namespace {

@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
 #include "corpus_tools/sample/sample_corpus.h"
-#include "corpus_tools/sample/sample_sentences.h"
 #include "programs/corpus/command_support.h"
+#include "programs/corpus/commands.h"
 
 namespace mouthpiece {
 namespace {

@@ -1,11 +1,12 @@
 #include <fmt/format.h>
 
 #include "base/files.h"
-#include "programs/corpus/command_support.h"
-#include "phonetics/labels/textgrid.h"
-#include "hearing/tags/hear_tags.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/lyrics.h"
+#include "hearing/tags/hear_tags.h"
+#include "phonetics/labels/textgrid.h"
+#include "programs/corpus/command_support.h"
+#include "programs/corpus/commands.h"
 
 namespace mouthpiece {
 namespace {

@@ -2,9 +2,10 @@
 
 #include <optional>
 
-#include "programs/corpus/command_support.h"
 #include "corpus_tools/research/tuning/voice_tuning.h"
 #include "corpus_tools/research/tuning/weight_tuning.h"
+#include "programs/corpus/command_support.h"
+#include "programs/corpus/commands.h"
 
 namespace mouthpiece {
 namespace {

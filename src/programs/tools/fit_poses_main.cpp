@@ -30,7 +30,7 @@ int run(const Arguments& given) {
   for (std::size_t v = 1; v < kVisemeCount; ++v) {
     printText(fmt::format("{:6} seen {:7.0f}  jaw {:6.2f} mm  lips {:5.2f} mm RMS\n",
                           visemeName(static_cast<Viseme>(v)), poses.frames_seen[v], poses.jaw_drop[v],
-                          std::sqrt(3 * poses.lips.row(static_cast<Eigen::Index>(v)).array().square().mean())));
+                          std::sqrt(3 * poses.lips.row(signedIndex(v)).array().square().mean())));
   }
   if (!given.out.empty()) writeFileAtomically(given.out, posesToJson(poses, given.credit));
   return kExitDone;

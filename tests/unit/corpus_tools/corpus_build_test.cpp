@@ -13,7 +13,7 @@
 
 #include "base/errors.h"
 #include "corpus_tools/building/corpus_builder.h"
-#include "corpus_tools/building/finished_takes.h"
+#include "corpus_tools/building/build_state.h"
 #include "support/run_program.h"
 #include "synthesis/curve_model.h"
 #include "synthetic_takes.h"

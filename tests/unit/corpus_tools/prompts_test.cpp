@@ -4,8 +4,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "corpus_tools/report/prompt_choice.h"
-#include "corpus_tools/report/prompt_grammar.h"
+#include "corpus_tools/report/prompts.h"
 
 namespace mouthpiece {
 namespace {

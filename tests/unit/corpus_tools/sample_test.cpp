@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "audio/audio_clip.h"
 #include "base/errors.h"
 #include "corpus_tools/research/models/actor_fit.h"
 #include "corpus_tools/sample/actor_model.h"
-#include "corpus_tools/sample/sample_capture.h"
-#include "corpus_tools/sample/sample_sentences.h"
+#include "corpus_tools/sample/actor_performance.h"
 #include "motion/formats/c3d_file.h"
 #include "motion/cleaning/rigid.h"
 #include "phonetics/labels/textgrid.h"
@@ -166,6 +166,34 @@ TEST(ActorModel, IsRefusedWhenItContradictsItself) {
   std::string bad = good;
   bad.replace(bad.find("\"gain\":["), 8, "\"gain\":[1,");
   EXPECT_THROW(parseActorModel(bad, "x.json"), InputError);
+}
+
+TEST(ActorModel, SurvivesWritingAndReading) {
+  const std::string once = actorModelToJson(sampleActor());
+  const ActorModel again = parseActorModel(once, "again.json");
+  EXPECT_EQ(actorModelToJson(again), once);
+  EXPECT_EQ(again.targets.size(), sampleActor().targets.size());
+  EXPECT_EQ(again.component_shapes.rows(), again.gain.size());
+}
+
+/// Whichever key is missing or of another kind, it is named.
+TEST(ActorModel, NamesTheKeyThatIsWrong) {
+  const nlohmann::json whole = nlohmann::json::parse(actorModelToJson(sampleActor()));
+  for (const auto& [key, value] : whole.items()) {
+    SCOPED_TRACE(key);
+    nlohmann::json without = whole, other = whole;
+    without.erase(key);
+    other[key] = value.is_string() ? nlohmann::json(5) : nlohmann::json("text");
+    for (const nlohmann::json& bad : {without, other}) {
+      try {
+        (void)parseActorModel(bad.dump(), "x.json");
+        ADD_FAILURE() << "was accepted";
+      } catch (const InputError& error) {
+        EXPECT_TRUE(std::string(error.what()).starts_with("x.json:" + key + (key == "closures" ? "" : ": ")))
+            << error.what();
+      }
+    }
+  }
 }
 
 TEST(ActorModel, CarriesTheCreditOfItsData) {

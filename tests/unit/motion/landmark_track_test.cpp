@@ -1,8 +1,9 @@
-#include "motion/formats/landmark_track.h"
+#include "motion/formats/motion_file.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 #include <string>
 
 #include "base/errors.h"
@@ -65,12 +66,42 @@ TEST(LandmarkTrack, NamesWhatIsWrong) {
   EXPECT_NE(errorOf("{").find("valid JSON"), std::string::npos);
   EXPECT_NE(errorOf("{}").find("holds no frames"), std::string::npos);
   EXPECT_NE(errorOf(R"({"fps":25,"frames":[[],[]]})").find("no face"), std::string::npos);
-  EXPECT_NE(errorOf(R"({"fps":25,"frames":[[[0,0,0]],[[0,0,0]]]})").find("frame 0"), std::string::npos);
+  EXPECT_NE(errorOf(R"({"fps":25,"frames":[[[0,0,0]],[[0,0,0]]]})").find("frames[0]"), std::string::npos);
   EXPECT_NE(errorOf(R"({"fps":0,"frames":[[],[]]})").find("positive"), std::string::npos);
-  EXPECT_NE(errorOf(R"({"frames":[)" + points(468, 0, false) + "," + points(468, 0, false) + "]}").find("--fps"),
+  EXPECT_NE(errorOf(R"({"frames":[)" + points(468, 0, false) + "," + points(468, 0, false) + "]}").find("frame rate"),
             std::string::npos);
   EXPECT_NE(errorOf(R"({"fps":25,"width":3,"frames":[[],[]]})").find("both"), std::string::npos);
   EXPECT_NE(errorOf(R"({"fps":1e999,"frames":[[],[]]})").find("t.json"), std::string::npos);
+}
+
+/// A track whose JSON is damaged anywhere gives a clip of finite places or an InputError.
+TEST(LandmarkTrack, DamageEndsInAClipOrAnInputError) {
+  const std::string whole = R"({"fps":25,"width":400,"height":200,"frames":[)" + points(468, 0, true) + "," +
+                            points(468, 0.01, false) + "]}";
+  std::mt19937 random(1);
+  const std::string letters = "[]{},:\"0-.x5en";
+  for (int round = 0; round < 300; ++round) {
+    std::string text = whole;
+    for (std::size_t n = 1 + random() % 3; n > 0; --n) text[random() % text.size()] = letters[random() % letters.size()];
+    if (random() % 4 == 0) text.erase(random() % text.size(), random() % 20);
+    try {
+      const MotionClip clip = parseLandmarkTrack(text, "t.json", defaultLayout());
+      EXPECT_EQ(clip.markerCount(), 66U);
+      EXPECT_FALSE(clip.positions_mm.array().isInf().any());
+    } catch (const InputError& error) {
+      EXPECT_TRUE(std::string(error.what()).starts_with("t.json")) << error.what();
+    }
+  }
+}
+
+/// Where the face is in the picture, and how large the picture is, is no part of its shape.
+TEST(LandmarkTrack, ThePicturesSizeIsNotTheFaces) {
+  const auto trackOf = [&](double size) {
+    const std::string text = R"({"fps":25,"width":)" + std::to_string(size) + R"(,"height":)" + std::to_string(size) +
+                             R"(,"frames":[)" + points(478, 0, true) + "," + points(478, 0.02, true) + "]}";
+    return parseLandmarkTrack(text, "t.json", defaultLayout()).positions_mm;
+  };
+  EXPECT_LT((trackOf(100) - trackOf(1920)).cwiseAbs().maxCoeff(), 1e-9);
 }
 
 }  // namespace

@@ -68,7 +68,7 @@ TEST(MarkerLayout, LipsAndTrianglesAreTheFiles) {
     EXPECT_EQ(layout.triangles[0][2], "RIM_LO_MID");
   }
   const std::string marker = R"({"name":"A","region":"lip","side":"M","mirror":"A")";
-  EXPECT_NE(messageOf(layoutWith(marker + R"(,"lip":"left"})")).find("upper, lower or none"), std::string::npos);
+  EXPECT_NE(messageOf(layoutWith(marker + R"(,"lip":"left"})")).find("one of none, upper, lower"), std::string::npos);
   for (const char* triangles : {"5", "[5]", R"([["A","B"]])", R"([["A","A","B"]])", R"([["A","B",3]])"}) {
     EXPECT_NE(messageOf(R"({"name":"t","markers":[)" + marker + "}],\"triangles\":" + triangles + "}"), "")
         << triangles;
@@ -84,14 +84,14 @@ TEST(MarkerLayout, NamesWhatIsWrong) {
   EXPECT_NE(messageOf(R"({"name":"t","markers":5})"), "");
   EXPECT_NE(messageOf(layoutWith("5")).find("markers[0]"), std::string::npos);
   EXPECT_NE(messageOf(layoutWith(middle + "," + middle)).find("found A twice"), std::string::npos);
-  EXPECT_NE(messageOf(layoutWith(R"({"name":"A","region":"lip","side":"Q","mirror":"A"})")).find("found side \"Q\""),
+  EXPECT_NE(messageOf(layoutWith(R"({"name":"A","region":"lip","side":"Q","mirror":"A"})")).find("side: found \"Q\"; expected one of R, M, L"),
             std::string::npos);
   EXPECT_NE(
       messageOf(layoutWith(R"({"name":"A","region":"lip","side":"M","mirror":"B"})")).find("found mirror \"B\" of A"),
       std::string::npos);
-  EXPECT_NE(messageOf(layoutWith(R"({"name":7,"region":"lip","side":"M","mirror":"A"})")).find("wrong type"),
+  EXPECT_NE(messageOf(layoutWith(R"({"name":7,"region":"lip","side":"M","mirror":"A"})")).find("markers[0].name: found 7"),
             std::string::npos);
-  EXPECT_NE(messageOf(layoutWith(R"({"region":"lip","side":"M","mirror":"A"})")).find("found no \"name\""),
+  EXPECT_NE(messageOf(layoutWith(R"({"region":"lip","side":"M","mirror":"A"})")).find("markers[0].name: is missing"),
             std::string::npos);
   EXPECT_NE(messageOf(R"({"name":"t","markers":[)" + middle + R"(],"jig":["A"]})").find("found A twice"),
             std::string::npos);

@@ -5,7 +5,6 @@
 
 #include "base/errors.h"
 #include "motion/formats/motion_csv.h"
-#include "motion/formats/motion_trc.h"
 #include "synthetic_motion.h"
 
 namespace mouthpiece {

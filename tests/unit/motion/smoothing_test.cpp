@@ -1,4 +1,4 @@
-#include "motion/cleaning/smoothing.h"
+#include "motion/cleaning/repairs.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,12 @@
-#include "corpus_tools/takes/word_matching.h"
-
 #include <algorithm>
 #include <cctype>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "corpus_tools/takes/take_files.h"
+#include "hearing/alignment/forced_alignment.h"
+#include "hearing/alignment/pronouncer.h"
 #include "phonetics/labels/labels_builder.h"
 
 namespace mouthpiece {
@@ -55,7 +56,7 @@ class WordMatcher {
 
   [[nodiscard]] bool spells(const Pronunciation& said, std::size_t phone) const {
     if (said.phones.empty() || said.phones.size() > phones_.size() - phone) return false;
-    return std::equal(said.phones.begin(), said.phones.end(), phones_.begin() + static_cast<std::ptrdiff_t>(phone));
+    return std::equal(said.phones.begin(), said.phones.end(), phones_.begin() + signedIndex(phone));
   }
 
   std::vector<Phone> phones_;
@@ -90,6 +91,31 @@ std::optional<SpeechLabels> withWords(const SpeechLabels& labels, std::string_vi
     segments.push_back(segment);
   }
   return buildSpeechLabels(std::move(segments), words, labels.duration());
+}
+
+TakeLabeller::TakeLabeller(const Lexicon& lexicon) : lexicon_(lexicon) {}
+TakeLabeller::~TakeLabeller() = default;
+
+std::unique_ptr<ForcedAligner> TakeLabeller::takeAligner() {
+  const std::scoped_lock lock(mutex_);
+  if (!pronouncer_) pronouncer_ = std::make_unique<Pronouncer>(&lexicon_);
+  if (idle_.empty()) return std::make_unique<ForcedAligner>();
+  std::unique_ptr<ForcedAligner> aligner = std::move(idle_.back());
+  idle_.pop_back();
+  return aligner;
+}
+
+TakeLabeller::Labels TakeLabeller::label(const AudioClip& audio, const std::string& text, const std::string& name) {
+  std::unique_ptr<ForcedAligner> aligner = takeAligner();
+  ForcedAlignment found = aligner->align(audio, pronouncer_->wordsOf(text), name);
+  Labels labels{std::move(found.labels), {}};
+  for (const std::size_t i : found.doubtfulWords()) {
+    const LabelledWord& word = labels.labels.words[i];
+    labels.doubtful.push_back({word.text, labels.labels.spanOf(word.phones), found.confidence[i]});
+  }
+  const std::scoped_lock lock(mutex_);
+  idle_.push_back(std::move(aligner));
+  return labels;
 }
 
 }  // namespace mouthpiece

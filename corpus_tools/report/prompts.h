@@ -2,11 +2,21 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "phonetics/language/phone.h"
 
 namespace mouthpiece {
+
+/// More sentences than this are no grammar for prompts.
+inline constexpr std::size_t kMostGrammarSentences = 200'000;
+
+/// Every sentence of a grammar (docs/formats/grammar.md): lines of "rule = words", where `a | b` is a choice, `[a]` may
+/// be left out, `( )` groups and `<rule>` stands for another rule; the first rule is the sentence, '#' starts a
+/// comment. In a fixed order, each once. Throws InputError with the line for what is no grammar, a rule that is not
+/// there or holds itself, and more than kMostGrammarSentences.
+std::vector<std::string> sentencesOfGrammar(std::string_view text, std::string_view file);
 
 /// A sentence that could be recorded, as it would be said; silence around it is not written.
 struct Prompt {

@@ -1,0 +1,257 @@
+// Laws of the repairs and of rigid fits on random motion: what they must undo, and what they must not touch.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <limits>
+#include <random>
+
+#include "motion/cleaning/repairs.h"
+#include "motion/cleaning/rigid.h"
+#include "synthetic_motion.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr unsigned kSeeds = 15;
+constexpr double kRateHz = 120;
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kExactMm = 1e-8;
+
+RigidMotion randomMotion(std::mt19937& random) {
+  std::normal_distribution<double> any(0, 1);
+  const Eigen::Quaterniond turn(any(random), any(random), any(random), any(random));
+  return {turn.normalized().toRotationMatrix(), 300 * Eigen::Vector3d(any(random), any(random), any(random))};
+}
+
+MotionClip moved(const MotionClip& clip, const RigidMotion& motion) {
+  MotionClip result = clip;
+  for (Eigen::Index frame = 0; frame < clip.positions_mm.rows(); ++frame) {
+    for (Eigen::Index column = 0; column < clip.positions_mm.cols(); column += 3) {
+      result.positions_mm.block<1, 3>(frame, column) =
+          motion.apply(clip.positions_mm.block<1, 3>(frame, column).transpose()).transpose();
+    }
+  }
+  return result;
+}
+
+void hide(MotionClip& clip, Eigen::Index marker, Eigen::Index first, Eigen::Index count) {
+  clip.positions_mm.block(first, 3 * marker, count, 3).setConstant(kNan);
+}
+
+/// Smooth motion of eight markers with gaps of 1 to 60 frames.
+MotionClip gappyClip(unsigned seed) {
+  MotionClip clip = SyntheticMotion(seed, 8).clip(kRateHz, 240);
+  std::mt19937 random(seed);
+  for (int i = 0; i < 12; ++i) {
+    const auto length = static_cast<Eigen::Index>(1 + random() % 60);
+    hide(clip, static_cast<Eigen::Index>(random() % 8), static_cast<Eigen::Index>(random() % 180), length);
+  }
+  return clip;
+}
+
+double largestDifference(const PositionMatrix& a, const PositionMatrix& b) {
+  return (a - b).array().isNaN().select(0.0, (a - b).array().abs()).maxCoeff();
+}
+
+TEST(GapLaws, GapsAreTheRunsOfUnseenFrames) {
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    SCOPED_TRACE(seed);
+    const MotionClip clip = gappyClip(seed);
+    Eigen::MatrixXi covered = Eigen::MatrixXi::Zero(clip.positions_mm.rows(), 8);
+    for (const Gap& gap : findGaps(clip)) {
+      ASSERT_LT(gap.first, gap.last);
+      covered.col(gap.marker.row()).segment(gap.first.row(), (gap.last.row() - gap.first.row())).array() += 1;
+      if (gap.first.value > 0) EXPECT_TRUE(clip.isSeen(FrameIndex(gap.first.value - 1), gap.marker));
+      if (gap.last.value < clip.frameCount()) EXPECT_TRUE(clip.isSeen(gap.last, gap.marker));
+    }
+    for (Eigen::Index frame = 0; frame < covered.rows(); ++frame) {
+      for (Eigen::Index marker = 0; marker < 8; ++marker)
+        EXPECT_EQ(covered(frame, marker), std::isnan(clip.positions_mm(frame, 3 * marker)) ? 1 : 0);
+    }
+  }
+}
+
+TEST(GapLaws, SeenSamplesStayAndAllGapsAreAccountedFor) {
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    SCOPED_TRACE(seed);
+    const MotionClip clip = gappyClip(seed);
+    const FilledMotion filled = fillShortGaps(clip);
+    EXPECT_EQ(filled.report.filled.size() + filled.report.left.size(), findGaps(clip).size());
+    EXPECT_EQ(findGaps(filled.clip).size(), filled.report.left.size());
+    for (Eigen::Index i = 0; i < clip.positions_mm.size(); ++i) {
+      if (std::isnan(clip.positions_mm.data()[i])) continue;
+      ASSERT_EQ(filled.clip.positions_mm.data()[i], clip.positions_mm.data()[i]);
+    }
+    for (const Gap& gap : filled.report.filled)
+      EXPECT_LE(static_cast<double>(gap.last.value - gap.first.value), 0.3 * kRateHz + 1e-6);
+  }
+}
+
+/// Where the room's axes point is nobody's business.
+TEST(GapLaws, FillingMovesWithTheRoom) {
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const MotionClip clip = gappyClip(seed);
+    const RigidMotion shift{Eigen::Matrix3d::Identity(), randomMotion(random).translation_mm};
+    EXPECT_LT(largestDifference(moved(fillShortGaps(clip).clip, shift).positions_mm,
+                                fillShortGaps(moved(clip, shift)).clip.positions_mm),
+              1e-4);
+  }
+}
+
+TEST(GapLaws, AStillMarkerIsFilledWhereItStands) {
+  MotionClip clip = SyntheticMotion(1, 4).clip(kRateHz, 100);
+  clip.positions_mm.middleCols<3>(6).rowwise() = Eigen::RowVector3d(10, -20, 30);
+  hide(clip, 2, 40, 12);
+  const FilledMotion filled = fillShortGaps(clip);
+  EXPECT_LT((filled.clip.positions_mm.middleCols<3>(6).rowwise() - Eigen::RowVector3d(10, -20, 30)).cwiseAbs().maxCoeff(),
+            0.01);
+}
+
+/// Swaps of far-apart markers, one after another, are all undone.
+TEST(SwapLaws, AnySequenceOfSwapsIsUndone) {
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    MotionClip truth = SyntheticMotion(seed, 6).clip(kRateHz, 200);
+    for (Eigen::Index marker = 0; marker < 6; ++marker)  // 40 mm apart at least
+      truth.positions_mm.middleCols<3>(3 * marker).col(0).array() += 250.0 * asReal(marker);
+    MotionClip swapped = truth;
+    const std::size_t count = 1 + random() % 4;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto from = static_cast<Eigen::Index>(10 + 40 * i + random() % 30);
+      const auto a = static_cast<Eigen::Index>(random() % 6), b = (a + 1 + static_cast<Eigen::Index>(random() % 5)) % 6;
+      const Eigen::Index rows = swapped.positions_mm.rows() - from;
+      const PositionMatrix kept = swapped.positions_mm.block(from, 3 * a, rows, 3);
+      swapped.positions_mm.block(from, 3 * a, rows, 3) = swapped.positions_mm.block(from, 3 * b, rows, 3).eval();
+      swapped.positions_mm.block(from, 3 * b, rows, 3) = kept;
+    }
+    const RepairedSwaps repaired = repairSwaps(swapped);
+    EXPECT_EQ(repaired.swaps.size(), count);
+    EXPECT_EQ(repaired.clip.positions_mm, truth.positions_mm);
+    EXPECT_TRUE(repairSwaps(truth).swaps.empty()) << "what is right stays";
+    EXPECT_TRUE(repairSwaps(repaired.clip).swaps.empty());
+  }
+}
+
+TEST(SpikeLaws, SpikesAreHiddenAndNothingElse) {
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    MotionClip clip = SyntheticMotion(seed, 5).clip(kRateHz, 200);
+    EXPECT_TRUE(hideSpikes(clip).spikes.empty());
+    PositionMatrix expected = clip.positions_mm;
+    for (Eigen::Index i = 0; i < 4; ++i) {
+      const auto marker = static_cast<Eigen::Index>(random() % 5);
+      const auto frame = 10 + 45 * i + static_cast<Eigen::Index>(random() % 30);
+      const auto length = static_cast<Eigen::Index>(1 + random() % 3);
+      const Eigen::RowVector3d away = 60 * Eigen::RowVector3d(1, -1, 0.5);
+      clip.positions_mm.block(frame, 3 * marker, length, 3).rowwise() += away;
+      expected.block(frame, 3 * marker, length, 3).setConstant(kNan);
+    }
+    const HiddenSpikes hidden = hideSpikes(clip);
+    EXPECT_EQ(hidden.spikes.size(), 4U);
+    ASSERT_EQ(hidden.clip.positions_mm.array().isNaN().count(), expected.array().isNaN().count());
+    EXPECT_EQ(largestDifference(hidden.clip.positions_mm, expected), 0);
+  }
+}
+
+TEST(SmoothingLaws, NoSampleMovesFurtherThanNoiseExplains) {
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    SCOPED_TRACE(seed);
+    const MotionClip clip = gappyClip(seed);
+    const SmoothedMotion smoothed = smoothMotion(clip, {0.2});
+    EXPECT_LE(largestDifference(smoothed.clip.positions_mm, clip.positions_mm), 2.5 * 0.2 + 1e-12);
+    EXPECT_EQ(findGaps(smoothed.clip).size(), findGaps(clip).size()) << "gaps stay gaps";
+    EXPECT_GE(smoothed.rms_change_mm, 0);
+  }
+}
+
+TEST(SmoothingLaws, MovesWithTheRoomAndScalesWithTheNoise) {
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    SCOPED_TRACE(seed);
+    MotionClip clip = gappyClip(seed);
+    const PositionMatrix plain = smoothMotion(clip, {0.2}).clip.positions_mm;
+    MotionClip large = clip;
+    large.positions_mm *= 4;
+    EXPECT_LT(largestDifference(smoothMotion(large, {0.8}).clip.positions_mm, 4 * plain), 1e-6);
+    clip.positions_mm.array() += 100;
+    EXPECT_LT(largestDifference(smoothMotion(clip, {0.2}).clip.positions_mm, (plain.array() + 100).matrix()), 1e-6);
+  }
+}
+
+MarkerPositions randomShape(std::mt19937& random, Eigen::Index markers) {
+  std::normal_distribution<double> any(0, 60);
+  return MarkerPositions::NullaryExpr(markers, 3, [&] { return any(random); });
+}
+
+MarkerPositions applied(const RigidMotion& motion, const MarkerPositions& shape) {
+  return (shape * motion.rotation.transpose()).rowwise() + motion.translation_mm.transpose();
+}
+
+TEST(RigidLaws, AnyRigidMotionIsRecovered) {
+  for (unsigned seed = 1; seed <= 200; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const MarkerPositions shape = randomShape(random, 3 + static_cast<Eigen::Index>(random() % 20));
+    const RigidMotion motion = randomMotion(random);
+    for (const int rounds : {0, 5}) {
+      const std::optional<RigidMotion> found = fitRigidMotion(shape, applied(motion, shape), {rounds});
+      ASSERT_TRUE(found.has_value());
+      EXPECT_LT((found->rotation - motion.rotation).norm(), 1e-9);
+      EXPECT_LT((found->translation_mm - motion.translation_mm).norm(), 1e-6);
+      EXPECT_NEAR(found->rotation.determinant(), 1, 1e-12);
+    }
+  }
+}
+
+/// A fifth of the markers slips off; the others decide.
+TEST(RigidLaws, AMinorityThatSlippedDoesNotDecide) {
+  for (unsigned seed = 1; seed <= 50; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const MarkerPositions shape = randomShape(random, 20);
+    const RigidMotion motion = randomMotion(random);
+    MarkerPositions target = applied(motion, shape);
+    for (Eigen::Index i = 0; i < 4; ++i) target.row(5 * i) += Eigen::RowVector3d(40, -25, 10 + 5.0 * asReal(i));
+    const std::optional<RigidMotion> found = fitRigidMotion(shape, target, {20});
+    ASSERT_TRUE(found.has_value());
+    EXPECT_LT((applied(*found, shape) - applied(motion, shape)).rowwise().norm().maxCoeff(), 1.0);
+  }
+}
+
+/// No rigid motion near the fitted one does better, in the sense in which it is the best.
+TEST(RigidLaws, TheFitIsTheLeastSquaresOne) {
+  for (unsigned seed = 1; seed <= 50; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const MarkerPositions shape = randomShape(random, 10);
+    const MarkerPositions target = applied(randomMotion(random), shape) + 0.05 * randomShape(random, 10);
+    const RigidMotion best = *fitRigidMotion(shape, target, {0});
+    const double least = (applied(best, shape) - target).squaredNorm();
+    for (int i = 0; i < 50; ++i) {
+      std::normal_distribution<double> any(0, 1);
+      const Eigen::AngleAxisd turn(0.01 * any(random), Eigen::Vector3d(any(random), any(random), 1).normalized());
+      const RigidMotion other{turn * best.rotation, best.translation_mm + 0.5 * Eigen::Vector3d::Random()};
+      EXPECT_GE((applied(other, shape) - target).squaredNorm(), least - kExactMm);
+    }
+  }
+}
+
+TEST(RigidLaws, MotionsFormAGroup) {
+  for (unsigned seed = 1; seed <= 50; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const RigidMotion a = randomMotion(random), b = randomMotion(random), c = randomMotion(random);
+    const Eigen::Vector3d point = 100 * Eigen::Vector3d::Random();
+    EXPECT_LT((a.after(b).apply(point) - a.apply(b.apply(point))).norm(), kExactMm);
+    EXPECT_LT((a.after(b).after(c).apply(point) - a.after(b.after(c)).apply(point)).norm(), kExactMm);
+    EXPECT_LT((a.after(a.inverse()).apply(point) - point).norm(), kExactMm);
+    EXPECT_LT((a.after(b).inverse().apply(point) - b.inverse().after(a.inverse()).apply(point)).norm(), kExactMm);
+  }
+}
+
+}  // namespace
+}  // namespace mouthpiece
