@@ -233,6 +233,12 @@ House::House(Files files) : files_(std::move(files)) {
       for (Target& target : parseTargets(path, text, breaches_of_parsing_)) targets_[target.name] = target;
     }
   }
+  for (auto& [name, target] : targets_) {  // a folder whose sources CMake finds by themselves
+    if (!target.sources.contains(listedPath(target.folder, "${sources}"))) continue;
+    for (const auto& [path, text] : files_) {
+      if (path.ends_with(".cpp") && folderOf(path) == target.folder) target.sources.insert(path);
+    }
+  }
   for (const auto& [path, text] : files_) {
     if (!path.ends_with("CMakeLists.txt")) readSource(path, text);
   }
