@@ -23,8 +23,8 @@ int main(int argc, char** argv) {
     if (result != MOUTHPIECE_OK || !has_frame) break;
     ++pulled;
     if (frame.index % 30 == 0)
-      printf("%5.2f s  %s at height %.1f mm, first vertex at %.3f\n", frame.time_s, mouthpiece_marker_name(line, 0),
-             frame.markers_mm[1], frame.vertex_count > 0 ? frame.vertices[1] : 0.0f);
+      printf("%5.2f s  %zu markers, %zu vertices, %s %.2f\n", frame.time_s, frame.marker_count, frame.vertex_count,
+             mouthpiece_arkit_name(17), frame.arkit[17]);
   }
   if (result == MOUTHPIECE_OK)
     printf("%zu of %zu frames at %.0f Hz, Mouthpiece %s\n", pulled, mouthpiece_frame_count(line),

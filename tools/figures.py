@@ -4,7 +4,7 @@
     tools/figures.py [--root DIR] [--headers]
 
 `--headers` also names the headers that one file alone includes. A header's own source (same folder, same stem) and the
-tests do not count as includers. The lines of tests/unit/WING count for the wing of that name, those of tests/property
+tests do not count as includers; those of include/ are there for others and are not looked at. The lines of tests/unit/WING count for the wing of that name, those of tests/property
 for units as well, those of tests/golden for programs as well.
 """
 import argparse
@@ -57,7 +57,7 @@ def main():
     tests = {path: text for path, text in texts.items() if path.parts[0] == "tests"}
     headers = [path for path in sources if path.suffix == ".h"]
     includers = includers_of(headers, sources)
-    lonely = [header for header in headers if len(includers[header]) == 1]
+    lonely = [header for header in headers if header.parts[0] != "include" and len(includers[header]) == 1]
     source_lines, test_lines = lines(sources.values()), lines(tests.values())
     casts = sum(text.count("static_cast") for text in sources.values())
     print(f"public headers in include/            {sum(path.parts[0] == 'include' for path in headers):6}")

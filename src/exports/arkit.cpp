@@ -174,8 +174,7 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
     }
     motion_squares += static_cast<double>(problem.motion.col(t).squaredNorm());
   }
-  const double count =
-      std::max(1.0, asReal(problem.vertices.size()) * asReal(problem.motion.cols()));
+  const double count = std::max(1.0, asReal(problem.vertices.size()) * asReal(problem.motion.cols()));
   curves.rms_error_mm = mm_per_unit * std::sqrt(squares / count);
   curves.rms_motion_mm = mm_per_unit * std::sqrt(motion_squares / count);
   return curves;

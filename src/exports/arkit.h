@@ -8,6 +8,7 @@
 #include "deform/kernel/face_animation.h"
 #include "deform/mesh/face_mesh.h"
 #include "exports/shapes/principal_shapes.h"
+#include "motion/motion_clip.h"
 
 namespace mouthpiece {
 
@@ -96,6 +97,12 @@ RowMajorMatrixF fitShapeWeights(const Eigen::MatrixXf& shapes, const Eigen::Matr
 /// when no shape has an ARKit name.
 ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes,
                      const ArkitOptions& options = {});
+
+/// ARKit's 52 weights that best reproduce marker motion: frames x 52, each in [0, 1]. What a shape does to the markers
+/// of the default layout is learnt from a head that has them all (sample_data/arkit/face66_shapes.json); markers of
+/// other names do not count. `neutral_mm`: the actor's neutral pose, in the motion's order of markers; null: the median
+/// of the frames. Throws InputError when no marker is of the default layout.
+RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions* neutral_mm);
 
 /// Live Link Face's CSV: time code, 52 weights, and head and eyes, which are zero.
 std::string liveLinkCsv(const ArkitCurves& curves);

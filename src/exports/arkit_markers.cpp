@@ -1,5 +1,3 @@
-#include "exports/arkit_markers.h"
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 

@@ -7,7 +7,6 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "exports/arkit.h"
-#include "exports/arkit_markers.h"
 #include "exports/format_bytes.h"
 #include "exports/gltf/glb.h"
 #include "motion/resample.h"

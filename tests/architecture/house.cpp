@@ -15,6 +15,9 @@ namespace fs = std::filesystem;
 using Lines = std::vector<std::string>;
 
 constexpr std::string_view kPrograms = "src/programs/";
+/// The front door: headers that every room may show, and that programs come in by.
+constexpr std::string_view kFrontDoor = "include/";
+constexpr std::string_view kBehindTheDoor = "mouthpiece::speaker";
 
 /// Libraries from outside, by how their headers begin; names that the finder may give the target.
 struct Outsider {
@@ -48,9 +51,10 @@ const std::vector<Outsider> kOutsiders{
     {"sphinxbase/", {"PkgConfig::POCKETSPHINX"}},
     {"espeak-ng/", {"PkgConfig::ESPEAK"}},
     {"flite/", {"Flite::flite"}},
+    {"dlfcn.h", {"${CMAKE_DL_LIBS}"}},
 };
 const std::set<std::string_view> kThreads{"thread", "mutex", "shared_mutex", "condition_variable", "future", "atomic"};
-const std::regex kSystemHeader(R"([a-z_]+|sys/[a-z]+\.h|(unistd|fcntl|poll|signal|spawn|malloc|immintrin|dlfcn|time)\.h)");
+const std::regex kSystemHeader(R"([a-z_]+|sys/[a-z]+\.h|(unistd|fcntl|poll|signal|spawn|malloc|immintrin|time|std[a-z]+)\.h)");
 const std::regex kHeavy(R"((CGAL/|CLI/|nlohmann/json\.hpp|OpenMesh/|sqlite3\.h|SQLiteCpp/|spdlog/|tiny_gltf\.h).*)");
 
 std::string folderOf(const std::string& path) { return fs::path(path).parent_path().string(); }
@@ -170,7 +174,7 @@ Files filesOf(const fs::path& root) {
     for (const auto& entry : fs::recursive_directory_iterator(root / top)) {
       const std::string ending = entry.path().extension().string();
       const bool is_list = entry.path().filename() == "CMakeLists.txt";
-      if (ending == ".h" || ending == ".cpp" || (is_list && std::string_view(top) != "tests")) take(entry.path());
+      if (ending == ".h" || ending == ".cpp" || (is_list && std::string_view(top) != "tests" && std::string_view(top) != "examples")) take(entry.path());
     }
   }
   return files;
@@ -179,10 +183,15 @@ Files filesOf(const fs::path& root) {
 std::vector<Target> parseTargets(const std::string& path, std::string_view text, Lines& breaches) {
   const std::string folder = folderOf(path);
   std::vector<Target> targets;
+  std::map<std::string, std::string> globbed;  // variables that hold every source of the folder
   const Lines words = wordsOf(text);
   for (std::size_t i = 0; i + 2 < words.size(); ++i) {
     const std::string& call = words[i];
     if (words[i + 1] != "(") continue;
+    if (call == "file" && words[i + 2] == "GLOB") {
+      for (std::size_t k = i + 4; k < words.size() && words[k] != ")"; ++k)
+        if (words[k].ends_with("*.cpp")) globbed["${" + words[i + 3] + "}"] = "*.cpp";
+    }
     if (call == "target_link_libraries") breaches.push_back(path + ": links by target_link_libraries, not by LINKS");
     const bool is_library = call == "mouthpiece_library", is_program = call == "mouthpiece_program";
     if (!is_library && !is_program && call != "target_sources") continue;
@@ -200,7 +209,7 @@ std::vector<Target> parseTargets(const std::string& path, std::string_view text,
       } else if (word == "PUBLIC" || word == "PRIVATE") {
         side = word;
       } else if (list == "SOURCES") {
-        found->sources.insert(listedPath(folder, word));
+        found->sources.insert(listedPath(folder, globbed.contains(word) ? globbed[word] : word));
       } else if (list == "PUBLIC_HEADERS") {
         found->headers.insert(listedPath(folder, word));
       } else if (list == "LINKS") {
@@ -222,6 +231,12 @@ House::House(Files files) : files_(std::move(files)) {
       for (std::string wing; words >> wing;) wings_.push_back(wing + "/");
     } else if (path.ends_with("CMakeLists.txt")) {
       for (Target& target : parseTargets(path, text, breaches_of_parsing_)) targets_[target.name] = target;
+    }
+  }
+  for (auto& [name, target] : targets_) {  // a folder whose sources CMake finds by themselves
+    if (!target.sources.contains(listedPath(target.folder, "${sources}"))) continue;
+    for (const auto& [path, text] : files_) {
+      if (path.ends_with(".cpp") && folderOf(path) == target.folder) target.sources.insert(path);
     }
   }
   for (const auto& [path, text] : files_) {
@@ -263,9 +278,11 @@ void House::readSource(const std::string& path, const std::string& text) {
 /// The target that lists the file; for a header of the inside: that of its source, or of its folder.
 std::string House::ownerOf(const std::string& path) const {
   const std::string source = fs::path(path).replace_extension(".cpp").string();
+  if (isUnder(path, kFrontDoor)) return std::string(kFrontDoor);
+  const std::string all = folderOf(path) + "/*.cpp";
   std::string of_folder;
   for (const auto& [name, target] : targets_) {
-    if (target.headers.contains(path) || target.sources.contains(source)) return name;
+    if (target.headers.contains(path) || target.sources.contains(source) || target.sources.contains(all)) return name;
     if (path.ends_with(".h") && target.folder == folderOf(path) && (of_folder.empty() || !target.is_program))
       of_folder = name;
   }
@@ -286,7 +303,7 @@ Lines House::unlistedFiles() const {
   for (const auto& [name, target] : targets_) {
     for (const auto* listed : {&target.sources, &target.headers}) {
       for (const std::string& path : *listed) {
-        if (path.find("${") == std::string::npos && !files_.contains(path))
+        if (path.find("${") == std::string::npos && !path.ends_with("*.cpp") && !files_.contains(path))
           lines.push_back(name + ": lists " + path + ", which is not there");
       }
     }
@@ -300,8 +317,12 @@ Lines House::headerBreaches() const {
   for (const auto& [path, source] : sources_) {
     for (const std::string& header : source.ours) {
       const std::string& owner = sources_.at(header).target;
-      if (owner == source.target) continue;
+      if (owner == source.target || owner == kFrontDoor) continue;
       included.insert(header);
+      if (source.target == kFrontDoor) {
+        lines.push_back(path + ": shows " + header + " of the inside");
+        continue;
+      }
       const auto room = targets_.find(owner);
       if (room == targets_.end() || !room->second.headers.contains(header))
         lines.push_back(path + ": includes " + header + ", which is not among " + owner + "'s PUBLIC_HEADERS");
@@ -309,8 +330,7 @@ Lines House::headerBreaches() const {
   }
   for (const auto& [name, target] : targets_) {
     for (const std::string& header : target.headers) {
-      // What is installed is there for others than us.
-      if (!included.contains(header) && !isUnder(header, "include/"))
+      if (!included.contains(header))
         lines.push_back(name + ": " + header + " is public, but no other room includes it");
     }
   }
@@ -324,7 +344,8 @@ Lines House::linkBreaches() const {
     auto& needed = (path.ends_with(".h") ? by_headers : by_sources)[source.target];
     for (const std::string& header : source.ours) {
       const std::string& owner = sources_.at(header).target;
-      if (owner != source.target) needed.insert(owner);
+      if (owner == kFrontDoor && isUnder(path, kPrograms)) needed.insert(std::string(kBehindTheDoor));
+      if (owner != source.target && owner != kFrontDoor) needed.insert(owner);
     }
     const auto own = targets_.find(source.target);
     for (const std::string& name : source.outsiders) {
@@ -360,7 +381,7 @@ std::map<std::string, std::set<std::string>> House::roomsIncludedByRooms() const
   for (const auto& [path, source] : sources_) {
     for (const std::string& header : source.ours) {
       const std::string& owner = sources_.at(header).target;
-      if (owner != source.target) graph[source.target].insert(owner);
+      if (owner != source.target && owner != kFrontDoor) graph[source.target].insert(owner);
     }
   }
   return graph;
@@ -396,8 +417,7 @@ Lines House::circles() const {
   }
   for (const auto& [path, source] : sources_) {
     for (const std::string& header : source.ours) {
-      // The front door stands before all wings and is a room of one.
-      if (isUnder(path, "include/") || isUnder(header, "include/")) continue;
+      if (isUnder(path, kFrontDoor) || isUnder(header, kFrontDoor)) continue;
       if (wingNumber(header) > wingNumber(path)) lines.push_back(path + ": includes " + header + " of a later wing");
     }
   }

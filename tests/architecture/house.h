@@ -20,7 +20,7 @@ struct Target {
   std::string name;                  ///< mouthpiece::exports_gltf; a program's own name
   std::string folder;                ///< src/exports/gltf
   bool is_program = false;           ///< its links have no PUBLIC and PRIVATE
-  std::set<std::string> sources;     ///< paths from the root
+  std::set<std::string> sources;     ///< paths from the root; "src/voices/*.cpp" stands for all of a folder
   std::set<std::string> headers;     ///< PUBLIC_HEADERS, paths from the root
   std::set<std::string> public_links, private_links;
 };

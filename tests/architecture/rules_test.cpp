@@ -71,6 +71,14 @@ TEST(Rules, ASourceThatNobodyLists) {
   expectOneBreach(House(files).unlistedFiles(), "lost.cpp");
 }
 
+TEST(Rules, AFolderMayListAllItsSources) {
+  Files files = soundHouse();
+  files["src/base/CMakeLists.txt"] = "file(GLOB all CONFIGURE_DEPENDS *.cpp)\n"
+                                     "mouthpiece_library(base PUBLIC_HEADERS text.h SOURCES ${all} LINKS PRIVATE fmt::fmt)";
+  files["src/base/more.cpp"] = "#include \"base/text.h\"\n";
+  EXPECT_EQ(allBreaches(files), Lines{});
+}
+
 TEST(Rules, AListedSourceThatIsNotThere) {
   Files files = soundHouse();
   files.erase("src/base/text.cpp");
@@ -103,6 +111,19 @@ TEST(Rules, APublicHeaderThatNobodyElseIncludes) {
   expectOneBreach(House(files).headerBreaches(), "src/motion/inner.h is public");
   files["tests/unit/motion/inner_test.cpp"] = "#include \"motion/inner.h\"\n";
   EXPECT_EQ(House(files).headerBreaches(), Lines{});
+}
+
+TEST(Rules, TheFrontDoorIsOpenToAllAndShowsNothing) {
+  Files files = soundHouse();
+  files["include/mouthpiece/errors.h"] = "#include <string>\n";
+  files["include/mouthpiece/speaker.h"] = "#include \"mouthpiece/errors.h\"\n";
+  files["src/base/text.h"] += "#include \"mouthpiece/errors.h\"\n";
+  EXPECT_EQ(allBreaches(files), Lines{});
+  files["src/programs/play/play_main.cpp"] += "#include \"mouthpiece/speaker.h\"\n";
+  expectOneBreach(House(files).linkBreaches(), "play: LINKS lack mouthpiece::speaker");
+  files = soundHouse();
+  files["include/mouthpiece/text.h"] = "#include \"base/text.h\"\n";
+  expectOneBreach(House(files).headerBreaches(), "include/mouthpiece/text.h: shows src/base/text.h of the inside");
 }
 
 TEST(Rules, ALinkTooFewOrTooMany) {

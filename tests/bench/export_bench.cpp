@@ -9,8 +9,8 @@
 #include <random>
 
 #include "base/page_data.h"
-#include "exports/gltf/glb.h"
 #include "exports/format_bytes.h"
+#include "exports/gltf/glb.h"
 
 namespace mouthpiece {
 namespace {

@@ -8,9 +8,8 @@
 
 #include "../unit/exports/talking_head.h"
 #include "base/files.h"
+#include "exports/format_bytes.h"
 #include "exports/gltf/glb.h"
-#include "exports/format_bytes.h"
-#include "exports/format_bytes.h"
 
 namespace {
 
@@ -37,10 +36,10 @@ void makeFixture(const std::filesystem::path& page_template, const std::filesyst
   const std::string glb = glbBytes(head.mesh, shapes, "talking_head");
   writeFileAtomically(folder / "face.glb", glb);
   writeFileAtomically(folder / "expected.json", expectedFrames(head).dump());
-  writeReport(folder / "report.json", head.utterance);
-  writeViewHtml(
-      folder / "view.html", readFile(page_template),
-      {head.utterance, glb, head.mesh, "talking_head", head.marker_names, head.utterance.motion.positions_mm});
+  writeFileAtomically(folder / "report.json", reportJson(head.utterance));
+  writeFileAtomically(folder / "view.html", viewHtml(readFile(page_template),
+                                                     {head.utterance, glb, head.mesh, "talking_head",
+                                                      head.marker_names, head.utterance.motion.positions_mm}));
 }
 
 }  // namespace

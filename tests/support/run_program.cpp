@@ -4,10 +4,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
+#include <thread>
 
 namespace mouthpiece::test {
 namespace fs = std::filesystem;
@@ -36,7 +38,7 @@ std::string readAll(const fs::path& path) {
 }
 
 ProgramResult runProgram(const std::string& program, const std::vector<std::string>& arguments,
-                         const fs::path& working_directory) {
+                         const fs::path& working_directory, std::optional<std::chrono::microseconds> kill_after) {
   const ScratchFolder scratch;
   const fs::path out = scratch.path() / "out";
   const fs::path err = scratch.path() / "err";
@@ -53,6 +55,10 @@ ProgramResult runProgram(const std::string& program, const std::vector<std::stri
     ::_exit(127);
   }
   int status = 0;
+  if (kill_after) {
+    std::this_thread::sleep_for(*kill_after);
+    ::kill(child, SIGKILL);
+  }
   ::waitpid(child, &status, 0);
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), readAll(out), readAll(err)};
 }

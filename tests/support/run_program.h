@@ -1,6 +1,8 @@
 #pragma once
 
+#include <chrono>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,9 +14,11 @@ struct ProgramResult {
   std::string err;
 };
 
-/// Runs build/bin/`program` with `arguments` (no shell) in `working_directory`; "" is the present one.
+/// Runs build/bin/`program` with `arguments` (no shell) in `working_directory`; "" is the present one. `kill_after`: a
+/// run that lasts longer is killed (exit code 137).
 ProgramResult runProgram(const std::string& program, const std::vector<std::string>& arguments,
-                         const std::filesystem::path& working_directory = {});
+                         const std::filesystem::path& working_directory = {},
+                         std::optional<std::chrono::microseconds> kill_after = {});
 
 /// A folder of its own for a test, removed with everything in it afterwards.
 class ScratchFolder {

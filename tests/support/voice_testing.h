@@ -3,10 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <functional>
 #include <string>
 
-#include "base/errors.h"
+#include "support/error_of.h"
 #include "voices/voice.h"
 
 namespace mouthpiece {
@@ -27,15 +26,6 @@ inline std::string wordsOf(const SpeechLabels& labels) {
     words += word.text;
   }
   return words;
-}
-
-inline std::string errorOf(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 /// Mean square of the samples in phones that are (or are not) silence.

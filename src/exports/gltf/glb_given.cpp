@@ -22,14 +22,21 @@ constexpr int kMaxNodeDepth = 64;
 class ShapeAdder {
  public:
   ShapeAdder(GlbModel& model, const std::string& file, const PrincipalShapes& shapes, const Eigen::Matrix3d& upright)
-      : model_(model), file_(file), shapes_(shapes), mesh_from_upright_(upright.transpose()) {}
+      : model_(model),
+        file_(file),
+        shapes_(shapes),
+        mesh_from_upright_(upright.transpose()),
+        columns_(unsignedIndex(shapes.rest.cols() / 3), -1) {
+    const std::vector<std::uint32_t> vertices = shapes.columnVertices();
+    for (std::size_t i = 0; i < vertices.size(); ++i) columns_[vertices[i]] = 3 * signedIndex(i);
+  }
 
   /// False when a mesh is shown twice.
   bool add() {
     if (model_.gltf.scenes.empty()) return false;
     for (const int node : at(model_.gltf.scenes, std::max(0, model_.gltf.defaultScene)).nodes)
       visit(node, Eigen::Affine3d::Identity(), 0);
-    if (first_vertex_ != shapes_.rest.cols() / 3 || is_shown_twice_ || moving_nodes_.empty()) return false;
+    if (first_vertex_ != columns_.size() || is_shown_twice_ || moving_nodes_.empty()) return false;
     model_.setSpeech(unsignedIndex(shapes_.frameCount()), shapes_.frame_rate_hz,
                      {{{shapes_.weights.data(), unsignedIndex(shapes_.weights.size())}, moving_nodes_}});
     return true;
@@ -84,9 +91,9 @@ class ShapeAdder {
       const auto [known, is_new] = targets_of.try_emplace(positions->second);
       if (is_new) {
         const std::size_t count = at(model_.gltf.accessors, positions->second).count;
-        if (count > unsignedIndex(shapes_.rest.cols() / 3 - first_vertex_)) fail("has changed since the fit");
+        if (count > columns_.size() - first_vertex_) fail("has changed since the fit");
         known->second = targets(count, node_from_upright);
-        first_vertex_ += signedIndex(count);
+        first_vertex_ += count;
       }
       primitive.targets = known->second;
       moves = true;
@@ -104,9 +111,9 @@ class ShapeAdder {
       moved.clear();
       values.clear();
       for (std::uint32_t v = 0; v < count; ++v) {
-        const Eigen::Vector3f move =
-            turn * shapes_.shapes.row(k).segment<3>(3 * (first_vertex_ + Eigen::Index{v})).transpose();
-        if (move.isZero(0)) continue;
+        const Eigen::Index column = columns_[first_vertex_ + v];
+        if (column < 0 || shapes_.shapes.row(k).segment<3>(column).isZero(0)) continue;
+        const Eigen::Vector3f move = turn * shapes_.shapes.row(k).segment<3>(column).transpose();
         moved.push_back(v);
         values.insert(values.end(), move.begin(), move.end());
       }
@@ -119,7 +126,8 @@ class ShapeAdder {
   const std::string& file_;
   const PrincipalShapes& shapes_;
   Eigen::Matrix3d mesh_from_upright_;
-  Eigen::Index first_vertex_ = 0;
+  std::vector<Eigen::Index> columns_;  ///< of each vertex' x in the shapes; -1: it rests
+  std::size_t first_vertex_ = 0;
   std::set<int> shown_;
   bool is_shown_twice_ = false;
   std::vector<int> moving_nodes_;
@@ -140,7 +148,6 @@ std::vector<int> columnsOf(const tinygltf::Mesh& mesh, const std::function<int(s
 
 std::optional<std::string> glbWithShapes(std::string_view glb, const std::string& file, const PrincipalShapes& shapes,
                                          const Eigen::Matrix3d& upright_from_mesh) {
-  MOUTHPIECE_EXPECT(shapes.vertices.empty());
   GlbModel model(glb, file);
   if (!model.hasData() || shapes.shapeCount() == 0) return std::nullopt;
   if (!ShapeAdder(model, file, shapes, upright_from_mesh).add()) return std::nullopt;

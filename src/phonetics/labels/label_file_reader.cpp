@@ -3,14 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/text_encoding.h"
+#include "base/text_numbers.h"
 #include "base/files.h"
 #include "phonetics/labels/label_entries.h"
-#include "base/text_encoding.h"
 #include "phonetics/labels/textgrid.h"
 
 namespace mouthpiece {
@@ -30,15 +30,11 @@ struct Line {
 std::vector<Line> splitLines(std::string_view text) {
   constexpr std::string_view kBlanks = " \t\r\f\v";
   std::vector<Line> lines;
-  std::size_t number = 0;
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    std::string_view rest = text.substr(0, end);
-    text.remove_prefix(std::min(end + 1, text.size()));
-    Line line{{}, ++number};
-    while (true) {
-      rest.remove_prefix(std::min(rest.find_first_not_of(kBlanks), rest.size()));
-      if (rest.empty()) break;
+  LineReader reader(text);
+  for (std::string_view rest; reader.next(rest);) {
+    Line line{{}, reader.lineNumber()};
+    for (std::size_t at = 0; (at = rest.find_first_not_of(kBlanks)) != std::string_view::npos;) {
+      rest.remove_prefix(at);
       line.fields.push_back(rest.substr(0, rest.find_first_of(kBlanks)));
       rest.remove_prefix(line.fields.back().size());
     }
@@ -48,13 +44,12 @@ std::vector<Line> splitLines(std::string_view text) {
 }
 
 double parseTime(std::string_view file, const Line& line, std::size_t field) {
-  const std::string_view word = line.fields[field];
-  double value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value)) {
-    throw InputError(file, std::to_string(line.number), fmt::format("found '{}'; expected a time", printable(word)));
+  const auto value = parseNumber(line.fields[field]);
+  if (!value || !std::isfinite(*value)) {
+    throw InputError(file, std::to_string(line.number),
+                     fmt::format("found '{}'; expected a time", printable(line.fields[field])));
   }
-  return value;
+  return *value;
 }
 
 [[noreturn]] void failFields(std::string_view file, const Line& line, std::string_view expected) {
@@ -90,14 +85,8 @@ std::vector<LabelEntry> readStartEndLines(std::string_view file, const std::vect
   return entries;
 }
 
-std::optional<double> numberOf(std::string_view word) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  return error == std::errc() && end == word.data() + word.size() ? std::optional(value) : std::nullopt;
-}
-
 bool isCtmLine(const Line& line) {
-  return line.fields.size() >= 5 && numberOf(line.fields[2]) && numberOf(line.fields[3]);
+  return line.fields.size() >= 5 && parseNumber(line.fields[2]) && parseNumber(line.fields[3]);
 }
 
 /// "name channel start duration label [confidence]", ";;" before a comment.

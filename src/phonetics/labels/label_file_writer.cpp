@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <iterator>
 #include <optional>
+#include <vector>
 
 #include "base/errors.h"
 #include "base/files.h"
@@ -26,41 +28,86 @@ std::string withoutBlanks(std::string text) {
   return text.empty() ? "take" : text;
 }
 
-/// "start end label" a line, times in whole units.
+/// A line a phone.
+std::string inLines(std::string head, const SpeechLabels& labels, const auto& line_of) {
+  for (const LabelledPhone& phone : labels.phones) head += line_of(phone.span, phoneName(phone.phone)) + "\n";
+  return head;
+}
+
+/// Times in whole units.
 std::string inUnits(const SpeechLabels& labels, double units_per_second) {
-  std::string text;
-  for (const LabelledPhone& phone : labels.phones) {
-    fmt::format_to(std::back_inserter(text), "{} {} {}\n", std::llround(phone.span.start * units_per_second),
-                   std::llround(phone.span.end * units_per_second), phoneName(phone.phone));
-  }
-  return text;
+  return inLines("", labels, [=](const TimeSpan& span, std::string_view name) {
+    return fmt::format("{} {} {}", std::llround(span.start * units_per_second),
+                       std::llround(span.end * units_per_second), name);
+  });
 }
 
 std::string espsText(const SpeechLabels& labels) {
-  std::string text = "separator ;\nnfields 1\n#\n";
-  for (const LabelledPhone& phone : labels.phones) {
-    fmt::format_to(std::back_inserter(text), "    {:.6f}  {}  {}\n", phone.span.end, kEspsColour,
-                   phoneName(phone.phone));
-  }
-  return text;
+  return inLines("separator ;\nnfields 1\n#\n", labels, [](const TimeSpan& span, std::string_view name) {
+    return fmt::format("    {:.6f}  {}  {}", span.end, kEspsColour, name);
+  });
 }
 
-std::string ctmText(const SpeechLabels& labels, const std::string& name) {
-  std::string text;
-  for (const LabelledPhone& phone : labels.phones) {
-    fmt::format_to(std::back_inserter(text), "{} 1 {:.6f} {:.6f} {}\n", name, phone.span.start, phone.span.duration(),
-                   phoneName(phone.phone));
-  }
-  return text;
+std::string ctmText(const SpeechLabels& labels, const std::string& take) {
+  return inLines("", labels, [&](const TimeSpan& span, std::string_view name) {
+    return fmt::format("{} 1 {:.6f} {:.6f} {}", take, span.start, span.duration(), name);
+  });
 }
 
 std::string secondsText(const SpeechLabels& labels) {
+  return inLines("", labels, [](const TimeSpan& span, std::string_view name) {
+    return fmt::format("{:.6f} {:.6f} {}", span.start, span.end, name);
+  });
+}
+
+struct Interval {
+  TimeSpan span;
   std::string text;
-  for (const LabelledPhone& phone : labels.phones) {
-    fmt::format_to(std::back_inserter(text), "{:.6f} {:.6f} {}\n", phone.span.start, phone.span.end,
-                   phoneName(phone.phone));
+};
+
+/// Ranges of phones with their text, empty intervals between them: Praat's tiers have no gaps.
+template <typename Items, typename TextOf>
+std::vector<Interval> intervalsOf(const SpeechLabels& labels, const Items& items, TextOf text_of) {
+  std::vector<Interval> intervals;
+  Seconds end = 0;
+  for (const auto& item : items) {
+    const TimeSpan span = labels.spanOf(item.phones);
+    if (span.start > end) intervals.push_back({{end, span.start}, ""});
+    intervals.push_back({{span.start, span.end}, text_of(item)});
+    end = span.end;
   }
-  return text;
+  if (labels.duration() > end) intervals.push_back({{end, labels.duration()}, ""});
+  return intervals;
+}
+
+std::vector<Interval> phoneIntervals(const SpeechLabels& labels) {
+  std::vector<Interval> intervals;
+  if (labels.phones.empty()) return intervals;
+  if (labels.phones.front().span.start > 0) intervals.push_back({{0, labels.phones.front().span.start}, ""});
+  for (const LabelledPhone& phone : labels.phones) {
+    intervals.push_back({phone.span, std::string(phoneName(phone.phone))});
+  }
+  return intervals;
+}
+
+std::string praatString(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"') out += '"';
+    out += c;
+  }
+  return out + "\"";
+}
+
+void appendTier(std::string& out, std::size_t number, std::string_view name, const std::vector<Interval>& intervals,
+                Seconds duration) {
+  auto to = std::back_inserter(out);
+  fmt::format_to(to, "    item [{}]:\n        class = \"IntervalTier\"\n        name = \"{}\"\n", number, name);
+  fmt::format_to(to, "        xmin = 0\n        xmax = {}\n        intervals: size = {}\n", duration, intervals.size());
+  for (std::size_t i = 0; i < intervals.size(); ++i) {
+    fmt::format_to(to, "        intervals [{}]:\n            xmin = {}\n            xmax = {}\n            text = {}\n",
+                   i + 1, intervals[i].span.start, intervals[i].span.end, praatString(intervals[i].text));
+  }
 }
 
 /// Of a long text the values alone, one a line.
@@ -98,8 +145,7 @@ std::string toUtf16(std::string_view text) {
 }
 
 std::optional<LabelFormat> formatOf(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string ending = lowerCase(path.extension().string());
   if (ending == ".textgrid") return LabelFormat::kTextGrid;
   if (ending == ".lab") return LabelFormat::kHtk;
   if (ending == ".phn") return LabelFormat::kTimit;
@@ -109,6 +155,22 @@ std::optional<LabelFormat> formatOf(const std::filesystem::path& path) {
 }
 
 }  // namespace
+
+std::string formatTextGrid(const SpeechLabels& labels) {
+  const Seconds duration = labels.duration();
+  std::string out = "File type = \"ooTextFile\"\nObject class = \"TextGrid\"\n\n";
+  fmt::format_to(std::back_inserter(out), "xmin = 0\nxmax = {}\ntiers? <exists>\nsize = 3\nitem []:\n", duration);
+  const auto text = [](const LabelledWord& word) { return word.text; };
+  const auto stress = [](const LabelledSyllable& syllable) { return std::to_string(syllable.stress); };
+  appendTier(out, 1, "words", intervalsOf(labels, labels.words, text), duration);
+  appendTier(out, 2, "phones", phoneIntervals(labels), duration);
+  appendTier(out, 3, "syllables", intervalsOf(labels, labels.syllables, stress), duration);
+  return out;
+}
+
+void writeTextGrid(const std::filesystem::path& path, const SpeechLabels& labels) {
+  writeFileAtomically(path, formatTextGrid(labels));
+}
 
 std::string formatLabels(const SpeechLabels& labels, LabelFormat format, const LabelFileOptions& options) {
   MOUTHPIECE_EXPECT(options.sample_rate_hz > 0);

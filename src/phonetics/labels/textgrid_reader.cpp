@@ -2,14 +2,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "base/errors.h"
 #include "base/index.h"
 #include "base/files.h"
-#include "phonetics/labels/label_entries.h"
 #include "base/text_encoding.h"
+#include "base/text_numbers.h"
+#include "phonetics/labels/label_entries.h"
 #include "phonetics/labels/textgrid.h"
 
 namespace mouthpiece {
@@ -26,14 +26,9 @@ class PraatTokens {
   [[nodiscard]] std::string line() const { return std::to_string(line_); }
 
   double number(std::string_view what) {
-    while (skipToWord()) {
-      if (text_[at_] == '"') fail(what, "a string");
-      const std::string_view word = takeWord();
-      double value = 0;
-      const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-      if (error == std::errc() && end == word.data() + word.size()) return value;
+    while (true) {
+      if (const auto value = parseNumber(nextWord(what))) return *value;
     }
-    fail(what, "the end of the file");
   }
 
   std::size_t count(std::string_view what) {
@@ -50,26 +45,26 @@ class PraatTokens {
     while (skipToWord()) {
       if (text_[at_] == '"') return takeString();
       const std::string_view word = takeWord();
-      double value = 0;
-      if (std::from_chars(word.data(), word.data() + word.size(), value).ptr == word.data() + word.size()) {
-        fail(what, fmt::format("the number {}", printable(word)));
-      }
+      if (parseNumber(word)) fail(what, fmt::format("the number {}", printable(word)));
     }
     fail(what, "the end of the file");
   }
 
   std::string_view flag(std::string_view what) {
-    while (skipToWord()) {
-      if (text_[at_] == '"') fail(what, "a string");
-      const std::string_view word = takeWord();
-      if (word.starts_with('<')) return word;
+    while (true) {
+      if (const std::string_view word = nextWord(what); word.starts_with('<')) return word;
     }
-    fail(what, "the end of the file");
   }
 
  private:
   [[noreturn]] void fail(std::string_view expected, std::string_view found) const {
     throw InputError(file_, line(), fmt::format("found {}; expected {}", found, expected));
+  }
+
+  std::string_view nextWord(std::string_view what) {
+    if (!skipToWord()) fail(what, "the end of the file");
+    if (text_[at_] == '"') fail(what, "a string");
+    return takeWord();
   }
 
   static bool isSpace(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }

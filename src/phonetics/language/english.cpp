@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 
 #include "base/errors.h"
 #include "base/text_encoding.h"
@@ -13,52 +12,19 @@ using enum Phone;
 
 /// Southern British and General American; r-coloured centring vowels take the vowel that the lips show. The acoustic
 /// model's phones have the names of the rows.
-constexpr std::array kInventory = {
-    LanguagePhone{kAA, "ɑ a", "A a"},
-    LanguagePhone{kAE, "æ", "{"},
-    LanguagePhone{kAH, "ʌ ə ɐ", "V @ 6"},
-    LanguagePhone{kAO, "ɔ ɒ", "O Q"},
-    LanguagePhone{kAW, "aʊ aw", "aU"},
-    LanguagePhone{kAY, "aɪ aj", "aI"},
-    LanguagePhone{kEH, "ɛ e eə ɛə", "E e e@ E@"},
-    LanguagePhone{kER, "ɜ ɝ ɚ", "3 3` @`"},
-    LanguagePhone{kEY, "eɪ ej", "eI"},
-    LanguagePhone{kIH, "ɪ ɪə ɨ", "I I@ 1"},
-    LanguagePhone{kIY, "i", "i"},
-    LanguagePhone{kOW, "oʊ ow əʊ əw o", "oU @U"},
-    LanguagePhone{kOY, "ɔɪ ɔj", "OI"},
-    LanguagePhone{kUH, "ʊ ʊə", "U U@"},
-    LanguagePhone{kUW, "u ʉ", "u"},
-    LanguagePhone{kB, "b bʲ", "b"},
-    LanguagePhone{kCH, "tʃ", "tS"},
-    LanguagePhone{kD, "d ɾ dʲ", "d 4"},
-    LanguagePhone{kDH, "ð d̪", "D"},
-    LanguagePhone{kF, "f fʲ", "f"},
-    LanguagePhone{kG, "ɡ g ɟ", "g"},
-    LanguagePhone{kHH, "h ç", "h"},
-    LanguagePhone{kJH, "dʒ", "dZ"},
-    LanguagePhone{kK, "k c", "k"},
-    LanguagePhone{kL, "l ɫ ʎ", "l 5"},
-    LanguagePhone{kM, "m mʲ ɱ", "m"},
-    LanguagePhone{kN, "n ɲ", "n"},
-    LanguagePhone{kNG, "ŋ", "N"},
-    LanguagePhone{kP, "p pʲ", "p"},
-    LanguagePhone{kR, "ɹ r ɻ", "r r\\"},
-    LanguagePhone{kS, "s", "s"},
-    LanguagePhone{kSH, "ʃ", "S"},
-    LanguagePhone{kT, "t tʲ tw", "t"},
-    LanguagePhone{kTH, "θ t̪", "T"},
-    LanguagePhone{kV, "v vʲ", "v"},
-    LanguagePhone{kW, "w ʍ", "w W"},
-    LanguagePhone{kY, "j", "j"},
-    LanguagePhone{kZ, "z", "z"},
-    LanguagePhone{kZH, "ʒ", "Z"},
-};
+constexpr LanguagePhone kInventory[] = {
+    {kAA, "ɑ a", "A a"}, {kAE, "æ", "{"}, {kAH, "ʌ ə ɐ", "V @ 6"}, {kAO, "ɔ ɒ", "O Q"}, {kAW, "aʊ aw", "aU"},
+    {kAY, "aɪ aj", "aI"}, {kEH, "ɛ e eə ɛə", "E e e@ E@"}, {kER, "ɜ ɝ ɚ", "3 3` @`"}, {kEY, "eɪ ej", "eI"},
+    {kIH, "ɪ ɪə ɨ", "I I@ 1"}, {kIY, "i", "i"}, {kOW, "oʊ ow əʊ əw o", "oU @U"}, {kOY, "ɔɪ ɔj", "OI"},
+    {kUH, "ʊ ʊə", "U U@"}, {kUW, "u ʉ", "u"}, {kB, "b bʲ", "b"}, {kCH, "tʃ", "tS"}, {kD, "d ɾ dʲ", "d 4"},
+    {kDH, "ð d̪", "D"}, {kF, "f fʲ", "f"}, {kG, "ɡ g ɟ", "g"}, {kHH, "h ç", "h"}, {kJH, "dʒ", "dZ"},
+    {kK, "k c", "k"}, {kL, "l ɫ ʎ", "l 5"}, {kM, "m mʲ ɱ", "m"}, {kN, "n ɲ", "n"}, {kNG, "ŋ", "N"},
+    {kP, "p pʲ", "p"}, {kR, "ɹ r ɻ", "r r\\"}, {kS, "s", "s"}, {kSH, "ʃ", "S"}, {kT, "t tʲ tw", "t"},
+    {kTH, "θ t̪", "T"}, {kV, "v vʲ", "v"}, {kW, "w ʍ", "w W"}, {kY, "j", "j"}, {kZ, "z", "z"}, {kZH, "ʒ", "Z"}};
 
 /// eSpeak's: button, wanted, loch, jalapeño, media, science, fire.
-constexpr std::array kVoiceSymbols = {VoiceSymbol{"ʔ", "T"},       VoiceSymbol{"ᵻ", "IH"},      VoiceSymbol{"x", "K"},
-                                      VoiceSymbol{"ʲ", "Y"},       VoiceSymbol{"iə", "IY AH"}, VoiceSymbol{"aɪə", "AY AH"},
-                                      VoiceSymbol{"aɪɚ", "AY ER"}};
+constexpr VoiceSymbol kVoiceSymbols[] = {
+    {"ʔ", "T"}, {"ᵻ", "IH"}, {"x", "K"}, {"ʲ", "Y"}, {"iə", "IY AH"}, {"aɪə", "AY AH"}, {"aɪɚ", "AY ER"}};
 
 constexpr bool isOneOf(Phone phone, std::initializer_list<Phone> set) {
   return std::find(set.begin(), set.end(), phone) != set.end();
@@ -95,20 +61,12 @@ bool isLegalEnglishOnset(std::span<const Phone> consonants) {
   }
 }
 
-constexpr std::array kSigns = {
-    SpelledSign{'%', " percent "},   SpelledSign{'&', " and "},
-    SpelledSign{'+', " plus "},      SpelledSign{'=', " equals "},
-    SpelledSign{'@', " at "},        SpelledSign{0xA7, " section "},
-    SpelledSign{0xB0, " degrees "},  SpelledSign{0xB1, " plus or minus "},
-    SpelledSign{0xB2, " squared "},  SpelledSign{0xB3, " cubed "},
-    SpelledSign{0xB5, " micro "},    SpelledSign{0xBC, " one quarter "},
-    SpelledSign{0xBD, " one half "}, SpelledSign{0xBE, " three quarters "},
-    SpelledSign{0xD7, " times "},    SpelledSign{0xF7, " divided by "},
-    SpelledSign{0xA2, " cents "},    SpelledSign{0xA3, " pounds "},
-    SpelledSign{0xA5, " yen "},      SpelledSign{0x20AC, " euros "},
-    SpelledSign{0x20B9, " rupees "}, SpelledSign{0x20BD, " roubles "},
-    SpelledSign{0x2116, " number "},
-};
+constexpr SpelledSign kSigns[] = {
+    {'%', " percent "}, {'&', " and "}, {'+', " plus "}, {'=', " equals "}, {'@', " at "}, {0xA7, " section "},
+    {0xB0, " degrees "}, {0xB1, " plus or minus "}, {0xB2, " squared "}, {0xB3, " cubed "}, {0xB5, " micro "},
+    {0xBC, " one quarter "}, {0xBD, " one half "}, {0xBE, " three quarters "}, {0xD7, " times "},
+    {0xF7, " divided by "}, {0xA2, " cents "}, {0xA3, " pounds "}, {0xA5, " yen "}, {0x20AC, " euros "},
+    {0x20B9, " rupees "}, {0x20BD, " roubles "}, {0x2116, " number "}};
 
 /// From Flite's dictionary, or its letter-to-sound rules.
 Pronunciation pronounceEnglish(std::string_view word) {

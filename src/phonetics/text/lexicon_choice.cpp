@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "base/index.h"
+
 namespace mouthpiece {
 namespace {
 
@@ -13,6 +15,8 @@ namespace {
 constexpr int kRounds = 3;
 /// Of two ways with as many missing pairs the earlier in the lexicon is taken.
 constexpr double kLaterWay = 1e-3;
+/// Than the one that a word was settled to before.
+constexpr double kOtherWay = 1e6;
 
 struct LineWord {
   std::string text;
@@ -46,13 +50,20 @@ std::vector<LineWord> wordsOf(std::string_view line) {
   return words;
 }
 
+/// The ways to say a word of the line: the lexicon's, or one without phones where it lacks the word.
+using Ways = std::vector<Pronunciation>;
+
 class LineChooser {
  public:
   LineChooser(const Lexicon& lexicon, const std::vector<LineWord>& words, const PhonePairs& pairs)
-      : lexicon_(lexicon), words_(words), pairs_(pairs) {}
+      : words_(words), pairs_(pairs) {
+    for (const LineWord& word : words) {
+      const Ways& known = lexicon.find(word.text);
+      ways_.push_back(known.empty() ? Ways(1) : known);
+    }
+  }
 
-  /// The way of each word of the line that the lexicon has, by the word; words that come again are fixed round by
-  /// round.
+  /// The way of each word; words that come again are fixed round by round.
   std::map<std::string, std::size_t> choose() {
     std::map<std::string, std::size_t> chosen;
     for (int round = 0; round < kRounds; ++round) {
@@ -66,13 +77,7 @@ class LineChooser {
   }
 
  private:
-  [[nodiscard]] const std::vector<Pronunciation>& waysOf(std::size_t word) const {
-    return lexicon_.find(words_[word].text);
-  }
-
-  [[nodiscard]] double missing(Phone first, Phone second) const {
-    return pairs_.has(first, second) ? 0.0 : 1.0;
-  }
+  [[nodiscard]] double missing(Phone first, Phone second) const { return pairs_.has(first, second) ? 0.0 : 1.0; }
 
   [[nodiscard]] double insideCost(const Pronunciation& way, std::size_t rank) const {
     double cost = kLaterWay * asReal(rank);
@@ -80,58 +85,52 @@ class LineChooser {
     return cost;
   }
 
-  /// Between the last phone of the word before (sil: the line's start) and the first of `word`.
-  [[nodiscard]] double stepCost(Phone before, const Pronunciation& way, bool pause) const {
-    if (!pause) return missing(before, way.phones.front());
-    return (before == Phone::kSil ? 0.0 : missing(before, Phone::kSil)) + missing(Phone::kSil, way.phones.front());
+  /// What comes between the phones of two words, silence at a pause; nothing is judged beside an unknown word.
+  [[nodiscard]] double joinCost(const std::vector<Phone>& before, const std::vector<Phone>& after, bool pause) const {
+    if (before.empty() || after.empty()) return 0;
+    if (!pause) return missing(before.back(), after.front());
+    return missing(before.back(), Phone::kSil) + missing(Phone::kSil, after.front());
   }
 
-  /// Viterbi over the words' ways.
+  /// Viterbi over the words' ways, from the silence before the line to the one after it.
   [[nodiscard]] std::vector<std::size_t> cheapestWays(const std::map<std::string, std::size_t>& fixed) const {
     struct Node {
-      double cost = 0;
+      double cost = std::numeric_limits<double>::infinity();
       std::size_t from = 0;
     };
-    std::vector<std::vector<Node>> nodes(words_.size());
-    for (std::size_t w = 0; w < words_.size(); ++w) {
-      const auto& ways = waysOf(w);
-      nodes[w].resize(std::max<std::size_t>(1, ways.size()));
-      for (std::size_t v = 0; v < nodes[w].size(); ++v) {
-        Node& node = nodes[w][v];
-        const auto held = fixed.find(words_[w].text);
-        const bool is_other = held != fixed.end() && held->second != v;
-        node.cost = std::numeric_limits<double>::infinity();
-        for (std::size_t u = 0; u < (w == 0 ? 1 : nodes[w - 1].size()); ++u) {
-          double cost = w == 0 ? 0.0 : nodes[w - 1][u].cost;
-          if (!ways.empty()) {
-            const bool before_known = w > 0 && !waysOf(w - 1).empty();
-            if (w == 0) cost += stepCost(Phone::kSil, ways[v], true);
-            if (before_known) cost += stepCost(waysOf(w - 1)[u].phones.back(), ways[v], words_[w].pause_before);
-          }
-          if (cost < node.cost) node = {cost, u};
-        }
-        if (!ways.empty()) node.cost += insideCost(ways[v], v);
-        if (w + 1 == words_.size() && !ways.empty()) node.cost += missing(ways[v].phones.back(), Phone::kSil);
-        if (is_other) node.cost += 1e6;
+    const std::vector<Phone> silence{Phone::kSil};
+    const auto cheapestInto = [&](const std::vector<Node>& before, std::size_t word, const std::vector<Phone>& after,
+                                  bool pause) {
+      Node node;
+      for (std::size_t way = 0; way < before.size(); ++way) {
+        const double cost = before[way].cost + joinCost(ways_[word][way].phones, after, pause);
+        if (cost < node.cost) node = {cost, way};
       }
+      return node;
+    };
+    std::vector<std::vector<Node>> nodes;
+    for (std::size_t w = 0; w < words_.size(); ++w) {
+      std::vector<Node> here;
+      const auto held = fixed.find(words_[w].text);
+      for (std::size_t way = 0; way < ways_[w].size(); ++way) {
+        const Pronunciation& said = ways_[w][way];
+        Node node = w == 0 ? Node{joinCost(silence, said.phones, false)}
+                           : cheapestInto(nodes.back(), w - 1, said.phones, words_[w].pause_before);
+        node.cost += insideCost(said, way) + (held != fixed.end() && held->second != way ? kOtherWay : 0);
+        here.push_back(node);
+      }
+      nodes.push_back(std::move(here));
     }
     std::vector<std::size_t> chosen(words_.size(), 0);
     if (words_.empty()) return chosen;
-    const auto& last = nodes.back();
-    std::size_t way = 0;
-    for (std::size_t v = 1; v < last.size(); ++v) {
-      if (last[v].cost < last[way].cost) way = v;
-    }
-    for (std::size_t w = words_.size(); w-- > 0;) {
-      chosen[w] = way;
-      way = nodes[w][way].from;
-    }
+    chosen.back() = cheapestInto(nodes.back(), words_.size() - 1, silence, false).from;
+    for (std::size_t w = words_.size(); w-- > 1;) chosen[w - 1] = nodes[w][chosen[w]].from;
     return chosen;
   }
 
-  const Lexicon& lexicon_;
   const std::vector<LineWord>& words_;
   const PhonePairs& pairs_;
+  std::vector<Ways> ways_;
 };
 
 }  // namespace

@@ -62,13 +62,10 @@ std::string_view plainLatinLetters(char32_t code_point) {
 }
 
 /// Written alike in every language.
-constexpr std::array kPlainSigns = {
-    SpelledSign{0x2010, "-"},    SpelledSign{0x2011, "-"},  SpelledSign{0x2012, "-"},  SpelledSign{0x2013, "-"},
-    SpelledSign{0x2014, ", "},   SpelledSign{0x2015, ", "}, SpelledSign{0x2018, "'"},  SpelledSign{0x2019, "'"},
-    SpelledSign{0x201A, "'"},    SpelledSign{0x201B, "'"},  SpelledSign{0x02BC, "'"},  SpelledSign{0x2032, "'"},
-    SpelledSign{0x201C, "\""},   SpelledSign{0x201D, "\""}, SpelledSign{0x201E, "\""}, SpelledSign{0x2026, "..."},
-    SpelledSign{0x2212, "-"},    SpelledSign{0x3002, ". "},
-};
+constexpr SpelledSign kPlainSigns[] = {
+    {0x2010, "-"}, {0x2011, "-"}, {0x2012, "-"}, {0x2013, "-"}, {0x2014, ", "}, {0x2015, ", "}, {0x2018, "'"},
+    {0x2019, "'"}, {0x201A, "'"}, {0x201B, "'"}, {0x02BC, "'"}, {0x2032, "'"}, {0x201C, "\""}, {0x201D, "\""},
+    {0x201E, "\""}, {0x2026, "..."}, {0x2212, "-"}, {0x3002, ". "}};
 
 std::string_view spelledIn(std::span<const SpelledSign> signs, char32_t c) {
   const auto found = std::find_if(signs.begin(), signs.end(), [&](const SpelledSign& sign) { return sign.sign == c; });

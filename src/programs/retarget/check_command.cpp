@@ -153,11 +153,11 @@ ClosureCheck checkClosures(const FaceRig& rig, const ControlMesh& control_mesh, 
     for (const std::size_t frame : closed) {
       const LipContact contact = contactAt(frame);
       gaps.push_back(mm * contact.gap);
-      check.touching += mm * contact.gap <= kTouchMm ? 1 : 0;
+      check.touching += mm * contact.gap <= kTouchMm ? 1U : 0U;
       check.overlap_mm = std::max(check.overlap_mm, mm * contact.overlap);
       check.in_teeth_mm = std::max(check.in_teeth_mm, mm * contact.in_teeth);
     }
-    for (const std::size_t frame : open) check.others_touching += mm * contactAt(frame).gap <= kTouchMm ? 1 : 0;
+    for (const std::size_t frame : open) check.others_touching += mm * contactAt(frame).gap <= kTouchMm ? 1U : 0U;
     check.others += open.size();
   }
   checkEdges(rig, control_mesh, corpus, actor, check);

@@ -1,5 +1,7 @@
 #include "base/child_process.h"
 
+#include <gtest/gtest.h>
+
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -8,7 +10,7 @@
 #include <thread>
 
 #include "base/files.h"
-#include "support/voice_testing.h"
+#include "support/error_of.h"
 
 namespace mouthpiece {
 namespace {

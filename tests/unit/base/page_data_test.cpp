@@ -34,5 +34,10 @@ TEST(Base64, TakesEveryByteAndAppends) {
   EXPECT_TRUE(text.ends_with("+fr7/P3+/w=="));
 }
 
+TEST(ScriptSafe, NothingEndsTheScriptAndAllReadsBack) {
+  EXPECT_EQ(scriptSafe("{\"a\": [1, 2.5]}"), "{\"a\": [1, 2.5]}");
+  EXPECT_EQ(scriptSafe("\"</script><!-- & -->\""), "\"\\u003c/script\\u003e\\u003c!-- \\u0026 --\\u003e\"");
+}
+
 }  // namespace
 }  // namespace mouthpiece

@@ -8,11 +8,12 @@
 #include <random>
 
 #include "base/errors.h"
-#include "exports/gltf/glb_chunks.h"
-#include "exports/gltf/glb.h"
+#include "support/glb_file.h"
 
 namespace mouthpiece {
 namespace {
+
+using test::GlbFile;
 
 constexpr float kWithin = 1e-6F;  ///< metres; floats through one rotation
 
@@ -66,13 +67,13 @@ TEST(GivenGlb, GetsTheShapesAndKeepsTheRest) {
     const VertexPositions wanted = Eigen::Map<const VertexPositions>(row.data(), 6, 3) * upright.cast<float>();
     EXPECT_LT((read.moves[k] - wanted).cwiseAbs().maxCoeff(), kWithin) << k;
   }
-  const nlohmann::json root = glbChunks(*made, "head.glb").root;
+  const nlohmann::json root = GlbFile(*made).root;
   ASSERT_EQ(root["animations"].size(), 1U);
   EXPECT_EQ(root["accessors"][root["animations"][0]["samplers"][0]["output"].get<std::size_t>()]["count"], 12);
 }
 
 TEST(GivenGlb, IsLeftAloneWhenAMeshIsShownTwice) {
-  GlbChunks chunks = glbChunks(givenGlb(), "head.glb");
+  GlbFile chunks(givenGlb());
   chunks.root["nodes"].push_back({{"mesh", 0}, {"translation", {3, 0, 0}}});
   chunks.root["scenes"][0]["nodes"] = {0, 1};
   const std::string twice = chunks.toBytes();
@@ -83,7 +84,7 @@ TEST(GivenGlb, IsLeftAloneWhenAMeshIsShownTwice) {
 TEST(GivenGlb, DamagedFieldsAreRefused) {
   const PrincipalShapes shapes = shapesFor(parseFaceMesh(givenGlb(), "head.glb"));
   for (const char* pointer : {"/scene", "/scenes/0/nodes/0", "/nodes/0/mesh"}) {
-    GlbChunks chunks = glbChunks(givenGlb(), "head.glb");
+    GlbFile chunks(givenGlb());
     chunks.root[nlohmann::json::json_pointer(pointer)] = 77;
     EXPECT_THROW((void)glbWithShapes(chunks.toBytes(), "head.glb", shapes, Eigen::Matrix3d::Identity()), InputError)
         << pointer;

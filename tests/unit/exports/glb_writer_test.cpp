@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <map>
 
-#include "base/files.h"
-#include "glb_file.h"
+#include "support/glb_file.h"
 #include "talking_head.h"
 
 namespace mouthpiece {
 namespace {
 
-using testing::GlbFile;
+using test::GlbFile;
 using testing::makeTalkingHead;
 using testing::TalkingHead;
 
@@ -141,14 +140,6 @@ TEST(Glb, NamesThatAreNoUtf8DoNotBreakTheFile) {
   TalkingHead head = makeTalkingHead({.frames = 4, .rings = 3, .segments = 5});
   head.mesh.parts[0].name = "skin\"\xFF\n";
   EXPECT_NO_THROW(glbOf(head));
-}
-
-TEST(Glb, IsWrittenToTheFile) {
-  const TalkingHead head = makeTalkingHead({.frames = 4, .rings = 3, .segments = 5});
-  const auto shapes = principalShapes(head.animation, head.mesh.vertices, 0.001);
-  const auto path = std::filesystem::path(::testing::TempDir()) / "glb_writer" / "face.glb";
-  writeGlb(path, head.mesh, shapes, "egg");
-  EXPECT_EQ(readFile(path), glbBytes(head.mesh, shapes, "egg"));
 }
 
 }  // namespace

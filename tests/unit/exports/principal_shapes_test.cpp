@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "base/errors.h"
-#include "exports/shapes/principal_shapes.h"
 #include "exports/shapes/trajectories.h"
 #include "talking_head.h"
 

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
+#include <cctype>
+#include <iterator>
 #include <set>
 #include <sstream>
 
@@ -11,6 +14,7 @@
 #include "phonetics/labels/textgrid.h"
 #include "phonetics/text/lexicon.h"
 #include "phonetics/text/speakable_text.h"
+#include "support/error_of.h"
 #include "support/made_up_language.h"
 
 namespace mouthpiece {
@@ -19,15 +23,6 @@ namespace {
 std::vector<std::string> words(std::string_view list) {
   std::istringstream stream{std::string(list)};
   return {std::istream_iterator<std::string>(stream), {}};
-}
-
-std::string errorOf(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 class EveryLanguage : public testing::TestWithParam<const Language*> {};

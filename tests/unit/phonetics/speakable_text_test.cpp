@@ -1,7 +1,15 @@
 #include "phonetics/text/speakable_text.h"
 
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <iterator>
+#include <random>
+#include <sstream>
+
 #include "base/text_encoding.h"
-#include "support/voice_testing.h"
+#include "support/error_of.h"
 
 namespace mouthpiece {
 namespace {

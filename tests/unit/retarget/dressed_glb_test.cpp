@@ -11,11 +11,11 @@
 
 #include "base/files.h"
 #include "deform/kernel/welding.h"
-#include "exports/gltf/glb_chunks.h"
 #include "exports/gltf/glb.h"
 #include "motion/formats/motion_file.h"
 #include "retarget/rig/face_rig.h"
 #include "support/allocations.h"
+#include "support/glb_file.h"
 #include "support/run_program.h"
 #include "test_face.h"
 
@@ -24,6 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using test::GlbFile;
 using test::runProgram;
 
 /// Two by two pixels.
@@ -34,7 +35,7 @@ constexpr std::array<unsigned char, 76> kPng{
     0xee, 0x07, 0x61, 0x16, 0xaf, 0xe5, 0x32, 0x00, 0x00, 0x00, 0x00, 0x49, 0x45, 0x4e, 0x44, 0xae, 0x42, 0x60, 0x82};
 
 /// A new bufferView over `bytes`, at the end of the first buffer.
-std::size_t addView(GlbChunks& glb, std::string_view bytes) {
+std::size_t addView(GlbFile& glb, std::string_view bytes) {
   glb.binary.resize((glb.binary.size() + 3) / 4 * 4, '\0');
   glb.root["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", glb.binary.size()}, {"byteLength", bytes.size()}});
   glb.binary += bytes;
@@ -44,7 +45,7 @@ std::size_t addView(GlbChunks& glb, std::string_view bytes) {
 }
 
 template <typename T>
-std::size_t addAccessor(GlbChunks& glb, const std::vector<T>& values, const char* type, int component,
+std::size_t addAccessor(GlbFile& glb, const std::vector<T>& values, const char* type, int component,
                         std::size_t count) {
   const auto* bytes = reinterpret_cast<const char*>(values.data());
   const std::size_t view = addView(glb, {bytes, values.size() * sizeof(T)});
@@ -55,17 +56,17 @@ std::size_t addAccessor(GlbChunks& glb, const std::vector<T>& values, const char
   return glb.root["accessors"].size() - 1;
 }
 
-std::string_view viewBytes(const GlbChunks& glb, std::size_t view) {
+std::string_view viewBytes(const GlbFile& glb, std::size_t view) {
   const json& found = glb.root["bufferViews"][view];
   return std::string_view(glb.binary).substr(found.value("byteOffset", std::size_t{0}), found["byteLength"]);
 }
 
-std::string_view accessorBytes(const GlbChunks& glb, const json& accessor) {
+std::string_view accessorBytes(const GlbFile& glb, const json& accessor) {
   return viewBytes(glb, glb.root["accessors"][accessor.get<std::size_t>()]["bufferView"]);
 }
 
 /// Two joints that share the vertices of each primitive.
-void addSkin(GlbChunks& glb) {
+void addSkin(GlbFile& glb) {
   for (json& primitive : glb.root["meshes"][0]["primitives"]) {
     const json& positions = glb.root["accessors"][primitive["attributes"]["POSITION"].get<std::size_t>()];
     const std::size_t count = positions["count"];
@@ -100,7 +101,7 @@ std::string dressedGlb() {
   none.rest = Eigen::Map<const Eigen::RowVectorXf>(mesh.vertices.data(), mesh.vertices.size());
   none.shapes.resize(0, mesh.vertices.size());
   none.weights.resize(2, 0);
-  GlbChunks glb = glbChunks(glbBytes(mesh, none, "head"), "head.glb");
+  GlbFile glb(glbBytes(mesh, none, "head"));
   const std::size_t image = addView(glb, {reinterpret_cast<const char*>(kPng.data()), kPng.size()});
   glb.root["images"] = json::array({{{"bufferView", image}, {"mimeType", "image/png"}, {"name", "skin colour"}}});
   glb.root["textures"] = json::array({{{"source", 0}}});
@@ -150,7 +151,7 @@ TEST(DressedGlb, ComesOutWholeAndTalking) {
        "--quiet"});
 
   const std::string given_bytes = readFile(given), talking_bytes = readFile(talking);
-  const GlbChunks before = glbChunks(given_bytes, "head.glb"), after = glbChunks(talking_bytes, "talk.glb");
+  const GlbFile before(given_bytes), after(talking_bytes);
   for (const char* list : {"materials", "textures", "skins", "nodes", "scenes"})
     EXPECT_EQ(after.root[list], before.root[list]) << list;
   ASSERT_EQ(after.root["images"].size(), 1U);

@@ -49,7 +49,7 @@ TEST_F(Front, ALineHasSoundLabelsAndMotionOnOneClock) {
   EXPECT_EQ(line.text(), "the time is now");
   EXPECT_FALSE(line.hasFace());
   EXPECT_EQ(line.labels().words.size(), 4U);
-  EXPECT_EQ(line.labels().phones.front().phone, "SIL");
+  EXPECT_EQ(line.labels().phones.front().phone, "sil");
   for (std::size_t i = 1; i < line.labels().phones.size(); ++i)
     EXPECT_DOUBLE_EQ(line.labels().phones[i].span.start, line.labels().phones[i - 1].span.end);
   EXPECT_EQ(line.motion().frameCount(), line.frameCount());

@@ -7,9 +7,10 @@
 #include <string>
 #include <vector>
 
-namespace mouthpiece::testing {
+namespace mouthpiece::test {
 
-/// Just enough of a GLB reader to check ours by another route: accessors as plain numbers, sparse ones filled in.
+/// Just enough of a GLB reader and writer to check ours by another route: the chunks, accessors as plain numbers with
+/// sparse ones filled in.
 class GlbFile {
  public:
   explicit GlbFile(const std::string& glb) {
@@ -22,10 +23,28 @@ class GlbFile {
     if (glb.substr(bin + 4, 4) != std::string("BIN\0", 4) || bin + 8 + word(glb, bin) != glb.size()) {
       throw std::runtime_error("BIN chunk");
     }
-    bytes_ = glb.substr(bin + 8);
+    binary = glb.substr(bin + 8);
   }
 
   nlohmann::json root;
+  std::string binary;
+
+  /// The file again, of what root and binary now are.
+  [[nodiscard]] std::string toBytes() const {
+    std::string json = root.dump(), padded = binary;
+    json.append((4 - json.size() % 4) % 4, ' ');
+    padded.append((4 - padded.size() % 4) % 4, '\0');
+    std::string glb = "glTF";
+    const auto append = [&](std::size_t word) {
+      for (unsigned shift = 0; shift < 32; shift += 8) glb.push_back(static_cast<char>(word >> shift));
+    };
+    append(2);
+    append(28 + json.size() + padded.size());
+    append(json.size());
+    glb += "JSON" + json;
+    append(padded.size());
+    return glb + std::string("BIN\0", 4) + padded;
+  }
 
   [[nodiscard]] std::vector<double> accessor(std::size_t index) const {
     const auto& accessor = root["accessors"].at(index);
@@ -61,8 +80,8 @@ class GlbFile {
   template <typename T>
   [[nodiscard]] std::vector<double> read(std::size_t offset, std::size_t count) const {
     std::vector<T> values(count);
-    if (offset + count * sizeof(T) > bytes_.size()) throw std::runtime_error("view beyond the buffer");
-    std::memcpy(values.data(), bytes_.data() + offset, count * sizeof(T));
+    if (offset + count * sizeof(T) > binary.size()) throw std::runtime_error("view beyond the buffer");
+    std::memcpy(values.data(), binary.data() + offset, count * sizeof(T));
     return {values.begin(), values.end()};
   }
 
@@ -81,8 +100,6 @@ class GlbFile {
         throw std::runtime_error("component type");
     }
   }
-
-  std::string bytes_;
 };
 
-}  // namespace mouthpiece::testing
+}  // namespace mouthpiece::test

@@ -1,0 +1,216 @@
+// Laws of the decoder, of what it hears and of the words it is given.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numeric>
+#include <random>
+
+#include "hearing/alignment/lyrics.h"
+#include "hearing/alignment/phone_decoder.h"
+#include "hearing/alignment/pronouncer.h"
+#include "phonetics/text/speakable_text.h"
+#include "voices/voice.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr unsigned kSeed = 20261122;
+constexpr Seconds kStep = 0.010;
+
+std::vector<std::int16_t> samplesOf(const AudioClip& audio) {
+  const AudioClip heard = resampleAudio(audio, kDecoderSampleRateHz);
+  std::vector<std::int16_t> samples;
+  for (const float sample : heard.samples)
+    samples.push_back(static_cast<std::int16_t>(std::clamp(std::lrint(32767.0F * sample), -32767L, 32767L)));
+  return samples;
+}
+
+class DecoderLaws : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    line_ = new SpokenLine(makeVoice("flite:rms")->speak("a rod is used to catch pink salmon"));
+    samples_ = new std::vector<std::int16_t>(samplesOf(line_->audio));
+  }
+  static void TearDownTestSuite() {
+    delete line_;
+    delete samples_;
+  }
+
+  static WordWays waysOf(const std::vector<TranscriptWord>& words) {
+    WordWays all;
+    for (const TranscriptWord& word : words) {
+      all.emplace_back();
+      for (const Pronunciation& way : word.ways) all.back().push_back(way.phones);
+    }
+    return all;
+  }
+
+  static void expectWhole(const std::vector<DecodedPhone>& decoded, const WordWays& words) {
+    std::vector<std::vector<Phone>> said;
+    Seconds end = 0;
+    for (const DecodedPhone& phone : decoded) {
+      EXPECT_NEAR(phone.span.start, end, 1e-9) << "without gaps";
+      EXPECT_GT(phone.span.duration(), 0);
+      EXPECT_LE(phone.score, 0) << "none is likelier than the best sound of its frames";
+      end = phone.span.end;
+      if (phone.phone == Phone::kSil) continue;
+      if (phone.opens_word) said.emplace_back();
+      ASSERT_FALSE(said.empty());
+      said.back().push_back(phone.phone);
+    }
+    ASSERT_EQ(said.size(), words.size());
+    for (std::size_t w = 0; w < said.size(); ++w)
+      EXPECT_NE(std::find(words[w].begin(), words[w].end(), said[w]), words[w].end()) << "word " << w;
+  }
+
+  static inline SpokenLine* line_ = nullptr;
+  static inline std::vector<std::int16_t>* samples_ = nullptr;
+};
+
+TEST_F(DecoderLaws, EveryWordIsFoundInOrderByOneOfItsWays) {
+  const Pronouncer pronouncer;
+  PhoneDecoder decoder({}, english());
+  const WordWays words = waysOf(pronouncer.wordsOf(line_->text));
+  for (const SpeechKind kind : {SpeechKind::kSpoken, SpeechKind::kSung}) {
+    const auto decoded = decoder.decode(*samples_, words, kind);
+    ASSERT_FALSE(decoded.empty());
+    expectWhole(decoded, words);
+    EXPECT_NEAR(decoded.back().span.end, line_->audio.duration(), 3 * kStep);
+  }
+}
+
+TEST_F(DecoderLaws, MoreWaysNeverMakeTheBestOneWorse) {
+  PhoneDecoder decoder({}, english());
+  const Pronouncer pronouncer;
+  const WordWays all = waysOf(pronouncer.wordsOf(line_->text));
+  WordWays first = all;
+  for (auto& ways : first) ways.resize(1);
+  const auto scoreOf = [&](const WordWays& words) {
+    const auto decoded = decoder.decode(*samples_, words, SpeechKind::kSpoken);
+    expectWhole(decoded, words);
+    return std::accumulate(decoded.begin(), decoded.end(), 0.0,
+                           [](double sum, const DecodedPhone& phone) { return sum + phone.score; });
+  };
+  EXPECT_GE(scoreOf(all), scoreOf(first));
+}
+
+TEST_F(DecoderLaws, HearingAgainKeepsTheRow) {
+  PhoneDecoder decoder({}, english());
+  const Pronouncer pronouncer;
+  const auto decoded = decoder.decode(*samples_, waysOf(pronouncer.wordsOf(line_->text)), SpeechKind::kSpoken);
+  ASSERT_FALSE(decoded.empty());
+  for (const std::size_t skipped : {0U, 40U, 120U}) {
+    const auto spans = decoder.hearAgain(std::span(*samples_).subspan(skipped), decoded);
+    ASSERT_EQ(spans.size(), decoded.size());
+    for (std::size_t i = 0; i < spans.size(); ++i) {
+      EXPECT_GT(spans[i].duration(), 0);
+      if (i > 0) EXPECT_NEAR(spans[i].start, spans[i - 1].end, 1e-9);
+    }
+  }
+}
+
+TEST_F(DecoderLaws, ASoundTooShortForItsWordsGivesNothing) {
+  PhoneDecoder decoder({}, english());
+  const WordWays words(40, {{Phone::kS, Phone::kT, Phone::kR, Phone::kIY, Phone::kT}});
+  EXPECT_TRUE(decoder.decode(std::span(*samples_).first(8000), words, SpeechKind::kSpoken).empty());
+}
+
+TEST(FrameThinningLaws, KeepsAboutWhatIsWantedWhateverTheSound) {
+  for (unsigned round = 0; round < 60; ++round) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + round);
+    std::mt19937 random(kSeed + round);
+    const auto draw = [&](std::size_t low, std::size_t high) {
+      return std::uniform_int_distribution<std::size_t>(low, high)(random);
+    };
+    std::vector<std::vector<float>> cepstra;
+    while (cepstra.size() < 400) {
+      std::vector<float> sound(13);
+      for (float& value : sound) value = std::normal_distribution<float>(0, 1)(random);
+      for (std::size_t held = draw(3, 120); held > 0; --held) {
+        cepstra.push_back(sound);
+        for (float& value : cepstra.back()) value += std::normal_distribution<float>(0, 0.05F)(random);
+      }
+    }
+    const std::size_t wanted = draw(30, cepstra.size());
+    const auto kept = thinFrames(cepstra, wanted);
+    EXPECT_TRUE(std::adjacent_find(kept.begin(), kept.end(), std::greater_equal<>()) == kept.end()) << "rising";
+    EXPECT_EQ(kept.front(), 0U);
+    EXPECT_EQ(kept.back(), cepstra.size() - 1);
+    EXPECT_NEAR(static_cast<double>(kept.size()), static_cast<double>(wanted), 0.05 * static_cast<double>(wanted) + 3);
+    EXPECT_EQ(thinFrames(cepstra, cepstra.size()).size(), cepstra.size());
+  }
+}
+
+TEST(SpectralEnvelopeLaws, WhatIsNotVoicedStaysToTheBit) {
+  std::mt19937 random(kSeed);
+  std::vector<std::int16_t> noise(16000);
+  for (auto& sample : noise) sample = static_cast<std::int16_t>(std::uniform_int_distribution<int>(-8000, 8000)(random));
+  std::vector<std::vector<float>> cepstra;
+  for (std::size_t start = 0; start + 410 <= noise.size(); start += 160)
+    cepstra.push_back(frontEndCepstra(noise, start, 13));
+  const auto before = cepstra;
+  useSpectralEnvelope(noise, cepstra);
+  std::size_t same = 0;
+  for (std::size_t i = 0; i < cepstra.size(); ++i) same += cepstra[i] == before[i] ? 1 : 0;
+  EXPECT_GT(same, cepstra.size() * 9 / 10);
+  useSpectralEnvelope({}, cepstra);  // nothing was heard: nothing changes
+  std::vector<std::vector<float>> none;
+  useSpectralEnvelope(noise, none);
+  EXPECT_TRUE(none.empty());
+}
+
+TEST(LyricsLaws, WhatIsSungHasNoHeadingsAndAsManyLines) {
+  constexpr std::string_view kAlphabet = "row your boat [[]]\n\n\r\xC3\xA9:12";
+  for (unsigned round = 0; round < 2000; ++round) {
+    std::mt19937 random(kSeed + round);
+    std::string lyrics;
+    for (int i = std::uniform_int_distribution<int>(0, 60)(random); i > 0; --i)
+      lyrics += kAlphabet[std::uniform_int_distribution<std::size_t>(0, kAlphabet.size() - 1)(random)];
+    const std::string sung = sungText(lyrics);
+    SCOPED_TRACE(testing::PrintToString(lyrics));
+    EXPECT_LE(sung.size(), lyrics.size());
+    EXPECT_EQ(std::count(sung.begin(), sung.end(), '\n'), std::count(lyrics.begin(), lyrics.end(), '\n'));
+    EXPECT_EQ(sung.find('['), std::string::npos);
+    if (lyrics.find('[') == std::string::npos) EXPECT_EQ(sung, lyrics);
+  }
+}
+
+TEST(PronouncerLaws, EveryWordIsSaidByPhonesOfTheLanguageWithStressOnVowels) {
+  const Pronouncer pronouncer;
+  for (const char* text : {"The quick brown fox jumps over the lazy dog", "it's 25 past 10 on the 3rd of May 2019",
+                           "Dr. Smith's $5.50 re-entry, e.g. Blorvik & co", "zzyzx a I mm"}) {
+    for (const TranscriptWord& word : pronouncer.wordsOf(text)) {
+      ASSERT_FALSE(word.ways.empty()) << word.text;
+      for (const Pronunciation& way : word.ways) {
+        ASSERT_FALSE(way.phones.empty()) << word.text;
+        ASSERT_EQ(way.phones.size(), way.stress.size()) << word.text;
+        for (std::size_t i = 0; i < way.phones.size(); ++i) {
+          EXPECT_NE(english().find(way.phones[i]), nullptr) << word.text;
+          EXPECT_TRUE(way.stress[i] == -1 || isVowel(way.phones[i])) << word.text;
+        }
+      }
+    }
+  }
+}
+
+TEST(PronouncerLaws, TheLexiconGoesFirstAndNothingElseChanges) {
+  const Lexicon lexicon = Lexicon::parse("fox B AA1\n25 K AA1\n", "l");
+  const Pronouncer plain, ours(&lexicon);
+  const auto a = plain.wordsOf("quick fox runs"), b = ours.wordsOf("quick fox runs");
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t w = 0; w < a.size(); ++w) {
+    if (w == 1) continue;
+    ASSERT_EQ(a[w].ways.size(), b[w].ways.size());
+    EXPECT_EQ(a[w].ways[0].phones, b[w].ways[0].phones);
+  }
+  EXPECT_EQ(b[1].ways.size(), 1U);
+  EXPECT_EQ(b[1].ways[0].phones, (std::vector{Phone::kB, Phone::kAA}));
+  EXPECT_EQ(b[1].ways[0].stress, (std::vector{-1, 1}));
+  EXPECT_EQ(ours.wordsOf("25").size(), 1U);
+  EXPECT_EQ(plain.wordsOf("25").size(), 2U);
+}
+
+}  // namespace
+}  // namespace mouthpiece

@@ -1,0 +1,202 @@
+// What programs print: --json is JSON and nothing else, --quiet is quiet, and both write the same files; shards part a
+// batch without gap or overlap.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "support/run_program.h"
+#include "support/tiny_corpus.h"
+
+namespace mouthpiece::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using Arguments = std::vector<std::string>;
+
+const fs::path kShare = MOUTHPIECE_BUILD_SHARE_DIR;
+
+ProgramResult runWell(const std::string& program, const Arguments& arguments) {
+  ProgramResult result = runProgram(program, arguments);
+  EXPECT_EQ(result.exit_code, 0) << program << " " << arguments.front() << ": " << result.err;
+  return result;
+}
+
+Arguments with(Arguments arguments, const Arguments& more) {
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+/// Every file under `folder` by its name, read.
+std::map<std::string, std::string> filesIn(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) files[fs::relative(entry.path(), folder).string()] = readAll(entry.path());
+  }
+  return files;
+}
+
+class TinyCorpus : public ::testing::Test {
+ protected:
+  void SetUp() override { writeCorpus(corpus(), mouthpiece::testing::tinyCorpus()); }
+  [[nodiscard]] fs::path corpus() const { return folder_.path() / "tiny.corpus"; }
+  ScratchFolder folder_;
+};
+
+TEST_F(TinyCorpus, InfoTellsTheSameInBothForms) {
+  const json facts = json::parse(runWell("corpus", {"info", corpus().string(), "--json"}).out);
+  const std::string text = runWell("corpus", {"info", corpus().string()}).out;
+  EXPECT_NE(text.find(std::to_string(mouthpiece::testing::tinyCorpus().takes.size()) + " takes"), std::string::npos)
+      << text;
+  EXPECT_TRUE(facts.is_object());
+  EXPECT_GE(facts.size(), 5U) << facts.dump();
+}
+
+TEST_F(TinyCorpus, CheckPassesAndFindsAFlippedBit) {
+  EXPECT_EQ(runProgram("corpus", {"check", corpus().string()}).exit_code, 0);
+  std::string bytes = readAll(corpus());
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 0x10);
+  const ProgramResult result = runProgram("corpus", {"check", folder_.write("flipped.corpus", bytes).string()});
+  EXPECT_EQ(result.exit_code, 1) << result.out << result.err;
+}
+
+TEST_F(TinyCorpus, TheReportIsWrittenAlikeWhateverIsPrinted) {
+  const auto pageWith = [&](const Arguments& options) {
+    const fs::path page = folder_.path() / "report.html";
+    fs::remove(page);
+    const ProgramResult result =
+        runWell("corpus", with({"report", corpus().string(), "--out", page.string()}, options));
+    if (options == Arguments{"--json"}) EXPECT_TRUE(json::parse(result.out).is_object());
+    if (options == Arguments{"--quiet"}) EXPECT_EQ(result.out + result.err, "");
+    return readAll(page);
+  };
+  const std::string page = pageWith({});
+  EXPECT_NE(page.find("</html>"), std::string::npos);
+  EXPECT_TRUE(pageWith({"--json"}) == page);
+  EXPECT_TRUE(pageWith({"--quiet"}) == page);
+}
+
+TEST_F(TinyCorpus, ReadingLeavesTheFileAlone) {
+  const std::string before = readAll(corpus());
+  runWell("corpus", {"info", corpus().string()});
+  runWell("corpus", {"check", corpus().string()});
+  runWell("corpus", {"report", corpus().string(), "--out", (folder_.path() / "r.html").string()});
+  EXPECT_TRUE(readAll(corpus()) == before);
+  EXPECT_EQ(filesIn(folder_.path()).size(), 2U) << "a journal or the like was left";
+}
+
+TEST(Facts, PromptsAreDistinctAndAsManyAsAsked) {
+  for (const std::size_t count : {1U, 5U, 20U}) {
+    const ProgramResult result = runWell("corpus", {"prompts", "--count", std::to_string(count), "--quiet"});
+    EXPECT_TRUE(result.err.empty()) << result.err;
+    std::istringstream lines(result.out);
+    std::set<std::string> sentences;
+    std::size_t printed = 0;
+    for (std::string line; std::getline(lines, line); ++printed) sentences.insert(line);
+    EXPECT_EQ(printed, count);
+    EXPECT_EQ(sentences.size(), count);
+  }
+}
+
+/// Needs the corpus and face that `make data` makes.
+class SampleData : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!fs::exists(kShare / "sample.corpus") || !fs::exists(kShare / "default.face"))
+      GTEST_SKIP() << "no sample corpus or face in " << kShare << ": run `make data`";
+  }
+  [[nodiscard]] std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
+  ScratchFolder folder_;
+};
+
+TEST_F(SampleData, ACheckedFaceIsJsonOrTextOrSilent) {
+  const std::string face = (kShare / "default.face").string();
+  const json facts = json::parse(runWell("retarget", {"check", face, "--json"}).out);
+  EXPECT_EQ(facts["name"], "default");
+  EXPECT_TRUE(facts["faults"].empty());
+  EXPECT_NE(runWell("retarget", {"check", face}).out.find(facts["vertices"].dump() + " vertices"), std::string::npos);
+  const ProgramResult quiet = runWell("retarget", {"check", face, "--quiet"});
+  EXPECT_EQ(quiet.out + quiet.err, "");
+}
+
+TEST_F(SampleData, ALineIsJsonOrTextOrSilent) {
+  const Arguments line{"--text", "the time is now", "-o"};
+  const json report = json::parse(runWell("synth", with(line, {path("a.csv"), "--json"})).out);
+  EXPECT_EQ(report["text"], "the time is now");
+  EXPECT_EQ(runWell("synth", with(line, {path("b.csv"), "--quiet"})).out, "");
+  EXPECT_NE(runWell("synth", with(line, {path("c.csv")})).out.find(path("c.csv")), std::string::npos);
+  EXPECT_TRUE(readAll(path("a.csv")) == readAll(path("b.csv")) && readAll(path("a.csv")) == readAll(path("c.csv")));
+}
+
+TEST_F(SampleData, AppliedMotionComesInEveryFormat) {
+  const std::string face = (kShare / "default.face").string();
+  runWell("synth", {"--text", "now", "-o", path("m.c3d"), "-o", path("m.TextGrid"), "--fps", "24", "--quiet"});
+  for (const std::string name : {"a.glb", "a.pc2", "a.mdd"}) {
+    const Arguments apply{"apply", "--face", face, "--motion", path("m.c3d"), "--phones", path("m.TextGrid"), "--out"};
+    const ProgramResult told = runWell("retarget", with(apply, {path(name)}));
+    EXPECT_NE(told.out.find("frames on 'default'"), std::string::npos) << told.out;
+    const std::string bytes = readAll(path(name));
+    EXPECT_EQ(runWell("retarget", with(apply, {path(name), "--quiet"})).out, "");
+    EXPECT_TRUE(readAll(path(name)) == bytes) << name << " is not the same a second time";
+  }
+  // A face without ARKit's shapes has no weights for them.
+  const ProgramResult refused = runProgram(
+      "retarget", {"apply", "--face", face, "--motion", path("m.c3d"), "--out", path("a.csv")});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_FALSE(fs::exists(path("a.csv")));
+}
+
+TEST_F(SampleData, TheSharedFolderCanBeNamed) {
+  const std::string synth = (fs::path(MOUTHPIECE_BIN_DIR) / "synth").string();
+  fs::create_directories(folder_.path() / "share");
+  fs::copy_file(kShare / "sample.corpus", folder_.path() / "share/sample.corpus");
+  const auto speakFrom = [&](const std::string& share) {
+    return runProgram("/usr/bin/env", {"MOUTHPIECE_SHARE=" + share, synth, "--text", "now", "-o", path("a.csv"), "--json"});
+  };
+  for (const char* share : {"share", "nowhere"}) {  // a folder without the file: as if none were named
+    const ProgramResult result = speakFrom(path(share));
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(json::parse(result.out)["corpus"], "sample");
+  }
+}
+
+TEST_F(SampleData, ShardsPartABatch) {
+  const std::vector<std::string> ids{"a", "b", "c", "d", "e"};
+  std::string list = "id,text\n";
+  for (const std::string& id : ids) list += id + ",the time is now\n";
+  const std::string lines = folder_.write("lines.csv", list).string();
+  std::map<std::string, std::string> together;
+  for (const std::size_t count : {2U, 7U}) {
+    std::vector<std::string> made;
+    for (std::size_t index = 1; index <= count; ++index) {
+      const fs::path out = folder_.path() / ("shard" + std::to_string(count) + "_" + std::to_string(index));
+      runWell("synth", {"batch", lines, "--out", out.string(), "--fps", "24", "--quiet", "--voice", "flite:slt", "--shard",
+                        std::to_string(index) + "/" + std::to_string(count)});
+      if (!fs::exists(out)) continue;
+      for (const auto& entry : fs::directory_iterator(out)) {
+        made.push_back(entry.path().filename().string());
+        const std::string motion = readAll(entry.path() / "motion.csv");
+        EXPECT_FALSE(motion.empty());
+        EXPECT_TRUE(together.try_emplace(made.back(), motion).first->second == motion) << "depends on its shard";
+      }
+    }
+    std::sort(made.begin(), made.end());
+    EXPECT_EQ(made, ids) << "each line once, " << count << " shards";
+  }
+}
+
+TEST_F(SampleData, ABatchGoesOnAfterABadLine) {
+  const std::string lines =
+      folder_.write("lines.csv", "id,text\ngood,the time is now\nbad,\"...\"\nalso_good,now\n").string();
+  const ProgramResult result = runProgram("synth", {"batch", lines, "--out", path("out"), "--fps", "24"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.err.find("bad: "), std::string::npos) << result.err;
+  EXPECT_NE(result.out.find("2 of 3 lines made"), std::string::npos) << result.out;
+  EXPECT_TRUE(fs::exists(path("out/good/report.json")) && fs::exists(path("out/also_good/report.json")));
+  EXPECT_FALSE(fs::exists(path("out/bad")));
+}
+
+}  // namespace
+}  // namespace mouthpiece::test

@@ -1,0 +1,270 @@
+// The command lines of the three programs, tried on the programs themselves: help, wrong usage (2), bad input (1, one
+// line that names the file).
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "support/run_program.h"
+
+namespace mouthpiece::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Arguments = std::vector<std::string>;
+
+struct Call {
+  std::string program;
+  Arguments arguments;
+};
+
+std::string shown(const Call& call) {
+  std::string text = call.program;
+  for (const std::string& argument : call.arguments) text += " '" + argument + "'";
+  return text;
+}
+
+/// The subcommands that `program --help` lists.
+Arguments subcommandsOf(const std::string& program) {
+  std::istringstream help(runProgram(program, {"--help"}).out);
+  Arguments names;
+  bool is_list = false;
+  for (std::string line; std::getline(help, line);) {
+    if (is_list && line.starts_with("  ") && line[2] != ' ') names.push_back(line.substr(2, line.find(' ', 2) - 2));
+    if (line.starts_with("Subcommands")) is_list = true;
+    if (is_list && line.empty()) break;
+  }
+  return names;
+}
+
+std::vector<Call> allCommands() {
+  std::vector<Call> calls{{"synth", {}}};
+  for (const char* program : {"synth", "corpus", "retarget"}) {
+    for (const std::string& name : subcommandsOf(program)) calls.push_back({program, {name}});
+  }
+  return calls;
+}
+
+ProgramResult runWith(const Call& call, const Arguments& more) {
+  Arguments arguments = call.arguments;
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return runProgram(call.program, arguments);
+}
+
+void expectWrongUsage(const Call& call) {
+  const ProgramResult result = runProgram(call.program, call.arguments);
+  EXPECT_EQ(result.exit_code, 2) << shown(call) << "\n" << result.err;
+  EXPECT_TRUE(result.out.empty()) << shown(call) << " printed " << result.out;
+  EXPECT_FALSE(result.err.empty()) << shown(call);
+}
+
+void expectBadInput(const Call& call, const std::string& place) {
+  const ProgramResult result = runProgram(call.program, call.arguments);
+  EXPECT_EQ(result.exit_code, 1) << shown(call) << "\n" << result.err;
+  EXPECT_TRUE(result.out.empty()) << shown(call) << " printed " << result.out;
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << shown(call) << "\n" << result.err;
+  EXPECT_TRUE(result.err.starts_with(call.program + ": ")) << result.err;
+  EXPECT_NE(result.err.find(place), std::string::npos) << shown(call) << "\n" << result.err;
+  EXPECT_EQ(result.err.find("internal error"), std::string::npos) << result.err;
+}
+
+TEST(Usage, TheSubcommandsAreListed) {
+  const auto has = [](const Arguments& names, const char* name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  EXPECT_TRUE(has(subcommandsOf("synth"), "batch"));
+  for (const char* name : {"sample", "build", "info", "check", "report", "clean", "convert", "align", "tag", "evaluate",
+                           "prompts", "tune"}) {
+    EXPECT_TRUE(has(subcommandsOf("corpus"), name)) << name;
+  }
+  for (const char* name : {"fit", "pick", "apply", "check", "sample"})
+    EXPECT_TRUE(has(subcommandsOf("retarget"), name)) << name;
+}
+
+TEST(Usage, EveryCommandHelps) {
+  for (const Call& call : allCommands()) {
+    const ProgramResult result = runWith(call, {"--help"});
+    EXPECT_EQ(result.exit_code, 0) << shown(call);
+    EXPECT_TRUE(result.err.empty()) << shown(call) << result.err;
+    EXPECT_NE(result.out.find("--quiet"), std::string::npos) << shown(call);
+    const std::size_t example = result.out.find("Example");
+    ASSERT_NE(example, std::string::npos) << shown(call);
+    EXPECT_NE(result.out.find(call.program, example), std::string::npos) << shown(call) << ": whose example is it?";
+  }
+}
+
+TEST(Usage, EveryCommandRefusesWhatItDoesNotKnow) {
+  for (const Call& call : allCommands()) {
+    for (const char* wrong : {"--no-such-option", "--quiet=maybe"}) {
+      Call tried = call;
+      tried.arguments.push_back(wrong);
+      expectWrongUsage(tried);
+    }
+  }
+}
+
+TEST(Usage, EveryCommandSaysWhatItLacks) {
+  for (const Call& call : allCommands()) {
+    if (call.arguments != Arguments{"prompts"}) expectWrongUsage(call);  // which has a grammar of its own
+  }
+  for (const char* program : {"corpus", "retarget"}) {
+    expectWrongUsage({program, {}});
+    expectWrongUsage({program, {"no-such-command"}});
+  }
+}
+
+TEST(Usage, OptionsThatExcludeOrNeedEachOther) {
+  const std::vector<Call> calls{
+      {"synth", {"--text", "a", "--text-file", "b"}},
+      {"synth", {"--text", "a", "--audio", "b.wav", "--transcript", "a"}},
+      {"synth", {"--text-file", "a", "--audio", "b.wav", "--transcript", "a"}},
+      {"synth", {"--song", "a.json", "--text", "b"}},
+      {"synth", {"--song", "a.json", "--audio", "b.wav", "--transcript", "a"}},
+      {"synth", {"--audio", "a.wav"}},
+      {"synth", {"--audio", "a.wav", "--phones", "b.lab", "--transcript", "c"}},
+      {"synth", {"--audio", "a.wav", "--lyrics", "b.txt", "--transcript", "c"}},
+      {"synth", {"--text", "a", "--phones", "b.lab"}},
+      {"synth", {"--transcript", "a"}},
+      {"synth", {"--lyrics", "a.txt"}},
+      {"synth", {"--text", "a", "--out", "b", "-o", "c.csv"}},
+      {"corpus", {"align", "a.wav", "--out", "a.TextGrid"}},
+      {"corpus", {"align", "a.wav", "--transcript", "a", "--transcript-file", "b", "--out", "a.TextGrid"}},
+      {"corpus", {"align", "a.wav", "--transcript", "a"}},
+      {"corpus", {"build", "takes"}},
+      {"corpus", {"convert", "a.c3d"}},
+      {"corpus", {"convert", "a.csv", "b.c3d", "--anchors", "c.json"}},
+      {"corpus", {"evaluate", "a.corpus"}},
+      {"corpus", {"evaluate", "a.corpus", "--takes", "b", "--hold-out", "0.1"}},
+      {"corpus", {"evaluate", "a.corpus", "--folds", "3", "--learning-curve", "10"}},
+      {"corpus", {"evaluate", "a.corpus", "--takes", "b", "--truth", "c"}},
+      {"corpus", {"prompts", "--grammar", "a", "--text", "b"}},
+      {"corpus", {"report", "a.corpus"}},
+      {"corpus", {"tag", "a.wav", "--phones", "a.lab", "--lyrics", "a.txt", "--out", "b.json"}},
+      {"retarget", {"fit", "--mesh", "a.obj", "--anchors", "b.json", "--corpus", "c.corpus"}},
+      {"retarget", {"apply", "--face", "a.face", "--motion", "b.c3d"}},
+      {"retarget", {"sample", "--out", "a"}},
+  };
+  for (const Call& call : calls) expectWrongUsage(call);
+}
+
+TEST(Usage, ValuesThatNoOptionTakes) {
+  const Arguments fit{"fit", "--mesh", "a.obj", "--anchors", "b.json", "--corpus", "c.corpus", "--out", "d.face"};
+  const auto fitWith = [&](const std::string& option, const std::string& value) {
+    Arguments arguments = fit;
+    arguments.insert(arguments.end(), {option, value});
+    return Call{"retarget", arguments};
+  };
+  const std::vector<Call> calls{
+      {"synth", {"--text", "a", "--fps", "many"}},
+      {"synth", {"--text", "a", "--select", "best"}},
+      {"synth", {"--text", "a", "--units", "all"}},
+      {"synth", {"--text", "a", "--blend", "square"}},
+      {"synth", {"--text", "a", "--backoff", "maybe"}},
+      {"synth", {"--text", "a", "--style", "rap"}},
+      {"synth", {"--text", "a", "--overlap-ms", "x"}},
+      {"synth", {"--text", "a", "--rate", "9"}},
+      {"corpus", {"prompts", "--count", "0"}},
+      {"corpus", {"prompts", "--count", "ten"}},
+      {"corpus", {"build", "takes", "--out", "a.corpus", "--jobs", "0"}},
+      {"corpus", {"evaluate", "a.corpus", "--folds", "1"}},
+      {"corpus", {"convert", "a.json", "b.csv", "--fps", "0"}},
+      {"corpus", {"convert", "a.json", "b.csv", "--eye-corners-mm", "-5"}},
+      fitWith("--kernel", "gaussian"),
+      fitWith("--shape", "-1"),
+      fitWith("--smooth", "1e9"),
+      fitWith("--max-angle", "181"),
+  };
+  for (const Call& call : calls) expectWrongUsage(call);
+}
+
+/// Files that are none of ours, by a name that promises something.
+class BadInput : public testing::Test {
+ protected:
+  [[nodiscard]] std::string garbage(const std::string& name) const {
+    return folder_.write(name, "no such thing\n\x01\x02\xff").string();
+  }
+  [[nodiscard]] std::string missing(const std::string& name) const { return (folder_.path() / "nowhere" / name).string(); }
+  [[nodiscard]] std::string out(const std::string& name) const { return (folder_.path() / "out" / name).string(); }
+  void TearDown() override { EXPECT_FALSE(fs::exists(folder_.path() / "out")) << "something was written"; }
+
+  ScratchFolder folder_;
+};
+
+TEST_F(BadInput, OfCorpus) {
+  for (const bool is_missing : {false, true}) {
+    const auto file = [&](const std::string& name) { return is_missing ? missing(name) : garbage(name); };
+    expectBadInput({"corpus", {"info", file("a.corpus")}}, "a.corpus");
+    expectBadInput({"corpus", {"info", file("a.corpus"), "--json"}}, "a.corpus");
+    expectBadInput({"corpus", {"info", file("a.c3d")}}, "a.c3d");
+    expectBadInput({"corpus", {"report", file("a.corpus"), "--out", out("a.html")}}, "a.corpus");
+    expectBadInput({"corpus", {"evaluate", file("a.corpus"), "--hold-out", "0.5"}}, "a.corpus");
+    expectBadInput({"corpus", {"tune", file("a.corpus"), "--out", out("b.corpus")}}, "a.corpus");
+    expectBadInput({"corpus", {"convert", file("a.c3d"), out("b.csv")}}, "a.c3d");
+    expectBadInput({"corpus", {"convert", file("a.trc"), out("b.csv")}}, "a.trc");
+    expectBadInput({"corpus", {"convert", file("a.TextGrid"), out("b.lab")}}, "a.TextGrid");
+    expectBadInput({"corpus", {"clean", file("a.csv"), out("b.csv")}}, "a.csv");
+    expectBadInput({"corpus", {"align", file("a.wav"), "--transcript", "the time", "--out", out("a.TextGrid")}}, "a.wav");
+    expectBadInput({"corpus", {"tag", file("a.flac"), "--out", out("a.json")}}, "a.flac");
+  }
+  expectBadInput({"corpus", {"prompts", "--text", missing("a\n.txt")}}, "a\\x0A.txt");
+  expectBadInput({"corpus", {"build", missing("takes"), "--out", out("a.corpus")}}, "takes");
+  expectBadInput({"corpus", {"build", garbage("file"), "--out", out("a.corpus")}}, "file");
+}
+
+TEST_F(BadInput, OfRetarget) {
+  for (const bool is_missing : {false, true}) {
+    const auto file = [&](const std::string& name) { return is_missing ? missing(name) : garbage(name); };
+    expectBadInput({"retarget", {"check", file("a.face")}}, "a.face");
+    expectBadInput({"retarget", {"check", file("a.face"), "--json"}}, "a.face");
+    expectBadInput({"retarget", {"apply", "--face", file("a.face"), "--motion", "b.c3d", "--out", out("c.glb")}},
+                   "a.face");
+    for (const char* mesh : {"a.obj", "a.ply", "a.off", "a.glb"})
+      expectBadInput({"retarget", {"pick", file(mesh), "--out", out("a.html")}}, mesh);
+    expectBadInput({"retarget", {"fit", "--mesh", "m.obj", "--anchors", "a.json", "--corpus", file("c.corpus"), "--out",
+                                 out("a.face")}},
+                   "c.corpus");
+    expectBadInput({"retarget", {"sample", "--corpus", file("c.corpus"), "--canonical", "f.obj", "--out", out("")}},
+                   "c.corpus");
+  }
+  for (const char* name : {"talk.avi", "talk.json"})
+    expectBadInput({"retarget", {"apply", "--face", garbage("a.face"), "--motion", "b.c3d", "--out", out(name)}}, name);
+  expectBadInput({"retarget", {"apply", "--face", garbage("a.face"), "--motion", "b.c3d", "--arkit", "--out", out("a.pc2")}},
+                 "a.pc2");
+}
+
+TEST_F(BadInput, OfBatchLists) {
+  const auto expectListError = [&](const std::string& list, const std::string& place) {
+    const fs::path path = folder_.write("lines.csv", list);
+    expectBadInput({"synth", {"batch", path.string(), "--out", out("lines")}}, place);
+  };
+  expectListError("", "lines.csv");
+  expectListError("id,text\n", "no lines");
+  expectListError("id,text\na,one\nb\n", "lines.csv:3:");
+  expectListError("a,one\nb,two,three\n", "lines.csv:2:");
+  expectListError("a,one\na,two\n", "lines.csv:2: found the id 'a' a second time");
+  expectListError("a,\"one\nstill one\"\n\"b\" x,two\n", "lines.csv:3:");
+  expectListError("a,\"never closed\nb,two\n", "lines.csv:1:");
+  for (const std::string& id : Arguments{"", "..", ".hidden", "a/b", "a b", "\xC3\xA4", std::string(101, 'x')})
+    expectListError(id + ",text\n", "lines.csv:1:");
+  for (const char* shard : {"0/2", "3/2", "1", "1/0", "a/b", "1/2/3", "-1/2", ""}) {
+    const fs::path path = folder_.write("lines.csv", "a,one\n");
+    const ProgramResult result =
+        runProgram("synth", {"batch", path.string(), "--out", out("lines"), "--shard", shard});
+    EXPECT_TRUE(result.exit_code == 1 || result.exit_code == 2) << shard;
+    EXPECT_FALSE(result.err.empty()) << shard;
+  }
+}
+
+TEST_F(BadInput, OfSynth) {
+  const auto speak = [&](Arguments arguments) {
+    arguments.insert(arguments.end(), {"--out", out("line")});
+    return Call{"synth", arguments};
+  };
+  expectBadInput(speak({"--text-file", missing("line.txt")}), "line.txt");
+  expectBadInput(speak({"--audio", "a.wav", "--lyrics", missing("song.txt")}), "song.txt");
+  expectBadInput({"synth", {"--text", "the time is now", "-o", out("talk.mp4")}}, "talk.mp4");
+  expectBadInput({"synth", {"--text", "the time is now", "-o", out("noending")}}, "noending");
+}
+
+}  // namespace
+}  // namespace mouthpiece::test
