@@ -158,7 +158,7 @@ TEST(GivenGlb, KeepsWhatItKnowsNothingOf) {
 TEST(GivenGlb, OnlyTheNamedTargetFollowsItsColumn) {
   const GlbFile given = dressed();
   const std::size_t targets = given.root["meshes"][0]["primitives"][0]["targets"].size();
-  ASSERT_GT(targets, 2U);
+  ASSERT_GE(targets, 2U);
   RowMajorMatrixF weights(3, 1);
   weights << 0, 0.5F, 1;
   const GlbFile after(*glbWithWeights(given.toBytes(), "dressed.glb", 30, weights, jawColumn));
