@@ -68,8 +68,11 @@ TEST_F(TinyCorpus, TheReportIsWrittenAlikeWhateverIsPrinted) {
     fs::remove(page);
     const ProgramResult result =
         runWell("corpus", with({"report", corpus().string(), "--out", page.string()}, options));
-    if (options == Arguments{"--json"}) EXPECT_TRUE(json::parse(result.out).is_object());
-    if (options == Arguments{"--quiet"}) EXPECT_EQ(result.out + result.err, "");
+    if (options == Arguments{"--json"}) {
+      EXPECT_TRUE(json::parse(result.out).is_object());
+    } else if (options == Arguments{"--quiet"}) {
+      EXPECT_EQ(result.out + result.err, "");
+    }
     return readAll(page);
   };
   const std::string page = pageWith({});
