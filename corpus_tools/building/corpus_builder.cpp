@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <limits>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -152,44 +151,32 @@ void writeLog(BuildResult& result, const std::string& settings, const HeadRefere
   logHeadReference(result.corpus, reference);
 }
 
-bool needsAlignment(const Corpus& corpus, const HeadReference& reference, const BuildOptions& options) {
-  return options.align_takes && reference.jig_mm.rows() == 0 && corpus.takes.size() > 1;
+MotionLoader loaderOf(const FinishedTakes& finished) {
+  return [&finished](std::size_t take) { return finished.load(TakeIndex(take)); };
 }
 
-/// Aligns, finds the neutral pose, and turns everything into the face's own axes.
-void settleFrame(BuildResult& result, FinishedTakes& finished, HeadReference& reference, const BuildOptions& options) {
-  Corpus& corpus = result.corpus;
-  const MotionLoader load = [&](std::size_t take) { return finished.load(TakeIndex(take)); };
-  const bool align = needsAlignment(corpus, reference, options);
-  if (align) {
-    const std::vector<TakeMove> moves = takeMovesByPhones(corpus.takes, load);
-    for (std::size_t i = 0; i < moves.size(); ++i) {
-      if (moves[i].move) finished.move(i, *moves[i].move);
-      result.takes[i].aligned_mm = moves[i].largest_mm;
-    }
-  }
-  NeutralPose neutral = neutralPose(corpus.takes, options.layout, load);
-  const RigidMotion face_from_head = faceFromHead(neutral.pose_mm, options.layout);
-  finished.turnAll(face_from_head);
-  transform(neutral.pose_mm, face_from_head);
-  transform(reference.jig_mm, face_from_head);
-  transform(reference.stable_mm, face_from_head);
-  corpus.neutral_pose_mm = neutral.pose_mm;
-  corpus.build_log["neutral_pose_frames"] = std::to_string(neutral.frames);
-  corpus.build_log["takes_aligned_by_phones"] = align ? "yes" : "no";
-}
-
-/// Takes that joined an earlier corpus are aligned with its takes, which stay where they are.
-void settleNewTakes(BuildResult& result, FinishedTakes& finished, const std::vector<bool>& is_new,
-                    const HeadReference& reference, const BuildOptions& options) {
-  if (!needsAlignment(result.corpus, reference, options)) return;
-  const auto moves =
-      takeMovesByPhones(result.corpus.takes, [&](std::size_t take) { return finished.load(TakeIndex(take)); });
+/// Brings the new takes of a capture without a jig to where the phones of all say; the others stay where they are.
+bool alignTakes(BuildResult& result, FinishedTakes& finished, const std::vector<bool>& is_new,
+                const HeadReference& reference, const BuildOptions& options) {
+  if (!options.align_takes || reference.jig_mm.rows() > 0 || result.corpus.takes.size() < 2) return false;
+  const std::vector<TakeMove> moves = takeMovesByPhones(result.corpus.takes, loaderOf(finished));
   for (std::size_t i = 0; i < moves.size(); ++i) {
     if (!is_new[i]) continue;
     if (moves[i].move) finished.move(i, *moves[i].move);
     result.takes[i].aligned_mm = moves[i].largest_mm;
   }
+  return true;
+}
+
+/// Finds the neutral pose, and turns everything into the face's own axes.
+void settleFrame(Corpus& corpus, FinishedTakes& finished, HeadReference& reference, const BuildOptions& options) {
+  NeutralPose neutral = neutralPose(corpus.takes, options.layout, loaderOf(finished));
+  const RigidMotion face_from_head = faceFromHead(neutral.pose_mm, options.layout);
+  finished.turnAll(face_from_head);
+  for (MarkerPositions* pose : {&neutral.pose_mm, &reference.jig_mm, &reference.stable_mm})
+    transform(*pose, face_from_head);
+  corpus.neutral_pose_mm = neutral.pose_mm;
+  corpus.build_log["neutral_pose_frames"] = std::to_string(neutral.frames);
 }
 
 /// One build, in steps that share what they know.
@@ -216,9 +203,7 @@ class Builder {
                                       : headReferenceOf(found_.takes, options_, steps_, result.left_out, folder_);
     const BuildParts parts(fs::path(output_.string() + ".parts"), options_.layout,
                            sha256Hex(settings_ + textOf(reference)));
-    const auto finished = output_.empty()
-                              ? std::make_shared<FinishedTakes>(parts, std::numeric_limits<std::size_t>::max())
-                              : std::make_shared<FinishedTakes>(parts);
+    const auto finished = std::make_shared<FinishedTakes>(parts);
     std::vector<bool> is_new;
     doTakes(result, *finished, earlier, reference, parts, is_new);
     result.corpus.layout = options_.layout;
@@ -226,14 +211,15 @@ class Builder {
     if (earlier) {
       result.corpus.neutral_pose_mm = earlier->corpus.neutral_pose_mm;
       result.corpus.build_log = earlier->corpus.build_log;
-      settleNewTakes(result, *finished, is_new, reference, options_);
-    } else {
-      settleFrame(result, *finished, reference, options_);
+    }
+    const bool are_aligned = alignTakes(result, *finished, is_new, reference, options_);
+    if (!earlier) {
+      settleFrame(result.corpus, *finished, reference, options_);
+      result.corpus.build_log["takes_aligned_by_phones"] = are_aligned ? "yes" : "no";
     }
     result.corpus.trajectory_model = fitTrajectoryModel(result.corpus, {.jobs = options_.jobs});
     result.corpus.viseme_poses = posesOf(result.corpus);
     writeLog(result, settings_, reference);
-    if (output_.empty()) return inMemory(std::move(result), *finished);
     result.corpus.name = output_.stem().string();
     writeCorpus(output_, result.corpus);
     result.corpus.motion_source = nullptr;  // its parts go; the database has it all
@@ -243,15 +229,7 @@ class Builder {
   }
 
  private:
-  static BuildResult inMemory(BuildResult result, const FinishedTakes& finished) {
-    for (std::size_t take = 0; take < result.corpus.takes.size(); ++take)
-      result.corpus.takes[take].motion = finished.load(TakeIndex(take));
-    result.corpus.motion_source = nullptr;
-    return result;
-  }
-
   std::optional<EarlierBuild> findEarlierBuild() {
-    if (output_.empty()) return std::nullopt;
     std::vector<std::string> keys(found_.takes.size());
     parallelFor(keys.size(), threadCount(options_),
                 [&](std::size_t i) { keys[i] = takeKey(found_.takes[i], settings_); });
@@ -270,11 +248,10 @@ class Builder {
     };
     const auto light = [&](CleanedTake take, const std::string& key, bool was_kept) {
       finished.takeOver(key, take.take.motion);
-      if (!output_.empty()) std::vector<float>().swap(take.take.audio.samples);  // with its room
+      std::vector<float>().swap(take.take.audio.samples);  // with its room
       return Done{std::move(take), {}, was_kept};
     };
     auto done = forEachTake<Done>(found_.takes, options_, steps_, result.left_out, [&](const TakeFiles& files) {
-      if (output_.empty()) return light(cleanTake(files, reference, options_, labeller), files.name, false);
       const std::string& key = keys_.at(files.name);
       if (earlier) {
         const auto found = earlier->takes.find(key);
@@ -294,11 +271,11 @@ class Builder {
       if (take.earlier) {
         finished.addEarlier(earlier->corpus.motion_source, TakeIndex(*take.earlier));
       } else {
-        finished.addPart(output_.empty() ? take.cleaned.take.name : take.cleaned.report.key);
+        finished.addPart(take.cleaned.report.key);
       }
       result.corpus.takes.push_back(std::move(take.cleaned.take));
       result.takes.push_back(std::move(take.cleaned.report));
-      result.kept_takes += take.was_kept ? 1 : 0;
+      result.kept_takes += take.was_kept ? 1U : 0U;
     }
   }
 
@@ -311,10 +288,6 @@ class Builder {
 };
 
 }  // namespace
-
-BuildResult buildCorpus(const fs::path& folder, const BuildOptions& options, const BuildProgress& progress) {
-  return Builder(folder, {}, options, progress).build();
-}
 
 BuildResult buildCorpusFile(const fs::path& folder, const fs::path& output, const BuildOptions& options,
                             const BuildProgress& progress) {

@@ -26,7 +26,7 @@ struct BuildOptions {
 };
 
 struct BuildResult {
-  Corpus corpus;  ///< of buildCorpusFile() without motion and sound: those are in the file alone
+  Corpus corpus;  ///< without motion and sound: those are in the file alone
   std::vector<TakeReport> takes;
   std::vector<LeftOutTake> left_out;
   std::size_t kept_takes = 0;  ///< that were done before and not done again
@@ -35,15 +35,12 @@ struct BuildResult {
 /// Called from one thread at a time.
 using BuildProgress = std::function<void(std::size_t done, std::size_t total)>;
 
-/// Takes -> cleaned, labelled corpus: labels found where there are none, head motion removed, one frame and size for
-/// all takes, short gaps filled, neutral pose, the face's own axes. Throws InputError when the folder has no usable
-/// take; with `strict`, for any unusable one.
-BuildResult buildCorpus(const std::filesystem::path& folder, const BuildOptions& options,
-                        const BuildProgress& progress = {});
-
-/// The same, written to `output`. It is replaced when all is done, so it is whole at any moment. Takes already in it
-/// (by the content of their files and the options) are not done again, and the others come into its frame and neutral
-/// pose; takes done by a run that was interrupted are taken up from the folder `output`.parts.
+/// Takes -> cleaned, labelled corpus in the file `output`: labels found where there are none, head motion removed, one
+/// frame and size for all takes, short gaps filled, neutral pose, the face's own axes. The file is replaced when all is
+/// done, so it is whole at any moment. Takes already in it (by the content of their files and the options) are not done
+/// again, and the others come into its frame and neutral pose; takes done by a run that was interrupted are taken up
+/// from the folder `output`.parts. Throws InputError when the folder has no usable take; with `strict`, for any that
+/// cannot be used.
 BuildResult buildCorpusFile(const std::filesystem::path& folder, const std::filesystem::path& output,
                             const BuildOptions& options, const BuildProgress& progress = {});
 

@@ -111,11 +111,11 @@ Json missingJson(const PairCounts& have, const std::vector<std::vector<Phone>>& 
       const Phone first = i == 0 ? Phone::kSil : word[i - 1], second = i == word.size() ? Phone::kSil : word[i];
       const bool is_there = have[indexOf(first)][indexOf(second)] > 0;
       ++whole;
-      covered += is_there ? 1 : 0;
+      covered += is_there ? 1U : 0U;
       can_speak = can_speak && is_there;
       if (!is_there) ++needed[{first, second}];
     }
-    speakable += can_speak ? 1 : 0;
+    speakable += can_speak ? 1U : 0U;
   }
   std::vector<std::pair<std::size_t, std::pair<Phone, Phone>>> sorted;
   for (const auto& [pair, words] : needed) sorted.push_back({words, pair});

@@ -12,7 +12,7 @@ namespace {
 double seenShare(const MotionClip& clip, std::size_t marker) {
   std::size_t seen = 0;
   for (std::size_t frame = 0; frame < clip.frameCount(); ++frame)
-    seen += clip.isSeen(FrameIndex(frame), MarkerIndex(marker)) ? 1 : 0;
+    seen += clip.isSeen(FrameIndex(frame), MarkerIndex(marker)) ? 1U : 0U;
   return asReal(seen) / asReal(clip.frameCount());
 }
 

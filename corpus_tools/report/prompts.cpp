@@ -10,6 +10,7 @@
 #include <set>
 
 #include "base/errors.h"
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {
@@ -216,7 +217,7 @@ ChosenPrompts choosePrompts(const std::vector<Prompt>& prompts, std::size_t coun
       candidates.push({worth_of(best.sentence), best.sentence, chosen.sentences.size()});
       continue;
     }
-    for (const std::size_t pair : pairs[best.sentence]) different += held[pair]++ == 0 ? 1 : 0;
+    for (const std::size_t pair : pairs[best.sentence]) different += held[pair]++ == 0 ? 1U : 0U;
     chosen.sentences.push_back(best.sentence);
     chosen.pairs.push_back(different);
   }

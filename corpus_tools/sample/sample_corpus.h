@@ -1,15 +1,11 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <optional>
-#include <set>
-#include <span>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "base/time.h"
@@ -57,13 +53,6 @@ struct TimeSentence {
 
 /// All 2,880 sentences of the grammar, in a fixed order.
 std::vector<TimeSentence> allTimeSentences();
-
-using WordPair = std::pair<std::string, std::string>;
-/// The words of `sentence` that follow each other; "twenty-five" is one word.
-std::set<WordPair> wordPairs(const TimeSentence& sentence);
-
-/// An upper bound of the word pairs that `count` sentences can hold together (proof in the source); 55 reach it.
-std::size_t mostWordPairs(std::size_t count);
 
 /// `count` sentences that hold every word and as many word pairs as `count` sentences can; beyond that, as many pairs
 /// of neighbouring sounds across a word boundary and word triples as possible. Greedy choice, then exchange while it

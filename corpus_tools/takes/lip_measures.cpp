@@ -15,10 +15,8 @@ constexpr double kClosureShare = 0.25;   ///< of the curve's own range of openin
 constexpr Seconds kProbeStep = 0.005;    ///< openings between the frames are read off straight lines
 constexpr double kLeastRangeMm = 1.0;    ///< a mouth that moves less has no closures
 
-double ratio(double part, double whole) { return whole > 0 ? part / whole : std::numeric_limits<double>::quiet_NaN(); }
-
 double meanOf(const std::vector<double>& values) {
-  return ratio(std::accumulate(values.begin(), values.end(), 0.0), asReal(values.size()));
+  return LipMeasures::ratio(std::accumulate(values.begin(), values.end(), 0.0), asReal(values.size()));
 }
 
 /// Pearson's r over the frames that both have; NaN for fewer than three or a constant.
@@ -151,8 +149,8 @@ void addClosures(const Opening& captured, const Opening& synthesised, const Spee
     const bool shut = synthesised.closesIn(phone);
     if (isVowel(phone.phone)) {
       ++measures.vowels;
-      measures.vowels_shut += shut ? 1 : 0;
-      measures.captured_vowels_shut += closes ? 1 : 0;
+      measures.vowels_shut += shut ? 1U : 0U;
+      measures.captured_vowels_shut += closes ? 1U : 0U;
     }
     if (isBilabial(phone.phone) && closes) {
       ++measures.closures;
@@ -176,48 +174,23 @@ void addContacts(const Opening& captured, const Opening& synthesised, const Spee
 
 }  // namespace
 
-double LipMeasures::lipRms() const { return std::sqrt(ratio(squared_error_mm2, asReal(squared_errors))); }
-double LipMeasures::lve() const { return ratio(largest_squared_mm2, asReal(frames)); }
+double LipMeasures::ratio(double part, double whole) {
+  return whole > 0 ? part / whole : std::numeric_limits<double>::quiet_NaN();
+}
 double LipMeasures::openingCorrelation() const { return meanOf(opening_r); }
 double LipMeasures::widthCorrelation() const { return meanOf(width_r); }
-double LipMeasures::closureRecall() const {
-  return ratio(asReal(closures_kept), asReal(closures));
-}
-double LipMeasures::contactRecall() const {
-  return ratio(asReal(contacts_kept), asReal(contacts));
-}
-double LipMeasures::falseClosureShare() const {
-  return ratio(asReal(false_closures), asReal(open_phones));
-}
-double LipMeasures::vowelsShutShare() const {
-  return ratio(asReal(vowels_shut), asReal(vowels));
-}
-double LipMeasures::capturedVowelsShutShare() const {
-  return ratio(asReal(captured_vowels_shut), asReal(vowels));
-}
-double LipMeasures::varianceRatio() const { return ratio(variance_mm2, captured_variance_mm2); }
-double LipMeasures::jerkRatio() const { return std::sqrt(ratio(jerk, captured_jerk)); }
 
 LipMeasures& LipMeasures::operator+=(const LipMeasures& other) {
-  frames += other.frames;
-  squared_error_mm2 += other.squared_error_mm2;
-  squared_errors += other.squared_errors;
-  largest_squared_mm2 += other.largest_squared_mm2;
+  using M = LipMeasures;
+  for (const auto count : {&M::frames, &M::squared_errors, &M::closures, &M::closures_kept, &M::contacts,
+                           &M::contacts_kept, &M::open_phones, &M::false_closures, &M::vowels, &M::vowels_shut,
+                           &M::captured_vowels_shut})
+    this->*count += other.*count;
+  for (const auto sum : {&M::squared_error_mm2, &M::largest_squared_mm2, &M::variance_mm2, &M::captured_variance_mm2,
+                         &M::jerk, &M::captured_jerk})
+    this->*sum += other.*sum;
   opening_r.insert(opening_r.end(), other.opening_r.begin(), other.opening_r.end());
   width_r.insert(width_r.end(), other.width_r.begin(), other.width_r.end());
-  closures += other.closures;
-  closures_kept += other.closures_kept;
-  contacts += other.contacts;
-  contacts_kept += other.contacts_kept;
-  open_phones += other.open_phones;
-  false_closures += other.false_closures;
-  vowels += other.vowels;
-  vowels_shut += other.vowels_shut;
-  captured_vowels_shut += other.captured_vowels_shut;
-  variance_mm2 += other.variance_mm2;
-  captured_variance_mm2 += other.captured_variance_mm2;
-  jerk += other.jerk;
-  captured_jerk += other.captured_jerk;
   return *this;
 }
 

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
+#include "base/index.h"
 #include "motion/marker_layout.h"
 #include "motion/motion_clip.h"
 #include "phonetics/labels/speech_labels.h"
@@ -29,17 +31,19 @@ struct LipMeasures {
   double variance_mm2 = 0, captured_variance_mm2 = 0;  ///< of the lip coordinates, summed
   double jerk = 0, captured_jerk = 0;                  ///< squared third differences, summed
 
-  [[nodiscard]] double lipRms() const;              ///< mm
-  [[nodiscard]] double lve() const;                 ///< mm^2
-  [[nodiscard]] double openingCorrelation() const;  ///< mean over takes
+  /// NaN where there is nothing to divide by, as in all that follow.
+  [[nodiscard]] static double ratio(double part, double whole);
+  [[nodiscard]] double lipRms() const { return std::sqrt(ratio(squared_error_mm2, asReal(squared_errors))); }  ///< mm
+  [[nodiscard]] double lve() const { return ratio(largest_squared_mm2, asReal(frames)); }  ///< mm^2
+  [[nodiscard]] double openingCorrelation() const;                                         ///< mean over takes
   [[nodiscard]] double widthCorrelation() const;
-  [[nodiscard]] double closureRecall() const;  ///< NaN without closures, as all ratios without a denominator
-  [[nodiscard]] double contactRecall() const;
-  [[nodiscard]] double falseClosureShare() const;
-  [[nodiscard]] double vowelsShutShare() const;
-  [[nodiscard]] double capturedVowelsShutShare() const;
-  [[nodiscard]] double varianceRatio() const;
-  [[nodiscard]] double jerkRatio() const;
+  [[nodiscard]] double closureRecall() const { return ratio(asReal(closures_kept), asReal(closures)); }
+  [[nodiscard]] double contactRecall() const { return ratio(asReal(contacts_kept), asReal(contacts)); }
+  [[nodiscard]] double falseClosureShare() const { return ratio(asReal(false_closures), asReal(open_phones)); }
+  [[nodiscard]] double vowelsShutShare() const { return ratio(asReal(vowels_shut), asReal(vowels)); }
+  [[nodiscard]] double capturedVowelsShutShare() const { return ratio(asReal(captured_vowels_shut), asReal(vowels)); }
+  [[nodiscard]] double varianceRatio() const { return ratio(variance_mm2, captured_variance_mm2); }
+  [[nodiscard]] double jerkRatio() const { return std::sqrt(ratio(jerk, captured_jerk)); }
   LipMeasures& operator+=(const LipMeasures& other);
 };
 

@@ -49,7 +49,7 @@ MarkerPositions meanOfSeen(const std::vector<MarkerPositions>& shapes) {
 std::size_t sharedMarkers(const MarkerPositions& source, const MarkerPositions& target) {
   if (source.rows() != target.rows()) return 0;
   std::size_t shared = 0;
-  for (Eigen::Index i = 0; i < source.rows(); ++i) shared += seenInBoth(source, target, i) ? 1 : 0;
+  for (Eigen::Index i = 0; i < source.rows(); ++i) shared += seenInBoth(source, target, i) ? 1U : 0U;
   return shared;
 }
 

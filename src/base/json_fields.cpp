@@ -132,7 +132,8 @@ std::string JsonField::name(std::size_t most) const {
 }
 
 std::size_t JsonField::choice(std::span<const std::string_view> words) const {
-  const auto found = isText() ? std::find(words.begin(), words.end(), node_->get_ref<const std::string&>()) : words.end();
+  const auto found =
+      isText() ? std::find(words.begin(), words.end(), node_->get_ref<const std::string&>()) : words.end();
   if (found == words.end()) refuse(fmt::format("one of {}", fmt::join(words, ", ")));
   return unsignedIndex(found - words.begin());
 }

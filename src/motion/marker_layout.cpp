@@ -178,7 +178,8 @@ std::string layoutToJson(const MarkerLayout& layout) {
                                {"mirror", layout.markers.at(marker.mirror.value).name},
                                {"mediapipe_landmark", marker.mediapipe_landmark},
                                {"stable", marker.stable}});
-    if (marker.lip != lipSideOf(marker.name)) root["markers"].back()["lip"] = kLips[static_cast<std::size_t>(marker.lip)];
+    if (marker.lip != lipSideOf(marker.name))
+      root["markers"].back()["lip"] = kLips[static_cast<std::size_t>(marker.lip)];
     if (marker.role) root["markers"].back()["role"] = wordOf(*marker.role);
   }
   root["jig"] = layout.jig_names;

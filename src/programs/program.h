@@ -22,8 +22,8 @@ inline constexpr int kExitDone = 0;
 inline constexpr int kExitBadInput = 1;
 inline constexpr int kExitWrongUsage = 2;
 
-/// A command line to serve: `synth` itself, or one of the subcommands of `corpus` and `retarget`. Each stands in a source
-/// file of its own, options beside what they do; makeCommand() makes one from the two.
+/// A command line to serve: `synth` itself, or one of the subcommands of `corpus` and `retarget`. Each stands in a
+/// source file of its own, options beside what they do; makeCommand() makes one from the two.
 struct Command {
   std::string name;
   std::string what;     ///< one line of help
@@ -42,8 +42,8 @@ void addQuietFlag(CLI::App& app, bool& quiet);
 /// --json, for the (sub)commands that print facts.
 void addJsonFlag(CLI::App& app, bool& json);
 
-/// A command whose options are read into an `Options` with a member `quiet`: addOptions() declares the others, and run()
-/// is called with what was read.
+/// A command whose options are read into an `Options` with a member `quiet`: addOptions() declares the others, and
+/// run() is called with what was read.
 template <typename Options>
 Command makeCommand(std::string name, std::string what, std::string example, void (*addOptions)(CLI::App&, Options&),
                     int (*run)(const Options&)) {

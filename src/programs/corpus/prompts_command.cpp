@@ -79,7 +79,7 @@ void noteCurve(const ChosenPrompts& chosen, bool quiet) {
     if (step > 1 && count == std::max<std::size_t>(1, (step - 1) * last / 10)) continue;
     const double share = asReal(chosen.pairs[count - 1]) / asReal(chosen.possible_pairs);
     printNotice(fmt::format("{:6} sentences {:5} {:5.1f} % {}", count, chosen.pairs[count - 1], 100 * share,
-                            std::string(unsignedIndex(40 * share), '#')),
+                            std::string(40 * chosen.pairs[count - 1] / chosen.possible_pairs, '#')),
                 quiet);
   }
 }

@@ -35,11 +35,19 @@ struct Problem {
   Matrix centers, values, queries;
 };
 
+/// Centres no nearer to each other than kLeastDistance, so that every kernel can be solved to many digits.
 Problem problem(unsigned seed, Eigen::Index dimension) {
+  constexpr double kLeastDistance = 6;
   std::mt19937 random(seed);
   const Eigen::Index count = 12 + dimension * 6;
-  return {randomMatrix(random, count, dimension, 100), randomMatrix(random, count, 2, 1),
-          randomMatrix(random, 20, dimension, 120)};
+  Matrix centers(count, dimension);
+  for (Eigen::Index i = 0; i < count;) {
+    centers.row(i) = randomMatrix(random, 1, dimension, 100);
+    const bool is_apart =
+        i == 0 || (centers.topRows(i).rowwise() - centers.row(i)).rowwise().norm().minCoeff() > kLeastDistance;
+    i += is_apart ? 1 : 0;
+  }
+  return {centers, randomMatrix(random, count, 2, 1), randomMatrix(random, 20, dimension, 120)};
 }
 
 /// Calls check(problem, options) for random problems of one to three dimensions and every kind.

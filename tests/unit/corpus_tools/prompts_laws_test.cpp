@@ -148,7 +148,7 @@ std::vector<std::size_t> plainChoice(const std::vector<Prompt>& prompts, std::si
       double worth = 0;
       for (const Pair& pair : pairsOf(prompts[i])) worth += held[pair] == 0 ? 1.0 : 0.01 / held[pair];
       worth /= std::sqrt(asReal(prompts[i].phones.size() + 1));
-      if (worth > best_worth + 1e-12) best_worth = worth, best = i;
+      if (worth > best_worth) best_worth = worth, best = i;
     }
     for (const Pair& pair : pairsOf(prompts[best])) ++held[pair];
     chosen.push_back(best);

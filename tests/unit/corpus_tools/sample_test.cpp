@@ -6,7 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
 
 #include "audio/audio_clip.h"
 #include "base/errors.h"
@@ -45,6 +48,40 @@ TEST(SampleSentences, AreTheChosenOnesSomeWithAPause) {
   }
   EXPECT_EQ(built_in, chosen);
   EXPECT_GE(pauses, 5U) << "'now' must also be heard before a pause";
+}
+
+using WordPair = std::pair<std::string, std::string>;
+
+/// The words of `sentence` that follow each other; "twenty-five" is one word.
+std::set<WordPair> wordPairs(const TimeSentence& sentence) {
+  std::istringstream stream(sentence.text());
+  const std::vector<std::string> words{std::istream_iterator<std::string>(stream), {}};
+  std::set<WordPair> pairs;
+  for (std::size_t i = 1; i < words.size(); ++i) pairs.emplace(words[i - 1], words[i]);
+  return pairs;
+}
+
+/// An upper bound of the word pairs that `count` sentences can hold together; 55 reach it.
+std::size_t mostWordPairs(std::size_t count) {
+  std::set<WordPair> all;
+  for (const TimeSentence& sentence : allTimeSentences()) {
+    const std::set<WordPair> pairs = wordPairs(sentence);
+    all.insert(pairs.begin(), pairs.end());
+  }
+  // Three kinds of pairs compete for the sentences. "Entries": {now, exactly, after, almost} with the first word of the
+  // minutes (24) or with an hour (40 more; "five" and "ten" are among the 24): a sentence has one. {past, to} with an
+  // hour (24). An hour with the first word of the day-info, of which {five, ten} x {in, am, pm} (6) matter here. Let x
+  // be the number of sentences with minutes, or with the bare hour five or ten. The others alone bring the 40: entries
+  // <= min(count, 24 + count - x). Of the last two kinds, 20 need sentences of their own with minutes, and 6 more need
+  // one each with hour five or ten (which may bring the other 4 of the 24): all but 26 - x of them at best.
+  constexpr std::size_t kEntries = 64, kMinuteEntries = 24, kOwnSentences = 26;
+  std::size_t fewest_missing = all.size();
+  for (std::size_t x = 0; x <= count; ++x) {
+    const std::size_t entries = std::min({kEntries, count, kMinuteEntries + count - x});
+    const std::size_t others_missing = kOwnSentences > x ? kOwnSentences - x : 0;
+    fewest_missing = std::min(fewest_missing, kEntries - entries + others_missing);
+  }
+  return all.size() - fewest_missing;
 }
 
 TEST(SampleSentences, HoldEveryWordAndAsManyWordPairsAsTheyCan) {

@@ -10,6 +10,7 @@
 #include "motion/formats/c3d_file.h"
 #include "phonetics/labels/labels_builder.h"
 #include "phonetics/labels/textgrid.h"
+#include "support/run_program.h"
 
 namespace mouthpiece {
 namespace {
@@ -211,6 +212,13 @@ Corpus speakingCorpus() {
   std::vector<CorpusTake> takes;
   for (std::size_t i = 0; i < lines.size(); ++i) takes.push_back(saidTake("take" + std::to_string(i), lines[i]));
   return corpusOf("speaking", std::move(takes));
+}
+
+BuildResult buildCorpus(const std::filesystem::path& folder, const BuildOptions& options) {
+  const test::ScratchFolder scratch;
+  BuildResult result = buildCorpusFile(folder, scratch.path() / "built.corpus", options);
+  result.corpus = readCorpus(scratch.path() / "built.corpus", CorpusAudio::kLoad);
+  return result;
 }
 
 double angleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {

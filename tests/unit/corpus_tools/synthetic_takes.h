@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "corpus_tools/building/corpus_builder.h"
 #include "corpus_tools/takes/take_files.h"
 #include "motion/cleaning/rigid.h"
 #include "units/file/corpus.h"
@@ -42,6 +43,9 @@ Corpus corpusOf(const std::string& name, std::vector<CorpusTake> takes);
 
 /// Ten takes over the same few phones: enough to fit a trajectory model to, and to hold some out.
 Corpus speakingCorpus();
+
+/// buildCorpusFile() into a file that goes away: the corpus has motion and sound.
+BuildResult buildCorpus(const std::filesystem::path& folder, const BuildOptions& options);
 
 /// Positions of the default layout's markers on an ellipsoid, in the face's own axes.
 MarkerPositions syntheticNeutral();

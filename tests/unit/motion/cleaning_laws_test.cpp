@@ -62,8 +62,8 @@ TEST(GapLaws, GapsAreTheRunsOfUnseenFrames) {
     for (const Gap& gap : findGaps(clip)) {
       ASSERT_LT(gap.first, gap.last);
       covered.col(gap.marker.row()).segment(gap.first.row(), (gap.last.row() - gap.first.row())).array() += 1;
-      if (gap.first.value > 0) EXPECT_TRUE(clip.isSeen(FrameIndex(gap.first.value - 1), gap.marker));
-      if (gap.last.value < clip.frameCount()) EXPECT_TRUE(clip.isSeen(gap.last, gap.marker));
+      EXPECT_TRUE(gap.first.value == 0 || clip.isSeen(FrameIndex(gap.first.value - 1), gap.marker));
+      EXPECT_TRUE(gap.last.value == clip.frameCount() || clip.isSeen(gap.last, gap.marker));
     }
     for (Eigen::Index frame = 0; frame < covered.rows(); ++frame) {
       for (Eigen::Index marker = 0; marker < 8; ++marker)
