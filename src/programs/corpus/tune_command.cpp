@@ -3,8 +3,7 @@
 #include <optional>
 
 #include "programs/corpus/command_support.h"
-#include "corpus_tools/research/tuning/voice_tuning.h"
-#include "corpus_tools/research/tuning/weight_tuning.h"
+#include "corpus_tools/research/tuning/tuning.h"
 
 namespace mouthpiece {
 namespace {
