@@ -7,9 +7,7 @@
 
 #include "motion/blend.h"
 #include "motion/lip_gauge.h"
-#include "units/selection/context_mean.h"
 #include "units/prediction/phone_shapes.h"
-#include "units/selection/unit_costs.h"
 
 namespace mouthpiece {
 namespace {

@@ -144,7 +144,7 @@ PlacedUnit describeCurves(const PhoneRange& gap, const SynthesisRequest& request
   placed.phones = gap;
   placed.span = request.labels.spanOf(gap);
   placed.scale = "curves";
-  placed.cost = request.options.selection.weights.backoff;
+  placed.cost = request.options.selection.weights["stand-in"];
   placed.is_backoff = true;
   return placed;
 }

@@ -1,4 +1,4 @@
-#include "units/selection/viseme_distance.h"
+#include "units/costs/viseme_distance.h"
 
 #include <cmath>
 #include <limits>

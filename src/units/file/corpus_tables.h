@@ -3,6 +3,10 @@
 #include <array>
 #include <cstdint>
 #include <string_view>
+#include <vector>
+
+#include "units/file/corpus.h"
+#include "units/file/sqlite_database.h"
 
 namespace mouthpiece {
 
@@ -57,5 +61,27 @@ inline constexpr std::array<CorpusTable, 12> kCorpusTables{{
      "CREATE TABLE viseme_poses(id INTEGER PRIMARY KEY, json TEXT NOT NULL, crc INTEGER NOT NULL) STRICT", 3},
 }};
 inline constexpr std::array<std::size_t, 3> kTablesOfVersion{9, 11, kCorpusTables.size()};  ///< version 1 first
+
+/// How many rows of each table a take promises.
+struct LabelCounts {
+  std::size_t phones = 0;
+  std::size_t syllables = 0;
+  std::size_t words = 0;
+};
+
+/// The labels of all takes, from the tables words, syllables and phones. Throws InputError unless every promise of
+/// SpeechLabels holds and each take has as many rows as `counts` says.
+std::vector<SpeechLabels> readLabels(SqliteDatabase& database, const std::vector<LabelCounts>& counts);
+
+// The tables `trajectory_model` and `phone_shapes`.
+
+/// Fills `corpus.trajectory_model` and `lattice_weights`; leaves them alone when the table is empty. Needs the layout.
+void readTrajectoryModel(SqliteDatabase& database, Corpus& corpus);
+/// Of the take whose row is at hand.
+PhoneShapes readShapes(const CheckedQuery& row, std::size_t phones, Eigen::Index components);
+/// Looks at the shapes of all takes; throws InputError for what is damaged or missing.
+void readAllShapes(SqliteDatabase& database, const Corpus& corpus);
+/// Nothing for a corpus without a model.
+void writeTrajectoryModel(SqliteDatabase& database, const Corpus& corpus);
 
 }  // namespace mouthpiece
