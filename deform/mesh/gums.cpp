@@ -1,5 +1,4 @@
-#include "deform/mouth/gums.h"
-
+// Gums that come in one piece with the tongue.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -8,70 +7,17 @@
 #include <map>
 #include <utility>
 
-#include "deform/mesh/seen_from_above.h"
+#include "deform/mesh/mesh_reader.h"
+#include "deform/mesh/triangle_tree.h"
 
 namespace mouthpiece {
 namespace {
 
-constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
 Eigen::Vector3f corner(const FaceMesh& mesh, const Triangle& triangle, std::size_t k) {
   return mesh.vertices.row(triangle[k]).transpose();
 }
-
-Eigen::Vector3f centroid(const FaceMesh& mesh, const Triangle& triangle) {
-  return (corner(mesh, triangle, 0) + corner(mesh, triangle, 1) + corner(mesh, triangle, 2)) / 3.0F;
-}
-
-/// The triangles seen from above, in a net of cells.
-class SeenFromAbove {
- public:
-  SeenFromAbove(const FaceMesh& mesh, std::span<const Triangle> triangles) : mesh_(mesh), triangles_(triangles) {
-    for (const Triangle& triangle : triangles) {
-      for (std::size_t k = 0; k < 3; ++k) box_.extend(fromAbove(corner(mesh, triangle, k)));
-    }
-    cells_.resize(kCells * kCells);
-    for (std::size_t i = 0; i < triangles.size(); ++i) {
-      Eigen::AlignedBox2f own;
-      for (std::size_t k = 0; k < 3; ++k) own.extend(fromAbove(corner(mesh, triangles[i], k)));
-      const auto [x0, z0] = cellAt(own.min());
-      const auto [x1, z1] = cellAt(own.max());
-      for (std::size_t z = z0; z <= z1; ++z) {
-        for (std::size_t x = x0; x <= x1; ++x) cells_[z * kCells + x].push_back(i);
-      }
-    }
-  }
-
-  /// How many other triangles lie straight above the middle of triangle `own`.
-  [[nodiscard]] int countAbove(std::size_t own) const {
-    const Eigen::Vector3f middle = centroid(mesh_, triangles_[own]);
-    const Eigen::Vector2f p = fromAbove(middle);
-    const auto [x, z] = cellAt(p);
-    int count = 0;
-    for (const std::size_t i : cells_[z * kCells + x]) {
-      if (i != own && heightAt(mesh_, triangles_[i], p).value_or(middle.y()) > middle.y()) ++count;
-    }
-    return count;
-  }
-
- private:
-  static constexpr std::size_t kCells = 32;
-
-  static Eigen::Vector2f fromAbove(const Eigen::Vector3f& p) { return {p.x(), p.z()}; }
-
-  [[nodiscard]] std::pair<std::size_t, std::size_t> cellAt(const Eigen::Vector2f& p) const {
-    const Eigen::Array2f share = (p - box_.min()).array() / box_.sizes().array().max(1e-30F);
-    const auto cell = [](float x) {
-      return static_cast<std::size_t>(std::clamp(x * static_cast<float>(kCells), 0.0F, static_cast<float>(kCells - 1)));
-    };
-    return {cell(share.x()), cell(share.y())};
-  }
-
-  const FaceMesh& mesh_;
-  std::span<const Triangle> triangles_;
-  Eigen::AlignedBox2f box_;
-  std::vector<std::vector<std::size_t>> cells_;
-};
 
 /// Triangles that share an edge; vertices in one place count as one. kNone at borders and where more than two meet.
 std::vector<std::array<std::size_t, 3>> neighboursOf(const FaceMesh& mesh, std::span<const Triangle> triangles) {
@@ -98,14 +44,18 @@ std::vector<std::array<std::size_t, 3>> neighboursOf(const FaceMesh& mesh, std::
 /// the floor of the mouth.
 std::vector<bool> tongueOf(const FaceMesh& mesh, std::span<const Triangle> gums, const Eigen::Vector3f& mouth) {
   constexpr float kSteep = 0.3F;  // cosine to the vertical: a rim, which may count to either side
-  const SeenFromAbove seen(mesh, gums);
-  std::vector<int> above;
-  std::vector<float> upward;  // cosine of the normal to the vertical
-  float palate = 0;           // area that faces up where nothing lies above: below zero, for a palate faces down
+  const TriangleTree tree(mesh.vertices, gums);
+  std::vector<std::ptrdiff_t> above;  // how many other triangles lie straight above the middle of each
+  std::vector<float> upward;          // cosine of the normal to the vertical
+  float palate = 0;  // area that faces up where nothing lies above: below zero, for a palate faces down
   for (std::size_t i = 0; i < gums.size(); ++i) {
     const Eigen::Vector3f a = corner(mesh, gums[i], 0);
     const Eigen::Vector3f normal = (corner(mesh, gums[i], 1) - a).cross(corner(mesh, gums[i], 2) - a);
-    above.push_back(seen.countAbove(i));
+    const Eigen::Vector3d middle = centroid(mesh, gums[i]).cast<double>();
+    const auto crossings = tree.crossings(middle.x(), middle.z());
+    above.push_back(std::count_if(crossings.begin(), crossings.end(), [&](const TriangleTree::Crossing& crossing) {
+      return crossing.triangle != i && crossing.height > middle.y();
+    }));
     upward.push_back(normal.y() / std::max(normal.norm(), 1e-30F));
     if (above.back() == 0) palate += normal.y();
   }

@@ -1,14 +1,13 @@
 // What a reader collected becomes a FaceMesh: triangles in the order of the parts, kinds told by names and shape.
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <boost/pending/disjoint_sets.hpp>
 #include <cctype>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <string>
 
 #include "base/errors.h"
-#include "deform/mouth/gums.h"
 #include "deform/mesh/mesh_reader.h"
 
 namespace mouthpiece {
@@ -86,32 +85,21 @@ std::array<float, 4> colorOf(PartKind kind) {
 /// Sets of vertices that triangles join; vertices at the same place count as one (seams split them).
 class Islands {
  public:
-  Islands(const FaceMesh& mesh, std::span<const Triangle> triangles)
-      : parent_(static_cast<std::size_t>(mesh.vertices.rows())) {
-    std::iota(parent_.begin(), parent_.end(), 0U);
+  Islands(const FaceMesh& mesh, std::span<const Triangle> triangles) : sets_(mesh.vertexCount()) {
     std::map<std::array<float, 3>, std::uint32_t> first_at;
     for (const Triangle& triangle : triangles) {
       for (const std::uint32_t vertex : triangle) {
         const auto point = mesh.vertices.row(vertex);
-        join(first_at.try_emplace({point[0], point[1], point[2]}, vertex).first->second, vertex);
-        join(triangle[0], vertex);
+        sets_.union_set(first_at.try_emplace({point[0], point[1], point[2]}, vertex).first->second, vertex);
+        sets_.union_set(triangle[0], vertex);
       }
     }
   }
-  std::uint32_t islandOf(std::uint32_t vertex) {
-    while (parent_[vertex] != vertex) vertex = parent_[vertex] = parent_[parent_[vertex]];
-    return vertex;
-  }
+  std::size_t islandOf(std::uint32_t vertex) { return sets_.find_set(vertex); }
 
  private:
-  void join(std::uint32_t a, std::uint32_t b) { parent_[islandOf(a)] = islandOf(b); }
-  std::vector<std::uint32_t> parent_;
+  boost::disjoint_sets_with_storage<> sets_;
 };
-
-Eigen::Vector3f centroid(const FaceMesh& mesh, const Triangle& triangle) {
-  return ((mesh.vertices.row(triangle[0]) + mesh.vertices.row(triangle[1]) + mesh.vertices.row(triangle[2])) / 3.0F)
-      .transpose();
-}
 
 /// Two-means in height over the islands of teeth, each weighing as many triangles as it has: true where upper.
 /// One island, or islands of one height only: nullopt.
@@ -121,7 +109,7 @@ std::optional<std::vector<bool>> upperTriangles(const FaceMesh& mesh, std::span<
     double height = 0;
     double count = 0;
   };
-  std::map<std::uint32_t, Sum> sums;
+  std::map<std::size_t, Sum> sums;
   for (const Triangle& triangle : triangles) {
     Sum& sum = sums[islands.islandOf(triangle[0])];
     sum.height += centroid(mesh, triangle)[1];
@@ -155,10 +143,6 @@ std::optional<std::vector<bool>> upperTriangles(const FaceMesh& mesh, std::span<
     is_upper.push_back(std::abs(height - high) < std::abs(height - low));
   }
   return is_upper;
-}
-
-std::span<const Triangle> trianglesOf(const FaceMesh& mesh, const MeshPart& part) {
-  return std::span(mesh.triangles).subspan(part.first_triangle, part.triangle_count);
 }
 
 /// Rewrites `part` of `mesh` as up to kinds.size() parts with the names and kinds given; `choice` says which a triangle
@@ -224,7 +208,7 @@ void appendSplitMouthBag(FaceMesh& mesh, const MeshPart& part, const Eigen::Alig
                          std::vector<MeshPart>& parts) {
   constexpr double kBagOverTeeth = 2.5;  // a bag is at most so much larger than the teeth in it
   Islands islands(mesh, trianglesOf(mesh, part));
-  std::map<std::uint32_t, Eigen::AlignedBox3d> boxes;
+  std::map<std::size_t, Eigen::AlignedBox3d> boxes;
   for (const Triangle& triangle : trianglesOf(mesh, part))
     boxes[islands.islandOf(triangle[0])].extend(centroid(mesh, triangle).cast<double>());
   std::vector<std::size_t> choice;
@@ -332,7 +316,7 @@ FaceMesh finishMesh(MeshSoup soup, std::string_view file) {
   FaceMesh mesh;
   mesh.metres_per_unit = soup.metres_per_unit;
   const std::size_t vertices = soup.vertexCount();
-  mesh.vertices = Eigen::Map<const VertexPositions>(soup.positions.data(), static_cast<Eigen::Index>(vertices), 3);
+  mesh.vertices = Eigen::Map<const VertexPositions>(soup.positions.data(), signedIndex(vertices), 3);
   mesh.vertex_colors = std::move(soup.vertex_colors);
   mesh.texture_coordinates = std::move(soup.texture_coordinates);
   if (!mesh.texture_coordinates.empty()) mesh.texture_coordinates.resize(vertices, std::array<float, 2>{0.0F, 0.0F});

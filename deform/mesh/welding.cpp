@@ -1,13 +1,14 @@
-#include "deform/kernel/welding.h"
+#include "deform/mesh/welding.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <boost/iterator/counting_iterator.hpp>
+#include <boost/pending/disjoint_sets.hpp>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numbers>
-#include <numeric>
 
 namespace mouthpiece {
 namespace {
@@ -30,20 +31,18 @@ using EdgePlaces = std::map<std::pair<Place, Place>, std::vector<HalfEdge>>;
 
 class Sewing {
  public:
-  explicit Sewing(const FaceMesh& mesh) : mesh_(mesh), parent_(static_cast<std::size_t>(mesh.vertices.rows())) {
-    std::iota(parent_.begin(), parent_.end(), 0U);
-  }
+  explicit Sewing(const FaceMesh& mesh) : mesh_(mesh), sets_(mesh.vertexCount()) {}
 
   void sewAll(const EdgePlaces& places) {
     for (const auto& [ends, edges] : places) {
       if (edges.size() <= kMostAtOneEdge) sew(ends, edges);
     }
+    // From now on each set is called by the least of its vertices.
+    const boost::counting_iterator<std::size_t> first(0), last(mesh_.vertexCount());
+    sets_.normalize_sets(first, last);
   }
 
-  std::uint32_t rootOf(std::uint32_t v) {
-    while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
-    return v;
-  }
+  std::size_t rootOf(std::uint32_t v) { return sets_.find_set(v); }
 
   [[nodiscard]] Place placeOf(std::uint32_t v) const {
     return {mesh_.vertices(v, 0), mesh_.vertices(v, 1), mesh_.vertices(v, 2)};
@@ -57,7 +56,7 @@ class Sewing {
     const Vector3d x = axis.unitOrthogonal(), y = axis.cross(x);
     std::vector<double> angles;
     for (const HalfEdge& edge : edges) {
-      const Vector3d way = at(edge.across) - origin;
+      const Vector3d way = pointAt(mesh_.vertices, edge.across) - origin;
       angles.push_back(std::atan2(way.dot(y), way.dot(x)));
     }
     return angles;
@@ -86,19 +85,13 @@ class Sewing {
       }
       if (other == edges.size()) continue;
       is_taken[other] = true;
-      join(edges[e].from, edges[other].to);
-      join(edges[e].to, edges[other].from);
+      sets_.union_set(edges[e].from, edges[other].to);
+      sets_.union_set(edges[e].to, edges[other].from);
     }
   }
 
-  [[nodiscard]] Vector3d at(std::uint32_t v) const { return mesh_.vertices.row(v).transpose().cast<double>(); }
-  void join(std::uint32_t a, std::uint32_t b) {
-    const std::uint32_t root_a = rootOf(a), root_b = rootOf(b);
-    parent_[std::max(root_a, root_b)] = std::min(root_a, root_b);
-  }
-
   const FaceMesh& mesh_;
-  std::vector<std::uint32_t> parent_;
+  boost::disjoint_sets_with_storage<> sets_;
 };
 
 /// Edges that one triangle alone has, by vertex number; `edge_count`: all edges.
@@ -118,42 +111,18 @@ std::vector<HalfEdge> borderEdges(const FaceMesh& mesh, std::size_t& edge_count)
   return border;
 }
 
-FaceBinding picked(const FaceBinding& binding, const std::vector<std::uint32_t>& from) {
-  const auto pick = [&from](const auto& column) {
-    std::decay_t<decltype(column)> values;
-    values.reserve(from.size());
-    for (const std::uint32_t v : from) values.push_back(column[v]);
-    return values;
-  };
-  std::vector<std::uint32_t> carried;
-  for (std::uint32_t v = 0; v < from.size(); ++v) {
-    if (isCarried(binding, from[v])) carried.push_back(v);
-  }
-  return {pick(binding.patch),       pick(binding.u),          pick(binding.v),   pick(binding.d),
-          pick(binding.skin_weight), pick(binding.jaw_weight), std::move(carried)};
-}
-
 }  // namespace
 
-FaceBinding weldedBinding(const FaceBinding& given, const Welding& welding) { return picked(given, welding.given_of); }
-FaceBinding givenBinding(const FaceBinding& welded, const Welding& welding) {
-  return picked(welded, welding.welded_of);
-}
-
-VertexPositions Welding::weldedFromGiven(const VertexPositions& given) const {
-  VertexPositions welded(static_cast<Eigen::Index>(given_of.size()), 3);
-  for (std::size_t v = 0; v < given_of.size(); ++v) welded.row(static_cast<Eigen::Index>(v)) = given.row(given_of[v]);
-  return welded;
-}
+VertexPositions Welding::weldedFromGiven(const VertexPositions& given) const { return given(given_of, Eigen::all); }
 
 void Welding::givenFromWelded(const VertexPositions& welded, VertexPositions& given) const {
-  given.resize(static_cast<Eigen::Index>(welded_of.size()), 3);
-  for (std::size_t v = 0; v < welded_of.size(); ++v) given.row(static_cast<Eigen::Index>(v)) = welded.row(welded_of[v]);
+  given.resize(signedIndex(welded_of.size()), 3);
+  for (std::size_t v = 0; v < welded_of.size(); ++v) given.row(signedIndex(v)) = welded.row(welded_of[v]);
 }
 
 Welding weldSplitTriangles(const FaceMesh& mesh) {
   // A surface has half as many vertices as triangles, apart from its seams; one in pieces more than triangles.
-  if (static_cast<std::size_t>(mesh.vertices.rows()) < mesh.triangles.size()) return {};
+  if (mesh.vertexCount() < mesh.triangles.size()) return {};
   std::size_t edge_count = 0;
   const std::vector<HalfEdge> border = borderEdges(mesh, edge_count);
   if (2 * border.size() < edge_count) return {};
@@ -165,9 +134,9 @@ Welding weldSplitTriangles(const FaceMesh& mesh) {
   }
   sewing.sewAll(places);
   Welding welding;
-  welding.welded_of.resize(static_cast<std::size_t>(mesh.vertices.rows()));
+  welding.welded_of.resize(mesh.vertexCount());
   for (std::uint32_t v = 0; v < welding.welded_of.size(); ++v) {
-    const std::uint32_t root = sewing.rootOf(v);  // the least of its vertices
+    const std::size_t root = sewing.rootOf(v);
     if (root == v) {
       welding.welded_of[v] = static_cast<std::uint32_t>(welding.given_of.size());
       welding.given_of.push_back(v);

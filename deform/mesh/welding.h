@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "deform/surface/binding.h"
 #include "deform/mesh/face_mesh.h"
 
 namespace mouthpiece {
@@ -23,10 +22,6 @@ struct Welding {
   [[nodiscard]] VertexPositions weldedFromGiven(const VertexPositions& given) const;
   void givenFromWelded(const VertexPositions& welded, VertexPositions& given) const;
 };
-
-/// The binding of `mesh` from that of the given mesh, and back.
-FaceBinding weldedBinding(const FaceBinding& given, const Welding& welding);
-FaceBinding givenBinding(const FaceBinding& welded, const Welding& welding);
 
 /// Sews edges in the same place together, where most of the mesh's edges are its border; other meshes are left alone,
 /// for their doubled edges are seams, or lips that touch. Where more than two triangles share an edge's place, each is

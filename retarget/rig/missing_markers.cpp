@@ -1,11 +1,11 @@
-#include "retarget/placing/missing_markers.h"
-
+// Markers that a motion lacks: completedMarkers() of face_rig.h.
 #include <fmt/format.h>
 
 #include <array>
 
 #include "base/errors.h"
 #include "base/rbf.h"
+#include "retarget/rig/face_rig.h"
 
 namespace mouthpiece {
 namespace {
@@ -23,7 +23,7 @@ bool areOnBothLips(LipSide a, LipSide b) { return a != LipSide::kNone && b != Li
 
 /// Displacements of `lacking` (rows) from those of `drivers` (columns).
 Eigen::MatrixXd shares(const MarkerPositions& neutral, const Rows& lacking, const Rows& drivers) {
-  const auto count = static_cast<Eigen::Index>(drivers.size());
+  const auto count = signedIndex(drivers.size());
   const MarkerPositions places = neutral(drivers, Eigen::all), wanted = neutral(lacking, Eigen::all);
   return RbfInterpolant::fit(places, RbfInterpolant::Matrix::Identity(count, count), kByNeighbours).evaluate(wanted);
 }
@@ -35,7 +35,7 @@ void moveAlong(CompletedMarkers& completed, const Rows& lacking, const Rows& dri
     auto columns = completed.positions_mm.middleCols<3>(3 * lacking[i]);
     columns.rowwise() = completed.neutral_mm.row(lacking[i]);
     for (std::size_t k = 0; k < drivers.size(); ++k) {
-      const double weight = weights(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k));
+      const double weight = weights(signedIndex(i), signedIndex(k));
       const auto from = completed.positions_mm.middleCols<3>(3 * drivers[k]);
       columns += weight * (from.rowwise() - completed.neutral_mm.row(drivers[k]));
     }
@@ -46,14 +46,14 @@ void moveAlong(CompletedMarkers& completed, const Rows& lacking, const Rows& dri
 
 CompletedMarkers completedMarkers(const MotionClip& motion, const MarkerPositions& motion_neutral_mm,
                                   const ControlMesh& control, const MarkerPositions& face_neutral_mm) {
-  const auto count = static_cast<Eigen::Index>(control.marker_count);
+  const auto count = signedIndex(control.marker_count);
   CompletedMarkers completed{PositionMatrix(motion.positions_mm.rows(), 3 * count), face_neutral_mm};
   Rows present, lacking;
   for (Eigen::Index to = 0; to < count; ++to) {
-    const auto marker = motion.findMarker(control.points[static_cast<std::size_t>(to)].name);
+    const auto marker = motion.findMarker(control.points[unsignedIndex(to)].name);
     (marker ? present : lacking).push_back(to);
     if (!marker) continue;
-    const auto from = static_cast<Eigen::Index>(marker->value);
+    const auto from = signedIndex(marker->value);
     completed.positions_mm.middleCols<3>(3 * to) = motion.positions_mm.middleCols<3>(3 * from);
     completed.neutral_mm.row(to) = motion_neutral_mm.row(from);
   }
@@ -71,7 +71,7 @@ CompletedMarkers completedMarkers(const MotionClip& motion, const MarkerPosition
   const MarkerPositions found = completed.neutral_mm(present, Eigen::all);
   completed.neutral_mm(lacking, Eigen::all) = RbfInterpolant::fit(known, found, kByPlace).evaluate(wanted);
   for (const LipSide side : {LipSide::kNone, LipSide::kUpper, LipSide::kLower}) {
-    const auto sideOf = [&](Eigen::Index row) { return control.points[static_cast<std::size_t>(row)].side; };
+    const auto sideOf = [&](Eigen::Index row) { return control.points[unsignedIndex(row)].side; };
     Rows of_side, drivers;
     for (const Eigen::Index row : lacking) {
       if (sideOf(row) == side) of_side.push_back(row);

@@ -9,13 +9,13 @@
 #include <span>
 
 #include "base/index.h"
-#include "deform/kernel/welding.h"
+#include "deform/mesh/welding.h"
 #include "deform/surface/bezier_surface.h"
 #include "motion/lip_gauge.h"
 #include "motion/resample.h"
 #include "programs/retarget/commands.h"
 #include "retarget/rig/face_rig.h"
-#include "retarget/rig/lip_contact.h"
+#include "retarget/rig/face_fit.h"
 #include "synthesis/lips.h"
 #include "units/file/corpus.h"
 
