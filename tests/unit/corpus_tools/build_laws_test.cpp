@@ -8,6 +8,7 @@
 #include <random>
 
 #include "base/errors.h"
+#include "base/index.h"
 #include "corpus_tools/building/corpus_builder.h"
 #include "corpus_tools/takes/take_report.h"
 #include "support/run_program.h"
@@ -22,6 +23,14 @@ constexpr unsigned kMachines = 3;
 constexpr int kSteps = 6;
 /// A take that joins finds the head of the takes before it, which has their noise.
 constexpr double kJoinedToleranceMm = 0.3;
+
+/// The usual options with so many takes at once.
+BuildOptions withJobs(std::size_t jobs, bool strict = false) {
+  BuildOptions options;
+  options.jobs = jobs;
+  options.strict = strict;
+  return options;
+}
 
 /// A folder of takes and what they are: name -> seed of the take's noise and of the head's way.
 class Folder {
@@ -91,7 +100,7 @@ TEST(BuildLaws, TakesComeChangeAndGo) {
     Corpus before;
     for (int step = 0; step < kSteps; ++step) {
       SCOPED_TRACE(testing::Message() << "step " << step);
-      const BuildResult result = buildCorpusFile(folder.path(), out, {.jobs = 1 + random() % 3});
+      const BuildResult result = buildCorpusFile(folder.path(), out, withJobs(1 + random() % 3));
       const Corpus now = readCorpus(out, CorpusAudio::kLoad);
       // The folder's takes, by name, each done once unless it was there before.
       std::vector<std::string> names;
@@ -137,7 +146,7 @@ TEST(BuildLaws, ABuildThatBreaksOffGoesOn) {
     const auto stopAfter = [&](std::size_t done, std::size_t) {
       if (done == steps) throw Stop();
     };
-    EXPECT_THROW(buildCorpusFile(folder.path(), out, {.jobs = 1}, stopAfter), Stop);
+    EXPECT_THROW(buildCorpusFile(folder.path(), out, withJobs(1), stopAfter), Stop);
     EXPECT_FALSE(fs::exists(out)) << "nothing half done stands there";
     const BuildResult rest = buildCorpusFile(folder.path(), out, {});
     // The first half of the steps looks at the heads; of the second each does a take.
@@ -162,7 +171,7 @@ TEST(BuildLaws, ADamagedTakeIsLeftOutUntilItIsMended) {
     EXPECT_EQ(damaged.left_out[0].name, "take2");
     EXPECT_NE(damaged.left_out[0].reason.find("take2"), std::string::npos) << "it names the file";
     EXPECT_EQ(damaged.kept_takes, 2U);
-    EXPECT_THROW(buildCorpusFile(folder.path(), scratch.path() / "strict.corpus", {.strict = true}), InputError);
+    EXPECT_THROW(buildCorpusFile(folder.path(), scratch.path() / "strict.corpus", withJobs(1, true)), InputError);
     std::ofstream(file, std::ios::binary) << bytes;
     EXPECT_EQ(buildCorpusFile(folder.path(), out, {}).kept_takes, 2U);
     EXPECT_EQ(readCorpus(out).takes.size(), 3U);
@@ -180,7 +189,7 @@ TEST(BuildLaws, ReportsSurviveTheLog) {
       report.key = std::string(random() % 64, 'k');
       report.frames = random();
       report.spikes = random() % 10;
-      report.noise_mm = 1e-3 * (random() % 1000);
+      report.noise_mm = 1e-3 * asReal(random() % 1000);
       report.labels_found = random() % 2 == 0;
       report.lips.closure_changes_mm.assign(random() % 5, 0.125);
       report.lips.jerk_after[random() % LipFidelity::kBands] = 2.5;

@@ -129,7 +129,7 @@ TEST(FactsLaws, CountWhatIsThere) {
         speech += phone.phone == Phone::kSil ? 0 : phone.span.duration();
       for (std::size_t frame = 0; frame < take.motion.frameCount(); ++frame) {
         for (std::size_t marker = 0; marker < 66; ++marker)
-          missing += take.motion.isSeen(FrameIndex(frame), MarkerIndex(marker)) ? 0 : 1;
+          missing += take.motion.isSeen(FrameIndex(frame), MarkerIndex(marker)) ? 0U : 1U;
       }
     }
     EXPECT_EQ(facts["takes"], corpus.takes.size());

@@ -44,7 +44,7 @@ TEST(SampleSentences, AreTheChosenOnesSomeWithAPause) {
   std::size_t pauses = 0;
   for (const std::string& text : sampleSentences()) {
     built_in.push_back(withoutCommas(text));
-    pauses += text != built_in.back() ? 1 : 0;
+    pauses += text != built_in.back() ? 1U : 0U;
   }
   EXPECT_EQ(built_in, chosen);
   EXPECT_GE(pauses, 5U) << "'now' must also be heard before a pause";
