@@ -4,7 +4,7 @@
 #include <cmath>
 #include <span>
 
-#include "vocal/pose_motion.h"
+#include "vocal/viseme_poses.h"
 
 namespace mouthpiece {
 namespace {
@@ -270,7 +270,7 @@ struct Composer {
     if (before.exists) meet(*run_before, before);
     if (after.exists) meet(*run_after, after);
     meetNeighbours(before, after, own, poses);
-    keepContacts(curves, visemes, own, poses);
+    poses = withContacts(curves, visemes, own, std::move(poses));
     poses.rowwise() += rest;
     if (before.exists) blendWithRun(*run_before, before, true, own, first, blend, poses);
     if (after.exists) blendWithRun(*run_after, after, false, own, first, blend, poses);

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "vocal/curve_edits.h"
+#include "vocal/animation_curve.h"
 #include "vocal/vocal_style.h"
 
 namespace mouthpiece {

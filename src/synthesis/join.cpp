@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/statistics.h"
 #include "motion/resample.h"
 #include "synthesis/coupling.h"
 
@@ -45,14 +46,6 @@ double largestVelocityChange(const MotionClip& motion, Eigen::Index frame) {
   const Eigen::RowVectorXd change =
       (rows.row(frame + 1) - 2 * rows.row(frame) + rows.row(frame - 1)) * motion.frame_rate_hz;
   return Eigen::Map<const MarkerPositions>(change.data(), change.size() / 3, 3).rowwise().norm().maxCoeff();
-}
-
-double percentileOf(std::vector<double>& values, double percentile) {
-  if (values.empty()) return 0;
-  const auto at =
-      static_cast<std::ptrdiff_t>(std::clamp(percentile / 100, 0.0, 1.0) * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
 }
 
 /// Anywhere but at the very ends of the phone, over `length` to twice that.
@@ -144,7 +137,8 @@ FrameChange frameChangePercentile(const Corpus& corpus, double frame_rate_hz, do
       if (frame > 0) keepSeen(changes, largestVelocityChange(motion, frame));
     }
   }
-  return {percentileOf(steps, percentile), percentileOf(changes, percentile)};
+  const double share = std::clamp(percentile / 100, 0.0, 1.0);
+  return {quantile(std::move(steps), share, 0), quantile(std::move(changes), share, 0)};
 }
 
 }  // namespace mouthpiece

@@ -18,8 +18,8 @@
 #include "synthesis/join_offset.h"
 #include "synthesis/lips.h"
 #include "synthesis/tongue.h"
-#include "vocal/maps_field.h"
-#include "vocal/pose_motion.h"
+#include "vocal/viseme_curves.h"
+#include "vocal/viseme_poses.h"
 
 namespace mouthpiece {
 namespace {

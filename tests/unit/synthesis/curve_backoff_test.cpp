@@ -9,7 +9,7 @@
 #include "support/tiny_corpus.h"
 #include "synthesis/curve_model.h"
 #include "synthesis/synthesis.h"
-#include "vocal/pose_motion.h"
+#include "vocal/viseme_poses.h"
 
 namespace mouthpiece {
 namespace {

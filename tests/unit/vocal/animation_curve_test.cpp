@@ -1,4 +1,4 @@
-#include "vocal/curve_key.h"
+#include "vocal/animation_curve.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@ namespace {
 
 AnimationCurve fourKeys() {
   AnimationCurve curve{"Ah", {{0.0, 0.0}, {0.12, 0.8}, {0.30, 0.8}, {0.42, 0.0}}};
-  setMonotoneSlopes(curve.keys);
+  curve.keys = withMonotoneSlopes(curve.keys);
   return curve;
 }
 
@@ -35,7 +35,7 @@ TEST(CurveKey, HoldsBetweenEqualKeysAndHasNoKink) {
 
 TEST(CurveKey, MonotoneSlopesNeverOvershoot) {
   AnimationCurve curve{"Ee", {{0, 0}, {0.1, 0.7}, {0.11, 0.75}, {0.4, 0.1}, {0.5, 0.1}, {0.6, 1.0}}};
-  setMonotoneSlopes(curve.keys);
+  curve.keys = withMonotoneSlopes(curve.keys);
   for (std::size_t i = 0; i + 1 < curve.keys.size(); ++i) {
     const auto [low, high] = std::minmax(curve.keys[i].value, curve.keys[i + 1].value);
     for (double u = 0; u <= 1; u += 0.05) {

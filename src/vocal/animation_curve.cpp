@@ -1,6 +1,8 @@
-#include "vocal/curve_key.h"
+#include "vocal/animation_curve.h"
 
 #include <algorithm>
+
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {
@@ -19,6 +21,11 @@ double hermiteSlope(const CurveKey& a, const CurveKey& b, Seconds time) {
   const double u = (time - a.time) / length;
   const double rest = 1 - u;
   return 6 * u * rest * (b.value - a.value) / length + a.out * rest * (1 - 3 * u) + b.in * u * (3 * u - 2);
+}
+
+std::vector<CurveKey>::const_iterator firstAfter(const std::vector<CurveKey>& keys, Seconds time) {
+  return std::upper_bound(keys.begin(), keys.end(), time,
+                          [](Seconds wanted, const CurveKey& key) { return wanted < key.time; });
 }
 
 /// The value at `time`, given the first key that lies after it.
@@ -40,14 +47,11 @@ double monotoneSlope(double before, double after, Seconds length_before, Seconds
 
 double AnimationCurve::valueAt(Seconds time) const {
   if (keys.empty()) return 0;
-  const auto next = std::upper_bound(keys.begin(), keys.end(), time,
-                                     [](Seconds wanted, const CurveKey& key) { return wanted < key.time; });
-  return valueBefore(keys, static_cast<std::size_t>(next - keys.begin()), time);
+  return valueBefore(keys, unsignedIndex(firstAfter(keys, time) - keys.begin()), time);
 }
 
 std::pair<double, double> AnimationCurve::slopesAt(Seconds time) const {
-  const auto next = std::upper_bound(keys.begin(), keys.end(), time,
-                                     [](Seconds wanted, const CurveKey& key) { return wanted < key.time; });
+  const auto next = firstAfter(keys, time);
   const bool is_after_first = next != keys.begin();
   const double after = is_after_first && next != keys.end() ? hermiteSlope(*(next - 1), *next, time) : 0;
   const bool is_key = is_after_first && (next - 1)->time == time;
@@ -55,7 +59,19 @@ std::pair<double, double> AnimationCurve::slopesAt(Seconds time) const {
   return {next - 1 == keys.begin() ? 0 : (next - 1)->in, next == keys.end() ? 0 : after};
 }
 
-void setMonotoneSlopes(std::vector<CurveKey>& keys) {
+CurveSet sortedByName(CurveSet curves) {
+  std::sort(curves.begin(), curves.end(),
+            [](const AnimationCurve& a, const AnimationCurve& b) { return a.name < b.name; });
+  return curves;
+}
+
+const AnimationCurve* findCurve(const CurveSet& curves, std::string_view name) {
+  const auto found =
+      std::find_if(curves.begin(), curves.end(), [&](const AnimationCurve& curve) { return curve.name == name; });
+  return found == curves.end() ? nullptr : &*found;
+}
+
+std::vector<CurveKey> withMonotoneSlopes(std::vector<CurveKey> keys) {
   for (std::size_t i = 0; i < keys.size(); ++i) {
     double slope = 0;
     if (i > 0 && i + 1 < keys.size()) {
@@ -68,6 +84,7 @@ void setMonotoneSlopes(std::vector<CurveKey>& keys) {
     }
     keys[i].in = keys[i].out = slope;
   }
+  return keys;
 }
 
 std::vector<double> sampleCurve(const AnimationCurve& curve, const std::vector<Seconds>& times) {

@@ -1,15 +1,16 @@
-#include "singing/singing_voice.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
+#include "base/child_process.h"
 #include "base/errors.h"
 #include "base/files.h"
+#include "base/index.h"
 #include "base/text_numbers.h"
-#include "base/child_process.h"
+#include "singing/sung_line.h"
 #include "voices/festival_script.h"
-#include "singing/singing_script.h"
 #include "voices/spoken_line_builder.h"
 
 namespace mouthpiece {
@@ -22,6 +23,8 @@ constexpr std::string_view kVoice = "kal_diphone";
 constexpr std::string_view kHeapCells = "4000000";
 constexpr Seconds kTimeLimit = 60;
 constexpr std::string_view kCountsFile = "syllables.txt";
+constexpr Seconds kVibratoStep = 0.02, kVibratoRise = 0.3;
+constexpr double kMostSteps = 400;  // of one note: Festival's lists are recursive
 
 /// A token is a word, said as its first entry: neither numbers nor abbreviations nor parts of speech change the count
 /// of syllables.
@@ -75,11 +78,10 @@ std::string replaced(std::string_view text, std::string_view key, std::string_vi
   return out.replace(at, key.size(), value);
 }
 
-std::string lowerWord(const std::string& word) {
-  std::string lower;
-  for (const char c : word) lower += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  const auto first = lower.find_first_not_of('\'');
-  return lower.substr(first, lower.find_last_not_of('\'') - first + 1);
+/// What Festival is to say: apostrophes at a word's ends have no sound.
+std::string spokenWord(std::string_view text) {
+  text.remove_prefix(std::min(text.size(), text.find_first_not_of('\'')));
+  return std::string(text.substr(0, text.find_last_not_of('\'') + 1));
 }
 
 /// One run of Festival in a private folder.
@@ -121,7 +123,7 @@ std::vector<std::size_t> syllableCounts(SingingRun& festival, const std::string&
   for (std::string_view line; lines.next(line);) {
     const auto count = parseNumber(line);
     if (!count || !(*count >= 0 && *count < 100)) break;
-    counts.push_back(static_cast<std::size_t>(*count));
+    counts.push_back(unsignedIndex(std::lround(*count)));
   }
   if (counts.size() != words) {
     throw InputError("festival", "",
@@ -130,39 +132,83 @@ std::vector<std::size_t> syllableCounts(SingingRun& festival, const std::string&
   return counts;
 }
 
-void checkPronounced(const std::vector<SungWord>& words, const std::vector<std::size_t>& counts) {
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (counts[i] == 0) {
-      throw InputError(
-          "song", fmt::format("word {}", i + 1),
-          fmt::format("Festival cannot say '{}'; expected another spelling, or a lexicon with it", words[i].text));
-    }
-  }
+void checkPronounced(const Song& song, const std::vector<std::size_t>& counts) {
+  const auto mute = std::find(counts.begin(), counts.end(), 0U);
+  if (mute == counts.end()) return;
+  const auto word = unsignedIndex(mute - counts.begin());
+  throw InputError(
+      "song", fmt::format("word {}", word + 1),
+      fmt::format("Festival cannot say '{}'; expected another spelling, or a lexicon with it", song.words[word].text));
 }
 
-std::vector<TimedTone> timedTones(const std::vector<SungWord>& words, Seconds first_rest) {
-  std::vector<TimedTone> tones;
-  Seconds time = first_rest;
-  for (const SungWord& word : words) {
-    for (const auto& syllable : word.syllables) {
-      for (const SungTone& tone : syllable) {
-        tones.push_back({{time, time + tone.duration}, tone.hz, tone.vibrato});
-        time += tone.duration;
-      }
-    }
-    time += word.rest;
+/// The frequencies and lengths of a syllable, in singing mode's way to write slurs.
+struct Slur {
+  std::string frequencies, lengths;
+
+  void add(double hz, Seconds length) {
+    frequencies += fmt::format("{}{:.2f}", frequencies.empty() ? "" : "+", hz);
+    lengths += fmt::format("{}{:.5f}", lengths.empty() ? "" : "+", length);
   }
-  return tones;
+
+  void add(const Note& note, const SungVibrato& vibrato) {
+    const Seconds length = note.span.duration();
+    if (!note.vibrato) return add(note.hz, length);
+    const double steps = std::clamp(std::floor(length / kVibratoStep + 0.5 + 1e-6), 1.0, kMostSteps);
+    for (double step = 0; step < steps; ++step) {
+      const Seconds time = (step + 0.5) * length / steps;
+      const double growth = std::clamp((time - vibrato.delay) / kVibratoRise, 0.0, 1.0);
+      const double swing = std::sin(2 * std::numbers::pi * vibrato.rate_hz * (time - vibrato.delay));
+      add(note.hz * std::exp2(growth * vibrato.depth_semitones * swing / 12), length / steps);
+    }
+  }
+};
+
+std::string restXml(Seconds length) {
+  constexpr Seconds kShortestRest = 1e-6;
+  return length > kShortestRest ? fmt::format("<REST SECONDS=\"{:.4f}\"></REST>\n", length) : "";
+}
+
+/// The notes that were sung, and the vibrato of those that have it.
+AudioTags tagsOf(const Song& song, const SungVibrato& vibrato) {
+  AudioTags tags;
+  tags.notes = song.notes();
+  for (const Note& note : tags.notes) {
+    const TimeSpan span{note.span.start + vibrato.delay, note.span.end};
+    if (note.vibrato && span.duration() > 0) tags.vibrato.push_back({span, vibrato.rate_hz, vibrato.depth_semitones});
+  }
+  return tags;
 }
 
 }  // namespace
 
-SungLine singWords(const std::vector<SungWord>& words, Seconds first_rest, const SingingOptions& options) {
-  checkSungWords(words, first_rest);
+std::string festivalSingingXml(const Song& song, const SungVibrato& vibrato) {
+  std::string xml =
+      "<?xml version=\"1.0\"?>\n<!DOCTYPE SINGING PUBLIC \"-//SINGING//DTD SINGING mark up//EN\" \"Singing.v0_1.dtd\" "
+      "[]>\n<SINGING BPM=\"60\">\n";
+  Seconds sung_until = 0;
+  for (const SongWord& word : song.words) {
+    xml += restXml(word.span().start - sung_until);
+    sung_until = word.end();
+    Slur sung;
+    for (const Syllable& syllable : word.syllables) {
+      Slur slur;
+      for (const Note& note : syllable.notes) slur.add(note, vibrato);
+      sung.frequencies += (sung.frequencies.empty() ? "" : ",") + slur.frequencies;
+      sung.lengths += (sung.lengths.empty() ? "" : ",") + slur.lengths;
+    }
+    xml += fmt::format("<DURATION SECONDS=\"{}\"><PITCH FREQ=\"{}\">{}</PITCH></DURATION>\n", sung.lengths,
+                       sung.frequencies, spokenWord(word.text));
+  }
+  return xml + restXml(song.duration - sung_until) + "</SINGING>\n";
+}
+
+SungLine singWithFestival(const Song& song, const SingingOptions& options) {
+  checkSong(song, "song");
   std::string lyrics, quoted;
-  for (const SungWord& word : words) {
-    lyrics += (lyrics.empty() ? "" : " ") + lowerWord(word.text);
-    quoted += fmt::format("\"{}\" ", lowerWord(word.text));
+  for (const SongWord& word : song.words) {
+    const std::string spoken = spokenWord(word.text);
+    lyrics += (lyrics.empty() ? "" : " ") + spoken;
+    quoted += fmt::format("\"{}\" ", spoken);
   }
   // The script that speaks a text, with singing mode's reader in the place of the text's.
   const std::string job = replaced(makeFestivalJob(kVoice, lyrics, options.lexicon).script, "'text)", "'singing)");
@@ -170,21 +216,18 @@ SungLine singWords(const std::vector<SungWord>& words, Seconds first_rest, const
   MOUTHPIECE_EXPECT(labels_begin != std::string::npos);
   const std::string start = job.substr(0, labels_begin) + replaced(kPlainWords, "{words}", quoted);
   SingingRun festival;
-  const std::vector<std::size_t> counts = syllableCounts(festival, start, words.size());
-  checkPronounced(words, counts);
-  const std::vector<SungWord> fitted = fitSyllables(words, counts);
-  writeFileAtomically(festival.file(kFestivalTextFile), singingXml(fitted, first_rest, options.vibrato));
+  const std::vector<std::size_t> counts = syllableCounts(festival, start, song.words.size());
+  checkPronounced(song, counts);
+  const Song fitted = withSyllables(song, counts);
+  writeFileAtomically(festival.file(kFestivalTextFile), festivalSingingXml(fitted, options.vibrato));
   const std::string sing =
       replaced(job.substr(labels_begin), "(list utt.synth ", "(list utt.synth mouthpiece-join-all ");
   festival.run(start + std::string(kFix) + std::string(kHold) + sing, std::string(kFestivalLabelsFile));
   SpokenLineBuilder builder;
   std::size_t number = 0;
-  for (FestivalUtterance& utterance : parseFestivalLabels(readFile(festival.file(kFestivalLabelsFile)))) {
+  for (FestivalUtterance& utterance : parseFestivalLabels(readFile(festival.file(kFestivalLabelsFile))))
     builder.add(readAudio(festival.file(festivalWaveFile(number++))), std::move(utterance.phones), utterance.words);
-  }
-  SungLine sung{.line = builder.build(lyrics, fmt::format("festival:{}", kVoice)),
-                .tones = timedTones(fitted, first_rest)};
-  return sung;
+  return {builder.build(lyrics, fmt::format("festival:{}", kVoice)), tagsOf(fitted, options.vibrato), {}};
 }
 
 }  // namespace mouthpiece
