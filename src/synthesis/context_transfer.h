@@ -33,7 +33,7 @@ PositionMatrix transferContext(const PositionMatrix& residuals, const SpeechLabe
 /// Lips that closed in the capture close: in each B P M of the line the frame with the least opening is brought to that
 /// of the fragments there, or to the speaker's usual closure where they stay open, and the frames around it with it. In
 /// each F V the frame with the highest lower lip is brought as near to the teeth as the fragments were.
-void keepContacts(const SpeechLabels& line, const UnitDatabase& database, const std::vector<SelectedUnit>& units,
-                  std::span<const Seconds> times, PositionMatrix& positions);
+PositionMatrix keepContacts(PositionMatrix positions, const SpeechLabels& line, const UnitDatabase& database,
+                            const std::vector<SelectedUnit>& units, std::span<const Seconds> times);
 
 }  // namespace mouthpiece

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/index.h"
 #include "motion/resample.h"
-#include "synthesis/coupling.h"
 
 namespace mouthpiece {
 namespace {
@@ -32,7 +32,7 @@ double disagreement(const Fragment& before, const Fragment& after, TimeSpan blen
     const Seconds time = std::lerp(blend.start, blend.end, u);
     sum += (before.lipsAt(time) - after.lipsAt(time)).squaredNorm();
   }
-  return sum / (before.lipsAt(blend.start).size() + 1.0);
+  return sum / (asReal(before.lipsAt(blend.start).size()) + 1);
 }
 
 double largestStep(const MotionClip& motion, Eigen::Index frame) {
@@ -66,12 +66,13 @@ TimeSpan searchCoupling(const LabelledPhone& phone, const Fragment& before, cons
   return cheapestCoupling(before, after, {middles, lengths});
 }
 
-TimeSpan placeLipJoin(const LabelledPhone& phone, const Fragment& before, const Fragment& after, Seconds overlap,
-                      double frame_rate_hz, bool search_coupling, std::optional<Seconds> sound_cut) {
+TimeSpan placeLipJoin(const LabelledPhone& phone, const Fragment& before, const Fragment& after,
+                      const JoinOptions& options) {
   const PhoneIndex shared = after.phones().first;
   const Seconds length =
-      std::max(blendLength(phone.span.duration(), std::min(before.captureRateHz(), after.captureRateHz()), overlap),
-               std::min(overlap, 2 / frame_rate_hz));
+      std::max(blendLength(phone.span.duration(), std::min(before.captureRateHz(), after.captureRateHz()),
+                           options.overlap),
+               std::min(options.overlap, 2 / options.frame_rate_hz));
   const Seconds room = std::max(0.0, phone.span.duration() - length);
   const auto at = [&](double u) {
     const Seconds middle = phone.span.middle() + (u - 0.5) * room;
@@ -81,7 +82,7 @@ TimeSpan placeLipJoin(const LabelledPhone& phone, const Fragment& before, const 
   const bool before_is_strange = before.sourcePhone(shared).phone != phone.phone;
   const bool after_is_strange = after.sourcePhone(shared).phone != phone.phone;
   if (before_is_strange != after_is_strange) return at(before_is_strange ? 0 : 1);
-  if (search_coupling && length > 0) return searchCoupling(phone, before, after, length, sound_cut);
+  if (options.search_coupling && length > 0) return searchCoupling(phone, before, after, length, options.sound_cut);
   TimeSpan best = at(0.5);
   double least = disagreement(before, after, best);
   constexpr double kOffCentre = 1.1;  // a place off the middle must be that much better
@@ -104,21 +105,21 @@ TimeSpan placeSilentJoin(const LabelledPhone& phone, const LabelledPhone& before
 
 }  // namespace
 
-JoinSpans placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after, Seconds overlap,
-                    double frame_rate_hz, bool search_coupling, std::optional<Seconds> sound_cut) {
+JoinSpans placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after,
+                    const JoinOptions& options) {
   const PhoneIndex shared = after.phones().first;
   const LabelledPhone& phone = line.phones[shared.value];
   if (phone.phone == Phone::kSil) {
     const TimeSpan join = placeSilentJoin(phone, before.sourcePhone(shared), after.sourcePhone(shared));
     return {join, join};
   }
-  const TimeSpan lips = placeLipJoin(phone, before, after, overlap, frame_rate_hz, search_coupling, sound_cut);
+  const TimeSpan lips = placeLipJoin(phone, before, after, options);
   return {lips, centred(lips.middle(), std::max(kUpperFaceOverlap, lips.duration()))};
 }
 
 Join measureJoin(const MotionClip& motion, Seconds time) {
   Join join{time, 0, 0};
-  const auto last = static_cast<Eigen::Index>(motion.frameCount()) - 1;
+  const Eigen::Index last = motion.positions_mm.rows() - 1;
   if (last < 1) return join;
   const auto frame = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(time * motion.frame_rate_hz), 0, last - 1);
   join.position_jump_mm = largestStep(motion, frame);

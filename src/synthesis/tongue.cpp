@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/index.h"
 #include "synthesis/phone_presence.h"
 
 namespace mouthpiece {
@@ -15,7 +16,7 @@ std::vector<TonguePose> tongueFromPhones(const SpeechLabels& labels, std::span<c
   std::vector<TonguePose> poses(times.size());
   forEachPresence(labels, times, kMove, [&poses](std::size_t frame, Phone phone, double presence) {
     const TongueTarget& target = rowOf(phone).tongue;
-    const auto present = static_cast<float>(presence);
+    const auto present = asFloat(presence);
     TonguePose& pose = poses[frame];
     pose.tip_up = std::max(pose.tip_up, present * target.tip_up);
     pose.tip_forward = std::max(pose.tip_forward, present * target.tip_forward);

@@ -82,8 +82,7 @@ TEST_F(ContextTransfer, TheLowerLipComesAsNearToTheTeethAsItWas) {
   const auto kept = [&](double lowered_mm) {
     PositionMatrix positions = take.motion.positions_mm;
     positions.col(kLowerLipY).array() -= lowered_mm;
-    keepContacts(take.labels, database, {unit}, times, positions);
-    return positions;
+    return keepContacts(std::move(positions), take.labels, database, {unit}, times);
   };
   constexpr double kLoweredMm = 2, kRounding = 1e-6;
   const double captured = highestInF(take.motion.positions_mm);

@@ -1,12 +1,11 @@
-#include "synthesis/coupling.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
 
-#include "motion/blend.h"
+#include "base/index.h"
+#include "synthesis/join.h"
 
 namespace mouthpiece {
 namespace {
@@ -19,14 +18,14 @@ class SharedLips {
  public:
   SharedLips(const Fragment& before, const Fragment& after, const TimeSpan& span) : start_(span.start) {
     std::vector<Seconds> times;
-    const auto count = static_cast<std::size_t>(std::ceil(span.duration() / kSpacing)) + 2;
-    for (std::size_t i = 0; i < count; ++i) times.push_back(span.start + static_cast<double>(i) * kSpacing);
+    const auto count = static_cast<int>(std::ceil(span.duration() / kSpacing)) + 2;
+    for (int i = 0; i < count; ++i) times.push_back(span.start + i * kSpacing);
     difference_ = after.lipsAt(times) - before.lipsAt(times);
     captured_before_ = before.capturedLipsAt(times);
     captured_after_ = after.capturedLipsAt(times);
   }
 
-  [[nodiscard]] double markers() const { return std::max(1.0, static_cast<double>(difference_.cols()) / 3); }
+  [[nodiscard]] double markers() const { return std::max(1.0, asReal(difference_.cols()) / 3); }
 
   /// after - before, mm.
   [[nodiscard]] Eigen::RowVectorXd differenceAt(Seconds time) const { return at(difference_, time); }
@@ -46,10 +45,10 @@ class SharedLips {
 
  private:
   [[nodiscard]] Eigen::RowVectorXd at(const PositionMatrix& rows, Seconds time) const {
-    const double place = std::clamp((time - start_) / kSpacing, 0.0, static_cast<double>(rows.rows() - 1));
+    const double place = std::clamp((time - start_) / kSpacing, 0.0, asReal(rows.rows() - 1));
     const auto first = static_cast<Eigen::Index>(place);
     const Eigen::Index second = std::min(first + 1, rows.rows() - 1);
-    const double part = place - static_cast<double>(first);
+    const double part = place - asReal(first);
     return (1 - part) * rows.row(first) + part * rows.row(second);
   }
 
@@ -68,7 +67,7 @@ double mismatch(const SharedLips& lips, const TimeSpan& blend) {
   const Eigen::RowVectorXd at_middle = lips.differenceAt(blend.middle());
   double apart = 0, added = 0;
   for (int i = 1; i <= kPoints; ++i) {
-    const double u = static_cast<double>(i) / (kPoints + 1);
+    const double u = asReal(i) / (kPoints + 1);
     const Seconds time = blend.start + u * length;
     const double g = blendWeight(BlendKind::kSmooth, u);
     const double slope = 30 * u * u * (1 - u) * (1 - u) / length;
