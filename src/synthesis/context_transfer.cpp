@@ -166,7 +166,8 @@ PositionMatrix tightened(PositionMatrix positions, const TimeSpan& span, const C
 }  // namespace
 
 PositionMatrix transferContext(const PositionMatrix& residuals, const SpeechLabels& line, const UnitDatabase& database,
-                               std::span<const Seconds> times, const ContextOptions& options) {
+                               const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
+                               const ContextOptions& options) {
   const Corpus& corpus = database.corpus();
   const TrajectoryModel& model = *corpus.trajectory_model;
   const Seconds spacing = times.size() > 1 ? times[1] - times[0] : 1.0;
@@ -179,7 +180,7 @@ PositionMatrix transferContext(const PositionMatrix& residuals, const SpeechLabe
   }
   positions.rowwise() +=
       Eigen::Map<const Eigen::RowVectorXd>(corpus.neutral_pose_mm.data(), corpus.neutral_pose_mm.size());
-  return positions;
+  return options.keep_contacts ? keepContacts(std::move(positions), line, database, units, times) : positions;
 }
 
 PositionMatrix keepContacts(PositionMatrix positions, const SpeechLabels& line, const UnitDatabase& database,

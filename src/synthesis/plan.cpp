@@ -2,7 +2,6 @@
 
 #include "base/index.h"
 #include "synthesis/stages.h"
-#include "units/selection/phone_span_index.h"
 
 namespace mouthpiece {
 namespace {
@@ -111,28 +110,6 @@ void append(std::vector<Segment>& segments, const Segment& segment) {
   if (!goes_on) segments.push_back(segment);
 }
 
-PlacedUnit placedUnit(const Segment& segment, const LineToRender& line) {
-  PlacedUnit placed;
-  placed.phones = segment.phones;
-  placed.span = line.labels.spanOf(segment.phones);
-  placed.is_backoff = segment.kind() != Segment::Kind::kCaptured;
-  if (!segment.unit) {
-    placed.scale = "curves";
-    placed.cost = line.options.selection.weights["stand-in"];
-    return placed;
-  }
-  const SelectedUnit& unit = *segment.unit;
-  const CorpusTake& take = line.database.takeOf(unit.source);
-  const std::size_t more = segment.phones.last.value - segment.phones.first.value;
-  placed.take = take.name;
-  placed.source_first = unit.source.phone;
-  placed.source_span = take.labels.spanOf({unit.source.phone, advance(unit.source, more).phone});
-  placed.scale = scaleOf(take.labels, unit.source.phone, more + 1);
-  placed.cost = unit.target_cost + unit.join_cost;
-  placed.sound = unit.sound;
-  return placed;
-}
-
 }  // namespace
 
 SynthesisPlan planLine(const SpeechLabels& labels, const UnitDatabase& database, const SynthesisOptions& options,
@@ -161,12 +138,6 @@ void SynthesisPlan::lay(const Segment& laid) {
     if (begin < segment.phones.last) append(whole, partOf(segment, begin, segment.phones.last));
   }
   segments = std::move(whole);
-}
-
-std::vector<PlacedUnit> placedUnits(const SynthesisPlan& plan, const LineToRender& line) {
-  std::vector<PlacedUnit> placed;
-  for (const Segment& segment : plan.segments) placed.push_back(placedUnit(segment, line));
-  return placed;
 }
 
 }  // namespace mouthpiece

@@ -45,6 +45,10 @@ struct StretchMotion {
   PositionMatrix positions_mm;  ///< no NaN
   std::vector<Seconds> joins;   ///< middles of the blends
 };
+/// EDGE 5.1.2 and 5.1.3: the units' fragments warped, resampled at `times` and blended; NaN where none was seen. With
+/// `residual` less their takes' prediction (Fragment).
+StretchMotion blendUnits(const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
+                         const LineToRender& line, bool residual);
 /// Of each stretch with units: fragments warped, resampled, blended, moved into context. Empty for curves.
 std::vector<StretchMotion> renderCaptured(const std::vector<Stretch>& stretches, const LineToRender& line);
 
@@ -58,8 +62,5 @@ PositionMatrix layerConsonants(const PositionMatrix& captured, const LineToRende
 
 /// What an animator changed in the curves is added to whatever moves the face.
 PositionMatrix withCurveEdits(PositionMatrix positions, const CurveSet& edited, const LineToRender& line);
-
-/// What the report tells of the segments.
-std::vector<PlacedUnit> placedUnits(const SynthesisPlan& plan, const LineToRender& line);
 
 }  // namespace mouthpiece

@@ -46,6 +46,28 @@ std::vector<Seconds> frameTimesOf(const SynthesisRequest& request) {
   return frameTimes(0, static_cast<std::size_t>(std::max(1.0, std::ceil(duration * rate - kRounding))), rate);
 }
 
+PlacedUnit placedUnit(const Segment& segment, const LineToRender& line) {
+  PlacedUnit placed;
+  placed.phones = segment.phones;
+  placed.span = line.labels.spanOf(segment.phones);
+  placed.is_backoff = segment.kind() != Segment::Kind::kCaptured;
+  if (!segment.unit) {
+    placed.scale = "curves";
+    placed.cost = line.options.selection.weights["stand-in"];
+    return placed;
+  }
+  const SelectedUnit& unit = *segment.unit;
+  const CorpusTake& take = line.database.takeOf(unit.source);
+  const std::size_t more = segment.phones.last.value - segment.phones.first.value;
+  placed.take = take.name;
+  placed.source_first = unit.source.phone;
+  placed.source_span = take.labels.spanOf({unit.source.phone, advance(unit.source, more).phone});
+  placed.scale = scaleOf(take.labels, unit.source.phone, more + 1);
+  placed.cost = unit.target_cost + unit.join_cost;
+  placed.sound = unit.sound;
+  return placed;
+}
+
 std::string_view styleName(const std::optional<CurveStyle>& alone) {
   if (!alone) return "";
   return *alone == CurveStyle::kSing ? "sing" : "speech";
@@ -97,7 +119,7 @@ UtteranceAnimation renderPlan(const SynthesisPlan& plan, const SynthesisRequest&
   made.motion = {request.options.frame_rate_hz, corpus.layout.markerNames(), std::move(whole.positions_mm)};
   made.tongue = tongueFromPhones(request.labels, line.times);
   made.lips = lipsFromPhones(request.labels, line.times);
-  made.units = placedUnits(plan, line);
+  for (const Segment& segment : plan.segments) made.units.push_back(placedUnit(segment, line));
   made.joins = measureJoins(std::move(whole.joins), made.motion);
   made.curves = std::move(edited);
   made.style = styleName(wish.alone);
