@@ -72,6 +72,9 @@ struct SelectedUnit {
 std::vector<SelectedUnit> selectUnits(const SpeechLabels& target, const UnitDatabase& database,
                                       const SelectionOptions& options);
 
+/// Whether the corpus has a fragment or a stand-in for each pair of the target's phones; with a trajectory model only.
+bool isCovered(const SpeechLabels& target, const UnitDatabase& database, const SelectionOptions& options);
+
 /// What the fragment of `phone_count` phones at `first` is in its take: "sentence" (all of it), "phrase" (several whole
 /// words), "word", "syllable" (at least one whole), "diphone" or "span".
 std::string_view scaleOf(const SpeechLabels& take, PhoneIndex first, std::size_t phone_count);

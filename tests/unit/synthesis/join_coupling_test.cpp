@@ -1,4 +1,4 @@
-#include "synthesis/coupling.h"
+#include "synthesis/join.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "synthesis/join_offset.h"
+#include "synthesis/join.h"
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ class JoinOffsets : public ::testing::Test {
     database_ = std::make_unique<UnitDatabase>(corpus_);
     fragments_ = cutIntoFragments(line_, *database_, selectUnits(line_, *database_, {}));
     for (std::size_t i = 0; i + 1 < fragments_.size(); ++i) {
-      joins_.push_back(placeJoin(line_, fragments_[i].fragment, fragments_[i + 1].fragment, 0.06, 60));
+      joins_.push_back(placeJoin(line_, fragments_[i].fragment, fragments_[i + 1].fragment, {0.06, 60}));
     }
     offsets_ = findJoinOffsets(line_, fragments_, joins_);
   }

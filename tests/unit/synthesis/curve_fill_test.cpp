@@ -1,5 +1,3 @@
-#include "synthesis/curve_backoff.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -35,7 +33,7 @@ std::size_t indexOf(const SpeechLabels& labels, Phone phone) {
   return static_cast<std::size_t>(found - labels.phones.begin());
 }
 
-TEST(CurveBackoff, FillsJustWhatTheCorpusLacks) {
+TEST(CurveFill, FillsJustWhatTheCorpusLacks) {
   const Corpus corpus = tinyCorpus();
   const SpeechLabels labels = tinyLabels(kWithGaps, 3);
   const UtteranceAnimation made = synthesise(requestFor(labels), corpus);
@@ -53,7 +51,7 @@ TEST(CurveBackoff, FillsJustWhatTheCorpusLacks) {
     EXPECT_EQ(made.units[i].phones.first, made.units[i - 1].phones.last) << "neighbours share a phone";
 }
 
-TEST(CurveBackoff, WithoutGapsNothingChanges) {
+TEST(CurveFill, WithoutGapsNothingChanges) {
   const Corpus corpus = tinyCorpus();
   SynthesisRequest request = requestFor(tinyLabels("T-AY-M IH-Z T-EH-N", 42));
   const UtteranceAnimation filled = synthesise(request, corpus);
@@ -61,27 +59,26 @@ TEST(CurveBackoff, WithoutGapsNothingChanges) {
   EXPECT_EQ(filled.motion.positions_mm, synthesise(request, corpus).motion.positions_mm);
 }
 
-TEST(CurveBackoff, BeyondTheJoinsTheCaptureIsUntouched) {
+TEST(CurveFill, BeyondTheJoinsTheCaptureIsUntouched) {
   const Corpus corpus = tinyCorpus();
   const SpeechLabels labels = tinyLabels(kWithGaps, 3);
   const UtteranceAnimation whole = synthesise(requestFor(labels), corpus);
   const UnitDatabase database(corpus);
-  const std::vector<CapturedRun> runs = selectAroundGaps(labels, database, {});
-  ASSERT_EQ(runs.size(), 2U);
-  // Up to the phone before the first gap's shared one, the first run alone says what happens.
+  SynthesisRequest request = requestFor(labels);
+  SynthesisPlan plan = planLine(labels, database, request.options);
+  ASSERT_EQ(plan.segments.back().kind(), Segment::Kind::kCaptured);
+  // Up to the phone before the first gap's shared one, the units before it alone say what happens.
   const Seconds end = labels.phones[indexOf(labels, Phone::kAY)].span.start;
-  SynthesisRequest only_units = requestFor(labels);
-  only_units.options.curves.fill_gaps = false;
-  only_units.units = runs[0].units;
-  const UtteranceAnimation units = synthesise(only_units, corpus);
+  plan.lay({{PhoneIndex(indexOf(labels, Phone::kM)), PhoneIndex(labels.phones.size() - 1)}, std::nullopt});
+  const UtteranceAnimation units = renderPlan(plan, request, database);
   const auto rows = static_cast<Eigen::Index>(end * 240);
   EXPECT_LT((whole.motion.positions_mm.topRows(rows) - units.motion.positions_mm.topRows(rows)).cwiseAbs().maxCoeff(),
             1e-9);
 }
 
-TEST(CurveBackoff, ContinuousInPositionAndVelocity) {
+TEST(CurveFill, ContinuousInPositionAndVelocity) {
   const Corpus corpus = tinyCorpus();
-  for (const std::uint64_t seed : {3, 4, 5, 6}) {
+  for (std::uint64_t seed = 3; seed <= 6; ++seed) {
     const UtteranceAnimation coarse = synthesise(requestFor(tinyLabels(kWithGaps, seed), 240), corpus);
     ASSERT_FALSE(coarse.joins.empty());
     // A jump in position would be as large at four times the frame rate, one in velocity would not shrink either.
@@ -97,7 +94,7 @@ TEST(CurveBackoff, ContinuousInPositionAndVelocity) {
   }
 }
 
-TEST(CurveBackoff, BilabialsCloseTheLips) {
+TEST(CurveFill, BilabialsCloseTheLips) {
   const Corpus corpus = tinyCorpus();
   const SpeechLabels labels = tinyLabels(kWithGaps, 3);
   const UtteranceAnimation made = synthesise(requestFor(labels), corpus);
@@ -109,7 +106,7 @@ TEST(CurveBackoff, BilabialsCloseTheLips) {
   EXPECT_GT(opening[static_cast<std::size_t>(vowel.middle() * 240)], rest + 2) << "and open for the vowel";
 }
 
-TEST(CurveBackoff, ALineOfGapsAloneIsCurvesAlone) {
+TEST(CurveFill, ALineOfGapsAloneIsCurvesAlone) {
   const Corpus corpus = tinyCorpus();
   SynthesisRequest request = requestFor(tinyLabels("Z-OY-G", 1));
   const UtteranceAnimation filled = synthesise(request, corpus);
@@ -128,7 +125,7 @@ TEST(CurveBackoff, ALineOfGapsAloneIsCurvesAlone) {
   EXPECT_LT((alone.motion.positions_mm - wanted).cwiseAbs().maxCoeff(), 1e-9);
 }
 
-TEST(CurveBackoff, EditsMoveTheFaceWhereTheyAreAndNowhereElse) {
+TEST(CurveFill, EditsMoveTheFaceWhereTheyAreAndNowhereElse) {
   const Corpus corpus = tinyCorpus();
   SynthesisRequest request = requestFor(tinyLabels("T-AY-M IH-Z T-EH-N", 42), 60);
   const UtteranceAnimation plain = synthesise(request, corpus);
@@ -142,21 +139,6 @@ TEST(CurveBackoff, EditsMoveTheFaceWhereTheyAreAndNowhereElse) {
     }
   }
   EXPECT_GT(change.row(24).cwiseAbs().maxCoeff(), 0.1) << "0.4 s";
-}
-
-TEST(CurveBackoff, GapsBetweenRuns) {
-  const auto unit = [](std::size_t first, std::size_t last) {
-    SelectedUnit selected;
-    selected.phones = {PhoneIndex(first), PhoneIndex(last)};
-    return selected;
-  };
-  const std::vector<CapturedRun> runs = {{{unit(2, 3), unit(3, 5)}}, {{unit(6, 8)}}};
-  const std::vector<PhoneRange> gaps = gapsBetween(runs, 12);
-  ASSERT_EQ(gaps.size(), 3U);
-  EXPECT_EQ(gaps[0], (PhoneRange{PhoneIndex(0), PhoneIndex(2)}));
-  EXPECT_EQ(gaps[1], (PhoneRange{PhoneIndex(5), PhoneIndex(6)}));
-  EXPECT_EQ(gaps[2], (PhoneRange{PhoneIndex(8), PhoneIndex(11)}));
-  EXPECT_TRUE(gapsBetween({{{unit(0, 11)}}}, 12).empty());
 }
 
 }  // namespace
