@@ -7,7 +7,7 @@
     tools/train_vowels.py --data ../shared/singing_vowels --leave-one-out    what it reaches on singers left out, each
     tools/train_vowels.py --data ../shared/singing_vowels --out src/hearing/tags/vowel_network.weights
 
-The features are those of src/hearing/tags/vowel_features.cpp, number by number.
+The features are those of src/hearing/tags/vowel_spectra.cpp, number by number.
 """
 import argparse
 import os

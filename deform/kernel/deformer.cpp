@@ -7,12 +7,11 @@
 #include <optional>
 
 #include "base/errors.h"
-#include "deform/surface/bezier_surface.h"
+#include "deform/kernel/patch_kernel.h"
+#include "deform/mesh/head_topology.h"
 #include "deform/mouth/jaw.h"
 #include "deform/mouth/lip_guard.h"
-#include "deform/kernel/patch_kernel.h"
-#include "deform/mouth/tongue.h"
-#include "deform/mesh/vertex_kinds.h"
+#include "deform/surface/bezier_surface.h"
 #include "deform/surface/virtual_points.h"
 
 namespace mouthpiece {
@@ -39,9 +38,9 @@ void measureOffset(const BezierSurface& surface, const Eigen::Vector3d& vertex, 
   const Eigen::Vector3d offset = vertex - s.position;
   const Eigen::Vector3d normal = s.normal();
   const Eigen::Vector3d tangent = s.du.normalized();
-  hung.d = static_cast<float>(offset.dot(normal));
-  hung.beside = static_cast<float>(offset.dot(tangent));
-  hung.across = static_cast<float>(offset.dot(normal.cross(tangent)));
+  hung.d = asFloat(offset.dot(normal));
+  hung.beside = asFloat(offset.dot(tangent));
+  hung.across = asFloat(offset.dot(normal.cross(tangent)));
 }
 
 /// Fills blocks patch by patch; a short last block repeats its last vertex.
@@ -118,27 +117,23 @@ void FaceDeformer::Data::takeSurface(const BezierSurface& surface) {
   }
   for (const BezierSurface::Patch& patch : surface.restPose()) {
     Net& net = rest_nets.emplace_back();
-    for (std::size_t i = 0; i < patch.net.size(); ++i) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const auto a = static_cast<Eigen::Index>(axis);
-        net[3 * i + axis] = static_cast<float>(patch.net[i][a] - static_cast<double>(origin[a]));
-      }
-    }
+    for (std::size_t i = 0; i < patch.net.size(); ++i)
+      Eigen::Vector3f::Map(&net[3 * i]) = (patch.net[i] - origin.cast<double>()).cast<float>();
   }
   takeFollowers(surface);
 }
 
 /// Rows 3 i to 3 i + 2: value, slope along x, slope along y of the displacement at point i.
 void FaceDeformer::Data::takeFollowers(const BezierSurface& surface) {
-  const auto count = static_cast<Eigen::Index>(control.points.size());
-  for (Eigen::Index i = 0; i < count; ++i) {
-    if (control.points[static_cast<std::size_t>(i)].rule != PointRule::kFollow) leaders.push_back(static_cast<int>(i));
+  const int count = static_cast<int>(control.points.size());
+  for (int i = 0; i < count; ++i) {
+    if (control.points[unsignedIndex(i)].rule != PointRule::kFollow) leaders.push_back(i);
   }
-  const auto leader_count = static_cast<Eigen::Index>(leaders.size());
+  const auto leader_count = signedIndex(leaders.size());
   Eigen::MatrixXd values = Eigen::MatrixXd::Zero(count, leader_count);
-  for (Eigen::Index l = 0; l < leader_count; ++l) values(leaders[static_cast<std::size_t>(l)], l) = 1;
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const ControlPoint& point = control.points[static_cast<std::size_t>(i)];
+  for (Eigen::Index l = 0; l < leader_count; ++l) values(leaders[unsignedIndex(l)], l) = 1;
+  for (int i = 0; i < count; ++i) {
+    const ControlPoint& point = control.points[unsignedIndex(i)];
     if (point.rule != PointRule::kFollow) continue;
     for (const PointDriver& driver : point.drivers) values.row(i) += driver.weight * values.row(driver.point);
   }
@@ -146,11 +141,11 @@ void FaceDeformer::Data::takeFollowers(const BezierSurface& surface) {
   follow_rows = (3 * control.points.size() + kernel::kBlock - 1) / kernel::kBlock * kernel::kBlock;
   follow_matrix.assign(follow_rows * leaders.size(), 0.0F);
   for (Eigen::Index l = 0; l < leader_count; ++l) {
-    float* column = follow_matrix.data() + static_cast<std::size_t>(l) * follow_rows;
-    for (Eigen::Index i = 0; i < count; ++i) {
-      *column++ = static_cast<float>(values(i, l));
-      *column++ = static_cast<float>(slopes(2 * i, l));
-      *column++ = static_cast<float>(slopes(2 * i + 1, l));
+    float* column = follow_matrix.data() + unsignedIndex(l) * follow_rows;
+    for (int i = 0; i < count; ++i) {
+      *column++ = asFloat(values(i, l));
+      *column++ = asFloat(slopes(2 * i, l));
+      *column++ = asFloat(slopes(2 * i + 1, l));
     }
   }
 }
@@ -159,20 +154,20 @@ void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBin
                                      const std::vector<PartKind>& kinds) {
   std::vector<Hung> bound, loose;
   std::vector<bool> moves(kinds.size(), false);
+  const auto count = static_cast<std::uint32_t>(kinds.size());
   // Closer than this to the normal through its place a vertex needs no tangents: 0.00002 mm on a mouth of 50 mm.
   const double exact = 4e-7 * control.mouth_width;
-  for (std::size_t i = 0; i < kinds.size(); ++i) {
+  for (std::uint32_t i = 0; i < count; ++i) {
     Hung hung;
-    hung.vertex = static_cast<std::uint32_t>(i);
+    hung.vertex = i;
     hung.weight = binding.skin_weight[i];
     hung.jaw = binding.jaw_weight[i];
     if (kinds[i] == PartKind::kTongue) {
       moves[i] = true;
     } else if (binding.patch[i] >= 0 && hung.weight > 0) {
-      hung.place = patchPlace({binding.patch[i], static_cast<double>(binding.u[i]), static_cast<double>(binding.v[i])});
-      const Eigen::Vector3d vertex = rest.row(static_cast<Eigen::Index>(i)).transpose().cast<double>();
-      if (!isCarried(binding, i)) measureOffset(surface, vertex, hung);  // else all of the offset is `base`
-      const bool is_above = std::hypot(static_cast<double>(hung.beside), static_cast<double>(hung.across)) < exact;
+      hung.place = patchPlace(binding.placeOf(i));
+      if (!isCarried(binding, i)) measureOffset(surface, pointAt(rest, i), hung);  // else all of the offset is `base`
+      const bool is_above = std::hypot(double{hung.beside}, double{hung.across}) < exact;
       moves[i] = true;
       (is_above && hung.weight >= 1 ? bound : loose).push_back(hung);
     } else if (hung.jaw > 0) {
@@ -182,16 +177,16 @@ void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBin
     }
   }
   makeBlocks(std::move(bound), bound_runs, bound_blocks, [](kernel::Block& block, std::size_t lane, const Hung& h) {
-    block.u[lane] = static_cast<float>(h.place.u);
-    block.v[lane] = static_cast<float>(h.place.v);
+    block.u[lane] = asFloat(h.place.u);
+    block.v[lane] = asFloat(h.place.v);
     block.d[lane] = h.d;
     for (std::size_t axis = 0; axis < 3; ++axis) block.base[axis][lane] = 0;
     block.to[lane] = 3 * h.vertex;
   });
   makeBlocks(std::move(loose), loose_runs, loose_blocks,
              [this](kernel::LooseBlock& block, std::size_t lane, const Hung& h) {
-               block.u[lane] = static_cast<float>(h.place.u);
-               block.v[lane] = static_cast<float>(h.place.v);
+               block.u[lane] = asFloat(h.place.u);
+               block.v[lane] = asFloat(h.place.v);
                block.d[lane] = h.d;
                block.beside[lane] = h.beside;
                block.across[lane] = h.across;
@@ -199,7 +194,7 @@ void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBin
                block.jaw[lane] = h.jaw;
                for (std::size_t axis = 0; axis < 3; ++axis) {
                  block.base[axis][lane] = 0;
-                 block.rest[axis][lane] = rest(static_cast<Eigen::Index>(h.vertex), static_cast<Eigen::Index>(axis));
+                 block.rest[axis][lane] = rest(h.vertex, signedIndex(axis));
                }
                block.to[lane] = 3 * h.vertex;
              });
@@ -208,8 +203,8 @@ void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBin
     while (i < moves.size() && moves[i] == moves[first]) ++i;
     (moves[first] ? moving_runs : still_runs).push_back({first, i - first});
   }
-  for (std::size_t i = 0; i < moves.size(); ++i) {
-    if (moves[i]) moving.push_back(static_cast<std::uint32_t>(i));
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (moves[i]) moving.push_back(i);
   }
 }
 
@@ -227,7 +222,7 @@ void FaceDeformer::Data::settleAtRest() {
   const auto settle = [&](auto& block) {
     for (std::size_t lane = 0; lane < kernel::kBlock; ++lane) {
       const Eigen::RowVector3f miss = rest.row(block.to[lane] / 3) - reached.row(block.to[lane] / 3);
-      for (std::size_t axis = 0; axis < 3; ++axis) block.base[axis][lane] = miss[static_cast<Eigen::Index>(axis)];
+      for (std::size_t axis = 0; axis < 3; ++axis) block.base[axis][lane] = miss[signedIndex(axis)];
     }
   };
   for (kernel::Block& block : bound_blocks) settle(block);
@@ -235,7 +230,7 @@ void FaceDeformer::Data::settleAtRest() {
 }
 
 void FaceDeformer::Data::takeTriangles(const std::vector<Triangle>& triangles) {
-  std::vector<bool> moves(static_cast<std::size_t>(rest.rows()), false), turns = moves;
+  std::vector<bool> moves(unsignedIndex(rest.rows()), false), turns = moves;
   for (const std::uint32_t v : moving) moves[v] = true;
   std::vector<Triangle> others;
   for (const Triangle& triangle : triangles) {
@@ -248,9 +243,7 @@ void FaceDeformer::Data::takeTriangles(const std::vector<Triangle>& triangles) {
   for (std::uint32_t v = 0; v < turns.size(); ++v) {
     if (turns[v]) turning.push_back(v);
   }
-  sums_of_others.resize(static_cast<Eigen::Index>(turning.size()), 3);
-  for (std::size_t i = 0; i < turning.size(); ++i)
-    sums_of_others.row(static_cast<Eigen::Index>(i)) = sums.row(turning[i]);
+  sums_of_others = sums(turning, Eigen::all);
   rest_normals = vertexNormals(rest, triangles);
 }
 
@@ -259,10 +252,7 @@ void FaceDeformer::Data::posePatches(const MarkerPositions& points, std::vector<
   leading.resize(3 * leaders.size());
   following.resize(3 * follow_rows);
   for (std::size_t l = 0; l < leaders.size(); ++l) {
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      leading[3 * l + static_cast<std::size_t>(axis)] =
-          static_cast<float>(points(leaders[l], axis) - control.rest(leaders[l], axis));
-    }
+    Eigen::RowVector3f::Map(&leading[3 * l]) = (points.row(leaders[l]) - control.rest.row(leaders[l])).cast<float>();
   }
   kernels->multiply({follow_matrix.data(), leading.data(), following.data(), follow_rows, leaders.size()});
   nets.resize(rest_nets.size());
@@ -270,7 +260,7 @@ void FaceDeformer::Data::posePatches(const MarkerPositions& points, std::vector<
   std::array<CubicPatch<Quad>, 3> patches;
   for (std::size_t t = 0; t < control.triangles.size(); ++t) {
     for (std::size_t i = 0; i < 3; ++i) {
-      const float* f = following.data() + 3 * static_cast<std::size_t>(control.triangles[t][i]);
+      const float* f = following.data() + 3 * unsignedIndex(control.triangles[t][i]);
       const float* g = f + follow_rows;
       const float* h = g + follow_rows;
       value[i] = Quad(f[0], g[0], h[0], 0);
@@ -283,7 +273,7 @@ void FaceDeformer::Data::posePatches(const MarkerPositions& points, std::vector<
       Net& net = nets[3 * t + k];
       for (std::size_t i = 0; i < 10; ++i) {
         for (std::size_t axis = 0; axis < 3; ++axis)
-          net[3 * i + axis] = at_rest[3 * i + axis] + patches[k].net[i][static_cast<Eigen::Index>(axis)];
+          net[3 * i + axis] = at_rest[3 * i + axis] + patches[k].net[i][signedIndex(axis)];
       }
     }
   }
@@ -311,8 +301,7 @@ void FaceDeformer::Data::moveJawVertices(const kernel::Frame& frame) const {
 
 /// The lips as they meet: the rest pose, or what closes it.
 VertexPositions FaceDeformer::Data::closedMouth() const {
-  const MarkerPositions markers =
-      control.rest.topRows(static_cast<Eigen::Index>(control.marker_count)) + closingOffsets(control);
+  const MarkerPositions markers = control.markerRest() + closingOffsets(control);
   const std::vector<LipGap> touching(lip_pairs.size(), {.opened = 0});
   VertexPositions closed = rest;
   move({markers, touching}, {}, closed.data());
@@ -324,8 +313,8 @@ FaceDeformer::FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, con
   checkBinding(binding, mesh, control, "face binding");
   const std::vector<PartKind> kinds = vertexKinds(mesh);
   std::vector<std::uint32_t> tongue;
-  for (std::size_t i = 0; i < kinds.size(); ++i) {
-    if (kinds[i] == PartKind::kTongue) tongue.push_back(static_cast<std::uint32_t>(i));
+  for (std::uint32_t i = 0; i < kinds.size(); ++i) {
+    if (kinds[i] == PartKind::kTongue) tongue.push_back(i);
   }
   auto data = std::make_unique<Data>(mesh, control, std::move(tongue));
   data->options = options;
@@ -375,8 +364,7 @@ void FaceDeformer::normals(const VertexPositions& vertices, VertexPositions& out
   MOUTHPIECE_EXPECT(vertices.rows() == data_->rest.rows());
   out = data_->rest_normals;
   const std::vector<std::uint32_t>& turning = data_->turning;
-  for (std::size_t i = 0; i < turning.size(); ++i)
-    out.row(turning[i]) = data_->sums_of_others.row(static_cast<Eigen::Index>(i));
+  for (std::size_t i = 0; i < turning.size(); ++i) out.row(turning[i]) = data_->sums_of_others.row(signedIndex(i));
   addNormals(vertices, data_->moving_triangles, out);
   for (const std::uint32_t v : turning) {
     const float length = out.row(v).norm();
@@ -389,7 +377,7 @@ const std::vector<std::uint32_t>& FaceDeformer::movingVertices() const { return 
 void FaceDeformer::deformMoving(const FacePose& pose, const TonguePose& tongue, std::span<float> out) const {
   MOUTHPIECE_EXPECT(out.size() == 3 * data_->moving.size());
   thread_local std::vector<float> whole;
-  whole.resize(static_cast<std::size_t>(data_->rest.size()));
+  whole.resize(unsignedIndex(data_->rest.size()));
   data_->move(pose, tongue, whole.data());
   float* to = out.data();
   for (const VertexRun& run : data_->moving_runs) to = std::copy_n(whole.data() + 3 * run.first, 3 * run.count, to);

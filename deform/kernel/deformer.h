@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
+#include "deform/mesh/face_mesh.h"
 #include "deform/surface/binding.h"
 #include "deform/surface/control_surface.h"
-#include "deform/mesh/face_mesh.h"
 #include "deform/surface/face_motion.h"
 #include "motion/tongue_pose.h"
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <iterator>
 #include <string>
 
@@ -29,10 +30,23 @@ std::string lowerExtension(const std::filesystem::path& path) {
 std::string_view nameOf(PartKind kind) { return kPartKindNames[static_cast<std::size_t>(kind)]; }
 
 std::optional<PartKind> partKindFromName(std::string_view name) {
-  for (std::size_t i = 0; i < kPartKindNames.size(); ++i) {
-    if (kPartKindNames[i] == name) return static_cast<PartKind>(i);
+  const auto found = std::find(kPartKindNames.begin(), kPartKindNames.end(), name);
+  if (found == kPartKindNames.end()) return std::nullopt;
+  return static_cast<PartKind>(found - kPartKindNames.begin());
+}
+
+std::span<const Triangle> trianglesOf(const FaceMesh& mesh, const MeshPart& part) {
+  return std::span(mesh.triangles).subspan(part.first_triangle, part.triangle_count);
+}
+
+std::vector<Triangle> trianglesOf(const FaceMesh& mesh, std::initializer_list<PartKind> kinds) {
+  std::vector<Triangle> triangles;
+  for (const MeshPart& part : mesh.parts) {
+    if (std::find(kinds.begin(), kinds.end(), part.kind) == kinds.end()) continue;
+    const std::span<const Triangle> own = trianglesOf(mesh, part);
+    triangles.insert(triangles.end(), own.begin(), own.end());
   }
-  return std::nullopt;
+  return triangles;
 }
 
 FaceMesh parseFaceMesh(std::string_view bytes, const std::filesystem::path& path) {
@@ -61,13 +75,13 @@ void writeObj(const std::filesystem::path& path, const FaceMesh& mesh) { writeFi
 
 std::string objBytes(const FaceMesh& mesh) {
   std::string text = "# A face of Mouthpiece\n";
-  text.reserve(static_cast<std::size_t>(mesh.vertices.rows()) * 64 + mesh.triangles.size() * 24);
+  text.reserve(mesh.vertexCount() * 64 + mesh.triangles.size() * 24);
   auto out = std::back_inserter(text);
   const bool colored = !mesh.vertex_colors.empty();
   for (Eigen::Index i = 0; i < mesh.vertices.rows(); ++i) {
     fmt::format_to(out, "v {} {} {}", mesh.vertices(i, 0), mesh.vertices(i, 1), mesh.vertices(i, 2));
     if (colored) {
-      const auto& color = mesh.vertex_colors[static_cast<std::size_t>(i)];
+      const auto& color = mesh.vertex_colors[unsignedIndex(i)];
       fmt::format_to(out, " {} {} {}", color[0], color[1], color[2]);
     }
     text.push_back('\n');
@@ -76,8 +90,7 @@ std::string objBytes(const FaceMesh& mesh) {
   for (const auto& uv : mesh.texture_coordinates) fmt::format_to(out, "vt {} {}\n", uv[0], uv[1]);
   for (const MeshPart& part : mesh.parts) {
     fmt::format_to(out, "usemtl {}\n", part.name);
-    for (std::size_t i = part.first_triangle; i < part.first_triangle + part.triangle_count; ++i) {
-      const auto& [a, b, c] = mesh.triangles[i];
+    for (const auto& [a, b, c] : trianglesOf(mesh, part)) {
       if (textured) {
         fmt::format_to(out, "f {0}/{0} {1}/{1} {2}/{2}\n", a + 1, b + 1, c + 1);
       } else {

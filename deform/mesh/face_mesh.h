@@ -4,12 +4,21 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "base/index.h"
+
 namespace mouthpiece {
+
+/// A small count in single precision; exact up to 2^24.
+constexpr float asFloat(std::integral auto n) { return static_cast<float>(n); }
+/// The whole part of a real number, for Eigen; towards zero.
+constexpr Eigen::Index wholePart(std::floating_point auto x) { return static_cast<Eigen::Index>(x); }
 
 /// vertices x 3, in the mesh's own unit.
 using VertexPositions = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
@@ -18,6 +27,8 @@ using Triangle = std::array<std::uint32_t, 3>;
 /// What a part of the head is, and so what moves it: the control surface moves skin; the jaw moves lower teeth
 /// and the tongue's root; eyes, upper teeth and hair stay.
 enum class PartKind { kSkin, kLips, kUpperTeeth, kLowerTeeth, kTongue, kMouthInside, kEye, kHair, kOther };
+/// Skin and lips: what markers lie on.
+constexpr bool isSkin(PartKind kind) { return kind == PartKind::kSkin || kind == PartKind::kLips; }
 /// "skin", "lips", "upper_teeth", ...: the names of part kinds in files.
 std::string_view nameOf(PartKind kind);
 std::optional<PartKind> partKindFromName(std::string_view name);
@@ -41,7 +52,18 @@ struct FaceMesh {
   std::vector<std::array<float, 2>> texture_coordinates;  ///< empty, or one a vertex
   std::vector<std::array<float, 3>> vertex_colors;        ///< empty, or one a vertex: linear RGB, multiplies base_color
   double metres_per_unit = 0.001;
+
+  [[nodiscard]] std::size_t vertexCount() const { return unsignedIndex(vertices.rows()); }
 };
+
+/// A vertex in double precision.
+inline Eigen::Vector3d pointAt(const VertexPositions& vertices, std::integral auto vertex) {
+  const Eigen::Index row = signedIndex(vertex);
+  return vertices.row(row).transpose().cast<double>();
+}
+/// The triangles of one part, which must not be outlived; all those of parts of some kinds, in the mesh's order.
+std::span<const Triangle> trianglesOf(const FaceMesh& mesh, const MeshPart& part);
+std::vector<Triangle> trianglesOf(const FaceMesh& mesh, std::initializer_list<PartKind> kinds);
 
 /// Reads OBJ, PLY, OFF or GLB by the name's ending; `usemtl`/`g`/`o` (OBJ) and materials (GLB) make the parts, whose
 /// kind is guessed from the name. Throws InputError with the line or byte for no faces, NaN or infinite coordinates, an

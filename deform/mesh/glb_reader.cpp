@@ -8,7 +8,6 @@
 #include <map>
 
 #include "base/errors.h"
-#include "deform/mesh/glb_views.h"
 #include "deform/mesh/mesh_reader.h"
 
 namespace mouthpiece {
@@ -33,6 +32,148 @@ tinygltf::FsCallbacks noFiles() {
   };
   return callbacks;
 }
+
+/// Reads a number that may stand anywhere.
+template <typename Number>
+Number numberAt(const unsigned char* place) {
+  Number value{};
+  std::memcpy(&value, place, sizeof value);
+  return value;
+}
+
+/// An entry of one of the model's lists, by a number that the file gives. Throws InputError.
+template <typename Item>
+const Item& itemAt(const std::vector<Item>& items, int index, std::string_view what, std::string_view file) {
+  if (index < 0 || unsignedIndex(index) >= items.size())
+    throw InputError(file, "", fmt::format("names a {} that it does not hold", what));
+  return items[unsignedIndex(index)];
+}
+
+/// Elements of a GLB's buffer, all of whose bytes are there.
+struct GlbView {
+  const unsigned char* data = nullptr;
+  std::size_t count = 0;
+  std::size_t stride = 0;
+  int component = 0;  ///< tinygltf's number of the type of one component
+
+  [[nodiscard]] const unsigned char* at(std::size_t i) const { return data + i * stride; }
+  [[nodiscard]] Eigen::Vector3f vec3(std::size_t i) const {
+    return {numberAt<float>(at(i)), numberAt<float>(at(i) + 4), numberAt<float>(at(i) + 8)};
+  }
+  /// Component k of element i as a number; whole numbers are shares of their type's largest. Not finite: 0.
+  [[nodiscard]] float channel(std::size_t i, std::size_t k) const {
+    if (component == TINYGLTF_COMPONENT_TYPE_FLOAT) {
+      const float value = numberAt<float>(at(i) + 4 * k);
+      return std::isfinite(value) ? value : 0.0F;
+    }
+    if (component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT)
+      return asFloat(numberAt<std::uint16_t>(at(i) + 2 * k)) / 65535.0F;
+    return asFloat(at(i)[k]) / 255.0F;
+  }
+};
+
+/// A GLB's accessors and buffer views, every index, offset and count of which is checked. Each throws InputError.
+class GlbViews {
+ public:
+  /// Both must outlive it; `file` is for messages.
+  GlbViews(const tinygltf::Model& model, std::string_view file) : model_(model), file_(file) {}
+
+  [[nodiscard]] const tinygltf::Accessor& accessorAt(int index) const {
+    return itemAt(model_.accessors, index, "accessor", file_);
+  }
+
+  /// A plain accessor of tinygltf's `type`.
+  [[nodiscard]] GlbView accessor(int index, int type) const {
+    const tinygltf::Accessor& wanted = accessorAt(index);
+    if (wanted.sparse.isSparse) fail("found a sparse accessor; expected plain ones");
+    if (wanted.type != type) fail("found an accessor of the wrong type");
+    return plainPart(wanted);
+  }
+
+  /// `count` moves of an accessor that may be sparse: what it leaves out is zero.
+  [[nodiscard]] VertexPositions moves(int index, std::size_t count) const {
+    const tinygltf::Accessor& wanted = accessorAt(index);
+    if (wanted.count != count || wanted.type != TINYGLTF_TYPE_VEC3 ||
+        wanted.componentType != TINYGLTF_COMPONENT_TYPE_FLOAT)
+      fail("found a shape that is no list of one move a vertex");
+    VertexPositions moves = VertexPositions::Zero(signedIndex(count), 3);
+    if (wanted.bufferView >= 0) {
+      const GlbView view = plainPart(wanted);
+      for (std::size_t i = 0; i < count; ++i) moves.row(signedIndex(i)) = view.vec3(i).transpose();
+    }
+    const auto& sparse = wanted.sparse;
+    if (!sparse.isSparse) return moves;
+    if (sparse.count < 0 || unsignedIndex(sparse.count) > count) fail("found a damaged sparse accessor");
+    const std::size_t replaced = unsignedIndex(sparse.count);
+    const GlbView at =
+        packed(sparse.indices.bufferView, sparse.indices.byteOffset, sparse.indices.componentType, 1, replaced);
+    const GlbView values =
+        packed(sparse.values.bufferView, sparse.values.byteOffset, TINYGLTF_COMPONENT_TYPE_FLOAT, 3, replaced);
+    for (std::size_t i = 0; i < replaced; ++i) {
+      const std::size_t vertex = indexAt(at, i);
+      if (vertex >= count) fail("found a sparse accessor with an index out of range");
+      moves.row(signedIndex(vertex)) = values.vec3(i).transpose();
+    }
+    return moves;
+  }
+
+  /// Element i of a view of whole numbers.
+  [[nodiscard]] std::size_t indexAt(const GlbView& view, std::size_t i) const {
+    if (view.component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT) return numberAt<std::uint32_t>(view.at(i));
+    if (view.component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) return numberAt<std::uint16_t>(view.at(i));
+    if (view.component != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE) fail("found indices that are no whole numbers");
+    return *view.at(i);
+  }
+
+ private:
+  [[noreturn]] void fail(std::string_view what) const { throw InputError(file_, "", what); }
+
+  /// The bytes of a buffer view.
+  [[nodiscard]] std::span<const unsigned char> bytesOf(int view_index) const {
+    const tinygltf::BufferView& view = itemAt(model_.bufferViews, view_index, "buffer view", file_);
+    const std::vector<unsigned char>& data = itemAt(model_.buffers, view.buffer, "buffer", file_).data;
+    if (view.byteOffset > data.size() || view.byteLength > data.size() - view.byteOffset)
+      fail(fmt::format("buffer view {} reaches beyond its buffer of {} bytes", view_index, data.size()));
+    return {data.data() + view.byteOffset, view.byteLength};
+  }
+
+  static int componentSize(int component) { return tinygltf::GetComponentSizeInBytes(unsignedWord(component)); }
+  static std::uint32_t unsignedWord(int number) { return static_cast<std::uint32_t>(number); }
+
+  /// An accessor's own elements, whether or not a sparse part replaces some of them.
+  [[nodiscard]] GlbView plainPart(const tinygltf::Accessor& accessor) const {
+    const std::span<const unsigned char> bytes = bytesOf(accessor.bufferView);
+    const std::size_t declared = model_.bufferViews[unsignedIndex(accessor.bufferView)].byteStride;
+    const int size = componentSize(accessor.componentType);
+    const int components = tinygltf::GetNumComponentsInType(unsignedWord(accessor.type));
+    if (size <= 0 || components <= 0) fail("found an accessor of an unknown type");
+    const std::size_t element = unsignedIndex(size * components);
+    const std::size_t stride = declared == 0 ? element : declared;
+    // Each factor is bounded before it is multiplied, so the product cannot wrap.
+    const bool fits =
+        accessor.byteOffset <= bytes.size() && stride >= element && stride <= 4096 &&
+        accessor.count <= kMaxMeshVertices * 8 &&
+        (accessor.count == 0 || (accessor.count - 1) * stride + element <= bytes.size() - accessor.byteOffset);
+    if (!fits) {
+      fail(fmt::format("accessor {} reaches beyond its buffer of {} bytes", &accessor - model_.accessors.data(),
+                       bytes.size()));
+    }
+    return {bytes.data() + accessor.byteOffset, accessor.count, stride, accessor.componentType};
+  }
+
+  /// `count` tightly packed elements within a buffer view.
+  [[nodiscard]] GlbView packed(int view_index, int offset, int component, std::size_t width, std::size_t count) const {
+    const std::span<const unsigned char> bytes = bytesOf(view_index);
+    if (componentSize(component) <= 0) fail("found an accessor of an unknown type");
+    const std::size_t element = width * unsignedIndex(componentSize(component));
+    if (offset < 0 || unsignedIndex(offset) > bytes.size() || count > (bytes.size() - unsignedIndex(offset)) / element)
+      fail("found a sparse accessor that reaches beyond its buffer");
+    return {bytes.data() + offset, count, element, component};
+  }
+
+  const tinygltf::Model& model_;
+  std::string_view file_;
+};
 
 class GlbParser {
  public:
@@ -62,8 +203,8 @@ class GlbParser {
   void load() {
     if (bytes_.size() < 20 || !bytes_.starts_with("glTF")) fail("found no 'glTF' at the start; expected a GLB file");
     if (bytes_.size() > 0xFFFFFFFFU) fail("is larger than 4 GB");
-    std::uint32_t length = 0;
-    std::memcpy(&length, bytes_.data() + 8, 4);
+    const auto* start = reinterpret_cast<const unsigned char*>(bytes_.data());
+    const auto length = numberAt<std::uint32_t>(start + 8);
     if (length > bytes_.size()) fail(fmt::format("is {} bytes long; its header says {}", bytes_.size(), length));
     tinygltf::TinyGLTF loader;
     loader.SetImageLoader(keepImageUndecoded, nullptr);
@@ -73,8 +214,7 @@ class GlbParser {
     bool is_loaded = false;
     try {
       is_loaded =
-          loader.LoadBinaryFromMemory(&model_, &error, &warning, reinterpret_cast<const unsigned char*>(bytes_.data()),
-                                      static_cast<unsigned int>(bytes_.size()), "");
+          loader.LoadBinaryFromMemory(&model_, &error, &warning, start, static_cast<unsigned int>(bytes_.size()), "");
     } catch (const std::exception& problem) {
       error = problem.what();
     }
@@ -90,23 +230,19 @@ class GlbParser {
   void visitScene() {
     if (model_.nodes.empty()) fail("found no node; expected a scene with a mesh");
     if (model_.scenes.empty()) {
-      for (std::size_t mesh = 0; mesh < model_.meshes.size(); ++mesh)
-        addMesh(static_cast<int>(mesh), Eigen::Affine3d::Identity());
+      for (const tinygltf::Mesh& mesh : model_.meshes) addMesh(mesh, Eigen::Affine3d::Identity());
       return;
     }
-    const int scene = model_.defaultScene >= 0 ? model_.defaultScene : 0;
-    if (static_cast<std::size_t>(scene) >= model_.scenes.size()) fail("names a scene that it does not hold");
-    for (const int node : model_.scenes[static_cast<std::size_t>(scene)].nodes)
-      visitNode(node, Eigen::Affine3d::Identity(), 0);
+    const tinygltf::Scene& scene = itemAt(model_.scenes, std::max(model_.defaultScene, 0), "scene", file_);
+    for (const int node : scene.nodes) visitNode(node, Eigen::Affine3d::Identity(), 0);
   }
 
   void visitNode(int index, const Eigen::Affine3d& scene_from_parent, int depth) {
-    if (index < 0 || static_cast<std::size_t>(index) >= model_.nodes.size()) fail("names a node that it does not hold");
+    const tinygltf::Node& node = itemAt(model_.nodes, index, "node", file_);
     if (depth > kMaxNodeDepth || ++node_visits_ > kMaxNodeVisits) fail("found nodes that hold each other in a ring");
-    const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
     const Eigen::Affine3d scene_from_node = scene_from_parent * parentFromNode(node);
     if (!scene_from_node.matrix().allFinite()) fail("found a node whose transform is no number");
-    if (node.mesh >= 0) addMesh(node.mesh, scene_from_node);
+    if (node.mesh >= 0) addMesh(itemAt(model_.meshes, node.mesh, "mesh", file_), scene_from_node);
     for (const int child : node.children) visitNode(child, scene_from_node, depth + 1);
   }
 
@@ -125,9 +261,7 @@ class GlbParser {
     return transform;
   }
 
-  void addMesh(int index, const Eigen::Affine3d& scene_from_mesh) {
-    if (static_cast<std::size_t>(index) >= model_.meshes.size()) fail("names a mesh that it does not hold");
-    const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(index)];
+  void addMesh(const tinygltf::Mesh& mesh, const Eigen::Affine3d& scene_from_mesh) {
     first_vertex_.clear();  // primitives of one mesh may share their vertices
     for (const tinygltf::Primitive& primitive : mesh.primitives) addPrimitive(primitive, mesh, scene_from_mesh);
   }
@@ -163,9 +297,7 @@ class GlbParser {
     if (soup_.vertexCount() + view.count > kMaxMeshVertices)
       fail(fmt::format("found more than {} vertices", kMaxMeshVertices));
     for (std::size_t i = 0; i < view.count; ++i) {
-      Eigen::Vector3f raw;
-      std::memcpy(raw.data(), view.data + i * view.stride, 12);
-      const Eigen::Vector3f point = (scene_from_mesh * raw.cast<double>()).cast<float>();
+      const Eigen::Vector3f point = (scene_from_mesh * view.vec3(i).cast<double>()).cast<float>();
       for (int axis = 0; axis < 3; ++axis) {
         if (!(std::abs(point[axis]) <= kMaxCoordinate))
           fail(fmt::format("vertex {}: found a coordinate that is no usable number", i));
@@ -180,13 +312,14 @@ class GlbParser {
   /// Names are Khronos' convention, extras.targetNames; without it a shape is called by its number.
   static std::string shapeName(const tinygltf::Mesh& mesh, std::size_t target) {
     const tinygltf::Value& names = mesh.extras.Get("targetNames");
-    if (names.IsArray() && target < names.ArrayLen() && names.Get(target).IsString())
-      return printable(names.Get(target).Get<std::string>(), 120);
+    const int place = static_cast<int>(target);  // no file has 2^31 of them
+    if (names.IsArray() && target < names.ArrayLen() && names.Get(place).IsString())
+      return printable(names.Get(place).Get<std::string>(), 120);
     return fmt::format("shape_{:02}", target);
   }
 
   void padShape(VertexPositions& moves) const {
-    const Eigen::Index before = moves.rows(), all = static_cast<Eigen::Index>(soup_.vertexCount());
+    const Eigen::Index before = moves.rows(), all = signedIndex(soup_.vertexCount());
     if (before == all) return;
     if (3 * shapes_.names.size() * soup_.vertexCount() > kMaxShapeNumbers) fail("found more shapes than a face has");
     moves.conservativeResize(all, Eigen::NoChange);
@@ -207,12 +340,11 @@ class GlbParser {
         shapes_.moves.emplace_back(0, 3);
       }
       padShape(shapes_.moves[shape]);
-      const std::vector<float> moves = views_.mostlyZeroVec3(position->second, count);
-      for (std::size_t i = 0; i < count; ++i) {
-        const Eigen::Vector3f move =
-            (turn * Eigen::Map<const Eigen::Vector3f>(&moves[3 * i]).cast<double>()).cast<float>();
+      const VertexPositions moves = views_.moves(position->second, count);
+      for (Eigen::Index i = 0; i < moves.rows(); ++i) {
+        const Eigen::Vector3f move = (turn * pointAt(moves, i)).cast<float>();
         if (!(move.cwiseAbs().maxCoeff() <= kMaxCoordinate)) fail("found a shape with a move that is no usable number");
-        shapes_.moves[shape].row(static_cast<Eigen::Index>(first_vertex + i)) = move.transpose();
+        shapes_.moves[shape].row(signedIndex(first_vertex) + i) = move.transpose();
       }
     }
   }
@@ -221,7 +353,7 @@ class GlbParser {
     soup_.vertex_colors.resize(soup_.vertexCount(), {1.0F, 1.0F, 1.0F});
     const auto attribute = primitive.attributes.find("COLOR_0");
     if (attribute == primitive.attributes.end()) return;
-    const int type = views_.typeOf(attribute->second);
+    const int type = views_.accessorAt(attribute->second).type;
     const GlbView view =
         views_.accessor(attribute->second, type == TINYGLTF_TYPE_VEC4 ? TINYGLTF_TYPE_VEC4 : TINYGLTF_TYPE_VEC3);
     if (view.count != count) fail("found fewer colours than vertices");
@@ -247,16 +379,16 @@ class GlbParser {
 
   std::uint32_t addPart(int material, const std::string& mesh_name) {
     MeshPart part{.name = printable(mesh_name.empty() ? "mesh" : mesh_name, 120), .base_color = {1, 1, 1, 1}};
-    if (material >= 0 && static_cast<std::size_t>(material) < model_.materials.size()) {
-      const tinygltf::Material& source = model_.materials[static_cast<std::size_t>(material)];
+    if (material >= 0 && unsignedIndex(material) < model_.materials.size()) {
+      const tinygltf::Material& source = model_.materials[unsignedIndex(material)];
       if (!source.name.empty() && (kindFromName(source.name) || !kindFromName(mesh_name)))
         part.name = printable(source.name, 120);
       const auto& factor = source.pbrMetallicRoughness.baseColorFactor;
       for (std::size_t k = 0; k < 4 && k < factor.size(); ++k) {
-        part.base_color[k] = static_cast<float>(std::isfinite(factor[k]) ? std::clamp(factor[k], 0.0, 1.0) : 1.0);
+        part.base_color[k] = asFloat(std::isfinite(factor[k]) ? std::clamp(factor[k], 0.0, 1.0) : 1.0);
       }
       const double roughness = source.pbrMetallicRoughness.roughnessFactor;
-      part.roughness = static_cast<float>(std::isfinite(roughness) ? std::clamp(roughness, 0.0, 1.0) : 0.6);
+      part.roughness = asFloat(std::isfinite(roughness) ? std::clamp(roughness, 0.0, 1.0) : 0.6);
     }
     for (std::size_t p = 0; p < soup_.parts.size(); ++p) {
       if (soup_.parts[p].name == part.name && soup_.parts[p].base_color == part.base_color)

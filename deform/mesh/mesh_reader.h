@@ -58,4 +58,15 @@ std::optional<PartKind> kindFromName(std::string_view name);
 /// Sets the kinds of the parts from their names and splits parts that hold both rows of teeth (or gums and tongue).
 void assignPartKinds(FaceMesh& mesh, bool keep_colors);
 
+enum class GumPiece { kUpperGum, kLowerGum, kTongue };
+/// Splits gums that come in one piece with the tongue: for each of `gums`, a triangle of `mesh`, what it belongs to.
+/// The tongue is what lies under one surface, the palate, together with its own underside, as far as it hangs together;
+/// the rest goes with the row of teeth that is nearer. Heights along y.
+std::vector<GumPiece> splitGums(const FaceMesh& mesh, std::span<const Triangle> gums,
+                                std::span<const Triangle> upper_teeth, std::span<const Triangle> lower_teeth);
+/// The middle of a triangle's corners.
+inline Eigen::Vector3f centroid(const FaceMesh& mesh, const Triangle& t) {
+  return (mesh.vertices.row(t[0]) + mesh.vertices.row(t[1]) + mesh.vertices.row(t[2])).transpose() / 3.0F;
+}
+
 }  // namespace mouthpiece

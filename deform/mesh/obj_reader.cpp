@@ -44,7 +44,7 @@ class Line {
     if (error == std::errc::result_out_of_range || !whole || !(std::abs(value) <= kMaxCoordinate)) {
       fail(fmt::format("found '{}' as {}; expected a number between -1e7 and 1e7", printable(word, 40), what));
     }
-    return static_cast<float>(value);
+    return asFloat(value);
   }
 
   [[noreturn]] void fail(std::string_view what) const { throw InputError(file_, std::to_string(number_), what); }
@@ -123,7 +123,7 @@ class ObjParser {
     if (value > limit || value < -limit) {
       line.fail(fmt::format("found {} index {}; expected 1 to {}", what, value, count));
     }
-    return static_cast<std::size_t>(value > 0 ? value - 1 : limit + value);
+    return unsignedIndex(value > 0 ? value - 1 : limit + value);
   }
 
   void parseFace(Line& line) {

@@ -49,7 +49,7 @@ void LipGuard::findNearTeeth(const TeethShell& shell, const std::vector<ToothWat
 
 void LipGuard::findNearLips(const float* out, std::vector<const LipWatch*>& near) const {
   const auto at = [out](std::uint32_t v) { return Eigen::Map<const Vector3f>(out + 3 * std::size_t{v}); };
-  const auto reach = static_cast<float>(kWatched * mouth_width_), above = static_cast<float>(kSeenAbove * mouth_width_);
+  const float reach = lengthOf(kWatched), above = lengthOf(kSeenAbove);
   near.clear();
   for (const LipWatch& watch : lips_) {
     const Vector3f a = at(watch.corners[0]), ab = at(watch.corners[1]) - a, ac = at(watch.corners[2]) - a;
@@ -67,7 +67,7 @@ float LipGuard::partLips(float share, float ease, std::vector<const LipWatch*>& 
   pushes.clear();
   pushes.reserve(lips_.size());
   float largest = 0;
-  const auto far = static_cast<float>(kComesNear * mouth_width_), reach = static_cast<float>(kWatched * mouth_width_);
+  const float far = lengthOf(kComesNear), reach = lengthOf(kWatched);
   std::erase_if(near, [&](const LipWatch* watch) {
     const LipWatch::Sight sight = watch->look(out, reach);
     const float push = share * pushBack(sight.distance - watch->allowed, ease);
@@ -82,7 +82,7 @@ float LipGuard::partLips(float share, float ease, std::vector<const LipWatch*>& 
 /// The largest push out of this row of teeth, which has gone along with `with`. Watches outside leave `near`.
 float LipGuard::leaveTeeth(const TeethShell& shell, std::vector<const ToothWatch*>& near, const Moved& with, float ease,
                            float* out) const {
-  const auto deepest = static_cast<float>(kDeepInTeeth * mouth_width_);
+  const float deepest = lengthOf(kDeepInTeeth);
   float largest = 0;
   std::erase_if(near, [&](const ToothWatch* watch) {
     Eigen::Map<Vector3f> p(out + 3 * std::size_t{watch->vertex});
@@ -98,7 +98,7 @@ float LipGuard::leaveTeeth(const TeethShell& shell, std::vector<const ToothWatch
 
 /// How far the lips of a pair are shut: not where they have opened, nor where they are kept apart.
 float LipGuard::shutShare(const LipGap& gap) const {
-  return static_cast<float>((1 - gap.opened) * (1 - smoothStep(gap.least / (kKeptApart * mouth_width_))));
+  return asFloat((1 - gap.opened) * (1 - smoothStep(gap.least / (kKeptApart * mouth_width_))));
 }
 
 /// Lips that touch may still be a little apart on the mesh, whose rims the control surface knows at five places only:
@@ -107,22 +107,21 @@ void LipGuard::drawTogether(const MarkerPositions& points, std::span<const LipGa
                             const std::vector<const LipWatch*>& near, float* out) const {
   std::array<float, kColumns> way;
   way.fill(std::numeric_limits<float>::infinity());
-  const auto reach = static_cast<float>(kWatched * mouth_width_);
+  const float reach = lengthOf(kWatched);
   for (const LipWatch* watch : near)
     way[watch->column] = std::min(way[watch->column], watch->look(out, reach).distance);
   bool any = false;
   for (std::size_t c = 0; c < kColumns; ++c) {
-    const float column = static_cast<float>(c) + 0.5F;
+    const float column = middleOf(c);
     const auto next = std::upper_bound(pair_columns_.begin(), pair_columns_.end(), column) - pair_columns_.begin();
-    const auto last = static_cast<std::ptrdiff_t>(pairs_.size()) - 1;
-    const auto before = static_cast<std::size_t>(std::max<std::ptrdiff_t>(next - 1, 0));
-    const auto after = static_cast<std::size_t>(std::min(next, last));
+    const std::size_t before = unsignedIndex(std::max<std::ptrdiff_t>(next - 1, 0));
+    const std::size_t after = std::min(unsignedIndex(next), pairs_.size() - 1);
     const float span = pair_columns_[after] - pair_columns_[before];
     const float weight = span > 0 ? (column - pair_columns_[before]) / span : 0;
     const auto closed = shutShare(gaps[before]) * (1 - weight) + shutShare(gaps[after]) * weight;
     // What is further apart than lips that touch ever are is not drawn: the pull fades out.
-    const auto apart = static_cast<double>(way[c]) / mouth_width_;
-    const auto drawn = closed * static_cast<float>(1 - smoothStep((apart - kDrawnWhole) / (kSeenAbove - kDrawnWhole)));
+    const double apart = double{way[c]} / mouth_width_;
+    const float drawn = closed * asFloat(1 - smoothStep((apart - kDrawnWhole) / (kSeenAbove - kDrawnWhole)));
     way[c] = apart < kSeenAbove ? drawn * std::max(0.0F, way[c] - resting_gaps_[c]) : 0;
     any = any || way[c] > 0;
   }
@@ -139,7 +138,7 @@ void LipGuard::drawTogether(const MarkerPositions& points, std::span<const LipGa
 
 void LipGuard::separate(const MarkerPositions& points, std::span<const LipGap> gaps, const AddedMotion& jaw,
                         float* out) const {
-  const auto ease = static_cast<float>(kEase * mouth_width_);
+  const float ease = lengthOf(kEase);
   const double apart = narrowestGap(points) / (kFarApart * mouth_width_);
   const bool may_touch = apart < 1 && !lips_.empty();
   thread_local std::vector<const LipWatch*> near;
@@ -154,7 +153,7 @@ void LipGuard::separate(const MarkerPositions& points, std::span<const LipGap> g
       lower_jaw{true, Eigen::Matrix3f::Identity() + jaw.turn.cast<float>(), jaw.shift.cast<float>()};
   findNearTeeth(upper_teeth_, at_upper_teeth_, still_head, out, near_upper_teeth);
   findNearTeeth(lower_teeth_, at_lower_teeth_, lower_jaw, out, near_lower_teeth);
-  const auto share = static_cast<float>(0.5 * (1 - smoothStep(2 * apart - 1)));
+  const float share = asFloat(0.5 * (1 - smoothStep(2 * apart - 1)));
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     const float of_lips = partLips(share, ease, near, out);
     const float of_upper_teeth = leaveTeeth(upper_teeth_, near_upper_teeth, still_head, ease, out);

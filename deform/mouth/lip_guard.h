@@ -1,17 +1,98 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "deform/surface/binding.h"
-#include "deform/surface/control_surface.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/mouth/jaw.h"
-#include "deform/mouth/lip_watch.h"
-#include "deform/mouth/teeth_shell.h"
+#include "deform/surface/binding.h"
+#include "deform/surface/control_surface.h"
 
 namespace mouthpiece {
+
+/// A vertex of one lip that watches the place of the other which is nearest when the mouth is closed. The other lip's
+/// shape around that place is taken along in the frame of its triangle.
+struct LipWatch {
+  std::uint32_t vertex;
+  std::uint32_t corners[3];
+  float weights[2];  ///< of the second and third at the place watched
+  float bend[5];     ///< how the lip leaves the triangle's plane: x, y, x^2, x y, y^2, in units of what is seen
+  float away[3];     ///< where the triangle faced in the closed mouth
+  float allowed;     ///< signed distance at rest where it is below zero
+  std::uint32_t column;
+
+  struct Sight {
+    float distance;
+    Eigen::Vector3f away;  ///< unit length
+  };
+  /// Where the vertex is to the other lip, `reach` around the watched place; further off or where the triangle has
+  /// tipped over the watch goes blind and sees it `reach` away. `vertices`: x y z of each of the posed mesh.
+  [[nodiscard]] Sight look(const float* vertices, float reach) const;
+
+  /// Takes the shape of the other lip in the closed mouth: `lip` are its vertices.
+  void takeShape(const VertexPositions& closed, const VertexPositions& normals, const std::vector<std::uint32_t>& lip,
+                 float reach);
+};
+
+/// A row of teeth with its gum as lips meet it: how far it reaches from an upright axis inside the dental arch, over
+/// direction and height. Whatever the teeth look like, a point is looked up in a few operations, wherever the lips have
+/// slid to.
+class TeethShell {
+ public:
+  /// How far behind the shell a point is, and the way out.
+  struct Depth {
+    float depth = 0;  ///< 0 outside
+    Eigen::Vector3f out = Eigen::Vector3f::Zero();
+  };
+
+  TeethShell() = default;
+  /// `triangles` of `vertices`: one row of teeth; `hangs`: the upper one, whose edge is its lower end. `cell`: width of
+  /// the net over direction and height; coarser where teeth of that size would need millions of samples.
+  TeethShell(const VertexPositions& vertices, const std::vector<Triangle>& triangles, bool hangs, float cell);
+
+  [[nodiscard]] bool empty() const { return reach_.size() == 0; }
+
+  /// What is deeper than `deepest` is in the mouth, not at the lips, and counts as outside; from half of that on the
+  /// depth fades. `around_edge`: where it is nearer, the way out is around the edge of the teeth.
+  [[nodiscard]] Depth depthAt(const Eigen::Vector3f& p, float deepest, bool around_edge) const;
+  /// False where depthAt() is 0 for certain, all around as far as bound() was told; a few operations.
+  [[nodiscard]] bool mayTouch(const Eigen::Vector3f& p) const {
+    const float x = p.x() - axis_x_, z = p.z() - axis_z_;
+    const float around = std::abs(x) + std::abs(z);
+    const float turns = z >= 0 ? x / around : std::copysign(2 - std::abs(x) / around, x);
+    const float column = turns * columns_per_turn_ + middle_column_, row = (p.y() - lowest_) * rows_per_height_ + 0.5F;
+    if (!(column >= 0 && column < asFloat(reach_.cols()) && row > -bounded_rows_ &&
+          row < asFloat(reach_.rows()) + bounded_rows_))
+      return false;
+    return x * x + z * z < bounds_(wholePart(std::clamp(row, 0.0F, asFloat(reach_.rows() - 1))), wholePart(column));
+  }
+  /// Prepares mayTouch(): points that are moved by less than `margin` afterwards are counted in.
+  void bound(float margin);
+
+  /// Whether a tooth is at the height of `p`, at most `distance` further in.
+  [[nodiscard]] bool isNear(const Eigen::Vector3f& p, float distance) const;
+
+ private:
+  struct Sample {
+    float reach = 0, filled = 0;           ///< mean over the filled corners of the net's cell, and their weight
+    float per_column = 0, per_height = 0;  ///< slopes
+  };
+  void fillGrooves(Eigen::Index cells);
+  [[nodiscard]] float columnOf(float x, float z) const;
+  [[nodiscard]] Sample sampleAt(float column, float row) const;
+
+  using Net = Eigen::ArrayXXf;
+  Net reach_;            ///< heights x directions; 0: no tooth
+  Eigen::ArrayXf edge_;  ///< height of the teeth's edge by direction; NaN: no tooth
+  Net bounds_;           ///< of `reach_`, squared
+  float columns_per_turn_ = 0, middle_column_ = 0, rows_per_height_ = 1, bounded_rows_ = 0;
+  float axis_x_ = 0, axis_z_ = 0, lowest_ = 0, cell_ = 1, farthest_ = 0;
+  bool hangs_ = false;
+};
 
 /// Keeps the lips of a deformed mesh out of each other and out of the teeth, and closed where they shall touch. Each
 /// vertex near the line where the lips meet watches the place of the other lip that is nearest when the mouth is
@@ -59,6 +140,11 @@ class LipGuard {
   void boundTeeth(TeethShell& shell, std::vector<ToothWatch>& watches) const;
   void draw(const VertexPositions& rest, const std::vector<std::uint32_t>& own, float share);
   [[nodiscard]] float columnOf(const Eigen::Vector3f& p) const;
+  static float middleOf(std::size_t column) { return asFloat(column) + 0.5F; }
+  /// Distance from the line where the lips meet.
+  [[nodiscard]] float toRim(const Eigen::Vector3f& p) const;
+  /// A length that is told as a share of the mouth's width.
+  [[nodiscard]] float lengthOf(double share) const { return asFloat(share * mouth_width_); }
 
   // In every frame.
   /// A rigid motion: turn * p + shift.
@@ -88,7 +174,7 @@ class LipGuard {
   std::vector<float> resting_gaps_;  ///< by column: what stays of the gap where lips rest against each other
   std::vector<LipPair> pairs_;
   std::vector<float> pair_columns_;  ///< where the pairs lie
-  std::vector<Eigen::Vector3f> rim_;
+  std::vector<Eigen::Vector3d> rim_;
   Eigen::Vector3f from_ = Eigen::Vector3f::Zero(), along_ = Eigen::Vector3f::UnitX();
   double mouth_width_ = 0;
 };

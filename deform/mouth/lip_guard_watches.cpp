@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 
 #include "base/errors.h"
 #include "base/smooth_step.h"
+#include "deform/mesh/triangle_tree.h"
 #include "deform/mouth/lip_guard.h"
-#include "deform/surface/lip_sides.h"
-#include "deform/mesh/near_triangles.h"
 #include "deform/surface/virtual_points.h"
 
 namespace mouthpiece {
@@ -27,29 +27,94 @@ constexpr double kElsewhere = 0.03;   ///< what is further behind the other lip 
 constexpr double kMostLooks = 2e10;   ///< vertices times triangles of lips: a head of millions has half of this
 constexpr std::size_t kFitVertices = 8000;
 constexpr float kLeastLength = 1e-30F;
+constexpr float kOpposed = -0.3F;  ///< cosine between surfaces that can meet
 
 Vector3f vertexOf(const VertexPositions& vertices, std::uint32_t v) { return vertices.row(v).transpose(); }
 
-float distanceTo(const Vector3f& p, const std::vector<Vector3f>& ring) {
-  float nearest = std::numeric_limits<float>::infinity();
-  for (std::size_t i = 0; i < ring.size(); ++i) {
-    const Vector3f& a = ring[i];
-    const Vector3f ab = ring[(i + 1) % ring.size()] - a;
-    const float way = std::clamp((p - a).dot(ab) / std::max(ab.squaredNorm(), kLeastLength), 0.0F, 1.0F);
-    nearest = std::min(nearest, (p - a - way * ab).norm());
+/// Weights of the place of a triangle that is nearest to `p`, sought on a net of 15 places: lips are finer than what
+/// that misses.
+Vector3f nearestWeights(const Vector3f& p, const Eigen::Matrix3f& corners, float& squared) {
+  constexpr int kCuts = 4;
+  Vector3f best = Vector3f::Zero();
+  squared = std::numeric_limits<float>::infinity();
+  for (int i = 0; i <= kCuts; ++i) {
+    for (int j = 0; i + j <= kCuts; ++j) {
+      const Vector3f weights = Eigen::Vector3i(i, j, kCuts - i - j).cast<float>() / float{kCuts};
+      const float here =
+          (weights[0] * corners.col(0) + weights[1] * corners.col(1) + weights[2] * corners.col(2) - p).squaredNorm();
+      if (here >= squared) continue;
+      squared = here;
+      best = weights;
+    }
   }
-  return nearest;
+  return best;
 }
+
+/// Nearest places on a lip's triangles that face a vertex of the other.
+class FacingLip {
+ public:
+  struct Nearest {
+    Triangle triangle;
+    Vector3f weights;  ///< of its corners
+  };
+
+  /// Sees no further than `reach`.
+  FacingLip(const VertexPositions& vertices, std::vector<Triangle> triangles, float reach)
+      : vertices_(vertices),
+        reach_(reach),
+        triangles_(sortedByX(vertices, std::move(triangles))),
+        tree_(vertices, triangles_) {}
+
+  [[nodiscard]] std::optional<Nearest> facing(const Vector3f& p, const Vector3f& normal) const {
+    const Eigen::Vector3d middle = p.cast<double>(), around = Eigen::Vector3d::Constant(reach_);
+    std::optional<Nearest> nearest;
+    float least = reach_ * reach_;
+    for (const std::size_t t : tree_.touching({middle - around, middle + around})) {
+      const Eigen::Matrix3f corners = vertices_(triangles_[t], Eigen::all).transpose();
+      const Vector3f across = (corners.col(1) - corners.col(0)).cross(corners.col(2) - corners.col(0)).normalized();
+      if (across.dot(normal) > kOpposed) continue;
+      float squared = 0;
+      const Vector3f weights = nearestWeights(p, corners, squared);
+      if (squared >= least) continue;
+      least = squared;
+      nearest = {triangles_[t], weights};
+    }
+    return nearest;
+  }
+
+  /// From the plane of the nearest triangle that faces `p`; 0 where there is none.
+  [[nodiscard]] float distance(const Vector3f& p, const Vector3f& normal) const {
+    const auto nearest = facing(p, normal);
+    if (!nearest) return 0;
+    const auto& [a, b, c] = nearest->triangle;
+    const Vector3f at = vertexOf(vertices_, a);
+    const Vector3f across = (vertexOf(vertices_, b) - at).cross(vertexOf(vertices_, c) - at);
+    return (p - at).dot(across) / std::max(across.norm(), kLeastLength);
+  }
+
+ private:
+  /// Of places equally near the rightmost triangle's counts, whatever the order in the file.
+  static std::vector<Triangle> sortedByX(const VertexPositions& vertices, std::vector<Triangle> triangles) {
+    const auto middle = [&](const Triangle& t) {
+      return (vertices(t[0], 0) + vertices(t[1], 0) + vertices(t[2], 0)) / 3;
+    };
+    std::sort(triangles.begin(), triangles.end(),
+              [&](const Triangle& a, const Triangle& b) { return middle(a) < middle(b); });
+    return triangles;
+  }
+
+  const VertexPositions& vertices_;
+  float reach_;
+  std::vector<Triangle> triangles_;
+  TriangleTree tree_;
+};
 
 }  // namespace
 
 LipGuard::LipGuard(const FaceMesh& mesh, const VertexPositions& closed, const ControlMesh& control,
                    const FaceBinding& binding)
-    : pairs_(lipPairs(control)), mouth_width_(control.mouth_width) {
+    : pairs_(lipPairs(control)), rim_(openingsOf(control).lip_line), mouth_width_(control.mouth_width) {
   const auto place = [&](int point) -> Vector3f { return control.rest.row(point).transpose().cast<float>(); };
-  for (const std::string& name : mouthRim()) {
-    if (const int point = findPoint(control, name); point >= 0) rim_.push_back(place(point));
-  }
   const int right = findPoint(control, "LIP_CORNER_R"), left = findPoint(control, "LIP_CORNER_L");
   if (right >= 0 && left >= 0) {
     from_ = place(right);
@@ -63,27 +128,17 @@ LipGuard::LipGuard(const FaceMesh& mesh, const VertexPositions& closed, const Co
 void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& closed, const FaceBinding& binding,
                         const std::vector<std::uint32_t>& patch_sides) {
   const auto side_of = [&](std::uint32_t v) {
-    return binding.patch[v] < 0 || !(binding.skin_weight[v] > 0)
-               ? 0U
-               : patch_sides[static_cast<std::size_t>(binding.patch[v])];
+    return binding.patch[v] < 0 || !(binding.skin_weight[v] > 0) ? 0U : patch_sides[unsignedIndex(binding.patch[v])];
   };
-  std::vector<Triangle> upper, lower, upper_teeth, lower_teeth;
+  std::vector<Triangle> upper, lower;
   std::vector<bool> is_upper(binding.patch.size(), false), is_lower = is_upper;
-  for (const MeshPart& part : mesh.parts) {
-    const bool is_lip =
-        part.kind == PartKind::kSkin || part.kind == PartKind::kLips || part.kind == PartKind::kMouthInside;
-    for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t) {
-      const Triangle& triangle = mesh.triangles[t];
-      if (part.kind == PartKind::kUpperTeeth) upper_teeth.push_back(triangle);
-      if (part.kind == PartKind::kLowerTeeth) lower_teeth.push_back(triangle);
-      if (!is_lip) continue;
-      const std::uint32_t side = side_of(triangle[0]) & side_of(triangle[1]) & side_of(triangle[2]);
-      if ((side & kUpperLip) != 0) upper.push_back(triangle);
-      if ((side & kLowerLip) != 0) lower.push_back(triangle);
-      for (const std::uint32_t v : triangle) {
-        if ((side & kUpperLip) != 0) is_upper[v] = true;
-        if ((side & kLowerLip) != 0) is_lower[v] = true;
-      }
+  for (const Triangle& triangle : trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside})) {
+    const std::uint32_t side = side_of(triangle[0]) & side_of(triangle[1]) & side_of(triangle[2]);
+    if ((side & kUpperLip) != 0) upper.push_back(triangle);
+    if ((side & kLowerLip) != 0) lower.push_back(triangle);
+    for (const std::uint32_t v : triangle) {
+      if ((side & kUpperLip) != 0) is_upper[v] = true;
+      if ((side & kLowerLip) != 0) is_lower[v] = true;
     }
   }
   std::vector<std::uint32_t> upper_vertices, lower_vertices;
@@ -95,22 +150,21 @@ void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& closed, con
   const VertexPositions rest_normals = vertexNormals(mesh.vertices, mesh.triangles);
   watchLips(mesh.vertices, closed, upper_vertices, lower_vertices, lower, normals, rest_normals);
   watchLips(mesh.vertices, closed, lower_vertices, upper_vertices, upper, normals, rest_normals);
-  const auto cell = static_cast<float>(kTeethCell * mouth_width_);
-  upper_teeth_ = TeethShell(mesh.vertices, upper_teeth, true, cell);
-  lower_teeth_ = TeethShell(mesh.vertices, lower_teeth, false, cell);
+  const float cell = lengthOf(kTeethCell);
+  upper_teeth_ = TeethShell(mesh.vertices, trianglesOf(mesh, {PartKind::kUpperTeeth}), true, cell);
+  lower_teeth_ = TeethShell(mesh.vertices, trianglesOf(mesh, {PartKind::kLowerTeeth}), false, cell);
   watchTeeth(mesh.vertices, upper_vertices, upper_teeth_, false, at_upper_teeth_);
   watchTeeth(mesh.vertices, lower_vertices, upper_teeth_, true, at_upper_teeth_);
   watchTeeth(mesh.vertices, lower_vertices, lower_teeth_, false, at_lower_teeth_);
   boundTeeth(upper_teeth_, at_upper_teeth_);
   boundTeeth(lower_teeth_, at_lower_teeth_);
   for (std::size_t c = 0; c < kColumns; ++c) {
-    const float column = static_cast<float>(c) + 0.5F;
+    const float column = middleOf(c);
     const bool is_between = !pair_columns_.empty() && column > pair_columns_.front() && column < pair_columns_.back();
     // Beyond the outermost pairs nothing tells that the lips touch.
-    resting_gaps_.push_back(is_between ? static_cast<float>(kTouching * mouth_width_)
-                                       : std::numeric_limits<float>::infinity());
+    resting_gaps_.push_back(is_between ? lengthOf(kTouching) : std::numeric_limits<float>::infinity());
   }
-  const auto reach = static_cast<float>(kWatched * mouth_width_);
+  const float reach = lengthOf(kWatched);
   for (const LipWatch& watch : lips_) {
     float& gap = resting_gaps_[watch.column];
     gap = std::min(gap, std::max(0.0F, watch.look(closed.data(), reach).distance));
@@ -119,34 +173,34 @@ void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& closed, con
   draw(mesh.vertices, lower_vertices, 0.5F);
 }
 
+float LipGuard::toRim(const Vector3f& p) const { return asFloat(distanceToLine(p.cast<double>(), rim_)); }
+
 /// 0 at the right corner of the mouth, kColumns at the left one, and no further.
 float LipGuard::columnOf(const Vector3f& p) const {
   const float way = (p - from_).dot(along_) / std::max(along_.squaredNorm(), kLeastLength);
-  return std::clamp(way, 0.0F, 0.999F) * static_cast<float>(kColumns);
+  return std::clamp(way, 0.0F, 0.999F) * asFloat(kColumns);
 }
 
 void LipGuard::watchLips(const VertexPositions& rest, const VertexPositions& closed,
                          const std::vector<std::uint32_t>& own, const std::vector<std::uint32_t>& others,
                          const std::vector<Triangle>& other, const VertexPositions& normals,
                          const VertexPositions& rest_normals) {
-  if (static_cast<double>(own.size()) * static_cast<double>(other.size()) > kMostLooks) {
+  if (asReal(own.size()) * asReal(other.size()) > kMostLooks) {
     throw InputError(fmt::format("found {} vertices and {} triangles at the lips; expected no more than a head has",
                                  own.size(), other.size()));
   }
-  const auto reach = static_cast<float>(kWatched * mouth_width_);
+  const float reach = lengthOf(kWatched);
   // Shapes of dense lips are told by some of their vertices.
   std::vector<std::uint32_t> seen;
   const std::size_t stride = others.size() / kFitVertices + 1;
   for (std::size_t i = 0; i < others.size(); i += stride) seen.push_back(others[i]);
-  const NearTriangles near(closed, other, static_cast<float>(kReach * mouth_width_));
-  const NearTriangles near_at_rest(rest, other, static_cast<float>(kReach * mouth_width_));
+  const FacingLip near(closed, other, lengthOf(kReach)), near_at_rest(rest, other, lengthOf(kReach));
   for (const std::uint32_t v : own) {
     const auto place = near.facing(vertexOf(closed, v), vertexOf(normals, v));
     if (!place) continue;
-    const Triangle& t = *place->triangle;
     LipWatch watch{};
     watch.vertex = v;
-    std::copy(t.begin(), t.end(), watch.corners);
+    std::copy(place->triangle.begin(), place->triangle.end(), watch.corners);
     watch.weights[0] = place->weights[1];
     watch.weights[1] = place->weights[2];
     watch.column = static_cast<std::uint32_t>(columnOf(vertexOf(rest, v)));
@@ -155,7 +209,7 @@ void LipGuard::watchLips(const VertexPositions& rest, const VertexPositions& clo
     const bool rests_closed = (vertexOf(closed, v) - vertexOf(rest, v)).norm() < kStill * mouth_width_;
     watch.allowed = std::min(0.0F, rests_closed ? watch.look(closed.data(), reach).distance
                                                 : near_at_rest.distance(vertexOf(rest, v), vertexOf(rest_normals, v)));
-    if (watch.allowed < -static_cast<float>(kElsewhere * mouth_width_)) continue;
+    if (watch.allowed < -lengthOf(kElsewhere)) continue;
     lips_.push_back(watch);
   }
 }
@@ -163,12 +217,12 @@ void LipGuard::watchLips(const VertexPositions& rest, const VertexPositions& clo
 void LipGuard::watchTeeth(const VertexPositions& rest, const std::vector<std::uint32_t>& own, const TeethShell& shell,
                           bool around_edge, std::vector<ToothWatch>& watches) const {
   if (shell.empty()) return;
-  const auto near = static_cast<float>(kReach * mouth_width_), far = static_cast<float>(kLipsReach * mouth_width_);
+  const float near = lengthOf(kReach), far = lengthOf(kLipsReach);
   for (const std::uint32_t v : own) {
     const Vector3f p = vertexOf(rest, v);
-    const float to_rim = distanceTo(p, rim_);
+    const float to_rim = toRim(p);
     if (to_rim > far || (to_rim > near && !shell.isNear(p, 0.5F * near))) continue;
-    const float depth = shell.depthAt(p, static_cast<float>(kDeepInTeeth * mouth_width_), around_edge).depth;
+    const float depth = shell.depthAt(p, lengthOf(kDeepInTeeth), around_edge).depth;
     watches.push_back({v, around_edge, depth, 0, p});
   }
 }
@@ -177,24 +231,24 @@ void LipGuard::watchTeeth(const VertexPositions& rest, const std::vector<std::ui
 void LipGuard::boundTeeth(TeethShell& shell, std::vector<ToothWatch>& watches) const {
   if (shell.empty()) return;
   for (const double share : {0.08, 0.04, 0.02, 0.01}) {
-    const auto margin = static_cast<float>(share * mouth_width_);
+    const float margin = lengthOf(share);
     shell.bound(margin);
     for (ToothWatch& watch : watches) {
       if (watch.free <= 0 && !shell.mayTouch(watch.rest)) watch.free = margin * margin;
     }
   }
-  shell.bound(static_cast<float>(kSlips * mouth_width_));
+  shell.bound(lengthOf(kSlips));
 }
 
 void LipGuard::draw(const VertexPositions& rest, const std::vector<std::uint32_t>& own, float share) {
-  const auto reach = static_cast<float>(kDrawnFrom * mouth_width_);
+  const float reach = lengthOf(kDrawnFrom);
   for (const std::uint32_t v : own) {
-    const float distance = distanceTo(vertexOf(rest, v), rim_);
+    const float distance = toRim(vertexOf(rest, v));
     if (distance >= reach) continue;
     const float column = std::max(0.0F, columnOf(vertexOf(rest, v)) - 0.5F);
-    const auto first = std::min(static_cast<std::size_t>(column), kColumns - 2);
-    drawn_.push_back({v, static_cast<std::uint32_t>(first), std::min(1.0F, column - static_cast<float>(first)),
-                      share * static_cast<float>(1 - smoothStep(static_cast<double>(distance / reach)))});
+    const auto first = std::min(static_cast<std::uint32_t>(column), std::uint32_t{kColumns - 2});
+    drawn_.push_back(
+        {v, first, std::min(1.0F, column - asFloat(first)), share * asFloat(1 - smoothStep(double{distance / reach}))});
   }
 }
 

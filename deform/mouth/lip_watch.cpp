@@ -1,4 +1,4 @@
-#include "deform/mouth/lip_watch.h"
+#include "deform/mouth/lip_guard.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -47,7 +47,7 @@ LipWatch::Sight LipWatch::look(const float* vertices, float reach) const {
   const float distance = (p.dot(frame.away) - reach * height) / std::sqrt(1 + slope_x * slope_x + slope_y * slope_y);
   const float off = 2 * (x * x + y * y) - 1;
   const float tipped = (kTips - frame.away.dot(Eigen::Map<const Vector3f>(away))) / kTipsOver;
-  const auto blind = static_cast<float>(smoothStep(static_cast<double>(std::max(off, tipped))));
+  const float blind = asFloat(smoothStep(double{std::max(off, tipped)}));
   return {distance + blind * std::max(0.0F, reach - distance), frame.away};
 }
 
@@ -61,14 +61,14 @@ void LipWatch::takeShape(const VertexPositions& closed, const VertexPositions& n
   for (const std::uint32_t v : lip) {
     const Vector3f q = (closed.row(v).transpose() - frame.origin) / reach;
     if (q.squaredNorm() >= 1 || normals.row(v).dot(frame.away) < kSameSide) continue;
-    const auto x = static_cast<double>(q.dot(frame.x)), y = static_cast<double>(q.dot(frame.y));
+    const double x{q.dot(frame.x)}, y{q.dot(frame.y)};
     const Terms terms{x, y, x * x, x * y, y * y};
-    const double weight = 1 - static_cast<double>(q.squaredNorm());
+    const double weight = 1 - double{q.squaredNorm()};
     squares += weight * terms * terms.transpose();
-    sums += weight * static_cast<double>(q.dot(frame.away)) * terms;
+    sums += weight * double{q.dot(frame.away)} * terms;
   }
   const Terms solved = squares.ldlt().solve(sums);
-  for (Eigen::Index i = 0; i < 5; ++i) bend[i] = static_cast<float>(solved[i]);
+  for (Eigen::Index i = 0; i < 5; ++i) bend[i] = asFloat(solved[i]);
   Eigen::Map<Vector3f>(this->away) = frame.away;
 }
 

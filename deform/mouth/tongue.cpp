@@ -1,5 +1,4 @@
-#include "deform/mouth/tongue.h"
-
+// The tongue of jaw.h.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -7,7 +6,8 @@
 #include <optional>
 
 #include "base/smooth_step.h"
-#include "deform/mesh/seen_from_above.h"
+#include "deform/mesh/triangle_tree.h"
+#include "deform/mouth/jaw.h"
 
 namespace mouthpiece {
 namespace {
@@ -25,10 +25,6 @@ constexpr double kOut = 0.06;
 constexpr double kApart = 0.08;
 constexpr float kFlattened = 0.12F;
 
-bool isOneOf(PartKind kind, std::initializer_list<PartKind> kinds) {
-  return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
-}
-
 /// The front teeth of a row.
 struct FrontTeeth {
   Eigen::Vector3d edge;  ///< in the middle, at the front, as high as their free edge
@@ -42,13 +38,10 @@ std::optional<FrontTeeth> frontTeeth(const FaceMesh& mesh, PartKind row, double 
   constexpr double kNearEdge = 0.1;  // of the front teeth's height
   std::vector<Eigen::Vector3d> points;
   Eigen::AlignedBox3d box;
-  for (const MeshPart& part : mesh.parts) {
-    if (part.kind != row) continue;
-    for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t) {
-      for (const std::uint32_t v : mesh.triangles[t]) {
-        points.push_back(mesh.vertices.row(v).transpose().cast<double>());
-        box.extend(points.back());
-      }
+  for (const Triangle& triangle : trianglesOf(mesh, {row})) {
+    for (const std::uint32_t v : triangle) {
+      points.push_back(pointAt(mesh.vertices, v));
+      box.extend(points.back());
     }
   }
   if (points.empty()) return std::nullopt;
@@ -70,13 +63,9 @@ std::optional<FrontTeeth> frontTeeth(const FaceMesh& mesh, PartKind row, double 
 std::optional<double> roofOver(const FaceMesh& mesh, const Eigen::Vector3d& point,
                                std::initializer_list<PartKind> kinds) {
   std::optional<double> roof;
-  for (const MeshPart& part : mesh.parts) {
-    if (!isOneOf(part.kind, kinds)) continue;
-    for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t) {
-      const auto height =
-          heightAt(mesh, mesh.triangles[t], {static_cast<float>(point.x()), static_cast<float>(point.z())});
-      if (height && *height > point.y() && (!roof || *height < *roof)) roof = *height;
-    }
+  for (const auto& [triangle, height] :
+       TriangleTree(mesh.vertices, trianglesOf(mesh, kinds)).crossings(point.x(), point.z())) {
+    if (height > point.y() && (!roof || height < *roof)) roof = height;
   }
   return roof;
 }
@@ -91,7 +80,7 @@ Eigen::Vector3d atMost(const Eigen::Vector3d& move, double length) {
 TongueMorph::TongueMorph(const FaceMesh& mesh, std::vector<std::uint32_t> vertices) {
   if (vertices.empty()) return;
   Eigen::AlignedBox3d box;
-  for (const std::uint32_t v : vertices) box.extend(mesh.vertices.row(v).transpose().cast<double>());
+  for (const std::uint32_t v : vertices) box.extend(pointAt(mesh.vertices, v));
   const Eigen::Vector3d low = box.min(), high = box.max();
   length_ = high.z() - low.z();
   const double length = std::max(length_, 1e-12);
@@ -99,7 +88,7 @@ TongueMorph::TongueMorph(const FaceMesh& mesh, std::vector<std::uint32_t> vertic
   tip_ = {middle_x, 0.5 * (low.y() + high.y()), high.z()};
   double tip_height = -1e30, back_height = -1e30;
   for (const std::uint32_t v : vertices) {
-    const Eigen::Vector3d p = mesh.vertices.row(v).transpose().cast<double>();
+    const Eigen::Vector3d p = pointAt(mesh.vertices, v);
     const double along = (p.z() - low.z()) / length;
     if (along > 0.9) tip_height = std::max(tip_height, p.y());
     if (std::abs(along - kBackAt) < 0.15) back_height = std::max(back_height, p.y());
@@ -107,8 +96,7 @@ TongueMorph::TongueMorph(const FaceMesh& mesh, std::vector<std::uint32_t> vertic
     const double bump = 1 - smoothStep(std::abs(along - kBackAt) / kBackWidth);
     // The underside and the root stay with the jaw.
     const double upper = smoothStep((p.y() - low.y()) / std::max(0.6 * (high.y() - low.y()), 1e-12));
-    items_.push_back(
-        {v, mesh.vertices.row(v).transpose(), static_cast<float>(tip), static_cast<float>(bump * (0.3 + 0.7 * upper))});
+    items_.push_back({v, mesh.vertices.row(v).transpose(), asFloat(tip), asFloat(bump * (0.3 + 0.7 * upper))});
   }
   if (tip_height > -1e29) tip_.y() = tip_height;
   back_ = {middle_x, back_height > -1e29 ? back_height : high.y(), low.z() + kBackAt * length};
@@ -134,12 +122,10 @@ void TongueMorph::findTeeth(const FaceMesh& mesh) {
 
 /// The height of a place of the tip that shall go out between the teeth, not through them.
 float TongueMorph::keptBetweenTeeth(const Eigen::Vector3f& place, const Eigen::Vector3f& lower_edge) const {
-  const float way = kFlattened * static_cast<float>(length_);
-  const auto near = [&](double teeth_z) {
-    return static_cast<float>(smoothStep((place.z() - (static_cast<float>(teeth_z) - way)) / way));
-  };
+  const float way = kFlattened * asFloat(length_);
+  const auto near = [&](float teeth_z) { return asFloat(smoothStep(double{(place.z() - (teeth_z - way)) / way})); };
   const float over = std::max(0.0F, lower_edge.y() - place.y()) * near(lower_edge.z());
-  const float under = std::max(0.0F, place.y() - static_cast<float>(behind_.y())) * near(behind_.z());
+  const float under = std::max(0.0F, place.y() - asFloat(behind_.y())) * near(asFloat(behind_.z()));
   return place.y() + over - under;
 }
 
@@ -149,9 +135,9 @@ void TongueMorph::deform(const AddedMotion& jaw, const TonguePose& pose, float* 
   // Through closed teeth no tongue comes: it touches the upper ones from behind.
   const double out_share = has_teeth_ ? smoothStep((behind_.y() - lower_edge.y()) / (kApart * length_)) : 1.0;
   const Eigen::Vector3d between = behind_ + out_share * (between_ - behind_);
-  const Eigen::Vector3d to_ridge = static_cast<double>(pose.tip_up) * (ridge_ - moved(tip_));
-  const Eigen::Vector3d to_gap = static_cast<double>(pose.tip_forward) * (between - moved(tip_));
-  const Eigen::Vector3d to_palate = static_cast<double>(pose.back_up) * (palate_ - moved(back_));
+  const Eigen::Vector3d to_ridge = double{pose.tip_up} * (ridge_ - moved(tip_));
+  const Eigen::Vector3d to_gap = double{pose.tip_forward} * (between - moved(tip_));
+  const Eigen::Vector3d to_palate = double{pose.back_up} * (palate_ - moved(back_));
   const Eigen::Vector3f tip = atMost(to_ridge + to_gap, kFurthest * length_).cast<float>();
   const Eigen::Vector3f back = atMost(to_palate, kFurthest * length_).cast<float>();
   const Eigen::Matrix3f turn = jaw.turn.cast<float>();
@@ -161,7 +147,7 @@ void TongueMorph::deform(const AddedMotion& jaw, const TonguePose& pose, float* 
     Eigen::Vector3f place = item.rest + turn * item.rest + shift + item.tip * tip + item.back * back;
     if (has_teeth_ && pose.tip_forward > 0)
       place.y() += pose.tip_forward * (keptBetweenTeeth(place, lower) - place.y());
-    Eigen::Map<Eigen::Vector3f>(out + 3 * static_cast<std::size_t>(item.vertex)) = place;
+    Eigen::Map<Eigen::Vector3f>(out + 3 * std::size_t{item.vertex}) = place;
   }
 }
 

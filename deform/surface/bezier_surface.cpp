@@ -25,6 +25,11 @@ double areaOf(const std::array<Eigen::Vector2d, 3>& p) {
 
 /// How much nearness to samples counts against bending.
 constexpr double kSampleWeight = 300;
+/// How much the surface keeps to the flat triangles of its control mesh (0: bends least; larger: overshoots less).
+constexpr double kTension = 1;
+
+/// A corner of a triangle whose numbers are six slopes, x and y of each corner in turn: the row of slope `i`.
+int slopeRow(const std::array<int, 3>& triangle, int i) { return 2 * triangle[unsignedIndex(i / 2)] + i % 2; }
 
 /// Integral of |second derivatives|^2 + tension |slope - slope of the flat triangle|^2 over one cubic.
 Energy cubicEnergy(const CubicPatch<Form>& patch, const std::array<Eigen::Vector2d, 3>& p,
@@ -52,7 +57,7 @@ Energy cubicEnergy(const CubicPatch<Form>& patch, const std::array<Eigen::Vector
     const auto halves = patch.halves(u, v);
     const Form du = 3 * (halves.a - halves.c), dv = 3 * (halves.b - halves.c);
     for (int axis = 0; axis < 2; ++axis) {
-      const Form slope = inverse(0, axis) * du + inverse(1, axis) * dv - flat_slope[static_cast<std::size_t>(axis)];
+      const Form slope = inverse(0, axis) * du + inverse(1, axis) * dv - flat_slope[unsignedIndex(axis)];
       energy += tension * slope * slope.transpose();
     }
   }
@@ -67,7 +72,7 @@ Energy triangleEnergy(const std::array<Eigen::Vector2d, 3>& p, const CloughToche
   const Eigen::Matrix2d inverse = plane.inverse();
   std::array<Form, 2> flat_slope;
   for (int axis = 0; axis < 2; ++axis) {
-    flat_slope[static_cast<std::size_t>(axis)] =
+    flat_slope[unsignedIndex(axis)] =
         inverse(0, axis) * (Form::Unit(0) - Form::Unit(2)) + inverse(1, axis) * (Form::Unit(1) - Form::Unit(2));
   }
   const Eigen::Vector2d middle = (p[0] + p[1] + p[2]) / 3;
@@ -78,7 +83,7 @@ Energy triangleEnergy(const std::array<Eigen::Vector2d, 3>& p, const CloughToche
 }
 
 using Sparse = Eigen::SparseMatrix<double>;
-using Entries = std::vector<Eigen::Triplet<double>>;
+using Entries = std::vector<Eigen::Triplet<double, Eigen::Index>>;
 
 Sparse sparse(Eigen::Index rows, Eigen::Index columns, const Entries& entries) {
   Sparse matrix(rows, columns);
@@ -117,20 +122,20 @@ void constrainRims(const ControlMesh& mesh, std::vector<Eigen::Vector2d>& direct
       given.emplace_back(2 * three[1], three[i], along.x() * weights[i]);
       given.emplace_back(2 * three[1] + 1, three[i], along.y() * weights[i]);
     }
-    direction[static_cast<std::size_t>(three[1])] = Eigen::Vector2d(-along.y(), along.x());
+    direction[unsignedIndex(three[1])] = Eigen::Vector2d(-along.y(), along.x());
   }
 }
 
 Constraints constraintsOf(const ControlMesh& mesh, bool ring_is_flat) {
-  const auto count = static_cast<Eigen::Index>(mesh.points.size());
+  const auto count = signedIndex(mesh.points.size());
   std::vector<Eigen::Vector2d> direction(mesh.points.size(),
                                          Eigen::Vector2d::Zero());  // the one free direction, if any
   Entries given, free;
   constrainRims(mesh, direction, given);
-  int unknowns = 0;
-  for (int i = 0; i < static_cast<int>(count); ++i) {
-    const Eigen::Vector2d& only = direction[static_cast<std::size_t>(i)];
-    if (ring_is_flat && mesh.points[static_cast<std::size_t>(i)].fixed) continue;
+  Eigen::Index unknowns = 0;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Eigen::Vector2d& only = direction[unsignedIndex(i)];
+    if (ring_is_flat && mesh.points[unsignedIndex(i)].fixed) continue;
     if (only.isZero()) {
       free.emplace_back(2 * i, unknowns++, 1);
       free.emplace_back(2 * i + 1, unknowns++, 1);
@@ -147,24 +152,24 @@ struct TotalEnergy {
   Entries slope_value;  ///< 2 points x points
 };
 
-TotalEnergy assemble(const ControlMesh& mesh, const std::vector<CloughTocher<double>>& splits, double tension) {
+double areaOf(const ControlMesh& mesh) {
+  double area = 0;
+  for (const auto& triangle : mesh.triangles) area += areaOf(cornersOf(mesh, triangle));
+  return area;
+}
+
+TotalEnergy assemble(const ControlMesh& mesh, const std::vector<CloughTocher<double>>& splits) {
   TotalEnergy total;
   total.slope_slope.reserve(36 * mesh.triangles.size());
   total.slope_value.reserve(18 * mesh.triangles.size());
-  double area = 0;
-  for (const auto& triangle : mesh.triangles) area += areaOf(cornersOf(mesh, triangle));
-  const double scaled_tension = tension * static_cast<double>(mesh.triangles.size()) / area;
+  const double scaled_tension = kTension * asReal(mesh.triangles.size()) / areaOf(mesh);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& triangle = mesh.triangles[t];
     const Energy energy = triangleEnergy(cornersOf(mesh, triangle), splits[t], scaled_tension);
     for (int i = 0; i < 6; ++i) {
-      const int row = 2 * triangle[static_cast<std::size_t>(i / 2)] + i % 2;
-      for (int j = 0; j < 6; ++j) {
-        total.slope_slope.emplace_back(row, 2 * triangle[static_cast<std::size_t>(j / 2)] + j % 2,
-                                       energy(3 + i, 3 + j));
-      }
-      for (int j = 0; j < 3; ++j)
-        total.slope_value.emplace_back(row, triangle[static_cast<std::size_t>(j)], energy(3 + i, j));
+      const int row = slopeRow(triangle, i);
+      for (int j = 0; j < 6; ++j) total.slope_slope.emplace_back(row, slopeRow(triangle, j), energy(3 + i, 3 + j));
+      for (int j = 0; j < 3; ++j) total.slope_value.emplace_back(row, triangle[unsignedIndex(j)], energy(3 + i, j));
     }
   }
   return total;
@@ -203,8 +208,8 @@ struct EdgeSide {
 
 SurfacePlace onEdge(const EdgeSide& side, double way) {
   std::array<double, 3> weight{0, 0, 0};
-  weight[static_cast<std::size_t>(side.from)] = 1 - way;
-  weight[static_cast<std::size_t>(side.to)] = way;
+  weight[unsignedIndex(side.from)] = 1 - way;
+  weight[unsignedIndex(side.to)] = way;
   return {side.triangle, weight[0], weight[1]};
 }
 
@@ -218,10 +223,9 @@ struct BezierSurface::Slopes : LeastEnergy {
   using LeastEnergy::LeastEnergy;
 };
 
-BezierSurface::BezierSurface(const ControlMesh& mesh, const SurfaceOptions& options)
-    : triangles_(mesh.triangles), rest_(mesh.rest) {
+BezierSurface::BezierSurface(const ControlMesh& mesh) : triangles_(mesh.triangles), rest_(mesh.rest) {
   for (const auto& triangle : triangles_) splits_.emplace_back(cornersOf(mesh, triangle));
-  const TotalEnergy energy = assemble(mesh, splits_, options.tension);
+  const TotalEnergy energy = assemble(mesh, splits_);
   slopes_ = std::make_shared<const Slopes>(energy, constraintsOf(mesh, true));
   const bool is_fitted = mesh.rest_slopes.rows() > 0;
   rest_pose_ =
@@ -246,7 +250,7 @@ BezierSurface::Pose BezierSurface::netsOf(const MarkerPositions& values, const M
       gy[i] = slopes.row(2 * point + 1).transpose();
     }
     splits_[t].nets(value, gx, gy, patches);
-    std::copy(patches.begin(), patches.end(), pose.begin() + static_cast<std::ptrdiff_t>(3 * t));
+    std::copy(patches.begin(), patches.end(), &pose[3 * t]);
   }
   return pose;
 }
@@ -268,20 +272,20 @@ double BezierSurface::maxNormalAngleAcrossEdges(const Pose& pose, int samples) c
     for (int k = 0; k < 3; ++k) {
       const int next = (k + 1) % 3;
       const EdgeSide side{static_cast<int>(t), k, next};
-      const int from = triangles_[t][static_cast<std::size_t>(k)], to = triangles_[t][static_cast<std::size_t>(next)];
+      const int from = triangles_[t][unsignedIndex(k)], to = triangles_[t][unsignedIndex(next)];
       const auto twin = open.find({to, from});
       if (twin == open.end()) {
         open.emplace(std::pair(from, to), side);
       }
       for (int s = 0; s < samples; ++s) {
-        const double way = static_cast<double>(s) / (samples - 1);
+        const double way = asReal(s) / (samples - 1);
         if (twin != open.end()) {
           largest = std::max(largest, angleDeg(evaluate(pose, onEdge(side, way)).normal(),
                                                evaluate(pose, onEdge(twin->second, 1 - way)).normal()));
         }
         // The inner edge from corner k + 1 to the centroid: patches k and k + 1 of the split.
-        const auto first = evaluate(pose[3 * t + static_cast<std::size_t>(k)], 0, 1 - way);
-        const auto second = evaluate(pose[3 * t + static_cast<std::size_t>(next)], 1 - way, 0);
+        const auto first = evaluate(pose[3 * t + unsignedIndex(k)], 0, 1 - way);
+        const auto second = evaluate(pose[3 * t + unsignedIndex(next)], 1 - way, 0);
         largest = std::max(largest, angleDeg(first.normal(), second.normal()));
       }
     }
@@ -291,45 +295,33 @@ double BezierSurface::maxNormalAngleAcrossEdges(const Pose& pose, int samples) c
 
 TriangleForm formAt(const BezierSurface& surface, const SurfacePlace& place) {
   const PatchPlace at = patchPlace(place);
-  const auto halves =
-      patchForms(surface.splits()[static_cast<std::size_t>(place.triangle)])[at.patch % 3].halves(at.u, at.v);
+  const auto halves = patchForms(surface.splits()[unsignedIndex(place.triangle)])[at.patch % 3].halves(at.u, at.v);
   return at.u * halves.a + at.v * halves.b + (1 - at.u - at.v) * halves.c;
 }
 
-MarkerPositions slopesNear(const ControlMesh& mesh, const std::vector<SurfaceSample>& samples,
-                           const SurfaceOptions& options) {
-  const BezierSurface surface(mesh, options);
-  TotalEnergy total = assemble(mesh, surface.splits(), options.tension);
-  double area = 0;
-  for (const auto& triangle : mesh.triangles) area += areaOf(cornersOf(mesh, triangle));
+MarkerPositions slopesNear(const ControlMesh& mesh, const std::vector<SurfaceSample>& samples) {
+  const BezierSurface surface(mesh);
+  TotalEnergy total = assemble(mesh, surface.splits());
   // Energies weigh bends against distances at the scale of one triangle.
-  const double cell = area / static_cast<double>(mesh.triangles.size());
-  const double weight =
-      kSampleWeight * area / (static_cast<double>(std::max<std::size_t>(samples.size(), 1)) * cell * cell);
-  const auto count = static_cast<Eigen::Index>(mesh.points.size());
+  const double area = areaOf(mesh), cell = area / asReal(mesh.triangles.size());
+  const double weight = kSampleWeight * area / (asReal(std::max<std::size_t>(samples.size(), 1)) * cell * cell);
+  const auto count = signedIndex(mesh.points.size());
   Eigen::MatrixXd right = -(sparse(2 * count, count, total.slope_value) * Eigen::MatrixXd(mesh.rest));
   // Samples of one triangle are added up before they go into the sum.
   std::vector<Eigen::Matrix<double, 6, 6>> nearness(mesh.triangles.size(), Eigen::Matrix<double, 6, 6>::Zero());
   for (const SurfaceSample& sample : samples) {
-    const auto& triangle = mesh.triangles[static_cast<std::size_t>(sample.place.triangle)];
+    const auto& triangle = mesh.triangles[unsignedIndex(sample.place.triangle)];
     const Form form = formAt(surface, sample.place);
     Eigen::RowVector3d miss = sample.position.transpose();
-    for (int i = 0; i < 3; ++i) miss -= form[i] * mesh.rest.row(triangle[static_cast<std::size_t>(i)]);
+    for (int i = 0; i < 3; ++i) miss -= form[i] * mesh.rest.row(triangle[unsignedIndex(i)]);
     const Eigen::Matrix<double, 6, 1> slope_form = form.tail<6>();
-    nearness[static_cast<std::size_t>(sample.place.triangle)] +=
-        weight * sample.weight * slope_form * slope_form.transpose();
-    for (int i = 0; i < 6; ++i) {
-      right.row(2 * triangle[static_cast<std::size_t>(i / 2)] + i % 2) += weight * sample.weight * slope_form[i] * miss;
-    }
+    nearness[unsignedIndex(sample.place.triangle)] += weight * sample.weight * slope_form * slope_form.transpose();
+    for (int i = 0; i < 6; ++i) right.row(slopeRow(triangle, i)) += weight * sample.weight * slope_form[i] * miss;
   }
   for (std::size_t t = 0; t < nearness.size(); ++t) {
-    for (int i = 0; i < 6; ++i) {
-      const int row = 2 * mesh.triangles[t][static_cast<std::size_t>(i / 2)] + i % 2;
-      for (int j = 0; j < 6; ++j) {
-        total.slope_slope.emplace_back(row, 2 * mesh.triangles[t][static_cast<std::size_t>(j / 2)] + j % 2,
-                                       nearness[t](i, j));
-      }
-    }
+    const auto& triangle = mesh.triangles[t];
+    for (int i = 0; i < 36; ++i)
+      total.slope_slope.emplace_back(slopeRow(triangle, i / 6), slopeRow(triangle, i % 6), nearness[t](i / 6, i % 6));
   }
   const Eigen::SimplicialLDLT<Sparse> solver(sparse(2 * count, 2 * count, total.slope_slope));
   MOUTHPIECE_EXPECT(solver.info() == Eigen::Success);
@@ -344,7 +336,7 @@ PatchPlace patchPlace(const SurfacePlace& place) {
     if (weight[i] < weight[opposite]) opposite = i;
   }
   const std::size_t first = (opposite + 1) % 3;
-  return {3 * static_cast<std::size_t>(place.triangle) + first, weight[first] - weight[opposite],
+  return {3 * unsignedIndex(place.triangle) + first, weight[first] - weight[opposite],
           weight[(first + 1) % 3] - weight[opposite]};
 }
 

@@ -12,9 +12,8 @@
 #include "base/errors.h"
 #include "base/smooth_step.h"
 #include "deform/surface/bezier_surface.h"
-#include "deform/surface/lip_sides.h"
 #include "deform/surface/surface_projection.h"
-#include "deform/mesh/vertex_kinds.h"
+#include "deform/surface/virtual_points.h"
 
 namespace mouthpiece {
 namespace {
@@ -33,25 +32,24 @@ constexpr double kClearSide = 0.03;
 
 enum class Fate : std::uint8_t { kOpen, kBound, kStill };
 
-bool isSkin(PartKind kind) { return kind == PartKind::kSkin || kind == PartKind::kLips; }
 bool mayBind(PartKind kind) { return isSkin(kind) || kind == PartKind::kMouthInside || kind == PartKind::kOther; }
 
 /// Binds the vertices of one mesh step by step; every step adds to `binding`.
 class Binder {
  public:
-  Binder(const FaceMesh& mesh, const ControlMesh& control, const BindingOptions& options)
+  Binder(const FaceMesh& mesh, const HeadTopology& topology, const ControlMesh& control, const BindingOptions& options)
       : mesh_(mesh),
+        topology_(topology),
+        kinds_(topology.kinds()),
+        pieces_(topology.pieces()),
+        forbidden_(topology.forbidden()),
         control_(control),
         options_(options),
-        kinds_(vertexKinds(mesh)),
-        graph_(graphOf(mesh, control)),
-        sides_(vertexSides(mesh, control, kinds_, graph_)),
         surface_(control),
         triangle_sides_(triangleSides(control)),
         projector_(surface_, control, triangle_sides_),
-        components_(graph_.components()),
         fates_(kinds_.size(), Fate::kOpen) {
-    face_component_ = largestSkin();
+    face_piece_ = largestSkin();
     binding_.patch.assign(kinds_.size(), -1);
     for (auto* column : {&binding_.u, &binding_.v, &binding_.d, &binding_.skin_weight, &binding_.jaw_weight})
       column->assign(kinds_.size(), 0.0F);
@@ -67,14 +65,16 @@ class Binder {
   }
 
  private:
-  [[nodiscard]] Eigen::Vector3d vertex(std::size_t v) const {
-    return mesh_.vertices.row(static_cast<Eigen::Index>(v)).transpose().cast<double>();
+  [[nodiscard]] Eigen::Vector3d vertex(std::size_t v) const { return pointAt(mesh_.vertices, v); }
+  /// SideBits of the triangle that a vertex is bound to.
+  [[nodiscard]] std::uint32_t sidesOfPatch(std::size_t v) const {
+    return triangle_sides_[unsignedIndex(binding_.patch[v])];
   }
 
   [[nodiscard]] std::uint32_t largestSkin() const {
     std::map<std::uint32_t, std::size_t> sizes;
     for (std::size_t v = 0; v < kinds_.size(); ++v) {
-      if (isSkin(kinds_[v])) ++sizes[components_[v]];
+      if (isSkin(kinds_[v])) ++sizes[pieces_[v]];
     }
     const auto largest =
         std::max_element(sizes.begin(), sizes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
@@ -83,18 +83,18 @@ class Binder {
 
   [[nodiscard]] bool isOnRing(const SurfaceFoot& foot) const {
     if (!foot.at_border) return false;
-    const auto& triangle = control_.triangles[static_cast<std::size_t>(foot.place.triangle)];
+    const auto& triangle = control_.triangles[unsignedIndex(foot.place.triangle)];
     int fixed = 0;
-    for (const int point : triangle) fixed += control_.points[static_cast<std::size_t>(point)].fixed ? 1 : 0;
+    for (const int point : triangle) fixed += control_.points[unsignedIndex(point)].fixed ? 1 : 0;
     return fixed >= 2;
   }
 
   void place(std::size_t v, const SurfacePlace& place, double weight) {
     fates_[v] = Fate::kBound;
     binding_.patch[v] = place.triangle;
-    binding_.u[v] = static_cast<float>(place.u);
-    binding_.v[v] = static_cast<float>(place.v);
-    binding_.skin_weight[v] = static_cast<float>(weight);
+    binding_.u[v] = asFloat(place.u);
+    binding_.v[v] = asFloat(place.v);
+    binding_.skin_weight[v] = asFloat(weight);
   }
 
   void copyPlace(std::size_t v, std::size_t from, double weight) {
@@ -102,7 +102,7 @@ class Binder {
     binding_.patch[v] = binding_.patch[from];
     binding_.u[v] = binding_.u[from];
     binding_.v[v] = binding_.v[from];
-    binding_.skin_weight[v] = static_cast<float>(weight * static_cast<double>(binding_.skin_weight[from]));
+    binding_.skin_weight[v] = asFloat(weight * double{binding_.skin_weight[from]});
   }
 
   /// EDGE 6: the closest patch whose normal agrees with the vertex'.
@@ -111,9 +111,8 @@ class Binder {
     const double least_cosine = std::cos(options_.max_normal_angle_deg * std::numbers::pi / 180);
     const double width = control_.mouth_width;
     for (std::size_t v = 0; v < kinds_.size(); ++v) {
-      if (!isSkin(kinds_[v]) || components_[v] != face_component_) continue;
-      const Eigen::Vector3d normal = normals.row(static_cast<Eigen::Index>(v)).transpose().cast<double>();
-      const auto foot = projector_.closest(vertex(v), normal, least_cosine, sides_.forbidden[v]);
+      if (!isSkin(kinds_[v]) || pieces_[v] != face_piece_) continue;
+      const auto foot = projector_.closest(vertex(v), pointAt(normals, v), least_cosine, forbidden_[v]);
       if (!foot || (foot->distance > kDetour * width && isDetour(v, *foot))) continue;
       if (isOnRing(*foot)) {
         fates_[v] = Fate::kStill;
@@ -127,7 +126,7 @@ class Binder {
   /// Whether the surface is much nearer than the nearest place whose normal agrees: then the vertex turns away from it,
   /// like the inside of a lip, and what agrees is another part of the face.
   [[nodiscard]] bool isDetour(std::size_t v, const SurfaceFoot& foot) const {
-    const auto nearest = projector_.closest(vertex(v), Eigen::Vector3d::Zero(), -1, sides_.forbidden[v]);
+    const auto nearest = projector_.closest(vertex(v), Eigen::Vector3d::Zero(), -1, forbidden_[v]);
     return nearest && nearest->distance < 0.5 * foot.distance;
   }
 
@@ -136,22 +135,21 @@ class Binder {
   void followAlongMesh() {
     std::set<std::uint32_t> sides;
     for (std::size_t v = 0; v < kinds_.size(); ++v) {
-      if (fates_[v] == Fate::kOpen && mayBind(kinds_[v])) sides.insert(sides_.forbidden[v]);
+      if (fates_[v] == Fate::kOpen && mayBind(kinds_[v])) sides.insert(forbidden_[v]);
     }
     const std::vector<Fate> before = fates_;
     for (const std::uint32_t forbidden : sides) {
       std::vector<std::uint32_t> seeds;
       for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
-        const bool is_bound = before[v] == Fate::kBound &&
-                              (triangle_sides_[static_cast<std::size_t>(binding_.patch[v])] & forbidden) == 0;
+        const bool is_bound = before[v] == Fate::kBound && (sidesOfPatch(v) & forbidden) == 0;
         if (is_bound || before[v] == Fate::kStill) seeds.push_back(v);
       }
       const auto reach =
-          graph_.reachFrom(seeds, [&](std::uint32_t v) { return before[v] == Fate::kOpen && mayBind(kinds_[v]); });
+          topology_.reachFrom(seeds, [&](std::uint32_t v) { return before[v] == Fate::kOpen && mayBind(kinds_[v]); });
       for (std::size_t v = 0; v < kinds_.size(); ++v) {
-        if (before[v] != Fate::kOpen || sides_.forbidden[v] != forbidden || reach.source[v] < 0) continue;
+        if (before[v] != Fate::kOpen || forbidden_[v] != forbidden || reach.source[v] < 0) continue;
         const double weight = 1 - smoothStep(reach.distance[v] / (kFadeInside * control_.mouth_width));
-        follow(v, static_cast<std::size_t>(reach.source[v]), weight);
+        follow(v, unsignedIndex(reach.source[v]), weight);
       }
     }
   }
@@ -165,7 +163,7 @@ class Binder {
   }
 
   [[nodiscard]] bool isLoosePart(std::size_t v) const {
-    return components_[v] != face_component_ && (isSkin(kinds_[v]) || kinds_[v] == PartKind::kOther);
+    return pieces_[v] != face_piece_ && (isSkin(kinds_[v]) || kinds_[v] == PartKind::kOther);
   }
 
   /// The face's nearest vertex to a place.
@@ -176,19 +174,19 @@ class Binder {
       const float squared = (mesh_.vertices.row(s) - mesh_.vertices.row(v)).squaredNorm();
       if (squared < nearest.second) nearest = {s, squared};
     }
-    return {nearest.first, std::sqrt(static_cast<double>(nearest.second))};
+    return {nearest.first, std::sqrt(double{nearest.second})};
   }
 
   /// The upper lid's lashes come near the lower one at the eye's corners: a piece keeps the roots on the side of the
   /// eye or mouth that most of its roots are on.
   void leaveOneSide(std::map<std::uint32_t, std::uint32_t>& rooted_in) const {
     std::map<std::uint32_t, std::map<std::uint32_t, std::size_t>> counts;  // by component, by side
-    for (const auto& [root, skin] : rooted_in) ++counts[components_[root]][sides_.forbidden[skin]];
+    for (const auto& [root, skin] : rooted_in) ++counts[pieces_[root]][forbidden_[skin]];
     std::erase_if(rooted_in, [&](const auto& root) {
-      const auto& sides = counts.at(components_[root.first]);
+      const auto& sides = counts.at(pieces_[root.first]);
       const auto most = std::max_element(sides.begin(), sides.end(),
                                          [](const auto& a, const auto& b) { return a.second < b.second; });
-      return sides_.forbidden[root.second] != most->first;
+      return forbidden_[root.second] != most->first;
     });
   }
 
@@ -207,20 +205,20 @@ class Binder {
     std::map<std::uint32_t, double> gaps;  // of each component from the face
     for (const std::uint32_t v : loose) {
       nearest.push_back(nearestOnFace(face, v));
-      const auto gap = gaps.emplace(components_[v], nearest.back().second).first;
+      const auto gap = gaps.emplace(pieces_[v], nearest.back().second).first;
       gap->second = std::min(gap->second, nearest.back().second);
     }
     std::map<std::uint32_t, std::uint32_t> rooted_in;
     const double width = control_.mouth_width;
     for (std::size_t i = 0; i < loose.size(); ++i) {
-      if (nearest[i].second > kFollows * width || nearest[i].second > gaps[components_[loose[i]]] + kRootDepth * width)
+      if (nearest[i].second > kFollows * width || nearest[i].second > gaps[pieces_[loose[i]]] + kRootDepth * width)
         continue;
       rooted_in.emplace(loose[i], nearest[i].first);
     }
     leaveOneSide(rooted_in);
     std::vector<std::uint32_t> roots;
     for (const auto& [root, skin] : rooted_in) roots.push_back(root);
-    const auto reach = graph_.reachFrom(roots, [&](std::uint32_t v) { return isLoosePart(v); });
+    const auto reach = topology_.reachFrom(roots, [&](std::uint32_t v) { return isLoosePart(v); });
     for (const std::uint32_t v : loose) {
       if (reach.source[v] < 0) continue;
       follow(v, rooted_in.at(static_cast<std::uint32_t>(reach.source[v])), 1);
@@ -230,7 +228,7 @@ class Binder {
 
   /// Lower teeth and tongue wholly; the mouth's inside by how near it is to the lower lip rather than the upper.
   void giveToJaw() {
-    const std::vector<float> separate = separateParts(components_);
+    const std::vector<float> separate = separateParts();
     for (std::size_t v = 0; v < kinds_.size(); ++v) {
       float& jaw = binding_.jaw_weight[v];
       if (kinds_[v] == PartKind::kLowerTeeth || kinds_[v] == PartKind::kTongue) {
@@ -238,37 +236,38 @@ class Binder {
       } else if (separate[v] >= 0 && kinds_[v] == PartKind::kMouthInside) {
         jaw = separate[v];
       } else if (kinds_[v] == PartKind::kMouthInside || isBehindLips(v)) {
-        jaw = static_cast<float>(smoothStep((sides_.lower_share[v] - 0.35) / 0.3));
+        jaw = asFloat(smoothStep((topology_.lowerShare(v) - 0.35) / 0.3));
       }
     }
   }
 
   [[nodiscard]] bool isBehindLips(std::size_t v) const {
     if (fates_[v] != Fate::kBound || binding_.skin_weight[v] >= 1) return false;
-    return (triangle_sides_[static_cast<std::size_t>(binding_.patch[v])] & (kUpperLip | kLowerLip)) != 0;
+    return (sidesOfPatch(v) & (kUpperLip | kLowerLip)) != 0;
   }
 
   /// Jaw's share of parts of the mouth's inside that hang on nothing (gums): 1 below the mouth's line, 0 above; -1: not
   /// such a part.
-  [[nodiscard]] std::vector<float> separateParts(const std::vector<std::uint32_t>& components) const {
-    const std::size_t count = components.empty() ? 0 : *std::max_element(components.begin(), components.end()) + 1;
+  [[nodiscard]] std::vector<float> separateParts() const {
+    const std::size_t count = pieces_.empty() ? 0 : *std::max_element(pieces_.begin(), pieces_.end()) + 1;
     std::vector<bool> has_skin(count, false);
     std::vector<double> height(count, 0), size(count, 0);
     for (std::size_t v = 0; v < kinds_.size(); ++v) {
-      has_skin[components[v]] = has_skin[components[v]] || isSkin(kinds_[v]);
-      height[components[v]] += vertex(v).y();
-      size[components[v]] += 1;
+      const std::uint32_t piece = pieces_[v];
+      has_skin[piece] = has_skin[piece] || isSkin(kinds_[v]);
+      height[piece] += vertex(v).y();
+      size[piece] += 1;
     }
     double line = 0, rim = 0;
     for (std::size_t i = 0; i < control_.points.size(); ++i) {
       if (control_.points[i].rule != PointRule::kInnerLip) continue;
-      line += control_.rest(static_cast<Eigen::Index>(i), 1);
+      line += control_.rest(signedIndex(i), 1);
       rim += 1;
     }
     std::vector<float> share(kinds_.size(), -1.0F);
     for (std::size_t v = 0; v < kinds_.size(); ++v) {
-      const std::uint32_t c = components[v];
-      if (!has_skin[c]) share[v] = height[c] / size[c] < line / std::max(rim, 1.0) ? 1.0F : 0.0F;
+      const std::uint32_t piece = pieces_[v];
+      if (!has_skin[piece]) share[v] = height[piece] / size[piece] < line / std::max(rim, 1.0) ? 1.0F : 0.0F;
     }
     return share;
   }
@@ -276,40 +275,83 @@ class Binder {
   void measureOffsets() {
     for (std::size_t v = 0; v < kinds_.size(); ++v) {
       if (binding_.patch[v] < 0 || isCarried(binding_, v)) continue;
-      const SurfacePoint s = evaluate(surface_.restPose(), {binding_.patch[v], static_cast<double>(binding_.u[v]),
-                                                            static_cast<double>(binding_.v[v])});
-      binding_.d[v] = static_cast<float>((vertex(v) - s.position).dot(s.normal()));
+      const SurfacePoint s = evaluate(surface_.restPose(), binding_.placeOf(v));
+      binding_.d[v] = asFloat((vertex(v) - s.position).dot(s.normal()));
     }
   }
 
   const FaceMesh& mesh_;
+  const HeadTopology& topology_;
+  const std::vector<PartKind>& kinds_;
+  const std::vector<std::uint32_t>&pieces_, &forbidden_;
   const ControlMesh& control_;
   const BindingOptions& options_;
-  std::vector<PartKind> kinds_;
-  MeshGraph graph_;
-  VertexSides sides_;
   BezierSurface surface_;
   std::vector<std::uint32_t> triangle_sides_;
   SurfaceProjector projector_;
-  std::vector<std::uint32_t> components_;
-  std::uint32_t face_component_ = 0;
+  std::uint32_t face_piece_ = 0;
   std::vector<Fate> fates_;
   FaceBinding binding_;
 };
 
+/// BindingReport::way_between_lips.
+double wayBetweenLips(const FaceMesh& mesh, const HeadTopology& topology, const ControlMesh& control) {
+  const auto vertexAt = [&](const char* name) -> std::optional<std::uint32_t> {
+    const int point = findPoint(control, name);
+    if (point < 0) return std::nullopt;
+    return topology.nearestSkin(control.rest.row(point).transpose());
+  };
+  const auto upper = vertexAt("LIP_UP_MID"), lower = vertexAt("LIP_LO_MID");
+  double around = std::numeric_limits<double>::infinity();
+  for (const char* name : {"LIP_CORNER_R", "LIP_CORNER_L"}) {
+    const int corner = findPoint(control, name);
+    if (corner < 0 || !upper || !lower) continue;
+    const Eigen::RowVector3f place = control.rest.row(corner).cast<float>();
+    around = std::min<double>(around,
+                              (mesh.vertices.row(*upper) - place).norm() + (mesh.vertices.row(*lower) - place).norm());
+  }
+  if (!std::isfinite(around) || around == 0) return std::numeric_limits<double>::infinity();
+  const auto reach = topology.reachFrom({*upper}, [&](std::uint32_t v) { return isSkin(topology.kinds()[v]); });
+  return reach.distance[*lower] / around;
+}
+
+FaceBinding picked(const FaceBinding& binding, const std::vector<std::uint32_t>& from) {
+  const auto pick = [&from](const auto& column) {
+    std::decay_t<decltype(column)> values;
+    values.reserve(from.size());
+    for (const std::uint32_t v : from) values.push_back(column[v]);
+    return values;
+  };
+  std::vector<std::uint32_t> carried;
+  for (std::uint32_t v = 0; v < from.size(); ++v) {
+    if (isCarried(binding, from[v])) carried.push_back(v);
+  }
+  return {pick(binding.patch),       pick(binding.u),          pick(binding.v),   pick(binding.d),
+          pick(binding.skin_weight), pick(binding.jaw_weight), std::move(carried)};
+}
+
 }  // namespace
+
+FaceBinding weldedBinding(const FaceBinding& given, const Welding& welding) { return picked(given, welding.given_of); }
+FaceBinding givenBinding(const FaceBinding& welded, const Welding& welding) {
+  return picked(welded, welding.welded_of);
+}
 
 bool isCarried(const FaceBinding& binding, std::size_t vertex) {
   return std::binary_search(binding.carried.begin(), binding.carried.end(), vertex);
 }
 
+FaceBinding bindFace(const FaceMesh& mesh, const HeadTopology& topology, const ControlMesh& control,
+                     const BindingOptions& options) {
+  return Binder(mesh, topology, control, options).bind();
+}
 FaceBinding bindFace(const FaceMesh& mesh, const ControlMesh& control, const BindingOptions& options) {
-  return Binder(mesh, control, options).bind();
+  return bindFace(mesh, HeadTopology(mesh, openingsOf(control)), control, options);
 }
 
 void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control,
                   const std::string& file) {
-  const auto count = static_cast<std::size_t>(mesh.vertices.rows());
+  const auto count = unsignedIndex(mesh.vertices.rows());
   const auto fail = [&](const std::string& what) { throw InputError(file, "binding", what); };
   if (binding.patch.size() != count)
     fail("found " + std::to_string(binding.patch.size()) + " vertices; expected " + std::to_string(count));
@@ -323,7 +365,7 @@ void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const Contro
       fail("found carried vertex " + std::to_string(v) + "; expected rising numbers under " + std::to_string(count));
   }
   const Eigen::RowVector3f size = mesh.vertices.colwise().maxCoeff() - mesh.vertices.colwise().minCoeff();
-  if (control.mouth_width > static_cast<double>(size.norm())) fail("found a mouth wider than the mesh");
+  if (control.mouth_width > double{size.norm()}) fail("found a mouth wider than the mesh");
   constexpr float kSlack = 1e-4F;
   for (std::size_t v = 0; v < count; ++v) {
     if (binding.patch[v] < -1 || binding.patch[v] >= static_cast<std::int64_t>(control.triangles.size())) {
@@ -341,36 +383,33 @@ void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const Contro
 
 BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control) {
   checkBinding(binding, mesh, control, "face binding");
-  const std::vector<PartKind> kinds = vertexKinds(mesh);
-  const MeshGraph graph = graphOf(mesh, control);
-  const VertexSides sides = vertexSides(mesh, control, kinds, graph);
+  const HeadTopology topology(mesh, openingsOf(control));
+  const std::vector<PartKind>& kinds = topology.kinds();
   const std::vector<std::uint32_t> triangle_sides = triangleSides(control);
   const VertexPositions normals = vertexNormals(mesh.vertices, mesh.triangles);
-  const auto markers = control.rest.topRows(static_cast<Eigen::Index>(control.marker_count));
+  const auto markers = control.markerRest();
   const Eigen::RowVector3d low = markers.colwise().minCoeff(), high = markers.colwise().maxCoeff();
   BindingReport report;
   report.vertices = kinds.size();
-  report.way_between_lips = wayBetweenLips(mesh, control, kinds, graph);
+  report.way_between_lips = wayBetweenLips(mesh, topology, control);
   std::size_t in_front = 0, covered = 0;
   for (std::size_t v = 0; v < kinds.size(); ++v) {
     const bool is_bound = binding.patch[v] >= 0 && binding.skin_weight[v] > 0;
     report.bound_vertices += is_bound ? 1 : 0;
-    if (is_bound) report.largest_offset = std::max(report.largest_offset, std::abs(static_cast<double>(binding.d[v])));
-    const bool is_clear = std::abs(sides.lower_share[v] - 0.5) >= kClearSide;
+    if (is_bound) report.largest_offset = std::max(report.largest_offset, std::abs(double{binding.d[v]}));
+    const bool is_clear = std::abs(topology.lowerShare(v) - 0.5) >= kClearSide;
     if (is_bound && is_clear &&
-        (triangle_sides[static_cast<std::size_t>(binding.patch[v])] & sides.forbidden[v] & (kUpperLip | kLowerLip)) !=
-            0)
+        (triangle_sides[unsignedIndex(binding.patch[v])] & topology.forbidden()[v] & (kUpperLip | kLowerLip)) != 0)
       ++report.lip_side_errors;
     if (!isSkin(kinds[v])) continue;
     ++report.skin_vertices;
-    const Eigen::RowVector3d p = mesh.vertices.row(static_cast<Eigen::Index>(v)).cast<double>();
-    if ((p.array() < low.array()).any() || (p.array() > high.array()).any() ||
-        normals(static_cast<Eigen::Index>(v), 2) < 0.2F)
+    const Eigen::RowVector3d p = mesh.vertices.row(signedIndex(v)).cast<double>();
+    if ((p.array() < low.array()).any() || (p.array() > high.array()).any() || normals(signedIndex(v), 2) < 0.2F)
       continue;
     ++in_front;
     covered += is_bound ? 1 : 0;
   }
-  report.coverage = in_front == 0 ? 0 : static_cast<double>(covered) / static_cast<double>(in_front);
+  report.coverage = in_front == 0 ? 0 : asReal(covered) / asReal(in_front);
   return report;
 }
 

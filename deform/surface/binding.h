@@ -3,8 +3,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "deform/surface/control_surface.h"
 #include "deform/mesh/face_mesh.h"
+#include "deform/mesh/welding.h"
+#include "deform/surface/bezier_surface.h"
+#include "deform/surface/control_surface.h"
 
 namespace mouthpiece {
 
@@ -25,13 +27,25 @@ struct FaceBinding {
   /// Vertices that go along with their place without turning as the surface does there, rising: lashes, whose tips
   /// would fly apart where the lid turns sharply.
   std::vector<std::uint32_t> carried = {};
+
+  /// Where a vertex hangs on the surface; its patch must not be -1.
+  [[nodiscard]] SurfacePlace placeOf(std::size_t vertex) const {
+    return {patch[vertex], double{u[vertex]}, double{v[vertex]}};
+  }
 };
 
 /// Whether `vertex` is among binding.carried.
 bool isCarried(const FaceBinding& binding, std::size_t vertex);
 
 /// Binds every vertex of `mesh` to the surface over `control`.
+FaceBinding bindFace(const FaceMesh& mesh, const HeadTopology& topology, const ControlMesh& control,
+                     const BindingOptions& options = {});
+/// The same with the openings that `control` tells.
 FaceBinding bindFace(const FaceMesh& mesh, const ControlMesh& control, const BindingOptions& options = {});
+
+/// The binding of a welded mesh from that of the given one, and back.
+FaceBinding weldedBinding(const FaceBinding& given, const Welding& welding);
+FaceBinding givenBinding(const FaceBinding& welded, const Welding& welding);
 
 /// Checks sizes, ranges and finiteness of a binding read from a file. Throws InputError that begins with `file`.
 void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control,
@@ -43,9 +57,12 @@ struct BindingReport {
   std::size_t skin_vertices = 0;    ///< vertices of skin and lips
   std::size_t bound_vertices = 0;   ///< moved by the control surface
   std::size_t lip_side_errors = 0;  ///< vertices of one lip on a patch of the other: must be 0
-  double way_between_lips = 0;      ///< wayBetweenLips()
-  double coverage = 0;              ///< bound share of the skin vertices in front of the outline
-  double largest_offset = 0;        ///< |d|, the mesh's unit
+  /// The way over skin and lips from the middle of the upper lip's edge to the lower one's, over the straight way
+  /// around the nearer corner of the mouth: about 1 or more where the lips can part, about a half where they are one
+  /// surface.
+  double way_between_lips = 0;
+  double coverage = 0;        ///< bound share of the skin vertices in front of the outline
+  double largest_offset = 0;  ///< |d|, the mesh's unit
 };
 BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control);
 

@@ -38,7 +38,7 @@ double inverseEasedGap(double gap, double ease) {
 
 /// The rim point carried along by its outer lip marker: turned as the lip line turns, thinner as it stretches.
 Eigen::Vector3d carriedByLip(const ControlMesh& mesh, int index, const MarkerPositions& now) {
-  const auto& drivers = mesh.points[static_cast<std::size_t>(index)].drivers;
+  const auto& drivers = mesh.points[unsignedIndex(index)].drivers;
   const int outer = drivers[0].point;
   const Eigen::Vector3d rest_line = row(mesh.rest, drivers[2].point) - row(mesh.rest, drivers[1].point);
   const Eigen::Vector3d line = row(now, drivers[2].point) - row(now, drivers[1].point);
@@ -84,7 +84,7 @@ std::vector<LipPair> lipPairs(const ControlMesh& mesh) {
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     const ControlPoint& point = mesh.points[i];
     if (point.rule != PointRule::kInnerLip || point.side != LipSide::kUpper || point.opposite < 0) continue;
-    const ControlPoint& opposite = mesh.points[static_cast<std::size_t>(point.opposite)];
+    const ControlPoint& opposite = mesh.points[unsignedIndex(point.opposite)];
     pairs.push_back({static_cast<int>(i), point.opposite, point.drivers[0].point, opposite.drivers[0].point});
   }
   return pairs;
@@ -100,11 +100,11 @@ void leadingPoints(const ControlMesh& mesh, std::span<const LipPair> pairs, cons
   MOUTHPIECE_EXPECT(pose.markers.size() == 3 * mesh.marker_count);
   MOUTHPIECE_EXPECT(pose.lips.empty() || pose.lips.size() == pairs.size());
   points = mesh.rest;
-  points.topRows(static_cast<Eigen::Index>(mesh.marker_count)) =
-      Eigen::Map<const MarkerPositions>(pose.markers.data(), static_cast<Eigen::Index>(mesh.marker_count), 3);
+  points.topRows(signedIndex(mesh.marker_count)) =
+      Eigen::Map<const MarkerPositions>(pose.markers.data(), signedIndex(mesh.marker_count), 3);
   const int count = static_cast<int>(mesh.points.size());
   for (int i = 0; i < count; ++i) {
-    if (mesh.points[static_cast<std::size_t>(i)].rule == PointRule::kInnerLip)
+    if (mesh.points[unsignedIndex(i)].rule == PointRule::kInnerLip)
       points.row(i) = carriedByLip(mesh, i, points).transpose();
   }
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -113,7 +113,7 @@ void leadingPoints(const ControlMesh& mesh, std::span<const LipPair> pairs, cons
 }
 
 MarkerPositions closingOffsets(const ControlMesh& mesh) {
-  MarkerPositions offsets = MarkerPositions::Zero(static_cast<Eigen::Index>(mesh.marker_count), 3);
+  MarkerPositions offsets = MarkerPositions::Zero(signedIndex(mesh.marker_count), 3);
   for (const auto& [upper_rim, lower_rim, upper, lower] : lipPairs(mesh)) {
     const Eigen::Vector3d up = (row(mesh.rest, upper) - row(mesh.rest, lower)).normalized();
     const double gap = (row(mesh.rest, upper_rim) - row(mesh.rest, lower_rim)).dot(up);
@@ -130,7 +130,7 @@ MarkerPositions controlPoints(const ControlMesh& mesh, const FacePose& pose) {
   for (std::size_t i = mesh.marker_count; i < mesh.points.size(); ++i) {
     if (mesh.points[i].rule != PointRule::kFollow) continue;
     for (const PointDriver& driver : mesh.points[i].drivers) {
-      now.row(static_cast<Eigen::Index>(i)) += driver.weight * (now.row(driver.point) - mesh.rest.row(driver.point));
+      now.row(signedIndex(i)) += driver.weight * (now.row(driver.point) - mesh.rest.row(driver.point));
     }
   }
   return now;

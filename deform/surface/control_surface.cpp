@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <bit>
 #include <cmath>
 #include <set>
 
 #include "base/errors.h"
-#include "deform/surface/mesh_fit.h"
-#include "deform/surface/triangulation.h"
+#include "deform/surface/control_steps.h"
 #include "deform/surface/virtual_points.h"
 
 namespace mouthpiece {
@@ -36,7 +36,7 @@ std::string mouthFault(const ControlMesh& mesh) {
 
 /// The first broken promise of a control mesh in words, or nothing.
 std::string faultOf(const ControlMesh& mesh) {
-  const auto count = static_cast<Eigen::Index>(mesh.points.size());
+  const auto count = signedIndex(mesh.points.size());
   if (mesh.rest.rows() != count || mesh.domain.rows() != count)
     return "found tables of different lengths; expected one row a control point";
   if (mesh.marker_count == 0 || mesh.marker_count > mesh.points.size())
@@ -55,15 +55,15 @@ std::string faultOf(const ControlMesh& mesh) {
     if (point.rule == PointRule::kInnerLip && point.drivers.size() != 3)
       return "found point " + point.name + " without its three lip markers";
     for (const PointDriver& driver : point.drivers) {
-      if (driver.point < 0 || static_cast<std::size_t>(driver.point) >= i)
+      if (driver.point < 0 || unsignedIndex(driver.point) >= i)
         return "found point " + point.name + " driven by a later point";
       if (!std::isfinite(driver.weight)) return "found point " + point.name + " with a weight that is not finite";
-      if (point.rule == PointRule::kInnerLip && static_cast<std::size_t>(driver.point) >= mesh.marker_count) {
+      if (point.rule == PointRule::kInnerLip && unsignedIndex(driver.point) >= mesh.marker_count) {
         return "found point " + point.name + " driven by a virtual point; expected lip markers";
       }
     }
     if (point.opposite < -1 || point.opposite >= count) return "found point " + point.name + " facing no point";
-    if (point.opposite >= 0 && mesh.points[static_cast<std::size_t>(point.opposite)].rule != PointRule::kInnerLip) {
+    if (point.opposite >= 0 && mesh.points[unsignedIndex(point.opposite)].rule != PointRule::kInnerLip) {
       return "found point " + point.name + " facing a point that is not on a lip's rim";
     }
   }
@@ -74,8 +74,8 @@ std::string faultOf(const ControlMesh& mesh) {
     for (const int corner : triangle) {
       if (corner < 0 || corner >= count)
         return "found a triangle with point " + std::to_string(corner) + " of " + std::to_string(count);
-      upper |= mesh.points[static_cast<std::size_t>(corner)].side == LipSide::kUpper;
-      lower |= mesh.points[static_cast<std::size_t>(corner)].side == LipSide::kLower;
+      upper |= mesh.points[unsignedIndex(corner)].side == LipSide::kUpper;
+      lower |= mesh.points[unsignedIndex(corner)].side == LipSide::kLower;
     }
     if (upper && lower) return "found a triangle that joins the lips";
     if (!(turn(mesh, triangle) > kLeastTurn * mesh.mouth_width * mesh.mouth_width))
@@ -91,11 +91,65 @@ std::string faultOf(const ControlMesh& mesh) {
   return {};
 }
 
+void expectFace(const ControlMesh& built) {
+  const std::string fault = faultOf(built);
+  if (!fault.empty()) throw InputError("control surface: " + fault + "; expected markers that lie as on a face");
+}
+
+/// Nearer to the mouth's rim than this share of its width, doubled vertices may be two lips that touch.
+constexpr double kLipsMayTouch = 0.06;
+
+struct Side {
+  std::uint32_t bit;
+  const char* prefix;
+  const char* suffix;
+};
+constexpr Side kSides[] = {{kUpperLip, "LIP_UP_", ""},       {kLowerLip, "LIP_LO_", ""},
+                           {kUpperLip, "RIM_UP_", ""},       {kLowerLip, "RIM_LO_", ""},
+                           {kUpperLidRight, "LID_UP", "_R"}, {kLowerLidRight, "LID_LO", "_R"},
+                           {kUpperLidLeft, "LID_UP", "_L"},  {kLowerLidLeft, "LID_LO", "_L"}};
+
+std::uint32_t sideOfPoint(const std::string& name) {
+  for (const Side& side : kSides) {
+    if (name.starts_with(side.prefix) && name.ends_with(side.suffix)) return side.bit;
+  }
+  return 0;
+}
+
 }  // namespace
+
+std::vector<std::uint32_t> triangleSides(const ControlMesh& control) {
+  std::vector<std::uint32_t> sides;
+  for (const auto& triangle : control.triangles) {
+    std::uint32_t bits = 0;
+    for (const int point : triangle) bits |= sideOfPoint(control.points[unsignedIndex(point)].name);
+    sides.push_back(bits);
+  }
+  return sides;
+}
+
+FaceOpenings openingsOf(const ControlMesh& control) {
+  FaceOpenings openings;
+  openings.lips_reach = kLipsMayTouch * control.mouth_width;
+  for (const std::string& name : mouthRim()) {
+    if (const int point = findPoint(control, name); point >= 0)
+      openings.lip_line.push_back(control.rest.row(point).transpose());
+  }
+  for (std::size_t i = 0; i < control.points.size(); ++i) {
+    const std::string& name = control.points[i].name;
+    const std::uint32_t bit = sideOfPoint(name);
+    // Rims may coincide with the other lip's and are no use here.
+    if (bit == 0 || name.starts_with("RIM_")) continue;
+    const int number = std::countr_zero(bit);
+    FaceOpenings::Sides& sides = openings.sides[unsignedIndex(number / 2)];
+    (number % 2 == 0 ? sides.upper : sides.lower).push_back(control.rest.row(signedIndex(i)).transpose());
+  }
+  return openings;
+}
 
 LipSide ControlMesh::sideOf(std::size_t triangle) const {
   for (const int corner : triangles[triangle]) {
-    const LipSide side = points[static_cast<std::size_t>(corner)].side;
+    const LipSide side = points[unsignedIndex(corner)].side;
     if (side != LipSide::kNone) return side;
   }
   return LipSide::kNone;
@@ -110,18 +164,16 @@ SurfacePlan surfacePlanOf(const MarkerLayout& layout) {
 ControlMesh buildControlMesh(const std::vector<std::string>& marker_names, const MarkerPositions& marker_rest,
                              const std::map<std::string, Eigen::Vector3d>& known, const FaceMesh* mesh,
                              const SurfacePlan& plan) {
-  const auto expectFace = [](const ControlMesh& built) {
-    const std::string fault = faultOf(built);
-    if (!fault.empty()) throw InputError("control surface: " + fault + "; expected markers that lie as on a face");
-  };
   ControlMesh control = placePoints(marker_names, marker_rest, known, plan);
   control.triangles = triangulate(control);
   expectFace(control);
-  if (mesh != nullptr) {
-    control = fittedToMesh(control, *mesh);
-    expectFace(control);
-  }
-  return control;
+  return mesh == nullptr ? control : fittedToMesh(control, *mesh, HeadTopology(*mesh, openingsOf(control)));
+}
+
+ControlMesh fittedToMesh(const ControlMesh& control, const FaceMesh& mesh, const HeadTopology& topology) {
+  ControlMesh fitted = laidAlongSkin(control, mesh, topology);
+  expectFace(fitted);
+  return fitted;
 }
 
 void checkControlMesh(const ControlMesh& mesh, const std::string& file) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "deform/mesh/face_mesh.h"
+#include "deform/mesh/head_topology.h"
 #include "deform/surface/face_motion.h"
 #include "motion/marker_layout.h"
 #include "motion/motion_clip.h"
@@ -55,6 +56,8 @@ struct ControlMesh {
   MarkerPositions rest_slopes;
 
   [[nodiscard]] LipSide sideOf(std::size_t triangle) const;
+  /// The places of the markers at rest: markers x 3.
+  [[nodiscard]] auto markerRest() const { return rest.topRows(signedIndex(marker_count)); }
 };
 
 /// A virtual point whose rest position a face may know (from landmarks of its mesh).
@@ -81,6 +84,16 @@ SurfacePlan surfacePlanOf(const MarkerLayout& layout);
 ControlMesh buildControlMesh(const std::vector<std::string>& marker_names, const MarkerPositions& marker_rest,
                              const std::map<std::string, Eigen::Vector3d>& known = {}, const FaceMesh* mesh = nullptr,
                              const SurfacePlan& plan = {});
+
+/// Lays the surface at rest of a mesh that was built without one along the skin of `mesh`: sets rest_slopes, and adds
+/// points on the skin where that is not enough. Added points move as the surface through the other points does: they
+/// say where the face is, never how it moves. Throws InputError as buildControlMesh does.
+ControlMesh fittedToMesh(const ControlMesh& control, const FaceMesh& mesh, const HeadTopology& topology);
+
+/// Where mouth and eyes are, as the points of a control mesh tell.
+FaceOpenings openingsOf(const ControlMesh& control);
+/// SideBits of each triangle, from its points.
+std::vector<std::uint32_t> triangleSides(const ControlMesh& control);
 
 /// Checks indices, sizes, finiteness, orientation and that the lips are apart: for meshes read from a file. Throws
 /// InputError that begins with `file`.

@@ -23,7 +23,7 @@ struct FacePose {
   explicit FacePose(std::span<const double> markers_at, std::span<const LipGap> lips_at = {})
       : markers(markers_at), lips(lips_at) {}
   FacePose(const MarkerPositions& markers_at, std::span<const LipGap> lips_at = {})
-      : FacePose(std::span(markers_at.data(), static_cast<std::size_t>(markers_at.size())), lips_at) {}
+      : FacePose(std::span(markers_at.data(), unsignedIndex(markers_at.size())), lips_at) {}
 };
 
 /// What moves a face, frame by frame (FaceRig::retarget).
@@ -35,12 +35,11 @@ class FaceMotion {
   explicit FaceMotion(PositionMatrix markers, std::size_t lip_pairs = 0)
       : markers_(std::move(markers)), lip_pairs_(lip_pairs), lips_(frameCount() * lip_pairs) {}
 
-  [[nodiscard]] std::size_t frameCount() const { return static_cast<std::size_t>(markers_.rows()); }
+  [[nodiscard]] std::size_t frameCount() const { return unsignedIndex(markers_.rows()); }
   [[nodiscard]] const PositionMatrix& markers() const { return markers_; }
   [[nodiscard]] FacePose pose(FrameIndex frame) const {
     MOUTHPIECE_EXPECT(frame.value < frameCount());
-    return FacePose(std::span(markers_.row(static_cast<Eigen::Index>(frame.value)).data(),
-                              static_cast<std::size_t>(markers_.cols())),
+    return FacePose(std::span(markers_.row(signedIndex(frame.value)).data(), unsignedIndex(markers_.cols())),
                     std::span(lips_).subspan(frame.value * lip_pairs_, lip_pairs_));
   }
   void setLipGap(FrameIndex frame, std::size_t pair, const LipGap& gap) {

@@ -1,15 +1,12 @@
-#include "deform/surface/mesh_fit.h"
-
+// Lays the control surface along the skin of a mesh.
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "deform/surface/bezier_surface.h"
-#include "deform/surface/lip_sides.h"
+#include "deform/surface/control_steps.h"
 #include "deform/surface/surface_projection.h"
-#include "deform/surface/triangulation.h"
-#include "deform/mesh/vertex_kinds.h"
 #include "deform/surface/virtual_points.h"
 
 namespace mouthpiece {
@@ -37,7 +34,7 @@ Eigen::VectorXd influences(const BezierSurface& surface, const Eigen::MatrixXd& 
   const TriangleForm form = formAt(surface, place);
   Eigen::VectorXd all = Eigen::VectorXd::Zero(control.rest.rows());
   for (int i = 0; i < 3; ++i) {
-    const int point = control.triangles[static_cast<std::size_t>(place.triangle)][static_cast<std::size_t>(i)];
+    const int point = control.triangles[unsignedIndex(place.triangle)][unsignedIndex(i)];
     all[point] += form[i];
     all += form[3 + 2 * i] * slopes.row(2 * point).transpose();
     all += form[4 + 2 * i] * slopes.row(2 * point + 1).transpose();
@@ -47,13 +44,14 @@ Eigen::VectorXd influences(const BezierSurface& surface, const Eigen::MatrixXd& 
 
 /// The triangle that holds a place of the plane.
 std::optional<SurfacePlace> locate(const ControlMesh& control, const Eigen::Vector2d& p) {
-  for (std::size_t t = 0; t < control.triangles.size(); ++t) {
-    const auto& triangle = control.triangles[t];
+  int t = -1;
+  for (const auto& triangle : control.triangles) {
+    ++t;
     const Eigen::Vector2d c = control.domain.row(triangle[2]);
     Eigen::Matrix2d sides;
     sides << control.domain.row(triangle[0]).transpose() - c, control.domain.row(triangle[1]).transpose() - c;
     const Eigen::Vector2d uv = sides.inverse() * (p - c);
-    if (uv.x() >= 0 && uv.y() >= 0 && uv.sum() <= 1) return SurfacePlace{static_cast<int>(t), uv.x(), uv.y()};
+    if (uv.x() >= 0 && uv.y() >= 0 && uv.sum() <= 1) return SurfacePlace{t, uv.x(), uv.y()};
   }
   return std::nullopt;
 }
@@ -67,7 +65,7 @@ bool isRim(const ControlPoint& point) {
 /// The lip that a triangle wholly belongs to; skin beside the lips is on neither.
 LipSide lipOf(const ControlMesh& control, std::size_t t) {
   for (const int point : control.triangles[t]) {
-    const std::string& name = control.points[static_cast<std::size_t>(point)].name;
+    const std::string& name = control.points[unsignedIndex(point)].name;
     if (!name.starts_with("LIP_") && !name.starts_with("RIM_")) return LipSide::kNone;
   }
   return control.sideOf(t);
@@ -77,15 +75,12 @@ LipSide lipOf(const ControlMesh& control, std::size_t t) {
 class UnrolledSkin {
  public:
   UnrolledSkin(const FaceMesh& mesh, const Cylinder& cylinder)
-      : mesh_(mesh), cylinder_(cylinder), plane_(mesh.vertices.rows(), 2) {
-    for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
-      plane_.row(v) = cylinder.unrolled(mesh.vertices.row(v).transpose().cast<double>()).transpose();
-    }
-    for (const MeshPart& part : mesh.parts) {
-      if (part.kind != PartKind::kSkin && part.kind != PartKind::kLips) continue;
-      for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t)
-        skin_.push_back(mesh.triangles[t]);
-    }
+      : mesh_(mesh),
+        cylinder_(cylinder),
+        plane_(mesh.vertices.rows(), 2),
+        skin_(trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips})) {
+    for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v)
+      plane_.row(v) = cylinder.unrolled(pointAt(mesh.vertices, v)).transpose();
   }
 
   /// The skin over `p` nearest to `near`, no further from it than `reach`, that faces outwards.
@@ -115,9 +110,7 @@ class UnrolledSkin {
   }
 
  private:
-  [[nodiscard]] Eigen::Vector3d vertex(std::uint32_t v) const {
-    return mesh_.vertices.row(v).transpose().cast<double>();
-  }
+  [[nodiscard]] Eigen::Vector3d vertex(std::uint32_t v) const { return pointAt(mesh_.vertices, v); }
 
   const FaceMesh& mesh_;
   Cylinder cylinder_;
@@ -127,18 +120,17 @@ class UnrolledSkin {
 
 class Fitter {
  public:
-  Fitter(const ControlMesh& control, const FaceMesh& mesh)
+  Fitter(const ControlMesh& control, const FaceMesh& mesh, const HeadTopology& topology)
       : coarse_(control),
         surface_(control),
         slopes_(surface_.slopesFrom(Eigen::MatrixXd::Identity(control.rest.rows(), control.rest.rows()))),
         unrolled_(mesh, cylinderOf(control)),
         mesh_(mesh),
-        control_(control) {
-    const std::vector<PartKind> kinds = vertexKinds(mesh);
-    normals_ = vertexNormals(mesh.vertices, mesh.triangles);
-    forbidden_ = vertexSides(mesh, control, kinds, graphOf(mesh, control)).forbidden;
-    for (std::size_t v = 0; v < kinds.size(); ++v) {
-      if (kinds[v] == PartKind::kSkin || kinds[v] == PartKind::kLips) skin_.push_back(static_cast<Eigen::Index>(v));
+        forbidden_(topology.forbidden()),
+        control_(control),
+        normals_(vertexNormals(mesh.vertices, mesh.triangles)) {
+    for (std::size_t v = 0; v < forbidden_.size(); ++v) {
+      if (isSkin(topology.kinds()[v])) skin_.push_back(v);
     }
   }
 
@@ -167,7 +159,7 @@ class Fitter {
   /// Ring points may lie anywhere near where motion shall end; on the skin they make the better surface.
   void putRingOnSkin() {
     for (std::size_t i = 0; i < control_.points.size(); ++i) {
-      const auto row = static_cast<Eigen::Index>(i);
+      const auto row = signedIndex(i);
       if (!control_.points[i].fixed) continue;
       const auto over = unrolled_.over(control_.domain.row(row).transpose(), control_.rest.row(row).transpose(),
                                        kRingReach * control_.mouth_width);
@@ -182,9 +174,8 @@ class Fitter {
     std::vector<SurfaceSample> samples;
     const std::size_t stride = skin_.size() / kMaxSamples + 1;
     for (std::size_t i = 0; i < skin_.size(); i += stride) {
-      const Eigen::Vector3d vertex = mesh_.vertices.row(skin_[i]).transpose().cast<double>();
-      const Eigen::Vector3d normal = normals_.row(skin_[i]).transpose().cast<double>();
-      const auto foot = projector.closest(vertex, normal, kLeastCosine, forbidden_[static_cast<std::size_t>(skin_[i])]);
+      const Eigen::Vector3d vertex = pointAt(mesh_.vertices, skin_[i]);
+      const auto foot = projector.closest(vertex, pointAt(normals_, skin_[i]), kLeastCosine, forbidden_[skin_[i]]);
       if (foot && !foot->at_border && foot->distance < kTooFar * control_.mouth_width) {
         samples.push_back(
             {foot->place, vertex, 1 / (1 + std::pow(foot->distance / (kTrusted * control_.mouth_width), 2))});
@@ -199,7 +190,7 @@ class Fitter {
     const BezierSurface surface(control_);
     std::vector<Gap> found;
     const auto look = [&](const SurfacePlace& place) {
-      const auto& triangle = control_.triangles[static_cast<std::size_t>(place.triangle)];
+      const auto& triangle = control_.triangles[unsignedIndex(place.triangle)];
       const Eigen::Vector2d plane =
           (place.u * control_.domain.row(triangle[0]) + place.v * control_.domain.row(triangle[1]) +
            (1 - place.u - place.v) * control_.domain.row(triangle[2]))
@@ -238,15 +229,13 @@ class Fitter {
   }
 
   void add(const Eigen::Vector3d& position, const Eigen::Vector2d& plane, const SurfacePlace& place) {
-    ControlPoint added{.name = {},
-                       .rule = PointRule::kFollow,
-                       .side = lipOf(coarse_, static_cast<std::size_t>(place.triangle)),
-                       .drivers = {}};
+    ControlPoint added{
+        .name = {}, .rule = PointRule::kFollow, .side = lipOf(coarse_, unsignedIndex(place.triangle)), .drivers = {}};
     const char* lip = added.side == LipSide::kUpper ? "LIP_UP_" : added.side == LipSide::kLower ? "LIP_LO_" : "";
     added.name = lip + ("FILL_" + std::to_string(added_++));
     const Eigen::VectorXd shares = influences(surface_, slopes_, coarse_, place);
     for (Eigen::Index i = 0; i < shares.size(); ++i) {
-      if (std::abs(shares[i]) > kLeastWeight && !coarse_.points[static_cast<std::size_t>(i)].fixed) {
+      if (std::abs(shares[i]) > kLeastWeight && !coarse_.points[unsignedIndex(i)].fixed) {
         added.drivers.push_back({static_cast<int>(i), shares[i]});
       }
     }
@@ -258,22 +247,24 @@ class Fitter {
     control_.domain.row(row) = plane.transpose();
   }
 
-  [[nodiscard]] const ControlPoint& point(int index) const { return control_.points[static_cast<std::size_t>(index)]; }
+  [[nodiscard]] const ControlPoint& point(int index) const { return control_.points[unsignedIndex(index)]; }
 
   const ControlMesh& coarse_;
   BezierSurface surface_;
   Eigen::MatrixXd slopes_;
   UnrolledSkin unrolled_;
   const FaceMesh& mesh_;
+  const std::vector<std::uint32_t>& forbidden_;
   ControlMesh control_;
   VertexPositions normals_;
-  std::vector<std::uint32_t> forbidden_;
-  std::vector<Eigen::Index> skin_;
+  std::vector<std::size_t> skin_;
   std::size_t added_ = 0;
 };
 
 }  // namespace
 
-ControlMesh fittedToMesh(const ControlMesh& control, const FaceMesh& mesh) { return Fitter(control, mesh).fit(); }
+ControlMesh laidAlongSkin(const ControlMesh& control, const FaceMesh& mesh, const HeadTopology& topology) {
+  return Fitter(control, mesh, topology).fit();
+}
 
 }  // namespace mouthpiece

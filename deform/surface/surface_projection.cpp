@@ -153,9 +153,9 @@ SurfaceProjector::SurfaceProjector(const BezierSurface& surface, const ControlMe
     Ball ball{Eigen::Vector3f::Zero(), 0};
     for (int i = 0; i <= kLattice; ++i) {
       for (int j = 0; i + j <= kLattice; ++j) {
-        const SurfacePoint s = evaluate(patch, static_cast<double>(i) / kLattice, static_cast<double>(j) / kLattice);
+        const SurfacePoint s = evaluate(patch, asReal(i) / kLattice, asReal(j) / kLattice);
         samples_.push_back({s.position.cast<float>(), s.normal().cast<float>()});
-        ball.centre += samples_.back().position / static_cast<float>(kSamples);
+        ball.centre += samples_.back().position / asFloat(kSamples);
       }
     }
     for (auto sample = samples_.end() - kSamples; sample != samples_.end(); ++sample) {
@@ -180,7 +180,7 @@ std::optional<SurfaceFoot> SurfaceProjector::closest(const Eigen::Vector3d& poin
     float squared = std::numeric_limits<float>::infinity();
     for (const Sample* sample = &samples_[kSamples * patch]; sample != &samples_[kSamples * patch] + kSamples;
          ++sample) {
-      if (!any_normal && sample->normal.dot(n) < static_cast<float>(least_cosine)) continue;
+      if (!any_normal && sample->normal.dot(n) < asFloat(least_cosine)) continue;
       squared = std::min(squared, (sample->position - p).squaredNorm());
     }
     if (squared >= nearest.back().first) continue;
@@ -191,9 +191,7 @@ std::optional<SurfaceFoot> SurfaceProjector::closest(const Eigen::Vector3d& poin
   for (const auto& [squared, patch] : nearest) {
     if (!std::isfinite(squared)) break;
     // The patch's nearest point is at most about half its size from its nearest sample.
-    if (best &&
-        std::sqrt(static_cast<double>(squared)) - 0.5 * static_cast<double>(balls_[patch].radius) > best->distance)
-      continue;
+    if (best && std::sqrt(double{squared}) - 0.5 * double{balls_[patch].radius} > best->distance) continue;
     const Local local = closestOnPatch(patches_[patch], point);
     if (best && local.squared_distance >= best->distance * best->distance) continue;
     if (!any_normal && evaluate(patches_[patch], local.u, local.v).normal().dot(normal) < least_cosine) continue;

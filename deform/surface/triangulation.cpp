@@ -1,5 +1,3 @@
-#include "deform/surface/triangulation.h"
-
 #include <CGAL/Constrained_Delaunay_triangulation_2.h>
 #include <CGAL/Convex_hull_traits_adapter_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -13,6 +11,7 @@
 #include <set>
 
 #include "base/errors.h"
+#include "deform/surface/control_steps.h"
 #include "deform/surface/virtual_points.h"
 
 namespace mouthpiece {
@@ -74,7 +73,7 @@ std::vector<std::array<int, 3>> triangulate(const ControlMesh& mesh) {
       for (std::size_t i = 0; i < line.size(); ++i) {
         const int from = line[i], to = line[(i + 1) % line.size()];
         if (!kept.emplace(std::min(from, to), std::max(from, to)).second) continue;
-        triangulation.insert_constraint(handles[static_cast<std::size_t>(from)], handles[static_cast<std::size_t>(to)]);
+        triangulation.insert_constraint(handles[unsignedIndex(from)], handles[unsignedIndex(to)]);
       }
     }
   } catch (const Triangulation::Intersection_of_constraints_exception&) {

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "base/errors.h"
-#include "deform/surface/triangulation.h"
+#include "deform/surface/control_steps.h"
 
 namespace mouthpiece {
 namespace {
@@ -89,7 +89,7 @@ class Placer {
     for (std::size_t i = 0; i < names.size(); ++i) {
       const LipSide side = plan.lips.empty() ? lipSideOf(names[i]) : plan.lips[i];
       add({.name = names[i], .rule = PointRule::kMarker, .side = side, .drivers = {}},
-          rest.row(static_cast<Eigen::Index>(i)).transpose());
+          rest.row(signedIndex(i)).transpose());
     }
     mesh_.marker_count = names.size();
   }
@@ -127,9 +127,7 @@ class Placer {
 
   [[nodiscard]] int find(const std::string& name) const { return findPoint(mesh_, name); }
   [[nodiscard]] bool has(const std::string& name) const { return find(name) >= 0; }
-  [[nodiscard]] Eigen::Vector3d at(const std::string& name) const {
-    return rest_[static_cast<std::size_t>(find(name))];
-  }
+  [[nodiscard]] Eigen::Vector3d at(const std::string& name) const { return rest_[unsignedIndex(find(name))]; }
   [[nodiscard]] Eigen::Vector3d knownOr(const std::string& name, const Eigen::Vector3d& estimate) const {
     const auto place = known_.find(name);
     return place != known_.end() && place->second.allFinite() ? place->second : estimate;
@@ -166,8 +164,7 @@ class Placer {
            .drivers = {{find(rim.outer), 1}, {find(rim.right), 0}, {find(rim.left), 0}}},
           knownOr(rim.name, estimate));
     }
-    for (const RimPoint& rim : kRim)
-      mesh_.points[static_cast<std::size_t>(find(rim.name))].opposite = find(rim.opposite);
+    for (const RimPoint& rim : kRim) mesh_.points[unsignedIndex(find(rim.name))].opposite = find(rim.opposite);
     const Eigen::Vector3d across = at("LIP_CORNER_L") - at("LIP_CORNER_R");
     for (const CornerPoint& c : kCorners) {
       const double inward = c.outer == std::string("LIP_CORNER_R") ? kInnerCornerAt : -kInnerCornerAt;
@@ -201,8 +198,8 @@ class Placer {
   }
 
   void finishRest() {
-    mesh_.rest.resize(static_cast<Eigen::Index>(rest_.size()), 3);
-    for (std::size_t i = 0; i < rest_.size(); ++i) mesh_.rest.row(static_cast<Eigen::Index>(i)) = rest_[i].transpose();
+    mesh_.rest.resize(signedIndex(rest_.size()), 3);
+    for (std::size_t i = 0; i < rest_.size(); ++i) mesh_.rest.row(signedIndex(i)) = rest_[i].transpose();
   }
 
   /// The rims lie on one straight line in the plane, so that both have the same curve when they touch.
@@ -262,7 +259,7 @@ class Placer {
           throw InputError("control surface: found no point " + printable(names[k]) +
                            ", which a triangle of the layout names; expected a marker or a virtual point");
         }
-        const LipSide side = mesh_.points[static_cast<std::size_t>(triangle[k])].side;
+        const LipSide side = mesh_.points[unsignedIndex(triangle[k])].side;
         upper |= side == LipSide::kUpper;
         lower |= side == LipSide::kLower;
       }
@@ -303,7 +300,7 @@ class Placer {
 
 ControlMesh placePoints(const std::vector<std::string>& marker_names, const MarkerPositions& marker_rest,
                         const std::map<std::string, Eigen::Vector3d>& known, const SurfacePlan& plan) {
-  MOUTHPIECE_EXPECT(static_cast<Eigen::Index>(marker_names.size()) == marker_rest.rows());
+  MOUTHPIECE_EXPECT(signedIndex(marker_names.size()) == marker_rest.rows());
   return Placer(marker_names, marker_rest, known, plan).place();
 }
 
@@ -312,7 +309,7 @@ Eigen::Vector2d Cylinder::unrolled(const Eigen::Vector3d& p) const {
 }
 
 Cylinder cylinderOf(const ControlMesh& mesh) {
-  const auto markers = mesh.rest.topRows(static_cast<Eigen::Index>(mesh.marker_count));
+  const auto markers = mesh.rest.topRows(signedIndex(mesh.marker_count));
   Eigen::Index right = 0, left = 0;
   const double right_x = markers.col(0).minCoeff(&right);
   const double left_x = markers.col(0).maxCoeff(&left);

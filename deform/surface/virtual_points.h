@@ -4,10 +4,6 @@
 
 namespace mouthpiece {
 
-/// The markers and the virtual points with their rules, rest positions and places in the plane; no triangles yet.
-ControlMesh placePoints(const std::vector<std::string>& marker_names, const MarkerPositions& marker_rest,
-                        const std::map<std::string, Eigen::Vector3d>& known, const SurfacePlan& plan);
-
 /// Markers and inner lips of a frame, which all other points follow linearly; those stay at rest. `pairs`:
 /// lipPairs(mesh). `points`: points x 3, resized when needed; nothing else is allocated.
 void leadingPoints(const ControlMesh& mesh, std::span<const LipPair> pairs, const FacePose& pose,

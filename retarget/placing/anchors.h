@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "deform/mesh/face_mesh.h"
+#include "deform/mesh/head_topology.h"
+#include "motion/motion_clip.h"
 
 namespace mouthpiece {
 
@@ -30,5 +32,52 @@ Anchors parseAnchors(std::string_view json_text, const std::string& file);
 /// mesh lacks.
 std::optional<Eigen::Vector3d> placeOf(const Anchors& anchors, const std::string& name, const FaceMesh& mesh,
                                        const std::string& file);
+
+/// A few anchors are enough to place all markers; these four must be among them, and as many in all.
+inline constexpr std::size_t kLeastAnchors = 8;
+const std::vector<std::string>& requiredAnchors();
+
+/// A similarity y = scale turn x + shift.
+struct Similarity {
+  double scale = 1;
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+
+  [[nodiscard]] Eigen::Vector3d operator()(const Eigen::Vector3d& x) const { return scale * (turn * x) + shift; }
+};
+
+/// The least-squares similarity that takes the actor's markers to the anchors of the same name. Throws InputError
+/// that says which anchors are wanted.
+Similarity meshFromActor(const FaceMesh& mesh, const Anchors& anchors, const std::string& anchors_file,
+                         const std::vector<std::string>& marker_names, const MarkerPositions& actor_neutral_mm);
+
+/// The turn that sets a mesh upright (Y up, Z out of the face), found from the anchors: the identity, quarter turns
+/// about the axes, or, for a head that stands askew, any rotation.
+Eigen::Matrix3d uprightFromMesh(const Similarity& mesh_from_actor);
+
+/// Anchors for all markers, and how those that were not given were placed.
+struct PlacedAnchors {
+  Anchors anchors;
+  std::size_t given = 0;  ///< anchors that the actor has too
+  std::size_t placed = 0;
+  int rounds = 0;        ///< until nothing moved
+  double last_move = 0;  ///< in the last round, mesh unit
+};
+
+/// The mouth as four anchors tell it, before anything else is known of a head: the corners and both lips' middles.
+/// Throws InputError when one is missing.
+FaceOpenings openingsOf(const FaceMesh& mesh, const Anchors& anchors, const std::string& anchors_file);
+
+/// Whether placeMarkers() has something to place.
+bool leavesPlacesOpen(const Anchors& anchors, const std::vector<std::string>& marker_names);
+
+/// `anchors` with a place for every marker of the layout and the rims of the lips behind them: a coarse warp of the
+/// actor's face onto the given anchors, then turns of carrying each marker to the closest skin that faces outwards (lip
+/// markers to their own lip) and smoothing the warp through them, until still. The actor's two sides are averaged
+/// first, so a symmetric head gets symmetric markers. The mesh must stand upright; `topology`: its own, by
+/// openingsOf(). Throws InputError that says which anchors are wanted.
+PlacedAnchors placeMarkers(const FaceMesh& mesh, const HeadTopology& topology, const Anchors& anchors,
+                             const std::string& anchors_file, const std::vector<std::string>& marker_names,
+                             const MarkerPositions& actor_neutral_mm);
 
 }  // namespace mouthpiece

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "base/page_data.h"
 
 namespace mouthpiece {
 
@@ -14,32 +15,10 @@ using nlohmann::json;
 
 constexpr std::string_view kPlaceholder = "\"@DATA@\"";
 
-std::string base64(std::string_view bytes) {
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+std::string base64(const void* data, std::size_t size) {
   std::string text;
-  text.reserve(4 * (bytes.size() / 3 + 1));
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      group = group << 8U | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    for (std::size_t k = 0; k < 4; ++k)
-      text += i + k <= bytes.size() ? kDigits[group >> (18U - 6U * static_cast<unsigned>(k)) & 63U] : '=';
-  }
+  appendBase64(text, {static_cast<const char*>(data), size});
   return text;
-}
-
-std::string_view bytesOf(const void* data, std::size_t size) { return {static_cast<const char*>(data), size}; }
-
-/// Names come from files: nothing in them may end the script element.
-std::string scriptSafe(const json& data) {
-  std::string safe;
-  for (const char letter : data.dump(-1, ' ', true, json::error_handler_t::replace)) {
-    if (letter == '<')
-      safe += "\\u003c";
-    else
-      safe += letter;
-  }
-  return safe;
 }
 
 }  // namespace
@@ -71,13 +50,12 @@ std::string facePage(const FaceMesh& mesh, std::string_view name, const std::map
   for (const auto& [marker, place] : places) data["places"][marker] = {place.x(), place.y(), place.z()};
   for (const AnchorToPick& anchor : to_pick)
     data["to_pick"].push_back({{"name", anchor.name}, {"place", anchor.place}});
-  data["positions"] =
-      base64(bytesOf(mesh.vertices.data(), static_cast<std::size_t>(mesh.vertices.size()) * sizeof(float)));
-  data["triangles"] = base64(bytesOf(mesh.triangles.data(), mesh.triangles.size() * sizeof(Triangle)));
+  data["positions"] = base64(mesh.vertices.data(), unsignedIndex(mesh.vertices.size()) * sizeof(float));
+  data["triangles"] = base64(mesh.triangles.data(), mesh.triangles.size() * sizeof(Triangle));
   const std::size_t at = kFacePageTemplate.find(kPlaceholder);
   MOUTHPIECE_EXPECT(at != std::string_view::npos);
   std::string page(kFacePageTemplate.substr(0, at));
-  page += scriptSafe(data);
+  page += scriptSafe(data.dump(-1, ' ', true, json::error_handler_t::replace));
   page += kFacePageTemplate.substr(at + kPlaceholder.size());
   return page;
 }

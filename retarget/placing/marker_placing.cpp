@@ -1,5 +1,4 @@
-#include "retarget/placing/marker_placing.h"
-
+// Markers from a few anchors.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -14,9 +13,8 @@
 #include <set>
 
 #include "base/errors.h"
-#include "deform/mesh/mesh_graph.h"
-#include "deform/mesh/vertex_kinds.h"
-#include "retarget/placing/skin_tree.h"
+#include "deform/mesh/triangle_tree.h"
+#include "retarget/placing/anchors.h"
 
 namespace mouthpiece {
 namespace {
@@ -50,7 +48,7 @@ class Actor {
  public:
   Actor(const std::vector<std::string>& marker_names, const MarkerPositions& neutral) {
     for (std::size_t i = 0; i < marker_names.size(); ++i)
-      places_[marker_names[i]] = neutral.row(static_cast<Eigen::Index>(i)).transpose();
+      places_[marker_names[i]] = neutral.row(signedIndex(i)).transpose();
     addEyeCorners();
     double middle = 0, count = 0;
     for (const auto& [name, place] : places_) {
@@ -116,10 +114,10 @@ void expectEnough(const std::vector<Pair>& pairs, const Anchors& anchors, const 
 }
 
 Similarity similarityOf(const std::vector<Pair>& pairs) {
-  Eigen::Matrix3Xd from(3, static_cast<Eigen::Index>(pairs.size())), to = from;
+  Eigen::Matrix3Xd from(3, signedIndex(pairs.size())), to = from;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    from.col(static_cast<Eigen::Index>(i)) = pairs[i].actor;
-    to.col(static_cast<Eigen::Index>(i)) = pairs[i].mesh;
+    from.col(signedIndex(i)) = pairs[i].actor;
+    to.col(signedIndex(i)) = pairs[i].mesh;
   }
   const Eigen::Matrix4d all = Eigen::umeyama(from, to, true);
   Similarity similarity;
@@ -162,73 +160,41 @@ class Smoothing {
   Eigen::MatrixXd weights_;
 };
 
-/// The outward skin of a head, and of each lip.
+/// The outward skin of a head, and of each lip. Each vertex belongs to the lip whose middle is nearer along the mesh:
+/// the slit between the lips is no way.
 struct Skin {
-  SkinTree all, upper, lower;
+  TriangleTree all, upper, lower;
   std::vector<std::uint32_t> on_upper, on_lower;  ///< vertices near the mouth, by the lip they belong to
 };
 
-std::uint32_t nearestVertex(const FaceMesh& mesh, const std::vector<PartKind>& kinds, const Vector3d& place) {
-  float nearest = std::numeric_limits<float>::infinity();
-  std::uint32_t found = 0;
-  for (std::uint32_t v = 0; v < kinds.size(); ++v) {
-    if (kinds[v] != PartKind::kSkin && kinds[v] != PartKind::kLips) continue;
-    const float squared = (mesh.vertices.row(v) - place.transpose().cast<float>()).squaredNorm();
-    if (squared < nearest) {
-      nearest = squared;
-      found = v;
-    }
-  }
-  if (!std::isfinite(nearest)) throw InputError("found no skin in the mesh; expected a part of kind skin or lips");
-  return found;
-}
-
-/// Each vertex belongs to the lip whose middle is nearer along the mesh: the slit between the lips is no way.
-Skin skinOf(const FaceMesh& mesh, const Vector3d& upper_middle, const Vector3d& lower_middle, double mouth_width) {
-  const std::vector<PartKind> kinds = vertexKinds(mesh);
-  const Vector3d mouth = 0.5 * (upper_middle + lower_middle);
-  // Doubled vertices are texture seams, but near the mouth they may be lips that touch.
-  const MeshGraph graph(mesh, [&](std::uint32_t v) {
-    return (mesh.vertices.row(v).transpose().cast<double>() - mouth).norm() > mouth_width;
-  });
-  const auto anywhere = [](std::uint32_t) { return true; };
-  const auto to_upper = graph.reachFrom({nearestVertex(mesh, kinds, upper_middle)}, anywhere);
-  const auto to_lower = graph.reachFrom({nearestVertex(mesh, kinds, lower_middle)}, anywhere);
+Skin skinOf(const FaceMesh& mesh, const HeadTopology& topology, const Vector3d& mouth, double mouth_width) {
+  const std::vector<double>&to_upper = topology.wayToUpperLip(), &to_lower = topology.wayToLowerLip();
   // Out of the head: away from an upright axis through its middle.
-  const double axis_x = mouth.x();
-  const double axis_z = mouth.z() - 1.5 * mouth_width;
+  const double axis_x = mouth.x(), axis_z = mouth.z() - 1.5 * mouth_width;
   std::vector<Triangle> all, upper, lower;
-  for (const MeshPart& part : mesh.parts) {
-    if (part.kind != PartKind::kSkin && part.kind != PartKind::kLips) continue;
-    for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t) {
-      const auto& [a, b, c] = mesh.triangles[t];
-      const Vector3d pa = mesh.vertices.row(a).transpose().cast<double>();
-      const Vector3d pb = mesh.vertices.row(b).transpose().cast<double>();
-      const Vector3d pc = mesh.vertices.row(c).transpose().cast<double>();
-      const Vector3d normal = (pb - pa).cross(pc - pa).normalized();
-      const Vector3d out(pa.x() - axis_x, 0, pa.z() - axis_z);
-      const bool is_high_or_low = std::abs(normal.y()) > 0.8;  // chin, brows: they face neither way
-      if (!(normal.dot(out.normalized()) > (is_high_or_low ? -kFacesOut : kFacesOut))) continue;
-      all.push_back(mesh.triangles[t]);
-      const auto counts = [&corners = mesh.triangles[t]](const MeshGraph::Reach& near, const MeshGraph::Reach& far) {
-        return std::all_of(corners.begin(), corners.end(),
-                           [&](auto corner) { return near.distance[corner] < far.distance[corner]; });
-      };
-      if (counts(to_upper, to_lower)) upper.push_back(mesh.triangles[t]);
-      if (counts(to_lower, to_upper)) lower.push_back(mesh.triangles[t]);
-    }
+  for (const Triangle& corners : trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips})) {
+    const Vector3d a = pointAt(mesh.vertices, corners[0]), ab = pointAt(mesh.vertices, corners[1]) - a;
+    const Vector3d normal = ab.cross(pointAt(mesh.vertices, corners[2]) - a).normalized();
+    const Vector3d out(a.x() - axis_x, 0, a.z() - axis_z);
+    const bool is_high_or_low = std::abs(normal.y()) > 0.8;  // chin, brows: they face neither way
+    if (!(normal.dot(out.normalized()) > (is_high_or_low ? -kFacesOut : kFacesOut))) continue;
+    all.push_back(corners);
+    const auto are_nearer = [&](const std::vector<double>& near, const std::vector<double>& far) {
+      return std::all_of(corners.begin(), corners.end(), [&](auto corner) { return near[corner] < far[corner]; });
+    };
+    if (are_nearer(to_upper, to_lower)) upper.push_back(corners);
+    if (are_nearer(to_lower, to_upper)) lower.push_back(corners);
   }
-  Skin skin{SkinTree(mesh.vertices, all), SkinTree(mesh.vertices, upper), SkinTree(mesh.vertices, lower), {}, {}};
-  for (std::uint32_t v = 0; v < kinds.size(); ++v) {
-    const bool is_near = (mesh.vertices.row(v).transpose().cast<double>() - mouth).norm() < mouth_width;
-    if (!is_near || (kinds[v] != PartKind::kSkin && kinds[v] != PartKind::kLips)) continue;
-    if (to_upper.distance[v] < to_lower.distance[v]) skin.on_upper.push_back(v);
-    if (to_lower.distance[v] < to_upper.distance[v]) skin.on_lower.push_back(v);
+  Skin skin{{mesh.vertices, all}, {mesh.vertices, upper}, {mesh.vertices, lower}, {}, {}};
+  for (std::uint32_t v = 0; v < to_upper.size(); ++v) {
+    if (!isSkin(topology.kinds()[v]) || !((pointAt(mesh.vertices, v) - mouth).norm() < mouth_width)) continue;
+    if (to_upper[v] < to_lower[v]) skin.on_upper.push_back(v);
+    if (to_lower[v] < to_upper[v]) skin.on_lower.push_back(v);
   }
   return skin;
 }
 
-const SkinTree& treeFor(const Skin& skin, const std::string& name) {
+const TriangleTree& treeFor(const Skin& skin, const std::string& name) {
   if (name.starts_with("LIP_UP_") && !skin.upper.empty()) return skin.upper;
   if (name.starts_with("LIP_LO_") && !skin.lower.empty()) return skin.lower;
   return skin.all;
@@ -236,7 +202,7 @@ const SkinTree& treeFor(const Skin& skin, const std::string& name) {
 
 /// Points along the edges of one lip's triangles; vertices alone are too few to say where coarse lips meet.
 std::vector<Vector3d> edgePoints(const FaceMesh& mesh, const std::vector<std::uint32_t>& lip, double step) {
-  std::vector<bool> is_lip(static_cast<std::size_t>(mesh.vertices.rows()), false);
+  std::vector<bool> is_lip(mesh.vertexCount(), false);
   for (const std::uint32_t v : lip) is_lip[v] = true;
   std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
   for (const Triangle& triangle : mesh.triangles) {
@@ -247,8 +213,7 @@ std::vector<Vector3d> edgePoints(const FaceMesh& mesh, const std::vector<std::ui
   }
   std::vector<Vector3d> points;
   for (const auto& [a, b] : edges) {
-    const Vector3d from = mesh.vertices.row(a).transpose().cast<double>();
-    const Vector3d along = mesh.vertices.row(b).transpose().cast<double>() - from;
+    const Vector3d from = pointAt(mesh.vertices, a), along = pointAt(mesh.vertices, b) - from;
     const int cuts = static_cast<int>(std::min(std::ceil(along.norm() / step), kMostCuts));
     for (int i = 0; i <= cuts; ++i) points.emplace_back(from + along * i / std::max(cuts, 1));
   }
@@ -336,9 +301,23 @@ bool leavesPlacesOpen(const Anchors& anchors, const std::vector<std::string>& ma
          std::any_of(kLipPairEnds.begin(), kLipPairEnds.end(), [&](const char* end) { return !hasRim(anchors, end); });
 }
 
-Anchors withAllMarkers(const FaceMesh& mesh, const Anchors& anchors, const std::string& anchors_file,
-                       const std::vector<std::string>& marker_names, const MarkerPositions& actor_neutral_mm,
-                       PlacingReport* report) {
+FaceOpenings openingsOf(const FaceMesh& mesh, const Anchors& anchors, const std::string& anchors_file) {
+  const auto at = [&](const std::string& name) {
+    const auto place = placeOf(anchors, name, mesh, anchors_file);
+    if (!place) throw InputError(anchors_file, "markers", "is without " + name + "; expected the four of the mouth");
+    return *place;
+  };
+  const Vector3d upper = at("LIP_UP_MID"), lower = at("LIP_LO_MID");
+  FaceOpenings openings;
+  openings.lip_line = {0.5 * (upper + lower)};
+  openings.lips_reach = (at("LIP_CORNER_L") - at("LIP_CORNER_R")).norm();
+  openings.sides[0] = {{upper}, {lower}};
+  return openings;
+}
+
+PlacedAnchors placeMarkers(const FaceMesh& mesh, const HeadTopology& topology, const Anchors& anchors,
+                           const std::string& anchors_file, const std::vector<std::string>& marker_names,
+                           const MarkerPositions& actor_neutral_mm) {
   const Actor actor(marker_names, actor_neutral_mm);
   const std::vector<Pair> pairs = pairsOf(mesh, anchors, anchors_file, actor);
   expectEnough(pairs, anchors, anchors_file, marker_names);
@@ -347,45 +326,44 @@ Anchors withAllMarkers(const FaceMesh& mesh, const Anchors& anchors, const std::
     if (!anchors.markers.contains(name)) unplaced.push_back(name);
   }
   const Similarity similarity = similarityOf(pairs);
-  const auto anchor_count = static_cast<Eigen::Index>(pairs.size());
-  const Eigen::Index count = anchor_count + static_cast<Eigen::Index>(unplaced.size());
+  const Eigen::Index anchor_count = signedIndex(pairs.size());
+  const Eigen::Index count = anchor_count + signedIndex(unplaced.size());
   MarkerPositions start(count, 3), wanted(count, 3);  // anchors first
   for (Eigen::Index i = 0; i < anchor_count; ++i) {
-    start.row(i) = similarity(pairs[static_cast<std::size_t>(i)].actor).transpose();
-    wanted.row(i) = pairs[static_cast<std::size_t>(i)].mesh.transpose();
+    start.row(i) = similarity(pairs[unsignedIndex(i)].actor).transpose();
+    wanted.row(i) = pairs[unsignedIndex(i)].mesh.transpose();
   }
   for (std::size_t i = 0; i < unplaced.size(); ++i)
-    start.row(anchor_count + static_cast<Eigen::Index>(i)) = similarity(actor.places().at(unplaced[i])).transpose();
+    start.row(anchor_count + signedIndex(i)) = similarity(actor.places().at(unplaced[i])).transpose();
 
-  const auto anchor_at = [&](const char* name) { return *placeOf(anchors, name, mesh, anchors_file); };
-  const double width = (anchor_at("LIP_CORNER_L") - anchor_at("LIP_CORNER_R")).norm();
-  const Skin skin = skinOf(mesh, anchor_at("LIP_UP_MID"), anchor_at("LIP_LO_MID"), width);
+  const FaceOpenings mouth = openingsOf(mesh, anchors, anchors_file);
+  const double width = mouth.lips_reach;
+  if (!topology.nearestSkin(mouth.lip_line[0]))
+    throw InputError("found no skin in the mesh; expected a part of kind skin or lips");
+  const Skin skin = skinOf(mesh, topology, mouth.lip_line[0], width);
 
   Eigen::VectorXd stiffness = Eigen::VectorXd::Constant(count, kStiffness * width);
   stiffness.head(anchor_count).setZero();
   const MarkerPositions anchors_start = start.topRows(anchor_count);
   const MarkerPositions anchors_move = wanted.topRows(anchor_count) - anchors_start;
   MarkerPositions now = start + Smoothing(anchors_start, anchors_move, Eigen::VectorXd::Zero(anchor_count)).at(start);
-  PlacingReport placing{pairs.size(), unplaced.size(), 0, 0};
+  PlacedAnchors placing{anchors, pairs.size(), unplaced.size()};
   while (placing.rounds++ < kMostRounds) {
     for (Eigen::Index i = anchor_count; i < count; ++i) {
-      const std::string& name = unplaced[static_cast<std::size_t>(i - anchor_count)];
-      const auto on_skin = treeFor(skin, name).closest(now.row(i).transpose());
-      if (!on_skin) throw InputError(anchors_file, "markers", "found no skin that faces outwards around the anchors");
-      wanted.row(i) = on_skin->transpose();
+      const std::string& name = unplaced[unsignedIndex(i - anchor_count)];
+      const auto foot = treeFor(skin, name).closest(now.row(i).transpose());
+      if (!foot) throw InputError(anchors_file, "markers", "found no skin that faces outwards around the anchors");
+      wanted.row(i) = foot->point.transpose();
     }
     const MarkerPositions next = start + Smoothing(start, MarkerPositions(wanted - start), stiffness).at(start);
     placing.last_move = (next - now).rowwise().norm().maxCoeff();
     now = next;
     if (placing.last_move < kStill * width) break;
   }
-  Anchors all = anchors;
-  for (std::size_t i = 0; i < unplaced.size(); ++i) {
-    all.markers[unplaced[i]] = Vector3d(wanted.row(anchor_count + static_cast<Eigen::Index>(i)).transpose());
-  }
-  addLipRims(mesh, skin.on_upper, skin.on_lower, width, anchors_file, all);
-  if (report != nullptr) *report = placing;
-  return all;
+  for (std::size_t i = 0; i < unplaced.size(); ++i)
+    placing.anchors.markers[unplaced[i]] = Vector3d(wanted.row(anchor_count + signedIndex(i)).transpose());
+  addLipRims(mesh, skin.on_upper, skin.on_lower, width, anchors_file, placing.anchors);
+  return placing;
 }
 
 }  // namespace mouthpiece

@@ -3,13 +3,15 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "retarget/rig/face_fields.h"
+#include "base/json_fields.h"
 
 namespace mouthpiece {
 namespace {
@@ -19,86 +21,90 @@ using nlohmann::json;
 constexpr std::string_view kFormatName = "mouthpiece-face";
 constexpr std::uint64_t kMaxFaceBytes = std::uint64_t{1} << 30;
 constexpr std::size_t kMaxMarkers = 10'000;
-constexpr std::size_t kMaxControlPoints = 100'000;
+constexpr int kMaxControlPoints = 100'000;
 constexpr std::array<std::string_view, 3> kKernelNames{"inverse_multiquadric", "biharmonic", "triharmonic"};
 
-std::vector<std::string> readNames(const FaceFields& fields, const char* key) {
+/// rows x columns doubles, finite and of a size that a face can have.
+template <typename MatrixType>
+MatrixType matrixOf(const JsonField& field, std::size_t rows) {
+  const std::vector<double> values = field.blob<double>();
+  constexpr Eigen::Index kColumns = MatrixType::ColsAtCompileTime;
+  if (values.size() != rows * unsignedIndex(kColumns))
+    field.fail(fmt::format("found {} numbers; expected {} x {}", values.size(), rows, kColumns));
+  if (!std::all_of(values.begin(), values.end(), [](double value) { return std::abs(value) <= 1e9; }))
+    field.fail("found a coordinate that is no usable number");
+  return Eigen::Map<const MatrixType>(values.data(), signedIndex(rows), kColumns);
+}
+
+/// One of an enumeration's values, which are counted from 0 to `last`.
+template <typename Enumeration>
+Enumeration choiceOf(const JsonField& field, Enumeration last) {
+  return static_cast<Enumeration>(field.whole(0, static_cast<int>(last)));
+}
+
+std::vector<std::string> namesOf(const JsonField& field) {
   std::vector<std::string> names;
   std::set<std::string> seen;
-  for (const json& entry : fields.array(key, kMaxMarkers)) {
-    if (!entry.is_string() || entry.get_ref<const std::string&>().empty() ||
-        entry.get_ref<const std::string&>().size() > kMaxFaceText)
-      fields.fail(key, "expected a list of names");
-    names.push_back(entry.get<std::string>());
-    if (!seen.insert(names.back()).second)
-      fields.fail(key, fmt::format("found '{}' twice", printable(names.back(), 60)));
+  for (const JsonField& entry : field.list(0, kMaxMarkers)) {
+    names.push_back(entry.text());
+    if (names.back().empty()) entry.refuse("a name");
+    if (!seen.insert(names.back()).second) entry.fail(fmt::format("found '{}' twice", printable(names.back(), 60)));
   }
   return names;
 }
 
-WarpOptions readWarp(const FaceFields& fields) {
-  WarpOptions options;
-  const std::string kernel = fields.text("kernel");
-  std::size_t index = 0;
-  while (index < kKernelNames.size() && kKernelNames[index] != kernel) ++index;
-  if (index == kKernelNames.size())
-    fields.fail("kernel", fmt::format("found '{}'; expected {}", printable(kernel, 40), kKernelNames[0]));
-  options.kernel = static_cast<RbfKernel>(index);
-  options.shape_factor = fields.number("shape_factor", 1e-3, 1e3);
-  options.regularization = fields.number("regularization", 0, 1e6);
-  return options;
-}
-
-ControlPoint readControlPoint(const FaceFields& fields, std::size_t point_index) {
-  ControlPoint point;
-  point.name = fields.text("name");
-  point.rule = static_cast<PointRule>(fields.whole("rule", 0, static_cast<int>(PointRule::kInnerLip)));
-  point.side = static_cast<LipSide>(fields.whole("side", 0, static_cast<int>(LipSide::kLower)));
-  point.opposite = static_cast<int>(fields.whole("opposite", -1, static_cast<std::int64_t>(kMaxControlPoints)));
-  point.fixed = fields.flag("fixed");
-  const std::vector<std::int32_t> drivers = fields.blob<std::int32_t>("driver_points");
-  const std::vector<double> weights = fields.blob<double>("driver_weights");
-  if (drivers.size() != weights.size()) fields.fail("driver_weights", "expected one weight a driver");
+ControlPoint controlPointOf(const JsonField& field, std::size_t index) {
+  ControlPoint point{.name = field["name"].text(),
+                     .rule = choiceOf(field["rule"], PointRule::kInnerLip),
+                     .side = choiceOf(field["side"], LipSide::kLower),
+                     .drivers = {},
+                     .opposite = static_cast<int>(field["opposite"].whole(-1, kMaxControlPoints)),
+                     .fixed = field["fixed"].flag()};
+  const auto drivers = field["driver_points"].blob<std::int32_t>();
+  const auto weights = field["driver_weights"].blob<double>();
+  if (drivers.size() != weights.size()) field["driver_weights"].fail("expected one weight a driver");
   for (std::size_t i = 0; i < drivers.size(); ++i) {
-    if (drivers[i] < 0 || static_cast<std::size_t>(drivers[i]) >= point_index) {
-      fields.fail("driver_points", "found a point that does not come before this one");
-    }
-    if (!(std::abs(weights[i]) <= 1e6)) fields.fail("driver_weights", "found a weight that is no usable number");
+    if (drivers[i] < 0 || unsignedIndex(drivers[i]) >= index)
+      field["driver_points"].fail("found a point that does not come before this one");
+    if (!(std::abs(weights[i]) <= 1e6)) field["driver_weights"].fail("found a weight that is no usable number");
     point.drivers.push_back({drivers[i], weights[i]});
   }
   return point;
 }
 
-ControlMesh readControl(const FaceFields& fields, std::size_t marker_count) {
+ControlMesh controlOf(const JsonField& field, std::size_t marker_count) {
   ControlMesh control;
   control.marker_count = marker_count;
-  const json& points = fields.array("points", kMaxControlPoints);
-  for (const json& point : points) {
-    control.points.push_back(
-        readControlPoint(FaceFields(point, fields.file(), "control.points"), control.points.size()));
-  }
-  control.mouth_width = fields.number("mouth_width", 1e-9, 1e9);
-  control.rest = fields.matrix<MarkerPositions>("rest", control.points.size());
-  control.domain = fields.matrix<decltype(control.domain)>("domain", control.points.size());
-  const std::vector<std::int32_t> corners = fields.blob<std::int32_t>("triangles");
-  if (corners.size() % 3 != 0) fields.fail("triangles", "expected three corners a triangle");
+  for (const JsonField& point : field["points"].list(0, kMaxControlPoints))
+    control.points.push_back(controlPointOf(point, control.points.size()));
+  const std::size_t count = control.points.size();
+  control.mouth_width = field["mouth_width"].number(1e-9, 1e9);
+  control.rest = matrixOf<MarkerPositions>(field["rest"], count);
+  control.domain = matrixOf<decltype(control.domain)>(field["domain"], count);
+  const auto corners = field["triangles"].blob<std::int32_t>();
+  if (corners.size() % 3 != 0) field["triangles"].fail("expected three corners a triangle");
   for (std::size_t i = 0; i < corners.size(); i += 3)
     control.triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
-  control.rest_slopes =
-      fields.matrix<MarkerPositions>("rest_slopes", fields.flag("is_fitted") ? 2 * control.points.size() : 0);
-  checkControlMesh(control, fields.file());
+  control.rest_slopes = matrixOf<MarkerPositions>(field["rest_slopes"], field["is_fitted"].flag() ? 2 * count : 0);
+  checkControlMesh(control, field.file());
   return control;
 }
 
-FaceBinding readBinding(const FaceFields& fields) {
-  FaceBinding binding{.patch = fields.blob<std::int32_t>("patch"),
-                      .u = fields.blob<float>("u"),
-                      .v = fields.blob<float>("v"),
-                      .d = fields.blob<float>("d"),
-                      .skin_weight = fields.blob<float>("skin_weight"),
-                      .jaw_weight = fields.blob<float>("jaw_weight")};
-  if (fields.has("carried")) binding.carried = fields.blob<std::uint32_t>("carried");
+FaceBinding bindingOf(const JsonField& field) {
+  FaceBinding binding{.patch = field["patch"].blob<std::int32_t>(),
+                      .u = field["u"].blob<float>(),
+                      .v = field["v"].blob<float>(),
+                      .d = field["d"].blob<float>(),
+                      .skin_weight = field["skin_weight"].blob<float>(),
+                      .jaw_weight = field["jaw_weight"].blob<float>()};
+  if (field["carried"].exists()) binding.carried = field["carried"].blob<std::uint32_t>();
   return binding;
+}
+
+/// A vector's or matrix' numbers as they lie in memory.
+json blobOf(const auto& values) {
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(values.data());
+  return json::binary({bytes, bytes + unsignedIndex(values.size()) * sizeof(*values.data())});
 }
 
 json controlToJson(const ControlMesh& control) {
@@ -122,11 +128,11 @@ json controlToJson(const ControlMesh& control) {
   for (const auto& triangle : control.triangles) corners.insert(corners.end(), triangle.begin(), triangle.end());
   return {{"mouth_width", control.mouth_width},
           {"points", std::move(points)},
-          {"rest", blobOfMatrix(control.rest)},
-          {"domain", blobOfMatrix(control.domain)},
+          {"rest", blobOf(control.rest)},
+          {"domain", blobOf(control.domain)},
           {"triangles", blobOf(corners)},
           {"is_fitted", control.rest_slopes.rows() > 0},
-          {"rest_slopes", blobOfMatrix(control.rest_slopes)}};
+          {"rest_slopes", blobOf(control.rest_slopes)}};
 }
 
 }  // namespace
@@ -134,50 +140,48 @@ json controlToJson(const ControlMesh& control) {
 std::string_view nameOf(RbfKernel kernel) { return kKernelNames[static_cast<std::size_t>(kernel)]; }
 
 std::optional<RbfKernel> kernelFromName(std::string_view name) {
-  for (std::size_t i = 0; i < kKernelNames.size(); ++i) {
-    if (kKernelNames[i] == name) return static_cast<RbfKernel>(i);
-  }
-  return std::nullopt;
+  const auto found = std::find(kKernelNames.begin(), kKernelNames.end(), name);
+  if (found == kKernelNames.end()) return std::nullopt;
+  return static_cast<RbfKernel>(found - kKernelNames.begin());
 }
 
 FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
-  const json tree = parseFaceTree(bytes, file);
-  const FaceFields fields(tree, file, "");
-  if (fields.text("format") != kFormatName)
-    fields.fail("format", "is no face file; expected what `retarget fit` writes");
-  const std::int64_t version = fields.whole("version", 0, 1'000'000);
+  const JsonField root = parseCbor(bytes, file, "what `retarget fit` writes");
+  if (root["format"].text() != kFormatName) root["format"].fail("is no face file; expected what `retarget fit` writes");
+  const std::int64_t version = root["version"].whole(0, 1'000'000);
   if (version != kFaceFormatVersion) {
-    fields.fail("version", fmt::format("found {}; expected {} (fit the face again with this program)", version,
-                                       kFaceFormatVersion));
+    root["version"].fail(
+        fmt::format("found {}; expected {} (fit the face again with this program)", version, kFaceFormatVersion));
   }
   FaceFile face;
-  face.name = fields.text("name");
-  face.corpus = fields.text("corpus");
-  const FaceFields mesh = fields.map("mesh");
-  face.mesh_file = mesh.text("file");
-  face.mesh_sha256 = mesh.text("sha256");
+  face.name = root["name"].text();
+  face.corpus = root["corpus"].text();
+  const JsonField mesh = root["mesh"];
+  face.mesh_file = mesh["file"].text();
+  face.mesh_sha256 = mesh["sha256"].text();
   if (face.mesh_file.empty() || face.mesh_file.find('\0') != std::string::npos)
-    mesh.fail("file", "expected the name of a mesh");
-  face.metres_per_unit = mesh.number("metres_per_unit", 1e-9, 1e3);
-  using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-  face.upright_from_mesh = mesh.matrix<RowMajor3>("upright", 3);
+    mesh["file"].refuse("the name of a mesh");
+  face.metres_per_unit = mesh["metres_per_unit"].number(1e-9, 1e3);
+  face.upright_from_mesh = matrixOf<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(mesh["upright"], 3);
   if (!(face.upright_from_mesh * face.upright_from_mesh.transpose()).isIdentity(1e-6) ||
-      !(face.upright_from_mesh.determinant() > 0)) {
-    mesh.fail("upright", "is no rotation");
+      !(face.upright_from_mesh.determinant() > 0))
+    mesh["upright"].fail("is no rotation");
+  for (const JsonField& part : mesh["part_kinds"].list(0, kMaxMarkers)) {
+    const auto kind = partKindFromName(part["kind"].text());
+    if (!kind) part["kind"].fail("is unknown");
+    face.part_kinds[part["name"].text()] = *kind;
   }
-  for (const json& entry : mesh.array("part_kinds", kMaxMarkers)) {
-    const FaceFields part(entry, file, "mesh.part_kinds");
-    const auto kind = partKindFromName(part.text("kind"));
-    if (!kind) part.fail("kind", "is unknown");
-    face.part_kinds[part.text("name")] = *kind;
-  }
-  face.marker_names = readNames(fields, "markers");
-  face.marker_targets = fields.matrix<MarkerPositions>("marker_targets", face.marker_names.size());
-  face.actor_neutral_mm = fields.matrix<MarkerPositions>("actor_neutral_mm", face.marker_names.size());
-  if (tree.contains("actor_closed_lips_mm")) face.actor_closed_lips_mm = fields.number("actor_closed_lips_mm", 0, 1e3);
-  face.warp = readWarp(fields.map("warp"));
-  face.control = readControl(fields.map("control"), face.marker_names.size());
-  face.binding = readBinding(fields.map("binding"));
+  face.marker_names = namesOf(root["markers"]);
+  face.marker_targets = matrixOf<MarkerPositions>(root["marker_targets"], face.marker_names.size());
+  face.actor_neutral_mm = matrixOf<MarkerPositions>(root["actor_neutral_mm"], face.marker_names.size());
+  if (const JsonField closed = root["actor_closed_lips_mm"]; closed.exists())
+    face.actor_closed_lips_mm = closed.number(0, 1e3);
+  const JsonField warp = root["warp"];
+  face.warp.kernel = static_cast<RbfKernel>(warp["kernel"].choice(kKernelNames));
+  face.warp.shape_factor = warp["shape_factor"].number(1e-3, 1e3);
+  face.warp.regularization = warp["regularization"].number(0, 1e6);
+  face.control = controlOf(root["control"], face.marker_names.size());
+  face.binding = bindingOf(root["binding"]);
   return face;
 }
 
@@ -196,14 +200,14 @@ std::string faceFileToBytes(const FaceFile& face) {
                    {{"file", face.mesh_file},
                     {"sha256", face.mesh_sha256},
                     {"metres_per_unit", face.metres_per_unit},
-                    {"upright", blobOfMatrix(Eigen::Matrix<double, 3, 3, Eigen::RowMajor>(face.upright_from_mesh))},
+                    {"upright", blobOf(Eigen::Matrix<double, 3, 3, Eigen::RowMajor>(face.upright_from_mesh))},
                     {"part_kinds", std::move(kinds)}}},
                   {"markers", face.marker_names},
-                  {"marker_targets", blobOfMatrix(face.marker_targets)},
-                  {"actor_neutral_mm", blobOfMatrix(face.actor_neutral_mm)},
+                  {"marker_targets", blobOf(face.marker_targets)},
+                  {"actor_neutral_mm", blobOf(face.actor_neutral_mm)},
                   {"actor_closed_lips_mm", face.actor_closed_lips_mm},
                   {"warp",
-                   {{"kernel", kKernelNames[static_cast<std::size_t>(face.warp.kernel)]},
+                   {{"kernel", nameOf(face.warp.kernel)},
                     {"shape_factor", face.warp.shape_factor},
                     {"regularization", face.warp.regularization}}},
                   {"control", controlToJson(face.control)},

@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
+#include "deform/mesh/face_mesh.h"
 #include "deform/surface/binding.h"
 #include "deform/surface/control_surface.h"
-#include "deform/mesh/face_mesh.h"
 #include "motion/motion_clip.h"
 #include "retarget/warp/rbf_warp.h"
 

@@ -7,13 +7,13 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <random>
 #include <set>
 
 #include "base/errors.h"
+#include "deform/mesh/triangle_tree.h"
 #include "deform/surface/bezier_surface.h"
-#include "deform/kernel/welding.h"
-#include "retarget/placing/marker_placing.h"
 
 namespace mouthpiece {
 namespace {
@@ -29,9 +29,9 @@ double spread(const MarkerPositions& points) {
 
 MarkerPositions placesOf(const FaceMesh& mesh, const Anchors& anchors, const std::string& file,
                          const std::vector<std::string>& names) {
-  MarkerPositions places(static_cast<Eigen::Index>(names.size()), 3);
+  MarkerPositions places(signedIndex(names.size()), 3);
   for (std::size_t i = 0; i < names.size(); ++i)
-    places.row(static_cast<Eigen::Index>(i)) = placeOf(anchors, names[i], mesh, file).value().transpose();
+    places.row(signedIndex(i)) = placeOf(anchors, names[i], mesh, file).value().transpose();
   return places;
 }
 
@@ -102,8 +102,11 @@ FaceFile fitWelded(FaceMesh& mesh, const Anchors& given, const std::string& anch
   face.upright_from_mesh =
       uprightFromMesh(meshFromActor(mesh, anchors, anchors_file, request.marker_names, request.actor_neutral_mm));
   setUpright(face.upright_from_mesh, mesh, anchors);
+  std::optional<HeadTopology> topology;
   if (leavesPlacesOpen(anchors, request.marker_names)) {
-    anchors = withAllMarkers(mesh, anchors, anchors_file, request.marker_names, request.actor_neutral_mm);
+    topology.emplace(mesh, openingsOf(mesh, anchors, anchors_file));
+    anchors =
+        placeMarkers(mesh, *topology, anchors, anchors_file, request.marker_names, request.actor_neutral_mm).anchors;
   }
   face.marker_targets = placesOf(mesh, anchors, anchors_file, request.marker_names);
   const double by_size = metresPerUnit(face.actor_neutral_mm, face.marker_targets);
@@ -117,11 +120,15 @@ FaceFile fitWelded(FaceMesh& mesh, const Anchors& given, const std::string& anch
   try {
     face.warp = RbfWarp::fit(face.actor_neutral_mm, face.marker_targets, request.warp).options();
     face.control = buildControlMesh(face.marker_names, face.marker_targets,
-                                    placeVirtualPoints(mesh, anchors, anchors_file), &mesh, request.surface);
+                                    placeVirtualPoints(mesh, anchors, anchors_file), nullptr, request.surface);
+    const FaceOpenings openings = openingsOf(face.control);
+    topology = topology ? topology->openedAt(openings) : HeadTopology(mesh, openings);
+    face.control = fittedToMesh(face.control, mesh, *topology);
   } catch (const InputError& error) {
     throw InputError(anchors_file, "markers", error.what());
   }
-  face.binding = bindFace(mesh, face.control, request.binding);
+  // The surface has got points on the lips since.
+  face.binding = bindFace(mesh, topology->openedAt(openingsOf(face.control)), face.control, request.binding);
   return face;
 }
 
@@ -145,56 +152,13 @@ FaceFile fitFace(FaceMesh& mesh, const Anchors& anchors, const std::string& anch
 
 namespace {
 
-/// Distance from a point to a triangle (C. Ericson, Real-Time Collision Detection, 5.1.5).
-double distanceToTriangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                          const Eigen::Vector3d& c) {
-  const Eigen::Vector3d ab = b - a;
-  const Eigen::Vector3d ac = c - a;
-  const Eigen::Vector3d ap = p - a;
-  const double d1 = ab.dot(ap);
-  const double d2 = ac.dot(ap);
-  if (d1 <= 0 && d2 <= 0) return ap.norm();
-  const Eigen::Vector3d bp = p - b;
-  const double d3 = ab.dot(bp);
-  const double d4 = ac.dot(bp);
-  if (d3 >= 0 && d4 <= d3) return bp.norm();
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return (ap - d1 / (d1 - d3) * ab).norm();
-  const Eigen::Vector3d cp = p - c;
-  const double d5 = ab.dot(cp);
-  const double d6 = ac.dot(cp);
-  if (d6 >= 0 && d5 <= d6) return cp.norm();
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return (ap - d2 / (d2 - d6) * ac).norm();
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return (bp - (d4 - d3) / (d4 - d3 + d5 - d6) * (c - b)).norm();
-  const double scale = 1 / (va + vb + vc);
-  return (ap - vb * scale * ab - vc * scale * ac).norm();
-}
-
-double distanceToSkin(const FaceMesh& mesh, const Eigen::Vector3d& point) {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const MeshPart& part : mesh.parts) {
-    if (part.kind != PartKind::kSkin && part.kind != PartKind::kLips) continue;
-    for (std::size_t i = part.first_triangle; i < part.first_triangle + part.triangle_count; ++i) {
-      const auto corner = [&](std::size_t k) -> Eigen::Vector3d {
-        return mesh.vertices.row(mesh.triangles[i][k]).cast<double>().transpose();
-      };
-      const Eigen::Vector3d a = corner(0);
-      const Eigen::Vector3d b = corner(1);
-      const Eigen::Vector3d c = corner(2);
-      const double reach = std::max((b - a).norm(), (c - a).norm());
-      if ((point - a).norm() - reach >= nearest) continue;
-      nearest = std::min(nearest, distanceToTriangle(point, a, b, c));
-    }
-  }
-  return nearest;
-}
-
 void checkMarkerPlaces(const FaceFile& face, const FaceMesh& mesh, double mm_per_unit, FaceCheck& check) {
+  const TriangleTree skin(mesh.vertices, trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips}));
   for (std::size_t i = 0; i < face.marker_names.size(); ++i) {
+    const Eigen::Vector3d marker = face.marker_targets.row(signedIndex(i)).transpose();
+    const auto foot = skin.closest(marker);
     const double distance =
-        mm_per_unit * distanceToSkin(mesh, face.marker_targets.row(static_cast<Eigen::Index>(i)).transpose());
+        foot ? mm_per_unit * (foot->point - marker).norm() : std::numeric_limits<double>::infinity();
     if (distance < check.marker_to_surface_max_mm && !check.farthest_marker.empty()) continue;
     check.marker_to_surface_max_mm = distance;
     check.farthest_marker = face.marker_names[i];
@@ -207,24 +171,24 @@ void checkFoldOvers(const FaceFile& face, const FaceMesh& mesh, const RbfWarp& w
   constexpr std::size_t kSamples = 4000;
   std::vector<Eigen::Index> moved;
   for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
-    if (face.binding.patch[static_cast<std::size_t>(v)] >= 0) moved.push_back(v);
+    if (face.binding.patch[unsignedIndex(v)] >= 0) moved.push_back(v);
   }
   const std::size_t stride = std::max<std::size_t>(1, moved.size() / kSamples);
-  MarkerPositions points(static_cast<Eigen::Index>((moved.size() + stride - 1) / stride), 3);
+  MarkerPositions points(signedIndex((moved.size() + stride - 1) / stride), 3);
   for (Eigen::Index i = 0; i < points.rows(); ++i)
-    points.row(i) = mesh.vertices.row(moved[static_cast<std::size_t>(i) * stride]).cast<double>();
+    points.row(i) = mesh.vertices.row(moved[unsignedIndex(i) * stride]).cast<double>();
   const RbfWarp back = RbfWarp::fit(face.marker_targets, face.actor_neutral_mm, face.warp);
   const MarkerPositions actor_points = back.targetFromActor(points);
   // A target that is the actor's mirror image would be negative everywhere: count what differs from the markers' own
   // middle.
   const double usual = warp.jacobian(face.actor_neutral_mm.colwise().mean().transpose()).determinant();
-  check.sampled_points = static_cast<std::size_t>(points.rows());
+  check.sampled_points = unsignedIndex(points.rows());
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
     if (warp.jacobian(actor_points.row(i).transpose()).determinant() * usual > 0) continue;
     if (check.fold_overs++ > 0) continue;
     Eigen::Index nearest = 0;
     (face.marker_targets.rowwise() - points.row(i)).rowwise().squaredNorm().minCoeff(&nearest);
-    check.fold_over_marker = face.marker_names[static_cast<std::size_t>(nearest)];
+    check.fold_over_marker = face.marker_names[unsignedIndex(nearest)];
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -53,5 +54,46 @@ FaceCheck checkFace(const FaceFile& face, const FaceMesh& mesh);
 
 /// Why the face must not be used as it is; empty when all is well.
 std::vector<std::string> faultsOf(const FaceCheck& check);
+
+/// How the lips of one frame lie to each other and to the teeth; the mesh's unit.
+struct LipContact {
+  /// Between the lips' surfaces where it is widest over the middle half of the mouth; below zero: everywhere
+  /// overlapping.
+  double gap = 0;
+  double overlap = 0;   ///< deepest place of one lip inside the other
+  double in_teeth = 0;  ///< deepest place of a lip inside teeth or gums
+};
+
+/// Measures lips on the mesh itself, whatever moved it: points less than 0.02 mouths apart on both lips, within
+/// 0.12 mouths of the line where they meet, against the surfaces of the other lip and of the teeth.
+class LipContactMeter {
+ public:
+  /// `mesh` as it rests, `control` fitted to it.
+  LipContactMeter(const FaceMesh& mesh, const ControlMesh& control);
+  LipContactMeter(LipContactMeter&&) noexcept;
+  ~LipContactMeter();
+
+  /// `vertices`: the same mesh moved.
+  [[nodiscard]] LipContact measure(const VertexPositions& vertices) const;
+
+ private:
+  struct Data;
+  std::unique_ptr<const Data> data_;
+};
+
+/// What the morph targets of a head do to markers on its skin.
+struct MarkerShapes {
+  MarkerPositions neutral_mm;
+  std::vector<std::string> names;         ///< of the shapes
+  std::vector<MarkerPositions> moves_mm;  ///< of the markers, at weight 1
+};
+
+/// `places` (mesh unit) are carried to the closest skin; a marker there moves as the corners of its triangle do.
+/// Throws InputError that begins with `file` when the mesh has no skin.
+MarkerShapes markerShapes(const FaceMesh& mesh, const FaceShapes& shapes, const MarkerPositions& places,
+                          const std::string& file);
+
+/// The markers at `weights`, frames x shapes (a frame with a NaN: not seen).
+PositionMatrix drivenMarkers(const MarkerShapes& shapes, const Eigen::MatrixXd& weights);
 
 }  // namespace mouthpiece

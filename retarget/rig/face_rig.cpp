@@ -9,11 +9,8 @@
 
 #include "base/errors.h"
 #include "deform/kernel/deformer.h"
-#include "deform/kernel/welding.h"
 #include "motion/lip_gauge.h"
 #include "retarget/rig/face_file.h"
-#include "retarget/rig/larynx.h"
-#include "retarget/placing/missing_markers.h"
 
 namespace mouthpiece {
 
@@ -120,10 +117,10 @@ double openingOf(const MarkerPositions& places, const std::vector<std::string>& 
 /// The pose at rest of whoever moves, a row for each marker of `motion`; those that the face has not are not used.
 MarkerPositions neutralOf(const MotionClip& motion, const ActorPose* actor, const FaceFile& file) {
   if (actor != nullptr) return actor->neutral_mm;
-  MarkerPositions neutral = MarkerPositions::Zero(static_cast<Eigen::Index>(motion.marker_names.size()), 3);
+  MarkerPositions neutral = MarkerPositions::Zero(signedIndex(motion.marker_names.size()), 3);
   for (std::size_t i = 0; i < file.marker_names.size(); ++i) {
     if (const auto marker = motion.findMarker(file.marker_names[i]))
-      neutral.row(static_cast<Eigen::Index>(marker->value)) = file.actor_neutral_mm.row(static_cast<Eigen::Index>(i));
+      neutral.row(signedIndex(marker->value)) = file.actor_neutral_mm.row(signedIndex(i));
   }
   return neutral;
 }
@@ -154,12 +151,12 @@ FaceMotion FaceRig::retarget(const MotionClip& motion, const ActorPose* actor, s
     const double least =
         kWidestParting * (data_->file.marker_targets.row(upper) - data_->file.marker_targets.row(lower)).norm();
     for (Eigen::Index frame = 0; frame < frames.rows(); ++frame) {
-      const LipPose pose = lips.empty() ? LipPose{} : lips[static_cast<std::size_t>(frame)];
+      const LipPose pose = lips.empty() ? LipPose{} : lips[unsignedIndex(frame)];
       // Whether lips touch is the actor's matter, measured on the actor: the warp shears, so that lips which move
       // together there are carried different ways on the head.
       const double apart = (frames.block<1, 3>(frame, 3 * upper) - frames.block<1, 3>(frame, 3 * lower)).norm();
       const double stretch = height > 0 ? apart / height - 1 : 0;
-      result.setLipGap(FrameIndex{static_cast<std::size_t>(frame)}, i,
+      result.setLipGap(FrameIndex{unsignedIndex(frame)}, i,
                        {partedShare(stretch, slack.always + pose.seal * slack.sealed), pose.parting * least});
     }
   }
@@ -198,11 +195,10 @@ FaceAnimation FaceRig::Data::deformWithLarynx(const FaceMotion& motion, std::spa
     return columns;
   };
   const std::vector<Eigen::Index> moving_columns = columns_of(moving), raised_columns = columns_of(raised);
-  animation.positions.resize(static_cast<Eigen::Index>(motion.frameCount()),
-                             3 * static_cast<Eigen::Index>(animation.vertices.size()));
+  animation.positions.resize(signedIndex(motion.frameCount()), 3 * signedIndex(animation.vertices.size()));
   std::vector<float> deformed(3 * moving.size()), added(3 * raised.size());
   for (FrameIndex f; f.value < motion.frameCount(); ++f) {
-    auto row = animation.positions.row(static_cast<Eigen::Index>(f.value));
+    auto row = animation.positions.row(signedIndex(f.value));
     for (std::size_t i = 0; i < raised.size(); ++i) row.segment<3>(raised_columns[i]) = mesh.vertices.row(raised[i]);
     deformMoving(motion.pose(f), tongues[f.value], deformed);
     for (std::size_t i = 0; i < moving.size(); ++i)
@@ -226,10 +222,10 @@ FaceAnimation FaceRig::deformMoving(const FaceMotion& motion, std::span<const To
         fmt::format("the face '{}' binds no vertex; expected a mesh around its markers", data_->file.name));
   }
   const std::size_t width = 3 * animation.vertices.size();
-  animation.positions.resize(static_cast<Eigen::Index>(motion.frameCount()), static_cast<Eigen::Index>(width));
+  animation.positions.resize(signedIndex(motion.frameCount()), signedIndex(width));
   for (FrameIndex f; f.value < motion.frameCount(); ++f) {
     data_->deformMoving(motion.pose(f), tongues[f.value],
-                        {animation.positions.row(static_cast<Eigen::Index>(f.value)).data(), width});
+                        {animation.positions.row(signedIndex(f.value)).data(), width});
   }
   return animation;
 }

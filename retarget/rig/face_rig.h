@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <span>
@@ -8,7 +10,7 @@
 
 #include "deform/kernel/face_animation.h"
 #include "deform/mesh/face_mesh.h"
-#include "deform/surface/face_motion.h"
+#include "deform/surface/control_surface.h"
 #include "motion/lip_pose.h"
 #include "motion/motion_clip.h"
 #include "motion/tongue_pose.h"
@@ -60,5 +62,41 @@ class FaceRig {
   struct Data;
   std::unique_ptr<Data> data_;
 };
+
+/// Motion of a face's markers, in its order, with the pose that it is relative to.
+struct CompletedMarkers {
+  PositionMatrix positions_mm;  ///< frames x 3 * markers
+  MarkerPositions neutral_mm;
+};
+
+/// `motion` in the order of a face's markers (the first of `control`'s points), though it may lack some: these go along
+/// with those near them, a lip's with none of the other lip. `motion_neutral_mm`: the actor at rest, a row for each of
+/// motion's markers; `face_neutral_mm`: the actor that the face was fitted to, a row for each of the face's. Throws
+/// InputError that names a lip marker which no face can do without, or tells that too few are there.
+CompletedMarkers completedMarkers(const MotionClip& motion, const MarkerPositions& motion_neutral_mm,
+                                  const ControlMesh& control, const MarkerPositions& face_neutral_mm);
+
+/// Where the larynx shows at the front of a neck, and how it goes up with a singer's pitch (VOCAL 3.1). No marker says
+/// so: it is the "larynx" curve that moves it.
+class LarynxBump {
+ public:
+  LarynxBump() = default;
+  /// `chin`: its place on the mesh at rest (the mesh upright, Y up, face +Z); `face_width`: between the outer canthi.
+  /// Empty where the mesh has no neck.
+  LarynxBump(const FaceMesh& mesh, const Eigen::Vector3d& chin, double face_width);
+
+  /// The vertices that it moves, rising.
+  [[nodiscard]] const std::vector<std::uint32_t>& vertices() const { return vertices_; }
+  /// What it adds to each of them, x y z side by side, the mesh's unit. `height`: 0 at rest to 1.
+  void displacements(double height, std::span<float> out) const;
+
+ private:
+  std::vector<std::uint32_t> vertices_;
+  std::vector<Eigen::Vector2d> places_;  ///< beside and above the larynx at rest, in radii
+  double radius_ = 0;                    ///< mesh units
+};
+
+/// Of the face's width: how far it goes up, and how far it stands out where it is. 10 and 2.7 mm on a face of 90 mm.
+inline constexpr double kLarynxTravel = 0.11, kLarynxBulge = 0.03;
 
 }  // namespace mouthpiece

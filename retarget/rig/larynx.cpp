@@ -1,8 +1,8 @@
-#include "retarget/rig/larynx.h"
-
+// The larynx of face_rig.h.
 #include <algorithm>
 
 #include "base/errors.h"
+#include "retarget/rig/face_rig.h"
 
 namespace mouthpiece {
 namespace {
@@ -21,31 +21,23 @@ double bell(const Eigen::Vector2d& place) {
   return rest * rest;
 }
 
-std::vector<bool> skinVertices(const FaceMesh& mesh) {
-  std::vector<bool> is_skin(static_cast<std::size_t>(mesh.vertices.rows()), false);
-  for (const MeshPart& part : mesh.parts) {
-    if (part.kind != PartKind::kSkin && part.kind != PartKind::kOther) continue;
-    for (std::size_t i = 0; i < part.triangle_count; ++i) {
-      for (const std::uint32_t vertex : mesh.triangles[part.first_triangle + i]) is_skin[vertex] = true;
-    }
-  }
-  return is_skin;
-}
-
 }  // namespace
 
 LarynxBump::LarynxBump(const FaceMesh& mesh, const Eigen::Vector3d& chin, double face_width)
     : radius_(kRadius * face_width) {
   const Eigen::Vector2d middle(chin.x(), chin.y() - kBelowChin * face_width);
-  const std::vector<bool> is_skin = skinVertices(mesh);
+  std::vector<bool> is_skin(mesh.vertexCount(), false);
+  for (const Triangle& triangle : trianglesOf(mesh, {PartKind::kSkin, PartKind::kOther})) {
+    for (const std::uint32_t vertex : triangle) is_skin[vertex] = true;
+  }
   const VertexPositions normals = vertexNormals(mesh.vertices, mesh.triangles);
-  for (Eigen::Index i = 0; i < mesh.vertices.rows(); ++i) {
-    const Eigen::Vector3d at = mesh.vertices.row(i).cast<double>();
+  for (std::uint32_t i = 0; i < is_skin.size(); ++i) {
+    const Eigen::Vector3d at = pointAt(mesh.vertices, i);
     const Eigen::Vector2d place = (at.head<2>() - middle) / radius_;
-    if (!is_skin[static_cast<std::size_t>(i)] || place.squaredNorm() >= 1 || normals(i, 2) < kLeastForward) continue;
+    if (!is_skin[i] || place.squaredNorm() >= 1 || normals(i, 2) < kLeastForward) continue;
     // Not the chin's own underside, which hangs over the neck.
     if (at.z() > chin.z() - kBehindChin * face_width) continue;
-    vertices_.push_back(static_cast<std::uint32_t>(i));
+    vertices_.push_back(i);
     places_.push_back(place);
   }
   if (vertices_.size() < kFewestVertices) {
@@ -61,8 +53,8 @@ void LarynxBump::displacements(double height, std::span<float> out) const {
     const double rest = bell(places_[i]);
     const double raised = bell(places_[i] - Eigen::Vector2d(0, travel));
     out[3 * i] = 0;
-    out[3 * i + 1] = static_cast<float>(radius_ * travel * rest);
-    out[3 * i + 2] = static_cast<float>(radius_ * kLarynxBulge / kRadius * (raised - rest));
+    out[3 * i + 1] = asFloat(radius_ * travel * rest);
+    out[3 * i + 2] = asFloat(radius_ * kLarynxBulge / kRadius * (raised - rest));
   }
 }
 

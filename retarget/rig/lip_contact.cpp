@@ -1,5 +1,4 @@
-#include "retarget/rig/lip_contact.h"
-
+// The lips of face_fit.h, measured on the mesh.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -9,10 +8,9 @@
 #include <optional>
 
 #include "base/errors.h"
-#include "deform/surface/lip_sides.h"
-#include "deform/mesh/vertex_kinds.h"
+#include "deform/mesh/triangle_tree.h"
 #include "deform/surface/virtual_points.h"
-#include "retarget/placing/skin_tree.h"
+#include "retarget/rig/face_fit.h"
 
 namespace mouthpiece {
 namespace {
@@ -39,21 +37,9 @@ struct LipPoint {
 Eigen::Vector3d placeOf(const LipPoint& point, const VertexPositions& vertices) {
   Eigen::Vector3d p = Eigen::Vector3d::Zero();
   for (std::size_t k = 0; k < 3; ++k) {
-    p += point.weights[static_cast<Eigen::Index>(k)] *
-         vertices.row(static_cast<Eigen::Index>(point.triangle[k])).transpose().cast<double>();
+    p += point.weights[signedIndex(k)] * pointAt(vertices, point.triangle[k]);
   }
   return p;
-}
-
-double distanceToLine(const Eigen::Vector3d& p, const std::vector<Eigen::Vector3d>& line) {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    const Eigen::Vector3d& a = line[i];
-    const Eigen::Vector3d ab = line[(i + 1) % line.size()] - a;
-    const double way = std::clamp((p - a).dot(ab) / std::max(ab.squaredNorm(), 1e-300), 0.0, 1.0);
-    nearest = std::min(nearest, (p - a - way * ab).norm());
-  }
-  return nearest;
 }
 
 /// One surface of the mouth: triangles, and which of their edges end it.
@@ -79,58 +65,41 @@ struct Lip {
   std::vector<LipPoint> points;
 };
 
-Eigen::Vector3d weightsIn(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                          const Eigen::Vector3d& c) {
-  const Eigen::Vector3d normal = (b - a).cross(c - a);
-  const double squared = normal.squaredNorm();
-  const double u = (b - p).cross(c - p).dot(normal) / squared;
-  const double v = (c - p).cross(a - p).dot(normal) / squared;
-  return {u, v, 1 - u - v};
-}
-
 /// A surface in a pose: distances from it, below zero inside.
 class PosedSurface {
  public:
   PosedSurface(const Surface& surface, const VertexPositions& vertices)
-      : surface_(surface),
-        vertices_(vertices),
-        normals_(vertexNormals(vertices, surface.triangles)),
-        tree_(vertices, surface.triangles) {}
+      : surface_(surface), normals_(vertexNormals(vertices, surface.triangles)), tree_(vertices, surface.triangles) {}
 
   /// nullopt where no triangle is near. `facing`: the normal of the surface that `p` lies on; inside is only what faces
   /// the other way, as the folds of one lip do not.
   [[nodiscard]] std::optional<double> signedDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& facing) const {
-    const auto foot = tree_.closestFoot(p);
+    const auto foot = tree_.closest(p);
     if (!foot) return std::nullopt;
-    const Triangle& triangle = surface_.triangles[foot->triangle];
-    const Eigen::Vector3d weights =
-        weightsIn(foot->point, corner(triangle[0]), corner(triangle[1]), corner(triangle[2]));
     const double distance = (p - foot->point).norm();
     for (std::size_t k = 0; k < 3; ++k) {
-      if (surface_.is_border[foot->triangle][k] && weights[static_cast<Eigen::Index>(k)] < kOnBorder) return distance;
+      if (surface_.is_border[foot->triangle][k] && foot->weights[signedIndex(k)] < kOnBorder) return distance;
     }
-    const Eigen::Vector3d normal = normalAt({triangle, weights, kNoColumn});
+    const Eigen::Vector3d normal = normalAt({surface_.triangles[foot->triangle], foot->weights, kNoColumn});
     return (p - foot->point).dot(normal) < 0 && normal.dot(facing) < kOpposed ? -distance : distance;
   }
 
   [[nodiscard]] Eigen::Vector3d normalAt(const LipPoint& point) const { return placeOf(point, normals_).normalized(); }
 
  private:
-  [[nodiscard]] Eigen::Vector3d corner(std::uint32_t v) const { return vertices_.row(v).transpose().cast<double>(); }
-
   const Surface& surface_;
-  const VertexPositions& vertices_;
   VertexPositions normals_;
-  SkinTree tree_;
+  TriangleTree tree_;
 };
 
 /// Chooses what is measured, once, on the mesh at rest.
 class Chooser {
  public:
   Chooser(const FaceMesh& mesh, const ControlMesh& control)
-      : mesh_(mesh), step_(kSampleStep * control.mouth_width), lips_(kLips * control.mouth_width) {
-    const std::vector<PartKind> kinds = vertexKinds(mesh);
-    sides_ = vertexSides(mesh, control, kinds, graphOf(mesh, control));
+      : mesh_(mesh),
+        topology_(mesh, openingsOf(control)),
+        step_(kSampleStep * control.mouth_width),
+        lips_(kLips * control.mouth_width) {
     const auto place = [&](const std::string& name) -> Eigen::Vector3d {
       const int point = findPoint(control, name);
       if (point < 0) throw InputError("found no point " + name + " on the control surface; expected a face's mouth");
@@ -139,10 +108,10 @@ class Chooser {
     for (const std::string& name : mouthRim()) rim_.push_back(place(name));
     from_ = place("LIP_CORNER_R");
     along_ = place("LIP_CORNER_L") - from_;
-    for (std::size_t v = 0; v < kinds.size(); ++v) {
-      const bool may_be_lip =
-          kinds[v] == PartKind::kSkin || kinds[v] == PartKind::kLips || kinds[v] == PartKind::kMouthInside;
-      is_near_.push_back(may_be_lip && distanceToLine(vertex(v), rim_) < kRegion * control.mouth_width ? 1 : 0);
+    for (std::size_t v = 0; v < mesh.vertexCount(); ++v) {
+      const PartKind kind = topology_.kinds()[v];
+      is_near_.push_back((isSkin(kind) || kind == PartKind::kMouthInside) &&
+                         distanceToLine(vertex(v), rim_) < kRegion * control.mouth_width);
     }
   }
 
@@ -151,7 +120,7 @@ class Chooser {
     Lip lip;
     for (const Triangle& triangle : mesh_.triangles) {
       const bool is_in = std::all_of(triangle.begin(), triangle.end(), [&](std::uint32_t v) {
-        return is_near_[v] != 0 && (sides_.forbidden[v] & other) != 0;
+        return is_near_[v] && (topology_.forbidden()[v] & other) != 0;
       });
       if (!is_in) continue;
       lip.surface.triangles.push_back(triangle);
@@ -162,9 +131,7 @@ class Chooser {
   }
 
  private:
-  [[nodiscard]] Eigen::Vector3d vertex(std::size_t v) const {
-    return mesh_.vertices.row(static_cast<Eigen::Index>(v)).transpose().cast<double>();
-  }
+  [[nodiscard]] Eigen::Vector3d vertex(std::size_t v) const { return pointAt(mesh_.vertices, v); }
 
   /// A regular net; corners and edges that two triangles share count once.
   void addPoints(const Triangle& triangle, std::vector<LipPoint>& points) const {
@@ -179,19 +146,19 @@ class Chooser {
         if (distanceToLine(p, rim_) > lips_) continue;
         const double way = (p - from_).dot(along_) / along_.squaredNorm();
         if (std::abs(way - 0.5) > kBetweenCorners) continue;
-        const double column = (way - 0.25) / 0.5 * static_cast<double>(kColumns);
-        if (column >= 0 && column < static_cast<double>(kColumns)) point.column = static_cast<std::size_t>(column);
+        const double column = (way - 0.25) / 0.5 * asReal(kColumns);
+        if (column >= 0 && column < asReal(kColumns)) point.column = unsignedIndex(wholePart(column));
         points.push_back(point);
       }
     }
   }
 
   const FaceMesh& mesh_;
+  HeadTopology topology_;
   double step_, lips_;
-  VertexSides sides_;
   std::vector<Eigen::Vector3d> rim_;
   Eigen::Vector3d from_, along_;
-  std::vector<char> is_near_;
+  std::vector<bool> is_near_;
 };
 
 }  // namespace
@@ -208,12 +175,7 @@ LipContactMeter::LipContactMeter(const FaceMesh& mesh, const ControlMesh& contro
   data->deepest = kDeepest * control.mouth_width;
   data->upper = chooser.lipOff(kLowerLip);
   data->lower = chooser.lipOff(kUpperLip);
-  for (const MeshPart& part : mesh.parts) {
-    if (part.kind != PartKind::kUpperTeeth && part.kind != PartKind::kLowerTeeth) continue;
-    const auto first = mesh.triangles.begin() + static_cast<std::ptrdiff_t>(part.first_triangle);
-    data->teeth.triangles.insert(data->teeth.triangles.end(), first,
-                                 first + static_cast<std::ptrdiff_t>(part.triangle_count));
-  }
+  data->teeth.triangles = trianglesOf(mesh, {PartKind::kUpperTeeth, PartKind::kLowerTeeth});
   data->teeth.findBorders();
   data_ = std::move(data);
 }

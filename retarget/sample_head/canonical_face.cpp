@@ -1,4 +1,4 @@
-#include "retarget/sample_head/canonical_face.h"
+#include "retarget/sample_head/head_model.h"
 
 #include <fmt/format.h>
 
@@ -65,7 +65,7 @@ void closeLips(ModelMesh& mesh) {
     const LipColumn& lower = kLowerColumns[i];
     Vector3d seam = (1 - kUpperLift) * mesh.point(upper.inner) + kUpperLift * mesh.point(lower.inner);
     // Fullest in the middle, nothing at the corners.
-    const double across = (static_cast<double>(i) - 4.0) / 5.0;
+    const double across = (asReal(i) - 4.0) / 5.0;
     const double fullness = 1 - across * across;
     for (const LipColumn* column : {&upper, &lower}) {
       const Vector3d way = seam - mesh.point(column->inner);
@@ -206,8 +206,7 @@ void addLidEdge(ModelMesh& mesh, std::span<const std::uint32_t, 16> loop, const 
 }
 
 bool looksCanonical(const FaceMesh& mesh) {
-  if (mesh.vertices.rows() != static_cast<Eigen::Index>(kCanonicalVertexCount) || mesh.triangles.size() != 898)
-    return false;
+  if (mesh.vertices.rows() != signedIndex(kCanonicalVertexCount) || mesh.triangles.size() != 898) return false;
   // Nose tip and mouth corners where they belong, in centimetres.
   return (mesh.vertices.row(4) - Eigen::RowVector3f(0, -0.463170F, 7.586580F)).norm() < 1e-3F &&
          mesh.vertices(291, 0) > 2 && mesh.vertices(61, 0) < -2;

@@ -5,10 +5,7 @@
 
 #include "deform/surface/control_surface.h"
 #include "motion/marker_layout.h"
-#include "retarget/sample_head/canonical_face.h"
-#include "retarget/sample_head/face_paint.h"
-#include "retarget/sample_head/head_shell.h"
-#include "retarget/sample_head/mouth_parts.h"
+#include "retarget/sample_head/head_model.h"
 
 namespace mouthpiece {
 namespace {
@@ -44,8 +41,7 @@ constexpr double kDetailEdgeMm = 2.0;
 
 /// The longest edge that a triangle may keep.
 double wantedEdge(const ModelMesh& model, std::size_t triangle, const std::array<EyeBall, 2>& eyes) {
-  const auto& [a, b, c] = model.triangles[triangle];
-  const Vector3d p = (model.point(a) + model.point(b) + model.point(c)) / 3.0;
+  const Vector3d p = model.centroid(triangle);
   const auto within = [&](const Vector3d& centre, double rx, double ry, double rz) {
     return (p - centre).cwiseQuotient(Vector3d(rx, ry, rz)).squaredNorm() < 1;
   };
@@ -62,14 +58,6 @@ double wantedEdge(const ModelMesh& model, std::size_t triangle, const std::array
   return is_detail ? kDetailEdgeMm : kFaceEdgeMm;
 }
 
-bool isCoarse(const ModelMesh& model, std::size_t triangle, const std::array<EyeBall, 2>& eyes) {
-  const auto& corners = model.triangles[triangle];
-  double longest = 0;
-  for (std::size_t k = 0; k < 3; ++k)
-    longest = std::max(longest, (model.point(corners[k]) - model.point(corners[(k + 1) % 3])).norm());
-  return longest > wantedEdge(model, triangle, eyes);
-}
-
 FaceMesh finished(const ModelMesh& model) {
   FaceMesh mesh;
   mesh.metres_per_unit = 0.001;
@@ -77,11 +65,11 @@ FaceMesh finished(const ModelMesh& model) {
   // A ten-thousandth of a millimetre keeps the file short; positions are floats anyway.
   for (Eigen::Index i = 0; i < model.vertices.rows(); ++i) {
     for (Eigen::Index axis = 0; axis < 3; ++axis)
-      mesh.vertices(i, axis) = static_cast<float>(std::round(model.vertices(i, axis) * 1e4) / 1e4);
+      mesh.vertices(i, axis) = asFloat(std::round(model.vertices(i, axis) * 1e4) / 1e4);
   }
   mesh.vertex_colors = paintFace(model);
   for (int part = 0; part < kDefaultPartCount; ++part) {
-    const PartLook& look = kLooks[static_cast<std::size_t>(part)];
+    const PartLook& look = kLooks[unsignedIndex(part)];
     MeshPart entry{.name = look.name,
                    .kind = look.kind,
                    .first_triangle = mesh.triangles.size(),
@@ -130,7 +118,9 @@ DefaultFace makeDefaultFace(const FaceMesh& canonical, std::string_view file) {
   fitLimitToVertices(model, kCanonicalVertexCount, kFitShare, kFitIterations);
   model = loopSubdivided(model);
   for (int level = 0; level < 2; ++level) {
-    model = loopSubdividedWhere(model, [&](std::size_t triangle) { return isCoarse(model, triangle, face.eyes); });
+    model = loopSubdividedWhere(model, [&](std::size_t triangle) {
+      return model.longestEdge(triangle) > wantedEdge(model, triangle, face.eyes);
+    });
   }
   carveNostrils(model);
   separateLips(model);

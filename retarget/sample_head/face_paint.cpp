@@ -1,4 +1,4 @@
-#include "retarget/sample_head/face_paint.h"
+#include "retarget/sample_head/head_model.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -29,11 +29,10 @@ double noise(const Vector3d& point, double cell) {
   const Eigen::Array3d base = q.array().floor();
   const Eigen::Array3d f = q.array() - base;
   const auto corner = [&](int dx, int dy, int dz) {
-    auto h = static_cast<std::uint32_t>(static_cast<std::int64_t>(base[0] + dx) * 73856093) ^
-             static_cast<std::uint32_t>(static_cast<std::int64_t>(base[1] + dy) * 19349663) ^
-             static_cast<std::uint32_t>(static_cast<std::int64_t>(base[2] + dz) * 83492791);
+    const auto hashed = [](double at, std::int64_t prime) { return static_cast<std::uint32_t>(wholePart(at) * prime); };
+    std::uint32_t h = hashed(base[0] + dx, 73856093) ^ hashed(base[1] + dy, 19349663) ^ hashed(base[2] + dz, 83492791);
     h = (h ^ (h >> 13)) * 1274126177U;
-    return static_cast<double>(h >> 8) / 8388608.0 - 1.0;
+    return asReal(h >> 8) / 8388608.0 - 1.0;
   };
   double value = 0;
   for (int k = 0; k < 8; ++k) {
@@ -72,7 +71,7 @@ double browShare(const ModelMesh& model, const Vector3d& point, std::size_t side
     };
     double way = 0;
     const double distance = distanceToSegment(point, middle(i), middle(i + 1), way);
-    const double along = (static_cast<double>(i) + way) / 4.0;
+    const double along = (asReal(i) + way) / 4.0;
     const double half = 3.9 * (1 - 0.62 * along) * (0.7 + 0.3 * smoothStep(0, 0.2, along));
     const double ends = (0.35 + 0.65 * smoothStep(0.0, 0.22, along)) * (1 - 0.7 * smoothStep(0.85, 1.0, along));
     best = std::max(best, ends * (1 - smoothStep(0.35 * half, 1.2 * half, distance)));
@@ -218,7 +217,7 @@ class Painter {
 std::vector<std::array<float, 3>> paintFace(const ModelMesh& model) {
   const Painter painter(model);
   // Where two parts share a vertex the first one's colour counts: the skin's lips paint themselves.
-  std::vector<int> part(static_cast<std::size_t>(model.vertices.rows()), -1);
+  std::vector<int> part(unsignedIndex(model.vertices.rows()), -1);
   for (std::size_t i = 0; i < model.triangles.size(); ++i) {
     for (const std::uint32_t vertex : model.triangles[i]) {
       int& known = part[vertex];
@@ -230,7 +229,7 @@ std::vector<std::array<float, 3>> paintFace(const ModelMesh& model) {
   for (std::uint32_t vertex = 0; vertex < part.size(); ++vertex) {
     const Color color = painter.colorOf(vertex, part[vertex]).cwiseMax(0.0).cwiseMin(1.0);
     // Four digits keep the file short; nobody sees more.
-    const auto digits = [](double c) { return static_cast<float>(std::round(c * 1e4) / 1e4); };
+    const auto digits = [](double c) { return asFloat(std::round(c * 1e4) / 1e4); };
     colors.push_back({digits(color[0]), digits(color[1]), digits(color[2])});
   }
   return colors;
@@ -239,8 +238,7 @@ std::vector<std::array<float, 3>> paintFace(const ModelMesh& model) {
 void carveNostrils(ModelMesh& model) {
   for (std::size_t side = 0; side < 2; ++side) {
     const Vector3d centre = Painter::nostrilCentre(model, side);
-    for (Eigen::Index v = 0; v < model.vertices.rows(); ++v) {
-      const auto vertex = static_cast<std::uint32_t>(v);
+    for (std::uint32_t vertex = 0; vertex < model.vertices.rows(); ++vertex) {
       const Vector3d p = model.point(vertex);
       const double depth = bump(p, centre, {3.0, 3.0, 4.6});
       if (depth > 1e-3) model.setPoint(vertex, p + depth * Vector3d(0, 3.4, -0.6));

@@ -1,4 +1,4 @@
-#include "retarget/sample_head/head_shell.h"
+#include "retarget/sample_head/head_model.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -34,6 +34,14 @@ double roundCone(const Vector3d& point, const Vector3d& from, const Vector3d& to
 double smoothUnion(double a, double b, double width) {
   const double h = std::max(width - std::abs(a - b), 0.0) / width;
   return std::min(a, b) - 0.25 * h * h * width;
+}
+
+/// Signed distance to the head's outer form, millimetres; negative inside. The shell lies on its zero level.
+double headDistance(const Vector3d& p) {
+  const double skull = ellipsoid(p, {0, 42, -34}, {77, 83, 97});
+  const double jaw = ellipsoid(p, {0, -32, 4}, {63, 66, 58});
+  const double neck = roundCone(p, {0, -40, -50}, {0, -230, -68}, 47, 55);
+  return smoothUnion(smoothUnion(skull, jaw, 36), neck, 26);
 }
 
 /// The half planes that sweep the head turn about this line (along x): in front of the neck, below the chin.
@@ -95,13 +103,6 @@ RimPoint rimPointOf(const Vector3d& point) {
 
 }  // namespace
 
-double headDistance(const Vector3d& p) {
-  const double skull = ellipsoid(p, {0, 42, -34}, {77, 83, 97});
-  const double jaw = ellipsoid(p, {0, -32, 4}, {63, 66, 58});
-  const double neck = roundCone(p, {0, -40, -50}, {0, -230, -68}, 47, 55);
-  return smoothUnion(smoothUnion(skull, jaw, 36), neck, 26);
-}
-
 void addHeadShell(ModelMesh& face) {
   constexpr std::size_t kRings = 15;
   constexpr double kNeckDropMm = 34;
@@ -117,7 +118,7 @@ void addHeadShell(ModelMesh& face) {
   std::vector<std::uint32_t> outer(kFaceOutline.begin(), kFaceOutline.end());
   for (std::size_t ring = 1; ring <= kRings + 1; ++ring) {
     std::vector<std::uint32_t> inner;
-    const double way = std::min(1.0, static_cast<double>(ring) / kRings);
+    const double way = std::min(1.0, asReal(ring) / kRings);
     const double fade = (1 - way) * (1 - way) * (1 - way);
     for (std::size_t k = 0; k < n; ++k) {
       const RimPoint& start = rim[k];
@@ -192,24 +193,17 @@ ModelMesh makeEars() {
       std::vector<std::uint32_t> ring;
       for (int k = 0; k < kAround; ++k) {
         const double turn = 2 * std::numbers::pi * k / kAround;
-        const double radius = static_cast<double>(std::min(row, kRows)) / kRows;
+        const double radius = asReal(std::min(row, kRows)) / kRows;
         double relief = earRelief(radius, turn);
         double shrink = 1;
         if (row == kRows + 1) relief -= 4, shrink = 0.98;  // the edge's thickness
         if (row == kRows + 2) relief -= 22, shrink = 0.7;  // into the head
         ring.push_back(place(radius * shrink, turn, relief));
       }
-      for (int k = 0; k < kAround; ++k) {
-        const auto a = static_cast<std::size_t>(k);
-        const auto b = static_cast<std::size_t>((k + 1) % kAround);
-        const bool flip = side < 0;
-        if (row == 1) {
-          flip ? ears.addTriangle(centre, ring[a], ring[b], kPartSkin)
-               : ears.addTriangle(centre, ring[b], ring[a], kPartSkin);
-        } else {
-          flip ? ears.addQuad(last[b], last[a], ring[b], ring[a], kPartSkin)
-               : ears.addQuad(last[a], last[b], ring[a], ring[b], kPartSkin);
-        }
+      if (row > 1) ears.addBand(last, ring, kPartSkin, side < 0);
+      for (std::size_t a = 0; a < ring.size() && row == 1; ++a) {
+        const std::uint32_t here = ring[a], next = ring[(a + 1) % ring.size()];
+        ears.addTriangle(centre, side < 0 ? here : next, side < 0 ? next : here, kPartSkin);
       }
       last = ring;
     }
@@ -244,7 +238,8 @@ ModelMesh makeHair(const ModelMesh& head) {
     return p.y() - hairlineHeight(p.z()) - recess - uneven;
   };
   ModelMesh hair;
-  std::vector<std::uint32_t> copy(static_cast<std::size_t>(head.vertices.rows()), 0xFFFFFFFFU);
+  constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+  std::vector<std::uint32_t> copy(unsignedIndex(head.vertices.rows()), kNone);
   for (std::size_t i = 0; i < head.triangles.size(); ++i) {
     const auto& corners = head.triangles[i];
     const bool grows =
@@ -254,7 +249,7 @@ ModelMesh makeHair(const ModelMesh& head) {
     std::array<std::uint32_t, 3> own{};
     for (std::size_t k = 0; k < 3; ++k) {
       std::uint32_t& vertex = copy[corners[k]];
-      if (vertex == 0xFFFFFFFFU) vertex = hair.addVertex(head.point(corners[k]));
+      if (vertex == kNone) vertex = hair.addVertex(head.point(corners[k]));
       own[k] = vertex;
     }
     hair.addTriangle(own[0], own[1], own[2], kPartHair);
@@ -265,16 +260,12 @@ ModelMesh makeHair(const ModelMesh& head) {
   constexpr double kHairlineMm = 5;
   for (int level = 0; level < 2; ++level) {
     hair = loopSubdividedWhere(hair, [&](std::size_t i) {
-      const auto& [a, b, c] = hair.triangles[i];
-      const Vector3d middle = (hair.point(a) + hair.point(b) + hair.point(c)) / 3;
-      const double longest = std::max({(hair.point(a) - hair.point(b)).norm(), (hair.point(b) - hair.point(c)).norm(),
-                                       (hair.point(c) - hair.point(a)).norm()});
-      return longest > (std::abs(above(middle)) < kHairlineMm ? kHairlineEdgeMm : kEdgeMm);
+      const bool is_hairline = std::abs(above(hair.centroid(i))) < kHairlineMm;
+      return hair.longestEdge(i) > (is_hairline ? kHairlineEdgeMm : kEdgeMm);
     });
   }
   // Outward along the form's gradient; combed back in shallow waves.
-  for (Eigen::Index v = 0; v < hair.vertices.rows(); ++v) {
-    const auto vertex = static_cast<std::uint32_t>(v);
+  for (std::uint32_t vertex = 0; vertex < hair.vertices.rows(); ++vertex) {
     const Vector3d p = hair.point(vertex);
     constexpr double kStep = 0.5;
     const auto along = [&](const Vector3d& axis) {

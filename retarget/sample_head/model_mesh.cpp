@@ -1,6 +1,7 @@
-#include "retarget/sample_head/model_mesh.h"
+#include "retarget/sample_head/head_model.h"
 
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -16,6 +17,7 @@ using OpenMesh::VertexHandle;
 using Row = Eigen::Matrix<double, 1, kChannelCount>;
 
 std::uint32_t indexOf(VertexHandle vertex) { return static_cast<std::uint32_t>(vertex.idx()); }
+VertexHandle handleOf(std::integral auto vertex) { return VertexHandle(static_cast<int>(vertex)); }
 
 /// Loop's rules on one mesh. Positions stay in the ModelMesh; OpenMesh knows who neighbours whom.
 class LoopRules {
@@ -23,8 +25,7 @@ class LoopRules {
   explicit LoopRules(const ModelMesh& mesh) : mesh_(mesh) {
     for (Eigen::Index i = 0; i < mesh.vertices.rows(); ++i) net_.add_vertex(Connectivity::Point(0, 0, 0));
     for (const auto& [a, b, c] : mesh.triangles) {
-      const auto face = net_.add_face(VertexHandle(static_cast<int>(a)), VertexHandle(static_cast<int>(b)),
-                                      VertexHandle(static_cast<int>(c)));
+      const auto face = net_.add_face(handleOf(a), handleOf(b), handleOf(c));
       MOUTHPIECE_EXPECT(face.is_valid());  // two surfaces share an edge otherwise
     }
   }
@@ -105,7 +106,9 @@ void addSplitTriangle(ModelMesh& mesh, const std::array<std::uint32_t, 3>& corne
   }
 }
 
-ModelMesh subdivide(const ModelMesh& mesh, const std::function<bool(std::size_t)>& wants) {
+}  // namespace
+
+ModelMesh loopSubdividedWhere(const ModelMesh& mesh, const std::function<bool(std::size_t triangle)>& wants) {
   const LoopRules rules(mesh);
   const Connectivity& net = rules.net();
   std::vector<bool> is_split(net.n_edges(), false);
@@ -114,22 +117,19 @@ ModelMesh subdivide(const ModelMesh& mesh, const std::function<bool(std::size_t)
     const auto face = Connectivity::FaceHandle(static_cast<int>(f));
     const bool wanted = wants(f);
     for (auto edge = net.cfe_begin(face); edge != net.cfe_end(face); ++edge) {
-      if (wanted) is_split[static_cast<std::size_t>(edge->idx())] = true;
+      if (wanted) is_split[unsignedIndex(edge->idx())] = true;
     }
     for (auto vertex = net.cfv_begin(face); vertex != net.cfv_end(face); ++vertex) {
-      if (!wanted) moves[static_cast<std::size_t>(vertex->idx())] = false;
+      if (!wanted) moves[unsignedIndex(vertex->idx())] = false;
     }
   }
 
   ModelMesh result;
-  const auto old_count = static_cast<Eigen::Index>(net.n_vertices());
+  const auto old_count = signedIndex(net.n_vertices());
   result.vertices.resize(old_count + std::count(is_split.begin(), is_split.end(), true), kChannelCount);
   for (Eigen::Index v = 0; v < old_count; ++v) {
-    if (moves[static_cast<std::size_t>(v)]) {
-      result.vertices.row(v) = rules.vertexPoint(VertexHandle(static_cast<int>(v)), false);
-    } else {
-      result.vertices.row(v) = mesh.vertices.row(v);
-    }
+    result.vertices.row(v) =
+        moves[unsignedIndex(v)] ? rules.vertexPoint(handleOf(v), false) : Row(mesh.vertices.row(v));
   }
   std::vector<std::uint32_t> middle(net.n_edges(), kNone);
   auto next = static_cast<std::uint32_t>(old_count);
@@ -154,16 +154,13 @@ ModelMesh subdivide(const ModelMesh& mesh, const std::function<bool(std::size_t)
     const auto& corner = mesh.triangles[f];
     std::array<std::uint32_t, 3> mid{};
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto half = net.find_halfedge(VertexHandle(static_cast<int>(corner[k])),
-                                          VertexHandle(static_cast<int>(corner[(k + 1) % 3])));
-      mid[k] = middle[static_cast<std::size_t>(net.edge_handle(half).idx())];
+      const auto half = net.find_halfedge(handleOf(corner[k]), handleOf(corner[(k + 1) % 3]));
+      mid[k] = middle[unsignedIndex(net.edge_handle(half).idx())];
     }
     addSplitTriangle(result, corner, mid, mesh.part_of_triangle[f]);
   }
   return result;
 }
-
-}  // namespace
 
 std::uint32_t ModelMesh::addVertex(const Eigen::Vector3d& point) {
   vertices.conservativeResize(vertices.rows() + 1, Eigen::NoChange);
@@ -188,6 +185,30 @@ void ModelMesh::addQuad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::
   addTriangle(a, d, c, part);
 }
 
+void ModelMesh::addBand(const Ring& near, const Ring& far, int part, bool inside_out) {
+  for (std::size_t a = 0; a < near.size(); ++a) {
+    const std::size_t b = (a + 1) % near.size();
+    inside_out ? addQuad(near[b], near[a], far[b], far[a], part) : addQuad(near[a], near[b], far[a], far[b], part);
+  }
+}
+
+void ModelMesh::addFan(const Ring& ring, std::uint32_t tip, int part, bool inside_out) {
+  for (std::size_t a = 0; a < ring.size(); ++a) {
+    const std::size_t b = (a + 1) % ring.size();
+    inside_out ? addTriangle(ring[b], ring[a], tip, part) : addTriangle(ring[a], ring[b], tip, part);
+  }
+}
+
+double ModelMesh::longestEdge(std::size_t triangle) const {
+  const auto& [a, b, c] = triangles[triangle];
+  return std::max({(point(a) - point(b)).norm(), (point(b) - point(c)).norm(), (point(c) - point(a)).norm()});
+}
+
+Eigen::Vector3d ModelMesh::centroid(std::size_t triangle) const {
+  const auto& [a, b, c] = triangles[triangle];
+  return (point(a) + point(b) + point(c)) / 3;
+}
+
 void ModelMesh::append(const ModelMesh& other) {
   const auto offset = static_cast<std::uint32_t>(vertices.rows());
   vertices.conservativeResize(vertices.rows() + other.vertices.rows(), Eigen::NoChange);
@@ -200,23 +221,18 @@ void ModelMesh::append(const ModelMesh& other) {
 }
 
 ModelMesh loopSubdivided(const ModelMesh& mesh) {
-  return subdivide(mesh, [](std::size_t) { return true; });
-}
-
-ModelMesh loopSubdividedWhere(const ModelMesh& mesh, const std::function<bool(std::size_t triangle)>& wants) {
-  return subdivide(mesh, wants);
+  return loopSubdividedWhere(mesh, [](std::size_t) { return true; });
 }
 
 ModelMesh::Channels loopLimit(const ModelMesh& mesh) {
   const LoopRules rules(mesh);
   ModelMesh::Channels limit(mesh.vertices.rows(), kChannelCount);
-  for (Eigen::Index v = 0; v < limit.rows(); ++v)
-    limit.row(v) = rules.vertexPoint(VertexHandle(static_cast<int>(v)), true);
+  for (Eigen::Index v = 0; v < limit.rows(); ++v) limit.row(v) = rules.vertexPoint(handleOf(v), true);
   return limit;
 }
 
 void fitLimitToVertices(ModelMesh& mesh, std::size_t count, double share, int iterations) {
-  const auto rows = static_cast<Eigen::Index>(count);
+  const auto rows = signedIndex(count);
   const Eigen::MatrixXd start = mesh.vertices.topRows(rows).leftCols<3>();
   const Eigen::MatrixXd smooth = loopLimit(mesh).topRows(rows).leftCols<3>();
   const Eigen::MatrixXd target = smooth + share * (start - smooth);

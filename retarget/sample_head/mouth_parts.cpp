@@ -1,4 +1,4 @@
-#include "retarget/sample_head/mouth_parts.h"
+#include "retarget/sample_head/head_model.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -30,6 +30,8 @@ struct Arch {
     return length < 0 ? -turn : turn;
   }
 };
+
+constexpr double kGapMm = 0.08;  ///< between teeth
 
 struct ToothForm {
   double width, height, thickness;
@@ -75,72 +77,53 @@ void addTooth(ModelMesh& mesh, const Vector3d& neck, const Vector3d& right, cons
                              Vector3d(0, -down * section.way * form.height, 0);
       ring.push_back(mesh.addVertex(point));
     }
-    if (!last.empty()) {
-      for (int k = 0; k < kAround; ++k) {
-        const auto a = static_cast<std::size_t>(k);
-        const auto b = static_cast<std::size_t>((k + 1) % kAround);
-        if (down < 0)
-          mesh.addQuad(last[b], last[a], ring[b], ring[a], part);
-        else
-          mesh.addQuad(last[a], last[b], ring[a], ring[b], part);
-      }
-    }
+    if (!last.empty()) mesh.addBand(last, ring, part, down < 0);
     last = ring;
   }
   Vector3d tip = Vector3d::Zero();
-  for (const std::uint32_t vertex : last) tip += mesh.point(vertex) / static_cast<double>(last.size());
+  for (const std::uint32_t vertex : last) tip += mesh.point(vertex) / asReal(last.size());
   const std::uint32_t cap = mesh.addVertex(tip + Vector3d(0, -down * (form.is_molar ? -0.4 : 0.25), 0));
-  for (int k = 0; k < kAround; ++k) {
-    const auto a = static_cast<std::size_t>(k);
-    const auto b = static_cast<std::size_t>((k + 1) % kAround);
-    if (down < 0)
-      mesh.addTriangle(last[b], last[a], cap, part);
-    else
-      mesh.addTriangle(last[a], last[b], cap, part);
-  }
+  mesh.addFan(last, cap, part, down < 0);
 }
 
 /// One row: teeth with small gaps, and a gum that swells between the necks. `down` is +1 for the upper row, -1 for the
 /// lower.
 void addRow(ModelMesh& mesh, const Arch& arch, double edge_y, double down, std::span<const ToothForm> forms,
             int teeth_part, int gum_part) {
-  std::vector<std::pair<double, double>> necks;  // arc length, height of the neck's scallop
   for (const double side : {-1.0, 1.0}) {
     double walked = 0.05;
     for (const ToothForm& form : forms) {
       const double turn = arch.turnAt(side * (walked + 0.5 * form.width));
-      const Vector3d right = arch.tangent(turn);
-      const Vector3d out = Vector3d(-right.z(), 0, right.x()).normalized();
+      const Vector3d right = arch.tangent(turn), out = Vector3d(-right.z(), 0, right.x()).normalized();
       Vector3d neck = arch.point(turn);
       neck.y() = edge_y + down * form.height;
       // The crown's front lies on the arch.
       neck -= 0.5 * form.thickness * out;
       addTooth(mesh, neck, right, out, down, form, teeth_part);
-      walked += form.width + 0.08;
+      walked += form.width + kGapMm;
     }
   }
   // The gum: a tube along the arch, its edge scalloped around the necks.
   constexpr int kAlong = 70;
   constexpr int kAround = 10;
   double length = 0;
-  for (const ToothForm& form : forms) length += form.width + 0.08;
+  for (const ToothForm& form : forms) length += form.width + kGapMm;
   std::vector<std::uint32_t> last;
   for (int i = 0; i <= kAlong; ++i) {
     const double at = length * (2.0 * i / kAlong - 1.0);
     const double turn = arch.turnAt(at);
-    const Vector3d right = arch.tangent(turn);
-    const Vector3d out = Vector3d(-right.z(), 0, right.x()).normalized();
+    const Vector3d right = arch.tangent(turn), out = Vector3d(-right.z(), 0, right.x()).normalized();
     // Which tooth stands here, and where within it: the gum reaches furthest between two.
     double walked = 0;
     ToothForm here = forms.back();
     double within = 0;
     for (const ToothForm& form : forms) {
-      if (std::abs(at) <= walked + form.width + 0.08) {
+      if (std::abs(at) <= walked + form.width + kGapMm) {
         here = form;
-        within = 2 * (std::abs(at) - walked) / (form.width + 0.08) - 1;
+        within = 2 * (std::abs(at) - walked) / (form.width + kGapMm) - 1;
         break;
       }
-      walked += form.width + 0.08;
+      walked += form.width + kGapMm;
     }
     const double scallop = 1.7 * std::pow(std::abs(within), 2.2) - 0.4;
     const double edge = edge_y + down * (here.height - scallop);
@@ -154,14 +137,7 @@ void addRow(ModelMesh& mesh, const Arch& arch, double edge_y, double down, std::
           arch.point(turn) + (-0.5 * here.thickness + front * swell * (front > 0 ? 1.0 : 1.15)) * out;
       ring.push_back(mesh.addVertex({point.x(), edge + down * (9.0 * rise - 0.2), point.z()}));
     }
-    for (int k = 0; k < kAround && !last.empty(); ++k) {
-      const auto a = static_cast<std::size_t>(k);
-      const auto b = static_cast<std::size_t>((k + 1) % kAround);
-      if (down > 0)
-        mesh.addQuad(last[b], last[a], ring[b], ring[a], gum_part);
-      else
-        mesh.addQuad(last[a], last[b], ring[a], ring[b], gum_part);
-    }
+    if (!last.empty()) mesh.addBand(last, ring, gum_part, down > 0);
     last = ring;
   }
 }
@@ -173,7 +149,7 @@ void addTongue(ModelMesh& mesh, double tip_z, double top_y) {
   constexpr double kLengthMm = 58;
   std::vector<std::uint32_t> last;
   for (int i = 0; i < kAlong; ++i) {
-    const double way = static_cast<double>(i) / (kAlong - 1);             // 0 root, 1 tip
+    const double way = asReal(i) / (kAlong - 1);                          // 0 root, 1 tip
     const double taper = std::sqrt(std::max(0.0, 1 - std::pow(way, 5)));  // blunt
     const double half_width = (20.5 - 4.5 * way) * std::max(taper, 0.05);
     const double half_height = (9.0 - 4.8 * way) * std::max(taper, 0.06);
@@ -186,18 +162,11 @@ void addTongue(ModelMesh& mesh, double tip_z, double top_y) {
       ring.push_back(mesh.addVertex(
           {half_width * across, middle_y + half_height * std::sin(turn) + groove, tip_z - kLengthMm * (1 - way)}));
     }
-    for (int k = 0; k < kAround && !last.empty(); ++k) {
-      const auto a = static_cast<std::size_t>(k);
-      const auto b = static_cast<std::size_t>((k + 1) % kAround);
-      mesh.addQuad(last[a], last[b], ring[a], ring[b], kPartTongue);
-    }
+    if (!last.empty()) mesh.addBand(last, ring, kPartTongue);
     last = ring;
   }
   const std::uint32_t tip = mesh.addVertex({0, mesh.point(last[0]).y(), tip_z + 0.4});
-  for (int k = 0; k < kAround; ++k) {
-    mesh.addTriangle(last[static_cast<std::size_t>(k)], last[static_cast<std::size_t>((k + 1) % kAround)], tip,
-                     kPartTongue);
-  }
+  mesh.addFan(last, tip, kPartTongue);
 }
 
 }  // namespace
@@ -233,14 +202,9 @@ ModelMesh makeEyeBall(const EyeBall& eye) {
       ring.push_back(mesh.addVertex(eye.centre + (eye.radius + bulge) * ray));
       mesh.vertices(ring.back(), kMouthDepth) = degrees / 180;
     }
-    for (int k = 0; k < kAround; ++k) {
-      const auto a = static_cast<std::size_t>(k);
-      const auto b = static_cast<std::size_t>((k + 1) % kAround);
-      if (last.empty())
-        mesh.addTriangle(front, ring[a], ring[b], kPartEyes);
-      else
-        mesh.addQuad(last[b], last[a], ring[b], ring[a], kPartEyes);
-    }
+    if (!last.empty()) mesh.addBand(last, ring, kPartEyes, true);
+    for (std::size_t a = 0; a < ring.size() && last.empty(); ++a)
+      mesh.addTriangle(front, ring[a], ring[(a + 1) % ring.size()], kPartEyes);
     last = ring;
   }
   return mesh;
@@ -250,9 +214,9 @@ namespace {
 
 /// A smooth curve through points (Catmull-Rom), way in [0, 1].
 Vector3d curvePoint(std::span<const Vector3d> points, double way) {
-  const double at = std::clamp(way, 0.0, 1.0) * static_cast<double>(points.size() - 1);
-  const auto i = std::min(static_cast<std::size_t>(at), points.size() - 2);
-  const double t = at - static_cast<double>(i);
+  const double at = std::clamp(way, 0.0, 1.0) * asReal(points.size() - 1);
+  const auto i = std::min(unsignedIndex(wholePart(at)), points.size() - 2);
+  const double t = at - asReal(i);
   const Vector3d& b = points[i];
   const Vector3d& c = points[i + 1];
   const Vector3d a = i > 0 ? points[i - 1] : Vector3d(2 * b - c);

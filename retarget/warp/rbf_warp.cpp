@@ -26,7 +26,7 @@ double meanNearestNeighbourDistance(const MarkerPositions& points) {
     }
     sum += nearest;
   }
-  return sum / static_cast<double>(points.rows());
+  return sum / asReal(points.rows());
 }
 
 RbfOptions kernelOptions(const WarpOptions& options, double spacing) {
@@ -89,7 +89,7 @@ RbfWarp RbfWarp::fit(const MarkerPositions& actor_neutral_mm, const MarkerPositi
   warp.summary_.shape_factor = chosen.shape_factor;
   const Eigen::VectorXd errors = (warp.targetFromActor(actor_neutral_mm) - target).rowwise().norm();
   warp.summary_.landmark_max = errors.maxCoeff();
-  warp.summary_.landmark_rms = std::sqrt(errors.squaredNorm() / static_cast<double>(errors.size()));
+  warp.summary_.landmark_rms = std::sqrt(errors.squaredNorm() / asReal(errors.size()));
   return warp;
 }
 
@@ -129,7 +129,7 @@ double leaveOneOutRms(const MarkerPositions& actor_neutral_mm, const MarkerPosit
     const RbfInterpolant interpolant = RbfInterpolant::fit(fewer_sources, fewer_targets, kernel);
     sum += (interpolant.evaluate(actor_neutral_mm.row(left_out)) - target.row(left_out)).squaredNorm();
   }
-  return std::sqrt(sum / static_cast<double>(n));
+  return std::sqrt(sum / asReal(n));
 }
 
 Eigen::Matrix3d RbfWarp::jacobian(const Eigen::Vector3d& point_mm) const {

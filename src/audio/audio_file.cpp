@@ -5,13 +5,14 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <memory>
 #include <string>
 
 #include "audio/audio_clip.h"
+#include "base/byte_reader.h"
 #include "base/errors.h"
 #include "base/files.h"
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {
@@ -19,25 +20,23 @@ namespace {
 constexpr int kLowestRate = 1000;
 constexpr int kHighestRate = 768000;
 constexpr int kMostChannels = 64;
-
-std::uint32_t littleEndian32(std::string_view bytes, std::size_t offset) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 4; i-- > 0;) value = (value << 8U) | static_cast<unsigned char>(bytes[offset + i]);
-  return value;
-}
+constexpr std::size_t kMostWavSamples = 0x7FFFFF00;  // of two bytes: a WAV counts its bytes in 32 bits
 
 /// libsndfile reads what is there of a WAV cut short and says nothing; we want to know.
 void checkWavLength(std::string_view bytes, std::string_view name) {
-  std::uint64_t chunk = 12;
-  while (chunk + 8 <= bytes.size()) {
-    const std::uint64_t size = littleEndian32(bytes, chunk + 4);
-    const std::uint64_t available = bytes.size() - chunk - 8;
-    if (bytes.substr(chunk, 4) == "data") {
-      if (size <= available) return;
-      throw InputError(name, fmt::format("byte {}", chunk),
-                       fmt::format("claims {} bytes of sound, found {}; expected a whole file", size, available));
+  ByteReader reader(bytes, name);
+  reader.readBytes(12);
+  while (reader.remaining() >= 8) {
+    const std::size_t chunk = bytes.size() - reader.remaining();
+    const std::string_view kind = reader.readBytes(4);
+    const std::uint32_t size = reader.readU32();
+    if (kind == "data") {
+      if (size <= reader.remaining()) return;
+      throw InputError(
+          name, fmt::format("byte {}", chunk),
+          fmt::format("claims {} bytes of sound, found {}; expected a whole file", size, reader.remaining()));
     }
-    chunk += 8 + size + size % 2;
+    reader.readBytes(std::min(reader.remaining(), std::size_t{size} + size % 2));
   }
   throw InputError(name, "", fmt::format("is a WAV of {} bytes without sound; expected a chunk 'data'", bytes.size()));
 }
@@ -52,13 +51,16 @@ void checkKind(std::string_view bytes, std::string_view name) {
       fmt::format("starts with '{}'; expected a WAV, AIFF, FLAC or Ogg Vorbis file", printable(bytes.substr(0, 12))));
 }
 
-/// libsndfile's view of bytes in memory.
+/// libsndfile's view of bytes in memory. What is written is appended or goes over what is there.
 struct MemoryFile {
-  std::string_view bytes;
+  std::string_view read_bytes;
+  std::string written{};
   sf_count_t at = 0;
 
   static MemoryFile& of(void* user) { return *static_cast<MemoryFile*>(user); }
-  static sf_count_t length(void* user) { return static_cast<sf_count_t>(of(user).bytes.size()); }
+  static sf_count_t length(void* user) {
+    return std::max(std::ssize(of(user).read_bytes), std::ssize(of(user).written));
+  }
   static sf_count_t seek(sf_count_t offset, int whence, void* user) {
     MemoryFile& file = of(user);
     const sf_count_t size = length(user);
@@ -69,15 +71,27 @@ struct MemoryFile {
   static sf_count_t read(void* to, sf_count_t count, void* user) {
     MemoryFile& file = of(user);
     const sf_count_t taken = std::clamp<sf_count_t>(count, 0, length(user) - file.at);
-    std::memcpy(to, file.bytes.data() + file.at, static_cast<std::size_t>(taken));
+    std::memcpy(to, file.read_bytes.data() + file.at, unsignedIndex(taken));
     file.at += taken;
     return taken;
   }
-  static sf_count_t write(const void*, sf_count_t, void*) { return 0; }
+  static sf_count_t write(const void* from, sf_count_t count, void* user) {
+    MemoryFile& file = of(user);
+    file.written.resize(std::max(file.written.size(), unsignedIndex(file.at + count)));
+    std::memcpy(file.written.data() + file.at, from, unsignedIndex(count));
+    file.at += count;
+    return count;
+  }
   static sf_count_t tell(void* user) { return of(user).at; }
 };
 
 using SoundFile = std::unique_ptr<SNDFILE, decltype(&sf_close)>;
+
+/// `file` and `info` must outlive the sound. Null where libsndfile refuses.
+SoundFile openInMemory(MemoryFile& file, int mode, SF_INFO& info) {
+  SF_VIRTUAL_IO io{MemoryFile::length, MemoryFile::seek, MemoryFile::read, MemoryFile::write, MemoryFile::tell};
+  return {sf_open_virtual(&io, mode, &info, &file), &sf_close};
+}
 
 void checkInfo(const SF_INFO& info, std::string_view name, Seconds max_duration) {
   if (info.samplerate < kLowestRate || info.samplerate > kHighestRate) {
@@ -89,39 +103,35 @@ void checkInfo(const SF_INFO& info, std::string_view name, Seconds max_duration)
     throw InputError(name, "", fmt::format("has {} channels; expected 1 to {}", info.channels, kMostChannels));
   }
   if (info.frames <= 0) throw InputError(name, "", "has no samples; expected sound");
-  if (static_cast<double>(info.frames) > max_duration * info.samplerate) {
+  if (asReal(info.frames) > max_duration * info.samplerate) {
     throw InputError(name, "",
                      fmt::format("claims {:.0f} s of sound; expected at most {:.0f} s",
-                                 static_cast<double>(info.frames) / info.samplerate, max_duration));
+                                 asReal(info.frames) / info.samplerate, max_duration));
   }
 }
 
 /// Memory grows with what is really read, not with what the header claims.
 std::vector<float> readMono(SNDFILE* sound, const SF_INFO& info, std::string_view name) {
   constexpr std::size_t kBlockFrames = 16384;
-  const auto channels = static_cast<std::size_t>(info.channels);
+  const std::size_t channels = unsignedIndex(info.channels);
   std::vector<float> block(kBlockFrames * channels);
   std::vector<float> mono;
-  while (mono.size() < static_cast<std::size_t>(info.frames)) {
+  while (std::ssize(mono) < info.frames) {
     const sf_count_t taken = sf_readf_float(sound, block.data(), kBlockFrames);
     if (taken <= 0) {
       throw InputError(name, "",
                        fmt::format("claims {} samples, found {}; expected a whole file", info.frames, mono.size()));
     }
-    for (std::size_t frame = 0; frame < static_cast<std::size_t>(taken); ++frame) {
+    for (std::size_t frame = 0; frame < unsignedIndex(taken); ++frame) {
       double sum = 0;
       for (std::size_t c = 0; c < channels; ++c) sum += block[frame * channels + c];
       if (!std::isfinite(sum)) {
         throw InputError(name, fmt::format("sample {}", mono.size()), "is not a finite number; expected -1 to 1");
       }
-      mono.push_back(static_cast<float>(std::clamp(sum / static_cast<double>(channels), -1.0, 1.0)));
+      mono.push_back(asFloat(std::clamp(sum / info.channels, -1.0, 1.0)));
     }
   }
   return mono;
-}
-
-void appendLittleEndian(std::string& out, std::uint32_t value, int bytes) {
-  for (int i = 0; i < bytes; ++i) out.push_back(static_cast<char>((value >> (8 * i)) & 0xFFU));
 }
 
 }  // namespace
@@ -129,9 +139,8 @@ void appendLittleEndian(std::string& out, std::uint32_t value, int bytes) {
 AudioClip parseAudio(std::string_view bytes, std::string_view name, Seconds max_duration) {
   checkKind(bytes, name);
   MemoryFile file{bytes};
-  SF_VIRTUAL_IO io{MemoryFile::length, MemoryFile::seek, MemoryFile::read, MemoryFile::write, MemoryFile::tell};
   SF_INFO info{};
-  const SoundFile sound(sf_open_virtual(&io, SFM_READ, &info, &file), &sf_close);
+  const SoundFile sound = openInMemory(file, SFM_READ, info);
   if (!sound) {
     throw InputError(name, "", fmt::format("is no sound that can be read: {}", printable(sf_strerror(nullptr))));
   }
@@ -144,34 +153,27 @@ AudioClip readAudio(const std::filesystem::path& path, Seconds max_duration) {
 }
 
 void writeWav(const std::filesystem::path& path, const AudioClip& clip) {
-  constexpr std::uint32_t kHeaderAfterSize = 36;
-  constexpr std::uint32_t kPcm = 1, kChannels = 1, kBytesPerSample = 2;
   MOUTHPIECE_EXPECT(clip.sample_rate_hz > 0);
-  if (clip.samples.size() > (std::numeric_limits<std::uint32_t>::max() - kHeaderAfterSize) / kBytesPerSample) {
+  if (clip.samples.size() > kMostWavSamples)
     throw InputError(path.string(), "", fmt::format("{} samples do not fit into a WAV", clip.samples.size()));
-  }
-  const auto data_bytes = static_cast<std::uint32_t>(clip.samples.size() * kBytesPerSample);
-  const auto rate = static_cast<std::uint32_t>(clip.sample_rate_hz);
-  std::string out = "RIFF";
-  out.reserve(data_bytes + kHeaderAfterSize + 8);
-  appendLittleEndian(out, kHeaderAfterSize + data_bytes, 4);
-  out += "WAVEfmt ";
-  appendLittleEndian(out, 16, 4);
-  appendLittleEndian(out, kPcm, 2);
-  appendLittleEndian(out, kChannels, 2);
-  appendLittleEndian(out, rate, 4);
-  appendLittleEndian(out, rate * kBytesPerSample, 4);
-  appendLittleEndian(out, kBytesPerSample, 2);
-  appendLittleEndian(out, 8 * kBytesPerSample, 2);
-  out += "data";
-  appendLittleEndian(out, data_bytes, 4);
+  std::vector<std::int16_t> samples;
+  samples.reserve(clip.samples.size());
   for (const float sample : clip.samples) {
     MOUTHPIECE_EXPECT(std::isfinite(sample));
     // 32768 is libsndfile's scale too: reading and writing again changes nothing.
-    const long value = std::clamp(std::lrint(sample * 32768.0F), -32768L, 32767L);
-    appendLittleEndian(out, static_cast<std::uint32_t>(value), 2);
+    samples.push_back(static_cast<std::int16_t>(std::clamp(std::lrint(sample * 32768.0F), -32768L, 32767L)));
   }
-  writeFileAtomically(path, out);
+  MemoryFile file;
+  SF_INFO info{};
+  info.samplerate = clip.sample_rate_hz;
+  info.channels = 1;
+  info.format = SF_FORMAT_WAV | SF_FORMAT_PCM_16;
+  SoundFile sound = openInMemory(file, SFM_WRITE, info);
+  const bool is_written =
+      sound && sf_write_short(sound.get(), samples.data(), std::ssize(samples)) == std::ssize(samples);
+  if (!is_written) throw InternalError("libsndfile could not write a WAV into memory");
+  sound.reset();  // puts the lengths into the header
+  writeFileAtomically(path, file.written);
 }
 
 }  // namespace mouthpiece

@@ -15,10 +15,11 @@ struct PitchSample {
 };
 inline constexpr double kPitchRateHz = 100;
 
-/// An interval of constant pitch inside one vowel (VOCAL 4.1).
-struct SungNote {
+/// A pitch that is held inside one vowel: as it is written in a song, or as it is heard in a sound (VOCAL 4.1).
+struct Note {
   TimeSpan span;
   double hz = 0;
+  bool vibrato = false;  ///< asks a voice for it; what is heard is in AudioTags::vibrato
 };
 
 /// An interval with vibrato (VOCAL 4.1).
@@ -45,7 +46,7 @@ struct ConsonantEnergy {
 /// Every list is in time order.
 struct AudioTags {
   std::vector<PitchSample> f0;
-  std::vector<SungNote> notes;
+  std::vector<Note> notes;
   std::vector<VibratoSpan> vibrato;
   std::vector<VowelLikelihood> vowels;
   std::vector<ConsonantEnergy> consonants;  ///< empty where the sound has nothing above 8 kHz

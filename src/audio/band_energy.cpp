@@ -1,12 +1,12 @@
-#include "audio/band_energy.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <unsupported/Eigen/FFT>
 #include <vector>
 
+#include "audio/spectral_frames.h"
 #include "base/errors.h"
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {
@@ -17,7 +17,7 @@ constexpr std::size_t kWindow = 512;
 std::vector<double> hannWindow() {
   std::vector<double> window(kWindow);
   for (std::size_t i = 0; i < kWindow; ++i) {
-    window[i] = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * static_cast<double>(i) / kWindow);
+    window[i] = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * asReal(i) / kWindow);
   }
   return window;
 }
@@ -27,7 +27,7 @@ std::vector<double> hannWindow() {
 double bandEnergy(const AudioClip& clip, const TimeSpan& span, double low_hz, double high_hz) {
   MOUTHPIECE_EXPECT(clip.sample_rate_hz > 0);
   static const std::vector<double> window = hannWindow();
-  const double size = static_cast<double>(clip.samples.size());
+  const double size = asReal(clip.samples.size());
   const auto first = static_cast<std::size_t>(std::clamp(span.start * clip.sample_rate_hz, 0.0, size));
   const auto last = static_cast<std::size_t>(std::clamp(span.end * clip.sample_rate_hz, 0.0, size));
   Eigen::FFT<double> transform;
@@ -42,12 +42,12 @@ double bandEnergy(const AudioClip& clip, const TimeSpan& span, double low_hz, do
     }
     transform.fwd(spectrum, frame);
     for (std::size_t bin = 1; bin < kWindow / 2; ++bin) {
-      const double hz = static_cast<double>(bin) * clip.sample_rate_hz / kWindow;
+      const double hz = asReal(bin) * clip.sample_rate_hz / kWindow;
       if (hz >= low_hz && hz < high_hz) sum += 2 * std::norm(spectrum[bin]);
     }
   }
   // Parseval: the mean of |x w|^2 over the window is the sum of |X|^2 over the window's length squared.
-  return frames > 0 ? sum / static_cast<double>(frames) / (kWindow * kWindow * 3.0 / 8.0) : 0.0;
+  return frames > 0 ? sum / asReal(frames) / (kWindow * kWindow * 3.0 / 8.0) : 0.0;
 }
 
 }  // namespace mouthpiece

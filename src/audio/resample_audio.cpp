@@ -5,6 +5,7 @@
 
 #include "audio/audio_clip.h"
 #include "base/errors.h"
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {
@@ -23,8 +24,6 @@ class SincKernel {
   explicit SincKernel(double rate_ratio)
       : bandwidth_(std::min(1.0, rate_ratio) * kPassedShare), half_width_(kZeroCrossings / std::min(1.0, rate_ratio)) {}
 
-  [[nodiscard]] double halfWidth() const { return half_width_; }
-
   [[nodiscard]] double at(double offset) const {
     const double position = offset / half_width_;
     if (std::abs(position) >= 1) return 0;
@@ -37,14 +36,14 @@ class SincKernel {
   /// one.
   [[nodiscard]] std::vector<float> weights(double fraction) const {
     std::vector<double> taps;
-    for (auto tap = firstTap(); tap <= 1 - firstTap(); ++tap) taps.push_back(at(static_cast<double>(tap) - fraction));
+    for (auto tap = firstTap(); tap <= 1 - firstTap(); ++tap) taps.push_back(at(asReal(tap) - fraction));
     const double sum = std::accumulate(taps.begin(), taps.end(), 0.0);
     std::vector<float> weights;
-    for (const double tap : taps) weights.push_back(static_cast<float>(tap / sum));
+    for (const double tap : taps) weights.push_back(asFloat(tap / sum));
     return weights;
   }
 
-  [[nodiscard]] std::int64_t firstTap() const { return -static_cast<std::int64_t>(std::ceil(half_width_)); }
+  [[nodiscard]] std::int64_t firstTap() const { return -std::lround(std::ceil(half_width_)); }
 
  private:
   double bandwidth_;
@@ -52,14 +51,13 @@ class SincKernel {
 };
 
 float weightedSum(const std::vector<float>& samples, std::int64_t first, const std::vector<float>& weights) {
-  const auto size = static_cast<std::int64_t>(samples.size());
   const std::int64_t begin = std::max<std::int64_t>(0, -first);
-  const std::int64_t end = std::min<std::int64_t>(static_cast<std::int64_t>(weights.size()), size - first);
+  const std::int64_t end = std::min<std::int64_t>(std::ssize(weights), std::ssize(samples) - first);
   double sum = 0;
   for (std::int64_t i = begin; i < end; ++i) {
-    sum += static_cast<double>(samples[static_cast<std::size_t>(first + i)]) * weights[static_cast<std::size_t>(i)];
+    sum += double{samples[unsignedIndex(first + i)]} * weights[unsignedIndex(i)];
   }
-  return static_cast<float>(std::clamp(sum, -1.0, 1.0));
+  return asFloat(std::clamp(sum, -1.0, 1.0));
 }
 
 }  // namespace
@@ -70,20 +68,20 @@ AudioClip resampleAudio(const AudioClip& clip, int sample_rate_hz) {
   const std::int64_t divisor = std::gcd(clip.sample_rate_hz, sample_rate_hz);
   const std::int64_t phases = sample_rate_hz / divisor;  // output sample n lies at n * step / phases
   const std::int64_t step = clip.sample_rate_hz / divisor;
-  const SincKernel kernel(static_cast<double>(phases) / static_cast<double>(step));
-  const auto fractionOf = [&](std::int64_t phase) { return static_cast<double>(phase) / static_cast<double>(phases); };
+  const SincKernel kernel(asReal(phases) / asReal(step));
+  const auto fractionOf = [&](std::int64_t phase) { return asReal(phase) / asReal(phases); };
   std::vector<std::vector<float>> table;
   if (phases <= kMostTabulatedPhases) {
     for (std::int64_t phase = 0; phase < phases; ++phase) table.push_back(kernel.weights(fractionOf(phase)));
   }
   AudioClip resampled{.sample_rate_hz = sample_rate_hz, .samples = {}};
-  const std::int64_t size = (static_cast<std::int64_t>(clip.samples.size()) * phases + step - 1) / step;
-  resampled.samples.reserve(static_cast<std::size_t>(size));
+  const std::int64_t size = (std::ssize(clip.samples) * phases + step - 1) / step;
+  resampled.samples.reserve(unsignedIndex(size));
   for (std::int64_t n = 0; n < size; ++n) {
     const std::int64_t first = n * step / phases + kernel.firstTap();
     const std::int64_t phase = n * step % phases;
     const float sample = table.empty() ? weightedSum(clip.samples, first, kernel.weights(fractionOf(phase)))
-                                       : weightedSum(clip.samples, first, table[static_cast<std::size_t>(phase)]);
+                                       : weightedSum(clip.samples, first, table[unsignedIndex(phase)]);
     resampled.samples.push_back(sample);
   }
   return resampled;

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <optional>
 
+#include "base/index.h"
+
 namespace mouthpiece {
 namespace {
 
@@ -18,12 +20,12 @@ double taper(double distance, double reach) {
 
 double levelDb(const AudioClip& clip, Seconds middle) {
   const double rate = clip.sample_rate_hz;
-  const double last = static_cast<double>(clip.samples.size());
+  const double last = asReal(clip.samples.size());
   const auto begin = static_cast<std::size_t>(std::clamp((middle - kLevelWindow / 2) * rate, 0.0, last));
   const auto end = static_cast<std::size_t>(std::clamp((middle + kLevelWindow / 2) * rate, 0.0, last));
   double energy = 1e-8;  // quieter than -80 dB is silence
-  for (std::size_t i = begin; i < end; ++i) energy += static_cast<double>(clip.samples[i]) * clip.samples[i];
-  return 10 * std::log10(energy / static_cast<double>(std::max<std::size_t>(end - begin, 1)));
+  for (std::size_t i = begin; i < end; ++i) energy += double{clip.samples[i]} * clip.samples[i];
+  return 10 * std::log10(energy / asReal(std::max<std::size_t>(end - begin, 1)));
 }
 
 /// The pitch within `reach` of `time` on the side that `direction` names; nullopt where it is unvoiced.
@@ -77,7 +79,7 @@ class GrainReader {
     const double sample = sourceOf(time) * piece_->sound->clip.sample_rate_hz;
     if (last_ && *last_ + 1 < marks.marks.size()) {
       const std::size_t next = *last_ + 1;
-      if (std::abs(static_cast<double>(marks.marks[next].sample) - sample) < 0.75 * gapAfter(next)) {
+      if (std::abs(asReal(marks.marks[next].sample) - sample) < 0.75 * gapAfter(next)) {
         return *(last_ = next);
       }
     }
@@ -88,7 +90,7 @@ class GrainReader {
   [[nodiscard]] double gapAfter(std::size_t mark) const {
     const auto& marks = piece_->sound->marks.marks;
     if (mark + 1 >= marks.size()) return mark > 0 ? gapAfter(mark - 1) : 1;
-    return static_cast<double>(marks[mark + 1].sample - marks[mark].sample);
+    return asReal(marks[mark + 1].sample - marks[mark].sample);
   }
   [[nodiscard]] double gapBefore(std::size_t mark) const { return gapAfter(mark > 0 ? mark - 1 : 0); }
 
@@ -102,16 +104,14 @@ class GrainReader {
   /// Adds the grain, its mark on `sample` of `line`, times `weight`.
   void add(std::size_t mark, std::ptrdiff_t sample, Seconds time, double weight, std::vector<double>& line) const {
     const AudioClip& clip = piece_->sound->clip;
-    const auto middle = static_cast<std::ptrdiff_t>(piece_->sound->marks.marks[mark].sample);
+    const std::ptrdiff_t middle = signedIndex(piece_->sound->marks.marks[mark].sample);
     const double gain = weight * std::pow(10, at(time, &Meeting::level_db, options_->level_reach) / 20);
-    const auto before = static_cast<std::ptrdiff_t>(gapBefore(mark));
-    const auto after = static_cast<std::ptrdiff_t>(gapAfter(mark));
+    const std::ptrdiff_t before = std::lround(gapBefore(mark)), after = std::lround(gapAfter(mark));
     for (std::ptrdiff_t i = -before + 1; i < after; ++i) {
       const std::ptrdiff_t from = middle + i, to = sample + i;
       if (from < 0 || from >= std::ssize(clip.samples) || to < 0 || to >= std::ssize(line)) continue;
-      const double width = static_cast<double>(i < 0 ? before : after);
-      line[static_cast<std::size_t>(to)] +=
-          gain * taper(std::abs(static_cast<double>(i)), width) * clip.samples[static_cast<std::size_t>(from)];
+      const double width = asReal(i < 0 ? before : after);
+      line[unsignedIndex(to)] += gain * taper(asReal(std::abs(i)), width) * clip.samples[unsignedIndex(from)];
     }
   }
 
@@ -151,14 +151,14 @@ AudioClip joinSounds(const std::vector<SoundPiece>& pieces, int sample_rate_hz, 
   if (pieces.empty()) return joined;
   const double rate = sample_rate_hz;
   const Seconds start = pieces.front().target.start, end = pieces.back().target.end;
-  std::vector<double> line(static_cast<std::size_t>(std::lround(std::max(0.0, end - start) * rate)), 0.0);
+  std::vector<double> line(unsignedIndex(std::lround(std::max(0.0, end - start) * rate)), 0.0);
   const std::vector<PieceEnds> ends = meetHalfWay(pieces, options);
   std::vector<GrainReader> readers;
   for (std::size_t i = 0; i < pieces.size(); ++i) readers.emplace_back(pieces[i], ends[i], options);
 
   std::size_t current = 0;
   double place = 0;  // of the next mark, samples
-  while (place < static_cast<double>(line.size())) {
+  while (place < asReal(line.size())) {
     const Seconds time = start + place / rate;
     while (current + 1 < pieces.size() && time >= pieces[current].target.end) ++current;
     // Around a join the neighbour on that side is mixed in, half and half at the join itself.
@@ -172,7 +172,7 @@ AudioClip joinSounds(const std::vector<SoundPiece>& pieces, int sample_rate_hz, 
       neighbour = current + 1;
       neighbour_share = 0.5 - left / options.fade;
     }
-    const auto sample = static_cast<std::ptrdiff_t>(std::lround(place));
+    const std::ptrdiff_t sample = std::lround(place);
     const std::size_t mark = readers[current].grainAt(time);
     readers[current].add(mark, sample, time, 1 - neighbour_share, line);
     double step = readers[current].stepAfter(mark, time);

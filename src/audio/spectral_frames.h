@@ -19,4 +19,8 @@ struct SpectralFrames {
 /// Mel-frequency cepstral coefficients (Slaney's 40 bands, aubio) over 32 ms of the sound at 16 kHz.
 SpectralFrames spectralFrames(const AudioClip& clip, Seconds step = 0.005);
 
+/// Mean square of the part of `clip` within `span` that lies between the two frequencies; 0 where the span holds
+/// nothing or the sampling rate does not reach the band.
+double bandEnergy(const AudioClip& clip, const TimeSpan& span, double low_hz, double high_hz);
+
 }  // namespace mouthpiece

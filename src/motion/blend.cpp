@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {
@@ -57,10 +58,10 @@ double blendWeight(BlendKind kind, double u) {
 PositionMatrix blendRows(const Eigen::Ref<const PositionMatrix>& first, const Eigen::Ref<const PositionMatrix>& second,
                          std::span<const Seconds> times, TimeSpan span, BlendKind kind) {
   MOUTHPIECE_EXPECT(first.rows() == second.rows() && first.cols() == second.cols());
-  MOUTHPIECE_EXPECT(static_cast<std::size_t>(first.rows()) == times.size());
+  MOUTHPIECE_EXPECT(unsignedIndex(first.rows()) == times.size());
   PositionMatrix blended(first.rows(), first.cols());
   for (Eigen::Index row = 0; row < first.rows(); ++row) {
-    const Seconds time = times[static_cast<std::size_t>(row)];
+    const Seconds time = times[unsignedIndex(row)];
     if (time < span.start) {
       blended.row(row) = first.row(row);
     } else if (time >= span.end) {

@@ -134,7 +134,7 @@ MarkerIndex MarkerLayout::indexOf(std::string_view marker_name) const {
     throw InputError(fmt::format("found marker name \"{}\"; expected one of the {} markers of layout {}",
                                  printable(marker_name), markers.size(), printable(name)));
   }
-  return MarkerIndex(static_cast<std::size_t>(found - markers.begin()));
+  return MarkerIndex(unsignedIndex(found - markers.begin()));
 }
 
 const MarkerLayout& defaultLayout() {

@@ -6,25 +6,25 @@
 namespace mouthpiece {
 
 MarkerPositions MotionClip::pose(FrameIndex frame) const {
-  const auto row = positions_mm.row(static_cast<Eigen::Index>(frame.value));
-  return Eigen::Map<const MarkerPositions>(row.data(), static_cast<Eigen::Index>(markerCount()), 3);
+  const auto row = positions_mm.row(frame.row());
+  return Eigen::Map<const MarkerPositions>(row.data(), signedIndex(markerCount()), 3);
 }
 
 std::optional<MarkerIndex> MotionClip::findMarker(std::string_view name) const {
   const auto found = std::find(marker_names.begin(), marker_names.end(), name);
   if (found == marker_names.end()) return std::nullopt;
-  return MarkerIndex(static_cast<std::size_t>(found - marker_names.begin()));
+  return MarkerIndex(unsignedIndex(found - marker_names.begin()));
 }
 
 MotionClip selectMarkers(const MotionClip& clip, const std::vector<std::string>& names) {
   MotionClip selected{clip.frame_rate_hz, names, {}};
-  selected.positions_mm.setConstant(clip.positions_mm.rows(), static_cast<Eigen::Index>(3 * names.size()),
+  selected.positions_mm.setConstant(clip.positions_mm.rows(), signedIndex(3 * names.size()),
                                     std::numeric_limits<double>::quiet_NaN());
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto marker = clip.findMarker(names[i]);
     if (!marker) continue;
-    selected.positions_mm.middleCols<3>(static_cast<Eigen::Index>(3 * i)) =
-        clip.positions_mm.middleCols<3>(static_cast<Eigen::Index>(3 * marker->value));
+    selected.positions_mm.middleCols<3>(signedIndex(3 * i)) =
+        clip.positions_mm.middleCols<3>(3 * marker->row());
   }
   return selected;
 }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "base/index.h"
 #include "motion/blend.h"
 
 namespace mouthpiece {
@@ -31,15 +32,15 @@ class IndexOfTime {
   /// Outside the samples: the nearest end.
   [[nodiscard]] double at(Seconds time) const {
     if (time <= times_.front()) return 0.0;
-    if (time >= times_.back()) return static_cast<double>(times_.size() - 1);
-    const auto right = static_cast<std::size_t>(std::upper_bound(times_.begin(), times_.end(), time) - times_.begin());
+    if (time >= times_.back()) return asReal(times_.size() - 1);
+    const auto right = unsignedIndex(std::upper_bound(times_.begin(), times_.end(), time) - times_.begin());
     const std::size_t i = right - 1;
     const double spacing = times_[right] - times_[i];
     const double u = (time - times_[i]) / spacing;
     // Cubic Hermite from i to i + 1.
     const double rise =
         u * u * (3.0 - 2.0 * u) + spacing * u * (1.0 - u) * ((1.0 - u) * slopes_[i] - u * slopes_[right]);
-    return static_cast<double>(i) + rise;
+    return asReal(i) + rise;
   }
 
  private:
@@ -82,8 +83,8 @@ struct MirroredSamples {
   Eigen::Index mirrored_count = 0;  ///< at each end
 
   MirroredSamples(std::size_t count, const ResampleOptions& options)
-      : sample_count(static_cast<Eigen::Index>(count)),
-        mirrored_count(static_cast<Eigen::Index>(std::min(options.margin_samples, count - 1))) {}
+      : sample_count(signedIndex(count)),
+        mirrored_count(signedIndex(std::min(options.margin_samples, count - 1))) {}
 
   [[nodiscard]] Eigen::Index count() const { return sample_count + 2 * mirrored_count; }
   /// What entry `index` of count() is made of: the end sample twice and one inner sample taken off, or one sample.
@@ -103,14 +104,14 @@ struct MirroredSamples {
 /// value at the centre, then the polynomial 1, x (only 1 for a single centre), scaled to the size of the others.
 Eigen::MatrixXd basisAt(std::span<const double> positions, double first_center, Eigen::Index count, double shape) {
   const Eigen::Index terms = count > 1 ? 2 : 1;
-  Eigen::MatrixXd values(static_cast<Eigen::Index>(positions.size()), count + terms);
+  Eigen::MatrixXd values(signedIndex(positions.size()), count + terms);
   const Eigen::ArrayXd x =
-      Eigen::Map<const Eigen::ArrayXd>(positions.data(), static_cast<Eigen::Index>(positions.size())) - first_center;
+      Eigen::Map<const Eigen::ArrayXd>(positions.data(), signedIndex(positions.size())) - first_center;
   for (Eigen::Index i = 0; i < count; ++i) {
-    values.col(i) = (((x - static_cast<double>(i)) / shape).square() + 1.0).sqrt().inverse().matrix();
+    values.col(i) = (((x - asReal(i)) / shape).square() + 1.0).sqrt().inverse().matrix();
   }
   values.col(count).setOnes();
-  const double half = 0.5 * static_cast<double>(count - 1);
+  const double half = 0.5 * asReal(count - 1);
   if (terms > 1) values.col(count + 1) = ((x - half) / half).matrix();
   return values;
 }
@@ -118,7 +119,7 @@ Eigen::MatrixXd basisAt(std::span<const double> positions, double first_center, 
 /// The symmetric system of the interpolation conditions and the side conditions on the weights.
 Eigen::MatrixXd systemOf(Eigen::Index count, double shape) {
   std::vector<double> centers;
-  for (Eigen::Index i = 0; i < count; ++i) centers.push_back(static_cast<double>(i));
+  for (Eigen::Index i = 0; i < count; ++i) centers.push_back(asReal(i));
   const Eigen::MatrixXd conditions = basisAt(centers, 0.0, count, shape);
   const Eigen::Index terms = conditions.cols() - count;
   Eigen::MatrixXd system = Eigen::MatrixXd::Zero(conditions.cols(), conditions.cols());
@@ -161,17 +162,17 @@ struct Window {
 };
 
 std::vector<Window> layWindows(const MirroredSamples& samples, const ResampleOptions& options) {
-  const auto length = static_cast<Eigen::Index>(options.window_samples);
-  const auto margin = static_cast<Eigen::Index>(options.margin_samples);
-  const auto overlap = static_cast<Eigen::Index>(options.overlap_samples);
+  const auto length = signedIndex(options.window_samples);
+  const auto margin = signedIndex(options.margin_samples);
+  const auto overlap = signedIndex(options.overlap_samples);
   std::vector<Window> windows;
   Window window;
-  window.overlap = static_cast<double>(overlap);
+  window.overlap = asReal(overlap);
   for (Eigen::Index first = 0;; first += length - 2 * margin - overlap) {
     window.first = first;
     window.count = std::min(length, samples.count() - first);
     const bool is_last = first + window.count == samples.count();
-    const auto fade = static_cast<double>(first + length - margin - overlap - samples.mirrored_count);
+    const auto fade = asReal(first + length - margin - overlap - samples.mirrored_count);
     window.fade_out = is_last ? std::numeric_limits<double>::infinity() : fade;
     windows.push_back(window);
     if (is_last) return windows;
@@ -202,8 +203,8 @@ std::pair<Eigen::Index, PositionMatrix> foldMirrored(const MirroredSamples& samp
 
 MotionResampler::MotionResampler(std::span<const Seconds> sample_times, std::span<const Seconds> query_times,
                                  const ResampleOptions& options)
-    : sample_count_(static_cast<Eigen::Index>(sample_times.size())),
-      query_count_(static_cast<Eigen::Index>(query_times.size())) {
+    : sample_count_(signedIndex(sample_times.size())),
+      query_count_(signedIndex(query_times.size())) {
   expectTimes(sample_times, query_times, options);
   const std::vector<double> positions = indexPositions(sample_times, query_times);
   const MirroredSamples samples(sample_times.size(), options);
@@ -214,9 +215,9 @@ MotionResampler::MotionResampler(std::span<const Seconds> sample_times, std::spa
     if (first == last) continue;
     if (!system || system->count() != window.count) system.emplace(window.count, options.shape);
     const std::span<const double> own(first, last);
-    Eigen::MatrixXd weights = system->weightsAt(own, static_cast<double>(window.first - samples.mirrored_count));
+    Eigen::MatrixXd weights = system->weightsAt(own, asReal(window.first - samples.mirrored_count));
     for (Eigen::Index row = 0; row < weights.rows(); ++row) {
-      weights.row(row) *= window.weightAt(own[static_cast<std::size_t>(row)]);
+      weights.row(row) *= window.weightAt(own[unsignedIndex(row)]);
     }
     auto [first_sample, folded] = foldMirrored(samples, window, weights);
     blocks_.push_back({first - positions.begin(), first_sample, std::move(folded)});
@@ -236,7 +237,7 @@ PositionMatrix MotionResampler::apply(const Eigen::Ref<const PositionMatrix>& va
 PositionMatrix resampleDense(std::span<const Seconds> sample_times, const Eigen::Ref<const PositionMatrix>& values,
                              std::span<const Seconds> query_times, const ResampleOptions& options) {
   expectTimes(sample_times, query_times, options);
-  MOUTHPIECE_EXPECT(static_cast<std::size_t>(values.rows()) == sample_times.size());
+  MOUTHPIECE_EXPECT(unsignedIndex(values.rows()) == sample_times.size());
   const MirroredSamples samples(sample_times.size(), options);
   const Eigen::MatrixXd system = systemOf(samples.count(), options.shape);
   Eigen::MatrixXd right_side = Eigen::MatrixXd::Zero(system.rows(), values.cols());
@@ -246,7 +247,7 @@ PositionMatrix resampleDense(std::span<const Seconds> sample_times, const Eigen:
     if (parts.end) right_side.row(i) = 2.0 * values.row(*parts.end) - values.row(parts.inner);
   }
   const Eigen::MatrixXd weights = Eigen::PartialPivLU<Eigen::MatrixXd>(system).solve(right_side);
-  return basisAt(indexPositions(sample_times, query_times), -static_cast<double>(samples.mirrored_count),
+  return basisAt(indexPositions(sample_times, query_times), -asReal(samples.mirrored_count),
                  samples.count(), options.shape) *
          weights;
 }

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "base/errors.h"
+#include "base/index.h"
 #include "motion/resample.h"
 
 namespace mouthpiece {
@@ -18,8 +19,8 @@ struct FrameRange {
 };
 
 FrameRange framesNear(const MotionClip& clip, TimeSpan source_span, const ResampleOptions& options) {
-  const auto count = static_cast<double>(clip.frameCount());
-  const auto reach = static_cast<double>(options.window_samples);
+  const auto count = asReal(clip.frameCount());
+  const auto reach = asReal(options.window_samples);
   const double first = std::floor(source_span.start * clip.frame_rate_hz) - reach;
   const double last = std::ceil(source_span.end * clip.frame_rate_hz) + reach + 1.0;
   // A query beyond the clip still needs its end frame.
@@ -32,10 +33,10 @@ using SeenFrames = std::vector<bool>;
 
 std::map<SeenFrames, std::vector<Eigen::Index>> markersBySeenFrames(const Eigen::Ref<const PositionMatrix>& positions) {
   std::map<SeenFrames, std::vector<Eigen::Index>> groups;
-  SeenFrames seen(static_cast<std::size_t>(positions.rows()));
+  SeenFrames seen(unsignedIndex(positions.rows()));
   for (Eigen::Index marker = 0; marker < positions.cols() / 3; ++marker) {
     for (Eigen::Index frame = 0; frame < positions.rows(); ++frame) {
-      seen[static_cast<std::size_t>(frame)] = positions.block<1, 3>(frame, 3 * marker).allFinite();
+      seen[unsignedIndex(frame)] = positions.block<1, 3>(frame, 3 * marker).allFinite();
     }
     groups[seen].push_back(marker);
   }
@@ -71,18 +72,18 @@ void resampleGroup(const Eigen::Ref<const PositionMatrix>& positions, std::span<
   for (const FrameRange& run : runsOf(seen)) {
     const std::span<const Seconds> own = queriesWithin(run, times, queries);
     if (own.empty()) continue;
-    const auto frame_count = static_cast<Eigen::Index>(run.last - run.first);
-    PositionMatrix values(frame_count, static_cast<Eigen::Index>(3 * markers.size()));
+    const auto frame_count = signedIndex(run.last - run.first);
+    PositionMatrix values(frame_count, signedIndex(3 * markers.size()));
     for (std::size_t m = 0; m < markers.size(); ++m) {
-      values.middleCols<3>(static_cast<Eigen::Index>(3 * m)) =
-          positions.block(static_cast<Eigen::Index>(run.first), 3 * markers[m], frame_count, 3);
+      values.middleCols<3>(signedIndex(3 * m)) =
+          positions.block(signedIndex(run.first), 3 * markers[m], frame_count, 3);
     }
     const MotionResampler resampler(times.subspan(run.first, run.last - run.first), own, options);
     const PositionMatrix resampled = resampler.apply(values);
     const Eigen::Index first_query = own.data() - queries.data();
     for (std::size_t m = 0; m < markers.size(); ++m) {
       result.block(first_query, 3 * markers[m], resampled.rows(), 3) =
-          resampled.middleCols<3>(static_cast<Eigen::Index>(3 * m));
+          resampled.middleCols<3>(signedIndex(3 * m));
     }
   }
 }
@@ -100,11 +101,11 @@ PositionMatrix resampleWarped(const MotionClip& clip, const TimeWarp& warp, std:
     times.push_back(warp.targetFromSource(clip.timeOf(FrameIndex(frame))));
   }
   const auto positions =
-      clip.positions_mm.middleRows(static_cast<Eigen::Index>(range.first), static_cast<Eigen::Index>(times.size()));
+      clip.positions_mm.middleRows(signedIndex(range.first), signedIndex(times.size()));
   if (positions.allFinite()) return MotionResampler(times, target_times, options).apply(positions);
 
   PositionMatrix result =
-      PositionMatrix::Constant(static_cast<Eigen::Index>(target_times.size()), clip.positions_mm.cols(), kNan);
+      PositionMatrix::Constant(signedIndex(target_times.size()), clip.positions_mm.cols(), kNan);
   for (const auto& [seen, markers] : markersBySeenFrames(positions)) {
     resampleGroup(positions, times, target_times, seen, markers, options, result);
   }
@@ -122,7 +123,7 @@ MotionClip resampleClip(const MotionClip& clip, double frame_rate_hz, const Resa
 
 std::vector<Seconds> frameTimes(std::size_t first_frame, std::size_t frame_count, double frame_rate_hz) {
   std::vector<Seconds> times(frame_count);
-  for (std::size_t i = 0; i < frame_count; ++i) times[i] = static_cast<double>(first_frame + i) / frame_rate_hz;
+  for (std::size_t i = 0; i < frame_count; ++i) times[i] = asReal(first_frame + i) / frame_rate_hz;
   return times;
 }
 

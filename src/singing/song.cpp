@@ -8,81 +8,104 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "base/index.h"
 #include "base/text_numbers.h"
+#include "singing/song_builder.h"
 
 namespace mouthpiece {
 namespace {
 
-constexpr std::size_t kMostWords = 5000;
-constexpr std::size_t kMostNotesOfSyllable = 100;
-constexpr std::size_t kLongestWord = 40;
+constexpr std::size_t kMostWords = 5000, kMostNotesOfSyllable = 100, kLongestWord = 40;
 constexpr double kSlowest = 10, kFastest = 600;  // beats a minute
 constexpr double kLowestPitch = 28, kHighestPitch = 96;
-constexpr double kLongestBeats = 256;
-constexpr Seconds kShortestNote = 0.02;
-constexpr Seconds kLongestSong = 1800;
+constexpr Seconds kShortestNote = 0.02, kLongestNote = 60, kLongestRest = 120, kLongestSong = 1800;
+constexpr Seconds kRounding = 1e-6;  // of sums of lengths
 constexpr std::uint64_t kMostBytes = 16U << 20U;
 
-bool isWordCharacter(char c) { return (c >= 'a' && c <= 'z') || c == '\''; }
-
-void checkNote(const Song& song, const SongNote& note, std::string_view name, const std::string& place) {
-  if (!(note.midi_pitch >= kLowestPitch && note.midi_pitch <= kHighestPitch)) {
-    throw InputError(
-        name, place,
-        fmt::format("has pitch {:g}; expected {} to {} (E1 to C7)", note.midi_pitch, kLowestPitch, kHighestPitch));
-  }
-  if (!(note.beats > 0 && note.beats <= kLongestBeats) || song.secondsOf(note.beats) < kShortestNote) {
-    throw InputError(name, place,
-                     fmt::format("lasts {:g} beats; expected up to {}, and at least {} s", note.beats, kLongestBeats,
-                                 kShortestNote));
-  }
+Song refusePackedMusicXml(std::string_view /*bytes*/, std::string_view name) {
+  throw InputError(name, "", "is packed MusicXML; expected it unpacked (.musicxml)");
 }
 
-void checkRest(double beats, std::string_view name, const std::string& place) {
-  if (beats >= 0 && beats <= kLongestBeats) return;
-  throw InputError(name, place, fmt::format("rests {:g} beats; expected 0 to {}", beats, kLongestBeats));
-}
+constexpr std::array<SongFormat, 4> kFormats{{{".json", "song.json", parseSongJson},
+                                              {".musicxml", "MusicXML, score-partwise", parseMusicXml},
+                                              {".xml", "MusicXML, score-partwise", parseMusicXml},
+                                              {".mxl", "packed MusicXML, which is not read", refusePackedMusicXml}}};
 
-void checkWord(const Song& song, std::size_t number, std::string_view name) {
-  const SongWord& word = song.words[number];
-  const std::string place = fmt::format("words[{}]", number);
-  const bool has_letter = std::any_of(word.text.begin(), word.text.end(), [](char c) { return c != '\''; });
-  if (!has_letter || word.text.size() > kLongestWord ||
-      !std::all_of(word.text.begin(), word.text.end(), isWordCharacter)) {
-    throw InputError(name, place,
-                     fmt::format("found the word '{}'; expected letters a to z and '", printable(word.text, 50)));
+/// Checks a song from its beginning to its end.
+class SongChecker {
+ public:
+  explicit SongChecker(std::string_view name) : name_(name) {}
+
+  void check(const Song& song) {
+    if (song.words.empty() || song.words.size() > kMostWords)
+      fail("words", fmt::format("holds {} words; expected 1 to {}", song.words.size(), kMostWords));
+    for (std::size_t i = 0; i < song.words.size(); ++i) checkWord(song.words[i], fmt::format("words[{}]", i));
+    checkRest(song.duration, "");
+    if (!(song.duration <= kLongestSong))
+      fail("", fmt::format("lasts {:.0f} s; expected at most {} s", song.duration, kLongestSong));
   }
-  if (word.syllables.empty() || word.syllables.size() > kLongestWord) {
-    throw InputError(name, place,
-                     fmt::format("has {} syllables; expected 1 to {}", word.syllables.size(), kLongestWord));
-  }
-  for (const auto& notes : word.syllables) {
-    if (notes.empty() || notes.size() > kMostNotesOfSyllable) {
-      throw InputError(name, place,
-                       fmt::format("has a syllable of {} notes; expected 1 to {}", notes.size(), kMostNotesOfSyllable));
+
+ private:
+  [[noreturn]] void fail(std::string_view place, std::string_view what) const { throw InputError(name_, place, what); }
+
+  void checkWord(const SongWord& word, const std::string& place) {
+    const auto is_letter = [](char c) { return c >= 'a' && c <= 'z'; };
+    const auto is_plain = [&](char c) { return is_letter(c) || c == '\''; };
+    const std::string& text = word.text;
+    if (std::none_of(text.begin(), text.end(), is_letter) || !std::all_of(text.begin(), text.end(), is_plain) ||
+        text.size() > kLongestWord)
+      fail(place, fmt::format("found the word '{}'; expected letters a to z and '", printable(text, 50)));
+    if (word.syllables.empty() || word.syllables.size() > kLongestWord)
+      fail(place, fmt::format("has {} syllables; expected 1 to {}", word.syllables.size(), kLongestWord));
+    for (const Syllable& syllable : word.syllables) {
+      const std::size_t count = syllable.notes.size();
+      if (count == 0 || count > kMostNotesOfSyllable)
+        fail(place, fmt::format("has a syllable of {} notes; expected 1 to {}", count, kMostNotesOfSyllable));
+      const bool is_first = &syllable == &word.syllables.front();
+      if (is_first) checkRest(syllable.notes.front().span.start, place);
+      for (const Note& note : syllable.notes) checkNote(note, place);
     }
-    for (const SongNote& note : notes) checkNote(song, note, name, place);
   }
-  checkRest(word.rest_beats, name, place);
-}
+
+  void checkNote(const Note& note, const std::string& place) {
+    const double pitch = 69 + 12 * std::log2(note.hz / 440);
+    if (!(pitch >= kLowestPitch - kRounding && pitch <= kHighestPitch + kRounding))
+      fail(place, fmt::format("has pitch {:g}; expected {} to {} (E1 to C7)", pitch, kLowestPitch, kHighestPitch));
+    const Seconds length = note.span.duration();
+    if (!(length >= kShortestNote - kRounding && length <= kLongestNote + kRounding))
+      fail(place, fmt::format("has a note of {:g} s; expected {} to {} s", length, kShortestNote, kLongestNote));
+    if (!(std::abs(note.span.start - last_end_) <= kRounding))
+      fail(place, fmt::format("has a note at {:g} s; expected it at {:g} s, where the one before ends", note.span.start,
+                              last_end_));
+    last_end_ = note.span.end;
+  }
+
+  /// Takes note of the rest that lasts until `end`.
+  void checkRest(Seconds end, std::string_view place) {
+    const Seconds rest = end - last_end_;
+    if (!(rest >= -kRounding && rest <= kLongestRest + kRounding))
+      fail(place, fmt::format("rests {:g} s; expected 0 to {} s", rest, kLongestRest));
+    last_end_ = end;
+  }
+
+  std::string_view name_;
+  Seconds last_end_ = 0;
+};
 
 }  // namespace
-
-Seconds Song::duration() const {
-  double beats = first_rest_beats;
-  for (const SongWord& word : words) {
-    for (const auto& notes : word.syllables) {
-      for (const SongNote& note : notes) beats += note.beats;
-    }
-    beats += word.rest_beats;
-  }
-  return secondsOf(beats);
-}
 
 std::string Song::lyrics() const {
   std::string text;
   for (const SongWord& word : words) text += (text.empty() ? "" : " ") + word.text;
   return text;
+}
+
+std::vector<Note> Song::notes() const {
+  std::vector<Note> all;
+  for (const SongWord& word : words) {
+    for (const Syllable& syllable : word.syllables) all.insert(all.end(), syllable.notes.begin(), syllable.notes.end());
+  }
+  return all;
 }
 
 double hzOfMidiPitch(double midi_pitch) { return 440 * std::exp2((midi_pitch - 69) / 12); }
@@ -94,7 +117,7 @@ double midiPitchFromName(std::string_view name, std::string_view file, std::stri
         file, place, fmt::format("found the pitch '{}'; expected one like C4, F#3, Bb4 or A4+20", printable(name, 20)));
   };
   if (name.size() < 2 || name.size() > 12 || name[0] < 'A' || name[0] > 'G') throw fail();
-  double pitch = kSteps[static_cast<std::size_t>(name[0] - 'A')];
+  double pitch = kSteps[unsignedIndex(name[0] - 'A')];
   std::size_t at = 1;
   for (; at < name.size() && (name[at] == '#' || name[at] == 'b'); ++at) pitch += name[at] == '#' ? 1 : -1;
   if (at >= name.size() || name[at] < '0' || name[at] > '9') throw fail();
@@ -106,28 +129,74 @@ double midiPitchFromName(std::string_view name, std::string_view file, std::stri
   return pitch + *cents / 100;
 }
 
-void checkSong(const Song& song, std::string_view name) {
-  if (!(song.beats_per_minute >= kSlowest && song.beats_per_minute <= kFastest)) {
-    throw InputError(
-        name, "tempo",
-        fmt::format("is {:g} beats a minute; expected {} to {}", song.beats_per_minute, kSlowest, kFastest));
+void checkSong(const Song& song, std::string_view name) { SongChecker(name).check(song); }
+
+Song withSyllables(Song song, std::span<const std::size_t> counts) {
+  MOUTHPIECE_EXPECT(song.words.size() == counts.size());
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    std::vector<Syllable>& syllables = song.words[i].syllables;
+    const std::size_t wanted = std::max<std::size_t>(1, counts[i]);
+    while (syllables.size() > wanted) {
+      std::vector<Note>& kept = syllables[syllables.size() - 2].notes;
+      kept.insert(kept.end(), syllables.back().notes.begin(), syllables.back().notes.end());
+      syllables.pop_back();
+    }
+    const Note whole = syllables.back().notes.back();
+    const double parts = asReal(wanted - syllables.size() + 1);
+    for (double part = 1; part < parts; ++part) {
+      const auto placeOf = [&](double share) { return std::lerp(whole.span.start, whole.span.end, share / parts); };
+      syllables.back().notes.back().span.end = placeOf(part);
+      syllables.push_back({{{{placeOf(part), placeOf(part + 1)}, whole.hz, whole.vibrato}}});
+    }
   }
-  if (song.words.empty() || song.words.size() > kMostWords) {
-    throw InputError(name, "words", fmt::format("holds {} words; expected 1 to {}", song.words.size(), kMostWords));
-  }
-  checkRest(song.first_rest_beats, name, "rest_beats");
-  for (std::size_t i = 0; i < song.words.size(); ++i) checkWord(song, i, name);
-  if (song.duration() > kLongestSong) {
-    throw InputError(name, "", fmt::format("lasts {:.0f} s; expected at most {} s", song.duration(), kLongestSong));
-  }
+  return song;
 }
 
+void SongBuilder::addNote(double midi_pitch, double beats, bool vibrato) {
+  const double start = song_.duration;
+  song_.duration += beats;
+  song_.words.back().syllables.back().notes.push_back({{start, song_.duration}, hzOfMidiPitch(midi_pitch), vibrato});
+}
+
+void SongBuilder::tieNote(double midi_pitch, double beats, bool vibrato) {
+  Note& last = song_.words.back().syllables.back().notes.back();
+  if (last.hz != hzOfMidiPitch(midi_pitch)) return addNote(midi_pitch, beats, vibrato);
+  last.span.end = song_.duration += beats;
+}
+
+Song SongBuilder::song(std::string_view name) const {
+  if (!(beats_per_minute >= kSlowest && beats_per_minute <= kFastest)) {
+    throw InputError(name, "tempo",
+                     fmt::format("is {:g} beats a minute; expected {} to {}", beats_per_minute, kSlowest, kFastest));
+  }
+  Song timed = song_;
+  timed.title = title;
+  const Seconds beat = 60 / beats_per_minute;
+  timed.duration *= beat;
+  for (SongWord& word : timed.words) {
+    for (Syllable& syllable : word.syllables) {
+      for (Note& note : syllable.notes) note.span = {note.span.start * beat, note.span.end * beat};
+    }
+  }
+  checkSong(timed, name);
+  return timed;
+}
+
+std::string lowerCase(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) {
+    if (c >= 'A' && c <= 'Z') c = "abcdefghijklmnopqrstuvwxyz"[c - 'A'];
+  }
+  return lower;
+}
+
+std::span<const SongFormat> songFormats() { return kFormats; }
+
 Song readSong(const std::filesystem::path& path) {
-  const std::string ending = path.extension().string();
-  const std::string bytes = readFile(path, kMostBytes);
-  if (ending == ".mxl") throw InputError(path.string(), "", "is packed MusicXML; expected it unpacked (.musicxml)");
-  const bool is_xml = ending == ".musicxml" || ending == ".xml";
-  return is_xml ? parseMusicXml(bytes, path.string()) : parseSongJson(bytes, path.string());
+  const auto format = std::find_if(kFormats.begin(), kFormats.end(),
+                                   [&](const SongFormat& known) { return path.extension() == known.ending; });
+  const SongFormat& reader = format == kFormats.end() ? kFormats.front() : *format;
+  return reader.parse(readFile(path, kMostBytes), path.string());
 }
 
 }  // namespace mouthpiece

@@ -1,52 +1,70 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "audio/audio_tags.h"
 #include "base/time.h"
 
 namespace mouthpiece {
 
-/// One note of a syllable; a syllable tied over several notes (melisma) has several.
-struct SongNote {
-  double midi_pitch = 60;  ///< 60 is middle C, 69 is A4 = 440 Hz; fractions are cents
-  double beats = 1;
-  bool vibrato = false;
+/// What is sung on one vowel: a note, or several that are tied (melisma), each from where the one before it ends.
+struct Syllable {
+  std::vector<Note> notes;
 };
 
-/// A word of the lyrics: its syllables' notes in order, and the rest after it.
+/// A word of the lyrics. Its syllables follow each other without a rest.
 struct SongWord {
   std::string text;  ///< letters and apostrophes, lower case
-  std::vector<std::vector<SongNote>> syllables;
-  double rest_beats = 0;
+  std::vector<Syllable> syllables;
+
+  [[nodiscard]] TimeSpan span() const { return {syllables.front().notes.front().span.start, end()}; }
+  [[nodiscard]] Seconds end() const { return syllables.back().notes.back().span.end; }
 };
 
-/// One voice with lyrics (docs/formats/song.md).
+/// One voice with lyrics, on the clock of the sound that it becomes (docs/formats/song.md). What lies between words is
+/// rest.
 struct Song {
   std::string title;
-  double beats_per_minute = 100;
-  double first_rest_beats = 0;
   std::vector<SongWord> words;
+  Seconds duration = 0;  ///< with the rest after the last word
 
-  [[nodiscard]] Seconds secondsOf(double beats) const { return beats * 60 / beats_per_minute; }
-  [[nodiscard]] Seconds duration() const;
   /// The words with blanks between.
   [[nodiscard]] std::string lyrics() const;
+  /// The notes of all words, in order.
+  [[nodiscard]] std::vector<Note> notes() const;
 };
 
+/// The frequency of a pitch that MIDI counts: 60 is middle C, 69 is A4 = 440 Hz; fractions are cents.
 double hzOfMidiPitch(double midi_pitch);
 /// "C4" is 60, "F#3", "Bb4", "A4+20" (cents). Throws InputError.
 double midiPitchFromName(std::string_view name, std::string_view file, std::string_view place);
 
-/// Reads a song from song.json, or MusicXML (.musicxml .xml: one voice with lyrics; .mxl is not read). Throws
-/// InputError naming file and place.
-Song readSong(const std::filesystem::path& path);
-Song parseSongJson(std::string_view bytes, std::string_view name);
-Song parseMusicXml(std::string_view bytes, std::string_view name);
-
-/// Throws InputError for what cannot be sung: no words, pitches or lengths out of range, too long.
+/// Throws InputError, with `name` in front, for what cannot be sung: no words, words that are not letters and
+/// apostrophes, pitches or lengths out of range, notes that do not follow each other, too long.
 void checkSong(const Song& song, std::string_view name);
+
+/// The song with as many syllables in each word as a voice gives it: of notes for too many the last syllable takes the
+/// rest, and the last note is parted into what is lacking. `counts`: one a word; 0 counts as 1.
+Song withSyllables(Song song, std::span<const std::size_t> counts);
+
+/// A kind of file that songs are written in. `parse` throws InputError, with `name` in front.
+struct SongFormat {
+  std::string_view ending;
+  std::string_view what;
+  Song (*parse)(std::string_view bytes, std::string_view name);
+};
+/// All that readSong reads, the one that other endings stand for first.
+std::span<const SongFormat> songFormats();
+
+/// Reads a song by the ending of its name. Throws InputError naming file and place.
+Song readSong(const std::filesystem::path& path);
+
+Song parseSongJson(std::string_view bytes, std::string_view name);
+/// One voice with lyrics of a score-partwise.
+Song parseMusicXml(std::string_view bytes, std::string_view name);
 
 }  // namespace mouthpiece

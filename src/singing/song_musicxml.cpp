@@ -9,7 +9,7 @@
 
 #include "base/errors.h"
 #include "base/text_numbers.h"
-#include "singing/song.h"
+#include "singing/song_builder.h"
 
 namespace mouthpiece {
 namespace {
@@ -28,11 +28,10 @@ struct DepthWatch : pugi::xml_tree_walker {
 
 std::string wordLetters(std::string_view text) {
   std::string letters;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (text.substr(i).starts_with("\xE2\x80\x99")) letters += '\'';  // a typographic apostrophe
-    if (c >= 'A' && c <= 'Z') letters += static_cast<char>(c - 'A' + 'a');
-    if ((c >= 'a' && c <= 'z') || c == '\'') letters += c;
+  const std::string lower = lowerCase(text);
+  for (std::size_t i = 0; i < lower.size(); ++i) {
+    if (std::string_view(lower).substr(i).starts_with("\xE2\x80\x99")) letters += '\'';  // a typographic apostrophe
+    if ((lower[i] >= 'a' && lower[i] <= 'z') || lower[i] == '\'') letters += lower[i];
   }
   return letters;
 }
@@ -52,8 +51,7 @@ class PartReader {
       for (const pugi::xml_node& child : measure.children()) readChild(child);
     }
     if (ties_open_) fail("ends within a tie");
-    checkSong(song_, name_);
-    return std::move(song_);
+    return song_.song(name_);
   }
 
  private:
@@ -115,12 +113,12 @@ class PartReader {
     if (beats == 0) return;
     if (note.child("rest")) return addRest(beats);
     if (!note.child("pitch")) fail("has a note without pitch; expected a pitch or a rest");
-    addPitched(note, {.midi_pitch = pitchOf(note.child("pitch")), .beats = beats, .vibrato = hasVibrato(note)});
+    addPitched(note, beats);
   }
 
   void addRest(double beats) {
-    (song_.words.empty() ? song_.first_rest_beats : song_.words.back().rest_beats) += beats;
-    in_word_ = false;
+    song_.addRest(beats);
+    in_word_ = ties_open_ = false;
   }
 
   double pitchOf(const pugi::xml_node& pitch) const {
@@ -138,35 +136,24 @@ class PartReader {
     return false;
   }
 
-  void addPitched(const pugi::xml_node& note, const SongNote& sung) {
+  void addPitched(const pugi::xml_node& note, double beats) {
     bool ends_tie = false, begins_tie = false;
     for (const pugi::xml_node& tie : note.children("tie")) {
       const std::string_view type = tie.attribute("type").as_string();
       ends_tie |= type == "stop";
       begins_tie |= type == "start";
     }
+    const double midi_pitch = pitchOf(note.child("pitch"));
     const std::string letters = lyricOf(note);
     if (ends_tie && ties_open_) {
-      lengthen(sung);
-    } else if (!letters.empty()) {
-      addSyllable(letters, note, sung);
-    } else if (song_.words.empty()) {
-      song_.first_rest_beats += sung.beats;  // notes before the first word: another instrument's
-    } else if (song_.words.back().rest_beats > 0) {
-      song_.words.back().rest_beats += sung.beats;
+      song_.tieNote(midi_pitch, beats, hasVibrato(note));
+    } else if (letters.empty() && song_.isResting()) {
+      song_.addRest(beats);  // without a word of its own: another instrument's
     } else {
-      song_.words.back().syllables.back().push_back(sung);  // a melisma
+      if (!letters.empty()) beginSyllable(letters, note);
+      song_.addNote(midi_pitch, beats, hasVibrato(note));  // of a melisma where it has no letters
     }
-    ties_open_ = begins_tie && !song_.words.empty();
-  }
-
-  void lengthen(const SongNote& sung) {
-    SongNote& last = song_.words.back().syllables.back().back();
-    if (last.midi_pitch == sung.midi_pitch) {
-      last.beats += sung.beats;
-    } else {
-      song_.words.back().syllables.back().push_back(sung);
-    }
+    ties_open_ = begins_tie && song_.hasWords();
   }
 
   static std::string lyricOf(const pugi::xml_node& note) {
@@ -175,18 +162,18 @@ class PartReader {
     return letters;
   }
 
-  void addSyllable(const std::string& letters, const pugi::xml_node& note, const SongNote& sung) {
+  void beginSyllable(const std::string& letters, const pugi::xml_node& note) {
     const pugi::xml_node syllabic = note.child("lyric").child("syllabic");
     const bool goes_on = in_word_ && (isText(syllabic, "middle") || isText(syllabic, "end"));
-    if (!goes_on) song_.words.emplace_back();
-    song_.words.back().text += letters;
-    song_.words.back().syllables.push_back({sung});
+    if (!goes_on) song_.beginWord();
+    song_.addText(letters);
+    song_.beginSyllable();
     in_word_ = isText(syllabic, "begin") || isText(syllabic, "middle");
   }
 
   std::string_view name_;
   std::string place_;
-  Song song_;
+  SongBuilder song_;
   double divisions_ = 1;
   std::optional<std::string> voice_;
   bool has_tempo_ = false;

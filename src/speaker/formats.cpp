@@ -15,7 +15,7 @@
 #include "speaker/shared_files.h"
 #include "speaker/speaker_data.h"
 #include "synthesis/curve_ablation.h"
-#include "vocal/curve_file.h"
+#include "vocal/animation_curve.h"
 
 namespace mouthpiece {
 namespace {

@@ -83,8 +83,11 @@ const PrincipalShapes& Performance::Data::shapes() const {
     std::vector<double> larynx;
     if (const AnimationCurve* curve = findCurve(animation.curves, "larynx"))
       larynx = sampleCurve(*curve, frameTimes(0, animation.motion.frameCount(), animation.motion.frame_rate_hz));
+    // Motion from elsewhere comes with every vertex: which of them the shapes are sampled from decides their values, and
+    // a motion that is applied again shall give the same file.
     const FaceAnimation moving =
-        rig.deformMoving(moving_markers, animation.tongue, animation.motion.frame_rate_hz, larynx);
+        corpus ? rig.deformMoving(moving_markers, animation.tongue, animation.motion.frame_rate_hz, larynx)
+               : uprightVertices();
     return principalShapes(moving, rig.mesh().vertices, rig.mesh().metres_per_unit);
   });
   return *shapes_;

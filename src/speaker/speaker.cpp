@@ -10,7 +10,8 @@
 #include "hearing/alignment/lyrics.h"
 #include "phonetics/labels/label_files.h"
 #include "phonetics/text/lexicon.h"
-#include "singing/song_source.h"
+#include "singing/song.h"
+#include "singing/sung_line.h"
 #include "speaker/speaker_data.h"
 #include "voices/voice.h"
 
@@ -116,7 +117,7 @@ struct Speaker::Data {
   SpokenLine alignRecording(const Line& line);
   SpokenLine speakOrRead(const Line& line);
   /// The line, and for a song, a line drawn as one, or Ma from the sound, what is heard in it.
-  SungSource soundOf(const Line& line);
+  SungLine soundOf(const Line& line);
   [[nodiscard]] SynthesisOptions synthesisFor(const Line& line) const;
   void giveBackTakes() const;
 };
@@ -156,12 +157,12 @@ SpokenLine Speaker::Data::speakOrRead(const Line& source) {
   return line;
 }
 
-SungSource Speaker::Data::soundOf(const Line& source) {
-  if (!source.song.empty()) return singSong(source.song, lexicon ? &*lexicon : nullptr);
+SungLine Speaker::Data::soundOf(const Line& source) {
+  if (!source.song.empty()) return singSong(readSong(source.song), {.lexicon = lexicon ? &*lexicon : nullptr});
   SpokenLine line = speakOrRead(source);
   if (!source.is_sung && !synthesis.curves.ma.automatic && synthesis.curves.alone != CurveStyle::kSing)
-    return SungSource{std::move(line), {}, {}};
-  SungSource heard = hearSong(std::move(line));
+    return SungLine{std::move(line), {}, {}};
+  SungLine heard = hearSong(std::move(line));
   if (source.audio.empty()) heard.warnings.clear();  // a voice of ours is not silent, clipped or off its text
   return heard;
 }
@@ -214,7 +215,7 @@ FrameStream Speaker::stream(std::string_view text) { return FrameStream(perform(
 
 Performance Speaker::perform(const Line& line) {
   double speech_ms = 0;
-  SungSource sound = timed(speech_ms, [&] { return data_->soundOf(line); });
+  SungLine sound = timed(speech_ms, [&] { return data_->soundOf(line); });
   auto made = std::make_shared<Performance::Data>();
   made->face = data_->face;
   made->corpus = data_->corpus;

@@ -5,11 +5,10 @@
 #include <cmath>
 #include <limits>
 
+#include "base/index.h"
 #include "motion/blend.h"
 #include "motion/lip_gauge.h"
-#include "units/selection/context_mean.h"
 #include "units/prediction/phone_shapes.h"
-#include "units/selection/unit_costs.h"
 
 namespace mouthpiece {
 namespace {
@@ -21,7 +20,7 @@ Eigen::MatrixXd smoothed(const Eigen::MatrixXd& rows, Seconds deviation, Seconds
   const auto reach = static_cast<Eigen::Index>(std::ceil(3 * deviation / spacing));
   Eigen::VectorXd kernel(2 * reach + 1);
   for (Eigen::Index i = -reach; i <= reach; ++i) {
-    const double u = static_cast<double>(i) * spacing / deviation;
+    const double u = asReal(i) * spacing / deviation;
     kernel(i + reach) = std::exp(-0.5 * u * u);
   }
   kernel /= kernel.sum();
@@ -37,15 +36,14 @@ Eigen::MatrixXd smoothed(const Eigen::MatrixXd& rows, Seconds deviation, Seconds
 /// Rows at `known` (rising) read at `times`, straight between them.
 Eigen::MatrixXd interpolated(const Eigen::MatrixXd& rows, std::span<const Seconds> known,
                              std::span<const Seconds> times) {
-  Eigen::MatrixXd result(static_cast<Eigen::Index>(times.size()), rows.cols());
+  Eigen::MatrixXd result(std::ssize(times), rows.cols());
   std::size_t next = 0;
   for (std::size_t i = 0; i < times.size(); ++i) {
     while (next < known.size() && known[next] <= times[i]) ++next;
-    const auto after = static_cast<Eigen::Index>(std::min(next, known.size() - 1));
-    const auto before = static_cast<Eigen::Index>(next == 0 ? 0 : next - 1);
-    const Seconds gap = known[static_cast<std::size_t>(after)] - known[static_cast<std::size_t>(before)];
-    const double part = gap > 0 ? (times[i] - known[static_cast<std::size_t>(before)]) / gap : 0.0;
-    result.row(static_cast<Eigen::Index>(i)) = (1 - part) * rows.row(before) + part * rows.row(after);
+    const std::size_t after = std::min(next, known.size() - 1), before = next == 0 ? 0 : next - 1;
+    const Seconds gap = known[after] - known[before];
+    const double part = gap > 0 ? (times[i] - known[before]) / gap : 0.0;
+    result.row(signedIndex(i)) = (1 - part) * rows.row(signedIndex(before)) + part * rows.row(signedIndex(after));
   }
   return result;
 }
@@ -126,7 +124,7 @@ double capturedLeastDrop(std::size_t phone, const Contact& contact, const UnitDa
     const LabelledPhone& source = database.phoneAt(place);
     if (!isLabiodental(source.phone)) continue;  // a stand-in
     const MotionClip& motion = database.motionOf(place.take);
-    const auto last = static_cast<double>(motion.frameCount() - 1);
+    const double last = asReal(motion.frameCount() - 1);
     const auto frameAt = [&](Seconds time) {
       return static_cast<Eigen::Index>(std::lround(std::clamp(time * motion.frame_rate_hz, 0.0, last)));
     };
@@ -139,52 +137,56 @@ double capturedLeastDrop(std::size_t phone, const Contact& contact, const UnitDa
   return least;
 }
 
-/// Brings the tightest frame in `span` down to `wanted` where it is above, and the frames around it with it.
-void tighten(const TimeSpan& span, const Contact& contact, double wanted, std::span<const Seconds> times,
-             PositionMatrix& positions) {
-  const double rate = 1 / (times[1] - times[0]);
-  const auto last = static_cast<double>(times.size() - 1);
-  const auto frameAt = [&](Seconds time) { return std::clamp((time - times[0]) * rate, 0.0, last); };
-  const auto begin = static_cast<Eigen::Index>(std::ceil(frameAt(span.start - kAroundContact)));
-  const auto end = static_cast<Eigen::Index>(std::floor(frameAt(span.end + kAroundContact)));
+/// `positions` with the tightest frame in `span` brought down to `wanted` where it is above, and the frames around it
+/// with it.
+PositionMatrix tightened(PositionMatrix positions, const TimeSpan& span, const Contact& contact, double wanted,
+                         std::span<const Seconds> times) {
+  const double rate = 1 / (times[1] - times[0]), last = asReal(times.size() - 1);
+  const auto framesIn = [&](const TimeSpan& own) {
+    const auto frameAt = [&](Seconds time) { return std::clamp((time - times[0]) * rate, 0.0, last); };
+    return std::pair(static_cast<Eigen::Index>(std::ceil(frameAt(own.start))),
+                     static_cast<Eigen::Index>(std::floor(frameAt(own.end))));
+  };
+  const auto [begin, end] = framesIn({span.start - kAroundContact, span.end + kAroundContact});
   Eigen::Index tightest = begin;
   for (Eigen::Index row = begin; row <= end; ++row) {
     if (contact.gapOf(positions.row(row)) < contact.gapOf(positions.row(tightest))) tightest = row;
   }
   const double left = contact.gapOf(positions.row(tightest)) - wanted;
-  if (!(left > 0) || !std::isfinite(left)) return;
-  const Seconds moment = times[static_cast<std::size_t>(tightest)];
-  const auto first = static_cast<Eigen::Index>(std::ceil(frameAt(moment - contact.held - contact.fall)));
-  const auto final = static_cast<Eigen::Index>(std::floor(frameAt(moment + contact.held + contact.fall)));
+  if (!(left > 0) || !std::isfinite(left)) return positions;
+  const Seconds moment = times[unsignedIndex(tightest)], reach = contact.held + contact.fall;
+  const auto [first, final] = framesIn({moment - reach, moment + reach});
   for (Eigen::Index row = first; row <= final; ++row) {
-    const Seconds away = std::abs(times[static_cast<std::size_t>(row)] - moment) - contact.held;
+    const Seconds away = std::abs(times[unsignedIndex(row)] - moment) - contact.held;
     positions.row(row) -= contact.share * left * blendWeight(BlendKind::kSmooth, away / contact.fall) * contact.way;
   }
+  return positions;
 }
 
 }  // namespace
 
 PositionMatrix transferContext(const PositionMatrix& residuals, const SpeechLabels& line, const UnitDatabase& database,
-                               std::span<const Seconds> times, const ContextOptions& options) {
+                               const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
+                               const ContextOptions& options) {
   const Corpus& corpus = database.corpus();
   const TrajectoryModel& model = *corpus.trajectory_model;
   const Seconds spacing = times.size() > 1 ? times[1] - times[0] : 1.0;
   const Eigen::MatrixXd seen = residuals.unaryExpr([](double mm) { return std::isnan(mm) ? 0.0 : mm; });
   const Eigen::MatrixXd kept = keptDetail(seen, model, spacing, options);
-  const Eigen::Map<const Eigen::RowVectorXd> neutral(corpus.neutral_pose_mm.data(), corpus.neutral_pose_mm.size());
   PositionMatrix positions = lineComponents(line, database, times, spacing, options) * model.shapes;
   for (Eigen::Index column = 0; column < positions.cols(); ++column) {
     const bool moves_with_speech = (model.shapes.col(column).array() != 0).any();
     positions.col(column) += moves_with_speech ? kept.col(column) : seen.col(column);
   }
-  positions.rowwise() += neutral;
-  return positions;
+  positions.rowwise() +=
+      Eigen::Map<const Eigen::RowVectorXd>(corpus.neutral_pose_mm.data(), corpus.neutral_pose_mm.size());
+  return options.keep_contacts ? keepContacts(std::move(positions), line, database, units, times) : positions;
 }
 
-void keepContacts(const SpeechLabels& line, const UnitDatabase& database, const std::vector<SelectedUnit>& units,
-                  std::span<const Seconds> times, PositionMatrix& positions) {
+PositionMatrix keepContacts(PositionMatrix positions, const SpeechLabels& line, const UnitDatabase& database,
+                            const std::vector<SelectedUnit>& units, std::span<const Seconds> times) {
   const TrajectoryModel& model = *database.corpus().trajectory_model;
-  if (!(model.closed_opening_mm > 0) || times.size() < 2) return;
+  if (!(model.closed_opening_mm > 0) || times.size() < 2) return positions;
   const LipGauge& gauge = database.lips();
   const Contact lips{gauge, &LipGauge::opening, model.closing, 1, 0.015, 0.060};
   // All of it, or for longer, would shut the mouth in vowels beside F and V that stay open in the capture.
@@ -193,11 +195,13 @@ void keepContacts(const SpeechLabels& line, const UnitDatabase& database, const 
     const LabelledPhone& own = line.phones[phone];
     if (isBilabial(own.phone)) {
       const double wanted = std::min(model.closed_opening_mm, capturedTightest(phone, database, units));
-      tighten(own.span, lips, wanted, times, positions);
+      positions = tightened(std::move(positions), own.span, lips, wanted, times);
     } else if (isLabiodental(own.phone)) {
-      tighten(own.span, teeth, capturedLeastDrop(phone, teeth, database, units), times, positions);
+      const double wanted = capturedLeastDrop(phone, teeth, database, units);
+      positions = tightened(std::move(positions), own.span, teeth, wanted, times);
     }
   }
+  return positions;
 }
 
 }  // namespace mouthpiece

@@ -26,14 +26,15 @@ struct ContextOptions {
 
 /// Prediction for the line plus what the fragments bring: `residuals` are their blended poses less their own takes'
 /// prediction, times x (3 * markers); what was not seen (NaN) counts as nothing. Columns that no component moves keep
-/// their residual. `times` are evenly spaced.
+/// their residual. `times` are evenly spaced. With keep_contacts those of `units` are kept.
 PositionMatrix transferContext(const PositionMatrix& residuals, const SpeechLabels& line, const UnitDatabase& database,
-                               std::span<const Seconds> times, const ContextOptions& options);
+                               const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
+                               const ContextOptions& options);
 
 /// Lips that closed in the capture close: in each B P M of the line the frame with the least opening is brought to that
 /// of the fragments there, or to the speaker's usual closure where they stay open, and the frames around it with it. In
 /// each F V the frame with the highest lower lip is brought as near to the teeth as the fragments were.
-void keepContacts(const SpeechLabels& line, const UnitDatabase& database, const std::vector<SelectedUnit>& units,
-                  std::span<const Seconds> times, PositionMatrix& positions);
+PositionMatrix keepContacts(PositionMatrix positions, const SpeechLabels& line, const UnitDatabase& database,
+                            const std::vector<SelectedUnit>& units, std::span<const Seconds> times);
 
 }  // namespace mouthpiece

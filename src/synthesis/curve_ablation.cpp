@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "vocal/maps_field.h"
-#include "vocal/pose_motion.h"
+#include "vocal/viseme_curves.h"
+#include "vocal/viseme_poses.h"
 
 namespace mouthpiece {
 namespace {

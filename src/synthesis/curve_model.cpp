@@ -3,8 +3,19 @@
 #include <algorithm>
 
 #include "base/errors.h"
+#include "base/index.h"
 
 namespace mouthpiece {
+namespace {
+
+StyleSignal signalFor(const StyleWish& wish, bool automatic_by_default, const std::vector<double>& found,
+                      const SpeechLabels& labels, double otherwise) {
+  if (wish.given) return *wish.given;
+  if (wish.automatic || automatic_by_default) return smoothedOverPhones(found, labels);
+  return StyleSignal(otherwise);
+}
+
+}  // namespace
 
 bool CurveModel::isPossible() const {
   return database_.lips().hasLips() && database_.lips().has(MarkerRole::kChin);
@@ -21,8 +32,8 @@ const VisemePoses& CurveModel::poses() const {
 VisemePoses learnPoses(const Corpus& corpus) {
   double frames = 1;
   for (const CorpusTake& take : corpus.takes) frames += take.labels.duration() * take.motion.frame_rate_hz;
-  const double takes_at_once = kPoseFrames / frames * static_cast<double>(corpus.takes.size());
-  const auto most = static_cast<std::size_t>(std::clamp(takes_at_once, 1.0, static_cast<double>(kPoseTakes)));
+  const double takes_at_once = kPoseFrames / frames * asReal(corpus.takes.size());
+  const auto most = static_cast<std::size_t>(std::clamp(takes_at_once, 1.0, asReal(kPoseTakes)));
   const std::size_t stride = std::max<std::size_t>(1, (corpus.takes.size() + most - 1) / most);
   std::vector<MotionClip> loaded;
   loaded.reserve(most);
@@ -43,6 +54,16 @@ std::optional<VisemePoses> storedPoses(const Corpus& corpus) {
     throw InputError(place, "viseme poses", "found other markers than the layout's; expected the same");
   poses.mouth = LipGauge(corpus.layout);
   return poses;
+}
+
+VocalStyle styleFor(const CurveOptions& options, const SpeechLabels& labels, const AudioTags& tags) {
+  const bool sings = options.alone == CurveStyle::kSing;
+  VocalStyle style;
+  style.ma = signalFor(options.ma, sings, melodicAccents(labels, tags), labels, 0);
+  style.ps = signalFor(options.ps, sings, pitchSensitivities(labels), labels, 0);
+  if (options.ja.given) style.ja = *options.ja.given;
+  if (options.li.given) style.li = *options.li.given;
+  return style;
 }
 
 }  // namespace mouthpiece

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/index.h"
 #include "base/smooth_step.h"
 #include "motion/resample.h"
 
@@ -63,7 +64,7 @@ TimeWarp warpOf(const SpeechLabels& line, const PhoneRange& target, const Speech
 /// The seconds of the take that this fragment may show.
 TimeSpan usableSource(const MotionClip& motion, const std::vector<LabelledPhone>& phones, std::size_t first,
                       std::size_t last) {
-  TimeSpan usable{0, (static_cast<double>(motion.frameCount()) - 1) / motion.frame_rate_hz};
+  TimeSpan usable{0, (asReal(motion.frameCount()) - 1) / motion.frame_rate_hz};
   if (isSilent(phones[first]) && first > 0) {
     usable.start = phones[first].span.end - kOwnPartOfPause * phones[first].span.duration();
   }
@@ -106,19 +107,16 @@ PositionMatrix Fragment::lipsAt(std::span<const Seconds> times) const {
   if (prediction_ == nullptr) return lips;
   const PositionMatrix predicted = predictedPoses(withinUsable(times));
   for (Eigen::Index i = 0; i < lips.cols(); ++i) {
-    lips.col(i) -= predicted.col(database_->lipColumns()[static_cast<std::size_t>(i)]);
+    lips.col(i) -= predicted.col(database_->lipColumns()[unsignedIndex(i)]);
   }
   return lips;
 }
 
 PositionMatrix Fragment::capturedLipsAt(std::span<const Seconds> times) const {
   const std::vector<Seconds> within = withinUsable(times);
-  PositionMatrix lips(static_cast<Eigen::Index>(times.size()),
-                      static_cast<Eigen::Index>(database_->lipColumns().size()));
-  for (std::size_t i = 0; i < within.size(); ++i) {
-    lips.row(static_cast<Eigen::Index>(i)) =
-        mouthpiece::lipsAt(*motion_, database_->lipColumns(), warp_.sourceFromTarget(within[i]));
-  }
+  PositionMatrix lips(std::ssize(times), std::ssize(database_->lipColumns()));
+  for (std::size_t i = 0; i < within.size(); ++i)
+    lips.row(signedIndex(i)) = mouthpiece::lipsAt(*motion_, database_->lipColumns(), warp_.sourceFromTarget(within[i]));
   return lips;
 }
 
@@ -165,7 +163,7 @@ void Fragment::relaxBeyond(std::span<const Seconds> times, PositionMatrix& poses
   Eigen::RowVectorXd rest = Eigen::Map<const Eigen::RowVectorXd>(neutral.data(), neutral.size());
   if (prediction_ != nullptr) rest.setZero();
   const auto relax = [&](std::size_t i, Seconds beyond, const Eigen::RowVectorXd& velocity) {
-    const auto row = static_cast<Eigen::Index>(i);
+    const Eigen::Index row = signedIndex(i);
     const Eigen::RowVectorXd held = poses.row(row) + velocity * (kComeToRest * (1 - std::exp(-beyond / kComeToRest)));
     poses.row(row) = held + smoothStep(beyond / kRelax) * (rest - held);
   };

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "motion/resample.h"
-#include "synthesis/coupling.h"
+#include "base/index.h"
+#include "synthesis/stages.h"
 
 namespace mouthpiece {
 namespace {
@@ -32,27 +32,7 @@ double disagreement(const Fragment& before, const Fragment& after, TimeSpan blen
     const Seconds time = std::lerp(blend.start, blend.end, u);
     sum += (before.lipsAt(time) - after.lipsAt(time)).squaredNorm();
   }
-  return sum / (before.lipsAt(blend.start).size() + 1.0);
-}
-
-double largestStep(const MotionClip& motion, Eigen::Index frame) {
-  const Eigen::RowVectorXd step = motion.positions_mm.row(frame + 1) - motion.positions_mm.row(frame);
-  return Eigen::Map<const MarkerPositions>(step.data(), step.size() / 3, 3).rowwise().norm().maxCoeff();
-}
-
-double largestVelocityChange(const MotionClip& motion, Eigen::Index frame) {
-  const auto& rows = motion.positions_mm;
-  const Eigen::RowVectorXd change =
-      (rows.row(frame + 1) - 2 * rows.row(frame) + rows.row(frame - 1)) * motion.frame_rate_hz;
-  return Eigen::Map<const MarkerPositions>(change.data(), change.size() / 3, 3).rowwise().norm().maxCoeff();
-}
-
-double percentileOf(std::vector<double>& values, double percentile) {
-  if (values.empty()) return 0;
-  const auto at =
-      static_cast<std::ptrdiff_t>(std::clamp(percentile / 100, 0.0, 1.0) * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
+  return sum / (asReal(before.lipsAt(blend.start).size()) + 1);
 }
 
 /// Anywhere but at the very ends of the phone, over `length` to twice that.
@@ -66,12 +46,13 @@ TimeSpan searchCoupling(const LabelledPhone& phone, const Fragment& before, cons
   return cheapestCoupling(before, after, {middles, lengths});
 }
 
-TimeSpan placeLipJoin(const LabelledPhone& phone, const Fragment& before, const Fragment& after, Seconds overlap,
-                      double frame_rate_hz, bool search_coupling, std::optional<Seconds> sound_cut) {
+TimeSpan placeLipJoin(const LabelledPhone& phone, const Fragment& before, const Fragment& after,
+                      const JoinOptions& options) {
   const PhoneIndex shared = after.phones().first;
   const Seconds length =
-      std::max(blendLength(phone.span.duration(), std::min(before.captureRateHz(), after.captureRateHz()), overlap),
-               std::min(overlap, 2 / frame_rate_hz));
+      std::max(blendLength(phone.span.duration(), std::min(before.captureRateHz(), after.captureRateHz()),
+                           options.overlap),
+               std::min(options.overlap, 2 / options.frame_rate_hz));
   const Seconds room = std::max(0.0, phone.span.duration() - length);
   const auto at = [&](double u) {
     const Seconds middle = phone.span.middle() + (u - 0.5) * room;
@@ -81,7 +62,7 @@ TimeSpan placeLipJoin(const LabelledPhone& phone, const Fragment& before, const 
   const bool before_is_strange = before.sourcePhone(shared).phone != phone.phone;
   const bool after_is_strange = after.sourcePhone(shared).phone != phone.phone;
   if (before_is_strange != after_is_strange) return at(before_is_strange ? 0 : 1);
-  if (search_coupling && length > 0) return searchCoupling(phone, before, after, length, sound_cut);
+  if (options.search_coupling && length > 0) return searchCoupling(phone, before, after, length, options.sound_cut);
   TimeSpan best = at(0.5);
   double least = disagreement(before, after, best);
   constexpr double kOffCentre = 1.1;  // a place off the middle must be that much better
@@ -102,49 +83,291 @@ TimeSpan placeSilentJoin(const LabelledPhone& phone, const LabelledPhone& before
                  std::min(kLongestInSilence, kPartOfSilence * std::min(phone.span.duration(), captured)));
 }
 
+/// Where the sound goes over from one unit to the next; none where another voice speaks.
+std::optional<Seconds> soundCut(const SelectedUnit& before, const SelectedUnit& after) {
+  constexpr Seconds kRounding = 1e-6;
+  const bool both_sound = before.sound.duration() > 0 && after.sound.duration() > 0;
+  if (!both_sound || std::abs(before.sound.end - after.sound.start) > kRounding) return std::nullopt;
+  return before.sound.end;
+}
+
+TimeSpan notBefore(const TimeSpan& span, const TimeSpan& earlier) {
+  return {std::max(span.start, earlier.start), std::max(span.end, earlier.end)};
+}
+
+/// Joins lie in the order of the line, so that each blend begins where the one before has begun.
+std::vector<JoinSpans> placeJoins(const std::vector<UnitFragment>& fragments, const std::vector<SelectedUnit>& units,
+                                  const LineToRender& line, bool search_coupling) {
+  std::vector<JoinSpans> joins;
+  for (std::size_t i = 0; i + 1 < fragments.size(); ++i) {
+    JoinSpans join = placeJoin(line.labels, fragments[i].fragment, fragments[i + 1].fragment,
+                               {line.overlap(), line.options.frame_rate_hz, search_coupling,
+                                soundCut(units[fragments[i].unit], units[fragments[i + 1].unit])});
+    if (!joins.empty()) {
+      join.lips = notBefore(join.lips, joins.back().lips);
+      join.upper_face = notBefore(join.upper_face, joins.back().upper_face);
+    }
+    joins.push_back(join);
+  }
+  return joins;
+}
+
+constexpr Seconds kSpacing = 0.010;  ///< of the times at which the fragments are compared
+constexpr Seconds kStep = 0.020;     ///< over which a velocity is read
+
+/// Lips and chin of two fragments at even times.
+class SharedLips {
+ public:
+  SharedLips(const Fragment& before, const Fragment& after, const TimeSpan& span) : start_(span.start) {
+    std::vector<Seconds> times;
+    const auto count = static_cast<int>(std::ceil(span.duration() / kSpacing)) + 2;
+    for (int i = 0; i < count; ++i) times.push_back(span.start + i * kSpacing);
+    difference_ = after.lipsAt(times) - before.lipsAt(times);
+    captured_before_ = before.capturedLipsAt(times);
+    captured_after_ = after.capturedLipsAt(times);
+  }
+
+  [[nodiscard]] double markers() const { return std::max(1.0, asReal(difference_.cols()) / 3); }
+
+  /// after - before, mm.
+  [[nodiscard]] Eigen::RowVectorXd differenceAt(Seconds time) const { return at(difference_, time); }
+
+  /// Its change over a second.
+  [[nodiscard]] Eigen::RowVectorXd velocityAt(Seconds time) const {
+    return (differenceAt(time + kStep) - differenceAt(time - kStep)) / (2 * kStep);
+  }
+
+  /// How far the captured lips move in 20 ms, mm, squared, mean over the markers: of the faster one.
+  [[nodiscard]] double haste(Seconds time) const {
+    const auto moved = [&](const PositionMatrix& lips) {
+      return (at(lips, time + kStep / 2) - at(lips, time - kStep / 2)).squaredNorm() / markers();
+    };
+    return std::max(moved(captured_before_), moved(captured_after_));
+  }
+
+ private:
+  [[nodiscard]] Eigen::RowVectorXd at(const PositionMatrix& rows, Seconds time) const {
+    const double place = std::clamp((time - start_) / kSpacing, 0.0, asReal(rows.rows() - 1));
+    const auto first = static_cast<Eigen::Index>(place);
+    const Eigen::Index second = std::min(first + 1, rows.rows() - 1);
+    const double part = place - asReal(first);
+    return (1 - part) * rows.row(first) + part * rows.row(second);
+  }
+
+  Seconds start_;
+  PositionMatrix difference_, captured_before_, captured_after_;
+};
+
+/// mm^2 a marker. With d = after - before eq. (2) gives theta'' = g before'' + (1 - g) after'' - 2 g' d' - g'' d: the
+/// last two terms are the join's own. The constant part of d is led away over longer than the blend (JoinOffset).
+double mismatch(const SharedLips& lips, const TimeSpan& blend) {
+  constexpr Seconds kComesTo =
+      0.030;  // velocities count as what they come to in that time, accelerations in its square
+  constexpr double kApartPerSecond = 3;  // two poses that differ are shown as their mean for that long
+  constexpr int kPoints = 7;
+  const Seconds length = blend.duration();
+  const Eigen::RowVectorXd at_middle = lips.differenceAt(blend.middle());
+  double apart = 0, added = 0;
+  for (int i = 1; i <= kPoints; ++i) {
+    const double u = asReal(i) / (kPoints + 1);
+    const Seconds time = blend.start + u * length;
+    const double g = blendWeight(BlendKind::kSmooth, u);
+    const double slope = 30 * u * u * (1 - u) * (1 - u) / length;
+    const double bend = 60 * u * (1 - u) * (1 - 2 * u) / (length * length);
+    const Eigen::RowVectorXd difference = lips.differenceAt(time);
+    apart += 4 * g * (1 - g) * difference.squaredNorm() / kPoints;
+    added += (2 * slope * lips.velocityAt(time) + bend * (difference - at_middle)).squaredNorm() / kPoints;
+  }
+  constexpr double kSquare = kComesTo * kComesTo;
+  const double velocity = kSquare * lips.velocityAt(blend.middle()).squaredNorm();
+  return (kApartPerSecond * length * apart + velocity + kSquare * kSquare * added) / lips.markers() +
+         lips.haste(blend.middle());
+}
+
+constexpr Seconds kReach = 0.100;
+constexpr Seconds kLeastRoom = 0.020;  ///< both sides together; leading faster than that would itself be a jerk
+
+bool hasContact(Phone phone) { return isBilabial(phone) || isLabiodental(phone); }
+
+/// Keeps the reaches out of the phones whose contact they would loosen.
+void stayOffContacts(const SpeechLabels& line, JoinOffset& offset) {
+  for (const LabelledPhone& phone : line.phones) {
+    if (!hasContact(phone.phone)) continue;
+    if (phone.span.start < offset.time) {
+      offset.reach_before = std::min(offset.reach_before, std::max(0.0, offset.time - phone.span.end));
+    }
+    if (phone.span.end > offset.time) {
+      offset.reach_after = std::min(offset.reach_after, std::max(0.0, phone.span.start - offset.time));
+    }
+  }
+}
+
+Eigen::RowVectorXd poseAt(const Fragment& fragment, Seconds time) {
+  const std::array<Seconds, 1> times{time};
+  return fragment.posesAt(times).row(0);
+}
+
+/// Where one of two poses was not seen, the other stands for both.
+void fillFromEachOther(PositionMatrix& a, PositionMatrix& b) {
+  for (Eigen::Index i = 0; i < a.size(); ++i) {
+    double& first = a.data()[i];
+    double& second = b.data()[i];
+    if (std::isnan(first)) first = second;
+    if (std::isnan(second)) second = first;
+  }
+}
+
+/// Columns that no phone moves: lids blink and brows rise when they will. A cut through such a movement shows, so they
+/// are blended over longer than the lips.
+std::vector<bool> upperFaceColumns(const MarkerLayout& layout) {
+  std::vector<bool> upper;
+  for (const LayoutMarker& marker : layout.markers) {
+    const bool is_upper = marker.region == "forehead" || marker.region == "temple" || marker.region == "brow" ||
+                          marker.region == "lid" || marker.region == "canthus";
+    upper.insert(upper.end(), 3, is_upper);
+  }
+  return upper;
+}
+
+/// The first row of `times` that begins at or after `time`.
+Eigen::Index rowFrom(std::span<const Seconds> times, Seconds time) {
+  return std::lower_bound(times.begin(), times.end(), time) - times.begin();
+}
+
+std::span<const Seconds> part(std::span<const Seconds> times, Eigen::Index begin, Eigen::Index end) {
+  return {times.begin() + begin, times.begin() + end};
+}
+
+/// One fragment's poses, led towards its neighbours.
+PositionMatrix ledPoses(const std::vector<UnitFragment>& fragments, std::size_t i,
+                        const std::vector<JoinOffset>& offsets, std::span<const Seconds> times) {
+  PositionMatrix poses = fragments[i].fragment.posesAt(times);
+  if (offsets.empty()) return poses;
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    auto row = poses.row(signedIndex(k));
+    if (i > 0 && times[k] < offsets[i - 1].time + offsets[i - 1].reach_after)
+      row += offsets[i - 1].shiftOfAfter(times[k]);
+    if (i < offsets.size() && times[k] > offsets[i].time - offsets[i].reach_before)
+      row += offsets[i].shiftOfBefore(times[k]);
+  }
+  return poses;
+}
+
+/// Eq. (2), the upper face over its own, longer stretch.
+PositionMatrix blendJoin(PositionMatrix before, PositionMatrix after, std::span<const Seconds> times,
+                         const JoinSpans& join, BlendKind blend, const std::vector<bool>& upper) {
+  fillFromEachOther(before, after);
+  const PositionMatrix lips = blendRows(before, after, times, join.lips, blend);
+  PositionMatrix blended = blendRows(before, after, times, join.upper_face, blend);
+  for (std::size_t column = 0; column < upper.size(); ++column) {
+    if (!upper[column]) blended.col(signedIndex(column)) = lips.col(signedIndex(column));
+  }
+  return blended;
+}
+
 }  // namespace
 
-JoinSpans placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after, Seconds overlap,
-                    double frame_rate_hz, bool search_coupling, std::optional<Seconds> sound_cut) {
+JoinSpans placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after,
+                    const JoinOptions& options) {
   const PhoneIndex shared = after.phones().first;
   const LabelledPhone& phone = line.phones[shared.value];
   if (phone.phone == Phone::kSil) {
     const TimeSpan join = placeSilentJoin(phone, before.sourcePhone(shared), after.sourcePhone(shared));
     return {join, join};
   }
-  const TimeSpan lips = placeLipJoin(phone, before, after, overlap, frame_rate_hz, search_coupling, sound_cut);
+  const TimeSpan lips = placeLipJoin(phone, before, after, options);
   return {lips, centred(lips.middle(), std::max(kUpperFaceOverlap, lips.duration()))};
 }
 
-Join measureJoin(const MotionClip& motion, Seconds time) {
-  Join join{time, 0, 0};
-  const auto last = static_cast<Eigen::Index>(motion.frameCount()) - 1;
-  if (last < 1) return join;
-  const auto frame = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(time * motion.frame_rate_hz), 0, last - 1);
-  join.position_jump_mm = largestStep(motion, frame);
-  for (const Eigen::Index at : {frame, frame + 1}) {
-    if (at < 1 || at >= last) continue;
-    join.velocity_jump_mm_s = std::max(join.velocity_jump_mm_s, largestVelocityChange(motion, at));
-  }
-  return join;
-}
-
-FrameChange frameChangePercentile(const Corpus& corpus, double frame_rate_hz, double percentile) {
-  std::vector<double> steps;
-  std::vector<double> changes;
-  const auto keepSeen = [](std::vector<double>& values, double value) {
-    if (std::isfinite(value)) values.push_back(value);
-  };
-  for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
-    const bool on_demand = corpus.motion_source != nullptr;
-    const MotionClip captured = on_demand ? corpus.motion_source->load(TakeIndex(take)) : corpus.takes[take].motion;
-    const MotionClip motion = resampleClip(captured, frame_rate_hz);
-    for (Eigen::Index frame = 0; frame + 1 < motion.positions_mm.rows(); ++frame) {
-      keepSeen(steps, largestStep(motion, frame));
-      if (frame > 0) keepSeen(changes, largestVelocityChange(motion, frame));
+TimeSpan cheapestCoupling(const Fragment& before, const Fragment& after, const CouplingSearch& search) {
+  constexpr double kOffCentre = 1.1;  // a place off the middle must be that much better
+  const Seconds longest = *std::max_element(search.lengths.begin(), search.lengths.end());
+  const SharedLips lips(before, after,
+                        {search.middles.start - longest / 2 - kStep, search.middles.end + longest / 2 + kStep});
+  TimeSpan best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const double u : {0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875, 0.0, 1.0}) {
+    const Seconds middle = std::lerp(search.middles.start, search.middles.end, u);
+    for (const Seconds length : search.lengths) {
+      const TimeSpan blend{middle - length / 2, middle + length / 2};
+      const double cost = (u == 0.5 ? 1 : kOffCentre) * mismatch(lips, blend);
+      if (cost < least) {
+        least = cost;
+        best = blend;
+      }
     }
   }
-  return {percentileOf(steps, percentile), percentileOf(changes, percentile)};
+  return best;
+}
+
+Eigen::RowVectorXd JoinOffset::shiftOfBefore(Seconds at) const {
+  const Seconds room = reach_before + reach_after;
+  if (room < kLeastRoom || reach_before <= 0) return Eigen::RowVectorXd::Zero(offset_mm.size());
+  return reach_before / room * blendWeight(BlendKind::kSmooth, (time - at) / reach_before) * offset_mm;
+}
+
+Eigen::RowVectorXd JoinOffset::shiftOfAfter(Seconds at) const {
+  const Seconds room = reach_before + reach_after;
+  if (room < kLeastRoom || reach_after <= 0) return Eigen::RowVectorXd::Zero(offset_mm.size());
+  return -reach_after / room * blendWeight(BlendKind::kSmooth, (at - time) / reach_after) * offset_mm;
+}
+
+std::vector<JoinOffset> findJoinOffsets(const SpeechLabels& line, const std::vector<UnitFragment>& fragments,
+                                        const std::vector<JoinSpans>& joins) {
+  std::vector<JoinOffset> offsets;
+  for (std::size_t i = 0; i < joins.size(); ++i) {
+    JoinOffset offset;
+    offset.time = joins[i].lips.middle();
+    // A fragment that is joined at both ends keeps room for both.
+    const Seconds room_before = i > 0 ? offset.time - joins[i - 1].lips.middle() : kReach;
+    const Seconds room_after = i + 1 < joins.size() ? joins[i + 1].lips.middle() - offset.time : kReach;
+    offset.reach_before = std::clamp(room_before, 0.0, kReach);
+    offset.reach_after = std::clamp(room_after, 0.0, kReach);
+    stayOffContacts(line, offset);
+    offset.offset_mm = poseAt(fragments[i + 1].fragment, offset.time) - poseAt(fragments[i].fragment, offset.time);
+    offset.offset_mm = offset.offset_mm.unaryExpr([](double mm) { return std::isfinite(mm) ? mm : 0.0; });
+    offsets.push_back(std::move(offset));
+  }
+  return offsets;
+}
+
+PositionMatrix blendFragments(const std::vector<UnitFragment>& fragments, const std::vector<JoinSpans>& joins,
+                              const std::vector<JoinOffset>& offsets, std::span<const Seconds> times, BlendKind blend,
+                              const MarkerLayout& layout) {
+  const std::vector<bool> upper = upperFaceColumns(layout);
+  const Eigen::Index frames = std::ssize(times);
+  PositionMatrix result(frames, std::ssize(upper));
+  for (std::size_t i = 0; i < fragments.size(); ++i) {
+    // The stretch over which the upper face is blended holds that of the lips.
+    const Eigen::Index begin = i == 0 ? 0 : rowFrom(times, joins[i - 1].upper_face.start);
+    const Eigen::Index end = i + 1 == fragments.size() ? frames : rowFrom(times, joins[i].upper_face.end);
+    if (begin >= end) continue;
+    const PositionMatrix poses = ledPoses(fragments, i, offsets, part(times, begin, end));
+    const Eigen::Index blended_end =
+        i == 0 ? begin : std::clamp(rowFrom(times, joins[i - 1].upper_face.end), begin, end);
+    const Eigen::Index blended = blended_end - begin;
+    if (blended > 0) {
+      result.middleRows(begin, blended) = blendJoin(result.middleRows(begin, blended), poses.topRows(blended),
+                                                    part(times, begin, blended_end), joins[i - 1], blend, upper);
+    }
+    result.middleRows(blended_end, end - blended_end) = poses.bottomRows(end - blended_end);
+  }
+  return result;
+}
+
+StretchMotion blendUnits(const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
+                         const LineToRender& line, bool residual) {
+  const std::vector<UnitFragment> fragments = cutIntoFragments(line.labels, line.database, units, residual);
+  const std::vector<JoinSpans> joins = placeJoins(fragments, units, line, residual && line.options.search_coupling);
+  std::vector<JoinOffset> offsets;  // a bare cut, when no blend is wanted
+  if (line.overlap() > 0) offsets = findJoinOffsets(line.labels, fragments, joins);
+  StretchMotion motion{
+      blendFragments(fragments, joins, offsets, times, line.options.blend, line.database.corpus().layout), {}};
+  for (std::size_t i = 0; i < joins.size(); ++i) {
+    // Between two fragments of one unit lies a pause of the take itself.
+    if (fragments[i].unit != fragments[i + 1].unit) motion.joins.push_back(joins[i].lips.middle());
+  }
+  return motion;
 }
 
 }  // namespace mouthpiece

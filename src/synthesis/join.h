@@ -1,7 +1,10 @@
 #pragma once
 
 #include <optional>
+#include <span>
+#include <vector>
 
+#include "motion/blend.h"
 #include "synthesis/fragment.h"
 #include "synthesis/utterance_animation.h"
 
@@ -13,13 +16,54 @@ struct JoinSpans {
   TimeSpan upper_face;  ///< lids, brows, forehead, temples, canthi: longer, around the same middle
 };
 
+struct JoinOptions {
+  Seconds overlap = 0;
+  double frame_rate_hz = 0;
+  bool search_coupling = false;
+  std::optional<Seconds> sound_cut = {};  ///< where the fragments' own sound goes over
+};
+
 /// The lips are joined inside (or, where the capture is too slow for that, around) the phone that both share: over at
 /// most `overlap`, and where the lips of both agree best, so that a closure of one is not averaged with open lips of
 /// the other. With `search_coupling` place and length are chosen together (cheapestCoupling()), the length up to twice
-/// what it is otherwise; where the fragments' own sound is cut at `sound_cut`, that is the place. In a silence the join
-/// is centred and longer.
-JoinSpans placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after, Seconds overlap,
-                    double frame_rate_hz, bool search_coupling = false, std::optional<Seconds> sound_cut = {});
+/// what it is otherwise, the place at `sound_cut` if there is one. In a silence the join is centred and longer.
+JoinSpans placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after,
+                    const JoinOptions& options);
+
+/// Among what the join of two fragments is looked for.
+struct CouplingSearch {
+  TimeSpan middles;                  ///< where the middle of the blend may lie
+  std::span<const Seconds> lengths;  ///< how long the blend may be; none is zero
+};
+
+/// Optimal coupling: the blend of lips and chin for which is least, added up over its length, by how far the lips of
+/// both lie apart, what velocity the blend itself adds to theirs, and how fast they move (docs/theory/selection.md).
+TimeSpan cheapestCoupling(const Fragment& before, const Fragment& after, const CouplingSearch& search);
+
+/// By how much the markers of two fragments lie apart at the middle of their join. Left to the blend alone, 3 mm in 60
+/// ms are a jerk; so the fragments are first led towards each other, the one before over `reach_before` up to the join,
+/// the one after over `reach_after` from there, each by its share. Neither reach touches a phone whose lips must close
+/// or touch the teeth: there a shift would open them.
+struct JoinOffset {
+  Seconds time = 0;
+  Seconds reach_before = 0;
+  Seconds reach_after = 0;
+  Eigen::RowVectorXd offset_mm;  ///< after - before, all columns; 0 where not seen
+
+  [[nodiscard]] Eigen::RowVectorXd shiftOfBefore(Seconds at) const;
+  [[nodiscard]] Eigen::RowVectorXd shiftOfAfter(Seconds at) const;
+};
+
+/// One for each join, joins[i] lying between fragments i and i + 1.
+std::vector<JoinOffset> findJoinOffsets(const SpeechLabels& line, const std::vector<UnitFragment>& fragments,
+                                        const std::vector<JoinSpans>& joins);
+
+/// The fragments resampled at `times` (rising) and blended over `joins`, one between each fragment and the next (EDGE
+/// 5.1.3): times x (3 * markers), mm. `offsets` (one a join, or none at all) are spread first. Where the capture of one
+/// side was not seen, the other side stands for both; NaN only where neither was.
+PositionMatrix blendFragments(const std::vector<UnitFragment>& fragments, const std::vector<JoinSpans>& joins,
+                              const std::vector<JoinOffset>& offsets, std::span<const Seconds> times, BlendKind blend,
+                              const MarkerLayout& layout);
 
 /// Jumps of the finished motion at a join, whose middle is at `time`: the largest step of a marker from the frame
 /// before to the frame after, and the largest change of a marker's velocity at either of the two.

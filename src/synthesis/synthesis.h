@@ -1,11 +1,12 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "motion/blend.h"
 #include "synthesis/context_transfer.h"
-#include "synthesis/curve_options.h"
+#include "synthesis/curve_model.h"
 #include "synthesis/utterance_animation.h"
 #include "units/file/corpus.h"
 #include "units/selection/selection.h"
@@ -34,12 +35,49 @@ struct SynthesisRequest {
   AudioTags tags = {};                   ///< what was heard in `audio`, for curves in a sung style
 };
 
-/// EDGE section 5: selects fragments of the corpus, warps each to the line's phone times, resamples it at the frame
-/// times and blends neighbours inside the phone that they share; with viterbi in a corpus with a trajectory model also
-/// moves them into the line's context. With curves.fill_gaps VOCAL's curves make what the corpus lacks, with
-/// curves.alone all of the motion (docs/theory/vocal.md). As long as the longer of labels and audio. Throws
-/// InputError when the corpus has no takes, lacks a pair of phones and anything like it, or the frame rate is none.
-/// StageTimings: selection and motion are filled. Thread-safe.
+/// A stretch of the line and what moves the face in it.
+struct Segment {
+  enum class Kind {
+    kCaptured,  ///< a fragment of the corpus
+    kStandIn,   ///< a fragment too, but of the nearest pair of phones by viseme class
+    kCurves,    ///< VOCAL's curves
+  };
+  PhoneRange phones;                 ///< two at least
+  std::optional<SelectedUnit> unit;  ///< the fragment, of the same phones; none: curves
+
+  [[nodiscard]] Kind kind() const {
+    if (!unit) return Kind::kCurves;
+    return unit->is_backoff ? Kind::kStandIn : Kind::kCaptured;
+  }
+};
+
+/// What a line is made of: a value that may be changed and rendered again. In order; neighbours share one phone, and
+/// all of them cover the line. A line of fewer than two phones has none: the face rests.
+struct SynthesisPlan {
+  std::vector<Segment> segments;
+
+  /// Lays a segment over the others: what it covers goes, what it cuts into is shortened, curves beside curves become
+  /// one segment. `laid` lies within the line.
+  void lay(const Segment& laid);
+};
+
+/// Chooses what each stretch of the line is made of (EDGE 5.1.1). With curves.alone that is curves; with
+/// curves.fill_gaps curves make what the corpus lacks, but where a prediction leads stand-ins, as long as there are
+/// some. `units`, when there are any, were chosen before. Throws InputError when the corpus lacks a pair of phones and
+/// anything like it, and curves may not fill in.
+SynthesisPlan planLine(const SpeechLabels& labels, const UnitDatabase& database, const SynthesisOptions& options,
+                       const std::vector<SelectedUnit>& units = {});
+
+/// Moves the face as planned for request.labels, whatever request.units are: the fragments are warped to the line's
+/// phone times, resampled at the frame times and blended inside the phone that neighbours share (EDGE 5.1.2, 5.1.3),
+/// with viterbi in a corpus with a trajectory model also moved into the line's context; curves are led to meet them
+/// (docs/theory/vocal.md). As long as the longer of labels and audio. Throws InputError when the corpus has no takes or
+/// no poses for the curves, or the frame rate is none. Of StageTimings `motion` is filled. Thread-safe; the result does
+/// not depend on threads.
+UtteranceAnimation renderPlan(const SynthesisPlan& plan, const SynthesisRequest& request,
+                              const UnitDatabase& database);
+
+/// EDGE section 5: plans the line and renders it. Throws as both do. StageTimings: selection and motion are filled.
 UtteranceAnimation synthesise(const SynthesisRequest& request, const UnitDatabase& database);
 
 /// The same for a single line; for many lines make one UnitDatabase.

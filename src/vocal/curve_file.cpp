@@ -1,48 +1,61 @@
-#include "vocal/curve_file.h"
-
 #include <fmt/format.h>
 
-#include <cmath>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "base/index.h"
+#include "base/json_fields.h"
 #include "base/text_numbers.h"
+#include "vocal/animation_curve.h"
 
 namespace mouthpiece {
 namespace {
 
-using nlohmann::json;
-
-constexpr std::uint64_t kMaxFileBytes = std::uint64_t{1} << 28;
-constexpr std::size_t kMostCurves = 1000;
+constexpr std::uint64_t kMaxCurveBytes = std::uint64_t{1} << 28, kMaxEditBytes = 1 << 24;
+constexpr std::size_t kMostCurves = 1000, kMostEdits = 10000;
 constexpr double kLargestNumber = 1e6;
 
-double numberOf(const json& key, const char* name, const std::string& place, std::string_view file) {
-  const auto found = key.is_object() ? key.find(name) : key.end();
-  if (!key.is_object() || found == key.end() || !found->is_number())
-    throw InputError(file, place, fmt::format("found no number {}; expected time_s, value, in and out", name));
-  const double value = found->get<double>();
-  if (!(std::abs(value) < kLargestNumber))
-    throw InputError(file, place, fmt::format("found {} = {}; expected less than {}", name, value, kLargestNumber));
-  return value;
+double numberOf(const JsonField& entry, std::string_view key) {
+  return entry[key].number(-kLargestNumber, kLargestNumber);
 }
 
-AnimationCurve curveFrom(const json& entry, const std::string& place, std::string_view file) {
-  const bool usable = entry.is_object() && entry.contains("name") && entry["name"].is_string() &&
-                      entry.contains("keys") && entry["keys"].is_array();
-  if (!usable) throw InputError(file, place, "found no curve; expected an object with name and keys");
-  AnimationCurve curve{entry["name"].get<std::string>(), {}};
-  for (const json& key : entry["keys"]) {
-    const std::string where = fmt::format("{}, key {}", place, curve.keys.size());
-    curve.keys.push_back({numberOf(key, "time_s", where, file), numberOf(key, "value", where, file),
-                          numberOf(key, "in", where, file), numberOf(key, "out", where, file)});
-    const std::size_t count = curve.keys.size();
-    if (count > 1 && curve.keys[count - 1].time <= curve.keys[count - 2].time)
-      throw InputError(file, where, "found a time that is not after the key before; expected rising times");
+AnimationCurve curveFrom(const JsonField& entry) {
+  AnimationCurve curve{entry["name"].text(), {}};
+  for (const JsonField& key : entry["keys"].list()) {
+    const Seconds time = numberOf(key, "time_s");
+    if (!curve.keys.empty() && time <= curve.keys.back().time)
+      key.fail("found a time that is not after the key before; expected rising times");
+    curve.keys.push_back({time, numberOf(key, "value"), numberOf(key, "in"), numberOf(key, "out")});
   }
   return curve;
+}
+
+std::vector<CurveKey> keysWithin(const TimeSpan& span, const JsonField& list) {
+  std::vector<CurveKey> keys;
+  for (const JsonField& key : list.list(1)) {
+    const Seconds time = key["time_s"].number(span.start, span.end);
+    if (!keys.empty() && time < keys.back().time + kLeastKeyGap)
+      key.fail("found key times that do not rise; expected rising times");
+    keys.push_back({time, numberOf(key, "value"), 0, 0});
+  }
+  return keys;
+}
+
+CurveEdit editFrom(const JsonField& entry) {
+  constexpr std::array<std::string_view, 3> kKinds{"offset", "replace", "mute"};  // in the order of CurveEdit::Kind
+  CurveEdit edit;
+  edit.curve = entry["curve"].name();
+  edit.kind = std::array{CurveEdit::Kind::kOffset, CurveEdit::Kind::kReplace,
+                         CurveEdit::Kind::kMute}[entry["kind"].choice(kKinds)];
+  edit.span = {numberOf(entry, "start_s"), numberOf(entry, "end_s")};
+  if (edit.span.duration() < 2 * kLeastKeyGap) entry.fail("found an empty span; expected end_s after start_s");
+  if (edit.kind == CurveEdit::Kind::kOffset) edit.value = numberOf(entry, "value");
+  if (edit.kind == CurveEdit::Kind::kReplace) edit.keys = keysWithin(edit.span, entry["keys"]);
+  if (entry["fade_s"].exists()) edit.fade = entry["fade_s"].number(0, kLargestNumber);
+  return edit;
 }
 
 }  // namespace
@@ -59,23 +72,18 @@ std::string curvesToJson(const CurveSet& curves) {
 }
 
 CurveSet parseCurves(std::string_view json_text, std::string_view file) {
-  const json root = json::parse(json_text, nullptr, false);
-  if (!root.is_array()) throw InputError(file, "", "found no JSON list; expected curves");
-  if (root.size() > kMostCurves)
-    throw InputError(file, "", fmt::format("found {} curves; expected at most {}", root.size(), kMostCurves));
   CurveSet curves;
   std::set<std::string> names;
-  for (std::size_t i = 0; i < root.size(); ++i) {
-    const std::string place = fmt::format("curve {}", i);
-    curves.push_back(curveFrom(root[i], place, file));
+  for (const JsonField& entry : parseJson(json_text, file, "curves").list(0, kMostCurves)) {
+    curves.push_back(curveFrom(entry));
     if (!names.insert(curves.back().name).second)
-      throw InputError(file, place, fmt::format("found the name {} a second time", printable(curves.back().name)));
+      entry.fail(fmt::format("found the name {} a second time", printable(curves.back().name)));
   }
   return curves;
 }
 
 CurveSet readCurves(const std::filesystem::path& path) {
-  return parseCurves(readFile(path, kMaxFileBytes), path.string());
+  return parseCurves(readFile(path, kMaxCurveBytes), path.string());
 }
 
 std::string curveKeysToCsv(const CurveSet& curves) {
@@ -90,7 +98,7 @@ std::string curveKeysToCsv(const CurveSet& curves) {
 std::string curveFramesToCsv(const CurveSet& curves, double frame_rate_hz, std::size_t frames) {
   constexpr int kTimeDecimals = 6, kValueDecimals = 5;
   std::vector<Seconds> times;
-  for (std::size_t frame = 0; frame < frames; ++frame) times.push_back(static_cast<double>(frame) / frame_rate_hz);
+  for (std::size_t frame = 0; frame < frames; ++frame) times.push_back(asReal(frame) / frame_rate_hz);
   std::vector<std::vector<double>> columns;
   std::string text = "time_s";
   for (const AnimationCurve& curve : curves) {
@@ -107,6 +115,17 @@ std::string curveFramesToCsv(const CurveSet& curves, double frame_rate_hz, std::
     text += '\n';
   }
   return text;
+}
+
+CurveEdits parseCurveEdits(std::string_view json_text, std::string_view file) {
+  CurveEdits edits;
+  for (const JsonField& entry : parseJson(json_text, file, "edits").list(0, kMostEdits))
+    edits.push_back(editFrom(entry));
+  return edits;
+}
+
+CurveEdits readCurveEdits(const std::filesystem::path& path) {
+  return parseCurveEdits(readFile(path, kMaxEditBytes), path.string());
 }
 
 }  // namespace mouthpiece

@@ -1,8 +1,10 @@
-#include "vocal/larynx_curve.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "base/statistics.h"
+#include "vocal/viseme_curves.h"
+#include "vocal/viseme_events.h"
 
 namespace mouthpiece {
 namespace {
@@ -11,7 +13,7 @@ namespace {
 class LinePitch {
  public:
   explicit LinePitch(const AudioTags& tags) : tags_(tags) {
-    for (const SungNote& note : tags.notes) include(note.hz);
+    for (const Note& note : tags.notes) include(note.hz);
     if (!tags.notes.empty()) return;
     for (const PitchSample& sample : tags.f0) {
       if (sample.voiced) include(sample.hz);
@@ -31,10 +33,7 @@ class LinePitch {
     for (auto sample = first; sample != tags_.f0.end() && sample->time < span.end; ++sample) {
       if (sample->voiced) hz.push_back(sample->hz);
     }
-    if (hz.empty()) return 0;
-    const auto middle = hz.begin() + static_cast<std::ptrdiff_t>(hz.size() / 2);
-    std::nth_element(hz.begin(), middle, hz.end());
-    return *middle;
+    return median(std::move(hz), 0);
   }
 
  private:
@@ -51,7 +50,7 @@ class LinePitch {
 /// The vowel's event, its keys at the larynx' heights; no keys where it has no pitch.
 VisemeEvent larynxEvent(VisemeEvent vowel, const AudioTags& tags, const LinePitch& pitch) {
   std::vector<EventKey> keys;
-  for (const SungNote& note : tags.notes) {
+  for (const Note& note : tags.notes) {
     const TimeSpan part{std::max(note.span.start, vowel.span.start), std::min(note.span.end, vowel.span.end)};
     if (part.duration() <= 0) continue;
     keys.push_back({part.start, pitch.height(note.hz)});

@@ -1,12 +1,9 @@
-#include "vocal/maps_field.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <set>
 
-#include "vocal/larynx_curve.h"
-#include "vocal/vowel_modification.h"
+#include "vocal/viseme_curves.h"
 
 namespace mouthpiece {
 namespace {
@@ -73,17 +70,17 @@ std::vector<Seconds> keyTimes(const std::vector<const AnimationCurve*>& curves, 
   return times;
 }
 
-/// A key midway between two where the style changes between them: a cubic times a slope is no cubic.
-void halveWhereStyleChanges(std::vector<Seconds>& times, const StyleSignal& ma, const StyleSignal& ps) {
+/// The times with one midway between two where the style changes between them: a cubic times a slope is no cubic.
+std::vector<Seconds> halvedWhereStyleChanges(const std::vector<Seconds>& times, const StyleSignal& ma,
+                                             const StyleSignal& ps) {
   std::vector<Seconds> halved;
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    if (i > 0) {
-      const bool changes = ma.at(times[i - 1]) != ma.at(times[i]) || ps.at(times[i - 1]) != ps.at(times[i]);
-      if (changes) halved.push_back(0.5 * (times[i - 1] + times[i]));
-    }
-    halved.push_back(times[i]);
+  for (const Seconds time : times) {
+    const bool changes =
+        !halved.empty() && (ma.at(halved.back()) != ma.at(time) || ps.at(halved.back()) != ps.at(time));
+    if (changes) halved.push_back(0.5 * (halved.back() + time));
+    halved.push_back(time);
   }
-  times = std::move(halved);
+  return halved;
 }
 
 }  // namespace
@@ -105,9 +102,8 @@ CurveSet blendExtremes(const SpeechLabels& labels, const AudioTags& tags, const 
     std::vector<const AnimationCurve*> curves;
     for (const UsedExtreme& one : used) curves.push_back(findCurve(one.curves, name));
     AnimationCurve curve{name, {}};
-    std::vector<Seconds> times = keyTimes(curves, ma, ps);
-    halveWhereStyleChanges(times, ma, ps);
-    for (const Seconds time : times) curve.keys.push_back(blendedKey(used, curves, time, ma, ps));
+    for (const Seconds time : halvedWhereStyleChanges(keyTimes(curves, ma, ps), ma, ps))
+      curve.keys.push_back(blendedKey(used, curves, time, ma, ps));
     blended.push_back(std::move(curve));
   }
   return blended;
@@ -118,9 +114,7 @@ CurveSet vocalCurves(const SpeechLabels& labels, const AudioTags& tags, const Vo
   for (CurveSet more : {vowelModificationCurves(labels, tags), larynxCurves(labels, tags)}) {
     curves.insert(curves.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
   }
-  std::sort(curves.begin(), curves.end(),
-            [](const AnimationCurve& a, const AnimationCurve& b) { return a.name < b.name; });
-  return curves;
+  return sortedByName(std::move(curves));
 }
 
 }  // namespace mouthpiece

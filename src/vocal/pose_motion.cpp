@@ -1,9 +1,10 @@
-#include "vocal/pose_motion.h"
-
-#include <cmath>
+#include <algorithm>
 
 #include "base/errors.h"
+#include "base/index.h"
 #include "base/smooth_step.h"
+#include "vocal/viseme_curves.h"
+#include "vocal/viseme_poses.h"
 
 namespace mouthpiece {
 namespace {
@@ -12,11 +13,6 @@ namespace {
 /// phone, and let go in 7 ms after it was held, before the phone ends. (From 0.75 to 0.97 on, a vowel beside a closure
 /// was shut at its edge, which those of GRID s1 are not.)
 constexpr double kContactFrom = 0.95, kContactBy = 1.0;
-
-std::vector<double> sampled(const CurveSet& curves, std::string_view name, const std::vector<Seconds>& times) {
-  const AnimationCurve* curve = findCurve(curves, name);
-  return curve == nullptr ? std::vector<double>() : sampleCurve(*curve, times);
-}
 
 /// `value`, but never under `floor`, with a soft approach over 1 mm above it.
 double softFloor(double value, double floor) {
@@ -28,67 +24,72 @@ double softFloor(double value, double floor) {
   return floor + (above + kSoft) * (above + kSoft) / (4 * kSoft);
 }
 
-std::vector<double> sampledSignal(const StyleSignal& signal, const std::vector<Seconds>& times) {
-  std::vector<double> values;
-  values.reserve(times.size());
-  for (const Seconds time : times) values.push_back(signal.at(time));
+/// Values at `times`; of a curve that is not there all 0.
+Eigen::ArrayXd sampled(const CurveSet& curves, std::string_view name, const std::vector<Seconds>& times) {
+  const AnimationCurve* curve = findCurve(curves, name);
+  if (curve == nullptr) return Eigen::ArrayXd::Zero(signedIndex(times.size()));
+  const std::vector<double> values = sampleCurve(*curve, times);
+  return Eigen::Map<const Eigen::ArrayXd>(values.data(), signedIndex(values.size()));
+}
+
+Eigen::ArrayXd sampledSignal(const StyleSignal& signal, const std::vector<Seconds>& times) {
+  Eigen::ArrayXd values(signedIndex(times.size()));
+  std::transform(times.begin(), times.end(), values.begin(), [&](Seconds time) { return signal.at(time); });
   return values;
 }
 
+Eigen::Index rowOfPose(Viseme viseme) { return static_cast<Eigen::Index>(viseme); }
+
 /// Lip poses of the action units: how round and spread lips differ from the neutral vowel's.
 Eigen::RowVectorXd actionUnitPose(const VisemePoses& poses, Viseme shaped) {
-  return poses.lips.row(static_cast<Eigen::Index>(shaped)) - poses.lips.row(static_cast<Eigen::Index>(Viseme::kUh));
-}
-
-void addLips(const std::vector<double>& values, const std::vector<double>& li, const Eigen::RowVectorXd& pose,
-             PositionMatrix& displacements) {
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    if (values[k] != 0) displacements.row(static_cast<Eigen::Index>(k)) += values[k] * li[k] * pose;
-  }
+  return poses.lips.row(rowOfPose(shaped)) - poses.lips.row(rowOfPose(Viseme::kUh));
 }
 
 }  // namespace
 
 PositionMatrix displacementsFromCurves(const CurveSet& curves, const VisemePoses& poses, const StyleSignal& ja,
                                        const StyleSignal& li, const std::vector<Seconds>& times) {
-  MOUTHPIECE_EXPECT(poses.lips.cols() == static_cast<Eigen::Index>(3 * poses.marker_names.size()));
-  PositionMatrix displacements = PositionMatrix::Zero(static_cast<Eigen::Index>(times.size()), poses.lips.cols());
-  const std::vector<double> ja_values = sampledSignal(ja, times), li_values = sampledSignal(li, times);
-  std::vector<double> chin(times.size(), 0.0);
+  MOUTHPIECE_EXPECT(poses.lips.cols() == signedIndex(3 * poses.marker_names.size()));
+  PositionMatrix displacements = PositionMatrix::Zero(signedIndex(times.size()), poses.lips.cols());
+  const Eigen::ArrayXd ja_values = sampledSignal(ja, times), li_values = sampledSignal(li, times);
+  const auto add_lips = [&](const Eigen::ArrayXd& values, const Eigen::RowVectorXd& pose) {
+    for (Eigen::Index k = 0; k < values.size(); ++k) {
+      if (values(k) != 0) displacements.row(k) += values(k) * li_values(k) * pose;
+    }
+  };
+  Eigen::ArrayXd chin = Eigen::ArrayXd::Zero(displacements.rows());
   for (std::size_t v = 1; v < kVisemeCount; ++v) {
     const auto viseme = static_cast<Viseme>(v);
-    const std::vector<double> lips = sampled(curves, visemeName(viseme), times);
-    std::vector<double> jaw = sampled(curves, jawCurveName(viseme), times);
-    if (jaw.empty()) jaw = lips;
-    addLips(lips, li_values, poses.lips.row(static_cast<Eigen::Index>(v)), displacements);
-    for (std::size_t k = 0; k < jaw.size(); ++k) chin[k] += jaw[k] * ja_values[k] * poses.jaw_drop[v];
+    const Eigen::ArrayXd lips = sampled(curves, visemeName(viseme), times);
+    const bool has_jaw = findCurve(curves, jawCurveName(viseme)) != nullptr;
+    const Eigen::ArrayXd jaw = has_jaw ? sampled(curves, jawCurveName(viseme), times) : lips;
+    add_lips(lips, poses.lips.row(signedIndex(v)));
+    chin += jaw * ja_values * poses.jaw_drop[v];
   }
-  for (std::size_t k = 0; k < times.size(); ++k)
-    displacements.row(static_cast<Eigen::Index>(k)) += chin[k] * poses.jaw_direction;
-  addLips(sampled(curves, "lipSpread", times), li_values, actionUnitPose(poses, Viseme::kEe), displacements);
-  addLips(sampled(curves, "lipRound", times), li_values, actionUnitPose(poses, Viseme::kOo), displacements);
-  keepContacts(curves, poses, times, displacements);
-  return displacements;
+  displacements += chin.matrix() * poses.jaw_direction;
+  add_lips(sampled(curves, "lipSpread", times), actionUnitPose(poses, Viseme::kEe));
+  add_lips(sampled(curves, "lipRound", times), actionUnitPose(poses, Viseme::kOo));
+  return withContacts(curves, poses, times, std::move(displacements));
 }
 
-void keepContacts(const CurveSet& curves, const VisemePoses& poses, const std::vector<Seconds>& times,
-                  PositionMatrix& displacements) {
-  if (!poses.mouth.hasLips()) return;
-  const std::vector<double> bilabial = sampled(curves, visemeName(Viseme::kMBP), times);
-  const std::vector<double> labiodental = sampled(curves, visemeName(Viseme::kFV), times);
-  for (std::size_t k = 0; k < times.size(); ++k) {
-    auto row = displacements.row(static_cast<Eigen::Index>(k));
-    double opening = poses.mouth.verticalOpening(row);
-    const double before = opening;
-    const auto lead = [&](const std::vector<double>& curve, double contact_mm) {
-      if (curve.empty() || opening <= contact_mm) return;
-      opening += smoothStep(kContactFrom, kContactBy, curve[k]) * (contact_mm - opening);
+PositionMatrix withContacts(const CurveSet& curves, const VisemePoses& poses, const std::vector<Seconds>& times,
+                            PositionMatrix displacements) {
+  if (!poses.mouth.hasLips()) return displacements;
+  const Eigen::ArrayXd bilabial = sampled(curves, visemeName(Viseme::kMBP), times);
+  const Eigen::ArrayXd labiodental = sampled(curves, visemeName(Viseme::kFV), times);
+  for (Eigen::Index k = 0; k < displacements.rows(); ++k) {
+    auto row = displacements.row(k);
+    const double before = poses.mouth.verticalOpening(row);
+    double opening = before;
+    const auto lead = [&](double reached, double contact_mm) {
+      if (opening > contact_mm) opening += smoothStep(kContactFrom, kContactBy, reached) * (contact_mm - opening);
     };
-    lead(labiodental, poses.labiodental_mm);
-    lead(bilabial, poses.bilabial_mm);
+    lead(labiodental(k), poses.labiodental_mm);
+    lead(bilabial(k), poses.bilabial_mm);
     opening = softFloor(opening, poses.contact_mm);
     if (opening != before) row += (opening - before) * poses.opening_direction;
   }
+  return displacements;
 }
 
 }  // namespace mouthpiece

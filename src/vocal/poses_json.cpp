@@ -1,10 +1,10 @@
-#include <fmt/format.h>
-
-#include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
-#include "base/errors.h"
+#include "base/index.h"
+#include "base/json_fields.h"
 #include "vocal/viseme_poses.h"
 
 namespace mouthpiece {
@@ -13,7 +13,6 @@ extern const std::string_view kGenericPosesJson;
 
 namespace {
 
-using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr std::size_t kMostMarkers = 1000;
@@ -28,29 +27,18 @@ ordered_json numbers(const Eigen::Ref<const Eigen::RowVectorXd>& row) {
   return list;
 }
 
-[[noreturn]] void fail(std::string_view file, std::string_view key, std::string_view what) {
-  throw InputError(file, key, what);
-}
+/// The single numbers of the file, in its order.
+constexpr std::array<std::pair<const char*, double VisemePoses::*>, 8> kNumbers{
+    {{"bilabial_mm", &VisemePoses::bilabial_mm},
+     {"labiodental_mm", &VisemePoses::labiodental_mm},
+     {"contact_mm", &VisemePoses::contact_mm},
+     {"face_width_mm", &VisemePoses::face_width_mm},
+     {"variance_mm2", &VisemePoses::variance_mm2},
+     {"explained_mm2", &VisemePoses::explained_mm2},
+     {"lip_variance_mm2", &VisemePoses::lip_variance_mm2},
+     {"lip_explained_mm2", &VisemePoses::lip_explained_mm2}}};
 
-double numberOf(const json& parent, const char* key, std::string_view file) {
-  const auto found = parent.find(key);
-  if (found == parent.end() || !found->is_number() || !(std::abs(found->get<double>()) < kLargestNumber))
-    fail(file, key, "found no number; expected one");
-  return found->get<double>();
-}
-
-Eigen::RowVectorXd rowOf(const json& parent, const char* key, Eigen::Index size, std::string_view file) {
-  const auto found = parent.find(key);
-  if (found == parent.end() || !found->is_array() || found->size() != static_cast<std::size_t>(size))
-    fail(file, key, fmt::format("expected a list of {} numbers", size));
-  Eigen::RowVectorXd row(size);
-  for (Eigen::Index i = 0; i < size; ++i) {
-    const json& value = (*found)[static_cast<std::size_t>(i)];
-    if (!value.is_number() || !(std::abs(value.get<double>()) < kLargestNumber)) fail(file, key, "expected numbers");
-    row(i) = value.get<double>();
-  }
-  return row;
-}
+double numberOf(const JsonField& field) { return field.number(-kLargestNumber, kLargestNumber); }
 
 }  // namespace
 
@@ -60,57 +48,33 @@ std::string posesToJson(const VisemePoses& poses, std::string_view credit) {
   root["markers"] = poses.marker_names;
   root["jaw_direction_mm"] = numbers(poses.jaw_direction);
   root["opening_direction_mm"] = numbers(poses.opening_direction);
-  root["bilabial_mm"] = rounded(poses.bilabial_mm);
-  root["labiodental_mm"] = rounded(poses.labiodental_mm);
-  root["contact_mm"] = rounded(poses.contact_mm);
-  root["face_width_mm"] = rounded(poses.face_width_mm);
-  root["variance_mm2"] = rounded(poses.variance_mm2);
-  root["explained_mm2"] = rounded(poses.explained_mm2);
-  root["lip_variance_mm2"] = rounded(poses.lip_variance_mm2);
-  root["lip_explained_mm2"] = rounded(poses.lip_explained_mm2);
+  for (const auto& [name, member] : kNumbers) root[name] = rounded(poses.*member);
   for (std::size_t v = 1; v < kVisemeCount; ++v) {
     root["visemes"].push_back({{"name", visemeName(static_cast<Viseme>(v))},
                                {"frames_seen", std::round(poses.frames_seen[v])},
                                {"jaw_drop_mm", rounded(poses.jaw_drop[v])},
-                               {"lips_mm", numbers(poses.lips.row(static_cast<Eigen::Index>(v)))}});
+                               {"lips_mm", numbers(poses.lips.row(signedIndex(v)))}});
   }
   return root.dump(-1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 
 VisemePoses parsePoses(std::string_view json_text, std::string_view file) {
-  const json root = json::parse(json_text, nullptr, false);
-  if (!root.is_object()) fail(file, "", "found no JSON object; expected viseme poses");
-  const auto markers = root.find("markers");
-  if (markers == root.end() || !markers->is_array() || markers->empty() || markers->size() > kMostMarkers)
-    fail(file, "markers", "expected a list of marker names");
+  const JsonField root = parseJson(json_text, file, "viseme poses");
   VisemePoses poses;
-  for (const json& name : *markers) {
-    if (!name.is_string()) fail(file, "markers", "expected names");
-    poses.marker_names.push_back(name.get<std::string>());
-  }
+  poses.marker_names = root["markers"].names(1, kMostMarkers);
   poses.mouth = LipGauge(poses.marker_names);
-  const auto columns = static_cast<Eigen::Index>(3 * poses.marker_names.size());
-  poses.jaw_direction = rowOf(root, "jaw_direction_mm", columns, file);
-  poses.opening_direction = rowOf(root, "opening_direction_mm", columns, file);
-  poses.bilabial_mm = numberOf(root, "bilabial_mm", file);
-  poses.labiodental_mm = numberOf(root, "labiodental_mm", file);
-  poses.contact_mm = numberOf(root, "contact_mm", file);
-  poses.face_width_mm = numberOf(root, "face_width_mm", file);
-  poses.variance_mm2 = numberOf(root, "variance_mm2", file);
-  poses.explained_mm2 = numberOf(root, "explained_mm2", file);
-  poses.lip_variance_mm2 = numberOf(root, "lip_variance_mm2", file);
-  poses.lip_explained_mm2 = numberOf(root, "lip_explained_mm2", file);
-  poses.lips = PositionMatrix::Zero(static_cast<Eigen::Index>(kVisemeCount), columns);
-  const auto visemes = root.find("visemes");
-  if (visemes == root.end() || !visemes->is_array() || visemes->size() != kVisemeCount - 1)
-    fail(file, "visemes", fmt::format("expected a list of {} visemes", kVisemeCount - 1));
-  for (std::size_t v = 1; v < kVisemeCount; ++v) {
-    const json& entry = (*visemes)[v - 1];
-    if (!entry.is_object() || entry.value("name", json()) != visemeName(static_cast<Viseme>(v)))
-      fail(file, "visemes", fmt::format("expected {} in place {}", visemeName(static_cast<Viseme>(v)), v));
-    poses.frames_seen[v] = numberOf(entry, "frames_seen", file);
-    poses.jaw_drop[v] = numberOf(entry, "jaw_drop_mm", file);
-    poses.lips.row(static_cast<Eigen::Index>(v)) = rowOf(entry, "lips_mm", columns, file);
+  const Eigen::Index columns = signedIndex(3 * poses.marker_names.size());
+  poses.jaw_direction = root["jaw_direction_mm"].numbers(columns, kLargestNumber);
+  poses.opening_direction = root["opening_direction_mm"].numbers(columns, kLargestNumber);
+  for (const auto& [name, member] : kNumbers) poses.*member = numberOf(root[name]);
+  poses.lips = PositionMatrix::Zero(signedIndex(kVisemeCount), columns);
+  std::size_t v = 0;
+  for (const JsonField& entry : root["visemes"].list(kVisemeCount - 1, kVisemeCount - 1)) {
+    const std::string_view name = visemeName(static_cast<Viseme>(++v));
+    if (entry["name"].text() != name) entry["name"].refuse(name);
+    poses.frames_seen[v] = numberOf(entry["frames_seen"]);
+    poses.jaw_drop[v] = numberOf(entry["jaw_drop_mm"]);
+    poses.lips.row(signedIndex(v)) = entry["lips_mm"].numbers(columns, kLargestNumber);
   }
   return poses;
 }

@@ -1,7 +1,8 @@
-#include "vocal/singing_events.h"
-
 #include <algorithm>
 #include <cmath>
+#include <optional>
+
+#include "vocal/viseme_events.h"
 
 namespace mouthpiece {
 namespace {
@@ -18,9 +19,9 @@ struct PitchRange {
   }
 };
 
-PitchRange pitchRangeOf(const std::vector<SungNote>& notes) {
+PitchRange pitchRangeOf(const std::vector<Note>& notes) {
   PitchRange range{notes.front().hz, notes.front().hz};
-  for (const SungNote& note : notes) {
+  for (const Note& note : notes) {
     range.low = std::min(range.low, note.hz);
     range.high = std::max(range.high, note.hz);
   }
@@ -28,27 +29,27 @@ PitchRange pitchRangeOf(const std::vector<SungNote>& notes) {
 }
 
 /// The parts of notes that lie in `span`.
-std::vector<SungNote> notesIn(const std::vector<SungNote>& notes, const TimeSpan& span) {
+std::vector<Note> notesIn(const std::vector<Note>& notes, const TimeSpan& span) {
   constexpr Seconds kShortest = 0.020;
-  std::vector<SungNote> found;
-  for (const SungNote& note : notes) {
+  std::vector<Note> found;
+  for (const Note& note : notes) {
     const TimeSpan part{std::max(note.span.start, span.start), std::min(note.span.end, span.end)};
-    if (part.duration() >= kShortest) found.push_back({part, note.hz});
+    if (part.duration() >= kShortest) found.push_back({part, note.hz, note.vibrato});
   }
   return found;
 }
 
 /// One note: apex when it is reached, then as a speech vowel.
-std::vector<EventKey> syllabicKeys(const VisemeEvent& event, const SungNote& note, const PitchRange& range) {
+std::vector<EventKey> syllabicKeys(const VisemeEvent& event, const Note& note, const PitchRange& range) {
   const double amplitude = range.startAmplitude(note.hz);
   const Seconds hold_end = std::max(event.inner.back().time, note.span.start);
   return {{note.span.start, amplitude}, {hold_end, amplitude}};
 }
 
 /// Several notes: up at the start of each, mildly down to its end, a dip between.
-std::vector<EventKey> melismaticKeys(const std::vector<SungNote>& notes, const PitchRange& range) {
+std::vector<EventKey> melismaticKeys(const std::vector<Note>& notes, const PitchRange& range) {
   std::vector<EventKey> keys;
-  for (const SungNote& note : notes) {
+  for (const Note& note : notes) {
     const double start = range.startAmplitude(note.hz);
     if (!keys.empty()) {
       keys.push_back({0.5 * (keys.back().time + note.span.start), kBetweenNotes * std::min(keys.back().value, start)});
@@ -71,16 +72,16 @@ double valueAt(const std::vector<EventKey>& keys, Seconds time) {
 
 /// Keys half a period apart, alternating about the amplitude that is there, by a share that grows to 0.6. A viseme
 /// cannot be reached by more than wholly.
-void addVibrato(std::vector<EventKey>& keys, const TimeSpan& vibrato) {
+std::vector<EventKey> withVibrato(const std::vector<EventKey>& steady, const TimeSpan& vibrato) {
   constexpr Seconds kHalfPeriod = 0.5 / kVibratoRateHz;
   std::vector<EventKey> waves;
   double sign = 1;
   for (Seconds time = vibrato.start + kHalfPeriod; time < vibrato.end; time += kHalfPeriod, sign = -sign) {
     const double grown = (time - vibrato.start) / vibrato.duration();
-    waves.push_back({time, std::min(1.0, valueAt(keys, time) * (1 + sign * kVibratoDepth * grown))});
+    waves.push_back({time, std::min(1.0, valueAt(steady, time) * (1 + sign * kVibratoDepth * grown))});
   }
-  if (waves.empty()) return;
-  const std::vector<EventKey> steady = keys;
+  if (waves.empty()) return steady;
+  std::vector<EventKey> keys = steady;
   std::erase_if(keys, [&](const EventKey& key) { return vibrato.start < key.time && key.time < vibrato.end; });
   const auto insert = [&keys](const EventKey& key) {
     const auto place = std::lower_bound(keys.begin(), keys.end(), key.time,
@@ -90,39 +91,38 @@ void addVibrato(std::vector<EventKey>& keys, const TimeSpan& vibrato) {
   insert({vibrato.start, valueAt(steady, vibrato.start)});
   for (const EventKey& wave : waves) insert(wave);
   insert({vibrato.end, valueAt(steady, vibrato.end)});
+  return keys;
 }
 
 }  // namespace
 
-void singInternalKeys(std::vector<VisemeEvent>& events, const AudioTags& tags) {
-  if (tags.notes.empty() && tags.vibrato.empty()) return;
+std::vector<VisemeEvent> withSungInternalKeys(std::vector<VisemeEvent> events, const AudioTags& tags) {
   for (VisemeEvent& event : events) {
     if (!event.is_vowel) continue;
-    const std::vector<SungNote> notes = notesIn(tags.notes, event.span);
+    const std::vector<Note> notes = notesIn(tags.notes, event.span);
     if (!notes.empty()) {
       const PitchRange range = pitchRangeOf(tags.notes);
       event.inner = notes.size() == 1 ? syllabicKeys(event, notes[0], range) : melismaticKeys(notes, range);
     }
     for (const VibratoSpan& vibrato : tags.vibrato) {
       const TimeSpan part{std::max(vibrato.span.start, event.span.start), std::min(vibrato.span.end, event.span.end)};
-      if (part.duration() > 0) addVibrato(event.inner, part);
+      if (part.duration() > 0) event.inner = withVibrato(event.inner, part);
     }
   }
+  return events;
 }
 
-void singBoundaryKeys(std::vector<VisemeEvent>& events) {
-  constexpr std::size_t kNone = static_cast<std::size_t>(-1);
-  std::size_t before = kNone;
+std::vector<VisemeEvent> withSungBoundaryKeys(std::vector<VisemeEvent> events) {
+  std::optional<std::size_t> before;  // the last vowel
   for (std::size_t i = 0; i < events.size(); ++i) {
-    if (!events[i].is_vowel) continue;
-    if (before != kNone && events[i].span.start - events[before].span.end < kBlendedVowels) {
-      VisemeEvent& first = events[before];
-      VisemeEvent& second = events[i];
+    VisemeEvent& second = events[i];
+    if (!second.is_vowel) continue;
+    if (before && second.span.start - events[*before].span.end < kBlendedVowels) {
+      VisemeEvent& first = events[*before];
       const Seconds held = first.inner.back().time;
-      const Seconds apex = second.inner.front().time;
-      first.end = std::max(first.end, apex);
+      first.end = std::max(first.end, second.inner.front().time);
       second.onset = std::min(second.onset, held);
-      for (std::size_t between = before + 1; between < i; ++between) {
+      for (std::size_t between = *before + 1; between < i; ++between) {
         // Lips that must close or touch the teeth do so in song too.
         if (!isLabial(events[between].viseme)) events[between].lips *= kConsonantInLegato;
         events[between].jaw *= kConsonantInLegato;
@@ -130,6 +130,7 @@ void singBoundaryKeys(std::vector<VisemeEvent>& events) {
     }
     before = i;
   }
+  return events;
 }
 
 }  // namespace mouthpiece

@@ -3,52 +3,60 @@
 #include <algorithm>
 #include <array>
 
-#include "vocal/singing_events.h"
+#include "vocal/viseme_events.h"
 
 namespace mouthpiece {
 namespace {
 
-/// One viseme's keys under way, its last event still open at the end.
-struct GrowingCurve {
-  std::vector<CurveKey> keys;
-  Seconds last_inner = 0;
-  bool open = false;
+/// One part of one viseme's curve under way, its last event still open at the end.
+class GrowingCurve {
+ public:
+  explicit GrowingCurve(double vowel_coarticulation) : vowel_coarticulation_(vowel_coarticulation) {}
+
+  /// `part`: how much the event brings of this part.
+  void add(const VisemeEvent& event, double part) {
+    if (!keys_.empty() && event.onset < end_) {
+      joinOverlap(event.inner.front().time, part * event.inner.front().value);
+    } else {
+      if (!keys_.empty()) addKey(end_, 0);
+      addKey(event.onset, 0);
+    }
+    for (const EventKey& key : event.inner) addKey(key.time, part * key.value);
+    end_ = std::max(event.end, keys_.back().time + 1e-3);
+  }
+
+  std::vector<CurveKey> finish() {
+    if (!keys_.empty()) addKey(end_, 0);
+    return withMonotoneSlopes(std::move(keys_));
+  }
+
+ private:
+  void addKey(Seconds time, double value) {
+    constexpr Seconds kSameTime = 1e-6;
+    if (!keys_.empty() && time < keys_.back().time + kSameTime) {
+      keys_.back().value = std::max(keys_.back().value, value);
+    } else {
+      keys_.push_back({time, value, 0, 0});
+    }
+  }
+
+  /// Replaces the overlapping boundary keys of two events (VOCAL figure 4).
+  void joinOverlap(Seconds next, double next_value) {
+    const CurveKey last = keys_.back();
+    if (next <= last.time) return;
+    const Seconds ahead = next - vocal_numbers::kOnset;
+    const Seconds time = ahead > last.time ? ahead : 0.5 * (last.time + next);
+    addKey(time, vowel_coarticulation_ * std::min(last.value, next_value));
+  }
+
+  double vowel_coarticulation_;
+  std::vector<CurveKey> keys_;
+  Seconds end_ = 0;
 };
-
-void addKey(GrowingCurve& curve, Seconds time, double value) {
-  constexpr Seconds kSameTime = 1e-6;
-  if (!curve.keys.empty() && time < curve.keys.back().time + kSameTime) {
-    curve.keys.back().value = std::max(curve.keys.back().value, value);
-    return;
-  }
-  curve.keys.push_back({time, value, 0, 0});
-}
-
-/// Replaces the overlapping boundary keys of two events (VOCAL figure 4).
-void joinOverlap(GrowingCurve& curve, const VisemeEvent& event, double first_value, double vowel_coarticulation) {
-  const CurveKey last = curve.keys.back();
-  const Seconds next = event.inner.front().time;
-  if (next <= last.time) return;
-  const Seconds ahead = next - vocal_numbers::kOnset;
-  const Seconds time = ahead > last.time ? ahead : 0.5 * (last.time + next);
-  addKey(curve, time, vowel_coarticulation * std::min(last.value, first_value));
-}
-
-void addEvent(GrowingCurve& curve, const VisemeEvent& event, double part, double vowel_coarticulation, Seconds& end) {
-  if (curve.open && event.onset < end) {
-    joinOverlap(curve, event, part * event.inner.front().value, vowel_coarticulation);
-  } else {
-    if (curve.open) addKey(curve, end, 0);
-    addKey(curve, event.onset, 0);
-  }
-  for (const EventKey& key : event.inner) addKey(curve, key.time, part * key.value);
-  end = std::max(event.end, curve.keys.back().time + 1e-3);
-  curve.open = true;
-}
 
 /// Lips that were shut part at once: from where a labial was held, its curve falls by its mean slope, not flatly. (With
 /// a flat start the vowels after B P M stayed shut at their edge, which those of GRID s1 are not.)
-void letGoAtOnce(const std::vector<const VisemeEvent*>& events, std::vector<CurveKey>& keys) {
+std::vector<CurveKey> lettingGoAtOnce(std::vector<CurveKey> keys, const std::vector<const VisemeEvent*>& events) {
   for (const VisemeEvent* event : events) {
     if (!isLabial(event->viseme)) continue;
     const auto held = std::find_if(keys.begin(), keys.end(),
@@ -56,28 +64,19 @@ void letGoAtOnce(const std::vector<const VisemeEvent*>& events, std::vector<Curv
     if (held == keys.end() || held + 1 == keys.end() || (held + 1)->value >= held->value) continue;
     held->out = ((held + 1)->value - held->value) / ((held + 1)->time - held->time);
   }
+  return keys;
 }
 
 AnimationCurve partCurve(const std::vector<const VisemeEvent*>& events, double VisemeEvent::*part, std::string name,
                          double vowel_coarticulation) {
-  GrowingCurve curve;
-  Seconds end = 0;
+  GrowingCurve curve(vowel_coarticulation);
   for (const VisemeEvent* event : events) {
-    if (event->*part > 0) addEvent(curve, *event, event->*part, vowel_coarticulation, end);
+    if (event->*part > 0) curve.add(*event, event->*part);
   }
-  if (curve.open) addKey(curve, end, 0);
-  setMonotoneSlopes(curve.keys);
-  letGoAtOnce(events, curve.keys);
-  return {std::move(name), std::move(curve.keys)};
+  return {std::move(name), lettingGoAtOnce(curve.finish(), events)};
 }
 
 }  // namespace
-
-const AnimationCurve* findCurve(const CurveSet& curves, std::string_view name) {
-  const auto found =
-      std::find_if(curves.begin(), curves.end(), [&](const AnimationCurve& curve) { return curve.name == name; });
-  return found == curves.end() ? nullptr : &*found;
-}
 
 std::string jawCurveName(Viseme viseme) { return std::string(visemeName(viseme)) + "_jaw"; }
 
@@ -94,16 +93,14 @@ CurveSet curvesFromEvents(const std::vector<VisemeEvent>& events, double vowel_c
         std::any_of(own.begin(), own.end(), [](const VisemeEvent* event) { return event->lips != event->jaw; });
     if (parts_differ) curves.push_back(partCurve(own, &VisemeEvent::jaw, jawCurveName(viseme), vowel_coarticulation));
   }
-  std::sort(curves.begin(), curves.end(),
-            [](const AnimationCurve& a, const AnimationCurve& b) { return a.name < b.name; });
-  return curves;
+  return sortedByName(std::move(curves));
 }
 
 CurveSet visemeCurves(const SpeechLabels& labels, const AudioTags& tags, StyleExtreme extreme) {
   std::vector<VisemeEvent> events = fourKeyEvents(labels);
-  if (extreme.pitch_sensitive) singInternalKeys(events, tags);
+  if (extreme.pitch_sensitive) events = withSungInternalKeys(std::move(events), tags);
   events = coarticulated(std::move(events), labels);
-  if (extreme.melodic) singBoundaryKeys(events);
+  if (extreme.melodic) events = withSungBoundaryKeys(std::move(events));
   return curvesFromEvents(events, extreme.melodic ? kSongCoarticulation : kSpeechCoarticulation);
 }
 

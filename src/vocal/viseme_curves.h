@@ -1,22 +1,13 @@
 #pragma once
 
 #include <string>
-#include <string_view>
-#include <vector>
 
-#include "phonetics/labels/speech_labels.h"
 #include "audio/audio_tags.h"
-#include "vocal/curve_key.h"
-#include "vocal/viseme_events.h"
+#include "phonetics/labels/speech_labels.h"
+#include "vocal/animation_curve.h"
+#include "vocal/vocal_style.h"
 
 namespace mouthpiece {
-
-/// The animation of a line: one curve per viseme ("Ah"), for its lip part and its jaw part; "Ah_jaw" beside it where
-/// the jaw part differs. Action units ("lipSpread", "lipRound") and "larynx" as they are needed. Sorted by name.
-using CurveSet = std::vector<AnimationCurve>;
-
-/// Null where there is none of that name.
-const AnimationCurve* findCurve(const CurveSet& curves, std::string_view name);
 
 /// The name of the curve that drives a viseme's jaw part where it differs from its lip part.
 std::string jawCurveName(Viseme viseme);
@@ -30,13 +21,35 @@ struct StyleExtreme {
 /// The viseme curves of one extreme of Ma and Ps. (0, 0) are the speech curves; `tags` then do not matter.
 CurveSet visemeCurves(const SpeechLabels& labels, const AudioTags& tags, StyleExtreme extreme);
 
-/// Pass 3: the events' keys joined into one curve per viseme and part. Where two events of one viseme overlap, the two
-/// boundary keys give way to one, 120 ms before the second begins if the first has been held until then, else midway;
-/// its value is `vowel_coarticulation` of the lower of both.
-CurveSet curvesFromEvents(const std::vector<VisemeEvent>& events, double vowel_coarticulation);
+/// The four extreme curves interpolated by Ma and Ps over time (VOCAL 4.2): (1-Ma)(1-Ps) speech + ... + Ma Ps song.
+/// Keys lie where any of the four has one, and where Ma or Ps turn; between keys the curves are within 2e-3 of the
+/// exact blend (exactly it where Ma and Ps are constant). With Ma = Ps = 0 throughout: the speech curves, to the bit.
+CurveSet blendExtremes(const SpeechLabels& labels, const AudioTags& tags, const StyleSignal& ma, const StyleSignal& ps);
 
-/// VC of the paper.
-inline constexpr double kSpeechCoarticulation = 0.5;
-inline constexpr double kSongCoarticulation = 0.95;
+/// "larynx": raised while a vowel sounds, higher for higher pitch (VOCAL 3.1), 0 at rest to 1 at the line's highest.
+/// Its keys lie at the starts and ends of notes, or, where there are none, at each vowel's beginning and 75 %. Empty
+/// without pitch. No marker shows it; it moves the neck of a face that has one (retarget/larynx.h).
+CurveSet larynxCurves(const SpeechLabels& labels, const AudioTags& tags);
+
+/// Height of the larynx at the lowest pitch that is sung.
+inline constexpr double kLowestLarynx = 0.2;
+
+/// How the lips are to change so that a transcribed vowel looks like the sung one: +1, 0 or -1 for each action unit.
+struct VowelModification {
+  int lip_spread = 0, lip_round = 0;
+  bool operator==(const VowelModification&) const = default;
+};
+/// The paper's table.
+VowelModification modificationFor(VowelGroup transcribed, VowelGroup sung);
+
+inline constexpr double kModificationThreshold = 0.6;  ///< below it nothing is modified
+inline constexpr double kLargestModification = 1.0;    ///< alpha_max of the action units
+
+/// "lipSpread" and "lipRound": four keys for each stretch of a vowel in which another group sounds, as high as it is
+/// likely. Empty without tags.
+CurveSet vowelModificationCurves(const SpeechLabels& labels, const AudioTags& tags);
+
+/// The viseme curves of a line in a style, and for song its vowel modification and larynx curves.
+CurveSet vocalCurves(const SpeechLabels& labels, const AudioTags& tags, const VocalStyle& style);
 
 }  // namespace mouthpiece

@@ -1,6 +1,10 @@
 #include "vocal/viseme_events.h"
 
 #include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {
@@ -43,114 +47,135 @@ VisemeEvent fourKeys(const SpeechLabels& labels, PhoneIndex index, Viseme viseme
 
 /// The two of a long diphthong: over 120 ms about its turn the first gives way to the second, so that the mouth never
 /// does both in full. (In short ones they overlap as neighbours do; so the poses were learnt.)
-void crossFade(VisemeEvent& first, VisemeEvent& second) {
+std::pair<VisemeEvent, VisemeEvent> crossFaded(VisemeEvent first, VisemeEvent second) {
   const Seconds turn = second.span.start;
   const Seconds half = 0.5 * std::min(kOnset, second.span.duration());
   first.inner.back().time = turn - half;
   first.end = turn + half;
   second.onset = turn - half;
   second.inner.front().time = turn + half;
-}
-
-/// Two phones of one viseme in a row are one viseme.
-void mergeRepeats(std::vector<VisemeEvent>& events) {
-  std::vector<VisemeEvent> merged;
-  for (VisemeEvent& event : events) {
-    const bool repeats = !merged.empty() && merged.back().viseme == event.viseme &&
-                         merged.back().last_phone.value + 1 >= event.first_phone.value &&
-                         merged.back().span.end >= event.span.start;
-    if (!repeats) {
-      merged.push_back(std::move(event));
-      continue;
-    }
-    VisemeEvent& first = merged.back();
-    const double amplitude = std::max(first.inner.back().value, event.inner.front().value);
-    first.inner.front().value = amplitude;
-    first.inner = {first.inner.front(), {event.inner.back().time, amplitude}};
-    first.span.end = event.span.end;
-    first.end = event.end;
-    first.last_phone = event.last_phone;
-    first.is_vowel = first.is_vowel || event.is_vowel;
-  }
-  events = std::move(merged);
-}
-
-/// HH is the next vowel's shape, reached already at its own beginning.
-void shapeAspirates(std::vector<VisemeEvent>& events) {
-  for (std::size_t i = 0; i < events.size(); ++i) {
-    if (events[i].viseme != Viseme::kH) continue;
-    const bool has_vowel =
-        i + 1 < events.size() && events[i + 1].is_vowel && events[i + 1].phone.value == events[i].phone.value + 1;
-    if (has_vowel) {
-      VisemeEvent& vowel = events[i + 1];
-      vowel.onset += events[i].span.start - vowel.span.start;
-      vowel.inner.front().time = events[i].span.start;
-      vowel.span.start = events[i].span.start;
-      vowel.first_phone = events[i].first_phone;
-    }
-  }
-  std::erase_if(events, [](const VisemeEvent& event) { return event.viseme == Viseme::kH; });
+  return {std::move(first), std::move(second)};
 }
 
 bool areNeighbours(const VisemeEvent& a, const VisemeEvent& b) { return a.last_phone.value + 1 >= b.first_phone.value; }
 
-/// Lip-heavy visemes replace the lips of the consonants beside them that are not labial.
-void spreadLipHeavy(std::vector<VisemeEvent>& events, const SpeechLabels& labels) {
-  const auto gives_way = [&](const VisemeEvent& event) {
-    return !event.is_vowel && !isLabial(event.viseme) && !isLipHeavy(event, labels);
-  };
-  for (std::size_t i = 0; i < events.size(); ++i) {
-    VisemeEvent& heavy = events[i];
-    if (!isLipHeavy(heavy, labels)) continue;
-    if (i > 0 && areNeighbours(events[i - 1], heavy) && gives_way(events[i - 1])) {
-      const Seconds earlier = heavy.inner.front().time - events[i - 1].span.start;
-      heavy.inner.front().time -= earlier;
-      heavy.onset -= earlier;
-      events[i - 1].lips = 0;
-    }
-    if (i + 1 < events.size() && areNeighbours(heavy, events[i + 1]) && gives_way(events[i + 1])) {
-      const Seconds later = events[i + 1].inner.back().time - heavy.inner.back().time;
-      heavy.inner.back().time += later;
-      heavy.end += later;
-      events[i + 1].lips = 0;
-    }
-  }
-}
+/// Pass 2 over the events of a line.
+class Coarticulation {
+ public:
+  Coarticulation(std::vector<VisemeEvent> events, const SpeechLabels& labels)
+      : events_(std::move(events)), labels_(labels) {}
 
-void leaveJawToVowels(std::vector<VisemeEvent>& events, const SpeechLabels& labels) {
-  for (std::size_t i = 0; i < events.size(); ++i) {
-    VisemeEvent& event = events[i];
-    if (rowOf(event.viseme).tongue_only) event.lips = 0;
-    const Phone phone = labels.phones[event.phone.value].phone;
-    if (!isJawNarrowing(phone) || event.span.duration() >= kJawFrame) continue;
-    const auto is_similar = [&](const VisemeEvent& other) {
-      return isJawNarrowing(labels.phones[other.phone.value].phone);
+  std::vector<VisemeEvent> run() {
+    shapeAspirates();
+    mergeRepeats();
+    leaveJawToVowels();
+    spreadLipHeavy();
+    releasePlosives();
+    return std::move(events_);
+  }
+
+ private:
+  /// Two phones of one viseme in a row are one viseme.
+  void mergeRepeats() {
+    std::vector<VisemeEvent> merged;
+    for (VisemeEvent& event : events_) {
+      const bool repeats = !merged.empty() && merged.back().viseme == event.viseme &&
+                           merged.back().last_phone.value + 1 >= event.first_phone.value &&
+                           merged.back().span.end >= event.span.start;
+      if (!repeats) {
+        merged.push_back(std::move(event));
+        continue;
+      }
+      VisemeEvent& first = merged.back();
+      const double amplitude = std::max(first.inner.back().value, event.inner.front().value);
+      first.inner.front().value = amplitude;
+      first.inner = {first.inner.front(), {event.inner.back().time, amplitude}};
+      first.span.end = event.span.end;
+      first.end = event.end;
+      first.last_phone = event.last_phone;
+      first.is_vowel = first.is_vowel || event.is_vowel;
+    }
+    events_ = std::move(merged);
+  }
+
+  /// HH is the next vowel's shape, reached already at its own beginning.
+  void shapeAspirates() {
+    for (std::size_t i = 0; i < events_.size(); ++i) {
+      if (events_[i].viseme != Viseme::kH) continue;
+      const bool has_vowel =
+          i + 1 < events_.size() && events_[i + 1].is_vowel && events_[i + 1].phone.value == events_[i].phone.value + 1;
+      if (has_vowel) {
+        VisemeEvent& vowel = events_[i + 1];
+        vowel.onset += events_[i].span.start - vowel.span.start;
+        vowel.inner.front().time = events_[i].span.start;
+        vowel.span.start = events_[i].span.start;
+        vowel.first_phone = events_[i].first_phone;
+      }
+    }
+    std::erase_if(events_, [](const VisemeEvent& event) { return event.viseme == Viseme::kH; });
+  }
+
+  /// Lip-heavy visemes replace the lips of the consonants beside them that are not labial.
+  void spreadLipHeavy() {
+    const auto gives_way = [&](const VisemeEvent& event) {
+      return !event.is_vowel && !isLabial(event.viseme) && !isLipHeavy(event, labels_);
     };
-    const bool has_similar =
-        (i > 0 && areNeighbours(events[i - 1], event) && is_similar(events[i - 1])) ||
-        (i + 1 < events.size() && areNeighbours(event, events[i + 1]) && is_similar(events[i + 1]));
-    if (!has_similar) event.jaw = 0;
+    for (std::size_t i = 0; i < events_.size(); ++i) {
+      VisemeEvent& heavy = events_[i];
+      if (!isLipHeavy(heavy, labels_)) continue;
+      if (i > 0 && areNeighbours(events_[i - 1], heavy) && gives_way(events_[i - 1])) {
+        const Seconds earlier = heavy.inner.front().time - events_[i - 1].span.start;
+        heavy.inner.front().time -= earlier;
+        heavy.onset -= earlier;
+        events_[i - 1].lips = 0;
+      }
+      if (i + 1 < events_.size() && areNeighbours(heavy, events_[i + 1]) && gives_way(events_[i + 1])) {
+        const Seconds later = events_[i + 1].inner.back().time - heavy.inner.back().time;
+        heavy.inner.back().time += later;
+        heavy.end += later;
+        events_[i + 1].lips = 0;
+      }
+    }
   }
-}
 
-/// Every non-nasal opens the lips at some point: a P or B before a pause lets go of them.
-void releasePlosives(std::vector<VisemeEvent>& events, const SpeechLabels& labels) {
-  constexpr Seconds kRelease = 0.060;
-  constexpr double kReleased = 0.2;
-  for (std::size_t i = 0; i < events.size(); ++i) {
-    const std::size_t last = events[i].last_phone.value;
-    const Phone phone = labels.phones[last].phone;
-    const bool before_pause = last + 1 < labels.phones.size() && labels.phones[last + 1].phone == Phone::kSil;
-    if (events[i].viseme != Viseme::kMBP || isNasal(phone) || !before_pause) continue;
-    VisemeEvent release = events[i];
-    release.viseme = Viseme::kUh;
-    release.span = {events[i].span.end, events[i].span.end + kRelease};
-    release.onset = events[i].span.end - 0.5 * kRelease;
-    release.inner = {{release.span.end, kReleased}};
-    release.end = release.span.end + kOnset;
-    events.insert(events.begin() + static_cast<std::ptrdiff_t>(++i), release);
+  void leaveJawToVowels() {
+    for (std::size_t i = 0; i < events_.size(); ++i) {
+      VisemeEvent& event = events_[i];
+      if (rowOf(event.viseme).tongue_only) event.lips = 0;
+      const Phone phone = labels_.phones[event.phone.value].phone;
+      if (!isJawNarrowing(phone) || event.span.duration() >= kJawFrame) continue;
+      const auto is_similar = [&](const VisemeEvent& other) {
+        return isJawNarrowing(labels_.phones[other.phone.value].phone);
+      };
+      const bool has_similar =
+          (i > 0 && areNeighbours(events_[i - 1], event) && is_similar(events_[i - 1])) ||
+          (i + 1 < events_.size() && areNeighbours(event, events_[i + 1]) && is_similar(events_[i + 1]));
+      if (!has_similar) event.jaw = 0;
+    }
   }
-}
+
+  /// Every non-nasal opens the lips at some point: a P or B before a pause lets go of them.
+  void releasePlosives() {
+    constexpr Seconds kRelease = 0.060;
+    constexpr double kReleased = 0.2;
+    for (std::size_t i = 0; i < events_.size(); ++i) {
+      const std::size_t last = events_[i].last_phone.value;
+      const Phone phone = labels_.phones[last].phone;
+      const bool before_pause = last + 1 < labels_.phones.size() && labels_.phones[last + 1].phone == Phone::kSil;
+      if (events_[i].viseme != Viseme::kMBP || isNasal(phone) || !before_pause) continue;
+      VisemeEvent release = events_[i];
+      release.viseme = Viseme::kUh;
+      release.span = {events_[i].span.end, events_[i].span.end + kRelease};
+      release.onset = events_[i].span.end - 0.5 * kRelease;
+      release.inner = {{release.span.end, kReleased}};
+      release.end = release.span.end + kOnset;
+      events_.insert(events_.begin() + signedIndex(++i), release);
+    }
+  }
+
+  std::vector<VisemeEvent> events_;
+  const SpeechLabels& labels_;
+};
 
 }  // namespace
 
@@ -168,21 +193,18 @@ std::vector<VisemeEvent> fourKeyEvents(const SpeechLabels& labels) {
     if (first == last) {
       events.push_back(fourKeys(labels, index, first, phone.span));
     } else {
-      events.push_back(fourKeys(labels, index, first, {phone.span.start, turn}));
-      events.push_back(fourKeys(labels, index, last, {turn, phone.span.end}));
-      if (phone.span.duration() >= kLongVowel) crossFade(events[events.size() - 2], events.back());
+      VisemeEvent opening = fourKeys(labels, index, first, {phone.span.start, turn});
+      VisemeEvent closing = fourKeys(labels, index, last, {turn, phone.span.end});
+      if (phone.span.duration() >= kLongVowel) std::tie(opening, closing) = crossFaded(opening, closing);
+      events.push_back(std::move(opening));
+      events.push_back(std::move(closing));
     }
   }
   return events;
 }
 
 std::vector<VisemeEvent> coarticulated(std::vector<VisemeEvent> events, const SpeechLabels& labels) {
-  shapeAspirates(events);
-  mergeRepeats(events);
-  leaveJawToVowels(events, labels);
-  spreadLipHeavy(events, labels);
-  releasePlosives(events, labels);
-  return events;
+  return Coarticulation(std::move(events), labels).run();
 }
 
 }  // namespace mouthpiece

@@ -2,7 +2,9 @@
 
 #include <vector>
 
+#include "audio/audio_tags.h"
 #include "phonetics/labels/speech_labels.h"
+#include "vocal/animation_curve.h"
 
 namespace mouthpiece {
 
@@ -50,5 +52,36 @@ std::vector<VisemeEvent> fourKeyEvents(const SpeechLabels& labels);
 /// Pass 2: JALI's co-articulation rules. Merges repeated visemes, gives HH the shape of the next vowel, lets lip-heavy
 /// visemes take the lips of their neighbours and tongue-only ones keep theirs out, and short obstruents the jaw.
 std::vector<VisemeEvent> coarticulated(std::vector<VisemeEvent> events, const SpeechLabels& labels);
+
+/// The numbers of VOCAL 4.2, "Generating a singing curve".
+namespace vocal_numbers {
+inline constexpr double kNoteRange = 0.4, kNoteFloor = 0.6;  ///< amplitude at a note's start: range x pitch + floor
+inline constexpr double kNoteDecay = 0.95;                   ///< at its end, of that at its start
+inline constexpr double kBetweenNotes = 0.9;                 ///< of the lower of both neighbours
+inline constexpr double kVibratoRateHz = 7;
+inline constexpr double kVibratoDepth = 0.6;      ///< of the amplitude, reached at the vibrato's end
+inline constexpr Seconds kBlendedVowels = 0.300;  ///< vowels closer than this blend into each other
+}  // namespace vocal_numbers
+
+/// Pass 1 of song: the events with an internal key at the start and end of each note of a vowel, one between notes and
+/// keys that oscillate where there is vibrato. A vowel with one note apexes where the note begins and decays as in
+/// speech; one without keeps its speech keys. Pitch is normalised over all notes of the line.
+std::vector<VisemeEvent> withSungInternalKeys(std::vector<VisemeEvent> events, const AudioTags& tags);
+
+/// Pass 2 of song: extends the boundary keys of vowels less than 300 ms apart into each other and takes back the
+/// consonants between them.
+std::vector<VisemeEvent> withSungBoundaryKeys(std::vector<VisemeEvent> events);
+
+/// What is left of a consonant between two vowels that blend at Ma = 1: "little visual contribution".
+inline constexpr double kConsonantInLegato = 0.2;
+
+/// Pass 3: the events' keys joined into one curve per viseme and part. Where two events of one viseme overlap, the two
+/// boundary keys give way to one, 120 ms before the second begins if the first has been held until then, else midway;
+/// its value is `vowel_coarticulation` of the lower of both.
+CurveSet curvesFromEvents(const std::vector<VisemeEvent>& events, double vowel_coarticulation);
+
+/// VC of the paper.
+inline constexpr double kSpeechCoarticulation = 0.5;
+inline constexpr double kSongCoarticulation = 0.95;
 
 }  // namespace mouthpiece

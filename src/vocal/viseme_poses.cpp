@@ -7,11 +7,13 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/statistics.h"
+#include "vocal/viseme_curves.h"
 
 namespace mouthpiece {
 namespace {
 
-constexpr auto kVisemes = static_cast<Eigen::Index>(kVisemeCount);
+constexpr Eigen::Index kVisemes = signedIndex(kVisemeCount);
 
 /// All frames in which every marker was seen, as displacements from the take's own rest, beside the values of the
 /// curves there: from take to take a face rests a little differently, which no viseme explains.
@@ -46,7 +48,7 @@ Eigen::RowVectorXd restOf(const PoseTake& take, const Eigen::RowVectorXd& neutra
     const bool is_first = &phone == &take.labels->phones.front(), is_last = &phone == &take.labels->phones.back();
     const TimeSpan still{phone.span.start + (is_first ? 0 : kUnrest), phone.span.end - (is_last ? 0 : kUnrest)};
     for (std::size_t frame = 0; frame < take.motion->frameCount(); ++frame) {
-      const auto row = take.motion->positions_mm.row(static_cast<Eigen::Index>(frame));
+      const auto row = take.motion->positions_mm.row(signedIndex(frame));
       if (!still.contains(take.motion->timeOf(FrameIndex(frame))) || !row.allFinite()) continue;
       sum += row;
       ++count;
@@ -60,16 +62,16 @@ Observations observe(const std::vector<PoseTake>& takes, const MarkerPositions& 
   std::size_t most = 0;
   for (const PoseTake& take : takes) most += take.motion->frameCount();
   Observations all;
-  all.displacements.resize(static_cast<Eigen::Index>(most), rest.size());
-  all.lips.setZero(static_cast<Eigen::Index>(most), kVisemes);
-  all.jaw.setZero(static_cast<Eigen::Index>(most), kVisemes);
+  all.displacements.resize(signedIndex(most), rest.size());
+  all.lips.setZero(signedIndex(most), kVisemes);
+  all.jaw.setZero(signedIndex(most), kVisemes);
   Eigen::Index row = 0;
   for (const PoseTake& take : takes) {
     const Eigen::Index first_row = row;
     const Eigen::RowVectorXd own_rest = restOf(take, rest);
     const std::vector<Seconds> times = frameTimesOf(*take.motion);
     const CurveSet curves = visemeCurves(*take.labels, {}, {});
-    Eigen::MatrixXd lips = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(times.size()), kVisemes);
+    Eigen::MatrixXd lips = Eigen::MatrixXd::Zero(signedIndex(times.size()), kVisemes);
     Eigen::MatrixXd jaw = lips;
     for (Eigen::Index v = 1; v < kVisemes; ++v) {
       const auto viseme = static_cast<Viseme>(v);
@@ -84,7 +86,7 @@ Observations observe(const std::vector<PoseTake>& takes, const MarkerPositions& 
     // Neighbouring frames of a fast capture say the same.
     const auto stride = static_cast<std::size_t>(std::max(1.0, std::floor(take.motion->frame_rate_hz / kRateHz)));
     for (std::size_t k = 0; k < times.size(); k += stride) {
-      const auto frame = static_cast<Eigen::Index>(k);
+      const auto frame = signedIndex(k);
       if (!isNearSpeech(*take.labels, times[k]) || !take.motion->positions_mm.row(frame).allFinite()) continue;
       all.displacements.row(row) = take.motion->positions_mm.row(frame) - own_rest;
       all.lips.row(row) = lips.row(frame);
@@ -115,18 +117,16 @@ Eigen::RowVectorXd responseTo(const Eigen::VectorXd& driver, const PositionMatri
   return (driver.transpose() * displacements) / energy;
 }
 
-double medianOf(std::vector<double> values, double otherwise) {
-  if (values.empty()) return otherwise;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
+/// How far the lips are open in contacts, mm.
+struct Contacts {
+  double bilabial_mm, labiodental_mm, contact_mm;
+};
 
 /// Contacts as they were captured: the tightest opening of each B P M and F V, and how tight it ever gets.
-void learnContacts(const std::vector<PoseTake>& takes, const MarkerPositions& neutral, VisemePoses& poses) {
+Contacts learnContacts(const std::vector<PoseTake>& takes, const MarkerPositions& neutral, const LipGauge& mouth) {
   constexpr Seconds kAround = 0.02;
   constexpr double kUsualBilabial = 0.4, kUsualLabiodental = 2.0, kUsualContact = -0.8;  // mm, GRID s1
-  const double rest = poses.mouth.verticalOpening(Eigen::Map<const Eigen::RowVectorXd>(neutral.data(), neutral.size()));
+  const double rest = mouth.verticalOpening(Eigen::Map<const Eigen::RowVectorXd>(neutral.data(), neutral.size()));
   std::vector<double> bilabial, labiodental;
   for (const PoseTake& take : takes) {
     const PositionMatrix& rows = take.motion->positions_mm;
@@ -137,15 +137,15 @@ void learnContacts(const std::vector<PoseTake>& takes, const MarkerPositions& ne
       const auto last = std::min(static_cast<Eigen::Index>((phone.span.end + kAround) * rate), rows.rows() - 1);
       double tightest = std::numeric_limits<double>::infinity();
       for (Eigen::Index frame = first; frame <= last; ++frame) {
-        const double opening = poses.mouth.verticalOpening(rows.row(frame)) - rest;
+        const double opening = mouth.verticalOpening(rows.row(frame)) - rest;
         if (opening < tightest) tightest = opening;  // NaN is never less
       }
       if (std::isfinite(tightest)) (isBilabial(phone.phone) ? bilabial : labiodental).push_back(tightest);
     }
   }
-  poses.bilabial_mm = std::min(medianOf(bilabial, kUsualBilabial), kUsualBilabial);
-  poses.labiodental_mm = std::max(poses.bilabial_mm, medianOf(labiodental, kUsualLabiodental));
-  poses.contact_mm = std::min(kUsualContact, poses.bilabial_mm - 0.5);
+  const double bilabial_mm = std::min(median(bilabial, kUsualBilabial), kUsualBilabial);
+  return {bilabial_mm, std::max(bilabial_mm, median(labiodental, kUsualLabiodental)),
+          std::min(kUsualContact, bilabial_mm - 0.5)};
 }
 
 /// Between the outer canthi, mm; 0 in a layout without them.
@@ -156,27 +156,31 @@ double widthOf(const MarkerPositions& neutral, const std::vector<std::string>& n
   return (neutral.row(right - names.begin()) - neutral.row(left - names.begin())).norm();
 }
 
-void takeFromGeneric(const VisemePoses& generic, std::size_t viseme, double scale, VisemePoses& poses) {
-  const auto row = static_cast<Eigen::Index>(viseme);
-  poses.lips.row(row).setZero();
-  for (std::size_t marker = 0; marker < poses.marker_names.size(); ++marker) {
-    const auto found = std::find(generic.marker_names.begin(), generic.marker_names.end(), poses.marker_names[marker]);
+/// One viseme's pose.
+struct Pose {
+  Eigen::RowVectorXd lips;
+  double jaw_drop = 0;
+};
+
+/// The viseme's pose of another face that is 1 / `scale` as wide, by marker name; markers that it lacks stay.
+Pose poseOf(const VisemePoses& generic, std::size_t viseme, double scale, const std::vector<std::string>& names) {
+  Pose pose{Eigen::RowVectorXd::Zero(signedIndex(3 * names.size())), scale * generic.jaw_drop[viseme]};
+  for (std::size_t marker = 0; marker < names.size(); ++marker) {
+    const auto found = std::find(generic.marker_names.begin(), generic.marker_names.end(), names[marker]);
     if (found == generic.marker_names.end()) continue;
-    const auto from = static_cast<Eigen::Index>(3 * (found - generic.marker_names.begin()));
-    poses.lips.row(row).segment<3>(static_cast<Eigen::Index>(3 * marker)) =
-        scale * generic.lips.row(row).segment<3>(from);
+    pose.lips.segment<3>(signedIndex(3 * marker)) =
+        scale * generic.lips.row(signedIndex(viseme)).segment<3>(3 * (found - generic.marker_names.begin()));
   }
-  poses.jaw_drop[viseme] = scale * generic.jaw_drop[viseme];
+  return pose;
 }
 
 /// A viseme that nobody has shown looks like its kin.
-void takeFromKin(std::size_t viseme, VisemePoses& poses) {
+Pose poseOfKin(const VisemePoses& poses, std::size_t viseme) {
   const auto& [a, b] = rowOf(static_cast<Viseme>(viseme)).kin;
-  if (a == Viseme::kSil) return;
+  if (a == Viseme::kSil) return {Eigen::RowVectorXd::Zero(poses.lips.cols()), 0};
   const auto first = static_cast<std::size_t>(a), second = static_cast<std::size_t>(b);
-  poses.lips.row(signedIndex(viseme)) =
-      0.5 * (poses.lips.row(signedIndex(first)) + poses.lips.row(signedIndex(second)));
-  poses.jaw_drop[viseme] = 0.5 * (poses.jaw_drop[first] + poses.jaw_drop[second]);
+  return {0.5 * (poses.lips.row(signedIndex(first)) + poses.lips.row(signedIndex(second))),
+          0.5 * (poses.jaw_drop[first] + poses.jaw_drop[second])};
 }
 
 std::vector<Eigen::Index> mouthColumns(const MarkerLayout& layout) {
@@ -184,24 +188,26 @@ std::vector<Eigen::Index> mouthColumns(const MarkerLayout& layout) {
   for (std::size_t marker = 0; marker < layout.markers.size(); ++marker) {
     const std::string& region = layout.markers[marker].region;
     if (region != "lip" && region != "chin") continue;
-    for (Eigen::Index axis = 0; axis < 3; ++axis) columns.push_back(3 * static_cast<Eigen::Index>(marker) + axis);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) columns.push_back(3 * signedIndex(marker) + axis);
   }
   return columns;
 }
 
-void measureFit(const Observations& seen, const MarkerLayout& layout, VisemePoses& poses) {
+/// The poses with what they explain of the motion.
+VisemePoses measured(VisemePoses poses, const Observations& seen, const MarkerLayout& layout) {
   const Eigen::Map<const Eigen::VectorXd> drops(poses.jaw_drop.data(), kVisemes);
   const Eigen::MatrixXd made = seen.lips * poses.lips + (seen.jaw * drops) * poses.jaw_direction;
   const Eigen::RowVectorXd mean = seen.displacements.colwise().mean();
   const Eigen::RowVectorXd variance = (seen.displacements.rowwise() - mean).colwise().squaredNorm();
   const Eigen::RowVectorXd rest = (seen.displacements - made).colwise().squaredNorm();
-  const double frames = static_cast<double>(std::max<Eigen::Index>(1, seen.displacements.rows()));
+  const double frames = asReal(std::max<Eigen::Index>(1, seen.displacements.rows()));
   poses.variance_mm2 = variance.sum() / frames;
   poses.explained_mm2 = (variance - rest).sum() / frames;
   for (const Eigen::Index column : mouthColumns(layout)) {
     poses.lip_variance_mm2 += variance(column) / frames;
     poses.lip_explained_mm2 += (variance(column) - rest(column)) / frames;
   }
+  return poses;
 }
 
 }  // namespace
@@ -220,7 +226,10 @@ VisemePoses fitVisemePoses(const std::vector<PoseTake>& takes, const MarkerPosit
   const Eigen::VectorXd chin = -seen.displacements.col(poses.mouth.column(MarkerRole::kChin) + 1);
   poses.jaw_direction = responseTo(chin, seen.displacements);
   poses.opening_direction = responseTo(poses.mouth.verticalOpenings(seen.displacements), seen.displacements);
-  learnContacts(takes, neutral_mm, poses);
+  const Contacts contacts = learnContacts(takes, neutral_mm, poses.mouth);
+  poses.bilabial_mm = contacts.bilabial_mm;
+  poses.labiodental_mm = contacts.labiodental_mm;
+  poses.contact_mm = contacts.contact_mm;
 
   const Eigen::VectorXd drops = ridge(seen.jaw, chin, options.ridge_frames);
   std::copy(drops.begin(), drops.end(), poses.jaw_drop.begin());
@@ -230,19 +239,21 @@ VisemePoses fitVisemePoses(const std::vector<PoseTake>& takes, const MarkerPosit
   poses.face_width_mm = widthOf(neutral_mm, poses.marker_names);
   const bool both_widths = generic != nullptr && generic->face_width_mm > 0 && poses.face_width_mm > 0;
   const double scale = both_widths ? poses.face_width_mm / generic->face_width_mm : 1;
+  const auto take = [&](std::size_t v, const Pose& pose) {
+    poses.lips.row(signedIndex(v)) = pose.lips;
+    poses.jaw_drop[v] = pose.jaw_drop;
+  };
   for (std::size_t v = 1; v < kVisemeCount; ++v) {
-    poses.frames_seen[v] = seen.activity(static_cast<Eigen::Index>(v));
+    poses.frames_seen[v] = seen.activity(signedIndex(v));
     if (poses.frames_seen[v] >= options.least_frames_seen) continue;
     poses.frames_seen[v] = 0;
-    poses.lips.row(static_cast<Eigen::Index>(v)).setZero();
-    poses.jaw_drop[v] = 0;
-    if (generic != nullptr) takeFromGeneric(*generic, v, scale, poses);
+    take(v, generic != nullptr ? poseOf(*generic, v, scale, poses.marker_names)
+                               : Pose{Eigen::RowVectorXd::Zero(poses.lips.cols())});
   }
   for (std::size_t v = 1; generic == nullptr && v < kVisemeCount; ++v) {
-    if (poses.frames_seen[v] <= 0) takeFromKin(v, poses);
+    if (poses.frames_seen[v] <= 0) take(v, poseOfKin(poses, v));
   }
-  measureFit(seen, layout, poses);
-  return poses;
+  return measured(std::move(poses), seen, layout);
 }
 
 }  // namespace mouthpiece

@@ -2,8 +2,6 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <functional>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,7 +10,8 @@
 #include "motion/marker_layout.h"
 #include "motion/motion_clip.h"
 #include "phonetics/labels/speech_labels.h"
-#include "vocal/viseme_curves.h"
+#include "vocal/animation_curve.h"
+#include "vocal/vocal_style.h"
 
 namespace mouthpiece {
 
@@ -61,6 +60,16 @@ VisemePoses fitVisemePoses(const std::vector<PoseTake>& takes, const MarkerPosit
 
 /// Learnt from GRID s1 (sample_data/visemes/generic_poses.json, built in; docs/theory/vocal.md).
 const VisemePoses& genericPoses();
+
+/// The markers' displacements from the neutral pose at rising `times`: times x (3 * markers), mm. Lips do not pass
+/// through each other.
+PositionMatrix displacementsFromCurves(const CurveSet& curves, const VisemePoses& poses, const StyleSignal& ja,
+                                       const StyleSignal& li, const std::vector<Seconds>& times);
+
+/// `displacements` (as above, of any origin) with the lips led to a contact wherever the curves ask for one: to closed
+/// lips by MBP, to the teeth by FV, and never further together than pressed. Moves along the poses' opening direction.
+PositionMatrix withContacts(const CurveSet& curves, const VisemePoses& poses, const std::vector<Seconds>& times,
+                            PositionMatrix displacements);
 
 std::string posesToJson(const VisemePoses& poses, std::string_view credit = {});
 /// Throws InputError, with `file` in front, for JSON that holds no poses or contradicts itself.

@@ -7,6 +7,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "base/index.h"
 #include "base/text_numbers.h"
 
 namespace mouthpiece {
@@ -82,8 +83,7 @@ std::vector<double> melodicAccents(const SpeechLabels& labels, const AudioTags& 
   std::vector<double> accents(labels.phones.size(), kUnknownAccent);
   double sum = 0, squares = 0, count = 0;
   const auto counts = [&](const ConsonantEnergy& energy) {
-    return energy.phone.value < labels.phones.size() &&
-           rowOf(labels.phones[energy.phone.value].phone).turbulent;
+    return energy.phone.value < labels.phones.size() && rowOf(labels.phones[energy.phone.value].phone).turbulent;
   };
   for (const ConsonantEnergy& energy : tags.consonants) {
     if (!counts(energy)) continue;
@@ -126,7 +126,7 @@ StyleSignal smoothedOverPhones(const std::vector<double>& values, const SpeechLa
     for (std::size_t k = first; k <= last; ++k) sum += values[k];
     const Seconds time = labels.phones[i].span.middle();
     if (!signal.points.empty() && time <= signal.points.back().time) continue;
-    signal.points.push_back({time, sum / static_cast<double>(last - first + 1)});
+    signal.points.push_back({time, sum / asReal(last - first + 1)});
   }
   if (signal.points.empty()) signal.points.push_back({0, 0});
   return signal;

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "phonetics/labels/speech_labels.h"
 #include "audio/audio_tags.h"
+#include "phonetics/labels/speech_labels.h"
 
 namespace mouthpiece {
 

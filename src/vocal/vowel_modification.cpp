@@ -1,6 +1,7 @@
-#include "vocal/vowel_modification.h"
-
 #include <algorithm>
+
+#include "vocal/viseme_curves.h"
+#include "vocal/viseme_events.h"
 
 namespace mouthpiece {
 namespace {
@@ -51,7 +52,7 @@ std::vector<HeardStretch> stretchesIn(const AudioTags& tags, const TimeSpan& spa
 
 /// Four keys: up by the stretch's beginning, held for 75 % of it, down. At the vowel's own ends it starts or ends just
 /// before it.
-void addKeys(std::vector<CurveKey>& keys, const TimeSpan& span, double value) {
+std::vector<CurveKey> withStretch(std::vector<CurveKey> keys, const TimeSpan& span, double value) {
   constexpr Seconds kRamp = vocal_numbers::kOnset;
   constexpr Seconds kSameTime = 1e-6;
   const Seconds hold_end = span.start + vocal_numbers::kSustain * span.duration();
@@ -66,6 +67,7 @@ void addKeys(std::vector<CurveKey>& keys, const TimeSpan& span, double value) {
   keys.push_back({span.start, value, 0, 0});
   keys.push_back({hold_end, value, 0, 0});
   keys.push_back({std::max(span.end, hold_end + 1e-3), 0, 0, 0});
+  return keys;
 }
 
 }  // namespace
@@ -91,8 +93,8 @@ CurveSet vowelModificationCurves(const SpeechLabels& labels, const AudioTags& ta
     for (const HeardStretch& stretch : stretchesIn(tags, span)) {
       const VowelModification change = modificationFor(group, stretch.group);
       const double apex = kLargestModification * stretch.probability;
-      if (change.lip_spread != 0) addKeys(spread, stretch.span, change.lip_spread * apex);
-      if (change.lip_round != 0) addKeys(round, stretch.span, change.lip_round * apex);
+      if (change.lip_spread != 0) spread = withStretch(std::move(spread), stretch.span, change.lip_spread * apex);
+      if (change.lip_round != 0) round = withStretch(std::move(round), stretch.span, change.lip_round * apex);
     }
   };
   for (const LabelledPhone& phone : labels.phones) {
@@ -103,9 +105,8 @@ CurveSet vowelModificationCurves(const SpeechLabels& labels, const AudioTags& ta
     if (isDiphthong(phone.phone)) modify({turn, phone.span.end}, lastViseme(phone.phone));
   }
   CurveSet curves;
-  if (!spread.empty()) curves.push_back({"lipSpread", std::move(spread)});
-  if (!round.empty()) curves.push_back({"lipRound", std::move(round)});
-  for (AnimationCurve& curve : curves) setMonotoneSlopes(curve.keys);
+  if (!spread.empty()) curves.push_back({"lipSpread", withMonotoneSlopes(std::move(spread))});
+  if (!round.empty()) curves.push_back({"lipRound", withMonotoneSlopes(std::move(round))});
   return curves;
 }
 

@@ -5,9 +5,9 @@
 #include <random>
 #include <vector>
 
-#include "hearing/tags/vowel_features.h"
+#include "hearing/tags/vowel_spectra.h"
 #include "hearing/tags/hear_tags.h"
-#include "hearing/tags/note_fit.h"
+#include "hearing/tags/pitch_contour.h"
 #include "hearing/tags/vowel_network.h"
 
 namespace mouthpiece {

@@ -16,8 +16,7 @@
 #include "synthesis/curve_model.h"
 #include "synthesis/synthesis.h"
 #include "units/file/corpus.h"
-#include "units/file/corpus_schema.h"
-#include "units/file/sqlite_database.h"
+#include "units/file/corpus_tables.h"
 
 namespace {
 

@@ -3,8 +3,7 @@
 #include <string_view>
 
 #include "base/errors.h"
-#include "vocal/curve_edits.h"
-#include "vocal/curve_file.h"
+#include "vocal/animation_curve.h"
 
 /// Curves that can be read come back to the bit; edits that can be read can be made.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

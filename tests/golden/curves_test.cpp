@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "support/run_program.h"
-#include "vocal/curve_file.h"
+#include "vocal/animation_curve.h"
 
 namespace mouthpiece::test {
 namespace {

@@ -12,7 +12,7 @@
 #include "audio/audio_clip.h"
 #include "phonetics/labels/textgrid.h"
 #include "support/run_program.h"
-#include "vocal/curve_file.h"
+#include "vocal/animation_curve.h"
 
 namespace mouthpiece::test {
 namespace {

@@ -1,10 +1,10 @@
-#include "corpus_tools/research/evaluation/dominance_model.h"
-
+// DominanceModel of evaluation_methods.h.
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "base/errors.h"
+#include "corpus_tools/research/evaluation/evaluation_methods.h"
 #include "corpus_tools/takes/lip_measures.h"
 
 namespace mouthpiece {
@@ -20,13 +20,13 @@ constexpr int kMagnitudeRounds = 2;
 
 /// The frame nearest to the middle of each phone, averaged; a phone that never occurs takes the overall mean.
 std::array<Eigen::RowVectorXd, kPhoneCount> meanPoses(const Corpus& corpus) {
-  const auto width = static_cast<Eigen::Index>(3 * corpus.layout.markers.size());
+  const auto width = signedIndex(3 * corpus.layout.markers.size());
   std::array<Eigen::RowVectorXd, kPhoneCount> sums;
   sums.fill(Eigen::RowVectorXd::Zero(width));
   std::array<double, kPhoneCount> counts{};
   for (const CorpusTake& take : corpus.takes) {
     for (const LabelledPhone& phone : take.labels.phones) {
-      const auto frame = static_cast<Eigen::Index>(std::lround(phone.span.middle() * take.motion.frame_rate_hz));
+      const auto frame = signedIndex(std::lround(phone.span.middle() * take.motion.frame_rate_hz));
       if (frame >= take.motion.positions_mm.rows() || !take.motion.positions_mm.row(frame).allFinite()) continue;
       sums[static_cast<std::size_t>(phone.phone)] += take.motion.positions_mm.row(frame);
       counts[static_cast<std::size_t>(phone.phone)] += 1;
@@ -56,7 +56,7 @@ DominanceModel::Kind DominanceModel::kindOf(Phone phone) {
 
 MotionClip DominanceModel::animate(const SpeechLabels& labels, double frame_rate_hz, std::size_t frames) const {
   MotionClip clip{frame_rate_hz, marker_names_, {}};
-  clip.positions_mm.resize(static_cast<Eigen::Index>(frames), static_cast<Eigen::Index>(3 * marker_names_.size()));
+  clip.positions_mm.resize(signedIndex(frames), signedIndex(3 * marker_names_.size()));
   for (std::size_t frame = 0; frame < frames; ++frame) {
     const Seconds time = clip.timeOf(FrameIndex(frame));
     Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(clip.positions_mm.cols());
@@ -71,7 +71,7 @@ MotionClip DominanceModel::animate(const SpeechLabels& labels, double frame_rate
       total += dominance;
     }
     // Far from every phone all dominances underflow; the mouth rests there.
-    clip.positions_mm.row(static_cast<Eigen::Index>(frame)) =
+    clip.positions_mm.row(signedIndex(frame)) =
         total > 0 ? Eigen::RowVectorXd(sum / total) : targets_[static_cast<std::size_t>(Phone::kSil)];
   }
   return clip;

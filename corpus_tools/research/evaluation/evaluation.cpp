@@ -24,14 +24,13 @@ constexpr double kLowestRateHz = 24, kHighestRateHz = 240;
 double meanOf(const std::vector<double>& values) {
   double sum = 0;
   for (const double value : values) sum += value;
-  return values.empty() ? std::nan("") : sum / static_cast<double>(values.size());
+  return values.empty() ? std::nan("") : sum / asReal(values.size());
 }
 
 double shareOver(const std::vector<double>& values, const std::vector<double>& limits) {
-  if (values.empty()) return std::nan("");
   std::size_t over = 0;
-  for (std::size_t i = 0; i < values.size(); ++i) over += values[i] > limits[i] ? 1 : 0;
-  return static_cast<double>(over) / static_cast<double>(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) over += values[i] > limits[i] ? 1U : 0U;
+  return ratioOf(over, values.size());
 }
 
 template <typename T>
@@ -59,7 +58,7 @@ EvaluationRow measureMethod(const EvaluationMethod& method, const std::vector<Co
     row.lips += row.takes.back();
     if (keep_curves) {
       row.curves.push_back(curvesOf(made, layout));
-      row.curves.back().joins.assign(row.join_times.begin() + static_cast<std::ptrdiff_t>(joins_before),
+      row.curves.back().joins.assign(row.join_times.begin() + signedIndex(joins_before),
                                      row.join_times.end());
     }
     take_done();
@@ -148,7 +147,7 @@ Evaluation evaluateCorpus(const Corpus& corpus, const std::vector<CorpusTake>& c
 Evaluation crossValidate(const Corpus& corpus, std::size_t folds, const EvaluationMethods& methods,
                          const EvaluationOptions& options) {
   if (folds < 2 || folds > corpus.takes.size()) {
-    throw InputError("--folds", "",
+    throw InputError("folds", "",
                      fmt::format("found {}; expected 2 to {}, the number of takes", folds, corpus.takes.size()));
   }
   Evaluation whole{corpus.name, {}, {}};
@@ -181,7 +180,7 @@ Evaluation learningCurve(const Corpus& corpus, const std::vector<std::size_t>& s
   for (std::size_t step = 0; step < sizes.size(); ++step) {
     const std::size_t size = sizes[step];
     if (size == 0 || size > order.size()) {
-      throw InputError("--learning-curve", "", fmt::format("found {} takes; expected 1 to {}", size, order.size()));
+      throw InputError("learning curve", "", fmt::format("found {} takes; expected 1 to {}", size, order.size()));
     }
     Corpus part = split.rest;
     part.takes.clear();
@@ -221,25 +220,15 @@ EvaluationRow& EvaluationRow::operator+=(const EvaluationRow& other) {
   return *this;
 }
 
-double EvaluationRow::unitsPerPhone() const {
-  return phones > 0 ? static_cast<double>(units) / static_cast<double>(phones) : std::nan("");
-}
+double EvaluationRow::unitsPerPhone() const { return ratioOf(units, phones); }
 
-double EvaluationRow::backoffShare() const {
-  return pairs > 0 ? static_cast<double>(backoff_pairs) / static_cast<double>(pairs) : std::nan("");
-}
+double EvaluationRow::backoffShare() const { return ratioOf(backoff_pairs, pairs); }
 
-double EvaluationRow::phonesPerUnit() const {
-  return units > 0 ? static_cast<double>(phones) / static_cast<double>(units) : std::nan("");
-}
+double EvaluationRow::phonesPerUnit() const { return ratioOf(phones, units); }
 
 double EvaluationRow::joinJump95() const { return quantile(join_jumps_mm, 0.95); }
 
-double EvaluationRow::usualStep() const {
-  double sum = 0;
-  for (const double limit : join_limits_mm) sum += limit;
-  return join_limits_mm.empty() ? std::nan("") : sum / static_cast<double>(join_limits_mm.size());
-}
+double EvaluationRow::usualStep() const { return meanOf(join_limits_mm); }
 
 double EvaluationRow::joinsOverLimit() const { return shareOver(join_jumps_mm, join_limits_mm); }
 
@@ -255,11 +244,11 @@ double EvaluationRow::velocitiesOverLimit() const { return shareOver(velocity_ju
 
 std::vector<CorpusTake> holdOut(Corpus& corpus, double share, std::uint64_t seed) {
   if (!(share > 0 && share < 1)) {
-    throw InputError("--hold-out", "", fmt::format("found {}; expected a share between 0 and 1", share));
+    throw InputError("held-out share", "", fmt::format("found {}; expected a share between 0 and 1", share));
   }
   const std::size_t count = corpus.takes.size();
   if (count < 2) throw InputError(corpus.name, "", fmt::format("has {} take; expected at least two", count));
-  const auto wanted = static_cast<std::size_t>(std::lround(share * static_cast<double>(count)));
+  const auto wanted = unsignedIndex(std::lround(share * asReal(count)));
   const std::size_t held = std::clamp<std::size_t>(wanted, 1, count - 1);
   const std::vector<std::size_t> order = shuffledIndices(count, seed);
   std::vector<bool> is_held(count, false);

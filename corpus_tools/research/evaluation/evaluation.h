@@ -120,6 +120,14 @@ std::vector<CorpusTake> atOfferedRates(std::vector<CorpusTake> takes);
 /// in the corpus' frame: one rigid motion a take. Throws InputError where one is missing or does not fit its take.
 std::map<std::string, MotionClip> readTruth(const Corpus& corpus, const std::filesystem::path& folder);
 
+struct Interval {
+  double low = 0, high = 0;  ///< NaN where the measure is
+};
+
+/// The 95 % bootstrap interval of a measure of a row: 1,000 draws of as many takes as the row has, with replacement and
+/// a fixed seed.
+Interval bootstrapInterval(const EvaluationRow& row, const std::function<double(const LipMeasures&)>& measure);
+
 /// A table for people, and the same as JSON.
 std::string evaluationTable(const Evaluation& evaluation);
 std::string evaluationJson(const Evaluation& evaluation);

@@ -1,23 +1,26 @@
 #include "corpus_tools/research/evaluation/evaluation_methods.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 
 #include "base/errors.h"
-#include "corpus_tools/research/evaluation/dominance_model.h"
 #include "motion/resample.h"
 #include "synthesis/curve_model.h"
 #include "synthesis/fragment.h"
 #include "synthesis/join.h"
+#include "units/costs/cost_terms.h"
 
 namespace mouthpiece {
 namespace {
 
 MotionClip meanPose(const Corpus& corpus, double frame_rate_hz, std::size_t frames) {
-  const auto width = static_cast<Eigen::Index>(3 * corpus.layout.markers.size());
+  const auto width = signedIndex(3 * corpus.layout.markers.size());
   Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(width), counts = Eigen::RowVectorXd::Zero(width);
   for (const CorpusTake& take : corpus.takes) {
     const auto seen = take.motion.positions_mm.array().isFinite();
@@ -25,7 +28,7 @@ MotionClip meanPose(const Corpus& corpus, double frame_rate_hz, std::size_t fram
     counts += seen.cast<double>().matrix().colwise().sum();
   }
   MotionClip clip{frame_rate_hz, corpus.layout.markerNames(), {}};
-  clip.positions_mm = (sum.array() / counts.array()).matrix().replicate(static_cast<Eigen::Index>(frames), 1);
+  clip.positions_mm = (sum.array() / counts.array()).matrix().replicate(signedIndex(frames), 1);
   return clip;
 }
 
@@ -148,24 +151,24 @@ std::vector<EvaluationMethod> selectionMethods(const Corpus& /*corpus*/, const U
 
 std::vector<EvaluationMethod> ablationMethods(const Corpus& corpus, const UnitDatabase& database) {
   std::vector<EvaluationMethod> methods;
-  const auto add = [&](const char* name, const auto& change) {
+  const auto add = [&](std::string name, const auto& change) {
     SynthesisOptions options = selectingBy(SelectionMethod::kViterbi, UnitScales::kAny);
     options.selection.lattice = corpus.lattice_weights;
     change(options, *options.selection.lattice);
-    methods.push_back(unitMethod(name, database, options));
+    methods.push_back(unitMethod(std::move(name), database, options));
   };
   using Options = SynthesisOptions;
   using Weights = LatticeWeights;
   add("viterbi", [](Options&, Weights&) {});
-  add("- prediction as cost", [](Options&, Weights& w) { w.prediction_per_mm2 = w.context_per_mm2 = 0; });
-  add("- duration", [](Options&, Weights& w) { w.duration = 0; });
-  add("- neighbours", [](Options&, Weights& w) { w.neighbours = 0; });
-  add("- position, stress", [](Options&, Weights& w) { w.position = w.stress = 0; });
-  add("- speaking rate", [](Options&, Weights& w) { w.rate = 0; });
-  add("- closure as cost", [](Options&, Weights& w) { w.closure_per_mm = 0; });
-  add("- join position", [](Options&, Weights& w) { w.join_position_per_mm = w.join_opening_per_mm = 0; });
-  add("- join velocity", [](Options&, Weights& w) { w.join_velocity_per_mm_s = 0; });
-  add("- cost of a unit", [](Options&, Weights& w) { w.unit = 0; });
+  std::set<std::string_view> added = {""};
+  for (const CostTerm& term : pairTerms()) {
+    if (!added.insert(term.ablation).second) continue;
+    add(fmt::format("- {}", term.ablation), [&](Options&, Weights& weights) {
+      for (const CostTerm& other : pairTerms()) {
+        if (other.ablation == term.ablation) weights[other.name] = 0;
+      }
+    });
+  }
   add("- context (all below)", [](Options& o, Weights&) { o.context.enabled = false; });
   add("- mean of the context", [](Options& o, Weights&) { o.context.average = false; });
   add("- variance restored", [](Options& o, Weights&) { o.context.restore_variance = false; });

@@ -1,12 +1,14 @@
-// evaluationTable, evaluationJson and evaluationHtml of evaluation.h.
+// bootstrapInterval, evaluationTable, evaluationJson and evaluationHtml of evaluation.h.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "corpus_tools/research/evaluation/evaluation.h"
-#include "corpus_tools/research/evaluation/evaluation_intervals.h"
 #include "corpus_tools/report/data_page.h"
 
 namespace mouthpiece {
@@ -15,15 +17,18 @@ extern const std::string_view kEvaluationPage;
 
 namespace {
 
-/// A column of the table over the lips, which has an interval.
-struct LipColumn {
+/// A column of a table: of the lips, which has an interval, or of the units and joins.
+template <typename Of>
+struct Column {
   const char* key;  ///< in the JSON
   const char* head;
   const char* unit;
   int digits;
   bool is_share;
-  double (LipMeasures::*value)() const;
+  double (Of::*value)() const;
 };
+using LipColumn = Column<LipMeasures>;
+using UnitColumn = Column<EvaluationRow>;
 
 constexpr std::array<LipColumn, 10> kLipColumns{{
     {"lip_rms_mm", "RMS", "mm", 2, false, &LipMeasures::lipRms},
@@ -37,16 +42,6 @@ constexpr std::array<LipColumn, 10> kLipColumns{{
     {"variance_ratio", "variance", "ratio", 2, false, &LipMeasures::varianceRatio},
     {"jerk_ratio", "jerk", "ratio", 2, false, &LipMeasures::jerkRatio},
 }};
-
-/// The same over the units and joins.
-struct UnitColumn {
-  const char* key;
-  const char* head;
-  const char* unit;
-  int digits;
-  bool is_share;
-  double (EvaluationRow::*value)() const;
-};
 
 constexpr std::array<UnitColumn, 9> kUnitColumns{{
     {"phones_per_unit", "phones", "a unit", 1, false, &EvaluationRow::phonesPerUnit},
@@ -80,27 +75,31 @@ Interval intervalOf(const EvaluationRow& row, const LipColumn& column) {
 /// NaN has no place in JSON.
 nlohmann::json finite(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr); }
 
+template <typename Columns>
+std::string headsOf(const Columns& columns, int width) {
+  std::string heads = fmt::format("{:<{}}", "", kNameWidth), units = heads;
+  for (const auto& column : columns) {
+    heads += fmt::format("{:>{}}", column.head, width);
+    units += fmt::format("{:>{}}", column.unit, width);
+  }
+  return heads + "\n" + units;
+}
+
 std::string lipTable(const Evaluation& evaluation) {
-  std::string text = fmt::format("{:<{}}", "", kNameWidth);
-  for (const LipColumn& column : kLipColumns) text += fmt::format("{:>{}}", column.head, kWidth);
-  text += fmt::format("\n{:<{}}", "", kNameWidth);
-  for (const LipColumn& column : kLipColumns) text += fmt::format("{:>{}}", column.unit, kWidth);
+  std::string text = headsOf(kLipColumns, kWidth);
   for (const EvaluationRow& row : evaluation.rows) {
-    text += fmt::format("\n{:<{}}", row.method, kNameWidth);
-    for (const LipColumn& column : kLipColumns)
-      text += fmt::format("{:>{}}", number((row.lips.*column.value)(), column.digits, column.is_share), kWidth);
-    text += fmt::format("\n{:<{}}", "", kNameWidth);
-    for (const LipColumn& column : kLipColumns)
-      text += fmt::format("{:>{}}", interval(intervalOf(row, column), column.digits, column.is_share), kWidth);
+    std::string values = fmt::format("\n{:<{}}", row.method, kNameWidth), ranges = fmt::format("\n{:<{}}", "", kNameWidth);
+    for (const LipColumn& column : kLipColumns) {
+      values += fmt::format("{:>{}}", number((row.lips.*column.value)(), column.digits, column.is_share), kWidth);
+      ranges += fmt::format("{:>{}}", interval(intervalOf(row, column), column.digits, column.is_share), kWidth);
+    }
+    text += values + ranges;
   }
   return text;
 }
 
 std::string unitTable(const Evaluation& evaluation) {
-  std::string text = fmt::format("{:<{}}", "", kNameWidth);
-  for (const UnitColumn& column : kUnitColumns) text += fmt::format("{:>{}}", column.head, kUnitWidth);
-  text += fmt::format("\n{:<{}}", "", kNameWidth);
-  for (const UnitColumn& column : kUnitColumns) text += fmt::format("{:>{}}", column.unit, kUnitWidth);
+  std::string text = headsOf(kUnitColumns, kUnitWidth);
   for (const EvaluationRow& row : evaluation.rows) {
     if (row.units == 0) continue;
     text += fmt::format("\n{:<{}}", row.method, kNameWidth);
@@ -132,8 +131,8 @@ nlohmann::json factsOf(const Evaluation& evaluation) {
   return json;
 }
 
-template <typename Column>
-nlohmann::json columnJson(const Column& column) {
+template <typename Of>
+nlohmann::json columnJson(const Column<Of>& column) {
   return {{"key", column.key},
           {"head", fmt::format("{} {}", column.head, column.unit)},
           {"digits", column.digits},
@@ -165,7 +164,7 @@ nlohmann::json comparedJson(const ComparedTake& take) {
   return {{"name", take.name},
           {"text", take.text},
           {"rate_hz", take.frame_rate_hz},
-          {"duration_s", static_cast<double>(take.captured.opening_mm.size()) / take.frame_rate_hz},
+          {"duration_s", asReal(take.captured.opening_mm.size()) / take.frame_rate_hz},
           {"start_s", take.labels.phones.empty() ? 0.0 : take.labels.phones.front().span.start},
           {"phones", std::move(phones)},
           {"words", std::move(words)},
@@ -185,6 +184,24 @@ void addTake(const Evaluation& evaluation, std::size_t i, nlohmann::json& page) 
 }
 
 }  // namespace
+
+Interval bootstrapInterval(const EvaluationRow& row, const std::function<double(const LipMeasures&)>& measure) {
+  constexpr std::size_t kDraws = 1000, kTail = 25;
+  constexpr std::uint64_t kSeed = 1;
+  std::mt19937_64 random(kSeed);
+  std::vector<double> values;
+  for (std::size_t draw = 0; draw < kDraws; ++draw) {
+    LipMeasures drawn;
+    for (std::size_t i = 0; i < row.takes.size(); ++i) drawn += row.takes[random() % row.takes.size()];
+    const double value = measure(drawn);
+    if (std::isfinite(value)) values.push_back(value);
+  }
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  if (values.size() < kDraws / 2) return {kNone, kNone};
+  std::sort(values.begin(), values.end());
+  const std::size_t tail = kTail * values.size() / kDraws;
+  return {values[tail], values[values.size() - 1 - tail]};
+}
 
 std::string evaluationTable(const Evaluation& evaluation) {
   std::string text = fmt::format(

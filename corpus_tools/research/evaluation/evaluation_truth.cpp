@@ -12,12 +12,12 @@ namespace {
 /// Columns in the order of the corpus' layout.
 MotionClip inLayoutOrder(const MotionClip& clip, const MarkerLayout& layout, const std::string& file) {
   MotionClip ordered{clip.frame_rate_hz, layout.markerNames(), {}};
-  ordered.positions_mm.resize(clip.positions_mm.rows(), static_cast<Eigen::Index>(3 * layout.markers.size()));
+  ordered.positions_mm.resize(clip.positions_mm.rows(), signedIndex(3 * layout.markers.size()));
   for (std::size_t marker = 0; marker < layout.markers.size(); ++marker) {
     const auto found = clip.findMarker(layout.markers[marker].name);
     if (!found) throw InputError(file, "", fmt::format("lacks the marker {}", layout.markers[marker].name));
-    ordered.positions_mm.middleCols<3>(static_cast<Eigen::Index>(3 * marker)) =
-        clip.positions_mm.middleCols<3>(static_cast<Eigen::Index>(3 * found->value));
+    ordered.positions_mm.middleCols<3>(signedIndex(3 * marker)) =
+        clip.positions_mm.middleCols<3>(signedIndex(3 * found->value));
   }
   return ordered;
 }

@@ -10,7 +10,7 @@ void expectFolds(std::size_t corpus_takes, const TuningOptions& options, std::si
   constexpr std::size_t kLeastTakesAFold = 4;
   const std::size_t takes = std::min(corpus_takes, options.most_takes);
   if (options.folds >= least_folds && options.folds <= takes / kLeastTakesAFold) return;
-  throw InputError("--folds", "",
+  throw InputError("folds", "",
                    fmt::format("found {} for {} takes; expected at least {}, and {} takes in each", options.folds,
                                takes, least_folds, kLeastTakesAFold));
 }

@@ -7,6 +7,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 
@@ -17,18 +18,18 @@ namespace mouthpiece {
 /// A weight that is searched, and its name for people.
 template <typename Weights>
 struct TunedField {
-  const char* name;
-  double Weights::*value;
+  std::string_view name;
+  std::function<double&(Weights&)> value;
 };
 
 /// "duration 1 -> 0.5, ..."; empty when nothing differs.
 template <typename Weights>
-std::string changesBetween(std::span<const TunedField<Weights>> fields, const Weights& before, const Weights& after) {
+std::string changesBetween(std::span<const TunedField<Weights>> fields, Weights before, Weights after) {
   std::string text;
   for (const TunedField<Weights>& field : fields) {
-    if (before.*field.value == after.*field.value) continue;
-    text += fmt::format("{}{} {:.3g} -> {:.3g}", text.empty() ? "" : ", ", field.name, before.*field.value,
-                        after.*field.value);
+    const double old_value = field.value(before), new_value = field.value(after);
+    if (old_value == new_value) continue;
+    text += fmt::format("{}{} {:.3g} -> {:.3g}", text.empty() ? "" : ", ", field.name, old_value, new_value);
   }
   return text;
 }
@@ -63,7 +64,7 @@ class CoordinateSearch {
     bool gained = false;
     for (int step = 0; step < kMostSteps; ++step) {
       Weights next = best_;
-      next.*field.value *= factor;
+      field.value(next) *= factor;
       const double score = score_(next);
       ++tried_;
       if (!(score < best_score_ - kLeastGain)) break;

@@ -4,6 +4,9 @@
 #include <functional>
 #include <string>
 
+#include "corpus_tools/takes/lip_measures.h"
+#include "units/file/corpus.h"
+
 namespace mouthpiece {
 
 struct TuningOptions {
@@ -28,5 +31,46 @@ struct Tuned {
   double judge_error = 0;  ///< standard error of the difference of the judging takes' scores
   std::string changes;     ///< "duration 1 -> 0.5, ..." of the best found; empty when it is where it began
 };
+
+/// Scores are tuningScore (docs/theory/selection.md).
+using TunedWeights = Tuned<LatticeWeights, double>;
+
+/// Lip error in mm, and 1 for all closures lost, and 1 for all open phones closed.
+double tuningScore(const LipMeasures& measures);
+
+/// Searches the lattice's weights, one at a time, for the least score on the held-out takes of every other fold, and
+/// judges what it found on the takes of the folds between. Throws InputError for a corpus without a trajectory model,
+/// fewer than four folds, or fewer takes than four a fold.
+TunedWeights tuneLatticeWeights(const Corpus& corpus, const TuningOptions& options = {},
+                                const TuningProgress& progress = {});
+
+/// How they were learnt, in a line, for people and for the build log.
+std::string describeTuning(const TunedWeights& tuned);
+
+/// Puts the weights into the corpus, and how they were learnt into its build log as "lattice_weights".
+void storeTuning(Corpus& corpus, const TunedWeights& tuned);
+
+/// Means over takes; less is better.
+struct VoiceScore {
+  double joins = 0;    ///< sum over joins of the change across them, in what recordings change within 40 ms, per word
+  double lips_mm = 0;  ///< RMS error of the lips that the same units give, in the take's own time
+  [[nodiscard]] double sum() const { return joins + lips_mm; }
+};
+
+/// docs/theory/corpus_voice.md
+using TunedVoice = Tuned<SoundCutWeights, VoiceScore>;
+
+/// Slower to measure than the selection's: fewer folds and takes.
+constexpr TuningOptions kVoiceTuning{.folds = 4, .most_takes = 96};
+
+/// Searches the weights of the corpus voice's cuts on takes that the others speak: sound and lips are made and measured
+/// for each setting. Throws InputError for a corpus without a trajectory model or sound, fewer than two folds, or fewer
+/// takes than four a fold.
+TunedVoice tuneCorpusVoice(const Corpus& corpus, const TuningOptions& options = kVoiceTuning,
+                           const TuningProgress& progress = {});
+
+std::string describeTuning(const TunedVoice& tuned);
+/// Likewise, as "sound_cut_weights".
+void storeTuning(Corpus& corpus, const TunedVoice& tuned);
 
 }  // namespace mouthpiece

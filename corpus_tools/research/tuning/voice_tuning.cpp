@@ -1,9 +1,7 @@
-#include "corpus_tools/research/tuning/voice_tuning.h"
-
+// The tuning of the corpus voice's weights, of tuning.h.
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -22,16 +20,14 @@
 namespace mouthpiece {
 namespace {
 
-constexpr std::array<TunedField<SoundCutWeights>, 8> kTuned{{
-    {"in join", &SoundCutWeights::in_join},
-    {"spectral", &SoundCutWeights::spectral},
-    {"level", &SoundCutWeights::level_per_db},
-    {"octave", &SoundCutWeights::per_octave},
-    {"voicing", &SoundCutWeights::voicing},
-    {"slip", &SoundCutWeights::slip},
-    {"loud", &SoundCutWeights::loud_per_db},
-    {"lip", &SoundCutWeights::lip_per_mm},
-}};
+/// First what the sound is worth among the selection's join costs, which decides what there is to cut.
+std::vector<TunedField<SoundCutWeights>> tunedFields() {
+  std::vector<TunedField<SoundCutWeights>> fields;
+  for (const SoundCutTerm& term : kSoundCutTerms)
+    fields.push_back({term.name, [&term](SoundCutWeights& weights) -> double& { return weights.*term.weight; }});
+  std::rotate(fields.begin(), fields.end() - 1, fields.end());
+  return fields;
+}
 
 /// How a sound changes from 20 ms before a moment to 20 ms after it.
 struct SoundChange {
@@ -94,7 +90,7 @@ class UsualChange {
  private:
   static double meanOf(double sum, std::size_t count) {
     constexpr double kLeast = 1e-9;  // a sound without any change has no joins worth telling, either
-    return count > 0 ? std::max(kLeast, sum / static_cast<double>(count)) : 1.0;
+    return count > 0 ? std::max(kLeast, sum / asReal(count)) : 1.0;
   }
 
   SoundChange usual_;
@@ -152,7 +148,7 @@ class VoiceFold {
     for (const SelectedUnit& unit : line.units) {
       if (unit.sound.duration() > 0 && unit.sound.start > 0) sum += usual_.times(meter.at(unit.sound.start));
     }
-    return sum / static_cast<double>(std::max<std::size_t>(1, line.labels.words.size()));
+    return sum / asReal(std::max<std::size_t>(1, line.labels.words.size()));
   }
 
   [[nodiscard]] double lipError(const CorpusTake& take, std::vector<SelectedUnit> units) const {
@@ -201,7 +197,7 @@ class VoiceTrial {
       ++count;
     }
     if (count == 0) throw InputError("found no take that the others can speak; expected takes with phones in common");
-    return {sum.joins / static_cast<double>(count), sum.lips_mm / static_cast<double>(count)};
+    return {sum.joins / asReal(count), sum.lips_mm / asReal(count)};
   }
 
   /// Of the mean difference, take by take.
@@ -241,7 +237,7 @@ TunedVoice tuneCorpusVoice(const Corpus& corpus, const TuningOptions& options, c
   expectEnough(corpus, options);
   const Corpus development = evenlySpacedTakes(corpus, options.most_takes);
   const VoiceTrial trial(development, options);
-  return searchAndJudge<SoundCutWeights>(trial, kTuned, corpus.sound_cut_weights, development.takes.size(),
+  return searchAndJudge<SoundCutWeights>(trial, tunedFields(), corpus.sound_cut_weights, development.takes.size(),
                                          options.always, progress);
 }
 

@@ -1,8 +1,6 @@
-#include "corpus_tools/research/tuning/weight_tuning.h"
-
+// The tuning of the selection's weights, of tuning.h.
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -14,26 +12,22 @@
 #include "corpus_tools/research/tuning/coordinate_search.h"
 #include "corpus_tools/research/evaluation/evaluation.h"
 #include "synthesis/synthesis.h"
+#include "units/costs/cost_terms.h"
 #include "units/selection/unit_database.h"
 
 namespace mouthpiece {
 namespace {
 
-/// The stand-ins' price is not among them: it decides nothing where the corpus has the pair.
-constexpr std::array<TunedField<LatticeWeights>, 12> kTuned{{
-    {"prediction", &LatticeWeights::prediction_per_mm2},
-    {"context", &LatticeWeights::context_per_mm2},
-    {"duration", &LatticeWeights::duration},
-    {"neighbours", &LatticeWeights::neighbours},
-    {"position", &LatticeWeights::position},
-    {"stress", &LatticeWeights::stress},
-    {"rate", &LatticeWeights::rate},
-    {"closure", &LatticeWeights::closure_per_mm},
-    {"join position", &LatticeWeights::join_position_per_mm},
-    {"join velocity", &LatticeWeights::join_velocity_per_mm_s},
-    {"join opening", &LatticeWeights::join_opening_per_mm},
-    {"unit", &LatticeWeights::unit},
-}};
+/// What the ablation turns off can be learnt: the stand-ins' price decides nothing where the corpus has the pair.
+std::vector<TunedField<LatticeWeights>> tunedFields() {
+  std::vector<TunedField<LatticeWeights>> fields;
+  const std::span<const CostTerm> terms = pairTerms();
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    if (terms[i].ablation.empty()) continue;
+    fields.push_back({terms[i].name, [i](LatticeWeights& weights) -> double& { return weights.values()[i]; }});
+  }
+  return fields;
+}
 
 using TakeMeasures = std::vector<std::optional<LipMeasures>>;
 
@@ -106,7 +100,7 @@ class LatticeTrial {
       sum += difference;
       squares += difference * difference;
     }
-    constexpr auto kCount = static_cast<double>(kDraws);
+    constexpr auto kCount = asReal(kDraws);
     return std::sqrt(std::max(0.0, squares / kCount - (sum / kCount) * (sum / kCount)));
   }
 
@@ -135,7 +129,7 @@ TunedWeights tuneLatticeWeights(const Corpus& corpus, const TuningOptions& optio
   expectEnough(corpus, options);
   const Corpus development = evenlySpacedTakes(corpus, options.most_takes);
   const LatticeTrial trial(development, options);
-  return searchAndJudge<LatticeWeights>(trial, kTuned, corpus.lattice_weights, development.takes.size(), options.always,
+  return searchAndJudge<LatticeWeights>(trial, tunedFields(), corpus.lattice_weights, development.takes.size(), options.always,
                                         progress);
 }
 

@@ -16,6 +16,14 @@ namespace {
 
 constexpr int kNoTarget = 0;
 
+/// glTF's lists are numbered by int.
+int numberOfLast(const auto& list) { return static_cast<int>(list.size()) - 1; }
+
+/// Floats of one element: 1, 2, 3.
+std::size_t widthOf(int type) {
+  return type == TINYGLTF_TYPE_SCALAR ? 1 : unsignedIndex(type);  // VEC2 is 2, VEC3 is 3
+}
+
 template <typename T>
 std::string_view bytesOf(std::span<const T> values) {
   return {reinterpret_cast<const char*>(values.data()), values.size_bytes()};
@@ -94,7 +102,7 @@ int GlbModel::addView(std::string_view bytes, int target, std::size_t stride) {
   view.target = target;
   binary_.append(bytes);
   gltf.bufferViews.push_back(std::move(view));
-  return static_cast<int>(gltf.bufferViews.size()) - 1;
+  return numberOfLast(gltf.bufferViews);
 }
 
 int GlbModel::addAccessor(int view, int component, int type, std::size_t count) {
@@ -104,12 +112,12 @@ int GlbModel::addAccessor(int view, int component, int type, std::size_t count) 
   accessor.type = type;
   accessor.count = count;
   gltf.accessors.push_back(std::move(accessor));
-  return static_cast<int>(gltf.accessors.size()) - 1;
+  return numberOfLast(gltf.accessors);
 }
 
 void GlbModel::setBounds(int accessor, std::span<const float> values, bool has_zeros) {
   tinygltf::Accessor& bounded = gltf.accessors[unsignedIndex(accessor)];
-  const auto width = unsignedIndex(tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(bounded.type)));
+  const std::size_t width = widthOf(bounded.type);
   std::array<float, 3> low, high;
   low.fill(has_zeros ? 0 : std::numeric_limits<float>::max());
   high.fill(has_zeros ? 0 : std::numeric_limits<float>::lowest());
@@ -124,7 +132,7 @@ void GlbModel::setBounds(int accessor, std::span<const float> values, bool has_z
 }
 
 int GlbModel::addAttribute(std::span<const float> values, int type, bool with_bounds) {
-  const auto width = unsignedIndex(tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type)));
+  const std::size_t width = widthOf(type);
   const int view = addView(bytesOf(values), TINYGLTF_TARGET_ARRAY_BUFFER, width * sizeof(float));
   const int accessor = addAccessor(view, TINYGLTF_COMPONENT_TYPE_FLOAT, type, values.size() / width);
   if (with_bounds) setBounds(accessor, values, false);
@@ -157,7 +165,7 @@ int GlbModel::addMostlyZeroVec3(std::span<const std::uint32_t> indices, std::spa
   MOUTHPIECE_EXPECT(values.size() == 3 * indices.size() && indices.size() <= count);
   const auto addWithoutData = [&] { return addAccessor(-1, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3, count); };
   if (indices.empty()) {
-    const auto [known, is_new] = zeros_by_count_.try_emplace(count, static_cast<int>(gltf.accessors.size()));
+    const auto [known, is_new] = zeros_by_count_.try_emplace(count, numberOfLast(gltf.accessors) + 1);
     if (is_new) setBounds(addWithoutData(), {}, true);
     return known->second;
   }
@@ -188,14 +196,14 @@ void GlbModel::setSpeech(std::size_t frame_count, double frame_rate_hz, const st
     sampler.input = input;
     sampler.output = addScalars(track.weights, false);
     sampler.interpolation = "LINEAR";
+    speech.samplers.push_back(std::move(sampler));
     for (const int node : track.nodes) {
       tinygltf::AnimationChannel channel;
-      channel.sampler = static_cast<int>(speech.samplers.size());
+      channel.sampler = numberOfLast(speech.samplers);
       channel.target_node = node;
       channel.target_path = "weights";
       speech.channels.push_back(std::move(channel));
     }
-    speech.samplers.push_back(std::move(sampler));
   }
   gltf.animations = {std::move(speech)};
 }

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "base/index.h"
+#include "base/statistics.h"
 
 namespace mouthpiece {
 namespace {
@@ -42,14 +43,12 @@ std::vector<double> squaredChanges(const std::vector<std::vector<float>>& cepstr
   const auto count = signedIndex(cepstra.size());
   std::vector<double> changes;
   for (std::ptrdiff_t i = 0; i < count; ++i) changes.push_back(changeAt(cepstra, i));
-  std::vector<double> sorted = changes;
-  const auto floor = sorted.begin() + static_cast<std::ptrdiff_t>(kNoiseShare * asReal(count - 1));
-  std::nth_element(sorted.begin(), floor, sorted.end());
+  const double floor = quantile(changes, kNoiseShare);
   std::vector<double> spread;
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     const auto first = changes.begin() + std::max<std::ptrdiff_t>(0, i - kBeside);
     const auto end = changes.begin() + std::min(count, i + kBeside + 1);
-    spread.push_back(std::max(kLeastChange, *std::max_element(first, end) - *floor));
+    spread.push_back(std::max(kLeastChange, *std::max_element(first, end) - floor));
   }
   return spread;
 }

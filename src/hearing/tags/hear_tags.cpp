@@ -4,10 +4,11 @@
 #include <cmath>
 #include <utility>
 
-#include "audio/band_energy.h"
 #include "audio/pitch_track.h"
-#include "hearing/tags/note_fit.h"
-#include "hearing/tags/vibrato_finder.h"
+#include "audio/spectral_frames.h"
+#include "base/index.h"
+#include "base/statistics.h"
+#include "hearing/tags/pitch_contour.h"
 #include "hearing/tags/vowel_network.h"
 
 namespace mouthpiece {
@@ -29,7 +30,7 @@ std::vector<PitchSample> pitchOf(const AudioClip& clip) {
   std::vector<PitchSample> samples;
   for (std::size_t i = 0; i < track.frames.size(); i += 2) {
     const double hz = track.frames[i].hz;
-    samples.push_back({.time = static_cast<double>(samples.size()) / kPitchRateHz, .hz = hz, .voiced = hz > 0});
+    samples.push_back({.time = asReal(samples.size()) / kPitchRateHz, .hz = hz, .voiced = hz > 0});
   }
   return samples;
 }
@@ -45,9 +46,7 @@ double medianAround(const std::vector<PitchSample>& f0, std::size_t at) {
   for (std::size_t i = at > kMedianReach ? at - kMedianReach : 0; i <= last; ++i) {
     if (f0[i].voiced) values.push_back(f0[i].hz);
   }
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return median(std::move(values));
 }
 
 /// The tracker at times takes a harmonic, or half the pitch, for the pitch: such a sample is set right by its
@@ -56,8 +55,8 @@ void setOctavesRight(std::vector<PitchSample>& f0) {
   const std::vector<PitchSample> heard = f0;
   for (std::size_t i = 0; i < f0.size(); ++i) {
     if (!heard[i].voiced) continue;
-    const double median = medianAround(heard, i);
-    const auto semitonesOff = [&](double hz) { return std::abs(12 * std::log2(hz / median)); };
+    const double usual = medianAround(heard, i);
+    const auto semitonesOff = [&](double hz) { return std::abs(12 * std::log2(hz / usual)); };
     if (semitonesOff(heard[i].hz) <= kMostFromMedianSemitones) continue;
     f0[i] = {.time = heard[i].time};
     for (const double factor : {1. / 2, 1. / 3, 1. / 4, 2., 3.}) {
@@ -86,13 +85,13 @@ void closeHole(VoicedRun& run, std::size_t until, double hz) {
   const std::size_t from = run.first + run.hz.size() - 1;
   const double before = run.hz.back();
   for (std::size_t i = from + 1; i < until; ++i) {
-    run.hz.push_back(std::lerp(before, hz, static_cast<double>(i - from) / static_cast<double>(until - from)));
+    run.hz.push_back(std::lerp(before, hz, asReal(i - from) / asReal(until - from)));
   }
 }
 
 std::vector<VoicedRun> voicedRuns(const std::vector<PitchSample>& f0, const TimeSpan& span) {
   std::vector<VoicedRun> runs;
-  const auto first = static_cast<std::size_t>(std::max(0.0, std::ceil(span.start * kPitchRateHz - 1e-6)));
+  const std::size_t first = unsignedIndex(std::lround(std::max(0.0, std::ceil(span.start * kPitchRateHz - 1e-6))));
   for (std::size_t i = first; i < f0.size() && f0[i].time < span.end; ++i) {
     if (!f0[i].voiced) continue;
     const bool goes_on = !runs.empty() && i - (runs.back().first + runs.back().hz.size()) <= kLongestHole;
@@ -108,7 +107,7 @@ std::vector<VoicedRun> voicedRuns(const std::vector<PitchSample>& f0, const Time
 }
 
 TimeSpan spanOfSamples(std::size_t first, std::size_t last) {
-  return {static_cast<double>(first) / kPitchRateHz, static_cast<double>(last) / kPitchRateHz};
+  return {asReal(first) / kPitchRateHz, asReal(last) / kPitchRateHz};
 }
 
 /// Where the vowels are not known: of vibrato in them, ups and downs are alike.
@@ -117,7 +116,7 @@ constexpr double kMostSwingRatio = 2;
 void tagRun(const VoicedRun& run, const VibratoOptions& options, AudioTags& tags) {
   for (const PitchPiece& piece : fitPitchPieces(run.hz, {.rate_hz = kPitchRateHz})) {
     const TimeSpan span = spanOfSamples(run.first + piece.first, run.first + piece.last);
-    if (isNote(piece) && span.duration() >= kShortestNote) tags.notes.push_back({span, piece.median_hz});
+    if (isNote(piece) && span.duration() >= kShortestNote) tags.notes.push_back({span, piece.median_hz, false});
   }
   for (const VibratoRun& vibrato : findVibrato(run.hz, options)) {
     tags.vibrato.push_back(

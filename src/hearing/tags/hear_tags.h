@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "audio/audio_clip.h"
-#include "phonetics/labels/speech_labels.h"
 #include "audio/audio_tags.h"
+#include "phonetics/labels/speech_labels.h"
 
 namespace mouthpiece {
 

@@ -1,100 +1,53 @@
-#include <array>
+#include <fmt/format.h>
+
 #include <string>
 #include <string_view>
-#include <utility>
 
-#include "base/text_numbers.h"
 #include "hearing/tags/hear_tags.h"
 
 namespace mouthpiece {
 namespace {
 
-/// Writes the rows of a list, a line each: several times faster than a tree of values, for there are 100 a second.
-class RowWriter {
- public:
-  RowWriter(std::string& text, std::string_view name) : text_(text) {
-    text_ += text_.empty() ? "{\"" : ",\n\"";
-    text_ += name;
-    text_ += "\":[";
-  }
-  RowWriter(const RowWriter&) = delete;
-  RowWriter& operator=(const RowWriter&) = delete;
-  ~RowWriter() { text_ += "]"; }
-
-  void beginRow() {
-    text_ += is_first_row_ ? "\n{" : ",\n{";
-    is_first_row_ = false;
-    is_first_field_ = true;
-  }
-  void endRow() { text_ += '}'; }
-  void number(std::string_view key, double value, int decimals) {
-    this->key(key);
-    appendFixed(text_, value, decimals);
-  }
-  void flag(std::string_view key, bool value) {
-    this->key(key);
-    text_ += value ? "true" : "false";
-  }
-  void span(const TimeSpan& span) {
-    number("start_s", span.start, 4);
-    number("end_s", span.end, 4);
-  }
-
- private:
-  void key(std::string_view key) {
-    if (!is_first_field_) text_ += ',';
-    is_first_field_ = false;
-    text_ += '"';
-    text_ += key;
-    text_ += "\":";
-  }
-
-  std::string& text_;
-  bool is_first_row_ = true;
-  bool is_first_field_ = true;
-};
-
-template <typename List, typename Write>
-void writeList(std::string& text, std::string_view name, const List& list, Write write) {
-  RowWriter rows(text, name);
+/// A list with a line for each entry: several times faster than a tree of values, for there are 100 a second.
+template <typename List, typename Fields>
+std::string listJson(std::string_view name, const List& list, Fields fields_of) {
+  std::string text = fmt::format("\"{}\":[", name);
+  std::string_view before = "\n{";
   for (const auto& entry : list) {
-    rows.beginRow();
-    write(rows, entry);
-    rows.endRow();
+    text.append(before).append(fields_of(entry)).append("}");
+    before = ",\n{";
   }
+  return text + "]";
+}
+
+std::string spanFields(const TimeSpan& span) {
+  return fmt::format(R"("start_s":{:.4f},"end_s":{:.4f})", span.start, span.end);
 }
 
 }  // namespace
 
 std::string formatTagsJson(const AudioTags& tags) {
-  std::string text;
-  writeList(text, "f0", tags.f0, [](RowWriter& row, const PitchSample& sample) {
-    row.number("time_s", sample.time, 2);
-    row.number("hz", sample.hz, 2);
-    row.flag("voiced", sample.voiced);
+  std::string text = "{";
+  text += listJson("f0", tags.f0, [](const PitchSample& sample) {
+    return fmt::format(R"("time_s":{:.2f},"hz":{:.2f},"voiced":{})", sample.time, sample.hz, sample.voiced);
   });
-  writeList(text, "notes", tags.notes, [](RowWriter& row, const SungNote& note) {
-    row.span(note.span);
-    row.number("hz", note.hz, 2);
-  });
-  writeList(text, "vibrato", tags.vibrato, [](RowWriter& row, const VibratoSpan& vibrato) {
-    row.span(vibrato.span);
-    row.number("rate_hz", vibrato.rate_hz, 3);
-    row.number("depth_semitones", vibrato.depth_semitones, 3);
-  });
-  writeList(text, "vowels", tags.vowels, [](RowWriter& row, const VowelLikelihood& vowel) {
-    row.number("time_s", vowel.time, 2);
-    const std::array<std::pair<std::string_view, double>, 6> shares{
-        {{"A", vowel.a}, {"E", vowel.e}, {"I", vowel.i}, {"O", vowel.o}, {"U", vowel.u}, {"silence", vowel.silence}}};
-    for (const auto& [name, share] : shares) row.number(name, share, 4);
-  });
-  writeList(text, "consonants", tags.consonants, [](RowWriter& row, const ConsonantEnergy& consonant) {
-    row.number("phone", static_cast<double>(consonant.phone.value), 0);
-    row.span(consonant.span);
-    row.number("energy", consonant.energy, 9);
-  });
-  text += "}\n";
-  return text;
+  text += ",\n" + listJson("notes", tags.notes, [](const Note& note) {
+            return fmt::format(R"({},"hz":{:.2f})", spanFields(note.span), note.hz);
+          });
+  text += ",\n" + listJson("vibrato", tags.vibrato, [](const VibratoSpan& vibrato) {
+            return fmt::format(R"({},"rate_hz":{:.3f},"depth_semitones":{:.3f})", spanFields(vibrato.span),
+                               vibrato.rate_hz, vibrato.depth_semitones);
+          });
+  text +=
+      ",\n" + listJson("vowels", tags.vowels, [](const VowelLikelihood& vowel) {
+        return fmt::format(R"("time_s":{:.2f},"A":{:.4f},"E":{:.4f},"I":{:.4f},"O":{:.4f},"U":{:.4f},"silence":{:.4f})",
+                           vowel.time, vowel.a, vowel.e, vowel.i, vowel.o, vowel.u, vowel.silence);
+      });
+  text += ",\n" + listJson("consonants", tags.consonants, [](const ConsonantEnergy& consonant) {
+            return fmt::format(R"("phone":{},{},"energy":{:.9f})", consonant.phone.value, spanFields(consonant.span),
+                               consonant.energy);
+          });
+  return text + "}\n";
 }
 
 }  // namespace mouthpiece

@@ -6,6 +6,8 @@
 #include <optional>
 #include <vector>
 
+#include "base/index.h"
+#include "base/statistics.h"
 #include "hearing/tags/hear_tags.h"
 
 namespace mouthpiece {
@@ -30,7 +32,7 @@ double clippedShare(const AudioClip& clip) {
     run = std::abs(sample) >= kFullScale ? run + 1 : 0;
     if (run >= kClippedRun) clipped += run == kClippedRun ? kClippedRun : 1;
   }
-  return static_cast<double>(clipped) / static_cast<double>(std::max<std::size_t>(1, clip.samples.size()));
+  return asReal(clipped) / asReal(std::max<std::size_t>(1, clip.samples.size()));
 }
 
 /// How loud the phones that `wanted` takes are: the median over 20 ms pieces of their middles, for a label beside its
@@ -50,14 +52,11 @@ Loudness loudnessOf(const AudioClip& clip, const SpeechLabels& labels, Wanted wa
     const auto end = static_cast<std::size_t>(std::max(0.0, (phone.span.end - kEdge) * clip.sample_rate_hz));
     for (std::size_t i = first; i + length <= std::min(clip.samples.size(), end); i += length) {
       double sum = 0;
-      for (std::size_t k = i; k < i + length; ++k) sum += static_cast<double>(clip.samples[k]) * clip.samples[k];
-      pieces.push_back(sum / static_cast<double>(length));
+      for (std::size_t k = i; k < i + length; ++k) sum += double{clip.samples[k]} * clip.samples[k];
+      pieces.push_back(sum / asReal(length));
     }
   }
-  if (pieces.empty()) return {};
-  const auto middle = pieces.begin() + static_cast<std::ptrdiff_t>(pieces.size() / 2);
-  std::nth_element(pieces.begin(), middle, pieces.end());
-  return {*middle, kPiece * static_cast<double>(pieces.size())};
+  return {median(pieces, 0), kPiece * asReal(pieces.size())};
 }
 
 /// The mean probability of the vowels that the labels promise, where a vowel is heard; nullopt where too little is.
@@ -85,8 +84,8 @@ std::vector<std::string> soundWarnings(const AudioClip& clip, const SpeechLabels
   std::vector<std::string> warnings;
   float peak = 0;
   for (const float sample : clip.samples) peak = std::max(peak, std::abs(sample));
-  if (db(static_cast<double>(peak) * peak) < kSilentPeakDb) {
-    warnings.push_back(fmt::format("the sound is silent (peak {:.0f} dB)", db(static_cast<double>(peak) * peak)));
+  if (const double peak_db = db(double{peak} * peak); peak_db < kSilentPeakDb) {
+    warnings.push_back(fmt::format("the sound is silent (peak {:.0f} dB)", peak_db));
     return warnings;
   }
   if (const double share = clippedShare(clip); share > kClippedShare) {

@@ -1,9 +1,12 @@
-#include "hearing/tags/note_fit.h"
+#include "hearing/tags/pitch_contour.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+
+#include "base/index.h"
+#include "base/statistics.h"
 
 namespace mouthpiece {
 namespace {
@@ -19,12 +22,12 @@ class LineFits {
   explicit LineFits(std::span<const double> values) : values_(values), sum_(values.size() + 1), moment_(sum_.size()) {
     for (std::size_t i = 0; i < values.size(); ++i) {
       sum_[i + 1] = sum_[i] + values[i];
-      moment_[i + 1] = moment_[i] + values[i] * static_cast<double>(i);
+      moment_[i + 1] = moment_[i] + values[i] * asReal(i);
     }
     for (std::size_t k = 0; k < kMostPlaces; ++k) {
       // Spread without a period (an even spacing could fall into step with a vibrato), and from the first few on all
       // over the piece, so that most bad ones are seen early.
-      places_[k] = std::fmod((static_cast<double>(k) + 0.5) * 0.6180339887498949, 1.0);
+      places_[k] = std::fmod((asReal(k) + 0.5) * 0.6180339887498949, 1.0);
     }
   }
 
@@ -35,8 +38,8 @@ class LineFits {
   };
 
   [[nodiscard]] Line line(std::size_t a, std::size_t b) const {
-    const auto n = static_cast<double>(b - a + 1);
-    const double middle = 0.5 * static_cast<double>(a + b);
+    const double n = asReal(b - a + 1);
+    const double middle = 0.5 * asReal(a + b);
     const double sum = sum_[b + 1] - sum_[a];
     const double spread = n * (n * n - 1) / 12;
     const double moment = moment_[b + 1] - moment_[a] - middle * sum;
@@ -48,14 +51,14 @@ class LineFits {
     const Line fit = line(a, b);
     const double at_zero = fit.middle_value - fit.slope * fit.middle;
     const std::size_t n = b - a + 1;
-    const auto off = [&](std::size_t i) { return std::abs(values_[i] - at_zero - fit.slope * static_cast<double>(i)); };
+    const auto off = [&](std::size_t i) { return std::abs(values_[i] - at_zero - fit.slope * asReal(i)); };
     const bool is_whole = n <= kMostPlaces;
     const std::size_t places = is_whole ? n : kMostPlaces;
-    const double share = is_whole ? 1 : static_cast<double>(n) / kMostPlaces;
+    const double share = is_whole ? 1 : asReal(n) / kMostPlaces;
     double error = 0;
     for (std::size_t first = 0; first < places && share * error <= limit; first += kStride) {
       for (std::size_t k = first; k < std::min(places, first + kStride); ++k) {
-        error += off(is_whole ? a + k : a + static_cast<std::size_t>(places_[k] * static_cast<double>(n)));
+        error += off(is_whole ? a + k : a + static_cast<std::size_t>(places_[k] * asReal(n)));
       }
     }
     return share * error;
@@ -66,13 +69,6 @@ class LineFits {
   std::vector<double> sum_, moment_;
   std::array<double, kMostPlaces> places_{};
 };
-
-double medianOf(std::span<const double> values) {
-  std::vector<double> sorted(values.begin(), values.end());
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  return *middle;
-}
 
 }  // namespace
 
@@ -103,10 +99,11 @@ std::vector<PitchPiece> fitPitchPieces(std::span<const double> pitch_hz, const N
   std::vector<PitchPiece> pieces;
   for (std::size_t b = count - 1; b > 0; b = from[b]) {
     const std::size_t a = from[b];
+    const auto piece = pitch_hz.subspan(a, b - a + 1);
     pieces.push_back({.first = a,
                       .last = b,
                       .slope_hz_s = fits.line(a, b).slope * options.rate_hz,
-                      .median_hz = medianOf(pitch_hz.subspan(a, b - a + 1))});
+                      .median_hz = median({piece.begin(), piece.end()})});
   }
   std::reverse(pieces.begin(), pieces.end());
   return pieces;

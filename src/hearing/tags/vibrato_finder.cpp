@@ -1,9 +1,11 @@
-#include "hearing/tags/vibrato_finder.h"
+#include "hearing/tags/pitch_contour.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
+
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {
@@ -16,13 +18,13 @@ constexpr double kMostPeriodRatio = 1.35;
 /// Semitones, smoothed over 50 ms (binomial): single wrong samples make no peak.
 std::vector<double> smoothSemitones(std::span<const double> pitch_hz) {
   constexpr std::array<double, 5> kWeights{1. / 16, 4. / 16, 6. / 16, 4. / 16, 1. / 16};
-  const auto count = static_cast<std::ptrdiff_t>(pitch_hz.size());
+  const std::ptrdiff_t count = std::ssize(pitch_hz);
   std::vector<double> smooth;
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     double sum = 0;
     for (std::ptrdiff_t k = -2; k <= 2; ++k) {
-      const auto at = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i + k, 0, count - 1));
-      sum += kWeights[static_cast<std::size_t>(k + 2)] * 12 * std::log2(pitch_hz[at]);
+      const std::size_t at = unsignedIndex(std::clamp<std::ptrdiff_t>(i + k, 0, count - 1));
+      sum += kWeights[unsignedIndex(k + 2)] * 12 * std::log2(pitch_hz[at]);
     }
     smooth.push_back(sum);
   }
@@ -36,7 +38,7 @@ std::vector<double> peaksOf(const std::vector<double>& values) {
   double before_at = 0;
   for (std::size_t i = 0; i + 1 < values.size(); ++i) {
     const double slope = values[i + 1] - values[i];
-    const double at = static_cast<double>(i) + 0.5;
+    const double at = asReal(i) + 0.5;
     if (slope == 0) continue;
     if (before * slope < 0) peaks.push_back(before_at + (at - before_at) * before / (before - slope));
     before = slope;
@@ -75,7 +77,7 @@ class RunFinder {
     return std::abs(semitonesAt(peaks_[peak + 1]) - semitonesAt(peaks_[peak]));
   }
   [[nodiscard]] double semitonesAt(double place) const {
-    return semitones_[std::min(static_cast<std::size_t>(std::lround(place)), semitones_.size() - 1)];
+    return semitones_[std::min(unsignedIndex(std::lround(place)), semitones_.size() - 1)];
   }
 
   /// Peaks i, i + 1, i + 2 are one period of the right length, up as far as down.
@@ -91,10 +93,10 @@ class RunFinder {
   }
 
   void add(std::size_t first_peak, std::size_t last_peak) {
-    const double half_periods = static_cast<double>(last_peak - first_peak);
+    const double half_periods = asReal(last_peak - first_peak);
     const double seconds = (peaks_[last_peak] - peaks_[first_peak]) / options_.rate_hz;
-    VibratoRun run{.first = static_cast<std::size_t>(std::ceil(peaks_[first_peak])),
-                   .last = static_cast<std::size_t>(std::floor(peaks_[last_peak])),
+    VibratoRun run{.first = unsignedIndex(std::lround(std::ceil(peaks_[first_peak]))),
+                   .last = unsignedIndex(std::lround(std::floor(peaks_[last_peak]))),
                    .rate_hz = half_periods / 2 / seconds};
     double depth = 0;
     for (std::size_t peak = first_peak; peak < last_peak; ++peak) {
@@ -110,14 +112,14 @@ class RunFinder {
 
   /// The pitch itself near a peak: smoothing takes a tenth of a 7 Hz vibrato off.
   [[nodiscard]] double rawAt(double place) const {
-    const auto at = static_cast<std::size_t>(std::lround(place));
+    const std::size_t at = unsignedIndex(std::lround(place));
     return 12 * std::log2(pitch_hz_[std::min(at, pitch_hz_.size() - 1)]);
   }
 
   [[nodiscard]] double deviation(const VibratoRun& run) const {
-    const auto begin = semitones_.begin() + static_cast<std::ptrdiff_t>(run.first);
-    const auto end = semitones_.begin() + static_cast<std::ptrdiff_t>(run.last) + 1;
-    const auto n = static_cast<double>(end - begin);
+    const auto begin = semitones_.begin() + signedIndex(run.first);
+    const auto end = semitones_.begin() + signedIndex(run.last) + 1;
+    const double n = asReal(end - begin);
     const double mean = std::accumulate(begin, end, 0.0) / n;
     const double squares =
         std::accumulate(begin, end, 0.0, [&](double sum, double v) { return sum + (v - mean) * (v - mean); });

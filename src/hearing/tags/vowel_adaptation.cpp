@@ -1,5 +1,3 @@
-#include "hearing/tags/vowel_adaptation.h"
-
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
@@ -7,8 +5,9 @@
 #include <cmath>
 #include <vector>
 
-#include "hearing/tags/vowel_features.h"
 #include "base/errors.h"
+#include "base/index.h"
+#include "hearing/tags/vowel_network.h"
 
 namespace mouthpiece {
 namespace {
@@ -33,8 +32,8 @@ constexpr double kLeastShare = 1e-12;
 constexpr Eigen::Index kNear = 3;  // frames to both sides whose squared distance tells how far the sound moves
 constexpr double kMoving = 4;
 
-Eigen::MatrixXd readFloats(ByteReader& reader, Eigen::Index rows, Eigen::Index columns) {
-  if (reader.remaining() < static_cast<std::size_t>(rows * columns) * sizeof(float)) {
+Eigen::MatrixXd readMatrix(ByteReader& reader, Eigen::Index rows, Eigen::Index columns) {
+  if (reader.remaining() < unsignedIndex(rows * columns) * sizeof(float)) {
     reader.fail(fmt::format("found {} bytes; expected {} x {} numbers", reader.remaining(), rows, columns));
   }
   Eigen::MatrixXd matrix(rows, columns);
@@ -47,7 +46,7 @@ Eigen::MatrixXd readFloats(ByteReader& reader, Eigen::Index rows, Eigen::Index c
   return matrix;
 }
 
-/// Takes from every row the logarithm of the sum of its powers, and returns those.
+/// Takes from every row of `logs` the logarithm of the sum of its powers, and returns those.
 Eigen::VectorXd normaliseLogs(Eigen::MatrixXd& logs) {
   const Eigen::VectorXd top = logs.rowwise().maxCoeff();
   Eigen::VectorXd sums = top.array() + (logs.colwise() - top).array().exp().rowwise().sum().log();
@@ -59,8 +58,8 @@ Eigen::VectorXd normaliseLogs(Eigen::MatrixXd& logs) {
 Eigen::MatrixXd leant(const Eigen::MatrixXd& logs, const Eigen::MatrixXd& places,
                       const std::vector<Eigen::Index>& frames) {
   Eigen::MatrixXd result(logs.rows(), logs.cols());
-  const auto count = static_cast<Eigen::Index>(frames.size());
-  const auto time = [&frames](Eigen::Index k) { return frames[static_cast<std::size_t>(k)]; };
+  const Eigen::Index count = std::ssize(frames);
+  const auto time = [&frames](Eigen::Index k) { return frames[unsignedIndex(k)]; };
   Eigen::Index first = 0;
   for (Eigen::Index k = 0; k < count; ++k) {
     while (time(k) - time(first) > kReach) ++first;
@@ -106,12 +105,12 @@ VowelAdaptation VowelAdaptation::read(ByteReader& reader) {
   }
   VowelAdaptation adaptation;
   const Eigen::Index size = kVowels * directions;
-  adaptation.directions_ = readFloats(reader, kMelBandCount, directions);
-  adaptation.mean_ = readFloats(reader, size, 1);
-  const Eigen::LLT<Eigen::MatrixXd> covariance(readFloats(reader, size, size));
+  adaptation.directions_ = readMatrix(reader, kMelBandCount, directions);
+  adaptation.mean_ = readMatrix(reader, size, 1);
+  const Eigen::LLT<Eigen::MatrixXd> covariance(readMatrix(reader, size, size));
   if (covariance.info() != Eigen::Success) reader.fail("the voices' covariance is not positive");
   adaptation.precision_ = covariance.solve(Eigen::MatrixXd::Identity(size, size));
-  adaptation.starts_ = readFloats(reader, starts, size).transpose();
+  adaptation.starts_ = readMatrix(reader, starts, size).transpose();
   return adaptation;
 }
 
@@ -141,7 +140,7 @@ double VowelAdaptation::scattered(const Eigen::MatrixXd& places, const Eigen::Ma
     apart += counts.col(vowel).dot((places.rowwise() - middle).rowwise().squaredNorm());
     apart += counts.col(vowel).sum() * covariance.block(vowel * n, vowel * n, n, n).trace();
   }
-  const auto directions = static_cast<double>(n);
+  const double directions = asReal(n);
   const double usual = kUsualScatter * directions;
   return std::max((usual + apart) / (usual + directions * counts.sum()), 1.0);
 }
@@ -208,11 +207,11 @@ Eigen::MatrixXf VowelAdaptation::adapt(const VowelEnvelopes& envelopes, const Ei
     if (likeliest != kSilence && envelopes.pitch_hz(frame) > 0) voiced.push_back(frame);
   }
   if (voiced.size() < kFewestFrames) return shares;
-  const auto count = static_cast<Eigen::Index>(voiced.size());
+  const Eigen::Index count = std::ssize(voiced);
   const Eigen::Index last = shares.rows() - 1;
   Frames frames{Eigen::MatrixXd(count, directions_.cols()), Eigen::MatrixXd(count, kVowels), Eigen::VectorXd(count)};
   for (Eigen::Index k = 0; k < count; ++k) {
-    const Eigen::Index frame = voiced[static_cast<std::size_t>(k)];
+    const Eigen::Index frame = voiced[unsignedIndex(k)];
     const auto move = envelopes.levels.row(std::min(frame + kNear, last)) -
                       envelopes.levels.row(std::max<Eigen::Index>(frame - kNear, 0));
     frames.places.row(k) = envelopes.levels.row(frame) * directions_;
@@ -226,7 +225,7 @@ Eigen::MatrixXf VowelAdaptation::adapt(const VowelEnvelopes& envelopes, const Ei
   const Eigen::MatrixXd logs = leant(found, frames.places, voiced);
   Eigen::MatrixXf result = shares;
   for (Eigen::Index k = 0; k < count; ++k) {
-    const Eigen::Index frame = voiced[static_cast<std::size_t>(k)];
+    const Eigen::Index frame = voiced[unsignedIndex(k)];
     const double sounding = 1.0 - shares(frame, kSilence);
     result.row(frame).head(kVowels) = (sounding * logs.row(k).array().exp()).matrix().cast<float>();
   }

@@ -1,12 +1,11 @@
-#include "hearing/tags/vowel_envelope.h"
-
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
-#include "hearing/tags/vowel_spectra.h"
 #include "base/errors.h"
+#include "base/index.h"
+#include "base/statistics.h"
+#include "hearing/tags/vowel_spectra.h"
 
 namespace mouthpiece {
 namespace {
@@ -31,7 +30,7 @@ class Autocorrelation {
   Autocorrelation() : window_(kPitchWindow) {
     transform_.SetFlag(Eigen::FFT<double>::HalfSpectrum);
     for (std::size_t i = 0; i < kPitchWindow; ++i) {
-      window_[i] = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * (static_cast<double>(i) + 0.5) / kPitchWindow);
+      window_[i] = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * (asReal(i) + 0.5) / kPitchWindow);
     }
     own_ = of(window_, kPitchTransform / 2 + 1);
     own_ /= own_(0);
@@ -72,7 +71,7 @@ double pitchOf(const Eigen::VectorXd& r) {
   double best_score = kPeriodic;
   for (Eigen::Index lag = kShortestLag; lag < kLongestLag; ++lag) {
     if (r(lag) < r(lag - 1) || r(lag) < r(lag + 1)) continue;
-    const double octaves = std::log2(static_cast<double>(lag) / static_cast<double>(kShortestLag));
+    const double octaves = std::log2(asReal(lag) / kShortestLag);
     const double score = r(lag) * (1 - kLongLagCost * octaves);
     if (score <= best_score) continue;
     best = lag;
@@ -81,7 +80,7 @@ double pitchOf(const Eigen::VectorXd& r) {
   if (best == 0) return 0;
   const double bend = r(best - 1) - 2 * r(best) + r(best + 1);
   const double shift = bend < 0 ? 0.5 * (r(best - 1) - r(best + 1)) / bend : 0;
-  return kVowelSoundRateHz / (static_cast<double>(best) + std::clamp(shift, -1.0, 1.0));
+  return kVowelSoundRateHz / (asReal(best) + std::clamp(shift, -1.0, 1.0));
 }
 
 /// The median of the voiced frames around each, where there are enough of them.
@@ -95,8 +94,7 @@ Eigen::VectorXd medianPitch(const Eigen::VectorXd& found) {
       if (found(k) > 0) voiced.push_back(found(k));
     }
     if (voiced.size() < kVoicedNear) continue;
-    std::sort(voiced.begin(), voiced.end());
-    result(frame) = (voiced[(voiced.size() - 1) / 2] + voiced[voiced.size() / 2]) / 2;
+    result(frame) = interpolatedQuantile(voiced, 0.5);
   }
   return result;
 }
@@ -104,11 +102,11 @@ Eigen::VectorXd medianPitch(const Eigen::VectorXd& found) {
 Eigen::VectorXd framesPitch(const AudioClip& sound, Eigen::Index frames) {
   std::vector<double> padded(kPitchWindow / 2, 0.0);
   padded.insert(padded.end(), sound.samples.begin(), sound.samples.end());
-  padded.resize(static_cast<std::size_t>(frames) * kVowelHop + kPitchWindow, 0.0);
+  padded.resize(unsignedIndex(frames * kVowelHop) + kPitchWindow, 0.0);
   Autocorrelation autocorrelation;
   Eigen::VectorXd found(frames);
   for (Eigen::Index frame = 0; frame < frames; ++frame) {
-    found(frame) = pitchOf(autocorrelation.normalised(&padded[static_cast<std::size_t>(frame) * kVowelHop]));
+    found(frame) = pitchOf(autocorrelation.normalised(&padded[unsignedIndex(frame * kVowelHop)]));
   }
   return medianPitch(found);
 }
@@ -116,41 +114,40 @@ Eigen::VectorXd framesPitch(const AudioClip& sound, Eigen::Index frames) {
 /// A spectrum's sum of sums, mirrored at both ends, read between its bins.
 class SumOfSums {
  public:
-  void set(const Eigen::Ref<const Eigen::VectorXd>& power) {
+  explicit SumOfSums(const Eigen::VectorXd& power) {
     double sum = 0, sums = 0;
     const Eigen::Index bins = power.size();
     for (Eigen::Index k = 0; k < bins + 2 * kMargin; ++k) {
       Eigen::Index bin = std::abs(k - kMargin);
       if (bin >= bins) bin = 2 * (bins - 1) - bin;
       sum += power(bin);
-      sums += sum;
-      values_[static_cast<std::size_t>(k)] = sums;
+      values_(k) = sums += sum;
     }
   }
   [[nodiscard]] double at(double place) const {
-    const double below = std::floor(place);
-    const double share = place - below;
-    const auto k = static_cast<std::size_t>(below);
-    return values_[k] * (1 - share) + values_[k + 1] * share;
+    const Eigen::Index below = std::lround(std::floor(place));
+    const double share = place - asReal(below);
+    return values_(below) * (1 - share) + values_(below + 1) * share;
   }
 
  private:
-  std::array<double, kVowelBins + 2 * kMargin> values_{};
+  Eigen::Matrix<double, kVowelBins + 2 * kMargin, 1> values_;
 };
 
 /// Averages the spectrum under a triangle that reaches one pitch to both sides, which joins the harmonics' tops by
 /// straight lines; below the pitch it is what it is there. The triangle is the second difference of a sum of sums.
-void removeHarmonics(double pitch_hz, SumOfSums& sums, Eigen::Ref<Eigen::VectorXd> power) {
+Eigen::VectorXd withoutHarmonics(Eigen::VectorXd power, double pitch_hz) {
   const double hz = pitch_hz > 0 ? pitch_hz : kUnvoicedHz;
-  const double width = std::clamp(hz * kVowelTransform / kVowelSoundRateHz, 1.0, static_cast<double>(kMargin - 2));
-  sums.set(power);
-  const auto lowest = std::min(static_cast<Eigen::Index>(std::ceil(width)), power.size() - 1);
+  const double width = std::clamp(hz * kVowelTransform / kVowelSoundRateHz, 1.0, kMargin - 2.0);
+  const SumOfSums sums(power);
+  const Eigen::Index lowest = std::min(std::lround(std::ceil(width)), power.size() - 1);
   for (Eigen::Index bin = lowest; bin < power.size(); ++bin) {
-    const auto place = static_cast<double>(bin + kMargin - 1);
+    const double place = asReal(bin + kMargin - 1);
     const double difference = sums.at(place + width) - 2 * sums.at(place) + sums.at(place - width);
     power(bin) = std::max(difference, 0.0) / (width * width);
   }
   power.head(lowest).setConstant(power(lowest));
+  return power;
 }
 
 Eigen::MatrixXd averagedOverFrames(const Eigen::MatrixXd& levels) {
@@ -160,7 +157,7 @@ Eigen::MatrixXd averagedOverFrames(const Eigen::MatrixXd& levels) {
       result.row(frame) += levels.row(std::clamp<Eigen::Index>(frame + offset, 0, levels.rows() - 1));
     }
   }
-  return result / static_cast<double>(2 * kAveraged + 1);
+  return result / (2.0 * kAveraged + 1);
 }
 
 }  // namespace
@@ -168,17 +165,14 @@ Eigen::MatrixXd averagedOverFrames(const Eigen::MatrixXd& levels) {
 VowelEnvelopes vowelEnvelopes(const AudioClip& clip) {
   MOUTHPIECE_EXPECT(clip.sample_rate_hz > 0);
   if (clip.sample_rate_hz != kVowelSoundRateHz) return vowelEnvelopes(resampleAudio(clip, kVowelSoundRateHz));
-  constexpr Eigen::Index kBlock = 64;
   PowerFrames frames(clip);
   VowelEnvelopes result{Eigen::MatrixXd(frames.count(), kMelBandCount), framesPitch(clip, frames.count())};
-  Eigen::MatrixXd power(kVowelBins, kBlock);
-  SumOfSums sums;
-  for (Eigen::Index first = 0; first < frames.count(); first += kBlock) {
-    const Eigen::Index count = frames.read(first, power);
-    for (Eigen::Index k = 0; k < count; ++k) removeHarmonics(result.pitch_hz(first + k), sums, power.col(k));
-    result.levels.middleRows(first, count).noalias() = (MelBank::shared().weights * power.leftCols(count)).transpose();
-  }
-  const double loud = quantileOf(result.levels.rowwise().sum(), kVowelLoudQuantile) + kVowelSilent;
+  frames.forEachBlock([&](Eigen::Index first, Eigen::MatrixXd power) {
+    for (Eigen::Index k = 0; k < power.cols(); ++k)
+      power.col(k) = withoutHarmonics(power.col(k), result.pitch_hz(first + k));
+    result.levels.middleRows(first, power.cols()).noalias() = (MelBank::shared().weights * power).transpose();
+  });
+  const double loud = loudOf(result.levels.rowwise().sum()) + kVowelSilent;
   result.levels = (result.levels.array() / loud + kVowelFloor).log().max(kLowestLevel).matrix();
   result.levels = averagedOverFrames(result.levels);
   return result;

@@ -4,10 +4,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/errors.h"
+#include "base/index.h"
+#include "base/statistics.h"
+
 namespace mouthpiece {
 namespace {
 
-constexpr std::size_t kWindow = 400;  // 25 ms
+constexpr Eigen::Index kWindow = 400;  // 25 ms
 constexpr double kPreEmphasis = 0.97;
 constexpr double kLowestHz = 80;
 constexpr double kHighestHz = 7600;
@@ -15,21 +19,45 @@ constexpr double kHighestHz = 7600;
 double melFromHz(double hz) { return 2595 * std::log10(1 + hz / 700); }
 double hzFromMel(double mel) { return 700 * (std::pow(10, mel / 2595) - 1); }
 
-std::vector<double> paddedPreEmphasis(const std::vector<float>& samples, std::size_t frames) {
-  std::vector<double> padded(kWindow / 2 + frames * kVowelHop + kWindow, 0.0);
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    const double before = i > 0 ? kPreEmphasis * samples[i - 1] : 0.0;
-    padded[kWindow / 2 + i] = samples[i] - before;
-  }
+Eigen::VectorXd paddedPreEmphasis(const std::vector<float>& samples, Eigen::Index frames) {
+  Eigen::VectorXd padded = Eigen::VectorXd::Zero(kWindow / 2 + frames * kVowelHop + kWindow);
+  const Eigen::VectorXd sound = Eigen::Map<const Eigen::VectorXf>(samples.data(), std::ssize(samples)).cast<double>();
+  padded.segment(kWindow / 2, sound.size()) = sound;
+  if (sound.size() > 1)
+    padded.segment(kWindow / 2 + 1, sound.size() - 1) -= kPreEmphasis * sound.head(sound.size() - 1);
   return padded;
 }
 
-std::vector<double> hammingWindow() {
-  std::vector<double> window(kWindow);
-  for (std::size_t i = 0; i < kWindow; ++i) {
-    window[i] = 0.54 - 0.46 * std::cos(2 * std::numbers::pi * static_cast<double>(i) / (kWindow - 1));
+Eigen::VectorXd hammingWindow() {
+  return Eigen::VectorXd::NullaryExpr(
+      kWindow, [](Eigen::Index i) { return 0.54 - 0.46 * std::cos(2 * std::numbers::pi * asReal(i) / (kWindow - 1)); });
+}
+
+/// Energies and energy-weighted frequencies of every band, frames x bands.
+struct BandSums {
+  Eigen::MatrixXd energy;
+  Eigen::MatrixXd weighted_hz;
+};
+
+BandSums bandSums(const AudioClip& sound, const MelBank& bank) {
+  PowerFrames frames(sound);
+  BandSums sums{Eigen::MatrixXd(frames.count(), kMelBandCount), Eigen::MatrixXd(frames.count(), kMelBandCount)};
+  frames.forEachBlock([&](Eigen::Index first, const Eigen::MatrixXd& power) {
+    sums.energy.middleRows(first, power.cols()).noalias() = (bank.weights * power).transpose();
+    sums.weighted_hz.middleRows(first, power.cols()).noalias() = (bank.weighted_hz * power).transpose();
+  });
+  return sums;
+}
+
+/// The orthonormal cosine transform's first rows.
+Eigen::MatrixXd cosineTransform() {
+  Eigen::MatrixXd matrix(kMfccCount, kMelBandCount);
+  for (int k = 0; k < kMfccCount; ++k) {
+    for (int band = 0; band < kMelBandCount; ++band) {
+      matrix(k, band) = std::sqrt(2.0 / kMelBandCount) * std::cos(std::numbers::pi * k * (band + 0.5) / kMelBandCount);
+    }
   }
-  return window;
+  return matrix;
 }
 
 }  // namespace
@@ -41,11 +69,11 @@ MelBank::MelBank() {
     const double left = hzFromMel(low + step * band);
     const double middle = hzFromMel(low + step * (band + 1));
     const double right = hzFromMel(low + step * (band + 2));
-    for (std::size_t bin = 0; bin < kVowelBins; ++bin) {
-      const double hz = static_cast<double>(bin) * kVowelSoundRateHz / kVowelTransform;
+    for (Eigen::Index bin = 0; bin < kVowelBins; ++bin) {
+      const double hz = asReal(bin) * kVowelSoundRateHz / kVowelTransform;
       const double weight = std::min((hz - left) / (middle - left), (right - hz) / (right - middle));
-      weights(band, static_cast<Eigen::Index>(bin)) = std::max(weight, 0.0);
-      weighted_hz(band, static_cast<Eigen::Index>(bin)) = std::max(weight, 0.0) * hz;
+      weights(band, bin) = std::max(weight, 0.0);
+      weighted_hz(band, bin) = std::max(weight, 0.0) * hz;
     }
     middle_hz(band) = middle;
     half_width_hz(band) = (right - left) / 2;
@@ -58,39 +86,30 @@ const MelBank& MelBank::shared() {
 }
 
 PowerFrames::PowerFrames(const AudioClip& sound)
-    : count_(static_cast<Eigen::Index>(sound.samples.size() / kVowelHop + 1)),
-      padded_(paddedPreEmphasis(sound.samples, static_cast<std::size_t>(count_))),
+    : count_(std::ssize(sound.samples) / kVowelHop + 1),
+      padded_(paddedPreEmphasis(sound.samples, count_)),
       window_(hammingWindow()),
-      frame_(kVowelTransform, 0.0) {
+      frame_(Eigen::VectorXd::Zero(kVowelTransform)) {
   transform_.SetFlag(Eigen::FFT<double>::HalfSpectrum);
 }
 
-Eigen::Index PowerFrames::read(Eigen::Index first, Eigen::MatrixXd& columns) {
-  const Eigen::Index frames = std::min(columns.cols(), count_ - first);
+Eigen::MatrixXd PowerFrames::spectra(Eigen::Index first, Eigen::Index frames) {
+  Eigen::MatrixXd columns(kVowelBins, frames);
   for (Eigen::Index k = 0; k < frames; ++k) {
-    const double* start = &padded_[static_cast<std::size_t>(first + k) * kVowelHop];
-    for (std::size_t i = 0; i < kWindow; ++i) frame_[i] = start[i] * window_[i];
+    frame_.head(kWindow) = padded_.segment((first + k) * kVowelHop, kWindow).cwiseProduct(window_);
     transform_.fwd(spectrum_, frame_);
-    for (std::size_t bin = 0; bin < kVowelBins; ++bin) {
-      columns(static_cast<Eigen::Index>(bin), k) = std::norm(spectrum_[bin]);
-    }
+    columns.col(k) = spectrum_.cwiseAbs2();
   }
-  return frames;
+  return columns;
 }
 
-double quantileOf(Eigen::VectorXd values, double share) {
-  std::sort(values.begin(), values.end());
-  const double place = share * static_cast<double>(values.size() - 1);
-  const auto below = static_cast<Eigen::Index>(place);
-  const Eigen::Index above = std::min(below + 1, values.size() - 1);
-  return std::lerp(values(below), values(above), place - static_cast<double>(below));
-}
+double loudOf(const Eigen::VectorXd& levels) { return interpolatedQuantile({levels.begin(), levels.end()}, 0.95); }
 
-void takeOffLoudMean(Eigen::MatrixXd& values, const Eigen::MatrixXd& bands) {
+Eigen::MatrixXd withoutLoudMean(Eigen::MatrixXd values, const Eigen::MatrixXd& bands) {
   constexpr double kLoudRange = 5;       // nepers of energy under the loudest band's 95th percentile
   constexpr double kTakenOffMean = 0.5;  // chosen on singers left out
   const Eigen::VectorXd loudest_band = bands.rowwise().maxCoeff();
-  const double threshold = quantileOf(loudest_band, kVowelLoudQuantile) - kLoudRange;
+  const double threshold = loudOf(loudest_band) - kLoudRange;
   Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(values.cols());
   double count = 0;
   for (Eigen::Index frame = 0; frame < values.rows(); ++frame) {
@@ -99,6 +118,24 @@ void takeOffLoudMean(Eigen::MatrixXd& values, const Eigen::MatrixXd& bands) {
     ++count;
   }
   if (count > 0) values.rowwise() -= kTakenOffMean / count * sum;
+  return values;
+}
+
+VowelFeatures vowelFeatures(const AudioClip& clip) {
+  MOUTHPIECE_EXPECT(clip.sample_rate_hz > 0);
+  static const Eigen::MatrixXd cosines = cosineTransform();
+  const MelBank& bank = MelBank::shared();
+  const BandSums sums = bandSums(resampleAudio(clip, kVowelSoundRateHz), bank);
+  const double loud = loudOf(sums.energy.rowwise().sum()) + kVowelSilent;
+  const Eigen::ArrayXXd relative = sums.energy.array() / loud;
+  Eigen::MatrixXd features(relative.rows(), kVowelFeatureCount);
+  features.middleCols(kMfccCount, kMelBandCount) = (relative + kVowelFloor).log();
+  features.leftCols(kMfccCount).noalias() = features.middleCols(kMfccCount, kMelBandCount) * cosines.transpose();
+  const Eigen::ArrayXXd moment =
+      sums.weighted_hz.array() / loud - relative.rowwise() * bank.middle_hz.transpose().array();
+  features.rightCols(kMelBandCount) =
+      (moment / (relative + kVowelFloor)).rowwise() / bank.half_width_hz.transpose().array();
+  return withoutLoudMean(features, features.middleCols(kMfccCount, kMelBandCount)).cast<float>();
 }
 
 }  // namespace mouthpiece

@@ -7,6 +7,7 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/statistics.h"
 #include "base/text_encoding.h"
 #include "base/text_numbers.h"
 #include "base/files.h"
@@ -119,9 +120,7 @@ bool hasDecimalPoint(const std::vector<Line>& lines) {
 double medianDuration(const std::vector<LabelEntry>& entries) {
   std::vector<double> durations;
   for (const LabelEntry& entry : entries) durations.push_back(entry.span.duration());
-  const auto middle = durations.begin() + signedIndex(durations.size() / 2);
-  std::nth_element(durations.begin(), middle, durations.end());
-  return *middle;
+  return median(std::move(durations));
 }
 
 std::vector<LabelEntry> readEntries(std::string_view text, std::string_view file, const LabFileOptions& options) {

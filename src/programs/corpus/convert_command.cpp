@@ -11,7 +11,6 @@
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
 #include "retarget/rig/face_fit.h"
-#include "retarget/rig/marker_shapes.h"
 #include "speaker/shared_files.h"
 #include "units/file/corpus.h"
 

@@ -2,8 +2,7 @@
 
 #include <optional>
 
-#include "corpus_tools/research/tuning/voice_tuning.h"
-#include "corpus_tools/research/tuning/weight_tuning.h"
+#include "corpus_tools/research/tuning/tuning.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
 

@@ -9,13 +9,14 @@
 #include <span>
 
 #include "base/index.h"
-#include "deform/kernel/welding.h"
+#include "deform/mesh/welding.h"
+#include "base/statistics.h"
 #include "deform/surface/bezier_surface.h"
 #include "motion/lip_gauge.h"
 #include "motion/resample.h"
 #include "programs/retarget/commands.h"
 #include "retarget/rig/face_rig.h"
-#include "retarget/rig/lip_contact.h"
+#include "retarget/rig/face_fit.h"
 #include "synthesis/lips.h"
 #include "units/file/corpus.h"
 
@@ -116,13 +117,6 @@ void checkEdges(const FaceRig& rig, const ControlMesh& control_mesh, const Corpu
   }
 }
 
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * asReal(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
 ClosureCheck checkClosures(const FaceRig& rig, const ControlMesh& control_mesh, const Corpus& corpus, bool quiet) {
   const double mm = 1000 * rig.mesh().metres_per_unit;
   const Welding welding = weldSplitTriangles(rig.mesh());
@@ -162,8 +156,8 @@ ClosureCheck checkClosures(const FaceRig& rig, const ControlMesh& control_mesh, 
   }
   checkEdges(rig, control_mesh, corpus, actor, check);
   check.closures = gaps.size();
-  check.gap_median_mm = quantile(gaps, 0.5);
-  check.gap_p95_mm = quantile(gaps, 0.95);
+  check.gap_median_mm = quantile(gaps, 0.5, 0);
+  check.gap_p95_mm = quantile(gaps, 0.95, 0);
   return check;
 }
 

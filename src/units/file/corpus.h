@@ -11,9 +11,8 @@
 #include "motion/marker_layout.h"
 #include "motion/motion_clip.h"
 #include "phonetics/labels/speech_labels.h"
-#include "units/file/lattice_weights.h"
+#include "units/costs/cost_terms.h"
 #include "units/prediction/phone_shapes.h"
-#include "units/file/sound_cut_weights.h"
 #include "units/prediction/trajectory_model.h"
 
 namespace mouthpiece {

@@ -13,11 +13,7 @@
 
 #include "base/errors.h"
 #include "motion/position_limits.h"
-#include "units/file/corpus.h"
-#include "units/file/corpus_schema.h"
-#include "units/file/label_reader.h"
-#include "units/file/sqlite_database.h"
-#include "units/file/trajectory_store.h"
+#include "units/file/corpus_tables.h"
 
 namespace mouthpiece {
 namespace {
@@ -33,8 +29,9 @@ constexpr std::int64_t kMaxSamples = 4LL * 3600 * 192000;  ///< of a take: four 
 constexpr int kMaxSampleRateHz = 768'000;
 
 std::uint32_t bigEndian32(const std::array<unsigned char, 100>& header, std::size_t at) {
-  return static_cast<std::uint32_t>(header[at]) << 24U | static_cast<std::uint32_t>(header[at + 1]) << 16U |
-         static_cast<std::uint32_t>(header[at + 2]) << 8U | static_cast<std::uint32_t>(header[at + 3]);
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i) value = value << 8U | header[at + i];
+  return value;
 }
 
 /// Tells apart, before SQLite sees the file: no file, no database, another database, a newer corpus, a cut one. Returns
@@ -101,11 +98,11 @@ void checkSchema(SqliteDatabase& database, std::uint32_t version) {
 std::size_t countBetween(const CheckedQuery& row, int column, const char* what, std::int64_t least, std::int64_t most) {
   const std::int64_t value = row.integer(column);
   if (value < least || value > most) row.fail(fmt::format("found {} {}; expected {} to {}", value, what, least, most));
-  return static_cast<std::size_t>(value);
+  return unsignedIndex(value);
 }
 
 void expectId(const CheckedQuery& row, std::size_t expected) {
-  if (row.integer(0) != static_cast<std::int64_t>(expected))
+  if (row.integer(0) != signedIndex(expected))
     row.fail(fmt::format("found id {}; expected {}", row.integer(0), expected));
 }
 
@@ -122,7 +119,7 @@ std::size_t readMeta(SqliteDatabase& database, Corpus& corpus) {
       if (code != std::errc() || end != value.data() + value.size() || count < 0 || count > kMaxTakes) {
         row.fail(fmt::format("found {} takes; expected 0 to {}", printable(value), kMaxTakes));
       }
-      takes = static_cast<std::size_t>(count);
+      takes = unsignedIndex(count);
     } else if (key.starts_with("log:")) {
       corpus.build_log.emplace(key.substr(4), value);
     } else {
@@ -140,7 +137,7 @@ MarkerLayout readLayout(SqliteDatabase& database) {
 }
 
 MarkerPositions readNeutralPose(SqliteDatabase& database, const MarkerLayout& layout) {
-  MarkerPositions pose(static_cast<Eigen::Index>(layout.markers.size()), 3);
+  MarkerPositions pose(signedIndex(layout.markers.size()), 3);
   CheckedQuery row(database, "neutral_pose");
   std::size_t count = 0;
   for (; row.next(); ++count) {
@@ -150,7 +147,7 @@ MarkerPositions readNeutralPose(SqliteDatabase& database, const MarkerLayout& la
     for (int axis = 0; axis < 3; ++axis) {
       const double value = row.real(2 + axis);
       if (!(std::abs(value) <= kMaxPositionMm)) row.fail(fmt::format("found position {} mm", value));
-      pose(static_cast<Eigen::Index>(count), axis) = value;
+      pose(signedIndex(count), axis) = value;
     }
   }
   if (count != layout.markers.size()) {
@@ -217,31 +214,29 @@ void checkPositions(const CheckedQuery& row, const FloatMatrix& positions) {
 
 /// The clip of the take whose row of `motion` is at hand, all but the positions of which is in `clip`.
 void readPositions(const CheckedQuery& row, std::size_t frames, MotionClip& clip) {
-  const auto columns = static_cast<Eigen::Index>(3 * clip.marker_names.size());
+  const auto columns = signedIndex(3 * clip.marker_names.size());
   const std::string_view blob = row.blob(1);
-  expectBlobSize(row, blob, frames, static_cast<std::size_t>(columns) * sizeof(float));
-  FloatMatrix positions(static_cast<Eigen::Index>(frames), columns);
+  expectBlobSize(row, blob, frames, unsignedIndex(columns) * sizeof(float));
+  FloatMatrix positions(signedIndex(frames), columns);
   if (!blob.empty()) std::memcpy(positions.data(), blob.data(), blob.size());
   checkPositions(row, positions);
   clip.positions_mm = positions.cast<double>();
 }
 
-void readMotion(SqliteDatabase& database, const std::vector<TakeSizes>& sizes, Corpus& corpus) {
-  const std::vector<std::string> marker_names = corpus.layout.markerNames();
-  CheckedQuery row(database, "motion");
+/// Calls read(row, take) for each row of a table that has one a take.
+template <typename Read>
+void readTakeRows(SqliteDatabase& database, const char* table, std::size_t takes, const Read& read) {
+  CheckedQuery row(database, table);
   std::size_t take = 0;
   for (; row.next(); ++take) {
     expectId(row, take);
-    if (take == sizes.size()) row.fail("no such take");
-    MotionClip& clip = corpus.takes[take].motion;
-    clip.marker_names = marker_names;
-    readPositions(row, sizes[take].frames, clip);
+    if (take == takes) row.fail("no such take");
+    read(row, take);
   }
-  if (take != sizes.size())
-    throw InputError(database.file(), "motion", fmt::format("has {} rows; expected {}", take, sizes.size()));
+  if (take != takes) throw InputError(database.file(), table, fmt::format("has {} rows; expected {}", take, takes));
 }
 
-void readSamples(CheckedQuery& row, std::size_t count, AudioClip& audio) {
+void readSamples(const CheckedQuery& row, std::size_t count, AudioClip& audio) {
   const std::string_view blob = row.blob(1);
   expectBlobSize(row, blob, count, sizeof(std::int16_t));
   std::vector<std::int16_t> pcm(count);
@@ -269,7 +264,7 @@ class FileMotionSource : public MotionSource {
 
   [[nodiscard]] MotionClip load(TakeIndex take) const override {
     const std::scoped_lock lock(mutex_);
-    motion_.find(static_cast<std::int64_t>(take.value));
+    motion_.find(signedIndex(take.value));
     MotionClip clip{rates_[take.value].frames_hz, marker_names_, {}};
     readPositions(motion_, sizes_[take.value].frames, clip);
     return clip;
@@ -277,13 +272,13 @@ class FileMotionSource : public MotionSource {
 
   [[nodiscard]] PhoneShapes loadShapes(TakeIndex take) const override {
     const std::scoped_lock lock(mutex_);
-    shapes_->find(static_cast<std::int64_t>(take.value));
+    shapes_->find(signedIndex(take.value));
     return readShapes(*shapes_, sizes_[take.value].labels.phones, shape_components_);
   }
 
   [[nodiscard]] AudioClip loadAudio(TakeIndex take) const override {
     const std::scoped_lock lock(mutex_);
-    audio_.find(static_cast<std::int64_t>(take.value));
+    audio_.find(signedIndex(take.value));
     AudioClip audio{rates_[take.value].samples_hz, {}};
     readSamples(audio_, sizes_[take.value].samples, audio);
     return audio;
@@ -303,18 +298,6 @@ class FileMotionSource : public MotionSource {
   mutable CheckedQuery motion_, audio_;
   mutable std::optional<CheckedQuery> shapes_;
 };
-
-void readSound(SqliteDatabase& database, const std::vector<TakeSizes>& sizes, Corpus& corpus) {
-  CheckedQuery row(database, "audio");
-  std::size_t take = 0;
-  for (; row.next(); ++take) {
-    expectId(row, take);
-    if (take == sizes.size()) row.fail("no such take");
-    readSamples(row, sizes[take].samples, corpus.takes[take].audio);
-  }
-  if (take != sizes.size())
-    throw InputError(database.file(), "audio", fmt::format("has {} rows; expected {}", take, sizes.size()));
-}
 
 struct OpenCorpus {
   SqliteDatabase database;
@@ -371,8 +354,17 @@ Corpus readCorpus(const fs::path& path, CorpusAudio audio, CorpusMotion motion) 
   for (std::size_t take = 0; take < sizes.size(); ++take) corpus.takes[take].labels = std::move(labels[take]);
   if (open.version > 1) readTrajectoryModel(database, corpus);
   if (open.version > 2) readVisemePoses(database, corpus);
-  if (motion == CorpusMotion::kLoad) readMotion(database, sizes, corpus);
-  if (audio == CorpusAudio::kLoad) readSound(database, sizes, corpus);
+  if (motion == CorpusMotion::kLoad) {
+    readTakeRows(database, "motion", sizes.size(), [&](const CheckedQuery& row, std::size_t take) {
+      corpus.takes[take].motion.marker_names = corpus.layout.markerNames();
+      readPositions(row, sizes[take].frames, corpus.takes[take].motion);
+    });
+  }
+  if (audio == CorpusAudio::kLoad) {
+    readTakeRows(database, "audio", sizes.size(), [&](const CheckedQuery& row, std::size_t take) {
+      readSamples(row, sizes[take].samples, corpus.takes[take].audio);
+    });
+  }
   if (motion == CorpusMotion::kOnDemand)
     corpus.motion_source = std::make_shared<FileMotionSource>(std::move(database), sizes, corpus);
   return corpus;

@@ -5,10 +5,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "units/file/corpus.h"
-#include "units/file/corpus_schema.h"
-#include "units/file/sqlite_database.h"
-#include "units/file/trajectory_store.h"
+#include "units/file/corpus_tables.h"
 
 namespace mouthpiece {
 namespace {
@@ -24,14 +21,12 @@ CheckedInsert inserter(SqliteDatabase& database, std::string_view name) {
   throw InternalError(fmt::format("no corpus table {}", name));
 }
 
-std::int64_t signedCount(std::size_t count) { return static_cast<std::int64_t>(count); }
-
 /// Small files keep small pages; big ones read faster by big pages (15.7 MB of motion: 4 ms against 9 ms).
 int pageSizeFor(const Corpus& corpus) {
   double numbers = 0;
   for (const CorpusTake& take : corpus.takes) {
     const double frames = take.labels.duration() * take.motion.frame_rate_hz;  // its motion may lie elsewhere
-    numbers += frames * 3 * static_cast<double>(corpus.layout.markers.size());
+    numbers += frames * 3 * asReal(corpus.layout.markers.size());
   }
   constexpr double kSmall = 1 << 18;
   return numbers < kSmall ? 4096 : 32768;
@@ -47,8 +42,8 @@ void writeDescription(SqliteDatabase& database, const Corpus& corpus) {
 
   CheckedInsert pose = inserter(database, "neutral_pose");
   for (std::size_t i = 0; i < corpus.layout.markers.size(); ++i) {
-    const auto row = corpus.neutral_pose_mm.row(static_cast<Eigen::Index>(i));
-    pose.integer(signedCount(i)).text(corpus.layout.markers[i].name).real(row[0]).real(row[1]).real(row[2]).insert();
+    const auto row = corpus.neutral_pose_mm.row(signedIndex(i));
+    pose.integer(i).text(corpus.layout.markers[i].name).real(row[0]).real(row[1]).real(row[2]).insert();
   }
 }
 
@@ -62,18 +57,10 @@ void writeTakes(SqliteDatabase& database, const Corpus& corpus, const std::vecto
   CheckedInsert rows = inserter(database, "takes");
   for (std::size_t i = 0; i < corpus.takes.size(); ++i) {
     const CorpusTake& take = corpus.takes[i];
-    rows.integer(signedCount(i)).text(take.name).text(take.text).integer(signedCount(take.labels.phones.size()));
-    rows.integer(signedCount(take.labels.syllables.size())).integer(signedCount(take.labels.words.size()));
-    rows.integer(signedCount(written[i].frames)).real(take.motion.frame_rate_hz);
-    rows.integer(signedCount(written[i].samples)).integer(take.audio.sample_rate_hz).insert();
-  }
-}
-
-void addOptionalIndex(CheckedInsert& row, const std::optional<std::size_t>& index) {
-  if (index) {
-    row.integer(signedCount(*index));
-  } else {
-    row.null();
+    rows.integer(i).text(take.name).text(take.text).integer(take.labels.phones.size());
+    rows.integer(take.labels.syllables.size()).integer(take.labels.words.size());
+    rows.integer(written[i].frames).real(take.motion.frame_rate_hz);
+    rows.integer(written[i].samples).integer(take.audio.sample_rate_hz).insert();
   }
 }
 
@@ -81,25 +68,20 @@ void writeLabels(SqliteDatabase& database, const Corpus& corpus) {
   CheckedInsert words = inserter(database, "words");
   CheckedInsert syllables = inserter(database, "syllables");
   CheckedInsert phones = inserter(database, "phones");
-  std::int64_t word_id = 0;
-  std::int64_t syllable_id = 0;
-  std::int64_t phone_id = 0;
+  std::int64_t word_id = 0, syllable_id = 0, phone_id = 0;
   for (std::size_t i = 0; i < corpus.takes.size(); ++i) {
     const SpeechLabels& labels = corpus.takes[i].labels;
-    const std::int64_t take = signedCount(i);
     for (const LabelledWord& word : labels.words) {
-      words.integer(word_id++).integer(take).text(word.text).integer(signedCount(word.phones.first.value));
-      words.integer(signedCount(word.phones.last.value)).insert();
+      words.integer(word_id++).integer(i).text(word.text).integer(word.phones.first.value);
+      words.integer(word.phones.last.value).insert();
     }
     for (const LabelledSyllable& syllable : labels.syllables) {
-      syllables.integer(syllable_id++).integer(take).integer(signedCount(syllable.phones.first.value));
-      syllables.integer(signedCount(syllable.phones.last.value)).integer(syllable.stress).insert();
+      syllables.integer(syllable_id++).integer(i).integer(syllable.phones.first.value);
+      syllables.integer(syllable.phones.last.value).integer(syllable.stress).insert();
     }
     for (const LabelledPhone& phone : labels.phones) {
-      phones.integer(phone_id++).integer(take).text(phoneName(phone.phone)).real(phone.span.start).real(phone.span.end);
-      addOptionalIndex(phones, phone.word);
-      addOptionalIndex(phones, phone.syllable);
-      phones.insert();
+      phones.integer(phone_id++).integer(i).text(phoneName(phone.phone)).real(phone.span.start).real(phone.span.end);
+      phones.integerOrNull(phone.word).integerOrNull(phone.syllable).insert();
     }
   }
 }
@@ -111,7 +93,7 @@ std::string_view bytesOf(const T* data, std::size_t count) {
 
 void expectMarkers(const MotionClip& motion, const Corpus& corpus) {
   MOUTHPIECE_EXPECT(motion.marker_names == corpus.layout.markerNames());
-  MOUTHPIECE_EXPECT(motion.positions_mm.cols() == static_cast<Eigen::Index>(3 * corpus.layout.markers.size()));
+  MOUTHPIECE_EXPECT(motion.positions_mm.cols() == signedIndex(3 * corpus.layout.markers.size()));
 }
 
 /// One take at a time where the corpus has a source.
@@ -124,7 +106,7 @@ std::vector<WrittenSamples> writeSamples(SqliteDatabase& database, const Corpus&
     expectMarkers(clip, corpus);
     const FloatMatrix positions = clip.positions_mm.cast<float>();
     written[i].frames = clip.frameCount();
-    motion.integer(signedCount(i)).blob(bytesOf(positions.data(), static_cast<std::size_t>(positions.size()))).insert();
+    motion.integer(i).blob(bytesOf(positions.data(), unsignedIndex(positions.size()))).insert();
   }
   CheckedInsert audio = inserter(database, "audio");
   std::vector<std::int16_t> pcm;
@@ -138,13 +120,13 @@ std::vector<WrittenSamples> writeSamples(SqliteDatabase& database, const Corpus&
       return static_cast<std::int16_t>(std::lrint(std::clamp(32768.0F * sample, -32768.0F, 32767.0F)));
     });
     written[i].samples = samples.size();
-    audio.integer(signedCount(i)).blob(bytesOf(pcm.data(), pcm.size())).insert();
+    audio.integer(i).blob(bytesOf(pcm.data(), pcm.size())).insert();
   }
   return written;
 }
 
 void expectWritable(const Corpus& corpus) {
-  MOUTHPIECE_EXPECT(corpus.neutral_pose_mm.rows() == static_cast<Eigen::Index>(corpus.layout.markers.size()));
+  MOUTHPIECE_EXPECT(corpus.neutral_pose_mm.rows() == signedIndex(corpus.layout.markers.size()));
   MOUTHPIECE_EXPECT(corpus.neutral_pose_mm.allFinite());
   for (const CorpusTake& take : corpus.takes) expectConsistent(take.labels);
 }

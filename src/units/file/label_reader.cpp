@@ -1,5 +1,3 @@
-#include "units/file/label_reader.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,7 +5,7 @@
 #include <cstdint>
 
 #include "base/errors.h"
-#include "units/file/sqlite_database.h"
+#include "units/file/corpus_tables.h"
 
 namespace mouthpiece {
 namespace {
@@ -23,7 +21,7 @@ void readRowsByTake(SqliteDatabase& database, const char* table, std::size_t tak
       if (!row.next())
         throw InputError(database.file(), table,
                          fmt::format("take {} has {} rows; expected {}", take, i, countOf(take)));
-      if (row.integer(1) != static_cast<std::int64_t>(take))
+      if (row.integer(1) != signedIndex(take))
         row.fail(fmt::format("found take {}; expected {}", row.integer(1), take));
       read(row, take, i);
     }
@@ -33,9 +31,9 @@ void readRowsByTake(SqliteDatabase& database, const char* table, std::size_t tak
 
 std::size_t indexBelow(const CheckedQuery& row, int column, std::size_t size, const char* what) {
   const std::int64_t value = row.integer(column);
-  if (value < 0 || value >= static_cast<std::int64_t>(size))
+  if (value < 0 || value >= signedIndex(size))
     row.fail(fmt::format("found {} {}; expected one of {}", what, value, size));
-  return static_cast<std::size_t>(value);
+  return unsignedIndex(value);
 }
 
 /// Ranges of a tier follow one another and stay within the take.

@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "base/errors.h"
-#include "units/file/checksum.h"
 
 namespace mouthpiece {
 namespace {
@@ -56,7 +55,7 @@ std::string_view columnBytes(sqlite3_stmt* statement, int column) {
   const void* data = sqlite3_column_blob(statement, column);
   const int size = sqlite3_column_bytes(statement, column);
   return data == nullptr ? std::string_view()
-                         : std::string_view(static_cast<const char*>(data), static_cast<std::size_t>(size));
+                         : std::string_view(static_cast<const char*>(data), unsignedIndex(size));
 }
 
 std::uint32_t columnChecksum(sqlite3_stmt* statement, int column, std::uint32_t crc) {
@@ -84,59 +83,54 @@ std::string immutableUri(const std::filesystem::path& path) {
   return uri + "?immutable=1";
 }
 
-sqlite3_stmt* prepare(SqliteDatabase& database, const std::string& sql) {
+std::unique_ptr<sqlite3_stmt, SqliteCloser> prepare(SqliteDatabase& database, const std::string& sql) {
   sqlite3_stmt* statement = nullptr;
   const int code = sqlite3_prepare_v2(database.handle(), sql.c_str(), -1, &statement, nullptr);
   if (code != SQLITE_OK) database.fail(code);
-  return statement;
+  return std::unique_ptr<sqlite3_stmt, SqliteCloser>(statement);
 }
 
 }  // namespace
 
-SqliteDatabase::SqliteDatabase(sqlite3* handle, std::string file, bool writing)
-    : handle_(handle), file_(std::move(file)), writing_(writing) {}
+void SqliteCloser::operator()(sqlite3* database) const { sqlite3_close(database); }
 
-SqliteDatabase::SqliteDatabase(SqliteDatabase&& other) noexcept
-    : handle_(std::exchange(other.handle_, nullptr)), file_(std::move(other.file_)), writing_(other.writing_) {}
+void SqliteCloser::operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
 
-SqliteDatabase::~SqliteDatabase() { sqlite3_close(handle_); }
+SqliteDatabase::SqliteDatabase(const std::string& name, int flags, std::string file, bool writing)
+    : file_(std::move(file)), writing_(writing) {
+  sqlite3* handle = nullptr;
+  const int code = sqlite3_open_v2(name.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX, nullptr);
+  handle_.reset(handle);
+  if (code != SQLITE_OK) fail(code);
+}
 
 SqliteDatabase SqliteDatabase::openReadOnly(const std::filesystem::path& path) {
-  sqlite3* handle = nullptr;
-  const int code = sqlite3_open_v2(immutableUri(path).c_str(), &handle,
-                                   SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX, nullptr);
-  SqliteDatabase database(handle, path.string(), false);
-  if (code != SQLITE_OK) database.fail(code);
-  sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
-  sqlite3_db_config(handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
-  sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
+  SqliteDatabase database(immutableUri(path), SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, path.string(), false);
+  sqlite3_db_config(database.handle(), SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  sqlite3_db_config(database.handle(), SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  sqlite3_db_config(database.handle(), SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
   // Not mapped into memory: pages once looked at would stay there, and reading is no slower.
   database.execute("PRAGMA mmap_size=0; PRAGMA cell_size_check=ON");
   return database;
 }
 
 SqliteDatabase SqliteDatabase::create(const std::filesystem::path& path, const std::filesystem::path& shown_path) {
-  sqlite3* handle = nullptr;
-  const int code =
-      sqlite3_open_v2(path.c_str(), &handle, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX, nullptr);
-  SqliteDatabase database(handle, shown_path.string(), true);
-  if (code != SQLITE_OK) database.fail(code);
-  return database;
+  return {path.string(), SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, shown_path.string(), true};
 }
 
 void SqliteDatabase::execute(const std::string& sql) {
-  const int code = sqlite3_exec(handle_, sql.c_str(), nullptr, nullptr, nullptr);
+  const int code = sqlite3_exec(handle(), sql.c_str(), nullptr, nullptr, nullptr);
   if (code != SQLITE_OK) fail(code);
 }
 
 void SqliteDatabase::close() {
-  const int code = sqlite3_close(handle_);
+  const int code = sqlite3_close(handle());
   if (code != SQLITE_OK) fail(code);
-  handle_ = nullptr;
+  handle_.release();
 }
 
 void SqliteDatabase::fail(int code) const {
-  const char* message = handle_ != nullptr ? sqlite3_errmsg(handle_) : sqlite3_errstr(code);
+  const char* message = handle_ != nullptr ? sqlite3_errmsg(handle()) : sqlite3_errstr(code);
   if (writing_) throw InputError(file_, "", fmt::format("cannot be written: {}", message));
   if (code == SQLITE_NOTADB)
     throw InputError(file_, "", "is no corpus database; expected a file made by `corpus build`");
@@ -155,19 +149,16 @@ CheckedQuery::CheckedQuery(SqliteDatabase& database, std::string table, ById /*t
       statement_(prepare(database, fmt::format("SELECT * FROM {} WHERE id=?", table_))) {}
 
 void CheckedQuery::find(std::int64_t id) {
-  sqlite3_reset(statement_);
-  sqlite3_bind_int64(statement_, 1, id);
-  row_ = static_cast<std::size_t>(id);
-  const int code = sqlite3_step(statement_);
-  if (code == SQLITE_DONE) fail("is missing");
-  if (code != SQLITE_ROW) database_.fail(code);
+  sqlite3_reset(statement_.get());
+  sqlite3_bind_int64(statement_.get(), 1, id);
+  const bool found = nextUnchecked();
+  row_ = unsignedIndex(id);
+  if (!found) fail("is missing");
   if (!isIntact()) fail("checksum differs: the file is damaged");
 }
 
-CheckedQuery::~CheckedQuery() { sqlite3_finalize(statement_); }
-
 bool CheckedQuery::nextUnchecked() {
-  const int code = sqlite3_step(statement_);
+  const int code = sqlite3_step(statement_.get());
   if (code == SQLITE_DONE) return false;
   if (code != SQLITE_ROW) database_.fail(code);
   ++row_;
@@ -181,40 +172,40 @@ bool CheckedQuery::next() {
 }
 
 bool CheckedQuery::isIntact() const {
-  const int last = sqlite3_column_count(statement_) - 1;
+  const int last = sqlite3_column_count(statement_.get()) - 1;
   std::uint32_t crc = 0;
-  for (int column = 0; column < last; ++column) crc = columnChecksum(statement_, column, crc);
-  return sqlite3_column_type(statement_, last) == SQLITE_INTEGER &&
-         sqlite3_column_int64(statement_, last) == static_cast<sqlite3_int64>(crc);
+  for (int column = 0; column < last; ++column) crc = columnChecksum(statement_.get(), column, crc);
+  return sqlite3_column_type(statement_.get(), last) == SQLITE_INTEGER &&
+         sqlite3_column_int64(statement_.get(), last) == static_cast<sqlite3_int64>(crc);
 }
 
 void CheckedQuery::expectType(int column, int type, const char* name) const {
-  if (sqlite3_column_type(statement_, column) != type) {
-    fail(fmt::format("column {} has another type; expected {}", sqlite3_column_name(statement_, column), name));
+  if (sqlite3_column_type(statement_.get(), column) != type) {
+    fail(fmt::format("column {} has another type; expected {}", sqlite3_column_name(statement_.get(), column), name));
   }
 }
 
 std::int64_t CheckedQuery::integer(int column) const {
   expectType(column, SQLITE_INTEGER, "an integer");
-  return sqlite3_column_int64(statement_, column);
+  return sqlite3_column_int64(statement_.get(), column);
 }
 
 double CheckedQuery::real(int column) const {
   expectType(column, SQLITE_FLOAT, "a real number");
-  return sqlite3_column_double(statement_, column);
+  return sqlite3_column_double(statement_.get(), column);
 }
 
 std::string_view CheckedQuery::text(int column) const {
   expectType(column, SQLITE_TEXT, "text");
-  return columnBytes(statement_, column);
+  return columnBytes(statement_.get(), column);
 }
 
 std::string_view CheckedQuery::blob(int column) const {
   expectType(column, SQLITE_BLOB, "a blob");
-  return columnBytes(statement_, column);
+  return columnBytes(statement_.get(), column);
 }
 
-bool CheckedQuery::isNull(int column) const { return sqlite3_column_type(statement_, column) == SQLITE_NULL; }
+bool CheckedQuery::isNull(int column) const { return sqlite3_column_type(statement_.get(), column) == SQLITE_NULL; }
 
 std::string CheckedQuery::place() const { return fmt::format("{} row {}", table_, row_); }
 
@@ -227,47 +218,45 @@ CheckedInsert::CheckedInsert(SqliteDatabase& database, const std::string& table,
   statement_ = prepare(database, sql + ")");
 }
 
-CheckedInsert::~CheckedInsert() { sqlite3_finalize(statement_); }
-
-CheckedInsert& CheckedInsert::integer(std::int64_t value) {
-  sqlite3_bind_int64(statement_, ++column_, value);
+CheckedInsert& CheckedInsert::add(std::int64_t value) {
+  sqlite3_bind_int64(statement_.get(), ++column_, value);
   crc_ = extendChecksum(crc_, value);
   return *this;
 }
 
 CheckedInsert& CheckedInsert::real(double value) {
   value += 0.0;  // SQLite stores -0 as 0
-  sqlite3_bind_double(statement_, ++column_, value);
+  sqlite3_bind_double(statement_.get(), ++column_, value);
   crc_ = extendChecksum(crc_, value);
   return *this;
 }
 
 CheckedInsert& CheckedInsert::text(std::string_view value) {
   MOUTHPIECE_EXPECT(value.size() < INT_MAX);
-  sqlite3_bind_text(statement_, ++column_, value.empty() ? "" : value.data(), static_cast<int>(value.size()),
+  sqlite3_bind_text(statement_.get(), ++column_, value.empty() ? "" : value.data(), static_cast<int>(value.size()),
                     SQLITE_TRANSIENT);
   crc_ = extendChecksum(crc_, SQLITE_TEXT, value);
   return *this;
 }
 
 CheckedInsert& CheckedInsert::blob(std::string_view value) {
-  sqlite3_bind_blob64(statement_, ++column_, value.empty() ? "" : value.data(), value.size(), SQLITE_STATIC);
+  sqlite3_bind_blob64(statement_.get(), ++column_, value.empty() ? "" : value.data(), value.size(), SQLITE_STATIC);
   crc_ = extendChecksum(crc_, SQLITE_BLOB, value);
   return *this;
 }
 
 CheckedInsert& CheckedInsert::null() {
-  sqlite3_bind_null(statement_, ++column_);
+  sqlite3_bind_null(statement_.get(), ++column_);
   crc_ = extendChecksum(crc_, SQLITE_NULL, {});
   return *this;
 }
 
 void CheckedInsert::insert() {
   MOUTHPIECE_EXPECT(column_ == columns_ - 1);
-  sqlite3_bind_int64(statement_, columns_, crc_);
-  const int code = sqlite3_step(statement_);
+  sqlite3_bind_int64(statement_.get(), columns_, crc_);
+  const int code = sqlite3_step(statement_.get());
   if (code != SQLITE_DONE) database_.fail(code);
-  sqlite3_reset(statement_);
+  sqlite3_reset(statement_.get());
   column_ = 0;
   crc_ = 0;
 }

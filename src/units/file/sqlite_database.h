@@ -1,7 +1,10 @@
 #pragma once
 
+#include <concepts>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -9,6 +12,19 @@ struct sqlite3;
 struct sqlite3_stmt;
 
 namespace mouthpiece {
+
+/// CRC-32C (Castagnoli, reflected, RFC 3720) of `bytes`, continuing from `crc` (0 to begin). Finds every single
+/// flipped bit and every burst of up to 32 bits; "123456789" gives 0xE3069283. Uses the processor's instruction where
+/// it has one (about 10 GB/s), else a table (about 0.4 GB/s): a corpus is checked each time it is read.
+std::uint32_t crc32c(std::string_view bytes, std::uint32_t crc = 0);
+
+/// The same by a table alone, the other route of the unit test.
+std::uint32_t crc32cByTable(std::string_view bytes, std::uint32_t crc = 0);
+
+struct SqliteCloser {
+  void operator()(sqlite3* database) const;
+  void operator()(sqlite3_stmt* statement) const;
+};
 
 /// An open SQLite file. Every failure becomes an InputError that names the file as the user knows it.
 class SqliteDatabase {
@@ -19,21 +35,17 @@ class SqliteDatabase {
   /// Makes an empty database at `path`; messages name `shown_path`.
   static SqliteDatabase create(const std::filesystem::path& path, const std::filesystem::path& shown_path);
 
-  SqliteDatabase(SqliteDatabase&& other) noexcept;
-  SqliteDatabase& operator=(SqliteDatabase&&) = delete;
-  ~SqliteDatabase();
-
   void execute(const std::string& sql);
   /// Closes and reports what only then fails.
   void close();
-  [[nodiscard]] sqlite3* handle() const { return handle_; }
+  [[nodiscard]] sqlite3* handle() const { return handle_.get(); }
   [[nodiscard]] const std::string& file() const { return file_; }
   /// InputError with SQLite's own word for the last failure.
   [[noreturn]] void fail(int code) const;
 
  private:
-  SqliteDatabase(sqlite3* handle, std::string file, bool writing);
-  sqlite3* handle_ = nullptr;
+  SqliteDatabase(const std::string& name, int flags, std::string file, bool writing);
+  std::unique_ptr<sqlite3, SqliteCloser> handle_;
   std::string file_;
   bool writing_ = false;
 };
@@ -46,9 +58,6 @@ class CheckedQuery {
   /// For find() only.
   struct ById {};
   CheckedQuery(SqliteDatabase& database, std::string table, ById tag);
-  CheckedQuery(const CheckedQuery&) = delete;
-  CheckedQuery& operator=(const CheckedQuery&) = delete;
-  ~CheckedQuery();
 
   /// False after the last row. Throws InputError when the row's checksum differs.
   bool next();
@@ -73,7 +82,7 @@ class CheckedQuery {
   void expectType(int column, int type, const char* name) const;
   SqliteDatabase& database_;
   std::string table_;
-  sqlite3_stmt* statement_ = nullptr;
+  std::unique_ptr<sqlite3_stmt, SqliteCloser> statement_;
   std::size_t row_ = 0;
 };
 
@@ -82,20 +91,19 @@ class CheckedInsert {
  public:
   /// `table` has `columns` columns, the last of them `crc`.
   CheckedInsert(SqliteDatabase& database, const std::string& table, int columns);
-  CheckedInsert(const CheckedInsert&) = delete;
-  CheckedInsert& operator=(const CheckedInsert&) = delete;
-  ~CheckedInsert();
 
-  CheckedInsert& integer(std::int64_t value);
+  CheckedInsert& integer(std::integral auto value) { return add(static_cast<std::int64_t>(value)); }
   CheckedInsert& real(double value);
   CheckedInsert& text(std::string_view value);
   CheckedInsert& blob(std::string_view value);  ///< must live until insert()
   CheckedInsert& null();
+  CheckedInsert& integerOrNull(const std::optional<std::size_t>& value) { return value ? integer(*value) : null(); }
   void insert();
 
  private:
+  CheckedInsert& add(std::int64_t value);
   SqliteDatabase& database_;
-  sqlite3_stmt* statement_ = nullptr;
+  std::unique_ptr<sqlite3_stmt, SqliteCloser> statement_;
   int columns_;
   int column_ = 0;
   std::uint32_t crc_ = 0;

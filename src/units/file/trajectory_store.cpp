@@ -1,5 +1,3 @@
-#include "units/file/trajectory_store.h"
-
 #include <fmt/format.h>
 
 #include <array>
@@ -8,6 +6,7 @@
 #include <span>
 
 #include "base/errors.h"
+#include "units/file/corpus_tables.h"
 
 namespace mouthpiece {
 namespace {
@@ -17,33 +16,10 @@ constexpr std::size_t kMostTargets = 1'000'000;
 constexpr float kLargest = 1e6F;                                  ///< mm and weights: nothing on a face comes near
 constexpr double kShortestTimeConstant = 1e-3, kLongestTime = 1;  ///< s
 constexpr std::string_view kTarget = "target ";
+constexpr std::size_t kFirstLatticeWeights = 13;  ///< of the terms that versions 2 and 3 began with
 constexpr std::string_view kCutWeights = "sound cut weights";  ///< only where they were learnt
 
 using Numbers = std::vector<float>;
-
-/// The weights in the order in which they are stored.
-template <typename Weights>
-auto weightsInOrder(Weights& weights) {
-  return std::array{&weights.prediction_per_mm2,
-                    &weights.context_per_mm2,
-                    &weights.duration,
-                    &weights.neighbours,
-                    &weights.position,
-                    &weights.stress,
-                    &weights.rate,
-                    &weights.closure_per_mm,
-                    &weights.join_position_per_mm,
-                    &weights.join_velocity_per_mm_s,
-                    &weights.join_opening_per_mm,
-                    &weights.unit,
-                    &weights.backoff};
-}
-
-template <typename Weights>
-auto cutWeightsInOrder(Weights& weights) {
-  return std::array{&weights.spectral, &weights.level_per_db, &weights.per_octave, &weights.voicing,
-                    &weights.slip,     &weights.loud_per_db,  &weights.lip_per_mm, &weights.in_join};
-}
 
 /// `nan_allowed`: what was not seen.
 Numbers numbersOf(const CheckedQuery& row, int column, std::size_t expected, bool nan_allowed = false) {
@@ -62,7 +38,7 @@ Numbers numbersOf(const CheckedQuery& row, int column, std::size_t expected, boo
 /// Row by row.
 Eigen::MatrixXd matrixOf(const Numbers& numbers, Eigen::Index rows) {
   using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const Eigen::Index columns = static_cast<Eigen::Index>(numbers.size()) / rows;
+  const Eigen::Index columns = signedIndex(numbers.size()) / rows;
   return Eigen::Map<const RowMajor>(numbers.data(), rows, columns).cast<double>();
 }
 
@@ -81,16 +57,15 @@ class ModelReader {
     if (components_ == 0 || components_ > std::min(kMostComponents, columns_))
       row_.fail(fmt::format("found {} bytes; expected 4 to {}", bytes, 4 * std::min(kMostComponents, columns_)));
     model->level = matrixOf(numbersOf(row_, 2, components_), 1);
-    model->analysis = matrixOf(next("analysis", columns_ * components_), static_cast<Eigen::Index>(columns_));
-    model->shapes = matrixOf(next("shapes", components_ * columns_), static_cast<Eigen::Index>(components_));
+    model->analysis = matrixOf(next("analysis", columns_ * components_), signedIndex(columns_));
+    model->shapes = matrixOf(next("shapes", components_ * columns_), signedIndex(components_));
     readDynamics(*model);
     const Numbers gain = next("gain", 1);
     if (!(gain[0] > 0)) row_.fail(fmt::format("found {}; expected more than 0", gain[0]));
     model->gain = gain[0];
     model->closing = matrixOf(next("closing", columns_), 1);
     model->closed_opening_mm = next("closed opening", 1)[0];
-    const auto lattice = weightsInOrder(corpus_.lattice_weights);
-    setWeights(next("lattice weights", lattice.size()), lattice);
+    readLatticeWeights(corpus_.lattice_weights.values());
     readTargets(*model);
     corpus_.trajectory_model = std::move(model);
   }
@@ -99,16 +74,27 @@ class ModelReader {
   void expectName(std::string_view name) const {
     if (row_.text(1) != name) row_.fail(fmt::format("found {}; expected {}", printable(row_.text(1)), name));
   }
-  Numbers next(std::string_view name, std::size_t count) {
+  void nextNamed(std::string_view name) {
     if (!row_.next()) row_.fail(fmt::format("is missing; expected {}", name));
     expectName(name);
+  }
+  Numbers next(std::string_view name, std::size_t count) {
+    nextNamed(name);
     return numbersOf(row_, 2, count);
   }
-  void setWeights(const Numbers& numbers, std::span<double* const> weights) const {
-    for (std::size_t i = 0; i < weights.size(); ++i) {
-      if (numbers[i] < 0) row_.fail(fmt::format("found {}; expected no weight below 0", numbers[i]));
-      *weights[i] = numbers[i];
+  [[nodiscard]] Numbers weights(std::size_t count) const {
+    const Numbers numbers = numbersOf(row_, 2, count);
+    for (const float number : numbers) {
+      if (number < 0) row_.fail(fmt::format("found {}; expected no weight below 0", number));
     }
+    return numbers;
+  }
+  /// A file from before the last terms came keeps the usual weights of those.
+  void readLatticeWeights(std::span<double> values) {
+    nextNamed("lattice weights");
+    const std::size_t count = std::clamp(row_.blob(2).size() / sizeof(float), kFirstLatticeWeights, values.size());
+    const Numbers numbers = weights(count);
+    std::copy(numbers.begin(), numbers.end(), values.begin());
   }
   void readDynamics(TrajectoryModel& model) {
     const Numbers time_constants = next("time constants", components_);
@@ -126,8 +112,8 @@ class ModelReader {
     while (row_.next()) {
       const std::string_view name = row_.text(1);
       if (name == kCutWeights && model.targets.empty()) {
-        const auto cuts = cutWeightsInOrder(corpus_.sound_cut_weights);
-        setWeights(numbersOf(row_, 2, cuts.size()), cuts);
+        const Numbers cuts = weights(kSoundCutTerms.size());
+        for (std::size_t i = 0; i < cuts.size(); ++i) corpus_.sound_cut_weights.*kSoundCutTerms[i].weight = cuts[i];
         continue;
       }
       if (!name.starts_with(kTarget) || model.targets.size() >= kMostTargets)
@@ -149,7 +135,7 @@ Numbers floatsOf(const Values& values) {
   Numbers numbers;
   for (Eigen::Index row = 0; row < values.rows(); ++row) {
     for (Eigen::Index column = 0; column < values.cols(); ++column)
-      numbers.push_back(static_cast<float>(values(row, column)));
+      numbers.push_back(asFloat(values(row, column)));
   }
   return numbers;
 }
@@ -171,14 +157,14 @@ Numbers packed(const PhoneShapes& shapes) {
 void readTrajectoryModel(SqliteDatabase& database, Corpus& corpus) { ModelReader(database, corpus).read(); }
 
 PhoneShapes readShapes(const CheckedQuery& row, std::size_t phones, Eigen::Index components) {
-  const auto width = static_cast<std::size_t>(PhoneShapes::kPoints * components);
+  const auto width = unsignedIndex(PhoneShapes::kPoints * components);
   const Numbers numbers = numbersOf(row, 1, phones * (2 * width + 1), true);
-  const auto rows = static_cast<Eigen::Index>(phones);
-  const auto columns = static_cast<Eigen::Index>(width);
+  const auto rows = signedIndex(phones);
+  const auto columns = signedIndex(width);
   PhoneShapes shapes;
   shapes.captured = Eigen::Map<const PhoneShapes::Matrix>(numbers.data(), rows, columns);
   shapes.predicted = Eigen::Map<const PhoneShapes::Matrix>(numbers.data() + phones * width, rows, columns);
-  shapes.tightest_mm.assign(numbers.end() - static_cast<std::ptrdiff_t>(phones), numbers.end());
+  shapes.tightest_mm.assign(numbers.end() - signedIndex(phones), numbers.end());
   return shapes;
 }
 
@@ -186,7 +172,7 @@ void readAllShapes(SqliteDatabase& database, const Corpus& corpus) {
   CheckedQuery row(database, "phone_shapes");
   for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
     if (!row.next()) row.fail("is missing");
-    if (row.integer(0) != static_cast<std::int64_t>(take))
+    if (row.integer(0) != signedIndex(take))
       row.fail(fmt::format("found id {}; expected {}", row.integer(0), take));
     readShapes(row, corpus.takes[take].labels.phones.size(), shapeComponents(*corpus.trajectory_model));
   }
@@ -201,25 +187,24 @@ void writeTrajectoryModel(SqliteDatabase& database, const Corpus& corpus) {
   const auto add = [&](const std::string& name, const Numbers& numbers) {
     rows.integer(id++).text(name).blob(bytesOf(numbers)).insert();
   };
-  Numbers time_constants, leads, weights;
+  Numbers time_constants, leads;
   for (const ComponentDynamics& dynamics : model.dynamics) {
-    time_constants.push_back(static_cast<float>(dynamics.time_constant));
-    leads.push_back(static_cast<float>(dynamics.lead));
+    time_constants.push_back(asFloat(dynamics.time_constant));
+    leads.push_back(asFloat(dynamics.lead));
   }
-  for (const double* weight : weightsInOrder(corpus.lattice_weights)) weights.push_back(static_cast<float>(*weight));
+  const std::span<const double> weights = corpus.lattice_weights.values();
   add("level", floatsOf(model.level));
   add("analysis", floatsOf(model.analysis));
   add("shapes", floatsOf(model.shapes));
   add("time constants", time_constants);
   add("leads", leads);
-  add("gain", {static_cast<float>(model.gain)});
+  add("gain", {asFloat(model.gain)});
   add("closing", floatsOf(model.closing));
-  add("closed opening", {static_cast<float>(model.closed_opening_mm)});
-  add("lattice weights", weights);
+  add("closed opening", {asFloat(model.closed_opening_mm)});
+  add("lattice weights", {weights.begin(), weights.end()});
   if (corpus.sound_cut_weights != SoundCutWeights()) {
     Numbers cuts;
-    for (const double* weight : cutWeightsInOrder(corpus.sound_cut_weights))
-      cuts.push_back(static_cast<float>(*weight));
+    for (const SoundCutTerm& term : kSoundCutTerms) cuts.push_back(asFloat(corpus.sound_cut_weights.*term.weight));
     add(std::string(kCutWeights), cuts);
   }
   for (const auto& [feature, target] : model.targets) add(std::string(kTarget) + feature, floatsOf(target));
@@ -230,8 +215,9 @@ void writeTrajectoryModel(SqliteDatabase& database, const Corpus& corpus) {
     const bool is_elsewhere = corpus.motion_source != nullptr;
     const MotionClip loaded = is_elsewhere ? corpus.motion_source->load(TakeIndex(take)) : MotionClip();
     const MotionClip& motion = is_elsewhere ? loaded : own.motion;
-    const Numbers numbers = packed(phoneShapes(model, own.labels, motion, corpus.neutral_pose_mm, LipGauge(corpus.layout)));
-    shapes.integer(static_cast<std::int64_t>(take)).blob(bytesOf(numbers)).insert();
+    const Numbers numbers =
+        packed(phoneShapes(model, own.labels, motion, corpus.neutral_pose_mm, LipGauge(corpus.layout)));
+    shapes.integer(take).blob(bytesOf(numbers)).insert();
   }
 }
 

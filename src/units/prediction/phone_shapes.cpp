@@ -4,15 +4,26 @@
 #include <cmath>
 #include <limits>
 
-#include "base/index.h"
-
 namespace mouthpiece {
 namespace {
 
 constexpr Seconds kSilenceLookedAt = 0.300;
 
+constexpr std::int16_t kUnseen = std::numeric_limits<std::int16_t>::min();
+constexpr float kLargestStep = std::numeric_limits<std::int16_t>::max();
+constexpr float kNothingMm = 1e-20F;  ///< a range under this is none: its inverse must stay a number
+
+float largestOf(const PhoneShapes::Matrix& values) {
+  float largest = 0;
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    const float size = std::abs(values.data()[i]);
+    if (size > largest) largest = size;  // NaN is not
+  }
+  return largest;
+}
+
 PhoneShapes::Matrix packed(const Eigen::MatrixXd& values, std::size_t phones, Eigen::Index components) {
-  PhoneShapes::Matrix matrix(static_cast<Eigen::Index>(phones), PhoneShapes::kPoints * components);
+  PhoneShapes::Matrix matrix(signedIndex(phones), PhoneShapes::kPoints * components);
   for (Eigen::Index row = 0; row < values.rows(); ++row) {
     matrix.block(row / PhoneShapes::kPoints, row % PhoneShapes::kPoints * components, 1, components) =
         values.row(row).leftCols(components).cast<float>();
@@ -33,7 +44,7 @@ std::vector<Seconds> shapeTimes(const SpeechLabels& labels) {
     if (labels.phones[i].phone == Phone::kSil && i == 0) span.start = std::max(span.start, span.end - kSilenceLookedAt);
     if (labels.phones[i].phone == Phone::kSil && i > 0) span.end = std::min(span.end, span.start + kSilenceLookedAt);
     for (Eigen::Index point = 0; point < PhoneShapes::kPoints; ++point) {
-      const double u = (static_cast<double>(point) + 0.5) / static_cast<double>(PhoneShapes::kPoints);
+      const double u = (asReal(point) + 0.5) / static_cast<double>(PhoneShapes::kPoints);
       times.push_back(span.start + u * span.duration());
     }
   }
@@ -58,14 +69,14 @@ PhoneShapes phoneShapes(const TrajectoryModel& model, const SpeechLabels& labels
     }
     values.row(frame) = pose * model.analysis.leftCols(components);
   }
-  Eigen::MatrixXd at_points(static_cast<Eigen::Index>(times.size()), components);
-  const auto last = static_cast<double>(motion.frameCount() - 1);
+  Eigen::MatrixXd at_points(signedIndex(times.size()), components);
+  const auto last = asReal(motion.frameCount() - 1);
   for (std::size_t i = 0; i < times.size(); ++i) {
     const double frame = std::clamp(times[i] * motion.frame_rate_hz, 0.0, last);
     const auto before = static_cast<Eigen::Index>(frame);
     const Eigen::Index after = std::min<Eigen::Index>(before + 1, values.rows() - 1);
-    const double part = frame - static_cast<double>(before);
-    at_points.row(static_cast<Eigen::Index>(i)) = (1 - part) * values.row(before) + part * values.row(after);
+    const double part = frame - asReal(before);
+    at_points.row(signedIndex(i)) = (1 - part) * values.row(before) + part * values.row(after);
   }
   PhoneShapes shapes;
   shapes.captured = packed(at_points, labels.phones.size(), components);
@@ -75,6 +86,45 @@ PhoneShapes phoneShapes(const TrajectoryModel& model, const SpeechLabels& labels
   for (std::size_t i = 0; i < labels.phones.size(); ++i)
     shapes.tightest_mm[i] = asFloat(lips.tightest(motion, labels.phones[i].span));
   return shapes;
+}
+
+PackedShapes::PackedShapes(const PhoneShapes& shapes)
+    : tightest_mm_(shapes.tightest_mm), size_(static_cast<std::uint32_t>(shapes.captured.cols())) {
+  const float largest = std::max(largestOf(shapes.captured), largestOf(shapes.predicted));
+  mm_per_step_ = largest / kLargestStep;
+  const float steps_per_mm = largest > kNothingMm ? kLargestStep / largest : 0.0F;
+  numbers_.resize(2 * shapes.phoneCount() * size_);
+  std::int16_t* next = numbers_.data();
+  for (Eigen::Index phone = 0; phone < signedIndex(shapes.phoneCount()); ++phone) {
+    for (const PhoneShapes::Matrix* values : {&shapes.captured, &shapes.predicted}) {
+      const float* row = values->data() + phone * values->cols();
+      for (std::uint32_t i = 0; i < size_; ++i, ++next) {
+        if (std::isnan(row[i])) {
+          *next = kUnseen;
+          is_all_seen_ = false;
+          continue;
+        }
+        const float steps = row[i] * steps_per_mm;
+        *next = static_cast<std::int16_t>(steps + (steps < 0 ? -0.5F : 0.5F));
+      }
+    }
+  }
+}
+
+PhoneShape PackedShapes::unpacked(std::size_t phone) const {
+  PhoneShape shape;
+  shape.size = size_;
+  const std::int16_t* from = numbers_.data() + 2 * phone * size_;
+  for (PhoneShape::Numbers* numbers : {&shape.captured_numbers, &shape.predicted_numbers}) {
+    for (std::uint32_t i = 0; i < size_; ++i) (*numbers)[i] = mm_per_step_ * static_cast<float>(from[i]);
+    if (!is_all_seen_) {
+      for (std::uint32_t i = 0; i < size_; ++i) {
+        if (from[i] == kUnseen) (*numbers)[i] = std::numeric_limits<float>::quiet_NaN();
+      }
+    }
+    from += size_;
+  }
+  return shape;
 }
 
 }  // namespace mouthpiece

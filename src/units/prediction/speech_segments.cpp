@@ -107,8 +107,8 @@ void addVisemeFeatures(std::vector<SegmentFeature>& features, Viseme viseme, con
   const std::string own(visemeName(viseme));
   const auto neighbour = [&](std::ptrdiff_t distance) -> const std::string& {
     static const std::string kNone = "-";
-    const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(index) + distance;
-    return at < 0 || at >= static_cast<std::ptrdiff_t>(classes.size()) ? kNone : classes[static_cast<std::size_t>(at)];
+    const std::ptrdiff_t at = signedIndex(index) + distance;
+    return at < 0 || at >= signedIndex(classes.size()) ? kNone : classes[unsignedIndex(at)];
   };
   features.push_back({"viseme " + own, weight});
   features.push_back({"left " + own + " " + neighbour(-1), weight});
@@ -170,16 +170,16 @@ double movementStep(Seconds time, Seconds time_constant) {
 
 Eigen::MatrixXd segmentWeights(const std::vector<SpeechSegment>& segments, Seconds time_constant, Seconds lead,
                                std::span<const Seconds> times) {
-  const auto rows = static_cast<Eigen::Index>(times.size());
-  const auto count = static_cast<Eigen::Index>(segments.size());
+  const auto rows = signedIndex(times.size());
+  const auto count = signedIndex(segments.size());
   Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(rows, count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const SpeechSegment& segment = segments[static_cast<std::size_t>(i)];
+    const SpeechSegment& segment = segments[unsignedIndex(i)];
     const Seconds stage = time_constant * paceFactor(segment.pace);
     // The response is half done about n stages after its input steps: the input comes that much earlier.
     const Seconds begin = segment.span.start - lead - kMovementStages * stage;
     for (Eigen::Index row = 0; row < rows; ++row) {
-      const double step = i == 0 ? 1.0 : movementStep(times[static_cast<std::size_t>(row)] - begin, stage);
+      const double step = i == 0 ? 1.0 : movementStep(times[unsignedIndex(row)] - begin, stage);
       weights(row, i) += step;
       if (i > 0) weights(row, i - 1) -= step;
     }
@@ -191,7 +191,7 @@ Eigen::MatrixXd segmentWeights(const std::vector<SpeechSegment>& segments, Secon
                                double frame_rate_hz, std::size_t frame_count) {
   std::vector<Seconds> times;
   for (std::size_t frame = 0; frame < frame_count; ++frame) {
-    times.push_back(static_cast<double>(frame) / frame_rate_hz);
+    times.push_back(asReal(frame) / frame_rate_hz);
   }
   return segmentWeights(segments, time_constant, lead, times);
 }

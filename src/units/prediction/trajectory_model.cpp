@@ -33,19 +33,19 @@ std::vector<SpeechSegment> predictionSegments(const SpeechLabels& labels) {
 
 LinePrediction::LinePrediction(const TrajectoryModel& model, const SpeechLabels& labels)
     : model_(&model), segments_(predictionSegments(labels)) {
-  targets_ = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(segments_.size()), model.componentCount());
+  targets_ = Eigen::MatrixXd::Zero(signedIndex(segments_.size()), model.componentCount());
   for (std::size_t i = 0; i < segments_.size(); ++i) {
     for (const SegmentFeature& feature : segments_[i].features) {
       const auto known = model.targets.find(feature.name);
       if (known == model.targets.end()) continue;
-      targets_.row(static_cast<Eigen::Index>(i)) += feature.weight * known->second.transpose();
+      targets_.row(signedIndex(i)) += feature.weight * known->second.transpose();
     }
   }
 }
 
 Eigen::MatrixXd LinePrediction::at(std::span<const Seconds> times) const {
   const std::vector<ComponentDynamics>& dynamics = model_->dynamics;
-  Eigen::MatrixXd values(static_cast<Eigen::Index>(times.size()), model_->componentCount());
+  Eigen::MatrixXd values(signedIndex(times.size()), model_->componentCount());
   std::vector<bool> done(dynamics.size(), false);
   for (std::size_t first = 0; first < dynamics.size(); ++first) {
     if (done[first]) continue;
@@ -54,7 +54,7 @@ Eigen::MatrixXd LinePrediction::at(std::span<const Seconds> times) const {
     for (std::size_t i = first; i < dynamics.size(); ++i) {
       if (!sameDynamics(dynamics[first], dynamics[i])) continue;
       done[i] = true;
-      const auto column = static_cast<Eigen::Index>(i);
+      const auto column = signedIndex(i);
       values.col(column) = (weights * targets_.col(column)).array() + model_->level(column);
     }
   }

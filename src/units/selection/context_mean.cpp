@@ -1,10 +1,9 @@
-#include "units/selection/context_mean.h"
-
+// contextMean of unit_database.h.
 #include <algorithm>
 #include <cmath>
 
 #include "units/prediction/phone_shapes.h"
-#include "units/selection/unit_costs.h"
+#include "units/selection/unit_database.h"
 
 namespace mouthpiece {
 namespace {
@@ -43,7 +42,7 @@ Eigen::MatrixXd contextMean(const SpeechLabels& target, const UnitDatabase& data
   const Eigen::Index components = shapeComponents(model);
   Eigen::MatrixXd means(predicted.rows() * PhoneShapes::kPoints, components);
   for (std::size_t phone = 0; phone < target.phones.size(); ++phone) {
-    const auto row = static_cast<Eigen::Index>(phone);
+    const auto row = signedIndex(phone);
     Mean mean(database, predicted.cols());
     for (const std::size_t side : {0U, 1U}) {  // the pair that it begins, the pair that it ends
       if (phone < side || phone + 1 - side >= target.phones.size()) continue;

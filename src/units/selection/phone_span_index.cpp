@@ -54,7 +54,7 @@ PhoneSpanIndex::PhoneSpanIndex(const std::vector<std::vector<Phone>>& takes) {
 PhonePlace PhoneSpanIndex::placeOf(Position position) const {
   // The last take that begins there or before: one without phones begins where the next does.
   const auto after = std::upper_bound(take_begin_.begin(), take_begin_.end(), position);
-  return {TakeIndex(static_cast<std::size_t>(after - take_begin_.begin()) - 1), PhoneIndex(position - *(after - 1))};
+  return {TakeIndex(unsignedIndex(after - take_begin_.begin()) - 1), PhoneIndex(position - *(after - 1))};
 }
 
 /// Prefix doubling: suffixes sorted by their first `length` phones give, as pairs of ranks, the order by twice as many.
@@ -131,7 +131,7 @@ std::size_t PhoneSpanIndex::lowerBound(std::span<const Phone> phones) const {
     return suffix + common == take_end_[suffix] || phones_[suffix + common] < wanted[common];
   };
   const auto row = std::lower_bound(suffixes_.begin(), suffixes_.end(), phones, below);
-  return static_cast<std::size_t>(row - suffixes_.begin());
+  return unsignedIndex(row - suffixes_.begin());
 }
 
 /// The rows beside `row` that share `length` phones with it.

@@ -17,6 +17,11 @@ struct PhonePlace {
   auto operator<=>(const PhonePlace&) const = default;
 };
 
+/// `place` moved on by `phones` phones.
+inline PhonePlace advance(const PhonePlace& place, std::size_t phones) {
+  return {place.take, PhoneIndex(place.phone.value + phones)};
+}
+
 /// The longest prefix that occurs, and where it begins; length 0 and no places when not even the first pair occurs.
 struct LongestMatch {
   std::size_t length = 0;

@@ -7,7 +7,7 @@
 
 #include "base/errors.h"
 #include "phonetics/labels/speech_labels.h"
-#include "units/file/lattice_weights.h"
+#include "units/costs/cost_terms.h"
 #include "units/selection/phone_span_index.h"
 
 namespace mouthpiece {
@@ -36,28 +36,15 @@ enum class Backoff {
 std::optional<SelectionMethod> selectionMethodFromName(std::string_view name);
 std::optional<UnitScales> unitScalesFromName(std::string_view name);
 
-/// What a mismatch costs; all terms are added (docs/theory/selection.md says how they were set).
-struct SelectionWeights {
-  double duration = 1.0;              ///< per phone, times |ln(target / source duration)|; half at a shared phone
-  double context = 0.5;               ///< per outer neighbour: 0 the same phone, 0.5 the same viseme class, 1 another
-  double word_position = 0.1;         ///< per phone that begins or ends a word in one and not in the other
-  double stress = 0.1;                ///< per phone whose syllable is stressed in one and not in the other
-  double closure_per_mm = 0.5;        ///< per B P M, by how far the fragment's lips stay open in it
-  double join_position_per_mm = 0.3;  ///< lips' RMS distance at the best place inside the shared phone
-  double join_velocity_per_mm_s = 0.005;  ///< lips' RMS difference of velocity there
-  double unit = 2.0;                      ///< per unit, viterbi only: joins are worth avoiding
-  double backoff = 10;                    ///< per stand-in
-};
-
 struct SelectionOptions {
   SelectionMethod method = SelectionMethod::kGreedy;
   UnitScales units = UnitScales::kAny;
   Backoff backoff = Backoff::kViseme;
-  SelectionWeights weights;
+  SelectionWeights weights = {};
   /// Added to the cost of going from one corpus phone into another, where the sound is joined too; may be empty.
-  std::function<double(const PhonePlace& before, const PhonePlace& after)> sound_join_cost;
+  std::function<double(const PhonePlace& before, const PhonePlace& after)> sound_join_cost = {};
   std::size_t candidates_kept = 6;        ///< viterbi: fragments per run of phones, the cheapest ones by target cost
-  std::optional<LatticeWeights> lattice;  ///< none: those of the corpus
+  std::optional<LatticeWeights> lattice = {};  ///< none: those of the corpus
   std::size_t pairs_kept = 40;            ///< lattice: places per pair of phones, the cheapest ones by target cost
   std::size_t pairs_looked_at = 200;      ///< lattice: of more places of a pair than these the likeliest by label
 };
@@ -84,6 +71,9 @@ struct SelectedUnit {
 /// Empty when the target has fewer than two phones.
 std::vector<SelectedUnit> selectUnits(const SpeechLabels& target, const UnitDatabase& database,
                                       const SelectionOptions& options);
+
+/// Whether the corpus has a fragment or a stand-in for each pair of the target's phones; with a trajectory model only.
+bool isCovered(const SpeechLabels& target, const UnitDatabase& database, const SelectionOptions& options);
 
 /// What the fragment of `phone_count` phones at `first` is in its take: "sentence" (all of it), "phrase" (several whole
 /// words), "word", "syllable" (at least one whole), "diphone" or "span".

@@ -1,12 +1,10 @@
-#include "units/selection/unit_candidates.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 
 #include "base/errors.h"
-#include "units/selection/viseme_distance.h"
+#include "units/costs/viseme_distance.h"
+#include "units/selection/lattice.h"
 
 namespace mouthpiece {
 namespace {
@@ -45,24 +43,27 @@ UnitCandidates::UnitCandidates(const SpeechLabels& target, const UnitDatabase& d
   for (const LabelledPhone& phone : target.phones) phones_.push_back(phone.phone);
 }
 
-std::vector<PhonePlace> UnitCandidates::usable(std::vector<PhonePlace> places, std::size_t length) const {
-  std::erase_if(places,
-                [&](const PhonePlace& place) { return !isOfScale(place, length) || !database_.isSeen(place, length); });
-  return places;
-}
-
 bool UnitCandidates::isOfScale(const PhonePlace& place, std::size_t length) const {
   return scales_ == UnitScales::kAny || isPaperUnit(database_.takeOf(place).labels, place.phone.value, length);
 }
 
-void UnitCandidates::failWithPair(Phone a, Phone b, const char* what) const {
-  throw MissingPairError(
-      fmt::format("phones {} {}: the corpus {} {}", phoneName(a), phoneName(b), database_.corpus().name, what));
+void UnitCandidates::failWithPair(std::size_t first, const char* what) const {
+  throw MissingPairError(fmt::format("phones {} {}: the corpus {} {}", phoneName(phones_[first]),
+                                     phoneName(phones_[first + 1]), database_.corpus().name, what));
+}
+
+void UnitCandidates::failWithoutStandIn(std::size_t first) const {
+  failWithPair(first, "has neither this pair nor one that looks alike");
 }
 
 bool UnitCandidates::isAnySeen(const std::vector<PhonePlace>& places, std::size_t length) const {
   return std::any_of(places.begin(), places.end(),
                      [&](const PhonePlace& place) { return database_.isSeen(place, length); });
+}
+
+CandidateRun UnitCandidates::seen(CandidateRun run) const {
+  std::erase_if(run.places, [&](const PhonePlace& place) { return !database_.isSeen(place, run.length); });
+  return run;
 }
 
 CandidateRun UnitCandidates::longest(std::size_t first) const {
@@ -81,54 +82,26 @@ std::vector<CandidateRun> UnitCandidates::all(std::size_t first) const {
   const std::span<const Phone> rest = std::span(phones_).subspan(first);
   std::vector<CandidateRun> runs;
   for (std::size_t length = database_.index().longestMatch(rest).length; length >= 2; --length) {
-    std::vector<PhonePlace> places = usable(database_.index().placesOf(rest.first(length)), length);
-    if (!places.empty()) runs.push_back({length, std::move(places)});
+    CandidateRun run{length, database_.index().placesOf(rest.first(length))};
+    std::erase_if(run.places, [&](const PhonePlace& place) { return !isOfScale(place, length); });
+    run = seen(std::move(run));
+    if (!run.places.empty()) runs.push_back(std::move(run));
   }
   return runs;
 }
 
-CandidateRun UnitCandidates::standIns(std::size_t first) const {
-  const Phone wanted_a = phones_[first];
-  const Phone wanted_b = phones_[first + 1];
-  double nearest = kFarthest;
-  CandidateRun run{2, {}};
-  if (backoff_ == Backoff::kNone) failWithPair(wanted_a, wanted_b, "lacks this pair");
-  for (std::size_t a = 0; a < kPhoneCount; ++a) {
-    const double distance_a = visemeDistance(wanted_a, static_cast<Phone>(a), PhonePart::kEnd);
-    if (distance_a > nearest) continue;
-    for (std::size_t b = 0; b < kPhoneCount; ++b) {
-      const double distance = distance_a + visemeDistance(wanted_b, static_cast<Phone>(b), PhonePart::kBegin);
-      if (distance > nearest || (distance == nearest && !run.places.empty())) continue;
-      std::vector<PhonePlace> places = database_.diphones(static_cast<Phone>(a), static_cast<Phone>(b));
-      if (!isAnySeen(places, 2)) continue;
-      nearest = distance;
-      run.places = std::move(places);
-    }
-  }
-  if (run.places.empty()) failWithoutStandIn(first);
-  return run;
-}
-
-CandidateRun UnitCandidates::seen(CandidateRun run) const {
-  std::erase_if(run.places, [&](const PhonePlace& place) { return !database_.isSeen(place, run.length); });
-  return run;
-}
-
-std::vector<StandIns> UnitCandidates::standInsNear(std::size_t first) const {
-  constexpr double kNextToNearest = 0.5;
-  const Phone wanted_a = phones_[first];
-  const Phone wanted_b = phones_[first + 1];
-  if (backoff_ == Backoff::kNone) failWithPair(wanted_a, wanted_b, "lacks this pair");
+std::vector<StandIns> UnitCandidates::standIns(std::size_t first, double beyond_nearest, bool only_seen) const {
+  if (backoff_ == Backoff::kNone) failWithPair(first, "lacks this pair");
   std::vector<StandIns> near;
   double farthest = kFarthest;
   for (std::size_t a = 0; a < kPhoneCount; ++a) {
-    const double distance_a = visemeDistance(wanted_a, static_cast<Phone>(a), PhonePart::kEnd);
+    const double distance_a = visemeDistance(phones_[first], Phone(a), PhonePart::kEnd);
     if (distance_a > farthest) continue;
     for (std::size_t b = 0; b < kPhoneCount; ++b) {
-      const double distance = distance_a + visemeDistance(wanted_b, static_cast<Phone>(b), PhonePart::kBegin);
-      const std::vector<PhonePlace>& places = database_.diphones(static_cast<Phone>(a), static_cast<Phone>(b));
-      if (distance > farthest || places.empty()) continue;
-      farthest = std::min(farthest, distance + kNextToNearest);
+      const double distance = distance_a + visemeDistance(phones_[first + 1], Phone(b), PhonePart::kBegin);
+      const std::vector<PhonePlace>& places = database_.diphones(Phone(a), Phone(b));
+      if (distance > farthest || places.empty() || (only_seen && !isAnySeen(places, 2))) continue;
+      farthest = std::min(farthest, distance + beyond_nearest);
       near.push_back({distance, places});
     }
   }
@@ -136,8 +109,15 @@ std::vector<StandIns> UnitCandidates::standInsNear(std::size_t first) const {
   return near;
 }
 
-void UnitCandidates::failWithoutStandIn(std::size_t first) const {
-  failWithPair(phones_[first], phones_[first + 1], "has neither this pair nor one that looks alike");
+CandidateRun UnitCandidates::nearestStandIns(std::size_t first) const {
+  const std::vector<StandIns> near = standIns(first, 0, true);
+  if (near.empty()) failWithoutStandIn(first);
+  return {2, near.front().places};
+}
+
+std::vector<StandIns> UnitCandidates::standInsNear(std::size_t first) const {
+  constexpr double kNextToNearest = 0.5;
+  return standIns(first, kNextToNearest, false);
 }
 
 }  // namespace mouthpiece

@@ -13,9 +13,8 @@ namespace {
 std::vector<std::vector<Phone>> phonesOfTakes(const Corpus& corpus) {
   std::vector<std::vector<Phone>> takes(corpus.takes.size());
   for (std::size_t take = 0; take < takes.size(); ++take) {
-    const std::vector<LabelledPhone>& labelled = corpus.takes[take].labels.phones;
-    takes[take].reserve(labelled.size());
-    for (const LabelledPhone& phone : labelled) takes[take].push_back(phone.phone);
+    takes[take].reserve(corpus.takes[take].labels.phones.size());
+    for (const LabelledPhone& phone : corpus.takes[take].labels.phones) takes[take].push_back(phone.phone);
   }
   return takes;
 }
@@ -49,7 +48,7 @@ UnitDatabase::UnitDatabase(const Corpus& corpus)
   for (std::size_t marker = 0; marker < corpus.layout.markers.size(); ++marker) {
     const std::string& region = corpus.layout.markers[marker].region;
     if (region != "lip" && region != "chin") continue;
-    for (std::size_t axis = 0; axis < 3; ++axis) lip_columns_.push_back(static_cast<Eigen::Index>(3 * marker + axis));
+    for (std::size_t axis = 0; axis < 3; ++axis) lip_columns_.push_back(signedIndex(3 * marker + axis));
   }
   if (lips_.hasLips()) {
     neutral_opening_mm_ = lips_.opening(
@@ -79,17 +78,12 @@ void UnitDatabase::forgetTakes() {
 const std::vector<PhonePlace>& UnitDatabase::diphones(Phone a, Phone b) const { return diphones_[diphoneIndex(a, b)]; }
 
 Eigen::RowVectorXd lipsAt(const MotionClip& motion, const std::vector<Eigen::Index>& columns, Seconds time) {
-  const auto last = static_cast<double>(motion.frameCount() - 1);
+  const auto last = asReal(motion.frameCount() - 1);
   const double frame = std::clamp(time * motion.frame_rate_hz, 0.0, last);
   const auto before = static_cast<Eigen::Index>(frame);
   const Eigen::Index after = std::min<Eigen::Index>(before + 1, motion.positions_mm.rows() - 1);
-  const double part = frame - static_cast<double>(before);
-  Eigen::RowVectorXd lips(static_cast<Eigen::Index>(columns.size()));
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    lips[static_cast<Eigen::Index>(i)] =
-        (1 - part) * motion.positions_mm(before, columns[i]) + part * motion.positions_mm(after, columns[i]);
-  }
-  return lips;
+  const double part = frame - asReal(before);
+  return (1 - part) * motion.positions_mm(before, columns) + part * motion.positions_mm(after, columns);
 }
 
 double UnitDatabase::openingLeft(const PhonePlace& place) const {
@@ -108,7 +102,7 @@ const UnitDatabase::TakeFacts& UnitDatabase::factsOf(TakeIndex take) const {
       const bool unseen = std::isnan(motion.positions_mm.row(frame).sum());
       facts.unseen_before.push_back(facts.unseen_before.back() + (unseen ? 1U : 0U));
     }
-    const auto columns = static_cast<Eigen::Index>(lip_columns_.size());
+    const auto columns = signedIndex(lip_columns_.size());
     for (const LabelledPhone& phone : own.labels.phones) {
       const double tightest = lips_.hasLips() ? lips_.tightest(motion, phone.span) : std::nan("");
       facts.opening_left_mm.push_back(std::isnan(tightest) ? 0 : tightest - neutral_opening_mm_);
@@ -117,7 +111,7 @@ const UnitDatabase::TakeFacts& UnitDatabase::factsOf(TakeIndex take) const {
       lips.steps_mm.resize(PhoneLips::kPoints, columns);
       const Seconds spacing = phone.span.duration() / PhoneLips::kPoints;
       for (Eigen::Index k = 0; k < PhoneLips::kPoints; ++k) {
-        const Seconds time = phone.span.start + (static_cast<double>(k) + 0.5) * spacing;
+        const Seconds time = phone.span.start + (asReal(k) + 0.5) * spacing;
         // At least half a frame to each side, so that a short phone's speed is not that of one noisy frame pair.
         const Seconds reach = std::max(spacing, 0.5 / motion.frame_rate_hz);
         const Eigen::RowVectorXd change =
@@ -157,7 +151,7 @@ bool UnitDatabase::isSeen(const PhonePlace& first, std::size_t phone_count) cons
   const MotionClip& motion = motionOf(first.take);
   const LabelledPhone& last = takeOf(first).labels.phones[first.phone.value + phone_count - 1];
   const double rate = motion.frame_rate_hz;
-  const auto frames = static_cast<double>(motion.frameCount());
+  const auto frames = asReal(motion.frameCount());
   // The last silence may outlast the capture: the pose is held there. Speech may not, but for one frame's rounding.
   const Seconds needed = last.phone == Phone::kSil ? last.span.start : last.span.end;
   if (needed * rate > frames) return false;

@@ -7,7 +7,7 @@
 
 #include "motion/lip_gauge.h"
 #include "units/file/corpus.h"
-#include "units/prediction/packed_shapes.h"
+#include "units/prediction/phone_shapes.h"
 #include "units/selection/phone_span_index.h"
 
 namespace mouthpiece {
@@ -89,5 +89,11 @@ class UnitDatabase {
 
 /// The lip columns of `take` at `time`, straight between the frames around it; held beyond the ends.
 Eigen::RowVectorXd lipsAt(const MotionClip& motion, const std::vector<Eigen::Index>& columns, Seconds time);
+
+/// What the prediction misses on average where the corpus says the same in a like context: for each phone the mean of
+/// captured less predicted over its places in the captured pairs of the line, each weighing exp(-d / 0.3 mm2), where d
+/// is the mean squared distance of its own prediction to the line's; one more place of weight 1 and no difference holds
+/// it back. phones * PhoneShapes::kPoints rows, at shapeTimes(), a column a component.
+Eigen::MatrixXd contextMean(const SpeechLabels& target, const UnitDatabase& database);
 
 }  // namespace mouthpiece

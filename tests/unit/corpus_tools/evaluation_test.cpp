@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
-#include "corpus_tools/research/evaluation/dominance_model.h"
 #include "corpus_tools/research/evaluation/evaluation_methods.h"
 #include "motion/formats/motion_file.h"
 #include "support/run_program.h"

@@ -6,7 +6,6 @@
 
 #include "base/errors.h"
 #include "corpus_tools/research/evaluation/evaluation.h"
-#include "corpus_tools/research/evaluation/evaluation_intervals.h"
 #include "corpus_tools/research/evaluation/evaluation_methods.h"
 #include "synthetic_takes.h"
 

@@ -1,4 +1,4 @@
-#include "corpus_tools/research/tuning/voice_tuning.h"
+#include "corpus_tools/research/tuning/tuning.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -8,8 +8,8 @@
 #include <map>
 
 #include "base/errors.h"
-#include "deform/surface/bezier_surface.h"
 #include "deform/kernel/deformer.h"
+#include "deform/surface/bezier_surface.h"
 #include "deform/surface/virtual_points.h"
 #include "tests/unit/deform/sample_face.h"
 

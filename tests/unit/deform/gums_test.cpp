@@ -1,4 +1,4 @@
-#include "deform/mouth/gums.h"
+#include "deform/mesh/mesh_reader.h"
 
 #include <gtest/gtest.h>
 

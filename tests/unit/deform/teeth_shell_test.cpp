@@ -1,4 +1,4 @@
-#include "deform/mouth/teeth_shell.h"
+#include "deform/mouth/lip_guard.h"
 
 #include <gtest/gtest.h>
 

@@ -158,13 +158,15 @@ TEST(GivenGlb, KeepsWhatItKnowsNothingOf) {
 TEST(GivenGlb, OnlyTheNamedTargetFollowsItsColumn) {
   const GlbFile given = dressed();
   const std::size_t targets = given.root["meshes"][0]["primitives"][0]["targets"].size();
-  ASSERT_GT(targets, 2U);
+  ASSERT_GE(targets, 2U);
   RowMajorMatrixF weights(3, 1);
   weights << 0, 0.5F, 1;
   const GlbFile after(*glbWithWeights(given.toBytes(), "dressed.glb", 30, weights, jawColumn));
   ASSERT_EQ(after.root["animations"].size(), 1U);
   const json& speech = after.root["animations"][0];
-  EXPECT_EQ(after.accessor(speech["samplers"][0]["input"]), (std::vector<double>{0, asReal(1) / 30.0F, 2 / 30.0F}));
+  const std::vector<double> times = after.accessor(speech["samplers"][0]["input"]);
+  ASSERT_EQ(times.size(), 3U);
+  for (std::size_t f = 0; f < 3; ++f) EXPECT_FLOAT_EQ(asFloat(times[f]), asFloat(asReal(f) / 30));
   std::vector<double> expected(3 * targets, 0.0);
   expected[targets + 1] = 0.5;
   expected[2 * targets + 1] = 1;

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
+#include <sstream>
 
 #include "base/errors.h"
 
@@ -125,6 +127,41 @@ TEST(LiveLinkReader, BadFilesAreRefusedWithTheirLine) {
   refused(good + row("00:00:00:01.0", "0"), "x.csv:4: found a time code that is not behind");
   refused(good + row("11:00:00:00.0", "0"), "without long breaks");
   refused(good + "00:00:00:02.0,61,0.1,0.2\n", "x.csv:4: found 4 cells");
+}
+
+/// What is written reads back at every rate; single rows that are lost come back as their neighbours' mean.
+TEST(LiveLinkReader, RandomCurvesReadBackAndLostRowsAreFilled) {
+  std::mt19937 random(52);
+  std::uniform_real_distribution<float> weight(0, 1);
+  for (const double rate_hz : {24.0, 25.0, 30.0, 60.0, 120.0}) {
+    ArkitCurves curves{.frame_rate_hz = rate_hz, .weights = RowMajorMatrixF(150, 52), .has_shape = {}};
+    for (Eigen::Index i = 0; i < curves.weights.size(); ++i) curves.weights.data()[i] = weight(random);
+    const std::string csv = liveLinkCsv(curves);
+    const ArkitTrack whole = parseLiveLinkCsv(csv, "a.csv", rate_hz);
+    EXPECT_EQ(whole.frame_rate_hz, rate_hz);
+    ASSERT_EQ(whole.weights.rows(), curves.weights.rows());
+    EXPECT_LT((whole.weights - curves.weights).cwiseAbs().maxCoeff(), kSixDigits);
+    EXPECT_FALSE(whole.turns_head);
+
+    // Of every four rows after the first one may go, never two neighbours.
+    std::string thinned;
+    std::vector<Eigen::Index> lost;
+    std::istringstream lines(csv);
+    Eigen::Index row = -1;
+    for (std::string line; std::getline(lines, line); ++row) {
+      if (row > 0 && row + 1 < curves.weights.rows() && row % 4 == 2 && random() % 2 == 0) {
+        lost.push_back(row);
+      } else {
+        thinned += line + "\n";
+      }
+    }
+    const ArkitTrack filled = parseLiveLinkCsv(thinned, "a.csv", rate_hz);
+    ASSERT_EQ(filled.weights.rows(), curves.weights.rows());
+    RowMajorMatrixF expected = curves.weights;
+    for (const Eigen::Index at : lost)
+      expected.row(at) = 0.5F * (curves.weights.row(at - 1) + curves.weights.row(at + 1));
+    EXPECT_LT((filled.weights - expected).cwiseAbs().maxCoeff(), 2 * kSixDigits) << lost.size() << " rows lost";
+  }
 }
 
 }  // namespace

@@ -88,7 +88,7 @@ TEST(ObjSequence, HasOneFileAFrame) {
       EXPECT_LT((normal - expected_normals.row(static_cast<Eigen::Index>(normals))).norm(), 2e-4F) << line;
       ++normals;
     }
-    triangles += line.starts_with("f ") ? 1 : 0;
+    triangles += line.starts_with("f ") ? 1U : 0U;
   }
   EXPECT_EQ(vertices, static_cast<std::size_t>(head.mesh.vertices.rows()));
   EXPECT_EQ(normals, vertices);

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <random>
 
+#include "base/index.h"
 #include "talking_head.h"
 
 namespace mouthpiece {
@@ -54,6 +56,37 @@ TEST(Report, TextThatIsNoUtf8StaysJson) {
   auto head = testing::makeTalkingHead();
   head.utterance.text = "caf\xE9 \x80";
   EXPECT_TRUE(json::accept(reportJson(head.utterance)));
+}
+
+/// However a line is cut into units, the share of back-off counts each pair of phones once.
+TEST(Report, TheShareOfBackOffIsThatOfThePairs) {
+  std::mt19937 random(8);
+  for (int trial = 0; trial < 50; ++trial) {
+    UtteranceAnimation line = testing::makeTalkingHead({.frames = 4, .rings = 3, .segments = 5}).utterance;
+    const std::size_t phones = line.labels.phones.size();
+    line.units.clear();
+    std::size_t backed_off_pairs = 0, touched = 0;
+    std::vector<bool> is_touched(phones, false);
+    for (std::size_t first = 0; first + 1 < phones;) {
+      PlacedUnit unit;
+      const std::size_t last = first + 1 + random() % (phones - first - 1);
+      unit.phones = {PhoneIndex(first), PhoneIndex(last)};
+      unit.is_backoff = random() % 2 == 0;
+      if (unit.is_backoff) {
+        backed_off_pairs += last - first;
+        for (std::size_t i = first; i <= last; ++i) is_touched[i] = true;
+      }
+      line.units.push_back(unit);
+      first = last;
+    }
+    for (const bool each : is_touched) touched += each ? 1U : 0U;
+    const json report = json::parse(reportJson(line));
+    EXPECT_NEAR(report["backoff_share"].get<double>(), asReal(backed_off_pairs) / asReal(phones - 1), 1e-6);
+    std::size_t told = 0;
+    for (const json& phone : report["phones"]) told += phone["from"] == "backoff" ? 1U : 0U;
+    EXPECT_EQ(told, touched);
+    EXPECT_EQ(report["units"].size(), line.units.size());
+  }
 }
 
 }  // namespace

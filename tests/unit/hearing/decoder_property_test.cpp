@@ -106,7 +106,7 @@ TEST_F(DecoderLaws, HearingAgainKeepsTheRow) {
     ASSERT_EQ(spans.size(), decoded.size());
     for (std::size_t i = 0; i < spans.size(); ++i) {
       EXPECT_GT(spans[i].duration(), 0);
-      if (i > 0) EXPECT_NEAR(spans[i].start, spans[i - 1].end, 1e-9);
+      EXPECT_NEAR(spans[i].start, i > 0 ? spans[i - 1].end : 0.0, 1e-9);
     }
   }
 }
@@ -173,7 +173,7 @@ TEST(LyricsLaws, WhatIsSungHasNoHeadingsAndAsManyLines) {
     EXPECT_LE(sung.size(), lyrics.size());
     EXPECT_EQ(std::count(sung.begin(), sung.end(), '\n'), std::count(lyrics.begin(), lyrics.end(), '\n'));
     EXPECT_EQ(sung.find('['), std::string::npos);
-    if (lyrics.find('[') == std::string::npos) EXPECT_EQ(sung, lyrics);
+    EXPECT_TRUE(sung == lyrics || lyrics.find('[') != std::string::npos);
   }
 }
 

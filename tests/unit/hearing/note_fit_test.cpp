@@ -1,4 +1,4 @@
-#include "hearing/tags/note_fit.h"
+#include "hearing/tags/pitch_contour.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "hearing/tags/vibrato_finder.h"
+#include "hearing/tags/pitch_contour.h"
 
 #include <gtest/gtest.h>
 

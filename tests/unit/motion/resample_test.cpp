@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -83,6 +84,80 @@ TEST(MotionResampler, HasNoJumpInVelocity) {
     const double speed = (p.row(3) - p.row(0)).cwiseAbs().maxCoeff() / (4.0 * step);
     EXPECT_LT(jump, 0.01 * (1.0 + speed)) << "at sample " << i;
   }
+}
+
+/// Eq. (1) as the paper writes it, for even samples, one a unit of time: inverse multiquadrics at all of them and a
+/// line, solved at once. Written apart from the code under test. `values`: samples x channels.
+PositionMatrix equation1(const PositionMatrix& values, const std::vector<double>& queries, double c) {
+  const Eigen::Index n = values.rows();
+  const auto phi = [c](double r) { return 1 / std::sqrt(r * r / (c * c) + 1); };
+  Eigen::MatrixXd system = Eigen::MatrixXd::Zero(n + 2, n + 2);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < n; ++j) system(i, j) = phi(static_cast<double>(i - j));
+    system(i, n) = system(n, i) = 1;
+    system(i, n + 1) = system(n + 1, i) = static_cast<double>(i);
+  }
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(n + 2, values.cols());
+  right.topRows(n) = values;
+  const Eigen::MatrixXd weights = system.fullPivLu().solve(right);
+  PositionMatrix result(std::ssize(queries), values.cols());
+  for (Eigen::Index q = 0; q < result.rows(); ++q) {
+    const double x = queries[static_cast<std::size_t>(q)];
+    Eigen::RowVectorXd basis(n + 2);
+    for (Eigen::Index i = 0; i < n; ++i) basis[i] = phi(x - static_cast<double>(i));
+    basis.tail<2>() << 1, x;
+    result.row(q) = basis * weights;
+  }
+  return result;
+}
+
+TEST(MotionResampler, SolvesEquation1) {
+  constexpr std::size_t kSamples = 80;
+  constexpr Eigen::Index kMirrored = 8;  // ResampleOptions::margin_samples beyond each end
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    const std::vector<Seconds> times = frameTimes(0, kSamples, 100.0);
+    const PositionMatrix values = SyntheticMotion(seed, 3, 10.0).at(times);
+    const Eigen::Index last = values.rows() - 1;
+    PositionMatrix mirrored(values.rows() + 2 * kMirrored, values.cols());
+    mirrored.middleRows(kMirrored, values.rows()) = values;
+    for (Eigen::Index k = 1; k <= kMirrored; ++k) {
+      mirrored.row(kMirrored - k) = 2 * values.row(0) - values.row(k);
+      mirrored.row(kMirrored + last + k) = 2 * values.row(last) - values.row(last - k);
+    }
+    const std::vector<Seconds> queries = queriesBetween(times, 4);
+    std::vector<double> places;
+    for (const Seconds time : queries) places.push_back(time * 100.0 + kMirrored);
+    const PositionMatrix wanted = equation1(mirrored, places, ResampleOptions{}.shape);
+    EXPECT_LT(largestDifference(resampleDense(times, values, queries), wanted), 1e-8) << "seed " << seed;
+    EXPECT_LT(largestDifference(MotionResampler(times, queries).apply(values), wanted), kWindowToleranceMm)
+        << "seed " << seed;
+  }
+}
+
+TEST(MotionResampler, IsLinearInTheValuesAndBlindToTheClock) {
+  const std::vector<Seconds> times = unevenTimes(3, 120, 10.0);
+  const std::vector<Seconds> queries = queriesBetween(times, 3);
+  const PositionMatrix a = SyntheticMotion(3, 2).at(times), b = SyntheticMotion(4, 2).at(times);
+  const MotionResampler resampler(times, queries);
+  EXPECT_LT(largestDifference(resampler.apply(2 * a - b), 2 * resampler.apply(a) - resampler.apply(b)), 1e-9);
+  std::vector<Seconds> later = times, later_queries = queries;
+  for (Seconds& time : later) time = 8 + 2 * time;  // exact: powers of two
+  for (Seconds& time : later_queries) time = 8 + 2 * time;
+  EXPECT_LT(largestDifference(MotionResampler(later, later_queries).apply(a), resampler.apply(a)), 1e-6)
+      << "another clock, the same samples";
+}
+
+TEST(MotionResampler, BackwardsIsTheSame) {
+  const std::vector<Seconds> times = unevenTimes(5, 30, 10.0);  // one window: windows are laid from the front
+  const std::vector<Seconds> queries = queriesBetween(times, 3);
+  const PositionMatrix values = SyntheticMotion(5, 2).at(times);
+  const auto mirrored = [&](const std::vector<Seconds>& forwards) {
+    std::vector<Seconds> back;
+    for (auto time = forwards.rbegin(); time != forwards.rend(); ++time) back.push_back(times.back() - *time);
+    return back;
+  };
+  const PositionMatrix back = resampleDense(mirrored(times), values.colwise().reverse(), mirrored(queries));
+  EXPECT_LT(largestDifference(back.colwise().reverse(), resampleDense(times, values, queries)), 1e-8);
 }
 
 TEST(MotionResampler, WindowedAgreesWithDenseOnSyntheticMotion) {

@@ -15,7 +15,7 @@ namespace {
 
 constexpr unsigned kSeed = 20261122;
 constexpr Seconds kRounding = 2e-7;  // half of HTK's unit, and doubles
-constexpr Seconds kLent = 0.020;     // what an outer phone lends to silence
+constexpr Seconds kLent = 0.020 + kRounding;  // what an outer phone lends to silence
 
 std::vector<PhoneSegment> segmentsOf(const SpeechLabels& labels) {
   std::vector<PhoneSegment> segments;
@@ -204,10 +204,10 @@ TEST(SyllableLaws, EveryTailOfALegalOnsetIsLegal) {
   for (std::size_t a = 1; a < kPhoneCount; ++a) {
     for (std::size_t b = 1; b < kPhoneCount; ++b) {
       const std::array pair{static_cast<Phone>(a), static_cast<Phone>(b)};
-      if (isLegalOnset(pair)) EXPECT_TRUE(isLegalOnset(std::span(pair).subspan(1))) << phoneName(pair[0]);
+      EXPECT_TRUE(!isLegalOnset(pair) || isLegalOnset(std::span(pair).subspan(1))) << phoneName(pair[0]);
       for (std::size_t c = 1; c < kPhoneCount; ++c) {
         const std::array triple{pair[0], pair[1], static_cast<Phone>(c)};
-        if (isLegalOnset(triple)) EXPECT_TRUE(isLegalOnset(std::span(triple).subspan(1))) << phoneName(pair[0]);
+        EXPECT_TRUE(!isLegalOnset(triple) || isLegalOnset(std::span(triple).subspan(1))) << phoneName(pair[0]);
       }
     }
   }

@@ -21,7 +21,7 @@ inline RandomLine randomLine(std::mt19937& random, int most_words = 8) {
   int time = draw(0, 1) * draw(1, 3000);  // in units of 0.1 ms
   const int words = draw(1, most_words);
   for (int w = 0; w < words; ++w) {
-    line.words.push_back("w" + std::to_string(w));
+    line.words.push_back(std::string("w").append(std::to_string(w)));
     const int phones = draw(1, 4);
     for (int p = 0; p < phones; ++p) {
       const int end = time + draw(20, 2000);

@@ -57,7 +57,7 @@ TEST(Syllables, CoverEveryWordWithOneVowelEach) {
     for (const auto& syllable : syllables) {
       EXPECT_EQ(syllable.first, covered);
       covered += syllable.count;
-      std::size_t vowels = 0;
+      int vowels = 0;
       for (std::size_t i = 0; i < syllable.count; ++i) vowels += isVowel(word[syllable.first + i]) ? 1 : 0;
       EXPECT_TRUE(vowels == 1 || (syllables.size() == 1 && vowels == 0));
     }

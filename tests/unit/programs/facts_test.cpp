@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 
 #include "support/run_program.h"
 #include "support/tiny_corpus.h"
@@ -47,19 +49,43 @@ class TinyCorpus : public ::testing::Test {
 
 TEST_F(TinyCorpus, InfoTellsTheSameInBothForms) {
   const json facts = json::parse(runWell("corpus", {"info", corpus().string(), "--json"}).out);
-  const std::string text = runWell("corpus", {"info", corpus().string()}).out;
-  EXPECT_NE(text.find(std::to_string(mouthpiece::testing::tinyCorpus().takes.size()) + " takes"), std::string::npos)
-      << text;
   EXPECT_TRUE(facts.is_object());
   EXPECT_GE(facts.size(), 5U) << facts.dump();
+  std::istringstream text(runWell("corpus", {"info", corpus().string()}).out);
+  std::map<std::string, std::size_t> told;
+  std::string name;
+  std::size_t number = 0;
+  for (std::string line; std::getline(text, line);) {
+    if (std::istringstream(line) >> name >> number) told[name] = number;
+  }
+  const Corpus made = mouthpiece::testing::tinyCorpus();
+  std::size_t phones = 0, words = 0;
+  for (const CorpusTake& take : made.takes) {
+    phones += take.labels.phones.size();
+    words += take.labels.words.size();
+  }
+  EXPECT_EQ(told["takes"], made.takes.size());
+  EXPECT_EQ(told["phones"], phones);
+  EXPECT_EQ(told["words"], words);
+  EXPECT_EQ(told["markers"], made.layout.markerNames().size());
 }
 
-TEST_F(TinyCorpus, CheckPassesAndFindsAFlippedBit) {
+TEST_F(TinyCorpus, CheckPassesAndFindsFlippedBits) {
   EXPECT_EQ(runProgram("corpus", {"check", corpus().string()}).exit_code, 0);
-  std::string bytes = readAll(corpus());
-  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 0x10);
-  const ProgramResult result = runProgram("corpus", {"check", folder_.write("flipped.corpus", bytes).string()});
-  EXPECT_EQ(result.exit_code, 1) << result.out << result.err;
+  const std::string whole = readAll(corpus());
+  std::size_t found = 0;
+  constexpr std::size_t kTrials = 12;
+  for (std::size_t trial = 0; trial < kTrials; ++trial) {
+    std::string bytes = whole;
+    char& flipped = bytes[(2 * trial + 1) * bytes.size() / (2 * kTrials)];
+    flipped = static_cast<char>(flipped ^ 0x10);
+    const ProgramResult result = runProgram("corpus", {"check", folder_.write("flipped.corpus", bytes).string()});
+    EXPECT_TRUE(result.exit_code == 0 || result.exit_code == 1) << result.exit_code << result.err;
+    EXPECT_EQ(result.err.find("internal error"), std::string::npos) << result.err;
+    found += result.exit_code == 1 ? 1U : 0U;
+  }
+  // What lies between the rows of a database belongs to nobody.
+  EXPECT_GE(found, kTrials / 2);
 }
 
 TEST_F(TinyCorpus, TheReportIsWrittenAlikeWhateverIsPrinted) {
@@ -68,8 +94,11 @@ TEST_F(TinyCorpus, TheReportIsWrittenAlikeWhateverIsPrinted) {
     fs::remove(page);
     const ProgramResult result =
         runWell("corpus", with({"report", corpus().string(), "--out", page.string()}, options));
-    if (options == Arguments{"--json"}) EXPECT_TRUE(json::parse(result.out).is_object());
-    if (options == Arguments{"--quiet"}) EXPECT_EQ(result.out + result.err, "");
+    if (options == Arguments{"--json"}) {
+      EXPECT_TRUE(json::parse(result.out).is_object());
+    } else if (options == Arguments{"--quiet"}) {
+      EXPECT_EQ(result.out + result.err, "");
+    }
     return readAll(page);
   };
   const std::string page = pageWith({});

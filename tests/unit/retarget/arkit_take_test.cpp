@@ -7,7 +7,7 @@
 #include "deform/mesh/face_mesh.h"
 #include "motion/formats/motion_file.h"
 #include "retarget/rig/face_rig.h"
-#include "retarget/rig/marker_shapes.h"
+#include "retarget/rig/face_fit.h"
 #include "support/run_program.h"
 #include "units/file/corpus.h"
 

@@ -7,7 +7,7 @@
 
 #include "base/errors.h"
 #include "motion/marker_layout.h"
-#include "retarget/sample_head/canonical_face.h"
+#include "retarget/sample_head/head_model.h"
 #include "test_face.h"
 
 namespace mouthpiece {

@@ -10,7 +10,7 @@
 #include <set>
 
 #include "base/files.h"
-#include "deform/kernel/welding.h"
+#include "deform/mesh/welding.h"
 #include "exports/gltf/glb.h"
 #include "motion/formats/motion_file.h"
 #include "retarget/rig/face_rig.h"

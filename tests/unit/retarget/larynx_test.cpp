@@ -1,4 +1,4 @@
-#include "retarget/rig/larynx.h"
+#include "retarget/rig/face_rig.h"
 
 #include <gtest/gtest.h>
 

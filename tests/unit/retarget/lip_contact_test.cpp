@@ -1,4 +1,4 @@
-#include "retarget/rig/lip_contact.h"
+#include "retarget/rig/face_fit.h"
 
 #include <gtest/gtest.h>
 

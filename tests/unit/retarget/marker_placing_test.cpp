@@ -1,6 +1,4 @@
 // All markers from a few anchors.
-#include "retarget/placing/marker_placing.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -9,6 +7,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "deform/kernel/deformer.h"
+#include "retarget/placing/anchors.h"
 #include "retarget/placing/face_page.h"
 #include "test_face.h"
 
@@ -65,11 +64,12 @@ class PlacingOnIct : public ::testing::Test {
 TEST_F(PlacingOnIct, TenAnchorsBringEveryMarkerNearItsPlace) {
   const IctHead ict;
   const test::MadeUpActor actor = test::madeUpActor();
-  PlacingReport report;
-  const Anchors placed =
-      withAllMarkers(ict.mesh, tenAnchors(ict.vertices), "ten", actor.names, actor.neutral_mm, &report);
-  EXPECT_EQ(report.anchors, 10U);
-  EXPECT_EQ(report.anchors - 2 + report.placed, actor.names.size());  // inner eye corners are no markers
+  const Anchors ten = tenAnchors(ict.vertices);
+  const HeadTopology topology(ict.mesh, openingsOf(ict.mesh, ten, "ten"));
+  const PlacedAnchors report = placeMarkers(ict.mesh, topology, ten, "ten", actor.names, actor.neutral_mm);
+  const Anchors& placed = report.anchors;
+  EXPECT_EQ(report.given, 10U);
+  EXPECT_EQ(report.given - 2 + report.placed, actor.names.size());  // inner eye corners are no markers
   double sum = 0, lips = 0, lip_count = 0;
   for (const auto& [name, vertex] : ict.landmarks) {
     const double off = (*placeOf(placed, name, ict.mesh, "ten") - ict.at(vertex)).norm();
@@ -160,8 +160,9 @@ TEST(MarkerPlacing, SaysWhichAnchorsAreWanted) {
   const test::MadeUpActor actor = test::madeUpActor();
   Anchors few = test::defaultFace().anchors;
   few.markers.erase("LIP_UP_MID");
+  const FaceMesh& mesh = test::defaultFace().mesh;
   try {
-    (void)withAllMarkers(test::defaultFace().mesh, few, "few.json", actor.names, actor.neutral_mm);
+    (void)placeMarkers(mesh, HeadTopology(mesh, {}), few, "few.json", actor.names, actor.neutral_mm);
     FAIL() << "expected an InputError";
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("missing: LIP_UP_MID"), std::string::npos) << error.what();

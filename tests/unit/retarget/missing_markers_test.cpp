@@ -1,4 +1,4 @@
-#include "retarget/placing/missing_markers.h"
+#include "retarget/rig/face_rig.h"
 
 #include <gtest/gtest.h>
 

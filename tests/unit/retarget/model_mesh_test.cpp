@@ -1,5 +1,5 @@
 // Loop subdivision with creases: the tool the default face is made with.
-#include "retarget/sample_head/model_mesh.h"
+#include "retarget/sample_head/head_model.h"
 
 #include <gtest/gtest.h>
 

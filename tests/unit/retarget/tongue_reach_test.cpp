@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "deform/kernel/deformer.h"
-#include "deform/mesh/vertex_kinds.h"
-#include "retarget/placing/skin_tree.h"
+#include "deform/mesh/head_topology.h"
+#include "deform/mesh/triangle_tree.h"
 #include "test_face.h"
 
 namespace mouthpiece {
@@ -49,12 +49,12 @@ class TongueReachTest : public ::testing::Test {
       const auto first = mesh_.triangles.begin() + static_cast<std::ptrdiff_t>(part.first_triangle);
       triangles.insert(triangles.end(), first, first + static_cast<std::ptrdiff_t>(part.triangle_count));
     }
-    const SkinTree tree(vertices, triangles);
+    const TriangleTree tree(vertices, triangles);
     double nearest = std::numeric_limits<double>::infinity();
     for (std::size_t v = 0; v < kinds_.size(); ++v) {
       if (kinds_[v] != PartKind::kTongue) continue;
       const Eigen::Vector3d p = vertices.row(static_cast<Eigen::Index>(v)).transpose().cast<double>();
-      const Eigen::Vector3d foot = *tree.closest(p);
+      const Eigen::Vector3d foot = tree.closest(p)->point;
       // The tongue lies on the mouth's floor and against its walls: the roof is what is straight above.
       if (kind == PartKind::kMouthInside &&
           (std::abs(p.x()) > kMiddle_mm || !isBack(v) || foot.y() < p.y() + 0.7 * (foot - p).norm()))

@@ -82,8 +82,7 @@ TEST_F(ContextTransfer, TheLowerLipComesAsNearToTheTeethAsItWas) {
   const auto kept = [&](double lowered_mm) {
     PositionMatrix positions = take.motion.positions_mm;
     positions.col(kLowerLipY).array() -= lowered_mm;
-    keepContacts(take.labels, database, {unit}, times, positions);
-    return positions;
+    return keepContacts(std::move(positions), take.labels, database, {unit}, times);
   };
   constexpr double kLoweredMm = 2, kRounding = 1e-6;
   const double captured = highestInF(take.motion.positions_mm);
@@ -103,8 +102,8 @@ TEST_F(ContextTransfer, WhatWasNotSeenIsPredicted) {
   for (int frame = 0; frame < 60; ++frame) times.push_back(frame / 100.0);
   PositionMatrix residuals = PositionMatrix::Constant(60, 12, std::numeric_limits<double>::quiet_NaN());
   ContextOptions options;
-  options.average = options.restore_variance = false;
-  const PositionMatrix positions = transferContext(residuals, line, database, times, options);
+  options.average = options.restore_variance = options.keep_contacts = false;
+  const PositionMatrix positions = transferContext(residuals, line, database, {}, times, options);
   ASSERT_TRUE(positions.allFinite());
   const Eigen::Map<const Eigen::RowVectorXd> neutral(corpus_.neutral_pose_mm.data(), corpus_.neutral_pose_mm.size());
   const TrajectoryModel& model = *corpus_.trajectory_model;
@@ -117,13 +116,16 @@ TEST_F(ContextTransfer, SlowDifferencesGoAndFastOnesStay) {
   const UnitDatabase database(corpus_);
   std::vector<Seconds> times;
   for (int frame = 0; frame < 200; ++frame) times.push_back(frame / 100.0);
+  ContextOptions options;
+  options.keep_contacts = false;
   const auto leftOf = [&](double rate_hz, std::size_t column) {
     PositionMatrix residuals = PositionMatrix::Zero(200, 12);
     for (Eigen::Index row = 0; row < 200; ++row)
       residuals(row, static_cast<Eigen::Index>(column)) =
           std::sin(2 * M_PI * rate_hz * times[static_cast<std::size_t>(row)]);
-    const PositionMatrix with = transferContext(residuals, line, database, times, {});
-    const PositionMatrix without = transferContext(PositionMatrix::Zero(200, 12), line, database, times, {});
+    const PositionMatrix with = transferContext(residuals, line, database, {}, times, options);
+    const PositionMatrix without =
+        transferContext(PositionMatrix::Zero(200, 12), line, database, {}, times, options);
     return (with - without).col(static_cast<Eigen::Index>(column)).segment(50, 100).cwiseAbs().maxCoeff();
   };
   constexpr std::size_t kChinY = 7, kBrowY = 10;

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "support/spoken_phones.h"
-#include "vocal/maps_field.h"
+#include "vocal/viseme_curves.h"
 
 namespace mouthpiece {
 namespace {

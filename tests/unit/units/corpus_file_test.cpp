@@ -9,9 +9,9 @@
 #include "support/repeated_corpus.h"
 #include "support/tiny_corpus.h"
 #include "support/tiny_model.h"
-#include "units/file/checksum.h"
 #include "units/file/corpus.h"
 #include "units/file/sqlite_database.h"
+#include "units/selection/selection.h"
 #include "units/selection/unit_database.h"
 
 namespace mouthpiece {
@@ -47,7 +47,7 @@ class CorpusFile : public ::testing::Test {
 TEST_F(CorpusFile, RoundTripKeepsTheTrajectoryModel) {
   Corpus written = testing::tinyCorpus();
   written.trajectory_model = testing::tinyModel(written);
-  written.lattice_weights.duration = 0.75;
+  written.lattice_weights["duration"] = 0.75;
   writeCorpus(path_, written);
   EXPECT_TRUE(checkCorpus(path_).empty());
   const Corpus read = readCorpus(path_, CorpusAudio::kSkip, CorpusMotion::kOnDemand);
@@ -62,7 +62,7 @@ TEST_F(CorpusFile, RoundTripKeepsTheTrajectoryModel) {
   EXPECT_EQ(b.dynamics.size(), a.dynamics.size());
   EXPECT_EQ(b.targets, a.targets);
   EXPECT_NEAR(b.closed_opening_mm, a.closed_opening_mm, kFloat);
-  EXPECT_EQ(read.lattice_weights.duration, 0.75);
+  EXPECT_EQ(read.lattice_weights["duration"], 0.75);
   for (std::size_t take = 0; take < read.takes.size(); ++take) {
     const PhoneShapes kept = read.motion_source->loadShapes(TakeIndex(take));
     const PhoneShapes computed =
@@ -102,6 +102,83 @@ TEST_F(CorpusFile, ReadsVersion2) {
   const Corpus read = readCorpus(path_);
   EXPECT_NE(read.trajectory_model, nullptr);
   EXPECT_EQ(read.viseme_poses, "");
+}
+
+/// Files as programs before this one wrote them: two takes, and from version 2 on a model with weights of its own.
+TEST(StoredCorpusFiles, OfAllVersionsOpen) {
+  for (const int version : {1, 2, 3}) {
+    SCOPED_TRACE(version);
+    const fs::path path =
+        fs::path(MOUTHPIECE_SOURCE_DIR) / "tests/unit/units/stored" / ("version" + std::to_string(version) + ".corpus");
+    EXPECT_EQ(checkCorpus(path), std::vector<std::string>());
+    const Corpus read = readCorpus(path, CorpusAudio::kLoad);
+    const Corpus written = testing::tinyCorpus({"M-AE-N", "AH T-AY-M"}, 25);
+    ASSERT_EQ(read.takes.size(), 2U);
+    EXPECT_EQ(read.build_log.at("built_with"), "stored");
+    for (std::size_t i = 0; i < 2; ++i) {
+      EXPECT_TRUE(isSaidAlike(read.takes[i].labels, written.takes[i].labels));
+      constexpr double kRoundingMm = 1e-4;  // of what this machine's exp() gives
+      EXPECT_LT((read.takes[i].motion.positions_mm - written.takes[i].motion.positions_mm).cwiseAbs().maxCoeff(),
+                kRoundingMm);
+      EXPECT_EQ(read.takes[i].audio.samples.size(), 200U);
+    }
+    EXPECT_EQ(read.trajectory_model != nullptr, version > 1);
+    EXPECT_EQ(read.lattice_weights["duration"], version > 1 ? 0.75 : 1.0);
+    EXPECT_EQ(read.lattice_weights["stand-in"], 10);
+    EXPECT_EQ(read.sound_cut_weights.slip, version > 1 ? 3 : 2);
+    EXPECT_EQ(read.viseme_poses, version > 2 ? R"({"stored": 3})" : "");
+    const UnitDatabase database(read);
+    for (const SelectionMethod method : {SelectionMethod::kGreedy, SelectionMethod::kViterbi})
+      EXPECT_EQ(selectUnits(read.takes[1].labels, database, {.method = method}).size(), 1U);
+  }
+}
+
+/// Rewrites the row of that name in trajectory_model, with its checksum.
+void rewriteNumbers(const fs::path& path, const std::string& name, const std::vector<float>& numbers) {
+  SqliteDatabase database = SqliteDatabase::create(path, path);
+  std::int64_t id = -1;
+  for (CheckedQuery row(database, "trajectory_model"); row.next();) {
+    if (row.text(1) == name) id = row.integer(0);
+  }
+  ASSERT_GE(id, 0);
+  database.execute("DELETE FROM trajectory_model WHERE id=" + std::to_string(id));
+  CheckedInsert(database, "trajectory_model", 4)
+      .integer(id)
+      .text(name)
+      .blob({reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(float)})
+      .insert();
+  database.close();
+}
+
+TEST_F(CorpusFile, WeightsThatAreNoneAreRefused) {
+  Corpus written = testing::tinyCorpus({"M-AE-N"});
+  written.trajectory_model = testing::tinyModel(written);
+  written.sound_cut_weights.slip = 1;
+  const std::vector<float> usual(pairTerms().size(), 0.5F);
+  const auto complaintAbout = [&](const char* row, std::vector<float> numbers) {
+    writeCorpus(path_, written);
+    rewriteNumbers(path_, row, numbers);
+    return complaint();
+  };
+  EXPECT_EQ(complaintAbout("lattice weights", usual), "");
+  EXPECT_EQ(readCorpus(path_).lattice_weights["join velocity"], 0.5);
+  std::vector<float> numbers = usual;
+  numbers[3] = -0.1F;
+  EXPECT_NE(complaintAbout("lattice weights", numbers).find("expected no weight below 0"), std::string::npos);
+  for (const float strange : {std::nanf(""), std::numeric_limits<float>::infinity(), 1e30F}) {
+    numbers[3] = strange;
+    EXPECT_NE(complaintAbout("lattice weights", numbers).find("expected a number"), std::string::npos);
+  }
+  numbers = usual;
+  numbers.pop_back();
+  EXPECT_NE(complaintAbout("lattice weights", numbers).find("found 48 bytes; expected 52"), std::string::npos);
+  numbers = usual;
+  numbers.push_back(1);
+  EXPECT_NE(complaintAbout("lattice weights", numbers).find("found 56 bytes"), std::string::npos) << "a newer file";
+  EXPECT_NE(complaintAbout("lattice weights", {}).find("found 0 bytes"), std::string::npos);
+  EXPECT_NE(complaintAbout("sound cut weights", {1, 2}).find("found 8 bytes; expected 32"), std::string::npos);
+  EXPECT_NE(complaintAbout("gain", {0}).find("expected more than 0"), std::string::npos);
+  EXPECT_NE(complaintAbout("time constants", {0.02F, 0}).find("moves in 0 s"), std::string::npos);
 }
 
 TEST_F(CorpusFile, RoundTripKeepsTheVisemePosesAndFindsTheirDamage) {
@@ -369,10 +446,10 @@ TEST(UnitDatabaseTest, ForgetsTakesAndLoadsThemAgain) {
 
 TEST(Checksum, MeetsTheStandardAndItsTwoRoutesAgree) {
   EXPECT_EQ(crc32c("123456789"), 0xE3069283U);
-  EXPECT_EQ(crc32cByTables("123456789"), 0xE3069283U);
+  EXPECT_EQ(crc32cByTable("123456789"), 0xE3069283U);
   std::string bytes;
   for (std::size_t i = 0; i < 300; ++i) {
-    EXPECT_EQ(crc32c(bytes), crc32cByTables(bytes));
+    EXPECT_EQ(crc32c(bytes), crc32cByTable(bytes));
     EXPECT_EQ(crc32c(bytes), crc32c(bytes.substr(i / 3), crc32c(bytes.substr(0, i / 3)))) << "in two parts";
     bytes += static_cast<char>(i * 89 + 7);
   }

@@ -1,4 +1,4 @@
-#include "units/prediction/packed_shapes.h"
+#include "units/prediction/phone_shapes.h"
 
 #include <gtest/gtest.h>
 

@@ -6,10 +6,9 @@
 
 #include "base/errors.h"
 #include "support/tiny_corpus.h"
-#include "units/selection/unit_candidates.h"
-#include "units/selection/unit_costs.h"
+#include "units/selection/lattice.h"
 #include "units/selection/unit_database.h"
-#include "units/selection/viseme_distance.h"
+#include "units/costs/viseme_distance.h"
 
 namespace mouthpiece {
 namespace {
@@ -39,7 +38,7 @@ void expectSpells(const std::vector<SelectedUnit>& units, const SpeechLabels& li
 
 double totalCost(const std::vector<SelectedUnit>& units, const SelectionWeights& weights) {
   double cost = 0;
-  for (const SelectedUnit& unit : units) cost += unit.target_cost + unit.join_cost + weights.unit;
+  for (const SelectedUnit& unit : units) cost += unit.target_cost + unit.join_cost + weights["unit"];
   return cost;
 }
 
@@ -78,7 +77,7 @@ TEST(GreedySelection, TheCutLiesWhereTheLipsAgreeBest) {
   expectCover(units, line);
   expectSpells(units, line, database);
   ASSERT_EQ(units.size(), 2U);
-  const UnitCosts costs(line, database, {});
+  const SelectionCosts costs(line, database, SelectionWeights());
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t cut = 2; cut <= 5; ++cut) {
     least = std::min(
@@ -105,7 +104,7 @@ TEST(GreedySelection, OfEqualFragmentsTheOneOfLikeContextWins) {
   corpus.takes[1] = testing::tinyTake("take1", "M-AE-T", 1);
   const UnitDatabase database(corpus);
   const SpeechLabels line = tinyLabels("M-AE-T", 1);
-  const UnitCosts costs(line, database, {});
+  const SelectionCosts costs(line, database, SelectionWeights());
   const PhoneRange range{PhoneIndex(2), PhoneIndex(3)};
   EXPECT_LT(costs.targetCost(range, {TakeIndex(1), PhoneIndex(2)}),
             costs.targetCost(range, {TakeIndex(0), PhoneIndex(2)}));
@@ -202,7 +201,7 @@ TEST(Viterbi, FindsTheLeastCostOfAllCovers) {
   options.method = SelectionMethod::kViterbi;
   options.candidates_kept = 1000;
   const UnitCandidates candidates(line, database, options);
-  const UnitCosts costs(line, database, options);
+  const SelectionCosts costs(line, database, options.weights);
   double least = std::numeric_limits<double>::infinity();
   const auto extend = [&](auto&& self, std::size_t first, double cost, const PhonePlace* before) -> void {
     if (first + 1 == line.phones.size()) {
@@ -212,7 +211,7 @@ TEST(Viterbi, FindsTheLeastCostOfAllCovers) {
     for (const CandidateRun& run : candidates.all(first)) {
       for (const PhonePlace& place : run.places) {
         const PhoneRange range{PhoneIndex(first), PhoneIndex(first + run.length - 1)};
-        double own = options.weights.unit + costs.targetCost(range, place);
+        double own = options.weights["unit"] + costs.targetCost(range, place);
         if (before != nullptr) own += costs.joinCost(PhoneIndex(first), *before, place);
         const PhonePlace last = advance(place, run.length - 1);
         self(self, first + run.length - 1, cost + own, &last);

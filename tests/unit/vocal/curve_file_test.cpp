@@ -1,4 +1,4 @@
-#include "vocal/curve_file.h"
+#include "vocal/animation_curve.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,6 @@
 
 #include "base/errors.h"
 #include "base/text_numbers.h"
-#include "vocal/curve_edits.h"
 
 namespace mouthpiece {
 namespace {
@@ -18,7 +17,7 @@ CurveSet someCurves() {
 
 AnimationCurve hill() {
   AnimationCurve curve{"Ah", {{0.0, 0}, {0.2, 0.8}, {0.6, 0.8}, {0.9, 0}}};
-  setMonotoneSlopes(curve.keys);
+  curve.keys = withMonotoneSlopes(curve.keys);
   return curve;
 }
 

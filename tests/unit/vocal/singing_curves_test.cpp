@@ -4,10 +4,8 @@
 #include <cmath>
 
 #include "support/spoken_phones.h"
-#include "vocal/larynx_curve.h"
-#include "vocal/maps_field.h"
-#include "vocal/singing_events.h"
-#include "vocal/vowel_modification.h"
+#include "vocal/viseme_curves.h"
+#include "vocal/viseme_events.h"
 
 namespace mouthpiece {
 namespace {

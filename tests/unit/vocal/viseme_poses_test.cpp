@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "base/errors.h"
-#include "vocal/pose_motion.h"
+#include "vocal/viseme_curves.h"
 
 namespace mouthpiece {
 namespace {
@@ -136,7 +136,7 @@ TEST(VisemePoses, AContactLastsNoLongerThanItsPhone) {
   const std::vector<Seconds> times = {p.start - 0.020, p.start, p.start + 0.74 * p.duration(), p.end, p.end + 0.010};
   PositionMatrix moved = 8 * poses.opening_direction.replicate(static_cast<Eigen::Index>(times.size()), 1) /
                          poses.mouth.verticalOpening(poses.opening_direction);
-  keepContacts(visemeCurves(labels, {}, {}), poses, times, moved);
+  moved = withContacts(visemeCurves(labels, {}, {}), poses, times, moved);
   const auto opening = [&](Eigen::Index row) { return poses.mouth.verticalOpening(moved.row(row)); };
   const double contact = std::max(poses.bilabial_mm, poses.contact_mm);
   EXPECT_NEAR(opening(0), 8, 0.01) << "20 ms before the phone";

@@ -1,0 +1,341 @@
+// What a reader collected becomes a FaceMesh: triangles in the order of the parts, kinds told by names and shape.
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <boost/pending/disjoint_sets.hpp>
+#include <cctype>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "base/errors.h"
+#include "deform/mesh/mesh_reader.h"
+
+namespace mouthpiece {
+namespace {
+
+/// Words in names of materials and groups, tried in this order.
+struct KindWord {
+  std::string_view word;
+  PartKind kind;
+};
+constexpr std::array kKindWords{
+    KindWord{"lash", PartKind::kSkin},  // they move with the lids
+    KindWord{"brow", PartKind::kSkin},
+    KindWord{"eyelid", PartKind::kSkin},
+    KindWord{"tongue", PartKind::kTongue},
+    KindWord{"teeth", PartKind::kUpperTeeth},
+    KindWord{"tooth", PartKind::kUpperTeeth},
+    KindWord{"gum", PartKind::kUpperTeeth},
+    KindWord{"denture", PartKind::kUpperTeeth},
+    KindWord{"lips", PartKind::kLips},
+    KindWord{"lip_", PartKind::kLips},
+    KindWord{"mouth", PartKind::kMouthInside},
+    KindWord{"oral", PartKind::kMouthInside},
+    KindWord{"sock", PartKind::kMouthInside},
+    KindWord{"eye", PartKind::kEye},
+    KindWord{"sclera", PartKind::kEye},
+    KindWord{"iris", PartKind::kEye},
+    KindWord{"pupil", PartKind::kEye},
+    KindWord{"cornea", PartKind::kEye},
+    KindWord{"lacrimal", PartKind::kEye},
+    KindWord{"hair", PartKind::kHair},
+    KindWord{"beard", PartKind::kSkin},
+    KindWord{"face", PartKind::kSkin},
+    KindWord{"skin", PartKind::kSkin},
+    KindWord{"head", PartKind::kSkin},
+    KindWord{"body", PartKind::kSkin},
+    KindWord{"cloth", PartKind::kOther},
+    KindWord{"shirt", PartKind::kOther},
+    KindWord{"glasses", PartKind::kOther},
+};
+
+std::string lowerCase(std::string_view text) {
+  std::string lower(text);
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return lower;
+}
+
+bool contains(std::string_view text, std::string_view word) { return text.find(word) != std::string_view::npos; }
+
+/// Materials that say nothing of their own colour look like what they are.
+std::array<float, 4> colorOf(PartKind kind) {
+  switch (kind) {
+    case PartKind::kLips:
+      return {0.55F, 0.22F, 0.19F, 1.0F};
+    case PartKind::kUpperTeeth:
+    case PartKind::kLowerTeeth:
+      return {0.85F, 0.81F, 0.72F, 1.0F};
+    case PartKind::kTongue:
+      return {0.55F, 0.19F, 0.18F, 1.0F};
+    case PartKind::kMouthInside:
+      return {0.12F, 0.03F, 0.03F, 1.0F};
+    case PartKind::kEye:
+      return {0.85F, 0.85F, 0.85F, 1.0F};
+    case PartKind::kHair:
+      return {0.08F, 0.05F, 0.03F, 1.0F};
+    case PartKind::kOther:
+      return {0.4F, 0.4F, 0.4F, 1.0F};
+    case PartKind::kSkin:
+      break;
+  }
+  return {0.60F, 0.36F, 0.26F, 1.0F};
+}
+
+/// Sets of vertices that triangles join; vertices at the same place count as one (seams split them).
+class Islands {
+ public:
+  Islands(const FaceMesh& mesh, std::span<const Triangle> triangles) : sets_(mesh.vertexCount()) {
+    std::map<std::array<float, 3>, std::uint32_t> first_at;
+    for (const Triangle& triangle : triangles) {
+      for (const std::uint32_t vertex : triangle) {
+        const auto point = mesh.vertices.row(vertex);
+        sets_.union_set(first_at.try_emplace({point[0], point[1], point[2]}, vertex).first->second, vertex);
+        sets_.union_set(triangle[0], vertex);
+      }
+    }
+  }
+  std::size_t islandOf(std::uint32_t vertex) { return sets_.find_set(vertex); }
+
+ private:
+  boost::disjoint_sets_with_storage<> sets_;
+};
+
+/// Two-means in height over the islands of teeth, each weighing as many triangles as it has: true where upper.
+/// One island, or islands of one height only: nullopt.
+std::optional<std::vector<bool>> upperTriangles(const FaceMesh& mesh, std::span<const Triangle> triangles) {
+  Islands islands(mesh, triangles);
+  struct Sum {
+    double height = 0;
+    double count = 0;
+  };
+  std::map<std::size_t, Sum> sums;
+  for (const Triangle& triangle : triangles) {
+    Sum& sum = sums[islands.islandOf(triangle[0])];
+    sum.height += centroid(mesh, triangle)[1];
+    sum.count += 1;
+  }
+  if (sums.size() < 2) return std::nullopt;
+  double low = 1e30;
+  double high = -1e30;
+  for (auto& [island, sum] : sums) {
+    sum.height /= sum.count;
+    low = std::min(low, sum.height);
+    high = std::max(high, sum.height);
+  }
+  constexpr int kIterations = 20;
+  for (int i = 0; i < kIterations; ++i) {
+    Sum lower;
+    Sum upper;
+    for (const auto& [island, sum] : sums) {
+      Sum& side = std::abs(sum.height - high) < std::abs(sum.height - low) ? upper : lower;
+      side.height += sum.height * sum.count;
+      side.count += sum.count;
+    }
+    if (lower.count == 0 || upper.count == 0) return std::nullopt;
+    low = lower.height / lower.count;
+    high = upper.height / upper.count;
+  }
+  std::vector<bool> is_upper;
+  is_upper.reserve(triangles.size());
+  for (const Triangle& triangle : triangles) {
+    const double height = sums[islands.islandOf(triangle[0])].height;
+    is_upper.push_back(std::abs(height - high) < std::abs(height - low));
+  }
+  return is_upper;
+}
+
+/// Rewrites `part` of `mesh` as up to kinds.size() parts with the names and kinds given; `choice` says which a triangle
+/// joins.
+std::vector<MeshPart> splitPart(FaceMesh& mesh, const MeshPart& part, const std::vector<std::size_t>& choice,
+                                std::span<const std::pair<std::string, PartKind>> kinds) {
+  const std::vector<Triangle> old(trianglesOf(mesh, part).begin(), trianglesOf(mesh, part).end());
+  std::vector<MeshPart> parts;
+  std::size_t at = part.first_triangle;
+  for (std::size_t k = 0; k < kinds.size(); ++k) {
+    MeshPart piece = part;
+    piece.name = part.name + kinds[k].first;
+    piece.kind = kinds[k].second;
+    piece.first_triangle = at;
+    for (std::size_t i = 0; i < old.size(); ++i) {
+      if (choice[i] == k) mesh.triangles[at++] = old[i];
+    }
+    piece.triangle_count = at - piece.first_triangle;
+    if (piece.triangle_count > 0) parts.push_back(piece);
+  }
+  return parts;
+}
+
+/// Gums and tongue in one piece: which of kUpperTeeth, kLowerTeeth and kTongue each triangle is.
+std::vector<std::size_t> gumPieces(const FaceMesh& mesh, const MeshPart& gums, const std::vector<MeshPart>& teeth) {
+  std::array<std::vector<Triangle>, 2> rows;
+  for (const MeshPart& part : teeth) {
+    const std::span<const Triangle> own = trianglesOf(mesh, part);
+    std::vector<Triangle>& row = rows[part.kind == PartKind::kUpperTeeth ? 0 : 1];
+    row.insert(row.end(), own.begin(), own.end());
+  }
+  std::vector<std::size_t> choice;
+  for (const GumPiece piece : splitGums(mesh, trianglesOf(mesh, gums), rows[0], rows[1]))
+    choice.push_back(static_cast<std::size_t>(piece));
+  return choice;
+}
+
+void appendSplitTeeth(FaceMesh& mesh, const MeshPart& part, std::vector<MeshPart>& parts) {
+  const std::string name = lowerCase(part.name);
+  const bool says_upper = contains(name, "upper") || contains(name, "_up") || contains(name, "top");
+  const bool says_lower = contains(name, "lower") || contains(name, "_lo") || contains(name, "bottom");
+  const auto upper = says_upper || says_lower ? std::nullopt : upperTriangles(mesh, trianglesOf(mesh, part));
+  if (!upper) {
+    parts.push_back(part);
+    parts.back().kind = says_lower ? PartKind::kLowerTeeth : PartKind::kUpperTeeth;
+    return;
+  }
+  std::vector<std::size_t> choice;
+  for (const bool is_upper : *upper) choice.push_back(is_upper ? 0 : 1);
+  const std::array<std::pair<std::string, PartKind>, 2> kinds{
+      {{".upper", PartKind::kUpperTeeth}, {".lower", PartKind::kLowerTeeth}}};
+  for (MeshPart& piece : splitPart(mesh, part, choice, kinds)) parts.push_back(std::move(piece));
+}
+
+Eigen::AlignedBox3d boxOf(const FaceMesh& mesh, std::span<const Triangle> triangles) {
+  Eigen::AlignedBox3d box;
+  for (const Triangle& triangle : triangles) box.extend(centroid(mesh, triangle).cast<double>());
+  return box;
+}
+
+/// Heads often come with the mouth's bag under the skin's material: an island of its own around the teeth.
+void appendSplitMouthBag(FaceMesh& mesh, const MeshPart& part, const Eigen::AlignedBox3d& teeth,
+                         std::vector<MeshPart>& parts) {
+  constexpr double kBagOverTeeth = 2.5;  // a bag is at most so much larger than the teeth in it
+  Islands islands(mesh, trianglesOf(mesh, part));
+  std::map<std::size_t, Eigen::AlignedBox3d> boxes;
+  for (const Triangle& triangle : trianglesOf(mesh, part))
+    boxes[islands.islandOf(triangle[0])].extend(centroid(mesh, triangle).cast<double>());
+  std::vector<std::size_t> choice;
+  bool has_bag = false;
+  for (const Triangle& triangle : trianglesOf(mesh, part)) {
+    const Eigen::AlignedBox3d& box = boxes[islands.islandOf(triangle[0])];
+    const bool is_bag = boxes.size() > 1 && box.contains(teeth.center()) &&
+                        box.diagonal().norm() < kBagOverTeeth * teeth.diagonal().norm();
+    has_bag = has_bag || is_bag;
+    choice.push_back(is_bag ? 1 : 0);
+  }
+  if (!has_bag) return parts.push_back(part);
+  const std::array<std::pair<std::string, PartKind>, 2> kinds{
+      {{"", PartKind::kSkin}, {".mouth", PartKind::kMouthInside}}};
+  for (MeshPart& piece : splitPart(mesh, part, choice, kinds)) parts.push_back(std::move(piece));
+}
+
+}  // namespace
+
+std::optional<PartKind> kindFromName(std::string_view name) {
+  const std::string lower = lowerCase(name);
+  for (const KindWord& entry : kKindWords) {
+    if (contains(lower, entry.word)) return entry.kind;
+  }
+  return std::nullopt;
+}
+
+void assignPartKinds(FaceMesh& mesh, bool keep_colors) {
+  std::vector<MeshPart> parts;
+  std::vector<MeshPart> gums_with_tongue;
+  for (MeshPart part : mesh.parts) {
+    part.kind = kindFromName(part.name).value_or(PartKind::kSkin);
+    const std::string lower = lowerCase(part.name);
+    part.stands_off = contains(lower, "lash") || contains(lower, "brow") || contains(lower, "beard");
+    if (part.kind == PartKind::kTongue && contains(lower, "gum")) {
+      gums_with_tongue.push_back(part);
+    } else if (part.kind == PartKind::kUpperTeeth) {
+      appendSplitTeeth(mesh, part, parts);
+    } else {
+      parts.push_back(part);
+    }
+  }
+  std::vector<MeshPart> teeth;
+  for (const MeshPart& part : parts) {
+    if (part.kind == PartKind::kUpperTeeth || part.kind == PartKind::kLowerTeeth) teeth.push_back(part);
+  }
+  for (const MeshPart& part : gums_with_tongue) {
+    if (teeth.empty()) {
+      parts.push_back(part);
+      continue;
+    }
+    const std::array<std::pair<std::string, PartKind>, 3> kinds{
+        {{".upper_gum", PartKind::kUpperTeeth}, {".lower_gum", PartKind::kLowerTeeth}, {".tongue", PartKind::kTongue}}};
+    for (MeshPart& piece : splitPart(mesh, part, gumPieces(mesh, part, teeth), kinds))
+      parts.push_back(std::move(piece));
+  }
+  const bool has_bag =
+      std::any_of(parts.begin(), parts.end(), [](const MeshPart& part) { return part.kind == PartKind::kMouthInside; });
+  if (!teeth.empty() && !has_bag) {
+    Eigen::AlignedBox3d teeth_box;
+    for (const MeshPart& part : teeth) teeth_box.extend(boxOf(mesh, trianglesOf(mesh, part)));
+    std::vector<MeshPart> split;
+    for (const MeshPart& part : parts) {
+      if (part.kind == PartKind::kSkin)
+        appendSplitMouthBag(mesh, part, teeth_box, split);
+      else
+        split.push_back(part);
+    }
+    parts = std::move(split);
+  }
+  std::sort(parts.begin(), parts.end(),
+            [](const MeshPart& a, const MeshPart& b) { return a.first_triangle < b.first_triangle; });
+  for (MeshPart& part : parts) {
+    if (keep_colors) break;
+    part.base_color = mesh.vertex_colors.empty() ? colorOf(part.kind) : std::array<float, 4>{1, 1, 1, 1};
+    const bool wet =
+        part.kind == PartKind::kEye || part.kind == PartKind::kUpperTeeth || part.kind == PartKind::kLowerTeeth;
+    part.roughness = wet ? 0.25F : part.kind == PartKind::kTongue || part.kind == PartKind::kLips ? 0.4F : 0.6F;
+  }
+  mesh.parts = std::move(parts);
+}
+
+void appendPolygon(MeshSoup& soup, std::span<const std::uint32_t> corners, std::uint32_t part) {
+  const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    if (a == b || b == c || c == a) return;
+    soup.triangles.push_back({a, b, c});
+    soup.part_of_triangle.push_back(part);
+  };
+  if (corners.size() == 4) {
+    const auto point = [&](std::size_t k) {
+      return Eigen::Map<const Eigen::Vector3f>(&soup.positions[3 * std::size_t{corners[k]}]);
+    };
+    if ((point(1) - point(3)).squaredNorm() < (point(0) - point(2)).squaredNorm()) {
+      add(corners[0], corners[1], corners[3]);
+      add(corners[1], corners[2], corners[3]);
+      return;
+    }
+  }
+  for (std::size_t k = 1; k + 1 < corners.size(); ++k) add(corners[0], corners[k], corners[k + 1]);
+}
+
+FaceMesh finishMesh(MeshSoup soup, std::string_view file) {
+  if (soup.triangles.empty()) throw InputError(file, "", "found no faces; expected a surface of triangles or polygons");
+  if (soup.parts.empty()) soup.parts.push_back(MeshPart{});
+  FaceMesh mesh;
+  mesh.metres_per_unit = soup.metres_per_unit;
+  const std::size_t vertices = soup.vertexCount();
+  mesh.vertices = Eigen::Map<const VertexPositions>(soup.positions.data(), signedIndex(vertices), 3);
+  mesh.vertex_colors = std::move(soup.vertex_colors);
+  mesh.texture_coordinates = std::move(soup.texture_coordinates);
+  if (!mesh.texture_coordinates.empty()) mesh.texture_coordinates.resize(vertices, std::array<float, 2>{0.0F, 0.0F});
+
+  std::vector<std::size_t> next(soup.parts.size() + 1, 0);
+  for (const std::uint32_t part : soup.part_of_triangle) ++next[part + 1];
+  for (std::size_t p = 0; p < soup.parts.size(); ++p) {
+    soup.parts[p].triangle_count = next[p + 1];
+    next[p + 1] += next[p];
+    soup.parts[p].first_triangle = next[p];
+  }
+  mesh.triangles.resize(soup.triangles.size());
+  for (std::size_t i = 0; i < soup.triangles.size(); ++i)
+    mesh.triangles[next[soup.part_of_triangle[i]]++] = soup.triangles[i];
+  for (MeshPart& part : soup.parts) {
+    if (part.triangle_count > 0) mesh.parts.push_back(std::move(part));
+  }
+  assignPartKinds(mesh, soup.has_colors);
+  return mesh;
+}
+
+}  // namespace mouthpiece

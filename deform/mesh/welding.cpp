@@ -1,0 +1,158 @@
+#include "deform/mesh/welding.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <boost/iterator/counting_iterator.hpp>
+#include <boost/pending/disjoint_sets.hpp>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+
+namespace mouthpiece {
+namespace {
+
+using Eigen::Vector3d;
+using Place = std::array<float, 3>;
+
+/// Directions around an edge that are nearer than this are one: lips that touch, or cross a little, not a thin solid.
+constexpr double kSameDirection = 0.5;
+/// More triangles than this at an edge are no surface and stay apart.
+constexpr std::size_t kMostAtOneEdge = 64;
+
+/// A triangle's edge, from `from` to `to` as the triangle goes round.
+struct HalfEdge {
+  std::uint32_t from, to, across;  ///< `across`: the triangle's third vertex
+};
+
+/// Edges in one place, by the places of their ends, the lesser first.
+using EdgePlaces = std::map<std::pair<Place, Place>, std::vector<HalfEdge>>;
+
+class Sewing {
+ public:
+  explicit Sewing(const FaceMesh& mesh) : mesh_(mesh), sets_(mesh.vertexCount()) {}
+
+  void sewAll(const EdgePlaces& places) {
+    for (const auto& [ends, edges] : places) {
+      if (edges.size() <= kMostAtOneEdge) sew(ends, edges);
+    }
+    // From now on each set is called by the least of its vertices.
+    const boost::counting_iterator<std::size_t> first(0), last(mesh_.vertexCount());
+    sets_.normalize_sets(first, last);
+  }
+
+  std::size_t rootOf(std::uint32_t v) { return sets_.find_set(v); }
+
+  [[nodiscard]] Place placeOf(std::uint32_t v) const {
+    return {mesh_.vertices(v, 0), mesh_.vertices(v, 1), mesh_.vertices(v, 2)};
+  }
+
+ private:
+  using Ends = std::pair<Place, Place>;
+  [[nodiscard]] std::vector<double> anglesOf(const Ends& ends, const std::vector<HalfEdge>& edges) const {
+    const Vector3d origin(ends.first[0], ends.first[1], ends.first[2]);
+    const Vector3d axis = (Vector3d(ends.second[0], ends.second[1], ends.second[2]) - origin).normalized();
+    const Vector3d x = axis.unitOrthogonal(), y = axis.cross(x);
+    std::vector<double> angles;
+    for (const HalfEdge& edge : edges) {
+      const Vector3d way = pointAt(mesh_.vertices, edge.across) - origin;
+      angles.push_back(std::atan2(way.dot(y), way.dot(x)));
+    }
+    return angles;
+  }
+
+  /// From a triangle through the solid behind it to another that goes the other way along the edge.
+  static double turnBetween(double from, double to) {
+    const double turn = std::fmod(from - to + 4 * std::numbers::pi, 2 * std::numbers::pi);
+    return turn < kSameDirection ? turn + 2 * std::numbers::pi : turn;
+  }
+
+  /// Each edge to one that goes the other way: to the other side of the solid behind it, the next one that way round.
+  void sew(const Ends& ends, const std::vector<HalfEdge>& edges) {
+    const std::vector<double> angles = anglesOf(ends, edges);
+    std::vector<bool> is_taken(edges.size(), false);
+    for (std::size_t e = 0; e < edges.size(); ++e) {
+      if (placeOf(edges[e].from) != ends.first) continue;
+      double least = std::numeric_limits<double>::infinity();
+      std::size_t other = edges.size();
+      for (std::size_t i = 0; i < edges.size(); ++i) {
+        if (is_taken[i] || placeOf(edges[i].from) == ends.first) continue;
+        const double turn = turnBetween(angles[e], angles[i]);
+        if (turn >= least) continue;
+        least = turn;
+        other = i;
+      }
+      if (other == edges.size()) continue;
+      is_taken[other] = true;
+      sets_.union_set(edges[e].from, edges[other].to);
+      sets_.union_set(edges[e].to, edges[other].from);
+    }
+  }
+
+  const FaceMesh& mesh_;
+  boost::disjoint_sets_with_storage<> sets_;
+};
+
+/// Edges that one triangle alone has, by vertex number; `edge_count`: all edges.
+std::vector<HalfEdge> borderEdges(const FaceMesh& mesh, std::size_t& edge_count) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> uses;
+  for (const Triangle& t : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) ++uses[std::minmax(t[k], t[(k + 1) % 3])];
+  }
+  edge_count = uses.size();
+  std::vector<HalfEdge> border;
+  for (const Triangle& t : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t from = t[k], to = t[(k + 1) % 3];
+      if (uses[std::minmax(from, to)] == 1) border.push_back({from, to, t[(k + 2) % 3]});
+    }
+  }
+  return border;
+}
+
+}  // namespace
+
+VertexPositions Welding::weldedFromGiven(const VertexPositions& given) const { return given(given_of, Eigen::all); }
+
+void Welding::givenFromWelded(const VertexPositions& welded, VertexPositions& given) const {
+  given.resize(signedIndex(welded_of.size()), 3);
+  for (std::size_t v = 0; v < welded_of.size(); ++v) given.row(signedIndex(v)) = welded.row(welded_of[v]);
+}
+
+Welding weldSplitTriangles(const FaceMesh& mesh) {
+  // A surface has half as many vertices as triangles, apart from its seams; one in pieces more than triangles.
+  if (mesh.vertexCount() < mesh.triangles.size()) return {};
+  std::size_t edge_count = 0;
+  const std::vector<HalfEdge> border = borderEdges(mesh, edge_count);
+  if (2 * border.size() < edge_count) return {};
+  Sewing sewing(mesh);
+  EdgePlaces places;
+  for (const HalfEdge& edge : border) {
+    const Place from = sewing.placeOf(edge.from), to = sewing.placeOf(edge.to);
+    if (from != to) places[std::minmax(from, to)].push_back(edge);
+  }
+  sewing.sewAll(places);
+  Welding welding;
+  welding.welded_of.resize(mesh.vertexCount());
+  for (std::uint32_t v = 0; v < welding.welded_of.size(); ++v) {
+    const std::size_t root = sewing.rootOf(v);
+    if (root == v) {
+      welding.welded_of[v] = static_cast<std::uint32_t>(welding.given_of.size());
+      welding.given_of.push_back(v);
+    } else {
+      welding.welded_of[v] = welding.welded_of[root];
+    }
+  }
+  if (welding.given_of.size() == welding.welded_of.size()) return {};
+  welding.mesh.vertices = welding.weldedFromGiven(mesh.vertices);
+  welding.mesh.triangles = mesh.triangles;
+  for (Triangle& triangle : welding.mesh.triangles) {
+    for (std::uint32_t& v : triangle) v = welding.welded_of[v];
+  }
+  welding.mesh.parts = mesh.parts;
+  welding.mesh.metres_per_unit = mesh.metres_per_unit;
+  return welding;
+}
+
+}  // namespace mouthpiece

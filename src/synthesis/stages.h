@@ -1,0 +1,66 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "synthesis/synthesis.h"
+#include "vocal/vocal_style.h"
+
+namespace mouthpiece {
+
+/// Segments that are rendered together: fragments in a row, or curves.
+struct Stretch {
+  PhoneRange phones;
+  std::vector<SelectedUnit> units;             ///< empty: curves
+  std::optional<TimeSpan> enters, leaves;      ///< the blends with its neighbours; none at the line's ends
+  std::size_t first_frame = 0, end_frame = 0;  ///< of the line: from the one blend to the other, and one beyond
+};
+
+/// What the stages of renderPlan() share.
+struct LineToRender {
+  const SpeechLabels& labels;
+  const SynthesisOptions& options;
+  const UnitDatabase& database;
+  const CurveModel& model;
+  std::vector<Seconds> times;  ///< of the frames
+  VocalStyle style;
+  CurveSet curves;  ///< of the whole line, before edits
+
+  [[nodiscard]] Seconds overlap() const { return options.overlap_ms / 1000; }
+  [[nodiscard]] std::span<const Seconds> timesOf(const Stretch& stretch) const {
+    return std::span(times).subspan(stretch.first_frame, stretch.end_frame - stretch.first_frame);
+  }
+  [[nodiscard]] Eigen::Map<const Eigen::RowVectorXd> rest() const {
+    const MarkerPositions& neutral = database.corpus().neutral_pose_mm;
+    return {neutral.data(), neutral.size()};
+  }
+};
+
+/// Fragments and curves by turns.
+std::vector<Stretch> stretchesOf(const SynthesisPlan& plan, const LineToRender& line);
+
+/// A stretch's own frames, or the line's: frames x (3 * markers), mm.
+struct StretchMotion {
+  PositionMatrix positions_mm;  ///< no NaN
+  std::vector<Seconds> joins;   ///< middles of the blends
+};
+/// EDGE 5.1.2 and 5.1.3: the units' fragments warped, resampled at `times` and blended; NaN where none was seen. With
+/// `residual` less their takes' prediction (Fragment).
+StretchMotion blendUnits(const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
+                         const LineToRender& line, bool residual);
+/// Of each stretch with units: fragments warped, resampled, blended, moved into context. Empty for curves.
+std::vector<StretchMotion> renderCaptured(const std::vector<Stretch>& stretches, const LineToRender& line);
+
+/// The whole line: between the captured stretches the curves, led to meet the captured poses at both joins (the offset
+/// fades out over at most 0.4 s; contacts are kept) and blended with them inside the shared phones.
+StretchMotion fillWithCurves(const std::vector<Stretch>& stretches, const std::vector<StretchMotion>& captured,
+                             const LineToRender& line);
+
+/// The captured motion of consonants over the curves' vowels, where Ma is low (VOCAL 3.3).
+PositionMatrix layerConsonants(const PositionMatrix& captured, const LineToRender& line);
+
+/// What an animator changed in the curves is added to whatever moves the face.
+PositionMatrix withCurveEdits(PositionMatrix positions, const CurveSet& edited, const LineToRender& line);
+
+}  // namespace mouthpiece

@@ -1,0 +1,203 @@
+// Meshes of every format, damaged at random: a sound mesh or an InputError, never anything else; and what is written in
+// one format is read alike in all.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <random>
+#include <string>
+
+#include "base/errors.h"
+#include "deform/mesh/face_mesh.h"
+
+namespace mouthpiece {
+namespace {
+
+/// A wavy sheet, coloured, in two parts.
+FaceMesh randomMesh(std::mt19937& random) {
+  const auto rows = static_cast<std::uint32_t>(3 + random() % 5),
+             columns = static_cast<std::uint32_t>(3 + random() % 5);
+  std::uniform_real_distribution<float> place(-1000, 1000), share(0, 1);
+  FaceMesh mesh;
+  mesh.vertices.resize(rows * columns, 3);
+  for (Eigen::Index i = 0; i < mesh.vertices.size(); ++i) mesh.vertices.data()[i] = place(random);
+  for (std::uint32_t i = 0; i < rows * columns; ++i)
+    mesh.vertex_colors.push_back({share(random), share(random), share(random)});
+  for (std::uint32_t r = 0; r + 1 < rows; ++r) {
+    for (std::uint32_t c = 0; c + 1 < columns; ++c) {
+      const std::uint32_t a = r * columns + c, d = a + columns;
+      mesh.triangles.push_back({a, a + 1, d});
+      mesh.triangles.push_back({a + 1, d + 1, d});
+    }
+  }
+  const std::size_t half = mesh.triangles.size() / 2;
+  mesh.parts = {{.name = "skin", .triangle_count = half},
+                {.name = "other", .first_triangle = half, .triangle_count = mesh.triangles.size() - half}};
+  return mesh;
+}
+
+std::string plyHeader(const FaceMesh& mesh, std::string_view encoding) {
+  return fmt::format(
+      "ply\nformat {} 1.0\ncomment made for a test\nelement vertex {}\nproperty float x\nproperty float y\n"
+      "property float z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+      encoding, mesh.vertices.rows(), mesh.triangles.size());
+}
+
+std::string textBody(const FaceMesh& mesh) {
+  std::string text;
+  for (Eigen::Index i = 0; i < mesh.vertices.rows(); ++i)
+    text += fmt::format("{} {} {}\n", mesh.vertices(i, 0), mesh.vertices(i, 1), mesh.vertices(i, 2));
+  for (const auto& [a, b, c] : mesh.triangles) text += fmt::format("3 {} {} {}\n", a, b, c);
+  return text;
+}
+
+template <typename Number>
+void append(std::string& bytes, Number value, bool is_big) {
+  std::array<char, sizeof value> raw{};
+  std::memcpy(raw.data(), &value, sizeof value);
+  if (is_big) std::reverse(raw.begin(), raw.end());
+  bytes.append(raw.data(), raw.size());
+}
+
+std::string binaryPly(const FaceMesh& mesh, bool is_big) {
+  std::string bytes = plyHeader(mesh, is_big ? "binary_big_endian" : "binary_little_endian");
+  for (Eigen::Index i = 0; i < mesh.vertices.size(); ++i) append(bytes, mesh.vertices.data()[i], is_big);
+  for (const Triangle& triangle : mesh.triangles) {
+    bytes.push_back(3);
+    for (const std::uint32_t v : triangle) append(bytes, v, is_big);
+  }
+  return bytes;
+}
+
+std::string off(const FaceMesh& mesh) {
+  return fmt::format("OFF\n# a comment\n{} {} 0\n", mesh.vertices.rows(), mesh.triangles.size()) + textBody(mesh);
+}
+
+class RandomMeshes : public ::testing::TestWithParam<unsigned> {};
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomMeshes, ::testing::Range(1U, 9U));
+
+TEST_P(RandomMeshes, AreReadAlikeFromEveryFormat) {
+  std::mt19937 random(GetParam());
+  const FaceMesh mesh = randomMesh(random);
+  const std::string text = plyHeader(mesh, "ascii") + textBody(mesh);
+  for (const auto& [name, bytes] : {std::pair<const char*, std::string>{"a.ply", text},
+                                    {"b.ply", binaryPly(mesh, false)},
+                                    {"c.ply", binaryPly(mesh, true)},
+                                    {"d.off", off(mesh)},
+                                    {"e.obj", objBytes(mesh)}}) {
+    SCOPED_TRACE(name);
+    const FaceMesh read = parseFaceMesh(bytes, name);
+    EXPECT_EQ(read.vertices, mesh.vertices);
+    EXPECT_EQ(read.triangles, mesh.triangles);
+  }
+  const FaceMesh again = parseFaceMesh(objBytes(mesh), "a.obj");
+  EXPECT_EQ(again.vertex_colors, mesh.vertex_colors);
+  EXPECT_EQ(objBytes(again), objBytes(mesh)) << "written, read and written again";
+}
+
+/// Whatever is read can be used.
+void expectSound(const FaceMesh& mesh) {
+  ASSERT_TRUE(mesh.vertices.allFinite());
+  ASSERT_FALSE(mesh.triangles.empty());
+  for (const Triangle& triangle : mesh.triangles) {
+    for (const std::uint32_t v : triangle) ASSERT_LT(v, mesh.vertexCount());
+  }
+  std::size_t next = 0;
+  for (const MeshPart& part : mesh.parts) {
+    ASSERT_EQ(part.first_triangle, next);
+    next += part.triangle_count;
+  }
+  ASSERT_EQ(next, mesh.triangles.size());
+  ASSERT_TRUE(mesh.vertex_colors.empty() || mesh.vertex_colors.size() == mesh.vertexCount());
+}
+
+TEST_P(RandomMeshes, DamagedOnesAreSoundOrRefused) {
+  std::mt19937 random(GetParam());
+  const FaceMesh mesh = randomMesh(random);
+  const std::string text = plyHeader(mesh, "ascii") + textBody(mesh);
+  constexpr std::string_view kTelling = "0123456789-+.eEnaif/ \n\t#vfplyOFF";
+  std::size_t refused = 0;
+  for (const auto& [name, bytes] : {std::pair<const char*, std::string>{"a.ply", text},
+                                    {"b.ply", binaryPly(mesh, false)},
+                                    {"d.off", off(mesh)},
+                                    {"e.obj", objBytes(mesh)}}) {
+    for (int i = 0; i < 150; ++i) {
+      std::string damaged = bytes;
+      const std::size_t places = 1 + random() % 6;
+      for (std::size_t k = 0; k < places; ++k) {
+        const std::size_t at = random() % damaged.size();
+        switch (random() % 4) {
+          case 0:
+            damaged[at] = static_cast<char>(random());
+            break;
+          case 1:
+            damaged[at] = kTelling[random() % kTelling.size()];
+            break;
+          case 2:
+            damaged.erase(at, 1 + random() % 9);
+            break;
+          default:
+            damaged.insert(at, bytes, random() % bytes.size(), 1 + random() % 40);
+        }
+        if (damaged.empty()) break;
+      }
+      SCOPED_TRACE(fmt::format("{}, damage {}", name, i));
+      try {
+        expectSound(parseFaceMesh(damaged, name));
+      } catch (const InputError& error) {
+        ++refused;
+        EXPECT_EQ(std::string(error.what()).rfind(name, 0), 0U) << error.what();
+      }
+    }
+  }
+  EXPECT_GT(refused, 150U);
+}
+
+TEST(PlyReader, TakesColoursAsBytesAndAsShares) {
+  const auto ply = [](std::string_view type, std::string_view color) {
+    return fmt::format(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\n"
+        "property {0} red\nproperty {0} green\nproperty {0} blue\nproperty {0} alpha\nelement face 1\n"
+        "property list uchar uint vertex_index\nproperty float quality\nend_header\n"
+        "0 0 0 {1}\n1 0 0 {1}\n0 1 0 {1}\n3 0 1 2 0.5\n",
+        type, color);
+  };
+  const FaceMesh bytes = parseFaceMesh(ply("uchar", "255 0 128 9"), "a.ply");
+  ASSERT_EQ(bytes.vertex_colors.size(), 3U);
+  EXPECT_FLOAT_EQ(bytes.vertex_colors[2][0], 1);
+  EXPECT_FLOAT_EQ(bytes.vertex_colors[2][1], 0);
+  EXPECT_NEAR(bytes.vertex_colors[2][2], 0.2159, 1e-4) << "sRGB";
+  const FaceMesh shares = parseFaceMesh(ply("float", "1 0 0.503 1"), "b.ply");
+  EXPECT_EQ(shares.vertex_colors, bytes.vertex_colors);
+}
+
+TEST(PlyReader, SaysWhatIsWrongWithAHeader) {
+  const auto messageOf = [](std::string_view text) -> std::string {
+    try {
+      parseFaceMesh(text, "a.ply");
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  EXPECT_EQ(messageOf("ply\nelement vertex 3\n"), "a.ply:2: found no format first");
+  EXPECT_NE(messageOf("ply\nformat ascii 2.0\n").find("a.ply:2: expected 'format ascii 1.0'"), std::string::npos);
+  EXPECT_NE(messageOf("ply\nformat ascii 1.0\nelement face 3\n").find("expected vertices, then faces"),
+            std::string::npos);
+  EXPECT_NE(messageOf("ply\nformat ascii 1.0\nelement vertex x\n").find("without a count"), std::string::npos);
+  EXPECT_NE(
+      messageOf("ply\nformat ascii 1.0\nelement vertex 1\nproperty list uchar int x\n").find("found a list other"),
+      std::string::npos);
+  EXPECT_NE(messageOf("ply\nformat ascii 1.0\nelement vertex 1\nproperty quad x\n").find("of type 'quad'"),
+            std::string::npos);
+  EXPECT_NE(messageOf("ply\nformat ascii 1.0\nend_header\n").find("no list of corners"), std::string::npos);
+  EXPECT_NE(messageOf("ply\nformat ascii 1.0\n").find("no end_header"), std::string::npos);
+}
+
+TEST(OffReader, PassesOverColoursBehindTheCorners) {
+  const FaceMesh mesh = parseFaceMesh("OFF 3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 255 0 0\n3 0 2 1\n", "a.off");
+  EXPECT_EQ(mesh.triangles.size(), 2U);
+}
+
+}  // namespace
+}  // namespace mouthpiece

@@ -1,0 +1,103 @@
+// A .face file of version 2 as `retarget fit` wrote it before the rooms of deform were sorted: it opens, moves its
+// mesh, and a fit of today writes the same.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "base/files.h"
+#include "motion/marker_layout.h"
+#include "retarget/rig/face_fit.h"
+#include "retarget/rig/face_rig.h"
+
+namespace mouthpiece {
+namespace {
+
+const std::filesystem::path kData = std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / "tests/unit/retarget/data";
+constexpr double kSame_mm = 1e-4;  ///< places are floats of up to 100 mm
+
+const FaceFile& stored() {
+  static const FaceFile face = readFaceFile(kData / "version2.face");
+  return face;
+}
+
+TEST(Version2, Opens) {
+  EXPECT_EQ(stored().name, "version 2");
+  EXPECT_EQ(stored().mesh_file, "version2.obj");
+  EXPECT_EQ(stored().marker_names.size(), 66U);
+  EXPECT_EQ(stored().metres_per_unit, 0.001);
+  EXPECT_GT(stored().control.points.size(), 110U);
+  EXPECT_EQ(stored().control.rest_slopes.rows(), 2 * stored().control.rest.rows());
+  const FaceMesh mesh = readMeshOf(stored(), kData / "version2.face");
+  EXPECT_EQ(mesh.vertexCount(), stored().binding.patch.size());
+  EXPECT_NO_THROW(checkBinding(stored().binding, mesh, stored().control, "version2.face"));
+  EXPECT_TRUE(faultsOf(checkFace(stored(), mesh)).empty());
+}
+
+TEST(Version2, IsWrittenAgainAsItWas) { EXPECT_EQ(faceFileToBytes(stored()), readFile(kData / "version2.face")); }
+
+TEST(Version2, MovesItsMesh) {
+  const FaceRig rig = FaceRig::load(kData / "version2.face");
+  MotionClip motion{60, stored().marker_names, PositionMatrix(2, 198)};
+  MarkerPositions pose = stored().actor_neutral_mm;
+  motion.positions_mm.row(0) = Eigen::RowVectorXd::Map(pose.data(), 198);
+  for (std::size_t i = 0; i < stored().marker_names.size(); ++i) {
+    const std::string& name = stored().marker_names[i];
+    if (name.starts_with("LIP_LO") || name.starts_with("CHIN")) pose(signedIndex(i), 1) -= 12;
+  }
+  motion.positions_mm.row(1) = Eigen::RowVectorXd::Map(pose.data(), 198);
+  const FaceMotion on_face = rig.retarget(motion);
+  VertexPositions rest, open;
+  rig.deform(on_face.pose(FrameIndex{0}), {}, rest);
+  rig.deform(on_face.pose(FrameIndex{1}), {}, open);
+  EXPECT_LT((rest - rig.mesh().vertices).cwiseAbs().maxCoeff(), 0.05F);
+  // The slit's vertices follow each other, the lower one first.
+  int pairs = 0;
+  for (Eigen::Index v = 0; v + 1 < rest.rows(); ++v) {
+    if (rig.mesh().vertices.row(v) != rig.mesh().vertices.row(v + 1)) continue;
+    EXPECT_GT(open(v + 1, 1) - open(v, 1), 4.0F);
+    ++pairs;
+  }
+  EXPECT_GE(pairs, 3);
+}
+
+TEST(Version2, AFitOfTodayIsTheSame) {
+  FaceMesh mesh = readFaceMesh(kData / "version2.obj");
+  const Anchors anchors = parseAnchors(readFile(kData / "version2.anchors.json"), "version2.anchors.json");
+  const FaceFile fitted = fitFace(mesh, anchors, "anchors",
+                                  {.name = stored().name,
+                                   .mesh_file = stored().mesh_file,
+                                   .mesh_sha256 = stored().mesh_sha256,
+                                   .corpus = stored().corpus,
+                                   .marker_names = stored().marker_names,
+                                   .surface = surfacePlanOf(defaultLayout()),
+                                   .actor_neutral_mm = stored().actor_neutral_mm,
+                                   .actor_closed_lips_mm = stored().actor_closed_lips_mm,
+                                   .warp = {.any_kernel = true},
+                                   .binding = {}});
+  EXPECT_EQ(fitted.warp.kernel, stored().warp.kernel);
+  EXPECT_EQ(fitted.warp.shape_factor, stored().warp.shape_factor);
+  EXPECT_LT((fitted.marker_targets - stored().marker_targets).cwiseAbs().maxCoeff(), kSame_mm);
+  ASSERT_EQ(fitted.control.points.size(), stored().control.points.size());
+  EXPECT_LT((fitted.control.rest - stored().control.rest).cwiseAbs().maxCoeff(), kSame_mm);
+  EXPECT_LT((fitted.control.rest_slopes - stored().control.rest_slopes).cwiseAbs().maxCoeff(), kSame_mm);
+  EXPECT_EQ(fitted.control.triangles, stored().control.triangles);
+  for (std::size_t i = 0; i < fitted.control.points.size(); ++i)
+    EXPECT_EQ(fitted.control.points[i].name, stored().control.points[i].name);
+  const FaceBinding &now = fitted.binding, &before = stored().binding;
+  EXPECT_EQ(now.patch, before.patch);
+  EXPECT_EQ(now.carried, before.carried);
+  const auto largest = [](const std::vector<float>& a, const std::vector<float>& b) {
+    double off = 0;
+    for (std::size_t v = 0; v < a.size(); ++v) off = std::max(off, std::abs(double{a[v]} - double{b[v]}));
+    return off;
+  };
+  EXPECT_LT(largest(now.u, before.u), 1e-5);
+  EXPECT_LT(largest(now.v, before.v), 1e-5);
+  EXPECT_LT(largest(now.d, before.d), kSame_mm);
+  EXPECT_LT(largest(now.skin_weight, before.skin_weight), 1e-5);
+  EXPECT_LT(largest(now.jaw_weight, before.jaw_weight), 1e-5);
+}
+
+}  // namespace
+}  // namespace mouthpiece

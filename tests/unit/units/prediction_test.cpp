@@ -1,0 +1,197 @@
+// What labels say before anything is compared: segments, weights of movements, the prediction, PhoneShapes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "support/random_corpus.h"
+#include "support/tiny_corpus.h"
+#include "support/tiny_model.h"
+#include "units/prediction/phone_shapes.h"
+#include "units/prediction/speech_segments.h"
+#include "units/prediction/trajectory_model.h"
+
+namespace mouthpiece {
+namespace {
+
+using testing::tinyCorpus;
+using testing::tinyLabels;
+
+std::set<std::string> featuresOf(const SpeechSegment& segment) {
+  std::set<std::string> names;
+  for (const SegmentFeature& feature : segment.features) names.insert(feature.name);
+  return names;
+}
+
+TEST(MovementStep, RisesSoftlyFromNothingToAll) {
+  constexpr Seconds kConstant = 0.02;
+  EXPECT_EQ(movementStep(-1, kConstant), 0);
+  EXPECT_EQ(movementStep(0, kConstant), 0);
+  EXPECT_EQ(movementStep(10, kConstant), 1);
+  double before = 0;
+  for (Seconds time = 0.001; time < 0.8; time += 0.001) {
+    const double now = movementStep(time, kConstant);
+    EXPECT_GE(now, before) << "never overshoots, at " << time;
+    EXPECT_LE(now, 1);
+    before = now;
+  }
+  // Of four stages in a row: the sum of the Poisson distribution's tail.
+  EXPECT_NEAR(movementStep(kConstant, kConstant), 1 - std::exp(-1.0) * (1 + 1 + 0.5 + 1.0 / 6), 1e-12);
+  EXPECT_LT(movementStep(1e-4, kConstant), 1e-8) << "three derivatives are 0 at the start";
+}
+
+TEST(SpeechSegments, FollowEachOtherFromEndToEnd) {
+  testing::Chance chance(11);
+  for (int round = 0; round < 50; ++round) {
+    const SpeechLabels labels = tinyLabels(testing::randomWords(chance), 1 + chance.below(1000));
+    const std::vector<SpeechSegment> segments = speechSegments(labels);
+    ASSERT_FALSE(segments.empty());
+    EXPECT_EQ(segments.front().span.start, 0);
+    EXPECT_NEAR(segments.back().span.end, labels.duration(), 1e-12);
+    for (std::size_t i = 0; i + 1 < segments.size(); ++i) {
+      EXPECT_NEAR(segments[i].span.end, segments[i + 1].span.start, 1e-12);
+      EXPECT_GT(segments[i].span.duration(), 0);
+    }
+  }
+}
+
+TEST(SpeechSegments, ADiphthongIsTwoShapesAndOthersAreOne) {
+  const auto speech = [](const char* words) {
+    std::vector<SpeechSegment> segments = speechSegments(tinyLabels(words, 0));
+    std::erase_if(segments, [](const SpeechSegment& segment) { return !segment.in_speech; });
+    return segments;
+  };
+  EXPECT_EQ(speech("T-AE-T").size(), 3U);
+  const auto segments = speech("T-AY-T");
+  ASSERT_EQ(segments.size(), 4U);
+  EXPECT_TRUE(featuresOf(segments[1]).contains("phone AY 1"));
+  EXPECT_TRUE(featuresOf(segments[2]).contains("phone AY 2"));
+  EXPECT_TRUE(featuresOf(segments[1]).contains("viseme Ah"));
+  EXPECT_TRUE(featuresOf(segments[2]).contains("viseme Ee") || featuresOf(segments[2]).contains("viseme Ih"));
+}
+
+TEST(SpeechSegments, ClosuresAreFastSilencesSlowAndBurstsBelongToWhatFollows) {
+  const std::vector<SpeechSegment> segments = speechSegments(tinyLabels("AE-P-AE-M-AE", 0));
+  const auto of = [&](Phone phone) {
+    return *std::find_if(segments.begin(), segments.end(),
+                         [&](const SpeechSegment& segment) { return segment.in_speech && segment.phone == phone; });
+  };
+  EXPECT_EQ(of(Phone::kP).pace, SegmentPace::kClosure);
+  EXPECT_EQ(of(Phone::kAE).pace, SegmentPace::kSpeech);
+  EXPECT_EQ(segments.front().pace, SegmentPace::kSilence);
+  EXPECT_NEAR(of(Phone::kP).span.duration(), 0.1 - 0.02, 1e-9) << "its burst is the vowel's";
+  EXPECT_NEAR(of(Phone::kM).span.duration(), 0.1, 1e-9) << "M has none";
+}
+
+TEST(SpeechSegments, FeaturesNameTheNeighboursUpToTwoAway) {
+  const std::vector<SpeechSegment> segments = speechSegments(tinyLabels("T-AE-M", 0));
+  const auto vowel = std::find_if(segments.begin(), segments.end(),
+                                  [](const SpeechSegment& segment) { return segment.phone == Phone::kAE; });
+  ASSERT_NE(vowel, segments.end());
+  const std::set<std::string> names = featuresOf(*vowel);
+  for (const char* name : {"phone AE", "viseme Eh", "left Eh LNTD", "right Eh MBP"}) {
+    EXPECT_TRUE(names.contains(name)) << name;
+  }
+  EXPECT_EQ(names.size(), 6U);
+}
+
+TEST(SegmentWeights, SumToOneAtEveryTime) {
+  testing::Chance chance(5);
+  for (int round = 0; round < 20; ++round) {
+    const auto segments = speechSegments(tinyLabels(testing::randomWords(chance), 1 + chance.below(1000)));
+    const Seconds constant = chance.between(0.005, 0.03), lead = chance.between(-0.02, 0.04);
+    const Eigen::MatrixXd weights = segmentWeights(segments, constant, lead, 50, 80);
+    EXPECT_LT((weights.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-12);
+    EXPECT_GT(weights(0, 0), 0.99) << "it begins in the first";
+    const std::vector<Seconds> times{0.3, 0.1};
+    EXPECT_TRUE(segmentWeights(segments, constant, lead, times).row(0).isApprox(weights.row(15)));
+  }
+}
+
+TEST(LinePrediction, IsTheSumOfItsSegmentsTargets) {
+  const Corpus corpus = tinyCorpus();
+  const auto model = testing::tinyModel(corpus);
+  testing::Chance chance(7);
+  for (int round = 0; round < 20; ++round) {
+    const SpeechLabels labels = tinyLabels(testing::randomWords(chance), 1 + chance.below(1000));
+    const std::vector<Seconds> times{0.15, 0.31, 0.55};
+    const auto segments = predictionSegments(labels);
+    Eigen::MatrixXd expected = model->level.replicate(3, 1);
+    for (Eigen::Index component = 0; component < 2; ++component) {
+      const auto& [constant, lead] = model->dynamics[static_cast<std::size_t>(component)];
+      const Eigen::MatrixXd weights = segmentWeights(segments, constant, lead, times);
+      for (std::size_t i = 0; i < segments.size(); ++i) {
+        for (const SegmentFeature& feature : segments[i].features) {
+          const auto target = model->targets.find(feature.name);
+          if (target == model->targets.end()) continue;
+          expected.col(component) += feature.weight * target->second(component) * weights.col(static_cast<Eigen::Index>(i));
+        }
+      }
+    }
+    EXPECT_TRUE(model->predict(labels, times).isApprox(expected, 1e-9));
+  }
+}
+
+/// PhoneShapes of a take that moves as predicted are the prediction; each is looked at where the page says.
+TEST(PhoneShapes, OfTheOwnPredictionAreThePrediction) {
+  const Corpus corpus = tinyCorpus();
+  const auto model = testing::tinyModel(corpus);
+  const SpeechLabels labels = tinyLabels("M-AE-N IY-T", 3);
+  MotionClip motion = corpus.takes[0].motion;
+  motion.frame_rate_hz = 1000;
+  const auto frames = static_cast<Eigen::Index>(labels.duration() * 1000) + 2;
+  std::vector<Seconds> times;
+  for (Eigen::Index frame = 0; frame < frames; ++frame) times.push_back(static_cast<double>(frame) / 1000);
+  const Eigen::Map<const Eigen::RowVectorXd> neutral(corpus.neutral_pose_mm.data(), corpus.neutral_pose_mm.size());
+  motion.positions_mm = (model->predict(labels, times) * model->shapes).rowwise() + neutral;
+  const PhoneShapes shapes = phoneShapes(*model, labels, motion, corpus.neutral_pose_mm, LipGauge(corpus.layout));
+  ASSERT_EQ(shapes.phoneCount(), labels.phones.size());
+  ASSERT_EQ(shapes.componentCount(), 2);
+  EXPECT_LT((shapes.captured - shapes.predicted).cwiseAbs().maxCoeff(), 0.01F);
+  EXPECT_EQ(shapes.predicted, predictedShapes(*model, labels));
+  // The least opening in a phone and 20 ms around it, by looking at every frame.
+  for (std::size_t i = 0; i < labels.phones.size(); ++i) {
+    double least = std::numeric_limits<double>::infinity();
+    for (Eigen::Index frame = 0; frame < frames; ++frame) {
+      const Seconds time = times[static_cast<std::size_t>(frame)];
+      if (time < labels.phones[i].span.start - 0.021 || time > labels.phones[i].span.end + 0.021) continue;
+      const auto row = motion.positions_mm.row(frame);
+      least = std::min(least, (row.segment<3>(0) - row.segment<3>(3)).norm());
+    }
+    EXPECT_NEAR(shapes.tightest_mm[i], least, 0.05) << i;
+  }
+}
+
+TEST(PhoneShapes, LookAtSilencesWhereTheyMeetSpeech) {
+  SpeechLabels labels = tinyLabels("T", 0);
+  for (LabelledPhone& phone : labels.phones) {  // a second of silence before
+    if (phone.phone != Phone::kSil || phone.span.start > 0) phone.span.start += 1;
+    phone.span.end += 1;
+  }
+  labels.phones.back().span.end += 1;
+  const std::vector<Seconds> times = shapeTimes(labels);
+  ASSERT_EQ(times.size(), 3U * static_cast<std::size_t>(PhoneShapes::kPoints));
+  EXPECT_TRUE(std::is_sorted(times.begin(), times.end()));
+  EXPECT_NEAR(times[0], labels.phones[0].span.end - 0.27, 1e-9) << "10 % into its last 300 ms";
+  EXPECT_NEAR(times[14], labels.phones[2].span.start + 0.27, 1e-9);
+  EXPECT_NEAR(times[7], labels.phones[1].span.middle(), 1e-9);
+}
+
+TEST(PhoneShapes, WhatWasNotSeenIsNaNUnlessNoComponentLooksAtIt) {
+  Corpus corpus = tinyCorpus();
+  const auto model = testing::tinyModel(corpus);
+  MotionClip motion = corpus.takes[0].motion;
+  motion.positions_mm.rightCols(3).setConstant(std::nan(""));  // the brow
+  const SpeechLabels& labels = corpus.takes[0].labels;
+  const PhoneShapes brow_missing = phoneShapes(*model, labels, motion, corpus.neutral_pose_mm, LipGauge(corpus.layout));
+  EXPECT_TRUE(brow_missing.captured.allFinite());
+  motion.positions_mm.col(7).setConstant(std::nan(""));  // the chin
+  const PhoneShapes chin_missing = phoneShapes(*model, labels, motion, corpus.neutral_pose_mm, LipGauge(corpus.layout));
+  EXPECT_TRUE(chin_missing.captured.array().isNaN().all()) << "a pose without its chin has no components";
+  EXPECT_TRUE(chin_missing.predicted.allFinite());
+}
+
+}  // namespace
+}  // namespace mouthpiece

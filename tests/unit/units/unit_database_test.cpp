@@ -1,0 +1,177 @@
+#include "units/selection/unit_database.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "support/random_corpus.h"
+#include "support/tiny_corpus.h"
+#include "support/tiny_model.h"
+#include "units/selection/selection.h"
+
+namespace mouthpiece {
+namespace {
+
+using testing::Chance;
+using testing::tinyCorpus;
+
+/// Whether every frame from the one at or before the first phone's start to the one at or after the last one's end has
+/// all markers, and the motion lasts as long as what is said.
+bool isSeenByLooking(const CorpusTake& take, std::size_t first, std::size_t count) {
+  const double rate = take.motion.frame_rate_hz;
+  const LabelledPhone& last = take.labels.phones[first + count - 1];
+  const Seconds needed = last.phone == Phone::kSil ? last.span.start : last.span.end;
+  if (needed * rate > static_cast<double>(take.motion.frameCount())) return false;
+  for (Eigen::Index frame = 0; frame < take.motion.positions_mm.rows(); ++frame) {
+    const auto at = static_cast<double>(frame);
+    if (at < std::floor(take.labels.phones[first].span.start * rate) || at > std::ceil(last.span.end * rate)) continue;
+    if (!take.motion.positions_mm.row(frame).allFinite()) return false;
+  }
+  return true;
+}
+
+TEST(UnitDatabaseProperty, SaysWhatWasSeenAsLookingAtEveryFrameDoes) {
+  const std::uint64_t first_seed = testing::firstSeed();
+  std::size_t unseen = 0, seen = 0;
+  for (std::uint64_t seed = first_seed; seed < first_seed + 60; ++seed) {
+    SCOPED_TRACE("MOUTHPIECE_SEED=" + std::to_string(seed));
+    Chance chance(seed);
+    Corpus corpus = testing::randomCorpus(chance);
+    if (chance.oneIn(4)) {  // a capture that ends before the speech does
+      MotionClip& motion = corpus.takes[0].motion;
+      motion.positions_mm.conservativeResize(motion.positions_mm.rows() * 2 / 3, Eigen::NoChange);
+    }
+    const UnitDatabase database(corpus);
+    for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
+      const std::size_t phones = corpus.takes[take].labels.phones.size();
+      for (std::size_t first = 0; first < phones; ++first) {
+        for (std::size_t count = 1; first + count <= phones; ++count) {
+          const bool is_seen = database.isSeen({TakeIndex(take), PhoneIndex(first)}, count);
+          ASSERT_EQ(is_seen, isSeenByLooking(corpus.takes[take], first, count)) << take << " " << first << " " << count;
+          ++(is_seen ? seen : unseen);
+        }
+      }
+    }
+  }
+  EXPECT_GT(unseen, 100U);
+  EXPECT_GT(seen, 100U);
+}
+
+TEST(UnitDatabaseProperty, FindsEveryDiphoneOnce) {
+  Chance chance(testing::firstSeed());
+  for (int round = 0; round < 20; ++round) {
+    const Corpus corpus = testing::randomCorpus(chance);
+    const UnitDatabase database(corpus);
+    std::size_t pairs = 0, listed = 0;
+    for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
+      const auto& phones = corpus.takes[take].labels.phones;
+      for (std::size_t i = 0; i + 1 < phones.size(); ++i, ++pairs) {
+        const auto& places = database.diphones(phones[i].phone, phones[i + 1].phone);
+        EXPECT_EQ(std::count(places.begin(), places.end(), PhonePlace{TakeIndex(take), PhoneIndex(i)}), 1);
+        EXPECT_TRUE(std::is_sorted(places.begin(), places.end()));
+      }
+    }
+    for (std::size_t a = 0; a < kPhoneCount; ++a) {
+      for (std::size_t b = 0; b < kPhoneCount; ++b)
+        listed += database.diphones(static_cast<Phone>(a), static_cast<Phone>(b)).size();
+    }
+    EXPECT_EQ(listed, pairs);
+  }
+}
+
+TEST(UnitDatabaseTest, LipsAreThoseOfTheTakeAtEightPoints) {
+  const Corpus corpus = tinyCorpus();
+  const UnitDatabase database(corpus);
+  ASSERT_EQ(database.lipColumns().size(), 9U) << "both lips and the chin";
+  for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
+    const CorpusTake& own = corpus.takes[take];
+    for (std::size_t phone = 0; phone < own.labels.phones.size(); ++phone) {
+      const PhoneLips& lips = database.lipsOf({TakeIndex(take), PhoneIndex(phone)});
+      const TimeSpan& span = own.labels.phones[phone].span;
+      for (Eigen::Index k = 0; k < PhoneLips::kPoints; ++k) {
+        const double frame = std::min((span.start + (static_cast<double>(k) + 0.5) / 8 * span.duration()) * 120,
+                                      static_cast<double>(own.motion.frameCount() - 1));
+        const auto before = static_cast<Eigen::Index>(frame);
+        const Eigen::Index after = std::min(before + 1, own.motion.positions_mm.rows() - 1);
+        const double part = frame - static_cast<double>(before);
+        const Eigen::RowVectorXd expected =
+            (1 - part) * own.motion.positions_mm.row(before) + part * own.motion.positions_mm.row(after);
+        EXPECT_LT((lips.positions_mm.row(k).cast<double>() - expected.head(9)).cwiseAbs().maxCoeff(), 1e-4);
+      }
+    }
+  }
+}
+
+/// Lips that part by 60 mm/s: over a phone of any length the change per phone is 60 mm/s times its length.
+TEST(UnitDatabaseTest, StepsAreTheChangeOverAWholePhone) {
+  Corpus corpus = tinyCorpus({"T-AE-T"});
+  MotionClip& motion = corpus.takes[0].motion;
+  for (Eigen::Index frame = 0; frame < motion.positions_mm.rows(); ++frame)
+    motion.positions_mm(frame, 4) = -60 * static_cast<double>(frame) / motion.frame_rate_hz;
+  const UnitDatabase database(corpus);
+  for (const std::size_t phone : {1U, 2U, 3U}) {
+    const PhonePlace place{TakeIndex(0), PhoneIndex(phone)};
+    const double expected = -60 * database.phoneAt(place).span.duration();
+    for (Eigen::Index k = 0; k < PhoneLips::kPoints; ++k)
+      EXPECT_NEAR(database.lipsOf(place).steps_mm(k, 4), expected, 1e-3);
+  }
+}
+
+TEST(UnitDatabaseTest, OpeningLeftIsTheLeastOfThePhoneAndItsSurroundings) {
+  Corpus corpus = tinyCorpus({"AE-M-AE"});
+  MotionClip& motion = corpus.takes[0].motion;
+  motion.positions_mm.leftCols(6).setZero();
+  motion.positions_mm.col(4).setConstant(-8);  // 8 mm open, 7 beyond the neutral pose
+  const TimeSpan closure = corpus.takes[0].labels.phones[2].span;
+  motion.positions_mm(static_cast<Eigen::Index>(closure.middle() * 120), 4) = -3;
+  const UnitDatabase database(corpus);
+  const auto left = [&](std::size_t phone) { return database.openingLeft({TakeIndex(0), PhoneIndex(phone)}); };
+  EXPECT_NEAR(left(2), 2, 1e-9);
+  EXPECT_NEAR(left(1), 7, 1e-9);
+  motion.positions_mm(static_cast<Eigen::Index>((closure.start - 0.015) * 120), 4) = -1;  // labels are that uncertain
+  const UnitDatabase again(corpus);
+  EXPECT_NEAR(again.openingLeft({TakeIndex(0), PhoneIndex(2)}), 0, 1e-9);
+}
+
+TEST(UnitDatabaseTest, ALayoutWithoutLipsHasNoOpening) {
+  Corpus corpus = tinyCorpus({"AE-M-AE"});
+  for (LayoutMarker& marker : corpus.layout.markers) {
+    if (marker.name == "LIP_LO_MID") marker.name = "LIP_OTHER";
+  }
+  for (CorpusTake& take : corpus.takes) take.motion.marker_names = corpus.layout.markerNames();
+  const UnitDatabase database(corpus);
+  EXPECT_EQ(database.openingLeft({TakeIndex(0), PhoneIndex(2)}), 0);
+  EXPECT_EQ(selectUnits(corpus.takes[0].labels, database, {}).size(), 1U);
+}
+
+/// One database serves many threads: each line is selected as it is alone.
+TEST(UnitDatabaseTest, ThreadsSelectAsOneAfterTheOtherDo) {
+  Corpus corpus = tinyCorpus();
+  corpus.trajectory_model = testing::tinyModel(corpus);
+  const std::vector<const char*> lines = {"T-AY-M IH-Z T-EH-N", "M-AE-N IH-Z N-AW", "N-UW-N | DH-AH M-AE-P",
+                                          "T-EH-N M-EH-N"};
+  const auto select = [&](const UnitDatabase& database, std::size_t i) {
+    const SelectionMethod method = i % 2 == 0 ? SelectionMethod::kGreedy : SelectionMethod::kViterbi;
+    return selectUnits(testing::tinyLabels(lines[i % lines.size()], i + 1), database, {.method = method});
+  };
+  constexpr std::size_t kRuns = 16;
+  std::vector<std::vector<SelectedUnit>> alone(kRuns), together(kRuns);
+  const UnitDatabase one(corpus), shared(corpus);
+  for (std::size_t i = 0; i < kRuns; ++i) alone[i] = select(one, i);
+  std::vector<std::thread> threads;
+  for (std::size_t i = 0; i < kRuns; ++i) threads.emplace_back([&, i] { together[i] = select(shared, i); });
+  for (std::thread& thread : threads) thread.join();
+  for (std::size_t i = 0; i < kRuns; ++i) {
+    ASSERT_EQ(alone[i].size(), together[i].size());
+    for (std::size_t u = 0; u < alone[i].size(); ++u) {
+      EXPECT_EQ(alone[i][u].source, together[i][u].source);
+      EXPECT_EQ(alone[i][u].target_cost, together[i][u].target_cost);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace mouthpiece
