@@ -89,8 +89,9 @@ function(mouthpiece_compile_options target)
   target_compile_options(${target} PRIVATE -ffp-contract=off -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion
     -Wnon-virtual-dtor
     -Woverloaded-virtual -Wcast-qual
-    # g++ 12 sees overlaps in std::string that are not there (gcc bug 105651).
-    $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
+    # g++ 12 sees overlaps in std::string that are not there (gcc bugs 105651, 105329).
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>)
   if(MOUTHPIECE_WERROR)
     target_compile_options(${target} PRIVATE -Werror)
   endif()

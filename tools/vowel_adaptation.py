@@ -1,5 +1,5 @@
 """How the vowels of one voice lie, found from a recording of it: the statistics are learnt here, and used here and in
-src/hearing/tags/vowel_adaptation.cpp, number by number (docs/theory/vowel_network.md, "The voice of a recording")."""
+src/hearing/tags/vowel_adaptation.cpp, number by number (docs/theory/hearing/vowel_network.md, "The voice of a recording")."""
 import struct
 
 import numpy as np

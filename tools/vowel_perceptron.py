@@ -1,5 +1,5 @@
 """Small networks that hear a frame and four around it: mel bands as they are and without the pitch. They are averaged
-with the recurrent ones (docs/theory/vowel_network.md), here and in src/hearing/tags/vowel_network.cpp, number by number."""
+with the recurrent ones (docs/theory/hearing/vowel_network.md), here and in src/hearing/tags/vowel_network.cpp, number by number."""
 import struct
 
 import numpy as np

@@ -9,7 +9,7 @@ namespace mouthpiece {
 
 struct TrajectoryFitOptions {
   Eigen::Index components = 12;
-  double ridge = 1;         ///< how far targets are held back (docs/theory/prediction.md)
+  double ridge = 1;         ///< how far targets are held back (docs/theory/units/prediction.md)
   double fit_rate_hz = 30;  ///< faster captures are thinned to about this: lips hold little above half of it
   /// Of a longer corpus every n-th take is kept in memory (30,000 frames of 66 markers: 24 MB, twenty minutes at 25 Hz)
   /// for components, dynamics and level; targets always come from all takes.

@@ -27,7 +27,7 @@ constexpr Seconds kDriftCorrelation = 0.5;
 constexpr double kDriftShare = 0.8;       ///< of `variation`
 constexpr double kClosureSpreadMm = 0.2;  ///< between repetitions of a closure, at 10 % variation
 
-// The lips' own movement into contact (docs/theory/actor_model.md, "Closures").
+// The lips' own movement into contact (docs/theory/corpus_tools/actor_model.md, "Closures").
 constexpr Seconds kClosureTimeConstant = 0.011;
 constexpr Seconds kClosureLead = 0.028;      ///< closed before the label's start, when the sound has fallen; but M,
 constexpr Seconds kReleaseLead = 0.025;      ///< and half open before its end: M sounds while they are closed

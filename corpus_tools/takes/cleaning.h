@@ -9,7 +9,7 @@
 
 namespace mouthpiece {
 
-/// Which steps are done, in this order, and how (docs/theory/cleaning.md).
+/// Which steps are done, in this order, and how (docs/theory/motion/cleaning.md).
 struct CleaningOptions {
   bool repair_swaps = true;
   bool hide_spikes = true;
@@ -23,7 +23,7 @@ struct CleaningOptions {
   HeadTrackingOptions head;
   GapFillOptions gaps;
   /// Captures at this rate or above: marker noise taken off by smoothMotion(). Below, lips move as fast as the noise
-  /// does and closures would be lost (docs/theory/head_motion.md).
+  /// does and closures would be lost (docs/theory/corpus_tools/head_motion.md).
   double smoothed_from_hz = 60;
 };
 

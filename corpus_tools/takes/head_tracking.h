@@ -10,7 +10,7 @@
 
 namespace mouthpiece {
 
-/// docs/theory/head_motion.md has the measurements behind these numbers.
+/// docs/theory/corpus_tools/head_motion.md has the measurements behind these numbers.
 struct HeadTrackingOptions {
   std::size_t least_jig_markers = 4;   ///< seen in a frame for the jig to decide there
   std::size_t least_skin_markers = 4;  ///< likewise for the stable markers of the face

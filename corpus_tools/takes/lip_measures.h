@@ -11,7 +11,7 @@
 
 namespace mouthpiece {
 
-/// The lips of one take, synthesised against captured (docs/theory/evaluation.md). Sums, so that takes add up.
+/// The lips of one take, synthesised against captured (docs/theory/corpus_tools/evaluation.md). Sums, so that takes add up.
 struct LipMeasures {
   std::size_t frames = 0;                ///< compared: lips seen in both
   double squared_error_mm2 = 0;          ///< over frames and lip markers, 3-D, the constant offset taken off

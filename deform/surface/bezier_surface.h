@@ -49,7 +49,7 @@ inline SurfacePoint evaluate(const CubicPatch<Eigen::Vector3d>& patch, double u,
 
 /// Clough and Tocher's split of a triangle of the plane: three cubics that meet at its centroid, given value and
 /// gradient at the corners. Neighbours share value and gradient all along their edge, so the surface over the plane has
-/// one tangent plane everywhere, in every pose. docs/theory/bezier_deformation.md derives it.
+/// one tangent plane everywhere, in every pose. docs/theory/deform/bezier_deformation.md derives it.
 template <typename Scalar>
 struct CloughTocher {
   using Plane = Eigen::Matrix<Scalar, 2, 1>;

@@ -26,7 +26,7 @@ struct TimeSpan {
 /// A phone of a performed line.
 struct PhoneLabel {
   std::string phone;   ///< ARPAbet without stress: "AH"; "sil" in silence
-  std::string viseme;  ///< its class: "MBP", "Ah" (docs/theory/phones_and_visemes.md)
+  std::string viseme;  ///< its class: "MBP", "Ah" (docs/theory/phonetics/phones_and_visemes.md)
   TimeSpan span;
   std::optional<std::size_t> word;  ///< index into Labels::words; none in silence
 };

@@ -8,7 +8,7 @@
 
 namespace mouthpiece {
 
-/// The defaults are measured on real speech: docs/theory/resampling.md.
+/// The defaults are measured on real speech: docs/theory/motion/resampling.md.
 struct ResampleOptions {
   double shape = 1.25;              ///< c of eq. (1), in samples
   std::size_t window_samples = 32;  ///< samples that share one small system

@@ -11,7 +11,7 @@
 namespace mouthpiece {
 
 /// How captured fragments are moved from the context that they were captured in to the line's
-/// (docs/theory/prediction.md). The defaults were set on development takes; `corpus evaluate --ablation` turns each
+/// (docs/theory/units/prediction.md). The defaults were set on development takes; `corpus evaluate --ablation` turns each
 /// off.
 struct ContextOptions {
   bool enabled = true;            ///< viterbi in a corpus with a trajectory model

@@ -58,7 +58,7 @@ struct PoseFitOptions {
 VisemePoses fitVisemePoses(const std::vector<PoseTake>& takes, const MarkerPositions& neutral_mm,
                            const MarkerLayout& layout, const VisemePoses* generic, const PoseFitOptions& options = {});
 
-/// Learnt from GRID s1 (sample_data/visemes/generic_poses.json, built in; docs/theory/vocal.md).
+/// Learnt from GRID s1 (sample_data/visemes/generic_poses.json, built in; docs/theory/vocal/vocal.md).
 const VisemePoses& genericPoses();
 
 /// The markers' displacements from the neutral pose at rising `times`: times x (3 * markers), mm. Lips do not pass

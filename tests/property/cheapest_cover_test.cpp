@@ -1,4 +1,4 @@
-// Selection against looking at every cover, with costs computed as docs/theory/selection.md tells them.
+// Selection against looking at every cover, with costs computed as docs/theory/units/selection.md tells them.
 #include <gtest/gtest.h>
 
 #include <algorithm>

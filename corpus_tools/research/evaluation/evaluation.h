@@ -19,7 +19,7 @@ struct LipCurves {
   std::vector<Seconds> joins;                              ///< middles of the blends
 };
 
-/// One way of animating, measured over all takes (docs/theory/evaluation.md).
+/// One way of animating, measured over all takes (docs/theory/corpus_tools/evaluation.md).
 struct EvaluationRow {
   std::string method;
   LipMeasures lips;                ///< over all takes

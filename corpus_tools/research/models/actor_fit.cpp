@@ -17,7 +17,7 @@
 namespace mouthpiece {
 namespace {
 
-// Searched for each component; the error is flat around the best (docs/theory/actor_model.md).
+// Searched for each component; the error is flat around the best (docs/theory/corpus_tools/actor_model.md).
 constexpr Seconds kTimeConstants[] = {0.014, 0.018, 0.022, 0.028, 0.036};
 constexpr Seconds kLeads[] = {-0.015, 0.0, 0.015};
 constexpr int kGainRounds = 3;          ///< closures and gains depend on each other; it settles at once

@@ -31,7 +31,7 @@ struct ActorFitOptions {
   std::string credit;
 };
 
-/// Learns an actor by least squares (docs/theory/actor_model.md). Throws InputError for a capture with too little in
+/// Learns an actor by least squares (docs/theory/corpus_tools/actor_model.md). Throws InputError for a capture with too little in
 /// it.
 ActorModel fitActor(const ActorCapture& capture, const ActorFitOptions& options);
 

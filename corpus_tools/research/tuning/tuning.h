@@ -32,7 +32,7 @@ struct Tuned {
   std::string changes;     ///< "duration 1 -> 0.5, ..." of the best found; empty when it is where it began
 };
 
-/// Scores are tuningScore (docs/theory/selection.md).
+/// Scores are tuningScore (docs/theory/units/selection.md).
 using TunedWeights = Tuned<LatticeWeights, double>;
 
 /// Lip error in mm, and 1 for all closures lost, and 1 for all open phones closed.
@@ -57,7 +57,7 @@ struct VoiceScore {
   [[nodiscard]] double sum() const { return joins + lips_mm; }
 };
 
-/// docs/theory/corpus_voice.md
+/// docs/theory/voices/corpus_voice.md
 using TunedVoice = Tuned<SoundCutWeights, VoiceScore>;
 
 /// Slower to measure than the selection's: fewer folds and takes.

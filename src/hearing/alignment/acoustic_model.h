@@ -14,7 +14,7 @@ namespace mouthpiece {
 
 /// PocketSphinx' phonetically tied acoustic model as its files hold it (means, variances, sendump, mdef): the states of
 /// all triphones of a phone ("senones") share the phone's Gaussians and differ by their weights
-/// (docs/theory/alignment.md).
+/// (docs/theory/hearing/alignment.md).
 struct TiedModel {
   struct Codebook {
     std::string phone;                       ///< "AA", "SIL"
@@ -51,7 +51,7 @@ struct Weighing {
 };
 
 /// How little each state of a model ("senone") sounds like each of some frames. The same scores as PocketSphinx' own
-/// for tied models, in a fraction of its time (docs/theory/alignment.md). Not thread-safe: it keeps room to work in.
+/// for tied models, in a fraction of its time (docs/theory/hearing/alignment.md). Not thread-safe: it keeps room to work in.
 class SenoneScorer {
  public:
   /// So many densities of each codebook and stream count, the likeliest.

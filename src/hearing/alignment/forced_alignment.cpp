@@ -18,7 +18,7 @@ namespace {
 constexpr double kEvenScore = -90.0;
 constexpr double kScoreSpread = 8.0;
 /// More doubtful words than this: not the text that is said. Of five recorded singers' own words 3 to 22 % are
-/// doubtful, of others 49 to 71 % (docs/theory/alignment.md).
+/// doubtful, of others 49 to 71 % (docs/theory/hearing/alignment.md).
 constexpr double kOtherTextShare = 0.3;
 /// A stop's closing cannot be heard after silence: more than this of it is the pause before.
 constexpr Seconds kLongestStopAfterSilence = 0.120;

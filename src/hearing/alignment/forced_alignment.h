@@ -23,11 +23,11 @@ struct ForcedAlignment {
 /// Says which words are doubtful, and whether so many are that others may be said; "" for none.
 std::string doubtsAbout(const ForcedAlignment& alignment);
 
-/// Of the words that were really said under 1 in 100 is below, of wrong ones 9 in 10 (docs/theory/alignment.md).
+/// Of the words that were really said under 1 in 100 is below, of wrong ones 9 in 10 (docs/theory/hearing/alignment.md).
 inline constexpr double kDoubtfulConfidence = 0.5;
 
 /// How words are said. Sung ones are heard with less of their held vowels and pauses, so that these do not outweigh the
-/// consonants (docs/theory/alignment.md).
+/// consonants (docs/theory/hearing/alignment.md).
 enum class SpeechKind { kSpoken, kSung };
 
 /// Finds known words in a sound. Not thread-safe; several may live side by side.
@@ -42,7 +42,7 @@ class Aligner {
 
 class PhoneDecoder;
 
-/// PocketSphinx' (docs/theory/alignment.md): several pronunciations tried, silence allowed between words, the decoder's
+/// PocketSphinx' (docs/theory/hearing/alignment.md): several pronunciations tried, silence allowed between words, the decoder's
 /// steps of 10 ms refined by hearing the sound again from later starts.
 class ForcedAligner : public Aligner {
  public:

@@ -26,7 +26,7 @@ constexpr Seconds kBoundaryShift = 0.008;
 constexpr Seconds kFrameStep = 0.010;
 constexpr std::size_t kMostPhones = 100'000;
 /// Frames are not independent of each other, as the model takes them to be: the likelihoods of speech count by this
-/// power. Chosen on TTS voices and GRID s1 (docs/theory/alignment.md).
+/// power. Chosen on TTS voices and GRID s1 (docs/theory/hearing/alignment.md).
 constexpr double kTimesScale = 0.15;
 /// Of a song this many frames a phone are heard: 120 ms, about as long as spoken phones are.
 constexpr std::size_t kSungFramesAPhone = 12;

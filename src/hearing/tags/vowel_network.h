@@ -20,7 +20,7 @@ inline constexpr int kSungVowelCount = 6;
 VowelFeatures perceptronColumns(const VowelFeatures& features, const VowelEnvelopes& envelopes);
 
 /// A small network that tells the sung vowel of a frame from it and four frames around it, with two hidden layers of
-/// rectified units (docs/theory/vowel_network.md). Immutable: may be shared by threads.
+/// rectified units (docs/theory/hearing/vowel_network.md). Immutable: may be shared by threads.
 class VowelPerceptron {
  public:
   /// Of that many units in the hidden layers. Throws InputError for sizes that do not fit the bytes and numbers that
@@ -44,7 +44,7 @@ class VowelPerceptron {
 };
 
 /// How the vowels of voices lie, learnt from many of them, and with it how those of one recording lie: what is E for
-/// one singer is I for another, but seldom both are in one recording (docs/theory/vowel_network.md, "The voice of a
+/// one singer is I for another, but seldom both are in one recording (docs/theory/hearing/vowel_network.md, "The voice of a
 /// recording"). Immutable: may be shared by threads.
 class VowelAdaptation {
  public:
@@ -78,7 +78,7 @@ class VowelAdaptation {
 /// Immutable: may be shared by threads.
 class VowelNetwork {
  public:
-  /// Reads the weights (docs/theory/vowel_network.md, "The weights' file"). Throws InputError for sizes that do not fit
+  /// Reads the weights (docs/theory/hearing/vowel_network.md, "The weights' file"). Throws InputError for sizes that do not fit
   /// the bytes or each other, and numbers that are not finite.
   static VowelNetwork parse(std::string_view bytes, std::string_view name);
   /// The weights that are built in.

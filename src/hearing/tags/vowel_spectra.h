@@ -19,7 +19,7 @@ inline constexpr int kVowelFeatureCount = kMfccCount + 2 * kMelBandCount;
 /// Frames x 65: 13 mel frequency cepstral coefficients, 26 log mel energies, 26 spectral subband centroids (-1 to 1
 /// from edge to edge of the band). Energies are relative to the sound's loud frames, so gain does not matter; half of
 /// the loud frames' mean is taken off each column, which takes off part of the voice and of the room
-/// (docs/theory/vowel_network.md). Row-major, for the network reads frame after frame.
+/// (docs/theory/hearing/vowel_network.md). Row-major, for the network reads frame after frame.
 using VowelFeatures = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 VowelFeatures vowelFeatures(const AudioClip& clip);
 

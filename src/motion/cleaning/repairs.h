@@ -6,7 +6,7 @@
 
 namespace mouthpiece {
 
-// Repairs of a captured clip, in the order in which they are done (docs/theory/cleaning.md).
+// Repairs of a captured clip, in the order in which they are done (docs/theory/motion/cleaning.md).
 
 /// Two markers whose names changed places at `frame`; every sample from there on was given back to its marker.
 struct MarkerSwap {
@@ -29,7 +29,7 @@ struct SwapOptions {
 };
 
 struct SpikeOptions {
-  double acceleration_mm_s2 = 40000;  ///< more than lips or a head reach (measured on GRID: docs/theory/cleaning.md)
+  double acceleration_mm_s2 = 40000;  ///< more than lips or a head reach (measured on GRID: docs/theory/motion/cleaning.md)
   double allowance_mm = 1.0;          ///< on top, for noise
   Seconds longest = 0.06;             ///< a longer excursion is no spike
 };
@@ -80,7 +80,7 @@ struct FilledMotion {
 
 /// Fills gaps that are short and have seen frames on both sides: the marker's place as the other markers tell it (ridge
 /// regression over the frames in which they were all seen), plus the deviation from it on both sides of the gap, led
-/// through it in the domain of its cosines (DCT; docs/theory/cleaning.md). Meant for a clip whose head is still; seen
+/// through it in the domain of its cosines (DCT; docs/theory/motion/cleaning.md). Meant for a clip whose head is still; seen
 /// samples are not touched.
 FilledMotion fillShortGaps(const MotionClip& clip, const GapFillOptions& options = {});
 

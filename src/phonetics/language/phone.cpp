@@ -44,7 +44,7 @@ constexpr TongueTarget kRest, kRidge{1, 0, 0}, kBetweenTeeth{0.2F, 1, 0}, kVelar
 constexpr float kSealed = 0, kApart = 0.4F, kParted = 1;
 constexpr std::string_view kSilenceNames = "SIL PAU SP SILENCE H# #H # EPI <SIL> <EPS> <P:> BRTH";
 
-/// In the order of Phone; the classes are those of docs/theory/phones_and_visemes.md. Names in other ARPAbets: of
+/// In the order of Phone; the classes are those of docs/theory/phonetics/phones_and_visemes.md. Names in other ARPAbets: of
 /// Festival's `radio`, TIMIT, CMU with schwas, HTK. Schwas have one normal form, so that every corpus and every voice
 /// spell a word alike.
 constexpr std::array<PhoneRow, kPhoneCount> kPhones = {{

@@ -8,7 +8,7 @@
 namespace mouthpiece {
 
 /// ARPAbet without stress, one symbol per phone (diphthongs and affricates stay one), and silence. The schwa has one
-/// normal form, kAH (docs/theory/phones_and_visemes.md).
+/// normal form, kAH (docs/theory/phonetics/phones_and_visemes.md).
 enum class Phone : std::uint8_t {
   kSil, kAA, kAE, kAH, kAO, kAW, kAY, kEH, kER, kEY, kIH, kIY, kOW, kOY, kUH, kUW, kB, kCH, kD, kDH, kF, kG, kHH,
   kJH, kK, kL, kM, kN, kNG, kP, kR, kS, kSH, kT, kTH, kV, kW, kY, kZ, kZH

@@ -1,5 +1,5 @@
 // fit_actor: learns the actor of the sample corpus from a capture and says how well it does on takes it has not seen; a
-// tool of the developers (docs/theory/actor_model.md).
+// tool of the developers (docs/theory/corpus_tools/actor_model.md).
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

@@ -1,4 +1,4 @@
-// fit_poses: learns viseme poses from a corpus; a tool of the developers (docs/theory/vocal.md).
+// fit_poses: learns viseme poses from a corpus; a tool of the developers (docs/theory/vocal/vocal.md).
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

@@ -101,7 +101,7 @@ struct SelectionWeights : CostWeights {
   SelectionWeights() : CostWeights(fragmentTerms()) {}
 };
 
-/// What a cut from one recording of a phone into another costs (docs/theory/corpus_voice.md). Set by hand; kept in the
+/// What a cut from one recording of a phone into another costs (docs/theory/voices/corpus_voice.md). Set by hand; kept in the
 /// corpus where `corpus tune --voice` learnt others.
 struct SoundCutWeights {
   double spectral = 1;         ///< per distance of neighbouring frames of steady speech, in MFCC

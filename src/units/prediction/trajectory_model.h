@@ -20,7 +20,7 @@ struct ComponentDynamics {
 
 /// What a speaker's face does when it says something, predicted from labels alone: principal components of the speaking
 /// face, each moving with critically damped steps towards targets that are sums over the features of a phone and its
-/// neighbours (docs/theory/prediction.md). Fitted to the corpus when it is built
+/// neighbours (docs/theory/units/prediction.md). Fitted to the corpus when it is built
 /// (corpus_tools/building/trajectory_fit.h) and kept in its file. Component values are in mm: as far as lips that move
 /// alone move in the root mean square.
 struct TrajectoryModel {

@@ -1,4 +1,4 @@
-// The whole cleaning against the sample capture's clean truth (docs/theory/cleaning.md).
+// The whole cleaning against the sample capture's clean truth (docs/theory/motion/cleaning.md).
 #include "corpus_tools/takes/cleaning.h"
 
 #include <gtest/gtest.h>

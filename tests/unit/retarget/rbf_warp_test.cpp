@@ -1,4 +1,4 @@
-// The volume warp of EDGE 6 (docs/theory/volume_warp.md).
+// The volume warp of EDGE 6 (docs/theory/retarget/volume_warp.md).
 #include "retarget/warp/rbf_warp.h"
 
 #include <gtest/gtest.h>

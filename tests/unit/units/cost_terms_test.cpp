@@ -27,11 +27,11 @@ std::string pageRow(const CostTerm& term) {
 }
 
 TEST(CostTerms, StandOnTheirPageWordForWord) {
-  const std::string page = readFile(std::string(MOUTHPIECE_SOURCE_DIR) + "/docs/theory/selection.md");
+  const std::string page = readFile(std::string(MOUTHPIECE_SOURCE_DIR) + "/docs/theory/units/selection.md");
   for (const auto terms : {pairTerms(), fragmentTerms()}) {
     std::string table;
     for (const CostTerm& term : terms) table += pageRow(term);
-    EXPECT_NE(page.find(table), std::string::npos) << "docs/theory/selection.md lacks these rows:\n" << table;
+    EXPECT_NE(page.find(table), std::string::npos) << "docs/theory/units/selection.md lacks these rows:\n" << table;
   }
 }
 

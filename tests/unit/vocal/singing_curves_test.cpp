@@ -1,4 +1,4 @@
-// VOCAL 4.2, "Generating a singing curve", and the Ma-Ps field, number by number (docs/theory/vocal.md).
+// VOCAL 4.2, "Generating a singing curve", and the Ma-Ps field, number by number (docs/theory/vocal/vocal.md).
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// VOCAL 4.2, "Generating a speech curve", number by number (docs/theory/vocal.md, table of fidelity).
+// VOCAL 4.2, "Generating a speech curve", number by number (docs/theory/vocal/vocal.md, table of fidelity).
 #include <gtest/gtest.h>
 
 #include <algorithm>
