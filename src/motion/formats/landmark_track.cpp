@@ -47,7 +47,7 @@ class TrackReader {
           point.isObject() ? std::vector{point["x"], point["y"], point["z"]} : point.list(3);
       const auto axis = [&](std::size_t n) { return axes[n].number(-kFarthestCoordinate, kFarthestCoordinate); };
       // FaceMesh gives z in image widths, smaller nearer to the camera.
-      positions.row(i) << axis(0) * width_, -axis(1) * height_, -axis(2) * width_;
+      positions.row(i) = Eigen::RowVector3d(axis(0) * width_, -axis(1) * height_, -axis(2) * width_);
     }
     return positions;
   }
