@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -24,7 +25,9 @@ AudioClip readAudio(const std::filesystem::path& path, Seconds max_duration = 4 
 /// The same from memory; `name` stands for the file in messages.
 AudioClip parseAudio(std::string_view bytes, std::string_view name, Seconds max_duration = 4 * 3600.0);
 
-/// 16-bit PCM WAV, written atomically; samples outside [-1, 1] are clipped.
+/// 16-bit PCM WAV; samples outside [-1, 1] are clipped.
+std::string wavBytes(const AudioClip& clip);
+/// The same into a file, atomically.
 void writeWav(const std::filesystem::path& path, const AudioClip& clip);
 
 /// The clip at another rate (windowed-sinc, band-limited).

@@ -152,10 +152,10 @@ AudioClip readAudio(const std::filesystem::path& path, Seconds max_duration) {
   return parseAudio(readFile(path), path.string(), max_duration);
 }
 
-void writeWav(const std::filesystem::path& path, const AudioClip& clip) {
+std::string wavBytes(const AudioClip& clip) {
   MOUTHPIECE_EXPECT(clip.sample_rate_hz > 0);
   if (clip.samples.size() > kMostWavSamples)
-    throw InputError(path.string(), "", fmt::format("{} samples do not fit into a WAV", clip.samples.size()));
+    throw InputError(fmt::format("{} samples do not fit into a WAV", clip.samples.size()));
   std::vector<std::int16_t> samples;
   samples.reserve(clip.samples.size());
   for (const float sample : clip.samples) {
@@ -173,7 +173,9 @@ void writeWav(const std::filesystem::path& path, const AudioClip& clip) {
       sound && sf_write_short(sound.get(), samples.data(), std::ssize(samples)) == std::ssize(samples);
   if (!is_written) throw InternalError("libsndfile could not write a WAV into memory");
   sound.reset();  // puts the lengths into the header
-  writeFileAtomically(path, file.written);
+  return std::move(file.written);
 }
+
+void writeWav(const std::filesystem::path& path, const AudioClip& clip) { writeFileAtomically(path, wavBytes(clip)); }
 
 }  // namespace mouthpiece

@@ -2,6 +2,7 @@
 #include <bit>
 #include <cmath>
 
+#include "audio/audio_clip.h"
 #include "base/errors.h"
 #include "base/index.h"
 #include "base/page_data.h"
@@ -60,37 +61,13 @@ ordered_json controlOf(const ViewPage& page) {
           {"positions_m", std::move(encoded)}};
 }
 
-void appendLittleEndian(std::string& bytes, std::uint32_t value, int byte_count) {
-  for (int i = 0; i < byte_count; ++i) bytes.push_back(static_cast<char>(value >> (8 * i)));
-}
-
-/// 16-bit PCM, the header's 44 bytes first; with silence at the end when the motion lasts longer, since the page's
-/// clock is the sound.
-std::string wavBytes(const AudioClip& clip, Seconds least_duration) {
-  const auto least_samples = static_cast<std::size_t>(std::max(0.0, std::round(least_duration * clip.sample_rate_hz)));
-  const std::size_t sample_count = std::max(clip.samples.size(), least_samples);
-  const auto data_bytes = static_cast<std::uint32_t>(2 * sample_count);
-  const auto rate = static_cast<std::uint32_t>(clip.sample_rate_hz);
-  std::string bytes;
-  bytes.reserve(44 + data_bytes);
-  bytes.append("RIFF");
-  appendLittleEndian(bytes, 36 + data_bytes, 4);
-  bytes.append("WAVEfmt ");
-  appendLittleEndian(bytes, 16, 4);
-  appendLittleEndian(bytes, 1, 2);  // PCM
-  appendLittleEndian(bytes, 1, 2);  // channels
-  appendLittleEndian(bytes, rate, 4);
-  appendLittleEndian(bytes, 2 * rate, 4);
-  appendLittleEndian(bytes, 2, 2);
-  appendLittleEndian(bytes, 16, 2);
-  bytes.append("data");
-  appendLittleEndian(bytes, data_bytes, 4);
-  for (const float sample : clip.samples) {
-    const float clipped = std::clamp(sample, -1.0F, 1.0F);
-    appendLittleEndian(bytes, static_cast<std::uint32_t>(std::lrint(clipped * 32767.0F)), 2);
-  }
-  bytes.resize(44 + data_bytes, '\0');
-  return bytes;
+/// The page's clock is the sound, so silence follows where the motion lasts longer.
+AudioClip soundOf(const UtteranceAnimation& animation) {
+  AudioClip sound = animation.audio;
+  if (sound.sample_rate_hz == 0) sound.sample_rate_hz = 16'000;
+  const double least = std::max(0.0, std::round(animation.motion.duration() * sound.sample_rate_hz));
+  sound.samples.resize(std::max(sound.samples.size(), static_cast<std::size_t>(least)));
+  return sound;
 }
 
 /// Of the outer lips, rounded for display; empty without markers on them.
@@ -116,7 +93,7 @@ std::string viewHtml(std::string_view page_template, const ViewPage& page) {
                     {"control", controlOf(page)},
                     {"lip_opening_mm", openingsOf(page.animation.motion)}};
 
-  const std::string wav = wavBytes(page.animation.audio, page.animation.motion.duration());
+  const std::string wav = wavBytes(soundOf(page.animation));
   std::string html;
   html.reserve(page_template.size() + (page.glb.size() + wav.size()) / 3 * 4 + 1'000'000);
   html.append(page_template.substr(0, place));

@@ -182,14 +182,6 @@ Song SongBuilder::song(std::string_view name) const {
   return timed;
 }
 
-std::string lowerCase(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) {
-    if (c >= 'A' && c <= 'Z') c = "abcdefghijklmnopqrstuvwxyz"[c - 'A'];
-  }
-  return lower;
-}
-
 std::span<const SongFormat> songFormats() { return kFormats; }
 
 Song readSong(const std::filesystem::path& path) {

@@ -35,7 +35,4 @@ class SongBuilder {
   Song song_;  ///< with beats for seconds
 };
 
-/// The ASCII letters of `text` in lower case, all else as it is.
-std::string lowerCase(std::string_view text);
-
 }  // namespace mouthpiece

@@ -1,4 +1,5 @@
 #include "base/json_fields.h"
+#include "base/text_encoding.h"
 #include "singing/song_builder.h"
 
 namespace mouthpiece {

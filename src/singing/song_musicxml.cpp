@@ -8,6 +8,7 @@
 #include <pugixml.hpp>
 
 #include "base/errors.h"
+#include "base/text_encoding.h"
 #include "base/text_numbers.h"
 #include "singing/song_builder.h"
 

@@ -40,7 +40,7 @@ StyleChoice parseStyleChoice(std::string_view text, std::string_view option, dou
   StyleChoice choice;
   if (text == "auto") {
     if (!may_be_auto)
-      throw InputError(option, "", "found auto; expected a number or a file (only --ma and --ps have auto)");
+      throw InputError(option, "", "found auto; expected a number or a file (only Ma and Ps have auto)");
     choice.automatic = true;
   } else if (const std::optional<double> number = parseNumber(text)) {
     if (!(*number >= 0 && *number <= largest))

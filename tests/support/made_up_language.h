@@ -26,7 +26,9 @@ inline const Language& madeUpLanguage() {
       .is_legal_onset = [](std::span<const Phone> consonants) { return consonants.size() == 1; },
       .read_out = [](std::string_view token) -> std::vector<std::string> {
         std::vector<std::string> words;
-        for (const char c : token) words.emplace_back(c == '3' ? "tok" : "pa");
+        for (const char c : token) {  // punctuation comes along
+          if (c >= '0' && c <= '9') words.emplace_back(c == '3' ? "tok" : "pa");
+        }
         return words;
       },
       .pronounce = [](std::string_view) { return Pronunciation{}; },

@@ -144,7 +144,7 @@ struct Pronouncer::State {
     std::vector<Pronunciation> ways = waysOf(word);
     if (ways.empty()) {
       throw InputError("transcript", "",
-                       fmt::format("found '{}', which no lexicon can say; expected a word, or its line in --lexicon",
+                       fmt::format("found '{}', which no lexicon can say; expected a word, or its line in a lexicon",
                                    printable(word)));
     }
     words.push_back({word, std::move(ways)});

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {

@@ -113,7 +113,8 @@ TEST(SoundJoiner, JoinsDoNotClick) {
   }
   for (Seconds cut = 0.2; cut < 0.21; cut += 0.0007) {  // at every phase of the period
     const AudioClip joined = joinSounds({{&a, {0, cut}, {0, cut}}, {&b, {0.25, 0.5}, {cut, cut + 0.25}}}, kRateHz);
-    for (auto i = static_cast<std::size_t>((cut - 0.05) * kRateHz); i < (cut + 0.05) * kRateHz; ++i) {
+    const auto end = static_cast<std::size_t>((cut + 0.05) * kRateHz);
+    for (auto i = static_cast<std::size_t>((cut - 0.05) * kRateHz); i < end; ++i) {
       ASSERT_LT(std::abs(joined.samples[i] - joined.samples[i - 1]), 1.3F * steepest) << cut << " at " << i;
     }
   }

@@ -153,7 +153,7 @@ TEST(SpectralEnvelopeLaws, WhatIsNotVoicedStaysToTheBit) {
   const auto before = cepstra;
   useSpectralEnvelope(noise, cepstra);
   std::size_t same = 0;
-  for (std::size_t i = 0; i < cepstra.size(); ++i) same += cepstra[i] == before[i] ? 1 : 0;
+  for (std::size_t i = 0; i < cepstra.size(); ++i) same += cepstra[i] == before[i] ? 1U : 0U;
   EXPECT_GT(same, cepstra.size() * 9 / 10);
   useSpectralEnvelope({}, cepstra);  // nothing was heard: nothing changes
   std::vector<std::vector<float>> none;

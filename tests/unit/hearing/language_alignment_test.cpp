@@ -15,7 +15,7 @@
 namespace mouthpiece {
 namespace {
 
-constexpr Seconds kNear = 0.060;  // English vowels stand for others here
+constexpr Seconds kNear = 0.080;  // English vowels stand for others here
 
 std::string textOf(const std::vector<TranscriptWord>& words) {
   std::string text;

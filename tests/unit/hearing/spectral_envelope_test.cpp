@@ -72,7 +72,7 @@ TEST(SpectralEnvelope, LeavesWhatHasNoPitch) {
   Cepstra after = before;
   useSpectralEnvelope(samples, after);
   std::size_t changed = 0;
-  for (std::size_t i = 0; i < after.size(); ++i) changed += after[i] == before[i] ? 0 : 1;
+  for (std::size_t i = 0; i < after.size(); ++i) changed += after[i] == before[i] ? 0U : 1U;
   EXPECT_LE(changed, after.size() / 20);
   Cepstra none;
   useSpectralEnvelope(samples, none);

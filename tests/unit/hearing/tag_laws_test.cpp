@@ -33,7 +33,7 @@ TEST(NoteFitLaws, PiecesMeetCoverAndHoldTheirMedian) {
     EXPECT_EQ(pieces.front().first, 0U);
     EXPECT_EQ(pieces.back().last, pitch.size() - 1);
     for (std::size_t i = 0; i < pieces.size(); ++i) {
-      if (i > 0) EXPECT_EQ(pieces[i].first, pieces[i - 1].last);
+      EXPECT_EQ(pieces[i].first, i == 0 ? 0 : pieces[i - 1].last);
       EXPECT_LT(pieces[i].first, pieces[i].last);
       const auto [low, high] = std::minmax_element(pitch.begin() + static_cast<std::ptrdiff_t>(pieces[i].first),
                                                    pitch.begin() + static_cast<std::ptrdiff_t>(pieces[i].last) + 1);

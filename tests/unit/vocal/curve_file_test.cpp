@@ -37,8 +37,8 @@ TEST(CurveFile, ComesBackToTheBit) {
 }
 
 TEST(CurveFile, RefusesWhatIsNoneInOneLine) {
-  expectRefused("{}", "no JSON list");
-  expectRefused("[1]", "no curve");
+  expectRefused("{}", "expected a list");
+  expectRefused("[1]", "expected an object");
   expectRefused(R"([{"name":"Ah","keys":[{"time_s":0,"value":0,"in":0}]}])", "out");
   expectRefused(R"([{"name":"Ah","keys":[{"time_s":0,"value":1e99,"in":0,"out":0}]}])", "value");
   expectRefused(R"([{"name":"Ah","keys":[]},{"name":"Ah","keys":[]}])", "second time");

@@ -64,7 +64,7 @@ TEST(VisemeLaws, KeysRiseAndVisemesAreReachedFromNotAtAllToWholly) {
       for (const AnimationCurve& curve : visemeCurves(line.labels, line.tags, extreme)) {
         for (std::size_t i = 0; i < curve.keys.size(); ++i) {
           const CurveKey& key = curve.keys[i];
-          if (i > 0) ASSERT_LT(curve.keys[i - 1].time, key.time) << curve.name;
+          ASSERT_TRUE(i == 0 || curve.keys[i - 1].time < key.time) << curve.name << " at " << key.time;
           ASSERT_GE(key.value, 0) << curve.name << " at " << key.time;
           ASSERT_LE(key.value, 1) << curve.name << " at " << key.time;
         }
@@ -219,7 +219,7 @@ TEST(VisemeEventLaws, PassesKeepTheirPromises) {
     for (std::size_t i = 0; i < sung.size(); ++i) {
       EXPECT_LE(sung[i].onset, joined[i].onset) << "vowels reach further, never less far";
       EXPECT_GE(sung[i].end, joined[i].end);
-      if (isLabial(sung[i].viseme)) EXPECT_EQ(sung[i].lips, joined[i].lips) << "lips that must close do";
+      EXPECT_TRUE(!isLabial(sung[i].viseme) || sung[i].lips == joined[i].lips) << "lips that must close do";
     }
   });
 }
