@@ -158,7 +158,7 @@ SpokenLine Speaker::Data::speakOrRead(const Line& source) {
 }
 
 SungLine Speaker::Data::soundOf(const Line& source) {
-  if (!source.song.empty()) return singSong(readSong(source.song), {.lexicon = lexicon ? &*lexicon : nullptr});
+  if (!source.song.empty()) return singSong(readSong(source.song), {{}, lexicon ? &*lexicon : nullptr, {}});
   SpokenLine line = speakOrRead(source);
   if (!source.is_sung && !synthesis.curves.ma.automatic && synthesis.curves.alone != CurveStyle::kSing)
     return SungLine{std::move(line), {}, {}};

@@ -21,6 +21,11 @@ namespace {
 /// The frame rates that the synthesis offers.
 constexpr double kLowestRateHz = 24, kHighestRateHz = 240;
 
+/// NaN of nothing.
+double ratioOf(std::size_t part, std::size_t whole) {
+  return whole > 0 ? asReal(part) / asReal(whole) : std::nan("");
+}
+
 double meanOf(const std::vector<double>& values) {
   double sum = 0;
   for (const double value : values) sum += value;
