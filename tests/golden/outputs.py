@@ -27,8 +27,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 GRID = ROOT.parent / "shared/capture/grid_s1/takes"
 SUMS = 8
 MOTION_MM = 1e-3  # a micrometre
-VALUE = 2e-6  # of curves and reports: their files are rounded to 1e-6
-GEOMETRY_M = 2e-5  # of a sum over all of a GLB's numbers: floats, by kernels of several processors
+VALUE = 2e-5  # of a sum over curves or fields of a report, each rounded to 1e-6
+GEOMETRY_M = 2e-5  # of a sum over all of a cache's numbers: floats, by kernels of several processors
+POSED_M, POSED_NORMAL = 1e-3, 1.0  # of a sum over a GLB's posed vertices, each within 0.09 mm of the full motion
 
 LINES = {
     "now": ["--text", "the time is now"],
@@ -113,21 +114,41 @@ def digest_csv(path, tolerance):
 
 
 def digest_glb(path):
+    """The posed mesh of at most forty frames. Not the shapes that make it: which vertices get shapes of their own, once
+    the others are within the tolerance, hangs on the last bit of a float, and so on the processor."""
     data = path.read_bytes()
     length = struct.unpack_from("<I", data, 12)[0]
     tree = json.loads(data[20:20 + length])
     binary = data[20 + length + 8:]
-    parts = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+    width = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
     kinds = {5121: numpy.uint8, 5123: numpy.uint16, 5125: numpy.uint32, 5126: numpy.float32}
-    digest = {"nodes": len(tree["nodes"]), "names": digest_text(" ".join(n.get("name", "") for n in tree["nodes"]))}
-    for i, accessor in enumerate(tree["accessors"]):
-        view = tree["bufferViews"][accessor["bufferView"]] if "bufferView" in accessor else None
-        values = numpy.zeros(0)
-        if view is not None:
-            start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
-            count = accessor["count"] * parts[accessor["type"]]
-            values = numpy.frombuffer(binary, kinds[accessor["componentType"]], count, start)
-        digest[f"accessor {i}"] = digest_numbers(values, GEOMETRY_M * max(1.0, math.sqrt(values.size) / 100), 3)
+
+    def stored(part, kind, count):
+        start = tree["bufferViews"][part["bufferView"]].get("byteOffset", 0) + part.get("byteOffset", 0)
+        return numpy.frombuffer(binary, kinds[kind], count, start)
+
+    def accessor(index):
+        given = tree["accessors"][index]
+        columns = width[given["type"]]
+        values = numpy.zeros((given["count"], columns))
+        if "bufferView" in given:
+            values[:] = stored(given, given["componentType"], values.size).reshape(-1, columns)
+        if "sparse" in given:
+            sparse = given["sparse"]
+            rows = stored(sparse["indices"], sparse["indices"]["componentType"], sparse["count"])
+            values[rows] = stored(sparse["values"], given["componentType"], sparse["count"] * columns).reshape(-1, columns)
+        return values
+
+    digest = {"names": digest_text(" ".join(node.get("name", "") for node in tree["nodes"]))}
+    weights = accessor(tree["animations"][0]["samplers"][0]["output"]).ravel()
+    for key, tolerance in (("POSITION", POSED_M), ("NORMAL", POSED_NORMAL)):
+        posed = []
+        for part in tree["meshes"][0]["primitives"]:
+            frames = weights.reshape(-1, len(part["targets"]))
+            frames = frames[::max(1, len(frames) // 40)][:40]
+            shapes = numpy.array([accessor(target[key]) for target in part["targets"]])
+            posed.append((accessor(part["attributes"][key]) + numpy.tensordot(frames, shapes, 1)).ravel())
+        digest[key] = digest_numbers(numpy.concatenate(posed), tolerance)
     return digest
 
 
