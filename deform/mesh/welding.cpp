@@ -135,14 +135,15 @@ Welding weldSplitTriangles(const FaceMesh& mesh) {
   sewing.sewAll(places);
   Welding welding;
   welding.welded_of.resize(mesh.vertexCount());
+  constexpr std::uint32_t kNone = ~0U;
+  std::vector<std::uint32_t> number_of(mesh.vertexCount(), kNone);  // by root: a set is called by its first vertex
   for (std::uint32_t v = 0; v < welding.welded_of.size(); ++v) {
-    const std::size_t root = sewing.rootOf(v);
-    if (root == v) {
-      welding.welded_of[v] = static_cast<std::uint32_t>(welding.given_of.size());
+    std::uint32_t& number = number_of[sewing.rootOf(v)];
+    if (number == kNone) {
+      number = static_cast<std::uint32_t>(welding.given_of.size());
       welding.given_of.push_back(v);
-    } else {
-      welding.welded_of[v] = welding.welded_of[root];
     }
+    welding.welded_of[v] = number;
   }
   if (welding.given_of.size() == welding.welded_of.size()) return {};
   welding.mesh.vertices = welding.weldedFromGiven(mesh.vertices);
