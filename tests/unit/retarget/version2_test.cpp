@@ -31,7 +31,7 @@ TEST(Version2, Opens) {
   const FaceMesh mesh = readMeshOf(stored(), kData / "version2.face");
   EXPECT_EQ(mesh.vertexCount(), stored().binding.patch.size());
   EXPECT_NO_THROW(checkBinding(stored().binding, mesh, stored().control, "version2.face"));
-  EXPECT_TRUE(faultsOf(checkFace(stored(), mesh)).empty());
+  EXPECT_EQ(faultsOf(checkFace(stored(), mesh)).size(), 2U) << "an egg is no head: what the program that wrote it finds";
 }
 
 TEST(Version2, IsWrittenAgainAsItWas) { EXPECT_EQ(faceFileToBytes(stored()), readFile(kData / "version2.face")); }
