@@ -77,7 +77,7 @@ TEST(Binding, OffsetsAreEquationThree) {
     const Eigen::Vector3d offset =
         sampleFace().mesh.vertices.row(static_cast<Eigen::Index>(v)).transpose().cast<double>() - s.position;
     EXPECT_NEAR(offset.dot(s.normal()), static_cast<double>(sampleBinding().d[v]), 1e-4);
-    checked += (offset - static_cast<double>(sampleBinding().d[v]) * s.normal()).norm() < 1e-4 ? 1 : 0;
+    checked += (offset - static_cast<double>(sampleBinding().d[v]) * s.normal()).norm() < 1e-4 ? 1U : 0U;
   }
   EXPECT_GT(checked, sampleFace().skin_vertices * 7 / 10) << "most of the skin must lie right above its place";
 }

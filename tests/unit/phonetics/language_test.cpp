@@ -92,7 +92,7 @@ TEST_P(EveryLanguage, SingleConsonantsOrPairsOpenItsSyllables) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Known, EveryLanguage, testing::ValuesIn(languages().begin(), languages().end()),
-                         [](const auto& info) { return std::string(info.param->name); });
+                         [](const auto& language) { return std::string(language.param->name); });
 INSTANTIATE_TEST_SUITE_P(MadeUp, EveryLanguage, testing::Values(&madeUpLanguage()));
 
 TEST(Languages, AreFoundByTheirTags) {
