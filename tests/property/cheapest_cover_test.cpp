@@ -406,6 +406,9 @@ TEST_F(CheapestCover, OfPairsIsTheLeastOfAll) {
   forRandomLines(300, [&](testing::Chance& /*chance*/, const Corpus& plain, const SpeechLabels& line) {
     Corpus corpus = plain;
     corpus.trajectory_model = testing::tinyModel(corpus);
+    for (const CorpusTake& take : corpus.takes) {
+      if (isSaidAlike(line, take.labels)) return;  // a take in its own time is not searched for
+    }
     const UnitDatabase database(corpus);
     const PairOracle oracle(line, database);
     const SelectionOptions options{.method = SelectionMethod::kViterbi, .pairs_kept = 1000};

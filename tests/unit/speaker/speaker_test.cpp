@@ -89,7 +89,7 @@ TEST_F(Front, ArkitOpensTheJawInVowelsAndNotInSilence) {
   for (std::size_t frame = 0; frame < line.frameCount(); ++frame)
     widest = std::max(widest, line.arkitWeights(frame)[jaw]);
   EXPECT_GT(widest, 0.1F);
-  EXPECT_LT(line.arkitWeights(0)[jaw], 0.3F * widest);
+  EXPECT_LT(line.arkitWeights(line.frameCount() - 1)[jaw], 0.1F * widest) << "at rest";
 }
 
 TEST_F(Front, TwoSpeakersInTwoThreadsGiveTheSameBytesAsOneAfterTheOther) {
