@@ -149,7 +149,7 @@ TEST_F(CorpusVoice, SpeaksAtTheRateThatIsAskedFor) {
   EXPECT_NEAR(slow / quick, 2.0, 0.15) << "pauses at the ends are cut to the same length first";
   const ProgramResult other = runProgram("synth", {"--rate", "1", "--text", "now", "-o", wav().string()});
   EXPECT_EQ(other.exit_code, 1);
-  EXPECT_NE(other.err.find("expected --voice corpus"), std::string::npos) << other.err;
+  EXPECT_NE(other.err.find("expected the voice corpus"), std::string::npos) << other.err;
 }
 
 TEST_F(CorpusVoice, APhoneThatWasNeverRecordedIsNamed) {

@@ -62,7 +62,7 @@ TEST(PromptChoice, IsAsGoodAsTheGreedyChoiceByDefinition) {
   std::vector<Prompt> prompts;
   for (unsigned i = 0; i < 60; ++i) {
     Prompt prompt{std::to_string(i), {}};
-    for (unsigned k = 0; k < 4 + i % 5; ++k) prompt.phones.push_back(static_cast<Phone>(1 + (i * 7 + k * k * 13) % 40));
+    for (unsigned k = 0; k < 4 + i % 5; ++k) prompt.phones.push_back(static_cast<Phone>(1 + (i * 7 + k * k * 13) % (kPhoneCount - 1)));
     prompts.push_back(prompt);
   }
   const ChosenPrompts chosen = choosePrompts(prompts, 20);

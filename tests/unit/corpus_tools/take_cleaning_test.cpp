@@ -101,7 +101,7 @@ TEST(CorpusCheck, LooksIntoTheVisemePoses) {
   corpus.viseme_poses = "{}";
   const CorpusCheck check = checkCorpus(corpus);
   ASSERT_EQ(check.problems.size(), 1U);
-  EXPECT_EQ(check.problems[0], "one.corpus:markers: expected a list of marker names");
+  EXPECT_EQ(check.problems[0], "one.corpus:markers: is missing; expected a list of 1 to 1000");
 }
 
 TEST(CorpusCheck, NamesWhatIsWrong) {
