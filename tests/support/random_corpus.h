@@ -26,7 +26,7 @@ std::string randomWords(Chance& chance);
 /// every third take was not seen for a while.
 Corpus randomCorpus(Chance& chance);
 
-/// The first of as many seeds as a test tries: of the clock, or of the variable MOUTHPIECE_SEED.
+/// The first of as many seeds as a test tries: always the same, or that of the variable MOUTHPIECE_SEED.
 std::uint64_t firstSeed();
 
 }  // namespace mouthpiece::testing
