@@ -8,7 +8,11 @@ function(mouthpiece_library name)
   add_library(mouthpiece::${name} ALIAS mouthpiece_${name})
   target_include_directories(mouthpiece_${name} PUBLIC ${CMAKE_SOURCE_DIR}/include ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR})
   target_link_libraries(mouthpiece_${name} ${ARG_LINKS})
-  mouthpiece_compile_options(mouthpiece_${name})
+  if(name MATCHES "^programs_")
+    mouthpiece_compile_options(mouthpiece_${name} programs)
+  else()
+    mouthpiece_compile_options(mouthpiece_${name})
+  endif()
   set_property(GLOBAL APPEND PROPERTY MOUTHPIECE_ROOMS mouthpiece_${name})
 endfunction()
 
@@ -18,7 +22,7 @@ function(mouthpiece_program name)
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR}/include ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LINKS})
-  mouthpiece_compile_options(${name})
+  mouthpiece_compile_options(${name} programs)
 endfunction()
 
 # mouthpiece_test(NAME [SOURCES ...] [SUPPORT ...] LINKS ... [LABELS ...] [PROGRAMS ...]): one GoogleTest executable, its
@@ -63,24 +67,33 @@ function(mouthpiece_embed target symbol file)
   target_sources(${target} PRIVATE ${generated})
 endfunction()
 
-# What nearly every source includes is parsed once; all targets share it (docs/decisions/0004-build-time.md).
+# What nearly every source includes is parsed once; all targets share it, and the programs, whose time goes into reading
+# command lines, have CLI11 in theirs and are optimised less (docs/decisions/0004-build-time.md).
 function(mouthpiece_precompile)
   file(WRITE ${CMAKE_BINARY_DIR}/precompiled/precompiled.cpp "")
-  add_library(mouthpiece_precompiled OBJECT ${CMAKE_BINARY_DIR}/precompiled/precompiled.cpp)
-  mouthpiece_compile_options(mouthpiece_precompiled)
-  target_link_libraries(mouthpiece_precompiled PRIVATE Eigen3::Eigen fmt::fmt)
-  target_precompile_headers(mouthpiece_precompiled PRIVATE <algorithm> <array> <cmath> <cstdint> <filesystem>
-    <functional> <map> <memory> <optional> <span> <string> <string_view> <vector> <Eigen/Core> <Eigen/Geometry>
-    <fmt/format.h>)
+  foreach(target mouthpiece_precompiled mouthpiece_precompiled_programs)
+    add_library(${target} OBJECT ${CMAKE_BINARY_DIR}/precompiled/precompiled.cpp)
+    target_link_libraries(${target} PRIVATE Eigen3::Eigen fmt::fmt)
+    mouthpiece_compile_options(${target})
+    target_precompile_headers(${target} PRIVATE <algorithm> <array> <cmath> <cstdint> <filesystem> <functional> <map>
+      <memory> <optional> <span> <string> <string_view> <vector> <Eigen/Core> <Eigen/Geometry> <fmt/format.h>)
+  endforeach()
+  target_link_libraries(mouthpiece_precompiled_programs PRIVATE CLI11::CLI11)
+  target_compile_options(mouthpiece_precompiled_programs PRIVATE -O1)
+  target_precompile_headers(mouthpiece_precompiled_programs PRIVATE <CLI/CLI.hpp>)
 endfunction()
 
+# mouthpiece_compile_options(TARGET [programs])
 function(mouthpiece_compile_options target)
   get_target_property(type ${target} TYPE)
   if(type STREQUAL "EXECUTABLE")  # compiled as a library is, or the precompiled header would not do
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
     target_compile_options(${target} PRIVATE -fPIC)
   endif()
-  if(NOT target STREQUAL mouthpiece_precompiled)
+  if("programs" IN_LIST ARGN)
+    target_compile_options(${target} PRIVATE -O1)
+    target_precompile_headers(${target} REUSE_FROM mouthpiece_precompiled_programs)
+  elseif(NOT target MATCHES "^mouthpiece_precompiled")
     target_precompile_headers(${target} REUSE_FROM mouthpiece_precompiled)
   endif()
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>)  # ccache asks for it
