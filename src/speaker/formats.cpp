@@ -29,7 +29,7 @@ struct Row {
   void (*write)(const fs::path& path, const Source& source);
 };
 
-/// ARKit's curves for the head's own shapes by their real geometry where it has any, else fitted to the markers.
+/// Fitted to the markers; a head's own shapes do not count here (`retarget apply` asks for them).
 ArkitCurves arkitOf(const Source& source) {
   ArkitCurves curves;
   curves.frame_rate_hz = source.animation.motion.frame_rate_hz;
