@@ -14,6 +14,9 @@
 
 namespace mouthpiece {
 
+/// Nothing is divided by less.
+inline constexpr float kLeastLength = 1e-30F;
+
 /// A vertex of one lip that watches the place of the other which is nearest when the mouth is closed. The other lip's
 /// shape around that place is taken along in the frame of its triangle.
 struct LipWatch {

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMaxAnchorBytes = 16 << 20;
 
-struct Arguments {
+struct FitArguments {
   fs::path mesh, anchors, corpus, out, show;
   std::string name, kernel = "auto";
   WarpOptions warp;
@@ -30,7 +30,7 @@ std::string meshNameIn(const fs::path& face_path, const fs::path& mesh) {
   return relative.empty() ? fs::absolute(mesh).string() : relative.string();
 }
 
-int runFit(const Arguments& given) {
+int runFit(const FitArguments& given) {
   const Corpus corpus = readCorpus(given.corpus);
   const std::string bytes = readFile(given.mesh);
   FaceMesh mesh = parseFaceMesh(bytes, given.mesh);
@@ -55,7 +55,7 @@ int runFit(const Arguments& given) {
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, FitArguments& options) {
   command.add_option("--mesh", options.mesh, "OBJ, PLY, OFF or GLB, in any unit and turned any way")->required();
   command
       .add_option("--anchors", options.anchors,

@@ -11,12 +11,12 @@
 namespace mouthpiece {
 namespace {
 
-struct Arguments {
+struct PickArguments {
   std::filesystem::path mesh, out;
   bool quiet = false;
 };
 
-int runPick(const Arguments& given) {
+int runPick(const PickArguments& given) {
   const FaceMesh mesh = readFaceMesh(given.mesh);
   const std::string name = given.mesh.stem().string();
   const std::filesystem::path out = given.out.empty() ? std::filesystem::path(name + ".pick.html") : given.out;
@@ -27,7 +27,7 @@ int runPick(const Arguments& given) {
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, PickArguments& options) {
   command.add_option("MESH", options.mesh, "OBJ, PLY, OFF or GLB")->required();
   command.add_option("--out", options.out, "The page (default: MESH's name with .pick.html)");
 }
