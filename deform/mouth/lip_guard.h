@@ -7,12 +7,14 @@
 #include <span>
 #include <vector>
 
-#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/triangles.h"
 #include "deform/mouth/jaw.h"
 #include "deform/surface/binding.h"
 #include "deform/surface/control_surface.h"
 
 namespace mouthpiece {
+
+struct FaceMesh;
 
 /// Nothing is divided by less.
 inline constexpr float kLeastLength = 1e-30F;

@@ -7,6 +7,7 @@
 
 #include "base/errors.h"
 #include "base/smooth_step.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/triangle_tree.h"
 #include "deform/mouth/lip_guard.h"
 #include "deform/surface/virtual_points.h"

@@ -4,6 +4,7 @@
 
 #include "base/errors.h"
 #include "base/json_fields.h"
+#include "deform/mesh/face_mesh.h"
 
 namespace mouthpiece {
 

@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
-#include "deform/mesh/face_mesh.h"
-
 namespace mouthpiece {
+
+struct FaceMesh;
 
 /// An anchor to click: the marker's name and where it lies, in words.
 struct AnchorToPick {

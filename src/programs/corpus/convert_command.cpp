@@ -4,6 +4,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "deform/mesh/face_mesh.h"
 #include "exports/arkit.h"
 #include "motion/formats/motion_file.h"
 #include "motion/position_limits.h"

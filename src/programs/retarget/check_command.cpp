@@ -9,6 +9,7 @@
 #include <span>
 
 #include "base/index.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/welding.h"
 #include "base/statistics.h"
 #include "deform/surface/bezier_surface.h"

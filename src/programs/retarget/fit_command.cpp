@@ -4,6 +4,7 @@
 
 #include "base/files.h"
 #include "base/index.h"
+#include "deform/mesh/face_mesh.h"
 #include "programs/retarget/commands.h"
 #include "retarget/placing/face_page.h"
 #include "units/file/corpus.h"

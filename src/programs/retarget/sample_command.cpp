@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 
 #include "base/files.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/mesh_reader.h"
 #include "programs/retarget/commands.h"
 #include "retarget/sample_head/default_face.h"
