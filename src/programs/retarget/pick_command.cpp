@@ -13,11 +13,12 @@ namespace {
 
 struct Arguments {
   std::filesystem::path mesh, out;
+  std::string object;
   bool quiet = false;
 };
 
 int runPick(const Arguments& given) {
-  const FaceMesh mesh = readFaceMesh(given.mesh);
+  const FaceMesh mesh = readFaceMesh(given.mesh, given.object);
   const std::string name = given.mesh.stem().string();
   const std::filesystem::path out = given.out.empty() ? std::filesystem::path(name + ".pick.html") : given.out;
   writeFileAtomically(out, facePage(mesh, name, {}, suggestedAnchors()));
@@ -28,7 +29,9 @@ int runPick(const Arguments& given) {
 }
 
 void addOptions(CLI::App& command, Arguments& options) {
-  command.add_option("MESH", options.mesh, "OBJ, PLY, OFF or GLB")->required();
+  command.add_option("MESH", options.mesh, "OBJ, PLY, OFF, GLB or VRM")->required();
+  command.add_option("--object", options.object,
+                     "Of a GLB's scene what hangs on the node, or shows the mesh, of this name (default: all)");
   command.add_option("--out", options.out, "The page (default: MESH's name with .pick.html)");
 }
 
