@@ -15,7 +15,6 @@ namespace {
 constexpr float kReach = 0.03F;       ///< lips at rest are no farther apart
 constexpr float kLeastJump = 0.05F;   ///< what the shape moves them apart
 constexpr float kLeastSlope = 20.0F;  ///< that jump by their distance; skin that stretches stays under 6
-constexpr std::size_t kSteps = 40;
 
 struct Jump {
   SlitPair pair;
@@ -83,21 +82,19 @@ std::vector<SlitPair> lipSlit(const FaceMesh& mesh, const VertexPositions& jaw_m
   std::vector<Jump> jumps;
   for (const std::uint32_t v : skin) {
     if (jaw_moves.row(v).norm() < kLeastJump * most) continue;
-    if (const auto upper = partnerOf(v)) jumps.push_back({{*upper, v}, mesh.vertices(v, 0), mesh.vertices(v, 2)});
+    if (const auto upper = partnerOf(v)) jumps.push_back({{*upper, v, 0}, mesh.vertices(v, 0), mesh.vertices(v, 2)});
   }
   if (jumps.size() < 4) return {};
   const auto [left, right] =
       std::minmax_element(jumps.begin(), jumps.end(), [](const Jump& a, const Jump& b) { return a.x < b.x; });
   const float first = left->x, width = std::max(right->x - left->x, 1e-9F);
-  std::array<std::optional<Jump>, kSteps> in_front;
-  for (const Jump& jump : jumps) {
-    const auto step = std::min(kSteps - 1, static_cast<std::size_t>((jump.x - first) / width * asFloat(kSteps)));
-    if (!in_front[step] || jump.z > in_front[step]->z) in_front[step] = jump;
-  }
+  std::stable_sort(jumps.begin(), jumps.end(), [](const Jump& a, const Jump& b) { return a.z > b.z; });
   std::vector<SlitPair> slit;
-  for (const auto& jump : in_front) {
-    if (jump) slit.push_back(jump->pair);
+  for (Jump& jump : jumps) {
+    jump.pair.step = std::min(kSlitSteps - 1, static_cast<std::size_t>((jump.x - first) / width * asFloat(kSlitSteps)));
+    slit.push_back(jump.pair);
   }
+  std::stable_sort(slit.begin(), slit.end(), [](const SlitPair& a, const SlitPair& b) { return a.step < b.step; });
   return slit;
 }
 

@@ -65,7 +65,10 @@ class AnchorFinder {
       : mesh_(mesh), shapes_(shapes), skin_(skinVertices(mesh, false)), front_(frontOf(mesh)) {}
 
   std::map<std::string, std::uint32_t> find(const std::string& file) {
-    const std::vector<SlitPair> slit = lipSlit(mesh_, shapes_.jaw_open);
+    std::vector<SlitPair> slit;
+    for (const SlitPair& pair : lipSlit(mesh_, shapes_.jaw_open)) {
+      if (slit.empty() || slit.back().step != pair.step) slit.push_back(pair);  // the one in front
+    }
     if (slit.size() < 4) {
       throw InputError(file, "",
                        "shows no slit between the lips where its jaw opens: they are one surface, or the mouth's shapes "

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "base/errors.h"
@@ -283,22 +284,22 @@ class WeightDescent {
 
 /// The slit of the mouth; its motion as places, `at_rest` from one lip to the other.
 ShapeClosures closuresOf(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes,
-                         Eigen::VectorXf& at_rest) {
+                         std::vector<SlitPair>& slit, Eigen::VectorXf& at_rest) {
   VertexPositions jaw = VertexPositions::Zero(mesh.vertices.rows(), 3);
   for (std::size_t s = 0; s < shapes.names.size(); ++s) {
     const int shape = arkitIndex(shapes.names[s]);
     if (shape >= 0 && kArkitNames[unsignedIndex(shape)] == "JawOpen") jaw += shapes.moves[s];
   }
-  const std::vector<SlitPair> slit = lipSlit(mesh, jaw);
-  ShapeClosures closures;
   // The corners always touch: what counts is the middle half.
-  const std::size_t first = slit.size() / 4, last = slit.size() - slit.size() / 4;
-  const auto rows = 3 * signedIndex(last - first);
+  slit = lipSlit(mesh, jaw);
+  std::erase_if(slit, [](const SlitPair& pair) { return pair.step < kSlitSteps / 4 || pair.step >= kSlitSteps - kSlitSteps / 4; });
+  ShapeClosures closures;
+  const auto rows = 3 * signedIndex(slit.size());
   closures.shapes = Eigen::MatrixXf::Zero(rows, kShapes);
   closures.motion = Eigen::MatrixXf::Zero(rows, animation.positions.rows());
   at_rest = Eigen::VectorXf::Zero(rows);
-  for (std::size_t i = first; i < last; ++i) {
-    const Eigen::Index row = 3 * signedIndex(i - first), upper = signedIndex(slit[i].upper), lower = signedIndex(slit[i].lower);
+  for (std::size_t i = 0; i < slit.size(); ++i) {
+    const Eigen::Index row = 3 * signedIndex(i), upper = signedIndex(slit[i].upper), lower = signedIndex(slit[i].lower);
     for (std::size_t s = 0; s < shapes.moves.size(); ++s) {
       const int shape = drivenShape(shapes.names[s]);
       if (shape >= 0)
@@ -311,15 +312,31 @@ ShapeClosures closuresOf(const FaceAnimation& animation, const FaceMesh& mesh, c
   return closures;
 }
 
-/// How far the lips of each frame gape over the middle half of the mouth at most, mm: by height, since lips that roll
-/// pass each other in depth.
-std::vector<double> gapesOf(const Eigen::MatrixXf& apart, double mm_per_unit) {
+/// How far the lips of each frame gape where they do most, over the middle half of the mouth, mm: in each step across it
+/// the pair that is nearest counts, by height, since lips that roll pass each other in depth.
+std::vector<double> gapesOf(const std::vector<SlitPair>& slit, const Eigen::MatrixXf& apart, double mm_per_unit) {
   std::vector<double> gapes(unsignedIndex(apart.cols()), 0.0);
   for (Eigen::Index t = 0; t < apart.cols(); ++t) {
-    for (Eigen::Index row = 1; row < apart.rows(); row += 3)
-      gapes[unsignedIndex(t)] = std::max(gapes[unsignedIndex(t)], mm_per_unit * static_cast<double>(apart(row, t)));
+    for (std::size_t first = 0; first < slit.size();) {
+      double least = std::numeric_limits<double>::max();
+      std::size_t i = first;
+      for (; i < slit.size() && slit[i].step == slit[first].step; ++i)
+        least = std::min(least, mm_per_unit * static_cast<double>(apart(3 * signedIndex(i) + 1, t)));
+      gapes[unsignedIndex(t)] = std::max(gapes[unsignedIndex(t)], least);
+      first = i;
+    }
   }
   return gapes;
+}
+
+/// Lips that meet are asked to meet all over: the shapes give in where they cannot.
+void tighten(const std::vector<double>& gapes, double mm_per_unit, ShapeClosures& closures) {
+  constexpr double kTightMm = 0.15;
+  for (std::size_t t = 0; t < gapes.size(); ++t) {
+    const float shift = asFloat(std::max(0.0, gapes[t] - kTightMm) / mm_per_unit);
+    for (Eigen::Index row = 1; closures.in_frame[t] && row < closures.motion.rows(); row += 3)
+      closures.motion(row, signedIndex(t)) -= shift;
+  }
 }
 
 }  // namespace
@@ -349,13 +366,15 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
   curves.has_shape = problem.has_shape;
   const auto present = std::count(problem.has_shape.begin(), problem.has_shape.end(), true);
   Eigen::VectorXf at_rest;
-  ShapeClosures closures = closuresOf(animation, mesh, shapes, at_rest);
-  const std::vector<double> gapes = gapesOf(closures.motion, mm_per_unit);
-  for (const double gape : gapes) closures.in_frame.push_back(closures.shapes.rows() > 0 && gape < kMeetMm);
+  std::vector<SlitPair> slit;
+  ShapeClosures closures = closuresOf(animation, mesh, shapes, slit, at_rest);
+  const std::vector<double> gapes = gapesOf(slit, closures.motion, mm_per_unit);
+  for (const double gape : gapes) closures.in_frame.push_back(!slit.empty() && gape < kMeetMm);
+  tighten(gapes, mm_per_unit, closures);
   closures.motion.colwise() -= at_rest;
   curves.weights = fitShapeWeights(problem.shapes, problem.motion, unsignedIndex(present), options, &closures);
   const std::vector<double> kept =
-      gapesOf((closures.shapes * curves.weights.transpose()).colwise() + at_rest, mm_per_unit);
+      gapesOf(slit, (closures.shapes * curves.weights.transpose()).colwise() + at_rest, mm_per_unit);
   for (std::size_t t = 0; t < gapes.size(); ++t) {
     if (!closures.in_frame[t]) continue;
     ++curves.closures;

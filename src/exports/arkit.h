@@ -73,11 +73,11 @@ int arkitIndex(std::string_view shape_name);
 
 /// Pulls are shares of the mean shape's energy.
 struct ArkitOptions {
-  double smoothness = 0.02;  ///< pull between a weight's neighbours in time
-  double thrift = 0.002;     ///< pull of every weight towards zero
-  double sparsity = 0.004;   ///< push of every weight to zero, whatever its size: small ones vanish
+  double smoothness = 0.01;  ///< pull between a weight's neighbours in time
+  double thrift = 0.001;     ///< pull of every weight towards zero
+  double sparsity = 0.003;   ///< push of every weight to zero, whatever its size: small ones vanish
   double symmetry = 0.02;    ///< pull between the weights of a left and a right shape
-  double closure = 30;       ///< how many times more a place where the lips meet counts
+  double closure = 300;      ///< how many times more a place where the lips meet counts
 };
 
 /// Weights of ARKit's shapes over time.
