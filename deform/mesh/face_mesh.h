@@ -41,6 +41,7 @@ struct MeshPart {
   std::size_t triangle_count = 0;
   std::array<float, 4> base_color{0.8F, 0.6F, 0.5F, 1.0F};  ///< linear RGBA
   float roughness = 0.6F;
+  int material = -1;        ///< of a GLB's, its number
   bool stands_off = false;  ///< lashes, brows, beards: hair rooted in the skin, a piece of its own
 };
 

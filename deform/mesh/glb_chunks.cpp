@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "base/errors.h"
+#include "deform/mesh/glb_scene.h"
 
 namespace mouthpiece {
 namespace {
@@ -82,6 +83,32 @@ std::string glbOf(const nlohmann::json& root, std::string binary) {
   head.append("BIN\0", 4);
   binary.insert(0, head);  // in place where there is room: of a long line a copy would be the largest of all
   return binary;
+}
+
+std::map<int, GlbPicture> glbPictures(std::string_view glb, std::string_view file) {
+  const GlbChunks chunks = glbChunks(glb, file);
+  std::map<int, GlbPicture> pictures;
+  const auto at = [&](const char* list, const nlohmann::json& number) -> const nlohmann::json& {
+    return chunks.root.at(list).at(number.get<std::size_t>());
+  };
+  const nlohmann::json none = nlohmann::json::array();
+  const nlohmann::json& materials = chunks.root.contains("materials") ? chunks.root["materials"] : none;
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    try {
+      const nlohmann::json& texture = at("textures", materials[m].at("pbrMetallicRoughness").at("baseColorTexture").at("index"));
+      const bool has_source = texture.contains("source");
+      const nlohmann::json& image = at("images", has_source ? texture["source"] : texture.at("extensions").at("EXT_texture_webp").at("source"));
+      const std::string mime = image.value("mimeType", "");
+      if (mime != "image/png" && mime != "image/jpeg" && mime != "image/webp") continue;
+      const nlohmann::json& view = at("bufferViews", image.at("bufferView"));
+      const std::size_t begin = view.value("byteOffset", std::size_t{0}), length = view.at("byteLength").get<std::size_t>();
+      if (view.value("buffer", 0) != 0 || begin > chunks.binary.size() || length > chunks.binary.size() - begin) continue;
+      pictures[static_cast<int>(m)] = {mime, std::string(chunks.binary.substr(begin, length))};
+    } catch (const nlohmann::json::exception&) {
+      continue;  // a material without a picture of its own
+    }
+  }
+  return pictures;
 }
 
 }  // namespace mouthpiece

@@ -433,6 +433,7 @@ class GlbParser {
     MeshPart part{.name = printable(mesh_name.empty() ? "mesh" : mesh_name, 120), .base_color = {1, 1, 1, 1}};
     if (material >= 0 && unsignedIndex(material) < model_.materials.size()) {
       const tinygltf::Material& source = model_.materials[unsignedIndex(material)];
+      part.material = material;
       if (!source.name.empty() && (kindFromName(source.name) || !kindFromName(mesh_name)))
         part.name = printable(source.name, 120);
       const auto& factor = source.pbrMetallicRoughness.baseColorFactor;

@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <map>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -27,6 +29,15 @@ struct GlbRun {
 /// Where the vertices of parseFaceMesh(glb) come from, in their order. `object`: as parseFaceMesh takes it. Throws
 /// InputError as parseFaceMesh does.
 std::vector<GlbRun> glbRuns(std::string_view glb, std::string_view file, std::string_view object = {});
+
+/// The picture that colours a material, as the file holds it.
+struct GlbPicture {
+  std::string mime;  ///< "image/png", "image/jpeg" or "image/webp"
+  std::string bytes;
+};
+/// Base colour pictures by the number of the material; those kept outside the file, or in formats that no browser shows
+/// (KTX2), are left out. Throws InputError likewise.
+std::map<int, GlbPicture> glbPictures(std::string_view glb, std::string_view file);
 
 /// What some scalar accessors of a GLB hold, as numbers. Throws InputError likewise.
 std::vector<std::vector<float>> glbScalars(std::string_view glb, std::string_view file,

@@ -17,16 +17,17 @@ namespace {
 
 using nlohmann::json;
 
-/// The shapes that move the vertices of one mesh, and how far; mesh space.
-struct MeshShapes {
-  std::vector<Eigen::Index> numbers;  ///< of those that move any vertex, rising
-  std::map<std::size_t, std::vector<json>> targets;  ///< by run: a target for each of `numbers`
-};
-
 class SpeechAdder {
  public:
   SpeechAdder(std::string_view glb, const std::string& file) : glb_(glb), file_(file), model_(glb, file) {
-    if (model_.hasData()) model_.removeSpeech();
+    if (!model_.hasData()) return;
+    const std::map<std::size_t, std::size_t> removed = model_.removeSpeech();
+    const json& nodes = model_.root["nodes"];
+    for (std::size_t node = 0; !removed.empty() && node < nodes.size(); ++node) {
+      if (!nodes[node].contains("mesh")) continue;
+      const auto lost = removed.find(nodes[node]["mesh"].get<std::size_t>());
+      if (lost != removed.end()) widened_[node] = {targetCount(meshOf(node)), lost->second, 0};
+    }
   }
 
   [[nodiscard]] bool hasData() const { return model_.hasData(); }
@@ -123,7 +124,8 @@ class SpeechAdder {
       while (rest.size() < before) rest.push_back(0.0);
       for (std::size_t i = 0; i < numbers.size(); ++i) rest.push_back(0.0);
     }
-    widened_[node] = {before, numbers.size()};
+    widened_[node].targets = before;
+    widened_[node].added = numbers.size();
     added_of_node_[node] = {numbers.begin(), numbers.end()};
   }
 

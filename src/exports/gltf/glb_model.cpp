@@ -256,7 +256,8 @@ void GlbModel::addSpeech(std::size_t frame_count, double frame_rate_hz, const st
   listOf(root, "animations").push_back(std::move(speech));
 }
 
-void GlbModel::removeSpeech() {
+std::map<std::size_t, std::size_t> GlbModel::removeSpeech() {
+  std::map<std::size_t, std::size_t> removed;
   std::set<std::size_t> orphans;
   if (const auto animations = root.find("animations"); animations != root.end() && animations->is_array()) {
     for (auto animation = animations->begin(); animation != animations->end();) {
@@ -272,6 +273,7 @@ void GlbModel::removeSpeech() {
     if (animations->empty()) root.erase(animations);
   }
   for (json& mesh : entriesOf(root, "meshes")) {
+    const auto number = unsignedIndex(&mesh - entriesOf(root, "meshes").data());
     const auto extras = mesh.find("extras");
     if (extras == mesh.end() || !extras->is_object() || !extras->contains("targetNames")) continue;
     json& names = (*extras)["targetNames"];
@@ -291,11 +293,16 @@ void GlbModel::removeSpeech() {
       }
       cut(primitive, "targets");
     }
+    removed[number] = names.size() - kept;
     cut(mesh, "weights");
+    for (json& node : entriesOf(root, "nodes")) {
+      if (node.value("mesh", json()) == json(number)) cut(node, "weights");
+    }
     cut(*extras, "targetNames");
     if (extras->empty()) mesh.erase(extras);
   }
   free(orphans);
+  return removed;
 }
 
 /// What nothing else uses: accessors, and the views of these.
@@ -338,13 +345,13 @@ void GlbModel::widenWeights(const KeyReader& keysOf, const std::map<std::size_t,
       const json& target = channel.at("target");
       if (target.value("path", "") != "weights" || !target.contains("node")) continue;
       const auto widened = nodes.find(target["node"].get<std::size_t>());
-      if (widened == nodes.end() || widened->second.targets == 0) continue;
+      if (widened == nodes.end()) continue;
       json sampler = animation.at("samplers").at(channel.at("sampler").get<std::size_t>());
       const std::size_t output = sampler.at("output").get<std::size_t>();
       const std::vector<float> keys = keysOf(output);
       std::vector<float> wide;
-      const std::size_t own = widened->second.targets;
-      for (std::size_t first = 0; first + own <= keys.size(); first += own) {
+      const std::size_t own = widened->second.targets, stride = own + widened->second.removed;
+      for (std::size_t first = 0; stride > 0 && first + stride <= keys.size(); first += stride) {
         wide.insert(wide.end(), keys.begin() + signedIndex(first), keys.begin() + signedIndex(first + own));
         wide.insert(wide.end(), widened->second.added, 0.0F);
       }

@@ -43,10 +43,11 @@ class GlbModel {
   /// An animation called "speech" after those that are there: a key a frame.
   void addSpeech(std::size_t frame_count, double frame_rate_hz, const std::vector<SpeechTrack>& tracks);
   /// Takes away what an earlier run has added: the animation "speech", and morph targets called speech_00 and so on.
-  void removeSpeech();
-  /// A mesh with `targets` morph targets gets `added` ones more.
+  /// Returns how many targets each mesh has lost that had some; widenWeights() is to be told.
+  std::map<std::size_t, std::size_t> removeSpeech();
+  /// A mesh keeps `targets` morph targets, has lost `removed` after them and gets `added` ones.
   struct Widening {
-    std::size_t targets = 0, added = 0;
+    std::size_t targets = 0, removed = 0, added = 0;
   };
   using KeyReader = std::function<std::vector<float>(std::size_t accessor)>;
   /// Makes the keys of the animations of these nodes' weights fit, the added ones at rest. `keysOf`: what an accessor of

@@ -11,6 +11,8 @@
 namespace mouthpiece {
 namespace {
 
+constexpr std::uint64_t kMaxMeshBytes = std::uint64_t{1} << 30;
+
 struct Arguments {
   std::filesystem::path mesh, out;
   std::string object;
@@ -18,10 +20,13 @@ struct Arguments {
 };
 
 int runPick(const Arguments& given) {
-  const FaceMesh mesh = readFaceMesh(given.mesh, given.object);
+  const std::string bytes = readFile(given.mesh, kMaxMeshBytes);
+  const FaceMesh mesh = parseFaceMesh(bytes, given.mesh, given.object);
+  PageDressing dressing;
+  if (isGlb(given.mesh)) dressing.pictures = glbPictures(bytes, given.mesh.string());
   const std::string name = given.mesh.stem().string();
   const std::filesystem::path out = given.out.empty() ? std::filesystem::path(name + ".pick.html") : given.out;
-  writeFileAtomically(out, facePage(mesh, name, {}, suggestedAnchors()));
+  writeFileAtomically(out, facePage(mesh, name, {}, suggestedAnchors(), dressing));
   if (!given.quiet)
     printText(fmt::format("Open {} in a browser, click the {} anchors, save them.\n", out.string(),
                           suggestedAnchors().size()));

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "base/errors.h"
@@ -90,8 +91,8 @@ TEST(Avatar, KeepsWhateverItHad) {
   for (std::size_t a = 0; a < given.root["accessors"].size(); ++a) {
     if (a == widened || given.root["accessors"][a]["type"] == "MAT4") continue;
     EXPECT_EQ(after.root["accessors"][a]["type"], given.root["accessors"][a]["type"]);
-    if (given.root["accessors"][a]["componentType"] == 5126 || given.root["accessors"][a]["componentType"] == 5123)
-      EXPECT_EQ(after.accessor(a), given.accessor(a)) << a;
+    if (given.root["accessors"][a]["componentType"] == 5121) continue;  // joints: their views are compared
+    EXPECT_EQ(after.accessor(a), given.accessor(a)) << a;
   }
 }
 
@@ -121,8 +122,10 @@ TEST(Avatar, OwnShapesAndAnimationsStayAndSpeechIsAdded) {
 TEST(Avatar, SaysItAgainWithoutLeavingTheFirstBehind) {
   const std::string given = madeUpAvatar();
   const std::string once = spoken(given), twice = spoken(once);
-  EXPECT_EQ(GlbFile(twice).root, GlbFile(once).root);
-  EXPECT_EQ(twice.size(), once.size());
+  EXPECT_EQ(GlbFile(twice).root["meshes"][0]["extras"], GlbFile(once).root["meshes"][0]["extras"]);
+  for (const char* list : {"accessors", "bufferViews", "animations"})
+    EXPECT_EQ(GlbFile(twice).root[list].size(), GlbFile(once).root[list].size()) << list;
+  EXPECT_NEAR(asReal(twice.size()), asReal(once.size()), 64) << "but for alignment";
   // Nothing in the chunk that no view shows, but what alignment asks for.
   const GlbFile file(twice);
   std::size_t shown = 0;
@@ -210,12 +213,11 @@ INSTANTIATE_TEST_SUITE_P(All, AvatarStyles,
 
 TEST(Avatar, PartsAreWhatBonesAndShapesTell) {
   const FaceMesh mesh = parseGlb(madeUpAvatar(), "avatar.glb");
-  ASSERT_EQ(mesh.parts.size(), 5U);
-  EXPECT_EQ(mesh.parts[0].name, "N00_000_00_HairBack_00");
-  EXPECT_EQ(mesh.parts[0].kind, PartKind::kSkin) << "what the mouth's own shapes move is the face, whatever its name says";
-  EXPECT_EQ(mesh.parts[1].kind, PartKind::kEye);
-  EXPECT_EQ(mesh.parts[3].name, "Boot_Skin");
-  EXPECT_EQ(mesh.parts[3].kind, PartKind::kOther) << "hangs on the hips";
+  std::map<std::string, PartKind> kinds;
+  for (const MeshPart& part : mesh.parts) kinds[part.name] = part.kind;
+  EXPECT_EQ(kinds.at("N00_000_00_HairBack_00"), PartKind::kSkin) << "what the mouth's own shapes move is the face";
+  EXPECT_EQ(kinds.at("Iris"), PartKind::kEye);
+  EXPECT_EQ(kinds.at("Boot_Skin"), PartKind::kOther) << "hangs on the hips";
 }
 
 TEST(Avatar, SeveralHeadsAreToldApart) {
