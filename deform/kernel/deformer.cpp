@@ -8,6 +8,7 @@
 
 #include "base/errors.h"
 #include "deform/kernel/patch_kernel.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/head_topology.h"
 #include "deform/mouth/jaw.h"
 #include "deform/mouth/lip_guard.h"

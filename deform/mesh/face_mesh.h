@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -11,18 +10,9 @@
 #include <string_view>
 #include <vector>
 
-#include "base/index.h"
+#include "deform/mesh/triangles.h"
 
 namespace mouthpiece {
-
-/// A small count in single precision; exact up to 2^24.
-constexpr float asFloat(std::integral auto n) { return static_cast<float>(n); }
-/// The whole part of a real number, for Eigen; towards zero.
-constexpr Eigen::Index wholePart(std::floating_point auto x) { return static_cast<Eigen::Index>(x); }
-
-/// vertices x 3, in the mesh's own unit.
-using VertexPositions = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
-using Triangle = std::array<std::uint32_t, 3>;
 
 /// What a part of the head is, and so what moves it: the control surface moves skin; the jaw moves lower teeth
 /// and the tongue's root; eyes, upper teeth and hair stay.
@@ -57,11 +47,6 @@ struct FaceMesh {
   [[nodiscard]] std::size_t vertexCount() const { return unsignedIndex(vertices.rows()); }
 };
 
-/// A vertex in double precision.
-inline Eigen::Vector3d pointAt(const VertexPositions& vertices, std::integral auto vertex) {
-  const Eigen::Index row = signedIndex(vertex);
-  return vertices.row(row).transpose().cast<double>();
-}
 /// The triangles of one part, which must not be outlived; all those of parts of some kinds, in the mesh's order.
 std::span<const Triangle> trianglesOf(const FaceMesh& mesh, const MeshPart& part);
 std::vector<Triangle> trianglesOf(const FaceMesh& mesh, std::initializer_list<PartKind> kinds);
@@ -88,11 +73,5 @@ FaceShapes parseFaceShapes(std::string_view bytes, const std::filesystem::path& 
 void writeObj(const std::filesystem::path& path, const FaceMesh& mesh);
 /// What writeObj writes; parseFaceMesh gives the same mesh back.
 std::string objBytes(const FaceMesh& mesh);
-
-/// Adds to each corner twice its triangles' areas times their normals. `sums`: vertices x 3.
-void addNormals(const VertexPositions& vertices, const std::vector<Triangle>& triangles, VertexPositions& sums);
-
-/// Area-weighted unit normals, vertices x 3 (zero where a vertex has no triangle).
-VertexPositions vertexNormals(const VertexPositions& vertices, const std::vector<Triangle>& triangles);
 
 }  // namespace mouthpiece

@@ -6,6 +6,8 @@
 #include <map>
 #include <queue>
 
+#include "deform/mesh/face_mesh.h"
+
 namespace mouthpiece {
 namespace {
 

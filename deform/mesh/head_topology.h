@@ -8,9 +8,10 @@
 #include <optional>
 #include <vector>
 
-#include "deform/mesh/face_mesh.h"
-
 namespace mouthpiece {
+
+enum class PartKind;
+struct FaceMesh;
 
 /// What each vertex belongs to. One that several parts share is skin or lips if one of them is, else the mouth's
 /// inside.

@@ -11,6 +11,7 @@
 
 #include "base/errors.h"
 #include "base/smooth_step.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/surface/bezier_surface.h"
 #include "deform/surface/surface_projection.h"
 #include "deform/surface/virtual_points.h"

@@ -3,12 +3,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/welding.h"
 #include "deform/surface/bezier_surface.h"
 #include "deform/surface/control_surface.h"
 
 namespace mouthpiece {
+
+struct FaceMesh;
 
 struct BindingOptions {
   /// A vertex binds to a patch only where their normals differ by less (EDGE 6).

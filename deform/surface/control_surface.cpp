@@ -7,6 +7,7 @@
 #include <set>
 
 #include "base/errors.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/surface/control_steps.h"
 #include "deform/surface/virtual_points.h"
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "deform/mesh/face_mesh.h"
 #include "deform/surface/bezier_surface.h"
 #include "deform/surface/control_steps.h"
 #include "deform/surface/surface_projection.h"

@@ -7,6 +7,7 @@
 
 #include "base/errors.h"
 #include "base/json_fields.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/triangle_tree.h"
 
 namespace mouthpiece {

@@ -9,11 +9,13 @@
 #include <variant>
 #include <vector>
 
-#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/head_topology.h"
 #include "motion/motion_clip.h"
 
 namespace mouthpiece {
+
+enum class PartKind;
+struct FaceMesh;
 
 /// A vertex of the mesh, or a point in its unit.
 using AnchorPlace = std::variant<std::uint32_t, Eigen::Vector3d>;

@@ -4,6 +4,7 @@
 
 #include "base/errors.h"
 #include "base/page_data.h"
+#include "deform/mesh/face_mesh.h"
 
 namespace mouthpiece {
 

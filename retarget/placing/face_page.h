@@ -11,6 +11,8 @@
 
 namespace mouthpiece {
 
+struct FaceMesh;
+
 /// An anchor to click: the marker's name and where it lies, in words.
 struct AnchorToPick {
   std::string_view name;

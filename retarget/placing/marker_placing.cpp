@@ -13,6 +13,7 @@
 #include <set>
 
 #include "base/errors.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/triangle_tree.h"
 #include "retarget/placing/anchors.h"
 

@@ -12,6 +12,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/json_fields.h"
+#include "deform/mesh/face_mesh.h"
 
 namespace mouthpiece {
 namespace {

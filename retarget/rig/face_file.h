@@ -7,13 +7,15 @@
 #include <string_view>
 #include <vector>
 
-#include "deform/mesh/face_mesh.h"
 #include "deform/surface/binding.h"
 #include "deform/surface/control_surface.h"
 #include "motion/motion_clip.h"
 #include "retarget/warp/rbf_warp.h"
 
 namespace mouthpiece {
+
+enum class PartKind;
+struct FaceMesh;
 
 inline constexpr int kFaceFormatVersion = 2;
 

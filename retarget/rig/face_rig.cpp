@@ -9,6 +9,7 @@
 
 #include "base/errors.h"
 #include "deform/kernel/deformer.h"
+#include "deform/mesh/face_mesh.h"
 #include "motion/lip_gauge.h"
 #include "retarget/rig/face_file.h"
 

@@ -9,13 +9,15 @@
 #include <vector>
 
 #include "deform/kernel/face_animation.h"
-#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/triangles.h"
 #include "deform/surface/control_surface.h"
 #include "motion/lip_pose.h"
 #include "motion/motion_clip.h"
 #include "motion/tongue_pose.h"
 
 namespace mouthpiece {
+
+struct FaceMesh;
 
 /// The actor who moves a face.
 struct ActorPose {

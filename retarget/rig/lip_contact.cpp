@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "base/errors.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/triangle_tree.h"
 #include "deform/surface/virtual_points.h"
 #include "retarget/rig/face_fit.h"

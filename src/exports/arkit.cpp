@@ -10,6 +10,7 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/lip_slit.h"
 #include "exports/gltf/glb.h"
 

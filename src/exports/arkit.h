@@ -6,11 +6,13 @@
 #include <vector>
 
 #include "deform/kernel/face_animation.h"
-#include "deform/mesh/face_mesh.h"
 #include "exports/shapes/principal_shapes.h"
 #include "motion/motion_clip.h"
 
 namespace mouthpiece {
+
+struct FaceMesh;
+struct FaceShapes;
 
 /// Apple's names of ARKit's blend shapes, in the order of Live Link Face.
 inline constexpr std::array<std::string_view, 52> kArkitNames{"EyeBlinkLeft",

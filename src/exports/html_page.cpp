@@ -6,6 +6,7 @@
 #include "base/errors.h"
 #include "base/index.h"
 #include "base/page_data.h"
+#include "deform/mesh/face_mesh.h"
 #include "exports/format_bytes.h"
 #include "exports/report_fields.h"
 #include "motion/lip_gauge.h"

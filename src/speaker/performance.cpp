@@ -6,6 +6,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "deform/mesh/face_mesh.h"
 #include "exports/arkit.h"
 #include "exports/format_bytes.h"
 #include "exports/gltf/glb.h"

@@ -6,10 +6,11 @@
 #include <string>
 #include <string_view>
 
-#include "deform/mesh/face_mesh.h"
 #include "exports/shapes/principal_shapes.h"
 
 namespace mouthpiece {
+
+struct FaceMesh;
 
 /// glTF 2.0, binary (docs/formats/glb.md): one mesh with a primitive for each part that has triangles, a morph target
 /// (positions and normals, sparse) for each shape and one linear weights animation; metres. `name` is the node's and

@@ -6,6 +6,7 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "deform/mesh/face_mesh.h"
 #include "exports/gltf/glb.h"
 #include "exports/gltf/glb_model.h"
 

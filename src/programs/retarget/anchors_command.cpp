@@ -7,6 +7,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "deform/mesh/face_mesh.h"
 #include "exports/arkit.h"
 #include "programs/retarget/commands.h"
 #include "retarget/placing/face_page.h"
@@ -17,9 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kMaxMeshBytes = std::uint64_t{1} << 30;
+constexpr std::uint64_t kMostHeadBytes = std::uint64_t{1} << 30;
 
-struct Arguments {
+struct AnchorsArguments {
   fs::path mesh, out, show;
   std::string object;
   bool quiet = false, json = false;
@@ -58,8 +59,8 @@ VertexPositions jawShape(const FaceShapes& shapes) {
   return jaw;
 }
 
-int runAnchors(const Arguments& given) {
-  const std::string bytes = readFile(given.mesh, kMaxMeshBytes);
+int runAnchors(const AnchorsArguments& given) {
+  const std::string bytes = readFile(given.mesh, kMostHeadBytes);
   const FaceMesh mesh = parseFaceMesh(bytes, given.mesh, given.object);
   const FaceShapes shapes = parseFaceShapes(bytes, given.mesh, given.object);
   const TellingShapes telling{jawShape(shapes), shapeFor(shapes, "EyeBlinkRight"), shapeFor(shapes, "EyeBlinkLeft")};
@@ -92,7 +93,7 @@ int runAnchors(const Arguments& given) {
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, AnchorsArguments& options) {
   command.add_option("MESH", options.mesh, "GLB or VRM with ARKit's shapes or visemes")->required();
   command.add_option("-o,--out", options.out, "The anchors file (default: MESH's name with .anchors.json)");
   command.add_option("--object", options.object,

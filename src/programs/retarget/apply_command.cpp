@@ -9,6 +9,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/index.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/mesh_reader.h"
 #include "exports/arkit.h"
 #include "exports/format_bytes.h"
@@ -29,7 +30,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMaxMeshBytes = std::uint64_t{1} << 30;
 
-struct Arguments {
+struct ApplyArguments {
   fs::path face, motion, out, corpus, phones;
   bool arkit = false, quiet = false;
 };
@@ -64,7 +65,7 @@ void refuseFarMotion(const MotionClip& motion, const std::vector<std::string>& n
 }
 
 /// The motion as a performance of the face, without sound.
-std::shared_ptr<Performance::Data> performanceOf(const Arguments& given) {
+std::shared_ptr<Performance::Data> performanceOf(const ApplyArguments& given) {
   auto made = std::make_shared<Performance::Data>();
   made->face.emplace(given.face);
   const FaceFile& face = made->face->data().file;
@@ -97,7 +98,7 @@ std::shared_ptr<Performance::Data> performanceOf(const Arguments& given) {
 }
 
 /// ARKit's curves that move the face's own shapes as the motion moves its vertices.
-void writeArkit(const Arguments& given, const Performance::Data& performance) {
+void writeArkit(const ApplyArguments& given, const Performance::Data& performance) {
   const SharedFace::Data& face = performance.needFace();
   const fs::path mesh_path = face.meshPath();
   const std::string bytes = readFile(mesh_path, kMaxMeshBytes);
@@ -126,7 +127,7 @@ std::string endings() {
   return all + ".csv (Live Link Face), or a folder for one OBJ a frame";
 }
 
-void refuseUnknownEnding(const Arguments& given) {
+void refuseUnknownEnding(const ApplyArguments& given) {
   if (given.arkit && given.out.extension() != ".glb" && !isLiveLink(given.out))
     throw InputError(given.out.string(), "", "expected .glb or .csv with --arkit");
   if (given.out.extension().empty() || isLiveLink(given.out)) return;
@@ -136,7 +137,7 @@ void refuseUnknownEnding(const Arguments& given) {
   throw InputError(given.out.string(), "", "found an unknown ending; expected " + endings());
 }
 
-int runApply(const Arguments& given) {
+int runApply(const ApplyArguments& given) {
   refuseUnknownEnding(given);
   const auto performance = performanceOf(given);
   const SharedFace::Data& face = performance->needFace();
@@ -155,7 +156,7 @@ int runApply(const Arguments& given) {
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, ApplyArguments& options) {
   command.add_option("--face", options.face, "Made by `retarget fit`")->required();
   command.add_option("--motion", options.motion, "Marker motion, head still: .c3d .csv .trc")->required();
   command.add_option("--out", options.out, endings())->required();

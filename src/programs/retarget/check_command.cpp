@@ -9,6 +9,7 @@
 #include <span>
 
 #include "base/index.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/welding.h"
 #include "base/statistics.h"
 #include "deform/surface/bezier_surface.h"
@@ -27,7 +28,7 @@ constexpr Seconds kReach = 0.02;       ///< beyond both ends of a B P M: label e
 constexpr double kClosedShare = 0.25;  ///< of the take's range of openings: what counts as closed in the capture
 constexpr double kTouchMm = 0.3;       ///< lips nearer than this touch
 
-struct Arguments {
+struct CheckArguments {
   std::filesystem::path face, corpus;
   bool quiet = false, json = false;
 };
@@ -187,7 +188,7 @@ std::string textOf(const ClosureCheck& check) {
       check.patch_edge_angle_max_deg, check.poses);
 }
 
-int runCheck(const Arguments& given) {
+int runCheck(const CheckArguments& given) {
   const FaceFile face = readFaceFile(given.face);
   const FaceMesh mesh = readMeshOf(face, given.face);
   checkBinding(face.binding, mesh, face.control, given.face.string());
@@ -209,7 +210,7 @@ int runCheck(const Arguments& given) {
   return code;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, CheckArguments& options) {
   command.add_option("FACE", options.face, "Made by `retarget fit`")->required();
   command.add_option("--corpus", options.corpus, "Also play this corpus' closures on the face and look at the lips");
   addJsonFlag(command, options.json);

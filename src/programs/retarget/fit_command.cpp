@@ -4,6 +4,7 @@
 
 #include "base/files.h"
 #include "base/index.h"
+#include "deform/mesh/face_mesh.h"
 #include "programs/retarget/commands.h"
 #include "retarget/placing/face_page.h"
 #include "units/file/corpus.h"
@@ -15,7 +16,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMaxAnchorBytes = 16 << 20;
 
-struct Arguments {
+struct FitArguments {
   fs::path mesh, anchors, corpus, out, show;
   std::string name, object, kernel = "auto";
   WarpOptions warp;
@@ -30,7 +31,7 @@ std::string meshNameIn(const fs::path& face_path, const fs::path& mesh) {
   return relative.empty() ? fs::absolute(mesh).string() : relative.string();
 }
 
-int runFit(const Arguments& given) {
+int runFit(const FitArguments& given) {
   const Corpus corpus = readCorpus(given.corpus);
   const std::string bytes = readFile(given.mesh);
   FaceMesh mesh = parseFaceMesh(bytes, given.mesh, given.object);
@@ -56,7 +57,7 @@ int runFit(const Arguments& given) {
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, FitArguments& options) {
   command.add_option("--mesh", options.mesh, "OBJ, PLY, OFF, GLB or VRM, in any unit and turned any way")->required();
   command.add_option("--object", options.object,
                      "Of a GLB's scene what hangs on the node, or shows the mesh, of this name (default: all)");

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 
 #include "base/files.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/mesh_reader.h"
 #include "programs/retarget/commands.h"
 #include "retarget/placing/face_page.h"
@@ -11,16 +12,16 @@
 namespace mouthpiece {
 namespace {
 
-constexpr std::uint64_t kMaxMeshBytes = std::uint64_t{1} << 30;
+constexpr std::uint64_t kMostMeshBytes = std::uint64_t{1} << 30;
 
-struct Arguments {
+struct PickArguments {
   std::filesystem::path mesh, out;
   std::string object;
   bool quiet = false;
 };
 
-int runPick(const Arguments& given) {
-  const std::string bytes = readFile(given.mesh, kMaxMeshBytes);
+int runPick(const PickArguments& given) {
+  const std::string bytes = readFile(given.mesh, kMostMeshBytes);
   const FaceMesh mesh = parseFaceMesh(bytes, given.mesh, given.object);
   PageDressing dressing;
   if (isGlb(given.mesh)) dressing.pictures = glbPictures(bytes, given.mesh.string());
@@ -33,7 +34,7 @@ int runPick(const Arguments& given) {
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, PickArguments& options) {
   command.add_option("MESH", options.mesh, "OBJ, PLY, OFF, GLB or VRM")->required();
   command.add_option("--object", options.object,
                      "Of a GLB's scene what hangs on the node, or shows the mesh, of this name (default: all)");

@@ -9,6 +9,7 @@
 
 #include "base/errors.h"
 #include "deform/kernel/deformer.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/surface/bezier_surface.h"
 #include "deform/surface/virtual_points.h"
 #include "tests/unit/deform/sample_face.h"

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "base/errors.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/surface/bezier_surface.h"
 #include "tests/unit/deform/sample_face.h"
 

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "base/errors.h"
+#include "deform/mesh/face_mesh.h"
 #include "support/glb_file.h"
 
 namespace mouthpiece {

@@ -8,6 +8,7 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "deform/mesh/face_mesh.h"
 #include "exports/gltf/glb.h"
 #include "support/glb_file.h"
 #include "talking_head.h"

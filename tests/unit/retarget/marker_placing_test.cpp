@@ -7,6 +7,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "deform/kernel/deformer.h"
+#include "deform/mesh/face_mesh.h"
 #include "retarget/placing/anchors.h"
 #include "retarget/placing/face_page.h"
 #include "test_face.h"

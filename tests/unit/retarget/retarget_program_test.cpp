@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "base/files.h"
+#include "deform/mesh/face_mesh.h"
 #include "motion/formats/motion_file.h"
 #include "support/run_program.h"
 #include "test_face.h"
