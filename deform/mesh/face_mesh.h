@@ -31,6 +31,7 @@ struct MeshPart {
   std::size_t triangle_count = 0;
   std::array<float, 4> base_color{0.8F, 0.6F, 0.5F, 1.0F};  ///< linear RGBA
   float roughness = 0.6F;
+  int material = -1;        ///< of a GLB's, its number
   bool stands_off = false;  ///< lashes, brows, beards: hair rooted in the skin, a piece of its own
 };
 
@@ -50,12 +51,15 @@ struct FaceMesh {
 std::span<const Triangle> trianglesOf(const FaceMesh& mesh, const MeshPart& part);
 std::vector<Triangle> trianglesOf(const FaceMesh& mesh, std::initializer_list<PartKind> kinds);
 
-/// Reads OBJ, PLY, OFF or GLB by the name's ending; `usemtl`/`g`/`o` (OBJ) and materials (GLB) make the parts, whose
-/// kind is guessed from the name. Throws InputError with the line or byte for no faces, NaN or infinite coordinates, an
-/// index out of range, or counts larger than the file can hold.
-FaceMesh readFaceMesh(const std::filesystem::path& path);
+/// Reads OBJ, PLY, OFF or GLB (also named VRM) by the name's ending; `usemtl`/`g`/`o` (OBJ) and materials (GLB) make the
+/// parts, whose kind is told by bones, shapes and name (mesh_reader.h). `object`: of a GLB's scene only what hangs on the
+/// node, or shows the mesh, of this name; empty: all. Throws InputError with the line or byte for no faces, NaN or
+/// infinite coordinates, an index out of range, or counts larger than the file can hold.
+FaceMesh readFaceMesh(const std::filesystem::path& path, std::string_view object = {});
 /// The same for bytes already in memory; `path` gives the format and the name in messages.
-FaceMesh parseFaceMesh(std::string_view bytes, const std::filesystem::path& path);
+FaceMesh parseFaceMesh(std::string_view bytes, const std::filesystem::path& path, std::string_view object = {});
+/// Whether `path` ends as a GLB does.
+bool isGlb(const std::filesystem::path& path);
 
 /// Morph targets of a head, by name; a vertex of `moves` is one of the mesh that parseFaceMesh gives for the same
 /// bytes.
@@ -64,7 +68,7 @@ struct FaceShapes {
   std::vector<VertexPositions> moves;  ///< displacement at weight 1, the mesh's unit
 };
 /// Those of a GLB; none for other formats. Throws InputError as parseFaceMesh does.
-FaceShapes parseFaceShapes(std::string_view bytes, const std::filesystem::path& path);
+FaceShapes parseFaceShapes(std::string_view bytes, const std::filesystem::path& path, std::string_view object = {});
 
 void writeObj(const std::filesystem::path& path, const FaceMesh& mesh);
 /// What writeObj writes; parseFaceMesh gives the same mesh back.

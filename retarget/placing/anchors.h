@@ -57,6 +57,11 @@ Similarity meshFromActor(const FaceMesh& mesh, const Anchors& anchors, const std
 /// about the axes, or, for a head that stands askew, any rotation.
 Eigen::Matrix3d uprightFromMesh(const Similarity& mesh_from_actor);
 
+/// Parts that are skin since most of the anchors of lips, nose and chin lie on them, whatever their names say: their
+/// kinds are to be set so. Throws InputError that says so when all anchors lie far off the mesh.
+std::map<std::string, PartKind> skinUnderAnchors(const FaceMesh& mesh, const Anchors& anchors,
+                                                 const std::string& anchors_file);
+
 /// Anchors for all markers, and how those that were not given were placed.
 struct PlacedAnchors {
   Anchors anchors;

@@ -6,6 +6,9 @@
 #include <string_view>
 #include <vector>
 
+#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/glb_scene.h"
+
 namespace mouthpiece {
 
 struct FaceMesh;
@@ -19,10 +22,15 @@ struct AnchorToPick {
 /// Ten places that anyone finds on a face and that are enough to place all markers.
 const std::vector<AnchorToPick>& suggestedAnchors();
 
+/// What a page shows of a head besides its surface.
+struct PageDressing {
+  std::map<int, GlbPicture> pictures;  ///< by MeshPart::material
+};
+
 /// One HTML file that shows `mesh` and turns it with the mouse, without a server or other files. `places`: markers
 /// shown on it by name. `to_pick`: anchors that a user clicks one after the other and saves as an anchors file
-/// (docs/formats/anchors.md).
+/// (docs/formats/anchors.md); those that `places` names are set already.
 std::string facePage(const FaceMesh& mesh, std::string_view name, const std::map<std::string, Eigen::Vector3d>& places,
-                     const std::vector<AnchorToPick>& to_pick);
+                     const std::vector<AnchorToPick>& to_pick, const PageDressing& dressing = {});
 
 }  // namespace mouthpiece

@@ -25,6 +25,7 @@ struct FaceFile {
   std::string name;
   std::string mesh_file;    ///< relative to the `.face` file
   std::string mesh_sha256;  ///< of the mesh file's bytes, lower-case hexadecimal
+  std::string mesh_object;  ///< the object of a GLB's scene that was fitted; empty: all of it
   double metres_per_unit = 0.001;
   Eigen::Matrix3d upright_from_mesh = Eigen::Matrix3d::Identity();  ///< turns the mesh file's vertices: Y up, face +Z
   std::string corpus;                          ///< name of the corpus whose actor is the neutral pose, for reports

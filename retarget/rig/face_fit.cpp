@@ -91,13 +91,15 @@ FaceFile fitWelded(FaceMesh& mesh, const Anchors& given, const std::string& anch
   face.name = request.name;
   face.mesh_file = request.mesh_file;
   face.mesh_sha256 = request.mesh_sha256;
+  face.mesh_object = request.mesh_object;
   face.corpus = request.corpus;
   face.marker_names = request.marker_names;
   face.actor_neutral_mm = request.actor_neutral_mm;
   face.actor_closed_lips_mm = request.actor_closed_lips_mm;
   face.part_kinds = given.part_kinds;
+  for (const auto& [name, kind] : skinUnderAnchors(mesh, given, anchors_file)) face.part_kinds.try_emplace(name, kind);
   for (MeshPart& part : mesh.parts) {
-    if (const auto kind = given.part_kinds.find(part.name); kind != given.part_kinds.end()) part.kind = kind->second;
+    if (const auto kind = face.part_kinds.find(part.name); kind != face.part_kinds.end()) part.kind = kind->second;
   }
   Anchors anchors = given;
   face.upright_from_mesh =

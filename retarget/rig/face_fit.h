@@ -14,6 +14,7 @@ struct FitRequest {
   std::string name;
   std::string mesh_file;  ///< as the `.face` file shall name it
   std::string mesh_sha256;
+  std::string mesh_object;  ///< FaceFile's
   std::string corpus;
   std::vector<std::string> marker_names;  ///< the actor's layout
   SurfacePlan surface = {};               ///< the same layout's

@@ -43,7 +43,7 @@ std::string_view kindName(PartKind kind) {
 ordered_json partsOf(const FaceMesh& mesh) {
   ordered_json parts = ordered_json::array();
   for (const MeshPart& part : mesh.parts) {
-    if (part.triangle_count > 0) parts.push_back({{"name", part.name}, {"kind", kindName(part.kind)}});
+    if (part.triangle_count > 0) parts.push_back({{"name", part.name}, {"kind", kindName(part.kind)}, {"material", part.material}});
   }
   return parts;
 }

@@ -43,8 +43,9 @@ struct PlacedHead {
   MarkerPositions places;  ///< mesh unit
 };
 
-FaceShapes shapesOf(std::string_view bytes, const fs::path& path, const Eigen::Matrix3d& upright_from_mesh) {
-  FaceShapes shapes = parseFaceShapes(bytes, path);
+FaceShapes shapesOf(std::string_view bytes, const fs::path& path, const Eigen::Matrix3d& upright_from_mesh,
+                    std::string_view object = {}) {
+  FaceShapes shapes = parseFaceShapes(bytes, path, object);
   for (VertexPositions& moves : shapes.moves) moves = (moves * upright_from_mesh.cast<float>().transpose()).eval();
   return shapes;
 }
@@ -52,7 +53,7 @@ FaceShapes shapesOf(std::string_view bytes, const fs::path& path, const Eigen::M
 PlacedHead headOfFace(const fs::path& path) {
   const FaceFile face = readFaceFile(path);
   const fs::path mesh_path = path.parent_path() / face.mesh_file;
-  return {readMeshOf(face, path), shapesOf(readFile(mesh_path, kMaxHeadBytes), mesh_path, face.upright_from_mesh),
+  return {readMeshOf(face, path), shapesOf(readFile(mesh_path, kMaxHeadBytes), mesh_path, face.upright_from_mesh, face.mesh_object),
           face.marker_names, face.marker_targets};
 }
 

@@ -102,7 +102,7 @@ void writeArkit(const ApplyArguments& given, const Performance::Data& performanc
   const SharedFace::Data& face = performance.needFace();
   const fs::path mesh_path = face.meshPath();
   const std::string bytes = readFile(mesh_path, kMaxMeshBytes);
-  FaceShapes shapes = parseFaceShapes(bytes, mesh_path);
+  FaceShapes shapes = parseFaceShapes(bytes, mesh_path, face.file.mesh_object);
   for (VertexPositions& moves : shapes.moves)
     moves = (moves * face.file.upright_from_mesh.cast<float>().transpose()).eval();
   if (shapes.names.empty())
@@ -114,6 +114,9 @@ void writeArkit(const ApplyArguments& given, const Performance::Data& performanc
     printText(fmt::format("{} of 52 ARKit shapes, {:.2f} mm RMS off the full motion of {:.2f} mm ({:.1f} mm at most)\n",
                           std::count(curves.has_shape.begin(), curves.has_shape.end(), true), curves.rms_error_mm,
                           curves.rms_motion_mm, curves.largest_error_mm));
+    printText(fmt::format("lips meet in {} frames, with the shapes in {} of these; {:.1f} shapes over 0 a frame\n",
+                          curves.closures, curves.closures_kept,
+                          asReal((curves.weights.array() > 0).count()) / std::max(1.0, asReal(curves.weights.rows()))));
   }
 }
 

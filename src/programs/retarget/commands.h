@@ -11,6 +11,7 @@ namespace mouthpiece {
 struct Corpus;
 
 // One source file a subcommand of `retarget`.
+Command anchorsCommand();
 Command applyCommand();
 Command checkCommand();
 Command fitCommand();

@@ -18,7 +18,7 @@ constexpr std::uint64_t kMaxAnchorBytes = 16 << 20;
 
 struct FitArguments {
   fs::path mesh, anchors, corpus, out, show;
-  std::string name, kernel = "auto";
+  std::string name, object, kernel = "auto";
   WarpOptions warp;
   BindingOptions binding;
   bool quiet = false, json = false;
@@ -34,7 +34,7 @@ std::string meshNameIn(const fs::path& face_path, const fs::path& mesh) {
 int runFit(const FitArguments& given) {
   const Corpus corpus = readCorpus(given.corpus);
   const std::string bytes = readFile(given.mesh);
-  FaceMesh mesh = parseFaceMesh(bytes, given.mesh);
+  FaceMesh mesh = parseFaceMesh(bytes, given.mesh, given.object);
   const Anchors anchors = parseAnchors(readFile(given.anchors, kMaxAnchorBytes), given.anchors.string());
   FitRequest request = fitRequestFor(given.name.empty() ? given.mesh.stem().string() : given.name, corpus);
   request.warp = given.warp;
@@ -43,6 +43,7 @@ int runFit(const FitArguments& given) {
   request.binding = given.binding;
   request.mesh_file = meshNameIn(given.out, given.mesh);
   request.mesh_sha256 = sha256Hex(bytes);
+  request.mesh_object = given.object;
   const FaceFile face = fitFace(mesh, anchors, given.anchors.string(), request);
   const FaceCheck check = checkFace(face, mesh);
   writeFaceFile(given.out, face);
@@ -57,7 +58,9 @@ int runFit(const FitArguments& given) {
 }
 
 void addOptions(CLI::App& command, FitArguments& options) {
-  command.add_option("--mesh", options.mesh, "OBJ, PLY, OFF or GLB, in any unit and turned any way")->required();
+  command.add_option("--mesh", options.mesh, "OBJ, PLY, OFF, GLB or VRM, in any unit and turned any way")->required();
+  command.add_option("--object", options.object,
+                     "Of a GLB's scene what hangs on the node, or shows the mesh, of this name (default: all)");
   command
       .add_option("--anchors", options.anchors,
                   "JSON: marker names to vertex numbers or points; all markers, or at least 8")

@@ -12,16 +12,22 @@
 namespace mouthpiece {
 namespace {
 
+constexpr std::uint64_t kMostMeshBytes = std::uint64_t{1} << 30;
+
 struct PickArguments {
   std::filesystem::path mesh, out;
+  std::string object;
   bool quiet = false;
 };
 
 int runPick(const PickArguments& given) {
-  const FaceMesh mesh = readFaceMesh(given.mesh);
+  const std::string bytes = readFile(given.mesh, kMostMeshBytes);
+  const FaceMesh mesh = parseFaceMesh(bytes, given.mesh, given.object);
+  PageDressing dressing;
+  if (isGlb(given.mesh)) dressing.pictures = glbPictures(bytes, given.mesh.string());
   const std::string name = given.mesh.stem().string();
   const std::filesystem::path out = given.out.empty() ? std::filesystem::path(name + ".pick.html") : given.out;
-  writeFileAtomically(out, facePage(mesh, name, {}, suggestedAnchors()));
+  writeFileAtomically(out, facePage(mesh, name, {}, suggestedAnchors(), dressing));
   if (!given.quiet)
     printText(fmt::format("Open {} in a browser, click the {} anchors, save them.\n", out.string(),
                           suggestedAnchors().size()));
@@ -29,7 +35,9 @@ int runPick(const PickArguments& given) {
 }
 
 void addOptions(CLI::App& command, PickArguments& options) {
-  command.add_option("MESH", options.mesh, "OBJ, PLY, OFF or GLB")->required();
+  command.add_option("MESH", options.mesh, "OBJ, PLY, OFF, GLB or VRM")->required();
+  command.add_option("--object", options.object,
+                     "Of a GLB's scene what hangs on the node, or shows the mesh, of this name (default: all)");
   command.add_option("--out", options.out, "The page (default: MESH's name with .pick.html)");
 }
 
