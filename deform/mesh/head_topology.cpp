@@ -106,6 +106,7 @@ HeadTopology::HeadTopology(std::shared_ptr<const Net> net, const FaceOpenings& o
     at_lips_[v] = distanceToLine(pointAt(net_->places, v), openings.lip_line) < openings.lips_reach;
   findPieces();
   if (openings.mouth) lip_line_ = traceLipLine(net_->places, net_->around_mouth, *openings.mouth);
+  if (lip_line_ && lip_line_->is_parted) findInside();
   const auto anywhere = [](std::uint32_t) { return true; };
   std::uint32_t upper = kUpperLip;
   for (const FaceOpenings::Sides& sides : openings.sides) {
@@ -179,6 +180,19 @@ HeadTopology::Reach HeadTopology::reachFrom(const std::vector<std::uint32_t>& se
     }
   }
   return reach;
+}
+
+/// What is nearer to the mouth's inside than to the lips' fronts, seen along the mesh.
+void HeadTopology::findInside() {
+  std::vector<std::uint32_t> seeds = lip_line_->inside;
+  std::vector<bool> is_inside(kinds().size(), false);
+  for (const std::uint32_t v : seeds) is_inside[v] = true;
+  seeds.insert(seeds.end(), lip_line_->upper_skin.begin(), lip_line_->upper_skin.end());
+  seeds.insert(seeds.end(), lip_line_->lower_skin.begin(), lip_line_->lower_skin.end());
+  const Reach reach = reachFrom(seeds, [](std::uint32_t) { return true; });
+  in_mouth_.assign(kinds().size(), false);
+  for (std::size_t v = 0; v < in_mouth_.size(); ++v)
+    in_mouth_[v] = reach.source[v] >= 0 && is_inside[unsignedIndex(reach.source[v])];
 }
 
 void HeadTopology::findPieces() {

@@ -60,6 +60,8 @@ class HeadTopology {
   [[nodiscard]] const std::vector<std::uint32_t>& forbidden() const { return forbidden_; }
   /// The line between the lips; nullopt where no hints were given or they are no mouth's.
   [[nodiscard]] const std::optional<LipLine>& lipLine() const { return lip_line_; }
+  /// Whether a vertex lies behind the line between the lips: on their backs or further in the mouth.
+  [[nodiscard]] bool isInMouth(std::size_t vertex) const { return !in_mouth_.empty() && in_mouth_[vertex]; }
   /// The way along the mesh to either lip's skin (its places, without a line), one entry a vertex; infinite where none
   /// leads there.
   [[nodiscard]] const std::vector<double>& wayToUpperLip() const { return to_upper_lip_; }
@@ -82,12 +84,14 @@ class HeadTopology {
   HeadTopology(std::shared_ptr<const Net> net, const FaceOpenings& openings);
   [[nodiscard]] std::vector<std::uint32_t> nearestSkin(const std::vector<Eigen::Vector3d>& places) const;
   void findPieces();
+  void findInside();
 
   std::shared_ptr<const Net> net_;
   std::vector<bool> at_lips_;  ///< vertices whose doubles are not joined
   std::vector<std::uint32_t> pieces_, forbidden_;
   std::vector<double> to_upper_lip_, to_lower_lip_;
   std::optional<LipLine> lip_line_;
+  std::vector<bool> in_mouth_;  ///< empty without a line
 };
 
 }  // namespace mouthpiece

@@ -25,6 +25,7 @@ constexpr double kLeastPocket = 0.02; ///< and by so much at its corners
 constexpr double kLeastDeep = 0.5;    ///< of its own opening: less is a crease
 constexpr double kWidest = 0.9;       ///< lips are not further apart
 constexpr double kBesideLine = 0.06;  ///< places known to be on the line tell this far to both sides
+constexpr double kRimDepth = 0.03;    ///< what is no further behind a rim is still part of it
 constexpr double kColumn = 0.02;      ///< between two sections
 constexpr double kBeyondCorner = 0.24;  ///< sections are tried this far beyond the clicked corners
 constexpr double kCornerEnd = 0.001;    ///< how exactly the corners are found
@@ -462,8 +463,10 @@ class Tracer {
       };
       take(section.upper, section.rims.upper_way, line.upper_skin);
       take(section.lower, section.rims.lower_way, line.lower_skin);
+      takeInside(section.upper, section.rims.upper_way, section.rims.lower_way, line.inside);
+      takeInside(section.lower, section.rims.lower_way, section.rims.upper_way, line.inside);
     }
-    for (auto* skin : {&line.upper_skin, &line.lower_skin}) {
+    for (auto* skin : {&line.upper_skin, &line.lower_skin, &line.inside}) {
       std::sort(skin->begin(), skin->end());
       skin->erase(std::unique(skin->begin(), skin->end()), skin->end());
     }
@@ -471,9 +474,24 @@ class Tracer {
     std::vector<std::uint32_t> both;
     std::set_intersection(line.upper_skin.begin(), line.upper_skin.end(), line.lower_skin.begin(),
                           line.lower_skin.end(), std::back_inserter(both));
-    for (auto* skin : {&line.upper_skin, &line.lower_skin})
-      std::erase_if(*skin, [&](std::uint32_t v) { return std::binary_search(both.begin(), both.end(), v); });
+    const auto leave = [](std::vector<std::uint32_t>& skin, const std::vector<std::uint32_t>& others) {
+      std::erase_if(skin, [&](std::uint32_t v) { return std::binary_search(others.begin(), others.end(), v); });
+    };
+    leave(line.inside, line.upper_skin);
+    leave(line.inside, line.lower_skin);
+    leave(line.upper_skin, both);
+    leave(line.lower_skin, both);
     return line;
+  }
+
+  /// What lies behind a rim, up to the other lip's.
+  static void takeInside(const Outline& outline, double rim, double other_rim, std::vector<std::uint32_t>& inside) {
+    const double end = outline.joined ? *outline.joined - other_rim - kRimDepth : kOutline;
+    for (const OutlinePoint& point : outline.points) {
+      if (point.way < rim + kRimDepth || point.way > end) continue;
+      inside.push_back(point.a);
+      inside.push_back(point.b);
+    }
   }
 
   /// Where the slit ends between a section with two lips and a way with one.

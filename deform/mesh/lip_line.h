@@ -25,6 +25,7 @@ struct LipLine {
   std::vector<Eigen::Vector3d> upper, lower;
   Eigen::Vector3d corner_right, corner_left;  ///< where the slit ends
   std::vector<std::uint32_t> upper_skin, lower_skin;  ///< vertices in front of the rims, whose side is certain
+  std::vector<std::uint32_t> inside;  ///< vertices behind the rims: of the lips' backs, the mouth bag, inner walls
   bool is_parted = true;  ///< no: the lips are one surface, and both rims are the crease where they seem to meet
 
   /// Points of the rims in the plane across the mouth through `place`.
