@@ -31,7 +31,7 @@ constexpr double kBeyondCorner = 0.24;  ///< sections are tried this far beyond 
 constexpr double kCornerEnd = 0.001;    ///< how exactly the corners are found
 
 /// What a millimetre further back costs, in millimetres of gap between the rims.
-constexpr double kBehind = 0.5;
+constexpr double kBehind = 0.2;
 /// What a millimetre away from the neighbouring section's rims costs, or from places known to be on the line.
 constexpr double kAside = 0.3;
 constexpr double kOffLine = 2;

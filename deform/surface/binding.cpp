@@ -24,7 +24,7 @@ constexpr double kFarTo = 0.5;        ///< and above this not at all
 constexpr double kBeside = 0.25;      ///< beyond an opening's border by more: not above the surface any more
 constexpr double kDetour = 0.05;      ///< a place further off than this has to be about the nearest of all
 constexpr double kFadeInside = 0.35;  ///< behind lips, lids and nostrils the motion fades over this way along the mesh
-constexpr double kTurnsAlong = 0.05;  ///< of the mouth's inside, what is nearer to its place turns with it
+constexpr double kTurnsAlong = 0.05;  ///< in the mouth and at the surface's end, what is nearer to its place turns too
 constexpr double kFollows = 0.3;      ///< lashes and the like follow skin that is nearer
 constexpr double kRootDepth = 0.03;   ///< what of such a part counts as its root
 
@@ -61,7 +61,7 @@ class Binder {
     followAlongMesh();
     followNearby();
     giveToJaw();
-    carryInside();
+    carryFar();
     measureOffsets();
     return std::move(binding_);
   }
@@ -244,10 +244,16 @@ class Binder {
     }
   }
 
-  /// What hangs far behind the rims would swing out when they turn: it goes along without turning.
-  void carryInside() {
+  /// What hangs far behind the rims, or far off the surface where that ends, would swing out when the surface turns: it
+  /// goes along without turning.
+  void carryFar() {
     for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
-      if (!topology_.isInMouth(v) || binding_.patch[v] < 0) continue;
+      if (binding_.patch[v] < 0) continue;
+      const auto& corners = control_.triangles[unsignedIndex(binding_.patch[v])];
+      const bool is_at_ring = std::any_of(corners.begin(), corners.end(), [&](int corner) {
+        return control_.points[unsignedIndex(corner)].fixed;
+      });
+      if (!topology_.isInMouth(v) && !is_at_ring) continue;
       const SurfacePoint place = evaluate(surface_.restPose(), binding_.placeOf(v));
       if ((vertex(v) - place.position).norm() > kTurnsAlong * control_.mouth_width) binding_.carried.push_back(v);
     }

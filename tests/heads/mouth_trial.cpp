@@ -20,6 +20,9 @@ namespace {
 
 using Eigen::Vector3d;
 
+/// Behind the lips' fronts: further back one looks between them, not into the crease where thick lips meet.
+constexpr double kDeepMm = 9;
+
 /// What is seen of a mouth from the front: the depth of the foremost skin on a net of places.
 class FrontView {
  public:
@@ -135,7 +138,7 @@ void judge(const FaceRig& rig, const ClickedHead& head, const CorpusTake& take, 
       const Vector3d middle = 0.5 * (marker("LIP_UP_MID") + marker("LIP_LO_MID"));
       const double width = (marker("LIP_CORNER_L") - marker("LIP_CORNER_R")).norm();
       const double height = 1.4 * (marker("LIP_UP_MID") - marker("LIP_LO_MID")).norm();
-      const double gap = FrontView(middle, width, height, 0.15 / mm).tallestGap(now, skin, 6 / mm);
+      const double gap = FrontView(middle, width, height, 0.15 / mm).tallestGap(now, skin, kDeepMm / mm);
       ++trial.closures;
       trial.shut += mm * gap <= 0.5 ? 1U : 0U;
     }
