@@ -25,6 +25,7 @@ constexpr double kFarTo = 0.5;        ///< and above this not at all
 constexpr double kBeside = 0.25;      ///< beyond an opening's border by more: not above the surface any more
 constexpr double kDetour = 0.05;      ///< a place further off than this has to be about the nearest of all
 constexpr double kFadeInside = 0.35;  ///< behind lips, lids and nostrils the motion fades over this way along the mesh
+constexpr double kTurnsAlong = 0.05;  ///< in the mouth and at the surface's end, what is nearer to its place turns too
 constexpr double kFollows = 0.3;      ///< lashes and the like follow skin that is nearer
 constexpr double kRootDepth = 0.03;   ///< what of such a part counts as its root
 
@@ -61,6 +62,7 @@ class Binder {
     followAlongMesh();
     followNearby();
     giveToJaw();
+    carryFar();
     measureOffsets();
     return std::move(binding_);
   }
@@ -112,7 +114,8 @@ class Binder {
     const double least_cosine = std::cos(options_.max_normal_angle_deg * std::numbers::pi / 180);
     const double width = control_.mouth_width;
     for (std::size_t v = 0; v < kinds_.size(); ++v) {
-      if (!isSkin(kinds_[v]) || pieces_[v] != face_piece_) continue;
+      // What lies in the mouth goes along with the lips, whichever way it faces.
+      if (!isSkin(kinds_[v]) || pieces_[v] != face_piece_ || topology_.isInMouth(v)) continue;
       const auto foot = projector_.closest(vertex(v), pointAt(normals, v), least_cosine, forbidden_[v]);
       if (!foot || (foot->distance > kDetour * width && isDetour(v, *foot))) continue;
       if (isOnRing(*foot)) {
@@ -240,6 +243,23 @@ class Binder {
         jaw = asFloat(smoothStep((topology_.lowerShare(v) - 0.35) / 0.3));
       }
     }
+  }
+
+  /// What hangs far behind the rims, or far off the surface where that ends, would swing out when the surface turns: it
+  /// goes along without turning.
+  void carryFar() {
+    for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
+      if (binding_.patch[v] < 0) continue;
+      const auto& corners = control_.triangles[unsignedIndex(binding_.patch[v])];
+      const bool is_at_ring = std::any_of(corners.begin(), corners.end(), [&](int corner) {
+        return control_.points[unsignedIndex(corner)].fixed;
+      });
+      if (!topology_.isInMouth(v) && !is_at_ring) continue;
+      const SurfacePoint place = evaluate(surface_.restPose(), binding_.placeOf(v));
+      if ((vertex(v) - place.position).norm() > kTurnsAlong * control_.mouth_width) binding_.carried.push_back(v);
+    }
+    std::sort(binding_.carried.begin(), binding_.carried.end());
+    binding_.carried.erase(std::unique(binding_.carried.begin(), binding_.carried.end()), binding_.carried.end());
   }
 
   [[nodiscard]] bool isBehindLips(std::size_t v) const {
@@ -402,7 +422,7 @@ BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, c
     if (is_bound && is_clear &&
         (triangle_sides[unsignedIndex(binding.patch[v])] & topology.forbidden()[v] & (kUpperLip | kLowerLip)) != 0)
       ++report.lip_side_errors;
-    if (!isSkin(kinds[v])) continue;
+    if (!isSkin(kinds[v]) || topology.isInMouth(v)) continue;
     ++report.skin_vertices;
     const Eigen::RowVector3d p = mesh.vertices.row(signedIndex(v)).cast<double>();
     if ((p.array() < low.array()).any() || (p.array() > high.array()).any() || normals(signedIndex(v), 2) < 0.2F)

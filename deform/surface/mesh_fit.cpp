@@ -131,7 +131,7 @@ class Fitter {
         control_(control),
         normals_(vertexNormals(mesh.vertices, mesh.triangles)) {
     for (std::size_t v = 0; v < forbidden_.size(); ++v) {
-      if (isSkin(topology.kinds()[v])) skin_.push_back(v);
+      if (isSkin(topology.kinds()[v]) && !topology.isInMouth(v)) skin_.push_back(v);
     }
   }
 
