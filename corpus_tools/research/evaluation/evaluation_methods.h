@@ -24,14 +24,20 @@ struct EvaluationMethod {
 /// The rows, in the table's order. They refer to both arguments. To add one, append it in evaluation_methods.cpp.
 std::vector<EvaluationMethod> evaluationMethods(const Corpus& corpus, const UnitDatabase& database);
 
-/// Viterbi as it is, and with each cost and each trick off or at its plain setting, one at a time.
+/// From EDGE as published one departure more a row; then the default as it is, and with each cost and each trick off or at its plain setting, one at a time.
 std::vector<EvaluationMethod> ablationMethods(const Corpus& corpus, const UnitDatabase& database);
 
-/// Greedy and viterbi alone.
+/// What a line of words that the corpus never heard meets: the ways to place what it lacks, and the methods beside.
+std::vector<EvaluationMethod> backoffMethods(const Corpus& corpus, const UnitDatabase& database);
+
+/// Greedy and guided alone.
 std::vector<EvaluationMethod> selectionMethods(const Corpus& corpus, const UnitDatabase& database);
 
 /// A row of VOCAL's speech curves alone, their poses learnt from the database's corpus.
 EvaluationMethod curvesMethod(std::string name, const UnitDatabase& database);
+
+/// A row of what is predicted, without any fragment or contact.
+EvaluationMethod predictionMethod(std::string name, const UnitDatabase& database);
 
 /// A row that joins units by `options` (its frame rate is set to each take's).
 EvaluationMethod unitMethod(std::string name, const UnitDatabase& database, const SynthesisOptions& options);
