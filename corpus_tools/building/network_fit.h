@@ -21,7 +21,7 @@ struct NetworkTake {
 
 struct NetworkFitOptions {
   Eigen::Index hidden = 48;
-  int epochs = 14;
+  int epochs = 24;
   double rate = 4e-3;               ///< Adam's, at its largest; falls to nothing along a cosine
   double decay = 1.0;               ///< of weights, times the rate
   double sound_decay = 4.0;         ///< the same of what belongs to one sound alone: what sounds share is preferred

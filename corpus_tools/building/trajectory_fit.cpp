@@ -22,7 +22,7 @@ constexpr std::size_t kLeastTakes = 4;
 /// 72 MB of normal equations. GRID has 1,000.
 constexpr std::size_t kMostFeatures = 3000;
 constexpr double kLargestGain = 1.25;
-constexpr std::size_t kNetworks = 2;
+constexpr std::size_t kNetworks = 4;
 constexpr double kHeldToHalf = 0.25;
 constexpr double kPredictedVariance = 0.92;  ///< of the capture's; the fragments' own detail brings the rest
 
@@ -129,9 +129,15 @@ std::vector<ComponentDynamics> candidateDynamics() {
   return candidates;
 }
 
+void setTargets(const SegmentFeatures& features, const Eigen::MatrixXd& targets, TrajectoryModel& model) {
+  for (Eigen::Index feature = 0; feature < features.count(); ++feature)
+    model.targets[features.name(feature)] = targets.row(feature).transpose();
+}
+
 /// What is predicted of each judge by models that have not seen it, and what was captured.
 struct Judged {
   std::vector<Eigen::MatrixXd> predicted, captured;  ///< frames x components, centred
+  Eigen::MatrixXd targets;                           ///< of those models, features x components
 };
 
 /// Each component's dynamics with the least error on takes left out, and then the targets from all takes.
@@ -143,6 +149,7 @@ Judged fitMovement(const SegmentFeatures& features, const TargetSolver& solver, 
 
   Judged judged;
   judged.predicted = searched.front().judged;
+  judged.targets.resize(features.count(), model.componentCount());
   std::vector<std::size_t> chosen;
   for (Eigen::Index component = 0; component < model.componentCount(); ++component) {
     const auto least = std::min_element(searched.begin(), searched.end(), [&](const Solution& a, const Solution& b) {
@@ -150,6 +157,7 @@ Judged fitMovement(const SegmentFeatures& features, const TargetSolver& solver, 
     });
     chosen.push_back(unsignedIndex(least - searched.begin()));
     model.dynamics.push_back(candidates[chosen.back()]);
+    judged.targets.col(component) = least->targets.col(component);
     for (std::size_t i = 0; i < judges.size(); ++i) judged.predicted[i].col(component) = least->judged[i].col(component);
   }
 
@@ -162,9 +170,7 @@ Judged fitMovement(const SegmentFeatures& features, const TargetSolver& solver, 
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     targets.col(signedIndex(i)) = solved[chosen[i]].col(signedIndex(i));
   }
-  for (Eigen::Index feature = 0; feature < features.count(); ++feature) {
-    model.targets[features.name(feature)] = targets.row(feature).transpose();
-  }
+  setTargets(features, targets, model);
   return judged;
 }
 
@@ -257,12 +263,12 @@ std::vector<std::size_t> takesWithFeatures(const Corpus& corpus, const FitTakes&
 
 }  // namespace
 
-std::shared_ptr<const TrajectoryModel> fitTrajectoryModel(const Corpus& corpus, const TrajectoryFitOptions& options) {
+TrajectoryFit fitTrajectory(const Corpus& corpus, const TrajectoryFitOptions& options) {
   const SpeechColumns columns = speechColumns(corpus);
-  if (!(columns.lip_norm > 0)) return nullptr;
+  if (!(columns.lip_norm > 0)) return {};
   const FitTakes kept = fitTakes(corpus, columns, options.fit_rate_hz, options.most_kept_frames);
   const std::vector<FitTake>& takes = kept.takes;
-  if (takes.size() < kLeastTakes) return nullptr;
+  if (takes.size() < kLeastTakes) return {};
   const std::size_t jobs = options.jobs > 0 ? options.jobs : defaultThreadCount();
   auto model = std::make_shared<TrajectoryModel>();
   const auto speaking = signedIndex((columns.weights.array() > 0).count());
@@ -276,11 +282,21 @@ std::shared_ptr<const TrajectoryModel> fitTrajectoryModel(const Corpus& corpus, 
   Judged judged = fitMovement(features, solver, use, judges, jobs, *model);
   for (const std::size_t take : judges) judged.captured.push_back(solver.valuesOf(takes[take]));
   fitNetworks(corpus, takes, solver, judges, jobs, judged, *model);
-  if (std::getenv("DBG")) { double e=0,n=0; for (size_t i=0;i<judges.size();++i){e+=(judged.predicted[i]-judged.captured[i]).squaredNorm(); n+=double(takes[judges[i]].seen.sum());} fprintf(stderr,"judged rms %.4f share", std::sqrt(e/n)); for(auto x: model->network_share) fprintf(stderr," %.2f",x); fprintf(stderr,"\n"); }
   fitGain(judged, *model);
   fitLevel(takes, corpus, *model);
   fitClosing(takes, corpus, columns, *model);
-  return model;
+
+  TrajectoryFit fit{model, nullptr, {}};
+  auto judging = std::make_shared<TrajectoryModel>(*model);
+  setTargets(features, judged.targets, *judging);
+  judging->networks.resize(1);  // the one without the judges
+  fit.judging = judging;
+  for (const std::size_t judge : judges) fit.judges.push_back(takes[judge].index);
+  return fit;
+}
+
+std::shared_ptr<const TrajectoryModel> fitTrajectoryModel(const Corpus& corpus, const TrajectoryFitOptions& options) {
+  return fitTrajectory(corpus, options).model;
 }
 
 }  // namespace mouthpiece

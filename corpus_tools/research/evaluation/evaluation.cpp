@@ -9,7 +9,7 @@
 
 #include "base/errors.h"
 #include "base/statistics.h"
-#include "corpus_tools/building/trajectory_fit.h"
+#include "corpus_tools/building/settings_fit.h"
 #include "corpus_tools/research/evaluation/evaluation_methods.h"
 #include "motion/lip_gauge.h"
 #include "motion/resample.h"
@@ -108,7 +108,7 @@ SplitTakes splitTakes(const Corpus& corpus, std::size_t folds, std::size_t fold)
                    {}};
   for (std::size_t i = 0; i < corpus.takes.size(); ++i)
     (i % folds == fold ? split.held : split.rest.takes).push_back(corpus.takes[i]);
-  split.rest.trajectory_model = fitTrajectoryModel(split.rest);
+  fitMotion(split.rest);
   return split;
 }
 
@@ -186,7 +186,7 @@ Evaluation learningCurve(const Corpus& corpus, const std::vector<std::size_t>& s
     Corpus part = split.rest;
     part.takes.clear();
     for (std::size_t i = 0; i < size; ++i) part.takes.push_back(split.rest.takes[order[i]]);
-    part.trajectory_model = fitTrajectoryModel(part);
+    fitMotion(part);
     EvaluationOptions of_size = options;
     of_size.progress = [&](std::size_t done, std::size_t total) {
       if (options.progress) options.progress(step * total + done, sizes.size() * total);
@@ -269,7 +269,7 @@ std::vector<CorpusTake> holdOut(Corpus& corpus, double share, std::uint64_t seed
   for (std::size_t i = 0; i < count; ++i) (is_held[i] ? taken : kept).push_back(std::move(corpus.takes[i]));
   corpus.takes = std::move(kept);
   corpus.viseme_poses.clear();
-  if (corpus.trajectory_model != nullptr) corpus.trajectory_model = fitTrajectoryModel(corpus);
+  if (corpus.trajectory_model != nullptr) fitMotion(corpus);
   return taken;
 }
 

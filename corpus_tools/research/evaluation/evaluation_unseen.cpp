@@ -1,11 +1,13 @@
 // evaluateUnseen of evaluation.h.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 #include <set>
 #include <string>
 
 #include "base/errors.h"
-#include "corpus_tools/building/trajectory_fit.h"
+#include "corpus_tools/building/settings_fit.h"
 #include "corpus_tools/research/evaluation/evaluation.h"
 
 namespace mouthpiece {
@@ -26,7 +28,7 @@ std::vector<Said> saidIn(const SpeechLabels& labels, Unseen unseen) {
   for (std::size_t i = 0; i + 1 < labels.phones.size(); ++i) {
     const LabelledPhone &a = labels.phones[i], &b = labels.phones[i + 1];
     if (a.phone == Phone::kSil || b.phone == Phone::kSil) continue;
-    said.push_back({std::string(phoneName(a.phone)) + " " + std::string(phoneName(b.phone)), {a.span.start, b.span.end}});
+    said.push_back({fmt::format("{} {}", phoneName(a.phone), phoneName(b.phone)), {a.span.start, b.span.end}});
   }
   return said;
 }
@@ -76,7 +78,7 @@ Evaluation evaluateUnseen(const Corpus& corpus, Unseen unseen, const EvaluationM
     std::vector<CorpusTake> held;
     for (std::size_t take = 0; take < corpus.takes.size(); ++take)
       (round.takes.contains(take) ? held : rest.takes).push_back(corpus.takes[take]);
-    rest.trajectory_model = fitTrajectoryModel(rest);
+    fitMotion(rest);
     EvaluationOptions of_round = options;
     of_round.stretches = [&](const CorpusTake& take) {
       MeasuredStretches stretches;
