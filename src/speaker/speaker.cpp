@@ -243,6 +243,12 @@ Performance Speaker::perform(const Line& line) {
     expectNoBackoff(animation, data_->corpus.data().path.string());
   made->tags = request.tags;
   made->style = styleFor(request.options.curves, request.labels, request.tags);
+  constexpr double kVocalBandHz = 8000;  // VOCAL 4.2
+  const bool hears_accent = request.options.curves.ma.automatic || (animation.style == "sing" && !request.options.curves.ma.given);
+  if (hears_accent && !request.tags.consonants.empty() && request.tags.consonant_low_hz < kVocalBandHz)
+    animation.warnings.push_back(
+        fmt::format("the sound has nothing above 8 kHz: the melodic accent is judged by its consonants above {:.1f} kHz",
+                    request.tags.consonant_low_hz / 1000));
   data_->giveBackTakes();
   made->describe();
   return Performance(std::move(made));

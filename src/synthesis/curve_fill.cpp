@@ -198,7 +198,14 @@ StretchMotion layerConsonants(StretchMotion captured, const LineToRender& line) 
   const Stretch everything{{}, {}, {}, {}, 0, line.times.size()};
   const PositionMatrix vowels = drawGap(everything, {}, line);
   const Eigen::VectorXd weights = consonantWeights(line);
-  captured.positions_mm = vowels + weights.asDiagonal() * (captured.positions_mm - vowels);
+  // Lids and brows are nobody's consonants: they move as they were captured, all along.
+  const std::vector<bool> upper = upperFaceColumns(line.database.corpus().layout);
+  for (std::size_t i = 0; i < upper.size(); ++i) {
+    const auto column = signedIndex(i);
+    if (upper[i]) continue;
+    captured.positions_mm.col(column) =
+        vowels.col(column) + weights.cwiseProduct(captured.positions_mm.col(column) - vowels.col(column));
+  }
   for (std::size_t frame = 0; frame < line.times.size(); ++frame)
     captured.parts.scaleFrame(frame, weights(signedIndex(frame)));
   return captured;

@@ -229,18 +229,6 @@ void fillFromEachOther(PositionMatrix& a, PositionMatrix& b) {
   }
 }
 
-/// Columns that no phone moves: lids blink and brows rise when they will. A cut through such a movement shows, so they
-/// are blended over longer than the lips.
-std::vector<bool> upperFaceColumns(const MarkerLayout& layout) {
-  std::vector<bool> upper;
-  for (const LayoutMarker& marker : layout.markers) {
-    const bool is_upper = marker.region == "forehead" || marker.region == "temple" || marker.region == "brow" ||
-                          marker.region == "lid" || marker.region == "canthus";
-    upper.insert(upper.end(), 3, is_upper);
-  }
-  return upper;
-}
-
 /// The first row of `times` that begins at or after `time`.
 Eigen::Index rowFrom(std::span<const Seconds> times, Seconds time) {
   return std::lower_bound(times.begin(), times.end(), time) - times.begin();
@@ -278,6 +266,16 @@ PositionMatrix blendJoin(PositionMatrix before, PositionMatrix after, std::span<
 }
 
 }  // namespace
+
+std::vector<bool> upperFaceColumns(const MarkerLayout& layout) {
+  std::vector<bool> upper;
+  for (const LayoutMarker& marker : layout.markers) {
+    const bool is_upper = marker.region == "forehead" || marker.region == "temple" || marker.region == "brow" ||
+                          marker.region == "lid" || marker.region == "canthus";
+    upper.insert(upper.end(), 3, is_upper);
+  }
+  return upper;
+}
 
 JoinSpans placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after,
                     const JoinOptions& options) {

@@ -37,6 +37,10 @@ struct LineToRender {
   }
 };
 
+/// Columns that no phone moves: lids blink and brows rise when they will. A cut through such a movement shows, so they
+/// are blended over longer than the lips.
+std::vector<bool> upperFaceColumns(const MarkerLayout& layout);
+
 /// Fragments and curves by turns.
 std::vector<Stretch> stretchesOf(const SynthesisPlan& plan, const LineToRender& line);
 

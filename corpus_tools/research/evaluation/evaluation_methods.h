@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -43,32 +44,33 @@ EvaluationMethod predictionMethod(std::string name, const UnitDatabase& database
 EvaluationMethod unitMethod(std::string name, const UnitDatabase& database, const SynthesisOptions& options);
 
 /// Cohen and Massaro's coarticulation (1993), the model that unit selection is compared with: each phone has a target
-/// T and a dominance D = a exp(-theta |t - t_phone|^c), and the face is F(t) = sum D T / sum D.
+/// T and a dominance D = a exp(-theta |t - t_phone|^c), theta one before and one after its middle, and the face is
+/// F(t) = sum D T / sum D.
 class DominanceModel {
  public:
-  /// Targets: the mean pose of each phone's middle frames. a (one per kind of phone), theta and c: a coarse grid, by
-  /// the lip error over some takes of the corpus.
+  /// All of it by the least squared error of the lips: c and one theta for all from a grid, then a and both thetas of
+  /// each phone by coordinate search over some takes, the targets by linear least squares each time and last over all.
   static DominanceModel fit(const Corpus& corpus);
 
   /// `frames` frames of the layout's markers on the clock of `labels`.
   [[nodiscard]] MotionClip animate(const SpeechLabels& labels, double frame_rate_hz, std::size_t frames) const;
 
-  /// Kinds of phones that share a magnitude a.
-  enum class Kind : std::uint8_t { kSilence, kVowel, kRounded, kBilabial, kLabiodental, kSibilant, kOther };
-  static constexpr std::size_t kKindCount = 7;
-  static Kind kindOf(Phone phone);
-
-  struct Parameters {
-    std::array<double, kKindCount> magnitude{1, 1, 1, 1, 1, 1, 1};  ///< a
-    double rate = 20;                                               ///< theta, 1 / s^c
-    double power = 1;                                               ///< c
+  struct PhoneParameters {
+    double magnitude = 1;                     ///< a
+    double rate_before = 20, rate_after = 20; ///< theta, 1 / s^c
   };
-  [[nodiscard]] const Parameters& parameters() const { return parameters_; }
+  [[nodiscard]] const std::array<PhoneParameters, kPhoneCount>& parameters() const { return parameters_; }
+  [[nodiscard]] double power() const { return power_; }
+
+  /// times x kPhoneCount: how much of each phone's target shows; rows add up to 1.
+  [[nodiscard]] Eigen::MatrixXd sharesOf(const SpeechLabels& labels, std::span<const Seconds> times) const;
 
  private:
   std::vector<std::string> marker_names_;
-  std::array<Eigen::RowVectorXd, kPhoneCount> targets_;
-  Parameters parameters_;
+  Eigen::RowVectorXd mean_;
+  Eigen::MatrixXd targets_;  ///< phones x (3 * markers), mm from the mean pose
+  std::array<PhoneParameters, kPhoneCount> parameters_{};
+  double power_ = 1;  ///< c
 };
 
 }  // namespace mouthpiece
