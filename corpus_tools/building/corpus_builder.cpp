@@ -10,7 +10,7 @@
 #include "base/files.h"
 #include "base/parallel_for.h"
 #include "corpus_tools/building/build_state.h"
-#include "corpus_tools/building/trajectory_fit.h"
+#include "corpus_tools/building/settings_fit.h"
 #include "corpus_tools/takes/take_poses.h"
 #include "corpus_tools/takes/pose_fit.h"
 #include "motion/formats/motion_file.h"
@@ -217,7 +217,7 @@ class Builder {
       settleFrame(result.corpus, *finished, reference, options_);
       result.corpus.build_log["takes_aligned_by_phones"] = are_aligned ? "yes" : "no";
     }
-    result.corpus.trajectory_model = fitTrajectoryModel(result.corpus, {.jobs = options_.jobs});
+    fitMotion(result.corpus, {.jobs = options_.jobs});
     result.corpus.viseme_poses = posesOf(result.corpus);
     writeLog(result, settings_, reference);
     result.corpus.name = output_.stem().string();

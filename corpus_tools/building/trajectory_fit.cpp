@@ -8,6 +8,7 @@
 
 #include "base/parallel_for.h"
 #include "base/statistics.h"
+#include "corpus_tools/building/network_fit.h"
 #include "corpus_tools/building/trajectory_design.h"
 
 namespace mouthpiece {
@@ -20,7 +21,9 @@ constexpr std::size_t kJudgeEvery = 4;  ///< every fourth take judges the search
 constexpr std::size_t kLeastTakes = 4;
 /// 72 MB of normal equations. GRID has 1,000.
 constexpr std::size_t kMostFeatures = 3000;
-constexpr double kLargestGain = 1.15;
+constexpr double kLargestGain = 1.25;
+constexpr std::size_t kNetworks = 4;
+constexpr double kHeldToHalf = 0.25;
 constexpr double kPredictedVariance = 0.92;  ///< of the capture's; the fragments' own detail brings the rest
 
 /// The principal components of the speaking face: analysis, shapes.
@@ -51,9 +54,9 @@ void fitComponents(const std::vector<FitTake>& takes, const SpeechColumns& colum
 }
 
 struct Solution {
-  Eigen::MatrixXd targets;             ///< features x components
-  Eigen::RowVectorXd judged_errors;    ///< squared, on the judges
-  Eigen::RowVectorXd judged_variance;  ///< predicted there
+  Eigen::MatrixXd targets;            ///< features x components
+  Eigen::RowVectorXd judged_errors;   ///< squared, on the judges
+  std::vector<Eigen::MatrixXd> judged;  ///< what is predicted of each judge, centred
 };
 
 /// A corpus as its fit goes through it: some takes in memory, of a short corpus all.
@@ -79,12 +82,11 @@ class TargetSolver {
       equations.add(designRows(takes_[take], segments_[take], features_.count(), dynamics), valuesOf(takes_[take]));
     Solution solution;
     solution.targets = equations.solve(features_.ridgeFactors() * material_.options.ridge);
-    solution.judged_errors = solution.judged_variance = Eigen::RowVectorXd::Zero(model_.componentCount());
+    solution.judged_errors = Eigen::RowVectorXd::Zero(model_.componentCount());
     for (const std::size_t take : judges) {
-      const Eigen::MatrixXd predicted =
-          designRows(takes_[take], segments_[take], features_.count(), dynamics).times(solution.targets);
-      solution.judged_errors += (valuesOf(takes_[take]) - predicted).colwise().squaredNorm();
-      solution.judged_variance += predicted.colwise().squaredNorm();
+      solution.judged.push_back(
+          designRows(takes_[take], segments_[take], features_.count(), dynamics).times(solution.targets));
+      solution.judged_errors += (valuesOf(takes_[take]) - solution.judged.back()).colwise().squaredNorm();
     }
     return solution;
   }
@@ -106,18 +108,12 @@ class TargetSolver {
     return equations.solve(features_.ridgeFactors() * material_.options.ridge);
   }
 
-  [[nodiscard]] double capturedVariance(const std::vector<std::size_t>& judges) const {
-    double sum = 0;
-    for (const std::size_t take : judges) sum += valuesOf(takes_[take]).squaredNorm();
-    return sum;
-  }
-
- private:
   /// Frames x components, centred.
   [[nodiscard]] Eigen::MatrixXd valuesOf(const FitTake& take) const {
     return take.displacements.cast<double>() * model_.analysis;
   }
 
+ private:
   const Material& material_;
   const std::vector<FitTake>& takes_;
   const SegmentFeatures& features_;
@@ -133,28 +129,37 @@ std::vector<ComponentDynamics> candidateDynamics() {
   return candidates;
 }
 
-/// Each component's dynamics with the least error on takes left out, the gain that its variance there asks for, and
-/// then the targets from all takes.
-void fitMovement(std::size_t take_count, const SegmentFeatures& features, const TargetSolver& solver, std::size_t jobs,
-                 TrajectoryModel& model) {
-  std::vector<std::size_t> use, judges;
-  for (std::size_t take = 0; take < take_count; ++take) (take % kJudgeEvery == 0 ? judges : use).push_back(take);
+void setTargets(const SegmentFeatures& features, const Eigen::MatrixXd& targets, TrajectoryModel& model) {
+  for (Eigen::Index feature = 0; feature < features.count(); ++feature)
+    model.targets[features.name(feature)] = targets.row(feature).transpose();
+}
+
+/// What is predicted of each judge by models that have not seen it, and what was captured.
+struct Judged {
+  std::vector<Eigen::MatrixXd> predicted, captured;  ///< frames x components, centred
+  Eigen::MatrixXd targets;                           ///< of those models, features x components
+};
+
+/// Each component's dynamics with the least error on takes left out, and then the targets from all takes.
+Judged fitMovement(const SegmentFeatures& features, const TargetSolver& solver, const std::vector<std::size_t>& use,
+                   const std::vector<std::size_t>& judges, std::size_t jobs, TrajectoryModel& model) {
   const std::vector<ComponentDynamics> candidates = candidateDynamics();
   std::vector<Solution> searched(candidates.size());
   parallelFor(candidates.size(), jobs, [&](std::size_t i) { searched[i] = solver.solve(candidates[i], use, judges); });
 
+  Judged judged;
+  judged.predicted = searched.front().judged;
+  judged.targets.resize(features.count(), model.componentCount());
   std::vector<std::size_t> chosen;
-  double variance = 0;
   for (Eigen::Index component = 0; component < model.componentCount(); ++component) {
     const auto least = std::min_element(searched.begin(), searched.end(), [&](const Solution& a, const Solution& b) {
       return a.judged_errors(component) < b.judged_errors(component);
     });
     chosen.push_back(unsignedIndex(least - searched.begin()));
     model.dynamics.push_back(candidates[chosen.back()]);
-    variance += least->judged_variance(component);
+    judged.targets.col(component) = least->targets.col(component);
+    for (std::size_t i = 0; i < judges.size(); ++i) judged.predicted[i].col(component) = least->judged[i].col(component);
   }
-  const double wanted = kPredictedVariance * solver.capturedVariance(judges) / std::max(variance, 1e-12);
-  model.gain = std::clamp(std::sqrt(wanted), 1.0, kLargestGain);
 
   Eigen::MatrixXd targets(features.count(), model.componentCount());
   std::vector<Eigen::MatrixXd> solved(candidates.size());
@@ -165,9 +170,53 @@ void fitMovement(std::size_t take_count, const SegmentFeatures& features, const 
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     targets.col(signedIndex(i)) = solved[chosen[i]].col(signedIndex(i));
   }
-  for (Eigen::Index feature = 0; feature < features.count(); ++feature) {
-    model.targets[features.name(feature)] = targets.row(feature).transpose();
+  setTargets(features, targets, model);
+  return judged;
+}
+
+NetworkTake networkTake(const FitTake& take, const SpeechLabels& labels, const Eigen::MatrixXd& values) {
+  return {contextSegments(labels), take.times, take.seen.cast<float>(), values.cast<float>()};
+}
+
+/// Networks, each without another part of the takes: together they have seen all. The one that has not seen the judges
+/// says how far to believe them, and joins the judged prediction.
+void fitNetworks(const Corpus& corpus, const std::vector<FitTake>& takes, const TargetSolver& solver,
+                 const std::vector<std::size_t>& judges, std::size_t jobs, Judged& judged, TrajectoryModel& model) {
+  std::vector<NetworkTake> known;
+  for (const FitTake& take : takes)
+    known.push_back(networkTake(take, corpus.takes[take.index].labels, solver.valuesOf(take)));
+  model.networks.resize(kNetworks);
+  parallelFor(kNetworks, jobs, [&](std::size_t network) {
+    std::vector<std::size_t> use;
+    for (std::size_t take = 0; take < known.size(); ++take) {
+      if (take % kJudgeEvery != network % kJudgeEvery) use.push_back(take);
+    }
+    model.networks[network] = fitContextNetwork(known, use, model.componentCount(), network + 1);
+  });
+  // Least squares along the way from the one prediction to the other; a bias towards half of each.
+  Eigen::RowVectorXd along = Eigen::RowVectorXd::Zero(model.componentCount()), length = along;
+  std::vector<Eigen::MatrixXd> by_network;
+  for (std::size_t i = 0; i < judges.size(); ++i) {
+    by_network.push_back(centredPrediction(model.networks.front(), known[judges[i]]));
+    const Eigen::MatrixXd way = by_network.back() - judged.predicted[i];
+    along += way.cwiseProduct(judged.captured[i] - judged.predicted[i]).colwise().sum();
+    length += way.colwise().squaredNorm();
   }
+  const Eigen::RowVectorXd held = length * kHeldToHalf;
+  const Eigen::RowVectorXd share = (along + 0.5 * held).cwiseQuotient((length + held).cwiseMax(1e-12));
+  model.network_share = share.cwiseMax(0).cwiseMin(1);
+  for (std::size_t i = 0; i < judges.size(); ++i)
+    judged.predicted[i] += (by_network[i] - judged.predicted[i]) * model.network_share.asDiagonal();
+}
+
+/// Brings back the variance that least squares takes, as far as takes left out ask for it.
+void fitGain(const Judged& judged, TrajectoryModel& model) {
+  double predicted = 0, captured = 0;
+  for (std::size_t i = 0; i < judged.captured.size(); ++i) {
+    predicted += judged.predicted[i].squaredNorm();
+    captured += judged.captured[i].squaredNorm();
+  }
+  model.gain = std::clamp(std::sqrt(kPredictedVariance * captured / std::max(predicted, 1e-12)), 1.0, kLargestGain);
 }
 
 /// Least squares says nothing about each take's own level: the mean over takes.
@@ -214,12 +263,12 @@ std::vector<std::size_t> takesWithFeatures(const Corpus& corpus, const FitTakes&
 
 }  // namespace
 
-std::shared_ptr<const TrajectoryModel> fitTrajectoryModel(const Corpus& corpus, const TrajectoryFitOptions& options) {
+TrajectoryFit fitTrajectory(const Corpus& corpus, const TrajectoryFitOptions& options) {
   const SpeechColumns columns = speechColumns(corpus);
-  if (!(columns.lip_norm > 0)) return nullptr;
+  if (!(columns.lip_norm > 0)) return {};
   const FitTakes kept = fitTakes(corpus, columns, options.fit_rate_hz, options.most_kept_frames);
   const std::vector<FitTake>& takes = kept.takes;
-  if (takes.size() < kLeastTakes) return nullptr;
+  if (takes.size() < kLeastTakes) return {};
   const std::size_t jobs = options.jobs > 0 ? options.jobs : defaultThreadCount();
   auto model = std::make_shared<TrajectoryModel>();
   const auto speaking = signedIndex((columns.weights.array() > 0).count());
@@ -228,10 +277,26 @@ std::shared_ptr<const TrajectoryModel> fitTrajectoryModel(const Corpus& corpus, 
   const SegmentFeatures features(corpus, takesWithFeatures(corpus, kept), kMostFeatures);
   const Material material{corpus, columns, options, kept};
   const TargetSolver solver(material, features, *model);
-  fitMovement(takes.size(), features, solver, jobs, *model);
+  std::vector<std::size_t> use, judges;
+  for (std::size_t take = 0; take < takes.size(); ++take) (take % kJudgeEvery == 0 ? judges : use).push_back(take);
+  Judged judged = fitMovement(features, solver, use, judges, jobs, *model);
+  for (const std::size_t take : judges) judged.captured.push_back(solver.valuesOf(takes[take]));
+  fitNetworks(corpus, takes, solver, judges, jobs, judged, *model);
+  fitGain(judged, *model);
   fitLevel(takes, corpus, *model);
   fitClosing(takes, corpus, columns, *model);
-  return model;
+
+  TrajectoryFit fit{model, nullptr, {}};
+  auto judging = std::make_shared<TrajectoryModel>(*model);
+  setTargets(features, judged.targets, *judging);
+  judging->networks.resize(1);  // the one without the judges
+  fit.judging = judging;
+  for (const std::size_t judge : judges) fit.judges.push_back(takes[judge].index);
+  return fit;
+}
+
+std::shared_ptr<const TrajectoryModel> fitTrajectoryModel(const Corpus& corpus, const TrajectoryFitOptions& options) {
+  return fitTrajectory(corpus, options).model;
 }
 
 }  // namespace mouthpiece

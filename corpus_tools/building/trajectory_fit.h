@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "units/file/corpus.h"
 #include "units/prediction/trajectory_model.h"
@@ -17,8 +18,16 @@ struct TrajectoryFitOptions {
   std::size_t jobs = 0;  ///< threads; 0: one per core. The result does not depend on it
 };
 
+struct TrajectoryFit {
+  std::shared_ptr<const TrajectoryModel> model;    ///< fitted to all takes; null when there is too little
+  std::shared_ptr<const TrajectoryModel> judging;  ///< one like it that has not seen `judges`
+  std::vector<std::size_t> judges;                 ///< takes of the corpus
+};
+
 /// Fits the model to all takes of `corpus`. Null when it has too little to learn from: fewer than four takes that are
 /// seen in most frames, or a layout without lips.
+TrajectoryFit fitTrajectory(const Corpus& corpus, const TrajectoryFitOptions& options = {});
+/// Its model.
 std::shared_ptr<const TrajectoryModel> fitTrajectoryModel(const Corpus& corpus,
                                                           const TrajectoryFitOptions& options = {});
 

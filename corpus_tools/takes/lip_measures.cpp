@@ -19,6 +19,12 @@ double meanOf(const std::vector<double>& values) {
   return LipMeasures::ratio(std::accumulate(values.begin(), values.end(), 0.0), asReal(values.size()));
 }
 
+bool isMeasured(const MeasuredStretches& stretches, Seconds time) {
+  return stretches.empty() || std::any_of(stretches.begin(), stretches.end(), [&](const TimeSpan& stretch) {
+           return time >= stretch.start && time < stretch.end;
+         });
+}
+
 /// Pearson's r over the frames that both have; NaN for fewer than three or a constant.
 double correlation(const std::vector<double>& a, const std::vector<double>& b) {
   double n = 0, mean_a = 0, mean_b = 0, spread_a = 0, spread_b = 0, common = 0;
@@ -32,6 +38,19 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
   }
   if (n < 3 || spread_a < 1e-9 || spread_b < 1e-9) return std::numeric_limits<double>::quiet_NaN();
   return common / std::sqrt(spread_a * spread_b);
+}
+
+/// Standard deviation of the finite values; 0 of none.
+double spread(const std::vector<double>& values) {
+  double n = 0, mean = 0, squares = 0;
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    n += 1;
+    const double step = value - mean;
+    mean += step / n;
+    squares += step * (value - mean);
+  }
+  return n > 0 ? std::sqrt(squares / n) : 0;
 }
 
 /// The lip coordinates of both clips in the frames where all lips are seen in both, the constant difference taken off.
@@ -74,6 +93,21 @@ LipFrames commonLipFrames(const MotionClip& captured, const MotionClip& synthesi
     lips.synthesised.rowwise() -= offset;
   }
   return lips;
+}
+
+/// Frames in the stretches alone.
+LipFrames within(const LipFrames& lips, const MeasuredStretches& stretches, double frame_rate_hz) {
+  if (stretches.empty()) return lips;
+  LipFrames part;
+  std::vector<Eigen::Index> rows;
+  for (std::size_t i = 0; i < lips.frames.size(); ++i) {
+    if (!isMeasured(stretches, asReal(lips.frames[i]) / frame_rate_hz)) continue;
+    part.frames.push_back(lips.frames[i]);
+    rows.push_back(signedIndex(i));
+  }
+  part.captured = lips.captured(rows, Eigen::all);
+  part.synthesised = lips.synthesised(rows, Eigen::all);
+  return part;
 }
 
 void addErrors(const LipFrames& lips, LipMeasures& measures) {
@@ -141,10 +175,11 @@ Opening openingOf(const std::vector<double>& mm, double frame_rate_hz) {
 }
 
 void addClosures(const Opening& captured, const Opening& synthesised, const SpeechLabels& labels,
-                 LipMeasures& measures) {
+                 const MeasuredStretches& stretches, LipMeasures& measures) {
   if (captured.mm.empty() || synthesised.mm.empty()) return;
   for (const LabelledPhone& phone : labels.phones) {
     if (phone.phone == Phone::kSil || isLabiodental(phone.phone)) continue;
+    if (!isMeasured(stretches, phone.span.middle())) continue;
     const bool closes = captured.closesIn(phone);
     const bool shut = synthesised.closesIn(phone);
     if (isVowel(phone.phone)) {
@@ -163,10 +198,11 @@ void addClosures(const Opening& captured, const Opening& synthesised, const Spee
 }
 
 void addContacts(const Opening& captured, const Opening& synthesised, const SpeechLabels& labels,
-                 LipMeasures& measures) {
+                 const MeasuredStretches& stretches, LipMeasures& measures) {
   if (captured.mm.empty() || synthesised.mm.empty()) return;
   for (const LabelledPhone& phone : labels.phones) {
-    if (!isLabiodental(phone.phone) || !captured.closesIn(phone)) continue;
+    if (!isLabiodental(phone.phone) || !isMeasured(stretches, phone.span.middle())) continue;
+    if (!captured.closesIn(phone)) continue;
     ++measures.contacts;
     if (synthesised.closesIn(phone)) ++measures.contacts_kept;
   }
@@ -179,6 +215,7 @@ double LipMeasures::ratio(double part, double whole) {
 }
 double LipMeasures::openingCorrelation() const { return meanOf(opening_r); }
 double LipMeasures::widthCorrelation() const { return meanOf(width_r); }
+double LipMeasures::protrusionCorrelation() const { return meanOf(protrusion_r); }
 
 LipMeasures& LipMeasures::operator+=(const LipMeasures& other) {
   using M = LipMeasures;
@@ -187,37 +224,54 @@ LipMeasures& LipMeasures::operator+=(const LipMeasures& other) {
                            &M::captured_vowels_shut})
     this->*count += other.*count;
   for (const auto sum : {&M::squared_error_mm2, &M::largest_squared_mm2, &M::variance_mm2, &M::captured_variance_mm2,
-                         &M::jerk, &M::captured_jerk})
+                         &M::jerk, &M::captured_jerk, &M::protrusion_spread_mm, &M::captured_protrusion_spread_mm})
     this->*sum += other.*sum;
   opening_r.insert(opening_r.end(), other.opening_r.begin(), other.opening_r.end());
   width_r.insert(width_r.end(), other.width_r.begin(), other.width_r.end());
+  protrusion_r.insert(protrusion_r.end(), other.protrusion_r.begin(), other.protrusion_r.end());
   return *this;
 }
 
 LipMeasures measureLips(const MotionClip& captured, const MotionClip& synthesised, const SpeechLabels& labels,
-                        const MarkerLayout& layout) {
+                        const MarkerLayout& layout, const MeasuredStretches& stretches) {
   const LipGauge gauge = LipGauge::whole(layout);
   const auto curve = [&](LipGauge::Measure measure, const MotionClip& clip) {
     return gauge.overFrames(measure, clip.positions_mm);
   };
+  const auto measured = [&](std::vector<double> values, double frame_rate_hz) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (!isMeasured(stretches, asReal(i) / frame_rate_hz)) values[i] = std::numeric_limits<double>::quiet_NaN();
+    }
+    return values;
+  };
   LipMeasures measures;
-  const LipFrames lips = commonLipFrames(captured, synthesised, layout);
+  const LipFrames lips = within(commonLipFrames(captured, synthesised, layout), stretches, captured.frame_rate_hz);
   addErrors(lips, measures);
   measures.variance_mm2 = variance(lips.synthesised);
   measures.captured_variance_mm2 = variance(lips.captured);
   measures.jerk = squaredJerk(lips.synthesised, lips.frames);
   measures.captured_jerk = squaredJerk(lips.captured, lips.frames);
-  const std::vector<double> captured_opening = curve(&LipGauge::opening, captured);
-  const std::vector<double> opening = curve(&LipGauge::opening, synthesised);
   // A flat curve has no correlation; it counts as none rather than dropping out of the mean.
-  const auto flat_counts_as_none = [](double r) { return std::isfinite(r) ? r : 0.0; };
-  measures.opening_r.push_back(flat_counts_as_none(correlation(captured_opening, opening)));
-  measures.width_r.push_back(
-      flat_counts_as_none(correlation(curve(&LipGauge::width, captured), curve(&LipGauge::width, synthesised))));
-  const Opening captured_mouth = openingOf(captured_opening, captured.frame_rate_hz);
-  addClosures(captured_mouth, openingOf(opening, synthesised.frame_rate_hz), labels, measures);
-  addContacts(openingOf(curve(&LipGauge::lowerLipDrop, captured), captured.frame_rate_hz),
-              openingOf(curve(&LipGauge::lowerLipDrop, synthesised), synthesised.frame_rate_hz), labels, measures);
+  const auto correlationOf = [&](LipGauge::Measure measure) {
+    const double r = correlation(measured(curve(measure, captured), captured.frame_rate_hz),
+                                 measured(curve(measure, synthesised), synthesised.frame_rate_hz));
+    return std::isfinite(r) ? r : 0.0;
+  };
+  const auto spreadOf = [&](const MotionClip& clip) {
+    return spread(measured(curve(&LipGauge::protrusion, clip), clip.frame_rate_hz));
+  };
+  measures.opening_r.push_back(correlationOf(&LipGauge::opening));
+  measures.width_r.push_back(correlationOf(&LipGauge::width));
+  measures.protrusion_r.push_back(correlationOf(&LipGauge::protrusion));
+  measures.protrusion_spread_mm = spreadOf(synthesised);
+  measures.captured_protrusion_spread_mm = spreadOf(captured);
+  const auto openingIn = [&](const MotionClip& clip, LipGauge::Measure measure) {
+    return openingOf(curve(measure, clip), clip.frame_rate_hz);
+  };
+  addClosures(openingIn(captured, &LipGauge::opening), openingIn(synthesised, &LipGauge::opening), labels, stretches,
+              measures);
+  addContacts(openingIn(captured, &LipGauge::lowerLipDrop), openingIn(synthesised, &LipGauge::lowerLipDrop), labels,
+              stretches, measures);
   return measures;
 }
 

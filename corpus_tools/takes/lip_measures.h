@@ -19,6 +19,8 @@ struct LipMeasures {
   double largest_squared_mm2 = 0;        ///< sum over frames of the largest squared lip-marker error
   std::vector<double> opening_r;         ///< one a take: correlation of LipGauge::opening
   std::vector<double> width_r;           ///< one a take: of LipGauge::width
+  std::vector<double> protrusion_r;      ///< one a take: of LipGauge::protrusion
+  double protrusion_spread_mm = 0, captured_protrusion_spread_mm = 0;  ///< standard deviation, summed over takes
   std::size_t closures = 0;              ///< B P M closed in the capture
   std::size_t closures_kept = 0;         ///< of those, closed in the synthesis
   std::size_t contacts = 0;              ///< F V whose lower lip rises to the teeth in the capture
@@ -37,6 +39,9 @@ struct LipMeasures {
   [[nodiscard]] double lve() const { return ratio(largest_squared_mm2, asReal(frames)); }  ///< mm^2
   [[nodiscard]] double openingCorrelation() const;                                         ///< mean over takes
   [[nodiscard]] double widthCorrelation() const;
+  [[nodiscard]] double protrusionCorrelation() const;
+  /// How deep protrusion goes, over how deep it does in the capture.
+  [[nodiscard]] double protrusionDepth() const { return ratio(protrusion_spread_mm, captured_protrusion_spread_mm); }
   [[nodiscard]] double closureRecall() const { return ratio(asReal(closures_kept), asReal(closures)); }
   [[nodiscard]] double contactRecall() const { return ratio(asReal(contacts_kept), asReal(contacts)); }
   [[nodiscard]] double falseClosureShare() const { return ratio(asReal(false_closures), asReal(open_phones)); }
@@ -47,9 +52,13 @@ struct LipMeasures {
   LipMeasures& operator+=(const LipMeasures& other);
 };
 
+/// Stretches of a take that are to be measured; empty: all of it.
+using MeasuredStretches = std::vector<TimeSpan>;
+
 /// Both clips on the clock of `labels`, with the columns of `layout`; `synthesised` has the capture's frame rate.
-/// Throws InputError when the layout has not both lips and both corners.
+/// Of `stretches` frames and phones count that lie in one of them; what is closed, and the constant offset, is told by
+/// the whole take. Throws InputError when the layout has not both lips and both corners.
 LipMeasures measureLips(const MotionClip& captured, const MotionClip& synthesised, const SpeechLabels& labels,
-                        const MarkerLayout& layout);
+                        const MarkerLayout& layout, const MeasuredStretches& stretches = {});
 
 }  // namespace mouthpiece

@@ -40,17 +40,24 @@ struct MOUTHPIECE_API StyleParameter {
 
 /// How lines are performed. The defaults are those of the program `synth`.
 struct MOUTHPIECE_API Manner {
-  enum class Method { kGreedy, kViterbi };
+  /// What moves the face.
+  enum class Method {
+    kEdge,    ///< EDGE (2004) as published: captured fragments, the longest each time, and nothing else
+    kGreedy,  ///< the same, with units of any length, joined where the lips agree best
+    kGuided,  ///< a movement predicted from what the corpus taught, with the fast detail of captured fragments on it
+    kCurves,  ///< VOCAL's curves alone, as Style::kSpeech
+    kViterbi = kGuided  ///< an earlier name
+  };
   enum class Units { kAny, kPaper };
   enum class Blend { kSmooth, kLinear, kCosine, kExponential };
   /// What stands for a phone pair that the corpus lacks: VOCAL's curves under a prediction, the nearest pair by viseme
   /// class as it is, or nothing (InputError).
   enum class Backoff { kVocal, kViseme, kNone };
-  /// What the motion is made of: captured fragments (for a song curves with captured consonants), or curves alone.
+  /// What the motion is made of: what the method says (for a song curves with captured consonants), or curves alone.
   enum class Style { kCaptured, kSpeech, kSing };
 
   double frame_rate_hz = 60;  ///< 24 to 240
-  Method method = Method::kViterbi;
+  Method method = Method::kGuided;
   Units units = Units::kAny;
   Blend blend = Blend::kSmooth;
   double overlap_ms = 60;  ///< of two fragments, 0 to 1000

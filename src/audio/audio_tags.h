@@ -35,7 +35,7 @@ struct VowelLikelihood {
   double a = 0, e = 0, i = 0, o = 0, u = 0, silence = 0;
 };
 
-/// High-frequency energy (8 to 20 kHz) of one consonant (VOCAL 4.2, "Computing Ma-Ps values from audio").
+/// High-frequency energy (8 to 20 kHz, or AudioTags::consonant_low_hz and up) of one consonant (VOCAL 4.2, "Computing Ma-Ps values from audio").
 struct ConsonantEnergy {
   PhoneIndex phone;  ///< of the labels that the sound was tagged with
   TimeSpan span;
@@ -49,7 +49,8 @@ struct AudioTags {
   std::vector<Note> notes;
   std::vector<VibratoSpan> vibrato;
   std::vector<VowelLikelihood> vowels;
-  std::vector<ConsonantEnergy> consonants;  ///< empty where the sound has nothing above 8 kHz
+  std::vector<ConsonantEnergy> consonants;
+  double consonant_low_hz = 0;  ///< where their band begins; 0: they were not heard
 };
 
 }  // namespace mouthpiece

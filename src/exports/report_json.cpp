@@ -69,6 +69,39 @@ ordered_json backoffOf(const UtteranceAnimation& animation) {
   return backoff;
 }
 
+/// What moved the lips, of the whole line and second by second.
+ordered_json movedByOf(const UtteranceAnimation& animation) {
+  const auto sharesOf = [](const MovementShares& shares) -> ordered_json {
+    return {{"capture", rounded(shares.capture)},
+            {"prediction", rounded(shares.prediction)},
+            {"curves", rounded(shares.curves)},
+            {"contact", rounded(shares.contact)}};
+  };
+  MovementShares all;
+  double weight = 0;
+  ordered_json seconds = ordered_json::array();
+  for (const MovementShares& second : animation.shares) {
+    const double own = second.movement_mm * second.movement_mm;
+    weight += own;
+    for (const auto share : {&MovementShares::capture, &MovementShares::prediction, &MovementShares::curves,
+                             &MovementShares::contact})
+      all.*share += own * second.*share;
+    ordered_json entry = {{"start_s", rounded(second.start)}, {"movement_mm", rounded(second.movement_mm)}};
+    entry.update(sharesOf(second));
+    seconds.push_back(std::move(entry));
+  }
+  for (const auto share :
+       {&MovementShares::capture, &MovementShares::prediction, &MovementShares::curves, &MovementShares::contact})
+    all.*share /= weight > 0 ? weight : 1;
+  return {{"line", sharesOf(all)}, {"seconds", std::move(seconds)}};
+}
+
+ordered_json settingsOf(const UtteranceAnimation& animation) {
+  ordered_json settings = ordered_json::object();
+  for (const SettingUsed& setting : animation.settings) settings[setting.name] = setting.value;
+  return settings;
+}
+
 /// The share of the line's pairs of phones that no capture made.
 double backoffShare(const UtteranceAnimation& animation) {
   const std::size_t phones = animation.labels.phones.size();
@@ -90,6 +123,9 @@ ordered_json reportFields(const UtteranceAnimation& animation) {
   return {{"text", animation.text},
           {"voice", animation.voice},
           {"corpus", animation.corpus},
+          {"method", animation.method},
+          {"settings", settingsOf(animation)},
+          {"moved_by", movedByOf(animation)},
           {"fps", animation.motion.frame_rate_hz},
           {"frames", animation.motion.frameCount()},
           {"duration_s", toMicro(duration)},

@@ -46,12 +46,15 @@ StyleWish wishOf(const StyleParameter& parameter, std::string_view name, double 
 }
 
 SynthesisOptions synthesisOf(const Manner& manner, const CurveModel& model) {
-  SynthesisOptions options;
+  const bool as_published = manner.method == Manner::Method::kEdge;
+  SynthesisOptions options = as_published ? edgeAsPublished() : SynthesisOptions();
   options.frame_rate_hz = manner.frame_rate_hz;
   options.overlap_ms = manner.overlap_ms;
-  options.selection.method =
-      manner.method == Manner::Method::kGreedy ? SelectionMethod::kGreedy : SelectionMethod::kViterbi;
-  options.selection.units = manner.units == Manner::Units::kPaper ? UnitScales::kPaper : UnitScales::kAny;
+  if (!as_published) {
+    options.selection.method =
+        manner.method == Manner::Method::kGreedy ? SelectionMethod::kGreedy : SelectionMethod::kViterbi;
+    options.selection.units = manner.units == Manner::Units::kPaper ? UnitScales::kPaper : UnitScales::kAny;
+  }
   switch (manner.blend) {
     case Manner::Blend::kSmooth:
       options.blend = BlendKind::kSmooth;
@@ -69,12 +72,14 @@ SynthesisOptions synthesisOf(const Manner& manner, const CurveModel& model) {
   CurveOptions& curves = options.curves;
   if (manner.style != Manner::Style::kCaptured)
     curves.alone = manner.style == Manner::Style::kSing ? CurveStyle::kSing : CurveStyle::kSpeech;
+  if (manner.method == Manner::Method::kCurves && !curves.alone) curves.alone = CurveStyle::kSpeech;
   curves.ma = wishOf(manner.ma, "Ma", 1);
   curves.ps = wishOf(manner.ps, "Ps", 1);
   curves.ja = wishOf(manner.ja, "Ja", kLargestArticulation);
   curves.li = wishOf(manner.li, "Li", kLargestArticulation);
   if (!manner.edits.empty()) curves.edits = readCurveEdits(manner.edits);
-  curves.fill_gaps = manner.backoff == Manner::Backoff::kVocal;
+  // The paper has no curves: a pair that was not captured has a stand-in, or is refused.
+  curves.fill_gaps = manner.backoff == Manner::Backoff::kVocal && !as_published;
   curves.model = &model;
   return options;
 }
@@ -167,9 +172,11 @@ SungLine Speaker::Data::soundOf(const Line& source) {
   return heard;
 }
 
-/// Songs are made of curves, with consonants of the capture under them, unless a style was asked for.
+/// Songs are made of curves, with consonants of the capture under them, unless a style or curves alone were asked for.
 SynthesisOptions Speaker::Data::synthesisFor(const Line& line) const {
   SynthesisOptions wanted = synthesis;
+  const bool curves_alone = options.manner.method == Manner::Method::kCurves;
+  if (line.is_sung && curves_alone) wanted.curves.alone = CurveStyle::kSing;
   if (line.is_sung && !wanted.curves.alone) {
     wanted.curves.alone = CurveStyle::kSing;
     wanted.curves.layered = wanted.curves.fill_gaps;
@@ -236,6 +243,12 @@ Performance Speaker::perform(const Line& line) {
     expectNoBackoff(animation, data_->corpus.data().path.string());
   made->tags = request.tags;
   made->style = styleFor(request.options.curves, request.labels, request.tags);
+  constexpr double kVocalBandHz = 8000;  // VOCAL 4.2
+  const bool hears_accent = request.options.curves.ma.automatic || (animation.style == "sing" && !request.options.curves.ma.given);
+  if (hears_accent && !request.tags.consonants.empty() && request.tags.consonant_low_hz < kVocalBandHz)
+    animation.warnings.push_back(
+        fmt::format("the sound has nothing above 8 kHz: the melodic accent is judged by its consonants above {:.1f} kHz",
+                    request.tags.consonant_low_hz / 1000));
   data_->giveBackTakes();
   made->describe();
   return Performance(std::move(made));

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/index.h"
 #include "synthesis/context_transfer.h"
 #include "synthesis/stages.h"
 
@@ -29,15 +30,29 @@ PositionMatrix withoutUnseen(PositionMatrix positions, const Eigen::RowVectorXd&
   return positions;
 }
 
+PositionMatrix columnsOf(const PositionMatrix& positions, const std::vector<Eigen::Index>& columns) {
+  PositionMatrix picked(positions.rows(), std::ssize(columns));
+  for (std::size_t i = 0; i < columns.size(); ++i) picked.col(signedIndex(i)) = positions.col(columns[i]);
+  return picked;
+}
+
 /// EDGE 5.1.2 and 5.1.3, and the fragments moved into the line's context.
 StretchMotion renderUnits(const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
                           const LineToRender& line) {
   const bool into_context = movesIntoContext(units, line);
+  const std::vector<Eigen::Index>& lips = line.database.lipColumns();
   StretchMotion motion = blendUnits(units, times, line, into_context);
-  if (into_context)
-    motion.positions_mm =
+  motion.parts = MovementParts::none(std::ssize(times), std::ssize(lips));
+  if (into_context) {
+    TransferredMotion moved =
         transferContext(motion.positions_mm, line.labels, line.database, units, times, line.options.context);
+    motion.parts = {columnsOf(moved.predicted_mm, lips), columnsOf(moved.captured_mm, lips),
+                    columnsOf(moved.contactMm(line.database.corpus().neutral_pose_mm), lips)};
+    motion.positions_mm = std::move(moved.positions_mm);
+  }
   motion.positions_mm = withoutUnseen(std::move(motion.positions_mm), line.rest());
+  if (!into_context)
+    motion.parts.captured_mm = columnsOf(motion.positions_mm.rowwise() - Eigen::RowVectorXd(line.rest()), lips);
   return motion;
 }
 

@@ -67,12 +67,12 @@ Eigen::MatrixXd lineComponents(const SpeechLabels& line, const UnitDatabase& dat
 
 /// What the fragments keep of their residuals: all that is fast, by component.
 Eigen::MatrixXd keptDetail(const Eigen::MatrixXd& residuals, const TrajectoryModel& model, Seconds spacing,
-                           const ContextOptions& options) {
-  const Eigen::MatrixXd slow = smoothed(residuals, options.detail_within, spacing);
+                           const MotionSettings& settings) {
+  const Eigen::MatrixXd slow = smoothed(residuals, settings.detail_within_ms / 1000, spacing);
   const Eigen::MatrixXd fast = residuals - slow;
   const Eigen::VectorXd opening = fast * model.analysis.col(0);
-  return options.slow_captured * slow + options.other_detail * fast +
-         (options.first_detail - options.other_detail) * opening * model.shapes.row(0);
+  return settings.slow_captured * slow + settings.other_detail * fast +
+         (settings.first_detail - settings.other_detail) * opening * model.shapes.row(0);
 }
 
 /// What a contact of the lips brings down to a known least: of M B P the opening, of F V how far the lower lip hangs
@@ -165,32 +165,48 @@ PositionMatrix tightened(PositionMatrix positions, const TimeSpan& span, const C
 
 }  // namespace
 
-PositionMatrix transferContext(const PositionMatrix& residuals, const SpeechLabels& line, const UnitDatabase& database,
-                               const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
-                               const ContextOptions& options) {
+TransferredMotion transferContext(const PositionMatrix& residuals, const SpeechLabels& line,
+                                  const UnitDatabase& database, const std::vector<SelectedUnit>& units,
+                                  std::span<const Seconds> times, const ContextOptions& options) {
   const Corpus& corpus = database.corpus();
   const TrajectoryModel& model = *corpus.trajectory_model;
   const Seconds spacing = times.size() > 1 ? times[1] - times[0] : 1.0;
-  const Eigen::MatrixXd seen = residuals.unaryExpr([](double mm) { return std::isnan(mm) ? 0.0 : mm; });
-  const Eigen::MatrixXd kept = keptDetail(seen, model, spacing, options);
-  PositionMatrix positions = lineComponents(line, database, times, spacing, options) * model.shapes;
-  for (Eigen::Index column = 0; column < positions.cols(); ++column) {
-    const bool moves_with_speech = (model.shapes.col(column).array() != 0).any();
-    positions.col(column) += moves_with_speech ? kept.col(column) : seen.col(column);
+  const MotionSettings settings = options.settings.value_or(corpus.motion_settings);
+  TransferredMotion motion;
+  motion.predicted_mm = lineComponents(line, database, times, spacing, options) * model.shapes;
+  motion.captured_mm = PositionMatrix::Zero(residuals.rows(), residuals.cols());
+  if (options.fragments) {
+    const Eigen::MatrixXd seen = residuals.unaryExpr([](double mm) { return std::isnan(mm) ? 0.0 : mm; });
+    motion.captured_mm = keptDetail(seen, model, spacing, settings);
+    for (Eigen::Index column = 0; column < residuals.cols(); ++column) {
+      const bool moves_with_speech = (model.shapes.col(column).array() != 0).any();
+      if (!moves_with_speech) motion.captured_mm.col(column) = seen.col(column);
+    }
   }
-  positions.rowwise() +=
+  motion.positions_mm = motion.predicted_mm + motion.captured_mm;
+  motion.positions_mm.rowwise() +=
       Eigen::Map<const Eigen::RowVectorXd>(corpus.neutral_pose_mm.data(), corpus.neutral_pose_mm.size());
-  return options.keep_contacts ? keepContacts(std::move(positions), line, database, units, times) : positions;
+  if (options.keep_contacts)
+    motion.positions_mm =
+        keepContacts(std::move(motion.positions_mm), line, database, units, times, settings.teeth_contact);
+  return motion;
+}
+
+PositionMatrix TransferredMotion::contactMm(const MarkerPositions& neutral_mm) const {
+  PositionMatrix contact = positions_mm - predicted_mm - captured_mm;
+  contact.rowwise() -= Eigen::Map<const Eigen::RowVectorXd>(neutral_mm.data(), neutral_mm.size());
+  return contact;
 }
 
 PositionMatrix keepContacts(PositionMatrix positions, const SpeechLabels& line, const UnitDatabase& database,
-                            const std::vector<SelectedUnit>& units, std::span<const Seconds> times) {
+                            const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
+                            double teeth_contact) {
   const TrajectoryModel& model = *database.corpus().trajectory_model;
   if (!(model.closed_opening_mm > 0) || times.size() < 2) return positions;
   const LipGauge& gauge = database.lips();
   const Contact lips{gauge, &LipGauge::opening, model.closing, 1, 0.015, 0.060};
   // All of it, or for longer, would shut the mouth in vowels beside F and V that stay open in the capture.
-  const Contact teeth{gauge, &LipGauge::lowerLipDrop, wayOfLowerLip(model, gauge), 0.7, 0.005, 0.040};
+  const Contact teeth{gauge, &LipGauge::lowerLipDrop, wayOfLowerLip(model, gauge), teeth_contact, 0.005, 0.040};
   for (std::size_t phone = 0; phone < line.phones.size(); ++phone) {
     const LabelledPhone& own = line.phones[phone];
     if (isBilabial(own.phone)) {

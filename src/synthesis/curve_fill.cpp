@@ -78,7 +78,20 @@ struct Neighbour {
   const PositionMatrix& positions_mm;
   TimeSpan blend;
   double into_gap;  ///< the sign of time on the way from the blend into the gap: 1 behind the neighbour, -1 before it
+
+  /// How much of it shows.
+  [[nodiscard]] double shareAt(Seconds time, BlendKind kind) const {
+    const double first = blendWeight(kind, (time - blend.start) / std::max(blend.duration(), 1e-9));
+    return into_gap > 0 ? first : 1 - first;
+  }
 };
+
+/// Calls visit(frame) for the frames of the line that both have.
+template <typename Visit>
+void forCommonFrames(const Stretch& a, const Stretch& b, const Visit& visit) {
+  const std::size_t end = std::min(a.end_frame, b.end_frame);
+  for (std::size_t frame = std::max(a.first_frame, b.first_frame); frame < end; ++frame) visit(frame);
+}
 
 /// The poses that the curves make in a gap, led to what its neighbours captured at the middles of the blends, and
 /// blended with them.
@@ -99,14 +112,11 @@ PositionMatrix drawGap(const Stretch& gap, const std::vector<Neighbour>& sides, 
   poses = withContacts(line.curves, line.model.poses(), {times.begin(), times.end()}, std::move(poses));
   poses.rowwise() += line.rest();
   for (const Neighbour& side : sides) {
-    const std::size_t end = std::min(gap.end_frame, side.stretch.end_frame);
-    for (std::size_t frame = std::max(gap.first_frame, side.stretch.first_frame); frame < end; ++frame) {
-      const double u = (line.times[frame] - side.blend.start) / std::max(side.blend.duration(), 1e-9);
-      const double first = blendWeight(line.options.blend, u);
-      const double captured = side.into_gap > 0 ? first : 1 - first;
+    forCommonFrames(gap, side.stretch, [&](std::size_t frame) {
+      const double captured = side.shareAt(line.times[frame], line.options.blend);
       auto row = poses.row(signedIndex(frame - gap.first_frame));
       row = captured * side.positions_mm.row(signedIndex(frame - side.stretch.first_frame)) + (1 - captured) * row;
-    }
+    });
   }
   return poses;
 }
@@ -152,13 +162,15 @@ std::vector<Stretch> stretchesOf(const SynthesisPlan& plan, const LineToRender& 
 
 StretchMotion fillWithCurves(const std::vector<Stretch>& stretches, const std::vector<StretchMotion>& captured,
                              const LineToRender& line) {
-  StretchMotion whole{line.rest().replicate(std::ssize(line.times), 1), {}};
+  StretchMotion whole{line.rest().replicate(std::ssize(line.times), 1), {},
+                      MovementParts::none(std::ssize(line.times), std::ssize(line.database.lipColumns()))};
   const auto lay = [&](const Stretch& stretch, const PositionMatrix& positions_mm) {
     whole.positions_mm.middleRows(signedIndex(stretch.first_frame), positions_mm.rows()) = positions_mm;
   };
   for (std::size_t i = 0; i < stretches.size(); ++i) {
     if (stretches[i].units.empty()) continue;
     lay(stretches[i], captured[i].positions_mm);
+    whole.parts.lay(stretches[i].first_frame, captured[i].parts);
     whole.joins.insert(whole.joins.end(), captured[i].joins.begin(), captured[i].joins.end());
   }
   for (std::size_t i = 0; i < stretches.size(); ++i) {
@@ -169,14 +181,30 @@ StretchMotion fillWithCurves(const std::vector<Stretch>& stretches, const std::v
     if (gap.leaves) sides.push_back({stretches[i + 1], captured[i + 1].positions_mm, *gap.leaves, -1});
     for (const Neighbour& side : sides) whole.joins.push_back(side.blend.middle());
     lay(gap, drawGap(gap, sides, line));
+    for (const Neighbour& side : sides) {
+      forCommonFrames(gap, side.stretch, [&](std::size_t frame) {
+        whole.parts.scaleFrame(frame, side.shareAt(line.times[frame], line.options.blend));
+      });
+    }
   }
   return whole;
 }
 
-PositionMatrix layerConsonants(const PositionMatrix& captured, const LineToRender& line) {
+StretchMotion layerConsonants(StretchMotion captured, const LineToRender& line) {
   const Stretch everything{{}, {}, {}, {}, 0, line.times.size()};
   const PositionMatrix vowels = drawGap(everything, {}, line);
-  return vowels + consonantWeights(line).asDiagonal() * (captured - vowels);
+  const Eigen::VectorXd weights = consonantWeights(line);
+  // Lids and brows are nobody's consonants: they move as they were captured, all along.
+  const std::vector<bool> upper = upperFaceColumns(line.database.corpus().layout);
+  for (std::size_t i = 0; i < upper.size(); ++i) {
+    const auto column = signedIndex(i);
+    if (upper[i]) continue;
+    captured.positions_mm.col(column) =
+        vowels.col(column) + weights.cwiseProduct(captured.positions_mm.col(column) - vowels.col(column));
+  }
+  for (std::size_t frame = 0; frame < line.times.size(); ++frame)
+    captured.parts.scaleFrame(frame, weights(signedIndex(frame)));
+  return captured;
 }
 
 PositionMatrix withCurveEdits(PositionMatrix positions, const CurveSet& edited, const LineToRender& line) {

@@ -8,11 +8,12 @@
 namespace mouthpiece {
 namespace {
 
-StyleSignal signalFor(const StyleWish& wish, bool automatic_by_default, const std::vector<double>& found,
-                      const SpeechLabels& labels, double otherwise) {
+/// `unknown`: where the sound is asked and says nothing.
+StyleSignal signalFor(const StyleWish& wish, bool automatic_by_default, const PhoneValues& found,
+                      const SpeechLabels& labels, double unknown) {
   if (wish.given) return *wish.given;
-  if (wish.automatic || automatic_by_default) return smoothedOverPhones(found, labels);
-  return StyleSignal(otherwise);
+  if (wish.automatic || automatic_by_default) return smoothedOverPhones(found, labels, unknown);
+  return StyleSignal(0.0);
 }
 
 }  // namespace
@@ -59,8 +60,8 @@ std::optional<VisemePoses> storedPoses(const Corpus& corpus) {
 VocalStyle styleFor(const CurveOptions& options, const SpeechLabels& labels, const AudioTags& tags) {
   const bool sings = options.alone == CurveStyle::kSing;
   VocalStyle style;
-  style.ma = signalFor(options.ma, sings, melodicAccents(labels, tags), labels, 0);
-  style.ps = signalFor(options.ps, sings, pitchSensitivities(labels), labels, 0);
+  style.ma = signalFor(options.ma, sings, melodicAccents(labels, tags), labels, kUnknownAccent);
+  style.ps = signalFor(options.ps, sings, pitchSensitivities(labels), labels, kSpokenSensitivity);
   if (options.ja.given) style.ja = *options.ja.given;
   if (options.li.given) style.li = *options.li.given;
   return style;

@@ -38,7 +38,7 @@ ClosurePace closurePace(Phone phone, const TimeSpan& source, const TimeSpan& tar
 /// A knot at each boundary that has speech beside it; beyond the outer ones the map runs at the capture's speed. A
 /// phone too short to hold a movement moves nothing: its boundaries count as one.
 TimeWarp warpOf(const SpeechLabels& line, const PhoneRange& target, const SpeechLabels& take, PhoneIndex source_first,
-                bool keep_closure_pace) {
+                bool keep_closure_pace, bool stretch_silences) {
   constexpr Seconds kShortest = 0.001;
   std::vector<TimeKnot> knots;
   const auto add = [&](Seconds source, Seconds wanted) {
@@ -50,13 +50,13 @@ TimeWarp warpOf(const SpeechLabels& line, const PhoneRange& target, const Speech
   for (std::size_t i = 0; i < count; ++i) {
     const LabelledPhone& wanted = line.phones[target.first.value + i];
     const LabelledPhone& found = take.phones[source_first.value + i];
-    if (i == 0 && !isSilent(found)) add(found.span.start, wanted.span.start);
+    if (i == 0 && (stretch_silences || !isSilent(found))) add(found.span.start, wanted.span.start);
     if (keep_closure_pace && isBilabial(found.phone)) {
       const ClosurePace pace = closurePace(found.phone, found.span, wanted.span);
       add(pace.source - pace.reach, pace.target - pace.reach);
       add(pace.source + pace.reach, pace.target + pace.reach);
     }
-    if (i == 0 || !isSilent(found)) add(found.span.end, wanted.span.end);
+    if (i == 0 || stretch_silences || !isSilent(found)) add(found.span.end, wanted.span.end);
   }
   return TimeWarp(std::move(knots));
 }
@@ -78,15 +78,19 @@ TimeSpan usableSource(const MotionClip& motion, const std::vector<LabelledPhone>
 }  // namespace
 
 Fragment::Fragment(const SpeechLabels& line, const PhoneRange& target, const UnitDatabase& database,
-                   const PhonePlace& source, bool residual)
+                   const PhonePlace& source, bool residual, bool stretch_silences)
     : take_(&database.takeOf(source)),
       motion_(&database.motionOf(source.take)),
       database_(&database),
       target_(target),
       source_first_(source.phone),
-      warp_(warpOf(line, target, take_->labels, source.phone, residual)) {
-  const TimeSpan usable = usableSource(*motion_, take_->labels.phones, source.phone.value,
-                                       source.phone.value + target.last.value - target.first.value);
+      warp_(warpOf(line, target, take_->labels, source.phone, residual, stretch_silences)) {
+  const std::size_t last = source.phone.value + target.last.value - target.first.value;
+  TimeSpan usable = usableSource(*motion_, take_->labels.phones, source.phone.value, last);
+  if (stretch_silences) {
+    usable.start = std::min(usable.start, take_->labels.phones[source.phone.value].span.start);
+    usable.end = std::max(usable.start, (asReal(motion_->frameCount()) - 1) / motion_->frame_rate_hz);
+  }
   usable_ = {warp_.targetFromSource(usable.start), warp_.targetFromSource(usable.end)};
   if (residual) {
     prediction_ = std::make_shared<LinePrediction>(*database.corpus().trajectory_model, take_->labels);
@@ -179,15 +183,17 @@ void Fragment::relaxBeyond(std::span<const Seconds> times, PositionMatrix& poses
 }
 
 std::vector<UnitFragment> cutIntoFragments(const SpeechLabels& line, const UnitDatabase& database,
-                                           const std::vector<SelectedUnit>& units, bool residual) {
+                                           const std::vector<SelectedUnit>& units, bool residual,
+                                           bool stretch_silences) {
   std::vector<UnitFragment> fragments;
   for (std::size_t u = 0; u < units.size(); ++u) {
     const SelectedUnit& unit = units[u];
     std::size_t begin = unit.phones.first.value;
     for (std::size_t i = begin + 1; i <= unit.phones.last.value; ++i) {
-      if (i < unit.phones.last.value && line.phones[i].phone != Phone::kSil) continue;
+      const bool is_pause = line.phones[i].phone == Phone::kSil && !stretch_silences;
+      if (i < unit.phones.last.value && !is_pause) continue;
       const PhonePlace source{unit.source.take, PhoneIndex(unit.source.phone.value + begin - unit.phones.first.value)};
-      fragments.push_back({Fragment(line, {PhoneIndex(begin), PhoneIndex(i)}, database, source, residual), u});
+      fragments.push_back({Fragment(line, {PhoneIndex(begin), PhoneIndex(i)}, database, source, residual, stretch_silences), u});
       begin = i;
     }
   }

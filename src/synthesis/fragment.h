@@ -20,9 +20,10 @@ class Fragment {
  public:
   /// Phones `target` of the line from the take phones that begin at `source`. With `residual` poses are what is left of
   /// the captured ones when the prediction for the take is taken off (needs a trajectory model; zero where the face
-  /// rests), and lips close at the captured speed.
+  /// rests), and lips close at the captured speed. With `stretch_silences` a silence is a phone as any other (EDGE as
+  /// published).
   Fragment(const SpeechLabels& line, const PhoneRange& target, const UnitDatabase& database, const PhonePlace& source,
-           bool residual = false);
+           bool residual = false, bool stretch_silences = false);
 
   /// Poses at `times` of the line (not falling): times x (3 * markers), mm. NaN where the capture saw nothing.
   [[nodiscard]] PositionMatrix posesAt(std::span<const Seconds> times) const;
@@ -55,12 +56,14 @@ class Fragment {
   std::shared_ptr<const LinePrediction> prediction_;  ///< for the take; null: poses are as captured
 };
 
-/// The units' fragments in order, each unit cut at the pauses inside it; `unit` says whose they are.
+/// The units' fragments in order, each unit cut at the pauses inside it unless silences are stretched; `unit` says whose
+/// they are.
 struct UnitFragment {
   Fragment fragment;
   std::size_t unit = 0;
 };
 std::vector<UnitFragment> cutIntoFragments(const SpeechLabels& line, const UnitDatabase& database,
-                                           const std::vector<SelectedUnit>& units, bool residual = false);
+                                           const std::vector<SelectedUnit>& units, bool residual = false,
+                                           bool stretch_silences = false);
 
 }  // namespace mouthpiece

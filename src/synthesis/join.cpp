@@ -71,6 +71,17 @@ TimeSpan placeLipJoin(const LabelledPhone& phone, const Fragment& before, const 
   return best;
 }
 
+/// EDGE 5.1.3: "always a fraction of the smallest phone-to-phone interval", here a half of the shortest of the shared
+/// phone and its neighbours.
+TimeSpan publishedJoin(const SpeechLabels& line, PhoneIndex shared, Seconds overlap) {
+  constexpr double kFraction = 0.5;
+  Seconds shortest = line.phones[shared.value].span.duration();
+  if (shared.value > 0) shortest = std::min(shortest, line.phones[shared.value - 1].span.duration());
+  if (shared.value + 1 < line.phones.size())
+    shortest = std::min(shortest, line.phones[shared.value + 1].span.duration());
+  return centred(line.phones[shared.value].span.middle(), std::min(overlap, kFraction * shortest));
+}
+
 /// What both fragments may show of the pause, so that neither has to hold still within the blend.
 TimeSpan placeSilentJoin(const LabelledPhone& phone, const LabelledPhone& before, const LabelledPhone& after) {
   const Seconds captured = std::min(before.span.duration(), after.span.duration());
@@ -97,6 +108,7 @@ std::vector<JoinSpans> placeJoins(const std::vector<UnitFragment>& fragments, co
   for (std::size_t i = 0; i + 1 < fragments.size(); ++i) {
     JoinSpans join = placeJoin(line.labels, fragments[i].fragment, fragments[i + 1].fragment,
                                {line.overlap(), line.options.frame_rate_hz, search_coupling,
+                                !line.options.departures.joins_where_lips_agree,
                                 soundCut(units[fragments[i].unit], units[fragments[i + 1].unit])});
     if (!joins.empty()) {
       join.lips = notBefore(join.lips, joins.back().lips);
@@ -212,18 +224,6 @@ void fillFromEachOther(PositionMatrix& a, PositionMatrix& b) {
   }
 }
 
-/// Columns that no phone moves: lids blink and brows rise when they will. A cut through such a movement shows, so they
-/// are blended over longer than the lips.
-std::vector<bool> upperFaceColumns(const MarkerLayout& layout) {
-  std::vector<bool> upper;
-  for (const LayoutMarker& marker : layout.markers) {
-    const bool is_upper = marker.region == "forehead" || marker.region == "temple" || marker.region == "brow" ||
-                          marker.region == "lid" || marker.region == "canthus";
-    upper.insert(upper.end(), 3, is_upper);
-  }
-  return upper;
-}
-
 /// The first row of `times` that begins at or after `time`.
 Eigen::Index rowFrom(std::span<const Seconds> times, Seconds time) {
   return std::lower_bound(times.begin(), times.end(), time) - times.begin();
@@ -262,10 +262,24 @@ PositionMatrix blendJoin(PositionMatrix before, PositionMatrix after, std::span<
 
 }  // namespace
 
+std::vector<bool> upperFaceColumns(const MarkerLayout& layout) {
+  std::vector<bool> upper;
+  for (const LayoutMarker& marker : layout.markers) {
+    const bool is_upper = marker.region == "forehead" || marker.region == "temple" || marker.region == "brow" ||
+                          marker.region == "lid" || marker.region == "canthus";
+    upper.insert(upper.end(), 3, is_upper);
+  }
+  return upper;
+}
+
 JoinSpans placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after,
                     const JoinOptions& options) {
   const PhoneIndex shared = after.phones().first;
   const LabelledPhone& phone = line.phones[shared.value];
+  if (options.as_published) {
+    const TimeSpan join = publishedJoin(line, shared, options.overlap);
+    return {join, join};
+  }
   if (phone.phone == Phone::kSil) {
     const TimeSpan join = placeSilentJoin(phone, before.sourcePhone(shared), after.sourcePhone(shared));
     return {join, join};
@@ -352,12 +366,14 @@ PositionMatrix blendFragments(const std::vector<UnitFragment>& fragments, const 
 
 StretchMotion blendUnits(const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
                          const LineToRender& line, bool residual) {
-  const std::vector<UnitFragment> fragments = cutIntoFragments(line.labels, line.database, units, residual);
+  const Departures& departures = line.options.departures;
+  const std::vector<UnitFragment> fragments =
+      cutIntoFragments(line.labels, line.database, units, residual, !departures.silences_keep_their_pace);
   const std::vector<JoinSpans> joins = placeJoins(fragments, units, line, residual && line.options.search_coupling);
   std::vector<JoinOffset> offsets;  // a bare cut, when no blend is wanted
-  if (line.overlap() > 0) offsets = findJoinOffsets(line.labels, fragments, joins);
+  if (line.overlap() > 0 && departures.offsets_led_away) offsets = findJoinOffsets(line.labels, fragments, joins);
   StretchMotion motion{
-      blendFragments(fragments, joins, offsets, times, line.options.blend, line.database.corpus().layout), {}};
+      blendFragments(fragments, joins, offsets, times, line.options.blend, line.database.corpus().layout), {}, {}};
   for (std::size_t i = 0; i < joins.size(); ++i) {
     // Between two fragments of one unit lies a pause of the take itself.
     if (fragments[i].unit != fragments[i + 1].unit) motion.joins.push_back(joins[i].lips.middle());

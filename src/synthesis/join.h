@@ -29,6 +29,7 @@ struct JoinOptions {
   Seconds overlap = 0;
   double frame_rate_hz = 0;
   bool search_coupling = false;
+  bool as_published = false;  ///< EDGE 5.1.3: in the middle of the phone, over a part of the shortest phone there
   std::optional<Seconds> sound_cut = {};  ///< where the fragments' own sound goes over
 };
 

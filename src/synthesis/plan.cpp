@@ -89,7 +89,7 @@ std::vector<SelectedUnit> chooseUnits(const SpeechLabels& labels, const UnitData
     if (may_fill) std::erase_if(units, [](const SelectedUnit& unit) { return unit.is_backoff; });
     return units;
   }
-  if (may_fill && !predictsStandIns(labels, database, options))
+  if (may_fill && (curves.before_stand_ins || !predictsStandIns(labels, database, options)))
     return unitsAroundGaps(labels, database, options.selection);
   return unitsFor(labels, 0, labels.phones.size() - 1, database, options.selection);
 }

@@ -37,13 +37,29 @@ struct LineToRender {
   }
 };
 
+/// Columns that no phone moves: lids blink and brows rise when they will. A cut through such a movement shows, so they
+/// are blended over longer than the lips.
+std::vector<bool> upperFaceColumns(const MarkerLayout& layout);
+
 /// Fragments and curves by turns.
 std::vector<Stretch> stretchesOf(const SynthesisPlan& plan, const LineToRender& line);
+
+/// What moves the lips and the chin, of all their movement: frames x columns of UnitDatabase::lipColumns(), mm from the
+/// neutral pose. What these leave is drawn by curves.
+struct MovementParts {
+  PositionMatrix predicted_mm, captured_mm, contact_mm;
+
+  static MovementParts none(Eigen::Index frames, Eigen::Index columns);
+  /// Rows from `first` on become those of `other`.
+  void lay(std::size_t first, const MovementParts& other);
+  void scaleFrame(std::size_t frame, double share);
+};
 
 /// A stretch's own frames, or the line's: frames x (3 * markers), mm.
 struct StretchMotion {
   PositionMatrix positions_mm;  ///< no NaN
   std::vector<Seconds> joins;   ///< middles of the blends
+  MovementParts parts = {};
 };
 /// EDGE 5.1.2 and 5.1.3: the units' fragments warped, resampled at `times` and blended; NaN where none was seen. With
 /// `residual` less their takes' prediction (Fragment).
@@ -58,7 +74,10 @@ StretchMotion fillWithCurves(const std::vector<Stretch>& stretches, const std::v
                              const LineToRender& line);
 
 /// The captured motion of consonants over the curves' vowels, where Ma is low (VOCAL 3.3).
-PositionMatrix layerConsonants(const PositionMatrix& captured, const LineToRender& line);
+StretchMotion layerConsonants(StretchMotion captured, const LineToRender& line);
+
+/// Of each second of the line, the shares of the parts (MovementShares).
+std::vector<MovementShares> sharesOf(const StretchMotion& whole, const LineToRender& line);
 
 /// What an animator changed in the curves is added to whatever moves the face.
 PositionMatrix withCurveEdits(PositionMatrix positions, const CurveSet& edited, const LineToRender& line);

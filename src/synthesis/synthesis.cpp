@@ -73,6 +73,44 @@ std::string_view styleName(const std::optional<CurveStyle>& alone) {
   return *alone == CurveStyle::kSing ? "sing" : "speech";
 }
 
+/// What the method is, by what moves the face.
+std::string methodOf(const SynthesisOptions& options, const Corpus& corpus) {
+  const Departures& departures = options.departures;
+  if (options.curves.alone) return options.curves.layered ? "curves, consonants captured" : "curves";
+  if (options.selection.method == SelectionMethod::kGreedy) {
+    const bool is_published = options.selection.units == UnitScales::kPaper && !departures.silences_keep_their_pace &&
+                              !departures.joins_where_lips_agree && !departures.offsets_led_away;
+    return is_published ? "edge" : "greedy";
+  }
+  return options.context.enabled && corpus.trajectory_model != nullptr ? "guided" : "cheapest fragments";
+}
+
+std::vector<SettingUsed> settingsOf(const SynthesisOptions& options, const Corpus& corpus, std::string_view method) {
+  std::vector<SettingUsed> used;
+  const auto add = [&](std::string_view name, std::string value) {
+    used.push_back({std::string(name), std::move(value)});
+  };
+  const auto addNumber = [&](std::string_view name, double value) { add(name, fmt::format("{:.4g}", value)); };
+  if (method == "curves") return used;
+  add("units", options.selection.units == UnitScales::kPaper ? "paper" : "any");
+  add("blend", std::string(blendKindName(options.blend)));
+  addNumber("overlap ms", options.overlap_ms);
+  const bool by_pairs = method == "guided" && options.selection.units == UnitScales::kAny;
+  const LatticeWeights lattice = options.selection.lattice.value_or(corpus.lattice_weights);
+  const CostWeights& weights = by_pairs ? static_cast<const CostWeights&>(lattice) : options.selection.weights;
+  for (std::size_t i = 0; i < weights.terms().size(); ++i)
+    addNumber(fmt::format("cost of {}", weights.terms()[i].name), weights.values()[i]);
+  if (method != "guided") return used;
+  const MotionSettings motion = options.context.settings.value_or(corpus.motion_settings);
+  for (const MotionSetting& setting : kMotionSettings) {
+    const std::string unit = setting.unit.empty() ? "" : fmt::format(" {}", setting.unit);
+    addNumber(fmt::format("{}{}", setting.name, unit), motion.*setting.value);
+  }
+  addNumber("gain of the prediction", options.context.restore_variance ? corpus.trajectory_model->gain : 1);
+  addNumber("networks in the prediction", asReal(corpus.trajectory_model->networks.size()));
+  return used;
+}
+
 std::vector<Join> measureJoins(std::vector<Seconds> times, const MotionClip& motion) {
   std::sort(times.begin(), times.end());
   std::vector<Join> joins;
@@ -81,6 +119,17 @@ std::vector<Join> measureJoins(std::vector<Seconds> times, const MotionClip& mot
 }
 
 }  // namespace
+
+SynthesisOptions edgeAsPublished() {
+  SynthesisOptions options;
+  options.selection.method = SelectionMethod::kGreedy;
+  options.selection.units = UnitScales::kPaper;
+  for (const char* unpublished : {"word position", "stress", "closure", "join position", "join velocity"})
+    options.selection.weights[unpublished] = 0;
+  options.context.enabled = false;
+  options.departures = {false, false, false};
+  return options;
+}
 
 UtteranceAnimation synthesise(const SynthesisRequest& request, const UnitDatabase& database) {
   expectUsable(request, database.corpus());
@@ -106,11 +155,14 @@ UtteranceAnimation renderPlan(const SynthesisPlan& plan, const SynthesisRequest&
   const std::vector<Stretch> stretches = stretchesOf(plan, line);
   const std::vector<StretchMotion> captured = renderCaptured(stretches, line);
   StretchMotion whole = fillWithCurves(stretches, captured, line);
-  if (wish.alone && wish.layered) whole.positions_mm = layerConsonants(whole.positions_mm, line);
+  if (wish.alone && wish.layered) whole = layerConsonants(std::move(whole), line);
   CurveSet edited = withEdits(line.curves, wish.edits);
   whole.positions_mm = withCurveEdits(std::move(whole.positions_mm), edited, line);
 
+  const std::vector<MovementShares> shares = sharesOf(whole, line);
   UtteranceAnimation made;
+  made.method = methodOf(request.options, corpus);
+  made.settings = settingsOf(request.options, corpus, made.method);
   made.text = request.text;
   made.voice = request.voice;
   made.corpus = corpus.name;
@@ -120,6 +172,7 @@ UtteranceAnimation renderPlan(const SynthesisPlan& plan, const SynthesisRequest&
   made.tongue = tongueFromPhones(request.labels, line.times);
   made.lips = lipsFromPhones(request.labels, line.times);
   for (const Segment& segment : plan.segments) made.units.push_back(placedUnit(segment, line));
+  made.shares = shares;
   made.joins = measureJoins(std::move(whole.joins), made.motion);
   made.curves = std::move(edited);
   made.style = styleName(wish.alone);

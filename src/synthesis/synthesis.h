@@ -14,6 +14,14 @@
 
 namespace mouthpiece {
 
+/// What goes beyond EDGE as published when captured fragments are placed and joined (docs/theory/units/selection.md).
+/// Each is a row of `corpus evaluate --ablation`.
+struct Departures {
+  bool silences_keep_their_pace = true;  ///< off: they are stretched as phones are
+  bool joins_where_lips_agree = true;    ///< off: in the middle of the shared phone, the whole face at once
+  bool offsets_led_away = true;          ///< JoinOffset
+};
+
 struct SynthesisOptions {
   double frame_rate_hz = 60;
   SelectionOptions selection;
@@ -21,8 +29,14 @@ struct SynthesisOptions {
   double overlap_ms = 60;       ///< length of the blend at a join; see docs/theory/units/selection.md
   bool search_coupling = true;  ///< of fragments that are moved into the line's context: cheapestCoupling()
   ContextOptions context;
+  Departures departures;
   CurveOptions curves;
 };
+
+/// EDGE as published: sentences, words, syllables and diphones, greedy, by timing and context alone; phones stretched
+/// evenly, silences too; joined in the middle of the shared phone by eq. (2); nothing is predicted or corrected. One
+/// thing the paper leaves open is decided: a pair that the corpus lacks has a stand-in, or it would search for ever.
+SynthesisOptions edgeAsPublished();
 
 /// A line as it sounds; `labels` start and end in silence. `text`, `voice` and `audio` go through untouched.
 struct SynthesisRequest {

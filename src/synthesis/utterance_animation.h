@@ -32,6 +32,22 @@ struct Join {
   double velocity_jump_mm_s = 0;  ///< largest marker velocity change there
 };
 
+/// What moved the lips and the chin in one second of a line: the variance of each part's movement over the sum of all
+/// four; all 0 where nothing moves.
+struct MovementShares {
+  Seconds start = 0;
+  double capture = 0;     ///< movements of fragments as they were captured
+  double prediction = 0;  ///< learnt from the corpus
+  double curves = 0;      ///< VOCAL's, and an animator's edits
+  double contact = 0;     ///< closing lips, and lip to teeth
+  double movement_mm = 0; ///< root of that sum, a marker
+};
+
+/// A setting that mattered: a number, or a word.
+struct SettingUsed {
+  std::string name, value;
+};
+
 struct StageTimings {  ///< milliseconds of wall time; load: opening the corpus and the face
   double load = 0, speech = 0, selection = 0, motion = 0, retarget = 0, deform = 0, write = 0;
 };
@@ -49,6 +65,9 @@ struct UtteranceAnimation {
   std::vector<PlacedUnit> units;
   std::vector<Join> joins;
   CurveSet curves;                    ///< VOCAL's curves of the whole line, edited
+  std::string method;                 ///< "edge" "greedy" "guided" "cheapest" "curves"
+  std::vector<SettingUsed> settings;
+  std::vector<MovementShares> shares;  ///< one a second
   std::string style;                  ///< "speech" "sing": made of curves alone; "" of units
   std::vector<std::string> warnings;  ///< what makes the line doubtful, for the user
   StageTimings timing_ms;

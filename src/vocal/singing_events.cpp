@@ -103,10 +103,13 @@ std::vector<VisemeEvent> withSungInternalKeys(std::vector<VisemeEvent> events, c
     if (!notes.empty()) {
       const PitchRange range = pitchRangeOf(tags.notes);
       event.inner = notes.size() == 1 ? syllabicKeys(event, notes[0], range) : melismaticKeys(notes, range);
+      event.has_sung_keys = true;
     }
     for (const VibratoSpan& vibrato : tags.vibrato) {
       const TimeSpan part{std::max(vibrato.span.start, event.span.start), std::min(vibrato.span.end, event.span.end)};
-      if (part.duration() > 0) event.inner = withVibrato(event.inner, part);
+      if (!(part.duration() > 0)) continue;
+      event.inner = withVibrato(event.inner, part);
+      event.has_sung_keys = true;
     }
   }
   return events;

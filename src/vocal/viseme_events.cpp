@@ -81,7 +81,8 @@ class Coarticulation {
     for (VisemeEvent& event : events_) {
       const bool repeats = !merged.empty() && merged.back().viseme == event.viseme &&
                            merged.back().last_phone.value + 1 >= event.first_phone.value &&
-                           merged.back().span.end >= event.span.start;
+                           merged.back().span.end >= event.span.start && !merged.back().has_sung_keys &&
+                           !event.has_sung_keys;
       if (!repeats) {
         merged.push_back(std::move(event));
         continue;
@@ -115,7 +116,17 @@ class Coarticulation {
     std::erase_if(events_, [](const VisemeEvent& event) { return event.viseme == Viseme::kH; });
   }
 
-  /// Lip-heavy visemes replace the lips of the consonants beside them that are not labial.
+  /// Inside its word a phone looks ahead for its shape, the last one back; what has no word looks both ways.
+  [[nodiscard]] bool looksAt(const VisemeEvent& from, const VisemeEvent& at) const {
+    const LabelledPhone& own = labels_.phones[from.phone.value];
+    if (!own.word) return true;
+    const PhoneRange& word = labels_.words[*own.word].phones;
+    const bool is_behind = at.phone < from.phone;
+    if (word.first == word.last) return true;  // a word of one phone
+    return is_behind == (from.phone == word.last);
+  }
+
+  /// Lip-heavy visemes replace the lips of the consonants beside them that look at them and are not labial.
   void spreadLipHeavy() {
     const auto gives_way = [&](const VisemeEvent& event) {
       return !event.is_vowel && !isLabial(event.viseme) && !isLipHeavy(event, labels_);
@@ -123,13 +134,15 @@ class Coarticulation {
     for (std::size_t i = 0; i < events_.size(); ++i) {
       VisemeEvent& heavy = events_[i];
       if (!isLipHeavy(heavy, labels_)) continue;
-      if (i > 0 && areNeighbours(events_[i - 1], heavy) && gives_way(events_[i - 1])) {
+      if (i > 0 && areNeighbours(events_[i - 1], heavy) && gives_way(events_[i - 1]) &&
+          looksAt(events_[i - 1], heavy)) {
         const Seconds earlier = heavy.inner.front().time - events_[i - 1].span.start;
         heavy.inner.front().time -= earlier;
         heavy.onset -= earlier;
         events_[i - 1].lips = 0;
       }
-      if (i + 1 < events_.size() && areNeighbours(heavy, events_[i + 1]) && gives_way(events_[i + 1])) {
+      if (i + 1 < events_.size() && areNeighbours(heavy, events_[i + 1]) && gives_way(events_[i + 1]) &&
+          looksAt(events_[i + 1], heavy)) {
         const Seconds later = events_[i + 1].inner.back().time - heavy.inner.back().time;
         heavy.inner.back().time += later;
         heavy.end += later;

@@ -25,6 +25,7 @@ struct VisemeEvent {
   Seconds onset = 0, end = 0;   ///< boundary keys
   std::vector<EventKey> inner;  ///< internal keys, in time order, at least one
   double lips = 1, jaw = 1;
+  bool has_sung_keys = false;  ///< its inner keys are those of notes or vibrato
 };
 
 /// The numbers of VOCAL 4.2, "Generating a speech curve", and of JALI (design page, section 8).
@@ -49,8 +50,9 @@ Seconds diphthongTurn(const TimeSpan& span);
 /// Pass 1: four keys for each phone (diphthongs: for each of the two; silence: none). HH waits for pass 2.
 std::vector<VisemeEvent> fourKeyEvents(const SpeechLabels& labels);
 
-/// Pass 2: JALI's co-articulation rules. Merges repeated visemes, gives HH the shape of the next vowel, lets lip-heavy
-/// visemes take the lips of their neighbours and tongue-only ones keep theirs out, and short obstruents the jaw.
+/// Pass 2: JALI's co-articulation rules. Merges repeated visemes (sung ones keep their inner keys, and meet as VOCAL's
+/// figure 4 has it: curvesFromEvents()), gives HH the shape of the next vowel, lets lip-heavy
+/// visemes take the lips of the consonants that look at them (inside a word a phone looks ahead, its last one back) and tongue-only ones keep theirs out, and short obstruents the jaw.
 std::vector<VisemeEvent> coarticulated(std::vector<VisemeEvent> events, const SpeechLabels& labels);
 
 /// The numbers of VOCAL 4.2, "Generating a singing curve".

@@ -14,7 +14,6 @@ namespace mouthpiece {
 namespace {
 
 constexpr std::uint64_t kMaxSignalBytes = 1 << 24;
-constexpr double kUnknownAccent = 0.5;
 
 [[noreturn]] void failAtLine(std::string_view name, std::size_t line, const std::string& what) {
   throw InputError(name, std::to_string(line), what);
@@ -79,56 +78,73 @@ StyleSignal readStyleSignal(const std::filesystem::path& path, double largest) {
   return parseStyleSignal(readFile(path, kMaxSignalBytes), path.string(), largest);
 }
 
-std::vector<double> melodicAccents(const SpeechLabels& labels, const AudioTags& tags) {
-  std::vector<double> accents(labels.phones.size(), kUnknownAccent);
-  double sum = 0, squares = 0, count = 0;
+PhoneValues melodicAccents(const SpeechLabels& labels, const AudioTags& tags) {
+  constexpr double kLeastShare = 1e-6;  // of the loudest: -60 dB, at which nothing is heard
+  PhoneValues accents(labels.phones.size());
+  for (std::size_t i = 0; i < labels.phones.size(); ++i) {
+    if (rowOf(labels.phones[i].phone).turbulent) accents[i] = kUnknownAccent;
+  }
+  double loudest = 0;
   const auto counts = [&](const ConsonantEnergy& energy) {
     return energy.phone.value < labels.phones.size() && rowOf(labels.phones[energy.phone.value].phone).turbulent;
   };
   for (const ConsonantEnergy& energy : tags.consonants) {
+    if (counts(energy)) loudest = std::max(loudest, energy.energy);
+  }
+  if (!(loudest > 0)) return accents;
+  const auto level = [&](const ConsonantEnergy& energy) { return std::log(std::max(kLeastShare, energy.energy / loudest)); };
+  double sum = 0, squares = 0, count = 0;
+  for (const ConsonantEnergy& energy : tags.consonants) {
     if (!counts(energy)) continue;
-    sum += energy.energy;
-    squares += energy.energy * energy.energy;
+    sum += level(energy);
+    squares += level(energy) * level(energy);
     ++count;
   }
   if (count < 2) return accents;
   const double mean = sum / count;
   const double deviation = std::sqrt(std::max(0.0, squares / count - mean * mean));
-  if (deviation <= 0) return accents;
+  constexpr double kAlike = 1e-6;
+  if (deviation <= kAlike) return accents;
   for (const ConsonantEnergy& energy : tags.consonants) {
     if (!counts(energy)) continue;
-    double& accent = accents[energy.phone.value];
-    if (energy.energy <= mean - deviation) accent = 0.2;
-    if (energy.energy >= mean + deviation) accent = 0.8;
+    if (level(energy) <= mean - deviation) accents[energy.phone.value] = 0.2;
+    if (level(energy) >= mean + deviation) accents[energy.phone.value] = 0.8;
   }
   return accents;
 }
 
-std::vector<double> pitchSensitivities(const SpeechLabels& labels) {
-  constexpr double kLeast = 0.1;
+PhoneValues pitchSensitivities(const SpeechLabels& labels) {
   constexpr Seconds kSpokenVowel = 0.2;
-  std::vector<double> sensitivities(labels.phones.size(), kLeast);
+  PhoneValues sensitivities(labels.phones.size());
   for (std::size_t i = 0; i < labels.phones.size(); ++i) {
-    const Seconds duration = labels.phones[i].span.duration();
-    if (isVowel(labels.phones[i].phone) && duration > kSpokenVowel)
-      sensitivities[i] = std::min(1.0, kLeast + duration - kSpokenVowel);
+    if (!isVowel(labels.phones[i].phone)) continue;
+    const Seconds beyond = std::max(0.0, labels.phones[i].span.duration() - kSpokenVowel);
+    sensitivities[i] = std::min(1.0, kSpokenSensitivity + beyond);
   }
   return sensitivities;
 }
 
-StyleSignal smoothedOverPhones(const std::vector<double>& values, const SpeechLabels& labels) {
+StyleSignal smoothedOverPhones(const PhoneValues& values, const SpeechLabels& labels, double otherwise) {
   MOUTHPIECE_EXPECT(values.size() == labels.phones.size());
-  StyleSignal signal;
+  std::vector<std::size_t> own;  // phones that have a value
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const std::size_t first = i > 0 ? i - 1 : 0;
-    const std::size_t last = std::min(i + 1, values.size() - 1);
-    double sum = 0;
-    for (std::size_t k = first; k <= last; ++k) sum += values[k];
-    const Seconds time = labels.phones[i].span.middle();
-    if (!signal.points.empty() && time <= signal.points.back().time) continue;
-    signal.points.push_back({time, sum / asReal(last - first + 1)});
+    if (values[i] && labels.phones[i].span.duration() > 0) own.push_back(i);
   }
-  if (signal.points.empty()) signal.points.push_back({0, 0});
+  StyleSignal signal;
+  for (std::size_t n = 0; n < own.size(); ++n) {
+    double sum = 0, weight = 0;
+    for (std::size_t k = n > 0 ? n - 1 : 0; k <= std::min(n + 1, own.size() - 1); ++k) {
+      const Seconds duration = labels.phones[own[k]].span.duration();
+      sum += duration * *values[own[k]];
+      weight += duration;
+    }
+    constexpr Seconds kApart = 1e-6;
+    const TimeSpan& span = labels.phones[own[n]].span;
+    const Seconds from = signal.points.empty() ? span.start : std::max(span.start, signal.points.back().time + kApart);
+    signal.points.push_back({from, sum / weight});
+    if (span.end > from + kApart) signal.points.push_back({span.end, sum / weight});
+  }
+  if (signal.points.empty()) signal.points.push_back({0, otherwise});
   return signal;
 }
 

@@ -49,12 +49,19 @@ StyleChoice parseStyleChoice(std::string_view text, std::string_view option, dou
 StyleSignal readStyleSignal(const std::filesystem::path& path, double largest);
 StyleSignal parseStyleSignal(std::string_view text, std::string_view name, double largest);
 
-/// The heuristic of VOCAL 4.2 for Ma, a value per phone: a consonant's high-frequency energy against that of all
-/// consonants; 0.5 where the sound says nothing of it.
-std::vector<double> melodicAccents(const SpeechLabels& labels, const AudioTags& tags);
-/// For Ps: 0.1 for vowels up to 0.2 s, growing by 1 a second to 1.
-std::vector<double> pitchSensitivities(const SpeechLabels& labels);
-/// One value per phone averaged with its neighbours', as a signal through the phones' middles.
-StyleSignal smoothedOverPhones(const std::vector<double>& values, const SpeechLabels& labels);
+/// A value a phone; none where the phone has none of its own: a vowel has no Ma, a consonant no Ps.
+using PhoneValues = std::vector<std::optional<double>>;
+
+inline constexpr double kUnknownAccent = 0.5;       ///< Ma where the sound says nothing of it
+inline constexpr double kSpokenSensitivity = 0.1;   ///< Ps of a vowel as short as spoken ones
+
+/// The heuristic of VOCAL 4.2 for Ma, of fricatives and plosives: high-frequency energy against that of all of them, both
+/// in logarithms, since it spans a factor of thousands; kUnknownAccent where the sound says nothing of it.
+PhoneValues melodicAccents(const SpeechLabels& labels, const AudioTags& tags);
+/// For Ps, of vowels: 0.1 up to 0.2 s, growing by 1 a second to 1.
+PhoneValues pitchSensitivities(const SpeechLabels& labels);
+/// Each value averaged with its neighbours among the phones that have one, before and after, each weighing as much as it
+/// lasts; held over its phone, and carried over in a straight line where phones have none. `otherwise` where none has.
+StyleSignal smoothedOverPhones(const PhoneValues& values, const SpeechLabels& labels, double otherwise);
 
 }  // namespace mouthpiece

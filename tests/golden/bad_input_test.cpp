@@ -60,7 +60,9 @@ TEST_F(BadText, AnotherScript) {
 }
 
 TEST_F(BadText, PhonePairThatTheCorpusLacksIsNamedWithoutBackoff) {
-  expectSynthRefuses({"--text", "measure the garage", "--backoff", "none"}, "expected");
+  // "measure" begins with M EH, which no word of the clock holds.
+  for (const char* method : {"guided", "greedy", "edge"})
+    expectSynthRefuses({"--text", "measure the garage", "--backoff", "none", "--method", method}, "M EH");
 }
 
 TEST_F(BadCorpus, IsNoDatabase) {

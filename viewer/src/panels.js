@@ -16,11 +16,14 @@ export function showHeading(data) {
   document.getElementById('text').textContent = report.text;
   document.title = report.text ? `${report.text} · Mouthpiece` : 'Mouthpiece';
   const share = report.backoff_share;
+  const parts = Object.entries(report.moved_by?.line ?? {}).filter(([, part]) => part >= 0.005).sort((a, b) => b[1] - a[1]);
   const facts = [
+    ['method', report.method],
+    ['lips moved by', parts.map(([name, part]) => `${name} ${(100 * part).toFixed(0)} %`).join(', ')],
     ['voice', report.voice],
     ['corpus', report.corpus],
     ['length', `${report.duration_s.toFixed(2)} s at ${report.fps} fps`],
-    ['made of', `${counted(report.units.length, 'unit')}, ${counted(report.joins.length, 'join')}`],
+    ['fragments', `${counted(report.units.length, 'unit')}, ${counted(report.joins.length, 'join')}`],
     ['back-off', share > 0 ? `${(100 * share).toFixed(0)} % of phone pairs` : 'none'],
   ];
   document.getElementById('facts').replaceChildren(

@@ -3,6 +3,7 @@ import { drawCurves } from './curves.js';
 
 const LEAST_PIXELS_PER_SECOND = 110;
 const CURVES_HEIGHT = 64;
+const SOURCES = ['prediction', 'capture', 'contact', 'curves'];
 
 function element(name, className, text = '') {
   const made = document.createElement(name);
@@ -20,12 +21,13 @@ export class Timeline {
     this.data = data;
     this.takes = takes;
     this.clock = clock;
-    for (const id of ['scroller', 'track', 'words', 'phones', 'joins', 'curves', 'playhead', 'now', 'tooltip']) {
+    for (const id of ['scroller', 'track', 'words', 'phones', 'joins', 'sources', 'curves', 'playhead', 'now', 'tooltip']) {
       this[id] = document.getElementById(id);
     }
     this.#addWords();
     this.#addPhones();
     this.#addJoins();
+    this.#addSources();
     this.#listen();
     new ResizeObserver(() => this.layout()).observe(this.scroller);
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.layout());
@@ -69,6 +71,21 @@ export class Timeline {
     });
   }
 
+  /** Of each second, what moved the lips, as parts of a bar. */
+  #addSources() {
+    const seconds = this.data.report.moved_by?.seconds ?? [];
+    seconds.forEach((second, index) => {
+      const end = seconds[index + 1]?.start_s ?? this.clock.duration;
+      const bar = this.#place(element('span', 'source-bar'), second.start_s, end, this.sources);
+      for (const part of SOURCES) {
+        const piece = element('i', `source-${part}`);
+        piece.style.width = `${100 * second[part]}%`;
+        piece.dataset.source = index;
+        bar.append(piece);
+      }
+    });
+  }
+
   layout() {
     const width = Math.max(this.scroller.clientWidth, Math.ceil(this.clock.duration * LEAST_PIXELS_PER_SECOND));
     this.width = width;
@@ -102,6 +119,7 @@ export class Timeline {
   #showTooltip(event) {
     const under = document.elementFromPoint(event.clientX, event.clientY);
     const lines = under?.dataset?.join !== undefined ? this.#joinLines(this.data.report.joins[under.dataset.join])
+      : under?.dataset?.source !== undefined ? this.#sourceLines(this.data.report.moved_by.seconds[under.dataset.source])
       : under?.dataset?.phone !== undefined ? this.#phoneLines(Number(under.dataset.phone))
       : null;
     this.tooltip.hidden = !lines;
@@ -117,6 +135,11 @@ export class Timeline {
       element('strong', '', `Join at ${seconds(join.time_s)}`),
       element('span', '', `step ${join.position_jump_mm.toFixed(2)} mm, speed change ${join.velocity_jump_mm_s.toFixed(0)} mm/s`),
     ];
+  }
+
+  #sourceLines(second) {
+    const parts = SOURCES.filter((part) => second[part] >= 0.005).map((part) => `${part} ${(100 * second[part]).toFixed(0)} %`);
+    return [element('strong', '', `Lips moved by, from ${seconds(second.start_s)}`), element('span', '', parts.join(', ') || 'nothing: they rest')];
   }
 
   #phoneLines(index) {
@@ -152,7 +175,7 @@ export class Timeline {
     this.now.replaceChildren(
       element('b', '', phone.phone === 'sil' ? 'silence' : phone.phone),
       phone.word ? ` in “${phone.word}”, ` : ' ',
-      takes.length ? `from ${takes.join(' and ')}` : '',
+      takes.length ? `${this.data.report.method === 'guided' ? 'detail from' : 'from'} ${takes.join(' and ')}` : '',
     );
   }
 

@@ -9,7 +9,7 @@
 
 #include "base/errors.h"
 #include "base/statistics.h"
-#include "corpus_tools/building/trajectory_fit.h"
+#include "corpus_tools/building/settings_fit.h"
 #include "corpus_tools/research/evaluation/evaluation_methods.h"
 #include "motion/lip_gauge.h"
 #include "motion/resample.h"
@@ -53,15 +53,17 @@ LipCurves curvesOf(const MotionClip& motion, const MarkerLayout& layout) {
 }
 
 EvaluationRow measureMethod(const EvaluationMethod& method, const std::vector<CorpusTake>& captured,
-                            const MarkerLayout& layout, bool keep_curves, const std::function<void()>& take_done) {
+                            const MarkerLayout& layout, const EvaluationOptions& options,
+                            const std::function<void()>& take_done) {
   EvaluationRow row;
   row.method = method.name;
   for (const CorpusTake& take : captured) {
     const std::size_t joins_before = row.join_times.size();
     const MotionClip made = method.animate(take, row);
-    row.takes.push_back(measureLips(take.motion, made, take.labels, layout));
+    row.takes.push_back(measureLips(take.motion, made, take.labels, layout,
+                                    options.stretches ? options.stretches(take) : MeasuredStretches()));
     row.lips += row.takes.back();
-    if (keep_curves) {
+    if (options.keep_curves) {
       row.curves.push_back(curvesOf(made, layout));
       row.curves.back().joins.assign(row.join_times.begin() + signedIndex(joins_before),
                                      row.join_times.end());
@@ -101,11 +103,12 @@ SplitTakes splitTakes(const Corpus& corpus, std::size_t folds, std::size_t fold)
                     nullptr,
                     corpus.lattice_weights,
                     corpus.sound_cut_weights,
+                    {},
                     {}},
                    {}};
   for (std::size_t i = 0; i < corpus.takes.size(); ++i)
     (i % folds == fold ? split.held : split.rest.takes).push_back(corpus.takes[i]);
-  split.rest.trajectory_model = fitTrajectoryModel(split.rest);
+  fitMotion(split.rest);
   return split;
 }
 
@@ -142,7 +145,7 @@ Evaluation evaluateCorpus(const Corpus& corpus, const std::vector<CorpusTake>& c
   }
   std::size_t done = 0;
   for (const EvaluationMethod& method : rows) {
-    evaluation.rows.push_back(measureMethod(method, comparable, corpus.layout, options.keep_curves, [&] {
+    evaluation.rows.push_back(measureMethod(method, comparable, corpus.layout, options, [&] {
       if (options.progress) options.progress(++done, rows.size() * comparable.size());
     }));
   }
@@ -162,14 +165,7 @@ Evaluation crossValidate(const Corpus& corpus, std::size_t folds, const Evaluati
     of_fold.progress = [&](std::size_t done, std::size_t total) {
       if (options.progress) options.progress(fold * total + done, folds * total);
     };
-    const Evaluation part = evaluateCorpus(split.rest, split.held, methods, of_fold);
-    append(whole.takes, part.takes);
-    append(whole.compared, part.compared);
-    if (whole.rows.empty()) {
-      whole.rows = part.rows;
-    } else {
-      for (std::size_t i = 0; i < part.rows.size(); ++i) whole.rows[i] += part.rows[i];
-    }
+    whole += evaluateCorpus(split.rest, split.held, methods, of_fold);
   }
   return whole;
 }
@@ -190,7 +186,7 @@ Evaluation learningCurve(const Corpus& corpus, const std::vector<std::size_t>& s
     Corpus part = split.rest;
     part.takes.clear();
     for (std::size_t i = 0; i < size; ++i) part.takes.push_back(split.rest.takes[order[i]]);
-    part.trajectory_model = fitTrajectoryModel(part);
+    fitMotion(part);
     EvaluationOptions of_size = options;
     of_size.progress = [&](std::size_t done, std::size_t total) {
       if (options.progress) options.progress(step * total + done, sizes.size() * total);
@@ -222,6 +218,17 @@ EvaluationRow& EvaluationRow::operator+=(const EvaluationRow& other) {
   append(velocity_limits_mm_s, other.velocity_limits_mm_s);
   append(captured_velocity_jumps_mm_s, other.captured_velocity_jumps_mm_s);
   append(added_velocity_jumps_mm_s, other.added_velocity_jumps_mm_s);
+  return *this;
+}
+
+Evaluation& Evaluation::operator+=(const Evaluation& other) {
+  append(takes, other.takes);
+  append(compared, other.compared);
+  if (rows.empty()) {
+    rows = other.rows;
+    return *this;
+  }
+  for (std::size_t i = 0; i < rows.size(); ++i) rows[i] += other.rows[i];
   return *this;
 }
 
@@ -262,7 +269,7 @@ std::vector<CorpusTake> holdOut(Corpus& corpus, double share, std::uint64_t seed
   for (std::size_t i = 0; i < count; ++i) (is_held[i] ? taken : kept).push_back(std::move(corpus.takes[i]));
   corpus.takes = std::move(kept);
   corpus.viseme_poses.clear();
-  if (corpus.trajectory_model != nullptr) corpus.trajectory_model = fitTrajectoryModel(corpus);
+  if (corpus.trajectory_model != nullptr) fitMotion(corpus);
   return taken;
 }
 

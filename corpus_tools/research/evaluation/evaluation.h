@@ -66,6 +66,8 @@ struct Evaluation {
   std::vector<std::string> takes;
   std::vector<EvaluationRow> rows;
   std::vector<ComparedTake> compared = {};  ///< as `takes`, where curves are kept
+
+  Evaluation& operator+=(const Evaluation& other);  ///< the same rows over other takes
 };
 
 /// Called from one thread, with the number of takes animated over all rows.
@@ -75,6 +77,8 @@ struct EvaluationOptions {
   EvaluationProgress progress = {};
   bool keep_curves = false;                      ///< for evaluationHtml()
   std::map<std::string, MotionClip> truth = {};  ///< by take: compared with this in place of the capture
+  /// What of each take is measured; none: all.
+  std::function<MeasuredStretches(const CorpusTake& take)> stretches = {};
 };
 
 struct EvaluationMethod;
@@ -90,6 +94,19 @@ Evaluation evaluateCorpus(const Corpus& corpus, const std::vector<CorpusTake>& c
 /// which the trajectory model is fitted anew. Throws InputError for fewer than two folds or fewer takes than folds.
 Evaluation crossValidate(const Corpus& corpus, std::size_t folds, const EvaluationMethods& methods,
                          const EvaluationOptions& options = {});
+
+/// What the corpus is made to have never heard.
+enum class Unseen {
+  kWords,  ///< whole words: every take with the word is taken out
+  kPairs,  ///< whole pairs of phones
+};
+
+/// Each word (or pair) that not every other take has is taken out of the corpus with all takes that have it, several at
+/// once where they leave 70 % of the takes, and the model fitted to what stays; of those takes only the stretches that
+/// say it are measured. At most `most_rounds` such rounds, evenly chosen. Throws InputError where nothing can be taken
+/// out.
+Evaluation evaluateUnseen(const Corpus& corpus, Unseen unseen, const EvaluationMethods& methods,
+                          const EvaluationOptions& options = {}, std::size_t most_rounds = 24);
 
 /// Every fifth take, animated with the material of `sizes` others, drawn with a fixed seed: a larger set holds the
 /// smaller ones. Rows are the methods' with the number of takes. Throws InputError for a size that is 0 or too large.

@@ -76,11 +76,12 @@ double velocityMismatch(const Fragment& before, const Fragment& after, Seconds t
   return Eigen::Map<const MarkerPositions>(difference.data(), difference.size() / 3, 3).rowwise().norm().maxCoeff();
 }
 
+/// Of the fragments as they were captured, in every row: what a method takes off them first is its own affair.
 void compareFragments(const SynthesisRequest& request, const UtteranceAnimation& made, const UnitDatabase& database,
                       EvaluationRow& row) {
-  const bool residual = request.options.selection.method == SelectionMethod::kViterbi &&
-                        request.options.context.enabled && database.corpus().trajectory_model != nullptr;
-  const std::vector<UnitFragment> fragments = cutIntoFragments(request.labels, database, request.units, residual);
+  const bool stretch_silences = !request.options.departures.silences_keep_their_pace;
+  const std::vector<UnitFragment> fragments =
+      cutIntoFragments(request.labels, database, request.units, false, stretch_silences);
   std::size_t join = 0;
   for (std::size_t i = 0; i + 1 < fragments.size() && join < made.joins.size(); ++i) {
     if (fragments[i].unit == fragments[i + 1].unit) continue;
@@ -146,38 +147,113 @@ EvaluationMethod unitMethod(std::string name, const UnitDatabase& database, cons
 
 std::vector<EvaluationMethod> selectionMethods(const Corpus& /*corpus*/, const UnitDatabase& database) {
   return {unitMethod("greedy", database, selectingBy(SelectionMethod::kGreedy, UnitScales::kAny)),
-          unitMethod("viterbi", database, selectingBy(SelectionMethod::kViterbi, UnitScales::kAny))};
+          unitMethod("guided", database, selectingBy(SelectionMethod::kViterbi, UnitScales::kAny))};
+}
+
+namespace {
+
+/// From EDGE as published to the default, one departure more a row.
+std::vector<EvaluationMethod> stepsFromEdge(const UnitDatabase& database) {
+  std::vector<EvaluationMethod> methods;
+  SynthesisOptions options = edgeAsPublished();
+  const auto add = [&](std::string name) { methods.push_back(unitMethod(std::move(name), database, options)); };
+  add("EDGE as published");
+  options.departures.silences_keep_their_pace = true;
+  add("+ silences' pace");
+  options.departures.joins_where_lips_agree = true;
+  add("+ join where lips agree");
+  options.departures.offsets_led_away = true;
+  add("+ offsets led away");
+  options.selection.weights = {};
+  add("+ lips in the costs");
+  options.selection.units = UnitScales::kAny;
+  add("+ units of any length");
+  options.selection.method = SelectionMethod::kViterbi;
+  add("+ cheapest cover");
+  return methods;
+}
+
+/// The same corpus, whose prediction lacks the networks.
+EvaluationMethod withoutNetworks(std::string name, const Corpus& corpus) {
+  struct Without {
+    explicit Without(const Corpus& with) : corpus(with), database(corpus) {}
+    Corpus corpus;
+    UnitDatabase database;
+  };
+  Corpus changed = corpus;
+  auto model = std::make_shared<TrajectoryModel>(*corpus.trajectory_model);
+  model->networks.clear();
+  changed.trajectory_model = model;
+  const auto without = std::make_shared<Without>(changed);
+  const EvaluationMethod method =
+      unitMethod(name, without->database, selectingBy(SelectionMethod::kViterbi, UnitScales::kAny));
+  return {std::move(name), [without, method](const CorpusTake& take, EvaluationRow& row) {
+            return method.animate(take, row);
+          }};
+}
+
+}  // namespace
+
+EvaluationMethod predictionMethod(std::string name, const UnitDatabase& database) {
+  SynthesisOptions options = selectingBy(SelectionMethod::kViterbi, UnitScales::kAny);
+  options.context.fragments = options.context.keep_contacts = false;
+  return {std::move(name), [&database, options](const CorpusTake& take, EvaluationRow&) {
+            SynthesisRequest request{take.text, "capture", take.labels, {}, options};
+            request.options.frame_rate_hz = take.motion.frame_rate_hz;
+            return synthesise(request, database).motion;
+          }};
 }
 
 std::vector<EvaluationMethod> ablationMethods(const Corpus& corpus, const UnitDatabase& database) {
-  std::vector<EvaluationMethod> methods;
+  std::vector<EvaluationMethod> methods = stepsFromEdge(database);
   const auto add = [&](std::string name, const auto& change) {
     SynthesisOptions options = selectingBy(SelectionMethod::kViterbi, UnitScales::kAny);
     options.selection.lattice = corpus.lattice_weights;
-    change(options, *options.selection.lattice);
+    options.context.settings = corpus.motion_settings;
+    change(options, *options.selection.lattice, *options.context.settings);
     methods.push_back(unitMethod(std::move(name), database, options));
   };
   using Options = SynthesisOptions;
   using Weights = LatticeWeights;
-  add("viterbi", [](Options&, Weights&) {});
+  using Settings = MotionSettings;
+  add("guided", [](Options&, Weights&, Settings&) {});
   std::set<std::string_view> added = {""};
   for (const CostTerm& term : pairTerms()) {
     if (!added.insert(term.ablation).second) continue;
-    add(fmt::format("- {}", term.ablation), [&](Options&, Weights& weights) {
+    add(fmt::format("- {}", term.ablation), [&](Options&, Weights& weights, Settings&) {
       for (const CostTerm& other : pairTerms()) {
         if (other.ablation == term.ablation) weights[other.name] = 0;
       }
     });
   }
-  add("- context (all below)", [](Options& o, Weights&) { o.context.enabled = false; });
-  add("- mean of the context", [](Options& o, Weights&) { o.context.average = false; });
-  add("- variance restored", [](Options& o, Weights&) { o.context.restore_variance = false; });
-  add("- contacts kept", [](Options& o, Weights&) { o.context.keep_contacts = false; });
-  add("- captured detail", [](Options& o, Weights&) { o.context.first_detail = o.context.other_detail = 0; });
-  add("+ all slow captured", [](Options& o, Weights&) { o.context.slow_captured = 1; });
-  add("+ all detail as it is", [](Options& o, Weights&) { o.context.first_detail = o.context.other_detail = 1; });
-  add("- coupling searched", [](Options& o, Weights&) { o.search_coupling = false; });
-  add("- overlap", [](Options& o, Weights&) { o.overlap_ms = 0; });
+  add("- context (all below)", [](Options& o, Weights&, Settings&) { o.context.enabled = false; });
+  if (corpus.trajectory_model != nullptr && !corpus.trajectory_model->networks.empty())
+    methods.push_back(withoutNetworks("- networks", corpus));
+  add("- mean of the context", [](Options& o, Weights&, Settings&) { o.context.average = false; });
+  add("- variance restored", [](Options& o, Weights&, Settings&) { o.context.restore_variance = false; });
+  add("- contacts kept", [](Options& o, Weights&, Settings&) { o.context.keep_contacts = false; });
+  add("- captured detail", [](Options&, Weights&, Settings& s) { s.first_detail = s.other_detail = 0; });
+  add("- learnt settings", [](Options&, Weights&, Settings& s) { s = {}; });
+  add("+ all slow captured", [](Options&, Weights&, Settings& s) { s.slow_captured = 1; });
+  add("+ all detail as it is", [](Options&, Weights&, Settings& s) { s.first_detail = s.other_detail = 1; });
+  add("- coupling searched", [](Options& o, Weights&, Settings&) { o.search_coupling = false; });
+  add("- overlap", [](Options& o, Weights&, Settings&) { o.overlap_ms = 0; });
+  return methods;
+}
+
+std::vector<EvaluationMethod> backoffMethods(const Corpus& corpus, const UnitDatabase& database) {
+  std::vector<EvaluationMethod> methods;
+  SynthesisOptions options = selectingBy(SelectionMethod::kViterbi, UnitScales::kAny);
+  methods.push_back(unitMethod("guided, stand-ins", database, options));
+  options.curves.fill_gaps = options.curves.before_stand_ins = true;
+  methods.push_back(unitMethod("guided, curves in gaps", database, options));
+  if (corpus.trajectory_model != nullptr) {
+    if (!corpus.trajectory_model->networks.empty()) methods.push_back(withoutNetworks("guided, no networks", corpus));
+    methods.push_back(predictionMethod("prediction alone", database));
+  }
+  methods.push_back(unitMethod("greedy, stand-ins", database, selectingBy(SelectionMethod::kGreedy, UnitScales::kAny)));
+  methods.push_back(unitMethod("EDGE as published", database, edgeAsPublished()));
+  methods.push_back(curvesMethod("vocal curves", database));
   return methods;
 }
 
@@ -194,11 +270,12 @@ EvaluationMethod curvesMethod(std::string name, const UnitDatabase& database) {
 
 std::vector<EvaluationMethod> evaluationMethods(const Corpus& corpus, const UnitDatabase& database) {
   std::vector<EvaluationMethod> methods;
+  methods.push_back(unitMethod("guided (default)", database, selectingBy(SelectionMethod::kViterbi, UnitScales::kAny)));
+  if (corpus.trajectory_model != nullptr) methods.push_back(predictionMethod("prediction alone", database));
   methods.push_back(unitMethod("greedy, any units", database, selectingBy(SelectionMethod::kGreedy, UnitScales::kAny)));
   methods.push_back(
       unitMethod("greedy, paper's units", database, selectingBy(SelectionMethod::kGreedy, UnitScales::kPaper)));
-  methods.push_back(
-      unitMethod("viterbi, any units", database, selectingBy(SelectionMethod::kViterbi, UnitScales::kAny)));
+  methods.push_back(unitMethod("EDGE as published", database, edgeAsPublished()));
   methods.push_back(curvesMethod("vocal curves", database));
   const auto dominance = std::make_shared<DominanceModel>(DominanceModel::fit(corpus));
   methods.push_back({"dominance", [dominance](const CorpusTake& take, EvaluationRow&) {

@@ -30,11 +30,13 @@ struct Column {
 using LipColumn = Column<LipMeasures>;
 using UnitColumn = Column<EvaluationRow>;
 
-constexpr std::array<LipColumn, 10> kLipColumns{{
+constexpr std::array<LipColumn, 12> kLipColumns{{
     {"lip_rms_mm", "RMS", "mm", 2, false, &LipMeasures::lipRms},
     {"lve_mm2", "LVE", "mm2", 2, false, &LipMeasures::lve},
     {"opening_correlation", "r", "opening", 3, false, &LipMeasures::openingCorrelation},
     {"width_correlation", "r", "width", 3, false, &LipMeasures::widthCorrelation},
+    {"protrusion_correlation", "r", "protrusion", 3, false, &LipMeasures::protrusionCorrelation},
+    {"protrusion_depth", "protrusion", "depth", 2, false, &LipMeasures::protrusionDepth},
     {"closure_recall", "closures", "kept", 1, true, &LipMeasures::closureRecall},
     {"contact_recall", "F V", "kept", 1, true, &LipMeasures::contactRecall},
     {"false_closure_share", "false", "closures", 1, true, &LipMeasures::falseClosureShare},

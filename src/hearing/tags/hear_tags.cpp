@@ -22,8 +22,10 @@ constexpr std::size_t kShortestRun = 4;
 constexpr Seconds kShortestNote = 0.05;
 /// VOCAL 4.2: "localized high frequency (HF=8-20kHz) energy".
 constexpr double kConsonantLowHz = 8000, kConsonantHighHz = 20000;
-/// Sound with less than this above 8 kHz says nothing about consonants.
+/// Sound whose band ends lower is judged by the highest octave that it has.
 constexpr double kLeastBandTopHz = 10000;
+/// Of a sound that was sampled faster than it was heard: under this share of its energy there is nothing.
+constexpr double kNothingShare = 1e-7;
 
 std::vector<PitchSample> pitchOf(const AudioClip& clip) {
   const PitchTrack track = trackPitch(clip, {.step = 0.005, .lowest_hz = kLowestSungHz, .highest_hz = kHighestSungHz});
@@ -124,14 +126,27 @@ void tagRun(const VoicedRun& run, const VibratoOptions& options, AudioTags& tags
   }
 }
 
-std::vector<ConsonantEnergy> consonantsOf(const AudioClip& clip, const SpeechLabels& labels) {
+/// The band that consonants are judged by: VOCAL's, or the highest octave that the sound has.
+std::pair<double, double> consonantBand(const AudioClip& clip) {
+  const double nyquist = 0.5 * clip.sample_rate_hz;
+  const TimeSpan all{0, clip.duration()};
+  const double sound = bandEnergy(clip, all, 0, nyquist);
+  const double top = std::min(kConsonantHighHz, nyquist);
+  const bool is_heard = top >= kLeastBandTopHz && bandEnergy(clip, all, kConsonantLowHz, top) > kNothingShare * sound;
+  if (is_heard) return {kConsonantLowHz, top};
+  double highest = std::min(kConsonantLowHz, nyquist);
+  constexpr double kLowestTopHz = 3000;
+  while (highest > kLowestTopHz && !(bandEnergy(clip, all, 0.8 * highest, highest) > kNothingShare * sound)) highest *= 0.8;
+  return {0.5 * highest, highest};
+}
+
+std::vector<ConsonantEnergy> consonantsOf(const AudioClip& clip, const SpeechLabels& labels,
+                                          const std::pair<double, double>& band) {
   std::vector<ConsonantEnergy> consonants;
-  const double top = std::min(kConsonantHighHz, 0.5 * clip.sample_rate_hz);
-  if (top < kLeastBandTopHz) return consonants;
   for (std::size_t i = 0; i < labels.phones.size(); ++i) {
     const LabelledPhone& phone = labels.phones[i];
     if (phone.phone == Phone::kSil || isVowel(phone.phone)) continue;
-    consonants.push_back({PhoneIndex(i), phone.span, bandEnergy(clip, phone.span, kConsonantLowHz, top)});
+    consonants.push_back({PhoneIndex(i), phone.span, bandEnergy(clip, phone.span, band.first, band.second)});
   }
   return consonants;
 }
@@ -157,7 +172,9 @@ AudioTags hearTags(const AudioClip& clip, const SpeechLabels* labels) {
   } else {
     spans = vowelSpans(*labels);
     silenceOutside(tags.f0, spans);
-    tags.consonants = consonantsOf(clip, *labels);
+    const std::pair<double, double> band = consonantBand(clip);
+    tags.consonants = consonantsOf(clip, *labels, band);
+    tags.consonant_low_hz = band.first;
   }
   for (const TimeSpan& span : spans) {
     for (const VoicedRun& run : voicedRuns(tags.f0, span)) tagRun(run, vibrato, tags);

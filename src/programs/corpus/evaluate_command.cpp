@@ -1,3 +1,6 @@
+#include <algorithm>
+
+#include "base/errors.h"
 #include "base/files.h"
 #include "corpus_tools/research/evaluation/evaluation.h"
 #include "corpus_tools/research/evaluation/evaluation_methods.h"
@@ -15,7 +18,24 @@ struct EvaluateArguments {
   std::size_t jobs = 0, folds = 0;
   double hold_out = 0;
   std::vector<std::size_t> learning_curve;
+  std::vector<std::string> rows;
+  std::string unseen;
 };
+
+/// Of `methods` those that were asked for; all when none was.
+EvaluationMethods onlyRows(const EvaluationMethods& methods, const std::vector<std::string>& rows) {
+  if (rows.empty()) return methods;
+  return [=](const Corpus& corpus, const UnitDatabase& database) {
+    std::vector<EvaluationMethod> kept;
+    for (EvaluationMethod& method : methods(corpus, database)) {
+      const bool wanted = std::any_of(rows.begin(), rows.end(),
+                                      [&](const std::string& row) { return method.name.starts_with(row); });
+      if (wanted) kept.push_back(std::move(method));
+    }
+    if (kept.empty()) throw InputError("--rows", "", "names no row of the table");
+    return kept;
+  };
+}
 
 std::vector<CorpusTake> otherTakes(const EvaluateArguments& given, const Corpus& corpus) {
   BuildOptions options;
@@ -28,7 +48,10 @@ std::vector<CorpusTake> otherTakes(const EvaluateArguments& given, const Corpus&
 }
 
 Evaluation evaluate(const EvaluateArguments& given, Corpus corpus) {
-  const EvaluationMethods methods = given.ablation ? ablationMethods : evaluationMethods;
+  const EvaluationMethods all = given.ablation          ? ablationMethods
+                                : given.unseen.empty() ? evaluationMethods
+                                                       : backoffMethods;
+  const EvaluationMethods methods = onlyRows(all, given.rows);
   std::vector<CorpusTake> captured;
   if (!given.takes.empty()) captured = otherTakes(given, corpus);
   EvaluationOptions options;
@@ -39,6 +62,8 @@ Evaluation evaluate(const EvaluateArguments& given, Corpus corpus) {
   if (!given.learning_curve.empty()) {
     return learningCurve(corpus, given.learning_curve, selectionMethods, options);
   }
+  if (!given.unseen.empty())
+    return evaluateUnseen(corpus, given.unseen == "words" ? Unseen::kWords : Unseen::kPairs, methods, options);
   if (given.folds > 0) return crossValidate(corpus, given.folds, methods, options);
   if (captured.empty()) captured = holdOut(corpus, given.hold_out, kHoldOutSeed);
   return evaluateCorpus(corpus, captured, methods, options);
@@ -62,8 +87,16 @@ void addOptions(CLI::App& command, EvaluateArguments& options) {
       .add_option("--learning-curve", options.learning_curve,
                   "Every fifth take, by the material of that many others (10,25,50)")
       ->delimiter(',');
+  which
+      .add_option("--unseen", options.unseen,
+                  "words|pairs: take whole words or pairs of phones out, with all takes that say them, and measure the "
+                  "stretches that do")
+      ->check(CLI::IsMember({"words", "pairs"}));
   which.require_option(1);
-  command.add_flag("--ablation", options.ablation, "Viterbi with each cost and each trick off, one at a time");
+  command.add_flag("--ablation", options.ablation,
+                   "From EDGE as published to the default one change a row, then the default with each cost and each "
+                   "trick off");
+  command.add_option("--rows", options.rows, "Only the rows whose names begin so (guided,EDGE)")->delimiter(',');
   command.add_option("--html", options.html, "Also write a page with the curves of all takes over each other");
   command
       .add_option("--truth", options.truth,

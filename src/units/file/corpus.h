@@ -12,6 +12,7 @@
 #include "motion/motion_clip.h"
 #include "phonetics/labels/speech_labels.h"
 #include "units/costs/cost_terms.h"
+#include "units/prediction/motion_settings.h"
 #include "units/prediction/phone_shapes.h"
 #include "units/prediction/trajectory_model.h"
 
@@ -52,6 +53,7 @@ struct Corpus {
   std::shared_ptr<const TrajectoryModel> trajectory_model;
   LatticeWeights lattice_weights;     ///< the usual ones, unless "lattice_weights" of the build log says how learnt
   SoundCutWeights sound_cut_weights;  ///< likewise, "sound_cut_weights"
+  MotionSettings motion_settings;     ///< likewise, "motion_settings"
   /// What posesToJson() made of the takes when the corpus was built (src/vocal reads it); empty in one of format
   /// version 1 or 2 or without the markers that it needs, or when takes were taken out.
   std::string viseme_poses;
@@ -62,7 +64,7 @@ inline double closedLipsMm(const Corpus& corpus) {
   return corpus.trajectory_model != nullptr ? corpus.trajectory_model->closed_opening_mm : 0.0;
 }
 
-inline constexpr int kCorpusFormatVersion = 3;
+inline constexpr int kCorpusFormatVersion = 4;
 
 enum class CorpusAudio { kLoad, kSkip };
 

@@ -18,6 +18,9 @@ constexpr double kShortestTimeConstant = 1e-3, kLongestTime = 1;  ///< s
 constexpr std::string_view kTarget = "target ";
 constexpr std::size_t kFirstLatticeWeights = 13;  ///< of the terms that versions 2 and 3 began with
 constexpr std::string_view kCutWeights = "sound cut weights";  ///< only where they were learnt
+constexpr std::string_view kSettings = "motion settings";      ///< since version 4
+constexpr std::string_view kShares = "network shares", kNetwork = "network ";
+constexpr std::size_t kMostHidden = 1024, kMostNetworks = 64;
 
 using Numbers = std::vector<float>;
 
@@ -116,11 +119,48 @@ class ModelReader {
         for (std::size_t i = 0; i < cuts.size(); ++i) corpus_.sound_cut_weights.*kSoundCutTerms[i].weight = cuts[i];
         continue;
       }
+      if (name == kSettings && model.targets.empty()) {
+        readSettings();
+        continue;
+      }
+      if (name == kShares && model.targets.empty()) {
+        readNetworks(model);
+        continue;
+      }
       if (!name.starts_with(kTarget) || model.targets.size() >= kMostTargets)
         row_.fail(fmt::format("found {}; expected at most {} targets", printable(name), kMostTargets));
       const auto [place, is_new] = model.targets.try_emplace(std::string(name.substr(kTarget.size())),
                                                              matrixOf(numbersOf(row_, 2, components_), 1).transpose());
       if (!is_new) row_.fail(fmt::format("found {} twice", printable(name)));
+    }
+  }
+
+  void readSettings() {
+    const Numbers numbers = weights(kMotionSettings.size());
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      corpus_.motion_settings.*kMotionSettings[i].value = std::clamp(
+          double{numbers[i]}, kMotionSettings[i].least, kMotionSettings[i].largest);
+  }
+  /// The shares are at hand; a row with all numbers of each network follows for each.
+  void readNetworks(TrajectoryModel& model) {
+    const auto features = contextFeatureNames().size();
+    const std::size_t components = components_, most = row_.blob(2).size() / sizeof(float);
+    if (most <= components || most - components > kMostNetworks)
+      row_.fail(fmt::format("found {} bytes; expected {} and 4 a network", 4 * most, 4 * components));
+    const Numbers numbers = weights(most);
+    model.network_share = Eigen::Map<const Eigen::RowVectorXf>(numbers.data(), signedIndex(components)).cast<double>();
+    if (!(model.network_share.array() <= 1).all()) row_.fail("found a share over 1; expected 0 to 1");
+    for (std::size_t i = components; i < most; ++i) {
+      const auto hidden = static_cast<std::size_t>(numbers[i]);
+      if (hidden < 1 || hidden > kMostHidden) row_.fail(fmt::format("found {} hidden units", numbers[i]));
+      const std::size_t inputs = features * unsignedIndex(kContextWindows) * hidden;
+      const Numbers own = next(fmt::format("{}{}", kNetwork, i - components), inputs + hidden + hidden * components);
+      ContextNetwork& network = model.networks.emplace_back();
+      network.input = Eigen::Map<const ContextNetwork::Matrix>(own.data(), signedIndex(features),
+                                                               kContextWindows * signedIndex(hidden));
+      network.bias = Eigen::Map<const Eigen::RowVectorXf>(own.data() + inputs, signedIndex(hidden));
+      network.output = Eigen::Map<const ContextNetwork::Matrix>(own.data() + inputs + hidden, signedIndex(hidden),
+                                                                signedIndex(components));
     }
   }
 
@@ -206,6 +246,23 @@ void writeTrajectoryModel(SqliteDatabase& database, const Corpus& corpus) {
     Numbers cuts;
     for (const SoundCutTerm& term : kSoundCutTerms) cuts.push_back(asFloat(corpus.sound_cut_weights.*term.weight));
     add(std::string(kCutWeights), cuts);
+  }
+  Numbers settings;
+  for (const MotionSetting& setting : kMotionSettings)
+    settings.push_back(asFloat(corpus.motion_settings.*setting.value));
+  add(std::string(kSettings), settings);
+  if (!model.networks.empty()) {
+    Numbers shares = floatsOf(model.network_share);
+    for (const ContextNetwork& network : model.networks)
+      shares.push_back(asFloat(asReal(network.hiddenCount())));
+    add(std::string(kShares), shares);
+  }
+  for (std::size_t i = 0; i < model.networks.size(); ++i) {
+    const ContextNetwork& network = model.networks[i];
+    Numbers numbers(network.input.data(), network.input.data() + network.input.size());
+    numbers.insert(numbers.end(), network.bias.data(), network.bias.data() + network.bias.size());
+    numbers.insert(numbers.end(), network.output.data(), network.output.data() + network.output.size());
+    add(fmt::format("{}{}", kNetwork, i), numbers);
   }
   for (const auto& [feature, target] : model.targets) add(std::string(kTarget) + feature, floatsOf(target));
 

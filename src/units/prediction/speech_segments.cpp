@@ -68,6 +68,7 @@ std::vector<Piece> speechPieces(const LabelledPhone& phone) {
   whole.phone_feature += " 1";
   second.phone_feature += " 2";
   second.viseme = lastViseme(phone.phone);
+  second.segment.is_second_half = true;
   return {whole, second};
 }
 
@@ -87,9 +88,10 @@ std::vector<Piece> cutIntoPieces(const SpeechLabels& labels) {
   std::vector<Piece> pieces;
   for (std::size_t i = 0; i < labels.phones.size(); ++i) {
     const LabelledPhone& phone = labels.phones[i];
-    const std::vector<Piece> next = phone.phone == Phone::kSil
-                                        ? silencePieces(phone.span, i == 0, i + 1 == labels.phones.size())
-                                        : speechPieces(phone);
+    std::vector<Piece> next = phone.phone == Phone::kSil
+                                  ? silencePieces(phone.span, i == 0, i + 1 == labels.phones.size())
+                                  : speechPieces(phone);
+    for (Piece& piece : next) piece.segment.label = i;
     pieces.insert(pieces.end(), next.begin(), next.end());
   }
   giveBurstsToWhatFollows(pieces);

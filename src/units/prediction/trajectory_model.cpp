@@ -41,6 +41,9 @@ LinePrediction::LinePrediction(const TrajectoryModel& model, const SpeechLabels&
       targets_.row(signedIndex(i)) += feature.weight * known->second.transpose();
     }
   }
+  if (model.networks.empty()) return;
+  context_ = contextSegments(labels);
+  for (const ContextNetwork& network : model.networks) given_.push_back(network.given(context_));
 }
 
 Eigen::MatrixXd LinePrediction::at(std::span<const Seconds> times) const {
@@ -55,9 +58,16 @@ Eigen::MatrixXd LinePrediction::at(std::span<const Seconds> times) const {
       if (!sameDynamics(dynamics[first], dynamics[i])) continue;
       done[i] = true;
       const auto column = signedIndex(i);
-      values.col(column) = (weights * targets_.col(column)).array() + model_->level(column);
+      values.col(column) = weights * targets_.col(column);
     }
   }
+  if (!given_.empty()) {
+    Eigen::MatrixXd by_networks = Eigen::MatrixXd::Zero(values.rows(), values.cols());
+    for (std::size_t i = 0; i < given_.size(); ++i) by_networks += model_->networks[i].at(context_, given_[i], times);
+    by_networks /= asReal(given_.size());
+    values += (by_networks - values) * model_->network_share.asDiagonal();
+  }
+  values.rowwise() += model_->level;
   return values;
 }
 

@@ -8,6 +8,7 @@
 
 #include "motion/motion_clip.h"
 #include "phonetics/labels/speech_labels.h"
+#include "units/prediction/context_network.h"
 #include "units/prediction/speech_segments.h"
 
 namespace mouthpiece {
@@ -29,6 +30,8 @@ struct TrajectoryModel {
   std::vector<ComponentDynamics> dynamics;
   Eigen::RowVectorXd level;                        ///< about which the components move
   std::map<std::string, Eigen::VectorXd> targets;  ///< contribution of each feature to the components
+  std::vector<ContextNetwork> networks;            ///< their mean is the other part of the prediction; may be none
+  Eigen::RowVectorXd network_share;                ///< 0 to 1 a component; as many as components where there are networks
   double gain = 1;                                 ///< brings back the variance that least squares takes
   Eigen::RowVectorXd closing;    ///< 3 * markers, mm: the lips' way when LIP_UP_MID and LIP_LO_MID part by 1 mm
   double closed_opening_mm = 0;  ///< their median distance in B P M at the tightest; 0: the layout has no such markers
@@ -51,6 +54,8 @@ class LinePrediction {
   const TrajectoryModel* model_;
   std::vector<SpeechSegment> segments_;
   Eigen::MatrixXd targets_;  ///< segments x components
+  std::vector<ContextSegment> context_;
+  std::vector<ContextNetwork::Matrix> given_;  ///< by each network
 };
 
 /// The segments of speechSegments(), each with the logarithm of its length as two more features (of its viseme and of

@@ -9,6 +9,7 @@
 #include "base/errors.h"
 #include "corpus_tools/research/evaluation/evaluation_methods.h"
 #include "motion/formats/motion_file.h"
+#include "motion/lip_gauge.h"
 #include "support/run_program.h"
 #include "synthetic_takes.h"
 
@@ -36,8 +37,9 @@ const EvaluationRow& row(const Evaluation& evaluation, std::string_view method) 
 TEST(Evaluation, ATakeOfTheCorpusComesBackAsItself) {
   const Corpus corpus = smallCorpus();
   const Evaluation evaluation = evaluateCorpus(corpus, {corpus.takes[0]}, evaluationMethods);
-  ASSERT_EQ(evaluation.rows.size(), 6U);
-  for (const std::size_t unit_row : {0U, 1U, 2U}) {
+  ASSERT_EQ(evaluation.rows.size(), 7U);
+  EXPECT_EQ(row(evaluation, 3).method, "EDGE as published");
+  for (const std::size_t unit_row : {0U, 1U, 2U, 3U}) {
     EXPECT_LT(row(evaluation, unit_row).lips.lipRms(), kReproducedMm) << row(evaluation, unit_row).method;
     EXPECT_NEAR(row(evaluation, unit_row).lips.openingCorrelation(), 1, 1e-6);
     EXPECT_EQ(row(evaluation, unit_row).lips.closureRecall(), 1.0);
@@ -50,11 +52,11 @@ TEST(Evaluation, RecombinedTakesBeatDominanceAndTheMeanPose) {
   Corpus corpus = smallCorpus();
   const CorpusTake fresh = saidTake("mani", {"M", "AA", "N", "IY"});
   const Evaluation evaluation = evaluateCorpus(corpus, {fresh}, evaluationMethods);
-  const double greedy = row(evaluation, 0).lips.lipRms(), dominance = row(evaluation, "dominance").lips.lipRms(),
+  const double greedy = row(evaluation, "greedy, any units").lips.lipRms(), dominance = row(evaluation, "dominance").lips.lipRms(),
                mean = row(evaluation, "mean pose").lips.lipRms();
   EXPECT_LT(greedy, dominance);
   EXPECT_LT(dominance, mean);
-  EXPECT_GT(row(evaluation, 0).units, 1U);
+  EXPECT_GT(row(evaluation, "greedy, any units").units, 1U);
   EXPECT_EQ(row(evaluation, "mean pose").lips.openingCorrelation(), 0.0);
   EXPECT_EQ(row(evaluation, "mean pose").lips.closureRecall(), 0.0);
 }
@@ -84,6 +86,58 @@ TEST(Evaluation, MeasuresHaveTheirDefinedValues) {
   const Eigen::VectorXd lower = take.motion.positions_mm.col(column);
   const double variance = (lower.array() - lower.mean()).square().mean();
   EXPECT_NEAR(measures.lve(), 0.25 * variance, 1e-6);
+}
+
+TEST(Evaluation, ProtrusionHasItsOwnCorrelationAndDepth) {
+  const CorpusTake take = saidTake("mama", {"M", "AA", "M", "AA"});
+  MotionClip forward = take.motion, half = take.motion;
+  const LipGauge gauge = LipGauge::whole(defaultLayout());
+  for (Eigen::Index row = 0; row < forward.positions_mm.rows(); ++row) {
+    const double wave = std::sin(0.3 * static_cast<double>(row));
+    for (const char* marker : {"LIP_UP_MID", "LIP_LO_MID"}) {
+      const auto z = static_cast<Eigen::Index>(3 * defaultLayout().indexOf(marker).value + 2);
+      forward.positions_mm(row, z) += 2 * wave;
+      half.positions_mm(row, z) += wave;
+    }
+  }
+  const LipMeasures measures = measureLips(forward, half, take.labels, defaultLayout());
+  EXPECT_NEAR(measures.protrusionCorrelation(), 1, 1e-6);
+  EXPECT_NEAR(measures.protrusionDepth(), 0.5, 1e-6);
+  EXPECT_LT(measureLips(forward, take.motion, take.labels, defaultLayout()).protrusionDepth(), 1e-6);
+}
+
+TEST(Evaluation, OnlyTheStretchesAskedForAreMeasured) {
+  const CorpusTake take = saidTake("mama", {"M", "AA", "M", "AA"});
+  MotionClip wrong = take.motion;
+  const TimeSpan late = take.labels.phones[4].span;
+  for (Eigen::Index row = 0; row < wrong.positions_mm.rows(); ++row) {
+    if (late.contains(wrong.timeOf(FrameIndex(static_cast<std::size_t>(row))))) wrong.positions_mm.row(row).array() += 3;
+  }
+  const TimeSpan early = take.labels.phones[1].span;
+  const double in_late = measureLips(take.motion, wrong, take.labels, defaultLayout(), {late}).lipRms();
+  const double in_early = measureLips(take.motion, wrong, take.labels, defaultLayout(), {early}).lipRms();
+  EXPECT_GT(in_late, 4 * in_early) << "what is left in the early one is the constant offset";
+  const LipMeasures first = measureLips(take.motion, take.motion, take.labels, defaultLayout(), {early});
+  EXPECT_EQ(first.closures, 1U) << "the second M lies elsewhere";
+}
+
+TEST(Evaluation, WhatIsUnseenIsInNoTakeThatSpeaks) {
+  const Corpus corpus = speakingCorpus();
+  for (const Unseen unseen : {Unseen::kWords, Unseen::kPairs}) {
+    std::size_t rounds = 0;
+    const EvaluationMethods methods = [&](const Corpus& rest, const UnitDatabase& database) {
+      ++rounds;
+      EXPECT_LT(rest.takes.size(), corpus.takes.size());
+      return selectionMethods(rest, database);
+    };
+    const Evaluation evaluation = evaluateUnseen(corpus, unseen, methods, {}, 3);
+    EXPECT_EQ(rounds, 3U);
+    ASSERT_EQ(evaluation.rows.size(), 2U);
+    EXPECT_LT(evaluation.rows[0].lips.frames, crossValidate(corpus, 3, selectionMethods).rows[0].lips.frames);
+  }
+  Corpus one = corpus;
+  one.takes.resize(1);
+  EXPECT_THROW(evaluateUnseen(one, Unseen::kWords, selectionMethods), InputError);
 }
 
 TEST(Evaluation, ClosuresThatAreLostOrInventedAreCounted) {
@@ -123,7 +177,7 @@ TEST(Evaluation, JsonHoldsNoNaN) {
   const Corpus corpus = smallCorpus();
   const Evaluation evaluation = evaluateCorpus(corpus, {saidTake("anna", {"AA", "N", "IY"})}, evaluationMethods);
   const nlohmann::json json = nlohmann::json::parse(evaluationJson(evaluation));
-  EXPECT_EQ(json["rows"].size(), 6U);
+  EXPECT_EQ(json["rows"].size(), 7U);
   EXPECT_TRUE(json["rows"][0]["closure_recall"].is_null());
   EXPECT_TRUE(json["rows"][0]["lip_rms_mm"].is_number());
   EXPECT_NE(evaluationTable(evaluation).find("dominance"), std::string::npos);

@@ -76,7 +76,15 @@ TEST(HearTags, ConsonantsHaveHighFrequencyEnergyWhereTheRateAllows) {
   // White noise of variance 0.01: 12 of 22.05 kHz of it lie in the band.
   EXPECT_NEAR(tags.consonants[0].energy, 0.01 * 12 / 22.05, 0.0008);
   EXPECT_LT(tags.consonants[1].energy, 1e-6);
-  EXPECT_TRUE(hearTags(resampleAudio(clip, 16000), &labels).consonants.empty());
+  EXPECT_EQ(tags.consonant_low_hz, 8000);
+  // Without that band the highest octave there is, whether the rate ends there or the sound does.
+  const AudioTags low = hearTags(resampleAudio(clip, 16000), &labels);
+  ASSERT_EQ(low.consonants.size(), 2U);
+  EXPECT_EQ(low.consonant_low_hz, 4000);
+  EXPECT_GT(low.consonants[0].energy, 100 * low.consonants[1].energy);
+  const AudioTags filled = hearTags(resampleAudio(resampleAudio(clip, 16000), 44100), &labels);
+  EXPECT_LT(filled.consonant_low_hz, 8000);
+  EXPECT_GT(filled.consonants[0].energy, 100 * filled.consonants[1].energy);
 }
 
 TEST(HearTags, JsonHoldsTheContract) {

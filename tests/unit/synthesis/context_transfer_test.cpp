@@ -103,7 +103,7 @@ TEST_F(ContextTransfer, WhatWasNotSeenIsPredicted) {
   PositionMatrix residuals = PositionMatrix::Constant(60, 12, std::numeric_limits<double>::quiet_NaN());
   ContextOptions options;
   options.average = options.restore_variance = options.keep_contacts = false;
-  const PositionMatrix positions = transferContext(residuals, line, database, {}, times, options);
+  const PositionMatrix positions = transferContext(residuals, line, database, {}, times, options).positions_mm;
   ASSERT_TRUE(positions.allFinite());
   const Eigen::Map<const Eigen::RowVectorXd> neutral(corpus_.neutral_pose_mm.data(), corpus_.neutral_pose_mm.size());
   const TrajectoryModel& model = *corpus_.trajectory_model;
@@ -123,14 +123,14 @@ TEST_F(ContextTransfer, SlowDifferencesGoAndFastOnesStay) {
     for (Eigen::Index row = 0; row < 200; ++row)
       residuals(row, static_cast<Eigen::Index>(column)) =
           std::sin(2 * M_PI * rate_hz * times[static_cast<std::size_t>(row)]);
-    const PositionMatrix with = transferContext(residuals, line, database, {}, times, options);
+    const PositionMatrix with = transferContext(residuals, line, database, {}, times, options).positions_mm;
     const PositionMatrix without =
-        transferContext(PositionMatrix::Zero(200, 12), line, database, {}, times, options);
+        transferContext(PositionMatrix::Zero(200, 12), line, database, {}, times, options).positions_mm;
     return (with - without).col(static_cast<Eigen::Index>(column)).segment(50, 100).cwiseAbs().maxCoeff();
   };
   constexpr std::size_t kChinY = 7, kBrowY = 10;
   EXPECT_LT(leftOf(0.5, kChinY), 0.1);
-  EXPECT_NEAR(leftOf(12, kChinY), ContextOptions{}.other_detail, 0.05);
+  EXPECT_NEAR(leftOf(12, kChinY), MotionSettings().other_detail, 0.05);
   EXPECT_NEAR(leftOf(0.5, kBrowY), 1, 0.01);  // no component moves it: as captured
 }
 

@@ -77,9 +77,9 @@ TEST(StyleChoice, IsANumberAutoOrAFile) {
 TEST(PitchSensitivities, AreTheFormulaOfThePaper) {
   // VOCAL 4.2: Ps = 0.1 for v <= tau = 0.2 s, else min(1, 0.1 + v - tau).
   for (Seconds length = 0.01; length < 2; length += 0.013) {
-    const double ps = pitchSensitivities(spokenPhones({{Phone::kAA, length}}))[1];
+    const double ps = pitchSensitivities(spokenPhones({{Phone::kAA, length}}))[1].value();
     EXPECT_NEAR(ps, length <= 0.2 ? 0.1 : std::min(1.0, 0.1 + length - 0.2), 1e-9) << length;
-    EXPECT_EQ(pitchSensitivities(spokenPhones({{Phone::kS, length}}))[1], 0.1) << "a consonant";
+    EXPECT_FALSE(pitchSensitivities(spokenPhones({{Phone::kS, length}}))[1]) << "a consonant has none";
   }
 }
 
@@ -93,18 +93,18 @@ TEST(MelodicAccents, AreTheThreeStepsOfThePaper) {
     AudioTags tags, louder;
     double sum = 0, squares = 0;
     for (std::size_t i = 1; i <= count; ++i) {
-      const double energy = share(random) * share(random);
+      const double energy = 1e-3 + share(random) * share(random);
       tags.consonants.push_back({PhoneIndex(i), {}, energy});
       louder.consonants.push_back({PhoneIndex(i), {}, 1000 * energy});
-      sum += energy;
-      squares += energy * energy;
+      sum += std::log(energy);
+      squares += std::log(energy) * std::log(energy);
     }
     const auto n = static_cast<double>(count);
     const double mean = sum / n, deviation = std::sqrt(squares / n - mean * mean);
-    const std::vector<double> accents = melodicAccents(labels, tags);
+    const PhoneValues accents = melodicAccents(labels, tags);
     EXPECT_EQ(accents, melodicAccents(labels, louder));
     for (std::size_t i = 1; i <= count; ++i) {
-      const double energy = tags.consonants[i - 1].energy;
+      const double energy = std::log(tags.consonants[i - 1].energy);
       if (std::abs(std::abs(energy - mean) - deviation) < 1e-9) continue;
       EXPECT_EQ(accents[i], energy < mean - deviation ? 0.2 : energy > mean + deviation ? 0.8 : 0.5);
     }
@@ -118,21 +118,58 @@ TEST(MelodicAccents, SayNothingOfOneConsonantOrOfEqualOnes) {
   equal.consonants = {{PhoneIndex(1), {}, 7}, {PhoneIndex(2), {}, 7}};
   elsewhere.consonants = {{PhoneIndex(99), {}, 7}, {PhoneIndex(1), {}, 1}, {PhoneIndex(2), {}, 1}};
   for (const AudioTags& tags : {AudioTags{}, one, equal, elsewhere})
-    EXPECT_EQ(melodicAccents(labels, tags), std::vector<double>(4, 0.5));
+    EXPECT_EQ(melodicAccents(labels, tags), (PhoneValues{std::nullopt, 0.5, 0.5, std::nullopt}));
 }
 
-TEST(SmoothedOverPhones, KeepsConstantsAndAveragesNeighbours) {
-  const SpeechLabels labels = spokenPhones({{Phone::kS, 0.1}, {Phone::kAA, 0.3}, {Phone::kT, 0.1}});
-  for (const StyleSignal::Point& point : smoothedOverPhones(std::vector<double>(5, 0.3), labels).points)
-    EXPECT_DOUBLE_EQ(point.value, 0.3);
-  const StyleSignal signal = smoothedOverPhones({0, 0, 0.9, 0, 0}, labels);
-  ASSERT_EQ(signal.points.size(), 5U);
-  const std::vector<double> wanted{0, 0.3, 0.3, 0.3, 0};
-  for (std::size_t i = 0; i < 5; ++i) {
-    EXPECT_DOUBLE_EQ(signal.points[i].value, wanted[i]);
-    EXPECT_DOUBLE_EQ(signal.points[i].time, labels.phones[i].span.middle());
+TEST(SmoothedOverPhones, AveragesWhatHasAValueAndHoldsItOverTheRest) {
+  const SpeechLabels labels = spokenPhones({{Phone::kS, 0.1}, {Phone::kAA, 0.3}, {Phone::kT, 0.1}, {Phone::kIY, 0.3}});
+  const PhoneValues values{std::nullopt, std::nullopt, 0.2, std::nullopt, 0.8, std::nullopt};
+  const StyleSignal signal = smoothedOverPhones(values, labels, 0.1);
+  for (const StyleSignal::Point& point : signal.points) EXPECT_DOUBLE_EQ(point.value, 0.5) << "each other's neighbours";
+  EXPECT_DOUBLE_EQ(signal.at(labels.phones[3].span.middle()), 0.5) << "held over the T between";
+  EXPECT_DOUBLE_EQ(smoothedOverPhones(PhoneValues(6), labels, 0.1).at(1), 0.1) << "nobody has one";
+  EXPECT_EQ(smoothedOverPhones({}, {}, 0.3).at(1), 0.3);
+}
+
+/// A vowel held for seconds between short ones is sung; the consonants beside it take nothing of that away.
+TEST(SmoothedOverPhones, AHeldVowelEndsNearOne) {
+  const SpeechLabels labels = spokenPhones({{Phone::kL, 0.08},
+                                            {Phone::kAH, 0.1},
+                                            {Phone::kM, 0.08},
+                                            {Phone::kAA, 3.0},
+                                            {Phone::kN, 0.08},
+                                            {Phone::kIH, 0.1},
+                                            {Phone::kT, 0.08}});
+  const StyleSignal ps = smoothedOverPhones(pitchSensitivities(labels), labels, kSpokenSensitivity);
+  const TimeSpan& held = labels.phones[4].span;
+  for (const double share : {0.0, 0.5, 0.999}) EXPECT_GT(ps.at(std::lerp(held.start, held.end, share)), 0.9) << share;
+  EXPECT_LT(smoothedOverPhones(pitchSensitivities(spokenPhones({{Phone::kAH, 0.1}, {Phone::kN, 0.1}, {Phone::kIH, 0.1}})),
+                               spokenPhones({{Phone::kAH, 0.1}, {Phone::kN, 0.1}, {Phone::kIH, 0.1}}), 0)
+                .at(0.3),
+            0.11);
+}
+
+/// An aria: whispered consonants, then plain ones, then hammered ones, by a factor of ten thousand in energy.
+TEST(SmoothedOverPhones, AnAriasConsonantsSpanTheWholeRange) {
+  std::vector<std::pair<Phone, Seconds>> phones;
+  AudioTags tags;
+  for (std::size_t i = 0; i < 24; ++i) {
+    phones.emplace_back(Phone::kT, 0.1);
+    phones.emplace_back(Phone::kAA, 0.6);
+    const double energy = i < 5 ? 1e-4 : i < 19 ? 1e-2 : 1;
+    tags.consonants.push_back({PhoneIndex(1 + 2 * i), {}, energy * (1 + 0.1 * static_cast<double>(i % 3))});
   }
-  EXPECT_EQ(smoothedOverPhones({}, {}).at(1), 0);
+  const SpeechLabels labels = spokenPhones(phones);
+  const StyleSignal ma = smoothedOverPhones(melodicAccents(labels, tags), labels, kUnknownAccent);
+  double least = 1, most = 0;
+  for (std::size_t i = 0; i < 24; ++i) {
+    const double value = ma.at(labels.phones[1 + 2 * i].span.middle());
+    least = std::min(least, value);
+    most = std::max(most, value);
+  }
+  EXPECT_DOUBLE_EQ(least, 0.2);
+  EXPECT_DOUBLE_EQ(most, 0.8);
+  EXPECT_DOUBLE_EQ(ma.at(labels.phones[1 + 2 * 12].span.middle()), 0.5);
 }
 
 }  // namespace

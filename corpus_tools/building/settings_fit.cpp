@@ -1,0 +1,267 @@
+#include "corpus_tools/building/settings_fit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
+
+#include "base/errors.h"
+#include "base/parallel_for.h"
+#include "corpus_tools/takes/lip_measures.h"
+#include "motion/resample.h"
+#include "synthesis/synthesis.h"
+#include "units/selection/unit_database.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr std::size_t kMostJudges = 16, kMostMaterial = 240;
+constexpr std::array<double, 4> kDetailWithinMs{35, 50, 80, 120};
+constexpr double kHalfBelieved = 20;  ///< takes of a corpus whose findings count half
+
+/// What a line's movement is a sum of: its weights are what is learnt.
+enum Part : Eigen::Index { kStill, kGain, kFirst, kOther, kSlow, kCaptured, kParts };
+using Mixture = Eigen::Matrix<double, kParts, 1>;
+using Gram = Eigen::Matrix<double, kParts, kParts>;
+
+/// Sums over frames and lip coordinates of the products of parts, as they are and of their third differences.
+struct Products {
+  Gram values = Gram::Zero(), jerks = Gram::Zero();
+
+  void add(const std::array<PositionMatrix, kParts>& parts) {
+    const Eigen::Index frames = parts[0].rows();
+    if (frames < 4) return;
+    std::array<PositionMatrix, kParts> centred, jerk;
+    for (std::size_t i = 0; i < kParts; ++i) {
+      centred[i] = parts[i].rowwise() - parts[i].colwise().mean();
+      jerk[i] = parts[i].bottomRows(frames - 3) - 3 * parts[i].middleRows(2, frames - 3) +
+                3 * parts[i].middleRows(1, frames - 3) - parts[i].topRows(frames - 3);
+    }
+    for (std::size_t i = 0; i < kParts; ++i) {
+      for (std::size_t j = 0; j < kParts; ++j) {
+        values(signedIndex(i), signedIndex(j)) += centred[i].cwiseProduct(centred[j]).sum();
+        jerks(signedIndex(i), signedIndex(j)) += jerk[i].cwiseProduct(jerk[j]).sum();
+      }
+    }
+  }
+};
+
+/// How a mixture compares with the capture.
+struct Reached {
+  double error = 0;     ///< over the capture's own spread
+  double variance = 0;  ///< ratios
+  double jerk = 0;
+
+  /// The error, and what the ratios lack to the band.
+  [[nodiscard]] double score() const {
+    constexpr double kBand = 0.12, kOutside = 20;
+    const auto beyond = [](double ratio) { return std::max(0.0, std::abs(ratio - 1) - kBand); };
+    return error + kOutside * (beyond(variance) * beyond(variance) + beyond(jerk) * beyond(jerk));
+  }
+};
+
+Reached reached(const Products& products, Mixture mixture) {
+  mixture(kCaptured) = 0;
+  Mixture error = mixture;
+  error(kCaptured) = -1;
+  const double captured = std::max(1e-12, products.values(kCaptured, kCaptured));
+  const double sharp = std::max(1e-12, products.jerks(kCaptured, kCaptured));
+  return {std::sqrt(std::max(0.0, error.dot(products.values * error)) / captured),
+          mixture.dot(products.values * mixture) / captured,
+          std::sqrt(std::max(0.0, mixture.dot(products.jerks * mixture)) / sharp)};
+}
+
+struct Learnt {
+  MotionSettings settings;
+  double gain = 1;
+
+  [[nodiscard]] Mixture mixture() const {
+    Mixture mixture;
+    mixture << 1, gain - 1, settings.first_detail, settings.other_detail, settings.slow_captured, 0;
+    return mixture;
+  }
+};
+
+/// Each weight up or down by a step that halves, while that lowers the score.
+Learnt searched(const Products& products, Learnt start) {
+  constexpr double kFirstStep = 0.32, kLastStep = 0.01, kLargestGain = 1.3;
+  Learnt best = start;
+  double least = reached(products, best.mixture()).score();
+  const auto tryStep = [&](double Learnt::*gain, double MotionSettings::*setting, double step, double low, double high) {
+    Learnt next = best;
+    double& value = gain != nullptr ? next.*gain : next.settings.*setting;
+    value = std::clamp(value + step, low, high);
+    const double score = reached(products, next.mixture()).score();
+    if (!(score < least)) return false;
+    best = next;
+    least = score;
+    return true;
+  };
+  for (double step = kFirstStep; step >= kLastStep;) {
+    bool gained = false;
+    for (const double sign : {1.0, -1.0}) {
+      gained |= tryStep(&Learnt::gain, nullptr, sign * 0.5 * step, 1, kLargestGain);
+      for (const MotionSetting& setting : kMotionSettings) {
+        const bool is_share = setting.value == &MotionSettings::first_detail ||
+                              setting.value == &MotionSettings::other_detail ||
+                              setting.value == &MotionSettings::slow_captured;
+        if (is_share) gained |= tryStep(nullptr, setting.value, sign * step, setting.least, setting.largest);
+      }
+    }
+    if (!gained) step /= 2;
+  }
+  return best;
+}
+
+PositionMatrix lipsOf(const MotionClip& motion, const std::vector<Eigen::Index>& columns) {
+  PositionMatrix lips(motion.positions_mm.rows(), std::ssize(columns));
+  for (std::size_t i = 0; i < columns.size(); ++i) lips.col(signedIndex(i)) = motion.positions_mm.col(columns[i]);
+  return lips;
+}
+
+CorpusTake loadedTake(const Corpus& corpus, std::size_t take) {
+  CorpusTake loaded = corpus.takes[take];
+  if (corpus.motion_source != nullptr) loaded.motion = corpus.motion_source->load(TakeIndex(take));
+  return loaded;
+}
+
+/// Takes left out, and a corpus of others with a model that has not seen them.
+class Trial {
+ public:
+  Trial(const Corpus& corpus, const TrajectoryFit& fit) {
+    rest_.name = corpus.name;
+    rest_.layout = corpus.layout;
+    rest_.neutral_pose_mm = corpus.neutral_pose_mm;
+    rest_.lattice_weights = corpus.lattice_weights;
+    auto model = std::make_shared<TrajectoryModel>(*fit.judging);
+    model->gain = 2;  // so that its part is what one more of it adds
+    rest_.trajectory_model = model;
+    const std::set<std::size_t> judges(fit.judges.begin(), fit.judges.end());
+    const std::size_t material = corpus.takes.size() - judges.size();
+    const std::size_t every = material / kMostMaterial + 1;
+    for (std::size_t i = 0, n = 0; i < corpus.takes.size(); ++i) {
+      if (!judges.contains(i) && n++ % every == 0) rest_.takes.push_back(loadedTake(corpus, i));
+    }
+    const std::size_t count = std::min(kMostJudges, fit.judges.size());
+    for (std::size_t i = 0; i < count; ++i)
+      judges_.push_back(loadedTake(corpus, fit.judges[i * fit.judges.size() / count]));
+    for (CorpusTake& take : judges_) {
+      constexpr double kLowestHz = 24, kHighestHz = 60;  // sharper than that nothing is judged
+      const double rate = std::clamp(take.motion.frame_rate_hz, kLowestHz, kHighestHz);
+      if (rate != take.motion.frame_rate_hz) take.motion = resampleClip(take.motion, rate);
+    }
+    database_.emplace(rest_);
+  }
+
+  /// For each of kDetailWithinMs.
+  [[nodiscard]] std::vector<Products> products(std::size_t jobs) const {
+    std::vector<std::array<Products, kDetailWithinMs.size()>> of_takes(judges_.size());
+    parallelFor(judges_.size(), jobs, [&](std::size_t take) { addTake(judges_[take], of_takes[take]); });
+    std::vector<Products> sums(kDetailWithinMs.size());
+    for (const auto& own : of_takes) {
+      for (std::size_t i = 0; i < sums.size(); ++i) {
+        sums[i].values += own[i].values;
+        sums[i].jerks += own[i].jerks;
+      }
+    }
+    return sums;
+  }
+
+ private:
+  void addTake(const CorpusTake& take, std::array<Products, kDetailWithinMs.size()>& products) const {
+    SynthesisRequest request{take.text, "", take.labels, {}, {}};
+    request.options.frame_rate_hz = take.motion.frame_rate_hz;
+    request.options.selection.method = SelectionMethod::kViterbi;
+    request.options.context.keep_contacts = false;
+    try {
+      request.units = selectUnits(take.labels, *database_, request.options.selection);
+    } catch (const MissingPairError&) {
+      return;
+    }
+    const auto frames = signedIndex(take.motion.frameCount());
+    const std::vector<Eigen::Index>& columns = database_->lipColumns();
+    const auto made = [&](const MotionSettings& settings, bool with_gain) -> PositionMatrix {
+      request.options.context.settings = settings;
+      request.options.context.restore_variance = with_gain;
+      const PositionMatrix lips = lipsOf(synthesise(request, *database_).motion, columns);
+      return lips.topRows(std::min(frames, lips.rows()));
+    };
+    constexpr MotionSettings kNothing{kDetailWithinMs[0], 0, 0, 0, 0};
+    std::array<PositionMatrix, kParts> parts;
+    parts[kStill] = made(kNothing, false);
+    parts[kGain] = made(kNothing, true) - parts[kStill];
+    parts[kCaptured] = lipsOf(take.motion, columns).topRows(parts[kStill].rows());
+    if (!parts[kCaptured].allFinite()) return;
+    for (std::size_t i = 0; i < kDetailWithinMs.size(); ++i) {
+      MotionSettings one = kNothing;
+      one.detail_within_ms = kDetailWithinMs[i];
+      const auto only = [&](double MotionSettings::*setting) -> PositionMatrix {
+        MotionSettings settings = one;
+        settings.*setting = 1;
+        return made(settings, false) - parts[kStill];
+      };
+      parts[kFirst] = only(&MotionSettings::first_detail);
+      parts[kOther] = only(&MotionSettings::other_detail);
+      parts[kSlow] = only(&MotionSettings::slow_captured);
+      products[i].add(parts);
+    }
+  }
+
+  Corpus rest_;
+  std::vector<CorpusTake> judges_;
+  std::optional<UnitDatabase> database_;
+};
+
+std::string described(const Reached& reached) {
+  return fmt::format("error {:.3f} of the capture's spread, variance {:.2f}, jerk {:.2f}", reached.error,
+                     reached.variance, reached.jerk);
+}
+
+}  // namespace
+
+void fitMotion(Corpus& corpus, const TrajectoryFitOptions& options) {
+  corpus.motion_settings = {};
+  corpus.build_log.erase("motion_settings");
+  const TrajectoryFit fit = fitTrajectory(corpus, options);
+  corpus.trajectory_model = fit.model;
+  if (fit.model == nullptr || fit.judges.empty()) return;
+  const std::size_t jobs = options.jobs > 0 ? options.jobs : defaultThreadCount();
+  const std::vector<Products> products = Trial(corpus, fit).products(jobs);
+  if (!(products.front().values(kCaptured, kCaptured) > 0)) return;
+
+  const Learnt usual{{}, fit.model->gain};
+  Learnt best = usual;
+  double least = std::numeric_limits<double>::infinity();
+  Reached before, after;
+  for (std::size_t i = 0; i < products.size(); ++i) {
+    Learnt start = usual;
+    start.settings.detail_within_ms = kDetailWithinMs[i];
+    const Learnt found = searched(products[i], start);
+    const Reached own = reached(products[i], found.mixture());
+    if (kDetailWithinMs[i] == usual.settings.detail_within_ms) before = reached(products[i], usual.mixture());
+    if (!(own.score() < least)) continue;
+    least = own.score();
+    best = found;
+    after = own;
+  }
+  const double believed = asReal(corpus.takes.size()) / (asReal(corpus.takes.size()) + kHalfBelieved);
+  for (const MotionSetting& setting : kMotionSettings) {
+    const double usually = usual.settings.*setting.value;
+    corpus.motion_settings.*setting.value = std::lerp(usually, best.settings.*setting.value, believed);
+  }
+  auto model = std::make_shared<TrajectoryModel>(*fit.model);
+  model->gain = std::lerp(usual.gain, best.gain, believed);
+  corpus.trajectory_model = model;
+  std::string account = fmt::format("learnt on {} takes left out, believed to {:.0f} %: ",
+                                    std::min(kMostJudges, fit.judges.size()), 100 * believed);
+  for (const MotionSetting& setting : kMotionSettings)
+    account += fmt::format("{} {:.3g}, ", setting.name, corpus.motion_settings.*setting.value);
+  corpus.build_log["motion_settings"] =
+      account + fmt::format("gain {:.3f}; {}; with the usual ones {}", model->gain, described(after), described(before));
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/time.h"
+#include "phonetics/labels/speech_labels.h"
+
+namespace mouthpiece {
+
+/// Windows before and after a moment through which a ContextNetwork sees what is said: raised cosines, narrow beside it
+/// and wide further away, to 240 ms. Neighbours overlap, so that what is seen changes smoothly.
+inline constexpr Eigen::Index kContextWindows = 13;
+
+/// A stretch of speech or silence in numbers: what the mouth does in it (height, backness, rounding, place, manner),
+/// how long it is, stress, speaking rate, its place in word and phrase, and the sound itself. Sounds that are made alike
+/// have like numbers, so that a phone or pair that nobody has said is placed by those that somebody has.
+struct ContextSegment {
+  TimeSpan span;
+  std::vector<std::pair<Eigen::Index, float>> features;  ///< number, value; others are 0
+};
+
+/// Names of the features in their order: what a network's rows mean, and what its file must agree with.
+std::span<const std::string_view> contextFeatureNames();
+
+/// Diphthongs are two segments; silences are cut as in speechSegments().
+std::vector<ContextSegment> contextSegments(const SpeechLabels& labels);
+
+/// How much of `segment` each window holds, at `time`: numbers of windows and their shares, none of them zero.
+void windowShares(const TimeSpan& segment, Seconds time, std::vector<std::pair<Eigen::Index, float>>& shares);
+
+/// A perceptron with one hidden layer: components of the speaking face from what is said within 240 ms of a moment
+/// (docs/theory/units/prediction.md). Fitted by corpus_tools/building/network_fit.h.
+struct ContextNetwork {
+  using Matrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Matrix input;                ///< features x (windows * hidden), hidden side by side
+  Eigen::RowVectorXf bias;     ///< hidden
+  Matrix output;               ///< hidden x components, mm
+
+  [[nodiscard]] Eigen::Index hiddenCount() const { return output.rows(); }
+  [[nodiscard]] Eigen::Index componentCount() const { return output.cols(); }
+
+  /// What each segment gives to each hidden unit through each window: segments x (windows * hidden).
+  [[nodiscard]] Matrix given(const std::vector<ContextSegment>& segments) const;
+  /// times x components; `given` of the same segments.
+  [[nodiscard]] Eigen::MatrixXd at(const std::vector<ContextSegment>& segments, const Matrix& given,
+                                   std::span<const Seconds> times) const;
+};
+
+}  // namespace mouthpiece
