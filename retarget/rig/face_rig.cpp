@@ -55,12 +55,16 @@ FaceRig::~FaceRig() = default;
 FaceRig FaceRig::load(const std::filesystem::path& face_file) {
   FaceFile file = readFaceFile(face_file);
   FaceMesh mesh = readMeshOf(file, face_file);
-  checkBinding(file.binding, mesh, file.control, face_file.string());
+  return of(std::move(file), std::move(mesh), face_file.string());
+}
+
+FaceRig FaceRig::of(FaceFile file, FaceMesh mesh, const std::string& name) {
+  checkBinding(file.binding, mesh, file.control, name);
   RbfWarp warp = [&] {
     try {
       return RbfWarp::fit(file.actor_neutral_mm, file.marker_targets, file.warp);
     } catch (const InputError& error) {
-      throw InputError(face_file.string(), "warp", error.what());
+      throw InputError(name, "warp", error.what());
     }
   }();
   Welding welding = weldSplitTriangles(mesh);

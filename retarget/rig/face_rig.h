@@ -17,6 +17,8 @@
 
 namespace mouthpiece {
 
+struct FaceFile;
+
 /// The actor who moves a face.
 struct ActorPose {
   MarkerPositions neutral_mm;  ///< markers of the motion, in its order
@@ -30,6 +32,8 @@ class FaceRig {
   /// Reads the `.face` file and the mesh it names (relative to itself). Throws InputError when the
   /// mesh has changed since the fit (its SHA-256 is in the file), is missing, or the file is damaged.
   static FaceRig load(const std::filesystem::path& face_file);
+  /// A face that is fitted but not written yet: `mesh` stands upright, as readMeshOf() gives it. `name`: for messages.
+  static FaceRig of(FaceFile face, FaceMesh mesh, const std::string& name);
 
   FaceRig(FaceRig&&) noexcept;
   FaceRig& operator=(FaceRig&&) noexcept;

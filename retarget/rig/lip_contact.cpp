@@ -19,8 +19,7 @@ namespace {
 constexpr double kRegion = 0.25;          ///< the lips' surfaces reach this far from the line where they meet
 constexpr double kLips = 0.12;            ///< and are looked at this far
 constexpr double kBetweenCorners = 0.35;  ///< and this far to both sides: at the corners the lips are one
-constexpr double kSampleStep = 0.02;      ///< at points closer than this
-constexpr double kMostCuts = 64;          ///< but not more of them on an edge
+constexpr double kMostCuts = 64;          ///< points looked at on an edge
 constexpr double kDeepest = 0.2;          ///< further behind a surface a point is elsewhere, not inside it
 constexpr double kOpposed = -0.3;         ///< cosine between two surfaces that meet
 constexpr double kOnBorder = 1e-9;        ///< a weight below this: the closest point lies on the opposite edge
@@ -95,10 +94,10 @@ class PosedSurface {
 /// Chooses what is measured, once, on the mesh at rest.
 class Chooser {
  public:
-  Chooser(const FaceMesh& mesh, const ControlMesh& control)
+  Chooser(const FaceMesh& mesh, const ControlMesh& control, double step)
       : mesh_(mesh),
         topology_(mesh, openingsOf(control)),
-        step_(kSampleStep * control.mouth_width),
+        step_(step * control.mouth_width),
         lips_(kLips * control.mouth_width) {
     const auto place = [&](const std::string& name) -> Eigen::Vector3d {
       const int point = findPoint(control, name);
@@ -166,17 +165,19 @@ class Chooser {
 struct LipContactMeter::Data {
   double deepest = 0;
   Lip upper, lower;
-  Surface teeth;
+  Surface teeth, tongue;
 };
 
-LipContactMeter::LipContactMeter(const FaceMesh& mesh, const ControlMesh& control) {
-  const Chooser chooser(mesh, control);
+LipContactMeter::LipContactMeter(const FaceMesh& mesh, const ControlMesh& control, double step) {
+  const Chooser chooser(mesh, control, step);
   auto data = std::make_unique<Data>();
   data->deepest = kDeepest * control.mouth_width;
   data->upper = chooser.lipOff(kLowerLip);
   data->lower = chooser.lipOff(kUpperLip);
   data->teeth.triangles = trianglesOf(mesh, {PartKind::kUpperTeeth, PartKind::kLowerTeeth});
   data->teeth.findBorders();
+  data->tongue.triangles = trianglesOf(mesh, {PartKind::kTongue});
+  data->tongue.findBorders();
   data_ = std::move(data);
 }
 
@@ -185,7 +186,7 @@ LipContactMeter::~LipContactMeter() = default;
 
 LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
   const PosedSurface upper(data_->upper.surface, vertices), lower(data_->lower.surface, vertices);
-  const PosedSurface teeth(data_->teeth, vertices);
+  const PosedSurface teeth(data_->teeth, vertices), tongue(data_->tongue, vertices);
   LipContact contact;
   std::array<double, kColumns> gaps;
   gaps.fill(std::numeric_limits<double>::infinity());
@@ -199,6 +200,8 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
       }
       if (const auto gap = teeth.signedDistance(p, facing); gap && *gap > -data_->deepest)
         contact.in_teeth = std::max(contact.in_teeth, -*gap);
+      if (const auto gap = tongue.signedDistance(p, facing); gap && *gap > -data_->deepest)
+        contact.in_tongue = std::max(contact.in_tongue, -*gap);
     }
   };
   look(data_->lower.points, lower, upper);
