@@ -18,7 +18,7 @@ namespace mouthpiece {
 namespace {
 
 constexpr double kTouchMm = 0.3;      ///< lips nearer than this touch
-constexpr double kLeastEdgeMm = 0.5;  ///< an edge counts as so long at least: what slivers do is not seen
+constexpr double kLeastEdgeMm = 2;    ///< an edge counts as so long at least: what finer nets do within it is not seen
 constexpr double kLeastStepMm = 1;  ///< a marker's step counts as so long at least
 constexpr double kLeastAreaMm2 = 0.02;  ///< triangles below it are slivers
 constexpr double kFolded = -0.7;        ///< cosine between neighbours of which one has turned over
@@ -34,7 +34,7 @@ constexpr std::array<FaceLimit, 12> kLimits{{
     {"lips in the tongue", 0.5, "mm", false},
     {"edge length", 3, "times", false},
     {"stretch", 5, "mm", false},
-    {"triangles turned over", 0, "", false},
+    {"triangles turned over", 4, "mm2", false},
     {"vertex jump", 2, "times", false},
     {"bound", 95, "%", true},
     {"motion", 50, "%", true},
@@ -80,7 +80,7 @@ class Judge {
     LipContact contact;
     bool is_measured = false;
     Worst ratio, growth, jump;
-    double jump_mm = 0;
+    double jump_mm = 0, turned_mm2 = 0;
     std::vector<std::uint32_t> turned, stretched, jumped;
     double marker_squares = 0, skin_squares = 0, lip_marker_squares = 0, lip_skin_squares = 0;
   };
@@ -111,9 +111,11 @@ class Judge {
   std::vector<Edge> edges_;
   std::vector<Triangle> moving_;            ///< triangles on the control surface
   std::vector<std::uint32_t> moving_ids_;   ///< their numbers
+  std::vector<double> areas_mm2_;           ///< and areas at rest
   /// Of `moving_`: pairs over an edge that is not folded at rest.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbours_;
-  std::vector<std::vector<int>> markers_of_;  ///< of each patch of the control surface
+  std::vector<std::vector<int>> markers_of_;   ///< of each patch of the control surface
+  std::vector<std::vector<int>> opposite_of_;  ///< outer markers of the lip that a patch at the rim comes off
   std::vector<std::int32_t> patch_;           ///< of each vertex
   std::vector<std::uint32_t> skin_at_;        ///< vertex of the skin under each marker
   std::vector<bool> is_lip_;
@@ -163,9 +165,11 @@ void Judge::findTriangles() {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbours;
   for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) {
     const Triangle& t = mesh_.triangles[i];
-    if (!std::all_of(t.begin(), t.end(), [&](std::uint32_t v) { return patch_[v] >= 0; })) continue;
+    if (!std::all_of(t.begin(), t.end(), [&](std::uint32_t v) { return patch_[v] >= 0 && isSkin(kinds_[v]); })) continue;
     const Vector3f a = mesh_.vertices.row(t[0]), b = mesh_.vertices.row(t[1]), c = mesh_.vertices.row(t[2]);
-    if (mm_ * mm_ * 0.5 * double{(b - a).cross(c - a).norm()} < kLeastAreaMm2) continue;
+    const double area_mm2 = mm_ * mm_ * 0.5 * double{(b - a).cross(c - a).norm()};
+    if (area_mm2 < kLeastAreaMm2) continue;
+    areas_mm2_.push_back(area_mm2);
     const auto here = static_cast<std::uint32_t>(moving_.size());
     for (std::size_t k = 0; k < 3; ++k) {
       const auto [first, is_new] = over_edge.emplace(std::minmax(t[k], t[(k + 1) % 3]), here);
@@ -194,7 +198,10 @@ void Judge::findMarkers() {
   }
   for (const auto& triangle : control.triangles) {
     auto& markers = markers_of_.emplace_back();
+    auto& opposite = opposite_of_.emplace_back();
     for (const int point : triangle) {
+      if (const int other = control.points[unsignedIndex(point)].opposite; other >= 0)
+        opposite.push_back(control.points[unsignedIndex(other)].drivers[0].point);
       const auto& more = markers_of_point[unsignedIndex(point)];
       markers.insert(markers.end(), more.begin(), more.end());
     }
@@ -240,7 +247,9 @@ void Judge::lookAtTriangles(const VertexPositions& now, Seen& seen) const {
     if (double{directions.row(one).dot(directions.row(other))} >= kFolded) continue;
     for (const std::uint32_t i : {one, other}) {
       // Over one edge skin may fold, as pressed lips do; over two the triangle lies the wrong way round.
-      if (++folds[i] == 2) seen.turned.push_back(moving_ids_[i]);
+      if (++folds[i] != 2) continue;
+      seen.turned.push_back(moving_ids_[i]);
+      seen.turned_mm2 += areas_mm2_[i];
     }
   }
 }
@@ -252,10 +261,15 @@ void Judge::lookAtStep(const VertexPositions& before, const VertexPositions& now
                       motion.markers().block<1, 3>(signedIndex(row) - 1, 3 * marker);
     return mm_ * step.norm();
   };
-  std::vector<double> steps(markers_of_.size(), kLeastStepMm);
-  for (std::size_t p = 0; p < steps.size(); ++p) {
-    for (const int marker : markers_of_[p]) steps[p] = std::max(steps[p], marker_step(marker));
-  }
+  const auto largest_step = [&](const std::vector<int>& markers) {
+    double largest = 0;
+    for (const int marker : markers) largest = std::max(largest, marker_step(marker));
+    return largest;
+  };
+  // Lips that come unstuck catch up with what both have gone.
+  std::vector<double> steps;
+  for (std::size_t p = 0; p < markers_of_.size(); ++p)
+    steps.push_back(std::max(kLeastStepMm, largest_step(markers_of_[p]) + largest_step(opposite_of_[p])));
   for (std::uint32_t v = 0; v < patch_.size(); ++v) {
     if (patch_[v] < 0) continue;
     const double step = mm_ * double{(now.row(v) - before.row(v)).norm()};
@@ -406,7 +420,7 @@ FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) con
     if (here.ratio.value > seen[ratio].ratio.value) ratio = row;
     if (here.growth.value > seen[growth].growth.value) growth = row;
     if (here.jump.value > seen[jump].jump.value) jump = row;
-    if (here.turned.size() > seen[turned].turned.size()) turned = row;
+    if (here.turned_mm2 > seen[turned].turned_mm2) turned = row;
     found.steps += poses.rows[row].follows ? 1U : 0U;
     markers += here.marker_squares;
     skin += here.skin_squares;
@@ -436,7 +450,7 @@ FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) con
   found.edge_ratio = seen[ratio].ratio.value;
   found.edge_growth_mm = seen[growth].growth.value;
   found.jump_ratio = seen[jump].jump.value;
-  found.turned_over = seen[turned].turned.size();
+  found.turned_over_mm2 = seen[turned].turned_mm2;
   found.lips_overlap_mm = poses.lips[overlap].seal == 1 ? mm_ * std::max(0.0, seen[overlap].contact.overlap - at_rest_.overlap) : 0;
   found.in_teeth_mm = mm_ * std::max(0.0, seen[teeth].contact.in_teeth - at_rest_.in_teeth);
   found.in_tongue_mm = mm_ * std::max(0.0, seen[tongue].contact.in_tongue - at_rest_.in_tongue);
@@ -465,9 +479,10 @@ FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) con
   faultIf(found.edge_growth_mm > limitNamed("stretch"), "stretch",
           edgeText(seen[growth].growth, fmt::format("{:.1f} mm longer", found.edge_growth_mm)),
           trianglesAt(seen[growth].stretched), growth);
-  if (found.turned_over > 0) {
+  if (found.turned_over_mm2 > limitNamed("triangles turned over")) {
     faultIf(true, "triangles turned over",
-            fmt::format("{} triangles turn over, first at {}", found.turned_over,
+            fmt::format("{} triangles, {:.1f} square millimetres at rest, turn over, first at {}",
+                        seen[turned].turned.size(), found.turned_over_mm2,
                         placeOf(mesh_.triangles[seen[turned].turned[0]][0])),
             seen[turned].turned, turned);
   }

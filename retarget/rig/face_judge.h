@@ -55,7 +55,7 @@ struct FaceJudgement {
   double in_tongue_mm = 0;     ///< of a lip inside the tongue, more than at rest
   double edge_ratio = 0;       ///< of an edge's length to that at rest
   double edge_growth_mm = 0;
-  std::size_t turned_over = 0;  ///< triangles that face against their surroundings in a pose and do not at rest
+  double turned_over_mm2 = 0;  ///< of triangles that are folded onto two of their neighbours in a pose, not at rest
   double jump_ratio = 0;        ///< of a vertex' step to its markers'
   double motion_share = 0;      ///< of the markers' motion that the skin under them goes along with
   double lip_motion_share = 0;  ///< the same of the lips' markers

@@ -24,6 +24,7 @@ struct ActorPose {
   MarkerPositions neutral_mm;  ///< markers of the motion, in its order
   /// Between LIP_UP_MID and LIP_LO_MID in B P M at the tightest, the median; 0: not known.
   double closed_lips_mm = 0;
+  LipRounding unseen = {};  ///< added where LipPose::rounding says so
 };
 
 /// A face that can be driven: the `.face` file and its mesh, loaded and bound. Immutable, safe to share.

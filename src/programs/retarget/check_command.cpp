@@ -75,7 +75,7 @@ ClosureCheck checkClosures(const FaceRig& rig, const ControlMesh& control_mesh, 
   const LipContact at_rest = contactIn(rig.mesh().vertices);
   check.overlap_at_rest_mm = mm * at_rest.overlap;
   check.in_teeth_at_rest_mm = mm * at_rest.in_teeth;
-  const ActorPose actor{corpus.neutral_pose_mm, closedLipsMm(corpus)};
+  const ActorPose actor{corpus.neutral_pose_mm, closedLipsMm(corpus), unseenRounding(corpus)};
   ProgressBar progress("retarget check", corpus.takes.size(), quiet);
   std::vector<double> gaps;
   VertexPositions vertices;

@@ -41,6 +41,7 @@ JudgedPoses judgedPoses(const Corpus& corpus);
 struct FaceReport {
   FaceCheck check;
   JudgedPoses poses;
+  ActorPose actor;          ///< whose they are
   FaceJudgement judgement;  ///< by these poses
   std::string not_judged;   ///< why it is empty; "" where it is not
 

@@ -11,6 +11,7 @@
 #include "programs/retarget/commands.h"
 #include "retarget/placing/face_page.h"
 #include "speaker/shared_files.h"
+#include "synthesis/lips.h"
 #include "units/file/corpus.h"
 
 namespace mouthpiece {
@@ -31,7 +32,8 @@ FaceReport reportOn(const FaceFile& face, const FaceRig& rig, const Corpus* corp
   report.check = checkFace(face, rig.mesh());
   const auto judge = [&](const Corpus& by) {
     report.poses = judgedPoses(by);
-    report.judgement = judgeFace(rig, face, report.poses, {by.neutral_pose_mm, closedLipsMm(by)});
+    report.actor = {by.neutral_pose_mm, closedLipsMm(by), unseenRounding(by)};
+    report.judgement = judgeFace(rig, face, report.poses, report.actor);
   };
   if (corpus != nullptr) {
     judge(*corpus);
@@ -65,7 +67,7 @@ void writeFacePage(const std::filesystem::path& path, const FaceFile& face, cons
     return;
   }
   if (fault->pose) {
-    const FaceMotion motion = rig.retarget(report.poses.motion, nullptr, report.poses.lips);
+    const FaceMotion motion = rig.retarget(report.poses.motion, &report.actor, report.poses.lips);
     rig.deform(motion.pose(FrameIndex{*fault->pose}), report.poses.tongue[*fault->pose], shown.vertices);
   }
   std::vector<bool> is_red(shown.triangles.size(), false);
@@ -107,7 +109,7 @@ nlohmann::json judgementFacts(const FaceReport& report) {
           {"in_tongue_mm", found.in_tongue_mm},
           {"edge_ratio", found.edge_ratio},
           {"edge_growth_mm", found.edge_growth_mm},
-          {"turned_over", found.turned_over},
+          {"turned_over_mm2", found.turned_over_mm2},
           {"jump_ratio", found.jump_ratio},
           {"motion_share", found.motion_share},
           {"lip_motion_share", found.lip_motion_share},
@@ -122,11 +124,11 @@ std::string judgementText(const FaceReport& report) {
   return fmt::format(
       "  in motion          {} poses, {} steps: {} of {} closures touch, lips {:.2f} mm in each other, {:.2f} in teeth, "
       "{:.2f} in the tongue\n"
-      "  edges              {:.1f} times as long at most, {:.1f} mm longer; {} triangles turned over\n"
+      "  edges              {:.1f} times as long at most, {:.1f} mm longer; {:.1f} mm2 turned over\n"
       "  jumps              {:.1f} times those of the markers at most; skin moves {:.0f} % of them, lips {:.0f} %\n"
       "  fold-overs in use  {} of {} places\n",
       found.poses, found.steps, found.touching, found.closures, found.lips_overlap_mm, found.in_teeth_mm,
-      found.in_tongue_mm, found.edge_ratio, found.edge_growth_mm, found.turned_over, found.jump_ratio,
+      found.in_tongue_mm, found.edge_ratio, found.edge_growth_mm, found.turned_over_mm2, found.jump_ratio,
       100 * found.motion_share, 100 * found.lip_motion_share, found.warp_folds, found.warp_points);
 }
 
