@@ -308,7 +308,7 @@ void Judge::lookAtWarp(const JudgedPoses& poses, const ActorPose& actor, FaceJud
   MarkerPositions places(signedIndex((skin.size() + stride - 1) / stride), 3);
   for (Eigen::Index i = 0; i < places.rows(); ++i)
     places.row(i) = mesh_.vertices.row(skin[unsignedIndex(i) * stride]).cast<double>();
-  const MarkerPositions at_rest = back.targetFromActor(places);
+  const MarkerPositions at_rest = skin.empty() ? places : back.targetFromActor(places);
   std::vector<Eigen::Index> nearest(unsignedIndex(at_rest.rows()));
   for (Eigen::Index i = 0; i < at_rest.rows(); ++i)
     (face_.actor_neutral_mm.rowwise() - at_rest.row(i)).rowwise().squaredNorm().minCoeff(&nearest[unsignedIndex(i)]);

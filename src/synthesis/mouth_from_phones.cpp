@@ -44,6 +44,9 @@ void forEachPresence(const SpeechLabels& labels, std::span<const Seconds> times,
 constexpr PresenceShape kSeal{.transition = 0.050, .inside = -0.020};
 constexpr PresenceShape kParting{.transition = 0.050};
 constexpr PresenceShape kRound{.transition = 0.120, .inside = 0.020};
+/// The same in an F or V: lips go from the teeth to each other at the last moment.
+constexpr PresenceShape kLateSeal{.transition = 0.020, .inside = -0.020};
+constexpr PresenceShape kBesideSeal{.transition = 0.030};
 constexpr PresenceShape kTuck{.transition = 0.070, .inside = 0.010};
 
 /// How round the lips are in a viseme.
@@ -80,6 +83,13 @@ std::vector<LipPose> lipsFromPhones(const SpeechLabels& labels, std::span<const 
   std::vector<LipPose> lips(times.size(), LipPose{0, 0});
   forEachPresence(labels, times, kSeal, [&lips](std::size_t frame, const LabelledPhone& said, double presence) {
     if (isSealed(said.phone)) lips[frame].seal = std::max(lips[frame].seal, asFloat(presence));
+  });
+  std::vector<float> late(times.size(), 0);
+  forEachPresence(labels, times, kLateSeal, [&late](std::size_t frame, const LabelledPhone& said, double presence) {
+    if (isSealed(said.phone)) late[frame] = std::max(late[frame], asFloat(presence));
+  });
+  forEachPresence(labels, times, kBesideSeal, [&](std::size_t frame, const LabelledPhone& said, double presence) {
+    if (isLabiodental(said.phone)) lips[frame].seal += asFloat(presence) * (late[frame] - lips[frame].seal);
   });
   forEachPresence(labels, times, kParting, [&lips](std::size_t frame, const LabelledPhone& said, double presence) {
     if (isSealed(said.phone)) return;
@@ -119,7 +129,7 @@ LipRounding unseenRounding(const Corpus& corpus) {
 
 std::vector<TonguePose> tongueFromPhones(const SpeechLabels& labels, std::span<const Seconds> times) {
   std::vector<TonguePose> poses(times.size());
-  forEachPresence(labels, times, kMove, [&poses](std::size_t frame, Phone phone, double presence) {
+  forEachPresence(labels, times, kMove, [&poses](std::size_t frame, const LabelledPhone& said, double presence) {
     const TongueTarget& target = rowOf(said.phone).tongue;
     const auto present = asFloat(presence);
     TonguePose& pose = poses[frame];

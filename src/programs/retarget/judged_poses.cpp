@@ -7,6 +7,7 @@
 #include <random>
 #include <span>
 
+#include "base/errors.h"
 #include "motion/lip_gauge.h"
 #include "motion/resample.h"
 #include "programs/retarget/commands.h"
@@ -116,7 +117,12 @@ void takeSong(const Corpus& corpus, double frame_rate_hz, Gathered& gathered) {
   const UnitDatabase database(corpus);
   if (!CurveModel(database).isPossible()) return;
   const SynthesisRequest request = scaleOfVowels(frame_rate_hz);
-  const UtteranceAnimation sung = synthesise(request, database);
+  UtteranceAnimation sung;
+  try {
+    sung = synthesise(request, database);
+  } catch (const InputError&) {
+    return;  // A corpus of a few words does not tell how its visemes look.
+  }
   const Gathered::Source song{"a song", sung.motion, sung.labels, sung.lips, sung.tongue};
   const std::size_t stride = sung.motion.frameCount() / kSungSteps + 1;
   for (std::size_t frame = 0; frame + 1 < sung.motion.frameCount(); frame += stride) gathered.takeStep(song, frame);
