@@ -15,6 +15,7 @@
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/triangle_tree.h"
 #include "deform/surface/bezier_surface.h"
+#include "retarget/rig/face_judge.h"
 
 namespace mouthpiece {
 namespace {
@@ -259,6 +260,10 @@ std::vector<std::string> faultsOf(const FaceCheck& check) {
   if (check.marker_to_surface_max_mm > kMarkerReachMm) {
     faults.push_back(fmt::format("{} lies {:.1f} mm off the skin; check its anchor", check.farthest_marker,
                                  check.marker_to_surface_max_mm));
+  }
+  if (100 * check.binding.coverage < limitNamed("bound")) {
+    faults.push_back(fmt::format("the surface moves {:.1f} % of the face; expected {:.0f} %: do its normals point inward?",
+                                 100 * check.binding.coverage, limitNamed("bound")));
   }
   if (check.patch_edge_angle_max_deg > kSmoothDeg) {
     faults.push_back(fmt::format("the control surface has a kink of {:.1f} degrees", check.patch_edge_angle_max_deg));

@@ -77,7 +77,8 @@ std::shared_ptr<Performance::Data> performanceOf(const ApplyArguments& given) {
     const Corpus corpus = readCorpus(given.corpus);
     names = corpus.layout.markerNames();
     neutral = corpus.neutral_pose_mm;
-    made->actor = ActorPose{MarkerPositions::Zero(signedIndex(motion.markerCount()), 3), closedLipsMm(corpus)};
+    made->actor = ActorPose{MarkerPositions::Zero(signedIndex(motion.markerCount()), 3), closedLipsMm(corpus),
+                            unseenRounding(corpus)};
     for (std::size_t i = 0; i < names.size(); ++i) {
       if (const auto marker = motion.findMarker(names[i]))
         made->actor->neutral_mm.row(marker->row()) = neutral.row(signedIndex(i));

@@ -1,12 +1,12 @@
 // retarget fit: places an actor's markers on a mesh and binds it to them.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
-#include <map>
 
 #include "base/files.h"
 #include "base/index.h"
 #include "deform/mesh/face_mesh.h"
 #include "programs/retarget/commands.h"
-#include "retarget/placing/face_page.h"
 #include "units/file/corpus.h"
 
 namespace mouthpiece {
@@ -21,7 +21,7 @@ struct FitArguments {
   std::string name, object, kernel = "auto";
   WarpOptions warp;
   BindingOptions binding;
-  bool quiet = false, json = false;
+  bool even_if_faulty = false, quiet = false, json = false;
 };
 
 /// `mesh` as the `.face` file at `face_path` names it: relative, so that both can be moved together.
@@ -45,16 +45,20 @@ int runFit(const FitArguments& given) {
   request.mesh_sha256 = sha256Hex(bytes);
   request.mesh_object = given.object;
   const FaceFile face = fitFace(mesh, anchors, given.anchors.string(), request);
-  const FaceCheck check = checkFace(face, mesh);
-  writeFaceFile(given.out, face);
-  if (!given.show.empty()) {
-    std::map<std::string, Eigen::Vector3d> places;
-    for (std::size_t i = 0; i < face.marker_names.size(); ++i)
-      places[face.marker_names[i]] = face.marker_targets.row(signedIndex(i)).transpose();
-    writeFileAtomically(given.show, facePage(mesh, face.name, places, {}));
-  }
-  printFace(face, check, given.json, given.quiet);
-  return kExitDone;
+  const FaceRig rig = FaceRig::of(face, std::move(mesh), given.out.string());
+  const FaceReport report = reportOn(face, rig, &corpus);
+  const bool is_faulty = !report.faults().empty();
+  if (!is_faulty || given.even_if_faulty) writeFaceFile(given.out, face);
+  fs::path page = given.show;
+  if (is_faulty && page.empty()) page = fs::path(given.out).replace_extension(".faults.html");
+  if (!page.empty()) writeFacePage(page, face, rig, report);
+  printFace(face, report, given.json, given.quiet);
+  if (!is_faulty) return kExitDone;
+  printNotice(fmt::format("{}: {} ({} faults in all; {} shows it); {}", given.out.string(), report.faults().front(),
+                          report.faults().size(), page.string(),
+                          given.even_if_faulty ? "written all the same" : "not written, see --even-if-faulty"),
+              false);
+  return kExitBadInput;
 }
 
 void addOptions(CLI::App& command, FitArguments& options) {
@@ -68,7 +72,10 @@ void addOptions(CLI::App& command, FitArguments& options) {
   command.add_option("--corpus", options.corpus, "Corpus whose actor shall move the face")->required();
   command.add_option("--out", options.out, "The .face file to write")->required();
   command.add_option("--name", options.name, "Name of the face (default: the mesh file's)");
-  command.add_option("--show", options.show, "Also write a page that shows the markers on the face (.html)");
+  command.add_option("--show", options.show,
+                     "Also write a page that shows the markers on the face, or its worst fault (.html)");
+  command.add_flag("--even-if-faulty", options.even_if_faulty,
+                   "Write a face that has faults, too; the exit code is 1 all the same");
   command
       .add_option("--kernel", options.kernel,
                   "The warp's kernel; auto: the one with the least error at markers that are left out")

@@ -28,8 +28,9 @@ int runSample(const SampleArguments& given) {
   const FaceFile face = fitFace(mesh, made.anchors, given.canonical.string(), request);
   writeFileAtomically(mesh_path, bytes);
   writeFaceFile(given.out / "default.face", face);
-  printFace(face, checkFace(face, mesh), given.json, given.quiet);
-  return kExitDone;
+  const FaceReport report = reportOn(face, FaceRig::of(face, std::move(mesh), mesh_path.string()), &corpus);
+  printFace(face, report, given.json, given.quiet);
+  return report.faults().empty() ? kExitDone : kExitBadInput;
 }
 
 void addOptions(CLI::App& command, SampleArguments& options) {
