@@ -14,7 +14,7 @@ constexpr double kEdge = 0.02;      ///< the edge is as high as this
 constexpr double kFront = 0.15;     ///< and no further behind the foremost tooth there
 constexpr double kUnder = 0.01;     ///< the rim lies so far under it
 constexpr double kShown = 0.03;     ///< the upper lip shows so much of the teeth
-constexpr double kFurthest = 0.2;   ///< no rim goes further: what lies there is no row of teeth
+constexpr double kFurthestTuck = 0.2;   ///< no rim goes further: what lies there is no row of teeth
 constexpr double kWhole = 0.4;      ///< of the way from the middle to the corner the lip goes the whole way
 constexpr double kFades = 0.5;      ///< of it, on which that ends
 constexpr double kMarkerShare = 0.3;  ///< of its rim's way a lip's outer edge goes along
@@ -70,7 +70,7 @@ void LipTuck::apply(std::span<const LipGap> gaps, MarkerPositions& points) const
     const double share = gaps[i].tuck * shares_[i];
     if (!(share > 0)) continue;
     const auto& [upper_rim, lower_rim, upper_marker, lower_marker] = pairs_[i];
-    const double furthest = kFurthest * mouth_width_;
+    const double furthest = kFurthestTuck * mouth_width_;
     Eigen::RowVector3d way = places_[i].transpose() - points.row(lower_rim);
     way.x() = 0;
     way *= std::min(1.0, furthest / std::max(way.norm(), 1e-12));
