@@ -13,6 +13,7 @@ struct Corpus;
 // One source file a subcommand of `retarget`.
 Command applyCommand();
 Command checkCommand();
+Command cutCommand();
 Command fitCommand();
 Command pickCommand();
 Command sampleCommand();

@@ -1,6 +1,5 @@
 // retarget fit: places an actor's markers on a mesh and binds it to them.
 #include <CLI/CLI.hpp>
-#include <map>
 
 #include "base/files.h"
 #include "base/index.h"
@@ -16,7 +15,7 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kMaxAnchorBytes = 16 << 20;
 
 struct Arguments {
-  fs::path mesh, anchors, corpus, out, show;
+  fs::path mesh, anchors, corpus, out, show, save_anchors;
   std::string name, kernel = "auto";
   WarpOptions warp;
   BindingOptions binding;
@@ -28,6 +27,22 @@ std::string meshNameIn(const fs::path& face_path, const fs::path& mesh) {
   const fs::path folder = fs::absolute(face_path).lexically_normal().parent_path();
   const fs::path relative = fs::absolute(mesh).lexically_normal().lexically_relative(folder);
   return relative.empty() ? fs::absolute(mesh).string() : relative.string();
+}
+
+/// All markers and both lips' rims as the fit has placed them, in the frame of `mesh`, which stands upright; `given` keeps
+/// what else it says, and the vertices that have stayed.
+Anchors placedOn(const FaceFile& face, FaceMesh& mesh, const Anchors& given, const std::string& file) {
+  constexpr double kStill = 1e-5;  // of the mouth's width
+  turnMesh(face.upright_from_mesh.transpose(), mesh);
+  Anchors placed = given;
+  for (std::size_t i = 0; i < face.control.points.size(); ++i) {
+    const ControlPoint& point = face.control.points[i];
+    if (point.rule != PointRule::kMarker && point.rule != PointRule::kInnerLip) continue;
+    const Eigen::Vector3d place = face.upright_from_mesh.transpose() * face.control.rest.row(signedIndex(i)).transpose();
+    const auto before = placeOf(given, point.name, mesh, file);
+    if (!before || (*before - place).norm() > kStill * face.control.mouth_width) placed.markers[point.name] = place;
+  }
+  return placed;
 }
 
 int runFit(const Arguments& given) {
@@ -45,11 +60,10 @@ int runFit(const Arguments& given) {
   const FaceFile face = fitFace(mesh, anchors, given.anchors.string(), request);
   const FaceCheck check = checkFace(face, mesh);
   writeFaceFile(given.out, face);
-  if (!given.show.empty()) {
-    std::map<std::string, Eigen::Vector3d> places;
-    for (std::size_t i = 0; i < face.marker_names.size(); ++i)
-      places[face.marker_names[i]] = face.marker_targets.row(signedIndex(i)).transpose();
-    writeFileAtomically(given.show, facePage(mesh, face.name, places, {}));
+  if (!given.show.empty() || !given.save_anchors.empty()) {
+    const Anchors placed = placedOn(face, mesh, anchors, given.anchors.string());
+    if (!given.save_anchors.empty()) writeFileAtomically(given.save_anchors, anchorsBytes(placed));
+    if (!given.show.empty()) writeFileAtomically(given.show, facePage(mesh, face.name, placed, {}));
   }
   printFace(face, check, given.json, given.quiet);
   return kExitDone;
@@ -64,7 +78,10 @@ void addOptions(CLI::App& command, Arguments& options) {
   command.add_option("--corpus", options.corpus, "Corpus whose actor shall move the face")->required();
   command.add_option("--out", options.out, "The .face file to write")->required();
   command.add_option("--name", options.name, "Name of the face (default: the mesh file's)");
-  command.add_option("--show", options.show, "Also write a page that shows the markers on the face (.html)");
+  command.add_option("--show", options.show,
+                     "Also write a page that shows the markers and the line between the lips, to drag and save (.html)");
+  command.add_option("--save-anchors", options.save_anchors,
+                     "Also write the anchors with all that was placed, the lips' rims among it (.json)");
   command
       .add_option("--kernel", options.kernel,
                   "The warp's kernel; auto: the one with the least error at markers that are left out")

@@ -11,8 +11,10 @@
 namespace mouthpiece {
 namespace {
 
+constexpr std::uint64_t kMaxAnchorBytes = 16 << 20;
+
 struct Arguments {
-  std::filesystem::path mesh, out;
+  std::filesystem::path mesh, out, anchors;
   bool quiet = false;
 };
 
@@ -20,7 +22,9 @@ int runPick(const Arguments& given) {
   const FaceMesh mesh = readFaceMesh(given.mesh);
   const std::string name = given.mesh.stem().string();
   const std::filesystem::path out = given.out.empty() ? std::filesystem::path(name + ".pick.html") : given.out;
-  writeFileAtomically(out, facePage(mesh, name, {}, suggestedAnchors()));
+  Anchors shown;
+  if (!given.anchors.empty()) shown = parseAnchors(readFile(given.anchors, kMaxAnchorBytes), given.anchors.string());
+  writeFileAtomically(out, facePage(mesh, name, shown, suggestedAnchors()));
   if (!given.quiet)
     printText(fmt::format("Open {} in a browser, click the {} anchors, save them.\n", out.string(),
                           suggestedAnchors().size()));
@@ -29,6 +33,7 @@ int runPick(const Arguments& given) {
 
 void addOptions(CLI::App& command, Arguments& options) {
   command.add_option("MESH", options.mesh, "OBJ, PLY, OFF or GLB")->required();
+  command.add_option("--anchors", options.anchors, "Show these anchors to begin with (JSON)");
   command.add_option("--out", options.out, "The page (default: MESH's name with .pick.html)");
 }
 
