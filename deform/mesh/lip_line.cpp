@@ -32,6 +32,8 @@ constexpr double kCornerEnd = 0.001;    ///< how exactly the corners are found
 
 /// What a millimetre further back costs, in millimetres of gap between the rims.
 constexpr double kBehind = 0.2;
+/// What a millimetre above or below the hints' middle costs a crease, in millimetres of its depth.
+constexpr double kCreaseAside = 0.1;
 /// What a millimetre away from the neighbouring section's rims costs, or from places known to be on the line.
 constexpr double kAside = 0.3;
 constexpr double kOffLine = 2;
@@ -62,8 +64,8 @@ struct Rims {
 struct Section {
   double way = 0;  ///< across the mouth: 0 at the right corner, 1 at the left one
   Rims rims;
-  Vector2d crease = Vector2d::Zero();  ///< the deepest place between the outlines' starts, where they are one
-  bool is_parted = false;
+  Vector2d crease = Vector2d::Zero();  ///< where the lips seem to meet, where they are one
+  bool is_parted = false, has_crease = false;
   Outline upper, lower;
 };
 
@@ -307,19 +309,31 @@ class Tracer {
       const double joined = section.upper.joined.value_or(section.lower.joined.value_or(0));
       section.upper.joined = section.lower.joined = joined;
     }
-    findCrease(section);
+    const double end = section.upper.joined.value_or(0);
     resample(section.upper);
     resample(section.lower);
+    if (end > 0) findCrease(section, middle.y());
     return section;
   }
 
-  static void findCrease(Section& section) {
-    double deepest = std::numeric_limits<double>::infinity();
+  /// The place of an outline that lies deepest between what is a little above and a little below it.
+  static void findCrease(Section& section, double middle) {
+    double most = -std::numeric_limits<double>::infinity();
+    const std::vector<OutlinePoint>& points = section.upper.points;
     const double end = section.upper.joined.value_or(0.5);
-    for (const OutlinePoint& point : section.upper.points) {
-      if (point.way > end || point.at.x() >= deepest) continue;
-      deepest = point.at.x();
+    const auto at = [&](double way) {
+      const auto next = std::upper_bound(points.begin(), points.end(), way,
+                                         [](double w, const OutlinePoint& point) { return w < point.way; });
+      return next == points.end() ? points.back().at : next->at;
+    };
+    for (const OutlinePoint& point : points) {
+      if (point.way < kAhead || point.way > end - kAhead) continue;
+      const double hollow = 0.5 * (at(point.way - kAhead).x() + at(point.way + kAhead).x()) - point.at.x() -
+                            kCreaseAside * std::abs(point.at.y() - middle);
+      if (hollow <= most) continue;
+      most = hollow;
       section.crease = point.at;
+      section.has_crease = true;
     }
   }
 
@@ -516,7 +530,7 @@ class Tracer {
     LipLine line;
     line.is_parted = false;
     for (const Section& section : sections) {
-      if (section.way < 0 || section.way > 1 || section.upper.points.empty()) continue;
+      if (section.way < 0 || section.way > 1 || !section.has_crease) continue;
       line.upper.push_back(inSpace(section.way, section.crease));
     }
     if (line.upper.size() < 3) return std::nullopt;

@@ -25,7 +25,9 @@ constexpr double kFarTo = 0.5;        ///< and above this not at all
 constexpr double kBeside = 0.25;      ///< beyond an opening's border by more: not above the surface any more
 constexpr double kDetour = 0.05;      ///< a place further off than this has to be about the nearest of all
 constexpr double kFadeInside = 0.35;  ///< behind lips, lids and nostrils the motion fades over this way along the mesh
-constexpr double kTurnsAlong = 0.05;  ///< in the mouth and at the surface's end, what is nearer to its place turns too
+constexpr double kTurnsAlong = 0.05;  ///< in the mouth, what is nearer to its place turns with it
+constexpr double kTurnsAtEnd = 0.2;   ///< and where the surface ends
+constexpr double kBetweenLips = 0.25;  ///< in shares of the way between the lips: so far from the middle a lip holds whole
 constexpr double kFollows = 0.3;      ///< lashes and the like follow skin that is nearer
 constexpr double kRootDepth = 0.03;   ///< what of such a part counts as its root
 
@@ -152,7 +154,9 @@ class Binder {
           topology_.reachFrom(seeds, [&](std::uint32_t v) { return before[v] == Fate::kOpen && mayBind(kinds_[v]); });
       for (std::size_t v = 0; v < kinds_.size(); ++v) {
         if (before[v] != Fate::kOpen || forbidden_[v] != forbidden || reach.source[v] < 0) continue;
-        const double weight = 1 - smoothStep(reach.distance[v] / (kFadeInside * control_.mouth_width));
+        double weight = 1 - smoothStep(reach.distance[v] / (kFadeInside * control_.mouth_width));
+        // Half way between the lips the mouth's inside goes with neither: a shallow bag would tear there.
+        if (topology_.isInMouth(v)) weight *= smoothStep(std::abs(topology_.lowerShare(v) - 0.5) / kBetweenLips);
         follow(v, unsignedIndex(reach.source[v]), weight);
       }
     }
@@ -256,7 +260,8 @@ class Binder {
       });
       if (!topology_.isInMouth(v) && !is_at_ring) continue;
       const SurfacePoint place = evaluate(surface_.restPose(), binding_.placeOf(v));
-      if ((vertex(v) - place.position).norm() > kTurnsAlong * control_.mouth_width) binding_.carried.push_back(v);
+      const double turns = topology_.isInMouth(v) ? kTurnsAlong : kTurnsAtEnd;
+      if ((vertex(v) - place.position).norm() > turns * control_.mouth_width) binding_.carried.push_back(v);
     }
     std::sort(binding_.carried.begin(), binding_.carried.end());
     binding_.carried.erase(std::unique(binding_.carried.begin(), binding_.carried.end()), binding_.carried.end());

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <nlohmann/json.hpp>
 
 #include "base/errors.h"
 #include "base/json_fields.h"
@@ -34,6 +35,20 @@ Anchors parseAnchors(std::string_view json_text, const std::string& file) {
     }
   }
   return anchors;
+}
+
+std::string anchorsBytes(const Anchors& anchors) {
+  nlohmann::ordered_json root;
+  if (anchors.metres_per_unit) root["metres_per_unit"] = *anchors.metres_per_unit;
+  for (const auto& [name, kind] : anchors.part_kinds) root["parts"][name] = nameOf(kind);
+  nlohmann::ordered_json& markers = root["markers"] = nlohmann::ordered_json::object();
+  for (const auto& [name, place] : anchors.markers) {
+    if (const auto* point = std::get_if<Eigen::Vector3d>(&place))
+      markers[name] = {point->x(), point->y(), point->z()};
+    else
+      markers[name] = std::get<std::uint32_t>(place);
+  }
+  return root.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 std::optional<Eigen::Vector3d> placeOf(const Anchors& anchors, const std::string& name, const FaceMesh& mesh,

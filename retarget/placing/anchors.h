@@ -30,6 +30,9 @@ struct Anchors {
 /// Reads JSON; throws InputError with the key at fault.
 Anchors parseAnchors(std::string_view json_text, const std::string& file);
 
+/// What parseAnchors() reads.
+std::string anchorsBytes(const Anchors& anchors);
+
 /// The place of `name` on `mesh`; nullopt when it is not among the anchors. Throws InputError for a vertex that the
 /// mesh lacks.
 std::optional<Eigen::Vector3d> placeOf(const Anchors& anchors, const std::string& name, const FaceMesh& mesh,

@@ -39,7 +39,7 @@ const std::vector<AnchorToPick>& suggestedAnchors() {
   return anchors;
 }
 
-std::string facePage(const FaceMesh& mesh, std::string_view name, const std::map<std::string, Eigen::Vector3d>& places,
+std::string facePage(const FaceMesh& mesh, std::string_view name, const Anchors& shown,
                      const std::vector<AnchorToPick>& to_pick, const PageDressing& dressing) {
   json data{{"name", name}, {"parts", json::array()}, {"places", json::object()}, {"to_pick", json::array()}};
   for (const MeshPart& part : mesh.parts) {
@@ -50,7 +50,11 @@ std::string facePage(const FaceMesh& mesh, std::string_view name, const std::map
                              {"count", part.triangle_count},
                              {"color", {part.base_color[0], part.base_color[1], part.base_color[2]}}});
   }
-  for (const auto& [marker, place] : places) data["places"][marker] = {place.x(), place.y(), place.z()};
+  for (const auto& [marker, anchor] : shown.markers) {
+    const Eigen::Vector3d place = placeOf(shown, marker, mesh, std::string(name)).value();
+    data["places"][marker] = {place.x(), place.y(), place.z()};
+  }
+  data["anchors"] = json::parse(anchorsBytes(shown));
   for (const AnchorToPick& anchor : to_pick)
     data["to_pick"].push_back({{"name", anchor.name}, {"place", anchor.place}});
   data["positions"] = base64(mesh.vertices.data(), unsignedIndex(mesh.vertices.size()) * sizeof(float));

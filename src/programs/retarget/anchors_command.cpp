@@ -80,9 +80,9 @@ int runAnchors(const AnchorsArguments& given) {
   const fs::path out = given.out.empty() ? fs::path(given.mesh.stem().string() + ".anchors.json") : given.out;
   writeFileAtomically(out, file.dump(1) + "\n");
   if (!given.show.empty()) {
-    std::map<std::string, Eigen::Vector3d> places;
-    for (const auto& [name, vertex] : anchors) places[name] = pointAt(mesh.vertices, vertex);
-    writeFileAtomically(given.show, facePage(mesh, given.mesh.stem().string(), places, {}));
+    Anchors shown;
+    for (const auto& [name, vertex] : anchors) shown.markers[name] = vertex;
+    writeFileAtomically(given.show, facePage(mesh, given.mesh.stem().string(), shown, {}));
   }
   printNotice(missing.empty() ? "" : "not found:" + missing, given.quiet || missing.empty());
   if (given.json) {

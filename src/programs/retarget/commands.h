@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "programs/program.h"
+#include "retarget/placing/anchors.h"
 #include "retarget/rig/face_fit.h"
 #include "retarget/rig/face_judge.h"
 
@@ -19,6 +20,7 @@ struct MarkerLayout;
 Command anchorsCommand();
 Command applyCommand();
 Command checkCommand();
+Command cutCommand();
 Command fitCommand();
 Command pickCommand();
 Command sampleCommand();
@@ -56,7 +58,11 @@ FaceReport reportOn(const FaceFile& face, const FaceRig& rig, const Corpus* corp
 /// Writes a page that shows the markers on the face, or, where it has faults that show, the pose in which the first of
 /// them is worst, with the triangles in red.
 void writeFacePage(const std::filesystem::path& path, const FaceFile& face, const FaceRig& rig,
-                   const FaceReport& report);
+                   const FaceReport& report, const Anchors& given = {});
+
+/// All markers and both lips' rims as the fit has placed them, in the frame of the mesh's file, into which `mesh`, which
+/// stands upright, is turned back; `given` keeps what else it says, and the vertices that have stayed.
+Anchors placedOn(const FaceFile& face, FaceMesh& mesh, const Anchors& given);
 
 /// A fitted face and what is found out about it, as JSON and as lines to read.
 nlohmann::json faceFacts(const FaceFile& face, const FaceReport& report);

@@ -53,17 +53,29 @@ std::vector<std::string> FaceReport::faults() const {
   return faults;
 }
 
+Anchors placedOn(const FaceFile& face, FaceMesh& mesh, const Anchors& given) {
+  constexpr double kStill = 1e-5;  // of the mouth's width
+  turnMesh(face.upright_from_mesh.transpose(), mesh);
+  Anchors placed = given;
+  for (std::size_t i = 0; i < face.control.points.size(); ++i) {
+    const ControlPoint& point = face.control.points[i];
+    if (point.rule != PointRule::kMarker && point.rule != PointRule::kInnerLip) continue;
+    const Eigen::Vector3d place = face.upright_from_mesh.transpose() * face.control.rest.row(signedIndex(i)).transpose();
+    const auto before = placeOf(given, point.name, mesh, face.name);
+    if (!before || (*before - place).norm() > kStill * face.control.mouth_width) placed.markers[point.name] = place;
+  }
+  return placed;
+}
+
 void writeFacePage(const std::filesystem::path& path, const FaceFile& face, const FaceRig& rig,
-                   const FaceReport& report) {
+                   const FaceReport& report, const Anchors& given) {
   FaceMesh shown = rig.mesh();
-  std::map<std::string, Eigen::Vector3d> places;
   const auto shows = [](const FaceFault& fault) { return !fault.triangles.empty(); };
   const auto& faults = report.judgement.faults;
   const auto fault = std::find_if(faults.begin(), faults.end(), shows);
   if (fault == faults.end()) {
-    for (std::size_t i = 0; i < face.marker_names.size(); ++i)
-      places[face.marker_names[i]] = face.marker_targets.row(signedIndex(i)).transpose();
-    writeFileAtomically(path, facePage(shown, face.name, places, {}));
+    const Anchors placed = placedOn(face, shown, given);
+    writeFileAtomically(path, facePage(shown, face.name, placed, {}));
     return;
   }
   if (fault->pose) {
@@ -88,11 +100,12 @@ void writeFacePage(const std::filesystem::path& path, const FaceFile& face, cons
   marked.triangle_count = red.size();
   marked.base_color = {0.8F, 0.02F, 0.02F, 1};
   parts.push_back(marked);
-  places[fault->what] = pointAt(shown.vertices, red[0][0]);
+  Anchors at;
+  at.markers[fault->what] = pointAt(shown.vertices, red[0][0]);
   others.insert(others.end(), red.begin(), red.end());
   shown.triangles = std::move(others);
   shown.parts = std::move(parts);
-  writeFileAtomically(path, facePage(shown, face.name + ": " + fault->what, places, {}));
+  writeFileAtomically(path, facePage(shown, face.name + ": " + fault->what, at, {}));
 }
 
 namespace {

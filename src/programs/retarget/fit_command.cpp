@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kMaxAnchorBytes = 16 << 20;
 
 struct FitArguments {
-  fs::path mesh, anchors, corpus, out, show;
+  fs::path mesh, anchors, corpus, out, show, save_anchors;
   std::string name, object, kernel = "auto";
   WarpOptions warp;
   BindingOptions binding;
@@ -49,9 +49,13 @@ int runFit(const FitArguments& given) {
   const FaceReport report = reportOn(face, rig, &corpus);
   const bool is_faulty = !report.faults().empty();
   if (!is_faulty || given.even_if_faulty) writeFaceFile(given.out, face);
+  if (!given.save_anchors.empty()) {
+    FaceMesh placed_on = rig.mesh();
+    writeFileAtomically(given.save_anchors, anchorsBytes(placedOn(face, placed_on, anchors)));
+  }
   fs::path page = given.show;
   if (is_faulty && page.empty()) page = fs::path(given.out).replace_extension(".faults.html");
-  if (!page.empty()) writeFacePage(page, face, rig, report);
+  if (!page.empty()) writeFacePage(page, face, rig, report, anchors);
   printFace(face, report, given.json, given.quiet);
   if (!is_faulty) return kExitDone;
   printNotice(fmt::format("{}: {} ({} faults in all; {} shows it); {}", given.out.string(), report.faults().front(),
@@ -73,9 +77,11 @@ void addOptions(CLI::App& command, FitArguments& options) {
   command.add_option("--out", options.out, "The .face file to write")->required();
   command.add_option("--name", options.name, "Name of the face (default: the mesh file's)");
   command.add_option("--show", options.show,
-                     "Also write a page that shows the markers on the face, or its worst fault (.html)");
+                     "Also write a page that shows the markers and the line between the lips, to drag and save, or the worst fault (.html)");
   command.add_flag("--even-if-faulty", options.even_if_faulty,
                    "Write a face that has faults, too; the exit code is 1 all the same");
+  command.add_option("--save-anchors", options.save_anchors,
+                     "Also write the anchors with all that was placed, the lips' rims among it (.json)");
   command
       .add_option("--kernel", options.kernel,
                   "The warp's kernel; auto: the one with the least error at markers that are left out")

@@ -12,10 +12,11 @@
 namespace mouthpiece {
 namespace {
 
+constexpr std::uint64_t kMaxAnchorBytes = 16 << 20;
 constexpr std::uint64_t kMostMeshBytes = std::uint64_t{1} << 30;
 
 struct PickArguments {
-  std::filesystem::path mesh, out;
+  std::filesystem::path mesh, out, anchors;
   std::string object;
   bool quiet = false;
 };
@@ -27,7 +28,9 @@ int runPick(const PickArguments& given) {
   if (isGlb(given.mesh)) dressing.pictures = glbPictures(bytes, given.mesh.string());
   const std::string name = given.mesh.stem().string();
   const std::filesystem::path out = given.out.empty() ? std::filesystem::path(name + ".pick.html") : given.out;
-  writeFileAtomically(out, facePage(mesh, name, {}, suggestedAnchors(), dressing));
+  Anchors shown;
+  if (!given.anchors.empty()) shown = parseAnchors(readFile(given.anchors, kMaxAnchorBytes), given.anchors.string());
+  writeFileAtomically(out, facePage(mesh, name, shown, suggestedAnchors(), dressing));
   if (!given.quiet)
     printText(fmt::format("Open {} in a browser, click the {} anchors, save them.\n", out.string(),
                           suggestedAnchors().size()));
@@ -38,6 +41,7 @@ void addOptions(CLI::App& command, PickArguments& options) {
   command.add_option("MESH", options.mesh, "OBJ, PLY, OFF, GLB or VRM")->required();
   command.add_option("--object", options.object,
                      "Of a GLB's scene what hangs on the node, or shows the mesh, of this name (default: all)");
+  command.add_option("--anchors", options.anchors, "Show these anchors to begin with (JSON)");
   command.add_option("--out", options.out, "The page (default: MESH's name with .pick.html)");
 }
 

@@ -108,7 +108,7 @@ TEST(FaceDeformer, IsEquationThree) {
     const auto pose = surface.pose(controlPoints(sampleControl(), markers));
     std::size_t compared = 0;
     for (std::size_t v = 0; v < sampleFace().skin_vertices; ++v) {
-      if (sampleBinding().patch[v] < 0 || sampleBinding().skin_weight[v] < 1) continue;
+      if (sampleBinding().patch[v] < 0 || sampleBinding().skin_weight[v] < 1 || isCarried(sampleBinding(), v)) continue;
       const SurfacePlace place{sampleBinding().patch[v], static_cast<double>(sampleBinding().u[v]),
                                static_cast<double>(sampleBinding().v[v])};
       const SurfacePoint at_rest = evaluate(surface.restPose(), place);
