@@ -103,8 +103,8 @@ std::vector<SettingUsed> settingsOf(const SynthesisOptions& options, const Corpu
   if (method != "guided") return used;
   const MotionSettings motion = options.context.settings.value_or(corpus.motion_settings);
   for (const MotionSetting& setting : kMotionSettings) {
-    const std::string unit = setting.unit.empty() ? "" : fmt::format(" {}", setting.unit);
-    addNumber(fmt::format("{}{}", setting.name, unit), motion.*setting.value);
+    addNumber(fmt::format("{}{}{}", setting.name, setting.unit.empty() ? "" : " ", setting.unit),
+              motion.*setting.value);
   }
   addNumber("gain of the prediction", options.context.restore_variance ? corpus.trajectory_model->gain : 1);
   addNumber("networks in the prediction", asReal(corpus.trajectory_model->networks.size()));
