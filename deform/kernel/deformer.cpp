@@ -98,7 +98,11 @@ struct FaceDeformer::Data {
   VertexPositions sums_of_others;  ///< what the other triangles add to the normals of `turning`, in its order
 
   Data(const FaceMesh& mesh, const ControlMesh& control_mesh, std::vector<std::uint32_t> tongue_vertices)
-      : control(control_mesh), jaw(control_mesh), tuck(mesh, control_mesh), tongue(mesh, std::move(tongue_vertices)), rest(mesh.vertices) {}
+      : control(control_mesh),
+        jaw(control_mesh),
+        tuck(mesh, control_mesh),
+        tongue(mesh, std::move(tongue_vertices)),
+        rest(mesh.vertices) {}
 
   void takeSurface(const BezierSurface& surface);
   void takeFollowers(const BezierSurface& surface);

@@ -9,18 +9,19 @@ namespace mouthpiece {
 namespace {
 
 // Lengths as shares of the mouth's width.
-constexpr double kBeside = 0.06;    ///< teeth so far to both sides tell where the edge is
-constexpr double kEdge = 0.02;      ///< the edge is as high as this
-constexpr double kFront = 0.15;     ///< and no further behind the foremost tooth there
-constexpr double kUnder = 0.01;     ///< the rim lies so far under it
-constexpr double kShown = 0.03;     ///< the upper lip shows so much of the teeth
-constexpr double kFurthestTuck = 0.2;   ///< no rim goes further: what lies there is no row of teeth
-constexpr double kWhole = 0.4;      ///< of the way from the middle to the corner the lip goes the whole way
-constexpr double kFades = 0.5;      ///< of it, on which that ends
-constexpr double kMarkerShare = 0.3;  ///< of its rim's way a lip's outer edge goes along
+constexpr double kBeside = 0.06;       ///< teeth so far to both sides tell where the edge is
+constexpr double kEdge = 0.02;         ///< the edge is as high as this
+constexpr double kFront = 0.15;        ///< and no further behind the foremost tooth there
+constexpr double kUnder = 0.01;        ///< the rim lies so far under it
+constexpr double kShown = 0.03;        ///< the upper lip shows so much of the teeth
+constexpr double kFurthestTuck = 0.2;  ///< no rim goes further: what lies there is no row of teeth
+constexpr double kWhole = 0.4;         ///< of the way from the middle to the corner the lip goes the whole way
+constexpr double kFades = 0.5;         ///< of it, on which that ends
+constexpr double kMarkerShare = 0.3;   ///< of its rim's way a lip's outer edge goes along
 
 /// The middle of the edge of the upper teeth that lie behind or before `rim`; false without teeth.
-bool edgeAt(const std::vector<Eigen::Vector3d>& teeth, const Eigen::Vector3d& rim, double mouth, Eigen::Vector3d& edge) {
+bool edgeAt(const std::vector<Eigen::Vector3d>& teeth, const Eigen::Vector3d& rim, double mouth,
+            Eigen::Vector3d& edge) {
   double foremost = -std::numeric_limits<double>::infinity(), lowest = -foremost;
   const auto is_near = [&](const Eigen::Vector3d& p) { return std::abs(p.x() - rim.x()) < kBeside * mouth; };
   for (const Eigen::Vector3d& p : teeth) {

@@ -262,8 +262,9 @@ std::vector<std::string> faultsOf(const FaceCheck& check) {
                                  check.marker_to_surface_max_mm));
   }
   if (100 * check.binding.coverage < limitNamed("bound")) {
-    faults.push_back(fmt::format("the surface moves {:.1f} % of the face; expected {:.0f} %: do its normals point inward?",
-                                 100 * check.binding.coverage, limitNamed("bound")));
+    faults.push_back(
+        fmt::format("the surface moves {:.1f} % of the face; expected {:.0f} %: do its normals point inward?",
+                    100 * check.binding.coverage, limitNamed("bound")));
   }
   if (check.patch_edge_angle_max_deg > kSmoothDeg) {
     faults.push_back(fmt::format("the control surface has a kink of {:.1f} degrees", check.patch_edge_angle_max_deg));

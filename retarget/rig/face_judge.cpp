@@ -17,12 +17,14 @@
 namespace mouthpiece {
 namespace {
 
-constexpr double kTouchMm = 0.3;      ///< lips nearer than this touch
-constexpr double kLeastEdgeMm = 2;    ///< an edge counts as so long at least: what finer nets do within it is not seen
+constexpr double kTouchMm = 0.3;    ///< lips nearer than this touch
+constexpr double kNearMm = 1;       ///< and can be told to lie in each other
+constexpr double kLeastEdgeMm = 2;  ///< an edge counts as so long at least: what finer nets do within it is not seen
 constexpr double kLeastStepMm = 1;  ///< a marker's step counts as so long at least
 constexpr double kLeastAreaMm2 = 0.02;  ///< triangles below it are slivers
 constexpr double kFolded = -0.7;        ///< cosine between neighbours of which one has turned over
 constexpr double kUnfolded = 0;         ///< and of those that are looked at, at rest
+constexpr double kToldShare = 0.15;     ///< of the mouth's width: the lower lip's way to the teeth
 constexpr double kOwnMarker = 0.15;     ///< weight from which on a marker counts as one of a vertex'
 constexpr double kSampleShare = 0.05;   ///< of the mouth's width: between the points where lips are measured
 constexpr std::size_t kMostShown = 400;
@@ -93,7 +95,7 @@ class Judge {
   void lookAtEdges(const VertexPositions& now, Seen& seen) const;
   void lookAtTriangles(const VertexPositions& now, Seen& seen) const;
   void lookAtStep(const VertexPositions& before, const VertexPositions& now, const FaceMotion& motion, std::size_t row,
-                  Seen& seen) const;
+                  std::span<const LipPose> lips, Seen& seen) const;
   void lookAtMotion(const VertexPositions& now, const FaceMotion& motion, std::size_t row, Seen& seen) const;
   void lookAtWarp(const JudgedPoses& poses, const ActorPose& actor, FaceJudgement& found) const;
   [[nodiscard]] std::string placeOf(std::uint32_t vertex) const;
@@ -109,15 +111,15 @@ class Judge {
   std::vector<PartKind> kinds_;
   std::vector<bool> moves_;
   std::vector<Edge> edges_;
-  std::vector<Triangle> moving_;            ///< triangles on the control surface
-  std::vector<std::uint32_t> moving_ids_;   ///< their numbers
-  std::vector<double> areas_mm2_;           ///< and areas at rest
+  std::vector<Triangle> moving_;           ///< triangles on the control surface
+  std::vector<std::uint32_t> moving_ids_;  ///< their numbers
+  std::vector<double> areas_mm2_;          ///< and areas at rest
   /// Of `moving_`: pairs over an edge that is not folded at rest.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbours_;
   std::vector<std::vector<int>> markers_of_;   ///< of each patch of the control surface
   std::vector<std::vector<int>> opposite_of_;  ///< outer markers of the lip that a patch at the rim comes off
-  std::vector<std::int32_t> patch_;           ///< of each vertex
-  std::vector<std::uint32_t> skin_at_;        ///< vertex of the skin under each marker
+  std::vector<std::int32_t> patch_;            ///< of each vertex
+  std::vector<std::uint32_t> skin_at_;         ///< vertex of the skin under each marker
   std::vector<bool> is_lip_;
 };
 
@@ -165,7 +167,8 @@ void Judge::findTriangles() {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbours;
   for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) {
     const Triangle& t = mesh_.triangles[i];
-    if (!std::all_of(t.begin(), t.end(), [&](std::uint32_t v) { return patch_[v] >= 0 && isSkin(kinds_[v]); })) continue;
+    if (!std::all_of(t.begin(), t.end(), [&](std::uint32_t v) { return patch_[v] >= 0 && isSkin(kinds_[v]); }))
+      continue;
     const Vector3f a = mesh_.vertices.row(t[0]), b = mesh_.vertices.row(t[1]), c = mesh_.vertices.row(t[2]);
     const double area_mm2 = mm_ * mm_ * 0.5 * double{(b - a).cross(c - a).norm()};
     if (area_mm2 < kLeastAreaMm2) continue;
@@ -255,7 +258,7 @@ void Judge::lookAtTriangles(const VertexPositions& now, Seen& seen) const {
 }
 
 void Judge::lookAtStep(const VertexPositions& before, const VertexPositions& now, const FaceMotion& motion,
-                       std::size_t row, Seen& seen) const {
+                       std::size_t row, std::span<const LipPose> lips, Seen& seen) const {
   const auto marker_step = [&](int marker) {
     const auto step = motion.markers().block<1, 3>(signedIndex(row), 3 * marker) -
                       motion.markers().block<1, 3>(signedIndex(row) - 1, 3 * marker);
@@ -266,10 +269,15 @@ void Judge::lookAtStep(const VertexPositions& before, const VertexPositions& now
     for (const int marker : markers) largest = std::max(largest, marker_step(marker));
     return largest;
   };
-  // Lips that come unstuck catch up with what both have gone.
+  // Lips that come unstuck catch up with what both have gone, and go to the teeth by what no marker shows.
+  const double told =
+      mm_ * kToldShare * face_.control.mouth_width *
+      double{std::max(std::abs(lips[row].tuck - lips[row - 1].tuck), std::abs(lips[row].seal - lips[row - 1].seal))};
   std::vector<double> steps;
-  for (std::size_t p = 0; p < markers_of_.size(); ++p)
-    steps.push_back(std::max(kLeastStepMm, largest_step(markers_of_[p]) + largest_step(opposite_of_[p])));
+  for (std::size_t p = 0; p < markers_of_.size(); ++p) {
+    const double opposite = opposite_of_[p].empty() ? 0 : largest_step(opposite_of_[p]) + told;
+    steps.push_back(std::max(kLeastStepMm, largest_step(markers_of_[p]) + opposite));
+  }
   for (std::uint32_t v = 0; v < patch_.size(); ++v) {
     if (patch_[v] < 0) continue;
     const double step = mm_ * double{(now.row(v) - before.row(v)).norm()};
@@ -282,9 +290,9 @@ void Judge::lookAtStep(const VertexPositions& before, const VertexPositions& now
 
 void Judge::lookAtMotion(const VertexPositions& now, const FaceMotion& motion, std::size_t row, Seen& seen) const {
   for (std::size_t i = 0; i < skin_at_.size(); ++i) {
-    const double marker = (motion.markers().block<1, 3>(signedIndex(row), 3 * signedIndex(i)) -
-                           face_.marker_targets.row(signedIndex(i)))
-                              .squaredNorm();
+    const double marker =
+        (motion.markers().block<1, 3>(signedIndex(row), 3 * signedIndex(i)) - face_.marker_targets.row(signedIndex(i)))
+            .squaredNorm();
     const double skin = double{(now.row(skin_at_[i]) - mesh_.vertices.row(skin_at_[i])).squaredNorm()};
     seen.marker_squares += marker;
     seen.skin_squares += skin;
@@ -357,12 +365,12 @@ void Judge::lookAtWarp(const JudgedPoses& poses, const ActorPose& actor, FaceJud
   }
   if (found.warp_folds == 0) return;
   const std::string& marker = face_.marker_names[unsignedIndex(at[worst].marker)];
-  found.faults.push_back({"warp fold-overs in use",
-                          fmt::format("the warp folds over at {} of {} places of poses, most beside {} in {}; check the "
-                                      "anchors there",
-                                      found.warp_folds, found.warp_points, marker, poses.rows[rows[worst]].where),
-                          trianglesAt({skin_at_[unsignedIndex(at[worst].marker)]}),
-                          rows[worst]});
+  found.faults.push_back(
+      {"warp fold-overs in use",
+       fmt::format("the warp folds over at {} of {} places of poses, most beside {} in {}; check the "
+                   "anchors there",
+                   found.warp_folds, found.warp_points, marker, poses.rows[rows[worst]].where),
+       trianglesAt({skin_at_[unsignedIndex(at[worst].marker)]}), rows[worst]});
 }
 
 std::string Judge::placeOf(std::uint32_t vertex) const {
@@ -397,7 +405,7 @@ FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) con
     lookAtEdges(now, here);
     lookAtTriangles(now, here);
     lookAtMotion(now, motion, row, here);
-    if (poses.rows[row].follows) lookAtStep(posed(motion, poses, row - 1), now, motion, row, here);
+    if (poses.rows[row].follows) lookAtStep(posed(motion, poses, row - 1), now, motion, row, poses.lips, here);
     here.is_measured = poses.rows[row].closed || row % 4 == 0;
     if (here.is_measured) here.contact = meter_.measure(now);
   });
@@ -407,10 +415,12 @@ FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) con
   const auto faultIf = [&](bool is_fault, std::string_view limit, const std::string& what,
                            const std::vector<std::uint32_t>& triangles, std::optional<std::size_t> row) {
     if (is_fault)
-      found.faults.push_back({limit, row ? fmt::format("{} in {}", what, poses.rows[*row].where) : what, triangles, row});
+      found.faults.push_back(
+          {limit, row ? fmt::format("{} in {}", what, poses.rows[*row].where) : what, triangles, row});
   };
   // Poses in which something is worst, or which show most of it.
   std::size_t ratio = 0, growth = 0, jump = 0, turned = 0, overlap = 0, teeth = 0, tongue = 0, open = 0;
+  bool near = false;
   double widest = 0, markers = 0, skin = 0, lip_markers = 0, lip_skin = 0;
   const auto more = [&](double LipContact::*what, std::size_t a, std::size_t b) {
     return seen[a].contact.*what > seen[b].contact.*what;
@@ -428,7 +438,8 @@ FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) con
     lip_skin += here.lip_skin_squares;
     if (!here.is_measured) continue;
     // Of lips that are apart it cannot be told what is in front and what behind.
-    if (poses.lips[row].seal == 1 && more(&LipContact::overlap, row, overlap)) overlap = row;
+    if (mm_ * here.contact.gap <= kNearMm && (!near || more(&LipContact::overlap, row, overlap))) overlap = row;
+    near = near || mm_ * here.contact.gap <= kNearMm;
     if (more(&LipContact::in_teeth, row, teeth)) teeth = row;
     if (more(&LipContact::in_tongue, row, tongue)) tongue = row;
     if (!poses.rows[row].closed) continue;
@@ -451,7 +462,7 @@ FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) con
   found.edge_growth_mm = seen[growth].growth.value;
   found.jump_ratio = seen[jump].jump.value;
   found.turned_over_mm2 = seen[turned].turned_mm2;
-  found.lips_overlap_mm = poses.lips[overlap].seal == 1 ? mm_ * std::max(0.0, seen[overlap].contact.overlap - at_rest_.overlap) : 0;
+  found.lips_overlap_mm = near ? mm_ * std::max(0.0, seen[overlap].contact.overlap - at_rest_.overlap) : 0;
   found.in_teeth_mm = mm_ * std::max(0.0, seen[teeth].contact.in_teeth - at_rest_.in_teeth);
   found.in_tongue_mm = mm_ * std::max(0.0, seen[tongue].contact.in_tongue - at_rest_.in_tongue);
   found.motion_share = markers > 0 ? std::sqrt(skin / markers) : 1;
@@ -470,6 +481,7 @@ FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) con
   faultIf(found.in_tongue_mm > limitNamed("lips in the tongue"), "lips in the tongue",
           fmt::format("a lip gets {:.2f} mm into the tongue", found.in_tongue_mm), mouth, tongue);
   const auto edgeText = [&](const Worst& worst, const std::string& does) {
+    if (edges_.empty()) return std::string();
     const Edge& edge = edges_[worst.item];
     return fmt::format("an edge of {:.2f} mm gets {} at {}", mm_ * double{edge.length}, does, placeOf(edge.from));
   };
@@ -488,13 +500,13 @@ FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) con
   }
   faultIf(found.jump_ratio > limitNamed("vertex jump"), "vertex jump",
           fmt::format("{} jumps by {:.1f} mm in a frame, {:.1f} times as far as its markers",
-                      placeOf(static_cast<std::uint32_t>(seen[jump].jump.item)), seen[jump].jump_mm,
-                      found.jump_ratio),
+                      placeOf(static_cast<std::uint32_t>(seen[jump].jump.item)), seen[jump].jump_mm, found.jump_ratio),
           trianglesAt(seen[jump].jumped), jump);
   faultIf(100 * found.motion_share < limitNamed("motion"), "motion",
           fmt::format("the skin moves {:.0f} % of what the markers on it do", 100 * found.motion_share), {}, {});
   faultIf(100 * found.lip_motion_share < limitNamed("lip motion"), "lip motion",
-          fmt::format("the lips move {:.0f} % of what the markers on them do", 100 * found.lip_motion_share), mouth, {});
+          fmt::format("the lips move {:.0f} % of what the markers on them do", 100 * found.lip_motion_share), mouth,
+          {});
   lookAtWarp(poses, actor, found);
   return found;
 }

@@ -170,8 +170,8 @@ FaceMotion FaceRig::retarget(const MotionClip& motion, const ActorPose* actor, s
         "the motion has markers that were not seen in some frames; expected gaps to be filled (`corpus clean`)");
   }
   const MarkerPositions closing = closingOffsets(data_->file.control);
-  const LipSlack slack = lipSlack(openingOf(neutral, names),
-                                  actor != nullptr ? actor->closed_lips_mm : data_->file.actor_closed_lips_mm);
+  const LipSlack slack =
+      lipSlack(openingOf(neutral, names), actor != nullptr ? actor->closed_lips_mm : data_->file.actor_closed_lips_mm);
   const std::vector<LipPair> pairs = lipPairs(data_->file.control);
   PositionMatrix markers = data_->warp.targetFromActorRelative(frames, neutral);
   markers.rowwise() += Eigen::Map<const Eigen::RowVectorXd>(closing.data(), closing.size());
@@ -193,8 +193,9 @@ FaceMotion FaceRig::retarget(const MotionClip& motion, const ActorPose* actor, s
       // together there are carried different ways on the head.
       const double apart = (frames.block<1, 3>(frame, 3 * upper) - frames.block<1, 3>(frame, 3 * lower)).norm();
       const double stretch = height > 0 ? apart / height - 1 : 0;
-      result.setLipGap(FrameIndex{unsignedIndex(frame)}, i,
-                       {partedShare(stretch, slack.always + pose.seal * slack.sealed), pose.parting * least, pose.tuck});
+      result.setLipGap(
+          FrameIndex{unsignedIndex(frame)}, i,
+          {partedShare(stretch, slack.always + pose.seal * slack.sealed), pose.parting * least, pose.tuck});
     }
   }
   return result;

@@ -70,7 +70,8 @@ float roundness(Viseme viseme) {
 float roundness(const LabelledPhone& said, Seconds time) {
   const Seconds length = said.span.duration();
   const double way = length > 0 ? std::clamp((time - said.span.start) / length, 0.0, 1.0) : 0.5;
-  return asFloat((1 - way) * double{roundness(firstViseme(said.phone))} + way * double{roundness(lastViseme(said.phone))});
+  return asFloat((1 - way) * double{roundness(firstViseme(said.phone))} +
+                 way * double{roundness(lastViseme(said.phone))});
 }
 
 bool isSealed(Phone phone) { return rowOf(phone).lips_parting == 0; }

@@ -9,14 +9,14 @@
 #include <random>
 
 #include "base/index.h"
+#include "base/statistics.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/welding.h"
-#include "base/statistics.h"
 #include "deform/surface/bezier_surface.h"
 #include "motion/resample.h"
 #include "programs/retarget/commands.h"
-#include "retarget/rig/face_rig.h"
 #include "retarget/rig/face_fit.h"
+#include "retarget/rig/face_rig.h"
 #include "synthesis/lips.h"
 #include "units/file/corpus.h"
 
@@ -159,7 +159,8 @@ int runCheck(const CheckArguments& given) {
 
 void addOptions(CLI::App& command, CheckArguments& options) {
   command.add_option("FACE", options.face, "Made by `retarget fit`")->required();
-  command.add_option("--corpus", options.corpus, "Judge by this corpus' poses (default: the sample corpus'), and play all of its closures");
+  command.add_option("--corpus", options.corpus,
+                     "Judge by this corpus' poses (default: the sample corpus'), and play all of its closures");
   command.add_option("--show", options.show, "Write a page that shows the first fault, or the markers (.html)");
   addJsonFlag(command, options.json);
 }

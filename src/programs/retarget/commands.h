@@ -1,7 +1,7 @@
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -60,8 +60,8 @@ FaceReport reportOn(const FaceFile& face, const FaceRig& rig, const Corpus* corp
 void writeFacePage(const std::filesystem::path& path, const FaceFile& face, const FaceRig& rig,
                    const FaceReport& report, const Anchors& given = {});
 
-/// All markers and both lips' rims as the fit has placed them, in the frame of the mesh's file, into which `mesh`, which
-/// stands upright, is turned back; `given` keeps what else it says, and the vertices that have stayed.
+/// All markers and both lips' rims as the fit has placed them, in the frame of the mesh's file, into which `mesh`,
+/// which stands upright, is turned back; `given` keeps what else it says, and the vertices that have stayed.
 Anchors placedOn(const FaceFile& face, FaceMesh& mesh, const Anchors& given);
 
 /// A fitted face and what is found out about it, as JSON and as lines to read.

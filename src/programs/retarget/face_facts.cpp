@@ -135,7 +135,8 @@ std::string judgementText(const FaceReport& report) {
   const FaceJudgement& found = report.judgement;
   if (found.poses == 0) return fmt::format("  not judged in motion: {}\n", report.not_judged);
   return fmt::format(
-      "  in motion          {} poses, {} steps: {} of {} closures touch, lips {:.2f} mm in each other, {:.2f} in teeth, "
+      "  in motion          {} poses, {} steps: {} of {} closures touch, lips {:.2f} mm in each other, {:.2f} in "
+      "teeth, "
       "{:.2f} in the tongue\n"
       "  edges              {:.1f} times as long at most, {:.1f} mm longer; {:.1f} mm2 turned over\n"
       "  jumps              {:.1f} times those of the markers at most; skin moves {:.0f} % of them, lips {:.0f} %\n"

@@ -81,7 +81,8 @@ class Gathered {
 
 Gathered::Source sourceOf(const CorpusTake& take) {
   const std::vector<Seconds> times = frameTimes(0, take.motion.frameCount(), take.motion.frame_rate_hz);
-  return {take.name, take.motion, take.labels, lipsFromPhones(take.labels, times), tongueFromPhones(take.labels, times)};
+  return {take.name, take.motion, take.labels, lipsFromPhones(take.labels, times),
+          tongueFromPhones(take.labels, times)};
 }
 
 /// Every vowel, held on a note of a rising scale, between consonants that close, round and part the lips.

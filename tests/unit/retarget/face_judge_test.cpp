@@ -13,7 +13,6 @@
 namespace mouthpiece {
 namespace {
 
-
 /// The default face, moved by a made-up actor who opens the mouth and closes it.
 class FaceJudgeTest : public ::testing::Test {
  protected:
@@ -107,12 +106,22 @@ TEST_F(FaceJudgeTest, SeesClosuresThatStayOpen) {
 }
 
 TEST_F(FaceJudgeTest, SeesAJump) {
-  JudgedPoses poses = opening();
-  // The lower lip is at the teeth in one frame and not in the next; the markers hardly move there.
-  poses.lips[6].tuck = 1;
-  const FaceJudgement found = judged(file_, poses);
+  FaceFile jumpy = file_;
+  // A vertex that hangs far off its patch is flung about as the patch turns: the highest of the face on the lower lip.
+  std::size_t highest = 0, lip = 0;
+  for (std::size_t v = 0; v < jumpy.binding.patch.size(); ++v) {
+    const int patch = jumpy.binding.patch[v];
+    if (patch < 0) continue;
+    if (jumpy.control.sideOf(static_cast<std::size_t>(patch)) == LipSide::kLower) lip = v;
+    if (jumpy.binding.patch[highest] < 0 ||
+        mesh_.vertices(static_cast<Eigen::Index>(v), 1) > mesh_.vertices(static_cast<Eigen::Index>(highest), 1))
+      highest = v;
+  }
+  jumpy.binding.patch[highest] = jumpy.binding.patch[lip];
+  jumpy.binding.skin_weight[highest] = 1;
+  const FaceJudgement found = judged(jumpy, opening());
   ASSERT_NE(faultOf(found, "vertex jump"), nullptr);
-  EXPECT_GT(found.jump_ratio, 2 * judged(file_, opening()).jump_ratio);
+  EXPECT_GT(found.jump_ratio, 1.5 * judged(file_, opening()).jump_ratio);
 }
 
 TEST_F(FaceJudgeTest, LooksAtTheWarpWhereItIsUsed) {
@@ -131,8 +140,7 @@ TEST_F(FaceJudgeTest, LooksAtTheWarpWhereItIsUsed) {
 
 /// The guide's table is the code's.
 TEST(FaceLimits, StandInTheGuide) {
-  const std::string guide =
-      test::readAll(std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / "docs/guides/fit_a_face.md");
+  const std::string guide = test::readAll(std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / "docs/guides/fit_a_face.md");
   const std::size_t table = guide.find("| judged | limit |");
   ASSERT_NE(table, std::string::npos);
   const std::string rows = guide.substr(table, guide.find("\n\n", table) - table);

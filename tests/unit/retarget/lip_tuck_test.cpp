@@ -113,8 +113,8 @@ TEST(LipTuck, BringsTheDefaultFacesLipToItsTeeth) {
 TEST(LipTuck, BringsTheIctHeadsLipToItsTeeth) {
   if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
   if (!fs::exists(kFaces / "ict_head.obj")) GTEST_SKIP() << "the ICT head is not beside the project (../shared/faces)";
-  expectLipAtTeeth(fitted(kFaces / "ict_head.obj", readFile(fs::path(MOUTHPIECE_SOURCE_DIR) /
-                                                           "sample_data/anchors/ict_head.anchors.json")));
+  expectLipAtTeeth(fitted(kFaces / "ict_head.obj",
+                          readFile(fs::path(MOUTHPIECE_SOURCE_DIR) / "sample_data/anchors/ict_head.anchors.json")));
 }
 
 /// As a user would click them on makehuman_male.obj.
