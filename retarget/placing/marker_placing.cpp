@@ -210,8 +210,15 @@ void settleMouth(const FaceMesh& mesh, const LipLine& line, const Skin& skin, do
     if (clicked && foot && (foot->point - *clicked).norm() < kClickSlack * width) anchors.markers[name] = foot->point;
   };
   const Vector3d across = (line.corner_left - line.corner_right).normalized();
-  settle("LIP_CORNER_R", skin.all, line.corner_right - kOutsideSlit * width * across);
-  settle("LIP_CORNER_L", skin.all, line.corner_left + kOutsideSlit * width * across);
+  const auto settleCorner = [&](const std::string& name, const Vector3d& end, const Vector3d& outwards) {
+    const Vector3d off = *placeOf(anchors, name, mesh, file) - end;
+    const double out = off.dot(outwards) / width;
+    const bool is_outside = out > 0.5 * kOutsideSlit && out < 2.5 * kOutsideSlit;
+    if (is_outside && std::abs(off.y()) < kOutsideSlit * width) return;
+    settle(name, skin.all, end + kOutsideSlit * width * outwards);
+  };
+  settleCorner("LIP_CORNER_R", line.corner_right, -across);
+  settleCorner("LIP_CORNER_L", line.corner_left, across);
   for (const std::string name : {"LIP_UP_MID", "LIP_LO_MID"}) {
     const Vector3d clicked = *placeOf(anchors, name, mesh, file);
     const LipLine::Pair rims = line.at(clicked);
