@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "base/errors.h"
 #include "deform/mesh/glb_scene.h"
@@ -58,8 +59,7 @@ GlbChunks glbChunks(std::string_view glb, std::string_view file) {
   const std::string_view json = glb.substr(json_at, json_bytes);
   if (isDeeperThan(json, kDeepestJson)) fail(fmt::format("holds JSON nested deeper than {} levels", kDeepestJson));
   GlbChunks chunks;
-  chunks.root = nlohmann::json::parse(json, nullptr, false);
-  if (!chunks.root.is_object()) fail("is no GLB that can be read: its JSON is damaged");
+  chunks.json = json;
   const std::string_view rest = glb.substr(json_at + json_bytes);
   if (rest.size() < kChunkHeaderBytes) return chunks;
   if (rest.substr(4, 4) != kBinary) return chunks;  // a chunk of another kind is to be passed over
@@ -68,9 +68,8 @@ GlbChunks glbChunks(std::string_view glb, std::string_view file) {
   return chunks;
 }
 
-std::string glbOf(const nlohmann::json& root, std::string binary) {
+std::string glbOf(std::string json, std::string binary) {
   binary.append((4 - binary.size() % 4) % 4, '\0');
-  std::string json = root.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   json.append((4 - json.size() % 4) % 4, ' ');
   const std::size_t data_bytes = binary.empty() ? 0 : kChunkHeaderBytes + binary.size();
   std::string head = "glTF";
@@ -87,12 +86,14 @@ std::string glbOf(const nlohmann::json& root, std::string binary) {
 
 std::map<int, GlbPicture> glbPictures(std::string_view glb, std::string_view file) {
   const GlbChunks chunks = glbChunks(glb, file);
+  const nlohmann::json root = nlohmann::json::parse(chunks.json, nullptr, false);
   std::map<int, GlbPicture> pictures;
+  if (!root.is_object()) return pictures;
   const auto at = [&](const char* list, const nlohmann::json& number) -> const nlohmann::json& {
-    return chunks.root.at(list).at(number.get<std::size_t>());
+    return root.at(list).at(number.get<std::size_t>());
   };
   const nlohmann::json none = nlohmann::json::array();
-  const nlohmann::json& materials = chunks.root.contains("materials") ? chunks.root["materials"] : none;
+  const nlohmann::json& materials = root.contains("materials") ? root["materials"] : none;
   for (std::size_t m = 0; m < materials.size(); ++m) {
     try {
       const nlohmann::json& texture = at("textures", materials[m].at("pbrMetallicRoughness").at("baseColorTexture").at("index"));

@@ -4,6 +4,7 @@
 #include <meshoptimizer.h>
 
 #include <cstdint>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "base/errors.h"
@@ -43,7 +44,8 @@ const json* extensionOf(const json& object, const char* name) {
 
 class Unpacker {
  public:
-  Unpacker(GlbChunks chunks, std::string_view file) : root_(std::move(chunks.root)), given_(chunks.binary), file_(file) {}
+  Unpacker(json root, std::string_view binary, std::string_view file)
+      : root_(std::move(root)), given_(binary), file_(file) {}
 
   std::string unpack() {
     // Other buffers are the fallback that the extension allows, without data in a GLB.
@@ -58,7 +60,7 @@ class Unpacker {
     root_["buffers"] = json::array({{{"byteLength", binary_.size()}}});
     forget(root_, kMeshopt);
     forget(root_, kDraco);
-    return glbOf(root_, std::move(binary_));
+    return glbOf(root_.dump(-1, ' ', false, json::error_handler_t::replace), std::move(binary_));
   }
 
  private:
@@ -221,10 +223,11 @@ class Unpacker {
 std::string unpackedGlb(std::string_view glb, std::string_view file) {
   // Most files hold neither word; their JSON is not read twice.
   if (glb.find(kMeshopt) == std::string_view::npos && glb.find(kDraco) == std::string_view::npos) return {};
-  GlbChunks chunks = glbChunks(glb, file);
-  if (!uses(chunks.root, kMeshopt) && !uses(chunks.root, kDraco)) return {};
+  const GlbChunks chunks = glbChunks(glb, file);
+  json root = json::parse(chunks.json, nullptr, false);
+  if (!root.is_object() || (!uses(root, kMeshopt) && !uses(root, kDraco))) return {};
   try {
-    return Unpacker(std::move(chunks), file).unpack();
+    return Unpacker(std::move(root), chunks.binary, file).unpack();
   } catch (const json::exception&) {
     throw InputError(std::string(file), "", "holds compressed data that its JSON does not describe");
   }

@@ -144,8 +144,9 @@ std::size_t put(json& list, std::vector<std::size_t>& free, json entry) {
 }  // namespace
 
 GlbModel::GlbModel(std::string_view glb, const std::string& file) {
-  GlbChunks chunks = glbChunks(glb, file);
-  root = std::move(chunks.root);
+  const GlbChunks chunks = glbChunks(glb, file);
+  root = json::parse(chunks.json, nullptr, false);
+  if (!root.is_object()) throw InputError(file, "", "is no GLB that can be read: its JSON is damaged");
   const auto buffers = root.find("buffers");
   const bool is_own = buffers != root.end() && buffers->is_array() && !buffers->empty() &&
                       buffers->at(0).is_object() && !buffers->at(0).contains("uri");
@@ -425,7 +426,7 @@ std::string GlbModel::toBytes() && {
     if (buffers.empty()) buffers.push_back(json::object());
     buffers[0]["byteLength"] = binary_.size();
   }
-  return glbOf(root, std::move(binary_));
+  return glbOf(root.dump(-1, ' ', false, json::error_handler_t::replace), std::move(binary_));
 }
 
 }  // namespace mouthpiece

@@ -84,7 +84,7 @@ class AvatarWriter {
       root_["extensions"]["VRMC_vrm"] = {{"specVersion", "1.0"}, {"humanoid", {{"humanBones", {{"head", {{"node", 1}}}}}}},
                                          {"expressions", {{"preset", {{"aa", {{"morphTargetBinds", {{{"node", 4}, {"index", 0}, {"weight", 1.0}}}}}}}}}}};
     }
-    return glbOf(root_, binary_);
+    return glbOf(root_.dump(), binary_);
   }
 
  private:
