@@ -27,6 +27,9 @@ struct Anchors {
   std::optional<double> metres_per_unit;
 };
 
+/// A larger anchors file is not read.
+inline constexpr std::uint64_t kMaxAnchorBytes = 16 << 20;
+
 /// Reads JSON; throws InputError with the key at fault.
 Anchors parseAnchors(std::string_view json_text, const std::string& file);
 

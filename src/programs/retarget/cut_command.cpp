@@ -16,9 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 using Eigen::Vector3d;
 
-constexpr std::uint64_t kMaxAnchorBytes = 16 << 20;
-
-struct Arguments {
+struct CutArguments {
   fs::path mesh, anchors, out;
   bool quiet = false;
 };
@@ -40,7 +38,7 @@ Eigen::Matrix3d uprightBy(const Anchors& anchors, const FaceMesh& mesh, const st
   return turn;
 }
 
-int runCut(const Arguments& given) {
+int runCut(const CutArguments& given) {
   const std::string file = given.anchors.string();
   const Anchors anchors = parseAnchors(readFile(given.anchors, kMaxAnchorBytes), file);
   FaceMesh mesh = readFaceMesh(given.mesh);
@@ -69,7 +67,7 @@ int runCut(const Arguments& given) {
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, CutArguments& options) {
   command.add_option("MESH", options.mesh, "OBJ, PLY, OFF or GLB, its lips in one surface")->required();
   command.add_option("--anchors", options.anchors, "The ten of `retarget pick` (JSON)")->required();
   command.add_option("-o,--out", options.out, "The mesh to write (.obj), with a small mouth bag")->required();

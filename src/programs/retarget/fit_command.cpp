@@ -14,8 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kMaxAnchorBytes = 16 << 20;
-
 struct FitArguments {
   fs::path mesh, anchors, corpus, out, show, save_anchors;
   std::string name, object, kernel = "auto";

@@ -12,7 +12,6 @@
 namespace mouthpiece {
 namespace {
 
-constexpr std::uint64_t kMaxAnchorBytes = 16 << 20;
 constexpr std::uint64_t kMostMeshBytes = std::uint64_t{1} << 30;
 
 struct PickArguments {
