@@ -190,7 +190,7 @@ TEST(SingingCurves, VowelsOfOneVisemeKeepTheirNotesWhenTheyMeet) {
     return Note{{std::lerp(span.start, span.end, from), std::lerp(span.start, span.end, to)}, hz, false};
   };
   AudioTags tags;
-  tags.notes = {noteIn(first, 0.0, 0.4, 220), noteIn(first, 0.5, 1.0, 440), noteIn(second, 0.0, 0.4, 330),
+  tags.notes = {noteIn(first, 0.0, 0.4, 220), noteIn(first, 0.5, 0.85, 440), noteIn(second, 0.15, 0.4, 330),
                 noteIn(second, 0.5, 1.0, 220)};
   const auto events =
       coarticulated(withSungInternalKeys(fourKeyEvents(labels), tags), labels);
