@@ -11,8 +11,8 @@
 #include "base/parallel_for.h"
 #include "corpus_tools/building/build_state.h"
 #include "corpus_tools/building/settings_fit.h"
-#include "corpus_tools/takes/take_poses.h"
 #include "corpus_tools/takes/pose_fit.h"
+#include "corpus_tools/takes/take_poses.h"
 #include "motion/formats/motion_file.h"
 #include "synthesis/curve_model.h"
 
@@ -115,8 +115,7 @@ HeadReference headReferenceOf(std::vector<TakeFiles>& takes, const BuildOptions&
   auto shapes = forEachTake<std::optional<RawTake>>(takes, options, steps, left_out,
                                                     [&](const TakeFiles& files) -> std::optional<RawTake> {
                                                       std::optional<RawTake> take = shapeFrames(files, options);
-                                                      if (unsignedIndex(&files - first) % every != 0)
-                                                        take.reset();
+                                                      if (unsignedIndex(&files - first) % every != 0) take.reset();
                                                       return take;
                                                     });
   expectSome(folder, takes, left_out);

@@ -140,7 +140,8 @@ class NetworkFit {
     }
     active_ = biasOf(parameters_).replicate(std::ssize(take.times), 1);
     for (const Glimpse& glimpse : glimpses_[number])
-      active_.row(glimpse.row) += glimpse.share * given_.row(glimpse.segment).segment(glimpse.window * hidden_, hidden_);
+      active_.row(glimpse.row) +=
+          glimpse.share * given_.row(glimpse.segment).segment(glimpse.window * hidden_, hidden_);
     active_ = active_.array().tanh().matrix();
 
     const auto output = outputOf(parameters_);

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "base/time.h"
-#include "phonetics/labels/speech_labels.h"
 #include "units/prediction/context_network.h"
 
 namespace mouthpiece {
@@ -15,16 +14,16 @@ namespace mouthpiece {
 struct NetworkTake {
   std::vector<ContextSegment> segments;
   std::vector<Seconds> times;
-  Eigen::VectorXf seen;            ///< 1 or 0 a time
-  ContextNetwork::Matrix values;   ///< times x components, mm, their mean over the seen taken off; 0 where not seen
+  Eigen::VectorXf seen;           ///< 1 or 0 a time
+  ContextNetwork::Matrix values;  ///< times x components, mm, their mean over the seen taken off; 0 where not seen
 };
 
 struct NetworkFitOptions {
   Eigen::Index hidden = 48;
   int epochs = 24;
-  double rate = 4e-3;               ///< Adam's, at its largest; falls to nothing along a cosine
-  double decay = 1.0;               ///< of weights, times the rate
-  double sound_decay = 4.0;         ///< the same of what belongs to one sound alone: what sounds share is preferred
+  double rate = 4e-3;        ///< Adam's, at its largest; falls to nothing along a cosine
+  double decay = 1.0;        ///< of weights, times the rate
+  double sound_decay = 4.0;  ///< the same of what belongs to one sound alone: what sounds share is preferred
   std::size_t takes_a_step = 4;
 };
 

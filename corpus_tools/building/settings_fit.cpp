@@ -11,7 +11,6 @@
 
 #include "base/errors.h"
 #include "base/parallel_for.h"
-#include "corpus_tools/takes/lip_measures.h"
 #include "motion/resample.h"
 #include "synthesis/synthesis.h"
 #include "units/selection/unit_database.h"
@@ -91,7 +90,8 @@ Learnt searched(const Products& products, Learnt start) {
   constexpr double kFirstStep = 0.32, kLastStep = 0.01, kLargestGain = 1.3;
   Learnt best = start;
   double least = reached(products, best.mixture()).score();
-  const auto tryStep = [&](double Learnt::*gain, double MotionSettings::*setting, double step, double low, double high) {
+  const auto tryStep = [&](double Learnt::*gain, double MotionSettings::*setting, double step, double low,
+                           double high) {
     Learnt next = best;
     double& value = gain != nullptr ? next.*gain : next.settings.*setting;
     value = std::clamp(value + step, low, high);
@@ -256,12 +256,12 @@ void fitMotion(Corpus& corpus, const TrajectoryFitOptions& options) {
   auto model = std::make_shared<TrajectoryModel>(*fit.model);
   model->gain = std::lerp(usual.gain, best.gain, believed);
   corpus.trajectory_model = model;
-  std::string account = fmt::format("learnt on {} takes left out, believed to {:.0f} %: ",
-                                    std::min(kMostJudges, fit.judges.size()), 100 * believed);
+  std::string account = fmt::format(
+      "learnt on {} takes left out, believed to {:.0f} %: ", std::min(kMostJudges, fit.judges.size()), 100 * believed);
   for (const MotionSetting& setting : kMotionSettings)
     account += fmt::format("{} {:.3g}, ", setting.name, corpus.motion_settings.*setting.value);
-  corpus.build_log["motion_settings"] =
-      account + fmt::format("gain {:.3f}; {}; with the usual ones {}", model->gain, described(after), described(before));
+  corpus.build_log["motion_settings"] = account + fmt::format("gain {:.3f}; {}; with the usual ones {}", model->gain,
+                                                              described(after), described(before));
 }
 
 }  // namespace mouthpiece

@@ -54,8 +54,8 @@ void fitComponents(const std::vector<FitTake>& takes, const SpeechColumns& colum
 }
 
 struct Solution {
-  Eigen::MatrixXd targets;            ///< features x components
-  Eigen::RowVectorXd judged_errors;   ///< squared, on the judges
+  Eigen::MatrixXd targets;              ///< features x components
+  Eigen::RowVectorXd judged_errors;     ///< squared, on the judges
   std::vector<Eigen::MatrixXd> judged;  ///< what is predicted of each judge, centred
 };
 
@@ -158,7 +158,8 @@ Judged fitMovement(const SegmentFeatures& features, const TargetSolver& solver, 
     chosen.push_back(unsignedIndex(least - searched.begin()));
     model.dynamics.push_back(candidates[chosen.back()]);
     judged.targets.col(component) = least->targets.col(component);
-    for (std::size_t i = 0; i < judges.size(); ++i) judged.predicted[i].col(component) = least->judged[i].col(component);
+    for (std::size_t i = 0; i < judges.size(); ++i)
+      judged.predicted[i].col(component) = least->judged[i].col(component);
   }
 
   Eigen::MatrixXd targets(features.count(), model.componentCount());

@@ -219,9 +219,9 @@ double LipMeasures::protrusionCorrelation() const { return meanOf(protrusion_r);
 
 LipMeasures& LipMeasures::operator+=(const LipMeasures& other) {
   using M = LipMeasures;
-  for (const auto count : {&M::frames, &M::squared_errors, &M::closures, &M::closures_kept, &M::contacts,
-                           &M::contacts_kept, &M::open_phones, &M::false_closures, &M::vowels, &M::vowels_shut,
-                           &M::captured_vowels_shut})
+  for (const auto count :
+       {&M::frames, &M::squared_errors, &M::closures, &M::closures_kept, &M::contacts, &M::contacts_kept,
+        &M::open_phones, &M::false_closures, &M::vowels, &M::vowels_shut, &M::captured_vowels_shut})
     this->*count += other.*count;
   for (const auto sum : {&M::squared_error_mm2, &M::largest_squared_mm2, &M::variance_mm2, &M::captured_variance_mm2,
                          &M::jerk, &M::captured_jerk, &M::protrusion_spread_mm, &M::captured_protrusion_spread_mm})

@@ -11,18 +11,19 @@
 
 namespace mouthpiece {
 
-/// The lips of one take, synthesised against captured (docs/theory/corpus_tools/evaluation.md). Sums, so that takes add up.
+/// The lips of one take, synthesised against captured (docs/theory/corpus_tools/evaluation.md). Sums, so that takes add
+/// up.
 struct LipMeasures {
-  std::size_t frames = 0;                ///< compared: lips seen in both
-  double squared_error_mm2 = 0;          ///< over frames and lip markers, 3-D, the constant offset taken off
-  std::size_t squared_errors = 0;        ///< frames x lip markers
-  double largest_squared_mm2 = 0;        ///< sum over frames of the largest squared lip-marker error
-  std::vector<double> opening_r;         ///< one a take: correlation of LipGauge::opening
-  std::vector<double> width_r;           ///< one a take: of LipGauge::width
-  std::vector<double> protrusion_r;      ///< one a take: of LipGauge::protrusion
+  std::size_t frames = 0;            ///< compared: lips seen in both
+  double squared_error_mm2 = 0;      ///< over frames and lip markers, 3-D, the constant offset taken off
+  std::size_t squared_errors = 0;    ///< frames x lip markers
+  double largest_squared_mm2 = 0;    ///< sum over frames of the largest squared lip-marker error
+  std::vector<double> opening_r;     ///< one a take: correlation of LipGauge::opening
+  std::vector<double> width_r;       ///< one a take: of LipGauge::width
+  std::vector<double> protrusion_r;  ///< one a take: of LipGauge::protrusion
   double protrusion_spread_mm = 0, captured_protrusion_spread_mm = 0;  ///< standard deviation, summed over takes
-  std::size_t closures = 0;              ///< B P M closed in the capture
-  std::size_t closures_kept = 0;         ///< of those, closed in the synthesis
+  std::size_t closures = 0;                                            ///< B P M closed in the capture
+  std::size_t closures_kept = 0;                                       ///< of those, closed in the synthesis
   std::size_t contacts = 0;              ///< F V whose lower lip rises to the teeth in the capture
   std::size_t contacts_kept = 0;         ///< of those, in the synthesis
   std::size_t open_phones = 0;           ///< other phones, F and V aside, that stay open in the capture
@@ -36,8 +37,8 @@ struct LipMeasures {
   /// NaN where there is nothing to divide by, as in all that follow.
   [[nodiscard]] static double ratio(double part, double whole);
   [[nodiscard]] double lipRms() const { return std::sqrt(ratio(squared_error_mm2, asReal(squared_errors))); }  ///< mm
-  [[nodiscard]] double lve() const { return ratio(largest_squared_mm2, asReal(frames)); }  ///< mm^2
-  [[nodiscard]] double openingCorrelation() const;                                         ///< mean over takes
+  [[nodiscard]] double lve() const { return ratio(largest_squared_mm2, asReal(frames)); }                      ///< mm^2
+  [[nodiscard]] double openingCorrelation() const;  ///< mean over takes
   [[nodiscard]] double widthCorrelation() const;
   [[nodiscard]] double protrusionCorrelation() const;
   /// How deep protrusion goes, over how deep it does in the capture.

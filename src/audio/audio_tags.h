@@ -35,7 +35,8 @@ struct VowelLikelihood {
   double a = 0, e = 0, i = 0, o = 0, u = 0, silence = 0;
 };
 
-/// High-frequency energy (8 to 20 kHz, or AudioTags::consonant_low_hz and up) of one consonant (VOCAL 4.2, "Computing Ma-Ps values from audio").
+/// High-frequency energy (8 to 20 kHz, or AudioTags::consonant_low_hz and up) of one consonant (VOCAL 4.2, "Computing
+/// Ma-Ps values from audio").
 struct ConsonantEnergy {
   PhoneIndex phone;  ///< of the labels that the sound was tagged with
   TimeSpan span;

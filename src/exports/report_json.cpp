@@ -83,8 +83,8 @@ ordered_json movedByOf(const UtteranceAnimation& animation) {
   for (const MovementShares& second : animation.shares) {
     const double own = second.movement_mm * second.movement_mm;
     weight += own;
-    for (const auto share : {&MovementShares::capture, &MovementShares::prediction, &MovementShares::curves,
-                             &MovementShares::contact})
+    for (const auto share :
+         {&MovementShares::capture, &MovementShares::prediction, &MovementShares::curves, &MovementShares::contact})
       all.*share += own * second.*share;
     ordered_json entry = {{"start_s", rounded(second.start)}, {"movement_mm", rounded(second.movement_mm)}};
     entry.update(sharesOf(second));

@@ -228,9 +228,12 @@ Performance Speaker::perform(const Line& line) {
   made->corpus = data_->corpus;
   made->actor = data_->corpus.data().actor;
 
-  const SynthesisRequest request{sound.line.text,          sound.line.voice,
-                                 std::move(sound.line.labels), std::move(sound.line.audio),
-                                 data_->synthesisFor(line), std::move(sound.line.units),
+  const SynthesisRequest request{sound.line.text,
+                                 sound.line.voice,
+                                 std::move(sound.line.labels),
+                                 std::move(sound.line.audio),
+                                 data_->synthesisFor(line),
+                                 std::move(sound.line.units),
                                  std::move(sound.tags)};
   made->animation = synthesise(request, data_->corpus.data().units);
   UtteranceAnimation& animation = made->animation;
@@ -244,11 +247,12 @@ Performance Speaker::perform(const Line& line) {
   made->tags = request.tags;
   made->style = styleFor(request.options.curves, request.labels, request.tags);
   constexpr double kVocalBandHz = 8000;  // VOCAL 4.2
-  const bool hears_accent = request.options.curves.ma.automatic || (animation.style == "sing" && !request.options.curves.ma.given);
+  const bool hears_accent =
+      request.options.curves.ma.automatic || (animation.style == "sing" && !request.options.curves.ma.given);
   if (hears_accent && !request.tags.consonants.empty() && request.tags.consonant_low_hz < kVocalBandHz)
-    animation.warnings.push_back(
-        fmt::format("the sound has nothing above 8 kHz: the melodic accent is judged by its consonants above {:.1f} kHz",
-                    request.tags.consonant_low_hz / 1000));
+    animation.warnings.push_back(fmt::format(
+        "the sound has nothing above 8 kHz: the melodic accent is judged by its consonants above {:.1f} kHz",
+        request.tags.consonant_low_hz / 1000));
   data_->giveBackTakes();
   made->describe();
   return Performance(std::move(made));

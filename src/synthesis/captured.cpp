@@ -61,8 +61,7 @@ StretchMotion renderUnits(const std::vector<SelectedUnit>& units, std::span<cons
 std::vector<StretchMotion> renderCaptured(const std::vector<Stretch>& stretches, const LineToRender& line) {
   std::vector<StretchMotion> motions(stretches.size());
   for (std::size_t i = 0; i < stretches.size(); ++i) {
-    if (!stretches[i].units.empty())
-      motions[i] = renderUnits(stretches[i].units, line.timesOf(stretches[i]), line);
+    if (!stretches[i].units.empty()) motions[i] = renderUnits(stretches[i].units, line.timesOf(stretches[i]), line);
   }
   return motions;
 }

@@ -12,15 +12,15 @@
 namespace mouthpiece {
 
 /// How captured fragments are moved from the context that they were captured in to the line's
-/// (docs/theory/units/prediction.md). The defaults were set on development takes; `corpus evaluate --ablation` turns each
-/// off.
+/// (docs/theory/units/prediction.md). The defaults were set on development takes; `corpus evaluate --ablation` turns
+/// each off.
 struct ContextOptions {
-  bool enabled = true;            ///< viterbi in a corpus with a trajectory model
-  bool fragments = true;          ///< off: the prediction alone moves the face
+  bool enabled = true;                          ///< viterbi in a corpus with a trajectory model
+  bool fragments = true;                        ///< off: the prediction alone moves the face
   std::optional<MotionSettings> settings = {};  ///< none: those of the corpus
-  bool average = true;            ///< adds contextMean(): what like places of the corpus have in common
-  bool restore_variance = true;   ///< TrajectoryModel::gain
-  bool keep_contacts = true;      ///< keepContacts()
+  bool average = true;                          ///< adds contextMean(): what like places of the corpus have in common
+  bool restore_variance = true;                 ///< TrajectoryModel::gain
+  bool keep_contacts = true;                    ///< keepContacts()
 };
 
 /// A line's motion, and of what it is made up besides the neutral pose: times x (3 * markers), mm.
@@ -35,9 +35,9 @@ struct TransferredMotion {
 /// Prediction for the line plus what the fragments bring: `residuals` are their blended poses less their own takes'
 /// prediction, times x (3 * markers); what was not seen (NaN) counts as nothing. Columns that no component moves keep
 /// their residual. `times` are evenly spaced. With keep_contacts those of `units` are kept.
-TransferredMotion transferContext(const PositionMatrix& residuals, const SpeechLabels& line, const UnitDatabase& database,
-                                  const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
-                                  const ContextOptions& options);
+TransferredMotion transferContext(const PositionMatrix& residuals, const SpeechLabels& line,
+                                  const UnitDatabase& database, const std::vector<SelectedUnit>& units,
+                                  std::span<const Seconds> times, const ContextOptions& options);
 
 /// Lips that closed in the capture close: in each B P M of the line the frame with the least opening is brought to that
 /// of the fragments there, or to the speaker's usual closure where they stay open, and the frames around it with it. In

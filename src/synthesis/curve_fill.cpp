@@ -162,7 +162,8 @@ std::vector<Stretch> stretchesOf(const SynthesisPlan& plan, const LineToRender& 
 
 StretchMotion fillWithCurves(const std::vector<Stretch>& stretches, const std::vector<StretchMotion>& captured,
                              const LineToRender& line) {
-  StretchMotion whole{line.rest().replicate(std::ssize(line.times), 1), {},
+  StretchMotion whole{line.rest().replicate(std::ssize(line.times), 1),
+                      {},
                       MovementParts::none(std::ssize(line.times), std::ssize(line.database.lipColumns()))};
   const auto lay = [&](const Stretch& stretch, const PositionMatrix& positions_mm) {
     whole.positions_mm.middleRows(signedIndex(stretch.first_frame), positions_mm.rows()) = positions_mm;

@@ -18,9 +18,7 @@ StyleSignal signalFor(const StyleWish& wish, bool automatic_by_default, const Ph
 
 }  // namespace
 
-bool CurveModel::isPossible() const {
-  return database_.lips().hasLips() && database_.lips().has(MarkerRole::kChin);
-}
+bool CurveModel::isPossible() const { return database_.lips().hasLips() && database_.lips().has(MarkerRole::kChin); }
 
 const VisemePoses& CurveModel::poses() const {
   std::call_once(learnt_, [this] {

@@ -193,7 +193,8 @@ std::vector<UnitFragment> cutIntoFragments(const SpeechLabels& line, const UnitD
       const bool is_pause = line.phones[i].phone == Phone::kSil && !stretch_silences;
       if (i < unit.phones.last.value && !is_pause) continue;
       const PhonePlace source{unit.source.take, PhoneIndex(unit.source.phone.value + begin - unit.phones.first.value)};
-      fragments.push_back({Fragment(line, {PhoneIndex(begin), PhoneIndex(i)}, database, source, residual, stretch_silences), u});
+      fragments.push_back(
+          {Fragment(line, {PhoneIndex(begin), PhoneIndex(i)}, database, source, residual, stretch_silences), u});
       begin = i;
     }
   }

@@ -6,8 +6,8 @@
 
 #include "motion/motion_clip.h"
 #include "motion/time_warp.h"
-#include "units/selection/selection.h"
 #include "units/prediction/trajectory_model.h"
+#include "units/selection/selection.h"
 #include "units/selection/unit_database.h"
 
 namespace mouthpiece {
@@ -56,8 +56,8 @@ class Fragment {
   std::shared_ptr<const LinePrediction> prediction_;  ///< for the take; null: poses are as captured
 };
 
-/// The units' fragments in order, each unit cut at the pauses inside it unless silences are stretched; `unit` says whose
-/// they are.
+/// The units' fragments in order, each unit cut at the pauses inside it unless silences are stretched; `unit` says
+/// whose they are.
 struct UnitFragment {
   Fragment fragment;
   std::size_t unit = 0;

@@ -44,10 +44,9 @@ TimeSpan searchCoupling(const LabelledPhone& phone, const Fragment& before, cons
 TimeSpan placeLipJoin(const LabelledPhone& phone, const Fragment& before, const Fragment& after,
                       const JoinOptions& options) {
   const PhoneIndex shared = after.phones().first;
-  const Seconds length =
-      std::max(blendLength(phone.span.duration(), std::min(before.captureRateHz(), after.captureRateHz()),
-                           options.overlap),
-               std::min(options.overlap, 2 / options.frame_rate_hz));
+  const Seconds length = std::max(
+      blendLength(phone.span.duration(), std::min(before.captureRateHz(), after.captureRateHz()), options.overlap),
+      std::min(options.overlap, 2 / options.frame_rate_hz));
   const Seconds room = std::max(0.0, phone.span.duration() - length);
   const auto at = [&](double u) {
     const Seconds middle = phone.span.middle() + (u - 0.5) * room;
@@ -106,10 +105,10 @@ std::vector<JoinSpans> placeJoins(const std::vector<UnitFragment>& fragments, co
                                   const LineToRender& line, bool search_coupling) {
   std::vector<JoinSpans> joins;
   for (std::size_t i = 0; i + 1 < fragments.size(); ++i) {
-    JoinSpans join = placeJoin(line.labels, fragments[i].fragment, fragments[i + 1].fragment,
-                               {line.overlap(), line.options.frame_rate_hz, search_coupling,
-                                !line.options.departures.joins_where_lips_agree,
-                                soundCut(units[fragments[i].unit], units[fragments[i + 1].unit])});
+    JoinSpans join = placeJoin(
+        line.labels, fragments[i].fragment, fragments[i + 1].fragment,
+        {line.overlap(), line.options.frame_rate_hz, search_coupling, !line.options.departures.joins_where_lips_agree,
+         soundCut(units[fragments[i].unit], units[fragments[i + 1].unit])});
     if (!joins.empty()) {
       join.lips = notBefore(join.lips, joins.back().lips);
       join.upper_face = notBefore(join.upper_face, joins.back().upper_face);

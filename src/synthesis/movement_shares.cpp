@@ -45,11 +45,8 @@ std::vector<MovementShares> sharesOf(const StretchMotion& whole, const LineToRen
     const Eigen::Index count = std::min(a_second, drawn.rows() - first);
     const auto varianceIn = [&](const PositionMatrix& part) { return varianceOf(part.middleRows(first, count)); };
     constexpr double kStill = 1e-6;  // mm2, summed over columns: nothing is seen to move
-    MovementShares second{line.times[unsignedIndex(first)],
-                          varianceIn(parts.captured_mm),
-                          varianceIn(parts.predicted_mm),
-                          varianceIn(drawn),
-                          varianceIn(parts.contact_mm)};
+    MovementShares second{line.times[unsignedIndex(first)], varianceIn(parts.captured_mm),
+                          varianceIn(parts.predicted_mm), varianceIn(drawn), varianceIn(parts.contact_mm)};
     const double sum = second.capture + second.prediction + second.curves + second.contact;
     second.movement_mm = std::sqrt(sum / asReal(std::max<Eigen::Index>(1, drawn.cols() / 3)));
     for (double* share : {&second.capture, &second.prediction, &second.curves, &second.contact})

@@ -148,8 +148,13 @@ UtteranceAnimation renderPlan(const SynthesisPlan& plan, const SynthesisRequest&
   expectUsable(request, corpus);
   const Stopwatch moving;
   const CurveModel own_model(database);
-  LineToRender line{request.labels, request.options,       database, wish.model != nullptr ? *wish.model : own_model,
-                    frameTimesOf(request), styleFor(wish, request.labels, request.tags), {}};
+  LineToRender line{request.labels,
+                    request.options,
+                    database,
+                    wish.model != nullptr ? *wish.model : own_model,
+                    frameTimesOf(request),
+                    styleFor(wish, request.labels, request.tags),
+                    {}};
   line.curves = vocalCurves(request.labels, request.tags, line.style);
 
   const std::vector<Stretch> stretches = stretchesOf(plan, line);

@@ -85,11 +85,10 @@ SynthesisPlan planLine(const SpeechLabels& labels, const UnitDatabase& database,
 /// Moves the face as planned for request.labels, whatever request.units are: the fragments are warped to the line's
 /// phone times, resampled at the frame times and blended inside the phone that neighbours share (EDGE 5.1.2, 5.1.3),
 /// with viterbi in a corpus with a trajectory model also moved into the line's context; curves are led to meet them
-/// (docs/theory/vocal/vocal.md). As long as the longer of labels and audio. Throws InputError when the corpus has no takes or
-/// no poses for the curves, or the frame rate is none. Of StageTimings `motion` is filled. Thread-safe; the result does
-/// not depend on threads.
-UtteranceAnimation renderPlan(const SynthesisPlan& plan, const SynthesisRequest& request,
-                              const UnitDatabase& database);
+/// (docs/theory/vocal/vocal.md). As long as the longer of labels and audio. Throws InputError when the corpus has no
+/// takes or no poses for the curves, or the frame rate is none. Of StageTimings `motion` is filled. Thread-safe; the
+/// result does not depend on threads.
+UtteranceAnimation renderPlan(const SynthesisPlan& plan, const SynthesisRequest& request, const UnitDatabase& database);
 
 /// EDGE section 5: plans the line and renders it. Throws as both do. StageTimings: selection and motion are filled.
 UtteranceAnimation synthesise(const SynthesisRequest& request, const UnitDatabase& database);

@@ -36,11 +36,11 @@ struct Join {
 /// four; all 0 where nothing moves.
 struct MovementShares {
   Seconds start = 0;
-  double capture = 0;     ///< movements of fragments as they were captured
-  double prediction = 0;  ///< learnt from the corpus
-  double curves = 0;      ///< VOCAL's, and an animator's edits
-  double contact = 0;     ///< closing lips, and lip to teeth
-  double movement_mm = 0; ///< root of that sum, a marker
+  double capture = 0;      ///< movements of fragments as they were captured
+  double prediction = 0;   ///< learnt from the corpus
+  double curves = 0;       ///< VOCAL's, and an animator's edits
+  double contact = 0;      ///< closing lips, and lip to teeth
+  double movement_mm = 0;  ///< root of that sum, a marker
 };
 
 /// A setting that mattered: a number, or a word.
@@ -64,12 +64,12 @@ struct UtteranceAnimation {
   std::vector<LipPose> lips;       ///< one a frame of `motion`
   std::vector<PlacedUnit> units;
   std::vector<Join> joins;
-  CurveSet curves;                    ///< VOCAL's curves of the whole line, edited
-  std::string method;                 ///< "edge" "greedy" "guided" "cheapest" "curves"
+  CurveSet curves;     ///< VOCAL's curves of the whole line, edited
+  std::string method;  ///< "edge" "greedy" "guided" "cheapest" "curves"
   std::vector<SettingUsed> settings;
   std::vector<MovementShares> shares;  ///< one a second
-  std::string style;                  ///< "speech" "sing": made of curves alone; "" of units
-  std::vector<std::string> warnings;  ///< what makes the line doubtful, for the user
+  std::string style;                   ///< "speech" "sing": made of curves alone; "" of units
+  std::vector<std::string> warnings;   ///< what makes the line doubtful, for the user
   StageTimings timing_ms;
 };
 

@@ -52,7 +52,8 @@ std::vector<VisemeEvent> fourKeyEvents(const SpeechLabels& labels);
 
 /// Pass 2: JALI's co-articulation rules. Merges repeated visemes (sung ones keep their inner keys, and meet as VOCAL's
 /// figure 4 has it: curvesFromEvents()), gives HH the shape of the next vowel, lets lip-heavy
-/// visemes take the lips of the consonants that look at them (inside a word a phone looks ahead, its last one back) and tongue-only ones keep theirs out, and short obstruents the jaw.
+/// visemes take the lips of the consonants that look at them (inside a word a phone looks ahead, its last one back) and
+/// tongue-only ones keep theirs out, and short obstruents the jaw.
 std::vector<VisemeEvent> coarticulated(std::vector<VisemeEvent> events, const SpeechLabels& labels);
 
 /// The numbers of VOCAL 4.2, "Generating a singing curve".

@@ -92,7 +92,9 @@ PhoneValues melodicAccents(const SpeechLabels& labels, const AudioTags& tags) {
     if (counts(energy)) loudest = std::max(loudest, energy.energy);
   }
   if (!(loudest > 0)) return accents;
-  const auto level = [&](const ConsonantEnergy& energy) { return std::log(std::max(kLeastShare, energy.energy / loudest)); };
+  const auto level = [&](const ConsonantEnergy& energy) {
+    return std::log(std::max(kLeastShare, energy.energy / loudest));
+  };
   double sum = 0, squares = 0, count = 0;
   for (const ConsonantEnergy& energy : tags.consonants) {
     if (!counts(energy)) continue;

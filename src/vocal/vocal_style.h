@@ -52,16 +52,17 @@ StyleSignal parseStyleSignal(std::string_view text, std::string_view name, doubl
 /// A value a phone; none where the phone has none of its own: a vowel has no Ma, a consonant no Ps.
 using PhoneValues = std::vector<std::optional<double>>;
 
-inline constexpr double kUnknownAccent = 0.5;       ///< Ma where the sound says nothing of it
-inline constexpr double kSpokenSensitivity = 0.1;   ///< Ps of a vowel as short as spoken ones
+inline constexpr double kUnknownAccent = 0.5;      ///< Ma where the sound says nothing of it
+inline constexpr double kSpokenSensitivity = 0.1;  ///< Ps of a vowel as short as spoken ones
 
-/// The heuristic of VOCAL 4.2 for Ma, of fricatives and plosives: high-frequency energy against that of all of them, both
-/// in logarithms, since it spans a factor of thousands; kUnknownAccent where the sound says nothing of it.
+/// The heuristic of VOCAL 4.2 for Ma, of fricatives and plosives: high-frequency energy against that of all of them,
+/// both in logarithms, since it spans a factor of thousands; kUnknownAccent where the sound says nothing of it.
 PhoneValues melodicAccents(const SpeechLabels& labels, const AudioTags& tags);
 /// For Ps, of vowels: 0.1 up to 0.2 s, growing by 1 a second to 1.
 PhoneValues pitchSensitivities(const SpeechLabels& labels);
-/// Each value averaged with its neighbours among the phones that have one, before and after, each weighing as much as it
-/// lasts; held over its phone, and carried over in a straight line where phones have none. `otherwise` where none has.
+/// Each value averaged with its neighbours among the phones that have one, before and after, each weighing as much as
+/// it lasts; held over its phone, and carried over in a straight line where phones have none. `otherwise` where none
+/// has.
 StyleSignal smoothedOverPhones(const PhoneValues& values, const SpeechLabels& labels, double otherwise);
 
 }  // namespace mouthpiece

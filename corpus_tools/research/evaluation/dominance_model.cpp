@@ -67,7 +67,6 @@ std::vector<Eigen::Index> lipColumnsOf(const MarkerLayout& layout) {
 
 }  // namespace
 
-
 Eigen::MatrixXd DominanceModel::sharesOf(const SpeechLabels& labels, std::span<const Seconds> times) const {
   Eigen::MatrixXd shares = Eigen::MatrixXd::Zero(std::ssize(times), kPhoneCount);
   constexpr double kLeast = 1e-12;

@@ -22,9 +22,7 @@ namespace {
 constexpr double kLowestRateHz = 24, kHighestRateHz = 240;
 
 /// NaN of nothing.
-double ratioOf(std::size_t part, std::size_t whole) {
-  return whole > 0 ? asReal(part) / asReal(whole) : std::nan("");
-}
+double ratioOf(std::size_t part, std::size_t whole) { return whole > 0 ? asReal(part) / asReal(whole) : std::nan(""); }
 
 double meanOf(const std::vector<double>& values) {
   double sum = 0;
@@ -65,8 +63,7 @@ EvaluationRow measureMethod(const EvaluationMethod& method, const std::vector<Co
     row.lips += row.takes.back();
     if (options.keep_curves) {
       row.curves.push_back(curvesOf(made, layout));
-      row.curves.back().joins.assign(row.join_times.begin() + signedIndex(joins_before),
-                                     row.join_times.end());
+      row.curves.back().joins.assign(row.join_times.begin() + signedIndex(joins_before), row.join_times.end());
     }
     take_done();
   }

@@ -187,9 +187,8 @@ EvaluationMethod withoutNetworks(std::string name, const Corpus& corpus) {
   const auto without = std::make_shared<Without>(changed);
   const EvaluationMethod method =
       unitMethod(name, without->database, selectingBy(SelectionMethod::kViterbi, UnitScales::kAny));
-  return {std::move(name), [without, method](const CorpusTake& take, EvaluationRow& row) {
-            return method.animate(take, row);
-          }};
+  return {std::move(name),
+          [without, method](const CorpusTake& take, EvaluationRow& row) { return method.animate(take, row); }};
 }
 
 }  // namespace

@@ -25,7 +25,8 @@ struct EvaluationMethod {
 /// The rows, in the table's order. They refer to both arguments. To add one, append it in evaluation_methods.cpp.
 std::vector<EvaluationMethod> evaluationMethods(const Corpus& corpus, const UnitDatabase& database);
 
-/// From EDGE as published one departure more a row; then the default as it is, and with each cost and each trick off or at its plain setting, one at a time.
+/// From EDGE as published one departure more a row; then the default as it is, and with each cost and each trick off or
+/// at its plain setting, one at a time.
 std::vector<EvaluationMethod> ablationMethods(const Corpus& corpus, const UnitDatabase& database);
 
 /// What a line of words that the corpus never heard meets: the ways to place what it lacks, and the methods beside.
@@ -56,8 +57,8 @@ class DominanceModel {
   [[nodiscard]] MotionClip animate(const SpeechLabels& labels, double frame_rate_hz, std::size_t frames) const;
 
   struct PhoneParameters {
-    double magnitude = 1;                     ///< a
-    double rate_before = 20, rate_after = 20; ///< theta, 1 / s^c
+    double magnitude = 1;                      ///< a
+    double rate_before = 20, rate_after = 20;  ///< theta, 1 / s^c
   };
   [[nodiscard]] const std::array<PhoneParameters, kPhoneCount>& parameters() const { return parameters_; }
   [[nodiscard]] double power() const { return power_; }

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "corpus_tools/research/evaluation/evaluation.h"
 #include "corpus_tools/report/data_page.h"
+#include "corpus_tools/research/evaluation/evaluation.h"
 
 namespace mouthpiece {
 
@@ -90,7 +90,8 @@ std::string headsOf(const Columns& columns, int width) {
 std::string lipTable(const Evaluation& evaluation) {
   std::string text = headsOf(kLipColumns, kWidth);
   for (const EvaluationRow& row : evaluation.rows) {
-    std::string values = fmt::format("\n{:<{}}", row.method, kNameWidth), ranges = fmt::format("\n{:<{}}", "", kNameWidth);
+    std::string values = fmt::format("\n{:<{}}", row.method, kNameWidth),
+                ranges = fmt::format("\n{:<{}}", "", kNameWidth);
     for (const LipColumn& column : kLipColumns) {
       values += fmt::format("{:>{}}", number((row.lips.*column.value)(), column.digits, column.is_share), kWidth);
       ranges += fmt::format("{:>{}}", interval(intervalOf(row, column), column.digits, column.is_share), kWidth);

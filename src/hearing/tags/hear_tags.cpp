@@ -136,7 +136,8 @@ std::pair<double, double> consonantBand(const AudioClip& clip) {
   if (is_heard) return {kConsonantLowHz, top};
   double highest = std::min(kConsonantLowHz, nyquist);
   constexpr double kLowestTopHz = 3000;
-  while (highest > kLowestTopHz && !(bandEnergy(clip, all, 0.8 * highest, highest) > kNothingShare * sound)) highest *= 0.8;
+  while (highest > kLowestTopHz && !(bandEnergy(clip, all, 0.8 * highest, highest) > kNothingShare * sound))
+    highest *= 0.8;
   return {0.5 * highest, highest};
 }
 

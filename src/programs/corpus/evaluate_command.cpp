@@ -28,8 +28,8 @@ EvaluationMethods onlyRows(const EvaluationMethods& methods, const std::vector<s
   return [=](const Corpus& corpus, const UnitDatabase& database) {
     std::vector<EvaluationMethod> kept;
     for (EvaluationMethod& method : methods(corpus, database)) {
-      const bool wanted = std::any_of(rows.begin(), rows.end(),
-                                      [&](const std::string& row) { return method.name.starts_with(row); });
+      const bool wanted =
+          std::any_of(rows.begin(), rows.end(), [&](const std::string& row) { return method.name.starts_with(row); });
       if (wanted) kept.push_back(std::move(method));
     }
     if (kept.empty()) throw InputError("--rows", "", "names no row of the table");
@@ -48,7 +48,7 @@ std::vector<CorpusTake> otherTakes(const EvaluateArguments& given, const Corpus&
 }
 
 Evaluation evaluate(const EvaluateArguments& given, Corpus corpus) {
-  const EvaluationMethods all = given.ablation          ? ablationMethods
+  const EvaluationMethods all = given.ablation         ? ablationMethods
                                 : given.unseen.empty() ? evaluationMethods
                                                        : backoffMethods;
   const EvaluationMethods methods = onlyRows(all, given.rows);

@@ -17,8 +17,7 @@ void addChoice(CLI::App& app, const std::string& option, Value& value, const std
          option,
          [&value, names, option, known](const std::string& name) {
            const auto found = names.find(name);
-           if (found == names.end())
-             throw CLI::ValidationError(option, "found '" + name + "'; expected " + known);
+           if (found == names.end()) throw CLI::ValidationError(option, "found '" + name + "'; expected " + known);
            value = found->second;
          },
          help)
@@ -50,7 +49,8 @@ void addStyleParameter(CLI::App& app, const std::string& option, StyleParameter&
 void addSharedOptions(CLI::App& app, SharedOptions& options) {
   SpeakerOptions& speaker = options.speaker;
   Manner& manner = speaker.manner;
-  app.add_option("--corpus", speaker.corpus, "Corpus to learn and take the movements from (default: the sample corpus)");
+  app.add_option("--corpus", speaker.corpus,
+                 "Corpus to learn and take the movements from (default: the sample corpus)");
   app.add_option("--face", speaker.face, "Face to move, made by `retarget fit` (default: the sample face)");
   std::string voices;
   for (const std::string& name : voiceNames()) voices += (voices.empty() ? "" : " ") + name;
@@ -61,13 +61,13 @@ void addSharedOptions(CLI::App& app, SharedOptions& options) {
   app.add_option("--lexicon", speaker.lexicon, "Pronunciations that go before the voice's own");
   app.add_option("--fps", manner.frame_rate_hz, "Frames a second, 24 to 240")->capture_default_str();
   using Method = Manner::Method;
-  addChoice(app, "--method", manner.method,
-            {{"guided", Method::kGuided}, {"greedy", Method::kGreedy}, {"edge", Method::kEdge},
-             {"curves", Method::kCurves}},
-            "What moves the face. guided: a movement predicted by what the corpus taught, with the fast detail of "
-            "captured fragments on it and lips brought to touch; greedy: captured fragments, the longest each time; "
-            "edge: captured fragments as EDGE (2004) has it, nothing else; curves: VOCAL's curves alone (default: "
-            "guided)");
+  addChoice(
+      app, "--method", manner.method,
+      {{"guided", Method::kGuided}, {"greedy", Method::kGreedy}, {"edge", Method::kEdge}, {"curves", Method::kCurves}},
+      "What moves the face. guided: a movement predicted by what the corpus taught, with the fast detail of "
+      "captured fragments on it and lips brought to touch; greedy: captured fragments, the longest each time; "
+      "edge: captured fragments as EDGE (2004) has it, nothing else; curves: VOCAL's curves alone (default: "
+      "guided)");
   addChoice(app, "--select", manner.method, {{"greedy", Method::kGreedy}, {"viterbi", Method::kGuided}},
             "An earlier name of --method; viterbi is guided");
   addChoice(app, "--units", manner.units, {{"any", Manner::Units::kAny}, {"paper", Manner::Units::kPaper}},
@@ -81,11 +81,12 @@ void addSharedOptions(CLI::App& app, SharedOptions& options) {
             "How neighbours fade into each other (default: smooth)");
   app.add_option("--overlap-ms", manner.overlap_ms, "Blend between two fragments; guided takes up to twice that")
       ->capture_default_str();
-  addChoice(app, "--backoff", manner.backoff,
-            {{"vocal", Manner::Backoff::kVocal}, {"viseme", Manner::Backoff::kViseme}, {"none", Manner::Backoff::kNone}},
-            "A phone pair the corpus lacks: vocal takes the nearest pair by viseme class, moved to where the corpus "
-            "predicts the lips, and draws VOCAL's curves where there is none or with --method greedy; viseme takes "
-            "the nearest pair as it is; none refuses (default: vocal)");
+  addChoice(
+      app, "--backoff", manner.backoff,
+      {{"vocal", Manner::Backoff::kVocal}, {"viseme", Manner::Backoff::kViseme}, {"none", Manner::Backoff::kNone}},
+      "A phone pair the corpus lacks: vocal takes the nearest pair by viseme class, moved to where the corpus "
+      "predicts the lips, and draws VOCAL's curves where there is none or with --method greedy; viseme takes "
+      "the nearest pair as it is; none refuses (default: vocal)");
   addChoice(app, "--style", manner.style, {{"speech", Manner::Style::kSpeech}, {"sing", Manner::Style::kSing}},
             "Make all of the motion from curves, as spoken or as sung (default: what --method says)");
   addStyleParameter(app, "--ma", manner.ma, 1, true, "Melodic accent, 0 to 1, auto, or a file of time_s,value");

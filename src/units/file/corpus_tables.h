@@ -19,8 +19,8 @@ struct CorpusTable {
   int columns;
 };
 
-/// Format version 4 (docs/formats/corpus.md), which has the tables of version 3 with more rows; version 1 ends before `trajectory_model`, version 2 before
-/// `viseme_poses`. `crc` is the row's checksum.
+/// Format version 4 (docs/formats/corpus.md), which has the tables of version 3 with more rows; version 1 ends before
+/// `trajectory_model`, version 2 before `viseme_poses`. `crc` is the row's checksum.
 inline constexpr std::array<CorpusTable, 12> kCorpusTables{{
     {"meta",
      "CREATE TABLE meta(id INTEGER PRIMARY KEY, key TEXT NOT NULL, value TEXT NOT NULL, crc INTEGER NOT NULL) STRICT",

@@ -16,7 +16,7 @@ constexpr std::size_t kMostTargets = 1'000'000;
 constexpr float kLargest = 1e6F;                                  ///< mm and weights: nothing on a face comes near
 constexpr double kShortestTimeConstant = 1e-3, kLongestTime = 1;  ///< s
 constexpr std::string_view kTarget = "target ";
-constexpr std::size_t kFirstLatticeWeights = 13;  ///< of the terms that versions 2 and 3 began with
+constexpr std::size_t kFirstLatticeWeights = 13;               ///< of the terms that versions 2 and 3 began with
 constexpr std::string_view kCutWeights = "sound cut weights";  ///< only where they were learnt
 constexpr std::string_view kSettings = "motion settings";      ///< since version 4
 constexpr std::string_view kShares = "network shares", kNetwork = "network ";
@@ -138,8 +138,8 @@ class ModelReader {
   void readSettings() {
     const Numbers numbers = weights(kMotionSettings.size());
     for (std::size_t i = 0; i < numbers.size(); ++i)
-      corpus_.motion_settings.*kMotionSettings[i].value = std::clamp(
-          double{numbers[i]}, kMotionSettings[i].least, kMotionSettings[i].largest);
+      corpus_.motion_settings.*kMotionSettings[i].value =
+          std::clamp(double{numbers[i]}, kMotionSettings[i].least, kMotionSettings[i].largest);
   }
   /// The shares are at hand; a row with all numbers of each network follows for each.
   void readNetworks(TrajectoryModel& model) {
@@ -174,8 +174,7 @@ template <typename Values>
 Numbers floatsOf(const Values& values) {
   Numbers numbers;
   for (Eigen::Index row = 0; row < values.rows(); ++row) {
-    for (Eigen::Index column = 0; column < values.cols(); ++column)
-      numbers.push_back(asFloat(values(row, column)));
+    for (Eigen::Index column = 0; column < values.cols(); ++column) numbers.push_back(asFloat(values(row, column)));
   }
   return numbers;
 }
@@ -212,8 +211,7 @@ void readAllShapes(SqliteDatabase& database, const Corpus& corpus) {
   CheckedQuery row(database, "phone_shapes");
   for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
     if (!row.next()) row.fail("is missing");
-    if (row.integer(0) != signedIndex(take))
-      row.fail(fmt::format("found id {}; expected {}", row.integer(0), take));
+    if (row.integer(0) != signedIndex(take)) row.fail(fmt::format("found id {}; expected {}", row.integer(0), take));
     readShapes(row, corpus.takes[take].labels.phones.size(), shapeComponents(*corpus.trajectory_model));
   }
   if (row.next()) row.fail("no such take");
@@ -253,8 +251,7 @@ void writeTrajectoryModel(SqliteDatabase& database, const Corpus& corpus) {
   add(std::string(kSettings), settings);
   if (!model.networks.empty()) {
     Numbers shares = floatsOf(model.network_share);
-    for (const ContextNetwork& network : model.networks)
-      shares.push_back(asFloat(asReal(network.hiddenCount())));
+    for (const ContextNetwork& network : model.networks) shares.push_back(asFloat(asReal(network.hiddenCount())));
     add(std::string(kShares), shares);
   }
   for (std::size_t i = 0; i < model.networks.size(); ++i) {

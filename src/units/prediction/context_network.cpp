@@ -39,18 +39,50 @@ constexpr std::array<VowelPlace, 15> kVowelPlaces{{
 }};
 
 enum Feature : Eigen::Index {
-  kSpeech, kVowel, kHeight, kBack, kRound, kSpread, kOpen, kLipToLip, kLipToTeeth, kDental, kAlveolar, kPostalveolar,
-  kVelar, kPlosiveOrAffricate, kFricativeOrAspirate, kNasal, kApproximant, kVoiced, kLipHeavy, kTurbulent,
-  kRest, kBefore, kAfter, kPause, kLength, kVowelLength, kStressed, kSecondary, kRate, kWordStart, kWordEnd,
-  kPhraseStart, kPhraseEnd, kLength2, kFirstSound
+  kSpeech,
+  kVowel,
+  kHeight,
+  kBack,
+  kRound,
+  kSpread,
+  kOpen,
+  kLipToLip,
+  kLipToTeeth,
+  kDental,
+  kAlveolar,
+  kPostalveolar,
+  kVelar,
+  kPlosiveOrAffricate,
+  kFricativeOrAspirate,
+  kNasal,
+  kApproximant,
+  kVoiced,
+  kLipHeavy,
+  kTurbulent,
+  kRest,
+  kBefore,
+  kAfter,
+  kPause,
+  kLength,
+  kVowelLength,
+  kStressed,
+  kSecondary,
+  kRate,
+  kWordStart,
+  kWordEnd,
+  kPhraseStart,
+  kPhraseEnd,
+  kLength2,
+  kFirstSound
 };
 constexpr std::size_t kSounds = kPhoneCount;  ///< a feature each, and another for the second half of a diphthong
 
 constexpr std::array<std::string_view, kFirstSound> kNames{
-    "speech", "vowel", "height", "back", "round", "spread", "open", "lip to lip", "lip to teeth", "dental", "alveolar",
-    "postalveolar", "velar", "stop", "fricative", "nasal", "approximant", "voiced", "lip heavy", "turbulent", "rest",
-    "before", "after", "pause", "length", "vowel length", "stressed", "secondary stress", "rate", "word start",
-    "word end", "phrase start", "phrase end", "length squared"};
+    "speech",     "vowel",        "height",      "back",         "round",        "spread",        "open",
+    "lip to lip", "lip to teeth", "dental",      "alveolar",     "postalveolar", "velar",         "stop",
+    "fricative",  "nasal",        "approximant", "voiced",       "lip heavy",    "turbulent",     "rest",
+    "before",     "after",        "pause",       "length",       "vowel length", "stressed",      "secondary stress",
+    "rate",       "word start",   "word end",    "phrase start", "phrase end",   "length squared"};
 
 using Features = std::vector<std::pair<Eigen::Index, float>>;
 
@@ -68,8 +100,8 @@ void addPlaceAndManner(const PhoneRow& phone, bool second_half, Features& featur
   add(kVoiced, phone.voiced ? 1 : 0);
   add(kTurbulent, phone.turbulent ? 1 : 0);
   if (phone.manner == Articulation::kVowel) {
-    const auto* place =
-        std::find_if(kVowelPlaces.begin(), kVowelPlaces.end(), [&](const VowelPlace& p) { return p.phone == phone.phone; });
+    const auto* place = std::find_if(kVowelPlaces.begin(), kVowelPlaces.end(),
+                                     [&](const VowelPlace& p) { return p.phone == phone.phone; });
     add(kVowel, 1);
     if (place == kVowelPlaces.end()) return;
     add(kHeight, second_half ? place->last_height : place->height);
@@ -204,8 +236,8 @@ void windowShares(const TimeSpan& segment, Seconds time, std::vector<std::pair<E
     const Seconds after = window + 1 < kMiddles.size() ? kMiddles[window + 1] - kMiddles[window] : before;
     const Seconds reach = 0.5 * (before + after), middle = time + kMiddles[window];
     if (segment.end <= middle - reach || segment.start >= middle + reach) continue;
-    const float share = asFloat(raisedCosineUpTo((segment.end - middle) / reach) -
-                                raisedCosineUpTo((segment.start - middle) / reach));
+    const float share =
+        asFloat(raisedCosineUpTo((segment.end - middle) / reach) - raisedCosineUpTo((segment.start - middle) / reach));
     if (share > kNothing) shares.emplace_back(signedIndex(window), share);
   }
 }

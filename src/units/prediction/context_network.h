@@ -16,8 +16,8 @@ namespace mouthpiece {
 inline constexpr Eigen::Index kContextWindows = 13;
 
 /// A stretch of speech or silence in numbers: what the mouth does in it (height, backness, rounding, place, manner),
-/// how long it is, stress, speaking rate, its place in word and phrase, and the sound itself. Sounds that are made alike
-/// have like numbers, so that a phone or pair that nobody has said is placed by those that somebody has.
+/// how long it is, stress, speaking rate, its place in word and phrase, and the sound itself. Sounds that are made
+/// alike have like numbers, so that a phone or pair that nobody has said is placed by those that somebody has.
 struct ContextSegment {
   TimeSpan span;
   std::vector<std::pair<Eigen::Index, float>> features;  ///< number, value; others are 0
@@ -36,9 +36,9 @@ void windowShares(const TimeSpan& segment, Seconds time, std::vector<std::pair<E
 /// (docs/theory/units/prediction.md). Fitted by corpus_tools/building/network_fit.h.
 struct ContextNetwork {
   using Matrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  Matrix input;                ///< features x (windows * hidden), hidden side by side
-  Eigen::RowVectorXf bias;     ///< hidden
-  Matrix output;               ///< hidden x components, mm
+  Matrix input;             ///< features x (windows * hidden), hidden side by side
+  Eigen::RowVectorXf bias;  ///< hidden
+  Matrix output;            ///< hidden x components, mm
 
   [[nodiscard]] Eigen::Index hiddenCount() const { return output.rows(); }
   [[nodiscard]] Eigen::Index componentCount() const { return output.cols(); }

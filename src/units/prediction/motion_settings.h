@@ -8,8 +8,8 @@
 namespace mouthpiece {
 
 /// How much of a line's movement its fragments bring, beside the prediction. `corpus build` learns these on the corpus'
-/// own takes (corpus_tools/building/settings_fit.h); the values here are where it begins, and what a corpus keeps that has
-/// too little to learn from.
+/// own takes (corpus_tools/building/settings_fit.h); the values here are where it begins, and what a corpus keeps that
+/// has too little to learn from.
 struct MotionSettings {
   double detail_within_ms = 50;  ///< slower than this Gaussian (standard deviation) is predicted, faster is captured
   double first_detail = 1.33;    ///< share of captured detail along the first component, which opens the mouth

@@ -27,8 +27,8 @@ struct SpeechSegment {
   Phone phone = Phone::kSil;
   std::size_t label = 0;        ///< of SpeechLabels::phones
   bool is_second_half = false;  ///< of a diphthong
-  bool in_speech = false;  ///< neither silence nor breath
-  bool breath = false;     ///< the end of a silence, when the mouth opens to breathe in and to begin
+  bool in_speech = false;       ///< neither silence nor breath
+  bool breath = false;          ///< the end of a silence, when the mouth opens to breathe in and to begin
   SegmentPace pace = SegmentPace::kSpeech;
   std::vector<SegmentFeature> features;
 };

@@ -31,9 +31,9 @@ struct TrajectoryModel {
   Eigen::RowVectorXd level;                        ///< about which the components move
   std::map<std::string, Eigen::VectorXd> targets;  ///< contribution of each feature to the components
   std::vector<ContextNetwork> networks;            ///< their mean is the other part of the prediction; may be none
-  Eigen::RowVectorXd network_share;                ///< 0 to 1 a component; as many as components where there are networks
-  double gain = 1;                                 ///< brings back the variance that least squares takes
-  Eigen::RowVectorXd closing;    ///< 3 * markers, mm: the lips' way when LIP_UP_MID and LIP_LO_MID part by 1 mm
+  Eigen::RowVectorXd network_share;  ///< 0 to 1 a component; as many as components where there are networks
+  double gain = 1;                   ///< brings back the variance that least squares takes
+  Eigen::RowVectorXd closing;        ///< 3 * markers, mm: the lips' way when LIP_UP_MID and LIP_LO_MID part by 1 mm
   double closed_opening_mm = 0;  ///< their median distance in B P M at the tightest; 0: the layout has no such markers
 
   [[nodiscard]] Eigen::Index componentCount() const { return shapes.rows(); }

@@ -154,8 +154,9 @@ TEST(CorpusProgram, EveryCleaningStepCanBeSwitchedOff) {
     ASSERT_TRUE(found) << untouched.marker_names[marker];
     const auto column = static_cast<Eigen::Index>(3 * marker), from = static_cast<Eigen::Index>(3 * found->value);
     constexpr double kWrittenTo = 1e-3;  // mm: CSV's and floats' rounding
-    EXPECT_LT((untouched.positions_mm.middleCols<3>(column) - raw.positions_mm.middleCols<3>(from)).cwiseAbs().maxCoeff(),
-              kWrittenTo)
+    EXPECT_LT(
+        (untouched.positions_mm.middleCols<3>(column) - raw.positions_mm.middleCols<3>(from)).cwiseAbs().maxCoeff(),
+        kWrittenTo)
         << untouched.marker_names[marker];
   }
   cleaned({});
@@ -193,8 +194,8 @@ TEST(CorpusProgram, ReportsOnOnePageThatNeedsNothingElse) {
   EXPECT_EQ(facts["markers"].size(), 66U);
   const std::string html = readAll(page);
   EXPECT_TRUE(holds(html, "LIP_UP_MID"));
-  for (const char* outside : {"src=", "href=\"http", "href='http", "url(", "@import", "fetch(", "XMLHttpRequest",
-                              "import(", "WebSocket"})
+  for (const char* outside :
+       {"src=", "href=\"http", "href='http", "url(", "@import", "fetch(", "XMLHttpRequest", "import(", "WebSocket"})
     EXPECT_FALSE(holds(html, outside)) << outside << ": nothing comes from elsewhere";
   EXPECT_FALSE(holds(html, "/*REPORT*/null"));
 }

@@ -52,7 +52,8 @@ TEST(Evaluation, RecombinedTakesBeatDominanceAndTheMeanPose) {
   Corpus corpus = smallCorpus();
   const CorpusTake fresh = saidTake("mani", {"M", "AA", "N", "IY"});
   const Evaluation evaluation = evaluateCorpus(corpus, {fresh}, evaluationMethods);
-  const double greedy = row(evaluation, "greedy, any units").lips.lipRms(), dominance = row(evaluation, "dominance").lips.lipRms(),
+  const double greedy = row(evaluation, "greedy, any units").lips.lipRms(),
+               dominance = row(evaluation, "dominance").lips.lipRms(),
                mean = row(evaluation, "mean pose").lips.lipRms();
   EXPECT_LT(greedy, dominance);
   EXPECT_LT(dominance, mean);
@@ -111,7 +112,8 @@ TEST(Evaluation, OnlyTheStretchesAskedForAreMeasured) {
   MotionClip wrong = take.motion;
   const TimeSpan late = take.labels.phones[4].span;
   for (Eigen::Index row = 0; row < wrong.positions_mm.rows(); ++row) {
-    if (late.contains(wrong.timeOf(FrameIndex(static_cast<std::size_t>(row))))) wrong.positions_mm.row(row).array() += 3;
+    if (late.contains(wrong.timeOf(FrameIndex(static_cast<std::size_t>(row)))))
+      wrong.positions_mm.row(row).array() += 3;
   }
   const TimeSpan early = take.labels.phones[1].span;
   const double in_late = measureLips(take.motion, wrong, take.labels, defaultLayout(), {late}).lipRms();

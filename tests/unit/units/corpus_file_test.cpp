@@ -65,9 +65,8 @@ TEST_F(CorpusFile, RoundTripKeepsTheTrajectoryModel) {
   EXPECT_EQ(read.lattice_weights["duration"], 0.75);
   for (std::size_t take = 0; take < read.takes.size(); ++take) {
     const PhoneShapes kept = read.motion_source->loadShapes(TakeIndex(take));
-    const PhoneShapes computed =
-        phoneShapes(a, written.takes[take].labels, written.takes[take].motion, written.neutral_pose_mm,
-                    LipGauge(written.layout));
+    const PhoneShapes computed = phoneShapes(a, written.takes[take].labels, written.takes[take].motion,
+                                             written.neutral_pose_mm, LipGauge(written.layout));
     EXPECT_EQ(kept.captured, computed.captured);
     EXPECT_EQ(kept.predicted, computed.predicted);
     EXPECT_EQ(kept.tightest_mm, computed.tightest_mm);

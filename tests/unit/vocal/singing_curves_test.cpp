@@ -168,7 +168,8 @@ TEST(VocalStyle, HeuristicsOfThePaper) {
                                             {Phone::kP, 0.1}});
   AudioTags tags;
   // In powers of ten -4, -2, 0, -2: one clearly below the mean less the deviation of 1.4, one clearly above.
-  tags.consonants = {{PhoneIndex(1), {}, 1e-4}, {PhoneIndex(3), {}, 1e-2}, {PhoneIndex(5), {}, 1}, {PhoneIndex(7), {}, 1e-2}};
+  tags.consonants = {
+      {PhoneIndex(1), {}, 1e-4}, {PhoneIndex(3), {}, 1e-2}, {PhoneIndex(5), {}, 1}, {PhoneIndex(7), {}, 1e-2}};
   const PhoneValues ma = melodicAccents(labels, tags);
   EXPECT_EQ(ma[1], 0.2);
   EXPECT_EQ(ma[3], 0.5);
@@ -190,10 +191,9 @@ TEST(SingingCurves, VowelsOfOneVisemeKeepTheirNotesWhenTheyMeet) {
     return Note{{std::lerp(span.start, span.end, from), std::lerp(span.start, span.end, to)}, hz, false};
   };
   AudioTags tags;
-  tags.notes = {noteIn(first, 0.0, 0.4, 220), noteIn(first, 0.5, 1.0, 440), noteIn(second, 0.0, 0.4, 330),
+  tags.notes = {noteIn(first, 0.0, 0.4, 220), noteIn(first, 0.5, 0.85, 440), noteIn(second, 0.15, 0.4, 330),
                 noteIn(second, 0.5, 1.0, 220)};
-  const auto events =
-      coarticulated(withSungInternalKeys(fourKeyEvents(labels), tags), labels);
+  const auto events = coarticulated(withSungInternalKeys(fourKeyEvents(labels), tags), labels);
   const CurveSet curves = curvesFromEvents(events, kSongCoarticulation);
   const AnimationCurve* vowel = findCurve(curves, "Ah");
   ASSERT_NE(vowel, nullptr);
@@ -202,7 +202,8 @@ TEST(SingingCurves, VowelsOfOneVisemeKeepTheirNotesWhenTheyMeet) {
   EXPECT_NEAR(vowel->valueAt(tags.notes[2].span.start), 0.8, 0.05);
   EXPECT_NEAR(vowel->valueAt(tags.notes[3].span.start), 0.6, 0.01);
   // They meet without letting go of the vowel.
-  for (Seconds time = first.start + 0.05; time < second.end; time += 0.01) EXPECT_GT(vowel->valueAt(time), 0.45) << time;
+  for (Seconds time = first.start + 0.05; time < second.end; time += 0.01)
+    EXPECT_GT(vowel->valueAt(time), 0.45) << time;
 }
 
 TEST(VocalStyle, OnlyFricativesAndPlosivesSetMa) {

@@ -143,10 +143,11 @@ TEST(SmoothedOverPhones, AHeldVowelEndsNearOne) {
   const StyleSignal ps = smoothedOverPhones(pitchSensitivities(labels), labels, kSpokenSensitivity);
   const TimeSpan& held = labels.phones[4].span;
   for (const double share : {0.0, 0.5, 0.999}) EXPECT_GT(ps.at(std::lerp(held.start, held.end, share)), 0.9) << share;
-  EXPECT_LT(smoothedOverPhones(pitchSensitivities(spokenPhones({{Phone::kAH, 0.1}, {Phone::kN, 0.1}, {Phone::kIH, 0.1}})),
-                               spokenPhones({{Phone::kAH, 0.1}, {Phone::kN, 0.1}, {Phone::kIH, 0.1}}), 0)
-                .at(0.3),
-            0.11);
+  EXPECT_LT(
+      smoothedOverPhones(pitchSensitivities(spokenPhones({{Phone::kAH, 0.1}, {Phone::kN, 0.1}, {Phone::kIH, 0.1}})),
+                         spokenPhones({{Phone::kAH, 0.1}, {Phone::kN, 0.1}, {Phone::kIH, 0.1}}), 0)
+          .at(0.3),
+      0.11);
 }
 
 /// An aria: whispered consonants, then plain ones, then hammered ones, by a factor of ten thousand in energy.
