@@ -87,8 +87,8 @@ void refuseInsideOut(const FaceMesh& mesh, const Anchors& anchors, const Triangl
   }
   if (looked_at >= 4 && inwards >= looked_at - 1) {
     throw InputError(file, "markers",
-                     "lie on triangles that face into the head: the mesh is inside out, or left and right are swapped; "
-                     "flip its normals (Blender: Mesh, Normals, Recalculate Outside), or mend the names");
+                     "lie on triangles that face into the head: the mesh is inside out; flip its normals (Blender: Mesh, "
+                     "Normals, Recalculate Outside)");
   }
 }
 
