@@ -480,6 +480,9 @@ class Tracer {
       takeInside(section.upper, section.rims.upper_way, section.rims.lower_way, line.inside);
       takeInside(section.lower, section.rims.lower_way, section.rims.upper_way, line.inside);
     }
+    for (std::size_t i = 0; i < sections.size(); ++i) {
+      if (i < first || i > last) takeBeside(sections[i], line);
+    }
     for (auto* skin : {&line.upper_skin, &line.lower_skin, &line.inside}) {
       std::sort(skin->begin(), skin->end());
       skin->erase(std::unique(skin->begin(), skin->end()), skin->end());
@@ -496,6 +499,21 @@ class Tracer {
     leave(line.upper_skin, both);
     leave(line.lower_skin, both);
     return line;
+  }
+
+  /// Beside the corners an outline is skin from one start to the other; its middle is on neither side.
+  static void takeBeside(const Section& section, LipLine& line) {
+    constexpr double kClearSide = 0.4;
+    if (!section.upper.joined) return;
+    const auto take = [&](const Outline& outline, std::vector<std::uint32_t>& skin) {
+      for (const OutlinePoint& point : outline.points) {
+        if (point.way > kClearSide * *section.upper.joined) break;
+        skin.push_back(point.a);
+        skin.push_back(point.b);
+      }
+    };
+    take(section.upper, line.upper_skin);
+    take(section.lower, line.lower_skin);
   }
 
   /// What lies behind a rim, up to the other lip's.

@@ -28,6 +28,7 @@ constexpr double kFadeInside = 0.35;  ///< behind lips, lids and nostrils the mo
 constexpr double kTurnsAlong = 0.05;  ///< in the mouth, what is nearer to its place turns with it
 constexpr double kTurnsAtEnd = 0.1;   ///< and where the surface ends
 constexpr double kBetweenLips = 0.25;  ///< in shares of the way between the lips: so far from the middle a lip holds whole
+constexpr double kNearFront = 0.08;
 constexpr double kFollows = 0.3;      ///< lashes and the like follow skin that is nearer
 constexpr double kRootDepth = 0.03;   ///< what of such a part counts as its root
 
@@ -155,8 +156,12 @@ class Binder {
       for (std::size_t v = 0; v < kinds_.size(); ++v) {
         if (before[v] != Fate::kOpen || forbidden_[v] != forbidden || reach.source[v] < 0) continue;
         double weight = 1 - smoothStep(reach.distance[v] / (kFadeInside * control_.mouth_width));
-        // Half way between the lips the mouth's inside goes with neither: a shallow bag would tear there.
-        if (topology_.isInMouth(v)) weight *= smoothStep(std::abs(topology_.lowerShare(v) - 0.5) / kBetweenLips);
+        // Half way between the lips the mouth's inside goes with neither: a shallow bag would tear there. Near the front,
+        // at the corners, it goes with the skin.
+        if (topology_.isInMouth(v)) {
+          const double between = 1 - smoothStep(std::abs(topology_.lowerShare(v) - 0.5) / kBetweenLips);
+          weight *= 1 - between * smoothStep(reach.distance[v] / (kNearFront * control_.mouth_width) - 1);
+        }
         follow(v, unsignedIndex(reach.source[v]), weight);
       }
     }
