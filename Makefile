@@ -25,7 +25,7 @@ setup-test:
 	@tools/setup.sh test
 
 # The programs and the page alone; `make test` adds the tests and looks again for what has been installed since.
-configure = cmake --preset release -DMOUTHPIECE_TESTS=$(1) >build.configure.log 2>&1 || \
+configure = cmake --preset release -DMOUTHPIECE_TESTS=$(1) -DMOUTHPIECE_UNITY=ON >build.configure.log 2>&1 || \
 	{ tail -n 20 build.configure.log >&2; rm -f build.configure.log; exit 1; }; rm -f build.configure.log
 build/build.ninja: CMakePresets.json
 	@$(call configure,OFF)

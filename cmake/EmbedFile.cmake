@@ -3,8 +3,8 @@ file(READ ${INPUT} bytes HEX)
 string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${bytes}")
 file(WRITE ${OUTPUT} "#include <string_view>
 namespace mouthpiece {
-static const unsigned char kBytes[] = {\n${bytes}0x00};
+static const unsigned char ${SYMBOL}Bytes[] = {\n${bytes}0x00};
 extern const std::string_view ${SYMBOL};
-const std::string_view ${SYMBOL}{reinterpret_cast<const char*>(kBytes), sizeof(kBytes) - 1};
+const std::string_view ${SYMBOL}{reinterpret_cast<const char*>(${SYMBOL}Bytes), sizeof(${SYMBOL}Bytes) - 1};
 }  // namespace mouthpiece
 ")

@@ -13,6 +13,7 @@ function(mouthpiece_library name)
   else()
     mouthpiece_compile_options(mouthpiece_${name})
   endif()
+  set_target_properties(mouthpiece_${name} PROPERTIES UNITY_BUILD ${MOUTHPIECE_UNITY} UNITY_BUILD_BATCH_SIZE 0)
   set_property(GLOBAL APPEND PROPERTY MOUTHPIECE_ROOMS mouthpiece_${name})
 endfunction()
 
@@ -23,6 +24,7 @@ function(mouthpiece_program name)
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR}/include ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LINKS})
   mouthpiece_compile_options(${name} programs)
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ${MOUTHPIECE_UNITY} UNITY_BUILD_BATCH_SIZE 0)
 endfunction()
 
 # mouthpiece_test(NAME [SOURCES ...] [SUPPORT ...] LINKS ... [LABELS ...] [PROGRAMS ...]): one GoogleTest executable, its

@@ -14,7 +14,7 @@
 namespace mouthpiece {
 namespace {
 
-enum Stream : std::uint64_t { kNoiseStream = 40, kGapStream, kSeatStream, kNodStream, kTurnStream = 50 };
+enum CaptureStream : std::uint64_t { kNoiseStream = 40, kGapStream, kSeatStream, kNodStream, kTurnStream = 50 };
 
 constexpr double kRadians = std::numbers::pi / 180;
 

@@ -24,7 +24,7 @@ constexpr double kCaptureRateHz = 120;
 constexpr std::size_t kMostSentences = 100000, kLongestSentence = 2000;
 
 // Room to breathe before the sentence and to come to rest after it, as in a recorded take.
-enum Stream : std::uint64_t { kSilenceStream = 60 };
+constexpr std::uint64_t kSilenceStream = 60;
 constexpr Seconds kShortestLead = 0.60, kLongestLead = 0.70;
 constexpr Seconds kShortestTail = 0.40, kLongestTail = 0.50;
 /// Takes last a multiple of this: whole frames at 120 Hz, whole samples at 16, 32 and 48 kHz.

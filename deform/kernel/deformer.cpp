@@ -8,9 +8,11 @@
 
 #include "base/errors.h"
 #include "deform/kernel/patch_kernel.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/head_topology.h"
 #include "deform/mouth/jaw.h"
 #include "deform/mouth/lip_guard.h"
+#include "deform/mouth/lip_tuck.h"
 #include "deform/surface/bezier_surface.h"
 #include "deform/surface/virtual_points.h"
 
@@ -72,6 +74,7 @@ struct FaceDeformer::Data {
   ControlMesh control;
   std::vector<LipPair> lip_pairs = lipPairs(control);
   JawHinge jaw;
+  LipTuck tuck;
   TongueMorph tongue;
   std::optional<LipGuard> guard;
   std::vector<CloughTocher<float>> splits;
@@ -95,7 +98,11 @@ struct FaceDeformer::Data {
   VertexPositions sums_of_others;  ///< what the other triangles add to the normals of `turning`, in its order
 
   Data(const FaceMesh& mesh, const ControlMesh& control_mesh, std::vector<std::uint32_t> tongue_vertices)
-      : control(control_mesh), jaw(control_mesh), tongue(mesh, std::move(tongue_vertices)), rest(mesh.vertices) {}
+      : control(control_mesh),
+        jaw(control_mesh),
+        tuck(mesh, control_mesh),
+        tongue(mesh, std::move(tongue_vertices)),
+        rest(mesh.vertices) {}
 
   void takeSurface(const BezierSurface& surface);
   void takeFollowers(const BezierSurface& surface);
@@ -336,6 +343,7 @@ void FaceDeformer::Data::move(const FacePose& pose, const TonguePose& tongue_pos
   thread_local MarkerPositions points;
   thread_local std::vector<Net> nets;
   leadingPoints(control, lip_pairs, pose, points);
+  tuck.apply(pose.lips, points);
   posePatches(points, nets);
   const AddedMotion jaw_motion = jaw.motion(points);
 

@@ -5,13 +5,15 @@
 #include <span>
 #include <vector>
 
-#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/triangles.h"
 #include "deform/surface/binding.h"
 #include "deform/surface/control_surface.h"
 #include "deform/surface/face_motion.h"
 #include "motion/tongue_pose.h"
 
 namespace mouthpiece {
+
+struct FaceMesh;
 
 struct DeformerOptions {
   bool portable_loops = false;  ///< the loops that any processor runs, even where it has faster ones; for comparison

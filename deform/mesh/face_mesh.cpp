@@ -49,26 +49,36 @@ std::vector<Triangle> trianglesOf(const FaceMesh& mesh, std::initializer_list<Pa
   return triangles;
 }
 
-FaceMesh parseFaceMesh(std::string_view bytes, const std::filesystem::path& path) {
+bool isGlb(const std::filesystem::path& path) {
+  const std::string extension = lowerExtension(path);
+  return extension == ".glb" || extension == ".vrm";
+}
+
+FaceMesh parseFaceMesh(std::string_view bytes, const std::filesystem::path& path, std::string_view object) {
   const std::string extension = lowerExtension(path);
   const std::string file = path.string();
+  if (isGlb(path)) return parseGlb(bytes, file, object);
+  if (!object.empty()) throw InputError(file, "", "holds no scene to choose an object of; expected a GLB");
   if (extension == ".obj") return parseObj(bytes, file);
   if (extension == ".ply") return parsePly(bytes, file);
   if (extension == ".off") return parseOff(bytes, file);
-  if (extension == ".glb") return parseGlb(bytes, file);
+  if (extension == ".fbx" || extension == ".gltf" || extension == ".blend" || extension == ".dae") {
+    throw InputError(file, "", fmt::format("found {}; expected .glb, .vrm, .obj, .ply or .off: docs/guides/convert_a_head.md "
+                                           "says how to make a GLB of it", extension));
+  }
   throw InputError(file, "",
-                   fmt::format("found the ending '{}'; expected .obj, .ply, .off or .glb", printable(extension, 20)));
+                   fmt::format("found the ending '{}'; expected .obj, .ply, .off, .glb or .vrm", printable(extension, 20)));
 }
 
-FaceShapes parseFaceShapes(std::string_view bytes, const std::filesystem::path& path) {
-  return lowerExtension(path) == ".glb" ? parseGlbShapes(bytes, path.string()) : FaceShapes{};
+FaceShapes parseFaceShapes(std::string_view bytes, const std::filesystem::path& path, std::string_view object) {
+  return isGlb(path) ? parseGlbShapes(bytes, path.string(), object) : FaceShapes{};
 }
 
-FaceMesh readFaceMesh(const std::filesystem::path& path) {
+FaceMesh readFaceMesh(const std::filesystem::path& path, std::string_view object) {
   const std::string extension = lowerExtension(path);
-  if (extension != ".obj" && extension != ".ply" && extension != ".off" && extension != ".glb")
-    return parseFaceMesh("", path);
-  return parseFaceMesh(readFile(path, kMaxMeshBytes), path);
+  if (extension != ".obj" && extension != ".ply" && extension != ".off" && !isGlb(path))
+    return parseFaceMesh("", path, object);
+  return parseFaceMesh(readFile(path, kMaxMeshBytes), path, object);
 }
 
 void writeObj(const std::filesystem::path& path, const FaceMesh& mesh) { writeFileAtomically(path, objBytes(mesh)); }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -11,18 +10,9 @@
 #include <string_view>
 #include <vector>
 
-#include "base/index.h"
+#include "deform/mesh/triangles.h"
 
 namespace mouthpiece {
-
-/// A small count in single precision; exact up to 2^24.
-constexpr float asFloat(std::integral auto n) { return static_cast<float>(n); }
-/// The whole part of a real number, for Eigen; towards zero.
-constexpr Eigen::Index wholePart(std::floating_point auto x) { return static_cast<Eigen::Index>(x); }
-
-/// vertices x 3, in the mesh's own unit.
-using VertexPositions = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
-using Triangle = std::array<std::uint32_t, 3>;
 
 /// What a part of the head is, and so what moves it: the control surface moves skin; the jaw moves lower teeth
 /// and the tongue's root; eyes, upper teeth and hair stay.
@@ -41,6 +31,7 @@ struct MeshPart {
   std::size_t triangle_count = 0;
   std::array<float, 4> base_color{0.8F, 0.6F, 0.5F, 1.0F};  ///< linear RGBA
   float roughness = 0.6F;
+  int material = -1;        ///< of a GLB's, its number
   bool stands_off = false;  ///< lashes, brows, beards: hair rooted in the skin, a piece of its own
 };
 
@@ -56,21 +47,19 @@ struct FaceMesh {
   [[nodiscard]] std::size_t vertexCount() const { return unsignedIndex(vertices.rows()); }
 };
 
-/// A vertex in double precision.
-inline Eigen::Vector3d pointAt(const VertexPositions& vertices, std::integral auto vertex) {
-  const Eigen::Index row = signedIndex(vertex);
-  return vertices.row(row).transpose().cast<double>();
-}
 /// The triangles of one part, which must not be outlived; all those of parts of some kinds, in the mesh's order.
 std::span<const Triangle> trianglesOf(const FaceMesh& mesh, const MeshPart& part);
 std::vector<Triangle> trianglesOf(const FaceMesh& mesh, std::initializer_list<PartKind> kinds);
 
-/// Reads OBJ, PLY, OFF or GLB by the name's ending; `usemtl`/`g`/`o` (OBJ) and materials (GLB) make the parts, whose
-/// kind is guessed from the name. Throws InputError with the line or byte for no faces, NaN or infinite coordinates, an
-/// index out of range, or counts larger than the file can hold.
-FaceMesh readFaceMesh(const std::filesystem::path& path);
+/// Reads OBJ, PLY, OFF or GLB (also named VRM) by the name's ending; `usemtl`/`g`/`o` (OBJ) and materials (GLB) make the
+/// parts, whose kind is told by bones, shapes and name (mesh_reader.h). `object`: of a GLB's scene only what hangs on the
+/// node, or shows the mesh, of this name; empty: all. Throws InputError with the line or byte for no faces, NaN or
+/// infinite coordinates, an index out of range, or counts larger than the file can hold.
+FaceMesh readFaceMesh(const std::filesystem::path& path, std::string_view object = {});
 /// The same for bytes already in memory; `path` gives the format and the name in messages.
-FaceMesh parseFaceMesh(std::string_view bytes, const std::filesystem::path& path);
+FaceMesh parseFaceMesh(std::string_view bytes, const std::filesystem::path& path, std::string_view object = {});
+/// Whether `path` ends as a GLB does.
+bool isGlb(const std::filesystem::path& path);
 
 /// Morph targets of a head, by name; a vertex of `moves` is one of the mesh that parseFaceMesh gives for the same
 /// bytes.
@@ -79,16 +68,10 @@ struct FaceShapes {
   std::vector<VertexPositions> moves;  ///< displacement at weight 1, the mesh's unit
 };
 /// Those of a GLB; none for other formats. Throws InputError as parseFaceMesh does.
-FaceShapes parseFaceShapes(std::string_view bytes, const std::filesystem::path& path);
+FaceShapes parseFaceShapes(std::string_view bytes, const std::filesystem::path& path, std::string_view object = {});
 
 void writeObj(const std::filesystem::path& path, const FaceMesh& mesh);
 /// What writeObj writes; parseFaceMesh gives the same mesh back.
 std::string objBytes(const FaceMesh& mesh);
-
-/// Adds to each corner twice its triangles' areas times their normals. `sums`: vertices x 3.
-void addNormals(const VertexPositions& vertices, const std::vector<Triangle>& triangles, VertexPositions& sums);
-
-/// Area-weighted unit normals, vertices x 3 (zero where a vertex has no triangle).
-VertexPositions vertexNormals(const VertexPositions& vertices, const std::vector<Triangle>& triangles);
 
 }  // namespace mouthpiece

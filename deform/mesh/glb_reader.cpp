@@ -1,13 +1,18 @@
-// GLB through tinygltf, which parses the JSON; every offset and count it hands over is checked here before it is used.
+// GLB through tinygltf, which parses the JSON; the scene as its nodes and skins show it at rest.
 #include <fmt/format.h>
 #include <tiny_gltf.h>
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <map>
 
 #include "base/errors.h"
+#include "deform/mesh/bone_roles.h"
+#include "deform/mesh/glb_chunks.h"
+#include "deform/mesh/glb_scene.h"
+#include "deform/mesh/glb_views.h"
 #include "deform/mesh/mesh_reader.h"
 
 namespace mouthpiece {
@@ -15,6 +20,7 @@ namespace {
 
 constexpr int kMaxNodeDepth = 64;
 constexpr std::size_t kMaxNodeVisits = 10'000;
+constexpr std::size_t kMaxJoints = 20'000;
 
 bool keepImageUndecoded(tinygltf::Image*, const int, std::string*, std::string*, int, int, const unsigned char*, int,
                         void*) {
@@ -33,179 +39,88 @@ tinygltf::FsCallbacks noFiles() {
   return callbacks;
 }
 
-/// Reads a number that may stand anywhere.
-template <typename Number>
-Number numberAt(const unsigned char* place) {
-  Number value{};
-  std::memcpy(&value, place, sizeof value);
-  return value;
+/// Extensions that say nothing of where a vertex is; what a file requires besides is refused.
+bool leavesGeometryAlone(std::string_view extension) {
+  if (extension == "KHR_texture_transform" || extension == "KHR_texture_basisu" || extension == "KHR_mesh_quantization" ||
+      extension == "EXT_texture_webp" || extension == "EXT_texture_avif" || extension == "KHR_lights_punctual" ||
+      extension == "KHR_animation_pointer" || extension == "MSFT_texture_dds" || extension == "VRM")
+    return true;
+  return extension.starts_with("KHR_materials_") || extension.starts_with("VRMC_");
 }
 
-/// An entry of one of the model's lists, by a number that the file gives. Throws InputError.
 template <typename Item>
 const Item& itemAt(const std::vector<Item>& items, int index, std::string_view what, std::string_view file) {
   if (index < 0 || unsignedIndex(index) >= items.size())
-    throw InputError(file, "", fmt::format("names a {} that it does not hold", what));
+    throw InputError(std::string(file), "", fmt::format("names a {} that it does not hold", what));
   return items[unsignedIndex(index)];
 }
 
-/// Elements of a GLB's buffer, all of whose bytes are there.
-struct GlbView {
-  const unsigned char* data = nullptr;
-  std::size_t count = 0;
-  std::size_t stride = 0;
-  int component = 0;  ///< tinygltf's number of the type of one component
+Eigen::Affine3d parentFromNode(const tinygltf::Node& node) {
+  Eigen::Affine3d transform = Eigen::Affine3d::Identity();
+  if (node.matrix.size() == 16) {
+    transform.matrix() = Eigen::Map<const Eigen::Matrix4d>(node.matrix.data());
+    return transform;
+  }
+  if (node.translation.size() == 3) transform.translate(Eigen::Map<const Eigen::Vector3d>(node.translation.data()));
+  if (node.rotation.size() == 4) {
+    const Eigen::Quaterniond rotation(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]);
+    if (rotation.norm() > 1e-6) transform.rotate(rotation.normalized());
+  }
+  if (node.scale.size() == 3) transform.scale(Eigen::Map<const Eigen::Vector3d>(node.scale.data()));
+  return transform;
+}
 
-  [[nodiscard]] const unsigned char* at(std::size_t i) const { return data + i * stride; }
-  [[nodiscard]] Eigen::Vector3f vec3(std::size_t i) const {
-    return {numberAt<float>(at(i)), numberAt<float>(at(i) + 4), numberAt<float>(at(i) + 8)};
+/// Takes the places of some vertices to the scene's: one map for all, or one a vertex.
+struct Poses {
+  Eigen::Affine3d node = Eigen::Affine3d::Identity();
+  std::vector<Eigen::Affine3f> skin;  ///< empty, or one a vertex
+  std::vector<BoneRole> roles;        ///< one for all, or one a vertex
+
+  [[nodiscard]] Eigen::Affine3d at(std::size_t vertex) const {
+    return skin.empty() ? node : Eigen::Affine3d(skin[vertex].cast<double>());
   }
-  /// Component k of element i as a number; whole numbers are shares of their type's largest. Not finite: 0.
-  [[nodiscard]] float channel(std::size_t i, std::size_t k) const {
-    if (component == TINYGLTF_COMPONENT_TYPE_FLOAT) {
-      const float value = numberAt<float>(at(i) + 4 * k);
-      return std::isfinite(value) ? value : 0.0F;
-    }
-    if (component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT)
-      return asFloat(numberAt<std::uint16_t>(at(i) + 2 * k)) / 65535.0F;
-    return asFloat(at(i)[k]) / 255.0F;
-  }
+  [[nodiscard]] BoneRole roleAt(std::size_t vertex) const { return roles[roles.size() == 1 ? 0 : vertex]; }
 };
 
-/// A GLB's accessors and buffer views, every index, offset and count of which is checked. Each throws InputError.
-class GlbViews {
- public:
-  /// Both must outlive it; `file` is for messages.
-  GlbViews(const tinygltf::Model& model, std::string_view file) : model_(model), file_(file) {}
-
-  [[nodiscard]] const tinygltf::Accessor& accessorAt(int index) const {
-    return itemAt(model_.accessors, index, "accessor", file_);
-  }
-
-  /// A plain accessor of tinygltf's `type`.
-  [[nodiscard]] GlbView accessor(int index, int type) const {
-    const tinygltf::Accessor& wanted = accessorAt(index);
-    if (wanted.sparse.isSparse) fail("found a sparse accessor; expected plain ones");
-    if (wanted.type != type) fail("found an accessor of the wrong type");
-    return plainPart(wanted);
-  }
-
-  /// `count` moves of an accessor that may be sparse: what it leaves out is zero.
-  [[nodiscard]] VertexPositions moves(int index, std::size_t count) const {
-    const tinygltf::Accessor& wanted = accessorAt(index);
-    if (wanted.count != count || wanted.type != TINYGLTF_TYPE_VEC3 ||
-        wanted.componentType != TINYGLTF_COMPONENT_TYPE_FLOAT)
-      fail("found a shape that is no list of one move a vertex");
-    VertexPositions moves = VertexPositions::Zero(signedIndex(count), 3);
-    if (wanted.bufferView >= 0) {
-      const GlbView view = plainPart(wanted);
-      for (std::size_t i = 0; i < count; ++i) moves.row(signedIndex(i)) = view.vec3(i).transpose();
-    }
-    const auto& sparse = wanted.sparse;
-    if (!sparse.isSparse) return moves;
-    if (sparse.count < 0 || unsignedIndex(sparse.count) > count) fail("found a damaged sparse accessor");
-    const std::size_t replaced = unsignedIndex(sparse.count);
-    const GlbView at =
-        packed(sparse.indices.bufferView, sparse.indices.byteOffset, sparse.indices.componentType, 1, replaced);
-    const GlbView values =
-        packed(sparse.values.bufferView, sparse.values.byteOffset, TINYGLTF_COMPONENT_TYPE_FLOAT, 3, replaced);
-    for (std::size_t i = 0; i < replaced; ++i) {
-      const std::size_t vertex = indexAt(at, i);
-      if (vertex >= count) fail("found a sparse accessor with an index out of range");
-      moves.row(signedIndex(vertex)) = values.vec3(i).transpose();
-    }
-    return moves;
-  }
-
-  /// Element i of a view of whole numbers.
-  [[nodiscard]] std::size_t indexAt(const GlbView& view, std::size_t i) const {
-    if (view.component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT) return numberAt<std::uint32_t>(view.at(i));
-    if (view.component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) return numberAt<std::uint16_t>(view.at(i));
-    if (view.component != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE) fail("found indices that are no whole numbers");
-    return *view.at(i);
-  }
-
- private:
-  [[noreturn]] void fail(std::string_view what) const { throw InputError(file_, "", what); }
-
-  /// The bytes of a buffer view.
-  [[nodiscard]] std::span<const unsigned char> bytesOf(int view_index) const {
-    const tinygltf::BufferView& view = itemAt(model_.bufferViews, view_index, "buffer view", file_);
-    const std::vector<unsigned char>& data = itemAt(model_.buffers, view.buffer, "buffer", file_).data;
-    if (view.byteOffset > data.size() || view.byteLength > data.size() - view.byteOffset)
-      fail(fmt::format("buffer view {} reaches beyond its buffer of {} bytes", view_index, data.size()));
-    return {data.data() + view.byteOffset, view.byteLength};
-  }
-
-  static int componentSize(int component) { return tinygltf::GetComponentSizeInBytes(unsignedWord(component)); }
-  static std::uint32_t unsignedWord(int number) { return static_cast<std::uint32_t>(number); }
-
-  /// An accessor's own elements, whether or not a sparse part replaces some of them.
-  [[nodiscard]] GlbView plainPart(const tinygltf::Accessor& accessor) const {
-    const std::span<const unsigned char> bytes = bytesOf(accessor.bufferView);
-    const std::size_t declared = model_.bufferViews[unsignedIndex(accessor.bufferView)].byteStride;
-    const int size = componentSize(accessor.componentType);
-    const int components = tinygltf::GetNumComponentsInType(unsignedWord(accessor.type));
-    if (size <= 0 || components <= 0) fail("found an accessor of an unknown type");
-    const std::size_t element = unsignedIndex(size * components);
-    const std::size_t stride = declared == 0 ? element : declared;
-    // Each factor is bounded before it is multiplied, so the product cannot wrap.
-    const bool fits =
-        accessor.byteOffset <= bytes.size() && stride >= element && stride <= 4096 &&
-        accessor.count <= kMaxMeshVertices * 8 &&
-        (accessor.count == 0 || (accessor.count - 1) * stride + element <= bytes.size() - accessor.byteOffset);
-    if (!fits) {
-      fail(fmt::format("accessor {} reaches beyond its buffer of {} bytes", &accessor - model_.accessors.data(),
-                       bytes.size()));
-    }
-    return {bytes.data() + accessor.byteOffset, accessor.count, stride, accessor.componentType};
-  }
-
-  /// `count` tightly packed elements within a buffer view.
-  [[nodiscard]] GlbView packed(int view_index, int offset, int component, std::size_t width, std::size_t count) const {
-    const std::span<const unsigned char> bytes = bytesOf(view_index);
-    if (componentSize(component) <= 0) fail("found an accessor of an unknown type");
-    const std::size_t element = width * unsignedIndex(componentSize(component));
-    if (offset < 0 || unsignedIndex(offset) > bytes.size() || count > (bytes.size() - unsignedIndex(offset)) / element)
-      fail("found a sparse accessor that reaches beyond its buffer");
-    return {bytes.data() + offset, count, element, component};
-  }
-
-  const tinygltf::Model& model_;
-  std::string_view file_;
-};
+/// What the reader is after: the surface, its shapes, or where both come from.
+enum class Wanted { kMesh, kShapes, kRuns };
 
 class GlbParser {
  public:
-  GlbParser(std::string_view bytes, std::string_view file) : bytes_(bytes), file_(file) {}
-
-  FaceShapes parseShapes() {
-    with_shapes_ = true;
+  GlbParser(std::string_view bytes, std::string_view file, std::string_view object, Wanted wanted)
+      : bytes_(bytes), file_(file), object_(object), wanted_(wanted) {
     load();
+    placeNodes();
     visitScene();
+  }
+
+  FaceMesh mesh() {
+    soup_.metres_per_unit = 1.0;
+    soup_.has_colors = true;
+    if (!has_vertex_colors_) soup_.vertex_colors.clear();
+    if (!has_texture_) soup_.texture_coordinates.clear();
+    if (!has_bones_) soup_.evidence.bones.clear();
+    if (!has_mouth_shapes_) soup_.evidence.mouth_moves.clear();
+    if (!has_jaw_shape_) soup_.evidence.jaw_moves.clear();
+    return finishMesh(std::move(soup_), file_);
+  }
+  FaceShapes shapes() {
     for (VertexPositions& moves : shapes_.moves) padShape(moves);
     return std::move(shapes_);
   }
-
-  FaceMesh parse() {
-    load();
-    soup_.metres_per_unit = 1.0;
-    soup_.has_colors = true;
-    visitScene();
-    if (!has_vertex_colors_) soup_.vertex_colors.clear();
-    if (!has_texture_) soup_.texture_coordinates.clear();
-    return finishMesh(std::move(soup_), file_);
+  std::vector<GlbRun> runs() { return std::move(runs_); }
+  std::vector<float> scalars(int accessor) const {
+    const GlbViews::Numbers numbers = views_.numbers(accessor, {TINYGLTF_TYPE_SCALAR});
+    return {numbers.data(), numbers.data() + numbers.size()};
   }
 
  private:
-  [[noreturn]] void fail(std::string_view what) const { throw InputError(file_, "", what); }
+  [[noreturn]] void fail(std::string_view what) const { throw InputError(std::string(file_), "", what); }
 
   void load() {
-    if (bytes_.size() < 20 || !bytes_.starts_with("glTF")) fail("found no 'glTF' at the start; expected a GLB file");
-    if (bytes_.size() > 0xFFFFFFFFU) fail("is larger than 4 GB");
-    const auto* start = reinterpret_cast<const unsigned char*>(bytes_.data());
-    const auto length = numberAt<std::uint32_t>(start + 8);
-    if (length > bytes_.size()) fail(fmt::format("is {} bytes long; its header says {}", bytes_.size(), length));
+    const std::string plain = unpackedGlb(bytes_, file_);
+    const std::string_view bytes = plain.empty() ? bytes_ : std::string_view(plain);
+    glbChunks(bytes, file_);  // the frame, and how deep the JSON is: tinygltf asks for neither
     tinygltf::TinyGLTF loader;
     loader.SetImageLoader(keepImageUndecoded, nullptr);
     loader.SetFsCallbacks(noFiles());
@@ -213,62 +128,96 @@ class GlbParser {
     std::string warning;
     bool is_loaded = false;
     try {
-      is_loaded =
-          loader.LoadBinaryFromMemory(&model_, &error, &warning, start, static_cast<unsigned int>(bytes_.size()), "");
+      is_loaded = loader.LoadBinaryFromMemory(&model_, &error, &warning,
+                                              reinterpret_cast<const unsigned char*>(bytes.data()),
+                                              static_cast<unsigned int>(bytes.size()), "");
     } catch (const std::exception& problem) {
       error = problem.what();
     }
     if (!is_loaded) fail(fmt::format("is no GLB that can be read: {}", printable(error, 160)));
     for (const std::string& extension : model_.extensionsRequired) {
-      if (extension != "KHR_materials_unlit" && extension != "KHR_texture_transform") {
-        fail(fmt::format("needs the extension {}; expected a plain GLB (export it without compression)",
+      if (!leavesGeometryAlone(extension)) {
+        fail(fmt::format("needs the extension {}, which is not understood; expected a GLB exported without it",
                          printable(extension, 60)));
       }
     }
   }
 
+  /// Where each node of the scene stands at rest; a joint outside of it stands where its own parents put it.
+  void placeNodes() {
+    const std::size_t count = model_.nodes.size();
+    if (count > kMaxNodeVisits * 10) fail("found more nodes than a head has");
+    parents_.assign(count, -1);
+    for (std::size_t n = 0; n < count; ++n) {
+      for (const int child : model_.nodes[n].children) {
+        (void)itemAt(model_.nodes, child, "node", file_);
+        parents_[unsignedIndex(child)] = static_cast<int>(n);
+      }
+    }
+    scene_from_node_.resize(count);
+    for (std::size_t n = 0; n < count; ++n) {
+      Eigen::Affine3d transform = Eigen::Affine3d::Identity();
+      int depth = 0;
+      for (int at = static_cast<int>(n); at >= 0; at = parents_[unsignedIndex(at)]) {
+        if (++depth > kMaxNodeDepth) fail("found nodes that hold each other in a ring");
+        transform = parentFromNode(model_.nodes[unsignedIndex(at)]) * transform;
+      }
+      if (!transform.matrix().allFinite()) fail("found a node whose transform is no number");
+      scene_from_node_[n] = transform;
+    }
+    roles_ = boneRoles(model_, parents_);
+  }
+
   void visitScene() {
     if (model_.nodes.empty()) fail("found no node; expected a scene with a mesh");
     if (model_.scenes.empty()) {
-      for (const tinygltf::Mesh& mesh : model_.meshes) addMesh(mesh, Eigen::Affine3d::Identity());
+      for (std::size_t m = 0; m < model_.meshes.size(); ++m) addMesh(-1, static_cast<int>(m));
       return;
     }
     const tinygltf::Scene& scene = itemAt(model_.scenes, std::max(model_.defaultScene, 0), "scene", file_);
-    for (const int node : scene.nodes) visitNode(node, Eigen::Affine3d::Identity(), 0);
+    for (const int node : scene.nodes) visitNode(node, 0);
+    if (!object_.empty() && !found_object_) {
+      std::string names;
+      for (const int node : scene.nodes) names += " '" + printable(model_.nodes[unsignedIndex(node)].name, 40) + "'";
+      fail(fmt::format("shows no object named '{}'; its scene holds{}", printable(object_, 60), printable(names, 300)));
+    }
   }
 
-  void visitNode(int index, const Eigen::Affine3d& scene_from_parent, int depth) {
+  void visitNode(int index, int depth) {
     const tinygltf::Node& node = itemAt(model_.nodes, index, "node", file_);
     if (depth > kMaxNodeDepth || ++node_visits_ > kMaxNodeVisits) fail("found nodes that hold each other in a ring");
-    const Eigen::Affine3d scene_from_node = scene_from_parent * parentFromNode(node);
-    if (!scene_from_node.matrix().allFinite()) fail("found a node whose transform is no number");
-    if (node.mesh >= 0) addMesh(itemAt(model_.meshes, node.mesh, "mesh", file_), scene_from_node);
-    for (const int child : node.children) visitNode(child, scene_from_node, depth + 1);
-  }
-
-  static Eigen::Affine3d parentFromNode(const tinygltf::Node& node) {
-    Eigen::Affine3d transform = Eigen::Affine3d::Identity();
-    if (node.matrix.size() == 16) {
-      transform.matrix() = Eigen::Map<const Eigen::Matrix4d>(node.matrix.data());
-      return transform;
+    if (node.mesh >= 0) {
+      const tinygltf::Mesh& mesh = itemAt(model_.meshes, node.mesh, "mesh", file_);
+      if (object_.empty() || mesh.name == object_ || hangsOnObject(index) ||
+          (node.skin >= 0 && skinHangsOnObject(node.skin))) {
+        found_object_ = true;
+        addMesh(index, node.mesh);
+      }
     }
-    if (node.translation.size() == 3) transform.translate(Eigen::Map<const Eigen::Vector3d>(node.translation.data()));
-    if (node.rotation.size() == 4) {
-      const Eigen::Quaterniond rotation(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]);
-      if (rotation.norm() > 1e-6) transform.rotate(rotation.normalized());
+    for (const int child : node.children) visitNode(child, depth + 1);
+  }
+
+  bool hangsOnObject(int node) const {
+    for (int at = node; at >= 0; at = parents_[unsignedIndex(at)]) {
+      if (model_.nodes[unsignedIndex(at)].name == object_) return true;
     }
-    if (node.scale.size() == 3) transform.scale(Eigen::Map<const Eigen::Vector3d>(node.scale.data()));
-    return transform;
+    return false;
+  }
+  /// A skinned mesh often lies beside the bones that carry it.
+  bool skinHangsOnObject(int skin) const {
+    const std::vector<int>& joints = itemAt(model_.skins, skin, "skin", file_).joints;
+    return !joints.empty() && unsignedIndex(joints[0]) < parents_.size() && hangsOnObject(joints[0]);
   }
 
-  void addMesh(const tinygltf::Mesh& mesh, const Eigen::Affine3d& scene_from_mesh) {
-    first_vertex_.clear();  // primitives of one mesh may share their vertices
-    for (const tinygltf::Primitive& primitive : mesh.primitives) addPrimitive(primitive, mesh, scene_from_mesh);
+  void addMesh(int node, int mesh_index) {
+    const tinygltf::Mesh& mesh = model_.meshes[unsignedIndex(mesh_index)];
+    run_of_.clear();  // primitives of one mesh may share their vertices
+    for (std::size_t p = 0; p < mesh.primitives.size(); ++p) addPrimitive(p, mesh_index, node);
   }
 
-  void addPrimitive(const tinygltf::Primitive& primitive, const tinygltf::Mesh& mesh,
-                    const Eigen::Affine3d& scene_from_mesh) {
-    const std::string& mesh_name = mesh.name;
+  void addPrimitive(std::size_t number, int mesh_index, int node) {
+    const tinygltf::Mesh& mesh = model_.meshes[unsignedIndex(mesh_index)];
+    const tinygltf::Primitive& primitive = mesh.primitives[number];
     if (primitive.mode == TINYGLTF_MODE_POINTS || primitive.mode == TINYGLTF_MODE_LINE ||
         primitive.mode == TINYGLTF_MODE_LINE_LOOP || primitive.mode == TINYGLTF_MODE_LINE_STRIP) {
       return;
@@ -277,36 +226,108 @@ class GlbParser {
       fail("found a triangle strip or fan; expected triangles");
     const auto position = primitive.attributes.find("POSITION");
     if (position == primitive.attributes.end())
-      fail(fmt::format("mesh '{}' has no positions", printable(mesh_name, 60)));
-    const auto [entry, is_new] = first_vertex_.try_emplace(position->second, soup_.vertexCount());
-    const std::size_t count = is_new ? addVertices(primitive, position->second, scene_from_mesh)
-                                     : views_.accessor(position->second, TINYGLTF_TYPE_VEC3).count;
-    if (with_shapes_) {
-      if (is_new) addShapes(primitive, mesh, entry->second, count, scene_from_mesh.linear());
-      return;
+      fail(fmt::format("mesh '{}' has no positions", printable(mesh.name, 60)));
+    const auto [entry, is_new] = run_of_.try_emplace(position->second, runs_.size());
+    if (is_new) {
+      runs_.push_back({node, mesh_index, {}, soup_.vertexCount(), 0, {}});
+      addVertices(primitive, position->second, mesh);
     }
+    GlbRun& run = runs_[entry->second];
+    run.primitives.push_back(number);
+    if (wanted_ != Wanted::kMesh) return;
     // A mirrored node turns the triangles inside out.
-    const bool is_mirrored = scene_from_mesh.linear().determinant() < 0;
-    addTriangles(primitive, entry->second, count, is_mirrored, addPart(primitive.material, mesh_name));
+    const bool is_mirrored = run.count > 0 && run.sceneFromMesh(0).determinant() < 0;
+    addTriangles(primitive, run.first_vertex, run.count, is_mirrored, addPart(primitive.material, mesh.name));
   }
 
-  std::size_t addVertices(const tinygltf::Primitive& primitive, int position_accessor,
-                          const Eigen::Affine3d& scene_from_mesh) {
-    const GlbView view = views_.accessor(position_accessor, TINYGLTF_TYPE_VEC3);
-    if (view.component != TINYGLTF_COMPONENT_TYPE_FLOAT) fail("found positions that are no floats");
-    if (soup_.vertexCount() + view.count > kMaxMeshVertices)
+  void addVertices(const tinygltf::Primitive& primitive, int position_accessor, const tinygltf::Mesh& mesh) {
+    const GlbViews::Numbers places = views_.numbers(position_accessor, {TINYGLTF_TYPE_VEC3});
+    const std::size_t count = unsignedIndex(places.rows());
+    if (soup_.vertexCount() + count > kMaxMeshVertices)
       fail(fmt::format("found more than {} vertices", kMaxMeshVertices));
-    for (std::size_t i = 0; i < view.count; ++i) {
-      const Eigen::Vector3f point = (scene_from_mesh * view.vec3(i).cast<double>()).cast<float>();
+    GlbRun& run = runs_.back();
+    const Poses poses = posesOf(primitive, run.node, count);
+    run.count = count;
+    if (poses.skin.empty()) run.scene_from_mesh.emplace_back(poses.node.linear().cast<float>());
+    for (const Eigen::Affine3f& pose : poses.skin) run.scene_from_mesh.emplace_back(pose.linear());
+    for (std::size_t i = 0; i < count; ++i) {
+      const Eigen::Vector3d own = places.row(signedIndex(i)).transpose().cast<double>();
+      const Eigen::Vector3f point = (poses.at(i) * own).cast<float>();
       for (int axis = 0; axis < 3; ++axis) {
         if (!(std::abs(point[axis]) <= kMaxCoordinate))
           fail(fmt::format("vertex {}: found a coordinate that is no usable number", i));
         soup_.positions.push_back(point[axis]);
       }
     }
-    addColors(primitive, view.count);
-    addTexture(primitive, view.count);
-    return view.count;
+    if (wanted_ == Wanted::kShapes) addShapes(primitive, mesh, run);
+    if (wanted_ != Wanted::kMesh) return;
+    addColors(primitive, count);
+    addTexture(primitive, count);
+    for (std::size_t i = 0; i < count; ++i) soup_.evidence.bones.push_back(poses.roleAt(i));
+    addMouthMoves(primitive, mesh, run);
+  }
+
+  /// The node's own place, or for a skinned mesh the bones' at rest: then the node itself does not count (glTF 2.0,
+  /// 3.7.3.1).
+  Poses posesOf(const tinygltf::Primitive& primitive, int node_index, std::size_t count) {
+    if (node_index < 0) return {Eigen::Affine3d::Identity(), {}, {BoneRole::kUnknown}};
+    const tinygltf::Node& node = model_.nodes[unsignedIndex(node_index)];
+    const bool is_skinned = node.skin >= 0 && primitive.attributes.contains("JOINTS_0");
+    if (!is_skinned) {
+      has_bones_ = has_bones_ || roles_[unsignedIndex(node_index)] != BoneRole::kUnknown;
+      return {scene_from_node_[unsignedIndex(node_index)], {}, {roles_[unsignedIndex(node_index)]}};
+    }
+    has_bones_ = true;
+    const tinygltf::Skin& skin = itemAt(model_.skins, node.skin, "skin", file_);
+    const std::vector<Eigen::Matrix4f> joints = jointMatrices(skin);
+    std::vector<Eigen::Matrix4f> sums(count, Eigen::Matrix4f::Zero());
+    std::vector<float> totals(count, 0.0F);
+    std::vector<std::array<float, 6>> shares(count, std::array<float, 6>{});
+    for (int set = 0; set < 4; ++set) {
+      const auto joint = primitive.attributes.find(fmt::format("JOINTS_{}", set));
+      const auto weight = primitive.attributes.find(fmt::format("WEIGHTS_{}", set));
+      if (joint == primitive.attributes.end() || weight == primitive.attributes.end()) break;
+      const std::vector<std::uint32_t> which = views_.wholes(joint->second, {TINYGLTF_TYPE_VEC4});
+      const GlbViews::Numbers much = views_.numbers(weight->second, {TINYGLTF_TYPE_VEC4});
+      if (which.size() != 4 * count || unsignedIndex(much.rows()) != count)
+        fail("found fewer joints or weights than vertices");
+      for (std::size_t i = 0; i < 4 * count; ++i) {
+        const float share = much(signedIndex(i / 4), signedIndex(i % 4));
+        if (!(share > 0)) continue;
+        if (which[i] >= joints.size()) fail(fmt::format("found joint {}; the skin has {}", which[i], joints.size()));
+        sums[i / 4] += share * joints[which[i]];
+        totals[i / 4] += share;
+        shares[i / 4][static_cast<std::size_t>(roles_[unsignedIndex(skin.joints[which[i]])])] += share;
+      }
+    }
+    Poses poses;
+    const Eigen::Affine3f plain = scene_from_node_[unsignedIndex(node_index)].cast<float>();
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool hangs = totals[i] > 1e-6F && std::isfinite(totals[i]);
+      poses.skin.push_back(hangs ? Eigen::Affine3f(sums[i] / totals[i]) : plain);
+      const auto most = std::max_element(shares[i].begin(), shares[i].end());
+      poses.roles.push_back(hangs ? static_cast<BoneRole>(most - shares[i].begin()) : BoneRole::kUnknown);
+    }
+    return poses;
+  }
+
+  std::vector<Eigen::Matrix4f> jointMatrices(const tinygltf::Skin& skin) const {
+    if (skin.joints.size() > kMaxJoints) fail("found more joints than a body has");
+    GlbViews::Numbers binds;
+    if (skin.inverseBindMatrices >= 0) binds = views_.numbers(skin.inverseBindMatrices, {TINYGLTF_TYPE_MAT4});
+    if (skin.inverseBindMatrices >= 0 && unsignedIndex(binds.rows()) < skin.joints.size())
+      fail("found fewer bind matrices than joints");
+    std::vector<Eigen::Matrix4f> matrices;
+    for (std::size_t j = 0; j < skin.joints.size(); ++j) {
+      (void)itemAt(model_.nodes, skin.joints[j], "node", file_);
+      const Eigen::Matrix4d& scene_from_joint = scene_from_node_[unsignedIndex(skin.joints[j])].matrix();
+      Eigen::Matrix4d joint_from_mesh = Eigen::Matrix4d::Identity();
+      if (binds.rows() > 0)
+        joint_from_mesh = Eigen::Map<const Eigen::Matrix4f>(binds.row(signedIndex(j)).data()).cast<double>();
+      matrices.emplace_back((scene_from_joint * joint_from_mesh).cast<float>());
+      if (!matrices.back().allFinite()) fail("found a bind matrix that is no number");
+    }
+    return matrices;
   }
 
   /// Names are Khronos' convention, extras.targetNames; without it a shape is called by its number.
@@ -326,8 +347,15 @@ class GlbParser {
     moves.bottomRows(all - before).setZero();
   }
 
-  void addShapes(const tinygltf::Primitive& primitive, const tinygltf::Mesh& mesh, std::size_t first_vertex,
-                 std::size_t count, const Eigen::Matrix3d& turn) {
+  GlbViews::Numbers movesOf(int accessor, std::size_t count) const {
+    GlbViews::Numbers moves = views_.numbers(accessor, {TINYGLTF_TYPE_VEC3});
+    if (unsignedIndex(moves.rows()) != count) fail("found a shape that is no list of one move a vertex");
+    if (!moves.allFinite() || (moves.size() > 0 && moves.cwiseAbs().maxCoeff() > kMaxCoordinate))
+      fail("found a shape with a move that is no usable number");
+    return moves;
+  }
+
+  void addShapes(const tinygltf::Primitive& primitive, const tinygltf::Mesh& mesh, const GlbRun& run) {
     for (std::size_t target = 0; target < primitive.targets.size(); ++target) {
       const auto position = primitive.targets[target].find("POSITION");
       if (position == primitive.targets[target].end()) continue;
@@ -340,11 +368,31 @@ class GlbParser {
         shapes_.moves.emplace_back(0, 3);
       }
       padShape(shapes_.moves[shape]);
-      const VertexPositions moves = views_.moves(position->second, count);
-      for (Eigen::Index i = 0; i < moves.rows(); ++i) {
-        const Eigen::Vector3f move = (turn * pointAt(moves, i)).cast<float>();
-        if (!(move.cwiseAbs().maxCoeff() <= kMaxCoordinate)) fail("found a shape with a move that is no usable number");
-        shapes_.moves[shape].row(signedIndex(first_vertex) + i) = move.transpose();
+      const GlbViews::Numbers moves = movesOf(position->second, run.count);
+      for (std::size_t i = 0; i < run.count; ++i) {
+        shapes_.moves[shape].row(signedIndex(run.first_vertex + i)) =
+            (run.sceneFromMesh(i) * moves.row(signedIndex(i)).transpose()).transpose();
+      }
+    }
+  }
+
+  void addMouthMoves(const tinygltf::Primitive& primitive, const tinygltf::Mesh& mesh, const GlbRun& run) {
+    VertexEvidence& evidence = soup_.evidence;
+    evidence.mouth_moves.resize(soup_.vertexCount(), 0.0F);
+    evidence.jaw_moves.resize(soup_.vertexCount(), 0.0F);
+    for (std::size_t target = 0; target < std::min(primitive.targets.size(), kMaxShapes); ++target) {
+      const auto position = primitive.targets[target].find("POSITION");
+      const std::string name = shapeName(mesh, target);
+      if (position == primitive.targets[target].end() || !isMouthShape(name)) continue;
+      const bool opens_jaw = isJawShape(name);
+      has_mouth_shapes_ = true;
+      has_jaw_shape_ = has_jaw_shape_ || opens_jaw;
+      const GlbViews::Numbers moves = movesOf(position->second, run.count);
+      for (std::size_t i = 0; i < run.count; ++i) {
+        const float far = (run.sceneFromMesh(i) * moves.row(signedIndex(i)).transpose()).norm();
+        const std::size_t vertex = run.first_vertex + i;
+        evidence.mouth_moves[vertex] = std::max(evidence.mouth_moves[vertex], far);
+        if (opens_jaw) evidence.jaw_moves[vertex] = std::max(evidence.jaw_moves[vertex], far);
       }
     }
   }
@@ -353,14 +401,15 @@ class GlbParser {
     soup_.vertex_colors.resize(soup_.vertexCount(), {1.0F, 1.0F, 1.0F});
     const auto attribute = primitive.attributes.find("COLOR_0");
     if (attribute == primitive.attributes.end()) return;
-    const int type = views_.accessorAt(attribute->second).type;
-    const GlbView view =
-        views_.accessor(attribute->second, type == TINYGLTF_TYPE_VEC4 ? TINYGLTF_TYPE_VEC4 : TINYGLTF_TYPE_VEC3);
-    if (view.count != count) fail("found fewer colours than vertices");
+    const GlbViews::Numbers colors = views_.numbers(attribute->second, {TINYGLTF_TYPE_VEC3, TINYGLTF_TYPE_VEC4});
+    if (unsignedIndex(colors.rows()) != count) fail("found fewer colours than vertices");
     has_vertex_colors_ = true;
     for (std::size_t i = 0; i < count; ++i) {
       auto& color = soup_.vertex_colors[soup_.vertexCount() - count + i];
-      for (std::size_t k = 0; k < 3; ++k) color[k] = std::clamp(view.channel(i, k), 0.0F, 1.0F);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const float channel = colors(signedIndex(i), signedIndex(k));
+        color[k] = std::isfinite(channel) ? std::clamp(channel, 0.0F, 1.0F) : 0.0F;
+      }
     }
   }
 
@@ -368,12 +417,15 @@ class GlbParser {
     soup_.texture_coordinates.resize(soup_.vertexCount(), {0.0F, 0.0F});
     const auto attribute = primitive.attributes.find("TEXCOORD_0");
     if (attribute == primitive.attributes.end()) return;
-    const GlbView view = views_.accessor(attribute->second, TINYGLTF_TYPE_VEC2);
-    if (view.component != TINYGLTF_COMPONENT_TYPE_FLOAT || view.count != count) return;
+    const GlbViews::Numbers places = views_.numbers(attribute->second, {TINYGLTF_TYPE_VEC2});
+    if (unsignedIndex(places.rows()) != count) return;
     has_texture_ = true;
     for (std::size_t i = 0; i < count; ++i) {
       auto& uv = soup_.texture_coordinates[soup_.vertexCount() - count + i];
-      for (std::size_t k = 0; k < 2; ++k) uv[k] = view.channel(i, k);
+      for (std::size_t k = 0; k < 2; ++k) {
+        const float value = places(signedIndex(i), signedIndex(k));
+        uv[k] = std::isfinite(value) ? value : 0.0F;
+      }
     }
   }
 
@@ -381,6 +433,7 @@ class GlbParser {
     MeshPart part{.name = printable(mesh_name.empty() ? "mesh" : mesh_name, 120), .base_color = {1, 1, 1, 1}};
     if (material >= 0 && unsignedIndex(material) < model_.materials.size()) {
       const tinygltf::Material& source = model_.materials[unsignedIndex(material)];
+      part.material = material;
       if (!source.name.empty() && (kindFromName(source.name) || !kindFromName(mesh_name)))
         part.name = printable(source.name, 120);
       const auto& factor = source.pbrMetallicRoughness.baseColorFactor;
@@ -401,14 +454,14 @@ class GlbParser {
 
   void addTriangles(const tinygltf::Primitive& primitive, std::size_t first_vertex, std::size_t vertices,
                     bool is_mirrored, std::uint32_t part) {
-    GlbView view;
-    if (primitive.indices >= 0) view = views_.accessor(primitive.indices, TINYGLTF_TYPE_SCALAR);
-    const std::size_t corners = primitive.indices >= 0 ? view.count : vertices;
+    std::vector<std::uint32_t> indices;
+    if (primitive.indices >= 0) indices = views_.wholes(primitive.indices, {TINYGLTF_TYPE_SCALAR});
+    const std::size_t corners = primitive.indices >= 0 ? indices.size() : vertices;
     if (corners % 3 != 0) fail(fmt::format("found {} corners of triangles; expected a multiple of 3", corners));
     if (soup_.triangles.size() + corners / 3 > kMaxMeshTriangles)
       fail(fmt::format("found more than {} triangles", kMaxMeshTriangles));
     const auto corner = [&](std::size_t i) {
-      const std::size_t index = primitive.indices >= 0 ? views_.indexAt(view, i) : i;
+      const std::size_t index = primitive.indices >= 0 ? indices[i] : i;
       if (index >= vertices) fail(fmt::format("found vertex index {}; expected 0 to {}", index, vertices - 1));
       return static_cast<std::uint32_t>(first_vertex + index);
     };
@@ -421,23 +474,43 @@ class GlbParser {
 
   std::string_view bytes_;
   std::string_view file_;
+  std::string_view object_;
+  Wanted wanted_;
   tinygltf::Model model_;
   GlbViews views_{model_, file_};
+  std::vector<int> parents_;
+  std::vector<Eigen::Affine3d> scene_from_node_;
+  std::vector<BoneRole> roles_;
   MeshSoup soup_;
-  std::map<int, std::size_t> first_vertex_;
+  std::vector<GlbRun> runs_;
+  std::map<int, std::size_t> run_of_;  ///< by position accessor, of the mesh being read
   std::size_t node_visits_ = 0;
-  bool has_vertex_colors_ = false;
-  bool has_texture_ = false;
-  bool with_shapes_ = false;
+  bool found_object_ = false;
+  bool has_vertex_colors_ = false, has_texture_ = false;
+  bool has_bones_ = false, has_mouth_shapes_ = false, has_jaw_shape_ = false;
   FaceShapes shapes_;
 };
 
 }  // namespace
 
-FaceMesh parseGlb(std::string_view bytes, std::string_view file) { return GlbParser(bytes, file).parse(); }
+FaceMesh parseGlb(std::string_view bytes, std::string_view file, std::string_view object) {
+  return GlbParser(bytes, file, object, Wanted::kMesh).mesh();
+}
 
-FaceShapes parseGlbShapes(std::string_view bytes, std::string_view file) {
-  return GlbParser(bytes, file).parseShapes();
+FaceShapes parseGlbShapes(std::string_view bytes, std::string_view file, std::string_view object) {
+  return GlbParser(bytes, file, object, Wanted::kShapes).shapes();
+}
+
+std::vector<GlbRun> glbRuns(std::string_view bytes, std::string_view file, std::string_view object) {
+  return GlbParser(bytes, file, object, Wanted::kRuns).runs();
+}
+
+std::vector<std::vector<float>> glbScalars(std::string_view bytes, std::string_view file,
+                                           const std::vector<std::size_t>& accessors) {
+  const GlbParser parser(bytes, file, {}, Wanted::kRuns);
+  std::vector<std::vector<float>> all;
+  for (const std::size_t accessor : accessors) all.push_back(parser.scalars(static_cast<int>(accessor)));
+  return all;
 }
 
 }  // namespace mouthpiece

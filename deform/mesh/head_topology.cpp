@@ -6,6 +6,8 @@
 #include <map>
 #include <queue>
 
+#include "deform/mesh/face_mesh.h"
+
 namespace mouthpiece {
 namespace {
 
@@ -52,10 +54,14 @@ struct HeadTopology::Net {
   };
   std::vector<PartKind> kinds;
   VertexPositions places;
+  std::vector<Triangle> around_mouth;  ///< triangles of what lips may be
   std::vector<std::size_t> first;  ///< links of vertex i: [first[i], first[i + 1])
   std::vector<Link> links;
 
-  explicit Net(const FaceMesh& mesh) : kinds(vertexKinds(mesh)), places(mesh.vertices) {
+  explicit Net(const FaceMesh& mesh)
+      : kinds(vertexKinds(mesh)),
+        places(mesh.vertices),
+        around_mouth(trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside})) {
     std::vector<std::pair<std::uint32_t, Link>> all;
     const auto join = [&](std::uint32_t a, std::uint32_t b, bool is_double) {
       const float length = (places.row(a) - places.row(b)).norm();
@@ -101,12 +107,15 @@ HeadTopology::HeadTopology(std::shared_ptr<const Net> net, const FaceOpenings& o
   for (std::size_t v = 0; v < at_lips_.size(); ++v)
     at_lips_[v] = distanceToLine(pointAt(net_->places, v), openings.lip_line) < openings.lips_reach;
   findPieces();
+  if (openings.mouth) lip_line_ = traceLipLine(net_->places, net_->around_mouth, *openings.mouth);
+  if (lip_line_ && lip_line_->is_parted) findInside();
   const auto anywhere = [](std::uint32_t) { return true; };
   std::uint32_t upper = kUpperLip;
   for (const FaceOpenings::Sides& sides : openings.sides) {
     const std::uint32_t lower = 2 * upper;
-    Reach up = reachFrom(nearestSkin(sides.upper), anywhere);
-    Reach down = reachFrom(nearestSkin(sides.lower), anywhere);
+    const bool is_traced = upper == kUpperLip && lip_line_ && lip_line_->is_parted;
+    Reach up = reachFrom(is_traced ? lip_line_->upper_skin : nearestSkin(sides.upper), anywhere);
+    Reach down = reachFrom(is_traced ? lip_line_->lower_skin : nearestSkin(sides.lower), anywhere);
     for (std::size_t v = 0; v < forbidden_.size(); ++v) {
       if (std::isfinite(up.distance[v]) && std::isfinite(down.distance[v]))
         forbidden_[v] |= up.distance[v] <= down.distance[v] ? lower : upper;
@@ -173,6 +182,19 @@ HeadTopology::Reach HeadTopology::reachFrom(const std::vector<std::uint32_t>& se
     }
   }
   return reach;
+}
+
+/// What is nearer to the mouth's inside than to the lips' fronts, seen along the mesh.
+void HeadTopology::findInside() {
+  std::vector<std::uint32_t> seeds = lip_line_->inside;
+  std::vector<bool> is_inside(kinds().size(), false);
+  for (const std::uint32_t v : seeds) is_inside[v] = true;
+  seeds.insert(seeds.end(), lip_line_->upper_skin.begin(), lip_line_->upper_skin.end());
+  seeds.insert(seeds.end(), lip_line_->lower_skin.begin(), lip_line_->lower_skin.end());
+  const Reach reach = reachFrom(seeds, [](std::uint32_t) { return true; });
+  in_mouth_.assign(kinds().size(), false);
+  for (std::size_t v = 0; v < in_mouth_.size(); ++v)
+    in_mouth_[v] = reach.source[v] >= 0 && is_inside[unsignedIndex(reach.source[v])];
 }
 
 void HeadTopology::findPieces() {

@@ -8,9 +8,12 @@
 #include <optional>
 #include <vector>
 
-#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/lip_line.h"
 
 namespace mouthpiece {
+
+enum class PartKind;
+struct FaceMesh;
 
 /// What each vertex belongs to. One that several parts share is skin or lips if one of them is, else the mouth's
 /// inside.
@@ -40,6 +43,8 @@ struct FaceOpenings {
     std::vector<Eigen::Vector3d> upper, lower;
   };
   std::array<Sides, 3> sides;  ///< of the mouth, the right eye, the left eye: in the order of SideBit
+  /// Where given, the line between the lips is traced, and tells the mouth's sides better than its places do.
+  std::optional<MouthHints> mouth = {};
 };
 
 /// What hangs together in a head, and what lies on which side of its openings: found once for a mesh and handed on.
@@ -55,7 +60,12 @@ class HeadTopology {
   [[nodiscard]] const std::vector<std::uint32_t>& pieces() const { return pieces_; }
   /// Bits of the further side of each opening, by the way along the mesh, one entry a vertex.
   [[nodiscard]] const std::vector<std::uint32_t>& forbidden() const { return forbidden_; }
-  /// The way along the mesh to either lip's places, one entry a vertex; infinite where none leads there.
+  /// The line between the lips; nullopt where no hints were given or they are no mouth's.
+  [[nodiscard]] const std::optional<LipLine>& lipLine() const { return lip_line_; }
+  /// Whether a vertex lies behind the line between the lips: on their backs or further in the mouth.
+  [[nodiscard]] bool isInMouth(std::size_t vertex) const { return !in_mouth_.empty() && in_mouth_[vertex]; }
+  /// The way along the mesh to either lip's skin (its places, without a line), one entry a vertex; infinite where none
+  /// leads there.
   [[nodiscard]] const std::vector<double>& wayToUpperLip() const { return to_upper_lip_; }
   [[nodiscard]] const std::vector<double>& wayToLowerLip() const { return to_lower_lip_; }
   /// The way to the upper lip over the ways to both: 0 on the upper lip, 1 on the lower one, 0.5 where not known.
@@ -76,11 +86,14 @@ class HeadTopology {
   HeadTopology(std::shared_ptr<const Net> net, const FaceOpenings& openings);
   [[nodiscard]] std::vector<std::uint32_t> nearestSkin(const std::vector<Eigen::Vector3d>& places) const;
   void findPieces();
+  void findInside();
 
   std::shared_ptr<const Net> net_;
   std::vector<bool> at_lips_;  ///< vertices whose doubles are not joined
   std::vector<std::uint32_t> pieces_, forbidden_;
   std::vector<double> to_upper_lip_, to_lower_lip_;
+  std::optional<LipLine> lip_line_;
+  std::vector<bool> in_mouth_;  ///< empty without a line
 };
 
 }  // namespace mouthpiece

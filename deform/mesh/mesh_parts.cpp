@@ -13,7 +13,7 @@
 namespace mouthpiece {
 namespace {
 
-/// Words in names of materials and groups, tried in this order.
+/// Words in names of materials and groups, tried in this order. Whose words they are: docs/formats/parts.md.
 struct KindWord {
   std::string_view word;
   PartKind kind;
@@ -22,11 +22,14 @@ constexpr std::array kKindWords{
     KindWord{"lash", PartKind::kSkin},  // they move with the lids
     KindWord{"brow", PartKind::kSkin},
     KindWord{"eyelid", PartKind::kSkin},
+    KindWord{"eyeline", PartKind::kSkin},
+    KindWord{"eyesock", PartKind::kEye},
     KindWord{"tongue", PartKind::kTongue},
     KindWord{"teeth", PartKind::kUpperTeeth},
     KindWord{"tooth", PartKind::kUpperTeeth},
     KindWord{"gum", PartKind::kUpperTeeth},
     KindWord{"denture", PartKind::kUpperTeeth},
+    KindWord{"saliva", PartKind::kUpperTeeth},
     KindWord{"lips", PartKind::kLips},
     KindWord{"lip_", PartKind::kLips},
     KindWord{"mouth", PartKind::kMouthInside},
@@ -38,16 +41,29 @@ constexpr std::array kKindWords{
     KindWord{"pupil", PartKind::kEye},
     KindWord{"cornea", PartKind::kEye},
     KindWord{"lacrimal", PartKind::kEye},
+    KindWord{"tearline", PartKind::kEye},
     KindWord{"hair", PartKind::kHair},
     KindWord{"beard", PartKind::kSkin},
+    KindWord{"headwear", PartKind::kOther},
+    KindWord{"outfit", PartKind::kOther},
+    KindWord{"footwear", PartKind::kOther},
+    KindWord{"shoe", PartKind::kOther},
+    KindWord{"cloth", PartKind::kOther},
+    KindWord{"shirt", PartKind::kOther},
+    KindWord{"suit", PartKind::kOther},
+    KindWord{"pants", PartKind::kOther},
+    KindWord{"glasses", PartKind::kOther},
+    KindWord{"toenail", PartKind::kOther},
+    KindWord{"fingernail", PartKind::kOther},
+    KindWord{"std_nails", PartKind::kOther},
     KindWord{"face", PartKind::kSkin},
     KindWord{"skin", PartKind::kSkin},
     KindWord{"head", PartKind::kSkin},
     KindWord{"body", PartKind::kSkin},
-    KindWord{"cloth", PartKind::kOther},
-    KindWord{"shirt", PartKind::kOther},
-    KindWord{"glasses", PartKind::kOther},
 };
+
+constexpr float kMoved = 0.1F;    ///< of the furthest move of a mouth's shape: what counts as moved
+constexpr double kWholly = 0.95;  ///< of a part's corners: what hangs on one kind of bone
 
 std::string lowerCase(std::string_view text) {
   std::string lower(text);
@@ -101,47 +117,94 @@ class Islands {
   boost::disjoint_sets_with_storage<> sets_;
 };
 
-/// Two-means in height over the islands of teeth, each weighing as many triangles as it has: true where upper.
-/// One island, or islands of one height only: nullopt.
-std::optional<std::vector<bool>> upperTriangles(const FaceMesh& mesh, std::span<const Triangle> triangles) {
-  Islands islands(mesh, triangles);
-  struct Sum {
-    double height = 0;
-    double count = 0;
-  };
-  std::map<std::size_t, Sum> sums;
-  for (const Triangle& triangle : triangles) {
-    Sum& sum = sums[islands.islandOf(triangle[0])];
-    sum.height += centroid(mesh, triangle)[1];
-    sum.count += 1;
-  }
-  if (sums.size() < 2) return std::nullopt;
-  double low = 1e30;
-  double high = -1e30;
-  for (auto& [island, sum] : sums) {
-    sum.height /= sum.count;
-    low = std::min(low, sum.height);
-    high = std::max(high, sum.height);
-  }
+/// An island of teeth: its middle, and how many triangles it weighs.
+struct ToothIsland {
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  double count = 0;
+  double jaw_move = 0;  ///< the mean of VertexEvidence::jaw_moves
+};
+
+/// Two rows of a few heights, by two-means; nullopt when one is empty.
+struct Rows {
+  std::vector<bool> is_upper;
+  double within = 0;   ///< squared distances from the rows' own means
+  double between = 0;  ///< squared distance of the two means
+};
+std::optional<Rows> rowsOf(const std::vector<double>& heights, const std::vector<ToothIsland>& islands) {
+  auto [low, high] = std::pair{*std::min_element(heights.begin(), heights.end()),
+                               *std::max_element(heights.begin(), heights.end())};
   constexpr int kIterations = 20;
   for (int i = 0; i < kIterations; ++i) {
-    Sum lower;
-    Sum upper;
-    for (const auto& [island, sum] : sums) {
-      Sum& side = std::abs(sum.height - high) < std::abs(sum.height - low) ? upper : lower;
-      side.height += sum.height * sum.count;
-      side.count += sum.count;
+    std::array<double, 2> sums{}, counts{};
+    for (std::size_t k = 0; k < heights.size(); ++k) {
+      const std::size_t side = std::abs(heights[k] - high) < std::abs(heights[k] - low) ? 1 : 0;
+      sums[side] += heights[k] * islands[k].count;
+      counts[side] += islands[k].count;
     }
-    if (lower.count == 0 || upper.count == 0) return std::nullopt;
-    low = lower.height / lower.count;
-    high = upper.height / upper.count;
+    if (counts[0] == 0 || counts[1] == 0) return std::nullopt;
+    low = sums[0] / counts[0];
+    high = sums[1] / counts[1];
   }
+  Rows rows;
+  rows.between = (high - low) * (high - low);
+  for (std::size_t k = 0; k < heights.size(); ++k) {
+    const double away_high = std::abs(heights[k] - high), away_low = std::abs(heights[k] - low);
+    rows.is_upper.push_back(away_high < away_low);
+    rows.within += islands[k].count * std::pow(std::min(away_high, away_low), 2);
+  }
+  return rows;
+}
+
+/// The rows by the plane in which they bite: it may fall or rise to the back, where a lower molar can stand higher than
+/// an upper incisor, but not to a side, so both sides come out alike. Of some tilts the one that parts the rows best.
+std::optional<Rows> rowsOf(const std::vector<ToothIsland>& islands) {
+  constexpr std::array kTilts{0.0, -0.1, 0.1, -0.2, 0.2, -0.3, 0.3, -0.45, 0.45, -0.6, 0.6};
+  std::optional<Rows> best;
+  for (const double tilt : kTilts) {
+    std::vector<double> heights;
+    for (const ToothIsland& island : islands) heights.push_back(island.middle.y() - tilt * island.middle.z());
+    auto rows = rowsOf(heights, islands);
+    if (rows && (!best || rows->between * best->within > 1.2 * best->between * rows->within)) best = std::move(rows);
+  }
+  return best;
+}
+
+/// Which of the teeth's triangles are the upper ones: by the shape that opens the jaw where there is one, else by
+/// where the islands lie. One island, or islands of one height only: nullopt.
+std::optional<std::vector<bool>> upperTriangles(const FaceMesh& mesh, std::span<const Triangle> triangles,
+                                                const VertexEvidence& evidence) {
+  Islands islands(mesh, triangles);
+  std::map<std::size_t, ToothIsland> sums;
+  for (const Triangle& triangle : triangles) {
+    ToothIsland& sum = sums[islands.islandOf(triangle[0])];
+    sum.middle += centroid(mesh, triangle).cast<double>();
+    sum.count += 1;
+    if (!evidence.jaw_moves.empty()) sum.jaw_move += static_cast<double>(evidence.jaw_moves[triangle[0]]);
+  }
+  if (sums.size() < 2) return std::nullopt;
+  std::vector<ToothIsland> list;
+  double furthest = 0;
+  for (auto& [island, sum] : sums) {
+    sum.middle /= sum.count;
+    sum.jaw_move /= sum.count;
+    furthest = std::max(furthest, sum.jaw_move);
+    list.push_back(sum);
+  }
+  std::vector<bool> of_island;
+  constexpr double kRides = 0.5;  // of the furthest: an island that the jaw carries
+  for (const ToothIsland& island : list) of_island.push_back(island.jaw_move < kRides * furthest);
+  const bool jaw_tells = furthest > 0 && std::find(of_island.begin(), of_island.end(), true) != of_island.end();
+  if (!jaw_tells) {
+    const auto rows = rowsOf(list);
+    if (!rows) return std::nullopt;
+    of_island = rows->is_upper;
+  }
+  std::map<std::size_t, bool> is_island_upper;
+  std::size_t next = 0;
+  for (const auto& [island, sum] : sums) is_island_upper[island] = of_island[next++];
   std::vector<bool> is_upper;
   is_upper.reserve(triangles.size());
-  for (const Triangle& triangle : triangles) {
-    const double height = sums[islands.islandOf(triangle[0])].height;
-    is_upper.push_back(std::abs(height - high) < std::abs(height - low));
-  }
+  for (const Triangle& triangle : triangles) is_upper.push_back(is_island_upper[islands.islandOf(triangle[0])]);
   return is_upper;
 }
 
@@ -180,11 +243,12 @@ std::vector<std::size_t> gumPieces(const FaceMesh& mesh, const MeshPart& gums, c
   return choice;
 }
 
-void appendSplitTeeth(FaceMesh& mesh, const MeshPart& part, std::vector<MeshPart>& parts) {
+void appendSplitTeeth(FaceMesh& mesh, const MeshPart& part, const VertexEvidence& evidence,
+                      std::vector<MeshPart>& parts) {
   const std::string name = lowerCase(part.name);
   const bool says_upper = contains(name, "upper") || contains(name, "_up") || contains(name, "top");
   const bool says_lower = contains(name, "lower") || contains(name, "_lo") || contains(name, "bottom");
-  const auto upper = says_upper || says_lower ? std::nullopt : upperTriangles(mesh, trianglesOf(mesh, part));
+  const auto upper = says_upper || says_lower ? std::nullopt : upperTriangles(mesh, trianglesOf(mesh, part), evidence);
   if (!upper) {
     parts.push_back(part);
     parts.back().kind = says_lower ? PartKind::kLowerTeeth : PartKind::kUpperTeeth;
@@ -226,6 +290,61 @@ void appendSplitMouthBag(FaceMesh& mesh, const MeshPart& part, const Eigen::Alig
   for (MeshPart& piece : splitPart(mesh, part, choice, kinds)) parts.push_back(std::move(piece));
 }
 
+/// What bones and shapes tell of a part, as shares of its triangles' corners.
+struct PartEvidence {
+  std::array<double, 6> bones{};   ///< by BoneRole
+  double moved = 0;                ///< that shapes of the mouth move
+  double moved_corners = 0;        ///< how many those are
+  [[nodiscard]] double share(BoneRole role) const { return bones[static_cast<std::size_t>(role)]; }
+};
+
+PartEvidence evidenceOf(const FaceMesh& mesh, const MeshPart& part, const VertexEvidence& evidence, float far) {
+  PartEvidence found;
+  for (const Triangle& triangle : trianglesOf(mesh, part)) {
+    for (const std::uint32_t v : triangle) {
+      if (!evidence.bones.empty()) found.bones[static_cast<std::size_t>(evidence.bones[v])] += 1;
+      if (!evidence.mouth_moves.empty() && far > 0 && evidence.mouth_moves[v] > kMoved * far) found.moved_corners += 1;
+    }
+  }
+  const double corners = std::max(1.0, 3 * asReal(part.triangle_count));
+  for (double& share : found.bones) share /= corners;
+  found.moved = found.moved_corners / corners;
+  return found;
+}
+
+/// Kinds that bones and shapes tell better than names do.
+void judgeByEvidence(const FaceMesh& mesh, const VertexEvidence& evidence, std::vector<MeshPart>& parts) {
+  float far = 0;
+  for (const float move : evidence.mouth_moves) far = std::max(far, move);
+  std::vector<PartEvidence> found;
+  bool has_head = false;
+  for (const MeshPart& part : parts) {
+    found.push_back(evidenceOf(mesh, part, evidence, far));
+    has_head = has_head || found.back().share(BoneRole::kHead) > 0.5;
+  }
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    PartKind& kind = parts[p].kind;
+    const bool is_surface = isSkin(kind) || kind == PartKind::kMouthInside;
+    if (found[p].share(BoneRole::kEye) > kWholly && is_surface && !parts[p].stands_off) kind = PartKind::kEye;
+    if (found[p].share(BoneRole::kHair) > kWholly && is_surface) kind = PartKind::kHair;
+    // Shoes and gloves are no face, whatever they are called; a neck in one piece with its head is.
+    if (has_head && found[p].share(BoneRole::kBody) > kWholly && isSkin(kind) && found[p].moved == 0) kind = PartKind::kOther;
+  }
+  // What the head's own shapes of the mouth move most of is its skin, whatever it is called.
+  const auto most = std::max_element(found.begin(), found.end(), [](const PartEvidence& a, const PartEvidence& b) {
+    return a.moved_corners < b.moved_corners;
+  });
+  if (most == found.end() || most->moved_corners == 0) return;
+  const auto moved_skin = std::find_if(parts.begin(), parts.end(), [&](const MeshPart& part) {
+    return isSkin(part.kind) && !part.stands_off && found[unsignedIndex(&part - parts.data())].moved_corners > 0;
+  });
+  if (moved_skin == parts.end()) {
+    MeshPart& skin = parts[unsignedIndex(most - found.begin())];
+    skin.kind = PartKind::kSkin;
+    skin.stands_off = false;
+  }
+}
+
 }  // namespace
 
 std::optional<PartKind> kindFromName(std::string_view name) {
@@ -236,17 +355,21 @@ std::optional<PartKind> kindFromName(std::string_view name) {
   return std::nullopt;
 }
 
-void assignPartKinds(FaceMesh& mesh, bool keep_colors) {
-  std::vector<MeshPart> parts;
-  std::vector<MeshPart> gums_with_tongue;
-  for (MeshPart part : mesh.parts) {
+void assignPartKinds(FaceMesh& mesh, bool keep_colors, const VertexEvidence& evidence) {
+  for (MeshPart& part : mesh.parts) {
     part.kind = kindFromName(part.name).value_or(PartKind::kSkin);
     const std::string lower = lowerCase(part.name);
-    part.stands_off = contains(lower, "lash") || contains(lower, "brow") || contains(lower, "beard");
-    if (part.kind == PartKind::kTongue && contains(lower, "gum")) {
+    part.stands_off = contains(lower, "lash") || contains(lower, "brow") || contains(lower, "beard") ||
+                      contains(lower, "eyeline");
+  }
+  judgeByEvidence(mesh, evidence, mesh.parts);
+  std::vector<MeshPart> parts;
+  std::vector<MeshPart> gums_with_tongue;
+  for (const MeshPart& part : mesh.parts) {
+    if (part.kind == PartKind::kTongue && contains(lowerCase(part.name), "gum")) {
       gums_with_tongue.push_back(part);
     } else if (part.kind == PartKind::kUpperTeeth) {
-      appendSplitTeeth(mesh, part, parts);
+      appendSplitTeeth(mesh, part, evidence, parts);
     } else {
       parts.push_back(part);
     }
@@ -334,7 +457,7 @@ FaceMesh finishMesh(MeshSoup soup, std::string_view file) {
   for (MeshPart& part : soup.parts) {
     if (part.triangle_count > 0) mesh.parts.push_back(std::move(part));
   }
-  assignPartKinds(mesh, soup.has_colors);
+  assignPartKinds(mesh, soup.has_colors, soup.evidence);
   return mesh;
 }
 

@@ -21,6 +21,16 @@ inline constexpr std::size_t kMaxPolygonCorners = 4096;
 /// Coordinates beyond this lose all precision in 32-bit floats around a head of any unit.
 inline constexpr double kMaxCoordinate = 1e7;
 
+/// What a vertex hangs on, told by the bones of a skin or the node that holds it.
+enum class BoneRole : std::uint8_t { kUnknown, kBody, kHead, kJaw, kEye, kHair };
+
+/// What a file tells of its vertices that their places do not; each list is empty, or has an entry a vertex.
+struct VertexEvidence {
+  std::vector<BoneRole> bones;
+  std::vector<float> mouth_moves;  ///< the furthest that one of the file's own shapes of the mouth moves it
+  std::vector<float> jaw_moves;    ///< how far the shape that opens the jaw does
+};
+
 /// What a reader collects before the parts are put in order.
 struct MeshSoup {
   std::vector<float> positions;  ///< x y z a vertex
@@ -31,6 +41,7 @@ struct MeshSoup {
   std::vector<std::array<float, 3>> vertex_colors;
   double metres_per_unit = 0.001;
   bool has_colors = false;  ///< the file gives base_color
+  VertexEvidence evidence;
 
   [[nodiscard]] std::size_t vertexCount() const { return positions.size() / 3; }
 };
@@ -39,8 +50,8 @@ struct MeshSoup {
 FaceMesh parseObj(std::string_view bytes, std::string_view file);
 FaceMesh parsePly(std::string_view bytes, std::string_view file);
 FaceMesh parseOff(std::string_view bytes, std::string_view file);
-FaceMesh parseGlb(std::string_view bytes, std::string_view file);
-FaceShapes parseGlbShapes(std::string_view bytes, std::string_view file);
+FaceMesh parseGlb(std::string_view bytes, std::string_view file, std::string_view object = {});
+FaceShapes parseGlbShapes(std::string_view bytes, std::string_view file, std::string_view object = {});
 /// Larger sets of shapes are refused.
 inline constexpr std::size_t kMaxShapes = 1000;
 inline constexpr std::size_t kMaxShapeNumbers = 300'000'000;
@@ -55,8 +66,9 @@ FaceMesh finishMesh(MeshSoup soup, std::string_view file);
 /// The kind that a material's or group's name tells; nullopt when it tells nothing.
 std::optional<PartKind> kindFromName(std::string_view name);
 
-/// Sets the kinds of the parts from their names and splits parts that hold both rows of teeth (or gums and tongue).
-void assignPartKinds(FaceMesh& mesh, bool keep_colors);
+/// Sets the kinds of the parts: from the bones and the shapes that move them, else from their names, and splits parts
+/// that hold both rows of teeth (or gums and tongue).
+void assignPartKinds(FaceMesh& mesh, bool keep_colors, const VertexEvidence& evidence = {});
 
 enum class GumPiece { kUpperGum, kLowerGum, kTongue };
 /// Splits gums that come in one piece with the tongue: for each of `gums`, a triangle of `mesh`, what it belongs to.

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/triangles.h"
 
 namespace mouthpiece {
 

@@ -10,6 +10,8 @@
 #include <map>
 #include <numbers>
 
+#include "deform/mesh/face_mesh.h"
+
 namespace mouthpiece {
 namespace {
 

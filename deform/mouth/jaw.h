@@ -4,11 +4,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "deform/mesh/face_mesh.h"
 #include "deform/surface/control_surface.h"
 #include "motion/tongue_pose.h"
 
 namespace mouthpiece {
+
+struct FaceMesh;
 
 /// x -> x + turn * x + shift: a rigid motion as what it adds to a point, so that rest adds exactly nothing.
 struct AddedMotion {

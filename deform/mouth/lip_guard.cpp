@@ -96,9 +96,9 @@ float LipGuard::leaveTeeth(const TeethShell& shell, std::vector<const ToothWatch
   return largest;
 }
 
-/// How far the lips of a pair are shut: not where they have opened, nor where they are kept apart.
+/// How far the lips of a pair are shut: not where they have opened, are kept apart, or the lower one is at the teeth.
 float LipGuard::shutShare(const LipGap& gap) const {
-  return asFloat((1 - gap.opened) * (1 - smoothStep(gap.least / (kKeptApart * mouth_width_))));
+  return asFloat((1 - gap.opened) * (1 - gap.tuck) * (1 - smoothStep(gap.least / (kKeptApart * mouth_width_))));
 }
 
 /// Lips that touch may still be a little apart on the mesh, whose rims the control surface knows at five places only:

@@ -7,12 +7,17 @@
 #include <span>
 #include <vector>
 
-#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/triangles.h"
 #include "deform/mouth/jaw.h"
 #include "deform/surface/binding.h"
 #include "deform/surface/control_surface.h"
 
 namespace mouthpiece {
+
+struct FaceMesh;
+
+/// Nothing is divided by less.
+inline constexpr float kLeastLength = 1e-30F;
 
 /// A vertex of one lip that watches the place of the other which is nearest when the mouth is closed. The other lip's
 /// shape around that place is taken along in the frame of its triangle.

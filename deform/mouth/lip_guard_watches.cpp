@@ -7,6 +7,7 @@
 
 #include "base/errors.h"
 #include "base/smooth_step.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/triangle_tree.h"
 #include "deform/mouth/lip_guard.h"
 #include "deform/surface/virtual_points.h"
@@ -26,7 +27,6 @@ constexpr double kTouching = 0.002;   ///< lips no further apart at rest touch t
 constexpr double kElsewhere = 0.03;   ///< what is further behind the other lip at rest does not meet it
 constexpr double kMostLooks = 2e10;   ///< vertices times triangles of lips: a head of millions has half of this
 constexpr std::size_t kFitVertices = 8000;
-constexpr float kLeastLength = 1e-30F;
 constexpr float kOpposed = -0.3F;  ///< cosine between surfaces that can meet
 
 Vector3f vertexOf(const VertexPositions& vertices, std::uint32_t v) { return vertices.row(v).transpose(); }

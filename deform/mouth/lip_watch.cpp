@@ -16,7 +16,6 @@ constexpr float kTips = 0.85F;      ///< cosine to the way it faced when the mou
 constexpr float kTipsOver = 0.25F;  ///< within this
 constexpr double kBendHeldFlat = 0.02;  ///< a little, where few vertices tell
 constexpr float kSameSide = 0.2F;       ///< cosine between surfaces that are one
-constexpr float kLeastLength = 1e-30F;
 
 /// The plane of the watched triangle: origin, axes along it and away from it.
 struct Frame {

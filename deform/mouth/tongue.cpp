@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "base/smooth_step.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/triangle_tree.h"
 #include "deform/mouth/jaw.h"
 

@@ -11,6 +11,7 @@
 
 #include "base/errors.h"
 #include "base/smooth_step.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/surface/bezier_surface.h"
 #include "deform/surface/surface_projection.h"
 #include "deform/surface/virtual_points.h"
@@ -24,6 +25,9 @@ constexpr double kFarTo = 0.5;        ///< and above this not at all
 constexpr double kBeside = 0.25;      ///< beyond an opening's border by more: not above the surface any more
 constexpr double kDetour = 0.05;      ///< a place further off than this has to be about the nearest of all
 constexpr double kFadeInside = 0.35;  ///< behind lips, lids and nostrils the motion fades over this way along the mesh
+constexpr double kTurnsAlong = 0.05;  ///< in the mouth, what is nearer to its place turns with it
+constexpr double kTurnsAtEnd = 0.1;   ///< and where the surface ends
+constexpr double kBetweenLips = 0.25;  ///< in shares of the way between the lips: so far from the middle a lip holds whole
 constexpr double kFollows = 0.3;      ///< lashes and the like follow skin that is nearer
 constexpr double kRootDepth = 0.03;   ///< what of such a part counts as its root
 
@@ -60,6 +64,7 @@ class Binder {
     followAlongMesh();
     followNearby();
     giveToJaw();
+    carryFar();
     measureOffsets();
     return std::move(binding_);
   }
@@ -111,7 +116,8 @@ class Binder {
     const double least_cosine = std::cos(options_.max_normal_angle_deg * std::numbers::pi / 180);
     const double width = control_.mouth_width;
     for (std::size_t v = 0; v < kinds_.size(); ++v) {
-      if (!isSkin(kinds_[v]) || pieces_[v] != face_piece_) continue;
+      // What lies in the mouth goes along with the lips, whichever way it faces.
+      if (!isSkin(kinds_[v]) || pieces_[v] != face_piece_ || topology_.isInMouth(v)) continue;
       const auto foot = projector_.closest(vertex(v), pointAt(normals, v), least_cosine, forbidden_[v]);
       if (!foot || (foot->distance > kDetour * width && isDetour(v, *foot))) continue;
       if (isOnRing(*foot)) {
@@ -148,7 +154,9 @@ class Binder {
           topology_.reachFrom(seeds, [&](std::uint32_t v) { return before[v] == Fate::kOpen && mayBind(kinds_[v]); });
       for (std::size_t v = 0; v < kinds_.size(); ++v) {
         if (before[v] != Fate::kOpen || forbidden_[v] != forbidden || reach.source[v] < 0) continue;
-        const double weight = 1 - smoothStep(reach.distance[v] / (kFadeInside * control_.mouth_width));
+        double weight = 1 - smoothStep(reach.distance[v] / (kFadeInside * control_.mouth_width));
+        // Half way between the lips the mouth's inside goes with neither: a shallow bag would tear there.
+        if (topology_.isInMouth(v)) weight *= smoothStep(std::abs(topology_.lowerShare(v) - 0.5) / kBetweenLips);
         follow(v, unsignedIndex(reach.source[v]), weight);
       }
     }
@@ -239,6 +247,24 @@ class Binder {
         jaw = asFloat(smoothStep((topology_.lowerShare(v) - 0.35) / 0.3));
       }
     }
+  }
+
+  /// What hangs far behind the rims, or far off the surface where that ends, would swing out when the surface turns: it
+  /// goes along without turning.
+  void carryFar() {
+    for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
+      if (binding_.patch[v] < 0) continue;
+      const auto& corners = control_.triangles[unsignedIndex(binding_.patch[v])];
+      const bool is_at_ring = std::any_of(corners.begin(), corners.end(), [&](int corner) {
+        return control_.points[unsignedIndex(corner)].fixed;
+      });
+      if (!topology_.isInMouth(v) && !is_at_ring) continue;
+      const SurfacePoint place = evaluate(surface_.restPose(), binding_.placeOf(v));
+      const double turns = topology_.isInMouth(v) ? kTurnsAlong : kTurnsAtEnd;
+      if ((vertex(v) - place.position).norm() > turns * control_.mouth_width) binding_.carried.push_back(v);
+    }
+    std::sort(binding_.carried.begin(), binding_.carried.end());
+    binding_.carried.erase(std::unique(binding_.carried.begin(), binding_.carried.end()), binding_.carried.end());
   }
 
   [[nodiscard]] bool isBehindLips(std::size_t v) const {
@@ -401,7 +427,7 @@ BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, c
     if (is_bound && is_clear &&
         (triangle_sides[unsignedIndex(binding.patch[v])] & topology.forbidden()[v] & (kUpperLip | kLowerLip)) != 0)
       ++report.lip_side_errors;
-    if (!isSkin(kinds[v])) continue;
+    if (!isSkin(kinds[v]) || topology.isInMouth(v)) continue;
     ++report.skin_vertices;
     const Eigen::RowVector3d p = mesh.vertices.row(signedIndex(v)).cast<double>();
     if ((p.array() < low.array()).any() || (p.array() > high.array()).any() || normals(signedIndex(v), 2) < 0.2F)

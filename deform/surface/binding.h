@@ -3,12 +3,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/welding.h"
 #include "deform/surface/bezier_surface.h"
 #include "deform/surface/control_surface.h"
 
 namespace mouthpiece {
+
+struct FaceMesh;
 
 struct BindingOptions {
   /// A vertex binds to a patch only where their normals differ by less (EDGE 6).
@@ -25,7 +26,7 @@ struct FaceBinding {
   std::vector<float> skin_weight;   ///< share of eq. (3) in the vertex' motion, [0, 1]
   std::vector<float> jaw_weight;    ///< share of the jaw's rigid motion in the rest, [0, 1]
   /// Vertices that go along with their place without turning as the surface does there, rising: lashes, whose tips
-  /// would fly apart where the lid turns sharply.
+  /// would fly apart where the lid turns sharply, and what lies deep behind the lips.
   std::vector<std::uint32_t> carried = {};
 
   /// Where a vertex hangs on the surface; its patch must not be -1.
@@ -54,7 +55,7 @@ void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const Contro
 /// How a face is bound: for `retarget check`.
 struct BindingReport {
   std::size_t vertices = 0;
-  std::size_t skin_vertices = 0;    ///< vertices of skin and lips
+  std::size_t skin_vertices = 0;    ///< vertices of skin and lips, but for those in the mouth
   std::size_t bound_vertices = 0;   ///< moved by the control surface
   std::size_t lip_side_errors = 0;  ///< vertices of one lip on a patch of the other: must be 0
   /// The way over skin and lips from the middle of the upper lip's edge to the lower one's, over the straight way

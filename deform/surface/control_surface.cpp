@@ -4,9 +4,11 @@
 
 #include <bit>
 #include <cmath>
+#include <optional>
 #include <set>
 
 #include "base/errors.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/surface/control_steps.h"
 #include "deform/surface/virtual_points.h"
 
@@ -134,6 +136,19 @@ FaceOpenings openingsOf(const ControlMesh& control) {
   for (const std::string& name : mouthRim()) {
     if (const int point = findPoint(control, name); point >= 0)
       openings.lip_line.push_back(control.rest.row(point).transpose());
+  }
+  const auto place = [&](const char* name) -> std::optional<Eigen::Vector3d> {
+    const int point = findPoint(control, name);
+    if (point < 0) return std::nullopt;
+    return control.rest.row(point).transpose();
+  };
+  const auto right = place("LIP_CORNER_R"), left = place("LIP_CORNER_L"), upper = place("LIP_UP_MID"),
+             lower = place("LIP_LO_MID");
+  if (right && left && upper && lower) {
+    openings.mouth = MouthHints{*right, *left, *upper, *lower};
+    for (const LipPair& pair : lipPairs(control))
+      openings.mouth->on_line.push_back(
+          0.5 * (control.rest.row(pair.upper_rim) + control.rest.row(pair.lower_rim)).transpose());
   }
   for (std::size_t i = 0; i < control.points.size(); ++i) {
     const std::string& name = control.points[i].name;

@@ -8,13 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/head_topology.h"
 #include "deform/surface/face_motion.h"
 #include "motion/marker_layout.h"
 #include "motion/motion_clip.h"
 
 namespace mouthpiece {
+
+struct FaceMesh;
 
 /// How a control point moves. The markers move themselves; the others are virtual and follow from the markers.
 enum class PointRule : std::uint8_t {

@@ -13,6 +13,7 @@ namespace mouthpiece {
 struct LipGap {
   double opened = 1;  ///< the share of the gap between their outer markers: 0 where they touch though stretched
   double least = 0;   ///< they are this far apart at least; the mesh's unit
+  double tuck = 0;    ///< how far the lower lip has gone under the upper teeth's edge, 0 to 1
 };
 
 /// What moves a face in one frame. A view: what it looks at must outlive it.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "deform/mesh/face_mesh.h"
 #include "deform/surface/bezier_surface.h"
 #include "deform/surface/control_steps.h"
 #include "deform/surface/surface_projection.h"
@@ -130,7 +131,7 @@ class Fitter {
         control_(control),
         normals_(vertexNormals(mesh.vertices, mesh.triangles)) {
     for (std::size_t v = 0; v < forbidden_.size(); ++v) {
-      if (isSkin(topology.kinds()[v])) skin_.push_back(v);
+      if (isSkin(topology.kinds()[v]) && !topology.isInMouth(v)) skin_.push_back(v);
     }
   }
 

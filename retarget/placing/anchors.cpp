@@ -2,8 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
+#include <array>
+#include <nlohmann/json.hpp>
+
 #include "base/errors.h"
 #include "base/json_fields.h"
+#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/triangle_tree.h"
 
 namespace mouthpiece {
 
@@ -31,6 +37,20 @@ Anchors parseAnchors(std::string_view json_text, const std::string& file) {
   return anchors;
 }
 
+std::string anchorsBytes(const Anchors& anchors) {
+  nlohmann::ordered_json root;
+  if (anchors.metres_per_unit) root["metres_per_unit"] = *anchors.metres_per_unit;
+  for (const auto& [name, kind] : anchors.part_kinds) root["parts"][name] = nameOf(kind);
+  nlohmann::ordered_json& markers = root["markers"] = nlohmann::ordered_json::object();
+  for (const auto& [name, place] : anchors.markers) {
+    if (const auto* point = std::get_if<Eigen::Vector3d>(&place))
+      markers[name] = {point->x(), point->y(), point->z()};
+    else
+      markers[name] = std::get<std::uint32_t>(place);
+  }
+  return root.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
 std::optional<Eigen::Vector3d> placeOf(const Anchors& anchors, const std::string& name, const FaceMesh& mesh,
                                        const std::string& file) {
   const auto anchor = anchors.markers.find(name);
@@ -42,6 +62,71 @@ std::optional<Eigen::Vector3d> placeOf(const Anchors& anchors, const std::string
                      fmt::format("found vertex {}; expected 0 to {}", vertex, mesh.vertices.rows() - 1));
   }
   return mesh.vertices.row(vertex).cast<double>().transpose();
+}
+
+namespace {
+
+/// Triangles that all face into the head: seen from outside there is none to lie on.
+void refuseInsideOut(const FaceMesh& mesh, const Anchors& anchors, const TriangleTree& tree, const std::string& file) {
+  const auto nose = placeOf(anchors, "NOSE_TIP", mesh, file), right = placeOf(anchors, "LIP_CORNER_R", mesh, file),
+             left = placeOf(anchors, "LIP_CORNER_L", mesh, file);
+  if (!nose || !right || !left) return;
+  const Eigen::Vector3d across = (*left - *right).normalized();
+  Eigen::Vector3d forward = *nose - 0.5 * (*left + *right);
+  forward -= forward.dot(across) * across;
+  int inwards = 0, looked_at = 0;
+  for (const char* name : {"NOSE_TIP", "LIP_CORNER_R", "LIP_CORNER_L", "LIP_UP_MID", "CHIN_LOW", "CANTHUS_OUT_R", "CANTHUS_OUT_L"}) {
+    const auto place = placeOf(anchors, name, mesh, file);
+    const auto foot = place ? tree.closest(*place) : std::nullopt;
+    if (!foot) continue;
+    const Triangle& t = mesh.triangles[foot->triangle];
+    const Eigen::Vector3d a = pointAt(mesh.vertices, t[0]);
+    const Eigen::Vector3d normal = (pointAt(mesh.vertices, t[1]) - a).cross(pointAt(mesh.vertices, t[2]) - a).normalized();
+    ++looked_at;
+    inwards += normal.dot(forward.normalized()) < -0.2 ? 1 : 0;
+  }
+  if (looked_at >= 4 && inwards >= looked_at - 1) {
+    throw InputError(file, "markers",
+                     "lie on triangles that face into the head: the mesh is inside out; flip its normals (Blender: Mesh, "
+                     "Normals, Recalculate Outside)");
+  }
+}
+
+}  // namespace
+
+std::map<std::string, PartKind> skinUnderAnchors(const FaceMesh& mesh, const Anchors& anchors,
+                                                 const std::string& anchors_file) {
+  constexpr std::array<std::string_view, 6> kOnSkin{"LIP_CORNER_R", "LIP_CORNER_L", "LIP_UP_MID",
+                                                    "LIP_LO_MID",   "NOSE_TIP",     "CHIN_LOW"};
+  constexpr double kFar = 0.25;  // of the spread of the anchors: farther than any face is from its mesh
+  std::vector<Eigen::Vector3d> places;
+  for (const std::string_view name : kOnSkin) {
+    if (const auto place = placeOf(anchors, std::string(name), mesh, anchors_file)) places.push_back(*place);
+  }
+  if (places.size() < 3) return {};
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& place : places) box.extend(place);
+  const TriangleTree tree(mesh.vertices, mesh.triangles);
+  std::map<const MeshPart*, std::size_t> on;
+  bool all_are_far = true;
+  for (const Eigen::Vector3d& place : places) {
+    const auto foot = tree.closest(place);
+    if (!foot) return {};
+    all_are_far = all_are_far && (foot->point - place).norm() > kFar * box.diagonal().norm();
+    for (const MeshPart& part : mesh.parts) {
+      if (foot->triangle >= part.first_triangle && foot->triangle < part.first_triangle + part.triangle_count) ++on[&part];
+    }
+  }
+  if (all_are_far) {
+    throw InputError(anchors_file, "markers",
+                     "lie off the skin, all of them; expected places on this mesh, in its own unit and orientation");
+  }
+  refuseInsideOut(mesh, anchors, tree, anchors_file);
+  std::map<std::string, PartKind> kinds;
+  for (const auto& [part, count] : on) {
+    if (2 * count > places.size() && !isSkin(part->kind)) kinds[part->name] = PartKind::kSkin;
+  }
+  return kinds;
 }
 
 }  // namespace mouthpiece

@@ -9,11 +9,13 @@
 #include <variant>
 #include <vector>
 
-#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/head_topology.h"
 #include "motion/motion_clip.h"
 
 namespace mouthpiece {
+
+enum class PartKind;
+struct FaceMesh;
 
 /// A vertex of the mesh, or a point in its unit.
 using AnchorPlace = std::variant<std::uint32_t, Eigen::Vector3d>;
@@ -25,8 +27,14 @@ struct Anchors {
   std::optional<double> metres_per_unit;
 };
 
+/// A larger anchors file is not read.
+inline constexpr std::uint64_t kMaxAnchorBytes = 16 << 20;
+
 /// Reads JSON; throws InputError with the key at fault.
 Anchors parseAnchors(std::string_view json_text, const std::string& file);
+
+/// What parseAnchors() reads.
+std::string anchorsBytes(const Anchors& anchors);
 
 /// The place of `name` on `mesh`; nullopt when it is not among the anchors. Throws InputError for a vertex that the
 /// mesh lacks.
@@ -54,6 +62,11 @@ Similarity meshFromActor(const FaceMesh& mesh, const Anchors& anchors, const std
 /// The turn that sets a mesh upright (Y up, Z out of the face), found from the anchors: the identity, quarter turns
 /// about the axes, or, for a head that stands askew, any rotation.
 Eigen::Matrix3d uprightFromMesh(const Similarity& mesh_from_actor);
+
+/// Parts that are skin since most of the anchors of lips, nose and chin lie on them, whatever their names say: their
+/// kinds are to be set so. Throws InputError that says so when all anchors lie far off the mesh.
+std::map<std::string, PartKind> skinUnderAnchors(const FaceMesh& mesh, const Anchors& anchors,
+                                                 const std::string& anchors_file);
 
 /// Anchors for all markers, and how those that were not given were placed.
 struct PlacedAnchors {

@@ -4,6 +4,7 @@
 
 #include "base/errors.h"
 #include "base/page_data.h"
+#include "deform/mesh/face_mesh.h"
 
 namespace mouthpiece {
 
@@ -38,20 +39,32 @@ const std::vector<AnchorToPick>& suggestedAnchors() {
   return anchors;
 }
 
-std::string facePage(const FaceMesh& mesh, std::string_view name, const std::map<std::string, Eigen::Vector3d>& places,
-                     const std::vector<AnchorToPick>& to_pick) {
+std::string facePage(const FaceMesh& mesh, std::string_view name, const Anchors& shown,
+                     const std::vector<AnchorToPick>& to_pick, const PageDressing& dressing) {
   json data{{"name", name}, {"parts", json::array()}, {"places", json::object()}, {"to_pick", json::array()}};
   for (const MeshPart& part : mesh.parts) {
     data["parts"].push_back({{"name", part.name},
+                             {"kind", nameOf(part.kind)},
+                             {"picture", part.material},
                              {"first", part.first_triangle},
                              {"count", part.triangle_count},
                              {"color", {part.base_color[0], part.base_color[1], part.base_color[2]}}});
   }
-  for (const auto& [marker, place] : places) data["places"][marker] = {place.x(), place.y(), place.z()};
+  for (const auto& [marker, anchor] : shown.markers) {
+    const Eigen::Vector3d place = placeOf(shown, marker, mesh, std::string(name)).value();
+    data["places"][marker] = {place.x(), place.y(), place.z()};
+  }
+  data["anchors"] = json::parse(anchorsBytes(shown));
   for (const AnchorToPick& anchor : to_pick)
     data["to_pick"].push_back({{"name", anchor.name}, {"place", anchor.place}});
   data["positions"] = base64(mesh.vertices.data(), unsignedIndex(mesh.vertices.size()) * sizeof(float));
   data["triangles"] = base64(mesh.triangles.data(), mesh.triangles.size() * sizeof(Triangle));
+  data["pictures"] = json::object();
+  if (!mesh.texture_coordinates.empty() && !dressing.pictures.empty()) {
+    for (const auto& [material, picture] : dressing.pictures)
+      data["pictures"][std::to_string(material)] = "data:" + picture.mime + ";base64," + base64(picture.bytes.data(), picture.bytes.size());
+    data["texture"] = base64(mesh.texture_coordinates.data(), mesh.texture_coordinates.size() * 2 * sizeof(float));
+  }
   const std::size_t at = kFacePageTemplate.find(kPlaceholder);
   MOUTHPIECE_EXPECT(at != std::string_view::npos);
   std::string page(kFacePageTemplate.substr(0, at));

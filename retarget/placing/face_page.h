@@ -1,14 +1,16 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "deform/mesh/face_mesh.h"
+#include "deform/mesh/glb_scene.h"
+#include "retarget/placing/anchors.h"
 
 namespace mouthpiece {
+
+struct FaceMesh;
 
 /// An anchor to click: the marker's name and where it lies, in words.
 struct AnchorToPick {
@@ -19,10 +21,15 @@ struct AnchorToPick {
 /// Ten places that anyone finds on a face and that are enough to place all markers.
 const std::vector<AnchorToPick>& suggestedAnchors();
 
-/// One HTML file that shows `mesh` and turns it with the mouse, without a server or other files. `places`: markers
-/// shown on it by name. `to_pick`: anchors that a user clicks one after the other and saves as an anchors file
-/// (docs/formats/anchors.md).
-std::string facePage(const FaceMesh& mesh, std::string_view name, const std::map<std::string, Eigen::Vector3d>& places,
-                     const std::vector<AnchorToPick>& to_pick);
+/// What a page shows of a head besides its surface.
+struct PageDressing {
+  std::map<int, GlbPicture> pictures;  ///< by MeshPart::material
+};
+
+/// One HTML file that shows `mesh` and turns it with the mouse, without a server or other files. `shown`: markers on it,
+/// which can be dragged. `to_pick`: anchors that a user clicks one after the other. The page saves both as an anchors
+/// file (docs/formats/anchors.md), `shown`'s other keys with them.
+std::string facePage(const FaceMesh& mesh, std::string_view name, const Anchors& shown,
+                     const std::vector<AnchorToPick>& to_pick, const PageDressing& dressing = {});
 
 }  // namespace mouthpiece

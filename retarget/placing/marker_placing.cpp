@@ -10,9 +10,10 @@
 #include <iterator>
 #include <limits>
 #include <numbers>
-#include <set>
+#include <optional>
 
 #include "base/errors.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/triangle_tree.h"
 #include "retarget/placing/anchors.h"
 
@@ -29,11 +30,10 @@ constexpr double kStill = 1e-4;
 constexpr int kMostRounds = 40;
 /// Cosine between a triangle's normal and the direction out of the head: less is the inside of lips and nostrils.
 constexpr double kFacesOut = 0.15;
-/// Of the mouth's width: how far beside a lip marker its rim is looked for, and what counts as equally near.
-constexpr double kRimWindow = 0.03;
-constexpr double kAsNear = 0.01;
-constexpr double kRimStep = 0.01;  ///< places along an edge that are tried as rims
-constexpr double kMostCuts = 64;   ///< but not more of them
+/// Of the mouth's width: clicks at the mouth are moved no further than this.
+constexpr double kClickSlack = 0.15;
+constexpr double kOutsideSlit = 0.03;  ///< how far outside the slit's end a corner of the mouth is clicked
+constexpr double kLeastLip = 0.04;     ///< the red edge is no nearer to a lip's rim
 /// A head within this angle of a quarter turn was modelled that way and merely tilts.
 constexpr double kAskewDeg = 35;
 
@@ -164,7 +164,6 @@ class Smoothing {
 /// the slit between the lips is no way.
 struct Skin {
   TriangleTree all, upper, lower;
-  std::vector<std::uint32_t> on_upper, on_lower;  ///< vertices near the mouth, by the lip they belong to
 };
 
 Skin skinOf(const FaceMesh& mesh, const HeadTopology& topology, const Vector3d& mouth, double mouth_width) {
@@ -185,39 +184,13 @@ Skin skinOf(const FaceMesh& mesh, const HeadTopology& topology, const Vector3d& 
     if (are_nearer(to_upper, to_lower)) upper.push_back(corners);
     if (are_nearer(to_lower, to_upper)) lower.push_back(corners);
   }
-  Skin skin{{mesh.vertices, all}, {mesh.vertices, upper}, {mesh.vertices, lower}, {}, {}};
-  for (std::uint32_t v = 0; v < to_upper.size(); ++v) {
-    if (!isSkin(topology.kinds()[v]) || !((pointAt(mesh.vertices, v) - mouth).norm() < mouth_width)) continue;
-    if (to_upper[v] < to_lower[v]) skin.on_upper.push_back(v);
-    if (to_lower[v] < to_upper[v]) skin.on_lower.push_back(v);
-  }
-  return skin;
+  return {{mesh.vertices, all}, {mesh.vertices, upper}, {mesh.vertices, lower}};
 }
 
 const TriangleTree& treeFor(const Skin& skin, const std::string& name) {
   if (name.starts_with("LIP_UP_") && !skin.upper.empty()) return skin.upper;
   if (name.starts_with("LIP_LO_") && !skin.lower.empty()) return skin.lower;
   return skin.all;
-}
-
-/// Points along the edges of one lip's triangles; vertices alone are too few to say where coarse lips meet.
-std::vector<Vector3d> edgePoints(const FaceMesh& mesh, const std::vector<std::uint32_t>& lip, double step) {
-  std::vector<bool> is_lip(mesh.vertexCount(), false);
-  for (const std::uint32_t v : lip) is_lip[v] = true;
-  std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
-  for (const Triangle& triangle : mesh.triangles) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t a = triangle[k], b = triangle[(k + 1) % 3];
-      if (is_lip[a] && is_lip[b]) edges.insert(std::minmax(a, b));
-    }
-  }
-  std::vector<Vector3d> points;
-  for (const auto& [a, b] : edges) {
-    const Vector3d from = pointAt(mesh.vertices, a), along = pointAt(mesh.vertices, b) - from;
-    const int cuts = static_cast<int>(std::min(std::ceil(along.norm() / step), kMostCuts));
-    for (int i = 0; i <= cuts; ++i) points.emplace_back(from + along * i / std::max(cuts, 1));
-  }
-  return points;
 }
 
 /// Ends of the names of the outer lip markers that stand in pairs, LIP_UP_ over LIP_LO_, and of the rims behind them.
@@ -227,44 +200,55 @@ bool hasRim(const Anchors& anchors, const std::string& end) {
   return anchors.markers.contains("RIM_UP_" + end) || anchors.markers.contains("RIM_LO_" + end);
 }
 
-/// The rims of the mouth where the lips come nearest to each other: behind each pair of outer lip markers the foremost
-/// of the pairs of places that are about as near as any.
-void addLipRims(const FaceMesh& mesh, const std::vector<std::uint32_t>& upper, const std::vector<std::uint32_t>& lower,
-                double width, const std::string& file, Anchors& anchors) {
-  const std::vector<Vector3d> upper_points = edgePoints(mesh, upper, kRimStep * width);
-  const std::vector<Vector3d> lower_points = edgePoints(mesh, lower, kRimStep * width);
-  const Vector3d across =
-      (*placeOf(anchors, "LIP_CORNER_L", mesh, file) - *placeOf(anchors, "LIP_CORNER_R", mesh, file)).normalized();
+/// Puts the clicked points of the mouth where the traced line says that they are: the corners on the skin just outside
+/// the slit's ends, the lips' middles on their own lips. Clicks that lie far off are meant.
+void settleMouth(const FaceMesh& mesh, const LipLine& line, const Skin& skin, double width, const std::string& file,
+                 Anchors& anchors) {
+  const auto settle = [&](const std::string& name, const TriangleTree& tree, const Vector3d& place) {
+    const auto clicked = placeOf(anchors, name, mesh, file);
+    const auto foot = tree.closest(place);
+    if (clicked && foot && (foot->point - *clicked).norm() < kClickSlack * width) anchors.markers[name] = foot->point;
+  };
+  const Vector3d across = (line.corner_left - line.corner_right).normalized();
+  const auto settleCorner = [&](const std::string& name, const Vector3d& end, const Vector3d& outwards) {
+    const Vector3d off = *placeOf(anchors, name, mesh, file) - end;
+    const double out = off.dot(outwards) / width;
+    const bool is_outside = out > 0.5 * kOutsideSlit && out < 2.5 * kOutsideSlit;
+    if (is_outside && std::abs(off.y()) < kOutsideSlit * width) return;
+    settle(name, skin.all, end + kOutsideSlit * width * outwards);
+  };
+  settleCorner("LIP_CORNER_R", line.corner_right, -across);
+  settleCorner("LIP_CORNER_L", line.corner_left, across);
+  for (const std::string name : {"LIP_UP_MID", "LIP_LO_MID"}) {
+    const Vector3d clicked = *placeOf(anchors, name, mesh, file);
+    const LipLine::Pair rims = line.at(clicked);
+    const bool is_upper = name == "LIP_UP_MID";
+    const Vector3d up = (is_upper ? 1 : -1) * Vector3d::UnitY();
+    const Vector3d rim = is_upper ? rims.upper : rims.lower;
+    if ((clicked - rim).dot(up) < kLeastLip * width) settle(name, treeFor(skin, name), rim + kLeastLip * width * up);
+  }
+}
+
+/// The rims behind the outer lip markers and the corners, from the line between the lips.
+void addLipRims(const FaceMesh& mesh, const LipLine& line, const std::string& file, Anchors& anchors) {
+  std::map<std::string, LipLine::Pair> found;
   for (const std::string end : kLipPairEnds) {
     const auto above = placeOf(anchors, "LIP_UP_" + end, mesh, file);
     const auto below = placeOf(anchors, "LIP_LO_" + end, mesh, file);
-    if (!above || !below || hasRim(anchors, end)) continue;
-    const Vector3d middle = 0.5 * (*above + *below);
-    const double reach = 0.6 * (*above - *below).norm();
-    const auto between = [&](const std::vector<Vector3d>& lip) {
-      std::vector<Vector3d> found;
-      for (const Vector3d& p : lip) {
-        if (std::abs((p - middle).dot(across)) < kRimWindow * width && (p - middle).norm() < reach) found.push_back(p);
-      }
-      return found;
-    };
-    const std::vector<Vector3d> from = between(upper_points), to = between(lower_points);
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const Vector3d& u : from) {
-      for (const Vector3d& l : to) nearest = std::min(nearest, (u - l).norm());
-    }
-    double front = -std::numeric_limits<double>::infinity();
-    for (const Vector3d& u : from) {
-      for (const Vector3d& l : to) {
-        const double depth = 0.5 * (u.z() + l.z());
-        if ((u - l).norm() > nearest + kAsNear * width || depth <= front) continue;
-        front = depth;
-        // On the marker's own line, so that the rims stay even.
-        const auto moved = [&](const Vector3d& p) -> Vector3d { return p - (p - middle).dot(across) * across; };
-        anchors.markers["RIM_UP_" + end] = moved(u);
-        anchors.markers["RIM_LO_" + end] = moved(l);
-      }
-    }
+    if (!above || !below) continue;
+    found[end] = line.at(0.5 * (*above + *below));
+    if (hasRim(anchors, end)) continue;
+    anchors.markers["RIM_UP_" + end] = found[end].upper;
+    anchors.markers["RIM_LO_" + end] = found[end].lower;
+  }
+  for (const std::string side : {"_R", "_L"}) {
+    const auto out = found.find("OUT" + side);
+    if (out == found.end() || anchors.markers.contains("RIM_CORNER" + side)) continue;
+    const Vector3d corner = side == "_R" ? line.corner_right : line.corner_left;
+    const LipLine::Pair near = line.at(0.5 * (corner + 0.5 * (out->second.upper + out->second.lower)));
+    anchors.markers["RIM_CORNER" + side] = corner;
+    anchors.markers["RIM_UP_NEAR" + side] = near.upper;
+    anchors.markers["RIM_LO_NEAR" + side] = near.lower;
   }
 }
 
@@ -312,19 +296,34 @@ FaceOpenings openingsOf(const FaceMesh& mesh, const Anchors& anchors, const std:
   openings.lip_line = {0.5 * (upper + lower)};
   openings.lips_reach = (at("LIP_CORNER_L") - at("LIP_CORNER_R")).norm();
   openings.sides[0] = {{upper}, {lower}};
+  openings.mouth = MouthHints{at("LIP_CORNER_R"), at("LIP_CORNER_L"), upper, lower};
+  for (const std::string end : kLipPairEnds) {
+    for (const std::string lip : {"RIM_UP_", "RIM_LO_"}) {
+      if (const auto rim = placeOf(anchors, lip + end, mesh, anchors_file)) openings.mouth->on_line.push_back(*rim);
+    }
+  }
   return openings;
 }
 
-PlacedAnchors placeMarkers(const FaceMesh& mesh, const HeadTopology& topology, const Anchors& anchors,
+PlacedAnchors placeMarkers(const FaceMesh& mesh, const HeadTopology& topology, const Anchors& given,
                            const std::string& anchors_file, const std::vector<std::string>& marker_names,
                            const MarkerPositions& actor_neutral_mm) {
   const Actor actor(marker_names, actor_neutral_mm);
-  const std::vector<Pair> pairs = pairsOf(mesh, anchors, anchors_file, actor);
-  expectEnough(pairs, anchors, anchors_file, marker_names);
+  expectEnough(pairsOf(mesh, given, anchors_file, actor), given, anchors_file, marker_names);
+  const FaceOpenings mouth = openingsOf(mesh, given, anchors_file);
+  const double width = mouth.lips_reach;
+  if (!topology.nearestSkin(mouth.lip_line[0]))
+    throw InputError("found no skin in the mesh; expected a part of kind skin or lips");
+  const Skin skin = skinOf(mesh, topology, mouth.lip_line[0], width);
+  const std::optional<LipLine>& line = topology.lipLine();
+  Anchors anchors = given;
   std::vector<std::string> unplaced;
   for (const std::string& name : marker_names) {
     if (!anchors.markers.contains(name)) unplaced.push_back(name);
   }
+  // Who gave all markers knows what he does.
+  if (line && line->is_parted && !unplaced.empty()) settleMouth(mesh, *line, skin, width, anchors_file, anchors);
+  const std::vector<Pair> pairs = pairsOf(mesh, anchors, anchors_file, actor);
   const Similarity similarity = similarityOf(pairs);
   const Eigen::Index anchor_count = signedIndex(pairs.size());
   const Eigen::Index count = anchor_count + signedIndex(unplaced.size());
@@ -335,12 +334,6 @@ PlacedAnchors placeMarkers(const FaceMesh& mesh, const HeadTopology& topology, c
   }
   for (std::size_t i = 0; i < unplaced.size(); ++i)
     start.row(anchor_count + signedIndex(i)) = similarity(actor.places().at(unplaced[i])).transpose();
-
-  const FaceOpenings mouth = openingsOf(mesh, anchors, anchors_file);
-  const double width = mouth.lips_reach;
-  if (!topology.nearestSkin(mouth.lip_line[0]))
-    throw InputError("found no skin in the mesh; expected a part of kind skin or lips");
-  const Skin skin = skinOf(mesh, topology, mouth.lip_line[0], width);
 
   Eigen::VectorXd stiffness = Eigen::VectorXd::Constant(count, kStiffness * width);
   stiffness.head(anchor_count).setZero();
@@ -362,7 +355,7 @@ PlacedAnchors placeMarkers(const FaceMesh& mesh, const HeadTopology& topology, c
   }
   for (std::size_t i = 0; i < unplaced.size(); ++i)
     placing.anchors.markers[unplaced[i]] = Vector3d(wanted.row(anchor_count + signedIndex(i)).transpose());
-  addLipRims(mesh, skin.on_upper, skin.on_lower, width, anchors_file, placing.anchors);
+  if (line) addLipRims(mesh, *line, anchors_file, placing.anchors);
   return placing;
 }
 

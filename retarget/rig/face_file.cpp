@@ -12,6 +12,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/json_fields.h"
+#include "deform/mesh/face_mesh.h"
 
 namespace mouthpiece {
 namespace {
@@ -166,6 +167,7 @@ FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
   if (!(face.upright_from_mesh * face.upright_from_mesh.transpose()).isIdentity(1e-6) ||
       !(face.upright_from_mesh.determinant() > 0))
     mesh["upright"].fail("is no rotation");
+  if (const JsonField object = mesh["object"]; object.exists()) face.mesh_object = object.text();
   for (const JsonField& part : mesh["part_kinds"].list(0, kMaxMarkers)) {
     const auto kind = partKindFromName(part["kind"].text());
     if (!kind) part["kind"].fail("is unknown");
@@ -201,6 +203,7 @@ std::string faceFileToBytes(const FaceFile& face) {
                     {"sha256", face.mesh_sha256},
                     {"metres_per_unit", face.metres_per_unit},
                     {"upright", blobOf(Eigen::Matrix<double, 3, 3, Eigen::RowMajor>(face.upright_from_mesh))},
+                    {"object", face.mesh_object},
                     {"part_kinds", std::move(kinds)}}},
                   {"markers", face.marker_names},
                   {"marker_targets", blobOf(face.marker_targets)},
@@ -249,7 +252,7 @@ FaceMesh readMeshOf(const FaceFile& face, const std::filesystem::path& face_path
         fmt::format("has changed since {} was fitted to it (SHA-256 {}..., expected {}...); run `retarget fit` again",
                     face_path.filename().string(), hash.substr(0, 12), printable(face.mesh_sha256, 12)));
   }
-  FaceMesh mesh = parseFaceMesh(bytes, mesh_path);
+  FaceMesh mesh = parseFaceMesh(bytes, mesh_path, face.mesh_object);
   mesh.metres_per_unit = face.metres_per_unit;
   turnMesh(face.upright_from_mesh, mesh);
   for (MeshPart& part : mesh.parts) {

@@ -7,13 +7,15 @@
 #include <string_view>
 #include <vector>
 
-#include "deform/mesh/face_mesh.h"
 #include "deform/surface/binding.h"
 #include "deform/surface/control_surface.h"
 #include "motion/motion_clip.h"
 #include "retarget/warp/rbf_warp.h"
 
 namespace mouthpiece {
+
+enum class PartKind;
+struct FaceMesh;
 
 inline constexpr int kFaceFormatVersion = 2;
 
@@ -23,6 +25,7 @@ struct FaceFile {
   std::string name;
   std::string mesh_file;    ///< relative to the `.face` file
   std::string mesh_sha256;  ///< of the mesh file's bytes, lower-case hexadecimal
+  std::string mesh_object;  ///< the object of a GLB's scene that was fitted; empty: all of it
   double metres_per_unit = 0.001;
   Eigen::Matrix3d upright_from_mesh = Eigen::Matrix3d::Identity();  ///< turns the mesh file's vertices: Y up, face +Z
   std::string corpus;                          ///< name of the corpus whose actor is the neutral pose, for reports

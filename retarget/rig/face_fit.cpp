@@ -12,8 +12,10 @@
 #include <set>
 
 #include "base/errors.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/triangle_tree.h"
 #include "deform/surface/bezier_surface.h"
+#include "retarget/rig/face_judge.h"
 
 namespace mouthpiece {
 namespace {
@@ -90,13 +92,15 @@ FaceFile fitWelded(FaceMesh& mesh, const Anchors& given, const std::string& anch
   face.name = request.name;
   face.mesh_file = request.mesh_file;
   face.mesh_sha256 = request.mesh_sha256;
+  face.mesh_object = request.mesh_object;
   face.corpus = request.corpus;
   face.marker_names = request.marker_names;
   face.actor_neutral_mm = request.actor_neutral_mm;
   face.actor_closed_lips_mm = request.actor_closed_lips_mm;
   face.part_kinds = given.part_kinds;
+  for (const auto& [name, kind] : skinUnderAnchors(mesh, given, anchors_file)) face.part_kinds.try_emplace(name, kind);
   for (MeshPart& part : mesh.parts) {
-    if (const auto kind = given.part_kinds.find(part.name); kind != given.part_kinds.end()) part.kind = kind->second;
+    if (const auto kind = face.part_kinds.find(part.name); kind != face.part_kinds.end()) part.kind = kind->second;
   }
   Anchors anchors = given;
   face.upright_from_mesh =
@@ -256,6 +260,11 @@ std::vector<std::string> faultsOf(const FaceCheck& check) {
   if (check.marker_to_surface_max_mm > kMarkerReachMm) {
     faults.push_back(fmt::format("{} lies {:.1f} mm off the skin; check its anchor", check.farthest_marker,
                                  check.marker_to_surface_max_mm));
+  }
+  if (100 * check.binding.coverage < limitNamed("bound")) {
+    faults.push_back(
+        fmt::format("the surface moves {:.1f} % of the face; expected {:.0f} %: do its normals point inward?",
+                    100 * check.binding.coverage, limitNamed("bound")));
   }
   if (check.patch_edge_angle_max_deg > kSmoothDeg) {
     faults.push_back(fmt::format("the control surface has a kink of {:.1f} degrees", check.patch_edge_angle_max_deg));

@@ -14,6 +14,7 @@ struct FitRequest {
   std::string name;
   std::string mesh_file;  ///< as the `.face` file shall name it
   std::string mesh_sha256;
+  std::string mesh_object;  ///< FaceFile's
   std::string corpus;
   std::vector<std::string> marker_names;  ///< the actor's layout
   SurfacePlan surface = {};               ///< the same layout's
@@ -62,14 +63,15 @@ struct LipContact {
   double gap = 0;
   double overlap = 0;   ///< deepest place of one lip inside the other
   double in_teeth = 0;  ///< deepest place of a lip inside teeth or gums
+  double in_tongue = 0;
 };
 
-/// Measures lips on the mesh itself, whatever moved it: points less than 0.02 mouths apart on both lips, within
-/// 0.12 mouths of the line where they meet, against the surfaces of the other lip and of the teeth.
+/// Measures lips on the mesh itself, whatever moved it: points on both lips, within 0.12 mouths of the line where they
+/// meet, against the surfaces of the other lip, of the teeth and of the tongue.
 class LipContactMeter {
  public:
-  /// `mesh` as it rests, `control` fitted to it.
-  LipContactMeter(const FaceMesh& mesh, const ControlMesh& control);
+  /// `mesh` as it rests, `control` fitted to it. The points lie less than `step` mouths apart.
+  LipContactMeter(const FaceMesh& mesh, const ControlMesh& control, double step = 0.02);
   LipContactMeter(LipContactMeter&&) noexcept;
   ~LipContactMeter();
 

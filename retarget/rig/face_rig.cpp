@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <optional>
 #include <set>
 
 #include "base/errors.h"
+#include "base/smooth_step.h"
 #include "deform/kernel/deformer.h"
+#include "deform/mesh/face_mesh.h"
 #include "motion/lip_gauge.h"
 #include "retarget/rig/face_file.h"
 
@@ -55,12 +58,16 @@ FaceRig::~FaceRig() = default;
 FaceRig FaceRig::load(const std::filesystem::path& face_file) {
   FaceFile file = readFaceFile(face_file);
   FaceMesh mesh = readMeshOf(file, face_file);
-  checkBinding(file.binding, mesh, file.control, face_file.string());
+  return of(std::move(file), std::move(mesh), face_file.string());
+}
+
+FaceRig FaceRig::of(FaceFile file, FaceMesh mesh, const std::string& name) {
+  checkBinding(file.binding, mesh, file.control, name);
   RbfWarp warp = [&] {
     try {
       return RbfWarp::fit(file.actor_neutral_mm, file.marker_targets, file.warp);
     } catch (const InputError& error) {
-      throw InputError(face_file.string(), "warp", error.what());
+      throw InputError(name, "warp", error.what());
     }
   }();
   Welding welding = weldSplitTriangles(mesh);
@@ -125,6 +132,30 @@ MarkerPositions neutralOf(const MotionClip& motion, const ActorPose* actor, cons
   return neutral;
 }
 
+/// What rounding adds to each marker's place: to the lips wholly, to what lies around them less and less.
+MarkerPositions roundingOf(const FaceFile& file, const LipRounding& unseen) {
+  constexpr double kFades = 0.9;        // over so many half widths and heights of the mouth
+  constexpr double kCornersStay = 0.4;  // of the way forward
+  MarkerPositions added = MarkerPositions::Zero(file.marker_targets.rows(), 3);
+  const LipGauge lips(file.marker_names);
+  if (!lips.hasLips() || !lips.has(MarkerRole::kRightLipCorner) || !lips.has(MarkerRole::kLeftLipCorner)) return added;
+  const auto place = [&](MarkerRole role) -> Eigen::RowVector3d {
+    return file.marker_targets.row(lips.column(role) / 3);
+  };
+  const Eigen::RowVector3d right = place(MarkerRole::kRightLipCorner), left = place(MarkerRole::kLeftLipCorner);
+  const Eigen::RowVector3d upper = place(MarkerRole::kUpperLip), lower = place(MarkerRole::kLowerLip);
+  const double half_width = 0.5 * (left - right).norm(), half_height = 0.5 * (upper - lower).norm();
+  const Eigen::RowVector3d middle = 0.5 * (right + left);
+  for (Eigen::Index m = 0; m < added.rows(); ++m) {
+    const Eigen::RowVector3d off = file.marker_targets.row(m) - middle;
+    const double x = off.x() / half_width, y = off.y() / half_height;
+    const double share = 1 - smoothStep((std::hypot(x, y) - 1) / kFades);
+    added(m, 0) = -share * unseen.narrowing * off.x();
+    added(m, 2) = share * unseen.protrusion * 2 * half_width * (1 - kCornersStay * std::min(1.0, x * x));
+  }
+  return added;
+}
+
 }  // namespace
 
 FaceMotion FaceRig::retarget(const MotionClip& motion, const ActorPose* actor, std::span<const LipPose> lips) const {
@@ -139,11 +170,17 @@ FaceMotion FaceRig::retarget(const MotionClip& motion, const ActorPose* actor, s
         "the motion has markers that were not seen in some frames; expected gaps to be filled (`corpus clean`)");
   }
   const MarkerPositions closing = closingOffsets(data_->file.control);
-  const LipSlack slack = lipSlack(openingOf(neutral, names),
-                                  actor != nullptr ? actor->closed_lips_mm : data_->file.actor_closed_lips_mm);
+  const LipSlack slack =
+      lipSlack(openingOf(neutral, names), actor != nullptr ? actor->closed_lips_mm : data_->file.actor_closed_lips_mm);
   const std::vector<LipPair> pairs = lipPairs(data_->file.control);
   PositionMatrix markers = data_->warp.targetFromActorRelative(frames, neutral);
   markers.rowwise() += Eigen::Map<const Eigen::RowVectorXd>(closing.data(), closing.size());
+  if (actor != nullptr && !lips.empty()) {
+    const MarkerPositions rounding = roundingOf(data_->file, actor->unseen);
+    const Eigen::Map<const Eigen::RowVectorXd> added(rounding.data(), rounding.size());
+    for (Eigen::Index frame = 0; frame < markers.rows(); ++frame)
+      markers.row(frame) += double{lips[unsignedIndex(frame)].rounding} * added;
+  }
   FaceMotion result(std::move(markers), pairs.size());
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Eigen::Index upper = pairs[i].upper_marker, lower = pairs[i].lower_marker;
@@ -156,8 +193,9 @@ FaceMotion FaceRig::retarget(const MotionClip& motion, const ActorPose* actor, s
       // together there are carried different ways on the head.
       const double apart = (frames.block<1, 3>(frame, 3 * upper) - frames.block<1, 3>(frame, 3 * lower)).norm();
       const double stretch = height > 0 ? apart / height - 1 : 0;
-      result.setLipGap(FrameIndex{unsignedIndex(frame)}, i,
-                       {partedShare(stretch, slack.always + pose.seal * slack.sealed), pose.parting * least});
+      result.setLipGap(
+          FrameIndex{unsignedIndex(frame)}, i,
+          {partedShare(stretch, slack.always + pose.seal * slack.sealed), pose.parting * least, pose.tuck});
     }
   }
   return result;

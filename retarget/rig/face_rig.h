@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "deform/kernel/face_animation.h"
-#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/triangles.h"
 #include "deform/surface/control_surface.h"
 #include "motion/lip_pose.h"
 #include "motion/motion_clip.h"
@@ -17,11 +17,15 @@
 
 namespace mouthpiece {
 
+struct FaceMesh;
+struct FaceFile;
+
 /// The actor who moves a face.
 struct ActorPose {
   MarkerPositions neutral_mm;  ///< markers of the motion, in its order
   /// Between LIP_UP_MID and LIP_LO_MID in B P M at the tightest, the median; 0: not known.
   double closed_lips_mm = 0;
+  LipRounding unseen = {};  ///< added where LipPose::rounding says so
 };
 
 /// A face that can be driven: the `.face` file and its mesh, loaded and bound. Immutable, safe to share.
@@ -30,6 +34,8 @@ class FaceRig {
   /// Reads the `.face` file and the mesh it names (relative to itself). Throws InputError when the
   /// mesh has changed since the fit (its SHA-256 is in the file), is missing, or the file is damaged.
   static FaceRig load(const std::filesystem::path& face_file);
+  /// A face that is fitted but not written yet: `mesh` stands upright, as readMeshOf() gives it. `name`: for messages.
+  static FaceRig of(FaceFile face, FaceMesh mesh, const std::string& name);
 
   FaceRig(FaceRig&&) noexcept;
   FaceRig& operator=(FaceRig&&) noexcept;

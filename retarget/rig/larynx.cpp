@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "base/errors.h"
+#include "deform/mesh/face_mesh.h"
 #include "retarget/rig/face_rig.h"
 
 namespace mouthpiece {

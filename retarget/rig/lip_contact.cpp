@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "base/errors.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/triangle_tree.h"
 #include "deform/surface/virtual_points.h"
 #include "retarget/rig/face_fit.h"
@@ -19,9 +20,10 @@ namespace {
 constexpr double kRegion = 0.25;          ///< the lips' surfaces reach this far from the line where they meet
 constexpr double kLips = 0.12;            ///< and are looked at this far
 constexpr double kBetweenCorners = 0.35;  ///< and this far to both sides: at the corners the lips are one
-constexpr double kSampleStep = 0.02;      ///< at points closer than this
-constexpr double kMostCuts = 64;          ///< but not more of them on an edge
+constexpr double kMostCuts = 64;          ///< points looked at on an edge
 constexpr double kDeepest = 0.2;          ///< further behind a surface a point is elsewhere, not inside it
+constexpr double kDeepInTongue = 0.06;    ///< the same of the tongue, which is soft
+constexpr double kStraight = 0.7;         ///< cosine to the normal of a way straight out of the tongue
 constexpr double kOpposed = -0.3;         ///< cosine between two surfaces that meet
 constexpr double kOnBorder = 1e-9;        ///< a weight below this: the closest point lies on the opposite edge
 constexpr std::size_t kColumns = 10;      ///< over the middle half of the mouth
@@ -72,8 +74,10 @@ class PosedSurface {
       : surface_(surface), normals_(vertexNormals(vertices, surface.triangles)), tree_(vertices, surface.triangles) {}
 
   /// nullopt where no triangle is near. `facing`: the normal of the surface that `p` lies on; inside is only what faces
-  /// the other way, as the folds of one lip do not.
-  [[nodiscard]] std::optional<double> signedDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& facing) const {
+  /// the other way, as the folds of one lip do not. `least_cosine`: between the way there and its normal, for surfaces
+  /// with sharp edges, where normals do not tell what is inside.
+  [[nodiscard]] std::optional<double> signedDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& facing,
+                                                     double least_cosine = 0) const {
     const auto foot = tree_.closest(p);
     if (!foot) return std::nullopt;
     const double distance = (p - foot->point).norm();
@@ -81,7 +85,8 @@ class PosedSurface {
       if (surface_.is_border[foot->triangle][k] && foot->weights[signedIndex(k)] < kOnBorder) return distance;
     }
     const Eigen::Vector3d normal = normalAt({surface_.triangles[foot->triangle], foot->weights, kNoColumn});
-    return (p - foot->point).dot(normal) < 0 && normal.dot(facing) < kOpposed ? -distance : distance;
+    const double over = (p - foot->point).dot(normal);
+    return over < -least_cosine * distance && normal.dot(facing) < kOpposed ? -distance : distance;
   }
 
   [[nodiscard]] Eigen::Vector3d normalAt(const LipPoint& point) const { return placeOf(point, normals_).normalized(); }
@@ -95,10 +100,10 @@ class PosedSurface {
 /// Chooses what is measured, once, on the mesh at rest.
 class Chooser {
  public:
-  Chooser(const FaceMesh& mesh, const ControlMesh& control)
+  Chooser(const FaceMesh& mesh, const ControlMesh& control, double step)
       : mesh_(mesh),
         topology_(mesh, openingsOf(control)),
-        step_(kSampleStep * control.mouth_width),
+        step_(step * control.mouth_width),
         lips_(kLips * control.mouth_width) {
     const auto place = [&](const std::string& name) -> Eigen::Vector3d {
       const int point = findPoint(control, name);
@@ -164,19 +169,22 @@ class Chooser {
 }  // namespace
 
 struct LipContactMeter::Data {
-  double deepest = 0;
+  double deepest = 0, deep_in_tongue = 0;
   Lip upper, lower;
-  Surface teeth;
+  Surface teeth, tongue;
 };
 
-LipContactMeter::LipContactMeter(const FaceMesh& mesh, const ControlMesh& control) {
-  const Chooser chooser(mesh, control);
+LipContactMeter::LipContactMeter(const FaceMesh& mesh, const ControlMesh& control, double step) {
+  const Chooser chooser(mesh, control, step);
   auto data = std::make_unique<Data>();
   data->deepest = kDeepest * control.mouth_width;
+  data->deep_in_tongue = kDeepInTongue * control.mouth_width;
   data->upper = chooser.lipOff(kLowerLip);
   data->lower = chooser.lipOff(kUpperLip);
   data->teeth.triangles = trianglesOf(mesh, {PartKind::kUpperTeeth, PartKind::kLowerTeeth});
   data->teeth.findBorders();
+  data->tongue.triangles = trianglesOf(mesh, {PartKind::kTongue});
+  data->tongue.findBorders();
   data_ = std::move(data);
 }
 
@@ -185,7 +193,7 @@ LipContactMeter::~LipContactMeter() = default;
 
 LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
   const PosedSurface upper(data_->upper.surface, vertices), lower(data_->lower.surface, vertices);
-  const PosedSurface teeth(data_->teeth, vertices);
+  const PosedSurface teeth(data_->teeth, vertices), tongue(data_->tongue, vertices);
   LipContact contact;
   std::array<double, kColumns> gaps;
   gaps.fill(std::numeric_limits<double>::infinity());
@@ -199,6 +207,8 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
       }
       if (const auto gap = teeth.signedDistance(p, facing); gap && *gap > -data_->deepest)
         contact.in_teeth = std::max(contact.in_teeth, -*gap);
+      if (const auto gap = tongue.signedDistance(p, facing, kStraight); gap && *gap > -data_->deep_in_tongue)
+        contact.in_tongue = std::max(contact.in_tongue, -*gap);
     }
   };
   look(data_->lower.points, lower, upper);

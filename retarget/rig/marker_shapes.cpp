@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "base/errors.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/triangle_tree.h"
 #include "retarget/rig/face_fit.h"
 

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "base/errors.h"
+#include "deform/mesh/face_mesh.h"
 
 namespace mouthpiece {
 namespace {

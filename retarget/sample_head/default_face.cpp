@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "deform/mesh/face_mesh.h"
 #include "deform/surface/control_surface.h"
 #include "motion/marker_layout.h"
 #include "retarget/sample_head/head_model.h"

@@ -12,9 +12,11 @@
 #include <utility>
 #include <vector>
 
-#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/triangles.h"
 
 namespace mouthpiece {
+
+struct FaceMesh;
 
 /// What a vertex of a mesh under construction carries; Loop's rules smooth all channels alike.
 enum ModelChannel : int {

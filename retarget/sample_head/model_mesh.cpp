@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "base/errors.h"
+#include "deform/mesh/face_mesh.h"
 
 namespace mouthpiece {
 namespace {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "deform/mesh/face_mesh.h"
+
 namespace mouthpiece {
 namespace {
 

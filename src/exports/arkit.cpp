@@ -5,9 +5,13 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <limits>
+#include <numeric>
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/lip_slit.h"
 #include "exports/gltf/glb.h"
 
 namespace mouthpiece {
@@ -102,6 +106,19 @@ int arkitIndex(std::string_view shape_name) {
     return plain;
   }();
   std::string name = plainName(shape_name);
+  // What VRM, VRoid, Character Creator and Daz call the same.
+  constexpr std::array<std::array<std::string_view, 2>, 7> kOthers{{{"fcleyeclose", "eyeblink"},
+                                                                     {"eyesclosed", "eyeblink"},
+                                                                     {"eyeclose", "eyeblink"},
+                                                                     {"blink", "eyeblink"},
+                                                                     {"browdrop", "browdown"},
+                                                                     {"browraiseinner", "browinnerup"},
+                                                                     {"browraiseouter", "browouterup"}}};
+  for (const auto& [theirs, apples] : kOthers) {
+    for (const std::string_view side : {"left", "right"}) {
+      if (name == std::string(theirs) + std::string(side)) name = std::string(apples) + std::string(side);
+    }
+  }
   for (int pass = 0; pass < 2; ++pass) {
     const auto found = std::find(plain_names.begin(), plain_names.end(), name);
     if (found != plain_names.end()) return static_cast<int>(found - plain_names.begin());
@@ -112,38 +129,228 @@ int arkitIndex(std::string_view shape_name) {
   return -1;
 }
 
+namespace {
+
+/// Numbers of two shapes, by name.
+using ShapePair = std::array<Eigen::Index, 2>;
+Eigen::Index numberOf(std::string_view name) {
+  const auto found = std::find(kArkitNames.begin(), kArkitNames.end(), name);
+  MOUTHPIECE_EXPECT(found != kArkitNames.end());
+  return found - kArkitNames.begin();
+}
+
+/// No animator sets both of these.
+const std::vector<ShapePair>& opposingShapes() {
+  static const std::vector<ShapePair> pairs = [] {
+    std::vector<ShapePair> list;
+    for (const auto& [one, other] : std::initializer_list<std::pair<const char*, const char*>>{
+             {"JawLeft", "JawRight"},
+             {"MouthLeft", "MouthRight"},
+             {"MouthSmileLeft", "MouthFrownLeft"},
+             {"MouthSmileRight", "MouthFrownRight"},
+             {"MouthPucker", "MouthStretchLeft"},
+             {"MouthPucker", "MouthStretchRight"},
+             {"MouthPucker", "MouthSmileLeft"},
+             {"MouthPucker", "MouthSmileRight"},
+             {"MouthFunnel", "MouthPressLeft"},
+             {"MouthFunnel", "MouthPressRight"},
+             {"MouthRollLower", "MouthLowerDownLeft"},
+             {"MouthRollLower", "MouthLowerDownRight"},
+             {"MouthRollUpper", "MouthUpperUpLeft"},
+             {"MouthRollUpper", "MouthUpperUpRight"},
+             {"EyeBlinkLeft", "EyeWideLeft"},
+             {"EyeBlinkRight", "EyeWideRight"},
+             {"BrowDownLeft", "BrowOuterUpLeft"},
+             {"BrowDownRight", "BrowOuterUpRight"}})
+      list.push_back({numberOf(one), numberOf(other)});
+    return list;
+  }();
+  return pairs;
+}
+
+/// Of each shape its mirror image; -1 where it has none, or where the two undo each other.
+std::vector<Eigen::Index> mirrorShapes() {
+  std::vector<Eigen::Index> mirrors(kArkitNames.size(), -1);
+  for (std::size_t k = 0; k < kArkitNames.size(); ++k) {
+    const std::string_view name = kArkitNames[k];
+    if (!name.ends_with("Left") || name == "JawLeft" || name == "MouthLeft") continue;
+    const Eigen::Index right = numberOf(std::string(name.substr(0, name.size() - 4)) + "Right");
+    mirrors[k] = right;
+    mirrors[unsignedIndex(right)] = signedIndex(k);
+  }
+  return mirrors;
+}
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 /// Every weight in turn takes its best value for the others, until none changes. Each step lowers the energy, which is
-/// convex.
-RowMajorMatrixF fitShapeWeights(const Eigen::MatrixXf& shapes, const Eigen::MatrixXf& motion, std::size_t shape_count,
-                                const ArkitOptions& options) {
-  const Eigen::MatrixXd gram = (shapes.transpose() * shapes).cast<double>();
-  const Eigen::MatrixXd right = (motion.transpose() * shapes).cast<double>();  // frames x 52
-  const double energy = gram.trace() / std::max(asReal(shape_count), 1.0);
-  const double pull = options.smoothness * energy;
-  const double thrift = options.thrift * energy;
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  RowMajor weights = RowMajor::Zero(right.rows(), kShapes);
-  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
-    double change = 0;
-    for (Eigen::Index step = 0; step < right.rows(); ++step) {
-      const Eigen::Index t = sweep % 2 == 0 ? step : right.rows() - 1 - step;  // news travels both ways
-      for (Eigen::Index k = 0; k < kShapes; ++k) {
-        if (!(gram(k, k) > 0)) continue;
-        double target = right(t, k) - gram.row(k).dot(weights.row(t)) + gram(k, k) * weights(t, k);
-        double share = gram(k, k) + thrift;
-        for (const Eigen::Index other : {t - 1, t + 1}) {
-          if (other < 0 || other >= right.rows()) continue;
-          target += pull * weights(other, k);
-          share += pull;
-        }
-        const double best = std::clamp(target / share, 0.0, 1.0);
-        change = std::max(change, std::abs(best - weights(t, k)));
-        weights(t, k) = best;
+/// convex while no weight is shut.
+class WeightDescent {
+ public:
+  WeightDescent(const Eigen::MatrixXf& shapes, const Eigen::MatrixXf& motion, std::size_t shape_count,
+                const ArkitOptions& options, const ShapeClosures* closures)
+      : gram_((shapes.transpose() * shapes).cast<double>()),
+        right_((motion.transpose() * shapes).cast<double>()),
+        weights_(RowMajor::Zero(motion.cols(), kShapes)),
+        may_move_(unsignedIndex(motion.cols()), std::vector<bool>(kArkitNames.size(), true)) {
+    const double energy = gram_.trace() / std::max(asReal(shape_count), 1.0);
+    pull_ = options.smoothness * energy;
+    thrift_ = options.thrift * energy;
+    push_ = options.sparsity * energy;
+    symmetry_ = options.symmetry * energy;
+    if (closures == nullptr || closures->shapes.rows() == 0) return;
+    // A pair counts as so many of the vertices around it.
+    const double share = options.closure * asReal(shapes.rows()) / (100 * asReal(closures->shapes.rows()));
+    closure_gram_ = share * (closures->shapes.transpose() * closures->shapes).cast<double>();
+    closed_ = closures->in_frame;
+    for (std::size_t t = 0; t < closed_.size(); ++t) {
+      if (closed_[t])
+        right_.row(signedIndex(t)) += share * (closures->motion.col(signedIndex(t)).transpose() * closures->shapes).cast<double>();
+    }
+  }
+
+  void descend() {
+    for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+      double change = 0;
+      for (Eigen::Index step = 0; step < weights_.rows(); ++step) {
+        const Eigen::Index t = sweep % 2 == 0 ? step : weights_.rows() - 1 - step;  // news travels both ways
+        for (Eigen::Index k = 0; k < kShapes; ++k) change = std::max(change, settle(t, k));
+      }
+      if (change < kStill) break;
+    }
+  }
+
+  /// Of two shapes that undo each other the one goes that does less around the frame. True when any did.
+  bool shutOpposing() {
+    constexpr Eigen::Index kAround = 4;  // frames to each side: neighbours decide alike
+    bool any = false;
+    for (const auto& [one, other] : opposingShapes()) {
+      for (Eigen::Index t = 0; t < weights_.rows(); ++t) {
+        if (weights_(t, one) < kZero || weights_(t, other) < kZero) continue;
+        const Eigen::Index first = std::max<Eigen::Index>(0, t - kAround), last = std::min(weights_.rows() - 1, t + kAround);
+        const auto doneBy = [&](Eigen::Index k) {
+          return weights_.col(k).segment(first, last - first + 1).sum() * std::sqrt(gram_(k, k));
+        };
+        const Eigen::Index less = doneBy(one) < doneBy(other) ? one : other;
+        may_move_[unsignedIndex(t)][unsignedIndex(less)] = false;
+        weights_(t, less) = 0;
+        any = true;
       }
     }
-    if (change < kStill) break;
+    return any;
   }
-  return weights.cast<float>();
+
+  [[nodiscard]] RowMajorMatrixF weights() const { return (weights_.array() < kZero).select(0.0, weights_).cast<float>(); }
+
+ private:
+  static constexpr double kZero = 0.004;  ///< nobody sees less
+
+  /// Returns by how much the weight changes.
+  double settle(Eigen::Index t, Eigen::Index k) {
+    if (!(gram_(k, k) > 0) || !may_move_[unsignedIndex(t)][unsignedIndex(k)]) return 0;
+    const bool is_closed = !closed_.empty() && closed_[unsignedIndex(t)];
+    double own = gram_(k, k), others = gram_.row(k).dot(weights_.row(t));
+    if (is_closed) {
+      own += closure_gram_(k, k);
+      others += closure_gram_.row(k).dot(weights_.row(t));
+    }
+    double target = right_(t, k) - push_ - others + own * weights_(t, k);
+    double share = own + thrift_;
+    for (const Eigen::Index other : {t - 1, t + 1}) {
+      if (other < 0 || other >= weights_.rows()) continue;
+      target += pull_ * weights_(other, k);
+      share += pull_;
+    }
+    if (const Eigen::Index mirror = mirrors_[unsignedIndex(k)]; mirror >= 0 && gram_(mirror, mirror) > 0) {
+      target += symmetry_ * weights_(t, mirror);
+      share += symmetry_;
+    }
+    static const Eigen::Index jaw = numberOf("JawOpen"), close = numberOf("MouthClose");
+    const double most = k == close && gram_(jaw, jaw) > 0 ? weights_(t, jaw) : 1.0;
+    const double least = k == jaw ? weights_(t, close) : 0.0;
+    const double best = std::clamp(target / share, least, most);
+    const double change = std::abs(best - weights_(t, k));
+    weights_(t, k) = best;
+    return change;
+  }
+
+  Eigen::MatrixXd gram_, right_;  ///< 52 x 52, frames x 52
+  RowMajor weights_;
+  std::vector<std::vector<bool>> may_move_;
+  Eigen::MatrixXd closure_gram_;
+  std::vector<bool> closed_;
+  std::vector<Eigen::Index> mirrors_ = mirrorShapes();
+  double pull_ = 0, thrift_ = 0, push_ = 0, symmetry_ = 0;
+};
+
+/// The slit of the mouth; its motion as places, `at_rest` from one lip to the other.
+ShapeClosures closuresOf(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes,
+                         std::vector<SlitPair>& slit, Eigen::VectorXf& at_rest) {
+  VertexPositions jaw = VertexPositions::Zero(mesh.vertices.rows(), 3);
+  for (std::size_t s = 0; s < shapes.names.size(); ++s) {
+    const int shape = arkitIndex(shapes.names[s]);
+    if (shape >= 0 && kArkitNames[unsignedIndex(shape)] == "JawOpen") jaw += shapes.moves[s];
+  }
+  // The corners always touch: what counts is the middle half.
+  slit = lipSlit(mesh, jaw);
+  std::erase_if(slit, [](const SlitPair& pair) { return pair.step < kSlitSteps / 4 || pair.step >= kSlitSteps - kSlitSteps / 4; });
+  ShapeClosures closures;
+  const auto rows = 3 * signedIndex(slit.size());
+  closures.shapes = Eigen::MatrixXf::Zero(rows, kShapes);
+  closures.motion = Eigen::MatrixXf::Zero(rows, animation.positions.rows());
+  at_rest = Eigen::VectorXf::Zero(rows);
+  for (std::size_t i = 0; i < slit.size(); ++i) {
+    const Eigen::Index row = 3 * signedIndex(i), upper = signedIndex(slit[i].upper), lower = signedIndex(slit[i].lower);
+    for (std::size_t s = 0; s < shapes.moves.size(); ++s) {
+      const int shape = drivenShape(shapes.names[s]);
+      if (shape >= 0)
+        closures.shapes.block<3, 1>(row, shape) += (shapes.moves[s].row(upper) - shapes.moves[s].row(lower)).transpose();
+    }
+    at_rest.segment<3>(row) = (mesh.vertices.row(upper) - mesh.vertices.row(lower)).transpose();
+    closures.motion.middleRows<3>(row) =
+        (animation.positions.middleCols<3>(3 * upper) - animation.positions.middleCols<3>(3 * lower)).transpose();
+  }
+  return closures;
+}
+
+/// How far the lips of each frame gape where they do most, over the middle half of the mouth, mm: in each step across it
+/// the pair that is nearest counts, by height, since lips that roll pass each other in depth.
+std::vector<double> gapesOf(const std::vector<SlitPair>& slit, const Eigen::MatrixXf& apart, double mm_per_unit) {
+  std::vector<double> gapes(unsignedIndex(apart.cols()), 0.0);
+  for (Eigen::Index t = 0; t < apart.cols(); ++t) {
+    for (std::size_t first = 0; first < slit.size();) {
+      double least = std::numeric_limits<double>::max();
+      std::size_t i = first;
+      for (; i < slit.size() && slit[i].step == slit[first].step; ++i)
+        least = std::min(least, mm_per_unit * static_cast<double>(apart(3 * signedIndex(i) + 1, t)));
+      gapes[unsignedIndex(t)] = std::max(gapes[unsignedIndex(t)], least);
+      first = i;
+    }
+  }
+  return gapes;
+}
+
+/// Lips that meet are asked to meet all over: the shapes give in where they cannot.
+void tighten(const std::vector<double>& gapes, double mm_per_unit, ShapeClosures& closures) {
+  constexpr double kTightMm = 0.15;
+  for (std::size_t t = 0; t < gapes.size(); ++t) {
+    const float shift = asFloat(std::max(0.0, gapes[t] - kTightMm) / mm_per_unit);
+    for (Eigen::Index row = 1; closures.in_frame[t] && row < closures.motion.rows(); row += 3)
+      closures.motion(row, signedIndex(t)) -= shift;
+  }
+}
+
+}  // namespace
+
+RowMajorMatrixF fitShapeWeights(const Eigen::MatrixXf& shapes, const Eigen::MatrixXf& motion, std::size_t shape_count,
+                                const ArkitOptions& options, const ShapeClosures* closures) {
+  WeightDescent descent(shapes, motion, shape_count, options, closures);
+  descent.descend();
+  // What one of two may do changes once the other is shut, and may meet a third.
+  constexpr int kRounds = 4;
+  for (int round = 0; round < kRounds && descent.shutOpposing(); ++round) descent.descend();
+  descent.shutOpposing();
+  return descent.weights();
 }
 
 ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes,
@@ -151,19 +358,29 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
   MOUTHPIECE_EXPECT(animation.positions.cols() == mesh.vertices.size());
   if (std::none_of(shapes.names.begin(), shapes.names.end(),
                    [](const std::string& name) { return arkitIndex(name) >= 0; })) {
-    throw InputError(
-        fmt::format("found {} morph targets, none with an ARKit name; expected a GLB with shapes such as "
-                    "jawOpen and mouthSmile_L",
-                    shapes.names.size()));
+    throw InputError("found no shape with an ARKit name (jawOpen, mouthSmile_L ...)");
   }
-  for (const VertexPositions& moves : shapes.moves) MOUTHPIECE_EXPECT(moves.rows() == mesh.vertices.rows());
   const Problem problem = problemOf(animation, mesh, shapes);
+  const double mm_per_unit = 1000 * mesh.metres_per_unit;
   ArkitCurves curves;
   curves.frame_rate_hz = animation.frame_rate_hz;
   curves.has_shape = problem.has_shape;
   const auto present = std::count(problem.has_shape.begin(), problem.has_shape.end(), true);
-  curves.weights = fitShapeWeights(problem.shapes, problem.motion, unsignedIndex(present), options);
-  const double mm_per_unit = 1000 * mesh.metres_per_unit;
+  Eigen::VectorXf at_rest;
+  std::vector<SlitPair> slit;
+  ShapeClosures closures = closuresOf(animation, mesh, shapes, slit, at_rest);
+  const std::vector<double> gapes = gapesOf(slit, closures.motion, mm_per_unit);
+  for (const double gape : gapes) closures.in_frame.push_back(!slit.empty() && gape < kMeetMm);
+  tighten(gapes, mm_per_unit, closures);
+  closures.motion.colwise() -= at_rest;
+  curves.weights = fitShapeWeights(problem.shapes, problem.motion, unsignedIndex(present), options, &closures);
+  const std::vector<double> kept =
+      gapesOf(slit, (closures.shapes * curves.weights.transpose()).colwise() + at_rest, mm_per_unit);
+  for (std::size_t t = 0; t < gapes.size(); ++t) {
+    if (!closures.in_frame[t]) continue;
+    ++curves.closures;
+    curves.closures_kept += kept[t] < kMeetMm ? 1U : 0U;
+  }
   double squares = 0, motion_squares = 0;
   for (Eigen::Index t = 0; t < problem.motion.cols(); ++t) {
     const Eigen::VectorXf miss = problem.motion.col(t) - problem.shapes * curves.weights.row(t).transpose();
@@ -178,6 +395,57 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
   curves.rms_error_mm = mm_per_unit * std::sqrt(squares / count);
   curves.rms_motion_mm = mm_per_unit * std::sqrt(motion_squares / count);
   return curves;
+}
+
+RowMajorMatrixF takeLidsAndBrows(FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes) {
+  const auto isTaken = [](int shape) {
+    if (shape < 0) return false;
+    const std::string_view name = kArkitNames[unsignedIndex(shape)];
+    return name.starts_with("EyeBlink") || name.starts_with("EyeWide") || name.starts_with("EyeSquint") || name.starts_with("Brow");
+  };
+  std::vector<std::size_t> own;
+  for (std::size_t s = 0; s < shapes.names.size(); ++s) {
+    if (isTaken(arkitIndex(shapes.names[s])) && shapes.moves[s].rows() == mesh.vertices.rows()) own.push_back(s);
+  }
+  if (own.empty() || animation.positions.rows() == 0) return {};
+  std::vector<std::uint32_t> columns = animation.vertices;
+  if (columns.empty()) {
+    columns.resize(mesh.vertexCount());
+    std::iota(columns.begin(), columns.end(), 0U);
+  }
+  std::vector<float> reach(shapes.names.size(), 0.0F);
+  for (const std::size_t s : own) reach[s] = shapes.moves[s].rowwise().norm().maxCoeff();
+  // The region of a shape is where it does half of its most; further out it fades.
+  std::vector<std::pair<std::size_t, float>> region;  // of `columns`, and how wholly it is the shapes'
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    float share = 0;
+    for (const std::size_t s : own) {
+      if (reach[s] > 0) share = std::max(share, 2 * shapes.moves[s].row(columns[i]).norm() / reach[s]);
+    }
+    if (share > 0.1F) region.emplace_back(i, std::min(share, 1.0F));
+  }
+  const auto rows = 3 * signedIndex(region.size());
+  Eigen::MatrixXf moves = Eigen::MatrixXf::Zero(rows, kShapes), motion(rows, animation.positions.rows());
+  for (std::size_t r = 0; r < region.size(); ++r) {
+    const Eigen::Index row = 3 * signedIndex(r), column = 3 * signedIndex(region[r].first);
+    const std::uint32_t v = columns[region[r].first];
+    motion.middleRows<3>(row) = (animation.positions.middleCols<3>(column).rowwise() - mesh.vertices.row(v)).transpose();
+    for (const std::size_t s : own) moves.block<3, 1>(row, arkitIndex(shapes.names[s])) += shapes.moves[s].row(v).transpose();
+  }
+  if (region.empty()) return {};
+  RowMajorMatrixF weights = fitShapeWeights(moves, motion, own.size());
+  constexpr float kSeen = 0.02F;  // a shape that never does more is left alone
+  for (Eigen::Index k = 0; k < kShapes; ++k) {
+    if (weights.col(k).maxCoeff() < kSeen) weights.col(k).setZero();
+  }
+  if (weights.maxCoeff() <= 0) return {};
+  const Eigen::MatrixXf done = moves * weights.transpose();
+  for (std::size_t r = 0; r < region.size(); ++r) {
+    const Eigen::Index row = 3 * signedIndex(r), column = 3 * signedIndex(region[r].first);
+    const Eigen::MatrixXf left = (1 - region[r].second) * (motion.middleRows<3>(row) - done.middleRows<3>(row));
+    animation.positions.middleCols<3>(column) = left.transpose().rowwise() + mesh.vertices.row(columns[region[r].first]);
+  }
+  return weights;
 }
 
 std::string liveLinkCsv(const ArkitCurves& curves) {
@@ -201,7 +469,7 @@ std::string liveLinkCsv(const ArkitCurves& curves) {
 }
 
 std::string glbWithArkitAnimation(std::string_view glb, const std::string& file, const ArkitCurves& curves) {
-  auto made = glbWithWeights(glb, file, curves.frame_rate_hz, curves.weights, arkitIndex);
+  auto made = glbWithWeights(glb, file, curves.frame_rate_hz, {curves.weights, arkitIndex});
   if (!made) throw InputError(file, "", "holds no shape with an ARKit name");
   return *std::move(made);
 }

@@ -6,11 +6,13 @@
 #include <vector>
 
 #include "deform/kernel/face_animation.h"
-#include "deform/mesh/face_mesh.h"
 #include "exports/shapes/principal_shapes.h"
 #include "motion/motion_clip.h"
 
 namespace mouthpiece {
+
+struct FaceMesh;
+struct FaceShapes;
 
 /// Apple's names of ARKit's blend shapes, in the order of Live Link Face.
 inline constexpr std::array<std::string_view, 52> kArkitNames{"EyeBlinkLeft",
@@ -71,9 +73,13 @@ inline constexpr std::array<std::string_view, 52> kArkitNames{"EyeBlinkLeft",
 /// them.
 int arkitIndex(std::string_view shape_name);
 
+/// Pulls are shares of the mean shape's energy.
 struct ArkitOptions {
-  double smoothness = 0.15;  ///< pull between a weight's neighbours in time, as a share of the mean shape's energy
-  double thrift = 0.002;     ///< pull of every weight towards zero, likewise
+  double smoothness = 0.01;  ///< pull between a weight's neighbours in time
+  double thrift = 0.001;     ///< pull of every weight towards zero
+  double sparsity = 0.003;   ///< push of every weight to zero, whatever its size: small ones vanish
+  double symmetry = 0.02;    ///< pull between the weights of a left and a right shape
+  double closure = 300;      ///< how many times more a place where the lips meet counts
 };
 
 /// Weights of ARKit's shapes over time.
@@ -84,19 +90,40 @@ struct ArkitCurves {
   double rms_error_mm = 0;      ///< of all vertices of skin that move, over all frames
   double largest_error_mm = 0;
   double rms_motion_mm = 0;  ///< what there was to reproduce: of the same vertices
+  std::size_t closures = 0;       ///< frames in which the motion brings the lips together
+  std::size_t closures_kept = 0;  ///< of these, in which the weights' lips are within kMeetMm of each other too
 };
 
-/// min over W in [0, 1] of sum_t |S w_t - d_t|^2 + thrift |w_t|^2 + smoothness |w_t - w_(t-1)|^2, the pulls as shares of
-/// the mean energy of `shape_count` shapes. `shapes`: rows x 52, a column of zeros where there is none; `motion`: rows x
-/// frames. Returns frames x 52.
+/// Lips this near to each other meet.
+inline constexpr double kMeetMm = 0.5;
+
+/// Places that must stay together in some frames: how the shapes move the two of each pair apart, and by how much the
+/// motion does.
+struct ShapeClosures {
+  Eigen::MatrixXf shapes;          ///< (3 * pairs) x 52
+  Eigen::MatrixXf motion;          ///< (3 * pairs) x frames
+  std::vector<bool> in_frame = {};  ///< whether it counts there
+};
+
+/// min over W in [0, 1] of sum_t |S w_t - d_t|^2 + thrift |w_t|^2 + sparsity sum_k w_tk + symmetry |w_left - w_right|^2 +
+/// smoothness |w_t - w_(t-1)|^2, the pulls as shares of the mean energy of `shape_count` shapes; of shapes that undo each
+/// other (JawLeft and JawRight, a smile and a frown of one side) one at most is over zero in a frame, and MouthClose never
+/// exceeds JawOpen. `shapes`: rows x 52, a column of zeros where there is none; `motion`: rows x frames. Returns
+/// frames x 52.
 RowMajorMatrixF fitShapeWeights(const Eigen::MatrixXf& shapes, const Eigen::MatrixXf& motion, std::size_t shape_count,
-                                const ArkitOptions& options = {});
+                                const ArkitOptions& options = {}, const ShapeClosures* closures = nullptr);
 
 /// Weights in [0, 1] that best reproduce `animation` of `mesh` with `shapes`: least squares over the vertices of skin
 /// and lips, all frames at once with a pull between neighbouring frames, by projected Gauss-Seidel. Throws InputError
 /// when no shape has an ARKit name.
 ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes,
                      const ArkitOptions& options = {});
+
+/// What the head's own shapes of lids and brows (EyeBlink..., EyeWide..., EyeSquint..., Brow...) do in `animation`, some or
+/// all vertices of `mesh`: frames x 52, or nothing where it has none of them or their region rests. What they do is taken
+/// out of `animation`, and where they move the skin most they alone are left to do it: a blink of the head's own slides
+/// over the eyeball, which a warp does not.
+RowMajorMatrixF takeLidsAndBrows(FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes);
 
 /// ARKit's 52 weights that best reproduce marker motion: frames x 52, each in [0, 1]. What a shape does to the markers
 /// of the default layout is learnt from a head that has them all (sample_data/arkit/face66_shapes.json); markers of

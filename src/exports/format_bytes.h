@@ -7,13 +7,14 @@
 #include <vector>
 
 #include "deform/kernel/face_animation.h"
-#include "deform/mesh/face_mesh.h"
 #include "motion/motion_clip.h"
 #include "synthesis/curve_ablation.h"
 #include "synthesis/utterance_animation.h"
 
 // Files as bytes, a function each; ARKit's are in exports/arkit.h, the GLB in exports/gltf/glb.h.
 namespace mouthpiece {
+
+struct FaceMesh;
 
 /// Every vertex of every frame, in the mesh's own vertex order and unit (docs/formats/pc2_mdd.md).
 /// PC2, little-endian: 3ds Max, Blender's mesh cache, Houdini.

@@ -6,6 +6,7 @@
 #include "base/errors.h"
 #include "base/index.h"
 #include "base/page_data.h"
+#include "deform/mesh/face_mesh.h"
 #include "exports/format_bytes.h"
 #include "exports/report_fields.h"
 #include "motion/lip_gauge.h"
@@ -42,7 +43,7 @@ std::string_view kindName(PartKind kind) {
 ordered_json partsOf(const FaceMesh& mesh) {
   ordered_json parts = ordered_json::array();
   for (const MeshPart& part : mesh.parts) {
-    if (part.triangle_count > 0) parts.push_back({{"name", part.name}, {"kind", kindName(part.kind)}});
+    if (part.triangle_count > 0) parts.push_back({{"name", part.name}, {"kind", kindName(part.kind)}, {"material", part.material}});
   }
   return parts;
 }

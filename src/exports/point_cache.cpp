@@ -7,6 +7,7 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "deform/mesh/face_mesh.h"
 #include "exports/format_bytes.h"
 
 namespace mouthpiece {

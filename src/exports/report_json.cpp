@@ -10,7 +10,7 @@ namespace {
 using nlohmann::ordered_json;
 
 /// Nothing here is known to better than a microsecond or a micrometre; shorter numbers are easier to read.
-double rounded(double value) { return std::round(value * 1e6) / 1e6; }
+double toMicro(double value) { return std::round(value * 1e6) / 1e6; }
 
 bool covers(const PhoneRange& range, std::size_t phone) {
   return range.first.value <= phone && phone <= range.last.value;
@@ -24,8 +24,8 @@ ordered_json phonesOf(const UtteranceAnimation& animation) {
     bool is_backoff = !animation.style.empty() && isVowel(phone.phone);
     for (const PlacedUnit& unit : animation.units) is_backoff |= unit.is_backoff && covers(unit.phones, i);
     phones.push_back({{"phone", phoneName(phone.phone)},
-                      {"start_s", rounded(phone.span.start)},
-                      {"end_s", rounded(phone.span.end)},
+                      {"start_s", toMicro(phone.span.start)},
+                      {"end_s", toMicro(phone.span.end)},
                       {"word", animation.labels.wordOf(PhoneIndex(i))},
                       {"from", is_backoff ? "backoff" : "unit"}});
   }
@@ -39,14 +39,14 @@ ordered_json unitsOf(const UtteranceAnimation& animation) {
                      {"last", unit.phones.last.value},
                      {"take", unit.take},
                      {"source_first", unit.source_first.value},
-                     {"source_start_s", rounded(unit.source_span.start)},
-                     {"source_end_s", rounded(unit.source_span.end)},
-                     {"start_s", rounded(unit.span.start)},
-                     {"end_s", rounded(unit.span.end)},
+                     {"source_start_s", toMicro(unit.source_span.start)},
+                     {"source_end_s", toMicro(unit.source_span.end)},
+                     {"start_s", toMicro(unit.span.start)},
+                     {"end_s", toMicro(unit.span.end)},
                      {"scale", unit.scale},
-                     {"cost", rounded(unit.cost)},
+                     {"cost", toMicro(unit.cost)},
                      {"backoff", unit.is_backoff}});
-    if (unit.sound.duration() > 0) units.back()["sound"] = {rounded(unit.sound.start), rounded(unit.sound.end)};
+    if (unit.sound.duration() > 0) units.back()["sound"] = {toMicro(unit.sound.start), toMicro(unit.sound.end)};
   }
   return units;
 }
@@ -54,9 +54,9 @@ ordered_json unitsOf(const UtteranceAnimation& animation) {
 ordered_json joinsOf(const UtteranceAnimation& animation) {
   ordered_json joins = ordered_json::array();
   for (const Join& join : animation.joins) {
-    joins.push_back({{"time_s", rounded(join.time)},
-                     {"position_jump_mm", rounded(join.position_jump_mm)},
-                     {"velocity_jump_mm_s", rounded(join.velocity_jump_mm_s)}});
+    joins.push_back({{"time_s", toMicro(join.time)},
+                     {"position_jump_mm", toMicro(join.position_jump_mm)},
+                     {"velocity_jump_mm_s", toMicro(join.velocity_jump_mm_s)}});
   }
   return joins;
 }
@@ -128,23 +128,23 @@ ordered_json reportFields(const UtteranceAnimation& animation) {
           {"moved_by", movedByOf(animation)},
           {"fps", animation.motion.frame_rate_hz},
           {"frames", animation.motion.frameCount()},
-          {"duration_s", rounded(duration)},
+          {"duration_s", toMicro(duration)},
           {"phones", phonesOf(animation)},
           {"units", unitsOf(animation)},
           {"joins", joinsOf(animation)},
           {"backoff", backoffOf(animation)},
-          {"backoff_share", rounded(backoffShare(animation))},
+          {"backoff_share", toMicro(backoffShare(animation))},
           {"style", animation.style},
           {"warnings", animation.warnings},
           {"timing_ms",
-           {{"load", rounded(timing.load)},
-            {"speech", rounded(timing.speech)},
-            {"selection", rounded(timing.selection)},
-            {"motion", rounded(timing.motion)},
-            {"retarget", rounded(timing.retarget)},
-            {"deform", rounded(timing.deform)},
-            {"write", rounded(timing.write)}}},
-          {"real_time_factor", duration > 0 ? rounded(work_ms / 1000 / duration) : 0.0}};
+           {{"load", toMicro(timing.load)},
+            {"speech", toMicro(timing.speech)},
+            {"selection", toMicro(timing.selection)},
+            {"motion", toMicro(timing.motion)},
+            {"retarget", toMicro(timing.retarget)},
+            {"deform", toMicro(timing.deform)},
+            {"write", toMicro(timing.write)}}},
+          {"real_time_factor", duration > 0 ? toMicro(work_ms / 1000 / duration) : 0.0}};
 }
 
 std::string reportJson(const UtteranceAnimation& animation) {

@@ -5,6 +5,13 @@
 
 namespace mouthpiece {
 
+bool MotionClip::isSeenThroughout(MarkerIndex marker, FrameIndex first, FrameIndex last) const {
+  for (std::size_t frame = first.value; frame < last.value; ++frame) {
+    if (!isSeen(FrameIndex(frame), marker)) return false;
+  }
+  return true;
+}
+
 MarkerPositions MotionClip::pose(FrameIndex frame) const {
   const auto row = positions_mm.row(frame.row());
   return Eigen::Map<const MarkerPositions>(row.data(), signedIndex(markerCount()), 3);

@@ -33,6 +33,8 @@ struct MotionClip {
         .transpose();
   }
   [[nodiscard]] bool isSeen(FrameIndex frame, MarkerIndex marker) const { return position(frame, marker).allFinite(); }
+  /// In every frame of [first, last).
+  [[nodiscard]] bool isSeenThroughout(MarkerIndex marker, FrameIndex first, FrameIndex last) const;
   /// All markers of one frame.
   [[nodiscard]] MarkerPositions pose(FrameIndex frame) const;
   [[nodiscard]] std::optional<MarkerIndex> findMarker(std::string_view name) const;

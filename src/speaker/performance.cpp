@@ -6,6 +6,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "deform/mesh/face_mesh.h"
 #include "exports/arkit.h"
 #include "exports/format_bytes.h"
 #include "exports/gltf/glb.h"
@@ -85,12 +86,29 @@ const PrincipalShapes& Performance::Data::shapes() const {
       larynx = sampleCurve(*curve, frameTimes(0, animation.motion.frameCount(), animation.motion.frame_rate_hz));
     // Motion from elsewhere comes with every vertex: which of them the shapes are sampled from decides their values, and
     // a motion that is applied again shall give the same file.
-    const FaceAnimation moving =
+    FaceAnimation moving =
         corpus ? rig.deformMoving(moving_markers, animation.tongue, animation.motion.frame_rate_hz, larynx)
                : uprightVertices();
+    driveOwnShapes(moving);
     return principalShapes(moving, rig.mesh().vertices, rig.mesh().metres_per_unit);
   });
   return *shapes_;
+}
+
+void Performance::Data::driveOwnShapes(FaceAnimation& moving) const {
+  const SharedFace::Data& own = needFace();
+  const std::filesystem::path mesh = own.meshPath();
+  if (!isGlb(mesh)) return;
+  FaceShapes shapes = parseFaceShapes(readFile(mesh, kMaxMeshBytes), mesh, own.file.mesh_object);
+  for (VertexPositions& moves : shapes.moves)
+    moves = (moves * own.file.upright_from_mesh.cast<float>().transpose()).eval();
+  RowMajorMatrixF weights = takeLidsAndBrows(moving, own.rig.mesh(), shapes);
+  if (weights.size() == 0) return;
+  const Eigen::RowVectorXf most = weights.colwise().maxCoeff();
+  own_shapes_ = OwnShapeWeights{std::move(weights), [most](std::string_view name) {
+                                  const int shape = arkitIndex(name);
+                                  return shape >= 0 && most(shape) > 0 ? shape : -1;
+                                }};
 }
 
 const std::string& Performance::Data::glb() const {
@@ -101,8 +119,10 @@ const std::string& Performance::Data::glb() const {
   timed(later_ms_.write, [&] {
     // A head that came as GLB keeps its materials, textures and skins.
     const std::filesystem::path mesh = own.meshPath();
-    if (mesh.extension() == ".glb")
-      glb_ = glbWithShapes(readFile(mesh, kMaxMeshBytes), mesh.string(), moving, own.file.upright_from_mesh);
+    if (isGlb(mesh)) {
+      glb_ = glbWithShapes(readFile(mesh, kMaxMeshBytes), mesh.string(), moving, own.file.upright_from_mesh,
+                           own.file.mesh_object, own_shapes_ ? &*own_shapes_ : nullptr);
+    }
     if (!glb_) glb_ = glbBytes(own.rig.mesh(), moving, own.rig.name());
   });
   return *glb_;

@@ -4,6 +4,7 @@
 #include "mouthpiece/face.h"
 #include "speaker/shared_files.h"
 #include "speaker/speaker_data.h"
+#include "synthesis/lips.h"
 
 namespace mouthpiece {
 namespace {
@@ -22,7 +23,7 @@ SharedCorpus::Data::Data(const std::filesystem::path& file)
       corpus(readCorpus(path, CorpusAudio::kSkip, CorpusMotion::kOnDemand)),
       units(corpus),
       curve_model(units),
-      actor{corpus.neutral_pose_mm, closedLipsMm(corpus)} {}
+      actor{corpus.neutral_pose_mm, closedLipsMm(corpus), unseenRounding(corpus)} {}
 
 SharedCorpus::SharedCorpus(const std::filesystem::path& file) : data_(std::make_shared<const Data>(file)) {}
 const std::string& SharedCorpus::name() const { return data_->corpus.name; }

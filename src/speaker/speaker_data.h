@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "exports/gltf/glb.h"
 #include "exports/shapes/principal_shapes.h"
 #include "mouthpiece/corpus.h"
 #include "mouthpiece/face.h"
@@ -80,10 +81,14 @@ struct Performance::Data {
   void addWriting(double milliseconds) const;
 
  private:
+  /// Leaves lids and brows to the head's own shapes, where it has such and the motion moves them.
+  void driveOwnShapes(FaceAnimation& moving) const;
+
   mutable std::recursive_mutex mutex_;
   mutable StageTimings later_ms_;  ///< what came after the synthesis: retarget, deform, write
   mutable std::optional<FaceMotion> face_motion_;
   mutable std::optional<PrincipalShapes> shapes_;
+  mutable std::optional<OwnShapeWeights> own_shapes_;  ///< what the head's own shapes of lids and brows take over
   mutable std::optional<std::string> glb_;
   mutable std::optional<RowMajorMatrixF> arkit_;
 };

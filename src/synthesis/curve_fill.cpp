@@ -1,20 +1,16 @@
 #include <algorithm>
 
 #include "base/index.h"
+#include "synthesis/join.h"
 #include "synthesis/stages.h"
 #include "vocal/viseme_poses.h"
 
 namespace mouthpiece {
 namespace {
 
-constexpr double kPartOfPhone = 0.9;  ///< the blend's share of the shared phone, at most
-constexpr double kPartOfSilence = 0.5;
-constexpr Seconds kLongestInSilence = 0.300;
 constexpr Seconds kContactRamp = 0.040;  ///< withContacts() closes and opens within it
 constexpr Seconds kIntoCapture = 0.080;  ///< how far beyond the shared phone a blend may lie, beside a contact
 constexpr Seconds kOffsetReach = 0.4;
-
-TimeSpan centred(Seconds middle, Seconds length) { return {middle - 0.5 * length, middle + 0.5 * length}; }
 
 /// Where captured motion gives way to curves in the phone that both share, or curves to captured motion.
 TimeSpan placeBlend(const SpeechLabels& labels, PhoneIndex phone, bool curves_follow, Seconds overlap) {

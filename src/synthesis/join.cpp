@@ -11,14 +11,9 @@
 namespace mouthpiece {
 namespace {
 
-constexpr double kPartOfPhone = 0.9;  ///< the blend's share of the shared phone, at most
 constexpr double kCaptureFramesInBlend =
     2.5;  ///< at least, whatever the overlap asked for: a slow capture has no more to blend
-constexpr double kPartOfSilence = 0.5;
-constexpr Seconds kLongestInSilence = 0.300;
 constexpr Seconds kUpperFaceOverlap = 0.240;
-
-TimeSpan centred(Seconds middle, Seconds length) { return {middle - 0.5 * length, middle + 0.5 * length}; }
 
 Seconds blendLength(Seconds phone, double capture_rate_hz, Seconds overlap) {
   if (overlap <= 0) return 0;

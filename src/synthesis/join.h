@@ -10,6 +10,15 @@
 
 namespace mouthpiece {
 
+// Of a blend, whether fragments or curves follow.
+inline constexpr double kPartOfPhone = 0.9;  ///< its share of the shared phone, at most
+inline constexpr double kPartOfSilence = 0.5;
+inline constexpr Seconds kLongestInSilence = 0.300;
+
+inline TimeSpan centred(Seconds middle, Seconds length) {
+  return {middle - 0.5 * length, middle + 0.5 * length};
+}
+
 /// Over which stretches of the line one fragment gives way to the next.
 struct JoinSpans {
   TimeSpan lips;        ///< all markers that speech moves

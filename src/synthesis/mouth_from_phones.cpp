@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "base/index.h"
+#include "synthesis/curve_model.h"
 #include "synthesis/lips.h"
 #include "synthesis/tongue.h"
 
@@ -26,7 +27,7 @@ double presenceAt(const TimeSpan& span, Seconds time, const PresenceShape& shape
 
 /// Every phone that is present at any of `times` (rising), with how much it is, in (0, 1]: 1 between its ramps.
 void forEachPresence(const SpeechLabels& labels, std::span<const Seconds> times, const PresenceShape& shape,
-                     const std::function<void(std::size_t time, Phone phone, double presence)>& visit) {
+                     const std::function<void(std::size_t time, const LabelledPhone& said, double presence)>& visit) {
   const auto& phones = labels.phones;
   const Seconds reach = shape.transition - shape.inside;
   std::size_t first_near = 0;
@@ -35,13 +36,43 @@ void forEachPresence(const SpeechLabels& labels, std::span<const Seconds> times,
     while (first_near < phones.size() && phones[first_near].span.end + reach < time) ++first_near;
     for (std::size_t i = first_near; i < phones.size() && phones[i].span.start - reach < time; ++i) {
       if (const double presence = presenceAt(phones[i].span, time, shape); presence > 0)
-        visit(frame, phones[i].phone, presence);
+        visit(frame, phones[i], presence);
     }
   }
 }
 
 constexpr PresenceShape kSeal{.transition = 0.050, .inside = -0.020};
 constexpr PresenceShape kParting{.transition = 0.050};
+constexpr PresenceShape kRound{.transition = 0.120, .inside = 0.020};
+/// The same in an F or V: lips go from the teeth to each other at the last moment.
+constexpr PresenceShape kLateSeal{.transition = 0.020, .inside = -0.020};
+constexpr PresenceShape kBesideSeal{.transition = 0.030};
+constexpr PresenceShape kTuck{.transition = 0.070, .inside = 0.010};
+
+/// How round the lips are in a viseme.
+float roundness(Viseme viseme) {
+  switch (viseme) {
+    case Viseme::kOo:
+    case Viseme::kW:
+      return 1;
+    case Viseme::kOh:
+    case Viseme::kShChJ:
+      return 0.6F;
+    case Viseme::kR:
+    case Viseme::kUh:
+      return 0.3F;
+    default:
+      return 0;
+  }
+}
+
+/// Diphthongs go from their first viseme's to their last one's.
+float roundness(const LabelledPhone& said, Seconds time) {
+  const Seconds length = said.span.duration();
+  const double way = length > 0 ? std::clamp((time - said.span.start) / length, 0.0, 1.0) : 0.5;
+  return asFloat((1 - way) * double{roundness(firstViseme(said.phone))} +
+                 way * double{roundness(lastViseme(said.phone))});
+}
 
 bool isSealed(Phone phone) { return rowOf(phone).lips_parting == 0; }
 
@@ -51,21 +82,56 @@ constexpr PresenceShape kMove{.transition = 0.100, .inside = 0.020};
 
 std::vector<LipPose> lipsFromPhones(const SpeechLabels& labels, std::span<const Seconds> times) {
   std::vector<LipPose> lips(times.size(), LipPose{0, 0});
-  forEachPresence(labels, times, kSeal, [&lips](std::size_t frame, Phone phone, double presence) {
-    if (isSealed(phone)) lips[frame].seal = std::max(lips[frame].seal, asFloat(presence));
+  forEachPresence(labels, times, kSeal, [&lips](std::size_t frame, const LabelledPhone& said, double presence) {
+    if (isSealed(said.phone)) lips[frame].seal = std::max(lips[frame].seal, asFloat(presence));
   });
-  forEachPresence(labels, times, kParting, [&lips](std::size_t frame, Phone phone, double presence) {
-    if (isSealed(phone)) return;
-    lips[frame].parting = std::max(lips[frame].parting, asFloat(presence) * rowOf(phone).lips_parting);
+  std::vector<float> late(times.size(), 0);
+  forEachPresence(labels, times, kLateSeal, [&late](std::size_t frame, const LabelledPhone& said, double presence) {
+    if (isSealed(said.phone)) late[frame] = std::max(late[frame], asFloat(presence));
   });
-  for (LipPose& pose : lips) pose.parting *= 1 - pose.seal;
+  forEachPresence(labels, times, kBesideSeal, [&](std::size_t frame, const LabelledPhone& said, double presence) {
+    if (isLabiodental(said.phone)) lips[frame].seal += asFloat(presence) * (late[frame] - lips[frame].seal);
+  });
+  forEachPresence(labels, times, kParting, [&lips](std::size_t frame, const LabelledPhone& said, double presence) {
+    if (isSealed(said.phone)) return;
+    lips[frame].parting = std::max(lips[frame].parting, asFloat(presence) * rowOf(said.phone).lips_parting);
+  });
+  forEachPresence(labels, times, kTuck, [&lips](std::size_t frame, const LabelledPhone& said, double presence) {
+    if (isLabiodental(said.phone)) lips[frame].tuck = std::max(lips[frame].tuck, asFloat(presence));
+  });
+  forEachPresence(labels, times, kRound, [&](std::size_t frame, const LabelledPhone& said, double presence) {
+    lips[frame].rounding = std::max(lips[frame].rounding, asFloat(presence) * roundness(said, times[frame]));
+  });
+  for (LipPose& pose : lips) {
+    // Silence beside an F lets the lip go first.
+    pose.parting *= 1 - pose.seal;
+    pose.tuck *= 1 - pose.seal;
+  }
   return lips;
+}
+
+LipRounding unseenRounding(const Corpus& corpus) {
+  const std::optional<VisemePoses> poses = storedPoses(corpus);
+  if (!poses || !poses->mouth.hasLips() || !poses->mouth.has(MarkerRole::kRightLipCorner) ||
+      !poses->mouth.has(MarkerRole::kLeftLipCorner))
+    return {};
+  const Eigen::RowVectorXd neutral =
+      Eigen::Map<const Eigen::RowVectorXd>(corpus.neutral_pose_mm.data(), corpus.neutral_pose_mm.size());
+  const double width = poses->mouth.width(neutral);
+  if (!(width > 0)) return {};
+  LipRounding seen;
+  for (const Viseme viseme : {Viseme::kOo, Viseme::kW}) {
+    const Eigen::RowVectorXd moved = poses->lips.row(static_cast<Eigen::Index>(viseme));
+    seen.narrowing = std::max(seen.narrowing, 1 - poses->mouth.width(neutral + moved) / width);
+    seen.protrusion = std::max(seen.protrusion, poses->mouth.protrusion(moved) / width);
+  }
+  return {std::max(0.0, kRounded.narrowing - seen.narrowing), std::max(0.0, kRounded.protrusion - seen.protrusion)};
 }
 
 std::vector<TonguePose> tongueFromPhones(const SpeechLabels& labels, std::span<const Seconds> times) {
   std::vector<TonguePose> poses(times.size());
-  forEachPresence(labels, times, kMove, [&poses](std::size_t frame, Phone phone, double presence) {
-    const TongueTarget& target = rowOf(phone).tongue;
+  forEachPresence(labels, times, kMove, [&poses](std::size_t frame, const LabelledPhone& said, double presence) {
+    const TongueTarget& target = rowOf(said.phone).tongue;
     const auto present = asFloat(presence);
     TonguePose& pose = poses[frame];
     pose.tip_up = std::max(pose.tip_up, present * target.tip_up);

@@ -16,7 +16,7 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr std::size_t kMostMarkers = 1000;
-constexpr double kLargestNumber = 1e6;
+constexpr double kLargestPlaceMm = 1e6;
 
 /// Micrometres are enough for a face.
 double rounded(double value) { return std::round(value * 1e3) / 1e3; }
@@ -38,7 +38,7 @@ constexpr std::array<std::pair<const char*, double VisemePoses::*>, 8> kNumbers{
      {"lip_variance_mm2", &VisemePoses::lip_variance_mm2},
      {"lip_explained_mm2", &VisemePoses::lip_explained_mm2}}};
 
-double numberOf(const JsonField& field) { return field.number(-kLargestNumber, kLargestNumber); }
+double numberOf(const JsonField& field) { return field.number(-kLargestPlaceMm, kLargestPlaceMm); }
 
 }  // namespace
 
@@ -64,8 +64,8 @@ VisemePoses parsePoses(std::string_view json_text, std::string_view file) {
   poses.marker_names = root["markers"].names(1, kMostMarkers);
   poses.mouth = LipGauge(poses.marker_names);
   const Eigen::Index columns = signedIndex(3 * poses.marker_names.size());
-  poses.jaw_direction = root["jaw_direction_mm"].numbers(columns, kLargestNumber);
-  poses.opening_direction = root["opening_direction_mm"].numbers(columns, kLargestNumber);
+  poses.jaw_direction = root["jaw_direction_mm"].numbers(columns, kLargestPlaceMm);
+  poses.opening_direction = root["opening_direction_mm"].numbers(columns, kLargestPlaceMm);
   for (const auto& [name, member] : kNumbers) poses.*member = numberOf(root[name]);
   poses.lips = PositionMatrix::Zero(signedIndex(kVisemeCount), columns);
   std::size_t v = 0;
@@ -74,7 +74,7 @@ VisemePoses parsePoses(std::string_view json_text, std::string_view file) {
     if (entry["name"].text() != name) entry["name"].refuse(name);
     poses.frames_seen[v] = numberOf(entry["frames_seen"]);
     poses.jaw_drop[v] = numberOf(entry["jaw_drop_mm"]);
-    poses.lips.row(signedIndex(v)) = entry["lips_mm"].numbers(columns, kLargestNumber);
+    poses.lips.row(signedIndex(v)) = entry["lips_mm"].numbers(columns, kLargestPlaceMm);
   }
   return poses;
 }

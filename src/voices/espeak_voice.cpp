@@ -16,7 +16,6 @@
 namespace mouthpiece {
 namespace {
 
-constexpr std::size_t kLongestUtterance = 400;
 constexpr int kIpaTranscription = 0x02;  // espeakPHONEMES_IPA
 
 /// The library speaks one text at a time for the whole program.

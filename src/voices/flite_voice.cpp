@@ -14,9 +14,6 @@
 namespace mouthpiece {
 namespace {
 
-/// Flite takes a line as one utterance; its memory and time grow with the longest.
-constexpr std::size_t kLongestUtterance = 400;
-
 using Utterance = std::unique_ptr<cst_utterance, decltype(&delete_utterance)>;
 
 AudioClip soundOf(cst_utterance* utterance) {

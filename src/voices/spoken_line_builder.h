@@ -8,6 +8,9 @@
 
 namespace mouthpiece {
 
+/// Letters that Flite and eSpeak are given at a time: their memory and time grow with the longest utterance.
+inline constexpr std::size_t kLongestUtterance = 400;
+
 /// Joins the utterances that a voice made of a line: sound after sound, labels on the common clock. Where sound and
 /// labels of an utterance differ in length, the shorter is filled with silence.
 class SpokenLineBuilder {

@@ -36,6 +36,8 @@ const std::vector<Outsider> kOutsiders{
     {"OpenMesh/Tools/", {"OpenMeshTools"}},
     {"CGAL/", {"CGAL::CGAL"}},
     {"tiny_gltf.h", {"TinyGLTF::TinyGLTF"}},
+    {"draco/", {"Draco::draco"}},
+    {"meshoptimizer.h", {"meshoptimizer::meshoptimizer"}},
     {"pugixml.hpp", {"pugixml::pugixml"}},
     {"openssl/", {"OpenSSL::Crypto"}},
     {"zlib.h", {"ZLIB::ZLIB"}},

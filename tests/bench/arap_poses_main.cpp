@@ -6,6 +6,7 @@
 
 #include "arap_deformer.h"
 #include "deform/kernel/deformer.h"
+#include "deform/mesh/face_mesh.h"
 #include "motion/formats/motion_file.h"
 #include "retarget/rig/face_file.h"
 #include "retarget/rig/face_rig.h"

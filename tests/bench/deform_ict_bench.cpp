@@ -8,6 +8,7 @@
 #include <cstring>
 #include <thread>
 
+#include "deform/mesh/face_mesh.h"
 #include "ict_bench_head.h"
 #include "retarget/placing/face_page.h"
 

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "base/page_data.h"
+#include "deform/mesh/face_mesh.h"
 #include "exports/format_bytes.h"
 #include "exports/gltf/glb.h"
 

@@ -12,6 +12,7 @@
 
 #include "base/files.h"
 #include "deform/kernel/deformer.h"
+#include "deform/mesh/face_mesh.h"
 #include "motion/marker_layout.h"
 #include "retarget/rig/face_fit.h"
 

@@ -8,6 +8,7 @@
 
 #include "../unit/exports/talking_head.h"
 #include "base/files.h"
+#include "deform/mesh/face_mesh.h"
 #include "exports/format_bytes.h"
 #include "exports/gltf/glb.h"
 

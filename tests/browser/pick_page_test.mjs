@@ -34,6 +34,19 @@ try {
     const [x, y] = await page.evaluate((v) => window.picker.shownAt(window.picker.at(v)), vertex);
     await page.mouse.click(x, y);
   }
+  assert.equal(await page.evaluate(() => window.picker.complaint()), '');
+  // A click in the wrong place is told of, and taken back.
+  await page.locator('#list button').nth(0).click();
+  const left = await page.evaluate((v) => window.picker.shownAt(window.picker.at(v)), LANDMARKS.CANTHUS_OUT_L);
+  await page.mouse.click(...left);
+  assert.match(await page.locator('#warning').textContent(), /LIP_CORNER_R/);
+  await page.locator('#undo').click();
+  assert.equal(await page.locator('#warning').isHidden(), true);
+  // A part that is hidden is not clicked on.
+  await page.evaluate(() => document.querySelector('#shown').open = true);
+  await page.locator('#parts input').first().uncheck();
+  assert.equal(await page.evaluate(() => window.picker.hiddenParts.size), 1);
+  await page.locator('#parts input').first().check();
   const { markers } = JSON.parse(await page.evaluate(() => window.picker.anchorsText()));
   assert.deepEqual(Object.keys(markers).sort(), Object.keys(LANDMARKS).sort());
   for (const [name, vertex] of Object.entries(LANDMARKS)) {

@@ -6,6 +6,7 @@
 
 #include "base/errors.h"
 #include "deform/kernel/deformer.h"
+#include "deform/mesh/face_mesh.h"
 #include "retarget/rig/face_file.h"
 
 namespace {

@@ -20,6 +20,7 @@ class GlbFile {
     if (glb.substr(16, 4) != "JSON" || json_bytes % 4 != 0) throw std::runtime_error("JSON chunk");
     root = nlohmann::json::parse(glb.substr(20, json_bytes));
     const std::size_t bin = 20 + json_bytes;
+    if (bin == glb.size()) return;  // accessors without data need no chunk
     if (glb.substr(bin + 4, 4) != std::string("BIN\0", 4) || bin + 8 + word(glb, bin) != glb.size()) {
       throw std::runtime_error("BIN chunk");
     }

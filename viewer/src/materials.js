@@ -35,6 +35,8 @@ function letLightWrap(material, [red, green, blue]) {
 
 /** The material to show a part of `kind` with, after the one in the face file. */
 export function materialFor(kind, source) {
+  // One with pictures of its own looks as its maker meant it to.
+  if (source.map || source.normalMap || source.emissiveMap || source.isMeshBasicMaterial) return source;
   const material = new MeshPhysicalMaterial({
     name: source.name,
     color: source.color,

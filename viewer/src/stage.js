@@ -52,11 +52,15 @@ export class Stage {
     const gltf = await new GLTFLoader().parseAsync(glb.buffer.slice(glb.byteOffset, glb.byteOffset + glb.byteLength), '');
     this.face = gltf.scene;
     gltf.scene.traverse((object) => {
-      if (object.isMesh) this.#dress(object, parts[gltf.parser.associations.get(object.material)?.materials]?.kind);
+      if (!object.isMesh) return;
+      const number = gltf.parser.associations.get(object.material)?.materials;
+      // A head that came as GLB has more materials than parts, and in another order.
+      const part = parts.find(({ material }) => material >= 0 && material === number) ?? parts[number];
+      this.#dress(object, part?.kind);
     });
     this.scene.add(this.face);
     this.mixer = new AnimationMixer(this.face);
-    this.clip = gltf.animations[0];
+    this.clip = gltf.animations.find(({ name }) => name === 'speech') ?? gltf.animations[0];
     this.#forgetStillParts();
     if (this.clip) this.mixer.clipAction(this.clip).play();
     this.focus = focus ?? new Box3().setFromObject(this.face);

@@ -21,7 +21,7 @@ namespace mouthpiece {
 namespace {
 
 /// First what the sound is worth among the selection's join costs, which decides what there is to cut.
-std::vector<TunedField<SoundCutWeights>> tunedFields() {
+std::vector<TunedField<SoundCutWeights>> tunedVoiceFields() {
   std::vector<TunedField<SoundCutWeights>> fields;
   for (const SoundCutTerm& term : kSoundCutTerms)
     fields.push_back({term.name, [&term](SoundCutWeights& weights) -> double& { return weights.*term.weight; }});
@@ -220,7 +220,7 @@ class VoiceTrial {
   std::size_t jobs_;
 };
 
-void expectEnough(const Corpus& corpus, const TuningOptions& options) {
+void expectVoice(const Corpus& corpus, const TuningOptions& options) {
   constexpr std::size_t kLeastFolds = 2;
   if (corpus.trajectory_model == nullptr)
     throw InputError(corpus.name, "", "has no trajectory model; expected one, with which the weights are kept");
@@ -234,10 +234,10 @@ void expectEnough(const Corpus& corpus, const TuningOptions& options) {
 }  // namespace
 
 TunedVoice tuneCorpusVoice(const Corpus& corpus, const TuningOptions& options, const TuningProgress& progress) {
-  expectEnough(corpus, options);
+  expectVoice(corpus, options);
   const Corpus development = evenlySpacedTakes(corpus, options.most_takes);
   const VoiceTrial trial(development, options);
-  return searchAndJudge<SoundCutWeights>(trial, tunedFields(), corpus.sound_cut_weights, development.takes.size(),
+  return searchAndJudge<SoundCutWeights>(trial, tunedVoiceFields(), corpus.sound_cut_weights, development.takes.size(),
                                          options.always, progress);
 }
 

@@ -19,7 +19,7 @@ namespace mouthpiece {
 namespace {
 
 /// What the ablation turns off can be learnt: the stand-ins' price decides nothing where the corpus has the pair.
-std::vector<TunedField<LatticeWeights>> tunedFields() {
+std::vector<TunedField<LatticeWeights>> tunedLatticeFields() {
   std::vector<TunedField<LatticeWeights>> fields;
   const std::span<const CostTerm> terms = pairTerms();
   for (std::size_t i = 0; i < terms.size(); ++i) {
@@ -109,7 +109,7 @@ class LatticeTrial {
   std::size_t jobs_;
 };
 
-void expectEnough(const Corpus& corpus, const TuningOptions& options) {
+void expectTrajectories(const Corpus& corpus, const TuningOptions& options) {
   constexpr std::size_t kLeastFolds = 4;
   if (corpus.trajectory_model == nullptr) {
     throw InputError(corpus.name, "", "has no trajectory model; expected one, whose lattice the weights are for");
@@ -126,10 +126,10 @@ double tuningScore(const LipMeasures& measures) {
 }
 
 TunedWeights tuneLatticeWeights(const Corpus& corpus, const TuningOptions& options, const TuningProgress& progress) {
-  expectEnough(corpus, options);
+  expectTrajectories(corpus, options);
   const Corpus development = evenlySpacedTakes(corpus, options.most_takes);
   const LatticeTrial trial(development, options);
-  return searchAndJudge<LatticeWeights>(trial, tunedFields(), corpus.lattice_weights, development.takes.size(), options.always,
+  return searchAndJudge<LatticeWeights>(trial, tunedLatticeFields(), corpus.lattice_weights, development.takes.size(), options.always,
                                         progress);
 }
 

@@ -1,5 +1,6 @@
 // Shapes and weights written into a GLB that was given.
-#include <Eigen/Geometry>
+#include <fmt/format.h>
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <map>
@@ -7,179 +8,267 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "deform/mesh/glb_scene.h"
 #include "exports/gltf/glb.h"
 #include "exports/gltf/glb_model.h"
 
 namespace mouthpiece {
 namespace {
 
-using Targets = std::vector<std::map<std::string, int>>;
+using nlohmann::json;
 
-constexpr int kMaxNodeDepth = 64;
-
-/// Walks the scene as the GLB reader does, so that vertices are met in the same order, and gives each primitive its
-/// targets.
-class ShapeAdder {
+class SpeechAdder {
  public:
-  ShapeAdder(GlbModel& model, const std::string& file, const PrincipalShapes& shapes, const Eigen::Matrix3d& upright)
-      : model_(model),
-        file_(file),
-        shapes_(shapes),
-        mesh_from_upright_(upright.transpose()),
-        columns_(unsignedIndex(shapes.rest.cols() / 3), -1) {
-    const std::vector<std::uint32_t> vertices = shapes.columnVertices();
-    for (std::size_t i = 0; i < vertices.size(); ++i) columns_[vertices[i]] = 3 * signedIndex(i);
+  SpeechAdder(std::string_view glb, const std::string& file) : glb_(glb), file_(file), model_(glb, file) {
+    if (!model_.hasData()) return;
+    const std::map<std::size_t, std::size_t> removed = model_.removeSpeech();
+    const json& nodes = model_.root["nodes"];
+    for (std::size_t node = 0; !removed.empty() && node < nodes.size(); ++node) {
+      if (!nodes[node].contains("mesh")) continue;
+      const auto lost = removed.find(nodes[node]["mesh"].get<std::size_t>());
+      if (lost != removed.end()) widened_[node] = {targetCount(meshOf(node)), lost->second, 0};
+    }
   }
 
-  /// False when a mesh is shown twice.
-  bool add() {
-    if (model_.gltf.scenes.empty()) return false;
-    for (const int node : at(model_.gltf.scenes, std::max(0, model_.gltf.defaultScene)).nodes)
-      visit(node, Eigen::Affine3d::Identity(), 0);
-    if (first_vertex_ != columns_.size() || is_shown_twice_ || moving_nodes_.empty()) return false;
-    model_.setSpeech(unsignedIndex(shapes_.frameCount()), shapes_.frame_rate_hz,
-                     {{{shapes_.weights.data(), unsignedIndex(shapes_.weights.size())}, moving_nodes_}});
+  [[nodiscard]] bool hasData() const { return model_.hasData(); }
+
+  void addShapes(const PrincipalShapes& shapes, const Eigen::Matrix3d& upright_from_mesh, std::string_view object) {
+    runs_ = glbRuns(glb_, file_, object);
+    std::vector<Eigen::Index> columns(unsignedIndex(shapes.rest.cols() / 3), -1);
+    const std::vector<std::uint32_t> vertices = shapes.columnVertices();
+    for (std::size_t i = 0; i < vertices.size(); ++i) columns[vertices[i]] = 3 * signedIndex(i);
+    if (runs_.empty() || runs_.back().first_vertex + runs_.back().count != columns.size()) fail("has changed since the fit");
+    std::map<int, std::vector<const GlbRun*>> runs_of_node;
+    for (const GlbRun& run : runs_) {
+      if (run.node >= 0) runs_of_node[run.node].push_back(&run);
+    }
+    for (const auto& [node, runs] : runs_of_node)
+      addToNode(unsignedIndex(node), runs, shapes, columns, upright_from_mesh.transpose().cast<float>());
+  }
+
+  /// False when nothing moves.
+  bool animate(std::size_t frames, double frame_rate_hz, const PrincipalShapes* shapes, const OwnShapeWeights* own) {
+    widenOthers();
+    std::vector<RowMajorMatrixF> values;
+    std::vector<std::size_t> nodes;
+    json& list = model_.root["nodes"];
+    for (std::size_t node = 0; list.is_array() && node < list.size(); ++node) {
+      if (!list[node].contains("mesh")) continue;
+      const auto added = added_of_node_.find(node);
+      auto weights = weightsOf(node, frames, shapes, added == added_of_node_.end() ? nullptr : &added->second, own);
+      if (!weights) continue;
+      values.push_back(*std::move(weights));
+      nodes.push_back(node);
+    }
+    if (nodes.empty()) return false;
+    std::vector<SpeechTrack> tracks;
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      tracks.push_back({{values[i].data(), unsignedIndex(values[i].size())}, {nodes[i]}});
+    model_.addSpeech(frames, frame_rate_hz, tracks);
     return true;
   }
+
+  std::string toBytes() && { return std::move(model_).toBytes(); }
 
  private:
   [[noreturn]] void fail(std::string_view what) const { throw InputError(file_, "", what); }
 
-  template <typename T>
-  T& at(std::vector<T>& list, int number) const {
-    if (number < 0 || unsignedIndex(number) >= list.size()) fail("names an entry that it does not hold");
-    return list[unsignedIndex(number)];
+  json& meshOf(std::size_t node) {
+    json& meshes = model_.root.at("meshes");
+    const std::size_t number = model_.root.at("nodes").at(node).at("mesh").get<std::size_t>();
+    if (number >= meshes.size()) fail("names a mesh that it does not hold");
+    return meshes[number];
   }
 
-  static Eigen::Affine3d parentFromNode(const tinygltf::Node& node) {
-    Eigen::Affine3d transform = Eigen::Affine3d::Identity();
-    if (node.matrix.size() == 16) {
-      transform.matrix() = Eigen::Map<const Eigen::Matrix4d>(node.matrix.data());
-      return transform;
-    }
-    if (node.translation.size() == 3) transform.translate(Eigen::Map<const Eigen::Vector3d>(node.translation.data()));
-    if (node.rotation.size() == 4) {
-      const Eigen::Quaterniond rotation(Eigen::Map<const Eigen::Vector4d>(node.rotation.data()));
-      if (rotation.norm() > 1e-6) transform.rotate(rotation.normalized());
-    }
-    if (node.scale.size() == 3) transform.scale(Eigen::Map<const Eigen::Vector3d>(node.scale.data()));
-    return transform;
+  static std::size_t targetCount(const json& mesh) {
+    const auto primitives = mesh.find("primitives");
+    if (primitives == mesh.end() || primitives->empty()) return 0;
+    return primitives->at(0).value("targets", json::array()).size();
   }
 
-  void visit(int number, const Eigen::Affine3d& scene_from_parent, int depth) {
-    if (depth > kMaxNodeDepth) fail("found nodes that hold each other in a ring");
-    const tinygltf::Node& node = at(model_.gltf.nodes, number);
-    const Eigen::Affine3d scene_from_node = scene_from_parent * parentFromNode(node);
-    if (node.mesh >= 0) {
-      is_shown_twice_ |= !shown_.insert(node.mesh).second;
-      if (!is_shown_twice_ && addTargets(at(model_.gltf.meshes, node.mesh),
-                                         scene_from_node.linear().inverse() * mesh_from_upright_))
-        moving_nodes_.push_back(number);
-    }
-    for (const int child : node.children) visit(child, scene_from_node, depth + 1);
-  }
-
-  /// Whether anything of the mesh moves.
-  bool addTargets(tinygltf::Mesh& mesh, const Eigen::Matrix3d& node_from_upright) {
-    std::map<int, Targets> targets_of;  // by position accessor
-    bool moves = false;
-    for (tinygltf::Primitive& primitive : mesh.primitives) {
-      primitive.targets.clear();
-      if (primitive.mode != TINYGLTF_MODE_TRIANGLES && primitive.mode != -1) continue;
-      const auto positions = primitive.attributes.find("POSITION");
-      if (positions == primitive.attributes.end()) fail("found a mesh without positions");
-      const auto [known, is_new] = targets_of.try_emplace(positions->second);
-      if (is_new) {
-        const std::size_t count = at(model_.gltf.accessors, positions->second).count;
-        if (count > columns_.size() - first_vertex_) fail("has changed since the fit");
-        known->second = targets(count, node_from_upright);
-        first_vertex_ += count;
+  void addToNode(std::size_t node, const std::vector<const GlbRun*>& runs, const PrincipalShapes& shapes,
+                 const std::vector<Eigen::Index>& columns, const Eigen::Matrix3f& mesh_from_upright) {
+    std::set<Eigen::Index> numbers;
+    for (const GlbRun* run : runs) {
+      for (std::size_t v = 0; v < run->count; ++v) {
+        const Eigen::Index column = columns[run->first_vertex + v];
+        for (Eigen::Index k = 0; column >= 0 && k < shapes.shapeCount(); ++k) {
+          if (!shapes.shapes.row(k).segment<3>(column).isZero(0)) numbers.insert(k);
+        }
       }
-      primitive.targets = known->second;
-      moves = true;
     }
-    GlbModel::nameTargets(mesh, unsignedIndex(shapes_.shapeCount()));
-    return moves;
+    if (numbers.empty()) return;  // shoes, and what else the face does not move
+    ownMeshOf(node);
+    json& mesh = meshOf(node);
+    const std::size_t before = targetCount(mesh);
+    std::map<std::size_t, std::vector<json>> targets;  // by primitive
+    for (const GlbRun* run : runs) {
+      const std::vector<json> own = targetsOf(*run, shapes, numbers, columns, mesh_from_upright);
+      for (const std::size_t primitive : run->primitives) targets[primitive] = own;
+    }
+    json& primitives = mesh.at("primitives");
+    for (std::size_t p = 0; p < primitives.size(); ++p) {
+      json& list = primitives[p]["targets"];
+      if (list.is_null()) list = json::array();
+      const auto own = targets.find(p);
+      // Every primitive of a mesh has as many targets as the others: lines and points get some that rest.
+      for (std::size_t i = 0; i < numbers.size(); ++i)
+        list.push_back(own != targets.end() ? own->second[i] : restingTarget(primitives[p]));
+    }
+    nameTargets(mesh, before, numbers);
+    for (json* owner : {&mesh, &model_.root["nodes"][node]}) {
+      const auto weights = owner->find("weights");
+      if (weights == owner->end() && owner != &mesh) continue;
+      json& rest = (*owner)["weights"];
+      if (rest.is_null()) rest = json::array();
+      while (rest.size() < before) rest.push_back(0.0);
+      for (std::size_t i = 0; i < numbers.size(); ++i) rest.push_back(0.0);
+    }
+    widened_[node].targets = before;
+    widened_[node].added = numbers.size();
+    added_of_node_[node] = {numbers.begin(), numbers.end()};
   }
 
-  Targets targets(std::size_t count, const Eigen::Matrix3d& node_from_upright) {
-    const Eigen::Matrix3f turn = node_from_upright.cast<float>();
-    Targets list;
+  /// A mesh that other nodes show too would move in all of them: this node gets one of its own over the same data.
+  void ownMeshOf(std::size_t node) {
+    json& nodes = model_.root["nodes"];
+    const json number = nodes[node]["mesh"];
+    const auto shown = std::count_if(nodes.begin(), nodes.end(),
+                                     [&](const json& other) { return other.value("mesh", json()) == number; });
+    if (shown < 2) return;
+    json copy = meshOf(node);
+    nodes[node]["mesh"] = model_.root["meshes"].size();
+    model_.root["meshes"].push_back(std::move(copy));
+  }
+
+  json restingTarget(const json& primitive) {
+    const std::size_t position = primitive.at("attributes").at("POSITION").get<std::size_t>();
+    const std::size_t count = model_.root.at("accessors").at(position).at("count").get<std::size_t>();
+    return {{"POSITION", model_.addMostlyZeroVec3({}, {}, count, true)}};
+  }
+
+  std::vector<json> targetsOf(const GlbRun& run, const PrincipalShapes& shapes, const std::set<Eigen::Index>& numbers,
+                              const std::vector<Eigen::Index>& columns, const Eigen::Matrix3f& mesh_from_upright) {
+    std::vector<Eigen::Matrix3f> turns;
+    for (const Eigen::Matrix3f& scene_from_mesh : run.scene_from_mesh) {
+      if (!(std::abs(scene_from_mesh.determinant()) > 0)) fail("shows the face through a transform without depth");
+      turns.emplace_back(scene_from_mesh.inverse() * mesh_from_upright);
+    }
+    std::vector<json> list;
     std::vector<std::uint32_t> moved;
     std::vector<float> values;
-    for (Eigen::Index k = 0; k < shapes_.shapeCount(); ++k) {
+    for (const Eigen::Index k : numbers) {
       moved.clear();
       values.clear();
-      for (std::uint32_t v = 0; v < count; ++v) {
-        const Eigen::Index column = columns_[first_vertex_ + v];
-        if (column < 0 || shapes_.shapes.row(k).segment<3>(column).isZero(0)) continue;
-        const Eigen::Vector3f move = turn * shapes_.shapes.row(k).segment<3>(column).transpose();
+      for (std::uint32_t v = 0; v < run.count; ++v) {
+        const Eigen::Index column = columns[run.first_vertex + v];
+        if (column < 0 || shapes.shapes.row(k).segment<3>(column).isZero(0)) continue;
+        const Eigen::Vector3f move =
+            turns[turns.size() == 1 ? 0 : v] * shapes.shapes.row(k).segment<3>(column).transpose();
         moved.push_back(v);
         values.insert(values.end(), move.begin(), move.end());
       }
-      list.push_back({{"POSITION", model_.addMostlyZeroVec3(moved, values, count, true)}});
+      list.push_back({{"POSITION", model_.addMostlyZeroVec3(moved, values, run.count, true)}});
     }
     return list;
   }
 
-  GlbModel& model_;
+  /// What Blender, three.js and others read names from. Own targets without any are called as these programs do.
+  static void nameTargets(json& mesh, std::size_t before, const std::set<Eigen::Index>& numbers) {
+    json& extras = mesh["extras"];
+    if (!extras.is_object()) extras = json::object();
+    json& names = extras["targetNames"];
+    if (!names.is_array()) names = json::array();
+    while (names.size() > before) names.erase(names.size() - 1);
+    while (names.size() < before) names.push_back(fmt::format("target_{}", names.size()));
+    for (const Eigen::Index k : numbers) names.push_back(fmt::format("speech_{:02}", k));
+  }
+
+  /// The keys of the other animations of weights get room for the new targets.
+  void widenOthers() {
+    std::set<std::size_t> outputs;
+    for (const json& animation : model_.root.value("animations", json::array())) {
+      for (const json& channel : animation.at("channels")) {
+        const json& target = channel.at("target");
+        if (target.value("path", "") != "weights" || !widened_.contains(target.value("node", std::size_t{0}))) continue;
+        outputs.insert(animation.at("samplers").at(channel.at("sampler").get<std::size_t>()).at("output").get<std::size_t>());
+      }
+    }
+    if (outputs.empty()) return;
+    const std::vector<std::size_t> list(outputs.begin(), outputs.end());
+    const std::vector<std::vector<float>> keys = glbScalars(glb_, file_, list);
+    model_.widenWeights(
+        [&](std::size_t accessor) {
+          return keys.at(unsignedIndex(std::lower_bound(list.begin(), list.end(), accessor) - list.begin()));
+        },
+        widened_);
+  }
+
+  /// frames x targets of the node's mesh; nullopt where none of them moves.
+  std::optional<RowMajorMatrixF> weightsOf(std::size_t node, std::size_t frames, const PrincipalShapes* shapes,
+                                           const std::vector<Eigen::Index>* added, const OwnShapeWeights* own) {
+    const json& mesh = meshOf(node);
+    const std::size_t count = targetCount(mesh), before = count - (added != nullptr ? added->size() : 0);
+    const json names = mesh.value("extras", json::object()).value("targetNames", json::array());
+    const json& rests = model_.root["nodes"][node].contains("weights") ? model_.root["nodes"][node]["weights"]
+                                                                      : mesh.value("weights", json::array());
+    RowMajorMatrixF weights = RowMajorMatrixF::Zero(signedIndex(frames), signedIndex(count));
+    bool moves = added != nullptr;
+    for (std::size_t k = 0; k < before; ++k) {
+      const int column = own != nullptr && k < names.size() && names[k].is_string()
+                             ? own->column_of(names[k].get<std::string>())
+                             : -1;
+      const float rest = k < rests.size() && rests[k].is_number() ? rests[k].get<float>() : 0.0F;
+      if (column >= 0) weights.col(signedIndex(k)) = own->weights.col(column);
+      else weights.col(signedIndex(k)).setConstant(rest);
+      moves = moves || column >= 0;
+    }
+    for (std::size_t i = 0; added != nullptr && i < added->size(); ++i)
+      weights.col(signedIndex(before + i)) = shapes->weights.col((*added)[i]);
+    if (!moves) return std::nullopt;
+    return weights;
+  }
+
+  std::string_view glb_;
   const std::string& file_;
-  const PrincipalShapes& shapes_;
-  Eigen::Matrix3d mesh_from_upright_;
-  std::vector<Eigen::Index> columns_;  ///< of each vertex' x in the shapes; -1: it rests
-  std::size_t first_vertex_ = 0;
-  std::set<int> shown_;
-  bool is_shown_twice_ = false;
-  std::vector<int> moving_nodes_;
+  GlbModel model_;
+  std::vector<GlbRun> runs_;
+  std::map<std::size_t, GlbModel::Widening> widened_;                 ///< by node
+  std::map<std::size_t, std::vector<Eigen::Index>> added_of_node_;  ///< the shapes that its mesh got
 };
 
-/// For each morph target of a mesh the column that it follows, or -1.
-std::vector<int> columnsOf(const tinygltf::Mesh& mesh, const std::function<int(std::string_view)>& column_of) {
-  std::vector<int> columns(mesh.primitives.empty() ? 0 : mesh.primitives[0].targets.size(), -1);
-  if (!mesh.extras.IsObject() || !mesh.extras.Get("targetNames").IsArray()) return columns;
-  const auto& names = mesh.extras.Get("targetNames").Get<tinygltf::Value::Array>();
-  for (std::size_t k = 0; k < std::min(columns.size(), names.size()); ++k) {
-    if (names[k].IsString()) columns[k] = column_of(names[k].Get<std::string>());
+/// JSON that does not hold what glTF asks for is bad input, wherever it shows.
+template <typename Work>
+auto checkedJson(const std::string& file, Work&& work) {
+  try {
+    return work();
+  } catch (const json::exception&) {
+    throw InputError(file, "", "holds JSON that is no glTF");
   }
-  return columns;
 }
 
 }  // namespace
 
 std::optional<std::string> glbWithShapes(std::string_view glb, const std::string& file, const PrincipalShapes& shapes,
-                                         const Eigen::Matrix3d& upright_from_mesh) {
-  GlbModel model(glb, file);
-  if (!model.hasData() || shapes.shapeCount() == 0) return std::nullopt;
-  if (!ShapeAdder(model, file, shapes, upright_from_mesh).add()) return std::nullopt;
-  return std::move(model).toBytes();
+                                         const Eigen::Matrix3d& upright_from_mesh, std::string_view object,
+                                         const OwnShapeWeights* own) {
+  return checkedJson(file, [&]() -> std::optional<std::string> {
+    SpeechAdder adder(glb, file);
+    if (!adder.hasData() || shapes.shapeCount() == 0) return std::nullopt;
+    adder.addShapes(shapes, upright_from_mesh, object);
+    if (!adder.animate(unsignedIndex(shapes.frameCount()), shapes.frame_rate_hz, &shapes, own)) return std::nullopt;
+    return std::move(adder).toBytes();
+  });
 }
 
 std::optional<std::string> glbWithWeights(std::string_view glb, const std::string& file, double frame_rate_hz,
-                                          const RowMajorMatrixF& weights,
-                                          const std::function<int(std::string_view)>& column_of) {
-  GlbModel model(glb, file);
-  if (!model.hasData()) throw InputError(file, "", "holds no mesh with shapes in its own binary chunk");
-  std::vector<RowMajorMatrixF> driven;  // frames x targets, one for each of `nodes`
-  std::vector<int> nodes;
-  for (std::size_t node = 0; node < model.gltf.nodes.size(); ++node) {
-    const int mesh = model.gltf.nodes[node].mesh;
-    if (mesh < 0) continue;
-    if (unsignedIndex(mesh) >= model.gltf.meshes.size()) throw InputError(file, "", "names a mesh that it does not hold");
-    const std::vector<int> columns = columnsOf(model.gltf.meshes[unsignedIndex(mesh)], column_of);
-    if (std::all_of(columns.begin(), columns.end(), [](int column) { return column < 0; })) continue;
-    RowMajorMatrixF own = RowMajorMatrixF::Zero(weights.rows(), signedIndex(columns.size()));
-    for (std::size_t k = 0; k < columns.size(); ++k) {
-      if (columns[k] >= 0) own.col(signedIndex(k)) = weights.col(columns[k]);
-    }
-    driven.push_back(std::move(own));
-    nodes.push_back(static_cast<int>(node));
-  }
-  if (nodes.empty()) return std::nullopt;
-  std::vector<SpeechTrack> tracks;
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    tracks.push_back({{driven[i].data(), unsignedIndex(driven[i].size())}, {nodes[i]}});
-  model.setSpeech(unsignedIndex(weights.rows()), frame_rate_hz, tracks);
-  return std::move(model).toBytes();
+                                          const OwnShapeWeights& own) {
+  return checkedJson(file, [&]() -> std::optional<std::string> {
+    SpeechAdder adder(glb, file);
+    if (!adder.hasData()) throw InputError(file, "", "holds no mesh with shapes in its own binary chunk");
+    if (!adder.animate(unsignedIndex(own.weights.rows()), frame_rate_hz, nullptr, &own)) return std::nullopt;
+    return std::move(adder).toBytes();
+  });
 }
 
 }  // namespace mouthpiece

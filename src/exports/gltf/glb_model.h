@@ -1,9 +1,10 @@
 #pragma once
 
-#include <tiny_gltf.h>
-
 #include <cstdint>
+#include <functional>
 #include <map>
+#include <nlohmann/json.hpp>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -11,36 +12,49 @@
 
 namespace mouthpiece {
 
+/// glTF's numbers of what an accessor holds.
+enum class GlbType { kScalar = 1, kVec2 = 2, kVec3 = 3, kVec4 = 4 };
+
 /// Weights that the nodes follow, frame after frame, each with a value for every morph target.
 struct SpeechTrack {
   std::span<const float> weights;
-  std::vector<int> nodes;
+  std::vector<std::size_t> nodes;
 };
 
-/// tinygltf's model of a GLB, and the binary chunk beside it: tinygltf's own writer of binary files would hold the chunk
-/// three times (docs/decisions/0009-gltf.md).
+/// A GLB's JSON, all of it, and the binary chunk beside it: what is not changed here goes out as it came in, whatever
+/// extension it belongs to (docs/decisions/0009-gltf.md).
 class GlbModel {
  public:
   GlbModel() = default;
-  /// Takes a GLB apart. Throws InputError that begins with `file` for what is damaged or keeps data outside.
+  /// Takes a GLB apart. Throws InputError that begins with `file` for what is damaged.
   GlbModel(std::string_view glb, const std::string& file);
 
-  tinygltf::Model gltf;  ///< without `buffers`
+  nlohmann::json root = nlohmann::json::object();  ///< `buffers` without the binary chunk's length
 
-  /// Each returns the new accessor's number. Attributes (VEC2 or VEC3) are vertex data, one bufferView each.
-  int addAttribute(std::span<const float> values, int type, bool with_bounds);
-  int addColors(std::span<const std::uint16_t> rgba);
-  int addIndices(std::span<const std::uint32_t> indices, std::size_t vertex_count);
+  /// Each returns the new accessor's number. Attributes (kVec2 or kVec3) are vertex data, one bufferView each.
+  std::size_t addAttribute(std::span<const float> values, GlbType type, bool with_bounds);
+  std::size_t addColors(std::span<const std::uint16_t> rgba);
+  std::size_t addIndices(std::span<const std::uint32_t> indices, std::size_t vertex_count);
   /// `count` vec3 values, zero but for `values` (three each) at `indices` (rising): stored sparse where that is
   /// smaller; all-zero ones of a count share one accessor without data.
-  int addMostlyZeroVec3(std::span<const std::uint32_t> indices, std::span<const float> values, std::size_t count,
-                        bool with_bounds);
+  std::size_t addMostlyZeroVec3(std::span<const std::uint32_t> indices, std::span<const float> values,
+                                std::size_t count, bool with_bounds);
 
-  /// The one animation, "speech", in the place of what there was: a key a frame.
-  void setSpeech(std::size_t frame_count, double frame_rate_hz, const std::vector<SpeechTrack>& tracks);
-  /// Rest weights and names (shape_00 ...) for `count` targets.
-  static void nameTargets(tinygltf::Mesh& mesh, std::size_t count);
+  /// An animation called "speech" after those that are there: a key a frame.
+  void addSpeech(std::size_t frame_count, double frame_rate_hz, const std::vector<SpeechTrack>& tracks);
+  /// Takes away what an earlier run has added: the animation "speech", and morph targets called speech_00 and so on.
+  /// Returns how many targets each mesh has lost that had some; widenWeights() is to be told.
+  std::map<std::size_t, std::size_t> removeSpeech();
+  /// A mesh keeps `targets` morph targets, has lost `removed` after them and gets `added` ones.
+  struct Widening {
+    std::size_t targets = 0, removed = 0, added = 0;
+  };
+  using KeyReader = std::function<std::vector<float>(std::size_t accessor)>;
+  /// Makes the keys of the animations of these nodes' weights fit, the added ones at rest. `keysOf`: what an accessor of
+  /// the given file holds.
+  void widenWeights(const KeyReader& keysOf, const std::map<std::size_t, Widening>& nodes);
 
+  /// Whether vertices can be added to: the file's first buffer is its binary chunk.
   [[nodiscard]] bool hasData() const { return !binary_.empty(); }
   /// Address space for `bytes` of data, so that a large chunk is not copied as it grows.
   void reserve(std::size_t bytes) { binary_.reserve(bytes); }
@@ -48,14 +62,18 @@ class GlbModel {
   [[nodiscard]] std::string toBytes() &&;
 
  private:
-  int addScalars(std::span<const float> values, bool with_bounds);
-  int addView(std::string_view bytes, int target, std::size_t stride = 0);
-  int addAccessor(int view, int component, int type, std::size_t count);
+  void free(const std::set<std::size_t>& accessors);
+  void compact();
+  std::size_t addScalars(std::span<const float> values, bool with_bounds);
+  std::size_t addView(std::string_view bytes, int target, std::size_t stride = 0);
+  std::size_t addAccessor(int component, GlbType type, std::size_t count);
   /// The least and the largest of each component; of zeros too where there are some beside `values`.
-  void setBounds(int accessor, std::span<const float> values, bool has_zeros);
+  void setBounds(std::size_t accessor, std::span<const float> values, bool has_zeros);
 
   std::string binary_;
-  std::map<std::size_t, int> zeros_by_count_;
+  std::map<std::size_t, std::size_t> zeros_by_count_;
+  std::vector<std::size_t> free_accessors_, free_views_;  ///< numbers that nothing names any more, to be used again
+  bool has_holes_ = false;                                ///< the chunk holds data that no view shows
 };
 
 }  // namespace mouthpiece

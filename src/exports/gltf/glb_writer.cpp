@@ -1,8 +1,12 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "deform/mesh/face_mesh.h"
 #include "exports/gltf/glb.h"
 #include "exports/gltf/glb_model.h"
 
@@ -69,7 +73,7 @@ std::vector<ListedVertex> listedOf(const PartVertices& part, const std::vector<s
 }
 
 /// The part's values of one shape as an accessor; only `listed` ones may differ from zero.
-int addTarget(const PartVertices& part, const std::vector<ListedVertex>& listed, const float* row, float scale,
+std::size_t addTarget(const PartVertices& part, const std::vector<ListedVertex>& listed, const float* row, float scale,
               bool with_bounds, GlbModel& model) {
   std::vector<std::uint32_t> indices;
   std::vector<float> values;
@@ -96,45 +100,46 @@ std::vector<std::uint16_t> gatheredColors(const PartVertices& part, const FaceMe
   return colors;
 }
 
-tinygltf::Material materialOf(const MeshPart& part) {
-  tinygltf::Material material;
-  material.name = printable(part.name, kLongestName);
-  material.pbrMetallicRoughness.baseColorFactor.assign(part.base_color.begin(), part.base_color.end());
-  material.pbrMetallicRoughness.metallicFactor = 0;
-  material.pbrMetallicRoughness.roughnessFactor = std::clamp(part.roughness, 0.0F, 1.0F);
+nlohmann::json materialOf(const MeshPart& part) {
+  nlohmann::json surface{{"metallicFactor", 0.0}};
+  const float roughness = std::clamp(part.roughness, 0.0F, 1.0F);
+  if (roughness != 1.0F) surface["roughnessFactor"] = static_cast<double>(roughness);
+  if (part.base_color != std::array<float, 4>{1, 1, 1, 1})
+    surface["baseColorFactor"] = std::vector<double>(part.base_color.begin(), part.base_color.end());
+  nlohmann::json material{{"name", printable(part.name, kLongestName)}, {"pbrMetallicRoughness", surface}};
   // An open surface is seen from behind too when the camera goes round.
-  material.doubleSided = part.kind != PartKind::kEye;
+  if (part.kind != PartKind::kEye) material["doubleSided"] = true;
   return material;
 }
 
-tinygltf::Primitive primitiveOf(const FaceMesh& mesh, const MeshPart& part, const PrincipalShapes& shapes,
-                                const ShapeNormals& normals, GlbModel& model) {
+nlohmann::json primitiveOf(const FaceMesh& mesh, const MeshPart& part, const PrincipalShapes& shapes,
+                           const ShapeNormals& normals, GlbModel& model) {
   const PartVertices own = verticesOf(mesh, part);
   const float metres = asFloat(mesh.metres_per_unit);
-  tinygltf::Primitive primitive;
-  const auto attribute = [&](const char* name, const std::vector<float>& values, int type, bool with_bounds) {
-    primitive.attributes[name] = model.addAttribute(values, type, with_bounds);
+  constexpr int kTriangles = 4;
+  nlohmann::json primitive{{"mode", kTriangles}, {"attributes", nlohmann::json::object()}};
+  const auto attribute = [&](const char* name, const std::vector<float>& values, GlbType type, bool with_bounds) {
+    primitive["attributes"][name] = model.addAttribute(values, type, with_bounds);
   };
-  attribute("POSITION", gathered(own, shapes.rest.data(), metres), TINYGLTF_TYPE_VEC3, true);
-  attribute("NORMAL", gathered(own, normals.rest.data(), 1.0F), TINYGLTF_TYPE_VEC3, false);
-  if (!mesh.vertex_colors.empty()) primitive.attributes["COLOR_0"] = model.addColors(gatheredColors(own, mesh));
+  attribute("POSITION", gathered(own, shapes.rest.data(), metres), GlbType::kVec3, true);
+  attribute("NORMAL", gathered(own, normals.rest.data(), 1.0F), GlbType::kVec3, false);
+  if (!mesh.vertex_colors.empty()) primitive["attributes"]["COLOR_0"] = model.addColors(gatheredColors(own, mesh));
   if (!mesh.texture_coordinates.empty()) {
     std::vector<float> coordinates;
     for (const std::uint32_t vertex : own.vertices) {
       const auto& [u, v] = mesh.texture_coordinates[vertex];
       coordinates.insert(coordinates.end(), {u, 1.0F - v});  // glTF counts v from the top
     }
-    attribute("TEXCOORD_0", coordinates, TINYGLTF_TYPE_VEC2, false);
+    attribute("TEXCOORD_0", coordinates, GlbType::kVec2, false);
   }
   const std::vector<ListedVertex> moving = listedOf(own, shapes.columnVertices());
   const std::vector<ListedVertex> turning = listedOf(own, normals.vertices);
   for (Index k = 0; k < shapes.shapeCount(); ++k) {
-    const int position = addTarget(own, moving, shapes.shapes.row(k).data(), metres, true, model);
-    const int normal = addTarget(own, turning, normals.deltas.row(k).data(), 1.0F, false, model);
-    primitive.targets.push_back({{"POSITION", position}, {"NORMAL", normal}});
+    const std::size_t position = addTarget(own, moving, shapes.shapes.row(k).data(), metres, true, model);
+    const std::size_t normal = addTarget(own, turning, normals.deltas.row(k).data(), 1.0F, false, model);
+    primitive["targets"].push_back({{"POSITION", position}, {"NORMAL", normal}});
   }
-  primitive.indices = model.addIndices(own.indices, own.vertices.size());
-  primitive.mode = TINYGLTF_MODE_TRIANGLES;
+  primitive["indices"] = model.addIndices(own.indices, own.vertices.size());
   return primitive;
 }
 
@@ -154,29 +159,29 @@ std::string glbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::s
   ShapeNormals normals = shapeNormals(mesh.triangles, shapes);
   GlbModel model;
   model.reserve(largestBytes(mesh, shapes, normals));
-  tinygltf::Mesh face;
-  face.name = printable(name, kLongestName);
+  const std::string shown_name = printable(name, kLongestName);
+  nlohmann::json face{{"name", shown_name}, {"primitives", nlohmann::json::array()}};
+  model.root["materials"] = nlohmann::json::array();
   for (const MeshPart& part : mesh.parts) {
     if (part.triangle_count == 0) continue;
-    face.primitives.push_back(primitiveOf(mesh, part, shapes, normals, model));
-    face.primitives.back().material = static_cast<int>(model.gltf.materials.size());
-    model.gltf.materials.push_back(materialOf(part));
+    face["primitives"].push_back(primitiveOf(mesh, part, shapes, normals, model));
+    face["primitives"].back()["material"] = model.root["materials"].size();
+    model.root["materials"].push_back(materialOf(part));
   }
   normals = {};
   if (shapes.shapeCount() > 0) {
-    GlbModel::nameTargets(face, unsignedIndex(shapes.shapeCount()));
-    model.setSpeech(unsignedIndex(shapes.frameCount()), shapes.frame_rate_hz,
+    // What Blender, three.js and others read them from.
+    nlohmann::json& names = face["extras"]["targetNames"];
+    for (Eigen::Index k = 0; k < shapes.shapeCount(); ++k) names.push_back(fmt::format("shape_{:02}", k));
+    face["weights"] = std::vector<double>(unsignedIndex(shapes.shapeCount()), 0.0);
+    model.addSpeech(unsignedIndex(shapes.frameCount()), shapes.frame_rate_hz,
                     {{{shapes.weights.data(), unsignedIndex(shapes.weights.size())}, {0}}});
   }
-  model.gltf.asset.version = "2.0";
-  model.gltf.asset.generator = "Mouthpiece";
-  model.gltf.nodes.emplace_back();
-  model.gltf.nodes[0].name = face.name;
-  model.gltf.nodes[0].mesh = 0;
-  model.gltf.scenes.emplace_back();
-  model.gltf.scenes[0].nodes = {0};
-  model.gltf.defaultScene = 0;
-  model.gltf.meshes.push_back(std::move(face));
+  model.root["asset"] = {{"version", "2.0"}, {"generator", "Mouthpiece"}};
+  model.root["nodes"] = {{{"name", shown_name}, {"mesh", 0}}};
+  model.root["scenes"] = {{{"nodes", {0}}}};
+  model.root["scene"] = 0;
+  model.root["meshes"] = {std::move(face)};
   return std::move(model).toBytes();
 }
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "deform/kernel/face_animation.h"
-#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/triangles.h"
 
 namespace mouthpiece {
 

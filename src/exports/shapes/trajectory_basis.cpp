@@ -10,19 +10,18 @@
 namespace mouthpiece {
 namespace {
 
-using Eigen::Index;
 using Eigen::MatrixXf;
 
 /// More directions than asked for make the range finder's last ones good.
-constexpr Index kOversampling = 8;
+constexpr Eigen::Index kOversampling = 8;
 /// Directions found at a time: what a clean line of three seconds needs.
-constexpr Index kBlockCount = 64;
+constexpr Eigen::Index kBlockCount = 64;
 
-MatrixXf randomSigns(Index rows, Index columns) {
+MatrixXf randomSigns(Eigen::Index rows, Eigen::Index columns) {
   std::mt19937 generator(20040601);  // NOLINT(cert-msc32-c,cert-msc51-cpp): the same shapes for the same animation
   MatrixXf signs(rows, columns);
   std::uint32_t bits = 0;
-  for (Index i = 0; i < signs.size(); ++i, bits >>= 1U) {
+  for (Eigen::Index i = 0; i < signs.size(); ++i, bits >>= 1U) {
     if (i % 32 == 0) bits = static_cast<std::uint32_t>(generator());
     signs(i) = (bits & 1U) != 0U ? 1.0F : -1.0F;
   }
@@ -36,7 +35,7 @@ MatrixXf orthonormalColumns(const MatrixXf& columns) {
 
 float largestDistance(const MatrixXf& residual) {
   float largest = 0;
-  for (Index point = 0; point < residual.cols() / 3; ++point) {
+  for (Eigen::Index point = 0; point < residual.cols() / 3; ++point) {
     largest = std::max(largest, residual.middleCols<3>(3 * point).rowwise().squaredNorm().maxCoeff());
   }
   return std::sqrt(largest);
@@ -44,12 +43,12 @@ float largestDistance(const MatrixXf& residual) {
 
 /// The fewest leading columns of `block` whose removal from `residual` leaves every point within `tolerance`; all of
 /// them together do.
-Index sufficientCount(const MatrixXf& residual, const MatrixXf& block, float tolerance) {
+Eigen::Index sufficientCount(const MatrixXf& residual, const MatrixXf& block, float tolerance) {
   const MatrixXf shapes = block.transpose() * residual;
-  Index too_few = 0;
-  Index enough = block.cols();
+  Eigen::Index too_few = 0;
+  Eigen::Index enough = block.cols();
   while (enough - too_few > 1) {
-    const Index middle = (enough + too_few) / 2;
+    const Eigen::Index middle = (enough + too_few) / 2;
     const bool fits = largestDistance(residual - block.leftCols(middle) * shapes.topRows(middle)) <= tolerance;
     (fits ? enough : too_few) = middle;
   }
@@ -63,8 +62,8 @@ void append(MatrixXf& columns, const MatrixXf& more) {
 
 }  // namespace
 
-MatrixXf leadingTrajectories(const MatrixXf& trajectories, Index count) {
-  const Index rank = std::min({count + kOversampling, trajectories.rows(), trajectories.cols()});
+MatrixXf leadingTrajectories(const MatrixXf& trajectories, Eigen::Index count) {
+  const Eigen::Index rank = std::min({count + kOversampling, trajectories.rows(), trajectories.cols()});
   if (rank == 0) return MatrixXf(trajectories.rows(), 0);
   MatrixXf range = orthonormalColumns(trajectories * randomSigns(trajectories.cols(), rank));
   const MatrixXf through_channels = trajectories.transpose() * range;
@@ -76,7 +75,7 @@ MatrixXf leadingTrajectories(const MatrixXf& trajectories, Index count) {
 }
 
 MatrixXf trajectoryBasis(const MatrixXf& trajectories, float tolerance) {
-  const Index most = std::min(trajectories.rows(), trajectories.cols());
+  const Eigen::Index most = std::min(trajectories.rows(), trajectories.cols());
   MatrixXf basis(trajectories.rows(), 0);
   MatrixXf residual = trajectories;
   while (basis.cols() < most && !(largestDistance(residual) <= tolerance)) {

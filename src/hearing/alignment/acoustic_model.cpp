@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kMostBytes = 256U << 20U;
+constexpr std::uint64_t kMostModelBytes = 256U << 20U;
 /// Smaller variances are taken for this (PocketSphinx' -varfloor).
 constexpr double kSmallestVariance = 1e-4;
 /// Cepstra and their variances are smaller by far; what is larger would not stay finite when it is weighed.
@@ -214,7 +214,7 @@ TiedModel parseTiedModel(const TiedModelFiles& files) {
 }
 
 TiedModel readTiedModel(const fs::path& folder) {
-  const auto bytes_of = [&](const char* name) { return readFile(folder / name, kMostBytes); };
+  const auto bytes_of = [&](const char* name) { return readFile(folder / name, kMostModelBytes); };
   return parseTiedModel({folder, bytes_of("mdef"), bytes_of("means"), bytes_of("variances"), bytes_of("sendump")});
 }
 

@@ -19,13 +19,6 @@ constexpr double kSmallestNoiseMm = 0.02;
 /// Deviations are looked at over this many memories on each side of the gap.
 constexpr double kReachInMemories = 5.0;
 
-bool isSeenThroughout(const MotionClip& clip, MarkerIndex marker, std::size_t first, std::size_t last) {
-  for (std::size_t frame = first; frame < last; ++frame) {
-    if (!clip.isSeen(FrameIndex(frame), marker)) return false;
-  }
-  return true;
-}
-
 /// Columns x y z of several markers.
 std::vector<Eigen::Index> columnsOf(const std::vector<MarkerIndex>& markers) {
   std::vector<Eigen::Index> columns;
@@ -121,7 +114,7 @@ class GapFiller {
     std::vector<MarkerIndex> others;
     for (std::size_t m = 0; m < clip_.markerCount(); ++m) {
       const MarkerIndex other(m);
-      if (other == gap.marker || !isSeenThroughout(clip_, other, gap.first.value, gap.last.value)) continue;
+      if (other == gap.marker || !clip_.isSeenThroughout(other, gap.first, gap.last)) continue;
       const bool sees_around = std::all_of(around.begin(), around.end(), [&](Eigen::Index frame) {
         return clip_.isSeen(FrameIndex(unsignedIndex(frame)), other);
       });

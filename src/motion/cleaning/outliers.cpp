@@ -89,13 +89,6 @@ std::pair<double, double> distancesFromWay(const MotionClip& clip, MarkerIndex m
   return {nearest, farthest};
 }
 
-bool isSeenThroughout(const MotionClip& clip, MarkerIndex marker, std::size_t first, std::size_t last) {
-  for (std::size_t frame = first; frame < last; ++frame) {
-    if (!clip.isSeen(FrameIndex(frame), marker)) return false;
-  }
-  return true;
-}
-
 /// A run that may be a spike, and how far all of it is off at least.
 struct Candidate {
   Spike spike;
@@ -107,7 +100,7 @@ void addCandidates(const MotionClip& clip, MarkerIndex marker, std::size_t first
                    std::vector<Candidate>& candidates) {
   const auto longest = static_cast<std::size_t>(std::max(1.0, std::floor(options.longest * clip.frame_rate_hz)));
   for (std::size_t length = 1; length <= longest && first + length < clip.frameCount(); ++length) {
-    if (!isSeenThroughout(clip, marker, first - 1, first + length + 1)) return;
+    if (!clip.isSeenThroughout(marker, FrameIndex(first - 1), FrameIndex(first + length + 1))) return;
     const auto [nearest, farthest] = distancesFromWay(clip, marker, first, first + length);
     // Out and back in T under acceleration a: a (T/2)^2 / 2.
     const Seconds half = 0.5 * asReal(length + 1) / clip.frame_rate_hz;
@@ -151,7 +144,7 @@ HiddenSpikes hideSpikes(const MotionClip& clip, const SpikeOptions& options) {
     std::stable_sort(candidates.begin(), candidates.end(),
                      [](const Candidate& a, const Candidate& b) { return a.least_distance_mm > b.least_distance_mm; });
     for (const auto& [spike, distance] : candidates) {
-      if (!isSeenThroughout(hidden.clip, spike.marker, spike.first.value - 1, spike.last.value + 1)) continue;
+      if (!hidden.clip.isSeenThroughout(spike.marker, FrameIndex(spike.first.value - 1), FrameIndex(spike.last.value + 1))) continue;
       for (std::size_t frame = spike.first.value; frame < spike.last.value; ++frame) {
         sampleOf(hidden.clip.positions_mm, frame, marker).setConstant(std::numeric_limits<double>::quiet_NaN());
       }

@@ -12,7 +12,6 @@
 namespace mouthpiece {
 namespace {
 
-constexpr std::size_t kBlockBytes = 512;
 constexpr std::size_t kMaxBlocks = 255;
 constexpr std::size_t kMaxDimensions = 7;
 

@@ -13,6 +13,9 @@
 
 namespace mouthpiece {
 
+/// A C3D file is made of such blocks.
+inline constexpr std::size_t kBlockBytes = 512;
+
 /// The processor byte of the parameter section.
 enum class C3dProcessor : std::uint8_t { kIntel = 84, kDec = 85, kMips = 86 };
 

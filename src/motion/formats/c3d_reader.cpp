@@ -14,7 +14,6 @@
 namespace mouthpiece {
 namespace {
 
-constexpr std::size_t kBlockBytes = 512;
 constexpr std::uint64_t kMaxFileBytes = std::uint64_t{1} << 32U;
 /// A 16-bit frame count stops here; longer files say so elsewhere.
 constexpr double kMaxShortCount = 65535;

@@ -15,7 +15,6 @@
 namespace mouthpiece {
 namespace {
 
-constexpr std::size_t kBlockBytes = 512;
 constexpr std::size_t kParameterBlock = 2;  // right behind the header
 constexpr std::size_t kMaxParameterBlocks = 255;
 constexpr std::size_t kMaxPoints = 65535;

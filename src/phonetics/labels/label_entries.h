@@ -8,6 +8,9 @@
 
 namespace mouthpiece {
 
+/// HTK's label files count 100 ns.
+inline constexpr double kHtkUnitsPerSecond = 1e7;
+
 /// A labelled stretch of time as it stands in a file.
 struct LabelEntry {
   std::string text;

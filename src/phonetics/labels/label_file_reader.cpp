@@ -18,7 +18,6 @@ namespace mouthpiece {
 namespace {
 
 constexpr std::uint64_t kMaxLabFileBytes = std::uint64_t{64} << 20U;
-constexpr double kHtkUnitsPerSecond = 1e7;
 /// A phone lasts 80 ms or so: 800,000 of HTK's units, 1,280 of TIMIT's samples. The geometric middle parts them.
 constexpr double kHtkMedianDuration = 32000;
 

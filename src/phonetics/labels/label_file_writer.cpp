@@ -12,12 +12,12 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/text_encoding.h"
+#include "phonetics/labels/label_entries.h"
 #include "phonetics/labels/textgrid.h"
 
 namespace mouthpiece {
 namespace {
 
-constexpr double kHtkUnitsPerSecond = 1e7;
 
 /// The colour that Festival's own tools write; readers pass over it.
 constexpr int kEspsColour = 121;

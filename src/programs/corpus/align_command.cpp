@@ -15,13 +15,13 @@ namespace {
 
 constexpr std::uint64_t kMaxTranscriptBytes = 1 << 20;
 
-struct Arguments {
+struct AlignArguments {
   bool quiet = false, json = false, sung = false;
   std::filesystem::path audio, transcript_file, lexicon, output;
   std::string transcript;
 };
 
-std::string transcriptOf(const Arguments& given) {
+std::string transcriptOf(const AlignArguments& given) {
   if (given.transcript_file.empty()) return given.transcript;
   const std::string file = given.transcript_file.string();
   return decodeText(readFile(given.transcript_file, kMaxTranscriptBytes), file);
@@ -51,7 +51,7 @@ void noteDoubtfulWords(const ForcedAlignment& alignment, bool quiet) {
   }
 }
 
-int runAlign(const Arguments& given) {
+int runAlign(const AlignArguments& given) {
   const Lexicon lexicon = lexiconFrom(given.lexicon);
   const AudioClip audio = readAudio(given.audio);
   const std::vector<TranscriptWord> words = Pronouncer(&lexicon).wordsOf(transcriptOf(given));
@@ -68,7 +68,7 @@ int runAlign(const Arguments& given) {
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, AlignArguments& options) {
   command.add_option("sound", options.audio, "A.wav (.flac)")->required();
   CLI::Option_group& text = *command.add_option_group("what is said", "One of");
   text.add_option("--transcript", options.transcript, "The words");

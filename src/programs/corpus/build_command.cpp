@@ -6,7 +6,7 @@
 namespace mouthpiece {
 namespace {
 
-struct Arguments {
+struct BuildArguments {
   bool quiet = false, strict = false;
   std::filesystem::path folder, output, lexicon, layout;
   std::size_t jobs = 0;
@@ -24,7 +24,7 @@ void noteDoubtfulWords(const std::vector<TakeReport>& takes, bool quiet) {
   }
 }
 
-int runBuild(const Arguments& given) {
+int runBuild(const BuildArguments& given) {
   BuildOptions options;
   options.layout = layoutFrom(given.layout);
   options.lexicon = lexiconFrom(given.lexicon);
@@ -46,7 +46,7 @@ int runBuild(const Arguments& given) {
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, BuildArguments& options) {
   command
       .add_option("folder", options.folder,
                   "NAME.c3d (.trc .csv), NAME.wav (.flac), NAME.txt, NAME.TextGrid (.lab .phn .ctm; without: aligned)")

@@ -8,12 +8,12 @@
 namespace mouthpiece {
 namespace {
 
-struct Arguments {
+struct CheckArguments {
   bool quiet = false;
   std::filesystem::path corpus;
 };
 
-int runCheck(const Arguments& given) {
+int runCheck(const CheckArguments& given) {
   // The file first, row by row: reading it whole would stop at the first damage.
   const std::vector<std::string> damage = checkCorpus(given.corpus);
   if (damage.size() == 1) throw InputError(damage.front());
@@ -34,7 +34,7 @@ int runCheck(const Arguments& given) {
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, CheckArguments& options) {
   addCorpusArgument(command, options.corpus);
 }
 

@@ -8,13 +8,13 @@
 namespace mouthpiece {
 namespace {
 
-struct Arguments {
+struct CleanArguments {
   bool quiet = false;
   std::filesystem::path input, output, layout;
   CleaningOptions cleaning;
 };
 
-int runClean(const Arguments& given) {
+int runClean(const CleanArguments& given) {
   MotionClip motion = readMotion(given.input);
   renameMarkers(motion, markerMapFrom({}, given.layout));
   const CleanedFace clean = cleanClip(motion, layoutFrom(given.layout), given.input.string(), given.cleaning);
@@ -30,7 +30,7 @@ int runClean(const Arguments& given) {
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, CleanArguments& options) {
   command.add_option("in", options.input, "Motion to read (c3d csv trc)")->required();
   command.add_option("out", options.output, "Motion to write (c3d csv trc)")->required();
   addLayoutOption(command, options.layout);

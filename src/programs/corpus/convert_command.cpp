@@ -4,6 +4,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "deform/mesh/face_mesh.h"
 #include "exports/arkit.h"
 #include "motion/formats/motion_file.h"
 #include "motion/position_limits.h"
@@ -42,8 +43,9 @@ struct PlacedHead {
   MarkerPositions places;  ///< mesh unit
 };
 
-FaceShapes shapesOf(std::string_view bytes, const fs::path& path, const Eigen::Matrix3d& upright_from_mesh) {
-  FaceShapes shapes = parseFaceShapes(bytes, path);
+FaceShapes shapesOf(std::string_view bytes, const fs::path& path, const Eigen::Matrix3d& upright_from_mesh,
+                    std::string_view object = {}) {
+  FaceShapes shapes = parseFaceShapes(bytes, path, object);
   for (VertexPositions& moves : shapes.moves) moves = (moves * upright_from_mesh.cast<float>().transpose()).eval();
   return shapes;
 }
@@ -51,7 +53,7 @@ FaceShapes shapesOf(std::string_view bytes, const fs::path& path, const Eigen::M
 PlacedHead headOfFace(const fs::path& path) {
   const FaceFile face = readFaceFile(path);
   const fs::path mesh_path = path.parent_path() / face.mesh_file;
-  return {readMeshOf(face, path), shapesOf(readFile(mesh_path, kMaxHeadBytes), mesh_path, face.upright_from_mesh),
+  return {readMeshOf(face, path), shapesOf(readFile(mesh_path, kMaxHeadBytes), mesh_path, face.upright_from_mesh, face.mesh_object),
           face.marker_names, face.marker_targets};
 }
 
@@ -123,7 +125,7 @@ ArkitTake readArkitTake(const fs::path& csv, const MarkerLayout& layout, const A
   return {selectMarkers(driven, layout.markerNames()), track.turns_head};
 }
 
-struct Arguments {
+struct ConvertArguments {
   bool quiet = false;
   std::filesystem::path input, output, layout;
   std::vector<std::string> renamed;
@@ -133,7 +135,7 @@ struct Arguments {
 
 bool isLandmarkTrack(const std::filesystem::path& path) { return path.extension() == ".json"; }
 
-MotionClip readTrack(const Arguments& given) {
+MotionClip readTrack(const ConvertArguments& given) {
   if (!given.arkit.head.empty()) {
     ArkitTakeOptions arkit = given.arkit;
     arkit.frame_rate_hz = given.track.frame_rate_hz;
@@ -147,13 +149,13 @@ MotionClip readTrack(const Arguments& given) {
                                       : readMotion(given.input);
 }
 
-MotionClip readInput(const Arguments& given) {
+MotionClip readInput(const ConvertArguments& given) {
   MotionClip clip = readTrack(given);
   renameMarkers(clip, markerMapFrom(given.renamed, given.layout));
   return clip;
 }
 
-int runConvert(const Arguments& given) {
+int runConvert(const ConvertArguments& given) {
   if (isLabelFileName(given.output)) {
     writeLabels(given.output, readLabels(given.input), {.name = given.output.stem().string()});
     return kExitDone;
@@ -162,7 +164,7 @@ int runConvert(const Arguments& given) {
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, ConvertArguments& options) {
   command.add_option("in", options.input, "What to read")->required();
   command.add_option("out", options.output, "What to write")->required();
   command

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::uint64_t kHoldOutSeed = 1;
 
-struct Arguments {
+struct EvaluateArguments {
   bool quiet = false, json = false, ablation = false;
   std::filesystem::path corpus, takes, lexicon, html, truth;
   std::size_t jobs = 0, folds = 0;
@@ -37,7 +37,7 @@ EvaluationMethods onlyRows(const EvaluationMethods& methods, const std::vector<s
   };
 }
 
-std::vector<CorpusTake> otherTakes(const Arguments& given, const Corpus& corpus) {
+std::vector<CorpusTake> otherTakes(const EvaluateArguments& given, const Corpus& corpus) {
   BuildOptions options;
   options.lexicon = lexiconFrom(given.lexicon);
   options.jobs = given.jobs;
@@ -47,7 +47,7 @@ std::vector<CorpusTake> otherTakes(const Arguments& given, const Corpus& corpus)
   return std::move(clean.takes);
 }
 
-Evaluation evaluate(const Arguments& given, Corpus corpus) {
+Evaluation evaluate(const EvaluateArguments& given, Corpus corpus) {
   const EvaluationMethods all = given.ablation         ? ablationMethods
                                 : given.unseen.empty() ? evaluationMethods
                                                        : backoffMethods;
@@ -69,14 +69,14 @@ Evaluation evaluate(const Arguments& given, Corpus corpus) {
   return evaluateCorpus(corpus, captured, methods, options);
 }
 
-int runEvaluate(const Arguments& given) {
+int runEvaluate(const EvaluateArguments& given) {
   const Evaluation evaluation = evaluate(given, readCorpus(given.corpus));
   if (!given.html.empty()) writeFileAtomically(given.html, evaluationHtml(evaluation));
   printText(given.json ? evaluationJson(evaluation) : evaluationTable(evaluation));
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, EvaluateArguments& options) {
   addCorpusArgument(command, options.corpus);
   CLI::Option_group& which = *command.add_option_group("takes to compare with", "One of");
   which.add_option("--takes", options.takes, "Folder of takes that the corpus does not hold");

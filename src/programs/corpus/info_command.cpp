@@ -8,12 +8,12 @@
 namespace mouthpiece {
 namespace {
 
-struct Arguments {
+struct InfoArguments {
   bool quiet = false, json = false;
   std::filesystem::path corpus;
 };
 
-int runInfo(const Arguments& given) {
+int runInfo(const InfoArguments& given) {
   if (isMotionFileName(given.corpus)) {
     const MotionClip clip = readMotion(given.corpus);
     const auto events = isC3dFileName(given.corpus) ? readC3dEvents(given.corpus) : std::vector<MotionEvent>();
@@ -25,7 +25,7 @@ int runInfo(const Arguments& given) {
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, InfoArguments& options) {
   command.add_option("file", options.corpus, "X.corpus, or motion")->required();
   addJsonFlag(command, options.json);
 }

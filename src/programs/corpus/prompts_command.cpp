@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uint64_t kMaxTextBytes = 64 << 20;
 
-struct Arguments {
+struct PromptsArguments {
   bool quiet = false;
   std::size_t count = 55;
   std::filesystem::path grammar, text, lexicon, curve;
@@ -34,7 +34,7 @@ std::vector<std::string> linesOf(std::string_view text) {
   return lines;
 }
 
-std::vector<std::string> sentencesFor(const Arguments& given) {
+std::vector<std::string> sentencesFor(const PromptsArguments& given) {
   const std::filesystem::path& file = given.grammar.empty() ? given.text : given.grammar;
   const std::string text = decodeText(readFile(file, kMaxTextBytes), file.string());
   std::vector<std::string> sentences =
@@ -43,7 +43,7 @@ std::vector<std::string> sentencesFor(const Arguments& given) {
   return sentences;
 }
 
-std::vector<Prompt> promptsFor(const Arguments& given) {
+std::vector<Prompt> promptsFor(const PromptsArguments& given) {
   const Lexicon lexicon = lexiconFrom(given.lexicon);
   const Pronouncer pronouncer(&lexicon);
   const std::vector<std::string> sentences = sentencesFor(given);
@@ -84,7 +84,7 @@ void noteCurve(const ChosenPrompts& chosen, bool quiet) {
   }
 }
 
-int runPrompts(const Arguments& given) {
+int runPrompts(const PromptsArguments& given) {
   if (given.grammar.empty() && given.text.empty()) {
     for (const TimeSentence& sentence : chooseTimeSentences(given.count)) printText(sentence.text() + "\n");
     return kExitDone;
@@ -97,7 +97,7 @@ int runPrompts(const Arguments& given) {
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, PromptsArguments& options) {
   command.add_option("--count", options.count, "How many")->capture_default_str()->check(CLI::Range(1, 200000));
   auto* grammar = command.add_option("--grammar", options.grammar, "Choose from all sentences of a grammar file");
   command.add_option("--text", options.text, "Choose from a file with a sentence a line")->excludes(grammar);

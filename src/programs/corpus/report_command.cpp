@@ -9,12 +9,12 @@
 namespace mouthpiece {
 namespace {
 
-struct Arguments {
+struct ReportArguments {
   bool quiet = false, json = false;
   std::filesystem::path corpus, output;
 };
 
-int runReport(const Arguments& given) {
+int runReport(const ReportArguments& given) {
   const Corpus corpus = readCorpus(given.corpus);
   const ReportOptions options{.language = dictionaryWords()};
   if (given.json) printText(corpusReportJson(corpus, options));
@@ -23,7 +23,7 @@ int runReport(const Arguments& given) {
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, ReportArguments& options) {
   addCorpusArgument(command, options.corpus);
   command.add_option("--out,-o", options.output, "The page (HTML) to write")->required();
   addJsonFlag(command, options.json);

@@ -7,13 +7,13 @@
 namespace mouthpiece {
 namespace {
 
-struct Arguments {
+struct SampleArguments {
   bool quiet = false;
   std::filesystem::path folder, truth, sentences;
   SampleOptions sample;
 };
 
-int runSample(const Arguments& given) {
+int runSample(const SampleArguments& given) {
   SampleOptions sample = given.sample;
   if (!given.truth.empty()) sample.truth_folder = given.truth;
   if (!given.sentences.empty()) sample.sentences = readSentences(given.sentences);
@@ -30,7 +30,7 @@ int runSample(const Arguments& given) {
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, SampleArguments& options) {
   command.add_option("folder", options.folder, "Where the takes go")->required();
   command.add_option("--truth", options.truth, "Folder for the clean motion, head still");
   command.add_option("--sentences", options.sentences,

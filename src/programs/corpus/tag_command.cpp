@@ -11,13 +11,13 @@
 namespace mouthpiece {
 namespace {
 
-struct Arguments {
+struct TagArguments {
   bool quiet = false;
   std::filesystem::path audio, phones, lyrics, lexicon, output;
 };
 
 /// The phones that are given, or those of the lyrics where they are heard; null without either.
-std::optional<SpeechLabels> labelsFor(const Arguments& given, const AudioClip& audio) {
+std::optional<SpeechLabels> labelsFor(const TagArguments& given, const AudioClip& audio) {
   if (!given.phones.empty()) return readTextGrid(given.phones);
   if (given.lyrics.empty()) return std::nullopt;
   const Lexicon lexicon = lexiconFrom(given.lexicon);
@@ -28,7 +28,7 @@ std::optional<SpeechLabels> labelsFor(const Arguments& given, const AudioClip& a
   return std::move(alignment.labels);
 }
 
-int runTag(const Arguments& given) {
+int runTag(const TagArguments& given) {
   const AudioClip audio = readAudio(given.audio);
   const std::optional<SpeechLabels> labels = labelsFor(given, audio);
   const SpeechLabels* known = labels ? &*labels : nullptr;
@@ -43,7 +43,7 @@ int runTag(const Arguments& given) {
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, TagArguments& options) {
   command.add_option("audio", options.audio, "Sound: a voice alone")->required();
   CLI::Option* phones = command.add_option("--phones", options.phones,
                                        "Its phones (TextGrid); without, every voiced stretch counts as a vowel");

@@ -9,7 +9,7 @@
 namespace mouthpiece {
 namespace {
 
-struct Arguments {
+struct TuneArguments {
   bool quiet = false;
   std::filesystem::path corpus, output;
   TuningOptions tuning;
@@ -17,7 +17,7 @@ struct Arguments {
   std::optional<std::size_t> folds;  ///< none: as many as is usual for what is tuned
 };
 
-std::string tuneVoice(Corpus& corpus, const Arguments& given) {
+std::string tuneVoice(Corpus& corpus, const TuneArguments& given) {
   TuningOptions options = kVoiceTuning;
   options.folds = given.folds.value_or(options.folds);
   options.always = given.tuning.always;
@@ -28,7 +28,7 @@ std::string tuneVoice(Corpus& corpus, const Arguments& given) {
   return "voice weights " + describeTuning(tuned) + "\n";
 }
 
-std::string tuneSelection(Corpus& corpus, const Arguments& given) {
+std::string tuneSelection(Corpus& corpus, const TuneArguments& given) {
   TuningOptions options = given.tuning;
   options.folds = given.folds.value_or(options.folds);
   CallbackBar bar("tuning", given.quiet);
@@ -37,7 +37,7 @@ std::string tuneSelection(Corpus& corpus, const Arguments& given) {
   return "selection weights " + describeTuning(tuned) + "\n";
 }
 
-int runTune(const Arguments& given) {
+int runTune(const TuneArguments& given) {
   Corpus corpus = readCorpus(given.corpus, CorpusAudio::kLoad);
   const std::string found = given.voice ? tuneVoice(corpus, given) : tuneSelection(corpus, given);
   writeCorpus(given.output.empty() ? given.corpus : given.output, corpus);
@@ -45,7 +45,7 @@ int runTune(const Arguments& given) {
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, TuneArguments& options) {
   addCorpusArgument(command, options.corpus);
   command.add_option("--out,-o", options.output, "The corpus to write; default: the same file");
   command.add_option("--folds", options.folds,

@@ -9,6 +9,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/index.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/mesh_reader.h"
 #include "exports/arkit.h"
 #include "exports/format_bytes.h"
@@ -29,7 +30,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMaxMeshBytes = std::uint64_t{1} << 30;
 
-struct Arguments {
+struct ApplyArguments {
   fs::path face, motion, out, corpus, phones;
   bool arkit = false, quiet = false;
 };
@@ -64,7 +65,7 @@ void refuseFarMotion(const MotionClip& motion, const std::vector<std::string>& n
 }
 
 /// The motion as a performance of the face, without sound.
-std::shared_ptr<Performance::Data> performanceOf(const Arguments& given) {
+std::shared_ptr<Performance::Data> performanceOf(const ApplyArguments& given) {
   auto made = std::make_shared<Performance::Data>();
   made->face.emplace(given.face);
   const FaceFile& face = made->face->data().file;
@@ -76,7 +77,8 @@ std::shared_ptr<Performance::Data> performanceOf(const Arguments& given) {
     const Corpus corpus = readCorpus(given.corpus);
     names = corpus.layout.markerNames();
     neutral = corpus.neutral_pose_mm;
-    made->actor = ActorPose{MarkerPositions::Zero(signedIndex(motion.markerCount()), 3), closedLipsMm(corpus)};
+    made->actor = ActorPose{MarkerPositions::Zero(signedIndex(motion.markerCount()), 3), closedLipsMm(corpus),
+                            unseenRounding(corpus)};
     for (std::size_t i = 0; i < names.size(); ++i) {
       if (const auto marker = motion.findMarker(names[i]))
         made->actor->neutral_mm.row(marker->row()) = neutral.row(signedIndex(i));
@@ -97,11 +99,11 @@ std::shared_ptr<Performance::Data> performanceOf(const Arguments& given) {
 }
 
 /// ARKit's curves that move the face's own shapes as the motion moves its vertices.
-void writeArkit(const Arguments& given, const Performance::Data& performance) {
+void writeArkit(const ApplyArguments& given, const Performance::Data& performance) {
   const SharedFace::Data& face = performance.needFace();
   const fs::path mesh_path = face.meshPath();
   const std::string bytes = readFile(mesh_path, kMaxMeshBytes);
-  FaceShapes shapes = parseFaceShapes(bytes, mesh_path);
+  FaceShapes shapes = parseFaceShapes(bytes, mesh_path, face.file.mesh_object);
   for (VertexPositions& moves : shapes.moves)
     moves = (moves * face.file.upright_from_mesh.cast<float>().transpose()).eval();
   if (shapes.names.empty())
@@ -113,6 +115,9 @@ void writeArkit(const Arguments& given, const Performance::Data& performance) {
     printText(fmt::format("{} of 52 ARKit shapes, {:.2f} mm RMS off the full motion of {:.2f} mm ({:.1f} mm at most)\n",
                           std::count(curves.has_shape.begin(), curves.has_shape.end(), true), curves.rms_error_mm,
                           curves.rms_motion_mm, curves.largest_error_mm));
+    printText(fmt::format("lips meet in {} frames, with the shapes in {} of these; {:.1f} shapes over 0 a frame\n",
+                          curves.closures, curves.closures_kept,
+                          asReal((curves.weights.array() > 0).count()) / std::max(1.0, asReal(curves.weights.rows()))));
   }
 }
 
@@ -123,7 +128,7 @@ std::string endings() {
   return all + ".csv (Live Link Face), or a folder for one OBJ a frame";
 }
 
-void refuseUnknownEnding(const Arguments& given) {
+void refuseUnknownEnding(const ApplyArguments& given) {
   if (given.arkit && given.out.extension() != ".glb" && !isLiveLink(given.out))
     throw InputError(given.out.string(), "", "expected .glb or .csv with --arkit");
   if (given.out.extension().empty() || isLiveLink(given.out)) return;
@@ -133,7 +138,7 @@ void refuseUnknownEnding(const Arguments& given) {
   throw InputError(given.out.string(), "", "found an unknown ending; expected " + endings());
 }
 
-int runApply(const Arguments& given) {
+int runApply(const ApplyArguments& given) {
   refuseUnknownEnding(given);
   const auto performance = performanceOf(given);
   const SharedFace::Data& face = performance->needFace();
@@ -152,7 +157,7 @@ int runApply(const Arguments& given) {
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, ApplyArguments& options) {
   command.add_option("--face", options.face, "Made by `retarget fit`")->required();
   command.add_option("--motion", options.motion, "Marker motion, head still: .c3d .csv .trc")->required();
   command.add_option("--out", options.out, endings())->required();

@@ -5,30 +5,28 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <random>
-#include <span>
 
 #include "base/index.h"
-#include "deform/mesh/welding.h"
 #include "base/statistics.h"
+#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/welding.h"
 #include "deform/surface/bezier_surface.h"
-#include "motion/lip_gauge.h"
 #include "motion/resample.h"
 #include "programs/retarget/commands.h"
-#include "retarget/rig/face_rig.h"
 #include "retarget/rig/face_fit.h"
+#include "retarget/rig/face_rig.h"
 #include "synthesis/lips.h"
 #include "units/file/corpus.h"
 
 namespace mouthpiece {
 namespace {
 
-constexpr Seconds kReach = 0.02;       ///< beyond both ends of a B P M: label error
-constexpr double kClosedShare = 0.25;  ///< of the take's range of openings: what counts as closed in the capture
-constexpr double kTouchMm = 0.3;       ///< lips nearer than this touch
+constexpr double kTouchMm = 0.3;  ///< lips nearer than this touch
 
-struct Arguments {
-  std::filesystem::path face, corpus;
+struct CheckArguments {
+  std::filesystem::path face, corpus, show;
   bool quiet = false, json = false;
 };
 
@@ -46,56 +44,6 @@ struct ClosureCheck {
   double in_teeth_at_rest_mm = 0;
   std::size_t poses = 0;                ///< drawn at random from the capture
   double patch_edge_angle_max_deg = 0;  ///< between neighbouring patches in these
-};
-
-/// Opening of the outer lips in every frame; empty where the take does not tell.
-std::vector<double> openingsOf(const CorpusTake& take, const LipGauge& lips) {
-  if (!lips.hasLips() || !take.motion.positions_mm.allFinite()) return {};
-  return lips.overFrames(&LipGauge::opening, take.motion.positions_mm);
-}
-
-using Openings = std::span<const double>;
-
-/// The openings in a phone and `reach` around it.
-Openings inPhone(const std::vector<double>& opening, double rate_hz, const TimeSpan& span, Seconds reach) {
-  const auto first = static_cast<std::ptrdiff_t>(std::max(0.0, std::ceil((span.start - reach) * rate_hz)));
-  const auto last = std::min(static_cast<std::ptrdiff_t>(opening.size()) - 1,
-                             static_cast<std::ptrdiff_t>(std::floor((span.end + reach) * rate_hz)));
-  if (last < first) return {};
-  return Openings(opening).subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(last - first + 1));
-}
-
-/// The frame of each B P M in which the captured mouth is closed furthest, where it closes at all.
-std::vector<std::size_t> closedFrames(const CorpusTake& take, const std::vector<double>& opening) {
-  std::vector<std::size_t> frames;
-  const auto [low, high] = std::minmax_element(opening.begin(), opening.end());
-  for (const LabelledPhone& phone : take.labels.phones) {
-    if (!isBilabial(phone.phone)) continue;
-    const Openings own = inPhone(opening, take.motion.frame_rate_hz, phone.span, kReach);
-    const auto tightest = std::min_element(own.begin(), own.end());
-    if (tightest != own.end() && *tightest < *low + kClosedShare * (*high - *low))
-      frames.push_back(static_cast<std::size_t>(&*tightest - opening.data()));
-  }
-  return frames;
-}
-
-/// Of all takes together, every eighth phone that is neither B P M nor silence: where it is widest.
-class OtherPhones {
- public:
-  std::vector<std::size_t> widestFrames(const CorpusTake& take, const std::vector<double>& opening) {
-    constexpr std::size_t kEach = 8;
-    std::vector<std::size_t> frames;
-    for (const LabelledPhone& phone : take.labels.phones) {
-      if (isBilabial(phone.phone) || phone.phone == Phone::kSil || count_++ % kEach != 0) continue;
-      const Openings own = inPhone(opening, take.motion.frame_rate_hz, phone.span, 0);
-      const auto widest = std::max_element(own.begin(), own.end());
-      if (widest != own.end()) frames.push_back(static_cast<std::size_t>(&*widest - opening.data()));
-    }
-    return frames;
-  }
-
- private:
-  std::size_t count_ = 0;
 };
 
 /// The largest angle between neighbouring patches over frames drawn from the whole corpus.
@@ -128,16 +76,15 @@ ClosureCheck checkClosures(const FaceRig& rig, const ControlMesh& control_mesh, 
   const LipContact at_rest = contactIn(rig.mesh().vertices);
   check.overlap_at_rest_mm = mm * at_rest.overlap;
   check.in_teeth_at_rest_mm = mm * at_rest.in_teeth;
-  const ActorPose actor{corpus.neutral_pose_mm, closedLipsMm(corpus)};
+  const ActorPose actor{corpus.neutral_pose_mm, closedLipsMm(corpus), unseenRounding(corpus)};
   ProgressBar progress("retarget check", corpus.takes.size(), quiet);
   std::vector<double> gaps;
   VertexPositions vertices;
-  OtherPhones others;
+  std::size_t others = 0;
   for (const CorpusTake& take : corpus.takes) {
     progress.advance();
-    const std::vector<double> opening = openingsOf(take, LipGauge(corpus.layout));
-    if (opening.empty()) continue;
-    const std::vector<std::size_t> closed = closedFrames(take, opening), open = others.widestFrames(take, opening);
+    const auto [closed, open] = lipFrames(take, corpus.layout, others);
+    if (closed.empty() && open.empty()) continue;
     const std::vector<Seconds> times = frameTimes(0, take.motion.frameCount(), take.motion.frame_rate_hz);
     const FaceMotion on_face = rig.retarget(take.motion, &actor, lipsFromPhones(take.labels, times));
     const auto contactAt = [&](std::size_t frame) {
@@ -187,31 +134,34 @@ std::string textOf(const ClosureCheck& check) {
       check.patch_edge_angle_max_deg, check.poses);
 }
 
-int runCheck(const Arguments& given) {
+int runCheck(const CheckArguments& given) {
   const FaceFile face = readFaceFile(given.face);
-  const FaceMesh mesh = readMeshOf(face, given.face);
-  checkBinding(face.binding, mesh, face.control, given.face.string());
-  const FaceCheck found = checkFace(face, mesh);
-  const int code = faultsOf(found).empty() ? kExitDone : kExitBadInput;
-  if (given.corpus.empty()) {
-    printFace(face, found, given.json, given.quiet);
+  const FaceRig rig = FaceRig::load(given.face);
+  std::optional<Corpus> corpus;
+  if (!given.corpus.empty()) corpus = readCorpus(given.corpus);
+  const FaceReport report = reportOn(face, rig, corpus ? &*corpus : nullptr);
+  if (!given.show.empty()) writeFacePage(given.show, face, rig, report);
+  const int code = report.faults().empty() ? kExitDone : kExitBadInput;
+  if (!corpus) {
+    printFace(face, report, given.json, given.quiet);
     return code;
   }
-  const ClosureCheck closures = checkClosures(FaceRig::load(given.face), face.control, readCorpus(given.corpus),
-                                              given.quiet || given.json);
+  const ClosureCheck closures = checkClosures(rig, face.control, *corpus, given.quiet || given.json);
   if (given.json) {
-    nlohmann::json facts = faceFacts(face, found);
+    nlohmann::json facts = faceFacts(face, report);
     facts["captured_closures"] = factsOf(closures);
     printJson(facts);
   } else if (!given.quiet) {
-    printText(faceText(face, found) + textOf(closures));
+    printText(faceText(face, report) + textOf(closures));
   }
   return code;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, CheckArguments& options) {
   command.add_option("FACE", options.face, "Made by `retarget fit`")->required();
-  command.add_option("--corpus", options.corpus, "Also play this corpus' closures on the face and look at the lips");
+  command.add_option("--corpus", options.corpus,
+                     "Judge by this corpus' poses (default: the sample corpus'), and play all of its closures");
+  command.add_option("--show", options.show, "Write a page that shows the first fault, or the markers (.html)");
   addJsonFlag(command, options.json);
 }
 

@@ -1,18 +1,26 @@
 #pragma once
 
+#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
 #include "programs/program.h"
+#include "retarget/placing/anchors.h"
 #include "retarget/rig/face_fit.h"
+#include "retarget/rig/face_judge.h"
 
 namespace mouthpiece {
 
 struct Corpus;
+struct CorpusTake;
+struct MarkerLayout;
 
 // One source file a subcommand of `retarget`.
+Command anchorsCommand();
 Command applyCommand();
 Command checkCommand();
+Command cutCommand();
 Command fitCommand();
 Command pickCommand();
 Command sampleCommand();
@@ -20,10 +28,46 @@ Command sampleCommand();
 /// What fitFace() needs to know of a corpus' actor; the mesh's file and hash are left to the caller.
 FitRequest fitRequestFor(const std::string& face_name, const Corpus& corpus);
 
-/// A fitted face and what checkFace() says of it, as JSON and as lines to read.
-nlohmann::json faceFacts(const FaceFile& face, const FaceCheck& check);
-std::string faceText(const FaceFile& face, const FaceCheck& check);
+/// The frames of a take's B P M in which the captured mouth is closed furthest, where it closes at all, and, of every
+/// eighth of the other phones but silence, those in which it is open widest.
+struct LipFrames {
+  std::vector<std::size_t> closed, open;
+};
+/// `others`: how many other phones there were in the takes before.
+LipFrames lipFrames(const CorpusTake& take, const MarkerLayout& layout, std::size_t& others);
+
+/// What a face is judged by: some of the captured closures, steps drawn at random from all takes, and a song of every
+/// vowel that the corpus' own poses sing. The same on every call.
+JudgedPoses judgedPoses(const Corpus& corpus);
+
+/// All that is found out about a fitted face.
+struct FaceReport {
+  FaceCheck check;
+  JudgedPoses poses;
+  ActorPose actor;          ///< whose they are
+  FaceJudgement judgement;  ///< by these poses
+  std::string not_judged;   ///< why it is empty; "" where it is not
+
+  /// A line each; empty when all is well.
+  [[nodiscard]] std::vector<std::string> faults() const;
+};
+
+/// Looks at a face at rest and moves it as `corpus` and a song do; null: as the default corpus does, if it is there.
+FaceReport reportOn(const FaceFile& face, const FaceRig& rig, const Corpus* corpus);
+
+/// Writes a page that shows the markers on the face, or, where it has faults that show, the pose in which the first of
+/// them is worst, with the triangles in red.
+void writeFacePage(const std::filesystem::path& path, const FaceFile& face, const FaceRig& rig,
+                   const FaceReport& report, const Anchors& given = {});
+
+/// All markers and both lips' rims as the fit has placed them, in the frame of the mesh's file, into which `mesh`,
+/// which stands upright, is turned back; `given` keeps what else it says, and the vertices that have stayed.
+Anchors placedOn(const FaceFile& face, FaceMesh& mesh, const Anchors& given);
+
+/// A fitted face and what is found out about it, as JSON and as lines to read.
+nlohmann::json faceFacts(const FaceFile& face, const FaceReport& report);
+std::string faceText(const FaceFile& face, const FaceReport& report);
 /// Either of them on stdout.
-void printFace(const FaceFile& face, const FaceCheck& check, bool json, bool quiet);
+void printFace(const FaceFile& face, const FaceReport& report, bool json, bool quiet);
 
 }  // namespace mouthpiece

@@ -1,9 +1,17 @@
 // What several subcommands tell of a face, and ask of a corpus.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
 
+#include "base/errors.h"
+#include "base/files.h"
+#include "base/index.h"
 #include "programs/retarget/commands.h"
+#include "retarget/placing/face_page.h"
+#include "speaker/shared_files.h"
+#include "synthesis/lips.h"
 #include "units/file/corpus.h"
 
 namespace mouthpiece {
@@ -19,7 +27,129 @@ FitRequest fitRequestFor(const std::string& face_name, const Corpus& corpus) {
   return request;
 }
 
-nlohmann::json faceFacts(const FaceFile& face, const FaceCheck& check) {
+FaceReport reportOn(const FaceFile& face, const FaceRig& rig, const Corpus* corpus) {
+  FaceReport report;
+  report.check = checkFace(face, rig.mesh());
+  const auto judge = [&](const Corpus& by) {
+    report.poses = judgedPoses(by);
+    report.actor = {by.neutral_pose_mm, closedLipsMm(by), unseenRounding(by)};
+    report.judgement = judgeFace(rig, face, report.poses, report.actor);
+  };
+  if (corpus != nullptr) {
+    judge(*corpus);
+    return report;
+  }
+  try {
+    judge(readCorpus(findSharedFile("sample.corpus", "make it with `make`, or name one with --corpus")));
+  } catch (const InputError& error) {
+    report.not_judged = error.what();
+  }
+  return report;
+}
+
+std::vector<std::string> FaceReport::faults() const {
+  std::vector<std::string> faults = faultsOf(check);
+  for (const FaceFault& fault : judgement.faults) faults.push_back(fault.what);
+  return faults;
+}
+
+Anchors placedOn(const FaceFile& face, FaceMesh& mesh, const Anchors& given) {
+  constexpr double kStill = 1e-5;  // of the mouth's width
+  turnMesh(face.upright_from_mesh.transpose(), mesh);
+  Anchors placed = given;
+  for (std::size_t i = 0; i < face.control.points.size(); ++i) {
+    const ControlPoint& point = face.control.points[i];
+    if (point.rule != PointRule::kMarker && point.rule != PointRule::kInnerLip) continue;
+    const Eigen::Vector3d place = face.upright_from_mesh.transpose() * face.control.rest.row(signedIndex(i)).transpose();
+    const auto before = placeOf(given, point.name, mesh, face.name);
+    if (!before || (*before - place).norm() > kStill * face.control.mouth_width) placed.markers[point.name] = place;
+  }
+  return placed;
+}
+
+void writeFacePage(const std::filesystem::path& path, const FaceFile& face, const FaceRig& rig,
+                   const FaceReport& report, const Anchors& given) {
+  FaceMesh shown = rig.mesh();
+  const auto shows = [](const FaceFault& fault) { return !fault.triangles.empty(); };
+  const auto& faults = report.judgement.faults;
+  const auto fault = std::find_if(faults.begin(), faults.end(), shows);
+  if (fault == faults.end()) {
+    const Anchors placed = placedOn(face, shown, given);
+    writeFileAtomically(path, facePage(shown, face.name, placed, {}));
+    return;
+  }
+  if (fault->pose) {
+    const FaceMotion motion = rig.retarget(report.poses.motion, &report.actor, report.poses.lips);
+    rig.deform(motion.pose(FrameIndex{*fault->pose}), report.poses.tongue[*fault->pose], shown.vertices);
+  }
+  std::vector<bool> is_red(shown.triangles.size(), false);
+  for (const std::uint32_t t : fault->triangles) is_red[t] = true;
+  std::vector<Triangle> red, others;
+  std::vector<MeshPart> parts;
+  for (MeshPart part : shown.parts) {
+    const std::size_t first = others.size();
+    for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t)
+      (is_red[t] ? red : others).push_back(shown.triangles[t]);
+    part.first_triangle = first;
+    part.triangle_count = others.size() - first;
+    parts.push_back(part);
+  }
+  MeshPart marked;
+  marked.name = "fault";
+  marked.first_triangle = others.size();
+  marked.triangle_count = red.size();
+  marked.base_color = {0.8F, 0.02F, 0.02F, 1};
+  parts.push_back(marked);
+  Anchors at;
+  at.markers[fault->what] = pointAt(shown.vertices, red[0][0]);
+  others.insert(others.end(), red.begin(), red.end());
+  shown.triangles = std::move(others);
+  shown.parts = std::move(parts);
+  writeFileAtomically(path, facePage(shown, face.name + ": " + fault->what, at, {}));
+}
+
+namespace {
+
+nlohmann::json judgementFacts(const FaceReport& report) {
+  const FaceJudgement& found = report.judgement;
+  if (found.poses == 0) return nullptr;
+  return {{"poses", found.poses},
+          {"steps", found.steps},
+          {"closures", found.closures},
+          {"touching", found.touching},
+          {"lips_overlap_mm", found.lips_overlap_mm},
+          {"in_teeth_mm", found.in_teeth_mm},
+          {"in_tongue_mm", found.in_tongue_mm},
+          {"edge_ratio", found.edge_ratio},
+          {"edge_growth_mm", found.edge_growth_mm},
+          {"turned_over_mm2", found.turned_over_mm2},
+          {"jump_ratio", found.jump_ratio},
+          {"motion_share", found.motion_share},
+          {"lip_motion_share", found.lip_motion_share},
+          {"warp_points", found.warp_points},
+          {"warp_folds", found.warp_folds},
+          {"warp_stretch_least", found.warp_stretch_least}};
+}
+
+std::string judgementText(const FaceReport& report) {
+  const FaceJudgement& found = report.judgement;
+  if (found.poses == 0) return fmt::format("  not judged in motion: {}\n", report.not_judged);
+  return fmt::format(
+      "  in motion          {} poses, {} steps: {} of {} closures touch, lips {:.2f} mm in each other, {:.2f} in "
+      "teeth, "
+      "{:.2f} in the tongue\n"
+      "  edges              {:.1f} times as long at most, {:.1f} mm longer; {:.1f} mm2 turned over\n"
+      "  jumps              {:.1f} times those of the markers at most; skin moves {:.0f} % of them, lips {:.0f} %\n"
+      "  fold-overs in use  {} of {} places\n",
+      found.poses, found.steps, found.touching, found.closures, found.lips_overlap_mm, found.in_teeth_mm,
+      found.in_tongue_mm, found.edge_ratio, found.edge_growth_mm, found.turned_over_mm2, found.jump_ratio,
+      100 * found.motion_share, 100 * found.lip_motion_share, found.warp_folds, found.warp_points);
+}
+
+}  // namespace
+
+nlohmann::json faceFacts(const FaceFile& face, const FaceReport& report) {
+  const FaceCheck& check = report.check;
   return {{"name", face.name},
           {"mesh", face.mesh_file},
           {"corpus", face.corpus},
@@ -42,10 +172,12 @@ nlohmann::json faceFacts(const FaceFile& face, const FaceCheck& check) {
           {"fold_overs", check.fold_overs},
           {"fold_over_marker", check.fold_over_marker},
           {"patch_edge_angle_max_deg", check.patch_edge_angle_max_deg},
-          {"faults", faultsOf(check)}};
+          {"in_motion", judgementFacts(report)},
+          {"faults", report.faults()}};
 }
 
-std::string faceText(const FaceFile& face, const FaceCheck& check) {
+std::string faceText(const FaceFile& face, const FaceReport& report) {
+  const FaceCheck& check = report.check;
   std::string text = fmt::format(
       "{}: {} vertices, {} markers, actor of {}\n"
       "  landmark error     {:.2e} mm at most, left out one by one {:.2f} mm RMS ({}, shape {:.2f})\n"
@@ -58,15 +190,16 @@ std::string faceText(const FaceFile& face, const FaceCheck& check) {
       nameOf(check.kernel), check.shape_factor, check.marker_to_surface_max_mm, check.farthest_marker, check.fold_overs,
       check.sampled_points, check.binding.bound_vertices, 100 * check.binding.coverage, check.binding.largest_offset,
       check.binding.lip_side_errors, check.patch_edge_angle_max_deg);
-  for (const std::string& fault : faultsOf(check)) text += "  fault: " + fault + "\n";
+  text += judgementText(report);
+  for (const std::string& fault : report.faults()) text += "  fault: " + fault + "\n";
   return text;
 }
 
-void printFace(const FaceFile& face, const FaceCheck& check, bool json, bool quiet) {
+void printFace(const FaceFile& face, const FaceReport& report, bool json, bool quiet) {
   if (json) {
-    printJson(faceFacts(face, check));
+    printJson(faceFacts(face, report));
   } else if (!quiet) {
-    printText(faceText(face, check));
+    printText(faceText(face, report));
   }
 }
 

@@ -1,11 +1,12 @@
 // retarget fit: places an actor's markers on a mesh and binds it to them.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
-#include <map>
 
 #include "base/files.h"
 #include "base/index.h"
+#include "deform/mesh/face_mesh.h"
 #include "programs/retarget/commands.h"
-#include "retarget/placing/face_page.h"
 #include "units/file/corpus.h"
 
 namespace mouthpiece {
@@ -13,14 +14,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kMaxAnchorBytes = 16 << 20;
-
-struct Arguments {
-  fs::path mesh, anchors, corpus, out, show;
-  std::string name, kernel = "auto";
+struct FitArguments {
+  fs::path mesh, anchors, corpus, out, show, save_anchors;
+  std::string name, object, kernel = "auto";
   WarpOptions warp;
   BindingOptions binding;
-  bool quiet = false, json = false;
+  bool even_if_faulty = false, quiet = false, json = false;
 };
 
 /// `mesh` as the `.face` file at `face_path` names it: relative, so that both can be moved together.
@@ -30,10 +29,10 @@ std::string meshNameIn(const fs::path& face_path, const fs::path& mesh) {
   return relative.empty() ? fs::absolute(mesh).string() : relative.string();
 }
 
-int runFit(const Arguments& given) {
+int runFit(const FitArguments& given) {
   const Corpus corpus = readCorpus(given.corpus);
   const std::string bytes = readFile(given.mesh);
-  FaceMesh mesh = parseFaceMesh(bytes, given.mesh);
+  FaceMesh mesh = parseFaceMesh(bytes, given.mesh, given.object);
   const Anchors anchors = parseAnchors(readFile(given.anchors, kMaxAnchorBytes), given.anchors.string());
   FitRequest request = fitRequestFor(given.name.empty() ? given.mesh.stem().string() : given.name, corpus);
   request.warp = given.warp;
@@ -42,21 +41,32 @@ int runFit(const Arguments& given) {
   request.binding = given.binding;
   request.mesh_file = meshNameIn(given.out, given.mesh);
   request.mesh_sha256 = sha256Hex(bytes);
+  request.mesh_object = given.object;
   const FaceFile face = fitFace(mesh, anchors, given.anchors.string(), request);
-  const FaceCheck check = checkFace(face, mesh);
-  writeFaceFile(given.out, face);
-  if (!given.show.empty()) {
-    std::map<std::string, Eigen::Vector3d> places;
-    for (std::size_t i = 0; i < face.marker_names.size(); ++i)
-      places[face.marker_names[i]] = face.marker_targets.row(signedIndex(i)).transpose();
-    writeFileAtomically(given.show, facePage(mesh, face.name, places, {}));
+  const FaceRig rig = FaceRig::of(face, std::move(mesh), given.out.string());
+  const FaceReport report = reportOn(face, rig, &corpus);
+  const bool is_faulty = !report.faults().empty();
+  if (!is_faulty || given.even_if_faulty) writeFaceFile(given.out, face);
+  if (!given.save_anchors.empty()) {
+    FaceMesh placed_on = rig.mesh();
+    writeFileAtomically(given.save_anchors, anchorsBytes(placedOn(face, placed_on, anchors)));
   }
-  printFace(face, check, given.json, given.quiet);
-  return kExitDone;
+  fs::path page = given.show;
+  if (is_faulty && page.empty()) page = fs::path(given.out).replace_extension(".faults.html");
+  if (!page.empty()) writeFacePage(page, face, rig, report, anchors);
+  printFace(face, report, given.json, given.quiet);
+  if (!is_faulty) return kExitDone;
+  printNotice(fmt::format("{}: {} ({} faults in all; {} shows it); {}", given.out.string(), report.faults().front(),
+                          report.faults().size(), page.string(),
+                          given.even_if_faulty ? "written all the same" : "not written, see --even-if-faulty"),
+              false);
+  return kExitBadInput;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
-  command.add_option("--mesh", options.mesh, "OBJ, PLY, OFF or GLB, in any unit and turned any way")->required();
+void addOptions(CLI::App& command, FitArguments& options) {
+  command.add_option("--mesh", options.mesh, "OBJ, PLY, OFF, GLB or VRM, in any unit and turned any way")->required();
+  command.add_option("--object", options.object,
+                     "Of a GLB's scene what hangs on the node, or shows the mesh, of this name (default: all)");
   command
       .add_option("--anchors", options.anchors,
                   "JSON: marker names to vertex numbers or points; all markers, or at least 8")
@@ -64,7 +74,12 @@ void addOptions(CLI::App& command, Arguments& options) {
   command.add_option("--corpus", options.corpus, "Corpus whose actor shall move the face")->required();
   command.add_option("--out", options.out, "The .face file to write")->required();
   command.add_option("--name", options.name, "Name of the face (default: the mesh file's)");
-  command.add_option("--show", options.show, "Also write a page that shows the markers on the face (.html)");
+  command.add_option("--show", options.show,
+                     "Also write a page that shows the markers and the line between the lips, to drag and save, or the worst fault (.html)");
+  command.add_flag("--even-if-faulty", options.even_if_faulty,
+                   "Write a face that has faults, too; the exit code is 1 all the same");
+  command.add_option("--save-anchors", options.save_anchors,
+                     "Also write the anchors with all that was placed, the lips' rims among it (.json)");
   command
       .add_option("--kernel", options.kernel,
                   "The warp's kernel; auto: the one with the least error at markers that are left out")
@@ -76,8 +91,7 @@ void addOptions(CLI::App& command, Arguments& options) {
       ->check(CLI::Range(0.0, 100.0))
       ->capture_default_str();
   command
-      .add_option("--smooth", options.warp.regularization,
-                  "Regularisation of the warp; 0 meets every marker exactly")
+      .add_option("--smooth", options.warp.regularization, "Regularisation of the warp; 0 meets every marker exactly")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
   command

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 
 #include "base/files.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/mesh_reader.h"
 #include "programs/retarget/commands.h"
 #include "retarget/placing/face_page.h"
@@ -11,24 +12,35 @@
 namespace mouthpiece {
 namespace {
 
-struct Arguments {
-  std::filesystem::path mesh, out;
+constexpr std::uint64_t kMostMeshBytes = std::uint64_t{1} << 30;
+
+struct PickArguments {
+  std::filesystem::path mesh, out, anchors;
+  std::string object;
   bool quiet = false;
 };
 
-int runPick(const Arguments& given) {
-  const FaceMesh mesh = readFaceMesh(given.mesh);
+int runPick(const PickArguments& given) {
+  const std::string bytes = readFile(given.mesh, kMostMeshBytes);
+  const FaceMesh mesh = parseFaceMesh(bytes, given.mesh, given.object);
+  PageDressing dressing;
+  if (isGlb(given.mesh)) dressing.pictures = glbPictures(bytes, given.mesh.string());
   const std::string name = given.mesh.stem().string();
   const std::filesystem::path out = given.out.empty() ? std::filesystem::path(name + ".pick.html") : given.out;
-  writeFileAtomically(out, facePage(mesh, name, {}, suggestedAnchors()));
+  Anchors shown;
+  if (!given.anchors.empty()) shown = parseAnchors(readFile(given.anchors, kMaxAnchorBytes), given.anchors.string());
+  writeFileAtomically(out, facePage(mesh, name, shown, suggestedAnchors(), dressing));
   if (!given.quiet)
     printText(fmt::format("Open {} in a browser, click the {} anchors, save them.\n", out.string(),
                           suggestedAnchors().size()));
   return kExitDone;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
-  command.add_option("MESH", options.mesh, "OBJ, PLY, OFF or GLB")->required();
+void addOptions(CLI::App& command, PickArguments& options) {
+  command.add_option("MESH", options.mesh, "OBJ, PLY, OFF, GLB or VRM")->required();
+  command.add_option("--object", options.object,
+                     "Of a GLB's scene what hangs on the node, or shows the mesh, of this name (default: all)");
+  command.add_option("--anchors", options.anchors, "Show these anchors to begin with (JSON)");
   command.add_option("--out", options.out, "The page (default: MESH's name with .pick.html)");
 }
 

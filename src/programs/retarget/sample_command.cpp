@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 
 #include "base/files.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/mesh_reader.h"
 #include "programs/retarget/commands.h"
 #include "retarget/sample_head/default_face.h"
@@ -10,12 +11,12 @@
 namespace mouthpiece {
 namespace {
 
-struct Arguments {
+struct SampleArguments {
   std::filesystem::path out, canonical, corpus;
   bool quiet = false, json = false;
 };
 
-int runSample(const Arguments& given) {
+int runSample(const SampleArguments& given) {
   const Corpus corpus = readCorpus(given.corpus);
   const DefaultFace made = makeDefaultFace(readFaceMesh(given.canonical), given.canonical.string());
   const std::filesystem::path mesh_path = given.out / "default.obj";
@@ -27,11 +28,12 @@ int runSample(const Arguments& given) {
   const FaceFile face = fitFace(mesh, made.anchors, given.canonical.string(), request);
   writeFileAtomically(mesh_path, bytes);
   writeFaceFile(given.out / "default.face", face);
-  printFace(face, checkFace(face, mesh), given.json, given.quiet);
-  return kExitDone;
+  const FaceReport report = reportOn(face, FaceRig::of(face, std::move(mesh), mesh_path.string()), &corpus);
+  printFace(face, report, given.json, given.quiet);
+  return report.faults().empty() ? kExitDone : kExitBadInput;
 }
 
-void addOptions(CLI::App& command, Arguments& options) {
+void addOptions(CLI::App& command, SampleArguments& options) {
   command.add_option("--out", options.out, "Folder")->required();
   command.add_option("--canonical", options.canonical, "What tools/fetch_canonical_face.sh brings")->required();
   command.add_option("--corpus", options.corpus, "Corpus whose actor shall move the face")->required();

@@ -7,13 +7,13 @@
 namespace mouthpiece {
 namespace {
 
-struct Options : SharedOptions {
+struct BatchOptions : SharedOptions {
   std::filesystem::path list;
   std::filesystem::path out_folder = "out";
   std::string shard = "1/1";
 };
 
-void addOptions(CLI::App& app, Options& options) {
+void addOptions(CLI::App& app, BatchOptions& options) {
   app.add_option("list", options.list, "The list")->required();
   app.add_option("--out", options.out_folder, "Folder for the folders")->capture_default_str();
   app.add_option("--shard", options.shard, "I/N: this run makes every N-th line, starting at the I-th")
@@ -22,7 +22,7 @@ void addOptions(CLI::App& app, Options& options) {
 }
 
 /// A line that cannot be spoken is named and left out; the others are made all the same.
-int run(const Options& options) {
+int runBatch(const BatchOptions& options) {
   const std::vector<BatchLine> lines = linesOfShard(readBatchList(options.list), parseShard(options.shard));
   Speaker speaker(options.speaker);
   ProgressBar progress("synth batch", lines.size(), options.quiet);
@@ -45,9 +45,9 @@ int run(const Options& options) {
 }  // namespace
 
 Command batchCommand() {
-  return makeCommand<Options>(
+  return makeCommand<BatchOptions>(
       "batch", "Makes every line of a CSV list (id,text, id,audio,transcript or id,audio,phones) in a folder of its own",
-      "synth batch lines.csv --out lines --shard 1/4", addOptions, run);
+      "synth batch lines.csv --out lines --shard 1/4", addOptions, runBatch);
 }
 
 }  // namespace mouthpiece

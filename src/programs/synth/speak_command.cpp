@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kMaxTextFileBytes = 1 << 20;
 
-struct Options : SharedOptions {
+struct SpeakOptions : SharedOptions {
   Line line;
   std::filesystem::path text_file, lyrics;
   std::string transcript;
@@ -35,7 +35,7 @@ std::string namesOf(bool in_folder) {
   return joined(names);
 }
 
-void addOptions(CLI::App& app, Options& options) {
+void addOptions(CLI::App& app, SpeakOptions& options) {
   auto* text = app.add_option("--text", options.line.text, "The line to speak");
   auto* file = app.add_option("--text-file", options.text_file, "A file with the line to speak");
   auto* audio = app.add_option("--audio", options.line.audio,
@@ -78,7 +78,7 @@ std::string textOf(const std::filesystem::path& file) {
   return text;
 }
 
-Line lineOf(const Options& options) {
+Line lineOf(const SpeakOptions& options) {
   if (!options.line.song.empty()) return Line::singing(options.line.song);
   if (!options.lyrics.empty()) {
     Line sung = Line::sung(options.line.audio, options.lyrics);
@@ -91,7 +91,7 @@ Line lineOf(const Options& options) {
   return line;
 }
 
-int run(const Options& options) {
+int runSpeak(const SpeakOptions& options) {
   const std::vector<std::filesystem::path> files =
       options.out_files.empty() ? usualFiles(options.out_folder) : options.out_files;
   SpeakerOptions wanted = options.speaker;
@@ -118,12 +118,12 @@ int run(const Options& options) {
 }  // namespace
 
 Command speakCommand() {
-  return makeCommand<Options>(
+  return makeCommand<SpeakOptions>(
       "synth", "Makes a face speak with movements learnt and taken from a person's own.",
       "synth --text \"the time is now\"\nsynth --song twinkle.json --out twinkle\n"
       "synth --audio a.wav --transcript \"the time is now\"\n"
       "synth --audio a.wav --phones a.TextGrid -o talk.glb -o talk.wav\nsynth batch lines.csv --out lines",
-      addOptions, run);
+      addOptions, runSpeak);
 }
 
 }  // namespace mouthpiece

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "base/errors.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/surface/virtual_points.h"
 #include "tests/unit/deform/sample_face.h"
 

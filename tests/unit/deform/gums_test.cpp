@@ -1,3 +1,4 @@
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/mesh_reader.h"
 
 #include <gtest/gtest.h>

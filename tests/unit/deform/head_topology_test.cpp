@@ -8,6 +8,7 @@
 #include <limits>
 #include <random>
 
+#include "deform/mesh/face_mesh.h"
 #include "deform/surface/control_surface.h"
 #include "tests/unit/deform/sample_face.h"
 

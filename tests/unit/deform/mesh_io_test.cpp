@@ -107,7 +107,8 @@ TEST(ObjWriter, WritesWhatItReadsByteForByte) {
 TEST(MeshReader, RefusesOtherEndingsAndMissingFiles) {
   const ScratchFolder folder;
   EXPECT_THROW(readFaceMesh(folder.path() / "head.obj"), InputError);
-  EXPECT_NE(messageOf("", "head.fbx").find("expected .obj, .ply, .off or .glb"), std::string::npos);
+  EXPECT_NE(messageOf("", "head.fbx").find("convert_a_head.md"), std::string::npos);
+  EXPECT_NE(messageOf("", "head.xyz").find("expected .obj, .ply, .off, .glb or .vrm"), std::string::npos);
   EXPECT_EQ(parseFaceMesh(kObj, "HEAD.OBJ").triangles.size(), 4U);
 }
 

@@ -1,3 +1,4 @@
+#include "deform/mesh/face_mesh.h"
 #include "tests/unit/deform/sample_face.h"
 
 #include <Eigen/LU>

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "deform/kernel/deformer.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/surface/bezier_surface.h"
 #include "deform/surface/binding.h"
 #include "tests/unit/deform/sample_face.h"

@@ -9,6 +9,7 @@
 #include <random>
 #include <set>
 
+#include "deform/mesh/face_mesh.h"
 #include "deform/surface/binding.h"
 #include "tests/unit/deform/sample_face.h"
 

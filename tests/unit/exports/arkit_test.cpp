@@ -11,6 +11,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "deform/mesh/face_mesh.h"
 
 namespace mouthpiece {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "deform/mesh/face_mesh.h"
 #include "exports/gltf/glb.h"
 #include "support/glb_file.h"
 #include "talking_head.h"
@@ -21,10 +22,7 @@ using test::GlbFile;
 /// A model that three.js and others would open: one node.
 GlbModel emptyModel() {
   GlbModel model;
-  model.gltf.asset.version = "2.0";
-  model.gltf.nodes.emplace_back();
-  model.gltf.scenes.emplace_back();
-  model.gltf.scenes[0].nodes = {0};
+  model.root = {{"asset", {{"version", "2.0"}}}, {"nodes", {json::object()}}, {"scenes", {{{"nodes", {0}}}}}};
   return model;
 }
 
@@ -69,13 +67,13 @@ TEST(GlbModel, MostlyZeroVectorsReadBackWhateverIsStored) {
     for (const double share : {0.0, 0.01, 0.3, 0.85, 1.0}) {
       GlbModel model = emptyModel();
       const Zeros zeros = randomZeros(count, share, random);
-      const int accessor = model.addMostlyZeroVec3(zeros.indices, zeros.values, count, true);
-      const int again = model.addMostlyZeroVec3({}, {}, count, true);
+      const std::size_t accessor = model.addMostlyZeroVec3(zeros.indices, zeros.values, count, true);
+      const std::size_t again = model.addMostlyZeroVec3({}, {}, count, true);
       EXPECT_EQ(accessor == again, zeros.indices.empty()) << "all-zero accessors of a count are one";
       const GlbFile file(std::move(model).toBytes());
-      const std::vector<double> read = file.accessor(unsignedIndex(accessor));
+      const std::vector<double> read = file.accessor(accessor);
       EXPECT_EQ(std::vector<float>(read.begin(), read.end()), zeros.dense) << count << " at " << share;
-      expectBounds(file.root["accessors"][unsignedIndex(accessor)], zeros.dense);
+      expectBounds(file.root["accessors"][accessor], zeros.dense);
       EXPECT_LE(file.binary.size(), 12 * count + 8) << "sparse only where that is smaller";
     }
   }
@@ -84,8 +82,8 @@ TEST(GlbModel, MostlyZeroVectorsReadBackWhateverIsStored) {
 TEST(GlbModel, IndicesAreNarrowWhereThatIsAllowed) {
   GlbModel model = emptyModel();
   const std::vector<std::uint32_t> indices{0, 65'534, 7};
-  EXPECT_EQ(model.addIndices(indices, 65'535), 0);
-  EXPECT_EQ(model.addIndices(indices, 65'536), 1);
+  EXPECT_EQ(model.addIndices(indices, 65'535), 0U);
+  EXPECT_EQ(model.addIndices(indices, 65'536), 1U);
   const GlbFile file(std::move(model).toBytes());
   EXPECT_EQ(file.root["accessors"][0]["componentType"], 5123);
   EXPECT_EQ(file.root["accessors"][1]["componentType"], 5125);
@@ -144,7 +142,7 @@ TEST(GivenGlb, KeepsWhatItKnowsNothingOf) {
   const GlbFile given = dressed();
   RowMajorMatrixF weights(3, 1);
   weights << 0, 0.5F, 1;
-  const auto made = glbWithWeights(given.toBytes(), "dressed.glb", 30, weights, jawColumn);
+  const auto made = glbWithWeights(given.toBytes(), "dressed.glb", 30, {weights, jawColumn});
   ASSERT_TRUE(made);
   const GlbFile after(*made);
   for (const char* key : {"asset", "extensionsUsed", "extensions", "extras", "images", "samplers", "textures",
@@ -152,7 +150,7 @@ TEST(GivenGlb, KeepsWhatItKnowsNothingOf) {
     EXPECT_EQ(after.root[key], given.root[key]) << key;
   }
   EXPECT_EQ(geometryOf(after), geometryOf(given));
-  EXPECT_EQ(after.binary.substr(0, given.binary.size()), given.binary) << "the old data stays where it was";
+  EXPECT_LE(after.binary.size(), given.binary.size()) << "the keys of the animation that gave way are gone";
 }
 
 TEST(GivenGlb, OnlyTheNamedTargetFollowsItsColumn) {
@@ -161,7 +159,7 @@ TEST(GivenGlb, OnlyTheNamedTargetFollowsItsColumn) {
   ASSERT_GE(targets, 2U);
   RowMajorMatrixF weights(3, 1);
   weights << 0, 0.5F, 1;
-  const GlbFile after(*glbWithWeights(given.toBytes(), "dressed.glb", 30, weights, jawColumn));
+  const GlbFile after(*glbWithWeights(given.toBytes(), "dressed.glb", 30, {weights, jawColumn}));
   ASSERT_EQ(after.root["animations"].size(), 1U);
   const json& speech = after.root["animations"][0];
   const std::vector<double> times = after.accessor(speech["samplers"][0]["input"]);
@@ -171,7 +169,7 @@ TEST(GivenGlb, OnlyTheNamedTargetFollowsItsColumn) {
   expected[targets + 1] = 0.5;
   expected[2 * targets + 1] = 1;
   EXPECT_EQ(after.accessor(speech["samplers"][0]["output"]), expected);
-  EXPECT_FALSE(glbWithWeights(given.toBytes(), "dressed.glb", 30, weights, [](std::string_view) { return -1; }));
+  EXPECT_FALSE(glbWithWeights(given.toBytes(), "dressed.glb", 30, {weights, [](std::string_view) { return -1; }}));
 }
 
 /// Damage may be refused, with the file's name first, or go unseen; nothing else may happen.
@@ -184,7 +182,7 @@ void expectNoHarm(const std::string& glb, const PrincipalShapes& shapes) {
     }
   };
   tryOne([&] { return glbWithShapes(glb, "cut.glb", shapes, Eigen::Matrix3d::Identity()); });
-  tryOne([&] { return glbWithWeights(glb, "cut.glb", 30, RowMajorMatrixF::Zero(2, 1), jawColumn); });
+  tryOne([&] { return glbWithWeights(glb, "cut.glb", 30, {RowMajorMatrixF::Zero(2, 1), jawColumn}); });
 }
 
 TEST(GivenGlb, DamageIsRefusedOrHarmless) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "deform/mesh/face_mesh.h"
 #include "support/glb_file.h"
 #include "talking_head.h"
 

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "base/errors.h"
+#include "deform/mesh/face_mesh.h"
 #include "talking_head.h"
 
 namespace mouthpiece {

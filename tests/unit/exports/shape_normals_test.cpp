@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 
+#include "deform/mesh/face_mesh.h"
 #include "talking_head.h"
 
 namespace mouthpiece {

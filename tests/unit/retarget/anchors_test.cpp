@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "base/errors.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/mesh_reader.h"
 
 namespace mouthpiece {

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "base/errors.h"
+#include "deform/mesh/face_mesh.h"
 #include "motion/marker_layout.h"
 #include "retarget/sample_head/head_model.h"
 #include "test_face.h"

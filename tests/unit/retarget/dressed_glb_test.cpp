@@ -10,6 +10,7 @@
 #include <set>
 
 #include "base/files.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/welding.h"
 #include "exports/gltf/glb.h"
 #include "motion/formats/motion_file.h"

@@ -11,6 +11,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "deform/mesh/face_mesh.h"
 #include "motion/marker_layout.h"
 #include "retarget/rig/face_rig.h"
 #include "support/allocations.h"

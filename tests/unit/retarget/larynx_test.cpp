@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "deform/mesh/face_mesh.h"
 #include "retarget/rig/face_rig.h"
 
 namespace mouthpiece {

@@ -9,6 +9,7 @@
 
 #include "base/files.h"
 #include "deform/kernel/deformer.h"
+#include "deform/mesh/face_mesh.h"
 #include "retarget/rig/face_rig.h"
 #include "support/run_program.h"
 #include "test_face.h"

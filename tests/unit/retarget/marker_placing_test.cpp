@@ -7,6 +7,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "deform/kernel/deformer.h"
+#include "deform/mesh/face_mesh.h"
 #include "retarget/placing/anchors.h"
 #include "retarget/placing/face_page.h"
 #include "test_face.h"
@@ -175,7 +176,9 @@ TEST(FacePage, HoldsTheMeshAndNothingThatCouldRun) {
   mesh.vertices << 0, 0, 0, 1, 0, 0, 0, 1, 0;
   mesh.triangles = {{0, 1, 2}};
   mesh.parts = {{.name = "</script><script>alert(1)", .triangle_count = 1}};
-  const std::string page = facePage(mesh, "</script>", {{"NOSE_TIP", {0, 0, 0}}}, suggestedAnchors());
+  Anchors shown;
+  shown.markers["NOSE_TIP"] = Eigen::Vector3d(0, 0, 0);
+  const std::string page = facePage(mesh, "</script>", shown, suggestedAnchors());
   EXPECT_EQ(page.find("alert(1)") == std::string::npos, false);
   EXPECT_EQ(page.find("<script>alert"), std::string::npos);
   EXPECT_NE(page.find("AAAAAAEAAAACAAAA"), std::string::npos);  // 0 1 2 as 32-bit numbers

@@ -1,4 +1,5 @@
 // Loop subdivision with creases: the tool the default face is made with.
+#include "deform/mesh/face_mesh.h"
 #include "retarget/sample_head/head_model.h"
 
 #include <gtest/gtest.h>

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "base/errors.h"
+#include "deform/mesh/face_mesh.h"
 #include "retarget/placing/anchors.h"
 #include "retarget/rig/face_fit.h"
 #include "retarget/warp/rbf_warp.h"

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "base/files.h"
+#include "deform/mesh/face_mesh.h"
 #include "motion/formats/motion_file.h"
 #include "support/run_program.h"
 #include "test_face.h"
@@ -128,6 +129,43 @@ TEST_F(RetargetProgram, AFaceWhoseMeshChangedIsRefused) {
   const ProgramResult check = runProgram("retarget", {"check", face_.string()});
   EXPECT_EQ(check.exit_code, 1);
   EXPECT_NE(check.err.find("has changed since default.face was fitted"), std::string::npos) << check.err;
+}
+
+/// The lips of an actor who says silence with the mouth wide open are torn apart.
+TEST_F(RetargetProgram, AFaultyFaceIsRefusedWithAPicture) {
+  Corpus gaping = madeUpCorpus();
+  PositionMatrix& motion = gaping.takes[0].motion.positions_mm;
+  motion.row(0) = motion.row(4);
+  motion.bottomRows(1) = motion.row(8);
+  for (Eigen::Index f : {1, 2, 3, 9, 10, 11}) motion.row(f) = motion.row(f < 6 ? 4 : 8);
+  const fs::path corpus = folder_.path() / "gaping.corpus", face = folder_.path() / "x.face";
+  writeCorpus(corpus, gaping);
+  ASSERT_EQ(sample().exit_code, 0);
+  const FaceFile fitted = readFaceFile(face_);
+  json anchors;
+  for (std::size_t i = 0; i < fitted.marker_names.size(); ++i) {
+    const Eigen::RowVector3d place = fitted.marker_targets.row(static_cast<Eigen::Index>(i));
+    anchors["markers"][fitted.marker_names[i]] = {place.x(), place.y(), place.z()};
+  }
+  std::vector<std::string> fit{"fit",
+                               "--mesh",
+                               (folder_.path() / "default.obj").string(),
+                               "--anchors",
+                               folder_.write("all.json", anchors.dump()).string(),
+                               "--corpus",
+                               corpus.string(),
+                               "--out",
+                               face.string()};
+  const ProgramResult refused = runProgram("retarget", fit);
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_NE(refused.err.find("not written, see --even-if-faulty"), std::string::npos) << refused.err << refused.out;
+  EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1);
+  EXPECT_FALSE(fs::exists(face));
+  EXPECT_NE(test::readAll(folder_.path() / "x.faults.html").find("\"fault\""), std::string::npos);
+  fit.push_back("--even-if-faulty");
+  EXPECT_EQ(runProgram("retarget", fit).exit_code, 1);
+  EXPECT_TRUE(fs::exists(face));
+  EXPECT_EQ(runProgram("retarget", {"check", face.string(), "--corpus", corpus.string()}).exit_code, 1);
 }
 
 TEST_F(RetargetProgram, TheIctHeadFitsWithoutAFault) {

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "base/files.h"
+#include "deform/mesh/face_mesh.h"
 #include "motion/marker_layout.h"
 #include "support/tiny_corpus.h"
 

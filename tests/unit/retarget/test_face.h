@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "deform/mesh/face_mesh.h"
 #include "retarget/sample_head/default_face.h"
 #include "retarget/rig/face_fit.h"
 #include "units/file/corpus.h"

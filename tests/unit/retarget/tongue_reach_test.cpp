@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "deform/kernel/deformer.h"
+#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/head_topology.h"
 #include "deform/mesh/triangle_tree.h"
 #include "test_face.h"

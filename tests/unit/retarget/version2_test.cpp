@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "base/files.h"
+#include "deform/mesh/face_mesh.h"
 #include "motion/marker_layout.h"
 #include "retarget/rig/face_fit.h"
 #include "retarget/rig/face_rig.h"

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "units/file/corpus.h"
+
 namespace mouthpiece {
 namespace {
 
@@ -46,6 +48,45 @@ TEST(Lips, AreSealedInBilabialsAndSilenceAlone) {
     }
     EXPECT_EQ(lips[frameAt(1.5)].parting, 1) << "the tongue goes between";
   }
+}
+
+TEST(Lips, TuckInLabiodentalsAlone) {
+  const SpeechLabels labels = labelsOf({Phone::kAA, Phone::kF, Phone::kTH, Phone::kV});
+  const std::vector<LipPose> lips = lipsFromPhones(labels, timesOf(labels));
+  for (const double tucked : {2.2, 2.5, 2.8, 4.5}) EXPECT_EQ(lips[frameAt(tucked)].tuck, 1) << tucked;
+  for (const double free : {0.5, 1.5, 3.5}) EXPECT_EQ(lips[frameAt(free)].tuck, 0) << free;
+}
+
+TEST(Lips, AreNotSealedInAShortVBeforeAB) {
+  SpeechLabels labels = labelsOf({Phone::kAA, Phone::kV, Phone::kB});
+  // The V lasts 60 ms.
+  for (std::size_t i = 3; i < labels.phones.size(); ++i) {
+    labels.phones[i].span.start -= 0.24;
+    labels.phones[i].span.end -= 0.24;
+  }
+  labels.phones[2].span.end = labels.phones[3].span.start;
+  const std::vector<LipPose> lips = lipsFromPhones(labels, timesOf(labels));
+  const TimeSpan v = labels.phones[2].span, b = labels.phones[3].span;
+  const auto at = [](Seconds time) { return static_cast<std::size_t>(std::lround(time * kRateHz)); };
+  EXPECT_EQ(lips[at(v.start + 0.015)].seal, 0);
+  EXPECT_EQ(lips[at(v.start + 0.015)].tuck, 1);
+  EXPECT_EQ(lips[at(b.start + 0.01)].seal, 1);
+  EXPECT_EQ(lips[at(b.start + 0.01)].tuck, 0);
+}
+
+TEST(Lips, RoundInWAndAtTheEndOfOw) {
+  const SpeechLabels labels = labelsOf({Phone::kAA, Phone::kW, Phone::kIY, Phone::kAW, Phone::kTH});
+  const std::vector<LipPose> lips = lipsFromPhones(labels, timesOf(labels));
+  EXPECT_EQ(lips[frameAt(2.5)].rounding, 1);
+  EXPECT_EQ(lips[frameAt(3.5)].rounding, 0);
+  EXPECT_LT(lips[frameAt(4.1)].rounding, 0.2);
+  EXPECT_GT(lips[frameAt(4.9)].rounding, 0.7);
+}
+
+TEST(Lips, OfACorpusThatKeepsNoPosesAreLeftAsTheyAre) {
+  const LipRounding unseen = unseenRounding(Corpus{});
+  EXPECT_EQ(unseen.narrowing, 0);
+  EXPECT_EQ(unseen.protrusion, 0);
 }
 
 TEST(Lips, ComeAndGoWithoutASkip) {

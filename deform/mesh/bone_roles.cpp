@@ -1,0 +1,112 @@
+// What bones and shapes of a file are called.
+#include "deform/mesh/bone_roles.h"
+
+#include <tiny_gltf.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <string>
+
+namespace mouthpiece {
+namespace {
+
+/// Lower case, letters and digits only.
+std::string plain(std::string_view name) {
+  std::string text;
+  for (const char letter : name) {
+    const auto byte = static_cast<unsigned char>(letter);
+    if (std::isalnum(byte) != 0) text.push_back(static_cast<char>(std::tolower(byte)));
+  }
+  return text;
+}
+
+template <std::size_t count>
+bool hasOneOf(std::string_view text, const std::array<std::string_view, count>& words) {
+  return std::any_of(words.begin(), words.end(),
+                     [&](std::string_view word) { return text.find(word) != std::string_view::npos; });
+}
+
+BoneRole roleFromName(std::string_view name) {
+  const std::string text = plain(name);
+  constexpr std::array<std::string_view, 4> kLids{"lid", "brow", "lash", "eyecorner"};
+  if (hasOneOf<4>(text, kLids)) return BoneRole::kHead;
+  if (hasOneOf<3>(text, {"jaw", "tongue", "lowerteeth"})) return BoneRole::kJaw;
+  if (hasOneOf<1>(text, {"eye"})) return BoneRole::kEye;
+  if (hasOneOf<2>(text, {"hair", "bangs"})) return BoneRole::kHair;
+  if (hasOneOf<3>(text, {"head", "neck", "face"})) return BoneRole::kHead;
+  return BoneRole::kUnknown;
+}
+
+void setRole(std::vector<BoneRole>& roles, const tinygltf::Value& node, std::string_view bone) {
+  if (!node.IsInt()) return;
+  const int number = node.Get<int>();
+  if (number < 0 || static_cast<std::size_t>(number) >= roles.size()) return;
+  BoneRole& role = roles[static_cast<std::size_t>(number)];
+  if (bone == "head" || bone == "neck") role = BoneRole::kHead;
+  if (bone == "jaw") role = BoneRole::kJaw;
+  if (bone == "leftEye" || bone == "rightEye") role = BoneRole::kEye;
+}
+
+/// VRM 0: a list of {bone, node}; VRM 1: an object of {node} by bone.
+void readVrmBones(const tinygltf::Model& model, std::vector<BoneRole>& roles) {
+  for (const char* extension : {"VRM", "VRMC_vrm"}) {
+    const auto found = model.extensions.find(extension);
+    if (found == model.extensions.end()) continue;
+    const tinygltf::Value& bones = found->second.Get("humanoid").Get("humanBones");
+    const int listed = bones.IsArray() ? static_cast<int>(std::min<std::size_t>(bones.ArrayLen(), 1000)) : 0;
+    for (int i = 0; i < listed; ++i) {
+      const tinygltf::Value& entry = bones.Get(i);
+      if (entry.Get("bone").IsString()) setRole(roles, entry.Get("node"), entry.Get("bone").Get<std::string>());
+    }
+    if (!bones.IsObject()) continue;
+    for (const std::string& bone : bones.Keys()) setRole(roles, bones.Get(bone).Get("node"), bone);
+  }
+}
+
+}  // namespace
+
+std::vector<BoneRole> boneRoles(const tinygltf::Model& model, const std::vector<int>& parents) {
+  std::vector<BoneRole> own(model.nodes.size(), BoneRole::kUnknown);
+  std::vector<bool> is_joint(model.nodes.size(), false);
+  for (const tinygltf::Skin& skin : model.skins) {
+    for (const int joint : skin.joints) {
+      if (joint >= 0 && static_cast<std::size_t>(joint) < own.size()) is_joint[static_cast<std::size_t>(joint)] = true;
+    }
+  }
+  for (std::size_t n = 0; n < own.size(); ++n) {
+    if (is_joint[n]) own[n] = roleFromName(model.nodes[n].name);
+  }
+  readVrmBones(model, own);
+  if (std::find(own.begin(), own.end(), BoneRole::kHead) == own.end()) {
+    std::fill(own.begin(), own.end(), BoneRole::kUnknown);
+    return own;
+  }
+  std::vector<BoneRole> roles(own.size(), BoneRole::kUnknown);
+  for (std::size_t n = 0; n < roles.size(); ++n) {
+    bool hangs_on_joint = false;
+    // The reader has made sure that the way up ends.
+    for (int at = static_cast<int>(n); at >= 0 && roles[n] == BoneRole::kUnknown; at = parents[static_cast<std::size_t>(at)]) {
+      roles[n] = own[static_cast<std::size_t>(at)];
+      hangs_on_joint = hangs_on_joint || is_joint[static_cast<std::size_t>(at)];
+    }
+    if (roles[n] == BoneRole::kUnknown && hangs_on_joint) roles[n] = BoneRole::kBody;
+  }
+  return roles;
+}
+
+bool isJawShape(std::string_view name) {
+  const std::string text = plain(name);
+  if (hasOneOf<5>(text, {"jawopen", "mouthopen", "visemeaa", "mtha", "jawdrop"})) return true;
+  return text == "a" || text == "aa" || text == "ah" || text == "vaa";
+}
+
+bool isMouthShape(std::string_view name) {
+  if (isJawShape(name)) return true;
+  const std::string text = plain(name);
+  if (hasOneOf<10>(text, {"mouth", "jaw", "viseme", "mth", "lip", "smile", "phoneme", "tongue", "frown", "pucker"})) return true;
+  constexpr std::array<std::string_view, 12> kVowels{"a", "i", "u", "e", "o", "aa", "ih", "ou", "ee", "oh", "ah", "oo"};
+  return std::find(kVowels.begin(), kVowels.end(), text) != kVowels.end();
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+#include "deform/mesh/mesh_reader.h"
+
+namespace tinygltf {
+class Model;
+}
+
+namespace mouthpiece {
+
+/// What each node of a skeleton carries: VRM's list of human bones, else the bones' names and what hangs on the head.
+/// Nodes that are no joint of a skin and hang on none are kUnknown, as all are where no head can be told.
+std::vector<BoneRole> boneRoles(const tinygltf::Model& model, const std::vector<int>& parents);
+
+/// Whether a shape of this name moves the mouth: ARKit's, visemes of Oculus, VRM, VRoid, Character Creator.
+bool isMouthShape(std::string_view name);
+/// Whether it opens the jaw.
+bool isJawShape(std::string_view name);
+
+}  // namespace mouthpiece

@@ -1,0 +1,233 @@
+#include "deform/mesh/lip_cut.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <queue>
+#include <set>
+
+#include "base/errors.h"
+
+namespace mouthpiece {
+namespace {
+
+using Eigen::Vector3d;
+
+// Lengths as shares of the mouth's width.
+constexpr double kBeside = 0.02;  ///< a way this far beside the line costs double
+constexpr double kFarthest = 0.2; ///< and none leads further off
+constexpr double kBagDepth = 0.2;
+constexpr double kBagHeight = 0.06;
+/// Rows of the bag from the upper rim to the lower one: shares of its depth and height.
+constexpr std::array<std::array<double, 2>, 3> kBag{{{0.5, 1}, {1, 0}, {0.5, -1}}};
+
+/// Nearest place on an open line.
+Vector3d nearestOn(const std::vector<Vector3d>& line, const Vector3d& p) {
+  Vector3d nearest = line.front();
+  for (std::size_t i = 0; i + 1 < line.size(); ++i) {
+    const Vector3d ab = line[i + 1] - line[i];
+    const double way = std::clamp((p - line[i]).dot(ab) / std::max(ab.squaredNorm(), 1e-300), 0.0, 1.0);
+    const Vector3d place = line[i] + way * ab;
+    if ((place - p).norm() < (nearest - p).norm()) nearest = place;
+  }
+  return nearest;
+}
+
+class Cutter {
+ public:
+  Cutter(const FaceMesh& mesh, const LipLine& line) : mesh_(mesh), line_(line.upper), out_(mesh) {
+    across_ = line.corner_left - line.corner_right;
+    width_ = across_.norm();
+    across_ /= width_;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      for (const std::uint32_t v : mesh.triangles[t]) {
+        if ((pointAt(mesh.vertices, v) - nearestOn(line_, pointAt(mesh.vertices, v))).norm() < kFarthest * width_)
+          near_.insert(v);
+      }
+    }
+    for (const MeshPart& part : mesh.parts) {
+      if (isSkin(part.kind)) {
+        for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t) skin_.push_back(t);
+      }
+    }
+  }
+
+  FaceMesh cut() {
+    findPath();
+    drawOntoLine();
+    partLips();
+    addBag();
+    return std::move(out_);
+  }
+
+ private:
+  [[nodiscard]] Vector3d at(std::uint32_t v) const { return pointAt(mesh_.vertices, v); }
+
+  [[nodiscard]] std::uint32_t nearestVertex(const Vector3d& place) const {
+    std::uint32_t best = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (const std::size_t t : skin_) {
+      for (const std::uint32_t v : mesh_.triangles[t]) {
+        const double distance = (at(v) - place).norm();
+        if (distance >= least) continue;
+        least = distance;
+        best = v;
+      }
+    }
+    return best;
+  }
+
+  /// Dijkstra's way from corner to corner along edges, dear away from the line.
+  void findPath() {
+    std::map<std::uint32_t, std::set<std::uint32_t>> joined;
+    for (const std::size_t t : skin_) {
+      const Triangle& triangle = mesh_.triangles[t];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t a = triangle[k], b = triangle[(k + 1) % 3];
+        if (!near_.contains(a) || !near_.contains(b)) continue;
+        joined[a].insert(b);
+        joined[b].insert(a);
+      }
+    }
+    const std::uint32_t start = nearestVertex(line_.front()), goal = nearestVertex(line_.back());
+    std::map<std::uint32_t, double> cost{{start, 0}};
+    std::map<std::uint32_t, std::uint32_t> from;
+    using Entry = std::pair<double, std::uint32_t>;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+    queue.emplace(0.0, start);
+    while (!queue.empty()) {
+      const auto [so_far, v] = queue.top();
+      queue.pop();
+      if (v == goal) break;
+      if (so_far > cost[v]) continue;
+      for (const std::uint32_t next : joined[v]) {
+        const Vector3d middle = 0.5 * (at(v) + at(next));
+        const double beside = (middle - nearestOn(line_, middle)).norm() / (kBeside * width_);
+        const double further = so_far + (at(v) - at(next)).norm() * (1 + beside * beside);
+        const auto known = cost.find(next);
+        if (known != cost.end() && known->second <= further) continue;
+        cost[next] = further;
+        from[next] = v;
+        queue.emplace(further, next);
+      }
+    }
+    if (!from.contains(goal) || start == goal)
+      throw InputError("found no edges between the corners of the mouth; expected one surface of skin");
+    for (std::uint32_t v = goal; v != start; v = from.at(v)) path_.push_back(v);
+    path_.push_back(start);
+    std::reverse(path_.begin(), path_.end());
+    if (path_.size() < 4)
+      throw InputError("found fewer than four vertices between the corners of the mouth; expected a finer mesh");
+  }
+
+  void drawOntoLine() {
+    for (std::size_t i = 1; i + 1 < path_.size(); ++i) {
+      const Vector3d place = nearestOn(line_, at(path_[i]));
+      double shortest = std::numeric_limits<double>::infinity();
+      for (const std::size_t n : {i - 1, i + 1}) shortest = std::min(shortest, (at(path_[i]) - at(path_[n])).norm());
+      // A vertex that went further would turn its triangles over.
+      const Vector3d move = place - at(path_[i]);
+      const double share = std::min(1.0, 0.4 * shortest / std::max(move.norm(), 1e-300));
+      out_.vertices.row(path_[i]) += (share * move).transpose().cast<float>();
+    }
+  }
+
+  /// Triangles under the path get vertices of their own.
+  void partLips() {
+    std::set<std::pair<std::uint32_t, std::uint32_t>> along;
+    for (std::size_t i = 0; i + 1 < path_.size(); ++i) along.emplace(path_[i], path_[i + 1]);
+    std::set<std::uint32_t> inner(path_.begin() + 1, path_.end() - 1);
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> by_edge;
+    std::vector<std::size_t> stack;
+    for (const std::size_t t : skin_) {
+      const Triangle& triangle = mesh_.triangles[t];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t a = triangle[k], b = triangle[(k + 1) % 3];
+        by_edge[{a, b}] = t;
+        // Seen from outside the path leads to the right, and what lies under it has its edges the other way round.
+        if (along.contains({b, a})) stack.push_back(t);
+      }
+    }
+    std::set<std::size_t> lower(stack.begin(), stack.end());
+    while (!stack.empty()) {
+      const Triangle triangle = mesh_.triangles[stack.back()];
+      stack.pop_back();
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t a = triangle[k], b = triangle[(k + 1) % 3];
+        if (along.contains({a, b}) || along.contains({b, a}) || (!inner.contains(a) && !inner.contains(b))) continue;
+        const auto beyond = by_edge.find({b, a});
+        if (beyond != by_edge.end() && lower.insert(beyond->second).second) stack.push_back(beyond->second);
+      }
+    }
+    std::map<std::uint32_t, std::uint32_t> doubles;
+    for (const std::uint32_t v : path_) lower_.push_back(inner.contains(v) ? (doubles[v] = addVertex(pointAt(out_.vertices, v), v)) : v);
+    for (const std::size_t t : lower) {
+      for (std::uint32_t& v : out_.triangles[t]) {
+        if (const auto own = doubles.find(v); own != doubles.end()) v = own->second;
+      }
+    }
+  }
+
+  /// A vertex that looks like `like`.
+  std::uint32_t addVertex(const Vector3d& place, std::uint32_t like) {
+    const auto number = static_cast<std::uint32_t>(out_.vertexCount());
+    out_.vertices.conservativeResize(number + 1, Eigen::NoChange);
+    out_.vertices.row(number) = place.transpose().cast<float>();
+    if (!out_.texture_coordinates.empty()) out_.texture_coordinates.push_back(out_.texture_coordinates[like]);
+    if (!out_.vertex_colors.empty()) out_.vertex_colors.push_back(out_.vertex_colors[like]);
+    return number;
+  }
+
+  void addBag() {
+    const Vector3d up = (Vector3d::UnitY() - across_.y() * across_).normalized(), back = -across_.cross(up);
+    std::vector<std::vector<std::uint32_t>> rows{path_};
+    for (const auto& [depth, height] : kBag) {
+      auto& row = rows.emplace_back();
+      for (std::size_t i = 0; i < path_.size(); ++i) {
+        const double way = asReal(i) / asReal(path_.size() - 1);
+        const double deep = std::sqrt(std::sin(std::numbers::pi * way)) * width_;
+        const bool is_corner = i == 0 || i + 1 == path_.size();
+        row.push_back(is_corner ? path_[i]
+                                : addVertex(pointAt(out_.vertices, path_[i]) +
+                                                deep * (depth * kBagDepth * back + height * kBagHeight * up),
+                                            path_[i]));
+      }
+    }
+    rows.push_back(lower_);
+    MeshPart bag{.name = "mouth_inside", .kind = PartKind::kMouthInside, .first_triangle = out_.triangles.size()};
+    bag.base_color = {0.25F, 0.05F, 0.05F, 1.0F};
+    const auto add = [&](const Triangle& t) {
+      if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) out_.triangles.push_back(t);
+    };
+    for (std::size_t r = 0; r + 1 < rows.size(); ++r) {
+      for (std::size_t i = 0; i + 1 < path_.size(); ++i) {
+        add({rows[r][i + 1], rows[r][i], rows[r + 1][i]});
+        add({rows[r][i + 1], rows[r + 1][i], rows[r + 1][i + 1]});
+      }
+    }
+    bag.triangle_count = out_.triangles.size() - bag.first_triangle;
+    out_.parts.push_back(bag);
+  }
+
+  const FaceMesh& mesh_;
+  const std::vector<Vector3d>& line_;
+  FaceMesh out_;
+  Vector3d across_;
+  double width_ = 0;
+  std::set<std::uint32_t> near_;
+  std::vector<std::size_t> skin_;              ///< numbers of triangles
+  std::vector<std::uint32_t> path_, lower_;  ///< the rims, right to left: upper (the mesh's own vertices), lower
+};
+
+}  // namespace
+
+FaceMesh cutLips(const FaceMesh& mesh, const LipLine& line) {
+  if (line.is_parted) throw InputError("found lips that are apart already; expected lips in one surface");
+  return Cutter(mesh, line).cut();
+}
+
+}  // namespace mouthpiece

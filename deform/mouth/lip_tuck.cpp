@@ -1,0 +1,87 @@
+#include "deform/mouth/lip_tuck.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "base/smooth_step.h"
+
+namespace mouthpiece {
+namespace {
+
+// Lengths as shares of the mouth's width.
+constexpr double kBeside = 0.06;       ///< teeth so far to both sides tell where the edge is
+constexpr double kEdge = 0.02;         ///< the edge is as high as this
+constexpr double kFront = 0.15;        ///< and no further behind the foremost tooth there
+constexpr double kUnder = 0.01;        ///< the rim lies so far under it
+constexpr double kShown = 0.03;        ///< the upper lip shows so much of the teeth
+constexpr double kFurthestTuck = 0.2;  ///< no rim goes further: what lies there is no row of teeth
+constexpr double kWhole = 0.4;         ///< of the way from the middle to the corner the lip goes the whole way
+constexpr double kFades = 0.5;         ///< of it, on which that ends
+constexpr double kMarkerShare = 0.3;   ///< of its rim's way a lip's outer edge goes along
+
+/// The middle of the edge of the upper teeth that lie behind or before `rim`; false without teeth.
+bool edgeAt(const std::vector<Eigen::Vector3d>& teeth, const Eigen::Vector3d& rim, double mouth,
+            Eigen::Vector3d& edge) {
+  double foremost = -std::numeric_limits<double>::infinity(), lowest = -foremost;
+  const auto is_near = [&](const Eigen::Vector3d& p) { return std::abs(p.x() - rim.x()) < kBeside * mouth; };
+  for (const Eigen::Vector3d& p : teeth) {
+    if (is_near(p)) foremost = std::max(foremost, p.z());
+  }
+  const auto is_front = [&](const Eigen::Vector3d& p) { return is_near(p) && p.z() > foremost - kFront * mouth; };
+  for (const Eigen::Vector3d& p : teeth) {
+    if (is_front(p)) lowest = std::min(lowest, p.y());
+  }
+  double front = -std::numeric_limits<double>::infinity(), back = -front;
+  for (const Eigen::Vector3d& p : teeth) {
+    if (!is_front(p) || p.y() > lowest + kEdge * mouth) continue;
+    front = std::max(front, p.z());
+    back = std::min(back, p.z());
+  }
+  edge = {rim.x(), lowest, 0.5 * (front + back)};
+  return front >= back;
+}
+
+}  // namespace
+
+LipTuck::LipTuck(const FaceMesh& mesh, const ControlMesh& control)
+    : pairs_(lipPairs(control)), mouth_width_(control.mouth_width) {
+  std::vector<Eigen::Vector3d> teeth;
+  for (const Triangle& triangle : trianglesOf(mesh, {PartKind::kUpperTeeth})) {
+    for (const std::uint32_t v : triangle) teeth.push_back(pointAt(mesh.vertices, v));
+  }
+  double left = -std::numeric_limits<double>::infinity(), right = -left;
+  for (const Eigen::Vector3d& p : openingsOf(control).lip_line) {
+    left = std::max(left, p.x());
+    right = std::min(right, p.x());
+  }
+  const double middle = 0.5 * (left + right), half = std::max(0.5 * (left - right), 1e-12);
+  for (const LipPair& pair : pairs_) {
+    const Eigen::Vector3d upper = control.rest.row(pair.upper_rim), lower = control.rest.row(pair.lower_rim);
+    Eigen::Vector3d edge;
+    if (!edgeAt(teeth, 0.5 * (upper + lower), mouth_width_, edge))
+      edge = upper - mouth_width_ * Eigen::Vector3d(0, kEdgeBelow, kEdgeBehind);
+    places_.push_back(edge - Eigen::Vector3d(0, kUnder * mouth_width_, 0));
+    const double way = std::abs(0.5 * (upper.x() + lower.x()) - middle) / half;
+    shares_.push_back(1 - smoothStep((way - kWhole) / kFades));
+  }
+}
+
+void LipTuck::apply(std::span<const LipGap> gaps, MarkerPositions& points) const {
+  for (std::size_t i = 0; i < gaps.size(); ++i) {
+    const double share = gaps[i].tuck * shares_[i];
+    if (!(share > 0)) continue;
+    const auto& [upper_rim, lower_rim, upper_marker, lower_marker] = pairs_[i];
+    const double furthest = kFurthestTuck * mouth_width_;
+    Eigen::RowVector3d way = places_[i].transpose() - points.row(lower_rim);
+    way.x() = 0;
+    way *= std::min(1.0, furthest / std::max(way.norm(), 1e-12));
+    points.row(lower_rim) += share * way;
+    points.row(lower_marker) += share * kMarkerShare * way;
+    const double shown = places_[i].y() + (kUnder + kShown) * mouth_width_ - points(upper_rim, 1);
+    const double lift = share * std::clamp(shown, 0.0, furthest);
+    points(upper_rim, 1) += lift;
+    points(upper_marker, 1) += kMarkerShare * lift;
+  }
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,241 @@
+// Where a head's features are, by the geometry of what its own shapes move.
+#include "retarget/placing/shape_anchors.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "base/errors.h"
+#include "deform/mesh/lip_slit.h"
+#include "deform/mesh/triangle_tree.h"
+
+namespace mouthpiece {
+namespace {
+
+using Eigen::Vector2f;
+using Eigen::Vector3f;
+
+Vector3f placeAt(const FaceMesh& mesh, std::uint32_t v) { return mesh.vertices.row(v).transpose(); }
+
+void turnAround(VertexPositions& rows) {
+  rows.col(0) *= -1;
+  rows.col(2) *= -1;
+}
+
+/// Whether what the jaw moves lies at the back of the head: the head looks along -Z, as VRM 0 has it.
+bool looksBack(const FaceMesh& mesh, const std::vector<std::uint32_t>& skin, const VertexPositions& jaw_open) {
+  double moved = 0, all = 0, weight = 0;
+  float lowest = std::numeric_limits<float>::max();
+  for (const std::uint32_t v : skin) {
+    if (jaw_open.row(v).norm() > 0) lowest = std::min(lowest, mesh.vertices(v, 1));
+  }
+  double count = 0;
+  for (const std::uint32_t v : skin) {
+    const double far = static_cast<double>(jaw_open.row(v).norm());
+    moved += far * static_cast<double>(mesh.vertices(v, 2));
+    weight += far;
+    if (mesh.vertices(v, 1) < lowest) continue;  // a body says nothing of where its head looks
+    all += static_cast<double>(mesh.vertices(v, 2));
+    count += 1;
+  }
+  return weight > 0 && count > 0 && moved / weight < all / count;
+}
+
+/// Of `vertices` the one that `score` likes best; nullopt without any that it likes at all (above minus infinity).
+template <typename Score>
+std::optional<std::uint32_t> best(const std::vector<std::uint32_t>& vertices, const Score& score) {
+  std::optional<std::uint32_t> found;
+  float most = -std::numeric_limits<float>::infinity();
+  for (const std::uint32_t v : vertices) {
+    const float own = score(v);
+    if (own > most) {
+      most = own;
+      found = v;
+    }
+  }
+  return found;
+}
+constexpr float kNever = -std::numeric_limits<float>::infinity();
+
+class AnchorFinder {
+ public:
+  AnchorFinder(const FaceMesh& mesh, const TellingShapes& shapes)
+      : mesh_(mesh), shapes_(shapes), skin_(skinVertices(mesh, false)), front_(frontOf(mesh)) {}
+
+  std::map<std::string, std::uint32_t> find(const std::string& file) {
+    std::vector<SlitPair> slit;
+    for (const SlitPair& pair : lipSlit(mesh_, shapes_.jaw_open)) {
+      if (slit.empty() || slit.back().step != pair.step) slit.push_back(pair);  // the one in front
+    }
+    if (slit.size() < 4) {
+      throw InputError(file, "",
+                       "shows no slit between the lips where its jaw opens: they are one surface, or the mouth's shapes "
+                       "move other parts; cut them open (`retarget cut`) or click the anchors (`retarget pick`)");
+    }
+    findMouth(slit);
+    findProfile();
+    findEye(true);
+    findEye(false);
+    return std::move(anchors_);
+  }
+
+ private:
+  /// The surface as seen from the front: crossings(x, y) are depths along z.
+  static TriangleTree frontOf(const FaceMesh& mesh) {
+    VertexPositions turned(mesh.vertices.rows(), 3);
+    turned << mesh.vertices.col(0), mesh.vertices.col(2), mesh.vertices.col(1);
+    return TriangleTree(turned, mesh.triangles);
+  }
+
+  struct Seen {
+    float z;
+    std::size_t triangle;
+  };
+  [[nodiscard]] std::optional<Seen> seenAt(float x, float y) const {
+    std::optional<Seen> seen;
+    for (const TriangleTree::Crossing& crossing : front_.crossings(static_cast<double>(x), static_cast<double>(y))) {
+      const auto z = static_cast<float>(crossing.height);
+      if (!seen || z > seen->z) seen = Seen{z, crossing.triangle};
+    }
+    return seen;
+  }
+  [[nodiscard]] const MeshPart* partOf(std::size_t triangle) const {
+    for (const MeshPart& part : mesh_.parts) {
+      if (triangle >= part.first_triangle && triangle < part.first_triangle + part.triangle_count) return &part;
+    }
+    return nullptr;
+  }
+
+  std::uint32_t nearestSkin(const Vector3f& place) const {
+    return *best(skin_, [&](std::uint32_t v) { return -(placeAt(mesh_, v) - place).norm(); });
+  }
+
+  void findMouth(const std::vector<SlitPair>& slit) {
+    const auto middleOf = [&](const SlitPair& pair) -> Vector3f {
+      return 0.5F * (placeAt(mesh_, pair.upper) + placeAt(mesh_, pair.lower));
+    };
+    // The head's right is at lower x: it looks at us.
+    const Vector3f right = middleOf(slit.front()), left = middleOf(slit.back());
+    centre_x_ = 0.5F * (right.x() + left.x());
+    width_ = left.x() - right.x();
+    const auto middle = std::min_element(slit.begin(), slit.end(), [&](const SlitPair& a, const SlitPair& b) {
+      return std::abs(middleOf(a).x() - centre_x_) < std::abs(middleOf(b).x() - centre_x_);
+    });
+    stomion_ = middleOf(*middle);
+    // The corner is where the slit ends: its last pairs carry on, outwards, until the jaw parts nothing any more.
+    anchors_["LIP_CORNER_R"] = nearestSkin(right);
+    anchors_["LIP_CORNER_L"] = nearestSkin(left);
+    if (const auto y = redEdge(1)) anchors_["LIP_UP_MID"] = skinOnProfile(*y);
+    if (const auto y = redEdge(-1)) anchors_["LIP_LO_MID"] = skinOnProfile(*y);
+  }
+
+  [[nodiscard]] std::optional<float> profile(float y) const {
+    // A beard or a cigar before the face is not its profile.
+    std::optional<float> z;
+    for (const TriangleTree::Crossing& crossing : front_.crossings(static_cast<double>(centre_x_ + 1e-4F * width_), static_cast<double>(y))) {
+      const MeshPart* part = partOf(crossing.triangle);
+      if (part == nullptr || !isSkin(part->kind) || part->stands_off) continue;
+      if (!z || static_cast<float>(crossing.height) > *z) z = static_cast<float>(crossing.height);
+    }
+    return z;
+  }
+
+  std::uint32_t skinOnProfile(float y) const {
+    return nearestSkin({centre_x_, y, profile(y).value_or(stomion_.z())});
+  }
+
+  /// The red edge of a lip on the midline: from the lips' meeting outwards (`way`: 1 up, -1 down) the profile swells and
+  /// falls back; the edge is where, past the swelling, it turns most sharply.
+  [[nodiscard]] std::optional<float> redEdge(float way) const {
+    const float step = 0.01F * width_;
+    std::vector<Vector2f> line;  // along way, and out of the face
+    for (int i = 1; i <= 60; ++i) {
+      const float y = stomion_.y() + way * step * static_cast<float>(i);
+      const auto z = profile(y);
+      if (!z) break;
+      line.emplace_back(step * static_cast<float>(i), *z);
+    }
+    if (line.size() < 12) return std::nullopt;
+    const auto far = std::min<std::size_t>(line.size(), 40);
+    const auto swelling = std::max_element(line.begin() + 2, line.begin() + static_cast<std::ptrdiff_t>(far),
+                                           [](const Vector2f& a, const Vector2f& b) { return a.y() < b.y(); });
+    return stomion_.y() + way * swelling->x();
+  }
+
+  void findProfile() {
+    const auto onMiddle = [&](std::uint32_t v, float share) { return std::abs(mesh_.vertices(v, 0) - centre_x_) < share * width_; };
+    const auto nose = best(skin_, [&](std::uint32_t v) {
+      const float up = (mesh_.vertices(v, 1) - stomion_.y()) / width_;
+      return onMiddle(v, 0.25F) && up > 0.3F && up < 1.4F ? mesh_.vertices(v, 2) : kNever;
+    });
+    if (nose) anchors_["NOSE_TIP"] = *nose;
+    float most = 0;
+    for (const std::uint32_t v : skin_) most = std::max(most, shapes_.jaw_open.row(v).norm());
+    // The lowest point of what the jaw carries in front: a throat that goes along lies further back.
+    const auto chin = best(skin_, [&](std::uint32_t v) {
+      const Vector3f from = placeAt(mesh_, v) - stomion_;
+      const bool rides = shapes_.jaw_open.row(v).norm() > 0.5F * most;
+      return onMiddle(v, 0.15F) && rides && from.y() < -0.3F * width_ ? -from.y() + 0.5F * from.z() : kNever;
+    });
+    if (chin) anchors_["CHIN_LOW"] = *chin;
+  }
+
+  /// The eye between its corners, as far as it is seen; else the lid that closes.
+  void findEye(bool right) {
+    const float side = right ? -1.0F : 1.0F;
+    std::optional<Vector3f> inner, outer;
+    const auto take = [&](const Vector3f& place) {
+      const float out = side * (place.x() - centre_x_);
+      if (!inner || out < side * (inner->x() - centre_x_)) inner = place;
+      if (!outer || out > side * (outer->x() - centre_x_)) outer = place;
+    };
+    constexpr int kAcross = 110, kUp = 60;
+    for (int i = 0; i < kAcross; ++i) {
+      for (int k = 0; k < kUp; ++k) {
+        const float x = centre_x_ + side * width_ * (0.1F + 1.1F * static_cast<float>(i) / kAcross);
+        const float y = stomion_.y() + width_ * (0.6F + 1.3F * static_cast<float>(k) / kUp);
+        const auto seen = seenAt(x, y);
+        const MeshPart* part = seen ? partOf(seen->triangle) : nullptr;
+        if (part != nullptr && part->kind == PartKind::kEye) take({x, y, seen->z});
+      }
+    }
+    const VertexPositions& blink = right ? shapes_.blink_right : shapes_.blink_left;
+    if (!inner && blink.rows() > 0) {
+      float most = 0;
+      for (const std::uint32_t v : skin_) most = std::max(most, blink.row(v).norm());
+      for (const std::uint32_t v : skin_) {
+        if (most > 0 && blink.row(v).norm() > 0.25F * most && side * (mesh_.vertices(v, 0) - centre_x_) > 0)
+          take(placeAt(mesh_, v));
+      }
+    }
+    if (!inner || !outer) return;
+    anchors_[right ? "EYE_IN_R" : "EYE_IN_L"] = nearestSkin(*inner);
+    anchors_[right ? "CANTHUS_OUT_R" : "CANTHUS_OUT_L"] = nearestSkin(*outer);
+  }
+
+  const FaceMesh& mesh_;
+  const TellingShapes& shapes_;
+  std::vector<std::uint32_t> skin_;
+  TriangleTree front_;
+  float centre_x_ = 0, width_ = 0;  ///< of the mouth
+  Vector3f stomion_ = Vector3f::Zero();
+  std::map<std::string, std::uint32_t> anchors_;
+};
+
+}  // namespace
+
+std::map<std::string, std::uint32_t> anchorsFromShapes(const FaceMesh& mesh, const TellingShapes& shapes,
+                                                       const std::string& file) {
+  MOUTHPIECE_EXPECT(shapes.jaw_open.rows() == mesh.vertices.rows());
+  if (!looksBack(mesh, skinVertices(mesh, false), shapes.jaw_open)) return AnchorFinder(mesh, shapes).find(file);
+  FaceMesh turned = mesh;
+  TellingShapes turned_shapes = shapes;
+  turnAround(turned.vertices);
+  for (VertexPositions* rows : {&turned_shapes.jaw_open, &turned_shapes.blink_left, &turned_shapes.blink_right})
+    turnAround(*rows);
+  return AnchorFinder(turned, turned_shapes).find(file);
+}
+
+}  // namespace mouthpiece

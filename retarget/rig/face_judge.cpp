@@ -1,0 +1,528 @@
+#include "retarget/rig/face_judge.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "base/errors.h"
+#include "base/parallel_for.h"
+#include "deform/mesh/triangle_tree.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr double kTouchMm = 0.3;    ///< lips nearer than this touch
+constexpr double kNearMm = 1;       ///< and can be told to lie in each other
+constexpr double kLeastEdgeMm = 2;  ///< an edge counts as so long at least: what finer nets do within it is not seen
+constexpr double kLeastStepMm = 1;  ///< a marker's step counts as so long at least
+constexpr double kLeastAreaMm2 = 0.02;  ///< triangles below it are slivers
+constexpr double kFolded = -0.7;        ///< cosine between neighbours of which one has turned over
+constexpr double kUnfolded = 0;         ///< and of those that are looked at, at rest
+constexpr double kToldShare = 0.15;     ///< of the mouth's width: the lower lip's way to the teeth
+constexpr double kOwnMarker = 0.15;     ///< weight from which on a marker counts as one of a vertex'
+constexpr double kSampleShare = 0.05;   ///< of the mouth's width: between the points where lips are measured
+constexpr std::size_t kMostShown = 400;
+
+constexpr std::array<FaceLimit, 12> kLimits{{
+    {"closures", 95, "%", true},
+    {"lips in each other", 0.5, "mm", false},
+    {"lips in the teeth", 0.5, "mm", false},
+    {"lips in the tongue", 0.5, "mm", false},
+    {"edge length", 3, "times", false},
+    {"stretch", 5, "mm", false},
+    {"triangles turned over", 4, "mm2", false},
+    {"vertex jump", 2, "times", false},
+    {"bound", 95, "%", true},
+    {"motion", 50, "%", true},
+    {"lip motion", 50, "%", true},
+    {"warp fold-overs in use", 0, "", false},
+}};
+
+using Vector3f = Eigen::Vector3f;
+
+/// What is looked at, found once.
+class Judge {
+ public:
+  Judge(const FaceRig& rig, const FaceFile& face)
+      : rig_(rig),
+        face_(face),
+        mm_(1000 * rig.mesh().metres_per_unit),
+        welding_(weldSplitTriangles(rig.mesh())),
+        mesh_(welding_.isNothing() ? rig.mesh() : welding_.mesh),
+        meter_(mesh_, face.control, kSampleShare),
+        at_rest_(meter_.measure(mesh_.vertices)) {
+    findMoving();
+    findEdges();
+    findTriangles();
+    findMarkers();
+  }
+
+  FaceJudgement judge(const JudgedPoses& poses, const ActorPose& actor) const;
+
+ private:
+  struct Edge {
+    std::uint32_t from, to;
+    float length;
+  };
+  struct Worst {
+    double value = 0;
+    std::size_t item = 0;
+    void take(double now, std::size_t at) {
+      if (now > value) *this = {now, at};
+    }
+  };
+  /// What one pose shows.
+  struct Seen {
+    LipContact contact;
+    bool is_measured = false;
+    Worst ratio, growth, jump;
+    double jump_mm = 0, turned_mm2 = 0;
+    std::vector<std::uint32_t> turned, stretched, jumped;
+    double marker_squares = 0, skin_squares = 0, lip_marker_squares = 0, lip_skin_squares = 0;
+  };
+
+  void findMoving();
+  void findEdges();
+  void findTriangles();
+  void findMarkers();
+  [[nodiscard]] VertexPositions posed(const FaceMotion& motion, const JudgedPoses& poses, std::size_t row) const;
+  void lookAtEdges(const VertexPositions& now, Seen& seen) const;
+  void lookAtTriangles(const VertexPositions& now, Seen& seen) const;
+  void lookAtStep(const VertexPositions& before, const VertexPositions& now, const FaceMotion& motion, std::size_t row,
+                  std::span<const LipPose> lips, Seen& seen) const;
+  void lookAtMotion(const VertexPositions& now, const FaceMotion& motion, std::size_t row, Seen& seen) const;
+  void lookAtWarp(const JudgedPoses& poses, const ActorPose& actor, FaceJudgement& found) const;
+  [[nodiscard]] std::string placeOf(std::uint32_t vertex) const;
+  [[nodiscard]] std::vector<std::uint32_t> trianglesAt(const std::vector<std::uint32_t>& vertices) const;
+
+  const FaceRig& rig_;
+  const FaceFile& face_;
+  double mm_;
+  Welding welding_;
+  const FaceMesh& mesh_;
+  LipContactMeter meter_;
+  LipContact at_rest_;
+  std::vector<PartKind> kinds_;
+  std::vector<bool> moves_;
+  std::vector<Edge> edges_;
+  std::vector<Triangle> moving_;           ///< triangles on the control surface
+  std::vector<std::uint32_t> moving_ids_;  ///< their numbers
+  std::vector<double> areas_mm2_;          ///< and areas at rest
+  /// Of `moving_`: pairs over an edge that is not folded at rest.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbours_;
+  std::vector<std::vector<int>> markers_of_;   ///< of each patch of the control surface
+  std::vector<std::vector<int>> opposite_of_;  ///< outer markers of the lip that a patch at the rim comes off
+  std::vector<std::int32_t> patch_;            ///< of each vertex
+  std::vector<std::uint32_t> skin_at_;         ///< vertex of the skin under each marker
+  std::vector<bool> is_lip_;
+};
+
+void Judge::findMoving() {
+  kinds_ = vertexKinds(mesh_);
+  const FaceBinding binding = welding_.isNothing() ? face_.binding : weldedBinding(face_.binding, welding_);
+  patch_.assign(mesh_.vertexCount(), -1);
+  moves_.assign(mesh_.vertexCount(), false);
+  for (std::size_t v = 0; v < mesh_.vertexCount(); ++v) {
+    if (kinds_[v] == PartKind::kTongue) continue;
+    if (binding.patch[v] >= 0 && binding.skin_weight[v] > 0) patch_[v] = binding.patch[v];
+    moves_[v] = patch_[v] >= 0 || binding.jaw_weight[v] > 0;
+  }
+}
+
+void Judge::findEdges() {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  for (const Triangle& t : mesh_.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [low, high] = std::minmax(t[k], t[(k + 1) % 3]);
+      const bool is_tongue = kinds_[low] == PartKind::kTongue || kinds_[high] == PartKind::kTongue;
+      if ((moves_[low] || moves_[high]) && !is_tongue) pairs.emplace_back(low, high);
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  for (const auto& [from, to] : pairs)
+    edges_.push_back({from, to, (mesh_.vertices.row(from) - mesh_.vertices.row(to)).norm()});
+}
+
+/// Unit normals.
+void findDirections(const VertexPositions& vertices, const std::vector<Triangle>& triangles,
+                    VertexPositions& directions) {
+  directions.resize(signedIndex(triangles.size()), 3);
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const Triangle& t = triangles[i];
+    const Vector3f a = vertices.row(t[0]), b = vertices.row(t[1]), c = vertices.row(t[2]);
+    const Vector3f across = (b - a).cross(c - a);
+    directions.row(signedIndex(i)) = across.transpose() / std::max(across.norm(), 1e-30F);
+  }
+}
+
+void Judge::findTriangles() {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> over_edge;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbours;
+  for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) {
+    const Triangle& t = mesh_.triangles[i];
+    if (!std::all_of(t.begin(), t.end(), [&](std::uint32_t v) { return patch_[v] >= 0 && isSkin(kinds_[v]); }))
+      continue;
+    const Vector3f a = mesh_.vertices.row(t[0]), b = mesh_.vertices.row(t[1]), c = mesh_.vertices.row(t[2]);
+    const double area_mm2 = mm_ * mm_ * 0.5 * double{(b - a).cross(c - a).norm()};
+    if (area_mm2 < kLeastAreaMm2) continue;
+    areas_mm2_.push_back(area_mm2);
+    const auto here = static_cast<std::uint32_t>(moving_.size());
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [first, is_new] = over_edge.emplace(std::minmax(t[k], t[(k + 1) % 3]), here);
+      if (!is_new) neighbours.emplace_back(first->second, here);
+    }
+    moving_.push_back(t);
+    moving_ids_.push_back(i);
+  }
+  VertexPositions directions;
+  findDirections(mesh_.vertices, moving_, directions);
+  for (const auto& [one, other] : neighbours) {
+    if (double{directions.row(one).dot(directions.row(other))} > kUnfolded) neighbours_.emplace_back(one, other);
+  }
+}
+
+void Judge::findMarkers() {
+  const ControlMesh& control = face_.control;
+  std::vector<std::vector<int>> markers_of_point(control.points.size());
+  for (std::size_t i = 0; i < control.points.size(); ++i) {
+    if (i < control.marker_count) markers_of_point[i] = {static_cast<int>(i)};
+    for (const PointDriver& driver : control.points[i].drivers) {
+      if (std::abs(driver.weight) < kOwnMarker) continue;
+      const auto& more = markers_of_point[unsignedIndex(driver.point)];
+      markers_of_point[i].insert(markers_of_point[i].end(), more.begin(), more.end());
+    }
+  }
+  for (const auto& triangle : control.triangles) {
+    auto& markers = markers_of_.emplace_back();
+    auto& opposite = opposite_of_.emplace_back();
+    for (const int point : triangle) {
+      if (const int other = control.points[unsignedIndex(point)].opposite; other >= 0)
+        opposite.push_back(control.points[unsignedIndex(other)].drivers[0].point);
+      const auto& more = markers_of_point[unsignedIndex(point)];
+      markers.insert(markers.end(), more.begin(), more.end());
+    }
+  }
+  const std::vector<Triangle> skin = trianglesOf(mesh_, {PartKind::kSkin, PartKind::kLips});
+  const TriangleTree tree(mesh_.vertices, skin);
+  for (std::size_t i = 0; i < control.marker_count; ++i) {
+    const auto foot = tree.closest(control.rest.row(signedIndex(i)).transpose());
+    Eigen::Index corner = 0;
+    if (foot) foot->weights.maxCoeff(&corner);
+    skin_at_.push_back(foot ? skin[foot->triangle][unsignedIndex(corner)] : 0);
+    is_lip_.push_back(lipSideOf(face_.marker_names[i]) != LipSide::kNone);
+  }
+}
+
+VertexPositions Judge::posed(const FaceMotion& motion, const JudgedPoses& poses, std::size_t row) const {
+  VertexPositions vertices;
+  rig_.deform(motion.pose(FrameIndex{row}), poses.tongue[row], vertices);
+  return welding_.isNothing() ? vertices : welding_.weldedFromGiven(vertices);
+}
+
+void Judge::lookAtEdges(const VertexPositions& now, Seen& seen) const {
+  const auto least = asFloat(kLeastEdgeMm / mm_);
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    const Edge& edge = edges_[i];
+    const float length = (now.row(edge.from) - now.row(edge.to)).norm();
+    const double growth = mm_ * double{length - edge.length};
+    const double ratio = double{std::max(length, least) / std::max(edge.length, least)};
+    seen.growth.take(growth, i);
+    seen.ratio.take(ratio, i);
+    if (growth > limitNamed("stretch") || ratio > limitNamed("edge length")) {
+      seen.stretched.push_back(edge.from);
+      seen.stretched.push_back(edge.to);
+    }
+  }
+}
+
+void Judge::lookAtTriangles(const VertexPositions& now, Seen& seen) const {
+  thread_local VertexPositions directions;
+  findDirections(now, moving_, directions);
+  std::vector<std::uint8_t> folds(moving_.size(), 0);
+  for (const auto& [one, other] : neighbours_) {
+    if (double{directions.row(one).dot(directions.row(other))} >= kFolded) continue;
+    for (const std::uint32_t i : {one, other}) {
+      // Over one edge skin may fold, as pressed lips do; over two the triangle lies the wrong way round.
+      if (++folds[i] != 2) continue;
+      seen.turned.push_back(moving_ids_[i]);
+      seen.turned_mm2 += areas_mm2_[i];
+    }
+  }
+}
+
+void Judge::lookAtStep(const VertexPositions& before, const VertexPositions& now, const FaceMotion& motion,
+                       std::size_t row, std::span<const LipPose> lips, Seen& seen) const {
+  const auto marker_step = [&](int marker) {
+    const auto step = motion.markers().block<1, 3>(signedIndex(row), 3 * marker) -
+                      motion.markers().block<1, 3>(signedIndex(row) - 1, 3 * marker);
+    return mm_ * step.norm();
+  };
+  const auto largest_step = [&](const std::vector<int>& markers) {
+    double largest = 0;
+    for (const int marker : markers) largest = std::max(largest, marker_step(marker));
+    return largest;
+  };
+  // Lips that come unstuck catch up with what both have gone, and go to the teeth by what no marker shows.
+  const double told =
+      mm_ * kToldShare * face_.control.mouth_width *
+      double{std::max(std::abs(lips[row].tuck - lips[row - 1].tuck), std::abs(lips[row].seal - lips[row - 1].seal))};
+  std::vector<double> steps;
+  for (std::size_t p = 0; p < markers_of_.size(); ++p) {
+    const double opposite = opposite_of_[p].empty() ? 0 : largest_step(opposite_of_[p]) + told;
+    steps.push_back(std::max(kLeastStepMm, largest_step(markers_of_[p]) + opposite));
+  }
+  for (std::uint32_t v = 0; v < patch_.size(); ++v) {
+    if (patch_[v] < 0) continue;
+    const double step = mm_ * double{(now.row(v) - before.row(v)).norm()};
+    const double ratio = step / steps[unsignedIndex(patch_[v])];
+    if (ratio > seen.jump.value) seen.jump_mm = step;
+    seen.jump.take(ratio, v);
+    if (ratio > limitNamed("vertex jump")) seen.jumped.push_back(v);
+  }
+}
+
+void Judge::lookAtMotion(const VertexPositions& now, const FaceMotion& motion, std::size_t row, Seen& seen) const {
+  for (std::size_t i = 0; i < skin_at_.size(); ++i) {
+    const double marker =
+        (motion.markers().block<1, 3>(signedIndex(row), 3 * signedIndex(i)) - face_.marker_targets.row(signedIndex(i)))
+            .squaredNorm();
+    const double skin = double{(now.row(skin_at_[i]) - mesh_.vertices.row(skin_at_[i])).squaredNorm()};
+    seen.marker_squares += marker;
+    seen.skin_squares += skin;
+    if (!is_lip_[i]) continue;
+    seen.lip_marker_squares += marker;
+    seen.lip_skin_squares += skin;
+  }
+}
+
+/// The Jacobian where markers are in the poses, and skin between them: the way back from the head is fitted the other
+/// way round, near enough to look at a sign.
+void Judge::lookAtWarp(const JudgedPoses& poses, const ActorPose& actor, FaceJudgement& found) const {
+  constexpr std::size_t kPoses = 60, kSkin = 150;
+  const RbfWarp warp = RbfWarp::fit(face_.actor_neutral_mm, face_.marker_targets, face_.warp);
+  const RbfWarp back = RbfWarp::fit(face_.marker_targets, face_.actor_neutral_mm, face_.warp);
+  std::vector<std::uint32_t> skin;
+  for (std::uint32_t v = 0; v < patch_.size(); ++v) {
+    if (patch_[v] >= 0 && isSkin(kinds_[v])) skin.push_back(v);
+  }
+  const std::size_t stride = skin.size() / kSkin + 1;
+  MarkerPositions places(signedIndex((skin.size() + stride - 1) / stride), 3);
+  for (Eigen::Index i = 0; i < places.rows(); ++i)
+    places.row(i) = mesh_.vertices.row(skin[unsignedIndex(i) * stride]).cast<double>();
+  const MarkerPositions at_rest = skin.empty() ? places : back.targetFromActor(places);
+  std::vector<Eigen::Index> nearest(unsignedIndex(at_rest.rows()));
+  for (Eigen::Index i = 0; i < at_rest.rows(); ++i)
+    (face_.actor_neutral_mm.rowwise() - at_rest.row(i)).rowwise().squaredNorm().minCoeff(&nearest[unsignedIndex(i)]);
+  const CompletedMarkers moved =
+      completedMarkers(poses.motion, actor.neutral_mm, face_.control, face_.actor_neutral_mm);
+  // A mirrored target is negative everywhere: what counts is the sign in the middle.
+  const double usual = warp.jacobian(face_.actor_neutral_mm.colwise().mean().transpose()).determinant();
+  const std::size_t step = poses.rows.size() / kPoses + 1;
+  std::vector<std::size_t> rows;
+  for (std::size_t row = 0; row < poses.rows.size(); row += step) rows.push_back(row);
+  struct At {
+    double least = std::numeric_limits<double>::infinity();
+    std::size_t folds = 0;
+    Eigen::Index marker = 0;
+  };
+  std::vector<At> at(rows.size());
+  parallelFor(rows.size(), [&](std::size_t r) {
+    const auto look = [&](const Eigen::Vector3d& place, Eigen::Index marker) {
+      const double share = warp.jacobian(place).determinant() / usual;
+      at[r].folds += share > 0 ? 0U : 1U;
+      if (share < at[r].least) {
+        at[r].least = share;
+        at[r].marker = marker;
+      }
+    };
+    const auto row = signedIndex(rows[r]);
+    const auto move = [&](Eigen::Index marker) -> Eigen::Vector3d {
+      return (moved.positions_mm.block<1, 3>(row, 3 * marker) - moved.neutral_mm.row(marker)).transpose();
+    };
+    // RbfWarp::targetFromActorRelative looks where the actor's own markers are, whoever the warp was fitted to.
+    for (Eigen::Index m = 0; m < moved.neutral_mm.rows(); ++m)
+      look(moved.positions_mm.block<1, 3>(row, 3 * m).transpose(), m);
+    for (Eigen::Index i = 0; i < at_rest.rows(); ++i) {
+      const Eigen::Index marker = nearest[unsignedIndex(i)];
+      look(at_rest.row(i).transpose() + move(marker), marker);
+    }
+  });
+  found.warp_stretch_least = std::numeric_limits<double>::infinity();
+  std::size_t worst = 0;
+  for (std::size_t r = 0; r < at.size(); ++r) {
+    found.warp_points += unsignedIndex(moved.neutral_mm.rows() + at_rest.rows());
+    found.warp_folds += at[r].folds;
+    if (at[r].least >= found.warp_stretch_least) continue;
+    found.warp_stretch_least = at[r].least;
+    worst = r;
+  }
+  if (found.warp_folds == 0) return;
+  const std::string& marker = face_.marker_names[unsignedIndex(at[worst].marker)];
+  found.faults.push_back(
+      {"warp fold-overs in use",
+       fmt::format("the warp folds over at {} of {} places of poses, most beside {} in {}; check the "
+                   "anchors there",
+                   found.warp_folds, found.warp_points, marker, poses.rows[rows[worst]].where),
+       trianglesAt({skin_at_[unsignedIndex(at[worst].marker)]}), rows[worst]});
+}
+
+std::string Judge::placeOf(std::uint32_t vertex) const {
+  Eigen::Index nearest = 0;
+  (face_.marker_targets.rowwise() - mesh_.vertices.row(vertex).cast<double>())
+      .rowwise()
+      .squaredNorm()
+      .minCoeff(&nearest);
+  return fmt::format("vertex {} beside {}", welding_.isNothing() ? vertex : welding_.given_of[vertex],
+                     face_.marker_names[unsignedIndex(nearest)]);
+}
+
+std::vector<std::uint32_t> Judge::trianglesAt(const std::vector<std::uint32_t>& vertices) const {
+  std::vector<bool> is_in(mesh_.vertexCount(), false);
+  for (const std::uint32_t v : vertices) is_in[v] = true;
+  std::vector<std::uint32_t> found;
+  for (std::uint32_t i = 0; i < mesh_.triangles.size() && found.size() < kMostShown; ++i) {
+    const Triangle& t = mesh_.triangles[i];
+    if (is_in[t[0]] || is_in[t[1]] || is_in[t[2]]) found.push_back(i);
+  }
+  return found;
+}
+
+FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) const {
+  const std::size_t count = poses.rows.size();
+  MOUTHPIECE_EXPECT(count == poses.motion.frameCount() && count == poses.lips.size() && count == poses.tongue.size());
+  const FaceMotion motion = rig_.retarget(poses.motion, &actor, poses.lips);
+  std::vector<Seen> seen(count);
+  parallelFor(count, [&](std::size_t row) {
+    const VertexPositions now = posed(motion, poses, row);
+    Seen& here = seen[row];
+    lookAtEdges(now, here);
+    lookAtTriangles(now, here);
+    lookAtMotion(now, motion, row, here);
+    if (poses.rows[row].follows) lookAtStep(posed(motion, poses, row - 1), now, motion, row, poses.lips, here);
+    here.is_measured = poses.rows[row].closed || row % 4 == 0;
+    if (here.is_measured) here.contact = meter_.measure(now);
+  });
+
+  FaceJudgement found;
+  found.poses = count;
+  const auto faultIf = [&](bool is_fault, std::string_view limit, const std::string& what,
+                           const std::vector<std::uint32_t>& triangles, std::optional<std::size_t> row) {
+    if (is_fault)
+      found.faults.push_back(
+          {limit, row ? fmt::format("{} in {}", what, poses.rows[*row].where) : what, triangles, row});
+  };
+  // Poses in which something is worst, or which show most of it.
+  std::size_t ratio = 0, growth = 0, jump = 0, turned = 0, overlap = 0, teeth = 0, tongue = 0, open = 0;
+  bool near = false;
+  double widest = 0, markers = 0, skin = 0, lip_markers = 0, lip_skin = 0;
+  const auto more = [&](double LipContact::*what, std::size_t a, std::size_t b) {
+    return seen[a].contact.*what > seen[b].contact.*what;
+  };
+  for (std::size_t row = 0; row < count; ++row) {
+    const Seen& here = seen[row];
+    if (here.ratio.value > seen[ratio].ratio.value) ratio = row;
+    if (here.growth.value > seen[growth].growth.value) growth = row;
+    if (here.jump.value > seen[jump].jump.value) jump = row;
+    if (here.turned_mm2 > seen[turned].turned_mm2) turned = row;
+    found.steps += poses.rows[row].follows ? 1U : 0U;
+    markers += here.marker_squares;
+    skin += here.skin_squares;
+    lip_markers += here.lip_marker_squares;
+    lip_skin += here.lip_skin_squares;
+    if (!here.is_measured) continue;
+    // Of lips that are apart it cannot be told what is in front and what behind.
+    if (mm_ * here.contact.gap <= kNearMm && (!near || more(&LipContact::overlap, row, overlap))) overlap = row;
+    near = near || mm_ * here.contact.gap <= kNearMm;
+    if (more(&LipContact::in_teeth, row, teeth)) teeth = row;
+    if (more(&LipContact::in_tongue, row, tongue)) tongue = row;
+    if (!poses.rows[row].closed) continue;
+    ++found.closures;
+    found.touching += mm_ * here.contact.gap <= kTouchMm ? 1U : 0U;
+    if (here.contact.gap > widest) {
+      widest = here.contact.gap;
+      open = row;
+    }
+  }
+  if (count == 0) return found;
+  const std::vector<std::uint32_t> mouth = [&] {
+    std::vector<std::uint32_t> vertices;
+    for (std::size_t i = 0; i < skin_at_.size(); ++i) {
+      if (is_lip_[i]) vertices.push_back(skin_at_[i]);
+    }
+    return trianglesAt(vertices);
+  }();
+  found.edge_ratio = seen[ratio].ratio.value;
+  found.edge_growth_mm = seen[growth].growth.value;
+  found.jump_ratio = seen[jump].jump.value;
+  found.turned_over_mm2 = seen[turned].turned_mm2;
+  found.lips_overlap_mm = near ? mm_ * std::max(0.0, seen[overlap].contact.overlap - at_rest_.overlap) : 0;
+  found.in_teeth_mm = mm_ * std::max(0.0, seen[teeth].contact.in_teeth - at_rest_.in_teeth);
+  found.in_tongue_mm = mm_ * std::max(0.0, seen[tongue].contact.in_tongue - at_rest_.in_tongue);
+  found.motion_share = markers > 0 ? std::sqrt(skin / markers) : 1;
+  found.lip_motion_share = lip_markers > 0 ? std::sqrt(lip_skin / lip_markers) : 1;
+
+  faultIf(100 * asReal(found.touching) < limitNamed("closures") * asReal(found.closures), "closures",
+          fmt::format("{} of {} captured closures touch within {} mm; the widest leaves {:.2f} mm", found.touching,
+                      found.closures, kTouchMm, mm_ * widest),
+          mouth, open);
+  faultIf(found.lips_overlap_mm > limitNamed("lips in each other"), "lips in each other",
+          fmt::format("the lips get {:.2f} mm into each other, {:.2f} mm more than the head's own",
+                      mm_ * seen[overlap].contact.overlap, found.lips_overlap_mm),
+          mouth, overlap);
+  faultIf(found.in_teeth_mm > limitNamed("lips in the teeth"), "lips in the teeth",
+          fmt::format("a lip gets {:.2f} mm into the teeth", found.in_teeth_mm), mouth, teeth);
+  faultIf(found.in_tongue_mm > limitNamed("lips in the tongue"), "lips in the tongue",
+          fmt::format("a lip gets {:.2f} mm into the tongue", found.in_tongue_mm), mouth, tongue);
+  const auto edgeText = [&](const Worst& worst, const std::string& does) {
+    if (edges_.empty()) return std::string();
+    const Edge& edge = edges_[worst.item];
+    return fmt::format("an edge of {:.2f} mm gets {} at {}", mm_ * double{edge.length}, does, placeOf(edge.from));
+  };
+  faultIf(found.edge_ratio > limitNamed("edge length"), "edge length",
+          edgeText(seen[ratio].ratio, fmt::format("{:.1f} times as long", found.edge_ratio)),
+          trianglesAt(seen[ratio].stretched), ratio);
+  faultIf(found.edge_growth_mm > limitNamed("stretch"), "stretch",
+          edgeText(seen[growth].growth, fmt::format("{:.1f} mm longer", found.edge_growth_mm)),
+          trianglesAt(seen[growth].stretched), growth);
+  if (found.turned_over_mm2 > limitNamed("triangles turned over")) {
+    faultIf(true, "triangles turned over",
+            fmt::format("{} triangles, {:.1f} square millimetres at rest, turn over, first at {}",
+                        seen[turned].turned.size(), found.turned_over_mm2,
+                        placeOf(mesh_.triangles[seen[turned].turned[0]][0])),
+            seen[turned].turned, turned);
+  }
+  faultIf(found.jump_ratio > limitNamed("vertex jump"), "vertex jump",
+          fmt::format("{} jumps by {:.1f} mm in a frame, {:.1f} times as far as its markers",
+                      placeOf(static_cast<std::uint32_t>(seen[jump].jump.item)), seen[jump].jump_mm, found.jump_ratio),
+          trianglesAt(seen[jump].jumped), jump);
+  faultIf(100 * found.motion_share < limitNamed("motion"), "motion",
+          fmt::format("the skin moves {:.0f} % of what the markers on it do", 100 * found.motion_share), {}, {});
+  faultIf(100 * found.lip_motion_share < limitNamed("lip motion"), "lip motion",
+          fmt::format("the lips move {:.0f} % of what the markers on them do", 100 * found.lip_motion_share), mouth,
+          {});
+  lookAtWarp(poses, actor, found);
+  return found;
+}
+
+}  // namespace
+
+std::span<const FaceLimit> faceLimits() { return kLimits; }
+
+double limitNamed(std::string_view name) {
+  const auto limit = std::find_if(kLimits.begin(), kLimits.end(), [&](const FaceLimit& l) { return l.name == name; });
+  MOUTHPIECE_EXPECT(limit != kLimits.end());
+  return limit->limit;
+}
+
+FaceJudgement judgeFace(const FaceRig& rig, const FaceFile& face, const JudgedPoses& poses, const ActorPose& actor) {
+  return Judge(rig, face).judge(poses, actor);
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "motion/lip_pose.h"
+#include "motion/tongue_pose.h"
+#include "retarget/rig/face_fit.h"
+#include "retarget/rig/face_rig.h"
+
+namespace mouthpiece {
+
+/// What makes a face unfit for use; docs/guides/fit_a_face.md has the same table, and a test compares the two.
+struct FaceLimit {
+  std::string_view name;
+  double limit;
+  std::string_view unit;
+  bool at_least;  ///< what is found must not be less; otherwise it must not be more
+};
+std::span<const FaceLimit> faceLimits();
+/// The limit of that name, which must be one of the table's.
+double limitNamed(std::string_view name);
+
+/// Poses that a face is judged by, one a row of `motion`.
+struct JudgedPoses {
+  struct Row {
+    std::string where;     ///< for messages: "take.wav at 1.20 s (M)"
+    bool closed = false;   ///< the captured lips touch
+    bool follows = false;  ///< one frame after the row before
+  };
+  MotionClip motion;  ///< all markers seen
+  std::vector<LipPose> lips;
+  std::vector<TonguePose> tongue;
+  std::vector<Row> rows;
+};
+
+/// A limit that a face does not keep.
+struct FaceFault {
+  std::string_view limit;                ///< its name
+  std::string what;                      ///< with what was found, what is allowed, and where
+  std::vector<std::uint32_t> triangles;  ///< of the mesh, where it shows
+  std::optional<std::size_t> pose;       ///< row of the poses in which it shows most; none: at rest
+};
+
+/// The worst of all poses. Lengths in millimetres of the target.
+struct FaceJudgement {
+  std::size_t poses = 0, steps = 0;  ///< looked at; steps from one frame to the next
+  std::size_t closures = 0, touching = 0;
+  double lips_overlap_mm = 0;  ///< more than at rest
+  double in_teeth_mm = 0;      ///< of a lip inside teeth or gums, more than at rest
+  double in_tongue_mm = 0;     ///< of a lip inside the tongue, more than at rest
+  double edge_ratio = 0;       ///< of an edge's length to that at rest
+  double edge_growth_mm = 0;
+  double turned_over_mm2 = 0;     ///< of triangles that are folded onto two of their neighbours in a pose, not at rest
+  double jump_ratio = 0;          ///< of a vertex' step to its markers'
+  double motion_share = 0;        ///< of the markers' motion that the skin under them goes along with
+  double lip_motion_share = 0;    ///< the same of the lips' markers
+  double warp_stretch_least = 0;  ///< the least determinant of the warp's Jacobian over that in the face's middle
+  std::size_t warp_points = 0, warp_folds = 0;  ///< places of markers and skin in poses; where the warp folds over
+  std::vector<FaceFault> faults;
+};
+
+/// Moves the face as it will be moved and looks at its mesh. Deterministic; threads share the work. `actor`: whose the
+/// poses are.
+FaceJudgement judgeFace(const FaceRig& rig, const FaceFile& face, const JudgedPoses& poses, const ActorPose& actor);
+
+}  // namespace mouthpiece

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "retarget/placing/anchors.h"
+
+namespace mouthpiece::test {
+
+/// A head to fit: its mesh and the ten places that a user clicks on it.
+struct ClickedHead {
+  std::string name;
+  FaceMesh mesh;
+  Anchors clicks;               ///< points, the mesh's unit
+  std::string changes;          ///< what was done to it, in words
+  double mm_per_unit = 1;       ///< by the width of its mouth
+};
+
+/// Heads of ../shared/faces and the default one, each with its ten anchors of tests/data/anchors; those that are not
+/// there are left out. `sources`: the checkout.
+std::vector<ClickedHead> clickedHeads(const std::filesystem::path& sources, const std::filesystem::path& share);
+
+/// Another head from `head`, by chance: its proportions, asymmetry, the thickness of its lips, the height of its mouth's
+/// corners, how far its mouth is open at rest; its mesh made finer, coarser, remeshed, noisy, taken apart at every
+/// edge; its anchors clicked up to 2 mm beside their places. `head` must stand upright and face +Z.
+ClickedHead variedHead(const ClickedHead& head, unsigned seed);
+
+}  // namespace mouthpiece::test

@@ -1,0 +1,28 @@
+// A slice of random heads, fitted by ten clicks each: `heads` (heads_main.cpp) tries hundreds.
+#include <gtest/gtest.h>
+
+#include "heads/mouth_trial.h"
+
+namespace mouthpiece::test {
+namespace {
+
+class RandomHeads : public ::testing::TestWithParam<unsigned> {};
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomHeads, ::testing::Range(1U, 10U));
+
+TEST_P(RandomHeads, FitByTenClicksAndDoNotTear) {
+  const std::vector<ClickedHead> heads = clickedHeads(MOUTHPIECE_SOURCE_DIR, MOUTHPIECE_BUILD_SHARE_DIR);
+  if (heads.empty()) GTEST_SKIP() << "neither ../shared/faces nor the default face is here";
+  static const Corpus corpus = readCorpus(MOUTHPIECE_BUILD_SHARE_DIR "/sample.corpus");
+  const ClickedHead head = variedHead(heads[GetParam() % heads.size()], GetParam());
+  const auto folder = std::filesystem::path(::testing::TempDir()) / ("heads_" + std::to_string(GetParam()));
+  const MouthTrial trial = tryMouth(head, corpus, GetParam(), folder);
+  EXPECT_EQ(trial.refused, "") << head.name << ": " << head.changes;
+  EXPECT_EQ(trial.faults, "") << head.name << ": " << head.changes;
+  EXPECT_FALSE(trial.isTorn()) << head.name << ": edge +" << trial.edge_growth_mm << " mm, jump " << trial.jump_mm
+                               << " mm, " << trial.shut << " of " << trial.closures << " shut; " << head.changes;
+  EXPECT_GT(trial.closures, 0U);
+  std::filesystem::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace mouthpiece::test

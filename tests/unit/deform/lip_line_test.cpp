@@ -1,0 +1,181 @@
+// The line between the lips, on mouths of every make whose slit is known.
+#include "deform/mesh/lip_line.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "base/errors.h"
+#include "deform/mesh/head_topology.h"
+#include "deform/mesh/lip_cut.h"
+
+namespace mouthpiece {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kHalfMm = 25;     ///< of the slit
+constexpr double kRimWithinMm = 1.5;
+constexpr double kCornerWithinMm = 4;  ///< a pocket of a millimetre is no mouth any more
+constexpr double kJitterMm = 2;
+
+enum class Make { kBag, kHole, kWalls, kWelded };
+
+/// A face of one piece of skin around a mouth, millimetres: its outline from above the mouth to below it, lofted across.
+/// `open`: between the lips in the middle; `smile`: how much higher the corners are than the middle.
+struct Mouth {
+  Make make = Make::kBag;
+  double open = 0, smile = 0, step = 2;
+
+  [[nodiscard]] double lineAt(double x) const { return smile * std::min(1.0, x * x / (kHalfMm * kHalfMm)); }
+  [[nodiscard]] double openAt(double x) const {
+    const double across = x / kHalfMm;
+    return make == Make::kWelded ? 0 : open * std::sqrt(std::max(0.0, 1 - across * across));
+  }
+
+  [[nodiscard]] FaceMesh mesh() const {
+    std::vector<std::vector<Vector3d>> columns;
+    for (double x = -60; x <= 60; x += step) columns.push_back(outline(x));
+    FaceMesh face;
+    const auto rows = columns[0].size();
+    const std::size_t half = rows / 2;
+    face.vertices.resize(signedIndex(columns.size() * rows), 3);
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      for (std::size_t r = 0; r < rows; ++r)
+        face.vertices.row(signedIndex(c * rows + r)) = columns[c][r].transpose().cast<float>();
+    }
+    for (std::size_t c = 0; c + 1 < columns.size(); ++c) {
+      for (std::size_t r = 0; r + 1 < rows; ++r) {
+        // Walls and holes have nothing between the two halves of an outline.
+        const double x = -60 + asReal(c) * step;
+        const bool is_slit = std::abs(x + 0.5 * step) < kHalfMm;
+        if (r + 1 == half && make != Make::kBag && make != Make::kWelded && is_slit) continue;
+        const auto a = static_cast<std::uint32_t>(c * rows + r), b = static_cast<std::uint32_t>(a + rows);
+        for (const Triangle& t : {Triangle{a, a + 1, b}, Triangle{b, a + 1, b + 1}}) {
+          Triangle whole{};
+          for (std::size_t k = 0; k < 3; ++k) whole[k] = firstInPlace(columns[t[k] / rows], t[k] % rows) + static_cast<std::uint32_t>(t[k] / rows * rows);
+          if (whole[0] != whole[1] && whole[1] != whole[2] && whole[2] != whole[0]) face.triangles.push_back(whole);
+        }
+      }
+    }
+    face.parts = {{.name = "skin", .triangle_count = face.triangles.size()}};
+    return face;
+  }
+
+  /// Beside the slit, where nothing lies between the halves of an outline, points in one place are one.
+  static std::uint32_t firstInPlace(const std::vector<Vector3d>& column, std::size_t row) {
+    std::size_t first = row;
+    if (std::abs(column[row].x()) >= kHalfMm) {
+      while (first > 0 && (column[first - 1] - column[row]).norm() < 1e-9) --first;
+    }
+    return static_cast<std::uint32_t>(first);
+  }
+
+  /// From above down: skin, the round of the upper lip, the mouth's inside, the lower lip, skin.
+  [[nodiscard]] std::vector<Vector3d> outline(double x) const {
+    const double across = std::abs(x) / kHalfMm, inside = std::sqrt(std::max(0.0, 1 - across * across));
+    const double middle = lineAt(x), front = 20 - 0.006 * x * x;
+    std::vector<Vector3d> half;
+    for (double y = 40; y > 9; y -= step) half.emplace_back(x, middle + y, front);
+    constexpr int kRound = 8;
+    const double lip = make == Make::kWelded ? 3 * std::max(inside, 0.2) : 4 * std::max(inside, 0.02);
+    for (int i = 0; i <= kRound; ++i) {  // a quarter of a circle down and inwards
+      const double turn = 0.5 * 3.14159265 * i / kRound;
+      half.emplace_back(x, middle + 0.5 * openAt(x) + 8 * (1 - std::sin(turn)), front - lip * (1 - std::cos(turn)));
+    }
+    const double deep = make == Make::kWelded ? 0 : 14 * inside;
+    for (int i = 1; i <= 5; ++i) {  // the bag's or the wall's back
+      const double up = make == Make::kWalls ? 4.0 * i : make == Make::kHole ? 0 : 0.6 * i;
+      const double back = make == Make::kWalls ? lip + 1 : lip + deep * i / 5;
+      if (make == Make::kWelded || make == Make::kHole) break;
+      half.emplace_back(x, middle + 0.5 * openAt(x) + up * inside, front - (inside > 0 ? back : lip));
+    }
+    std::vector<Vector3d> whole = half;
+    const std::ptrdiff_t shared = make == Make::kWelded ? 1 : 0;
+    for (auto p = half.rbegin() + shared; p != half.rend(); ++p) whole.emplace_back(x, 2 * middle - p->y(), p->z());
+    return whole;
+  }
+
+  [[nodiscard]] MouthHints hints(std::mt19937& random) const {
+    std::uniform_real_distribution<double> off(-kJitterMm, kJitterMm);
+    const auto near = [&](double x, double y, double z) -> Vector3d {
+      return {x + off(random), y + off(random), z};
+    };
+    return {near(-kHalfMm - 1.5, smile, 16), near(kHalfMm + 1.5, smile, 16), near(0, 8 + 0.5 * open, 20),
+            near(0, -8 - 0.5 * open, 20)};
+  }
+};
+
+class Mouths : public ::testing::TestWithParam<std::tuple<Make, double, double, unsigned>> {};
+INSTANTIATE_TEST_SUITE_P(Makes, Mouths,
+                         ::testing::Combine(::testing::Values(Make::kBag, Make::kHole, Make::kWalls),
+                                            ::testing::Values(0.0, 6.0), ::testing::Values(2.0, 5.0),
+                                            ::testing::Range(1U, 5U)));
+
+TEST_P(Mouths, RimsRunFromCornerToCorner) {
+  const auto& [make, open, step, seed] = GetParam();
+  std::mt19937 random(seed);
+  const Mouth mouth{make, open, std::uniform_real_distribution<double>(-4, 4)(random), step};
+  const FaceMesh mesh = mouth.mesh();
+  const auto line = traceLipLine(mesh.vertices, mesh.triangles, mouth.hints(random));
+  ASSERT_TRUE(line);
+  EXPECT_TRUE(line->is_parted);
+  ASSERT_EQ(line->upper.size(), line->lower.size());
+  for (std::size_t i = 0; i < line->upper.size(); ++i) {
+    const double x = line->upper[i].x();
+    if (std::abs(x) > 0.85 * kHalfMm) continue;
+    EXPECT_NEAR(line->upper[i].y(), mouth.lineAt(x) + 0.5 * mouth.openAt(x), kRimWithinMm) << x;
+    EXPECT_NEAR(line->lower[i].y(), mouth.lineAt(x) - 0.5 * mouth.openAt(x), kRimWithinMm) << x;
+  }
+  EXPECT_NEAR(line->corner_right.x(), -kHalfMm, kCornerWithinMm + step);
+  EXPECT_NEAR(line->corner_left.x(), kHalfMm, kCornerWithinMm + step);
+  // Where the slit ends long triangles reach over it: a vertex in a hundred may be theirs.
+  const auto strays = [&](const std::vector<std::uint32_t>& skin, double side) {
+    return std::count_if(skin.begin(), skin.end(), [&](std::uint32_t v) {
+      return side * (double{mesh.vertices(v, 1)} - mouth.lineAt(double{mesh.vertices(v, 0)})) < -0.5;
+    });
+  };
+  EXPECT_LE(strays(line->upper_skin, 1), signedIndex(line->upper_skin.size() / 100));
+  EXPECT_LE(strays(line->lower_skin, -1), signedIndex(line->lower_skin.size() / 100));
+  EXPECT_GT(line->upper_skin.size(), 20U);
+  EXPECT_GT(line->lower_skin.size(), 20U);
+}
+
+class WeldedMouths : public ::testing::TestWithParam<unsigned> {};
+INSTANTIATE_TEST_SUITE_P(Seeds, WeldedMouths, ::testing::Range(1U, 7U));
+
+TEST_P(WeldedMouths, AreToldAndCutOpen) {
+  std::mt19937 random(GetParam());
+  const Mouth mouth{Make::kWelded, 0, std::uniform_real_distribution<double>(-3, 3)(random), 2};
+  const FaceMesh mesh = mouth.mesh();
+  const MouthHints hints = mouth.hints(random);
+  const auto line = traceLipLine(mesh.vertices, mesh.triangles, hints);
+  ASSERT_TRUE(line);
+  EXPECT_FALSE(line->is_parted);
+  for (const Vector3d& p : line->upper) {
+    if (std::abs(p.x()) < 0.7 * kHalfMm) {
+      EXPECT_NEAR(p.y(), mouth.lineAt(p.x()), 2) << p.x();
+    }
+  }
+  const FaceMesh cut = cutLips(mesh, *line);
+  EXPECT_GT(cut.vertexCount(), mesh.vertexCount());
+  EXPECT_EQ(cut.parts.back().kind, PartKind::kMouthInside);
+  const auto again = traceLipLine(
+      cut.vertices, trianglesOf(cut, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside}), hints);
+  ASSERT_TRUE(again);
+  EXPECT_TRUE(again->is_parted);
+  EXPECT_THROW((void)cutLips(cut, *again), InputError) << "lips that are apart";
+}
+
+TEST(LipLine, NothingIsFoundWhereNoSkinIs) {
+  const FaceMesh mesh = Mouth{}.mesh();
+  const MouthHints elsewhere{{1000, 0, 0}, {1050, 0, 0}, {1025, 8, 5}, {1025, -8, 5}};
+  EXPECT_FALSE(traceLipLine(mesh.vertices, mesh.triangles, elsewhere));
+  const MouthHints in_one_place{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+  EXPECT_FALSE(traceLipLine(mesh.vertices, mesh.triangles, in_one_place));
+}
+
+}  // namespace
+}  // namespace mouthpiece

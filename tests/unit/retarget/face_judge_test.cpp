@@ -1,0 +1,156 @@
+#include "retarget/rig/face_judge.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "support/run_program.h"
+#include "test_face.h"
+
+namespace mouthpiece {
+namespace {
+
+/// The default face, moved by a made-up actor who opens the mouth and closes it.
+class FaceJudgeTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
+    if (file_.marker_names.empty()) file_ = test::fittedDefaultFace(mesh_);
+  }
+
+  static JudgedPoses opening() {
+    JudgedPoses poses;
+    poses.motion = test::openingTake(test::madeUpActor()).motion;
+    const std::size_t count = poses.motion.frameCount();
+    poses.tongue.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool closed = i == 0 || i + 1 == count;
+      poses.lips.push_back({closed ? 1.0F : 0.0F, 0});
+      poses.rows.push_back({fmt::format("pose {}", i), closed, i > 0});
+    }
+    return poses;
+  }
+
+  static FaceJudgement judged(const FaceFile& file, const JudgedPoses& poses) {
+    const ActorPose actor{test::madeUpActor().neutral_mm, 0};
+    return judgeFace(FaceRig::of(file, mesh_, "default.face"), file, poses, actor);
+  }
+
+  static const FaceFault* faultOf(const FaceJudgement& judgement, std::string_view limit) {
+    const auto fault = std::find_if(judgement.faults.begin(), judgement.faults.end(),
+                                    [&](const FaceFault& f) { return f.limit == limit; });
+    return fault == judgement.faults.end() ? nullptr : &*fault;
+  }
+
+  static inline FaceMesh mesh_;  // fitted once
+  static inline FaceFile file_;
+};
+
+TEST_F(FaceJudgeTest, FindsNothingOnAGoodFace) {
+  const FaceJudgement found = judged(file_, opening());
+  for (const FaceFault& fault : found.faults) ADD_FAILURE() << fault.what;
+  EXPECT_EQ(found.closures, 2);
+  EXPECT_EQ(found.touching, 2);
+  EXPECT_EQ(found.steps, 12);
+  EXPECT_NEAR(found.motion_share, 1, 0.1);
+  EXPECT_GT(found.edge_growth_mm, 0.5) << "a mouth that opens stretches";
+  EXPECT_EQ(found.warp_folds, 0);
+}
+
+TEST_F(FaceJudgeTest, SeesLipsThatHangOnEachOther) {
+  FaceFile torn = file_;
+  // A few vertices of the lower lip are left hanging on the upper one.
+  const auto on = [&](LipSide side, std::size_t v) {
+    const int patch = torn.binding.patch[v];
+    return patch >= 0 && torn.binding.d[v] * torn.binding.d[v] < 1 &&
+           torn.control.sideOf(static_cast<std::size_t>(patch)) == side;
+  };
+  std::size_t upper = 0;
+  while (!on(LipSide::kUpper, upper)) ++upper;
+  int left = 5;
+  for (std::size_t v = 0; v < torn.binding.patch.size() && left > 0; ++v) {
+    if (!on(LipSide::kLower, v)) continue;
+    torn.binding.patch[v] = torn.binding.patch[upper];
+    --left;
+  }
+  const FaceJudgement found = judged(torn, opening());
+  const FaceFault* fault = faultOf(found, "stretch");
+  ASSERT_NE(fault, nullptr);
+  EXPECT_GT(found.edge_growth_mm, 5);
+  EXPECT_NE(fault->what.find("vertex"), std::string::npos) << fault->what;
+  EXPECT_NE(fault->what.find("in pose"), std::string::npos) << fault->what;
+  EXPECT_FALSE(fault->triangles.empty());
+  ASSERT_TRUE(fault->pose);
+  EXPECT_GT(*fault->pose, 0U) << "at rest nothing shows";
+}
+
+TEST_F(FaceJudgeTest, SeesAFaceThatDoesNotMove) {
+  FaceFile frozen = file_;
+  std::fill(frozen.binding.skin_weight.begin(), frozen.binding.skin_weight.end(), 0.0F);
+  std::fill(frozen.binding.jaw_weight.begin(), frozen.binding.jaw_weight.end(), 0.0F);
+  const FaceJudgement found = judged(frozen, opening());
+  EXPECT_NE(faultOf(found, "motion"), nullptr);
+  EXPECT_NE(faultOf(found, "lip motion"), nullptr);
+}
+
+TEST_F(FaceJudgeTest, SeesClosuresThatStayOpen) {
+  JudgedPoses gaping = opening();
+  gaping.rows[6].closed = true;
+  const FaceJudgement found = judged(file_, gaping);
+  EXPECT_EQ(found.touching, 2);
+  ASSERT_NE(faultOf(found, "closures"), nullptr);
+  EXPECT_EQ(faultOf(found, "closures")->pose, 6U);
+}
+
+TEST_F(FaceJudgeTest, SeesAJump) {
+  FaceFile jumpy = file_;
+  // A vertex that hangs far off its patch is flung about as the patch turns: the highest of the face on the lower lip.
+  std::size_t highest = 0, lip = 0;
+  for (std::size_t v = 0; v < jumpy.binding.patch.size(); ++v) {
+    const int patch = jumpy.binding.patch[v];
+    if (patch < 0) continue;
+    if (jumpy.control.sideOf(static_cast<std::size_t>(patch)) == LipSide::kLower) lip = v;
+    if (jumpy.binding.patch[highest] < 0 ||
+        mesh_.vertices(static_cast<Eigen::Index>(v), 1) > mesh_.vertices(static_cast<Eigen::Index>(highest), 1))
+      highest = v;
+  }
+  jumpy.binding.patch[highest] = jumpy.binding.patch[lip];
+  jumpy.binding.skin_weight[highest] = 1;
+  const FaceJudgement found = judged(jumpy, opening());
+  ASSERT_NE(faultOf(found, "vertex jump"), nullptr);
+  EXPECT_GT(found.jump_ratio, 1.5 * judged(file_, opening()).jump_ratio);
+}
+
+TEST_F(FaceJudgeTest, LooksAtTheWarpWhereItIsUsed) {
+  // Two markers one behind the other change places on the head: space between them is turned inside out.
+  FaceFile folded = file_;
+  const auto row = [&](const char* name) {
+    return std::find(folded.marker_names.begin(), folded.marker_names.end(), name) - folded.marker_names.begin();
+  };
+  const Eigen::RowVector3d upper = folded.marker_targets.row(row("LIP_LO_MID"));
+  folded.marker_targets.row(row("LIP_LO_MID")) = folded.marker_targets.row(row("CHIN_UP"));
+  folded.marker_targets.row(row("CHIN_UP")) = upper;
+  const FaceJudgement found = judged(folded, opening());
+  EXPECT_GT(found.warp_folds, 0U);
+  ASSERT_NE(faultOf(found, "warp fold-overs in use"), nullptr);
+}
+
+/// The guide's table is the code's.
+TEST(FaceLimits, StandInTheGuide) {
+  const std::string guide = test::readAll(std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / "docs/guides/fit_a_face.md");
+  const std::size_t table = guide.find("| judged | limit |");
+  ASSERT_NE(table, std::string::npos);
+  const std::string rows = guide.substr(table, guide.find("\n\n", table) - table);
+  for (const FaceLimit& limit : faceLimits()) {
+    const std::string row = fmt::format("\n| {} | {} {}{}{} |", limit.name, limit.at_least ? "at least" : "at most",
+                                        limit.limit, limit.unit.empty() ? "" : " ", limit.unit);
+    EXPECT_NE(rows.find(row), std::string::npos) << row;
+  }
+  EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 1 + static_cast<std::ptrdiff_t>(faceLimits().size()));
+}
+
+}  // namespace
+}  // namespace mouthpiece

@@ -1,0 +1,178 @@
+// F and V, W and UW, on heads with teeth and without.
+#include "deform/mouth/lip_tuck.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <filesystem>
+#include <limits>
+
+#include "base/files.h"
+#include "deform/kernel/deformer.h"
+#include "retarget/rig/face_fit.h"
+#include "retarget/rig/face_rig.h"
+#include "synthesis/lips.h"
+#include "test_face.h"
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A fitted head.
+struct Head {
+  FaceMesh mesh;
+  FaceFile file;
+  [[nodiscard]] double mm() const { return 1000 * mesh.metres_per_unit; }
+};
+
+Head fitted(const fs::path& mesh_file, const std::string& anchors) {
+  const test::MadeUpActor actor = test::madeUpActor();
+  const FitRequest request{.name = "head",
+                           .mesh_file = "head.obj",
+                           .mesh_sha256 = {},
+                           .corpus = "made up",
+                           .marker_names = actor.names,
+                           .actor_neutral_mm = actor.neutral_mm,
+                           .warp = {},
+                           .binding = {}};
+  Head head;
+  head.mesh = readFaceMesh(mesh_file);
+  head.file = fitFace(head.mesh, parseAnchors(anchors, "anchors"), "anchors", request);
+  return head;
+}
+
+const fs::path kFaces = fs::path(MOUTHPIECE_SOURCE_DIR) / "../shared/faces";
+
+VertexPositions posed(const Head& head, double tuck) {
+  const FaceDeformer deformer(head.mesh, head.file.control, head.file.binding);
+  const std::vector<LipGap> gaps(lipPairs(head.file.control).size(), {.opened = 0, .least = 0, .tuck = tuck});
+  VertexPositions out;
+  const MarkerPositions closed = head.file.marker_targets + closingOffsets(head.file.control);
+  deformer.deform({closed, gaps}, {}, out);
+  return out;
+}
+
+/// The highest vertex of the lower lip, or the lowest of the upper one, in the middle of the mouth.
+Eigen::RowVector3d rimOf(const Head& head, const VertexPositions& vertices, LipSide side) {
+  const double up = side == LipSide::kLower ? 1 : -1;
+  double best = -std::numeric_limits<double>::infinity();
+  Eigen::RowVector3d rim;
+  for (std::size_t v = 0; v < head.file.binding.patch.size(); ++v) {
+    const int patch = head.file.binding.patch[v];
+    const Eigen::RowVector3d p = vertices.row(static_cast<Eigen::Index>(v)).cast<double>();
+    if (patch < 0 || head.file.control.sideOf(static_cast<std::size_t>(patch)) != side) continue;
+    if (std::abs(p.x()) * head.mm() > 3 || up * p.y() < best) continue;
+    best = up * p.y();
+    rim = p;
+  }
+  return rim;
+}
+
+/// The upper teeth's edge in the middle: the lowest of the foremost 8 mm.
+Eigen::RowVector3d teethEdge(const Head& head) {
+  std::vector<Eigen::RowVector3d> middle;
+  double front = -std::numeric_limits<double>::infinity();
+  for (const Triangle& triangle : trianglesOf(head.mesh, {PartKind::kUpperTeeth})) {
+    for (const std::uint32_t v : triangle) {
+      const Eigen::RowVector3d p = head.mesh.vertices.row(v).cast<double>();
+      if (std::abs(p.x()) * head.mm() > 4) continue;
+      middle.push_back(p);
+      front = std::max(front, p.z());
+    }
+  }
+  Eigen::RowVector3d edge(0, std::numeric_limits<double>::infinity(), 0);
+  for (const Eigen::RowVector3d& p : middle) {
+    if (head.mm() * (front - p.z()) < 8 && p.y() < edge.y()) edge = p;
+  }
+  return edge;
+}
+
+/// The rim is at the edge of the teeth, below it and not behind them, in a mouth that is not closed.
+void expectLipAtTeeth(const Head& head) {
+  const Eigen::RowVector3d edge = teethEdge(head), rest = rimOf(head, head.mesh.vertices, LipSide::kLower);
+  const VertexPositions f = posed(head, 1);
+  const Eigen::RowVector3d rim = rimOf(head, f, LipSide::kLower);
+  EXPECT_NEAR(head.mm() * (rim.y() - edge.y()), -0.3, 1.5);
+  EXPECT_NEAR(head.mm() * (rim.z() - edge.z()), 0.5, 2.5);
+  EXPECT_LT(rim.z(), rest.z()) << "it goes back";
+  EXPECT_GT(head.mm() * (rimOf(head, f, LipSide::kUpper).y() - edge.y()), 0.5) << "the teeth are seen";
+  const LipContactMeter meter(head.mesh, head.file.control);
+  EXPECT_LT(head.mm() * meter.measure(f).in_teeth, 0.5);
+  EXPECT_LT(head.mm() * meter.measure(posed(head, 0)).gap, 0.3) << "without the tuck it is a closed mouth";
+}
+
+TEST(LipTuck, BringsTheDefaultFacesLipToItsTeeth) {
+  if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
+  Head head;
+  head.file = test::fittedDefaultFace(head.mesh);
+  expectLipAtTeeth(head);
+  EXPECT_GT(LipContactMeter(head.mesh, head.file.control).measure(posed(head, 1)).gap, 1);
+}
+
+TEST(LipTuck, BringsTheIctHeadsLipToItsTeeth) {
+  if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
+  if (!fs::exists(kFaces / "ict_head.obj")) GTEST_SKIP() << "the ICT head is not beside the project (../shared/faces)";
+  expectLipAtTeeth(fitted(kFaces / "ict_head.obj",
+                          readFile(fs::path(MOUTHPIECE_SOURCE_DIR) / "sample_data/anchors/ict_head.anchors.json")));
+}
+
+/// As a user would click them on makehuman_male.obj.
+constexpr const char* kMakeHumanAnchors = R"({"markers": {
+  "LIP_CORNER_R": [-0.2341, 7.492, 1.4335], "LIP_CORNER_L": [0.2341, 7.492, 1.4335], "LIP_UP_MID": 362,
+  "LIP_LO_MID": 492, "NOSE_TIP": 294, "CHIN_LOW": 1584, "CANTHUS_OUT_R": 1417, "CANTHUS_OUT_L": 3539,
+  "EYE_IN_R": 2195, "EYE_IN_L": 4296}})";
+
+TEST(LipTuck, TucksTheLipWhereThereAreNoTeeth) {
+  if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
+  if (!fs::exists(kFaces / "makehuman_male.obj")) GTEST_SKIP() << "MakeHuman's head is not beside the project";
+  const Head head = fitted(kFaces / "makehuman_male.obj", kMakeHumanAnchors);
+  const double mouth = head.file.control.mouth_width;
+  const VertexPositions f = posed(head, 1), m = posed(head, 0);
+  const Eigen::RowVector3d way = rimOf(head, f, LipSide::kLower) - rimOf(head, m, LipSide::kLower);
+  EXPECT_LT(way.z(), -0.5 * LipTuck::kEdgeBehind * mouth);
+  EXPECT_GT(way.z(), -1.5 * LipTuck::kEdgeBehind * mouth);
+  EXPECT_LT(way.y(), 0);
+  EXPECT_GT(head.mm() * LipContactMeter(head.mesh, head.file.control).measure(f).gap, 0.3);
+}
+
+TEST(LipTuck, ComesAndGoesWithoutAJump) {
+  if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
+  Head head;
+  head.file = test::fittedDefaultFace(head.mesh);
+  VertexPositions before = posed(head, 0);
+  EXPECT_EQ((before - posed(head, 0)).cwiseAbs().maxCoeff(), 0);
+  for (int i = 1; i <= 40; ++i) {
+    const VertexPositions now = posed(head, i / 40.0);
+    ASSERT_LT((now - before).rowwise().norm().maxCoeff(), 0.6F) << i;
+    before = now;
+  }
+}
+
+/// What a camera in front does not see of W is added, and can be seen from the side.
+TEST(LipRoundingTest, NarrowsTheMouthAndBringsTheLipsForward) {
+  if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
+  FaceMesh mesh;
+  const FaceFile file = test::fittedDefaultFace(mesh);
+  const FaceRig rig = FaceRig::of(file, mesh, "default.face");
+  const test::MadeUpActor actor = test::madeUpActor();
+  MotionClip clip{60, actor.names, PositionMatrix(1, actor.neutral_mm.size())};
+  clip.positions_mm.row(0) = Eigen::Map<const Eigen::RowVectorXd>(actor.neutral_mm.data(), actor.neutral_mm.size());
+  const auto deformed = [&](const LipRounding& unseen, float rounding) {
+    const ActorPose who{actor.neutral_mm, 0, unseen};
+    VertexPositions out;
+    const std::array lips{LipPose{0, 0.4F, 0, rounding}};
+    rig.deform(rig.retarget(clip, &who, lips).pose(FrameIndex{0}), {}, out);
+    return out;
+  };
+  const VertexPositions rest = deformed({}, 1), round = deformed(kRounded, 1);
+  EXPECT_EQ((deformed(kRounded, 0) - rest).cwiseAbs().maxCoeff(), 0) << "nothing where the sound is not round";
+  // MediaPipe's landmarks: the corners of the lips and the middles of their edges.
+  const auto width = [](const VertexPositions& v) { return double{(v.row(61) - v.row(291)).norm()}; };
+  EXPECT_LT(width(round), 0.9 * width(rest));
+  for (const int lip : {0, 13, 14, 17}) EXPECT_GT(round(lip, 2) - rest(lip, 2), 3) << lip;
+  for (const int still : {1, 33, 263}) EXPECT_LT((round.row(still) - rest.row(still)).norm(), 1) << still;
+}
+
+}  // namespace
+}  // namespace mouthpiece

@@ -1,0 +1,152 @@
+#!/usr/bin/python3
+"""Fitted heads in twelve poses on one sheet, from the front and from the side: a picture to look at.
+
+    face_sheet.py --bin build/bin --out sheet.png default.face ict.face ...
+
+Each head says a line (`synth`); its poses are those in the middle of a B, P, M, F, V, W, UW, OW, AA, IY, TH and at rest.
+Needs numpy. Drawn by points: each triangle is filled with as many as it has pixels.
+"""
+import argparse
+import pathlib
+import re
+import struct
+import subprocess
+import tempfile
+import zlib
+
+import numpy
+
+LINE = "a bee, a pea, my fee, above, we, who, oh, father, see, the thumb"
+POSES = ["rest", "B", "P", "M", "F", "V", "W", "UW", "OW", "AA", "IY", "TH"]
+WIDTH, HEIGHT = 150, 120
+BACKGROUND = (231, 229, 225)
+SKIN, COLOURS = (0.75, 0.5, 0.4), {"teeth": (0.9, 0.9, 0.85), "tongue": (0.7, 0.25, 0.25), "lips": (0.66, 0.32, 0.29)}
+
+
+def read_obj(path):
+    vertices, triangles, colours, colour = [], [], [], SKIN
+    for line in open(path):
+        words = line.split()
+        if not words:
+            continue
+        if words[0] == "v":
+            vertices.append([float(x) for x in words[1:4]])
+        elif words[0] in ("g", "usemtl", "o"):
+            name = words[-1].lower()
+            colour = next((c for part, c in COLOURS.items() if part in name), SKIN)
+        elif words[0] == "f":
+            corners = [int(w.split("/")[0]) for w in words[1:]]
+            corners = [c - 1 if c > 0 else len(vertices) + c for c in corners]
+            for i in range(1, len(corners) - 1):
+                triangles.append((corners[0], corners[i], corners[i + 1]))
+                colours.append(colour)
+    return numpy.array(vertices), numpy.array(triangles), numpy.array(colours)
+
+
+def read_pc2(path):
+    data = pathlib.Path(path).read_bytes()
+    count, = struct.unpack("<i", data[16:20])
+    frames, = struct.unpack("<i", data[28:32])
+    return numpy.frombuffer(data, numpy.float32, offset=32).reshape(frames, count, 3).astype(float)
+
+
+def phones_of(text_grid):
+    tier = re.search(r'name = "phones".*?(?=item \[|$)', text_grid, re.S).group(0)
+    found = re.findall(r'xmin = ([\d.]+)\s+xmax = ([\d.]+)\s+text = "(.*?)"', tier)
+    return [(0.5 * (float(a) + float(b)), name) for a, b, name in found]
+
+
+def draw(vertices, triangles, colours, middle, width, side):
+    """A picture of what lies within `width` of `middle`, HEIGHT x WIDTH x 3."""
+    turn = numpy.radians(82 if side else 12)
+    right = numpy.array([numpy.cos(turn), 0, -numpy.sin(turn)])
+    back = numpy.array([numpy.sin(turn), 0, numpy.cos(turn)])
+    seen = vertices - middle
+    scale = WIDTH / width
+    x, y, z = WIDTH / 2 + scale * seen @ right, HEIGHT / 2 - scale * seen[:, 1], seen @ back
+    corners = numpy.stack([x, y, z], axis=1)[triangles]
+    is_in = ((corners[:, :, 0].max(1) > 0) & (corners[:, :, 0].min(1) < WIDTH) &
+             (corners[:, :, 1].max(1) > 0) & (corners[:, :, 1].min(1) < HEIGHT))
+    faces = numpy.cross(vertices[triangles[:, 1]] - vertices[triangles[:, 0]],
+                        vertices[triangles[:, 2]] - vertices[triangles[:, 0]])
+    normals = numpy.zeros_like(vertices)
+    for corner in range(3):
+        numpy.add.at(normals, triangles[:, corner], faces)
+    depth = numpy.full(WIDTH * HEIGHT, -numpy.inf)
+    picture = numpy.tile(numpy.array(BACKGROUND, float), (WIDTH * HEIGHT, 1))
+    size = numpy.ptp(corners[:, :, :2], axis=1).max(1)
+    steps = numpy.clip(numpy.ceil(2 * size).astype(int) + 1, 2, 64)
+    for count in numpy.unique(steps[is_in]):
+        chosen = numpy.flatnonzero(is_in & (steps == count))
+        grid = numpy.array([(i, j, count - i - j) for i in range(count + 1) for j in range(count + 1 - i)]) / count
+        for some in numpy.array_split(chosen, max(1, len(chosen) * len(grid) // 2_000_000)):
+            places = numpy.einsum("gk,tkd->tgd", grid, corners[some]).reshape(-1, 3)
+            shades = numpy.einsum("gk,tkd->tgd", grid, normals[triangles[some]]).reshape(-1, 3)
+            shades /= numpy.maximum(numpy.linalg.norm(shades, axis=1, keepdims=True), 1e-12)
+            towards = shades @ back
+            shades[towards < 0] *= -1
+            light = shades @ (back + numpy.array([0, 0.6, 0]) - 0.6 * right) / numpy.sqrt(1.72)
+            light = numpy.where(towards < 0, 0.55, 1) * (0.22 + 0.78 * numpy.maximum(light, 0))
+            column, row = numpy.floor(places[:, 0]).astype(int), numpy.floor(places[:, 1]).astype(int)
+            inside = (column >= 0) & (column < WIDTH) & (row >= 0) & (row < HEIGHT)
+            at = (row * WIDTH + column)[inside]
+            far = places[inside, 2]
+            colour = 255 * (numpy.repeat(colours[some], len(grid), axis=0)[inside] * light[inside, None]) ** 0.4545
+            order = numpy.argsort(far)  # of several writes to one place the last one stays
+            at, far, colour = at[order], far[order], colour[order]
+            nearest = numpy.full(WIDTH * HEIGHT, -1)
+            nearest[at] = numpy.arange(len(at))
+            wins = numpy.flatnonzero(nearest >= 0)
+            wins = wins[far[nearest[wins]] > depth[wins]]
+            depth[wins], picture[wins] = far[nearest[wins]], colour[nearest[wins]]
+    return picture.reshape(HEIGHT, WIDTH, 3).astype(numpy.uint8)
+
+
+def write_png(path, picture):
+    height, width, _ = picture.shape
+    rows = b"".join(b"\0" + picture[i].tobytes() for i in range(height))
+
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    pathlib.Path(path).write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) +
+                                   chunk(b"IDAT", zlib.compress(rows, 9)) + chunk(b"IEND", b""))
+
+
+def rows_of(face, bin_folder):
+    """Two rows of pictures: from the front and from the side."""
+    with tempfile.TemporaryDirectory() as scratch:
+        cache, labels = f"{scratch}/talk.pc2", f"{scratch}/phones.TextGrid"
+        subprocess.run([f"{bin_folder}/synth", "--text", LINE, "--face", face, "-o", cache, "-o", labels, "-q"], check=True)
+        frames, phones = read_pc2(cache), phones_of(pathlib.Path(labels).read_text())
+    facts = subprocess.run([f"{bin_folder}/retarget", "check", face, "--json", "-q"], stdout=subprocess.PIPE).stdout
+    mesh = re.search(rb'"mesh": "(.*?)"', facts).group(1).decode()
+    vertices, triangles, colours = read_obj(pathlib.Path(face).parent / mesh)
+    moved = numpy.ptp(frames, axis=0).max(1)
+    lips = frames[0][moved > 0.6 * moved.max()]  # in no other place does a talking face move more
+    middle, width = lips.mean(0), 0.42 * numpy.ptp(vertices[:, 0])
+    rows = [[], []]
+    for pose in POSES:
+        time = next((t for t, name in phones if name.rstrip("012") == pose), None)
+        frame = vertices if time is None else frames[min(len(frames) - 1, round(60 * time))]
+        for side in (0, 1):
+            rows[side].append(draw(frame, triangles, colours, middle, width, side))
+    return [numpy.concatenate(row, axis=1) for row in rows]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--bin", default="build/bin")
+    parser.add_argument("--out", default="sheet.png")
+    parser.add_argument("faces", nargs="+", help=".face files fitted to OBJ meshes that stand upright")
+    given = parser.parse_args()
+    rows = []
+    for face in given.faces:
+        rows += rows_of(face, given.bin)
+    write_png(given.out, numpy.concatenate(rows, axis=0))
+    print(f"{given.out}: {', '.join(POSES)}; a head in two rows: {', '.join(map(str, given.faces))}")
+
+
+if __name__ == "__main__":
+    main()
