@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "base/time.h"
 #include "units/prediction/context_network.h"
 
 namespace mouthpiece {
