@@ -86,7 +86,8 @@ std::vector<BoneRole> boneRoles(const tinygltf::Model& model, const std::vector<
   for (std::size_t n = 0; n < roles.size(); ++n) {
     bool hangs_on_joint = false;
     // The reader has made sure that the way up ends.
-    for (int at = static_cast<int>(n); at >= 0 && roles[n] == BoneRole::kUnknown; at = parents[static_cast<std::size_t>(at)]) {
+    for (int at = static_cast<int>(n); at >= 0 && roles[n] == BoneRole::kUnknown;
+         at = parents[static_cast<std::size_t>(at)]) {
       roles[n] = own[static_cast<std::size_t>(at)];
       hangs_on_joint = hangs_on_joint || is_joint[static_cast<std::size_t>(at)];
     }
@@ -104,7 +105,8 @@ bool isJawShape(std::string_view name) {
 bool isMouthShape(std::string_view name) {
   if (isJawShape(name)) return true;
   const std::string text = plain(name);
-  if (hasOneOf<10>(text, {"mouth", "jaw", "viseme", "mth", "lip", "smile", "phoneme", "tongue", "frown", "pucker"})) return true;
+  if (hasOneOf<10>(text, {"mouth", "jaw", "viseme", "mth", "lip", "smile", "phoneme", "tongue", "frown", "pucker"}))
+    return true;
   constexpr std::array<std::string_view, 12> kVowels{"a", "i", "u", "e", "o", "aa", "ih", "ou", "ee", "oh", "ah", "oo"};
   return std::find(kVowels.begin(), kVowels.end(), text) != kVowels.end();
 }

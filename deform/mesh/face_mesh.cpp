@@ -63,11 +63,14 @@ FaceMesh parseFaceMesh(std::string_view bytes, const std::filesystem::path& path
   if (extension == ".ply") return parsePly(bytes, file);
   if (extension == ".off") return parseOff(bytes, file);
   if (extension == ".fbx" || extension == ".gltf" || extension == ".blend" || extension == ".dae") {
-    throw InputError(file, "", fmt::format("found {}; expected .glb, .vrm, .obj, .ply or .off: docs/guides/convert_a_head.md "
-                                           "says how to make a GLB of it", extension));
+    throw InputError(file, "",
+                     fmt::format("found {}; expected .glb, .vrm, .obj, .ply or .off: docs/guides/convert_a_head.md "
+                                 "says how to make a GLB of it",
+                                 extension));
   }
-  throw InputError(file, "",
-                   fmt::format("found the ending '{}'; expected .obj, .ply, .off, .glb or .vrm", printable(extension, 20)));
+  throw InputError(
+      file, "",
+      fmt::format("found the ending '{}'; expected .obj, .ply, .off, .glb or .vrm", printable(extension, 20)));
 }
 
 FaceShapes parseFaceShapes(std::string_view bytes, const std::filesystem::path& path, std::string_view object) {

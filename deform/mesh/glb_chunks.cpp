@@ -33,10 +33,14 @@ bool isDeeperThan(std::string_view json, int limit) {
   int depth = 0;
   bool in_text = false;
   for (std::size_t i = 0; i < json.size(); ++i) {
-    if (in_text && json[i] == '\\') ++i;
-    else if (json[i] == '"') in_text = !in_text;
-    else if (!in_text && (json[i] == '{' || json[i] == '[') && ++depth > limit) return true;
-    else if (!in_text && (json[i] == '}' || json[i] == ']')) --depth;
+    if (in_text && json[i] == '\\')
+      ++i;
+    else if (json[i] == '"')
+      in_text = !in_text;
+    else if (!in_text && (json[i] == '{' || json[i] == '[') && ++depth > limit)
+      return true;
+    else if (!in_text && (json[i] == '}' || json[i] == ']'))
+      --depth;
   }
   return false;
 }
@@ -49,7 +53,8 @@ GlbChunks glbChunks(std::string_view glb, std::string_view file) {
     fail("found no 'glTF' at the start; expected a GLB file");
   if (glb.size() > std::numeric_limits<std::uint32_t>::max()) fail("is larger than 4 GB");
   if (wordAt(glb, 4) != 2) fail(fmt::format("found glTF version {}; expected 2", wordAt(glb, 4)));
-  if (wordAt(glb, 8) > glb.size()) fail(fmt::format("is {} bytes long; its header says {}", glb.size(), wordAt(glb, 8)));
+  if (wordAt(glb, 8) > glb.size())
+    fail(fmt::format("is {} bytes long; its header says {}", glb.size(), wordAt(glb, 8)));
   glb = glb.substr(0, wordAt(glb, 8));
   const std::string_view kJson = "JSON", kBinary("BIN\0", 4);
   const std::size_t json_bytes = wordAt(glb, kHeaderBytes);
@@ -96,14 +101,18 @@ std::map<int, GlbPicture> glbPictures(std::string_view glb, std::string_view fil
   const nlohmann::json& materials = root.contains("materials") ? root["materials"] : none;
   for (std::size_t m = 0; m < materials.size(); ++m) {
     try {
-      const nlohmann::json& texture = at("textures", materials[m].at("pbrMetallicRoughness").at("baseColorTexture").at("index"));
+      const nlohmann::json& texture =
+          at("textures", materials[m].at("pbrMetallicRoughness").at("baseColorTexture").at("index"));
       const bool has_source = texture.contains("source");
-      const nlohmann::json& image = at("images", has_source ? texture["source"] : texture.at("extensions").at("EXT_texture_webp").at("source"));
+      const nlohmann::json& image =
+          at("images", has_source ? texture["source"] : texture.at("extensions").at("EXT_texture_webp").at("source"));
       const std::string mime = image.value("mimeType", "");
       if (mime != "image/png" && mime != "image/jpeg" && mime != "image/webp") continue;
       const nlohmann::json& view = at("bufferViews", image.at("bufferView"));
-      const std::size_t begin = view.value("byteOffset", std::size_t{0}), length = view.at("byteLength").get<std::size_t>();
-      if (view.value("buffer", 0) != 0 || begin > chunks.binary.size() || length > chunks.binary.size() - begin) continue;
+      const std::size_t begin = view.value("byteOffset", std::size_t{0}),
+                        length = view.at("byteLength").get<std::size_t>();
+      if (view.value("buffer", 0) != 0 || begin > chunks.binary.size() || length > chunks.binary.size() - begin)
+        continue;
       pictures[static_cast<int>(m)] = {mime, std::string(chunks.binary.substr(begin, length))};
     } catch (const nlohmann::json::exception&) {
       continue;  // a material without a picture of its own

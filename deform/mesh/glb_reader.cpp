@@ -41,9 +41,10 @@ tinygltf::FsCallbacks noFiles() {
 
 /// Extensions that say nothing of where a vertex is; what a file requires besides is refused.
 bool leavesGeometryAlone(std::string_view extension) {
-  if (extension == "KHR_texture_transform" || extension == "KHR_texture_basisu" || extension == "KHR_mesh_quantization" ||
-      extension == "EXT_texture_webp" || extension == "EXT_texture_avif" || extension == "KHR_lights_punctual" ||
-      extension == "KHR_animation_pointer" || extension == "MSFT_texture_dds" || extension == "VRM")
+  if (extension == "KHR_texture_transform" || extension == "KHR_texture_basisu" ||
+      extension == "KHR_mesh_quantization" || extension == "EXT_texture_webp" || extension == "EXT_texture_avif" ||
+      extension == "KHR_lights_punctual" || extension == "KHR_animation_pointer" || extension == "MSFT_texture_dds" ||
+      extension == "VRM")
     return true;
   return extension.starts_with("KHR_materials_") || extension.starts_with("VRMC_");
 }
@@ -128,9 +129,9 @@ class GlbParser {
     std::string warning;
     bool is_loaded = false;
     try {
-      is_loaded = loader.LoadBinaryFromMemory(&model_, &error, &warning,
-                                              reinterpret_cast<const unsigned char*>(bytes.data()),
-                                              static_cast<unsigned int>(bytes.size()), "");
+      is_loaded =
+          loader.LoadBinaryFromMemory(&model_, &error, &warning, reinterpret_cast<const unsigned char*>(bytes.data()),
+                                      static_cast<unsigned int>(bytes.size()), "");
     } catch (const std::exception& problem) {
       error = problem.what();
     }

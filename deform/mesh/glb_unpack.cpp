@@ -113,20 +113,29 @@ class Unpacker {
         (mode == "TRIANGLES" && count % 3 != 0))
       fail("found meshopt data of an unknown layout");
     // The encoder needs two bits for sixteen bytes of a vertex stream at least, and a byte for a triangle.
-    if (std::uint64_t{count} * stride > 64 * std::uint64_t{from.size()} + 1024) fail("found meshopt data that is cut off");
+    if (std::uint64_t{count} * stride > 64 * std::uint64_t{from.size()} + 1024)
+      fail("found meshopt data that is cut off");
     const std::size_t at = grow(std::uint64_t{count} * stride);
     const auto* data = reinterpret_cast<const unsigned char*>(from.data());
     char* to = binary_.data() + at;
     int problem = 0;
-    if (is_vertices) problem = meshopt_decodeVertexBuffer(to, count, stride, data, from.size());
-    else if (mode == "TRIANGLES") problem = meshopt_decodeIndexBuffer(to, count, stride, data, from.size());
-    else if (mode == "INDICES") problem = meshopt_decodeIndexSequence(to, count, stride, data, from.size());
-    else fail(fmt::format("found meshopt data of the unknown mode '{}'", printable(mode, 40)));
+    if (is_vertices)
+      problem = meshopt_decodeVertexBuffer(to, count, stride, data, from.size());
+    else if (mode == "TRIANGLES")
+      problem = meshopt_decodeIndexBuffer(to, count, stride, data, from.size());
+    else if (mode == "INDICES")
+      problem = meshopt_decodeIndexSequence(to, count, stride, data, from.size());
+    else
+      fail(fmt::format("found meshopt data of the unknown mode '{}'", printable(mode, 40)));
     if (problem != 0) fail("found meshopt data that is damaged");
-    if (filter == "OCTAHEDRAL" && is_vertices && (stride == 4 || stride == 8)) meshopt_decodeFilterOct(to, count, stride);
-    else if (filter == "QUATERNION" && is_vertices && stride == 8) meshopt_decodeFilterQuat(to, count, stride);
-    else if (filter == "EXPONENTIAL" && is_vertices) meshopt_decodeFilterExp(to, count, stride);
-    else if (filter != "NONE") fail(fmt::format("found the unknown meshopt filter '{}'", printable(filter, 40)));
+    if (filter == "OCTAHEDRAL" && is_vertices && (stride == 4 || stride == 8))
+      meshopt_decodeFilterOct(to, count, stride);
+    else if (filter == "QUATERNION" && is_vertices && stride == 8)
+      meshopt_decodeFilterQuat(to, count, stride);
+    else if (filter == "EXPONENTIAL" && is_vertices)
+      meshopt_decodeFilterExp(to, count, stride);
+    else if (filter != "NONE")
+      fail(fmt::format("found the unknown meshopt filter '{}'", printable(filter, 40)));
     view["buffer"] = 0;
     view["byteOffset"] = at;
     view["byteLength"] = count * stride;
@@ -157,7 +166,8 @@ class Unpacker {
     const json& views = root_.at("bufferViews");
     const std::uint64_t number = whole(packed, "bufferView", views.size() - 1);
     const json& view = views[number];
-    const std::string data = binary_.substr(whole(view, "byteOffset", binary_.size()), whole(view, "byteLength", binary_.size()));
+    const std::string data =
+        binary_.substr(whole(view, "byteOffset", binary_.size()), whole(view, "byteLength", binary_.size()));
     draco::DecoderBuffer buffer;
     buffer.Init(data.data(), data.size());
     draco::Decoder decoder;
@@ -171,7 +181,8 @@ class Unpacker {
       if (!id.is_number_unsigned()) fail("found a Draco attribute without a number");
       const draco::PointAttribute* attribute = mesh.GetAttributeByUniqueId(id.get<std::uint32_t>());
       const auto own = primitive.at("attributes").find(name);
-      if (attribute == nullptr || own == primitive.at("attributes").end()) fail("names a Draco attribute that it lacks");
+      if (attribute == nullptr || own == primitive.at("attributes").end())
+        fail("names a Draco attribute that it lacks");
       unpackAttribute(accessorAt(*own), *attribute, points);
     }
     if (const auto indices = primitive.find("indices"); indices != primitive.end()) {
@@ -189,12 +200,22 @@ class Unpacker {
   void unpackAttribute(json& accessor, const draco::PointAttribute& attribute, std::uint32_t points) {
     constexpr int kUnsignedShort = 5123;
     const std::string type = accessor.value("type", "");
-    const std::size_t width = type == "SCALAR" ? 1U : type == "VEC2" ? 2U : type == "VEC3" ? 3U : type == "VEC4" ? 4U : 0U;
-    if (width == 0 || attribute.num_components() != static_cast<int>(width)) fail("found a Draco attribute of another width");
+    const std::size_t width = type == "SCALAR" ? 1U
+                              : type == "VEC2" ? 2U
+                              : type == "VEC3" ? 3U
+                              : type == "VEC4" ? 4U
+                                               : 0U;
+    if (width == 0 || attribute.num_components() != static_cast<int>(width))
+      fail("found a Draco attribute of another width");
     const int component = accessor.value("componentType", kFloat);
     // Joints stay whole numbers; all else is read as real ones, and shares as such.
     const bool is_joints = component != kFloat && !accessor.value("normalized", false) && width == 4;
-    const double share = accessor.value("normalized", false) && !attribute.normalized() ? (component == 5121 ? 255.0 : component == kUnsignedShort ? 65535.0 : component == 5120 ? 127.0 : 32767.0) : 1.0;
+    const double share = accessor.value("normalized", false) && !attribute.normalized()
+                             ? (component == 5121             ? 255.0
+                                : component == kUnsignedShort ? 65535.0
+                                : component == 5120           ? 127.0
+                                                              : 32767.0)
+                             : 1.0;
     const std::size_t bytes = std::size_t{points} * width * (is_joints ? 2 : 4);
     const std::size_t at = grow(bytes);
     std::array<float, 4> values{};
@@ -205,8 +226,10 @@ class Unpacker {
         const std::size_t place = at + (point.value() * width + k) * (is_joints ? 2 : 4);
         const auto joint = static_cast<std::uint16_t>(std::clamp(values[k], 0.0F, 65535.0F));
         const float value = asFloat(static_cast<double>(values[k]) / share);
-        if (is_joints) std::memcpy(binary_.data() + place, &joint, 2);
-        else std::memcpy(binary_.data() + place, &value, 4);
+        if (is_joints)
+          std::memcpy(binary_.data() + place, &joint, 2);
+        else
+          std::memcpy(binary_.data() + place, &value, 4);
       }
     }
     fill(accessor, points, is_joints ? kUnsignedShort : kFloat, bytes, at);

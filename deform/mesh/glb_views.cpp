@@ -62,7 +62,8 @@ const tinygltf::Accessor& GlbViews::checked(int index, std::initializer_list<int
   // Without this a few bytes of JSON could ask for gigabytes of zeros.
   std::size_t held = 0;
   for (const tinygltf::Buffer& buffer : model_.buffers) held += buffer.data.size();
-  if (wanted.bufferView < 0 && wanted.count > 4096 + held) fail(fmt::format("accessor {} reaches beyond its data", index));
+  if (wanted.bufferView < 0 && wanted.count > 4096 + held)
+    fail(fmt::format("accessor {} reaches beyond its data", index));
   return wanted;
 }
 
@@ -162,8 +163,7 @@ std::vector<std::uint32_t> GlbViews::wholes(int index, std::initializer_list<int
     fail("found indices that are no whole numbers");
   std::vector<std::uint32_t> wholes(wanted.count * width, 0);
   each(wanted, [&](std::size_t element, std::size_t k, const unsigned char* place) {
-    wholes[element * width + k] =
-        static_cast<std::uint32_t>(indexAt({place, 1, 0, wanted.componentType}, 0));
+    wholes[element * width + k] = static_cast<std::uint32_t>(indexAt({place, 1, 0, wanted.componentType}, 0));
   });
   return wholes;
 }

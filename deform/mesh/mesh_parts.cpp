@@ -20,46 +20,26 @@ struct KindWord {
 };
 constexpr std::array kKindWords{
     KindWord{"lash", PartKind::kSkin},  // they move with the lids
-    KindWord{"brow", PartKind::kSkin},
-    KindWord{"eyelid", PartKind::kSkin},
-    KindWord{"eyeline", PartKind::kSkin},
-    KindWord{"eyesock", PartKind::kEye},
-    KindWord{"tongue", PartKind::kTongue},
-    KindWord{"teeth", PartKind::kUpperTeeth},
-    KindWord{"tooth", PartKind::kUpperTeeth},
-    KindWord{"gum", PartKind::kUpperTeeth},
-    KindWord{"denture", PartKind::kUpperTeeth},
-    KindWord{"saliva", PartKind::kUpperTeeth},
-    KindWord{"lips", PartKind::kLips},
-    KindWord{"lip_", PartKind::kLips},
-    KindWord{"mouth", PartKind::kMouthInside},
-    KindWord{"oral", PartKind::kMouthInside},
-    KindWord{"sock", PartKind::kMouthInside},
-    KindWord{"eye", PartKind::kEye},
-    KindWord{"sclera", PartKind::kEye},
-    KindWord{"iris", PartKind::kEye},
-    KindWord{"pupil", PartKind::kEye},
-    KindWord{"cornea", PartKind::kEye},
-    KindWord{"lacrimal", PartKind::kEye},
-    KindWord{"tearline", PartKind::kEye},
-    KindWord{"hair", PartKind::kHair},
-    KindWord{"beard", PartKind::kSkin},
-    KindWord{"headwear", PartKind::kOther},
-    KindWord{"outfit", PartKind::kOther},
-    KindWord{"footwear", PartKind::kOther},
-    KindWord{"shoe", PartKind::kOther},
-    KindWord{"cloth", PartKind::kOther},
-    KindWord{"shirt", PartKind::kOther},
-    KindWord{"suit", PartKind::kOther},
-    KindWord{"pants", PartKind::kOther},
-    KindWord{"glasses", PartKind::kOther},
-    KindWord{"toenail", PartKind::kOther},
-    KindWord{"fingernail", PartKind::kOther},
-    KindWord{"std_nails", PartKind::kOther},
-    KindWord{"face", PartKind::kSkin},
-    KindWord{"skin", PartKind::kSkin},
-    KindWord{"head", PartKind::kSkin},
-    KindWord{"body", PartKind::kSkin},
+    KindWord{"brow", PartKind::kSkin},          KindWord{"eyelid", PartKind::kSkin},
+    KindWord{"eyeline", PartKind::kSkin},       KindWord{"eyesock", PartKind::kEye},
+    KindWord{"tongue", PartKind::kTongue},      KindWord{"teeth", PartKind::kUpperTeeth},
+    KindWord{"tooth", PartKind::kUpperTeeth},   KindWord{"gum", PartKind::kUpperTeeth},
+    KindWord{"denture", PartKind::kUpperTeeth}, KindWord{"saliva", PartKind::kUpperTeeth},
+    KindWord{"lips", PartKind::kLips},          KindWord{"lip_", PartKind::kLips},
+    KindWord{"mouth", PartKind::kMouthInside},  KindWord{"oral", PartKind::kMouthInside},
+    KindWord{"sock", PartKind::kMouthInside},   KindWord{"eye", PartKind::kEye},
+    KindWord{"sclera", PartKind::kEye},         KindWord{"iris", PartKind::kEye},
+    KindWord{"pupil", PartKind::kEye},          KindWord{"cornea", PartKind::kEye},
+    KindWord{"lacrimal", PartKind::kEye},       KindWord{"tearline", PartKind::kEye},
+    KindWord{"hair", PartKind::kHair},          KindWord{"beard", PartKind::kSkin},
+    KindWord{"headwear", PartKind::kOther},     KindWord{"outfit", PartKind::kOther},
+    KindWord{"footwear", PartKind::kOther},     KindWord{"shoe", PartKind::kOther},
+    KindWord{"cloth", PartKind::kOther},        KindWord{"shirt", PartKind::kOther},
+    KindWord{"suit", PartKind::kOther},         KindWord{"pants", PartKind::kOther},
+    KindWord{"glasses", PartKind::kOther},      KindWord{"toenail", PartKind::kOther},
+    KindWord{"fingernail", PartKind::kOther},   KindWord{"std_nails", PartKind::kOther},
+    KindWord{"face", PartKind::kSkin},          KindWord{"skin", PartKind::kSkin},
+    KindWord{"head", PartKind::kSkin},          KindWord{"body", PartKind::kSkin},
 };
 
 constexpr float kMoved = 0.1F;    ///< of the furthest move of a mouth's shape: what counts as moved
@@ -131,8 +111,8 @@ struct Rows {
   double between = 0;  ///< squared distance of the two means
 };
 std::optional<Rows> rowsOf(const std::vector<double>& heights, const std::vector<ToothIsland>& islands) {
-  auto [low, high] = std::pair{*std::min_element(heights.begin(), heights.end()),
-                               *std::max_element(heights.begin(), heights.end())};
+  auto [low, high] =
+      std::pair{*std::min_element(heights.begin(), heights.end()), *std::max_element(heights.begin(), heights.end())};
   constexpr int kIterations = 20;
   for (int i = 0; i < kIterations; ++i) {
     std::array<double, 2> sums{}, counts{};
@@ -292,9 +272,9 @@ void appendSplitMouthBag(FaceMesh& mesh, const MeshPart& part, const Eigen::Alig
 
 /// What bones and shapes tell of a part, as shares of its triangles' corners.
 struct PartEvidence {
-  std::array<double, 6> bones{};   ///< by BoneRole
-  double moved = 0;                ///< that shapes of the mouth move
-  double moved_corners = 0;        ///< how many those are
+  std::array<double, 6> bones{};  ///< by BoneRole
+  double moved = 0;               ///< that shapes of the mouth move
+  double moved_corners = 0;       ///< how many those are
   [[nodiscard]] double share(BoneRole role) const { return bones[static_cast<std::size_t>(role)]; }
 };
 
@@ -328,7 +308,8 @@ void judgeByEvidence(const FaceMesh& mesh, const VertexEvidence& evidence, std::
     if (found[p].share(BoneRole::kEye) > kWholly && is_surface && !parts[p].stands_off) kind = PartKind::kEye;
     if (found[p].share(BoneRole::kHair) > kWholly && is_surface) kind = PartKind::kHair;
     // Shoes and gloves are no face, whatever they are called; a neck in one piece with its head is.
-    if (has_head && found[p].share(BoneRole::kBody) > kWholly && isSkin(kind) && found[p].moved == 0) kind = PartKind::kOther;
+    if (has_head && found[p].share(BoneRole::kBody) > kWholly && isSkin(kind) && found[p].moved == 0)
+      kind = PartKind::kOther;
   }
   // What the head's own shapes of the mouth move most of is its skin, whatever it is called.
   const auto most = std::max_element(found.begin(), found.end(), [](const PartEvidence& a, const PartEvidence& b) {
@@ -359,8 +340,8 @@ void assignPartKinds(FaceMesh& mesh, bool keep_colors, const VertexEvidence& evi
   for (MeshPart& part : mesh.parts) {
     part.kind = kindFromName(part.name).value_or(PartKind::kSkin);
     const std::string lower = lowerCase(part.name);
-    part.stands_off = contains(lower, "lash") || contains(lower, "brow") || contains(lower, "beard") ||
-                      contains(lower, "eyeline");
+    part.stands_off =
+        contains(lower, "lash") || contains(lower, "brow") || contains(lower, "beard") || contains(lower, "eyeline");
   }
   judgeByEvidence(mesh, evidence, mesh.parts);
   std::vector<MeshPart> parts;

@@ -75,20 +75,23 @@ void refuseInsideOut(const FaceMesh& mesh, const Anchors& anchors, const Triangl
   Eigen::Vector3d forward = *nose - 0.5 * (*left + *right);
   forward -= forward.dot(across) * across;
   int inwards = 0, looked_at = 0;
-  for (const char* name : {"NOSE_TIP", "LIP_CORNER_R", "LIP_CORNER_L", "LIP_UP_MID", "CHIN_LOW", "CANTHUS_OUT_R", "CANTHUS_OUT_L"}) {
+  for (const char* name :
+       {"NOSE_TIP", "LIP_CORNER_R", "LIP_CORNER_L", "LIP_UP_MID", "CHIN_LOW", "CANTHUS_OUT_R", "CANTHUS_OUT_L"}) {
     const auto place = placeOf(anchors, name, mesh, file);
     const auto foot = place ? tree.closest(*place) : std::nullopt;
     if (!foot) continue;
     const Triangle& t = mesh.triangles[foot->triangle];
     const Eigen::Vector3d a = pointAt(mesh.vertices, t[0]);
-    const Eigen::Vector3d normal = (pointAt(mesh.vertices, t[1]) - a).cross(pointAt(mesh.vertices, t[2]) - a).normalized();
+    const Eigen::Vector3d normal =
+        (pointAt(mesh.vertices, t[1]) - a).cross(pointAt(mesh.vertices, t[2]) - a).normalized();
     ++looked_at;
     inwards += normal.dot(forward.normalized()) < -0.2 ? 1 : 0;
   }
   if (looked_at >= 4 && inwards >= looked_at - 1) {
-    throw InputError(file, "markers",
-                     "lie on triangles that face into the head: the mesh is inside out; flip its normals (Blender: Mesh, "
-                     "Normals, Recalculate Outside)");
+    throw InputError(
+        file, "markers",
+        "lie on triangles that face into the head: the mesh is inside out; flip its normals (Blender: Mesh, "
+        "Normals, Recalculate Outside)");
   }
 }
 
@@ -114,7 +117,8 @@ std::map<std::string, PartKind> skinUnderAnchors(const FaceMesh& mesh, const Anc
     if (!foot) return {};
     all_are_far = all_are_far && (foot->point - place).norm() > kFar * box.diagonal().norm();
     for (const MeshPart& part : mesh.parts) {
-      if (foot->triangle >= part.first_triangle && foot->triangle < part.first_triangle + part.triangle_count) ++on[&part];
+      if (foot->triangle >= part.first_triangle && foot->triangle < part.first_triangle + part.triangle_count)
+        ++on[&part];
     }
   }
   if (all_are_far) {

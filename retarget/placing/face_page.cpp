@@ -62,7 +62,8 @@ std::string facePage(const FaceMesh& mesh, std::string_view name, const Anchors&
   data["pictures"] = json::object();
   if (!mesh.texture_coordinates.empty() && !dressing.pictures.empty()) {
     for (const auto& [material, picture] : dressing.pictures)
-      data["pictures"][std::to_string(material)] = "data:" + picture.mime + ";base64," + base64(picture.bytes.data(), picture.bytes.size());
+      data["pictures"][std::to_string(material)] =
+          "data:" + picture.mime + ";base64," + base64(picture.bytes.data(), picture.bytes.size());
     data["texture"] = base64(mesh.texture_coordinates.data(), mesh.texture_coordinates.size() * 2 * sizeof(float));
   }
   const std::size_t at = kFacePageTemplate.find(kPlaceholder);

@@ -70,9 +70,10 @@ class AnchorFinder {
       if (slit.empty() || slit.back().step != pair.step) slit.push_back(pair);  // the one in front
     }
     if (slit.size() < 4) {
-      throw InputError(file, "",
-                       "shows no slit between the lips where its jaw opens: they are one surface, or the mouth's shapes "
-                       "move other parts; cut them open (`retarget cut`) or click the anchors (`retarget pick`)");
+      throw InputError(
+          file, "",
+          "shows no slit between the lips where its jaw opens: they are one surface, or the mouth's shapes "
+          "move other parts; cut them open (`retarget cut`) or click the anchors (`retarget pick`)");
     }
     findMouth(slit);
     findProfile();
@@ -134,7 +135,8 @@ class AnchorFinder {
   [[nodiscard]] std::optional<float> profile(float y) const {
     // A beard or a cigar before the face is not its profile.
     std::optional<float> z;
-    for (const TriangleTree::Crossing& crossing : front_.crossings(static_cast<double>(centre_x_ + 1e-4F * width_), static_cast<double>(y))) {
+    for (const TriangleTree::Crossing& crossing :
+         front_.crossings(static_cast<double>(centre_x_ + 1e-4F * width_), static_cast<double>(y))) {
       const MeshPart* part = partOf(crossing.triangle);
       if (part == nullptr || !isSkin(part->kind) || part->stands_off) continue;
       if (!z || static_cast<float>(crossing.height) > *z) z = static_cast<float>(crossing.height);
@@ -142,12 +144,10 @@ class AnchorFinder {
     return z;
   }
 
-  std::uint32_t skinOnProfile(float y) const {
-    return nearestSkin({centre_x_, y, profile(y).value_or(stomion_.z())});
-  }
+  std::uint32_t skinOnProfile(float y) const { return nearestSkin({centre_x_, y, profile(y).value_or(stomion_.z())}); }
 
-  /// The red edge of a lip on the midline: from the lips' meeting outwards (`way`: 1 up, -1 down) the profile swells and
-  /// falls back; the edge is where, past the swelling, it turns most sharply.
+  /// The red edge of a lip on the midline: from the lips' meeting outwards (`way`: 1 up, -1 down) the profile swells
+  /// and falls back; the edge is where, past the swelling, it turns most sharply.
   [[nodiscard]] std::optional<float> redEdge(float way) const {
     const float step = 0.01F * width_;
     std::vector<Vector2f> line;  // along way, and out of the face
@@ -165,7 +165,9 @@ class AnchorFinder {
   }
 
   void findProfile() {
-    const auto onMiddle = [&](std::uint32_t v, float share) { return std::abs(mesh_.vertices(v, 0) - centre_x_) < share * width_; };
+    const auto onMiddle = [&](std::uint32_t v, float share) {
+      return std::abs(mesh_.vertices(v, 0) - centre_x_) < share * width_;
+    };
     const auto nose = best(skin_, [&](std::uint32_t v) {
       const float up = (mesh_.vertices(v, 1) - stomion_.y()) / width_;
       return onMiddle(v, 0.25F) && up > 0.3F && up < 1.4F ? mesh_.vertices(v, 2) : kNever;

@@ -108,12 +108,12 @@ int arkitIndex(std::string_view shape_name) {
   std::string name = plainName(shape_name);
   // What VRM, VRoid, Character Creator and Daz call the same.
   constexpr std::array<std::array<std::string_view, 2>, 7> kOthers{{{"fcleyeclose", "eyeblink"},
-                                                                     {"eyesclosed", "eyeblink"},
-                                                                     {"eyeclose", "eyeblink"},
-                                                                     {"blink", "eyeblink"},
-                                                                     {"browdrop", "browdown"},
-                                                                     {"browraiseinner", "browinnerup"},
-                                                                     {"browraiseouter", "browouterup"}}};
+                                                                    {"eyesclosed", "eyeblink"},
+                                                                    {"eyeclose", "eyeblink"},
+                                                                    {"blink", "eyeblink"},
+                                                                    {"browdrop", "browdown"},
+                                                                    {"browraiseinner", "browinnerup"},
+                                                                    {"browraiseouter", "browouterup"}}};
   for (const auto& [theirs, apples] : kOthers) {
     for (const std::string_view side : {"left", "right"}) {
       if (name == std::string(theirs) + std::string(side)) name = std::string(apples) + std::string(side);
@@ -143,25 +143,25 @@ Eigen::Index numberOf(std::string_view name) {
 const std::vector<ShapePair>& opposingShapes() {
   static const std::vector<ShapePair> pairs = [] {
     std::vector<ShapePair> list;
-    for (const auto& [one, other] : std::initializer_list<std::pair<const char*, const char*>>{
-             {"JawLeft", "JawRight"},
-             {"MouthLeft", "MouthRight"},
-             {"MouthSmileLeft", "MouthFrownLeft"},
-             {"MouthSmileRight", "MouthFrownRight"},
-             {"MouthPucker", "MouthStretchLeft"},
-             {"MouthPucker", "MouthStretchRight"},
-             {"MouthPucker", "MouthSmileLeft"},
-             {"MouthPucker", "MouthSmileRight"},
-             {"MouthFunnel", "MouthPressLeft"},
-             {"MouthFunnel", "MouthPressRight"},
-             {"MouthRollLower", "MouthLowerDownLeft"},
-             {"MouthRollLower", "MouthLowerDownRight"},
-             {"MouthRollUpper", "MouthUpperUpLeft"},
-             {"MouthRollUpper", "MouthUpperUpRight"},
-             {"EyeBlinkLeft", "EyeWideLeft"},
-             {"EyeBlinkRight", "EyeWideRight"},
-             {"BrowDownLeft", "BrowOuterUpLeft"},
-             {"BrowDownRight", "BrowOuterUpRight"}})
+    for (const auto& [one, other] :
+         std::initializer_list<std::pair<const char*, const char*>>{{"JawLeft", "JawRight"},
+                                                                    {"MouthLeft", "MouthRight"},
+                                                                    {"MouthSmileLeft", "MouthFrownLeft"},
+                                                                    {"MouthSmileRight", "MouthFrownRight"},
+                                                                    {"MouthPucker", "MouthStretchLeft"},
+                                                                    {"MouthPucker", "MouthStretchRight"},
+                                                                    {"MouthPucker", "MouthSmileLeft"},
+                                                                    {"MouthPucker", "MouthSmileRight"},
+                                                                    {"MouthFunnel", "MouthPressLeft"},
+                                                                    {"MouthFunnel", "MouthPressRight"},
+                                                                    {"MouthRollLower", "MouthLowerDownLeft"},
+                                                                    {"MouthRollLower", "MouthLowerDownRight"},
+                                                                    {"MouthRollUpper", "MouthUpperUpLeft"},
+                                                                    {"MouthRollUpper", "MouthUpperUpRight"},
+                                                                    {"EyeBlinkLeft", "EyeWideLeft"},
+                                                                    {"EyeBlinkRight", "EyeWideRight"},
+                                                                    {"BrowDownLeft", "BrowOuterUpLeft"},
+                                                                    {"BrowDownRight", "BrowOuterUpRight"}})
       list.push_back({numberOf(one), numberOf(other)});
     return list;
   }();
@@ -205,7 +205,8 @@ class WeightDescent {
     closed_ = closures->in_frame;
     for (std::size_t t = 0; t < closed_.size(); ++t) {
       if (closed_[t])
-        right_.row(signedIndex(t)) += share * (closures->motion.col(signedIndex(t)).transpose() * closures->shapes).cast<double>();
+        right_.row(signedIndex(t)) +=
+            share * (closures->motion.col(signedIndex(t)).transpose() * closures->shapes).cast<double>();
     }
   }
 
@@ -227,7 +228,8 @@ class WeightDescent {
     for (const auto& [one, other] : opposingShapes()) {
       for (Eigen::Index t = 0; t < weights_.rows(); ++t) {
         if (weights_(t, one) < kZero || weights_(t, other) < kZero) continue;
-        const Eigen::Index first = std::max<Eigen::Index>(0, t - kAround), last = std::min(weights_.rows() - 1, t + kAround);
+        const Eigen::Index first = std::max<Eigen::Index>(0, t - kAround),
+                           last = std::min(weights_.rows() - 1, t + kAround);
         const auto doneBy = [&](Eigen::Index k) {
           return weights_.col(k).segment(first, last - first + 1).sum() * std::sqrt(gram_(k, k));
         };
@@ -240,7 +242,9 @@ class WeightDescent {
     return any;
   }
 
-  [[nodiscard]] RowMajorMatrixF weights() const { return (weights_.array() < kZero).select(0.0, weights_).cast<float>(); }
+  [[nodiscard]] RowMajorMatrixF weights() const {
+    return (weights_.array() < kZero).select(0.0, weights_).cast<float>();
+  }
 
  private:
   static constexpr double kZero = 0.004;  ///< nobody sees less
@@ -293,7 +297,9 @@ ShapeClosures closuresOf(const FaceAnimation& animation, const FaceMesh& mesh, c
   }
   // The corners always touch: what counts is the middle half.
   slit = lipSlit(mesh, jaw);
-  std::erase_if(slit, [](const SlitPair& pair) { return pair.step < kSlitSteps / 4 || pair.step >= kSlitSteps - kSlitSteps / 4; });
+  std::erase_if(slit, [](const SlitPair& pair) {
+    return pair.step < kSlitSteps / 4 || pair.step >= kSlitSteps - kSlitSteps / 4;
+  });
   ShapeClosures closures;
   const auto rows = 3 * signedIndex(slit.size());
   closures.shapes = Eigen::MatrixXf::Zero(rows, kShapes);
@@ -304,7 +310,8 @@ ShapeClosures closuresOf(const FaceAnimation& animation, const FaceMesh& mesh, c
     for (std::size_t s = 0; s < shapes.moves.size(); ++s) {
       const int shape = drivenShape(shapes.names[s]);
       if (shape >= 0)
-        closures.shapes.block<3, 1>(row, shape) += (shapes.moves[s].row(upper) - shapes.moves[s].row(lower)).transpose();
+        closures.shapes.block<3, 1>(row, shape) +=
+            (shapes.moves[s].row(upper) - shapes.moves[s].row(lower)).transpose();
     }
     at_rest.segment<3>(row) = (mesh.vertices.row(upper) - mesh.vertices.row(lower)).transpose();
     closures.motion.middleRows<3>(row) =
@@ -313,8 +320,8 @@ ShapeClosures closuresOf(const FaceAnimation& animation, const FaceMesh& mesh, c
   return closures;
 }
 
-/// How far the lips of each frame gape where they do most, over the middle half of the mouth, mm: in each step across it
-/// the pair that is nearest counts, by height, since lips that roll pass each other in depth.
+/// How far the lips of each frame gape where they do most, over the middle half of the mouth, mm: in each step across
+/// it the pair that is nearest counts, by height, since lips that roll pass each other in depth.
 std::vector<double> gapesOf(const std::vector<SlitPair>& slit, const Eigen::MatrixXf& apart, double mm_per_unit) {
   std::vector<double> gapes(unsignedIndex(apart.cols()), 0.0);
   for (Eigen::Index t = 0; t < apart.cols(); ++t) {
@@ -401,7 +408,8 @@ RowMajorMatrixF takeLidsAndBrows(FaceAnimation& animation, const FaceMesh& mesh,
   const auto isTaken = [](int shape) {
     if (shape < 0) return false;
     const std::string_view name = kArkitNames[unsignedIndex(shape)];
-    return name.starts_with("EyeBlink") || name.starts_with("EyeWide") || name.starts_with("EyeSquint") || name.starts_with("Brow");
+    return name.starts_with("EyeBlink") || name.starts_with("EyeWide") || name.starts_with("EyeSquint") ||
+           name.starts_with("Brow");
   };
   std::vector<std::size_t> own;
   for (std::size_t s = 0; s < shapes.names.size(); ++s) {
@@ -429,8 +437,10 @@ RowMajorMatrixF takeLidsAndBrows(FaceAnimation& animation, const FaceMesh& mesh,
   for (std::size_t r = 0; r < region.size(); ++r) {
     const Eigen::Index row = 3 * signedIndex(r), column = 3 * signedIndex(region[r].first);
     const std::uint32_t v = columns[region[r].first];
-    motion.middleRows<3>(row) = (animation.positions.middleCols<3>(column).rowwise() - mesh.vertices.row(v)).transpose();
-    for (const std::size_t s : own) moves.block<3, 1>(row, arkitIndex(shapes.names[s])) += shapes.moves[s].row(v).transpose();
+    motion.middleRows<3>(row) =
+        (animation.positions.middleCols<3>(column).rowwise() - mesh.vertices.row(v)).transpose();
+    for (const std::size_t s : own)
+      moves.block<3, 1>(row, arkitIndex(shapes.names[s])) += shapes.moves[s].row(v).transpose();
   }
   if (region.empty()) return {};
   RowMajorMatrixF weights = fitShapeWeights(moves, motion, own.size());
@@ -443,7 +453,8 @@ RowMajorMatrixF takeLidsAndBrows(FaceAnimation& animation, const FaceMesh& mesh,
   for (std::size_t r = 0; r < region.size(); ++r) {
     const Eigen::Index row = 3 * signedIndex(r), column = 3 * signedIndex(region[r].first);
     const Eigen::MatrixXf left = (1 - region[r].second) * (motion.middleRows<3>(row) - done.middleRows<3>(row));
-    animation.positions.middleCols<3>(column) = left.transpose().rowwise() + mesh.vertices.row(columns[region[r].first]);
+    animation.positions.middleCols<3>(column) =
+        left.transpose().rowwise() + mesh.vertices.row(columns[region[r].first]);
   }
   return weights;
 }

@@ -89,7 +89,7 @@ struct ArkitCurves {
   std::vector<bool> has_shape;  ///< 52
   double rms_error_mm = 0;      ///< of all vertices of skin that move, over all frames
   double largest_error_mm = 0;
-  double rms_motion_mm = 0;  ///< what there was to reproduce: of the same vertices
+  double rms_motion_mm = 0;       ///< what there was to reproduce: of the same vertices
   std::size_t closures = 0;       ///< frames in which the motion brings the lips together
   std::size_t closures_kept = 0;  ///< of these, in which the weights' lips are within kMeetMm of each other too
 };
@@ -100,16 +100,16 @@ inline constexpr double kMeetMm = 0.5;
 /// Places that must stay together in some frames: how the shapes move the two of each pair apart, and by how much the
 /// motion does.
 struct ShapeClosures {
-  Eigen::MatrixXf shapes;          ///< (3 * pairs) x 52
-  Eigen::MatrixXf motion;          ///< (3 * pairs) x frames
+  Eigen::MatrixXf shapes;           ///< (3 * pairs) x 52
+  Eigen::MatrixXf motion;           ///< (3 * pairs) x frames
   std::vector<bool> in_frame = {};  ///< whether it counts there
 };
 
-/// min over W in [0, 1] of sum_t |S w_t - d_t|^2 + thrift |w_t|^2 + sparsity sum_k w_tk + symmetry |w_left - w_right|^2 +
-/// smoothness |w_t - w_(t-1)|^2, the pulls as shares of the mean energy of `shape_count` shapes; of shapes that undo each
-/// other (JawLeft and JawRight, a smile and a frown of one side) one at most is over zero in a frame, and MouthClose never
-/// exceeds JawOpen. `shapes`: rows x 52, a column of zeros where there is none; `motion`: rows x frames. Returns
-/// frames x 52.
+/// min over W in [0, 1] of sum_t |S w_t - d_t|^2 + thrift |w_t|^2 + sparsity sum_k w_tk + symmetry |w_left - w_right|^2
+/// + smoothness |w_t - w_(t-1)|^2, the pulls as shares of the mean energy of `shape_count` shapes; of shapes that undo
+/// each other (JawLeft and JawRight, a smile and a frown of one side) one at most is over zero in a frame, and
+/// MouthClose never exceeds JawOpen. `shapes`: rows x 52, a column of zeros where there is none; `motion`: rows x
+/// frames. Returns frames x 52.
 RowMajorMatrixF fitShapeWeights(const Eigen::MatrixXf& shapes, const Eigen::MatrixXf& motion, std::size_t shape_count,
                                 const ArkitOptions& options = {}, const ShapeClosures* closures = nullptr);
 
@@ -119,10 +119,10 @@ RowMajorMatrixF fitShapeWeights(const Eigen::MatrixXf& shapes, const Eigen::Matr
 ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes,
                      const ArkitOptions& options = {});
 
-/// What the head's own shapes of lids and brows (EyeBlink..., EyeWide..., EyeSquint..., Brow...) do in `animation`, some or
-/// all vertices of `mesh`: frames x 52, or nothing where it has none of them or their region rests. What they do is taken
-/// out of `animation`, and where they move the skin most they alone are left to do it: a blink of the head's own slides
-/// over the eyeball, which a warp does not.
+/// What the head's own shapes of lids and brows (EyeBlink..., EyeWide..., EyeSquint..., Brow...) do in `animation`,
+/// some or all vertices of `mesh`: frames x 52, or nothing where it has none of them or their region rests. What they
+/// do is taken out of `animation`, and where they move the skin most they alone are left to do it: a blink of the
+/// head's own slides over the eyeball, which a warp does not.
 RowMajorMatrixF takeLidsAndBrows(FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes);
 
 /// ARKit's 52 weights that best reproduce marker motion: frames x 52, each in [0, 1]. What a shape does to the markers

@@ -24,17 +24,18 @@ struct OwnShapeWeights {
   std::function<int(std::string_view)> column_of;
 };
 
-/// `glb`, the file that a mesh was read from, with `shapes` as further morph targets, speech_00 and so on, of the meshes
-/// that they move, and a weights animation "speech" after those that it has; an earlier run's give way. Everything else
-/// stays as it was, what no tool here knows included. `shapes` are of the mesh that parseFaceMesh gives for `object`,
-/// turned by `upright_from_mesh`. `own`: what the head's own targets do meanwhile; null: they rest. nullopt when there
-/// is nothing to add to: no scene, no data in the file, no shape. Throws InputError that begins with `file`.
+/// `glb`, the file that a mesh was read from, with `shapes` as further morph targets, speech_00 and so on, of the
+/// meshes that they move, and a weights animation "speech" after those that it has; an earlier run's give way.
+/// Everything else stays as it was, what no tool here knows included. `shapes` are of the mesh that parseFaceMesh gives
+/// for `object`, turned by `upright_from_mesh`. `own`: what the head's own targets do meanwhile; null: they rest.
+/// nullopt when there is nothing to add to: no scene, no data in the file, no shape. Throws InputError that begins with
+/// `file`.
 std::optional<std::string> glbWithShapes(std::string_view glb, const std::string& file, const PrincipalShapes& shapes,
                                          const Eigen::Matrix3d& upright_from_mesh, std::string_view object = {},
                                          const OwnShapeWeights* own = nullptr);
 
-/// `glb` with a weights animation "speech" of its own morph targets after the animations that it has, in the place of an
-/// earlier run's. Everything else stays. nullopt when no target follows a column. Throws InputError that begins with
+/// `glb` with a weights animation "speech" of its own morph targets after the animations that it has, in the place of
+/// an earlier run's. Everything else stays. nullopt when no target follows a column. Throws InputError that begins with
 /// `file`.
 std::optional<std::string> glbWithWeights(std::string_view glb, const std::string& file, double frame_rate_hz,
                                           const OwnShapeWeights& own);

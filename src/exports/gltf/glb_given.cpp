@@ -37,7 +37,8 @@ class SpeechAdder {
     std::vector<Eigen::Index> columns(unsignedIndex(shapes.rest.cols() / 3), -1);
     const std::vector<std::uint32_t> vertices = shapes.columnVertices();
     for (std::size_t i = 0; i < vertices.size(); ++i) columns[vertices[i]] = 3 * signedIndex(i);
-    if (runs_.empty() || runs_.back().first_vertex + runs_.back().count != columns.size()) fail("has changed since the fit");
+    if (runs_.empty() || runs_.back().first_vertex + runs_.back().count != columns.size())
+      fail("has changed since the fit");
     std::map<int, std::vector<const GlbRun*>> runs_of_node;
     for (const GlbRun& run : runs_) {
       if (run.node >= 0) runs_of_node[run.node].push_back(&run);
@@ -191,7 +192,8 @@ class SpeechAdder {
       for (const json& channel : animation.at("channels")) {
         const json& target = channel.at("target");
         if (target.value("path", "") != "weights" || !widened_.contains(target.value("node", std::size_t{0}))) continue;
-        outputs.insert(animation.at("samplers").at(channel.at("sampler").get<std::size_t>()).at("output").get<std::size_t>());
+        outputs.insert(
+            animation.at("samplers").at(channel.at("sampler").get<std::size_t>()).at("output").get<std::size_t>());
       }
     }
     if (outputs.empty()) return;
@@ -211,16 +213,17 @@ class SpeechAdder {
     const std::size_t count = targetCount(mesh), before = count - (added != nullptr ? added->size() : 0);
     const json names = mesh.value("extras", json::object()).value("targetNames", json::array());
     const json& rests = model_.root["nodes"][node].contains("weights") ? model_.root["nodes"][node]["weights"]
-                                                                      : mesh.value("weights", json::array());
+                                                                       : mesh.value("weights", json::array());
     RowMajorMatrixF weights = RowMajorMatrixF::Zero(signedIndex(frames), signedIndex(count));
     bool moves = added != nullptr;
     for (std::size_t k = 0; k < before; ++k) {
-      const int column = own != nullptr && k < names.size() && names[k].is_string()
-                             ? own->column_of(names[k].get<std::string>())
-                             : -1;
+      const int column =
+          own != nullptr && k < names.size() && names[k].is_string() ? own->column_of(names[k].get<std::string>()) : -1;
       const float rest = k < rests.size() && rests[k].is_number() ? rests[k].get<float>() : 0.0F;
-      if (column >= 0) weights.col(signedIndex(k)) = own->weights.col(column);
-      else weights.col(signedIndex(k)).setConstant(rest);
+      if (column >= 0)
+        weights.col(signedIndex(k)) = own->weights.col(column);
+      else
+        weights.col(signedIndex(k)).setConstant(rest);
       moves = moves || column >= 0;
     }
     for (std::size_t i = 0; added != nullptr && i < added->size(); ++i)
@@ -233,7 +236,7 @@ class SpeechAdder {
   const std::string& file_;
   GlbModel model_;
   std::vector<GlbRun> runs_;
-  std::map<std::size_t, GlbModel::Widening> widened_;                 ///< by node
+  std::map<std::size_t, GlbModel::Widening> widened_;               ///< by node
   std::map<std::size_t, std::vector<Eigen::Index>> added_of_node_;  ///< the shapes that its mesh got
 };
 

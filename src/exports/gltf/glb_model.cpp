@@ -61,8 +61,10 @@ void numbersIn(const json& value, std::set<std::size_t>& numbers) {
 void numbersInExtensions(const json& value, std::set<std::size_t>& numbers) {
   if (value.is_object()) {
     for (const auto& [key, entry] : value.items()) {
-      if (key == "extensions") numbersIn(entry, numbers);
-      else if (key != "extras") numbersInExtensions(entry, numbers);
+      if (key == "extensions")
+        numbersIn(entry, numbers);
+      else if (key != "extras")
+        numbersInExtensions(entry, numbers);
     }
   } else if (value.is_array()) {
     for (const json& entry : value) numbersInExtensions(entry, numbers);
@@ -148,8 +150,8 @@ GlbModel::GlbModel(std::string_view glb, const std::string& file) {
   root = json::parse(chunks.json, nullptr, false);
   if (!root.is_object()) throw InputError(file, "", "is no GLB that can be read: its JSON is damaged");
   const auto buffers = root.find("buffers");
-  const bool is_own = buffers != root.end() && buffers->is_array() && !buffers->empty() &&
-                      buffers->at(0).is_object() && !buffers->at(0).contains("uri");
+  const bool is_own = buffers != root.end() && buffers->is_array() && !buffers->empty() && buffers->at(0).is_object() &&
+                      !buffers->at(0).contains("uri");
   if (is_own) binary_ = chunks.binary;
 }
 
@@ -235,9 +237,10 @@ std::size_t GlbModel::addMostlyZeroVec3(std::span<const std::uint32_t> indices, 
   const std::size_t accessor = addAccessor(kFloat, GlbType::kVec3, count);
   if (with_bounds) setBounds(accessor, values, indices.size() < count);
   const std::size_t index_view = addView(stored.bytes(), kNoTarget), value_view = addView(bytesOf(values), kNoTarget);
-  root["accessors"][accessor]["sparse"] = {{"count", indices.size()},
-                                           {"indices", {{"bufferView", index_view}, {"componentType", stored.component()}}},
-                                           {"values", {{"bufferView", value_view}}}};
+  root["accessors"][accessor]["sparse"] = {
+      {"count", indices.size()},
+      {"indices", {{"bufferView", index_view}, {"componentType", stored.component()}}},
+      {"values", {{"bufferView", value_view}}}};
   return accessor;
 }
 
@@ -412,7 +415,8 @@ void GlbModel::compact() {
   for (json* place : places) {
     const std::size_t begin = rangeOf(*place).begin;
     const auto range = std::upper_bound(merged.begin(), merged.end(), begin,
-                                        [](std::size_t at, const Range& r) { return at < r.begin; }) - 1;
+                                        [](std::size_t at, const Range& r) { return at < r.begin; }) -
+                       1;
     (*place)["byteOffset"] = range->now + begin - range->begin;
   }
   binary_ = std::move(moved);

@@ -50,8 +50,8 @@ class GlbModel {
     std::size_t targets = 0, removed = 0, added = 0;
   };
   using KeyReader = std::function<std::vector<float>(std::size_t accessor)>;
-  /// Makes the keys of the animations of these nodes' weights fit, the added ones at rest. `keysOf`: what an accessor of
-  /// the given file holds.
+  /// Makes the keys of the animations of these nodes' weights fit, the added ones at rest. `keysOf`: what an accessor
+  /// of the given file holds.
   void widenWeights(const KeyReader& keysOf, const std::map<std::size_t, Widening>& nodes);
 
   /// Whether vertices can be added to: the file's first buffer is its binary chunk.

@@ -74,7 +74,7 @@ std::vector<ListedVertex> listedOf(const PartVertices& part, const std::vector<s
 
 /// The part's values of one shape as an accessor; only `listed` ones may differ from zero.
 std::size_t addTarget(const PartVertices& part, const std::vector<ListedVertex>& listed, const float* row, float scale,
-              bool with_bounds, GlbModel& model) {
+                      bool with_bounds, GlbModel& model) {
   std::vector<std::uint32_t> indices;
   std::vector<float> values;
   indices.reserve(listed.size());

@@ -41,7 +41,7 @@ VertexPositions shapeFor(const FaceShapes& shapes, std::string_view arkit_name) 
 /// The shape that opens the mouth: ARKit's, else the most open vowel of a set of visemes.
 VertexPositions jawShape(const FaceShapes& shapes) {
   VertexPositions jaw = shapeFor(shapes, "JawOpen");
-  constexpr std::array<std::string_view, 9> kOpen{"viseme_aa", "Fcl_MTH_A", "MTH_A", "aa", "a",
+  constexpr std::array<std::string_view, 9> kOpen{"viseme_aa", "Fcl_MTH_A", "MTH_A", "aa",  "a",
                                                   "V_Open",    "mouthOpen", "Ah",    "v_aa"};
   const auto isCalled = [](std::string_view name, std::string_view wanted) {
     return name.size() == wanted.size() && std::equal(name.begin(), name.end(), wanted.begin(), [](char a, char b) {
@@ -52,7 +52,8 @@ VertexPositions jawShape(const FaceShapes& shapes) {
     for (std::size_t s = 0; s < shapes.names.size() && jaw.rows() == 0; ++s) {
       std::string_view name = shapes.names[s];
       name.remove_prefix(std::min(name.size(), name.rfind('.') + 1));  // "Face.M_F00_000_00_Fcl_MTH_A"
-      const bool ends_so = wanted.size() > 4 && name.size() > wanted.size() && isCalled(name.substr(name.size() - wanted.size()), wanted);
+      const bool ends_so = wanted.size() > 4 && name.size() > wanted.size() &&
+                           isCalled(name.substr(name.size() - wanted.size()), wanted);
       if (isCalled(name, wanted) || ends_so) jaw = shapes.moves[s];
     }
   }
@@ -67,15 +68,18 @@ int runAnchors(const AnchorsArguments& given) {
   if (telling.jaw_open.rows() == 0) {
     throw InputError(given.mesh.string(), "",
                      fmt::format("has {} shapes, none that opens the jaw (jawOpen, viseme_aa, A ...); click the ten "
-                                 "anchors on the page that `retarget pick` writes", shapes.names.size()));
+                                 "anchors on the page that `retarget pick` writes",
+                                 shapes.names.size()));
   }
   const auto anchors = anchorsFromShapes(mesh, telling, given.mesh.string());
   nlohmann::ordered_json file{{"markers", nlohmann::ordered_json::object()}};
   std::string missing;
   for (const AnchorToPick& wanted : suggestedAnchors()) {
     const auto found = anchors.find(std::string(wanted.name));
-    if (found == anchors.end()) missing += " " + std::string(wanted.name);
-    else file["markers"][found->first] = found->second;
+    if (found == anchors.end())
+      missing += " " + std::string(wanted.name);
+    else
+      file["markers"][found->first] = found->second;
   }
   const fs::path out = given.out.empty() ? fs::path(given.mesh.stem().string() + ".anchors.json") : given.out;
   writeFileAtomically(out, file.dump(1) + "\n");
@@ -105,8 +109,8 @@ void addOptions(CLI::App& command, AnchorsArguments& options) {
 }  // namespace
 
 Command anchorsCommand() {
-  return makeCommand("anchors", "Find the anchors of a head by its own shapes", "retarget anchors head.glb -o head.anchors.json",
-                     addOptions, runAnchors);
+  return makeCommand("anchors", "Find the anchors of a head by its own shapes",
+                     "retarget anchors head.glb -o head.anchors.json", addOptions, runAnchors);
 }
 
 }  // namespace mouthpiece

@@ -83,8 +83,10 @@ TEST(Avatar, KeepsWhateverItHad) {
   ASSERT_EQ(after.root["meshes"].size(), given.root["meshes"].size());
   for (std::size_t m = 0; m < given.root["meshes"].size(); ++m) {
     const json &was = given.root["meshes"][m], &is = after.root["meshes"][m];
-    if (was["name"] == "AnnFace") EXPECT_EQ(withoutSpeech(is, was), was);
-    else EXPECT_EQ(is, was) << "nothing moves it, so nothing is added";
+    if (was["name"] == "AnnFace")
+      EXPECT_EQ(withoutSpeech(is, was), was);
+    else
+      EXPECT_EQ(is, was) << "nothing moves it, so nothing is added";
   }
   // By value: every accessor that was there, but the keys of weights that had to make room.
   const std::size_t widened = given.root["animations"][0]["samplers"][1]["output"];
@@ -107,7 +109,8 @@ TEST(Avatar, OwnShapesAndAnimationsStayAndSpeechIsAdded) {
   EXPECT_EQ(after.root["animations"][0]["extras"], given.root["animations"][0]["extras"]);
   EXPECT_EQ(after.root["animations"][0]["channels"], given.root["animations"][0]["channels"]);
   const json& samplers = after.root["animations"][0]["samplers"];
-  EXPECT_EQ(after.accessor(samplers[0]["output"]), given.accessor(given.root["animations"][0]["samplers"][0]["output"]));
+  EXPECT_EQ(after.accessor(samplers[0]["output"]),
+            given.accessor(given.root["animations"][0]["samplers"][0]["output"]));
   EXPECT_EQ(after.accessor(samplers[1]["output"]), (std::vector<double>{0, 0.25, 0, 0, 0.5, 1, 0, 0, 0, 0.25, 0, 0}));
   const json& speech = after.root["animations"][1];
   EXPECT_EQ(speech["name"], "speech");
@@ -137,12 +140,14 @@ TEST(Avatar, SaysItAgainWithoutLeavingTheFirstBehind) {
     for (const json& primitive : mesh["primitives"]) {
       used.insert(primitive["indices"].get<std::size_t>());
       for (const json& attribute : primitive["attributes"]) used.insert(attribute.get<std::size_t>());
-      for (const json& target : primitive.value("targets", json::array())) used.insert(target["POSITION"].get<std::size_t>());
+      for (const json& target : primitive.value("targets", json::array()))
+        used.insert(target["POSITION"].get<std::size_t>());
     }
   }
   used.insert(file.root["skins"][0]["inverseBindMatrices"].get<std::size_t>());
   for (const json& animation : file.root["animations"]) {
-    for (const json& sampler : animation["samplers"]) used.insert({sampler["input"].get<std::size_t>(), sampler["output"].get<std::size_t>()});
+    for (const json& sampler : animation["samplers"])
+      used.insert({sampler["input"].get<std::size_t>(), sampler["output"].get<std::size_t>()});
   }
   EXPECT_EQ(used.size(), file.root["accessors"].size());
 }
@@ -162,7 +167,8 @@ TEST(Avatar, AMeshOfTwoNodesMovesInOneOfThem) {
   PrincipalShapes shapes = speechFor(mesh);
   Eigen::Index in_lash = -1;
   for (const GlbRun& run : glbRuns(given, "avatar.glb")) {
-    if (GlbFile(given).root["nodes"][unsignedIndex(run.node)]["name"] == "AnnLashR") in_lash = signedIndex(run.first_vertex);
+    if (GlbFile(given).root["nodes"][unsignedIndex(run.node)]["name"] == "AnnLashR")
+      in_lash = signedIndex(run.first_vertex);
   }
   ASSERT_GE(in_lash, 0);
   shapes.shapes(0, 3 * in_lash) = 0.5F;
@@ -171,7 +177,10 @@ TEST(Avatar, AMeshOfTwoNodesMovesInOneOfThem) {
   const FaceShapes read = parseGlbShapes(*made, "avatar.glb");
   const auto speech = std::find(read.names.begin(), read.names.end(), "speech_00") - read.names.begin();
   const Eigen::RowVectorXf row = shapes.shapes.row(0);
-  EXPECT_LT((read.moves[unsignedIndex(speech)] - Eigen::Map<const VertexPositions>(row.data(), row.size() / 3, 3)).cwiseAbs().maxCoeff(), kWithin);
+  EXPECT_LT((read.moves[unsignedIndex(speech)] - Eigen::Map<const VertexPositions>(row.data(), row.size() / 3, 3))
+                .cwiseAbs()
+                .maxCoeff(),
+            kWithin);
 }
 
 /// Each way to store the same person.
@@ -185,10 +194,12 @@ TEST_P(AvatarStyles, ReadsAsThePlainOneDoesAndSpeaksLikeIt) {
   EXPECT_LT((mesh.vertices - wanted.vertices).cwiseAbs().maxCoeff(), within);
   EXPECT_EQ(mesh.triangles, wanted.triangles);
   ASSERT_EQ(mesh.parts.size(), wanted.parts.size());
-  for (std::size_t p = 0; p < mesh.parts.size(); ++p) EXPECT_EQ(mesh.parts[p].kind, wanted.parts[p].kind) << mesh.parts[p].name;
+  for (std::size_t p = 0; p < mesh.parts.size(); ++p)
+    EXPECT_EQ(mesh.parts[p].kind, wanted.parts[p].kind) << mesh.parts[p].name;
   const FaceShapes own = parseGlbShapes(styled, "avatar.glb"), wanted_own = parseGlbShapes(plain, "plain.glb");
   ASSERT_EQ(own.names, wanted_own.names);
-  for (std::size_t s = 0; s < own.moves.size(); ++s) EXPECT_LT((own.moves[s] - wanted_own.moves[s]).cwiseAbs().maxCoeff(), within);
+  for (std::size_t s = 0; s < own.moves.size(); ++s)
+    EXPECT_LT((own.moves[s] - wanted_own.moves[s]).cwiseAbs().maxCoeff(), within);
   // What is written reads back as what was asked for, in the scene's own space, and the file stays as it is stored.
   const PrincipalShapes shapes = speechFor(mesh);
   const std::string made = spoken(styled);
@@ -196,7 +207,11 @@ TEST_P(AvatarStyles, ReadsAsThePlainOneDoesAndSpeaksLikeIt) {
   ASSERT_EQ(read.names.size(), own.names.size() + 2);
   for (Eigen::Index k = 0; k < 2; ++k) {
     const Eigen::RowVectorXf row = shapes.shapes.row(k);
-    EXPECT_LT((read.moves[own.names.size() + unsignedIndex(k)] - Eigen::Map<const VertexPositions>(row.data(), row.size() / 3, 3)).cwiseAbs().maxCoeff(), kWithin);
+    EXPECT_LT((read.moves[own.names.size() + unsignedIndex(k)] -
+               Eigen::Map<const VertexPositions>(row.data(), row.size() / 3, 3))
+                  .cwiseAbs()
+                  .maxCoeff(),
+              kWithin);
   }
   EXPECT_EQ(parseGlb(made, "avatar.glb").vertices, mesh.vertices);
   EXPECT_EQ(GlbFile(made).root["extensionsUsed"], GlbFile(styled).root["extensionsUsed"]);
@@ -206,7 +221,8 @@ INSTANTIATE_TEST_SUITE_P(All, AvatarStyles,
                          ::testing::Values(std::pair{"quantised", AvatarStyle{.quantised = true}},
                                            std::pair{"sparse", AvatarStyle{.sparse = true}},
                                            std::pair{"meshopt", AvatarStyle{.meshopt = true}},
-                                           std::pair{"quantised_meshopt", AvatarStyle{.quantised = true, .meshopt = true}},
+                                           std::pair{"quantised_meshopt",
+                                                     AvatarStyle{.quantised = true, .meshopt = true}},
                                            std::pair{"draco", AvatarStyle{.draco = true}},
                                            std::pair{"bind_scale", AvatarStyle{.bind_scale = 100}}),
                          [](const auto& test) { return std::string(test.param.first); });
@@ -229,7 +245,8 @@ TEST(Avatar, SeveralHeadsAreToldApart) {
   EXPECT_NEAR(ben.vertices(0, 0) - ann.vertices(0, 0), 2, 1e-5);
   const GlbFile after(spoken(both, "Ann"));
   EXPECT_FALSE((*named(after.root["meshes"], "BenFace"))["extras"].contains("speech"));
-  EXPECT_EQ((*named(after.root["meshes"], "BenFace"))["primitives"], (*named(GlbFile(both).root["meshes"], "BenFace"))["primitives"]);
+  EXPECT_EQ((*named(after.root["meshes"], "BenFace"))["primitives"],
+            (*named(GlbFile(both).root["meshes"], "BenFace"))["primitives"]);
   try {
     (void)parseGlb(both, "avatar.glb", "Cem");
     FAIL();

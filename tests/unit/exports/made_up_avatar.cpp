@@ -19,8 +19,8 @@
 namespace mouthpiece::test {
 namespace {
 
-using nlohmann::json;
 using Eigen::Vector3f;
+using nlohmann::json;
 using Points = std::vector<Vector3f>;
 using Corners = std::vector<std::uint16_t>;
 
@@ -31,7 +31,8 @@ void addSheet(Points& points, Corners& corners, Vector3f low, Vector3f high, int
   const auto first = static_cast<std::uint16_t>(points.size());
   for (int j = 0; j <= up; ++j) {
     for (int i = 0; i <= across; ++i) {
-      const float u = static_cast<float>(i) / static_cast<float>(across), v = static_cast<float>(j) / static_cast<float>(up);
+      const float u = static_cast<float>(i) / static_cast<float>(across),
+                  v = static_cast<float>(j) / static_cast<float>(up);
       const float x = low.x() + u * (high.x() - low.x());
       points.emplace_back(x, low.y() + v * (high.y() - low.y()), low.z() + 0.06F * std::cos(12 * x));
     }
@@ -57,7 +58,8 @@ class AvatarWriter {
              {"extensionsUsed", {"EXT_nobody_knows", "KHR_texture_basisu"}},
              {"extensions", {{"EXT_nobody_knows", {{"deep", {{"list", {1.5, -2, "ä"}}}}}}}},
              {"extras", {{"studio", 7}}},
-             {"images", {{{"uri", "data:image/ktx2;base64,q0tUWCAyMLsNChoK"}, {"mimeType", "image/ktx2"}, {"name", "paint"}}}},
+             {"images",
+              {{{"uri", "data:image/ktx2;base64,q0tUWCAyMLsNChoK"}, {"mimeType", "image/ktx2"}, {"name", "paint"}}}},
              {"textures", {{{"extensions", {{"KHR_texture_basisu", {{"source", 0}}}}}}}},
              {"materials",
               {{{"name", "N00_000_00_HairBack_00"},  // says hair, but is what the mouth's shapes move
@@ -67,22 +69,27 @@ class AvatarWriter {
                {{"name", "Teeth"}},
                {{"name", "Boot_Skin"}},
                {{"name", "Lash"}}}}};
-    for (const char* list : {"nodes", "meshes", "skins", "animations", "accessors", "bufferViews"}) root_[list] = json::array();
+    for (const char* list : {"nodes", "meshes", "skins", "animations", "accessors", "bufferViews"})
+      root_[list] = json::array();
     addPerson("Ann", 0);
     if (style_.two_heads) addPerson("Ben", 2);
     root_["nodes"][0]["extras"] = {{"rig", "hips"}};
     json buffer{{"byteLength", binary_.size()}};
     root_["buffers"] = json::array({buffer});
     if (style_.meshopt) {
-      root_["buffers"].push_back({{"byteLength", fallback_bytes_}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}});
+      root_["buffers"].push_back(
+          {{"byteLength", fallback_bytes_}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}});
       need("EXT_meshopt_compression");
     }
     if (style_.quantised) need("KHR_mesh_quantization");
     if (style_.draco) need("KHR_draco_mesh_compression");
     if (style_.vrm == 1) {
       root_["extensionsUsed"].push_back("VRMC_vrm");
-      root_["extensions"]["VRMC_vrm"] = {{"specVersion", "1.0"}, {"humanoid", {{"humanBones", {{"head", {{"node", 1}}}}}}},
-                                         {"expressions", {{"preset", {{"aa", {{"morphTargetBinds", {{{"node", 4}, {"index", 0}, {"weight", 1.0}}}}}}}}}}};
+      root_["extensions"]["VRMC_vrm"] = {
+          {"specVersion", "1.0"},
+          {"humanoid", {{"humanBones", {{"head", {{"node", 1}}}}}}},
+          {"expressions",
+           {{"preset", {{"aa", {{"morphTargetBinds", {{{"node", 4}, {"index", 0}, {"weight", 1.0}}}}}}}}}}};
     }
     return glbOf(root_.dump(), binary_);
   }
@@ -104,8 +111,9 @@ class AvatarWriter {
       const std::size_t count = bytes.size() / stride;
       std::vector<unsigned char> packed(meshopt_encodeVertexBufferBound(count, stride));
       packed.resize(meshopt_encodeVertexBuffer(packed.data(), packed.size(), bytes.data(), count, stride));
-      made["extensions"]["EXT_meshopt_compression"] = {{"buffer", 0}, {"byteOffset", binary_.size()}, {"byteLength", packed.size()},
-                                                       {"byteStride", stride}, {"count", count}, {"mode", "ATTRIBUTES"}};
+      made["extensions"]["EXT_meshopt_compression"] = {
+          {"buffer", 0},    {"byteOffset", binary_.size()}, {"byteLength", packed.size()}, {"byteStride", stride},
+          {"count", count}, {"mode", "ATTRIBUTES"}};
       made["buffer"] = 1;
       made["byteOffset"] = fallback_bytes_;
       fallback_bytes_ += bytes.size();
@@ -141,42 +149,64 @@ class AvatarWriter {
       }
       values.push_back(0);  // each vertex on a multiple of four bytes
     }
-    return accessor({{"bufferView", view(values, 8, 34962)}, {"componentType", kShort}, {"count", points.size()},
-                     {"type", "VEC3"}, {"min", low}, {"max", high}});
+    return accessor({{"bufferView", view(values, 8, 34962)},
+                     {"componentType", kShort},
+                     {"count", points.size()},
+                     {"type", "VEC3"},
+                     {"min", low},
+                     {"max", high}});
   }
 
   std::size_t vectors(const Points& points, bool is_base) {
     std::vector<float> values;
     for (const Vector3f& p : points) values.insert(values.end(), {p.x(), p.y(), p.z()});
-    json made{{"componentType", kFloat}, {"count", points.size()}, {"type", "VEC3"}, {"min", bounds(points, true)}, {"max", bounds(points, false)}};
+    json made{{"componentType", kFloat},
+              {"count", points.size()},
+              {"type", "VEC3"},
+              {"min", bounds(points, true)},
+              {"max", bounds(points, false)}};
     if (is_base && style_.sparse) {
       // The first vertex stands elsewhere in the plain data.
       const std::vector<float> right(values.begin(), values.begin() + 3);
       values[0] += 1;
-      made["sparse"] = {{"count", 1}, {"indices", {{"bufferView", view(std::vector<std::uint16_t>{0}, 0, 0)}, {"componentType", kUnsignedShort}}},
-                        {"values", {{"bufferView", view(right, 0, 0)}}}};
+      made["sparse"] = {
+          {"count", 1},
+          {"indices", {{"bufferView", view(std::vector<std::uint16_t>{0}, 0, 0)}, {"componentType", kUnsignedShort}}},
+          {"values", {{"bufferView", view(right, 0, 0)}}}};
     }
     made["bufferView"] = view(values, 12, 34962);
     return accessor(std::move(made));
   }
 
   std::size_t scalars(const std::vector<float>& values, bool bounded) {
-    json made{{"bufferView", view(values, 0, 0)}, {"componentType", kFloat}, {"count", values.size()}, {"type", "SCALAR"}};
+    json made{
+        {"bufferView", view(values, 0, 0)}, {"componentType", kFloat}, {"count", values.size()}, {"type", "SCALAR"}};
     if (bounded) made.update({{"min", {values.front()}}, {"max", {values.back()}}});
     return accessor(std::move(made));
   }
 
   json primitive(const Points& points, const Corners& corners, int material, const std::vector<std::uint8_t>& joints) {
-    json made{{"attributes", {{"POSITION", positions(points)}}}, {"material", material}, {"mode", 4}, {"extras", {{"note", material}}}};
-    made["indices"] = accessor({{"bufferView", view(corners, 0, 34963)}, {"componentType", kUnsignedShort}, {"count", corners.size()}, {"type", "SCALAR"}});
+    json made{{"attributes", {{"POSITION", positions(points)}}},
+              {"material", material},
+              {"mode", 4},
+              {"extras", {{"note", material}}}};
+    made["indices"] = accessor({{"bufferView", view(corners, 0, 34963)},
+                                {"componentType", kUnsignedShort},
+                                {"count", corners.size()},
+                                {"type", "SCALAR"}});
     if (joints.empty()) return made;
     std::vector<std::uint8_t> all, weights;
     for (const std::uint8_t joint : joints) {
       all.insert(all.end(), {joint, 0, 0, 0});
       weights.insert(weights.end(), {255, 0, 0, 0});
     }
-    made["attributes"]["JOINTS_0"] = accessor({{"bufferView", view(all, 4, 34962)}, {"componentType", kByte}, {"count", joints.size()}, {"type", "VEC4"}});
-    made["attributes"]["WEIGHTS_0"] = accessor({{"bufferView", view(weights, 4, 34962)}, {"componentType", kByte}, {"normalized", true}, {"count", joints.size()}, {"type", "VEC4"}});
+    made["attributes"]["JOINTS_0"] = accessor(
+        {{"bufferView", view(all, 4, 34962)}, {"componentType", kByte}, {"count", joints.size()}, {"type", "VEC4"}});
+    made["attributes"]["WEIGHTS_0"] = accessor({{"bufferView", view(weights, 4, 34962)},
+                                                {"componentType", kByte},
+                                                {"normalized", true},
+                                                {"count", joints.size()},
+                                                {"type", "VEC4"}});
     return made;
   }
 
@@ -200,14 +230,16 @@ class AvatarWriter {
       mesh.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(v), points[v].data());
     mesh.SetNumFaces(corners.size() / 3);
     for (std::uint32_t f = 0; f < mesh.num_faces(); ++f) {
-      mesh.SetFace(draco::FaceIndex(f), {draco::PointIndex(corners[3 * f]), draco::PointIndex(corners[3 * f + 1]), draco::PointIndex(corners[3 * f + 2])});
+      mesh.SetFace(draco::FaceIndex(f), {draco::PointIndex(corners[3 * f]), draco::PointIndex(corners[3 * f + 1]),
+                                         draco::PointIndex(corners[3 * f + 2])});
     }
     draco::Encoder encoder;
     encoder.SetEncodingMethod(draco::MESH_SEQUENTIAL_ENCODING);
     draco::EncoderBuffer buffer;
     if (!encoder.EncodeMeshToBuffer(mesh, &buffer).ok()) throw std::runtime_error("draco");
     const std::vector<char> bytes(buffer.data(), buffer.data() + buffer.size());
-    made["extensions"]["KHR_draco_mesh_compression"] = {{"bufferView", view(bytes, 0, 0)}, {"attributes", {{"POSITION", mesh.attribute(id)->unique_id()}}}};
+    made["extensions"]["KHR_draco_mesh_compression"] = {
+        {"bufferView", view(bytes, 0, 0)}, {"attributes", {{"POSITION", mesh.attribute(id)->unique_id()}}}};
     json& position = root_["accessors"][made["attributes"]["POSITION"].get<std::size_t>()];
     json& indices = root_["accessors"][made["indices"].get<std::size_t>()];
     position.erase("bufferView");
@@ -218,7 +250,8 @@ class AvatarWriter {
     const std::size_t hips = node({{"name", name}, {"translation", {aside, 1, 0}}});
     const std::size_t head = node({{"name", name + "Head"}, {"translation", {0, 0.5, 0}}});
     const std::size_t jaw = node({{"name", name + "Jaw"}});
-    const std::size_t eye = node({{"name", name + "Eye_L"}, {"translation", {0.03, 0.06, 0.05}}, {"scale", {0.5, 0.5, 0.5}}});
+    const std::size_t eye =
+        node({{"name", name + "Eye_L"}, {"translation", {0.03, 0.06, 0.05}}, {"scale", {0.5, 0.5, 0.5}}});
     root_["nodes"][hips]["children"] = {head};
     root_["nodes"][head]["children"] = {jaw, eye};
     if (aside > 0) root_["scenes"][0]["nodes"].push_back(hips);
@@ -229,7 +262,8 @@ class AvatarWriter {
     const std::size_t upper = face.size();
     addSheet(face, corners, {-0.07F, -0.08F, 0}, {0.07F, -0.0005F, 0}, 14, 8);
     Points jaw_open(face.size(), Vector3f::Zero()), blink(face.size(), Vector3f::Zero());
-    for (std::size_t v = upper; v < face.size(); ++v) jaw_open[v] = {0, -0.03F * std::max(0.0F, 1 - std::abs(face[v].x()) / 0.04F), 0};
+    for (std::size_t v = upper; v < face.size(); ++v)
+      jaw_open[v] = {0, -0.03F * std::max(0.0F, 1 - std::abs(face[v].x()) / 0.04F), 0};
     for (std::size_t v = 0; v < upper; ++v) {
       if ((face[v] - Vector3f(0.03F, 0.06F, face[v].z())).norm() < 0.015F) blink[v] = {0, -0.01F, 0};
     }
@@ -242,20 +276,29 @@ class AvatarWriter {
     const Points shown = scaled(face);
     json skin_part = primitive(shown, corners, 0, on_head);
     if (style_.draco) pack(skin_part, shown, corners);
-    const auto moves = [&](const Points& points) { return vectors(style_.quantised ? quantised(scaled(points)) : scaled(points), false); };
+    const auto moves = [&](const Points& points) {
+      return vectors(style_.quantised ? quantised(scaled(points)) : scaled(points), false);
+    };
     skin_part["targets"] = {{{"POSITION", moves(jaw_open)}}, {{"POSITION", moves(blink)}}};
-    const std::size_t face_mesh = mesh({{"name", name + "Face"}, {"primitives", {skin_part}}, {"weights", {0.0, 0.25}},
+    const std::size_t face_mesh = mesh({{"name", name + "Face"},
+                                        {"primitives", {skin_part}},
+                                        {"weights", {0.0, 0.25}},
                                         {"extras", {{"targetNames", {"jawOpen", "eyeBlinkLeft"}}, {"artist", "Ö"}}}});
     // Joint 0 is the head. What its bind matrix holds beside its place takes the mesh's scale back.
     const float unit = (style_.quantised ? kQuantum : 1.0F) / scale;
-    const std::vector<float> binds{unit, 0, 0, 0, 0, unit, 0, 0, 0, 0, unit, 0, 0, 0, 0, 1,
+    const std::vector<float> binds{unit, 0, 0, 0, 0, unit, 0, 0, 0, 0, unit, 0, 0, 0,    0, 1,
                                    unit, 0, 0, 0, 0, unit, 0, 0, 0, 0, unit, 0, 0, 0.5F, 0, 1};
-    const std::size_t bind_accessor = accessor({{"bufferView", view(binds, 0, 0)}, {"componentType", kFloat}, {"count", 2}, {"type", "MAT4"}});
+    const std::size_t bind_accessor =
+        accessor({{"bufferView", view(binds, 0, 0)}, {"componentType", kFloat}, {"count", 2}, {"type", "MAT4"}});
     const std::size_t skin = root_["skins"].size();
-    root_["skins"].push_back({{"joints", {head, hips}}, {"inverseBindMatrices", bind_accessor}, {"name", "bones"},
-                              {"extras", {{"kept", true}}}, {"extensions", {{"EXT_nobody_knows", {{"skin", 1.25}}}}}});
+    root_["skins"].push_back({{"joints", {head, hips}},
+                              {"inverseBindMatrices", bind_accessor},
+                              {"name", "bones"},
+                              {"extras", {{"kept", true}}},
+                              {"extensions", {{"EXT_nobody_knows", {{"skin", 1.25}}}}}});
     // The node's own place does not count: the skin tells it.
-    const std::size_t shown_face = node({{"name", name + "FaceNode"}, {"mesh", face_mesh}, {"skin", skin}, {"translation", {9, 9, 9}}});
+    const std::size_t shown_face =
+        node({{"name", name + "FaceNode"}, {"mesh", face_mesh}, {"skin", skin}, {"translation", {9, 9, 9}}});
     root_["nodes"][hips]["children"].push_back(shown_face);
 
     Points ball;
@@ -263,24 +306,38 @@ class AvatarWriter {
     addSheet(ball, ball_corners, {-0.01F, -0.01F, -0.05F}, {0.01F, 0.01F, -0.05F}, 3, 3);
     const float back = style_.quantised ? kQuantum : 1.0F;
     const auto shownAt = [&](const char* what, std::size_t mesh_number, Vector3f place, std::size_t parent) {
-      const std::size_t made = node({{"name", name + what}, {"mesh", mesh_number}, {"translation", {place.x(), place.y(), place.z()}}, {"scale", {back, back, back}}});
+      const std::size_t made = node({{"name", name + what},
+                                     {"mesh", mesh_number},
+                                     {"translation", {place.x(), place.y(), place.z()}},
+                                     {"scale", {back, back, back}}});
       root_["nodes"][parent]["children"].push_back(made);
       return made;
     };
-    shownAt("EyeMesh", mesh({{"name", "ball"}, {"primitives", {primitive(ball, ball_corners, 1, {})}}}), {0, 0, 0}, eye);
-    shownAt("TeethMesh", mesh({{"name", "bite"}, {"primitives", {primitive(ball, ball_corners, 2, {})}}}), {0, 0, -0.02F}, head);
+    shownAt("EyeMesh", mesh({{"name", "ball"}, {"primitives", {primitive(ball, ball_corners, 1, {})}}}), {0, 0, 0},
+            eye);
+    shownAt("TeethMesh", mesh({{"name", "bite"}, {"primitives", {primitive(ball, ball_corners, 2, {})}}}),
+            {0, 0, -0.02F}, head);
     const std::size_t lash = mesh({{"name", "fringe"}, {"primitives", {primitive(ball, ball_corners, 4, {})}}});
     shownAt("LashL", lash, {0.03F, 0.07F, 0.06F}, head);
     if (style_.shared_lash) shownAt("LashR", lash, {-0.03F, 0.07F, 0.06F}, head);
-    shownAt("Boots", mesh({{"name", "boots"}, {"primitives", {primitive(ball, ball_corners, 3, {})}}}), {0, -0.9F, 0}, hips);
+    shownAt("Boots", mesh({{"name", "boots"}, {"primitives", {primitive(ball, ball_corners, 3, {})}}}), {0, -0.9F, 0},
+            hips);
 
     const std::size_t times = scalars({0, 0.5F, 1}, true);
     root_["animations"].push_back(
-        {{"name", name + " idle"}, {"extras", {{"loop", true}}},
-         {"samplers", {{{"input", times}, {"output", accessor({{"bufferView", view(std::vector<float>{0, 0.5F, 0, 0, 0.6F, 0, 0, 0.5F, 0}, 0, 0)}, {"componentType", kFloat}, {"count", 3}, {"type", "VEC3"}})}, {"interpolation", "LINEAR"}},
-                       {{"input", times}, {"output", scalars({0, 0.25F, 0.5F, 1, 0, 0.25F}, false)}}}},
-         {"channels", {{{"sampler", 0}, {"target", {{"node", head}, {"path", "translation"}}}},
-                       {{"sampler", 1}, {"target", {{"node", shown_face}, {"path", "weights"}}}}}}});
+        {{"name", name + " idle"},
+         {"extras", {{"loop", true}}},
+         {"samplers",
+          {{{"input", times},
+            {"output", accessor({{"bufferView", view(std::vector<float>{0, 0.5F, 0, 0, 0.6F, 0, 0, 0.5F, 0}, 0, 0)},
+                                 {"componentType", kFloat},
+                                 {"count", 3},
+                                 {"type", "VEC3"}})},
+            {"interpolation", "LINEAR"}},
+           {{"input", times}, {"output", scalars({0, 0.25F, 0.5F, 1, 0, 0.25F}, false)}}}},
+         {"channels",
+          {{{"sampler", 0}, {"target", {{"node", head}, {"path", "translation"}}}},
+           {{"sampler", 1}, {"target", {{"node", shown_face}, {"path", "weights"}}}}}}});
   }
 
   static Points quantised(Points points) {
