@@ -45,9 +45,9 @@ constexpr PresenceShape kSeal{.transition = 0.050, .inside = -0.020};
 constexpr PresenceShape kParting{.transition = 0.050};
 constexpr PresenceShape kRound{.transition = 0.120, .inside = 0.020};
 /// The same in an F or V: lips go from the teeth to each other at the last moment.
-constexpr PresenceShape kLateSeal{.transition = 0.020, .inside = -0.020};
-constexpr PresenceShape kBesideSeal{.transition = 0.030};
-constexpr PresenceShape kTuck{.transition = 0.070, .inside = 0.010};
+constexpr PresenceShape kLateSeal{.transition = 0.040, .inside = -0.010};
+constexpr PresenceShape kBesideSeal{.transition = 0.040};
+constexpr PresenceShape kTuck{.transition = 0.090, .inside = 0.015};
 
 /// How round the lips are in a viseme.
 float roundness(Viseme viseme) {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "tiny_corpus.h"
+#include "support/tiny_corpus.h"
 
 namespace mouthpiece {
 namespace {
