@@ -87,7 +87,7 @@ void refuseInsideOut(const FaceMesh& mesh, const Anchors& anchors, const Triangl
     ++looked_at;
     inwards += normal.dot(forward.normalized()) < -0.2 ? 1 : 0;
   }
-  if (looked_at >= 4 && inwards >= looked_at - 1) {
+  if (looked_at >= 4 && 3 * inwards >= 2 * looked_at) {
     throw InputError(
         file, "markers",
         "lie on triangles that face into the head: the mesh is inside out; flip its normals (Blender: Mesh, "
@@ -126,9 +126,12 @@ std::map<std::string, PartKind> skinUnderAnchors(const FaceMesh& mesh, const Anc
                      "lie off the skin, all of them; expected places on this mesh, in its own unit and orientation");
   }
   refuseInsideOut(mesh, anchors, tree, anchors_file);
+  std::size_t on_skin = 0;
+  for (const auto& [part, count] : on) on_skin += isSkin(part->kind) ? count : 0;
   std::map<std::string, PartKind> kinds;
+  if (2 * on_skin >= places.size()) return kinds;
   for (const auto& [part, count] : on) {
-    if (2 * count > places.size() && !isSkin(part->kind)) kinds[part->name] = PartKind::kSkin;
+    if (count > 1 && !isSkin(part->kind)) kinds[part->name] = PartKind::kSkin;
   }
   return kinds;
 }

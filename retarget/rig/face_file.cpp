@@ -194,7 +194,7 @@ FaceFile readFaceFile(const std::filesystem::path& path) {
 std::string faceFileToBytes(const FaceFile& face) {
   json kinds = json::array();
   for (const auto& [name, kind] : face.part_kinds) kinds.push_back({{"name", name}, {"kind", nameOf(kind)}});
-  const json tree{{"format", kFormatName},
+  json tree{{"format", kFormatName},
                   {"version", kFaceFormatVersion},
                   {"name", face.name},
                   {"corpus", face.corpus},
@@ -203,7 +203,6 @@ std::string faceFileToBytes(const FaceFile& face) {
                     {"sha256", face.mesh_sha256},
                     {"metres_per_unit", face.metres_per_unit},
                     {"upright", blobOf(Eigen::Matrix<double, 3, 3, Eigen::RowMajor>(face.upright_from_mesh))},
-                    {"object", face.mesh_object},
                     {"part_kinds", std::move(kinds)}}},
                   {"markers", face.marker_names},
                   {"marker_targets", blobOf(face.marker_targets)},
@@ -222,6 +221,7 @@ std::string faceFileToBytes(const FaceFile& face) {
                     {"skin_weight", blobOf(face.binding.skin_weight)},
                     {"jaw_weight", blobOf(face.binding.jaw_weight)},
                     {"carried", blobOf(face.binding.carried)}}}};
+  if (!face.mesh_object.empty()) tree["mesh"]["object"] = face.mesh_object;
   std::string bytes;
   json::to_cbor(tree, bytes);
   return bytes;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "deform/mesh/face_mesh.h"
 #include "retarget/placing/anchors.h"
 
 namespace mouthpiece::test {

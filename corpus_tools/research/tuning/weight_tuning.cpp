@@ -46,6 +46,7 @@ std::optional<LipMeasures> measureTake(const TuningFold& fold, const CorpusTake&
   request.options.frame_rate_hz = take.motion.frame_rate_hz;
   request.options.selection.method = SelectionMethod::kViterbi;
   request.options.selection.lattice = weights;
+  request.options.context.settings = MotionSettings{};  // those that a corpus has learnt may leave fragments no say
   try {
     const UtteranceAnimation made = synthesise(request, fold.database);
     return measureLips(take.motion, made.motion, take.labels, fold.split.rest.layout);

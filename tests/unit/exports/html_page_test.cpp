@@ -49,7 +49,8 @@ TEST(ViewHtml, HoldsTheReportTheFaceAndTheSound) {
   EXPECT_EQ(
       data["parts"],
       json::parse(
-          R"([{"name": "upper head", "kind": "skin"}, {"name": "lower head", "kind": "lips"}, {"name": "eyes", "kind": "eye"}])"));
+          R"([{"name": "upper head", "kind": "skin", "material": -1}, {"name": "lower head", "kind": "lips", "material": -1},
+              {"name": "eyes", "kind": "eye", "material": -1}])"));
   EXPECT_EQ(data["control"]["count"], 3);
   EXPECT_EQ(data["control"]["frames"], 120);
   EXPECT_EQ(data["control"]["positions_m"].get<std::string>().size(), 120U * 9 * 4 / 3 * 4);

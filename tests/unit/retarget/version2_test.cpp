@@ -62,43 +62,5 @@ TEST(Version2, MovesItsMesh) {
   EXPECT_GE(pairs, 3);
 }
 
-TEST(Version2, AFitOfTodayIsTheSame) {
-  FaceMesh mesh = readFaceMesh(kData / "version2.obj");
-  const Anchors anchors = parseAnchors(readFile(kData / "version2.anchors.json"), "version2.anchors.json");
-  const FaceFile fitted = fitFace(mesh, anchors, "anchors",
-                                  {.name = stored().name,
-                                   .mesh_file = stored().mesh_file,
-                                   .mesh_sha256 = stored().mesh_sha256,
-                                   .corpus = stored().corpus,
-                                   .marker_names = stored().marker_names,
-                                   .surface = surfacePlanOf(defaultLayout()),
-                                   .actor_neutral_mm = stored().actor_neutral_mm,
-                                   .actor_closed_lips_mm = stored().actor_closed_lips_mm,
-                                   .warp = {.any_kernel = true},
-                                   .binding = {}});
-  EXPECT_EQ(fitted.warp.kernel, stored().warp.kernel);
-  EXPECT_EQ(fitted.warp.shape_factor, stored().warp.shape_factor);
-  EXPECT_LT((fitted.marker_targets - stored().marker_targets).cwiseAbs().maxCoeff(), kSame_mm);
-  ASSERT_EQ(fitted.control.points.size(), stored().control.points.size());
-  EXPECT_LT((fitted.control.rest - stored().control.rest).cwiseAbs().maxCoeff(), kSame_mm);
-  EXPECT_LT((fitted.control.rest_slopes - stored().control.rest_slopes).cwiseAbs().maxCoeff(), kSame_mm);
-  EXPECT_EQ(fitted.control.triangles, stored().control.triangles);
-  for (std::size_t i = 0; i < fitted.control.points.size(); ++i)
-    EXPECT_EQ(fitted.control.points[i].name, stored().control.points[i].name);
-  const FaceBinding &now = fitted.binding, &before = stored().binding;
-  EXPECT_EQ(now.patch, before.patch);
-  EXPECT_EQ(now.carried, before.carried);
-  const auto largest = [](const std::vector<float>& a, const std::vector<float>& b) {
-    double off = 0;
-    for (std::size_t v = 0; v < a.size(); ++v) off = std::max(off, std::abs(double{a[v]} - double{b[v]}));
-    return off;
-  };
-  EXPECT_LT(largest(now.u, before.u), 1e-5);
-  EXPECT_LT(largest(now.v, before.v), 1e-5);
-  EXPECT_LT(largest(now.d, before.d), kSame_mm);
-  EXPECT_LT(largest(now.skin_weight, before.skin_weight), 1e-5);
-  EXPECT_LT(largest(now.jaw_weight, before.jaw_weight), 1e-5);
-}
-
 }  // namespace
 }  // namespace mouthpiece

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "support/tiny_corpus.h"
+#include "synthesis/stages.h"
 #include "synthesis/synthesis.h"
 
 namespace mouthpiece {
@@ -40,9 +41,19 @@ PositionMatrix captureOf(const SpeechLabels& labels, const Corpus& corpus) {
   return motionOf(request, corpus);
 }
 
+/// Without the columns of lids and brows: capture has them, consonants or not.
+PositionMatrix ofTheMouth(const PositionMatrix& motion) {
+  const std::vector<bool> is_upper = upperFaceColumns(tinyCorpus().layout);
+  std::vector<Eigen::Index> columns;
+  for (std::size_t i = 0; i < is_upper.size(); ++i) {
+    if (!is_upper[i]) columns.push_back(signedIndex(i));
+  }
+  return motion(Eigen::all, columns);
+}
+
 double difference(const PositionMatrix& a, const PositionMatrix& b, Seconds time) {
   const auto row = static_cast<Eigen::Index>(time * kRateHz);
-  return (a.row(row) - b.row(row)).cwiseAbs().maxCoeff();
+  return ofTheMouth(a.row(row) - b.row(row)).cwiseAbs().maxCoeff();
 }
 
 /// Every phone 0.25 s: room for the middles of vowels beyond the fades.
@@ -82,7 +93,7 @@ TEST(Layering, NoConsonantIsCapturedWhereMaIsOne) {
   const SpeechLabels labels = heldLabels();
   const PositionMatrix layered = motionOf(sungRequest(labels, 1, true), corpus);
   const PositionMatrix curves = motionOf(sungRequest(labels, 1, false), corpus);
-  EXPECT_LT((layered - curves).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT(ofTheMouth(layered - curves).cwiseAbs().maxCoeff(), 1e-9);
 }
 
 TEST(Layering, InBetweenByOneLessMa) {
@@ -96,7 +107,7 @@ TEST(Layering, InBetweenByOneLessMa) {
     if (phone.phone == Phone::kSil || isVowel(phone.phone)) continue;
     const auto row = static_cast<Eigen::Index>(phone.span.middle() * kRateHz);
     const auto wanted = kMa * curves.row(row) + (1 - kMa) * capture.row(row);
-    EXPECT_LT((layered.row(row) - wanted).cwiseAbs().maxCoeff(), 1e-9) << phoneName(phone.phone);
+    EXPECT_LT(ofTheMouth(layered.row(row) - wanted).cwiseAbs().maxCoeff(), 1e-9) << phoneName(phone.phone);
   }
 }
 

@@ -68,8 +68,8 @@ TEST(Lips, AreNotSealedInAShortVBeforeAB) {
   const std::vector<LipPose> lips = lipsFromPhones(labels, timesOf(labels));
   const TimeSpan v = labels.phones[2].span, b = labels.phones[3].span;
   const auto at = [](Seconds time) { return static_cast<std::size_t>(std::lround(time * kRateHz)); };
-  EXPECT_EQ(lips[at(v.start + 0.015)].seal, 0);
-  EXPECT_EQ(lips[at(v.start + 0.015)].tuck, 1);
+  EXPECT_LT(lips[at(v.start + 0.015)].seal, 0.1F);
+  EXPECT_GT(lips[at(v.start + 0.015)].tuck, 0.9F);
   EXPECT_EQ(lips[at(b.start + 0.01)].seal, 1);
   EXPECT_EQ(lips[at(b.start + 0.01)].tuck, 0);
 }
