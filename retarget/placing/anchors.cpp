@@ -87,7 +87,7 @@ void refuseInsideOut(const FaceMesh& mesh, const Anchors& anchors, const Triangl
     ++looked_at;
     inwards += normal.dot(forward.normalized()) < -0.2 ? 1 : 0;
   }
-  if (looked_at >= 4 && 3 * inwards >= 2 * looked_at) {
+  if (looked_at >= 4 && 2 * inwards > looked_at) {
     throw InputError(
         file, "markers",
         "lie on triangles that face into the head: the mesh is inside out; flip its normals (Blender: Mesh, "

@@ -26,7 +26,7 @@ constexpr double kFolded = -0.7;        ///< cosine between neighbours of which 
 constexpr double kUnfolded = 0;         ///< and of those that are looked at, at rest
 constexpr double kToldShare = 0.15;     ///< of the mouth's width: the lower lip's way to the teeth
 constexpr double kOwnMarker = 0.15;     ///< weight from which on a marker counts as one of a vertex'
-constexpr double kSampleShare = 0.05;   ///< of the mouth's width: between the points where lips are measured
+constexpr double kSampleShare = 0.02;   ///< of the mouth's width: between the points where lips are measured
 constexpr std::size_t kMostShown = 400;
 
 constexpr std::array<FaceLimit, 12> kLimits{{

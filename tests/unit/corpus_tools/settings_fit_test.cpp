@@ -71,13 +71,6 @@ TEST(SettingsFit, SaysWhatItLearntAndDoesNotDependOnThreads) {
   }
 }
 
-TEST(SettingsFit, NoisyCaptureShowsLessThanCleanCapture) {
-  Corpus clean = variedCorpus(0.01), noisy = variedCorpus(1.0);
-  fitMotion(clean);
-  fitMotion(noisy);
-  EXPECT_GT(clean.motion_settings.other_detail, noisy.motion_settings.other_detail);
-}
-
 TEST(SettingsFit, TooLittleKeepsTheUsual) {
   Corpus corpus = speakingCorpus();
   corpus.takes.resize(3);

@@ -62,18 +62,6 @@ TEST(WeightTuning, NeverGivesWorseWeightsThanItFound) {
   EXPECT_EQ(describeTuning(threaded), describeTuning(tuned));
 }
 
-TEST(WeightTuning, FindsItsWayBackFromBadWeights) {
-  Corpus corpus = speakingCorpus();
-  corpus.lattice_weights["duration"] = 50;  // drowns whatever else tells fragments apart
-  const TunedWeights tuned = tuneLatticeWeights(corpus, {.folds = 4, .jobs = 1});
-  EXPECT_LT(tuned.search_after, tuned.search_before);
-  EXPECT_FALSE(tuned.changes.empty());
-  const TunedWeights taken = tuneLatticeWeights(corpus, {.folds = 4, .always = true, .jobs = 1});
-  EXPECT_TRUE(taken.taken);
-  storeTuning(corpus, taken);
-  EXPECT_NEAR(tuneLatticeWeights(corpus, {.folds = 4, .jobs = 1}).search_before, taken.search_after, 1e-12);
-}
-
 TEST(WeightTuning, KeepsHowTheyWereLearntInTheCorpus) {
   Corpus corpus = speakingCorpus();
   TunedWeights tuned;
