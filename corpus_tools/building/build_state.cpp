@@ -1,13 +1,14 @@
 #include "corpus_tools/building/build_state.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <signal.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cmath>
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -48,6 +49,28 @@ MarkerPositions shapeFromJson(const std::string& text, std::size_t rows) {
 
 constexpr const char* kSettingsKey = "build_settings";
 
+constexpr const char* kHolderFile = "process";
+constexpr std::uint64_t kLongestNumber = 20;
+
+/// Says in the folder whose it is, for the message to the next that comes.
+std::unique_ptr<FileLock> locked(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  const int descriptor = error ? -1 : ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+  if (descriptor < 0)
+    throw InputError(folder.string(), "",
+                     fmt::format("cannot be made: {}", std::strerror(error ? error.value() : errno)));
+  auto lock = std::make_unique<FileLock>(descriptor);
+  const fs::path holder = folder / kHolderFile;
+  if (!lock->isOurs()) {
+    const std::string process = fs::exists(holder, error) ? readFile(holder, kLongestNumber) : "unknown";
+    throw InputError(folder.string(), "",
+                     fmt::format("is in use: the same corpus is being built by process {}", printable(process)));
+  }
+  writeFileAtomically(holder, std::to_string(::getpid()));
+  return lock;
+}
+
 }  // namespace
 
 std::string takeKey(const TakeFiles& files, const std::string& settings) {
@@ -59,7 +82,13 @@ std::string takeKey(const TakeFiles& files, const std::string& settings) {
 }
 
 BuildParts::BuildParts(fs::path folder, const MarkerLayout& layout, std::string frame)
-    : folder_(std::move(folder)), layout_(layout), frame_(std::move(frame)) {}
+    : folder_(std::move(folder)), lock_(locked(folder_)), layout_(layout), frame_(std::move(frame)) {}
+
+BuildParts::~BuildParts() {
+  std::error_code error;
+  fs::remove(folder_ / kHolderFile, error);
+  fs::remove(folder_, error);  // refused while it holds parts for the next run
+}
 
 fs::path BuildParts::pathOf(const std::string& key) const { return folder_ / (sha256Hex(frame_ + key) + ".corpus"); }
 
@@ -94,21 +123,6 @@ CorpusTake BuildParts::load(const std::string& key) const {
 void BuildParts::remove() const {
   std::error_code error;  // a folder that stays costs room, nothing else
   fs::remove_all(folder_, error);
-}
-
-void removeStaleTemporaries(const fs::path& output) {
-  // writeFileAtomically() names them ".NAME.PROCESS.tmp".
-  const std::string prefix = "." + output.filename().string() + ".", suffix = ".tmp";
-  std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(fs::absolute(output).parent_path(), error)) {
-    const std::string name = entry.path().filename().string();
-    if (!name.starts_with(prefix) || !name.ends_with(suffix) || name.size() <= prefix.size() + suffix.size()) continue;
-    int process = 0;
-    const char* const end = name.data() + name.size() - suffix.size();
-    const auto read = std::from_chars(name.data() + prefix.size(), end, process);
-    const bool is_gone = read.ptr == end && process > 0 && ::kill(process, 0) != 0 && errno == ESRCH;
-    if (is_gone) fs::remove(entry.path(), error);
-  }
 }
 
 void roundToFloats(MotionClip& motion) { motion.positions_mm = motion.positions_mm.cast<float>().cast<double>(); }

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "base/unfinished.h"
 #include "corpus_tools/building/corpus_builder.h"
 #include "corpus_tools/takes/head_tracking.h"
 #include "corpus_tools/takes/take_files.h"
@@ -33,8 +34,12 @@ std::string takeKey(const TakeFiles& files, const std::string& settings);
 /// one takes up. Each is a corpus file of one take, written atomically, checksums and all. Thread-safe.
 class BuildParts {
  public:
-  /// `frame` names the coordinates that the takes are in: parts of another frame are not found.
+  /// `frame` names the coordinates that the takes are in: parts of another frame are not found. Throws InputError when
+  /// another process is building with this folder, and names it.
   BuildParts(std::filesystem::path folder, const MarkerLayout& layout, std::string frame);
+  BuildParts(const BuildParts&) = delete;
+  BuildParts& operator=(const BuildParts&) = delete;
+  ~BuildParts();
 
   /// nullopt when it was not done, or is damaged.
   [[nodiscard]] std::optional<CleanedTake> find(const std::string& key) const;
@@ -48,12 +53,11 @@ class BuildParts {
   [[nodiscard]] std::filesystem::path pathOf(const std::string& key) const;
 
   std::filesystem::path folder_;
+  std::unique_ptr<FileLock> lock_;
   const MarkerLayout& layout_;
   std::string frame_;
 };
 
-/// Removes what killed runs left beside `output`: its temporary files whose process is gone.
-void removeStaleTemporaries(const std::filesystem::path& output);
 
 /// The head reference in the build log, so that takes from outside can be brought into the corpus' frame.
 void logHeadReference(Corpus& corpus, const HeadReference& reference);

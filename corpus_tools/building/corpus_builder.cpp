@@ -223,7 +223,6 @@ class Builder {
     writeCorpus(output_, result.corpus);
     result.corpus.motion_source = nullptr;  // its parts go; the database has it all
     parts.remove();
-    removeStaleTemporaries(output_);
     return result;
   }
 

@@ -16,9 +16,9 @@ namespace mouthpiece {
 namespace {
 
 enum class Encoding { kText, kLittle, kBig };
-enum class Number { kNone, kI8, kU8, kI16, kU16, kI32, kU32, kF32, kF64 };
+enum class Number { kNoNumber, kI8, kU8, kI16, kU16, kI32, kU32, kF32, kF64 };
 
-/// The number type of a PLY, by either of its names; kNone: no such type.
+/// The number type of a PLY, by either of its names; kNoNumber: no such type.
 Number numberFromName(std::string_view name) {
   constexpr std::array<std::array<std::string_view, 2>, 8> kNames{{{"char", "int8"},
                                                                    {"uchar", "uint8"},
@@ -30,7 +30,7 @@ Number numberFromName(std::string_view name) {
                                                                    {"double", "float64"}}};
   const auto found =
       std::find_if(kNames.begin(), kNames.end(), [&](const auto& both) { return both[0] == name || both[1] == name; });
-  return found == kNames.end() ? Number::kNone : static_cast<Number>(found - kNames.begin() + 1);
+  return found == kNames.end() ? Number::kNoNumber : static_cast<Number>(found - kNames.begin() + 1);
 }
 std::size_t bytesOf(Number type) {
   constexpr std::array<std::size_t, 9> kBytes{0, 1, 1, 2, 2, 4, 4, 4, 8};
@@ -99,7 +99,7 @@ enum class Role { kX, kY, kZ, kRed, kGreen, kBlue, kNothing };
 struct Property {
   Number type = Number::kF32;
   Role role = Role::kNothing;
-  Number count_type = Number::kNone;  ///< of a list: how many there are
+  Number count_type = Number::kNoNumber;  ///< of a list: how many there are
 };
 
 /// What a file promises of its body.
@@ -165,7 +165,7 @@ FaceMesh meshOf(const Layout& layout, std::string_view bytes, std::string_view f
   std::vector<std::uint32_t> corners;
   for (std::size_t f = 0; f < faces; ++f) {
     for (const Property& property : layout.of_face) {
-      if (property.count_type == Number::kNone) {
+      if (property.count_type == Number::kNoNumber) {
         body.next(property.type, "face", f);
         continue;
       }
@@ -255,7 +255,7 @@ class PlyHeader {
     if (word(1) == "list") return readList();
     Property property{.type = numberFromName(word(1))};
     const std::string_view name = word(2);
-    if (property.type == Number::kNone || name.empty())
+    if (property.type == Number::kNoNumber || name.empty())
       fail(fmt::format("found a property of type '{}'", printable(word(1), 40)));
     if (element_ == "face") return layout_.of_face.push_back(property);
     constexpr std::array<std::string_view, 6> kRoles{"x", "y", "z", "red", "green", "blue"};
@@ -269,7 +269,7 @@ class PlyHeader {
     const bool is_corners =
         element_ == "face" && !has_list_ && (word(4) == "vertex_indices" || word(4) == "vertex_index");
     const bool has_types =
-        count_type != Number::kNone && index_type != Number::kNone && !isReal(count_type) && !isReal(index_type);
+        count_type != Number::kNoNumber && index_type != Number::kNoNumber && !isReal(count_type) && !isReal(index_type);
     if (!is_corners || !has_types)
       fail("found a list other than the faces' corners; expected 'property list uchar int vertex_indices'");
     has_list_ = true;

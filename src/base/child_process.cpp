@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "base/errors.h"
+#include "base/unfinished.h"
 
 namespace mouthpiece {
 namespace {
@@ -24,6 +25,7 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kKeptOutput = 16384;
+constexpr std::string_view kFolderPrefix = "mouthpiece.";
 
 class Descriptor {
  public:
@@ -52,7 +54,13 @@ class SpawnActions {
     posix_spawn_file_actions_adddup2(&actions_, output, STDERR_FILENO);
     posix_spawn_file_actions_addclosefrom_np(&actions_, STDERR_FILENO + 1);
     MOUTHPIECE_EXPECT(posix_spawnattr_init(&attributes_) == 0);
-    posix_spawnattr_setflags(&attributes_, POSIX_SPAWN_SETPGROUP);  // one of its own, so that its children end with it
+    // A group of its own, so that its children end with it; the usual signals, whatever this process holds back.
+    sigset_t none, all;
+    sigemptyset(&none);
+    sigfillset(&all);
+    posix_spawnattr_setsigmask(&attributes_, &none);
+    posix_spawnattr_setsigdefault(&attributes_, &all);
+    posix_spawnattr_setflags(&attributes_, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
   }
   SpawnActions(const SpawnActions&) = delete;
   SpawnActions& operator=(const SpawnActions&) = delete;
@@ -112,16 +120,22 @@ bool readUntil(int descriptor, Clock::time_point deadline, std::string& output) 
   return false;
 }
 
-/// Waits for the end; nullopt when the deadline came first.
+/// Waits for the end; nullopt when the deadline came first. What the child itself started ends with it.
 std::optional<int> waitUntil(pid_t child, Clock::time_point deadline) {
   while (true) {
-    int status = 0;
-    const pid_t ended = ::waitpid(child, &status, WNOHANG);
-    if (ended == child) return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    if (ended < 0 && errno != EINTR) return 127;
+    siginfo_t ended{};
+    const int result = ::waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT);
+    if (result != 0 && errno != EINTR) return 127;
+    if (result == 0 && ended.si_pid == child) break;
     if (Clock::now() >= deadline) return std::nullopt;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
+  ::kill(-child, SIGKILL);  // before it is waited for: until then the group's number is nobody else's
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0) {
+    if (errno != EINTR) return 127;
+  }
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
 }  // namespace
@@ -130,11 +144,14 @@ PrivateFolder::PrivateFolder() {
   std::error_code error;
   fs::path base = fs::temp_directory_path(error);
   if (error) base = "/tmp";
-  std::string pattern = fs::absolute(base / "mouthpiece.XXXXXX").string();
+  sweepLeftovers(base, std::string(kFolderPrefix), "");
+  std::string pattern = fs::absolute(base / kFolderPrefix).string() + "XXXXXX";
   if (::mkdtemp(pattern.data()) == nullptr) {
     throw InputError(base.string(), "", fmt::format("takes no temporary folder: {}", std::strerror(errno)));
   }
   path_ = pattern;
+  lock_.emplace(::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  unfinished_.emplace(path_);
 }
 
 PrivateFolder::~PrivateFolder() {
@@ -166,6 +183,7 @@ ChildResult runChild(const fs::path& program, const std::vector<std::string>& ar
   const auto deadline =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time_limit));
   const pid_t child = startChild(program, arguments, folder, write_end.number());
+  const Unfinished unfinished(child);
   write_end.close();
   ChildResult result;
   result.timed_out = !readUntil(read_end.number(), deadline, result.output);

@@ -7,10 +7,11 @@
 #include <vector>
 
 #include "base/time.h"
+#include "base/unfinished.h"
 
 namespace mouthpiece {
 
-/// A folder only we can enter, gone with its content when this goes.
+/// A folder only we can enter, gone with its content when this goes; what killed processes left goes, too.
 class PrivateFolder {
  public:
   /// Throws InputError when the system's temporary folder takes no new one.
@@ -22,6 +23,8 @@ class PrivateFolder {
 
  private:
   std::filesystem::path path_;
+  std::optional<FileLock> lock_;
+  std::optional<Unfinished> unfinished_;
 };
 
 /// The first executable file of that name on the PATH.
@@ -34,7 +37,7 @@ struct ChildResult {
 };
 
 /// Runs `program` in `folder`, with no input, `folder` as its home and a minimal environment: the user's configuration
-/// files and variables do not reach it. No shell is involved. Throws InputError when it cannot be started.
+/// files and variables do not reach it. What it starts itself ends with it. No shell is involved. Throws InputError when it cannot be started.
 ChildResult runChild(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                      const std::filesystem::path& folder, Seconds time_limit);
 

@@ -10,28 +10,32 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <random>
 #include <span>
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/unfinished.h"
 
 namespace mouthpiece {
 namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::string_view kTemporarySuffix = ".tmp";
+
 [[noreturn]] void failWriting(const fs::path& path, int error) {
   throw InputError(path.string(), "", fmt::format("cannot be written: {}", std::strerror(error)));
 }
 
-/// Owns the temporary file's name: removed unless the rename happened.
-class TemporaryName {
+/// An empty file of an unforeseeable name beside `final_path` and nobody else's; it is removed unless it was renamed.
+class TemporaryFile {
  public:
-  explicit TemporaryName(const fs::path& final_path)
-      : path_(final_path.parent_path() / fmt::format(".{}.{}.tmp", final_path.filename().string(), ::getpid())) {}
-  TemporaryName(const TemporaryName&) = delete;
-  TemporaryName& operator=(const TemporaryName&) = delete;
-  ~TemporaryName() {
+  explicit TemporaryFile(const fs::path& final_path)
+      : TemporaryFile(made(final_path.parent_path(), "." + final_path.filename().string() + ".", final_path)) {}
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  ~TemporaryFile() {
     std::error_code ignored;
     if (!renamed_) fs::remove(path_, ignored);
   }
@@ -44,7 +48,29 @@ class TemporaryName {
   }
 
  private:
+  struct Made {
+    fs::path path;
+    int descriptor;
+  };
+
+  explicit TemporaryFile(Made made) : path_(std::move(made.path)), lock_(made.descriptor), unfinished_(path_) {}
+
+  static Made made(const fs::path& folder, const std::string& prefix, const fs::path& final_path) {
+    constexpr int kTries = 100;
+    sweepLeftovers(folder, prefix, std::string(kTemporarySuffix));
+    std::random_device random;  // the system's own source: not to be foreseen
+    for (int tries = 0; tries < kTries; ++tries) {
+      fs::path path = folder / fmt::format("{}{:08x}{:08x}{}", prefix, random(), random(), kTemporarySuffix);
+      const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+      if (descriptor >= 0) return {std::move(path), descriptor};
+      if (errno != EEXIST) failWriting(final_path, errno);
+    }
+    failWriting(final_path, EEXIST);
+  }
+
   fs::path path_;
+  FileLock lock_;
+  Unfinished unfinished_;
   bool renamed_ = false;
 };
 
@@ -57,7 +83,29 @@ void flushToDisk(const fs::path& path, const fs::path& named_in_errors) {
   if (result != 0) failWriting(named_in_errors, error);
 }
 
+thread_local FilesTogether* open_set = nullptr;
+
 }  // namespace
+
+struct FilesTogether::Waiting {
+  explicit Waiting(const fs::path& path) : file(path), final_path(path) {}
+  TemporaryFile file;
+  fs::path final_path;
+};
+
+FilesTogether::FilesTogether() : outer_(open_set) { open_set = this; }
+FilesTogether::~FilesTogether() { open_set = outer_; }
+
+void FilesTogether::commit() {
+  for (std::unique_ptr<Waiting>& waiting : waiting_) {
+    if (outer_ == nullptr) {
+      waiting->file.renameTo(waiting->final_path);
+    } else {
+      outer_->waiting_.push_back(std::move(waiting));
+    }
+  }
+  waiting_.clear();
+}
 
 std::string readFile(const fs::path& path, std::uint64_t max_bytes) {
   std::error_code error;
@@ -84,15 +132,19 @@ void writeFileAtomically(const fs::path& path, const std::function<void(const fs
     if (error) throw InputError(path.parent_path().string(), "", fmt::format("cannot be made: {}", error.message()));
   }
   if (fs::is_directory(path, error)) throw InputError(path.string(), "", "is a folder; expected a file name");
-  TemporaryName temporary(path);
-  write(temporary.path());
-  flushToDisk(temporary.path(), path);
-  temporary.renameTo(path);
+  auto waiting = std::make_unique<FilesTogether::Waiting>(path);
+  write(waiting->file.path());
+  flushToDisk(waiting->file.path(), path);
+  if (open_set != nullptr) {
+    open_set->waiting_.push_back(std::move(waiting));
+  } else {
+    waiting->file.renameTo(path);
+  }
 }
 
 void writeFileAtomically(const fs::path& path, std::string_view bytes) {
   writeFileAtomically(path, [&](const fs::path& temporary) {
-    const int descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    const int descriptor = ::open(temporary.c_str(), O_WRONLY | O_NOFOLLOW | O_CLOEXEC);
     if (descriptor < 0) failWriting(path, errno);
     std::size_t done = 0;
     while (done < bytes.size()) {

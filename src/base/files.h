@@ -3,8 +3,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace mouthpiece {
 
@@ -12,14 +14,34 @@ namespace mouthpiece {
 /// `max_bytes` (checked before anything is allocated).
 std::string readFile(const std::filesystem::path& path, std::uint64_t max_bytes = std::uint64_t{1} << 31);
 
-/// Writes under a temporary name in the same folder, flushes to disk, then renames over `path`; on any
-/// failure (full disk, no permission) the old file is untouched, the temporary one removed, and
-/// InputError names the file and the reason. Makes missing parent folders.
+/// Writes under a temporary name in the same folder that nobody can foresee, flushes to disk, then renames over `path`;
+/// on any failure (full disk, no permission) the old file is untouched, the temporary one removed, and InputError names
+/// the file and the reason. Makes missing parent folders, and removes what killed processes left of the same file.
 void writeFileAtomically(const std::filesystem::path& path, std::string_view bytes);
 
 /// The same for a writer that needs a path (SQLite, libsndfile): `write` fills the temporary file.
 void writeFileAtomically(const std::filesystem::path& path,
                          const std::function<void(const std::filesystem::path&)>& write);
+
+/// Files that appear together: while one lives, what its thread writes atomically waits under its temporary names, and
+/// commit() renames all of it, in the order of writing. Without commit() nothing was written. For tens of files, each
+/// of which stays open; those of a set within a set wait for the outer one.
+class FilesTogether {
+ public:
+  FilesTogether();
+  FilesTogether(const FilesTogether&) = delete;
+  FilesTogether& operator=(const FilesTogether&) = delete;
+  ~FilesTogether();
+  /// Throws InputError when a file cannot take its name; the ones before it have theirs.
+  void commit();
+
+ private:
+  struct Waiting;
+  friend void writeFileAtomically(const std::filesystem::path& path,
+                                  const std::function<void(const std::filesystem::path&)>& write);
+  FilesTogether* outer_;
+  std::vector<std::unique_ptr<Waiting>> waiting_;
+};
 
 /// SHA-256 of `bytes`, lower-case hexadecimal.
 std::string sha256Hex(std::string_view bytes);

@@ -7,11 +7,14 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <new>
+#include <thread>
 
 #include "base/errors.h"
+#include "base/unfinished.h"
 
 namespace mouthpiece {
 namespace {
@@ -55,8 +58,40 @@ int runAction(CLI::App& app, int argc, const char* const* argv, const std::funct
   return code;
 }
 
+/// Ends the process as the signal would have, after what it has begun is cleared away.
+[[noreturn]] void endBySignal(int signal) {
+  endUnfinished();
+  if (::isatty(STDERR_FILENO) == 1) std::fputs("\r\x1B[K", stderr);  // where a progress bar may stand
+  std::signal(signal, SIG_DFL);
+  sigset_t one;
+  sigemptyset(&one);
+  sigaddset(&one, signal);
+  ::pthread_sigmask(SIG_UNBLOCK, &one, nullptr);
+  std::raise(signal);
+  std::_Exit(128 + signal);
+}
+
+/// From here on a thread waits for what ends a process from outside; what the caller's shell has it ignore (nohup)
+/// stays ignored. To be called before other threads start: they inherit the mask.
+void awaitSignals() {
+  sigset_t awaited;
+  sigemptyset(&awaited);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction action {};
+    if (::sigaction(signal, nullptr, &action) == 0 && action.sa_handler != SIG_IGN) sigaddset(&awaited, signal);
+  }
+  ::pthread_sigmask(SIG_BLOCK, &awaited, nullptr);
+  std::thread([awaited] {
+    int signal = 0;
+    while (::sigwait(&awaited, &signal) != 0) {
+    }
+    endBySignal(signal);
+  }).detach();
+}
+
 int runCaught(CLI::App& app, int argc, const char* const* argv, const std::function<int()>& action) {
   if (argc > 0) program_name = nameOf(argv[0]);
+  awaitSignals();
   std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is then an ordinary write error
   try {
     return runAction(app, argc, argv, action);

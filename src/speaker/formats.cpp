@@ -132,12 +132,14 @@ void save(const Performance& performance, std::span<const fs::path> paths) {
   // What may fail without a disk fails before anything is written.
   if (std::any_of(paths.begin(), paths.end(), [](const fs::path& path) { return formatOf(path).needs_face; }))
     performance.data().glb();
+  FilesTogether together;
   const auto is_report = [](const fs::path& path) { return formatOf(path).usual_name == "report.json"; };
   for (const bool reports : {false, true}) {
     for (const fs::path& path : paths) {
       if (is_report(path) == reports) save(performance, path);
     }
   }
+  together.commit();  // the report last: where it is, all else is
 }
 
 std::vector<fs::path> usualFiles(const fs::path& folder) {

@@ -13,7 +13,7 @@ namespace mouthpiece {
 // What the table of voices (voice.cpp) makes its rows with: `name` is the engine's own name of the voice.
 
 /// Festival as a child process: one run a line; the text is a file that its tokeniser reads as data. Where Festival is
-/// not installed, Flite speaks in its place and says so.
+/// not installed, hangs, fails or answers nonsense, Flite speaks in its place and says so.
 std::unique_ptr<Voice> makeFestivalVoice(std::string_view name, const Language& language, const VoiceOptions& options);
 
 /// One of the voices linked into the program through Flite's library: slt, rms, awb or kal16.

@@ -1,15 +1,17 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <optional>
+#include <stdexcept>
 #include <utility>
 
+#include "base/child_process.h"
 #include "base/errors.h"
 #include "base/files.h"
-#include "base/child_process.h"
 #include "base/index.h"
+#include "phonetics/text/speakable_text.h"
 #include "voices/engines.h"
 #include "voices/festival_script.h"
-#include "phonetics/text/speakable_text.h"
 #include "voices/spoken_line_builder.h"
 
 namespace mouthpiece {
@@ -37,7 +39,7 @@ std::string complaint(const ChildResult& result) {
 }
 
 void checkResult(const ChildResult& result, std::string_view voice, bool has_labels) {
-  if (result.timed_out) throw InputError("festival", "", "took too long and was stopped; expected a shorter text");
+  if (result.timed_out) throw InputError("festival", "", "took too long and was stopped");
   if (result.output.find(fmt::format("unbound variable : voice_{}", voice)) != std::string::npos) {
     throw InputError("festival", "",
                      fmt::format("has no voice {}. Get it with: sudo apt-get install {}", voice, debianPackage(voice)));
@@ -47,65 +49,77 @@ void checkResult(const ChildResult& result, std::string_view voice, bool has_lab
   }
 }
 
+/// Festival while it answers; once it hangs, fails or answers nonsense, the voice in its place, which says why.
 class FestivalVoice : public Voice {
  public:
-  /// `voice` becomes part of a Scheme program: one of the table's.
-  FestivalVoice(fs::path program, std::string voice, const Language& language, const Lexicon* lexicon)
-      : program_(std::move(program)), voice_(std::move(voice)), language_(language), lexicon_(lexicon) {}
+  /// `voice` becomes part of a Scheme program: one of the table's. No `program`: Festival is not installed.
+  FestivalVoice(std::optional<fs::path> program, std::string voice, const Language& language,
+                const VoiceOptions& options)
+      : program_(std::move(program)), voice_(std::move(voice)), language_(language), options_(options) {
+    if (!program_) why_not_ = "Festival is not installed (sudo apt-get install festival festvox-us-slt-hts)";
+  }
 
   SpokenLine speak(std::string_view text) override {
     const std::string speakable = speakableText(text, language_);
-    const FestivalJob job = makeFestivalJob(voice_, speakable, lexicon_);
+    if (why_not_.empty()) {
+      try {
+        return askFestival(speakable);
+      } catch (const FestivalError& error) {
+        why_not_ = error.what();
+      }
+    }
+    return speakInItsPlace(text);
+  }
+
+ private:
+  /// Throws FestivalError, whatever it is that cannot be used.
+  [[nodiscard]] SpokenLine askFestival(const std::string& speakable) const {
+    const FestivalJob job = makeFestivalJob(voice_, speakable, options_.lexicon);
     const PrivateFolder folder;
     writeFileAtomically(folder.path() / "speak.scm", job.script);
     writeFileAtomically(folder.path() / kFestivalTextFile, job.text);
     const Seconds time_limit = kTimeLimit + kTimeLimitPerCharacter * asReal(job.text.size());
-    const ChildResult result =
-        runChild(program_, {"--heap", std::string(kHeapCells), "-b", "speak.scm"}, folder.path(), time_limit);
-    const fs::path labels_path = folder.path() / kFestivalLabelsFile;
-    checkResult(result, voice_, fs::exists(labels_path));
-    SpokenLineBuilder builder(language_);
-    std::size_t number = 0;
-    for (FestivalUtterance& utterance : parseFestivalLabels(readFile(labels_path)))
-      builder.add(readAudio(folder.path() / festivalWaveFile(number++)), std::move(utterance.phones), utterance.words);
-    return builder.build(speakable, "festival:" + voice_);
+    try {
+      const ChildResult result =
+          runChild(*program_, {"--heap", std::string(kHeapCells), "-b", "speak.scm"}, folder.path(), time_limit);
+      const fs::path labels_path = folder.path() / kFestivalLabelsFile;
+      checkResult(result, voice_, fs::exists(labels_path));
+      SpokenLineBuilder builder(language_);
+      std::size_t number = 0;
+      for (FestivalUtterance& utterance : parseFestivalLabels(readFile(labels_path)))
+        builder.add(readAudio(folder.path() / festivalWaveFile(number++)), std::move(utterance.phones),
+                    utterance.words);
+      if (number == 0) throw InputError("festival", "", "said nothing; expected sound and labels");
+      return builder.build(speakable, "festival:" + voice_);
+    } catch (const InputError& error) {
+      throw FestivalError(error.what());
+    }
   }
 
- private:
-  fs::path program_;
-  std::string voice_;
-  const Language& language_;
-  const Lexicon* lexicon_;
-};
-
-/// Speaks with another voice than was asked for, and says so.
-class StandInVoice : public Voice {
- public:
-  StandInVoice(std::unique_ptr<Voice> voice, std::string notice)
-      : voice_(std::move(voice)), notice_(std::move(notice)) {}
-
-  SpokenLine speak(std::string_view text) override {
-    SpokenLine line = voice_->speak(text);
-    line.notice = notice_;
+  SpokenLine speakInItsPlace(std::string_view text) {
+    constexpr std::string_view kStandIn = "slt";
+    if (!stand_in_) stand_in_ = makeFliteVoice(kStandIn, language_, options_);
+    SpokenLine line = stand_in_->speak(text);
+    line.notice = fmt::format("{}: speaking with flite:{}", why_not_, kStandIn);
     return line;
   }
 
- private:
-  std::unique_ptr<Voice> voice_;
-  std::string notice_;
+  struct FestivalError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+  };
+
+  std::optional<fs::path> program_;
+  std::string voice_;
+  const Language& language_;
+  VoiceOptions options_;
+  std::unique_ptr<Voice> stand_in_;
+  std::string why_not_;
 };
 
 }  // namespace
 
 std::unique_ptr<Voice> makeFestivalVoice(std::string_view name, const Language& language, const VoiceOptions& options) {
-  if (const auto program = findProgram("festival"))
-    return std::make_unique<FestivalVoice>(*program, std::string(name), language, options.lexicon);
-  constexpr std::string_view kFallback = "slt";
-  return std::make_unique<StandInVoice>(
-      makeFliteVoice(kFallback, language, options),
-      fmt::format(
-          "Festival is not installed (sudo apt-get install festival festvox-us-slt-hts): speaking with flite:{}",
-          kFallback));
+  return std::make_unique<FestivalVoice>(findProgram("festival"), std::string(name), language, options);
 }
 
 }  // namespace mouthpiece

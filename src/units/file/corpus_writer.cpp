@@ -136,7 +136,6 @@ void expectWritable(const Corpus& corpus) {
 void writeCorpus(const std::filesystem::path& path, const Corpus& corpus) {
   expectWritable(corpus);
   writeFileAtomically(path, [&](const std::filesystem::path& temporary) {
-    std::filesystem::remove(temporary);
     SqliteDatabase database = SqliteDatabase::create(temporary, path);
     // The file is new and renamed only when whole: a journal would protect nothing.
     database.execute(fmt::format("PRAGMA page_size={}; PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF; BEGIN",

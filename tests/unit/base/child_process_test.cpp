@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <fstream>
 #include <memory>
 #include <set>
 #include <thread>
@@ -47,6 +48,39 @@ TEST(ChildProcess, PassesArgumentsWithoutAShell) {
   const PrivateFolder folder;
   const ChildResult result = runChild(findProgram("echo").value(), {"$(id)", ";", "`id`"}, folder.path(), kPatience);
   EXPECT_EQ(result.output, "$(id) ; `id`\n");
+}
+
+/// Whether the process ends within a few seconds; one that nobody has waited for yet has ended.
+bool ends(const std::filesystem::path& number_file) {
+  std::string number = readFile(number_file);
+  number.erase(number.find_last_not_of('\n') + 1);
+  for (int tries = 0; tries < 500; ++tries) {
+    std::ifstream stream("/proc/" + number + "/stat");
+    std::string facts;
+    if (!std::getline(stream, facts) || facts.find(") Z") != std::string::npos) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return false;
+}
+
+TEST(ChildProcess, WhatItStartedEndsWithIt) {
+  const PrivateFolder folder;
+  const std::string start_another = "sleep 60 >/dev/null 2>&1 & echo $! > other;";
+  EXPECT_EQ(runShell(folder, start_another + "exit 3").exit_code, 3);
+  EXPECT_TRUE(ends(folder.path() / "other"));
+  EXPECT_TRUE(runShell(folder, start_another + "sleep 60", 0.3).timed_out);
+  EXPECT_TRUE(ends(folder.path() / "other"));
+}
+
+TEST(ChildProcess, HearsSignalsWhateverThisProcessHoldsBack) {
+  const PrivateFolder folder;
+  sigset_t held, before;
+  sigemptyset(&held);
+  sigaddset(&held, SIGTERM);
+  ::pthread_sigmask(SIG_BLOCK, &held, &before);
+  const ChildResult result = runShell(folder, "kill -TERM $$; sleep 5; exit 7");
+  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  EXPECT_EQ(result.exit_code, 128 + SIGTERM);
 }
 
 TEST(ChildProcess, IsKilledWhenItTakesTooLong) {

@@ -1,5 +1,6 @@
 // Builds that go on: interrupted ones, and corpora that takes are added to.
 #include <gtest/gtest.h>
+#include <unistd.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -14,6 +15,7 @@
 #include "base/errors.h"
 #include "corpus_tools/building/corpus_builder.h"
 #include "corpus_tools/building/build_state.h"
+#include "support/error_of.h"
 #include "support/run_program.h"
 #include "synthesis/curve_model.h"
 #include "synthetic_takes.h"
@@ -93,6 +95,18 @@ TEST(BuildCorpusFile, WhatAFailedBuildDidIsTakenUp) {
   fs::remove(studio.out);
   buildCorpusFile(studio.folder, studio.out, {});
   EXPECT_EQ(test::readAll(studio.out), resumed) << "a resumed build must give the corpus of an undisturbed one";
+}
+
+TEST(BuildParts, AreOfOneBuildAtATime) {
+  const test::ScratchFolder scratch;
+  const fs::path folder = scratch.path() / "x.corpus.parts";
+  {
+    const BuildParts first(folder, defaultLayout(), "frame");
+    EXPECT_EQ(errorOf([&] { const BuildParts second(folder, defaultLayout(), "frame"); }),
+              folder.string() + ": is in use: the same corpus is being built by process " + std::to_string(::getpid()));
+  }
+  EXPECT_FALSE(fs::exists(folder)) << "a folder without parts stays for nobody";
+  EXPECT_NO_THROW(BuildParts(folder, defaultLayout(), "frame"));
 }
 
 TEST(FinishedTakes, AreTheSameFromMemoryAndFromTheirParts) {

@@ -1,8 +1,8 @@
 #include <filesystem>
 
+#include "base/child_process.h"
 #include "base/files.h"
 #include "support/voice_testing.h"
-#include "base/child_process.h"
 #include "voices/festival_script.h"
 
 namespace mouthpiece {
@@ -161,11 +161,17 @@ class BrokenFestivalTest : public ::testing::Test {
     ::setenv("PATH", old_path_.c_str(), 1);
     fs::remove_all(folder_);
   }
-  std::string speakWith(const std::string& script) {
+  /// What is said about it; the line itself is spoken all the same.
+  std::string noticeWith(const std::string& script) {
     writeFileAtomically(folder_ / "festival", "#!/bin/sh\n" + script + "\n");
     fs::permissions(folder_ / "festival", fs::perms::owner_all);
     ::setenv("PATH", folder_.c_str(), 1);
-    return errorOf([] { makeVoice(kBothVoices[0])->speak("one"); });
+    const auto voice = makeVoice(kBothVoices[0]);
+    const SpokenLine line = voice->speak("one");
+    EXPECT_EQ(line.labels.words.size(), 1U);
+    EXPECT_GT(line.labels.duration(), 0.2);
+    EXPECT_EQ(voice->speak("two").notice, line.notice) << "it is not asked again";
+    return line.notice;
   }
 
  private:
@@ -173,18 +179,24 @@ class BrokenFestivalTest : public ::testing::Test {
   std::string old_path_;
 };
 
-TEST_F(BrokenFestivalTest, ItsComplaintIsPassedOn) {
-  EXPECT_EQ(speakWith("echo 'SIOD ERROR: it is broken' >&2; exit 1"),
-            "festival: failed: SIOD ERROR: it is broken; expected sound and labels");
-  EXPECT_EQ(speakWith("exit 7"), "festival: failed: exit code 7; expected sound and labels");
-  EXPECT_EQ(speakWith("echo 'SIOD ERROR: unbound variable : voice_cmu_us_slt_arctic_hts' >&2"),
-            "festival: has no voice cmu_us_slt_arctic_hts. Get it with: sudo apt-get install festvox-us-slt-hts");
-  EXPECT_EQ(speakWith("echo utterance > labels.txt"),
-            "festival:labels line 1: ended in the middle; expected its labels");
-  EXPECT_NE(speakWith("printf 'utterance\\nphone aa 1 0 0 0\\nend\\n' > labels.txt").find("no such file"),
+TEST_F(BrokenFestivalTest, FliteSpeaksInItsPlaceAndSaysWhy) {
+  EXPECT_EQ(noticeWith("echo 'SIOD ERROR: it is broken' >&2; exit 1"),
+            "festival: failed: SIOD ERROR: it is broken; expected sound and labels: speaking with flite:slt");
+  EXPECT_EQ(noticeWith("exit 7"), "festival: failed: exit code 7; expected sound and labels: speaking with flite:slt");
+  EXPECT_EQ(noticeWith("echo 'SIOD ERROR: unbound variable : voice_cmu_us_slt_arctic_hts' >&2"),
+            "festival: has no voice cmu_us_slt_arctic_hts. Get it with: sudo apt-get install festvox-us-slt-hts: "
+            "speaking with flite:slt");
+  EXPECT_EQ(noticeWith("echo utterance > labels.txt"),
+            "festival:labels line 1: ended in the middle; expected its labels: speaking with flite:slt");
+  EXPECT_NE(noticeWith("printf 'utterance\\nphone aa 1 0 0 0\\nend\\n' > labels.txt").find("no such file"),
             std::string::npos);
-  EXPECT_NE(speakWith("echo end > labels.txt").find("has nothing to say"), std::string::npos);
-  EXPECT_NE(speakWith("kill -SEGV $$").find("festival: failed: exit code 139"), std::string::npos);
+  EXPECT_NE(noticeWith("echo end > labels.txt").find("said nothing"), std::string::npos);
+  EXPECT_NE(noticeWith("head -c 100000 /dev/urandom > labels.txt").find("festival:labels"), std::string::npos);
+  EXPECT_NE(noticeWith("kill -SEGV $$").find("festival: failed: exit code 139"), std::string::npos);
+}
+
+TEST_F(BrokenFestivalTest, ATextWithNothingToSayIsStillRefused) {
+  EXPECT_NE(errorOf([] { makeVoice(kBothVoices[0])->speak("..."); }).find("nothing to say"), std::string::npos);
 }
 
 }  // namespace

@@ -1,0 +1,96 @@
+#include "base/unfinished.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <ctime>
+#include <mutex>
+#include <set>
+#include <system_error>
+#include <utility>
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Between making a temporary and locking it, it is nobody's; no process takes longer for that.
+constexpr std::time_t kYoungest = 60;
+
+template <typename Thing>
+struct Noted {
+  std::mutex mutex;
+  std::list<Thing> things;
+  std::set<fs::path> swept;
+};
+
+/// Never destroyed: threads may still be at work while the process ends.
+auto& noted() {
+  static auto& all = *new Noted<std::variant<fs::path, pid_t>>;
+  return all;
+}
+
+bool isLeftover(const fs::path& path) {
+  struct stat facts {};
+  if (::lstat(path.c_str(), &facts) != 0 || facts.st_uid != ::geteuid()) return false;
+  if (!S_ISREG(facts.st_mode) && !S_ISDIR(facts.st_mode)) return false;
+  if (facts.st_mtime + kYoungest > std::time(nullptr)) return false;
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK);
+  if (descriptor < 0) return false;
+  const bool is_free = ::flock(descriptor, LOCK_EX | LOCK_NB) == 0;
+  ::close(descriptor);
+  return is_free;
+}
+
+}  // namespace
+
+Unfinished::Unfinished(fs::path file_or_folder) : Unfinished(Thing(fs::absolute(file_or_folder))) {}
+Unfinished::Unfinished(pid_t process_group) : Unfinished(Thing(process_group)) {}
+
+Unfinished::Unfinished(Thing thing) {
+  const std::scoped_lock lock(noted().mutex);
+  place_ = noted().things.insert(noted().things.end(), std::move(thing));
+}
+
+Unfinished::~Unfinished() {
+  const std::scoped_lock lock(noted().mutex);
+  noted().things.erase(place_);
+}
+
+void endUnfinished() {
+  noted().mutex.lock();
+  // Newest first: a process before the folder that it works in.
+  for (auto thing = noted().things.rbegin(); thing != noted().things.rend(); ++thing) {
+    std::error_code ignored;
+    if (const auto* group = std::get_if<pid_t>(&*thing)) ::kill(-*group, SIGKILL);
+    if (const auto* path = std::get_if<fs::path>(&*thing)) fs::remove_all(*path, ignored);
+  }
+}
+
+FileLock::FileLock(int descriptor)
+    : descriptor_(descriptor), is_ours_(::flock(descriptor, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) {}
+
+FileLock::~FileLock() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void sweepLeftovers(const fs::path& folder, const std::string& prefix, const std::string& suffix) {
+  std::error_code error;
+  {
+    const std::scoped_lock lock(noted().mutex);
+    if (!noted().swept.insert(fs::absolute(folder / (prefix + "*" + suffix), error)).second) return;
+  }
+  for (auto entry = fs::directory_iterator(folder.empty() ? "." : folder, error);
+       !error && entry != fs::directory_iterator(); entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (name.size() <= prefix.size() + suffix.size() || !name.starts_with(prefix) || !name.ends_with(suffix)) continue;
+    std::error_code ignored;
+    if (isLeftover(entry->path())) fs::remove_all(entry->path(), ignored);
+  }
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <list>
+#include <string>
+#include <variant>
+
+namespace mouthpiece {
+
+/// What a process has begun and must not leave behind: a temporary file or folder, or a process group, noted for as
+/// long as this lives. The list of them is the process' own (docs/decisions/0011-one-clean-up-path.md): a signal ends
+/// the process, whatever object holds the rest of its work.
+class Unfinished {
+ public:
+  explicit Unfinished(std::filesystem::path file_or_folder);
+  explicit Unfinished(pid_t process_group);
+  Unfinished(const Unfinished&) = delete;
+  Unfinished& operator=(const Unfinished&) = delete;
+  ~Unfinished();
+
+ private:
+  using Thing = std::variant<std::filesystem::path, pid_t>;
+  explicit Unfinished(Thing thing);
+  friend void endUnfinished();
+  std::list<Thing>::iterator place_;
+};
+
+/// Kills the noted process groups and removes the noted files and folders. Nothing can be begun or ended after it: the
+/// caller ends the process. Not for a signal handler, which may not wait for a lock.
+void endUnfinished();
+
+/// A file or folder locked by flock() for as long as this lives. On a file system without locks it is as if nobody else
+/// held one.
+class FileLock {
+ public:
+  /// Takes the descriptor over, closes it at its end, and does not wait.
+  explicit FileLock(int descriptor);
+  FileLock(const FileLock&) = delete;
+  FileLock& operator=(const FileLock&) = delete;
+  ~FileLock();
+  [[nodiscard]] bool isOurs() const { return is_ours_; }
+
+ private:
+  int descriptor_;
+  bool is_ours_;
+};
+
+/// Removes this user's files and folders of the name PREFIX*SUFFIX in `folder` that are older than a minute and locked
+/// by nobody: what killed processes left there. Each folder and name once a process. Never throws: a leftover that
+/// stays costs room and nothing else.
+void sweepLeftovers(const std::filesystem::path& folder, const std::string& prefix, const std::string& suffix);
+
+}  // namespace mouthpiece

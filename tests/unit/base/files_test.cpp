@@ -1,0 +1,140 @@
+// Files and folders that are whole or not there, whoever waits for them.
+#include "base/files.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <set>
+
+#include "base/child_process.h"
+#include "base/unfinished.h"
+#include "support/error_of.h"
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::set<std::string> namesIn(const fs::path& folder) {
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder)) names.insert(entry.path().filename().string());
+  return names;
+}
+
+void age(const fs::path& path) { fs::last_write_time(path, fs::file_time_type::clock::now() - std::chrono::hours(1)); }
+
+TEST(Files, ATemporaryIsNewAndItsNameNotToBeForeseen) {
+  const PrivateFolder folder;
+  std::set<std::string> names;
+  for (int i = 0; i < 20; ++i) {
+    writeFileAtomically(folder.path() / "a.txt", [&](const fs::path& temporary) {
+      struct stat facts {};
+      ASSERT_EQ(::lstat(temporary.c_str(), &facts), 0);
+      EXPECT_TRUE(S_ISREG(facts.st_mode));
+      EXPECT_EQ(temporary.parent_path(), folder.path());
+      EXPECT_EQ(temporary.string().find(std::to_string(::getpid())), std::string::npos);
+      names.insert(temporary.filename().string());
+      std::ofstream(temporary) << i;
+    });
+  }
+  EXPECT_EQ(names.size(), 20U);
+  EXPECT_EQ(readFile(folder.path() / "a.txt"), "19");
+  EXPECT_EQ(namesIn(folder.path()), std::set<std::string>{"a.txt"});
+}
+
+TEST(Files, APlantedLinkIsNotFollowed) {
+  const PrivateFolder folder;
+  writeFileAtomically(folder.path() / "precious", std::string_view("kept"));
+  // Where earlier versions wrote.
+  fs::create_symlink(folder.path() / "precious", folder.path() / (".a.txt." + std::to_string(::getpid()) + ".tmp"));
+  writeFileAtomically(folder.path() / "a.txt", std::string_view("new"));
+  EXPECT_EQ(readFile(folder.path() / "precious"), "kept");
+  EXPECT_EQ(readFile(folder.path() / "a.txt"), "new");
+}
+
+TEST(Files, KeepsTheUsersMask) {
+  const PrivateFolder folder;
+  const mode_t before = ::umask(027);
+  writeFileAtomically(folder.path() / "a.txt", std::string_view("x"));
+  ::umask(before);
+  EXPECT_EQ(fs::status(folder.path() / "a.txt").permissions(), fs::perms(0640));
+}
+
+TEST(Files, WhatAKilledProcessLeftGoesAndWhatOthersAreAtStays) {
+  const PrivateFolder folder;
+  const fs::path left = folder.path() / ".a.txt.0123.tmp", held = folder.path() / ".a.txt.4567.tmp",
+                 young = folder.path() / ".a.txt.89ab.tmp", other = folder.path() / ".b.txt.cdef.tmp";
+  for (const fs::path& path : {left, held, young, other}) std::ofstream(path) << "x";
+  for (const fs::path& path : {left, held, other}) age(path);
+  const FileLock lock(::open(held.c_str(), O_RDONLY | O_CLOEXEC));
+  ASSERT_TRUE(lock.isOurs());
+  writeFileAtomically(folder.path() / "a.txt", std::string_view("new"));
+  EXPECT_EQ(namesIn(folder.path()),
+            (std::set<std::string>{"a.txt", held.filename(), young.filename(), other.filename()}));
+}
+
+TEST(Files, AFolderLeftInTheTemporaryFolderGoes) {
+  const PrivateFolder base;
+  const char* before = std::getenv("TMPDIR");
+  const std::string old = before == nullptr ? "" : before;
+  ::setenv("TMPDIR", base.path().c_str(), 1);
+  const fs::path left = base.path() / "mouthpiece.Ab12Cd", mine = base.path() / "mouthpieces";
+  for (const fs::path& path : {left / "deep", mine}) fs::create_directories(path);
+  age(left);
+  age(mine);
+  {
+    const PrivateFolder folder;
+    EXPECT_FALSE(fs::exists(left));
+    EXPECT_TRUE(fs::exists(mine));
+    EXPECT_EQ(folder.path().parent_path(), base.path());
+    const FileLock second(::open(folder.path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    EXPECT_FALSE(second.isOurs()) << "another process would take the folder for a leftover";
+  }
+  old.empty() ? ::unsetenv("TMPDIR") : ::setenv("TMPDIR", old.c_str(), 1);
+}
+
+TEST(FilesTogether, AppearAtCommitInTheOrderOfWriting) {
+  const PrivateFolder folder;
+  writeFileAtomically(folder.path() / "a", std::string_view("old"));
+  {
+    FilesTogether lost;
+    writeFileAtomically(folder.path() / "a", std::string_view("new"));
+    writeFileAtomically(folder.path() / "deep" / "b", std::string_view("new"));
+    EXPECT_EQ(readFile(folder.path() / "a"), "old");
+    EXPECT_FALSE(fs::exists(folder.path() / "deep" / "b"));
+  }
+  EXPECT_EQ(readFile(folder.path() / "a"), "old");
+  EXPECT_TRUE(namesIn(folder.path() / "deep").empty());
+  FilesTogether kept;
+  writeFileAtomically(folder.path() / "a", std::string_view("new"));
+  {
+    FilesTogether inner;
+    writeFileAtomically(folder.path() / "c", std::string_view("new"));
+    inner.commit();
+    EXPECT_FALSE(fs::exists(folder.path() / "c"));
+  }
+  kept.commit();
+  EXPECT_EQ(readFile(folder.path() / "a"), "new");
+  EXPECT_EQ(namesIn(folder.path()), (std::set<std::string>{"a", "c", "deep"}));
+}
+
+TEST(FilesTogether, OneThatCannotBeWrittenLeavesTheOthersAsTheyWere) {
+  const PrivateFolder folder;
+  writeFileAtomically(folder.path() / "a", std::string_view("old"));
+  const std::string error = errorOf([&] {
+    FilesTogether set;
+    writeFileAtomically(folder.path() / "a", std::string_view("new"));
+    writeFileAtomically(folder.path() / "a" / "b", std::string_view("new"));
+    set.commit();
+  });
+  EXPECT_NE(error.find("a: cannot be made"), std::string::npos) << error;
+  EXPECT_EQ(readFile(folder.path() / "a"), "old");
+  EXPECT_EQ(namesIn(folder.path()), std::set<std::string>{"a"});
+}
+
+}  // namespace
+}  // namespace mouthpiece

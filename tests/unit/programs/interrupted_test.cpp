@@ -1,0 +1,45 @@
+// A run that a signal ends leaves nothing behind: no child, no folder, no temporary file.
+#include <gtest/gtest.h>
+
+#include "support/run_program.h"
+
+namespace mouthpiece::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Runs synth beside a Festival that hangs with a child of its own, sends it the signal once both run, and prints its
+/// exit code.
+constexpr std::string_view kScript = R"sh(
+cd "$1"
+mkdir tmp out bin
+printf '#!/bin/sh\nsleep 300 & echo $! > "%s/grandchild"\necho $$ > "%s/child"\nsleep 300\n' "$1" "$1" > bin/festival
+chmod +x bin/festival
+export TMPDIR="$1/tmp" PATH="$1/bin:$PATH"
+"$2" --text 'one two' --voice festival:kal_diphone --out out &
+for i in $(seq 200); do test -s child && break; sleep 0.05; done
+kill -"$3" $!
+wait $!
+echo "exit $?"
+for p in $(cat child grandchild); do
+  case "$(cat /proc/$p/stat 2>/dev/null)" in ''|*') Z'*) ;; *) echo "process $p still runs" ;; esac
+done
+find tmp out -mindepth 1
+)sh";
+
+class Interrupted : public ::testing::TestWithParam<std::pair<const char*, int>> {};
+
+TEST_P(Interrupted, LeavesNothingBehind) {
+  const ScratchFolder scratch;
+  const fs::path script = scratch.write("run.sh", std::string(kScript));
+  const fs::path folder = scratch.path() / "here";
+  fs::create_directories(folder);
+  const ProgramResult result =
+      runProgram("/bin/sh", {script, folder, fs::path(MOUTHPIECE_BIN_DIR) / "synth", GetParam().first});
+  EXPECT_EQ(result.out, "exit " + std::to_string(GetParam().second) + "\n") << result.err;
+}
+
+INSTANTIATE_TEST_SUITE_P(BySignal, Interrupted, testing::Values(std::pair("TERM", 143), std::pair("HUP", 129)));
+
+}  // namespace
+}  // namespace mouthpiece::test
