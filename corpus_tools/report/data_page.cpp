@@ -20,8 +20,8 @@ std::string filled(const std::string& page, std::string_view place, std::string_
 
 std::string dataPage(std::string_view page, std::string_view json) {
   // The data last: what it holds is no place of the page.
-  return filled(filled(filled(std::string(page), "/*STYLE*/", kPageStyle), "/*TOOLS*/", kPageTools), "/*REPORT*/null",
-                scriptSafe(json));
+  return closedPage(filled(filled(filled(std::string(page), "/*STYLE*/", kPageStyle), "/*TOOLS*/", kPageTools),
+                           "/*REPORT*/null", scriptSafe(json)));
 }
 
 }  // namespace mouthpiece

@@ -19,7 +19,9 @@ using Phrases = std::vector<std::string>;
 
 constexpr std::string_view kBlanks = " \t\r";
 constexpr std::string_view kSigns = "|[]()<>";
-constexpr int kDeepest = 100;  ///< of brackets and rules in each other: the reading is recursive
+constexpr int kDeepest = 100;                   ///< of brackets and rules in each other: the reading is recursive
+constexpr std::size_t kLongestSentence = 2000;  ///< bytes: some two minutes of speech
+constexpr std::size_t kMostBytes = std::size_t{1} << 28;  ///< of all phrases ever made on the way: memory and time
 
 std::string_view trimmed(std::string_view text) {
   const std::size_t first = std::min(text.find_first_not_of(kBlanks), text.size());
@@ -72,7 +74,10 @@ class Grammar {
   }
 
   Phrases phrasesOf(const Rule& rule) {
-    if (const auto known = known_.find(rule.name); known != known_.end()) return known->second;
+    if (const auto known = known_.find(rule.name); known != known_.end()) {
+      for (const std::string& phrase : known->second) charge(1, phrase.size(), rule);
+      return known->second;
+    }
     if (!open_.insert(rule.name).second) fail(rule.line, fmt::format("the rule '{}' holds itself", rule.name));
     std::string_view rest = rule.body;
     Phrases phrases = choice(rest, rule, 0);
@@ -138,8 +143,20 @@ class Grammar {
     fail(rule.line, fmt::format("has more than {} sentences; expected fewer", kMostGrammarSentences));
   }
 
-  Phrases joined(const Phrases& heads, const Phrases& tails, const Rule& rule) const {
+  /// Before `count` phrases of `length` bytes each are made.
+  void charge(std::size_t count, std::size_t length, const Rule& rule) {
+    if (length > kLongestSentence) {
+      fail(rule.line, fmt::format("makes a sentence of over {} letters; expected shorter ones", kLongestSentence));
+    }
+    bytes_ += count * (length + sizeof(std::string));
+    if (bytes_ > kMostBytes) fail(rule.line, "makes too much text; expected fewer or shorter sentences");
+  }
+
+  Phrases joined(const Phrases& heads, const Phrases& tails, const Rule& rule) {
     expectFew(heads.size() * tails.size(), rule);
+    std::size_t longest_tail = 0;
+    for (const std::string& tail : tails) longest_tail = std::max(longest_tail, tail.size());
+    for (const std::string& head : heads) charge(tails.size(), head.size() + 1 + longest_tail, rule);
     Phrases all;
     all.reserve(heads.size() * tails.size());
     for (const std::string& head : heads) {
@@ -154,6 +171,7 @@ class Grammar {
   std::map<std::string, std::size_t> places_;
   std::map<std::string, Phrases> known_;
   std::set<std::string> open_;
+  std::size_t bytes_ = 0;
 };
 
 constexpr std::size_t kPairs = kPhoneCount * kPhoneCount;

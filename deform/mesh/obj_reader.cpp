@@ -71,11 +71,28 @@ class ObjParser {
       parseLine(Line(bytes_.substr(begin, end - begin), file_, ++number));
       begin = end + 1;
     }
+    refuseACutFile(number);
     if (colored_vertices_ != 0 && colored_vertices_ != soup_.vertexCount()) soup_.vertex_colors.clear();
     return finishMesh(std::move(soup_), file_);
   }
 
  private:
+  /// OBJ has no end mark, and an exporter may leave the last line's end away or some vertices without a face; not both,
+  /// nor most vertices.
+  void refuseACutFile(std::size_t last_line) const {
+    if (soup_.triangles.empty()) return;  // refused with other words
+    std::vector<bool> is_used(soup_.vertexCount(), false);
+    for (const Triangle& triangle : soup_.triangles) {
+      for (const std::uint32_t vertex : triangle) is_used[vertex] = true;
+    }
+    const auto loose = unsignedIndex(std::count(is_used.begin(), is_used.end(), false));
+    const bool is_open = bytes_.back() != '\n';
+    if (2 * loose <= is_used.size() && !(is_open && loose > 0)) return;
+    throw InputError(
+        file_, std::to_string(last_line),
+        fmt::format("ends here, but {} of {} vertices have no face; expected a whole file", loose, is_used.size()));
+  }
+
   void parseLine(Line line) {
     const std::string_view keyword = line.nextWord();
     if (keyword == "v") return parseVertex(line);

@@ -71,7 +71,7 @@ std::string facePage(const FaceMesh& mesh, std::string_view name, const Anchors&
   std::string page(kFacePageTemplate.substr(0, at));
   page += scriptSafe(data.dump(-1, ' ', true, json::error_handler_t::replace));
   page += kFacePageTemplate.substr(at + kPlaceholder.size());
-  return page;
+  return closedPage(page);
 }
 
 }  // namespace mouthpiece

@@ -160,8 +160,9 @@ FaceFile parseFaceFile(std::string_view bytes, const std::string& file) {
   const JsonField mesh = root["mesh"];
   face.mesh_file = mesh["file"].text();
   face.mesh_sha256 = mesh["sha256"].text();
-  if (face.mesh_file.empty() || face.mesh_file.find('\0') != std::string::npos)
-    mesh["file"].refuse("the name of a mesh");
+  if (face.mesh_file.empty() || face.mesh_file.find('\0') != std::string::npos ||
+      std::filesystem::path(face.mesh_file).is_absolute())
+    mesh["file"].refuse("the name of a mesh, from the face file's folder");
   face.metres_per_unit = mesh["metres_per_unit"].number(1e-9, 1e3);
   face.upright_from_mesh = matrixOf<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(mesh["upright"], 3);
   if (!(face.upright_from_mesh * face.upright_from_mesh.transpose()).isIdentity(1e-6) ||

@@ -22,14 +22,15 @@ class BoundedTreeBuilder : public nlohmann::detail::json_sax_dom_parser<json> {
   using Base = nlohmann::detail::json_sax_dom_parser<json>;
 
  public:
-  explicit BoundedTreeBuilder(json& tree) : Base(tree, false) {}
+  /// `text` to count lines in; empty for CBOR.
+  BoundedTreeBuilder(json& tree, std::string_view text) : Base(tree, false), text_(text) {}
   bool start_object(std::size_t length) { return deeper() && Base::start_object(length); }
   bool start_array(std::size_t length) { return deeper() && Base::start_array(length); }
   bool end_object() { return --depth_ >= 0 && Base::end_object(); }
   bool end_array() { return --depth_ >= 0 && Base::end_array(); }
   bool parse_error(std::size_t byte, const std::string& /*token*/, const json::exception& error) {
     constexpr int kNumberOverflow = 406;
-    place = fmt::format("byte {}", byte);
+    place = placeOf(byte);
     if (error.id == kNumberOverflow) fault = "holds a number out of range";
     return false;
   }
@@ -37,12 +38,21 @@ class BoundedTreeBuilder : public nlohmann::detail::json_sax_dom_parser<json> {
   std::string place, fault = "is no valid JSON";
 
  private:
+  /// Line and column, as an editor counts them.
+  [[nodiscard]] std::string placeOf(std::size_t byte) const {
+    if (text_.empty()) return fmt::format("byte {}", byte);
+    const std::string_view before = text_.substr(0, std::max<std::size_t>(byte, 1) - 1);
+    const std::size_t line_start = before.rfind('\n') + 1;  // 0 when there is none
+    return fmt::format("{}:{}", 1 + std::count(before.begin(), before.end(), '\n'), 1 + before.size() - line_start);
+  }
+
   bool deeper() {
     if (++depth_ <= kMaxDepth) return true;
     fault = fmt::format("is nested deeper than {} levels", kMaxDepth);
     return false;
   }
 
+  std::string_view text_;
   int depth_ = 0;
 };
 
@@ -199,7 +209,7 @@ JsonField JsonField::readDocument(std::string_view bytes, std::string_view file,
                                   bool is_cbor) {
   const auto document = std::make_shared<Document>();
   document->file = file;
-  BoundedTreeBuilder builder(document->root);
+  BoundedTreeBuilder builder(document->root, is_cbor ? std::string_view() : bytes);
   bool is_read = false;
   try {
     is_read = json::sax_parse(bytes.begin(), bytes.end(), &builder,

@@ -1,7 +1,11 @@
 #include "base/page_data.h"
 
+#include <openssl/evp.h>
+
 #include <array>
 #include <cstdint>
+
+#include "base/errors.h"
 
 namespace mouthpiece {
 namespace {
@@ -15,7 +19,35 @@ constexpr auto kPairs = [] {
   return pairs;
 }();
 
+constexpr std::string_view kCharset = "<meta charset=\"utf-8\">", kScript = "<script>", kScriptEnd = "</script>";
+
+std::string hashSource(std::string_view script) {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned int size = 0;
+  MOUTHPIECE_EXPECT(EVP_Digest(script.data(), script.size(), digest.data(), &size, EVP_sha256(), nullptr) == 1);
+  std::string source = " 'sha256-";
+  appendBase64(source, {reinterpret_cast<const char*>(digest.data()), size});
+  return source + "'";
+}
+
 }  // namespace
+
+std::string closedPage(std::string_view page) {
+  std::string scripts;
+  for (std::size_t at = page.find(kScript); at != std::string_view::npos; at = page.find(kScript, at)) {
+    at += kScript.size();
+    const std::size_t end = page.find(kScriptEnd, at);
+    MOUTHPIECE_EXPECT(end != std::string_view::npos);
+    scripts += hashSource(page.substr(at, end - at));
+  }
+  const std::size_t at = page.find(kCharset);
+  MOUTHPIECE_EXPECT(at != std::string_view::npos);
+  std::string closed(page.substr(0, at + kCharset.size()));
+  closed += "\n<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src" + scripts +
+            "; style-src 'unsafe-inline'; img-src data: blob:; media-src data: blob:; connect-src data: blob:; "
+            "base-uri 'none'; form-action 'none'\">";
+  return closed.append(page.substr(at + kCharset.size()));
+}
 
 void appendBase64(std::string& text, std::string_view bytes) {
   const std::size_t before = text.size();

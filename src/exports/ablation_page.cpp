@@ -51,8 +51,8 @@ std::string ablationPage(std::string_view title, const SpeechLabels& labels, con
   std::string page(kAblationPage);
   const std::size_t mark = page.find(kDataMark);
   MOUTHPIECE_EXPECT(mark != std::string::npos);
-  return page.replace(mark, kDataMark.size(),
-                      scriptSafe(data.dump(-1, ' ', true, ordered_json::error_handler_t::replace)));
+  return closedPage(page.replace(mark, kDataMark.size(),
+                                 scriptSafe(data.dump(-1, ' ', true, ordered_json::error_handler_t::replace))));
 }
 
 }  // namespace mouthpiece

@@ -59,6 +59,13 @@ TEST_F(BadText, AnotherScript) {
   expectSynthRefuses({"--text", "现在几点"}, "现");
 }
 
+TEST_F(BadText, OfAFileIsToldWithItsName) {
+  const ScratchFolder scratch;
+  const fs::path broken = scratch.write("line\x1B.txt", "the time \xFF\xFE"), empty = scratch.write("empty.txt", " \n");
+  expectSynthRefuses({"--text-file", broken.string()}, "line\\x1B.txt:byte 9: is broken UTF-8");
+  expectSynthRefuses({"--text-file", empty.string()}, "empty.txt: has nothing to say");
+}
+
 TEST_F(BadText, PhonePairThatTheCorpusLacksIsNamedWithoutBackoff) {
   // No take of the clock begins with M.
   for (const char* method : {"guided", "greedy", "edge"})

@@ -91,7 +91,7 @@ int runPrompts(const PromptsArguments& given) {
   }
   const std::vector<Prompt> prompts = promptsFor(given);
   const ChosenPrompts chosen = choosePrompts(prompts, given.count);
-  for (const std::size_t sentence : chosen.sentences) printText(prompts[sentence].text + "\n");
+  for (const std::size_t sentence : chosen.sentences) printText(printable(prompts[sentence].text, kMaxTextBytes) + "\n");
   noteCurve(chosen, given.quiet);
   if (!given.curve.empty()) writeCurve(chosen, given.curve);
   return kExitDone;

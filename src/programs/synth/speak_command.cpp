@@ -51,8 +51,8 @@ void addOptions(CLI::App& app, SpeakOptions& options) {
   text->excludes(file, audio);
   file->excludes(audio);
   phones->needs(audio);
-  auto* folder = app.add_option("--out", options.out_folder, "Folder for all files: " + namesOf(true))
-                     ->capture_default_str();
+  auto* folder =
+      app.add_option("--out", options.out_folder, "Folder for all files: " + namesOf(true))->capture_default_str();
   app.add_option("-o", options.out_files,
                  "A single file, repeatable; its kind follows from the ending (besides those of a folder: " +
                      namesOf(false) + ")")
@@ -91,6 +91,18 @@ Line lineOf(const SpeakOptions& options) {
   return line;
 }
 
+/// What is wrong with a text is told with the name of its file, if it has one.
+Performance performed(Speaker& speaker, const Line& line, const std::filesystem::path& text_file) {
+  constexpr std::string_view kText = "text:";
+  try {
+    return speaker.perform(line);
+  } catch (const InputError& error) {
+    const std::string_view message = error.what();
+    if (text_file.empty() || !message.starts_with(kText)) throw;
+    throw InputError(printable(text_file.string(), 400) + ":" + std::string(message.substr(kText.size())));
+  }
+}
+
 int runSpeak(const SpeakOptions& options) {
   const std::vector<std::filesystem::path> files =
       options.out_files.empty() ? usualFiles(options.out_folder) : options.out_files;
@@ -99,7 +111,7 @@ int runSpeak(const SpeakOptions& options) {
                                  [](const std::filesystem::path& file) { return formatOf(file).needs_face; });
   const Line line = lineOf(options);
   Speaker speaker(wanted);
-  const Performance performance = speaker.perform(line);
+  const Performance performance = performed(speaker, line, options.text_file);
   save(performance, files);
   for (const std::string& warning : performance.warnings()) printNotice(warning, options.quiet);
   if (options.json) {

@@ -70,9 +70,9 @@ TEST(JsonFields, AFieldOutlivesTheRoot) {
 
 TEST(JsonFields, RefusesWhatIsNoDocument) {
   EXPECT_EQ(complaint([] { (void)parseJson("{\"a\": ]", "x.json", "a song"); }),
-            "x.json:byte 7: is no valid JSON; expected a song");
+            "x.json:1:7: is no valid JSON; expected a song");
   EXPECT_EQ(complaint([] { (void)parseJson("[1e999]", "x.json", "a song"); }),
-            "x.json:byte 6: holds a number out of range; expected a song");
+            "x.json:1:6: holds a number out of range; expected a song");
   EXPECT_EQ(complaint([] { (void)parseJson(std::string(100000, '['), "x.json", "a song"); }),
             "x.json: is nested deeper than 32 levels; expected a song");
   EXPECT_NE(complaint([] { (void)parseJson("", "x.json", "a song"); }), "");

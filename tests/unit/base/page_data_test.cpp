@@ -34,6 +34,19 @@ TEST(Base64, TakesEveryByteAndAppends) {
   EXPECT_TRUE(text.ends_with("+fr7/P3+/w=="));
 }
 
+TEST(ClosedPage, LetsItsOwnScriptsRunAndNothingElse) {
+  const std::string page = closedPage(
+      "<head><meta charset=\"utf-8\"><script type=\"application/json\">{}</script></head><script>let a = 1;</script>"
+      "<script>b()</script>");
+  // printf 'let a = 1;' | openssl dgst -sha256 -binary | base64
+  EXPECT_NE(page.find("default-src 'none'; script-src 'sha256-xY6QKfH9PRsQnLz56nj6MBwiK5oHg+im1Jkpdp1x/Ck=' 'sha256-"),
+            std::string::npos)
+      << page;
+  EXPECT_EQ(page.find("unsafe-eval"), std::string::npos);
+  EXPECT_LT(page.find("Content-Security-Policy"), page.find("<script"));
+  EXPECT_TRUE(page.ends_with("<script>b()</script>"));
+}
+
 TEST(ScriptSafe, NothingEndsTheScriptAndAllReadsBack) {
   EXPECT_EQ(scriptSafe("{\"a\": [1, 2.5]}"), "{\"a\": [1, 2.5]}");
   EXPECT_EQ(scriptSafe("\"</script><!-- & -->\""), "\"\\u003c/script\\u003e\\u003c!-- \\u0026 --\\u003e\"");

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <set>
@@ -40,6 +41,20 @@ TEST(PromptGrammar, NamesWhatIsWrong) {
   EXPECT_NE(error("s = a ]\n").find("nothing opened"), std::string::npos);
   EXPECT_NE(error("\n# nothing\n").find("holds no rule"), std::string::npos);
   EXPECT_NE(error("s = <d> <d> <d> <d> <d> <d>\nd = 0|1|2|3|4|5|6|7|8|9\n").find("more than 200000"),
+            std::string::npos);
+  std::string doubling;
+  for (int i = 0; i < 60; ++i) doubling += fmt::format("s{} = <s{}> <s{}>\n", i, i + 1, i + 1);
+  EXPECT_NE(error(doubling + "s60 = a\n").find("sentence of over 2000 letters"), std::string::npos);
+  std::string words;
+  for (int i = 0; i < 2000; ++i) words += fmt::format("word{} ", i);
+  EXPECT_NE(error("s = <a> | <b> | <c>\na = " + words + "\nb = " + words + "\nc = " + words + "\n")
+                .find("sentence of over 2000 letters"),
+            std::string::npos);
+  std::string wide = "s = (" + std::string(1900, 'a');
+  for (int i = 0; i < 189; ++i) wide += fmt::format(" | {}{}", std::string(1900, 'a'), i);
+  EXPECT_NE(error(wide + ") <t>\nt = a|b|c|d|e|f|g|h|i|j|k|l|m|n|o|p|q|r|s|t|u|v|w|x|y|z <u> <u>\n"
+                         "u = [1] [2] [3] [4] [5]\n")
+                .find("too much text"),
             std::string::npos);
   EXPECT_NE(error("s = " + std::string(5000, '(') + "\n").find("too many brackets"), std::string::npos);
 }

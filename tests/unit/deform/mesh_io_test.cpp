@@ -90,7 +90,17 @@ INSTANTIATE_TEST_SUITE_P(
                "a.obj:2: found '99999999999999999999' as a vertex index; expected a whole number other than 0"},
         BadObj{"v 0 0 0\nv 1 0 0\nf 1 2\n", "a.obj:3: found a face with 2 corners; expected at least 3"},
         BadObj{"v 0 0 0\nvt 0 0\nf 1/1 1/2 1/1\n", "a.obj:3: found texture index 2; expected 1 to 1"},
-        BadObj{"v 0 0 0 2 0 0\n", "a.obj:1: found a colour outside 0 to 1"}));
+        BadObj{"v 0 0 0 2 0 0\n", "a.obj:1: found a colour outside 0 to 1"},
+        BadObj{"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\nv 0 0 1\nv",
+               "a.obj:8: found '' as x; expected a number between -1e7 and 1e7"},
+        BadObj{"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3",
+               "a.obj:5: ends here, but 1 of 4 vertices have no face; expected a whole file"},
+        BadObj{"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nv 2 2 0\nv 3 2 0\nf 1 2 3\n",
+               "a.obj:8: ends here, but 4 of 7 vertices have no face; expected a whole file"}));
+
+TEST(ObjReader, AWholeFileMayHaveALooseVertex) {
+  EXPECT_EQ(parseObj("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\n", "a.obj").vertexCount(), 4U);
+}
 
 TEST(ObjWriter, WritesWhatItReadsByteForByte) {
   FaceMesh mesh = parseObj(kObj, "a.obj");

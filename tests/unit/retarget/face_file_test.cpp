@@ -59,6 +59,13 @@ TEST_F(FaceFileTest, ComesBackByteForByte) {
   EXPECT_EQ(faceFileToBytes(parseFaceFile(bytes, "x.face")), bytes);
 }
 
+TEST_F(FaceFileTest, NamesItsMeshFromItsOwnFolder) {
+  json changed = tree();
+  changed["mesh"]["file"] = "/etc/passwd";
+  EXPECT_EQ(messageOf(changed),
+            "x.face:mesh.file: found \"/etc/passwd\"; expected the name of a mesh, from the face file's folder");
+}
+
 TEST_F(FaceFileTest, TruncationIsRefusedWhereverItHappens) {
   const std::string bytes = faceFileToBytes(face());
   for (std::size_t size = 0; size < bytes.size(); size += 1 + size / 40) {
