@@ -257,10 +257,12 @@ Eigen::MatrixXd ContextNetwork::at(const std::vector<ContextSegment>& segments, 
   Matrix sums = bias.replicate(std::ssize(times), 1);
   std::vector<std::pair<Eigen::Index, float>> shares;
   for (std::size_t row = 0; row < times.size(); ++row) {
-    for (std::size_t i = 0; i < segments.size(); ++i) {
-      const TimeSpan& span = segments[i].span;
-      if (span.end < times[row] - kFarthest || span.start > times[row] + kFarthest) continue;
-      windowShares(span, times[row], shares);
+    const auto near = std::partition_point(segments.begin(), segments.end(), [&](const ContextSegment& segment) {
+      return segment.span.end < times[row] - kFarthest;
+    });
+    for (auto i = unsignedIndex(near - segments.begin()); i < segments.size(); ++i) {
+      if (segments[i].span.start > times[row] + kFarthest) break;
+      windowShares(segments[i].span, times[row], shares);
       for (const auto& [window, share] : shares)
         sums.row(signedIndex(row)) += share * given.row(signedIndex(i)).segment(window * hidden, hidden);
     }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace mouthpiece {
 namespace {
@@ -127,6 +128,8 @@ void addSilenceFeatures(SpeechSegment& silence, const std::vector<std::string>& 
   if (index + 1 < classes.size()) silence.features.push_back({name + " right " + classes[index + 1]});
 }
 
+constexpr double kDone = 40;  // e^-40: over to the last bit
+
 double paceFactor(SegmentPace pace) {
   return pace == SegmentPace::kClosure ? kClosurePace : pace == SegmentPace::kSilence ? kSilencePace : 1.0;
 }
@@ -157,7 +160,6 @@ std::vector<SpeechSegment> speechSegments(const SpeechLabels& labels) {
 }
 
 double movementStep(Seconds time, Seconds time_constant) {
-  constexpr double kDone = 40;  // e^-40: over to the last bit
   if (time <= 0) return 0;
   if (time > kDone * time_constant) return 1;
   // 1 - exp(-x) (1 + x + ... + x^(n-1) / (n-1)!): the integral of n exponential stages in a row.
@@ -170,18 +172,30 @@ double movementStep(Seconds time, Seconds time_constant) {
   return 1 - std::exp(-x) * sum;
 }
 
+namespace {
+
+/// Into a segment. The response is half done about n stages after its input steps: the input comes that much earlier.
+struct Movement {
+  Movement(const SpeechSegment& segment, Seconds time_constant, Seconds lead)
+      : stage(time_constant * paceFactor(segment.pace)),
+        begin(segment.span.start - lead - kMovementStages * stage),
+        end(begin + kDone * stage) {}
+  [[nodiscard]] double at(Seconds time) const { return movementStep(time - begin, stage); }
+
+  Seconds stage, begin, end;
+};
+
+}  // namespace
+
 Eigen::MatrixXd segmentWeights(const std::vector<SpeechSegment>& segments, Seconds time_constant, Seconds lead,
                                std::span<const Seconds> times) {
   const auto rows = signedIndex(times.size());
   const auto count = signedIndex(segments.size());
   Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(rows, count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const SpeechSegment& segment = segments[unsignedIndex(i)];
-    const Seconds stage = time_constant * paceFactor(segment.pace);
-    // The response is half done about n stages after its input steps: the input comes that much earlier.
-    const Seconds begin = segment.span.start - lead - kMovementStages * stage;
+    const Movement movement(segments[unsignedIndex(i)], time_constant, lead);
     for (Eigen::Index row = 0; row < rows; ++row) {
-      const double step = i == 0 ? 1.0 : movementStep(times[unsignedIndex(row)] - begin, stage);
+      const double step = i == 0 ? 1.0 : movement.at(times[unsignedIndex(row)]);
       weights(row, i) += step;
       if (i > 0) weights(row, i - 1) -= step;
     }
@@ -196,6 +210,29 @@ Eigen::MatrixXd segmentWeights(const std::vector<SpeechSegment>& segments, Secon
     times.push_back(asReal(frame) / frame_rate_hz);
   }
   return segmentWeights(segments, time_constant, lead, times);
+}
+
+Eigen::MatrixXd segmentResponse(const std::vector<SpeechSegment>& segments, Seconds time_constant, Seconds lead,
+                                std::span<const Seconds> times, const Eigen::MatrixXd& targets) {
+  std::vector<Movement> movements;
+  for (const SpeechSegment& segment : segments) movements.emplace_back(segment, time_constant, lead);
+  // When all up to a movement are over, and before when none from it on has begun; both only rise.
+  std::vector<Seconds> over(movements.size()), begun(movements.size());
+  for (std::size_t i = 0; i < movements.size(); ++i)
+    over[i] = i == 0 ? std::numeric_limits<Seconds>::lowest() : std::max(over[i - 1], movements[i].end);
+  for (std::size_t i = movements.size(); i-- > 0;)
+    begun[i] = i + 1 == movements.size() ? movements[i].begin : std::min(begun[i + 1], movements[i].begin);
+  Eigen::MatrixXd response(signedIndex(times.size()), targets.cols());
+  for (Eigen::Index row = 0; row < response.rows(); ++row) {
+    const Seconds time = times[unsignedIndex(row)];
+    auto next = unsignedIndex(std::upper_bound(over.begin(), over.end(), time) - over.begin());
+    response.row(row) = targets.row(signedIndex(next) - 1);  // the first was always over
+    for (; next < movements.size() && begun[next] < time; ++next) {
+      const auto to = signedIndex(next);
+      response.row(row) += movements[next].at(time) * (targets.row(to) - targets.row(to - 1));
+    }
+  }
+  return response;
 }
 
 }  // namespace mouthpiece

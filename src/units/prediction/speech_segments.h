@@ -52,4 +52,9 @@ Eigen::MatrixXd segmentWeights(const std::vector<SpeechSegment>& segments, Secon
 Eigen::MatrixXd segmentWeights(const std::vector<SpeechSegment>& segments, Seconds time_constant, Seconds lead,
                                double frame_rate_hz, std::size_t frame_count);
 
+/// segmentWeights() times `targets` (segments x components), without the weights: time and memory grow with the line,
+/// not with its square.
+Eigen::MatrixXd segmentResponse(const std::vector<SpeechSegment>& segments, Seconds time_constant, Seconds lead,
+                                std::span<const Seconds> times, const Eigen::MatrixXd& targets);
+
 }  // namespace mouthpiece

@@ -52,14 +52,15 @@ Eigen::MatrixXd LinePrediction::at(std::span<const Seconds> times) const {
   std::vector<bool> done(dynamics.size(), false);
   for (std::size_t first = 0; first < dynamics.size(); ++first) {
     if (done[first]) continue;
-    const Eigen::MatrixXd weights =
-        segmentWeights(segments_, dynamics[first].time_constant, dynamics[first].lead, times);
+    std::vector<Eigen::Index> columns;
     for (std::size_t i = first; i < dynamics.size(); ++i) {
       if (!sameDynamics(dynamics[first], dynamics[i])) continue;
       done[i] = true;
-      const auto column = signedIndex(i);
-      values.col(column) = weights * targets_.col(column);
+      columns.push_back(signedIndex(i));
     }
+    const Eigen::MatrixXd targets = targets_(Eigen::all, columns);
+    values(Eigen::all, columns) =
+        segmentResponse(segments_, dynamics[first].time_constant, dynamics[first].lead, times, targets);
   }
   if (!given_.empty()) {
     Eigen::MatrixXd by_networks = Eigen::MatrixXd::Zero(values.rows(), values.cols());

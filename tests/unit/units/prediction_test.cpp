@@ -110,6 +110,19 @@ TEST(SegmentWeights, SumToOneAtEveryTime) {
   }
 }
 
+TEST(SegmentResponse, IsTheWeightsTimesTheTargets) {
+  testing::Chance chance(6);
+  for (int round = 0; round < 50; ++round) {
+    const auto segments = speechSegments(tinyLabels(testing::randomWords(chance), 1 + chance.below(1000)));
+    const Seconds constant = chance.between(0.002, 0.05), lead = chance.between(-0.02, 0.04);
+    const Eigen::MatrixXd targets = Eigen::MatrixXd::Random(static_cast<Eigen::Index>(segments.size()), 3);
+    std::vector<Seconds> times{-1, 0, 100};
+    for (int i = 0; i < 40; ++i) times.push_back(chance.between(-0.1, 3));
+    const Eigen::MatrixXd expected = segmentWeights(segments, constant, lead, times) * targets;
+    EXPECT_LT((segmentResponse(segments, constant, lead, times, targets) - expected).cwiseAbs().maxCoeff(), 1e-12);
+  }
+}
+
 TEST(LinePrediction, IsTheSumOfItsSegmentsTargets) {
   const Corpus corpus = tinyCorpus();
   const auto model = testing::tinyModel(corpus);
