@@ -203,6 +203,68 @@ const checks = {
     await page.locator('#reset-view').click();
   },
 
+  async 'phones are reached and told by keys'(page) {
+    await page.evaluate(() => mouthpiece.seek(0));
+    const at = () => page.evaluate(() => {
+      const focused = document.activeElement;
+      return { phone: Number(focused.dataset.phone), label: focused.getAttribute('aria-label'), time: mouthpiece.time, stops: document.querySelectorAll('.phone[tabindex="0"]').length };
+    });
+    await page.locator('.phone[tabindex="0"]').focus();
+    await page.keyboard.press('ArrowRight');
+    await drawn(page);
+    const { second, last } = await page.evaluate(() => ({ second: mouthpiece.report.phones[1], last: mouthpiece.report.phones.length - 1 }));
+    const found = await at();
+    assert.equal(found.phone, 1);
+    assert.equal(found.stops, 1);
+    assert.ok(found.label.startsWith(second.phone) && found.label.includes(second.start_s.toFixed(2)), found.label);
+    assert.ok(found.time > second.start_s && found.time < second.end_s, `${found.time}`);
+    await page.keyboard.press('End');
+    await drawn(page);
+    assert.equal((await at()).phone, last);
+    await page.keyboard.press('ArrowRight');
+    assert.equal((await at()).phone, last);
+  },
+
+  async 'the timeline is zoomed about the playhead'(page) {
+    const size = () => page.evaluate(() => {
+      const scroller = document.getElementById('scroller');
+      const playhead = document.getElementById('playhead').getBoundingClientRect();
+      return { track: document.getElementById('track').clientWidth, scroller: scroller.clientWidth, curves: document.getElementById('curves').clientWidth, playhead: playhead.left - scroller.getBoundingClientRect().left };
+    });
+    await page.evaluate(() => mouthpiece.seek(mouthpiece.duration / 2));
+    await page.locator('#zoom-fit').click();
+    await drawn(page);
+    const whole = await size();
+    assert.equal(whole.track, whole.scroller);
+    for (let i = 0; i < 4; ++i) await page.locator('#zoom-in').click();
+    await drawn(page);
+    const near = await size();
+    assert.ok(near.track > 3 * whole.track, JSON.stringify(near));
+    assert.ok(Math.abs(near.playhead - whole.playhead) < 8, `${whole.playhead} to ${near.playhead}`);
+    assert.equal(near.curves, near.scroller);
+    await page.locator('#view').focus();
+    for (let i = 0; i < 9; ++i) await page.keyboard.press('-');
+    assert.equal((await size()).track, whole.scroller);
+  },
+
+  async 'doubts are told, the clock is not read aloud, the volume turns'(page) {
+    const found = await page.evaluate(() => {
+      const volume = document.getElementById('volume');
+      volume.value = 0.25;
+      volume.dispatchEvent(new Event('input'));
+      const doubts = document.getElementById('doubts');
+      return {
+        told: [...doubts.querySelectorAll('li')].map((item) => item.textContent), hidden: doubts.hidden, warnings: mouthpiece.report.warnings ?? [],
+        live: document.getElementById('clock').getAttribute('aria-live'), volume: mouthpiece.volume, least: Math.min(...mouthpiece.openings),
+      };
+    });
+    assert.deepEqual(found.told, found.warnings);
+    assert.equal(found.hidden, found.warnings.length === 0);
+    assert.equal(found.live, 'off');
+    assert.equal(found.volume, 0.25);
+    assert.equal(found.least, 0, 'millimetres between the lips, not between markers');
+  },
+
   async 'a phone tells where it came from'(page) {
     await page.locator('.phone').nth(1).hover();
     const text = await page.locator('#tooltip').textContent();

@@ -43,6 +43,15 @@ export class SoundClock extends EventTarget {
     this.audio.playbackRate = rate;
   }
 
+  /** 0 to 1. */
+  get volume() {
+    return this.audio.volume;
+  }
+
+  set volume(share) {
+    this.audio.volume = share;
+  }
+
   async play() {
     if (this.audio.currentTime >= this.duration - 0.01) this.audio.currentTime = 0;
     await this.#start();

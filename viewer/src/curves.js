@@ -1,20 +1,27 @@
 // The strip under the phones: the sound as a band, the opening of the lips as a line.
 
-function peaksOf(samples, columns) {
+/** The loudest sample of each of `columns` equal parts of the samples from `first` to `last`. */
+function peaksOf(samples, first, last, columns) {
   const peaks = new Float32Array(columns);
-  const step = samples.length / columns;
+  const step = (last - first) / columns;
   for (let column = 0; column < columns; ++column) {
+    const end = Math.min(first + (column + 1) * step, samples.length);
     let peak = 0;
-    for (let i = Math.floor(column * step); i < Math.floor((column + 1) * step); ++i) peak = Math.max(peak, Math.abs(samples[i]));
+    for (let i = Math.max(0, Math.floor(first + column * step)); i < end; ++i) peak = Math.max(peak, Math.abs(samples[i]));
     peaks[column] = peak;
   }
   return peaks;
 }
 
-/** Draws into `canvas`, `width` x `height` CSS pixels for `duration` seconds. */
-export function drawCurves(canvas, width, height, { sound, lipOpening, framesPerSecond, duration }) {
-  // Beyond this many device pixels browsers stop drawing.
-  const scale = Math.min(window.devicePixelRatio || 1, 16000 / width);
+export function loudestOf(samples) {
+  let loudest = 1;
+  for (const sample of samples) loudest = Math.max(loudest, Math.abs(sample));
+  return loudest;
+}
+
+/** Draws into `canvas`, `width` x `height` CSS pixels, the line from `start` to `end` seconds. */
+export function drawCurves(canvas, width, height, { sound, loudest, lipOpening, framesPerSecond, start, end }) {
+  const scale = window.devicePixelRatio || 1;
   canvas.width = Math.round(width * scale);
   canvas.height = Math.round(height * scale);
   canvas.style.width = `${width}px`;
@@ -23,9 +30,7 @@ export function drawCurves(canvas, width, height, { sound, lipOpening, framesPer
   const context = canvas.getContext('2d');
   context.scale(scale, scale);
 
-  const soundWidth = Math.round((width * sound.samples.length) / sound.sampleRate / duration);
-  const peaks = peaksOf(sound.samples, Math.max(soundWidth, 1));
-  const loudest = Math.max(...peaks, 1);
+  const peaks = peaksOf(sound.samples, start * sound.sampleRate, end * sound.sampleRate, Math.max(Math.round(width), 1));
   context.fillStyle = style.getPropertyValue('--wave');
   peaks.forEach((peak, x) => {
     const half = Math.max(0.5, (peak / loudest) * (height / 2 - 3));
@@ -33,13 +38,14 @@ export function drawCurves(canvas, width, height, { sound, lipOpening, framesPer
   });
 
   if (lipOpening.length < 2) return;
-  const low = Math.min(...lipOpening);
-  const high = Math.max(...lipOpening);
-  const yOf = (value) => height - 5 - ((value - low) / Math.max(high - low, 1e-6)) * (height - 10);
+  const high = Math.max(...lipOpening, 1e-6);
   context.strokeStyle = style.getPropertyValue('--lips');
   context.lineWidth = 1.75;
   context.lineJoin = 'round';
   context.beginPath();
-  lipOpening.forEach((value, frame) => context.lineTo((frame / framesPerSecond / duration) * width, yOf(value)));
+  const last = Math.min(Math.ceil(end * framesPerSecond) + 1, lipOpening.length);
+  for (let frame = Math.max(0, Math.floor(start * framesPerSecond) - 1); frame < last; ++frame) {
+    context.lineTo(((frame / framesPerSecond - start) / (end - start)) * width, height - 5 - (lipOpening[frame] / high) * (height - 10));
+  }
   context.stroke();
 }

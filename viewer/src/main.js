@@ -4,7 +4,7 @@ import { SoundClock } from './clock.js';
 import { ControlPoints } from './control_points.js';
 import { LipGauge } from './lip_gauge.js';
 import { readPageData } from './page_data.js';
-import { Caption, showHeading, showLegend } from './panels.js';
+import { Caption, showDoubts, showHeading, showLegend } from './panels.js';
 import { Stage } from './stage.js';
 import { Takes } from './takes.js';
 import { Timeline } from './timeline.js';
@@ -24,10 +24,12 @@ class Page {
   constructor(data) {
     const { report } = data;
     this.report = report;
+    this.openings = data.lip_opening_mm;
     this.clock = new SoundClock(data.wav, Math.max(data.sound.samples.length / data.sound.sampleRate, 0.01));
     this.controlPoints = new ControlPoints(data.control, report.fps);
     this.takes = new Takes(report);
     showHeading(data);
+    showDoubts(report);
     showLegend(this.takes);
     this.caption = new Caption(report);
     this.timeline = new Timeline(data, this.takes, this.clock);
@@ -35,6 +37,9 @@ class Page {
       toggleWireframe: () => this.setWireframe(!this.wireframe),
       toggleMarkers: () => this.setMarkers(!this.markers),
       resetView: () => this.stage?.resetView(),
+      zoomIn: () => this.timeline.zoom(1.5),
+      zoomOut: () => this.timeline.zoom(1 / 1.5),
+      zoomFit: () => this.timeline.zoom(0),
     });
     this.showTime(0);
   }
@@ -98,6 +103,8 @@ function publish(page, ready) {
     get time() { return page.clock.time; },
     get shownTime() { return page.shown; },
     get playing() { return page.clock.playing; },
+    get volume() { return page.clock.volume; },
+    get openings() { return page.openings; },
     play: () => page.clock.play(),
     pause: () => page.clock.pause(),
     seek(time) {

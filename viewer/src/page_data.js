@@ -20,6 +20,17 @@ function soundFromWav(wav) {
   return { sampleRate: header.getUint32(24, true), samples: new Int16Array(wav.buffer.slice(wav.byteOffset + 44)) };
 }
 
+/**
+ * The markers lie on the lips' outer edges. What they leave when the lips meet (in B, P and M, or else as the line
+ * begins, in silence) is no opening.
+ */
+function betweenLips(distances, report) {
+  const closures = report.phones.filter(({ phone }) => ['B', 'P', 'M'].includes(phone));
+  const inClosures = closures.flatMap((phone) => distances.slice(Math.floor(phone.start_s * report.fps), Math.ceil(phone.end_s * report.fps)));
+  const closed = inClosures.length ? Math.min(...inClosures) : distances[0];
+  return distances.map((distance) => Math.max(0, distance - closed));
+}
+
 /** Everything in the page, decoded; each text element is freed once it is read. */
 export function readPageData() {
   const data = JSON.parse(textOf('mouthpiece-data'));
@@ -29,6 +40,7 @@ export function readPageData() {
   const positions = bytesFromBase64(data.control.positions_m);
   return {
     ...data,
+    lip_opening_mm: betweenLips(data.lip_opening_mm, data.report),
     control: { ...data.control, positions: new Float32Array(positions.buffer, positions.byteOffset, positions.length / 4) },
     glb,
     wav,

@@ -34,9 +34,16 @@ export function showHeading(data) {
     }),
   );
   const openings = data.lip_opening_mm;
-  if (openings.length) {
-    document.getElementById('lip-scale').textContent = `, ${Math.min(...openings).toFixed(0)} to ${Math.max(...openings).toFixed(0)} mm`;
-  }
+  if (openings.length) document.getElementById('lip-scale').textContent = `, up to ${Math.max(...openings).toFixed(0)} mm`;
+}
+
+/** What synth doubts, or nothing at all. */
+export function showDoubts(report) {
+  const warnings = report.warnings ?? [];
+  const place = document.getElementById('doubts');
+  place.hidden = warnings.length === 0;
+  place.querySelector('summary').textContent = `${counted(warnings.length, 'thing')} to look at`;
+  place.querySelector('ul').replaceChildren(...warnings.map((warning) => element('li', '', warning)));
 }
 
 export function showLegend(takes) {

@@ -1,7 +1,8 @@
 // Words, phones coloured by take, joins, curves and the playhead; a click or a drag goes there.
-import { drawCurves } from './curves.js';
+import { drawCurves, loudestOf } from './curves.js';
 
-const LEAST_PIXELS_PER_SECOND = 110;
+const USUAL_PIXELS_PER_SECOND = 110;
+const MOST_PIXELS_PER_SECOND = 2400;
 const CURVES_HEIGHT = 64;
 const SOURCES = ['prediction', 'capture', 'contact', 'curves'];
 
@@ -21,6 +22,8 @@ export class Timeline {
     this.data = data;
     this.takes = takes;
     this.clock = clock;
+    this.pixelsPerSecond = USUAL_PIXELS_PER_SECOND;
+    this.loudest = loudestOf(data.sound.samples);
     for (const id of ['scroller', 'track', 'words', 'phones', 'joins', 'sources', 'curves', 'playhead', 'now', 'tooltip']) {
       this[id] = document.getElementById(id);
     }
@@ -60,6 +63,9 @@ export class Timeline {
       block.style.background = this.takes.backgroundOf(index);
       block.classList.toggle('silence', phone.phone === 'sil');
       block.classList.toggle('backoff', phone.from === 'backoff');
+      block.setAttribute('role', 'option');
+      block.setAttribute('aria-label', this.#spokenOf(index));
+      block.tabIndex = -1;
       return this.#place(block, phone.start_s, phone.end_s, this.phones);
     });
   }
@@ -86,14 +92,36 @@ export class Timeline {
     });
   }
 
+  /** `factor` times as wide, the middle of what is seen (the playhead, if it is) staying there; 0: the whole line. */
+  zoom(factor) {
+    const { clientWidth, scrollLeft } = this.scroller;
+    const x = (this.clock.time / this.clock.duration) * this.width;
+    const at = x >= scrollLeft && x <= scrollLeft + clientWidth ? x - scrollLeft : clientWidth / 2;
+    const share = (scrollLeft + at) / this.width;
+    const fit = clientWidth / this.clock.duration;
+    const now = this.width / this.clock.duration;
+    this.pixelsPerSecond = factor === 0 ? fit : Math.min(Math.max(now * factor, fit), Math.max(MOST_PIXELS_PER_SECOND, fit));
+    this.layout();
+    this.scroller.scrollLeft = share * this.width - at;
+  }
+
   layout() {
-    const width = Math.max(this.scroller.clientWidth, Math.ceil(this.clock.duration * LEAST_PIXELS_PER_SECOND));
+    const width = Math.max(this.scroller.clientWidth, Math.ceil(this.clock.duration * this.pixelsPerSecond));
     this.width = width;
     this.track.style.width = `${width}px`;
-    const { sound, lip_opening_mm: lipOpening, report } = this.data;
-    drawCurves(this.curves, width, CURVES_HEIGHT, { sound, lipOpening, framesPerSecond: report.fps, duration: this.clock.duration });
+    this.#drawCurves();
     for (const block of this.blocks) block.classList.toggle('narrow', block.clientWidth < 15);
     this.setTime(this.clock.time);
+  }
+
+  /** What is in sight alone: the whole of a long line is wider than a canvas can be. */
+  #drawCurves() {
+    const { clientWidth, scrollLeft } = this.scroller;
+    const secondsPerPixel = this.clock.duration / this.width;
+    const { sound, lip_opening_mm: lipOpening, report } = this.data;
+    drawCurves(this.curves, clientWidth, CURVES_HEIGHT, {
+      sound, loudest: this.loudest, lipOpening, framesPerSecond: report.fps, start: scrollLeft * secondsPerPixel, end: (scrollLeft + clientWidth) * secondsPerPixel,
+    });
   }
 
   #timeAt(event) {
@@ -114,6 +142,28 @@ export class Timeline {
     });
     for (const name of ['pointerup', 'pointercancel']) this.track.addEventListener(name, () => (this.dragging = false));
     this.track.addEventListener('pointerleave', () => (this.tooltip.hidden = true));
+    this.scroller.addEventListener('scroll', () => this.#drawCurves());
+    this.scroller.addEventListener('wheel', (event) => {
+      if (!event.ctrlKey) return;
+      event.preventDefault();
+      this.zoom(event.deltaY < 0 ? 1.25 : 0.8);
+    }, { passive: false });
+    this.phones.addEventListener('keydown', (event) => this.#key(event));
+  }
+
+  /** From phone to phone, the face showing the middle of each. */
+  #key(event) {
+    const from = Number(event.target.dataset.phone);
+    const last = this.blocks.length - 1;
+    const to = { ArrowLeft: from - 1, ArrowRight: from + 1, Home: 0, End: last, Enter: from }[event.key];
+    if (to === undefined || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    event.stopPropagation();
+    const index = Math.min(Math.max(to, 0), last);
+    const phone = this.data.report.phones[index];
+    this.clock.pause();
+    this.clock.seek((phone.start_s + phone.end_s) / 2);
+    this.blocks[index].focus();
   }
 
   #showTooltip(event) {
@@ -160,12 +210,27 @@ export class Timeline {
     this.playhead.style.transform = `translateX(${x}px)`;
     const index = this.data.report.phones.findIndex((phone) => time < phone.end_s);
     if (index !== this.current) {
-      this.blocks[this.current]?.classList.remove('current');
-      this.blocks[index]?.classList.add('current');
+      this.#mark(this.blocks[this.current], false);
+      this.#mark(this.blocks[index], true);
       this.current = index;
       this.#describe(index);
     }
     this.#follow(x);
+  }
+
+  /** The Tab key comes to the current phone alone. */
+  #mark(block, isCurrent) {
+    if (!block) return;
+    block.classList.toggle('current', isCurrent);
+    block.setAttribute('aria-selected', isCurrent);
+    block.tabIndex = isCurrent ? 0 : -1;
+  }
+
+  /** A phone as a screen reader says it. */
+  #spokenOf(index) {
+    const phone = this.data.report.phones[index];
+    const takes = this.takes.unitsOf(index).map((unit) => `${unit.take}${unit.backoff ? ', back-off' : ''}`);
+    return `${phone.phone === 'sil' ? 'silence' : phone.phone}${phone.word ? ` in ${phone.word}` : ''}, ${seconds(phone.start_s)} to ${seconds(phone.end_s)}${takes.length ? `, from ${takes.join(' and ')}` : ''}`;
   }
 
   #describe(index) {

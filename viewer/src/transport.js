@@ -6,18 +6,22 @@ function isTyping(target) {
   return target instanceof HTMLSelectElement || (target instanceof HTMLInputElement && target.type !== 'range');
 }
 
-/** actions: {toggleWireframe, toggleMarkers, resetView}. */
+/** actions: {toggleWireframe, toggleMarkers, resetView, zoomIn, zoomOut, zoomFit}. */
 export class Transport {
   constructor(clock, actions) {
     this.clock = clock;
     this.actions = actions;
-    for (const id of ['play', 'scrub', 'speed', 'loop']) this[id] = document.getElementById(id);
+    for (const id of ['play', 'scrub', 'speed', 'loop', 'volume']) this[id] = document.getElementById(id);
     this.readout = document.getElementById('clock');
     this.scrub.max = clock.duration;
     this.play.addEventListener('click', () => clock.toggle());
     this.scrub.addEventListener('input', () => clock.seek(Number(this.scrub.value)));
     this.speed.addEventListener('change', () => (clock.speed = Number(this.speed.value)));
     this.loop.addEventListener('click', () => this.#toggleLoop());
+    this.volume.addEventListener('input', () => (clock.volume = Number(this.volume.value)));
+    document.getElementById('zoom-in').addEventListener('click', actions.zoomIn);
+    document.getElementById('zoom-out').addEventListener('click', actions.zoomOut);
+    document.getElementById('zoom-fit').addEventListener('click', actions.zoomFit);
     document.getElementById('wireframe').addEventListener('click', actions.toggleWireframe);
     document.getElementById('markers').addEventListener('click', actions.toggleMarkers);
     document.getElementById('reset-view').addEventListener('click', actions.resetView);
@@ -45,6 +49,10 @@ export class Transport {
       m: this.actions.toggleMarkers,
       r: this.actions.resetView,
       l: () => this.#toggleLoop(),
+      '+': this.actions.zoomIn,
+      '=': this.actions.zoomIn,
+      '-': this.actions.zoomOut,
+      0: this.actions.zoomFit,
     };
     const action = keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (!action || (onButton && event.key === ' ')) return;
