@@ -130,13 +130,26 @@ class NetworkFit {
     outputOf(decay_).setConstant(asFloat(1e-2 * options_.decay));
   }
 
+  /// Of each segment: all features, or only those below its own sound's, so that a sound that nobody said is not the
+  /// first to come without.
+  std::vector<Eigen::Index> featuresKnown(std::size_t segments) {
+    std::vector<Eigen::Index> known(segments, features_);
+    for (Eigen::Index& own : known) {
+      const double draw = 0.5 * (1 + double{symmetric(random_)});
+      if (draw < options_.forgotten) own = features_ - 2 * signedIndex(kPhoneCount);
+    }
+    return known;
+  }
+
   void learnFrom(std::size_t number, double frames_a_step) {
     const NetworkTake& take = takes_[order_[number]];
     const auto input = inputOf(parameters_);
+    const std::vector<Eigen::Index> known = featuresKnown(take.segments.size());
     given_.setZero(std::ssize(take.segments), input.cols());
     for (std::size_t i = 0; i < take.segments.size(); ++i) {
-      for (const auto& [feature, value] : take.segments[i].features)
-        given_.row(signedIndex(i)) += value * input.row(feature);
+      for (const auto& [feature, value] : take.segments[i].features) {
+        if (feature < known[i]) given_.row(signedIndex(i)) += value * input.row(feature);
+      }
     }
     active_ = biasOf(parameters_).replicate(std::ssize(take.times), 1);
     for (const Glimpse& glimpse : glimpses_[number])
@@ -158,8 +171,9 @@ class NetworkFit {
       given_.row(glimpse.segment).segment(glimpse.window * hidden_, hidden_) += glimpse.share * back.row(glimpse.row);
     auto gradient = inputOf(adam_.gradient);
     for (std::size_t i = 0; i < take.segments.size(); ++i) {
-      for (const auto& [feature, value] : take.segments[i].features)
-        gradient.row(feature) += value * given_.row(signedIndex(i));
+      for (const auto& [feature, value] : take.segments[i].features) {
+        if (feature < known[i]) gradient.row(feature) += value * given_.row(signedIndex(i));
+      }
     }
   }
 

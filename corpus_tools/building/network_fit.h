@@ -23,6 +23,7 @@ struct NetworkFitOptions {
   double rate = 4e-3;        ///< Adam's, at its largest; falls to nothing along a cosine
   double decay = 1.0;        ///< of weights, times the rate
   double sound_decay = 4.0;  ///< the same of what belongs to one sound alone: what sounds share is preferred
+  double forgotten = 0.25;   ///< share of segments whose own sound is hidden in a step: what sounds share must do
   std::size_t takes_a_step = 4;
 };
 

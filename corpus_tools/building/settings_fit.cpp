@@ -226,8 +226,10 @@ std::string described(const Reached& reached) {
 void fitMotion(Corpus& corpus, const TrajectoryFitOptions& options) {
   corpus.motion_settings = {};
   corpus.build_log.erase("motion_settings");
+  corpus.build_log.erase("sound_model");
   const TrajectoryFit fit = fitTrajectory(corpus, options);
   corpus.trajectory_model = fit.model;
+  if (!fit.sound_account.empty()) corpus.build_log["sound_model"] = fit.sound_account;
   if (fit.model == nullptr || fit.judges.empty()) return;
   const std::size_t jobs = options.jobs > 0 ? options.jobs : defaultThreadCount();
   const std::vector<Products> products = Trial(corpus, fit).products(jobs);

@@ -9,6 +9,7 @@
 #include "base/parallel_for.h"
 #include "base/statistics.h"
 #include "corpus_tools/building/network_fit.h"
+#include "corpus_tools/building/sound_fit.h"
 #include "corpus_tools/building/trajectory_design.h"
 
 namespace mouthpiece {
@@ -180,9 +181,11 @@ NetworkTake networkTake(const FitTake& take, const SpeechLabels& labels, const E
 }
 
 /// Networks, each without another part of the takes: together they have seen all. The one that has not seen the judges
-/// says how far to believe them, and joins the judged prediction.
-void fitNetworks(const Corpus& corpus, const std::vector<FitTake>& takes, const TargetSolver& solver,
-                 const std::vector<std::size_t>& judges, std::size_t jobs, Judged& judged, TrajectoryModel& model) {
+/// says how far to believe them, and joins the judged prediction. Returns what each take has beyond the network that
+/// has not seen it.
+std::vector<SoundTake> fitNetworks(const Corpus& corpus, const std::vector<FitTake>& takes, const TargetSolver& solver,
+                                   const std::vector<std::size_t>& judges, std::size_t jobs, Judged& judged,
+                                   TrajectoryModel& model) {
   std::vector<NetworkTake> known;
   for (const FitTake& take : takes)
     known.push_back(networkTake(take, corpus.takes[take.index].labels, solver.valuesOf(take)));
@@ -208,6 +211,14 @@ void fitNetworks(const Corpus& corpus, const std::vector<FitTake>& takes, const 
   model.network_share = share.cwiseMax(0).cwiseMin(1);
   for (std::size_t i = 0; i < judges.size(); ++i)
     judged.predicted[i] += (by_network[i] - judged.predicted[i]) * model.network_share.asDiagonal();
+
+  std::vector<SoundTake> beyond(takes.size());
+  parallelFor(takes.size(), jobs, [&](std::size_t i) {
+    const std::size_t part = i % kJudgeEvery;
+    beyond[i] = {takes[i].index, part, takes[i].times, takes[i].seen,
+                 solver.valuesOf(takes[i]) - centredPrediction(model.networks[part], known[i])};
+  });
+  return beyond;
 }
 
 /// Brings back the variance that least squares takes, as far as takes left out ask for it.
@@ -282,12 +293,15 @@ TrajectoryFit fitTrajectory(const Corpus& corpus, const TrajectoryFitOptions& op
   for (std::size_t take = 0; take < takes.size(); ++take) (take % kJudgeEvery == 0 ? judges : use).push_back(take);
   Judged judged = fitMovement(features, solver, use, judges, jobs, *model);
   for (const std::size_t take : judges) judged.captured.push_back(solver.valuesOf(takes[take]));
-  fitNetworks(corpus, takes, solver, judges, jobs, judged, *model);
+  const std::vector<SoundTake> beyond = fitNetworks(corpus, takes, solver, judges, jobs, judged, *model);
   fitGain(judged, *model);
   fitLevel(takes, corpus, *model);
   fitClosing(takes, corpus, columns, *model);
 
-  TrajectoryFit fit{model, nullptr, {}};
+  SoundFit sound = fitSound(corpus, beyond, kJudgeEvery, jobs);
+  model->sound = std::move(sound.model);
+
+  TrajectoryFit fit{model, nullptr, {}, std::move(sound.account)};
   auto judging = std::make_shared<TrajectoryModel>(*model);
   setTargets(features, judged.targets, *judging);
   judging->networks.resize(1);  // the one without the judges

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "units/file/corpus.h"
@@ -22,6 +23,7 @@ struct TrajectoryFit {
   std::shared_ptr<const TrajectoryModel> model;    ///< fitted to all takes; null when there is too little
   std::shared_ptr<const TrajectoryModel> judging;  ///< one like it that has not seen `judges`
   std::vector<std::size_t> judges;                 ///< takes of the corpus
+  std::string sound_account = {};                  ///< SoundFit::account
 };
 
 /// Fits the model to all takes of `corpus`. Null when it has too little to learn from: fewer than four takes that are

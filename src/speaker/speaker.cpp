@@ -175,6 +175,8 @@ SungLine Speaker::Data::soundOf(const Line& source) {
 /// Songs are made of curves, with consonants of the capture under them, unless a style or curves alone were asked for.
 SynthesisOptions Speaker::Data::synthesisFor(const Line& line) const {
   SynthesisOptions wanted = synthesis;
+  // A person's recording says more than its phones; a voice of ours is no person.
+  wanted.context.hear = !line.is_sung && (!line.audio.empty() || options.voice == "corpus");
   const bool curves_alone = options.manner.method == Manner::Method::kCurves;
   if (line.is_sung && curves_alone) wanted.curves.alone = CurveStyle::kSing;
   if (line.is_sung && !wanted.curves.alone) {

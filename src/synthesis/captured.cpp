@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "base/index.h"
+#include "motion/blend.h"
 #include "synthesis/context_transfer.h"
 #include "synthesis/stages.h"
 
@@ -36,6 +37,36 @@ PositionMatrix columnsOf(const PositionMatrix& positions, const std::vector<Eige
   return picked;
 }
 
+/// 1 at the times at which a fragment is heard with its own sound, and softly less beside them.
+Eigen::VectorXd heardShare(const std::vector<SelectedUnit>& units, std::span<const Seconds> times) {
+  constexpr Seconds kFades = 0.06;
+  Eigen::VectorXd share = Eigen::VectorXd::Zero(std::ssize(times));
+  for (const SelectedUnit& unit : units) {
+    if (!(unit.sound.duration() > 0)) continue;
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      const Seconds away = std::max({unit.sound.start - times[i], times[i] - unit.sound.end, 0.0});
+      double& own = share(signedIndex(i));
+      own = std::max(own, away < kFades ? blendWeight(BlendKind::kSmooth, away / kFades) : 0.0);
+    }
+  }
+  return share;
+}
+
+/// Lips and sound of one recording belong together: where a fragment is heard it is seen as it was captured.
+void keepHeardLips(StretchMotion& motion, const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
+                   const LineToRender& line) {
+  const Eigen::VectorXd share = heardShare(units, times);
+  if (!(share.maxCoeff() > 0)) return;
+  const PositionMatrix captured = withoutUnseen(blendUnits(units, times, line, false).positions_mm, line.rest());
+  const PositionMatrix lips =
+      columnsOf(captured.rowwise() - Eigen::RowVectorXd(line.rest()), line.database.lipColumns());
+  const auto rest_of = (1 - share.array()).matrix().asDiagonal();
+  motion.positions_mm = share.asDiagonal() * captured + rest_of * motion.positions_mm;
+  motion.parts.captured_mm = share.asDiagonal() * lips + rest_of * motion.parts.captured_mm;
+  motion.parts.predicted_mm = rest_of * motion.parts.predicted_mm;
+  motion.parts.contact_mm = rest_of * motion.parts.contact_mm;
+}
+
 /// EDGE 5.1.2 and 5.1.3, and the fragments moved into the line's context.
 StretchMotion renderUnits(const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
                           const LineToRender& line) {
@@ -44,8 +75,8 @@ StretchMotion renderUnits(const std::vector<SelectedUnit>& units, std::span<cons
   StretchMotion motion = blendUnits(units, times, line, into_context);
   motion.parts = MovementParts::none(std::ssize(times), std::ssize(lips));
   if (into_context) {
-    TransferredMotion moved =
-        transferContext(motion.positions_mm, line.labels, line.database, units, times, line.options.context);
+    TransferredMotion moved = transferContext(motion.positions_mm, line.labels, line.database, units, times,
+                                              line.options.context, line.heard ? &*line.heard : nullptr);
     motion.parts = {columnsOf(moved.predicted_mm, lips), columnsOf(moved.captured_mm, lips),
                     columnsOf(moved.contactMm(line.database.corpus().neutral_pose_mm), lips)};
     motion.positions_mm = std::move(moved.positions_mm);
@@ -53,6 +84,7 @@ StretchMotion renderUnits(const std::vector<SelectedUnit>& units, std::span<cons
   motion.positions_mm = withoutUnseen(std::move(motion.positions_mm), line.rest());
   if (!into_context)
     motion.parts.captured_mm = columnsOf(motion.positions_mm.rowwise() - Eigen::RowVectorXd(line.rest()), lips);
+  if (into_context && line.options.context.keep_heard) keepHeardLips(motion, units, times, line);
   return motion;
 }
 

@@ -50,7 +50,7 @@ Eigen::MatrixXd interpolated(const Eigen::MatrixXd& rows, std::span<const Second
 
 /// times x components.
 Eigen::MatrixXd lineComponents(const SpeechLabels& line, const UnitDatabase& database, std::span<const Seconds> times,
-                               Seconds spacing, const ContextOptions& options) {
+                               Seconds spacing, const ContextOptions& options, const HeardLine* heard) {
   const TrajectoryModel& model = *database.corpus().trajectory_model;
   Eigen::MatrixXd components = model.predict(line, times);
   if (options.average) {
@@ -62,6 +62,7 @@ Eigen::MatrixXd lineComponents(const SpeechLabels& line, const UnitDatabase& dat
     components *= model.gain;
     components.rowwise() += model.level;
   }
+  if (heard != nullptr) components += heard->at(times);
   return components;
 }
 
@@ -167,13 +168,14 @@ PositionMatrix tightened(PositionMatrix positions, const TimeSpan& span, const C
 
 TransferredMotion transferContext(const PositionMatrix& residuals, const SpeechLabels& line,
                                   const UnitDatabase& database, const std::vector<SelectedUnit>& units,
-                                  std::span<const Seconds> times, const ContextOptions& options) {
+                                  std::span<const Seconds> times, const ContextOptions& options,
+                                  const HeardLine* heard) {
   const Corpus& corpus = database.corpus();
   const TrajectoryModel& model = *corpus.trajectory_model;
   const Seconds spacing = times.size() > 1 ? times[1] - times[0] : 1.0;
   const MotionSettings settings = options.settings.value_or(corpus.motion_settings);
   TransferredMotion motion;
-  motion.predicted_mm = lineComponents(line, database, times, spacing, options) * model.shapes;
+  motion.predicted_mm = lineComponents(line, database, times, spacing, options, heard) * model.shapes;
   motion.captured_mm = PositionMatrix::Zero(residuals.rows(), residuals.cols());
   if (options.fragments) {
     const Eigen::MatrixXd seen = residuals.unaryExpr([](double mm) { return std::isnan(mm) ? 0.0 : mm; });

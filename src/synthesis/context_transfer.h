@@ -21,6 +21,8 @@ struct ContextOptions {
   bool average = true;                          ///< adds contextMean(): what like places of the corpus have in common
   bool restore_variance = true;                 ///< TrajectoryModel::gain
   bool keep_contacts = true;                    ///< keepContacts()
+  bool keep_heard = true;                       ///< where a fragment's own sound is heard its lips are as captured
+  bool hear = false;                            ///< what the line's sound says beyond its phones joins the prediction
 };
 
 /// A line's motion, and of what it is made up besides the neutral pose: times x (3 * markers), mm.
@@ -34,10 +36,12 @@ struct TransferredMotion {
 
 /// Prediction for the line plus what the fragments bring: `residuals` are their blended poses less their own takes'
 /// prediction, times x (3 * markers); what was not seen (NaN) counts as nothing. Columns that no component moves keep
-/// their residual. `times` are evenly spaced. With keep_contacts those of `units` are kept.
+/// their residual. `times` are evenly spaced. `heard`: the line's sound, where it shall be heard. With keep_contacts
+/// those of `units` are kept.
 TransferredMotion transferContext(const PositionMatrix& residuals, const SpeechLabels& line,
                                   const UnitDatabase& database, const std::vector<SelectedUnit>& units,
-                                  std::span<const Seconds> times, const ContextOptions& options);
+                                  std::span<const Seconds> times, const ContextOptions& options,
+                                  const HeardLine* heard = nullptr);
 
 /// Lips that closed in the capture close: in each B P M of the line the frame with the least opening is brought to that
 /// of the fragments there, or to the speaker's usual closure where they stay open, and the frames around it with it. In

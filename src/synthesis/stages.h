@@ -25,7 +25,8 @@ struct LineToRender {
   const CurveModel& model;
   std::vector<Seconds> times;  ///< of the frames
   VocalStyle style;
-  CurveSet curves;  ///< of the whole line, before edits
+  CurveSet curves;                 ///< of the whole line, before edits
+  std::optional<HeardLine> heard;  ///< where a prediction leads and hears the line's sound
 
   [[nodiscard]] Seconds overlap() const { return options.overlap_ms / 1000; }
   [[nodiscard]] std::span<const Seconds> timesOf(const Stretch& stretch) const {

@@ -111,6 +111,25 @@ std::vector<SettingUsed> settingsOf(const SynthesisOptions& options, const Corpu
   return used;
 }
 
+std::optional<HeardLine> heardIn(const SynthesisRequest& request, const Corpus& corpus) {
+  const TrajectoryModel* model = corpus.trajectory_model.get();
+  const bool hears = request.options.context.hear && model != nullptr && !model->sound.isEmpty();
+  if (!hears || request.audio.samples.empty()) return std::nullopt;
+  return HeardLine(model->sound, request.audio, request.labels);
+}
+
+void addHeard(const HeardLine& heard, const LineToRender& line, std::vector<SettingUsed>& settings) {
+  const TrajectoryModel& model = *line.database.corpus().trajectory_model;
+  const Eigen::MatrixXd moved = heard.at(line.times) * model.shapes;
+  const std::vector<Eigen::Index>& columns = line.database.lipColumns();
+  double squares = 0;
+  for (const Eigen::Index column : columns) squares += moved.col(column).squaredNorm();
+  const double marker_frames = asReal(moved.rows() * std::ssize(columns)) / 3;
+  settings.push_back({"sound believed", fmt::format("{:.3g}", heard.believed())});
+  settings.push_back({"sound's departure, of the corpus' widest", fmt::format("{:.3g}", heard.strangeness())});
+  settings.push_back({"lips moved by the sound mm", fmt::format("{:.3g}", std::sqrt(squares / marker_frames))});
+}
+
 std::vector<Join> measureJoins(std::vector<Seconds> times, const MotionClip& motion) {
   std::sort(times.begin(), times.end());
   std::vector<Join> joins;
@@ -154,7 +173,8 @@ UtteranceAnimation renderPlan(const SynthesisPlan& plan, const SynthesisRequest&
                     wish.model != nullptr ? *wish.model : own_model,
                     frameTimesOf(request),
                     styleFor(wish, request.labels, request.tags),
-                    {}};
+                    {},
+                    heardIn(request, corpus)};
   line.curves = vocalCurves(request.labels, request.tags, line.style);
 
   const std::vector<Stretch> stretches = stretchesOf(plan, line);
@@ -168,6 +188,7 @@ UtteranceAnimation renderPlan(const SynthesisPlan& plan, const SynthesisRequest&
   UtteranceAnimation made;
   made.method = methodOf(request.options, corpus);
   made.settings = settingsOf(request.options, corpus, made.method);
+  if (made.method == "guided" && line.heard) addHeard(*line.heard, line, made.settings);
   made.text = request.text;
   made.voice = request.voice;
   made.corpus = corpus.name;

@@ -25,7 +25,7 @@ try {
   await page.goto(pathToFileURL(resolve(pageFile)).href);
 
   const rows = await page.locator('#lips tbody tr').count();
-  assert.equal(rows, 8);
+  assert.ok(rows === 8 || rows === 9, `${rows} rows; a ninth where the sound tells something`);
   const cells = await page.locator('#lips tbody tr').first().locator('td').allTextContents();
   assert.match(cells[1], /^\d+\.\d\d\d+\.\d\d to \d+\.\d\d$/, 'a measure and its interval');
 

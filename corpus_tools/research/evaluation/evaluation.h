@@ -97,16 +97,21 @@ Evaluation crossValidate(const Corpus& corpus, std::size_t folds, const Evaluati
 
 /// What the corpus is made to have never heard.
 enum class Unseen {
-  kWords,  ///< whole words: every take with the word is taken out
-  kPairs,  ///< whole pairs of phones
+  kWords,   ///< whole words: every take with the word is taken out
+  kPairs,   ///< whole pairs of phones
+  kPhones,  ///< whole phones
 };
 
-/// Each word (or pair) that not every other take has is taken out of the corpus with all takes that have it, several at
-/// once where they leave 70 % of the takes, and the model fitted to what stays; of those takes only the stretches that
-/// say it are measured. At most `most_rounds` such rounds, evenly chosen. Throws InputError where nothing can be taken
-/// out.
+struct UnseenOptions {
+  std::size_t most_rounds = 12;  ///< evenly chosen; each fits a corpus anew
+  std::size_t most_takes = 32;   ///< of those taken out, measured in a round; evenly chosen
+};
+
+/// Each word (pair, phone) that not every other take has is taken out of the corpus with all takes that have it,
+/// several at once where they leave 70 % of the takes, and the model fitted to what stays; of those takes only the
+/// stretches that say it are measured. Throws InputError where nothing can be taken out.
 Evaluation evaluateUnseen(const Corpus& corpus, Unseen unseen, const EvaluationMethods& methods,
-                          const EvaluationOptions& options = {}, std::size_t most_rounds = 24);
+                          const EvaluationOptions& options = {}, const UnseenOptions& limits = {});
 
 /// Every fifth take, animated with the material of `sizes` others, drawn with a fixed seed: a larger set holds the
 /// smaller ones. Rows are the methods' with the number of takes. Throws InputError for a size that is 0 or too large.

@@ -130,6 +130,7 @@ EvaluationMethod unitMethod(std::string name, const UnitDatabase& database, cons
   const auto curves = std::make_shared<CurveModel>(database);
   return {std::move(name), [&database, options, usual, curves](const CorpusTake& take, EvaluationRow& row) {
             SynthesisRequest request{take.text, "capture", take.labels, {}, options};
+            if (options.context.hear) request.audio = take.audio;
             request.options.frame_rate_hz = take.motion.frame_rate_hz;
             try {
               request.units = selectUnits(request.labels, database, options.selection);
@@ -270,6 +271,10 @@ EvaluationMethod curvesMethod(std::string name, const UnitDatabase& database) {
 std::vector<EvaluationMethod> evaluationMethods(const Corpus& corpus, const UnitDatabase& database) {
   std::vector<EvaluationMethod> methods;
   methods.push_back(unitMethod("guided (default)", database, selectingBy(SelectionMethod::kViterbi, UnitScales::kAny)));
+  SynthesisOptions hearing = selectingBy(SelectionMethod::kViterbi, UnitScales::kAny);
+  hearing.context.hear = true;
+  const bool can_hear = corpus.trajectory_model != nullptr && !corpus.trajectory_model->sound.isEmpty();
+  if (can_hear) methods.push_back(unitMethod("guided, with the sound", database, hearing));
   if (corpus.trajectory_model != nullptr) methods.push_back(predictionMethod("prediction alone", database));
   methods.push_back(unitMethod("greedy, any units", database, selectingBy(SelectionMethod::kGreedy, UnitScales::kAny)));
   methods.push_back(

@@ -13,7 +13,7 @@
 namespace mouthpiece {
 namespace {
 
-/// A word or a pair of phones, and where a take says it.
+/// A word, a phone or a pair of them, and where a take says it.
 struct Said {
   std::string what;
   TimeSpan span;
@@ -23,6 +23,12 @@ std::vector<Said> saidIn(const SpeechLabels& labels, Unseen unseen) {
   std::vector<Said> said;
   if (unseen == Unseen::kWords) {
     for (const LabelledWord& word : labels.words) said.push_back({word.text, labels.spanOf(word.phones)});
+    return said;
+  }
+  if (unseen == Unseen::kPhones) {
+    for (const LabelledPhone& phone : labels.phones) {
+      if (phone.phone != Phone::kSil) said.push_back({std::string(phoneName(phone.phone)), phone.span});
+    }
     return said;
   }
   for (std::size_t i = 0; i + 1 < labels.phones.size(); ++i) {
@@ -64,12 +70,12 @@ std::vector<Round> roundsOf(const Corpus& corpus, Unseen unseen) {
 }  // namespace
 
 Evaluation evaluateUnseen(const Corpus& corpus, Unseen unseen, const EvaluationMethods& methods,
-                          const EvaluationOptions& options, std::size_t most_rounds) {
+                          const EvaluationOptions& options, const UnseenOptions& limits) {
   const std::vector<Round> rounds = roundsOf(corpus, unseen);
   if (rounds.empty() || corpus.takes.size() < 2)
     throw InputError(corpus.name, "", "has nothing that only some of its takes say; expected more takes");
   Evaluation whole{corpus.name, {}, {}};
-  const std::size_t count = std::min(most_rounds, rounds.size());
+  const std::size_t count = std::min(limits.most_rounds, rounds.size());
   for (std::size_t i = 0; i < count; ++i) {
     const Round& round = rounds[i * rounds.size() / count];
     Corpus rest = corpus;
@@ -78,6 +84,12 @@ Evaluation evaluateUnseen(const Corpus& corpus, Unseen unseen, const EvaluationM
     std::vector<CorpusTake> held;
     for (std::size_t take = 0; take < corpus.takes.size(); ++take)
       (round.takes.contains(take) ? held : rest.takes).push_back(corpus.takes[take]);
+    if (held.size() > limits.most_takes) {
+      std::vector<CorpusTake> some;
+      for (std::size_t take = 0; take < limits.most_takes; ++take)
+        some.push_back(std::move(held[take * held.size() / limits.most_takes]));
+      held = std::move(some);
+    }
     fitMotion(rest);
     EvaluationOptions of_round = options;
     of_round.stretches = [&](const CorpusTake& take) {

@@ -47,6 +47,10 @@ std::vector<CorpusTake> otherTakes(const EvaluateArguments& given, const Corpus&
   return std::move(clean.takes);
 }
 
+Unseen unseenOf(const std::string& what) {
+  return what == "words" ? Unseen::kWords : what == "pairs" ? Unseen::kPairs : Unseen::kPhones;
+}
+
 Evaluation evaluate(const EvaluateArguments& given, Corpus corpus) {
   const EvaluationMethods all = given.ablation         ? ablationMethods
                                 : given.unseen.empty() ? evaluationMethods
@@ -62,15 +66,14 @@ Evaluation evaluate(const EvaluateArguments& given, Corpus corpus) {
   if (!given.learning_curve.empty()) {
     return learningCurve(corpus, given.learning_curve, selectionMethods, options);
   }
-  if (!given.unseen.empty())
-    return evaluateUnseen(corpus, given.unseen == "words" ? Unseen::kWords : Unseen::kPairs, methods, options);
+  if (!given.unseen.empty()) return evaluateUnseen(corpus, unseenOf(given.unseen), methods, options);
   if (given.folds > 0) return crossValidate(corpus, given.folds, methods, options);
   if (captured.empty()) captured = holdOut(corpus, given.hold_out, kHoldOutSeed);
   return evaluateCorpus(corpus, captured, methods, options);
 }
 
 int runEvaluate(const EvaluateArguments& given) {
-  const Evaluation evaluation = evaluate(given, readCorpus(given.corpus));
+  const Evaluation evaluation = evaluate(given, readCorpus(given.corpus, CorpusAudio::kLoad));
   if (!given.html.empty()) writeFileAtomically(given.html, evaluationHtml(evaluation));
   printText(given.json ? evaluationJson(evaluation) : evaluationTable(evaluation));
   return kExitDone;
@@ -88,10 +91,11 @@ void addOptions(CLI::App& command, EvaluateArguments& options) {
                   "Every fifth take, by the material of that many others (10,25,50)")
       ->delimiter(',');
   which
-      .add_option("--unseen", options.unseen,
-                  "words|pairs: take whole words or pairs of phones out, with all takes that say them, and measure the "
-                  "stretches that do")
-      ->check(CLI::IsMember({"words", "pairs"}));
+      .add_option(
+          "--unseen", options.unseen,
+          "words|pairs|phones: take whole words, phones or pairs of them out, with all takes that say them, and "
+          "measure the stretches that do")
+      ->check(CLI::IsMember({"words", "pairs", "phones"}));
   which.require_option(1);
   command.add_flag("--ablation", options.ablation,
                    "From EDGE as published to the default one change a row, then the default with each cost and each "

@@ -64,7 +64,7 @@ inline double closedLipsMm(const Corpus& corpus) {
   return corpus.trajectory_model != nullptr ? corpus.trajectory_model->closed_opening_mm : 0.0;
 }
 
-inline constexpr int kCorpusFormatVersion = 4;
+inline constexpr int kCorpusFormatVersion = 5;
 
 enum class CorpusAudio { kLoad, kSkip };
 

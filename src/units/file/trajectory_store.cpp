@@ -20,6 +20,7 @@ constexpr std::size_t kFirstLatticeWeights = 13;               ///< of the terms
 constexpr std::string_view kCutWeights = "sound cut weights";  ///< only where they were learnt
 constexpr std::string_view kSettings = "motion settings";      ///< since version 4
 constexpr std::string_view kShares = "network shares", kNetwork = "network ";
+constexpr std::string_view kExpectedSounds = "expected sounds";  ///< since version 5, where the corpus has sound
 constexpr std::size_t kMostHidden = 1024, kMostNetworks = 64;
 
 using Numbers = std::vector<float>;
@@ -127,6 +128,10 @@ class ModelReader {
         readNetworks(model);
         continue;
       }
+      if (name == kExpectedSounds && model.targets.empty()) {
+        readSound(model.sound);
+        continue;
+      }
       if (!name.starts_with(kTarget) || model.targets.size() >= kMostTargets)
         row_.fail(fmt::format("found {}; expected at most {} targets", printable(name), kMostTargets));
       const auto [place, is_new] = model.targets.try_emplace(std::string(name.substr(kTarget.size())),
@@ -162,6 +167,16 @@ class ModelReader {
       network.output = Eigen::Map<const ContextNetwork::Matrix>(own.data() + inputs + hidden, signedIndex(hidden),
                                                                 signedIndex(components));
     }
+  }
+  /// What the phones sound like is at hand; three rows follow.
+  void readSound(SoundModel& sound) {
+    const auto measures = unsignedIndex(kSoundMeasures);
+    sound.expected = matrixOf(numbersOf(row_, 2, kPhoneCount * measures), kPhoneCount);
+    sound.spread = matrixOf(next("spread of sounds", measures), 1);
+    if (!(sound.spread.minCoeff() > 0)) row_.fail("found no spread; expected more than 0");
+    sound.widest_spread = matrixOf(next("widest spread of sounds", measures), 1);
+    if (!(sound.widest_spread.minCoeff() > 0)) row_.fail("found no spread; expected more than 0");
+    sound.weights = matrixOf(next("weights of sounds", unsignedIndex(kSoundFeatures) * components_), kSoundFeatures);
   }
 
   CheckedQuery row_;
@@ -260,6 +275,12 @@ void writeTrajectoryModel(SqliteDatabase& database, const Corpus& corpus) {
     numbers.insert(numbers.end(), network.bias.data(), network.bias.data() + network.bias.size());
     numbers.insert(numbers.end(), network.output.data(), network.output.data() + network.output.size());
     add(fmt::format("{}{}", kNetwork, i), numbers);
+  }
+  if (!model.sound.isEmpty()) {
+    add(std::string(kExpectedSounds), floatsOf(model.sound.expected));
+    add("spread of sounds", floatsOf(model.sound.spread));
+    add("widest spread of sounds", floatsOf(model.sound.widest_spread));
+    add("weights of sounds", floatsOf(model.sound.weights));
   }
   for (const auto& [feature, target] : model.targets) add(std::string(kTarget) + feature, floatsOf(target));
 

@@ -9,6 +9,7 @@
 #include "motion/motion_clip.h"
 #include "phonetics/labels/speech_labels.h"
 #include "units/prediction/context_network.h"
+#include "units/prediction/sound_model.h"
 #include "units/prediction/speech_segments.h"
 
 namespace mouthpiece {
@@ -34,6 +35,7 @@ struct TrajectoryModel {
   Eigen::RowVectorXd network_share;  ///< 0 to 1 a component; as many as components where there are networks
   double gain = 1;                   ///< brings back the variance that least squares takes
   Eigen::RowVectorXd closing;        ///< 3 * markers, mm: the lips' way when LIP_UP_MID and LIP_LO_MID part by 1 mm
+  SoundModel sound;                  ///< what a recording adds; may be empty
   double closed_opening_mm = 0;  ///< their median distance in B P M at the tightest; 0: the layout has no such markers
 
   [[nodiscard]] Eigen::Index componentCount() const { return shapes.rows(); }

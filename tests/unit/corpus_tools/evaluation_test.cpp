@@ -125,14 +125,14 @@ TEST(Evaluation, OnlyTheStretchesAskedForAreMeasured) {
 
 TEST(Evaluation, WhatIsUnseenIsInNoTakeThatSpeaks) {
   const Corpus corpus = speakingCorpus();
-  for (const Unseen unseen : {Unseen::kWords, Unseen::kPairs}) {
+  for (const Unseen unseen : {Unseen::kWords, Unseen::kPairs, Unseen::kPhones}) {
     std::size_t rounds = 0;
     const EvaluationMethods methods = [&](const Corpus& rest, const UnitDatabase& database) {
       ++rounds;
       EXPECT_LT(rest.takes.size(), corpus.takes.size());
       return selectionMethods(rest, database);
     };
-    const Evaluation evaluation = evaluateUnseen(corpus, unseen, methods, {}, 3);
+    const Evaluation evaluation = evaluateUnseen(corpus, unseen, methods, {}, {.most_rounds = 3, .most_takes = 2});
     EXPECT_EQ(rounds, 3U);
     ASSERT_EQ(evaluation.rows.size(), 2U);
     EXPECT_LT(evaluation.rows[0].lips.frames, crossValidate(corpus, 3, selectionMethods).rows[0].lips.frames);

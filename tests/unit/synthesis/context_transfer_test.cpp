@@ -134,5 +134,53 @@ TEST_F(ContextTransfer, SlowDifferencesGoAndFastOnesStay) {
   EXPECT_NEAR(leftOf(0.5, kBrowY), 1, 0.01);  // no component moves it: as captured
 }
 
+/// Pearson's.
+double correlation(const std::vector<double>& a, const std::vector<double>& b) {
+  const Eigen::Map<const Eigen::ArrayXd> x(a.data(), std::ssize(a)), y(b.data(), std::ssize(b));
+  const Eigen::ArrayXd u = x - x.mean(), v = y - y.mean();
+  return (u * v).sum() / std::sqrt(u.square().sum() * v.square().sum());
+}
+
+/// The lips' opening in `made` where `unit` is heard, and in its take at the same moments of the recording.
+double likenessToSource(const UtteranceAnimation& made, const SelectedUnit& unit, const Corpus& corpus) {
+  const CorpusTake& take = corpus.takes[unit.source.take.value];
+  const std::vector<double> opening = lipOpening(made.motion), source = lipOpening(take.motion);
+  std::vector<double> a, b;
+  const Seconds shift = take.labels.phones[unit.source.phone.value].span.start - unit.sound.start;
+  for (std::size_t frame = 0; frame < opening.size(); ++frame) {
+    const Seconds time = made.motion.timeOf(FrameIndex(frame));
+    const double place = (time + shift) * take.motion.frame_rate_hz;
+    if (!unit.sound.contains(time) || place < 0 || place + 1 >= static_cast<double>(source.size())) continue;
+    const auto before = static_cast<std::size_t>(place);
+    a.push_back(opening[frame]);
+    b.push_back(std::lerp(source[before], source[before + 1], place - static_cast<double>(before)));
+  }
+  return correlation(a, b);
+}
+
+TEST_F(ContextTransfer, AFragmentThatIsHeardKeepsItsCapturedLips) {
+  // The whole of take 0 but its last phones, heard at its own pace, then a stretch of another that is not heard.
+  const CorpusTake& take = corpus_.takes[0];
+  SynthesisRequest request;
+  request.labels = take.labels;
+  request.options.frame_rate_hz = 120;
+  request.options.selection.method = SelectionMethod::kViterbi;
+  request.labels.phones.back().span.end += 0.5;  // no longer the take as it was
+  request.labels.phones.back().phone = Phone::kAA;
+  request.labels.phones.push_back(
+      {Phone::kSil, {request.labels.phones.back().span.end, request.labels.phones.back().span.end + 0.3}, {}, {}});
+  const std::size_t last = take.labels.phones.size() - 2;
+  SelectedUnit heard{{PhoneIndex(0), PhoneIndex(last)}, {TakeIndex(0), PhoneIndex(0)}};
+  heard.sound = take.labels.spanOf(heard.phones);
+  SelectedUnit unheard{{PhoneIndex(last), PhoneIndex(last + 2)}, {TakeIndex(1), PhoneIndex(0)}};
+  request.units = {heard, unheard};
+  auto model = std::make_shared<TrajectoryModel>(*corpus_.trajectory_model);
+  for (auto& [feature, target] : model->targets) target *= 0.3;  // one that would show
+  corpus_.trajectory_model = model;
+  EXPECT_GT(likenessToSource(synthesise(request, corpus_), heard, corpus_), 0.98);
+  request.units[0].sound = {};
+  EXPECT_LT(likenessToSource(synthesise(request, corpus_), heard, corpus_), 0.98);
+}
+
 }  // namespace
 }  // namespace mouthpiece

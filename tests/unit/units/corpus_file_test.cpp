@@ -103,6 +103,41 @@ TEST_F(CorpusFile, ReadsVersion2) {
   EXPECT_EQ(read.viseme_poses, "");
 }
 
+TEST_F(CorpusFile, KeepsWhatASoundAdds) {
+  Corpus written = testing::tinyCorpus();
+  auto model = std::make_shared<TrajectoryModel>(*testing::tinyModel(written));
+  model->sound.expected = Eigen::MatrixXd::Random(kPhoneCount, kSoundMeasures);
+  model->sound.spread = Eigen::RowVectorXd::Constant(kSoundMeasures, 0.5);
+  model->sound.widest_spread = Eigen::RowVectorXd::Constant(kSoundMeasures, 0.75);
+  model->sound.weights = Eigen::MatrixXd::Random(kSoundFeatures, model->componentCount());
+  written.trajectory_model = model;
+  writeCorpus(path_, written);
+  EXPECT_TRUE(checkCorpus(path_).empty());
+  const SoundModel sound = readCorpus(path_).trajectory_model->sound;
+  constexpr double kFloat = 1e-6;
+  EXPECT_TRUE(sound.expected.isApprox(model->sound.expected, kFloat));
+  EXPECT_TRUE(sound.weights.isApprox(model->sound.weights, kFloat));
+  EXPECT_EQ(sound.spread, model->sound.spread);
+  EXPECT_EQ(sound.widest_spread, model->sound.widest_spread);
+
+  model->sound.spread(3) = 0;
+  writeCorpus(path_, written);
+  EXPECT_NE(complaint().find("found no spread"), std::string::npos) << complaint();
+}
+
+TEST_F(CorpusFile, ReadsVersion4) {
+  Corpus written = testing::tinyCorpus();
+  written.trajectory_model = testing::tinyModel(written);
+  writeCorpus(path_, written);
+  {
+    SqliteDatabase database = SqliteDatabase::create(path_, path_);
+    database.execute("PRAGMA user_version=4");
+    database.close();
+  }
+  EXPECT_TRUE(checkCorpus(path_).empty());
+  EXPECT_TRUE(readCorpus(path_).trajectory_model->sound.isEmpty());
+}
+
 /// Files as programs before this one wrote them: two takes, and from version 2 on a model with weights of its own.
 TEST(StoredCorpusFiles, OfAllVersionsOpen) {
   for (const int version : {1, 2, 3}) {
@@ -313,7 +348,7 @@ TEST_F(CorpusFile, ANewerVersionSaysSo) {
   std::string bytes = readFile(path_);
   bytes[63] = static_cast<char>(kCorpusFormatVersion + 1);  // user_version, big-endian at 60
   writeBytes(bytes);
-  EXPECT_NE(complaint().find("has corpus format version 5, made by a newer Mouthpiece; expected at most 4"),
+  EXPECT_NE(complaint().find("has corpus format version 6, made by a newer Mouthpiece; expected at most 5"),
             std::string::npos)
       << complaint();
 }
