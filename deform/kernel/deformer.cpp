@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "base/errors.h"
+#include "base/smooth_step.h"
 #include "deform/kernel/patch_kernel.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/head_topology.h"
@@ -22,6 +23,9 @@ namespace {
 using Net = std::array<float, kernel::kNetFloats>;
 using Quad = Eigen::Array4f;  // x y z and a spare, so that a point is one register
 
+/// A surface that covers less than this share of its plane is folded together; from twice as much on it is not.
+constexpr double kFolded = 0.15;
+
 /// A vertex with its place on a patch, before the vertices are sorted into blocks.
 struct Hung {
   PatchPlace place;
@@ -34,10 +38,15 @@ struct VertexRun {
   std::size_t first, count;
 };
 
-/// Offset of a rest vertex from its place: along the normal, the first tangent, and across both.
-void measureOffset(const BezierSurface& surface, const Eigen::Vector3d& vertex, Hung& hung) {
+/// Offset of a rest vertex from its place: along the normal, the first tangent, and across both. Of a carried vertex,
+/// with `turns_within`, the share that turns; the rest becomes part of `base`. Where the surface is folded together
+/// (`plane`: the area of its patch in the plane) its normal may turn over in any pose: nothing turns with that.
+void measureOffset(const BezierSurface& surface, const Eigen::Vector3d& vertex, std::optional<double> turns_within,
+                   double plane, Hung& hung) {
   const SurfacePoint s = evaluate(surface.restPose()[hung.place.patch], hung.place.u, hung.place.v);
-  const Eigen::Vector3d offset = vertex - s.position;
+  Eigen::Vector3d offset = vertex - s.position;
+  offset *= smoothStep((s.du.cross(s.dv).norm() / plane - kFolded) / kFolded);
+  if (turns_within) offset *= std::max(0.0, 1 - offset.norm() / *turns_within);
   const Eigen::Vector3d normal = s.normal();
   const Eigen::Vector3d tangent = s.du.normalized();
   hung.d = asFloat(offset.dot(normal));
@@ -104,6 +113,13 @@ struct FaceDeformer::Data {
         tongue(mesh, std::move(tongue_vertices)),
         rest(mesh.vertices) {}
 
+  /// Twice that of one of the three patches of a triangle.
+  [[nodiscard]] double planeArea(std::size_t patch) const {
+    const auto& [a, b, c] = control.triangles[patch / 3];
+    const Eigen::RowVector2d ab = control.domain.row(b) - control.domain.row(a),
+                             ac = control.domain.row(c) - control.domain.row(a);
+    return std::abs(ab.x() * ac.y() - ab.y() * ac.x()) / 3;
+  }
   void takeSurface(const BezierSurface& surface);
   void takeFollowers(const BezierSurface& surface);
   void takeBinding(const BezierSurface& surface, const FaceBinding& binding, const std::vector<PartKind>& kinds);
@@ -173,7 +189,10 @@ void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBin
       moves[i] = true;
     } else if (binding.patch[i] >= 0 && hung.weight > 0) {
       hung.place = patchPlace(binding.placeOf(i));
-      if (!isCarried(binding, i)) measureOffset(surface, pointAt(rest, i), hung);  // else all of the offset is `base`
+      const bool is_carried = isCarried(binding, i);
+      measureOffset(surface, pointAt(rest, i),
+                    is_carried ? std::optional(kTurnsAlong * control.mouth_width) : std::nullopt,
+                    planeArea(hung.place.patch), hung);
       const bool is_above = std::hypot(double{hung.beside}, double{hung.across}) < exact;
       moves[i] = true;
       (is_above && hung.weight >= 1 ? bound : loose).push_back(hung);

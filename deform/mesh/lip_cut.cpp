@@ -9,6 +9,7 @@
 #include <numbers>
 #include <queue>
 #include <set>
+#include <span>
 
 #include "base/errors.h"
 
@@ -20,10 +21,20 @@ using Eigen::Vector3d;
 // Lengths as shares of the mouth's width.
 constexpr double kBeside = 0.02;  ///< a way this far beside the line costs double
 constexpr double kFarthest = 0.2; ///< and none leads further off
-constexpr double kBagDepth = 0.2;
-constexpr double kBagHeight = 0.06;
-/// Rows of the bag from the upper rim to the lower one: shares of its depth and height.
-constexpr std::array<std::array<double, 2>, 3> kBag{{{0.5, 1}, {1, 0}, {0.5, -1}}};
+constexpr double kLoopOff = 0.2;   ///< a hole's edge lies no further from the line, on average
+constexpr double kLoopWide = 0.5;  ///< and is no narrower
+
+/// Rows of a bag from the upper rim to the lower one: how far back and up they lie, in shares of the mouth's width, and
+/// of the way from the upper rim to the lower one.
+struct BagRow {
+  double back, up, lower;
+};
+constexpr std::array kSmallBag{BagRow{0.1, 0.06, 0}, BagRow{0.2, 0, 0.5}, BagRow{0.1, -0.06, 1}};
+/// Teeth and a tongue have room in it.
+constexpr std::array kDeepBag{BagRow{0.02, 0.1, 0},  BagRow{0.06, 0.25, 0}, BagRow{0.25, 0.36, 0},
+                              BagRow{0.7, 0.36, 0.1}, BagRow{1, 0.2, 0.3},   BagRow{1.1, 0, 0.5},
+                              BagRow{1, -0.2, 0.7},   BagRow{0.7, -0.36, 0.9}, BagRow{0.25, -0.36, 1},
+                              BagRow{0.06, -0.25, 1}, BagRow{0.02, -0.1, 1}};
 
 /// Nearest place on an open line.
 Vector3d nearestOn(const std::vector<Vector3d>& line, const Vector3d& p) {
@@ -35,6 +46,119 @@ Vector3d nearestOn(const std::vector<Vector3d>& line, const Vector3d& p) {
     if ((place - p).norm() < (nearest - p).norm()) nearest = place;
   }
   return nearest;
+}
+
+/// A vertex that looks like `like`.
+std::uint32_t addVertex(FaceMesh& mesh, const Vector3d& place, std::uint32_t like) {
+  const auto number = static_cast<std::uint32_t>(mesh.vertexCount());
+  mesh.vertices.conservativeResize(number + 1, Eigen::NoChange);
+  mesh.vertices.row(number) = place.transpose().cast<float>();
+  if (!mesh.texture_coordinates.empty()) mesh.texture_coordinates.push_back(mesh.texture_coordinates[like]);
+  if (!mesh.vertex_colors.empty()) mesh.vertex_colors.push_back(mesh.vertex_colors[like]);
+  return number;
+}
+
+/// Joins two rims, both from the right corner to the left one, by a part of its own that faces into the mouth.
+void addBag(FaceMesh& mesh, const std::vector<std::uint32_t>& upper, const std::vector<std::uint32_t>& lower,
+            std::span<const BagRow> profile) {
+  Vector3d across = pointAt(mesh.vertices, upper.back()) - pointAt(mesh.vertices, upper.front());
+  const double width = across.norm();
+  across /= width;
+  const Vector3d up = (Vector3d::UnitY() - across.y() * across).normalized(), back = -across.cross(up);
+  const auto wayOf = [](const std::vector<std::uint32_t>& row, std::size_t i) {
+    return asReal(i) / asReal(row.size() - 1);
+  };
+  const auto onLower = [&](double way) -> Vector3d {
+    const double place = way * asReal(lower.size() - 1);
+    const std::size_t i = std::min(unsignedIndex(wholePart(place)), lower.size() - 2);
+    const double share = place - asReal(i);
+    return (1 - share) * pointAt(mesh.vertices, lower[i]) + share * pointAt(mesh.vertices, lower[i + 1]);
+  };
+  std::vector<std::vector<std::uint32_t>> rows{upper};
+  for (const BagRow& place : profile) {
+    auto& row = rows.emplace_back();
+    for (std::size_t i = 0; i < upper.size(); ++i) {
+      const double way = wayOf(upper, i);
+      const double deep = std::sqrt(std::max(0.0, std::sin(std::numbers::pi * way))) * width;
+      const bool is_corner = i == 0 || i + 1 == upper.size();
+      const Vector3d rim = (1 - place.lower) * pointAt(mesh.vertices, upper[i]) + place.lower * onLower(way);
+      row.push_back(is_corner ? upper[i]
+                              : addVertex(mesh, rim + deep * (place.back * back + place.up * up), upper[i]));
+    }
+  }
+  rows.push_back(lower);
+  MeshPart bag{.name = "mouth_inside", .kind = PartKind::kMouthInside, .first_triangle = mesh.triangles.size()};
+  bag.base_color = {0.25F, 0.05F, 0.05F, 1.0F};
+  const auto add = [&](const Triangle& t) {
+    if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) mesh.triangles.push_back(t);
+  };
+  for (std::size_t r = 0; r + 1 < rows.size(); ++r) {
+    const auto &here = rows[r], &next = rows[r + 1];
+    for (std::size_t i = 0, j = 0; i + 1 < here.size() || j + 1 < next.size();) {
+      const bool along_here =
+          j + 1 == next.size() || (i + 1 < here.size() && wayOf(here, i + 1) <= wayOf(next, j + 1));
+      if (along_here) {
+        add({here[i + 1], here[i], next[j]});
+        ++i;
+      } else {
+        add({here[i], next[j], next[j + 1]});
+        ++j;
+      }
+    }
+  }
+  bag.triangle_count = mesh.triangles.size() - bag.first_triangle;
+  mesh.parts.push_back(bag);
+}
+
+/// The edge of the hole between the lips, right corner to left corner over either lip; empty where there is none.
+/// Vertices in one place count as one.
+std::array<std::vector<std::uint32_t>, 2> holeBetween(const FaceMesh& mesh, const LipLine& line) {
+  const Vector3d across = line.corner_left - line.corner_right;
+  const double width = across.norm();
+  std::map<std::array<float, 3>, std::uint32_t> first_at;
+  std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
+  for (const Triangle& triangle : trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside})) {
+    Triangle t = triangle;
+    for (std::uint32_t& v : t)
+      v = first_at.try_emplace({mesh.vertices(v, 0), mesh.vertices(v, 1), mesh.vertices(v, 2)}, v).first->second;
+    for (std::size_t k = 0; k < 3; ++k) edges.emplace(t[k], t[(k + 1) % 3]);
+  }
+  std::map<std::uint32_t, std::uint32_t> next;
+  for (const auto& [a, b] : edges) {
+    if (!edges.contains({b, a})) next[a] = b;
+  }
+  std::vector<std::uint32_t> best;
+  double nearest = kLoopOff * width;
+  while (!next.empty()) {
+    std::vector<std::uint32_t> loop;
+    for (auto at = next.begin(); at != next.end();) {
+      loop.push_back(at->first);
+      const std::uint32_t to = at->second;
+      next.erase(at);
+      at = next.find(to);
+    }
+    double off = 0, least = std::numeric_limits<double>::infinity(), most = -least;
+    for (const std::uint32_t v : loop) {
+      const Vector3d p = pointAt(mesh.vertices, v);
+      off += std::min((p - nearestOn(line.upper, p)).norm(), (p - nearestOn(line.lower, p)).norm()) / asReal(loop.size());
+      least = std::min(least, p.dot(across) / width);
+      most = std::max(most, p.dot(across) / width);
+    }
+    if (loop.size() < 6 || off >= nearest || most - least < kLoopWide * width) continue;
+    nearest = off;
+    best = loop;
+  }
+  if (best.empty()) return {};
+  const auto isRighter = [&](std::uint32_t a, std::uint32_t b) {
+    return pointAt(mesh.vertices, a).dot(across) < pointAt(mesh.vertices, b).dot(across);
+  };
+  std::rotate(best.begin(), std::min_element(best.begin(), best.end(), isRighter), best.end());
+  const auto left = std::max_element(best.begin(), best.end(), isRighter);
+  // Its own skin to the left, the edge leads over the upper lip first.
+  std::vector<std::uint32_t> upper(best.begin(), left + 1), lower(left, best.end());
+  lower.push_back(best.front());
+  std::reverse(lower.begin(), lower.end());
+  return {upper, lower};
 }
 
 class Cutter {
@@ -60,7 +184,7 @@ class Cutter {
     findPath();
     drawOntoLine();
     partLips();
-    addBag();
+    addBag(out_, path_, lower_, kSmallBag);
     return std::move(out_);
   }
 
@@ -164,53 +288,12 @@ class Cutter {
       }
     }
     std::map<std::uint32_t, std::uint32_t> doubles;
-    for (const std::uint32_t v : path_) lower_.push_back(inner.contains(v) ? (doubles[v] = addVertex(pointAt(out_.vertices, v), v)) : v);
+    for (const std::uint32_t v : path_) lower_.push_back(inner.contains(v) ? (doubles[v] = addVertex(out_, pointAt(out_.vertices, v), v)) : v);
     for (const std::size_t t : lower) {
       for (std::uint32_t& v : out_.triangles[t]) {
         if (const auto own = doubles.find(v); own != doubles.end()) v = own->second;
       }
     }
-  }
-
-  /// A vertex that looks like `like`.
-  std::uint32_t addVertex(const Vector3d& place, std::uint32_t like) {
-    const auto number = static_cast<std::uint32_t>(out_.vertexCount());
-    out_.vertices.conservativeResize(number + 1, Eigen::NoChange);
-    out_.vertices.row(number) = place.transpose().cast<float>();
-    if (!out_.texture_coordinates.empty()) out_.texture_coordinates.push_back(out_.texture_coordinates[like]);
-    if (!out_.vertex_colors.empty()) out_.vertex_colors.push_back(out_.vertex_colors[like]);
-    return number;
-  }
-
-  void addBag() {
-    const Vector3d up = (Vector3d::UnitY() - across_.y() * across_).normalized(), back = -across_.cross(up);
-    std::vector<std::vector<std::uint32_t>> rows{path_};
-    for (const auto& [depth, height] : kBag) {
-      auto& row = rows.emplace_back();
-      for (std::size_t i = 0; i < path_.size(); ++i) {
-        const double way = asReal(i) / asReal(path_.size() - 1);
-        const double deep = std::sqrt(std::sin(std::numbers::pi * way)) * width_;
-        const bool is_corner = i == 0 || i + 1 == path_.size();
-        row.push_back(is_corner ? path_[i]
-                                : addVertex(pointAt(out_.vertices, path_[i]) +
-                                                deep * (depth * kBagDepth * back + height * kBagHeight * up),
-                                            path_[i]));
-      }
-    }
-    rows.push_back(lower_);
-    MeshPart bag{.name = "mouth_inside", .kind = PartKind::kMouthInside, .first_triangle = out_.triangles.size()};
-    bag.base_color = {0.25F, 0.05F, 0.05F, 1.0F};
-    const auto add = [&](const Triangle& t) {
-      if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) out_.triangles.push_back(t);
-    };
-    for (std::size_t r = 0; r + 1 < rows.size(); ++r) {
-      for (std::size_t i = 0; i + 1 < path_.size(); ++i) {
-        add({rows[r][i + 1], rows[r][i], rows[r + 1][i]});
-        add({rows[r][i + 1], rows[r + 1][i], rows[r + 1][i + 1]});
-      }
-    }
-    bag.triangle_count = out_.triangles.size() - bag.first_triangle;
-    out_.parts.push_back(bag);
   }
 
   const FaceMesh& mesh_;
@@ -224,6 +307,13 @@ class Cutter {
 };
 
 }  // namespace
+
+FaceMesh withMouthBag(const FaceMesh& mesh, const LipLine& line) {
+  FaceMesh made = mesh;
+  const auto [upper, lower] = holeBetween(mesh, line);
+  if (upper.size() > 2 && lower.size() > 2) addBag(made, upper, lower, kDeepBag);
+  return made;
+}
 
 FaceMesh cutLips(const FaceMesh& mesh, const LipLine& line) {
   if (line.is_parted) throw InputError("found lips that are apart already; expected lips in one surface");

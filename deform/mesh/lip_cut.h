@@ -10,4 +10,8 @@ namespace mouthpiece {
 /// those of `mesh`. Throws InputError where the lips are apart already or no edges lead from corner to corner.
 FaceMesh cutLips(const FaceMesh& mesh, const LipLine& line);
 
+/// `mesh` with a mouth bag of its own part ("mouth_inside") where the lips along `line` end at the edge of a hole, deep
+/// enough for teeth and a tongue; as it is where there is no hole.
+FaceMesh withMouthBag(const FaceMesh& mesh, const LipLine& line);
+
 }  // namespace mouthpiece

@@ -26,12 +26,13 @@ constexpr double kLeastDeep = 0.5;    ///< of its own opening: less is a crease
 constexpr double kWidest = 0.9;       ///< lips are not further apart
 constexpr double kBesideLine = 0.06;  ///< places known to be on the line tell this far to both sides
 constexpr double kRimDepth = 0.03;    ///< what is no further behind a rim is still part of it
+constexpr double kClearSide = 0.4;    ///< of the skin's way beside a corner, on either side of it
 constexpr double kColumn = 0.02;      ///< between two sections
 constexpr double kBeyondCorner = 0.24;  ///< sections are tried this far beyond the clicked corners
 constexpr double kCornerEnd = 0.001;    ///< how exactly the corners are found
 
 /// What a millimetre further back costs, in millimetres of gap between the rims.
-constexpr double kBehind = 0.2;
+constexpr double kBehind = 0.4;
 /// What a millimetre above or below the hints' middle costs a crease, in millimetres of its depth.
 constexpr double kCreaseAside = 0.1;
 /// What a millimetre away from the neighbouring section's rims costs, or from places known to be on the line.
@@ -468,20 +469,21 @@ class Tracer {
       const Section& section = sections[i];
       line.upper.push_back(inSpace(section.way, section.rims.upper));
       line.lower.push_back(inSpace(section.way, section.rims.lower));
-      const auto take = [](const Outline& outline, double way, std::vector<std::uint32_t>& skin) {
-        for (const OutlinePoint& point : outline.points) {
-          if (point.way > way - 1e-9) break;
-          skin.push_back(point.a);
-          skin.push_back(point.b);
-        }
-      };
-      take(section.upper, section.rims.upper_way, line.upper_skin);
-      take(section.lower, section.rims.lower_way, line.lower_skin);
-      takeInside(section.upper, section.rims.upper_way, section.rims.lower_way, line.inside);
-      takeInside(section.lower, section.rims.lower_way, section.rims.upper_way, line.inside);
+      const Rims& rims = section.rims;
+      const std::optional<double> joined = section.upper.joined;
+      // What lies behind a rim, up to the other lip's, is inside.
+      const auto end = [&](double other_rim) { return joined ? *joined - other_rim - kRimDepth : kOutline; };
+      take(section.upper, 0, rims.upper_way - 1e-9, line.upper_skin);
+      take(section.lower, 0, rims.lower_way - 1e-9, line.lower_skin);
+      take(section.upper, rims.upper_way + kRimDepth, end(rims.lower_way), line.inside);
+      take(section.lower, rims.lower_way + kRimDepth, end(rims.upper_way), line.inside);
     }
     for (std::size_t i = 0; i < sections.size(); ++i) {
-      if (i < first || i > last) takeBeside(sections[i], line);
+      // Beside the corners an outline is skin from one start to the other; its middle is on neither side.
+      const Section& section = sections[i];
+      if ((i >= first && i <= last) || !section.upper.joined) continue;
+      take(section.upper, 0, kClearSide * *section.upper.joined, line.upper_skin);
+      take(section.lower, 0, kClearSide * *section.upper.joined, line.lower_skin);
     }
     for (auto* skin : {&line.upper_skin, &line.lower_skin, &line.inside}) {
       std::sort(skin->begin(), skin->end());
@@ -501,28 +503,10 @@ class Tracer {
     return line;
   }
 
-  /// Beside the corners an outline is skin from one start to the other; its middle is on neither side.
-  static void takeBeside(const Section& section, LipLine& line) {
-    constexpr double kClearSide = 0.4;
-    if (!section.upper.joined) return;
-    const auto take = [&](const Outline& outline, std::vector<std::uint32_t>& skin) {
-      for (const OutlinePoint& point : outline.points) {
-        if (point.way > kClearSide * *section.upper.joined) break;
-        skin.push_back(point.a);
-        skin.push_back(point.b);
-      }
-    };
-    take(section.upper, line.upper_skin);
-    take(section.lower, line.lower_skin);
-  }
-
-  /// What lies behind a rim, up to the other lip's.
-  static void takeInside(const Outline& outline, double rim, double other_rim, std::vector<std::uint32_t>& inside) {
-    const double end = outline.joined ? *outline.joined - other_rim - kRimDepth : kOutline;
+  /// The vertices that an outline passes from one way to another.
+  static void take(const Outline& outline, double from, double to, std::vector<std::uint32_t>& vertices) {
     for (const OutlinePoint& point : outline.points) {
-      if (point.way < rim + kRimDepth || point.way > end) continue;
-      inside.push_back(point.a);
-      inside.push_back(point.b);
+      if (point.way >= from && point.way <= to) vertices.insert(vertices.end(), {point.a, point.b});
     }
   }
 

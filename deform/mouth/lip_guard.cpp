@@ -98,18 +98,36 @@ float LipGuard::leaveTeeth(const TeethShell& shell, std::vector<const ToothWatch
 
 /// How far the lips of a pair are shut: not where they have opened, are kept apart, or the lower one is at the teeth.
 float LipGuard::shutShare(const LipGap& gap) const {
-  return asFloat((1 - gap.opened) * (1 - gap.tuck) * (1 - smoothStep(gap.least / (kKeptApart * mouth_width_))));
+  return asFloat((1 - gap.opened) * (1 - smoothStep(gap.tuck)) * (1 - smoothStep(gap.least / (kKeptApart * mouth_width_))));
+}
+
+std::array<float, LipGuard::kColumns> LipGuard::gapsSeen(std::span<const LipWatch* const> watches,
+                                                         const float* out) const {
+  std::array<float, kColumns> gaps;
+  gaps.fill(std::numeric_limits<float>::infinity());
+  std::array<bool, kColumns> has{};
+  for (const std::uint32_t column : watched_columns_) has[column] = true;
+  const float reach = lengthOf(kWatched);
+  for (const LipWatch* watch : watches)
+    gaps[watch->column] = std::min(gaps[watch->column], watch->look(out, reach).distance);
+  // Coarse lips have no vertex in some columns.
+  for (std::size_t c = 0; c < kColumns; ++c) {
+    if (has[c]) continue;
+    std::size_t before = c, after = c;
+    while (before > 0 && !has[before]) --before;
+    while (after + 1 < kColumns && !has[after]) ++after;
+    if (!has[before] || !has[after]) continue;
+    const float share = asFloat(c - before) / asFloat(after - before);
+    gaps[c] = (1 - share) * gaps[before] + share * gaps[after];
+  }
+  return gaps;
 }
 
 /// Lips that touch may still be a little apart on the mesh, whose rims the control surface knows at five places only:
 /// each column's narrowest place is closed, as far as `gaps` say that the lips touch there.
 void LipGuard::drawTogether(const MarkerPositions& points, std::span<const LipGap> gaps,
                             const std::vector<const LipWatch*>& near, float* out) const {
-  std::array<float, kColumns> way;
-  way.fill(std::numeric_limits<float>::infinity());
-  const float reach = lengthOf(kWatched);
-  for (const LipWatch* watch : near)
-    way[watch->column] = std::min(way[watch->column], watch->look(out, reach).distance);
+  std::array<float, kColumns> way = gapsSeen(near, out);
   bool any = false;
   for (std::size_t c = 0; c < kColumns; ++c) {
     const float column = middleOf(c);

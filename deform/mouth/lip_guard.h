@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -118,7 +119,7 @@ class LipGuard {
   static constexpr double kWatched = 0.08;      ///< a watch sees the other lip this far around the place it watches
   static constexpr double kDeepInTeeth = 0.08;  ///< what is deeper is in the mouth
   static constexpr double kStill = 0.0005;      ///< pushes below this are not worth another sweep
-  static constexpr std::size_t kColumns = 12;   ///< across the mouth
+  static constexpr std::size_t kColumns = 24;   ///< across the mouth
 
   struct ToothWatch {
     std::uint32_t vertex;
@@ -146,6 +147,11 @@ class LipGuard {
   void draw(const VertexPositions& rest, const std::vector<std::uint32_t>& own, float share);
   [[nodiscard]] float columnOf(const Eigen::Vector3f& p) const;
   static float middleOf(std::size_t column) { return asFloat(column) + 0.5F; }
+  [[nodiscard]] bool isBetweenPairs(float column) const {
+    return !pair_columns_.empty() && column > pair_columns_.front() && column < pair_columns_.back();
+  }
+  /// The least distance that watches see in each column; where none is in a column, what its neighbours see.
+  [[nodiscard]] std::array<float, kColumns> gapsSeen(std::span<const LipWatch* const> watches, const float* out) const;
   /// Distance from the line where the lips meet.
   [[nodiscard]] float toRim(const Eigen::Vector3f& p) const;
   /// A length that is told as a share of the mouth's width.
@@ -176,6 +182,7 @@ class LipGuard {
   TeethShell upper_teeth_, lower_teeth_;
   std::vector<ToothWatch> at_upper_teeth_, at_lower_teeth_;
   std::vector<Drawn> drawn_;
+  std::vector<std::uint32_t> watched_columns_;  ///< those that have a watch, rising
   std::vector<float> resting_gaps_;  ///< by column: what stays of the gap where lips rest against each other
   std::vector<LipPair> pairs_;
   std::vector<float> pair_columns_;  ///< where the pairs lie

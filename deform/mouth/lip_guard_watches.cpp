@@ -151,6 +151,11 @@ void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& closed, con
   watchLips(mesh.vertices, closed, upper_vertices, lower_vertices, lower, normals, rest_normals);
   watchLips(mesh.vertices, closed, lower_vertices, upper_vertices, upper, normals, rest_normals);
   const float cell = lengthOf(kTeethCell);
+  // Beside the corners the mouth's inside is one wall that folds: its halves are no lips that meet.
+  std::erase_if(lips_, [&](const LipWatch& watch) {
+    const float column = columnOf(vertexOf(mesh.vertices, watch.vertex));
+    return isCarried(binding, watch.vertex) && !isBetweenPairs(column);
+  });
   upper_teeth_ = TeethShell(mesh.vertices, trianglesOf(mesh, {PartKind::kUpperTeeth}), true, cell);
   lower_teeth_ = TeethShell(mesh.vertices, trianglesOf(mesh, {PartKind::kLowerTeeth}), false, cell);
   watchTeeth(mesh.vertices, upper_vertices, upper_teeth_, false, at_upper_teeth_);
@@ -159,16 +164,19 @@ void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& closed, con
   boundTeeth(upper_teeth_, at_upper_teeth_);
   boundTeeth(lower_teeth_, at_lower_teeth_);
   for (std::size_t c = 0; c < kColumns; ++c) {
-    const float column = middleOf(c);
-    const bool is_between = !pair_columns_.empty() && column > pair_columns_.front() && column < pair_columns_.back();
     // Beyond the outermost pairs nothing tells that the lips touch.
-    resting_gaps_.push_back(is_between ? lengthOf(kTouching) : std::numeric_limits<float>::infinity());
+    resting_gaps_.push_back(isBetweenPairs(middleOf(c)) ? lengthOf(kTouching) : std::numeric_limits<float>::infinity());
   }
-  const float reach = lengthOf(kWatched);
+  std::vector<const LipWatch*> all;
   for (const LipWatch& watch : lips_) {
-    float& gap = resting_gaps_[watch.column];
-    gap = std::min(gap, std::max(0.0F, watch.look(closed.data(), reach).distance));
+    all.push_back(&watch);
+    watched_columns_.push_back(watch.column);
   }
+  std::sort(watched_columns_.begin(), watched_columns_.end());
+  watched_columns_.erase(std::unique(watched_columns_.begin(), watched_columns_.end()), watched_columns_.end());
+  const std::array<float, kColumns> closed_gaps = gapsSeen(all, closed.data());
+  for (std::size_t c = 0; c < kColumns; ++c)
+    resting_gaps_[c] = std::min(resting_gaps_[c], std::max(0.0F, closed_gaps[c]));
   draw(mesh.vertices, upper_vertices, -0.5F);
   draw(mesh.vertices, lower_vertices, 0.5F);
 }

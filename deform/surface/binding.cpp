@@ -1,6 +1,7 @@
 #include "deform/surface/binding.h"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,6 +9,7 @@
 #include <numbers>
 #include <optional>
 #include <set>
+#include <tuple>
 
 #include "base/errors.h"
 #include "base/smooth_step.h"
@@ -25,12 +27,12 @@ constexpr double kFarTo = 0.5;        ///< and above this not at all
 constexpr double kBeside = 0.25;      ///< beyond an opening's border by more: not above the surface any more
 constexpr double kDetour = 0.05;      ///< a place further off than this has to be about the nearest of all
 constexpr double kFadeInside = 0.35;  ///< behind lips, lids and nostrils the motion fades over this way along the mesh
-constexpr double kTurnsAlong = 0.05;  ///< in the mouth, what is nearer to its place turns with it
-constexpr double kTurnsAtEnd = 0.1;   ///< and where the surface ends
-constexpr double kBetweenLips = 0.25;  ///< in shares of the way between the lips: so far from the middle a lip holds whole
-constexpr double kNearFront = 0.08;
+constexpr double kTurnsAtEnd = 0.1;   ///< where the surface ends, what is nearer to its place turns with it
 constexpr double kFollows = 0.3;      ///< lashes and the like follow skin that is nearer
 constexpr double kRootDepth = 0.03;   ///< what of such a part counts as its root
+
+constexpr double kBagDeep = 1;  ///< the lower half of a mouth bag goes with the jaw this far along the mesh, and less beyond
+constexpr int kSmoothings = 60;  ///< of the places of what follows; more than the rows of vertices in a mouth bag
 
 /// A share of the way between the lips this near to the middle is on neither side.
 constexpr double kClearSide = 0.03;
@@ -38,6 +40,44 @@ constexpr double kClearSide = 0.03;
 enum class Fate : std::uint8_t { kOpen, kBound, kStill };
 
 bool mayBind(PartKind kind) { return isSkin(kind) || kind == PartKind::kMouthInside || kind == PartKind::kOther; }
+
+/// The control mesh in its plane.
+class PlaneTriangles {
+ public:
+  PlaneTriangles(const ControlMesh& control, const std::vector<std::uint32_t>& sides) : sides_(sides) {
+    for (const auto& [a, b, c] : control.triangles) {
+      Eigen::Matrix2d edges;
+      edges << (control.domain.row(a) - control.domain.row(c)).transpose(),
+          (control.domain.row(b) - control.domain.row(c)).transpose();
+      triangles_.push_back({edges.inverse(), control.domain.row(c).transpose()});
+    }
+  }
+
+  /// The place at `p`, or the one that least misses it, on no triangle of the forbidden sides.
+  [[nodiscard]] SurfacePlace nearest(const Eigen::Vector2d& p, std::uint32_t forbidden) const {
+    SurfacePlace best{-1, 0, 0};
+    double least = -std::numeric_limits<double>::infinity();
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+      if ((sides_[t] & forbidden) != 0) continue;
+      const Eigen::Vector2d uv = triangles_[t].shares * (p - triangles_[t].last);
+      const Eigen::Vector3d weights(uv.x(), uv.y(), 1 - uv.sum());
+      if (weights.minCoeff() <= least) continue;
+      least = weights.minCoeff();
+      const Eigen::Vector3d inside = weights.cwiseMax(0) / weights.cwiseMax(0).sum();
+      best = {static_cast<int>(t), inside.x(), inside.y()};
+      if (least >= 0) break;
+    }
+    return best;
+  }
+
+ private:
+  struct Flat {
+    Eigen::Matrix2d shares;
+    Eigen::Vector2d last;
+  };
+  std::vector<Flat> triangles_;
+  const std::vector<std::uint32_t>& sides_;
+};
 
 /// Binds the vertices of one mesh step by step; every step adds to `binding`.
 class Binder {
@@ -155,16 +195,82 @@ class Binder {
           topology_.reachFrom(seeds, [&](std::uint32_t v) { return before[v] == Fate::kOpen && mayBind(kinds_[v]); });
       for (std::size_t v = 0; v < kinds_.size(); ++v) {
         if (before[v] != Fate::kOpen || forbidden_[v] != forbidden || reach.source[v] < 0) continue;
-        double weight = 1 - smoothStep(reach.distance[v] / (kFadeInside * control_.mouth_width));
-        // Half way between the lips the mouth's inside goes with neither: a shallow bag would tear there. Near the front,
-        // at the corners, it goes with the skin.
-        if (topology_.isInMouth(v)) {
-          const double between = 1 - smoothStep(std::abs(topology_.lowerShare(v) - 0.5) / kBetweenLips);
-          weight *= 1 - between * smoothStep(reach.distance[v] / (kNearFront * control_.mouth_width) - 1);
-        }
+        const double weight = 1 - smoothStep(reach.distance[v] / (kFadeInside * control_.mouth_width));
         follow(v, unsignedIndex(reach.source[v]), weight);
       }
     }
+    smoothPlaces(before);
+  }
+
+  /// Two neighbours behind the lips may follow vertices that are centimetres apart, one beside the mouth's corner, one
+  /// on the lip: their places in the plane are made harmonic between those of the vertices they follow. Where the upper
+  /// lip's side of the mouth's inside meets the lower one's both hang on the corner, or they would part there. Vertices in
+  /// one place and on one side count as one.
+  void smoothPlaces(const std::vector<Fate>& before) {
+    const auto follows = [&](std::size_t v) { return before[v] == Fate::kOpen && fates_[v] == Fate::kBound; };
+    std::map<std::tuple<float, float, float, std::uint32_t>, std::uint32_t> first_at;
+    std::vector<std::uint32_t> knot(kinds_.size());
+    std::vector<Eigen::Vector2d> planes(kinds_.size(), Eigen::Vector2d::Zero());
+    std::vector<std::uint32_t> followers;
+    for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
+      if (fates_[v] != Fate::kBound) continue;
+      const Eigen::RowVector3f p = mesh_.vertices.row(v);
+      const auto [at, is_new] = first_at.try_emplace({p.x(), p.y(), p.z(), forbidden_[v]}, v);
+      knot[v] = at->second;
+      if (!is_new) continue;
+      planes[v] = planeOf(v);
+      if (follows(v)) followers.push_back(v);
+    }
+    std::vector<std::vector<std::uint32_t>> beside(kinds_.size());
+    std::vector<bool> is_at_seam(kinds_.size(), false);
+    for (const Triangle& triangle : mesh_.triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t a = triangle[k], b = triangle[(k + 1) % 3];
+        if (fates_[a] != Fate::kBound || fates_[b] != Fate::kBound) continue;
+        if (forbidden_[a] != forbidden_[b]) {
+          if (((forbidden_[a] ^ forbidden_[b]) & (kUpperLip | kLowerLip)) != 0)
+            is_at_seam[knot[a]] = is_at_seam[knot[b]] = true;
+          continue;
+        }
+        if (follows(knot[a])) beside[knot[a]].push_back(knot[b]);
+        if (follows(knot[b])) beside[knot[b]].push_back(knot[a]);
+      }
+    }
+    hangOnCorners(is_at_seam, followers, planes);
+    for (int i = 0; i < kSmoothings; ++i) {
+      for (const std::uint32_t v : followers) {
+        if (beside[v].empty()) continue;
+        Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+        for (const std::uint32_t other : beside[v]) sum += planes[other];
+        planes[v] = sum / asReal(beside[v].size());
+      }
+    }
+    const PlaneTriangles triangles(control_, triangle_sides_);
+    for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
+      if (!follows(v)) continue;
+      const SurfacePlace at = triangles.nearest(planes[knot[v]], forbidden_[v]);
+      if (at.triangle >= 0) place(v, at, double{binding_.skin_weight[v]});
+    }
+  }
+
+  /// Puts those of `followers` that are at the seam and in the mouth at the nearer corner, and takes them out.
+  void hangOnCorners(const std::vector<bool>& is_at_seam, std::vector<std::uint32_t>& followers,
+                     std::vector<Eigen::Vector2d>& planes) const {
+    const int right = findPoint(control_, "RIM_CORNER_R"), left = findPoint(control_, "RIM_CORNER_L");
+    if (right < 0 || left < 0) return;
+    const Eigen::Vector3d at_right = control_.rest.row(right).transpose(), at_left = control_.rest.row(left).transpose();
+    std::erase_if(followers, [&](std::uint32_t v) {
+      if (!is_at_seam[v] || !topology_.isInMouth(v)) return false;
+      const bool is_right = (vertex(v) - at_right).norm() < (vertex(v) - at_left).norm();
+      planes[v] = control_.domain.row(is_right ? right : left).transpose();
+      return true;
+    });
+  }
+
+  [[nodiscard]] Eigen::Vector2d planeOf(std::size_t v) const {
+    const auto& [a, b, c] = control_.triangles[unsignedIndex(binding_.patch[v])];
+    const double u = binding_.u[v], w = binding_.v[v];
+    return (u * control_.domain.row(a) + w * control_.domain.row(b) + (1 - u - w) * control_.domain.row(c)).transpose();
   }
 
   void follow(std::size_t v, std::size_t source, double weight) {
@@ -250,12 +356,15 @@ class Binder {
         jaw = separate[v];
       } else if (kinds_[v] == PartKind::kMouthInside || isBehindLips(v)) {
         jaw = asFloat(smoothStep((topology_.lowerShare(v) - 0.35) / 0.3));
+      } else if (topology_.isInMouth(v) && isSkin(kinds_[v])) {
+        // Of one material with the face, the bag ends where a head's inner wall may begin.
+        const double far = topology_.wayToLowerLip()[v] / control_.mouth_width;
+        jaw = asFloat(smoothStep((topology_.lowerShare(v) - 0.35) / 0.3) * (1 - smoothStep(far - kBagDeep)));
       }
     }
   }
 
-  /// What hangs far behind the rims, or far off the surface where that ends, would swing out when the surface turns: it
-  /// goes along without turning.
+  /// What hangs behind the rims, or far off the surface where that ends, would swing out when the surface turns.
   void carryFar() {
     for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
       if (binding_.patch[v] < 0) continue;
@@ -263,10 +372,11 @@ class Binder {
       const bool is_at_ring = std::any_of(corners.begin(), corners.end(), [&](int corner) {
         return control_.points[unsignedIndex(corner)].fixed;
       });
-      if (!topology_.isInMouth(v) && !is_at_ring) continue;
-      const SurfacePoint place = evaluate(surface_.restPose(), binding_.placeOf(v));
-      const double turns = topology_.isInMouth(v) ? kTurnsAlong : kTurnsAtEnd;
-      if ((vertex(v) - place.position).norm() > turns * control_.mouth_width) binding_.carried.push_back(v);
+      const auto isFar = [&] {
+        const SurfacePoint place = evaluate(surface_.restPose(), binding_.placeOf(v));
+        return (vertex(v) - place.position).norm() > kTurnsAtEnd * control_.mouth_width;
+      };
+      if (topology_.isInMouth(v) || (is_at_ring && isFar())) binding_.carried.push_back(v);
     }
     std::sort(binding_.carried.begin(), binding_.carried.end());
     binding_.carried.erase(std::unique(binding_.carried.begin(), binding_.carried.end()), binding_.carried.end());

@@ -25,8 +25,8 @@ struct FaceBinding {
   std::vector<float> d;             ///< offset along the normal, the mesh's unit
   std::vector<float> skin_weight;   ///< share of eq. (3) in the vertex' motion, [0, 1]
   std::vector<float> jaw_weight;    ///< share of the jaw's rigid motion in the rest, [0, 1]
-  /// Vertices that go along with their place without turning as the surface does there, rising: lashes, whose tips
-  /// would fly apart where the lid turns sharply, and what lies deep behind the lips.
+  /// Vertices that turn as the surface does there the less the further they are from their place, beyond kTurnsAlong
+  /// not at all, rising: lashes, whose tips would fly apart where the lid turns sharply, and what lies behind the lips.
   std::vector<std::uint32_t> carried = {};
 
   /// Where a vertex hangs on the surface; its patch must not be -1.
@@ -34,6 +34,9 @@ struct FaceBinding {
     return {patch[vertex], double{u[vertex]}, double{v[vertex]}};
   }
 };
+
+/// How far from its place a carried vertex still turns, as a share of the mouth's width.
+inline constexpr double kTurnsAlong = 0.08;
 
 /// Whether `vertex` is among binding.carried.
 bool isCarried(const FaceBinding& binding, std::size_t vertex);

@@ -68,12 +68,14 @@ namespace {
 
 /// Triangles that all face into the head: seen from outside there is none to lie on.
 void refuseInsideOut(const FaceMesh& mesh, const Anchors& anchors, const TriangleTree& tree, const std::string& file) {
-  const auto nose = placeOf(anchors, "NOSE_TIP", mesh, file), right = placeOf(anchors, "LIP_CORNER_R", mesh, file),
-             left = placeOf(anchors, "LIP_CORNER_L", mesh, file);
-  if (!nose || !right || !left) return;
-  const Eigen::Vector3d across = (*left - *right).normalized();
-  Eigen::Vector3d forward = *nose - 0.5 * (*left + *right);
-  forward -= forward.dot(across) * across;
+  const auto at = [&](const char* name) { return placeOf(anchors, name, mesh, file); };
+  const auto nose = at("NOSE_TIP"), right = at("LIP_CORNER_R"), left = at("LIP_CORNER_L"),
+             eye_right = at("CANTHUS_OUT_R"), eye_left = at("CANTHUS_OUT_L");
+  if (!nose || !right || !left || !eye_right || !eye_left) return;
+  const Eigen::Vector3d mouth = 0.5 * (*left + *right), eyes = 0.5 * (*eye_left + *eye_right);
+  // What sticks out of the plane through eyes and mouth is the nose.
+  Eigen::Vector3d forward = (*left - *right).cross(eyes - mouth);
+  if (forward.dot(*nose - mouth) < 0) forward = -forward;
   int inwards = 0, looked_at = 0;
   for (const char* name :
        {"NOSE_TIP", "LIP_CORNER_R", "LIP_CORNER_L", "LIP_UP_MID", "CHIN_LOW", "CANTHUS_OUT_R", "CANTHUS_OUT_L"}) {

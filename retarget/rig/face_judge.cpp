@@ -412,57 +412,54 @@ FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) con
 
   FaceJudgement found;
   found.poses = count;
+  if (count == 0) return found;
   const auto faultIf = [&](bool is_fault, std::string_view limit, const std::string& what,
                            const std::vector<std::uint32_t>& triangles, std::optional<std::size_t> row) {
     if (is_fault)
       found.faults.push_back(
           {limit, row ? fmt::format("{} in {}", what, poses.rows[*row].where) : what, triangles, row});
   };
-  // Poses in which something is worst, or which show most of it.
-  std::size_t ratio = 0, growth = 0, jump = 0, turned = 0, overlap = 0, teeth = 0, tongue = 0, open = 0;
-  bool near = false;
-  double widest = 0, markers = 0, skin = 0, lip_markers = 0, lip_skin = 0;
-  const auto more = [&](double LipContact::*what, std::size_t a, std::size_t b) {
-    return seen[a].contact.*what > seen[b].contact.*what;
+  /// The pose that shows most of something.
+  const auto worstBy = [&](const auto& valueOf) {
+    std::size_t worst = 0;
+    for (std::size_t row = 1; row < count; ++row) {
+      if (valueOf(row) > valueOf(worst)) worst = row;
+    }
+    return worst;
   };
+  const auto gapOf = [&](std::size_t row) { return mm_ * seen[row].contact.gap; };
+  // Of lips that are apart it cannot be told what is in front and what behind.
+  const auto overlapOf = [&](std::size_t row) {
+    return seen[row].is_measured && gapOf(row) <= kNearMm ? seen[row].contact.overlap : at_rest_.overlap;
+  };
+  const std::size_t ratio = worstBy([&](std::size_t row) { return seen[row].ratio.value; });
+  const std::size_t growth = worstBy([&](std::size_t row) { return seen[row].growth.value; });
+  const std::size_t jump = worstBy([&](std::size_t row) { return seen[row].jump.value; });
+  const std::size_t turned = worstBy([&](std::size_t row) { return seen[row].turned_mm2; });
+  const std::size_t overlap = worstBy(overlapOf);
+  const std::size_t teeth = worstBy([&](std::size_t row) { return seen[row].contact.in_teeth; });
+  const std::size_t tongue = worstBy([&](std::size_t row) { return seen[row].contact.in_tongue; });
+  const std::size_t open = worstBy([&](std::size_t row) { return poses.rows[row].closed ? gapOf(row) : -1; });
+  double markers = 0, skin = 0, lip_markers = 0, lip_skin = 0;
   for (std::size_t row = 0; row < count; ++row) {
-    const Seen& here = seen[row];
-    if (here.ratio.value > seen[ratio].ratio.value) ratio = row;
-    if (here.growth.value > seen[growth].growth.value) growth = row;
-    if (here.jump.value > seen[jump].jump.value) jump = row;
-    if (here.turned_mm2 > seen[turned].turned_mm2) turned = row;
     found.steps += poses.rows[row].follows ? 1U : 0U;
-    markers += here.marker_squares;
-    skin += here.skin_squares;
-    lip_markers += here.lip_marker_squares;
-    lip_skin += here.lip_skin_squares;
-    if (!here.is_measured) continue;
-    // Of lips that are apart it cannot be told what is in front and what behind.
-    if (mm_ * here.contact.gap <= kNearMm && (!near || more(&LipContact::overlap, row, overlap))) overlap = row;
-    near = near || mm_ * here.contact.gap <= kNearMm;
-    if (more(&LipContact::in_teeth, row, teeth)) teeth = row;
-    if (more(&LipContact::in_tongue, row, tongue)) tongue = row;
-    if (!poses.rows[row].closed) continue;
-    ++found.closures;
-    found.touching += mm_ * here.contact.gap <= kTouchMm ? 1U : 0U;
-    if (here.contact.gap > widest) {
-      widest = here.contact.gap;
-      open = row;
-    }
+    markers += seen[row].marker_squares;
+    skin += seen[row].skin_squares;
+    lip_markers += seen[row].lip_marker_squares;
+    lip_skin += seen[row].lip_skin_squares;
+    found.closures += poses.rows[row].closed ? 1U : 0U;
+    found.touching += poses.rows[row].closed && gapOf(row) <= kTouchMm ? 1U : 0U;
   }
-  if (count == 0) return found;
-  const std::vector<std::uint32_t> mouth = [&] {
-    std::vector<std::uint32_t> vertices;
-    for (std::size_t i = 0; i < skin_at_.size(); ++i) {
-      if (is_lip_[i]) vertices.push_back(skin_at_[i]);
-    }
-    return trianglesAt(vertices);
-  }();
+  std::vector<std::uint32_t> lips;
+  for (std::size_t i = 0; i < skin_at_.size(); ++i) {
+    if (is_lip_[i]) lips.push_back(skin_at_[i]);
+  }
+  const std::vector<std::uint32_t> mouth = trianglesAt(lips);
   found.edge_ratio = seen[ratio].ratio.value;
   found.edge_growth_mm = seen[growth].growth.value;
   found.jump_ratio = seen[jump].jump.value;
   found.turned_over_mm2 = seen[turned].turned_mm2;
-  found.lips_overlap_mm = near ? mm_ * std::max(0.0, seen[overlap].contact.overlap - at_rest_.overlap) : 0;
+  found.lips_overlap_mm = mm_ * std::max(0.0, overlapOf(overlap) - at_rest_.overlap);
   found.in_teeth_mm = mm_ * std::max(0.0, seen[teeth].contact.in_teeth - at_rest_.in_teeth);
   found.in_tongue_mm = mm_ * std::max(0.0, seen[tongue].contact.in_tongue - at_rest_.in_tongue);
   found.motion_share = markers > 0 ? std::sqrt(skin / markers) : 1;
@@ -470,7 +467,7 @@ FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) con
 
   faultIf(100 * asReal(found.touching) < limitNamed("closures") * asReal(found.closures), "closures",
           fmt::format("{} of {} captured closures touch within {} mm; the widest leaves {:.2f} mm", found.touching,
-                      found.closures, kTouchMm, mm_ * widest),
+                      found.closures, kTouchMm, gapOf(open)),
           mouth, open);
   faultIf(found.lips_overlap_mm > limitNamed("lips in each other"), "lips in each other",
           fmt::format("the lips get {:.2f} mm into each other, {:.2f} mm more than the head's own",

@@ -101,15 +101,19 @@ struct LipSlack {
   double sealed = 0;  ///< more, where they stick: half of the closures lie above the median
 };
 
-/// In captured B P M the outer lip markers are further apart than at rest though the lips touch.
-LipSlack lipSlack(double neutral_mm, double closed_lips_mm) {
+/// In captured B P M the outer lip markers are further apart than at rest though the lips touch. Where phones tell that
+/// the lips are shut (`is_told`) they hold longer: labels are some hundredths of a second beside the motion, and a
+/// captured mouth rests a little open.
+LipSlack lipSlack(double neutral_mm, double closed_lips_mm, bool is_told) {
   constexpr double kScatter = 1.6;
   constexpr double kNoiseMm = 0.5;
   constexpr double kMostSlack = 0.3;
+  constexpr double kHeld = 0.22;
   if (!(neutral_mm > 0)) return {};
   const double stretch_mm = closed_lips_mm > 0 ? std::max(0.0, closed_lips_mm - neutral_mm) : 0.0;
   const double always = std::min(kNoiseMm / neutral_mm, kMostSlack);
-  return {always, std::min(kScatter * stretch_mm / neutral_mm, kMostSlack - always)};
+  const double least = is_told ? std::max(0.0, kHeld - always) : 0.0;
+  return {always, std::clamp(kScatter * stretch_mm / neutral_mm, least, kMostSlack - always)};
 }
 
 /// Between lips that the tongue's tip goes through, as a share of the closed mouth's height.
@@ -171,7 +175,8 @@ FaceMotion FaceRig::retarget(const MotionClip& motion, const ActorPose* actor, s
   }
   const MarkerPositions closing = closingOffsets(data_->file.control);
   const LipSlack slack =
-      lipSlack(openingOf(neutral, names), actor != nullptr ? actor->closed_lips_mm : data_->file.actor_closed_lips_mm);
+      lipSlack(openingOf(neutral, names), actor != nullptr ? actor->closed_lips_mm : data_->file.actor_closed_lips_mm,
+               !lips.empty());
   const std::vector<LipPair> pairs = lipPairs(data_->file.control);
   PositionMatrix markers = data_->warp.targetFromActorRelative(frames, neutral);
   markers.rowwise() += Eigen::Map<const Eigen::RowVectorXd>(closing.data(), closing.size());

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <unordered_map>
 
 #include "base/errors.h"
 #include "deform/mesh/face_mesh.h"
@@ -18,11 +19,13 @@ namespace {
 
 // Lengths as shares of the mouth's width.
 constexpr double kRegion = 0.25;          ///< the lips' surfaces reach this far from the line where they meet
+constexpr double kInFront = 0.35;         ///< teeth and tongue that lips touch lie no further off than both
 constexpr double kLips = 0.12;            ///< and are looked at this far
 constexpr double kBetweenCorners = 0.35;  ///< and this far to both sides: at the corners the lips are one
 constexpr double kMostCuts = 64;          ///< points looked at on an edge
 constexpr double kDeepest = 0.2;          ///< further behind a surface a point is elsewhere, not inside it
-constexpr double kDeepInTongue = 0.06;    ///< the same of the tongue, which is soft
+constexpr double kDeepInLip = 0.06;       ///< the same of a lip: where it is deeper in, other places are as deep as this
+constexpr double kDeepInTongue = 0.06;    ///< and of the tongue, which is soft
 constexpr double kStraight = 0.7;         ///< cosine to the normal of a way straight out of the tongue
 constexpr double kOpposed = -0.3;         ///< cosine between two surfaces that meet
 constexpr double kOnBorder = 1e-9;        ///< a weight below this: the closest point lies on the opposite edge
@@ -44,20 +47,26 @@ Eigen::Vector3d placeOf(const LipPoint& point, const VertexPositions& vertices) 
   return p;
 }
 
-/// One surface of the mouth: triangles, and which of their edges end it.
+/// One surface of the mouth: triangles, which lies over each of their edges, and which are around each vertex.
 struct Surface {
+  static constexpr std::int32_t kNone = -1;
   std::vector<Triangle> triangles;
-  std::vector<std::array<bool, 3>> is_border;  ///< edge opposite of corner k
+  std::vector<std::array<std::int32_t, 3>> over;  ///< edge opposite of corner k; kNone: the surface ends there
+  std::unordered_map<std::uint32_t, std::vector<std::size_t>> around;
 
-  void findBorders() {
-    std::map<std::pair<std::uint32_t, std::uint32_t>, int> uses;
-    const auto edge = [](const Triangle& t, std::size_t k) { return std::minmax(t[(k + 1) % 3], t[(k + 2) % 3]); };
-    for (const Triangle& triangle : triangles) {
-      for (std::size_t k = 0; k < 3; ++k) ++uses[edge(triangle, k)];
-    }
-    for (const Triangle& triangle : triangles) {
-      auto& border = is_border.emplace_back();
-      for (std::size_t k = 0; k < 3; ++k) border[k] = uses[edge(triangle, k)] == 1;
+  void findNeighbours() {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::pair<std::size_t, std::size_t>> first;
+    over.assign(triangles.size(), {kNone, kNone, kNone});
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        around[triangles[t][k]].push_back(t);
+        const auto [at, is_new] =
+            first.try_emplace(std::minmax(triangles[t][(k + 1) % 3], triangles[t][(k + 2) % 3]), t, k);
+        if (is_new) continue;
+        const auto [other, its_edge] = at->second;
+        over[t][k] = static_cast<std::int32_t>(other);
+        over[other][its_edge] = static_cast<std::int32_t>(t);
+      }
     }
   }
 };
@@ -67,34 +76,63 @@ struct Lip {
   std::vector<LipPoint> points;
 };
 
-/// A surface in a pose: distances from it, below zero inside.
+/// A surface in a pose: distances from it, below zero inside. Inside is what lies behind all triangles around the
+/// closest place: right beside sharp rims of coarse lips, too, and where a sliver has folded over.
 class PosedSurface {
  public:
   PosedSurface(const Surface& surface, const VertexPositions& vertices)
-      : surface_(surface), normals_(vertexNormals(vertices, surface.triangles)), tree_(vertices, surface.triangles) {}
+      : surface_(surface), tree_(vertices, surface.triangles), at_corners_(VertexPositions::Zero(vertices.rows(), 3)) {
+    for (const Triangle& t : surface.triangles) {
+      const std::array<Eigen::Vector3d, 3> p{pointAt(vertices, t[0]), pointAt(vertices, t[1]), pointAt(vertices, t[2])};
+      const Eigen::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]).normalized();
+      normals_.push_back(normal);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Eigen::Vector3d to = (p[(k + 1) % 3] - p[k]).normalized(), from = (p[(k + 2) % 3] - p[k]).normalized();
+        const double angle = std::acos(std::clamp(to.dot(from), -1.0, 1.0));
+        at_corners_.row(t[k]) += (angle * normal).cast<float>().transpose();
+      }
+    }
+  }
 
   /// nullopt where no triangle is near. `facing`: the normal of the surface that `p` lies on; inside is only what faces
-  /// the other way, as the folds of one lip do not. `least_cosine`: between the way there and its normal, for surfaces
-  /// with sharp edges, where normals do not tell what is inside.
+  /// the other way, as the folds of one lip do not. `least_cosine`: between the way there and its normal, for what is
+  /// thin.
   [[nodiscard]] std::optional<double> signedDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& facing,
                                                      double least_cosine = 0) const {
     const auto foot = tree_.closest(p);
     if (!foot) return std::nullopt;
     const double distance = (p - foot->point).norm();
+    std::size_t edges = 0, edge = 0, corner = 0;
     for (std::size_t k = 0; k < 3; ++k) {
-      if (surface_.is_border[foot->triangle][k] && foot->weights[signedIndex(k)] < kOnBorder) return distance;
+      if (foot->weights[signedIndex(k)] >= kOnBorder) {
+        corner = k;
+        continue;
+      }
+      if (surface_.over[foot->triangle][k] == Surface::kNone) return distance;
+      ++edges;
+      edge = k;
     }
-    const Eigen::Vector3d normal = normalAt({surface_.triangles[foot->triangle], foot->weights, kNoColumn});
-    const double over = (p - foot->point).dot(normal);
-    return over < -least_cosine * distance && normal.dot(facing) < kOpposed ? -distance : distance;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    const auto isBehind = [&](std::size_t t) {
+      sum += normals_[t];
+      return (p - foot->point).dot(normals_[t]) < -least_cosine * distance;
+    };
+    bool is_inside = isBehind(foot->triangle);
+    if (edges == 1) is_inside = is_inside && isBehind(unsignedIndex(surface_.over[foot->triangle][edge]));
+    if (edges == 2 && is_inside) {
+      const auto& fan = surface_.around.at(surface_.triangles[foot->triangle][corner]);
+      is_inside = std::all_of(fan.begin(), fan.end(), isBehind);
+    }
+    return is_inside && sum.normalized().dot(facing) < kOpposed ? -distance : distance;
   }
 
-  [[nodiscard]] Eigen::Vector3d normalAt(const LipPoint& point) const { return placeOf(point, normals_).normalized(); }
+  [[nodiscard]] Eigen::Vector3d normalAt(const LipPoint& point) const { return placeOf(point, at_corners_).normalized(); }
 
  private:
   const Surface& surface_;
-  VertexPositions normals_;
   TriangleTree tree_;
+  std::vector<Eigen::Vector3d> normals_;
+  VertexPositions at_corners_;
 };
 
 /// Chooses what is measured, once, on the mesh at rest.
@@ -103,6 +141,7 @@ class Chooser {
   Chooser(const FaceMesh& mesh, const ControlMesh& control, double step)
       : mesh_(mesh),
         topology_(mesh, openingsOf(control)),
+        mouth_width_(control.mouth_width),
         step_(step * control.mouth_width),
         lips_(kLips * control.mouth_width) {
     const auto place = [&](const std::string& name) -> Eigen::Vector3d {
@@ -131,8 +170,15 @@ class Chooser {
       lip.surface.triangles.push_back(triangle);
       addPoints(triangle, lip.points);
     }
-    lip.surface.findBorders();
+    lip.surface.findNeighbours();
     return lip;
+  }
+
+  /// Of teeth or a tongue those that lips can come to.
+  [[nodiscard]] std::vector<Triangle> nearLips(std::vector<Triangle> triangles) const {
+    const double reach = kRegion * mouth_width_ + kInFront * mouth_width_;
+    std::erase_if(triangles, [&](const Triangle& t) { return distanceToLine(vertex(t[0]), rim_) > reach; });
+    return triangles;
   }
 
  private:
@@ -160,7 +206,7 @@ class Chooser {
 
   const FaceMesh& mesh_;
   HeadTopology topology_;
-  double step_, lips_;
+  double mouth_width_, step_, lips_;
   std::vector<Eigen::Vector3d> rim_;
   Eigen::Vector3d from_, along_;
   std::vector<bool> is_near_;
@@ -169,7 +215,7 @@ class Chooser {
 }  // namespace
 
 struct LipContactMeter::Data {
-  double deepest = 0, deep_in_tongue = 0;
+  double deepest = 0, deep_in_lip = 0, deep_in_tongue = 0;
   Lip upper, lower;
   Surface teeth, tongue;
 };
@@ -178,13 +224,14 @@ LipContactMeter::LipContactMeter(const FaceMesh& mesh, const ControlMesh& contro
   const Chooser chooser(mesh, control, step);
   auto data = std::make_unique<Data>();
   data->deepest = kDeepest * control.mouth_width;
+  data->deep_in_lip = kDeepInLip * control.mouth_width;
   data->deep_in_tongue = kDeepInTongue * control.mouth_width;
   data->upper = chooser.lipOff(kLowerLip);
   data->lower = chooser.lipOff(kUpperLip);
-  data->teeth.triangles = trianglesOf(mesh, {PartKind::kUpperTeeth, PartKind::kLowerTeeth});
-  data->teeth.findBorders();
-  data->tongue.triangles = trianglesOf(mesh, {PartKind::kTongue});
-  data->tongue.findBorders();
+  data->teeth.triangles = chooser.nearLips(trianglesOf(mesh, {PartKind::kUpperTeeth, PartKind::kLowerTeeth}));
+  data->teeth.findNeighbours();
+  data->tongue.triangles = chooser.nearLips(trianglesOf(mesh, {PartKind::kTongue}));
+  data->tongue.findNeighbours();
   data_ = std::move(data);
 }
 
@@ -197,17 +244,33 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
   LipContact contact;
   std::array<double, kColumns> gaps;
   gaps.fill(std::numeric_limits<double>::infinity());
+  // Of a triangle's points most can be told by what was found at the first: no distance changes faster than the place.
+  struct Known {
+    Eigen::Vector3d at = Eigen::Vector3d::Zero();
+    double distance = 0;
+    [[nodiscard]] double least(const Eigen::Vector3d& p) const { return distance - (p - at).norm(); }
+  };
   const auto look = [&](const std::vector<LipPoint>& points, const PosedSurface& own, const PosedSurface& other) {
+    std::optional<Triangle> triangle;
+    Known to_lip, to_teeth, to_tongue;
     for (const LipPoint& point : points) {
+      if (triangle != point.triangle) to_lip = to_teeth = to_tongue = {};
+      triangle = point.triangle;
       const Eigen::Vector3d p = placeOf(point, vertices);
-      const Eigen::Vector3d facing = own.normalAt(point);
-      if (const auto gap = other.signedDistance(p, facing); gap && *gap > -data_->deepest) {
+      const auto isSeen = [&](const PosedSurface& surface, double enough, double cosine, Known& known) {
+        if (known.least(p) > enough) return std::optional<double>();
+        const auto distance = surface.signedDistance(p, own.normalAt(point), cosine);
+        if (distance) known = {p, *distance};
+        return distance;
+      };
+      const double gap_here = point.column == kNoColumn ? 0.0 : std::max(0.0, gaps[point.column]);
+      if (const auto gap = isSeen(other, gap_here, 0, to_lip); gap && *gap > -data_->deep_in_lip) {
         contact.overlap = std::max(contact.overlap, -*gap);
         if (point.column != kNoColumn) gaps[point.column] = std::min(gaps[point.column], *gap);
       }
-      if (const auto gap = teeth.signedDistance(p, facing); gap && *gap > -data_->deepest)
+      if (const auto gap = isSeen(teeth, 0, 0, to_teeth); gap && *gap > -data_->deepest)
         contact.in_teeth = std::max(contact.in_teeth, -*gap);
-      if (const auto gap = tongue.signedDistance(p, facing, kStraight); gap && *gap > -data_->deep_in_tongue)
+      if (const auto gap = isSeen(tongue, 0, kStraight, to_tongue); gap && *gap > -data_->deep_in_tongue)
         contact.in_tongue = std::max(contact.in_tongue, -*gap);
     }
   };

@@ -12,7 +12,10 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <map>
+#include <queue>
+#include <span>
 
 #include "base/files.h"
 #include "deform/mesh/triangle_tree.h"
@@ -88,6 +91,62 @@ void shape(ClickedHead& head, Chance& chance) {
   });
   head.changes += fmt::format("size {:.2f} {:.2f} {:.2f}, lips {:+.0f} %, corners {:+.1f} mm", size.x(), size.y(),
                               size.z(), 100 * thicker, upper_corner / mm);
+}
+
+/// Opens the mouth: what is nearer along the mesh to the lower lip than to the upper one goes down with it.
+void openMouth(ClickedHead& head, double open_mm) {
+  const FaceMesh& mesh = head.mesh;
+  const double unit = 1 / head.mm_per_unit;
+  std::vector<std::vector<std::pair<std::uint32_t, double>>> beside(mesh.vertexCount());
+  for (const Triangle& t : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+      const double length = (pointAt(mesh.vertices, a) - pointAt(mesh.vertices, b)).norm();
+      beside[a].emplace_back(b, length);
+      beside[b].emplace_back(a, length);
+    }
+  }
+  const auto waysFrom = [&](const Vector3d& place) {
+    Eigen::Index start = 0;
+    (mesh.vertices.rowwise() - place.transpose().cast<float>()).rowwise().squaredNorm().minCoeff(&start);
+    std::vector<double> ways(mesh.vertexCount(), std::numeric_limits<double>::infinity());
+    using Entry = std::pair<double, std::uint32_t>;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+    ways[unsignedIndex(start)] = 0;
+    queue.emplace(0.0, static_cast<std::uint32_t>(start));
+    while (!queue.empty()) {
+      const auto [way, v] = queue.top();
+      queue.pop();
+      if (way > ways[v]) continue;
+      for (const auto& [to, length] : beside[v]) {
+        if (way + length >= ways[to]) continue;
+        ways[to] = way + length;
+        queue.emplace(ways[to], to);
+      }
+    }
+    return ways;
+  };
+  const Vector3d upper = clickOf(head, "LIP_UP_MID"), lower = clickOf(head, "LIP_LO_MID");
+  const Vector3d middle = 0.5 * (clickOf(head, "LIP_CORNER_R") + clickOf(head, "LIP_CORNER_L"));
+  const std::vector<double> from_upper = waysFrom(upper), from_lower = waysFrom(lower);
+  const auto down = [&](const Vector3d& p, double share) -> Vector3d {
+    const double across = (p.x() - middle.x()) / (0.5 * kMouthMm * unit), under = (lower.y() - p.y()) / (30 * unit),
+                 behind = (lower.z() - p.z()) / (60 * unit);
+    const double bow = std::max(0.0, 1 - across * across);
+    return Vector3d(0, -open_mm * unit * share * bow * std::exp(-std::max(0.0, under) - std::max(0.0, behind)), 0);
+  };
+  for (std::uint32_t v = 0; v < from_upper.size(); ++v) {
+    if (!std::isfinite(from_upper[v]) || !std::isfinite(from_lower[v])) continue;
+    const double nearer = from_upper[v] / std::max(from_upper[v] + from_lower[v], 1e-12);
+    const double share = std::clamp(2 * (nearer - 0.5) + 0.5, 0.0, 1.0);
+    const Vector3d move = down(pointAt(mesh.vertices, v), share * share * (3 - 2 * share));
+    head.mesh.vertices.row(v) += move.transpose().cast<float>();
+  }
+  for (const char* name : {"LIP_LO_MID", "CHIN_LOW"}) {
+    auto& place = std::get<Vector3d>(head.clicks.markers.at(name));
+    place += down(place, 1);
+  }
+  head.changes += fmt::format(", open by {:.1f} mm", open_mm);
 }
 
 bool isSkinPart(const MeshPart& part) { return isSkin(part.kind) || part.kind == PartKind::kMouthInside; }
@@ -256,7 +315,53 @@ void jitter(ClickedHead& head, Chance& chance) {
   }
 }
 
+/// Triangles of a part joined two by two over their common edges, some of the pairs with a third.
+std::vector<std::vector<std::uint32_t>> polygonsOf(std::span<const Triangle> triangles) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> by_edge;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) by_edge[{triangles[t][k], triangles[t][(k + 1) % 3]}] = t;
+  }
+  std::vector<bool> used(triangles.size(), false);
+  std::vector<std::vector<std::uint32_t>> polygons;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (used[t]) continue;
+    used[t] = true;
+    std::vector<std::uint32_t> polygon(triangles[t].begin(), triangles[t].end());
+    const std::size_t most = t % 5 == 0 ? 5 : 4;
+    for (std::size_t k = 0; k < polygon.size() && polygon.size() < most; ++k) {
+      const std::uint32_t a = polygon[k], b = polygon[(k + 1) % polygon.size()];
+      const auto other = by_edge.find({b, a});
+      if (other == by_edge.end() || used[other->second]) continue;
+      for (const std::uint32_t v : triangles[other->second]) {
+        if (v == a || v == b || std::find(polygon.begin(), polygon.end(), v) != polygon.end()) continue;
+        polygon.insert(polygon.begin() + static_cast<std::ptrdiff_t>(k) + 1, v);
+        used[other->second] = true;
+        break;
+      }
+    }
+    polygons.push_back(std::move(polygon));
+  }
+  return polygons;
+}
+
 }  // namespace
+
+std::string objOf(const ClickedHead& head) {
+  if (!head.has_polygons) return objBytes(head.mesh);
+  std::string text;
+  auto out = std::back_inserter(text);
+  for (Eigen::Index v = 0; v < head.mesh.vertices.rows(); ++v)
+    fmt::format_to(out, "v {} {} {}\n", head.mesh.vertices(v, 0), head.mesh.vertices(v, 1), head.mesh.vertices(v, 2));
+  for (const MeshPart& part : head.mesh.parts) {
+    fmt::format_to(out, "usemtl {}\n", part.name);
+    for (const auto& polygon : polygonsOf(trianglesOf(head.mesh, part))) {
+      text += "f";
+      for (const std::uint32_t v : polygon) fmt::format_to(out, " {}", v + 1);
+      text += "\n";
+    }
+  }
+  return text;
+}
 
 std::vector<ClickedHead> clickedHeads(const fs::path& sources, const fs::path& share) {
   std::vector<ClickedHead> heads;
@@ -293,6 +398,7 @@ ClickedHead variedHead(const ClickedHead& head, unsigned seed) {
   ClickedHead made = head;
   made.name = fmt::format("{} {}", head.name, seed);
   shape(made, chance);
+  if (chance.happens(0.35)) openMouth(made, chance.number(0.5, 6));
   const double meshing = chance.number(0, 1);
   if (meshing < 0.2 && made.mesh.triangles.size() < 20000)
     subdivide(made);
@@ -302,6 +408,8 @@ ClickedHead variedHead(const ClickedHead& head, unsigned seed) {
     decimate(made, chance.number(0.1, 0.5));
   if (chance.happens(0.3)) addNoise(made, chance, chance.number(0.02, 0.12));
   if (chance.happens(0.15)) unweld(made);
+  made.has_polygons = chance.happens(0.3);
+  if (made.has_polygons) made.changes += ", polygons";
   jitter(made, chance);
   return made;
 }

@@ -17,7 +17,11 @@ struct ClickedHead {
   Anchors clicks;               ///< points, the mesh's unit
   std::string changes;          ///< what was done to it, in words
   double mm_per_unit = 1;       ///< by the width of its mouth
+  bool has_polygons = false;    ///< its file has quads and polygons of more corners
 };
+
+/// The head's mesh as an OBJ file; where it has polygons, neighbouring triangles are joined to them.
+std::string objOf(const ClickedHead& head);
 
 /// Heads of ../shared/faces and the default one, each with its ten anchors of tests/data/anchors; those that are not
 /// there are left out. `sources`: the checkout.
@@ -25,7 +29,7 @@ std::vector<ClickedHead> clickedHeads(const std::filesystem::path& sources, cons
 
 /// Another head from `head`, by chance: its proportions, asymmetry, the thickness of its lips, the height of its mouth's
 /// corners, how far its mouth is open at rest; its mesh made finer, coarser, remeshed, noisy, taken apart at every
-/// edge; its anchors clicked up to 2 mm beside their places. `head` must stand upright and face +Z.
+/// edge, joined to polygons; its anchors clicked up to 2 mm beside their places. `head` must stand upright and face +Z.
 ClickedHead variedHead(const ClickedHead& head, unsigned seed);
 
 }  // namespace mouthpiece::test

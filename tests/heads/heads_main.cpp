@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "heads/mouth_trial.h"
+#include "programs/retarget/commands.h"
 
 int main(int argc, char** argv) {
   using namespace mouthpiece;
@@ -25,10 +26,11 @@ int main(int argc, char** argv) {
   std::vector<test::ClickedHead> heads = test::clickedHeads(MOUTHPIECE_SOURCE_DIR, share);
   if (!only.empty()) std::erase_if(heads, [&](const auto& head) { return head.name != only; });
   if (heads.empty()) return fmt::print(stderr, "found no head; expected ../shared/faces or the default face\n"), 1;
+  const JudgedPoses poses = judgedPoses(corpus);
   unsigned refused = 0, faulty = 0, torn = 0, passed_torn = 0;
   for (unsigned seed = first; seed < first + seeds; ++seed) {
     const test::ClickedHead head = test::variedHead(heads[seed % heads.size()], seed);
-    const test::MouthTrial trial = test::tryMouth(head, corpus, seed, folder);
+    const test::MouthTrial trial = test::tryMouth(head, corpus, poses, seed, folder);
     refused += trial.refused.empty() ? 0U : 1U;
     faulty += trial.refused.empty() && !trial.faults.empty() ? 1U : 0U;
     torn += trial.isTorn() ? 1U : 0U;

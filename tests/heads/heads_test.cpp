@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "heads/mouth_trial.h"
+#include "programs/retarget/commands.h"
 
 namespace mouthpiece::test {
 namespace {
@@ -18,7 +19,8 @@ TEST_P(RandomHeads, FitByTenClicksAndDoNotTear) {
   static const Corpus corpus = readCorpus(MOUTHPIECE_BUILD_SHARE_DIR "/sample.corpus");
   const ClickedHead head = variedHead(heads[GetParam() % heads.size()], GetParam());
   const auto folder = std::filesystem::path(::testing::TempDir()) / ("heads_" + std::to_string(GetParam()));
-  const MouthTrial trial = tryMouth(head, corpus, GetParam(), folder);
+  static const JudgedPoses poses = judgedPoses(corpus);
+  const MouthTrial trial = tryMouth(head, corpus, poses, GetParam(), folder);
   EXPECT_EQ(trial.refused, "") << head.name << ": " << head.changes;
   EXPECT_EQ(trial.faults, "") << head.name << ": " << head.changes;
   EXPECT_FALSE(trial.isTorn()) << head.name << ": edge +" << trial.edge_growth_mm << " mm, jump " << trial.jump_mm

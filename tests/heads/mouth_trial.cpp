@@ -103,6 +103,10 @@ std::set<std::size_t> closedFrames(const CorpusTake& take, const MarkerLayout& l
   return frames;
 }
 
+ActorPose actorOf(const Corpus& corpus) {
+  return {corpus.neutral_pose_mm, closedLipsMm(corpus), unseenRounding(corpus)};
+}
+
 void judge(const FaceRig& rig, const ClickedHead& head, const CorpusTake& take, const Corpus& corpus,
            MouthTrial& trial) {
   const FaceMesh& mesh = rig.mesh();
@@ -112,7 +116,7 @@ void judge(const FaceRig& rig, const ClickedHead& head, const CorpusTake& take, 
   for (const Triangle& t : skin) {
     for (std::size_t k = 0; k < 3; ++k) edges.insert(std::minmax(t[k], t[(k + 1) % 3]));
   }
-  const ActorPose actor{corpus.neutral_pose_mm, closedLipsMm(corpus)};
+  const ActorPose actor = actorOf(corpus);
   const auto times = frameTimes(0, take.motion.frameCount(), take.motion.frame_rate_hz);
   const FaceMotion motion = rig.retarget(take.motion, &actor, lipsFromPhones(take.labels, times));
   const std::set<std::size_t> closed = closedFrames(take, corpus.layout);
@@ -157,12 +161,12 @@ const CorpusTake& wholeTake(const Corpus& corpus, std::size_t number) {
 
 }  // namespace
 
-MouthTrial tryMouth(const ClickedHead& head, const Corpus& corpus, std::size_t take,
+MouthTrial tryMouth(const ClickedHead& head, const Corpus& corpus, const JudgedPoses& poses, std::size_t take,
                     const std::filesystem::path& folder) {
   MouthTrial trial;
   std::filesystem::create_directories(folder);
   const std::string stem = fmt::format("head_{}", head.name);
-  const std::string bytes = objBytes(head.mesh);
+  const std::string bytes = objOf(head);
   writeFileAtomically(folder / (stem + ".obj"), bytes);
   FitRequest request;
   request.name = head.name;
@@ -179,9 +183,12 @@ MouthTrial tryMouth(const ClickedHead& head, const Corpus& corpus, std::size_t t
     const std::clock_t start = std::clock();
     const FaceFile face = fitFace(mesh, head.clicks, "clicks", request);
     trial.fit_s = asReal(std::clock() - start) / asReal(CLOCKS_PER_SEC);
-    trial.faults = fmt::format("{}", fmt::join(faultsOf(checkFace(face, mesh)), "; "));
+    std::vector<std::string> faults = faultsOf(checkFace(face, mesh));
     writeFaceFile(folder / (stem + ".face"), face);
-    judge(FaceRig::load(folder / (stem + ".face")), head, wholeTake(corpus, take), corpus, trial);
+    const FaceRig rig = FaceRig::load(folder / (stem + ".face"));
+    for (const FaceFault& fault : judgeFace(rig, face, poses, actorOf(corpus)).faults) faults.push_back(fault.what);
+    trial.faults = fmt::format("{}", fmt::join(faults, "; "));
+    judge(rig, head, wholeTake(corpus, take), corpus, trial);
   } catch (const InputError& error) {
     trial.refused = error.what();
   }

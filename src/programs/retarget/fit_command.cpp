@@ -7,6 +7,8 @@
 #include "base/index.h"
 #include "deform/mesh/face_mesh.h"
 #include "programs/retarget/commands.h"
+#include "retarget/rig/borrowed_mouth.h"
+#include "speaker/shared_files.h"
 #include "units/file/corpus.h"
 
 namespace mouthpiece {
@@ -15,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct FitArguments {
-  fs::path mesh, anchors, corpus, out, show, save_anchors;
+  fs::path mesh, anchors, corpus, out, show, save_anchors, mouth_parts;
   std::string name, object, kernel = "auto";
   WarpOptions warp;
   BindingOptions binding;
@@ -29,11 +31,19 @@ std::string meshNameIn(const fs::path& face_path, const fs::path& mesh) {
   return relative.empty() ? fs::absolute(mesh).string() : relative.string();
 }
 
+/// The head with the parts of a mouth that it lacks, turned as it was given; nullopt where it has them.
+std::optional<FaceMesh> withDefaultMouth(const FaceMesh& head, const FaceFile& face) {
+  const fs::path donor = findSharedFile("default.face", "make it with `make`");
+  auto whole = withBorrowedMouth(head, face, FaceRig::load(donor).mesh(), readFaceFile(donor));
+  if (whole) turnMesh(face.upright_from_mesh.transpose(), *whole);
+  return whole;
+}
+
 int runFit(const FitArguments& given) {
   const Corpus corpus = readCorpus(given.corpus);
-  const std::string bytes = readFile(given.mesh);
+  std::string bytes = readFile(given.mesh);
   FaceMesh mesh = parseFaceMesh(bytes, given.mesh, given.object);
-  const Anchors anchors = parseAnchors(readFile(given.anchors, kMaxAnchorBytes), given.anchors.string());
+  Anchors anchors = parseAnchors(readFile(given.anchors, kMaxAnchorBytes), given.anchors.string());
   FitRequest request = fitRequestFor(given.name.empty() ? given.mesh.stem().string() : given.name, corpus);
   request.warp = given.warp;
   request.warp.any_kernel = given.kernel == "auto";
@@ -42,7 +52,23 @@ int runFit(const FitArguments& given) {
   request.mesh_file = meshNameIn(given.out, given.mesh);
   request.mesh_sha256 = sha256Hex(bytes);
   request.mesh_object = given.object;
-  const FaceFile face = fitFace(mesh, anchors, given.anchors.string(), request);
+  FaceFile face = fitFace(mesh, anchors, given.anchors.string(), request);
+  if (!given.mouth_parts.empty()) {
+    if (const auto whole = withDefaultMouth(mesh, face)) {
+      for (const MeshPart& part : whole->parts) anchors.part_kinds[part.name] = part.kind;
+      bytes = objBytes(*whole);
+      writeFileAtomically(given.mouth_parts, bytes);
+      mesh = parseFaceMesh(bytes, given.mouth_parts);
+      request.mesh_file = meshNameIn(given.out, given.mouth_parts);
+      request.mesh_sha256 = sha256Hex(bytes);
+      request.mesh_object.clear();
+      face = fitFace(mesh, anchors, given.anchors.string(), request);
+    } else {
+      printNotice(fmt::format("{}: has teeth, a tongue and a mouth's inside; {} is not written", given.mesh.string(),
+                              given.mouth_parts.string()),
+                  given.quiet);
+    }
+  }
   const FaceRig rig = FaceRig::of(face, std::move(mesh), given.out.string());
   const FaceReport report = reportOn(face, rig, &corpus);
   const bool is_faulty = !report.faults().empty();
@@ -76,6 +102,9 @@ void addOptions(CLI::App& command, FitArguments& options) {
   command.add_option("--name", options.name, "Name of the face (default: the mesh file's)");
   command.add_option("--show", options.show,
                      "Also write a page that shows the markers and the line between the lips, to drag and save, or the worst fault (.html)");
+  command.add_option("--mouth-parts", options.mouth_parts,
+                     "Give the head what its mouth lacks of teeth, tongue and a bag behind the lips, from the default head; fit "
+                     "and name the mesh written here (.obj)");
   command.add_flag("--even-if-faulty", options.even_if_faulty,
                    "Write a face that has faults, too; the exit code is 1 all the same");
   command.add_option("--save-anchors", options.save_anchors,

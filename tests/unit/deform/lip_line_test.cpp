@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <random>
 
 #include "base/errors.h"
@@ -168,6 +169,36 @@ TEST_P(WeldedMouths, AreToldAndCutOpen) {
   ASSERT_TRUE(again);
   EXPECT_TRUE(again->is_parted);
   EXPECT_THROW((void)cutLips(cut, *again), InputError) << "lips that are apart";
+}
+
+TEST(MouthBag, JoinsTheEdgeOfAHole) {
+  std::mt19937 random(3);
+  const Mouth mouth{Make::kHole, 4, 1, 2};
+  const FaceMesh mesh = mouth.mesh();
+  const MouthHints hints = mouth.hints(random);
+  const auto line = traceLipLine(mesh.vertices, mesh.triangles, hints);
+  ASSERT_TRUE(line && line->is_parted);
+  const FaceMesh bagged = withMouthBag(mesh, *line);
+  ASSERT_EQ(bagged.parts.size(), mesh.parts.size() + 1);
+  EXPECT_EQ(bagged.parts.back().kind, PartKind::kMouthInside);
+  EXPECT_EQ(bagged.vertices.topRows(mesh.vertices.rows()), mesh.vertices);
+  // No edge has a triangle on one side only but those around the face.
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> sides;
+  for (const Triangle& t : bagged.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(++sides[std::pair(t[k], t[(k + 1) % 3])], 1);
+  }
+  for (const auto& [edge, count] : sides) {
+    if (sides.contains({edge.second, edge.first})) continue;
+    EXPECT_TRUE(std::abs(bagged.vertices(edge.first, 0)) > 55 || std::abs(bagged.vertices(edge.first, 1)) > 30)
+        << bagged.vertices.row(edge.first);
+  }
+  const auto again = traceLipLine(bagged.vertices, bagged.triangles, hints);
+  ASSERT_TRUE(again && again->is_parted);
+  for (std::size_t i = 0; i < std::min(line->upper.size(), again->upper.size()); ++i) {
+    const Vector3d there = again->at(line->upper[i]).upper;
+    if (std::abs(there.x()) < 0.8 * kHalfMm) EXPECT_LT((line->upper[i] - there).norm(), kRimWithinMm);
+  }
+  EXPECT_EQ(withMouthBag(bagged, *again).parts.size(), bagged.parts.size()) << "there is no hole any more";
 }
 
 TEST(LipLine, NothingIsFoundWhereNoSkinIs) {

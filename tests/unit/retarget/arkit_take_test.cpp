@@ -9,6 +9,7 @@
 #include "retarget/rig/face_rig.h"
 #include "retarget/rig/face_fit.h"
 #include "support/run_program.h"
+#include "test_face.h"
 #include "units/file/corpus.h"
 
 namespace mouthpiece {
@@ -18,7 +19,6 @@ namespace fs = std::filesystem;
 using test::runProgram;
 using test::ScratchFolder;
 
-const fs::path kFaces = fs::path(MOUTHPIECE_SOURCE_DIR) / "../shared/faces";
 const fs::path kSample = fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / "sample.corpus";
 
 /// Two triangles of skin and a shape that lowers one corner and moves another sideways.
@@ -55,7 +55,7 @@ TEST(MarkerShapes, AMarkerMovesAsTheCornersOfItsTriangle) {
 class ArkitTake : public testing::Test {
  protected:
   void SetUp() override {
-    if (!fs::exists(kFaces / "ict_arkit.glb")) GTEST_SKIP() << "no heads in " << kFaces;
+    if (!fs::exists(test::kSharedFaces / "ict_arkit.glb")) GTEST_SKIP() << "no heads in " << test::kSharedFaces;
     if (!fs::exists(kSample)) GTEST_SKIP() << "no " << kSample << "; make it with `make`";
   }
   /// The first seconds of a take of the sample corpus.
@@ -78,7 +78,7 @@ TEST_F(ArkitTake, GivesTheMotionBackThatOurExportMadeWeightsOf) {
     ASSERT_EQ(result.exit_code, 0) << result.err;
   };
   run("retarget",
-      {"fit", "--mesh", (kFaces / "ict_arkit.glb").string(), "--anchors", (kFaces / "ict_head.landmarks.json").string(),
+      {"fit", "--mesh", (test::kSharedFaces / "ict_arkit.glb").string(), "--anchors", (test::kSharedFaces / "ict_head.landmarks.json").string(),
        "--corpus", kSample.string(), "--out", face.string()});
   run("retarget",
       {"apply", "--face", face.string(), "--motion", motion_file.string(), "--out", csv.string(), "--quiet"});
@@ -104,7 +104,7 @@ TEST_F(ArkitTake, GivesTheMotionBackThatOurExportMadeWeightsOf) {
 
   // The same from the GLB and the landmarks beside it.
   const fs::path again = folder_.path() / "again.c3d";
-  run("corpus", {"convert", csv.string(), again.string(), "--arkit-head", (kFaces / "ict_arkit.glb").string(), "--fps",
+  run("corpus", {"convert", csv.string(), again.string(), "--arkit-head", (test::kSharedFaces / "ict_arkit.glb").string(), "--fps",
                  fmt::format("{}", motion.frame_rate_hz)});
   EXPECT_LT((readMotion(again).positions_mm - take.positions_mm).cwiseAbs().maxCoeff(), 0.01);
 }
@@ -114,14 +114,14 @@ TEST_F(ArkitTake, RefusesWhatIsNoTrackAndHeadsWithoutShapes) {
     const fs::path file = folder_.write("x.csv", csv);
     const auto result =
         runProgram("corpus", {"convert", file.string(), (folder_.path() / "x.c3d").string(), "--arkit-head",
-                              head.string(), "--anchors", (kFaces / "ict_head.landmarks.json").string()});
+                              head.string(), "--anchors", (test::kSharedFaces / "ict_head.landmarks.json").string()});
     EXPECT_EQ(result.exit_code, 1);
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
     return result.err;
   };
   const std::string good = "Timecode,BlendShapeCount,JawOpen\n0:0:0:0.0,1,0\n0:0:0:1.0,1,0.5\n";
-  EXPECT_NE(complaint("time_s,A.x,A.y,A.z\n0,1,2,3\n", kFaces / "ict_arkit.glb").find("Timecode"), std::string::npos);
-  EXPECT_NE(complaint(good, kFaces / "ict_head.obj").find("none with an ARKit name"), std::string::npos);
+  EXPECT_NE(complaint("time_s,A.x,A.y,A.z\n0,1,2,3\n", test::kSharedFaces / "ict_arkit.glb").find("Timecode"), std::string::npos);
+  EXPECT_NE(complaint(good, test::kSharedFaces / "ict_head.obj").find("none with an ARKit name"), std::string::npos);
   EXPECT_NE(complaint(good, folder_.path() / "none.glb").find("none.glb"), std::string::npos);
   EXPECT_FALSE(fs::exists(folder_.path() / "x.c3d"));
 }

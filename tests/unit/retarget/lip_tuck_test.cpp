@@ -42,7 +42,6 @@ Head fitted(const fs::path& mesh_file, const std::string& anchors) {
   return head;
 }
 
-const fs::path kFaces = fs::path(MOUTHPIECE_SOURCE_DIR) / "../shared/faces";
 
 VertexPositions posed(const Head& head, double tuck) {
   const FaceDeformer deformer(head.mesh, head.file.control, head.file.binding);
@@ -112,8 +111,8 @@ TEST(LipTuck, BringsTheDefaultFacesLipToItsTeeth) {
 
 TEST(LipTuck, BringsTheIctHeadsLipToItsTeeth) {
   if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
-  if (!fs::exists(kFaces / "ict_head.obj")) GTEST_SKIP() << "the ICT head is not beside the project (../shared/faces)";
-  expectLipAtTeeth(fitted(kFaces / "ict_head.obj",
+  if (!fs::exists(test::kSharedFaces / "ict_head.obj")) GTEST_SKIP() << "the ICT head is not beside the project (../shared/faces)";
+  expectLipAtTeeth(fitted(test::kSharedFaces / "ict_head.obj",
                           readFile(fs::path(MOUTHPIECE_SOURCE_DIR) / "sample_data/anchors/ict_head.anchors.json")));
 }
 
@@ -125,8 +124,8 @@ constexpr const char* kMakeHumanAnchors = R"({"markers": {
 
 TEST(LipTuck, TucksTheLipWhereThereAreNoTeeth) {
   if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
-  if (!fs::exists(kFaces / "makehuman_male.obj")) GTEST_SKIP() << "MakeHuman's head is not beside the project";
-  const Head head = fitted(kFaces / "makehuman_male.obj", kMakeHumanAnchors);
+  if (!fs::exists(test::kSharedFaces / "makehuman_male.obj")) GTEST_SKIP() << "MakeHuman's head is not beside the project";
+  const Head head = fitted(test::kSharedFaces / "makehuman_male.obj", kMakeHumanAnchors);
   const double mouth = head.file.control.mouth_width;
   const VertexPositions f = posed(head, 1), m = posed(head, 0);
   const Eigen::RowVector3d way = rimOf(head, f, LipSide::kLower) - rimOf(head, m, LipSide::kLower);

@@ -8,6 +8,7 @@
 #include "base/files.h"
 #include "deform/mesh/face_mesh.h"
 #include "motion/formats/motion_file.h"
+#include "retarget/rig/face_file.h"
 #include "support/run_program.h"
 #include "test_face.h"
 #include "units/file/corpus.h"
@@ -75,6 +76,59 @@ TEST_F(RetargetProgram, ApplyMovesTheMouth) {
   const FaceMesh rest = readFaceMesh(folder_.path() / "frames" / "default.0000.obj");
   EXPECT_LT(rest.vertices(13, 1) - rest.vertices(14, 1), 0.3F);
   EXPECT_GT(open.vertices(13, 1) - open.vertices(14, 1), 4.0F);
+}
+
+/// A head of nothing but skin: its mouth is a hole.
+TEST_F(RetargetProgram, FitsAMouthIntoAHeadThatHasNone) {
+  ASSERT_EQ(sample().exit_code, 0);
+  const FaceMesh whole = readFaceMesh(folder_.path() / "default.obj");
+  FaceMesh bare;
+  bare.vertices = whole.vertices;
+  for (const MeshPart& part : whole.parts) {
+    if (!isSkin(part.kind) || part.stands_off) continue;
+    MeshPart& kept = bare.parts.emplace_back(part);
+    kept.first_triangle = bare.triangles.size();
+    const auto own = trianglesOf(whole, part);
+    bare.triangles.insert(bare.triangles.end(), own.begin(), own.end());
+  }
+  const fs::path head = folder_.path() / "bare.obj", mouth = folder_.path() / "mouth.obj";
+  writeObj(head, bare);
+  json anchors;
+  const FaceFile face = readFaceFile(face_);
+  for (std::size_t i = 0; i < face.marker_names.size(); ++i) {
+    const Eigen::RowVector3d at = face.marker_targets.row(signedIndex(i));
+    anchors["markers"][face.marker_names[i]] = {at.x(), at.y(), at.z()};
+  }
+  const fs::path clicks = folder_.path() / "bare.anchors.json";
+  writeFileAtomically(clicks, anchors.dump());
+  const ProgramResult fit = runProgram(
+      "retarget", {"fit", "--mesh", head.string(), "--anchors", clicks.string(), "--corpus", corpus_.string(), "--out",
+                   (folder_.path() / "bare.face").string(), "--mouth-parts", mouth.string(), "--even-if-faulty"});
+  ASSERT_TRUE(fs::exists(mouth)) << fit.err;
+  const FaceMesh made = readFaceMesh(mouth);
+  EXPECT_EQ(made.vertices.topRows(bare.vertices.rows()), bare.vertices);
+  for (const PartKind kind :
+       {PartKind::kUpperTeeth, PartKind::kLowerTeeth, PartKind::kTongue, PartKind::kMouthInside})
+    EXPECT_FALSE(trianglesOf(made, {kind}).empty()) << nameOf(kind);
+  // Warped onto itself the mouth comes to lie where it was, or a little further back.
+  for (const PartKind kind : {PartKind::kUpperTeeth, PartKind::kLowerTeeth, PartKind::kTongue}) {
+    const auto middleOf = [&](const FaceMesh& mesh) {
+      Eigen::RowVector3f sum = Eigen::RowVector3f::Zero();
+      const auto triangles = trianglesOf(mesh, {kind});
+      for (const Triangle& t : triangles) sum += mesh.vertices(t, Eigen::all).colwise().mean();
+      return Eigen::RowVector3f(sum / asFloat(triangles.size()));
+    };
+    const Eigen::RowVector3f moved = middleOf(made) - middleOf(whole);
+    EXPECT_LT(moved.head<2>().norm(), 0.1F) << nameOf(kind);
+    EXPECT_LT(std::abs(moved.z() + 2), 3) << nameOf(kind);
+  }
+  EXPECT_EQ(readFaceFile(folder_.path() / "bare.face").mesh_file, "mouth.obj");
+  const ProgramResult again = runProgram(
+      "retarget", {"fit", "--mesh", mouth.string(), "--anchors", clicks.string(), "--corpus", corpus_.string(), "--out",
+                   (folder_.path() / "again.face").string(), "--mouth-parts", (folder_.path() / "more.obj").string(),
+                   "--even-if-faulty"});
+  EXPECT_FALSE(fs::exists(folder_.path() / "more.obj")) << "it has all of them";
+  EXPECT_NE(again.err.find("has teeth"), std::string::npos) << again.err;
 }
 
 TEST_F(RetargetProgram, ApplyMovesTheTongueWithThePhones) {

@@ -18,13 +18,12 @@ namespace fs = std::filesystem;
 using test::runProgram;
 using test::ScratchFolder;
 
-const fs::path kFaces = fs::path(MOUTHPIECE_SOURCE_DIR) / "../shared/faces";
 /// Measured: 1.5 to 4.8 mm against what a person placed; a click is off by 2.
 constexpr double kWithinMm = 6;
 
 TEST(ShapeAnchors, LieWhereAPersonPutsThem) {
-  const fs::path head = kFaces / "ict_arkit.glb";
-  if (!fs::exists(head)) GTEST_SKIP() << "no heads in " << kFaces;
+  const fs::path head = test::kSharedFaces / "ict_arkit.glb";
+  if (!fs::exists(head)) GTEST_SKIP() << "no heads in " << test::kSharedFaces;
   const ScratchFolder folder;
   const fs::path file = folder.path() / "head.anchors.json";
   const auto result = runProgram("retarget", {"anchors", head.string(), "-o", file.string()});
@@ -43,8 +42,8 @@ TEST(ShapeAnchors, LieWhereAPersonPutsThem) {
 }
 
 TEST(ShapeAnchors, AHeadWithoutShapesIsLeftToTheClicks) {
-  const fs::path head = kFaces / "ict_head.obj";
-  if (!fs::exists(head)) GTEST_SKIP() << "no heads in " << kFaces;
+  const fs::path head = test::kSharedFaces / "ict_head.obj";
+  if (!fs::exists(head)) GTEST_SKIP() << "no heads in " << test::kSharedFaces;
   const auto result = runProgram("retarget", {"anchors", head.string()});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_NE(result.err.find("retarget pick"), std::string::npos) << result.err;

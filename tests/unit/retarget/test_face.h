@@ -10,6 +10,9 @@
 
 namespace mouthpiece::test {
 
+/// Heads that lie beside the repository; any of them may be missing.
+inline const std::filesystem::path kSharedFaces = std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / "../shared/faces";
+
 /// Where `make data` puts the canonical face; nullopt when it is not there (no network yet).
 std::optional<std::filesystem::path> canonicalFace();
 inline constexpr const char* kNoCanonicalFace =
