@@ -24,6 +24,7 @@ struct MOUTHPIECE_API SpeakerOptions {
   bool with_face = true;         ///< off: sound, labels and markers alone; no face is opened
   std::string voice = "festival:cmu_us_slt_arctic_hts";  ///< one of voiceNames()
   std::optional<double> rate;     ///< of the voice "corpus": 1 as fast as Festival would speak; none: as recorded
+  std::string language;           ///< BCP 47: of the text, the recording, its labels; empty: the voice's
   std::filesystem::path lexicon;  ///< pronunciations that go before the voice's own; empty: none
   Manner manner;
 };

@@ -44,7 +44,7 @@ void Performance::Data::describe() {
   sound = {animation.audio.sample_rate_hz, animation.audio.samples};
   const SpeechLabels& from = animation.labels;
   for (const LabelledPhone& phone : from.phones)
-    labels.phones.push_back({std::string(phoneName(phone.phone)), std::string(visemeName(firstViseme(phone.phone))),
+    labels.phones.push_back({std::string(phone.name()), std::string(visemeName(firstViseme(phone.phone))),
                              phone.span, phone.word});
   for (const LabelledWord& word : from.words) labels.words.push_back({word.text, from.spanOf(word.phones)});
   const PositionMatrix& positions = animation.motion.positions_mm;

@@ -60,7 +60,12 @@ std::span<const VoiceRow> voices();
 /// Their names.
 std::vector<std::string> knownVoices();
 
-/// Makes the voice of that name. A missing Festival falls back on Flite, said in SpokenLine::notice. Throws InputError
+/// The language that a voice speaks. Throws InputError as makeVoice does.
+const Language& languageOfVoice(std::string_view name);
+/// The first voice of the table that speaks a language, else eSpeak NG's. Throws InputError for one that nobody speaks.
+std::string voiceFor(const Language& language);
+
+/// Makes the voice of that name; "espeak:" and any language of eSpeak NG's is one. A missing Festival falls back on Flite, said in SpokenLine::notice. Throws InputError
 /// for an unknown name, listing the known ones.
 std::unique_ptr<Voice> makeVoice(std::string_view name, const VoiceOptions& options = {});
 
