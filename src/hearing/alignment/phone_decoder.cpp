@@ -104,7 +104,7 @@ Decoder makeDecoder(const std::filesystem::path& model, const Language& language
 int count(const auto& list) { return static_cast<int>(list.size()); }
 
 /// States 0 to words.size() stand between words; each further one inside a way.
-Graph makeGraph(ps_decoder_t* decoder, const WordWays& words, float inner_silence) {
+Graph makeGraph(ps_decoder_t* decoder, const WordWays& words, float pause) {
   std::size_t inner_states = 0;
   for (const auto& ways : words) {
     for (const auto& phones : ways) inner_states += phones.size();
@@ -128,10 +128,7 @@ Graph makeGraph(ps_decoder_t* decoder, const WordWays& words, float inner_silenc
     }
     ++boundary;
   }
-  for (int state = 0; state < boundary_count; ++state) {
-    const bool is_inside = state > 0 && state + 1 < boundary_count;
-    fsg_model_add_silence(graph.get(), kSilenceWord, state, is_inside ? inner_silence : 1.0F);
-  }
+  for (int state = 0; state < boundary_count; ++state) fsg_model_add_silence(graph.get(), kSilenceWord, state, pause);
   graph->start_state = 0;
   graph->final_state = boundary_count - 1;
   return graph;
@@ -322,8 +319,8 @@ std::vector<DecodedPhone> search(ps_decoder_t* decoder, SenoneScorer& scorer, fs
 
 /// Empty where no path through all words was kept.
 std::vector<DecodedPhone> decodeWith(ps_decoder_t* decoder, SenoneScorer& scorer, std::span<const std::int16_t> samples,
-                                     const WordWays& words, SpeechKind kind, const std::vector<bool>& codebooks, float inner_silence) {
-  const Graph graph = makeGraph(decoder, words, inner_silence);
+                                     const WordWays& words, SpeechKind kind, const std::vector<bool>& codebooks, float pause) {
+  const Graph graph = makeGraph(decoder, words, pause);
   Cepstra cepstra = cepstraOf(decoder, samples);
   if (cepstra.empty()) return {};
   std::vector<std::size_t> kept;
@@ -349,15 +346,15 @@ std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> sam
   MOUTHPIECE_EXPECT(!words.empty());
   SenoneScorer& scorer = state_->scorer;
   const auto codebooks = codebooksOf(phonesOf(words, state_->language), scorer.model(), state_->language);
-  const float inner_silence = state_->language.say != nullptr ? kForeignPause : 1.0F;
-  std::vector<DecodedPhone> phones = decodeWith(state_->decoder.get(), scorer, samples, words, kind, codebooks, inner_silence);
+  const float pause = state_->language.say != nullptr ? kForeignPause : 1.0F;
+  std::vector<DecodedPhone> phones = decodeWith(state_->decoder.get(), scorer, samples, words, kind, codebooks, pause);
   if (!phones.empty()) return phones;
   // Words that hardly fit fall behind any beam.
   const auto frames = static_cast<std::size_t>(asReal(samples.size()) / kDecoderSampleRateHz / kFrameStep);
   const std::size_t phone_count = fewestPhones(words);
   if (frames < phone_count || frames > kMostWithoutBeam / std::max<std::size_t>(1, phone_count)) return phones;
   if (!state_->patient) state_->patient = makeDecoder(state_->model, state_->language, kNoBeam);
-  return decodeWith(state_->patient.get(), scorer, samples, words, kind, codebooks, inner_silence);
+  return decodeWith(state_->patient.get(), scorer, samples, words, kind, codebooks, pause);
 }
 
 std::vector<TimeSpan> PhoneDecoder::hearAgain(std::span<const std::int16_t> samples,
