@@ -141,7 +141,7 @@ struct Speaker::Data {
   SharedCorpus corpus;
   std::optional<SharedFace> face;
   SynthesisOptions synthesis;
-  bool owns_corpus = false;  ///< nobody else uses it: what a line has loaded of it may be given back
+  bool owns_corpus = false;               ///< nobody else uses it: what a line has loaded of it may be given back
   const Language* language = &english();  ///< of the lines
   std::optional<Lexicon> lexicon;
   std::optional<Lexicon> line_lexicon;     ///< the same for the line at hand: pronunciations that the corpus can speak

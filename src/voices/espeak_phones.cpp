@@ -65,8 +65,8 @@ Seconds closureBefore(Seconds time, const AudioClip& audio, float loud) {
 }
 
 /// The events' phones with the times that eSpeak gives.
-std::vector<PhoneSegment> announcedPhones(const std::vector<EspeakEvent>& events, Seconds end,
-                                          const Language& language, std::vector<std::string>& unknown) {
+std::vector<PhoneSegment> announcedPhones(const std::vector<EspeakEvent>& events, Seconds end, const Language& language,
+                                          std::vector<std::string>& unknown) {
   std::vector<PhoneSegment> phones;
   for (std::size_t i = 0; i < events.size(); ++i) {
     const TimeSpan span{events[i].time, i + 1 < events.size() ? events[i + 1].time : end};
@@ -81,10 +81,8 @@ std::vector<PhoneSegment> announcedPhones(const std::vector<EspeakEvent>& events
     for (std::size_t p = 0; p < parts.size(); ++p) {
       const bool is_last = p + 1 == parts.size();
       const Seconds part_end = is_last ? span.end : start + kVowelShare * (span.end - start);
-      phones.push_back({.phone = parts[p].phone,
-                        .span = {start, part_end},
-                        .word = events[i].word,
-                        .ipa = std::move(parts[p].ipa)});
+      phones.push_back(
+          {.phone = parts[p].phone, .span = {start, part_end}, .word = events[i].word, .ipa = std::move(parts[p].ipa)});
       start = part_end;
     }
   }

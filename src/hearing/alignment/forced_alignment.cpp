@@ -181,8 +181,7 @@ std::string doubtsAbout(const ForcedAlignment& alignment) {
   const std::vector<std::size_t> doubtful = alignment.doubtfulWords();
   if (doubtful.empty()) return {};
   const std::size_t words = alignment.labels.words.size();
-  const bool is_other_text =
-      doubtful.size() > 1 && asReal(doubtful.size()) > kOtherTextShare * asReal(words);
+  const bool is_other_text = doubtful.size() > 1 && asReal(doubtful.size()) > kOtherTextShare * asReal(words);
   std::string doubts = is_other_text
                            ? fmt::format("the words do not fit the sound: {} of {} are not heard in it, among them ",
                                          doubtful.size(), words)

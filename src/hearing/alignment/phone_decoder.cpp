@@ -319,7 +319,8 @@ std::vector<DecodedPhone> search(ps_decoder_t* decoder, SenoneScorer& scorer, fs
 
 /// Empty where no path through all words was kept.
 std::vector<DecodedPhone> decodeWith(ps_decoder_t* decoder, SenoneScorer& scorer, std::span<const std::int16_t> samples,
-                                     const WordWays& words, SpeechKind kind, const std::vector<bool>& codebooks, float pause) {
+                                     const WordWays& words, SpeechKind kind, const std::vector<bool>& codebooks,
+                                     float pause) {
   const Graph graph = makeGraph(decoder, words, pause);
   Cepstra cepstra = cepstraOf(decoder, samples);
   if (cepstra.empty()) return {};

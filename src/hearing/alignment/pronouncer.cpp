@@ -7,8 +7,8 @@
 #include <unordered_map>
 
 #include "base/errors.h"
-#include "base/index.h"
 #include "base/files.h"
+#include "base/index.h"
 #include "base/text_encoding.h"
 #include "phonetics/text/speakable_text.h"
 
@@ -191,12 +191,11 @@ Pronouncer& Pronouncer::operator=(Pronouncer&&) noexcept = default;
 std::vector<TranscriptWord> Pronouncer::wordsOf(std::string_view transcript) const {
   if (state_->language.say != nullptr) return state_->wordsAsSaid(speakableText(transcript, state_->language));
   std::vector<TranscriptWord> words;
-  for (const std::string& token : splitAt(speakableText(transcript, state_->language), ' ')) state_->addToken(words, token);
+  for (const std::string& token : splitAt(speakableText(transcript, state_->language), ' '))
+    state_->addToken(words, token);
   return words;
 }
 
-std::vector<std::vector<Phone>> dictionaryWords(const Language& language) {
-  return Dictionary(language).usualWays();
-}
+std::vector<std::vector<Phone>> dictionaryWords(const Language& language) { return Dictionary(language).usualWays(); }
 
 }  // namespace mouthpiece

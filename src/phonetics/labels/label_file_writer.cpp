@@ -18,7 +18,6 @@
 namespace mouthpiece {
 namespace {
 
-
 /// The colour that Festival's own tools write; readers pass over it.
 constexpr int kEspsColour = 121;
 

@@ -22,16 +22,19 @@ constexpr EspeakRow kEspeakRows[] = {
     {"de", "German", "de", kGermanSymbols},
     {"es", "Spanish", "es"},
     {"es-419", "Spanish of Latin America", "es-419"},
-    {"fr", "French", "fr-fr"},        {"it", "Italian", "it"},
-    {"pt", "Portuguese", "pt"},       {"pt-BR", "Portuguese of Brazil", "pt-br"},
-    {"pl", "Polish", "pl"},           {"nl", "Dutch", "nl"},
+    {"fr", "French", "fr-fr"},
+    {"it", "Italian", "it"},
+    {"pt", "Portuguese", "pt"},
+    {"pt-BR", "Portuguese of Brazil", "pt-br"},
+    {"pl", "Polish", "pl"},
+    {"nl", "Dutch", "nl"},
 };
 
 /// How eSpeak NG writes Mandarin's sounds in Pinyin's voice: an h for breath, a dot for a curled tongue.
-constexpr OddSymbol kMandarinSymbols[] = {
-    {"ts.h", "ʈʂʰ"}, {"tɕh", "tɕʰ"}, {"tsh", "tsʰ"}, {"ts.", "ʈʂ"}, {"s.", "ʂ"},  {"ph", "pʰ"}, {"th", "tʰ"},
-    {"kh", "kʰ"},    {"i.", "ɻ̩"},     {"i̪", "z̩"},     {"nɡ", "ŋ"},   {"iɛ", "jɛ"}, {"yɛ", "ɥɛ"}, {"iɑ", "jɑ"},
-    {"io", "jo"},    {"uo", "wo"},   {"ue", "we"},   {"uɑ", "wɑ"},  {"ər", "ɚ"}};
+constexpr OddSymbol kMandarinSymbols[] = {{"ts.h", "ʈʂʰ"}, {"tɕh", "tɕʰ"}, {"tsh", "tsʰ"}, {"ts.", "ʈʂ"}, {"s.", "ʂ"},
+                                          {"ph", "pʰ"},    {"th", "tʰ"},   {"kh", "kʰ"},   {"i.", "ɻ̩"},   {"i̪", "z̩"},
+                                          {"nɡ", "ŋ"},     {"iɛ", "jɛ"},   {"yɛ", "ɥɛ"},   {"iɑ", "jɑ"},  {"io", "jo"},
+                                          {"uo", "wo"},    {"ue", "we"},   {"uɑ", "wɑ"},   {"ər", "ɚ"}};
 
 /// From the mouth's most open to its most shut: what may follow inwards in an onset.
 int sonority(Phone phone) {

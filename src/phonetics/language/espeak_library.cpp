@@ -119,9 +119,9 @@ void chooseVoice(std::string_view voice) {
   for (const espeak_VOICE** known = espeak_ListVoices(nullptr); *known != nullptr; ++known) {
     if (speaks(**known, voice) && espeak_SetVoiceByName((*known)->identifier) == EE_OK) return;
   }
-  throw InputError("espeak", "",
-                   fmt::format("has no voice {}; expected one of its data (sudo apt-get install espeak-ng-data)",
-                               printable(voice)));
+  throw InputError(
+      "espeak", "",
+      fmt::format("has no voice {}; expected one of its data (sudo apt-get install espeak-ng-data)", printable(voice)));
 }
 
 /// eSpeak transcribes clause by clause.

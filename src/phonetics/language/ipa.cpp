@@ -30,61 +30,136 @@ struct VowelLetter {
   bool rhotic = false;
 };
 
-constexpr SoundManner kStop = SoundManner::kPlosive, kNose = SoundManner::kNasal, kTrilled = SoundManner::kTrill, kFlap = SoundManner::kTap,
-                 kHiss_ = SoundManner::kFricative, kSideHiss = SoundManner::kLateralFricative, kGlide = SoundManner::kApproximant,
-                 kSide = SoundManner::kLateral;
+constexpr SoundManner kStop = SoundManner::kPlosive, kNose = SoundManner::kNasal, kTrilled = SoundManner::kTrill,
+                      kFlap = SoundManner::kTap, kHiss_ = SoundManner::kFricative,
+                      kSideHiss = SoundManner::kLateralFricative, kGlide = SoundManner::kApproximant,
+                      kSide = SoundManner::kLateral;
 constexpr Airstream kLungs = Airstream::kPulmonic, kIn = Airstream::kImplosive, kSuck = Airstream::kClick;
 /// Lips of the hushing sounds: much with ʃ, less with the retroflex ones, none with ɕ.
 constexpr double kHushRound = 0.7, kRetroflexRound = 0.4, kLaxRound = 0.3;
 
-constexpr ConsonantLetter kConsonants[] = {
-    {U'p', kStop, Place::kBilabial, false}, {U'b', kStop, Place::kBilabial, true}, {U't', kStop, Place::kAlveolar, false},
-    {U'd', kStop, Place::kAlveolar, true}, {U'ʈ', kStop, Place::kRetroflex, false}, {U'ɖ', kStop, Place::kRetroflex, true},
-    {U'c', kStop, Place::kPalatal, false}, {U'ɟ', kStop, Place::kPalatal, true}, {U'k', kStop, Place::kVelar, false},
-    {U'ɡ', kStop, Place::kVelar, true}, {U'g', kStop, Place::kVelar, true}, {U'q', kStop, Place::kUvular, false},
-    {U'ɢ', kStop, Place::kUvular, true}, {U'ʡ', kStop, Place::kEpiglottal, false}, {U'ʔ', kStop, Place::kGlottal, false},
-    {U'm', kNose, Place::kBilabial, true}, {U'ɱ', kNose, Place::kLabiodental, true}, {U'n', kNose, Place::kAlveolar, true},
-    {U'ɳ', kNose, Place::kRetroflex, true}, {U'ɲ', kNose, Place::kPalatal, true}, {U'ŋ', kNose, Place::kVelar, true},
-    {U'ɴ', kNose, Place::kUvular, true}, {U'ʙ', kTrilled, Place::kBilabial, true}, {U'r', kTrilled, Place::kAlveolar, true},
-    {U'ʀ', kTrilled, Place::kUvular, true}, {U'ⱱ', kFlap, Place::kLabiodental, true}, {U'ɾ', kFlap, Place::kAlveolar, true},
-    {U'ɽ', kFlap, Place::kRetroflex, true}, {U'ɺ', kFlap, Place::kAlveolar, true}, {U'ɸ', kHiss_, Place::kBilabial, false},
-    {U'β', kHiss_, Place::kBilabial, true}, {U'f', kHiss_, Place::kLabiodental, false}, {U'v', kHiss_, Place::kLabiodental, true},
-    {U'θ', kHiss_, Place::kDental, false}, {U'ð', kHiss_, Place::kDental, true}, {U's', kHiss_, Place::kAlveolar, false, 0, true},
-    {U'z', kHiss_, Place::kAlveolar, true, 0, true}, {U'ʃ', kHiss_, Place::kPostalveolar, false, kHushRound, true},
-    {U'ʒ', kHiss_, Place::kPostalveolar, true, kHushRound, true}, {U'ʂ', kHiss_, Place::kRetroflex, false, kRetroflexRound, true},
-    {U'ʐ', kHiss_, Place::kRetroflex, true, kRetroflexRound, true}, {U'ɕ', kHiss_, Place::kAlveoloPalatal, false, 0, true},
-    {U'ʑ', kHiss_, Place::kAlveoloPalatal, true, 0, true}, {U'ɧ', kHiss_, Place::kPostalveolar, false, kHushRound, true},
-    {U'ç', kHiss_, Place::kPalatal, false}, {U'ʝ', kHiss_, Place::kPalatal, true}, {U'x', kHiss_, Place::kVelar, false},
-    {U'ɣ', kHiss_, Place::kVelar, true}, {U'χ', kHiss_, Place::kUvular, false}, {U'ʁ', kHiss_, Place::kUvular, true},
-    {U'ħ', kHiss_, Place::kPharyngeal, false}, {U'ʕ', kHiss_, Place::kPharyngeal, true}, {U'ʜ', kHiss_, Place::kEpiglottal, false},
-    {U'ʢ', kHiss_, Place::kEpiglottal, true}, {U'h', kHiss_, Place::kGlottal, false}, {U'ɦ', kHiss_, Place::kGlottal, true},
-    {U'ɬ', kSideHiss, Place::kAlveolar, false}, {U'ɮ', kSideHiss, Place::kAlveolar, true}, {U'ʋ', kGlide, Place::kLabiodental, true},
-    {U'ɹ', kGlide, Place::kAlveolar, true, kLaxRound}, {U'ɻ', kGlide, Place::kRetroflex, true, kLaxRound},
-    {U'j', kGlide, Place::kPalatal, true}, {U'ɰ', kGlide, Place::kVelar, true}, {U'w', kGlide, Place::kLabialVelar, true, 1},
-    {U'ʍ', kGlide, Place::kLabialVelar, false, 1}, {U'ɥ', kGlide, Place::kLabialPalatal, true, 1}, {U'l', kSide, Place::kAlveolar, true},
-    {U'ɫ', kSide, Place::kAlveolar, true}, {U'ɭ', kSide, Place::kRetroflex, true}, {U'ʎ', kSide, Place::kPalatal, true},
-    {U'ʟ', kSide, Place::kVelar, true}, {U'ʘ', kStop, Place::kBilabial, false, 0, false, kSuck},
-    {U'ǀ', kStop, Place::kDental, false, 0, false, kSuck}, {U'ǃ', kStop, Place::kAlveolar, false, 0, false, kSuck},
-    {U'ǂ', kStop, Place::kPalatal, false, 0, false, kSuck}, {U'ǁ', kStop, Place::kAlveolar, false, 0, false, kSuck},
-    {U'ɓ', kStop, Place::kBilabial, true, 0, false, kIn}, {U'ɗ', kStop, Place::kAlveolar, true, 0, false, kIn},
-    {U'ᶑ', kStop, Place::kRetroflex, true, 0, false, kIn}, {U'ʄ', kStop, Place::kPalatal, true, 0, false, kIn},
-    {U'ɠ', kStop, Place::kVelar, true, 0, false, kIn}, {U'ʛ', kStop, Place::kUvular, true, 0, false, kIn}};
+constexpr ConsonantLetter kConsonants[] = {{U'p', kStop, Place::kBilabial, false},
+                                           {U'b', kStop, Place::kBilabial, true},
+                                           {U't', kStop, Place::kAlveolar, false},
+                                           {U'd', kStop, Place::kAlveolar, true},
+                                           {U'ʈ', kStop, Place::kRetroflex, false},
+                                           {U'ɖ', kStop, Place::kRetroflex, true},
+                                           {U'c', kStop, Place::kPalatal, false},
+                                           {U'ɟ', kStop, Place::kPalatal, true},
+                                           {U'k', kStop, Place::kVelar, false},
+                                           {U'ɡ', kStop, Place::kVelar, true},
+                                           {U'g', kStop, Place::kVelar, true},
+                                           {U'q', kStop, Place::kUvular, false},
+                                           {U'ɢ', kStop, Place::kUvular, true},
+                                           {U'ʡ', kStop, Place::kEpiglottal, false},
+                                           {U'ʔ', kStop, Place::kGlottal, false},
+                                           {U'm', kNose, Place::kBilabial, true},
+                                           {U'ɱ', kNose, Place::kLabiodental, true},
+                                           {U'n', kNose, Place::kAlveolar, true},
+                                           {U'ɳ', kNose, Place::kRetroflex, true},
+                                           {U'ɲ', kNose, Place::kPalatal, true},
+                                           {U'ŋ', kNose, Place::kVelar, true},
+                                           {U'ɴ', kNose, Place::kUvular, true},
+                                           {U'ʙ', kTrilled, Place::kBilabial, true},
+                                           {U'r', kTrilled, Place::kAlveolar, true},
+                                           {U'ʀ', kTrilled, Place::kUvular, true},
+                                           {U'ⱱ', kFlap, Place::kLabiodental, true},
+                                           {U'ɾ', kFlap, Place::kAlveolar, true},
+                                           {U'ɽ', kFlap, Place::kRetroflex, true},
+                                           {U'ɺ', kFlap, Place::kAlveolar, true},
+                                           {U'ɸ', kHiss_, Place::kBilabial, false},
+                                           {U'β', kHiss_, Place::kBilabial, true},
+                                           {U'f', kHiss_, Place::kLabiodental, false},
+                                           {U'v', kHiss_, Place::kLabiodental, true},
+                                           {U'θ', kHiss_, Place::kDental, false},
+                                           {U'ð', kHiss_, Place::kDental, true},
+                                           {U's', kHiss_, Place::kAlveolar, false, 0, true},
+                                           {U'z', kHiss_, Place::kAlveolar, true, 0, true},
+                                           {U'ʃ', kHiss_, Place::kPostalveolar, false, kHushRound, true},
+                                           {U'ʒ', kHiss_, Place::kPostalveolar, true, kHushRound, true},
+                                           {U'ʂ', kHiss_, Place::kRetroflex, false, kRetroflexRound, true},
+                                           {U'ʐ', kHiss_, Place::kRetroflex, true, kRetroflexRound, true},
+                                           {U'ɕ', kHiss_, Place::kAlveoloPalatal, false, 0, true},
+                                           {U'ʑ', kHiss_, Place::kAlveoloPalatal, true, 0, true},
+                                           {U'ɧ', kHiss_, Place::kPostalveolar, false, kHushRound, true},
+                                           {U'ç', kHiss_, Place::kPalatal, false},
+                                           {U'ʝ', kHiss_, Place::kPalatal, true},
+                                           {U'x', kHiss_, Place::kVelar, false},
+                                           {U'ɣ', kHiss_, Place::kVelar, true},
+                                           {U'χ', kHiss_, Place::kUvular, false},
+                                           {U'ʁ', kHiss_, Place::kUvular, true},
+                                           {U'ħ', kHiss_, Place::kPharyngeal, false},
+                                           {U'ʕ', kHiss_, Place::kPharyngeal, true},
+                                           {U'ʜ', kHiss_, Place::kEpiglottal, false},
+                                           {U'ʢ', kHiss_, Place::kEpiglottal, true},
+                                           {U'h', kHiss_, Place::kGlottal, false},
+                                           {U'ɦ', kHiss_, Place::kGlottal, true},
+                                           {U'ɬ', kSideHiss, Place::kAlveolar, false},
+                                           {U'ɮ', kSideHiss, Place::kAlveolar, true},
+                                           {U'ʋ', kGlide, Place::kLabiodental, true},
+                                           {U'ɹ', kGlide, Place::kAlveolar, true, kLaxRound},
+                                           {U'ɻ', kGlide, Place::kRetroflex, true, kLaxRound},
+                                           {U'j', kGlide, Place::kPalatal, true},
+                                           {U'ɰ', kGlide, Place::kVelar, true},
+                                           {U'w', kGlide, Place::kLabialVelar, true, 1},
+                                           {U'ʍ', kGlide, Place::kLabialVelar, false, 1},
+                                           {U'ɥ', kGlide, Place::kLabialPalatal, true, 1},
+                                           {U'l', kSide, Place::kAlveolar, true},
+                                           {U'ɫ', kSide, Place::kAlveolar, true},
+                                           {U'ɭ', kSide, Place::kRetroflex, true},
+                                           {U'ʎ', kSide, Place::kPalatal, true},
+                                           {U'ʟ', kSide, Place::kVelar, true},
+                                           {U'ʘ', kStop, Place::kBilabial, false, 0, false, kSuck},
+                                           {U'ǀ', kStop, Place::kDental, false, 0, false, kSuck},
+                                           {U'ǃ', kStop, Place::kAlveolar, false, 0, false, kSuck},
+                                           {U'ǂ', kStop, Place::kPalatal, false, 0, false, kSuck},
+                                           {U'ǁ', kStop, Place::kAlveolar, false, 0, false, kSuck},
+                                           {U'ɓ', kStop, Place::kBilabial, true, 0, false, kIn},
+                                           {U'ɗ', kStop, Place::kAlveolar, true, 0, false, kIn},
+                                           {U'ᶑ', kStop, Place::kRetroflex, true, 0, false, kIn},
+                                           {U'ʄ', kStop, Place::kPalatal, true, 0, false, kIn},
+                                           {U'ɠ', kStop, Place::kVelar, true, 0, false, kIn},
+                                           {U'ʛ', kStop, Place::kUvular, true, 0, false, kIn}};
 
-constexpr VowelLetter kVowelLetters[] = {
-    {U'i', 1, 0, 0}, {U'y', 1, 0, 1}, {U'ɨ', 1, 0.5, 0}, {U'ʉ', 1, 0.5, 1}, {U'ɯ', 1, 1, 0}, {U'u', 1, 1, 1},
-    {U'ɪ', 0.88, 0.15, 0}, {U'ʏ', 0.88, 0.15, 0.9}, {U'ʊ', 0.88, 0.85, 0.9}, {U'ᵻ', 0.88, 0.5, 0},
-    {U'ᵿ', 0.88, 0.5, 0.9}, {U'e', 0.67, 0, 0}, {U'ø', 0.67, 0, 0.9}, {U'ɘ', 0.67, 0.5, 0}, {U'ɵ', 0.67, 0.5, 0.8},
-    {U'ɤ', 0.67, 1, 0}, {U'o', 0.67, 1, 0.9}, {U'ə', 0.5, 0.5, 0}, {U'ɚ', 0.5, 0.5, 0.3, true}, {U'ɛ', 0.33, 0, 0},
-    {U'œ', 0.33, 0, 0.7}, {U'ɜ', 0.33, 0.5, 0}, {U'ɝ', 0.5, 0.5, 0.4, true}, {U'ɞ', 0.33, 0.5, 0.7},
-    {U'ʌ', 0.33, 1, 0}, {U'ɔ', 0.33, 1, 0.7}, {U'æ', 0.15, 0, 0}, {U'ɐ', 0.3, 0.5, 0}, {U'a', 0, 0.4, 0},
-    {U'ɶ', 0, 0, 0.5}, {U'ɑ', 0, 1, 0}, {U'ɒ', 0.1, 1, 0.5}};
+constexpr VowelLetter kVowelLetters[] = {{U'i', 1, 0, 0},
+                                         {U'y', 1, 0, 1},
+                                         {U'ɨ', 1, 0.5, 0},
+                                         {U'ʉ', 1, 0.5, 1},
+                                         {U'ɯ', 1, 1, 0},
+                                         {U'u', 1, 1, 1},
+                                         {U'ɪ', 0.88, 0.15, 0},
+                                         {U'ʏ', 0.88, 0.15, 0.9},
+                                         {U'ʊ', 0.88, 0.85, 0.9},
+                                         {U'ᵻ', 0.88, 0.5, 0},
+                                         {U'ᵿ', 0.88, 0.5, 0.9},
+                                         {U'e', 0.67, 0, 0},
+                                         {U'ø', 0.67, 0, 0.9},
+                                         {U'ɘ', 0.67, 0.5, 0},
+                                         {U'ɵ', 0.67, 0.5, 0.8},
+                                         {U'ɤ', 0.67, 1, 0},
+                                         {U'o', 0.67, 1, 0.9},
+                                         {U'ə', 0.5, 0.5, 0},
+                                         {U'ɚ', 0.5, 0.5, 0.3, true},
+                                         {U'ɛ', 0.33, 0, 0},
+                                         {U'œ', 0.33, 0, 0.7},
+                                         {U'ɜ', 0.33, 0.5, 0},
+                                         {U'ɝ', 0.5, 0.5, 0.4, true},
+                                         {U'ɞ', 0.33, 0.5, 0.7},
+                                         {U'ʌ', 0.33, 1, 0},
+                                         {U'ɔ', 0.33, 1, 0.7},
+                                         {U'æ', 0.15, 0, 0},
+                                         {U'ɐ', 0.3, 0.5, 0},
+                                         {U'a', 0, 0.4, 0},
+                                         {U'ɶ', 0, 0, 0.5},
+                                         {U'ɑ', 0, 1, 0},
+                                         {U'ɒ', 0.1, 1, 0.5}};
 
 /// Signs of others that stand for two letters.
 struct Ligature {
   char32_t sign;
   char32_t first, second;
 };
-constexpr Ligature kTogether[] = {{U'ʦ', U't', U's'}, {U'ʣ', U'd', U'z'}, {U'ʧ', U't', U'ʃ'}, {U'ʤ', U'd', U'ʒ'},
+constexpr Ligature kTogether[] = {{U'ʦ', U't', U's'}, {U'ʣ', U'd', U'z'}, {U'ʧ', U't', U'ʃ'},   {U'ʤ', U'd', U'ʒ'},
                                   {U'ʨ', U't', U'ɕ'}, {U'ʥ', U'd', U'ʑ'}, {U'ꭧ', U't', U'ʂ'}, {U'ꭦ', U'd', U'ʐ'}};
 
 /// A mark after a letter and what it changes; nullptr: nothing that the table holds.
@@ -170,13 +245,26 @@ constexpr Mark kMarks[] = {
     {U'ˑ', [](IpaSound& s) { s.length = 1.5; }},
     {0x0306, [](IpaSound& s) { s.length = 0.5; }},
     // Tones and pitch.
-    {0x030B, kPass}, {0x0301, kPass}, {0x0304, kPass}, {0x0300, kPass}, {0x030F, kPass}, {0x030C, kPass},
-    {0x0302, kPass}, {0x1DC4, kPass}, {0x1DC5, kPass}, {0x1DC8, kPass}, {0x1DC6, kPass}, {0x1DC7, kPass},
+    {0x030B, kPass},
+    {0x0301, kPass},
+    {0x0304, kPass},
+    {0x0300, kPass},
+    {0x030F, kPass},
+    {0x030C, kPass},
+    {0x0302, kPass},
+    {0x1DC4, kPass},
+    {0x1DC5, kPass},
+    {0x1DC8, kPass},
+    {0x1DC6, kPass},
+    {0x1DC7, kPass},
     {0x1DC9, kPass}};
 
 /// Signs that stand for no sound: breaks, links, tone letters, steps and contours, brackets.
 constexpr std::u32string_view kNoSounds =
-    U" \t\r\n.|‖‿/[](){}⟨⟩,;-–—˥˦˧˨˩ꜛꜜ↗↘↑↓‧·¹²³⁴⁵⁰‍‌꜀꜁꜂꜃꜄꜅꜆꜇꜈꜉꜊꜋꜌꜍꜎꜏꜐꜑";
+    U" \t\r\n.|‖‿/"
+    U"[](){}⟨⟩,;-"
+    U"–—˥˦˧˨˩ꜛꜜ↗↘↑↓‧·¹²³⁴⁵⁰‍‌꜀꜁꜂꜃꜄꜅꜆꜇꜈꜉꜊꜋꜌꜍꜎꜏꜐"
+    U"꜑";
 
 IpaSound soundOf(const ConsonantLetter& row) {
   IpaSound sound;
@@ -212,7 +300,8 @@ std::optional<IpaSound> soundOf(char32_t letter) {
 }
 
 const Mark* markOf(char32_t sign) {
-  const auto found = std::find_if(std::begin(kMarks), std::end(kMarks), [&](const Mark& row) { return row.mark == sign; });
+  const auto found =
+      std::find_if(std::begin(kMarks), std::end(kMarks), [&](const Mark& row) { return row.mark == sign; });
   return found == std::end(kMarks) ? nullptr : found;
 }
 
@@ -365,30 +454,35 @@ struct XSampaSign {
 };
 /// The longest first where one begins another.
 constexpr XSampaSign kXSampa[] = {
-    {"_B_L", "᷅"}, {"_H_T", "᷄"}, {"_R_F", "᷈"}, {"|\\|\\", "ǁ"}, {"b_<", "ɓ"}, {"d_<", "ɗ"}, {"d`_<", "ᶑ"},
-    {"J\\_<", "ʄ"}, {"g_<", "ɠ"}, {"G\\_<", "ʛ"}, {"_?\\", "ˤ"}, {"s\\", "ɕ"}, {"z\\", "ʑ"}, {"p\\", "ɸ"},
-    {"B\\", "ʙ"}, {"G\\", "ɢ"}, {"h\\", "ɦ"}, {"H\\", "ʜ"}, {"I\\", "ᵻ"}, {"j\\", "ʝ"}, {"J\\", "ɟ"}, {"K\\", "ɮ"},
-    {"L\\", "ʟ"}, {"M\\", "ɰ"}, {"N\\", "ɴ"}, {"O\\", "ʘ"}, {"r\\`", "ɻ"}, {"r\\", "ɹ"}, {"R\\", "ʀ"}, {"U\\", "ᵿ"},
-    {"v\\", "ʋ"}, {"x\\", "ɧ"}, {"X\\", "ħ"}, {"?\\", "ʕ"}, {"<\\", "ʢ"}, {">\\", "ʡ"}, {"l\\", "ɺ"}, {"3\\", "ɞ"},
-    {"@\\", "ɘ"}, {"|\\", "ǀ"}, {"!\\", "ǃ"}, {"=\\", "ǂ"}, {":\\", "ˑ"}, {"-\\", "‿"}, {"||", "‖"}, {"d`", "ɖ"},
-    {"l`", "ɭ"}, {"n`", "ɳ"}, {"r`", "ɽ"}, {"s`", "ʂ"}, {"t`", "ʈ"}, {"z`", "ʐ"}, {"@`", "ɚ"}, {"3`", "ɝ"}, {"`", "˞"},
-    {"_\"", "\u0308"}, {"_+", "\u031F"}, {"_-", "\u0320"}, {"_/", "\u030C"}, {"_0", "\u0325"}, {"_=", "\u0329"},
-    {"_>", "ʼ"}, {"_A", "\u0318"}, {"_a", "\u033A"}, {"_B", "\u030F"}, {"_c", "\u031C"}, {"_d", "\u032A"},
-    {"_e", "\u0334"}, {"_F", "\u0302"}, {"_G", "ˠ"}, {"_H", "\u0301"}, {"_h", "ʰ"}, {"_j", "ʲ"}, {"_k", "\u0330"},
-    {"_L", "\u0300"}, {"_l", "ˡ"}, {"_M", "\u0304"}, {"_m", "\u033B"}, {"_N", "\u033C"}, {"_n", "ⁿ"},
-    {"_O", "\u0339"}, {"_o", "\u031E"}, {"_q", "\u0319"}, {"_R", "\u030C"}, {"_r", "\u031D"}, {"_T", "\u030B"},
-    {"_t", "\u0324"}, {"_v", "\u032C"}, {"_w", "ʷ"}, {"_X", "\u0306"}, {"_x", "\u033D"}, {"_}", "\u031A"},
-    {"_~", "\u0303"}, {"_^", "\u032F"}, {"=", "\u0329"}, {"~", "\u0303"}, {":", "ː"}, {"\"", "ˈ"}, {"%", "ˌ"},
-    {"'", "ʲ"}, {"A", "ɑ"}, {"B", "β"}, {"C", "ç"}, {"D", "ð"}, {"E", "ɛ"}, {"F", "ɱ"}, {"G", "ɣ"}, {"H", "ɥ"},
-    {"I", "ɪ"}, {"J", "ɲ"}, {"K", "ɬ"}, {"L", "ʎ"}, {"M", "ɯ"}, {"N", "ŋ"}, {"O", "ɔ"}, {"P", "ʋ"}, {"Q", "ɒ"},
-    {"R", "ʁ"}, {"S", "ʃ"}, {"T", "θ"}, {"U", "ʊ"}, {"V", "ʌ"}, {"W", "ʍ"}, {"X", "χ"}, {"Y", "ʏ"}, {"Z", "ʒ"},
-    {"@", "ə"}, {"{", "æ"}, {"}", "ʉ"}, {"1", "ɨ"}, {"2", "ø"}, {"3", "ɜ"}, {"4", "ɾ"}, {"5", "ɫ"}, {"6", "ɐ"},
-    {"7", "ɤ"}, {"8", "ɵ"}, {"9", "œ"}, {"&", "ɶ"}, {"?", "ʔ"}, {"g", "ɡ"}, {"^", "ꜛ"}, {"!", "ꜜ"}};
+    {"_B_L", "᷅"},     {"_H_T", "᷄"},      {"_R_F", "᷈"},     {"|\\|\\", "ǁ"},  {"b_<", "ɓ"},     {"d_<", "ɗ"},
+    {"d`_<", "ᶑ"},    {"J\\_<", "ʄ"},    {"g_<", "ɠ"},     {"G\\_<", "ʛ"},   {"_?\\", "ˤ"},    {"s\\", "ɕ"},
+    {"z\\", "ʑ"},     {"p\\", "ɸ"},      {"B\\", "ʙ"},     {"G\\", "ɢ"},     {"h\\", "ɦ"},     {"H\\", "ʜ"},
+    {"I\\", "ᵻ"},     {"j\\", "ʝ"},      {"J\\", "ɟ"},     {"K\\", "ɮ"},     {"L\\", "ʟ"},     {"M\\", "ɰ"},
+    {"N\\", "ɴ"},     {"O\\", "ʘ"},      {"r\\`", "ɻ"},    {"r\\", "ɹ"},     {"R\\", "ʀ"},     {"U\\", "ᵿ"},
+    {"v\\", "ʋ"},     {"x\\", "ɧ"},      {"X\\", "ħ"},     {"?\\", "ʕ"},     {"<\\", "ʢ"},     {">\\", "ʡ"},
+    {"l\\", "ɺ"},     {"3\\", "ɞ"},      {"@\\", "ɘ"},     {"|\\", "ǀ"},     {"!\\", "ǃ"},     {"=\\", "ǂ"},
+    {":\\", "ˑ"},     {"-\\", "‿"},      {"||", "‖"},      {"d`", "ɖ"},      {"l`", "ɭ"},      {"n`", "ɳ"},
+    {"r`", "ɽ"},      {"s`", "ʂ"},       {"t`", "ʈ"},      {"z`", "ʐ"},      {"@`", "ɚ"},      {"3`", "ɝ"},
+    {"`", "˞"},       {"_\"", "\u0308"}, {"_+", "\u031F"}, {"_-", "\u0320"}, {"_/", "\u030C"}, {"_0", "\u0325"},
+    {"_=", "\u0329"}, {"_>", "ʼ"},       {"_A", "\u0318"}, {"_a", "\u033A"}, {"_B", "\u030F"}, {"_c", "\u031C"},
+    {"_d", "\u032A"}, {"_e", "\u0334"},  {"_F", "\u0302"}, {"_G", "ˠ"},      {"_H", "\u0301"}, {"_h", "ʰ"},
+    {"_j", "ʲ"},      {"_k", "\u0330"},  {"_L", "\u0300"}, {"_l", "ˡ"},      {"_M", "\u0304"}, {"_m", "\u033B"},
+    {"_N", "\u033C"}, {"_n", "ⁿ"},       {"_O", "\u0339"}, {"_o", "\u031E"}, {"_q", "\u0319"}, {"_R", "\u030C"},
+    {"_r", "\u031D"}, {"_T", "\u030B"},  {"_t", "\u0324"}, {"_v", "\u032C"}, {"_w", "ʷ"},      {"_X", "\u0306"},
+    {"_x", "\u033D"}, {"_}", "\u031A"},  {"_~", "\u0303"}, {"_^", "\u032F"}, {"=", "\u0329"},  {"~", "\u0303"},
+    {":", "ː"},       {"\"", "ˈ"},       {"%", "ˌ"},       {"'", "ʲ"},       {"A", "ɑ"},       {"B", "β"},
+    {"C", "ç"},       {"D", "ð"},        {"E", "ɛ"},       {"F", "ɱ"},       {"G", "ɣ"},       {"H", "ɥ"},
+    {"I", "ɪ"},       {"J", "ɲ"},        {"K", "ɬ"},       {"L", "ʎ"},       {"M", "ɯ"},       {"N", "ŋ"},
+    {"O", "ɔ"},       {"P", "ʋ"},        {"Q", "ɒ"},       {"R", "ʁ"},       {"S", "ʃ"},       {"T", "θ"},
+    {"U", "ʊ"},       {"V", "ʌ"},        {"W", "ʍ"},       {"X", "χ"},       {"Y", "ʏ"},       {"Z", "ʒ"},
+    {"@", "ə"},       {"{", "æ"},        {"}", "ʉ"},       {"1", "ɨ"},       {"2", "ø"},       {"3", "ɜ"},
+    {"4", "ɾ"},       {"5", "ɫ"},        {"6", "ɐ"},       {"7", "ɤ"},       {"8", "ɵ"},       {"9", "œ"},
+    {"&", "ɶ"},       {"?", "ʔ"},        {"g", "ɡ"},       {"^", "ꜛ"},       {"!", "ꜜ"}};
 
 /// Along the mouth, 0 at the lips and 1 at the glottis.
 double depthOf(Place place) {
-  constexpr std::array<double, 17> kDepth{0.5, 0, 0.05, 0.05, 0.08, 0.12, 0.25, 0.32, 0.4, 0.42, 0.45,
-                                          0.55, 0.7, 0.8, 0.9, 0.95, 1.0};
+  constexpr std::array<double, 17> kDepth{0.5,  0,    0.05, 0.05, 0.08, 0.12, 0.25, 0.32, 0.4,
+                                          0.42, 0.45, 0.55, 0.7,  0.8,  0.9,  0.95, 1.0};
   return kDepth.at(static_cast<std::size_t>(place));
 }
 
@@ -414,13 +508,15 @@ double openness(SoundManner manner) {
 }
 
 double differs(bool a, bool b) { return a != b ? 1 : 0; }
-bool isLateral(SoundManner manner) { return manner == SoundManner::kLateral || manner == SoundManner::kLateralFricative; }
+bool isLateral(SoundManner manner) {
+  return manner == SoundManner::kLateral || manner == SoundManner::kLateralFricative;
+}
 
 }  // namespace
 
 bool IpaSound::closesLips() const {
-  return place == Place::kBilabial &&
-         (manner == SoundManner::kPlosive || manner == SoundManner::kNasal || manner == SoundManner::kTrill || manner == SoundManner::kTap);
+  return place == Place::kBilabial && (manner == SoundManner::kPlosive || manner == SoundManner::kNasal ||
+                                       manner == SoundManner::kTrill || manner == SoundManner::kTap);
 }
 
 bool IpaSound::isMadeLike(const IpaSound& other) const {
@@ -488,7 +584,8 @@ double audibleDistance(const IpaSound& a, const IpaSound& b) {
            0.3 * std::abs(a.rounding - b.rounding) + 0.2 * differs(a.rhotic, b.rhotic);
   }
   return voice + std::abs(depthOf(a.place) - depthOf(b.place)) + std::abs(openness(a.manner) - openness(b.manner)) +
-         differs(a.nasal, b.nasal) + differs(a.sibilant, b.sibilant) + 0.5 * differs(isLateral(a.manner), isLateral(b.manner));
+         differs(a.nasal, b.nasal) + differs(a.sibilant, b.sibilant) +
+         0.5 * differs(isLateral(a.manner), isLateral(b.manner));
 }
 
 }  // namespace mouthpiece

@@ -9,12 +9,35 @@ namespace mouthpiece {
 
 /// Where the IPA chart (2020) puts a consonant, from the lips back. A vowel has none.
 enum class Place : std::uint8_t {
-  kNone, kBilabial, kLabialVelar, kLabialPalatal, kLabiodental, kLinguolabial, kDental, kAlveolar, kPostalveolar,
-  kRetroflex, kAlveoloPalatal, kPalatal, kVelar, kUvular, kPharyngeal, kEpiglottal, kGlottal
+  kNone,
+  kBilabial,
+  kLabialVelar,
+  kLabialPalatal,
+  kLabiodental,
+  kLinguolabial,
+  kDental,
+  kAlveolar,
+  kPostalveolar,
+  kRetroflex,
+  kAlveoloPalatal,
+  kPalatal,
+  kVelar,
+  kUvular,
+  kPharyngeal,
+  kEpiglottal,
+  kGlottal
 };
 
 enum class SoundManner : std::uint8_t {
-  kVowel, kPlosive, kNasal, kTrill, kTap, kFricative, kLateralFricative, kApproximant, kLateral
+  kVowel,
+  kPlosive,
+  kNasal,
+  kTrill,
+  kTap,
+  kFricative,
+  kLateralFricative,
+  kApproximant,
+  kLateral
 };
 
 enum class Airstream : std::uint8_t { kPulmonic, kEjective, kImplosive, kClick };

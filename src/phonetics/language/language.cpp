@@ -98,7 +98,8 @@ namespace {
 bool isSymbolOf(PhoneSet set, std::string_view name, const Language& language) {
   if (phoneFromName(name, set, language)) return true;
   if (set == PhoneSet::kArpabet) return false;
-  const bool is_ascii = std::all_of(name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) < 0x80; });
+  const bool is_ascii =
+      std::all_of(name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) < 0x80; });
   if (set == PhoneSet::kXSampa && !is_ascii) return false;
   const IpaReading reading = readIpa(set == PhoneSet::kXSampa ? ipaFromXSampa(name) : std::string(name));
   if (!reading.unknown.empty() || reading.sounds.empty() || reading.sounds.size() > 2) return false;

@@ -14,7 +14,7 @@ namespace mouthpiece {
 /// How one word can be said.
 struct Pronunciation {
   std::vector<Phone> phones;
-  std::vector<int> stress;  ///< a value a phone: 0, 1, 2 where a vowel's digit says so, -1 where nothing does
+  std::vector<int> stress;            ///< a value a phone: 0, 1, 2 where a vowel's digit says so, -1 where nothing does
   std::vector<Phone> heard = {};      ///< a phone's nearest for an English ear (the acoustic model); none: `phones`
   std::vector<std::string> ipa = {};  ///< a symbol a phone; none: the phones' own names
 };
@@ -91,13 +91,14 @@ struct Language {
   Pronunciation (*pronounce)(std::string_view word);
   /// Folder of the acoustic model and file of the dictionary, within PocketSphinx' folder of models; may be empty.
   std::string_view acoustic_model, dictionary;
-  /// How the words of a sentence are said in it, by an engine that knows the language; nullptr: word by word, by lexicon,
-  /// dictionary and `pronounce`. Numbers are words. Thread-safe. Throws InputError when the engine is not installed.
+  /// How the words of a sentence are said in it, by an engine that knows the language; nullptr: word by word, by
+  /// lexicon, dictionary and `pronounce`. Numbers are words. Thread-safe. Throws InputError when the engine is not
+  /// installed.
   std::vector<SaidWord> (*say)(std::string_view sentence, const Language& language) = nullptr;
-  std::string_view espeak_voice = {};             ///< eSpeak NG's name of the language; "": it does not speak it
+  std::string_view espeak_voice = {};                  ///< eSpeak NG's name of the language; "": it does not speak it
   std::string (*respell)(std::string_view) = nullptr;  ///< what eSpeak NG is given for a text; nullptr: the text
-  std::span<const OddSymbol> odd_symbols = {};    ///< of that voice
-  bool is_tuned = true;                           ///< its times and lips were measured (docs/guides/languages.md)
+  std::span<const OddSymbol> odd_symbols = {};         ///< of that voice
+  bool is_tuned = true;                                ///< its times and lips were measured (docs/guides/languages.md)
 
   /// nullptr where the language lacks the phone.
   [[nodiscard]] const LanguagePhone* find(Phone phone) const;

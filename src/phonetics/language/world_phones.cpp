@@ -14,13 +14,13 @@ namespace {
 using enum Phone;
 
 constexpr LanguagePhone kWorldInventory[] = {
-    {kAA, "ɑ", "A"}, {kAE, "æ", "{"}, {kAH, "ə", "@"}, {kAO, "ɔ", "O"}, {kAW, "aʊ", "aU"}, {kAY, "aɪ", "aI"},
-    {kEH, "ɛ", "E"}, {kER, "ɝ", "3`"}, {kEY, "e", "e"}, {kIH, "ɪ", "I"}, {kIY, "i", "i"}, {kOW, "o", "o"},
-    {kOY, "ɔɪ", "OI"}, {kUH, "ʊ", "U"}, {kUW, "u", "u"}, {kB, "b", "b"}, {kCH, "tʃ", "tS"}, {kD, "d", "d"},
-    {kDH, "ð", "D"}, {kF, "f", "f"}, {kG, "ɡ", "g"}, {kHH, "h", "h"}, {kJH, "dʒ", "dZ"}, {kK, "k", "k"},
-    {kL, "l", "l"}, {kM, "m", "m"}, {kN, "n", "n"}, {kNG, "ŋ", "N"}, {kP, "p", "p"}, {kR, "ɹ", "r\\"}, {kS, "s", "s"},
-    {kSH, "ʃ", "S"}, {kT, "t", "t"}, {kTH, "θ", "T"}, {kV, "v", "v"}, {kW, "w", "w"}, {kY, "j", "j"}, {kZ, "z", "z"},
-    {kZH, "ʒ", "Z"}};
+    {kAA, "ɑ", "A"},   {kAE, "æ", "{"},  {kAH, "ə", "@"}, {kAO, "ɔ", "O"}, {kAW, "aʊ", "aU"}, {kAY, "aɪ", "aI"},
+    {kEH, "ɛ", "E"},   {kER, "ɝ", "3`"}, {kEY, "e", "e"}, {kIH, "ɪ", "I"}, {kIY, "i", "i"},   {kOW, "o", "o"},
+    {kOY, "ɔɪ", "OI"}, {kUH, "ʊ", "U"},  {kUW, "u", "u"}, {kB, "b", "b"},  {kCH, "tʃ", "tS"}, {kD, "d", "d"},
+    {kDH, "ð", "D"},   {kF, "f", "f"},   {kG, "ɡ", "g"},  {kHH, "h", "h"}, {kJH, "dʒ", "dZ"}, {kK, "k", "k"},
+    {kL, "l", "l"},    {kM, "m", "m"},   {kN, "n", "n"},  {kNG, "ŋ", "N"}, {kP, "p", "p"},    {kR, "ɹ", "r\\"},
+    {kS, "s", "s"},    {kSH, "ʃ", "S"},  {kT, "t", "t"},  {kTH, "θ", "T"}, {kV, "v", "v"},    {kW, "w", "w"},
+    {kY, "j", "j"},    {kZ, "z", "z"},   {kZH, "ʒ", "Z"}};
 
 /// A row of phones as a sound: how it looks in English mouths, and how it sounds.
 struct Reference {
@@ -49,7 +49,7 @@ const References& references() {
       all.heard.push_back(reference);
       // UH, as its viseme has it, is no rounder than AH.
       if (row.phone == kUH) continue;
-      const VisemeRow& first = rowOf(phone.first), &last = rowOf(phone.last);
+      const VisemeRow &first = rowOf(phone.first), &last = rowOf(phone.last);
       reference.sound.rounding = std::max(0.0, 0.5 * (first.round + last.round));
       all.seen.push_back(reference);
     }

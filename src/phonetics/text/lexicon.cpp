@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "base/errors.h"
-#include "base/index.h"
 #include "base/files.h"
+#include "base/index.h"
 #include "base/text_encoding.h"
 #include "base/unicode.h"
 

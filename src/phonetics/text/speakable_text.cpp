@@ -65,11 +65,11 @@ std::string_view plainLatinLetters(char32_t code_point) {
 }
 
 /// Written alike in every language.
-constexpr SpelledSign kPlainSigns[] = {
-    {0x2010, "-"}, {0x2011, "-"}, {0x2012, "-"}, {0x2013, "-"}, {0x2014, ", "}, {0x2015, ", "}, {0x2018, "'"},
-    {0x2019, "'"}, {0x201A, "'"}, {0x201B, "'"}, {0x02BC, "'"}, {0x2032, "'"}, {0x201C, "\""}, {0x201D, "\""},
-    {0x201E, "\""}, {0x2026, "..."}, {0x2212, "-"}, {0x3002, ". "}, {0x3001, ", "}, {0x060C, ", "}, {0x061B, "; "},
-    {0x061F, "? "}, {0x06D4, ". "}, {0x0964, ". "}, {0x0965, ". "}};
+constexpr SpelledSign kPlainSigns[] = {{0x2010, "-"},   {0x2011, "-"},  {0x2012, "-"},  {0x2013, "-"},  {0x2014, ", "},
+                                       {0x2015, ", "},  {0x2018, "'"},  {0x2019, "'"},  {0x201A, "'"},  {0x201B, "'"},
+                                       {0x02BC, "'"},   {0x2032, "'"},  {0x201C, "\""}, {0x201D, "\""}, {0x201E, "\""},
+                                       {0x2026, "..."}, {0x2212, "-"},  {0x3002, ". "}, {0x3001, ", "}, {0x060C, ", "},
+                                       {0x061B, "; "},  {0x061F, "? "}, {0x06D4, ". "}, {0x0964, ". "}, {0x0965, ". "}};
 
 bool isUtf8(std::string_view text) {
   for (std::size_t at = 0; at < text.size();) {
@@ -171,9 +171,9 @@ class Speller {
     } else {
       std::string shown;
       appendUtf8(shown, c);
-      throw InputError("text", fmt::format("character {}", at_ + 1),
-                       fmt::format("found '{}' (U+{:04X}); expected {}", shown, static_cast<std::uint32_t>(c),
-                                   rules_.expected));
+      throw InputError(
+          "text", fmt::format("character {}", at_ + 1),
+          fmt::format("found '{}' (U+{:04X}); expected {}", shown, static_cast<std::uint32_t>(c), rules_.expected));
     }
   }
 

@@ -34,7 +34,8 @@ IpaSound only(std::string_view ipa) {
 
 // The chart of 2020, by its tables.
 constexpr const char* kPulmonic =
-    "p b t d ʈ ɖ c ɟ k ɡ q ɢ ʔ m ɱ n ɳ ɲ ŋ ɴ ʙ r ʀ ⱱ ɾ ɽ ɸ β f v θ ð s z ʃ ʒ ʂ ʐ ç ʝ x ɣ χ ʁ ħ ʕ h ɦ ɬ ɮ ʋ ɹ ɻ j ɰ l ɭ ʎ ʟ";
+    "p b t d ʈ ɖ c ɟ k ɡ q ɢ ʔ m ɱ n ɳ ɲ ŋ ɴ ʙ r ʀ ⱱ ɾ ɽ ɸ β f v θ ð s z ʃ ʒ ʂ ʐ ç ʝ x ɣ χ ʁ ħ ʕ h ɦ ɬ ɮ ʋ ɹ ɻ j ɰ l ɭ "
+    "ʎ ʟ";
 constexpr const char* kOthers = "ʘ ǀ ǃ ǂ ǁ ɓ ɗ ʄ ɠ ʛ pʼ tʼ kʼ sʼ ʍ w ɥ ʜ ʢ ʡ ɕ ʑ ɺ ɧ t͡s k͡p";
 constexpr const char* kVowels = "i y ɨ ʉ ɯ u ɪ ʏ ʊ e ø ɘ ɵ ɤ o ə ɛ œ ɜ ɞ ʌ ɔ æ ɐ a ɶ ɑ ɒ";
 constexpr const char* kDiacritics =
@@ -97,10 +98,10 @@ TEST(Ipa, MarksChangeTheirRow) {
 
 TEST(Ipa, SoundsLookLikeTheirNearestPhone) {
   const std::pair<const char*, const char*> kSeen[] = {
-      {"y", "UW"}, {"ʏ", "UW"}, {"ø", "OW"}, {"œ", "AO"}, {"ɥ", "W"}, {"u", "UW"}, {"ɯ", "IY"}, {"ʈ", "T"}, {"ɭ", "L"},
-      {"pʼ", "P"}, {"kʼ", "K"}, {"ʘ", "P"}, {"ǃ", "T"}, {"ǀ", "T"}, {"ɓ", "B"}, {"pː", "P"}, {"x", "K"}, {"ɲ", "NG"},
-      {"t͡s", "T S"}, {"ts", "T S"}, {"tʃ", "CH"}, {"t͡ɕ", "T S"}, {"pf", "P F"}, {"kʷ", "K W"}, {"ɕ", "S"}, {"ʂ", "SH"},
-      {"aɪ", "AY"}, {"aʊ", "AW"}, {"œy", "OW"}, {"ɛ̃", "EH"}, {"ɱ", "V"}, {"θ", "TH"}};
+      {"y", "UW"}, {"ʏ", "UW"}, {"ø", "OW"},   {"œ", "AO"},   {"ɥ", "W"},   {"u", "UW"},   {"ɯ", "IY"},   {"ʈ", "T"},
+      {"ɭ", "L"},  {"pʼ", "P"}, {"kʼ", "K"},   {"ʘ", "P"},    {"ǃ", "T"},   {"ǀ", "T"},    {"ɓ", "B"},    {"pː", "P"},
+      {"x", "K"},  {"ɲ", "NG"}, {"t͡s", "T S"}, {"ts", "T S"}, {"tʃ", "CH"}, {"t͡ɕ", "T S"}, {"pf", "P F"}, {"kʷ", "K W"},
+      {"ɕ", "S"},  {"ʂ", "SH"}, {"aɪ", "AY"},  {"aʊ", "AW"},  {"œy", "OW"}, {"ɛ̃", "EH"},   {"ɱ", "V"},    {"θ", "TH"}};
   for (const auto& [ipa, phones] : kSeen) EXPECT_EQ(seenAs(ipa), phones) << ipa;
   for (const LanguagePhone& row : worldInventory()) {
     // English lips hardly round in UH; ʊ elsewhere is round.
@@ -175,11 +176,12 @@ TEST(LexiconSets, AreToldApart) {
 // Scripts stay whole: every letter, its marks, and the order that it was written in.
 
 TEST(Scripts, StayWholeInTextAndLabels) {
-  for (const auto& [tag, text] : {std::pair("ar", "مَرْحَبًا بالعالم"), std::pair("he", "שָׁלוֹם עולם"),
-                                  std::pair("hi", "नमस्ते दुनिया"), std::pair("th", "สวัสดีครับ"),
-                                  std::pair("ja", "今日は学校へ行きます"), std::pair("ru", "Привет мир")}) {
+  for (const auto& [tag, text] :
+       {std::pair("ar", "مَرْحَبًا بالعالم"), std::pair("he", "שָׁלוֹם עולם"), std::pair("hi", "नमस्ते दुनिया"),
+        std::pair("th", "สวัสดีครับ"), std::pair("ja", "今日は学校へ行きます"), std::pair("ru", "Привет мир")}) {
     EXPECT_EQ(speakableText(text, languageOf(tag)), toNfc(text)) << tag;
-    SpeechLabels labels = buildSpeechLabels({{.phone = Phone::kM, .span = {0.1, 0.3}, .word = 0, .ipa = "ɱ̊"}}, {text}, 0.5);
+    SpeechLabels labels =
+        buildSpeechLabels({{.phone = Phone::kM, .span = {0.1, 0.3}, .word = 0, .ipa = "ɱ̊"}}, {text}, 0.5);
     const SpeechLabels again = parseTextGrid(formatTextGrid(labels), "a.TextGrid", languageOf(tag));
     ASSERT_EQ(again.words.size(), 1U);
     EXPECT_EQ(again.words[0].text, text);

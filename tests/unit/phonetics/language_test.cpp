@@ -46,8 +46,8 @@ TEST_P(EveryLanguage, ItsInventoryIsComplete) {
 
 TEST_P(EveryLanguage, ASymbolNamesOnePhone) {
   const Language& language = *GetParam();
-  for (const auto& [set, names] : {std::pair(PhoneSet::kIpa, &LanguagePhone::ipa),
-                                   std::pair(PhoneSet::kXSampa, &LanguagePhone::x_sampa)}) {
+  for (const auto& [set, names] :
+       {std::pair(PhoneSet::kIpa, &LanguagePhone::ipa), std::pair(PhoneSet::kXSampa, &LanguagePhone::x_sampa)}) {
     std::set<std::string> seen;
     for (const LanguagePhone& phone : language.inventory) {
       for (const std::string& name : words(phone.*names)) {
@@ -102,9 +102,10 @@ INSTANTIATE_TEST_SUITE_P(MadeUp, EveryLanguage, testing::Values(&madeUpLanguage(
 TEST(Languages, AreFoundByTheirTags) {
   for (const char* tag : {"en", "EN", "en-US", "en-GB-oxendict"}) EXPECT_EQ(&languageOf(tag), &english()) << tag;
   EXPECT_EQ(languages().front(), &english());
-  for (const auto& [tag, name] : {std::pair("de-AT", "German"), std::pair("pt-br", "Portuguese of Brazil"),
-                                  std::pair("pt-PT", "Portuguese"), std::pair("zh-Hans-CN", "Mandarin"),
-                                  std::pair("cmn", "Mandarin"), std::pair("JA", "Japanese"), std::pair("sv-SE", "Swedish")})
+  for (const auto& [tag, name] :
+       {std::pair("de-AT", "German"), std::pair("pt-br", "Portuguese of Brazil"), std::pair("pt-PT", "Portuguese"),
+        std::pair("zh-Hans-CN", "Mandarin"), std::pair("cmn", "Mandarin"), std::pair("JA", "Japanese"),
+        std::pair("sv-SE", "Swedish")})
     EXPECT_EQ(languageOf(tag).name, name) << tag;
   EXPECT_TRUE(languageOf("de").is_tuned);
   EXPECT_FALSE(languageOf("sv").is_tuned);

@@ -107,8 +107,8 @@ TEST(EspeakVoice, SurvivesOddAndLongTexts) {
 
 TEST(EspeakPhones, AnUnknownSymbolIsSaidWithANeutralMouthAndNamed) {
   std::vector<std::string> unknown;
-  const auto phones = phonesFromEspeak({{0.1, "m", 0}, {0.2, "☃", 0}, {0.4, "", 0}}, {}, toneWithClosure(0),
-                                       languageOf("de"), unknown);
+  const auto phones =
+      phonesFromEspeak({{0.1, "m", 0}, {0.2, "☃", 0}, {0.4, "", 0}}, {}, toneWithClosure(0), languageOf("de"), unknown);
   ASSERT_EQ(phones.size(), 3U);
   EXPECT_EQ(phones[1].phone, Phone::kAH);
   EXPECT_EQ(phones[1].ipa, "☃");
@@ -120,7 +120,7 @@ class EspeakLanguages : public testing::TestWithParam<const char*> {};
 /// Every sound is one of IPA, every word stands in the labels, and what the aligner expects is what the voice says.
 TEST_P(EspeakLanguages, SayAndExpectTheSame) {
   const auto& [tag, text, words] = std::tuple<const char*, const char*, std::size_t>(
-      std::string_view(GetParam()) == "de" ? std::tuple("de", "Über fünf Brücken müsst ihr gehen, 25 Mal.", 8UL)
+      std::string_view(GetParam()) == "de"   ? std::tuple("de", "Über fünf Brücken müsst ihr gehen, 25 Mal.", 8UL)
       : std::string_view(GetParam()) == "fr" ? std::tuple("fr", "Les amis ont un bon vin.", 6UL)
       : std::string_view(GetParam()) == "pl" ? std::tuple("pl", "Pięć małych bułek.", 3UL)
                                              : std::tuple("ar", "مَرْحَبًا بالعالم", 2UL));

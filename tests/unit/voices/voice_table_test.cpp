@@ -72,9 +72,9 @@ TEST(VoicePhones, EveryFlitePhoneHasARow) {
 TEST(VoicePhones, EveryPhoneOfFestivalsRadioSetHasARow) {
   // festival/lib/radio_phones.scm.
   for (const char* name :
-       {"aa", "ae", "ah", "ao", "aw", "ax", "axr", "ay", "b", "ch", "d", "dh", "dx", "eh", "el", "em", "en", "er", "ey",
-        "f", "g", "hh", "hv", "ih", "iy", "jh", "k", "l", "m", "n", "nx", "ng", "ow", "oy", "p", "r", "s", "sh", "t",
-        "th", "uh", "uw", "v", "w", "y", "z", "zh", "pau", "h#", "brth"}) {
+       {"aa", "ae", "ah", "ao", "aw", "ax", "axr", "ay", "b",  "ch", "d", "dh", "dx", "eh",  "el", "em",  "en",
+        "er", "ey", "f",  "g",  "hh", "hv", "ih",  "iy", "jh", "k",  "l", "m",  "n",  "nx",  "ng", "ow",  "oy",
+        "p",  "r",  "s",  "sh", "t",  "th", "uh",  "uw", "v",  "w",  "y", "z",  "zh", "pau", "h#", "brth"}) {
     const auto phone = phoneFromName(name);
     ASSERT_TRUE(phone) << name;
     EXPECT_TRUE(*phone == Phone::kSil || english().find(*phone) != nullptr) << name;
@@ -113,8 +113,7 @@ TEST(VoicePhones, EspeaksVowelsHaveAStressEach) {
     for (int i = 0; i < symbols; ++i) {
       const int mark = std::uniform_int_distribution<int>(0, 4)(random);
       const auto& inventory = english().inventory;
-      const auto& phone =
-          inventory[std::uniform_int_distribution<std::size_t>(0, inventory.size() - 1)(random)];
+      const auto& phone = inventory[std::uniform_int_distribution<std::size_t>(0, inventory.size() - 1)(random)];
       if (mark == 1 || mark == 2) {
         transcription += mark == 1 ? "ˈ" : "ˌ";
         stress = mark;
