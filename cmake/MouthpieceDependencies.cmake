@@ -42,6 +42,7 @@ list(FILTER POCKETSPHINX_INCLUDE_DIRS EXCLUDE REGEX "^/usr/include/sphinxbase$")
 set_property(TARGET PkgConfig::POCKETSPHINX PROPERTY INTERFACE_INCLUDE_DIRECTORIES ${POCKETSPHINX_INCLUDE_DIRS})
 pkg_get_variable(POCKETSPHINX_MODEL_DIR pocketsphinx modeldir)
 mouthpiece_require_pkgconfig(espeak-ng ESPEAK libespeak-ng-dev)
+mouthpiece_require_pkgconfig(icu-i18n ICU libicu-dev)
 mouthpiece_require_pkgconfig(aubio AUBIO libaubio-dev)
 
 # Flite brings neither a CMake nor a pkg-config file.

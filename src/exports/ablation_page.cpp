@@ -43,7 +43,7 @@ std::string ablationPage(std::string_view title, const SpeechLabels& labels, con
                          double frame_rate_hz) {
   ordered_json phones = ordered_json::array();
   for (const LabelledPhone& phone : labels.phones)
-    phones.push_back({phoneName(phone.phone), rounded(phone.span.start), rounded(phone.span.end)});
+    phones.push_back({phone.name(), rounded(phone.span.start), rounded(phone.span.end)});
   ordered_json all = ordered_json::array();
   for (const CurveVariant& variant : variants) all.push_back(variantJson(variant));
   const ordered_json data = {

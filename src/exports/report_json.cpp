@@ -23,7 +23,7 @@ ordered_json phonesOf(const UtteranceAnimation& animation) {
     // In a sung line vowels are made of curves, whatever lies under them.
     bool is_backoff = !animation.style.empty() && isVowel(phone.phone);
     for (const PlacedUnit& unit : animation.units) is_backoff |= unit.is_backoff && covers(unit.phones, i);
-    phones.push_back({{"phone", phoneName(phone.phone)},
+    phones.push_back({{"phone", phone.name()},
                       {"start_s", toMicro(phone.span.start)},
                       {"end_s", toMicro(phone.span.end)},
                       {"word", animation.labels.wordOf(PhoneIndex(i))},

@@ -44,8 +44,8 @@ void Performance::Data::describe() {
   sound = {animation.audio.sample_rate_hz, animation.audio.samples};
   const SpeechLabels& from = animation.labels;
   for (const LabelledPhone& phone : from.phones)
-    labels.phones.push_back({std::string(phoneName(phone.phone)), std::string(visemeName(firstViseme(phone.phone))),
-                             phone.span, phone.word});
+    labels.phones.push_back(
+        {std::string(phone.name()), std::string(visemeName(firstViseme(phone.phone))), phone.span, phone.word});
   for (const LabelledWord& word : from.words) labels.words.push_back({word.text, from.spanOf(word.phones)});
   const PositionMatrix& positions = animation.motion.positions_mm;
   motion = {animation.motion.frame_rate_hz, animation.motion.marker_names,
@@ -55,8 +55,8 @@ void Performance::Data::describe() {
     for (const CurveKey& key : curve.keys) shown.keys.push_back({key.time, key.value, key.in, key.out});
   }
   for (const PlacedUnit& unit : animation.units)
-    units.push_back({unit.phones.first.value, unit.phones.last.value, unit.take, unit.source_span, unit.span,
-                     unit.is_backoff});
+    units.push_back(
+        {unit.phones.first.value, unit.phones.last.value, unit.take, unit.source_span, unit.span, unit.is_backoff});
 }
 
 const SharedFace::Data& Performance::Data::needFace() const {
@@ -84,8 +84,8 @@ const PrincipalShapes& Performance::Data::shapes() const {
     std::vector<double> larynx;
     if (const AnimationCurve* curve = findCurve(animation.curves, "larynx"))
       larynx = sampleCurve(*curve, frameTimes(0, animation.motion.frameCount(), animation.motion.frame_rate_hz));
-    // Motion from elsewhere comes with every vertex: which of them the shapes are sampled from decides their values, and
-    // a motion that is applied again shall give the same file.
+    // Motion from elsewhere comes with every vertex: which of them the shapes are sampled from decides their values,
+    // and a motion that is applied again shall give the same file.
     FaceAnimation moving =
         corpus ? rig.deformMoving(moving_markers, animation.tongue, animation.motion.frame_rate_hz, larynx)
                : uprightVertices();

@@ -95,6 +95,36 @@ void expectNoBackoff(const UtteranceAnimation& animation, const std::string& cor
                                phoneName(phones[found->phones.last.value].phone), found->span.start));
 }
 
+std::string tunedLanguages() {
+  std::string tags;
+  for (const Language* language : languages()) {
+    if (language->is_tuned) tags += fmt::format("{}{}", tags.empty() ? "" : ", ", language->tag);
+  }
+  return tags;
+}
+
+/// The language of the lines. Where one is asked for and no voice, the voice becomes the language's.
+const Language& languageFor(SpeakerOptions& options) {
+  if (options.language.empty()) return languageOfVoice(options.voice);
+  const Language& language = languageOf(options.language);
+  const bool is_default = options.voice == SpeakerOptions().voice;
+  if (&languageOfVoice(options.voice) == &language) return language;
+  if (!is_default)
+    throw InputError(fmt::format("found the voice {} for text in {}; expected {}", printable(options.voice),
+                                 language.name, voiceFor(language)));
+  options.voice.clear();
+  return language;
+}
+
+/// Symbols of the labels that no row of IPA describes, for a warning; "" for none.
+std::string unknownSymbols(const SpeechLabels& labels) {
+  std::vector<std::string> unknown;
+  for (const LabelledPhone& phone : labels.phones) phonesOfIpa(phone.ipa, unknown);
+  std::string names;
+  for (const std::string& symbol : unknown) names += (names.empty() ? "" : " ") + symbol;
+  return names.empty() ? "" : "said with a neutral mouth, since no row of IPA describes them: " + names;
+}
+
 PhonePairs phonePairsOf(const Corpus& corpus) {
   PhonePairs pairs;
   for (const CorpusTake& take : corpus.takes) pairs.add(take.labels);
@@ -111,7 +141,8 @@ struct Speaker::Data {
   SharedCorpus corpus;
   std::optional<SharedFace> face;
   SynthesisOptions synthesis;
-  bool owns_corpus = false;  ///< nobody else uses it: what a line has loaded of it may be given back
+  bool owns_corpus = false;               ///< nobody else uses it: what a line has loaded of it may be given back
+  const Language* language = &english();  ///< of the lines
   std::optional<Lexicon> lexicon;
   std::optional<Lexicon> line_lexicon;     ///< the same for the line at hand: pronunciations that the corpus can speak
   std::unique_ptr<Voice> voice;            ///< made when the first typed line comes
@@ -128,8 +159,8 @@ struct Speaker::Data {
 };
 
 SpokenLine Speaker::Data::alignRecording(const Line& source) {
-  if (!pronouncer) pronouncer = std::make_unique<Pronouncer>(lexicon ? &*lexicon : nullptr);
-  if (!aligner) aligner = std::make_unique<ForcedAligner>();
+  if (!pronouncer) pronouncer = std::make_unique<Pronouncer>(lexicon ? &*lexicon : nullptr, *language);
+  if (!aligner) aligner = std::make_unique<ForcedAligner>(std::filesystem::path(), *language);
   SpokenLine line;
   line.audio = readAudio(source.audio);
   line.text = source.text;
@@ -145,6 +176,7 @@ SpokenLine Speaker::Data::speakOrRead(const Line& source) {
   if (source.audio.empty()) {
     if (lexicon) line_lexicon = lexiconForLine(*lexicon, source.text, phonePairsOf(corpus.data().corpus));
     if (!voice) {
+      if (options.voice.empty()) options.voice = voiceFor(*language);
       voice = makeVoice(options.voice, VoiceOptions{line_lexicon ? &*line_lexicon : nullptr, &corpus.data().units,
                                                     synthesis.selection, options.rate});
     }
@@ -153,7 +185,7 @@ SpokenLine Speaker::Data::speakOrRead(const Line& source) {
   if (source.phones.empty()) return alignRecording(source);
   SpokenLine line;
   line.audio = readAudio(source.audio);
-  line.labels = readLabels(source.phones);
+  line.labels = readLabels(source.phones, {.language = language});
   line.text = source.text;
   for (const LabelledWord& word : line.labels.words) {
     if (source.text.empty()) line.text += (line.text.empty() ? "" : " ") + word.text;
@@ -211,7 +243,8 @@ Speaker::Speaker(const SharedCorpus& corpus, std::optional<SharedFace> face, con
   data_ = std::make_unique<Data>(options, corpus, std::move(face));
   timed(data_->load_ms, [&] {
     data_->synthesis = synthesisOf(options.manner, corpus.data().curve_model);
-    if (!options.lexicon.empty()) data_->lexicon = Lexicon::read(options.lexicon);
+    data_->language = &languageFor(data_->options);
+    if (!options.lexicon.empty()) data_->lexicon = Lexicon::read(options.lexicon, *data_->language);
   });
 }
 
@@ -240,6 +273,11 @@ Performance Speaker::perform(const Line& line) {
   made->animation = synthesise(request, data_->corpus.data().units);
   UtteranceAnimation& animation = made->animation;
   animation.corpus = data_->corpus.name();
+  if (!data_->language->is_tuned && line.song.empty())
+    animation.warnings.push_back(fmt::format("{} is untuned: its times and lips were never measured (languages: {})",
+                                             data_->language->name, tunedLanguages()));
+  if (std::string symbols = unknownSymbols(animation.labels); !symbols.empty())
+    animation.warnings.push_back(std::move(symbols));
   if (!sound.line.notice.empty()) animation.warnings.push_back(sound.line.notice);
   animation.warnings.insert(animation.warnings.end(), sound.warnings.begin(), sound.warnings.end());
   animation.timing_ms.speech = speech_ms;

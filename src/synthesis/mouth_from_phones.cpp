@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "base/index.h"
+#include "phonetics/language/ipa.h"
 #include "synthesis/curve_model.h"
 #include "synthesis/lips.h"
 #include "synthesis/tongue.h"
@@ -66,15 +67,36 @@ float roundness(Viseme viseme) {
   }
 }
 
+/// Of a sound in IPA by its articulation: [y] and [ø] are as round as [u] and [o].
+float roundnessOfIpa(const std::string& ipa) {
+  float roundest = 0;
+  for (const IpaSound& sound : readIpa(ipa).sounds) roundest = std::max(roundest, asFloat(sound.rounding));
+  return roundest;
+}
+
+/// Whether the lips of a sound in IPA come near each other without touching: β, ɸ.
+bool isNearClosure(const std::string& ipa) {
+  if (ipa.empty()) return false;
+  const IpaReading reading = readIpa(ipa);
+  return reading.sounds.size() == 1 && reading.sounds[0].place == Place::kBilabial && !reading.sounds[0].closesLips();
+}
+
 /// Diphthongs go from their first viseme's to their last one's.
 float roundness(const LabelledPhone& said, Seconds time) {
+  if (!said.ipa.empty() && !isDiphthong(said.phone)) return roundnessOfIpa(said.ipa);
   const Seconds length = said.span.duration();
   const double way = length > 0 ? std::clamp((time - said.span.start) / length, 0.0, 1.0) : 0.5;
   return asFloat((1 - way) * double{roundness(firstViseme(said.phone))} +
                  way * double{roundness(lastViseme(said.phone))});
 }
 
-bool isSealed(Phone phone) { return rowOf(phone).lips_parting == 0; }
+/// How far the lips are kept from touching, 0 to 1.
+float partingOf(const LabelledPhone& said) {
+  constexpr float kNarrow = 0.15F;
+  return isNearClosure(said.ipa) ? kNarrow : rowOf(said.phone).lips_parting;
+}
+
+bool isSealed(const LabelledPhone& said) { return partingOf(said) == 0; }
 
 constexpr PresenceShape kMove{.transition = 0.100, .inside = 0.020};
 
@@ -83,18 +105,18 @@ constexpr PresenceShape kMove{.transition = 0.100, .inside = 0.020};
 std::vector<LipPose> lipsFromPhones(const SpeechLabels& labels, std::span<const Seconds> times) {
   std::vector<LipPose> lips(times.size(), LipPose{0, 0});
   forEachPresence(labels, times, kSeal, [&lips](std::size_t frame, const LabelledPhone& said, double presence) {
-    if (isSealed(said.phone)) lips[frame].seal = std::max(lips[frame].seal, asFloat(presence));
+    if (isSealed(said)) lips[frame].seal = std::max(lips[frame].seal, asFloat(presence));
   });
   std::vector<float> late(times.size(), 0);
   forEachPresence(labels, times, kLateSeal, [&late](std::size_t frame, const LabelledPhone& said, double presence) {
-    if (isSealed(said.phone)) late[frame] = std::max(late[frame], asFloat(presence));
+    if (isSealed(said)) late[frame] = std::max(late[frame], asFloat(presence));
   });
   forEachPresence(labels, times, kBesideSeal, [&](std::size_t frame, const LabelledPhone& said, double presence) {
     if (isLabiodental(said.phone)) lips[frame].seal += asFloat(presence) * (late[frame] - lips[frame].seal);
   });
   forEachPresence(labels, times, kParting, [&lips](std::size_t frame, const LabelledPhone& said, double presence) {
-    if (isSealed(said.phone)) return;
-    lips[frame].parting = std::max(lips[frame].parting, asFloat(presence) * rowOf(said.phone).lips_parting);
+    if (isSealed(said)) return;
+    lips[frame].parting = std::max(lips[frame].parting, asFloat(presence) * partingOf(said));
   });
   forEachPresence(labels, times, kTuck, [&lips](std::size_t frame, const LabelledPhone& said, double presence) {
     if (isLabiodental(said.phone)) lips[frame].tuck = std::max(lips[frame].tuck, asFloat(presence));

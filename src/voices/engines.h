@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "phonetics/labels/labels_builder.h"
+#include "phonetics/language/espeak_library.h"
 #include "voices/voice.h"
 
 namespace mouthpiece {
@@ -27,24 +28,20 @@ std::unique_ptr<Voice> makeEspeakVoice(std::string_view name, const Language& la
 /// corpus.
 std::unique_ptr<Voice> makeCorpusVoice(std::string_view name, const Language& language, const VoiceOptions& options);
 
-/// What eSpeak tells while it speaks, in order. A phone's time is when its sound sets on: of a stop, the burst.
-struct EspeakEvent {
-  Seconds time = 0;
-  std::string symbol;  ///< IPA; "" for a pause
-  std::size_t word = 0;
-};
-
 /// One utterance's phones. `stresses`: of each syllabic sound in order, or empty when unknown.
 /// - A symbol that stands for several phones ("ɔːɹ") is split, three fifths to the vowel.
 /// - The silence that a stop holds before its burst becomes part of the stop, as everywhere in Mouthpiece; after a
 ///   pause, its last 60 ms.
 /// - An l after a vowel, which eSpeak announces when it is over, takes a third of the two.
-/// Throws InputError for a symbol that the language lacks.
+/// Symbols that no row of IPA describes are said with a neutral mouth and added to `unknown`.
 std::vector<PhoneSegment> phonesFromEspeak(const std::vector<EspeakEvent>& events, const std::vector<int>& stresses,
-                                           const AudioClip& audio, const Language& language = english());
+                                           const AudioClip& audio, const Language& language,
+                                           std::vector<std::string>& unknown);
 
-/// The phones that an IPA symbol of eSpeak stands for. Throws InputError when the language has none such.
-std::vector<Phone> phonesOfEspeakSymbol(std::string_view symbol, const Language& language = english());
+/// The phones that a symbol of eSpeak stands for: by the language's inventory and voice symbols, else by articulation.
+/// None for one that no row of IPA describes.
+std::vector<SpelledPhone> phonesOfEspeakSymbol(std::string_view symbol, const Language& language,
+                                               std::vector<std::string>& unknown);
 
 /// The stress (0 to 2) of every syllabic sound in eSpeak's transcription of a text ("ðə tˈaɪm ɪz nˈaʊ": 0 1 0 1).
 std::vector<int> stressesOfEspeakText(std::string_view transcription, const Language& language = english());

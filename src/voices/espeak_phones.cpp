@@ -65,8 +65,8 @@ Seconds closureBefore(Seconds time, const AudioClip& audio, float loud) {
 }
 
 /// The events' phones with the times that eSpeak gives.
-std::vector<PhoneSegment> announcedPhones(const std::vector<EspeakEvent>& events, Seconds end,
-                                          const Language& language) {
+std::vector<PhoneSegment> announcedPhones(const std::vector<EspeakEvent>& events, Seconds end, const Language& language,
+                                          std::vector<std::string>& unknown) {
   std::vector<PhoneSegment> phones;
   for (std::size_t i = 0; i < events.size(); ++i) {
     const TimeSpan span{events[i].time, i + 1 < events.size() ? events[i + 1].time : end};
@@ -75,12 +75,14 @@ std::vector<PhoneSegment> announcedPhones(const std::vector<EspeakEvent>& events
       phones.push_back({.phone = Phone::kSil, .span = span});
       continue;
     }
-    const std::vector<Phone> parts = phonesOfEspeakSymbol(events[i].symbol, language);
+    std::vector<SpelledPhone> parts = phonesOfEspeakSymbol(events[i].symbol, language, unknown);
+    if (parts.empty()) parts.push_back({Phone::kAH, Phone::kAH, events[i].symbol, 0});
     Seconds start = span.start;
     for (std::size_t p = 0; p < parts.size(); ++p) {
       const bool is_last = p + 1 == parts.size();
       const Seconds part_end = is_last ? span.end : start + kVowelShare * (span.end - start);
-      phones.push_back({.phone = parts[p], .span = {start, part_end}, .word = events[i].word});
+      phones.push_back(
+          {.phone = parts[p].phone, .span = {start, part_end}, .word = events[i].word, .ipa = std::move(parts[p].ipa)});
       start = part_end;
     }
   }
@@ -120,15 +122,30 @@ void mendLateSonorants(std::vector<PhoneSegment>& phones) {
 
 }  // namespace
 
-std::vector<Phone> phonesOfEspeakSymbol(std::string_view symbol, const Language& language) {
-  std::vector<Phone> phones;
+std::vector<SpelledPhone> phonesOfEspeakSymbol(std::string_view symbol, const Language& language,
+                                               std::vector<std::string>& unknown) {
+  if (language.say != nullptr) return phonesOfSymbol(symbol, PhoneSet::kIpa, language, unknown);
+  std::vector<SpelledPhone> phones;
   for (std::size_t at = 0; at < symbol.size();) {
     const std::vector<Phone> next = takeSymbol(symbol, at, language);
-    if (next.empty()) throw InputError("espeak", "", fmt::format("spoke the unknown phone '{}'", printable(symbol)));
-    phones.insert(phones.end(), next.begin(), next.end());
+    if (next.empty()) return phonesOfIpa(symbol, unknown);
+    for (const Phone phone : next) phones.push_back({phone, phone, "", 0});
   }
   return phones;
 }
+
+namespace {
+
+/// The phones of a stretch of IPA between two marks, all of it.
+std::vector<Phone> takeVowels(std::string_view text, std::size_t& taken) {
+  std::vector<std::string> unknown;
+  std::vector<Phone> phones;
+  for (const SpelledPhone& phone : phonesOfIpa(text, unknown)) phones.push_back(phone.phone);
+  if (!phones.empty()) taken = text.size();
+  return phones;
+}
+
+}  // namespace
 
 std::vector<int> stressesOfEspeakText(std::string_view transcription, const Language& language) {
   constexpr std::string_view kPrimary = "ˈ", kSecondary = "ˌ";
@@ -144,7 +161,8 @@ std::vector<int> stressesOfEspeakText(std::string_view transcription, const Lang
     // A symbol ends at the latest where the next mark or word begins.
     std::size_t end = std::min({rest.find(kPrimary), rest.find(kSecondary), rest.find_first_of(" \n_"), rest.size()});
     std::size_t taken = 0;
-    const std::vector<Phone> phones = takeSymbol(rest.substr(0, end), taken, language);
+    const std::vector<Phone> phones = language.say != nullptr ? takeVowels(rest.substr(0, end), taken)
+                                                              : takeSymbol(rest.substr(0, end), taken, language);
     for (const Phone phone : phones) {
       if (isVowel(phone)) stresses.push_back(std::exchange(stress, 0));
     }
@@ -158,8 +176,9 @@ std::vector<int> stressesOfEspeakText(std::string_view transcription, const Lang
 }
 
 std::vector<PhoneSegment> phonesFromEspeak(const std::vector<EspeakEvent>& events, const std::vector<int>& stresses,
-                                           const AudioClip& audio, const Language& language) {
-  std::vector<PhoneSegment> phones = announcedPhones(events, audio.duration(), language);
+                                           const AudioClip& audio, const Language& language,
+                                           std::vector<std::string>& unknown) {
+  std::vector<PhoneSegment> phones = announcedPhones(events, audio.duration(), language, unknown);
   mendLateSonorants(phones);
   takeClosures(phones, audio);
   std::vector<PhoneSegment*> vowels;

@@ -22,6 +22,17 @@ constexpr std::array kVoices = {
     VoiceRow{"flite:awb", "a Scotsman, linked into the program", "en", makeFliteVoice},
     VoiceRow{"flite:kal16", "a man, by diphones, linked into the program", "en", makeFliteVoice},
     VoiceRow{"espeak:en-us", "eSpeak NG's formant synthesis", "en", makeEspeakVoice},
+    VoiceRow{"espeak:en-gb", "eSpeak NG's formant synthesis", "en", makeEspeakVoice},
+    VoiceRow{"espeak:de", "eSpeak NG's formant synthesis", "de", makeEspeakVoice},
+    VoiceRow{"espeak:es", "eSpeak NG's formant synthesis", "es", makeEspeakVoice},
+    VoiceRow{"espeak:es-419", "eSpeak NG's formant synthesis", "es-419", makeEspeakVoice},
+    VoiceRow{"espeak:fr", "eSpeak NG's formant synthesis", "fr", makeEspeakVoice},
+    VoiceRow{"espeak:it", "eSpeak NG's formant synthesis", "it", makeEspeakVoice},
+    VoiceRow{"espeak:pt", "eSpeak NG's formant synthesis", "pt", makeEspeakVoice},
+    VoiceRow{"espeak:pt-br", "eSpeak NG's formant synthesis", "pt-BR", makeEspeakVoice},
+    VoiceRow{"espeak:pl", "eSpeak NG's formant synthesis", "pl", makeEspeakVoice},
+    VoiceRow{"espeak:nl", "eSpeak NG's formant synthesis", "nl", makeEspeakVoice},
+    VoiceRow{"espeak:zh", "eSpeak NG's formant synthesis", "zh", makeEspeakVoice},
     VoiceRow{"corpus", "the corpus' own recordings", "en", makeCorpusVoice},
 };
 
@@ -35,14 +46,38 @@ std::vector<std::string> knownVoices() {
   return names;
 }
 
-std::unique_ptr<Voice> makeVoice(std::string_view name, const VoiceOptions& options) {
+namespace {
+
+/// "espeak:sv" is a voice, too, though the table lacks it.
+VoiceRow rowOfVoice(std::string_view name) {
   const auto row =
       std::find_if(kVoices.begin(), kVoices.end(), [&](const VoiceRow& known) { return known.name == name; });
-  if (row == kVoices.end()) {
-    throw InputError(
-        fmt::format("found voice '{}'; expected one of {}", printable(name), fmt::join(knownVoices(), ", ")));
+  if (row != kVoices.end()) return *row;
+  constexpr std::string_view kEspeak = "espeak:";
+  if (name.starts_with(kEspeak)) {
+    const Language& language = languageOf(name.substr(kEspeak.size()));
+    if (!language.espeak_voice.empty()) return {name, "eSpeak NG's formant synthesis", language.tag, makeEspeakVoice};
   }
-  return row->make(name.substr(name.find(':') + 1), languageOf(row->language), options);
+  throw InputError(
+      fmt::format("found voice '{}'; expected one of {}", printable(name), fmt::join(knownVoices(), ", ")));
+}
+
+}  // namespace
+
+const Language& languageOfVoice(std::string_view name) { return languageOf(rowOfVoice(name).language); }
+
+std::string voiceFor(const Language& language) {
+  for (const VoiceRow& row : kVoices) {
+    if (&languageOf(row.language) == &language) return std::string(row.name);
+  }
+  if (!language.espeak_voice.empty()) return fmt::format("espeak:{}", language.tag);
+  throw InputError(fmt::format("found text to speak in {}, which no voice says; expected a recording (--audio) of it",
+                               language.name));
+}
+
+std::unique_ptr<Voice> makeVoice(std::string_view name, const VoiceOptions& options) {
+  const VoiceRow row = rowOfVoice(name);
+  return row.make(name.substr(name.find(':') + 1), languageOf(row.language), options);
 }
 
 bool festivalAvailable() { return findProgram("festival").has_value(); }

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "audio/audio_clip.h"
-#include "phonetics/text/lexicon.h"
 #include "phonetics/labels/speech_labels.h"
 #include "phonetics/language/language.h"
+#include "phonetics/text/lexicon.h"
 #include "units/selection/selection.h"
 
 namespace mouthpiece {
@@ -60,8 +60,13 @@ std::span<const VoiceRow> voices();
 /// Their names.
 std::vector<std::string> knownVoices();
 
-/// Makes the voice of that name. A missing Festival falls back on Flite, said in SpokenLine::notice. Throws InputError
-/// for an unknown name, listing the known ones.
+/// The language that a voice speaks. Throws InputError as makeVoice does.
+const Language& languageOfVoice(std::string_view name);
+/// The first voice of the table that speaks a language, else eSpeak NG's. Throws InputError for one that nobody speaks.
+std::string voiceFor(const Language& language);
+
+/// Makes the voice of that name; "espeak:" and any language of eSpeak NG's is one. A missing Festival falls back on
+/// Flite, said in SpokenLine::notice. Throws InputError for an unknown name, listing the known ones.
 std::unique_ptr<Voice> makeVoice(std::string_view name, const VoiceOptions& options = {});
 
 /// Whether the program `festival` can be found on the PATH.

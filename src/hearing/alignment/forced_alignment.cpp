@@ -35,11 +35,14 @@ std::vector<std::int16_t> samplesFor(const AudioClip& audio) {
   return samples;
 }
 
+/// The phones that the model listens for.
+const std::vector<Phone>& heardIn(const Pronunciation& way) { return way.heard.empty() ? way.phones : way.heard; }
+
 WordWays waysOf(const std::vector<TranscriptWord>& words) {
   WordWays all;
   for (const TranscriptWord& word : words) {
     auto& ways = all.emplace_back();
-    for (const Pronunciation& way : word.ways) ways.push_back(way.phones);
+    for (const Pronunciation& way : word.ways) ways.push_back(heardIn(way));
   }
   return all;
 }
@@ -47,7 +50,7 @@ WordWays waysOf(const std::vector<TranscriptWord>& words) {
 /// The way of `word` that the decoder took: its phones tell.
 const Pronunciation& wayTaken(const TranscriptWord& word, const std::vector<Phone>& phones) {
   const auto taken = std::find_if(word.ways.begin(), word.ways.end(),
-                                  [&](const Pronunciation& way) { return way.phones == phones; });
+                                  [&](const Pronunciation& way) { return heardIn(way) == phones; });
   MOUTHPIECE_EXPECT(taken != word.ways.end());
   return *taken;
 }
@@ -130,6 +133,8 @@ class LabelWriter {
     const Pronunciation& way = wayTaken(words_[word_count_ - 1], phones_);
     for (std::size_t i = 0; i < places_.size(); ++i) {
       if (way.stress[i] >= 0) segments_[places_[i]].stress = way.stress[i];
+      segments_[places_[i]].phone = way.phones[i];
+      if (!way.ipa.empty()) segments_[places_[i]].ipa = way.ipa[i];
     }
     confidence_.push_back(1 / (1 + std::exp((kEvenScore - score_ / frames_) / kScoreSpread)));
     places_.clear();
@@ -176,8 +181,7 @@ std::string doubtsAbout(const ForcedAlignment& alignment) {
   const std::vector<std::size_t> doubtful = alignment.doubtfulWords();
   if (doubtful.empty()) return {};
   const std::size_t words = alignment.labels.words.size();
-  const bool is_other_text =
-      doubtful.size() > 1 && asReal(doubtful.size()) > kOtherTextShare * asReal(words);
+  const bool is_other_text = doubtful.size() > 1 && asReal(doubtful.size()) > kOtherTextShare * asReal(words);
   std::string doubts = is_other_text
                            ? fmt::format("the words do not fit the sound: {} of {} are not heard in it, among them ",
                                          doubtful.size(), words)

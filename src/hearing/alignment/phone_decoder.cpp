@@ -31,6 +31,9 @@ constexpr double kTimesScale = 0.15;
 /// Of a song this many frames a phone are heard: 120 ms, about as long as spoken phones are.
 constexpr std::size_t kSungFramesAPhone = 12;
 constexpr const char* kSilenceWord = "<sil>";
+/// How likely a pause between two words is in a language whose sounds the model never learnt: what fits badly would
+/// rather be silence. Chosen on eSpeak NG's voices, other lines than the guide's table tells of.
+constexpr float kForeignPause = 1e-30F;
 /// The first phone of a word goes by a name of its own, so that the result tells where words begin.
 constexpr std::string_view kFirstSuffix = "_first";
 
@@ -101,7 +104,7 @@ Decoder makeDecoder(const std::filesystem::path& model, const Language& language
 int count(const auto& list) { return static_cast<int>(list.size()); }
 
 /// States 0 to words.size() stand between words; each further one inside a way.
-Graph makeGraph(ps_decoder_t* decoder, const WordWays& words) {
+Graph makeGraph(ps_decoder_t* decoder, const WordWays& words, float pause) {
   std::size_t inner_states = 0;
   for (const auto& ways : words) {
     for (const auto& phones : ways) inner_states += phones.size();
@@ -125,7 +128,7 @@ Graph makeGraph(ps_decoder_t* decoder, const WordWays& words) {
     }
     ++boundary;
   }
-  for (int state = 0; state < boundary_count; ++state) fsg_model_add_silence(graph.get(), kSilenceWord, state, 1.0F);
+  for (int state = 0; state < boundary_count; ++state) fsg_model_add_silence(graph.get(), kSilenceWord, state, pause);
   graph->start_state = 0;
   graph->final_state = boundary_count - 1;
   return graph;
@@ -316,8 +319,9 @@ std::vector<DecodedPhone> search(ps_decoder_t* decoder, SenoneScorer& scorer, fs
 
 /// Empty where no path through all words was kept.
 std::vector<DecodedPhone> decodeWith(ps_decoder_t* decoder, SenoneScorer& scorer, std::span<const std::int16_t> samples,
-                                     const WordWays& words, SpeechKind kind, const std::vector<bool>& codebooks) {
-  const Graph graph = makeGraph(decoder, words);
+                                     const WordWays& words, SpeechKind kind, const std::vector<bool>& codebooks,
+                                     float pause) {
+  const Graph graph = makeGraph(decoder, words, pause);
   Cepstra cepstra = cepstraOf(decoder, samples);
   if (cepstra.empty()) return {};
   std::vector<std::size_t> kept;
@@ -343,14 +347,15 @@ std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> sam
   MOUTHPIECE_EXPECT(!words.empty());
   SenoneScorer& scorer = state_->scorer;
   const auto codebooks = codebooksOf(phonesOf(words, state_->language), scorer.model(), state_->language);
-  std::vector<DecodedPhone> phones = decodeWith(state_->decoder.get(), scorer, samples, words, kind, codebooks);
+  const float pause = state_->language.say != nullptr ? kForeignPause : 1.0F;
+  std::vector<DecodedPhone> phones = decodeWith(state_->decoder.get(), scorer, samples, words, kind, codebooks, pause);
   if (!phones.empty()) return phones;
   // Words that hardly fit fall behind any beam.
   const auto frames = static_cast<std::size_t>(asReal(samples.size()) / kDecoderSampleRateHz / kFrameStep);
   const std::size_t phone_count = fewestPhones(words);
   if (frames < phone_count || frames > kMostWithoutBeam / std::max<std::size_t>(1, phone_count)) return phones;
   if (!state_->patient) state_->patient = makeDecoder(state_->model, state_->language, kNoBeam);
-  return decodeWith(state_->patient.get(), scorer, samples, words, kind, codebooks);
+  return decodeWith(state_->patient.get(), scorer, samples, words, kind, codebooks, pause);
 }
 
 std::vector<TimeSpan> PhoneDecoder::hearAgain(std::span<const std::int16_t> samples,

@@ -7,8 +7,8 @@
 #include <unordered_map>
 
 #include "base/errors.h"
-#include "base/index.h"
 #include "base/files.h"
+#include "base/index.h"
 #include "base/text_encoding.h"
 #include "phonetics/text/speakable_text.h"
 
@@ -150,6 +150,20 @@ struct Pronouncer::State {
     words.push_back({word, std::move(ways)});
   }
 
+  /// The whole text as the language's engine says it; the lexicon's words as the lexicon has them.
+  [[nodiscard]] std::vector<TranscriptWord> wordsAsSaid(std::string_view speakable) const {
+    constexpr std::size_t kLongestSentence = 400;
+    std::vector<TranscriptWord> words;
+    for (const std::string& sentence : splitSentences(speakable, kLongestSentence)) {
+      for (SaidWord& word : language.say(sentence, language)) {
+        std::vector<Pronunciation> ways = fromLexicon(word.text);
+        if (ways.empty() && !word.said.phones.empty()) ways.push_back(std::move(word.said));
+        if (!ways.empty()) words.push_back({std::move(word.text), std::move(ways)});
+      }
+    }
+    return words;
+  }
+
   /// A token without blanks: as the lexicon has it, letter by letter as it stands, or as the language reads it out.
   void addToken(std::vector<TranscriptWord>& words, std::string_view token) const {
     const std::string_view bare = withoutPunctuation(token);
@@ -175,13 +189,13 @@ Pronouncer::Pronouncer(Pronouncer&&) noexcept = default;
 Pronouncer& Pronouncer::operator=(Pronouncer&&) noexcept = default;
 
 std::vector<TranscriptWord> Pronouncer::wordsOf(std::string_view transcript) const {
+  if (state_->language.say != nullptr) return state_->wordsAsSaid(speakableText(transcript, state_->language));
   std::vector<TranscriptWord> words;
-  for (const std::string& token : splitAt(speakableText(transcript, state_->language), ' ')) state_->addToken(words, token);
+  for (const std::string& token : splitAt(speakableText(transcript, state_->language), ' '))
+    state_->addToken(words, token);
   return words;
 }
 
-std::vector<std::vector<Phone>> dictionaryWords(const Language& language) {
-  return Dictionary(language).usualWays();
-}
+std::vector<std::vector<Phone>> dictionaryWords(const Language& language) { return Dictionary(language).usualWays(); }
 
 }  // namespace mouthpiece

@@ -16,7 +16,8 @@ struct TranscriptWord {
 };
 
 /// Finds how words are said: the user's lexicon first, then the language's dictionary (English: CMU's of PocketSphinx'
-/// package), then its rules (English: Flite's). Stress is the lexicon's, else the rules'. Thread-safe.
+/// package), then its rules (English: Flite's); another language's engine says the line as a whole (Language::say).
+/// Stress is the lexicon's, else the rules'. Thread-safe.
 class Pronouncer {
  public:
   /// `lexicon` is kept alive by the caller; nullptr for none.

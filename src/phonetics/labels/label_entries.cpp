@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/errors.h"
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {
@@ -44,14 +45,32 @@ bool releases(Phone stop, Phone next) {
   return next == stop || (stop == Phone::kD && next == Phone::kJH) || (stop == Phone::kT && next == Phone::kCH);
 }
 
-Phone requirePhone(std::string_view file, const LabelEntry& entry, PhoneSet set, const Language& language) {
-  if (isSilenceName(entry.text)) return Phone::kSil;
-  if (const auto phone = phoneFromName(entry.text, set, language)) return *phone;
-  if (const auto stop = closedStop(entry.text)) return *stop;
+/// The phones that an entry names, at least one; two of a sound that no single phone shows (pf).
+std::vector<SpelledPhone> requirePhones(std::string_view file, const LabelEntry& entry, PhoneSet set,
+                                        const Language& language) {
+  if (isSilenceName(entry.text)) return {{}};
+  std::vector<std::string> unknown;
+  std::vector<SpelledPhone> phones = phonesOfSymbol(entry.text, set, language, unknown);
+  if (!phones.empty() && unknown.empty()) return phones;
+  if (const auto stop = closedStop(entry.text)) return {{*stop, *stop, "", 0}};
   const char* hint = entry.text == "spn" ? " (the aligner's mark for a word that its dictionary lacks)" : "";
   throw InputError(file, entry.place,
                    fmt::format("found phone '{}'{}; expected {} or sil", printable(entry.text), hint,
                                set == PhoneSet::kArpabet ? "ARPAbet (AA AE AH ... ZH)" : phoneSetName(set)));
+}
+
+/// In equal parts.
+void appendParts(std::vector<PhoneSegment>& segments, std::vector<SpelledPhone>& phones, const TimeSpan& span,
+                 std::optional<int> stress) {
+  const Seconds length = span.duration() / asReal(phones.size());
+  for (std::size_t i = 0; i < phones.size(); ++i) {
+    const bool is_last = i + 1 == phones.size();
+    segments.push_back(
+        {.phone = phones[i].phone,
+         .span = {span.start + asReal(i) * length, is_last ? span.end : span.start + asReal(i + 1) * length},
+         .stress = stress,
+         .ipa = std::move(phones[i].ipa)});
+  }
 }
 
 }  // namespace
@@ -68,7 +87,9 @@ std::vector<PhoneSegment> phonesFromEntries(std::string_view file, const std::ve
     checkSpan(file, entry, previous_end);
     previous_end = std::max(previous_end, entry.span.end);
     const bool is_glottal_stop = isGlottalStop(entry.text);
-    const Phone phone = !is_glottal_stop   ? requirePhone(file, entry, set, language)
+    std::vector<SpelledPhone> phones;
+    if (!is_glottal_stop) phones = requirePhones(file, entry, set, language);
+    const Phone phone = !is_glottal_stop   ? phones.front().phone
                         : segments.empty() ? Phone::kSil
                                            : segments.back().phone;
     if (phone == Phone::kSil && entry.span.duration() < kShortestLabel) continue;
@@ -80,9 +101,7 @@ std::vector<PhoneSegment> phonesFromEntries(std::string_view file, const std::ve
       segments.back().span.end = std::max(segments.back().span.end, entry.span.end);
     } else if (!is_glottal_stop) {
       checkIsLongEnough(file, entry);
-      segments.push_back({.phone = phone,
-                          .span = {std::max(0.0, entry.span.start), entry.span.end},
-                          .stress = stressOfName(entry.text)});
+      appendParts(segments, phones, {std::max(0.0, entry.span.start), entry.span.end}, stressOfName(entry.text));
     }
   }
   return segments;

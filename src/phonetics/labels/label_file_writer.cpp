@@ -18,7 +18,6 @@
 namespace mouthpiece {
 namespace {
 
-
 /// The colour that Festival's own tools write; readers pass over it.
 constexpr int kEspsColour = 121;
 
@@ -30,7 +29,7 @@ std::string withoutBlanks(std::string text) {
 
 /// A line a phone.
 std::string inLines(std::string head, const SpeechLabels& labels, const auto& line_of) {
-  for (const LabelledPhone& phone : labels.phones) head += line_of(phone.span, phoneName(phone.phone)) + "\n";
+  for (const LabelledPhone& phone : labels.phones) head += line_of(phone.span, phone.name()) + "\n";
   return head;
 }
 
@@ -85,7 +84,7 @@ std::vector<Interval> phoneIntervals(const SpeechLabels& labels) {
   if (labels.phones.empty()) return intervals;
   if (labels.phones.front().span.start > 0) intervals.push_back({{0, labels.phones.front().span.start}, ""});
   for (const LabelledPhone& phone : labels.phones) {
-    intervals.push_back({phone.span, std::string(phoneName(phone.phone))});
+    intervals.push_back({phone.span, std::string(phone.name())});
   }
   return intervals;
 }

@@ -75,7 +75,8 @@ class LabelsBuilder {
 
   SpeechLabels build() {
     for (const PhoneSegment& segment : segments_) {
-      labels_.phones.push_back({.phone = segment.phone, .span = segment.span, .word = {}, .syllable = {}});
+      labels_.phones.push_back(
+          {.phone = segment.phone, .span = segment.span, .word = {}, .syllable = {}, .ipa = segment.ipa});
     }
     for (std::size_t begin = 0; begin < segments_.size();) {
       const std::size_t end = endOfWordStretch(begin);

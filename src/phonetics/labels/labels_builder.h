@@ -16,6 +16,7 @@ struct PhoneSegment {
   std::optional<std::size_t> word = std::nullopt;      ///< index into `words`; ignored for silence
   std::optional<std::size_t> syllable = std::nullopt;  ///< any number, the same for phones side by side in a syllable
   std::optional<int> stress = std::nullopt;            ///< of the syllable: 0, 1, 2; given with its vowel
+  std::string ipa{};                                   ///< LabelledPhone::ipa
 };
 
 /// A word of a words tier.

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/index.h"
@@ -22,6 +23,9 @@ struct LabelledPhone {
   TimeSpan span;
   std::optional<std::size_t> word;      ///< index into SpeechLabels::words; none in silence
   std::optional<std::size_t> syllable;  ///< index into SpeechLabels::syllables
+  std::string ipa{};  ///< as its language writes it, where `phone` is only the nearest to it; "": the phone itself
+
+  [[nodiscard]] std::string_view name() const { return ipa.empty() ? phoneName(phone) : std::string_view(ipa); }
 };
 
 struct LabelledSyllable {

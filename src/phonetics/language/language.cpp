@@ -8,12 +8,26 @@
 
 #include "base/errors.h"
 #include "base/text_encoding.h"
+#include "phonetics/language/espeak_languages.h"
 
 namespace mouthpiece {
 namespace {
 
-/// Adding a language: one more row.
-const std::array kLanguages = {&english()};
+/// Adding a language that eSpeak NG speaks: a row of espeak_languages.cpp. One with rules of its own: one more here.
+const std::vector<const Language*>& ownLanguages() {
+  static const std::vector<const Language*> kAll = [] {
+    std::vector<const Language*> all = {&english()};
+    for (const Language& language : espeakRows()) all.push_back(&language);
+    all.push_back(&japanese());
+    return all;
+  }();
+  return kAll;
+}
+
+/// Written otherwise by those who follow ISO 639-3.
+std::string_view usualTag(std::string_view lower_case) {
+  return lower_case == "cmn" || lower_case.starts_with("cmn-") ? "zh" : lower_case;
+}
 
 constexpr std::array<std::string_view, 12> kIpaMarks = {"ː", "ˑ", "ˈ", "ˌ", "ʰ", "ʷ", "̩", "̃", "͡", "̚", "̯", "̥"};
 constexpr std::array<std::string_view, 6> kXSampaMarks = {":", "\"", "%", "_h", "=", "_="};
@@ -48,19 +62,21 @@ const LanguagePhone* Language::find(Phone phone) const {
   return found == inventory.end() ? nullptr : &*found;
 }
 
-std::span<const Language* const> languages() { return kLanguages; }
+std::span<const Language* const> languages() { return ownLanguages(); }
 
 const Language& languageOf(std::string_view tag) {
-  const std::string wanted = lowerCase(tag);
+  const std::string wanted(usualTag(lowerCase(tag)));
   for (std::string_view part = wanted; !part.empty(); part = part.substr(0, part.rfind('-'))) {
-    for (const Language* language : kLanguages) {
+    for (const Language* language : ownLanguages()) {
       if (lowerCase(language->tag) == part) return *language;
     }
+    if (const Language* untuned = untunedLanguage(part)) return *untuned;
     if (part.find('-') == std::string_view::npos) break;
   }
   std::vector<std::string_view> known;
-  for (const Language* language : kLanguages) known.push_back(language->tag);
-  throw InputError(fmt::format("found language '{}'; expected one of {}", printable(tag), fmt::join(known, ", ")));
+  for (const Language* language : ownLanguages()) known.push_back(language->tag);
+  throw InputError(fmt::format("found language '{}'; expected one of {}, or another that eSpeak NG speaks",
+                               printable(tag), fmt::join(known, ", ")));
 }
 
 std::string_view phoneSetName(PhoneSet set) {
@@ -71,15 +87,33 @@ std::string_view phoneSetName(PhoneSet set) {
 std::optional<Phone> phoneFromName(std::string_view name, PhoneSet set, const Language& language) {
   if (set == PhoneSet::kArpabet) return phoneFromName(withoutWordPosition(name));
   if (isSilenceName(name)) return Phone::kSil;
-  return set == PhoneSet::kIpa ? findIn(language, &LanguagePhone::ipa, without(name, kIpaMarks))
-                               : findIn(language, &LanguagePhone::x_sampa, without(name, kXSampaMarks));
+  const auto own = set == PhoneSet::kIpa ? findIn(language, &LanguagePhone::ipa, without(name, kIpaMarks))
+                                         : findIn(language, &LanguagePhone::x_sampa, without(name, kXSampaMarks));
+  return own;
 }
+
+namespace {
+
+/// Whether the set writes a sound so: one letter with marks, an affricate or a diphthong.
+bool isSymbolOf(PhoneSet set, std::string_view name, const Language& language) {
+  if (phoneFromName(name, set, language)) return true;
+  if (set == PhoneSet::kArpabet) return false;
+  const bool is_ascii =
+      std::all_of(name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) < 0x80; });
+  if (set == PhoneSet::kXSampa && !is_ascii) return false;
+  const IpaReading reading = readIpa(set == PhoneSet::kXSampa ? ipaFromXSampa(name) : std::string(name));
+  if (!reading.unknown.empty() || reading.sounds.empty() || reading.sounds.size() > 2) return false;
+  return reading.sounds.size() == 1 || reading.sounds[0].opens_affricate ||
+         (reading.sounds[0].isVowel() && reading.sounds[1].isVowel());
+}
+
+}  // namespace
 
 PhoneSet likeliestPhoneSet(std::span<const std::string> names, const Language& language) {
   const auto known = [&](PhoneSet set) {
     return std::count_if(names.begin(), names.end(), [&](const std::string& name) {
       const bool is_closure = set == PhoneSet::kArpabet && closedStop(name).has_value();
-      return is_closure || isSilenceName(name) || isGlottalStop(name) || phoneFromName(name, set, language).has_value();
+      return is_closure || isSilenceName(name) || isGlottalStop(name) || isSymbolOf(set, name, language);
     });
   };
   PhoneSet best = PhoneSet::kArpabet;

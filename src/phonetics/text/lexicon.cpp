@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "base/errors.h"
-#include "base/index.h"
 #include "base/files.h"
+#include "base/index.h"
 #include "base/text_encoding.h"
+#include "base/unicode.h"
 
 namespace mouthpiece {
 namespace {
@@ -38,12 +40,65 @@ std::string_view withoutVariant(std::string_view word) {
   return is_number ? word.substr(0, open) : word;
 }
 
+/// A symbol, or a row of them, of IPA or X-SAMPA; false where one is unknown. Stress goes to the next vowel.
+bool addSymbol(Pronunciation& pronunciation, std::string_view name, PhoneSet set, const Language& language,
+               int& stress) {
+  std::vector<std::string> unknown;
+  const std::vector<SpelledPhone> phones = phonesOfSymbol(name, set, language, unknown);
+  const std::string ipa = set == PhoneSet::kXSampa ? ipaFromXSampa(name) : std::string(name);
+  if (ipa == "ˈ" || ipa == "ˌ") {
+    stress = ipa == "ˈ" ? 1 : 2;
+    return true;
+  }
+  if (phones.empty() || !unknown.empty()) return false;
+  if (ipa.starts_with("ˈ") || ipa.starts_with("ˌ")) stress = ipa.starts_with("ˈ") ? 1 : 2;
+  for (const SpelledPhone& phone : phones) {
+    if (phone.phone == Phone::kSil) return false;
+    if (phone.stress != 0) stress = phone.stress;
+    pronunciation.phones.push_back(phone.phone);
+    pronunciation.heard.push_back(phone.heard);
+    pronunciation.ipa.push_back(phone.ipa);
+    pronunciation.stress.push_back(isVowel(phone.phone) && stress != 0 ? std::exchange(stress, 0) : -1);
+  }
+  return true;
+}
+
+/// What the first comments say, else what most symbols are.
+PhoneSet phoneSetOf(std::string_view text, const Language& language) {
+  std::vector<std::string> names;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    std::string_view line = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    const std::string_view word = takeField(line);
+    if (word.starts_with('#') || word.starts_with(";;;")) {
+      const std::string said = lowerCase(std::string(word) + std::string(line));
+      const std::size_t at = said.find("phones:");
+      if (at == std::string::npos) continue;
+      if (said.find("x-sampa", at) != std::string::npos) return PhoneSet::kXSampa;
+      if (said.find("ipa", at) != std::string::npos) return PhoneSet::kIpa;
+      if (said.find("arpabet", at) != std::string::npos) return PhoneSet::kArpabet;
+      continue;
+    }
+    for (auto name = takeField(line); !name.empty() && name != "#"; name = takeField(line)) names.emplace_back(name);
+  }
+  const auto is_ascii = [](const std::string& name) {
+    return std::none_of(name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) >= 0x80; });
+  };
+  if (std::all_of(names.begin(), names.end(), is_ascii)) return likeliestPhoneSet(names, language);
+  return PhoneSet::kIpa;
+}
+
 Pronunciation parsePhones(std::string_view fields, std::string_view word, std::string_view file,
                           const std::string& line, PhoneSet set, const Language& language) {
   Pronunciation pronunciation;
+  int stress = 0;  // a mark alone, or before the consonants of its syllable
   for (auto name = takeField(fields); !name.empty() && name != "#"; name = takeField(fields)) {
-    const auto phone = set == PhoneSet::kArpabet ? phoneFromName(name) : phoneFromName(name, set, language);
-    if (!phone || *phone == Phone::kSil) {
+    const auto phone = phoneFromName(name);
+    if (set != PhoneSet::kArpabet) {
+      if (addSymbol(pronunciation, name, set, language, stress)) continue;
+    }
+    if (set != PhoneSet::kArpabet || !phone || *phone == Phone::kSil) {
       throw InputError(file, line,
                        fmt::format("found phone '{}' in '{}'; expected {}", printable(name), printable(word),
                                    set == PhoneSet::kArpabet ? "ARPAbet (AA AE AH ... ZH)" : phoneSetName(set)));
@@ -59,8 +114,13 @@ Pronunciation parsePhones(std::string_view fields, std::string_view word, std::s
 
 }  // namespace
 
-Lexicon Lexicon::read(const std::filesystem::path& path) {
-  return parse(readFile(path, kMaxLexiconBytes), path.string());
+Lexicon Lexicon::read(const std::filesystem::path& path, const Language& language) {
+  return parseAnySet(readFile(path, kMaxLexiconBytes), path.string(), language);
+}
+
+Lexicon Lexicon::parseAnySet(std::string_view bytes, std::string_view name, const Language& language) {
+  const std::string text = decodeText(bytes, name);
+  return parse(text, name, phoneSetOf(text, language), language);
 }
 
 Lexicon Lexicon::parse(std::string_view bytes, std::string_view name, PhoneSet set, const Language& language) {
@@ -74,13 +134,14 @@ Lexicon Lexicon::parse(std::string_view bytes, std::string_view name, PhoneSet s
     const std::string_view word = takeField(line);
     if (word.empty() || word.starts_with('#') || word.starts_with(";;;")) continue;
     Pronunciation pronunciation = parsePhones(line, word, name, std::to_string(number), set, language);
-    lexicon.words_[std::string(withoutVariant(word))].push_back(std::move(pronunciation));
+    lexicon.words_[toNfc(withoutVariant(word))].push_back(std::move(pronunciation));
   }
   if (lexicon.words_.empty()) throw InputError(name, "", "holds no words; expected lines of a word and its phones");
   return lexicon;
 }
 
-std::string Lexicon::keyOf(std::string_view word) const {
+std::string Lexicon::keyOf(std::string_view as_written) const {
+  const std::string word = toNfc(as_written);
   auto found = words_.find(word);
   if (found == words_.end()) found = words_.find(lowerCase(word));
   if (found == words_.end() && word.size() > 1) found = words_.find(upperCase(word));

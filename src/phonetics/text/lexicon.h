@@ -17,7 +17,10 @@ class Lexicon {
  public:
   /// Lines of "word phone phone ..."; "word(2)" is a further pronunciation; '#' starts a comment line. Throws
   /// InputError naming file and line for a word without phones, or phones that the set does not know.
-  static Lexicon read(const std::filesystem::path& path);
+  /// Its phones are ARPAbet, IPA or X-SAMPA: what a comment "# phones: IPA" says, else what most of them are; ARPAbet
+  /// in doubt (docs/formats/labels.md). A word in IPA may be written in one go with its stress: "Brücke ˈbʁʏkə".
+  static Lexicon read(const std::filesystem::path& path, const Language& language = english());
+  static Lexicon parseAnySet(std::string_view text, std::string_view name, const Language& language = english());
   /// `set`: how its phones are written. `name` stands for the file in messages.
   static Lexicon parse(std::string_view text, std::string_view name, PhoneSet set = PhoneSet::kArpabet,
                        const Language& language = english());

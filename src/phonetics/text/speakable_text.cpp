@@ -10,11 +10,14 @@
 
 #include "base/errors.h"
 #include "base/text_encoding.h"
+#include "base/unicode.h"
 
 namespace mouthpiece {
 namespace {
 
 constexpr std::size_t kLongestWord = 40;
+/// Bytes; a sentence of Thai or Japanese has no blank in it.
+constexpr std::size_t kLongestScriptWord = 180;
 constexpr std::size_t kLongestPunctuation = 3;  // "..." is said like any number of dots
 constexpr std::string_view kKeptSigns = ".,;:!?'-\"()";
 
@@ -62,10 +65,21 @@ std::string_view plainLatinLetters(char32_t code_point) {
 }
 
 /// Written alike in every language.
-constexpr SpelledSign kPlainSigns[] = {
-    {0x2010, "-"}, {0x2011, "-"}, {0x2012, "-"}, {0x2013, "-"}, {0x2014, ", "}, {0x2015, ", "}, {0x2018, "'"},
-    {0x2019, "'"}, {0x201A, "'"}, {0x201B, "'"}, {0x02BC, "'"}, {0x2032, "'"}, {0x201C, "\""}, {0x201D, "\""},
-    {0x201E, "\""}, {0x2026, "..."}, {0x2212, "-"}, {0x3002, ". "}};
+constexpr SpelledSign kPlainSigns[] = {{0x2010, "-"},   {0x2011, "-"},  {0x2012, "-"},  {0x2013, "-"},  {0x2014, ", "},
+                                       {0x2015, ", "},  {0x2018, "'"},  {0x2019, "'"},  {0x201A, "'"},  {0x201B, "'"},
+                                       {0x02BC, "'"},   {0x2032, "'"},  {0x201C, "\""}, {0x201D, "\""}, {0x201E, "\""},
+                                       {0x2026, "..."}, {0x2212, "-"},  {0x3002, ". "}, {0x3001, ", "}, {0x060C, ", "},
+                                       {0x061B, "; "},  {0x061F, "? "}, {0x06D4, ". "}, {0x0964, ". "}, {0x0965, ". "}};
+
+bool isUtf8(std::string_view text) {
+  for (std::size_t at = 0; at < text.size();) {
+    if (!decodeUtf8(text, at)) return false;
+  }
+  return true;
+}
+
+/// Of any script; joiners inside words shape their letters.
+bool isKeptLetter(char32_t c) { return c >= 0x80 && (isWordSign(c) || c == 0x200C || c == 0x200D); }
 
 std::string_view spelledIn(std::span<const SpelledSign> signs, char32_t c) {
   const auto found = std::find_if(signs.begin(), signs.end(), [&](const SpelledSign& sign) { return sign.sign == c; });
@@ -122,7 +136,7 @@ class Speller {
     if (isAsciiLetter(c) || isDigit(c) ||
         (c < 0x80 && kKeptSigns.find(static_cast<char>(c)) != std::string_view::npos)) {
       out_ += static_cast<char>(c);
-    } else if (contains(rules_.own_letters, c)) {
+    } else if (contains(rules_.own_letters, c) || (rules_.any_letters && isKeptLetter(c))) {
       appendUtf8(out_, c);
     } else if (c == '$') {
       out_ += isDigit(peek(1)) ? " $" : " ";
@@ -157,9 +171,9 @@ class Speller {
     } else {
       std::string shown;
       appendUtf8(shown, c);
-      throw InputError("text", fmt::format("character {}", at_ + 1),
-                       fmt::format("found '{}' (U+{:04X}); expected {}", shown, static_cast<std::uint32_t>(c),
-                                   rules_.expected));
+      throw InputError(
+          "text", fmt::format("character {}", at_ + 1),
+          fmt::format("found '{}' (U+{:04X}); expected {}", shown, static_cast<std::uint32_t>(c), rules_.expected));
     }
   }
 
@@ -187,8 +201,8 @@ void appendPause(std::string& out, std::string_view signs) {
   if (pause != std::string_view::npos) out += signs[pause] == '-' ? ',' : signs[pause];
 }
 
-/// A word of at most kLongestWord characters after the last one, rows of one sign cut short.
-void appendWord(std::string& out, std::string_view word) {
+/// A word of at most `longest` bytes after the last one, rows of one sign cut short.
+void appendWord(std::string& out, std::string_view word, std::size_t longest) {
   if (!out.empty()) out += ' ';
   std::size_t length = 0;
   std::size_t repeats = 0;
@@ -196,7 +210,7 @@ void appendWord(std::string& out, std::string_view word) {
     repeats = i > 0 && word[i] == word[i - 1] ? repeats + 1 : 1;
     if (!isSpoken(word[i]) && repeats > kLongestPunctuation) continue;
     const bool begins_character = (static_cast<unsigned char>(word[i]) & 0xC0U) != 0x80U;
-    if (length >= kLongestWord && begins_character) {
+    if (length >= longest && begins_character) {
       if (!hasWords(word.substr(i))) return appendPause(out, word.substr(i));
       out += ' ';
       length = 0;
@@ -207,14 +221,14 @@ void appendWord(std::string& out, std::string_view word) {
 }
 
 /// Single blanks, none at the ends; every word has something to say.
-std::string tidy(std::string_view text) {
+std::string tidy(std::string_view text, std::size_t longest) {
   std::string out;
   while (!text.empty()) {
     const std::size_t end = std::min(text.find(' '), text.size());
     const std::string_view word = text.substr(0, end);
     text.remove_prefix(std::min(end + 1, text.size()));
     if (hasWords(word)) {
-      appendWord(out, word);
+      appendWord(out, word, longest);
     } else {
       appendPause(out, word);
     }
@@ -243,7 +257,9 @@ std::vector<std::string> splitSentences(std::string_view speakable, std::size_t 
 }
 
 std::string speakableText(std::string_view text, const Language& language) {
-  std::string spoken = tidy(Speller(decode(text), language.text).spell());
+  const std::string joined = language.text.any_letters && isUtf8(text) ? toNfc(text) : std::string(text);
+  std::string spoken = tidy(Speller(decode(joined), language.text).spell(),
+                            language.text.any_letters ? kLongestScriptWord : kLongestWord);
   if (!hasWords(spoken)) {
     throw InputError("text", "",
                      fmt::format("has nothing to say in it: found '{}'; expected words", printable(text, 40)));

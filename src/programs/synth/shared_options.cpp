@@ -55,10 +55,15 @@ void addSharedOptions(CLI::App& app, SharedOptions& options) {
   std::string voices;
   for (const std::string& name : voiceNames()) voices += (voices.empty() ? "" : " ") + name;
   app.add_option("--voice", speaker.voice, voices)->capture_default_str();
+  app.add_option(
+      "--language", speaker.language,
+      "Language of the text, the recording, its labels and the lexicon, as BCP 47: de, es, fr, it, pt, pt-BR, "
+      "pl, nl, ja, zh, or any other of eSpeak NG's (default: the voice's)");
   app.add_option("--rate", speaker.rate,
                  "With --voice corpus: speaking rate, 1 as fast as Festival would speak (default: as it was recorded)")
       ->check(CLI::Range(0.4, 2.5));
-  app.add_option("--lexicon", speaker.lexicon, "Pronunciations that go before the voice's own");
+  app.add_option("--lexicon", speaker.lexicon,
+                 "Pronunciations that go before the voice's own: words in ARPAbet, IPA or X-SAMPA");
   app.add_option("--fps", manner.frame_rate_hz, "Frames a second, 24 to 240")->capture_default_str();
   using Method = Manner::Method;
   addChoice(

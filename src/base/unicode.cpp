@@ -1,0 +1,70 @@
+#include "base/unicode.h"
+
+#include <unicode/normalizer2.h>
+#include <unicode/translit.h>
+#include <unicode/uchar.h>
+#include <unicode/unistr.h>
+
+#include <memory>
+
+#include "base/errors.h"
+
+namespace mouthpiece {
+namespace {
+
+bool isAscii(std::string_view text) {
+  for (const char c : text) {
+    if (static_cast<unsigned char>(c) >= 0x80) return false;
+  }
+  return true;
+}
+
+icu::UnicodeString unicodeOf(std::string_view text) {
+  return icu::UnicodeString::fromUTF8(icu::StringPiece(text.data(), static_cast<int32_t>(text.size())));
+}
+
+std::string normalised(std::string_view text, const icu::Normalizer2* form) {
+  MOUTHPIECE_EXPECT(form != nullptr);
+  UErrorCode error = U_ZERO_ERROR;
+  std::string out;
+  form->normalize(unicodeOf(text), error).toUTF8String(out);
+  MOUTHPIECE_EXPECT(U_SUCCESS(error));
+  return out;
+}
+
+}  // namespace
+
+std::string toNfc(std::string_view text) {
+  if (isAscii(text)) return std::string(text);
+  UErrorCode error = U_ZERO_ERROR;
+  return normalised(text, icu::Normalizer2::getNFCInstance(error));
+}
+
+std::string toNfd(std::string_view text) {
+  if (isAscii(text)) return std::string(text);
+  UErrorCode error = U_ZERO_ERROR;
+  return normalised(text, icu::Normalizer2::getNFDInstance(error));
+}
+
+bool isWordSign(char32_t code_point) {
+  return u_isalnum(static_cast<UChar32>(code_point)) != 0 || isJoiningMark(code_point);
+}
+
+bool isJoiningMark(char32_t code_point) {
+  const auto type = u_charType(static_cast<UChar32>(code_point));
+  return type == U_NON_SPACING_MARK || type == U_COMBINING_SPACING_MARK || type == U_ENCLOSING_MARK;
+}
+
+std::string toPinyin(std::string_view text) {
+  UErrorCode error = U_ZERO_ERROR;
+  const std::unique_ptr<icu::Transliterator> pinyin(
+      icu::Transliterator::createInstance("Han-Latin", UTRANS_FORWARD, error));
+  if (U_FAILURE(error) || !pinyin) throw InputError("text", "", "cannot be read as Chinese: ICU's data lack Han-Latin");
+  icu::UnicodeString changed = unicodeOf(text);
+  pinyin->transliterate(changed);
+  std::string out;
+  changed.toUTF8String(out);
+  return out;
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace mouthpiece {
+
+/// Marks joined to their letters where Unicode has such a letter ("u" + U+0308 -> "ü"), and apart; by ICU. Broken UTF-8
+/// becomes U+FFFD.
+std::string toNfc(std::string_view text);
+std::string toNfd(std::string_view text);
+
+/// A letter, a mark on one, or a digit, of any script.
+bool isWordSign(char32_t code_point);
+/// A mark that joins the letter before it: an accent, a vowel sign, points.
+bool isJoiningMark(char32_t code_point);
+
+/// Chinese characters as Pinyin with tone marks, a word a character (ICU's Han-Latin); other text as it is.
+std::string toPinyin(std::string_view text);
+
+}  // namespace mouthpiece

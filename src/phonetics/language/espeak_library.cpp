@@ -1,0 +1,199 @@
+#include "phonetics/language/espeak_library.h"
+
+#include <espeak-ng/speak_lib.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <mutex>
+#include <utility>
+
+#include "base/errors.h"
+#include "base/index.h"
+#include "base/text_encoding.h"
+#include "base/unicode.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr int kIpaTranscription = 0x02;  // espeakPHONEMES_IPA
+
+/// The library speaks one text at a time for the whole program.
+std::mutex& espeakLock() {
+  static std::mutex lock;
+  return lock;
+}
+
+/// What one utterance makes while it is spoken.
+struct EspeakRecording {
+  EspeakSpeech speech;
+  std::string text;
+  std::vector<std::size_t> places;  ///< of the text's characters
+  std::size_t end_of_word = 0;      ///< where in the text the last word ended
+};
+
+/// Where each character begins.
+std::vector<std::size_t> characterPlaces(std::string_view text) {
+  std::vector<std::size_t> places;
+  for (std::size_t at = 0; at < text.size();) {
+    places.push_back(at);
+    if (!decodeUtf8(text, at)) ++at;
+  }
+  return places;
+}
+
+/// `word` without the marks around it: "ten," is ten.
+std::string bareWord(std::string_view word) {
+  std::size_t first = word.size(), end = 0;
+  for (std::size_t at = 0; at < word.size();) {
+    const std::size_t begin = at;
+    const auto c = decodeUtf8(word, at);
+    if (!c) at = begin + 1;
+    if (!c || !isWordSign(*c)) continue;
+    first = std::min(first, begin);
+    end = at;
+  }
+  return first < end ? std::string(word.substr(first, end - first)) : std::string(word);
+}
+
+/// A word reaches to the next blank: "42" is announced once for each word that it is read as.
+void noteWord(EspeakRecording& recording, const espeak_EVENT& event) {
+  const auto character = unsignedIndex(std::max(event.text_position, 1) - 1);
+  if (character >= recording.places.size()) return;
+  const std::size_t first = recording.places[character];
+  if (first < recording.end_of_word) return;
+  recording.end_of_word = std::min(recording.text.find(' ', first), recording.text.size());
+  recording.speech.words.push_back(
+      bareWord(std::string_view(recording.text).substr(first, recording.end_of_word - first)));
+}
+
+void notePhone(EspeakRecording& recording, const espeak_EVENT& event) {
+  EspeakSpeech& speech = recording.speech;
+  std::string_view symbol(event.id.string, strnlen(event.id.string, sizeof event.id.string));
+  // A word of another language is announced by its tag: "(en)".
+  if (symbol.starts_with('(')) symbol.remove_prefix(std::min(symbol.find(')') + 1, symbol.size()));
+  if (speech.words.empty()) speech.words.emplace_back();
+  speech.events.push_back({.time = asReal(event.sample) / speech.sample_rate_hz,
+                           .symbol = std::string(symbol),
+                           .word = speech.words.size() - 1});
+}
+
+/// eSpeak's callback: samples and the events among them.
+int recordSpeech(short* samples, int count, espeak_EVENT* events) {
+  auto* recording = static_cast<EspeakRecording*>(events->user_data);
+  if (recording == nullptr) return 0;
+  for (const espeak_EVENT* event = events; event->type != espeakEVENT_LIST_TERMINATED; ++event) {
+    if (event->type == espeakEVENT_WORD) noteWord(*recording, *event);
+    if (event->type == espeakEVENT_PHONEME) notePhone(*recording, *event);
+  }
+  if (samples == nullptr) return 0;
+  for (int i = 0; i < count; ++i) recording->speech.samples.push_back(static_cast<float>(samples[i]) / 32768.0F);
+  return 0;
+}
+
+/// Starts the library once; its sample rate, or 0 when its data are missing.
+int startEspeak() {
+  static const int rate = [] {
+    const int found =
+        espeak_Initialize(AUDIO_OUTPUT_SYNCHRONOUS, 0, nullptr,
+                          espeakINITIALIZE_PHONEME_EVENTS | espeakINITIALIZE_PHONEME_IPA | espeakINITIALIZE_DONT_EXIT);
+    espeak_SetSynthCallback(&recordSpeech);
+    return found;
+  }();
+  return rate;
+}
+
+/// A voice's languages follow each other: a byte of priority, the name, a zero; a zero ends the list.
+bool speaks(const espeak_VOICE& voice, std::string_view language) {
+  for (const char* entry = voice.languages; entry != nullptr && *entry != '\0'; entry += 2 + std::strlen(entry + 1)) {
+    if (language == entry + 1) return true;
+  }
+  return false;
+}
+
+/// The library has one voice at a time, and dies when it is asked to speak without one.
+void chooseVoice(std::string_view voice) {
+  if (startEspeak() <= 0)
+    throw InputError("espeak", "", "cannot find its voices (sudo apt-get install espeak-ng-data)");
+  if (espeak_SetVoiceByName(std::string(voice).c_str()) == EE_OK) return;
+  for (const espeak_VOICE** known = espeak_ListVoices(nullptr); *known != nullptr; ++known) {
+    if (speaks(**known, voice) && espeak_SetVoiceByName((*known)->identifier) == EE_OK) return;
+  }
+  throw InputError(
+      "espeak", "",
+      fmt::format("has no voice {}; expected one of its data (sudo apt-get install espeak-ng-data)", printable(voice)));
+}
+
+/// eSpeak transcribes clause by clause.
+std::vector<std::string> transcriptionsOf(const std::string& text) {
+  std::vector<std::string> clauses;
+  const void* rest = text.c_str();
+  while (rest != nullptr) {
+    const char* clause = espeak_TextToPhonemes(&rest, espeakCHARS_UTF8, kIpaTranscription);
+    if (clause == nullptr) break;
+    clauses.emplace_back(clause);
+  }
+  return clauses;
+}
+
+/// The words of a text without blanks between its characters (Chinese), or with.
+std::vector<std::string> charactersOf(std::string_view text) {
+  std::vector<std::string> characters;
+  bool joins = false;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t begin = at;
+    const auto c = decodeUtf8(text, at);
+    if (!c) at = begin + 1;
+    const bool is_word = c && isWordSign(*c);
+    const bool is_alone = c && *c >= 0x2E80;
+    if (is_word && (is_alone || !joins)) {
+      characters.emplace_back(text.substr(begin, at - begin));
+    } else if (is_word) {
+      characters.back() += text.substr(begin, at - begin);
+    }
+    joins = is_word && !is_alone;
+  }
+  return characters;
+}
+
+}  // namespace
+
+EspeakSpeech speakWithEspeak(std::string_view voice, const std::string& sentence, std::string_view written) {
+  const std::scoped_lock lock(espeakLock());
+  chooseVoice(voice);
+  EspeakRecording recording{.speech = {}, .text = sentence, .places = characterPlaces(sentence)};
+  recording.speech.sample_rate_hz = startEspeak();
+  const espeak_ERROR error =
+      espeak_Synth(sentence.c_str(), sentence.size() + 1, 0, POS_CHARACTER, 0, espeakCHARS_UTF8, nullptr, &recording);
+  if (error != EE_OK) throw InputError("espeak", "", fmt::format("could not say '{}'", printable(sentence)));
+  recording.speech.transcriptions = transcriptionsOf(sentence);
+  if (!written.empty()) {
+    std::vector<std::string> shown = charactersOf(written);
+    if (shown.size() == recording.speech.words.size()) recording.speech.words = std::move(shown);
+  }
+  return std::move(recording.speech);
+}
+
+void expectEspeakVoice(std::string_view voice) {
+  const std::scoped_lock lock(espeakLock());
+  chooseVoice(voice);
+}
+
+const std::vector<EspeakLanguage>& espeakLanguages() {
+  static const std::vector<EspeakLanguage> kAll = [] {
+    const std::scoped_lock lock(espeakLock());
+    std::vector<EspeakLanguage> all;
+    if (startEspeak() <= 0) return all;
+    for (const espeak_VOICE** voice = espeak_ListVoices(nullptr); *voice != nullptr; ++voice) {
+      if ((*voice)->languages == nullptr || *(*voice)->languages == '\0') continue;
+      const std::string tag = (*voice)->languages + 1;
+      const bool is_variant = std::string_view((*voice)->identifier).starts_with("mb/");
+      const bool is_known = std::any_of(all.begin(), all.end(), [&](const auto& known) { return known.tag == tag; });
+      if (!is_variant && !is_known) all.push_back({tag, (*voice)->name});
+    }
+    return all;
+  }();
+  return kAll;
+}
+
+}  // namespace mouthpiece
