@@ -160,7 +160,8 @@ constexpr std::size_t kPairs = kPhoneCount * kPhoneCount;
 /// A pair that is held already is worth this share of a new one, divided by how often it is held.
 constexpr double kWorthAgain = 0.01;
 
-std::vector<std::size_t> pairsOf(const Prompt& prompt) {
+/// In the order of speech.
+std::vector<std::size_t> allPairsOf(const Prompt& prompt) {
   std::vector<std::size_t> pairs;
   std::size_t before = static_cast<std::size_t>(Phone::kSil);
   const auto add = [&](Phone phone) {
@@ -169,6 +170,11 @@ std::vector<std::size_t> pairsOf(const Prompt& prompt) {
   };
   for (const Phone phone : prompt.phones) add(phone);
   add(Phone::kSil);
+  return pairs;
+}
+
+std::vector<std::size_t> pairsOf(const Prompt& prompt) {
+  std::vector<std::size_t> pairs = allPairsOf(prompt);
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   return pairs;
@@ -189,7 +195,20 @@ std::vector<std::string> sentencesOfGrammar(std::string_view text, std::string_v
   return Grammar(text, file).sentences();
 }
 
-ChosenPrompts choosePrompts(const std::vector<Prompt>& prompts, std::size_t count) {
+PairShares pairShares(const std::vector<Prompt>& running) {
+  PairShares shares{};
+  double all = 0;
+  for (const Prompt& prompt : running) {
+    for (const std::size_t pair : allPairsOf(prompt)) {
+      shares[pair] += 1;
+      all += 1;
+    }
+  }
+  for (double& share : shares) share /= std::max(all, 1.0);
+  return shares;
+}
+
+ChosenPrompts choosePrompts(const std::vector<Prompt>& prompts, std::size_t count, const PairShares* weights) {
   std::vector<std::vector<std::size_t>> pairs;
   std::array<std::size_t, kPairs> held{};
   ChosenPrompts chosen;
@@ -202,7 +221,8 @@ ChosenPrompts choosePrompts(const std::vector<Prompt>& prompts, std::size_t coun
   const auto worth_of = [&](std::size_t sentence) {
     double worth = 0;
     for (const std::size_t pair : pairs[sentence]) {
-      worth += held[pair] == 0 ? 1.0 : kWorthAgain / asReal(held[pair]);
+      const double weight = weights == nullptr ? 1.0 : (*weights)[pair];
+      worth += weight * (held[pair] == 0 ? 1.0 : kWorthAgain / asReal(held[pair]));
     }
     return worth / std::sqrt(asReal(prompts[sentence].phones.size() + 1));
   };
@@ -210,6 +230,7 @@ ChosenPrompts choosePrompts(const std::vector<Prompt>& prompts, std::size_t coun
   std::priority_queue<Candidate> candidates;
   for (std::size_t i = 0; i < prompts.size(); ++i) candidates.push({worth_of(i), i, 0});
   std::size_t different = 0;
+  double share = 0;
   while (chosen.sentences.size() < count && !candidates.empty()) {
     const Candidate best = candidates.top();
     candidates.pop();
@@ -217,7 +238,12 @@ ChosenPrompts choosePrompts(const std::vector<Prompt>& prompts, std::size_t coun
       candidates.push({worth_of(best.sentence), best.sentence, chosen.sentences.size()});
       continue;
     }
-    for (const std::size_t pair : pairs[best.sentence]) different += held[pair]++ == 0 ? 1U : 0U;
+    for (const std::size_t pair : pairs[best.sentence]) {
+      if (held[pair]++ != 0) continue;
+      ++different;
+      if (weights != nullptr) share += (*weights)[pair];
+    }
+    if (weights != nullptr) chosen.shares.push_back(share);
     chosen.sentences.push_back(best.sentence);
     chosen.pairs.push_back(different);
   }

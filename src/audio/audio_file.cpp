@@ -134,6 +134,20 @@ std::vector<float> readMono(SNDFILE* sound, const SF_INFO& info, std::string_vie
   return mono;
 }
 
+std::string bytesOfSound(const std::vector<std::int16_t>& samples, int sample_rate_hz, int container) {
+  MemoryFile file;
+  SF_INFO info{};
+  info.samplerate = sample_rate_hz;
+  info.channels = 1;
+  info.format = container | SF_FORMAT_PCM_16;
+  SoundFile sound = openInMemory(file, SFM_WRITE, info);
+  const bool is_written =
+      sound && sf_write_short(sound.get(), samples.data(), std::ssize(samples)) == std::ssize(samples);
+  if (!is_written) throw InternalError("libsndfile could not write a sound into memory");
+  sound.reset();  // puts the lengths into the header
+  return std::move(file.written);
+}
+
 }  // namespace
 
 AudioClip parseAudio(std::string_view bytes, std::string_view name, Seconds max_duration) {
@@ -163,17 +177,11 @@ std::string wavBytes(const AudioClip& clip) {
     // 32768 is libsndfile's scale too: reading and writing again changes nothing.
     samples.push_back(static_cast<std::int16_t>(std::clamp(std::lrint(sample * 32768.0F), -32768L, 32767L)));
   }
-  MemoryFile file;
-  SF_INFO info{};
-  info.samplerate = clip.sample_rate_hz;
-  info.channels = 1;
-  info.format = SF_FORMAT_WAV | SF_FORMAT_PCM_16;
-  SoundFile sound = openInMemory(file, SFM_WRITE, info);
-  const bool is_written =
-      sound && sf_write_short(sound.get(), samples.data(), std::ssize(samples)) == std::ssize(samples);
-  if (!is_written) throw InternalError("libsndfile could not write a WAV into memory");
-  sound.reset();  // puts the lengths into the header
-  return std::move(file.written);
+  return bytesOfSound(samples, clip.sample_rate_hz, SF_FORMAT_WAV);
+}
+
+std::string flacBytes(const std::vector<std::int16_t>& samples, int sample_rate_hz) {
+  return bytesOfSound(samples, sample_rate_hz, SF_FORMAT_FLAC);
 }
 
 void writeWav(const std::filesystem::path& path, const AudioClip& clip) { writeFileAtomically(path, wavBytes(clip)); }
