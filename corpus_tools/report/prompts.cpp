@@ -11,6 +11,7 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/text_numbers.h"
 
 namespace mouthpiece {
 namespace {
@@ -20,12 +21,6 @@ using Phrases = std::vector<std::string>;
 constexpr std::string_view kBlanks = " \t\r";
 constexpr std::string_view kSigns = "|[]()<>";
 constexpr int kDeepest = 100;  ///< of brackets and rules in each other: the reading is recursive
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t first = std::min(text.find_first_not_of(kBlanks), text.size());
-  text.remove_prefix(first);
-  return text.substr(0, text.find_last_not_of(kBlanks) + 1);
-}
 
 struct Rule {
   std::string name;
@@ -205,6 +200,44 @@ PairShares pairShares(const std::vector<Prompt>& running) {
     }
   }
   for (double& share : shares) share /= std::max(all, 1.0);
+  return shares;
+}
+
+std::string pairSharesToCsv(const PairShares& shares) {
+  std::vector<std::size_t> met;
+  for (std::size_t pair = 0; pair < shares.size(); ++pair) {
+    if (shares[pair] > 0) met.push_back(pair);
+  }
+  std::stable_sort(met.begin(), met.end(), [&](std::size_t a, std::size_t b) { return shares[a] > shares[b]; });
+  std::string text = "left,right,share\n";
+  for (const std::size_t pair : met) {
+    const auto left = static_cast<Phone>(pair / kPhoneCount), right = static_cast<Phone>(pair % kPhoneCount);
+    text += fmt::format("{},{},{:.7f}\n", phoneName(left), phoneName(right), shares[pair]);
+  }
+  return text;
+}
+
+PairShares parsePairShares(std::string_view text, std::string_view file) {
+  PairShares shares{};
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = trimmed(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (line.empty() || line.front() == '#' || line == "left,right,share") continue;
+    const std::size_t first = std::min(line.find(','), line.size()), second = line.find(',', first + 1);
+    const auto field = [&](std::size_t from, std::size_t to) { return from <= to ? line.substr(from, to - from) : ""; };
+    const bool has_fields = second != std::string_view::npos;
+    const auto left = phoneFromName(field(0, first));
+    const auto right = has_fields ? phoneFromName(field(first + 1, second)) : std::nullopt;
+    const auto share = has_fields ? parseNumber(line.substr(second + 1)) : std::nullopt;
+    if (!left || !right || !share || !(*share >= 0 && *share <= 1))
+      throw InputError(std::string(file), std::to_string(number),
+                       fmt::format("found '{}'; expected two phones and a share, \"AH,N,0.0123\"", printable(line, 60)));
+    double& known = shares[static_cast<std::size_t>(*left) * kPhoneCount + static_cast<std::size_t>(*right)];
+    if (known > 0)
+      throw InputError(std::string(file), std::to_string(number), fmt::format("'{}' stands there twice", line));
+    known = *share;
+  }
   return shares;
 }
 

@@ -29,6 +29,10 @@ struct Prompt {
 using PairShares = std::array<double, kPhoneCount * kPhoneCount>;
 /// Of all pairs in `running`, silence around each prompt. All zero when there are none.
 PairShares pairShares(const std::vector<Prompt>& running);
+/// A line a pair that is met, the most frequent first: "left,right,share" under a header row.
+std::string pairSharesToCsv(const PairShares& shares);
+/// Throws InputError with the line for what is no such table: an unknown phone, a share outside [0, 1], a pair twice.
+PairShares parsePairShares(std::string_view text, std::string_view file);
 
 struct ChosenPrompts {
   std::vector<std::size_t> sentences;  ///< indices, in the order of choice

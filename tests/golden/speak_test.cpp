@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "audio/audio_clip.h"
 #include "motion/formats/c3d_file.h"
@@ -144,9 +145,26 @@ TEST_F(Speak, TenNewSentencesOfTheGrammarNeedNoBackoff) {
   }
 }
 
+/// Fifty lines of everyday talk that were written before the corpus' sentences were chosen, and not looked at then.
+TEST_F(Speak, EverydayLinesNeedNextToNoStandIns) {
+  std::istringstream lines(readAll(fs::path(MOUTHPIECE_SOURCE_DIR) / "tests/data/everyday.txt"));
+  const auto pairs_of = [](const json& span) { return span.at("last").get<int>() - span.at("first").get<int>(); };
+  int lines_said = 0, pairs = 0, stand_ins = 0;
+  for (std::string text; std::getline(lines, text); ++lines_said) {
+    const fs::path file = scratch_.path() / "line.json";
+    const ProgramResult result = runProgram("synth", {"--text", text, "-o", file.string(), "--quiet"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const json report = json::parse(readAll(file));
+    pairs += static_cast<int>(report.at("phones").size()) - 1;
+    for (const json& span : report.at("backoff")) stand_ins += pairs_of(span);
+  }
+  EXPECT_GE(lines_said, 40);
+  EXPECT_LT(stand_ins, 0.02 * pairs) << stand_ins << " of " << pairs;
+}
+
 TEST_F(Speak, SentencesOutsideTheGrammarComeOutWholeWithTheirBackoff) {
   for (const std::string& text : kOtherSentences) {
-    const json report = speak({"--text", text});
+    const json report = speak({"--text", text, "--corpus", "clock"});
     expectConsistentReport(report);
     EXPECT_FALSE(report.at("backoff").empty()) << text;
     EXPECT_TRUE(readC3d(out() / "motion.c3d").positions_mm.allFinite());

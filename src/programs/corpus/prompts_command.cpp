@@ -21,7 +21,7 @@ constexpr std::uint64_t kMaxTextBytes = 64 << 20;
 struct PromptsArguments {
   bool quiet = false;
   std::size_t count = 55;
-  std::filesystem::path grammar, text, running, lexicon, curve;
+  std::filesystem::path grammar, text, running, pairs, lexicon, curve;
 };
 
 std::vector<std::string> linesOf(std::string_view text) {
@@ -87,6 +87,15 @@ std::vector<Prompt> promptsFor(const std::vector<std::string>& sentences, const 
   return prompts;
 }
 
+/// Of a table made by --pairs, or counted in text.
+PairShares runningShares(const PromptsArguments& given) {
+  if (given.running.extension() == ".csv")
+    return parsePairShares(readFile(given.running, kMaxTextBytes), given.running.string());
+  const PairShares shares = pairShares(promptsFor(sentencesOf(given.running, false), given));
+  if (!given.pairs.empty()) writeFileAtomically(given.pairs, pairSharesToCsv(shares));
+  return shares;
+}
+
 void writeCurve(const ChosenPrompts& chosen, const std::filesystem::path& file) {
   std::string text = chosen.shares.empty() ? "sentences,pairs,share\n" : "sentences,pairs,share,running share\n";
   for (std::size_t i = 0; i < chosen.pairs.size(); ++i) {
@@ -121,7 +130,7 @@ int runPrompts(const PromptsArguments& given) {
   const bool is_grammar = !given.grammar.empty();
   const std::vector<Prompt> prompts = promptsFor(sentencesOf(is_grammar ? given.grammar : given.text, is_grammar), given);
   std::optional<PairShares> weights;
-  if (!given.running.empty()) weights = pairShares(promptsFor(sentencesOf(given.running, false), given));
+  if (!given.running.empty()) weights = runningShares(given);
   const ChosenPrompts chosen = choosePrompts(prompts, given.count, weights ? &*weights : nullptr);
   for (const std::size_t sentence : chosen.sentences) printText(prompts[sentence].text + "\n");
   noteCurve(chosen, given.quiet);
@@ -134,7 +143,8 @@ void addOptions(CLI::App& command, PromptsArguments& options) {
   auto* grammar = command.add_option("--grammar", options.grammar, "Choose from all sentences of a grammar file");
   command.add_option("--text", options.text, "Choose from a file with a sentence a line")->excludes(grammar);
   command.add_option("--running", options.running,
-                     "Text of running speech, a sentence a line: a pair counts as often as it occurs there");
+                     "Running speech, a sentence a line, or a table of --pairs (.csv): a pair counts as often as it is met");
+  command.add_option("--pairs", options.pairs, "Write how often each pair is met in --running (CSV)");
   command.add_option("--curve", options.curve, "Write the coverage curve (CSV)");
   addLexiconOption(command, options.lexicon);
 }
