@@ -44,8 +44,8 @@ $(SHARE)/sample.corpus: build/bin/corpus
 $(SHARE)/clock.corpus: build/bin/corpus
 	@build/bin/corpus sample $(CLOCK_TAKES) --prompts clock
 	@build/bin/corpus build $(CLOCK_TAKES) --out $@
-$(SHARE)/default.face: build/bin/retarget $(SHARE)/sample.corpus $(CANONICAL_FACE)
-	@build/bin/retarget sample --out $(SHARE) --canonical $(CANONICAL_FACE) --corpus $(SHARE)/sample.corpus
+$(SHARE)/default.face: build/bin/retarget $(SHARE)/clock.corpus $(CANONICAL_FACE)
+	@build/bin/retarget sample --out $(SHARE) --canonical $(CANONICAL_FACE) --corpus $(SHARE)/clock.corpus
 data: build
 	@$(MAKE) --no-print-directory $(SHARE)/sample.corpus $(SHARE)/clock.corpus $(SHARE)/default.face
 

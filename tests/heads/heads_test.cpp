@@ -14,7 +14,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, RandomHeads, ::testing::Values(1U, 2U, 3U, 4U, 6
 TEST_P(RandomHeads, FitByTenClicksAndDoNotTear) {
   const std::vector<ClickedHead> heads = clickedHeads(MOUTHPIECE_SOURCE_DIR, MOUTHPIECE_BUILD_SHARE_DIR);
   if (heads.empty()) GTEST_SKIP() << "neither ../shared/faces nor the default face is here";
-  static const Corpus corpus = readCorpus(MOUTHPIECE_BUILD_SHARE_DIR "/sample.corpus");
+  static const Corpus corpus = readCorpus(MOUTHPIECE_BUILD_SHARE_DIR "/clock.corpus");
   const ClickedHead head = variedHead(heads[GetParam() % heads.size()], GetParam());
   const auto folder = std::filesystem::path(::testing::TempDir()) / ("heads_" + std::to_string(GetParam()));
   const MouthTrial trial = tryMouth(head, corpus, GetParam(), folder);
