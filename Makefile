@@ -5,6 +5,7 @@ PREFIX ?= /usr/local
 FUZZ_SECONDS ?= 60
 SHARE := build/share/mouthpiece
 SAMPLE_TAKES := build/sample_takes
+CLOCK_TAKES := build/clock_takes
 DEMO_OUT := build/demo
 DEMO_SONG := build/demo_song
 CANONICAL_FACE := build/third_party/canonical_face.obj
@@ -37,12 +38,16 @@ $(CANONICAL_FACE): tools/fetch_canonical_face.sh
 	@tools/fetch_canonical_face.sh $@
 	@touch $@
 $(SHARE)/sample.corpus: build/bin/corpus
-	@build/bin/corpus sample $(SAMPLE_TAKES)
+	@build/bin/corpus sample $(SAMPLE_TAKES) --prompts rich
 	@build/bin/corpus build $(SAMPLE_TAKES) --out $@
-$(SHARE)/default.face: build/bin/retarget $(SHARE)/sample.corpus $(CANONICAL_FACE)
-	@build/bin/retarget sample --out $(SHARE) --canonical $(CANONICAL_FACE) --corpus $(SHARE)/sample.corpus
+# The paper's sentences alone: `synth --corpus clock`.
+$(SHARE)/clock.corpus: build/bin/corpus
+	@build/bin/corpus sample $(CLOCK_TAKES) --prompts clock
+	@build/bin/corpus build $(CLOCK_TAKES) --out $@
+$(SHARE)/default.face: build/bin/retarget $(SHARE)/clock.corpus $(CANONICAL_FACE)
+	@build/bin/retarget sample --out $(SHARE) --canonical $(CANONICAL_FACE) --corpus $(SHARE)/clock.corpus
 data: build
-	@$(MAKE) --no-print-directory $(SHARE)/sample.corpus $(SHARE)/default.face
+	@$(MAKE) --no-print-directory $(SHARE)/sample.corpus $(SHARE)/clock.corpus $(SHARE)/default.face
 
 demo: data
 	@build/bin/synth --text "the time is now" --out $(DEMO_OUT)

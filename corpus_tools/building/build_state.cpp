@@ -16,6 +16,7 @@
 #include "base/files.h"
 #include "base/json_fields.h"
 #include "corpus_tools/takes/pose_fit.h"
+#include "units/file/packed_rows.h"
 
 namespace mouthpiece {
 namespace {
@@ -23,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Changes when the cleaning or labelling of takes does, so that no part of an older program is taken up.
-constexpr const char* kPartsVersion = "2";
+constexpr const char* kPartsVersion = "3";
 
 constexpr const char* kJigKey = "head_reference_jig_mm";
 constexpr const char* kStableKey = "head_reference_stable_mm";
@@ -125,7 +126,12 @@ void BuildParts::remove() const {
   fs::remove_all(folder_, error);
 }
 
-void roundToFloats(MotionClip& motion) { motion.positions_mm = motion.positions_mm.cast<float>().cast<double>(); }
+void roundToFile(MotionClip& motion) {
+  const auto in_file = [](double mm) {
+    return static_cast<double>(asFloat(std::round(mm / kPackedStepMm) * kPackedStepMm));
+  };
+  motion.positions_mm = motion.positions_mm.unaryExpr(in_file).eval();
+}
 
 void FinishedTakes::takeOver(const std::string& key, MotionClip& motion) {
   const std::size_t bytes = sizeof(float) * unsignedIndex(motion.positions_mm.size());
@@ -156,7 +162,7 @@ MotionClip FinishedTakes::load(TakeIndex take) const {
   }
   if (place.move) transform(motion, *place.move);
   if (face_from_head_) transform(motion, *face_from_head_);
-  roundToFloats(motion);
+  roundToFile(motion);
   return motion;
 }
 

@@ -115,7 +115,7 @@ class FinishedTakes final : public MotionSource {
 };
 
 /// Motion as the database keeps it, so that a take is the same whether it was just done or read back.
-void roundToFloats(MotionClip& motion);
+void roundToFile(MotionClip& motion);
 
 /// What a take's cleaning and labels depend on besides its files and the head reference.
 std::string settingsOf(const BuildOptions& options);

@@ -137,7 +137,7 @@ CleanedTake cleanTake(const TakeFiles& files, const HeadReference& reference, co
   CleanedFace face = cleanFace(raw, reference, options.layout, options.cleaning);
   face.report.labels_found = raw.labels_found;
   face.report.doubtful = raw.doubtful;
-  roundToFloats(face.motion);
+  roundToFile(face.motion);
   return {{raw.name, raw.text, raw.labels, std::move(face.motion), raw.audio}, face.report};
 }
 

@@ -11,6 +11,7 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/text_numbers.h"
 
 namespace mouthpiece {
 namespace {
@@ -22,12 +23,6 @@ constexpr std::string_view kSigns = "|[]()<>";
 constexpr int kDeepest = 100;                   ///< of brackets and rules in each other: the reading is recursive
 constexpr std::size_t kLongestSentence = 2000;  ///< bytes: some two minutes of speech
 constexpr std::size_t kMostBytes = std::size_t{1} << 28;  ///< of all phrases ever made on the way: memory and time
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t first = std::min(text.find_first_not_of(kBlanks), text.size());
-  text.remove_prefix(first);
-  return text.substr(0, text.find_last_not_of(kBlanks) + 1);
-}
 
 struct Rule {
   std::string name;
@@ -178,7 +173,8 @@ constexpr std::size_t kPairs = kPhoneCount * kPhoneCount;
 /// A pair that is held already is worth this share of a new one, divided by how often it is held.
 constexpr double kWorthAgain = 0.01;
 
-std::vector<std::size_t> pairsOf(const Prompt& prompt) {
+/// In the order of speech.
+std::vector<std::size_t> allPairsOf(const Prompt& prompt) {
   std::vector<std::size_t> pairs;
   std::size_t before = static_cast<std::size_t>(Phone::kSil);
   const auto add = [&](Phone phone) {
@@ -187,6 +183,11 @@ std::vector<std::size_t> pairsOf(const Prompt& prompt) {
   };
   for (const Phone phone : prompt.phones) add(phone);
   add(Phone::kSil);
+  return pairs;
+}
+
+std::vector<std::size_t> pairsOf(const Prompt& prompt) {
+  std::vector<std::size_t> pairs = allPairsOf(prompt);
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   return pairs;
@@ -207,7 +208,58 @@ std::vector<std::string> sentencesOfGrammar(std::string_view text, std::string_v
   return Grammar(text, file).sentences();
 }
 
-ChosenPrompts choosePrompts(const std::vector<Prompt>& prompts, std::size_t count) {
+PairShares pairShares(const std::vector<Prompt>& running) {
+  PairShares shares{};
+  double all = 0;
+  for (const Prompt& prompt : running) {
+    for (const std::size_t pair : allPairsOf(prompt)) {
+      shares[pair] += 1;
+      all += 1;
+    }
+  }
+  for (double& share : shares) share /= std::max(all, 1.0);
+  return shares;
+}
+
+std::string pairSharesToCsv(const PairShares& shares) {
+  std::vector<std::size_t> met;
+  for (std::size_t pair = 0; pair < shares.size(); ++pair) {
+    if (shares[pair] > 0) met.push_back(pair);
+  }
+  std::stable_sort(met.begin(), met.end(), [&](std::size_t a, std::size_t b) { return shares[a] > shares[b]; });
+  std::string text = "left,right,share\n";
+  for (const std::size_t pair : met) {
+    const auto left = static_cast<Phone>(pair / kPhoneCount), right = static_cast<Phone>(pair % kPhoneCount);
+    text += fmt::format("{},{},{:.7f}\n", phoneName(left), phoneName(right), shares[pair]);
+  }
+  return text;
+}
+
+PairShares parsePairShares(std::string_view text, std::string_view file) {
+  PairShares shares{};
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = trimmed(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (line.empty() || line.front() == '#' || line == "left,right,share") continue;
+    const std::size_t first = std::min(line.find(','), line.size()), second = line.find(',', first + 1);
+    const auto field = [&](std::size_t from, std::size_t to) { return from <= to ? line.substr(from, to - from) : ""; };
+    const bool has_fields = second != std::string_view::npos;
+    const auto left = phoneFromName(field(0, first));
+    const auto right = has_fields ? phoneFromName(field(first + 1, second)) : std::nullopt;
+    const auto share = has_fields ? parseNumber(line.substr(second + 1)) : std::nullopt;
+    if (!left || !right || !share || !(*share >= 0 && *share <= 1))
+      throw InputError(std::string(file), std::to_string(number),
+                       fmt::format("found '{}'; expected two phones and a share, \"AH,N,0.0123\"", printable(line, 60)));
+    double& known = shares[static_cast<std::size_t>(*left) * kPhoneCount + static_cast<std::size_t>(*right)];
+    if (known > 0)
+      throw InputError(std::string(file), std::to_string(number), fmt::format("'{}' stands there twice", line));
+    known = *share;
+  }
+  return shares;
+}
+
+ChosenPrompts choosePrompts(const std::vector<Prompt>& prompts, std::size_t count, const PairShares* weights) {
   std::vector<std::vector<std::size_t>> pairs;
   std::array<std::size_t, kPairs> held{};
   ChosenPrompts chosen;
@@ -220,7 +272,8 @@ ChosenPrompts choosePrompts(const std::vector<Prompt>& prompts, std::size_t coun
   const auto worth_of = [&](std::size_t sentence) {
     double worth = 0;
     for (const std::size_t pair : pairs[sentence]) {
-      worth += held[pair] == 0 ? 1.0 : kWorthAgain / asReal(held[pair]);
+      const double weight = weights == nullptr ? 1.0 : (*weights)[pair];
+      worth += weight * (held[pair] == 0 ? 1.0 : kWorthAgain / asReal(held[pair]));
     }
     return worth / std::sqrt(asReal(prompts[sentence].phones.size() + 1));
   };
@@ -228,6 +281,7 @@ ChosenPrompts choosePrompts(const std::vector<Prompt>& prompts, std::size_t coun
   std::priority_queue<Candidate> candidates;
   for (std::size_t i = 0; i < prompts.size(); ++i) candidates.push({worth_of(i), i, 0});
   std::size_t different = 0;
+  double share = 0;
   while (chosen.sentences.size() < count && !candidates.empty()) {
     const Candidate best = candidates.top();
     candidates.pop();
@@ -235,7 +289,12 @@ ChosenPrompts choosePrompts(const std::vector<Prompt>& prompts, std::size_t coun
       candidates.push({worth_of(best.sentence), best.sentence, chosen.sentences.size()});
       continue;
     }
-    for (const std::size_t pair : pairs[best.sentence]) different += held[pair]++ == 0 ? 1U : 0U;
+    for (const std::size_t pair : pairs[best.sentence]) {
+      if (held[pair]++ != 0) continue;
+      ++different;
+      if (weights != nullptr) share += (*weights)[pair];
+    }
+    if (weights != nullptr) chosen.shares.push_back(share);
     chosen.sentences.push_back(best.sentence);
     chosen.pairs.push_back(different);
   }

@@ -59,7 +59,9 @@ std::vector<TimeSentence> allTimeSentences();
 /// helps; the same for every call.
 std::vector<TimeSentence> chooseTimeSentences(std::size_t count);
 
-/// The texts of chooseTimeSentences(55), the sample corpus: sample_data/prompts/time55.txt, built in.
-std::vector<std::string> sampleSentences();
+/// kClock: the texts of chooseTimeSentences(55), sample_data/prompts/time55.txt. kRich: these, then the sentences of
+/// sample_data/prompts/rich.txt, which hold the phone pairs of running English. Both are built in.
+enum class SamplePrompts { kClock, kRich };
+std::vector<std::string> sampleSentences(SamplePrompts prompts = SamplePrompts::kClock);
 
 }  // namespace mouthpiece

@@ -8,7 +8,7 @@
 
 namespace mouthpiece {
 
-extern const std::string_view kSampleSentences;
+extern const std::string_view kSampleSentences, kRichSentences;
 
 namespace {
 
@@ -207,12 +207,16 @@ std::vector<TimeSentence> chooseTimeSentences(std::size_t count) {
   return sentences;
 }
 
-std::vector<std::string> sampleSentences() {
+std::vector<std::string> sampleSentences(SamplePrompts prompts) {
   std::vector<std::string> texts;
-  std::istringstream stream{std::string(kSampleSentences)};
-  for (std::string line; std::getline(stream, line);) {
-    if (!line.empty() && !line.starts_with('#')) texts.push_back(line);
-  }
+  const auto add = [&](std::string_view list) {
+    std::istringstream stream{std::string(list)};
+    for (std::string line; std::getline(stream, line);) {
+      if (!line.empty() && !line.starts_with('#')) texts.push_back(line);
+    }
+  };
+  add(kSampleSentences);
+  if (prompts == SamplePrompts::kRich) add(kRichSentences);
   return texts;
 }
 

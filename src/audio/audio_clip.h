@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -27,7 +28,9 @@ AudioClip parseAudio(std::string_view bytes, std::string_view name, Seconds max_
 
 /// 16-bit PCM WAV; samples outside [-1, 1] are clipped.
 std::string wavBytes(const AudioClip& clip);
-/// The same into a file, atomically.
+/// A FLAC of one channel, without loss.
+std::string flacBytes(const std::vector<std::int16_t>& samples, int sample_rate_hz);
+/// A WAV into a file, atomically.
 void writeWav(const std::filesystem::path& path, const AudioClip& clip);
 
 /// The clip at another rate (windowed-sinc, band-limited).

@@ -2,6 +2,7 @@
 #include <sndfile.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -45,10 +46,27 @@ void checkKind(std::string_view bytes, std::string_view name) {
   const bool is_wav = bytes.size() >= 12 && bytes.starts_with("RIFF") && bytes.substr(8, 4) == "WAVE";
   const bool is_aiff = bytes.size() >= 12 && bytes.starts_with("FORM") && bytes.substr(8, 3) == "AIF";
   if (is_wav) return checkWavLength(bytes, name);
-  if (is_aiff || bytes.starts_with("fLaC") || bytes.starts_with("OggS")) return;
-  throw InputError(
-      name, "",
-      fmt::format("starts with '{}'; expected a WAV, AIFF, FLAC or Ogg Vorbis file", printable(bytes.substr(0, 12))));
+  // An MP3 begins with its tags or with a frame's eleven set bits.
+  const bool is_mp3 = bytes.starts_with("ID3") || (bytes.size() >= 2 && bytes[0] == '\xFF' && (bytes[1] & 0xE0) == 0xE0);
+  if (is_aiff || is_mp3 || bytes.starts_with("fLaC") || bytes.starts_with("OggS")) return;
+  throw InputError(name, "",
+                   fmt::format("starts with '{}'; expected a WAV, AIFF, FLAC, Ogg Vorbis, Opus or MP3 file",
+                               printable(bytes.substr(0, 12))));
+}
+
+/// libsndfile opens more codecs than we want to be answerable for: these are let in.
+bool isKnownCodec(int format) {
+  constexpr std::array kCodecs = {SF_FORMAT_PCM_S8, SF_FORMAT_PCM_U8, SF_FORMAT_PCM_16, SF_FORMAT_PCM_24,
+                                  SF_FORMAT_PCM_32, SF_FORMAT_FLOAT,  SF_FORMAT_DOUBLE, SF_FORMAT_VORBIS,
+                                  SF_FORMAT_OPUS,   SF_FORMAT_MPEG_LAYER_III};
+  return std::find(kCodecs.begin(), kCodecs.end(), format & SF_FORMAT_SUBMASK) != kCodecs.end();
+}
+
+std::string codecName(int format) {
+  SF_FORMAT_INFO info{};
+  info.format = format & SF_FORMAT_SUBMASK;
+  const bool is_told = sf_command(nullptr, SFC_GET_FORMAT_INFO, &info, sizeof(info)) == 0 && info.name != nullptr;
+  return is_told ? info.name : fmt::format("{:#x}", info.format);
 }
 
 /// libsndfile's view of bytes in memory. What is written is appended or goes over what is there.
@@ -94,6 +112,11 @@ SoundFile openInMemory(MemoryFile& file, int mode, SF_INFO& info) {
 }
 
 void checkInfo(const SF_INFO& info, std::string_view name, Seconds max_duration) {
+  if (!isKnownCodec(info.format)) {
+    throw InputError(name, "",
+                     fmt::format("holds sound as {}; expected PCM, floats, FLAC, Vorbis, Opus or MP3",
+                                 printable(codecName(info.format))));
+  }
   if (info.samplerate < kLowestRate || info.samplerate > kHighestRate) {
     throw InputError(
         name, "",
@@ -134,6 +157,20 @@ std::vector<float> readMono(SNDFILE* sound, const SF_INFO& info, std::string_vie
   return mono;
 }
 
+std::string bytesOfSound(const std::vector<std::int16_t>& samples, int sample_rate_hz, int container) {
+  MemoryFile file;
+  SF_INFO info{};
+  info.samplerate = sample_rate_hz;
+  info.channels = 1;
+  info.format = container | SF_FORMAT_PCM_16;
+  SoundFile sound = openInMemory(file, SFM_WRITE, info);
+  const bool is_written =
+      sound && sf_write_short(sound.get(), samples.data(), std::ssize(samples)) == std::ssize(samples);
+  if (!is_written) throw InternalError("libsndfile could not write a sound into memory");
+  sound.reset();  // puts the lengths into the header
+  return std::move(file.written);
+}
+
 }  // namespace
 
 AudioClip parseAudio(std::string_view bytes, std::string_view name, Seconds max_duration) {
@@ -163,17 +200,11 @@ std::string wavBytes(const AudioClip& clip) {
     // 32768 is libsndfile's scale too: reading and writing again changes nothing.
     samples.push_back(static_cast<std::int16_t>(std::clamp(std::lrint(sample * 32768.0F), -32768L, 32767L)));
   }
-  MemoryFile file;
-  SF_INFO info{};
-  info.samplerate = clip.sample_rate_hz;
-  info.channels = 1;
-  info.format = SF_FORMAT_WAV | SF_FORMAT_PCM_16;
-  SoundFile sound = openInMemory(file, SFM_WRITE, info);
-  const bool is_written =
-      sound && sf_write_short(sound.get(), samples.data(), std::ssize(samples)) == std::ssize(samples);
-  if (!is_written) throw InternalError("libsndfile could not write a WAV into memory");
-  sound.reset();  // puts the lengths into the header
-  return std::move(file.written);
+  return bytesOfSound(samples, clip.sample_rate_hz, SF_FORMAT_WAV);
+}
+
+std::string flacBytes(const std::vector<std::int16_t>& samples, int sample_rate_hz) {
+  return bytesOfSound(samples, sample_rate_hz, SF_FORMAT_FLAC);
 }
 
 void writeWav(const std::filesystem::path& path, const AudioClip& clip) { writeFileAtomically(path, wavBytes(clip)); }

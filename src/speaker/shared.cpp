@@ -12,6 +12,9 @@ namespace {
 constexpr std::string_view kMakeCorpus = "make the sample corpus with `make data` in the checkout, or name another";
 constexpr std::string_view kMakeFace = "make the sample face with `make data` in the checkout, or name another";
 
+/// "clock" is a name, unless a file has it.
+bool isClock(const std::filesystem::path& file) { return file == "clock" && !std::filesystem::exists(file); }
+
 std::filesystem::path orShared(const std::filesystem::path& file, std::string_view name, std::string_view how_to_make) {
   return file.empty() ? findSharedFile(name, how_to_make) : file;
 }
@@ -19,7 +22,7 @@ std::filesystem::path orShared(const std::filesystem::path& file, std::string_vi
 }  // namespace
 
 SharedCorpus::Data::Data(const std::filesystem::path& file)
-    : path(orShared(file, "sample.corpus", kMakeCorpus)),
+    : path(isClock(file) ? findSharedFile("clock.corpus", kMakeCorpus) : orShared(file, "sample.corpus", kMakeCorpus)),
       corpus(readCorpus(path, CorpusAudio::kSkip, CorpusMotion::kOnDemand)),
       units(corpus),
       curve_model(units),

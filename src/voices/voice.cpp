@@ -36,6 +36,28 @@ constexpr std::array kVoices = {
     VoiceRow{"corpus", "the corpus' own recordings", "en", makeCorpusVoice},
 };
 
+/// A voice that says by itself how words sound.
+class OwnLexiconVoice : public Voice {
+ public:
+  OwnLexiconVoice(std::unique_ptr<Voice> voice, std::string name) : voice_(std::move(voice)), name_(std::move(name)) {}
+
+  SpokenLine speak(std::string_view text) override {
+    SpokenLine line = voice_->speak(text);
+    if (!line.notice.empty()) line.notice += "; ";
+    line.notice += fmt::format("the voice {} reads no lexicon: words are said as it knows them", name_);
+    return line;
+  }
+
+ private:
+  std::unique_ptr<Voice> voice_;
+  std::string name_;
+};
+
+/// The corpus' recordings are chosen by what Festival would say.
+bool readsLexicons(std::string_view name) {
+  return (name.starts_with("festival:") || name == "corpus") && festivalAvailable();
+}
+
 }  // namespace
 
 std::span<const VoiceRow> voices() { return kVoices; }
@@ -77,7 +99,9 @@ std::string voiceFor(const Language& language) {
 
 std::unique_ptr<Voice> makeVoice(std::string_view name, const VoiceOptions& options) {
   const VoiceRow row = rowOfVoice(name);
-  return row.make(name.substr(name.find(':') + 1), languageOf(row.language), options);
+  std::unique_ptr<Voice> voice = row.make(name.substr(name.find(':') + 1), languageOf(row.language), options);
+  if (options.lexicon == nullptr || readsLexicons(name)) return voice;
+  return std::make_unique<OwnLexiconVoice>(std::move(voice), std::string(name));
 }
 
 bool festivalAvailable() { return findProgram("festival").has_value(); }

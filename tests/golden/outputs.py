@@ -241,7 +241,7 @@ class Runner:
                       "--out", at / ("applied_" + name) / name)
         self.case("default_face", "retarget", "sample", "--out", at / "default_face", "--quiet",
                   "--canonical", self.share.parent.parent / "third_party/canonical_face.obj", "--corpus",
-                  self.share / "sample.corpus")
+                  self.share / "clock.corpus")
 
 
 def main():

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "audio/audio_clip.h"
 #include "motion/formats/c3d_file.h"
@@ -144,9 +145,26 @@ TEST_F(Speak, TenNewSentencesOfTheGrammarNeedNoBackoff) {
   }
 }
 
+/// Fifty lines of everyday talk that were written before the corpus' sentences were chosen, and not looked at then.
+TEST_F(Speak, EverydayLinesNeedNextToNoStandIns) {
+  std::istringstream lines(readAll(fs::path(MOUTHPIECE_SOURCE_DIR) / "tests/data/everyday.txt"));
+  const auto pairs_of = [](const json& span) { return span.at("last").get<int>() - span.at("first").get<int>(); };
+  int lines_said = 0, pairs = 0, stand_ins = 0;
+  for (std::string text; std::getline(lines, text); ++lines_said) {
+    const fs::path file = scratch_.path() / "line.json";
+    const ProgramResult result = runProgram("synth", {"--text", text, "-o", file.string(), "--quiet"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const json report = json::parse(readAll(file));
+    pairs += static_cast<int>(report.at("phones").size()) - 1;
+    for (const json& span : report.at("backoff")) stand_ins += pairs_of(span);
+  }
+  EXPECT_GE(lines_said, 40);
+  EXPECT_LT(stand_ins, 0.02 * pairs) << stand_ins << " of " << pairs;
+}
+
 TEST_F(Speak, SentencesOutsideTheGrammarComeOutWholeWithTheirBackoff) {
   for (const std::string& text : kOtherSentences) {
-    const json report = speak({"--text", text});
+    const json report = speak({"--text", text, "--corpus", "clock"});
     expectConsistentReport(report);
     EXPECT_FALSE(report.at("backoff").empty()) << text;
     EXPECT_TRUE(readC3d(out() / "motion.c3d").positions_mm.allFinite());
@@ -263,6 +281,49 @@ class RealCapture : public testing::Test {
   }
   ScratchFolder scratch_;
 };
+
+/// Edges between words, against those that GRID publishes: every twelfth take, 250 edges. All takes have 14.25 and 51.75 ms
+/// (docs/theory/hearing/alignment.md), these 15.75 and 53.25; both clocks tick, so a worse median is worse by 2.5 ms.
+TEST_F(RealCapture, WordsAreHeardWhereTheyWerePublished) {
+  constexpr double kMedianMs = 15.75 * 1.03, kMostMs = 53.25 * 1.03, kShareOverSixty = 0.04 * 1.03;
+  std::istringstream table(readAll(kGrid / "alignment_check.csv"));
+  std::string line;
+  std::getline(table, line);
+  std::vector<std::vector<std::string>> rows;
+  while (std::getline(table, line)) {
+    std::istringstream fields(line);
+    std::vector<std::string>& row = rows.emplace_back();
+    for (std::string field; std::getline(fields, field, ',');) row.push_back(field);
+  }
+  std::sort(rows.begin(), rows.end());
+  std::vector<double> off_ms;
+  for (std::size_t i = 3; i < rows.size(); i += 12) {
+    const fs::path take = kGrid / "takes" / rows[i][0], found = scratch_.path() / "found.TextGrid";
+    std::string words = readAll(take.string() + ".txt");
+    words.erase(words.find_last_not_of("\r\n ") + 1);
+    const ProgramResult result =
+        runProgram("corpus", {"align", take.string() + ".wav", "--transcript", words, "--lexicon",
+                              (kGrid / "lexicon.txt").string(), "--out", found.string(), "--quiet"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const SpeechLabels ours = readTextGrid(found), given = readTextGrid(take.string() + ".TextGrid");
+    ASSERT_EQ(ours.words.size(), 6U) << rows[i][0];
+    ASSERT_EQ(given.words.size(), 6U) << rows[i][0];
+    constexpr std::size_t kFirstEdge = 4;  // columns: start1_ms, end1_ms, start2_ms, ...; given less published
+    for (std::size_t edge = 1; edge < 11; ++edge) {
+      const auto time_of = [&](const SpeechLabels& labels) {
+        const TimeSpan span = labels.spanOf(labels.words[edge / 2].phones);
+        return 1000 * (edge % 2 == 0 ? span.start : span.end);
+      };
+      off_ms.push_back(std::abs(time_of(ours) - time_of(given) + std::stod(rows[i][kFirstEdge + edge])));
+    }
+  }
+  ASSERT_EQ(off_ms.size(), 250U);
+  std::sort(off_ms.begin(), off_ms.end());
+  EXPECT_LE(off_ms[off_ms.size() / 2], kMedianMs);
+  EXPECT_LE(off_ms[off_ms.size() * 95 / 100], kMostMs);
+  const auto over = std::count_if(off_ms.begin(), off_ms.end(), [](double off) { return off > 60; });
+  EXPECT_LE(static_cast<double>(over), kShareOverSixty * 250);
+}
 
 TEST_F(RealCapture, HeldOutTakesComeNearTheirCapture) {
   fs::create_directories(scratch_.path() / "build");

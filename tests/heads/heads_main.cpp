@@ -18,11 +18,11 @@ int main(int argc, char** argv) {
   app.add_option("--seeds", seeds, "How many heads")->capture_default_str();
   app.add_option("--first", first, "The first one's seed")->capture_default_str();
   app.add_option("--only", only, "Only heads made from this one");
-  app.add_option("--corpus", corpus_file, "Whose takes move them (default: the sample corpus)");
+  app.add_option("--corpus", corpus_file, "Whose takes move them (default: the clock's sentences of the sample corpus)");
   app.add_option("--out", folder, "Where heads and fits are written")->capture_default_str();
   app.add_flag("--keep", keep, "Keep those of all heads, not of the bad ones alone");
   CLI11_PARSE(app, argc, argv);
-  const Corpus corpus = readCorpus(corpus_file.empty() ? share + "/sample.corpus" : corpus_file);
+  const Corpus corpus = readCorpus(corpus_file.empty() ? share + "/clock.corpus" : corpus_file);
   std::vector<test::ClickedHead> heads = test::clickedHeads(MOUTHPIECE_SOURCE_DIR, share);
   if (!only.empty()) std::erase_if(heads, [&](const auto& head) { return head.name != only; });
   if (heads.empty()) return fmt::print(stderr, "found no head; expected ../shared/faces or the default face\n"), 1;

@@ -16,7 +16,7 @@ TEST_P(RandomHeads, FitByTenClicksAndDoNotTear) {
   const std::vector<ClickedHead> heads = clickedHeads(MOUTHPIECE_SOURCE_DIR, MOUTHPIECE_BUILD_SHARE_DIR);
   // Seeds stand for heads of ../shared/faces; the default head's own variants of some of them tear still.
   if (heads.size() < 2) GTEST_SKIP() << "../shared/faces is not here";
-  static const Corpus corpus = readCorpus(MOUTHPIECE_BUILD_SHARE_DIR "/sample.corpus");
+  static const Corpus corpus = readCorpus(MOUTHPIECE_BUILD_SHARE_DIR "/clock.corpus");
   const ClickedHead head = variedHead(heads[GetParam() % heads.size()], GetParam());
   const auto folder = std::filesystem::path(::testing::TempDir()) / ("heads_" + std::to_string(GetParam()));
   static const JudgedPoses poses = judgedPoses(corpus);

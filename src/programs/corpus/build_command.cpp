@@ -39,6 +39,8 @@ int runBuild(const BuildArguments& given) {
   }
   noteLeftOut(result.left_out, given.quiet);
   noteDoubtfulWords(result.takes, given.quiet);
+  if (result.corpus.viseme_poses.empty())
+    printNotice("no viseme poses: songs, --style and stretches without capture cannot be drawn by curves", given.quiet);
   if (!given.quiet) {
     printText(fmt::format("{} takes used, {} left out ({} done before): {}\n", result.takes.size(),
                           result.left_out.size(), result.kept_takes, given.output.string()));

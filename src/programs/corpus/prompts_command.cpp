@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
-#include <array>
+#include <algorithm>
+#include <cctype>
+#include <optional>
 
 #include "base/errors.h"
 #include "base/files.h"
@@ -19,7 +21,7 @@ constexpr std::uint64_t kMaxTextBytes = 64 << 20;
 struct PromptsArguments {
   bool quiet = false;
   std::size_t count = 55;
-  std::filesystem::path grammar, text, lexicon, curve;
+  std::filesystem::path grammar, text, running, pairs, lexicon, curve;
 };
 
 std::vector<std::string> linesOf(std::string_view text) {
@@ -34,38 +36,72 @@ std::vector<std::string> linesOf(std::string_view text) {
   return lines;
 }
 
-std::vector<std::string> sentencesFor(const PromptsArguments& given) {
-  const std::filesystem::path& file = given.grammar.empty() ? given.text : given.grammar;
+std::vector<std::string> sentencesOf(const std::filesystem::path& file, bool is_grammar) {
   const std::string text = decodeText(readFile(file, kMaxTextBytes), file.string());
-  std::vector<std::string> sentences =
-      given.grammar.empty() ? linesOf(text) : sentencesOfGrammar(text, file.string());
+  std::vector<std::string> sentences = is_grammar ? sentencesOfGrammar(text, file.string()) : linesOf(text);
   if (sentences.empty()) throw InputError(file.string(), "", "holds no sentence; expected one a line");
   return sentences;
 }
 
-std::vector<Prompt> promptsFor(const PromptsArguments& given) {
-  const Lexicon lexicon = lexiconFrom(given.lexicon);
-  const Pronouncer pronouncer(&lexicon);
-  const std::vector<std::string> sentences = sentencesFor(given);
-  ProgressBar bar("reading", sentences.size(), given.quiet);
-  std::vector<Prompt> prompts;
-  for (const std::string& sentence : sentences) {
-    Prompt prompt{sentence, {}};
-    for (const TranscriptWord& word : pronouncer.wordsOf(sentence)) {
+bool saysSomething(std::string_view phrase) {
+  return std::any_of(phrase.begin(), phrase.end(),
+                     [](unsigned char byte) { return std::isalnum(byte) != 0 || byte >= 0x80; });
+}
+
+/// The parts of a sentence between which a speaker stops: at a sign of punctuation before a blank.
+std::vector<std::string_view> phrasesOf(std::string_view sentence) {
+  std::vector<std::string_view> phrases;
+  while (!sentence.empty()) {
+    std::size_t end = sentence.find_first_of(",;:.!?");
+    while (end != std::string_view::npos && end + 1 < sentence.size() && sentence[end + 1] != ' ')
+      end = sentence.find_first_of(",;:.!?", end + 1);
+    end = std::min(end, sentence.size());
+    if (saysSomething(sentence.substr(0, end))) phrases.push_back(sentence.substr(0, end));
+    sentence.remove_prefix(std::min(end + 1, sentence.size()));
+  }
+  return phrases;
+}
+
+Prompt promptOf(const std::string& sentence, const Pronouncer& pronouncer) {
+  Prompt prompt{sentence, {}};
+  for (const std::string_view phrase : phrasesOf(sentence)) {
+    const std::vector<TranscriptWord> words = pronouncer.wordsOf(phrase);
+    if (!words.empty() && !prompt.phones.empty()) prompt.phones.push_back(Phone::kSil);
+    for (const TranscriptWord& word : words) {
       const auto& phones = word.ways.front().phones;
       prompt.phones.insert(prompt.phones.end(), phones.begin(), phones.end());
     }
-    prompts.push_back(std::move(prompt));
+  }
+  return prompt;
+}
+
+std::vector<Prompt> promptsFor(const std::vector<std::string>& sentences, const PromptsArguments& given) {
+  const Lexicon lexicon = lexiconFrom(given.lexicon);
+  const Pronouncer pronouncer(&lexicon);
+  ProgressBar bar("reading", sentences.size(), given.quiet);
+  std::vector<Prompt> prompts;
+  for (const std::string& sentence : sentences) {
+    prompts.push_back(promptOf(sentence, pronouncer));
     bar.advance();
   }
   return prompts;
 }
 
+/// Of a table made by --pairs, or counted in text.
+PairShares runningShares(const PromptsArguments& given) {
+  if (given.running.extension() == ".csv")
+    return parsePairShares(readFile(given.running, kMaxTextBytes), given.running.string());
+  const PairShares shares = pairShares(promptsFor(sentencesOf(given.running, false), given));
+  if (!given.pairs.empty()) writeFileAtomically(given.pairs, pairSharesToCsv(shares));
+  return shares;
+}
+
 void writeCurve(const ChosenPrompts& chosen, const std::filesystem::path& file) {
-  std::string text = "sentences,pairs,share\n";
+  std::string text = chosen.shares.empty() ? "sentences,pairs,share\n" : "sentences,pairs,share,running share\n";
   for (std::size_t i = 0; i < chosen.pairs.size(); ++i) {
-    text += fmt::format("{},{},{:.4f}\n", i + 1, chosen.pairs[i],
+    text += fmt::format("{},{},{:.4f}", i + 1, chosen.pairs[i],
                         asReal(chosen.pairs[i]) / asReal(chosen.possible_pairs));
+    text += chosen.shares.empty() ? "\n" : fmt::format(",{:.5f}\n", chosen.shares[i]);
   }
   writeFileAtomically(file, text);
 }
@@ -78,7 +114,9 @@ void noteCurve(const ChosenPrompts& chosen, bool quiet) {
     const std::size_t count = std::max<std::size_t>(1, step * last / 10);
     if (step > 1 && count == std::max<std::size_t>(1, (step - 1) * last / 10)) continue;
     const double share = asReal(chosen.pairs[count - 1]) / asReal(chosen.possible_pairs);
-    printNotice(fmt::format("{:6} sentences {:5} {:5.1f} % {}", count, chosen.pairs[count - 1], 100 * share,
+    const std::string running =
+        chosen.shares.empty() ? "" : fmt::format("{:6.2f} % of running speech ", 100 * chosen.shares[count - 1]);
+    printNotice(fmt::format("{:6} sentences {:5} {:5.1f} % {}{}", count, chosen.pairs[count - 1], 100 * share, running,
                             std::string(40 * chosen.pairs[count - 1] / chosen.possible_pairs, '#')),
                 quiet);
   }
@@ -89,8 +127,11 @@ int runPrompts(const PromptsArguments& given) {
     for (const TimeSentence& sentence : chooseTimeSentences(given.count)) printText(sentence.text() + "\n");
     return kExitDone;
   }
-  const std::vector<Prompt> prompts = promptsFor(given);
-  const ChosenPrompts chosen = choosePrompts(prompts, given.count);
+  const bool is_grammar = !given.grammar.empty();
+  const std::vector<Prompt> prompts = promptsFor(sentencesOf(is_grammar ? given.grammar : given.text, is_grammar), given);
+  std::optional<PairShares> weights;
+  if (!given.running.empty()) weights = runningShares(given);
+  const ChosenPrompts chosen = choosePrompts(prompts, given.count, weights ? &*weights : nullptr);
   for (const std::size_t sentence : chosen.sentences) printText(printable(prompts[sentence].text, kMaxTextBytes) + "\n");
   noteCurve(chosen, given.quiet);
   if (!given.curve.empty()) writeCurve(chosen, given.curve);
@@ -101,6 +142,9 @@ void addOptions(CLI::App& command, PromptsArguments& options) {
   command.add_option("--count", options.count, "How many")->capture_default_str()->check(CLI::Range(1, 200000));
   auto* grammar = command.add_option("--grammar", options.grammar, "Choose from all sentences of a grammar file");
   command.add_option("--text", options.text, "Choose from a file with a sentence a line")->excludes(grammar);
+  command.add_option("--running", options.running,
+                     "Running speech, a sentence a line, or a table of --pairs (.csv): a pair counts as often as it is met");
+  command.add_option("--pairs", options.pairs, "Write how often each pair is met in --running (CSV)");
   command.add_option("--curve", options.curve, "Write the coverage curve (CSV)");
   addLexiconOption(command, options.lexicon);
 }

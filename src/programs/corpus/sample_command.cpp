@@ -10,13 +10,14 @@ namespace {
 struct SampleArguments {
   bool quiet = false;
   std::filesystem::path folder, truth, sentences;
+  SamplePrompts prompts = SamplePrompts::kClock;
   SampleOptions sample;
 };
 
 int runSample(const SampleArguments& given) {
   SampleOptions sample = given.sample;
   if (!given.truth.empty()) sample.truth_folder = given.truth;
-  if (!given.sentences.empty()) sample.sentences = readSentences(given.sentences);
+  sample.sentences = given.sentences.empty() ? sampleSentences(given.prompts) : readSentences(given.sentences);
   SampleSummary summary;
   {
     CallbackBar bar("performing", given.quiet);
@@ -33,8 +34,12 @@ int runSample(const SampleArguments& given) {
 void addOptions(CLI::App& command, SampleArguments& options) {
   command.add_option("folder", options.folder, "Where the takes go")->required();
   command.add_option("--truth", options.truth, "Folder for the clean motion, head still");
-  command.add_option("--sentences", options.sentences,
-                     "What to say, one sentence a line; default: 55 of the time grammar");
+  auto* prompts = command.add_option("--prompts", options.prompts,
+                                     "clock: the 55 of the paper's time grammar; rich: these and 250 that hold the "
+                                     "phone pairs of running English (default: clock)");
+  prompts->transform(CLI::CheckedTransformer(
+      std::map<std::string, SamplePrompts>{{"clock", SamplePrompts::kClock}, {"rich", SamplePrompts::kRich}}));
+  command.add_option("--sentences", options.sentences, "What to say instead, one sentence a line")->excludes(prompts);
   command.add_option("--seed", options.sample.seed, "Of head motion, noise and gaps")->capture_default_str();
   command.add_option("--voice", options.sample.voice, "Who speaks")->capture_default_str();
   addJobsOption(command, options.sample.jobs);
@@ -44,7 +49,7 @@ void addOptions(CLI::App& command, SampleArguments& options) {
 
 Command sampleCommand() {
   return makeCommand("sample", "Perform the sample corpus: C3D, WAV, text and labels",
-                     "corpus sample takes --truth truth", addOptions, runSample);
+                     "corpus sample takes --prompts rich\ncorpus sample takes --truth truth", addOptions, runSample);
 }
 
 }  // namespace mouthpiece

@@ -80,8 +80,8 @@ Corpus readCorpus(const std::filesystem::path& path, CorpusAudio audio = CorpusA
 /// audio's too, so any flipped bit in motion, labels or audio is found. Never throws InputError.
 std::vector<std::string> checkCorpus(const std::filesystem::path& path);
 
-/// One transaction into a temporary file, then rename. Motion is stored as 32-bit floats, audio as 16-bit samples; both
-/// are taken from `corpus.motion_source`, one take at a time, when there is one.
+/// One transaction into a temporary file, then rename. Motion is stored as 32-bit floats, audio as 16-bit samples, both
+/// packed where that is smaller; they are taken from `corpus.motion_source`, one take at a time, when there is one.
 /// Throws InputError when it cannot be written.
 void writeCorpus(const std::filesystem::path& path, const Corpus& corpus);
 

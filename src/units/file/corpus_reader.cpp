@@ -14,13 +14,12 @@
 #include "base/errors.h"
 #include "motion/position_limits.h"
 #include "units/file/corpus_tables.h"
+#include "units/file/packed_rows.h"
 
 namespace mouthpiece {
 namespace {
 
 namespace fs = std::filesystem;
-
-using FloatMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 constexpr std::int64_t kMaxTakes = 1'000'000;
 constexpr std::int64_t kMaxLabels = 1'000'000;             ///< phones, syllables or words of a take
@@ -191,10 +190,9 @@ std::vector<TakeSizes> readTakes(SqliteDatabase& database, std::size_t promised,
   return sizes;
 }
 
-void expectBlobSize(const CheckedQuery& row, std::string_view blob, std::size_t rows, std::size_t row_bytes) {
-  // rows <= kMaxSamples and row_bytes <= 12 * 100 000 markers: the product fits 64 bits.
-  if (blob.size() != rows * row_bytes)
-    row.fail(fmt::format("found {} bytes; expected {}", blob.size(), rows * row_bytes));
+/// Of `rows` rows of `row_bytes`; rows <= kMaxSamples and row_bytes <= 12 * 100 000 markers: the product fits 64 bits.
+[[noreturn]] void failBlob(const CheckedQuery& row, std::string_view blob, std::size_t rows, std::size_t row_bytes) {
+  row.fail(fmt::format("found {} bytes; expected {}, or as many packed", blob.size(), rows * row_bytes));
 }
 
 /// A sample not seen is NaN on all three axes; anything else is a position within reach of a face.
@@ -216,9 +214,16 @@ void checkPositions(const CheckedQuery& row, const FloatMatrix& positions) {
 void readPositions(const CheckedQuery& row, std::size_t frames, MotionClip& clip) {
   const auto columns = signedIndex(3 * clip.marker_names.size());
   const std::string_view blob = row.blob(1);
-  expectBlobSize(row, blob, frames, unsignedIndex(columns) * sizeof(float));
-  FloatMatrix positions(signedIndex(frames), columns);
-  if (!blob.empty()) std::memcpy(positions.data(), blob.data(), blob.size());
+  const std::size_t row_bytes = unsignedIndex(columns) * sizeof(float);
+  FloatMatrix positions;
+  if (blob.size() == frames * row_bytes) {
+    positions.resize(signedIndex(frames), columns);
+    if (!blob.empty()) std::memcpy(positions.data(), blob.data(), blob.size());
+  } else if (std::optional<FloatMatrix> unpacked = unpackedPositions(blob, frames, columns)) {
+    positions = std::move(*unpacked);
+  } else {
+    failBlob(row, blob, frames, row_bytes);
+  }
   checkPositions(row, positions);
   clip.positions_mm = positions.cast<double>();
 }
@@ -238,7 +243,12 @@ void readTakeRows(SqliteDatabase& database, const char* table, std::size_t takes
 
 void readSamples(const CheckedQuery& row, std::size_t count, AudioClip& audio) {
   const std::string_view blob = row.blob(1);
-  expectBlobSize(row, blob, count, sizeof(std::int16_t));
+  if (blob.size() != count * sizeof(std::int16_t)) {
+    std::optional<std::vector<float>> unpacked = unpackedSamples(blob, count);
+    if (!unpacked) failBlob(row, blob, count, sizeof(std::int16_t));
+    audio.samples = std::move(*unpacked);
+    return;
+  }
   std::vector<std::int16_t> pcm(count);
   if (!pcm.empty()) std::memcpy(pcm.data(), blob.data(), blob.size());
   audio.samples.resize(pcm.size());

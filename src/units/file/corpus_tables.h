@@ -19,8 +19,9 @@ struct CorpusTable {
   int columns;
 };
 
-/// Format version 5 (docs/formats/corpus.md), which has the tables of version 3 with more rows, as version 4 has;
-/// version 1 ends before `trajectory_model`, version 2 before `viseme_poses`. `crc` is the row's checksum.
+/// Format version 5 (docs/formats/corpus.md), which has the tables of version 3 with more rows, as version 4 has, and
+/// some of them packed; version 1 ends before `trajectory_model`, version 2 before `viseme_poses`. `crc` is the row's
+/// checksum.
 inline constexpr std::array<CorpusTable, 12> kCorpusTables{{
     {"meta",
      "CREATE TABLE meta(id INTEGER PRIMARY KEY, key TEXT NOT NULL, value TEXT NOT NULL, crc INTEGER NOT NULL) STRICT",

@@ -6,13 +6,12 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "units/file/corpus_tables.h"
+#include "units/file/packed_rows.h"
 
 namespace mouthpiece {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "blobs are little-endian and written as they lie in memory");
-
-using FloatMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 CheckedInsert inserter(SqliteDatabase& database, std::string_view name) {
   for (const CorpusTable& table : kCorpusTables) {
@@ -106,7 +105,8 @@ std::vector<WrittenSamples> writeSamples(SqliteDatabase& database, const Corpus&
     expectMarkers(clip, corpus);
     const FloatMatrix positions = clip.positions_mm.cast<float>();
     written[i].frames = clip.frameCount();
-    motion.integer(i).blob(bytesOf(positions.data(), unsignedIndex(positions.size()))).insert();
+    const std::optional<std::string> packed = packedPositions(positions);
+    motion.integer(i).blob(packed ? *packed : bytesOf(positions.data(), unsignedIndex(positions.size()))).insert();
   }
   CheckedInsert audio = inserter(database, "audio");
   std::vector<std::int16_t> pcm;
@@ -120,7 +120,8 @@ std::vector<WrittenSamples> writeSamples(SqliteDatabase& database, const Corpus&
       return static_cast<std::int16_t>(std::lrint(std::clamp(32768.0F * sample, -32768.0F, 32767.0F)));
     });
     written[i].samples = samples.size();
-    audio.integer(i).blob(bytesOf(pcm.data(), pcm.size())).insert();
+    const std::optional<std::string> packed = packedSamples(pcm);
+    audio.integer(i).blob(packed ? *packed : bytesOf(pcm.data(), pcm.size())).insert();
   }
   return written;
 }

@@ -80,12 +80,41 @@ TEST_F(AudioFileTest, ReadsFlacVorbisAiffAndFloatAndAveragesChannels) {
   const std::pair<const char*, int> kinds[] = {{"a.flac", SF_FORMAT_FLAC | SF_FORMAT_PCM_16},
                                                {"a.ogg", SF_FORMAT_OGG | SF_FORMAT_VORBIS},
                                                {"a.aiff", SF_FORMAT_AIFF | SF_FORMAT_PCM_16},
-                                               {"f.wav", SF_FORMAT_WAV | SF_FORMAT_FLOAT}};
+                                               {"f.wav", SF_FORMAT_WAV | SF_FORMAT_FLOAT},
+                                               {"d.wav", SF_FORMAT_WAV | SF_FORMAT_DOUBLE},
+                                               {"p.wav", SF_FORMAT_WAV | SF_FORMAT_PCM_24}};
   for (const auto& [name, format] : kinds) {
     writeWithSndfile(file(name), format, 2, stereo);
     const AudioClip clip = readAudio(file(name));
     EXPECT_EQ(clip.samples.size(), 4000U) << name;
     EXPECT_NEAR(clip.samples[2000], 0.125F, 0.02F) << name;
+    EXPECT_EQ(clip.sample_rate_hz, 16000) << name;
+  }
+}
+
+/// Neither keeps the number of samples.
+TEST_F(AudioFileTest, ReadsOpusAndMp3) {
+  const std::pair<const char*, int> kinds[] = {{"a.opus", SF_FORMAT_OGG | SF_FORMAT_OPUS},
+                                               {"a.mp3", SF_FORMAT_MPEG | SF_FORMAT_MPEG_LAYER_III}};
+  for (const auto& [name, format] : kinds) {
+    writeWithSndfile(file(name), format, 1, sine(16000, 440, 16000).samples);
+    EXPECT_NEAR(readAudio(file(name)).duration(), 1.0, 0.1) << name;
+  }
+}
+
+/// libsndfile would open all of these.
+TEST_F(AudioFileTest, RefusesACodecThatIsNotOnTheList) {
+  const std::vector<float> second(16000, 0.25F);
+  const std::pair<const char*, int> kinds[] = {{"u.wav", SF_FORMAT_WAV | SF_FORMAT_ULAW},
+                                               {"a.aiff", SF_FORMAT_AIFF | SF_FORMAT_ALAW},
+                                               {"g.wav", SF_FORMAT_WAV | SF_FORMAT_GSM610},
+                                               {"i.wav", SF_FORMAT_WAV | SF_FORMAT_IMA_ADPCM},
+                                               {"m.wav", SF_FORMAT_WAV | SF_FORMAT_MS_ADPCM}};
+  for (const auto& [name, format] : kinds) {
+    writeWithSndfile(file(name), format, 1, second);
+    const std::string error = errorOf([&] { readAudio(file(name)); });
+    EXPECT_NE(error.find(": holds sound as "), std::string::npos) << name << ": " << error;
+    EXPECT_NE(error.find("; expected PCM, floats, FLAC, Vorbis, Opus or MP3"), std::string::npos) << name;
   }
 }
 
@@ -110,7 +139,7 @@ TEST_F(AudioFileTest, NamesFoundAndExpectedWhenAFlacIsCutShort) {
 
 TEST_F(AudioFileTest, RefusesWhatIsNoSound) {
   EXPECT_EQ(errorOf([] { parseAudio("", "e.wav"); }),
-            "e.wav: starts with ''; expected a WAV, AIFF, FLAC or Ogg Vorbis file");
+            "e.wav: starts with ''; expected a WAV, AIFF, FLAC, Ogg Vorbis, Opus or MP3 file");
   EXPECT_NE(errorOf([] { parseAudio("hello there, this is text", "t.wav"); }).find("starts with 'hello there,'"),
             std::string::npos);
   EXPECT_NE(errorOf([&] { readAudio(file("missing.wav")); }).find("no such file"), std::string::npos);

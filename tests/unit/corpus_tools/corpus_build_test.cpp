@@ -114,7 +114,7 @@ TEST(FinishedTakes, AreTheSameFromMemoryAndFromTheirParts) {
   const BuildParts parts(scratch.path() / "parts", defaultLayout(), "frame");
   CleanedTake cleaned{SyntheticTake{}.clean(), {}};
   cleaned.report.key = cleaned.report.name = "key";
-  roundToFloats(cleaned.take.motion);
+  roundToFile(cleaned.take.motion);
   parts.store(cleaned);
   FinishedTakes held(parts), stored(parts, 0);
   for (FinishedTakes* takes : {&held, &stored}) {

@@ -132,6 +132,24 @@ TEST(CorpusProgram, ConvertsAndCleans) {
   expectOneLine(corpus({"convert", csv.string(), (takes.scratch.path() / "x.bvh").string()}), "x.bvh");
 }
 
+/// Poses need a chin; without one the corpus is good for all but curves.
+TEST(CorpusProgram, ABuildWithoutVisemePosesSaysSo) {
+  const Takes takes;
+  const test::ProgramResult whole = takes.build();
+  EXPECT_EQ(holds(whole.err, "no viseme poses"), !holds(corpus({"info", takes.out.string()}).out, "viseme poses"));
+  nlohmann::json layout = nlohmann::json::parse(layoutToJson(defaultLayout()));
+  auto& markers = layout["markers"];
+  for (std::size_t i = markers.size(); i-- > 0;) {
+    if (markers[i]["name"].get<std::string>().starts_with("CHIN")) markers.erase(i);
+  }
+  const fs::path chinless = takes.scratch.write("chinless.json", layout.dump());
+  fs::remove(takes.out);
+  const test::ProgramResult result = takes.build({"--layout", chinless.string()});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(holds(result.err, "no viseme poses")) << result.err;
+  EXPECT_FALSE(holds(corpus({"info", takes.out.string()}).out, "viseme poses"));
+}
+
 TEST(CorpusProgram, EveryCleaningStepCanBeSwitchedOff) {
   const Takes takes;
   const std::string in = (takes.folder / "one.c3d").string(), out = (takes.scratch.path() / "out.csv").string();

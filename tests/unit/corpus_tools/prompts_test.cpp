@@ -1,11 +1,14 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <numeric>
 #include <set>
 
 #include "base/errors.h"
 #include "base/files.h"
 #include "corpus_tools/report/prompts.h"
+#include "corpus_tools/sample/sample_corpus.h"
+#include "support/run_program.h"
 
 namespace mouthpiece {
 namespace {
@@ -70,6 +73,66 @@ TEST(PromptChoice, TakesWhatIsNewFirst) {
   EXPECT_TRUE(std::is_sorted(chosen.pairs.begin(), chosen.pairs.end()));
   EXPECT_EQ(std::set<std::size_t>(chosen.sentences.begin(), chosen.sentences.end()).size(), 5U);
   EXPECT_EQ(chosen.sentences.back(), 1U) << "what is held already comes last";
+}
+
+TEST(PromptChoice, CountsAPairAsOftenAsItIsMet) {
+  using enum Phone;
+  const std::vector<Prompt> prompts = {{"rare", {kZH, kOY, kUH, kNG}}, {"usual", {kDH, kAH}}};
+  EXPECT_EQ(choosePrompts(prompts, 2).sentences, (std::vector<std::size_t>{0, 1})) << "more pairs";
+  const PairShares shares = pairShares({{"the", {kDH, kAH}}, {"the the", {kDH, kAH, kDH, kAH}}, {"a", {kAH}}});
+  const auto share = [&](Phone a, Phone b) {
+    return shares[static_cast<std::size_t>(a) * kPhoneCount + static_cast<std::size_t>(b)];
+  };
+  EXPECT_DOUBLE_EQ(share(kDH, kAH), 3.0 / 10);
+  EXPECT_DOUBLE_EQ(share(kAH, kSil), 3.0 / 10);
+  const ChosenPrompts chosen = choosePrompts(prompts, 2, &shares);
+  EXPECT_EQ(chosen.sentences, (std::vector<std::size_t>{1, 0}));
+  ASSERT_EQ(chosen.shares.size(), 2U);
+  EXPECT_NEAR(chosen.shares[0], 8.0 / 10, 1e-12);  // all but sil-AH and AH-DH
+  EXPECT_EQ(chosen.shares[1], chosen.shares[0]);
+}
+
+TEST(PairTable, IsReadAsItIsWritten) {
+  using enum Phone;
+  const PairShares shares = pairShares({{"the", {kDH, kAH}}, {"a bee", {kAH, kB, kIY}}});
+  const std::string table = pairSharesToCsv(shares);
+  EXPECT_TRUE(table.starts_with("left,right,share\n")) << table;
+  EXPECT_EQ(pairSharesToCsv(parsePairShares(table, "t.csv")), table);
+  const auto error = [](std::string_view text) -> std::string {
+    try {
+      parsePairShares(text, "t.csv");
+    } catch (const InputError& input_error) {
+      return input_error.what();
+    }
+    return "no error";
+  };
+  EXPECT_EQ(error("# said often\nAH,N,0.5\n"), "no error");
+  EXPECT_NE(error("AH,N,0.5\nAH,N,0.1\n").find("t.csv:2: 'AH,N,0.1' stands there twice"), std::string::npos);
+  for (const char* bad : {"AH,N\n", "AH\n", "AH,Q9,0.1\n", "AH,N,1.5\n", "AH,N,nan\n", "AH,N,-1\n", ",,\n"})
+    EXPECT_NE(error(bad).find("expected two phones and a share"), std::string::npos) << bad;
+}
+
+/// What the sample corpus promises of its sentences, by the lexicon that reads a typed line.
+TEST(RichPrompts, HoldThePhonePairsOfRunningEnglish) {
+  const std::string folder = std::string(MOUTHPIECE_SOURCE_DIR) + "/sample_data/prompts/";
+  const std::string table = folder + "english_pairs.csv";
+  const PairShares shares = parsePairShares(readFile(table), table);
+  const auto program = [&](const std::vector<std::string>& sentences) {
+    std::string text;
+    for (const std::string& sentence : sentences) text += sentence + "\n";
+    const test::ScratchFolder scratch;
+    writeFileAtomically(scratch.path() / "said.txt", text);
+    const std::string curve = (scratch.path() / "curve.csv").string();
+    const test::ProgramResult result = test::runProgram(
+        "corpus", {"prompts", "--text", (scratch.path() / "said.txt").string(), "--running", table, "--count",
+                   std::to_string(sentences.size()), "--curve", curve, "--quiet"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    const std::string lines = test::readAll(curve);
+    return std::stod(lines.substr(lines.rfind(',') + 1));
+  };
+  EXPECT_GE(program(sampleSentences(SamplePrompts::kRich)), 0.99);
+  EXPECT_LE(program(sampleSentences(SamplePrompts::kClock)), 0.6) << "the clock's 51 words do not";
+  EXPECT_NEAR(std::accumulate(shares.begin(), shares.end(), 0.0), 1.0, 1e-3);
 }
 
 TEST(PromptChoice, IsAsGoodAsTheGreedyChoiceByDefinition) {

@@ -50,6 +50,28 @@ TEST(SampleSentences, AreTheChosenOnesSomeWithAPause) {
   EXPECT_GE(pauses, 5U) << "'now' must also be heard before a pause";
 }
 
+TEST(SampleSentences, TheRichOnesBeginWithTheClock) {
+  const std::vector<std::string> clock = sampleSentences(), rich = sampleSentences(SamplePrompts::kRich);
+  ASSERT_EQ(rich.size(), 305U);
+  EXPECT_TRUE(std::equal(clock.begin(), clock.end(), rich.begin()));
+  EXPECT_EQ(std::set<std::string>(rich.begin(), rich.end()).size(), rich.size()) << "a sentence stands there twice";
+}
+
+TEST(SampleActor, HasATargetForEveryPhone) {
+  for (std::size_t i = 1; i < kPhoneCount; ++i) {
+    const auto phone = static_cast<Phone>(i);
+    const std::string name = "phone " + std::string(phoneName(phone)) + (isDiphthong(phone) ? " 1" : "");
+    EXPECT_TRUE(sampleActor().targets.contains(name) || phone == Phone::kHH) << name;  // HH: what follows it
+  }
+  const auto opening = [](const char* viseme, const char* phone) {
+    const auto& targets = sampleActor().targets;
+    return (targets.at(viseme) + targets.at(phone)).dot(sampleActor().openings());
+  };
+  const double book = opening("viseme Uh", "phone UH");
+  EXPECT_GT(book, opening("viseme Oo", "phone UW"));
+  EXPECT_LT(book, opening("viseme Uh", "phone AH"));
+}
+
 using WordPair = std::pair<std::string, std::string>;
 
 /// The words of `sentence` that follow each other; "twenty-five" is one word.

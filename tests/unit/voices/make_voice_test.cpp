@@ -36,5 +36,20 @@ TEST(MakeVoice, FallsBackOnFliteWithAWordWhereFestivalIsAbsent) {
   EXPECT_EQ(wordsOf(line.labels), "the time is now");
 }
 
+TEST(MakeVoice, ALexiconIsReadOrSaidToBeNot) {
+  const Lexicon lexicon = Lexicon::parse("time T UW M\n", "l");
+  const auto says_oo = [](const SpokenLine& line) {
+    return std::any_of(line.labels.phones.begin(), line.labels.phones.end(),
+                       [](const LabelledPhone& phone) { return phone.phone == Phone::kUW; });
+  };
+  for (const std::string& name : knownVoices()) {
+    if (name == "corpus") continue;  // chosen by what Festival says
+    const SpokenLine line = makeVoice(name, {.lexicon = &lexicon})->speak("the time is it");
+    const bool is_told = line.notice.find("the voice " + name + " reads no lexicon") != std::string::npos;
+    EXPECT_NE(says_oo(line), is_told) << name << ": " << line.notice;
+    EXPECT_EQ(makeVoice(name)->speak("it is").notice.find("lexicon"), std::string::npos) << name;
+  }
+}
+
 }  // namespace
 }  // namespace mouthpiece
