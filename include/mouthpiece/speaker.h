@@ -19,11 +19,18 @@ namespace mouthpiece {
 
 /// What a speaker is made of. The defaults are those of the program `synth`.
 struct MOUTHPIECE_API SpeakerOptions {
-  std::filesystem::path corpus;  ///< empty: the sample corpus
-  std::filesystem::path face;    ///< empty: the default face
-  bool with_face = true;         ///< off: sound, labels and markers alone; no face is opened
+  std::filesystem::path corpus;                          ///< empty: the sample corpus
+  std::filesystem::path face;                            ///< empty: the default face
+  bool with_face = true;                                 ///< off: sound, labels and markers alone; no face is opened
   std::string voice = "festival:cmu_us_slt_arctic_hts";  ///< one of voiceNames()
-  std::optional<double> rate;     ///< of the voice "corpus": 1 as fast as Festival would speak; none: as recorded
+  std::optional<double> rate;  ///< of the voice "corpus": 1 as fast as Festival would speak; none: as recorded
+  /// How a recording without its words is heard.
+  enum class Hear {
+    kAuto,   ///< words where they are likely, else phones
+    kWords,  ///< words of US English
+    kPhones  ///< phones: any language
+  };
+  Hear hear = Hear::kAuto;
   std::filesystem::path lexicon;  ///< pronunciations that go before the voice's own; empty: none
   Manner manner;
 };
