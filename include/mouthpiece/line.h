@@ -16,12 +16,19 @@ struct MOUTHPIECE_API Line {
   std::filesystem::path phones;  ///< the recording's labels: TextGrid, .lab or .phn
   std::filesystem::path song;    ///< song.json or MusicXML
   bool is_sung = false;
+  std::filesystem::path
+      times{};         ///< words and times of another program that heard the recording (docs/formats/times.md)
+  std::string hint{};  ///< of a recording with nothing else: words and phrases that are likely in it
 
   static Line typed(std::string text);
   /// A recording whose labels are found from what it says.
   static Line recorded(std::filesystem::path audio, std::string transcript);
   /// A recording with its labels.
   static Line labelled(std::filesystem::path audio, std::filesystem::path phones);
+  /// A recording alone: what it says is recognised. `hint`: words and phrases that are likely in it.
+  static Line heard(std::filesystem::path audio, std::string hint = {});
+  /// A recording that another program has heard: its file of words and times.
+  static Line timed(std::filesystem::path audio, std::filesystem::path times);
   /// A song to be sung by Festival.
   static Line singing(std::filesystem::path song);
   /// A recorded song; `lyrics` is a file with its words. Throws InputError.

@@ -20,10 +20,11 @@ struct AudioClip {
   }
 };
 
-/// Reads WAV, AIFF, FLAC or Ogg Vorbis through libsndfile; several channels are averaged. Throws InputError
+/// Reads WAV, AIFF, FLAC, Ogg (Vorbis, Opus) or MP3 through libsndfile, MPEG-4 (M4A), WebM and AAC through the program
+/// ffmpeg where it is on the PATH; several channels are averaged. Throws InputError
 /// for what is no sound, is empty, claims more samples than the file holds, or is longer than `max_duration`.
 AudioClip readAudio(const std::filesystem::path& path, Seconds max_duration = 4 * 3600.0);
-/// The same from memory; `name` stands for the file in messages.
+/// The same from memory, what libsndfile reads; `name` stands for the file in messages.
 AudioClip parseAudio(std::string_view bytes, std::string_view name, Seconds max_duration = 4 * 3600.0);
 
 /// 16-bit PCM WAV; samples outside [-1, 1] are clipped.

@@ -11,6 +11,7 @@
 
 #include "audio/audio_clip.h"
 #include "base/byte_reader.h"
+#include "base/child_process.h"
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/index.h"
@@ -42,15 +43,20 @@ void checkWavLength(std::string_view bytes, std::string_view name) {
   throw InputError(name, "", fmt::format("is a WAV of {} bytes without sound; expected a chunk 'data'", bytes.size()));
 }
 
+/// With its tag before it, or a frame's first eleven bits; layer III.
+bool isMp3(std::string_view bytes) {
+  if (bytes.starts_with("ID3")) return true;
+  return bytes.size() >= 4 && static_cast<unsigned char>(bytes[0]) == 0xFF &&
+         (static_cast<unsigned char>(bytes[1]) & 0xE6U) == 0xE2U;
+}
+
 void checkKind(std::string_view bytes, std::string_view name) {
   const bool is_wav = bytes.size() >= 12 && bytes.starts_with("RIFF") && bytes.substr(8, 4) == "WAVE";
   const bool is_aiff = bytes.size() >= 12 && bytes.starts_with("FORM") && bytes.substr(8, 3) == "AIF";
   if (is_wav) return checkWavLength(bytes, name);
-  // An MP3 begins with its tags or with a frame's eleven set bits.
-  const bool is_mp3 = bytes.starts_with("ID3") || (bytes.size() >= 2 && bytes[0] == '\xFF' && (bytes[1] & 0xE0) == 0xE0);
-  if (is_aiff || is_mp3 || bytes.starts_with("fLaC") || bytes.starts_with("OggS")) return;
+  if (is_aiff || bytes.starts_with("fLaC") || bytes.starts_with("OggS") || isMp3(bytes)) return;
   throw InputError(name, "",
-                   fmt::format("starts with '{}'; expected a WAV, AIFF, FLAC, Ogg Vorbis, Opus or MP3 file",
+                   fmt::format("starts with '{}'; expected a WAV, AIFF, FLAC, Ogg (Vorbis, Opus), MP3, M4A or AAC file",
                                printable(bytes.substr(0, 12))));
 }
 
@@ -67,6 +73,41 @@ std::string codecName(int format) {
   info.format = format & SF_FORMAT_SUBMASK;
   const bool is_told = sf_command(nullptr, SFC_GET_FORMAT_INFO, &info, sizeof(info)) == 0 && info.name != nullptr;
   return is_told ? info.name : fmt::format("{:#x}", info.format);
+}
+
+/// Kinds that libsndfile does not read, by how they begin: MPEG-4, Matroska and WebM, a bare stream of AAC.
+std::string_view foreignKind(std::string_view bytes) {
+  if (bytes.size() >= 12 && bytes.substr(4, 4) == "ftyp") return "MPEG-4 (M4A, MP4)";
+  if (bytes.starts_with("\x1A\x45\xDF\xA3")) return "Matroska or WebM";
+  const bool is_aac = bytes.size() >= 2 && static_cast<unsigned char>(bytes[0]) == 0xFF &&
+                      (static_cast<unsigned char>(bytes[1]) & 0xF6U) == 0xF0U;
+  return is_aac ? "AAC" : "";
+}
+
+/// A foreign file as the WAV that ffmpeg makes of it.
+std::string throughFfmpeg(std::string_view bytes, std::string_view kind, std::string_view name, Seconds max_duration) {
+  constexpr Seconds kTimeLimit = 600;
+  const auto ffmpeg = findProgram("ffmpeg");
+  if (!ffmpeg) {
+    throw InputError(name, "",
+                     fmt::format("is {} sound, which needs ffmpeg: get it with sudo apt-get install ffmpeg, or make it "
+                                 "a WAV, FLAC, Ogg or MP3 file",
+                                 kind));
+  }
+  const PrivateFolder folder;
+  writeFileAtomically(folder.path() / "foreign", bytes);
+  const ChildResult result =
+      runChild(*ffmpeg,
+               {"-nostdin", "-v", "error", "-protocol_whitelist", "file", "-i", "foreign", "-vn", "-ac", "1", "-t",
+                fmt::format("{:.0f}", max_duration + 1), "-c:a", "pcm_s16le", "-f", "wav", "out.wav"},
+               folder.path(), kTimeLimit);
+  const std::filesystem::path made = folder.path() / "out.wav";
+  if (result.exit_code != 0 || !std::filesystem::exists(made)) {
+    throw InputError(name, "",
+                     fmt::format("is no {} sound that ffmpeg can read: {}", kind,
+                                 printable(result.output.substr(0, result.output.find('\n')), 160)));
+  }
+  return readFile(made);
 }
 
 /// libsndfile's view of bytes in memory. What is written is appended or goes over what is there.
@@ -186,7 +227,10 @@ AudioClip parseAudio(std::string_view bytes, std::string_view name, Seconds max_
 }
 
 AudioClip readAudio(const std::filesystem::path& path, Seconds max_duration) {
-  return parseAudio(readFile(path), path.string(), max_duration);
+  const std::string bytes = readFile(path);
+  const std::string_view foreign = foreignKind(bytes);
+  if (foreign.empty()) return parseAudio(bytes, path.string(), max_duration);
+  return parseAudio(throughFfmpeg(bytes, foreign, path.string(), max_duration), path.string(), max_duration);
 }
 
 std::string wavBytes(const AudioClip& clip) {

@@ -40,11 +40,11 @@ ArkitCurves arkitOf(const Source& source) {
 std::string ablationOf(const Source& source) {
   if (!source.corpus) throw InputError("the performance was made of no corpus; expected one for the curves' ablation");
   const MotionClip& motion = source.animation.motion;
-  return ablationPage(source.animation.text, source.animation.labels,
-                      ablateCurves(source.animation.labels, source.tags, source.style,
-                                   source.corpus->data().curve_model.poses(),
-                                   frameTimes(0, motion.frameCount(), motion.frame_rate_hz)),
-                      motion.frame_rate_hz);
+  return ablationPage(
+      source.animation.text, source.animation.labels,
+      ablateCurves(source.animation.labels, source.tags, source.style, source.corpus->data().curve_model.poses(),
+                   frameTimes(0, motion.frameCount(), motion.frame_rate_hz)),
+      motion.frame_rate_hz);
 }
 
 std::string pageOf(const Source& source) {
@@ -83,7 +83,9 @@ constexpr std::array kRows = {
           writeFileAtomically(path, curvesToJson(source.animation.curves));
         }},
     Row{{".TextGrid", "phones.TextGrid", "words and phones with their times", false, true},
-        [](const fs::path& path, const Source& source) { writeTextGrid(path, source.animation.labels); }},
+        [](const fs::path& path, const Source& source) {
+          writeTextGrid(path, source.animation.labels, source.confidence);
+        }},
     Row{{"ablation.html", "ablation.html", "what each part of VOCAL does to the curves"},
         [](const fs::path& path, const Source& source) { writeFileAtomically(path, ablationOf(source)); }},
     Row{{".html", "view.html", "a page that shows it, one file", true, true},

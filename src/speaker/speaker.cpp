@@ -4,10 +4,13 @@
 #include <malloc.h>
 
 #include <algorithm>
+#include <set>
 
 #include "base/errors.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/lyrics.h"
+#include "hearing/recognition/recogniser.h"
+#include "hearing/recognition/times_file.h"
 #include "phonetics/labels/label_files.h"
 #include "phonetics/text/lexicon.h"
 #include "singing/song.h"
@@ -131,6 +134,16 @@ PhonePairs phonePairsOf(const Corpus& corpus) {
   return pairs;
 }
 
+/// What the corpus' takes say may be said again.
+std::vector<std::string> linesOf(const Corpus& corpus) {
+  constexpr std::size_t kMostLines = 2000;
+  std::set<std::string> lines;
+  for (const CorpusTake& take : corpus.takes) {
+    if (lines.size() < kMostLines && !take.text.empty()) lines.insert(take.text);
+  }
+  return {lines.begin(), lines.end()};
+}
+
 }  // namespace
 
 struct Speaker::Data {
@@ -148,9 +161,13 @@ struct Speaker::Data {
   std::unique_ptr<Voice> voice;            ///< made when the first typed line comes
   std::unique_ptr<Pronouncer> pronouncer;  ///< these two when the first recording without labels comes
   std::unique_ptr<ForcedAligner> aligner;
+  std::unique_ptr<Recogniser> recogniser;  ///< when the first recording without words comes; for its hint
+  std::string recogniser_hint;
+  std::vector<double> heard_confidence;  ///< of the phones of the recording that was recognised last
   double load_ms = 0;
 
   SpokenLine alignRecording(const Line& line);
+  SpokenLine hearRecording(const Line& line);
   SpokenLine speakOrRead(const Line& line);
   /// The line, and for a song, a line drawn as one, or Ma from the sound, what is heard in it.
   SungLine soundOf(const Line& line);
@@ -172,6 +189,33 @@ SpokenLine Speaker::Data::alignRecording(const Line& source) {
   return line;
 }
 
+SpokenLine Speaker::Data::hearRecording(const Line& source) {
+  const Lexicon* known = lexicon ? &*lexicon : nullptr;
+  std::unique_ptr<Recogniser> timed;
+  if (!source.times.empty()) {
+    timed = makeTimedRecogniser(source.times, known);
+  } else if (!recogniser || recogniser_hint != source.hint) {
+    RecogniserOptions wanted;
+    wanted.as = options.hear == SpeakerOptions::Hear::kWords    ? HearAs::kWords
+                : options.hear == SpeakerOptions::Hear::kPhones ? HearAs::kPhones
+                                                                : HearAs::kAuto;
+    wanted.hint = source.hint;
+    wanted.known = linesOf(corpus.data().corpus);
+    wanted.lexicon = known;
+    recogniser = makeRecogniser(wanted);
+    recogniser_hint = source.hint;
+  }
+  SpokenLine line;
+  line.audio = readAudio(source.audio);
+  HeardSpeech heard = (timed ? *timed : *recogniser).hear(line.audio, source.audio.string());
+  line.labels = std::move(heard.labels);
+  line.text = std::move(heard.text);
+  heard_confidence = std::move(heard.confidence);
+  for (const std::string& warning : heard.warnings) line.notice += (line.notice.empty() ? "" : "; ") + warning;
+  line.voice = "recorded:" + source.audio.filename().string();
+  return line;
+}
+
 SpokenLine Speaker::Data::speakOrRead(const Line& source) {
   if (source.audio.empty()) {
     if (lexicon) line_lexicon = lexiconForLine(*lexicon, source.text, phonePairsOf(corpus.data().corpus));
@@ -182,6 +226,7 @@ SpokenLine Speaker::Data::speakOrRead(const Line& source) {
     }
     return voice->speak(source.text);
   }
+  if (!source.times.empty() || (source.phones.empty() && source.text.empty())) return hearRecording(source);
   if (source.phones.empty()) return alignRecording(source);
   SpokenLine line;
   line.audio = readAudio(source.audio);
@@ -257,6 +302,7 @@ FrameStream Speaker::stream(std::string_view text) { return FrameStream(perform(
 
 Performance Speaker::perform(const Line& line) {
   double speech_ms = 0;
+  data_->heard_confidence.clear();
   SungLine sound = timed(speech_ms, [&] { return data_->soundOf(line); });
   auto made = std::make_shared<Performance::Data>();
   made->face = data_->face;
@@ -285,6 +331,7 @@ Performance Speaker::perform(const Line& line) {
   if (data_->options.manner.backoff == Manner::Backoff::kNone && animation.style.empty())
     expectNoBackoff(animation, data_->corpus.data().path.string());
   made->tags = request.tags;
+  made->confidence = std::move(data_->heard_confidence);
   made->style = styleFor(request.options.curves, request.labels, request.tags);
   constexpr double kVocalBandHz = 8000;  // VOCAL 4.2
   const bool hears_accent =
@@ -307,6 +354,12 @@ Line Line::recorded(std::filesystem::path audio, std::string transcript) {
 }
 Line Line::labelled(std::filesystem::path audio, std::filesystem::path phones) {
   return {{}, std::move(audio), std::move(phones), {}, false};
+}
+Line Line::heard(std::filesystem::path audio, std::string hint) {
+  return {{}, std::move(audio), {}, {}, false, {}, std::move(hint)};
+}
+Line Line::timed(std::filesystem::path audio, std::filesystem::path times) {
+  return {{}, std::move(audio), {}, {}, false, std::move(times)};
 }
 Line Line::singing(std::filesystem::path song) { return {{}, {}, {}, std::move(song), true}; }
 Line Line::sung(std::filesystem::path audio, const std::filesystem::path& lyrics) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "exports/gltf/glb.h"
 #include "exports/shapes/principal_shapes.h"
@@ -46,10 +47,11 @@ struct SharedFace::Data {
 struct Performance::Data {
   UtteranceAnimation animation;
   std::optional<SharedFace> face;
-  std::optional<ActorPose> actor;          ///< who moves the face; none: the actor it was fitted with
-  std::optional<SharedCorpus> corpus;      ///< none: motion from elsewhere
-  AudioTags tags;                          ///< what was heard in the sound
-  VocalStyle style;                        ///< of the curves
+  std::optional<ActorPose> actor;      ///< who moves the face; none: the actor it was fitted with
+  std::optional<SharedCorpus> corpus;  ///< none: motion from elsewhere
+  AudioTags tags;                      ///< what was heard in the sound
+  std::vector<double> confidence;      ///< of each phone of a line that was recognised; else empty
+  VocalStyle style;                    ///< of the curves
   Sound sound;
   Labels labels;
   Motion motion;

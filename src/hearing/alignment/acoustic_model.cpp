@@ -10,8 +10,8 @@
 
 #include "base/byte_reader.h"
 #include "base/errors.h"
-#include "base/index.h"
 #include "base/files.h"
+#include "base/index.h"
 
 namespace mouthpiece {
 namespace {
@@ -141,27 +141,38 @@ void addPhones(TiedModel& model, std::string_view bytes, const fs::path& path) {
   if (padding > 3) reader.fail(fmt::format("has {} bytes too many", padding));
   reader.skip(padding + tree_nodes * kNodeBytes);
   struct Entry {
-    std::size_t sequence, base;
+    std::size_t sequence, base, left, right;
   };
   std::vector<Entry> entries(phones);
   for (std::size_t i = 0; i < phones; ++i) {
     const std::int32_t sequence = reader.readI32();
     reader.skip(5);
-    const std::size_t base = i < names ? i : reader.readU8();
-    reader.skip(i < names ? 3 : 2);
+    const std::size_t first = reader.readU8(), left = reader.readU8(), right = reader.readU8();
+    const std::size_t base = i < names ? i : first;
     if (sequence < 0 || unsignedIndex(sequence) >= sequences || base >= names)
       reader.fail("found a phone of no sequence or base");
-    entries[i] = {unsignedIndex(sequence), base};
+    entries[i] = {unsignedIndex(sequence), base, left, right};
   }
   if (reader.readU32() != sequences * states) reader.fail("found another number of states than the header tells");
-  std::vector<std::size_t> senones(sequences * states);
-  for (std::size_t& senone : senones) {
+  std::vector<int> senones(sequences * states);
+  for (int& senone : senones) {
     senone = reader.readU16();
-    if (senone >= model.senone_count) reader.fail(fmt::format("found senone {} of {}", senone, model.senone_count));
+    if (unsignedIndex(senone) >= model.senone_count)
+      reader.fail(fmt::format("found senone {} of {}", senone, model.senone_count));
+  }
+  for (std::size_t i = 0; i < phones; ++i) {
+    const auto begin = senones.begin() + signedIndex(entries[i].sequence * states);
+    std::vector<int> own(begin, begin + signedIndex(states));
+    if (i < names) {
+      model.alone.push_back(std::move(own));
+    } else if (entries[i].left < names && entries[i].right < names) {
+      model.triphones.push_back({entries[i].base, entries[i].left, entries[i].right, std::move(own)});
+    }
   }
   std::vector<std::size_t> owner(model.senone_count, names);
   for (const Entry& entry : entries) {
-    for (std::size_t state = 0; state < states; ++state) owner[senones[entry.sequence * states + state]] = entry.base;
+    for (std::size_t state = 0; state < states; ++state)
+      owner[unsignedIndex(senones[entry.sequence * states + state])] = entry.base;
   }
   for (std::size_t senone = 0; senone < owner.size(); ++senone) {
     if (owner[senone] < names) model.codebooks[owner[senone]].senones.push_back(static_cast<int>(senone));
@@ -191,8 +202,7 @@ void addWeights(TiedModel& model, std::string_view bytes, const fs::path& path) 
         for (std::size_t i = 0; i < codebook.senones.size(); ++i) {
           const auto id = static_cast<unsigned char>(
               ids[(stream * densities + density) * senones + unsignedIndex(codebook.senones[i])]);
-          weights(signedIndex(i), signedIndex(density)) =
-              asFloat(std::exp(-kScoreUnit * id));
+          weights(signedIndex(i), signedIndex(density)) = asFloat(std::exp(-kScoreUnit * id));
         }
       }
     }

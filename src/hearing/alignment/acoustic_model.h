@@ -22,7 +22,14 @@ struct TiedModel {
     std::vector<Eigen::MatrixXf> gaussians;  ///< by stream: log density = gaussians * (x^2, x, 1); densities x (2n + 1)
     std::vector<Eigen::MatrixXf> weights;    ///< by stream: senones x densities, linear
   };
+  /// A phone between two others, by the places of their codebooks, and the senones of its states.
+  struct Triphone {
+    std::size_t base = 0, left = 0, right = 0;
+    std::vector<int> senones;
+  };
   std::vector<Codebook> codebooks;
+  std::vector<std::vector<int>> alone;  ///< by codebook: the senones of its phone's states whatever is beside it
+  std::vector<Triphone> triphones;      ///< at every place within a word
   std::size_t senone_count = 0;
   std::vector<Eigen::Index> stream_sizes;  ///< how the features are cut
 
@@ -51,7 +58,8 @@ struct Weighing {
 };
 
 /// How little each state of a model ("senone") sounds like each of some frames. The same scores as PocketSphinx' own
-/// for tied models, in a fraction of its time (docs/theory/hearing/alignment.md). Not thread-safe: it keeps room to work in.
+/// for tied models, in a fraction of its time (docs/theory/hearing/alignment.md). Not thread-safe: it keeps room to
+/// work in.
 class SenoneScorer {
  public:
   /// So many densities of each codebook and stream count, the likeliest.
@@ -62,6 +70,7 @@ class SenoneScorer {
   explicit SenoneScorer(std::shared_ptr<const TiedModel> model);
 
   [[nodiscard]] const TiedModel& model() const { return *model_; }
+  [[nodiscard]] std::shared_ptr<const TiedModel> sharedModel() const { return model_; }
 
   /// features: a column a frame. Senones of codebooks that are not wanted get the worst score. Valid until the next
   /// call.

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -30,6 +31,11 @@ constexpr std::size_t kMostPhones = 100'000;
 constexpr double kTimesScale = 0.15;
 /// Of a song this many frames a phone are heard: 120 ms, about as long as spoken phones are.
 constexpr std::size_t kSungFramesAPhone = 12;
+/// What a silence between two words of spoken text costs in noise, in nats: quiet sounds pass for silence there.
+/// Nothing where the loudest tenths of a sound stand over the quietest by the higher of two levels, all of it by the
+/// lower one (docs/theory/hearing/alignment.md).
+constexpr double kInnerSilencePrice = 30.0;
+constexpr double kNoisyRangeDb = 30.0, kCleanRangeDb = 38.0;
 constexpr const char* kSilenceWord = "<sil>";
 /// How likely a pause between two words is in a language whose sounds the model never learnt: what fits badly would
 /// rather be silence. Chosen on eSpeak NG's voices, other lines than the guide's table tells of.
@@ -104,7 +110,7 @@ Decoder makeDecoder(const std::filesystem::path& model, const Language& language
 int count(const auto& list) { return static_cast<int>(list.size()); }
 
 /// States 0 to words.size() stand between words; each further one inside a way.
-Graph makeGraph(ps_decoder_t* decoder, const WordWays& words, float pause) {
+Graph makeGraph(ps_decoder_t* decoder, const WordWays& words, float pause, double silence_price) {
   std::size_t inner_states = 0;
   for (const auto& ways : words) {
     for (const auto& phones : ways) inner_states += phones.size();
@@ -128,7 +134,10 @@ Graph makeGraph(ps_decoder_t* decoder, const WordWays& words, float pause) {
     }
     ++boundary;
   }
-  for (int state = 0; state < boundary_count; ++state) fsg_model_add_silence(graph.get(), kSilenceWord, state, pause);
+  for (int state = 0; state < boundary_count; ++state) {
+    const bool is_inner = state > 0 && state + 1 < boundary_count;
+    fsg_model_add_silence(graph.get(), kSilenceWord, state, is_inner ? pause * asFloat(std::exp(-silence_price)) : pause);
+  }
   graph->start_state = 0;
   graph->final_state = boundary_count - 1;
   return graph;
@@ -288,6 +297,11 @@ PhoneDecoder::PhoneDecoder(const std::filesystem::path& model, const Language& l
     : state_(std::make_unique<State>(modelOr(model, language), language)) {}
 PhoneDecoder::~PhoneDecoder() = default;
 PhoneDecoder::PhoneDecoder(PhoneDecoder&&) noexcept = default;
+SenoneScorer& PhoneDecoder::scorer() { return state_->scorer; }
+Eigen::MatrixXf PhoneDecoder::featuresOf(std::span<const std::int16_t> samples) {
+  Cepstra cepstra = cepstraOf(state_->decoder.get(), samples);
+  return cepstra.empty() ? Eigen::MatrixXf() : mouthpiece::featuresOf(state_->decoder.get(), cepstra);
+}
 PhoneDecoder& PhoneDecoder::operator=(PhoneDecoder&&) noexcept = default;
 
 namespace {
@@ -317,11 +331,31 @@ std::vector<DecodedPhone> search(ps_decoder_t* decoder, SenoneScorer& scorer, fs
   return readResult(decoder, kept, fleeting);
 }
 
+/// In nats. The levels are those of the sound's first difference, every 10 ms: rumble lies below speech.
+double innerSilencePrice(std::span<const std::int16_t> samples) {
+  constexpr std::size_t kFrame = 160;
+  constexpr double kFirstDifference = 0.97, kQuiet = 0.05, kLoud = 0.95;
+  std::vector<double> levels;
+  for (std::size_t at = 1; at + kFrame <= samples.size(); at += kFrame) {
+    double energy = 0;
+    for (std::size_t i = at; i < at + kFrame; ++i) {
+      const double value = samples[i] - kFirstDifference * samples[i - 1];
+      energy += value * value;
+    }
+    levels.push_back(10 * std::log10(energy / kFrame + 0.1));
+  }
+  if (levels.empty()) return 0;
+  std::sort(levels.begin(), levels.end());
+  const auto at = [&](double share) { return levels[static_cast<std::size_t>(share * asReal(levels.size() - 1))]; };
+  const double range = at(kLoud) - at(kQuiet);
+  return kInnerSilencePrice * std::clamp((kCleanRangeDb - range) / (kCleanRangeDb - kNoisyRangeDb), 0.0, 1.0);
+}
+
 /// Empty where no path through all words was kept.
 std::vector<DecodedPhone> decodeWith(ps_decoder_t* decoder, SenoneScorer& scorer, std::span<const std::int16_t> samples,
                                      const WordWays& words, SpeechKind kind, const std::vector<bool>& codebooks,
                                      float pause) {
-  const Graph graph = makeGraph(decoder, words, pause);
+  const Graph graph = makeGraph(decoder, words, pause, kind == SpeechKind::kSpoken ? innerSilencePrice(samples) : 0.0);
   Cepstra cepstra = cepstraOf(decoder, samples);
   if (cepstra.empty()) return {};
   std::vector<std::size_t> kept;

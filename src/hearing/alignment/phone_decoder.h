@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "hearing/alignment/acoustic_model.h"
 #include "hearing/alignment/forced_alignment.h"
 
 namespace mouthpiece {
@@ -58,6 +59,10 @@ class PhoneDecoder {
 
   /// When the phones and silences that decode() found in spoken words are heard in `samples`, the same sound or one a
   /// little shorter; better times than decode()'s, and in less time. Empty when the sound cannot hold them.
+  /// What the model weighs of a sound: a column every 10 ms, its mean taken off.
+  Eigen::MatrixXf featuresOf(std::span<const std::int16_t> samples);
+  SenoneScorer& scorer();
+
   std::vector<TimeSpan> hearAgain(std::span<const std::int16_t> samples, const std::vector<DecodedPhone>& phones);
 
  private:

@@ -89,6 +89,17 @@ std::vector<Interval> phoneIntervals(const SpeechLabels& labels) {
   return intervals;
 }
 
+/// A number a phone; nothing in silence.
+std::vector<Interval> confidenceIntervals(const SpeechLabels& labels, std::span<const double> confidence) {
+  std::vector<Interval> intervals = phoneIntervals(labels);
+  const std::size_t gap = intervals.size() - labels.phones.size();
+  for (std::size_t i = 0; i < labels.phones.size(); ++i) {
+    const bool is_silent = labels.phones[i].phone == Phone::kSil;
+    intervals[gap + i].text = is_silent ? "" : fmt::format("{:.2f}", confidence[i]);
+  }
+  return intervals;
+}
+
 std::string praatString(std::string_view text) {
   std::string out = "\"";
   for (const char c : text) {
@@ -155,20 +166,23 @@ std::optional<LabelFormat> formatOf(const std::filesystem::path& path) {
 
 }  // namespace
 
-std::string formatTextGrid(const SpeechLabels& labels) {
+std::string formatTextGrid(const SpeechLabels& labels, std::span<const double> confidence) {
+  MOUTHPIECE_EXPECT(confidence.empty() || confidence.size() == labels.phones.size());
   const Seconds duration = labels.duration();
   std::string out = "File type = \"ooTextFile\"\nObject class = \"TextGrid\"\n\n";
-  fmt::format_to(std::back_inserter(out), "xmin = 0\nxmax = {}\ntiers? <exists>\nsize = 3\nitem []:\n", duration);
+  fmt::format_to(std::back_inserter(out), "xmin = 0\nxmax = {}\ntiers? <exists>\nsize = {}\nitem []:\n", duration,
+                 confidence.empty() ? 3 : 4);
   const auto text = [](const LabelledWord& word) { return word.text; };
   const auto stress = [](const LabelledSyllable& syllable) { return std::to_string(syllable.stress); };
   appendTier(out, 1, "words", intervalsOf(labels, labels.words, text), duration);
   appendTier(out, 2, "phones", phoneIntervals(labels), duration);
   appendTier(out, 3, "syllables", intervalsOf(labels, labels.syllables, stress), duration);
+  if (!confidence.empty()) appendTier(out, 4, "confidence", confidenceIntervals(labels, confidence), duration);
   return out;
 }
 
-void writeTextGrid(const std::filesystem::path& path, const SpeechLabels& labels) {
-  writeFileAtomically(path, formatTextGrid(labels));
+void writeTextGrid(const std::filesystem::path& path, const SpeechLabels& labels, std::span<const double> confidence) {
+  writeFileAtomically(path, formatTextGrid(labels, confidence));
 }
 
 std::string formatLabels(const SpeechLabels& labels, LabelFormat format, const LabelFileOptions& options) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -17,8 +18,10 @@ SpeechLabels readTextGrid(const std::filesystem::path& path, const Language& lan
 /// The same from memory; `name` stands for the file in messages.
 SpeechLabels parseTextGrid(std::string_view bytes, std::string_view name, const Language& language = english());
 
-/// Long text, UTF-8, tiers `words`, `phones`, `syllables`; atomically.
-void writeTextGrid(const std::filesystem::path& path, const SpeechLabels& labels);
-std::string formatTextGrid(const SpeechLabels& labels);
+/// Long text, UTF-8, tiers `words`, `phones`, `syllables`; atomically. `confidence`: of each phone, 0 to 1, for a tier
+/// `confidence`; empty: none.
+void writeTextGrid(const std::filesystem::path& path, const SpeechLabels& labels,
+                   std::span<const double> confidence = {});
+std::string formatTextGrid(const SpeechLabels& labels, std::span<const double> confidence = {});
 
 }  // namespace mouthpiece

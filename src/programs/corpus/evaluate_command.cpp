@@ -4,6 +4,7 @@
 #include "base/files.h"
 #include "corpus_tools/research/evaluation/evaluation.h"
 #include "corpus_tools/research/evaluation/evaluation_methods.h"
+#include "corpus_tools/research/evaluation/hearing_methods.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
 
@@ -13,13 +14,13 @@ namespace {
 constexpr std::uint64_t kHoldOutSeed = 1;
 
 struct EvaluateArguments {
-  bool quiet = false, json = false, ablation = false;
+  bool quiet = false, json = false, ablation = false, hear = false;
   std::filesystem::path corpus, takes, lexicon, html, truth;
   std::size_t jobs = 0, folds = 0;
   double hold_out = 0;
   std::vector<std::size_t> learning_curve;
   std::vector<std::string> rows;
-  std::string unseen;
+  std::string unseen, hint;
 };
 
 /// Of `methods` those that were asked for; all when none was.
@@ -51,8 +52,9 @@ Unseen unseenOf(const std::string& what) {
   return what == "words" ? Unseen::kWords : what == "pairs" ? Unseen::kPairs : Unseen::kPhones;
 }
 
-Evaluation evaluate(const EvaluateArguments& given, Corpus corpus) {
-  const EvaluationMethods all = given.ablation         ? ablationMethods
+Evaluation evaluate(const EvaluateArguments& given, Corpus corpus, std::vector<HearingScore>& heard) {
+  const EvaluationMethods all = given.hear             ? hearingMethods(heard, given.hint)
+                                : given.ablation       ? ablationMethods
                                 : given.unseen.empty() ? evaluationMethods
                                                        : backoffMethods;
   const EvaluationMethods methods = onlyRows(all, given.rows);
@@ -73,9 +75,15 @@ Evaluation evaluate(const EvaluateArguments& given, Corpus corpus) {
 }
 
 int runEvaluate(const EvaluateArguments& given) {
-  const Evaluation evaluation = evaluate(given, readCorpus(given.corpus, CorpusAudio::kLoad));
+  std::vector<HearingScore> heard;
+  const Evaluation evaluation = evaluate(given, readCorpus(given.corpus, CorpusAudio::kLoad), heard);
   if (!given.html.empty()) writeFileAtomically(given.html, evaluationHtml(evaluation));
-  printText(given.json ? evaluationJson(evaluation) : evaluationTable(evaluation));
+  if (given.json && given.hear) {
+    printText("{\"evaluation\": " + evaluationJson(evaluation) + ", \"hearing\": " + hearingJson(heard) + "}\n");
+  } else {
+    printText(given.json ? evaluationJson(evaluation) : evaluationTable(evaluation));
+    if (given.hear) printText(hearingTable(heard));
+  }
   return kExitDone;
 }
 
@@ -100,6 +108,11 @@ void addOptions(CLI::App& command, EvaluateArguments& options) {
   command.add_flag("--ablation", options.ablation,
                    "From EDGE as published to the default one change a row, then the default with each cost and each "
                    "trick off");
+  auto* hear = command.add_flag("--hear", options.hear,
+                                "From what is heard in the takes' sound alone, beside their labels: the face, and the "
+                                "errors of phones, visemes and words");
+  hear->excludes("--ablation");
+  command.add_option("--hint", options.hint, "With --hear: words and phrases that are likely")->needs(hear);
   command.add_option("--rows", options.rows, "Only the rows whose names begin so (guided,EDGE)")->delimiter(',');
   command.add_option("--html", options.html, "Also write a page with the curves of all takes over each other");
   command

@@ -29,7 +29,10 @@ int runBatch(const BatchOptions& options) {
   std::size_t failed = 0;
   for (const BatchLine& each : lines) {
     try {
-      save(speaker.perform(each.line), usualFiles(options.out_folder / each.id));
+      const Performance performance = speaker.perform(each.line);
+      save(performance, usualFiles(options.out_folder / each.id));
+      for (const std::string& warning : performance.warnings())
+        printNotice(fmt::format("{}: {}", each.id, warning), options.quiet);
     } catch (const InputError& error) {
       ++failed;
       printNotice(fmt::format("{}: {}", each.id, error.what()), false);
@@ -37,17 +40,18 @@ int runBatch(const BatchOptions& options) {
     progress.advance();
   }
   if (!options.quiet)
-    printText(fmt::format("{} of {} lines made in {}\n", lines.size() - failed, lines.size(),
-                          options.out_folder.string()));
+    printText(
+        fmt::format("{} of {} lines made in {}\n", lines.size() - failed, lines.size(), options.out_folder.string()));
   return failed == 0 ? kExitDone : kExitBadInput;
 }
 
 }  // namespace
 
 Command batchCommand() {
-  return makeCommand<BatchOptions>(
-      "batch", "Makes every line of a CSV list (id,text, id,audio,transcript or id,audio,phones) in a folder of its own",
-      "synth batch lines.csv --out lines --shard 1/4", addOptions, runBatch);
+  return makeCommand<BatchOptions>("batch",
+                                   "Makes every line of a CSV list (id,text, id,audio, id,audio,transcript, "
+                                   "id,audio,phones or id,audio,times) in a folder of its own",
+                                   "synth batch lines.csv --out lines --shard 1/4", addOptions, runBatch);
 }
 
 }  // namespace mouthpiece

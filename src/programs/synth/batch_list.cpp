@@ -94,20 +94,24 @@ void expectUsableId(const std::string& id, const std::string& file, std::size_t 
 }
 
 /// What the columns after the id are.
-enum class Columns { kText, kAudioTranscript, kAudioPhones };
+enum class Columns { kText, kAudio, kAudioTranscript, kAudioPhones, kAudioTimes };
 
 Columns columnsOf(const Row& header) {
+  if (header.fields.size() == 2 && header.fields[1] == "audio") return Columns::kAudio;
   if (header.fields.size() != 3) return Columns::kText;
+  if (header.fields[2] == "times") return Columns::kAudioTimes;
   return header.fields[2] == "phones" ? Columns::kAudioPhones : Columns::kAudioTranscript;
 }
 
 std::string_view expectedFields(Columns columns) {
   if (columns == Columns::kText) return "id,text; put a text with commas in quotes";
+  if (columns == Columns::kAudio) return "id,audio";
+  if (columns == Columns::kAudioTimes) return "id,audio,times";
   return columns == Columns::kAudioPhones ? "id,audio,phones" : "id,audio,transcript";
 }
 
 BatchLine batchLineFrom(const Row& row, Columns columns, const std::filesystem::path& list) {
-  const std::size_t expected = columns == Columns::kText ? 2 : 3;
+  const std::size_t expected = columns == Columns::kText || columns == Columns::kAudio ? 2 : 3;
   if (row.fields.size() != expected) {
     throw InputError(
         list.string(), std::to_string(row.line),
@@ -119,6 +123,7 @@ BatchLine batchLineFrom(const Row& row, Columns columns, const std::filesystem::
   if (columns == Columns::kText) line.line.text = row.fields[1];
   if (columns == Columns::kAudioTranscript) line.line.text = row.fields[2];
   if (columns == Columns::kAudioPhones) line.line.phones = list.parent_path() / row.fields[2];
+  if (columns == Columns::kAudioTimes) line.line.times = list.parent_path() / row.fields[2];
   return line;
 }
 

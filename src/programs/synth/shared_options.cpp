@@ -65,6 +65,10 @@ void addSharedOptions(CLI::App& app, SharedOptions& options) {
       ->check(CLI::Range(0.4, 2.5));
   app.add_option("--lexicon", speaker.lexicon,
                  "Pronunciations that go before the voice's own: words in ARPAbet, IPA or X-SAMPA");
+  using Hear = SpeakerOptions::Hear;
+  addChoice(app, "--hear", speaker.hear, {{"auto", Hear::kAuto}, {"words", Hear::kWords}, {"phones", Hear::kPhones}},
+            "A recording without its words: recognise words of US English, phones of any language, or words where they "
+            "fit what is heard and phones elsewhere (default: auto)");
   app.add_option("--fps", manner.frame_rate_hz, "Frames a second, 24 to 240")->capture_default_str();
   using Method = Manner::Method;
   addChoice(

@@ -39,13 +39,20 @@ void addOptions(CLI::App& app, SpeakOptions& options) {
   auto* text = app.add_option("--text", options.line.text, "The line to speak");
   auto* file = app.add_option("--text-file", options.text_file, "A file with the line to speak");
   auto* audio = app.add_option("--audio", options.line.audio,
-                               "A recording to animate instead; needs --phones, --transcript or --lyrics");
+                               "A recording to animate instead; what it says is recognised, unless --transcript, "
+                               "--phones, --times or --lyrics tell");
   auto* phones = app.add_option("--phones", options.line.phones, "Labels of the recording: TextGrid, .lab or .phn");
   auto* transcript =
       app.add_option("--transcript", options.transcript, "What the recording says: its labels are found");
   transcript->needs(audio)->excludes(phones);
+  auto* times = app.add_option("--times", options.line.times,
+                               "Words and times of another program: JSON of Whisper, Vosk, Gentle, Azure, Polly, "
+                               "ElevenLabs, Piper or Rhubarb, Rhubarb's TSV or XML, TextGrid, CTM, SRT, WebVTT");
+  times->needs(audio)->excludes(phones)->excludes(transcript);
+  auto* hint = app.add_option("--hint", options.line.hint, "Words and phrases that are likely in the recording");
+  hint->needs(audio)->excludes(phones)->excludes(transcript)->excludes(times);
   auto* lyrics = app.add_option("--lyrics", options.lyrics, "The recording is of a song; a file with its words");
-  lyrics->needs(audio)->excludes(transcript);
+  lyrics->needs(audio)->excludes(transcript)->excludes(times)->excludes(hint);
   auto* song = app.add_option("--song", options.line.song, "A song to sing: song.json or MusicXML");
   song->excludes(text, file, audio);
   text->excludes(file, audio);
@@ -61,12 +68,9 @@ void addOptions(CLI::App& app, SpeakOptions& options) {
   app.callback([&app] {
     if (!app.get_subcommands().empty()) return;
     if (app.count("--text") + app.count("--text-file") + app.count("--audio") + app.count("--song") == 0) {
-      throw CLI::ParseError(
-          "nothing to say; expected --text, --text-file, --song or --audio with --phones, --transcript or --lyrics",
-          CLI::ExitCodes::RequiredError);
+      throw CLI::ParseError("nothing to say; expected --text, --text-file, --song or --audio",
+                            CLI::ExitCodes::RequiredError);
     }
-    if (app.count("--audio") > 0 && app.count("--phones") + app.count("--transcript") + app.count("--lyrics") == 0)
-      throw CLI::ParseError("--audio needs --phones, --transcript or --lyrics", CLI::ExitCodes::RequiredError);
   });
 }
 
@@ -133,6 +137,8 @@ Command speakCommand() {
   return makeCommand<SpeakOptions>(
       "synth", "Makes a face speak with movements learnt and taken from a person's own.",
       "synth --text \"the time is now\"\nsynth --song twinkle.json --out twinkle\n"
+      "synth --audio a.wav\nsynth --audio a.wav --hint \"Mouthpiece, viseme\"\n"
+      "synth --audio a.wav --times whisper.json\n"
       "synth --audio a.wav --transcript \"the time is now\"\n"
       "synth --audio a.wav --phones a.TextGrid -o talk.glb -o talk.wav\nsynth batch lines.csv --out lines",
       addOptions, runSpeak);

@@ -120,7 +120,10 @@ TEST(Usage, OptionsThatExcludeOrNeedEachOther) {
       {"synth", {"--text-file", "a", "--audio", "b.wav", "--transcript", "a"}},
       {"synth", {"--song", "a.json", "--text", "b"}},
       {"synth", {"--song", "a.json", "--audio", "b.wav", "--transcript", "a"}},
-      {"synth", {"--audio", "a.wav"}},
+      {"synth", {"--hint", "a"}},
+      {"synth", {"--times", "a.json"}},
+      {"synth", {"--audio", "a.wav", "--times", "b.json", "--phones", "c.lab"}},
+      {"synth", {"--audio", "a.wav", "--hear", "letters"}},
       {"synth", {"--audio", "a.wav", "--phones", "b.lab", "--transcript", "c"}},
       {"synth", {"--audio", "a.wav", "--lyrics", "b.txt", "--transcript", "c"}},
       {"synth", {"--text", "a", "--phones", "b.lab"}},
@@ -183,7 +186,9 @@ class BadInput : public testing::Test {
   [[nodiscard]] std::string garbage(const std::string& name) const {
     return folder_.write(name, "no such thing\n\x01\x02\xff").string();
   }
-  [[nodiscard]] std::string missing(const std::string& name) const { return (folder_.path() / "nowhere" / name).string(); }
+  [[nodiscard]] std::string missing(const std::string& name) const {
+    return (folder_.path() / "nowhere" / name).string();
+  }
   [[nodiscard]] std::string out(const std::string& name) const { return (folder_.path() / "out" / name).string(); }
   void TearDown() override { EXPECT_FALSE(fs::exists(folder_.path() / "out")) << "something was written"; }
 
@@ -203,7 +208,8 @@ TEST_F(BadInput, OfCorpus) {
     expectBadInput({"corpus", {"convert", file("a.trc"), out("b.csv")}}, "a.trc");
     expectBadInput({"corpus", {"convert", file("a.TextGrid"), out("b.lab")}}, "a.TextGrid");
     expectBadInput({"corpus", {"clean", file("a.csv"), out("b.csv")}}, "a.csv");
-    expectBadInput({"corpus", {"align", file("a.wav"), "--transcript", "the time", "--out", out("a.TextGrid")}}, "a.wav");
+    expectBadInput({"corpus", {"align", file("a.wav"), "--transcript", "the time", "--out", out("a.TextGrid")}},
+                   "a.wav");
     expectBadInput({"corpus", {"tag", file("a.flac"), "--out", out("a.json")}}, "a.flac");
   }
   expectBadInput({"corpus", {"prompts", "--text", missing("a\n.txt")}}, "a\\x0A.txt");
@@ -220,16 +226,18 @@ TEST_F(BadInput, OfRetarget) {
                    "a.face");
     for (const char* mesh : {"a.obj", "a.ply", "a.off", "a.glb"})
       expectBadInput({"retarget", {"pick", file(mesh), "--out", out("a.html")}}, mesh);
-    expectBadInput({"retarget", {"fit", "--mesh", "m.obj", "--anchors", "a.json", "--corpus", file("c.corpus"), "--out",
-                                 out("a.face")}},
-                   "c.corpus");
+    expectBadInput(
+        {"retarget",
+         {"fit", "--mesh", "m.obj", "--anchors", "a.json", "--corpus", file("c.corpus"), "--out", out("a.face")}},
+        "c.corpus");
     expectBadInput({"retarget", {"sample", "--corpus", file("c.corpus"), "--canonical", "f.obj", "--out", out("")}},
                    "c.corpus");
   }
   for (const char* name : {"talk.avi", "talk.json"})
     expectBadInput({"retarget", {"apply", "--face", garbage("a.face"), "--motion", "b.c3d", "--out", out(name)}}, name);
-  expectBadInput({"retarget", {"apply", "--face", garbage("a.face"), "--motion", "b.c3d", "--arkit", "--out", out("a.pc2")}},
-                 "a.pc2");
+  expectBadInput(
+      {"retarget", {"apply", "--face", garbage("a.face"), "--motion", "b.c3d", "--arkit", "--out", out("a.pc2")}},
+      "a.pc2");
 }
 
 TEST_F(BadInput, OfBatchLists) {
@@ -248,8 +256,7 @@ TEST_F(BadInput, OfBatchLists) {
     expectListError(id + ",text\n", "lines.csv:1:");
   for (const char* shard : {"0/2", "3/2", "1", "1/0", "a/b", "1/2/3", "-1/2", ""}) {
     const fs::path path = folder_.write("lines.csv", "a,one\n");
-    const ProgramResult result =
-        runProgram("synth", {"batch", path.string(), "--out", out("lines"), "--shard", shard});
+    const ProgramResult result = runProgram("synth", {"batch", path.string(), "--out", out("lines"), "--shard", shard});
     EXPECT_TRUE(result.exit_code == 1 || result.exit_code == 2) << shard;
     EXPECT_FALSE(result.err.empty()) << shard;
   }

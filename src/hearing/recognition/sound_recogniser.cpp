@@ -1,0 +1,312 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "base/errors.h"
+#include "base/index.h"
+#include "hearing/alignment/forced_alignment.h"
+#include "hearing/alignment/phone_ear.h"
+#include "hearing/alignment/pronouncer.h"
+#include "hearing/recognition/recogniser.h"
+#include "hearing/recognition/speech_finder.h"
+#include "hearing/recognition/word_search.h"
+#include "phonetics/labels/labels_builder.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr int kEarRateHz = 16000;
+constexpr Seconds kEarStep = 0.010, kEarShift = 0.008;
+/// Words fit a stretch when their phones have this share of what is heard, in the mean over its frames; words of a
+/// hint or a corpus do at less, and are taken before others that fit a little better. Where they surely fit no others
+/// are looked for (docs/theory/hearing/recognition.md).
+constexpr double kWordsFit = 0.40, kBookFits = 0.25, kBookBonus = 1.15, kSurelyFits = 0.70;
+/// Under this the line is doubtful.
+constexpr double kDoubtfulHearing = 0.35;
+/// A word's phones weigh so much against what is heard without it, where it fits perfectly.
+constexpr double kWordWeight = 0.8;
+/// Two phones of one viseme are as good as each other to the lips, or nearly so.
+constexpr float kAlikeOnLips = 0.3F;
+constexpr double kPhoneCost = 1.0;
+constexpr std::size_t kMostHintBytes = 1 << 16;
+
+Eigen::MatrixXf lipLikeness() {
+  const auto count = signedIndex(kPhoneCount);
+  Eigen::MatrixXf likeness = Eigen::MatrixXf::Identity(count, count);
+  for (Eigen::Index a = 1; a < count; ++a) {
+    for (Eigen::Index b = 1; b < count; ++b) {
+      const auto one = static_cast<Phone>(a), other = static_cast<Phone>(b);
+      if (a != b && firstViseme(one) == firstViseme(other) && lastViseme(one) == lastViseme(other))
+        likeness(a, b) = kAlikeOnLips;
+    }
+  }
+  return likeness;
+}
+
+std::vector<std::int16_t> samplesToHear(const AudioClip& audio) {
+  if (audio.sample_rate_hz != kEarRateHz) return samplesToHear(resampleAudio(audio, kEarRateHz));
+  std::vector<std::int16_t> samples(audio.samples.size());
+  std::transform(audio.samples.begin(), audio.samples.end(), samples.begin(), [](float sample) {
+    return static_cast<std::int16_t>(std::lrint(std::clamp(32767.0F * sample, -32767.0F, 32767.0F)));
+  });
+  return samples;
+}
+
+/// Words for a stretch, with their phones on its clock.
+struct WordsHeard {
+  ForcedAlignment alignment;
+  std::vector<double> fits;  ///< of each phone: its share of what is heard
+  double fit = 0;            ///< of all, in the mean over time
+};
+
+/// Phones and words on the clock of the whole sound, as they come.
+struct Collected {
+  std::vector<PhoneSegment> segments;
+  std::vector<double> confidence;  ///< of each segment
+  std::vector<std::string> words;
+  double heard_s = 0, fit_s = 0;  ///< how long phones are, and the same times how sure they are
+};
+
+class SoundRecogniser : public Recogniser {
+ public:
+  explicit SoundRecogniser(const RecogniserOptions& options)
+      : options_(options), language_(*options.language), ear_(language_), likeness_(lipLikeness()) {
+    if (options_.as == HearAs::kPhones) return;
+    if (!WordSearch::isAvailable(language_)) {
+      if (options_.as == HearAs::kWords) WordSearch search(language_);  // says what is missing
+      return;
+    }
+    pronouncer_.emplace(options_.lexicon, language_);
+    search_.emplace(language_);
+    aligner_.emplace(std::filesystem::path(), language_);
+    readBook();
+  }
+
+  HeardSpeech hear(const AudioClip& audio, std::string_view name) override;
+
+ private:
+  void readBook();
+  void addLine(PhraseBook& book, std::string_view line) const;
+  std::optional<WordsHeard> wordsAs(const std::vector<std::string>& words, const AudioClip& clip,
+                                    const Eigen::MatrixXf& posteriors);
+  [[nodiscard]] double fitOf(Phone phone, const TimeSpan& span, const Eigen::MatrixXf& posteriors) const;
+  void hearStretch(std::span<const std::int16_t> samples, Seconds start, Collected& all);
+  void collect(const WordsHeard& words, Seconds start, Collected& all) const;
+  void collectPhones(Eigen::MatrixXf posteriors, const WordsHeard* words, Seconds start, Collected& all) const;
+  void warn(const Collected& all, HeardSpeech& heard) const;
+
+  RecogniserOptions options_;
+  const Language& language_;
+  PhoneEar ear_;
+  Eigen::MatrixXf likeness_;
+  std::optional<Pronouncer> pronouncer_;
+  std::optional<WordSearch> search_;
+  std::optional<ForcedAligner> aligner_;
+  bool has_book_ = false;
+};
+
+void SoundRecogniser::addLine(PhraseBook& book, std::string_view line) const {
+  std::vector<std::string> words;
+  for (const TranscriptWord& word : pronouncer_->wordsOf(line)) {
+    std::string text = word.text;
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    book.more.push_back({text, word.ways.front().phones});
+    words.push_back(std::move(text));
+  }
+  book.lines.push_back(std::move(words));
+}
+
+void SoundRecogniser::readBook() {
+  if (options_.hint.size() > kMostHintBytes)
+    throw InputError("hint", "", fmt::format("has {} bytes; expected at most 64 KiB", options_.hint.size()));
+  PhraseBook book;
+  if (!options_.hint.empty()) addLine(book, options_.hint);
+  for (const std::string& line : options_.known) {
+    try {
+      addLine(book, line);
+    } catch (const InputError&) {  // a line that cannot be said is none that is said again
+    }
+  }
+  has_book_ = !book.lines.empty();
+  search_->setBook(book);
+}
+
+double SoundRecogniser::fitOf(Phone phone, const TimeSpan& span, const Eigen::MatrixXf& posteriors) const {
+  const auto frame = [&](Seconds time) {
+    return std::clamp<Eigen::Index>(std::lround((time - kEarShift) / kEarStep), 0, posteriors.cols());
+  };
+  const Eigen::Index first = frame(span.start), end = frame(span.end);
+  if (end <= first) return 0;
+  return (likeness_.row(signedIndex(static_cast<std::size_t>(phone))) * posteriors.middleCols(first, end - first))
+      .mean();
+}
+
+std::optional<WordsHeard> SoundRecogniser::wordsAs(const std::vector<std::string>& words, const AudioClip& clip,
+                                                   const Eigen::MatrixXf& posteriors) {
+  if (words.empty()) return std::nullopt;
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
+  WordsHeard heard;
+  try {
+    heard.alignment = aligner_->align(clip, pronouncer_->wordsOf(text), "stretch");
+  } catch (const InputError&) {  // the stretch is too short for them
+    return std::nullopt;
+  }
+  double time = 0;
+  for (const LabelledPhone& phone : heard.alignment.labels.phones) {
+    heard.fits.push_back(fitOf(phone.phone, phone.span, posteriors));
+    if (phone.phone == Phone::kSil) continue;
+    heard.fit += heard.fits.back() * phone.span.duration();
+    time += phone.span.duration();
+  }
+  heard.fit /= std::max(time, kEarStep);
+  return heard;
+}
+
+void SoundRecogniser::collect(const WordsHeard& words, Seconds start, Collected& all) const {
+  const SpeechLabels& labels = words.alignment.labels;
+  const std::size_t before = all.words.size();
+  for (const LabelledWord& word : labels.words) all.words.push_back(word.text);
+  for (std::size_t i = 0; i < labels.phones.size(); ++i) {
+    const LabelledPhone& phone = labels.phones[i];
+    if (phone.phone == Phone::kSil) continue;
+    PhoneSegment segment{.phone = phone.phone, .span = {phone.span.start + start, phone.span.end + start}};
+    if (phone.word) segment.word = before + *phone.word;
+    if (phone.syllable) {
+      segment.syllable = phone.syllable;
+      if (isVowel(phone.phone)) segment.stress = labels.syllables[*phone.syllable].stress;
+    }
+    all.segments.push_back(segment);
+    all.confidence.push_back(words.fits[i]);
+    all.heard_s += phone.span.duration();
+    all.fit_s += words.fits[i] * phone.span.duration();
+  }
+}
+
+void SoundRecogniser::collectPhones(Eigen::MatrixXf posteriors, const WordsHeard* words, Seconds start,
+                                    Collected& all) const {
+  if (words != nullptr) {
+    // What a word says counts by how well it fits.
+    for (const LabelledPhone& phone : words->alignment.labels.phones) {
+      if (!phone.word) continue;
+      const double fit = fitOf(phone.phone, phone.span, posteriors);
+      const auto weight = asFloat(kWordWeight * std::min(1.0, fit / kWordsFit));
+      const auto first = std::clamp<Eigen::Index>(std::lround(phone.span.start / kEarStep), 0, posteriors.cols());
+      const auto end = std::clamp<Eigen::Index>(std::lround(phone.span.end / kEarStep), first, posteriors.cols());
+      posteriors.middleCols(first, end - first) *= 1 - weight;
+      posteriors.row(signedIndex(static_cast<std::size_t>(phone.phone))).segment(first, end - first).array() += weight;
+    }
+  }
+  for (const HeardPhone& phone : likeliestPhones(posteriors, likeness_, kPhoneCost)) {
+    if (phone.phone == Phone::kSil) continue;
+    const TimeSpan span{asReal(phone.first) * kEarStep + kEarShift + start,
+                        asReal(phone.end) * kEarStep + kEarShift + start};
+    all.segments.push_back({.phone = phone.phone, .span = span});
+    all.confidence.push_back(phone.confidence);
+    all.heard_s += span.duration();
+    all.fit_s += phone.confidence * span.duration();
+  }
+}
+
+void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds start, Collected& all) {
+  const Eigen::MatrixXf posteriors = ear_.posteriors(samples);
+  if (!search_) return collectPhones(posteriors, nullptr, start, all);
+  AudioClip clip{kEarRateHz, {}};
+  for (const std::int16_t sample : samples) clip.samples.push_back(static_cast<float>(sample) / 32768.0F);
+  std::optional<WordsHeard> best;
+  if (has_book_) best = wordsAs(search_->hearBook(samples), clip, posteriors);
+  bool is_of_book = best.has_value();
+  if (!best || best->fit < kSurelyFits) {
+    std::optional<WordsHeard> any = wordsAs(search_->hear(samples), clip, posteriors);
+    if (any && (!best || any->fit > kBookBonus * best->fit)) {
+      best = std::move(any);
+      is_of_book = false;
+    }
+  }
+  const double needed = is_of_book ? kBookFits : kWordsFit;
+  if (best && (options_.as == HearAs::kWords || best->fit >= needed)) return collect(*best, start, all);
+  collectPhones(posteriors, best ? &*best : nullptr, start, all);
+}
+
+void SoundRecogniser::warn(const Collected& all, HeardSpeech& heard) const {
+  for (const SoundKind kind : {SoundKind::kMusic, SoundKind::kNoise}) {
+    std::string places;
+    for (const SoundStretch& stretch : heard.stretches) {
+      if (stretch.kind == kind)
+        places += fmt::format("{}{:.1f} to {:.1f} s", places.empty() ? "" : ", ", stretch.span.start, stretch.span.end);
+    }
+    if (!places.empty())
+      heard.warnings.push_back(
+          fmt::format("{} without speech, passed over: {}", kind == SoundKind::kMusic ? "music" : "noise", places));
+  }
+  const double sure = all.heard_s > 0 ? all.fit_s / all.heard_s : 0;
+  std::size_t in_words = 0;
+  for (const PhoneSegment& segment : all.segments) in_words += segment.word ? 1U : 0U;
+  if (in_words < all.segments.size() && options_.as != HearAs::kPhones) {
+    heard.warnings.push_back(
+        fmt::format("{} of {} phones were heard without words", all.segments.size() - in_words, all.segments.size()));
+  }
+  if (sure < kDoubtfulHearing) {
+    heard.warnings.push_back(
+        fmt::format("what was heard is doubtful ({:.2f} of 1): a transcript or a hint would help", sure));
+  }
+}
+
+HeardSpeech SoundRecogniser::hear(const AudioClip& audio, std::string_view name) {
+  const std::vector<std::int16_t> samples = samplesToHear(audio);
+  HeardSpeech heard;
+  heard.stretches = findSpeech(samples);
+  Collected all;
+  for (const SoundStretch& stretch : heard.stretches) {
+    if (stretch.kind != SoundKind::kSpeech) continue;
+    const auto first = static_cast<std::size_t>(stretch.span.start * kEarRateHz);
+    const auto end = std::min(samples.size(), static_cast<std::size_t>(stretch.span.end * kEarRateHz));
+    if (end > first) hearStretch(std::span(samples).subspan(first, end - first), stretch.span.start, all);
+  }
+  if (all.segments.empty()) {
+    throw InputError(name, "",
+                     heard.stretches.empty() ? "holds silence only; expected speech"
+                                             : "holds no speech that can be heard; expected speech");
+  }
+  // Stretches meet where one was cut.
+  for (std::size_t i = 0; i + 1 < all.segments.size(); ++i)
+    all.segments[i].span.end = std::min(all.segments[i].span.end, all.segments[i + 1].span.start);
+  for (std::size_t i = 0; i < all.segments.size();) {
+    all.segments[i].span.end = std::min(all.segments[i].span.end, audio.duration());
+    if (all.segments[i].span.duration() > 0) {
+      ++i;
+      continue;
+    }
+    all.segments.erase(all.segments.begin() + signedIndex(i));
+    all.confidence.erase(all.confidence.begin() + signedIndex(i));
+  }
+  for (const std::string& word : all.words) heard.text += (heard.text.empty() ? "" : " ") + word;
+  warn(all, heard);
+  heard.labels = buildSpeechLabels(all.segments, all.words, audio.duration(), language_);
+  heard.confidence = confidenceOf(heard.labels, all.segments, all.confidence);
+  return heard;
+}
+
+}  // namespace
+
+std::vector<double> confidenceOf(const SpeechLabels& labels, const std::vector<PhoneSegment>& segments,
+                                 const std::vector<double>& confidence) {
+  std::vector<double> of_phones;
+  std::size_t at = 0;
+  for (const LabelledPhone& phone : labels.phones) {
+    const Seconds middle = phone.span.middle();
+    while (at + 1 < segments.size() && segments[at].span.end <= middle) ++at;
+    const bool is_heard = at < segments.size() && segments[at].span.contains(middle);
+    of_phones.push_back(phone.phone == Phone::kSil || !is_heard ? 1.0 : std::clamp(confidence[at], 0.0, 1.0));
+  }
+  return of_phones;
+}
+
+std::unique_ptr<Recogniser> makeRecogniser(const RecogniserOptions& options) {
+  return std::make_unique<SoundRecogniser>(options);
+}
+
+}  // namespace mouthpiece

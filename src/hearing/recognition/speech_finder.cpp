@@ -1,0 +1,170 @@
+#include "hearing/recognition/speech_finder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <unsupported/Eigen/FFT>
+
+#include "base/index.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr std::size_t kFrame = 160;  // 10 ms at 16 kHz
+constexpr double kFrameStep = 0.010;
+/// Rumble lies below speech: levels are those of the sound's first difference.
+constexpr double kFirstDifference = 0.97;
+constexpr double kSilenceDb = -10;  ///< of 16-bit samples: digital silence
+/// Speech stands above its background by this, or by a share of what the loudest does.
+constexpr double kLeastRiseDb = 5, kRiseShare = 0.30;
+constexpr std::size_t kWindowFrames = 3000;  ///< backgrounds are looked for in half a minute
+constexpr std::size_t kPauseFrames = 35, kMarginFrames = 15, kShortestFrames = 6;
+/// Levels of speech rise and fall; what stays within this (standard deviation) for a second is none.
+constexpr double kSteadyDb = 3.2;
+constexpr Seconds kShortestJudged = 1.0;
+/// Geometric over arithmetic mean of the spectrum: tones are under it, noise over it.
+constexpr double kTonalFlatness = 0.15;
+
+std::vector<double> levels(std::span<const std::int16_t> samples) {
+  std::vector<double> db;
+  for (std::size_t at = 0; at + kFrame <= samples.size(); at += kFrame) {
+    double energy = 0;
+    for (std::size_t i = at; i < at + kFrame; ++i) {
+      const double value = samples[i] - kFirstDifference * (i > 0 ? samples[i - 1] : 0);
+      energy += value * value;
+    }
+    db.push_back(std::max(kSilenceDb, 10 * std::log10(energy / kFrame + 1e-9)));
+  }
+  return db;
+}
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return kSilenceDb;
+  const auto at = values.begin() + signedIndex(static_cast<std::size_t>(share * asReal(values.size() - 1)));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+/// Over its background, frame by frame; the background is the window's quietest twentieth.
+std::vector<bool> loudFrames(const std::vector<double>& db) {
+  std::vector<bool> loud(db.size());
+  for (std::size_t at = 0; at < db.size(); at += kWindowFrames) {
+    const std::size_t from = at > kWindowFrames / 2 ? at - kWindowFrames / 2 : 0;
+    const std::size_t to = std::min(db.size(), at + kWindowFrames + kWindowFrames / 2);
+    const std::vector<double> window(db.begin() + signedIndex(from), db.begin() + signedIndex(to));
+    const double floor = quantile(window, 0.05), top = quantile(window, 0.95);
+    const bool is_steady = top - floor < kLeastRiseDb;
+    const double threshold =
+        is_steady ? std::max(floor - 1, kSilenceDb + 20) : floor + std::max(kLeastRiseDb, kRiseShare * (top - floor));
+    for (std::size_t i = at; i < std::min(db.size(), at + kWindowFrames); ++i) loud[i] = db[i] > threshold;
+  }
+  return loud;
+}
+
+struct Frames {
+  std::size_t first = 0, end = 0;
+};
+
+std::vector<Frames> runsOf(const std::vector<bool>& loud) {
+  std::vector<Frames> runs;
+  for (std::size_t i = 0; i < loud.size(); ++i) {
+    if (!loud[i]) continue;
+    std::size_t end = i;
+    while (end < loud.size() && loud[end]) ++end;
+    if (!runs.empty() && i - runs.back().end < kPauseFrames) {
+      runs.back().end = end;
+    } else {
+      runs.push_back({i, end});
+    }
+    i = end;
+  }
+  std::erase_if(runs, [](const Frames& run) { return run.end - run.first < kShortestFrames; });
+  return runs;
+}
+
+/// At the quietest tenth of a second of its second half, as long as it is too long.
+void addInParts(std::vector<Frames>& parts, Frames run, const std::vector<double>& db) {
+  constexpr std::size_t kMost = static_cast<std::size_t>(kLongestStretch / kFrameStep), kQuiet = 10;
+  while (run.end - run.first > kMost) {
+    std::size_t best = run.first + kMost / 2;
+    double best_sum = 1e9;
+    for (std::size_t i = run.first + kMost / 2; i + kQuiet < run.first + kMost; ++i) {
+      double sum = 0;
+      for (std::size_t k = 0; k < kQuiet; ++k) sum += db[i + k];
+      if (sum < best_sum) {
+        best_sum = sum;
+        best = i + kQuiet / 2;
+      }
+    }
+    parts.push_back({run.first, best});
+    run.first = best;
+  }
+  parts.push_back(run);
+}
+
+/// Geometric over arithmetic mean of the power between 100 Hz and 5 kHz, all of it added up.
+double flatness(std::span<const std::int16_t> samples) {
+  constexpr std::size_t kTransform = 2048, kFirstBin = 13, kEndBin = 640;
+  Eigen::FFT<double> transform;
+  std::vector<double> frame(kTransform);
+  std::vector<std::complex<double>> spectrum;
+  double flat = 0, count = 0;
+  for (std::size_t at = 0; at + kTransform <= samples.size(); at += kTransform) {
+    for (std::size_t i = 0; i < kTransform; ++i)
+      frame[i] = samples[at + i] * (0.5 - 0.5 * std::cos(2 * 3.14159265358979 * asReal(i) / kTransform));
+    transform.fwd(spectrum, frame);
+    double log_sum = 0, sum = 0;
+    for (std::size_t bin = kFirstBin; bin < kEndBin; ++bin) {
+      const double power = std::norm(spectrum[bin]) + 1e-3;
+      log_sum += std::log(power);
+      sum += power;
+    }
+    constexpr double kBins = kEndBin - kFirstBin;
+    flat += std::exp(log_sum / kBins) / (sum / kBins);
+    count += 1;
+  }
+  return count > 0 ? flat / count : 1;
+}
+
+SoundKind kindOf(const Frames& run, const std::vector<double>& db, std::span<const std::int16_t> samples) {
+  const std::size_t count = run.end - run.first;
+  if (asReal(count) * kFrameStep < kShortestJudged) return SoundKind::kSpeech;
+  // The lowest spread of a second's levels counts the most in speech, the usual one here: a chord sets in once.
+  std::vector<double> spreads;
+  constexpr std::size_t kSecond = 100;
+  for (std::size_t at = run.first; at + kSecond <= run.end; at += kSecond / 2) {
+    double sum = 0, squares = 0;
+    for (std::size_t i = at; i < at + kSecond; ++i) {
+      sum += db[i];
+      squares += db[i] * db[i];
+    }
+    spreads.push_back(std::sqrt(std::max(0.0, squares / kSecond - sum * sum / (kSecond * kSecond))));
+  }
+  if (quantile(spreads, 0.5) > kSteadyDb) return SoundKind::kSpeech;
+  return flatness(samples.subspan(run.first * kFrame, count * kFrame)) < kTonalFlatness ? SoundKind::kMusic
+                                                                                        : SoundKind::kNoise;
+}
+
+}  // namespace
+
+std::vector<SoundStretch> findSpeech(std::span<const std::int16_t> samples) {
+  const std::vector<double> db = levels(samples);
+  std::vector<Frames> parts;
+  for (const Frames& run : runsOf(loudFrames(db))) addInParts(parts, run, db);
+  std::vector<SoundStretch> stretches;
+  const Seconds duration = asReal(samples.size()) / 16000;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    SoundStretch stretch;
+    stretch.kind = kindOf(parts[i], db, samples);
+    // Sounds begin and end quietly: half of the pause at most.
+    const Seconds before = i > 0 ? asReal(parts[i - 1].end) * kFrameStep : 0;
+    const Seconds after = i + 1 < parts.size() ? asReal(parts[i + 1].first) * kFrameStep : duration;
+    const Seconds first = asReal(parts[i].first) * kFrameStep, end = asReal(parts[i].end) * kFrameStep;
+    constexpr Seconds kMargin = kMarginFrames * kFrameStep;
+    stretch.span = {std::max(first - kMargin, 0.5 * (first + before)), std::min(end + kMargin, 0.5 * (end + after))};
+    stretches.push_back(stretch);
+  }
+  return stretches;
+}
+
+}  // namespace mouthpiece

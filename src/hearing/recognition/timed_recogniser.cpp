@@ -1,0 +1,218 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "base/errors.h"
+#include "base/files.h"
+#include "base/index.h"
+#include "hearing/alignment/forced_alignment.h"
+#include "hearing/alignment/pronouncer.h"
+#include "hearing/recognition/times_file.h"
+#include "phonetics/labels/labels_builder.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr std::uint64_t kMostTimesBytes = std::uint64_t{64} << 20U;
+/// Words closer together than this are aligned together, with so much sound around them.
+constexpr Seconds kTogether = 0.3, kAround = 0.15;
+constexpr Seconds kLongestTogether = 30;
+constexpr double kUnsure = 0.5;
+
+class TimedRecogniser : public Recogniser {
+ public:
+  TimedRecogniser(const std::filesystem::path& file, const Lexicon* lexicon, const Language& language)
+      : name_(file.string()),
+        times_(parseTimes(readFile(file, kMostTimesBytes), name_, language)),
+        language_(language),
+        lexicon_(lexicon) {}
+
+  HeardSpeech hear(const AudioClip& audio, std::string_view name) override;
+
+ private:
+  struct Group {
+    std::size_t first = 0, end = 0;  ///< of times_.words
+  };
+  [[nodiscard]] std::vector<Group> groups() const;
+  void alignGroup(const Group& group, const AudioClip& audio, HeardSpeech& heard);
+  void addAligned(const Group& group, const std::vector<std::size_t>& owners, const ForcedAlignment& alignment,
+                  Seconds offset);
+  void addEvenly(const Group& group, const std::vector<std::size_t>& owners, const std::vector<TranscriptWord>& words);
+
+  std::string name_;
+  TimesFile times_;
+  const Language& language_;
+  const Lexicon* lexicon_;
+  std::optional<Pronouncer> pronouncer_;
+  std::optional<ForcedAligner> aligner_;
+  std::vector<PhoneSegment> segments_;
+  std::vector<double> confidence_;
+  std::vector<std::string> words_;
+};
+
+std::vector<TimedRecogniser::Group> TimedRecogniser::groups() const {
+  std::vector<Group> all;
+  for (std::size_t i = 0; i < times_.words.size(); ++i) {
+    const bool joins = !times_.words_are_lines && !all.empty() &&
+                       times_.words[i].span.start - times_.words[i - 1].span.end < kTogether &&
+                       times_.words[i].span.end - times_.words[all.back().first].span.start < kLongestTogether;
+    if (joins) {
+      all.back().end = i + 1;
+    } else {
+      all.push_back({i, i + 1});
+    }
+  }
+  return all;
+}
+
+/// The aligner's phones; where a word has times of its own, stretched to them.
+void TimedRecogniser::addAligned(const Group& group, const std::vector<std::size_t>& owners,
+                                 const ForcedAlignment& alignment, Seconds offset) {
+  const SpeechLabels& labels = alignment.labels;
+  // A word of the file may be read out as several.
+  for (std::size_t w = 0; w < labels.words.size();) {
+    std::size_t end = w;
+    while (end < labels.words.size() && owners[end] == owners[w]) ++end;
+    const PhoneIndex first = labels.words[w].phones.first, last = labels.words[end - 1].phones.last;
+    const TimeSpan found{labels.phones[first.value].span.start + offset, labels.phones[last.value].span.end + offset};
+    const TimesFile::Word& given = times_.words[group.first + owners[w]];
+    const double stretch =
+        times_.words_are_lines || found.duration() <= 0 ? 1 : given.span.duration() / found.duration();
+    const Seconds start = times_.words_are_lines ? found.start : given.span.start;
+    for (; w < end; ++w) {
+      words_.push_back(labels.words[w].text);
+      for (std::size_t i = labels.words[w].phones.first.value; i <= labels.words[w].phones.last.value; ++i) {
+        const LabelledPhone& phone = labels.phones[i];
+        if (phone.phone == Phone::kSil) continue;
+        PhoneSegment segment{.phone = phone.phone,
+                             .span = {start + stretch * (phone.span.start + offset - found.start),
+                                      start + stretch * (phone.span.end + offset - found.start)},
+                             .word = words_.size() - 1};
+        if (phone.syllable && isVowel(phone.phone)) segment.stress = labels.syllables[*phone.syllable].stress;
+        segments_.push_back(segment);
+        confidence_.push_back(given.confidence * alignment.confidence[w]);
+      }
+    }
+  }
+}
+
+/// Without a sound that holds them: the usual phones, each as long as the others.
+void TimedRecogniser::addEvenly(const Group& group, const std::vector<std::size_t>& owners,
+                                const std::vector<TranscriptWord>& words) {
+  for (std::size_t w = 0; w < words.size();) {
+    std::size_t end = w, phones = 0;
+    for (; end < words.size() && owners[end] == owners[w]; ++end) phones += words[end].ways.front().phones.size();
+    const TimesFile::Word& given = times_.words[group.first + owners[w]];
+    const Seconds step = given.span.duration() / asReal(std::max<std::size_t>(1, phones));
+    Seconds at = given.span.start;
+    for (; w < end; ++w) {
+      words_.push_back(words[w].text);
+      for (const Phone phone : words[w].ways.front().phones) {
+        segments_.push_back({.phone = phone, .span = {at, at + step}, .word = words_.size() - 1});
+        confidence_.push_back(0.5 * given.confidence);
+        at += step;
+      }
+    }
+  }
+}
+
+void TimedRecogniser::alignGroup(const Group& group, const AudioClip& audio, HeardSpeech& heard) {
+  if (!pronouncer_) {
+    pronouncer_.emplace(lexicon_, language_);
+    aligner_.emplace(std::filesystem::path(), language_);
+  }
+  std::vector<TranscriptWord> words;
+  std::vector<std::size_t> owners;  // the file's word that each is part of
+  for (std::size_t i = group.first; i < group.end; ++i) {
+    try {
+      for (TranscriptWord& word : pronouncer_->wordsOf(times_.words[i].text)) {
+        words.push_back(std::move(word));
+        owners.push_back(i - group.first);
+      }
+    } catch (const InputError&) {
+      heard.warnings.push_back(fmt::format("'{}' at {:.2f} s cannot be said and is left out",
+                                           printable(times_.words[i].text, 40), times_.words[i].span.start));
+    }
+  }
+  if (words.empty()) return;
+  // Words outside the sound were refused before.
+  const Seconds from = std::max({0.0, times_.words[group.first].span.start - kAround,
+                                 group.first > 0 ? times_.words[group.first - 1].span.end : 0.0});
+  const Seconds to = std::min({audio.duration(), times_.words[group.end - 1].span.end + kAround,
+                               group.end < times_.words.size() ? times_.words[group.end].span.start : 1e9});
+  const auto sample = [&](Seconds time) {
+    return std::min(audio.samples.size(), static_cast<std::size_t>(time * audio.sample_rate_hz));
+  };
+  AudioClip clip{audio.sample_rate_hz,
+                 {audio.samples.begin() + signedIndex(sample(from)), audio.samples.begin() + signedIndex(sample(to))}};
+  try {
+    addAligned(group, owners, aligner_->align(clip, words, name_), from);
+  } catch (const InputError&) {
+    heard.warnings.push_back(
+        fmt::format("the words from {:.2f} to {:.2f} s are not heard there: their phones are evenly "
+                    "spread",
+                    from, to));
+    addEvenly(group, owners, words);
+  }
+}
+
+HeardSpeech TimedRecogniser::hear(const AudioClip& audio, std::string_view name) {
+  const Seconds last = std::max(times_.words.empty() ? 0.0 : times_.words.back().span.start,
+                                times_.phones.empty() ? 0.0 : times_.phones.back().span.start);
+  if (last >= audio.duration()) {
+    throw InputError(name_, "",
+                     fmt::format("has times up to {:.2f} s, and {} lasts {:.2f} s; expected times of this "
+                                 "sound",
+                                 last, name, audio.duration()));
+  }
+  HeardSpeech heard;
+  segments_.clear();
+  confidence_.clear();
+  words_.clear();
+  const bool has_phones = !times_.phones.empty() && !(times_.phones_are_shapes && !times_.words.empty());
+  if (has_phones) {
+    segments_ = times_.phones;
+    for (const TimesFile::Word& word : times_.words) words_.push_back(word.text);
+    for (const PhoneSegment& segment : segments_)
+      confidence_.push_back(times_.phones_are_shapes ? kUnsure
+                            : segment.word           ? times_.words[*segment.word].confidence
+                                                     : 1);
+    if (times_.phones_are_shapes)
+      heard.warnings.push_back(times_.kind +
+                               " tells mouth shapes, not phones: each is shown by one phone that looks so");
+  } else {
+    for (const Group& group : groups()) alignGroup(group, audio, heard);
+  }
+  // The sound's end is the end; neighbours do not overlap.
+  std::vector<PhoneSegment> kept;
+  std::vector<double> sure;
+  for (std::size_t i = 0; i < segments_.size(); ++i) {
+    PhoneSegment segment = segments_[i];
+    segment.span.start = std::max(segment.span.start, kept.empty() ? 0.0 : kept.back().span.end);
+    segment.span.end = std::min(segment.span.end, audio.duration());
+    if (segment.span.duration() < 1e-4) continue;
+    kept.push_back(segment);
+    sure.push_back(confidence_[i]);
+  }
+  if (kept.empty()) throw InputError(name_, "", "has no word that can be said; expected words of this sound");
+  heard.labels = buildSpeechLabels(kept, words_, audio.duration(), language_);
+  heard.confidence = confidenceOf(heard.labels, kept, sure);
+  for (const LabelledWord& word : heard.labels.words) heard.text += (heard.text.empty() ? "" : " ") + word.text;
+  std::string doubtful;
+  std::size_t count = 0;
+  for (const TimesFile::Word& word : times_.words) {
+    if (word.confidence < kUnsure && count++ < 12) doubtful += (doubtful.empty() ? "" : ", ") + word.text;
+  }
+  if (!doubtful.empty()) heard.warnings.push_back(fmt::format("{} is unsure of: {}", times_.kind, doubtful));
+  return heard;
+}
+
+}  // namespace
+
+std::unique_ptr<Recogniser> makeTimedRecogniser(const std::filesystem::path& file, const Lexicon* lexicon,
+                                                const Language& language) {
+  return std::make_unique<TimedRecogniser>(file, lexicon, language);
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,133 @@
+#include "hearing/recognition/times_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/errors.h"
+#include "base/text_encoding.h"
+#include "base/text_numbers.h"
+#include "hearing/recognition/times_reader.h"
+#include "phonetics/labels/label_files.h"
+#include "phonetics/labels/textgrid.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr Seconds kLatestTime = 24 * 3600.0;
+constexpr Seconds kForgivenOverlap = 0.05, kLeastTime = 0.010;
+
+TimesFile fromLabels(const SpeechLabels& labels, std::string kind) {
+  TimesFile times;
+  times.kind = std::move(kind);
+  for (const LabelledWord& word : labels.words) times.words.push_back({word.text, labels.spanOf(word.phones), 1});
+  for (const LabelledPhone& phone : labels.phones) {
+    if (phone.phone != Phone::kSil)
+      times.phones.push_back({.phone = phone.phone, .span = phone.span, .word = phone.word});
+  }
+  return times;
+}
+
+std::string_view firstLine(std::string_view text) {
+  text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));
+  return trimmed(text.substr(0, text.find('\n')));
+}
+
+/// "name channel start duration label".
+bool isCtm(std::string_view line) {
+  std::vector<std::string> fields;
+  for (std::size_t at = 0; (at = line.find_first_not_of(" \t", at)) != std::string_view::npos;) {
+    const std::size_t end = std::min(line.find_first_of(" \t", at), line.size());
+    fields.emplace_back(line.substr(at, end - at));
+    at = end;
+  }
+  return fields.size() >= 5 && parseNumber(fields[2]) && parseNumber(fields[3]);
+}
+
+bool isTsv(std::string_view line) {
+  const std::size_t tab = line.find('\t');
+  return tab != std::string_view::npos && parseNumber(line.substr(0, tab)) && line.find('\t', tab + 1) == line.npos;
+}
+
+/// Several objects, one a line.
+bool isJsonLines(std::string_view text) {
+  const std::string_view first = firstLine(text);
+  if (!first.starts_with('{') || !first.ends_with('}')) return false;
+  const std::size_t at = text.find(first) + first.size();
+  const std::string_view next = firstLine(text.substr(at));
+  return next.starts_with('{') || first.find("\"type\"") != std::string_view::npos;
+}
+
+}  // namespace
+
+void TimesBuilder::check(TimeSpan& span, Seconds last_end, std::string_view text, const std::string& place) const {
+  if (!std::isfinite(span.start) || !std::isfinite(span.end) || span.start < 0 || span.end > kLatestTime) {
+    throw InputError(file_, place,
+                     fmt::format("found times {} to {} s; expected 0 to {} s", span.start, span.end, kLatestTime));
+  }
+  if (span.end < span.start) {
+    throw InputError(file_, place,
+                     fmt::format("'{}' ends at {:.3f} s, before it begins at {:.3f} s; expected a later end",
+                                 printable(text), span.end, span.start));
+  }
+  if (span.start < last_end - kForgivenOverlap) {
+    throw InputError(file_, place,
+                     fmt::format("'{}' begins at {:.3f} s, before the one before it ends, at {:.3f} s; expected times "
+                                 "in order",
+                                 printable(text), span.start, last_end));
+  }
+  span.start = std::max(span.start, last_end);
+  span.end = std::max(span.end, span.start);
+}
+
+void TimesBuilder::addWord(std::string_view text, TimeSpan span, const std::string& place, double confidence) {
+  text = trimmed(text);
+  if (text.empty()) return;
+  check(span, times_.words.empty() ? 0 : times_.words.back().span.end, text, place);
+  span.end = std::max(span.end, span.start + kLeastTime);
+  if (!(confidence >= 0 && confidence <= 1)) confidence = 1;
+  times_.words.push_back({std::string(text), span, confidence});
+}
+
+void TimesBuilder::addPhone(std::optional<Phone> phone, TimeSpan span, const std::string& place, bool in_word) {
+  check(span, last_phone_end_, phone ? phoneName(*phone) : "sil", place);
+  last_phone_end_ = std::max(last_phone_end_, span.end);
+  if (!phone || *phone == Phone::kSil || span.duration() <= 0) return;
+  PhoneSegment segment{.phone = *phone, .span = span};
+  if (in_word && !times_.words.empty()) segment.word = times_.words.size() - 1;
+  times_.phones.push_back(segment);
+}
+
+TimesFile TimesBuilder::finish() {
+  if (times_.words.empty() && times_.phones.empty())
+    throw InputError(file_, "", fmt::format("is {} without words or phones; expected some", times_.kind));
+  return std::move(times_);
+}
+
+TimesFile parseTimes(std::string_view bytes, std::string_view name, const Language& language) {
+  const std::string text = decodeText(bytes, name);
+  const std::string_view first = firstLine(text);
+  if (first.empty()) throw InputError(name, "", "is empty; expected words with their times");
+  if (first.starts_with("File type") || first.starts_with("\"ooTextFile") || first.starts_with("ooBinaryFile"))
+    return fromLabels(parseTextGrid(bytes, name, language), "TextGrid");
+  if (first.starts_with('{') || first.starts_with('['))
+    return isJsonLines(text) ? parseJsonLines(text, name) : parseTimesJson(text, name, language);
+  if (first.starts_with('<')) return parseRhubarbXml(text, name);
+  if (first.starts_with("WEBVTT") || text.find("-->") != std::string::npos) return parseSubtitles(text, name);
+  if (isTsv(first)) return parseRhubarbTsv(text, name);
+  if (first.starts_with(";;") || isCtm(first)) {
+    // Phones and words are written alike; words are no phones.
+    try {
+      return fromLabels(parseLabFile(bytes, name, {.language = &language}), "CTM of phones");
+    } catch (const InputError&) {
+      return parseWordCtm(text, name);
+    }
+  }
+  throw InputError(name, "1",
+                   fmt::format("starts with '{}'; expected JSON of Whisper, Vosk, Gentle, Azure, Polly, ElevenLabs, "
+                               "Piper or Rhubarb, Rhubarb's TSV or XML, a TextGrid, CTM, SRT or WebVTT",
+                               printable(first.substr(0, 24))));
+}
+
+}  // namespace mouthpiece

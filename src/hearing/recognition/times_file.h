@@ -1,0 +1,38 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hearing/recognition/recogniser.h"
+
+namespace mouthpiece {
+
+/// What another program knows of a recording (docs/formats/times.md).
+struct TimesFile {
+  struct Word {
+    std::string text;
+    TimeSpan span;
+    double confidence = 1;
+  };
+  std::string kind;                  ///< "Whisper JSON"
+  std::vector<Word> words;           ///< rising, without overlaps; may be empty
+  bool words_are_lines = false;      ///< each is a row of words said somewhere within its span
+  std::vector<PhoneSegment> phones;  ///< rising, without overlaps; may be empty; `word` is an index into words
+  bool phones_are_shapes = false;    ///< one phone stands for all that look alike
+};
+
+/// Words and times of another program, its kind told by its content: JSON of Whisper (openai, whisper.cpp), Vosk,
+/// Gentle, Azure, ElevenLabs, Piper and Rhubarb, Polly's speech marks, Rhubarb's TSV and XML, TextGrid, CTM, SRT and
+/// WebVTT. `bytes` is hostile; `name` stands for the file in messages. Throws InputError for no kind that is known,
+/// what is cut short or lacks a field, and times that are negative, no numbers or out of order.
+TimesFile parseTimes(std::string_view bytes, std::string_view name, const Language& language = english());
+
+/// Hears what the file says: phones that it lacks are aligned inside their words. `lexicon` is kept alive by the
+/// caller; nullptr for none.
+std::unique_ptr<Recogniser> makeTimedRecogniser(const std::filesystem::path& file, const Lexicon* lexicon = nullptr,
+                                                const Language& language = english());
+
+}  // namespace mouthpiece

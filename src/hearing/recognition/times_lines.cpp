@@ -1,0 +1,201 @@
+// The kinds that are no JSON.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <pugixml.hpp>
+
+#include "base/errors.h"
+#include "base/text_encoding.h"
+#include "base/text_numbers.h"
+#include "hearing/recognition/times_reader.h"
+
+namespace mouthpiece {
+namespace {
+
+/// "01:02:03,456", "02:03.456"; nullopt for anything else.
+std::optional<Seconds> clockTime(std::string_view text) {
+  double seconds = 0;
+  std::string part;
+  std::size_t colons = 0;
+  for (const char c : std::string(text) + ":") {
+    if (c != ':') {
+      part += c == ',' ? '.' : c;
+      continue;
+    }
+    const bool is_number = !part.empty() && part.find_first_not_of("0123456789.") == std::string::npos;
+    const std::optional<double> value = is_number ? parseNumber(part) : std::nullopt;
+    if (!value || ++colons > 3) return std::nullopt;
+    seconds = 60 * seconds + *value;
+    part.clear();
+  }
+  return colons >= 2 ? std::optional<Seconds>(seconds) : std::nullopt;
+}
+
+Seconds requireClock(std::string_view text, std::string_view file, std::size_t line) {
+  const std::string_view time = trimmed(text);
+  if (const auto seconds = clockTime(time.substr(0, time.find(' ')))) return *seconds;
+  throw InputError(file, std::to_string(line),
+                   fmt::format("found '{}'; expected a time as 00:00:01,500", printable(time.substr(0, 40))));
+}
+
+/// Without <tags>, {styles} and speakers' dashes.
+std::string plainCue(std::string_view line) {
+  std::string plain;
+  char closes = 0;
+  for (const char c : line) {
+    if (closes != 0) {
+      if (c == closes) closes = 0;
+    } else if (c == '<') {
+      closes = '>';
+    } else if (c == '{') {
+      closes = '}';
+    } else {
+      plain += c;
+    }
+  }
+  std::string_view text = trimmed(plain);
+  while (text.starts_with('-')) text = trimmed(text.substr(1));
+  return std::string(text);
+}
+
+Seconds requireSeconds(std::string_view text, std::string_view file, const std::string& place) {
+  const auto value = parseNumber(text);
+  if (value && std::isfinite(*value)) return *value;
+  throw InputError(file, place, fmt::format("found '{}'; expected a time in seconds", printable(text)));
+}
+
+}  // namespace
+
+std::optional<Phone> phoneOfShape(std::string_view shape, std::string_view file, const std::string& place) {
+  // Rhubarb's README: A closed, B clenched, C open, D wide open, E rounded, F puckered, G lip to teeth, H L, X rest.
+  constexpr std::array<std::pair<char, Phone>, 8> kShapes = {{{'A', Phone::kM},
+                                                              {'B', Phone::kS},
+                                                              {'C', Phone::kEH},
+                                                              {'D', Phone::kAA},
+                                                              {'E', Phone::kAO},
+                                                              {'F', Phone::kUW},
+                                                              {'G', Phone::kF},
+                                                              {'H', Phone::kL}}};
+  if (shape == "X") return std::nullopt;
+  for (const auto& [name, phone] : kShapes) {
+    if (shape.size() == 1 && shape[0] == name) return phone;
+  }
+  throw InputError(file, place, fmt::format("found the mouth shape '{}'; expected A to H or X", printable(shape)));
+}
+
+TimesFile parseSubtitles(std::string_view text, std::string_view name) {
+  const bool is_vtt = trimmed(text).starts_with("WEBVTT");
+  TimesBuilder builder(name, is_vtt ? "WebVTT" : "SRT");
+  builder.setLines();
+  LineReader reader(text);
+  std::string_view line;
+  bool in_note = false;
+  std::optional<TimeSpan> span;
+  std::string cue, place;
+  const auto finish = [&] {
+    if (span) builder.addWord(cue, *span, place);
+    span.reset();
+    cue.clear();
+  };
+  while (reader.next(line)) {
+    const std::string_view bare = trimmed(line);
+    if (bare.empty()) {
+      finish();
+      in_note = false;
+    } else if (const std::size_t arrow = bare.find("-->"); arrow != std::string_view::npos && !in_note) {
+      finish();
+      span = TimeSpan{requireClock(bare.substr(0, arrow), name, reader.lineNumber()),
+                      requireClock(bare.substr(arrow + 3), name, reader.lineNumber())};
+      place = std::to_string(reader.lineNumber());
+    } else if (span) {
+      const std::string plain = plainCue(bare);
+      if (!plain.empty()) cue += (cue.empty() ? "" : " ") + plain;
+    } else if (bare.starts_with("NOTE") || bare.starts_with("STYLE") || bare.starts_with("REGION")) {
+      in_note = true;
+    }
+  }
+  finish();
+  return builder.finish();
+}
+
+TimesFile parseRhubarbTsv(std::string_view text, std::string_view name) {
+  TimesBuilder builder(name, "Rhubarb TSV");
+  builder.setShapes();
+  LineReader reader(text);
+  std::vector<std::string_view> fields;
+  std::optional<Phone> shape;
+  std::optional<Seconds> start;
+  std::string place;
+  for (std::string_view line; reader.next(line);) {
+    if (trimmed(line).empty()) continue;
+    place = std::to_string(reader.lineNumber());
+    splitFields(line, '\t', fields);
+    if (fields.size() != 2)
+      throw InputError(name, place, fmt::format("found {} fields; expected a time and a shape", fields.size()));
+    const Seconds time = requireSeconds(fields[0], name, place);
+    if (start) builder.addPhone(shape, {*start, time}, place);
+    if (!start && time < 0) builder.addPhone(shape, {time, time}, place);  // says what is wrong
+    shape = phoneOfShape(trimmed(fields[1]), name, place);
+    start = time;
+  }
+  if (shape)
+    throw InputError(name, place, "ends with a shape that is not X; expected X, which tells when the last one ends");
+  return builder.finish();
+}
+
+TimesFile parseRhubarbXml(std::string_view text, std::string_view name) {
+  constexpr std::size_t kMostBytes = std::size_t{64} << 20U;
+  if (text.size() > kMostBytes) throw InputError(name, "", "is over 64 MiB; expected Rhubarb's XML");
+  pugi::xml_document document;
+  const pugi::xml_parse_result result = document.load_buffer(text.data(), text.size());
+  if (!result)
+    throw InputError(name, fmt::format("byte {}", result.offset), fmt::format("is no XML: {}", result.description()));
+  const pugi::xml_node cues = document.child("rhubarbResult").child("mouthCues");
+  if (!cues) throw InputError(name, "", "has no rhubarbResult with mouthCues; expected Rhubarb's XML");
+  TimesBuilder builder(name, "Rhubarb XML");
+  builder.setShapes();
+  std::size_t number = 0;
+  for (const pugi::xml_node cue : cues.children("mouthCue")) {
+    const std::string place = fmt::format("mouthCue {}", ++number);
+    const TimeSpan span{requireSeconds(cue.attribute("start").value(), name, place),
+                        requireSeconds(cue.attribute("end").value(), name, place)};
+    builder.addPhone(phoneOfShape(trimmed(cue.child_value()), name, place), span, place);
+  }
+  return builder.finish();
+}
+
+TimesFile parseWordCtm(std::string_view text, std::string_view name) {
+  TimesBuilder builder(name, "CTM");
+  LineReader reader(text);
+  std::string recording;
+  for (std::string_view line; reader.next(line);) {
+    if (trimmed(line).empty() || line.starts_with(";;")) continue;
+    const std::string place = std::to_string(reader.lineNumber());
+    std::vector<std::string> fields;
+    for (std::size_t at = 0; (at = line.find_first_not_of(" \t\r", at)) != std::string_view::npos;) {
+      const std::size_t end = std::min(line.find_first_of(" \t\r", at), line.size());
+      fields.emplace_back(line.substr(at, end - at));
+      at = end;
+    }
+    if (fields.size() < 5) {
+      throw InputError(name, place,
+                       fmt::format("found {} fields; expected \"name channel start duration word\"", fields.size()));
+    }
+    if (recording.empty()) recording = fields[0];
+    if (fields[0] != recording) {
+      throw InputError(name, place,
+                       fmt::format("found words of '{}' after those of '{}'; expected one recording a file",
+                                   printable(fields[0]), printable(recording)));
+    }
+    const Seconds start = requireSeconds(fields[2], name, place);
+    const Seconds duration = requireSeconds(fields[3], name, place);
+    const double confidence = fields.size() > 5 ? parseNumber(fields[5]).value_or(1) : 1;
+    if (!isSilenceName(fields[4]) && !fields[4].starts_with('<'))
+      builder.addWord(fields[4], {start, start + duration}, place, confidence);
+  }
+  return builder.finish();
+}
+
+}  // namespace mouthpiece

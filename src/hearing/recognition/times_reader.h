@@ -1,0 +1,45 @@
+#pragma once
+
+#include <optional>
+
+#include "base/json_fields.h"
+#include "hearing/recognition/times_file.h"
+
+namespace mouthpiece {
+
+/// Puts words and phones together and checks their times, whatever the file.
+class TimesBuilder {
+ public:
+  TimesBuilder(std::string_view file, std::string kind) : file_(file) { times_.kind = std::move(kind); }
+
+  /// `place`: for messages. A word may be given zero time (10 ms are taken), and begin 50 ms before the last one's end.
+  void addWord(std::string_view text, TimeSpan span, const std::string& place, double confidence = 1);
+  /// A phone, or a silence; the last word is its own where `in_word`.
+  void addPhone(std::optional<Phone> phone, TimeSpan span, const std::string& place, bool in_word = false);
+  void setLines() { times_.words_are_lines = true; }
+  void setShapes() { times_.phones_are_shapes = true; }
+
+  /// Throws InputError where nothing was added.
+  TimesFile finish();
+
+ private:
+  void check(TimeSpan& span, Seconds last_end, std::string_view text, const std::string& place) const;
+
+  std::string file_;
+  TimesFile times_;
+  Seconds last_phone_end_ = 0;
+};
+
+/// Each throws InputError; times_json.cpp and times_lines.cpp.
+TimesFile parseTimesJson(std::string_view text, std::string_view name, const Language& language);
+TimesFile parseJsonLines(std::string_view text, std::string_view name);
+TimesFile parseSubtitles(std::string_view text, std::string_view name);
+TimesFile parseRhubarbTsv(std::string_view text, std::string_view name);
+TimesFile parseRhubarbXml(std::string_view text, std::string_view name);
+TimesFile parseWordCtm(std::string_view text, std::string_view name);
+
+/// The phone that stands for one of Rhubarb's mouth shapes; nullopt for X, the mouth at rest. Throws InputError for
+/// another name.
+std::optional<Phone> phoneOfShape(std::string_view shape, std::string_view file, const std::string& place);
+
+}  // namespace mouthpiece

@@ -1,0 +1,168 @@
+#include "hearing/recognition/word_search.h"
+
+#include <fmt/format.h>
+#include <pocketsphinx.h>
+#include <sphinxbase/err.h>
+#include <sphinxbase/fsg_model.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <mutex>
+
+#include "base/errors.h"
+#include "base/index.h"
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Another order than the lines' at a word's end, and the end of all.
+constexpr double kOtherOrder = 0.05, kEnds = 0.1;
+constexpr std::size_t kMostBookWords = 5000;
+
+struct SearchConfigDeleter {
+  void operator()(cmd_ln_t* config) const { cmd_ln_free_r(config); }
+};
+struct SearchDecoderDeleter {
+  void operator()(ps_decoder_t* decoder) const { ps_free(decoder); }
+};
+struct BookDeleter {
+  void operator()(fsg_model_t* graph) const { fsg_model_free(graph); }
+};
+
+fs::path modelFolder() { return MOUTHPIECE_SPHINX_MODELS; }
+/// The packages name a language model as the acoustic one beside it: en-us/en-us and en-us/en-us.lm.bin.
+fs::path wordModel(const Language& language) {
+  return modelFolder() / (std::string(language.acoustic_model) + ".lm.bin");
+}
+
+}  // namespace
+
+struct WordSearch::State {
+  std::unique_ptr<ps_decoder_t, SearchDecoderDeleter> decoder;
+  bool has_model = false, has_book = false;
+  std::string model;
+};
+
+bool WordSearch::isAvailable(const Language& language) {
+  return !language.acoustic_model.empty() && fs::exists(wordModel(language)) &&
+         fs::exists(modelFolder() / language.dictionary) && fs::exists(modelFolder() / language.acoustic_model);
+}
+
+WordSearch::WordSearch(const Language& language) : state_(std::make_unique<State>()) {
+  if (!isAvailable(language)) {
+    throw InputError(wordModel(language).string(), "",
+                     fmt::format("is not there: no words of {} can be recognised; expected PocketSphinx' models "
+                                 "(sudo apt-get install pocketsphinx-en-us), or to hear phones",
+                                 language.name));
+  }
+  static std::once_flag silenced;
+  std::call_once(silenced, [] { err_set_logfp(nullptr); });
+  const fs::path acoustic = modelFolder() / language.acoustic_model, words = modelFolder() / language.dictionary;
+  // Every frame is kept, so that times stay; the second pass over the words costs as much as the first and is left out.
+  const std::unique_ptr<cmd_ln_t, SearchConfigDeleter> config(
+      cmd_ln_init(nullptr, ps_args(), TRUE, "-hmm", acoustic.c_str(), "-dict", words.c_str(), "-remove_silence", "no",
+                  "-dither", "no", "-fwdflat", "no", "-ds", "2", "-maxhmmpf", "3000", "-maxwpf", "10", nullptr));
+  state_->decoder.reset(config ? ps_init(config.get()) : nullptr);
+  state_->model = wordModel(language).string();
+  if (!state_->decoder) throw InputError(acoustic.string(), "", "is no acoustic model that PocketSphinx can read");
+}
+
+WordSearch::~WordSearch() = default;
+
+namespace {
+
+/// "are(2)" is "are"; fillers are no words.
+std::vector<std::string> wordsFound(ps_decoder_t* decoder) {
+  std::vector<std::string> words;
+  if (ps_get_hyp(decoder, nullptr) == nullptr) return words;
+  for (ps_seg_t* segment = ps_seg_iter(decoder); segment != nullptr; segment = ps_seg_next(segment)) {
+    std::string word = ps_seg_word(segment);
+    word.resize(std::min(word.find('('), word.size()));
+    if (!word.empty() && word.front() != '<' && word.front() != '[' && word.front() != '+')
+      words.push_back(std::move(word));
+  }
+  return words;
+}
+
+std::vector<std::string> searchWords(ps_decoder_t* decoder, const char* name, std::span<const std::int16_t> samples) {
+  const bool is_heard = ps_set_search(decoder, name) >= 0 && ps_start_utt(decoder) >= 0 &&
+                        ps_process_raw(decoder, samples.data(), samples.size(), FALSE, TRUE) >= 0 &&
+                        ps_end_utt(decoder) >= 0;
+  if (!is_heard) throw InputError("pocketsphinx", "", "could not hear the sound");
+  return wordsFound(decoder);
+}
+
+}  // namespace
+
+std::vector<std::string> WordSearch::hear(std::span<const std::int16_t> samples) {
+  if (!state_->has_model) {
+    if (ps_set_lm_file(state_->decoder.get(), "language", state_->model.c_str()) < 0)
+      throw InputError(state_->model, "", "is no language model that PocketSphinx can read");
+    state_->has_model = true;
+  }
+  return searchWords(state_->decoder.get(), "language", samples);
+}
+
+void WordSearch::setBook(const PhraseBook& book) {
+  ps_decoder_t* decoder = state_->decoder.get();
+  for (const auto& [word, phones] : book.more) {
+    const std::unique_ptr<char, decltype(&free)> known(ps_lookup_word(decoder, word.c_str()), free);
+    std::string names;
+    for (const Phone phone : phones) {
+      if (!names.empty()) names += ' ';
+      names += phoneName(phone);
+    }
+    if (!known && ps_add_word(decoder, word.c_str(), names.c_str(), FALSE) < 0) return;
+  }
+  std::map<std::string, int> states;
+  std::map<int, std::map<std::string, double>> follows;  // by state: what comes next, how often
+  constexpr int kHub = 1;
+  constexpr int kStart = 0;
+  for (const auto& line : book.lines) {
+    int at = kStart;
+    for (const std::string& word : line) {
+      if (states.size() >= kMostBookWords && !states.contains(word)) break;
+      const int to = states.emplace(word, static_cast<int>(states.size()) + 2).first->second;
+      follows[at][word] += 1;
+      at = to;
+    }
+  }
+  state_->has_book = false;
+  if (states.empty()) return;
+  const int final_state = static_cast<int>(states.size()) + 2;
+  constexpr double weight = 6.5;  // PocketSphinx' usual one
+  const std::unique_ptr<fsg_model_t, BookDeleter> graph(
+      fsg_model_init("book", ps_get_logmath(decoder), static_cast<float>(weight), final_state + 1));
+  const auto cost = [&](double probability) {
+    return static_cast<int>(weight * logmath_log(ps_get_logmath(decoder), probability));
+  };
+  const auto add = [&](int from, const std::string& word, double probability) {
+    const int id = fsg_model_word_add(graph.get(), word.c_str());
+    fsg_model_trans_add(graph.get(), from, states.at(word), cost(probability), id);
+  };
+  for (const auto& [from, next] : follows) {
+    double total = 0;
+    for (const auto& [word, times] : next) total += times;
+    for (const auto& [word, times] : next) add(from, word, (1 - kOtherOrder - kEnds) * times / total);
+  }
+  for (const auto& [word, state] : states) {
+    add(kHub, word, 1.0 / asReal(states.size()));
+    fsg_model_null_trans_add(graph.get(), state, kHub, cost(kOtherOrder));
+    fsg_model_null_trans_add(graph.get(), state, final_state, cost(kEnds));
+  }
+  fsg_model_null_trans_add(graph.get(), kStart, kHub, cost(kOtherOrder));
+  glist_free(fsg_model_null_trans_closure(graph.get(), nullptr));
+  graph->start_state = kStart;
+  graph->final_state = final_state;
+  state_->has_book = ps_set_fsg(decoder, "book", graph.get()) >= 0;
+}
+
+std::vector<std::string> WordSearch::hearBook(std::span<const std::int16_t> samples) {
+  if (!state_->has_book) return {};
+  return searchWords(state_->decoder.get(), "book", samples);
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "phonetics/language/language.h"
+
+namespace mouthpiece {
+
+/// Words that follow each other as in some lines, or in another order, which is less likely.
+struct PhraseBook {
+  /// Each a row of words of the dictionary, or of `more`.
+  std::vector<std::vector<std::string>> lines;
+  /// Words that the dictionary may lack.
+  std::vector<std::pair<std::string, std::vector<Phone>>> more;
+};
+
+/// PocketSphinx' search for words. Not thread-safe.
+class WordSearch {
+ public:
+  /// Throws InputError where the language's models are not there, and for a language without.
+  explicit WordSearch(const Language& language);
+  ~WordSearch();
+
+  /// Whether the language has what is needed.
+  static bool isAvailable(const Language& language);
+
+  /// The likeliest words of the language in a sound of 16 kHz, by its language model.
+  std::vector<std::string> hear(std::span<const std::int16_t> samples);
+
+  /// The likeliest words of a book. Kept for hearIn().
+  void setBook(const PhraseBook& book);
+  std::vector<std::string> hearBook(std::span<const std::int16_t> samples);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace mouthpiece

@@ -1,0 +1,91 @@
+#include "hearing/recognition/recogniser.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <set>
+
+#include "support/error_of.h"
+#include "voices/voice.h"
+
+namespace mouthpiece {
+namespace {
+
+AudioClip spoken(const std::string& text) { return resampleAudio(makeVoice("flite:slt")->speak(text).audio, 16000); }
+
+AudioClip joined(const std::vector<AudioClip>& clips) {
+  AudioClip all{16000, {}};
+  for (const AudioClip& clip : clips) all.samples.insert(all.samples.end(), clip.samples.begin(), clip.samples.end());
+  return all;
+}
+
+AudioClip quiet(Seconds duration) {
+  return {16000, std::vector<float>(static_cast<std::size_t>(16000 * duration), 0.0F)};
+}
+
+AudioClip noise(Seconds duration, float level) {
+  AudioClip clip = quiet(duration);
+  std::mt19937 random(7);
+  std::normal_distribution<float> normal(0.0F, level);
+  for (float& sample : clip.samples) sample = std::clamp(normal(random), -1.0F, 1.0F);
+  return clip;
+}
+
+TEST(Recogniser, HearsWordsThatAreHinted) {
+  const auto recogniser = makeRecogniser({.as = HearAs::kAuto, .hint = "the birch canoe slid on the smooth planks"});
+  const HeardSpeech heard = recogniser->hear(spoken("the birch canoe slid on the smooth planks"), "line");
+  EXPECT_EQ(heard.text, "the birch canoe slid on the smooth planks");
+  EXPECT_EQ(heard.confidence.size(), heard.labels.phones.size());
+  expectConsistent(heard.labels);
+}
+
+TEST(Recogniser, HearsPhonesWithoutWords) {
+  const auto recogniser = makeRecogniser({.as = HearAs::kPhones, .hint = {}});
+  const HeardSpeech heard = recogniser->hear(spoken("papa may buy my maps"), "line");
+  EXPECT_TRUE(heard.text.empty());
+  EXPECT_TRUE(heard.labels.words.empty());
+  const auto closed = std::count_if(heard.labels.phones.begin(), heard.labels.phones.end(),
+                                    [](const LabelledPhone& phone) { return isBilabial(phone.phone); });
+  EXPECT_GE(closed, 4);  // of seven
+  expectConsistent(heard.labels);
+}
+
+/// Silence, steady noise and tones are no speech: one line that says so.
+TEST(Recogniser, RefusesSoundsWithoutSpeech) {
+  const auto recogniser = makeRecogniser({.as = HearAs::kPhones, .hint = {}});
+  EXPECT_EQ(errorOf([&] { recogniser->hear(quiet(2), "a.wav"); }), "a.wav: holds silence only; expected speech");
+  EXPECT_EQ(errorOf([&] { recogniser->hear(noise(3, 0.1F), "a.wav"); }),
+            "a.wav: holds no speech that can be heard; expected speech");
+}
+
+TEST(Recogniser, NamesNoiseBesideSpeech) {
+  const auto recogniser = makeRecogniser({.as = HearAs::kPhones, .hint = {}});
+  const AudioClip sound =
+      joined({spoken("the time is now"), quiet(1), noise(3, 0.05F), quiet(1), spoken("the time is now")});
+  const HeardSpeech heard = recogniser->hear(sound, "a.wav");
+  std::size_t noises = 0;
+  for (const SoundStretch& stretch : heard.stretches) noises += stretch.kind == SoundKind::kNoise ? 1 : 0;
+  EXPECT_EQ(noises, 1U);
+  EXPECT_TRUE(std::any_of(heard.warnings.begin(), heard.warnings.end(),
+                          [](const std::string& warning) { return warning.starts_with("noise without speech"); }));
+}
+
+/// Pauses part a recording: its stretches are heard each for itself, wherever they stand. Where they begin within a
+/// frame of 10 ms differs, and with it a phone or two.
+TEST(Recogniser, HearsAStretchAlikeAnywhere) {
+  const auto recogniser = makeRecogniser({.as = HearAs::kPhones, .hint = {}});
+  const AudioClip line = spoken("we always met at the moon");
+  const HeardSpeech once = recogniser->hear(joined({quiet(0.6), line, quiet(0.6)}), "a");
+  const HeardSpeech twice = recogniser->hear(joined({quiet(0.6), line, quiet(1.2), line, quiet(0.6)}), "a");
+  const auto said = [](const HeardSpeech& heard) {
+    return std::count_if(heard.labels.phones.begin(), heard.labels.phones.end(),
+                         [](const LabelledPhone& phone) { return phone.phone != Phone::kSil; });
+  };
+  EXPECT_NEAR(static_cast<double>(2 * said(once)), static_cast<double>(said(twice)), 2);
+  EXPECT_EQ(twice.stretches.size(), 2 * once.stretches.size());
+}
+
+}  // namespace
+}  // namespace mouthpiece

@@ -1,0 +1,160 @@
+#include "hearing/recognition/times_file.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+#include "base/errors.h"
+#include "base/files.h"
+#include "support/error_of.h"
+#include "voices/voice.h"
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kTimes = fs::path(MOUTHPIECE_SOURCE_DIR) / "tests/data/times";
+
+TimesFile timesIn(const std::string& file) { return parseTimes(readFile(kTimes / file), file); }
+
+std::string wordsOf(const TimesFile& times) {
+  std::string text;
+  for (const TimesFile::Word& word : times.words) text += (text.empty() ? "" : " ") + word.text;
+  return text;
+}
+
+std::string phonesOf(const TimesFile& times) {
+  std::string text;
+  for (const PhoneSegment& phone : times.phones)
+    text += (text.empty() ? "" : " ") + std::string(phoneName(phone.phone));
+  return text;
+}
+
+struct Kind {
+  std::string file, kind, words, phones;
+  Seconds last_word_start;  ///< NaN without words
+};
+
+class TimesOfOthers : public testing::TestWithParam<Kind> {};
+
+TEST_P(TimesOfOthers, AreReadAsTheirDocumentationSays) {
+  const TimesFile times = timesIn(GetParam().file);
+  EXPECT_EQ(times.kind, GetParam().kind);
+  EXPECT_EQ(wordsOf(times), GetParam().words);
+  EXPECT_EQ(phonesOf(times), GetParam().phones);
+  if (!times.words.empty()) EXPECT_NEAR(times.words.back().span.start, GetParam().last_word_start, 1e-6);
+  if (!times.phones.empty()) EXPECT_NEAR(times.phones.back().span.end, 1.4, 0.002);
+}
+
+constexpr const char* kSaid = "DH AH T AY M IH Z N AW";
+
+INSTANTIATE_TEST_SUITE_P(
+    Kinds, TimesOfOthers,
+    testing::Values(Kind{"whisper.json", "Whisper JSON", "The time is now.", "", 0.9},
+                    Kind{"whisper_lines.json", "Whisper JSON", "The time is now.", "", 0.1},
+                    Kind{"whisper_cpp.json", "whisper.cpp JSON", "The time is now.", "", 0.1},
+                    Kind{"vosk.json", "Vosk JSON", "the time is now", "", 0.9},
+                    Kind{"gentle.json", "Gentle JSON", "The time is now", kSaid, 0.9},
+                    Kind{"azure_result.json", "Azure JSON", "the time is now", "", 0.9},
+                    Kind{"azure_events.json", "Azure visemes", "The time is now", "DH AE T AY P IY S T AW", 0.9},
+                    Kind{"polly.jsonl", "Polly speech marks", "The time is now", "TH AH T AA P IY S T AA", 0.9},
+                    Kind{"elevenlabs.json", "ElevenLabs JSON", "The time is now.", "", 0.9},
+                    Kind{"piper.json", "Piper JSON", "", kSaid, 0},
+                    Kind{"rhubarb.tsv", "Rhubarb TSV", "", "S S AA M EH S AO", 0},
+                    Kind{"rhubarb.xml", "Rhubarb XML", "", "S S AA M EH S AO", 0},
+                    Kind{"rhubarb.json", "Rhubarb JSON", "", "S S AA M EH S AO", 0},
+                    Kind{"mfa.TextGrid", "TextGrid", "the time is now", kSaid, 0.9},
+                    Kind{"words.ctm", "CTM", "the time is now", "", 0.9},
+                    Kind{"lines.srt", "SRT", "The time is now.", "", 0.1},
+                    Kind{"lines.vtt", "WebVTT", "The time is now.", "", 0.1}),
+    [](const testing::TestParamInfo<Kind>& info) {
+      std::string name = info.param.file;
+      std::replace_if(
+          name.begin(), name.end(), [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0; }, '_');
+      return name;
+    });
+
+/// Every kind cut short anywhere is refused with its name, or read as less than the whole; nothing else is thrown.
+TEST(TimesFile, CutShortIsRefusedWithTheFilesName) {
+  for (const char* file : {"whisper.json", "vosk.json", "gentle.json", "azure_result.json", "azure_events.json",
+                           "elevenlabs.json", "piper.json", "rhubarb.json", "rhubarb.xml", "mfa.TextGrid"}) {
+    const std::string bytes = readFile(kTimes / file);
+    for (const double share : {0.1, 0.5, 0.9}) {
+      const std::string cut = bytes.substr(0, static_cast<std::size_t>(share * static_cast<double>(bytes.size())));
+      EXPECT_NE(errorOf([&] { parseTimes(cut, file); }).find(file), std::string::npos) << file << " to " << share;
+    }
+  }
+}
+
+TEST(TimesFile, BadTimesAreNamedWithTheirPlace) {
+  const auto whisper = [](const std::string& start, const std::string& end) {
+    return R"({"segments": [{"words": [{"word": "a", "start": 0.5, "end": 0.6}, {"word": "b", "start": )" + start +
+           R"(, "end": )" + end + "}]}]}";
+  };
+  const auto error = [&](const std::string& bytes) { return errorOf([&] { parseTimes(bytes, "x.json"); }); };
+  EXPECT_EQ(error(whisper("0.6", "0.7")), "no error");
+  EXPECT_EQ(error(whisper("0.3", "0.7")),
+            "x.json:segments[0].words[1]: 'b' begins at 0.300 s, before the one before it ends, at 0.600 s; expected "
+            "times in order");
+  EXPECT_EQ(error(whisper("0.8", "0.7")),
+            "x.json:segments[0].words[1]: 'b' ends at 0.700 s, before it begins at 0.800 s; expected a later end");
+  EXPECT_EQ(error(whisper("-1", "0.7")), "x.json:segments[0].words[1]: found times -1 to 0.7 s; expected 0 to 86400 s");
+  EXPECT_NE(error(whisper("NaN", "0.7")).find("x.json"), std::string::npos);
+  EXPECT_NE(error(whisper("1e999", "0.7")).find("x.json"), std::string::npos);
+  EXPECT_NE(error(whisper("\"soon\"", "0.7")).find("segments[0].words[1].start"), std::string::npos);
+  EXPECT_NE(error(R"({"segments": [{"words": [{"word": "a", "end": 1}]}]})").find("is missing"), std::string::npos);
+  EXPECT_NE(errorOf([] { parseTimes("", "x"); }).find("is empty"), std::string::npos);
+  EXPECT_NE(errorOf([] { parseTimes("hello there\n", "x"); }).find("expected JSON of Whisper"), std::string::npos);
+  EXPECT_NE(errorOf([] { parseTimes("{\"a\": 1}", "x"); }).find("has no words"), std::string::npos);
+  EXPECT_NE(errorOf([] { parseTimes("0.00\tX\n0.10\tQ\n0.3\tX\n", "x"); }).find("mouth shape 'Q'"), std::string::npos);
+  EXPECT_NE(errorOf([] { parseTimes("0.00\tX\n0.10\tA\n", "x"); }).find("expected X"), std::string::npos);
+  EXPECT_NE(errorOf([] { parseTimes("1\n00:00:xx --> 00:00:02,000\na\n", "x"); }).find("expected a time"),
+            std::string::npos);
+}
+
+/// A word keeps the times it was given; the phones that the file lacks come from the sound.
+TEST(TimedRecogniser, AlignsPhonesInsideTheirWords) {
+  const SpokenLine line = makeVoice("flite:slt")->speak("the birch canoe slid on the smooth planks");
+  const fs::path file = fs::path(testing::TempDir()) / "mouthpiece_words.ctm";
+  std::string ctm;
+  for (const LabelledWord& word : line.labels.words) {
+    const TimeSpan span = line.labels.spanOf(word.phones);
+    ctm += "a 1 " + std::to_string(span.start) + " " + std::to_string(span.duration()) + " " + word.text + "\n";
+  }
+  writeFileAtomically(file, ctm);
+  const HeardSpeech heard = makeTimedRecogniser(file)->hear(line.audio, "line");
+  ASSERT_EQ(heard.labels.words.size(), line.labels.words.size());
+  EXPECT_EQ(heard.confidence.size(), heard.labels.phones.size());
+  double off = 0, count = 0;
+  for (std::size_t w = 0; w < line.labels.words.size(); ++w) {
+    const TimeSpan given = line.labels.spanOf(line.labels.words[w].phones);
+    const TimeSpan found = heard.labels.spanOf(heard.labels.words[w].phones);
+    // 20 ms of a line's first and last phone may go to its silences.
+    EXPECT_NEAR(given.start, found.start, 0.021) << line.labels.words[w].text;
+    EXPECT_NEAR(given.end, found.end, 0.021) << line.labels.words[w].text;
+    const PhoneRange said = line.labels.words[w].phones, range = heard.labels.words[w].phones;
+    if (said.last.value - said.first.value != range.last.value - range.first.value) continue;
+    for (std::size_t i = 0; i < said.last.value - said.first.value; ++i) {
+      off += std::abs(line.labels.phones[said.first.value + i].span.end -
+                      heard.labels.phones[range.first.value + i].span.end);
+      count += 1;
+    }
+  }
+  ASSERT_GT(count, 8);
+  EXPECT_LT(off / count, 0.020);
+}
+
+TEST(TimedRecogniser, RefusesTimesOfALongerSound) {
+  const AudioClip sound{16000, std::vector<float>(8000, 0.0F)};
+  EXPECT_NE(
+      errorOf([&] { makeTimedRecogniser(kTimes / "vosk.json")->hear(sound, "a.wav"); }).find("a.wav lasts 0.50 s"),
+      std::string::npos);
+}
+
+}  // namespace
+}  // namespace mouthpiece
