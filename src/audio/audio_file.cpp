@@ -175,11 +175,13 @@ void checkInfo(const SF_INFO& info, std::string_view name, Seconds max_duration)
 }
 
 /// Memory grows with what is really read, not with what the header claims.
-std::vector<float> readMono(SNDFILE* sound, const SF_INFO& info, std::string_view name) {
+std::vector<float> readMono(SNDFILE* sound, const SF_INFO& info, std::string_view name, std::size_t file_bytes) {
   constexpr std::size_t kBlockFrames = 16384;
   const std::size_t channels = unsignedIndex(info.channels);
   std::vector<float> block(kBlockFrames * channels);
   std::vector<float> mono;
+  // A sample a byte can be believed; growing by doubling would take an hour's sound twice.
+  if (unsignedIndex(info.frames) <= file_bytes) mono.reserve(unsignedIndex(info.frames));
   while (std::ssize(mono) < info.frames) {
     const sf_count_t taken = sf_readf_float(sound, block.data(), kBlockFrames);
     if (taken <= 0) {
@@ -223,7 +225,7 @@ AudioClip parseAudio(std::string_view bytes, std::string_view name, Seconds max_
     throw InputError(name, "", fmt::format("is no sound that can be read: {}", printable(sf_strerror(nullptr))));
   }
   checkInfo(info, name, max_duration);
-  return {.sample_rate_hz = info.samplerate, .samples = readMono(sound.get(), info, name)};
+  return {.sample_rate_hz = info.samplerate, .samples = readMono(sound.get(), info, name, bytes.size())};
 }
 
 AudioClip readAudio(const std::filesystem::path& path, Seconds max_duration) {
