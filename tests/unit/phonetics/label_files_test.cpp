@@ -87,7 +87,7 @@ TEST(PhoneSets, SaySheSellsInAnyOfThem) {
 
 TEST(PhoneSets, AnUnknownPhoneIsNamed) {
   try {
-    parseLabFile("0 0.1 ʃ\n0.1 0.2 iː\n0.2 0.3 ɮ\n0.3 0.4 ə\n", "a.lab");
+    parseLabFile("0 0.1 ʃ\n0.1 0.2 iː\n0.2 0.3 ☃\n0.3 0.4 ə\n", "a.lab");
     FAIL() << "no error";
   } catch (const InputError& error) {
     const std::string text = error.what();
