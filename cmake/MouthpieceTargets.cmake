@@ -106,7 +106,9 @@ function(mouthpiece_compile_options target)
     -Woverloaded-virtual -Wcast-qual
     # g++ 12 sees overlaps in std::string that are not there (gcc bugs 105651, 105329).
     $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
-    $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>)
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>
+    # In a unity build a source is included, so that its anonymous namespace looks like one of a header.
+    $<$<AND:$<CXX_COMPILER_ID:GNU>,$<BOOL:${MOUTHPIECE_UNITY}>>:-Wno-subobject-linkage>)
   if(MOUTHPIECE_WERROR)
     target_compile_options(${target} PRIVATE -Werror)
   endif()

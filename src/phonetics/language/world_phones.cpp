@@ -94,8 +94,8 @@ bool glides(const IpaSound& from, const IpaSound& to) {
   return !to.syllabic || (to.height > 0.8 && from.height < to.height);
 }
 
-/// Sounds that the English acoustic model hears otherwise than the nearest by articulation; by the times that it finds
-/// for eSpeak NG's voices (docs/guides/languages.md).
+/// Sounds that speakers of English hear otherwise than the nearest by articulation. A judgement: of these only the
+/// uvular R was tried by the aligner's times, which it did not change.
 struct HeardAs {
   std::string_view ipa;
   Phone phone;
