@@ -58,7 +58,6 @@ class BuildParts {
   std::string frame_;
 };
 
-
 /// The head reference in the build log, so that takes from outside can be brought into the corpus' frame.
 void logHeadReference(Corpus& corpus, const HeadReference& reference);
 /// As logged; a corpus from elsewhere has at least its neutral pose.

@@ -249,8 +249,9 @@ PairShares parsePairShares(std::string_view text, std::string_view file) {
     const auto right = has_fields ? phoneFromName(field(first + 1, second)) : std::nullopt;
     const auto share = has_fields ? parseNumber(line.substr(second + 1)) : std::nullopt;
     if (!left || !right || !share || !(*share >= 0 && *share <= 1))
-      throw InputError(std::string(file), std::to_string(number),
-                       fmt::format("found '{}'; expected two phones and a share, \"AH,N,0.0123\"", printable(line, 60)));
+      throw InputError(
+          std::string(file), std::to_string(number),
+          fmt::format("found '{}'; expected two phones and a share, \"AH,N,0.0123\"", printable(line, 60)));
     double& known = shares[static_cast<std::size_t>(*left) * kPhoneCount + static_cast<std::size_t>(*right)];
     if (known > 0)
       throw InputError(std::string(file), std::to_string(number), fmt::format("'{}' stands there twice", line));

@@ -16,8 +16,8 @@ inline constexpr std::size_t kMostGrammarSentences = 200'000;
 /// Every sentence of a grammar (docs/formats/grammar.md): lines of "rule = words", where `a | b` is a choice, `[a]` may
 /// be left out, `( )` groups and `<rule>` stands for another rule; the first rule is the sentence, '#' starts a
 /// comment. In a fixed order, each once. Throws InputError with the line for what is no grammar, a rule that is not
-/// there or holds itself, more than kMostGrammarSentences, a sentence of more than 2,000 bytes, and what would take over
-/// 256 MiB of text on the way.
+/// there or holds itself, more than kMostGrammarSentences, a sentence of more than 2,000 bytes, and what would take
+/// over 256 MiB of text on the way.
 std::vector<std::string> sentencesOfGrammar(std::string_view text, std::string_view file);
 
 /// A sentence that could be recorded, as it would be said; silence around it is not written.

@@ -33,7 +33,8 @@ struct UnheardTarget {
 // - UH: near-close, near-back, rounded less than UW; half way from AH to UW. The lips of American vowels are rounded
 //   the less the more open the vowel (V. Fromkin, "Lip positions in American English vowels", Language and Speech 7
 //   (4), 215-225, 1964).
-// - OY: from AO to where AY and EY end; ER: from R's lips, which are rounded with it (Ladefoged and Johnson, chapter 4).
+// - OY: from AO to where AY and EY end; ER: from R's lips, which are rounded with it (Ladefoged and Johnson, chapter
+// 4).
 constexpr std::array<UnheardTarget, 7> kUnheard{{
     {"phone SH", {{{"phone CH", 0.5}, {"phone JH", 0.5}}}},
     {"phone ZH", {{{"phone CH", 0.5}, {"phone JH", 0.5}}}},
@@ -74,8 +75,8 @@ void readShapes(const JsonField& root, ActorModel& model) {
   Eigen::Index row = 0;
   for (const JsonField& component : components) {
     model.component_shapes.row(row++) = numbers(component["shape_mm"], columns).transpose();
-    model.dynamics.push_back({component["time_constant_s"].number(1e-3, 1),
-                              component["lead_s"].number(-kLargestNumber, kLargestNumber)});
+    model.dynamics.push_back(
+        {component["time_constant_s"].number(1e-3, 1), component["lead_s"].number(-kLargestNumber, kLargestNumber)});
   }
   model.blink_shape = numbers(root["blink_shape_mm"], columns).transpose();
   model.brow_shape = numbers(root["brow_shape_mm"], columns).transpose();
@@ -92,9 +93,7 @@ json rounded(const Eigen::Ref<const Eigen::VectorXd>& values, double digits) {
 
 }  // namespace
 
-Eigen::VectorXd ActorModel::openings() const {
-  return LipGauge(marker_names).verticalOpenings(component_shapes);
-}
+Eigen::VectorXd ActorModel::openings() const { return LipGauge(marker_names).verticalOpenings(component_shapes); }
 
 ActorModel parseActorModel(std::string_view json_text, std::string_view file) {
   const JsonField root = parseJson(json_text, file, "an actor model");

@@ -33,9 +33,9 @@ struct SampleSummary {
 using SampleProgress = std::function<void(std::size_t done, std::size_t total)>;
 
 /// Performs the sample corpus into `folder`: NAME.c3d, NAME.wav, NAME.txt and NAME.TextGrid for each sentence,
-/// performed by the fitted actor (docs/theory/corpus_tools/actor_model.md), not captured. Files already there are replaced one by
-/// one, each atomically. The same options give the same bytes. Throws InputError when a folder cannot be written or the
-/// voice cannot say a sentence.
+/// performed by the fitted actor (docs/theory/corpus_tools/actor_model.md), not captured. Files already there are
+/// replaced one by one, each atomically. The same options give the same bytes. Throws InputError when a folder cannot
+/// be written or the voice cannot say a sentence.
 SampleSummary writeSampleCorpus(const std::filesystem::path& folder, const SampleOptions& options,
                                 const SampleProgress& progress = {});
 

@@ -19,8 +19,8 @@ namespace {
 using Eigen::Vector3d;
 
 // Lengths as shares of the mouth's width.
-constexpr double kBeside = 0.02;  ///< a way this far beside the line costs double
-constexpr double kFarthest = 0.2; ///< and none leads further off
+constexpr double kBeside = 0.02;   ///< a way this far beside the line costs double
+constexpr double kFarthest = 0.2;  ///< and none leads further off
 constexpr double kLoopOff = 0.2;   ///< a hole's edge lies no further from the line, on average
 constexpr double kLoopWide = 0.5;  ///< and is no narrower
 
@@ -31,8 +31,8 @@ struct BagRow {
 };
 constexpr std::array kSmallBag{BagRow{0.1, 0.06, 0}, BagRow{0.2, 0, 0.5}, BagRow{0.1, -0.06, 1}};
 /// Teeth and a tongue have room in it.
-constexpr std::array kDeepBag{BagRow{0.02, 0.1, 0},  BagRow{0.06, 0.25, 0}, BagRow{0.25, 0.36, 0},
-                              BagRow{0.7, 0.36, 0.1}, BagRow{1, 0.2, 0.3},   BagRow{1.1, 0, 0.5},
+constexpr std::array kDeepBag{BagRow{0.02, 0.1, 0},   BagRow{0.06, 0.25, 0},   BagRow{0.25, 0.36, 0},
+                              BagRow{0.7, 0.36, 0.1}, BagRow{1, 0.2, 0.3},     BagRow{1.1, 0, 0.5},
                               BagRow{1, -0.2, 0.7},   BagRow{0.7, -0.36, 0.9}, BagRow{0.25, -0.36, 1},
                               BagRow{0.06, -0.25, 1}, BagRow{0.02, -0.1, 1}};
 
@@ -82,8 +82,7 @@ void addBag(FaceMesh& mesh, const std::vector<std::uint32_t>& upper, const std::
       const double deep = std::sqrt(std::max(0.0, std::sin(std::numbers::pi * way))) * width;
       const bool is_corner = i == 0 || i + 1 == upper.size();
       const Vector3d rim = (1 - place.lower) * pointAt(mesh.vertices, upper[i]) + place.lower * onLower(way);
-      row.push_back(is_corner ? upper[i]
-                              : addVertex(mesh, rim + deep * (place.back * back + place.up * up), upper[i]));
+      row.push_back(is_corner ? upper[i] : addVertex(mesh, rim + deep * (place.back * back + place.up * up), upper[i]));
     }
   }
   rows.push_back(lower);
@@ -95,8 +94,7 @@ void addBag(FaceMesh& mesh, const std::vector<std::uint32_t>& upper, const std::
   for (std::size_t r = 0; r + 1 < rows.size(); ++r) {
     const auto &here = rows[r], &next = rows[r + 1];
     for (std::size_t i = 0, j = 0; i + 1 < here.size() || j + 1 < next.size();) {
-      const bool along_here =
-          j + 1 == next.size() || (i + 1 < here.size() && wayOf(here, i + 1) <= wayOf(next, j + 1));
+      const bool along_here = j + 1 == next.size() || (i + 1 < here.size() && wayOf(here, i + 1) <= wayOf(next, j + 1));
       if (along_here) {
         add({here[i + 1], here[i], next[j]});
         ++i;
@@ -140,7 +138,8 @@ std::array<std::vector<std::uint32_t>, 2> holeBetween(const FaceMesh& mesh, cons
     double off = 0, least = std::numeric_limits<double>::infinity(), most = -least;
     for (const std::uint32_t v : loop) {
       const Vector3d p = pointAt(mesh.vertices, v);
-      off += std::min((p - nearestOn(line.upper, p)).norm(), (p - nearestOn(line.lower, p)).norm()) / asReal(loop.size());
+      off +=
+          std::min((p - nearestOn(line.upper, p)).norm(), (p - nearestOn(line.lower, p)).norm()) / asReal(loop.size());
       least = std::min(least, p.dot(across) / width);
       most = std::max(most, p.dot(across) / width);
     }
@@ -175,7 +174,8 @@ class Cutter {
     }
     for (const MeshPart& part : mesh.parts) {
       if (isSkin(part.kind)) {
-        for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t) skin_.push_back(t);
+        for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t)
+          skin_.push_back(t);
       }
     }
   }
@@ -288,7 +288,8 @@ class Cutter {
       }
     }
     std::map<std::uint32_t, std::uint32_t> doubles;
-    for (const std::uint32_t v : path_) lower_.push_back(inner.contains(v) ? (doubles[v] = addVertex(out_, pointAt(out_.vertices, v), v)) : v);
+    for (const std::uint32_t v : path_)
+      lower_.push_back(inner.contains(v) ? (doubles[v] = addVertex(out_, pointAt(out_.vertices, v), v)) : v);
     for (const std::size_t t : lower) {
       for (std::uint32_t& v : out_.triangles[t]) {
         if (const auto own = doubles.find(v); own != doubles.end()) v = own->second;
@@ -302,7 +303,7 @@ class Cutter {
   Vector3d across_;
   double width_ = 0;
   std::set<std::uint32_t> near_;
-  std::vector<std::size_t> skin_;              ///< numbers of triangles
+  std::vector<std::size_t> skin_;            ///< numbers of triangles
   std::vector<std::uint32_t> path_, lower_;  ///< the rims, right to left: upper (the mesh's own vertices), lower
 };
 

@@ -15,19 +15,19 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 // Lengths as shares of the mouth's width.
-constexpr double kRegion = 1.6;       ///< triangles further from the mouth's middle are not looked at
-constexpr double kStep = 0.012;       ///< between the places of an outline that are tried as rims
-constexpr double kOutline = 1.0;      ///< an outline is followed this far
-constexpr double kBeyondRed = 0.08;   ///< outlines start this far above and below the hints
-constexpr double kAhead = 0.06;       ///< which way an outline leads is told by where it is so far on
-constexpr double kPocket = 0.12;      ///< a mouth's pocket is longer than it is wide by so much in the middle
-constexpr double kLeastPocket = 0.02; ///< and by so much at its corners
-constexpr double kLeastDeep = 0.5;    ///< of its own opening: less is a crease
-constexpr double kWidest = 0.9;       ///< lips are not further apart
-constexpr double kBesideLine = 0.06;  ///< places known to be on the line tell this far to both sides
-constexpr double kRimDepth = 0.03;    ///< what is no further behind a rim is still part of it
-constexpr double kClearSide = 0.4;    ///< of the skin's way beside a corner, on either side of it
-constexpr double kColumn = 0.02;      ///< between two sections
+constexpr double kRegion = 1.6;         ///< triangles further from the mouth's middle are not looked at
+constexpr double kStep = 0.012;         ///< between the places of an outline that are tried as rims
+constexpr double kOutline = 1.0;        ///< an outline is followed this far
+constexpr double kBeyondRed = 0.08;     ///< outlines start this far above and below the hints
+constexpr double kAhead = 0.06;         ///< which way an outline leads is told by where it is so far on
+constexpr double kPocket = 0.12;        ///< a mouth's pocket is longer than it is wide by so much in the middle
+constexpr double kLeastPocket = 0.02;   ///< and by so much at its corners
+constexpr double kLeastDeep = 0.5;      ///< of its own opening: less is a crease
+constexpr double kWidest = 0.9;         ///< lips are not further apart
+constexpr double kBesideLine = 0.06;    ///< places known to be on the line tell this far to both sides
+constexpr double kRimDepth = 0.03;      ///< what is no further behind a rim is still part of it
+constexpr double kClearSide = 0.4;      ///< of the skin's way beside a corner, on either side of it
+constexpr double kColumn = 0.02;        ///< between two sections
 constexpr double kBeyondCorner = 0.24;  ///< sections are tried this far beyond the clicked corners
 constexpr double kCornerEnd = 0.001;    ///< how exactly the corners are found
 
@@ -53,7 +53,7 @@ struct OutlinePoint {
 /// One lip's outline in a section.
 struct Outline {
   std::vector<OutlinePoint> points;
-  std::vector<double> joins;      ///< ways at which two edges of the mesh lie in one place without being one
+  std::vector<double> joins;     ///< ways at which two edges of the mesh lie in one place without being one
   std::optional<double> joined;  ///< the way at which it reaches the other outline's start
 };
 
@@ -178,8 +178,7 @@ class Tracer {
         std::uint32_t low = places_[t][k], high = places_[t][next];
         piece.edges[count] = {region_[t][k], region_[t][next]};
         if (low > high) std::swap(low, high);
-        const auto [at, is_new] =
-            number.try_emplace({low, high}, static_cast<std::uint32_t>(plane.nodes.size()));
+        const auto [at, is_new] = number.try_emplace({low, high}, static_cast<std::uint32_t>(plane.nodes.size()));
         if (is_new) {
           const double a = way_.at(low), b = way_.at(high);
           const Vector3d from = pointAt(vertices_, low), to = pointAt(vertices_, high);

@@ -268,8 +268,8 @@ class PlyHeader {
     const Number count_type = numberFromName(word(2)), index_type = numberFromName(word(3));
     const bool is_corners =
         element_ == "face" && !has_list_ && (word(4) == "vertex_indices" || word(4) == "vertex_index");
-    const bool has_types =
-        count_type != Number::kNoNumber && index_type != Number::kNoNumber && !isReal(count_type) && !isReal(index_type);
+    const bool has_types = count_type != Number::kNoNumber && index_type != Number::kNoNumber && !isReal(count_type) &&
+                           !isReal(index_type);
     if (!is_corners || !has_types)
       fail("found a list other than the faces' corners; expected 'property list uchar int vertex_indices'");
     has_list_ = true;

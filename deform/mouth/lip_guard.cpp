@@ -98,7 +98,8 @@ float LipGuard::leaveTeeth(const TeethShell& shell, std::vector<const ToothWatch
 
 /// How far the lips of a pair are shut: not where they have opened, are kept apart, or the lower one is at the teeth.
 float LipGuard::shutShare(const LipGap& gap) const {
-  return asFloat((1 - gap.opened) * (1 - smoothStep(gap.tuck)) * (1 - smoothStep(gap.least / (kKeptApart * mouth_width_))));
+  return asFloat((1 - gap.opened) * (1 - smoothStep(gap.tuck)) *
+                 (1 - smoothStep(gap.least / (kKeptApart * mouth_width_))));
 }
 
 std::array<float, LipGuard::kColumns> LipGuard::gapsSeen(std::span<const LipWatch* const> watches,

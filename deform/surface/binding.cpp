@@ -31,7 +31,8 @@ constexpr double kTurnsAtEnd = 0.1;   ///< where the surface ends, what is neare
 constexpr double kFollows = 0.3;      ///< lashes and the like follow skin that is nearer
 constexpr double kRootDepth = 0.03;   ///< what of such a part counts as its root
 
-constexpr double kBagDeep = 1;  ///< the lower half of a mouth bag goes with the jaw this far along the mesh, and less beyond
+constexpr double kBagDeep =
+    1;  ///< the lower half of a mouth bag goes with the jaw this far along the mesh, and less beyond
 constexpr int kSmoothings = 60;  ///< of the places of what follows; more than the rows of vertices in a mouth bag
 
 /// A share of the way between the lips this near to the middle is on neither side.
@@ -204,8 +205,8 @@ class Binder {
 
   /// Two neighbours behind the lips may follow vertices that are centimetres apart, one beside the mouth's corner, one
   /// on the lip: their places in the plane are made harmonic between those of the vertices they follow. Where the upper
-  /// lip's side of the mouth's inside meets the lower one's both hang on the corner, or they would part there. Vertices in
-  /// one place and on one side count as one.
+  /// lip's side of the mouth's inside meets the lower one's both hang on the corner, or they would part there. Vertices
+  /// in one place and on one side count as one.
   void smoothPlaces(const std::vector<Fate>& before) {
     const auto follows = [&](std::size_t v) { return before[v] == Fate::kOpen && fates_[v] == Fate::kBound; };
     std::map<std::tuple<float, float, float, std::uint32_t>, std::uint32_t> first_at;
@@ -258,7 +259,8 @@ class Binder {
                      std::vector<Eigen::Vector2d>& planes) const {
     const int right = findPoint(control_, "RIM_CORNER_R"), left = findPoint(control_, "RIM_CORNER_L");
     if (right < 0 || left < 0) return;
-    const Eigen::Vector3d at_right = control_.rest.row(right).transpose(), at_left = control_.rest.row(left).transpose();
+    const Eigen::Vector3d at_right = control_.rest.row(right).transpose(),
+                          at_left = control_.rest.row(left).transpose();
     std::erase_if(followers, [&](std::uint32_t v) {
       if (!is_at_seam[v] || !topology_.isInMouth(v)) return false;
       const bool is_right = (vertex(v) - at_right).norm() < (vertex(v) - at_left).norm();
@@ -369,9 +371,8 @@ class Binder {
     for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
       if (binding_.patch[v] < 0) continue;
       const auto& corners = control_.triangles[unsignedIndex(binding_.patch[v])];
-      const bool is_at_ring = std::any_of(corners.begin(), corners.end(), [&](int corner) {
-        return control_.points[unsignedIndex(corner)].fixed;
-      });
+      const bool is_at_ring = std::any_of(corners.begin(), corners.end(),
+                                          [&](int corner) { return control_.points[unsignedIndex(corner)].fixed; });
       const auto isFar = [&] {
         const SurfacePoint place = evaluate(surface_.restPose(), binding_.placeOf(v));
         return (vertex(v) - place.position).norm() > kTurnsAtEnd * control_.mouth_width;

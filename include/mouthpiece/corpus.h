@@ -14,8 +14,8 @@ namespace mouthpiece {
 /// any number of speakers in any number of threads.
 class MOUTHPIECE_API SharedCorpus {
  public:
-  /// Opens `file`; the sample corpus that Mouthpiece brings when it is empty, its sentences of the paper's grammar alone
-  /// when it is "clock". Throws InputError.
+  /// Opens `file`; the sample corpus that Mouthpiece brings when it is empty, its sentences of the paper's grammar
+  /// alone when it is "clock". Throws InputError.
   explicit SharedCorpus(const std::filesystem::path& file = {});
 
   [[nodiscard]] const std::string& name() const;

@@ -23,8 +23,8 @@ struct MOUTHPIECE_API SpeakerOptions {
   std::filesystem::path face;                            ///< empty: the default face
   bool with_face = true;                                 ///< off: sound, labels and markers alone; no face is opened
   std::string voice = "festival:cmu_us_slt_arctic_hts";  ///< one of voiceNames()
-  std::optional<double> rate;     ///< of the voice "corpus": 1 as fast as Festival would speak; none: as recorded
-  std::string language;           ///< BCP 47: of the text, the recording, its labels; empty: the voice's
+  std::optional<double> rate;  ///< of the voice "corpus": 1 as fast as Festival would speak; none: as recorded
+  std::string language;        ///< BCP 47: of the text, the recording, its labels; empty: the voice's
   /// How a recording without its words is heard.
   enum class Hear {
     kAuto,   ///< words where they are likely, else phones

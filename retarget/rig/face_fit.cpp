@@ -252,10 +252,10 @@ std::vector<std::string> faultsOf(const FaceCheck& check) {
         fmt::format("{} vertices of one lip hang on the other; check the lip markers", check.binding.lip_side_errors));
   }
   if (check.binding.way_between_lips < kLipsPart) {
-    faults.push_back(
-        fmt::format("the lips are one surface and cannot part: the way from LIP_UP_MID to LIP_LO_MID along the mesh is "
-                    "{:.0f} % of that around the mouth's corner; `retarget cut` opens the mesh along the line between the lips",
-                    100 * check.binding.way_between_lips));
+    faults.push_back(fmt::format(
+        "the lips are one surface and cannot part: the way from LIP_UP_MID to LIP_LO_MID along the mesh is "
+        "{:.0f} % of that around the mouth's corner; `retarget cut` opens the mesh along the line between the lips",
+        100 * check.binding.way_between_lips));
   }
   if (check.marker_to_surface_max_mm > kMarkerReachMm) {
     faults.push_back(fmt::format("{} lies {:.1f} mm off the skin; check its anchor", check.farthest_marker,

@@ -24,12 +24,12 @@ constexpr double kLips = 0.12;            ///< and are looked at this far
 constexpr double kBetweenCorners = 0.35;  ///< and this far to both sides: at the corners the lips are one
 constexpr double kMostCuts = 64;          ///< points looked at on an edge
 constexpr double kDeepest = 0.2;          ///< further behind a surface a point is elsewhere, not inside it
-constexpr double kDeepInLip = 0.06;       ///< the same of a lip: where it is deeper in, other places are as deep as this
-constexpr double kDeepInTongue = 0.06;    ///< and of the tongue, which is soft
-constexpr double kStraight = 0.7;         ///< cosine to the normal of a way straight out of the tongue
-constexpr double kOpposed = -0.3;         ///< cosine between two surfaces that meet
-constexpr double kOnBorder = 1e-9;        ///< a weight below this: the closest point lies on the opposite edge
-constexpr std::size_t kColumns = 10;      ///< over the middle half of the mouth
+constexpr double kDeepInLip = 0.06;     ///< the same of a lip: where it is deeper in, other places are as deep as this
+constexpr double kDeepInTongue = 0.06;  ///< and of the tongue, which is soft
+constexpr double kStraight = 0.7;       ///< cosine to the normal of a way straight out of the tongue
+constexpr double kOpposed = -0.3;       ///< cosine between two surfaces that meet
+constexpr double kOnBorder = 1e-9;      ///< a weight below this: the closest point lies on the opposite edge
+constexpr std::size_t kColumns = 10;    ///< over the middle half of the mouth
 constexpr std::size_t kNoColumn = kColumns;
 
 /// A place on a triangle of the mesh.
@@ -126,7 +126,9 @@ class PosedSurface {
     return is_inside && sum.normalized().dot(facing) < kOpposed ? -distance : distance;
   }
 
-  [[nodiscard]] Eigen::Vector3d normalAt(const LipPoint& point) const { return placeOf(point, at_corners_).normalized(); }
+  [[nodiscard]] Eigen::Vector3d normalAt(const LipPoint& point) const {
+    return placeOf(point, at_corners_).normalized();
+  }
 
  private:
   const Surface& surface_;

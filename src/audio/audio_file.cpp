@@ -62,8 +62,8 @@ void checkKind(std::string_view bytes, std::string_view name) {
 
 /// libsndfile opens more codecs than we want to be answerable for: these are let in.
 bool isKnownCodec(int format) {
-  constexpr std::array kCodecs = {SF_FORMAT_PCM_S8, SF_FORMAT_PCM_U8, SF_FORMAT_PCM_16, SF_FORMAT_PCM_24,
-                                  SF_FORMAT_PCM_32, SF_FORMAT_FLOAT,  SF_FORMAT_DOUBLE, SF_FORMAT_VORBIS,
+  constexpr std::array kCodecs = {SF_FORMAT_PCM_S8, SF_FORMAT_PCM_U8,        SF_FORMAT_PCM_16, SF_FORMAT_PCM_24,
+                                  SF_FORMAT_PCM_32, SF_FORMAT_FLOAT,         SF_FORMAT_DOUBLE, SF_FORMAT_VORBIS,
                                   SF_FORMAT_OPUS,   SF_FORMAT_MPEG_LAYER_III};
   return std::find(kCodecs.begin(), kCodecs.end(), format & SF_FORMAT_SUBMASK) != kCodecs.end();
 }

@@ -37,7 +37,8 @@ struct ChildResult {
 };
 
 /// Runs `program` in `folder`, with no input, `folder` as its home and a minimal environment: the user's configuration
-/// files and variables do not reach it. What it starts itself ends with it. No shell is involved. Throws InputError when it cannot be started.
+/// files and variables do not reach it. What it starts itself ends with it. No shell is involved. Throws InputError
+/// when it cannot be started.
 ChildResult runChild(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                      const std::filesystem::path& folder, Seconds time_limit);
 

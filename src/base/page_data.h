@@ -12,8 +12,8 @@ void appendBase64(std::string& text, std::string_view bytes);
 /// script.
 std::string scriptSafe(std::string_view json);
 
-/// A finished page that only its own scripts may run in and that may load nothing from outside: a Content-Security-Policy
-/// with the hash of each `<script>`, after the page's `<meta charset="utf-8">`.
+/// A finished page that only its own scripts may run in and that may load nothing from outside: a
+/// Content-Security-Policy with the hash of each `<script>`, after the page's `<meta charset="utf-8">`.
 std::string closedPage(std::string_view page);
 
 }  // namespace mouthpiece

@@ -50,7 +50,8 @@ std::span<const float> SharedFace::restVertices() const {
 
 std::vector<std::uint32_t> SharedFace::triangles() const {
   std::vector<std::uint32_t> corners;
-  for (const Triangle& triangle : data_->rig.mesh().triangles) corners.insert(corners.end(), triangle.begin(), triangle.end());
+  for (const Triangle& triangle : data_->rig.mesh().triangles)
+    corners.insert(corners.end(), triangle.begin(), triangle.end());
   return corners;
 }
 

@@ -93,8 +93,8 @@ std::string voiceFor(const Language& language) {
     if (&languageOf(row.language) == &language) return std::string(row.name);
   }
   if (!language.espeak_voice.empty()) return fmt::format("espeak:{}", language.tag);
-  throw InputError(fmt::format("found text to speak in {}, which no voice says; expected a recording of it",
-                               language.name));
+  throw InputError(
+      fmt::format("found text to speak in {}, which no voice says; expected a recording of it", language.name));
 }
 
 std::unique_ptr<Voice> makeVoice(std::string_view name, const VoiceOptions& options) {

@@ -31,17 +31,16 @@ nlohmann::json expectedFrames(const testing::TalkingHead& head) {
 }
 
 void makeFixture(const std::filesystem::path& page_template, const std::filesystem::path& folder) {
-  auto head =
-      testing::makeTalkingHead({.word = "</script><img src=x onerror=alert(1)>\xE2\x80\xA8", .ripple_mm = 0.6});
+  auto head = testing::makeTalkingHead({.word = "</script><img src=x onerror=alert(1)>\xE2\x80\xA8", .ripple_mm = 0.6});
   head.utterance.warnings = {"'<b>oh</b>' at 0.2 s may not be what was said"};
   const auto shapes = principalShapes(head.animation, head.mesh.vertices, head.mesh.metres_per_unit);
   const std::string glb = glbBytes(head.mesh, shapes, "talking_head");
   writeFileAtomically(folder / "face.glb", glb);
   writeFileAtomically(folder / "expected.json", expectedFrames(head).dump());
   writeFileAtomically(folder / "report.json", reportJson(head.utterance));
-  writeFileAtomically(folder / "view.html", viewHtml(readFile(page_template),
-                                                     {head.utterance, glb, head.mesh, "talking_head",
-                                                      head.marker_names, head.utterance.motion.positions_mm}));
+  writeFileAtomically(folder / "view.html",
+                      viewHtml(readFile(page_template), {head.utterance, glb, head.mesh, "talking_head",
+                                                         head.marker_names, head.utterance.motion.positions_mm}));
 }
 
 }  // namespace

@@ -69,7 +69,8 @@ TEST_F(BadText, OfAFileIsToldWithItsName) {
 TEST_F(BadText, PhonePairThatTheCorpusLacksIsNamedWithoutBackoff) {
   // No take of the clock begins with M.
   for (const char* method : {"guided", "greedy", "edge"})
-    expectSynthRefuses({"--text", "measure the garage", "--corpus", "clock", "--backoff", "none", "--method", method}, "lacks the phone pair sil M");
+    expectSynthRefuses({"--text", "measure the garage", "--corpus", "clock", "--backoff", "none", "--method", method},
+                       "lacks the phone pair sil M");
 }
 
 TEST_F(BadCorpus, IsNoDatabase) {

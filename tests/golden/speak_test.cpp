@@ -79,7 +79,8 @@ double lipOpening(const MotionClip& clip, std::size_t frame) {
       .norm();
 }
 
-// Of the default method on GRID's takes, the one half by a corpus of the other (docs/theory/corpus_tools/evaluation.md).
+// Of the default method on GRID's takes, the one half by a corpus of the other
+// (docs/theory/corpus_tools/evaluation.md).
 constexpr double kGuidedRmsMm = 1.35, kGuidedLveMm2 = 4.15, kGuidedOpeningR = 0.909, kGuidedWidthR = 0.736,
                  kGuidedProtrusionR = 0.873;
 
@@ -282,8 +283,9 @@ class RealCapture : public testing::Test {
   ScratchFolder scratch_;
 };
 
-/// Edges between words, against those that GRID publishes: every twelfth take, 250 edges. All takes have 14.25 and 51.75 ms
-/// (docs/theory/hearing/alignment.md), these 15.75 and 53.25; both clocks tick, so a worse median is worse by 2.5 ms.
+/// Edges between words, against those that GRID publishes: every twelfth take, 250 edges. All takes have 14.25
+/// and 51.75 ms (docs/theory/hearing/alignment.md), these 15.75 and 53.25; both clocks tick, so a worse median is worse
+/// by 2.5 ms.
 TEST_F(RealCapture, WordsAreHeardWhereTheyWerePublished) {
   constexpr double kMedianMs = 15.75 * 1.03, kMostMs = 53.25 * 1.03, kShareOverSixty = 0.04 * 1.03;
   std::istringstream table(readAll(kGrid / "alignment_check.csv"));

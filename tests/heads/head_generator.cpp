@@ -81,12 +81,14 @@ void shape(ClickedHead& head, Chance& chance) {
   const double line = 0.55 * upper.y() + 0.45 * lower.y();
   bend(head, [&](const Vector3d& p) -> Vector3d {
     Vector3d q = p;
-    const double across = (p.x() - middle.x()) / half, height = (p.y() - line) / lip, depth = (p.z() - upper.z()) / (4 * lip);
+    const double across = (p.x() - middle.x()) / half, height = (p.y() - line) / lip,
+                 depth = (p.z() - upper.z()) / (4 * lip);
     const double near = std::exp(-0.5 * (across * across + height * height + depth * depth));
     q.y() += thicker * (p.y() - line) * near;
     q.y() += (upper_corner * std::min(across * across, 2.0) + askew * across) *
              std::exp(-0.5 * (height * height / 4 + depth * depth)) * std::exp(-0.5 * across * across / 2);
-    for (const Lump& lump : lumps) q += lump.move * std::exp(-0.5 * (p - lump.at).squaredNorm() / (lump.reach * lump.reach));
+    for (const Lump& lump : lumps)
+      q += lump.move * std::exp(-0.5 * (p - lump.at).squaredNorm() / (lump.reach * lump.reach));
     return middle + size.cwiseProduct(q - middle);
   });
   head.changes += fmt::format("size {:.2f} {:.2f} {:.2f}, lips {:+.0f} %, corners {:+.1f} mm", size.x(), size.y(),

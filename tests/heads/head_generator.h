@@ -14,10 +14,10 @@ namespace mouthpiece::test {
 struct ClickedHead {
   std::string name;
   FaceMesh mesh;
-  Anchors clicks;               ///< points, the mesh's unit
-  std::string changes;          ///< what was done to it, in words
-  double mm_per_unit = 1;       ///< by the width of its mouth
-  bool has_polygons = false;    ///< its file has quads and polygons of more corners
+  Anchors clicks;             ///< points, the mesh's unit
+  std::string changes;        ///< what was done to it, in words
+  double mm_per_unit = 1;     ///< by the width of its mouth
+  bool has_polygons = false;  ///< its file has quads and polygons of more corners
 };
 
 /// The head's mesh as an OBJ file; where it has polygons, neighbouring triangles are joined to them.
@@ -27,9 +27,10 @@ std::string objOf(const ClickedHead& head);
 /// there are left out. `sources`: the checkout.
 std::vector<ClickedHead> clickedHeads(const std::filesystem::path& sources, const std::filesystem::path& share);
 
-/// Another head from `head`, by chance: its proportions, asymmetry, the thickness of its lips, the height of its mouth's
-/// corners, how far its mouth is open at rest; its mesh made finer, coarser, remeshed, noisy, taken apart at every
-/// edge, joined to polygons; its anchors clicked up to 2 mm beside their places. `head` must stand upright and face +Z.
+/// Another head from `head`, by chance: its proportions, asymmetry, the thickness of its lips, the height of its
+/// mouth's corners, how far its mouth is open at rest; its mesh made finer, coarser, remeshed, noisy, taken apart at
+/// every edge, joined to polygons; its anchors clicked up to 2 mm beside their places. `head` must stand upright and
+/// face +Z.
 ClickedHead variedHead(const ClickedHead& head, unsigned seed);
 
 }  // namespace mouthpiece::test

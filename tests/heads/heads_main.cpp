@@ -1,5 +1,5 @@
-// Fits random heads by ten clicks and judges how they speak: tests/heads/head_generator.h. Not a test of CTest's, for it
-// takes minutes; heads_test.cpp is a slice of it.
+// Fits random heads by ten clicks and judges how they speak: tests/heads/head_generator.h. Not a test of CTest's, for
+// it takes minutes; heads_test.cpp is a slice of it.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -18,7 +18,8 @@ int main(int argc, char** argv) {
   app.add_option("--seeds", seeds, "How many heads")->capture_default_str();
   app.add_option("--first", first, "The first one's seed")->capture_default_str();
   app.add_option("--only", only, "Only heads made from this one");
-  app.add_option("--corpus", corpus_file, "Whose takes move them (default: the clock's sentences of the sample corpus)");
+  app.add_option("--corpus", corpus_file,
+                 "Whose takes move them (default: the clock's sentences of the sample corpus)");
   app.add_option("--out", folder, "Where heads and fits are written")->capture_default_str();
   app.add_flag("--keep", keep, "Keep those of all heads, not of the bad ones alone");
   CLI11_PARSE(app, argc, argv);

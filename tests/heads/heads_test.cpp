@@ -8,8 +8,8 @@ namespace mouthpiece::test {
 namespace {
 
 class RandomHeads : public ::testing::TestWithParam<unsigned> {};
-// Heads that stand, so that they stay so. Of the first nine 5, 7 and 8 tear still (edges of 6.5 to 8.4 mm more, one mouth
-// that does not shut): docs/theory/deform/lip_line.md.
+// Heads that stand, so that they stay so. Of the first nine 5, 7 and 8 tear still (edges of 6.5 to 8.4 mm more, one
+// mouth that does not shut): docs/theory/deform/lip_line.md.
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomHeads, ::testing::Values(1U, 2U, 3U, 4U, 6U, 9U));
 
 TEST_P(RandomHeads, FitByTenClicksAndDoNotTear) {

@@ -38,7 +38,8 @@ class FrontView {
     double tallest = 0;
     for (Eigen::Index c = columns_ / 4; c < columns_ - columns_ / 4; ++c) {
       // The lips' own depth in this column: the skin just over and under the mouth.
-      const double edge = std::min(depth.col(c).topRows(rows_ / 4).maxCoeff(), depth.col(c).bottomRows(rows_ / 4).maxCoeff());
+      const double edge =
+          std::min(depth.col(c).topRows(rows_ / 4).maxCoeff(), depth.col(c).bottomRows(rows_ / 4).maxCoeff());
       double gap = 0;
       for (Eigen::Index r = rows_ / 8; r < rows_ - rows_ / 8; ++r) {
         gap = depth(r, c) < std::min(edge, front) - deep ? gap + step_ : 0;
@@ -55,8 +56,7 @@ class FrontView {
       const Vector3d q = pointAt(vertices, t[k]) - middle_;
       p[k] = {q.x() / step_ + 0.5 * asReal(columns_), q.y() / step_ + 0.5 * asReal(rows_), q.z()};
     }
-    const double turn =
-        (p[1].x() - p[0].x()) * (p[2].y() - p[0].y()) - (p[1].y() - p[0].y()) * (p[2].x() - p[0].x());
+    const double turn = (p[1].x() - p[0].x()) * (p[2].y() - p[0].y()) - (p[1].y() - p[0].y()) * (p[2].x() - p[0].x());
     if (std::abs(turn) < 1e-12) return;
     const auto range = [&](int axis, Eigen::Index count) {
       const auto [low, high] = std::minmax({p[0][axis], p[1][axis], p[2][axis]});
@@ -93,8 +93,8 @@ std::set<std::size_t> closedFrames(const CorpusTake& take, const MarkerLayout& l
     if (!isBilabial(phone.phone)) continue;
     const auto first = std::clamp<Eigen::Index>(wholePart(std::ceil(phone.span.start * take.motion.frame_rate_hz)), 0,
                                                 opening.size() - 1);
-    const auto last = std::clamp<Eigen::Index>(wholePart(phone.span.end * take.motion.frame_rate_hz), first,
-                                               opening.size() - 1);
+    const auto last =
+        std::clamp<Eigen::Index>(wholePart(phone.span.end * take.motion.frame_rate_hz), first, opening.size() - 1);
     Eigen::Index tightest = 0;
     const double least = opening.segment(first, last - first + 1).minCoeff(&tightest);
     if (least < opening.minCoeff() + 0.25 * (opening.maxCoeff() - opening.minCoeff()))
@@ -124,11 +124,13 @@ void judge(const FaceRig& rig, const ClickedHead& head, const CorpusTake& take, 
   for (std::size_t f = 0; f < motion.frameCount(); ++f) {
     rig.deform(motion.pose(FrameIndex{f}), TonguePose{}, now);
     for (const auto& [a, b] : edges) {
-      const double grown = double{(now.row(a) - now.row(b)).norm() - (mesh.vertices.row(a) - mesh.vertices.row(b)).norm()};
+      const double grown =
+          double{(now.row(a) - now.row(b)).norm() - (mesh.vertices.row(a) - mesh.vertices.row(b)).norm()};
       trial.edge_growth_mm = std::max(trial.edge_growth_mm, mm * grown);
     }
     if (f > 0) {
-      const Eigen::Map<const MarkerPositions> here(motion.pose(FrameIndex{f}).markers.data(), motion.markers().cols() / 3, 3),
+      const Eigen::Map<const MarkerPositions> here(motion.pose(FrameIndex{f}).markers.data(),
+                                                   motion.markers().cols() / 3, 3),
           there(motion.pose(FrameIndex{f - 1}).markers.data(), motion.markers().cols() / 3, 3);
       const double of_markers = (here - there).rowwise().norm().maxCoeff();
       const double of_vertices = double{(now - before).rowwise().norm().maxCoeff()};

@@ -136,7 +136,8 @@ Graph makeGraph(ps_decoder_t* decoder, const WordWays& words, float pause, doubl
   }
   for (int state = 0; state < boundary_count; ++state) {
     const bool is_inner = state > 0 && state + 1 < boundary_count;
-    fsg_model_add_silence(graph.get(), kSilenceWord, state, is_inner ? pause * asFloat(std::exp(-silence_price)) : pause);
+    fsg_model_add_silence(graph.get(), kSilenceWord, state,
+                          is_inner ? pause * asFloat(std::exp(-silence_price)) : pause);
   }
   graph->start_state = 0;
   graph->final_state = boundary_count - 1;

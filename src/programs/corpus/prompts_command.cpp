@@ -99,8 +99,8 @@ PairShares runningShares(const PromptsArguments& given) {
 void writeCurve(const ChosenPrompts& chosen, const std::filesystem::path& file) {
   std::string text = chosen.shares.empty() ? "sentences,pairs,share\n" : "sentences,pairs,share,running share\n";
   for (std::size_t i = 0; i < chosen.pairs.size(); ++i) {
-    text += fmt::format("{},{},{:.4f}", i + 1, chosen.pairs[i],
-                        asReal(chosen.pairs[i]) / asReal(chosen.possible_pairs));
+    text +=
+        fmt::format("{},{},{:.4f}", i + 1, chosen.pairs[i], asReal(chosen.pairs[i]) / asReal(chosen.possible_pairs));
     text += chosen.shares.empty() ? "\n" : fmt::format(",{:.5f}\n", chosen.shares[i]);
   }
   writeFileAtomically(file, text);
@@ -128,11 +128,13 @@ int runPrompts(const PromptsArguments& given) {
     return kExitDone;
   }
   const bool is_grammar = !given.grammar.empty();
-  const std::vector<Prompt> prompts = promptsFor(sentencesOf(is_grammar ? given.grammar : given.text, is_grammar), given);
+  const std::vector<Prompt> prompts =
+      promptsFor(sentencesOf(is_grammar ? given.grammar : given.text, is_grammar), given);
   std::optional<PairShares> weights;
   if (!given.running.empty()) weights = runningShares(given);
   const ChosenPrompts chosen = choosePrompts(prompts, given.count, weights ? &*weights : nullptr);
-  for (const std::size_t sentence : chosen.sentences) printText(printable(prompts[sentence].text, kMaxTextBytes) + "\n");
+  for (const std::size_t sentence : chosen.sentences)
+    printText(printable(prompts[sentence].text, kMaxTextBytes) + "\n");
   noteCurve(chosen, given.quiet);
   if (!given.curve.empty()) writeCurve(chosen, given.curve);
   return kExitDone;
@@ -142,8 +144,9 @@ void addOptions(CLI::App& command, PromptsArguments& options) {
   command.add_option("--count", options.count, "How many")->capture_default_str()->check(CLI::Range(1, 200000));
   auto* grammar = command.add_option("--grammar", options.grammar, "Choose from all sentences of a grammar file");
   command.add_option("--text", options.text, "Choose from a file with a sentence a line")->excludes(grammar);
-  command.add_option("--running", options.running,
-                     "Running speech, a sentence a line, or a table of --pairs (.csv): a pair counts as often as it is met");
+  command.add_option(
+      "--running", options.running,
+      "Running speech, a sentence a line, or a table of --pairs (.csv): a pair counts as often as it is met");
   command.add_option("--pairs", options.pairs, "Write how often each pair is met in --running (CSV)");
   command.add_option("--curve", options.curve, "Write the coverage curve (CSV)");
   addLexiconOption(command, options.lexicon);

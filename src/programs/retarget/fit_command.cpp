@@ -101,10 +101,12 @@ void addOptions(CLI::App& command, FitArguments& options) {
   command.add_option("--out", options.out, "The .face file to write")->required();
   command.add_option("--name", options.name, "Name of the face (default: the mesh file's)");
   command.add_option("--show", options.show,
-                     "Also write a page that shows the markers and the line between the lips, to drag and save, or the worst fault (.html)");
-  command.add_option("--mouth-parts", options.mouth_parts,
-                     "Give the head what its mouth lacks of teeth, tongue and a bag behind the lips, from the default head; fit "
-                     "and name the mesh written here (.obj)");
+                     "Also write a page that shows the markers and the line between the lips, to drag and save, or the "
+                     "worst fault (.html)");
+  command.add_option(
+      "--mouth-parts", options.mouth_parts,
+      "Give the head what its mouth lacks of teeth, tongue and a bag behind the lips, from the default head; fit "
+      "and name the mesh written here (.obj)");
   command.add_flag("--even-if-faulty", options.even_if_faulty,
                    "Write a face that has faults, too; the exit code is 1 all the same");
   command.add_option("--save-anchors", options.save_anchors,

@@ -49,9 +49,10 @@ void addStyleParameter(CLI::App& app, const std::string& option, StyleParameter&
 void addSharedOptions(CLI::App& app, SharedOptions& options) {
   SpeakerOptions& speaker = options.speaker;
   Manner& manner = speaker.manner;
-  app.add_option("--corpus", speaker.corpus,
-                 "Corpus to learn and take the movements from (default: the sample corpus; clock: its 55 sentences of the "
-                 "paper's grammar alone)");
+  app.add_option(
+      "--corpus", speaker.corpus,
+      "Corpus to learn and take the movements from (default: the sample corpus; clock: its 55 sentences of the "
+      "paper's grammar alone)");
   app.add_option("--face", speaker.face, "Face to move, made by `retarget fit` (default: the sample face)");
   std::string voices;
   for (const std::string& name : voiceNames()) voices += (voices.empty() ? "" : " ") + name;

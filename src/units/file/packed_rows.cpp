@@ -43,8 +43,8 @@ std::optional<std::string> inflated(std::string_view packed, std::size_t expecte
   std::string bytes(expected, '\0');
   uLongf size = expected;
   uLong taken = packed.size();
-  const int code = uncompress2(reinterpret_cast<Bytef*>(bytes.data()), &size,
-                               reinterpret_cast<const Bytef*>(packed.data()), &taken);
+  const int code =
+      uncompress2(reinterpret_cast<Bytef*>(bytes.data()), &size, reinterpret_cast<const Bytef*>(packed.data()), &taken);
   const bool is_whole = code == Z_OK && size == expected && taken == packed.size();
   return is_whole ? std::optional(std::move(bytes)) : std::nullopt;
 }

@@ -12,7 +12,8 @@ namespace mouthpiece {
 /// The motion of a take as the file holds it: frames x (3 * markers) floats, NaN on all three axes where not seen.
 using FloatMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Less than a hundredth of an optical system's noise. `corpus build` rounds to it, so that what it writes can be packed.
+/// Less than a hundredth of an optical system's noise. `corpus build` rounds to it, so that what it writes can be
+/// packed.
 inline constexpr double kPackedStepMm = 1.0 / 1024;
 
 /// The bytes of `positions` without loss, packed (docs/formats/corpus.md, "Packed rows"); nullopt where they are no

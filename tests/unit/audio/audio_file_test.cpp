@@ -77,12 +77,10 @@ TEST_F(AudioFileTest, WavSurvivesWritingAndReading) {
 TEST_F(AudioFileTest, ReadsFlacVorbisAiffAndFloatAndAveragesChannels) {
   std::vector<float> stereo;
   for (std::size_t i = 0; i < 4000; ++i) stereo.insert(stereo.end(), {0.5F, -0.25F});
-  const std::pair<const char*, int> kinds[] = {{"a.flac", SF_FORMAT_FLAC | SF_FORMAT_PCM_16},
-                                               {"a.ogg", SF_FORMAT_OGG | SF_FORMAT_VORBIS},
-                                               {"a.aiff", SF_FORMAT_AIFF | SF_FORMAT_PCM_16},
-                                               {"f.wav", SF_FORMAT_WAV | SF_FORMAT_FLOAT},
-                                               {"d.wav", SF_FORMAT_WAV | SF_FORMAT_DOUBLE},
-                                               {"p.wav", SF_FORMAT_WAV | SF_FORMAT_PCM_24}};
+  const std::pair<const char*, int> kinds[] = {
+      {"a.flac", SF_FORMAT_FLAC | SF_FORMAT_PCM_16}, {"a.ogg", SF_FORMAT_OGG | SF_FORMAT_VORBIS},
+      {"a.aiff", SF_FORMAT_AIFF | SF_FORMAT_PCM_16}, {"f.wav", SF_FORMAT_WAV | SF_FORMAT_FLOAT},
+      {"d.wav", SF_FORMAT_WAV | SF_FORMAT_DOUBLE},   {"p.wav", SF_FORMAT_WAV | SF_FORMAT_PCM_24}};
   for (const auto& [name, format] : kinds) {
     writeWithSndfile(file(name), format, 2, stereo);
     const AudioClip clip = readAudio(file(name));

@@ -57,7 +57,9 @@ TEST(JsonFields, NamesThePlaceWhatItFoundAndWhatItExpected) {
             "song.json:place[2]: found -3; expected a number from -2.5 to 2.5");
   EXPECT_EQ(complaint([&] { (void)root["place"].list()[1].whole(0, 9); }),
             "song.json:place[1]: found 2.5; expected a whole number from 0 to 9");
-  EXPECT_EQ(complaint([&] { (void)root["side"].choice(std::array<std::string_view, 2>{"R", "M"}); }),
+  EXPECT_EQ(complaint([&] {
+              (void)root["side"].choice(std::array<std::string_view, 2>{"R", "M"});
+            }),
             "song.json:side: found \"L\"; expected one of R, M");
   EXPECT_EQ(complaint([&] { root.fail("has no end"); }), "song.json: has no end");
 }

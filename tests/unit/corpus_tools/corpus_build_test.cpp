@@ -1,6 +1,5 @@
 // Builds that go on: interrupted ones, and corpora that takes are added to.
 #include <gtest/gtest.h>
-#include <unistd.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -13,8 +12,8 @@
 #include <thread>
 
 #include "base/errors.h"
-#include "corpus_tools/building/corpus_builder.h"
 #include "corpus_tools/building/build_state.h"
+#include "corpus_tools/building/corpus_builder.h"
 #include "support/error_of.h"
 #include "support/run_program.h"
 #include "synthesis/curve_model.h"

@@ -123,9 +123,9 @@ TEST(RichPrompts, HoldThePhonePairsOfRunningEnglish) {
     const test::ScratchFolder scratch;
     writeFileAtomically(scratch.path() / "said.txt", text);
     const std::string curve = (scratch.path() / "curve.csv").string();
-    const test::ProgramResult result = test::runProgram(
-        "corpus", {"prompts", "--text", (scratch.path() / "said.txt").string(), "--running", table, "--count",
-                   std::to_string(sentences.size()), "--curve", curve, "--quiet"});
+    const test::ProgramResult result =
+        test::runProgram("corpus", {"prompts", "--text", (scratch.path() / "said.txt").string(), "--running", table,
+                                    "--count", std::to_string(sentences.size()), "--curve", curve, "--quiet"});
     EXPECT_EQ(result.exit_code, 0) << result.err;
     const std::string lines = test::readAll(curve);
     return std::stod(lines.substr(lines.rfind(',') + 1));
@@ -140,7 +140,8 @@ TEST(PromptChoice, IsAsGoodAsTheGreedyChoiceByDefinition) {
   std::vector<Prompt> prompts;
   for (unsigned i = 0; i < 60; ++i) {
     Prompt prompt{std::to_string(i), {}};
-    for (unsigned k = 0; k < 4 + i % 5; ++k) prompt.phones.push_back(static_cast<Phone>(1 + (i * 7 + k * k * 13) % (kPhoneCount - 1)));
+    for (unsigned k = 0; k < 4 + i % 5; ++k)
+      prompt.phones.push_back(static_cast<Phone>(1 + (i * 7 + k * k * 13) % (kPhoneCount - 1)));
     prompts.push_back(prompt);
   }
   const ChosenPrompts chosen = choosePrompts(prompts, 20);

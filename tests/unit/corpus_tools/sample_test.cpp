@@ -16,8 +16,8 @@
 #include "corpus_tools/research/models/actor_fit.h"
 #include "corpus_tools/sample/actor_model.h"
 #include "corpus_tools/sample/actor_performance.h"
-#include "motion/formats/c3d_file.h"
 #include "motion/cleaning/rigid.h"
+#include "motion/formats/c3d_file.h"
 #include "phonetics/labels/textgrid.h"
 #include "support/run_program.h"
 

@@ -17,15 +17,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kHalfMm = 25;     ///< of the slit
+constexpr double kHalfMm = 25;  ///< of the slit
 constexpr double kRimWithinMm = 1.5;
 constexpr double kCornerWithinMm = 4;  ///< a pocket of a millimetre is no mouth any more
 constexpr double kJitterMm = 2;
 
 enum class Make { kBag, kHole, kWalls, kWelded };
 
-/// A face of one piece of skin around a mouth, millimetres: its outline from above the mouth to below it, lofted across.
-/// `open`: between the lips in the middle; `smile`: how much higher the corners are than the middle.
+/// A face of one piece of skin around a mouth, millimetres: its outline from above the mouth to below it, lofted
+/// across. `open`: between the lips in the middle; `smile`: how much higher the corners are than the middle.
 struct Mouth {
   Make make = Make::kBag;
   double open = 0, smile = 0, step = 2;
@@ -56,7 +56,8 @@ struct Mouth {
         const auto a = static_cast<std::uint32_t>(c * rows + r), b = static_cast<std::uint32_t>(a + rows);
         for (const Triangle& t : {Triangle{a, a + 1, b}, Triangle{b, a + 1, b + 1}}) {
           Triangle whole{};
-          for (std::size_t k = 0; k < 3; ++k) whole[k] = firstInPlace(columns[t[k] / rows], t[k] % rows) + static_cast<std::uint32_t>(t[k] / rows * rows);
+          for (std::size_t k = 0; k < 3; ++k)
+            whole[k] = firstInPlace(columns[t[k] / rows], t[k] % rows) + static_cast<std::uint32_t>(t[k] / rows * rows);
           if (whole[0] != whole[1] && whole[1] != whole[2] && whole[2] != whole[0]) face.triangles.push_back(whole);
         }
       }
@@ -101,9 +102,7 @@ struct Mouth {
 
   [[nodiscard]] MouthHints hints(std::mt19937& random) const {
     std::uniform_real_distribution<double> off(-kJitterMm, kJitterMm);
-    const auto near = [&](double x, double y, double z) -> Vector3d {
-      return {x + off(random), y + off(random), z};
-    };
+    const auto near = [&](double x, double y, double z) -> Vector3d { return {x + off(random), y + off(random), z}; };
     return {near(-kHalfMm - 1.5, smile, 16), near(kHalfMm + 1.5, smile, 16), near(0, 8 + 0.5 * open, 20),
             near(0, -8 - 0.5 * open, 20)};
   }
@@ -135,7 +134,8 @@ TEST_P(Mouths, RimsRunFromCornerToCorner) {
   // Where the slit ends long triangles reach over it: a vertex in a hundred may be theirs.
   const auto strays = [&](const std::vector<std::uint32_t>& skin, double side) {
     return std::count_if(skin.begin(), skin.end(), [&](std::uint32_t v) {
-      if (std::abs(double{mesh.vertices(v, 0)}) > 0.85 * kHalfMm - mouth.step) return false;  // beside the corners it is on no side
+      if (std::abs(double{mesh.vertices(v, 0)}) > 0.85 * kHalfMm - mouth.step)
+        return false;  // beside the corners it is on no side
       return side * (double{mesh.vertices(v, 1)} - mouth.lineAt(double{mesh.vertices(v, 0)})) < -0.5;
     });
   };
@@ -164,8 +164,8 @@ TEST_P(WeldedMouths, AreToldAndCutOpen) {
   const FaceMesh cut = cutLips(mesh, *line);
   EXPECT_GT(cut.vertexCount(), mesh.vertexCount());
   EXPECT_EQ(cut.parts.back().kind, PartKind::kMouthInside);
-  const auto again = traceLipLine(
-      cut.vertices, trianglesOf(cut, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside}), hints);
+  const auto again =
+      traceLipLine(cut.vertices, trianglesOf(cut, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside}), hints);
   ASSERT_TRUE(again);
   EXPECT_TRUE(again->is_parted);
   EXPECT_THROW((void)cutLips(cut, *again), InputError) << "lips that are apart";

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "base/errors.h"
-#include "phonetics/language/language.h"
 #include "phonetics/labels/textgrid.h"
+#include "phonetics/language/language.h"
 
 namespace mouthpiece {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "deform/mesh/face_mesh.h"
 #include "motion/formats/motion_file.h"
-#include "retarget/rig/face_rig.h"
 #include "retarget/rig/face_fit.h"
+#include "retarget/rig/face_rig.h"
 #include "support/run_program.h"
 #include "test_face.h"
 #include "units/file/corpus.h"
@@ -77,9 +77,9 @@ TEST_F(ArkitTake, GivesTheMotionBackThatOurExportMadeWeightsOf) {
     const test::ProgramResult result = runProgram(program, arguments);
     ASSERT_EQ(result.exit_code, 0) << result.err;
   };
-  run("retarget",
-      {"fit", "--mesh", (test::kSharedFaces / "ict_arkit.glb").string(), "--anchors", (test::kSharedFaces / "ict_head.landmarks.json").string(),
-       "--corpus", kSample.string(), "--out", face.string()});
+  run("retarget", {"fit", "--mesh", (test::kSharedFaces / "ict_arkit.glb").string(), "--anchors",
+                   (test::kSharedFaces / "ict_head.landmarks.json").string(), "--corpus", kSample.string(), "--out",
+                   face.string()});
   run("retarget",
       {"apply", "--face", face.string(), "--motion", motion_file.string(), "--out", csv.string(), "--quiet"});
   run("corpus", {"convert", csv.string(), take_file.string(), "--layout", "mediapipe66", "--arkit-head", face.string(),
@@ -104,8 +104,8 @@ TEST_F(ArkitTake, GivesTheMotionBackThatOurExportMadeWeightsOf) {
 
   // The same from the GLB and the landmarks beside it.
   const fs::path again = folder_.path() / "again.c3d";
-  run("corpus", {"convert", csv.string(), again.string(), "--arkit-head", (test::kSharedFaces / "ict_arkit.glb").string(), "--fps",
-                 fmt::format("{}", motion.frame_rate_hz)});
+  run("corpus", {"convert", csv.string(), again.string(), "--arkit-head",
+                 (test::kSharedFaces / "ict_arkit.glb").string(), "--fps", fmt::format("{}", motion.frame_rate_hz)});
   EXPECT_LT((readMotion(again).positions_mm - take.positions_mm).cwiseAbs().maxCoeff(), 0.01);
 }
 
@@ -120,7 +120,8 @@ TEST_F(ArkitTake, RefusesWhatIsNoTrackAndHeadsWithoutShapes) {
     return result.err;
   };
   const std::string good = "Timecode,BlendShapeCount,JawOpen\n0:0:0:0.0,1,0\n0:0:0:1.0,1,0.5\n";
-  EXPECT_NE(complaint("time_s,A.x,A.y,A.z\n0,1,2,3\n", test::kSharedFaces / "ict_arkit.glb").find("Timecode"), std::string::npos);
+  EXPECT_NE(complaint("time_s,A.x,A.y,A.z\n0,1,2,3\n", test::kSharedFaces / "ict_arkit.glb").find("Timecode"),
+            std::string::npos);
   EXPECT_NE(complaint(good, test::kSharedFaces / "ict_head.obj").find("none with an ARKit name"), std::string::npos);
   EXPECT_NE(complaint(good, folder_.path() / "none.glb").find("none.glb"), std::string::npos);
   EXPECT_FALSE(fs::exists(folder_.path() / "x.c3d"));

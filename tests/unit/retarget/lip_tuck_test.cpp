@@ -42,7 +42,6 @@ Head fitted(const fs::path& mesh_file, const std::string& anchors) {
   return head;
 }
 
-
 VertexPositions posed(const Head& head, double tuck) {
   const FaceDeformer deformer(head.mesh, head.file.control, head.file.binding);
   const std::vector<LipGap> gaps(lipPairs(head.file.control).size(), {.opened = 0, .least = 0, .tuck = tuck});
@@ -111,7 +110,8 @@ TEST(LipTuck, BringsTheDefaultFacesLipToItsTeeth) {
 
 TEST(LipTuck, BringsTheIctHeadsLipToItsTeeth) {
   if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
-  if (!fs::exists(test::kSharedFaces / "ict_head.obj")) GTEST_SKIP() << "the ICT head is not beside the project (../shared/faces)";
+  if (!fs::exists(test::kSharedFaces / "ict_head.obj"))
+    GTEST_SKIP() << "the ICT head is not beside the project (../shared/faces)";
   expectLipAtTeeth(fitted(test::kSharedFaces / "ict_head.obj",
                           readFile(fs::path(MOUTHPIECE_SOURCE_DIR) / "sample_data/anchors/ict_head.anchors.json")));
 }
@@ -124,7 +124,8 @@ constexpr const char* kMakeHumanAnchors = R"({"markers": {
 
 TEST(LipTuck, TucksTheLipWhereThereAreNoTeeth) {
   if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
-  if (!fs::exists(test::kSharedFaces / "makehuman_male.obj")) GTEST_SKIP() << "MakeHuman's head is not beside the project";
+  if (!fs::exists(test::kSharedFaces / "makehuman_male.obj"))
+    GTEST_SKIP() << "MakeHuman's head is not beside the project";
   const Head head = fitted(test::kSharedFaces / "makehuman_male.obj", kMakeHumanAnchors);
   const double mouth = head.file.control.mouth_width;
   const VertexPositions f = posed(head, 1), m = posed(head, 0);

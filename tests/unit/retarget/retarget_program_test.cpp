@@ -107,8 +107,7 @@ TEST_F(RetargetProgram, FitsAMouthIntoAHeadThatHasNone) {
   ASSERT_TRUE(fs::exists(mouth)) << fit.err;
   const FaceMesh made = readFaceMesh(mouth);
   EXPECT_EQ(made.vertices.topRows(bare.vertices.rows()), bare.vertices);
-  for (const PartKind kind :
-       {PartKind::kUpperTeeth, PartKind::kLowerTeeth, PartKind::kTongue, PartKind::kMouthInside})
+  for (const PartKind kind : {PartKind::kUpperTeeth, PartKind::kLowerTeeth, PartKind::kTongue, PartKind::kMouthInside})
     EXPECT_FALSE(trianglesOf(made, {kind}).empty()) << nameOf(kind);
   // Warped onto itself the mouth comes to lie where it was, or a little further back.
   for (const PartKind kind : {PartKind::kUpperTeeth, PartKind::kLowerTeeth, PartKind::kTongue}) {
@@ -123,10 +122,10 @@ TEST_F(RetargetProgram, FitsAMouthIntoAHeadThatHasNone) {
     EXPECT_LT(std::abs(moved.z() + 2), 3) << nameOf(kind);
   }
   EXPECT_EQ(readFaceFile(folder_.path() / "bare.face").mesh_file, "mouth.obj");
-  const ProgramResult again = runProgram(
-      "retarget", {"fit", "--mesh", mouth.string(), "--anchors", clicks.string(), "--corpus", corpus_.string(), "--out",
-                   (folder_.path() / "again.face").string(), "--mouth-parts", (folder_.path() / "more.obj").string(),
-                   "--even-if-faulty"});
+  const ProgramResult again =
+      runProgram("retarget", {"fit", "--mesh", mouth.string(), "--anchors", clicks.string(), "--corpus",
+                              corpus_.string(), "--out", (folder_.path() / "again.face").string(), "--mouth-parts",
+                              (folder_.path() / "more.obj").string(), "--even-if-faulty"});
   EXPECT_FALSE(fs::exists(folder_.path() / "more.obj")) << "it has all of them";
   EXPECT_NE(again.err.find("has teeth"), std::string::npos) << again.err;
 }

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "deform/mesh/face_mesh.h"
-#include "retarget/sample_head/default_face.h"
 #include "retarget/rig/face_fit.h"
+#include "retarget/sample_head/default_face.h"
 #include "units/file/corpus.h"
 
 namespace mouthpiece::test {

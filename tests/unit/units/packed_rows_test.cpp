@@ -92,7 +92,8 @@ TEST(PackedSamples, AreTheSameAgainAndSmaller) {
   EXPECT_LT(packed->size(), samples.size());
   const std::optional<std::vector<float>> again = unpackedSamples(*packed, samples.size());
   ASSERT_TRUE(again);
-  for (std::size_t i = 0; i < samples.size(); ++i) ASSERT_EQ((*again)[i], static_cast<float>(samples[i]) / 32768.0F) << i;
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    ASSERT_EQ((*again)[i], static_cast<float>(samples[i]) / 32768.0F) << i;
   EXPECT_FALSE(unpackedSamples(*packed, samples.size() - 1));
   EXPECT_FALSE(unpackedSamples(packed->substr(0, packed->size() / 2), samples.size()));
   EXPECT_FALSE(unpackedSamples("RIFF", samples.size()));

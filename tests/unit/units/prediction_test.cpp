@@ -139,7 +139,8 @@ TEST(LinePrediction, IsTheSumOfItsSegmentsTargets) {
         for (const SegmentFeature& feature : segments[i].features) {
           const auto target = model->targets.find(feature.name);
           if (target == model->targets.end()) continue;
-          expected.col(component) += feature.weight * target->second(component) * weights.col(static_cast<Eigen::Index>(i));
+          expected.col(component) +=
+              feature.weight * target->second(component) * weights.col(static_cast<Eigen::Index>(i));
         }
       }
     }
