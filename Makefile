@@ -47,7 +47,7 @@ $(SHARE)/clock.corpus: build/bin/corpus
 $(SHARE)/default.face: build/bin/retarget $(SHARE)/clock.corpus $(CANONICAL_FACE)
 	@build/bin/retarget sample --out $(SHARE) --canonical $(CANONICAL_FACE) --corpus $(SHARE)/clock.corpus
 data: build
-	@$(MAKE) --no-print-directory $(SHARE)/sample.corpus $(SHARE)/clock.corpus $(SHARE)/default.face
+	@$(MAKE) --no-print-directory -j $(JOBS) $(SHARE)/sample.corpus $(SHARE)/clock.corpus $(SHARE)/default.face
 
 demo: data
 	@build/bin/synth --text "the time is now" --out $(DEMO_OUT)

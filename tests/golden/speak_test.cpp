@@ -198,7 +198,7 @@ TEST_F(Speak, TheReportSaysWhatMovedTheLips) {
     for (const json& second : report.at("moved_by").at("seconds")) {
       double sum = 0;
       for (const char* part : {"capture", "prediction", "curves", "contact"}) sum += second.at(part).get<double>();
-      EXPECT_TRUE(std::abs(sum - 1) < 1e-5 || sum == 0) << second;
+      EXPECT_TRUE(std::abs(sum - 1) < 2.01e-4 || sum == 0) << second;  // four shares of four digits
     }
     return report.at("moved_by").at("line");
   };

@@ -137,7 +137,7 @@ TEST_F(AudioFileTest, NamesFoundAndExpectedWhenAFlacIsCutShort) {
 
 TEST_F(AudioFileTest, RefusesWhatIsNoSound) {
   EXPECT_EQ(errorOf([] { parseAudio("", "e.wav"); }),
-            "e.wav: starts with ''; expected a WAV, AIFF, FLAC, Ogg Vorbis, Opus or MP3 file");
+            "e.wav: starts with ''; expected a WAV, AIFF, FLAC, Ogg (Vorbis, Opus), MP3, M4A or AAC file");
   EXPECT_NE(errorOf([] { parseAudio("hello there, this is text", "t.wav"); }).find("starts with 'hello there,'"),
             std::string::npos);
   EXPECT_NE(errorOf([&] { readAudio(file("missing.wav")); }).find("no such file"), std::string::npos);

@@ -78,7 +78,7 @@ TEST(MarkerLayout, LipsAndTrianglesAreTheFiles) {
 TEST(MarkerLayout, NamesWhatIsWrong) {
   const std::string middle = R"({"name":"A","region":"lip","side":"M","mirror":"A"})";
   EXPECT_EQ(messageOf(layoutWith(middle)), "");
-  EXPECT_EQ(messageOf("{"), "bad.json:byte 2: is no valid JSON; expected a marker layout");
+  EXPECT_EQ(messageOf("{"), "bad.json:1:2: is no valid JSON; expected a marker layout");
   EXPECT_NE(messageOf("[]"), "");
   EXPECT_NE(messageOf(R"({"name":"t"})").find("expected a list of 1 to"), std::string::npos);
   EXPECT_NE(messageOf(R"({"name":"t","markers":5})"), "");

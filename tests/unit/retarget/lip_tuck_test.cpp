@@ -144,7 +144,7 @@ TEST(LipTuck, ComesAndGoesWithoutAJump) {
   EXPECT_EQ((before - posed(head, 0)).cwiseAbs().maxCoeff(), 0);
   for (int i = 1; i <= 40; ++i) {
     const VertexPositions now = posed(head, i / 40.0);
-    ASSERT_LT((now - before).rowwise().norm().maxCoeff(), 0.6F) << i;
+    ASSERT_LT((now - before).rowwise().norm().maxCoeff(), 0.9F) << i;  // eased: half as fast again in its middle
     before = now;
   }
 }
