@@ -10,7 +10,7 @@ namespace {
 class RandomHeads : public ::testing::TestWithParam<unsigned> {};
 // Heads that stand, so that they stay so. Of the first nine 5, 7 and 8 tear still (edges of 6.5 to 8.4 mm more, one
 // mouth that does not shut): docs/theory/deform/lip_line.md.
-INSTANTIATE_TEST_SUITE_P(Seeds, RandomHeads, ::testing::Values(1U, 2U, 3U, 4U, 6U, 9U));
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomHeads, ::testing::Values(3U, 5U, 8U, 17U));
 
 TEST_P(RandomHeads, FitByTenClicksAndDoNotTear) {
   const std::vector<ClickedHead> heads = clickedHeads(MOUTHPIECE_SOURCE_DIR, MOUTHPIECE_BUILD_SHARE_DIR);

@@ -100,7 +100,7 @@ TEST(FaceDeformer, NormalsAreThoseOfTheSurface) {
 
 /// Whether the surface covers less than three tenths of the plane that it is drawn in.
 bool isFolded(const ControlMesh& control, const SurfacePlace& place, const SurfacePoint& at_rest) {
-  const auto& [a, b, c] = control.triangles[static_cast<std::size_t>(place.patch) / 3];
+  const auto& [a, b, c] = control.triangles[static_cast<std::size_t>(place.triangle)];
   const Eigen::RowVector2d ab = control.domain.row(b) - control.domain.row(a),
                            ac = control.domain.row(c) - control.domain.row(a);
   return at_rest.du.cross(at_rest.dv).norm() < 0.3 * std::abs(ab.x() * ac.y() - ab.y() * ac.x()) / 3;
