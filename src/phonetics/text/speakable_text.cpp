@@ -115,6 +115,23 @@ std::vector<char32_t> decode(std::string_view text) {
   return characters;
 }
 
+/// Marks of letters, dashes and quotes spelled plainly, so that rules for words need to know one spelling.
+std::string plainText(const std::vector<char32_t>& characters, const TextRules& rules) {
+  std::string plain;
+  for (const char32_t c : characters) {
+    const bool is_own = rules.own_letters.find(c) != std::u32string_view::npos;
+    if (!is_own && isInvisible(c)) continue;
+    std::string_view spelled = is_own ? std::string_view() : spelledIn(kPlainSigns, c);
+    if (spelled.empty() && !is_own) spelled = plainLatinLetters(c);
+    if (spelled.empty()) {
+      appendUtf8(plain, c);
+    } else {
+      plain += spelled;
+    }
+  }
+  return plain;
+}
+
 /// Spells out characters one by one; blanks are put right afterwards.
 class Speller {
  public:
@@ -256,10 +273,16 @@ std::vector<std::string> splitSentences(std::string_view speakable, std::size_t 
   return sentences;
 }
 
-std::string speakableText(std::string_view text, const Language& language) {
-  const std::string joined = language.text.any_letters && isUtf8(text) ? toNfc(text) : std::string(text);
-  std::string spoken = tidy(Speller(decode(joined), language.text).spell(),
-                            language.text.any_letters ? kLongestScriptWord : kLongestWord);
+std::string speakableText(std::string_view text, const Language& language,
+                          const std::function<bool(std::string_view)>& is_known) {
+  const TextRules& rules = language.text;
+  const std::string joined = rules.any_letters && isUtf8(text) ? toNfc(text) : std::string(text);
+  const std::vector<char32_t> characters = decode(joined);
+  std::string spelled = Speller(characters, rules).spell();  // refuses what cannot be read by its place in `text`
+  if (rules.in_words != nullptr) {
+    spelled = Speller(decode(rules.in_words(plainText(characters, rules), is_known)), rules).spell();
+  }
+  std::string spoken = tidy(spelled, rules.any_letters ? kLongestScriptWord : kLongestWord);
   if (!hasWords(spoken)) {
     throw InputError("text", "",
                      fmt::format("has nothing to say in it: found '{}'; expected words", printable(text, 40)));
