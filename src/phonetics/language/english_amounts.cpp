@@ -115,9 +115,10 @@ std::optional<Said> sayTelephone(std::string_view token) {
   const Groups groups = readGroups(token.substr(is_abroad ? 1 : 0), "-.");
   const auto& digits = groups.digits;
   const bool is_local = digits.size() == 2 && digits[0].size() == 3 && digits[1].size() == 4 && groups.sign == '-';
-  const bool is_long = digits.size() >= 3 && std::all_of(digits.begin(), digits.end() - 1, [](std::string_view group) {
-    return group.size() <= 4;
-  }) && digits.back().size() >= (groups.sign == '.' ? 4U : 2U);
+  const bool is_long =
+      digits.size() >= 3 &&
+      std::all_of(digits.begin(), digits.end() - 1, [](std::string_view group) { return group.size() <= 4; }) &&
+      digits.back().size() >= (groups.sign == '.' ? 4U : 2U);
   if (digits.empty() || (!is_local && !is_long && !is_abroad)) return std::nullopt;
   if (is_abroad && digits.size() == 1 && digits[0].size() < 2) return std::nullopt;
   Said said{is_abroad ? "plus" : "", groups.size + (is_abroad ? 1 : 0)};
@@ -209,13 +210,23 @@ std::optional<Said> sayFraction(std::string_view token) {
   const Groups groups = readGroups(token, "/");
   if (groups.digits.size() != 2 || !endsHere(token.substr(groups.size))) return std::nullopt;
   const std::string_view over = groups.digits[0], under = groups.digits[1];
-  const std::string both = over == "9" && under == "11" ? "nine eleven" : joined({sayPlainNumber(over), sayPlainNumber(under)});
+  const std::string both =
+      over == "9" && under == "11" ? "nine eleven" : joined({sayPlainNumber(over), sayPlainNumber(under)});
   if (isWordOf("24/7 50/50 9/11 20/20 365/24", token.substr(0, groups.size)) || over.size() == 4) {
     return Said{both, groups.size};
   }
   const int part = smallValue(under);
   const bool is_usual = under.size() <= 3 && part >= 2 && (part <= 20 || part % 10 == 0 || part == 32 || part == 64) &&
                         over.size() <= 2 && under[0] != '0' && over != "0";
+  if (!is_usual && over.size() <= 2 && under.size() == 2) {  // 12/25
+    const int first = smallValue(over);
+    const bool day_first = first > 12;
+    const std::string_view month = monthOf(day_first ? part : first);
+    const int day = day_first ? first : part;
+    if (!month.empty() && day >= 1 && day <= 31) {
+      return Said{joined({month, ordinal(std::to_string(day))}), groups.size};
+    }
+  }
   if (!is_usual) return Said{joined({cardinal(over), "over", cardinal(under)}), groups.size};
   return Said{joined({cardinal(over), fractionPart(under, over != "1")}), groups.size};
 }
@@ -225,8 +236,9 @@ std::size_t magnitude(std::string_view rest, std::string& words) {
   struct Row {
     std::string_view sign, word;
   };
-  constexpr Row kRows[] = {{"bn", "billion"}, {"b", "billion"}, {"B", "billion"}, {"mn", "million"}, {"m", "million"},
-                           {"M", "million"},  {"tn", "trillion"}, {"k", "thousand"}, {"K", "thousand"}};
+  constexpr Row kRows[] = {{"bn", "billion"},  {"b", "billion"},  {"B", "billion"},
+                           {"mn", "million"},  {"m", "million"},  {"M", "million"},
+                           {"tn", "trillion"}, {"k", "thousand"}, {"K", "thousand"}};
   for (const Row& row : kRows) {
     if (!rest.starts_with(row.sign) || !endsHere(rest.substr(row.sign.size()))) continue;
     words = row.word;
@@ -257,8 +269,8 @@ std::optional<Said> sayMoney(std::string_view token) {
     const std::size_t used = currency.sign.size() + amount->size + size;
     if (size > 0) return Said{joined({amount->words(), many, currency.many}), used};
     if (!endsHere(token.substr(used))) continue;
-    return Said{moneyWords(*amount, currency), used, Kind::kMoney, amount->isOne(), amount->words(),
-                text(currency.many)};
+    return Said{
+        moneyWords(*amount, currency), used, Kind::kMoney, amount->isOne(), amount->words(), text(currency.many)};
   }
   const auto amount = readAmount(token);
   if (!amount) return std::nullopt;
@@ -281,8 +293,8 @@ std::optional<Said> sayPower(std::string_view token) {
   const std::size_t sign = rest.size() > 1 && (rest[1] == '-' || rest[1] == '+') ? 1 : 0;
   const std::size_t count = countDigits(rest.substr(1 + sign));
   if (count == 0 || count > 4 || !endsHere(rest.substr(1 + sign + count))) return std::nullopt;
-  const std::string power = joined({"to the power of", sign == 1 && rest[1] == '-' ? "minus" : "",
-                                    cardinal(rest.substr(1 + sign, count))});
+  const std::string power =
+      joined({"to the power of", sign == 1 && rest[1] == '-' ? "minus" : "", cardinal(rest.substr(1 + sign, count))});
   return Said{joined({amount->words(), is_power ? "" : "times ten", power}), amount->size + 1 + sign + count};
 }
 
@@ -305,9 +317,9 @@ std::optional<Said> sayFeet(std::string_view token) {
 struct SmallFraction {
   std::string_view sign, alone, after;
 };
-constexpr SmallFraction kSmallFractions[] = {{"½", "one half", "a half"},       {"¼", "one quarter", "a quarter"},
-                                             {"¾", "three quarters", "three quarters"}, {"⅓", "one third", "a third"},
-                                             {"⅔", "two thirds", "two thirds"}, {"⅛", "one eighth", "an eighth"}};
+constexpr SmallFraction kSmallFractions[] = {
+    {"½", "one half", "a half"},   {"¼", "one quarter", "a quarter"}, {"¾", "three quarters", "three quarters"},
+    {"⅓", "one third", "a third"}, {"⅔", "two thirds", "two thirds"}, {"⅛", "one eighth", "an eighth"}};
 
 std::optional<Said> saySmallFraction(std::string_view token) {
   const std::size_t count = countDigits(token);
@@ -332,14 +344,13 @@ std::optional<Said> sayAmount(std::string_view token) {
   if (!endsHere(rest)) return std::nullopt;
   const bool is_whole = amount->isWhole();
   const std::string words = is_whole && !amount->has_commas ? sayPlainNumber(amount->whole) : amount->words();
-  return Said{words, amount->size, is_whole ? Kind::kWholeNumber : Kind::kNumber, amount->isOne(), amount->words(),
-              {}};
+  return Said{words, amount->size, is_whole ? Kind::kWholeNumber : Kind::kNumber, amount->isOne(), amount->words(), {}};
 }
 
 std::optional<Said> sayOne(std::string_view token) {
   using Rule = std::optional<Said> (*)(std::string_view);
-  constexpr Rule kRules[] = {sayDate,  sayVersion, sayTelephone, sayTime,          sayRatio, sayOrdinal, sayDecade,
-                             sayMoney, sayFraction, sayPower,    saySmallFraction, sayFeet,  sayAmount};
+  constexpr Rule kRules[] = {sayDate,  sayVersion,  sayTelephone, sayTime,          sayRatio, sayOrdinal, sayDecade,
+                             sayMoney, sayFraction, sayPower,     saySmallFraction, sayFeet,  sayAmount};
   for (const Rule rule : kRules) {
     if (auto said = rule(token)) return said;
   }
@@ -374,9 +385,7 @@ bool isPunctuation(std::string_view rest) {
   return rest.find_first_not_of(".,;:!?)]}\"'*_~>") == std::string_view::npos;
 }
 
-std::size_t countDigits(std::string_view text) {
-  return std::min(text.find_first_not_of("0123456789"), text.size());
-}
+std::size_t countDigits(std::string_view text) { return std::min(text.find_first_not_of("0123456789"), text.size()); }
 
 std::string sayPlainNumber(std::string_view digits) {
   constexpr std::size_t kLongestCount = 6;  // longer without commas: a number of somebody or something
@@ -422,6 +431,7 @@ std::optional<Said> sayNumbers(std::string_view token) {
   if (!said) return std::nullopt;
   if (is_negative) {
     said->words = "minus " + said->words;
+    said->bare = "minus " + said->bare;
     ++said->size;
   }
   const std::string_view rest = token.substr(said->size);

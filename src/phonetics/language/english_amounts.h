@@ -15,8 +15,8 @@ struct Said {
   std::size_t size = 0;  ///< bytes of the token
   Kind kind = Kind::kOther;
   bool is_one = false;  ///< "1": of a unit there is one
-  std::string bare{};    ///< a number as a count of something, money without its unit
-  std::string unit{};    ///< of money, of many
+  std::string bare{};   ///< a number as a count of something, money without its unit
+  std::string unit{};   ///< of money, of many
 };
 
 /// A date, time of day, telephone number, version, ordinal, decade, fraction, amount of money or of a unit, or number

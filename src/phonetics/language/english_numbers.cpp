@@ -14,17 +14,17 @@ constexpr std::array<std::string_view, 20> kSmall = {
     "ten",  "eleven", "twelve", "thirteen", "fourteen", "fifteen", "sixteen", "seventeen", "eighteen", "nineteen"};
 constexpr std::array<std::string_view, 10> kTens = {"",      "",      "twenty",  "thirty", "forty",
                                                     "fifty", "sixty", "seventy", "eighty", "ninety"};
-constexpr std::array<std::string_view, 6> kThousands = {"", "thousand", "million", "billion", "trillion",
-                                                        "quadrillion"};
+constexpr std::array<std::string_view, 6> kThousands = {"",        "thousand", "million",
+                                                        "billion", "trillion", "quadrillion"};
 constexpr std::size_t kMostDigits = 3 * kThousands.size();
 
 constexpr std::array<std::pair<std::string_view, std::string_view>, 7> kOddOrdinals = {{{"one", "first"},
-                                                                                       {"two", "second"},
-                                                                                       {"three", "third"},
-                                                                                       {"five", "fifth"},
-                                                                                       {"eight", "eighth"},
-                                                                                       {"nine", "ninth"},
-                                                                                       {"twelve", "twelfth"}}};
+                                                                                        {"two", "second"},
+                                                                                        {"three", "third"},
+                                                                                        {"five", "fifth"},
+                                                                                        {"eight", "eighth"},
+                                                                                        {"nine", "ninth"},
+                                                                                        {"twelve", "twelfth"}}};
 
 void addWord(std::string& words, std::string_view word) {
   if (!words.empty()) words += ' ';
@@ -113,7 +113,8 @@ std::string year(std::string_view digits) {
 
 std::string fractionPart(std::string_view digits, bool many) {
   if (digits == "2") return many ? "halves" : "half";
-  const std::string part = digits == "4" ? "quarter" : ordinal(digits);
+  std::string part = digits == "4" ? "quarter" : ordinal(digits);
+  if (digits.starts_with("1") && part.starts_with("one ")) part.erase(0, 4);  // three hundredths
   return many ? part + "s" : part;
 }
 

@@ -102,9 +102,11 @@ constexpr Unit kUnits[] = {{"%", "percent", "percent"},
                            {"Ω", "ohm", "ohms"},
                            {"¢", "cent", "cents"},
                            {"p", "penny", "pence", false},
+                           {"M", "million", "million", false},
+                           {"bn", "billion", "billion"},
                            {"x", "time", "times", false}};
 
-constexpr Currency kCurrencies[] = {{"US$", "US dollar", "US dollars", "cent", "cents"},
+constexpr Currency kCurrencies[] = {{"US$", "U S dollar", "U S dollars", "cent", "cents"},
                                     {"A$", "Australian dollar", "Australian dollars", "cent", "cents"},
                                     {"C$", "Canadian dollar", "Canadian dollars", "cent", "cents"},
                                     {"$", "dollar", "dollars", "cent", "cents"},
@@ -115,7 +117,7 @@ constexpr Currency kCurrencies[] = {{"US$", "US dollar", "US dollars", "cent", "
                                     {"₽", "rouble", "roubles", "kopeck", "kopecks"},
                                     {"₩", "won", "won", "", ""},
                                     {"₿", "bitcoin", "bitcoins", "", ""},
-                                    {"USD", "US dollar", "US dollars", "cent", "cents"},
+                                    {"USD", "U S dollar", "U S dollars", "cent", "cents"},
                                     {"EUR", "euro", "euros", "cent", "cents"},
                                     {"GBP", "pound", "pounds", "penny", "pence"},
                                     {"JPY", "yen", "yen", "", ""},
@@ -229,6 +231,7 @@ constexpr Abbreviation kAbbreviations[] = {{"Mr.", "Mister"},
                                            {"№", "number", kBeforeNumber},
                                            {"pp.", "pages", kBeforeNumber},
                                            {"p.", "page", kBeforeNumber},
+                                           {"pg.", "page", kBeforeNumber},
                                            {"vol.", "volume", kBeforeNumber},
                                            {"Vol.", "volume", kBeforeNumber},
                                            {"ch.", "chapter", kBeforeNumber},
@@ -314,8 +317,9 @@ constexpr Emoji kEmojis[] = {{0x1F600, "grinning face"},
                              {0x2705, "check mark button"},
                              {0x274C, "cross mark"}};
 
-constexpr std::array<std::string_view, 12> kMonths = {"January", "February", "March",     "April",   "May",      "June",
-                                                      "July",    "August",   "September", "October", "November", "December"};
+constexpr std::array<std::string_view, 12> kMonths = {"January",   "February", "March",    "April",
+                                                      "May",       "June",     "July",     "August",
+                                                      "September", "October",  "November", "December"};
 
 }  // namespace
 
@@ -344,7 +348,8 @@ bool isAcronym(std::string_view capitals) {
 
 bool isInitialism(std::string_view capitals) {
   return isWordOf(
-      "FBI CIA USA UK UN EU US BBC CNN NBC ABC CBS IBM HIV DNA RNA CEO CFO CTO GPS USB URL API CPU GPU PDF TV PC DVD CD ID"
+      "FBI CIA USA UK UN EU US BBC CNN NBC ABC CBS IBM HIV DNA RNA CEO CFO CTO GPS USB URL API CPU GPU PDF TV PC DVD "
+      "CD ID"
       " IQ ATM VIP FAQ DIY NYC LA DC UFO MRI IRS NBA NFL NHL NCAA NAACP IEEE UCLA USSR UNHCR ESPN AFAIK ASAP IBAN UAE"
       " IOC HTML HTTP HTTPS ISO ISBN IMHO",
       capitals);
@@ -361,9 +366,11 @@ bool isLoudWord(std::string_view capitals) {
 
 bool isRulerName(std::string_view name) {
   return isWordOf(
-      "henry edward george charles james william richard elizabeth mary louis philip frederick francis napoleon nicholas"
+      "henry edward george charles james william richard elizabeth mary louis philip frederick francis napoleon "
+      "nicholas"
       " alexander catherine peter paul pius john benedict gregory leo clement innocent urban boniface victor ferdinand"
-      " wilhelm otto rudolf albert leopold christian gustav oscar haakon olav harald margrethe juan carlos felipe alfonso"
+      " wilhelm otto rudolf albert leopold christian gustav oscar haakon olav harald margrethe juan carlos felipe "
+      "alfonso"
       " ivan ramses ramesses ptolemy darius stephen malcolm robert david umberto emmanuel amadeus maximilian joseph"
       " julius sixtus adrian martin constantine theodosius",
       lowerCase(name));

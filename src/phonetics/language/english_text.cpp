@@ -175,9 +175,9 @@ class Reader {
     const bool is_odd = hasDigit(core) || (core.size() > 1 && areCapitals(core));
     if (is_odd && is_known_ && is_known_(core)) return std::string(token.body);
     using Rule = std::optional<std::string> (Reader::*)(const Token&);
-    constexpr Rule kRules[] = {&Reader::readAddress, &Reader::readStreetOrTitle, &Reader::readAbbreviation,
-                               &Reader::readRoman,   &Reader::readTelephone,     &Reader::readMoneyApart,
-                               &Reader::readNumber,  &Reader::readSigned,        &Reader::readInitials,
+    constexpr Rule kRules[] = {&Reader::readAddress,  &Reader::readStreetOrTitle, &Reader::readAbbreviation,
+                               &Reader::readRoman,    &Reader::readTelephone,     &Reader::readMoneyApart,
+                               &Reader::readNumber,   &Reader::readSigned,        &Reader::readInitials,
                                &Reader::readCapitals, &Reader::readMixed};
     for (const Rule rule : kRules) {
       if (auto words = (this->*rule)(token)) return std::move(*words);
@@ -232,9 +232,10 @@ class Reader {
     struct Row {
       std::string_view sign, name;
     };
-    constexpr Row kRows[] = {{".", "dot"}, {"/", "slash"}, {"-", "dash"}, {"_", "underscore"}, {"?", "question mark"},
-                             {"=", "equals"}, {"&", "and"}, {"#", "hash"}, {"~", "tilde"}, {":", "colon"},
-                             {"%", "percent"}, {"+", "plus"}, {"@", "at"}};
+    constexpr Row kRows[] = {
+        {".", "dot"},     {"/", "slash"}, {"-", "dash"}, {"_", "underscore"}, {"?", "question mark"},
+        {"=", "equals"},  {"&", "and"},   {"#", "hash"}, {"~", "tilde"},      {":", "colon"},
+        {"%", "percent"}, {"+", "plus"},  {"@", "at"}};
     for (const Row& row : kRows) {
       if (row.sign == sign) return std::string(row.name);
     }
@@ -243,7 +244,9 @@ class Reader {
 
   /// Of letters, of digits, or one sign.
   static std::size_t runLength(std::string_view text) {
-    const auto kind = [](char c) { return isDigit(c) ? 1 : isLetter(c) ? 2 : static_cast<unsigned char>(c) >= 0x80 ? 3 : 0; };
+    const auto kind = [](char c) {
+      return isDigit(c) ? 1 : isLetter(c) ? 2 : static_cast<unsigned char>(c) >= 0x80 ? 3 : 0;
+    };
     std::size_t length = 1;
     while (kind(text[0]) != 0 && length < text.size() && kind(text[length]) == kind(text[0])) ++length;
     return length;
@@ -387,8 +390,8 @@ class Reader {
     bool goes_on = token.body.size() == core.size() || in_brackets;
     for (++at_; goes_on && at_ < tokens_.size() && isDigitGroup(&tokens_[at_]); ++at_) {
       const std::string_view group = tokens_[at_].core();
-      words += " " + std::string(tokens_[at_].lead) + eachDigit(group) +
-               std::string(tokens_[at_].body.substr(group.size()));
+      words +=
+          " " + std::string(tokens_[at_].lead) + eachDigit(group) + std::string(tokens_[at_].body.substr(group.size()));
       goes_on = tokens_[at_].body.size() == group.size() || tokens_[at_].body.ends_with(')');
     }
     return words;
@@ -397,7 +400,8 @@ class Reader {
   /// EUR 20
   std::optional<std::string> readMoneyApart(const Token& token) {
     const auto unit = sayCurrency(token.body, false);
-    if (!unit || unit->size != token.body.size() || next() == nullptr || !next()->startsWithDigit()) return std::nullopt;
+    if (!unit || unit->size != token.body.size() || next() == nullptr || !next()->startsWithDigit())
+      return std::nullopt;
     const std::string_view amount = next()->body;
     const auto said = sayNumbers(std::string(token.body) + std::string(amount));
     if (!said || !isPunctuation(amount.substr(said->size - token.body.size()))) return std::nullopt;
@@ -409,9 +413,13 @@ class Reader {
     const auto said = sayNumbers(token.body);
     if (!said) return std::nullopt;
     const std::string_view rest = token.body.substr(said->size);
-    if (rest.starts_with("'s") && isPunctuation(rest.substr(2))) return plural(said->words) + std::string(rest.substr(2));
+    if (rest.starts_with("'s") && isPunctuation(rest.substr(2))) {
+      const bool is_year = said->words != said->bare;  // 2015's summer, 10's
+      return (is_year ? said->words + "'s" : plural(said->words)) + std::string(rest.substr(2));
+    }
     const bool is_number = said->kind == Kind::kWholeNumber || said->kind == Kind::kNumber;
-    if (rest.starts_with('"') && is_number && !is_quoted_ && token.lead.find('"') == std::string_view::npos) {
+    if (rest.starts_with('"') && isPunctuation(rest) && is_number && !is_quoted_ &&
+        token.lead.find('"') == std::string_view::npos) {
       return said->bare + (said->is_one ? " inch" : " inches") + std::string(rest.substr(1));
     }
     if (!isPunctuation(rest)) return std::nullopt;
@@ -452,7 +460,8 @@ class Reader {
       }
     }
     if (!is_number) return std::nullopt;
-    if (const auto unit = sayUnit(after.body, said.is_one, true); unit && isPunctuation(after.body.substr(unit->size))) {
+    if (const auto unit = sayUnit(after.body, said.is_one, true);
+        unit && isPunctuation(after.body.substr(unit->size))) {
       return take(said.bare + " " + unit->words, unit->size);
     }
     if (const auto unit = sayCurrency(after.body, said.is_one)) return take(said.bare + " " + unit->words, unit->size);
@@ -466,7 +475,8 @@ class Reader {
       if (part && isPunctuation(after.body.substr(part->size)) && !part->words.starts_with("twenty")) {
         const bool is_one = part->words.starts_with("one ");
         const std::string_view some = std::string_view(part->words).substr(is_one ? 4 : 0);
-        const std::string words = said.bare + " and " + (is_one ? some == "eighth" ? "an " : "a " : "") + std::string(some);
+        const std::string words =
+            said.bare + " and " + (is_one ? some == "eighth" ? "an " : "a " : "") + std::string(some);
         const std::string result = words + std::string(after.body.substr(part->size));
         at_ += 2;
         return result;
@@ -547,24 +557,36 @@ class Reader {
     return capitalsIn(run);
   }
 
+  /// Letters and the apostrophes within them, but for that of "'s".
+  static std::size_t wordLength(std::string_view text) {
+    std::size_t length = 0;
+    while (length < text.size()) {
+      const std::string_view rest = text.substr(length);
+      const bool joins = rest[0] == '\'' && rest.size() > 1 && isLetter(rest[1]) && length > 0 &&
+                         !(capital(rest[1]) == 'S' && (rest.size() == 2 || !isLetter(rest[2])));
+      if (!isLetter(rest[0]) && !joins) break;
+      ++length;
+    }
+    return length;
+  }
+
   std::optional<std::string> readCapitals(const Token& token) {
-    const std::string_view core = token.core();
-    const auto fits = [](char c) { return isLetter(c) || c == '-' || c == '&' || c == '/' || c == '\''; };
-    if (!std::all_of(core.begin(), core.end(), fits) || core.size() < 2) return std::nullopt;
+    if (hasDigit(token.body)) return std::nullopt;
+    const bool is_joined = token.body.find('&') != std::string_view::npos;  // AT&T
     std::string words;
     bool is_changed = false;
-    for (std::size_t i = 0; i < core.size();) {
-      const std::size_t end = std::min(core.find_first_of("-&/'", i), core.size());
-      const std::string_view part = core.substr(i, end - i);
-      const auto letters = spelt(part);
+    for (std::size_t i = 0; i < token.body.size();) {
+      const std::size_t length = wordLength(token.body.substr(i));
+      const std::string_view part = token.body.substr(i, std::max<std::size_t>(length, 1));
+      i += part.size();
+      const bool is_letters = is_joined && part.size() > 1 && part.size() <= 3 && areCapitals(part);
+      const auto letters = is_letters ? std::optional(letterByLetter(part)) : spelt(part);
       is_changed |= letters.has_value();
       words += letters.value_or(std::string(part));
-      if (end < core.size()) words += core[end];
-      i = end + 1;
     }
     if (!is_changed) return std::nullopt;
     std::replace(words.begin(), words.end(), '-', ' ');
-    return words + std::string(token.body.substr(core.size()));
+    return words;
   }
 
   std::optional<std::string> readMixed(const Token& token) {
@@ -578,7 +600,7 @@ class Reader {
     for (std::size_t i = 0; i < body.size();) {
       const char before = i == 0 ? ' ' : body[i - 1];
       const bool is_free = !isLetter(before) && !isDigit(before);
-      const bool starts = isDigit(body[i]) || (is_free && std::string_view("$-.").find(body[i]) < 3) ||
+      const bool starts = isDigit(body[i]) || (is_free && before != '.' && std::string_view("$-.").find(body[i]) < 3) ||
                           (is_free && static_cast<unsigned char>(body[i]) >= 0xC0);
       const auto number = starts ? sayNumbers(body.substr(i)) : std::nullopt;
       const std::size_t length = runLength(body.substr(i));
@@ -590,7 +612,10 @@ class Reader {
       }
       i += length;
       if (isDigit(run[0])) {
-        addWord(sayPlainNumber(run));
+        const std::size_t decimals = i < body.size() && body[i] == '.' ? countDigits(body.substr(i + 1)) : 0;
+        addWord(decimals > 0 ? cardinal(run) + " point " + digitByDigit(body.substr(i + 1, decimals))
+                             : sayPlainNumber(run));
+        if (decimals > 0) i += 1 + decimals;
       } else if (isLetter(run[0])) {
         const bool is_between = isDigit(before) && i < body.size() && isDigit(body[i]);
         addWord(run == "x" && is_between ? "by" : lettersIn(run));

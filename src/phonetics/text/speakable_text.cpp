@@ -278,11 +278,20 @@ std::string speakableText(std::string_view text, const Language& language,
   const TextRules& rules = language.text;
   const std::string joined = rules.any_letters && isUtf8(text) ? toNfc(text) : std::string(text);
   const std::vector<char32_t> characters = decode(joined);
-  std::string spelled = Speller(characters, rules).spell();  // refuses what cannot be read by its place in `text`
-  if (rules.in_words != nullptr) {
-    spelled = Speller(decode(rules.in_words(plainText(characters, rules), is_known)), rules).spell();
+  const std::size_t longest = rules.any_letters ? kLongestScriptWord : kLongestWord;
+  std::string spoken = Speller(characters, rules).spell();  // refuses what cannot be read by its place in `text`
+  if (rules.in_words == nullptr) {
+    spoken = tidy(spoken, longest);
+  } else {
+    spoken = plainText(characters, rules);
+    // What is said for signs can make an abbreviation of the letters beside them: it is read until nothing changes.
+    constexpr int kMostReadings = 4;
+    std::string before;
+    for (int reading = 0; reading < kMostReadings && spoken != before; ++reading) {
+      before = spoken;
+      spoken = tidy(Speller(decode(rules.in_words(before, is_known)), rules).spell(), longest);
+    }
   }
-  std::string spoken = tidy(spelled, rules.any_letters ? kLongestScriptWord : kLongestWord);
   if (!hasWords(spoken)) {
     throw InputError("text", "",
                      fmt::format("has nothing to say in it: found '{}'; expected words", printable(text, 40)));

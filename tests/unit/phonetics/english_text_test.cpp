@@ -33,8 +33,10 @@ TEST(EnglishText, IsSaidAsTheTableSays) {
 }
 
 TEST(EnglishText, LeavesNoDigit) {
-  for (const char* text : {"x1y22z333", "1.2.3.4.5.6", "1/2/3/4", "--5--", "1:2:3:4", "$1.2.3", "9'9'9\"", "#1#2", "5e", "1,2,3",
-                           "0x1F", "v1v2", "12:99", "99/99/9999", "1-2-3-4-5-6-7-8-9-0-1-2-3-4-5-6-7-8-9", "\u00B2" "5\u00BD5"}) {
+  for (const char* text : {"x1y22z333", "1.2.3.4.5.6", "1/2/3/4", "--5--", "1:2:3:4", "$1.2.3", "9'9'9\"", "#1#2", "5e",
+                           "1,2,3", "0x1F", "v1v2", "12:99", "99/99/9999", "1-2-3-4-5-6-7-8-9-0-1-2-3-4-5-6-7-8-9",
+                           "\u00B2"
+                           "5\u00BD5"}) {
     const std::string spoken = speakableText(text);
     EXPECT_EQ(spoken.find_first_of("0123456789"), std::string::npos) << text << " is said " << spoken;
   }
@@ -47,9 +49,13 @@ TEST(EnglishText, OfHostileTextStaysBounded) {
             std::string::npos)
       << "its words are too many";
   EXPECT_EQ(errorOf([] { speakableText("5\xFF"); }), "text:byte 1: is broken UTF-8; expected text in UTF-8");
-  EXPECT_EQ(speakableText(std::string("5\x01" "6\x1B\x7F", 5)), "five six");
+  EXPECT_EQ(speakableText(std::string("5\x01"
+                                      "6\x1B\x7F",
+                                      5)),
+            "five six");
   const auto start = std::chrono::steady_clock::now();
-  for (const char* part : {"1-", "1.", "1/", "1:", "1,", "$1", "-", "'1", "a1", "1'", "1\"", "@a.", "U.", "#1", "I", "1e"}) {
+  for (const char* part :
+       {"1-", "1.", "1/", "1:", "1,", "$1", "-", "'1", "a1", "1'", "1\"", "@a.", "U.", "#1", "I", "1e"}) {
     std::string text = "a ";
     while (text.size() < 4000) text += part;
     EXPECT_NE(errorOf([&] { EXPECT_LE(speakableText(text).size(), 2 * kMaxSpokenCharacters); }), "") << part;
