@@ -99,14 +99,14 @@ bool isSign(char32_t c) {
          (c >= 0xFF5F && c < 0xFF66) || (c >= 0xFFE0 && c <= 0xFFFF) || (c >= 0x1F000 && c < 0x1FB00);
 }
 
-std::vector<char32_t> decode(std::string_view text) {
+std::vector<char32_t> decode(std::string_view text, std::size_t longest = kMaxSpokenCharacters) {
   std::vector<char32_t> characters;
   for (std::size_t i = 0; i < text.size();) {
     const auto c = decodeUtf8(text, i);
     if (!c) throw InputError("text", fmt::format("byte {}", i), "is broken UTF-8; expected text in UTF-8");
     // Full-width forms of ASCII.
     characters.push_back(*c >= 0xFF01 && *c <= 0xFF5E ? *c - 0xFF01 + '!' : *c);
-    if (characters.size() > kMaxSpokenCharacters) {
+    if (characters.size() > longest) {
       throw InputError(
           "text", "",
           fmt::format("is longer than {} characters; expected a shorter line, or several", kMaxSpokenCharacters));
@@ -289,7 +289,9 @@ std::string speakableText(std::string_view text, const Language& language,
     std::string before;
     for (int reading = 0; reading < kMostReadings && spoken != before; ++reading) {
       before = spoken;
-      spoken = tidy(Speller(decode(rules.in_words(before, is_known)), rules).spell(), longest);
+      // Blanks that cut long words make it a little longer.
+      const std::size_t most = reading == 0 ? kMaxSpokenCharacters : 2 * kMaxSpokenCharacters;
+      spoken = tidy(Speller(decode(rules.in_words(before, is_known), most), rules).spell(), longest);
     }
   }
   if (!hasWords(spoken)) {
