@@ -25,13 +25,14 @@ std::string capitals(std::string_view word) {
   return out;
 }
 
-/// "FBI" -> "F B I".
+/// "FBI" -> "F B I". A last A has a point before it, "U S.A": standing alone before a word it would be the article.
 std::string letterByLetter(std::string_view word) {
   std::string out;
   for (const char c : word) {
     if (!out.empty()) out += ' ';
     out += capital(c);
   }
+  if (out.ends_with(" A")) out[out.size() - 2] = '.';
   return out;
 }
 
