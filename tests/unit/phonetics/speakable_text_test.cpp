@@ -23,7 +23,8 @@ TEST(SpeakableText, SpellsAccentsQuotesAndDashesPlainly) {
   EXPECT_EQ(speakableText("caf\u00E9 na\u00EFve \u00C5ngstr\u00F6m stra\u00DFe \u0141\u00F3d\u017A \u0152uvre \u1EC7"),
             "cafe naive Angstrom strasse Lodz Oeuvre e");
   EXPECT_EQ(speakableText("cafe\u0301"), "cafe");
-  EXPECT_EQ(speakableText("\u201Cit\u2019s\u201D \u2018so\u2019 1\u20132 a\u2014b\u2026"), "\"it's\" 'so' one to two a, b...");
+  EXPECT_EQ(speakableText("\u201Cit\u2019s\u201D \u2018so\u2019 1\u20132 a\u2014b\u2026"),
+            "\"it's\" 'so' one to two a, b...");
   EXPECT_EQ(speakableText("\uFF28\uFF45\uFF4C\uFF4C\uFF4F\uFF01 \uFB01ne"), "Hello! fine");
   EXPECT_EQ(speakableText("zero\u200Bwidth so\u00ADft \uFEFFmark"), "zerowidth soft mark");
 }
