@@ -189,10 +189,11 @@ Pronouncer::Pronouncer(Pronouncer&&) noexcept = default;
 Pronouncer& Pronouncer::operator=(Pronouncer&&) noexcept = default;
 
 std::vector<TranscriptWord> Pronouncer::wordsOf(std::string_view transcript) const {
-  if (state_->language.say != nullptr) return state_->wordsAsSaid(speakableText(transcript, state_->language));
+  const auto is_known = [&](std::string_view word) { return !state_->fromLexicon(word).empty(); };
+  const std::string speakable = speakableText(transcript, state_->language, is_known);
+  if (state_->language.say != nullptr) return state_->wordsAsSaid(speakable);
   std::vector<TranscriptWord> words;
-  for (const std::string& token : splitAt(speakableText(transcript, state_->language), ' '))
-    state_->addToken(words, token);
+  for (const std::string& token : splitAt(speakable, ' ')) state_->addToken(words, token);
   return words;
 }
 

@@ -2,6 +2,7 @@
 
 #include "base/errors.h"
 #include "base/text_encoding.h"
+#include "phonetics/language/english_text.h"
 #include "phonetics/language/flite_library.h"
 #include "phonetics/language/language.h"
 
@@ -91,7 +92,8 @@ const Language& english() {
       .text = {.expected = "letters that an English voice reads (Latin script)",
                .own_letters = {},
                .currencies = U"£¥€₹₽",
-               .signs = kSigns},
+               .signs = kSigns,
+               .in_words = english_text::inWords},
       .is_legal_onset = isLegalEnglishOnset,
       .read_out = fliteWords,
       .pronounce = pronounceEnglish,

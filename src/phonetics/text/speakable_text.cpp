@@ -99,20 +99,37 @@ bool isSign(char32_t c) {
          (c >= 0xFF5F && c < 0xFF66) || (c >= 0xFFE0 && c <= 0xFFFF) || (c >= 0x1F000 && c < 0x1FB00);
 }
 
-std::vector<char32_t> decode(std::string_view text) {
+std::vector<char32_t> decode(std::string_view text, std::size_t longest = kMaxSpokenCharacters) {
   std::vector<char32_t> characters;
   for (std::size_t i = 0; i < text.size();) {
     const auto c = decodeUtf8(text, i);
     if (!c) throw InputError("text", fmt::format("byte {}", i), "is broken UTF-8; expected text in UTF-8");
     // Full-width forms of ASCII.
     characters.push_back(*c >= 0xFF01 && *c <= 0xFF5E ? *c - 0xFF01 + '!' : *c);
-    if (characters.size() > kMaxSpokenCharacters) {
+    if (characters.size() > longest) {
       throw InputError(
           "text", "",
           fmt::format("is longer than {} characters; expected a shorter line, or several", kMaxSpokenCharacters));
     }
   }
   return characters;
+}
+
+/// Marks of letters, dashes and quotes spelled plainly, so that rules for words need to know one spelling.
+std::string plainText(const std::vector<char32_t>& characters, const TextRules& rules) {
+  std::string plain;
+  for (const char32_t c : characters) {
+    const bool is_own = rules.own_letters.find(c) != std::u32string_view::npos;
+    if (!is_own && isInvisible(c)) continue;
+    std::string_view spelled = is_own ? std::string_view() : spelledIn(kPlainSigns, c);
+    if (spelled.empty() && !is_own) spelled = plainLatinLetters(c);
+    if (spelled.empty()) {
+      appendUtf8(plain, c);
+    } else {
+      plain += spelled;
+    }
+  }
+  return plain;
 }
 
 /// Spells out characters one by one; blanks are put right afterwards.
@@ -256,10 +273,27 @@ std::vector<std::string> splitSentences(std::string_view speakable, std::size_t 
   return sentences;
 }
 
-std::string speakableText(std::string_view text, const Language& language) {
-  const std::string joined = language.text.any_letters && isUtf8(text) ? toNfc(text) : std::string(text);
-  std::string spoken = tidy(Speller(decode(joined), language.text).spell(),
-                            language.text.any_letters ? kLongestScriptWord : kLongestWord);
+std::string speakableText(std::string_view text, const Language& language,
+                          const std::function<bool(std::string_view)>& is_known) {
+  const TextRules& rules = language.text;
+  const std::string joined = rules.any_letters && isUtf8(text) ? toNfc(text) : std::string(text);
+  const std::vector<char32_t> characters = decode(joined);
+  const std::size_t longest = rules.any_letters ? kLongestScriptWord : kLongestWord;
+  std::string spoken = Speller(characters, rules).spell();  // refuses what cannot be read by its place in `text`
+  if (rules.in_words == nullptr) {
+    spoken = tidy(spoken, longest);
+  } else {
+    spoken = plainText(characters, rules);
+    // What is said for signs can make an abbreviation of the letters beside them: it is read until nothing changes.
+    constexpr int kMostReadings = 4;
+    std::string before;
+    for (int reading = 0; reading < kMostReadings && spoken != before; ++reading) {
+      before = spoken;
+      // Blanks that cut long words make it a little longer.
+      const std::size_t most = reading == 0 ? kMaxSpokenCharacters : 2 * kMaxSpokenCharacters;
+      spoken = tidy(Speller(decode(rules.in_words(before, is_known), most), rules).spell(), longest);
+    }
+  }
   if (!hasWords(spoken)) {
     throw InputError("text", "",
                      fmt::format("has nothing to say in it: found '{}'; expected words", printable(text, 40)));

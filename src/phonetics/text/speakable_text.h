@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,10 +16,13 @@ inline constexpr std::size_t kMaxSpokenCharacters = 20000;
 /// own, digits, single blanks and . , ; : ! ? ' - $ " ( ), every word has a letter or a digit, and at most 40
 /// bytes (besides a last character's rest and a pause):
 /// - other accents and ligatures are spelled plainly, curly quotes, dashes and full-width forms become ASCII;
+/// - numbers, dates, times, amounts, abbreviations, acronyms, addresses and emoji are words where the language has
+///   rules for them (docs/theory/phonetics/text.md), but for words of which `is_known` (may be empty) is true;
 /// - signs with a name are said (% & + = @, currencies), other signs and control characters are blanks.
 /// Throws InputError when there is nothing to say, for letters of another script (the first is named), broken UTF-8,
 /// and for more than kMaxSpokenCharacters.
-std::string speakableText(std::string_view text, const Language& language = english());
+std::string speakableText(std::string_view text, const Language& language = english(),
+                          const std::function<bool(std::string_view)>& is_known = {});
 
 /// Cuts the result of speakableText after . ! ? ; : before a blank, and longer stretches at a blank, so that no piece
 /// is longer than `max_length` (at least 80). Pieces without a letter or digit are left out.
