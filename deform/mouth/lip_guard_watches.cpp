@@ -152,11 +152,11 @@ void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& closed, con
   watchLips(mesh.vertices, closed, lower_vertices, upper_vertices, upper, normals, rest_normals);
   const float cell = lengthOf(kTeethCell);
   // Beside the corners the mouth's inside is one wall that folds: its halves are no lips that meet.
-  constexpr float kHalfColumn = 0.5F;
+  constexpr float kColumnsBeyond = 1;
   std::erase_if(lips_, [&](const LipWatch& watch) {
     const float column = columnOf(vertexOf(mesh.vertices, watch.vertex));
-    return isCarried(binding, watch.vertex) && !isBetweenPairs(column + kHalfColumn) &&
-           !isBetweenPairs(column - kHalfColumn);
+    return isCarried(binding, watch.vertex) && !isBetweenPairs(column + kColumnsBeyond) &&
+           !isBetweenPairs(column - kColumnsBeyond);
   });
   upper_teeth_ = TeethShell(mesh.vertices, trianglesOf(mesh, {PartKind::kUpperTeeth}), true, cell);
   lower_teeth_ = TeethShell(mesh.vertices, trianglesOf(mesh, {PartKind::kLowerTeeth}), false, cell);

@@ -8,8 +8,8 @@ namespace mouthpiece::test {
 namespace {
 
 class RandomHeads : public ::testing::TestWithParam<unsigned> {};
-// Heads that stand, so that they stay so. Of the first nine 5, 7 and 8 tear still (edges of 6.5 to 8.4 mm more, one
-// mouth that does not shut): docs/theory/deform/lip_line.md.
+// Heads that stand, so that they stay so: of the first 24 seeds these four pass, 19 are refused, and one passes that is
+// torn (docs/theory/deform/lip_line.md).
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomHeads, ::testing::Values(3U, 5U, 8U, 17U));
 
 TEST_P(RandomHeads, FitByTenClicksAndDoNotTear) {
