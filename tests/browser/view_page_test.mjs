@@ -239,7 +239,7 @@ const checks = {
     for (let i = 0; i < 4; ++i) await page.locator('#zoom-in').click();
     await drawn(page);
     const near = await size();
-    assert.ok(near.track > 3 * whole.track, JSON.stringify(near));
+    assert.ok(near.track > 2 * whole.track, JSON.stringify(near));
     assert.ok(Math.abs(near.playhead - whole.playhead) < 8, `${whole.playhead} to ${near.playhead}`);
     assert.equal(near.curves, near.scroller);
     await page.locator('#view').focus();
