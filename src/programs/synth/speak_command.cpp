@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "base/errors.h"
 #include "programs/synth/commands.h"
 
 namespace mouthpiece {
