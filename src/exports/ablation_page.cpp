@@ -1,9 +1,9 @@
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
 #include "base/page_data.h"
 #include "exports/format_bytes.h"
+#include "exports/report_fields.h"
 
 namespace mouthpiece {
 
@@ -14,8 +14,6 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr std::string_view kDataMark = "/*DATA*/";
-
-double rounded(double value) { return std::round(value * 1e4) / 1e4; }
 
 ordered_json roundedList(const std::vector<double>& values) {
   ordered_json list = ordered_json::array();
