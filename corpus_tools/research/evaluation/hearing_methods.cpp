@@ -106,7 +106,7 @@ HearingErrors hearingErrors(const std::vector<std::string>& right, const std::ve
     ++next[0].errors.left_out;
     for (std::size_t j = 0; j < heard.size(); ++j) {
       Cell exchanged = row[j], left_out = row[j + 1], put_in = next[j];
-      exchanged.errors.exchanged += right[i] == heard[j] ? 0 : 1;
+      exchanged.errors.exchanged += right[i] == heard[j] ? 0U : 1U;
       ++left_out.errors.left_out;
       ++put_in.errors.put_in;
       next[j + 1] = exchanged.count() <= left_out.count() ? exchanged : left_out;
