@@ -202,6 +202,7 @@ SpokenLine Speaker::Data::hearRecording(const Line& source) {
     wanted.hint = source.hint;
     wanted.known = linesOf(corpus.data().corpus);
     wanted.lexicon = known;
+    wanted.language = language;
     recogniser = makeRecogniser(wanted);
     recogniser_hint = source.hint;
   }

@@ -47,15 +47,14 @@ struct WordSearch::State {
 };
 
 bool WordSearch::isAvailable(const Language& language) {
-  return !language.acoustic_model.empty() && fs::exists(wordModel(language)) &&
+  return !language.acoustic_model.empty() && !language.dictionary.empty() && fs::exists(wordModel(language)) &&
          fs::exists(modelFolder() / language.dictionary) && fs::exists(modelFolder() / language.acoustic_model);
 }
 
 WordSearch::WordSearch(const Language& language) : state_(std::make_unique<State>()) {
   if (!isAvailable(language)) {
-    throw InputError(wordModel(language).string(), "",
-                     fmt::format("is not there: no words of {} can be recognised; expected PocketSphinx' models "
-                                 "(sudo apt-get install pocketsphinx-en-us), or to hear phones",
+    throw InputError(fmt::format("no words of {} can be recognised: expected US English and PocketSphinx' models (sudo "
+                                 "apt-get install pocketsphinx-en-us), or to hear phones",
                                  language.name));
   }
   static std::once_flag silenced;
