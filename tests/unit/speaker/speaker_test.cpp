@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "support/error_of.h"
 #include "support/run_program.h"
 
 namespace mouthpiece {
@@ -132,6 +133,21 @@ TEST_F(Front, IsAsTheProgramIs) {
   save(line, ours);
   ASSERT_EQ(test::runProgram("synth", {"--text", "the time is now", "-o", theirs.string(), "--quiet"}).exit_code, 0);
   EXPECT_TRUE(test::readAll(ours) == test::readAll(theirs)) << "the library's defaults are not the program's";
+}
+
+/// Words are recognised in US English alone; a recording in another language is heard by its phones.
+TEST_F(Front, ARecordingInAnotherLanguageIsHeardByPhones) {
+  SpeakerOptions options = sample();
+  options.language = "de";
+  Speaker german(options);
+  const fs::path wav = scratch_.path() / "german.wav";
+  save(german.perform("Guten Morgen, wir haben Hunger."), wav);
+  const Performance heard = german.perform(Line::heard(wav, ""));
+  EXPECT_TRUE(heard.labels().words.empty());
+  EXPECT_GT(heard.labels().phones.size(), 8U);
+  options.hear = SpeakerOptions::Hear::kWords;
+  EXPECT_NE(errorOf([&] { Speaker(options).perform(Line::heard(wav, "")); }).find("no words of German"),
+            std::string::npos);
 }
 
 TEST_F(Front, TheReportComesLastAndTellsOfTheOthers) {
