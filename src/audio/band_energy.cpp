@@ -50,4 +50,19 @@ double bandEnergy(const AudioClip& clip, const TimeSpan& span, double low_hz, do
   return frames > 0 ? sum / asReal(frames) / (kWindow * kWindow * 3.0 / 8.0) : 0.0;
 }
 
+std::vector<double> speechLevelsDb(std::span<const std::int16_t> samples) {
+  constexpr std::size_t kFrame = 160;
+  constexpr double kFirstDifference = 0.97, kLeastDb = -10;
+  std::vector<double> db;
+  for (std::size_t at = 0; at + kFrame <= samples.size(); at += kFrame) {
+    double energy = 0;
+    for (std::size_t i = at; i < at + kFrame; ++i) {
+      const double value = samples[i] - kFirstDifference * (i > 0 ? samples[i - 1] : 0);
+      energy += value * value;
+    }
+    db.push_back(std::max(kLeastDb, 10 * std::log10(energy / kFrame + 1e-9)));
+  }
+  return db;
+}
+
 }  // namespace mouthpiece

@@ -1,6 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
 
 #include "audio/audio_clip.h"
 
@@ -22,5 +25,9 @@ SpectralFrames spectralFrames(const AudioClip& clip, Seconds step = 0.005);
 /// Mean square of the part of `clip` within `span` that lies between the two frequencies; 0 where the span holds
 /// nothing or the sampling rate does not reach the band.
 double bandEnergy(const AudioClip& clip, const TimeSpan& span, double low_hz, double high_hz);
+
+/// The level of each whole hundredth of a second of `samples` (16 kHz), in dB re one step of 16 bits, at least -10: of
+/// the sound's first difference, since rumble lies below speech.
+std::vector<double> speechLevelsDb(std::span<const std::int16_t> samples);
 
 }  // namespace mouthpiece

@@ -13,6 +13,7 @@
 #include "hearing/recognition/times_file.h"
 #include "phonetics/labels/label_files.h"
 #include "phonetics/text/lexicon.h"
+#include "phonetics/text/speakable_text.h"
 #include "singing/song.h"
 #include "singing/sung_line.h"
 #include "speaker/speaker_data.h"
@@ -219,7 +220,9 @@ SpokenLine Speaker::Data::hearRecording(const Line& source) {
 
 SpokenLine Speaker::Data::speakOrRead(const Line& source) {
   if (source.audio.empty()) {
-    if (lexicon) line_lexicon = lexiconForLine(*lexicon, source.text, phonePairsOf(corpus.data().corpus));
+    if (lexicon)
+      line_lexicon =
+          lexiconForLine(*lexicon, speakableText(source.text, *language), phonePairsOf(corpus.data().corpus));
     if (!voice) {
       if (options.voice.empty()) options.voice = voiceFor(*language);
       voice = makeVoice(options.voice, VoiceOptions{line_lexicon ? &*line_lexicon : nullptr, &corpus.data().units,

@@ -43,9 +43,10 @@ Eigen::VectorXd heardShare(const std::vector<SelectedUnit>& units, std::span<con
   Eigen::VectorXd share = Eigen::VectorXd::Zero(std::ssize(times));
   for (const SelectedUnit& unit : units) {
     if (!(unit.sound.duration() > 0)) continue;
-    for (std::size_t i = 0; i < times.size(); ++i) {
-      const Seconds away = std::max({unit.sound.start - times[i], times[i] - unit.sound.end, 0.0});
-      double& own = share(signedIndex(i));
+    const auto first = std::lower_bound(times.begin(), times.end(), unit.sound.start - kFades);
+    for (auto time = first; time != times.end() && *time < unit.sound.end + kFades; ++time) {
+      const Seconds away = std::max({unit.sound.start - *time, *time - unit.sound.end, 0.0});
+      double& own = share(time - times.begin());
       own = std::max(own, away < kFades ? blendWeight(BlendKind::kSmooth, away / kFades) : 0.0);
     }
   }

@@ -4,7 +4,9 @@
     outputs.py --bin build/bin --share build/share/mouthpiece --reference tests/golden/outputs [--update] [--only NAME]
 
 Each case runs a program and boils its files down to a digest, a small JSON: texts by hash, numbers by their count and
-by eight sums with pseudo-random signs, so that a change of any one number shows and a reference stays small.
+by eight sums with pseudo-random signs, so that a reference stays small. Numbers that differ by x (root mean square)
+make sums that differ by about x times the root of their count, so that is what a sum may be off: processors differ in
+the last bits of a float's root and the corpus' networks learn from them, which moves lips by about 0.1 micrometres.
 `--update` writes the references anew; do that only for a change that an issue asks for, and say so in the commit.
 Exit status 77: nothing could be run (no sample corpus); cases that need ../shared are named when they are left out.
 """
@@ -26,10 +28,11 @@ import numpy
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 GRID = ROOT.parent / "shared/capture/grid_s1/takes"
 SUMS = 8
-MOTION_MM = 1e-3  # a micrometre
-VALUE = 2e-5  # of a sum over curves or fields of a report, each rounded to 1e-6
-GEOMETRY_M = 2e-5  # of a sum over all of a cache's numbers: floats, by kernels of several processors
-POSED_M, POSED_NORMAL = 1e-3, 1.0  # of a sum over a GLB's posed vertices, each within 0.09 mm of the full motion
+MOTION_MM = 1e-3  # a micrometre, root mean square
+VALUE, ROUNDED = 1e-4, 2e-4  # of a field's own root mean square; and what rounding to four places may do to a sum
+SETTING = 5e-3  # of a number in a text, which is given with three digits
+GEOMETRY_M = 1e-6  # root mean square over a cache's numbers
+POSED_M, POSED_NORMAL = 1e-5, 0.01  # of a GLB's posed vertices, each within 0.09 mm of the full motion
 
 LINES = {
     "now": ["--text", "the time is now"],
@@ -69,10 +72,17 @@ def signs(count):
     return numpy.where((x[None, :] >> numpy.arange(SUMS, dtype=numpy.uint64)[:, None]) & numpy.uint64(1), 1.0, -1.0)
 
 
-def digest_numbers(values, tolerance, sums=SUMS):
+def digest_numbers(values, each, sums=SUMS):
+    """`each` is by how much a number may be off, root mean square."""
     values = numpy.asarray(values, dtype=float).ravel()
     sums = signs(values.size)[:sums] @ values
-    return {"count": int(values.size), "sums": [round(s, 7) for s in sums], "tolerance": tolerance}
+    return {"count": int(values.size), "sums": [round(s, 7) for s in sums],
+            "tolerance": float(f"{each * math.sqrt(max(1, values.size)):.3g}")}
+
+
+def digest_fields(values, share):
+    size = numpy.sqrt(numpy.mean(numpy.square(numpy.asarray(values, dtype=float))))
+    return digest_numbers(values, share * size + ROUNDED, 3)
 
 
 def digest_text(text):
@@ -87,6 +97,8 @@ def flatten(value, path, numbers, texts):
     elif isinstance(value, list):
         for each in value:
             flatten(each, path + "[]", numbers, texts)
+    elif isinstance(value, str) and re.fullmatch(r"-?\d+\.\d+", value):
+        numbers.setdefault(path + "~", []).append(float(value))
     elif isinstance(value, bool) or value is None or isinstance(value, str):
         texts.setdefault(path, []).append(str(value))
     else:
@@ -96,7 +108,7 @@ def flatten(value, path, numbers, texts):
 def digest_json(tree):
     numbers, texts = {}, {}
     flatten(tree, "", numbers, texts)
-    digest = {path: digest_numbers(values, VALUE, 3) for path, values in numbers.items()}
+    digest = {path: digest_fields(values, SETTING if path.endswith("~") else VALUE) for path, values in numbers.items()}
     digest.update({path + "=": digest_text("\n".join(values)) for path, values in texts.items()})
     return digest
 
@@ -171,11 +183,11 @@ def digest_folder(folder):
             digest[name] = digest_sound(path)
         elif path.suffix in (".TextGrid", ".obj"):
             numbers = re.findall(r"-?\d+\.\d+(?:e-?\d+)?", path.read_text())
-            digest[name] = {"numbers": digest_numbers([float(n) for n in numbers], VALUE * 10),
+            digest[name] = {"numbers": digest_fields([float(n) for n in numbers], 0),
                             "rest": digest_text(re.sub(r"-?\d+\.\d+(?:e-?\d+)?", "#", path.read_text()))}
         elif path.suffix in (".pc2", ".mdd"):
             values = numpy.frombuffer(path.read_bytes()[32:], "<f4" if path.suffix == ".pc2" else ">f4")
-            digest[name] = digest_numbers(values, GEOMETRY_M * 1000)
+            digest[name] = digest_numbers(values, GEOMETRY_M)
         elif path.is_file():
             digest[name] = {"is": "there"}
     return digest

@@ -15,6 +15,7 @@
 #include <set>
 #include <string>
 
+#include "audio/spectral_frames.h"
 #include "base/errors.h"
 #include "base/index.h"
 #include "hearing/alignment/acoustic_model.h"
@@ -334,17 +335,8 @@ std::vector<DecodedPhone> search(ps_decoder_t* decoder, SenoneScorer& scorer, fs
 
 /// In nats. The levels are those of the sound's first difference, every 10 ms: rumble lies below speech.
 double innerSilencePrice(std::span<const std::int16_t> samples) {
-  constexpr std::size_t kFrame = 160;
-  constexpr double kFirstDifference = 0.97, kQuiet = 0.05, kLoud = 0.95;
-  std::vector<double> levels;
-  for (std::size_t at = 1; at + kFrame <= samples.size(); at += kFrame) {
-    double energy = 0;
-    for (std::size_t i = at; i < at + kFrame; ++i) {
-      const double value = samples[i] - kFirstDifference * samples[i - 1];
-      energy += value * value;
-    }
-    levels.push_back(10 * std::log10(energy / kFrame + 0.1));
-  }
+  constexpr double kQuiet = 0.05, kLoud = 0.95;
+  std::vector<double> levels = speechLevelsDb(samples);
   if (levels.empty()) return 0;
   std::sort(levels.begin(), levels.end());
   const auto at = [&](double share) { return levels[static_cast<std::size_t>(share * asReal(levels.size() - 1))]; };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "base/errors.h"
 #include "base/index.h"
@@ -134,11 +135,17 @@ void SoundRecogniser::readBook() {
   search_->setBook(book);
 }
 
-double SoundRecogniser::fitOf(Phone phone, const TimeSpan& span, const Eigen::MatrixXf& posteriors) const {
-  const auto frame = [&](Seconds time) {
-    return std::clamp<Eigen::Index>(std::lround((time - kEarShift) / kEarStep), 0, posteriors.cols());
+/// The frames of what is heard that belong to `span`; none where it lies outside.
+std::pair<Eigen::Index, Eigen::Index> framesOf(const TimeSpan& span, const Eigen::MatrixXf& posteriors) {
+  const auto frame = [&](Seconds time, Eigen::Index least) {
+    return std::clamp<Eigen::Index>(std::lround((time - kEarShift) / kEarStep), least, posteriors.cols());
   };
-  const Eigen::Index first = frame(span.start), end = frame(span.end);
+  const Eigen::Index first = frame(span.start, 0);
+  return {first, frame(span.end, first)};
+}
+
+double SoundRecogniser::fitOf(Phone phone, const TimeSpan& span, const Eigen::MatrixXf& posteriors) const {
+  const auto [first, end] = framesOf(span, posteriors);
   if (end <= first) return 0;
   return (likeness_.row(signedIndex(static_cast<std::size_t>(phone))) * posteriors.middleCols(first, end - first))
       .mean();
@@ -194,8 +201,7 @@ void SoundRecogniser::collectPhones(Eigen::MatrixXf posteriors, const WordsHeard
       if (!phone.word) continue;
       const double fit = fitOf(phone.phone, phone.span, posteriors);
       const auto weight = asFloat(kWordWeight * std::min(1.0, fit / kWordsFit));
-      const auto first = std::clamp<Eigen::Index>(std::lround(phone.span.start / kEarStep), 0, posteriors.cols());
-      const auto end = std::clamp<Eigen::Index>(std::lround(phone.span.end / kEarStep), first, posteriors.cols());
+      const auto [first, end] = framesOf(phone.span, posteriors);
       posteriors.middleCols(first, end - first) *= 1 - weight;
       posteriors.row(signedIndex(static_cast<std::size_t>(phone.phone))).segment(first, end - first).array() += weight;
     }

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <numbers>
 #include <unsupported/Eigen/FFT>
 
+#include "audio/spectral_frames.h"
 #include "base/index.h"
 
 namespace mouthpiece {
@@ -12,8 +14,6 @@ namespace {
 
 constexpr std::size_t kFrame = 160;  // 10 ms at 16 kHz
 constexpr double kFrameStep = 0.010;
-/// Rumble lies below speech: levels are those of the sound's first difference.
-constexpr double kFirstDifference = 0.97;
 constexpr double kSilenceDb = -10;  ///< of 16-bit samples: digital silence
 /// Speech stands above its background by this, or by a share of what the loudest does.
 constexpr double kLeastRiseDb = 5, kRiseShare = 0.30;
@@ -24,19 +24,6 @@ constexpr double kSteadyDb = 3.2;
 constexpr Seconds kShortestJudged = 1.0;
 /// Geometric over arithmetic mean of the spectrum: tones are under it, noise over it.
 constexpr double kTonalFlatness = 0.15;
-
-std::vector<double> levels(std::span<const std::int16_t> samples) {
-  std::vector<double> db;
-  for (std::size_t at = 0; at + kFrame <= samples.size(); at += kFrame) {
-    double energy = 0;
-    for (std::size_t i = at; i < at + kFrame; ++i) {
-      const double value = samples[i] - kFirstDifference * (i > 0 ? samples[i - 1] : 0);
-      energy += value * value;
-    }
-    db.push_back(std::max(kSilenceDb, 10 * std::log10(energy / kFrame + 1e-9)));
-  }
-  return db;
-}
 
 double quantile(std::vector<double> values, double share) {
   if (values.empty()) return kSilenceDb;
@@ -111,7 +98,7 @@ double flatness(std::span<const std::int16_t> samples) {
   double flat = 0, count = 0;
   for (std::size_t at = 0; at + kTransform <= samples.size(); at += kTransform) {
     for (std::size_t i = 0; i < kTransform; ++i)
-      frame[i] = samples[at + i] * (0.5 - 0.5 * std::cos(2 * 3.14159265358979 * asReal(i) / kTransform));
+      frame[i] = samples[at + i] * (0.5 - 0.5 * std::cos(2 * std::numbers::pi * asReal(i) / kTransform));
     transform.fwd(spectrum, frame);
     double log_sum = 0, sum = 0;
     for (std::size_t bin = kFirstBin; bin < kEndBin; ++bin) {
@@ -148,7 +135,7 @@ SoundKind kindOf(const Frames& run, const std::vector<double>& db, std::span<con
 }  // namespace
 
 std::vector<SoundStretch> findSpeech(std::span<const std::int16_t> samples) {
-  const std::vector<double> db = levels(samples);
+  const std::vector<double> db = speechLevelsDb(samples);
   std::vector<Frames> parts;
   for (const Frames& run : runsOf(loudFrames(db))) addInParts(parts, run, db);
   std::vector<SoundStretch> stretches;

@@ -53,9 +53,10 @@ bool WordSearch::isAvailable(const Language& language) {
 
 WordSearch::WordSearch(const Language& language) : state_(std::make_unique<State>()) {
   if (!isAvailable(language)) {
-    throw InputError(fmt::format("no words of {} can be recognised: expected US English and PocketSphinx' models (sudo "
-                                 "apt-get install pocketsphinx-en-us), or to hear phones",
-                                 language.name));
+    throw InputError(
+        fmt::format("no words of {} can be recognised: expected US English and PocketSphinx' models (sudo "
+                    "apt-get install pocketsphinx-en-us), or to hear phones",
+                    language.name));
   }
   static std::once_flag silenced;
   std::call_once(silenced, [] { err_set_logfp(nullptr); });
