@@ -20,6 +20,7 @@ constexpr double kSeenAbove = 0.04;   ///< and not at all beyond this, where wat
 constexpr double kComesNear = 0.004;  ///< nothing is pushed further than this into the other lip
 constexpr double kFarApart = 0.08;    ///< lips further apart everywhere need no guard, which fades in over half of this
 constexpr double kKeptApart = 0.01;   ///< lips that are kept further apart are not drawn together at all
+constexpr int kDrawingSweeps = 3;     ///< columns pull at their neighbours
 constexpr int kSweeps = 4;            ///< lips that give way by half each are out of each other after so many
 
 /// 0 above 0; how far to go back from behind a surface, at first softly.
@@ -53,7 +54,7 @@ void LipGuard::findNearLips(const float* out, std::vector<const LipWatch*>& near
   near.clear();
   for (const LipWatch& watch : lips_) {
     const Vector3f a = at(watch.corners[0]), ab = at(watch.corners[1]) - a, ac = at(watch.corners[2]) - a;
-    const Vector3f p = at(watch.vertex) - a - watch.weights[0] * ab - watch.weights[1] * ac, across = ab.cross(ac);
+    const Vector3f p = watch.own.in(out)-a - watch.weights[0] * ab - watch.weights[1] * ac, across = ab.cross(ac);
     const float over = p.dot(across);
     if (p.squaredNorm() > 2 * reach * reach || (over > 0 && over * over > above * above * across.squaredNorm()))
       continue;
@@ -61,21 +62,32 @@ void LipGuard::findNearLips(const float* out, std::vector<const LipWatch*>& near
   }
 }
 
-/// The largest push. Watches that are far from the other lip leave `near`.
+/// The largest push. Watches that are far from the other lip leave `near`. Of what several watches push a vertex by the
+/// most counts.
 float LipGuard::partLips(float share, float ease, std::vector<const LipWatch*>& near, float* out) const {
   thread_local std::vector<std::pair<std::uint32_t, Vector3f>> pushes;
   pushes.clear();
-  pushes.reserve(lips_.size());
+  pushes.reserve(2 * lips_.size());
   float largest = 0;
   const float far = lengthOf(kComesNear), reach = lengthOf(kWatched);
   std::erase_if(near, [&](const LipWatch* watch) {
     const LipWatch::Sight sight = watch->look(out, reach);
     const float push = share * pushBack(sight.distance - watch->allowed, ease);
-    if (push > 0) pushes.emplace_back(watch->vertex, push * sight.away);
+    if (push > 0) {
+      const float there = watch->own.along, here = 1 - there, both = push / (here * here + there * there);
+      pushes.emplace_back(watch->own.ends[0], here * both * sight.away);
+      if (there > 0) pushes.emplace_back(watch->own.ends[1], there * both * sight.away);
+    }
     largest = std::max(largest, push);
     return sight.distance > far;
   });
-  for (const auto& [vertex, push] : pushes) Eigen::Map<Vector3f>(out + 3 * std::size_t{vertex}) += push;
+  std::sort(pushes.begin(), pushes.end(), [](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first < b.first : a.second.squaredNorm() > b.second.squaredNorm();
+  });
+  for (std::size_t i = 0; i < pushes.size(); ++i) {
+    if (i > 0 && pushes[i].first == pushes[i - 1].first) continue;
+    Eigen::Map<Vector3f>(out + 3 * std::size_t{pushes[i].first}) += pushes[i].second;
+  }
   return largest;
 }
 
@@ -109,8 +121,9 @@ std::array<float, LipGuard::kColumns> LipGuard::gapsSeen(std::span<const LipWatc
   std::array<bool, kColumns> has{};
   for (const std::uint32_t column : watched_columns_) has[column] = true;
   const float reach = lengthOf(kWatched);
-  for (const LipWatch* watch : watches)
-    gaps[watch->column] = std::min(gaps[watch->column], watch->look(out, reach).distance);
+  for (const LipWatch* watch : watches) {
+    if (watch->own.isVertex()) gaps[watch->column] = std::min(gaps[watch->column], watch->look(out, reach).distance);
+  }
   // Coarse lips have no vertex in some columns.
   for (std::size_t c = 0; c < kColumns; ++c) {
     if (has[c]) continue;
@@ -128,30 +141,38 @@ std::array<float, LipGuard::kColumns> LipGuard::gapsSeen(std::span<const LipWatc
 /// each column's narrowest place is closed, as far as `gaps` say that the lips touch there.
 void LipGuard::drawTogether(const MarkerPositions& points, std::span<const LipGap> gaps,
                             const std::vector<const LipWatch*>& near, float* out) const {
-  std::array<float, kColumns> way = gapsSeen(near, out);
-  bool any = false;
-  for (std::size_t c = 0; c < kColumns; ++c) {
-    const float column = middleOf(c);
-    const auto next = std::upper_bound(pair_columns_.begin(), pair_columns_.end(), column) - pair_columns_.begin();
-    const std::size_t before = unsignedIndex(std::max<std::ptrdiff_t>(next - 1, 0));
-    const std::size_t after = std::min(unsignedIndex(next), pairs_.size() - 1);
-    const float span = pair_columns_[after] - pair_columns_[before];
-    const float weight = span > 0 ? (column - pair_columns_[before]) / span : 0;
-    const auto closed = shutShare(gaps[before]) * (1 - weight) + shutShare(gaps[after]) * weight;
-    // What is further apart than lips that touch ever are is not drawn: the pull fades out.
-    const double apart = double{way[c]} / mouth_width_;
-    const float drawn = closed * asFloat(1 - smoothStep((apart - kDrawnWhole) / (kSeenAbove - kDrawnWhole)));
-    way[c] = apart < kSeenAbove ? drawn * std::max(0.0F, way[c] - resting_gaps_[c]) : 0;
-    any = any || way[c] > 0;
-  }
-  if (!any) return;
   Eigen::Vector3d lips = Eigen::Vector3d::Zero();
   for (const LipPair& pair : pairs_)
     lips += (points.row(pair.upper_marker) - points.row(pair.lower_marker)).transpose();
   const Vector3f up = lips.normalized().cast<float>();
-  for (const Drawn& vertex : drawn_) {
-    const float far = (1 - vertex.next) * way[vertex.column] + vertex.next * way[vertex.column + 1];
-    Eigen::Map<Vector3f>(out + 3 * std::size_t{vertex.vertex}) += vertex.share * far * up;
+  std::array<float, kColumns> closed;
+  for (int sweep = 0; sweep < kDrawingSweeps; ++sweep) {
+    std::array<float, kColumns> way = gapsSeen(near, out);
+    if (sweep == 0) {
+      for (std::size_t c = 0; c < kColumns; ++c) {
+        const float column = middleOf(c);
+        const auto next = std::upper_bound(pair_columns_.begin(), pair_columns_.end(), column) - pair_columns_.begin();
+        const std::size_t before = unsignedIndex(std::max<std::ptrdiff_t>(next - 1, 0));
+        const std::size_t after = std::min(unsignedIndex(next), pairs_.size() - 1);
+        const float span = pair_columns_[after] - pair_columns_[before];
+        const float weight = span > 0 ? (column - pair_columns_[before]) / span : 0;
+        // What is further apart than lips that touch ever are is not drawn: the pull fades out.
+        const double apart = double{way[c]} / mouth_width_;
+        closed[c] = apart < kSeenAbove ? (shutShare(gaps[before]) * (1 - weight) + shutShare(gaps[after]) * weight) *
+                                             asFloat(1 - smoothStep((apart - kDrawnWhole) / (kSeenAbove - kDrawnWhole)))
+                                       : 0;
+      }
+    }
+    float farthest = 0;
+    for (std::size_t c = 0; c < kColumns; ++c) {
+      way[c] = closed[c] > 0 ? closed[c] * std::max(0.0F, way[c] - resting_gaps_[c]) : 0;
+      farthest = std::max(farthest, way[c]);
+    }
+    if (farthest < kStill * mouth_width_) return;
+    for (const Drawn& vertex : drawn_) {
+      const float far = (1 - vertex.next) * way[vertex.column] + vertex.next * way[vertex.column + 1];
+      Eigen::Map<Vector3f>(out + 3 * std::size_t{vertex.vertex}) += vertex.share * far * up;
+    }
   }
 }
 

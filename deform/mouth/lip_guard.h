@@ -20,10 +20,24 @@ struct FaceMesh;
 /// Nothing is divided by less.
 inline constexpr float kLeastLength = 1e-30F;
 
-/// A vertex of one lip that watches the place of the other which is nearest when the mouth is closed. The other lip's
+/// A place on one lip: a vertex, or between the two ends of an edge.
+struct LipPlace {
+  std::uint32_t ends[2];
+  float along;  ///< 0 at the first end, 1 at the second
+
+  [[nodiscard]] bool isVertex() const { return ends[0] == ends[1]; }
+  /// `vertices`: x y z of each.
+  [[nodiscard]] Eigen::Vector3f in(const float* vertices) const {
+    const Eigen::Map<const Eigen::Vector3f> first(vertices + 3 * std::size_t{ends[0]});
+    if (isVertex()) return first;
+    return first + along * (Eigen::Map<const Eigen::Vector3f>(vertices + 3 * std::size_t{ends[1]}) - first);
+  }
+};
+
+/// A place on one lip that watches the place of the other which is nearest when the mouth is closed. The other lip's
 /// shape around that place is taken along in the frame of its triangle.
 struct LipWatch {
-  std::uint32_t vertex;
+  LipPlace own;
   std::uint32_t corners[3];
   float weights[2];  ///< of the second and third at the place watched
   float bend[5];     ///< how the lip leaves the triangle's plane: x, y, x^2, x y, y^2, in units of what is seen
@@ -35,7 +49,7 @@ struct LipWatch {
     float distance;
     Eigen::Vector3f away;  ///< unit length
   };
-  /// Where the vertex is to the other lip, `reach` around the watched place; further off or where the triangle has
+  /// Where the own place is to the other lip, `reach` around the watched place; further off or where the triangle has
   /// tipped over the watch goes blind and sees it `reach` away. `vertices`: x y z of each of the posed mesh.
   [[nodiscard]] Sight look(const float* vertices, float reach) const;
 
@@ -101,10 +115,10 @@ class TeethShell {
 };
 
 /// Keeps the lips of a deformed mesh out of each other and out of the teeth, and closed where they shall touch. Each
-/// vertex near the line where the lips meet watches the place of the other lip that is nearest when the mouth is
-/// closed, and is pushed back where it gets behind the plane there; lips give way by half each, teeth not at all. Lips
-/// that touch but stay a little apart on the mesh are drawn together as they are, column by column. Continuous in the
-/// pose.
+/// vertex near the line where the lips meet, and places on the edges of coarse lips, watch the place of the other lip
+/// that is nearest when the mouth is closed, and are pushed back where it gets behind the plane there; lips give way by
+/// half each, teeth not at all. Lips that touch but stay a little apart on the mesh are drawn together as they are,
+/// column by column. Continuous in the pose.
 class LipGuard {
  public:
   /// `closed`: the mesh's vertices with the lips brought together, unguarded.
@@ -138,9 +152,11 @@ class LipGuard {
   // Once for a face (lip_guard_watches.cpp).
   void takeLips(const FaceMesh& mesh, const VertexPositions& closed, const FaceBinding& binding,
                 const std::vector<std::uint32_t>& patch_sides);
-  void watchLips(const VertexPositions& rest, const VertexPositions& closed, const std::vector<std::uint32_t>& own,
+  void watchLips(const VertexPositions& rest, const VertexPositions& closed, const std::vector<LipPlace>& own,
                  const std::vector<std::uint32_t>& others, const std::vector<Triangle>& other,
                  const VertexPositions& normals, const VertexPositions& rest_normals);
+  [[nodiscard]] std::vector<LipPlace> placesOn(const VertexPositions& rest, const std::vector<std::uint32_t>& own,
+                                               const std::vector<Triangle>& triangles) const;
   void watchTeeth(const VertexPositions& rest, const std::vector<std::uint32_t>& own, const TeethShell& shell,
                   bool around_edge, std::vector<ToothWatch>& watches) const;
   void boundTeeth(TeethShell& shell, std::vector<ToothWatch>& watches) const;

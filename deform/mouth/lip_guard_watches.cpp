@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
+#include <set>
 
 #include "base/errors.h"
 #include "base/smooth_step.h"
@@ -27,6 +28,10 @@ constexpr double kTouching = 0.002;   ///< lips no further apart at rest touch t
 constexpr double kElsewhere = 0.03;   ///< what is further behind the other lip at rest does not meet it
 constexpr double kMostLooks = 2e10;   ///< vertices times triangles of lips: a head of millions has half of this
 constexpr std::size_t kFitVertices = 8000;
+/// Edges near the rims that are longer have watches between their ends. They let the other lip in a little: where
+/// vertices of coarse lips touch, their edges cross.
+constexpr double kWatchEvery = 0.03, kEdgesNear = 0.05, kEdgesLetIn = 0.005;
+constexpr Eigen::Index kMostCuts = 16;
 constexpr float kOpposed = -0.3F;  ///< cosine between surfaces that can meet
 
 Vector3f vertexOf(const VertexPositions& vertices, std::uint32_t v) { return vertices.row(v).transpose(); }
@@ -148,14 +153,16 @@ void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& closed, con
   }
   const VertexPositions normals = vertexNormals(closed, mesh.triangles);
   const VertexPositions rest_normals = vertexNormals(mesh.vertices, mesh.triangles);
-  watchLips(mesh.vertices, closed, upper_vertices, lower_vertices, lower, normals, rest_normals);
-  watchLips(mesh.vertices, closed, lower_vertices, upper_vertices, upper, normals, rest_normals);
+  watchLips(mesh.vertices, closed, placesOn(mesh.vertices, upper_vertices, upper), lower_vertices, lower, normals,
+            rest_normals);
+  watchLips(mesh.vertices, closed, placesOn(mesh.vertices, lower_vertices, lower), upper_vertices, upper, normals,
+            rest_normals);
   const float cell = lengthOf(kTeethCell);
   // Beside the corners the mouth's inside is one wall that folds: its halves are no lips that meet.
   constexpr float kColumnsBeyond = 1;
   std::erase_if(lips_, [&](const LipWatch& watch) {
-    const float column = columnOf(vertexOf(mesh.vertices, watch.vertex));
-    return isCarried(binding, watch.vertex) && !isBetweenPairs(column + kColumnsBeyond) &&
+    const float column = columnOf(watch.own.in(mesh.vertices.data()));
+    return isCarried(binding, watch.own.ends[0]) && !isBetweenPairs(column + kColumnsBeyond) &&
            !isBetweenPairs(column - kColumnsBeyond);
   });
   upper_teeth_ = TeethShell(mesh.vertices, trianglesOf(mesh, {PartKind::kUpperTeeth}), true, cell);
@@ -172,7 +179,7 @@ void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& closed, con
   std::vector<const LipWatch*> all;
   for (const LipWatch& watch : lips_) {
     all.push_back(&watch);
-    watched_columns_.push_back(watch.column);
+    if (watch.own.isVertex()) watched_columns_.push_back(watch.column);
   }
   std::sort(watched_columns_.begin(), watched_columns_.end());
   watched_columns_.erase(std::unique(watched_columns_.begin(), watched_columns_.end()), watched_columns_.end());
@@ -183,6 +190,30 @@ void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& closed, con
   draw(mesh.vertices, lower_vertices, 0.5F);
 }
 
+/// The vertices of one lip, and places between the ends of its edges near the rim.
+std::vector<LipPlace> LipGuard::placesOn(const VertexPositions& rest, const std::vector<std::uint32_t>& own,
+                                         const std::vector<Triangle>& triangles) const {
+  std::vector<LipPlace> places;
+  std::set<std::uint32_t> near;
+  for (const std::uint32_t v : own) {
+    places.push_back({{v, v}, 0});
+    if (toRim(vertexOf(rest, v)) <= lengthOf(kEdgesNear)) near.insert(v);
+  }
+  std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
+  for (const Triangle& t : triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto edge = std::minmax(t[k], t[(k + 1) % 3]);
+      if (near.contains(edge.first) && near.contains(edge.second)) edges.emplace(edge);
+    }
+  }
+  for (const auto& [a, b] : edges) {
+    const float length = (vertexOf(rest, a) - vertexOf(rest, b)).norm();
+    const auto cuts = std::min<Eigen::Index>(wholePart(std::ceil(length / lengthOf(kWatchEvery))), kMostCuts);
+    for (Eigen::Index i = 1; i < cuts; ++i) places.push_back({{a, b}, asFloat(i) / asFloat(cuts)});
+  }
+  return places;
+}
+
 float LipGuard::toRim(const Vector3f& p) const { return asFloat(distanceToLine(p.cast<double>(), rim_)); }
 
 /// 0 at the right corner of the mouth, kColumns at the left one, and no further.
@@ -191,10 +222,9 @@ float LipGuard::columnOf(const Vector3f& p) const {
   return std::clamp(way, 0.0F, 0.999F) * asFloat(kColumns);
 }
 
-void LipGuard::watchLips(const VertexPositions& rest, const VertexPositions& closed,
-                         const std::vector<std::uint32_t>& own, const std::vector<std::uint32_t>& others,
-                         const std::vector<Triangle>& other, const VertexPositions& normals,
-                         const VertexPositions& rest_normals) {
+void LipGuard::watchLips(const VertexPositions& rest, const VertexPositions& closed, const std::vector<LipPlace>& own,
+                         const std::vector<std::uint32_t>& others, const std::vector<Triangle>& other,
+                         const VertexPositions& normals, const VertexPositions& rest_normals) {
   if (asReal(own.size()) * asReal(other.size()) > kMostLooks) {
     throw InputError(fmt::format("found {} vertices and {} triangles at the lips; expected no more than a head has",
                                  own.size(), other.size()));
@@ -205,21 +235,24 @@ void LipGuard::watchLips(const VertexPositions& rest, const VertexPositions& clo
   const std::size_t stride = others.size() / kFitVertices + 1;
   for (std::size_t i = 0; i < others.size(); i += stride) seen.push_back(others[i]);
   const FacingLip near(closed, other, lengthOf(kReach)), near_at_rest(rest, other, lengthOf(kReach));
-  for (const std::uint32_t v : own) {
-    const auto place = near.facing(vertexOf(closed, v), vertexOf(normals, v));
+  for (const LipPlace& here : own) {
+    const Vector3f at_rest = here.in(rest.data()), at_closed = here.in(closed.data());
+    const auto place = near.facing(at_closed, here.in(normals.data()).normalized());
     if (!place) continue;
     LipWatch watch{};
-    watch.vertex = v;
+    watch.own = here;
     std::copy(place->triangle.begin(), place->triangle.end(), watch.corners);
     watch.weights[0] = place->weights[1];
     watch.weights[1] = place->weights[2];
-    watch.column = static_cast<std::uint32_t>(columnOf(vertexOf(rest, v)));
+    watch.column = static_cast<std::uint32_t>(columnOf(at_rest));
     watch.takeShape(closed, normals, seen, reach);
     // Where the lips close by moving, the watch cannot tell how they lie at rest.
-    const bool rests_closed = (vertexOf(closed, v) - vertexOf(rest, v)).norm() < kStill * mouth_width_;
-    watch.allowed = std::min(0.0F, rests_closed ? watch.look(closed.data(), reach).distance
-                                                : near_at_rest.distance(vertexOf(rest, v), vertexOf(rest_normals, v)));
+    const bool rests_closed = (at_closed - at_rest).norm() < kStill * mouth_width_;
+    watch.allowed =
+        std::min(0.0F, rests_closed ? watch.look(closed.data(), reach).distance
+                                    : near_at_rest.distance(at_rest, here.in(rest_normals.data()).normalized()));
     if (watch.allowed < -lengthOf(kElsewhere)) continue;
+    if (!here.isVertex()) watch.allowed -= lengthOf(kEdgesLetIn);
     lips_.push_back(watch);
   }
 }

@@ -38,7 +38,7 @@ Frame frameOf(const LipWatch& watch, const float* vertices) {
 
 LipWatch::Sight LipWatch::look(const float* vertices, float reach) const {
   const Frame frame = frameOf(*this, vertices);
-  const Vector3f p = Eigen::Map<const Vector3f>(vertices + 3 * std::size_t{vertex}) - frame.origin;
+  const Vector3f p = own.in(vertices)-frame.origin;
   const float x = p.dot(frame.x) / reach, y = p.dot(frame.y) / reach;
   const float* b = bend;
   const float height = b[0] * x + b[1] * y + b[2] * x * x + b[3] * x * y + b[4] * y * y;

@@ -35,8 +35,8 @@ struct FrontTeeth {
 
 /// `up`: 1 for the upper row, whose free edge is below, -1 for the lower one.
 std::optional<FrontTeeth> frontTeeth(const FaceMesh& mesh, PartKind row, double up) {
-  constexpr double kFront = 0.12;    // of the row's depth
-  constexpr double kNearEdge = 0.1;  // of the front teeth's height
+  constexpr double kFrontShare = 0.12;  // of the row's depth
+  constexpr double kNearEdge = 0.1;     // of the front teeth's height
   std::vector<Eigen::Vector3d> points;
   Eigen::AlignedBox3d box;
   for (const Triangle& triangle : trianglesOf(mesh, {row})) {
@@ -46,7 +46,7 @@ std::optional<FrontTeeth> frontTeeth(const FaceMesh& mesh, PartKind row, double 
     }
   }
   if (points.empty()) return std::nullopt;
-  const double front_z = box.max().z() - kFront * box.sizes().z();
+  const double front_z = box.max().z() - kFrontShare * box.sizes().z();
   std::erase_if(points, [&](const Eigen::Vector3d& p) { return p.z() < front_z; });
   double free = std::numeric_limits<double>::infinity(), rooted = -free;
   for (const Eigen::Vector3d& p : points) {

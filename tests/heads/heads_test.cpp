@@ -8,9 +8,9 @@ namespace mouthpiece::test {
 namespace {
 
 class RandomHeads : public ::testing::TestWithParam<unsigned> {};
-// Heads that stand, so that they stay so: of the first 24 seeds these four pass, 19 are refused, and one passes that is
-// torn (docs/theory/deform/lip_line.md).
-INSTANTIATE_TEST_SUITE_P(Seeds, RandomHeads, ::testing::Values(3U, 5U, 8U, 17U));
+// Heads that stand, so that they stay so: of the first 24 seeds these seven pass and 17 are refused
+// (docs/theory/deform/lip_line.md).
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomHeads, ::testing::Values(3U, 5U, 8U, 11U, 17U, 20U, 23U));
 
 TEST_P(RandomHeads, FitByTenClicksAndDoNotTear) {
   const std::vector<ClickedHead> heads = clickedHeads(MOUTHPIECE_SOURCE_DIR, MOUTHPIECE_BUILD_SHARE_DIR);
