@@ -39,6 +39,7 @@ const std::vector<Outsider> kOutsiders{
     {"draco/", {"Draco::draco"}},
     {"meshoptimizer.h", {"meshoptimizer::meshoptimizer"}},
     {"pugixml.hpp", {"pugixml::pugixml"}},
+    {"httplib.h", {"PkgConfig::HTTPLIB"}},
     {"openssl/", {"OpenSSL::Crypto"}},
     {"zlib.h", {"ZLIB::ZLIB"}},
     {"xxhash.h", {"PkgConfig::XXHASH", "xxHash::xxhash"}},
