@@ -1,4 +1,5 @@
-// Builds the page template: node build.mjs OUTPUT.html. One file: style and script inlined, nothing fetched.
+// Builds the page template and, beside it, serve.html: node build.mjs OUTPUT.html. Each is one file: style and script
+// inlined, nothing fetched.
 // Node modules are looked for in MOUTHPIECE_NODE_MODULES (the build folder's), else beside this file.
 import { createHash } from 'node:crypto';
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
@@ -34,22 +35,27 @@ async function bundled(entry) {
 
 function replaceOnce(text, marker, replacement) {
   const parts = text.split(marker);
-  if (parts.length !== 2) throw new Error(`page.html: ${marker} occurs ${parts.length - 1} times; expected once`);
+  if (parts.length !== 2) throw new Error(`a page: ${marker} occurs ${parts.length - 1} times; expected once`);
   return parts.join(replacement);
 }
 
-const script = await bundled('main.js');
-const style = await bundled('style.css');
-for (const [name, text] of Object.entries({ script, style })) {
-  if (/<\/(script|style)|<!--/i.test(text)) throw new Error(`the built ${name} would end its own element`);
+/** One page with its style and script; only this very script may run: text that came in from outside cannot. */
+async function builtPage(html, entry, css) {
+  const script = await bundled(entry);
+  const style = await bundled(css);
+  for (const [name, text] of Object.entries({ script, style })) {
+    if (/<\/(script|style)|<!--/i.test(text)) throw new Error(`the built ${name} of ${html} would end its own element`);
+  }
+  const hash = createHash('sha256').update(script).digest('base64');
+  let page = readFileSync(join(here, 'src', html), 'utf8');
+  page = replaceOnce(page, '@SCRIPT_HASH@', `sha256-${hash}`);
+  page = replaceOnce(page, '/* @STYLE@ */', style);
+  return replaceOnce(page, '/* @SCRIPT@ */', script);
 }
-// Only this very script may run: text that came into the page from outside cannot.
-const hash = createHash('sha256').update(script).digest('base64');
-let page = readFileSync(join(here, 'src', 'page.html'), 'utf8');
-page = replaceOnce(page, '@SCRIPT_HASH@', `sha256-${hash}`);
-page = replaceOnce(page, '/* @STYLE@ */', style);
-page = replaceOnce(page, '/* @SCRIPT@ */', script);
+
+const page = await builtPage('page.html', 'main.js', 'style.css');
 if (page.split('<!-- mouthpiece:data -->').length !== 2) throw new Error('page.html: expected one mouthpiece:data line');
 
 mkdirSync(dirname(output), { recursive: true });
 writeFileSync(output, page);
+writeFileSync(join(dirname(output), 'serve.html'), await builtPage('serve/serve.html', 'serve/main.js', 'serve/serve.css'));

@@ -95,6 +95,10 @@ struct Performance::Data {
   mutable std::optional<RowMajorMatrixF> arkit_;
 };
 
+/// The take of the corpus that a unit of `line` was taken from, as it was captured; its one unit is the fragment. Throws
+/// InputError where curves move the face.
+Performance sourceOf(const Performance& line, std::size_t unit);
+
 /// The result of `work`, whose wall time is added to `milliseconds`.
 template <typename Work>
 auto timed(double& milliseconds, Work&& work) {

@@ -130,6 +130,9 @@ try {
   });
   publish(page, ready);
   page.start();
+  const start = Number(location.hash.match(/^#t=([\d.]+)$/)?.[1]);
+  if (start > 0) page.clock.seek(start);
+  if (window.parent !== window) window.parent.postMessage({ mouthpiece: 'ready' }, location.origin === 'null' ? '*' : location.origin);
 } catch (error) {
   showNotice(error.message);
   throw error;

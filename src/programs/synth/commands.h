@@ -17,5 +17,6 @@ void addSharedOptions(CLI::App& app, SharedOptions& options);
 
 Command speakCommand();
 Command batchCommand();
+Command serveCommand();
 
 }  // namespace mouthpiece

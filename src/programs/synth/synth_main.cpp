@@ -3,5 +3,5 @@
 
 int main(int argc, char** argv) {
   using namespace mouthpiece;
-  return runProgram(speakCommand(), {batchCommand()}, argc, argv);
+  return runProgram(speakCommand(), {batchCommand(), serveCommand()}, argc, argv);
 }

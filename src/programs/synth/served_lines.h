@@ -1,0 +1,95 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "mouthpiece/speaker.h"
+
+namespace mouthpiece {
+
+/// What the user of the page asks for. Empty fields: the program's own options.
+struct LineWish {
+  std::string text;       ///< to be spoken, or what the recording says; empty for a recording: it is recognised
+  std::string recording;  ///< a file of the folder's "recordings"
+  std::string voice, face, language;
+  std::string edits;  ///< JSON (docs/formats/edits.md), or ""
+};
+
+/// The lines of one session: what was asked for, how far it is, and where its files are. One thread makes them, one
+/// after the other, with the corpus and the faces open all the while. Thread-safe.
+///
+/// FOLDER/001-the-time-is-now holds a line, .../001-the-time-is-now.2 the same after a change: what is there is never
+/// written again. A `line.json` in each tells what was asked for, so that a later session has its lines again.
+class ServedLines {
+ public:
+  ServedLines(const SpeakerOptions& options, std::filesystem::path folder);
+  ServedLines(const ServedLines&) = delete;
+  ServedLines& operator=(const ServedLines&) = delete;
+  ~ServedLines();
+
+  /// Each returns the line's number. Throws InputError for what cannot be asked for.
+  std::size_t add(LineWish wish);
+  /// The line again, as `wish` has it; its recording stays.
+  std::size_t change(std::size_t line, LineWish wish);
+  /// Keeps bytes that were dropped on the page under a name of its own, and returns that.
+  std::string keepRecording(const std::string& name, const std::string& bytes);
+  /// The same of parts of a head. A mesh is fitted, with the anchors of its name if there are some, and is then a face.
+  std::string keepHead(const std::string& name, const std::string& bytes);
+  /// Ends the work on a line after the stage that it is in; one that waits at once.
+  void cancel(std::size_t line);
+
+  /// All that the page shows, as JSON.
+  [[nodiscard]] std::string state() const;
+  /// A line's file by its usual name. Throws InputError where there is none.
+  [[nodiscard]] std::filesystem::path file(std::size_t line, const std::string& name) const;
+  /// A page that shows and plays the fragment of the corpus that a unit of the line was taken from.
+  [[nodiscard]] std::string sourcePage(std::size_t line, std::size_t unit) const;
+
+ private:
+  enum class State { kWaiting, kWorking, kDone, kFailed, kCancelled };
+  struct Entry {
+    LineWish wish;
+    State state = State::kWaiting;
+    std::string title, stage, error;
+    std::vector<std::string> warnings;
+    std::filesystem::path folder;     ///< of the last version that is done; "" before
+    std::size_t version = 0;          ///< how often it was made
+    double duration = 0, took_s = 0;  ///< s
+    bool is_head = false, is_cancelled = false;
+    std::optional<Performance> performance;
+  };
+  class Cancelled {};
+
+  void work(std::stop_token stop);
+  void make(std::size_t line);
+  void fit(std::size_t line);
+  void enter(std::size_t line, std::string_view stage);
+  void finish(std::size_t line, State state, const std::string& error);
+  void readEarlier();
+  std::size_t queue(Entry entry);
+  [[nodiscard]] const Entry& entryOf(std::size_t line) const;
+  [[nodiscard]] std::filesystem::path freeFolder(const std::string& title, std::size_t line, std::size_t version) const;
+  SharedFace faceOf(const std::string& name);
+
+  SpeakerOptions options_;
+  std::filesystem::path folder_;
+  SharedCorpus corpus_;
+  std::map<std::string, std::filesystem::path> faces_;  ///< by the name that the page shows
+  std::map<std::string, SharedFace> opened_;            ///< of the thread that makes the lines
+  std::vector<Entry> lines_;
+  std::deque<std::size_t> waiting_;
+  mutable std::mutex mutex_;
+  std::condition_variable_any woken_;
+  std::jthread worker_;
+};
+
+}  // namespace mouthpiece

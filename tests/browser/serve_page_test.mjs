@@ -1,0 +1,201 @@
+// `synth serve` as a user meets it: node serve_page_test.mjs SYNTH SCRATCH_FOLDER SCREENSHOT_STEM
+import assert from 'node:assert/strict';
+import { spawn } from 'node:child_process';
+import { existsSync, mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
+import { dirname, join, resolve } from 'node:path';
+import { launchBrowser } from './environment.mjs';
+
+const [synth, scratch, screenshotStem] = process.argv.slice(2);
+rmSync(scratch, { recursive: true, force: true });
+mkdirSync(scratch, { recursive: true });
+mkdirSync(dirname(resolve(screenshotStem)), { recursive: true });
+const out = join(resolve(scratch), 'lines');
+
+/** Starts the program and waits for the address that it prints. */
+function startServer() {
+  const child = spawn(synth, ['serve', '--out', out], { stdio: ['ignore', 'pipe', 'inherit'] });
+  return new Promise((done, fail) => {
+    let said = '';
+    child.stdout.on('data', (bytes) => {
+      said += bytes;
+      const address = said.match(/http:\/\/127\.0\.0\.1:\d+\/\?token=[0-9a-f]+/)?.[0];
+      if (address) done({ child, address });
+    });
+    child.on('exit', (code, signal) => fail(new Error(`synth serve ended (${code ?? signal}): ${said}`)));
+  });
+}
+
+function stopServer(child) {
+  child.removeAllListeners('exit');
+  return new Promise((done) => {
+    child.on('exit', (code, signal) => done(signal ?? code));
+    child.kill('SIGINT');
+  });
+}
+
+let server = await startServer();
+const browser = await launchBrowser(['--autoplay-policy=no-user-gesture-required']);
+const complaints = [];
+const requests = [];
+
+async function openDesk() {
+  const page = await browser.newPage({ viewport: { width: 1360, height: 880 }, colorScheme: 'light' });
+  page.on('console', (message) => message.type() === 'error' && !/status of 400/.test(message.text()) && complaints.push(message.text()));
+  page.on('pageerror', (error) => complaints.push(error.message));
+  page.on('request', (request) => requests.push(request.url()));
+  await page.goto(server.address);
+  await page.waitForFunction(() => document.querySelectorAll('#voice option').length > 0);
+  return page;
+}
+
+const items = (page) => page.locator('#lines li');
+/** The page of the line that is shown, once its face is there. */
+async function shownLine(page, text) {
+  await page.waitForFunction((wanted) => document.querySelector('#frames > iframe')?.title.includes(wanted), text, { timeout: 60000 });
+  const frame = await (await page.locator('#frames > iframe').elementHandle()).contentFrame();
+  await frame.waitForFunction(() => window.mouthpiece, null, { timeout: 60000 });
+  await frame.evaluate(() => window.mouthpiece.ready);
+  return frame;
+}
+const drop = (page, files) => page.setInputFiles('#files', files);
+
+const checks = {
+  async 'a typed line is spoken and shown'(page) {
+    await page.locator('#text').fill('the time is now');
+    await page.locator('#make').click();
+    const frame = await shownLine(page, 'the time is now');
+    const facts = await frame.evaluate(() => ({ text: mouthpiece.report.text, shapes: mouthpiece.shapeCount, frames: mouthpiece.frameCount }));
+    assert.equal(facts.text, 'the time is now');
+    assert.ok(facts.shapes > 0 && facts.frames > 30, JSON.stringify(facts));
+    await page.waitForTimeout(500);
+    await page.screenshot({ path: `${screenshotStem}.png` });
+    const folder = join(out, '001-the-time-is-now');
+    for (const name of ['speech.wav', 'face.glb', 'view.html', 'report.json', 'line.json']) assert.ok(existsSync(join(folder, name)), name);
+  },
+
+  async 'voice and face are chosen, the line joins the list'(page) {
+    await page.locator('#voice').selectOption('flite:slt');
+    await page.locator('#text').fill('a second one');
+    await page.locator('#text').press('Enter');
+    const frame = await shownLine(page, 'a second one');
+    assert.equal(await frame.evaluate(() => mouthpiece.report.voice), 'flite:slt');
+    assert.equal(await items(page).count(), 2);
+    await items(page).nth(1).locator('.open').click();
+    assert.equal(await (await shownLine(page, 'the time is now')).evaluate(() => mouthpiece.report.text), 'the time is now');
+  },
+
+  async 'files of a line can be had'(page) {
+    const [download] = await Promise.all([page.waitForEvent('download'), page.locator('#downloads a', { hasText: 'phones.TextGrid' }).click()]);
+    assert.equal(download.suggestedFilename(), 'phones.TextGrid');
+    assert.match(readFileSync(await download.path(), 'utf8'), /TextGrid/);
+  },
+
+  async 'a recording is dropped, with what it says'(page) {
+    const wav = readFileSync(join(out, '001-the-time-is-now', 'speech.wav'));
+    await drop(page, [{ name: 'My Voice (1).wav', mimeType: 'audio/wav', buffer: wav }]);
+    await page.waitForFunction(() => !document.getElementById('dropped').hidden);
+    assert.equal(await page.locator('#recording').textContent(), 'My Voice (1).wav');
+    await page.locator('#text').fill('the time is now');
+    await page.locator('#make').click();
+    await page.waitForFunction(() => document.querySelectorAll('#lines li').length === 3);
+    await page.waitForFunction(() => document.querySelector('#lines li .how').textContent.includes(' s'), null, { timeout: 60000 });
+    const line = JSON.parse(readFileSync(join(out, '003-the-time-is-now', 'line.json'), 'utf8'));
+    assert.equal(line.recording, 'my-voice-1.wav');
+    const report = JSON.parse(readFileSync(join(out, '003-the-time-is-now', 'report.json'), 'utf8'));
+    assert.ok(report.voice.startsWith('recorded:'), report.voice);
+  },
+
+  async 'what cannot be done is said in one line'(page) {
+    await page.locator('#text').fill('   ');
+    await page.locator('#make').click();
+    await page.locator('#trouble:not([hidden])').waitFor();
+    assert.match(await page.locator('#trouble').textContent(), /nothing to say/);
+    await drop(page, [{ name: 'notes.docx', mimeType: 'application/x', buffer: Buffer.from('no') }]);
+    await page.waitForFunction(() => document.getElementById('trouble').textContent.includes('notes.docx'));
+    await drop(page, [{ name: 'broken.wav', mimeType: 'audio/wav', buffer: Buffer.from('no sound at all') }]);
+    await page.locator('#make').click();
+    await page.waitForFunction(() => document.querySelector('#lines li .failed'), null, { timeout: 60000 });
+    const told = await page.locator('#lines li .failed').first().textContent();
+    assert.match(told, /broken\.wav/);
+    assert.ok(!told.includes('\n'));
+    await page.screenshot({ path: `${screenshotStem}_trouble.png` });
+  },
+
+  async 'a head is dropped: without anchors it says what to do'(page) {
+    await drop(page, [{ name: 'My Head.obj', mimeType: 'text/plain', buffer: Buffer.from('v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n') }]);
+    await page.waitForFunction(() => [...document.querySelectorAll('#lines li .failed')].some((how) => how.textContent.includes('anchors')), null, { timeout: 60000 });
+  },
+
+  async 'text from outside stays text'(page) {
+    await page.locator('#text').fill('now <img src=x onerror=alert(1)> then');
+    await page.locator('#make').click();
+    await shownLine(page, 'now');
+    assert.equal(await page.evaluate(() => document.images.length), 0);
+  },
+
+  async 'a line that waits can be stopped'(page) {
+    for (const text of ['one two three four five six seven eight nine ten', 'stop this one please']) {
+      await page.locator('#text').fill(text);
+      await page.locator('#make').click();
+    }
+    const stop = page.locator('#lines li', { hasText: 'stop this one please' }).locator('button', { hasText: 'Stop' });
+    // A quick machine may be done before the click.
+    await stop.click({ timeout: 3000 }).catch(() => {});
+    await page.waitForFunction(() => ![...document.querySelectorAll('#lines li .how')].some((how) => /waits|…/.test(how.textContent)), null, { timeout: 60000 });
+  },
+
+  async 'nobody without the token gets anything'() {
+    const { origin } = new URL(server.address);
+    for (const path of ['/', '/state', '/file?line=0&name=speech.wav']) assert.equal((await fetch(origin + path)).status, 403);
+    const token = new URL(server.address).searchParams.get('token');
+    for (const name of ['../../../../etc/passwd', 'line.json', '/etc/passwd']) {
+      const reply = await fetch(`${origin}/file?line=0&name=${encodeURIComponent(name)}&token=${token}`);
+      assert.equal(reply.status, 400, name);
+    }
+  },
+
+  async 'narrow and dark'(page) {
+    await page.emulateMedia({ colorScheme: 'dark' });
+    await page.setViewportSize({ width: 420, height: 860 });
+    await page.waitForTimeout(400);
+    assert.ok((await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)) <= 0);
+    await page.screenshot({ path: `${screenshotStem}_narrow.png`, fullPage: true });
+    await page.setViewportSize({ width: 1360, height: 880 });
+    await page.emulateMedia({ colorScheme: 'light' });
+  },
+
+  async 'a stopped session has its lines again'(page) {
+    await page.close();
+    assert.equal(await stopServer(server.child), 'SIGINT');
+    assert.deepEqual(readdirSync(out).filter((name) => name.includes('.tmp')), []);
+    server = await startServer();
+    const again = await openDesk();
+    await again.waitForFunction(() => document.querySelectorAll('#lines li').length >= 3);
+    await again.locator('#lines li', { hasText: 'a second one' }).locator('.open').click();
+    await shownLine(again, 'a second one');
+    await again.close();
+  },
+
+  async 'nothing was asked of the network, nothing complained'() {
+    assert.deepEqual(requests.filter((url) => !/^(http:\/\/127\.0\.0\.1:|blob:|data:)/.test(url)), []);
+    assert.deepEqual(complaints, []);
+  },
+};
+
+let failed = 0;
+try {
+  const page = await openDesk();
+  for (const [name, check] of Object.entries(checks)) {
+    try {
+      await check(page);
+      console.log(`ok      ${name}`);
+    } catch (error) {
+      failed += 1;
+      console.log(`FAILED  ${name}\n        ${error.message}`);
+    }
+  }
+} finally {
+  await browser.close();
+  await stopServer(server.child);
+}
+process.exitCode = failed === 0 ? 0 : 1;
