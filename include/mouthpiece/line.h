@@ -70,9 +70,14 @@ struct MOUTHPIECE_API Manner {
   double overlap_ms = 60;  ///< of two fragments, 0 to 1000
   Backoff backoff = Backoff::kVocal;
   Style style = Style::kCaptured;
-  StyleParameter ma, ps;        ///< 0 to 1: melodic accent, pitch sensitivity
-  StyleParameter ja, li;        ///< 0 to 2: jaw, lips; 1 as the actor
-  std::filesystem::path edits;  ///< an animator's changes to the curves (docs/formats/edits.md); empty: none
+  StyleParameter ma, ps;  ///< 0 to 1: melodic accent, pitch sensitivity
+  StyleParameter ja, li;  ///< 0 to 2: jaw, lips; 1 as the actor
+  /// Of whatever moves the mouth, captured motion too; numbers or files, never automatic.
+  StyleParameter strength, jaw, lips;  ///< 0 to 2: of all movement, of what goes with the jaw, of the rest; 1 as it is
+  StyleParameter hold;                 ///< 0 to 1: how long a phone's pose is held
+  StyleParameter lead_ms;              ///< -200 to 200: how much earlier than the sound the mouth moves
+  StyleParameter smooth_ms;            ///< 0 to 200: smoothing in time, a Gaussian's standard deviation
+  std::filesystem::path edits;         ///< an animator's changes (docs/formats/edits.md); empty: none
 };
 
 }  // namespace mouthpiece

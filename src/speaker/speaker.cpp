@@ -4,6 +4,7 @@
 #include <malloc.h>
 
 #include <algorithm>
+#include <array>
 #include <set>
 
 #include "base/errors.h"
@@ -37,6 +38,23 @@ void expectUsable(const SpeakerOptions& options) {
                                  printable(options.voice)));
   if (options.rate && !(*options.rate >= 0.4 && *options.rate <= 2.5))
     throw InputError(fmt::format("found a speaking rate of {}; expected 0.4 to 2.5", *options.rate));
+}
+
+StyleSignal signalOf(const StyleParameter& parameter, const DialRow& dial) {
+  if (parameter.automatic) throw InputError(fmt::format("found auto for {}; expected a number or a file", dial.name));
+  if (!parameter.file.empty()) return readStyleSignal(parameter.file, dial.most, dial.least);
+  const double value = parameter.constant.value_or(dial.usual);
+  if (!(value >= dial.least && value <= dial.most))
+    throw InputError(fmt::format("found {} for {}; expected {} to {}", value, dial.name, dial.least, dial.most));
+  return StyleSignal(value);
+}
+
+SpeechDials dialsOf(const Manner& manner) {
+  const std::array given{&manner.strength, &manner.jaw, &manner.lips, &manner.hold, &manner.lead_ms, &manner.smooth_ms};
+  static_assert(given.size() == kSpeechDials.size());
+  SpeechDials dials;
+  for (std::size_t i = 0; i < given.size(); ++i) dials.*kSpeechDials[i].signal = signalOf(*given[i], kSpeechDials[i]);
+  return dials;
 }
 
 StyleWish wishOf(const StyleParameter& parameter, std::string_view name, double largest) {
@@ -81,7 +99,8 @@ SynthesisOptions synthesisOf(const Manner& manner, const CurveModel& model) {
   curves.ps = wishOf(manner.ps, "Ps", 1);
   curves.ja = wishOf(manner.ja, "Ja", kLargestArticulation);
   curves.li = wishOf(manner.li, "Li", kLargestArticulation);
-  if (!manner.edits.empty()) curves.edits = readCurveEdits(manner.edits);
+  options.dials = dialsOf(manner);
+  if (!manner.edits.empty()) options.edits = readLineEdits(manner.edits);
   // The paper has no curves: a pair that was not captured has a stand-in, or is refused.
   curves.fill_gaps = manner.backoff == Manner::Backoff::kVocal && !as_published;
   curves.model = &model;
@@ -174,6 +193,8 @@ struct Speaker::Data {
   SungLine soundOf(const Line& line);
   [[nodiscard]] SynthesisOptions synthesisFor(const Line& line) const;
   void giveBackTakes() const;
+  /// What of Ma, Ps, Ja and Li was asked for and does nothing in this line; "" where all of it does.
+  [[nodiscard]] std::string idleStyle(const UtteranceAnimation& animation) const;
 };
 
 SpokenLine Speaker::Data::alignRecording(const Line& source) {
@@ -267,6 +288,24 @@ SynthesisOptions Speaker::Data::synthesisFor(const Line& line) const {
   return wanted;
 }
 
+std::string Speaker::Data::idleStyle(const UtteranceAnimation& animation) const {
+  const bool has_curves =
+      !animation.style.empty() || std::any_of(animation.units.begin(), animation.units.end(),
+                                              [](const PlacedUnit& unit) { return unit.take.empty(); });
+  if (has_curves) return "";
+  const Manner& manner = options.manner;
+  std::string idle;
+  for (const auto& [given, name] : {std::pair(&manner.ma, "Ma"), std::pair(&manner.ps, "Ps"),
+                                    std::pair(&manner.ja, "Ja"), std::pair(&manner.li, "Li")}) {
+    if (given->isGiven()) idle += fmt::format("{}{}", idle.empty() ? "" : ", ", name);
+  }
+  if (idle.empty()) return "";
+  return fmt::format(
+      "{} shape{} VOCAL's curves, and captured motion makes this line: nothing of it is moved by {} (jaw "
+      "and lips move it, or the style speech)",
+      idle, idle.size() > 2 ? "" : "s", idle.size() > 2 ? "them" : "it");
+}
+
 void Speaker::Data::giveBackTakes() const {
   UnitDatabase& units = corpus.data().units;
   if (!owns_corpus || units.index().phoneCount() <= kMostPhonesKept) return;
@@ -304,10 +343,15 @@ Speaker::~Speaker() = default;
 Performance Speaker::perform(std::string_view text) { return perform(Line::typed(std::string(text))); }
 FrameStream Speaker::stream(std::string_view text) { return FrameStream(perform(text)); }
 
-Performance Speaker::perform(const Line& line) {
+Performance Speaker::perform(const Line& given) {
   double speech_ms = 0;
   data_->heard_confidence.clear();
+  const LineEdits& edits = data_->synthesis.edits;
+  std::vector<std::string> doubts;
+  Line line = given;
+  if (!line.text.empty()) line.text = withWords(std::move(line.text), edits.words, doubts);
   SungLine sound = timed(speech_ms, [&] { return data_->soundOf(line); });
+  sound.line.labels = withBorders(std::move(sound.line.labels), edits.borders, doubts);
   auto made = std::make_shared<Performance::Data>();
   made->face = data_->face;
   made->corpus = data_->corpus;
@@ -323,6 +367,8 @@ Performance Speaker::perform(const Line& line) {
   made->animation = synthesise(request, data_->corpus.data().units);
   UtteranceAnimation& animation = made->animation;
   animation.corpus = data_->corpus.name();
+  animation.warnings.insert(animation.warnings.begin(), doubts.begin(), doubts.end());
+  if (const std::string idle = data_->idleStyle(animation); !idle.empty()) animation.warnings.push_back(idle);
   if (!data_->language->is_tuned && line.song.empty())
     animation.warnings.push_back(fmt::format("{} is untuned: its times and lips were never measured (languages: {})",
                                              data_->language->name, tunedLanguages()));

@@ -45,12 +45,11 @@ struct StyleWish {
 
 /// How VOCAL's curves take part.
 struct CurveOptions {
-  bool fill_gaps = false;           ///< pairs of phones that the corpus lacks are made of curves, not of stand-ins
-  bool before_stand_ins = false;    ///< with fill_gaps: also where a prediction could lead stand-ins
-  std::optional<CurveStyle> alone;  ///< curves make all of the motion
-  bool layered = false;             ///< with kSing: consonants come from captured units where Ma is low
-  StyleWish ma, ps, ja, li;         ///< left open: speech has Ma = Ps = 0, song finds both; Ja = Li = 1
-  CurveEdits edits;
+  bool fill_gaps = false;             ///< pairs of phones that the corpus lacks are made of curves, not of stand-ins
+  bool before_stand_ins = false;      ///< with fill_gaps: also where a prediction could lead stand-ins
+  std::optional<CurveStyle> alone;    ///< curves make all of the motion
+  bool layered = false;               ///< with kSing: consonants come from captured units where Ma is low
+  StyleWish ma, ps, ja, li;           ///< left open: speech has Ma = Ps = 0, song finds both; Ja = Li = 1
   const CurveModel* model = nullptr;  ///< of the database at hand; null: learnt for this line
 };
 

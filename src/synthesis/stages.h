@@ -80,6 +80,14 @@ StretchMotion layerConsonants(StretchMotion captured, const LineToRender& line);
 /// Of each second of the line, the shares of the parts (MovementShares).
 std::vector<MovementShares> sharesOf(const StretchMotion& whole, const LineToRender& line);
 
+/// Moves the mouth as the dials have it, within what it can reach. Where the lips met they meet. Returns the number of
+/// frames that were held.
+std::size_t turnDials(const SpeechDials& dials, const LineToRender& line, PositionMatrix& positions);
+/// Where `positions` differ from `before` and go farther than twice the widest pose that the curves know, and the lips
+/// more than twice as far as before, they are held there. Returns the number of such frames.
+std::size_t keepWithinReach(const PositionMatrix& before, const LineToRender& line, PositionMatrix& positions);
+MouthFacts mouthFacts(const MotionClip& motion, const LineToRender& line);
+
 /// What an animator changed in the curves is added to whatever moves the face.
 PositionMatrix withCurveEdits(PositionMatrix positions, const CurveSet& edited, const LineToRender& line);
 

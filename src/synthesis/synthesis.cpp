@@ -111,6 +111,15 @@ std::vector<SettingUsed> settingsOf(const SynthesisOptions& options, const Corpu
   return used;
 }
 
+void addDials(const SpeechDials& dials, std::vector<SettingUsed>& settings) {
+  for (const DialRow& dial : kSpeechDials) {
+    if (isUsual(dial, dials)) continue;
+    const StyleSignal& signal = dials.*dial.signal;
+    settings.push_back({fmt::format("{}{}{}", dial.name, dial.unit.empty() ? "" : " ", dial.unit),
+                        signal.isConstant() ? fmt::format("{:.4g}", signal.at(0)) : "over time"});
+  }
+}
+
 std::optional<HeardLine> heardIn(const SynthesisRequest& request, const Corpus& corpus) {
   const TrajectoryModel* model = corpus.trajectory_model.get();
   const bool hears = request.options.context.hear && model != nullptr && !model->sound.isEmpty();
@@ -153,9 +162,12 @@ SynthesisOptions edgeAsPublished() {
 UtteranceAnimation synthesise(const SynthesisRequest& request, const UnitDatabase& database) {
   expectUsable(request, database.corpus());
   const Stopwatch planning;
-  const SynthesisPlan plan = planLine(request.labels, database, request.options, request.units);
+  SynthesisPlan plan = planLine(request.labels, database, request.options, request.units);
+  std::vector<std::string> warnings;
+  plan = withUnits(std::move(plan), request.labels, database, request.options.edits.units, warnings);
   const double planning_ms = planning.elapsedMs();
   UtteranceAnimation made = renderPlan(plan, request, database);
+  made.warnings.insert(made.warnings.begin(), warnings.begin(), warnings.end());
   made.timing_ms.selection = planning_ms;
   return made;
 }
@@ -164,6 +176,7 @@ UtteranceAnimation renderPlan(const SynthesisPlan& plan, const SynthesisRequest&
                               const UnitDatabase& database) {
   const Corpus& corpus = database.corpus();
   const CurveOptions& wish = request.options.curves;
+  const LineEdits& edits = request.options.edits;
   expectUsable(request, corpus);
   const Stopwatch moving;
   const CurveModel own_model(database);
@@ -172,7 +185,7 @@ UtteranceAnimation renderPlan(const SynthesisPlan& plan, const SynthesisRequest&
                     database,
                     wish.model != nullptr ? *wish.model : own_model,
                     frameTimesOf(request),
-                    styleFor(wish, request.labels, request.tags),
+                    withDials(styleFor(wish, request.labels, request.tags), edits.dials),
                     {},
                     heardIn(request, corpus)};
   line.curves = vocalCurves(request.labels, request.tags, line.style);
@@ -181,8 +194,18 @@ UtteranceAnimation renderPlan(const SynthesisPlan& plan, const SynthesisRequest&
   const std::vector<StretchMotion> captured = renderCaptured(stretches, line);
   StretchMotion whole = fillWithCurves(stretches, captured, line);
   if (wish.alone && wish.layered) whole = layerConsonants(std::move(whole), line);
-  CurveSet edited = withEdits(line.curves, wish.edits);
+  std::vector<std::string> warnings;
+  const Seconds duration = line.times.back() + 1 / request.options.frame_rate_hz;
+  const SpeechDials dials = withDials(request.options.dials, edits.dials, duration, warnings);
+  std::size_t held = turnDials(dials, line, whole.positions_mm);
+  const PositionMatrix before = whole.positions_mm;
+  CurveSet edited = withEdits(line.curves, usableEdits(edits.curves, duration, warnings));
+  edited = withinLimits(std::move(edited), line.curves, warnings);
   whole.positions_mm = withCurveEdits(std::move(whole.positions_mm), edited, line);
+  held += keepWithinReach(before, line, whole.positions_mm);
+  if (held > 0)
+    warnings.push_back(fmt::format("the dials or edits ask for more than a face can do in {} of {} frames: held there",
+                                   std::min(held, line.times.size()), line.times.size()));
 
   const std::vector<MovementShares> shares = sharesOf(whole, line);
   UtteranceAnimation made;
@@ -202,6 +225,9 @@ UtteranceAnimation renderPlan(const SynthesisPlan& plan, const SynthesisRequest&
   made.joins = measureJoins(std::move(whole.joins), made.motion);
   made.curves = std::move(edited);
   made.style = styleName(wish.alone);
+  made.mouth = mouthFacts(made.motion, line);
+  made.warnings = std::move(warnings);
+  addDials(dials, made.settings);
   made.timing_ms.motion = moving.elapsedMs();
   return made;
 }

@@ -7,6 +7,8 @@
 #include "motion/blend.h"
 #include "synthesis/context_transfer.h"
 #include "synthesis/curve_model.h"
+#include "synthesis/line_edits.h"
+#include "synthesis/speech_dials.h"
 #include "synthesis/utterance_animation.h"
 #include "units/file/corpus.h"
 #include "units/selection/selection.h"
@@ -31,6 +33,8 @@ struct SynthesisOptions {
   ContextOptions context;
   Departures departures;
   CurveOptions curves;
+  SpeechDials dials;
+  LineEdits edits;  ///< of words nothing is left to do here
 };
 
 /// EDGE as published: sentences, words, syllables and diphones, greedy, by timing and context alone; phones stretched

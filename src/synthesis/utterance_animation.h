@@ -43,6 +43,13 @@ struct MovementShares {
   double movement_mm = 0;  ///< root of that sum, a marker
 };
 
+/// What the lips do in a line, counted in its motion.
+struct MouthFacts {
+  std::size_t bilabials = 0;  ///< B P M that are said
+  std::size_t closures = 0;  ///< of these the lips close in, to within half a millimetre of the speaker's usual closure
+  double jitter_mm = 0;      ///< root mean square of what a lip or chin marker lies off its neighbouring frames' middle
+};
+
 /// A setting that mattered: a number, or a word.
 struct SettingUsed {
   std::string name, value;
@@ -68,8 +75,9 @@ struct UtteranceAnimation {
   std::string method;  ///< "edge" "greedy" "guided" "cheapest" "curves"
   std::vector<SettingUsed> settings;
   std::vector<MovementShares> shares;  ///< one a second
-  std::string style;                   ///< "speech" "sing": made of curves alone; "" of units
-  std::vector<std::string> warnings;   ///< what makes the line doubtful, for the user
+  MouthFacts mouth;
+  std::string style;                  ///< "speech" "sing": made of curves alone; "" of units
+  std::vector<std::string> warnings;  ///< what makes the line doubtful, for the user
   StageTimings timing_ms;
 };
 

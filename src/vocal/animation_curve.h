@@ -10,6 +10,8 @@
 
 namespace mouthpiece {
 
+class JsonField;
+
 /// A key of an animation curve. `in` and `out` are the curve's slopes just before and just after it, per second.
 struct CurveKey {
   Seconds time = 0;
@@ -66,6 +68,7 @@ struct CurveEdit {
     kOffset,   ///< adds `value`, coming in and going out over `fade` inside the span
     kReplace,  ///< the curve is `keys` there
     kMute,     ///< the curve is 0 there, faded as an offset is
+    kWhole,    ///< all of the curve is `keys`, with their slopes; as curves.json has it
   };
   std::string curve;
   Kind kind = Kind::kOffset;
@@ -78,13 +81,19 @@ using CurveEdits = std::vector<CurveEdit>;
 /// Keys of an edit lie no closer than this.
 inline constexpr Seconds kLeastKeyGap = 1e-4;
 
-/// edits.json (docs/formats/edits.md). Throws InputError, with `file` in front, for an unknown kind, a span that is
-/// none, or keys outside it.
-CurveEdits parseCurveEdits(std::string_view json_text, std::string_view file);
-CurveEdits readCurveEdits(const std::filesystem::path& path);
+/// An entry of edits.json (docs/formats/edits.md) that changes a curve; of curves.json. Throw InputError for an unknown
+/// kind, a span that is none, or keys outside it.
+CurveEdit curveEditFrom(const JsonField& entry);
+CurveEdit wholeCurveFrom(const JsonField& entry);
 
 /// The curves with all edits made, in their order. A curve that is not there is made where an edit asks for it (but not
 /// to mute it). Outside the spans curves stay exactly as they are.
 CurveSet withEdits(CurveSet curves, const CurveEdits& edits);
+
+/// The edits of curves that there are, within the line: what is left out is told in `warnings`.
+CurveEdits usableEdits(const CurveEdits& edits, Seconds duration, std::vector<std::string>& warnings);
+/// Keys that edits have led beyond what a curve takes (0 to 1.25, action units -1.25 to 1.25, or as far as `before`
+/// went) are held there, which is told in `warnings`.
+CurveSet withinLimits(CurveSet edited, const CurveSet& before, std::vector<std::string>& warnings);
 
 }  // namespace mouthpiece

@@ -1,7 +1,11 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "base/errors.h"
 #include "base/smooth_step.h"
+#include "phonetics/language/phone.h"
 #include "vocal/animation_curve.h"
 
 namespace mouthpiece {
@@ -85,7 +89,69 @@ AnimationCurve edited(AnimationCurve curve, const CurveEdit& edit) {
   return curve;
 }
 
+/// How far beyond a viseme that is fully reached an edit may lead.
+constexpr double kMostReached = 1.25;
+
+bool isCurveName(std::string_view name) {
+  if (name == "lipSpread" || name == "lipRound" || name == "larynx") return true;
+  constexpr std::string_view kJaw = "_jaw";
+  if (name.ends_with(kJaw)) name.remove_suffix(kJaw.size());
+  for (std::size_t v = 1; v < kVisemeCount; ++v) {
+    if (visemeName(static_cast<Viseme>(v)) == name) return true;
+  }
+  return false;
+}
+
 }  // namespace
+
+CurveEdits usableEdits(const CurveEdits& edits, Seconds duration, std::vector<std::string>& warnings) {
+  CurveEdits usable;
+  std::string unknown;
+  for (const CurveEdit& edit : edits) {
+    if (!isCurveName(edit.curve)) {
+      const std::string name = printable(edit.curve);
+      if (unknown.find(name) == std::string::npos) unknown += (unknown.empty() ? "" : " ") + name;
+      continue;
+    }
+    const bool is_whole = edit.kind == CurveEdit::Kind::kWhole;
+    if (!is_whole && (edit.span.start >= duration || edit.span.end <= 0)) {
+      warnings.push_back(
+          fmt::format("an edit does not apply: {} from {:.2f} s to {:.2f} s lies beyond the line's end at "
+                      "{:.2f} s",
+                      edit.curve, edit.span.start, edit.span.end, duration));
+      continue;
+    }
+    usable.push_back(edit);
+  }
+  if (!unknown.empty()) {
+    std::string known = "lipSpread lipRound larynx";
+    for (std::size_t v = 1; v < kVisemeCount; ++v) known += fmt::format(" {}", visemeName(static_cast<Viseme>(v)));
+    warnings.push_back(fmt::format(
+        "edits of curves that are none were left out: {} (there are: {}, and each with _jaw)", unknown, known));
+  }
+  return usable;
+}
+
+CurveSet withinLimits(CurveSet edited, const CurveSet& before, std::vector<std::string>& warnings) {
+  for (AnimationCurve& curve : edited) {
+    const AnimationCurve* was = findCurve(before, curve.name);
+    if (was != nullptr && *was == curve) continue;
+    const bool is_unit = curve.name == "lipSpread" || curve.name == "lipRound";
+    double farthest = 0;
+    for (CurveKey& key : curve.keys) {
+      const double old = was == nullptr ? 0 : was->valueAt(key.time);
+      const double value =
+          std::clamp(key.value, std::min(is_unit ? -kMostReached : 0.0, old), std::max(kMostReached, old));
+      if (value == key.value) continue;
+      if (std::abs(key.value) > std::abs(farthest)) farthest = key.value;
+      key = {key.time, value, 0, 0};
+    }
+    if (farthest != 0)
+      warnings.push_back(fmt::format("an edit leads the curve {} to {:.2f}: held at what a face can do, {} to {}",
+                                     curve.name, farthest, is_unit ? -kMostReached : 0.0, kMostReached));
+  }
+  return edited;
+}
 
 CurveSet withEdits(CurveSet curves, const CurveEdits& edits) {
   for (const CurveEdit& edit : edits) {
@@ -95,7 +161,8 @@ CurveSet withEdits(CurveSet curves, const CurveEdits& edits) {
       if (edit.kind == CurveEdit::Kind::kMute) continue;
       found = curves.insert(found, AnimationCurve{edit.curve, {}});
     }
-    *found = edited(std::move(*found), edit);
+    *found =
+        edit.kind == CurveEdit::Kind::kWhole ? AnimationCurve{edit.curve, edit.keys} : edited(std::move(*found), edit);
   }
   return sortedByName(std::move(curves));
 }

@@ -14,8 +14,8 @@
 namespace mouthpiece {
 namespace {
 
-constexpr std::uint64_t kMaxCurveBytes = std::uint64_t{1} << 28, kMaxEditBytes = 1 << 24;
-constexpr std::size_t kMostCurves = 1000, kMostEdits = 10000;
+constexpr std::uint64_t kMaxCurveBytes = std::uint64_t{1} << 28;
+constexpr std::size_t kMostCurves = 1000;
 constexpr double kLargestNumber = 1e6;
 
 double numberOf(const JsonField& entry, std::string_view key) {
@@ -42,20 +42,6 @@ std::vector<CurveKey> keysWithin(const TimeSpan& span, const JsonField& list) {
     keys.push_back({time, numberOf(key, "value"), 0, 0});
   }
   return keys;
-}
-
-CurveEdit editFrom(const JsonField& entry) {
-  constexpr std::array<std::string_view, 3> kKinds{"offset", "replace", "mute"};  // in the order of CurveEdit::Kind
-  CurveEdit edit;
-  edit.curve = entry["curve"].name();
-  edit.kind = std::array{CurveEdit::Kind::kOffset, CurveEdit::Kind::kReplace,
-                         CurveEdit::Kind::kMute}[entry["kind"].choice(kKinds)];
-  edit.span = {numberOf(entry, "start_s"), numberOf(entry, "end_s")};
-  if (edit.span.duration() < 2 * kLeastKeyGap) entry.fail("found an empty span; expected end_s after start_s");
-  if (edit.kind == CurveEdit::Kind::kOffset) edit.value = numberOf(entry, "value");
-  if (edit.kind == CurveEdit::Kind::kReplace) edit.keys = keysWithin(edit.span, entry["keys"]);
-  if (entry["fade_s"].exists()) edit.fade = entry["fade_s"].number(0, kLargestNumber);
-  return edit;
 }
 
 }  // namespace
@@ -117,15 +103,27 @@ std::string curveFramesToCsv(const CurveSet& curves, double frame_rate_hz, std::
   return text;
 }
 
-CurveEdits parseCurveEdits(std::string_view json_text, std::string_view file) {
-  CurveEdits edits;
-  for (const JsonField& entry : parseJson(json_text, file, "edits").list(0, kMostEdits))
-    edits.push_back(editFrom(entry));
-  return edits;
+CurveEdit curveEditFrom(const JsonField& entry) {
+  constexpr std::array<std::string_view, 3> kKinds{"offset", "replace", "mute"};  // in the order of CurveEdit::Kind
+  CurveEdit edit;
+  edit.curve = entry["curve"].name();
+  edit.kind = std::array{CurveEdit::Kind::kOffset, CurveEdit::Kind::kReplace,
+                         CurveEdit::Kind::kMute}[entry["kind"].choice(kKinds)];
+  edit.span = {numberOf(entry, "start_s"), numberOf(entry, "end_s")};
+  if (edit.span.duration() < 2 * kLeastKeyGap) entry.fail("found an empty span; expected end_s after start_s");
+  if (edit.kind == CurveEdit::Kind::kOffset) edit.value = numberOf(entry, "value");
+  if (edit.kind == CurveEdit::Kind::kReplace) edit.keys = keysWithin(edit.span, entry["keys"]);
+  if (entry["fade_s"].exists()) edit.fade = entry["fade_s"].number(0, kLargestNumber);
+  return edit;
 }
 
-CurveEdits readCurveEdits(const std::filesystem::path& path) {
-  return parseCurveEdits(readFile(path, kMaxEditBytes), path.string());
+CurveEdit wholeCurveFrom(const JsonField& entry) {
+  AnimationCurve curve = curveFrom(entry);
+  CurveEdit edit;
+  edit.curve = std::move(curve.name);
+  edit.kind = CurveEdit::Kind::kWhole;
+  edit.keys = std::move(curve.keys);
+  return edit;
 }
 
 }  // namespace mouthpiece

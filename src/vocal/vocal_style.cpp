@@ -51,7 +51,7 @@ StyleChoice parseStyleChoice(std::string_view text, std::string_view option, dou
   return choice;
 }
 
-StyleSignal parseStyleSignal(std::string_view text, std::string_view name, double largest) {
+StyleSignal parseStyleSignal(std::string_view text, std::string_view name, double largest, double least) {
   LineReader lines(text);
   StyleSignal signal;
   std::vector<std::string_view> fields;
@@ -61,9 +61,10 @@ StyleSignal parseStyleSignal(std::string_view text, std::string_view name, doubl
     const auto time = parseNumber(fields[0]);
     const auto value = fields.size() == 2 ? parseNumber(fields[1]) : std::nullopt;
     if (!time && signal.points.empty() && lines.lineNumber() == 1) continue;
-    if (!time || !value || !std::isfinite(*time) || !(*value >= 0 && *value <= largest)) {
+    if (!time || !value || !std::isfinite(*time) || !(*value >= least && *value <= largest)) {
       failAtLine(name, lines.lineNumber(),
-                 fmt::format("found '{}'; expected time_s,value with a value from 0 to {}", printable(line), largest));
+                 fmt::format("found '{}'; expected time_s,value with a value from {} to {}", printable(line), least,
+                             largest));
     }
     if (!signal.points.empty() && *time <= signal.points.back().time)
       failAtLine(name, lines.lineNumber(),
@@ -74,8 +75,8 @@ StyleSignal parseStyleSignal(std::string_view text, std::string_view name, doubl
   return signal;
 }
 
-StyleSignal readStyleSignal(const std::filesystem::path& path, double largest) {
-  return parseStyleSignal(readFile(path, kMaxSignalBytes), path.string(), largest);
+StyleSignal readStyleSignal(const std::filesystem::path& path, double largest, double least) {
+  return parseStyleSignal(readFile(path, kMaxSignalBytes), path.string(), largest, least);
 }
 
 PhoneValues melodicAccents(const SpeechLabels& labels, const AudioTags& tags) {

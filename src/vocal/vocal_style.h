@@ -46,8 +46,8 @@ struct StyleChoice {
 StyleChoice parseStyleChoice(std::string_view text, std::string_view option, double largest, bool may_be_auto);
 
 /// Reads `time_s,value` rows (a header is skipped), times rising. Throws InputError with file and line.
-StyleSignal readStyleSignal(const std::filesystem::path& path, double largest);
-StyleSignal parseStyleSignal(std::string_view text, std::string_view name, double largest);
+StyleSignal readStyleSignal(const std::filesystem::path& path, double largest, double least = 0);
+StyleSignal parseStyleSignal(std::string_view text, std::string_view name, double largest, double least = 0);
 
 /// A value a phone; none where the phone has none of its own: a vowel has no Ma, a consonant no Ps.
 using PhoneValues = std::vector<std::optional<double>>;

@@ -3,6 +3,7 @@
 #include <string_view>
 
 #include "base/errors.h"
+#include "synthesis/line_edits.h"
 #include "vocal/animation_curve.h"
 
 /// Curves that can be read come back to the bit; edits that can be read can be made.
@@ -15,7 +16,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   try {
     const mouthpiece::CurveSet curves{{"Ah", {{0, 0, 0, 0}, {1, 1, 0, 0}}}};
-    mouthpiece::withEdits(curves, mouthpiece::parseCurveEdits(bytes, "fuzz.json"));
+    mouthpiece::withEdits(curves, mouthpiece::parseLineEdits(bytes, "fuzz.json").curves);
   } catch (const mouthpiece::InputError&) {
   }
   return 0;

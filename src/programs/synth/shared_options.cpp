@@ -1,4 +1,6 @@
 // The options that say how lines are performed, the same for one and for many.
+#include <fmt/format.h>
+
 #include <map>
 
 #include "base/text_numbers.h"
@@ -24,18 +26,22 @@ void addChoice(CLI::App& app, const std::string& option, Value& value, const std
       ->type_name(known);
 }
 
-/// Ma, Ps, Ja or Li: a number, "auto" where the sound can tell, or a file.
-void addStyleParameter(CLI::App& app, const std::string& option, StyleParameter& value, double largest,
-                       bool may_be_auto, const std::string& help) {
+struct Range {
+  double least, most;
+};
+
+/// A number over time: a number, "auto" where the sound can tell, or a file.
+void addStyleParameter(CLI::App& app, const std::string& option, StyleParameter& value, Range range, bool may_be_auto,
+                       const std::string& help) {
   app.add_option_function<std::string>(
       option,
-      [&value, option, largest, may_be_auto](const std::string& text) {
+      [&value, option, range, may_be_auto](const std::string& text) {
         value = {};
         if (may_be_auto && text == "auto") {
           value.automatic = true;
         } else if (const std::optional<double> number = parseNumber(text)) {
-          if (!(*number >= 0 && *number <= largest))
-            throw InputError(option, "", "found " + text + "; expected 0 to " + (largest > 1 ? "2" : "1"));
+          if (!(*number >= range.least && *number <= range.most))
+            throw InputError(option, "", fmt::format("found {}; expected {} to {}", text, range.least, range.most));
           value.constant = number;
         } else {
           value.file = text;
@@ -100,11 +106,22 @@ void addSharedOptions(CLI::App& app, SharedOptions& options) {
       "the nearest pair as it is; none refuses (default: vocal)");
   addChoice(app, "--style", manner.style, {{"speech", Manner::Style::kSpeech}, {"sing", Manner::Style::kSing}},
             "Make all of the motion from curves, as spoken or as sung (default: what --method says)");
-  addStyleParameter(app, "--ma", manner.ma, 1, true, "Melodic accent, 0 to 1, auto, or a file of time_s,value");
-  addStyleParameter(app, "--ps", manner.ps, 1, true, "Pitch sensitivity, 0 to 1, auto, or a file of time_s,value");
-  addStyleParameter(app, "--ja", manner.ja, 2, false, "Jaw, 0 to 2 (1 as the actor), or a file of time_s,value");
-  addStyleParameter(app, "--li", manner.li, 2, false, "Lips, 0 to 2 (1 as the actor), or a file of time_s,value");
-  app.add_option("--edits", manner.edits, "An animator's changes to the curves (edits.json)");
+  addStyleParameter(app, "--ma", manner.ma, {0, 1}, true, "Melodic accent, 0 to 1, auto, or a file of time_s,value");
+  addStyleParameter(app, "--ps", manner.ps, {0, 1}, true, "Pitch sensitivity, 0 to 1, auto, or a file of time_s,value");
+  addStyleParameter(app, "--ja", manner.ja, {0, 2}, false, "Jaw, 0 to 2 (1 as the actor), or a file of time_s,value");
+  addStyleParameter(app, "--li", manner.li, {0, 2}, false, "Lips, 0 to 2 (1 as the actor), or a file of time_s,value");
+  addStyleParameter(app, "--strength", manner.strength, {0, 2}, false,
+                    "All movement of the mouth, 0 to 2 (1 as it is), or a file of time_s,value");
+  addStyleParameter(app, "--jaw", manner.jaw, {0, 2}, false, "Of it what goes with the jaw, likewise");
+  addStyleParameter(app, "--lips", manner.lips, {0, 2}, false, "Of it the rest, likewise");
+  addStyleParameter(app, "--hold", manner.hold, {0, 1}, false,
+                    "How long the pose of each phone is held, 0 (as it is) to 1, or a file");
+  addStyleParameter(app, "--lead-ms", manner.lead_ms, {-200, 200}, false,
+                    "How much earlier than the sound the mouth moves, -200 to 200, or a file");
+  addStyleParameter(app, "--smooth", manner.smooth_ms, {0, 200}, false,
+                    "Smoothing in time, 0 to 200 ms (a Gaussian's standard deviation), or a file");
+  app.add_option("--edits", manner.edits,
+                 "An animator's changes: edits.json, as the page saves it, or curves.json handed back");
   addJsonFlag(app, options.json);
 }
 

@@ -129,7 +129,7 @@ TEST(CurveFill, EditsMoveTheFaceWhereTheyAreAndNowhereElse) {
   const Corpus corpus = tinyCorpus();
   SynthesisRequest request = requestFor(tinyLabels("T-AY-M IH-Z T-EH-N", 42), 60);
   const UtteranceAnimation plain = synthesise(request, corpus);
-  request.options.curves.edits = {{"Ah", CurveEdit::Kind::kOffset, {0.3, 0.5}, 0.5, 0.05, {}}};
+  request.options.edits.curves = {{"Ah", CurveEdit::Kind::kOffset, {0.3, 0.5}, 0.5, 0.05, {}}};
   const UtteranceAnimation edited = synthesise(request, corpus);
   const PositionMatrix change = edited.motion.positions_mm - plain.motion.positions_mm;
   for (Eigen::Index row = 0; row < change.rows(); ++row) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/errors.h"
+#include "base/json_fields.h"
 #include "base/text_numbers.h"
 
 namespace mouthpiece {
@@ -19,6 +20,12 @@ AnimationCurve hill() {
   AnimationCurve curve{"Ah", {{0.0, 0}, {0.2, 0.8}, {0.6, 0.8}, {0.9, 0}}};
   curve.keys = withMonotoneSlopes(curve.keys);
   return curve;
+}
+
+CurveEdits curveEdits(std::string_view json, std::string_view file) {
+  CurveEdits edits;
+  for (const JsonField& entry : parseJson(json, file, "edits").list()) edits.push_back(curveEditFrom(entry));
+  return edits;
 }
 
 void expectRefused(std::string_view json, std::string_view what) {
@@ -71,7 +78,7 @@ TEST(CurveFile, TheKeysAsCsvAreTheSameToTheBit) {
 }
 
 TEST(CurveEdits, OffsetReplaceAndMuteStayInTheirSpans) {
-  const CurveEdits edits = parseCurveEdits(
+  const CurveEdits edits = curveEdits(
       R"([{"curve":"Ah","kind":"offset","start_s":0.25,"end_s":0.45,"value":0.2},
           {"curve":"Ah","kind":"mute","start_s":0.5,"end_s":0.8,"fade_s":0.05},
           {"curve":"Ee","kind":"replace","start_s":1,"end_s":2,"keys":[{"time_s":1.2,"value":0.5},{"time_s":1.8,"value":0.5}]}])",
@@ -91,14 +98,14 @@ TEST(CurveEdits, OffsetReplaceAndMuteStayInTheirSpans) {
 
 TEST(CurveEdits, MakeTheSameOfTheSameCurvesEveryTime) {
   const CurveEdits edits =
-      parseCurveEdits(R"([{"curve":"Ah","kind":"offset","start_s":0.1,"end_s":0.7,"value":-0.3}])", "e.json");
+      curveEdits(R"([{"curve":"Ah","kind":"offset","start_s":0.1,"end_s":0.7,"value":-0.3}])", "e.json");
   EXPECT_EQ(withEdits({hill()}, edits), withEdits({hill()}, edits));
   EXPECT_EQ(withEdits({hill()}, {}), CurveSet{hill()});
 }
 
 TEST(CurveEdits, HaveNoKinkWhereTheyBegin) {
   const CurveEdits edits =
-      parseCurveEdits(R"([{"curve":"Ah","kind":"offset","start_s":0.1,"end_s":0.7,"value":0.3}])", "e.json");
+      curveEdits(R"([{"curve":"Ah","kind":"offset","start_s":0.1,"end_s":0.7,"value":0.3}])", "e.json");
   const AnimationCurve curve = withEdits({hill()}, edits)[0];
   constexpr Seconds kStep = 1e-5;
   for (const Seconds at : {0.1, 0.7}) {
@@ -114,7 +121,7 @@ TEST(CurveEdits, RefusedInOneLine) {
         R"([{"curve":"Ah","kind":"mute","start_s":1,"end_s":1}])", R"([{"kind":"mute","start_s":0,"end_s":1}])",
         R"([{"curve":7,"kind":[],"start_s":0,"end_s":1}])", R"([{"curve":"Ah","kind":"offset","start_s":0,"end_s":1}])",
         R"([{"curve":"Ah","kind":"replace","start_s":0,"end_s":1,"keys":[{"time_s":2,"value":1}]}])"}) {
-    EXPECT_THROW(parseCurveEdits(bad, "e.json"), InputError) << bad;
+    EXPECT_THROW(curveEdits(bad, "e.json"), InputError) << bad;
   }
 }
 

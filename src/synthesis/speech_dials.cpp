@@ -1,0 +1,214 @@
+// Strength, jaw, lips, hold, lead and smoothing of a line's motion, and what keeps them within what a face can do.
+#include "synthesis/speech_dials.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/index.h"
+#include "base/smooth_step.h"
+#include "synthesis/stages.h"
+#include "vocal/viseme_poses.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr double kMostGain = 2;        ///< of all dials together
+constexpr double kMostReach = 2;       ///< of the widest viseme's pose
+constexpr double kClosedWithin = 0.5;  ///< mm beyond the speaker's usual closure
+
+/// Row at a time between the frames, evenly spaced.
+Eigen::RowVectorXd rowAt(const PositionMatrix& rows, double frame) {
+  const double at = std::clamp(frame, 0.0, asReal(rows.rows() - 1));
+  const auto first = static_cast<Eigen::Index>(at);
+  const Eigen::Index second = std::min(first + 1, rows.rows() - 1);
+  const double part = at - asReal(first);
+  return (1 - part) * rows.row(first) + part * rows.row(second);
+}
+
+/// From the middle of one phone to the middle of the next time runs slow, quick, slow.
+Seconds heldTime(const std::vector<Seconds>& middles, Seconds time, double hold) {
+  const auto next = std::upper_bound(middles.begin(), middles.end(), time);
+  if (next == middles.begin() || next == middles.end()) return time;
+  const Seconds before = *(next - 1), step = *next - before;
+  const double share = (time - before) / step;
+  const double held = smoothStep(smoothStep(share));
+  return before + step * std::lerp(share, held, hold);
+}
+
+PositionMatrix retimed(const PositionMatrix& positions, const SpeechDials& dials, const LineToRender& line) {
+  std::vector<Seconds> middles;
+  for (const LabelledPhone& phone : line.labels.phones) middles.push_back(phone.span.middle());
+  PositionMatrix moved = positions;
+  for (std::size_t k = 0; k < line.times.size(); ++k) {
+    const Seconds time = line.times[k] + dials.lead_ms.at(line.times[k]) / 1000;
+    const Seconds source = heldTime(middles, time, dials.hold.at(line.times[k]));
+    moved.row(signedIndex(k)) = rowAt(positions, source * line.options.frame_rate_hz);
+  }
+  return moved;
+}
+
+PositionMatrix smoothed(const PositionMatrix& positions, const StyleSignal& smooth_ms, const LineToRender& line) {
+  constexpr double kDeviations = 3;
+  PositionMatrix calm = positions;
+  for (Eigen::Index k = 0; k < positions.rows(); ++k) {
+    const double frames = smooth_ms.at(line.times[unsignedIndex(k)]) / 1000 * line.options.frame_rate_hz;
+    if (!(frames > 0.05)) continue;
+    const auto reach = static_cast<Eigen::Index>(std::ceil(kDeviations * frames));
+    double weight = 0;
+    calm.row(k).setZero();
+    for (Eigen::Index other = k - reach; other <= k + reach; ++other) {
+      const double away = asReal(other - k) / frames;
+      const double own = std::exp(-0.5 * away * away);
+      calm.row(k) += own * positions.row(std::clamp<Eigen::Index>(other, 0, positions.rows() - 1));
+      weight += own;
+    }
+    calm.row(k) /= weight;
+  }
+  return calm;
+}
+
+/// How far the chin sinks, of a displacement.
+double chinDropOf(const VisemePoses& poses, const Eigen::RowVectorXd& displacement) {
+  return poses.mouth.has(MarkerRole::kChin) ? poses.mouth.chinDrop(displacement) : 0;
+}
+
+void scale(const SpeechDials& dials, const LineToRender& line, const VisemePoses* poses,
+           PositionMatrix& displacements) {
+  for (Eigen::Index k = 0; k < displacements.rows(); ++k) {
+    const Seconds time = line.times[unsignedIndex(k)];
+    const double strength = dials.strength.at(time);
+    const double jaw_gain = std::min(kMostGain, strength * dials.jaw.at(time));
+    const double lip_gain = std::min(kMostGain, strength * dials.lips.at(time));
+    Eigen::RowVectorXd jaw = Eigen::RowVectorXd::Zero(displacements.cols());
+    if (poses != nullptr) jaw = chinDropOf(*poses, displacements.row(k)) * poses->jaw_direction;
+    displacements.row(k) = jaw_gain * jaw + lip_gain * (displacements.row(k) - jaw);
+  }
+}
+
+/// How much of F and V is said at a time, coming and going within 40 ms.
+double labiodentalAt(const SpeechLabels& labels, Seconds time) {
+  constexpr Seconds kRamp = 0.040;
+  double most = 0;
+  for (const LabelledPhone& phone : labels.phones) {
+    if (!isLabiodental(phone.phone)) continue;
+    const Seconds outside = std::max({0.0, phone.span.start - time, time - phone.span.end});
+    most = std::max(most, 1 - smoothStep(outside / kRamp));
+  }
+  return most;
+}
+
+/// Lips that met, or touched the teeth, in `before` are as far apart in `displacements` as they were there: wholly so
+/// where they were closed, not at all from 3 mm of opening on.
+void keepContactsOf(const PositionMatrix& before, const LineToRender& line, const VisemePoses& poses,
+                    PositionMatrix& displacements) {
+  constexpr double kOpenMm = 3;
+  const Eigen::VectorXd was = poses.mouth.verticalOpenings(before);
+  const Eigen::VectorXd is = poses.mouth.verticalOpenings(displacements);
+  const double closed = std::max(poses.bilabial_mm, poses.contact_mm);
+  for (Eigen::Index k = 0; k < displacements.rows(); ++k) {
+    const double kept =
+        std::max(1 - smoothStep((was(k) - closed) / kOpenMm), labiodentalAt(line.labels, line.times[unsignedIndex(k)]));
+    displacements.row(k) += kept * (was(k) - is(k)) * poses.opening_direction;
+  }
+}
+
+/// The farthest that each marker goes with the lips alone, and the chin, in any viseme.
+struct Reach {
+  Eigen::RowVectorXd lips_mm;  ///< a marker
+  double chin_mm = 0;
+
+  explicit Reach(const VisemePoses& poses) : lips_mm(Eigen::RowVectorXd::Zero(poses.lips.cols() / 3)) {
+    for (Eigen::Index v = 0; v < poses.lips.rows(); ++v) {
+      for (Eigen::Index m = 0; m < lips_mm.size(); ++m)
+        lips_mm(m) = std::max(lips_mm(m), poses.lips.row(v).segment<3>(3 * m).norm());
+    }
+    chin_mm = *std::max_element(poses.jaw_drop.begin(), poses.jaw_drop.end());
+  }
+};
+
+}  // namespace
+
+std::size_t keepWithinReach(const PositionMatrix& before, const LineToRender& line, PositionMatrix& positions) {
+  if (!line.model.isPossible()) return 0;
+  const VisemePoses& poses = line.model.poses();
+  const Reach reach(poses);
+  std::size_t held = 0;
+  for (Eigen::Index k = 0; k < positions.rows(); ++k) {
+    if (positions.row(k) == before.row(k)) continue;
+    const Eigen::RowVectorXd was = before.row(k) - line.rest();
+    Eigen::RowVectorXd now = positions.row(k) - line.rest();
+    const double drop = chinDropOf(poses, now), was_drop = chinDropOf(poses, was);
+    const double most = std::max(was_drop, kMostReach * reach.chin_mm);
+    bool is_held = drop > most;
+    if (is_held) now -= (drop - most) * poses.jaw_direction;
+    const double left = std::min(drop, most);
+    for (Eigen::Index m = 0; m < reach.lips_mm.size(); ++m) {
+      Eigen::RowVector3d jaw = left * poses.jaw_direction.segment<3>(3 * m);
+      const Eigen::RowVector3d lips = now.segment<3>(3 * m) - jaw;
+      const double was_lips = (was.segment<3>(3 * m) - was_drop * poses.jaw_direction.segment<3>(3 * m)).norm();
+      const double farthest = std::max(kMostGain * was_lips, kMostReach * std::max(reach.lips_mm(m), 1.0));
+      if (lips.norm() <= farthest) continue;
+      now.segment<3>(3 * m) = jaw + lips * (farthest / lips.norm());
+      is_held = true;
+    }
+    if (is_held) positions.row(k) = now + line.rest();
+    held += is_held ? 1 : 0;
+  }
+  return held;
+}
+
+std::size_t turnDials(const SpeechDials& dials, const LineToRender& line, PositionMatrix& positions) {
+  if (areUsual(dials)) return 0;
+  PositionMatrix moved = positions;
+  const auto turned = [&](std::size_t dial) { return !isUsual(kSpeechDials[dial], dials); };
+  if (turned(3) || turned(4)) moved = retimed(moved, dials, line);
+  const PositionMatrix as_timed = moved;
+  const PositionMatrix in_time = moved.rowwise() - Eigen::RowVectorXd(line.rest());
+  if (turned(5)) moved = smoothed(moved, dials.smooth_ms, line);
+  const VisemePoses* poses = line.model.isPossible() ? &line.model.poses() : nullptr;
+  PositionMatrix displacements = moved.rowwise() - Eigen::RowVectorXd(line.rest());
+  scale(dials, line, poses, displacements);
+  moved = displacements.rowwise() + Eigen::RowVectorXd(line.rest());
+  const std::size_t held = keepWithinReach(as_timed, line, moved);
+  if (poses != nullptr && poses->mouth.hasLips()) {
+    displacements = moved.rowwise() - Eigen::RowVectorXd(line.rest());
+    keepContactsOf(in_time, line, *poses, displacements);
+    moved = displacements.rowwise() + Eigen::RowVectorXd(line.rest());
+  }
+  const std::vector<bool> upper = upperFaceColumns(line.database.corpus().layout);
+  for (std::size_t i = 0; i < upper.size(); ++i) {
+    if (!upper[i]) positions.col(signedIndex(i)) = moved.col(signedIndex(i));
+  }
+  return held;
+}
+
+MouthFacts mouthFacts(const MotionClip& motion, const LineToRender& line) {
+  MouthFacts facts;
+  const LipGauge& lips = line.database.lips();
+  if (lips.hasLips()) {
+    const double usual = line.model.isPossible() ? line.model.poses().bilabial_mm : 0;
+    const double closed = lips.opening(line.rest()) + std::max(usual, 0.0) + kClosedWithin;
+    for (const LabelledPhone& phone : line.labels.phones) {
+      if (!isBilabial(phone.phone)) continue;
+      ++facts.bilabials;
+      if (lips.tightest(motion, phone.span) <= closed) ++facts.closures;
+    }
+  }
+  const std::vector<Eigen::Index>& columns = line.database.lipColumns();
+  double squares = 0;
+  for (Eigen::Index k = 1; k + 1 < motion.positions_mm.rows(); ++k) {
+    for (const Eigen::Index column : columns) {
+      const auto at = [&](Eigen::Index frame) { return motion.positions_mm(frame, column); };
+      const double off = at(k) - 0.5 * (at(k - 1) + at(k + 1));
+      squares += off * off;
+    }
+  }
+  const double marker_frames = asReal(std::max<Eigen::Index>(1, motion.positions_mm.rows() - 2)) *
+                               std::max(1.0, asReal(std::ssize(columns)) / 3);
+  facts.jitter_mm = std::sqrt(squares / marker_frames);
+  return facts;
+}
+
+}  // namespace mouthpiece
