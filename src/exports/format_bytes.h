@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "deform/kernel/face_animation.h"
+#include "exports/shapes/principal_shapes.h"
 #include "motion/motion_clip.h"
 #include "synthesis/curve_ablation.h"
 #include "synthesis/utterance_animation.h"
@@ -29,6 +30,29 @@ void objFrames(const FaceMesh& mesh, const FaceAnimation& animation,
 /// report.json (docs/formats/report.md): where each phone came from, how it was joined and how long it took.
 std::string reportJson(const UtteranceAnimation& animation);
 
+/// Another fragment that a unit of the line could be made of.
+struct UnitOffer {
+  PhoneRange phones;  ///< of the line
+  std::string take;
+  Seconds source_start = 0;
+  double cost = 0;
+};
+
+/// What the curves move, as weights of the face's shapes, so that a page can show a change of a curve by itself.
+struct CurvePoses {
+  std::vector<std::string> names;  ///< of the curves: visemes, lipSpread, lipRound
+  RowMajorMatrixF lips;            ///< a row a curve, a column a shape: at value 1
+  std::vector<double> jaw_drop;    ///< of each curve's jaw part, mm at value 1
+  Eigen::RowVectorXf jaw;          ///< weights for one mm of these
+};
+
+/// What view.html needs besides the line to be an editor of it.
+struct ViewEdits {
+  std::string edits = "[]";                    ///< those that made this line, JSON
+  std::vector<std::vector<UnitOffer>> offers;  ///< a list a unit
+  CurvePoses poses;
+};
+
 /// What view.html shows. Views only: everything must outlive the call.
 struct ViewPage {
   const UtteranceAnimation& animation;
@@ -36,7 +60,8 @@ struct ViewPage {
   const FaceMesh& mesh;  ///< for its parts' kinds and its unit
   std::string_view face_name;
   std::span<const std::string> marker_names;
-  const PositionMatrix& markers;  ///< FaceMotion's: frames x (3 * markers), the mesh's unit
+  const PositionMatrix& markers;     ///< FaceMotion's: frames x (3 * markers), the mesh's unit
+  const ViewEdits* edits = nullptr;  ///< null: nothing but the line itself
 };
 
 /// Where the template takes its data: this line, once.

@@ -43,7 +43,8 @@ std::string_view kindName(PartKind kind) {
 ordered_json partsOf(const FaceMesh& mesh) {
   ordered_json parts = ordered_json::array();
   for (const MeshPart& part : mesh.parts) {
-    if (part.triangle_count > 0) parts.push_back({{"name", part.name}, {"kind", kindName(part.kind)}, {"material", part.material}});
+    if (part.triangle_count > 0)
+      parts.push_back({{"name", part.name}, {"kind", kindName(part.kind)}, {"material", part.material}});
   }
   return parts;
 }
@@ -71,13 +72,62 @@ AudioClip soundOf(const UtteranceAnimation& animation) {
   return sound;
 }
 
+std::vector<double> roundedOver(const LipGauge& lips, LipGauge::Measure measure, const MotionClip& clip) {
+  std::vector<double> values = lips.overFrames(measure, clip.positions_mm);
+  for (double& value : values) value = std::round(value * 1000) / 1000;
+  return values;
+}
+
 /// Of the outer lips, rounded for display; empty without markers on them.
 std::vector<double> openingsOf(const MotionClip& clip) {
   const LipGauge lips(clip.marker_names);
-  if (!lips.hasLips()) return {};
-  std::vector<double> values = lips.overFrames(&LipGauge::opening, clip.positions_mm);
-  for (double& value : values) value = std::round(value * 1000) / 1000;
-  return values;
+  return lips.hasLips() ? roundedOver(lips, &LipGauge::opening, clip) : std::vector<double>();
+}
+
+/// Of the mouth, from corner to corner, likewise.
+std::vector<double> widthsOf(const MotionClip& clip) {
+  const LipGauge lips(clip.marker_names);
+  const bool has_corners = lips.has(MarkerRole::kRightLipCorner) && lips.has(MarkerRole::kLeftLipCorner);
+  return has_corners ? roundedOver(lips, &LipGauge::width, clip) : std::vector<double>();
+}
+
+ordered_json curvesOf(const CurveSet& curves) {
+  ordered_json list = ordered_json::array();
+  for (const AnimationCurve& curve : curves) {
+    ordered_json keys = ordered_json::array();
+    for (const CurveKey& key : curve.keys) keys.push_back({key.time, key.value, key.in, key.out});
+    list.push_back({{"name", curve.name}, {"keys", std::move(keys)}});
+  }
+  return list;
+}
+
+std::vector<double> shortened(const Eigen::RowVectorXf& values) {
+  std::vector<double> list;
+  for (const float value : values) list.push_back(std::round(static_cast<double>(value) * 1e5) / 1e5);
+  return list;
+}
+
+ordered_json editsOf(const ViewEdits& edits) {
+  ordered_json offers = ordered_json::array();
+  for (const std::vector<UnitOffer>& of_unit : edits.offers) {
+    ordered_json list = ordered_json::array();
+    for (const UnitOffer& offer : of_unit)
+      list.push_back({{"first", offer.phones.first.value},
+                      {"last", offer.phones.last.value},
+                      {"take", offer.take},
+                      {"source_start_s", std::round(offer.source_start * 1e6) / 1e6},
+                      {"cost", std::round(offer.cost * 1e3) / 1e3}});
+    offers.push_back(std::move(list));
+  }
+  ordered_json lips = ordered_json::array();
+  for (Eigen::Index row = 0; row < edits.poses.lips.rows(); ++row) lips.push_back(shortened(edits.poses.lips.row(row)));
+  return {{"edits", ordered_json::parse(edits.edits, nullptr, false)},
+          {"offers", std::move(offers)},
+          {"poses",
+           {{"names", edits.poses.names},
+            {"lips", std::move(lips)},
+            {"jaw_drop", edits.poses.jaw_drop},
+            {"jaw", shortened(edits.poses.jaw)}}}};
 }
 
 }  // namespace
@@ -92,14 +142,17 @@ std::string viewHtml(std::string_view page_template, const ViewPage& page) {
                     {"face", page.face_name},
                     {"parts", partsOf(page.mesh)},
                     {"control", controlOf(page)},
-                    {"lip_opening_mm", openingsOf(page.animation.motion)}};
+                    {"lip_opening_mm", openingsOf(page.animation.motion)},
+                    {"lip_width_mm", widthsOf(page.animation.motion)},
+                    {"curves", curvesOf(page.animation.curves)}};
+  if (page.edits != nullptr) data["editing"] = editsOf(*page.edits);
 
   const std::string wav = wavBytes(soundOf(page.animation));
   std::string html;
   html.reserve(page_template.size() + (page.glb.size() + wav.size()) / 3 * 4 + 1'000'000);
   html.append(page_template.substr(0, place));
-  html.append("<script type=\"application/json\" id=\"mouthpiece-data\">").append(
-      scriptSafe(data.dump(-1, ' ', true, ordered_json::error_handler_t::replace)));
+  html.append("<script type=\"application/json\" id=\"mouthpiece-data\">")
+      .append(scriptSafe(data.dump(-1, ' ', true, ordered_json::error_handler_t::replace)));
   html.append("</script>\n<script type=\"text/plain\" id=\"mouthpiece-sound\">");
   appendBase64(html, wav);
   html.append("</script>\n<script type=\"text/plain\" id=\"mouthpiece-face\">");

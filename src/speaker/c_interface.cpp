@@ -197,9 +197,13 @@ int mouthpiece_stream_next(mouthpiece_stream* stream, mouthpiece_frame* frame, i
     *has_frame = 0;
     const Frame* next = stream->stream.next();
     if (next == nullptr) return;
-    *frame = {next->index,           next->time,
-              next->markers_mm.data(), next->markers_mm.size() / 3,
-              next->vertices.empty() ? nullptr : next->vertices.data(), next->vertices.size() / 3, {}};
+    *frame = {next->index,
+              next->time,
+              next->markers_mm.data(),
+              next->markers_mm.size() / 3,
+              next->vertices.empty() ? nullptr : next->vertices.data(),
+              next->vertices.size() / 3,
+              {}};
     std::copy(next->arkit.begin(), next->arkit.end(), frame->arkit);
     *has_frame = 1;
   });

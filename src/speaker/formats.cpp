@@ -52,8 +52,9 @@ std::string pageOf(const Source& source) {
       readFile(findSharedFile("viewer.html", "make it with `make build` in the checkout"));
   const SharedFace::Data& face = source.needFace();
   const UtteranceAnimation animation = source.timedAnimation();
+  const std::optional<ViewEdits> edits = source.viewEdits();
   return viewHtml(page_template, {animation, source.glb(), face.rig.mesh(), face.rig.name(), face.rig.markerNames(),
-                                  source.faceMotion().markers()});
+                                  source.faceMotion().markers(), edits ? &*edits : nullptr});
 }
 
 // What fits a longer ending comes before what fits its end.

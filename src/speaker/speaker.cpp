@@ -8,6 +8,7 @@
 #include <set>
 
 #include "base/errors.h"
+#include "base/files.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/lyrics.h"
 #include "hearing/recognition/recogniser.h"
@@ -185,6 +186,7 @@ struct Speaker::Data {
   std::string recogniser_hint;
   std::vector<double> heard_confidence;  ///< of the phones of the recording that was recognised last
   double load_ms = 0;
+  std::string edits;  ///< JSON, as the file has them
 
   SpokenLine alignRecording(const Line& line);
   SpokenLine hearRecording(const Line& line);
@@ -331,6 +333,7 @@ Speaker::Speaker(const SharedCorpus& corpus, std::optional<SharedFace> face, con
   data_ = std::make_unique<Data>(options, corpus, std::move(face));
   timed(data_->load_ms, [&] {
     data_->synthesis = synthesisOf(options.manner, corpus.data().curve_model);
+    if (!options.manner.edits.empty()) data_->edits = readFile(options.manner.edits);
     data_->language = &languageFor(data_->options);
     if (!options.lexicon.empty()) data_->lexicon = Lexicon::read(options.lexicon, *data_->language);
   });
@@ -356,6 +359,7 @@ Performance Speaker::perform(const Line& given) {
   made->face = data_->face;
   made->corpus = data_->corpus;
   made->actor = data_->corpus.data().actor;
+  if (!data_->edits.empty()) made->edits = data_->edits;
 
   const SynthesisRequest request{sound.line.text,
                                  sound.line.voice,

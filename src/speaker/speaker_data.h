@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "exports/format_bytes.h"
 #include "exports/gltf/glb.h"
 #include "exports/shapes/principal_shapes.h"
 #include "mouthpiece/corpus.h"
@@ -52,6 +53,7 @@ struct Performance::Data {
   AudioTags tags;                      ///< what was heard in the sound
   std::vector<double> confidence;      ///< of each phone of a line that was recognised; else empty
   VocalStyle style;                    ///< of the curves
+  std::string edits = "[]";            ///< an animator's, JSON, as they were asked for
   Sound sound;
   Labels labels;
   Motion motion;
@@ -75,6 +77,8 @@ struct Performance::Data {
   /// frames x 52, fitted to the markers.
   const RowMajorMatrixF& arkit() const;
   [[nodiscard]] const SharedFace::Data& needFace() const;
+  /// What the page needs to be an editor of the line; of motion from elsewhere nothing.
+  [[nodiscard]] std::optional<ViewEdits> viewEdits() const;
   /// All wall times so far.
   [[nodiscard]] StageTimings timing() const;
   /// The animation with them, as reports tell it.
@@ -95,8 +99,8 @@ struct Performance::Data {
   mutable std::optional<RowMajorMatrixF> arkit_;
 };
 
-/// The take of the corpus that a unit of `line` was taken from, as it was captured; its one unit is the fragment. Throws
-/// InputError where curves move the face.
+/// The take of the corpus that a unit of `line` was taken from, as it was captured; its one unit is the fragment.
+/// Throws InputError where curves move the face.
 Performance sourceOf(const Performance& line, std::size_t unit);
 
 /// The result of `work`, whose wall time is added to `milliseconds`.

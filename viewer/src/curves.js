@@ -20,7 +20,7 @@ export function loudestOf(samples) {
 }
 
 /** Draws into `canvas`, `width` x `height` CSS pixels, the line from `start` to `end` seconds. */
-export function drawCurves(canvas, width, height, { sound, loudest, lipOpening, framesPerSecond, start, end }) {
+export function drawCurves(canvas, width, height, { sound, loudest, lipOpening, lipWidth = [], framesPerSecond, start, end }) {
   const scale = window.devicePixelRatio || 1;
   canvas.width = Math.round(width * scale);
   canvas.height = Math.round(height * scale);
@@ -37,15 +37,20 @@ export function drawCurves(canvas, width, height, { sound, loudest, lipOpening, 
     context.fillRect(x, height / 2 - half, 1, 2 * half);
   });
 
-  if (lipOpening.length < 2) return;
-  const high = Math.max(...lipOpening, 1e-6);
-  context.strokeStyle = style.getPropertyValue('--lips');
-  context.lineWidth = 1.75;
-  context.lineJoin = 'round';
-  context.beginPath();
-  const last = Math.min(Math.ceil(end * framesPerSecond) + 1, lipOpening.length);
-  for (let frame = Math.max(0, Math.floor(start * framesPerSecond) - 1); frame < last; ++frame) {
-    context.lineTo(((frame / framesPerSecond - start) / (end - start)) * width, height - 5 - (lipOpening[frame] / high) * (height - 10));
-  }
-  context.stroke();
+  const drawLine = (values, low, color, dashes) => {
+    if (values.length < 2) return;
+    const high = values.reduce((most, value) => Math.max(most, value), low + 1e-6);
+    context.strokeStyle = style.getPropertyValue(color);
+    context.lineWidth = dashes.length ? 1.25 : 1.75;
+    context.lineJoin = 'round';
+    context.setLineDash(dashes);
+    context.beginPath();
+    const last = Math.min(Math.ceil(end * framesPerSecond) + 1, values.length);
+    for (let frame = Math.max(0, Math.floor(start * framesPerSecond) - 1); frame < last; ++frame) {
+      context.lineTo(((frame / framesPerSecond - start) / (end - start)) * width, height - 5 - ((values[frame] - low) / (high - low)) * (height - 10));
+    }
+    context.stroke();
+  };
+  drawLine(lipWidth, lipWidth.reduce((least, value) => Math.min(least, value), Infinity), '--faint', [2, 3]);
+  drawLine(lipOpening, 0, '--lips', []);
 }

@@ -2,6 +2,7 @@
 import { Vector3 } from 'three';
 import { SoundClock } from './clock.js';
 import { ControlPoints } from './control_points.js';
+import { Editor } from './edit/editor.js';
 import { LipGauge } from './lip_gauge.js';
 import { readPageData } from './page_data.js';
 import { Caption, showDoubts, showHeading, showLegend } from './panels.js';
@@ -40,7 +41,9 @@ class Page {
       zoomIn: () => this.timeline.zoom(1.5),
       zoomOut: () => this.timeline.zoom(1 / 1.5),
       zoomFit: () => this.timeline.zoom(0),
+      toggleEditing: () => this.editor.setOpen(!this.editor.isOpen),
     });
+    this.editor = new Editor(data, this);
     this.showTime(0);
   }
 
@@ -53,6 +56,7 @@ class Page {
     this.controlPoints.addTo(this.stage.scene, box.max.distanceTo(box.min));
     this.stage.scene.updateMatrixWorld(true);
     this.gauge = new LipGauge(this.stage.meshes, this.controlPoints);
+    this.editor.setFace(this.stage.weightTracks);
     this.showTime(0);
     this.stage.render();
   }
@@ -105,6 +109,9 @@ function publish(page, ready) {
     get playing() { return page.clock.playing; },
     get volume() { return page.clock.volume; },
     get openings() { return page.openings; },
+    get edits() { return page.editor.edits.list; },
+    /** The weights of the face's shapes in a frame, with the edits that the page shows by itself. */
+    weights: (frame) => page.stage?.weightTracks.map(({ values, times }) => [...values.slice((frame * values.length) / times.length, ((frame + 1) * values.length) / times.length)]) ?? [],
     play: () => page.clock.play(),
     pause: () => page.clock.pause(),
     seek(time) {
@@ -132,7 +139,6 @@ try {
   page.start();
   const start = Number(location.hash.match(/^#t=([\d.]+)$/)?.[1]);
   if (start > 0) page.clock.seek(start);
-  if (window.parent !== window) window.parent.postMessage({ mouthpiece: 'ready' }, location.origin === 'null' ? '*' : location.origin);
 } catch (error) {
   showNotice(error.message);
   throw error;

@@ -138,6 +138,11 @@ export class Stage {
     this.invalidate();
   }
 
+  /** The weights of the shapes over time; other values may be written into them. */
+  get weightTracks() {
+    return this.clip?.tracks.filter(({ name }) => name.endsWith('.morphTargetInfluences')) ?? [];
+  }
+
   setTime(time) {
     if (this.clip) this.mixer.setTime(Math.min(Math.max(time, 0), this.clip.duration - 1e-5));
     this.invalidate();

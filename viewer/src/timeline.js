@@ -17,8 +17,10 @@ function seconds(value) {
   return `${value.toFixed(2)} s`;
 }
 
-export class Timeline {
+/** Events: "layout" when the window of time has changed, "phone" when another phone is the current one. */
+export class Timeline extends EventTarget {
   constructor(data, takes, clock) {
+    super();
     this.data = data;
     this.takes = takes;
     this.clock = clock;
@@ -110,23 +112,31 @@ export class Timeline {
     this.width = width;
     this.track.style.width = `${width}px`;
     this.#drawCurves();
+    this.dispatchEvent(new Event('layout'));
     for (const block of this.blocks) block.classList.toggle('narrow', block.clientWidth < 15);
     this.setTime(this.clock.time);
   }
 
   /** What is in sight alone: the whole of a long line is wider than a canvas can be. */
-  #drawCurves() {
+  get window() {
     const { clientWidth, scrollLeft } = this.scroller;
     const secondsPerPixel = this.clock.duration / this.width;
-    const { sound, lip_opening_mm: lipOpening, report } = this.data;
-    drawCurves(this.curves, clientWidth, CURVES_HEIGHT, {
-      sound, loudest: this.loudest, lipOpening, framesPerSecond: report.fps, start: scrollLeft * secondsPerPixel, end: (scrollLeft + clientWidth) * secondsPerPixel,
-    });
+    return { start: scrollLeft * secondsPerPixel, end: (scrollLeft + clientWidth) * secondsPerPixel, width: clientWidth };
+  }
+
+  #drawCurves() {
+    const { sound, lip_opening_mm: lipOpening, lip_width_mm: lipWidth, report } = this.data;
+    const { start, end, width } = this.window;
+    drawCurves(this.curves, width, CURVES_HEIGHT, { sound, loudest: this.loudest, lipOpening, lipWidth, framesPerSecond: report.fps, start, end });
+  }
+
+  timeOf(clientX) {
+    const box = this.track.getBoundingClientRect();
+    return ((clientX - box.left) / box.width) * this.clock.duration;
   }
 
   #timeAt(event) {
-    const box = this.track.getBoundingClientRect();
-    return ((event.clientX - box.left) / box.width) * this.clock.duration;
+    return this.timeOf(event.clientX);
   }
 
   #listen() {
@@ -142,7 +152,10 @@ export class Timeline {
     });
     for (const name of ['pointerup', 'pointercancel']) this.track.addEventListener(name, () => (this.dragging = false));
     this.track.addEventListener('pointerleave', () => (this.tooltip.hidden = true));
-    this.scroller.addEventListener('scroll', () => this.#drawCurves());
+    this.scroller.addEventListener('scroll', () => {
+      this.#drawCurves();
+      this.dispatchEvent(new Event('layout'));
+    });
     this.scroller.addEventListener('wheel', (event) => {
       if (!event.ctrlKey) return;
       event.preventDefault();
@@ -214,6 +227,7 @@ export class Timeline {
       this.#mark(this.blocks[index], true);
       this.current = index;
       this.#describe(index);
+      this.dispatchEvent(new Event('phone'));
     }
     this.#follow(x);
   }

@@ -6,7 +6,7 @@ function isTyping(target) {
   return target instanceof HTMLSelectElement || (target instanceof HTMLInputElement && target.type !== 'range');
 }
 
-/** actions: {toggleWireframe, toggleMarkers, resetView, zoomIn, zoomOut, zoomFit}. */
+/** actions: {toggleWireframe, toggleMarkers, resetView, zoomIn, zoomOut, zoomFit, toggleEditing}. */
 export class Transport {
   constructor(clock, actions) {
     this.clock = clock;
@@ -49,6 +49,7 @@ export class Transport {
       m: this.actions.toggleMarkers,
       r: this.actions.resetView,
       l: () => this.#toggleLoop(),
+      e: this.actions.toggleEditing,
       '+': this.actions.zoomIn,
       '=': this.actions.zoomIn,
       '-': this.actions.zoomOut,

@@ -64,8 +64,8 @@ class PolicyBase : public SelectionPolicy {
   double unit_cost_, stand_in_cost_;
 };
 
-/// EDGE 5.1.1: from each phone the longest fragment, then on from its last phone. The paper's inner loop never ends when
-/// not even the pair (i, i + 1) was captured: here a stand-in takes its place, so i always rises.
+/// EDGE 5.1.1: from each phone the longest fragment, then on from its last phone. The paper's inner loop never ends
+/// when not even the pair (i, i + 1) was captured: here a stand-in takes its place, so i always rises.
 class GreedyPolicy : public PolicyBase {
  public:
   GreedyPolicy(const SpeechLabels& target, const UnitDatabase& database, const SelectionOptions& options)
@@ -114,9 +114,9 @@ class GreedyPolicy : public PolicyBase {
     return best.value();
   }
 
-  /// Greedy cuts as late as it can, inside a phone whose continuation `before` was captured with is the wrong one. Where
-  /// `after` was captured with the right phones before it too, the cut may lie at any of them: it moves to where the
-  /// lips agree best. Both units still share exactly one phone.
+  /// Greedy cuts as late as it can, inside a phone whose continuation `before` was captured with is the wrong one.
+  /// Where `after` was captured with the right phones before it too, the cut may lie at any of them: it moves to where
+  /// the lips agree best. Both units still share exactly one phone.
   void moveCut(SelectedUnit& before, SelectedUnit& after) const {
     SelectedUnit shorter = before;
     SelectedUnit longer = after;
@@ -205,8 +205,8 @@ class PairPolicy : public PolicyBase {
   [[nodiscard]] std::vector<SelectedUnit> finish(std::vector<SelectedUnit> pairs) const override {
     std::vector<SelectedUnit> units;
     for (const SelectedUnit& pair : pairs) {
-      const bool goes_on = !units.empty() && !pair.is_backoff && !units.back().is_backoff &&
-                           lastPlace(units.back()) == pair.source;
+      const bool goes_on =
+          !units.empty() && !pair.is_backoff && !units.back().is_backoff && lastPlace(units.back()) == pair.source;
       if (!goes_on) {
         units.push_back(pair);
         continue;
@@ -275,6 +275,31 @@ std::vector<SelectedUnit> selectUnits(const SpeechLabels& target, const UnitData
     return cheapestCover(phones, FragmentPolicy(target, database, options));
   if (const auto take = takeInItsOwnTime(target, database)) return {*take};
   return cheapestCover(phones, PairPolicy(target, database, options));
+}
+
+std::vector<SelectedUnit> otherUnits(const SpeechLabels& target, const UnitDatabase& database, const PhoneRange& phones,
+                                     const PhonePlace& source, std::size_t most) {
+  constexpr std::size_t kMostLookedAt = 200;
+  const Corpus& corpus = database.corpus();
+  const SelectionCosts costs = corpus.trajectory_model != nullptr
+                                   ? SelectionCosts(target, database, corpus.lattice_weights)
+                                   : SelectionCosts(target, database, SelectionWeights());
+  std::vector<Phone> wanted;
+  for (std::size_t i = phones.first.value; i <= phones.last.value; ++i) wanted.push_back(target.phones[i].phone);
+  std::vector<SelectedUnit> others;
+  for (; wanted.size() >= 2 && others.empty(); wanted.pop_back()) {
+    const PhoneRange range = rangeOf(phones.first.value, wanted.size());
+    std::size_t looked_at = 0;
+    for (const PhonePlace& place : database.index().placesOf(wanted)) {
+      if (place == source || !database.isSeen(place, wanted.size())) continue;
+      if (++looked_at > kMostLookedAt) break;
+      others.push_back({range, place, costs.targetCost(range, place), 0, false, {}});
+    }
+  }
+  std::stable_sort(others.begin(), others.end(),
+                   [](const SelectedUnit& a, const SelectedUnit& b) { return a.target_cost < b.target_cost; });
+  if (others.size() > most) others.erase(others.begin() + signedIndex(most), others.end());
+  return others;
 }
 
 std::string_view scaleOf(const SpeechLabels& take, PhoneIndex first, std::size_t phone_count) {

@@ -1,0 +1,92 @@
+// What the page needs to be an editor: other units, and what the curves move.
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+#include "base/index.h"
+#include "deform/mesh/face_mesh.h"
+#include "speaker/speaker_data.h"
+#include "units/selection/selection.h"
+#include "vocal/viseme_poses.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr std::size_t kMostOffers = 6;
+
+std::vector<std::vector<UnitOffer>> offersFor(const UtteranceAnimation& animation, const UnitDatabase& database) {
+  const std::vector<CorpusTake>& takes = database.corpus().takes;
+  std::vector<std::vector<UnitOffer>> offers;
+  for (const PlacedUnit& unit : animation.units) {
+    std::vector<UnitOffer>& own = offers.emplace_back();
+    const auto take =
+        std::find_if(takes.begin(), takes.end(), [&](const CorpusTake& each) { return each.name == unit.take; });
+    const PhonePlace source{TakeIndex(unsignedIndex(take - takes.begin())), unit.source_first};
+    for (const SelectedUnit& other : otherUnits(animation.labels, database, unit.phones, source, kMostOffers)) {
+      const CorpusTake& from = database.takeOf(other.source);
+      own.push_back(
+          {other.phones, from.name, from.labels.phones[other.source.phone.value].span.start, other.target_cost});
+    }
+  }
+  return offers;
+}
+
+/// Displacements of the markers, a row a pose: each curve's lip part, then one mm of the jaw.
+PositionMatrix posesOf(const VisemePoses& poses, std::vector<std::string>& names, std::vector<double>& jaw_drop) {
+  PositionMatrix rows(signedIndex(kVisemeCount), poses.lips.cols());
+  for (std::size_t v = 1; v < kVisemeCount; ++v) {
+    names.emplace_back(visemeName(static_cast<Viseme>(v)));
+    jaw_drop.push_back(poses.jaw_drop[v]);
+    rows.row(signedIndex(v - 1)) = poses.lips.row(signedIndex(v));
+  }
+  rows.row(rows.rows() - 1) = poses.jaw_direction;
+  return rows;
+}
+
+/// Least squares: the shapes' weights that come nearest to each row of vertices' displacements.
+RowMajorMatrixF weightsOf(const RowMajorMatrixF& moves, const PrincipalShapes& shapes) {
+  constexpr double kRidge = 1e-4;
+  const Eigen::MatrixXd basis = shapes.shapes.cast<double>();
+  Eigen::MatrixXd normal = basis * basis.transpose();
+  normal.diagonal().array() += kRidge * std::max(1e-12, normal.diagonal().maxCoeff());
+  const Eigen::MatrixXd target = basis * moves.cast<double>().transpose();
+  return Eigen::LDLT<Eigen::MatrixXd>(normal).solve(target).transpose().cast<float>();
+}
+
+}  // namespace
+
+std::optional<ViewEdits> Performance::Data::viewEdits() const {
+  const std::scoped_lock lock(mutex_);
+  if (!corpus) return std::nullopt;
+  ViewEdits made;
+  made.edits = edits;
+  made.offers = offersFor(animation, corpus->data().units);
+  if (!corpus->data().curve_model.isPossible() || shapes().shapeCount() == 0) return made;
+
+  CurvePoses& drawn = made.poses;
+  const PositionMatrix rows = posesOf(corpus->data().curve_model.poses(), drawn.names, drawn.jaw_drop);
+  const MarkerPositions& neutral = corpus->data().corpus.neutral_pose_mm;
+  MotionClip motion;
+  motion.frame_rate_hz = 60;
+  motion.marker_names = corpus->data().corpus.layout.markerNames();
+  motion.positions_mm = PositionMatrix::Zero(rows.rows() + 1, rows.cols());
+  motion.positions_mm.topRows(rows.rows()) = rows;
+  motion.positions_mm.rowwise() += Eigen::Map<const Eigen::RowVectorXd>(neutral.data(), neutral.size());
+  const FaceRig& rig = needFace().rig;
+  const FaceMotion posed = rig.retarget(motion, actor ? &*actor : nullptr);
+  const std::vector<std::uint32_t> vertices = shapes().columnVertices();
+  RowMajorMatrixF moves(rows.rows() + 1, 3 * signedIndex(vertices.size()));
+  VertexPositions all;
+  for (FrameIndex frame; frame.row() < moves.rows(); ++frame) {
+    rig.deform(posed.pose(frame), TonguePose{}, all);
+    for (std::size_t i = 0; i < vertices.size(); ++i)
+      moves.row(frame.row()).segment<3>(3 * signedIndex(i)) = all.row(signedIndex(std::size_t{vertices[i]}));
+  }
+  const Eigen::RowVectorXf at_rest = moves.row(moves.rows() - 1);
+  moves.rowwise() -= at_rest;
+  const RowMajorMatrixF weights = weightsOf(moves.topRows(rows.rows()), shapes());
+  drawn.lips = weights.topRows(weights.rows() - 1);
+  drawn.jaw = weights.row(weights.rows() - 1);
+  return made;
+}
+
+}  // namespace mouthpiece
