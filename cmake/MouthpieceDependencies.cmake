@@ -59,6 +59,17 @@ foreach(part flite_cmu_us_slt flite_cmu_us_rms flite_cmu_us_awb flite_cmu_us_kal
   target_link_libraries(Flite::flite INTERFACE ${FLITE_LIBRARY_${part}})
 endforeach()
 
+# XNNPACK neither.
+find_path(XNNPACK_INCLUDE_DIR xnnpack.h)
+find_path(PTHREADPOOL_INCLUDE_DIR pthreadpool.h)
+find_library(XNNPACK_LIBRARY XNNPACK)
+if(NOT XNNPACK_INCLUDE_DIR OR NOT XNNPACK_LIBRARY OR NOT PTHREADPOOL_INCLUDE_DIR)
+  message(FATAL_ERROR "XNNPACK is missing. Get it with: sudo apt-get install libxnnpack-dev libpthreadpool-dev   (or all at once: make setup)")
+endif()
+add_library(XNNPACK::xnnpack INTERFACE IMPORTED)
+target_include_directories(XNNPACK::xnnpack SYSTEM INTERFACE ${XNNPACK_INCLUDE_DIR})
+target_link_libraries(XNNPACK::xnnpack INTERFACE ${XNNPACK_LIBRARY})
+
 if(MOUTHPIECE_TESTS)
   mouthpiece_require(GTest libgtest-dev)
   include(GoogleTest)

@@ -16,6 +16,7 @@ Command promptsCommand();
 Command reportCommand();
 Command sampleCommand();
 Command tagCommand();
+Command trackCommand();
 Command tuneCommand();
 
 }  // namespace mouthpiece

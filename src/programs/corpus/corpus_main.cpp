@@ -6,7 +6,7 @@ int main(int argc, char** argv) {
   return runProgram({"corpus", "Performs, builds, inspects and evaluates corpora of captured speech",
                      "corpus build takes --out mine.corpus\ncorpus info mine.corpus\ncorpus build --help", {}},
                     {sampleCommand(), buildCommand(), alignCommand(), tagCommand(), infoCommand(), checkCommand(),
-                     convertCommand(), cleanCommand(), tuneCommand(), evaluateCommand(), reportCommand(),
+                     convertCommand(), cleanCommand(), tuneCommand(), evaluateCommand(), reportCommand(), trackCommand(),
                      promptsCommand()},
                     argc, argv);
 }

@@ -1,0 +1,206 @@
+#include "corpus_tools/takes/video_takes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+
+#include "base/child_process.h"
+#include "base/errors.h"
+#include "base/files.h"
+#include "base/index.h"
+#include "base/json_fields.h"
+#include "base/parallel_for.h"
+#include "motion/formats/c3d_file.h"
+#include "tracking/face_track.h"
+
+namespace mouthpiece {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The person's size is found in so many clips at most; more tell nothing new.
+constexpr std::size_t kClipsForSize = 8;
+constexpr double kLeastEyeCornersMm = 40, kMostEyeCornersMm = 140;
+
+using NamedClips = std::map<std::string, fs::path>;
+
+NamedClips byName(const std::vector<fs::path>& clips) {
+  NamedClips named;
+  for (const fs::path& clip : clips) {
+    const std::string name = clip.stem().string();
+    const auto [other, is_new] = named.emplace(name, clip);
+    if (!is_new)
+      throw InputError(clip.string(), "", fmt::format("would become the same take as {}", other->second.string()));
+  }
+  if (named.empty()) throw InputError("", "", "no clip to track");
+  return named;
+}
+
+bool isDone(const fs::path& clip, const fs::path& take) {
+  std::error_code error;
+  const auto made = fs::last_write_time(take, error);
+  if (error) return false;
+  const auto filmed = fs::last_write_time(clip, error);
+  return !error && made >= filmed;
+}
+
+/// Trackers that wait for work: each has networks of its own.
+class TrackerPool {
+ public:
+  explicit TrackerPool(fs::path models) : models_(std::move(models)) { idle_.push_back(make()); }
+
+  FaceTrack track(const fs::path& clip, const VideoReading& reading) {
+    std::unique_ptr<FaceTracker> tracker = take();
+    FaceTrack track = trackFace(clip, reading, *tracker);
+    const std::lock_guard lock(mutex_);
+    idle_.push_back(std::move(tracker));
+    return track;
+  }
+
+ private:
+  [[nodiscard]] std::unique_ptr<FaceTracker> make() const { return std::make_unique<FaceTracker>(models_); }
+
+  std::unique_ptr<FaceTracker> take() {
+    {
+      const std::lock_guard lock(mutex_);
+      if (!idle_.empty()) {
+        auto tracker = std::move(idle_.back());
+        idle_.pop_back();
+        return tracker;
+      }
+    }
+    return make();
+  }
+
+  fs::path models_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<FaceTracker>> idle_;
+};
+
+class VideoTaker {
+ public:
+  VideoTaker(NamedClips clips, fs::path folder, const fs::path& models, const VideoTakesOptions& options)
+      : clips_(std::move(clips)), folder_(std::move(folder)), options_(options), pool_(models) {}
+
+  VideoTakes run(const std::function<void(std::size_t, std::size_t)>& progress) {
+    std::vector<std::string> names;
+    for (const auto& [name, clip] : clips_) {
+      if (options_.again || !isDone(clip, takeFile(name))) names.push_back(name);
+    }
+    result_.kept = clips_.size() - names.size();
+    std::size_t done = result_.kept;
+    const auto advance = [&] {
+      const std::lock_guard lock(mutex_);
+      progress(++done, clips_.size());
+    };
+    progress(done, clips_.size());
+    const std::size_t first = findSize(names, advance);
+    parallelFor(names.size() - first, options_.jobs == 0 ? defaultThreadCount() : options_.jobs, [&](std::size_t i) {
+      tryClip(names[first + i], [&](const std::string& name) { writeTake(name, read(name)); });
+      advance();
+    });
+    const auto by_name = [](const auto& a, const auto& b) { return a.name < b.name; };
+    std::sort(result_.takes.begin(), result_.takes.end(), by_name);
+    std::sort(result_.left_out.begin(), result_.left_out.end(), by_name);
+    return std::move(result_);
+  }
+
+ private:
+  [[nodiscard]] fs::path takeFile(const std::string& name) const { return folder_ / (name + ".c3d"); }
+  [[nodiscard]] fs::path personFile() const { return folder_ / "person.json"; }
+
+  void tryClip(const std::string& name, const std::function<void(const std::string&)>& work) {
+    try {
+      work(name);
+    } catch (const InputError& error) {
+      const std::lock_guard lock(mutex_);
+      result_.left_out.push_back({name, error.what()});
+    }
+  }
+
+  FaceTrack read(const std::string& name) {
+    const fs::path& clip = clips_.at(name);
+    FaceTrack track = pool_.track(clip, {.sound_rate_hz = options_.sound_rate_hz});
+    if (track.seenShare() < options_.least_seen)
+      throw InputError(clip.string(), "",
+                       fmt::format("shows a face in {:.0f} % of its images; expected {:.0f} % or more",
+                                   100 * track.seenShare(), 100 * options_.least_seen));
+    if (track.sound.samples.empty()) throw InputError(clip.string(), "", "has no sound; a take needs the voice");
+    return track;
+  }
+
+  /// Sets the size of the face. What was tracked for it is written, too: the result counts those names.
+  std::size_t findSize(const std::vector<std::string>& names, const std::function<void()>& advance) {
+    if (options_.eye_corners_mm) {
+      result_.eye_corners_mm = *options_.eye_corners_mm;
+      return 0;
+    }
+    if (fs::exists(personFile())) {
+      const std::string text = readFile(personFile(), 1 << 20);
+      result_.eye_corners_mm = parseJson(text, personFile().string(), "a person's size")["eye_corners_mm"].number(
+          kLeastEyeCornersMm, kMostEyeCornersMm);
+      return 0;
+    }
+    const std::size_t count = std::min(names.size(), kClipsForSize);
+    std::vector<std::optional<FaceTrack>> tracks(count);
+    parallelFor(count, options_.jobs == 0 ? defaultThreadCount() : options_.jobs,
+                [&](std::size_t i) { tryClip(names[i], [&](const std::string& name) { tracks[i] = read(name); }); });
+    std::vector<FaceTrack> found;
+    for (const auto& track : tracks) {
+      if (track) found.push_back(*track);
+    }
+    if (!found.empty()) writePerson(eyeCornersFromIrises(found));
+    for (std::size_t i = 0; i < count; ++i) {
+      if (tracks[i]) tryClip(names[i], [&](const std::string& name) { writeTake(name, *tracks[i]); });
+      advance();
+    }
+    return count;
+  }
+
+  void writePerson(std::optional<double> eye_corners_mm) {
+    constexpr double kUsualEyeCornersMm = 90;
+    result_.eye_corners_mm =
+        std::clamp(eye_corners_mm.value_or(kUsualEyeCornersMm), kLeastEyeCornersMm, kMostEyeCornersMm);
+    writeFileAtomically(personFile(), nlohmann::json{{"eye_corners_mm", result_.eye_corners_mm}}.dump(2) + "\n");
+  }
+
+  void writeTake(const std::string& name, const FaceTrack& track) {
+    const fs::path& clip = clips_.at(name);
+    MotionClip motion = markersOf(track, options_.layout, result_.eye_corners_mm, clip.string());
+    FilesTogether files;
+    writeWav(folder_ / (name + ".wav"), track.sound);
+    for (const char* ending : {".txt", ".TextGrid"}) {
+      const fs::path beside = fs::path(clip).replace_extension(ending);
+      if (fs::exists(beside) && !fs::exists(folder_ / (name + ending)))
+        writeFileAtomically(folder_ / (name + ending), readFile(beside, 64 << 20));
+    }
+    writeC3d(takeFile(name), motion);
+    files.commit();
+    const std::lock_guard lock(mutex_);
+    result_.takes.push_back({name, track.frame_rate_hz, track.seenShare(), track.frames.size(), track.had_even_steps});
+  }
+
+  NamedClips clips_;
+  fs::path folder_;
+  const VideoTakesOptions& options_;
+  TrackerPool pool_;
+  std::mutex mutex_;
+  VideoTakes result_;
+};
+
+}  // namespace
+
+VideoTakes trackVideos(const std::vector<fs::path>& clips, const fs::path& folder, const fs::path& models,
+                       const VideoTakesOptions& options,
+                       const std::function<void(std::size_t done, std::size_t total)>& progress) {
+  if (!findProgram("ffmpeg"))
+    throw InputError("ffmpeg", "",
+                     "is not here, and videos are read with it; get it with: sudo apt-get install ffmpeg");
+  return VideoTaker(byName(clips), folder, models, options).run(progress);
+}
+
+}  // namespace mouthpiece

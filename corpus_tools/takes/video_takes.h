@@ -1,0 +1,49 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "corpus_tools/takes/take_files.h"
+#include "motion/marker_layout.h"
+
+namespace mouthpiece {
+
+struct VideoTakesOptions {
+  MarkerLayout layout;  ///< those of its markers that have a FaceMesh landmark are written
+  /// Distance of the person's outer eye corners; none: what the folder's earlier takes have (person.json), else found
+  /// from the size of the irises in the first clips.
+  std::optional<double> eye_corners_mm;
+  bool plain_markers = false;  ///< as the tracker gives them, without refineMarkers()
+  bool again = false;          ///< also what is done already
+  double least_seen = 0.8;     ///< share of the frames with a face, below which a clip is left out
+  int sound_rate_hz = 16000;
+  std::size_t jobs = 0;  ///< clips at a time; 0: as many as the machine has threads
+};
+
+struct VideoTake {
+  std::string name;
+  double frame_rate_hz = 0;
+  double seen_share = 0;
+  std::size_t frames = 0;
+  bool had_even_steps = true;
+};
+
+struct VideoTakes {
+  std::vector<VideoTake> takes;  ///< made now, by name
+  std::size_t kept = 0;          ///< made before and newer than their clips
+  std::vector<LeftOutTake> left_out;
+  double eye_corners_mm = 0;
+};
+
+/// Makes takes of videos of one person: NAME.c3d and NAME.wav in `folder` for each clip NAME.*, with the NAME.txt and
+/// the NAME.TextGrid that lie beside the clip. A clip that cannot be used is left out, with the reason. A take is
+/// written whole or not at all. `models` holds the tracker's networks. Throws InputError when two clips have one name,
+/// when no clip is given, and when the networks or ffmpeg are missing.
+VideoTakes trackVideos(const std::vector<std::filesystem::path>& clips, const std::filesystem::path& folder,
+                       const std::filesystem::path& models, const VideoTakesOptions& options,
+                       const std::function<void(std::size_t done, std::size_t total)>& progress);
+
+}  // namespace mouthpiece
