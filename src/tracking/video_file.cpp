@@ -130,7 +130,8 @@ std::vector<Seconds> stampsIn(const fs::path& file) {
   return times;
 }
 
-std::vector<std::string> ffmpegArguments(const fs::path& video, const fs::path& folder, const VideoReading& options) {
+std::vector<std::string> ffmpegArguments(const fs::path& video, const fs::path& folder, const VideoReading& options,
+                                         bool with_sound) {
   const std::string scale =
       fmt::format("scale=w='iw*sar*min(1,{0}/max(iw*sar,ih))':h='ih*min(1,{0}/max(iw*sar,ih))':flags=area,setsar=1",
                   options.longest_side);
@@ -152,9 +153,10 @@ std::vector<std::string> ffmpegArguments(const fs::path& video, const fs::path& 
   add(stamps);
   add({"-c:v", "ppm", "-f", "image2pipe", (folder / "images").string(), "-map", "0:v:0", "-vf", "scale=16:16"});
   add(stamps);
-  add({"-f", "framecrc", (folder / "stamps").string(), "-map", "0:a:0?", "-ac", "1", "-ar",
-       fmt::format("{}", options.sound_rate_hz), "-af", "aresample=async=1:first_pts=0",
-       (folder / "sound.wav").string()});
+  add({"-f", "framecrc", (folder / "stamps").string()});
+  if (with_sound)
+    add({"-map", "0:a:0", "-ac", "1", "-ar", fmt::format("{}", options.sound_rate_hz), "-af",
+         "aresample=async=1:first_pts=0", (folder / "sound.wav").string()});
   return arguments;
 }
 
@@ -180,6 +182,41 @@ AudioClip soundFrom(const fs::path& file, Seconds lead, int rate_hz) {
   return sound;
 }
 
+struct Images {
+  std::size_t count = 0;
+  ChildResult ffmpeg;
+};
+
+/// Lets ffmpeg write images, stamps and sound into the folder, and shows the images on the way.
+Images readImages(const fs::path& ffmpeg, const std::vector<std::string>& arguments, const fs::path& folder,
+                  const std::string& name, const std::function<void(const VideoImage&)>& see) {
+  auto pipe = std::make_unique<Pipe>(folder / "images");
+  std::atomic<bool> is_over = false;
+  Images read;
+  std::exception_ptr failure;
+  std::thread child([&] {
+    try {
+      read.ffmpeg = runChild(ffmpeg, arguments, folder, kLongestReading);
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    is_over = true;
+  });
+  std::exception_ptr own_failure;
+  try {
+    PpmReader images(*pipe, is_over, name);
+    for (VideoImage image; images.next(image); ++read.count) see(image);
+  } catch (...) {
+    own_failure = std::current_exception();
+  }
+  pipe.reset();  // ffmpeg ends when nobody reads
+  child.join();
+  fs::remove(folder / "images");
+  if (own_failure) std::rethrow_exception(own_failure);
+  if (failure) std::rethrow_exception(failure);
+  return read;
+}
+
 }  // namespace
 
 VideoSound readVideo(const fs::path& path, const VideoReading& options,
@@ -191,34 +228,17 @@ VideoSound readVideo(const fs::path& path, const VideoReading& options,
     throw InputError("ffmpeg", "",
                      "is not here, and videos are read with it; get it with: sudo apt-get install ffmpeg");
   const PrivateFolder folder;
-  auto pipe = std::make_unique<Pipe>(folder.path() / "images");
-  std::atomic<bool> is_over = false;
-  ChildResult result;
-  std::exception_ptr failure;
-  std::thread child([&] {
-    try {
-      result = runChild(*ffmpeg, ffmpegArguments(path, folder.path(), options), folder.path(), kLongestReading);
-    } catch (...) {
-      failure = std::current_exception();
-    }
-    is_over = true;
-  });
-  std::size_t count = 0;
-  try {
-    PpmReader images(*pipe, is_over, name);
-    for (VideoImage image; images.next(image); ++count) see(image);
-  } catch (...) {
-    failure = std::current_exception();
-  }
-  pipe.reset();  // ffmpeg ends when nobody reads
-  child.join();
-  if (failure) std::rethrow_exception(failure);
-  if (count == 0) throw InputError(name, "", fmt::format("shows no picture: {}", lastLine(result.output)));
+  Images images = readImages(*ffmpeg, ffmpegArguments(path, folder.path(), options, true), folder.path(), name, see);
+  // A video without sound is what ffmpeg refuses to begin with.
+  if (images.count == 0 && images.ffmpeg.output.find("matches no streams") != std::string::npos)
+    images = readImages(*ffmpeg, ffmpegArguments(path, folder.path(), options, false), folder.path(), name, see);
+  if (images.count == 0)
+    throw InputError(name, "", fmt::format("shows no picture: {}", lastLine(images.ffmpeg.output)));
   VideoSound read;
   read.times = stampsIn(folder.path() / "stamps");
-  if (read.times.size() < count)
-    throw InputError(name, "", fmt::format("has {} images and times for {}", count, read.times.size()));
-  read.times.resize(count);
+  if (read.times.size() < images.count)
+    throw InputError(name, "", fmt::format("has {} images and times for {}", images.count, read.times.size()));
+  read.times.resize(images.count);
   if (std::adjacent_find(read.times.begin(), read.times.end(), std::greater_equal<>()) != read.times.end())
     throw InputError(name, "", "has images whose times do not rise");
   read.sound = soundFrom(folder.path() / "sound.wav", read.times.front(), options.sound_rate_hz);
