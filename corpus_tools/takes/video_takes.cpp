@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
+#include <cmath>
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -22,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The person's size is found in so many clips at most; more tell nothing new.
-constexpr std::size_t kClipsForSize = 8;
+/// The person is measured in so many clips at most; more tell little new.
+constexpr std::size_t kClipsForPerson = 8;
 constexpr double kLeastEyeCornersMm = 40, kMostEyeCornersMm = 140;
 
 using NamedClips = std::map<std::string, fs::path>;
@@ -98,7 +98,7 @@ class VideoTaker {
       progress(++done, clips_.size());
     };
     progress(done, clips_.size());
-    const std::size_t first = findSize(names, advance);
+    const std::size_t first = meetPerson(names, advance);
     parallelFor(names.size() - first, options_.jobs == 0 ? defaultThreadCount() : options_.jobs, [&](std::size_t i) {
       tryClip(names[first + i], [&](const std::string& name) { writeTake(name, read(name)); });
       advance();
@@ -133,19 +133,13 @@ class VideoTaker {
     return track;
   }
 
-  /// Sets the size of the face. What was tracked for it is written, too: the result counts those names.
-  std::size_t findSize(const std::vector<std::string>& names, const std::function<void()>& advance) {
-    if (options_.eye_corners_mm) {
-      result_.eye_corners_mm = *options_.eye_corners_mm;
-      return 0;
-    }
+  /// Finds out about the person: in person.json, or in the first clips, which are then written, too. Gives how many.
+  std::size_t meetPerson(const std::vector<std::string>& names, const std::function<void()>& advance) {
     if (fs::exists(personFile())) {
-      const std::string text = readFile(personFile(), 1 << 20);
-      result_.eye_corners_mm = parseJson(text, personFile().string(), "a person's size")["eye_corners_mm"].number(
-          kLeastEyeCornersMm, kMostEyeCornersMm);
+      readPerson();
       return 0;
     }
-    const std::size_t count = std::min(names.size(), kClipsForSize);
+    const std::size_t count = std::min(names.size(), kClipsForPerson);
     std::vector<std::optional<FaceTrack>> tracks(count);
     parallelFor(count, options_.jobs == 0 ? defaultThreadCount() : options_.jobs,
                 [&](std::size_t i) { tryClip(names[i], [&](const std::string& name) { tracks[i] = read(name); }); });
@@ -153,7 +147,10 @@ class VideoTaker {
     for (const auto& track : tracks) {
       if (track) found.push_back(*track);
     }
-    if (!found.empty()) writePerson(eyeCornersFromIrises(found));
+    if (!found.empty()) {
+      result_.person = measurePerson(found, options_.layout, options_.eye_corners_mm).value_or(FilmedPerson{});
+      writePerson();
+    }
     for (std::size_t i = 0; i < count; ++i) {
       if (tracks[i]) tryClip(names[i], [&](const std::string& name) { writeTake(name, *tracks[i]); });
       advance();
@@ -161,16 +158,33 @@ class VideoTaker {
     return count;
   }
 
-  void writePerson(std::optional<double> eye_corners_mm) {
-    constexpr double kUsualEyeCornersMm = 90;
-    result_.eye_corners_mm =
-        std::clamp(eye_corners_mm.value_or(kUsualEyeCornersMm), kLeastEyeCornersMm, kMostEyeCornersMm);
-    writeFileAtomically(personFile(), nlohmann::json{{"eye_corners_mm", result_.eye_corners_mm}}.dump(2) + "\n");
+  void readPerson() {
+    const std::string text = readFile(personFile(), 1 << 20);
+    const JsonField json = parseJson(text, personFile().string(), "what is known of a filmed person");
+    FilmedPerson& person = result_.person;
+    person.eye_corners_mm = json["eye_corners_mm"].number(kLeastEyeCornersMm, kMostEyeCornersMm);
+    person.noise_mm = json["noise_mm"].number(0, 10);
+    person.inner_closed_mm = json["inner_closed_mm"].number(0, 20);
+    person.closed_lips_mm = json["closed_lips_mm"].number(0, 60);
+    if (options_.eye_corners_mm && std::abs(*options_.eye_corners_mm - person.eye_corners_mm) > 1e-6)
+      throw InputError(personFile().string(), "",
+                       fmt::format("has another size, {:.1f} mm; take another folder", person.eye_corners_mm));
+  }
+
+  void writePerson() {
+    FilmedPerson& person = result_.person;
+    person.eye_corners_mm = std::clamp(person.eye_corners_mm, kLeastEyeCornersMm, kMostEyeCornersMm);
+    const nlohmann::json json{{"eye_corners_mm", person.eye_corners_mm},
+                              {"noise_mm", person.noise_mm},
+                              {"inner_closed_mm", person.inner_closed_mm},
+                              {"closed_lips_mm", person.closed_lips_mm}};
+    writeFileAtomically(personFile(), json.dump(2) + "\n");
   }
 
   void writeTake(const std::string& name, const FaceTrack& track) {
     const fs::path& clip = clips_.at(name);
-    MotionClip motion = markersOf(track, options_.layout, result_.eye_corners_mm, clip.string());
+    MotionClip motion = markersOf(track, options_.layout, result_.person.eye_corners_mm, clip.string());
+    if (!options_.plain_markers) motion = refineMarkers(track, motion, options_.layout, result_.person);
     FilesTogether files;
     writeWav(folder_ / (name + ".wav"), track.sound);
     for (const char* ending : {".txt", ".TextGrid"}) {

@@ -8,13 +8,14 @@
 
 #include "corpus_tools/takes/take_files.h"
 #include "motion/marker_layout.h"
+#include "tracking/marker_refining.h"
 
 namespace mouthpiece {
 
 struct VideoTakesOptions {
   MarkerLayout layout;  ///< those of its markers that have a FaceMesh landmark are written
-  /// Distance of the person's outer eye corners; none: what the folder's earlier takes have (person.json), else found
-  /// from the size of the irises in the first clips.
+  /// Distance of the person's outer eye corners; none: from the size of the irises. What is found out about the person
+  /// in the first clips stays in person.json for later ones.
   std::optional<double> eye_corners_mm;
   bool plain_markers = false;  ///< as the tracker gives them, without refineMarkers()
   bool again = false;          ///< also what is done already
@@ -35,7 +36,7 @@ struct VideoTakes {
   std::vector<VideoTake> takes;  ///< made now, by name
   std::size_t kept = 0;          ///< made before and newer than their clips
   std::vector<LeftOutTake> left_out;
-  double eye_corners_mm = 0;
+  FilmedPerson person;
 };
 
 /// Makes takes of videos of one person: NAME.c3d and NAME.wav in `folder` for each clip NAME.*, with the NAME.txt and

@@ -106,6 +106,14 @@ FaceTrack trackFace(const std::filesystem::path& video, const VideoReading& opti
   return track;
 }
 
+double medianEyeDistancePx(const FaceTrack& track) {
+  std::vector<double> distances;
+  for (const auto& frame : track.frames) {
+    if (frame) distances.push_back(eyeDistance(*frame));
+  }
+  return distances.empty() ? 0 : median(std::move(distances));
+}
+
 std::optional<double> eyeCornersFromIrises(std::span<const FaceTrack> tracks) {
   std::vector<double> ratios;
   for (const FaceTrack& track : tracks) {
@@ -127,12 +135,9 @@ MotionClip markersOf(const FaceTrack& track, const MarkerLayout& layout, double 
   }
   if (landmarks.empty())
     throw InputError(layout.name, "", "has no marker with a \"mediapipe_landmark\"; expected a layout with some");
-  std::vector<double> distances;
-  for (const auto& frame : track.frames) {
-    if (frame) distances.push_back(eyeDistance(*frame));
-  }
-  if (distances.empty()) throw InputError(std::string(name), "", "shows no face in any image; expected one");
-  const double scale = eye_corners_mm / median(std::move(distances));
+  const double distance_px = medianEyeDistancePx(track);
+  if (!(distance_px > 0)) throw InputError(std::string(name), "", "shows no face in any image; expected one");
+  const double scale = eye_corners_mm / distance_px;
   clip.positions_mm.setConstant(signedIndex(track.frames.size()), signedIndex(3 * landmarks.size()),
                                 std::numeric_limits<double>::quiet_NaN());
   for (std::size_t frame = 0; frame < track.frames.size(); ++frame) {

@@ -33,6 +33,9 @@ FaceTrack evenTrack(std::span<const Seconds> times, std::vector<std::optional<Fa
 /// Follows the face through a video. Throws what readVideo() throws, and InputError for a video of one image.
 FaceTrack trackFace(const std::filesystem::path& video, const VideoReading& options, FaceTracker& tracker);
 
+/// Median distance of the outer eye corners in pixels; 0 where no frame shows a face.
+double medianEyeDistancePx(const FaceTrack& track);
+
 /// The distance of a person's outer eye corners in millimetres, from the size of the irises, which is the same in all
 /// adults (11.7 mm, Hashemi et al. 2012): median over the frames that look into the camera. nullopt without such.
 std::optional<double> eyeCornersFromIrises(std::span<const FaceTrack> tracks);

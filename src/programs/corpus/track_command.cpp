@@ -33,7 +33,7 @@ int runTrack(const TrackArguments& given) {
   }
   if (!given.quiet) {
     const std::string size =
-        result.takes.empty() ? "" : fmt::format(", outer eye corners {:.1f} mm apart", result.eye_corners_mm);
+        result.takes.empty() ? "" : fmt::format(", outer eye corners {:.1f} mm apart", result.person.eye_corners_mm);
     printText(fmt::format("{} takes tracked, {} left out ({} done before){}: {}\n", result.takes.size(),
                           result.left_out.size(), result.kept, size, given.folder.string()));
   }
@@ -46,7 +46,7 @@ void addOptions(CLI::App& command, TrackArguments& options) {
       ->required();
   command
       .add_option("--eye-corners-mm", options.options.eye_corners_mm,
-                  "Size of the face; default: from the size of the irises, kept in person.json")
+                  "Size of the face; default: from the size of the irises")
       ->check(CLI::Range(40.0, 140.0));
   command.add_flag("--plain", options.options.plain_markers, "Markers just as the tracker gives them");
   command.add_flag("--again", options.options.again, "Track also what is done already");
