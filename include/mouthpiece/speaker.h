@@ -12,6 +12,7 @@
 #include "mouthpiece/face.h"
 #include "mouthpiece/frames.h"
 #include "mouthpiece/line.h"
+#include "mouthpiece/live.h"
 #include "mouthpiece/performance.h"
 #include "mouthpiece/save.h"
 
@@ -53,6 +54,9 @@ class MOUTHPIECE_API Speaker {
   Performance perform(const Line& line);
   /// The same, its frames pulled one by one.
   FrameStream stream(std::string_view text);
+  /// Frames of what is being said, sound or labels pushed as they come. Throws InputError for options out of range, a
+  /// manner other than Method::kGuided of units of any kind, and a corpus that predicts no movement.
+  [[nodiscard]] LiveStream live(const LiveOptions& options = {}) const;
 
  private:
   struct Data;

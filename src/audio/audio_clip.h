@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -36,5 +38,22 @@ void writeWav(const std::filesystem::path& path, const AudioClip& clip);
 
 /// The clip at another rate (windowed-sinc, band-limited).
 AudioClip resampleAudio(const AudioClip& clip, int sample_rate_hz);
+
+/// resampleAudio() of a sound that goes on, in chunks of any size: the same samples, each as soon as what it is made of
+/// is there (48 samples of the lower rate later).
+class LiveResampler {
+ public:
+  LiveResampler(int from_hz, int to_hz);
+  ~LiveResampler();
+  LiveResampler(LiveResampler&&) noexcept;
+  LiveResampler& operator=(LiveResampler&&) noexcept;
+
+  /// Appends to `out` what `samples` complete.
+  void push(std::span<const float> samples, std::vector<float>& out);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 }  // namespace mouthpiece

@@ -50,7 +50,7 @@ class SincKernel {
   double half_width_;
 };
 
-float weightedSum(const std::vector<float>& samples, std::int64_t first, const std::vector<float>& weights) {
+float weightedSum(std::span<const float> samples, std::int64_t first, const std::vector<float>& weights) {
   const std::int64_t begin = std::max<std::int64_t>(0, -first);
   const std::int64_t end = std::min<std::int64_t>(std::ssize(weights), std::ssize(samples) - first);
   double sum = 0;
@@ -60,31 +60,81 @@ float weightedSum(const std::vector<float>& samples, std::int64_t first, const s
   return asFloat(std::clamp(sum, -1.0, 1.0));
 }
 
+/// From one rate to another: which input samples an output sample is made of, and how.
+class RateChange {
+ public:
+  RateChange(int from_hz, int to_hz)
+      : divisor_(std::gcd(from_hz, to_hz)),
+        phases_(to_hz / divisor_),
+        step_(from_hz / divisor_),
+        kernel_(asReal(phases_) / asReal(step_)) {
+    for (std::int64_t phase = 0; phase < phases_ && phases_ <= kMostTabulatedPhases; ++phase)
+      table_.push_back(kernel_.weights(fractionOf(phase)));
+  }
+
+  /// Of so many input samples.
+  [[nodiscard]] std::int64_t outputCount(std::int64_t inputs) const { return (inputs * phases_ + step_ - 1) / step_; }
+  /// The first input sample that output sample `n` is made of, and one beyond the last.
+  [[nodiscard]] std::int64_t firstInput(std::int64_t n) const { return n * step_ / phases_ + kernel_.firstTap(); }
+  [[nodiscard]] std::int64_t endInput(std::int64_t n) const { return n * step_ / phases_ + 2 - kernel_.firstTap(); }
+  /// `samples` begin with input sample `begin`.
+  [[nodiscard]] float output(std::int64_t n, std::span<const float> samples, std::int64_t begin) const {
+    const std::int64_t phase = n * step_ % phases_;
+    return table_.empty() ? weightedSum(samples, firstInput(n) - begin, kernel_.weights(fractionOf(phase)))
+                          : weightedSum(samples, firstInput(n) - begin, table_[unsignedIndex(phase)]);
+  }
+
+ private:
+  [[nodiscard]] double fractionOf(std::int64_t phase) const { return asReal(phase) / asReal(phases_); }
+
+  std::int64_t divisor_, phases_, step_;  ///< output sample n lies at n * step / phases
+  SincKernel kernel_;
+  std::vector<std::vector<float>> table_;
+};
+
 }  // namespace
 
 AudioClip resampleAudio(const AudioClip& clip, int sample_rate_hz) {
   MOUTHPIECE_EXPECT(clip.sample_rate_hz > 0 && sample_rate_hz > 0);
   if (clip.sample_rate_hz == sample_rate_hz) return clip;
-  const std::int64_t divisor = std::gcd(clip.sample_rate_hz, sample_rate_hz);
-  const std::int64_t phases = sample_rate_hz / divisor;  // output sample n lies at n * step / phases
-  const std::int64_t step = clip.sample_rate_hz / divisor;
-  const SincKernel kernel(asReal(phases) / asReal(step));
-  const auto fractionOf = [&](std::int64_t phase) { return asReal(phase) / asReal(phases); };
-  std::vector<std::vector<float>> table;
-  if (phases <= kMostTabulatedPhases) {
-    for (std::int64_t phase = 0; phase < phases; ++phase) table.push_back(kernel.weights(fractionOf(phase)));
-  }
+  const RateChange change(clip.sample_rate_hz, sample_rate_hz);
   AudioClip resampled{.sample_rate_hz = sample_rate_hz, .samples = {}};
-  const std::int64_t size = (std::ssize(clip.samples) * phases + step - 1) / step;
+  const std::int64_t size = change.outputCount(std::ssize(clip.samples));
   resampled.samples.reserve(unsignedIndex(size));
-  for (std::int64_t n = 0; n < size; ++n) {
-    const std::int64_t first = n * step / phases + kernel.firstTap();
-    const std::int64_t phase = n * step % phases;
-    const float sample = table.empty() ? weightedSum(clip.samples, first, kernel.weights(fractionOf(phase)))
-                                       : weightedSum(clip.samples, first, table[unsignedIndex(phase)]);
-    resampled.samples.push_back(sample);
-  }
+  for (std::int64_t n = 0; n < size; ++n) resampled.samples.push_back(change.output(n, clip.samples, 0));
   return resampled;
+}
+
+struct LiveResampler::State {
+  RateChange change;
+  bool is_same;
+  std::vector<float> samples = {};  ///< those that are still needed
+  std::int64_t begin = 0;           ///< the first of them, counted from the sound's start
+  std::int64_t next = 0;            ///< output sample
+};
+
+LiveResampler::LiveResampler(int from_hz, int to_hz) {
+  MOUTHPIECE_EXPECT(from_hz > 0 && to_hz > 0);
+  state_ = std::make_unique<State>(State{RateChange(from_hz, to_hz), from_hz == to_hz});
+}
+LiveResampler::~LiveResampler() = default;
+LiveResampler::LiveResampler(LiveResampler&&) noexcept = default;
+LiveResampler& LiveResampler::operator=(LiveResampler&&) noexcept = default;
+
+void LiveResampler::push(std::span<const float> samples, std::vector<float>& out) {
+  State& state = *state_;
+  if (state.is_same) {
+    out.insert(out.end(), samples.begin(), samples.end());
+    return;
+  }
+  state.samples.insert(state.samples.end(), samples.begin(), samples.end());
+  const std::int64_t end = state.begin + std::ssize(state.samples);
+  for (; state.change.endInput(state.next) <= end; ++state.next)
+    out.push_back(state.change.output(state.next, state.samples, state.begin));
+  const std::int64_t done = std::clamp<std::int64_t>(state.change.firstInput(state.next) - state.begin, 0,
+                                                     std::ssize(state.samples));
+  state.samples.erase(state.samples.begin(), state.samples.begin() + done);
+  state.begin += done;
 }
 
 }  // namespace mouthpiece

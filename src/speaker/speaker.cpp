@@ -18,6 +18,7 @@
 #include "phonetics/text/speakable_text.h"
 #include "singing/song.h"
 #include "singing/sung_line.h"
+#include "speaker/live_setup.h"
 #include "speaker/speaker_data.h"
 #include "voices/voice.h"
 
@@ -345,6 +346,12 @@ Speaker::~Speaker() = default;
 
 Performance Speaker::perform(std::string_view text) { return perform(Line::typed(std::string(text))); }
 FrameStream Speaker::stream(std::string_view text) { return FrameStream(perform(text)); }
+
+LiveStream Speaker::live(const LiveOptions& options) const {
+  return makeLiveStream({data_->corpus, data_->face, data_->synthesis, data_->options.voice, data_->options.rate,
+                         data_->lexicon, data_->language},
+                        options);
+}
 
 Performance Speaker::perform(const Line& given) {
   double speech_ms = 0;

@@ -162,8 +162,10 @@ Graph makeGraph(ps_decoder_t* decoder, const std::vector<DecodedPhone>& phones) 
 
 using Cepstra = std::vector<std::vector<float>>;
 
-/// What the decoder's own front end hears, a row every 10 ms.
-Cepstra cepstraOf(ps_decoder_t* decoder, std::span<const std::int16_t> samples) {
+/// What the decoder's own front end hears, a row every 10 ms; of a sound that it hears a part of, the frames that are
+/// whole.
+Cepstra cepstraOf(ps_decoder_t* decoder, std::span<const std::int16_t> samples, bool begins = true,
+                  bool ends = true) {
   constexpr std::size_t kBlock = 256;
   fe_t* front_end = ps_get_fe(decoder);
   const std::size_t size = unsignedIndex(fe_get_output_size(front_end));
@@ -174,7 +176,7 @@ Cepstra cepstraOf(ps_decoder_t* decoder, std::span<const std::int16_t> samples) 
   const auto take = [&](std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) cepstra.emplace_back(rows[i], rows[i] + size);
   };
-  if (fe_start_utt(front_end) < 0) throw InputError("pocketsphinx", "", "could not hear the sound");
+  if (begins && fe_start_utt(front_end) < 0) throw InputError("pocketsphinx", "", "could not hear the sound");
   const int16* data = samples.data();
   for (std::size_t left = samples.size(); left > 0;) {
     const std::size_t before = left;
@@ -184,6 +186,7 @@ Cepstra cepstraOf(ps_decoder_t* decoder, std::span<const std::int16_t> samples) 
     take(unsignedIndex(taken));
     if (taken == 0 && left == before) break;
   }
+  if (!ends) return cepstra;
   int rest = 0;
   fe_end_utt(front_end, rows[0], &rest);
   take(rest > 0 ? 1 : 0);
@@ -303,6 +306,9 @@ SenoneScorer& PhoneDecoder::scorer() { return state_->scorer; }
 Eigen::MatrixXf PhoneDecoder::featuresOf(std::span<const std::int16_t> samples) {
   Cepstra cepstra = cepstraOf(state_->decoder.get(), samples);
   return cepstra.empty() ? Eigen::MatrixXf() : mouthpiece::featuresOf(state_->decoder.get(), cepstra);
+}
+std::vector<std::vector<float>> PhoneDecoder::cepstraOn(std::span<const std::int16_t> samples, bool begins) {
+  return cepstraOf(state_->decoder.get(), samples, begins, false);
 }
 PhoneDecoder& PhoneDecoder::operator=(PhoneDecoder&&) noexcept = default;
 

@@ -62,6 +62,8 @@ class PhoneDecoder {
   /// What the model weighs of a sound: a column every 10 ms, its mean taken off.
   Eigen::MatrixXf featuresOf(std::span<const std::int16_t> samples);
   SenoneScorer& scorer();
+  /// The front end's cepstra of a sound that goes on, a row every 10 ms; `begins`: with these samples.
+  std::vector<std::vector<float>> cepstraOn(std::span<const std::int16_t> samples, bool begins);
 
   std::vector<TimeSpan> hearAgain(std::span<const std::int16_t> samples, const std::vector<DecodedPhone>& phones);
 

@@ -1,6 +1,8 @@
 #include "hearing/alignment/phone_ear.h"
 
 #include <algorithm>
+#include <array>
+#include <deque>
 #include <filesystem>
 #include <string>
 
@@ -17,6 +19,10 @@ struct PhoneEar::State {
                                                  (std::string(language.acoustic_model) + "-phone.lm.bin")) {}
   PhoneDecoder decoder;
   PhoneLoop loop;
+  // Of a sound that goes on:
+  PhoneLoop::Passage passage{kRemembered};
+  Eigen::ArrayXf mean;                      ///< of the cepstra
+  std::deque<Eigen::ArrayXf> cepstra = {};  ///< the last ones, less the mean
 };
 
 PhoneEar::PhoneEar(const Language& language) : state_(std::make_unique<State>(language)) {}
@@ -24,6 +30,48 @@ PhoneEar::~PhoneEar() = default;
 
 Eigen::MatrixXf PhoneEar::posteriors(std::span<const std::int16_t> samples) {
   return state_->loop.posteriors(state_->decoder.scorer(), state_->decoder.featuresOf(samples));
+}
+
+namespace {
+
+/// The model's own mean of cepstra (cmninit of its feat.params), and the time that it takes to forget one, in frames.
+constexpr std::array<float, 13> kUsualCepstra{41.00F, -5.29F, -0.12F, 5.09F,  2.48F,  -4.07F, -1.37F,
+                                              -1.78F, -5.08F, -2.05F, -6.45F, -1.42F, 1.17F};
+constexpr float kForgets = 300;
+
+/// Cepstra, their first and their second differences, as the model's features are ("1s_c_d_dd"): of the middle of seven.
+Eigen::VectorXf featuresOf(const std::deque<Eigen::ArrayXf>& seven) {
+  const Eigen::Index size = seven[3].size();
+  Eigen::VectorXf features(3 * size);
+  features << seven[3].matrix(), (seven[5] - seven[1]).matrix(),
+      ((seven[6] - seven[2]) - (seven[4] - seven[0])).matrix();
+  return features;
+}
+
+}  // namespace
+
+std::size_t PhoneEar::hearOn(std::span<const std::int16_t> samples, bool begins, bool is_speech) {
+  State& state = *state_;
+  if (begins) {
+    state.passage = PhoneLoop::Passage(signedIndex(kRemembered));
+    state.cepstra.clear();
+    state.mean = Eigen::Map<const Eigen::ArrayXf>(kUsualCepstra.data(), signedIndex(kUsualCepstra.size()));
+  }
+  for (const std::vector<float>& row : state.decoder.cepstraOn(samples, begins)) {
+    const Eigen::Map<const Eigen::ArrayXf> cepstrum(row.data(), signedIndex(row.size()));
+    if (is_speech) state.mean += (cepstrum - state.mean) / kForgets;
+    const Eigen::ArrayXf level = cepstrum - state.mean;
+    if (state.cepstra.empty()) state.cepstra.assign(3, level);  // before the sound begins it is as there
+    state.cepstra.push_back(level);
+    if (state.cepstra.size() > 7) state.cepstra.pop_front();
+    if (state.cepstra.size() == 7)
+      state.loop.hearOn(state.decoder.scorer(), featuresOf(state.cepstra), state.passage);
+  }
+  return unsignedIndex(state.passage.frames);
+}
+
+Eigen::MatrixXf PhoneEar::posteriorsOfLast(std::size_t count) const {
+  return state_->loop.posteriorsOfLast(signedIndex(count), state_->passage);
 }
 
 namespace {
@@ -70,6 +118,20 @@ std::vector<HeardPhone> likeliestPhones(const Eigen::MatrixXf& posteriors, const
   }
   std::reverse(heard.begin(), heard.end());
   return heard;
+}
+
+Eigen::MatrixXf lipLikeness() {
+  constexpr float kAlikeOnLips = 0.3F;
+  const auto count = signedIndex(kPhoneCount);
+  Eigen::MatrixXf likeness = Eigen::MatrixXf::Identity(count, count);
+  for (Eigen::Index a = 1; a < count; ++a) {
+    for (Eigen::Index b = 1; b < count; ++b) {
+      const auto one = static_cast<Phone>(a), other = static_cast<Phone>(b);
+      if (a != b && firstViseme(one) == firstViseme(other) && lastViseme(one) == lastViseme(other))
+        likeness(a, b) = kAlikeOnLips;
+    }
+  }
+  return likeness;
 }
 
 }  // namespace mouthpiece

@@ -20,6 +20,14 @@ class PhoneEar {
   /// Rows: phones by their number; a column every 10 ms, from 8 ms on. samples: 16 kHz.
   Eigen::MatrixXf posteriors(std::span<const std::int16_t> samples);
 
+  /// Hears a sound that goes on; `begins`: with these samples. Returns how many frames of 10 ms were heard since it
+  /// began: a frame is heard 56 ms after it begins. The level is that of the last seconds of speech: `is_speech` says
+  /// whether these samples are some.
+  std::size_t hearOn(std::span<const std::int16_t> samples, bool begins, bool is_speech);
+  /// posteriors() of the last `count` frames of it, at most kRemembered.
+  [[nodiscard]] Eigen::MatrixXf posteriorsOfLast(std::size_t count) const;
+  static constexpr std::size_t kRemembered = 40;
+
  private:
   struct State;
   std::unique_ptr<State> state_;
@@ -37,5 +45,11 @@ struct HeardPhone {
 /// `change`: what one more phone costs, in frames.
 std::vector<HeardPhone> likeliestPhones(const Eigen::MatrixXf& posteriors, const Eigen::MatrixXf& likeness,
                                         double change);
+
+/// Phones x phones for likeliestPhones(): two of one viseme are nearly as good as each other to the lips; 1 for a phone
+/// itself, silence is like nothing else.
+Eigen::MatrixXf lipLikeness();
+/// What a phone more costs then.
+inline constexpr double kFurtherPhone = 1.0;
 
 }  // namespace mouthpiece

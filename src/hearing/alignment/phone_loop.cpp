@@ -41,6 +41,8 @@ PhoneLoop::PhoneLoop(std::shared_ptr<const TiedModel> model, const std::filesyst
     : model_(std::move(model)), settings_(settings), size_(signedIndex(model_->codebooks.size())) {
   addStates();
   addOrder(order);
+  for (const TiedModel::Codebook& codebook : model_->codebooks)
+    rows_.push_back(static_cast<Eigen::Index>(phoneFromName(codebook.phone).value_or(Phone::kSil)));
 }
 
 void PhoneLoop::addStates() {
@@ -104,64 +106,96 @@ void PhoneLoop::weigh(const SenoneScorer::Scores& scores, Eigen::Index frame,
   likelihoods = (likelihoods * unit).exp().max(1e-20F);
 }
 
-Eigen::MatrixXf PhoneLoop::posteriors(SenoneScorer& scorer, const Eigen::MatrixXf& features) {
-  const Eigen::Index n = size_, pairs = n * n, frames = features.cols();
-  Eigen::MatrixXf phones = Eigen::MatrixXf::Zero(kPhoneCount, frames);
-  if (frames == 0) return phones;
+// (i, j) of a square is entry j * n + i of its column, so a square of first or middle states is phone x left, one of
+// last states right x phone.
+void PhoneLoop::passOn(const float* before, float* now) const {
   using Square = Eigen::Map<Eigen::MatrixXf>;
-  // likelihoods and forward probabilities: 3 * pairs x frames. (i, j) of a square is entry j * n + i of its column, so
-  // a square of first or middle states is phone x left, one of last states right x phone.
-  Eigen::MatrixXf likelihood(3 * pairs, frames), forward(3 * pairs, frames);
+  using Known = Eigen::Map<const Eigen::MatrixXf>;
+  const Eigen::Index n = size_, pairs = n * n;
+  const Known first(before, n, n), middle(before + pairs, n, n), last(before + 2 * pairs, n, n);
+  Square(now, n, n) = kStays * first + (1 - kStays) * last;
+  Square(now + pairs, n, n) = kStays * middle + (1 - kStays) * first;
+  Square ends(now + 2 * pairs, n, n);
+  ends = kStays * last;
+  for (Eigen::Index phone = 0; phone < n; ++phone)
+    ends.col(phone).noalias() += (1 - kStays) * (order_[unsignedIndex(phone)] * middle.row(phone).transpose());
+}
+
+void PhoneLoop::passBack(const float* after, float* now) const {
+  using Square = Eigen::Map<Eigen::MatrixXf>;
+  using Known = Eigen::Map<const Eigen::MatrixXf>;
+  const Eigen::Index n = size_, pairs = n * n;
+  const Known first(after, n, n), middle(after + pairs, n, n), last(after + 2 * pairs, n, n);
+  Square(now, n, n) = kStays * first + (1 - kStays) * middle;
+  Square begins(now + pairs, n, n);
+  begins = kStays * middle;
+  for (Eigen::Index phone = 0; phone < n; ++phone)
+    begins.row(phone) += (1 - kStays) * (last.col(phone).transpose() * order_[unsignedIndex(phone)]);
+  Square(now + 2 * pairs, n, n) = kStays * last + (1 - kStays) * first;
+}
+
+void PhoneLoop::addPhones(const Eigen::Ref<const Eigen::VectorXf>& states, Eigen::Ref<Eigen::VectorXf> phones) const {
+  using Known = Eigen::Map<const Eigen::MatrixXf>;
+  const Eigen::Index n = size_, pairs = n * n;
+  const Known first(states.data(), n, n), middle(states.data() + pairs, n, n), last(states.data() + 2 * pairs, n, n);
+  for (Eigen::Index phone = 0; phone < n; ++phone)
+    phones(rows_[unsignedIndex(phone)]) += first.row(phone).sum() + middle.row(phone).sum() + last.col(phone).sum();
+}
+
+void PhoneLoop::hearOn(SenoneScorer& scorer, const Eigen::Ref<const Eigen::MatrixXf>& features,
+                       Passage& passage) const {
+  const Eigen::Index pairs = size_ * size_;
+  if (passage.likelihood.size() == 0) {
+    passage.likelihood.resize(3 * pairs, passage.kept);
+    passage.forward.resize(3 * pairs, passage.kept);
+  }
   const Weighing all{std::vector<bool>(model_->codebooks.size(), true)};
-  for (Eigen::Index at = 0; at < frames; at += kWeighedAtOnce) {
-    const Eigen::Index count = std::min(kWeighedAtOnce, frames - at);
+  Eigen::ArrayXf column(3 * pairs);
+  for (Eigen::Index at = 0; at < features.cols(); at += kWeighedAtOnce) {
+    const Eigen::Index count = std::min(kWeighedAtOnce, features.cols() - at);
     const SenoneScorer::Scores& scores = scorer.score(features.middleCols(at, count), all);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      Eigen::ArrayXf column(3 * pairs);
+    for (Eigen::Index i = 0; i < count; ++i, ++passage.frames) {
       weigh(scores, i, column);
-      likelihood.col(at + i) = column;
+      const Eigen::Index own = passage.frames % passage.kept;
+      passage.likelihood.col(own) = column;
+      auto now = passage.forward.col(own);
+      if (passage.frames == 0) {
+        now = column;
+        now.tail(2 * pairs).setZero();
+      } else {
+        passOn(passage.forward.col((passage.frames - 1) % passage.kept).data(), now.data());
+        now.array() *= column;
+      }
+      now /= std::max(now.sum(), 1e-30F);
     }
   }
-  const auto squares = [&](Eigen::MatrixXf& matrix, Eigen::Index frame) {
-    float* data = matrix.col(frame).data();
-    return std::array<Square, 3>{Square(data, n, n), Square(data + pairs, n, n), Square(data + 2 * pairs, n, n)};
-  };
-  forward.col(0) = likelihood.col(0);
-  forward.col(0).tail(2 * pairs).setZero();
-  forward.col(0) /= forward.col(0).sum();
-  for (Eigen::Index t = 1; t < frames; ++t) {
-    auto before = squares(forward, t - 1), now = squares(forward, t);
-    now[0] = kStays * before[0] + (1 - kStays) * before[2];
-    now[1] = kStays * before[1] + (1 - kStays) * before[0];
-    now[2] = kStays * before[2];
-    for (Eigen::Index phone = 0; phone < n; ++phone)
-      now[2].col(phone).noalias() += (1 - kStays) * (order_[unsignedIndex(phone)] * before[1].row(phone).transpose());
-    forward.col(t).array() *= likelihood.col(t).array();
-    forward.col(t) /= std::max(forward.col(t).sum(), 1e-30F);
-  }
-  Eigen::MatrixXf backward = Eigen::MatrixXf::Ones(3 * pairs, 2);
-  std::vector<Eigen::Index> rows;
-  for (const TiedModel::Codebook& codebook : model_->codebooks)
-    rows.push_back(static_cast<Eigen::Index>(phoneFromName(codebook.phone).value_or(Phone::kSil)));
-  for (Eigen::Index t = frames; t-- > 0;) {
-    auto now = squares(backward, t % 2);
-    if (t + 1 < frames) {
-      auto after = squares(backward, (t + 1) % 2);
-      backward.col((t + 1) % 2).array() *= likelihood.col(t + 1).array();
-      now[0] = kStays * after[0] + (1 - kStays) * after[1];
-      now[1] = kStays * after[1];
-      for (Eigen::Index phone = 0; phone < n; ++phone)
-        now[1].row(phone) += (1 - kStays) * (after[2].col(phone).transpose() * order_[unsignedIndex(phone)]);
-      now[2] = kStays * after[2] + (1 - kStays) * after[0];
-      backward.col(t % 2) /= std::max(backward.col(t % 2).maxCoeff(), 1e-30F);
+}
+
+Eigen::MatrixXf PhoneLoop::posteriorsOfLast(Eigen::Index count, const Passage& passage) const {
+  MOUTHPIECE_EXPECT(count <= std::min(passage.kept, passage.frames));
+  const Eigen::Index states = 3 * size_ * size_;
+  Eigen::MatrixXf phones = Eigen::MatrixXf::Zero(kPhoneCount, count);
+  Eigen::VectorXf after = Eigen::VectorXf::Ones(states), now = after, both(states);
+  for (Eigen::Index back = 0; back < count; ++back) {
+    const Eigen::Index frame = passage.frames - 1 - back;
+    if (back > 0) {
+      after.array() *= passage.likelihood.col((frame + 1) % passage.kept).array();
+      passBack(after.data(), now.data());
+      now /= std::max(now.maxCoeff(), 1e-30F);
     }
-    Eigen::VectorXf both = forward.col(t).cwiseProduct(backward.col(t % 2));
+    both = passage.forward.col(frame % passage.kept).cwiseProduct(now);
     both /= std::max(both.sum(), 1e-30F);
-    const Square first(both.data(), n, n), middle(both.data() + pairs, n, n), last(both.data() + 2 * pairs, n, n);
-    for (Eigen::Index phone = 0; phone < n; ++phone)
-      phones(rows[unsignedIndex(phone)], t) += first.row(phone).sum() + middle.row(phone).sum() + last.col(phone).sum();
+    addPhones(both, phones.col(count - 1 - back));
+    after.swap(now);
   }
   return phones;
+}
+
+Eigen::MatrixXf PhoneLoop::posteriors(SenoneScorer& scorer, const Eigen::MatrixXf& features) {
+  if (features.cols() == 0) return Eigen::MatrixXf::Zero(kPhoneCount, 0);
+  Passage passage(features.cols());
+  hearOn(scorer, features, passage);
+  return posteriorsOfLast(features.cols(), passage);
 }
 
 }  // namespace mouthpiece

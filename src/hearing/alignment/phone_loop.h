@@ -30,12 +30,29 @@ class PhoneLoop {
   /// 1, or less by what the model has besides speech. Memory: 20 KB a frame.
   Eigen::MatrixXf posteriors(SenoneScorer& scorer, const Eigen::MatrixXf& features);
 
+  /// The last frames of a sound that goes on: rings, by a frame's number modulo their columns.
+  struct Passage {
+    explicit Passage(Eigen::Index frames_kept) : kept(frames_kept) {}
+    Eigen::Index kept;                      ///< frames that may be looked back over
+    Eigen::Index frames = 0;                ///< heard so far
+    Eigen::MatrixXf likelihood{}, forward{};  ///< states x kept
+  };
+  /// Hears `features` after all that `passage` has heard.
+  void hearOn(SenoneScorer& scorer, const Eigen::Ref<const Eigen::MatrixXf>& features, Passage& passage) const;
+  /// Of the last `count` frames, at most passage.kept, from all that was heard up to now.
+  [[nodiscard]] Eigen::MatrixXf posteriorsOfLast(Eigen::Index count, const Passage& passage) const;
+
  private:
   struct State {
     std::vector<int> senones;  ///< of all its triphones, each once
   };
   void addStates();
   void addOrder(const std::filesystem::path& file);
+  /// Forward probabilities of a frame from those of the one before; backward ones of a frame from those of the one
+  /// after, these already times its likelihoods. Not scaled.
+  void passOn(const float* before, float* now) const;
+  void passBack(const float* after, float* now) const;
+  void addPhones(const Eigen::Ref<const Eigen::VectorXf>& states, Eigen::Ref<Eigen::VectorXf> phones) const;
   /// The likelihood of each state in a frame against the best.
   void weigh(const SenoneScorer::Scores& scores, Eigen::Index frame, Eigen::Ref<Eigen::ArrayXf> likelihoods) const;
 
@@ -45,6 +62,7 @@ class PhoneLoop {
   /// First, middle (left * size + phone) and last (phone * size + right) states, one after another.
   std::vector<State> states_;
   std::vector<Eigen::MatrixXf> order_;  ///< by phone: right x left, probabilities
+  std::vector<Eigen::Index> rows_;      ///< by codebook: its phone's number
 };
 
 }  // namespace mouthpiece

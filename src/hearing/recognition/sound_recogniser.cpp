@@ -28,23 +28,7 @@ constexpr double kWordsFit = 0.40, kBookFits = 0.25, kBookBonus = 1.15, kSurelyF
 constexpr double kDoubtfulHearing = 0.35;
 /// A word's phones weigh so much against what is heard without it, where it fits perfectly.
 constexpr double kWordWeight = 0.8;
-/// Two phones of one viseme are as good as each other to the lips, or nearly so.
-constexpr float kAlikeOnLips = 0.3F;
-constexpr double kPhoneCost = 1.0;
 constexpr std::size_t kMostHintBytes = 1 << 16;
-
-Eigen::MatrixXf lipLikeness() {
-  const auto count = signedIndex(kPhoneCount);
-  Eigen::MatrixXf likeness = Eigen::MatrixXf::Identity(count, count);
-  for (Eigen::Index a = 1; a < count; ++a) {
-    for (Eigen::Index b = 1; b < count; ++b) {
-      const auto one = static_cast<Phone>(a), other = static_cast<Phone>(b);
-      if (a != b && firstViseme(one) == firstViseme(other) && lastViseme(one) == lastViseme(other))
-        likeness(a, b) = kAlikeOnLips;
-    }
-  }
-  return likeness;
-}
 
 std::vector<std::int16_t> samplesToHear(const AudioClip& audio) {
   if (audio.sample_rate_hz != kEarRateHz) return samplesToHear(resampleAudio(audio, kEarRateHz));
@@ -206,7 +190,7 @@ void SoundRecogniser::collectPhones(Eigen::MatrixXf posteriors, const WordsHeard
       posteriors.row(signedIndex(static_cast<std::size_t>(phone.phone))).segment(first, end - first).array() += weight;
     }
   }
-  for (const HeardPhone& phone : likeliestPhones(posteriors, likeness_, kPhoneCost)) {
+  for (const HeardPhone& phone : likeliestPhones(posteriors, likeness_, kFurtherPhone)) {
     if (phone.phone == Phone::kSil) continue;
     const TimeSpan span{asReal(phone.first) * kEarStep + kEarShift + start,
                         asReal(phone.end) * kEarStep + kEarShift + start};

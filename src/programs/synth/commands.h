@@ -18,5 +18,6 @@ void addSharedOptions(CLI::App& app, SharedOptions& options);
 Command speakCommand();
 Command batchCommand();
 Command serveCommand();
+Command streamCommand();
 
 }  // namespace mouthpiece

@@ -1,7 +1,18 @@
 // synth: a line in, a moving face out.
+#include <algorithm>
+#include <string_view>
+#include <vector>
+
 #include "programs/synth/commands.h"
 
 int main(int argc, char** argv) {
   using namespace mouthpiece;
-  return runProgram(speakCommand(), {batchCommand(), serveCommand()}, argc, argv);
+  // `synth --stream ...` is `synth stream ...`.
+  std::vector<const char*> arguments(argv, argv + argc);
+  const auto flag = std::find(arguments.begin(), arguments.end(), std::string_view("--stream"));
+  if (flag != arguments.end()) {
+    arguments.erase(flag);
+    arguments.insert(arguments.begin() + 1, "stream");
+  }
+  return runProgram(speakCommand(), {batchCommand(), serveCommand(), streamCommand()}, argc, arguments.data());
 }

@@ -181,6 +181,7 @@ class PairPolicy : public PolicyBase {
   [[nodiscard]] std::vector<SelectedUnit> offer(std::size_t first,
                                                 const std::vector<SelectedUnit>& ending) const override {
     const PhoneRange range = rangeOf(first, 2);
+    if (first < options_.settled.size() && options_.settled[first]) return {settledPair(range)};
     std::vector<RankedPlace> ranked;
     const auto add = [&](const Places& places, double extra) {
       for (const PhonePlace& place : likeliest(first, places)) {
@@ -218,6 +219,15 @@ class PairPolicy : public PolicyBase {
   }
 
  private:
+  [[nodiscard]] SelectedUnit settledPair(const PhoneRange& range) const {
+    const PhonePlace place = *options_.settled[range.first.value];
+    const auto isSaid = [&](PhoneIndex phone, const PhonePlace& at) {
+      return database_.phoneAt(at).phone == target_.phones[phone.value].phone;
+    };
+    const bool is_backoff = !isSaid(range.first, place) || !isSaid(range.last, advance(place, 1));
+    return {range, place, 0, 0, is_backoff, {}};
+  }
+
   /// Of very many places those whose labels suit: the others are not looked at.
   [[nodiscard]] Places likeliest(std::size_t first, const Places& places) const {
     const std::size_t keep = std::max(options_.pairs_kept, options_.pairs_looked_at);
@@ -273,7 +283,9 @@ std::vector<SelectedUnit> selectUnits(const SpeechLabels& target, const UnitData
   const bool joins_sound = static_cast<bool>(options.sound_join_cost);  // sound wants long fragments
   if (!has_prediction || joins_sound || options.units != UnitScales::kAny)
     return cheapestCover(phones, FragmentPolicy(target, database, options));
-  if (const auto take = takeInItsOwnTime(target, database)) return {*take};
+  if (options.settled.empty()) {
+    if (const auto take = takeInItsOwnTime(target, database)) return {*take};
+  }
   return cheapestCover(phones, PairPolicy(target, database, options));
 }
 

@@ -47,6 +47,8 @@ struct SelectionOptions {
   std::optional<LatticeWeights> lattice = {};  ///< none: those of the corpus
   std::size_t pairs_kept = 40;            ///< lattice: places per pair of phones, the cheapest ones by target cost
   std::size_t pairs_looked_at = 200;      ///< lattice: of more places of a pair than these the likeliest by label
+  /// Lattice: by pair, the places of those that are chosen already; may be shorter than the line.
+  std::vector<std::optional<PhonePlace>> settled = {};
 };
 
 /// The corpus lacks a pair of phones, and there is, or shall be, nothing in its stead.

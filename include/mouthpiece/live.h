@@ -1,0 +1,103 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "mouthpiece/labels.h"
+#include "mouthpiece/motion.h"
+#include "mouthpiece/sound.h"
+#include "mouthpiece/version.h"
+
+namespace mouthpiece {
+
+/// What a LiveStream is told, and how far ahead.
+struct MOUTHPIECE_API LiveOptions {
+  Seconds look_ahead = 0.2;    ///< a frame is made when so much of what follows it is known: 0.05 to 5
+  int sample_rate_hz = 16000;  ///< of the sound that is pushed: 16,000 to 48,000
+};
+
+/// A phone of the line as another program knows it.
+struct MOUTHPIECE_API LivePhone {
+  std::string_view phone;             ///< ARPAbet ("AH", with stress or without), IPA, or "sil"
+  TimeSpan span;                      ///< from the stream's start
+  std::optional<std::size_t> word{};  ///< counted from the stream's start: which phones make a word
+};
+
+/// What came, and what did not. Sound is counted in chunks as they were pushed.
+struct MOUTHPIECE_API LiveCounts {
+  std::size_t frames = 0;           ///< that were pulled
+  std::size_t frames_at_rest = 0;   ///< of these, by nextNow() with nothing to show: the mouth comes to rest
+  std::size_t chunks = 0;           ///< of sound, phones and words that were pushed
+  std::size_t dropped = 0;          ///< gaps between chunks: silence is heard in their stead
+  std::size_t late = 0;             ///< chunks for times that were shown without them: passed over
+  std::size_t doubled = 0;          ///< chunks that were there already: passed over
+  std::size_t restarts = 0;         ///< chunks were late for so long that their clock was taken anew
+  std::size_t unusable_samples = 0; ///< not numbers, or beyond [-1, 1]: heard as silence, or clipped
+  Seconds missing = 0;              ///< how long the gaps were
+};
+
+/// Frames of a line while it is being said: sound, or phones or words with their times, are pushed as they come, and
+/// frames at a fixed rate are pulled `look_ahead` behind them.
+///   mouthpiece::LiveStream stream = speaker.live({.look_ahead = 0.2, .sample_rate_hz = 48000});
+///   stream.push(chunk);                                       // whenever there is some
+///   while (const mouthpiece::Frame* frame = stream.next()) draw(*frame);
+/// What comes out does not depend on the size of the chunks. Memory does not grow with the line; next() and nextNow()
+/// allocate nothing after their first frame. One thread may push while another pulls. Shares the speaker's corpus and
+/// face, and may outlive it.
+class MOUTHPIECE_API LiveStream {
+ public:
+  LiveStream(LiveStream&&) noexcept;
+  LiveStream& operator=(LiveStream&&) noexcept;
+  ~LiveStream();
+
+  /// Sound that follows what was pushed before; 16-bit or in [-1, 1]. All push() throw InputError after finish(), or
+  /// when nobody pulls for ten minutes.
+  void push(std::span<const float> samples);
+  void push(std::span<const std::int16_t> samples);
+  /// Sound that begins `at` samples after the stream's start: what was sent twice or comes too late is passed over,
+  /// and what is missing is heard as silence (LiveCounts). Throws InputError where that is over ten seconds.
+  void push(std::span<const float> samples, std::uint64_t at);
+  void push(std::span<const std::int16_t> samples, std::uint64_t at);
+
+  /// The next phone; silence is between it and the one before. Not together with sound. Throws InputError for a phone
+  /// that no one knows, and times that are none.
+  void push(const LivePhone& phone);
+  /// The next word, said as the voice's language says it; its phones share its time by how long they usually are.
+  void push(std::string_view word, const TimeSpan& span);
+  /// Nothing is said until then.
+  void silence(Seconds until);
+  /// Lets the speaker's voice say a text after all that was pushed, and returns its sound, which begins at saidUntil()
+  /// as it was before. Throws InputError as Speaker::perform() does.
+  Sound say(std::string_view text);
+  /// Nothing follows: the frames up to the end can be pulled.
+  void finish();
+  /// Until when it is known what is said.
+  [[nodiscard]] Seconds saidUntil() const;
+
+  /// The next frame, nullptr while it is not known or after the last. It stays until the next call.
+  const Frame* next();
+  /// The next frame, and where it is not known one in which the mouth comes to rest. What should have been said in it
+  /// is said later, unless it comes with its place.
+  const Frame* nextNow();
+  /// Whether next() has given the last frame after finish().
+  [[nodiscard]] bool isFinished() const;
+  [[nodiscard]] double frameRateHz() const;
+  [[nodiscard]] LiveCounts counts() const;
+
+  struct Data;
+  explicit LiveStream(std::unique_ptr<Data> data);  ///< for the library itself
+
+ private:
+  std::unique_ptr<Data> data_;
+};
+
+/// A frame's weights as the datagram that the app Live Link Face sends, for Unreal Engine and all that listens to it
+/// (docs/formats/live_link_packet.md). `subject`: the face's name there; of more than 64 bytes the first.
+MOUTHPIECE_API std::string liveLinkPacket(const Frame& frame, double frame_rate_hz, std::string_view subject);
+
+}  // namespace mouthpiece

@@ -1,0 +1,166 @@
+#include "hearing/recognition/live_ear.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <deque>
+
+#include "base/errors.h"
+#include "base/index.h"
+#include "hearing/alignment/phone_ear.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr std::size_t kLevelFrame = 160;  // 10 ms
+constexpr Seconds kHearingStep = 0.010, kHearingShift = 0.008;
+/// A phone that ended so many frames ago is settled: later sound changes little (docs/theory/hearing/live.md).
+constexpr std::size_t kSettles = 30;
+/// Frames whose phone is looked for anew at most.
+constexpr std::size_t kMostOpen = 100;
+
+/// Levels of the last half minute, and whether the last frames are over their background. As in findSpeech(), but for
+/// what is not there yet.
+class LoudFrames {
+ public:
+  /// 10 ms more.
+  void add(std::span<const std::int16_t> samples) {
+    double energy = 0;
+    for (const std::int16_t sample : samples) {
+      const double value = sample - kDifference * before_;
+      energy += value * value;
+      before_ = sample;
+    }
+    const double db = std::clamp(10 * std::log10(energy / asReal(samples.size()) + 1e-9), kLeastDb, kMostDb);
+    const auto bin = static_cast<std::uint16_t>(std::lround((db - kLeastDb) / kBinDb));
+    ++counts_[bin];
+    bins_.push_back(bin);
+    if (bins_.size() > kWindow) {
+      --counts_[bins_.front()];
+      bins_.pop_front();
+    }
+    const double floor = quantile(0.05), top = quantile(0.95);
+    const bool is_steady = top - floor < kRiseDb;
+    const double threshold = floor + std::max(kRiseDb, kShareOfRise * (top - floor));
+    // What stays the same for a second is no speech; before that nobody knows.
+    const bool is_loud = is_steady ? bins_.size() < kJudged && db > kQuietDb : db > threshold;
+    loud_.push_back(is_loud);
+    if (loud_.size() > kRemembered) loud_.pop_front();
+    ++frames_;
+  }
+
+  /// Whether speech is around frame `frame`, one of the last 1.5 s.
+  [[nodiscard]] bool isSpeech(std::size_t frame) const {
+    const std::size_t begin = frames_ - loud_.size();
+    const std::size_t first = std::max(begin, frame - std::min(frame, kHangover)), end = std::min(frames_, frame + kOnset);
+    for (std::size_t i = first; i < end; ++i) {
+      if (loud_[i - begin]) return true;
+    }
+    return false;
+  }
+  [[nodiscard]] bool isLoud() const { return !loud_.empty() && loud_.back(); }
+
+ private:
+  static constexpr double kDifference = 0.97, kLeastDb = -10, kMostDb = 110, kBinDb = 0.5, kQuietDb = 10;
+  static constexpr double kRiseDb = 5, kShareOfRise = 0.30;
+  static constexpr std::size_t kWindow = 3000, kJudged = 100, kHangover = 25, kOnset = 15, kRemembered = 200;
+
+  [[nodiscard]] double quantile(double share) const {
+    const double wanted = share * asReal(bins_.size());
+    double sum = 0;
+    for (std::size_t bin = 0; bin < counts_.size(); ++bin) {
+      sum += counts_[bin];
+      if (sum > wanted) return kLeastDb + kBinDb * asReal(bin);
+    }
+    return kMostDb;
+  }
+
+  double before_ = 0;
+  std::array<std::uint32_t, 241> counts_{};
+  std::deque<std::uint16_t> bins_;
+  std::deque<bool> loud_;
+  std::size_t frames_ = 0;
+};
+
+}  // namespace
+
+struct LiveEar::State {
+  explicit State(const Language& language) : ear(language) {}
+
+  void hearFrames(std::span<const std::int16_t> samples);
+  [[nodiscard]] PhoneSegment segmentOf(Phone phone, std::size_t first, std::size_t end) const;
+  std::vector<PhoneSegment> settle();
+
+  PhoneEar ear;
+  Eigen::MatrixXf likeness = lipLikeness();
+  LoudFrames loud;
+  std::deque<Eigen::VectorXf> open;  ///< posteriors of the frames that are not settled
+  std::size_t settled = 0;           ///< frames that are
+  bool has_begun = false;
+  std::vector<PhoneSegment> guess;
+};
+
+LiveEar::LiveEar(const Language& language) : state_(std::make_unique<State>(language)) {}
+LiveEar::~LiveEar() = default;
+LiveEar::LiveEar(LiveEar&&) noexcept = default;
+LiveEar& LiveEar::operator=(LiveEar&&) noexcept = default;
+const std::vector<PhoneSegment>& LiveEar::guess() const { return state_->guess; }
+
+void LiveEar::State::hearFrames(std::span<const std::int16_t> samples) {
+  for (std::size_t at = 0; at < samples.size(); at += kLevelFrame) loud.add(samples.subspan(at, kLevelFrame));
+  const std::size_t frames = ear.hearOn(samples, !has_begun, loud.isLoud());
+  has_begun = true;
+  open.resize(frames - settled);
+  const std::size_t again = std::min({open.size(), PhoneEar::kRemembered, kSettles});
+  const Eigen::MatrixXf posteriors = ear.posteriorsOfLast(again);
+  for (std::size_t i = 0; i < again; ++i) {
+    Eigen::VectorXf& column = open[open.size() - again + i];
+    column = posteriors.col(signedIndex(i));
+    if (loud.isSpeech(frames - again + i)) continue;
+    column.setZero();
+    column(static_cast<Eigen::Index>(Phone::kSil)) = 1;
+  }
+}
+
+PhoneSegment LiveEar::State::segmentOf(Phone phone, std::size_t first, std::size_t end) const {
+  const std::size_t from = settled + first;
+  return {.phone = phone,
+          .span = {from == 0 ? 0.0 : asReal(from) * kHearingStep + kHearingShift,
+                   asReal(settled + end) * kHearingStep + kHearingShift}};
+}
+
+std::vector<PhoneSegment> LiveEar::State::settle() {
+  std::vector<PhoneSegment> made;
+  guess.clear();
+  if (open.empty()) return made;
+  Eigen::MatrixXf posteriors(open.front().size(), std::ssize(open));
+  for (std::size_t i = 0; i < open.size(); ++i) posteriors.col(signedIndex(i)) = open[i];
+  std::vector<HeardPhone> path = likeliestPhones(posteriors, likeness, kFurtherPhone);
+  if (path.empty()) return made;
+  std::size_t done = 0, next = 0;
+  const std::size_t sure = open.size() - std::min(open.size(), kSettles);
+  for (; next < path.size() && path[next].end <= sure; ++next) {
+    made.push_back(segmentOf(path[next].phone, path[next].first, path[next].end));
+    done = path[next].end;
+  }
+  // A long silence, or sound, is settled in parts.
+  const bool is_long = next < path.size() && sure > done &&
+                       (path[next].phone == Phone::kSil ? sure - done > kSettles : sure - done > kMostOpen - kSettles);
+  if (is_long) {
+    made.push_back(segmentOf(path[next].phone, done, sure));
+    done = path[next].first = sure;
+  }
+  for (; next < path.size(); ++next) guess.push_back(segmentOf(path[next].phone, path[next].first, path[next].end));
+  open.erase(open.begin(), open.begin() + signedIndex(done));
+  settled += done;
+  return made;
+}
+
+std::vector<PhoneSegment> LiveEar::hear(std::span<const std::int16_t> samples) {
+  MOUTHPIECE_EXPECT(samples.size() == kHop);
+  state_->hearFrames(samples);
+  return state_->settle();
+}
+
+}  // namespace mouthpiece

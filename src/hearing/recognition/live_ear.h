@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "phonetics/labels/labels_builder.h"
+#include "phonetics/language/language.h"
+
+namespace mouthpiece {
+
+/// Hears the phones of a sound that goes on, of any language (docs/theory/hearing/live.md). Time and memory do not grow
+/// with the sound. Not thread-safe.
+class LiveEar {
+ public:
+  static constexpr int kRateHz = 16000;
+  /// Samples that are heard at once: 40 ms.
+  static constexpr std::size_t kHop = 640;
+
+  /// Throws InputError without an acoustic model.
+  explicit LiveEar(const Language& language = english());
+  ~LiveEar();
+  LiveEar(LiveEar&&) noexcept;
+  LiveEar& operator=(LiveEar&&) noexcept;
+
+  /// The next kHop samples. Returns the phones that they settle, silences among them: in order, without gaps, from the
+  /// sound's start.
+  std::vector<PhoneSegment> hear(std::span<const std::int16_t> samples);
+  /// What has likely been said since the last settled one, up to about 60 ms ago.
+  [[nodiscard]] const std::vector<PhoneSegment>& guess() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace mouthpiece

@@ -1,0 +1,331 @@
+// synth --stream: sound, labels or text from standard input as they come; frames out.
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <exception>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "base/text_numbers.h"
+#include "programs/synth/commands.h"
+#include "programs/synth/stream_input.h"
+#include "programs/synth/stream_output.h"
+
+namespace mouthpiece {
+namespace {
+
+enum class StreamFormat { kJson, kRows, kLiveLink };
+enum class StreamLabels { kNone, kPhones, kWords };
+
+struct StreamOptions : SharedOptions {
+  LiveOptions live;
+  double look_ahead_ms = 200;
+  bool is_float = false, is_stamped = false;
+  StreamLabels labels = StreamLabels::kNone;
+  std::string text_file;
+  StreamFormat format = StreamFormat::kJson;
+  StreamRows rows = StreamRows::kArkit;
+  std::string to = "127.0.0.1:11111", subject = "Mouthpiece", sound_file;
+  bool real_time = false;
+};
+
+template <typename Value>
+void addNamedValue(CLI::App& app, const std::string& option, Value& value, std::map<std::string, Value> names,
+                   const std::string& help) {
+  std::string known;
+  for (const auto& [name, unused] : names) known += (known.empty() ? "" : "|") + name;
+  app.add_option_function<std::string>(
+         option,
+         [&value, names = std::move(names), option, known](const std::string& name) {
+           const auto found = names.find(name);
+           if (found == names.end()) throw CLI::ValidationError(option, "found '" + name + "'; expected " + known);
+           value = found->second;
+         },
+         help)
+      ->type_name(known);
+}
+
+void addOptions(CLI::App& app, StreamOptions& options) {
+  app.add_option("--pcm-rate", options.live.sample_rate_hz, "Sound on standard input: raw mono samples a second")
+      ->check(CLI::Range(16000, 48000))
+      ->capture_default_str();
+  addNamedValue<bool>(app, "--pcm-format", options.is_float, {{"s16", false}, {"f32", true}},
+                      "Its samples, little-endian (default: s16)");
+  auto* stamped = app.add_flag("--stamped", options.is_stamped,
+                               "Before each chunk of it stand its first sample's number (8 bytes) and its samples' count "
+                               "(4 bytes), little-endian: what is lost, doubled or late is counted");
+  auto* labels = app.add_option_function<std::string>(
+      "--labels",
+      [&options](const std::string& name) {
+        if (name != "phones" && name != "words")
+          throw CLI::ValidationError("--labels", "found '" + name + "'; expected phones|words");
+        options.labels = name == "phones" ? StreamLabels::kPhones : StreamLabels::kWords;
+      },
+      "In place of sound: lines of START END PHONE [NUMBER OF ITS WORD], or START END WORD, in seconds");
+  labels->type_name("phones|words")->excludes(stamped);
+  auto* text = app.add_option("--text-file", options.text_file,
+                              "In place of sound: text that the voice speaks sentence by sentence; - is standard input");
+  text->excludes(labels)->excludes(stamped);
+  app.add_option("--look-ahead", options.look_ahead_ms, "Milliseconds that a frame knows of what follows, 50 to 5000")
+      ->check(CLI::Range(50.0, 5000.0))
+      ->capture_default_str();
+  addNamedValue<StreamFormat>(
+      app, "--as", options.format,
+      {{"json", StreamFormat::kJson}, {"rows", StreamFormat::kRows}, {"livelink", StreamFormat::kLiveLink}},
+      "json: a line a frame; rows: little-endian floats, the time before the values; livelink: Live Link Face's "
+      "datagrams (default: json)");
+  addNamedValue<StreamRows>(
+      app, "--rows", options.rows,
+      {{"arkit", StreamRows::kArkit}, {"markers", StreamRows::kMarkers}, {"vertices", StreamRows::kVertices}},
+      "What the rows hold (default: arkit)");
+  app.add_option("--to", options.to, "Where the datagrams go")->capture_default_str();
+  app.add_option("--subject", options.subject, "The face's name in them")->capture_default_str();
+  app.add_option("--sound", options.sound_file, "The voice's sound, a WAV that grows")->needs(text);
+  app.add_flag("--real-time", options.real_time,
+               "A frame when its time comes, and one in which the mouth comes to rest where it is not known");
+  addSharedOptions(app, options);
+}
+
+std::unique_ptr<StreamOutput> outputFor(const StreamOptions& options) {
+  switch (options.format) {
+    case StreamFormat::kRows:
+      return floatRows(options.rows);
+    case StreamFormat::kLiveLink:
+      return liveLinkPackets(options.to, options.speaker.manner.frame_rate_hz, options.subject);
+    default:
+      return jsonLines();
+  }
+}
+
+/// Feeds a stream until the input ends. So much is made ahead of what is pulled, at most.
+class StreamFeeder {
+ public:
+  StreamFeeder(const StreamOptions& options, LiveStream& stream) : options_(options), stream_(stream) {}
+
+  void run() {
+    if (!options_.text_file.empty()) {
+      feedText();
+    } else if (options_.labels != StreamLabels::kNone) {
+      feedLabels();
+    } else {
+      feedSound();
+    }
+    stream_.finish();
+  }
+  /// The other thread has given up.
+  void stop() { is_stopped_ = true; }
+
+ private:
+  /// Waits while the frames are behind; false when nobody wants more.
+  bool mayGoOn() const {
+    constexpr double kAhead = 2.0;
+    while (!is_stopped_ && stream_.saidUntil() > static_cast<double>(stream_.counts().frames) / stream_.frameRateHz() +
+                                                     kAhead + options_.live.look_ahead)
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    return !is_stopped_;
+  }
+
+  void feedText() {
+    std::optional<GrowingWav> wav;
+    if (!options_.sound_file.empty()) wav.emplace(options_.sound_file);
+    SentenceReader sentences(options_.text_file, is_stopped_);
+    bool any = false;
+    while (const std::optional<std::string> sentence = sentences.next()) {
+      const Seconds begin = stream_.saidUntil();
+      const Sound sound = stream_.say(*sentence);
+      any = true;
+      if (wav) wav->write(sound, std::max(begin, stream_.saidUntil() - sound.duration()));
+      if (!mayGoOn()) return;
+    }
+    if (!any) throw InputError(options_.text_file, "", "holds nothing that can be said");
+  }
+
+  void feedLabels() {
+    InputLines lines("stdin", is_stopped_);
+    std::vector<std::string> fields;
+    while (const std::optional<std::string> line = lines.next()) {
+      if (!splitLabel(*line, fields)) continue;
+      const auto fail = [&](std::string_view what) {
+        throw InputError("stdin", std::to_string(lines.lineNumber()), what);
+      };
+      const std::optional<double> start = parseNumber(fields[0]);
+      const std::optional<double> end = fields.size() > 1 ? parseNumber(fields[1]) : std::nullopt;
+      if (!start || !end || fields.size() < 3) fail("found '" + fields[0] + " ...'; expected START END NAME in seconds");
+      try {
+        if (options_.labels == StreamLabels::kWords) {
+          stream_.push(fields[2], TimeSpan{*start, *end});
+        } else {
+          LivePhone phone{fields[2], {*start, *end}};
+          const std::optional<double> word = fields.size() > 3 ? parseNumber(fields[3]) : std::nullopt;
+          if (word && *word >= 0 && *word < 1e9) phone.word = static_cast<std::size_t>(*word);
+          stream_.push(phone);
+        }
+      } catch (const InputError& error) {
+        fail(error.what());
+      }
+      if (!mayGoOn()) return;
+    }
+  }
+
+  void feedSound() {
+    InputBytes input("stdin", is_stopped_);
+    const std::size_t sample_bytes = options_.is_float ? 4 : 2;
+    constexpr std::size_t kAtOnce = 4096;
+    std::string bytes;
+    bool is_first = true;
+    while (true) {
+      std::optional<std::uint64_t> at;
+      std::size_t wanted = kAtOnce;
+      if (options_.is_stamped) {
+        constexpr std::size_t kStamp = 12;
+        constexpr std::uint64_t kMostSamples = 1 << 20;
+        const std::string stamp = input.exactly(kStamp);
+        if (stamp.empty()) return;
+        const auto number = [&](std::size_t first, std::size_t count) {
+          std::uint64_t value = 0;
+          for (std::size_t i = count; i-- > 0;) value = value << 8U | static_cast<unsigned char>(stamp[first + i]);
+          return value;
+        };
+        const std::uint64_t count = stamp.size() == kStamp ? number(8, 4) : kMostSamples + 1;
+        if (count > kMostSamples)
+          throw InputError("stdin", fmt::format("byte {}", input.offset() - stamp.size()),
+                           "is no stamp of a chunk; expected its first sample's number and at most 1048576 samples");
+        at = number(0, 8);
+        wanted = count * sample_bytes;
+        bytes = input.exactly(wanted);
+      } else {
+        bytes += input.some(kAtOnce - bytes.size());
+        if (is_first && bytes.starts_with("RIFF"))
+          throw InputError("stdin", "", "is a WAV file; expected raw samples, as `sox a.wav -t raw -` writes them");
+      }
+      if (bytes.size() < sample_bytes) return;
+      is_first = false;
+      push(bytes, at);
+      bytes.erase(0, bytes.size() / sample_bytes * sample_bytes);
+      if (!mayGoOn()) return;
+    }
+  }
+
+  void push(const std::string& bytes, std::optional<std::uint64_t> at) {
+    const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
+    if (options_.is_float) {
+      std::vector<float> samples(bytes.size() / 4);
+      for (std::size_t i = 0; i < samples.size(); ++i) {
+        std::uint32_t bits = 0;
+        for (std::size_t k = 4; k-- > 0;) bits = bits << 8U | data[4 * i + k];
+        samples[i] = std::bit_cast<float>(bits);
+      }
+      at ? stream_.push(std::span<const float>(samples), *at) : stream_.push(std::span<const float>(samples));
+    } else {
+      std::vector<std::int16_t> samples(bytes.size() / 2);
+      for (std::size_t i = 0; i < samples.size(); ++i)
+        samples[i] = static_cast<std::int16_t>(static_cast<std::uint16_t>(data[2 * i] | data[2 * i + 1] << 8));
+      at ? stream_.push(std::span<const std::int16_t>(samples), *at)
+         : stream_.push(std::span<const std::int16_t>(samples));
+    }
+  }
+
+  const StreamOptions& options_;
+  LiveStream& stream_;
+  std::atomic<bool> is_stopped_ = false;
+};
+
+/// Frames as they are known, or each at its time.
+void writeFrames(LiveStream& stream, StreamOutput& output, bool real_time) {
+  using Clock = std::chrono::steady_clock;
+  std::optional<Clock::time_point> begun;
+  std::size_t written = 0;
+  while (!stream.isFinished()) {
+    if (begun) {
+      const double seconds = static_cast<double>(written) / stream.frameRateHz();
+      std::this_thread::sleep_until(*begun + std::chrono::duration_cast<Clock::duration>(
+                                                 std::chrono::duration<double>(seconds)));
+    }
+    const Frame* frame = begun ? stream.nextNow() : stream.next();
+    if (frame == nullptr) {
+      std::fflush(stdout);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      continue;
+    }
+    if (real_time && !begun) begun = Clock::now();
+    output.write(*frame);
+    ++written;
+    if (real_time) std::fflush(stdout);
+  }
+}
+
+void tellCounts(const LiveCounts& counts, const StreamOptions& options) {
+  if (options.quiet && !options.json) return;
+  if (options.json) {
+    const nlohmann::json facts{{"frames", counts.frames},
+                               {"frames_at_rest", counts.frames_at_rest},
+                               {"chunks", counts.chunks},
+                               {"dropped", counts.dropped},
+                               {"late", counts.late},
+                               {"doubled", counts.doubled},
+                               {"restarts", counts.restarts},
+                               {"unusable_samples", counts.unusable_samples},
+                               {"missing_s", counts.missing}};
+    std::fputs((facts.dump() + "\n").c_str(), stderr);
+    return;
+  }
+  printNotice(fmt::format("{} frames, {} at rest for want of input; {} chunks, {} lost, {} late, {} doubled", counts.frames,
+                          counts.frames_at_rest, counts.chunks, counts.dropped, counts.late, counts.doubled),
+              false);
+}
+
+int runStream(const StreamOptions& given) {
+  StreamOptions options = given;
+  options.live.look_ahead = options.look_ahead_ms / 1000;
+  options.speaker.with_face = options.format == StreamFormat::kRows && options.rows == StreamRows::kVertices;
+  if (options.text_file != "-" && options.text_file.empty() && isatty(STDIN_FILENO) != 0)
+    throw InputError("stdin", "", "is a terminal; expected sound, or labels with --labels");
+  const Speaker speaker(options.speaker);
+  LiveStream stream = speaker.live(options.live);
+  const std::unique_ptr<StreamOutput> output = outputFor(options);
+  StreamFeeder feeder(options, stream);
+  std::exception_ptr failed;
+  std::thread feeding([&] {
+    try {
+      feeder.run();
+    } catch (...) {
+      failed = std::current_exception();
+      try {
+        stream.finish();  // what came before is shown
+      } catch (...) {
+        std::terminate();
+      }
+    }
+  });
+  try {
+    writeFrames(stream, *output, options.real_time);
+  } catch (...) {
+    feeder.stop();
+    feeding.join();
+    throw;
+  }
+  feeding.join();
+  std::fflush(stdout);
+  tellCounts(stream.counts(), options);
+  if (failed) std::rethrow_exception(failed);
+  return kExitDone;
+}
+
+}  // namespace
+
+Command streamCommand() {
+  return makeCommand<StreamOptions>(
+      "stream", "Moves a face while the line is being said (also: synth --stream).",
+      "arecord -f S16_LE -r 16000 -t raw | synth --stream --as livelink --real-time\n"
+      "synth --stream --text-file - --voice flite:slt --sound talk.wav < book.txt\n"
+      "synth --stream --labels phones < phones.txt",
+      addOptions, runStream);
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace mouthpiece {
+
+/// The bytes of standard input or a file, as they come. Waiting ends when `is_stopped` is set.
+class InputBytes {
+ public:
+  /// `file`: "stdin" or a path. Throws InputError where it cannot be opened.
+  InputBytes(std::string file, const std::atomic<bool>& is_stopped);
+  ~InputBytes();
+  InputBytes(const InputBytes&) = delete;
+  InputBytes& operator=(const InputBytes&) = delete;
+
+  /// What is there, at least one byte and at most `most`; "" at the end.
+  std::string some(std::size_t most);
+  /// So many bytes, fewer at the end.
+  std::string exactly(std::size_t count);
+  /// How many were read.
+  [[nodiscard]] std::size_t offset() const { return offset_; }
+
+ private:
+  std::string file_;
+  int descriptor_;
+  const std::atomic<bool>& is_stopped_;
+  std::size_t offset_ = 0;
+};
+
+/// Its lines, without their ends. Throws InputError for one of over 64 KiB.
+class InputLines {
+ public:
+  InputLines(std::string file, const std::atomic<bool>& is_stopped) : input_(file, is_stopped), file_(std::move(file)) {}
+  /// nullopt at the end.
+  std::optional<std::string> next();
+  [[nodiscard]] std::size_t lineNumber() const { return line_number_; }
+
+ private:
+  InputBytes input_;
+  std::string file_, read_;
+  std::size_t line_number_ = 0;
+};
+
+/// Text sentence by sentence: to a full stop, question or exclamation mark before a blank, or a line's end; sentences
+/// of over 200 bytes to a comma or another pause, of over 400 to a blank.
+class SentenceReader {
+ public:
+  /// `file`: "-" for standard input.
+  SentenceReader(const std::string& file, const std::atomic<bool>& is_stopped)
+      : input_(file == "-" ? "stdin" : file, is_stopped) {}
+  /// With something to say in it; nullopt at the end.
+  std::optional<std::string> next();
+
+ private:
+  std::optional<std::size_t> endOfSentence() const;
+
+  InputBytes input_;
+  std::string read_;
+  bool is_over_ = false;
+};
+
+/// The fields of a line of labels between blanks; false for an empty line or a comment (#).
+bool splitLabel(const std::string& line, std::vector<std::string>& fields);
+
+}  // namespace mouthpiece

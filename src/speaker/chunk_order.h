@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+
+#include "mouthpiece/live.h"
+
+namespace mouthpiece {
+
+/// Puts chunks of sound that carry their place into a row: what is missing between them, what comes twice, what comes
+/// too late. Places and lengths are in samples.
+class ChunkOrder {
+ public:
+  explicit ChunkOrder(int sample_rate_hz) : rate_hz_(sample_rate_hz) {}
+
+  /// What to do with a chunk: hear so much silence, then its samples from `skipped` on.
+  struct Place {
+    std::size_t silence = 0;
+    std::size_t skipped = 0;
+  };
+  /// A chunk that follows what came before.
+  void follow(std::size_t count) { next_ += count; }
+  /// A chunk with its place; tells `counts` of what is wrong with it. Throws InputError for one that is over ten
+  /// seconds ahead.
+  Place place(std::uint64_t at, std::size_t count, LiveCounts& counts);
+  /// So much was shown without its sound.
+  void passOver(std::size_t count);
+
+ private:
+  struct Stretch {
+    std::uint64_t begin, end;
+  };
+  int rate_hz_;
+  std::uint64_t next_ = 0;          ///< sample of our clock
+  std::int64_t shift_ = 0;          ///< of the sender's clock to ours
+  std::deque<Stretch> passed_over_;  ///< of our clock, the latest
+  std::uint64_t late_in_a_row_ = 0;  ///< samples
+};
+
+}  // namespace mouthpiece

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "mouthpiece/corpus.h"
+#include "mouthpiece/face.h"
+#include "mouthpiece/live.h"
+#include "phonetics/text/lexicon.h"
+#include "synthesis/synthesis.h"
+
+namespace mouthpiece {
+
+/// What a speaker gives to its live streams; they share its corpus and face.
+struct LiveSetup {
+  SharedCorpus corpus;
+  std::optional<SharedFace> face;
+  SynthesisOptions synthesis;  ///< refers to the corpus alone
+  std::string voice;
+  std::optional<double> rate;
+  std::optional<Lexicon> lexicon;
+  const Language* language;
+};
+
+/// Throws InputError for options out of range, and as LiveMotion does.
+LiveStream makeLiveStream(LiveSetup setup, const LiveOptions& options);
+
+}  // namespace mouthpiece

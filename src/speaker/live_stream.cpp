@@ -1,0 +1,470 @@
+// Sound or labels in as they come, frames out: LiveStream.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <mutex>
+
+#include "audio/audio_clip.h"
+#include "base/errors.h"
+#include "base/index.h"
+#include "base/smooth_step.h"
+#include "exports/arkit.h"
+#include "hearing/alignment/pronouncer.h"
+#include "hearing/recognition/live_ear.h"
+#include "speaker/chunk_order.h"
+#include "speaker/live_setup.h"
+#include "speaker/shown_frames.h"
+#include "speaker/speaker_data.h"
+#include "synthesis/live_motion.h"
+#include "voices/voice.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr Seconds kHearingHop = asReal(LiveEar::kHop) / LiveEar::kRateHz;
+constexpr Seconds kMostUnpulled = 600;
+constexpr Seconds kFurthest = 24 * 3600.0 * 365;
+constexpr Seconds kToRest = 0.300;         ///< nextNow(): the mouth comes to rest within this
+constexpr std::size_t kWeightsBehind = 6;  ///< frames shown before, that ARKit's weights go on from
+
+void expectUsable(const LiveOptions& options) {
+  if (!(options.look_ahead >= 0.05 && options.look_ahead <= 5))
+    throw InputError(fmt::format("found a look-ahead of {} s; expected 0.05 to 5 s", options.look_ahead));
+  if (!(options.sample_rate_hz >= 16000 && options.sample_rate_hz <= 48000))
+    throw InputError(fmt::format("found sound at {} Hz; expected 16,000 to 48,000 Hz", options.sample_rate_hz));
+}
+
+void expectSpan(const TimeSpan& span) {
+  if (!(span.start >= 0 && span.end > span.start && span.end < kFurthest))
+    throw InputError(fmt::format("found times {} to {} s; expected a start from 0 s on and a later end", span.start,
+                                 span.end));
+}
+
+/// How long a phone usually is beside others of its word.
+double usualLength(Phone phone) {
+  if (isDiphthong(phone)) return 1.8;
+  return isVowel(phone) ? 1.4 : 1.0;
+}
+
+}  // namespace
+
+struct LiveStream::Data {
+  Data(LiveSetup made_of, const LiveOptions& wanted);
+
+  void heard(std::span<const float> samples);
+  void hearSilence(std::size_t samples);
+  void hearWhole();
+  void pushSound(std::span<const float> samples, std::optional<std::uint64_t> at);
+  void pushPhones(const std::vector<PhoneSegment>& phones);
+  void expectOpen(bool is_sound);
+  void catchUp();
+  void makeFrames(Seconds known_until, std::span<const PhoneSegment> guess);
+  void show(const LiveFrames& frames);
+  [[nodiscard]] ShownFrame restingFrame() const;
+  [[nodiscard]] Seconds now() const { return asReal(motion.frameCount()) / rate_hz; }
+  const Frame* pulled();
+
+  LiveSetup setup;
+  LiveOptions options;
+  double rate_hz;
+  LiveMotion motion;
+  std::unique_ptr<Voice> voice;
+  std::unique_ptr<Pronouncer> pronouncer;
+  // Of sound:
+  std::unique_ptr<LiveEar> ear;
+  LiveResampler resampler;
+  ChunkOrder order;
+  std::vector<float> waiting;  ///< at the ear's rate
+  std::size_t hops = 0;
+  std::uint64_t sound_samples = 0;  ///< that were taken, with silences in their stead
+  bool is_sound = false, is_labels = false;
+  std::size_t words = 0;
+  std::size_t frames_at_most = std::numeric_limits<std::size_t>::max();  ///< the line's, once it is finished
+  MotionClip weights_clip;  ///< the last frames, and those that are made
+
+  // Between the threads, under the mutex:
+  mutable std::mutex mutex;
+  FrameRing ring;
+  ShownFrame current;
+  std::size_t unshown = 0;    ///< frames that nextNow() gave and the motion does not know of yet
+  std::size_t at_rest = 0;    ///< of these, in a row
+  bool is_finished = false;
+  Seconds said_until = 0;
+  LiveCounts counts;
+  // Of the thread that pulls:
+  ShownFrame resting, stalled_from;
+  VertexPositions vertices;
+  Frame frame;
+};
+
+LiveStream::Data::Data(LiveSetup made_of, const LiveOptions& wanted)
+    : setup(std::move(made_of)),
+      options(wanted),
+      rate_hz(setup.synthesis.frame_rate_hz),
+      motion(setup.corpus.data().units, setup.synthesis, *setup.language),
+      resampler(wanted.sample_rate_hz, LiveEar::kRateHz),
+      order(wanted.sample_rate_hz) {
+  weights_clip = {rate_hz, setup.corpus.markerNames(), PositionMatrix(0, setup.corpus.data().actor.neutral_mm.size())};
+  resting = restingFrame();
+  current = stalled_from = resting;
+  if (setup.face) setup.face->data().rig.deform(FacePose(resting.face_markers, resting.lip_gaps), {}, vertices);
+}
+
+ShownFrame LiveStream::Data::restingFrame() const {
+  const MarkerPositions& neutral = setup.corpus.data().actor.neutral_mm;
+  ShownFrame made;
+  made.markers_mm.assign(neutral.data(), neutral.data() + neutral.size());
+  if (!setup.face) return made;
+  MotionClip still{rate_hz, setup.corpus.markerNames(),
+                   Eigen::Map<const Eigen::RowVectorXd>(neutral.data(), neutral.size())};
+  const std::vector<LipPose> lips(1);
+  const FaceMotion moved = setup.face->data().rig.retarget(still, &setup.corpus.data().actor, lips);
+  const FacePose pose = moved.pose(FrameIndex(0));
+  made.face_markers.assign(pose.markers.begin(), pose.markers.end());
+  made.lip_gaps.assign(pose.lips.begin(), pose.lips.end());
+  return made;
+}
+
+void LiveStream::Data::expectOpen(bool of_sound) {
+  const std::scoped_lock lock(mutex);
+  if (is_finished) throw InputError("the stream is finished; expected nothing more to say");
+  if (of_sound ? is_labels : is_sound)
+    throw InputError("found labels and sound in one stream; expected one of them");
+  (of_sound ? is_sound : is_labels) = true;
+  if (asReal(ring.size()) > kMostUnpulled * rate_hz)
+    throw InputError(fmt::format("{:.0f} s of frames wait to be pulled; expected somebody to pull them", kMostUnpulled));
+}
+
+/// What nextNow() showed by itself has happened: sound that follows is later by as much.
+void LiveStream::Data::catchUp() {
+  LiveFrames last;
+  std::size_t count = 0;
+  {
+    const std::scoped_lock lock(mutex);
+    count = std::exchange(unshown, 0);
+    if (count == 0) return;
+    last.positions_mm = Eigen::Map<const Eigen::RowVectorXd>(current.markers_mm.data(), std::ssize(current.markers_mm));
+    last.lips = {current.lips};
+    last.tongue = {current.tongue};
+  }
+  weights_clip.positions_mm = last.positions_mm;
+  motion.skip(count, last);
+  if (!is_sound) return;
+  const auto samples = static_cast<std::size_t>(std::lround(asReal(count) / rate_hz * options.sample_rate_hz));
+  order.passOver(samples);
+  hearSilence(samples);
+}
+
+void LiveStream::Data::hearSilence(std::size_t samples) {
+  const std::vector<float> silence(std::min<std::size_t>(samples, 4096), 0.0F);
+  for (std::size_t done = 0; done < samples; done += silence.size())
+    heard(std::span(silence).first(std::min(silence.size(), samples - done)));
+}
+
+void LiveStream::Data::heard(std::span<const float> samples) {
+  sound_samples += samples.size();
+  resampler.push(samples, waiting);
+  hearWhole();
+}
+
+void LiveStream::Data::hearWhole() {
+  std::size_t at = 0;
+  std::array<std::int16_t, LiveEar::kHop> hop{};
+  for (; waiting.size() - at >= LiveEar::kHop; at += LiveEar::kHop) {
+    std::transform(waiting.begin() + signedIndex(at), waiting.begin() + signedIndex(at + LiveEar::kHop), hop.begin(),
+                   [](float sample) { return static_cast<std::int16_t>(std::lrint(32767.0F * sample)); });
+    for (const PhoneSegment& phone : ear->hear(hop)) motion.say(phone);
+    ++hops;
+    makeFrames(asReal(hops) * kHearingHop, ear->guess());
+  }
+  waiting.erase(waiting.begin(), waiting.begin() + signedIndex(at));
+}
+
+void LiveStream::Data::pushSound(std::span<const float> samples, std::optional<std::uint64_t> at) {
+  expectOpen(true);
+  if (!ear) ear = std::make_unique<LiveEar>(*setup.language);
+  catchUp();
+  ChunkOrder::Place place;
+  std::vector<float> usable(samples.begin(), samples.end());
+  {
+    const std::scoped_lock lock(mutex);
+    ++counts.chunks;
+    if (at) place = order.place(*at, samples.size(), counts);
+    if (!at) order.follow(samples.size());
+    for (float& sample : usable) {
+      const bool is_usable = sample >= -1 && sample <= 1;
+      counts.unusable_samples += is_usable ? 0U : 1U;
+      if (!is_usable) sample = std::isnan(sample) ? 0.0F : std::clamp(sample, -1.0F, 1.0F);
+    }
+  }
+  hearSilence(place.silence);
+  heard(std::span(usable).subspan(place.skipped));
+}
+
+/// The frames whose look-ahead is known.
+void LiveStream::Data::makeFrames(Seconds known_until, std::span<const PhoneSegment> guess) {
+  constexpr double kRounding = 1e-6;  // frames
+  const double last = std::floor((known_until - options.look_ahead) * rate_hz + kRounding);
+  const auto due = std::min(static_cast<std::size_t>(std::max(0.0, last + 1)), frames_at_most);
+  if (due > motion.frameCount()) show(motion.render(due - motion.frameCount(), guess));
+  const std::scoped_lock lock(mutex);
+  said_until = std::max(motion.saidUntil(), now());
+}
+
+void LiveStream::Data::show(const LiveFrames& frames) {
+  const auto count = unsignedIndex(frames.positions_mm.rows());
+  PositionMatrix& behind = weights_clip.positions_mm;
+  const Eigen::Index kept = std::min<Eigen::Index>(behind.rows(), signedIndex(kWeightsBehind));
+  PositionMatrix joined(kept + frames.positions_mm.rows(), frames.positions_mm.cols());
+  joined << behind.bottomRows(kept), frames.positions_mm;
+  behind = std::move(joined);
+  const SharedCorpus::Data& corpus = setup.corpus.data();
+  const RowMajorMatrixF weights = arkitFromMarkers(weights_clip, &corpus.actor.neutral_mm);
+  FaceMotion face;
+  if (setup.face)
+    face = setup.face->data().rig.retarget({rate_hz, weights_clip.marker_names, frames.positions_mm}, &corpus.actor,
+                                           frames.lips);
+  const std::scoped_lock lock(mutex);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto row = signedIndex(i);
+    ShownFrame& made = ring.add();
+    const double* markers = frames.positions_mm.row(row).data();
+    made.markers_mm.assign(markers, markers + frames.positions_mm.cols());
+    Eigen::Map<Eigen::RowVectorXf>(made.arkit.data(), kArkitShapes) = weights.row(kept + row);
+    made.lips = frames.lips[i];
+    made.tongue = frames.tongue[i];
+    if (!setup.face) continue;
+    const FacePose pose = face.pose(FrameIndex(i));
+    made.face_markers.assign(pose.markers.begin(), pose.markers.end());
+    made.lip_gaps.assign(pose.lips.begin(), pose.lips.end());
+  }
+}
+
+/// What was said before `phones` begin is silence; what lies before what was said is passed over.
+void LiveStream::Data::pushPhones(const std::vector<PhoneSegment>& phones) {
+  constexpr Seconds kShortest = 1e-4;
+  for (PhoneSegment phone : phones) {
+    const Seconds said = motion.saidUntil();
+    {
+      const std::scoped_lock lock(mutex);
+      ++counts.chunks;
+      const bool is_gone = phone.span.end < said + kShortest, is_unseen = phone.span.end < now();
+      counts.doubled += is_gone ? 1U : 0U;
+      counts.late += is_unseen && !is_gone ? 1U : 0U;
+      if (is_gone) continue;
+    }
+    if (phone.span.start > said + kShortest || motion.saidUntil() == 0)
+      motion.say({.phone = Phone::kSil, .span = {said, std::max(phone.span.start, said + kShortest)}});
+    phone.span.start = motion.saidUntil();
+    if (phone.span.duration() > 0) motion.say(phone);
+    makeFrames(motion.saidUntil(), {});
+  }
+}
+
+LiveStream makeLiveStream(LiveSetup setup, const LiveOptions& options) {
+  expectUsable(options);
+  return LiveStream(std::make_unique<LiveStream::Data>(std::move(setup), options));
+}
+
+LiveStream::LiveStream(std::unique_ptr<Data> data) : data_(std::move(data)) {}
+LiveStream::LiveStream(LiveStream&&) noexcept = default;
+LiveStream& LiveStream::operator=(LiveStream&&) noexcept = default;
+LiveStream::~LiveStream() = default;
+
+void LiveStream::push(std::span<const float> samples) { data_->pushSound(samples, std::nullopt); }
+void LiveStream::push(std::span<const float> samples, std::uint64_t at) { data_->pushSound(samples, at); }
+
+namespace {
+
+std::vector<float> floatsOf(std::span<const std::int16_t> samples) {
+  std::vector<float> made(samples.size());
+  std::transform(samples.begin(), samples.end(), made.begin(),
+                 [](std::int16_t sample) { return static_cast<float>(sample) / 32768.0F; });
+  return made;
+}
+
+}  // namespace
+
+void LiveStream::push(std::span<const std::int16_t> samples) { data_->pushSound(floatsOf(samples), std::nullopt); }
+void LiveStream::push(std::span<const std::int16_t> samples, std::uint64_t at) {
+  data_->pushSound(floatsOf(samples), at);
+}
+
+void LiveStream::push(const LivePhone& phone) {
+  expectSpan(phone.span);
+  std::vector<PhoneSegment> segments;
+  if (isSilenceName(phone.phone)) {
+    segments.push_back({.phone = Phone::kSil, .span = phone.span});
+  } else {
+    std::vector<std::string> unknown;
+    std::vector<SpelledPhone> spelled = phonesOfSymbol(phone.phone, PhoneSet::kArpabet, *data_->setup.language, unknown);
+    if (spelled.empty() || !unknown.empty()) {
+      unknown.clear();
+      spelled = phonesOfIpa(phone.phone, unknown);
+    }
+    if (spelled.empty() || !unknown.empty())
+      throw InputError(fmt::format("found the phone '{}'; expected ARPAbet, IPA or sil", printable(phone.phone)));
+    const Seconds length = phone.span.duration() / asReal(spelled.size());
+    for (std::size_t i = 0; i < spelled.size(); ++i) {
+      const Seconds start = phone.span.start + asReal(i) * length;
+      segments.push_back({.phone = spelled[i].phone,
+                          .span = {start, i + 1 == spelled.size() ? phone.span.end : start + length},
+                          .word = phone.word,
+                          .stress = stressOfName(phone.phone),
+                          .ipa = spelled[i].ipa});
+    }
+  }
+  data_->expectOpen(false);
+  data_->catchUp();
+  data_->pushPhones(segments);
+}
+
+void LiveStream::push(std::string_view word, const TimeSpan& span) {
+  expectSpan(span);
+  Data& data = *data_;
+  if (!data.pronouncer)
+    data.pronouncer = std::make_unique<Pronouncer>(data.setup.lexicon ? &*data.setup.lexicon : nullptr,
+                                                   *data.setup.language);
+  std::vector<PhoneSegment> segments;
+  double lengths = 0;
+  for (const TranscriptWord& said : data.pronouncer->wordsOf(word)) {  // a number may be several words
+    for (const Phone phone : said.ways.front().phones) {
+      segments.push_back({.phone = phone, .span = {lengths, lengths + usualLength(phone)}, .word = data.words});
+      lengths += usualLength(phone);
+    }
+    ++data.words;
+  }
+  for (PhoneSegment& segment : segments) {
+    segment.span.start = std::lerp(span.start, span.end, segment.span.start / lengths);
+    segment.span.end = std::lerp(span.start, span.end, segment.span.end / lengths);
+  }
+  data.expectOpen(false);
+  data.catchUp();
+  data.pushPhones(segments);
+}
+
+void LiveStream::silence(Seconds until) {
+  Data& data = *data_;
+  data.expectOpen(false);
+  data.catchUp();
+  if (!(until >= 0 && until < kFurthest)) throw InputError(fmt::format("found silence until {} s; expected a time", until));
+  if (until > data.motion.saidUntil()) data.pushPhones({{.phone = Phone::kSil, .span = {data.motion.saidUntil(), until}}});
+}
+
+Sound LiveStream::say(std::string_view text) {
+  constexpr Seconds kAtOnce = 0.25;
+  Data& data = *data_;
+  LiveSetup& setup = data.setup;
+  data.expectOpen(false);
+  if (!data.voice)
+    data.voice = makeVoice(setup.voice, VoiceOptions{setup.lexicon ? &*setup.lexicon : nullptr,
+                                                     &setup.corpus.data().units, setup.synthesis.selection, setup.rate});
+  const SpokenLine line = data.voice->speak(text);
+  data.catchUp();
+  const Seconds begin = std::max(data.motion.saidUntil(), data.now());
+  if (begin > data.motion.saidUntil())
+    data.motion.say({.phone = Phone::kSil, .span = {data.motion.saidUntil(), begin}});
+  for (const LabelledPhone& phone : line.labels.phones) {
+    PhoneSegment said{.phone = phone.phone, .span = {begin + phone.span.start, begin + phone.span.end}, .ipa = phone.ipa};
+    if (phone.word) said.word = data.words + *phone.word;
+    said.syllable = phone.syllable;
+    if (phone.syllable && isVowel(phone.phone)) said.stress = line.labels.syllables[*phone.syllable].stress;
+    if (said.span.duration() > 0) data.motion.say(said);
+  }
+  data.words += line.labels.words.size();
+  // The line ends in silence: no frame of it waits for what follows.
+  const Seconds end = data.motion.saidUntil();
+  const std::array<PhoneSegment, 1> after{
+      PhoneSegment{.phone = Phone::kSil, .span = {end, end + data.options.look_ahead}}};
+  for (Seconds until = data.now(); until < end;) {
+    until = std::min(end, until + kAtOnce);
+    data.makeFrames(until + data.options.look_ahead, after);
+  }
+  return {line.audio.sample_rate_hz, line.audio.samples};
+}
+
+void LiveStream::finish() {
+  Data& data = *data_;
+  {
+    const std::scoped_lock lock(data.mutex);
+    if (data.is_finished) return;
+  }
+  data.catchUp();
+  Seconds end = data.motion.saidUntil();
+  if (data.is_sound) {
+    constexpr Seconds kHeardWithin = 0.5;
+    end = asReal(data.sound_samples) / data.options.sample_rate_hz;
+    data.frames_at_most = static_cast<std::size_t>(std::ceil(end * data.rate_hz - 1e-6));
+    data.hearSilence(static_cast<std::size_t>((kHeardWithin + data.options.look_ahead) * data.options.sample_rate_hz));
+  } else {
+    const std::array<PhoneSegment, 1> after{PhoneSegment{.phone = Phone::kSil, .span = {end, end + 0.5}}};
+    data.makeFrames(end - 0.5 / data.rate_hz + data.options.look_ahead, after);
+  }
+  const std::scoped_lock lock(data.mutex);
+  data.is_finished = true;
+}
+
+Seconds LiveStream::saidUntil() const {
+  const std::scoped_lock lock(data_->mutex);
+  return std::max(data_->said_until, asReal(data_->counts.frames + data_->ring.size()) / data_->rate_hz);
+}
+
+const Frame* LiveStream::Data::pulled() {
+  frame.index = counts.frames++;
+  frame.time = asReal(frame.index) / rate_hz;
+  frame.markers_mm = current.markers_mm;
+  frame.arkit = current.arkit;
+  return &frame;
+}
+
+const Frame* LiveStream::next() {
+  Data& data = *data_;
+  const Frame* frame = nullptr;
+  {
+    const std::scoped_lock lock(data.mutex);
+    if (data.ring.size() == 0) return nullptr;
+    data.ring.take(data.current);
+    data.at_rest = 0;
+    frame = data.pulled();
+  }
+  if (!data.setup.face) return frame;
+  data.setup.face->data().rig.deform(FacePose(data.current.face_markers, data.current.lip_gaps), data.current.tongue,
+                                     data.vertices);
+  data.frame.vertices = {data.vertices.data(), unsignedIndex(data.vertices.size())};
+  return frame;
+}
+
+const Frame* LiveStream::nextNow() {
+  Data& data = *data_;
+  if (const Frame* known = next()) return known;
+  {
+    const std::scoped_lock lock(data.mutex);
+    if (data.at_rest++ == 0) data.stalled_from = data.current;
+    ++data.unshown;
+    ++data.counts.frames_at_rest;
+    lerpFrame(data.stalled_from, data.resting, smoothStep(asReal(data.at_rest) / data.rate_hz / kToRest), data.current);
+    data.pulled();
+  }
+  if (data.setup.face) {
+    data.setup.face->data().rig.deform(FacePose(data.current.face_markers, data.current.lip_gaps), data.current.tongue,
+                                       data.vertices);
+    data.frame.vertices = {data.vertices.data(), unsignedIndex(data.vertices.size())};
+  }
+  return &data.frame;
+}
+
+bool LiveStream::isFinished() const {
+  const std::scoped_lock lock(data_->mutex);
+  return data_->is_finished && data_->ring.size() == 0;
+}
+
+double LiveStream::frameRateHz() const { return data_->rate_hz; }
+
+LiveCounts LiveStream::counts() const {
+  const std::scoped_lock lock(data_->mutex);
+  return data_->counts;
+}
+
+}  // namespace mouthpiece
