@@ -30,15 +30,15 @@ struct MOUTHPIECE_API LivePhone {
 
 /// What came, and what did not. Sound is counted in chunks as they were pushed.
 struct MOUTHPIECE_API LiveCounts {
-  std::size_t frames = 0;           ///< that were pulled
-  std::size_t frames_at_rest = 0;   ///< of these, by nextNow() with nothing to show: the mouth comes to rest
-  std::size_t chunks = 0;           ///< of sound, phones and words that were pushed
-  std::size_t dropped = 0;          ///< gaps between chunks: silence is heard in their stead
-  std::size_t late = 0;             ///< chunks for times that were shown without them: passed over
-  std::size_t doubled = 0;          ///< chunks that were there already: passed over
-  std::size_t restarts = 0;         ///< chunks were late for so long that their clock was taken anew
-  std::size_t unusable_samples = 0; ///< not numbers, or beyond [-1, 1]: heard as silence, or clipped
-  Seconds missing = 0;              ///< how long the gaps were
+  std::size_t frames = 0;            ///< that were pulled
+  std::size_t frames_at_rest = 0;    ///< of these, by nextNow() with nothing to show: the mouth comes to rest
+  std::size_t chunks = 0;            ///< of sound, phones and words that were pushed
+  std::size_t dropped = 0;           ///< gaps between chunks: silence is heard in their stead
+  std::size_t late = 0;              ///< chunks for times that were shown without them: passed over
+  std::size_t doubled = 0;           ///< chunks that were there already: passed over
+  std::size_t restarts = 0;          ///< chunks were late for so long that their clock was taken anew
+  std::size_t unusable_samples = 0;  ///< not numbers, or beyond [-1, 1]: heard as silence, or clipped
+  Seconds missing = 0;               ///< how long the gaps were
 };
 
 /// Frames of a line while it is being said: sound, or phones or words with their times, are pushed as they come, and

@@ -6,6 +6,7 @@
 #define MOUTHPIECE_MOUTHPIECE_H
 
 #include <stddef.h>
+#include <stdint.h>
 
 #include "mouthpiece/version.h"
 
@@ -89,6 +90,45 @@ MOUTHPIECE_API int mouthpiece_stream_new(const mouthpiece_performance* performan
 MOUTHPIECE_API int mouthpiece_stream_next(mouthpiece_stream* stream, mouthpiece_frame* frame, int* has_frame,
                                           char* error, size_t error_size);
 MOUTHPIECE_API void mouthpiece_stream_free(mouthpiece_stream* stream);
+
+/* Frames of a line while it is being said (mouthpiece/live.h): push sound, or labels, as they come, and pull frames.
+ * One thread may push while another pulls; a live stream may outlive its speaker. */
+typedef struct mouthpiece_live mouthpiece_live;
+
+/* What came, and what did not: LiveCounts. */
+typedef struct mouthpiece_live_counts {
+  size_t frames, frames_at_rest, chunks, dropped, late, doubled, restarts, unusable_samples;
+  double missing_s;
+} mouthpiece_live_counts;
+
+/* A chunk's place where it just follows the one before. */
+#define MOUTHPIECE_FOLLOWS UINT64_MAX
+
+/* `look_ahead_s`: 0.05 to 5; `sample_rate_hz` of the sound that is pushed: 16000 to 48000. */
+MOUTHPIECE_API int mouthpiece_live_new(const mouthpiece_speaker* speaker, double look_ahead_s, int sample_rate_hz,
+                                       mouthpiece_live** live, char* error, size_t error_size);
+MOUTHPIECE_API void mouthpiece_live_free(mouthpiece_live* live);
+/* `at`: the chunk's first sample, counted from the stream's start, or MOUTHPIECE_FOLLOWS. */
+MOUTHPIECE_API int mouthpiece_live_push_float(mouthpiece_live* live, const float* samples, size_t count, uint64_t at,
+                                              char* error, size_t error_size);
+MOUTHPIECE_API int mouthpiece_live_push_int16(mouthpiece_live* live, const int16_t* samples, size_t count, uint64_t at,
+                                              char* error, size_t error_size);
+/* ARPAbet, IPA or "sil"; times in seconds from the stream's start. */
+MOUTHPIECE_API int mouthpiece_live_push_phone(mouthpiece_live* live, const char* phone, double start_s, double end_s,
+                                              char* error, size_t error_size);
+MOUTHPIECE_API int mouthpiece_live_push_word(mouthpiece_live* live, const char* word, double start_s, double end_s,
+                                             char* error, size_t error_size);
+MOUTHPIECE_API int mouthpiece_live_silence(mouthpiece_live* live, double until_s, char* error, size_t error_size);
+/* Lets the speaker's voice say a text. Its sound stays until the next call; the pointers may be null. */
+MOUTHPIECE_API int mouthpiece_live_say(mouthpiece_live* live, const char* text, const float** samples,
+                                       size_t* sample_count, int* sample_rate_hz, char* error, size_t error_size);
+MOUTHPIECE_API int mouthpiece_live_finish(mouthpiece_live* live, char* error, size_t error_size);
+/* Sets *has_frame to 0 where the next frame is not known. With `now` not 0 there always is one: the mouth comes to rest
+ * where nothing is known. */
+MOUTHPIECE_API int mouthpiece_live_next(mouthpiece_live* live, int now, mouthpiece_frame* frame, int* has_frame,
+                                        char* error, size_t error_size);
+MOUTHPIECE_API int mouthpiece_live_is_finished(const mouthpiece_live* live);
+MOUTHPIECE_API void mouthpiece_live_counts_of(const mouthpiece_live* live, mouthpiece_live_counts* counts);
 
 #ifdef __cplusplus
 }

@@ -131,8 +131,8 @@ void LiveResampler::push(std::span<const float> samples, std::vector<float>& out
   const std::int64_t end = state.begin + std::ssize(state.samples);
   for (; state.change.endInput(state.next) <= end; ++state.next)
     out.push_back(state.change.output(state.next, state.samples, state.begin));
-  const std::int64_t done = std::clamp<std::int64_t>(state.change.firstInput(state.next) - state.begin, 0,
-                                                     std::ssize(state.samples));
+  const std::int64_t done =
+      std::clamp<std::int64_t>(state.change.firstInput(state.next) - state.begin, 0, std::ssize(state.samples));
   state.samples.erase(state.samples.begin(), state.samples.begin() + done);
   state.begin += done;
 }

@@ -17,6 +17,10 @@ struct mouthpiece_performance {
 struct mouthpiece_stream {
   mouthpiece::FrameStream stream;
 };
+struct mouthpiece_live {
+  mouthpiece::LiveStream stream;
+  mouthpiece::Sound said;
+};
 
 namespace {
 
@@ -82,6 +86,27 @@ int perform(mouthpiece_speaker* speaker, mouthpiece_performance** performance, c
     *performance = nullptr;
     expectGiven(speaker, "speaker");
     *performance = new mouthpiece_performance{speaker->speaker.perform(line())};
+  });
+}
+
+void tellFrame(const Frame& from, mouthpiece_frame& frame) {
+  frame = {from.index,
+           from.time,
+           from.markers_mm.data(),
+           from.markers_mm.size() / 3,
+           from.vertices.empty() ? nullptr : from.vertices.data(),
+           from.vertices.size() / 3,
+           {}};
+  std::copy(from.arkit.begin(), from.arkit.end(), frame.arkit);
+}
+
+template <typename Sample>
+int pushLive(mouthpiece_live* live, const Sample* samples, size_t count, uint64_t at, char* error, size_t error_size) {
+  return guarded(error, error_size, [&] {
+    expectGiven(live, "live stream");
+    if (count > 0) expectGiven(samples, "sound");
+    const std::span<const Sample> chunk(samples, count);
+    at == MOUTHPIECE_FOLLOWS ? live->stream.push(chunk) : live->stream.push(chunk, at);
   });
 }
 
@@ -197,16 +222,98 @@ int mouthpiece_stream_next(mouthpiece_stream* stream, mouthpiece_frame* frame, i
     *has_frame = 0;
     const Frame* next = stream->stream.next();
     if (next == nullptr) return;
-    *frame = {next->index,
-              next->time,
-              next->markers_mm.data(),
-              next->markers_mm.size() / 3,
-              next->vertices.empty() ? nullptr : next->vertices.data(),
-              next->vertices.size() / 3,
-              {}};
-    std::copy(next->arkit.begin(), next->arkit.end(), frame->arkit);
+    tellFrame(*next, *frame);
     *has_frame = 1;
   });
 }
 
 void mouthpiece_stream_free(mouthpiece_stream* stream) { delete stream; }
+
+int mouthpiece_live_new(const mouthpiece_speaker* speaker, double look_ahead_s, int sample_rate_hz,
+                        mouthpiece_live** live, char* error, size_t error_size) {
+  return guarded(error, error_size, [&] {
+    expectGiven(live, "live stream");
+    *live = nullptr;
+    expectGiven(speaker, "speaker");
+    *live = new mouthpiece_live{speaker->speaker.live({look_ahead_s, sample_rate_hz}), {}};
+  });
+}
+
+void mouthpiece_live_free(mouthpiece_live* live) { delete live; }
+
+int mouthpiece_live_push_float(mouthpiece_live* live, const float* samples, size_t count, uint64_t at, char* error,
+                               size_t error_size) {
+  return pushLive(live, samples, count, at, error, error_size);
+}
+
+int mouthpiece_live_push_int16(mouthpiece_live* live, const int16_t* samples, size_t count, uint64_t at, char* error,
+                               size_t error_size) {
+  return pushLive(live, samples, count, at, error, error_size);
+}
+
+int mouthpiece_live_push_phone(mouthpiece_live* live, const char* phone, double start_s, double end_s, char* error,
+                               size_t error_size) {
+  return guarded(error, error_size, [&] {
+    expectGiven(live, "live stream");
+    expectGiven(phone, "phone");
+    live->stream.push(LivePhone{phone, {start_s, end_s}});
+  });
+}
+
+int mouthpiece_live_push_word(mouthpiece_live* live, const char* word, double start_s, double end_s, char* error,
+                              size_t error_size) {
+  return guarded(error, error_size, [&] {
+    expectGiven(live, "live stream");
+    expectGiven(word, "word");
+    live->stream.push(word, TimeSpan{start_s, end_s});
+  });
+}
+
+int mouthpiece_live_silence(mouthpiece_live* live, double until_s, char* error, size_t error_size) {
+  return guarded(error, error_size, [&] {
+    expectGiven(live, "live stream");
+    live->stream.silence(until_s);
+  });
+}
+
+int mouthpiece_live_say(mouthpiece_live* live, const char* text, const float** samples, size_t* sample_count,
+                        int* sample_rate_hz, char* error, size_t error_size) {
+  return guarded(error, error_size, [&] {
+    expectGiven(live, "live stream");
+    expectGiven(text, "text");
+    live->said = live->stream.say(text);
+    if (samples != nullptr) *samples = live->said.samples.data();
+    if (sample_count != nullptr) *sample_count = live->said.samples.size();
+    if (sample_rate_hz != nullptr) *sample_rate_hz = live->said.sample_rate_hz;
+  });
+}
+
+int mouthpiece_live_finish(mouthpiece_live* live, char* error, size_t error_size) {
+  return guarded(error, error_size, [&] {
+    expectGiven(live, "live stream");
+    live->stream.finish();
+  });
+}
+
+int mouthpiece_live_next(mouthpiece_live* live, int now, mouthpiece_frame* frame, int* has_frame, char* error,
+                         size_t error_size) {
+  return guarded(error, error_size, [&] {
+    expectGiven(live, "live stream");
+    expectGiven(frame, "frame");
+    expectGiven(has_frame, "has_frame");
+    const Frame* next = now != 0 ? live->stream.nextNow() : live->stream.next();
+    *has_frame = next != nullptr ? 1 : 0;
+    if (next != nullptr) tellFrame(*next, *frame);
+  });
+}
+
+int mouthpiece_live_is_finished(const mouthpiece_live* live) {
+  return live == nullptr || live->stream.isFinished() ? 1 : 0;
+}
+
+void mouthpiece_live_counts_of(const mouthpiece_live* live, mouthpiece_live_counts* counts) {
+  if (counts == nullptr) return;
+  const LiveCounts of = live == nullptr ? LiveCounts() : live->stream.counts();
+  *counts = {of.frames,  of.frames_at_rest, of.chunks,           of.dropped, of.late,
+             of.doubled, of.restarts,       of.unusable_samples, of.missing};
+}

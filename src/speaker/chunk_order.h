@@ -32,8 +32,8 @@ class ChunkOrder {
     std::uint64_t begin, end;
   };
   int rate_hz_;
-  std::uint64_t next_ = 0;          ///< sample of our clock
-  std::int64_t shift_ = 0;          ///< of the sender's clock to ours
+  std::uint64_t next_ = 0;           ///< sample of our clock
+  std::int64_t shift_ = 0;           ///< of the sender's clock to ours
   std::deque<Stretch> passed_over_;  ///< of our clock, the latest
   std::uint64_t late_in_a_row_ = 0;  ///< samples
 };

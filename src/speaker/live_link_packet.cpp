@@ -33,7 +33,8 @@ std::string liveLinkPacket(const Frame& frame, double frame_rate_hz, std::string
   putBigEndian(packet, 1);
   packet.push_back(static_cast<char>(kPacketValues));
   for (const float weight : frame.arkit) putBigEndian(packet, std::bit_cast<std::uint32_t>(weight));
-  for (std::size_t i = frame.arkit.size(); i < kPacketValues; ++i) putBigEndian(packet, std::bit_cast<std::uint32_t>(0.0F));
+  for (std::size_t i = frame.arkit.size(); i < kPacketValues; ++i)
+    putBigEndian(packet, std::bit_cast<std::uint32_t>(0.0F));
   return packet;
 }
 

@@ -38,8 +38,8 @@ void expectUsable(const LiveOptions& options) {
 
 void expectSpan(const TimeSpan& span) {
   if (!(span.start >= 0 && span.end > span.start && span.end < kFurthest))
-    throw InputError(fmt::format("found times {} to {} s; expected a start from 0 s on and a later end", span.start,
-                                 span.end));
+    throw InputError(
+        fmt::format("found times {} to {} s; expected a start from 0 s on and a later end", span.start, span.end));
 }
 
 /// How long a phone usually is beside others of its word.
@@ -82,14 +82,14 @@ struct LiveStream::Data {
   bool is_sound = false, is_labels = false;
   std::size_t words = 0;
   std::size_t frames_at_most = std::numeric_limits<std::size_t>::max();  ///< the line's, once it is finished
-  MotionClip weights_clip;  ///< the last frames, and those that are made
+  MotionClip weights_clip;                                               ///< the last frames, and those that are made
 
   // Between the threads, under the mutex:
   mutable std::mutex mutex;
   FrameRing ring;
   ShownFrame current;
-  std::size_t unshown = 0;    ///< frames that nextNow() gave and the motion does not know of yet
-  std::size_t at_rest = 0;    ///< of these, in a row
+  std::size_t unshown = 0;  ///< frames that nextNow() gave and the motion does not know of yet
+  std::size_t at_rest = 0;  ///< of these, in a row
   bool is_finished = false;
   Seconds said_until = 0;
   LiveCounts counts;
@@ -130,11 +130,11 @@ ShownFrame LiveStream::Data::restingFrame() const {
 void LiveStream::Data::expectOpen(bool of_sound) {
   const std::scoped_lock lock(mutex);
   if (is_finished) throw InputError("the stream is finished; expected nothing more to say");
-  if (of_sound ? is_labels : is_sound)
-    throw InputError("found labels and sound in one stream; expected one of them");
+  if (of_sound ? is_labels : is_sound) throw InputError("found labels and sound in one stream; expected one of them");
   (of_sound ? is_sound : is_labels) = true;
   if (asReal(ring.size()) > kMostUnpulled * rate_hz)
-    throw InputError(fmt::format("{:.0f} s of frames wait to be pulled; expected somebody to pull them", kMostUnpulled));
+    throw InputError(
+        fmt::format("{:.0f} s of frames wait to be pulled; expected somebody to pull them", kMostUnpulled));
 }
 
 /// What nextNow() showed by itself has happened: sound that follows is later by as much.
@@ -299,7 +299,8 @@ void LiveStream::push(const LivePhone& phone) {
     segments.push_back({.phone = Phone::kSil, .span = phone.span});
   } else {
     std::vector<std::string> unknown;
-    std::vector<SpelledPhone> spelled = phonesOfSymbol(phone.phone, PhoneSet::kArpabet, *data_->setup.language, unknown);
+    std::vector<SpelledPhone> spelled =
+        phonesOfSymbol(phone.phone, PhoneSet::kArpabet, *data_->setup.language, unknown);
     if (spelled.empty() || !unknown.empty()) {
       unknown.clear();
       spelled = phonesOfIpa(phone.phone, unknown);
@@ -325,8 +326,8 @@ void LiveStream::push(std::string_view word, const TimeSpan& span) {
   expectSpan(span);
   Data& data = *data_;
   if (!data.pronouncer)
-    data.pronouncer = std::make_unique<Pronouncer>(data.setup.lexicon ? &*data.setup.lexicon : nullptr,
-                                                   *data.setup.language);
+    data.pronouncer =
+        std::make_unique<Pronouncer>(data.setup.lexicon ? &*data.setup.lexicon : nullptr, *data.setup.language);
   std::vector<PhoneSegment> segments;
   double lengths = 0;
   for (const TranscriptWord& said : data.pronouncer->wordsOf(word)) {  // a number may be several words
@@ -349,8 +350,10 @@ void LiveStream::silence(Seconds until) {
   Data& data = *data_;
   data.expectOpen(false);
   data.catchUp();
-  if (!(until >= 0 && until < kFurthest)) throw InputError(fmt::format("found silence until {} s; expected a time", until));
-  if (until > data.motion.saidUntil()) data.pushPhones({{.phone = Phone::kSil, .span = {data.motion.saidUntil(), until}}});
+  if (!(until >= 0 && until < kFurthest))
+    throw InputError(fmt::format("found silence until {} s; expected a time", until));
+  if (until > data.motion.saidUntil())
+    data.pushPhones({{.phone = Phone::kSil, .span = {data.motion.saidUntil(), until}}});
 }
 
 Sound LiveStream::say(std::string_view text) {
@@ -359,15 +362,17 @@ Sound LiveStream::say(std::string_view text) {
   LiveSetup& setup = data.setup;
   data.expectOpen(false);
   if (!data.voice)
-    data.voice = makeVoice(setup.voice, VoiceOptions{setup.lexicon ? &*setup.lexicon : nullptr,
-                                                     &setup.corpus.data().units, setup.synthesis.selection, setup.rate});
+    data.voice =
+        makeVoice(setup.voice, VoiceOptions{setup.lexicon ? &*setup.lexicon : nullptr, &setup.corpus.data().units,
+                                            setup.synthesis.selection, setup.rate});
   const SpokenLine line = data.voice->speak(text);
   data.catchUp();
   const Seconds begin = std::max(data.motion.saidUntil(), data.now());
   if (begin > data.motion.saidUntil())
     data.motion.say({.phone = Phone::kSil, .span = {data.motion.saidUntil(), begin}});
   for (const LabelledPhone& phone : line.labels.phones) {
-    PhoneSegment said{.phone = phone.phone, .span = {begin + phone.span.start, begin + phone.span.end}, .ipa = phone.ipa};
+    PhoneSegment said{
+        .phone = phone.phone, .span = {begin + phone.span.start, begin + phone.span.end}, .ipa = phone.ipa};
     if (phone.word) said.word = data.words + *phone.word;
     said.syllable = phone.syllable;
     if (phone.syllable && isVowel(phone.phone)) said.stress = line.labels.syllables[*phone.syllable].stress;
@@ -400,7 +405,8 @@ void LiveStream::finish() {
     data.hearSilence(static_cast<std::size_t>((kHeardWithin + data.options.look_ahead) * data.options.sample_rate_hz));
   } else {
     const std::array<PhoneSegment, 1> after{PhoneSegment{.phone = Phone::kSil, .span = {end, end + 0.5}}};
-    data.makeFrames(end - 0.5 / data.rate_hz + data.options.look_ahead, after);
+    data.frames_at_most = static_cast<std::size_t>(std::ceil(end * data.rate_hz - 1e-6));
+    data.makeFrames(end + data.options.look_ahead, after);
   }
   const std::scoped_lock lock(data.mutex);
   data.is_finished = true;

@@ -5,9 +5,9 @@
 #include <mutex>
 #include <vector>
 
+#include "deform/surface/face_motion.h"
 #include "mouthpiece/motion.h"
 #include "retarget/rig/face_rig.h"
-#include "deform/surface/face_motion.h"
 
 namespace mouthpiece {
 

@@ -77,8 +77,21 @@ TimeSpan usableSource(const MotionClip& motion, const std::vector<LabelledPhone>
 
 }  // namespace
 
+std::shared_ptr<const LinePrediction> TakePredictions::of(const UnitDatabase& database, TakeIndex take) {
+  constexpr std::size_t kMost = 16;
+  const auto found = std::find_if(kept_.begin(), kept_.end(), [&](const Kept& kept) { return kept.take == take; });
+  Kept wanted = found != kept_.end() ? *found : Kept{take, nullptr};
+  if (found != kept_.end()) kept_.erase(found);
+  if (!wanted.prediction)
+    wanted.prediction = std::make_shared<LinePrediction>(*database.corpus().trajectory_model,
+                                                         database.corpus().takes[take.value].labels);
+  if (kept_.size() >= kMost) kept_.erase(kept_.begin());
+  kept_.push_back(wanted);
+  return wanted.prediction;
+}
+
 Fragment::Fragment(const SpeechLabels& line, const PhoneRange& target, const UnitDatabase& database,
-                   const PhonePlace& source, bool residual, bool stretch_silences)
+                   const PhonePlace& source, bool residual, bool stretch_silences, TakePredictions* predictions)
     : take_(&database.takeOf(source)),
       motion_(&database.motionOf(source.take)),
       database_(&database),
@@ -93,7 +106,9 @@ Fragment::Fragment(const SpeechLabels& line, const PhoneRange& target, const Uni
   }
   usable_ = {warp_.targetFromSource(usable.start), warp_.targetFromSource(usable.end)};
   if (residual) {
-    prediction_ = std::make_shared<LinePrediction>(*database.corpus().trajectory_model, take_->labels);
+    prediction_ = predictions != nullptr
+                      ? predictions->of(database, source.take)
+                      : std::make_shared<LinePrediction>(*database.corpus().trajectory_model, take_->labels);
   }
 }
 
@@ -183,8 +198,8 @@ void Fragment::relaxBeyond(std::span<const Seconds> times, PositionMatrix& poses
 }
 
 std::vector<UnitFragment> cutIntoFragments(const SpeechLabels& line, const UnitDatabase& database,
-                                           const std::vector<SelectedUnit>& units, bool residual,
-                                           bool stretch_silences) {
+                                           const std::vector<SelectedUnit>& units, bool residual, bool stretch_silences,
+                                           TakePredictions* predictions) {
   std::vector<UnitFragment> fragments;
   for (std::size_t u = 0; u < units.size(); ++u) {
     const SelectedUnit& unit = units[u];
@@ -193,8 +208,9 @@ std::vector<UnitFragment> cutIntoFragments(const SpeechLabels& line, const UnitD
       const bool is_pause = line.phones[i].phone == Phone::kSil && !stretch_silences;
       if (i < unit.phones.last.value && !is_pause) continue;
       const PhonePlace source{unit.source.take, PhoneIndex(unit.source.phone.value + begin - unit.phones.first.value)};
-      fragments.push_back(
-          {Fragment(line, {PhoneIndex(begin), PhoneIndex(i)}, database, source, residual, stretch_silences), u});
+      fragments.push_back({Fragment(line, {PhoneIndex(begin), PhoneIndex(i)}, database, source, residual,
+                                    stretch_silences, predictions),
+                           u});
       begin = i;
     }
   }

@@ -12,6 +12,19 @@
 
 namespace mouthpiece {
 
+/// The predictions of the takes that were asked for last, for lines that are rendered piece by piece. Not thread-safe.
+class TakePredictions {
+ public:
+  std::shared_ptr<const LinePrediction> of(const UnitDatabase& database, TakeIndex take);
+
+ private:
+  struct Kept {
+    TakeIndex take;
+    std::shared_ptr<const LinePrediction> prediction;
+  };
+  std::vector<Kept> kept_;  ///< the latest last
+};
+
 /// A stretch of a take without a pause inside it, carried to its place in the utterance. A piecewise linear map moves
 /// its phone boundaries onto the line's (EDGE 5.1.2). A silence at its end is not stretched but runs at the speed that
 /// it was captured at, counted from the speech beside it; where the line's silence outlasts it, the face comes to rest
@@ -23,7 +36,7 @@ class Fragment {
   /// rests), and lips close at the captured speed. With `stretch_silences` a silence is a phone as any other (EDGE as
   /// published).
   Fragment(const SpeechLabels& line, const PhoneRange& target, const UnitDatabase& database, const PhonePlace& source,
-           bool residual = false, bool stretch_silences = false);
+           bool residual = false, bool stretch_silences = false, TakePredictions* predictions = nullptr);
 
   /// Poses at `times` of the line (not falling): times x (3 * markers), mm. NaN where the capture saw nothing.
   [[nodiscard]] PositionMatrix posesAt(std::span<const Seconds> times) const;
@@ -64,6 +77,6 @@ struct UnitFragment {
 };
 std::vector<UnitFragment> cutIntoFragments(const SpeechLabels& line, const UnitDatabase& database,
                                            const std::vector<SelectedUnit>& units, bool residual = false,
-                                           bool stretch_silences = false);
+                                           bool stretch_silences = false, TakePredictions* predictions = nullptr);
 
 }  // namespace mouthpiece

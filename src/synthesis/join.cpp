@@ -366,8 +366,8 @@ PositionMatrix blendFragments(const std::vector<UnitFragment>& fragments, const 
 StretchMotion blendUnits(const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
                          const LineToRender& line, bool residual) {
   const Departures& departures = line.options.departures;
-  const std::vector<UnitFragment> fragments =
-      cutIntoFragments(line.labels, line.database, units, residual, !departures.silences_keep_their_pace);
+  const std::vector<UnitFragment> fragments = cutIntoFragments(line.labels, line.database, units, residual,
+                                                               !departures.silences_keep_their_pace, line.predictions);
   const std::vector<JoinSpans> joins = placeJoins(fragments, units, line, residual && line.options.search_coupling);
   std::vector<JoinOffset> offsets;  // a bare cut, when no blend is wanted
   if (line.overlap() > 0 && departures.offsets_led_away) offsets = findJoinOffsets(line.labels, fragments, joins);

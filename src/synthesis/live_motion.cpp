@@ -1,7 +1,9 @@
 #include "synthesis/live_motion.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "base/errors.h"
 #include "base/index.h"
@@ -15,13 +17,13 @@ namespace {
 
 /// Of a window: what is said so long before the first frame is looked at, and so much around the frames is rendered, so
 /// that contacts (0.25 s) and the smoothing of detail (three deviations of up to 50 ms) are as in the whole line.
-constexpr Seconds kBehind = 2.0, kAround = 0.40;
+constexpr Seconds kBehind = 1.6, kAround = 0.30;
 /// A silence this long ends a phrase; the mouth comes to rest in it, and opens for the next phrase this long before.
 constexpr Seconds kPhraseGap = 0.60, kOpens = 0.45, kCloses = 0.25;
 /// After so much silence the face rests.
 constexpr Seconds kComesToRest = 1.2;
 /// A difference to what was shown fades within this.
-constexpr Seconds kLedAway = 0.100;
+constexpr Seconds kLedAway = 0.070;
 /// How much of what is said is kept in mind.
 constexpr Seconds kKept = 4.0;
 constexpr Eigen::Index kLipNumbers = 4, kTongueNumbers = 3;
@@ -50,15 +52,6 @@ void setRow(LiveFrames& frames, Eigen::Index frame, const Eigen::RowVectorXd& ro
 
 bool isSilent(const PhoneSegment& segment) { return segment.phone == Phone::kSil; }
 
-/// What is likely after the last phone that is known: the mouth is on its way to a neutral vowel.
-void addUnknownFuture(std::vector<PhoneSegment>& segments) {
-  constexpr Seconds kVowel = 0.080, kSilence = 0.250;
-  const Seconds end = segments.back().span.end;
-  if (isSilent(segments.back())) return;
-  segments.push_back({.phone = Phone::kAH, .span = {end, end + kVowel}});
-  segments.push_back({.phone = Phone::kSil, .span = {end + kVowel, end + kVowel + kSilence}});
-}
-
 SpeechLabels labelsOf(std::vector<PhoneSegment> segments, Seconds origin, const Language& language) {
   std::size_t first_word = std::numeric_limits<std::size_t>::max(), words = 0;
   for (const PhoneSegment& segment : segments) {
@@ -72,6 +65,20 @@ SpeechLabels labelsOf(std::vector<PhoneSegment> segments, Seconds origin, const 
   }
   const Seconds duration = segments.back().span.end;
   return buildSpeechLabels(std::move(segments), std::vector<std::string>(words), duration, language);
+}
+
+/// 1 while lips are said to touch each other, 0 from 50 ms before and after.
+std::vector<double> touchingLips(const SpeechLabels& labels, std::span<const Seconds> times) {
+  constexpr Seconds kComes = 0.050;
+  std::vector<double> touching(times.size(), 0.0);
+  for (const LabelledPhone& phone : labels.phones) {
+    if (!isBilabial(phone.phone)) continue;
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      const Seconds away = std::max({phone.span.start - times[i], times[i] - phone.span.end, 0.0});
+      touching[i] = std::max(touching[i], blendWeight(BlendKind::kSmooth, away / kComes));
+    }
+  }
+  return touching;
 }
 
 /// The units that play around `times`.
@@ -157,12 +164,54 @@ LiveMotion::Window LiveMotion::windowAt(Seconds time, std::span<const PhoneSegme
     segments.erase(segments.begin());
     ++window.first;
   }
-  addUnknownFuture(segments);
+  addLikelyFuture(segments);
   window.origin = segments.front().span.start;
   const std::size_t count = segments.size();
   window.labels = labelsOf(std::move(segments), window.origin, language_);
   MOUTHPIECE_EXPECT(window.labels.phones.size() == count);
   return window;
+}
+
+/// What is likely after the last phone that is known: what the corpus says most often after as many of the last phones
+/// as it has in a row.
+void LiveMotion::addLikelyFuture(std::vector<PhoneSegment>& segments) const {
+  constexpr Seconds kReach = 0.400, kSilence = 0.250;
+  constexpr std::size_t kMostContext = 5, kMostPlaces = 300;
+  const Seconds end = segments.back().span.end;
+  std::vector<Phone> said;
+  for (const PhoneSegment& segment : segments) said.push_back(segment.phone);
+  while (!isSilent(segments.back()) && segments.back().span.end < end + kReach) {
+    struct Follower {
+      std::size_t count = 0;
+      Seconds length = 0;
+    };
+    std::array<Follower, kPhoneCount> followers{};
+    bool any = false;
+    for (std::size_t context = std::min(kMostContext, said.size()); context > 0 && !any; --context) {
+      const std::vector<PhonePlace> places = database_.index().placesOf(std::span(said).last(context));
+      const std::size_t every = places.size() / kMostPlaces + 1;
+      for (std::size_t i = 0; i < places.size(); i += every) {
+        const PhonePlace next = advance(places[i], context);
+        if (next.phone.value >= database_.takeOf(next).labels.phones.size()) continue;
+        const LabelledPhone& phone = database_.phoneAt(next);
+        Follower& follower = followers[static_cast<std::size_t>(phone.phone)];
+        ++follower.count;
+        follower.length += phone.span.duration();
+        any = true;
+      }
+    }
+    const auto likeliest = std::max_element(followers.begin(), followers.end(),
+                                            [](const Follower& a, const Follower& b) { return a.count < b.count; });
+    const auto phone = any ? static_cast<Phone>(likeliest - followers.begin()) : Phone::kSil;
+    const Seconds length = phone == Phone::kSil ? kSilence : likeliest->length / asReal(likeliest->count);
+    const Seconds from = segments.back().span.end;
+    segments.push_back({.phone = phone, .span = {from, from + length}});
+    said.push_back(phone);
+  }
+  if (!isSilent(segments.back())) {
+    const Seconds from = segments.back().span.end;
+    segments.push_back({.phone = Phone::kSil, .span = {from, from + kSilence}});
+  }
 }
 
 std::vector<SelectedUnit> LiveMotion::unitsFor(const Window& window) const {
@@ -202,6 +251,7 @@ LiveFrames LiveMotion::renderPhrase(std::size_t count, const Window& window) {
   const auto around = static_cast<std::size_t>(std::ceil(kAround * options_.frame_rate_hz));
   const std::size_t before = std::min(around, next_frame_), frames = before + count + around;
   LiveFrames whole;
+  std::vector<double> touching(frames, 0.0);
   if (window.is_silent) {
     whole = resting(frames);
   } else {
@@ -209,16 +259,17 @@ LiveFrames LiveMotion::renderPhrase(std::size_t count, const Window& window) {
     for (std::size_t i = 0; i < frames; ++i) times.push_back(timeOf(next_frame_ - before + i) - window.origin);
     const std::vector<SelectedUnit> units = unitsFor(window);
     const std::vector<SelectedUnit> near = unitsNear(units, window.labels, times);
-    const LineToRender line{window.labels, options_, database_, *options_.curves.model, times, {}, {}, {}};
+    const LineToRender line{window.labels, options_, database_, *options_.curves.model, times, {}, {}, {},
+                            &predictions_};
     const auto columns = database_.corpus().neutral_pose_mm.size();
     const PositionMatrix residuals = near.empty() ? PositionMatrix(PositionMatrix::Zero(signedIndex(frames), columns))
                                                   : blendUnits(near, times, line, true).positions_mm;
     ContextOptions context = options_.context;
     context.hear = false;
-    whole.positions_mm =
-        transferContext(residuals, window.labels, database_, near, times, context).positions_mm;
+    whole.positions_mm = transferContext(residuals, window.labels, database_, near, times, context).positions_mm;
     whole.lips = lipsFromPhones(window.labels, times);
     whole.tongue = tongueFromPhones(window.labels, times);
+    touching = touchingLips(window.labels, times);
     settle(window, units, timeOf(next_frame_ + count - 1));
   }
   const auto first = signedIndex(before);
@@ -229,7 +280,8 @@ LiveFrames LiveMotion::renderPhrase(std::size_t count, const Window& window) {
   for (Eigen::Index i = 0; i < signedIndex(count); ++i) {
     const Seconds since = asReal(i + 1) / options_.frame_rate_hz;
     Eigen::RowVectorXd row = rowOf(made, i);
-    if (led_.size() == row.size()) row += blendWeight(BlendKind::kSmooth, since / kLedAway) * led_;
+    const double free = 1 - touching[unsignedIndex(first + i)];  // of what would part lips that touch
+    if (led_.size() == row.size()) row += free * blendWeight(BlendKind::kSmooth, since / kLedAway) * led_;
     setRow(made, i, row);
     shown_ = row;
   }

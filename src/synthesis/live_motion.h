@@ -9,6 +9,7 @@
 #include "motion/motion_clip.h"
 #include "motion/tongue_pose.h"
 #include "phonetics/labels/labels_builder.h"
+#include "synthesis/fragment.h"
 #include "synthesis/synthesis.h"
 
 namespace mouthpiece {
@@ -22,7 +23,7 @@ struct LiveFrames {
 
 /// The guided motion (docs/theory/units/prediction.md) of a line that is still being said: each frame is made from a
 /// window around it, from what was said within the last two seconds to what is known of what comes
-/// (docs/theory/synthesis/live.md). Fragments that a frame was made of are kept; those ahead are chosen again as more
+/// (docs/theory/units/live.md). Fragments that a frame was made of are kept; those ahead are chosen again as more
 /// is known. Where that moves a frame beside one that was shown, the difference fades away. Time and memory of a frame
 /// do not grow with the line. Refers to the database. For one thread.
 class LiveMotion {
@@ -50,15 +51,16 @@ class LiveMotion {
   };
   /// What render() looks at: a phrase, or as much of it as matters.
   struct Window {
-    SpeechLabels labels;       ///< on its own clock
-    Seconds origin = 0;        ///< of that clock
-    std::size_t first = 0;     ///< of said_: which of them is the labels' first phone
-    Seconds until = 0;         ///< frames from here on belong to the next phrase
-    bool is_silent = false;    ///< for so long that the face rests
+    SpeechLabels labels;     ///< on its own clock
+    Seconds origin = 0;      ///< of that clock
+    std::size_t first = 0;   ///< of said_: which of them is the labels' first phone
+    Seconds until = 0;       ///< frames from here on belong to the next phrase
+    bool is_silent = false;  ///< for so long that the face rests
   };
 
   [[nodiscard]] Seconds timeOf(std::size_t frame) const;
   [[nodiscard]] Window windowAt(Seconds time, std::span<const PhoneSegment> guess) const;
+  void addLikelyFuture(std::vector<PhoneSegment>& segments) const;
   LiveFrames renderPhrase(std::size_t count, const Window& window);
   [[nodiscard]] LiveFrames resting(std::size_t count) const;
   [[nodiscard]] std::vector<SelectedUnit> unitsFor(const Window& window) const;
@@ -68,6 +70,7 @@ class LiveMotion {
   const UnitDatabase& database_;
   SynthesisOptions options_;
   const Language& language_;
+  TakePredictions predictions_;
   std::deque<Said> said_;
   std::size_t next_frame_ = 0;
   Eigen::RowVectorXd shown_;  ///< the last frame: markers, lips, tongue; empty before the first

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "synthesis/fragment.h"
 #include "synthesis/synthesis.h"
 #include "vocal/vocal_style.h"
 
@@ -25,8 +26,9 @@ struct LineToRender {
   const CurveModel& model;
   std::vector<Seconds> times;  ///< of the frames
   VocalStyle style;
-  CurveSet curves;                 ///< of the whole line, before edits
-  std::optional<HeardLine> heard;  ///< where a prediction leads and hears the line's sound
+  CurveSet curves;                         ///< of the whole line, before edits
+  std::optional<HeardLine> heard;          ///< where a prediction leads and hears the line's sound
+  TakePredictions* predictions = nullptr;  ///< those of an earlier piece of the line
 
   [[nodiscard]] Seconds overlap() const { return options.overlap_ms / 1000; }
   [[nodiscard]] std::span<const Seconds> timesOf(const Stretch& stretch) const {

@@ -164,8 +164,7 @@ using Cepstra = std::vector<std::vector<float>>;
 
 /// What the decoder's own front end hears, a row every 10 ms; of a sound that it hears a part of, the frames that are
 /// whole.
-Cepstra cepstraOf(ps_decoder_t* decoder, std::span<const std::int16_t> samples, bool begins = true,
-                  bool ends = true) {
+Cepstra cepstraOf(ps_decoder_t* decoder, std::span<const std::int16_t> samples, bool begins = true, bool ends = true) {
   constexpr std::size_t kBlock = 256;
   fe_t* front_end = ps_get_fe(decoder);
   const std::size_t size = unsignedIndex(fe_get_output_size(front_end));

@@ -21,7 +21,8 @@ struct PhoneEar::State {
   PhoneLoop loop;
   // Of a sound that goes on:
   PhoneLoop::Passage passage{kRemembered};
-  Eigen::ArrayXf mean;                      ///< of the cepstra
+  Eigen::ArrayXf mean;                      ///< of the cepstra of speech
+  float weighs = 0;                         ///< frames that it stands for
   std::deque<Eigen::ArrayXf> cepstra = {};  ///< the last ones, less the mean
 };
 
@@ -34,12 +35,14 @@ Eigen::MatrixXf PhoneEar::posteriors(std::span<const std::int16_t> samples) {
 
 namespace {
 
-/// The model's own mean of cepstra (cmninit of its feat.params), and the time that it takes to forget one, in frames.
+/// The model's own mean of cepstra (cmninit of its feat.params), how many frames it counts for, and the
+/// time that it takes to forget one, in frames.
 constexpr std::array<float, 13> kUsualCepstra{41.00F, -5.29F, -0.12F, 5.09F,  2.48F,  -4.07F, -1.37F,
                                               -1.78F, -5.08F, -2.05F, -6.45F, -1.42F, 1.17F};
-constexpr float kForgets = 300;
+constexpr float kForgets = 300, kUsualWeighs = 60;
 
-/// Cepstra, their first and their second differences, as the model's features are ("1s_c_d_dd"): of the middle of seven.
+/// Cepstra, their first and their second differences, as the model's features are ("1s_c_d_dd"): of the middle of
+/// seven.
 Eigen::VectorXf featuresOf(const std::deque<Eigen::ArrayXf>& seven) {
   const Eigen::Index size = seven[3].size();
   Eigen::VectorXf features(3 * size);
@@ -55,17 +58,20 @@ std::size_t PhoneEar::hearOn(std::span<const std::int16_t> samples, bool begins,
   if (begins) {
     state.passage = PhoneLoop::Passage(signedIndex(kRemembered));
     state.cepstra.clear();
+    state.weighs = kUsualWeighs;
     state.mean = Eigen::Map<const Eigen::ArrayXf>(kUsualCepstra.data(), signedIndex(kUsualCepstra.size()));
   }
   for (const std::vector<float>& row : state.decoder.cepstraOn(samples, begins)) {
     const Eigen::Map<const Eigen::ArrayXf> cepstrum(row.data(), signedIndex(row.size()));
-    if (is_speech) state.mean += (cepstrum - state.mean) / kForgets;
+    if (is_speech) {
+      state.weighs = std::min(kForgets, state.weighs + 1);
+      state.mean += (cepstrum - state.mean) / state.weighs;
+    }
     const Eigen::ArrayXf level = cepstrum - state.mean;
     if (state.cepstra.empty()) state.cepstra.assign(3, level);  // before the sound begins it is as there
     state.cepstra.push_back(level);
     if (state.cepstra.size() > 7) state.cepstra.pop_front();
-    if (state.cepstra.size() == 7)
-      state.loop.hearOn(state.decoder.scorer(), featuresOf(state.cepstra), state.passage);
+    if (state.cepstra.size() == 7) state.loop.hearOn(state.decoder.scorer(), featuresOf(state.cepstra), state.passage);
   }
   return unsignedIndex(state.passage.frames);
 }

@@ -33,8 +33,8 @@ class PhoneLoop {
   /// The last frames of a sound that goes on: rings, by a frame's number modulo their columns.
   struct Passage {
     explicit Passage(Eigen::Index frames_kept) : kept(frames_kept) {}
-    Eigen::Index kept;                      ///< frames that may be looked back over
-    Eigen::Index frames = 0;                ///< heard so far
+    Eigen::Index kept;                        ///< frames that may be looked back over
+    Eigen::Index frames = 0;                  ///< heard so far
     Eigen::MatrixXf likelihood{}, forward{};  ///< states x kept
   };
   /// Hears `features` after all that `passage` has heard.

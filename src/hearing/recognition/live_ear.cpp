@@ -53,7 +53,8 @@ class LoudFrames {
   /// Whether speech is around frame `frame`, one of the last 1.5 s.
   [[nodiscard]] bool isSpeech(std::size_t frame) const {
     const std::size_t begin = frames_ - loud_.size();
-    const std::size_t first = std::max(begin, frame - std::min(frame, kHangover)), end = std::min(frames_, frame + kOnset);
+    const std::size_t first = std::max(begin, frame - std::min(frame, kHangover)),
+                      end = std::min(frames_, frame + kOnset);
     for (std::size_t i = first; i < end; ++i) {
       if (loud_[i - begin]) return true;
     }

@@ -57,9 +57,10 @@ void addOptions(CLI::App& app, StreamOptions& options) {
       ->capture_default_str();
   addNamedValue<bool>(app, "--pcm-format", options.is_float, {{"s16", false}, {"f32", true}},
                       "Its samples, little-endian (default: s16)");
-  auto* stamped = app.add_flag("--stamped", options.is_stamped,
-                               "Before each chunk of it stand its first sample's number (8 bytes) and its samples' count "
-                               "(4 bytes), little-endian: what is lost, doubled or late is counted");
+  auto* stamped =
+      app.add_flag("--stamped", options.is_stamped,
+                   "Before each chunk of it stand its first sample's number (8 bytes) and its samples' count "
+                   "(4 bytes), little-endian: what is lost, doubled or late is counted");
   auto* labels = app.add_option_function<std::string>(
       "--labels",
       [&options](const std::string& name) {
@@ -69,8 +70,9 @@ void addOptions(CLI::App& app, StreamOptions& options) {
       },
       "In place of sound: lines of START END PHONE [NUMBER OF ITS WORD], or START END WORD, in seconds");
   labels->type_name("phones|words")->excludes(stamped);
-  auto* text = app.add_option("--text-file", options.text_file,
-                              "In place of sound: text that the voice speaks sentence by sentence; - is standard input");
+  auto* text =
+      app.add_option("--text-file", options.text_file,
+                     "In place of sound: text that the voice speaks sentence by sentence; - is standard input");
   text->excludes(labels)->excludes(stamped);
   app.add_option("--look-ahead", options.look_ahead_ms, "Milliseconds that a frame knows of what follows, 50 to 5000")
       ->check(CLI::Range(50.0, 5000.0))
@@ -156,7 +158,8 @@ class StreamFeeder {
       };
       const std::optional<double> start = parseNumber(fields[0]);
       const std::optional<double> end = fields.size() > 1 ? parseNumber(fields[1]) : std::nullopt;
-      if (!start || !end || fields.size() < 3) fail("found '" + fields[0] + " ...'; expected START END NAME in seconds");
+      if (!start || !end || fields.size() < 3)
+        fail("found '" + fields[0] + " ...'; expected START END NAME in seconds");
       try {
         if (options_.labels == StreamLabels::kWords) {
           stream_.push(fields[2], TimeSpan{*start, *end});
@@ -244,8 +247,8 @@ void writeFrames(LiveStream& stream, StreamOutput& output, bool real_time) {
   while (!stream.isFinished()) {
     if (begun) {
       const double seconds = static_cast<double>(written) / stream.frameRateHz();
-      std::this_thread::sleep_until(*begun + std::chrono::duration_cast<Clock::duration>(
-                                                 std::chrono::duration<double>(seconds)));
+      std::this_thread::sleep_until(
+          *begun + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds)));
     }
     const Frame* frame = begun ? stream.nextNow() : stream.next();
     if (frame == nullptr) {
@@ -263,21 +266,18 @@ void writeFrames(LiveStream& stream, StreamOutput& output, bool real_time) {
 void tellCounts(const LiveCounts& counts, const StreamOptions& options) {
   if (options.quiet && !options.json) return;
   if (options.json) {
-    const nlohmann::json facts{{"frames", counts.frames},
-                               {"frames_at_rest", counts.frames_at_rest},
-                               {"chunks", counts.chunks},
-                               {"dropped", counts.dropped},
-                               {"late", counts.late},
-                               {"doubled", counts.doubled},
-                               {"restarts", counts.restarts},
-                               {"unusable_samples", counts.unusable_samples},
+    const nlohmann::json facts{{"frames", counts.frames},     {"frames_at_rest", counts.frames_at_rest},
+                               {"chunks", counts.chunks},     {"dropped", counts.dropped},
+                               {"late", counts.late},         {"doubled", counts.doubled},
+                               {"restarts", counts.restarts}, {"unusable_samples", counts.unusable_samples},
                                {"missing_s", counts.missing}};
     std::fputs((facts.dump() + "\n").c_str(), stderr);
     return;
   }
-  printNotice(fmt::format("{} frames, {} at rest for want of input; {} chunks, {} lost, {} late, {} doubled", counts.frames,
-                          counts.frames_at_rest, counts.chunks, counts.dropped, counts.late, counts.doubled),
-              false);
+  printNotice(
+      fmt::format("{} frames, {} at rest for want of input; {} chunks, {} lost, {} late, {} doubled", counts.frames,
+                  counts.frames_at_rest, counts.chunks, counts.dropped, counts.late, counts.doubled),
+      false);
 }
 
 int runStream(const StreamOptions& given) {
@@ -320,12 +320,11 @@ int runStream(const StreamOptions& given) {
 }  // namespace
 
 Command streamCommand() {
-  return makeCommand<StreamOptions>(
-      "stream", "Moves a face while the line is being said (also: synth --stream).",
-      "arecord -f S16_LE -r 16000 -t raw | synth --stream --as livelink --real-time\n"
-      "synth --stream --text-file - --voice flite:slt --sound talk.wav < book.txt\n"
-      "synth --stream --labels phones < phones.txt",
-      addOptions, runStream);
+  return makeCommand<StreamOptions>("stream", "Moves a face while the line is being said (also: synth --stream).",
+                                    "arecord -f S16_LE -r 16000 -t raw | synth --stream --as livelink --real-time\n"
+                                    "synth --stream --text-file - --voice flite:slt --sound talk.wav < book.txt\n"
+                                    "synth --stream --labels phones < phones.txt",
+                                    addOptions, runStream);
 }
 
 }  // namespace mouthpiece

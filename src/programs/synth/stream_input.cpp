@@ -17,12 +17,13 @@ namespace {
 
 bool isBlankByte(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
 bool isLetterByte(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || (static_cast<unsigned char>(c) & 0x80U) != 0;
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+         (static_cast<unsigned char>(c) & 0x80U) != 0;
 }
 
 /// The stop of "Dr." and its like ends no sentence.
 bool isAbbreviation(const std::string& text, std::size_t stop) {
-  constexpr std::array<std::string_view, 12> kAbbreviations{"Mr", "Mrs", "Ms", "Dr", "St", "Prof",
+  constexpr std::array<std::string_view, 12> kAbbreviations{"Mr", "Mrs", "Ms",  "Dr", "St", "Prof",
                                                             "vs", "e.g", "i.e", "No", "Jr", "Sr"};
   std::size_t first = stop;
   while (first > 0 && !isBlankByte(text[first - 1])) --first;
@@ -114,7 +115,8 @@ std::optional<std::string> SentenceReader::next() {
   while (true) {
     while (const std::optional<std::size_t> end = endOfSentence()) {
       std::size_t cut = *end;
-      while (cut < read_.size() && (static_cast<unsigned char>(read_[cut]) & 0xC0U) == 0x80U) ++cut;  // whole characters
+      while (cut < read_.size() && (static_cast<unsigned char>(read_[cut]) & 0xC0U) == 0x80U)
+        ++cut;  // whole characters
       std::string sentence = read_.substr(0, cut);
       read_.erase(0, cut);
       if (std::any_of(sentence.begin(), sentence.end(), isLetterByte)) return sentence;

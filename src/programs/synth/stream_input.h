@@ -34,7 +34,8 @@ class InputBytes {
 /// Its lines, without their ends. Throws InputError for one of over 64 KiB.
 class InputLines {
  public:
-  InputLines(std::string file, const std::atomic<bool>& is_stopped) : input_(file, is_stopped), file_(std::move(file)) {}
+  InputLines(std::string file, const std::atomic<bool>& is_stopped)
+      : input_(file, is_stopped), file_(std::move(file)) {}
   /// nullopt at the end.
   std::optional<std::string> next();
   [[nodiscard]] std::size_t lineNumber() const { return line_number_; }

@@ -43,10 +43,10 @@ struct SelectionOptions {
   SelectionWeights weights = {};
   /// Added to the cost of going from one corpus phone into another, where the sound is joined too; may be empty.
   std::function<double(const PhonePlace& before, const PhonePlace& after)> sound_join_cost = {};
-  std::size_t candidates_kept = 6;        ///< viterbi: fragments per run of phones, the cheapest ones by target cost
+  std::size_t candidates_kept = 6;  ///< viterbi: fragments per run of phones, the cheapest ones by target cost
   std::optional<LatticeWeights> lattice = {};  ///< none: those of the corpus
-  std::size_t pairs_kept = 40;            ///< lattice: places per pair of phones, the cheapest ones by target cost
-  std::size_t pairs_looked_at = 200;      ///< lattice: of more places of a pair than these the likeliest by label
+  std::size_t pairs_kept = 40;                 ///< lattice: places per pair of phones, the cheapest ones by target cost
+  std::size_t pairs_looked_at = 200;           ///< lattice: of more places of a pair than these the likeliest by label
   /// Lattice: by pair, the places of those that are chosen already; may be shorter than the line.
   std::vector<std::optional<PhonePlace>> settled = {};
 };
