@@ -35,6 +35,7 @@ struct MOUTHPIECE_API SpeakerOptions {
   Hear hear = Hear::kAuto;
   std::filesystem::path lexicon;  ///< pronunciations that go before the voice's own; empty: none
   Manner manner;
+  bool timing = true;  ///< off: reports tell no times, so that the same line gives the same bytes
 };
 
 /// Performs lines: opens a corpus, a face and a voice once and uses them for every line. Not thread-safe; two speakers

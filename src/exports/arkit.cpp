@@ -192,6 +192,7 @@ class WeightDescent {
       : gram_((shapes.transpose() * shapes).cast<double>()),
         right_((motion.transpose() * shapes).cast<double>()),
         weights_(RowMajor::Zero(motion.cols(), kShapes)),
+        pulled_(RowMajor::Zero(motion.cols(), kShapes)),
         may_move_(unsignedIndex(motion.cols()), std::vector<bool>(kArkitNames.size(), true)) {
     const double energy = gram_.trace() / std::max(asReal(shape_count), 1.0);
     pull_ = options.smoothness * energy;
@@ -201,7 +202,7 @@ class WeightDescent {
     if (closures == nullptr || closures->shapes.rows() == 0) return;
     // A pair counts as so many of the vertices around it.
     const double share = options.closure * asReal(shapes.rows()) / (100 * asReal(closures->shapes.rows()));
-    closure_gram_ = share * (closures->shapes.transpose() * closures->shapes).cast<double>();
+    closed_gram_ = gram_ + share * (closures->shapes.transpose() * closures->shapes).cast<double>();
     closed_ = closures->in_frame;
     for (std::size_t t = 0; t < closed_.size(); ++t) {
       if (closed_[t])
@@ -235,7 +236,7 @@ class WeightDescent {
         };
         const Eigen::Index less = doneBy(one) < doneBy(other) ? one : other;
         may_move_[unsignedIndex(t)][unsignedIndex(less)] = false;
-        weights_(t, less) = 0;
+        set(t, less, 0);
         any = true;
       }
     }
@@ -252,13 +253,8 @@ class WeightDescent {
   /// Returns by how much the weight changes.
   double settle(Eigen::Index t, Eigen::Index k) {
     if (!(gram_(k, k) > 0) || !may_move_[unsignedIndex(t)][unsignedIndex(k)]) return 0;
-    const bool is_closed = !closed_.empty() && closed_[unsignedIndex(t)];
-    double own = gram_(k, k), others = gram_.row(k).dot(weights_.row(t));
-    if (is_closed) {
-      own += closure_gram_(k, k);
-      others += closure_gram_.row(k).dot(weights_.row(t));
-    }
-    double target = right_(t, k) - push_ - others + own * weights_(t, k);
+    const double own = gramAt(t)(k, k);
+    double target = right_(t, k) - push_ - pulled_(t, k) + own * weights_(t, k);
     double share = own + thrift_;
     for (const Eigen::Index other : {t - 1, t + 1}) {
       if (other < 0 || other >= weights_.rows()) continue;
@@ -274,14 +270,27 @@ class WeightDescent {
     const double least = k == jaw ? weights_(t, close) : 0.0;
     const double best = std::clamp(target / share, least, most);
     const double change = std::abs(best - weights_(t, k));
-    weights_(t, k) = best;
+    set(t, k, best);
     return change;
+  }
+
+  [[nodiscard]] const Eigen::MatrixXd& gramAt(Eigen::Index t) const {
+    return !closed_.empty() && closed_[unsignedIndex(t)] ? closed_gram_ : gram_;
+  }
+
+  /// Most weights rest most of the time: the products follow what changes, instead of being made again.
+  void set(Eigen::Index t, Eigen::Index k, double weight) {
+    const double change = weight - weights_(t, k);
+    if (change == 0) return;
+    pulled_.row(t) += change * gramAt(t).col(k).transpose();
+    weights_(t, k) = weight;
   }
 
   Eigen::MatrixXd gram_, right_;  ///< 52 x 52, frames x 52
   RowMajor weights_;
+  RowMajor pulled_;  ///< of each frame the Gram matrix times the weights
   std::vector<std::vector<bool>> may_move_;
-  Eigen::MatrixXd closure_gram_;
+  Eigen::MatrixXd closed_gram_;  ///< of frames in which the lips meet
   std::vector<bool> closed_;
   std::vector<Eigen::Index> mirrors_ = mirrorShapes();
   double pull_ = 0, thrift_ = 0, push_ = 0, symmetry_ = 0;

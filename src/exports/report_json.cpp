@@ -2,6 +2,7 @@
 
 #include "base/index.h"
 #include "exports/format_bytes.h"
+#include "exports/line_quality.h"
 #include "exports/report_fields.h"
 
 namespace mouthpiece {
@@ -100,16 +101,6 @@ ordered_json settingsOf(const UtteranceAnimation& animation) {
   ordered_json settings = ordered_json::object();
   for (const SettingUsed& setting : animation.settings) settings[setting.name] = setting.value;
   return settings;
-}
-
-/// The share of the line's pairs of phones that no capture made.
-double backoffShare(const UtteranceAnimation& animation) {
-  const std::size_t phones = animation.labels.phones.size();
-  double pairs = 0;
-  for (const PlacedUnit& unit : animation.units) {
-    if (unit.is_backoff) pairs += asReal(unit.phones.last.value - unit.phones.first.value);
-  }
-  return phones > 1 ? pairs / asReal(phones - 1) : 0;
 }
 
 }  // namespace

@@ -159,6 +159,7 @@ const RowMajorMatrixF& Performance::Data::arkit() const {
 }
 
 StageTimings Performance::Data::timing() const {
+  if (!tells_timing) return {};
   const std::scoped_lock lock(mutex_);
   StageTimings all = animation.timing_ms;
   all.retarget += later_ms_.retarget;

@@ -367,6 +367,7 @@ Performance Speaker::perform(const Line& given) {
   made->corpus = data_->corpus;
   made->actor = data_->corpus.data().actor;
   if (!data_->edits.empty()) made->edits = data_->edits;
+  made->tells_timing = data_->options.timing;
 
   const SynthesisRequest request{sound.line.text,
                                  sound.line.voice,

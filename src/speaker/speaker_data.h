@@ -51,6 +51,7 @@ struct Performance::Data {
   std::optional<ActorPose> actor;      ///< who moves the face; none: the actor it was fitted with
   std::optional<SharedCorpus> corpus;  ///< none: motion from elsewhere
   AudioTags tags;                      ///< what was heard in the sound
+  bool tells_timing = true;            ///< off: timing() is all zero
   std::vector<double> confidence;      ///< of each phone of a line that was recognised; else empty
   VocalStyle style;                    ///< of the curves
   std::string edits = "[]";            ///< an animator's, JSON, as they were asked for

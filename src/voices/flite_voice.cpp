@@ -1,6 +1,7 @@
 #include <flite/flite.h>
 #include <fmt/format.h>
 
+#include <cstdlib>
 #include <memory>
 #include <mutex>
 #include <utility>
@@ -85,6 +86,8 @@ class FliteVoice : public Voice {
   SpokenLine speak(std::string_view text) override {
     const std::string speakable = speakableText(text, language_);
     const std::scoped_lock lock(fliteLock());
+    // Flite draws its noise from rand(): a line shall sound the same whatever was said before it.
+    std::srand(1);
     SpokenLineBuilder builder(language_);
     for (const std::string& sentence : splitSentences(speakable, kLongestUtterance)) {
       const Utterance utterance(flite_synth_text(sentence.c_str(), voice_), &delete_utterance);

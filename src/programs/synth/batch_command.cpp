@@ -1,57 +1,410 @@
-// synth batch: every line of a list, each in a folder of its own.
+// synth batch: every line of a list, with a manifest of what became of each.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <set>
+
+#include "audio/audio_clip.h"
+#include "base/errors.h"
+#include "base/files.h"
+#include "base/index.h"
+#include "base/page_data.h"
+#include "base/parallel_for.h"
+#include "programs/synth/batch_cast.h"
 #include "programs/synth/batch_list.h"
+#include "programs/synth/batch_manifest.h"
 #include "programs/synth/commands.h"
+#include "speaker/speaker_data.h"
 
 namespace mouthpiece {
 namespace {
 
+namespace fs = std::filesystem;
+
 struct BatchOptions : SharedOptions {
-  std::filesystem::path list;
-  std::filesystem::path out_folder = "out";
+  fs::path list, cast;
+  fs::path out_folder = "out";
   std::string shard = "1/1";
+  std::vector<std::string> formats, patterns, languages;
+  std::size_t jobs = 0;
+  bool again = false, check = false;
 };
 
 void addOptions(CLI::App& app, BatchOptions& options) {
-  app.add_option("list", options.list, "The list")->required();
-  app.add_option("--out", options.out_folder, "Folder for the folders")->capture_default_str();
+  app.add_option(
+         "list", options.list,
+         "The list: CSV with , ; or tab; its first row names the columns: id, text or audio, transcript, phones, "
+         "times, speaker, language, or a column a language (de, pt-BR)")
+      ->required();
+  app.add_option("--out", options.out_folder, "Folder for the files and the manifest")->capture_default_str();
+  auto* formats = app.add_option("--format", options.formats,
+                                 "Instead of a folder of everything a line, files ID.ENDING: arkit.csv,wav (those that "
+                                 "synth -o knows)");
+  formats->delimiter(',');
+  app.add_option("-o", options.patterns,
+                 "The same by their names, repeatable: \"{speaker}/{id}.glb\", with {id}, {language}, {speaker}")
+      ->excludes(formats);
+  app.add_option("--jobs,-j", options.jobs, "Lines at a time (default: one a processor)")->check(CLI::Range(1, 1024));
+  app.add_option("--languages", options.languages, "Of a table with a column a language, only these: de,fr")
+      ->delimiter(',');
+  app.add_option("--cast", options.cast,
+                 "Who speaks how: a table with a first row of speaker and any of voice, corpus, face, language, rate, "
+                 "lexicon");
   app.add_option("--shard", options.shard, "I/N: this run makes every N-th line, starting at the I-th")
       ->capture_default_str();
+  app.add_flag("--again", options.again, "Make all lines, also those that are there and have not changed");
+  app.add_flag("--check", options.check, "Look at the list alone, make nothing");
   addSharedOptions(app, options);
 }
 
-/// A line that cannot be spoken is named and left out; the others are made all the same.
-int runBatch(const BatchOptions& options) {
-  const std::vector<BatchLine> lines = linesOfShard(readBatchList(options.list), parseShard(options.shard));
-  Speaker speaker(options.speaker);
-  ProgressBar progress("synth batch", lines.size(), options.quiet);
-  std::size_t failed = 0;
-  for (const BatchLine& each : lines) {
-    try {
-      const Performance performance = speaker.perform(each.line);
-      save(performance, usualFiles(options.out_folder / each.id));
-      for (const std::string& warning : performance.warnings())
-        printNotice(fmt::format("{}: {}", each.id, warning), options.quiet);
-    } catch (const InputError& error) {
-      ++failed;
-      printNotice(fmt::format("{}: {}", each.id, error.what()), false);
-    }
-    progress.advance();
+/// Where a line's files go, relative to the folder: names with places for what differs.
+std::vector<std::string> patternsOf(const BatchOptions& options) {
+  std::vector<std::string> patterns = options.patterns;
+  for (const std::string& format : options.formats) patterns.push_back("{id}." + format);
+  if (patterns.empty()) {
+    for (const fs::path& file : usualFiles("{id}")) patterns.push_back(file.string());
   }
-  if (!options.quiet)
-    printText(
-        fmt::format("{} of {} lines made in {}\n", lines.size() - failed, lines.size(), options.out_folder.string()));
-  return failed == 0 ? kExitDone : kExitBadInput;
+  for (const std::string& pattern : patterns) {
+    const fs::path path(pattern);
+    if (pattern.find("{id}") == std::string::npos)
+      throw InputError("-o", "", fmt::format("found '{}'; expected {{id}} in the name", printable(pattern)));
+    if (path.is_absolute() || std::find(path.begin(), path.end(), "..") != path.end())
+      throw InputError("-o", "", fmt::format("found '{}'; expected a name inside of --out", printable(pattern)));
+    formatOf(path);
+  }
+  return patterns;
 }
+
+void replaceAll(std::string& text, std::string_view what, std::string_view by) {
+  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + by.size()))
+    text.replace(at, what.size(), by);
+}
+
+/// A name that any file system takes.
+std::string fileName(std::string text) {
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < 0x20 || std::string_view("/\\:*?\"<>|").find(c) != std::string_view::npos)
+      c = '_';
+  }
+  return text.empty() || text.front() == '.' ? "_" + text : text;
+}
+
+std::vector<std::string> filesOf(const BatchLine& line, const std::vector<std::string>& patterns) {
+  std::vector<std::string> files;
+  for (std::string name : patterns) {
+    const bool has_language = name.find("{language}") != std::string::npos;
+    replaceAll(name, "{id}", has_language ? line.id : line.key);
+    replaceAll(name, "{language}", fileName(line.language));
+    replaceAll(name, "{speaker}", fileName(line.speaker));
+    files.push_back(std::move(name));
+  }
+  return files;
+}
+
+LinePlayer playerOf(const std::string& key, const Performance& performance) {
+  constexpr double kPlayerRateHz = 30;
+  constexpr int kPlayerSoundHz = 16'000;
+  LinePlayer player;
+  player.key = key;
+  AudioClip sound{performance.sound().sample_rate_hz, performance.sound().samples};
+  if (sound.sample_rate_hz > kPlayerSoundHz) sound = resampleAudio(sound, kPlayerSoundHz);
+  appendBase64(player.wav, wavBytes(sound));
+  const Motion& motion = performance.motion();
+  const auto step = static_cast<std::size_t>(std::max(1.0, std::round(motion.frame_rate_hz / kPlayerRateHz)));
+  player.frame_rate_hz = motion.frame_rate_hz / asReal(step);
+  player.markers = motion.marker_names;
+  std::string places;
+  for (std::size_t frame = 0; frame < motion.frameCount(); frame += step) {
+    const std::span<const double> at = motion.frame(frame);
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      if (i % 3 == 2) continue;
+      const auto tenths = static_cast<std::int16_t>(std::clamp(std::round(10 * at[i]), -32'000.0, 32'000.0));
+      const auto bits = static_cast<std::uint16_t>(tenths);
+      places.push_back(static_cast<char>(bits & 0xFFU));
+      places.push_back(static_cast<char>(bits >> 8U));
+    }
+  }
+  appendBase64(player.places, places);
+  return player;
+}
+
+/// All that a run knows: what is to be made, what is there, and what has been made.
+class BatchRun {
+ public:
+  explicit BatchRun(const BatchOptions& options)
+      : options_(options),
+        patterns_(patternsOf(options)),
+        shard_(parseShard(options.shard)),
+        stem_(shard_.count == 1 ? "manifest" : fmt::format("manifest.{}-of-{}", shard_.index, shard_.count)) {
+    usual_ = options.speaker;
+    usual_.timing = false;
+    usual_.with_face = std::any_of(patterns_.begin(), patterns_.end(),
+                                   [](const std::string& pattern) { return formatOf(pattern).needs_face; });
+    if (!options.cast.empty()) cast_ = readCast(options.cast, usual_);
+  }
+
+  int run() {
+    list_ = readBatchList(options_.list, options_.languages);
+    for (const std::string& notice : list_.notices)
+      printNotice(fmt::format("{} {}", options_.list.string(), notice), options_.quiet);
+    for (const RowFault& fault : list_.faults)
+      printNotice(fmt::format("{}:{}: {}", options_.list.string(), fault.row, fault.what), false);
+    lines_ = linesOfShard(list_.lines, shard_);
+    if (options_.check) {
+      printText(fmt::format("{} lines, {} rows that cannot be used\n", list_.lines.size(), list_.faults.size()));
+      return list_.faults.empty() ? kExitDone : kExitBadInput;
+    }
+    if (list_.lines.empty()) return kExitBadInput;  // what is wrong with each row has been told
+    files_.reserve(lines_.size());
+    std::set<std::string> names;
+    for (const BatchLine& line : lines_) {
+      files_.push_back(filesOf(line, patterns_));
+      for (const std::string& name : files_.back()) {
+        if (!names.insert(name).second)
+          throw InputError(
+              "-o", "",
+              fmt::format("gives two lines the file '{}'; expected {{id}} and {{language}} in it", printable(name)));
+      }
+    }
+    ManifestJournal journal(options_.out_folder, stem_);
+    journal_ = &journal;
+    takeStock();
+    makeMissing();
+    writeAll();
+    journal.remove();
+    return tell();
+  }
+
+ private:
+  struct Wanted {
+    SpeakerOptions options;
+    std::string settings;
+  };
+
+  /// How a line is to be spoken; `voice` tells those alike.
+  const Wanted& wantedFor(const BatchLine& line) {
+    const auto member = cast_.find(line.speaker);
+    const std::string who = member == cast_.end() ? "" : line.speaker;
+    const auto [found, is_new] = wanted_.try_emplace(who + "\n" + line.language);
+    if (is_new) {
+      Wanted& wanted = found->second;
+      wanted.options = member == cast_.end() ? usual_ : member->second;
+      if (!line.language.empty()) wanted.options.language = line.language;
+      wanted.settings = settingsJson(wanted.options, shared_);
+    }
+    return found->second;
+  }
+
+  std::string hashOf(std::size_t i) {
+    const BatchLine& line = lines_[i];
+    std::string all = wantedFor(line).settings;
+    for (const std::string& part :
+         {line.line.text, fileHash(line.line.audio), fileHash(line.line.phones), fileHash(line.line.times)})
+      all += '\0' + part;
+    for (const std::string& file : files_[i]) all += '\0' + file;
+    return sha256Hex(all).substr(0, 16);
+  }
+
+  bool areThere(const LineRecord& record) const {
+    return std::all_of(record.files.begin(), record.files.end(), [&](const LineRecord::File& file) {
+      std::error_code error;
+      return fs::file_size(options_.out_folder / file.name, error) == file.bytes && !error;
+    });
+  }
+
+  /// What earlier runs have made, of this shard or another, and has not changed.
+  void takeStock() {
+    std::multimap<std::string, LineRecord> known;
+    for (const std::string& stem : manifestStems(options_.out_folder)) {
+      try {
+        std::optional<Manifest> manifest = readManifest(options_.out_folder, stem);
+        if (!manifest) continue;
+        for (LineRecord& line : manifest->lines) known.emplace(line.key, std::move(line));
+        if (stem == stem_) manifest_.players = std::move(manifest->players);
+      } catch (const InputError& error) {
+        printNotice(fmt::format("{}; what it tells of is made again", error.what()), options_.quiet);
+      }
+    }
+    records_.resize(lines_.size());
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      const std::string hash = hashOf(i);
+      LineRecord record;
+      const auto [first, last] = known.equal_range(lines_[i].key);
+      const auto same = std::find_if(first, last, [&](const auto& entry) {
+        return entry.second.hash == hash && entry.second.status == LineRecord::Status::kMade && areThere(entry.second);
+      });
+      const bool is_there = same != last && !options_.again;
+      if (is_there) record = same->second;
+      describe(lines_[i], record);
+      record.hash = hash;
+      records_[i] = std::move(record);
+      if (!is_there) missing_.push_back(i);
+    }
+  }
+
+  static void describe(const BatchLine& line, LineRecord& record) {
+    record.key = line.key;
+    record.id = line.id;
+    record.language = line.language;
+    record.speaker = line.speaker;
+    record.text = line.line.text;
+    record.row = line.row;
+    record.others = line.others;
+  }
+
+  void makeMissing() {
+    const std::size_t jobs =
+        std::min(options_.jobs > 0 ? options_.jobs : defaultThreadCount(), std::max<std::size_t>(1, missing_.size()));
+    ProgressBar progress("synth batch", missing_.size(), options_.quiet);
+    std::atomic<std::size_t> next = 0;
+    last_written_ = std::chrono::steady_clock::now();
+    parallelFor(jobs, jobs, [&](std::size_t) {
+      std::map<const Wanted*, Speaker> speakers;
+      for (std::size_t at = next++; at < missing_.size(); at = next++) {
+        makeOne(missing_[at], speakers);
+        progress.advance();
+      }
+    });
+  }
+
+  void makeOne(std::size_t i, std::map<const Wanted*, Speaker>& speakers) {
+    LineRecord record = records_[i];
+    std::optional<LinePlayer> player;
+    try {
+      const Wanted& wanted = wanted_.at((cast_.contains(lines_[i].speaker) ? lines_[i].speaker : std::string()) + "\n" +
+                                        lines_[i].language);
+      auto found = speakers.find(&wanted);
+      if (found == speakers.end()) {
+        std::optional<SharedFace> face;
+        if (wanted.options.with_face) face = shared_.face(wanted.options.face);
+        found = speakers.emplace(&wanted, Speaker(shared_.corpus(wanted.options.corpus), face, wanted.options)).first;
+      }
+      const Performance performance = found->second.perform(lines_[i].line);
+      std::vector<fs::path> paths;
+      for (const std::string& name : files_[i]) paths.push_back(options_.out_folder / name);
+      save(performance, paths);
+      fill(performance, i, record);
+      player = playerOf(record.key, performance);
+    } catch (const InputError& error) {
+      record.status = LineRecord::Status::kFailed;
+      record.error = error.what();
+    } catch (const std::bad_alloc&) {
+      record.status = LineRecord::Status::kFailed;
+      record.error = "not enough memory; fewer --jobs take less";
+    }
+    note(i, std::move(record), std::move(player));
+  }
+
+  void fill(const Performance& performance, std::size_t i, LineRecord& record) const {
+    const Performance::Data& data = performance.data();
+    record.status = LineRecord::Status::kMade;
+    record.duration_s = performance.duration();
+    record.method = data.animation.method;
+    record.warnings = performance.warnings();
+    record.quality = judgeLine(data.animation, data.actor ? data.actor->closed_lips_mm : 0.0, data.confidence);
+    for (const std::string& name : files_[i]) record.files.push_back({name, fs::file_size(options_.out_folder / name)});
+  }
+
+  /// One thread at a time: tells what has become of a line, and writes it down.
+  void note(std::size_t i, LineRecord record, std::optional<LinePlayer> player) {
+    const std::scoped_lock lock(mutex_);
+    journal_->add(record);
+    for (const std::string& warning : record.warnings)
+      printNotice(fmt::format("{}: {}", record.key, warning), options_.quiet);
+    if (!record.error.empty()) printNotice(fmt::format("{}: {}", record.key, record.error), false);
+    std::erase_if(manifest_.players, [&](const LinePlayer& old) { return old.key == record.key; });
+    records_[i] = std::move(record);
+    if (player) keepIfDoubtful(std::move(*player), records_[i].quality.doubt);
+    constexpr std::chrono::seconds kBetweenPages(20);
+    if (std::chrono::steady_clock::now() - last_written_ > kBetweenPages) writeAll();
+  }
+
+  /// Of the lines made by this run the worst are kept; writeManifest() weighs them with those of earlier runs.
+  void keepIfDoubtful(LinePlayer player, double doubt) {
+    doubts_.emplace(doubt, player.key);
+    manifest_.players.push_back(std::move(player));
+    if (doubts_.size() <= kMostPlayers) return;
+    const std::string best = doubts_.begin()->second;
+    doubts_.erase(doubts_.begin());
+    std::erase_if(manifest_.players, [&](const LinePlayer& each) { return each.key == best; });
+  }
+
+  void writeAll() {
+    manifest_.list = options_.list.filename().string();
+    manifest_.settings = settingsJson(usual_, shared_);
+    manifest_.lines_in_list = list_.lines.size() + list_.faults.size();
+    manifest_.other_columns = list_.other_columns;
+    manifest_.lines.clear();
+    for (const LineRecord& record : records_) {
+      // A line that its turn has not come to is no line of the manifest yet.
+      if (record.method.empty() && record.error.empty()) continue;
+      manifest_.lines.push_back(record);
+    }
+    if (shard_.index == 1) {
+      for (const RowFault& fault : list_.faults) {
+        LineRecord record;
+        record.key = record.id = fmt::format("row {}", fault.row);
+        record.row = fault.row;
+        record.status = LineRecord::Status::kUnusable;
+        record.error = fault.what;
+        record.others.resize(list_.other_columns.size());
+        manifest_.lines.push_back(std::move(record));
+      }
+      std::stable_sort(manifest_.lines.begin(), manifest_.lines.end(),
+                       [](const LineRecord& a, const LineRecord& b) { return a.row < b.row; });
+    }
+    writeManifest(options_.out_folder, stem_, manifest_);
+    journal_->clear();
+    last_written_ = std::chrono::steady_clock::now();
+  }
+
+  int tell() const {
+    const auto failed =
+        static_cast<std::size_t>(std::count_if(records_.begin(), records_.end(), [](const LineRecord& record) {
+          return record.status == LineRecord::Status::kFailed;
+        }));
+    if (!options_.quiet) {
+      printText(fmt::format("{} of {} lines made in {}", records_.size() - failed,
+                            records_.size() + list_.faults.size(), options_.out_folder.string()));
+      if (const std::size_t kept = records_.size() - missing_.size(); kept > 0)
+        printText(fmt::format(", {} of them before", kept));
+      printText(fmt::format("; worst first in {}\n", (options_.out_folder / (stem_ + ".html")).string()));
+    }
+    return failed == 0 && list_.faults.empty() ? kExitDone : kExitBadInput;
+  }
+
+  const BatchOptions& options_;
+  std::vector<std::string> patterns_;
+  Shard shard_;
+  std::string stem_;
+  SpeakerOptions usual_;
+  std::map<std::string, SpeakerOptions> cast_;
+  std::map<std::string, Wanted> wanted_;
+  SharedCast shared_;
+  BatchList list_;
+  std::vector<BatchLine> lines_;                 ///< of the shard
+  std::vector<std::vector<std::string>> files_;  ///< of each of them
+  std::vector<LineRecord> records_;              ///< the same
+  std::vector<std::size_t> missing_;             ///< places of those that are to be made
+  Manifest manifest_;
+  ManifestJournal* journal_ = nullptr;
+  std::mutex mutex_;
+  std::set<std::pair<double, std::string>> doubts_;  ///< of the players of this run
+  std::chrono::steady_clock::time_point last_written_;
+};
+
+int runBatch(const BatchOptions& options) { return BatchRun(options).run(); }
 
 }  // namespace
 
 Command batchCommand() {
-  return makeCommand<BatchOptions>("batch",
-                                   "Makes every line of a CSV list (id,text, id,audio, id,audio,transcript, "
-                                   "id,audio,phones or id,audio,times) in a folder of its own",
-                                   "synth batch lines.csv --out lines --shard 1/4", addOptions, runBatch);
+  return makeCommand<BatchOptions>(
+      "batch", "Makes every line of a list, in parallel; made again is only what has changed",
+      "synth batch lines.csv --out lines --format arkit.csv,wav\nsynth batch loc.csv --languages de,fr -o "
+      "\"{language}/{id}.glb\"\nsynth batch lines.csv --out lines --shard 3/8",
+      addOptions, runBatch);
 }
 
 }  // namespace mouthpiece

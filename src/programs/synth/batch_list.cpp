@@ -3,13 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <optional>
-#include <set>
-#include <string_view>
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "base/text_encoding.h"
+#include "base/text_numbers.h"
+#include "phonetics/language/language.h"
 
 namespace mouthpiece {
 namespace {
@@ -17,115 +19,242 @@ namespace {
 constexpr std::uint64_t kMaxListBytes = std::uint64_t{1} << 28;
 constexpr std::size_t kMaxIdLength = 100;
 
-struct Row {
-  std::size_t line = 0;
-  std::vector<std::string> fields;
-};
+enum class Use { kId, kText, kAudio, kTranscript, kPhones, kTimes, kSpeaker, kLanguage };
 
-/// RFC 4180: fields split at commas, quoted fields may hold commas, quotes ("") and line ends.
-class CsvRows {
- public:
-  CsvRows(std::string_view text, std::string file) : text_(text), file_(std::move(file)) {}
+/// What the columns are called, in lower case, blanks and underlines left out; the first name is the usual one.
+constexpr std::array<std::pair<Use, std::string_view>, 8> kColumnNames{{{Use::kId, "id key lineid stringid"},
+                                                                        {Use::kText, "text line dialogue dialog"},
+                                                                        {Use::kAudio, "audio wav sound recording"},
+                                                                        {Use::kTranscript, "transcript"},
+                                                                        {Use::kPhones, "phones labels"},
+                                                                        {Use::kTimes, "times"},
+                                                                        {Use::kSpeaker, "speaker character actor"},
+                                                                        {Use::kLanguage, "language lang locale"}}};
 
-  std::optional<Row> next() {
-    if (at_ >= text_.size()) return std::nullopt;
-    Row row{line_, {}};
-    bool more = true;
-    while (more) {
-      row.fields.push_back(at_ < text_.size() && text_[at_] == '"' ? quotedField(row.line) : plainField());
-      more = at_ < text_.size() && text_[at_] == ',';
-      if (more) ++at_;
-    }
-    endRow(row.line);
-    return row;
+std::string plainColumnName(std::string_view name) {
+  std::string plain = lowerCase(trimmed(name));
+  std::erase_if(plain, [](char c) { return c == ' ' || c == '_' || c == '-'; });
+  return plain;
+}
+
+std::optional<Use> useOf(std::string_view name) {
+  const std::string plain = plainColumnName(name);
+  for (const auto& [use, names] : kColumnNames) {
+    if (isWordOf(names, plain)) return use;
   }
+  return std::nullopt;
+}
 
- private:
-  std::string plainField() {
-    const std::size_t end = std::min(text_.find_first_of(",\r\n", at_), text_.size());
-    std::string field(text_.substr(at_, end - at_));
-    at_ = end;
-    return field;
+/// The tag in `de`, `pt-BR`, `pt_BR`, `text_de` or `text:de`; "" for what names no language.
+std::string languageTagOf(std::string_view column) {
+  std::string name(trimmed(column));
+  for (const std::string_view before : {"text_", "text-", "text:", "text "}) {
+    if (lowerCase(name).starts_with(before)) name.erase(0, before.size());
   }
-
-  std::string quotedField(std::size_t line) {
-    std::string field;
-    for (++at_; at_ < text_.size(); ++at_) {
-      if (text_[at_] == '"') {
-        ++at_;
-        if (at_ >= text_.size() || text_[at_] != '"') return field;
-      }
-      if (text_[at_] == '\n') ++line_;
-      field += text_[at_];
-    }
-    throw InputError(file_, std::to_string(line), "found a quote that never closes; expected \" before the file ends");
+  std::replace(name.begin(), name.end(), '_', '-');
+  const std::size_t part = std::min(name.find('-'), name.size());
+  if (part < 2 || part > 3 || name.size() > 11) return "";
+  try {
+    languageOf(name);
+  } catch (const InputError&) {
+    return "";
   }
-
-  void endRow(std::size_t line) {
-    if (at_ < text_.size() && text_[at_] == '\r') ++at_;
-    if (at_ >= text_.size()) return;
-    if (text_[at_] != '\n') {
-      throw InputError(file_, std::to_string(line),
-                       "found text after a closing quote; expected a comma or the line's end");
-    }
-    ++at_;
-    ++line_;
-  }
-
-  std::string_view text_;
-  std::string file_;
-  std::size_t at_ = 0;
-  std::size_t line_ = 1;
-};
+  return name;
+}
 
 bool isIdCharacter(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' || c == '.';
 }
 
-void expectUsableId(const std::string& id, const std::string& file, std::size_t line) {
-  const bool usable =
-      !id.empty() && id.size() <= kMaxIdLength && id.front() != '.' && std::all_of(id.begin(), id.end(), isIdCharacter);
-  if (!usable) {
-    throw InputError(
-        file, std::to_string(line),
-        fmt::format("found the id '{}'; expected at most {} letters, digits, '_', '-' or '.', not starting with '.'",
-                    printable(id), kMaxIdLength));
+bool isUsableId(const std::string& id) {
+  return !id.empty() && id.size() <= kMaxIdLength && id.front() != '.' &&
+         std::all_of(id.begin(), id.end(), isIdCharacter);
+}
+
+/// Where things stand in a row.
+struct Columns {
+  std::map<Use, std::size_t> of;
+  std::vector<std::pair<std::size_t, std::string>> languages;  ///< columns of texts, and their tags
+  std::vector<std::size_t> others;
+  std::size_t count = 0;
+  bool has_header = true;
+
+  [[nodiscard]] bool has(Use use) const { return of.contains(use); }
+  [[nodiscard]] std::string cell(const DelimitedTable::Row& row, Use use) const {
+    const auto found = of.find(use);
+    return found == of.end() ? std::string() : std::string(trimmed(row.cells[found->second]));
   }
-}
+};
 
-/// What the columns after the id are.
-enum class Columns { kText, kAudio, kAudioTranscript, kAudioPhones, kAudioTimes };
-
-Columns columnsOf(const Row& header) {
-  if (header.fields.size() == 2 && header.fields[1] == "audio") return Columns::kAudio;
-  if (header.fields.size() != 3) return Columns::kText;
-  if (header.fields[2] == "times") return Columns::kAudioTimes;
-  return header.fields[2] == "phones" ? Columns::kAudioPhones : Columns::kAudioTranscript;
-}
-
-std::string_view expectedFields(Columns columns) {
-  if (columns == Columns::kText) return "id,text; put a text with commas in quotes";
-  if (columns == Columns::kAudio) return "id,audio";
-  if (columns == Columns::kAudioTimes) return "id,audio,times";
-  return columns == Columns::kAudioPhones ? "id,audio,phones" : "id,audio,transcript";
-}
-
-BatchLine batchLineFrom(const Row& row, Columns columns, const std::filesystem::path& list) {
-  const std::size_t expected = columns == Columns::kText || columns == Columns::kAudio ? 2 : 3;
-  if (row.fields.size() != expected) {
-    throw InputError(
-        list.string(), std::to_string(row.line),
-        fmt::format("found {} fields; expected {} ({})", row.fields.size(), expected, expectedFields(columns)));
+/// Of several columns that may be meant the one with the usual name. Throws InputError where none has it.
+std::map<Use, std::size_t> usesOf(const DelimitedTable::Row& first, const std::string& file) {
+  std::map<Use, std::size_t> uses;
+  for (const auto& [use, names] : kColumnNames) {
+    std::vector<std::size_t> candidates;
+    for (std::size_t i = 0; i < first.cells.size(); ++i) {
+      if (useOf(first.cells[i]) == use) candidates.push_back(i);
+    }
+    const auto usual = std::find_if(candidates.begin(), candidates.end(), [&](std::size_t i) {
+      return plainColumnName(first.cells[i]) == names.substr(0, names.find(' '));
+    });
+    if (usual != candidates.end()) {
+      uses[use] = *usual;
+    } else if (candidates.size() > 1) {
+      throw InputError(file, std::to_string(first.line),
+                       fmt::format("found the columns '{}' and '{}', which mean the same; expected one of them",
+                                   printable(first.cells[candidates[0]]), printable(first.cells[candidates[1]])));
+    } else if (!candidates.empty()) {
+      uses[use] = candidates.front();
+    }
   }
-  expectUsableId(row.fields[0], list.string(), row.line);
-  BatchLine line{row.fields[0], {}};
-  if (columns != Columns::kText) line.line.audio = list.parent_path() / row.fields[1];
-  if (columns == Columns::kText) line.line.text = row.fields[1];
-  if (columns == Columns::kAudioTranscript) line.line.text = row.fields[2];
-  if (columns == Columns::kAudioPhones) line.line.phones = list.parent_path() / row.fields[2];
-  if (columns == Columns::kAudioTimes) line.line.times = list.parent_path() / row.fields[2];
-  return line;
+  return uses;
 }
+
+/// The columns that `first` names; without a text, a sound or an id among them it is a row of id, text itself.
+Columns columnsOf(const DelimitedTable::Row& first, const std::string& file) {
+  Columns columns;
+  columns.count = first.cells.size();
+  columns.of = usesOf(first, file);
+  std::vector<bool> is_used(first.cells.size(), false);
+  for (const auto& [use, column] : columns.of) is_used[column] = true;
+  const bool has_words = columns.has(Use::kText) || columns.has(Use::kAudio);
+  for (std::size_t i = 0; i < first.cells.size(); ++i) {
+    if (is_used[i]) continue;
+    const std::string tag = has_words || !columns.has(Use::kId) ? "" : languageTagOf(first.cells[i]);
+    if (tag.empty()) {
+      columns.others.push_back(i);
+    } else {
+      columns.languages.emplace_back(i, tag);
+    }
+  }
+  if (!columns.has(Use::kId) && !has_words) {
+    if (first.cells.size() != 2)
+      throw InputError(file, std::to_string(first.line),
+                       fmt::format("found {} columns without names; expected a first row that names them, with id and "
+                                   "text, or audio, among them",
+                                   first.cells.size()));
+    return {{{Use::kId, 0}, {Use::kText, 1}}, {}, {}, 2, false};
+  }
+  if (!has_words && columns.languages.empty())
+    throw InputError(file, std::to_string(first.line),
+                     "found no column of text; expected one named text or audio, or one a language (de, pt-BR)");
+  return columns;
+}
+
+/// Rows become lines, or faults.
+class ListReader {
+ public:
+  ListReader(const std::filesystem::path& path, const std::vector<std::string>& languages)
+      : path_(path), wanted_languages_(languages) {}
+
+  BatchList read() && {
+    DelimitedTable table = parseDelimited(readFile(path_, kMaxListBytes), path_.string());
+    list_.faults = std::move(table.faults);
+    if (table.encoding == "Windows-1252")
+      list_.notices.emplace_back("is no UTF-8; it was read as Windows-1252: look at the first accented letters");
+    if (table.rows.empty()) refuseEmpty();
+    columns_ = columnsOf(table.rows.front(), path_.string());
+    for (const std::size_t column : columns_.others)
+      list_.other_columns.push_back(std::string(trimmed(table.rows.front().cells[column])));
+    keepWantedLanguages();
+    for (std::size_t i = columns_.has_header ? 1 : 0; i < table.rows.size(); ++i) readRow(table.rows[i]);
+    if (empty_cells_ > 0)
+      list_.notices.push_back(
+          fmt::format("has {} empty cells in its columns of languages: these are left out", empty_cells_));
+    if (list_.lines.empty() && list_.faults.empty()) refuseEmpty();
+    std::stable_sort(list_.faults.begin(), list_.faults.end(),
+                     [](const RowFault& a, const RowFault& b) { return a.row < b.row; });
+    return std::move(list_);
+  }
+
+ private:
+  [[noreturn]] void refuseEmpty() const {
+    throw InputError(path_.string(), "", "holds no lines; expected rows of id,text");
+  }
+
+  void keepWantedLanguages() {
+    if (wanted_languages_.empty()) return;
+    std::string known;
+    for (const auto& [column, tag] : columns_.languages) known += (known.empty() ? "" : " ") + tag;
+    for (const std::string& wanted : wanted_languages_) {
+      if (std::none_of(columns_.languages.begin(), columns_.languages.end(),
+                       [&](const auto& column) { return lowerCase(column.second) == lowerCase(wanted); }))
+        throw InputError(path_.string(), "",
+                         fmt::format("has no column of the language {}; expected one of {}", printable(wanted),
+                                     known.empty() ? "a table with a column a language" : known));
+    }
+    std::erase_if(columns_.languages, [&](const auto& column) {
+      return std::none_of(wanted_languages_.begin(), wanted_languages_.end(),
+                          [&](const std::string& wanted) { return lowerCase(wanted) == lowerCase(column.second); });
+    });
+  }
+
+  void readRow(const DelimitedTable::Row& row) {
+    const auto fault = [&](std::string what) { list_.faults.push_back({row.line, std::move(what)}); };
+    if (row.cells.size() != columns_.count) {
+      return fault(fmt::format("found {} cells; expected {}{}", row.cells.size(), columns_.count,
+                               row.cells.size() > columns_.count ? " (put a text with commas in quotes)" : ""));
+    }
+    BatchLine line;
+    line.row = row.line;
+    line.id = columns_.has(Use::kId) ? columns_.cell(row, Use::kId) : fmt::format("{:05}", row.line);
+    line.speaker = columns_.cell(row, Use::kSpeaker);
+    if (!isUsableId(line.id))
+      return fault(
+          fmt::format("found the id '{}'; expected at most {} letters, digits, '_', '-' or '.', not starting "
+                      "with '.'",
+                      printable(line.id), kMaxIdLength));
+    const auto [first, is_new] = row_of_id_.try_emplace(line.id, row.line);
+    if (!is_new)
+      return fault(fmt::format("found the id '{}' a second time; expected each once (it is in row {} too)", line.id,
+                               first->second));
+    for (const std::size_t column : columns_.others) line.others.push_back(row.cells[column]);
+    if (columns_.languages.empty()) return readLine(row, std::move(line), fault);
+    for (const auto& [column, tag] : columns_.languages) {
+      BatchLine one = line;
+      one.language = tag;
+      one.key = tag + "/" + line.id;
+      one.line.text = trimmed(row.cells[column]);
+      if (one.line.text.empty()) {
+        ++empty_cells_;
+      } else {
+        list_.lines.push_back(std::move(one));
+      }
+    }
+  }
+
+  template <typename Fault>
+  void readLine(const DelimitedTable::Row& row, BatchLine line, const Fault& fault) {
+    line.key = line.id;
+    line.language = columns_.cell(row, Use::kLanguage);
+    if (!line.language.empty() && languageTagOf(line.language).empty())
+      return fault(fmt::format("found the language '{}'; expected a tag as de or pt-BR", printable(line.language)));
+    const std::string audio = columns_.cell(row, Use::kAudio);
+    line.line.text = columns_.cell(row, Use::kText);
+    if (audio.empty()) {
+      if (line.line.text.empty()) return fault("found nothing to say; expected a text");
+    } else {
+      const std::filesystem::path beside = path_.parent_path();
+      line.line.audio = beside / audio;
+      if (const std::string said = columns_.cell(row, Use::kTranscript); !said.empty()) line.line.text = said;
+      if (const std::string phones = columns_.cell(row, Use::kPhones); !phones.empty())
+        line.line.phones = beside / phones;
+      if (const std::string times = columns_.cell(row, Use::kTimes); !times.empty()) line.line.times = beside / times;
+      for (const std::filesystem::path& file : {line.line.audio, line.line.phones, line.line.times}) {
+        if (!file.empty() && !std::filesystem::exists(file))
+          return fault(fmt::format("names '{}', which is not there", printable(file.string(), 400)));
+      }
+    }
+    list_.lines.push_back(std::move(line));
+  }
+
+  std::filesystem::path path_;
+  std::vector<std::string> wanted_languages_;
+  Columns columns_;
+  std::map<std::string, std::size_t> row_of_id_;
+  std::size_t empty_cells_ = 0;
+  BatchList list_;
+};
 
 }  // namespace
 
@@ -140,29 +269,8 @@ Shard parseShard(const std::string& text) {
   throw InputError("--shard", "", fmt::format("found '{}'; expected I/N with 1 <= I <= N, as 2/5", printable(text)));
 }
 
-std::vector<BatchLine> readBatchList(const std::filesystem::path& path) {
-  const std::string text = readFile(path, kMaxListBytes);
-  CsvRows rows(text, path.string());
-  std::vector<BatchLine> lines;
-  std::set<std::string> ids;
-  Columns columns = Columns::kText;
-  bool is_first = true;
-  while (const auto row = rows.next()) {
-    const bool is_header = is_first && row->fields[0] == "id";
-    is_first = false;
-    if (is_header) {
-      columns = columnsOf(*row);
-      continue;
-    }
-    if (row->fields.size() == 1 && row->fields[0].empty()) continue;
-    lines.push_back(batchLineFrom(*row, columns, path));
-    if (!ids.insert(lines.back().id).second) {
-      throw InputError(path.string(), std::to_string(row->line),
-                       fmt::format("found the id '{}' a second time; expected each once", lines.back().id));
-    }
-  }
-  if (lines.empty()) throw InputError(path.string(), "", "holds no lines; expected rows of id,text");
-  return lines;
+BatchList readBatchList(const std::filesystem::path& path, const std::vector<std::string>& languages) {
+  return ListReader(path, languages).read();
 }
 
 std::vector<BatchLine> linesOfShard(const std::vector<BatchLine>& lines, const Shard& shard) {

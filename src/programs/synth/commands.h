@@ -19,5 +19,6 @@ Command speakCommand();
 Command batchCommand();
 Command serveCommand();
 Command streamCommand();
+Command mergeCommand();
 
 }  // namespace mouthpiece

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
 #include "mouthpiece/errors.h"
@@ -11,10 +12,10 @@
 namespace mouthpiece {
 namespace {
 
-class BatchList : public testing::Test {
+class ReadingBatchList : public testing::Test {
  protected:
-  std::vector<BatchLine> read(const std::string& text) {
-    return readBatchList(scratch_.write("lines.csv", text));
+  BatchList read(const std::string& text, const std::vector<std::string>& languages = {}) {
+    return readBatchList(scratch_.write("lines.csv", text), languages);
   }
   std::string refusal(const std::string& text) {
     try {
@@ -24,31 +25,107 @@ class BatchList : public testing::Test {
     }
     return "accepted";
   }
+  /// "row: what" of each fault.
+  std::string faults(const std::string& text) {
+    std::string all;
+    for (const RowFault& fault : read(text).faults) all += std::to_string(fault.row) + ": " + fault.what + "\n";
+    return all;
+  }
   test::ScratchFolder scratch_;
 };
 
-TEST_F(BatchList, ReadsTypedLines) {
-  const auto lines = read("id,text\r\na,hello\nb,\"one, two \"\"three\"\"\nfour\"\n");
+TEST_F(ReadingBatchList, ReadsTypedLines) {
+  const auto lines = read("id,text\r\na,hello\nb,\"one, two \"\"three\"\"\nfour\"\n").lines;
   ASSERT_EQ(lines.size(), 2U);
   EXPECT_EQ(lines[0].id, "a");
   EXPECT_EQ(lines[0].line.text, "hello");
   EXPECT_EQ(lines[1].line.text, "one, two \"three\"\nfour");
+  EXPECT_EQ(lines[1].row, 3U);
 }
 
-TEST_F(BatchList, ReadsRecordings) {
-  const auto spoken = read("id,audio,transcript\na,a.wav,hello\n");
+TEST_F(ReadingBatchList, ReadsRecordings) {
+  for (const char* file : {"a.wav", "a.lab"}) static_cast<void>(scratch_.write(file, ""));
+  const auto spoken = read("id,audio,transcript\na,a.wav,hello\n").lines;
   EXPECT_EQ(spoken.at(0).line.audio.filename(), "a.wav");
   EXPECT_TRUE(spoken.at(0).line.audio.is_absolute()) << "beside the list, wherever the program runs";
   EXPECT_EQ(spoken.at(0).line.text, "hello");
-  EXPECT_EQ(read("id,audio,phones\na,a.wav,a.lab\n").at(0).line.phones.filename(), "a.lab");
+  EXPECT_EQ(read("id,audio,phones\na,a.wav,a.lab\n").lines.at(0).line.phones.filename(), "a.lab");
+  EXPECT_NE(faults("id,audio\na,nowhere.wav\n").find("2: names"), std::string::npos);
 }
 
-TEST_F(BatchList, NamesTheLineOfWhatIsWrong) {
-  EXPECT_NE(refusal("a,hello\na,again\n").find(":2:"), std::string::npos);
-  EXPECT_NE(refusal("a,hello\n../b,out of the folder\n").find(":2:"), std::string::npos);
-  EXPECT_NE(refusal("a,hello\nb\n").find(":2:"), std::string::npos);
-  EXPECT_NE(refusal("a,\"never closed\n\n").find(":1:"), std::string::npos);
+TEST_F(ReadingBatchList, FindsColumnsByTheirNames) {
+  const BatchList list = read("Emotion,Character,Text,Line ID,level\nangry,Bob,hello,b1,3\n");
+  ASSERT_EQ(list.lines.size(), 1U);
+  EXPECT_EQ(list.lines[0].id, "b1");
+  EXPECT_EQ(list.lines[0].speaker, "Bob");
+  EXPECT_EQ(list.lines[0].line.text, "hello");
+  EXPECT_EQ(list.other_columns, (std::vector<std::string>{"Emotion", "level"}));
+  EXPECT_EQ(list.lines[0].others, (std::vector<std::string>{"angry", "3"}));
+  EXPECT_EQ(read("text\nhello\n").lines.at(0).id, "00002") << "without ids the rows' numbers";
+  EXPECT_EQ(read("id,line,text\na,17,hello\n").lines.at(0).line.text, "hello") << "the usual name goes before";
+}
+
+TEST_F(ReadingBatchList, FindsSeparatorAndEncoding) {
+  const std::string utf16 = [] {
+    std::string bytes = "\xFF\xFE";
+    for (const char c : std::string("id;text\na;hello, you\n")) bytes += {c, '\0'};
+    return bytes;
+  }();
+  for (const std::string& text :
+       {std::string("id;text\na;hello, you\n"), std::string("\xEF\xBB\xBFid;text\r\na;hello, you\r\n"),
+        std::string("id\ttext\na\thello, you\n"), std::string("sep=;\nid;text\na;hello, you\n"),
+        std::string("id|text\na|hello, you\n"), std::string("id;text\ra;hello, you\r"), utf16}) {
+    const BatchList list = read(text);
+    ASSERT_EQ(list.lines.size(), 1U) << text;
+    EXPECT_EQ(list.lines[0].id, "a");
+    EXPECT_EQ(list.lines[0].line.text, "hello, you");
+    EXPECT_TRUE(list.faults.empty() && list.notices.empty());
+  }
+  const BatchList windows = read("id,text\na,\"\x93 caf\xE9 \x80\"\n");
+  EXPECT_EQ(windows.lines.at(0).line.text, "\xE2\x80\x9C caf\xC3\xA9 \xE2\x82\xAC");
+  EXPECT_NE(windows.notices.at(0).find("Windows-1252"), std::string::npos);
+}
+
+TEST_F(ReadingBatchList, ReadsAColumnALanguage) {
+  const std::string table = "id,note,de,pt-BR,text_fr\na,x,hallo,ola,salut\nb,y,,oi,\n";
+  const BatchList list = read(table);
+  std::vector<std::string> keys;
+  for (const BatchLine& line : list.lines) keys.push_back(line.key + "=" + line.line.text);
+  EXPECT_EQ(keys, (std::vector<std::string>{"de/a=hallo", "pt-BR/a=ola", "fr/a=salut", "pt-BR/b=oi"}));
+  EXPECT_EQ(list.other_columns, std::vector<std::string>{"note"});
+  EXPECT_EQ(list.notices.size(), 1U) << "empty cells are told";
+  EXPECT_EQ(read(table, {"fr"}).lines.size(), 1U);
+  EXPECT_THROW(read(table, {"pl"}), InputError);
+  EXPECT_TRUE(read("id,text,de\na,hello,hallo\n").lines.at(0).language.empty())
+      << "a column of notes, where there is a text";
+}
+
+TEST_F(ReadingBatchList, NamesEveryBadRowInOneGo) {
+  const std::string all = faults(
+      "id,text\na,hello\na,again\n../b,out of the folder\nc\nd,one, two\ne,\"quoted\" twice\nf,fine\n,no id\ng,\n");
+  for (const char* row : {"3: ", "4: ", "5: ", "6: ", "7: ", "9: ", "10: "})
+    EXPECT_NE(all.find(row), std::string::npos) << row << all;
+  EXPECT_EQ(std::count(all.begin(), all.end(), '\n'), 7) << all;
+  EXPECT_NE(all.find("quotes"), std::string::npos) << "what to do about a comma";
+}
+
+TEST_F(ReadingBatchList, AQuoteThatNeverClosesCostsItsRowAlone) {
+  const BatchList open = read("id,text\na,\"never closed\nb,fine\n");
+  ASSERT_EQ(open.faults.size(), 1U);
+  EXPECT_EQ(open.faults[0].row, 2U);
+  EXPECT_EQ(open.lines.at(0).id, "b");
+  const BatchList before_another = read("id,text\na,\"never closed\nb,\"fine, too\"\n");
+  ASSERT_EQ(before_another.faults.size(), 1U);
+  EXPECT_EQ(before_another.faults[0].row, 2U);
+  EXPECT_EQ(before_another.lines.at(0).line.text, "fine, too");
+}
+
+TEST_F(ReadingBatchList, RefusesWhatIsNoList) {
   EXPECT_NE(refusal("id,text\n").find("holds no lines"), std::string::npos);
+  EXPECT_NE(refusal("").find("holds no lines"), std::string::npos);
+  EXPECT_NE(refusal("id,notes\na,b\n").find("no column of text"), std::string::npos);
+  EXPECT_NE(refusal("a,b,c\n").find("without names"), std::string::npos);
+  EXPECT_NE(refusal("id,dialog,line\na,b,c\n").find("mean the same"), std::string::npos);
 }
 
 TEST(Shards, PartitionEveryList) {

@@ -1,0 +1,171 @@
+// synth batch as a game's build runs it: many lines, bad ones among them, killed, changed, spread over machines.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "support/run_program.h"
+
+namespace mouthpiece::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using Arguments = std::vector<std::string>;
+
+class Batch : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    if (!fs::exists(fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / "sample.corpus"))
+      GTEST_SKIP() << "no sample corpus; make it with `make data`";
+  }
+  ProgramResult batch(const std::string& list, const std::string& out, Arguments more = {},
+                      std::optional<std::chrono::microseconds> kill_after = {}) {
+    Arguments arguments{
+        "batch", folder_.write("lines.csv", list).string(), "--out", path(out), "--voice", "flite:slt", "--fps", "24"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return runProgram("synth", arguments, {}, kill_after);
+  }
+  std::string path(const std::string& name) { return (folder_.path() / name).string(); }
+  json manifest(const std::string& name) { return json::parse(readAll(path(name))); }
+  /// Every file of a folder by its name.
+  std::map<std::string, std::string> bytesOf(const std::string& out) {
+    std::map<std::string, std::string> bytes;
+    for (const auto& entry : fs::recursive_directory_iterator(path(out))) {
+      if (entry.is_regular_file())
+        bytes[fs::relative(entry.path(), path(out)).generic_string()] = readAll(entry.path());
+    }
+    return bytes;
+  }
+  static std::string listOf(std::size_t lines) {
+    std::string list = "text,id,mood\n";
+    for (std::size_t i = 0; i < lines; ++i)
+      list += "the time is now exactly " + std::to_string(1 + i % 11) + ",l" + std::to_string(i) + ",calm\n";
+    return list;
+  }
+  ScratchFolder folder_;
+};
+
+TEST_F(Batch, MakesWhatItCanAndNamesTheRest) {
+  const ProgramResult result =
+      batch("id,text,mood\na,the time is now,calm\nb,one, two,x\nc,\"...\",x\nd,\"it is ten, now\",glad\nd,twice,x\n",
+            "out", {"--format", "arkit.csv,wav"});
+  EXPECT_EQ(result.exit_code, 1);
+  for (const char* told : {"lines.csv:3: ", "lines.csv:6: ", "c: "})
+    EXPECT_NE(result.err.find(told), std::string::npos) << told << result.err;
+  EXPECT_NE(result.out.find("2 of 5 lines made"), std::string::npos) << result.out;
+  for (const char* file : {"out/a.arkit.csv", "out/a.wav", "out/d.arkit.csv", "out/manifest.csv", "out/manifest.html"})
+    EXPECT_TRUE(fs::exists(path(file))) << file;
+  EXPECT_FALSE(fs::exists(path("out/a.glb")) || fs::exists(path("out/a")));
+  EXPECT_TRUE(readAll(path("out/a.arkit.csv")).starts_with("Timecode,BlendShapeCount"));
+  const json lines = manifest("out/manifest.json")["lines"];
+  ASSERT_EQ(lines.size(), 5U);
+  std::string statuses;
+  for (const json& line : lines) statuses += line["status"].get<std::string>() + " ";
+  EXPECT_EQ(statuses, "made unusable failed made unusable ");
+  EXPECT_EQ(lines[0]["others"], json({"calm"})) << "columns of others are passed through";
+  EXPECT_GT(lines[0]["duration_s"], 0.5);
+  EXPECT_EQ(lines[0]["files"][1]["bytes"], fs::file_size(path("out/a.wav")));
+  EXPECT_GT(lines[0]["closures"], 0) << "the M of time";
+  EXPECT_FALSE(fs::exists(path("out/manifest.journal"))) << "its work is done";
+}
+
+TEST_F(Batch, GivesTheSameBytesForAnyNumberOfJobs) {
+  const std::string list = listOf(7);
+  EXPECT_EQ(batch(list, "one", {"--jobs", "1", "-o", "{id}.json", "-o", "{id}.arkit.csv"}).exit_code, 0);
+  EXPECT_EQ(batch(list, "four", {"--jobs", "4", "-o", "{id}.json", "-o", "{id}.arkit.csv"}).exit_code, 0);
+  const auto one = bytesOf("one"), four = bytesOf("four");
+  EXPECT_EQ(one.size(), 7U * 2 + 4);
+  EXPECT_TRUE(one == four);
+}
+
+TEST_F(Batch, MakesOnlyWhatHasChanged) {
+  const Arguments wav{"--format", "wav"};
+  EXPECT_EQ(batch("id,text\na,the time is now\nb,it is ten\n", "out", wav).exit_code, 0);
+  const auto timesOf = [&] {
+    return std::pair(fs::last_write_time(path("out/a.wav")), fs::last_write_time(path("out/b.wav")));
+  };
+  const auto before = timesOf();
+  const ProgramResult again = batch("id,text\na,the time is now\nb,it is ten\n", "out", wav);
+  EXPECT_NE(again.out.find("2 of 2 lines made"), std::string::npos);
+  EXPECT_NE(again.out.find("2 of them before"), std::string::npos);
+  EXPECT_EQ(timesOf(), before);
+  EXPECT_NE(batch("id,text\na,the time is now\nb,it is nine\n", "out", wav).out.find("1 of them before"),
+            std::string::npos);
+  EXPECT_EQ(timesOf().first, before.first);
+  EXPECT_NE(timesOf().second, before.second);
+  fs::remove(path("out/a.wav"));
+  batch("id,text\na,the time is now\nb,it is nine\n", "out", wav);
+  EXPECT_TRUE(fs::exists(path("out/a.wav"))) << "what was deleted comes back";
+  const ProgramResult other =
+      batch("id,text\na,the time is now\nb,it is nine\n", "out", {"--format", "wav", "--fps", "30"});
+  EXPECT_EQ(other.out.find("before"), std::string::npos) << "another setting makes all again";
+}
+
+TEST_F(Batch, GoesOnAfterAKill) {
+  const std::string list = listOf(120);
+  const Arguments wanted{"--format", "arkit.csv", "--quiet"};
+  const ProgramResult killed = batch(list, "out", wanted, std::chrono::milliseconds(2500));
+  if (killed.exit_code != 137) GTEST_SKIP() << "it was through before the kill";
+  const std::string journal = readAll(path("out/manifest.journal"));
+  const auto done = std::count(journal.begin(), journal.end(), '}');
+  ASSERT_GT(done, 0);
+  // A kill may tear the last line.
+  static_cast<void>(folder_.write("out/manifest.journal", journal + "\n{\"key\": \"l119\", \"sta"));
+  std::map<std::string, fs::file_time_type> before;
+  for (const auto& entry : fs::directory_iterator(path("out"))) {
+    if (entry.path().extension() == ".csv") before[entry.path()] = entry.last_write_time();
+  }
+  const ProgramResult resumed = batch(list, "out", {"--format", "arkit.csv"});
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_NE(resumed.out.find("of them before"), std::string::npos) << resumed.out;
+  std::size_t kept = 0;
+  for (const auto& [file, time] : before) kept += fs::last_write_time(file) == time ? 1U : 0U;
+  EXPECT_GE(kept + 2, before.size()) << "at most what was being made";
+  EXPECT_EQ(batch(list, "whole", wanted).exit_code, 0);
+  auto pieces = bytesOf("out"), whole = bytesOf("whole");
+  for (const char* page : {"manifest.html", "manifest.players.json"}) {
+    pieces.erase(page);  // which lines have players depends on the kill
+    whole.erase(page);
+  }
+  EXPECT_TRUE(pieces == whole);
+}
+
+TEST_F(Batch, ShardsMergeToOneManifest) {
+  const std::string list = listOf(9);
+  EXPECT_EQ(batch(list, "whole", {"--format", "wav"}).exit_code, 0);
+  for (const char* shard : {"1/3", "3/3"}) batch(list, "out", {"--format", "wav", "--shard", shard});
+  const ProgramResult early = runProgram("synth", {"merge", path("out")});
+  EXPECT_EQ(early.exit_code, 1);
+  EXPECT_NE(early.out.find("3 missing"), std::string::npos) << early.out;
+  batch(list, "out", {"--format", "wav", "--shard", "2/3"});
+  const ProgramResult merged = runProgram("synth", {"merge", path("out")});
+  EXPECT_EQ(merged.exit_code, 0) << merged.out << merged.err;
+  EXPECT_NE(merged.out.find("0 missing, 0 in two"), std::string::npos) << merged.out;
+  for (const char* file : {"manifest.json", "manifest.csv", "manifest.html"})
+    EXPECT_TRUE(readAll(path(std::string("out/") + file)) == readAll(path(std::string("whole/") + file))) << file;
+}
+
+TEST_F(Batch, SpeakersHaveTheirVoices) {
+  const std::string cast = folder_.write("cast.csv", "speaker,voice\nBob,flite:rms\n").string();
+  EXPECT_EQ(batch("id,speaker,text\na,Bob,it is ten\nb,Ann,it is ten\nc,Bob,it is ten\n", "out",
+                  {"-o", "{speaker}/{id}.json", "--cast", cast})
+                .exit_code,
+            0);
+  EXPECT_EQ(manifest("out/Bob/a.json")["voice"], "flite:rms");
+  EXPECT_EQ(manifest("out/Ann/b.json")["voice"], "flite:slt");
+  EXPECT_TRUE(readAll(path("out/Bob/a.json")) == readAll(path("out/Bob/c.json")));
+}
+
+TEST_F(Batch, RefusesNamesThatLeaveTheFolder) {
+  for (const char* name : {"../{id}.wav", "/tmp/{id}.wav", "same.wav", "{id}.xyz"}) {
+    const ProgramResult result = batch("id,text\na,now\n", "out", {"-o", name});
+    EXPECT_EQ(result.exit_code, 1) << name;
+    EXPECT_FALSE(fs::exists(path("out"))) << name;
+  }
+}
+
+}  // namespace
+}  // namespace mouthpiece::test
