@@ -18,6 +18,7 @@ struct Format {
   std::string_view what;        ///< a few words for people
   bool needs_face = false;
   bool in_folder = false;  ///< is among what `synth --out` writes
+  bool has_arkit = false;  ///< ARKit's weights: with a face that has such shapes, fitted to these
 };
 
 /// All of them: the table that the programs, their help and the docs come from.

@@ -5,10 +5,15 @@
 #include "audio/audio_clip.h"
 #include "base/errors.h"
 #include "base/files.h"
+#include "base/text_encoding.h"
 #include "exports/arkit.h"
+#include "exports/curves/curve_files.h"
+#include "exports/curves/weight_tracks.h"
 #include "exports/format_bytes.h"
+#include "exports/scenes/scene_files.h"
 #include "motion/formats/c3d_file.h"
 #include "motion/formats/motion_csv.h"
+#include "motion/formats/motion_file.h"
 #include "motion/resample.h"
 #include "mouthpiece/save.h"
 #include "phonetics/labels/textgrid.h"
@@ -29,12 +34,66 @@ struct Row {
   void (*write)(const fs::path& path, const Source& source);
 };
 
-/// Fitted to the markers; a head's own shapes do not count here (`retarget apply` asks for them).
 ArkitCurves arkitOf(const Source& source) {
   ArkitCurves curves;
   curves.frame_rate_hz = source.animation.motion.frame_rate_hz;
-  curves.weights = source.arkit();
+  curves.weights = source.arkitOfHead();
   return curves;
+}
+
+/// By the names that meshes have: "jawOpen".
+WeightTracks arkitTracks(const Source& source) {
+  WeightTracks tracks{source.animation.motion.frame_rate_hz, {}, source.arkitOfHead()};
+  for (const std::string_view name : kArkitNames)
+    tracks.names.push_back(lowerCase(name.substr(0, 1)) + std::string(name.substr(1)));
+  return tracks;
+}
+
+const SpeechLabels& needLabels(const Source& source) {
+  if (source.animation.labels.phones.empty())
+    throw InputError("nothing is known of what the motion says; expected its labels");
+  return source.animation.labels;
+}
+
+WeightTracks visemesOf(const Source& source) {
+  const MotionClip& motion = source.animation.motion;
+  return oculusVisemes(needLabels(source), motion.positions_mm.rows(), motion.frame_rate_hz);
+}
+
+/// The mouth by what is said, the lids as they move.
+WeightTracks expressionsOf(const Source& source) {
+  WeightTracks tracks = vrmMouth(visemesOf(source));
+  const RowMajorMatrixF& arkit = source.arkitOfHead();
+  const Eigen::Index mouth = tracks.weights.cols();
+  tracks.weights.conservativeResize(Eigen::NoChange, mouth + 2);
+  tracks.names.insert(tracks.names.end(), {"blinkLeft", "blinkRight"});
+  tracks.weights.col(mouth) = arkit.col(arkitIndex("EyeBlinkLeft"));
+  tracks.weights.col(mouth + 1) = arkit.col(arkitIndex("EyeBlinkRight"));
+  return tracks;
+}
+
+std::vector<MouthCue> cuesOf(const Source& source) { return mouthCues(needLabels(source)); }
+
+/// The sound beside a file: with its name, or as a folder has it.
+std::string soundBeside(const fs::path& path) {
+  const std::string stem = path.stem().string();
+  return (stem == "rhubarb" || stem == "mouth" ? "speech" : stem.substr(0, stem.find('.'))) + ".wav";
+}
+
+template <std::string (*kWrite)(const WeightTracks&)>
+void writeArkitAs(const fs::path& path, const Source& source) {
+  writeFileAtomically(path, kWrite(arkitTracks(source)));
+}
+template <std::string (*kWrite)(const WeightTracks&)>
+void writeVisemesAs(const fs::path& path, const Source& source) {
+  writeFileAtomically(path, kWrite(visemesOf(source)));
+}
+
+template <std::string (*kWrite)(const FaceMesh&, const PrincipalShapes&, std::string_view,
+                                std::span<const std::string>)>
+void writeScene(const fs::path& path, const Source& source) {
+  const FaceRig& rig = source.needFace().rig;
+  writeFileAtomically(path, kWrite(rig.mesh(), source.wholeShapes(), rig.name(), {}));
 }
 
 std::string ablationOf(const Source& source) {
@@ -73,12 +132,53 @@ constexpr std::array kRows = {
           writeFileAtomically(path,
                               curveFramesToCsv(source.animation.curves, motion.frame_rate_hz, motion.frameCount()));
         }},
-    Row{{"arkit.csv", "arkit.csv", "ARKit's 52 weights as Live Link Face records them"},
+    Row{{"arkit.csv", "arkit.csv", "ARKit's 52 weights as Live Link Face records them", false, false, true},
         [](const fs::path& path, const Source& source) { writeFileAtomically(path, liveLinkCsv(arkitOf(source))); }},
+    Row{{"arkit.json", "arkit.json", "the same as JSON", false, false, true}, writeArkitAs<weightsJson>},
+    Row{{"a2f.json", "a2f.json", "the same as Audio2Face exports it", false, false, true},
+        writeArkitAs<audio2FaceJson>},
+    Row{{"maya.anim", "maya.anim", "the same for a blendShape node of Maya's", false, false, true},
+        [](const fs::path& path, const Source& source) {
+          writeFileAtomically(path, mayaAnim(arkitTracks(source), "blendShape1"));
+        }},
+    Row{{".anim", "unity.anim", "the same for a SkinnedMeshRenderer of Unity's", false, false, true},
+        [](const fs::path& path, const Source& source) {
+          writeFileAtomically(path, unityAnim(arkitTracks(source), path.stem().string()));
+        }},
+    Row{{".tres", "godot.tres", "the same as an Animation of Godot 4", false, false, true},
+        [](const fs::path& path, const Source& source) {
+          writeFileAtomically(path, godotAnimation(arkitTracks(source), path.stem().string(), "Face"));
+        }},
+    Row{{"visemes.csv", "visemes.csv", "Oculus' 15 visemes"}, writeVisemesAs<weightsCsv>},
+    Row{{"visemes.json", "visemes.json", "the same as JSON"}, writeVisemesAs<weightsJson>},
+    Row{{".vrma", "vrm.vrma", "VRM's expressions of mouth and lids, VRM Animation 1.0"},
+        [](const fs::path& path, const Source& source) {
+          writeFileAtomically(path, vrmaBytes(expressionsOf(source)));
+        }},
+    Row{{".tsv", "rhubarb.tsv", "Rhubarb's nine mouths"},
+        [](const fs::path& path, const Source& source) { writeFileAtomically(path, rhubarbTsv(cuesOf(source))); }},
+    Row{{".xml", "rhubarb.xml", "the same as XML"},
+        [](const fs::path& path, const Source& source) {
+          writeFileAtomically(path, rhubarbXml(cuesOf(source), soundBeside(path)));
+        }},
+    Row{{"rhubarb.json", "rhubarb.json", "the same as JSON"},
+        [](const fs::path& path, const Source& source) {
+          writeFileAtomically(path, rhubarbJson(cuesOf(source), soundBeside(path)));
+        }},
+    Row{{".dat", "moho.dat", "the same as switch data of Moho and OpenToonz, 24 frames a second"},
+        [](const fs::path& path, const Source& source) { writeFileAtomically(path, mohoDat(cuesOf(source), 24)); }},
+    Row{{".srt", "speech.srt", "the words as subtitles"},
+        [](const fs::path& path, const Source& source) { writeFileAtomically(path, srtText(needLabels(source))); }},
+    Row{{".vtt", "speech.vtt", "the same as WebVTT"},
+        [](const fs::path& path, const Source& source) { writeFileAtomically(path, vttText(needLabels(source))); }},
+    Row{{".trc", "motion.trc", "marker motion as Cortex and OpenSim have it"},
+        [](const fs::path& path, const Source& source) { writeMotion(path, source.animation.motion); }},
     Row{{".csv", "motion.csv", "marker motion, a row a frame", false, true},
         [](const fs::path& path, const Source& source) { writeMotionCsv(path, source.animation.motion); }},
     Row{{".glb", "face.glb", "the moving face, glTF 2.0", true, true},
         [](const fs::path& path, const Source& source) { writeFileAtomically(path, source.glb()); }},
+    Row{{".fbx", "face.fbx", "the same as FBX 7.4, binary", true}, writeScene<fbxBytes>},
+    Row{{".usda", "face.usda", "the same as USD", true}, writeScene<usdaText>},
     Row{{"curves.json", "curves.json", "VOCAL's curves, to look at and to edit", false, true},
         [](const fs::path& path, const Source& source) {
           writeFileAtomically(path, curvesToJson(source.animation.curves));

@@ -95,14 +95,44 @@ const PrincipalShapes& Performance::Data::shapes() const {
   return *shapes_;
 }
 
-void Performance::Data::driveOwnShapes(FaceAnimation& moving) const {
+const PrincipalShapes& Performance::Data::wholeShapes() const {
+  const std::scoped_lock lock(mutex_);
+  const PrincipalShapes& few = shapes();
+  if (!own_shapes_) return few;
+  if (!whole_shapes_) {
+    const FaceMesh& mesh = needFace().rig.mesh();
+    whole_shapes_ = timed(later_ms_.deform,
+                          [&] { return principalShapes(uprightVertices(), mesh.vertices, mesh.metres_per_unit); });
+  }
+  return *whole_shapes_;
+}
+
+FaceShapes Performance::Data::ownShapes() const {
   const SharedFace::Data& own = needFace();
   const std::filesystem::path mesh = own.meshPath();
-  if (!isGlb(mesh)) return;
+  if (!isGlb(mesh)) return {};
   FaceShapes shapes = parseFaceShapes(readFile(mesh, kMaxMeshBytes), mesh, own.file.mesh_object);
   for (VertexPositions& moves : shapes.moves)
     moves = (moves * own.file.upright_from_mesh.cast<float>().transpose()).eval();
-  RowMajorMatrixF weights = takeLidsAndBrows(moving, own.rig.mesh(), shapes);
+  return shapes;
+}
+
+const RowMajorMatrixF& Performance::Data::arkitOfHead() const {
+  const std::scoped_lock lock(mutex_);
+  if (!face) return arkit();
+  if (!arkit_of_head_) {
+    const FaceShapes shapes = ownShapes();
+    const bool has_arkit = std::any_of(shapes.names.begin(), shapes.names.end(),
+                                       [](const std::string& name) { return arkitIndex(name) >= 0; });
+    arkit_of_head_ = has_arkit ? fitArkit(uprightVertices(), needFace().rig.mesh(), shapes).weights : arkit();
+  }
+  return *arkit_of_head_;
+}
+
+void Performance::Data::driveOwnShapes(FaceAnimation& moving) const {
+  const FaceShapes shapes = ownShapes();
+  if (shapes.names.empty()) return;
+  RowMajorMatrixF weights = takeLidsAndBrows(moving, needFace().rig.mesh(), shapes);
   if (weights.size() == 0) return;
   const Eigen::RowVectorXf most = weights.colwise().maxCoeff();
   own_shapes_ = OwnShapeWeights{std::move(weights), [most](std::string_view name) {

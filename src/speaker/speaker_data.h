@@ -75,8 +75,12 @@ struct Performance::Data {
   /// The same, upright as the face was fitted.
   [[nodiscard]] FaceAnimation uprightVertices() const;
   [[nodiscard]] VertexPositions verticesAt(FrameIndex frame) const;
+  /// The moving vertices as few shapes, nothing of it left to shapes that the head has of its own.
+  const PrincipalShapes& wholeShapes() const;
   /// frames x 52, fitted to the markers.
   const RowMajorMatrixF& arkit() const;
+  /// The same, fitted to the geometry of the face's own shapes where it has ARKit's.
+  const RowMajorMatrixF& arkitOfHead() const;
   [[nodiscard]] const SharedFace::Data& needFace() const;
   /// What the page needs to be an editor of the line; of motion from elsewhere nothing.
   [[nodiscard]] std::optional<ViewEdits> viewEdits() const;
@@ -88,6 +92,8 @@ struct Performance::Data {
   void addWriting(double milliseconds) const;
 
  private:
+  /// The face's own shapes, upright as the face was fitted; none where it did not come as a GLB.
+  [[nodiscard]] FaceShapes ownShapes() const;
   /// Leaves lids and brows to the head's own shapes, where it has such and the motion moves them.
   void driveOwnShapes(FaceAnimation& moving) const;
 
@@ -97,7 +103,8 @@ struct Performance::Data {
   mutable std::optional<PrincipalShapes> shapes_;
   mutable std::optional<OwnShapeWeights> own_shapes_;  ///< what the head's own shapes of lids and brows take over
   mutable std::optional<std::string> glb_;
-  mutable std::optional<RowMajorMatrixF> arkit_;
+  mutable std::optional<RowMajorMatrixF> arkit_, arkit_of_head_;
+  mutable std::optional<PrincipalShapes> whole_shapes_;
 };
 
 /// The take of the corpus that a unit of `line` was taken from, as it was captured; its one unit is the fragment.

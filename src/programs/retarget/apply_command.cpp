@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 
@@ -36,7 +37,18 @@ struct ApplyArguments {
 };
 
 /// Of markers alone a CSV is not asked for here: the motion is one.
-bool isLiveLink(const fs::path& out) { return out.extension() == ".csv"; }
+bool isLiveLink(const fs::path& out) {
+  if (out.extension() != ".csv") return false;
+  const std::string_view kind = formatOf(out).usual_name;
+  return kind == "motion.csv" || kind == "arkit.csv";
+}
+
+/// What motion alone does not give: its sound, and what only a line that was made here has.
+bool isOfLine(const Format& format) {
+  constexpr std::array<std::string_view, 6> kOfLines{"speech.wav",  "curves.csv",    "curve_frames.csv",
+                                                     "curves.json", "ablation.html", "report.json"};
+  return std::find(kOfLines.begin(), kOfLines.end(), format.usual_name) != kOfLines.end();
+}
 
 /// A motion in another place than the neutral pose would tear the face: head motion was left in, or it is another
 /// actor's.
@@ -121,19 +133,23 @@ void writeArkit(const ApplyArguments& given, const Performance::Data& performanc
   }
 }
 
-/// What a motion can be saved as, of all formats: what shows a face; with Live Link Face's CSV, and a folder.
+/// What a motion can be saved as, of all formats.
 std::string endings() {
   std::string all;
-  for (const Format& format : formats()) all += format.needs_face ? std::string(format.ending) + " " : "";
-  return all + ".csv (Live Link Face), or a folder for one OBJ a frame";
+  for (const Format& format : formats()) {
+    if (!isOfLine(format)) all += std::string(format.ending) + " ";
+  }
+  return all + "(.csv alone: Live Link Face's), or a folder for one OBJ a frame";
 }
 
 void refuseUnknownEnding(const ApplyArguments& given) {
   if (given.arkit && given.out.extension() != ".glb" && !isLiveLink(given.out))
     throw InputError(given.out.string(), "", "expected .glb or .csv with --arkit");
   if (given.out.extension().empty() || isLiveLink(given.out)) return;
+  const std::string name = given.out.filename().string();
   for (const Format& format : formats()) {
-    if (format.needs_face && given.out.extension() == format.ending) return;
+    if (name.ends_with(format.ending) && !isOfLine(format)) return;
+    if (name.ends_with(format.ending)) break;  // the longest that fits
   }
   throw InputError(given.out.string(), "", "found an unknown ending; expected " + endings());
 }

@@ -140,9 +140,10 @@ class BatchRun {
         stem_(shard_.count == 1 ? "manifest" : fmt::format("manifest.{}-of-{}", shard_.index, shard_.count)) {
     usual_ = options.speaker;
     usual_.timing = false;
-    usual_.with_face = std::any_of(patterns_.begin(), patterns_.end(),
-                                   [](const std::string& pattern) { return formatOf(pattern).needs_face; });
+    const std::vector<fs::path> files(patterns_.begin(), patterns_.end());
+    usual_.with_face = needsFace(usual_, files);
     if (!options.cast.empty()) cast_ = readCast(options.cast, usual_);
+    for (auto& [speaker, member] : cast_) member.with_face = needsFace(member, files);
   }
 
   int run() {

@@ -15,6 +15,9 @@ struct SharedOptions {
 };
 void addSharedOptions(CLI::App& app, SharedOptions& options);
 
+/// Whether any of the files shows the face, or is fitted to one that was asked for.
+bool needsFace(const SpeakerOptions& options, const std::vector<std::filesystem::path>& files);
+
 Command speakCommand();
 Command batchCommand();
 Command serveCommand();

@@ -1,6 +1,7 @@
 // The options that say how lines are performed, the same for one and for many.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 
 #include "base/text_numbers.h"
@@ -51,6 +52,13 @@ void addStyleParameter(CLI::App& app, const std::string& option, StyleParameter&
 }
 
 }  // namespace
+
+bool needsFace(const SpeakerOptions& options, const std::vector<std::filesystem::path>& files) {
+  return std::any_of(files.begin(), files.end(), [&](const std::filesystem::path& file) {
+    const Format& format = formatOf(file);
+    return format.needs_face || (format.has_arkit && !options.face.empty());
+  });
+}
 
 void addSharedOptions(CLI::App& app, SharedOptions& options) {
   SpeakerOptions& speaker = options.speaker;

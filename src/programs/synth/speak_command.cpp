@@ -112,8 +112,7 @@ int runSpeak(const SpeakOptions& options) {
   const std::vector<std::filesystem::path> files =
       options.out_files.empty() ? usualFiles(options.out_folder) : options.out_files;
   SpeakerOptions wanted = options.speaker;
-  wanted.with_face = std::any_of(files.begin(), files.end(),
-                                 [](const std::filesystem::path& file) { return formatOf(file).needs_face; });
+  wanted.with_face = needsFace(wanted, files);
   const Line line = lineOf(options);
   Speaker speaker(wanted);
   const Performance performance = performed(speaker, line, options.text_file);

@@ -1,0 +1,273 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/errors.h"
+#include "base/index.h"
+#include "deform/mesh/face_mesh.h"
+#include "exports/scenes/fbx_nodes.h"
+#include "exports/scenes/scene_files.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr double kTicksPerSecond = 46'186'158'000.0;
+constexpr std::int64_t kGeometry = 1000, kModel = 1001, kBlendShape = 1002, kStack = 1003, kLayer = 1004;
+constexpr std::int64_t kFirstMaterial = 10'000, kFirstShape = 100'000;
+/// Numbers of what belongs to one shape, from kFirstShape on.
+constexpr std::int64_t kIdsPerShape = 4;
+enum ShapeId : std::int64_t { kChannel, kShapeGeometry, kCurveNode, kCurve };
+
+std::int64_t idOf(std::size_t shape, ShapeId what) {
+  return kFirstShape + kIdsPerShape * static_cast<std::int64_t>(shape) + what;
+}
+
+class FbxScene {
+ public:
+  FbxScene(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
+           std::span<const std::string> shape_names)
+      : mesh_(mesh), shapes_(shapes), name_(name), cm_per_unit_(100 * mesh.metres_per_unit) {
+    for (std::size_t k = 0; k < unsignedIndex(shapes.shapeCount()); ++k)
+      shape_names_.push_back(k < shape_names.size() ? shape_names[k] : fmt::format("shape_{:02}", k));
+    for (const MeshPart& part : mesh.parts) {
+      if (part.triangle_count > 0) materials_.push_back(&part);
+    }
+  }
+
+  std::string toBytes() && {
+    addHeader();
+    addDefinitions();
+    FbxNode objects("Objects"), connections("Connections");
+    addGeometry(objects);
+    addMaterials(objects, connections);
+    const auto connect = [&](std::int64_t from, std::int64_t to) {
+      connections.child("C").add("OO").add(from).add(to);
+    };
+    connect(kModel, 0);
+    connect(kGeometry, kModel);
+    FbxNode& deformer = objects.child("Deformer");
+    deformer.add(kBlendShape).add(fbxName("Speech", "Deformer")).add("BlendShape");
+    deformer.child("Version", std::int32_t{100});
+    connect(kBlendShape, kGeometry);
+    for (std::size_t k = 0; k < shape_names_.size(); ++k) {
+      addShape(objects, k);
+      connect(idOf(k, kChannel), kBlendShape);
+      connect(idOf(k, kShapeGeometry), idOf(k, kChannel));
+    }
+    if (shapes_.frameCount() > 0) addAnimation(objects, connections);
+    records_.push_back(std::move(objects));
+    records_.push_back(std::move(connections));
+    return fbxFile(records_);
+  }
+
+ private:
+  [[nodiscard]] std::int64_t lastTick() const { return tickOf(std::max<Eigen::Index>(0, shapes_.frameCount() - 1)); }
+  [[nodiscard]] std::int64_t tickOf(Eigen::Index frame) const {
+    return std::llround(asReal(frame) / std::max(shapes_.frame_rate_hz, 1e-9) * kTicksPerSecond);
+  }
+
+  void addHeader() {
+    FbxNode header("FBXHeaderExtension");
+    header.child("FBXHeaderVersion", std::int32_t{1003});
+    header.child("FBXVersion", std::int32_t{7400});
+    header.child("EncryptionType", std::int32_t{0});
+    header.child("Creator", std::string_view("Mouthpiece"));
+    records_.push_back(std::move(header));
+    FbxNode id("FileId");
+    id.addBytes("\x28\xB3\x2A\xEB\xB6\x24\xCC\xC2\xBF\xC8\xB0\x2A\xA9\x2B\xFC\xF1");
+    records_.push_back(std::move(id));
+    FbxNode time("CreationTime");
+    time.add("1970-01-01 10:00:00:000");
+    records_.push_back(std::move(time));
+    FbxNode settings("GlobalSettings");
+    settings.child("Version", std::int32_t{1000});
+    FbxNode& list = settings.child("Properties70");
+    const auto whole = [&](std::string_view key, std::int32_t value) {
+      list.property(key, "int", "Integer", "").add(value);
+    };
+    whole("UpAxis", 1);
+    whole("UpAxisSign", 1);
+    whole("FrontAxis", 2);
+    whole("FrontAxisSign", 1);
+    whole("CoordAxis", 0);
+    whole("CoordAxisSign", 1);
+    list.property("UnitScaleFactor", "double", "Number", "").add(1.0);
+    list.property("TimeMode", "enum", "", "").add(std::int32_t{14});  // a rate of its own
+    list.property("TimeSpanStart", "KTime", "Time", "").add(std::int64_t{0});
+    list.property("TimeSpanStop", "KTime", "Time", "").add(lastTick());
+    list.property("CustomFrameRate", "double", "Number", "").add(shapes_.frame_rate_hz);
+    records_.push_back(std::move(settings));
+  }
+
+  void addDefinitions() {
+    const auto shapes = static_cast<std::int32_t>(shape_names_.size());
+    const bool moves = shapes_.frameCount() > 0;
+    const std::vector<std::pair<std::string_view, std::int32_t>> kinds = {
+        {"GlobalSettings", 1},
+        {"Geometry", 1 + shapes},
+        {"Model", 1},
+        {"Material", static_cast<std::int32_t>(materials_.size())},
+        {"Deformer", 1 + shapes},
+        {"AnimationStack", moves ? 1 : 0},
+        {"AnimationLayer", moves ? 1 : 0},
+        {"AnimationCurveNode", moves ? shapes : 0},
+        {"AnimationCurve", moves ? shapes : 0}};
+    FbxNode definitions("Definitions");
+    definitions.child("Version", std::int32_t{100});
+    std::int32_t all = 0;
+    for (const auto& [kind, count] : kinds) all += count;
+    definitions.child("Count", all);
+    for (const auto& [kind, count] : kinds) {
+      if (count > 0) definitions.child("ObjectType", kind).child("Count", count);
+    }
+    records_.push_back(std::move(definitions));
+  }
+
+  void addGeometry(FbxNode& objects) {
+    FbxNode& geometry = objects.child("Geometry");
+    geometry.add(kGeometry).add(fbxName(name_, "Geometry")).add("Mesh");
+    std::vector<double> positions;
+    for (Eigen::Index i = 0; i < mesh_.vertices.size(); ++i)
+      positions.push_back(cm_per_unit_ * static_cast<double>(mesh_.vertices.data()[i]));
+    std::vector<std::int32_t> corners, materials;
+    std::int32_t material = 0;
+    for (const MeshPart* part : materials_) {
+      for (const Triangle& triangle : trianglesOf(mesh_, *part)) {
+        for (const std::uint32_t vertex : triangle) corners.push_back(static_cast<std::int32_t>(vertex));
+        corners.back() = -corners.back() - 1;  // the polygon's last
+        materials.push_back(material);
+      }
+      ++material;
+    }
+    geometry.child("Vertices", positions);
+    geometry.child("PolygonVertexIndex", corners);
+    geometry.child("GeometryVersion", std::int32_t{124});
+    const bool is_textured = !mesh_.texture_coordinates.empty();
+    if (is_textured) addTextureCoordinates(geometry, corners);
+    FbxNode& layer = geometry.child("LayerElementMaterial", std::int32_t{0});
+    layer.child("Version", std::int32_t{101});
+    layer.child("Name", std::string_view(""));
+    layer.child("MappingInformationType", std::string_view("ByPolygon"));
+    layer.child("ReferenceInformationType", std::string_view("IndexToDirect"));
+    layer.child("Materials", materials);
+    FbxNode& layers = geometry.child("Layer", std::int32_t{0});
+    layers.child("Version", std::int32_t{100});
+    const auto addLayer = [&](std::string_view kind) {
+      FbxNode& element = layers.child("LayerElement");
+      element.child("Type", kind);
+      element.child("TypedIndex", std::int32_t{0});
+    };
+    addLayer("LayerElementMaterial");
+    if (is_textured) addLayer("LayerElementUV");
+    FbxNode& model = objects.child("Model");
+    model.add(kModel).add(fbxName(name_, "Model")).add("Mesh");
+    model.child("Version", std::int32_t{232});
+    model.child("Properties70").property("DefaultAttributeIndex", "int", "Integer", "").add(std::int32_t{0});
+    model.child("Shading", std::string_view("T"));
+    model.child("Culling", std::string_view("CullingOff"));
+  }
+
+  void addTextureCoordinates(FbxNode& geometry, const std::vector<std::int32_t>& corners) const {
+    FbxNode& layer = geometry.child("LayerElementUV", std::int32_t{0});
+    layer.child("Version", std::int32_t{101});
+    layer.child("Name", std::string_view("UVMap"));
+    layer.child("MappingInformationType", std::string_view("ByPolygonVertex"));
+    layer.child("ReferenceInformationType", std::string_view("IndexToDirect"));
+    std::vector<double> places;
+    for (const auto& [u, v] : mesh_.texture_coordinates) {
+      places.push_back(static_cast<double>(u));
+      places.push_back(1 - static_cast<double>(v));  // from the lower edge up
+    }
+    std::vector<std::int32_t> indices;
+    for (const std::int32_t corner : corners) indices.push_back(corner < 0 ? -corner - 1 : corner);
+    layer.child("UV", places);
+    layer.child("UVIndex", indices);
+  }
+
+  void addMaterials(FbxNode& objects, FbxNode& connections) const {
+    for (std::size_t m = 0; m < materials_.size(); ++m) {
+      const std::int64_t id = kFirstMaterial + static_cast<std::int64_t>(m);
+      FbxNode& material = objects.child("Material");
+      material.add(id).add(fbxName(materials_[m]->name, "Material")).add("");
+      material.child("Version", std::int32_t{102});
+      material.child("ShadingModel", std::string_view("phong"));
+      FbxNode& colour = material.child("Properties70").property("DiffuseColor", "Color", "", "A");
+      for (std::size_t c = 0; c < 3; ++c) colour.add(static_cast<double>(materials_[m]->base_color[c]));
+      connections.child("C").add("OO").add(id).add(kModel);
+    }
+  }
+
+  void addShape(FbxNode& objects, std::size_t k) const {
+    const float* row = shapes_.shapes.row(signedIndex(k)).data();
+    const std::vector<std::uint32_t> columns = shapes_.columnVertices();
+    std::vector<std::int32_t> indices;
+    std::vector<double> moves;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      const float* move = row + 3 * i;
+      if (move[0] == 0 && move[1] == 0 && move[2] == 0) continue;
+      indices.push_back(static_cast<std::int32_t>(columns[i]));
+      for (std::size_t axis = 0; axis < 3; ++axis) moves.push_back(cm_per_unit_ * static_cast<double>(move[axis]));
+    }
+    FbxNode& geometry = objects.child("Geometry");
+    geometry.add(idOf(k, kShapeGeometry)).add(fbxName(shape_names_[k], "Geometry")).add("Shape");
+    geometry.child("Version", std::int32_t{100});
+    geometry.child("Indexes", indices);
+    geometry.child("Vertices", moves);
+    geometry.child("Normals", std::vector<double>(moves.size(), 0.0));
+    FbxNode& channel = objects.child("Deformer");
+    channel.add(idOf(k, kChannel)).add(fbxName(shape_names_[k], "SubDeformer")).add("BlendShapeChannel");
+    channel.child("Version", std::int32_t{100});
+    channel.child("DeformPercent", 0.0);
+    channel.child("FullWeights", std::vector<double>{100.0});
+  }
+
+  void addAnimation(FbxNode& objects, FbxNode& connections) const {
+    FbxNode& stack = objects.child("AnimationStack");
+    stack.add(kStack).add(fbxName("speech", "AnimStack")).add("");
+    FbxNode& times = stack.child("Properties70");
+    times.property("LocalStop", "KTime", "Time", "").add(lastTick());
+    times.property("ReferenceStop", "KTime", "Time", "").add(lastTick());
+    objects.child("AnimationLayer").add(kLayer).add(fbxName("speech", "AnimLayer")).add("");
+    connections.child("C").add("OO").add(kLayer).add(kStack);
+    std::vector<std::int64_t> ticks;
+    for (Eigen::Index frame = 0; frame < shapes_.frameCount(); ++frame) ticks.push_back(tickOf(frame));
+    for (std::size_t k = 0; k < shape_names_.size(); ++k) {
+      FbxNode& node = objects.child("AnimationCurveNode");
+      node.add(idOf(k, kCurveNode)).add(fbxName("DeformPercent", "AnimCurveNode")).add("");
+      node.child("Properties70").property("d|DeformPercent", "Number", "", "A").add(0.0);
+      std::vector<float> values;
+      for (Eigen::Index frame = 0; frame < shapes_.frameCount(); ++frame)
+        values.push_back(100 * shapes_.weights(frame, signedIndex(k)));
+      FbxNode& curve = objects.child("AnimationCurve");
+      curve.add(idOf(k, kCurve)).add(fbxName("", "AnimCurve")).add("");
+      curve.child("Default", 0.0);
+      curve.child("KeyVer", std::int32_t{4008});
+      curve.child("KeyTime", ticks);
+      curve.child("KeyValueFloat", values);
+      curve.child("KeyAttrFlags", std::vector<std::int32_t>{4});  // linear
+      curve.child("KeyAttrDataFloat", std::vector<float>{0, 0, 0, 0});
+      curve.child("KeyAttrRefCount", std::vector<std::int32_t>{static_cast<std::int32_t>(ticks.size())});
+      connections.child("C").add("OO").add(idOf(k, kCurveNode)).add(kLayer);
+      connections.child("C").add("OP").add(idOf(k, kCurveNode)).add(idOf(k, kChannel)).add("DeformPercent");
+      connections.child("C").add("OP").add(idOf(k, kCurve)).add(idOf(k, kCurveNode)).add("d|DeformPercent");
+    }
+  }
+
+  const FaceMesh& mesh_;
+  const PrincipalShapes& shapes_;
+  std::string name_;
+  double cm_per_unit_;
+  std::vector<std::string> shape_names_;
+  std::vector<const MeshPart*> materials_;
+  std::vector<FbxNode> records_;
+};
+
+}  // namespace
+
+std::string fbxBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
+                     std::span<const std::string> shape_names) {
+  return FbxScene(mesh, shapes, name, shape_names).toBytes();
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,142 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "base/index.h"
+#include "deform/mesh/face_mesh.h"
+#include "exports/scenes/scene_files.h"
+
+namespace mouthpiece {
+namespace {
+
+/// What USD takes as the name of a prim: letters, digits, `_`, not starting with a digit.
+std::string primName(std::string_view name) {
+  std::string prim;
+  for (const char c : name) {
+    const bool is_kept = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+    prim.push_back(is_kept ? c : '_');
+  }
+  if (prim.empty() || (prim.front() >= '0' && prim.front() <= '9')) prim.insert(prim.begin(), '_');
+  return prim;
+}
+
+template <typename Values>
+std::string listed(const Values& values) {
+  return fmt::format("[{}]", fmt::join(values, ", "));
+}
+
+std::string point(const float* values, double scale) {
+  return fmt::format("({:.7g}, {:.7g}, {:.7g})", scale * static_cast<double>(values[0]),
+                     scale * static_cast<double>(values[1]), scale * static_cast<double>(values[2]));
+}
+
+/// A prim of what shape `k` moves.
+std::string blendShape(const PrincipalShapes& shapes, Eigen::Index k, const std::string& name, double metres_per_unit) {
+  const std::vector<std::uint32_t> columns = shapes.columnVertices();
+  std::vector<std::uint32_t> indices;
+  std::vector<std::string> offsets;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const float* move = shapes.shapes.row(k).data() + 3 * i;
+    if (move[0] == 0 && move[1] == 0 && move[2] == 0) continue;
+    indices.push_back(columns[i]);
+    offsets.push_back(point(move, metres_per_unit));
+  }
+  return fmt::format(
+      "        def BlendShape \"{}\"\n        {{\n            uniform vector3f[] offsets = {}\n            uniform "
+      "int[] "
+      "pointIndices = {}\n        }}\n",
+      name, listed(offsets), listed(indices));
+}
+
+}  // namespace
+
+std::string usdaText(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
+                     std::span<const std::string> shape_names) {
+  const std::string head = primName(name);
+  std::vector<std::string> names, quoted, targets;
+  for (std::size_t k = 0; k < unsignedIndex(shapes.shapeCount()); ++k) {
+    names.push_back(k < shape_names.size() ? primName(shape_names[k]) : fmt::format("shape_{:02}", k));
+    quoted.push_back(fmt::format("\"{}\"", names.back()));
+    targets.push_back(fmt::format("</{}/Face/{}>", head, names.back()));
+  }
+  std::vector<std::string> points;
+  std::vector<std::uint32_t> corners;
+  for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v)
+    points.push_back(point(mesh.vertices.row(v).data(), mesh.metres_per_unit));
+  for (const Triangle& triangle : mesh.triangles) corners.insert(corners.end(), triangle.begin(), triangle.end());
+  const std::vector<int> counts(mesh.triangles.size(), 3);
+  constexpr std::string_view kIdentity = "( (1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1) )";
+
+  std::string usd = fmt::format(
+      "#usda 1.0\n(\n    defaultPrim = \"{}\"\n    doc = \"Mouthpiece\"\n    startTimeCode = 0\n    endTimeCode = {}\n "
+      "   "
+      "timeCodesPerSecond = {}\n    framesPerSecond = {}\n    metersPerUnit = 1\n    upAxis = \"Y\"\n)\n\ndef SkelRoot "
+      "\"{}\" (\n    prepend apiSchemas = [\"SkelBindingAPI\"]\n)\n{{\n",
+      head, std::max<Eigen::Index>(0, shapes.frameCount() - 1), shapes.frame_rate_hz, shapes.frame_rate_hz, head);
+  usd += fmt::format(
+      "    def Skeleton \"Skeleton\" (\n        prepend apiSchemas = [\"SkelBindingAPI\"]\n    )\n    {{\n        "
+      "uniform "
+      "token[] joints = [\"head\"]\n        uniform matrix4d[] bindTransforms = [{0}]\n        uniform matrix4d[] "
+      "restTransforms = [{0}]\n        rel skel:animationSource = </{1}/Speech>\n    }}\n\n",
+      kIdentity, head);
+  usd += fmt::format(
+      "    def SkelAnimation \"Speech\"\n    {{\n        uniform token[] blendShapes = {}\n        float[] "
+      "blendShapeWeights.timeSamples = {{\n",
+      listed(quoted));
+  for (Eigen::Index frame = 0; frame < shapes.frameCount(); ++frame) {
+    const auto row = shapes.weights.row(frame);
+    fmt::format_to(std::back_inserter(usd), "            {}: [{:.6g}],\n", frame,
+                   fmt::join(row.data(), row.data() + row.size(), ", "));
+  }
+  usd +=
+      "        }\n    }\n\n    def Mesh \"Face\" (\n        prepend apiSchemas = [\"SkelBindingAPI\", "
+      "\"MaterialBindingAPI\"]\n    )\n    {\n";
+  usd += fmt::format(
+      "        uniform token subdivisionScheme = \"none\"\n        int[] faceVertexCounts = {}\n        int[] "
+      "faceVertexIndices = {}\n        point3f[] points = {}\n        rel skel:skeleton = </{}/Skeleton>\n        "
+      "uniform "
+      "token[] skel:blendShapes = {}\n        rel skel:blendShapeTargets = {}\n",
+      listed(counts), listed(corners), listed(points), head, listed(quoted), listed(targets));
+  if (!mesh.texture_coordinates.empty()) {
+    std::vector<std::string> places;
+    for (const auto& [u, v] : mesh.texture_coordinates) places.push_back(fmt::format("({:.6g}, {:.6g})", u, 1 - v));
+    usd += fmt::format("        texCoord2f[] primvars:st = {} (\n            interpolation = \"vertex\"\n        )\n",
+                       listed(places));
+  }
+  // A part is a subset with a material of its own.
+  std::size_t number = 0;
+  for (const MeshPart& part : mesh.parts) {
+    if (part.triangle_count == 0) continue;
+    std::vector<std::size_t> faces(part.triangle_count);
+    for (std::size_t i = 0; i < faces.size(); ++i) faces[i] = part.first_triangle + i;
+    usd += fmt::format(
+        "\n        def GeomSubset \"part_{0}\" (\n            prepend apiSchemas = [\"MaterialBindingAPI\"]\n        "
+        ")\n     "
+        "   {{\n            uniform token elementType = \"face\"\n            uniform token familyName = "
+        "\"materialBind\"\n "
+        "           int[] indices = {1}\n            rel material:binding = </{2}/Materials/part_{0}>\n        }}\n",
+        number++, listed(faces), head);
+  }
+  for (Eigen::Index k = 0; k < shapes.shapeCount(); ++k)
+    usd += "\n" + blendShape(shapes, k, names[unsignedIndex(k)], mesh.metres_per_unit);
+  usd += "    }\n\n    def Scope \"Materials\"\n    {\n";
+  number = 0;
+  for (const MeshPart& part : mesh.parts) {
+    if (part.triangle_count == 0) continue;
+    usd += fmt::format(
+        "        def Material \"part_{0}\" (\n            displayName = \"{1}\"\n        )\n        {{\n            "
+        "token "
+        "outputs:surface.connect = </{2}/Materials/part_{0}/surface.outputs:surface>\n\n            def Shader "
+        "\"surface\"\n            {{\n                uniform token info:id = \"UsdPreviewSurface\"\n                "
+        "color3f "
+        "inputs:diffuseColor = ({3:.4g}, {4:.4g}, {5:.4g})\n                float inputs:roughness = {6:.4g}\n         "
+        "     "
+        "  token outputs:surface\n            }}\n        }}\n",
+        number++, primName(part.name), head, part.base_color[0], part.base_color[1], part.base_color[2],
+        part.roughness);
+  }
+  return usd + "    }\n}\n";
+}
+
+}  // namespace mouthpiece
