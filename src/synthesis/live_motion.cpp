@@ -84,11 +84,11 @@ std::vector<double> touchingLips(const SpeechLabels& labels, std::span<const Sec
 /// The units that play around `times`.
 std::vector<SelectedUnit> unitsNear(const std::vector<SelectedUnit>& units, const SpeechLabels& labels,
                                     std::span<const Seconds> times) {
-  constexpr Seconds kReach = 0.25;
+  constexpr Seconds kNear = 0.25;
   std::vector<SelectedUnit> near;
   for (const SelectedUnit& unit : units) {
     const TimeSpan span = labels.spanOf(unit.phones);
-    if (span.end > times.front() - kReach && span.start < times.back() + kReach) near.push_back(unit);
+    if (span.end > times.front() - kNear && span.start < times.back() + kReach) near.push_back(unit);
   }
   return near;
 }
@@ -175,7 +175,7 @@ LiveMotion::Window LiveMotion::windowAt(Seconds time, std::span<const PhoneSegme
 /// What is likely after the last phone that is known: what the corpus says most often after as many of the last phones
 /// as it has in a row.
 void LiveMotion::addLikelyFuture(std::vector<PhoneSegment>& segments) const {
-  constexpr Seconds kReach = 0.400, kSilence = 0.250;
+  constexpr Seconds kLooksBack = 0.400, kSilence = 0.250;
   constexpr std::size_t kMostContext = 5, kMostPlaces = 300;
   const Seconds end = segments.back().span.end;
   std::vector<Phone> said;
