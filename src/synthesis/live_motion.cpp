@@ -88,7 +88,7 @@ std::vector<SelectedUnit> unitsNear(const std::vector<SelectedUnit>& units, cons
   std::vector<SelectedUnit> near;
   for (const SelectedUnit& unit : units) {
     const TimeSpan span = labels.spanOf(unit.phones);
-    if (span.end > times.front() - kNear && span.start < times.back() + kReach) near.push_back(unit);
+    if (span.end > times.front() - kNear && span.start < times.back() + kNear) near.push_back(unit);
   }
   return near;
 }
@@ -180,7 +180,7 @@ void LiveMotion::addLikelyFuture(std::vector<PhoneSegment>& segments) const {
   const Seconds end = segments.back().span.end;
   std::vector<Phone> said;
   for (const PhoneSegment& segment : segments) said.push_back(segment.phone);
-  while (!isSilent(segments.back()) && segments.back().span.end < end + kReach) {
+  while (!isSilent(segments.back()) && segments.back().span.end < end + kLooksBack) {
     struct Follower {
       std::size_t count = 0;
       Seconds length = 0;
