@@ -161,8 +161,8 @@ FoundTakes findTakes(const fs::path& folder) {
   FoundTakes found;
   for (const auto& [name, files] : filesByName(folder)) {
     TakeFiles take{name, pick(files, kMotionEndings), pick(files, kAudioEndings), pick(files, kLabelEndings), {}};
-    if (take.motion.empty() && (take.audio.empty() || take.labels.empty())) continue;
     if (const auto text = files.find(".txt"); text != files.end()) take.text = text->second;
+    if (take.motion.empty() && (take.audio.empty() || (take.labels.empty() && !take.text))) continue;
     if (const std::string missing = missingParts(take); !missing.empty()) {
       found.left_out.push_back({name, missing});
     } else {

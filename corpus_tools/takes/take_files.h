@@ -64,8 +64,8 @@ struct FoundTakes {
   std::vector<LeftOutTake> left_out;
 };
 
-/// Looks in the folder itself, not in folders below. A name counts as a take when it has motion, or sound and labels;
-/// what such a take lacks makes it left out. Throws InputError when the folder cannot be read or holds no take.
+/// Looks in the folder itself, not in folders below. A name counts as a take when it has motion, or sound with labels
+/// or text; what such a take lacks makes it left out. Throws InputError when the folder cannot be read or holds no take.
 FoundTakes findTakes(const std::filesystem::path& folder);
 
 /// A take as captured: the head still moves.

@@ -63,7 +63,7 @@ struct MOUTHPIECE_API Manner {
   /// What the motion is made of: what the method says (for a song curves with captured consonants), or curves alone.
   enum class Style { kCaptured, kSpeech, kSing };
 
-  double frame_rate_hz = 60;  ///< 24 to 240
+  double frame_rate_hz = 60;  ///< 23.976 to 240
   Method method = Method::kGuided;
   Units units = Units::kAny;
   Blend blend = Blend::kSmooth;

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -15,6 +16,7 @@
 
 #include "base/errors.h"
 #include "base/unfinished.h"
+#include "mouthpiece/version.h"
 
 namespace mouthpiece {
 namespace {
@@ -39,6 +41,54 @@ std::string describe(const std::filesystem::filesystem_error& error) {
   return fmt::format("{}: {}", printable(path, 400), error.code().message());
 }
 
+/// How many letters are to be put in, left out or changed to make one text of the other.
+std::size_t distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i);
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t changed = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = std::exchange(row[j], std::min({changed, row[j] + 1, row[j - 1] + 1}));
+    }
+  }
+  return row.back();
+}
+
+/// The option or subcommand that a mistyped word of the command line is nearest to, of those that `app` and the
+/// subcommand in use know; "" where none is near.
+std::string nearestTo(std::string_view typed, const CLI::App& app) {
+  const std::string_view word = typed.substr(0, typed.find('='));
+  std::string best;
+  std::size_t least = 1 + word.size() / 4;
+  const auto consider = [&](const std::string& known) {
+    const std::size_t away = distance(word, known);
+    if (away <= least && (best.empty() || away < least)) {
+      best = known;
+      least = away;
+    }
+  };
+  for (const CLI::App* each : app.get_subcommands({})) {
+    if (!word.starts_with("-")) consider(each->get_name());
+  }
+  std::vector<const CLI::App*> in_use{&app};
+  for (const CLI::App* each : app.get_subcommands()) in_use.push_back(each);
+  for (const CLI::App* each : in_use) {
+    for (const CLI::Option* option : each->get_options()) {
+      for (const std::string& name : option->get_lnames()) consider("--" + name);
+    }
+  }
+  return best;
+}
+
+/// "did you mean --text?" for each word that nobody knows.
+void suggest(const CLI::App& app) {
+  for (const std::string& typed : app.remaining(true)) {
+    const std::string meant = nearestTo(typed, app);
+    if (!meant.empty() && meant != typed) fmt::print(stderr, "{}: did you mean {}?\n", program_name, meant);
+  }
+}
+
 int parse(CLI::App& app, int argc, const char* const* argv, bool& finished) {
   try {
     app.parse(argc, argv);
@@ -46,7 +96,9 @@ int parse(CLI::App& app, int argc, const char* const* argv, bool& finished) {
     return kExitDone;
   } catch (const CLI::ParseError& error) {
     finished = true;
-    return app.exit(error) == 0 ? kExitDone : kExitWrongUsage;
+    const bool is_done = app.exit(error) == 0;
+    if (!is_done) suggest(app);
+    return is_done ? kExitDone : kExitWrongUsage;
   }
 }
 
@@ -121,6 +173,7 @@ void setExample(CLI::App& app, std::string_view example) {
 
 int runProgram(const Command& program, const std::vector<Command>& subcommands, int argc, const char* const* argv) {
   CLI::App app(program.what, program.name);
+  app.set_version_flag("--version", program.name + " " MOUTHPIECE_VERSION, "Print the version");
   setExample(app, program.example);
   std::function<int()> chosen;
   if (program.add) {

@@ -158,6 +158,14 @@ const std::string& Performance::Data::glb() const {
   return *glb_;
 }
 
+std::string Performance::Data::smallGlb() const {
+  const std::scoped_lock lock(mutex_);
+  const SharedFace::Data& own = needFace();
+  if (isGlb(own.meshPath())) return glb();
+  const PrincipalShapes& moving = shapes();
+  return timed(later_ms_.write, [&] { return smallGlbBytes(own.rig.mesh(), moving, own.rig.name()); });
+}
+
 VertexPositions Performance::Data::verticesAt(FrameIndex frame) const {
   VertexPositions vertices;
   const TonguePose tongue = frame.value < animation.tongue.size() ? animation.tongue[frame.value] : TonguePose{};

@@ -31,8 +31,9 @@ constexpr std::size_t kMostPhonesKept = 70'000;
 
 void expectUsable(const SpeakerOptions& options) {
   const Manner& manner = options.manner;
-  if (!(manner.frame_rate_hz >= 24 && manner.frame_rate_hz <= 240))
-    throw InputError(fmt::format("found {} frames a second; expected 24 to 240", manner.frame_rate_hz));
+  constexpr double kLeastRate = 23.97;  // film on video: 23.976
+  if (!(manner.frame_rate_hz >= kLeastRate && manner.frame_rate_hz <= 240))
+    throw InputError(fmt::format("found {} frames a second; expected 23.976 to 240", manner.frame_rate_hz));
   if (!(manner.overlap_ms >= 0 && manner.overlap_ms <= 1000))
     throw InputError(fmt::format("found an overlap of {} ms; expected 0 to 1000", manner.overlap_ms));
   if (options.rate && options.voice != "corpus")

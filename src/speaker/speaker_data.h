@@ -70,6 +70,8 @@ struct Performance::Data {
   const PrincipalShapes& shapes() const;
   /// face.glb; kept, since the page holds it, too.
   const std::string& glb() const;
+  /// The same packed; as it is of a head that came as GLB.
+  [[nodiscard]] std::string smallGlb() const;
   /// Every vertex of every frame, the mesh's unit and orientation as its file has them.
   [[nodiscard]] FaceAnimation allVertices() const;
   /// The same, upright as the face was fitted.

@@ -128,18 +128,22 @@ function publish(page, ready) {
   };
 }
 
-try {
-  const data = readPageData();
-  const page = new Page(data);
-  const ready = page.loadFace(data).catch((error) => {
-    showNotice(`The face cannot be shown: ${error.message}. The sound and the timeline still work.`);
+async function begin() {
+  try {
+    const data = await readPageData();
+    const page = new Page(data);
+    const ready = page.loadFace(data).catch((error) => {
+      showNotice(`The face cannot be shown: ${error.message}. The sound and the timeline still work.`);
+      throw error;
+    });
+    publish(page, ready);
+    page.start();
+    const start = Number(location.hash.match(/^#t=([\d.]+)$/)?.[1]);
+    if (start > 0) page.clock.seek(start);
+  } catch (error) {
+    showNotice(error.message);
     throw error;
-  });
-  publish(page, ready);
-  page.start();
-  const start = Number(location.hash.match(/^#t=([\d.]+)$/)?.[1]);
-  if (start > 0) page.clock.seek(start);
-} catch (error) {
-  showNotice(error.message);
-  throw error;
+  }
 }
+
+begin();

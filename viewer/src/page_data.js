@@ -31,11 +31,16 @@ function betweenLips(distances, report) {
   return distances.map((distance) => Math.max(0, distance - closed));
 }
 
+/** What synth has deflated into an element. */
+async function unpacked(id) {
+  const packed = new Blob([bytesFromBase64(textOf(id))]).stream().pipeThrough(new DecompressionStream('deflate'));
+  return new Uint8Array(await new Response(packed).arrayBuffer());
+}
+
 /** Everything in the page, decoded; each text element is freed once it is read. */
-export function readPageData() {
+export async function readPageData() {
   const data = JSON.parse(textOf('mouthpiece-data'));
-  const wav = bytesFromBase64(textOf('mouthpiece-sound'));
-  const glb = bytesFromBase64(textOf('mouthpiece-face'));
+  const [wav, glb] = await Promise.all([unpacked('mouthpiece-sound'), unpacked('mouthpiece-face')]);
   for (const id of ['mouthpiece-sound', 'mouthpiece-face']) document.getElementById(id).textContent = '';
   const positions = bytesFromBase64(data.control.positions_m);
   return {

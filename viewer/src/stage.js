@@ -6,6 +6,7 @@ import {
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { RoomEnvironment } from 'three/addons/environments/RoomEnvironment.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
 import { materialFor } from './materials.js';
 
 const FIELD_OF_VIEW_DEG = 24;
@@ -49,7 +50,7 @@ export class Stage {
 
   /** Parses the GLB; `parts` tell each material's kind, `focus` the box of what to look at (null: the whole). */
   async load(glb, parts, focus) {
-    const gltf = await new GLTFLoader().parseAsync(glb.buffer.slice(glb.byteOffset, glb.byteOffset + glb.byteLength), '');
+    const gltf = await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).parseAsync(glb.buffer.slice(glb.byteOffset, glb.byteOffset + glb.byteLength), '');
     this.face = gltf.scene;
     gltf.scene.traverse((object) => {
       if (!object.isMesh) return;

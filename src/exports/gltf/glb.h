@@ -16,6 +16,9 @@ struct FaceMesh;
 /// (positions and normals, sparse) for each shape and one linear weights animation; metres. `name` is the node's and
 /// the mesh's. `shapes` must come from an animation of `mesh`.
 std::string glbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name);
+/// The same in a fifth of the room, for programs that know EXT_meshopt_compression (three.js, Babylon.js, Godot's and
+/// Unity's add-ons; not Blender 3.4): places to 8 micrometres, normals to 0.5 degrees.
+std::string smallGlbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name);
 
 /// Weights that some of a head's own morph targets follow: the one called `name` column `column_of(name)` of `weights`
 /// (frames x anything), or none where that is -1.

@@ -1,9 +1,11 @@
 #include "exports/gltf/glb_model.h"
 
 #include <fmt/format.h>
+#include <meshoptimizer.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <set>
 
@@ -186,8 +188,49 @@ void GlbModel::setBounds(std::size_t accessor, std::span<const float> values, bo
   bounded["max"] = std::vector<double>(high.begin(), high.begin() + signedIndex(width));
 }
 
-std::size_t GlbModel::addAttribute(std::span<const float> values, GlbType type, bool with_bounds) {
-  const std::size_t view = addView(bytesOf(values), kArrayBuffer, widthOf(type) * sizeof(float));
+std::size_t GlbModel::addPackedView(std::string_view packed, std::size_t count, std::size_t stride, const char* mode,
+                                    const char* filter, int target) {
+  binary_.append((4 - binary_.size() % 4) % 4, '\0');
+  unpacked_bytes_ += (4 - unpacked_bytes_ % 4) % 4;
+  json how{{"buffer", 0},
+           {"byteOffset", binary_.size()},
+           {"byteLength", packed.size()},
+           {"byteStride", stride},
+           {"count", count},
+           {"mode", mode}};
+  if (filter != nullptr) how["filter"] = filter;
+  json view{{"buffer", 1},
+            {"byteOffset", unpacked_bytes_},
+            {"byteLength", count * stride},
+            {"extensions", {{"EXT_meshopt_compression", std::move(how)}}}};
+  if (target == kArrayBuffer) view["byteStride"] = stride;
+  if (target != kNoTarget) view["target"] = target;
+  binary_.append(packed);
+  unpacked_bytes_ += count * stride;
+  return put(listOf(root, "bufferViews"), free_views_, std::move(view));
+}
+
+/// The extension's exponential filter with one exponent for all: whole multiples of a power of two, 24 bits each, which
+/// come back as floats.
+std::size_t GlbModel::addPackedFloats(std::span<const float> values, std::size_t width, int target, int exponent) {
+  constexpr double kMost = (1 << 23) - 1;
+  std::vector<std::uint32_t> filtered;
+  filtered.reserve(values.size());
+  const std::uint32_t high = static_cast<std::uint32_t>(exponent & 0xFF) << 24U;
+  for (const float value : values) {
+    const double whole = std::round(std::clamp(std::ldexp(static_cast<double>(value), -exponent), -kMost, kMost));
+    filtered.push_back(high | (static_cast<std::uint32_t>(static_cast<std::int32_t>(whole)) & 0x00FFFFFFU));
+  }
+  const std::size_t stride = 4 * width, count = values.size() / width;
+  std::string packed(meshopt_encodeVertexBufferBound(count, stride), '\0');
+  packed.resize(meshopt_encodeVertexBuffer(reinterpret_cast<unsigned char*>(packed.data()), packed.size(),
+                                           filtered.data(), count, stride));
+  return addPackedView(packed, count, stride, "ATTRIBUTES", "EXPONENTIAL", target);
+}
+
+std::size_t GlbModel::addAttribute(std::span<const float> values, GlbType type, bool with_bounds, int exponent) {
+  const std::size_t view = is_packed_ ? addPackedFloats(values, widthOf(type), kArrayBuffer, exponent)
+                                      : addView(bytesOf(values), kArrayBuffer, widthOf(type) * sizeof(float));
   const std::size_t accessor = addAccessor(kFloat, type, values.size() / widthOf(type));
   root["accessors"][accessor]["bufferView"] = view;
   if (with_bounds) setBounds(accessor, values, false);
@@ -195,7 +238,14 @@ std::size_t GlbModel::addAttribute(std::span<const float> values, GlbType type, 
 }
 
 std::size_t GlbModel::addColors(std::span<const std::uint16_t> rgba) {
-  const std::size_t view = addView(bytesOf(rgba), kArrayBuffer, 8);
+  std::string packed;
+  if (is_packed_) {
+    packed.resize(meshopt_encodeVertexBufferBound(rgba.size() / 4, 8));
+    packed.resize(meshopt_encodeVertexBuffer(reinterpret_cast<unsigned char*>(packed.data()), packed.size(),
+                                             rgba.data(), rgba.size() / 4, 8));
+  }
+  const std::size_t view = is_packed_ ? addPackedView(packed, rgba.size() / 4, 8, "ATTRIBUTES", nullptr, kArrayBuffer)
+                                      : addView(bytesOf(rgba), kArrayBuffer, 8);
   const std::size_t accessor = addAccessor(kUnsignedShort, GlbType::kVec4, rgba.size() / 4);
   root["accessors"][accessor]["bufferView"] = view;
   root["accessors"][accessor]["normalized"] = true;
@@ -204,14 +254,26 @@ std::size_t GlbModel::addColors(std::span<const std::uint16_t> rgba) {
 
 std::size_t GlbModel::addIndices(std::span<const std::uint32_t> indices, std::size_t vertex_count) {
   const Indices stored(indices, vertex_count);
-  const std::size_t view = addView(stored.bytes(), kElementArrayBuffer);
+  std::string packed;
+  if (is_packed_) {
+    packed.resize(meshopt_encodeIndexBufferBound(indices.size(), vertex_count));
+    packed.resize(meshopt_encodeIndexBuffer(reinterpret_cast<unsigned char*>(packed.data()), packed.size(),
+                                            indices.data(), indices.size()));
+  }
+  const std::size_t size = stored.is_narrow ? 2 : 4;
+  const std::size_t view = is_packed_
+                               ? addPackedView(packed, indices.size(), size, "TRIANGLES", nullptr, kElementArrayBuffer)
+                               : addView(stored.bytes(), kElementArrayBuffer);
   const std::size_t accessor = addAccessor(stored.component(), GlbType::kScalar, indices.size());
   root["accessors"][accessor]["bufferView"] = view;
   return accessor;
 }
 
 std::size_t GlbModel::addScalars(std::span<const float> values, bool with_bounds) {
-  const std::size_t view = addView(bytesOf(values), kNoTarget);
+  // The times stay exact; weights are told apart by having no bounds.
+  const bool is_packed = is_packed_ && !with_bounds;
+  const std::size_t view =
+      is_packed ? addPackedFloats(values, 1, kNoTarget, kWeights) : addView(bytesOf(values), kNoTarget);
   const std::size_t accessor = addAccessor(kFloat, GlbType::kScalar, values.size());
   root["accessors"][accessor]["bufferView"] = view;
   if (with_bounds) setBounds(accessor, values, false);
@@ -219,7 +281,7 @@ std::size_t GlbModel::addScalars(std::span<const float> values, bool with_bounds
 }
 
 std::size_t GlbModel::addMostlyZeroVec3(std::span<const std::uint32_t> indices, std::span<const float> values,
-                                        std::size_t count, bool with_bounds) {
+                                        std::size_t count, bool with_bounds, int exponent) {
   MOUTHPIECE_EXPECT(values.size() == 3 * indices.size() && indices.size() <= count);
   if (indices.empty()) {
     const auto known = zeros_by_count_.find(count);
@@ -229,10 +291,10 @@ std::size_t GlbModel::addMostlyZeroVec3(std::span<const std::uint32_t> indices, 
     return zeros_by_count_[count] = accessor;
   }
   const Indices stored(indices, count);
-  if (values.size_bytes() + stored.bytes().size() >= 3 * count * sizeof(float)) {
+  if (is_packed_ || values.size_bytes() + stored.bytes().size() >= 3 * count * sizeof(float)) {
     std::vector<float> all(3 * count, 0.0F);
     for (std::size_t i = 0; i < indices.size(); ++i) std::copy_n(&values[3 * i], 3, &all[3 * std::size_t{indices[i]}]);
-    return addAttribute(all, GlbType::kVec3, with_bounds);
+    return addAttribute(all, GlbType::kVec3, with_bounds, exponent);
   }
   const std::size_t accessor = addAccessor(kFloat, GlbType::kVec3, count);
   if (with_bounds) setBounds(accessor, values, indices.size() < count);
@@ -429,6 +491,11 @@ std::string GlbModel::toBytes() && {
     json& buffers = listOf(root, "buffers");
     if (buffers.empty()) buffers.push_back(json::object());
     buffers[0]["byteLength"] = binary_.size();
+    if (unpacked_bytes_ > 0) {
+      constexpr const char* kMeshopt = "EXT_meshopt_compression";
+      buffers.push_back({{"byteLength", unpacked_bytes_}, {"extensions", {{kMeshopt, {{"fallback", true}}}}}});
+      root["extensionsUsed"] = root["extensionsRequired"] = {kMeshopt};
+    }
   }
   return glbOf(root.dump(-1, ' ', false, json::error_handler_t::replace), std::move(binary_));
 }

@@ -31,14 +31,19 @@ class GlbModel {
 
   nlohmann::json root = nlohmann::json::object();  ///< `buffers` without the binary chunk's length
 
+  /// What is added from now on is packed (EXT_meshopt_compression). Only in a model of our own, from its beginning.
+  void pack() { is_packed_ = true; }
+  [[nodiscard]] bool isPacked() const { return is_packed_; }
   /// Each returns the new accessor's number. Attributes (kVec2 or kVec3) are vertex data, one bufferView each.
-  std::size_t addAttribute(std::span<const float> values, GlbType type, bool with_bounds);
+  std::size_t addAttribute(std::span<const float> values, GlbType type, bool with_bounds, int exponent = kPlaces);
+  /// Packed numbers are multiples of 2 to this power: of places in metres, of normals, of weights and times.
+  static constexpr int kPlaces = -16, kNormals = -6, kWeights = -15;
   std::size_t addColors(std::span<const std::uint16_t> rgba);
   std::size_t addIndices(std::span<const std::uint32_t> indices, std::size_t vertex_count);
   /// `count` vec3 values, zero but for `values` (three each) at `indices` (rising): stored sparse where that is
   /// smaller; all-zero ones of a count share one accessor without data.
   std::size_t addMostlyZeroVec3(std::span<const std::uint32_t> indices, std::span<const float> values,
-                                std::size_t count, bool with_bounds);
+                                std::size_t count, bool with_bounds, int exponent = kPlaces);
 
   /// An animation called "speech" after those that are there: a key a frame.
   void addSpeech(std::size_t frame_count, double frame_rate_hz, const std::vector<SpeechTrack>& tracks);
@@ -70,7 +75,13 @@ class GlbModel {
   /// The least and the largest of each component; of zeros too where there are some beside `values`.
   void setBounds(std::size_t accessor, std::span<const float> values, bool has_zeros);
 
+  std::size_t addPackedFloats(std::span<const float> values, std::size_t width, int target, int exponent);
+  std::size_t addPackedView(std::string_view packed, std::size_t count, std::size_t stride, const char* mode,
+                            const char* filter, int target);
+
   std::string binary_;
+  bool is_packed_ = false;
+  std::size_t unpacked_bytes_ = 0;  ///< of what is packed, one view after another
   std::map<std::size_t, std::size_t> zeros_by_count_;
   std::vector<std::size_t> free_accessors_, free_views_;  ///< numbers that nothing names any more, to be used again
   bool has_holes_ = false;                                ///< the chunk holds data that no view shows

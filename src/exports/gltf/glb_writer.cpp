@@ -20,23 +20,23 @@ constexpr std::size_t kLongestName = 1000;  ///< bytes
 
 /// The vertices that one part uses, renumbered from zero.
 struct PartVertices {
-  std::vector<std::uint32_t> vertices;  ///< of the mesh, rising
+  std::vector<std::uint32_t> vertices;  ///< of the mesh: rising, or as the triangles use them first
   std::vector<std::uint32_t> indices;   ///< three a triangle, into `vertices`
 };
 
-PartVertices verticesOf(const FaceMesh& mesh, const MeshPart& part) {
+PartVertices verticesOf(const FaceMesh& mesh, const MeshPart& part, bool as_used) {
   PartVertices result;
   const auto first = mesh.triangles.begin() + signedIndex(part.first_triangle);
   const auto last = first + signedIndex(part.triangle_count);
   std::vector<std::uint32_t> renumbered(unsignedIndex(mesh.vertices.rows()), kUnused);
   for (auto triangle = first; triangle != last; ++triangle) {
-    for (const std::uint32_t vertex : *triangle) renumbered[vertex] = 0;
+    for (const std::uint32_t vertex : *triangle) {
+      if (renumbered[vertex] == kUnused) result.vertices.push_back(vertex);
+      renumbered[vertex] = 0;
+    }
   }
-  for (std::uint32_t vertex = 0; vertex < renumbered.size(); ++vertex) {
-    if (renumbered[vertex] == kUnused) continue;
-    renumbered[vertex] = static_cast<std::uint32_t>(result.vertices.size());
-    result.vertices.push_back(vertex);
-  }
+  if (!as_used) std::sort(result.vertices.begin(), result.vertices.end());
+  for (std::uint32_t i = 0; i < result.vertices.size(); ++i) renumbered[result.vertices[i]] = i;
   result.indices.reserve(3 * part.triangle_count);
   for (auto triangle = first; triangle != last; ++triangle) {
     for (const std::uint32_t vertex : *triangle) result.indices.push_back(renumbered[vertex]);
@@ -63,11 +63,10 @@ struct ListedVertex {
 /// The part's vertices among `vertices` (rising), those of a row's columns.
 std::vector<ListedVertex> listedOf(const PartVertices& part, const std::vector<std::uint32_t>& vertices) {
   std::vector<ListedVertex> listed;
-  std::size_t at = 0;
   for (std::uint32_t i = 0; i < part.vertices.size(); ++i) {
-    while (at < vertices.size() && vertices[at] < part.vertices[i]) ++at;
-    if (at < vertices.size() && vertices[at] == part.vertices[i])
-      listed.push_back({i, static_cast<std::uint32_t>(3 * at)});
+    const auto found = std::lower_bound(vertices.begin(), vertices.end(), part.vertices[i]);
+    if (found != vertices.end() && *found == part.vertices[i])
+      listed.push_back({i, static_cast<std::uint32_t>(3 * (found - vertices.begin()))});
   }
   return listed;
 }
@@ -75,6 +74,7 @@ std::vector<ListedVertex> listedOf(const PartVertices& part, const std::vector<s
 /// The part's values of one shape as an accessor; only `listed` ones may differ from zero.
 std::size_t addTarget(const PartVertices& part, const std::vector<ListedVertex>& listed, const float* row, float scale,
                       bool with_bounds, GlbModel& model) {
+  const int exponent = with_bounds ? GlbModel::kPlaces : GlbModel::kNormals;
   std::vector<std::uint32_t> indices;
   std::vector<float> values;
   indices.reserve(listed.size());
@@ -85,7 +85,7 @@ std::size_t addTarget(const PartVertices& part, const std::vector<ListedVertex>&
     indices.push_back(number);
     values.insert(values.end(), {scale * value[0], scale * value[1], scale * value[2]});
   }
-  return model.addMostlyZeroVec3(indices, values, part.vertices.size(), with_bounds);
+  return model.addMostlyZeroVec3(indices, values, part.vertices.size(), with_bounds, exponent);
 }
 
 std::vector<std::uint16_t> gatheredColors(const PartVertices& part, const FaceMesh& mesh) {
@@ -114,12 +114,13 @@ nlohmann::json materialOf(const MeshPart& part) {
 
 nlohmann::json primitiveOf(const FaceMesh& mesh, const MeshPart& part, const PrincipalShapes& shapes,
                            const ShapeNormals& normals, GlbModel& model) {
-  const PartVertices own = verticesOf(mesh, part);
+  const PartVertices own = verticesOf(mesh, part, model.isPacked());
   const float metres = asFloat(mesh.metres_per_unit);
   constexpr int kTriangles = 4;
   nlohmann::json primitive{{"mode", kTriangles}, {"attributes", nlohmann::json::object()}};
   const auto attribute = [&](const char* name, const std::vector<float>& values, GlbType type, bool with_bounds) {
-    primitive["attributes"][name] = model.addAttribute(values, type, with_bounds);
+    primitive["attributes"][name] =
+        model.addAttribute(values, type, with_bounds, with_bounds ? GlbModel::kPlaces : GlbModel::kNormals - 2);
   };
   attribute("POSITION", gathered(own, shapes.rest.data(), metres), GlbType::kVec3, true);
   attribute("NORMAL", gathered(own, normals.rest.data(), 1.0F), GlbType::kVec3, false);
@@ -153,11 +154,14 @@ std::size_t largestBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, co
 
 }  // namespace
 
-std::string glbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name) {
+namespace {
+
+std::string written(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name, bool is_small) {
   MOUTHPIECE_EXPECT(3 * mesh.vertices.rows() == shapes.rest.cols());
   MOUTHPIECE_EXPECT(!mesh.triangles.empty() && !mesh.parts.empty());
   ShapeNormals normals = shapeNormals(mesh.triangles, shapes);
   GlbModel model;
+  if (is_small) model.pack();
   model.reserve(largestBytes(mesh, shapes, normals));
   const std::string shown_name = printable(name, kLongestName);
   nlohmann::json face{{"name", shown_name}, {"primitives", nlohmann::json::array()}};
@@ -183,6 +187,16 @@ std::string glbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::s
   model.root["scene"] = 0;
   model.root["meshes"] = {std::move(face)};
   return std::move(model).toBytes();
+}
+
+}  // namespace
+
+std::string glbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name) {
+  return written(mesh, shapes, name, false);
+}
+
+std::string smallGlbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name) {
+  return written(mesh, shapes, name, true);
 }
 
 }  // namespace mouthpiece

@@ -84,7 +84,7 @@ void addSharedOptions(CLI::App& app, SharedOptions& options) {
   addChoice(app, "--hear", speaker.hear, {{"auto", Hear::kAuto}, {"words", Hear::kWords}, {"phones", Hear::kPhones}},
             "A recording without its words: recognise words of US English, phones of any language, or words where they "
             "fit what is heard and phones elsewhere (default: auto)");
-  app.add_option("--fps", manner.frame_rate_hz, "Frames a second, 24 to 240")->capture_default_str();
+  app.add_option("--fps", manner.frame_rate_hz, "Frames a second, 23.976 to 240")->capture_default_str();
   using Method = Manner::Method;
   addChoice(
       app, "--method", manner.method,

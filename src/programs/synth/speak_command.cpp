@@ -15,8 +15,9 @@ constexpr std::size_t kMaxTextFileBytes = 1 << 20;
 
 struct SpeakOptions : SharedOptions {
   Line line;
-  std::filesystem::path text_file, lyrics;
-  std::string transcript;
+  std::filesystem::path text_file, transcript_file, lyrics;
+  std::string transcript, lyrics_text;
+  bool strict = false;
   std::filesystem::path out_folder = "out";
   std::vector<std::filesystem::path> out_files;
 };
@@ -38,7 +39,7 @@ std::string namesOf(bool in_folder) {
 
 void addOptions(CLI::App& app, SpeakOptions& options) {
   auto* text = app.add_option("--text", options.line.text, "The line to speak");
-  auto* file = app.add_option("--text-file", options.text_file, "A file with the line to speak");
+  auto* file = app.add_option("--text-file", options.text_file, "A file with the line to speak; -: standard input");
   auto* audio = app.add_option("--audio", options.line.audio,
                                "A recording to animate instead; what it says is recognised, unless --transcript, "
                                "--phones, --times or --lyrics tell");
@@ -46,14 +47,24 @@ void addOptions(CLI::App& app, SpeakOptions& options) {
   auto* transcript =
       app.add_option("--transcript", options.transcript, "What the recording says: its labels are found");
   transcript->needs(audio)->excludes(phones);
+  auto* transcript_file = app.add_option("--transcript-file", options.transcript_file,
+                                         "A file with what the recording says; -: standard input");
+  transcript_file->needs(audio)->excludes(phones)->excludes(transcript);
   auto* times = app.add_option("--times", options.line.times,
                                "Words and times of another program: JSON of Whisper, Vosk, Gentle, Azure, Polly, "
                                "ElevenLabs, Piper or Rhubarb, Rhubarb's TSV or XML, TextGrid, CTM, SRT, WebVTT");
-  times->needs(audio)->excludes(phones)->excludes(transcript);
+  times->needs(audio)->excludes(phones)->excludes(transcript)->excludes(transcript_file);
   auto* hint = app.add_option("--hint", options.line.hint, "Words and phrases that are likely in the recording");
-  hint->needs(audio)->excludes(phones)->excludes(transcript)->excludes(times);
+  hint->needs(audio)->excludes(phones)->excludes(transcript)->excludes(transcript_file)->excludes(times);
   auto* lyrics = app.add_option("--lyrics", options.lyrics, "The recording is of a song; a file with its words");
-  lyrics->needs(audio)->excludes(transcript)->excludes(times)->excludes(hint);
+  lyrics->needs(audio)->excludes(transcript)->excludes(transcript_file)->excludes(times)->excludes(hint);
+  app.add_option("--lyrics-text", options.lyrics_text, "The same, the words themselves")
+      ->needs(audio)
+      ->excludes(transcript)
+      ->excludes(transcript_file)
+      ->excludes(times)
+      ->excludes(hint)
+      ->excludes(lyrics);
   auto* song = app.add_option("--song", options.line.song, "A song to sing: song.json or MusicXML");
   song->excludes(text, file, audio);
   text->excludes(file, audio);
@@ -65,6 +76,7 @@ void addOptions(CLI::App& app, SpeakOptions& options) {
                  "A single file, repeatable; its kind follows from the ending (besides those of a folder: " +
                      namesOf(false) + ")")
       ->excludes(folder);
+  app.add_flag("--strict", options.strict, "What makes the line doubtful is an error: nothing is written");
   addSharedOptions(app, options);
   app.callback([&app] {
     if (!app.get_subcommands().empty()) return;
@@ -76,7 +88,8 @@ void addOptions(CLI::App& app, SpeakOptions& options) {
 }
 
 std::string textOf(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
+  const bool is_input = file == "-";
+  std::ifstream stream(is_input ? "/dev/stdin" : file, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(stream), {}};
   if (!stream.is_open()) throw InputError(file.string(), "", "cannot be read; expected a text file");
   if (text.size() > kMaxTextFileBytes) throw InputError(file.string(), "", "is over 1 MiB; expected one line of text");
@@ -91,7 +104,12 @@ Line lineOf(const SpeakOptions& options) {
     return sung;
   }
   Line line = options.line;
+  if (!options.lyrics_text.empty()) {
+    line.text = options.lyrics_text;
+    line.is_sung = true;
+  }
   if (!options.transcript.empty()) line.text = options.transcript;
+  if (!options.transcript_file.empty()) line.text = textOf(options.transcript_file);
   if (!options.text_file.empty()) line.text = textOf(options.text_file);
   return line;
 }
@@ -116,6 +134,9 @@ int runSpeak(const SpeakOptions& options) {
   const Line line = lineOf(options);
   Speaker speaker(wanted);
   const Performance performance = performed(speaker, line, options.text_file);
+  if (options.strict && !performance.warnings().empty())
+    throw InputError(fmt::format("{} (--strict: {} in all; nothing is written)", performance.warnings().front(),
+                                 performance.warnings().size()));
   save(performance, files);
   for (const std::string& warning : performance.warnings()) printNotice(warning, options.quiet);
   if (options.json) {

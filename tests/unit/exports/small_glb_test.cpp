@@ -1,0 +1,45 @@
+// The packed GLB against the plain one, by value.
+#include <gtest/gtest.h>
+
+#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/mesh_reader.h"
+#include "exports/gltf/glb.h"
+#include "talking_head.h"
+
+namespace mouthpiece {
+namespace {
+
+TEST(SmallGlb, LosesUnderATenthOfAMillimetre) {
+  const testing::TalkingHead head = testing::makeTalkingHead({.ripple_mm = 0.6});
+  const PrincipalShapes shapes = principalShapes(head.animation, head.mesh.vertices, head.mesh.metres_per_unit);
+  const std::string plain = glbBytes(head.mesh, shapes, "head"), small = smallGlbBytes(head.mesh, shapes, "head");
+  EXPECT_LT(3 * small.size(), plain.size());
+
+  const FaceMesh a = parseFaceMesh(plain, "a.glb"), b = parseFaceMesh(small, "b.glb");
+  const FaceShapes moves_a = parseFaceShapes(plain, "a.glb"), moves_b = parseFaceShapes(small, "b.glb");
+  ASSERT_EQ(a.triangles.size(), b.triangles.size());
+  ASSERT_EQ(moves_a.names, moves_b.names);
+  ASSERT_EQ(moves_a.moves.size(), unsignedIndex(shapes.shapeCount()));
+  const double mm = 1000 * a.metres_per_unit;
+  double worst = 0;
+  for (const Eigen::Index frame : {0, 11, 30, 47, 71, 90, 119}) {
+    VertexPositions at_a = a.vertices, at_b = b.vertices;
+    for (std::size_t k = 0; k < moves_a.moves.size(); ++k) {
+      at_a += shapes.weights(frame, signedIndex(k)) * moves_a.moves[k];
+      at_b += shapes.weights(frame, signedIndex(k)) * moves_b.moves[k];
+    }
+    // The vertices stand in another order; triangles and their corners do not.
+    for (std::size_t t = 0; t < a.triangles.size(); ++t) {
+      for (std::size_t corner = 0; corner < 3; ++corner) {
+        const Eigen::RowVector3f off = at_a.row(signedIndex(std::size_t{a.triangles[t][corner]})) -
+                                       at_b.row(signedIndex(std::size_t{b.triangles[t][corner]}));
+        worst = std::max(worst, mm * static_cast<double>(off.norm()));
+      }
+    }
+  }
+  EXPECT_LT(worst, 0.1) << "mm";
+  EXPECT_GT(worst, 0) << "nothing was packed";
+}
+
+}  // namespace
+}  // namespace mouthpiece
