@@ -278,11 +278,13 @@ SynthesisPlan withUnits(SynthesisPlan plan, const SpeechLabels& labels, const Un
 SpeechDials withDials(SpeechDials dials, const std::vector<DialEdit>& edits, Seconds duration,
                       std::vector<std::string>& warnings) {
   for (const DialEdit& edit : edits) {
-    if (edit.span.start >= duration || edit.span.end <= 0)
+    if (edit.span.start >= duration || edit.span.end <= 0) {
       warnings.push_back(
           fmt::format("an edit does not apply: {} from {:.2f} s to {:.2f} s lies beyond the line's end "
                       "at {:.2f} s",
                       edit.dial, edit.span.start, edit.span.end, duration));
+      continue;
+    }
     for (const DialRow& dial : kSpeechDials) {
       if (dial.name == edit.dial) dials.*dial.signal = withEdit(dials.*dial.signal, edit);
     }

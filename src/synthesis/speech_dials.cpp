@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kMostGain = 2;        ///< of all dials together
 constexpr double kMostReach = 2;       ///< of the widest viseme's pose
+constexpr double kMostBeyond = 1.25;   ///< of the farthest that the chin sinks in the line
 constexpr double kClosedWithin = 0.5;  ///< mm beyond the speaker's usual closure
 
 /// Row at a time between the frames, evenly spaced.
@@ -133,14 +134,17 @@ struct Reach {
 std::size_t keepWithinReach(const PositionMatrix& before, const LineToRender& line, PositionMatrix& positions) {
   if (!line.model.isPossible()) return 0;
   const VisemePoses& poses = line.model.poses();
-  const Reach reach(poses);
+  Reach reach(poses);
+  reach.chin_mm *= kMostReach;
+  for (Eigen::Index k = 0; k < before.rows(); ++k)
+    reach.chin_mm = std::max(reach.chin_mm, kMostBeyond * chinDropOf(poses, before.row(k) - line.rest()));
   std::size_t held = 0;
   for (Eigen::Index k = 0; k < positions.rows(); ++k) {
     if (positions.row(k) == before.row(k)) continue;
     const Eigen::RowVectorXd was = before.row(k) - line.rest();
     Eigen::RowVectorXd now = positions.row(k) - line.rest();
     const double drop = chinDropOf(poses, now), was_drop = chinDropOf(poses, was);
-    const double most = std::max(was_drop, kMostReach * reach.chin_mm);
+    const double most = std::max(was_drop, reach.chin_mm);
     bool is_held = drop > most;
     if (is_held) now -= (drop - most) * poses.jaw_direction;
     const double left = std::min(drop, most);

@@ -84,6 +84,47 @@ const checks = {
     assert.equal(await (await shownLine(page, 'the time is now')).evaluate(() => mouthpiece.report.text), 'the time is now');
   },
 
+  async 'a line is changed on its page and made again; the first stays'(page) {
+    let frame = await shownLine(page, 'the time is now');
+    await frame.locator('#edit').click();
+    const word = await frame.locator('.word', { hasText: 'now' }).last().boundingBox();
+    await page.mouse.dblclick(word.x + word.width / 2, word.y + 10);
+    await frame.locator('.retype').fill('here');
+    await page.keyboard.press('Enter');
+    const track = frame.locator('.edit-track canvas').first();
+    await track.focus();
+    await page.keyboard.press('Enter');
+    await page.keyboard.press('ArrowUp');
+    await frame.locator('#apply').click();
+    frame = await shownLine(page, 'the time is here');
+    const now = await frame.evaluate(() => ({ text: mouthpiece.report.text, kinds: mouthpiece.edits.map(({ kind }) => kind), strength: mouthpiece.report.settings.strength }));
+    assert.equal(now.text, 'the time is here');
+    assert.deepEqual(now.kinds.sort(), ['dial', 'word']);
+    assert.ok(now.strength, 'the dial was turned');
+    assert.equal(await frame.locator('#editor').isVisible(), true, 'the editor is as it was');
+    await frame.locator('#undo').click();
+    assert.ok((await frame.evaluate(() => mouthpiece.edits.length)) >= 1);
+    await frame.locator('#redo').click();
+    const text = (folder) => JSON.parse(readFileSync(join(out, folder, 'report.json'), 'utf8')).text;
+    assert.equal(text('001-the-time-is-now'), 'the time is now');
+    assert.equal(text('001-the-time-is-now.2'), 'the time is here');
+    assert.ok(existsSync(join(out, '001-the-time-is-now.2', 'edits.json')));
+  },
+
+  async 'a unit shows the take that it came from'(page) {
+    const frame = await shownLine(page, 'the time is here');
+    await frame.evaluate(() => mouthpiece.seek(0.3));
+    await frame.locator('#edit-unit button', { hasText: 'source' }).click();
+    const beside = await (await page.locator('.beside iframe').elementHandle()).contentFrame();
+    await beside.waitForFunction(() => window.mouthpiece, null, { timeout: 60000 });
+    const source = await beside.evaluate(() => ({ method: mouthpiece.report.method, take: mouthpiece.report.units[0].take, frames: mouthpiece.frameCount }));
+    assert.equal(source.method, 'as captured');
+    assert.ok(source.take && source.frames > 10, JSON.stringify(source));
+    await page.waitForTimeout(1500);
+    await page.screenshot({ path: `${screenshotStem}_source.png` });
+    await page.locator('.beside button').click();
+  },
+
   async 'files of a line can be had'(page) {
     const [download] = await Promise.all([page.waitForEvent('download'), page.locator('#downloads a', { hasText: 'phones.TextGrid' }).click()]);
     assert.equal(download.suggestedFilename(), 'phones.TextGrid');

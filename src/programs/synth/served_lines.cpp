@@ -64,12 +64,10 @@ fs::path freeName(const fs::path& folder, const std::string& name) {
 }
 
 json wishFields(const LineWish& wish) {
-  return {{"text", wish.text},
-          {"recording", wish.recording},
-          {"voice", wish.voice},
-          {"face", wish.face},
-          {"language", wish.language},
-          {"edits", wish.edits.empty() ? json::array() : json::parse(wish.edits, nullptr, false)}};
+  json edits = json::parse(wish.edits, nullptr, false);
+  if (!edits.is_array()) edits = json::array();
+  return {{"text", wish.text}, {"recording", wish.recording}, {"voice", wish.voice},
+          {"face", wish.face}, {"language", wish.language},   {"edits", std::move(edits)}};
 }
 
 std::string titleOf(const LineWish& wish) { return wish.text.empty() ? wish.recording : wish.text; }
@@ -316,16 +314,18 @@ std::string ServedLines::sourcePage(std::size_t line, std::size_t unit) const {
 void ServedLines::work(std::stop_token stop) {
   while (!stop.stop_requested()) {
     std::size_t line = 0;
+    bool is_head = false;
     {
       std::unique_lock lock(mutex_);
       if (!woken_.wait(lock, stop, [this] { return !waiting_.empty(); })) return;
       line = waiting_.front();
       waiting_.pop_front();
       lines_[line].state = State::kWorking;
+      is_head = lines_[line].is_head;
     }
     const auto start = std::chrono::steady_clock::now();
     try {
-      lines_[line].is_head ? fit(line) : make(line);
+      is_head ? fit(line) : make(line);
       const std::scoped_lock lock(mutex_);
       lines_[line].took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       lines_[line].state = State::kDone;
