@@ -1,4 +1,4 @@
-// Builds the page template and, beside it, serve.html: node build.mjs OUTPUT.html. Each is one file: style and script
+// Builds the page template and, beside it, serve.html and studio.html: node build.mjs OUTPUT.html. Each is one file: style and script
 // inlined, nothing fetched.
 // Node modules are looked for in MOUTHPIECE_NODE_MODULES (the build folder's), else beside this file.
 import { createHash } from 'node:crypto';
@@ -59,3 +59,4 @@ if (page.split('<!-- mouthpiece:data -->').length !== 2) throw new Error('page.h
 mkdirSync(dirname(output), { recursive: true });
 writeFileSync(output, page);
 writeFileSync(join(dirname(output), 'serve.html'), await builtPage('serve/serve.html', 'serve/main.js', 'serve/serve.css'));
+writeFileSync(join(dirname(output), 'studio.html'), await builtPage('studio/studio.html', 'studio/main.js', 'studio/studio.css'));

@@ -136,7 +136,7 @@ class VideoTaker {
   /// Finds out about the person: in person.json, or in the first clips, which are then written, too. Gives how many.
   std::size_t meetPerson(const std::vector<std::string>& names, const std::function<void()>& advance) {
     if (fs::exists(personFile())) {
-      readPerson();
+      takeUpPerson();
       return 0;
     }
     const std::size_t count = std::min(names.size(), kClipsForPerson);
@@ -149,7 +149,7 @@ class VideoTaker {
     }
     if (!found.empty()) {
       result_.person = measurePerson(found, options_.layout, options_.eye_corners_mm).value_or(FilmedPerson{});
-      writePerson();
+      writePerson(personFile(), result_.person);
     }
     for (std::size_t i = 0; i < count; ++i) {
       if (tracks[i]) tryClip(names[i], [&](const std::string& name) { writeTake(name, *tracks[i]); });
@@ -158,27 +158,12 @@ class VideoTaker {
     return count;
   }
 
-  void readPerson() {
-    const std::string text = readFile(personFile(), 1 << 20);
-    const JsonField json = parseJson(text, personFile().string(), "what is known of a filmed person");
-    FilmedPerson& person = result_.person;
-    person.eye_corners_mm = json["eye_corners_mm"].number(kLeastEyeCornersMm, kMostEyeCornersMm);
-    person.noise_mm = json["noise_mm"].number(0, 10);
-    person.inner_closed_mm = json["inner_closed_mm"].number(0, 20);
-    person.closed_lips_mm = json["closed_lips_mm"].number(0, 60);
-    if (options_.eye_corners_mm && std::abs(*options_.eye_corners_mm - person.eye_corners_mm) > 1e-6)
+  void takeUpPerson() {
+    result_.person = readPerson(personFile());
+    const double size_mm = result_.person.eye_corners_mm;
+    if (options_.eye_corners_mm && std::abs(*options_.eye_corners_mm - size_mm) > 1e-6)
       throw InputError(personFile().string(), "",
-                       fmt::format("has another size, {:.1f} mm; take another folder", person.eye_corners_mm));
-  }
-
-  void writePerson() {
-    FilmedPerson& person = result_.person;
-    person.eye_corners_mm = std::clamp(person.eye_corners_mm, kLeastEyeCornersMm, kMostEyeCornersMm);
-    const nlohmann::json json{{"eye_corners_mm", person.eye_corners_mm},
-                              {"noise_mm", person.noise_mm},
-                              {"inner_closed_mm", person.inner_closed_mm},
-                              {"closed_lips_mm", person.closed_lips_mm}};
-    writeFileAtomically(personFile(), json.dump(2) + "\n");
+                       fmt::format("has another size, {:.1f} mm; take another folder", size_mm));
   }
 
   void writeTake(const std::string& name, const FaceTrack& track) {
@@ -207,6 +192,23 @@ class VideoTaker {
 };
 
 }  // namespace
+
+FilmedPerson readPerson(const fs::path& file) {
+  const JsonField json = parseJson(readFile(file, 1 << 20), file.string(), "what is known of a filmed person");
+  return {.eye_corners_mm = json["eye_corners_mm"].number(kLeastEyeCornersMm, kMostEyeCornersMm),
+          .noise_mm = json["noise_mm"].number(0, 10),
+          .inner_closed_mm = json["inner_closed_mm"].number(0, 20),
+          .closed_lips_mm = json["closed_lips_mm"].number(0, 60)};
+}
+
+void writePerson(const fs::path& file, const FilmedPerson& person) {
+  const nlohmann::json json{
+      {"eye_corners_mm", std::clamp(person.eye_corners_mm, kLeastEyeCornersMm, kMostEyeCornersMm)},
+      {"noise_mm", person.noise_mm},
+      {"inner_closed_mm", person.inner_closed_mm},
+      {"closed_lips_mm", person.closed_lips_mm}};
+  writeFileAtomically(file, json.dump(2) + "\n");
+}
 
 VideoTakes trackVideos(const std::vector<fs::path>& clips, const fs::path& folder, const fs::path& models,
                        const VideoTakesOptions& options,

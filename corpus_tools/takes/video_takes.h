@@ -12,6 +12,10 @@
 
 namespace mouthpiece {
 
+/// What is known of a filmed person, as JSON. readPerson() throws InputError for another file.
+FilmedPerson readPerson(const std::filesystem::path& file);
+void writePerson(const std::filesystem::path& file, const FilmedPerson& person);
+
 struct VideoTakesOptions {
   MarkerLayout layout;  ///< those of its markers that have a FaceMesh landmark are written
   /// Distance of the person's outer eye corners; none: from the size of the irises. What is found out about the person

@@ -60,6 +60,8 @@ double FaceTrack::seenShare() const {
   return frames.empty() ? 0 : asReal(seen) / asReal(frames.size());
 }
 
+double FaceTrack::lostShare() const { return images == 0 ? 0 : asReal(lost_images) / asReal(images + lost_images); }
+
 FaceTrack evenTrack(std::span<const Seconds> times, std::vector<std::optional<FaceLandmarks>> landmarks) {
   MOUTHPIECE_EXPECT(times.size() >= 2 && times.size() == landmarks.size());
   FaceTrack track;
@@ -73,6 +75,10 @@ FaceTrack evenTrack(std::span<const Seconds> times, std::vector<std::optional<Fa
   track.had_even_steps = false;
   const double step = usualStep(times);
   track.frame_rate_hz = usualRate(1 / step);
+  for (std::size_t i = 1; i < times.size(); ++i) {
+    const double steps = std::round((times[i] - times[i - 1]) / step);
+    if (steps > 1) track.lost_images += static_cast<std::size_t>(steps) - 1;
+  }
   const auto count = static_cast<std::size_t>(std::floor(length * track.frame_rate_hz + 1e-6)) + 1;
   std::size_t after = 1;
   for (std::size_t frame = 0; frame < count; ++frame) {

@@ -19,10 +19,13 @@ struct FaceTrack {
   std::vector<std::optional<FaceLandmarks>> frames;  ///< pixels; none: no face was found
   AudioClip sound;                                   ///< from the first frame on
   std::size_t images = 0;                            ///< how many the video has
+  std::size_t lost_images = 0;                       ///< that should have come between those, by the usual step
   bool had_even_steps = true;                        ///< false: its times were not even; frames lie between images
 
   /// Frames with a face, as a share of all.
   [[nodiscard]] double seenShare() const;
+  /// Images that were lost, as a share of those that should have come.
+  [[nodiscard]] double lostShare() const;
 };
 
 /// Landmarks at the images' own times, rising, as a track with even steps: where the times are even to a twentieth of a

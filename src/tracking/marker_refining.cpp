@@ -21,7 +21,7 @@ constexpr std::array<Eigen::Index, 34> kHeadLandmarks{10,  151, 9,   8,  168, 6,
                                                       362, 103, 332, 67, 297, 54,  284, 109, 338, 21, 251, 127,
                                                       356, 162, 389, 69, 299, 108, 337, 104, 333, 4};
 /// How far the inner lips open, over what they read while touching, until the lips no longer count as closed.
-constexpr double kOpeningMm = 1.2;
+constexpr double kOpeningMm = 0.7;
 constexpr Eigen::Index kRestFrames = 8;  // a third of a second at 25 Hz
 
 double innerGap(const FaceLandmarks& face) {
@@ -159,7 +159,7 @@ std::optional<FilmedPerson> measurePerson(std::span<const FaceTrack> tracks, con
         closed.push_back(scale * (frame->row(kUpperLip) - frame->row(kLowerLip)).norm());
     }
   }
-  if (!closed.empty()) person.closed_lips_mm = quantile(std::move(closed), 0.25);
+  if (!closed.empty()) person.closed_lips_mm = median(std::move(closed));
   return person;
 }
 

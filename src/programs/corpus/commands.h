@@ -15,6 +15,7 @@ Command infoCommand();
 Command promptsCommand();
 Command reportCommand();
 Command sampleCommand();
+Command studioCommand();
 Command tagCommand();
 Command trackCommand();
 Command tuneCommand();

@@ -7,6 +7,7 @@ int main(int argc, char** argv) {
                      "corpus build takes --out mine.corpus\ncorpus info mine.corpus\ncorpus build --help", {}},
                     {sampleCommand(), buildCommand(), alignCommand(), tagCommand(), infoCommand(), checkCommand(),
                      convertCommand(), cleanCommand(), tuneCommand(), evaluateCommand(), reportCommand(), trackCommand(),
+                     studioCommand(),
                      promptsCommand()},
                     argc, argv);
 }

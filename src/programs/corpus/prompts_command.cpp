@@ -1,79 +1,25 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <optional>
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "base/text_encoding.h"
 #include "corpus_tools/report/prompts.h"
 #include "corpus_tools/sample/sample_corpus.h"
 #include "hearing/alignment/pronouncer.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
+#include "programs/corpus/prompt_sentences.h"
 
 namespace mouthpiece {
 namespace {
-
-constexpr std::uint64_t kMaxTextBytes = 64 << 20;
 
 struct PromptsArguments {
   bool quiet = false;
   std::size_t count = 55;
   std::filesystem::path grammar, text, running, pairs, lexicon, curve;
 };
-
-std::vector<std::string> linesOf(std::string_view text) {
-  std::vector<std::string> lines;
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    std::string line(text.substr(0, end));
-    text.remove_prefix(std::min(end + 1, text.size()));
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (line.find_first_not_of(" \t") != std::string::npos && line.front() != '#') lines.push_back(std::move(line));
-  }
-  return lines;
-}
-
-std::vector<std::string> sentencesOf(const std::filesystem::path& file, bool is_grammar) {
-  const std::string text = decodeText(readFile(file, kMaxTextBytes), file.string());
-  std::vector<std::string> sentences = is_grammar ? sentencesOfGrammar(text, file.string()) : linesOf(text);
-  if (sentences.empty()) throw InputError(file.string(), "", "holds no sentence; expected one a line");
-  return sentences;
-}
-
-bool saysSomething(std::string_view phrase) {
-  return std::any_of(phrase.begin(), phrase.end(),
-                     [](unsigned char byte) { return std::isalnum(byte) != 0 || byte >= 0x80; });
-}
-
-/// The parts of a sentence between which a speaker stops: at a sign of punctuation before a blank.
-std::vector<std::string_view> phrasesOf(std::string_view sentence) {
-  std::vector<std::string_view> phrases;
-  while (!sentence.empty()) {
-    std::size_t end = sentence.find_first_of(",;:.!?");
-    while (end != std::string_view::npos && end + 1 < sentence.size() && sentence[end + 1] != ' ')
-      end = sentence.find_first_of(",;:.!?", end + 1);
-    end = std::min(end, sentence.size());
-    if (saysSomething(sentence.substr(0, end))) phrases.push_back(sentence.substr(0, end));
-    sentence.remove_prefix(std::min(end + 1, sentence.size()));
-  }
-  return phrases;
-}
-
-Prompt promptOf(const std::string& sentence, const Pronouncer& pronouncer) {
-  Prompt prompt{sentence, {}};
-  for (const std::string_view phrase : phrasesOf(sentence)) {
-    const std::vector<TranscriptWord> words = pronouncer.wordsOf(phrase);
-    if (!words.empty() && !prompt.phones.empty()) prompt.phones.push_back(Phone::kSil);
-    for (const TranscriptWord& word : words) {
-      const auto& phones = word.ways.front().phones;
-      prompt.phones.insert(prompt.phones.end(), phones.begin(), phones.end());
-    }
-  }
-  return prompt;
-}
 
 std::vector<Prompt> promptsFor(const std::vector<std::string>& sentences, const PromptsArguments& given) {
   const Lexicon lexicon = lexiconFrom(given.lexicon);
@@ -90,7 +36,7 @@ std::vector<Prompt> promptsFor(const std::vector<std::string>& sentences, const 
 /// Of a table made by --pairs, or counted in text.
 PairShares runningShares(const PromptsArguments& given) {
   if (given.running.extension() == ".csv")
-    return parsePairShares(readFile(given.running, kMaxTextBytes), given.running.string());
+    return parsePairShares(readFile(given.running, kMostPromptBytes), given.running.string());
   const PairShares shares = pairShares(promptsFor(sentencesOf(given.running, false), given));
   if (!given.pairs.empty()) writeFileAtomically(given.pairs, pairSharesToCsv(shares));
   return shares;
@@ -134,7 +80,7 @@ int runPrompts(const PromptsArguments& given) {
   if (!given.running.empty()) weights = runningShares(given);
   const ChosenPrompts chosen = choosePrompts(prompts, given.count, weights ? &*weights : nullptr);
   for (const std::size_t sentence : chosen.sentences)
-    printText(printable(prompts[sentence].text, kMaxTextBytes) + "\n");
+    printText(printable(prompts[sentence].text, kMostPromptBytes) + "\n");
   noteCurve(chosen, given.quiet);
   if (!given.curve.empty()) writeCurve(chosen, given.curve);
   return kExitDone;

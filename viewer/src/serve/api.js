@@ -11,10 +11,10 @@ async function asked(path, parameters, options = {}) {
   try {
     reply = await fetch(addressOf(path, parameters), { ...options, headers: { 'X-Mouthpiece-Token': token } });
   } catch {
-    throw new Error('synth serve does not answer: it was ended, or is busy. Start it again and open the address that it prints.');
+    throw new Error('The program does not answer: it was ended, or is busy. Start it again and open the address that it prints.');
   }
   const told = await reply.json().catch(() => ({}));
-  if (!reply.ok) throw new Error(told.error ?? `synth serve answers ${reply.status}`);
+  if (!reply.ok) throw new Error(told.error ?? `The program answers ${reply.status}`);
   return told;
 }
 
