@@ -1,0 +1,219 @@
+// synth --stream: what comes in on standard input goes out as frames.
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "programs/synth/stream_input.h"
+#include "support/error_of.h"
+#include "support/run_program.h"
+
+namespace mouthpiece::test {
+namespace {
+
+namespace fs = std::filesystem;
+const fs::path kStreamShare = MOUTHPIECE_BUILD_SHARE_DIR;
+
+std::vector<std::string> sentencesOf(const std::string& text) {
+  const ScratchFolder scratch;
+  const std::atomic<bool> is_stopped = false;
+  SentenceReader reader(scratch.write("text.txt", text).string(), is_stopped);
+  std::vector<std::string> sentences;
+  while (const auto sentence = reader.next()) sentences.push_back(*sentence);
+  return sentences;
+}
+
+TEST(SentenceReader, CutsAtSentencesAndLongOnesAtPauses) {
+  EXPECT_EQ(sentencesOf("Dr. Who paid 3.50 today. Did he? Yes!\nAnd then\n\n ... \nthe rest"),
+            (std::vector<std::string>{"Dr. Who paid 3.50 today.", " Did he?", " Yes!", "And then\n", "the rest"}));
+  std::string clauses;
+  for (int i = 0; i < 100; ++i) clauses += "one more clause, ";
+  for (const std::string& part : sentencesOf(clauses)) EXPECT_LE(part.size(), 220U);
+  std::string words;
+  for (int i = 0; i < 500; ++i) words += "word ";
+  std::string joined;
+  for (const std::string& part : sentencesOf(words)) {
+    EXPECT_LE(part.size(), 401U);
+    joined += part;
+  }
+  EXPECT_EQ(joined, words);
+  std::string unbroken;
+  for (int i = 0; i < 5000; ++i) unbroken += "日";
+  joined.clear();
+  for (const std::string& part : sentencesOf(unbroken)) {
+    EXPECT_EQ(part.size() % 3, 0U) << "characters stay whole";
+    joined += part;
+  }
+  EXPECT_EQ(joined, unbroken);
+  EXPECT_TRUE(sentencesOf("").empty());
+  EXPECT_TRUE(sentencesOf(" \n . \n").empty());
+}
+
+class Streaming : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!fs::exists(kStreamShare / "sample.corpus"))
+      GTEST_SKIP() << "no sample corpus in " << kStreamShare << ": run `make data`";
+  }
+  /// synth --stream with `input` on standard input.
+  ProgramResult run(const std::string& arguments, const std::string& input) const {
+    const fs::path file = scratch_.write("input", input);
+    const std::string synth = (fs::path(MOUTHPIECE_BIN_DIR) / "synth").string();
+    return runProgram("/bin/sh", {"-c", synth + " --stream " + arguments + " < " + file.string()}, scratch_.path());
+  }
+  /// Two seconds that are loud and quiet by turns, 16 bits.
+  static std::string someSound() {
+    std::string bytes;
+    for (int i = 0; i < 32000; ++i) {
+      const double loud = 0.5 + 0.5 * std::sin(i / 900.0);
+      const auto value = static_cast<std::int16_t>(6000 * loud * std::sin(i * 0.09) * std::sin(i * 0.31));
+      bytes.push_back(static_cast<char>(value & 0xFF));
+      bytes.push_back(static_cast<char>(value >> 8));
+    }
+    return bytes;
+  }
+  static std::string stamped(const std::string& bytes, const std::vector<std::size_t>& chunks) {
+    std::string sent;
+    for (const std::size_t chunk : chunks) {
+      const auto put = [&](std::uint64_t value, int count) {
+        for (int i = 0; i < count; ++i) sent.push_back(static_cast<char>(value >> (8 * i) & 0xFF));
+      };
+      put(chunk * 1600, 8);
+      put(1600, 4);
+      sent += bytes.substr(chunk * 3200, 3200);
+    }
+    return sent;
+  }
+  ScratchFolder scratch_;
+};
+
+TEST_F(Streaming, SoundBecomesALineOfJsonAFrame) {
+  const ProgramResult result = run("--json", someSound());
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  std::istringstream lines(result.out);
+  std::size_t frames = 0;
+  for (std::string line; std::getline(lines, line); ++frames) {
+    const nlohmann::json frame = nlohmann::json::parse(line);
+    EXPECT_EQ(frame.at("frame"), frames);
+    EXPECT_NEAR(frame.at("time_s").get<double>(), static_cast<double>(frames) / 60, 1e-3);
+    for (const auto& [name, weight] : frame.at("arkit").items()) EXPECT_TRUE(weight > 0 && weight <= 1) << name;
+  }
+  EXPECT_EQ(frames, 120U);
+  const nlohmann::json counts = nlohmann::json::parse(result.err);
+  EXPECT_EQ(counts.at("frames"), 120);
+  EXPECT_EQ(counts.at("late"), 0);
+}
+
+TEST_F(Streaming, RowsAreAsWideAsAsked) {
+  const ProgramResult weights = run("--as rows --quiet --fps 30", someSound());
+  EXPECT_EQ(weights.out.size(), 60U * 4 * 53) << weights.err;
+  const ProgramResult markers = run("--as rows --rows markers --quiet --fps 30", someSound());
+  EXPECT_EQ(markers.out.size(), 60U * 4 * (1 + 3 * 66)) << markers.err;
+  float time = 0;
+  std::memcpy(&time, markers.out.data() + 30 * 4 * (1 + 3 * 66), 4);
+  EXPECT_EQ(time, 1.0F);
+}
+
+TEST_F(Streaming, StampsTellWhatIsLostAndDoubled) {
+  std::vector<std::size_t> in_order;
+  for (std::size_t i = 0; i < 20; ++i) in_order.push_back(i);
+  const ProgramResult whole = run("--as rows --quiet", someSound());
+  EXPECT_EQ(run("--stamped --as rows --quiet", stamped(someSound(), in_order)).out, whole.out);
+  const ProgramResult torn = run("--stamped --as rows --json", stamped(someSound(), {0, 1, 2, 2, 3, 6, 7, 5, 8, 9}));
+  ASSERT_EQ(torn.exit_code, 0) << torn.err;
+  const nlohmann::json counts = nlohmann::json::parse(torn.err);
+  EXPECT_EQ(counts.at("dropped"), 1);
+  EXPECT_EQ(counts.at("doubled"), 1);
+  EXPECT_EQ(counts.at("late"), 1);
+  EXPECT_NEAR(counts.at("missing_s").get<double>(), 0.2, 1e-9);
+  EXPECT_EQ(torn.out.size(), 60U * 4 * 53);
+  const ProgramResult bad = run("--stamped --as rows", stamped(someSound(), {0, 1}) + std::string(12, '\xFF'));
+  EXPECT_EQ(bad.exit_code, 1);
+  EXPECT_NE(bad.err.find("stdin:byte 6424: is no stamp of a chunk"), std::string::npos) << bad.err;
+  EXPECT_EQ(bad.out.size() % (4 * 53), 0U) << "what came before is shown";
+  EXPECT_GT(bad.out.size(), 0U);
+}
+
+TEST_F(Streaming, LabelsAndTextBecomeFrames) {
+  const ProgramResult phones =
+      run("--labels phones --as rows --quiet", "# a line\n0 0.4 sil\n0.4 0.5 M 0\n0.5 0.7 AA 0\n\n0.7 1.0 sil\n");
+  EXPECT_EQ(phones.out.size(), 60U * 4 * 53) << phones.err;
+  const ProgramResult words = run("--labels words --as rows --quiet", "0.5 1.0 hello\n1.0 1.5 world\n");
+  EXPECT_EQ(words.out.size(), 90U * 4 * 53) << words.err;
+  const ProgramResult bad = run("--labels phones", "0 0.4 sil\n0.4 x AA\n");
+  EXPECT_EQ(bad.exit_code, 1);
+  EXPECT_NE(bad.err.find("stdin:2: found '0.4 ...'; expected START END NAME in seconds"), std::string::npos) << bad.err;
+
+  const ProgramResult text =
+      run("--text-file - --voice flite:slt --sound said.wav --as rows --quiet", "My name is Bob. Is yours?\n");
+  ASSERT_EQ(text.exit_code, 0) << text.err;
+  const std::string wav = readAll(scratch_.path() / "said.wav");
+  std::uint32_t bytes = 0;
+  std::memcpy(&bytes, wav.data() + 40, 4);
+  EXPECT_EQ(bytes, wav.size() - 44);
+  EXPECT_NEAR(static_cast<double>(text.out.size()) / (4 * 53 * 60), bytes / 32000.0, 0.1);
+  EXPECT_EQ(run("--text-file - --voice flite:slt", " \n").exit_code, 1);
+}
+
+TEST_F(Streaming, DatagramsReachWhoListens) {
+  const int listening = socket(AF_INET, SOCK_DGRAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ASSERT_EQ(bind(listening, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  socklen_t size = sizeof address;
+  ASSERT_EQ(getsockname(listening, reinterpret_cast<sockaddr*>(&address), &size), 0);
+  const timeval patience{0, 200'000};
+  setsockopt(listening, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  std::atomic<bool> is_over = false;
+  std::vector<std::string> packets;
+  std::thread reading([&] {
+    std::string packet(2048, '\0');
+    while (true) {
+      const ssize_t count = recv(listening, packet.data(), packet.size(), 0);
+      if (count > 0) packets.push_back(packet.substr(0, static_cast<std::size_t>(count)));
+      if (count <= 0 && is_over) return;
+    }
+  });
+  const ProgramResult result = run(
+      "--as livelink --subject Bob --real-time --to 127.0.0.1:" + std::to_string(ntohs(address.sin_port)), someSound());
+  is_over = true;
+  reading.join();
+  close(listening);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(result.out.empty());
+  ASSERT_GE(packets.size(), 118U) << "of 120";
+  for (const std::string& packet : packets) {
+    ASSERT_EQ(packet.size(), 4U + 37 + 4 + 3 + 17 + 4 * 61);
+    EXPECT_EQ(packet.substr(45, 3), "Bob");
+  }
+}
+
+TEST_F(Streaming, BadInputIsOneLine) {
+  for (const auto& [arguments, input, message] : std::vector<std::array<std::string, 3>>{
+           {"", "RIFF0000WAVEfmt ", "is a WAV file; expected raw samples"},
+           {"--as livelink --to nowhere", someSound(), "found 'nowhere'; expected HOST:PORT"},
+           {"--as livelink --to 127.0.0.1:99999", someSound(), "expected HOST:PORT"},
+           {"--method curves", someSound(), "by the method guided"},
+           {"--text-file missing.txt", "", "missing.txt: cannot be read"},
+           {"--labels phones", "0 1 QQQ\n", "stdin:1: found the phone 'QQQ'"}}) {
+    const ProgramResult result = run(arguments, input);
+    EXPECT_EQ(result.exit_code, 1) << arguments;
+    EXPECT_NE(result.err.find(message), std::string::npos) << result.err;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n') <= 2, true) << result.err;
+  }
+  EXPECT_EQ(run("--pcm-rate 8000", "").exit_code, 2);
+  EXPECT_EQ(run("--look-ahead 1", "").exit_code, 2);
+  EXPECT_EQ(run("", "").exit_code, 0) << "no sound, no frames";
+}
+
+}  // namespace
+}  // namespace mouthpiece::test
