@@ -19,6 +19,7 @@ namespace mouthpiece {
 struct MOUTHPIECE_API LiveOptions {
   Seconds look_ahead = 0.2;    ///< a frame is made when so much of what follows it is known: 0.05 to 5
   int sample_rate_hz = 16000;  ///< of the sound that is pushed: 16,000 to 48,000
+  bool will_say = false;       ///< say() will be called: the voice is made at once, not when it first speaks
 };
 
 /// A phone of the line as another program knows it.

@@ -27,7 +27,7 @@ constexpr Seconds kHearingHop = asReal(LiveEar::kHop) / LiveEar::kRateHz;
 constexpr Seconds kMostUnpulled = 600;
 constexpr Seconds kFurthest = 24 * 3600.0 * 365;
 constexpr Seconds kToRest = 0.300;         ///< nextNow(): the mouth comes to rest within this
-constexpr std::size_t kWeightsBehind = 6;  ///< frames shown before, that ARKit's weights go on from
+constexpr std::size_t kWeightsBehind = 3;  ///< frames shown before, that ARKit's weights go on from
 
 void expectUsable(const LiveOptions& options) {
   if (!(options.look_ahead >= 0.05 && options.look_ahead <= 5))
@@ -58,6 +58,7 @@ struct LiveStream::Data {
   void hearWhole();
   void pushSound(std::span<const float> samples, std::optional<std::uint64_t> at);
   void pushPhones(const std::vector<PhoneSegment>& phones);
+  void makeOwnVoice();
   void expectOpen(bool is_sound);
   void catchUp();
   void makeFrames(Seconds known_until, std::span<const PhoneSegment> guess);
@@ -107,9 +108,16 @@ LiveStream::Data::Data(LiveSetup made_of, const LiveOptions& wanted)
       resampler(wanted.sample_rate_hz, LiveEar::kRateHz),
       order(wanted.sample_rate_hz) {
   weights_clip = {rate_hz, setup.corpus.markerNames(), PositionMatrix(0, setup.corpus.data().actor.neutral_mm.size())};
+  if (options.will_say) makeOwnVoice();
   resting = restingFrame();
   current = stalled_from = resting;
   if (setup.face) setup.face->data().rig.deform(FacePose(resting.face_markers, resting.lip_gaps), {}, vertices);
+}
+
+void LiveStream::Data::makeOwnVoice() {
+  if (voice) return;
+  voice = makeVoice(setup.voice, VoiceOptions{setup.lexicon ? &*setup.lexicon : nullptr, &setup.corpus.data().units,
+                                              setup.synthesis.selection, setup.rate});
 }
 
 ShownFrame LiveStream::Data::restingFrame() const {
@@ -361,10 +369,7 @@ Sound LiveStream::say(std::string_view text) {
   Data& data = *data_;
   LiveSetup& setup = data.setup;
   data.expectOpen(false);
-  if (!data.voice)
-    data.voice =
-        makeVoice(setup.voice, VoiceOptions{setup.lexicon ? &*setup.lexicon : nullptr, &setup.corpus.data().units,
-                                            setup.synthesis.selection, setup.rate});
+  data.makeOwnVoice();
   const SpokenLine line = data.voice->speak(text);
   data.catchUp();
   const Seconds begin = std::max(data.motion.saidUntil(), data.now());

@@ -15,9 +15,9 @@
 namespace mouthpiece {
 namespace {
 
-/// Of a window: what is said so long before the first frame is looked at, and so much around the frames is rendered, so
+/// Of a window: what is said so long before and after the frames is looked at, and so much around them is rendered, so
 /// that contacts (0.25 s) and the smoothing of detail (three deviations of up to 50 ms) are as in the whole line.
-constexpr Seconds kBehind = 1.6, kAround = 0.30;
+constexpr Seconds kBehind = 1.6, kAhead = 1.2, kAround = 0.30;
 /// A silence this long ends a phrase; the mouth comes to rest in it, and opens for the next phrase this long before.
 constexpr Seconds kPhraseGap = 0.60, kOpens = 0.45, kCloses = 0.25;
 /// After so much silence the face rests.
@@ -84,7 +84,7 @@ std::vector<double> touchingLips(const SpeechLabels& labels, std::span<const Sec
 /// The units that play around `times`.
 std::vector<SelectedUnit> unitsNear(const std::vector<SelectedUnit>& units, const SpeechLabels& labels,
                                     std::span<const Seconds> times) {
-  constexpr Seconds kNear = 0.25;
+  constexpr Seconds kNear = 0.10;
   std::vector<SelectedUnit> near;
   for (const SelectedUnit& unit : units) {
     const TimeSpan span = labels.spanOf(unit.phones);
@@ -125,7 +125,8 @@ void LiveMotion::say(const PhoneSegment& phone) {
   said_.push_back({next});
 }
 
-LiveMotion::Window LiveMotion::windowAt(Seconds time, std::span<const PhoneSegment> guess) const {
+LiveMotion::Window LiveMotion::windowAt(const TimeSpan& frames, std::span<const PhoneSegment> guess) const {
+  const auto [time, until] = frames;
   std::vector<PhoneSegment> all;
   for (const Said& said : said_) all.push_back(said.segment);
   for (const PhoneSegment& segment : guess) {
@@ -156,6 +157,7 @@ LiveMotion::Window LiveMotion::windowAt(Seconds time, std::span<const PhoneSegme
   // What lies further back stands for a silence.
   std::size_t begin = first;
   while (begin + 2 < end && all[begin + 1].span.end < time - kBehind) ++begin;
+  while (end > begin + 2 && all[end - 1].span.start > until + kAhead) --end;
   window.first = begin;
   std::vector<PhoneSegment> segments(all.begin() + signedIndex(begin), all.begin() + signedIndex(end));
   segments.front() = {.phone = Phone::kSil, .span = segments.front().span};
@@ -293,7 +295,8 @@ LiveFrames LiveMotion::render(std::size_t count, std::span<const PhoneSegment> g
   LiveFrames all;
   all.positions_mm.resize(0, database_.corpus().neutral_pose_mm.size());
   while (all.lips.size() < count) {
-    const Window window = windowAt(timeOf(next_frame_), guess);
+    const TimeSpan frames{timeOf(next_frame_), timeOf(next_frame_ + count - all.lips.size())};
+    const Window window = windowAt(frames, guess);
     std::size_t now = 1;
     while (all.lips.size() + now < count && timeOf(next_frame_ + now) < window.until) ++now;
     const LiveFrames part = renderPhrase(now, window);

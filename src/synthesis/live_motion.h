@@ -59,7 +59,7 @@ class LiveMotion {
   };
 
   [[nodiscard]] Seconds timeOf(std::size_t frame) const;
-  [[nodiscard]] Window windowAt(Seconds time, std::span<const PhoneSegment> guess) const;
+  [[nodiscard]] Window windowAt(const TimeSpan& frames, std::span<const PhoneSegment> guess) const;
   void addLikelyFuture(std::vector<PhoneSegment>& segments) const;
   LiveFrames renderPhrase(std::size_t count, const Window& window);
   [[nodiscard]] LiveFrames resting(std::size_t count) const;
