@@ -19,7 +19,9 @@ namespace mouthpiece {
 struct MOUTHPIECE_API LiveOptions {
   Seconds look_ahead = 0.2;    ///< a frame is made when so much of what follows it is known: 0.05 to 5
   int sample_rate_hz = 16000;  ///< of the sound that is pushed: 16,000 to 48,000
-  bool will_say = false;       ///< say() will be called: the voice is made at once, not when it first speaks
+  /// What is pushed: what it takes to hear or to say it is made ready at once, not when the first of it comes.
+  enum class Source { kSound, kLabels, kText };
+  Source source = Source::kSound;
 };
 
 /// A phone of the line as another program knows it.

@@ -235,7 +235,7 @@ int mouthpiece_live_new(const mouthpiece_speaker* speaker, double look_ahead_s, 
     expectGiven(live, "live stream");
     *live = nullptr;
     expectGiven(speaker, "speaker");
-    *live = new mouthpiece_live{speaker->speaker.live({look_ahead_s, sample_rate_hz, false}), {}};
+    *live = new mouthpiece_live{speaker->speaker.live({look_ahead_s, sample_rate_hz}), {}};
   });
 }
 

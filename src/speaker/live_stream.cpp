@@ -108,7 +108,8 @@ LiveStream::Data::Data(LiveSetup made_of, const LiveOptions& wanted)
       resampler(wanted.sample_rate_hz, LiveEar::kRateHz),
       order(wanted.sample_rate_hz) {
   weights_clip = {rate_hz, setup.corpus.markerNames(), PositionMatrix(0, setup.corpus.data().actor.neutral_mm.size())};
-  if (options.will_say) makeOwnVoice();
+  if (options.source == LiveOptions::Source::kSound) ear = std::make_unique<LiveEar>(*setup.language);
+  if (options.source == LiveOptions::Source::kText) makeOwnVoice();
   resting = restingFrame();
   current = stalled_from = resting;
   if (setup.face) setup.face->data().rig.deform(FacePose(resting.face_markers, resting.lip_gaps), {}, vertices);
@@ -213,7 +214,7 @@ void LiveStream::Data::pushSound(std::span<const float> samples, std::optional<s
 
 /// The frames whose look-ahead is known.
 void LiveStream::Data::makeFrames(Seconds known_until, std::span<const PhoneSegment> guess) {
-  constexpr double kRounding = 1e-6;  // frames
+  constexpr double kRounding = 0.5;  // frames: a look-ahead is kept to half a frame
   const double last = std::floor((known_until - options.look_ahead) * rate_hz + kRounding);
   const auto due = std::min(static_cast<std::size_t>(std::max(0.0, last + 1)), frames_at_most);
   if (due > motion.frameCount()) show(motion.render(due - motion.frameCount(), guess));

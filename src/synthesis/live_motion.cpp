@@ -177,12 +177,12 @@ LiveMotion::Window LiveMotion::windowAt(const TimeSpan& frames, std::span<const 
 /// What is likely after the last phone that is known: what the corpus says most often after as many of the last phones
 /// as it has in a row.
 void LiveMotion::addLikelyFuture(std::vector<PhoneSegment>& segments) const {
-  constexpr Seconds kLooksBack = 0.400, kSilence = 0.250;
+  constexpr Seconds kFuture = 0.400, kSilence = 0.250;
   constexpr std::size_t kMostContext = 5, kMostPlaces = 300;
   const Seconds end = segments.back().span.end;
   std::vector<Phone> said;
   for (const PhoneSegment& segment : segments) said.push_back(segment.phone);
-  while (!isSilent(segments.back()) && segments.back().span.end < end + kLooksBack) {
+  while (!isSilent(segments.back()) && segments.back().span.end < end + kFuture) {
     struct Follower {
       std::size_t count = 0;
       Seconds length = 0;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kLevelFrame = 160;  // 10 ms
 constexpr Seconds kHearingStep = 0.010, kHearingShift = 0.008;
-/// A phone that ended so many frames ago is settled: later sound changes little (docs/theory/hearing/live.md).
+/// A phone that ended so many frames ago is settled: later sound changes little (docs/theory/hearing/recognition.md).
 constexpr std::size_t kSettles = 30;
 /// Frames whose phone is looked for anew at most.
 constexpr std::size_t kMostOpen = 100;

@@ -10,7 +10,7 @@
 
 namespace mouthpiece {
 
-/// Hears the phones of a sound that goes on, of any language (docs/theory/hearing/live.md). Time and memory do not grow
+/// Hears the phones of a sound that goes on, of any language (docs/theory/hearing/recognition.md). Time and memory do not grow
 /// with the sound. Not thread-safe.
 class LiveEar {
  public:

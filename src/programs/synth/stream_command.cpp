@@ -283,7 +283,8 @@ void tellCounts(const LiveCounts& counts, const StreamOptions& options) {
 int runStream(const StreamOptions& given) {
   StreamOptions options = given;
   options.live.look_ahead = options.look_ahead_ms / 1000;
-  options.live.will_say = !options.text_file.empty();
+  if (options.labels != StreamLabels::kNone) options.live.source = LiveOptions::Source::kLabels;
+  if (!options.text_file.empty()) options.live.source = LiveOptions::Source::kText;
   options.speaker.with_face = options.format == StreamFormat::kRows && options.rows == StreamRows::kVertices;
   if (options.text_file != "-" && options.text_file.empty() && isatty(STDIN_FILENO) != 0)
     throw InputError("stdin", "", "is a terminal; expected sound, or labels with --labels");
