@@ -10,7 +10,7 @@ DEMO_OUT := build/demo
 DEMO_SONG := build/demo_song
 CANONICAL_FACE := build/third_party/canonical_face.obj
 
-.PHONY: help setup setup-test build build-tests data demo test bench lint format fuzz clean install
+.PHONY: help setup setup-test build build-tests data demo test bench lint format fuzz clean install deb
 help:
 	@echo "make setup    install the packages it needs (asks for sudo when not root)"
 	@echo "make build    build the programs into build/bin"
@@ -18,6 +18,7 @@ help:
 	@echo "make test     install, build, run every test"
 	@echo "make bench    benchmarks        make fuzz    fuzz the readers ($(FUZZ_SECONDS) s each)"
 	@echo "make lint     clang-format and clang-tidy    make format    rewrite with clang-format"
+	@echo "make deb      a Debian package with programs, sample corpus and face: build/*.deb"
 	@echo "make install  into PREFIX=$(PREFIX)          make clean     remove build folders"
 
 setup:
@@ -85,5 +86,10 @@ install: data
 	then cmake --install build --prefix "$(PREFIX)" >/dev/null; \
 	else sudo cmake --install build --prefix "$(PREFIX)" >/dev/null; fi
 	@echo "Installed synth, corpus and retarget into $(PREFIX)/bin"
+
+deb: data
+	@cmake --build build -j $(JOBS) --target command_docs >/dev/null
+	@cd build && cpack -G DEB --config CPackConfig.cmake >cpack.log 2>&1 || { tail -n 20 cpack.log >&2; exit 1; }
+	@ls build/mouthpiece_*.deb
 clean:
 	@rm -rf build build-*

@@ -81,9 +81,12 @@ file(RELATIVE_PATH MOUTHPIECE_PREFIX_FROM_PKGCONFIG /prefix/${CMAKE_INSTALL_LIBD
 configure_file(${CMAKE_SOURCE_DIR}/cmake/mouthpiece.pc.in ${CMAKE_BINARY_DIR}/package/mouthpiece.pc.in @ONLY)
 file(GENERATE OUTPUT ${CMAKE_BINARY_DIR}/package/mouthpiece.pc INPUT ${CMAKE_BINARY_DIR}/package/mouthpiece.pc.in)
 
-install(TARGETS mouthpiece_shared mouthpiece_static LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
-  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY include/mouthpiece DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
+install(TARGETS mouthpiece_shared mouthpiece_static LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+install(DIRECTORY include/mouthpiece DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development
+  FILES_MATCHING PATTERN "*.h")
 install(FILES ${CMAKE_BINARY_DIR}/package/MouthpieceConfig.cmake
-  ${CMAKE_BINARY_DIR}/package/MouthpieceConfigVersion.cmake DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/Mouthpiece)
-install(FILES ${CMAKE_BINARY_DIR}/package/mouthpiece.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+  ${CMAKE_BINARY_DIR}/package/MouthpieceConfigVersion.cmake DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/Mouthpiece
+  COMPONENT development)
+install(FILES ${CMAKE_BINARY_DIR}/package/mouthpiece.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig
+  COMPONENT development)

@@ -131,6 +131,13 @@ RowMajorMatrixF takeLidsAndBrows(FaceAnimation& animation, const FaceMesh& mesh,
 /// of the frames. Throws InputError when no marker is of the default layout.
 RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions* neutral_mm);
 
+/// What each of ARKit's shapes does to each marker of the default layout, learnt from a head that has them all.
+struct ArkitMarkerMoves {
+  std::vector<std::string> markers;
+  std::vector<MarkerPositions> moves_mm;  ///< 52, markers x 3 each
+};
+const ArkitMarkerMoves& arkitMarkerMoves();
+
 /// Live Link Face's CSV: time code, 52 weights, and head and eyes, which are zero.
 std::string liveLinkCsv(const ArkitCurves& curves);
 

@@ -10,26 +10,6 @@ extern const std::string_view kArkitMarkersJson;
 
 namespace {
 
-/// What each shape does to each marker of the default layout: markers x 3 a shape, mm.
-struct LearntShapes {
-  std::vector<std::string> markers;
-  std::vector<MarkerPositions> moves_mm = std::vector<MarkerPositions>(kArkitNames.size());
-};
-
-const LearntShapes& learntShapes() {
-  static const LearntShapes shapes = [] {
-    const nlohmann::json tree = nlohmann::json::parse(kArkitMarkersJson);
-    LearntShapes learnt;
-    learnt.markers = tree.at("markers").get<std::vector<std::string>>();
-    for (std::size_t k = 0; k < kArkitNames.size(); ++k) {
-      const auto moves = tree.at("moves_mm").at(std::string(kArkitNames[k])).get<std::vector<double>>();
-      learnt.moves_mm[k] = Eigen::Map<const MarkerPositions>(moves.data(), signedIndex(learnt.markers.size()), 3);
-    }
-    return learnt;
-  }();
-  return shapes;
-}
-
 /// Lids follow the gaze, but no marker sees it: lids that move are blinks.
 bool isGaze(std::string_view shape) { return shape.starts_with("EyeLook"); }
 
@@ -47,8 +27,23 @@ Eigen::RowVectorXd medianOf(const PositionMatrix& positions) {
 
 }  // namespace
 
+const ArkitMarkerMoves& arkitMarkerMoves() {
+  static const ArkitMarkerMoves shapes = [] {
+    const nlohmann::json tree = nlohmann::json::parse(kArkitMarkersJson);
+    ArkitMarkerMoves learnt;
+    learnt.markers = tree.at("markers").get<std::vector<std::string>>();
+    for (const std::string_view name : kArkitNames) {
+      const auto moves = tree.at("moves_mm").at(std::string(name)).get<std::vector<double>>();
+      learnt.moves_mm.emplace_back(
+          Eigen::Map<const MarkerPositions>(moves.data(), signedIndex(learnt.markers.size()), 3));
+    }
+    return learnt;
+  }();
+  return shapes;
+}
+
 RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions* neutral_mm) {
-  const LearntShapes& learnt = learntShapes();
+  const ArkitMarkerMoves& learnt = arkitMarkerMoves();
   if (motion.frameCount() == 0) return RowMajorMatrixF::Zero(0, signedIndex(kArkitNames.size()));
   MOUTHPIECE_EXPECT(neutral_mm == nullptr || neutral_mm->size() == motion.positions_mm.cols());
   const Eigen::RowVectorXd rest =

@@ -11,12 +11,16 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <map>
 #include <new>
 #include <thread>
 
 #include "base/errors.h"
 #include "base/unfinished.h"
 #include "mouthpiece/version.h"
+#include "programs/config_file.h"
+#include "retarget/rig/face_file.h"
+#include "units/file/corpus.h"
 
 namespace mouthpiece {
 namespace {
@@ -89,9 +93,58 @@ void suggest(const CLI::App& app) {
   }
 }
 
+/// The user's defaults that the command line does not give, as options before it. Throws InputError for a key that no
+/// command of the section has.
+std::vector<std::string> withDefaults(const CLI::App& app, int argc, const char* const* argv) {
+  std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
+  const std::filesystem::path file = configPath();
+  const std::vector<ConfigEntry> entries = readConfig(file);
+  const CLI::App* command = &app;
+  for (const CLI::App* each : app.get_subcommands(nullptr)) {
+    if (!arguments.empty() && each->get_name() == arguments.front()) command = each;
+  }
+  const bool has_command = command != &app;
+  const std::string whole = app.get_name(), full = has_command ? whole + " " + command->get_name() : whole;
+  const auto isGiven = [&](const CLI::Option& option) {
+    return std::any_of(arguments.begin(), arguments.end(), [&](const std::string& argument) {
+      const std::string name = argument.substr(0, argument.find('='));
+      return name.starts_with('-') && option.check_name(name);
+    });
+  };
+  std::map<std::string, std::string> defaults;  // of a command's own section before the program's
+  for (const ConfigEntry& entry : entries) {
+    const std::string name = "--" + entry.key;
+    if (entry.section != whole && !entry.section.starts_with(whole + " ")) continue;
+    bool is_known = app.get_option_no_throw(name) != nullptr;
+    for (const CLI::App* each : app.get_subcommands(nullptr)) {
+      if (entry.section == whole || entry.section == whole + " " + each->get_name())
+        is_known |= each->get_option_no_throw(name) != nullptr;
+    }
+    if (!is_known)
+      throw InputError(file.string(), std::to_string(entry.line),
+                       fmt::format("found '{}'; expected an option of {}", printable(entry.key), entry.section));
+    const CLI::Option* option = command->get_option_no_throw(name);
+    if (option == nullptr || (entry.section != whole && entry.section != full) || isGiven(*option)) continue;
+    const auto excluded = option->get_excludes();
+    if (std::any_of(excluded.begin(), excluded.end(), [&](const CLI::Option* other) { return isGiven(*other); }))
+      continue;
+    if (entry.section == full) {
+      defaults[name] = entry.value;
+    } else {
+      defaults.try_emplace(name, entry.value);
+    }
+  }
+  std::vector<std::string> given;
+  for (const auto& [name, value] : defaults) given.push_back(name + "=" + value);
+  arguments.insert(arguments.begin() + (has_command ? 1 : 0), given.begin(), given.end());
+  return arguments;
+}
+
 int parse(CLI::App& app, int argc, const char* const* argv, bool& finished) {
+  std::vector<std::string> arguments = withDefaults(app, argc, argv);
+  std::reverse(arguments.begin(), arguments.end());  // as CLI11 takes them
   try {
-    app.parse(argc, argv);
+    app.parse(std::move(arguments));
     finished = false;
     return kExitDone;
   } catch (const CLI::ParseError& error) {
@@ -173,8 +226,10 @@ void setExample(CLI::App& app, std::string_view example) {
 
 int runProgram(const Command& program, const std::vector<Command>& subcommands, int argc, const char* const* argv) {
   CLI::App app(program.what, program.name);
-  app.set_version_flag("--version", program.name + " " MOUTHPIECE_VERSION, "Print the version");
   setExample(app, program.example);
+  app.set_version_flag(
+      "--version", fmt::format("{} {} (commit {}; corpus format {}, face format {})", program.name, MOUTHPIECE_VERSION,
+                               MOUTHPIECE_COMMIT, kCorpusFormatVersion, kFaceFormatVersion));
   std::function<int()> chosen;
   if (program.add) {
     chosen = program.add(app);

@@ -12,4 +12,7 @@ for file in "$@"; do
   echo "skipped: $file is not there"
   exit 77
 done
-exec "$blender" --background --factory-startup --python-exit-code 1 --python "$(dirname "$0")/$script" -- "$@"
+# Blender's own files are this run's alone.
+resources=$(mktemp -d)
+trap 'rm -rf "$resources"' EXIT
+BLENDER_USER_RESOURCES=$resources "$blender" --background --factory-startup --python-exit-code 1 --python "$(dirname "$0")/$script" -- "$@"

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -14,8 +15,10 @@ struct FaceMesh;
 
 /// glTF 2.0, binary (docs/formats/glb.md): one mesh with a primitive for each part that has triangles, a morph target
 /// (positions and normals, sparse) for each shape and one linear weights animation; metres. `name` is the node's and
-/// the mesh's. `shapes` must come from an animation of `mesh`.
-std::string glbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name);
+/// the mesh's. `shapes` must come from an animation of `mesh`; without frames there is no animation. `shape_names`: one
+/// a shape; none: shape_00 and so on.
+std::string glbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
+                     std::span<const std::string> shape_names = {});
 /// The same in a fifth of the room, for programs that know EXT_meshopt_compression (three.js, Babylon.js, Godot's and
 /// Unity's add-ons; not Blender 3.4): places to 8 micrometres, normals to 0.5 degrees.
 std::string smallGlbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name);
@@ -31,11 +34,13 @@ struct OwnShapeWeights {
 /// meshes that they move, and a weights animation "speech" after those that it has; an earlier run's give way.
 /// Everything else stays as it was, what no tool here knows included. `shapes` are of the mesh that parseFaceMesh gives
 /// for `object`, turned by `upright_from_mesh`. `own`: what the head's own targets do meanwhile; null: they rest.
+/// `shape_names`: what the targets are called instead, one a shape; these stay, and nothing is animated.
 /// nullopt when there is nothing to add to: no scene, no data in the file, no shape. Throws InputError that begins with
 /// `file`.
 std::optional<std::string> glbWithShapes(std::string_view glb, const std::string& file, const PrincipalShapes& shapes,
                                          const Eigen::Matrix3d& upright_from_mesh, std::string_view object = {},
-                                         const OwnShapeWeights* own = nullptr);
+                                         const OwnShapeWeights* own = nullptr,
+                                         std::span<const std::string> shape_names = {});
 
 /// `glb` with a weights animation "speech" of its own morph targets after the animations that it has, in the place of
 /// an earlier run's. Everything else stays. nullopt when no target follows a column. Throws InputError that begins with

@@ -19,7 +19,8 @@ using nlohmann::json;
 
 class SpeechAdder {
  public:
-  SpeechAdder(std::string_view glb, const std::string& file) : glb_(glb), file_(file), model_(glb, file) {
+  SpeechAdder(std::string_view glb, const std::string& file, std::span<const std::string> shape_names = {})
+      : glb_(glb), file_(file), model_(glb, file), shape_names_(shape_names) {
     if (!model_.hasData()) return;
     const std::map<std::size_t, std::size_t> removed = model_.removeSpeech();
     const json& nodes = model_.root["nodes"];
@@ -46,6 +47,9 @@ class SpeechAdder {
     for (const auto& [node, runs] : runs_of_node)
       addToNode(unsignedIndex(node), runs, shapes, columns, upright_from_mesh.transpose().cast<float>());
   }
+
+  /// In the place of animate(): other animations get room for the shapes, which rest.
+  void leaveStill() { widenOthers(); }
 
   /// False when nothing moves.
   bool animate(std::size_t frames, double frame_rate_hz, const PrincipalShapes* shapes, const OwnShapeWeights* own) {
@@ -175,14 +179,19 @@ class SpeechAdder {
   }
 
   /// What Blender, three.js and others read names from. Own targets without any are called as these programs do.
-  static void nameTargets(json& mesh, std::size_t before, const std::set<Eigen::Index>& numbers) {
+  void nameTargets(json& mesh, std::size_t before, const std::set<Eigen::Index>& numbers) const {
     json& extras = mesh["extras"];
     if (!extras.is_object()) extras = json::object();
     json& names = extras["targetNames"];
     if (!names.is_array()) names = json::array();
     while (names.size() > before) names.erase(names.size() - 1);
     while (names.size() < before) names.push_back(fmt::format("target_{}", names.size()));
-    for (const Eigen::Index k : numbers) names.push_back(fmt::format("speech_{:02}", k));
+    for (const Eigen::Index k : numbers) {
+      const bool is_named = unsignedIndex(k) < shape_names_.size();
+      names.push_back(is_named ? shape_names_[unsignedIndex(k)] : fmt::format("speech_{:02}", k));
+      if (is_named && std::count(names.begin(), names.end(), names.back()) > 1)
+        fail(fmt::format("has a shape {} already; expected a head without", shape_names_[unsignedIndex(k)]));
+    }
   }
 
   /// The keys of the other animations of weights get room for the new targets.
@@ -235,6 +244,7 @@ class SpeechAdder {
   std::string_view glb_;
   const std::string& file_;
   GlbModel model_;
+  std::span<const std::string> shape_names_;
   std::vector<GlbRun> runs_;
   std::map<std::size_t, GlbModel::Widening> widened_;               ///< by node
   std::map<std::size_t, std::vector<Eigen::Index>> added_of_node_;  ///< the shapes that its mesh got
@@ -254,11 +264,15 @@ auto checkedJson(const std::string& file, Work&& work) {
 
 std::optional<std::string> glbWithShapes(std::string_view glb, const std::string& file, const PrincipalShapes& shapes,
                                          const Eigen::Matrix3d& upright_from_mesh, std::string_view object,
-                                         const OwnShapeWeights* own) {
+                                         const OwnShapeWeights* own, std::span<const std::string> shape_names) {
   return checkedJson(file, [&]() -> std::optional<std::string> {
-    SpeechAdder adder(glb, file);
+    SpeechAdder adder(glb, file, shape_names);
     if (!adder.hasData() || shapes.shapeCount() == 0) return std::nullopt;
     adder.addShapes(shapes, upright_from_mesh, object);
+    if (!shape_names.empty()) {
+      adder.leaveStill();
+      return std::move(adder).toBytes();
+    }
     if (!adder.animate(unsignedIndex(shapes.frameCount()), shapes.frame_rate_hz, &shapes, own)) return std::nullopt;
     return std::move(adder).toBytes();
   });

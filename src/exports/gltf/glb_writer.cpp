@@ -156,7 +156,8 @@ std::size_t largestBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, co
 
 namespace {
 
-std::string written(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name, bool is_small) {
+std::string written(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
+                    std::span<const std::string> shape_names, bool is_small) {
   MOUTHPIECE_EXPECT(3 * mesh.vertices.rows() == shapes.rest.cols());
   MOUTHPIECE_EXPECT(!mesh.triangles.empty() && !mesh.parts.empty());
   ShapeNormals normals = shapeNormals(mesh.triangles, shapes);
@@ -176,10 +177,13 @@ std::string written(const FaceMesh& mesh, const PrincipalShapes& shapes, std::st
   if (shapes.shapeCount() > 0) {
     // What Blender, three.js and others read them from.
     nlohmann::json& names = face["extras"]["targetNames"];
-    for (Eigen::Index k = 0; k < shapes.shapeCount(); ++k) names.push_back(fmt::format("shape_{:02}", k));
+    for (Eigen::Index k = 0; k < shapes.shapeCount(); ++k)
+      names.push_back(unsignedIndex(k) < shape_names.size() ? printable(shape_names[unsignedIndex(k)], kLongestName)
+                                                            : fmt::format("shape_{:02}", k));
     face["weights"] = std::vector<double>(unsignedIndex(shapes.shapeCount()), 0.0);
-    model.addSpeech(unsignedIndex(shapes.frameCount()), shapes.frame_rate_hz,
-                    {{{shapes.weights.data(), unsignedIndex(shapes.weights.size())}, {0}}});
+    if (shapes.frameCount() > 0)
+      model.addSpeech(unsignedIndex(shapes.frameCount()), shapes.frame_rate_hz,
+                      {{{shapes.weights.data(), unsignedIndex(shapes.weights.size())}, {0}}});
   }
   model.root["asset"] = {{"version", "2.0"}, {"generator", "Mouthpiece"}};
   model.root["nodes"] = {{{"name", shown_name}, {"mesh", 0}}};
@@ -191,12 +195,13 @@ std::string written(const FaceMesh& mesh, const PrincipalShapes& shapes, std::st
 
 }  // namespace
 
-std::string glbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name) {
-  return written(mesh, shapes, name, false);
+std::string glbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
+                     std::span<const std::string> shape_names) {
+  return written(mesh, shapes, name, shape_names, false);
 }
 
 std::string smallGlbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name) {
-  return written(mesh, shapes, name, true);
+  return written(mesh, shapes, name, {}, true);
 }
 
 }  // namespace mouthpiece

@@ -24,6 +24,7 @@ Command cutCommand();
 Command fitCommand();
 Command pickCommand();
 Command sampleCommand();
+Command shapesCommand();
 
 /// What fitFace() needs to know of a corpus' actor; the mesh's file and hash are left to the caller.
 FitRequest fitRequestFor(const std::string& face_name, const Corpus& corpus);

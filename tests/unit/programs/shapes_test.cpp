@@ -1,0 +1,73 @@
+// retarget shapes on the face that comes with Mouthpiece.
+#include <gtest/gtest.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "support/run_program.h"
+
+namespace mouthpiece::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+class Shapes : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!fs::exists(face_)) GTEST_SKIP() << "no sample face; make it with `make data`";
+  }
+  json made(const std::string& set, const std::string& out) {
+    const ProgramResult result = runProgram(
+        "retarget", {"shapes", face_.string(), "--set", set, "--out", (folder_.path() / out).string(), "--json"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return json::parse(result.out);
+  }
+  /// The names of a GLB's morph targets.
+  json targetsOf(const std::string& file) {
+    const std::string glb = readAll(folder_.path() / file);
+    const json root = json::parse(glb.substr(20, glb.find("BIN", 20) - 24));
+    EXPECT_FALSE(root.contains("animations")) << "shapes alone";
+    return root["meshes"][0]["extras"]["targetNames"];
+  }
+  const fs::path face_ = fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / "default.face";
+  ScratchFolder folder_;
+};
+
+TEST_F(Shapes, Of52OfArkitCloseAndKeepTheirSides) {
+  const json facts = made("arkit", "a.glb");
+  EXPECT_EQ(facts["shapes"].size(), 52U);
+  EXPECT_EQ(facts["shapes"][17], "jawOpen");
+  EXPECT_EQ(targetsOf("a.glb"), facts["shapes"]);
+  EXPECT_LT(facts["closing_gap_mm"], 0.3) << "jawOpen with mouthClose";
+  EXPECT_LT(facts["side_rms_mm"], 0.5);
+  EXPECT_GT(facts["share_mirrored"], 0.9);
+  EXPECT_TRUE(facts["faults"].empty()) << facts["faults"];
+  EXPECT_TRUE(facts["strengths"].value("jawOpen", 1.0) > 0.4) << "a jaw that opens";
+}
+
+TEST_F(Shapes, OfVisemesAreThoseAskedFor) {
+  EXPECT_EQ(made("oculus", "o.glb")["shapes"].size(), 14U);
+  EXPECT_EQ(targetsOf("o.glb")[0], "PP");
+  EXPECT_LT(made("vrm", "v.glb")["closing_gap_mm"], 0.3);
+  EXPECT_EQ(targetsOf("v.glb"), json({"aa", "ih", "ou", "ee", "oh", "blink", "blinkLeft", "blinkRight"}));
+}
+
+TEST_F(Shapes, AreObjFilesToo) {
+  made("vrm", "folder");
+  std::map<std::string, std::uintmax_t> files;
+  for (const auto& entry : fs::directory_iterator(folder_.path() / "folder"))
+    files[entry.path().filename().string()] = entry.file_size();
+  EXPECT_EQ(files.size(), 9U);
+  EXPECT_TRUE(files.contains("neutral.obj") && files.contains("aa.obj"));
+}
+
+TEST_F(Shapes, GoNowhereElse) {
+  const ProgramResult result =
+      runProgram("retarget", {"shapes", face_.string(), "--out", (folder_.path() / "a.avi").string()});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.err.find("a.avi"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace mouthpiece::test
