@@ -179,8 +179,11 @@ int runShapes(const ShapesArguments& given) {
     bool changed = false;
     for (const FaceFault& fault : facts.judgement.faults) {
       if (!fault.pose) continue;
-      // mouthClose takes back what jawOpen does: it is as weak as that.
-      const std::string& name = set.names[*fault.pose] == "mouthClose" ? "jawOpen" : set.names[*fault.pose];
+      // mouthClose takes back what jawOpen does, so it is as weak as that. Skin that stretches while lips are shut over
+      // an open jaw is told alone: a jaw that opens is worth more.
+      const bool is_close = set.names[*fault.pose] == "mouthClose";
+      if (is_close && (fault.limit == "stretch" || fault.limit == "edge length")) continue;
+      const std::string& name = is_close ? "jawOpen" : set.names[*fault.pose];
       double& strength = strengths.try_emplace(name, 1.0).first->second;
       changed |= strength > kWeakest;
       strength = std::max(kWeakest, strength * kWeaker);

@@ -77,7 +77,7 @@ TEST(Usage, TheSubcommandsAreListed) {
                            "prompts", "tune"}) {
     EXPECT_TRUE(has(subcommandsOf("corpus"), name)) << name;
   }
-  for (const char* name : {"fit", "pick", "anchors", "apply", "check", "sample"})
+  for (const char* name : {"fit", "pick", "anchors", "apply", "check", "sample", "shapes"})
     EXPECT_TRUE(has(subcommandsOf("retarget"), name)) << name;
 }
 
