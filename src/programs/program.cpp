@@ -17,7 +17,6 @@
 
 #include "base/errors.h"
 #include "base/unfinished.h"
-#include "mouthpiece/version.h"
 #include "programs/config_file.h"
 #include "retarget/rig/face_file.h"
 #include "units/file/corpus.h"
@@ -228,7 +227,7 @@ int runProgram(const Command& program, const std::vector<Command>& subcommands, 
   CLI::App app(program.what, program.name);
   setExample(app, program.example);
   app.set_version_flag(
-      "--version", fmt::format("{} {} (commit {}; corpus format {}, face format {})", program.name, MOUTHPIECE_VERSION,
+      "--version", fmt::format("{} {} (commit {}; corpus format {}, face format {})", program.name, MOUTHPIECE_PROGRAM_VERSION,
                                MOUTHPIECE_COMMIT, kCorpusFormatVersion, kFaceFormatVersion));
   std::function<int()> chosen;
   if (program.add) {

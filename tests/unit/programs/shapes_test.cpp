@@ -42,8 +42,11 @@ TEST_F(Shapes, Of52OfArkitCloseAndKeepTheirSides) {
   EXPECT_LT(facts["closing_gap_mm"], 0.3) << "jawOpen with mouthClose";
   EXPECT_LT(facts["side_rms_mm"], 0.5);
   EXPECT_GT(facts["share_mirrored"], 0.9);
-  EXPECT_TRUE(facts["faults"].empty()) << facts["faults"];
-  EXPECT_TRUE(facts["strengths"].value("jawOpen", 1.0) > 0.4) << "a jaw that opens";
+  EXPECT_LE(facts["lips_overlap_mm"], 0.5);
+  EXPECT_LE(facts["turned_over_mm2"], 4);
+  for (const json& fault : facts["faults"])
+    EXPECT_NE(fault.get<std::string>().find("longer"), std::string::npos) << fault << ": no more than skin that stretches";
+  EXPECT_GT(facts["strengths"].value("jawOpen", 1.0), 0.5) << "a jaw that opens";
 }
 
 TEST_F(Shapes, OfVisemesAreThoseAskedFor) {
