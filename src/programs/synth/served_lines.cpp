@@ -101,8 +101,8 @@ void runRetarget(const std::vector<std::string>& arguments, const fs::path& fold
 
 /// A user of the page knows the files that were dropped by their names, not where they are kept.
 std::string withoutFolder(std::string text, const fs::path& folder) {
-  for (const char* kind : {"recordings", "heads"}) {
-    const std::string path = (folder / kind / "").string();
+  for (const char* kind : {"recordings/", "heads/", ""}) {
+    const std::string path = (folder / kind).string() + (*kind == '\0' ? "/" : "");
     for (std::size_t at = text.find(path); at != std::string::npos; at = text.find(path)) text.erase(at, path.size());
   }
   return text;

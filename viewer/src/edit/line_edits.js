@@ -63,12 +63,11 @@ export class LineEdits extends EventTarget {
     this.dispatchEvent(new Event('change'));
   }
 
-  /** A dial as one track over the whole line; its usual value all along is no edit. */
+  /** A dial as one track over the whole line; without keys it is no edit. */
   setDial(dial, keys, duration, gesture) {
     this.change((list) => {
       const others = list.filter((edit) => !(edit.kind === 'dial' && edit.dial === dial.name));
-      const isUsual = keys.every(({ value }) => value === dial.usual);
-      list.splice(0, list.length, ...others, ...(isUsual ? [] : [{ kind: 'dial', dial: dial.name, start_s: 0, end_s: duration, fade_s: 0, keys }]));
+      list.splice(0, list.length, ...others, ...(!keys.length ? [] : [{ kind: 'dial', dial: dial.name, start_s: 0, end_s: duration, fade_s: 0, keys }]));
     }, gesture);
   }
 
