@@ -40,6 +40,7 @@ const std::vector<Outsider> kOutsiders{
     {"meshoptimizer.h", {"meshoptimizer::meshoptimizer"}},
     {"pugixml.hpp", {"pugixml::pugixml"}},
     {"httplib.h", {"PkgConfig::HTTPLIB"}},
+    {"xnnpack.h", {"XNNPACK::xnnpack"}},
     {"openssl/", {"OpenSSL::Crypto"}},
     {"zlib.h", {"ZLIB::ZLIB"}},
     {"xxhash.h", {"PkgConfig::XXHASH", "xxHash::xxhash"}},

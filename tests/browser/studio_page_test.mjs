@@ -102,6 +102,15 @@ async function judged(page, prompt) {
   throw new Error('a take was not judged in a minute');
 }
 
+/** A machine that others use drops pictures, and the take is rightly refused: it is said again, as a person would. */
+async function sayUntilWhole(page, prompt, seconds) {
+  for (let i = 0; ; ++i) {
+    await sayPrompt(page, prompt, seconds);
+    const verdict = await judged(page, prompt);
+    if (verdict.state === 'good' || i === 5 || !/dropped|only \d+ pictures/.test(verdict.faults)) return verdict;
+  }
+}
+
 let server = await startServer();
 
 // --- From the opened page to a spoken line.
@@ -115,8 +124,7 @@ await page.waitForFunction(() => {
   const canvas = document.getElementById('drawing');
   return canvas.width > 0 && canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data.some((v) => v > 0);
 }, null, { timeout: 20000 });
-await sayPrompt(page, 0);
-assert.deepEqual(await judged(page, 0), { state: 'good', faults: '' });
+assert.deepEqual(await sayUntilWhole(page, 0), { state: 'good', faults: '' });
 await page.screenshot({ path: `${screenshotStem}.take.png` });
 const takes = readdirSync(join(me, 'takes'));
 assert.deepEqual(takes.map((n) => n.slice(n.lastIndexOf('.'))).sort(), ['.TextGrid', '.c3d', '.txt', '.wav']);
@@ -125,8 +133,7 @@ assert.equal(statSync(me).mode & 0o077, 0);
 assert.equal(readdirSync(join(me, 'incoming')).length + readdirSync(join(me, 'videos')).length, 0, 'the pictures are kept');
 
 // --- Other words than the sentence's are offered again.
-await sayPrompt(page, 1);
-const wrong = await judged(page, 1);
+const wrong = await sayUntilWhole(page, 1);
 assert.equal(wrong.state, 'again');
 assert.match(wrong.faults, /Other words|cannot be used/);
 

@@ -91,9 +91,9 @@ StudioLook studioLook(const VideoImage& image, const std::optional<FaceLandmarks
 std::vector<std::string> takeFaults(const FaceTrack& track) {
   constexpr double kLeastSeen = 0.95, kMostLost = 0.05, kLeastRateHz = 20, kClipped = 0.98, kQuietDb = -45;
   std::vector<std::string> faults;
-  if (track.seenShare() < kLeastSeen)
-    faults.push_back(
-        fmt::format("Your face was lost: it is seen in {:.0f} % of the pictures.", 100 * track.seenShare()));
+  const double seen = std::min(1.0, track.seenShare() / (1 - track.lostShare()));  // of the pictures that came
+  if (seen < kLeastSeen)
+    faults.push_back(fmt::format("Your face was lost: it is seen in {:.0f} % of the pictures.", 100 * seen));
   if (track.lostShare() > kMostLost)
     faults.push_back(
         fmt::format("{:.0f} % of the pictures were dropped: close other programs.", 100 * track.lostShare()));
