@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "audio/audio_clip.h"
 
@@ -63,6 +64,24 @@ TEST(ResampleAudio, KeepsConstantsExactly) {
 TEST(ResampleAudio, ChangesNothingAtTheSameRate) {
   const AudioClip clip = sine(16000, 300, 0.1);
   EXPECT_EQ(resampleAudio(clip, 16000).samples, clip.samples);
+}
+
+TEST(LiveResampler, GivesTheSameSamplesInChunksOfAnySize) {
+  std::mt19937 random(11);
+  for (const int from : {16000, 22050, 44100, 48000}) {
+    const AudioClip clip = sine(from, 700, 0.2);
+    const std::vector<float> whole = resampleAudio(clip, 16000).samples;
+    LiveResampler live(from, 16000);
+    std::vector<float> made;
+    for (std::size_t at = 0; at < clip.samples.size();) {
+      const std::size_t count = std::min<std::size_t>(random() % 700, clip.samples.size() - at);
+      live.push(std::span(clip.samples).subspan(at, count), made);
+      at += count;
+    }
+    ASSERT_LE(made.size(), whole.size());
+    EXPECT_GE(made.size() + 60, whole.size()) << from << ": the last wait for what follows";
+    EXPECT_TRUE(std::equal(made.begin(), made.end(), whole.begin())) << from;
+  }
 }
 
 }  // namespace
