@@ -368,7 +368,6 @@ void LiveStream::silence(Seconds until) {
 Sound LiveStream::say(std::string_view text) {
   constexpr Seconds kAtOnce = 0.25;
   Data& data = *data_;
-  LiveSetup& setup = data.setup;
   data.expectOpen(false);
   data.makeOwnVoice();
   const SpokenLine line = data.voice->speak(text);

@@ -161,7 +161,8 @@ Command speakCommand() {
       "synth --audio a.wav\nsynth --audio a.wav --hint \"Mouthpiece, viseme\"\n"
       "synth --audio a.wav --times whisper.json\n"
       "synth --audio a.wav --transcript \"the time is now\"\n"
-      "synth --audio a.wav --phones a.TextGrid -o talk.glb -o talk.wav\nsynth batch lines.csv --out lines",
+      "synth --audio a.wav --phones a.TextGrid -o talk.glb -o talk.wav\nsynth batch lines.csv --out lines\n"
+      "arecord -f S16_LE -r 16000 -t raw | synth --stream --as livelink --real-time",
       addOptions, runSpeak);
 }
 
