@@ -105,8 +105,10 @@ TEST(Usage, EveryCommandRefusesWhatItDoesNotKnow) {
 
 TEST(Usage, EveryCommandSaysWhatItLacks) {
   for (const Call& call : allCommands()) {
-    // `prompts` has a grammar of its own, and `serve` needs nothing.
-    if (call.arguments != Arguments{"prompts"} && call.arguments != Arguments{"serve"}) expectWrongUsage(call);
+    // `prompts` has a grammar of its own, `serve` needs nothing, and `stream` standard input alone.
+    if (call.arguments != Arguments{"prompts"} && call.arguments != Arguments{"serve"} &&
+        call.arguments != Arguments{"stream"})
+      expectWrongUsage(call);
   }
   for (const char* program : {"corpus", "retarget"}) {
     expectWrongUsage({program, {}});
@@ -122,6 +124,9 @@ TEST(Usage, OptionsThatExcludeOrNeedEachOther) {
       {"synth", {"--song", "a.json", "--text", "b"}},
       {"synth", {"--song", "a.json", "--audio", "b.wav", "--transcript", "a"}},
       {"synth", {"--hint", "a"}},
+      {"synth", {"--stream", "--labels", "phones", "--text-file", "a"}},
+      {"synth", {"--stream", "--labels", "phones", "--stamped"}},
+      {"synth", {"--stream", "--sound", "a.wav"}},
       {"synth", {"--times", "a.json"}},
       {"synth", {"--audio", "a.wav", "--times", "b.json", "--phones", "c.lab"}},
       {"synth", {"--audio", "a.wav", "--hear", "letters"}},
