@@ -253,9 +253,8 @@ class ShapeSetMaker {
   void add(std::string name, const MarkerPositions& moves, const LipPose& lips, const TonguePose& tongue, bool closes) {
     const VertexPositions pose = posed(moves, lips, tongue);
     const MarkerPositions still = MarkerPositions::Zero(moves.rows(), 3);
-    LipPose resting = lips;
-    resting.rounding = 0;
-    resting.tuck = 0;
+    LipPose resting;
+    resting.seal = lips.seal;
     VertexPositions vertex_moves =
         closes ? VertexPositions(pose - rig_.mesh().vertices) : VertexPositions(pose - posed(still, resting, {}));
     quieten(vertex_moves);
@@ -270,7 +269,9 @@ class ShapeSetMaker {
     // The lips' outer edges are as far apart as at rest, where the mouth is closed.
     const auto upper = set_.poses.findMarker("LIP_UP_MID"), lower = set_.poses.findMarker("LIP_LO_MID");
     if (upper && lower) {
-      const auto apartIn = [&](const MarkerPositions& places) { return places(upper->row(), 1) - places(lower->row(), 1); };
+      const auto apartIn = [&](const MarkerPositions& places) {
+        return places(upper->row(), 1) - places(lower->row(), 1);
+      };
       const double apart = apartIn(shut);
       for (std::size_t i = 0; i < set_.poses.marker_names.size(); ++i) {
         const LipSide side = lipSideOf(set_.poses.marker_names[i]);

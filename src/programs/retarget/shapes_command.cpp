@@ -148,19 +148,20 @@ void writeSet(const ShapesArguments& given, const ShapeSet& set, const SharedFac
     writeFileAtomically(given.out, fbxBytes(mesh, shapes, face.rig.name(), set.names));
   } else if (ending == ".usda") {
     writeFileAtomically(given.out, usdaText(mesh, shapes, face.rig.name(), set.names));
-  } else if (ending.empty()) {
+  } else {
     FaceMesh posed = mesh;
     writeObj(given.out / "neutral.obj", posed);
     for (std::size_t k = 0; k < set.names.size(); ++k) {
       posed.vertices = mesh.vertices + set.moves[k];
       writeObj(given.out / (set.names[k] + ".obj"), posed);
     }
-  } else {
-    throw InputError(given.out.string(), "", "found an unknown ending; expected .glb .fbx .usda or a folder");
   }
 }
 
 int runShapes(const ShapesArguments& given) {
+  const std::string ending = given.out.extension().string();
+  if (!ending.empty() && ending != ".glb" && ending != ".fbx" && ending != ".usda")
+    throw InputError(given.out.string(), "", "found an unknown ending; expected .glb .fbx .usda or a folder");
   const SharedFace face(given.face);
   const SharedCorpus corpus(given.corpus);
   const SharedFace::Data& own = face.data();
