@@ -16,6 +16,7 @@ set(doc ${CMAKE_INSTALL_DATADIR}/doc/mouthpiece)
 install(FILES README.md CHANGELOG.md DESTINATION ${doc})
 install(FILES LICENSE DESTINATION ${doc} RENAME copyright)
 install(DIRECTORY examples/farm DESTINATION ${doc}/examples)
+install(DIRECTORY blender/mouthpiece DESTINATION ${CMAKE_INSTALL_DATADIR}/mouthpiece/blender PATTERN __pycache__ EXCLUDE)
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME mouthpiece)
