@@ -60,6 +60,7 @@ REAL = {
 BATCH = 'id,text\nfirst,the time is now\nsecond,"good evening, and welcome"\nthird,almost ten past two\n'
 LYRICS = "Twinkle twinkle little star, how I wonder what you are\n"
 NOT_COMPARED = ("timing_ms", "real_time_factor", "path", "version", "generator")
+NOT_OF_MANIFESTS = ("made_with", "mouthpiece", "corpus", "face", "mesh", "hash", "bytes")  # hashes of learnt floats, sizes
 
 
 def signs(count):
@@ -89,14 +90,14 @@ def digest_text(text):
     return {"sha256": hashlib.sha256(text if isinstance(text, bytes) else text.encode()).hexdigest()[:24]}
 
 
-def flatten(value, path, numbers, texts):
+def flatten(value, path, numbers, texts, left_out):
     if isinstance(value, dict):
         for key, each in value.items():
-            if key not in NOT_COMPARED:
-                flatten(each, f"{path}.{key}", numbers, texts)
+            if key not in left_out:
+                flatten(each, f"{path}.{key}", numbers, texts, left_out)
     elif isinstance(value, list):
         for each in value:
-            flatten(each, path + "[]", numbers, texts)
+            flatten(each, path + "[]", numbers, texts, left_out)
     elif isinstance(value, str) and re.fullmatch(r"-?\d+\.\d+", value):
         numbers.setdefault(path + "~", []).append(float(value))
     elif isinstance(value, bool) or value is None or isinstance(value, str):
@@ -105,9 +106,9 @@ def flatten(value, path, numbers, texts):
         numbers.setdefault(path, []).append(value)
 
 
-def digest_json(tree):
+def digest_json(tree, left_out=NOT_COMPARED):
     numbers, texts = {}, {}
-    flatten(tree, "", numbers, texts)
+    flatten(tree, "", numbers, texts, left_out)
     digest = {path: digest_fields(values, SETTING if path.endswith("~") else VALUE) for path, values in numbers.items()}
     digest.update({path + "=": digest_text("\n".join(values)) for path, values in texts.items()})
     return digest
@@ -173,7 +174,11 @@ def digest_folder(folder):
     digest = {}
     for path in sorted(folder.rglob("*")):
         name = str(path.relative_to(folder))
-        if path.suffix == ".csv":
+        if path.name == "manifest.json":
+            digest[name] = digest_json(json.loads(path.read_text()), NOT_COMPARED + NOT_OF_MANIFESTS)
+        elif path.name.startswith("manifest."):
+            digest[name] = {"is": "there"}
+        elif path.suffix == ".csv":
             digest[name] = digest_csv(path, MOTION_MM)
         elif path.suffix == ".json":
             digest[name] = digest_json(json.loads(path.read_text()))

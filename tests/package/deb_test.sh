@@ -20,8 +20,9 @@ trap finish EXIT
 if [ -n "$root" ]; then
   cp -a "$root" "$work/root"
 else
+  mirror=$(grep -rhoE "https?://[^ ]+" /etc/apt/sources.list /etc/apt/sources.list.d/*.list /etc/apt/sources.list.d/*.sources 2>/dev/null | grep -v "snapshot\|security" | head -n 1)
   command -v debootstrap >/dev/null 2>&1 || skip "no debootstrap; get it with: sudo apt-get install debootstrap"
-  debootstrap --variant=minbase bookworm "$work/root" http://deb.debian.org/debian >"$work/log" 2>&1 ||
+  debootstrap --variant=minbase bookworm "$work/root" $mirror >"$work/log" 2>&1 ||
     skip "debootstrap cannot make a root here: $(tail -n 1 "$work/log")"
 fi
 fail() {
