@@ -196,7 +196,9 @@ TEST(MouthBag, JoinsTheEdgeOfAHole) {
   ASSERT_TRUE(again && again->is_parted);
   for (std::size_t i = 0; i < std::min(line->upper.size(), again->upper.size()); ++i) {
     const Vector3d there = again->at(line->upper[i]).upper;
-    if (std::abs(there.x()) < 0.8 * kHalfMm) EXPECT_LT((line->upper[i] - there).norm(), kRimWithinMm);
+    if (std::abs(there.x()) < 0.8 * kHalfMm) {
+      EXPECT_LT((line->upper[i] - there).norm(), kRimWithinMm);
+    }
   }
   EXPECT_EQ(withMouthBag(bagged, *again).parts.size(), bagged.parts.size()) << "there is no hole any more";
 }

@@ -47,8 +47,12 @@ TEST_P(TimesOfOthers, AreReadAsTheirDocumentationSays) {
   EXPECT_EQ(times.kind, GetParam().kind);
   EXPECT_EQ(wordsOf(times), GetParam().words);
   EXPECT_EQ(phonesOf(times), GetParam().phones);
-  if (!times.words.empty()) EXPECT_NEAR(times.words.back().span.start, GetParam().last_word_start, 1e-6);
-  if (!times.phones.empty()) EXPECT_NEAR(times.phones.back().span.end, 1.4, 0.002);
+  if (!times.words.empty()) {
+    EXPECT_NEAR(times.words.back().span.start, GetParam().last_word_start, 1e-6);
+  }
+  if (!times.phones.empty()) {
+    EXPECT_NEAR(times.phones.back().span.end, 1.4, 0.002);
+  }
 }
 
 constexpr const char* kSaid = "DH AH T AY M IH Z N AW";
@@ -72,8 +76,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Kind{"words.ctm", "CTM", "the time is now", "", 0.9},
                     Kind{"lines.srt", "SRT", "The time is now.", "", 0.1},
                     Kind{"lines.vtt", "WebVTT", "The time is now.", "", 0.1}),
-    [](const testing::TestParamInfo<Kind>& info) {
-      std::string name = info.param.file;
+    [](const testing::TestParamInfo<Kind>& kind) {
+      std::string name = kind.param.file;
       std::replace_if(
           name.begin(), name.end(), [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0; }, '_');
       return name;

@@ -119,7 +119,9 @@ TEST(Ipa, DistancesAreMetrics) {
     EXPECT_EQ(audibleDistance(a, a), 0);
     for (const IpaSound& b : sounds) {
       EXPECT_EQ(visibleDistance(a, b), visibleDistance(b, a));
-      if (a.closesLips() != b.closesLips()) EXPECT_GT(visibleDistance(a, b), 3.9);
+      if (a.closesLips() != b.closesLips()) {
+        EXPECT_GT(visibleDistance(a, b), 3.9);
+      }
     }
   }
 }

@@ -65,7 +65,9 @@ TEST(SpeechDials, ATrackWorksWhereItIs) {
     const Seconds time = static_cast<double>(frame) / rate;
     const double change =
         (made.motion.positions_mm.row(frame) - plain.motion.positions_mm.row(frame)).cwiseAbs().maxCoeff();
-    if (time < 0.39 || time > 0.66) EXPECT_LT(change, 1e-9) << time;
+    if (time < 0.39 || time > 0.66) {
+      EXPECT_LT(change, 1e-9) << time;
+    }
     inside = std::max(inside, change);
   }
   EXPECT_GT(inside, 0.5) << "mm";
