@@ -11,9 +11,9 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "base/text_encoding.h"
 #include "motion/formats/motion_file.h"
 #include "phonetics/labels/label_files.h"
-#include "base/text_encoding.h"
 
 namespace mouthpiece {
 namespace {
@@ -98,8 +98,7 @@ std::string withoutSubject(const std::string& name) {
 }
 
 std::vector<std::string> firstFew(const std::vector<std::string>& names, std::size_t count = 4) {
-  std::vector<std::string> few(names.begin(),
-                               names.begin() + signedIndex(std::min(count, names.size())));
+  std::vector<std::string> few(names.begin(), names.begin() + signedIndex(std::min(count, names.size())));
   for (std::string& name : few) name = printable(name, 30);
   if (names.size() > count) few.push_back("...");
   return few;

@@ -65,7 +65,8 @@ struct FoundTakes {
 };
 
 /// Looks in the folder itself, not in folders below. A name counts as a take when it has motion, or sound with labels
-/// or text; what such a take lacks makes it left out. Throws InputError when the folder cannot be read or holds no take.
+/// or text; what such a take lacks makes it left out. Throws InputError when the folder cannot be read or holds no
+/// take.
 FoundTakes findTakes(const std::filesystem::path& folder);
 
 /// A take as captured: the head still moves.

@@ -47,8 +47,9 @@ RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions
   if (motion.frameCount() == 0) return RowMajorMatrixF::Zero(0, signedIndex(kArkitNames.size()));
   MOUTHPIECE_EXPECT(neutral_mm == nullptr || neutral_mm->size() == motion.positions_mm.cols());
   const Eigen::RowVectorXd rest =
-      neutral_mm != nullptr ? Eigen::RowVectorXd(Eigen::Map<const Eigen::RowVectorXd>(neutral_mm->data(), neutral_mm->size()))
-                            : medianOf(motion.positions_mm);
+      neutral_mm != nullptr
+          ? Eigen::RowVectorXd(Eigen::Map<const Eigen::RowVectorXd>(neutral_mm->data(), neutral_mm->size()))
+          : medianOf(motion.positions_mm);
   std::vector<std::pair<Eigen::Index, Eigen::Index>> known;  // of the learnt markers, of the motion's
   for (std::size_t i = 0; i < learnt.markers.size(); ++i) {
     if (const auto marker = motion.findMarker(learnt.markers[i])) known.emplace_back(signedIndex(i), marker->row());
@@ -63,7 +64,9 @@ RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions
         shapes.block<3, 1>(3 * row, signedIndex(k)) = learnt.moves_mm[k].row(marker).transpose().cast<float>();
     }
     moves.middleRows<3>(3 * row) =
-        (motion.positions_mm.middleCols<3>(3 * column).rowwise() - rest.segment<3>(3 * column)).transpose().cast<float>();
+        (motion.positions_mm.middleCols<3>(3 * column).rowwise() - rest.segment<3>(3 * column))
+            .transpose()
+            .cast<float>();
   }
   return fitShapeWeights(shapes, moves.array().isNaN().select(0.0F, moves), kArkitNames.size());
 }

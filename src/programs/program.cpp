@@ -226,9 +226,9 @@ void setExample(CLI::App& app, std::string_view example) {
 int runProgram(const Command& program, const std::vector<Command>& subcommands, int argc, const char* const* argv) {
   CLI::App app(program.what, program.name);
   setExample(app, program.example);
-  app.set_version_flag(
-      "--version", fmt::format("{} {} (commit {}; corpus format {}, face format {})", program.name, MOUTHPIECE_PROGRAM_VERSION,
-                               MOUTHPIECE_COMMIT, kCorpusFormatVersion, kFaceFormatVersion));
+  app.set_version_flag("--version", fmt::format("{} {} (commit {}; corpus format {}, face format {})", program.name,
+                                                MOUTHPIECE_PROGRAM_VERSION, MOUTHPIECE_COMMIT, kCorpusFormatVersion,
+                                                kFaceFormatVersion));
   std::function<int()> chosen;
   if (program.add) {
     chosen = program.add(app);

@@ -85,9 +85,9 @@ std::vector<MovementShares> sharesOf(const StretchMotion& whole, const LineToRen
 /// Moves the mouth as the dials have it, within what it can reach. Where the lips met they meet. Returns the number of
 /// frames that were held.
 std::size_t turnDials(const SpeechDials& dials, const LineToRender& line, PositionMatrix& positions);
-/// Where `positions` differ from `before` they are held within twice the widest pose that the curves know; or, if that is
-/// farther, the chin within a quarter more than its farthest in the line, and the lips within twice as far as before.
-/// Returns the number of frames that were held.
+/// Where `positions` differ from `before` they are held within twice the widest pose that the curves know; or, if that
+/// is farther, the chin within a quarter more than its farthest in the line, and the lips within twice as far as
+/// before. Returns the number of frames that were held.
 std::size_t keepWithinReach(const PositionMatrix& before, const LineToRender& line, PositionMatrix& positions);
 MouthFacts mouthFacts(const MotionClip& motion, const LineToRender& line);
 

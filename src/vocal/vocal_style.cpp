@@ -62,9 +62,9 @@ StyleSignal parseStyleSignal(std::string_view text, std::string_view name, doubl
     const auto value = fields.size() == 2 ? parseNumber(fields[1]) : std::nullopt;
     if (!time && signal.points.empty() && lines.lineNumber() == 1) continue;
     if (!time || !value || !std::isfinite(*time) || !(*value >= least && *value <= largest)) {
-      failAtLine(name, lines.lineNumber(),
-                 fmt::format("found '{}'; expected time_s,value with a value from {} to {}", printable(line), least,
-                             largest));
+      failAtLine(
+          name, lines.lineNumber(),
+          fmt::format("found '{}'; expected time_s,value with a value from {} to {}", printable(line), least, largest));
     }
     if (!signal.points.empty() && *time <= signal.points.back().time)
       failAtLine(name, lines.lineNumber(),

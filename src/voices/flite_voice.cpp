@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "base/errors.h"
-#include "phonetics/text/speakable_text.h"
 #include "phonetics/language/flite_library.h"
+#include "phonetics/text/speakable_text.h"
 #include "voices/engines.h"
 #include "voices/spoken_line_builder.h"
 

@@ -58,7 +58,8 @@ const std::vector<Outsider> kOutsiders{
     {"dlfcn.h", {"${CMAKE_DL_LIBS}"}},
 };
 const std::set<std::string_view> kThreads{"thread", "mutex", "shared_mutex", "condition_variable", "future", "atomic"};
-const std::regex kSystemHeader(R"([a-z_]+|sys/[a-z]+\.h|(unistd|fcntl|netdb|poll|signal|spawn|malloc|immintrin|time|std[a-z]+)\.h)");
+const std::regex kSystemHeader(
+    R"([a-z_]+|sys/[a-z]+\.h|(unistd|fcntl|netdb|poll|signal|spawn|malloc|immintrin|time|std[a-z]+)\.h)");
 const std::regex kHeavy(R"((CGAL/|CLI/|nlohmann/json\.hpp|OpenMesh/|sqlite3\.h|SQLiteCpp/|spdlog/|tiny_gltf\.h).*)");
 
 std::string folderOf(const std::string& path) { return fs::path(path).parent_path().string(); }
@@ -178,7 +179,9 @@ Files filesOf(const fs::path& root) {
     for (const auto& entry : fs::recursive_directory_iterator(root / top)) {
       const std::string ending = entry.path().extension().string();
       const bool is_list = entry.path().filename() == "CMakeLists.txt";
-      if (ending == ".h" || ending == ".cpp" || (is_list && std::string_view(top) != "tests" && std::string_view(top) != "examples")) take(entry.path());
+      if (ending == ".h" || ending == ".cpp" ||
+          (is_list && std::string_view(top) != "tests" && std::string_view(top) != "examples"))
+        take(entry.path());
     }
   }
   return files;
@@ -249,8 +252,8 @@ House::House(Files files) : files_(std::move(files)) {
 }
 
 std::string House::resolved(const std::string& from, const std::string& name) const {
-  for (const std::string& path : {"src/" + name, name, "include/" + name,
-                                  (fs::path(folderOf(from)) / name).lexically_normal().string()}) {
+  for (const std::string& path :
+       {"src/" + name, name, "include/" + name, (fs::path(folderOf(from)) / name).lexically_normal().string()}) {
     if (files_.contains(path)) return path;
   }
   return "";

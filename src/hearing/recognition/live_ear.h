@@ -10,8 +10,8 @@
 
 namespace mouthpiece {
 
-/// Hears the phones of a sound that goes on, of any language (docs/theory/hearing/recognition.md). Time and memory do not grow
-/// with the sound. Not thread-safe.
+/// Hears the phones of a sound that goes on, of any language (docs/theory/hearing/recognition.md). Time and memory do
+/// not grow with the sound. Not thread-safe.
 class LiveEar {
  public:
   static constexpr int kRateHz = 16000;

@@ -3,11 +3,12 @@
 
 int main(int argc, char** argv) {
   using namespace mouthpiece;
-  return runProgram({"corpus", "Performs, builds, inspects and evaluates corpora of captured speech",
-                     "corpus build takes --out mine.corpus\ncorpus info mine.corpus\ncorpus build --help", {}},
+  return runProgram({"corpus",
+                     "Performs, builds, inspects and evaluates corpora of captured speech",
+                     "corpus build takes --out mine.corpus\ncorpus info mine.corpus\ncorpus build --help",
+                     {}},
                     {sampleCommand(), buildCommand(), alignCommand(), tagCommand(), infoCommand(), checkCommand(),
-                     convertCommand(), cleanCommand(), tuneCommand(), evaluateCommand(), reportCommand(), trackCommand(),
-                     studioCommand(),
-                     promptsCommand()},
+                     convertCommand(), cleanCommand(), tuneCommand(), evaluateCommand(), reportCommand(),
+                     trackCommand(), studioCommand(), promptsCommand()},
                     argc, argv);
 }

@@ -3,10 +3,12 @@
 
 int main(int argc, char** argv) {
   using namespace mouthpiece;
-  return runProgram(
-      {"retarget", "Puts captured marker motion on a face mesh.",
-       "retarget fit --mesh head.obj --anchors head.anchors.json --corpus sample.corpus --out head.face\n"
-       "retarget apply --face head.face --motion motion.c3d --out talk.glb\nretarget check head.face", {}},
-      {fitCommand(), pickCommand(), anchorsCommand(), cutCommand(), applyCommand(), checkCommand(), sampleCommand(), shapesCommand()},
-      argc, argv);
+  return runProgram({"retarget",
+                     "Puts captured marker motion on a face mesh.",
+                     "retarget fit --mesh head.obj --anchors head.anchors.json --corpus sample.corpus --out head.face\n"
+                     "retarget apply --face head.face --motion motion.c3d --out talk.glb\nretarget check head.face",
+                     {}},
+                    {fitCommand(), pickCommand(), anchorsCommand(), cutCommand(), applyCommand(), checkCommand(),
+                     sampleCommand(), shapesCommand()},
+                    argc, argv);
 }

@@ -14,5 +14,6 @@ int main(int argc, char** argv) {
     arguments.erase(flag);
     arguments.insert(arguments.begin() + 1, "stream");
   }
-  return runProgram(speakCommand(), {batchCommand(), mergeCommand(), serveCommand(), streamCommand()}, argc, arguments.data());
+  return runProgram(speakCommand(), {batchCommand(), mergeCommand(), serveCommand(), streamCommand()}, argc,
+                    arguments.data());
 }

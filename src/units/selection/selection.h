@@ -75,7 +75,8 @@ std::vector<SelectedUnit> selectUnits(const SpeechLabels& target, const UnitData
                                       const SelectionOptions& options);
 
 /// Other seen fragments for phones [first, last] of the target than the one at `source`, the cheapest by target cost
-/// first, at most `most`; where there are none of all these phones, of as many of them, from the first on, as there are.
+/// first, at most `most`; where there are none of all these phones, of as many of them, from the first on, as there
+/// are.
 std::vector<SelectedUnit> otherUnits(const SpeechLabels& target, const UnitDatabase& database, const PhoneRange& phones,
                                      const PhonePlace& source, std::size_t most);
 

@@ -171,8 +171,8 @@ TEST_F(SampleData, AppliedMotionComesInEveryFormat) {
     EXPECT_TRUE(readAll(path(name)) == bytes) << name << " is not the same a second time";
   }
   // A face without ARKit's shapes has no weights for them.
-  const ProgramResult refused = runProgram(
-      "retarget", {"apply", "--face", face, "--motion", path("m.c3d"), "--out", path("a.csv")});
+  const ProgramResult refused =
+      runProgram("retarget", {"apply", "--face", face, "--motion", path("m.c3d"), "--out", path("a.csv")});
   EXPECT_EQ(refused.exit_code, 1);
   EXPECT_FALSE(fs::exists(path("a.csv")));
 }
@@ -182,7 +182,8 @@ TEST_F(SampleData, TheSharedFolderCanBeNamed) {
   fs::create_directories(folder_.path() / "share");
   fs::copy_file(kShare / "sample.corpus", folder_.path() / "share/sample.corpus");
   const auto speakFrom = [&](const std::string& share) {
-    return runProgram("/usr/bin/env", {"MOUTHPIECE_SHARE=" + share, synth, "--text", "now", "-o", path("a.csv"), "--json"});
+    return runProgram("/usr/bin/env",
+                      {"MOUTHPIECE_SHARE=" + share, synth, "--text", "now", "-o", path("a.csv"), "--json"});
   };
   for (const char* share : {"share", "nowhere"}) {  // a folder without the file: as if none were named
     const ProgramResult result = speakFrom(path(share));
@@ -201,8 +202,8 @@ TEST_F(SampleData, ShardsPartABatch) {
     std::vector<std::string> made;
     for (std::size_t index = 1; index <= count; ++index) {
       const fs::path out = folder_.path() / ("shard" + std::to_string(count) + "_" + std::to_string(index));
-      runWell("synth", {"batch", lines, "--out", out.string(), "--fps", "24", "--quiet", "--voice", "flite:slt", "--shard",
-                        std::to_string(index) + "/" + std::to_string(count)});
+      runWell("synth", {"batch", lines, "--out", out.string(), "--fps", "24", "--quiet", "--voice", "flite:slt",
+                        "--shard", std::to_string(index) + "/" + std::to_string(count)});
       if (!fs::exists(out)) continue;
       for (const auto& entry : fs::directory_iterator(out)) {
         if (!entry.is_directory()) continue;  // the shards' manifests

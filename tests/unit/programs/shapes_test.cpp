@@ -45,7 +45,8 @@ TEST_F(Shapes, Of52OfArkitCloseAndKeepTheirSides) {
   EXPECT_LE(facts["lips_overlap_mm"], 0.5);
   EXPECT_LE(facts["turned_over_mm2"], 4);
   for (const json& fault : facts["faults"])
-    EXPECT_NE(fault.get<std::string>().find("longer"), std::string::npos) << fault << ": no more than skin that stretches";
+    EXPECT_NE(fault.get<std::string>().find("longer"), std::string::npos)
+        << fault << ": no more than skin that stretches";
   EXPECT_GT(facts["strengths"].value("jawOpen", 1.0), 0.5) << "a jaw that opens";
 }
 

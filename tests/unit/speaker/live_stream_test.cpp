@@ -87,13 +87,14 @@ class Live : public testing::Test {
   /// LIP_UP_MID to LIP_LO_MID.
   static std::vector<double> openings(const std::vector<double>& markers_mm) {
     const std::vector<std::string>& names = line().motion().marker_names;
-    const auto at = [&](const char* name) { return 3 * static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin()); };
+    const auto at = [&](const char* name) {
+      return 3 * static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+    };
     const std::size_t upper = at("LIP_UP_MID"), lower = at("LIP_LO_MID");
     std::vector<double> opening;
     for (std::size_t row = 0; row < markers_mm.size(); row += 3 * names.size()) {
       double sum = 0;
-      for (std::size_t k = 0; k < 3; ++k)
-        sum += std::pow(markers_mm[row + upper + k] - markers_mm[row + lower + k], 2);
+      for (std::size_t k = 0; k < 3; ++k) sum += std::pow(markers_mm[row + upper + k] - markers_mm[row + lower + k], 2);
       opening.push_back(std::sqrt(sum));
     }
     return opening;
@@ -182,11 +183,14 @@ TEST_F(Live, WithTheUsualLookAheadItIsNearAndLipsThatTouchDo) {
   const std::vector<double> live = openings(pulled.markers_mm), whole = openings(line().motion().positions_mm);
   EXPECT_GT(correlation(live, whole), 0.9);
   const auto least = [&](const std::vector<double>& opening, const TimeSpan& span) {
-    const auto frame = [&](Seconds time) { return std::clamp<std::ptrdiff_t>(std::lround(60 * time), 0, std::ssize(opening) - 1); };
+    const auto frame = [&](Seconds time) {
+      return std::clamp<std::ptrdiff_t>(std::lround(60 * time), 0, std::ssize(opening) - 1);
+    };
     return *std::min_element(opening.begin() + frame(span.start - 0.02), opening.begin() + frame(span.end + 0.02) + 1);
   };
-  const double quarter = *std::min_element(whole.begin(), whole.end()) +
-                         0.25 * (*std::max_element(whole.begin(), whole.end()) - *std::min_element(whole.begin(), whole.end()));
+  const double quarter =
+      *std::min_element(whole.begin(), whole.end()) +
+      0.25 * (*std::max_element(whole.begin(), whole.end()) - *std::min_element(whole.begin(), whole.end()));
   std::size_t closures = 0;
   for (const PhoneLabel& phone : line().labels().phones) {
     if (phone.viseme != "MBP" || least(whole, phone.span) > quarter) continue;
@@ -252,7 +256,8 @@ TEST_F(Live, AStalledStreamComesToRestAndGoesOn) {
   std::size_t frames = 0;
   while ((frame = stream.next()) != nullptr) {
     ++frames;
-    for (std::size_t k = 0; k < before.size(); ++k) widest = std::max(widest, std::abs(frame->markers_mm[k] - before[k]));
+    for (std::size_t k = 0; k < before.size(); ++k)
+      widest = std::max(widest, std::abs(frame->markers_mm[k] - before[k]));
   }
   EXPECT_GT(widest, 3);
   EXPECT_GT(frames, line().frameCount() / 2 - 20);
@@ -309,7 +314,10 @@ TEST_F(Live, BadInputIsRefusedOrCounted) {
   EXPECT_NE(errorOf([&] { Speaker(curves).live(); }), "no error");
 
   LiveStream labels = speaker().live();
-  EXPECT_EQ(errorOf([&] { labels.push(LivePhone{"QQQ", {0, 1}}); }), "found the phone 'QQQ'; expected ARPAbet, IPA or sil");
+  EXPECT_EQ(errorOf([&] {
+              labels.push(LivePhone{"QQQ", {0, 1}});
+            }),
+            "found the phone 'QQQ'; expected ARPAbet, IPA or sil");
   EXPECT_NE(errorOf([&] { labels.push(LivePhone{"AA", {1, 1}}); }), "no error");
   EXPECT_NE(errorOf([&] { labels.push(LivePhone{"AA", {std::nan(""), 1}}); }), "no error");
   EXPECT_NE(errorOf([&] { labels.push(LivePhone{"AA", {0, 1e300}}); }), "no error");
@@ -388,8 +396,15 @@ TEST_F(Live, APacketIsThatOfLiveLinkFace) {
   const std::string packet = liveLinkPacket(frame, 60, "Bob");
   ASSERT_EQ(packet.size(), 4U + 37 + 4 + 3 + 17 + 4 * 61);
   EXPECT_EQ(packet.substr(0, 5), std::string("\x06\0\0\0$", 5));
-  EXPECT_EQ(packet.substr(41, 7), std::string("\0\0\0\x03" "Bob", 7));
-  EXPECT_EQ(packet.substr(48, 17), std::string("\0\0\x01\x02" "\0\0\0\0" "\0\0\0\x3C" "\0\0\0\x01" "\x3D", 17));
+  EXPECT_EQ(packet.substr(41, 7), std::string("\0\0\0\x03"
+                                              "Bob",
+                                              7));
+  EXPECT_EQ(packet.substr(48, 17), std::string("\0\0\x01\x02"
+                                               "\0\0\0\0"
+                                               "\0\0\0\x3C"
+                                               "\0\0\0\x01"
+                                               "\x3D",
+                                               17));
   EXPECT_EQ(packet.substr(65 + 4 * 17, 4), std::string("\x3F\0\0\0", 4)) << "big-endian 0.5 for JawOpen";
   EXPECT_EQ(liveLinkPacket(frame, 60, std::string(1000, 'x')).size(), packet.size() + 61);
 }
@@ -408,7 +423,8 @@ TEST_F(Live, CStreamsToo) {
   EXPECT_EQ(mouthpiece_live_new(speaking, 0.001, 16000, &live, error, sizeof error), MOUTHPIECE_BAD_INPUT);
   ASSERT_EQ(mouthpiece_live_new(speaking, 0.2, 16000, &live, error, sizeof error), MOUTHPIECE_OK) << error;
   mouthpiece_speaker_free(speaking);
-  EXPECT_EQ(mouthpiece_live_push_float(live, nullptr, 5, MOUTHPIECE_FOLLOWS, error, sizeof error), MOUTHPIECE_BAD_INPUT);
+  EXPECT_EQ(mouthpiece_live_push_float(live, nullptr, 5, MOUTHPIECE_FOLLOWS, error, sizeof error),
+            MOUTHPIECE_BAD_INPUT);
   EXPECT_EQ(mouthpiece_live_push_float(live, sound().data(), sound().size(), 0, error, sizeof error), MOUTHPIECE_OK);
   mouthpiece_frame frame;
   int has_frame = 0;

@@ -103,8 +103,7 @@ TEST_F(Front, TwoSpeakersInTwoThreadsGiveTheSameBytesAsOneAfterTheOther) {
   };
   std::vector<std::string> alone{speak(0, "a"), speak(1, "b")}, together(2);
   std::vector<std::thread> threads;
-  for (std::size_t i = 0; i < 2; ++i)
-    threads.emplace_back([&, i] { together[i] = speak(i, "t" + std::to_string(i)); });
+  for (std::size_t i = 0; i < 2; ++i) threads.emplace_back([&, i] { together[i] = speak(i, "t" + std::to_string(i)); });
   for (std::thread& thread : threads) thread.join();
   EXPECT_TRUE(alone == together) << "bytes differ between threads";
   EXPECT_FALSE(alone[0] == alone[1]);
@@ -179,11 +178,13 @@ TEST_F(Front, WhatCannotBeIsRefusedInOneLine) {
       speaker.perform("now");
     });
   };
-  EXPECT_NE(with([](SpeakerOptions& o) { o.manner.frame_rate_hz = std::nan(""); }).find("23.976 to 240"), std::string::npos);
+  EXPECT_NE(with([](SpeakerOptions& o) { o.manner.frame_rate_hz = std::nan(""); }).find("23.976 to 240"),
+            std::string::npos);
   EXPECT_NE(with([](SpeakerOptions& o) { o.manner.overlap_ms = -1; }).find("0 to 1000"), std::string::npos);
   EXPECT_NE(with([](SpeakerOptions& o) { o.rate = 1; }).find("corpus"), std::string::npos);
   EXPECT_NE(with([](SpeakerOptions& o) { o.voice = "nobody"; }).find("nobody"), std::string::npos);
-  EXPECT_NE(with([](SpeakerOptions& o) { o.corpus = "/nowhere/x.corpus"; }).find("/nowhere/x.corpus"), std::string::npos);
+  EXPECT_NE(with([](SpeakerOptions& o) { o.corpus = "/nowhere/x.corpus"; }).find("/nowhere/x.corpus"),
+            std::string::npos);
   EXPECT_NE(with([](SpeakerOptions& o) { o.manner.ma.constant = 2; }).find("Ma"), std::string::npos);
   Speaker speaker(sample());
   const Performance line = speaker.perform("now");
