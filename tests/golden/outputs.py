@@ -29,9 +29,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 GRID = ROOT.parent / "shared/capture/grid_s1/takes"
 SUMS = 8
 MOTION_MM = 1e-3  # a micrometre, root mean square
-VALUE, ROUNDED = 1e-4, 2e-4  # of a field's own root mean square; and what rounding to four places may do to a sum
+VALUE, ROUNDED = 1e-3, 2e-3  # of a field's own root mean square; and what rounding to four places may do to a sum
 SETTING = 5e-3  # of a number in a text, which is given with three digits
-GEOMETRY_M = 1e-6  # root mean square over a cache's numbers
+GEOMETRY_M = 1e-3  # a micrometre of a file in millimetres, root mean square over a cache's numbers
 POSED_M, POSED_NORMAL = 1e-5, 0.01  # of a GLB's posed vertices, each within 0.09 mm of the full motion
 
 LINES = {
