@@ -10,7 +10,7 @@ DEMO_OUT := build/demo
 DEMO_SONG := build/demo_song
 CANONICAL_FACE := build/third_party/canonical_face.obj
 
-.PHONY: help setup setup-test build build-tests data demo test bench lint format fuzz clean install deb
+.PHONY: help setup setup-test build build-tests data demo test bench lint format fuzz clean install uninstall deb
 help:
 	@echo "make setup    install the packages it needs (asks for sudo when not root)"
 	@echo "make build    build the programs into build/bin"
@@ -19,7 +19,8 @@ help:
 	@echo "make bench    benchmarks        make fuzz    fuzz the readers ($(FUZZ_SECONDS) s each)"
 	@echo "make lint     clang-format and clang-tidy    make format    rewrite with clang-format"
 	@echo "make deb      a Debian package with programs, sample corpus and face: build/*.deb"
-	@echo "make install  into PREFIX=$(PREFIX)          make clean     remove build folders"
+	@echo "make install  into PREFIX=$(PREFIX)          make uninstall takes away what that wrote"
+	@echo "make clean    remove build folders"
 
 setup:
 	@tools/setup.sh
@@ -86,6 +87,10 @@ install: data
 	then cmake --install build --prefix "$(PREFIX)" >/dev/null; \
 	else sudo cmake --install build --prefix "$(PREFIX)" >/dev/null; fi
 	@echo "Installed synth, corpus and retarget into $(PREFIX)/bin"
+
+uninstall:
+	@if [ -w "$(PREFIX)" ]; then cmake -DMANIFEST=build/install_manifest.txt -P cmake/Uninstall.cmake; \
+	else sudo cmake -DMANIFEST=build/install_manifest.txt -P cmake/Uninstall.cmake; fi
 
 deb: data
 	@cmake --build build -j $(JOBS) --target command_docs >/dev/null

@@ -15,7 +15,8 @@ endif()
 set(doc ${CMAKE_INSTALL_DATADIR}/doc/mouthpiece)
 install(FILES README.md CHANGELOG.md DESTINATION ${doc})
 install(FILES LICENSE DESTINATION ${doc} RENAME copyright)
-install(DIRECTORY examples/farm DESTINATION ${doc}/examples)
+install(DIRECTORY docs DESTINATION ${doc})  # as README names them
+install(DIRECTORY examples DESTINATION ${doc})
 install(DIRECTORY blender/mouthpiece DESTINATION ${CMAKE_INSTALL_DATADIR}/mouthpiece/blender PATTERN __pycache__ EXCLUDE)
 
 set(CPACK_GENERATOR DEB)

@@ -72,7 +72,7 @@ endfunction()
 # What nearly every source includes is parsed once; all targets share it, and the programs, whose time goes into reading
 # command lines, have CLI11 in theirs and are optimised less (docs/decisions/0004-build-time.md).
 function(mouthpiece_precompile)
-  file(WRITE ${CMAKE_BINARY_DIR}/precompiled/precompiled.cpp "")
+  file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/precompiled/precompiled.cpp CONTENT "")  # written once: all that is compiled waits for it
   foreach(target mouthpiece_precompiled mouthpiece_precompiled_programs)
     add_library(${target} OBJECT ${CMAKE_BINARY_DIR}/precompiled/precompiled.cpp)
     target_link_libraries(${target} PRIVATE Eigen3::Eigen fmt::fmt)

@@ -16,6 +16,7 @@
 #include "base/files.h"
 #include "base/json_fields.h"
 #include "corpus_tools/takes/pose_fit.h"
+#include "synthesis/curve_model.h"
 #include "units/file/packed_rows.h"
 
 namespace mouthpiece {
@@ -170,6 +171,14 @@ AudioClip FinishedTakes::loadAudio(TakeIndex take) const {
   const Place& place = places_.at(take.value);
   if (place.earlier != nullptr) return place.earlier->loadAudio(place.earlier_take);
   return parts_.load(place.key).audio;
+}
+
+std::string visemePosesOf(const Corpus& corpus) {
+  try {
+    return posesToJson(learnPoses(corpus));
+  } catch (const InputError&) {
+    return "";
+  }
 }
 
 void logHeadReference(Corpus& corpus, const HeadReference& reference) {

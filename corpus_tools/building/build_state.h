@@ -113,6 +113,9 @@ class FinishedTakes final : public MotionSource {
   std::optional<RigidMotion> face_from_head_;
 };
 
+/// For Corpus::viseme_poses; empty where there is too little to learn from: `synth` says so when it needs them.
+std::string visemePosesOf(const Corpus& corpus);
+
 /// Motion as the database keeps it, so that a take is the same whether it was just done or read back.
 void roundToFile(MotionClip& motion);
 

@@ -14,7 +14,6 @@
 #include "corpus_tools/takes/pose_fit.h"
 #include "corpus_tools/takes/take_poses.h"
 #include "motion/formats/motion_file.h"
-#include "synthesis/curve_model.h"
 
 namespace mouthpiece {
 namespace {
@@ -42,15 +41,6 @@ class StepCounter {
   std::size_t done_ = 0;
   std::mutex mutex_;
 };
-
-/// Nothing where there is too little to learn from: `synth` says so when it needs them.
-std::string posesOf(const Corpus& corpus) {
-  try {
-    return posesToJson(learnPoses(corpus));
-  } catch (const InputError&) {
-    return "";
-  }
-}
 
 std::size_t threadCount(const BuildOptions& options) { return options.jobs > 0 ? options.jobs : defaultThreadCount(); }
 
@@ -217,7 +207,7 @@ class Builder {
       result.corpus.build_log["takes_aligned_by_phones"] = are_aligned ? "yes" : "no";
     }
     fitMotion(result.corpus, {.jobs = options_.jobs});
-    result.corpus.viseme_poses = posesOf(result.corpus);
+    result.corpus.viseme_poses = visemePosesOf(result.corpus);
     writeLog(result, settings_, reference);
     result.corpus.name = output_.stem().string();
     writeCorpus(output_, result.corpus);

@@ -77,11 +77,17 @@ class NetworkFit {
         random_(seed),
         hidden_(options.hidden),
         features_(std::ssize(contextFeatureNames())),
+        is_said_(contextFeatureNames().size(), false),
         components_(components),
         parameters_(Eigen::VectorXf::Zero(inputs() + hidden_ + hidden_ * components)),
         decay_(Eigen::VectorXf::Zero(parameters_.size())),
         adam_(parameters_.size()) {
-    for (const std::size_t take : use) glimpses_.emplace_back(glimpsesOf(takes[take]));
+    for (const std::size_t take : use) {
+      glimpses_.emplace_back(glimpsesOf(takes[take]));
+      for (const ContextSegment& segment : takes[take].segments) {
+        for (const auto& [feature, value] : segment.features) is_said_[unsignedIndex(feature)] = true;
+      }
+    }
     numbers_.resize(order_.size());
     std::iota(numbers_.begin(), numbers_.end(), std::size_t{0});
     begin();
@@ -124,6 +130,9 @@ class NetworkFit {
     const auto firstSound = features_ - 2 * signedIndex(kPhoneCount);
     for (Eigen::Index i = 0; i < inputs(); ++i) parameters_(i) = kInput * symmetric(random_);
     inputOf(parameters_).bottomRows(features_ - firstSound).setZero();
+    for (Eigen::Index feature = 0; feature < firstSound; ++feature) {  // nothing would ever move it from chance
+      if (!is_said_[unsignedIndex(feature)]) inputOf(parameters_).row(feature).setZero();
+    }
     for (float& weight : outputOf(parameters_).reshaped()) weight = kOutput * symmetric(random_);
     inputOf(decay_).setConstant(asFloat(1e-2 * options_.decay));
     inputOf(decay_).bottomRows(features_ - firstSound).setConstant(asFloat(1e-2 * options_.sound_decay));
@@ -183,7 +192,9 @@ class NetworkFit {
   std::vector<std::size_t> order_, numbers_;
   NetworkFitOptions options_;
   std::mt19937_64 random_;
-  Eigen::Index hidden_, features_, components_;
+  Eigen::Index hidden_, features_;
+  std::vector<bool> is_said_;  ///< features
+  Eigen::Index components_;
   Eigen::VectorXf parameters_, decay_;
   Adam adam_;
   std::vector<std::vector<Glimpse>> glimpses_;

@@ -125,7 +125,7 @@ PositionMatrix lipsOf(const MotionClip& motion, const std::vector<Eigen::Index>&
 
 CorpusTake loadedTake(const Corpus& corpus, std::size_t take) {
   CorpusTake loaded = corpus.takes[take];
-  if (corpus.motion_source != nullptr) loaded.motion = corpus.motion_source->load(TakeIndex(take));
+  loaded.motion = motionOf(corpus, TakeIndex(take));
   return loaded;
 }
 
@@ -228,29 +228,35 @@ void fitMotion(Corpus& corpus, const TrajectoryFitOptions& options) {
   corpus.build_log.erase("motion_settings");
   corpus.build_log.erase("sound_model");
   const TrajectoryFit fit = fitTrajectory(corpus, options);
-  corpus.trajectory_model = fit.model;
   if (!fit.sound_account.empty()) corpus.build_log["sound_model"] = fit.sound_account;
+  learnSettings(corpus, fit, corpus.takes.size(), options.jobs > 0 ? options.jobs : defaultThreadCount());
+}
+
+void learnSettings(Corpus& corpus, const TrajectoryFit& fit, std::size_t takes, std::size_t jobs) {
+  corpus.trajectory_model = fit.model;
   if (fit.model == nullptr || fit.judges.empty()) return;
-  const std::size_t jobs = options.jobs > 0 ? options.jobs : defaultThreadCount();
   const std::vector<Products> products = Trial(corpus, fit).products(jobs);
   if (!(products.front().values(kCaptured, kCaptured) > 0)) return;
 
-  const Learnt usual{{}, fit.model->gain};
+  const Learnt usual{corpus.motion_settings, fit.model->gain};
   Learnt best = usual;
   double least = std::numeric_limits<double>::infinity();
   Reached before, after;
+  const double nearest = *std::min_element(kDetailWithinMs.begin(), kDetailWithinMs.end(), [&](double a, double b) {
+    return std::abs(a - usual.settings.detail_within_ms) < std::abs(b - usual.settings.detail_within_ms);
+  });
   for (std::size_t i = 0; i < products.size(); ++i) {
     Learnt start = usual;
     start.settings.detail_within_ms = kDetailWithinMs[i];
     const Learnt found = searched(products[i], start);
     const Reached own = reached(products[i], found.mixture());
-    if (kDetailWithinMs[i] == usual.settings.detail_within_ms) before = reached(products[i], usual.mixture());
+    if (kDetailWithinMs[i] == nearest) before = reached(products[i], usual.mixture());
     if (!(own.score() < least)) continue;
     least = own.score();
     best = found;
     after = own;
   }
-  const double believed = asReal(corpus.takes.size()) / (asReal(corpus.takes.size()) + kHalfBelieved);
+  const double believed = asReal(takes) / (asReal(takes) + kHalfBelieved);
   for (const MotionSetting& setting : kMotionSettings) {
     const double usually = usual.settings.*setting.value;
     corpus.motion_settings.*setting.value = std::lerp(usually, best.settings.*setting.value, believed);

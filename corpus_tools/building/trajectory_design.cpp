@@ -6,6 +6,8 @@
 #include <limits>
 #include <numeric>
 
+#include "base/errors.h"
+
 namespace mouthpiece {
 namespace {
 
@@ -24,11 +26,6 @@ double ridgeFactor(const std::string& feature) {
       feature.find(" left ") != std::string::npos || feature.find(" right ") != std::string::npos;
   if (feature.starts_with("left ") || feature.starts_with("right ") || has_neighbour) return 3;
   return 0.05;  // visemes and silences
-}
-
-MotionClip motionOf(const Corpus& corpus, std::size_t take) {
-  if (corpus.motion_source != nullptr) return corpus.motion_source->load(TakeIndex(take));
-  return corpus.takes[take].motion;
 }
 
 }  // namespace
@@ -62,7 +59,7 @@ double FitTake::tightestOpening(const TimeSpan& span) const {
 
 std::optional<FitTake> fitTake(const Corpus& corpus, std::size_t index, const SpeechColumns& columns,
                                double fit_rate_hz) {
-  const MotionClip motion = motionOf(corpus, index);
+  const MotionClip motion = motionOf(corpus, TakeIndex(index));
   const auto stride = static_cast<Eigen::Index>(std::max(1.0, std::round(motion.frame_rate_hz / fit_rate_hz)));
   const Eigen::Index rows = (motion.positions_mm.rows() + stride - 1) / stride;
   FitTake take;
@@ -213,10 +210,10 @@ void NormalEquations::add(const DesignRows& design, const Eigen::MatrixXd& value
   }
 }
 
-Eigen::MatrixXd NormalEquations::solve(const Eigen::VectorXd& ridge) const {
-  Eigen::MatrixXd held = normal_;
-  held.diagonal() += ridge;
-  return held.selfadjointView<Eigen::Lower>().ldlt().solve(right_);
+Eigen::MatrixXd NormalEquations::solve(const Eigen::MatrixXd& ridge) const {
+  MOUTHPIECE_EXPECT(ridge.rows() == normal_.rows() && ridge.cols() == normal_.cols());
+  Eigen::MatrixXd held = normal_ + ridge;
+  return Eigen::LDLT<Eigen::Ref<Eigen::MatrixXd>>(held).solve(right_);
 }
 
 }  // namespace mouthpiece

@@ -60,10 +60,9 @@ class SegmentFeatures {
   /// `takes`: whose features there are. Of more features than `most` only those that most segments have.
   SegmentFeatures(const Corpus& corpus, const std::vector<std::size_t>& takes, std::size_t most);
   [[nodiscard]] Eigen::Index count() const { return signedIndex(names_.size()); }
-  [[nodiscard]] const std::string& name(Eigen::Index feature) const {
-    return names_[unsignedIndex(feature)];
-  }
+  [[nodiscard]] const std::string& name(Eigen::Index feature) const { return names_[unsignedIndex(feature)]; }
   [[nodiscard]] TakeSegments of(const SpeechLabels& labels) const;
+  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
   /// How far each target is held back: the rarer the kind of feature, the more.
   [[nodiscard]] Eigen::VectorXd ridgeFactors() const;
 
@@ -90,11 +89,18 @@ class NormalEquations {
   NormalEquations(Eigen::Index features, Eigen::Index components);
   void add(const DesignRows& design, const Eigen::MatrixXd& values);
   /// Targets, features x components.
-  [[nodiscard]] Eigen::MatrixXd solve(const Eigen::VectorXd& ridge) const;
+  /// `ridge`: the matrix that holds them back.
+  [[nodiscard]] Eigen::MatrixXd solve(const Eigen::MatrixXd& ridge) const;
 
  private:
   Eigen::MatrixXd normal_;  ///< lower triangle
   Eigen::MatrixXd right_;
 };
+
+/// Least squares says nothing about each take's own level: the mean over takes. The model's level is zero before.
+void fitLevel(const std::vector<FitTake>& takes, const Corpus& corpus, TrajectoryModel& model);
+/// The lips' way when they part, and how far apart they are in B P M; the model keeps the latter where none is said.
+void fitClosing(const std::vector<FitTake>& takes, const Corpus& corpus, const SpeechColumns& columns,
+                TrajectoryModel& model);
 
 }  // namespace mouthpiece

@@ -8,6 +8,7 @@
 
 #include "base/parallel_for.h"
 #include "base/statistics.h"
+#include "corpus_tools/building/articulatory_prior.h"
 #include "corpus_tools/building/network_fit.h"
 #include "corpus_tools/building/sound_fit.h"
 #include "corpus_tools/building/trajectory_design.h"
@@ -71,7 +72,11 @@ struct Material {
 class TargetSolver {
  public:
   TargetSolver(const Material& material, const SegmentFeatures& features, const TrajectoryModel& model)
-      : material_(material), takes_(material.kept.takes), features_(features), model_(model) {
+      : material_(material), takes_(material.kept.takes), features_(features), model_(model), prior_(features.names()) {
+    const Eigen::VectorXd factors = (features.ridgeFactors() * material.options.ridge).cwiseSqrt();
+    ridge_ = prior_.precision();
+    ridge_.array().colwise() *= factors.array();
+    ridge_.array().rowwise() *= factors.transpose().array();
     for (const FitTake& take : takes_) segments_.push_back(features.of(material.corpus.takes[take.index].labels));
   }
 
@@ -82,7 +87,7 @@ class TargetSolver {
     for (const std::size_t take : use)
       equations.add(designRows(takes_[take], segments_[take], features_.count(), dynamics), valuesOf(takes_[take]));
     Solution solution;
-    solution.targets = equations.solve(features_.ridgeFactors() * material_.options.ridge);
+    solution.targets = equations.solve(ridge_);
     solution.judged_errors = Eigen::RowVectorXd::Zero(model_.componentCount());
     for (const std::size_t take : judges) {
       solution.judged.push_back(
@@ -106,8 +111,10 @@ class TargetSolver {
         if (take) add(*take, features_.of(material_.corpus.takes[i].labels));
       }
     }
-    return equations.solve(features_.ridgeFactors() * material_.options.ridge);
+    return equations.solve(ridge_);
   }
+
+  [[nodiscard]] const ArticulatoryPrior& prior() const { return prior_; }
 
   /// Frames x components, centred.
   [[nodiscard]] Eigen::MatrixXd valuesOf(const FitTake& take) const {
@@ -119,6 +126,8 @@ class TargetSolver {
   const std::vector<FitTake>& takes_;
   const SegmentFeatures& features_;
   const TrajectoryModel& model_;
+  ArticulatoryPrior prior_;
+  Eigen::MatrixXd ridge_;
   std::vector<TakeSegments> segments_;  ///< of the kept takes
 };
 
@@ -130,7 +139,9 @@ std::vector<ComponentDynamics> candidateDynamics() {
   return candidates;
 }
 
-void setTargets(const SegmentFeatures& features, const Eigen::MatrixXd& targets, TrajectoryModel& model) {
+void setTargets(const SegmentFeatures& features, const ArticulatoryPrior& prior, const Eigen::MatrixXd& targets,
+                TrajectoryModel& model) {
+  model.targets = prior.unsaid(targets);
   for (Eigen::Index feature = 0; feature < features.count(); ++feature)
     model.targets[features.name(feature)] = targets.row(feature).transpose();
 }
@@ -172,7 +183,7 @@ Judged fitMovement(const SegmentFeatures& features, const TargetSolver& solver, 
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     targets.col(signedIndex(i)) = solved[chosen[i]].col(signedIndex(i));
   }
-  setTargets(features, targets, model);
+  setTargets(features, solver.prior(), targets, model);
   return judged;
 }
 
@@ -231,7 +242,14 @@ void fitGain(const Judged& judged, TrajectoryModel& model) {
   model.gain = std::clamp(std::sqrt(kPredictedVariance * captured / std::max(predicted, 1e-12)), 1.0, kLargestGain);
 }
 
-/// Least squares says nothing about each take's own level: the mean over takes.
+std::vector<std::size_t> takesWithFeatures(const Corpus& corpus, const FitTakes& kept) {
+  std::vector<std::size_t> takes(kept.are_all ? kept.takes.size() : corpus.takes.size());
+  for (std::size_t i = 0; i < takes.size(); ++i) takes[i] = kept.are_all ? kept.takes[i].index : i;
+  return takes;
+}
+
+}  // namespace
+
 void fitLevel(const std::vector<FitTake>& takes, const Corpus& corpus, TrajectoryModel& model) {
   model.level = Eigen::RowVectorXd::Zero(model.componentCount());
   Eigen::RowVectorXd sum = model.level;
@@ -267,14 +285,6 @@ void fitClosing(const std::vector<FitTake>& takes, const Corpus& corpus, const S
   model.closed_opening_mm = median(std::move(closed), model.closed_opening_mm);
 }
 
-std::vector<std::size_t> takesWithFeatures(const Corpus& corpus, const FitTakes& kept) {
-  std::vector<std::size_t> takes(kept.are_all ? kept.takes.size() : corpus.takes.size());
-  for (std::size_t i = 0; i < takes.size(); ++i) takes[i] = kept.are_all ? kept.takes[i].index : i;
-  return takes;
-}
-
-}  // namespace
-
 TrajectoryFit fitTrajectory(const Corpus& corpus, const TrajectoryFitOptions& options) {
   const SpeechColumns columns = speechColumns(corpus);
   if (!(columns.lip_norm > 0)) return {};
@@ -303,7 +313,7 @@ TrajectoryFit fitTrajectory(const Corpus& corpus, const TrajectoryFitOptions& op
 
   TrajectoryFit fit{model, nullptr, {}, std::move(sound.account)};
   auto judging = std::make_shared<TrajectoryModel>(*model);
-  setTargets(features, judged.targets, *judging);
+  setTargets(features, solver.prior(), judged.targets, *judging);
   judging->networks.resize(1);  // the one without the judges
   fit.judging = judging;
   for (const std::size_t judge : judges) fit.judges.push_back(takes[judge].index);

@@ -395,25 +395,6 @@ void assignPartKinds(FaceMesh& mesh, bool keep_colors, const VertexEvidence& evi
   mesh.parts = std::move(parts);
 }
 
-void appendPolygon(MeshSoup& soup, std::span<const std::uint32_t> corners, std::uint32_t part) {
-  const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    if (a == b || b == c || c == a) return;
-    soup.triangles.push_back({a, b, c});
-    soup.part_of_triangle.push_back(part);
-  };
-  if (corners.size() == 4) {
-    const auto point = [&](std::size_t k) {
-      return Eigen::Map<const Eigen::Vector3f>(&soup.positions[3 * std::size_t{corners[k]}]);
-    };
-    if ((point(1) - point(3)).squaredNorm() < (point(0) - point(2)).squaredNorm()) {
-      add(corners[0], corners[1], corners[3]);
-      add(corners[1], corners[2], corners[3]);
-      return;
-    }
-  }
-  for (std::size_t k = 1; k + 1 < corners.size(); ++k) add(corners[0], corners[k], corners[k + 1]);
-}
-
 FaceMesh finishMesh(MeshSoup soup, std::string_view file) {
   if (soup.triangles.empty()) throw InputError(file, "", "found no faces; expected a surface of triangles or polygons");
   if (soup.parts.empty()) soup.parts.push_back(MeshPart{});

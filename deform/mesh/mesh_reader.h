@@ -56,7 +56,7 @@ FaceShapes parseGlbShapes(std::string_view bytes, std::string_view file, std::st
 inline constexpr std::size_t kMaxShapes = 1000;
 inline constexpr std::size_t kMaxShapeNumbers = 300'000'000;
 
-/// Splits a polygon into triangles: a quadrilateral along its shorter diagonal, others as a fan.
+/// Splits a polygon into triangles that face as it does, along short diagonals; one with more than 64 corners as a fan.
 void appendPolygon(MeshSoup& soup, std::span<const std::uint32_t> corners, std::uint32_t part);
 
 /// Sorts the triangles by part, drops empty parts and degenerate index triples, guesses kinds, splits teeth and gums

@@ -33,6 +33,8 @@ struct MOUTHPIECE_API Line {
   static Line singing(std::filesystem::path song);
   /// A recorded song; `lyrics` is a file with its words. Throws InputError.
   static Line sung(std::filesystem::path audio, const std::filesystem::path& lyrics);
+  /// The same with the words themselves; what stands in square brackets is not sung. Throws InputError.
+  static Line sungWords(std::filesystem::path audio, std::string_view lyrics);
 };
 
 /// One of Ma, Ps, Ja and Li of VOCAL: left to the style, heard from the sound, constant, or from a file of

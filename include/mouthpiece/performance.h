@@ -23,6 +23,13 @@ struct PerformedUnit {
   bool is_backoff = false;          ///< the capture lacks the pair: curves or a stand-in
 };
 
+/// A word that no dictionary has, and what was said for it.
+struct GuessedWord {
+  std::string text;
+  std::vector<std::string> phones;  ///< ARPAbet, or IPA
+  TimeSpan span;
+};
+
 /// A line performed: sound, labels, motion, and with a face its moving mesh. Immutable; copies share it, and any number
 /// of threads may read it. What takes long (the face) is made when it is first asked for.
 class MOUTHPIECE_API Performance {
@@ -40,6 +47,8 @@ class MOUTHPIECE_API Performance {
   [[nodiscard]] const std::vector<PerformedUnit>& units() const;
   /// What makes the line doubtful, for the user.
   [[nodiscard]] const std::vector<std::string>& warnings() const;
+  /// Words whose sounds were guessed: give them with a lexicon if they are wrong.
+  [[nodiscard]] const std::vector<GuessedWord>& guesses() const;
   /// report.json (docs/formats/report.md).
   [[nodiscard]] std::string report() const;
   /// Wall time of all work so far but speech synthesis, over the line's duration.

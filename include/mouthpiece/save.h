@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -31,6 +32,11 @@ MOUTHPIECE_API const Format& formatOf(const std::filesystem::path& path);
 MOUTHPIECE_API void save(const Performance& performance, const std::filesystem::path& path);
 /// The same for several files; a report among them comes last, so that it tells how long the others took.
 MOUTHPIECE_API void save(const Performance& performance, std::span<const std::filesystem::path> paths);
+/// Hears how many pictures of a film are drawn, of how many.
+using FilmProgress = std::function<void(std::size_t done, std::size_t all)>;
+/// The same, telling how a film among them comes on.
+MOUTHPIECE_API void save(const Performance& performance, std::span<const std::filesystem::path> paths,
+                         const FilmProgress& tell);
 
 /// Where the files of an output folder go: every format that is in one, under its usual name.
 MOUTHPIECE_API std::vector<std::filesystem::path> usualFiles(const std::filesystem::path& folder);

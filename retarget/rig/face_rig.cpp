@@ -30,8 +30,8 @@ struct FaceRig::Data {
   /// Positions of `moving` only.
   void deformMoving(const FacePose& pose, const TonguePose& tongue, std::span<float> out) const;
 
-  [[nodiscard]] FaceAnimation deformWithLarynx(const FaceMotion& motion, std::span<const TonguePose> tongues,
-                                               double frame_rate_hz, std::span<const double> heights) const;
+  [[nodiscard]] FrameMaker withLarynx(const FaceMotion& motion, std::span<const TonguePose> tongues,
+                                      std::span<const double> heights) const;
 };
 
 namespace {
@@ -224,53 +224,59 @@ void FaceRig::Data::deformMoving(const FacePose& pose, const TonguePose& tongue,
   for (std::size_t i = 0; i < moving.size(); ++i) std::copy_n(given.row(moving[i]).data(), 3, &out[3 * i]);
 }
 
-FaceAnimation FaceRig::Data::deformWithLarynx(const FaceMotion& motion, std::span<const TonguePose> tongues,
-                                              double frame_rate_hz, std::span<const double> heights) const {
+FrameMaker FaceRig::Data::withLarynx(const FaceMotion& motion, std::span<const TonguePose> tongues,
+                                     std::span<const double> heights) const {
   const std::vector<std::uint32_t>& raised = larynx.vertices();
-  FaceAnimation animation{frame_rate_hz, {}, {}};
-  std::set_union(moving.begin(), moving.end(), raised.begin(), raised.end(), std::back_inserter(animation.vertices));
-  const auto columns_of = [&](const std::vector<std::uint32_t>& vertices) {
-    std::vector<Eigen::Index> columns;
+  FrameMaker frames;
+  std::set_union(moving.begin(), moving.end(), raised.begin(), raised.end(), std::back_inserter(frames.vertices));
+  const auto places_of = [&](const std::vector<std::uint32_t>& vertices) {
+    std::vector<std::size_t> places;
     for (const std::uint32_t vertex : vertices) {
-      const auto at = std::lower_bound(animation.vertices.begin(), animation.vertices.end(), vertex);
-      columns.push_back(3 * (at - animation.vertices.begin()));
+      const auto at = std::lower_bound(frames.vertices.begin(), frames.vertices.end(), vertex);
+      places.push_back(3 * unsignedIndex(at - frames.vertices.begin()));
     }
-    return columns;
+    return places;
   };
-  const std::vector<Eigen::Index> moving_columns = columns_of(moving), raised_columns = columns_of(raised);
-  animation.positions.resize(signedIndex(motion.frameCount()), 3 * signedIndex(animation.vertices.size()));
-  std::vector<float> deformed(3 * moving.size()), added(3 * raised.size());
-  for (FrameIndex f; f.value < motion.frameCount(); ++f) {
-    auto row = animation.positions.row(signedIndex(f.value));
-    for (std::size_t i = 0; i < raised.size(); ++i) row.segment<3>(raised_columns[i]) = mesh.vertices.row(raised[i]);
-    deformMoving(motion.pose(f), tongues[f.value], deformed);
-    for (std::size_t i = 0; i < moving.size(); ++i)
-      row.segment<3>(moving_columns[i]) = Eigen::Map<const Eigen::RowVector3f>(&deformed[3 * i]);
-    larynx.displacements(heights[f.value], added);
-    for (std::size_t i = 0; i < raised.size(); ++i)
-      row.segment<3>(raised_columns[i]) += Eigen::Map<const Eigen::RowVector3f>(&added[3 * i]);
-  }
-  return animation;
+  frames.make = [this, &motion, tongues, heights, moving_at = places_of(moving), raised_at = places_of(raised),
+                 deformed = std::vector<float>(3 * moving.size()),
+                 added = std::vector<float>(3 * raised.size())](Eigen::Index f, std::span<float> out) mutable {
+    const FrameIndex frame(unsignedIndex(f));
+    for (std::size_t i = 0; i < raised_at.size(); ++i)
+      std::copy_n(mesh.vertices.row(larynx.vertices()[i]).data(), 3, &out[raised_at[i]]);
+    deformMoving(motion.pose(frame), tongues[frame.value], deformed);
+    for (std::size_t i = 0; i < moving_at.size(); ++i) std::copy_n(&deformed[3 * i], 3, &out[moving_at[i]]);
+    larynx.displacements(heights[frame.value], added);
+    for (std::size_t i = 0; i < raised_at.size(); ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) out[raised_at[i] + axis] += added[3 * i + axis];
+    }
+  };
+  return frames;
 }
 
-FaceAnimation FaceRig::deformMoving(const FaceMotion& motion, std::span<const TonguePose> tongues, double frame_rate_hz,
-                                    std::span<const double> larynx) const {
+FrameMaker FaceRig::movingFrames(const FaceMotion& motion, std::span<const TonguePose> tongues, double frame_rate_hz,
+                                 std::span<const double> larynx) const {
   MOUTHPIECE_EXPECT(tongues.size() == motion.frameCount());
   MOUTHPIECE_EXPECT(larynx.empty() || larynx.size() == tongues.size());
-  if (!data_->larynx.vertices().empty() && std::any_of(larynx.begin(), larynx.end(), [](double h) { return h != 0; }))
-    return data_->deformWithLarynx(motion, tongues, frame_rate_hz, larynx);
-  FaceAnimation animation{frame_rate_hz, {}, data_->moving};
-  if (animation.vertices.empty()) {
+  const bool is_raised = !data_->larynx.vertices().empty() &&
+                         std::any_of(larynx.begin(), larynx.end(), [](double height) { return height != 0; });
+  FrameMaker frames;
+  if (is_raised) {
+    frames = data_->withLarynx(motion, tongues, larynx);
+  } else {
+    frames.vertices = data_->moving;
+    frames.make = [this, &motion, tongues](Eigen::Index f, std::span<float> out) {
+      const FrameIndex frame(unsignedIndex(f));
+      data_->deformMoving(motion.pose(frame), tongues[frame.value], out);
+    };
+  }
+  if (frames.vertices.empty()) {
     throw InputError(
         fmt::format("the face '{}' binds no vertex; expected a mesh around its markers", data_->file.name));
   }
-  const std::size_t width = 3 * animation.vertices.size();
-  animation.positions.resize(signedIndex(motion.frameCount()), signedIndex(width));
-  for (FrameIndex f; f.value < motion.frameCount(); ++f) {
-    data_->deformMoving(motion.pose(f), tongues[f.value],
-                        {animation.positions.row(signedIndex(f.value)).data(), width});
-  }
-  return animation;
+  frames.frame_rate_hz = frame_rate_hz;
+  frames.frame_count = signedIndex(motion.frameCount());
+  frames.width = 3 * signedIndex(frames.vertices.size());
+  return frames;
 }
 
 }  // namespace mouthpiece

@@ -58,10 +58,11 @@ class FaceRig {
   /// `out` already has its size nothing is allocated once a thread has posed this face.
   void deform(const FacePose& pose, const TonguePose& tongue, VertexPositions& out) const;
 
-  /// Many frames at once: retarget()'s result with its tongues and, where the mesh has a neck, the height of the larynx
-  /// (0 at rest to 1; empty: at rest). Only the vertices that can move are given.
-  [[nodiscard]] FaceAnimation deformMoving(const FaceMotion& motion, std::span<const TonguePose> tongues,
-                                           double frame_rate_hz, std::span<const double> larynx = {}) const;
+  /// Frames of retarget()'s result with its tongues and, where the mesh has a neck, the height of the larynx (0 at rest
+  /// to 1; empty: at rest). Only the vertices that can move are given. The rig, `motion`, `tongues` and `larynx` must
+  /// outlive what is returned, which one thread at a time may use. Throws InputError when no vertex moves.
+  [[nodiscard]] FrameMaker movingFrames(const FaceMotion& motion, std::span<const TonguePose> tongues,
+                                        double frame_rate_hz, std::span<const double> larynx = {}) const;
 
  private:
   FaceRig();

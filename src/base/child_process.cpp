@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <spawn.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -13,6 +14,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <exception>
 #include <thread>
 
 #include "base/errors.h"
@@ -46,10 +48,15 @@ class Descriptor {
 /// What is done in the child between fork and exec.
 class SpawnActions {
  public:
-  SpawnActions(const fs::path& folder, int output) {
+  /// `input`: a descriptor; -1: nothing is to be read.
+  SpawnActions(const fs::path& folder, int input, int output) {
     MOUTHPIECE_EXPECT(posix_spawn_file_actions_init(&actions_) == 0);
     posix_spawn_file_actions_addchdir_np(&actions_, folder.c_str());
-    posix_spawn_file_actions_addopen(&actions_, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    if (input < 0) {
+      posix_spawn_file_actions_addopen(&actions_, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    } else {
+      posix_spawn_file_actions_adddup2(&actions_, input, STDIN_FILENO);
+    }
     posix_spawn_file_actions_adddup2(&actions_, output, STDOUT_FILENO);
     posix_spawn_file_actions_adddup2(&actions_, output, STDERR_FILENO);
     posix_spawn_file_actions_addclosefrom_np(&actions_, STDERR_FILENO + 1);
@@ -83,7 +90,7 @@ std::vector<char*> pointersTo(std::vector<std::string>& strings) {
   return pointers;
 }
 
-pid_t startChild(const fs::path& program, const std::vector<std::string>& arguments, const fs::path& folder,
+pid_t startChild(const fs::path& program, const std::vector<std::string>& arguments, const fs::path& folder, int input,
                  int output) {
   std::vector<std::string> argument_strings{program.string()};
   argument_strings.insert(argument_strings.end(), arguments.begin(), arguments.end());
@@ -91,7 +98,7 @@ pid_t startChild(const fs::path& program, const std::vector<std::string>& argume
                                                "TMPDIR=" + folder.string(), "LC_ALL=C"};
   auto argv = pointersTo(argument_strings);
   auto environment = pointersTo(environment_strings);
-  const SpawnActions actions(folder, output);
+  const SpawnActions actions(folder, input, output);
   pid_t child = 0;
   const int error =
       posix_spawn(&child, program.c_str(), actions.actions(), actions.attributes(), argv.data(), environment.data());
@@ -99,6 +106,19 @@ pid_t startChild(const fs::path& program, const std::vector<std::string>& argume
     throw InputError(program.string(), "", fmt::format("cannot be started: {}", std::strerror(error)));
   }
   return child;
+}
+
+/// Waits until all is taken; false when nobody reads any more.
+bool sendAll(int socket, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t sent = ::send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    if (sent > 0) {
+      bytes.remove_prefix(static_cast<std::size_t>(sent));
+    } else if (sent == 0 || errno != EINTR) {
+      return false;
+    }
+  }
+  return true;
 }
 
 int millisecondsUntil(Clock::time_point deadline) {
@@ -176,23 +196,49 @@ std::optional<fs::path> findProgram(std::string_view name) {
 
 ChildResult runChild(const fs::path& program, const std::vector<std::string>& arguments, const fs::path& folder,
                      Seconds time_limit) {
-  std::array<int, 2> ends{};
+  return runChild(program, arguments, folder, time_limit, nullptr);
+}
+
+ChildResult runChild(const fs::path& program, const std::vector<std::string>& arguments, const fs::path& folder,
+                     Seconds time_limit, const std::function<void(const ChildInput&)>& feed) {
+  std::array<int, 2> ends{}, input_ends{-1, -1};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw InputError(program.string(), "", "cannot be started: no pipe");
   Descriptor read_end(ends[0]);
   Descriptor write_end(ends[1]);
+  // A socket, since writing to one whose reader is gone can be told not to raise a signal.
+  if (feed && ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, input_ends.data()) != 0)
+    throw InputError(program.string(), "", "cannot be started: no pipe");
+  Descriptor input(input_ends[0]), fed(input_ends[1]);
   const auto deadline =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time_limit));
-  const pid_t child = startChild(program, arguments, folder, write_end.number());
+  const pid_t child = startChild(program, arguments, folder, fed.number(), write_end.number());
   const Unfinished unfinished(child);
   write_end.close();
+  fed.close();
   ChildResult result;
+  std::exception_ptr thrown;
+  std::jthread feeding;
+  if (feed) {
+    feeding = std::jthread([&] {
+      try {
+        feed([&](std::string_view bytes) { return sendAll(input.number(), bytes); });
+      } catch (...) {
+        thrown = std::current_exception();
+        ::kill(-child, SIGKILL);
+      }
+      input.close();
+    });
+  }
   result.timed_out = !readUntil(read_end.number(), deadline, result.output);
+  if (result.timed_out) ::kill(-child, SIGKILL);  // what waits to feed it goes on then
+  if (feeding.joinable()) feeding.join();
   std::optional<int> exit_code = result.timed_out ? std::nullopt : waitUntil(child, deadline);
   if (!exit_code) {
     result.timed_out = true;
     ::kill(-child, SIGKILL);
     exit_code = waitUntil(child, Clock::time_point::max());
   }
+  if (thrown) std::rethrow_exception(thrown);
   result.exit_code = exit_code.value_or(127);
   return result;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -41,5 +42,12 @@ struct ChildResult {
 /// when it cannot be started.
 ChildResult runChild(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                      const std::filesystem::path& folder, Seconds time_limit);
+
+/// Takes the next bytes of a child's input; false when it reads no more.
+using ChildInput = std::function<bool(std::string_view bytes)>;
+/// The same with what `feed` writes as its input; what `feed` throws ends the child and comes out here.
+ChildResult runChild(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+                     const std::filesystem::path& folder, Seconds time_limit,
+                     const std::function<void(const ChildInput&)>& feed);
 
 }  // namespace mouthpiece

@@ -104,4 +104,16 @@ std::string lowerCase(std::string_view text) {
   return lower;
 }
 
+std::string slugOf(std::string_view text, std::size_t longest) {
+  std::string slug;
+  for (const char c : lowerCase(text)) {
+    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
+    if (is_plain) slug += c;
+    if (!is_plain && !slug.empty() && slug.back() != '-') slug += '-';
+    if (slug.size() >= longest) break;
+  }
+  while (!slug.empty() && slug.back() == '-') slug.pop_back();
+  return slug;
+}
+
 }  // namespace mouthpiece

@@ -1,10 +1,9 @@
-#include <zlib.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
 
 #include "audio/audio_clip.h"
+#include "base/deflate.h"
 #include "base/errors.h"
 #include "base/index.h"
 #include "base/page_data.h"
@@ -17,6 +16,8 @@ namespace mouthpiece {
 namespace {
 
 using nlohmann::ordered_json;
+
+constexpr int kEffort = 6;  ///< of packing, for a page's DecompressionStream("deflate")
 
 std::string_view kindName(PartKind kind) {
   switch (kind) {
@@ -93,17 +94,6 @@ std::vector<double> widthsOf(const MotionClip& clip) {
   return has_corners ? roundedOver(lips, &LipGauge::width, clip) : std::vector<double>();
 }
 
-/// For a page's DecompressionStream("deflate").
-std::string deflated(std::string_view bytes) {
-  uLongf size = compressBound(bytes.size());
-  std::string packed(size, '\0');
-  const int problem = compress2(reinterpret_cast<Bytef*>(packed.data()), &size,
-                                reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(), 6);
-  MOUTHPIECE_EXPECT(problem == Z_OK);
-  packed.resize(size);
-  return packed;
-}
-
 ordered_json curvesOf(const CurveSet& curves) {
   ordered_json list = ordered_json::array();
   for (const AnimationCurve& curve : curves) {
@@ -167,9 +157,9 @@ std::string viewHtml(std::string_view page_template, const ViewPage& page) {
   html.append("<script type=\"application/json\" id=\"mouthpiece-data\">")
       .append(scriptSafe(data.dump(-1, ' ', true, ordered_json::error_handler_t::replace)));
   html.append("</script>\n<script type=\"text/plain\" id=\"mouthpiece-sound\">");
-  appendBase64(html, deflated(wav));
+  appendBase64(html, deflated(wav, kEffort));
   html.append("</script>\n<script type=\"text/plain\" id=\"mouthpiece-face\">");
-  appendBase64(html, deflated(page.glb));
+  appendBase64(html, deflated(page.glb, kEffort));
   html.append("</script>");
   html.append(page_template.substr(place + kViewPagePlaceholder.size()));
   return html;

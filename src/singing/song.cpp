@@ -9,6 +9,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/index.h"
+#include "base/text_encoding.h"
 #include "base/text_numbers.h"
 #include "singing/song_builder.h"
 
@@ -22,14 +23,14 @@ constexpr Seconds kShortestNote = 0.02, kLongestNote = 60, kLongestRest = 120, k
 constexpr Seconds kRounding = 1e-6;  // of sums of lengths
 constexpr std::uint64_t kMostBytes = 16U << 20U;
 
-Song refusePackedMusicXml(std::string_view /*bytes*/, std::string_view name) {
-  throw InputError(name, "", "is packed MusicXML; expected it unpacked (.musicxml)");
-}
-
-constexpr std::array<SongFormat, 4> kFormats{{{".json", "song.json", parseSongJson},
+constexpr std::array<SongFormat, 8> kFormats{{{".json", "song.json", parseSongJson},
                                               {".musicxml", "MusicXML, score-partwise", parseMusicXml},
                                               {".xml", "MusicXML, score-partwise", parseMusicXml},
-                                              {".mxl", "packed MusicXML, which is not read", refusePackedMusicXml}}};
+                                              {".mxl", "packed MusicXML", parsePackedMusicXml},
+                                              {".mid", "MIDI with lyrics", parseMidi},
+                                              {".kar", "karaoke's MIDI", parseMidi},
+                                              {".ust", "UTAU's project", parseUst},
+                                              {".srt", "subtitles, on one note", parseSubtitleSong}}};
 
 /// Checks a song from its beginning to its end.
 class SongChecker {
@@ -185,8 +186,10 @@ Song SongBuilder::song(std::string_view name) const {
 std::span<const SongFormat> songFormats() { return kFormats; }
 
 Song readSong(const std::filesystem::path& path) {
-  const auto format = std::find_if(kFormats.begin(), kFormats.end(),
-                                   [&](const SongFormat& known) { return path.extension() == known.ending; });
+  std::string ending = lowerCase(path.extension().string());
+  if (ending == ".midi") ending = ".mid";
+  const auto format =
+      std::find_if(kFormats.begin(), kFormats.end(), [&](const SongFormat& known) { return ending == known.ending; });
   const SongFormat& reader = format == kFormats.end() ? kFormats.front() : *format;
   return reader.parse(readFile(path, kMostBytes), path.string());
 }

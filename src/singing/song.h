@@ -66,5 +66,14 @@ Song readSong(const std::filesystem::path& path);
 Song parseSongJson(std::string_view bytes, std::string_view name);
 /// One voice with lyrics of a score-partwise.
 Song parseMusicXml(std::string_view bytes, std::string_view name);
+/// The same in a ZIP archive (.mxl).
+Song parsePackedMusicXml(std::string_view bytes, std::string_view name);
+/// The melody of a standard MIDI file (format 0 or 1) and the lyrics on its notes. Words are told from syllables by
+/// blanks and slashes, as karaoke has them, or else by hyphens, as rhythm games have them.
+Song parseMidi(std::string_view bytes, std::string_view name);
+/// UTAU's project: a syllable a note; a lyric of + or - goes on with the word before.
+Song parseUst(std::string_view bytes, std::string_view name);
+/// Subtitles (SubRip): their words on one note, each for as long as its letters are many.
+Song parseSubtitleSong(std::string_view bytes, std::string_view name);
 
 }  // namespace mouthpiece

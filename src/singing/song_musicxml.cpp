@@ -8,9 +8,10 @@
 #include <pugixml.hpp>
 
 #include "base/errors.h"
-#include "base/text_encoding.h"
 #include "base/text_numbers.h"
+#include "base/zip.h"
 #include "singing/song_builder.h"
+#include "singing/timed_notes.h"
 
 namespace mouthpiece {
 namespace {
@@ -26,16 +27,6 @@ struct DepthWatch : pugi::xml_tree_walker {
     return is_fine;
   }
 };
-
-std::string wordLetters(std::string_view text) {
-  std::string letters;
-  const std::string lower = lowerCase(text);
-  for (std::size_t i = 0; i < lower.size(); ++i) {
-    if (std::string_view(lower).substr(i).starts_with("\xE2\x80\x99")) letters += '\'';  // a typographic apostrophe
-    if ((lower[i] >= 'a' && lower[i] <= 'z') || lower[i] == '\'') letters += lower[i];
-  }
-  return letters;
-}
 
 bool isText(const pugi::xml_node& node, const char* wanted) { return std::strcmp(node.child_value(), wanted) == 0; }
 
@@ -208,6 +199,20 @@ Song parseMusicXml(std::string_view bytes, std::string_view name) {
                                                       : "is no MusicXML score; expected score-partwise");
   }
   return PartReader(name).read(score);
+}
+
+Song parsePackedMusicXml(std::string_view bytes, std::string_view name) {
+  const std::string container = unzipped(bytes, "META-INF/container.xml", name);
+  pugi::xml_document document;
+  std::string score_name;
+  if (document.load_buffer(container.data(), container.size(), pugi::parse_minimal))
+    score_name = document.child("container").child("rootfiles").child("rootfile").attribute("full-path").as_string();
+  if (score_name.empty())
+    throw InputError(name, "", "names no score in META-INF/container.xml; expected packed MusicXML");
+  const std::string score = unzipped(bytes, score_name, name);
+  if (score.empty())
+    throw InputError(name, "", fmt::format("holds no {}, which its container names", printable(score_name, 60)));
+  return parseMusicXml(score, name);
 }
 
 }  // namespace mouthpiece

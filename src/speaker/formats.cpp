@@ -1,4 +1,7 @@
 // The one table of what a performance can be saved as.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <array>
 
@@ -96,6 +99,24 @@ void writeScene(const fs::path& path, const Source& source) {
   writeFileAtomically(path, kWrite(rig.mesh(), source.wholeShapes(), rig.name(), {}));
 }
 
+/// A lexicon of the words that were guessed, to be mended by hand.
+std::string lexiconStub(const Source& source) {
+  std::string text =
+      "# phones: ARPAbet\n# Words that no dictionary has, as they were said. Mend them and hand this to synth as "
+      "lexicon.\n";
+  for (const GuessedWord& guess : source.guesses)
+    text += fmt::format("# {:.2f} to {:.2f} s\n{} {}\n", guess.span.start, guess.span.end, guess.text,
+                        fmt::join(guess.phones, " "));
+  return text;
+}
+
+template <Source::NamedShapes kKind>
+void writeNamed(const fs::path& path, const Source& source) {
+  writeFileAtomically(path, source.namedGlb(kKind));
+}
+
+void writeFilmOf(const fs::path& path, const Source& source) { source.film(path); }
+
 std::string ablationOf(const Source& source) {
   if (!source.corpus) throw InputError("the performance was made of no corpus; expected one for the curves' ablation");
   const MotionClip& motion = source.animation.motion;
@@ -168,6 +189,8 @@ constexpr std::array kRows = {
         }},
     Row{{".dat", "moho.dat", "the same as switch data of Moho and OpenToonz, 24 frames a second"},
         [](const fs::path& path, const Source& source) { writeFileAtomically(path, mohoDat(cuesOf(source), 24)); }},
+    Row{{"lexicon.txt", "lexicon.txt", "the words that no dictionary has, as they were said, to be mended"},
+        [](const fs::path& path, const Source& source) { writeFileAtomically(path, lexiconStub(source)); }},
     Row{{".srt", "speech.srt", "the words as subtitles"},
         [](const fs::path& path, const Source& source) { writeFileAtomically(path, srtText(needLabels(source))); }},
     Row{{".vtt", "speech.vtt", "the same as WebVTT"},
@@ -178,10 +201,18 @@ constexpr std::array kRows = {
         [](const fs::path& path, const Source& source) { writeMotionCsv(path, source.animation.motion); }},
     Row{{"small.glb", "face.small.glb", "the same in a fifth of the room, for programs that know meshopt", true},
         [](const fs::path& path, const Source& source) { writeFileAtomically(path, source.smallGlb()); }},
+    Row{{"arkit.glb", "face.arkit.glb", "the same by ARKit's 52 shapes, the same ones in every line", true},
+        writeNamed<Source::NamedShapes::kArkit>},
+    Row{{"visemes.glb", "face.visemes.glb", "the same by Oculus' visemes", true},
+        writeNamed<Source::NamedShapes::kVisemes>},
     Row{{".glb", "face.glb", "the moving face, glTF 2.0", true, true},
         [](const fs::path& path, const Source& source) { writeFileAtomically(path, source.glb()); }},
     Row{{".fbx", "face.fbx", "the same as FBX 7.4, binary", true}, writeScene<fbxBytes>},
     Row{{".usda", "face.usda", "the same as USD", true}, writeScene<usdaText>},
+    Row{{".mp4", "face.mp4", "a film of it with its sound, for any player", true}, writeFilmOf},
+    Row{{".webm", "face.webm", "the same for the web", true}, writeFilmOf},
+    Row{{".gif", "face.gif", "the same without sound, small", true}, writeFilmOf},
+    Row{{"png.zip", "face.png.zip", "the same as a PNG a picture", true}, writeFilmOf},
     Row{{"curves.json", "curves.json", "VOCAL's curves, to look at and to edit", false, true},
         [](const fs::path& path, const Source& source) {
           writeFileAtomically(path, curvesToJson(source.animation.curves));
@@ -220,6 +251,12 @@ std::size_t rowOf(const fs::path& path) {
   throw InputError(path.string(), "", "found an unknown ending; expected one of " + endings);
 }
 
+/// What is made of the vertices alone.
+bool makesNoShapes(const Row& row) {
+  return row.format.ending == ".pc2" || row.format.ending == ".mdd" || row.write == writeFilmOf ||
+         row.format.ending == "arkit.glb" || row.format.ending == "visemes.glb";
+}
+
 }  // namespace
 
 std::span<const Format> formats() { return kFormats; }
@@ -228,16 +265,22 @@ const Format& formatOf(const fs::path& path) { return kFormats[rowOf(path)]; }
 void save(const Performance& performance, const fs::path& path) {
   const Row& row = kRows[rowOf(path)];
   // What the page and the GLB are made of is counted as what it is, not as writing.
-  if (row.format.needs_face && row.format.ending != ".pc2" && row.format.ending != ".mdd") performance.data().glb();
+  if (row.format.needs_face && !makesNoShapes(row)) performance.data().shapes();
   double milliseconds = 0;
   timed(milliseconds, [&] { row.write(path, performance.data()); });
   performance.data().addWriting(milliseconds);
 }
 
-void save(const Performance& performance, std::span<const fs::path> paths) {
+void save(const Performance& performance, std::span<const fs::path> paths) { save(performance, paths, nullptr); }
+
+void save(const Performance& performance, std::span<const fs::path> paths, const FilmProgress& tell) {
+  performance.data().tell_film = tell;
   // What may fail without a disk fails before anything is written.
-  if (std::any_of(paths.begin(), paths.end(), [](const fs::path& path) { return formatOf(path).needs_face; }))
-    performance.data().glb();
+  if (std::any_of(paths.begin(), paths.end(), [](const fs::path& path) {
+        const Row& row = kRows[rowOf(path)];
+        return row.format.needs_face && !makesNoShapes(row);
+      }))
+    performance.data().shapes();
   FilesTogether together;
   const auto is_report = [](const fs::path& path) { return formatOf(path).usual_name == "report.json"; };
   for (const bool reports : {false, true}) {

@@ -16,18 +16,19 @@
 namespace mouthpiece {
 namespace {
 
-/// Every vertex of every frame is held in memory until the shapes are found.
+/// Of an animation that is held as a whole.
 constexpr double kMaxFaceAnimationBytes = 6e9;
 constexpr std::uint64_t kMaxMeshBytes = std::uint64_t{1} << 30;
 
-void expectRoomForFace(const UtteranceAnimation& animation, const FaceMesh& mesh) {
-  const double bytes = asReal(animation.motion.frameCount()) * asReal(mesh.vertices.size()) * sizeof(float);
+FaceAnimation allOf(const FrameMaker& frames) {
+  const double bytes = asReal(frames.frame_count) * asReal(frames.width) * sizeof(float);
   if (bytes > kMaxFaceAnimationBytes) {
     throw InputError(fmt::format(
-        "the line lasts {:.0f} s: its face would take {:.0f} GB of memory; expected at most {:.0f} (split the line, or "
-        "ask for sound and motion alone)",
-        animation.motion.duration(), bytes / 1e9, kMaxFaceAnimationBytes / 1e9));
+        "the line lasts {:.0f} s: all its vertices would take {:.0f} GB of memory; expected at most {:.0f} (split the "
+        "line, or ask for the page, GLB, FBX or USD on a head without shapes of its own)",
+        asReal(frames.frame_count) / frames.frame_rate_hz, bytes / 1e9, kMaxFaceAnimationBytes / 1e9));
   }
+  return frames.all();
 }
 
 /// Positions as the mesh file has them: a face is fitted upright.
@@ -80,16 +81,18 @@ const PrincipalShapes& Performance::Data::shapes() const {
   const FaceMotion& moving_markers = faceMotion();
   shapes_ = timed(later_ms_.deform, [&] {
     const FaceRig& rig = needFace().rig;
-    expectRoomForFace(animation, rig.mesh());
     std::vector<double> larynx;
     if (const AnimationCurve* curve = findCurve(animation.curves, "larynx"))
       larynx = sampleCurve(*curve, frameTimes(0, animation.motion.frameCount(), animation.motion.frame_rate_hz));
     // Motion from elsewhere comes with every vertex: which of them the shapes are sampled from decides their values,
     // and a motion that is applied again shall give the same file.
-    FaceAnimation moving =
-        corpus ? rig.deformMoving(moving_markers, animation.tongue, animation.motion.frame_rate_hz, larynx)
-               : uprightVertices();
-    driveOwnShapes(moving);
+    const FrameMaker frames =
+        corpus ? rig.movingFrames(moving_markers, animation.tongue, animation.motion.frame_rate_hz, larynx)
+               : uprightFrames();
+    const FaceShapes own = ownShapes();
+    if (own.names.empty()) return principalShapes(frames, rig.mesh().vertices, rig.mesh().metres_per_unit);
+    FaceAnimation moving = allOf(frames);
+    driveOwnShapes(own, moving);
     return principalShapes(moving, rig.mesh().vertices, rig.mesh().metres_per_unit);
   });
   return *shapes_;
@@ -101,8 +104,8 @@ const PrincipalShapes& Performance::Data::wholeShapes() const {
   if (!own_shapes_) return few;
   if (!whole_shapes_) {
     const FaceMesh& mesh = needFace().rig.mesh();
-    whole_shapes_ = timed(later_ms_.deform,
-                          [&] { return principalShapes(uprightVertices(), mesh.vertices, mesh.metres_per_unit); });
+    whole_shapes_ =
+        timed(later_ms_.deform, [&] { return principalShapes(uprightFrames(), mesh.vertices, mesh.metres_per_unit); });
   }
   return *whole_shapes_;
 }
@@ -129,9 +132,7 @@ const RowMajorMatrixF& Performance::Data::arkitOfHead() const {
   return *arkit_of_head_;
 }
 
-void Performance::Data::driveOwnShapes(FaceAnimation& moving) const {
-  const FaceShapes shapes = ownShapes();
-  if (shapes.names.empty()) return;
+void Performance::Data::driveOwnShapes(const FaceShapes& shapes, FaceAnimation& moving) const {
   RowMajorMatrixF weights = takeLidsAndBrows(moving, needFace().rig.mesh(), shapes);
   if (weights.size() == 0) return;
   const Eigen::RowVectorXf most = weights.colwise().maxCoeff();
@@ -146,15 +147,13 @@ const std::string& Performance::Data::glb() const {
   if (glb_) return *glb_;
   const SharedFace::Data& own = needFace();
   const PrincipalShapes& moving = shapes();
-  timed(later_ms_.write, [&] {
-    // A head that came as GLB keeps its materials, textures and skins.
-    const std::filesystem::path mesh = own.meshPath();
-    if (isGlb(mesh)) {
-      glb_ = glbWithShapes(readFile(mesh, kMaxMeshBytes), mesh.string(), moving, own.file.upright_from_mesh,
-                           own.file.mesh_object, own_shapes_ ? &*own_shapes_ : nullptr);
-    }
-    if (!glb_) glb_ = glbBytes(own.rig.mesh(), moving, own.rig.name());
-  });
+  // A head that came as GLB keeps its materials, textures and skins.
+  const std::filesystem::path mesh = own.meshPath();
+  if (isGlb(mesh)) {
+    glb_ = glbWithShapes(readFile(mesh, kMaxMeshBytes), mesh.string(), moving, own.file.upright_from_mesh,
+                         own.file.mesh_object, own_shapes_ ? &*own_shapes_ : nullptr);
+  }
+  if (!glb_) glb_ = glbBytes(own.rig.mesh(), moving, own.rig.name());
   return *glb_;
 }
 
@@ -162,8 +161,7 @@ std::string Performance::Data::smallGlb() const {
   const std::scoped_lock lock(mutex_);
   const SharedFace::Data& own = needFace();
   if (isGlb(own.meshPath())) return glb();
-  const PrincipalShapes& moving = shapes();
-  return timed(later_ms_.write, [&] { return smallGlbBytes(own.rig.mesh(), moving, own.rig.name()); });
+  return smallGlbBytes(own.rig.mesh(), shapes(), own.rig.name());
 }
 
 VertexPositions Performance::Data::verticesAt(FrameIndex frame) const {
@@ -173,16 +171,19 @@ VertexPositions Performance::Data::verticesAt(FrameIndex frame) const {
   return vertices;
 }
 
-FaceAnimation Performance::Data::uprightVertices() const {
-  expectRoomForFace(animation, needFace().rig.mesh());
-  FaceAnimation all{animation.motion.frame_rate_hz, {}};
-  all.positions.resize(signedIndex(animation.motion.frameCount()), needFace().rig.mesh().vertices.size());
-  for (FrameIndex frame; frame.value < animation.motion.frameCount(); ++frame) {
-    const VertexPositions vertices = verticesAt(frame);
-    all.positions.row(frame.row()) = Eigen::Map<const Eigen::RowVectorXf>(vertices.data(), vertices.size());
-  }
-  return all;
+FrameMaker Performance::Data::uprightFrames() const {
+  const auto make = [this](Eigen::Index frame, std::span<float> out) {
+    const VertexPositions vertices = verticesAt(FrameIndex(unsignedIndex(frame)));
+    std::copy_n(vertices.data(), out.size(), out.data());
+  };
+  return {animation.motion.frame_rate_hz,
+          signedIndex(animation.motion.frameCount()),
+          needFace().rig.mesh().vertices.size(),
+          {},
+          make};
 }
+
+FaceAnimation Performance::Data::uprightVertices() const { return allOf(uprightFrames()); }
 
 FaceAnimation Performance::Data::allVertices() const {
   FaceAnimation all = uprightVertices();
@@ -228,6 +229,7 @@ const Labels& Performance::labels() const { return data_->labels; }
 const Motion& Performance::motion() const { return data_->motion; }
 const std::vector<Curve>& Performance::curves() const { return data_->curves; }
 const std::vector<PerformedUnit>& Performance::units() const { return data_->units; }
+const std::vector<GuessedWord>& Performance::guesses() const { return data_->guesses; }
 const std::vector<std::string>& Performance::warnings() const { return data_->animation.warnings; }
 std::string Performance::report() const { return reportJson(data_->timedAnimation()); }
 bool Performance::hasFace() const { return data_->face.has_value(); }

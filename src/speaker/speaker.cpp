@@ -197,6 +197,8 @@ struct Speaker::Data {
   SungLine soundOf(const Line& line);
   [[nodiscard]] SynthesisOptions synthesisFor(const Line& line) const;
   void giveBackTakes() const;
+  /// The words that neither the lexicon nor the language's dictionary has.
+  std::vector<GuessedWord> guessesIn(const SpeechLabels& labels);
   /// What of Ma, Ps, Ja and Li was asked for and does nothing in this line; "" where all of it does.
   [[nodiscard]] std::string idleStyle(const UtteranceAnimation& animation) const;
 };
@@ -260,12 +262,26 @@ SpokenLine Speaker::Data::speakOrRead(const Line& source) {
   SpokenLine line;
   line.audio = readAudio(source.audio);
   line.labels = readLabels(source.phones, {.language = language});
+  if (!aligner) aligner = std::make_unique<ForcedAligner>(std::filesystem::path(), *language);
+  if (!source.is_sung) line.notice = doubtsAbout(line.labels, line.audio, *aligner, source.audio.string());
   line.text = source.text;
   for (const LabelledWord& word : line.labels.words) {
     if (source.text.empty()) line.text += (line.text.empty() ? "" : " ") + word.text;
   }
   line.voice = "recorded:" + source.audio.filename().string();
   return line;
+}
+
+std::vector<GuessedWord> Speaker::Data::guessesIn(const SpeechLabels& labels) {
+  if (!pronouncer) pronouncer = std::make_unique<Pronouncer>(lexicon ? &*lexicon : nullptr, *language);
+  std::vector<GuessedWord> guesses;
+  for (const LabelledWord& word : labels.words) {
+    if (pronouncer->knows(word.text)) continue;
+    GuessedWord& guess = guesses.emplace_back(GuessedWord{word.text, {}, labels.spanOf(word.phones)});
+    for (std::size_t i = word.phones.first.value; i <= word.phones.last.value; ++i)
+      guess.phones.emplace_back(labels.phones[i].name());
+  }
+  return guesses;
 }
 
 SungLine Speaker::Data::soundOf(const Line& source) {
@@ -393,6 +409,7 @@ Performance Speaker::perform(const Line& given) {
   animation.timing_ms.load = std::exchange(data_->load_ms, 0.0);
   if (data_->options.manner.backoff == Manner::Backoff::kNone && animation.style.empty())
     expectNoBackoff(animation, data_->corpus.data().path.string());
+  made->guesses = data_->guessesIn(animation.labels);
   made->tags = request.tags;
   made->confidence = std::move(data_->heard_confidence);
   made->style = styleFor(request.options.curves, request.labels, request.tags);
@@ -427,6 +444,9 @@ Line Line::timed(std::filesystem::path audio, std::filesystem::path times) {
 Line Line::singing(std::filesystem::path song) { return {{}, {}, {}, std::move(song), true}; }
 Line Line::sung(std::filesystem::path audio, const std::filesystem::path& lyrics) {
   return {readLyrics(lyrics), std::move(audio), {}, {}, true};
+}
+Line Line::sungWords(std::filesystem::path audio, std::string_view lyrics) {
+  return {parseLyrics(lyrics, "lyrics"), std::move(audio), {}, {}, true};
 }
 
 }  // namespace mouthpiece

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -60,6 +61,7 @@ struct Performance::Data {
   Motion motion;
   std::vector<Curve> curves;
   std::vector<PerformedUnit> units;
+  std::vector<GuessedWord> guesses;
 
   /// animation's parts as the front door shows them.
   void describe();
@@ -76,6 +78,7 @@ struct Performance::Data {
   [[nodiscard]] FaceAnimation allVertices() const;
   /// The same, upright as the face was fitted.
   [[nodiscard]] FaceAnimation uprightVertices() const;
+  [[nodiscard]] FrameMaker uprightFrames() const;
   [[nodiscard]] VertexPositions verticesAt(FrameIndex frame) const;
   /// The moving vertices as few shapes, nothing of it left to shapes that the head has of its own.
   const PrincipalShapes& wholeShapes() const;
@@ -90,14 +93,22 @@ struct Performance::Data {
   [[nodiscard]] StageTimings timing() const;
   /// The animation with them, as reports tell it.
   [[nodiscard]] UtteranceAnimation timedAnimation() const;
+  /// The same by shapes of known names, those that the head has or else made ones (exports/shape_sets): ARKit's with the
+  /// weights that follow the motion best, or visemes that follow the phones.
+  enum class NamedShapes { kArkit, kVisemes };
+  [[nodiscard]] std::string namedGlb(NamedShapes kind) const;
+  /// A film of the face, 1280 x 720, at the motion's rate or the largest whole part of it that is at most 30 a second.
+  /// The path's ending tells the kind (exports/film/film_file.h). Throws InputError.
+  void film(const std::filesystem::path& path) const;
+  mutable std::function<void(std::size_t done, std::size_t all)> tell_film;  ///< how far it is; empty: nobody asks
   /// Adds to the time that writing took.
   void addWriting(double milliseconds) const;
 
  private:
   /// The face's own shapes, upright as the face was fitted; none where it did not come as a GLB.
   [[nodiscard]] FaceShapes ownShapes() const;
-  /// Leaves lids and brows to the head's own shapes, where it has such and the motion moves them.
-  void driveOwnShapes(FaceAnimation& moving) const;
+  /// Leaves lids and brows to the head's own `shapes`, where it has such and the motion moves them.
+  void driveOwnShapes(const FaceShapes& shapes, FaceAnimation& moving) const;
 
   mutable std::recursive_mutex mutex_;
   mutable StageTimings later_ms_;  ///< what came after the synthesis: retarget, deform, write

@@ -13,6 +13,10 @@
 namespace mouthpiece {
 namespace {
 
+/// Pairs that nobody said are predicted to move less than they do: this share is added to what they move about the mean
+/// within a Gaussian of that standard deviation (docs/theory/units/prediction.md).
+constexpr double kUnsaidGain = 0.25;
+constexpr Seconds kUnsaidWithin = 0.150;
 constexpr Seconds kMeanWithin = 0.030;  ///< contextMean() has a value a few times a phone: smoothed over that
 
 /// Rows smoothed by a Gaussian of that standard deviation; the ends are held.
@@ -48,6 +52,21 @@ Eigen::MatrixXd interpolated(const Eigen::MatrixXd& rows, std::span<const Second
   return result;
 }
 
+/// Where the line says pairs of phones that the corpus lacks, 1, elsewhere 0; straight between the phones' middles.
+Eigen::VectorXd unsaidAt(const SpeechLabels& line, const UnitDatabase& database, std::span<const Seconds> times) {
+  const std::vector<LabelledPhone>& phones = line.phones;
+  Eigen::MatrixXd unsaid = Eigen::MatrixXd::Zero(std::ssize(phones), 1);
+  std::vector<Seconds> middles;
+  for (std::size_t i = 0; i < phones.size(); ++i) {
+    middles.push_back(phones[i].span.middle());
+    if (i == 0 || !database.diphones(phones[i - 1].phone, phones[i].phone).empty()) continue;
+    for (const std::size_t beside : {i - 1, i}) {
+      if (phones[beside].phone != Phone::kSil) unsaid(signedIndex(beside), 0) = 1;
+    }
+  }
+  return interpolated(unsaid, middles, times);
+}
+
 /// times x components.
 Eigen::MatrixXd lineComponents(const SpeechLabels& line, const UnitDatabase& database, std::span<const Seconds> times,
                                Seconds spacing, const ContextOptions& options, const HeardLine* heard) {
@@ -61,6 +80,11 @@ Eigen::MatrixXd lineComponents(const SpeechLabels& line, const UnitDatabase& dat
     components.rowwise() -= model.level;
     components *= model.gain;
     components.rowwise() += model.level;
+    const Eigen::VectorXd unsaid = unsaidAt(line, database, times);
+    if (!unsaid.isZero()) {
+      const Eigen::MatrixXd moving = components - smoothed(components, kUnsaidWithin, spacing);
+      components += kUnsaidGain * unsaid.asDiagonal() * moving;
+    }
   }
   if (heard != nullptr) components += heard->at(times);
   return components;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 #include "base/index.h"
 #include "base/smooth_step.h"
@@ -91,13 +92,14 @@ std::shared_ptr<const LinePrediction> TakePredictions::of(const UnitDatabase& da
 }
 
 Fragment::Fragment(const SpeechLabels& line, const PhoneRange& target, const UnitDatabase& database,
-                   const PhonePlace& source, bool residual, bool stretch_silences, TakePredictions* predictions)
+                   const PhonePlace& source, std::shared_ptr<const LinePrediction> prediction, bool stretch_silences)
     : take_(&database.takeOf(source)),
       motion_(&database.motionOf(source.take)),
       database_(&database),
       target_(target),
       source_first_(source.phone),
-      warp_(warpOf(line, target, take_->labels, source.phone, residual, stretch_silences)) {
+      warp_(warpOf(line, target, take_->labels, source.phone, prediction != nullptr, stretch_silences)),
+      prediction_(std::move(prediction)) {
   const std::size_t last = source.phone.value + target.last.value - target.first.value;
   TimeSpan usable = usableSource(*motion_, take_->labels.phones, source.phone.value, last);
   if (stretch_silences) {
@@ -105,11 +107,6 @@ Fragment::Fragment(const SpeechLabels& line, const PhoneRange& target, const Uni
     usable.end = std::max(usable.start, (asReal(motion_->frameCount()) - 1) / motion_->frame_rate_hz);
   }
   usable_ = {warp_.targetFromSource(usable.start), warp_.targetFromSource(usable.end)};
-  if (residual) {
-    prediction_ = predictions != nullptr
-                      ? predictions->of(database, source.take)
-                      : std::make_shared<LinePrediction>(*database.corpus().trajectory_model, take_->labels);
-  }
 }
 
 const LabelledPhone& Fragment::sourcePhone(PhoneIndex target) const {
@@ -200,6 +197,17 @@ void Fragment::relaxBeyond(std::span<const Seconds> times, PositionMatrix& poses
 std::vector<UnitFragment> cutIntoFragments(const SpeechLabels& line, const UnitDatabase& database,
                                            const std::vector<SelectedUnit>& units, bool residual, bool stretch_silences,
                                            TakePredictions* predictions) {
+  std::map<TakeIndex, std::shared_ptr<const LinePrediction>> of_takes;
+  const auto prediction_of = [&](TakeIndex take) -> std::shared_ptr<const LinePrediction> {
+    if (!residual) return nullptr;
+    if (predictions != nullptr) return predictions->of(database, take);
+    std::shared_ptr<const LinePrediction>& known = of_takes[take];
+    const Corpus& corpus = database.corpus();
+    if (!known)
+      known = std::make_shared<LinePrediction>(*corpus.trajectory_model, corpus.takes[take.value].labels,
+                                               LinePrediction::Keeps::kNothing);
+    return known;
+  };
   std::vector<UnitFragment> fragments;
   for (std::size_t u = 0; u < units.size(); ++u) {
     const SelectedUnit& unit = units[u];
@@ -208,8 +216,8 @@ std::vector<UnitFragment> cutIntoFragments(const SpeechLabels& line, const UnitD
       const bool is_pause = line.phones[i].phone == Phone::kSil && !stretch_silences;
       if (i < unit.phones.last.value && !is_pause) continue;
       const PhonePlace source{unit.source.take, PhoneIndex(unit.source.phone.value + begin - unit.phones.first.value)};
-      fragments.push_back({Fragment(line, {PhoneIndex(begin), PhoneIndex(i)}, database, source, residual,
-                                    stretch_silences, predictions),
+      fragments.push_back({Fragment(line, {PhoneIndex(begin), PhoneIndex(i)}, database, source,
+                                    prediction_of(source.take), stretch_silences),
                            u});
       begin = i;
     }

@@ -31,12 +31,11 @@ class TakePredictions {
 /// and relaxes to the neutral pose.
 class Fragment {
  public:
-  /// Phones `target` of the line from the take phones that begin at `source`. With `residual` poses are what is left of
-  /// the captured ones when the prediction for the take is taken off (needs a trajectory model; zero where the face
-  /// rests), and lips close at the captured speed. With `stretch_silences` a silence is a phone as any other (EDGE as
-  /// published).
+  /// Phones `target` of the line from the take phones that begin at `source`. With the `prediction` for the take poses
+  /// are what is left of the captured ones when it is taken off (zero where the face rests), and lips close at the
+  /// captured speed. With `stretch_silences` a silence is a phone as any other (EDGE as published).
   Fragment(const SpeechLabels& line, const PhoneRange& target, const UnitDatabase& database, const PhonePlace& source,
-           bool residual = false, bool stretch_silences = false, TakePredictions* predictions = nullptr);
+           std::shared_ptr<const LinePrediction> prediction = nullptr, bool stretch_silences = false);
 
   /// Poses at `times` of the line (not falling): times x (3 * markers), mm. NaN where the capture saw nothing.
   [[nodiscard]] PositionMatrix posesAt(std::span<const Seconds> times) const;
@@ -70,7 +69,8 @@ class Fragment {
 };
 
 /// The units' fragments in order, each unit cut at the pauses inside it unless silences are stretched; `unit` says
-/// whose they are.
+/// whose they are. With `residual` (needs a trajectory model) each has its take's prediction, one of `predictions`
+/// where there are such.
 struct UnitFragment {
   Fragment fragment;
   std::size_t unit = 0;

@@ -2,10 +2,14 @@
 // public header has its page.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <regex>
+#include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -28,6 +32,36 @@ std::vector<fs::path> pages() {
     if (entry.path().extension() == ".md") found.push_back(entry.path());
   }
   return found;
+}
+
+/// What a page's headings are called in links, as GitHub makes them: letters and digits in lower case, blanks as
+/// hyphens.
+std::set<std::string> anchorsOf(const std::string& text) {
+  std::set<std::string> anchors;
+  std::istringstream lines(text);
+  bool is_code = false;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("```")) is_code = !is_code;
+    if (is_code || !line.starts_with('#')) continue;
+    std::string anchor;
+    for (const char c : line.substr(std::min(line.find_first_not_of("# "), line.size()))) {
+      if (c == ' ') anchor += '-';
+      if (std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' || (c & 0x80) != 0)
+        anchor += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    }
+    anchors.insert(anchor);
+  }
+  return anchors;
+}
+
+/// Links to a heading: the page ("" for the same one) and the heading's name.
+std::vector<std::pair<std::string, std::string>> anchorLinksOf(const std::string& text) {
+  static const std::regex pattern(R"(\]\(([^)#\s]*)#([^)\s]+)\))");
+  std::vector<std::pair<std::string, std::string>> links;
+  for (std::sregex_iterator link(text.begin(), text.end(), pattern), end; link != end; ++link) {
+    if (!(*link)[1].str().starts_with("http")) links.emplace_back((*link)[1], (*link)[2]);
+  }
+  return links;
 }
 
 /// The targets of a page's links to other files of the tree.
@@ -61,6 +95,19 @@ TEST(Docs, LinksLeadSomewhere) {
     }
   }
   EXPECT_GT(checked, 80U) << "the pattern no longer finds the links";
+}
+
+TEST(Docs, LinksToHeadingsFindThem) {
+  for (const fs::path& page : pages()) {
+    for (const auto& [file, heading] : anchorLinksOf(textOf(page))) {
+      const fs::path target = file.empty() ? page : page.parent_path() / file;
+      if (target.extension() == ".md")
+        EXPECT_TRUE(anchorsOf(textOf(target)).contains(heading)) << page << " links to " << file << "#" << heading;
+    }
+  }
+  EXPECT_TRUE(anchorsOf("# A\n\n## How it is drawn, and why\n").contains("how-it-is-drawn-and-why"));
+  EXPECT_EQ(anchorLinksOf("see [this](a/b.md#c) and [that](#d), not [those](https://x.org/#e)"),
+            (std::vector<std::pair<std::string, std::string>>{{"a/b.md", "c"}, {"", "d"}}));
 }
 
 TEST(Docs, TheWaysNameFunctionsThatExist) {

@@ -43,6 +43,7 @@ const std::vector<Outsider> kOutsiders{
     {"xnnpack.h", {"XNNPACK::xnnpack"}},
     {"openssl/", {"OpenSSL::Crypto"}},
     {"zlib.h", {"ZLIB::ZLIB"}},
+    {"libdeflate.h", {"PkgConfig::DEFLATE"}},
     {"xxhash.h", {"PkgConfig::XXHASH", "xxHash::xxhash"}},
     {"boost/", {"Boost::headers", "Boost::boost"}},
     {"unicode/", {"ICU::uc", "ICU::i18n", "PkgConfig::ICU"}},

@@ -1,24 +1,20 @@
 // Editing on the page: node edit_page_test.mjs VIEW.html SYNTH SCRATCH_FOLDER SCREENSHOT_STEM
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
-import { mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
-import { dirname, join, resolve } from 'node:path';
+import { readFileSync, writeFileSync } from 'node:fs';
+import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { launchBrowser } from './environment.mjs';
+import { launchBrowser, listen, prepareFolders, runChecks, untilFace } from './environment.mjs';
 
 const [pageFile, synth, scratch, screenshotStem] = process.argv.slice(2);
-rmSync(scratch, { recursive: true, force: true });
-mkdirSync(scratch, { recursive: true });
-mkdirSync(dirname(resolve(screenshotStem)), { recursive: true });
+prepareFolders(scratch, screenshotStem);
 
 const browser = await launchBrowser(['--autoplay-policy=no-user-gesture-required']);
 const complaints = [];
 const page = await browser.newPage({ viewport: { width: 1280, height: 1100 }, colorScheme: 'light', acceptDownloads: true });
-page.on('console', (message) => message.type() === 'error' && complaints.push(message.text()));
-page.on('pageerror', (error) => complaints.push(error.message));
+listen(page, complaints);
 await page.goto(pathToFileURL(resolve(pageFile)).href);
-await page.waitForFunction(() => window.mouthpiece, null, { timeout: 60000 });
-await page.evaluate(() => window.mouthpiece.ready);
+await untilFace(page);
 
 const edits = () => page.evaluate(() => window.mouthpiece.edits);
 /** A point of a track: share of its width, and of its height from the top. */
@@ -169,18 +165,4 @@ const checks = {
   },
 };
 
-let failed = 0;
-try {
-  for (const [name, check] of Object.entries(checks)) {
-    try {
-      await check();
-      console.log(`ok      ${name}`);
-    } catch (error) {
-      failed += 1;
-      console.log(`FAILED  ${name}\n        ${error.message}`);
-    }
-  }
-} finally {
-  await browser.close();
-}
-process.exitCode = failed === 0 ? 0 : 1;
+await runChecks(checks, page, () => browser.close());

@@ -1,8 +1,9 @@
 // What the tests in this folder need from outside: the viewer's Node modules (MOUTHPIECE_NODE_MODULES, in the build folder)
 // and a Chromium.
-import { existsSync } from 'node:fs';
+import { spawn } from 'node:child_process';
+import { existsSync, mkdirSync, rmSync } from 'node:fs';
 import { createRequire } from 'node:module';
-import { join } from 'node:path';
+import { dirname, join, resolve } from 'node:path';
 
 /// CTest's SKIP_RETURN_CODE.
 export const SKIPPED = 77;
@@ -36,4 +37,71 @@ function findChromium() {
   const found = candidates.find((path) => path && existsSync(path));
   if (!found) skip('no Chromium found; get it with: sudo apt-get install chromium');
   return found;
+}
+
+/// The scratch folder, emptied, and the folder of the screenshots: made.
+export function prepareFolders(scratch, screenshotStem) {
+  rmSync(scratch, { recursive: true, force: true });
+  mkdirSync(scratch, { recursive: true });
+  mkdirSync(dirname(resolve(screenshotStem)), { recursive: true });
+}
+
+/// What a page says on its console as an error, and throws, is pushed to `complaints`, but for what matches `expected`.
+export function listen(page, complaints, expected = /^(?!)/) {
+  page.on('console', (message) => message.type() === 'error' && !expected.test(message.text()) && complaints.push(message.text()));
+  page.on('pageerror', (error) => complaints.push(error.message));
+}
+
+/// The page of a line, or a frame that shows one, is ready: its face is there.
+export async function untilFace(page) {
+  await page.waitForFunction(() => window.mouthpiece, null, { timeout: 60000 });
+  await page.evaluate(() => window.mouthpiece.ready);
+}
+
+// A server that a failed test leaves would hold CTest's pipe until its time is over, so all end with the process.
+const children = new Set();
+process.on('exit', () => children.forEach((child) => child.kill('SIGKILL')));
+
+/// Starts a program that serves a page; resolves with its process and the address that it prints.
+export function startServer(program, args) {
+  const child = spawn(program, args, { stdio: ['ignore', 'pipe', 'inherit'] });
+  children.add(child);
+  return new Promise((done, fail) => {
+    let said = '';
+    child.stdout.on('data', (bytes) => {
+      said += bytes;
+      const address = said.match(/http:\/\/127\.0\.0\.1:\d+\/\?token=[0-9a-f]+/)?.[0];
+      if (address) done({ child, address });
+    });
+    child.on('exit', (status, signal) => fail(new Error(`${program} ${args[0]} ended (${status ?? signal}): ${said}`)));
+  });
+}
+
+/// Ends it; resolves with its status, or with the signal that it did not outlive.
+export function endServer({ child }, signal = 'SIGINT') {
+  child.removeAllListeners('exit');
+  return new Promise((done) => {
+    child.on('exit', (status, by) => done(by ?? status));
+    child.kill(signal);
+  });
+}
+
+/// Runs the checks one after another, each with `subject`, says what became of each, and sets the exit status. `close`
+/// is called at the end, whatever happened.
+export async function runChecks(checks, subject, close) {
+  let failed = 0;
+  try {
+    for (const [name, check] of Object.entries(checks)) {
+      try {
+        await check(subject);
+        console.log(`ok      ${name}`);
+      } catch (error) {
+        failed += 1;
+        console.log(`FAILED  ${name}\n        ${error.message}`);
+      }
+    }
+  } finally {
+    await close();
+  }
+  process.exitCode = failed === 0 ? 0 : 1;
 }

@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import { existsSync, mkdirSync } from 'node:fs';
 import { dirname, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { launchBrowser, skip } from './environment.mjs';
+import { launchBrowser, listen, skip } from './environment.mjs';
 
 const [, , pageFile, reportFile, screenshotStem] = process.argv;
 if (!pageFile || !reportFile || !screenshotStem) {
@@ -19,8 +19,7 @@ const complaints = [];
 let failed = false;
 try {
   const page = await browser.newPage({ viewport: { width: 1160, height: 1500 } });
-  page.on('console', (message) => message.type() === 'error' && complaints.push(message.text()));
-  page.on('pageerror', (error) => complaints.push(error.message));
+  listen(page, complaints);
   page.on('request', (request) => request.url().startsWith('file:') || complaints.push(`asks for ${request.url()}`));
   await page.goto(pathToFileURL(resolve(pageFile)).href);
 

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { existsSync, mkdirSync } from 'node:fs';
 import { dirname, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { launchBrowser, skip } from './environment.mjs';
+import { launchBrowser, listen, skip } from './environment.mjs';
 
 const [, , pageFile, screenshotStem] = process.argv;
 if (!pageFile || !screenshotStem) {
@@ -25,8 +25,7 @@ const complaints = [];
 let failed = false;
 try {
   const page = await browser.newPage({ viewport: { width: 1200, height: 900 } });
-  page.on('console', (message) => message.type() === 'error' && complaints.push(message.text()));
-  page.on('pageerror', (error) => complaints.push(error.message));
+  listen(page, complaints);
   await page.goto(pathToFileURL(resolve(pageFile)).href);
   await page.waitForFunction(() => window.picker, null, { timeout: 60000 });
   assert.equal(await page.locator('#save').isDisabled(), true);

@@ -1,47 +1,22 @@
 // `synth serve` as a user meets it: node serve_page_test.mjs SYNTH SCRATCH_FOLDER SCREENSHOT_STEM
 import assert from 'node:assert/strict';
-import { spawn } from 'node:child_process';
-import { existsSync, mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
-import { dirname, join, resolve } from 'node:path';
-import { launchBrowser } from './environment.mjs';
+import { existsSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
+import { join, resolve } from 'node:path';
+import { endServer, launchBrowser, listen, prepareFolders, runChecks, startServer, untilFace } from './environment.mjs';
 
 const [synth, scratch, screenshotStem] = process.argv.slice(2);
-rmSync(scratch, { recursive: true, force: true });
-mkdirSync(scratch, { recursive: true });
-mkdirSync(dirname(resolve(screenshotStem)), { recursive: true });
+prepareFolders(scratch, screenshotStem);
 const out = join(resolve(scratch), 'lines');
 
-/** Starts the program and waits for the address that it prints. */
-function startServer() {
-  const child = spawn(synth, ['serve', '--out', out], { stdio: ['ignore', 'pipe', 'inherit'] });
-  return new Promise((done, fail) => {
-    let said = '';
-    child.stdout.on('data', (bytes) => {
-      said += bytes;
-      const address = said.match(/http:\/\/127\.0\.0\.1:\d+\/\?token=[0-9a-f]+/)?.[0];
-      if (address) done({ child, address });
-    });
-    child.on('exit', (code, signal) => fail(new Error(`synth serve ended (${code ?? signal}): ${said}`)));
-  });
-}
-
-function stopServer(child) {
-  child.removeAllListeners('exit');
-  return new Promise((done) => {
-    child.on('exit', (code, signal) => done(signal ?? code));
-    child.kill('SIGINT');
-  });
-}
-
-let server = await startServer();
+const serve = () => startServer(synth, ['serve', '--out', out]);
+let server = await serve();
 const browser = await launchBrowser(['--autoplay-policy=no-user-gesture-required']);
 const complaints = [];
 const requests = [];
 
 async function openDesk() {
   const page = await browser.newPage({ viewport: { width: 1360, height: 880 }, colorScheme: 'light' });
-  page.on('console', (message) => message.type() === 'error' && !/status of 400/.test(message.text()) && complaints.push(message.text()));
-  page.on('pageerror', (error) => complaints.push(error.message));
+  listen(page, complaints, /status of 400/);
   page.on('request', (request) => requests.push(request.url()));
   await page.goto(server.address);
   await page.waitForFunction(() => document.querySelectorAll('#voice option').length > 0);
@@ -53,8 +28,7 @@ const items = (page) => page.locator('#lines li');
 async function shownLine(page, text) {
   await page.waitForFunction((wanted) => document.querySelector('#frames > iframe')?.title.includes(wanted), text, { timeout: 60000 });
   const frame = await (await page.locator('#frames > iframe').elementHandle()).contentFrame();
-  await frame.waitForFunction(() => window.mouthpiece, null, { timeout: 60000 });
-  await frame.evaluate(() => window.mouthpiece.ready);
+  await untilFace(frame);
   return frame;
 }
 const drop = (page, files) => page.setInputFiles('#files', files);
@@ -170,7 +144,7 @@ const checks = {
   async 'text from outside stays text'(page) {
     await page.locator('#text').fill('now <img src=x onerror=alert(1)> then');
     await page.locator('#make').click();
-    await shownLine(page, 'now');
+    await shownLine(page, 'onerror');  // the line before says "now", too
     assert.equal(await page.evaluate(() => document.images.length), 0);
   },
 
@@ -207,9 +181,9 @@ const checks = {
 
   async 'a stopped session has its lines again'(page) {
     await page.close();
-    assert.equal(await stopServer(server.child), 'SIGINT');
+    assert.equal(await endServer(server), 'SIGINT');
     assert.deepEqual(readdirSync(out).filter((name) => name.includes('.tmp')), []);
-    server = await startServer();
+    server = await serve();
     const again = await openDesk();
     await again.waitForFunction(() => document.querySelectorAll('#lines li').length >= 3);
     await again.locator('#lines li', { hasText: 'a second one' }).locator('.open').click();
@@ -223,20 +197,7 @@ const checks = {
   },
 };
 
-let failed = 0;
-try {
-  const page = await openDesk();
-  for (const [name, check] of Object.entries(checks)) {
-    try {
-      await check(page);
-      console.log(`ok      ${name}`);
-    } catch (error) {
-      failed += 1;
-      console.log(`FAILED  ${name}\n        ${error.message}`);
-    }
-  }
-} finally {
+await runChecks(checks, await openDesk(), async () => {
   await browser.close();
-  await stopServer(server.child);
-}
-process.exitCode = failed === 0 ? 0 : 1;
+  await endServer(server);
+});

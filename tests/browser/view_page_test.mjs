@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { existsSync, mkdirSync } from 'node:fs';
 import { dirname, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { launchBrowser, skip } from './environment.mjs';
+import { launchBrowser, listen, runChecks, skip, untilFace } from './environment.mjs';
 
 const [, , pageFile, screenshotStem] = process.argv;
 if (!pageFile || !screenshotStem) {
@@ -20,13 +20,11 @@ const requests = [];
 
 async function openPage() {
   const page = await browser.newPage({ viewport: { width: 1280, height: 860 }, colorScheme: 'light' });
-  page.on('console', (message) => message.type() === 'error' && complaints.push(message.text()));
-  page.on('pageerror', (error) => complaints.push(error.message));
+  listen(page, complaints);
   page.on('dialog', (dialog) => { complaints.push(`dialog: ${dialog.message()}`); dialog.dismiss(); });
   page.on('request', (request) => requests.push(request.url()));
   await page.goto(pathToFileURL(resolve(pageFile)).href);
-  await page.waitForFunction(() => window.mouthpiece, null, { timeout: 60000 });
-  await page.evaluate(() => window.mouthpiece.ready);
+  await untilFace(page);
   return page;
 }
 
@@ -295,19 +293,4 @@ const checks = {
 };
 
 mkdirSync(dirname(resolve(screenshotStem)), { recursive: true });
-let failed = 0;
-try {
-  const page = await openPage();
-  for (const [name, check] of Object.entries(checks)) {
-    try {
-      await check(page);
-      console.log(`ok      ${name}`);
-    } catch (error) {
-      failed += 1;
-      console.log(`FAILED  ${name}\n        ${error.message}`);
-    }
-  }
-} finally {
-  await browser.close();
-}
-process.exitCode = failed === 0 ? 0 : 1;
+await runChecks(checks, await openPage(), () => browser.close());

@@ -127,8 +127,8 @@ TEST_F(BadOutput, FolderCannotBeWritten) {
 
 TEST_F(BadOutput, UnknownEnding) {
   const ScratchFolder scratch;
-  expectOneClearLine(runProgram("synth", {"--text", "the time is now", "-o", (scratch.path() / "talk.mp4").string()}),
-                     "talk.mp4");
+  expectOneClearLine(runProgram("synth", {"--text", "the time is now", "-o", (scratch.path() / "talk.avi").string()}),
+                     "talk.avi");
 }
 
 TEST_F(BadOutput, FullDisk) {

@@ -60,6 +60,7 @@ export class Stage {
       this.#dress(object, part?.kind);
     });
     this.scene.add(this.face);
+    this.face.updateMatrixWorld(true);  // a packed face is in units of its own, and is measured before it is drawn
     this.mixer = new AnimationMixer(this.face);
     this.clip = gltf.animations.find(({ name }) => name === 'speech') ?? gltf.animations[0];
     this.#forgetStillParts();

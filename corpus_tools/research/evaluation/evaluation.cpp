@@ -9,6 +9,7 @@
 
 #include "base/errors.h"
 #include "base/statistics.h"
+#include "corpus_tools/building/corpus_adapting.h"
 #include "corpus_tools/building/settings_fit.h"
 #include "corpus_tools/research/evaluation/evaluation_methods.h"
 #include "motion/lip_gauge.h"
@@ -86,6 +87,13 @@ std::vector<std::size_t> shuffledIndices(std::size_t count, std::uint64_t seed) 
   for (std::size_t i = 0; i < count; ++i) order[i] = i;
   for (std::size_t i = 0; i < count; ++i) std::swap(order[i], order[i + random() % (count - i)]);
   return order;
+}
+
+Corpus adaptedInMemory(const Corpus& large, const Corpus& own) {
+  Corpus adapted = adaptCorpus(large, own);
+  for (std::size_t i = 0; i < adapted.takes.size(); ++i) adapted.takes[i].motion = motionOf(adapted, TakeIndex(i));
+  adapted.motion_source = nullptr;
+  return adapted;
 }
 
 }  // namespace
@@ -175,26 +183,36 @@ Evaluation learningCurve(const Corpus& corpus, const std::vector<std::size_t>& s
   const SplitTakes split = splitTakes(corpus, std::min(kTestEvery, corpus.takes.size()), 0);
   const std::vector<std::size_t> order = shuffledIndices(split.rest.takes.size(), kSeed);
   Evaluation curve{corpus.name, {}, {}};
-  for (std::size_t step = 0; step < sizes.size(); ++step) {
-    const std::size_t size = sizes[step];
-    if (size == 0 || size > order.size()) {
-      throw InputError("learning curve", "", fmt::format("found {} takes; expected 1 to {}", size, order.size()));
-    }
-    Corpus part = split.rest;
-    part.takes.clear();
-    for (std::size_t i = 0; i < size; ++i) part.takes.push_back(split.rest.takes[order[i]]);
-    fitMotion(part);
+  const std::size_t steps = options.adapted_from == nullptr ? sizes.size() : 1 + 2 * sizes.size();
+  std::size_t step = 0;
+  const auto add = [&](const Corpus& part, const std::string& name) {
     EvaluationOptions of_size = options;
     of_size.progress = [&](std::size_t done, std::size_t total) {
-      if (options.progress) options.progress(step * total + done, sizes.size() * total);
+      if (options.progress) options.progress(step * total + done, steps * total);
     };
     Evaluation evaluated = evaluateCorpus(part, split.held, methods, of_size);
     for (EvaluationRow& row : evaluated.rows) {
-      row.method = fmt::format("{:>4}: {}", size, row.method);
+      row.method = fmt::format("{}: {}", name, row.method);
       curve.rows.push_back(std::move(row));
     }
     curve.takes = evaluated.takes;
     curve.compared = evaluated.compared;
+    ++step;
+  };
+  Corpus part = split.rest;
+  part.takes.clear();
+  if (options.adapted_from != nullptr) add(adaptedInMemory(*options.adapted_from, part), options.adapted_from->name);
+  for (const std::size_t size : sizes) {
+    if (size == 0 || size > order.size()) {
+      throw InputError("learning curve", "", fmt::format("found {} takes; expected 1 to {}", size, order.size()));
+    }
+    part = split.rest;
+    part.takes.clear();
+    for (std::size_t i = 0; i < size; ++i) part.takes.push_back(split.rest.takes[order[i]]);
+    fitMotion(part);
+    add(part, fmt::format("{:>4}", size));
+    if (options.adapted_from != nullptr)
+      add(adaptedInMemory(*options.adapted_from, part), fmt::format("{:>4} adapted", size));
   }
   return curve;
 }

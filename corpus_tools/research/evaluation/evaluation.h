@@ -79,6 +79,7 @@ struct EvaluationOptions {
   std::map<std::string, MotionClip> truth = {};  ///< by take: compared with this in place of the capture
   /// What of each take is measured; none: all.
   std::function<MeasuredStretches(const CorpusTake& take)> stretches = {};
+  const Corpus* adapted_from = nullptr;  ///< of learningCurve(): beside each size, this corpus adapted to those takes
 };
 
 struct EvaluationMethod;
@@ -114,7 +115,9 @@ Evaluation evaluateUnseen(const Corpus& corpus, Unseen unseen, const EvaluationM
                           const EvaluationOptions& options = {}, const UnseenOptions& limits = {});
 
 /// Every fifth take, animated with the material of `sizes` others, drawn with a fixed seed: a larger set holds the
-/// smaller ones. Rows are the methods' with the number of takes. Throws InputError for a size that is 0 or too large.
+/// smaller ones. Rows are the methods' with the number of takes. With `adapted_from`, rows before them are of that
+/// corpus alone, only turned and sized, and after each size come those of it adapted (adaptCorpus()). Throws InputError
+/// for a size that is 0 or too large.
 Evaluation learningCurve(const Corpus& corpus, const std::vector<std::size_t>& sizes, const EvaluationMethods& methods,
                          const EvaluationOptions& options = {});
 

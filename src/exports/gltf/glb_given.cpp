@@ -149,7 +149,7 @@ class SpeechAdder {
   json restingTarget(const json& primitive) {
     const std::size_t position = primitive.at("attributes").at("POSITION").get<std::size_t>();
     const std::size_t count = model_.root.at("accessors").at(position).at("count").get<std::size_t>();
-    return {{"POSITION", model_.addMostlyZeroVec3({}, {}, count, true)}};
+    return {{"POSITION", model_.addMostlyZeroVec3({}, {}, count, GlbUse::kMove)}};
   }
 
   std::vector<json> targetsOf(const GlbRun& run, const PrincipalShapes& shapes, const std::set<Eigen::Index>& numbers,
@@ -173,7 +173,7 @@ class SpeechAdder {
         moved.push_back(v);
         values.insert(values.end(), move.begin(), move.end());
       }
-      list.push_back({{"POSITION", model_.addMostlyZeroVec3(moved, values, run.count, true)}});
+      list.push_back({{"POSITION", model_.addMostlyZeroVec3(moved, values, run.count, GlbUse::kMove)}});
     }
     return list;
   }

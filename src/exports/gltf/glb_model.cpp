@@ -1,7 +1,6 @@
 #include "exports/gltf/glb_model.h"
 
 #include <fmt/format.h>
-#include <meshoptimizer.h>
 
 #include <algorithm>
 #include <array>
@@ -18,8 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat = 5126;
-constexpr int kNoTarget = 0, kArrayBuffer = 34962, kElementArrayBuffer = 34963;
+using namespace gltf;  // NOLINT(google-build-using-namespace): numbers alone
 constexpr std::array<const char*, 5> kTypeNames{"", "SCALAR", "VEC2", "VEC3", "VEC4"};
 
 std::size_t widthOf(GlbType type) { return static_cast<std::size_t>(type); }
@@ -188,64 +186,18 @@ void GlbModel::setBounds(std::size_t accessor, std::span<const float> values, bo
   bounded["max"] = std::vector<double>(high.begin(), high.begin() + signedIndex(width));
 }
 
-std::size_t GlbModel::addPackedView(std::string_view packed, std::size_t count, std::size_t stride, const char* mode,
-                                    const char* filter, int target) {
-  binary_.append((4 - binary_.size() % 4) % 4, '\0');
-  unpacked_bytes_ += (4 - unpacked_bytes_ % 4) % 4;
-  json how{{"buffer", 0},
-           {"byteOffset", binary_.size()},
-           {"byteLength", packed.size()},
-           {"byteStride", stride},
-           {"count", count},
-           {"mode", mode}};
-  if (filter != nullptr) how["filter"] = filter;
-  json view{{"buffer", 1},
-            {"byteOffset", unpacked_bytes_},
-            {"byteLength", count * stride},
-            {"extensions", {{"EXT_meshopt_compression", std::move(how)}}}};
-  if (target == kArrayBuffer) view["byteStride"] = stride;
-  if (target != kNoTarget) view["target"] = target;
-  binary_.append(packed);
-  unpacked_bytes_ += count * stride;
-  return put(listOf(root, "bufferViews"), free_views_, std::move(view));
-}
-
-/// The extension's exponential filter with one exponent for all: whole multiples of a power of two, 24 bits each, which
-/// come back as floats.
-std::size_t GlbModel::addPackedFloats(std::span<const float> values, std::size_t width, int target, int exponent) {
-  constexpr double kMost = (1 << 23) - 1;
-  std::vector<std::uint32_t> filtered;
-  filtered.reserve(values.size());
-  const std::uint32_t high = static_cast<std::uint32_t>(exponent & 0xFF) << 24U;
-  for (const float value : values) {
-    const double whole = std::round(std::clamp(std::ldexp(static_cast<double>(value), -exponent), -kMost, kMost));
-    filtered.push_back(high | (static_cast<std::uint32_t>(static_cast<std::int32_t>(whole)) & 0x00FFFFFFU));
-  }
-  const std::size_t stride = 4 * width, count = values.size() / width;
-  std::string packed(meshopt_encodeVertexBufferBound(count, stride), '\0');
-  packed.resize(meshopt_encodeVertexBuffer(reinterpret_cast<unsigned char*>(packed.data()), packed.size(),
-                                           filtered.data(), count, stride));
-  return addPackedView(packed, count, stride, "ATTRIBUTES", "EXPONENTIAL", target);
-}
-
-std::size_t GlbModel::addAttribute(std::span<const float> values, GlbType type, bool with_bounds, int exponent) {
-  const std::size_t view = is_packed_ ? addPackedFloats(values, widthOf(type), kArrayBuffer, exponent)
-                                      : addView(bytesOf(values), kArrayBuffer, widthOf(type) * sizeof(float));
+std::size_t GlbModel::addAttribute(std::span<const float> values, GlbType type, GlbUse use) {
+  if (is_packed_) return addPackedAttribute(values, type, use);
+  const std::size_t view = addView(bytesOf(values), kArrayBuffer, widthOf(type) * sizeof(float));
   const std::size_t accessor = addAccessor(kFloat, type, values.size() / widthOf(type));
   root["accessors"][accessor]["bufferView"] = view;
-  if (with_bounds) setBounds(accessor, values, false);
+  if (use == GlbUse::kPlace || use == GlbUse::kMove) setBounds(accessor, values, false);
   return accessor;
 }
 
 std::size_t GlbModel::addColors(std::span<const std::uint16_t> rgba) {
-  std::string packed;
-  if (is_packed_) {
-    packed.resize(meshopt_encodeVertexBufferBound(rgba.size() / 4, 8));
-    packed.resize(meshopt_encodeVertexBuffer(reinterpret_cast<unsigned char*>(packed.data()), packed.size(),
-                                             rgba.data(), rgba.size() / 4, 8));
-  }
-  const std::size_t view = is_packed_ ? addPackedView(packed, rgba.size() / 4, 8, "ATTRIBUTES", nullptr, kArrayBuffer)
-                                      : addView(bytesOf(rgba), kArrayBuffer, 8);
+  if (is_packed_) return addPackedColors(rgba);
+  const std::size_t view = addView(bytesOf(rgba), kArrayBuffer, 8);
   const std::size_t accessor = addAccessor(kUnsignedShort, GlbType::kVec4, rgba.size() / 4);
   root["accessors"][accessor]["bufferView"] = view;
   root["accessors"][accessor]["normalized"] = true;
@@ -253,27 +205,16 @@ std::size_t GlbModel::addColors(std::span<const std::uint16_t> rgba) {
 }
 
 std::size_t GlbModel::addIndices(std::span<const std::uint32_t> indices, std::size_t vertex_count) {
+  if (is_packed_) return addPackedIndices(indices, vertex_count);
   const Indices stored(indices, vertex_count);
-  std::string packed;
-  if (is_packed_) {
-    packed.resize(meshopt_encodeIndexBufferBound(indices.size(), vertex_count));
-    packed.resize(meshopt_encodeIndexBuffer(reinterpret_cast<unsigned char*>(packed.data()), packed.size(),
-                                            indices.data(), indices.size()));
-  }
-  const std::size_t size = stored.is_narrow ? 2 : 4;
-  const std::size_t view = is_packed_
-                               ? addPackedView(packed, indices.size(), size, "TRIANGLES", nullptr, kElementArrayBuffer)
-                               : addView(stored.bytes(), kElementArrayBuffer);
+  const std::size_t view = addView(stored.bytes(), kElementArrayBuffer);
   const std::size_t accessor = addAccessor(stored.component(), GlbType::kScalar, indices.size());
   root["accessors"][accessor]["bufferView"] = view;
   return accessor;
 }
 
 std::size_t GlbModel::addScalars(std::span<const float> values, bool with_bounds) {
-  // The times stay exact; weights are told apart by having no bounds.
-  const bool is_packed = is_packed_ && !with_bounds;
-  const std::size_t view =
-      is_packed ? addPackedFloats(values, 1, kNoTarget, kWeights) : addView(bytesOf(values), kNoTarget);
+  const std::size_t view = addView(bytesOf(values), kNoTarget);
   const std::size_t accessor = addAccessor(kFloat, GlbType::kScalar, values.size());
   root["accessors"][accessor]["bufferView"] = view;
   if (with_bounds) setBounds(accessor, values, false);
@@ -281,7 +222,7 @@ std::size_t GlbModel::addScalars(std::span<const float> values, bool with_bounds
 }
 
 std::size_t GlbModel::addMostlyZeroVec3(std::span<const std::uint32_t> indices, std::span<const float> values,
-                                        std::size_t count, bool with_bounds, int exponent) {
+                                        std::size_t count, GlbUse use) {
   MOUTHPIECE_EXPECT(values.size() == 3 * indices.size() && indices.size() <= count);
   if (indices.empty()) {
     const auto known = zeros_by_count_.find(count);
@@ -294,10 +235,10 @@ std::size_t GlbModel::addMostlyZeroVec3(std::span<const std::uint32_t> indices, 
   if (is_packed_ || values.size_bytes() + stored.bytes().size() >= 3 * count * sizeof(float)) {
     std::vector<float> all(3 * count, 0.0F);
     for (std::size_t i = 0; i < indices.size(); ++i) std::copy_n(&values[3 * i], 3, &all[3 * std::size_t{indices[i]}]);
-    return addAttribute(all, GlbType::kVec3, with_bounds, exponent);
+    return addAttribute(all, GlbType::kVec3, use);
   }
   const std::size_t accessor = addAccessor(kFloat, GlbType::kVec3, count);
-  if (with_bounds) setBounds(accessor, values, indices.size() < count);
+  if (use == GlbUse::kMove) setBounds(accessor, values, indices.size() < count);
   const std::size_t index_view = addView(stored.bytes(), kNoTarget), value_view = addView(bytesOf(values), kNoTarget);
   root["accessors"][accessor]["sparse"] = {
       {"count", indices.size()},
@@ -312,8 +253,9 @@ void GlbModel::addSpeech(std::size_t frame_count, double frame_rate_hz, const st
   const std::size_t input = addScalars(times, true);
   json speech{{"name", "speech"}, {"samplers", json::array()}, {"channels", json::array()}};
   for (const SpeechTrack& track : tracks) {
-    speech["samplers"].push_back(
-        {{"input", input}, {"output", addScalars(track.weights, false)}, {"interpolation", "LINEAR"}});
+    const std::size_t output = is_packed_ ? addPackedWeights(track.weights, track.weights.size() / frame_count)
+                                          : addScalars(track.weights, false);
+    speech["samplers"].push_back({{"input", input}, {"output", output}, {"interpolation", "LINEAR"}});
     for (const std::size_t node : track.nodes) {
       speech["channels"].push_back(
           {{"sampler", speech["samplers"].size() - 1}, {"target", {{"node", node}, {"path", "weights"}}}});
@@ -485,6 +427,7 @@ void GlbModel::compact() {
 }
 
 std::string GlbModel::toBytes() && {
+  closeSharedViews();
   if (has_holes_) compact();
   binary_.append((4 - binary_.size() % 4) % 4, '\0');
   if (!binary_.empty()) {
@@ -494,7 +437,7 @@ std::string GlbModel::toBytes() && {
     if (unpacked_bytes_ > 0) {
       constexpr const char* kMeshopt = "EXT_meshopt_compression";
       buffers.push_back({{"byteLength", unpacked_bytes_}, {"extensions", {{kMeshopt, {{"fallback", true}}}}}});
-      root["extensionsUsed"] = root["extensionsRequired"] = {kMeshopt};
+      root["extensionsUsed"] = root["extensionsRequired"] = {kMeshopt, "KHR_mesh_quantization"};
     }
   }
   return glbOf(root.dump(-1, ' ', false, json::error_handler_t::replace), std::move(binary_));

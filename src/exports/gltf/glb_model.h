@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -12,8 +13,16 @@
 
 namespace mouthpiece {
 
+/// glTF's numbers of components and of what a view is for.
+namespace gltf {
+inline constexpr int kByte = 5120, kShort = 5122, kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat = 5126;
+inline constexpr int kNoTarget = 0, kArrayBuffer = 34962, kElementArrayBuffer = 34963;
+}  // namespace gltf
+
 /// glTF's numbers of what an accessor holds.
 enum class GlbType { kScalar = 1, kVec2 = 2, kVec3 = 3, kVec4 = 4 };
+/// What a vertex attribute is, and so how it is packed: a place or a normal, what a shape adds to these, or anything.
+enum class GlbUse { kPlace, kMove, kNormal, kTurn, kOther };
 
 /// Weights that the nodes follow, frame after frame, each with a value for every morph target.
 struct SpeechTrack {
@@ -31,19 +40,21 @@ class GlbModel {
 
   nlohmann::json root = nlohmann::json::object();  ///< `buffers` without the binary chunk's length
 
-  /// What is added from now on is packed (EXT_meshopt_compression). Only in a model of our own, from its beginning.
-  void pack() { is_packed_ = true; }
+  /// What is added from now on is packed (EXT_meshopt_compression, KHR_mesh_quantization): places become whole
+  /// multiples of placeUnit() from placeOrigin(), to be undone by the node that shows them. `lowest` and `highest`: of
+  /// all places in metres. Only in a model of our own, from its beginning.
+  void pack(const std::array<double, 3>& lowest, const std::array<double, 3>& highest);
   [[nodiscard]] bool isPacked() const { return is_packed_; }
+  [[nodiscard]] double placeUnit() const { return place_unit_; }
+  [[nodiscard]] const std::array<double, 3>& placeOrigin() const { return place_origin_; }
   /// Each returns the new accessor's number. Attributes (kVec2 or kVec3) are vertex data, one bufferView each.
-  std::size_t addAttribute(std::span<const float> values, GlbType type, bool with_bounds, int exponent = kPlaces);
-  /// Packed numbers are multiples of 2 to this power: of places in metres, of normals, of weights and times.
-  static constexpr int kPlaces = -16, kNormals = -6, kWeights = -15;
+  std::size_t addAttribute(std::span<const float> values, GlbType type, GlbUse use);
   std::size_t addColors(std::span<const std::uint16_t> rgba);
   std::size_t addIndices(std::span<const std::uint32_t> indices, std::size_t vertex_count);
   /// `count` vec3 values, zero but for `values` (three each) at `indices` (rising): stored sparse where that is
   /// smaller; all-zero ones of a count share one accessor without data.
   std::size_t addMostlyZeroVec3(std::span<const std::uint32_t> indices, std::span<const float> values,
-                                std::size_t count, bool with_bounds, int exponent = kPlaces);
+                                std::size_t count, GlbUse use);
 
   /// An animation called "speech" after those that are there: a key a frame.
   void addSpeech(std::size_t frame_count, double frame_rate_hz, const std::vector<SpeechTrack>& tracks);
@@ -75,13 +86,29 @@ class GlbModel {
   /// The least and the largest of each component; of zeros too where there are some beside `values`.
   void setBounds(std::size_t accessor, std::span<const float> values, bool has_zeros);
 
-  std::size_t addPackedFloats(std::span<const float> values, std::size_t width, int target, int exponent);
+  // glb_packed.cpp
+  std::size_t addPackedAttribute(std::span<const float> values, GlbType type, GlbUse use);
+  /// `values`, three each, as whole numbers beside others of their width in one view.
+  std::size_t addWholeVec3(std::span<const std::int32_t> values, bool is_normalised);
+  std::size_t addPackedColors(std::span<const std::uint16_t> rgba);
+  std::size_t addPackedIndices(std::span<const std::uint32_t> indices, std::size_t vertex_count);
+  std::size_t addPackedWeights(std::span<const float> values, std::size_t a_frame);
   std::size_t addPackedView(std::string_view packed, std::size_t count, std::size_t stride, const char* mode,
                             const char* filter, int target);
+  /// Packs the views that several accessors share.
+  void closeSharedViews();
 
   std::string binary_;
   bool is_packed_ = false;
+  double place_unit_ = 1;
+  std::array<double, 3> place_origin_{};
   std::size_t unpacked_bytes_ = 0;  ///< of what is packed, one view after another
+  /// Whole numbers of one width that wait for their view, and the accessors that show them.
+  struct SharedView {
+    std::string bytes;
+    std::vector<std::size_t> accessors;
+  };
+  std::map<std::size_t, SharedView> shared_views_;  ///< by the stride
   std::map<std::size_t, std::size_t> zeros_by_count_;
   std::vector<std::size_t> free_accessors_, free_views_;  ///< numbers that nothing names any more, to be used again
   bool has_holes_ = false;                                ///< the chunk holds data that no view shows

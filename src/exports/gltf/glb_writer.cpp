@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <meshoptimizer.h>
 
 #include <algorithm>
 #include <cmath>
@@ -24,6 +25,21 @@ struct PartVertices {
   std::vector<std::uint32_t> indices;   ///< three a triangle, into `vertices`
 };
 
+void orderAsUsed(PartVertices& part) {
+  std::vector<std::uint32_t> triangles(part.indices.size());
+  meshopt_optimizeVertexCache(triangles.data(), part.indices.data(), part.indices.size(), part.vertices.size());
+  std::vector<std::uint32_t> renumbered(part.vertices.size(), kUnused), vertices;
+  for (std::uint32_t& vertex : triangles) {
+    if (renumbered[vertex] == kUnused) {
+      renumbered[vertex] = static_cast<std::uint32_t>(vertices.size());
+      vertices.push_back(part.vertices[vertex]);
+    }
+    vertex = renumbered[vertex];
+  }
+  part = {std::move(vertices), std::move(triangles)};
+}
+
+/// `as_used`: triangles and vertices in the order in which they pack best.
 PartVertices verticesOf(const FaceMesh& mesh, const MeshPart& part, bool as_used) {
   PartVertices result;
   const auto first = mesh.triangles.begin() + signedIndex(part.first_triangle);
@@ -35,12 +51,13 @@ PartVertices verticesOf(const FaceMesh& mesh, const MeshPart& part, bool as_used
       renumbered[vertex] = 0;
     }
   }
-  if (!as_used) std::sort(result.vertices.begin(), result.vertices.end());
+  std::sort(result.vertices.begin(), result.vertices.end());
   for (std::uint32_t i = 0; i < result.vertices.size(); ++i) renumbered[result.vertices[i]] = i;
   result.indices.reserve(3 * part.triangle_count);
   for (auto triangle = first; triangle != last; ++triangle) {
     for (const std::uint32_t vertex : *triangle) result.indices.push_back(renumbered[vertex]);
   }
+  if (as_used) orderAsUsed(result);
   return result;
 }
 
@@ -73,8 +90,7 @@ std::vector<ListedVertex> listedOf(const PartVertices& part, const std::vector<s
 
 /// The part's values of one shape as an accessor; only `listed` ones may differ from zero.
 std::size_t addTarget(const PartVertices& part, const std::vector<ListedVertex>& listed, const float* row, float scale,
-                      bool with_bounds, GlbModel& model) {
-  const int exponent = with_bounds ? GlbModel::kPlaces : GlbModel::kNormals;
+                      GlbUse use, GlbModel& model) {
   std::vector<std::uint32_t> indices;
   std::vector<float> values;
   indices.reserve(listed.size());
@@ -85,7 +101,7 @@ std::size_t addTarget(const PartVertices& part, const std::vector<ListedVertex>&
     indices.push_back(number);
     values.insert(values.end(), {scale * value[0], scale * value[1], scale * value[2]});
   }
-  return model.addMostlyZeroVec3(indices, values, part.vertices.size(), with_bounds, exponent);
+  return model.addMostlyZeroVec3(indices, values, part.vertices.size(), use);
 }
 
 std::vector<std::uint16_t> gatheredColors(const PartVertices& part, const FaceMesh& mesh) {
@@ -118,12 +134,11 @@ nlohmann::json primitiveOf(const FaceMesh& mesh, const MeshPart& part, const Pri
   const float metres = asFloat(mesh.metres_per_unit);
   constexpr int kTriangles = 4;
   nlohmann::json primitive{{"mode", kTriangles}, {"attributes", nlohmann::json::object()}};
-  const auto attribute = [&](const char* name, const std::vector<float>& values, GlbType type, bool with_bounds) {
-    primitive["attributes"][name] =
-        model.addAttribute(values, type, with_bounds, with_bounds ? GlbModel::kPlaces : GlbModel::kNormals - 2);
+  const auto attribute = [&](const char* name, const std::vector<float>& values, GlbType type, GlbUse use) {
+    primitive["attributes"][name] = model.addAttribute(values, type, use);
   };
-  attribute("POSITION", gathered(own, shapes.rest.data(), metres), GlbType::kVec3, true);
-  attribute("NORMAL", gathered(own, normals.rest.data(), 1.0F), GlbType::kVec3, false);
+  attribute("POSITION", gathered(own, shapes.rest.data(), metres), GlbType::kVec3, GlbUse::kPlace);
+  attribute("NORMAL", gathered(own, normals.rest.data(), 1.0F), GlbType::kVec3, GlbUse::kNormal);
   if (!mesh.vertex_colors.empty()) primitive["attributes"]["COLOR_0"] = model.addColors(gatheredColors(own, mesh));
   if (!mesh.texture_coordinates.empty()) {
     std::vector<float> coordinates;
@@ -131,13 +146,13 @@ nlohmann::json primitiveOf(const FaceMesh& mesh, const MeshPart& part, const Pri
       const auto& [u, v] = mesh.texture_coordinates[vertex];
       coordinates.insert(coordinates.end(), {u, 1.0F - v});  // glTF counts v from the top
     }
-    attribute("TEXCOORD_0", coordinates, GlbType::kVec2, false);
+    attribute("TEXCOORD_0", coordinates, GlbType::kVec2, GlbUse::kOther);
   }
   const std::vector<ListedVertex> moving = listedOf(own, shapes.columnVertices());
   const std::vector<ListedVertex> turning = listedOf(own, normals.vertices);
   for (Index k = 0; k < shapes.shapeCount(); ++k) {
-    const std::size_t position = addTarget(own, moving, shapes.shapes.row(k).data(), metres, true, model);
-    const std::size_t normal = addTarget(own, turning, normals.deltas.row(k).data(), 1.0F, false, model);
+    const std::size_t position = addTarget(own, moving, shapes.shapes.row(k).data(), metres, GlbUse::kMove, model);
+    const std::size_t normal = addTarget(own, turning, normals.deltas.row(k).data(), 1.0F, GlbUse::kTurn, model);
     primitive["targets"].push_back({{"POSITION", position}, {"NORMAL", normal}});
   }
   primitive["indices"] = model.addIndices(own.indices, own.vertices.size());
@@ -156,13 +171,23 @@ std::size_t largestBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, co
 
 namespace {
 
+void packPlaces(const FaceMesh& mesh, const PrincipalShapes& shapes, GlbModel& model) {
+  std::array<double, 3> lowest{}, highest{};
+  for (Index axis = 0; axis < 3; ++axis) {
+    const auto column = shapes.rest(0, Eigen::seqN(axis, mesh.vertices.rows(), 3));
+    lowest[unsignedIndex(axis)] = mesh.metres_per_unit * static_cast<double>(column.minCoeff());
+    highest[unsignedIndex(axis)] = mesh.metres_per_unit * static_cast<double>(column.maxCoeff());
+  }
+  model.pack(lowest, highest);
+}
+
 std::string written(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
                     std::span<const std::string> shape_names, bool is_small) {
   MOUTHPIECE_EXPECT(3 * mesh.vertices.rows() == shapes.rest.cols());
   MOUTHPIECE_EXPECT(!mesh.triangles.empty() && !mesh.parts.empty());
   ShapeNormals normals = shapeNormals(mesh.triangles, shapes);
   GlbModel model;
-  if (is_small) model.pack();
+  if (is_small) packPlaces(mesh, shapes, model);
   model.reserve(largestBytes(mesh, shapes, normals));
   const std::string shown_name = printable(name, kLongestName);
   nlohmann::json face{{"name", shown_name}, {"primitives", nlohmann::json::array()}};
@@ -187,6 +212,10 @@ std::string written(const FaceMesh& mesh, const PrincipalShapes& shapes, std::st
   }
   model.root["asset"] = {{"version", "2.0"}, {"generator", "Mouthpiece"}};
   model.root["nodes"] = {{{"name", shown_name}, {"mesh", 0}}};
+  if (is_small) {
+    model.root["nodes"][0]["translation"] = model.placeOrigin();
+    model.root["nodes"][0]["scale"] = std::vector<double>(3, model.placeUnit());
+  }
   model.root["scenes"] = {{{"nodes", {0}}}};
   model.root["scene"] = 0;
   model.root["meshes"] = {std::move(face)};

@@ -119,7 +119,7 @@ std::string usdaText(const FaceMesh& mesh, const PrincipalShapes& shapes, std::s
         number++, listed(faces), head);
   }
   for (Eigen::Index k = 0; k < shapes.shapeCount(); ++k)
-    usd += "\n" + blendShape(shapes, k, names[unsignedIndex(k)], mesh.metres_per_unit);
+    usd.append("\n").append(blendShape(shapes, k, names[unsignedIndex(k)], mesh.metres_per_unit));
   usd += "    }\n\n    def Scope \"Materials\"\n    {\n";
   number = 0;
   for (const MeshPart& part : mesh.parts) {

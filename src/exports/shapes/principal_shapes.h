@@ -38,6 +38,12 @@ struct PrincipalShapes {
 PrincipalShapes principalShapes(const FaceAnimation& animation, const VertexPositions& rest, double metres_per_unit,
                                 const PrincipalShapesOptions& options = {});
 
+/// The same of frames that are made when they are asked for, in memory that grows with the line by its weights alone.
+/// A line of more than some 30 s takes its shapes from evenly spread frames, each other frame its weights by least
+/// squares; what is then beyond the tolerance becomes a shape of its own, so the tolerance holds in every frame.
+PrincipalShapes principalShapes(const FrameMaker& frames, const VertexPositions& rest, double metres_per_unit,
+                                const PrincipalShapesOptions& options = {});
+
 /// Unit normals of the resting mesh and how each shape turns them, to first order: what shapes take back of each other
 /// (the offset and the rest) they then take back of the normals too, and shading follows the motion.
 struct ShapeNormals {

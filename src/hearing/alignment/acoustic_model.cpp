@@ -71,19 +71,23 @@ GaussianFile parseGaussians(std::string_view bytes, const fs::path& path) {
   return file;
 }
 
+}  // namespace
+
 /// log N(x; m, s) = sum of -x^2 / 2s + x m / s - m^2 / 2s - log(2 pi s) / 2.
-Eigen::RowVectorXf densityRow(const float* means, const float* variances, std::size_t size) {
-  const auto n = signedIndex(size);
+Eigen::RowVectorXf densityRow(const Eigen::VectorXd& mean, const Eigen::VectorXd& variance) {
+  const Eigen::Index n = mean.size();
+  const Eigen::ArrayXd held = variance.array().max(kSmallestVariance);
   Eigen::RowVectorXf row(2 * n + 1);
-  double constant = 0;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const double mean = means[i], variance = std::max<double>(variances[i], kSmallestVariance);
-    row[i] = asFloat(-0.5 / variance);
-    row[n + i] = asFloat(mean / variance);
-    constant -= 0.5 * (mean * mean / variance + std::log(2 * std::numbers::pi * variance));
-  }
-  row[2 * n] = asFloat(constant);
+  row.head(n) = (-0.5 / held).cast<float>();
+  row.segment(n, n) = (mean.array() / held).cast<float>();
+  row[2 * n] = asFloat(-0.5 * (mean.array().square() / held + (2 * std::numbers::pi * held).log()).sum());
   return row;
+}
+
+namespace {
+
+Eigen::VectorXd valuesAt(const GaussianFile& file, std::size_t at, std::size_t size) {
+  return Eigen::Map<const Eigen::VectorXf>(&file.values[at], signedIndex(size)).cast<double>();
 }
 
 void addGaussians(TiedModel& model, const TiedModelFiles& files) {
@@ -104,7 +108,7 @@ void addGaussians(TiedModel& model, const TiedModelFiles& files) {
     for (const std::size_t size : means.streams) {
       auto& rows = codebook.gaussians.emplace_back(means.densities, 2 * size + 1);
       for (std::size_t density = 0; density < means.densities; ++density, at += size)
-        rows.row(signedIndex(density)) = densityRow(&means.values[at], &variances.values[at], size);
+        rows.row(signedIndex(density)) = densityRow(valuesAt(means, at, size), valuesAt(variances, at, size));
     }
   }
 }

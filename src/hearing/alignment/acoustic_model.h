@@ -36,6 +36,9 @@ struct TiedModel {
   [[nodiscard]] Eigen::Index featureCount() const;
 };
 
+/// A row of TiedModel::Codebook::gaussians, of a diagonal Gaussian.
+Eigen::RowVectorXf densityRow(const Eigen::VectorXd& mean, const Eigen::VectorXd& variance);
+
 /// The bytes of a model's files.
 struct TiedModelFiles {
   std::filesystem::path folder;  ///< for errors

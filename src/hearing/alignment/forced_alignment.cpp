@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/statistics.h"
 #include "hearing/alignment/phone_decoder.h"
 #include "phonetics/labels/labels_builder.h"
 
@@ -20,6 +22,9 @@ constexpr double kScoreSpread = 8.0;
 /// More doubtful words than this: not the text that is said. Of five recorded singers' own words 3 to 22 % are
 /// doubtful, of others 49 to 71 % (docs/theory/hearing/alignment.md).
 constexpr double kOtherTextShare = 0.3;
+/// Labels further than this from where their words are heard belong to another sound: by far the most that alignment
+/// itself is off.
+constexpr Seconds kFarBeside = 0.2;
 /// A stop's closing cannot be heard after silence: more than this of it is the pause before.
 constexpr Seconds kLongestStopAfterSilence = 0.120;
 /// PocketSphinx gives a phone at least three frames of 10 ms.
@@ -153,6 +158,36 @@ class LabelWriter {
   double score_ = 0, frames_ = 0;
 };
 
+bool isOtherText(const ForcedAlignment& alignment) {
+  const std::size_t doubtful = alignment.doubtfulWords().size();
+  return doubtful > 1 && asReal(doubtful) > kOtherTextShare * asReal(alignment.labels.words.size());
+}
+
+std::string wordWithTime(const SpeechLabels& labels, std::size_t word) {
+  return fmt::format("{} ({:.2f} s)", labels.words[word].text, labels.spanOf(labels.words[word].phones).start);
+}
+
+/// The labels' words as they are labelled, and when each begins; without words what lies between two silences is one.
+std::vector<TranscriptWord> wordsOf(const SpeechLabels& labels, std::vector<Seconds>& starts) {
+  std::vector<TranscriptWord> words;
+  std::optional<std::size_t> last;
+  for (const LabelledPhone& phone : labels.phones) {
+    if (phone.phone == Phone::kSil) {
+      last.reset();
+      continue;
+    }
+    const std::size_t word = phone.word.value_or(labels.words.size());
+    if (word != last) {
+      words.push_back({word < labels.words.size() ? labels.words[word].text : "", {Pronunciation()}});
+      starts.push_back(phone.span.start);
+    }
+    last = word;
+    words.back().ways[0].phones.push_back(phone.phone);
+    words.back().ways[0].stress.push_back(-1);
+  }
+  return words;
+}
+
 [[noreturn]] void failTooShort(const AudioClip& audio, const std::vector<TranscriptWord>& words,
                                std::string_view name) {
   std::size_t phones = 0;
@@ -181,14 +216,35 @@ std::string doubtsAbout(const ForcedAlignment& alignment) {
   const std::vector<std::size_t> doubtful = alignment.doubtfulWords();
   if (doubtful.empty()) return {};
   const std::size_t words = alignment.labels.words.size();
-  const bool is_other_text = doubtful.size() > 1 && asReal(doubtful.size()) > kOtherTextShare * asReal(words);
-  std::string doubts = is_other_text
+  std::string doubts = isOtherText(alignment)
                            ? fmt::format("the words do not fit the sound: {} of {} are not heard in it, among them ",
                                          doubtful.size(), words)
                            : "doubtful words: ";
   for (std::size_t i = 0; i < std::min(doubtful.size(), kMostNamed); ++i)
-    doubts += (i > 0 ? ", " : "") + alignment.labels.words[doubtful[i]].text;
+    doubts += (i > 0 ? ", " : "") + wordWithTime(alignment.labels, doubtful[i]);
   return doubts + (doubtful.size() > kMostNamed ? ", ..." : "");
+}
+
+std::string doubtsAbout(const SpeechLabels& labels, const AudioClip& audio, Aligner& aligner, std::string_view name) {
+  std::vector<Seconds> starts;
+  const std::vector<TranscriptWord> words = wordsOf(labels, starts);
+  if (words.empty() || starts.back() >= audio.duration())
+    return words.empty() ? ""
+                         : fmt::format("the labels go on after the sound, which ends at {:.2f} s", audio.duration());
+  ForcedAlignment heard;
+  try {
+    heard = aligner.align(audio, words, name);
+  } catch (const InputError&) {
+    return "the labels do not fit the sound: it is too short for their phones";
+  }
+  if (isOtherText(heard)) return doubtsAbout(heard);
+  std::vector<double> beside;
+  for (std::size_t i = 0; i < words.size(); ++i)
+    beside.push_back(heard.labels.spanOf(heard.labels.words[i].phones).start - starts[i]);
+  const double middle = median(beside);
+  if (std::abs(middle) <= kFarBeside) return "";
+  return fmt::format("the labels lie beside the sound: their words are heard {:.2f} s {}", std::abs(middle),
+                     middle > 0 ? "later" : "earlier");
 }
 
 ForcedAligner::ForcedAligner(const std::filesystem::path& model, const Language& language)

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "audio/audio_clip.h"
-#include "phonetics/labels/speech_labels.h"
 #include "hearing/alignment/pronouncer.h"
+#include "phonetics/labels/speech_labels.h"
 
 namespace mouthpiece {
 
@@ -20,10 +20,16 @@ struct ForcedAlignment {
   [[nodiscard]] std::vector<std::size_t> doubtfulWords() const;
 };
 
-/// Says which words are doubtful, and whether so many are that others may be said; "" for none.
+/// Says which words are doubtful and when they are said, and whether so many are that others may be said; "" for none.
 std::string doubtsAbout(const ForcedAlignment& alignment);
 
-/// Of the words that were really said under 1 in 100 is below, of wrong ones 9 in 10 (docs/theory/hearing/alignment.md).
+class Aligner;
+/// What makes labels that came with a sound doubtful, for the user: that other words are said in it, or that they lie
+/// beside it. "" for nothing. `name` stands for the sound.
+std::string doubtsAbout(const SpeechLabels& labels, const AudioClip& audio, Aligner& aligner, std::string_view name);
+
+/// Of the words that were really said under 1 in 100 is below, of wrong ones 9 in 10
+/// (docs/theory/hearing/alignment.md).
 inline constexpr double kDoubtfulConfidence = 0.5;
 
 /// How words are said. Sung ones are heard with less of their held vowels and pauses, so that these do not outweigh the
@@ -42,8 +48,8 @@ class Aligner {
 
 class PhoneDecoder;
 
-/// PocketSphinx' (docs/theory/hearing/alignment.md): several pronunciations tried, silence allowed between words, the decoder's
-/// steps of 10 ms refined by hearing the sound again from later starts.
+/// PocketSphinx' (docs/theory/hearing/alignment.md): several pronunciations tried, silence allowed between words, the
+/// decoder's steps of 10 ms refined by hearing the sound again from later starts.
 class ForcedAligner : public Aligner {
  public:
   /// `model`: folder of the acoustic model; empty: the language's.

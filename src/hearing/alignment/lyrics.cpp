@@ -33,11 +33,15 @@ std::string sungText(std::string_view lyrics) {
   return sung;
 }
 
-std::string readLyrics(const std::filesystem::path& path) {
-  std::string sung = sungText(decodeText(readFile(path, kMostBytes), path.string()));
+std::string parseLyrics(std::string_view bytes, std::string_view name) {
+  std::string sung = sungText(decodeText(bytes, name));
   if (std::none_of(sung.begin(), sung.end(), isSpoken))
-    throw InputError(path.string(), "", "holds no words; expected what is sung, outside of square brackets");
+    throw InputError(name, "", "holds no words; expected what is sung, outside of square brackets");
   return sung;
+}
+
+std::string readLyrics(const std::filesystem::path& path) {
+  return parseLyrics(readFile(path, kMostBytes), path.string());
 }
 
 }  // namespace mouthpiece

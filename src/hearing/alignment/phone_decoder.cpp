@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -19,6 +20,7 @@
 #include "base/errors.h"
 #include "base/index.h"
 #include "hearing/alignment/acoustic_model.h"
+#include "hearing/alignment/noise_adaptation.h"
 
 namespace mouthpiece {
 namespace {
@@ -293,8 +295,11 @@ struct PhoneDecoder::State {
   std::filesystem::path model;
   const Language& language;
   SenoneScorer scorer;
+  std::optional<SenoneScorer> in_noise = std::nullopt;  ///< of the sound that decode() heard last, where it is noisy
   Decoder decoder;
   Decoder patient;  ///< without a beam; made when first needed
+
+  SenoneScorer& fittest() { return in_noise ? *in_noise : scorer; }
 };
 
 PhoneDecoder::PhoneDecoder(const std::filesystem::path& model, const Language& language)
@@ -349,11 +354,18 @@ double innerSilencePrice(std::span<const std::int16_t> samples) {
   return kInnerSilencePrice * std::clamp((kCleanRangeDb - range) / (kCleanRangeDb - kNoisyRangeDb), 0.0, 1.0);
 }
 
+Eigen::MatrixXd asColumns(const Cepstra& cepstra) {
+  Eigen::MatrixXd columns(std::ssize(cepstra.front()), std::ssize(cepstra));
+  for (std::size_t i = 0; i < cepstra.size(); ++i)
+    columns.col(signedIndex(i)) = Eigen::Map<const Eigen::VectorXf>(cepstra[i].data(), columns.rows()).cast<double>();
+  return columns;
+}
+
 /// Empty where no path through all words was kept.
 std::vector<DecodedPhone> decodeWith(ps_decoder_t* decoder, SenoneScorer& scorer, std::span<const std::int16_t> samples,
                                      const WordWays& words, SpeechKind kind, const std::vector<bool>& codebooks,
-                                     float pause) {
-  const Graph graph = makeGraph(decoder, words, pause, kind == SpeechKind::kSpoken ? innerSilencePrice(samples) : 0.0);
+                                     float pause, double silence_price) {
+  const Graph graph = makeGraph(decoder, words, pause, silence_price);
   Cepstra cepstra = cepstraOf(decoder, samples);
   if (cepstra.empty()) return {};
   std::vector<std::size_t> kept;
@@ -377,17 +389,23 @@ std::vector<DecodedPhone> decodeWith(ps_decoder_t* decoder, SenoneScorer& scorer
 std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> samples, const WordWays& words,
                                                SpeechKind kind) {
   MOUTHPIECE_EXPECT(!words.empty());
-  SenoneScorer& scorer = state_->scorer;
-  const auto codebooks = codebooksOf(phonesOf(words, state_->language), scorer.model(), state_->language);
+  const auto codebooks = codebooksOf(phonesOf(words, state_->language), state_->scorer.model(), state_->language);
+  const double price = kind == SpeechKind::kSpoken ? innerSilencePrice(samples) : 0.0;
+  state_->in_noise.reset();
+  if (const Cepstra cepstra = price > 0 ? cepstraOf(state_->decoder.get(), samples) : Cepstra(); !cepstra.empty())
+    state_->in_noise.emplace(
+        std::make_shared<TiedModel>(adaptedToNoise(state_->scorer.model(), asColumns(cepstra), codebooks)));
+  SenoneScorer& scorer = state_->fittest();
   const float pause = state_->language.say != nullptr ? kForeignPause : 1.0F;
-  std::vector<DecodedPhone> phones = decodeWith(state_->decoder.get(), scorer, samples, words, kind, codebooks, pause);
+  std::vector<DecodedPhone> phones =
+      decodeWith(state_->decoder.get(), scorer, samples, words, kind, codebooks, pause, price);
   if (!phones.empty()) return phones;
   // Words that hardly fit fall behind any beam.
   const auto frames = static_cast<std::size_t>(asReal(samples.size()) / kDecoderSampleRateHz / kFrameStep);
   const std::size_t phone_count = fewestPhones(words);
   if (frames < phone_count || frames > kMostWithoutBeam / std::max<std::size_t>(1, phone_count)) return phones;
   if (!state_->patient) state_->patient = makeDecoder(state_->model, state_->language, kNoBeam);
-  return decodeWith(state_->patient.get(), scorer, samples, words, kind, codebooks, pause);
+  return decodeWith(state_->patient.get(), scorer, samples, words, kind, codebooks, pause, price);
 }
 
 std::vector<TimeSpan> PhoneDecoder::hearAgain(std::span<const std::int16_t> samples,
@@ -398,7 +416,7 @@ std::vector<TimeSpan> PhoneDecoder::hearAgain(std::span<const std::int16_t> samp
   if (cepstra.empty()) return {};
   std::set<Phone> used;
   for (const DecodedPhone& phone : phones) used.insert(phone.phone);
-  const auto again = search(decoder, state_->scorer, graph.get(), cepstra, {},
+  const auto again = search(decoder, state_->fittest(), graph.get(), cepstra, {},
                             {codebooksOf(used, state_->scorer.model(), state_->language), false, kTimesScale}, {});
   if (again.size() != phones.size()) return {};
   std::vector<TimeSpan> spans;

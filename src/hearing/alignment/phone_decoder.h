@@ -40,6 +40,9 @@ void useSpectralEnvelope(std::span<const std::int16_t> samples, std::vector<std:
 /// The front end's own cepstra of the frame that begins at sample `start`: what useSpectralEnvelope() goes by.
 std::vector<float> frontEndCepstra(std::span<const std::int16_t> samples, std::size_t start, std::size_t count);
 
+/// cepstra x mel bands: what the front end makes of the logarithms of the bands' energies.
+Eigen::MatrixXd frontEndCosines(std::size_t count);
+
 /// PocketSphinx with a language's model, kept to a given row of words with optional silence around each.
 /// Not thread-safe; several may live side by side.
 class PhoneDecoder {

@@ -40,6 +40,8 @@ class Dictionary {
     }
   }
 
+  [[nodiscard]] bool isEmpty() const { return lines_.empty(); }
+
   [[nodiscard]] std::vector<Pronunciation> find(const std::string& word) const {
     std::vector<Pronunciation> ways;
     for (int variant = 1;; ++variant) {
@@ -195,6 +197,11 @@ std::vector<TranscriptWord> Pronouncer::wordsOf(std::string_view transcript) con
   std::vector<TranscriptWord> words;
   for (const std::string& token : splitAt(speakable, ' ')) state_->addToken(words, token);
   return words;
+}
+
+bool Pronouncer::knows(std::string_view word) const {
+  if (state_->dictionary.isEmpty() || !isSpelled(word) || !state_->fromLexicon(word).empty()) return true;
+  return !state_->dictionary.find(lowerCase(word)).empty();
 }
 
 std::vector<std::vector<Phone>> dictionaryWords(const Language& language) { return Dictionary(language).usualWays(); }

@@ -30,6 +30,10 @@ class Pronouncer {
   /// does.
   [[nodiscard]] std::vector<TranscriptWord> wordsOf(std::string_view transcript) const;
 
+  /// Whether the lexicon or the language's dictionary has the word, so that nobody guesses; true for what is no word
+  /// of letters, and where the language has no dictionary.
+  [[nodiscard]] bool knows(std::string_view word) const;
+
  private:
   struct State;
   std::unique_ptr<const State> state_;

@@ -45,8 +45,10 @@ Eigen::MatrixXd melBands() {
   return weights;
 }
 
-/// cepstra x bands: the orthonormal cosine transform, liftered.
-Eigen::MatrixXd cosines(std::size_t count) {
+}  // namespace
+
+/// The orthonormal cosine transform, liftered.
+Eigen::MatrixXd frontEndCosines(std::size_t count) {
   Eigen::MatrixXd rows(count, kBands);
   for (Eigen::Index k = 0; k < rows.rows(); ++k) {
     const auto order = asReal(k);
@@ -59,9 +61,11 @@ Eigen::MatrixXd cosines(std::size_t count) {
   return rows;
 }
 
+namespace {
+
 class FrontEnd {
  public:
-  explicit FrontEnd(std::size_t count) : bands_(melBands()), cosines_(cosines(count)), frame_(kTransform) {
+  explicit FrontEnd(std::size_t count) : bands_(melBands()), cosines_(frontEndCosines(count)), frame_(kTransform) {
     transform_.SetFlag(Eigen::FFT<double>::HalfSpectrum);
     for (std::size_t n = 0; n < kWindow; ++n)
       window_.push_back(0.54 - 0.46 * std::cos(2 * std::numbers::pi * asReal(n) / (kWindow - 1)));

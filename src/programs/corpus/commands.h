@@ -5,6 +5,7 @@
 namespace mouthpiece {
 
 // One source file a subcommand of `corpus`.
+Command adaptCommand();
 Command alignCommand();
 Command buildCommand();
 Command checkCommand();

@@ -1,12 +1,17 @@
 #include <fmt/format.h>
 
+#include <cmath>
+#include <optional>
 #include <vector>
 
+#include "audio/audio_clip.h"
 #include "base/errors.h"
 #include "base/files.h"
+#include "corpus_tools/takes/lip_sync.h"
 #include "deform/mesh/face_mesh.h"
 #include "exports/arkit.h"
 #include "motion/formats/motion_file.h"
+#include "motion/lip_gauge.h"
 #include "motion/position_limits.h"
 #include "phonetics/labels/label_files.h"
 #include "programs/corpus/command_support.h"
@@ -53,7 +58,8 @@ FaceShapes shapesOf(std::string_view bytes, const fs::path& path, const Eigen::M
 PlacedHead headOfFace(const fs::path& path) {
   const FaceFile face = readFaceFile(path);
   const fs::path mesh_path = path.parent_path() / face.mesh_file;
-  return {readMeshOf(face, path), shapesOf(readFile(mesh_path, kMaxHeadBytes), mesh_path, face.upright_from_mesh, face.mesh_object),
+  return {readMeshOf(face, path),
+          shapesOf(readFile(mesh_path, kMaxHeadBytes), mesh_path, face.upright_from_mesh, face.mesh_object),
           face.marker_names, face.marker_targets};
 }
 
@@ -127,7 +133,8 @@ ArkitTake readArkitTake(const fs::path& csv, const MarkerLayout& layout, const A
 
 struct ConvertArguments {
   bool quiet = false;
-  std::filesystem::path input, output, layout;
+  std::filesystem::path input, output, layout, sound;
+  std::optional<Seconds> sound_late;
   std::vector<std::string> renamed;
   LandmarkTrackOptions track;
   ArkitTakeOptions arkit;
@@ -155,12 +162,34 @@ MotionClip readInput(const ConvertArguments& given) {
   return clip;
 }
 
+/// Writes NAME.wav beside the motion NAME.c3d: the sound, moved to where the lips say.
+void writeSoundBeside(const MotionClip& motion, const ConvertArguments& given) {
+  constexpr Seconds kLongestSound = 3600;
+  const AudioClip sound = readAudio(given.sound, kLongestSound);
+  Seconds late = given.sound_late.value_or(0);
+  if (!given.sound_late) {
+    const SoundPlace place = placeOfSound(motion, sound, LipGauge(motion.marker_names));
+    const std::string found =
+        fmt::format("the sound begins {:.2f} s {} the motion (lips and loudness agree to {:.2f}, elsewhere to {:.2f})",
+                    std::abs(place.late), place.late < 0 ? "before" : "after", place.likeness, place.likeness_apart);
+    if (!place.isSure())
+      throw InputError(given.sound.string(), "", "perhaps " + found + "; that is not sure, give it with --sound-late");
+    if (!given.quiet) printText(found + "\n");
+    late = place.late;
+  }
+  writeWav(fs::path(given.output).replace_extension(".wav"), soundBeside(motion, sound, late));
+}
+
 int runConvert(const ConvertArguments& given) {
   if (isLabelFileName(given.output)) {
     writeLabels(given.output, readLabels(given.input), {.name = given.output.stem().string()});
     return kExitDone;
   }
-  writeMotionWithEvents(given.output, readInput(given), given.input);
+  const MotionClip motion = readInput(given);
+  FilesTogether files;
+  writeMotionWithEvents(given.output, motion, given.input);
+  if (!given.sound.empty()) writeSoundBeside(motion, given);
+  files.commit();
   return kExitDone;
 }
 
@@ -182,6 +211,12 @@ void addOptions(CLI::App& command, ConvertArguments& options) {
                   "Where markers lie on that GLB; default: HEAD.anchors.json, HEAD.landmarks.json, or the only such "
                   "file beside it")
       ->needs(head);
+  CLI::Option* sound = command.add_option("--sound", options.sound,
+                                          "Sound that another device recorded: laid beside the motion by the lips, and "
+                                          "written as NAME.wav from its first frame on");
+  command.add_option("--sound-late", options.sound_late, "By so many seconds it begins after the motion, if you know")
+      ->needs(sound)
+      ->check(CLI::Range(-3600.0, 3600.0));
   addLayoutOption(command, options.layout);
   addMarkerMapOption(command, options.renamed);
 }

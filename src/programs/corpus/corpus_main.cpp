@@ -7,8 +7,8 @@ int main(int argc, char** argv) {
                      "Performs, builds, inspects and evaluates corpora of captured speech",
                      "corpus build takes --out mine.corpus\ncorpus info mine.corpus\ncorpus build --help",
                      {}},
-                    {sampleCommand(), buildCommand(), alignCommand(), tagCommand(), infoCommand(), checkCommand(),
-                     convertCommand(), cleanCommand(), tuneCommand(), evaluateCommand(), reportCommand(),
-                     trackCommand(), studioCommand(), promptsCommand()},
+                    {sampleCommand(), buildCommand(), adaptCommand(), alignCommand(), tagCommand(), infoCommand(),
+                     checkCommand(), convertCommand(), cleanCommand(), tuneCommand(), evaluateCommand(),
+                     reportCommand(), trackCommand(), studioCommand(), promptsCommand()},
                     argc, argv);
 }

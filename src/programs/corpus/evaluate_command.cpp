@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <optional>
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "corpus_tools/research/evaluation/alignment_trial.h"
 #include "corpus_tools/research/evaluation/evaluation.h"
 #include "corpus_tools/research/evaluation/evaluation_methods.h"
 #include "corpus_tools/research/evaluation/hearing_methods.h"
@@ -14,8 +16,8 @@ namespace {
 constexpr std::uint64_t kHoldOutSeed = 1;
 
 struct EvaluateArguments {
-  bool quiet = false, json = false, ablation = false, hear = false;
-  std::filesystem::path corpus, takes, lexicon, html, truth;
+  bool quiet = false, json = false, ablation = false, hear = false, align = false;
+  std::filesystem::path corpus, takes, lexicon, html, truth, adapted;
   std::size_t jobs = 0, folds = 0;
   double hold_out = 0;
   std::vector<std::size_t> learning_curve;
@@ -66,6 +68,8 @@ Evaluation evaluate(const EvaluateArguments& given, Corpus corpus, std::vector<H
   CallbackBar bar("evaluating", given.quiet);
   options.progress = std::ref(bar);
   if (!given.learning_curve.empty()) {
+    std::optional<Corpus> large;
+    if (!given.adapted.empty()) options.adapted_from = &large.emplace(readCorpus(given.adapted));
     return learningCurve(corpus, given.learning_curve, selectionMethods, options);
   }
   if (!given.unseen.empty()) return evaluateUnseen(corpus, unseenOf(given.unseen), methods, options);
@@ -74,7 +78,16 @@ Evaluation evaluate(const EvaluateArguments& given, Corpus corpus, std::vector<H
   return evaluateCorpus(corpus, captured, methods, options);
 }
 
+int runAlignmentTrial(const EvaluateArguments& given) {
+  CallbackBar bar("aligning", given.quiet);
+  const AlignmentTrial trial =
+      tryAlignment(readCorpus(given.corpus, CorpusAudio::kLoad), {.jobs = given.jobs, .progress = std::ref(bar)});
+  printText(given.json ? alignmentJson(trial) : alignmentTable(trial));
+  return kExitDone;
+}
+
 int runEvaluate(const EvaluateArguments& given) {
+  if (given.align) return runAlignmentTrial(given);
   std::vector<HearingScore> heard;
   const Evaluation evaluation = evaluate(given, readCorpus(given.corpus, CorpusAudio::kLoad), heard);
   if (!given.html.empty()) writeFileAtomically(given.html, evaluationHtml(evaluation));
@@ -94,17 +107,24 @@ void addOptions(CLI::App& command, EvaluateArguments& options) {
   which.add_option("--hold-out", options.hold_out, "Take this share of the takes out of the corpus (in memory)");
   which.add_option("--folds", options.folds, "Hold out every take once, in that many parts")
       ->check(CLI::Range(2, 1'000'000));
-  which
-      .add_option("--learning-curve", options.learning_curve,
-                  "Every fifth take, by the material of that many others (10,25,50)")
-      ->delimiter(',');
+  auto* curve = which
+                    .add_option("--learning-curve", options.learning_curve,
+                                "Every fifth take, by the material of that many others (10,25,50)")
+                    ->delimiter(',');
   which
       .add_option(
           "--unseen", options.unseen,
           "words|pairs|phones: take whole words, phones or pairs of them out, with all takes that say them, and "
           "measure the stretches that do")
       ->check(CLI::IsMember({"words", "pairs", "phones"}));
+  which.add_flag("--align", options.align,
+                 "No face: how well the takes' own words are found in their sound with noise under it, and how often a "
+                 "text is doubted that is said, or is not");
   which.require_option(1);
+  command
+      .add_option("--adapt", options.adapted,
+                  "With --learning-curve: this large corpus alone, too, and adapted to each size")
+      ->needs(curve);
   command.add_flag("--ablation", options.ablation,
                    "From EDGE as published to the default one change a row, then the default with each cost and each "
                    "trick off");

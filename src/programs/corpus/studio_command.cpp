@@ -92,6 +92,8 @@ void addStudioRoutes(LocalServer& server, StudioSession& session, const std::str
        [&session](const LocalRequest& request) { session.keepTake(numberIn(request, "prompt"), request.body); });
   post("/forget", [&session](const LocalRequest& request) { session.forgetTake(numberIn(request, "prompt")); });
   post("/forget-all", [&session](const LocalRequest&) { session.forgetAll(); });
+  post("/wear", [&session](const LocalRequest& request) { session.wearHead(request.parameter("head")); });
+  post("/head", [&session](const LocalRequest& request) { session.keepHead(request.parameter("name"), request.body); });
   post("/make", [&session](const LocalRequest& request) { session.make(request.body, request.parameter("voice")); });
 }
 

@@ -6,15 +6,17 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "base/child_process.h"
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/index.h"
+#include "base/text_encoding.h"
 #include "corpus_tools/building/corpus_builder.h"
 #include "corpus_tools/takes/video_takes.h"
 #include "motion/formats/c3d_file.h"
 #include "phonetics/labels/label_files.h"
 #include "programs/corpus/studio_advice.h"
+#include "programs/head_fitting.h"
+#include "speaker/shared_files.h"
 
 namespace mouthpiece {
 namespace {
@@ -24,20 +26,13 @@ using nlohmann::json;
 
 constexpr std::size_t kLongestSlug = 48;
 constexpr Seconds kLongestLine = 600;
+constexpr const char* kOwnShape = "of-my-shape";  ///< a file that says so
 /// Reading a sentence, saying it, looking at what became of it; measured with the tests' takes and rounded up.
 constexpr double kMinutesASentence = 0.4;
 
-/// Letters and digits of the sentence, a hyphen for what is between, and a few digits that no other sentence has.
-std::string slugOf(std::string_view text) {
-  std::string slug;
-  for (const char c : text) {
-    const char small = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    const bool is_plain = (small >= 'a' && small <= 'z') || (small >= '0' && small <= '9');
-    if (is_plain) slug += small;
-    if (!is_plain && !slug.empty() && slug.back() != '-') slug += '-';
-    if (slug.size() >= kLongestSlug) break;
-  }
-  while (!slug.empty() && slug.back() == '-') slug.pop_back();
+/// Letters and digits of the sentence, and a few digits that no other sentence has.
+std::string takeNameOf(std::string_view text) {
+  const std::string slug = slugOf(text, kLongestSlug);
   return fmt::format("{}-{}", slug.empty() ? "sentence" : slug, sha256Hex(text).substr(0, 6));
 }
 
@@ -54,14 +49,6 @@ std::set<std::pair<Phone, Phone>> pairsOf(const Prompt& prompt) {
   pairs.insert({last, Phone::kSil});
   pairs.erase({Phone::kSil, Phone::kSil});
   return pairs;
-}
-
-fs::path synthBeside() {
-  std::error_code error;
-  const fs::path beside = fs::read_symlink("/proc/self/exe", error).parent_path() / "synth";
-  if (!error && fs::exists(beside)) return beside;
-  if (const auto found = findProgram("synth")) return *found;
-  throw InputError("synth", "", "is missing; expected it beside corpus");
 }
 
 }  // namespace
@@ -83,7 +70,7 @@ StudioSession::~StudioSession() {
   woken_.notify_all();
 }
 
-std::string StudioSession::nameOf(std::size_t prompt) const { return slugOf(options_.prompts[prompt].text); }
+std::string StudioSession::nameOf(std::size_t prompt) const { return takeNameOf(options_.prompts[prompt].text); }
 fs::path StudioSession::videoOf(std::size_t prompt) const {
   return options_.folder / "incoming" / (nameOf(prompt) + ".webm");
 }
@@ -183,7 +170,9 @@ void StudioSession::judgeTake(std::size_t prompt, std::size_t number) {
   } else {
     fs::remove(videoOf(prompt), ignored);
   }
-  takes_[prompt].state = faults.empty() ? TakeState::kGood : TakeState::kAgain;
+  const bool has_earlier = fs::exists(takes() / (nameOf(prompt) + ".c3d"));
+  if (!faults.empty() && has_earlier) faults.emplace_back("The take before it is kept.");
+  takes_[prompt].state = faults.empty() || has_earlier ? TakeState::kGood : TakeState::kAgain;
   takes_[prompt].faults = std::move(faults);
 }
 
@@ -218,7 +207,8 @@ void StudioSession::forgetTake(std::size_t prompt) {
 void StudioSession::forgetAll() {
   const std::lock_guard lock(mutex_);
   jobs_.clear();
-  for (const char* made : {"incoming", "takes", "videos", "own.corpus", "own.corpus.parts", "line", "person.json"})
+  for (const char* made :
+       {"incoming", "takes", "videos", "own.corpus", "own.corpus.parts", "line", "head", "person.json"})
     fs::remove_all(options_.folder / made);
   for (TakeEntry& take : takes_) take = {TakeState::kNone, {}, ++recordings_};
   for (const char* name : {"incoming", "takes", "videos"}) makePrivateFolder(options_.folder / name);
@@ -252,15 +242,15 @@ void StudioSession::buildAndSay(const std::string& text, const std::string& voic
     build.lexicon = options_.lexicon;
     const fs::path corpus = options_.folder / "own.corpus";
     buildCorpusFile(takes(), corpus, build);
-    enter("speaking the line");
     const fs::path line = options_.folder / "line";
     makePrivateFolder(line);
     std::vector<std::string> arguments{"--quiet",        "--corpus", corpus.string(),
                                        "--text=" + text, "--out",    line.string()};
     if (!voice.empty()) arguments.push_back("--voice=" + voice);
-    if (!options_.face.empty()) arguments.insert(arguments.end(), {"--face", fs::absolute(options_.face).string()});
-    const ChildResult result = runChild(synthBeside(), arguments, line, kLongestLine);
-    if (result.exit_code != 0) throw InputError(printable(result.output, 300));
+    const fs::path face = faceFor(corpus);
+    if (!face.empty()) arguments.insert(arguments.end(), {"--face", fs::absolute(face).string()});
+    enter("speaking the line");
+    runBeside("synth", arguments, line, kLongestLine);
     const std::lock_guard lock(mutex_);
     has_line_ = true;
     said_ = text;
@@ -270,6 +260,56 @@ void StudioSession::buildAndSay(const std::string& text, const std::string& voic
     stage_.clear();
     trouble_ = error.what();
   }
+}
+
+void StudioSession::wearHead(const std::string& which) {
+  if (which != "own" && which != "sample")
+    throw InputError(printable(which), "", "is no head; expected own or sample, or a file");
+  const fs::path head = options_.folder / "head";
+  const std::lock_guard lock(mutex_);
+  fs::remove_all(head);
+  if (which == "sample") return;
+  makePrivateFolder(head);
+  writeFileAtomically(head / kOwnShape, "");
+}
+
+void StudioSession::keepHead(const std::string& name, std::string_view bytes) {
+  const bool is_anchors = name.ends_with(".anchors.json");
+  if (!is_anchors && !isHeadMesh(name))
+    throw InputError(printable(name), "", "is no head; expected .glb .vrm .obj .ply .off, and its .anchors.json");
+  const fs::path head = options_.folder / "head";
+  const std::lock_guard lock(mutex_);
+  // Another head begins anew; anchors may come before or after the mesh that they belong to.
+  const std::string kept = "head" + (is_anchors ? ".anchors.json" : fs::path(name).extension().string());
+  if (!is_anchors && !headMesh().empty()) fs::remove_all(head);
+  makePrivateFolder(head);
+  for (const char* of_another : {"head.face", kOwnShape}) fs::remove(head / of_another);
+  writeFileAtomically(head / kept, bytes);
+}
+
+fs::path StudioSession::headMesh() const {
+  for (const char* ending : {".glb", ".vrm", ".obj", ".ply", ".off"}) {
+    const fs::path mesh = options_.folder / "head" / (std::string("head") + ending);
+    if (fs::exists(mesh)) return mesh;
+  }
+  return {};
+}
+
+/// The head of the person's wish, else the one of the command line. It is fitted to the sample corpus, whose optical
+/// actor it is judged by as `retarget fit` judges; any corpus' motion plays on it.
+fs::path StudioSession::faceFor(const fs::path& corpus) {
+  const fs::path head = options_.folder / "head", face = head / "head.face";
+  if (fs::exists(head / kOwnShape)) {
+    enter("giving the head your shape");
+    runBeside("retarget", {"own", "--corpus", corpus.string(), "--out", (head / "head.obj").string()}, head,
+              kLongestLine);
+    fs::remove(face);
+  }
+  const fs::path mesh = headMesh();
+  if (mesh.empty()) return options_.face;
+  if (fs::exists(face)) return face;
+  return fitHead(mesh, findSharedFile("sample.corpus", "make it with `make`"),
+                 [this](std::string_view stage) { enter(std::string(stage)); });
 }
 
 std::string StudioSession::linePage() const {
@@ -310,6 +350,9 @@ std::string StudioSession::state() const {
                    {"held_pairs", held.size()},
                    {"possible_pairs", possible.size()},
                    {"minutes_left", std::ceil(kMinutesASentence * asReal(left))},
+                   {"head", fs::exists(options_.folder / "head" / kOwnShape) ? "own"
+                            : headMesh().empty()                             ? "sample"
+                                                                             : "file"},
                    {"stage", stage_},
                    {"trouble", trouble_},
                    {"said", said_},

@@ -20,8 +20,9 @@
 namespace mouthpiece {
 
 struct StudioOptions {
-  std::filesystem::path folder;  ///< holds all that is kept: incoming/, takes/, videos/, own.corpus, line/, person.json
-  std::vector<Prompt> prompts;   ///< to be said, the first of them for the lips to be measured in
+  std::filesystem::path
+      folder;  ///< holds all that is kept: incoming/, takes/, videos/, own.corpus, line/, head/, person.json
+  std::vector<Prompt> prompts;  ///< to be said, the first of them for the lips to be measured in
   Lexicon lexicon;
   std::filesystem::path models;  ///< the tracker's networks
   std::filesystem::path face;    ///< the head that speaks at the end; empty: the default one
@@ -52,6 +53,11 @@ class StudioSession {
   void forgetTake(std::size_t prompt);
   /// Deletes every file that the session has made.
   void forgetAll();
+  /// The head that shall speak: the "sample" (or the command line's), or that in the person's "own" shape.
+  void wearHead(const std::string& which);
+  /// Keeps a head that shall speak, or the anchors of one (`retarget pick`), by its name's ending. It is fitted to the
+  /// person before the next line. Throws InputError for another file.
+  void keepHead(const std::string& name, std::string_view bytes);
   /// Builds the corpus and has it say the line, with the voice of that name ("" for the program's own, "corpus" for the
   /// person's). Throws InputError without a good take or a text.
   void make(std::string text, std::string voice);
@@ -77,6 +83,8 @@ class StudioSession {
   void setTake(std::size_t prompt, TakeState state, std::vector<std::string> faults);
   void buildAndSay(const std::string& text, const std::string& voice);
   void enter(const std::string& stage);
+  std::filesystem::path faceFor(const std::filesystem::path& corpus);
+  [[nodiscard]] std::filesystem::path headMesh() const;
 
   [[nodiscard]] std::string nameOf(std::size_t prompt) const;
   [[nodiscard]] std::filesystem::path videoOf(std::size_t prompt) const;

@@ -22,6 +22,7 @@ Command applyCommand();
 Command checkCommand();
 Command cutCommand();
 Command fitCommand();
+Command ownCommand();
 Command pickCommand();
 Command sampleCommand();
 Command shapesCommand();

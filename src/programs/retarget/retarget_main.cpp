@@ -8,7 +8,7 @@ int main(int argc, char** argv) {
                      "retarget fit --mesh head.obj --anchors head.anchors.json --corpus sample.corpus --out head.face\n"
                      "retarget apply --face head.face --motion motion.c3d --out talk.glb\nretarget check head.face",
                      {}},
-                    {fitCommand(), pickCommand(), anchorsCommand(), cutCommand(), applyCommand(), checkCommand(),
-                     sampleCommand(), shapesCommand()},
+                    {fitCommand(), ownCommand(), pickCommand(), anchorsCommand(), cutCommand(), applyCommand(),
+                     checkCommand(), sampleCommand(), shapesCommand()},
                     argc, argv);
 }

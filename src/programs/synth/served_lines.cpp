@@ -11,7 +11,9 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/json_fields.h"
+#include "base/text_encoding.h"
 #include "phonetics/language/language.h"
+#include "programs/head_fitting.h"
 #include "speaker/shared_files.h"
 #include "speaker/speaker_data.h"
 
@@ -24,26 +26,16 @@ using nlohmann::json;
 constexpr std::size_t kMostLines = 10'000, kMostPerformances = 6, kLongestSlug = 40, kMostNameBytes = 120;
 constexpr std::size_t kMostWishBytes = 1 << 24;
 constexpr std::string_view kDefaultFace = "default";
-constexpr Seconds kLongestFit = 300;
 
-/// Letters and digits of `text`, in small letters, a hyphen for what is between.
-std::string slugOf(std::string_view text) {
-  std::string slug;
-  for (const char c : text) {
-    const char small = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    const bool is_plain = (small >= 'a' && small <= 'z') || (small >= '0' && small <= '9');
-    if (is_plain) slug += small;
-    if (!is_plain && !slug.empty() && slug.back() != '-') slug += '-';
-    if (slug.size() >= kLongestSlug) break;
-  }
-  while (!slug.empty() && slug.back() == '-') slug.pop_back();
+std::string nameOf(std::string_view text) {
+  std::string slug = slugOf(text, kLongestSlug);
   return slug.empty() ? "line" : slug;
 }
 
 /// The name of a dropped file, safe in a folder.
 std::string fileNameOf(const std::string& given) {
   const fs::path path = fs::path(given).filename();
-  std::string ending = slugOf(path.extension().string());
+  std::string ending = nameOf(path.extension().string());
   std::string stem = path.stem().string();
   if (stem.ends_with(".anchors")) {
     stem.resize(stem.size() - std::string_view(".anchors").size());
@@ -51,7 +43,7 @@ std::string fileNameOf(const std::string& given) {
   }
   if (given.size() > kMostNameBytes || path.extension().empty())
     throw InputError(fmt::format("found a file called {}; expected a name with an ending", printable(given)));
-  return fmt::format("{}.{}", slugOf(stem), ending);
+  return fmt::format("{}.{}", nameOf(stem), ending);
 }
 
 /// `name`, or with a number before its ending where the folder has one of that name.
@@ -74,31 +66,6 @@ std::string titleOf(const LineWish& wish) { return wish.text.empty() ? wish.reco
 
 std::string dumped(const json& fields) { return fields.dump(1, ' ', false, json::error_handler_t::replace) + "\n"; }
 
-/// A program of ours that stands beside this one.
-fs::path programBeside(std::string_view name) {
-  std::error_code error;
-  const fs::path beside = fs::read_symlink("/proc/self/exe", error).parent_path() / name;
-  if (!error && fs::exists(beside)) return beside;
-  if (const auto found = findProgram(name)) return *found;
-  throw InputError(fmt::format("the program {} is missing; expected it beside synth", name));
-}
-
-/// The last line that a program of ours has said, without its name.
-std::string lastLineOf(const ChildResult& result, std::string_view program) {
-  std::string_view text = result.output;
-  while (text.ends_with('\n')) text.remove_suffix(1);
-  text = text.substr(text.rfind('\n') + 1);
-  const std::string prefix = std::string(program) + ": ";
-  if (text.starts_with(prefix)) text.remove_prefix(prefix.size());
-  return text.empty() ? fmt::format("{} has failed", program) : std::string(text);
-}
-
-void runRetarget(const std::vector<std::string>& arguments, const fs::path& folder) {
-  const ChildResult result = runChild(programBeside("retarget"), arguments, folder, kLongestFit);
-  if (result.timed_out) throw InputError(fmt::format("the head took over {:.0f} s to fit", kLongestFit));
-  if (result.exit_code != 0) throw InputError(lastLineOf(result, "retarget"));
-}
-
 /// A user of the page knows the files that were dropped by their names, not where they are kept.
 std::string withoutFolder(std::string text, const fs::path& folder) {
   for (const char* kind : {"recordings/", "heads/", ""}) {
@@ -106,11 +73,6 @@ std::string withoutFolder(std::string text, const fs::path& folder) {
     for (std::size_t at = text.find(path); at != std::string::npos; at = text.find(path)) text.erase(at, path.size());
   }
   return text;
-}
-
-bool isMesh(const std::string& name) {
-  const std::string ending = fs::path(name).extension();
-  return ending == ".glb" || ending == ".vrm" || ending == ".obj" || ending == ".ply" || ending == ".off";
 }
 
 }  // namespace
@@ -214,7 +176,7 @@ std::string ServedLines::keepRecording(const std::string& name, const std::strin
 std::string ServedLines::keepHead(const std::string& name, const std::string& bytes) {
   const std::string plain = fileNameOf(name);
   const std::string ending = fs::path(plain).extension();
-  if (!isMesh(plain) && ending != ".face" && ending != ".json")
+  if (!isHeadMesh(plain) && ending != ".face" && ending != ".json")
     throw InputError(
         fmt::format("found the file {}; expected a head: .glb .vrm .obj .ply .off, its .face, or its "
                     ".anchors.json",
@@ -228,7 +190,7 @@ std::string ServedLines::keepHead(const std::string& name, const std::string& by
     faces_[path.stem().string()] = path;
     opened_.erase(path.stem().string());
   }
-  if (isMesh(plain) && !fs::exists(fs::path(path).replace_extension(".face"))) {
+  if (isHeadMesh(plain) && !fs::exists(fs::path(path).replace_extension(".face"))) {
     Entry entry;
     entry.is_head = true;
     entry.title = plain;
@@ -369,7 +331,7 @@ SharedFace ServedLines::faceOf(const std::string& name) {
 }
 
 fs::path ServedLines::freeFolder(const std::string& title, std::size_t line, std::size_t version) const {
-  const std::string name = fmt::format("{:03}-{}", line + 1, slugOf(title));
+  const std::string name = fmt::format("{:03}-{}", line + 1, nameOf(title));
   for (;; ++version) {
     fs::path folder = folder_ / (version > 1 ? fmt::format("{}.{}", name, version) : name);
     if (!fs::exists(folder)) return folder;
@@ -431,24 +393,10 @@ void ServedLines::fit(std::size_t line) {
     return lines_[line].title;
   }();
   const fs::path mesh = folder_ / "heads" / name;
-  const fs::path face = fs::path(mesh).replace_extension(".face");
-  const fs::path anchors = fs::path(mesh).replace_extension(".anchors.json");
-  enter(line, "finding the mouth");
-  const bool has_shapes = mesh.extension() == ".glb" || mesh.extension() == ".vrm";
-  if (!fs::exists(anchors)) {
-    if (!has_shapes)
-      throw InputError(
-          fmt::format("{}: has no anchors; drop the head together with its {}, which `retarget pick` makes", name,
-                      anchors.filename().string()));
-    runRetarget({"anchors", mesh.string(), "--out", anchors.string()}, mesh.parent_path());
-  }
-  enter(line, "fitting the head");
   const fs::path corpus = options_.corpus.empty() || options_.corpus == "clock"
                               ? findSharedFile("sample.corpus", "make it with `make`")
                               : fs::absolute(options_.corpus);
-  runRetarget({"fit", "--mesh", mesh.string(), "--anchors", anchors.string(), "--corpus", corpus.string(), "--out",
-               face.string()},
-              mesh.parent_path());
+  const fs::path face = fitHead(mesh, corpus, [&](std::string_view stage) { enter(line, stage); });
   const std::scoped_lock lock(mutex_);
   faces_[face.stem().string()] = face;
   opened_.erase(face.stem().string());

@@ -1,9 +1,11 @@
 // synth itself: one line, typed, recorded or sung.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <optional>
 
 #include "base/errors.h"
 #include "programs/synth/commands.h"
@@ -38,14 +40,14 @@ std::string namesOf(bool in_folder) {
 }
 
 void addOptions(CLI::App& app, SpeakOptions& options) {
-  auto* text = app.add_option("--text", options.line.text, "The line to speak");
+  auto* text = app.add_option("--text", options.line.text, "The line to speak; -: standard input");
   auto* file = app.add_option("--text-file", options.text_file, "A file with the line to speak; -: standard input");
   auto* audio = app.add_option("--audio", options.line.audio,
                                "A recording to animate instead; what it says is recognised, unless --transcript, "
                                "--phones, --times or --lyrics tell");
   auto* phones = app.add_option("--phones", options.line.phones, "Labels of the recording: TextGrid, .lab or .phn");
-  auto* transcript =
-      app.add_option("--transcript", options.transcript, "What the recording says: its labels are found");
+  auto* transcript = app.add_option("--transcript", options.transcript,
+                                    "What the recording says: its labels are found; -: standard input");
   transcript->needs(audio)->excludes(phones);
   auto* transcript_file = app.add_option("--transcript-file", options.transcript_file,
                                          "A file with what the recording says; -: standard input");
@@ -56,7 +58,8 @@ void addOptions(CLI::App& app, SpeakOptions& options) {
   times->needs(audio)->excludes(phones)->excludes(transcript)->excludes(transcript_file);
   auto* hint = app.add_option("--hint", options.line.hint, "Words and phrases that are likely in the recording");
   hint->needs(audio)->excludes(phones)->excludes(transcript)->excludes(transcript_file)->excludes(times);
-  auto* lyrics = app.add_option("--lyrics", options.lyrics, "The recording is of a song; a file with its words");
+  auto* lyrics = app.add_option("--lyrics", options.lyrics,
+                                "The recording is of a song; a file with its words; -: standard input");
   lyrics->needs(audio)->excludes(transcript)->excludes(transcript_file)->excludes(times)->excludes(hint);
   app.add_option("--lyrics-text", options.lyrics_text, "The same, the words themselves")
       ->needs(audio)
@@ -65,7 +68,8 @@ void addOptions(CLI::App& app, SpeakOptions& options) {
       ->excludes(times)
       ->excludes(hint)
       ->excludes(lyrics);
-  auto* song = app.add_option("--song", options.line.song, "A song to sing: song.json or MusicXML");
+  auto* song = app.add_option("--song", options.line.song,
+                              "A song to sing: song.json, MusicXML (.mxl, too), MIDI with lyrics, UST, SRT");
   song->excludes(text, file, audio);
   text->excludes(file, audio);
   file->excludes(audio);
@@ -96,19 +100,22 @@ std::string textOf(const std::filesystem::path& file) {
   return text;
 }
 
+/// The words of an option that takes them, or "-" for standard input.
+std::string textOrInput(const std::string& given) { return given == "-" ? textOf(given) : given; }
+
 Line lineOf(const SpeakOptions& options) {
   if (!options.line.song.empty()) return Line::singing(options.line.song);
   if (!options.lyrics.empty()) {
-    Line sung = Line::sung(options.line.audio, options.lyrics);
+    // Standard input is no file that can be asked for its size.
+    Line sung = options.lyrics == "-" ? Line::sungWords(options.line.audio, textOf(options.lyrics))
+                                      : Line::sung(options.line.audio, options.lyrics);
     sung.phones = options.line.phones;
     return sung;
   }
   Line line = options.line;
-  if (!options.lyrics_text.empty()) {
-    line.text = options.lyrics_text;
-    line.is_sung = true;
-  }
-  if (!options.transcript.empty()) line.text = options.transcript;
+  line.text = textOrInput(line.text);
+  if (!options.lyrics_text.empty()) return Line::sungWords(options.line.audio, textOrInput(options.lyrics_text));
+  if (!options.transcript.empty()) line.text = textOrInput(options.transcript);
   if (!options.transcript_file.empty()) line.text = textOf(options.transcript_file);
   if (!options.text_file.empty()) line.text = textOf(options.text_file);
   return line;
@@ -137,8 +144,18 @@ int runSpeak(const SpeakOptions& options) {
   if (options.strict && !performance.warnings().empty())
     throw InputError(fmt::format("{} (--strict: {} in all; nothing is written)", performance.warnings().front(),
                                  performance.warnings().size()));
-  save(performance, files);
+  {
+    std::optional<ProgressBar> progress;
+    save(performance, files, [&](std::size_t done, std::size_t all) {
+      if (!progress) progress.emplace("synth film", all, options.quiet);
+      progress->setDone(done);
+    });
+  }
   for (const std::string& warning : performance.warnings()) printNotice(warning, options.quiet);
+  for (const GuessedWord& guess : performance.guesses())
+    printNotice(fmt::format("no dictionary has {} ({:.2f} s): said {} (-o lexicon.txt writes it down to be mended)",
+                            guess.text, guess.span.start, fmt::join(guess.phones, " ")),
+                options.quiet);
   if (options.json) {
     printText(performance.report());
   } else if (!options.quiet) {

@@ -67,6 +67,8 @@ double ofStress(const OfferedPhone& phone) { return oneIf(phone.wanted.is_stress
 
 double ofClosure(const OfferedPhone& phone) { return phone.left_open_mm; }
 
+double ofAdapted(const OfferedPhone& phone) { return oneIf(phone.is_adapted); }
+
 double meanSquare(const PhoneShape::Row& a, std::span<const float> b) {
   const PhoneShape::Row line(b.data(), a.size());
   return (a - line).squaredNorm() / static_cast<float>(PhoneShapes::kPoints);
@@ -85,7 +87,7 @@ double ofJoinOpening(const MetPoint& point) {
 }
 
 // Each target term is the mean over the pair, each join term what is left when both sides' own prediction is taken off.
-constexpr std::array<CostTerm, 13> kPairTerms{{
+constexpr std::array<CostTerm, 14> kPairTerms{{
     {"prediction", "/ mm2", 0.3, "squared distance of the captured components to the line's prediction",
      "prediction as cost", ofPrediction},
     {"context", "/ mm2", 0.65, "squared distance of the prediction for the fragment's take to the line's",
@@ -104,6 +106,7 @@ constexpr std::array<CostTerm, 13> kPairTerms{{
     {"join opening", "/ mm", 0.05, "the same of the lips' opening", "join position", ofJoinOpening},
     {"unit", "", 0.1, "each join; none where the pairs are neighbours in the capture", "cost of a unit", {}},
     {"stand-in", "", 10, "each pair that the corpus lacks, and its distance by viseme class on top", "", {}},
+    {"adapted", "", 0.3, "from another speaker's take (`corpus adapt`)", "", ofAdapted},
 }};
 
 constexpr std::array<CostTerm, 9> kFragmentTerms{{
@@ -152,7 +155,8 @@ CostWeights::CostWeights(std::span<const CostTerm> terms) : terms_(terms) {
 }
 
 std::size_t CostWeights::placeOf(std::string_view name) const {
-  const auto found = std::find_if(terms_.begin(), terms_.end(), [&](const CostTerm& term) { return term.name == name; });
+  const auto found =
+      std::find_if(terms_.begin(), terms_.end(), [&](const CostTerm& term) { return term.name == name; });
   MOUTHPIECE_EXPECT(found != terms_.end());
   return unsignedIndex(found - terms_.begin());
 }

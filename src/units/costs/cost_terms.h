@@ -35,6 +35,7 @@ struct OfferedPhone {
   double left_open_mm = 0;            ///< B P M: how far the lips stay open at their tightest, beyond a closure
   const PhoneShape* shape = nullptr;  ///< of pairs only
   std::span<const float> predicted;   ///< for the line, as `shape` has it; of pairs only
+  bool is_adapted = false;            ///< from another speaker's take (isAdapted()); of pairs only
 };
 
 /// The phones at the ends of a run, which face its neighbours.
@@ -65,8 +66,8 @@ struct CostTerm {
   std::variant<std::monostate, OfPhone, OfEnds, OfJoin> value;  ///< none: the search counts it; never negative
 };
 
-/// Viterbi in a corpus with a trajectory model: pairs of phones, compared with what is predicted for the line. The order
-/// is that of the corpus file: a new term is the last one.
+/// Viterbi in a corpus with a trajectory model: pairs of phones, compared with what is predicted for the line. The
+/// order is that of the corpus file: a new term is the last one.
 std::span<const CostTerm> pairTerms();
 /// Greedy, and viterbi in any other corpus: fragments of every length, compared by labels and captured lips.
 std::span<const CostTerm> fragmentTerms();
@@ -101,8 +102,8 @@ struct SelectionWeights : CostWeights {
   SelectionWeights() : CostWeights(fragmentTerms()) {}
 };
 
-/// What a cut from one recording of a phone into another costs (docs/theory/voices/corpus_voice.md). Set by hand; kept in the
-/// corpus where `corpus tune --voice` learnt others.
+/// What a cut from one recording of a phone into another costs (docs/theory/voices/corpus_voice.md). Set by hand; kept
+/// in the corpus where `corpus tune --voice` learnt others.
 struct SoundCutWeights {
   double spectral = 1;         ///< per distance of neighbouring frames of steady speech, in MFCC
   double level_per_db = 0.08;  ///< difference of level

@@ -39,6 +39,12 @@ class MotionSource {
   [[nodiscard]] virtual PhoneShapes loadShapes(TakeIndex /*take*/) const { return {}; }
 };
 
+struct Corpus;
+/// Of a take in memory, or from the corpus' source. Throws InputError when it is damaged.
+MotionClip motionOf(const Corpus& corpus, TakeIndex take);
+/// Not this speaker's own, but another's brought into this one's face by `corpus adapt`: called CORPUS/TAKE.
+inline bool isAdapted(const CorpusTake& take) { return take.name.find('/') != std::string::npos; }
+
 /// A `.corpus` database in memory.
 struct Corpus {
   std::string name;  ///< file stem, for reports

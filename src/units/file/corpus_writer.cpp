@@ -100,8 +100,7 @@ std::vector<WrittenSamples> writeSamples(SqliteDatabase& database, const Corpus&
   std::vector<WrittenSamples> written(corpus.takes.size());
   CheckedInsert motion = inserter(database, "motion");
   for (std::size_t i = 0; i < corpus.takes.size(); ++i) {
-    const MotionClip loaded = corpus.motion_source != nullptr ? corpus.motion_source->load(TakeIndex(i)) : MotionClip();
-    const MotionClip& clip = corpus.motion_source != nullptr ? loaded : corpus.takes[i].motion;
+    const MotionClip clip = motionOf(corpus, TakeIndex(i));
     expectMarkers(clip, corpus);
     const FloatMatrix positions = clip.positions_mm.cast<float>();
     written[i].frames = clip.frameCount();
@@ -133,6 +132,10 @@ void expectWritable(const Corpus& corpus) {
 }
 
 }  // namespace
+
+MotionClip motionOf(const Corpus& corpus, TakeIndex take) {
+  return corpus.motion_source != nullptr ? corpus.motion_source->load(take) : corpus.takes[take.value].motion;
+}
 
 void writeCorpus(const std::filesystem::path& path, const Corpus& corpus) {
   expectWritable(corpus);

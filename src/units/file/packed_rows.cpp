@@ -1,11 +1,9 @@
 #include "units/file/packed_rows.h"
 
-#include <zlib.h>
-
 #include <cmath>
 
 #include "audio/audio_clip.h"
-#include "base/errors.h"
+#include "base/deflate.h"
 #include "base/index.h"
 
 namespace mouthpiece {
@@ -15,9 +13,7 @@ namespace {
 constexpr std::size_t kPlanes = 5;
 constexpr std::uint64_t kMask = (std::uint64_t{1} << (8 * kPlanes)) - 1;
 constexpr double kLargestStep = 0x1.0p36;
-constexpr int kCompression = 4;  ///< zlib's 4 packs motion twice as fast as its 6 and 2 % worse
-/// zlib makes no more than this of a byte.
-constexpr std::size_t kMostInflation = 1032;
+constexpr int kEffort = 4;
 /// FLAC wants a rate; that of the sound stands in the table `takes`.
 constexpr int kAnyRateHz = 16000;
 
@@ -27,27 +23,6 @@ std::uint64_t folded(std::uint64_t difference) {
   return (is_negative ? ~(difference << 1) : difference << 1) & kMask;
 }
 std::uint64_t unfolded(std::uint64_t number) { return ((number & 1) != 0 ? ~(number >> 1) : number >> 1) & kMask; }
-
-std::string deflated(const std::string& bytes) {
-  uLongf size = compressBound(bytes.size());
-  std::string packed(size, '\0');
-  const int code = compress2(reinterpret_cast<Bytef*>(packed.data()), &size,
-                             reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(), kCompression);
-  if (code != Z_OK) throw InternalError("zlib could not compress a take's motion");
-  packed.resize(size);
-  return packed;
-}
-
-std::optional<std::string> inflated(std::string_view packed, std::size_t expected) {
-  if (expected / kMostInflation > packed.size()) return std::nullopt;
-  std::string bytes(expected, '\0');
-  uLongf size = expected;
-  uLong taken = packed.size();
-  const int code =
-      uncompress2(reinterpret_cast<Bytef*>(bytes.data()), &size, reinterpret_cast<const Bytef*>(packed.data()), &taken);
-  const bool is_whole = code == Z_OK && size == expected && taken == packed.size();
-  return is_whole ? std::optional(std::move(bytes)) : std::nullopt;
-}
 
 }  // namespace
 
@@ -73,7 +48,7 @@ std::optional<std::string> packedPositions(const FloatMatrix& positions) {
       difference_before = difference;
     }
   }
-  std::string packed = deflated(bytes);
+  std::string packed = deflated(bytes, kEffort);
   return packed.size() < numbers * sizeof(float) ? std::optional(std::move(packed)) : std::nullopt;
 }
 

@@ -245,7 +245,10 @@ void writeTrajectoryModel(SqliteDatabase& database, const Corpus& corpus) {
     time_constants.push_back(asFloat(dynamics.time_constant));
     leads.push_back(asFloat(dynamics.lead));
   }
-  const std::span<const double> weights = corpus.lattice_weights.values();
+  // Terms that came later are written where they say something: else an older program still reads the file.
+  std::span<const double> weights = corpus.lattice_weights.values();
+  while (weights.size() > kFirstLatticeWeights && weights.back() == pairTerms()[weights.size() - 1].weight)
+    weights = weights.first(weights.size() - 1);
   add("level", floatsOf(model.level));
   add("analysis", floatsOf(model.analysis));
   add("shapes", floatsOf(model.shapes));
@@ -287,11 +290,8 @@ void writeTrajectoryModel(SqliteDatabase& database, const Corpus& corpus) {
   CheckedInsert shapes(database, "phone_shapes", 3);
   for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
     const CorpusTake& own = corpus.takes[take];
-    const bool is_elsewhere = corpus.motion_source != nullptr;
-    const MotionClip loaded = is_elsewhere ? corpus.motion_source->load(TakeIndex(take)) : MotionClip();
-    const MotionClip& motion = is_elsewhere ? loaded : own.motion;
-    const Numbers numbers =
-        packed(phoneShapes(model, own.labels, motion, corpus.neutral_pose_mm, LipGauge(corpus.layout)));
+    const Numbers numbers = packed(phoneShapes(model, own.labels, motionOf(corpus, TakeIndex(take)),
+                                               corpus.neutral_pose_mm, LipGauge(corpus.layout)));
     shapes.integer(take).blob(bytesOf(numbers)).insert();
   }
 }

@@ -216,6 +216,14 @@ std::span<const std::string_view> contextFeatureNames() {
   return kAll;
 }
 
+Eigen::VectorXf articulationOf(Phone phone, bool second_half) {
+  Features features;
+  addPlaceAndManner(rowOf(phone), second_half, features);
+  Eigen::VectorXf values = Eigen::VectorXf::Zero(kRest);
+  for (const auto& [feature, value] : features) values(feature) = value;
+  return values;
+}
+
 std::vector<ContextSegment> contextSegments(const SpeechLabels& labels) {
   std::vector<ContextSegment> segments;
   for (const SpeechSegment& segment : speechSegments(labels))
@@ -252,16 +260,15 @@ ContextNetwork::Matrix ContextNetwork::given(const std::vector<ContextSegment>& 
 
 Eigen::MatrixXd ContextNetwork::at(const std::vector<ContextSegment>& segments, const Matrix& given,
                                    std::span<const Seconds> times) const {
-  constexpr Seconds kFarthest = 0.31;  // the widest window's edge
   const Eigen::Index hidden = hiddenCount();
   Matrix sums = bias.replicate(std::ssize(times), 1);
   std::vector<std::pair<Eigen::Index, float>> shares;
   for (std::size_t row = 0; row < times.size(); ++row) {
     const auto near = std::partition_point(segments.begin(), segments.end(), [&](const ContextSegment& segment) {
-      return segment.span.end < times[row] - kFarthest;
+      return segment.span.end < times[row] - kContextReach;
     });
     for (auto i = unsignedIndex(near - segments.begin()); i < segments.size(); ++i) {
-      if (segments[i].span.start > times[row] + kFarthest) break;
+      if (segments[i].span.start > times[row] + kContextReach) break;
       windowShares(segments[i].span, times[row], shares);
       for (const auto& [window, share] : shares)
         sums.row(signedIndex(row)) += share * given.row(signedIndex(i)).segment(window * hidden, hidden);

@@ -14,6 +14,8 @@ namespace mouthpiece {
 /// Windows before and after a moment through which a ContextNetwork sees what is said: raised cosines, narrow beside it
 /// and wide further away, to 240 ms. Neighbours overlap, so that what is seen changes smoothly.
 inline constexpr Eigen::Index kContextWindows = 13;
+/// Further from a moment than this nothing is seen: the widest window's edge.
+inline constexpr Seconds kContextReach = 0.31;
 
 /// A stretch of speech or silence in numbers: what the mouth does in it (height, backness, rounding, place, manner),
 /// how long it is, stress, speaking rate, its place in word and phrase, and the sound itself. Sounds that are made
@@ -25,6 +27,10 @@ struct ContextSegment {
 
 /// Names of the features in their order: what a network's rows mean, and what its file must agree with.
 std::span<const std::string_view> contextFeatureNames();
+
+/// The features of how and where a phone, or a half of a diphthong, is made: those of ContextSegment before the
+/// silences.
+Eigen::VectorXf articulationOf(Phone phone, bool second_half);
 
 /// Diphthongs are two segments; silences are cut as in speechSegments().
 std::vector<ContextSegment> contextSegments(const SpeechLabels& labels);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace mouthpiece {
 namespace {
@@ -31,7 +32,7 @@ std::vector<SpeechSegment> predictionSegments(const SpeechLabels& labels) {
   return segments;
 }
 
-LinePrediction::LinePrediction(const TrajectoryModel& model, const SpeechLabels& labels)
+LinePrediction::LinePrediction(const TrajectoryModel& model, const SpeechLabels& labels, Keeps keeps)
     : model_(&model), segments_(predictionSegments(labels)) {
   targets_ = Eigen::MatrixXd::Zero(signedIndex(segments_.size()), model.componentCount());
   for (std::size_t i = 0; i < segments_.size(); ++i) {
@@ -43,7 +44,24 @@ LinePrediction::LinePrediction(const TrajectoryModel& model, const SpeechLabels&
   }
   if (model.networks.empty()) return;
   context_ = contextSegments(labels);
+  if (keeps == Keeps::kNothing) return;
   for (const ContextNetwork& network : model.networks) given_.push_back(network.given(context_));
+}
+
+Eigen::MatrixXd LinePrediction::byNetworks(std::span<const Seconds> times) const {
+  std::vector<ContextSegment> near;
+  if (given_.empty() && !times.empty()) {
+    const auto [first, last] = std::minmax_element(times.begin(), times.end());
+    std::copy_if(context_.begin(), context_.end(), std::back_inserter(near), [&](const ContextSegment& segment) {
+      return segment.span.end >= *first - kContextReach && segment.span.start <= *last + kContextReach;
+    });
+  }
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(signedIndex(times.size()), model_->componentCount());
+  for (std::size_t i = 0; i < model_->networks.size(); ++i) {
+    const ContextNetwork& network = model_->networks[i];
+    sum += given_.empty() ? network.at(near, network.given(near), times) : network.at(context_, given_[i], times);
+  }
+  return sum / asReal(model_->networks.size());
 }
 
 Eigen::MatrixXd LinePrediction::at(std::span<const Seconds> times) const {
@@ -62,12 +80,7 @@ Eigen::MatrixXd LinePrediction::at(std::span<const Seconds> times) const {
     values(Eigen::all, columns) =
         segmentResponse(segments_, dynamics[first].time_constant, dynamics[first].lead, times, targets);
   }
-  if (!given_.empty()) {
-    Eigen::MatrixXd by_networks = Eigen::MatrixXd::Zero(values.rows(), values.cols());
-    for (std::size_t i = 0; i < given_.size(); ++i) by_networks += model_->networks[i].at(context_, given_[i], times);
-    by_networks /= asReal(given_.size());
-    values += (by_networks - values) * model_->network_share.asDiagonal();
-  }
+  if (!model_->networks.empty()) values += (byNetworks(times) - values) * model_->network_share.asDiagonal();
   values.rowwise() += model_->level;
   return values;
 }

@@ -48,16 +48,21 @@ struct TrajectoryModel {
 /// The prediction for one line or take. Refers to the model.
 class LinePrediction {
  public:
-  LinePrediction(const TrajectoryModel& model, const SpeechLabels& labels);
+  /// What its networks make of the labels (some 80 kB a second each) is kept for all moments that will be asked for;
+  /// or, where few will be, is made for each call anew.
+  enum class Keeps { kAll, kNothing };
+  LinePrediction(const TrajectoryModel& model, const SpeechLabels& labels, Keeps keeps = Keeps::kAll);
   /// times x components, not amplified by the gain. Features that the model does not know add nothing.
   [[nodiscard]] Eigen::MatrixXd at(std::span<const Seconds> times) const;
 
  private:
+  [[nodiscard]] Eigen::MatrixXd byNetworks(std::span<const Seconds> times) const;
+
   const TrajectoryModel* model_;
   std::vector<SpeechSegment> segments_;
   Eigen::MatrixXd targets_;  ///< segments x components
   std::vector<ContextSegment> context_;
-  std::vector<ContextNetwork::Matrix> given_;  ///< by each network
+  std::vector<ContextNetwork::Matrix> given_;  ///< by each network; none where nothing is kept
 };
 
 /// The segments of speechSegments(), each with the logarithm of its length as two more features (of its viseme and of

@@ -301,16 +301,21 @@ std::vector<SelectedUnit> otherUnits(const SpeechLabels& target, const UnitDatab
   std::vector<SelectedUnit> others;
   for (; wanted.size() >= 2 && others.empty(); wanted.pop_back()) {
     const PhoneRange range = rangeOf(phones.first.value, wanted.size());
+    std::vector<SelectedUnit> candidates;
     std::size_t looked_at = 0;
     for (const PhonePlace& place : database.index().placesOf(wanted)) {
-      if (place == source || !database.isSeen(place, wanted.size())) continue;
+      if (place == source) continue;
       if (++looked_at > kMostLookedAt) break;
-      others.push_back({range, place, costs.targetCost(range, place), 0, false, {}});
+      candidates.push_back({range, place, costs.targetCost(range, place), 0, false, {}});
+    }
+    std::stable_sort(candidates.begin(), candidates.end(),
+                     [](const SelectedUnit& a, const SelectedUnit& b) { return a.target_cost < b.target_cost; });
+    // Whether a place was seen is in its take's motion: only those are loaded that may be offered.
+    for (const SelectedUnit& candidate : candidates) {
+      if (others.size() == most) break;
+      if (database.isSeen(candidate.source, wanted.size())) others.push_back(candidate);
     }
   }
-  std::stable_sort(others.begin(), others.end(),
-                   [](const SelectedUnit& a, const SelectedUnit& b) { return a.target_cost < b.target_cost; });
-  if (others.size() > most) others.erase(others.begin() + signedIndex(most), others.end());
   return others;
 }
 

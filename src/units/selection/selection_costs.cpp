@@ -33,6 +33,7 @@ SelectionCosts::SelectionCosts(const SpeechLabels& target, const UnitDatabase& d
   closed_mm_ = model.closed_opening_mm;
   predicted_ = predictedShapes(model, target);
   facts_.resize(corpus.takes.size());
+  for (const CorpusTake& take : corpus.takes) adapted_.push_back(isAdapted(take));
   openings_.assign(unsignedIndex(shapeComponents(model)), 0.0F);
   if (!database.lips().hasLips()) return;
   const Eigen::VectorXd openings = database.lips().verticalOpenings(model.shapes);
@@ -48,12 +49,13 @@ PhoneFacts SelectionCosts::found(const PhonePlace& place) const {
 }
 
 double SelectionCosts::phoneCost(std::size_t phone, const PhonePlace& place, const PhoneFacts& found, bool look) const {
-  OfferedPhone offered{wanted_[phone], found, 0, nullptr, {}};
+  OfferedPhone offered{wanted_[phone], found, 0, nullptr, {}, false};
   const bool closes = look && isBilabial(target_.phones[phone].phone);
   PhoneShape shape;
   if (of_pairs_) {
     shape = database_.shapeOf(place);
     offered.shape = &shape;
+    offered.is_adapted = adapted_[place.take.value];
     offered.predicted = {predicted_.row(signedIndex(phone)).data(), unsignedIndex(predicted_.cols())};
     // Where the lips were not seen the difference is NaN, which is not taken.
     if (closes && closed_mm_ > 0) offered.left_open_mm = std::max(0.0, database_.tightestMm(place) - closed_mm_);

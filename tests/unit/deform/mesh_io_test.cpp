@@ -46,6 +46,33 @@ TEST(ObjReader, CountsBackFromNegativeIndices) {
   EXPECT_EQ(mesh.triangles[0], (Triangle{0, 1, 2}));
 }
 
+/// Twice the area over the plane z = 0, and that of the triangles that face down.
+std::pair<double, double> areasOf(const FaceMesh& mesh) {
+  double up = 0, down = 0;
+  for (const Triangle& t : mesh.triangles) {
+    const Eigen::RowVector3f ab = mesh.vertices.row(t[1]) - mesh.vertices.row(t[0]),
+                             ac = mesh.vertices.row(t[2]) - mesh.vertices.row(t[0]);
+    const double area = double{ab.x() * ac.y() - ab.y() * ac.x()};
+    (area > 0 ? up : down) += area;
+  }
+  return {up, down};
+}
+
+TEST(ObjReader, CutsPolygonsThatTurnInwardsInsideThemselves) {
+  // A dart, whose shorter diagonal lies outside, from each of its corners; and a pentagon with a notch.
+  const std::string dart = "v 0 0 0\nv 4 -0.4 0\nv 3 0 0\nv 4 0.4 0\n";
+  for (const char* face : {"f 1 2 3 4\n", "f 2 3 4 1\n", "f 3 4 1 2\n", "f 4 1 2 3\n"}) {
+    const FaceMesh mesh = parseObj(dart + face, "a.obj");
+    EXPECT_EQ(mesh.triangles.size(), 2U);
+    EXPECT_NEAR(areasOf(mesh).first, 2.4, 1e-6) << face;
+    EXPECT_EQ(areasOf(mesh).second, 0) << face;
+  }
+  const FaceMesh notched = parseObj("v 0 0 0\nv 4 0 0\nv 4 4 0\nv 2 1 0\nv 0 4 0\nf 1 2 3 4 5\n", "a.obj");
+  EXPECT_EQ(notched.triangles.size(), 3U);
+  EXPECT_NEAR(areasOf(notched).first, 20, 1e-6);
+  EXPECT_EQ(areasOf(notched).second, 0);
+}
+
 TEST(ObjReader, SplitsPolygonsAndSkipsDoubledCorners) {
   const FaceMesh quad = parseObj("v 0 0 0\nv 3 0 0\nv 3 1 0\nv 0 1 0\nf 1 2 3 4\n", "a.obj");
   EXPECT_EQ(quad.triangles.size(), 2U);

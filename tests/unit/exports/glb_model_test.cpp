@@ -67,8 +67,8 @@ TEST(GlbModel, MostlyZeroVectorsReadBackWhateverIsStored) {
     for (const double share : {0.0, 0.01, 0.3, 0.85, 1.0}) {
       GlbModel model = emptyModel();
       const Zeros zeros = randomZeros(count, share, random);
-      const std::size_t accessor = model.addMostlyZeroVec3(zeros.indices, zeros.values, count, true);
-      const std::size_t again = model.addMostlyZeroVec3({}, {}, count, true);
+      const std::size_t accessor = model.addMostlyZeroVec3(zeros.indices, zeros.values, count, GlbUse::kMove);
+      const std::size_t again = model.addMostlyZeroVec3({}, {}, count, GlbUse::kMove);
       EXPECT_EQ(accessor == again, zeros.indices.empty()) << "all-zero accessors of a count are one";
       const GlbFile file(std::move(model).toBytes());
       const std::vector<double> read = file.accessor(accessor);

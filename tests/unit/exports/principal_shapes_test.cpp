@@ -143,6 +143,54 @@ TEST(PrincipalShapes, IsDeterministic) {
   EXPECT_TRUE(first.weights == second.weights);
 }
 
+/// A line that goes on for minutes: what the head does in its two seconds, a little stronger each time, and once,
+/// between two frames that a sample would take, what it does nowhere else.
+FrameMaker longLine(const TalkingHead& head, Eigen::Index frame_count, Eigen::Index odd_frame) {
+  FrameMaker frames{head.animation.frame_rate_hz, frame_count, head.animation.positions.cols(), {}, {}};
+  frames.make = [&head, odd_frame](Eigen::Index f, std::span<float> out) {
+    const Eigen::Index length = head.animation.positions.rows();
+    const float strength = 1 + 0.1F * static_cast<float>(f / length);
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      const float rest = head.mesh.vertices.data()[i];
+      out[i] = rest + strength * (head.animation.positions(f % length, static_cast<Eigen::Index>(i)) - rest);
+      if (f == odd_frame && i < 300) out[i] += 4;
+    }
+  };
+  return frames;
+}
+
+TEST(PrincipalShapes, ALineOfMinutesIsWithinTheToleranceInEveryFrame) {
+  const TalkingHead head = makeTalkingHead({.rings = 12, .segments = 16, .ripple_mm = 0.5});
+  const Eigen::Index odd_frame = 3001;
+  const FrameMaker frames = longLine(head, 4100, odd_frame);
+  const PrincipalShapes shapes = principalShapes(frames, head.mesh.vertices, kMetresPerMm);
+  ASSERT_EQ(shapes.frameCount(), frames.frame_count);
+  EXPECT_LE(shapes.max_error_mm, 0.09);
+  EXPECT_NEAR(largestErrorMm(frames.all(), shapes), shapes.max_error_mm, kRoundingMm);
+  EXPECT_GE(shapes.weights.minCoeff(), 0);
+  for (Eigen::Index k = 0; k < shapes.shapeCount(); ++k) EXPECT_NEAR(shapes.weights.col(k).maxCoeff(), 1, 1e-6) << k;
+  // The odd frame has a shape that no other has, or nearly so.
+  Eigen::Index own = 0;
+  for (Eigen::Index k = 1; k < shapes.shapeCount(); ++k) {
+    Eigen::VectorXf weights = (shapes.weights.col(k).array() - shapes.weights(0, k)).abs();
+    const float there = weights(odd_frame);
+    weights(odd_frame) = 0;
+    if (there > 2 * weights.maxCoeff()) ++own;
+  }
+  EXPECT_EQ(own, 1);
+}
+
+TEST(PrincipalShapes, AFaceThatRestsForMinutesAndThenMovesOnceMoves) {
+  TalkingHead head = makeTalkingHead({.rings = 6, .segments = 8});
+  for (Eigen::Index f = 0; f < head.animation.positions.rows(); ++f)
+    head.animation.positions.row(f) =
+        Eigen::Map<const Eigen::RowVectorXf>(head.mesh.vertices.data(), head.mesh.vertices.size());
+  const FrameMaker frames = longLine(head, 1999, 1111);
+  const PrincipalShapes shapes = principalShapes(frames, head.mesh.vertices, kMetresPerMm);
+  EXPECT_EQ(shapes.shapeCount(), 2);
+  EXPECT_LE(largestErrorMm(frames.all(), shapes), 0.09);
+}
+
 TEST(PrincipalShapes, RefusesWhatIsNoNumber) {
   TalkingHead head = makeTalkingHead({.frames = 10});
   head.animation.positions(4, 100) = std::numeric_limits<float>::quiet_NaN();

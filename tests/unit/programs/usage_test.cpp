@@ -271,7 +271,7 @@ TEST_F(BadInput, OfSynth) {
   };
   expectBadInput(speak({"--text-file", missing("line.txt")}), "line.txt");
   expectBadInput(speak({"--audio", "a.wav", "--lyrics", missing("song.txt")}), "song.txt");
-  expectBadInput({"synth", {"--text", "the time is now", "-o", out("talk.mp4")}}, "talk.mp4");
+  expectBadInput({"synth", {"--text", "the time is now", "-o", out("talk.avi")}}, "talk.avi");
   expectBadInput({"synth", {"--text", "the time is now", "-o", out("noending")}}, "noending");
 }
 

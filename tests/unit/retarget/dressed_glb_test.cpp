@@ -265,7 +265,8 @@ TEST(FlatShaded, FitsAsTheSewnMeshAndStaysTogether) {
     moved_mm = std::max(moved_mm, (out.row(v) - flat.vertices.row(v)).norm());
   }
   EXPECT_GT(moved_mm, 5);
-  const FaceAnimation animation = rig.deformMoving(motion, std::vector<TonguePose>(motion.frameCount()), 60);
+  const std::vector<TonguePose> tongues(motion.frameCount());
+  const FaceAnimation animation = rig.movingFrames(motion, tongues, 60).all();
   for (std::size_t i = 0; i < animation.vertices.size(); ++i)
     EXPECT_EQ((animation.positions.block<1, 3>(6, static_cast<Eigen::Index>(3 * i))), out.row(animation.vertices[i]));
   EXPECT_EQ(test::allocationsIn([&] { rig.deform(motion.pose(FrameIndex{0}), {}, out); }), 0U);

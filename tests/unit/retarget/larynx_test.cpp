@@ -81,10 +81,10 @@ TEST(LarynxBump, TheDefaultFaceRaisesItsLarynxAndNothingElse) {
   // All markers at zero are as good as any others, moved alike in both animations.
   const FaceMotion motion(PositionMatrix::Zero(2, 3 * static_cast<Eigen::Index>(rig.markerNames().size())));
   const std::vector<TonguePose> tongues(2);
-  const std::vector<double> heights = {0, 1};
-  const FaceAnimation still = rig.deformMoving(motion, tongues, 60);
-  const FaceAnimation raised = rig.deformMoving(motion, tongues, 60, heights);
-  EXPECT_EQ(rig.deformMoving(motion, tongues, 60, std::vector<double>{0, 0}).vertices, still.vertices);
+  const std::vector<double> heights = {0, 1}, lowered = {0, 0};
+  const FaceAnimation still = rig.movingFrames(motion, tongues, 60).all();
+  const FaceAnimation raised = rig.movingFrames(motion, tongues, 60, heights).all();
+  EXPECT_EQ(rig.movingFrames(motion, tongues, 60, lowered).vertices, still.vertices);
   std::size_t moved = 0;
   float highest = 0;
   for (std::size_t i = 0; i < raised.vertices.size(); ++i) {

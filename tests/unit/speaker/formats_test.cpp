@@ -45,7 +45,7 @@ TEST(Formats, AFolderHoldsWhatTheDesignNames) {
 
 TEST(Formats, AnUnknownEndingIsToldWithTheKnownOnes) {
   try {
-    static_cast<void>(formatOf("talk.mp4"));
+    static_cast<void>(formatOf("talk.avi"));
     FAIL();
   } catch (const InputError& error) {
     for (const Format& format : formats())

@@ -84,7 +84,8 @@ TEST_F(Coupling, FragmentsTellTheirLipsAsCapturedAndLessThePrediction) {
   move(0, [](Seconds time) { return 5 * time; });
   corpus_.trajectory_model = testing::tinyModel(corpus_);
   database_ = std::make_unique<UnitDatabase>(corpus_);
-  const Fragment fragment(line_, {PhoneIndex(0), PhoneIndex(4)}, *database_, {TakeIndex(0), PhoneIndex(0)}, true);
+  const Fragment fragment(line_, {PhoneIndex(0), PhoneIndex(4)}, *database_, {TakeIndex(0), PhoneIndex(0)},
+                          std::make_shared<LinePrediction>(*corpus_.trajectory_model, line_));
   const std::array<Seconds, 2> times{0.3, 0.35};
   const PositionMatrix captured = fragment.capturedLipsAt(times), left = fragment.lipsAt(times);
   const PositionMatrix predicted = corpus_.trajectory_model->predict(line_, times) * corpus_.trajectory_model->shapes;

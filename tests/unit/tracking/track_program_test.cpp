@@ -2,7 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <limits>
+#include <map>
 
 #include "audio/audio_clip.h"
 #include "base/child_process.h"
@@ -69,6 +72,76 @@ TEST_F(TrackProgram, FindsWhatMediaPipeFinds) {
   EXPECT_EQ(sound.sample_rate_hz, 16000);
   ASSERT_EQ(sound.samples.size(), given.samples.size());
   for (std::size_t i = 0; i < sound.samples.size(); i += 97) EXPECT_NEAR(sound.samples[i], given.samples[i], 1e-3) << i;
+}
+
+/// How far apart the lips are up and down, straight between the frames.
+double openingAt(const MotionClip& clip, Seconds time) {
+  const auto upper = *clip.findMarker("LIP_UP_MID"), lower = *clip.findMarker("LIP_LO_MID");
+  const auto opening = [&](std::size_t frame) {
+    return clip.position(FrameIndex(frame), upper).y() - clip.position(FrameIndex(frame), lower).y();
+  };
+  const double at = std::clamp(time * clip.frame_rate_hz, 0.0, asReal(clip.frameCount() - 1));
+  const auto before = std::min(static_cast<std::size_t>(at), clip.frameCount() - 2);
+  return std::lerp(opening(before), opening(before + 1), at - asReal(before));
+}
+
+/// By how much `late`, whose time goes `pace` times as fast, is behind `early`, in whole milliseconds: the least
+/// squares of the lips' opening.
+int latenessMs(const MotionClip& late, const MotionClip& early, double pace) {
+  int best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (int ms = -100; ms <= 100; ++ms) {
+    double error = 0;
+    for (Seconds time = 0.2; time < 2.7; time += 0.005) {
+      const double off = openingAt(late, time / pace + 0.001 * ms) - openingAt(early, time);
+      error += off * off;
+    }
+    if (error < least) {
+      least = error;
+      best = ms;
+    }
+  }
+  return best;
+}
+
+/// A clip of 25 pictures a second: played at another pace, so that every picture stays; brought to film's rate by
+/// ffmpeg's filter `fps`, which shows what was seen nearest to a time; with pictures missing. (ffmpeg's option `-r`
+/// lets pictures come up to 1.1 frames late before it drops one: 46 ms, which are then in the video.)
+TEST_F(TrackProgram, KeepsTimeAtOtherRates) {
+  if (!fs::exists(kClips)) GTEST_SKIP() << "no clips in ../shared";
+  struct Made {
+    std::string name, filter;
+    double rate_hz, pace;
+    int most_ms;
+  };
+  const auto paced = [](std::string name, const std::string& rate, double rate_hz) {
+    return Made{std::move(name), "setpts=PTS*25/(" + rate + ")", rate_hz, rate_hz / 25, 2};
+  };
+  const std::vector<Made> all{paced("film", "24000/1001", 24000.0 / 1001),
+                              paced("tv", "30000/1001", 30000.0 / 1001),
+                              paced("fast", "60", 60),
+                              {"thinned", "fps=24000/1001", 24000.0 / 1001, 1, 10},
+                              {"uneven", "select='not(eq(mod(n,11),3))'", 25, 1, 10}};
+  const fs::path clip = kClips / "pwbd7s.mpg";
+  std::vector<std::string> clips{clip.string()};
+  for (const Made& made : all) {
+    clips.push_back((scratch.path() / (made.name + ".mkv")).string());
+    const ChildResult result =
+        runChild(*findProgram("ffmpeg"),
+                 {"-v", "error", "-i", fs::absolute(clip).string(), "-vf", made.filter, "-fps_mode", "passthrough",
+                  "-enc_time_base", "1:1000", "-c:v", "libx264", "-qp", "6", "-c:a", "pcm_s16le", clips.back()},
+                 scratch.path(), 60);
+    ASSERT_EQ(result.exit_code, 0) << result.output;
+  }
+  clips.insert(clips.end(), {"--plain", "--out", (scratch.path() / "out").string()});
+  const auto result = track(clips);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const MotionClip given = readC3d(scratch.path() / "out" / "pwbd7s.c3d");
+  for (const Made& made : all) {
+    const MotionClip found = readC3d(scratch.path() / "out" / (made.name + ".c3d"));
+    EXPECT_NEAR(found.frame_rate_hz, made.rate_hz, 1e-3) << made.name;
+    EXPECT_LE(std::abs(latenessMs(found, given, made.pace)), made.most_ms) << made.name;
+  }
 }
 
 TEST_F(TrackProgram, DoesNothingTwice) {

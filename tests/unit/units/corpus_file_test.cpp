@@ -226,11 +226,18 @@ TEST_F(CorpusFile, WeightsThatAreNoneAreRefused) {
     EXPECT_NE(complaintAbout("lattice weights", numbers).find("expected a number"), std::string::npos);
   }
   numbers = usual;
-  numbers.pop_back();
+  numbers.resize(12);
   EXPECT_NE(complaintAbout("lattice weights", numbers).find("found 48 bytes; expected 52"), std::string::npos);
   numbers = usual;
   numbers.push_back(1);
-  EXPECT_NE(complaintAbout("lattice weights", numbers).find("found 56 bytes"), std::string::npos) << "a newer file";
+  EXPECT_NE(complaintAbout("lattice weights", numbers).find("found 60 bytes"), std::string::npos) << "a newer file";
+  numbers = usual;
+  numbers.pop_back();
+  EXPECT_EQ(complaintAbout("lattice weights", numbers), "") << "an older file";
+  EXPECT_EQ(readCorpus(path_).lattice_weights["adapted"], LatticeWeights()["adapted"]);
+  written.lattice_weights["adapted"] = 2;
+  writeCorpus(path_, written);
+  EXPECT_EQ(readCorpus(path_).lattice_weights["adapted"], 2);
   EXPECT_NE(complaintAbout("lattice weights", {}).find("found 0 bytes"), std::string::npos);
   EXPECT_NE(complaintAbout("sound cut weights", {1, 2}).find("found 8 bytes; expected 32"), std::string::npos);
   EXPECT_NE(complaintAbout("gain", {0}).find("expected more than 0"), std::string::npos);

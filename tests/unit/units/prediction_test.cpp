@@ -123,6 +123,25 @@ TEST(SegmentResponse, IsTheWeightsTimesTheTargets) {
   }
 }
 
+TEST(LinePrediction, IsTheSameWhetherItKeepsAnythingOrNot) {
+  TrajectoryModel model = *testing::tinyModel(tinyCorpus());
+  constexpr Eigen::Index kHidden = 5;
+  const Eigen::Index components = model.componentCount();
+  const auto features = static_cast<Eigen::Index>(contextFeatureNames().size());
+  model.networks.push_back({ContextNetwork::Matrix::Random(features, kContextWindows * kHidden),
+                            Eigen::RowVectorXf::Random(kHidden), ContextNetwork::Matrix::Random(kHidden, components)});
+  model.network_share = Eigen::RowVectorXd::Constant(components, 0.7);
+  testing::Chance chance(11);
+  for (int round = 0; round < 30; ++round) {
+    const SpeechLabels labels = tinyLabels(testing::randomWords(chance), 1 + chance.below(1000));
+    const Seconds start = chance.between(-0.2, 1), end = start + chance.between(0, 0.4);
+    const std::vector<Seconds> times{start, 0.5 * (start + end), end};
+    EXPECT_EQ(LinePrediction(model, labels, LinePrediction::Keeps::kNothing).at(times),
+              LinePrediction(model, labels).at(times))
+        << round;
+  }
+}
+
 TEST(LinePrediction, IsTheSumOfItsSegmentsTargets) {
   const Corpus corpus = tinyCorpus();
   const auto model = testing::tinyModel(corpus);

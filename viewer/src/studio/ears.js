@@ -1,6 +1,6 @@
 // Listens to the microphone: loudness, clipping, noise, and when a sentence is over.
 
-const kClipped = 0.985, kSpeechOverNoise = 12, kLoudRoom = -42, kFaint = -38;  // full scale; dB
+const kClipped = 0.985, kSpeechOverNoise = 12, kLoudRoom = -42, kFaint = -38, kSoftest = -50;  // full scale; dB
 
 export class Ears {
   constructor(stream) {
@@ -32,7 +32,8 @@ export class Ears {
     // The noise follows quiet moments at once and loud ones slowly.
     if (this.noise === null || this.level < this.noise) this.noise = this.level;
     else this.noise += 0.01 * Math.min(3, this.level - this.noise);
-    if (this.level > this.noise + kSpeechOverNoise) this.lastSpeech = now;
+    // Behind a noise gate a room is silent, and the least rustle would be speech.
+    if (this.level > Math.max(this.noise + kSpeechOverNoise, kSoftest)) this.lastSpeech = now;
     this.loudest = Math.max(this.loudest - 0.05, this.level);
   }
 

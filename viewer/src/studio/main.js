@@ -76,6 +76,8 @@ function show() {
   document.querySelectorAll('.folder').forEach((place) => { place.textContent = known.folder; });
   $('video-note').textContent = known.keeps_video ? 'The pictures are kept, too.' : 'The pictures are deleted once the face has been followed in them.';
   $('make').disabled = good === 0 || known.stage !== '';
+  if (document.activeElement !== $('head')) $('head').value = known.head;
+  $('heads').hidden = $('head').value !== 'file';
   $('stage').textContent = known.stage ? `${known.stage} …` : '';
   tell($('trouble'), known.trouble);
   if (known.has_line && known.stage === '' && shownLine !== known.said) {
@@ -197,6 +199,31 @@ $('say').onsubmit = async (event) => {
   shownLine = '';
   try {
     await post('/make', { voice: $('voice').value }, $('line').value);
+    await refresh();
+  } catch (error) {
+    tell($('trouble'), error.message);
+  }
+};
+$('head').onchange = async () => {
+  const head = $('head').value;
+  $('head').blur();
+  if (head === 'file') {
+    $('heads').hidden = false;
+    $('heads').click();
+    return;
+  }
+  try {
+    await post('/wear', { head });
+    await refresh();
+  } catch (error) {
+    tell($('trouble'), error.message);
+  }
+};
+$('heads').onchange = async () => {
+  try {
+    // A mesh begins anew: its anchors come after it.
+    const files = [...$('heads').files].sort((a, b) => a.name.endsWith('.json') - b.name.endsWith('.json'));
+    for (const file of files) await post('/head', { name: file.name }, file);
     await refresh();
   } catch (error) {
     tell($('trouble'), error.message);

@@ -1,0 +1,199 @@
+// What a packed GLB holds: whole numbers (KHR_mesh_quantization), packed by meshoptimizer (EXT_meshopt_compression).
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/index.h"
+#include "exports/gltf/glb_model.h"
+
+namespace mouthpiece {
+namespace {
+
+using nlohmann::json;
+
+/// Places are multiples of this power of two, in metres: 15 micrometres. Texture coordinates, of this.
+constexpr int kPlaceExponent = -16, kTextureExponent = -15;
+constexpr double kMostShort = 32'767, kMostByte = 127;
+/// A turn of a normal is told in steps of two: half a degree is not seen, and what is even packs better.
+constexpr double kTurnStep = 2;
+/// meshoptimizer's largest row of a vertex buffer, bytes.
+constexpr std::size_t kLongestRow = 256;
+
+std::string packedVertices(const void* rows, std::size_t count, std::size_t stride) {
+  std::string packed(meshopt_encodeVertexBufferBound(count, stride), '\0');
+  packed.resize(
+      meshopt_encodeVertexBuffer(reinterpret_cast<unsigned char*>(packed.data()), packed.size(), rows, count, stride));
+  return packed;
+}
+
+template <typename Number>
+void appendRows(std::span<const std::int32_t> values, std::string& bytes) {
+  for (std::size_t i = 0; i < values.size(); i += 3) {
+    const std::array<Number, 4> row{static_cast<Number>(values[i]), static_cast<Number>(values[i + 1]),
+                                    static_cast<Number>(values[i + 2]), 0};
+    bytes.append(reinterpret_cast<const char*>(row.data()), sizeof row);
+  }
+}
+
+std::int32_t whole(double value, double most) {
+  return static_cast<std::int32_t>(std::lround(std::clamp(value, -most, most)));
+}
+
+/// The extension's exponential filter with one exponent for all: whole multiples of a power of two, 24 bits each, which
+/// come back as floats.
+std::vector<std::uint32_t> exponentialFilter(std::span<const float> values, int exponent) {
+  constexpr double kMost = (1 << 23) - 1;
+  std::vector<std::uint32_t> filtered;
+  filtered.reserve(values.size());
+  const std::uint32_t high = static_cast<std::uint32_t>(exponent & 0xFF) << 24U;
+  for (const float value : values)
+    filtered.push_back(
+        high |
+        (static_cast<std::uint32_t>(whole(std::ldexp(static_cast<double>(value), -exponent), kMost)) & 0x00FFFFFFU));
+  return filtered;
+}
+
+}  // namespace
+
+void GlbModel::pack(const std::array<double, 3>& lowest, const std::array<double, 3>& highest) {
+  is_packed_ = true;
+  double reach = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    place_origin_[axis] = (lowest[axis] + highest[axis]) / 2;
+    reach = std::max(reach, (highest[axis] - lowest[axis]) / 2);
+  }
+  place_unit_ = std::ldexp(1.0, kPlaceExponent);
+  while (reach > kMostShort * place_unit_) place_unit_ *= 2;  // a head of over a metre
+}
+
+std::size_t GlbModel::addPackedView(std::string_view packed, std::size_t count, std::size_t stride, const char* mode,
+                                    const char* filter, int target) {
+  binary_.append((4 - binary_.size() % 4) % 4, '\0');
+  unpacked_bytes_ += (4 - unpacked_bytes_ % 4) % 4;
+  json how{{"buffer", 0},
+           {"byteOffset", binary_.size()},
+           {"byteLength", packed.size()},
+           {"byteStride", stride},
+           {"count", count},
+           {"mode", mode}};
+  if (filter != nullptr) how["filter"] = filter;
+  json view{{"buffer", 1},
+            {"byteOffset", unpacked_bytes_},
+            {"byteLength", count * stride},
+            {"extensions", {{"EXT_meshopt_compression", std::move(how)}}}};
+  if (target == gltf::kArrayBuffer) view["byteStride"] = stride;
+  if (target != gltf::kNoTarget) view["target"] = target;
+  binary_.append(packed);
+  unpacked_bytes_ += count * stride;
+  root["bufferViews"].push_back(std::move(view));
+  return root["bufferViews"].size() - 1;
+}
+
+std::size_t GlbModel::addWholeVec3(std::span<const std::int32_t> values, bool is_normalised) {
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  const bool is_narrow =
+      *least >= -static_cast<std::int32_t>(kMostByte) && *most <= static_cast<std::int32_t>(kMostByte);
+  SharedView& shared = shared_views_[is_narrow ? 4 : 8];
+  const std::size_t accessor = addAccessor(is_narrow ? gltf::kByte : gltf::kShort, GlbType::kVec3, values.size() / 3);
+  json& added = root["accessors"][accessor];
+  added["byteOffset"] = shared.bytes.size();
+  if (is_normalised) {
+    added["normalized"] = true;
+  } else {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      std::int32_t low = std::numeric_limits<std::int32_t>::max(), high = -low;
+      for (std::size_t i = axis; i < values.size(); i += 3) {
+        low = std::min(low, values[i]);
+        high = std::max(high, values[i]);
+      }
+      added["min"].push_back(low);
+      added["max"].push_back(high);
+    }
+  }
+  is_narrow ? appendRows<std::int8_t>(values, shared.bytes) : appendRows<std::int16_t>(values, shared.bytes);
+  shared.accessors.push_back(accessor);
+  return accessor;
+}
+
+std::size_t GlbModel::addPackedAttribute(std::span<const float> values, GlbType type, GlbUse use) {
+  const bool is_place = use == GlbUse::kPlace || use == GlbUse::kMove, is_turn = use == GlbUse::kTurn;
+  const bool is_in_range = std::all_of(values.begin(), values.end(), [](float v) { return std::abs(v) <= 1; });
+  if (is_place || (is_in_range && (is_turn || use == GlbUse::kNormal))) {
+    std::vector<std::int32_t> numbers(values.size());
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const double value = static_cast<double>(values[i]);
+      if (is_place) {
+        numbers[i] = whole((value - (use == GlbUse::kPlace ? place_origin_[i % 3] : 0)) / place_unit_, kMostShort);
+      } else if (is_turn) {
+        numbers[i] =
+            static_cast<std::int32_t>(kTurnStep) * whole(kMostByte / kTurnStep * value, kMostByte / kTurnStep - 0.5);
+      } else {
+        numbers[i] = whole(kMostByte * value, kMostByte);
+      }
+    }
+    return addWholeVec3(numbers, !is_place);
+  }
+  const std::size_t width = static_cast<std::size_t>(type), count = values.size() / width;
+  const int exponent = use == GlbUse::kOther ? kTextureExponent : -6;
+  const std::string packed = packedVertices(exponentialFilter(values, exponent).data(), count, 4 * width);
+  const std::size_t view = addPackedView(packed, count, 4 * width, "ATTRIBUTES", "EXPONENTIAL", gltf::kArrayBuffer);
+  const std::size_t accessor = addAccessor(gltf::kFloat, type, count);
+  root["accessors"][accessor]["bufferView"] = view;
+  return accessor;
+}
+
+std::size_t GlbModel::addPackedColors(std::span<const std::uint16_t> rgba) {
+  // Twelve bits of a linear colour are finer than eight of a screen's.
+  std::vector<std::uint16_t> rounded(rgba.begin(), rgba.end());
+  for (std::uint16_t& channel : rounded) channel = static_cast<std::uint16_t>((channel & 0xFFF0U) | (channel >> 12U));
+  const std::size_t count = rgba.size() / 4;
+  const std::size_t view =
+      addPackedView(packedVertices(rounded.data(), count, 8), count, 8, "ATTRIBUTES", nullptr, gltf::kArrayBuffer);
+  const std::size_t accessor = addAccessor(gltf::kUnsignedShort, GlbType::kVec4, count);
+  root["accessors"][accessor]["bufferView"] = view;
+  root["accessors"][accessor]["normalized"] = true;
+  return accessor;
+}
+
+std::size_t GlbModel::addPackedIndices(std::span<const std::uint32_t> indices, std::size_t vertex_count) {
+  const bool is_narrow = vertex_count <= std::numeric_limits<std::uint16_t>::max();
+  std::string packed(meshopt_encodeIndexBufferBound(indices.size(), vertex_count), '\0');
+  packed.resize(meshopt_encodeIndexBuffer(reinterpret_cast<unsigned char*>(packed.data()), packed.size(),
+                                          indices.data(), indices.size()));
+  const std::size_t view =
+      addPackedView(packed, indices.size(), is_narrow ? 2 : 4, "TRIANGLES", nullptr, gltf::kElementArrayBuffer);
+  const std::size_t accessor =
+      addAccessor(is_narrow ? gltf::kUnsignedShort : gltf::kUnsignedInt, GlbType::kScalar, indices.size());
+  root["accessors"][accessor]["bufferView"] = view;
+  return accessor;
+}
+
+std::size_t GlbModel::addPackedWeights(std::span<const float> values, std::size_t a_frame) {
+  // A row is a frame, so that what packs is what changes; where no row of fours will do, two frames, or two weights.
+  std::size_t row = a_frame % 2 == 0 ? a_frame : 2 * a_frame;
+  if (2 * row > kLongestRow) row = 2;
+  std::vector<std::uint16_t> numbers;
+  for (const float value : values)
+    numbers.push_back(static_cast<std::uint16_t>(whole(65'535 * static_cast<double>(value), 65'535)));
+  const std::size_t accessor = addAccessor(gltf::kUnsignedShort, GlbType::kScalar, numbers.size());
+  numbers.resize((numbers.size() + row - 1) / row * row, 0);
+  const std::size_t count = numbers.size() / row;
+  root["accessors"][accessor]["bufferView"] = addPackedView(packedVertices(numbers.data(), count, 2 * row), count,
+                                                            2 * row, "ATTRIBUTES", nullptr, gltf::kNoTarget);
+  root["accessors"][accessor]["normalized"] = true;
+  return accessor;
+}
+
+void GlbModel::closeSharedViews() {
+  for (const auto& [stride, shared] : shared_views_) {
+    const std::size_t count = shared.bytes.size() / stride;
+    const std::size_t view = addPackedView(packedVertices(shared.bytes.data(), count, stride), count, stride,
+                                           "ATTRIBUTES", nullptr, gltf::kArrayBuffer);
+    for (const std::size_t accessor : shared.accessors) root["accessors"][accessor]["bufferView"] = view;
+  }
+  shared_views_.clear();
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "hearing/alignment/acoustic_model.h"
+
+namespace mouthpiece {
+
+/// `model` as its sounds come out of the steady background of one sound: a vector Taylor series of how speech and
+/// noise add up in the mel bands (P. Moreno, 1996; docs/theory/hearing/alignment.md). cepstra: of the whole sound, a
+/// column every 10 ms, their mean not taken off; the adapted model weighs the same features as `model` does. `wanted`:
+/// the codebooks that may be in it. A model of other features than cepstra with two differences stays as it is.
+TiedModel adaptedToNoise(const TiedModel& model, const Eigen::MatrixXd& cepstra, const std::vector<bool>& wanted);
+
+}  // namespace mouthpiece

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/time.h"
+
+namespace mouthpiece {
+
+/// Runs a program of ours that stands beside this one, in `folder`. Throws InputError when it is missing, takes longer
+/// than `limit`, or fails: then with the last line that it has said.
+void runBeside(std::string_view name, const std::vector<std::string>& arguments, const std::filesystem::path& folder,
+               Seconds limit);
+
+/// Whether a file of that name can hold a head: .glb .vrm .obj .ply .off.
+bool isHeadMesh(const std::filesystem::path& name);
+
+/// Fits a head to the actor of `corpus` as `retarget fit` does, and gives the .face beside it. Its anchors lie beside
+/// it, NAME.anchors.json; where they do not, those of its shapes are found. `tell` hears of each stage. Throws
+/// InputError for a head without anchors or shapes, and for one that tears.
+std::filesystem::path fitHead(const std::filesystem::path& mesh, const std::filesystem::path& corpus,
+                              const std::function<void(std::string_view stage)>& tell);
+
+}  // namespace mouthpiece

@@ -1,0 +1,60 @@
+#include "singing/timed_notes.h"
+
+#include <algorithm>
+
+#include "base/text_encoding.h"
+#include "singing/song_builder.h"
+
+namespace mouthpiece {
+namespace {
+
+/// What is shorter than this is no note of a voice, but a slip of the file.
+constexpr Seconds kShortest = 0.02;
+
+}  // namespace
+
+std::string wordLetters(std::string_view text) {
+  std::string letters;
+  const std::string lower = lowerCase(text);
+  for (std::size_t i = 0; i < lower.size(); ++i) {
+    if (std::string_view(lower).substr(i).starts_with("\xE2\x80\x99")) letters += '\'';  // a typographic apostrophe
+    if ((lower[i] >= 'a' && lower[i] <= 'z') || lower[i] == '\'') letters += lower[i];
+  }
+  return letters;
+}
+
+Song songOf(std::vector<TimedNote> notes, std::string_view title, std::string_view name) {
+  std::stable_sort(notes.begin(), notes.end(),
+                   [](const TimedNote& a, const TimedNote& b) { return a.span.start < b.span.start; });
+  std::vector<TimedNote> sung;
+  for (TimedNote& note : notes) {
+    if (!sung.empty()) {
+      Seconds& end = sung.back().span.end;
+      if (note.span.start - sung.back().span.start < kShortest) continue;  // of a chord, or a double
+      end = std::min(end, note.span.start);
+    }
+    if (note.span.duration() >= kShortest) sung.push_back(std::move(note));
+  }
+  SongBuilder song;
+  song.title = title;
+  song.beats_per_minute = 60;  // a beat is a second
+  Seconds sung_until = 0;
+  for (std::size_t i = 0; i < sung.size(); ++i) {
+    const TimedNote& note = sung[i];
+    const std::string letters = wordLetters(note.text);
+    if (letters.find_first_not_of('\'') == std::string::npos && !song.hasWords()) continue;  // before any word
+    if (note.span.start > sung_until) song.addRest(note.span.start - sung_until);
+    if (letters.find_first_not_of('\'') != std::string::npos) {
+      if (!note.goes_on || !song.hasWords()) song.beginWord();
+      song.addText(letters);
+      song.beginSyllable();
+    }
+    // The word is sung until its next syllable begins.
+    const bool has_next = i + 1 < sung.size() && (sung[i + 1].goes_on || wordLetters(sung[i + 1].text).empty());
+    sung_until = has_next ? sung[i + 1].span.start : note.span.end;
+    song.addNote(note.midi_pitch, sung_until - note.span.start, note.vibrato);
+  }
+  return song.song(name);
+}
+
+}  // namespace mouthpiece

@@ -1,0 +1,105 @@
+// What `corpus studio` makes of takes, without a browser: the program is given what a browser would have recorded, made
+// from a clip of a real speaker: node studio_takes_test.mjs CORPUS CLIPS_FOLDER SCRATCH_FOLDER
+// ANCHORS_OF_MAKEHUMAN_MALE
+import assert from 'node:assert/strict';
+import { existsSync, readFileSync, readdirSync } from 'node:fs';
+import { dirname, join } from 'node:path';
+import { endServer } from './environment.mjs';
+import { anyClip, ask, ffmpeg, freshFolder, judged, otherSentence, startStudio } from './studio_server.mjs';
+
+const [corpus, clips, scratchFolder, anchors] = process.argv.slice(2);
+const { file, sentence } = anyClip(clips);
+const scratch = freshFolder(scratchFolder, sentence);
+const me = join(scratch, 'me');
+
+/** As a browser's recording: WebM, of pictures that come at their own times. */
+function recording(name, videoFilter, soundFilter) {
+  const made = join(scratch, `${name}.webm`);
+  ffmpeg('-i', file, '-vf', videoFilter, '-fps_mode', 'passthrough', '-c:v', 'libvpx', '-deadline', 'realtime', '-b:v', '3M',
+    '-af', soundFilter, '-ac', '1', '-ar', '48000', '-c:a', 'libopus', '-b:a', '128k', made);
+  return readFileSync(made);
+}
+
+let server = await startStudio(corpus, scratch);
+const promptOf = async (text) => (await ask(server, '/state')).prompts.findIndex((prompt) => prompt.text === text);
+async function say(text, video) {
+  await ask(server, '/take', { prompt: await promptOf(text) }, video);
+  return judged(server, text);
+}
+const takes = () => readdirSync(join(me, 'takes'));
+
+// --- Faults: each is told, nothing of the take stays.
+const good = recording('good', 'null', 'volume=0.5');
+const faults = {
+  'face was lost': recording('left', "drawbox=enable='gt(t,1.6)':color=gray:t=fill", 'volume=0.5'),
+  'sound is clipped': recording('loud', 'null', 'volume=30'),
+  'pictures were dropped': recording('dropped', "select='gt(mod(n,8),1)'", 'volume=0.5'),
+  'only \\d+ pictures a second': recording('slow', 'fps=12', 'volume=0.5'),
+  'hardly heard': recording('faint', 'null', 'volume=0.001'),
+  'cannot be used': Buffer.from('this is no video'),
+};
+for (const [why, video] of Object.entries(faults)) {
+  const { state, faults: told } = await say(sentence, video);
+  assert.equal(state, 'again', why);
+  assert.match(told, new RegExp(why));
+  assert.deepEqual([...takes(), ...readdirSync(join(me, 'incoming'))], [], why);
+}
+const wrong = await say(otherSentence, good);
+assert.equal(wrong.state, 'again');
+assert.match(wrong.faults, /Other words were heard/);
+assert.deepEqual(await say(sentence, good), { state: 'good', faults: '' });
+const kept = takes();
+assert.deepEqual(kept.map((name) => name.slice(name.lastIndexOf('.'))).sort(), ['.TextGrid', '.c3d', '.txt', '.wav']);
+
+// --- A worse take of the same sentence does not replace a good one; a number that is no prompt is refused.
+const worse = await say(sentence, faults['sound is clipped']);
+assert.equal(worse.state, 'good');
+assert.match(worse.faults, /clipped.*The take before it is kept/);
+assert.deepEqual(takes(), kept);
+assert.match((await ask(server, '/take', { prompt: 7 }, good)).error, /no prompt/);
+
+// --- A head of one's own speaks the line: its mesh and its anchors, in the order in which the page sends them.
+const heads = join(clips, '..', '..', 'faces');
+assert.match((await ask(server, '/head', { name: 'head.exe' }, 'MZ')).error, /no head/);
+await ask(server, '/head', { name: 'makehuman_male.obj' }, readFileSync(join(heads, 'makehuman_male.obj')));
+async function make() {
+  assert.equal((await ask(server, '/make', {}, 'The time is now.')).error, undefined);
+  for (let i = 0; i < 600; ++i) {
+    const { stage, trouble, has_line: hasLine } = await ask(server, '/state');
+    if (stage === '') return { trouble, hasLine };
+    await new Promise((done) => setTimeout(done, 250));
+  }
+  throw new Error('the line was not made in two minutes and a half');
+}
+assert.match((await make()).trouble, /no anchors/);
+await ask(server, '/head', { name: 'makehuman_male.anchors.json' }, readFileSync(anchors));
+assert.deepEqual(await make(), { trouble: '', hasLine: true });
+assert.equal((await ask(server, '/state')).head, 'file');
+assert.ok(existsSync(join(me, 'head', 'head.face')) && existsSync(join(me, 'line', 'face.glb')));
+
+// --- A head in the person's own shape: the sample head, bent.
+assert.match((await ask(server, '/wear', { head: 'hat' }, '')).error, /no head/);
+await ask(server, '/wear', { head: 'own' }, '');
+assert.deepEqual(await make(), { trouble: '', hasLine: true });
+assert.equal((await ask(server, '/state')).head, 'own');
+const vertices = (path) => readFileSync(path, 'utf8').split('\n').filter((line) => line.startsWith('v ')).map((line) => line.split(' ').slice(1, 4).map(Number));
+const own = vertices(join(me, 'head', 'head.obj')), sample = vertices(join(dirname(corpus), '..', 'share', 'mouthpiece', 'default.obj'));
+assert.equal(own.length, sample.length);
+const far = own.map((place, i) => Math.hypot(...place.map((value, axis) => value - sample[i][axis]))).sort((a, b) => a - b);
+assert.ok(far[far.length >> 1] > 1 && far[far.length >> 1] < 60, `half of the vertices are moved by ${far[far.length >> 1]} mm`);
+
+// --- Killed with a recording that was not yet judged: the next session judges it; what was kept is there.
+await ask(server, '/take', { prompt: await promptOf(sentence) }, good);
+await endServer(server, 'SIGKILL');
+assert.deepEqual(takes().filter((name) => !kept.includes(name) && !name.startsWith('.')), []);
+server = await startStudio(corpus, scratch);
+assert.equal((await judged(server, sentence)).state, 'good');
+assert.deepEqual(readdirSync(join(me, 'incoming')), []);
+
+// --- A delete that deletes.
+await ask(server, '/forget-all', {}, '');
+assert.deepEqual(readdirSync(me).sort(), ['incoming', 'takes', 'videos']);
+assert.ok(['incoming', 'takes', 'videos'].every((name) => readdirSync(join(me, name)).length === 0));
+await endServer(server, 'SIGINT');
+assert.ok(existsSync(me));
+console.log('ok');

@@ -1,0 +1,317 @@
+// What a newcomer tries on `synth` and `corpus`, and what used to go wrong: each is told, or does what it says.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <regex>
+
+#include "support/run_program.h"
+
+namespace mouthpiece::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using Arguments = std::vector<std::string>;
+
+constexpr const char* kLine = "the time is now";
+
+class FirstSteps : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    if (!fs::exists(fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / "sample.corpus"))
+      GTEST_SKIP() << "no sample corpus; make it with `make data`";
+    recording_ = std::make_unique<ScratchFolder>();
+    const ProgramResult spoken =
+        runProgram("synth", {"--text", kLine, "-o", recorded("now.wav"), "-o", recorded("now.TextGrid"), "-q"});
+    ASSERT_EQ(spoken.exit_code, 0) << spoken.err;
+    const ProgramResult other = runProgram(
+        "synth", {"--text", "measure every garage before you buy a house", "-o", recorded("other.TextGrid"), "-q"});
+    ASSERT_EQ(other.exit_code, 0) << other.err;
+  }
+  static void TearDownTestSuite() { recording_.reset(); }
+  /// A file of the line as a voice said it.
+  static std::string recorded(const std::string& name) { return (recording_->path() / name).string(); }
+
+  [[nodiscard]] std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
+  [[nodiscard]] std::string file(const std::string& name, const std::string& bytes) const {
+    return folder_.write(name, bytes).string();
+  }
+
+  /// synth with its report; `input` is the file that standard input comes from.
+  ProgramResult synth(Arguments arguments, const std::string& input = "/dev/null") {
+    arguments.insert(arguments.end(), {"-o", path("report.json")});
+    std::string line = "exec '" MOUTHPIECE_BIN_DIR "/synth'";
+    for (const std::string& argument : arguments) line += " '" + argument + "'";
+    return runProgram("/bin/sh", {"-c", line + " <'" + input + "'"});
+  }
+  [[nodiscard]] json report() const { return json::parse(readAll(path("report.json"))); }
+  /// The words with their times.
+  [[nodiscard]] std::string labels() const { return readAll(path("phones.TextGrid")); }
+
+  ScratchFolder folder_;
+
+ private:
+  static std::unique_ptr<ScratchFolder> recording_;
+};
+std::unique_ptr<ScratchFolder> FirstSteps::recording_;
+
+bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+TEST(DidYouMean, NamesTheOptionOrCommandThatIsNearest) {
+  const std::vector<std::pair<std::vector<std::string>, std::string>> typos{
+      {{"synth", "--txet", "a"}, "did you mean --text?"},
+      {{"synth", "--transcipt=a", "--audio", "a.wav"}, "did you mean --transcript?"},
+      {{"synth", "batch", "lines.csv", "--formt", "wav"}, "did you mean --format?"},
+      {{"corpus", "biuld", "takes"}, "did you mean build?"},
+      {{"corpus", "build", "takes", "--strickt"}, "did you mean --strict?"},
+      {{"retarget", "chekc"}, "did you mean check?"}};
+  for (const auto& [words, expected] : typos) {
+    const ProgramResult result = runProgram(words[0], {words.begin() + 1, words.end()});
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_TRUE(holds(result.err, expected)) << words[1] << ": " << result.err;
+  }
+  EXPECT_FALSE(holds(runProgram("synth", {"--nothing-like-it", "a"}).err, "did you mean"));
+}
+
+TEST_F(FirstSteps, FilmRatesAreTaken) {
+  for (const char* rate : {"23.976", "29.97", "24"}) {
+    ASSERT_EQ(synth({"--text", kLine, "--fps", rate}).exit_code, 0) << rate;
+    EXPECT_NEAR(report()["fps"], std::stod(rate), 1e-6);
+    EXPECT_NEAR(report()["duration_s"], report()["frames"].get<double>() / std::stod(rate), 1e-5);
+  }
+  const ProgramResult slow = synth({"--text", kLine, "--fps", "12"});
+  EXPECT_EQ(slow.exit_code, 1);
+  EXPECT_TRUE(holds(slow.err, "expected 23.976 to 240")) << slow.err;
+}
+
+TEST_F(FirstSteps, WordsComeAsTextAsAFileAndFromStandardInput) {
+  const std::string words = file("words.txt", std::string(kLine) + "\n");
+  const std::string audio = recorded("now.wav"), grid = path("phones.TextGrid");
+  const std::vector<std::pair<Arguments, const char*>> same{
+      {{"--audio", audio, "--transcript", kLine}, "a transcript"},
+      {{"--audio", audio, "--transcript-file", words}, "its file"},
+      {{"--audio", audio, "--transcript", "-"}, "standard input"},
+      {{"--audio", audio, "--transcript-file", "-"}, "standard input as a file"}};
+  std::string first;
+  for (const auto& [arguments, what] : same) {
+    Arguments all = arguments;
+    all.insert(all.end(), {"-o", grid});
+    const ProgramResult result = synth(all, words);
+    ASSERT_EQ(result.exit_code, 0) << what << result.err;
+    EXPECT_TRUE(holds(labels(), "\"now\"")) << what;
+    if (first.empty()) first = labels();
+    EXPECT_EQ(labels(), first) << what;
+  }
+  for (const Arguments& typed :
+       {Arguments{"--text", "-"}, Arguments{"--text-file", "-"}, Arguments{"--text-file", words}}) {
+    ASSERT_EQ(synth(typed, words).exit_code, 0);
+    EXPECT_EQ(report()["text"], kLine);
+  }
+}
+
+TEST_F(FirstSteps, LyricsComeAsAFileAsTextAndFromStandardInput) {
+  const std::string words = file("words.txt", "[Chorus]\nthe time is now\n");
+  const std::string audio = recorded("now.wav"), grid = path("phones.TextGrid");
+  std::string first;
+  for (const Arguments& sung : {Arguments{"--lyrics", words},
+                                {"--lyrics", "-"},
+                                {"--lyrics-text", "[Chorus] the time is now"},
+                                {"--lyrics-text", "-"}}) {
+    Arguments all{"--audio", audio, "-o", grid};
+    all.insert(all.end(), sung.begin(), sung.end());
+    const ProgramResult result = synth(all, words);
+    ASSERT_EQ(result.exit_code, 0) << sung[0] << sung[1] << result.err;
+    EXPECT_EQ(report()["style"], "sing");
+    if (first.empty()) first = labels();
+    EXPECT_EQ(labels(), first) << sung[0] << " " << sung[1];
+    EXPECT_FALSE(holds(labels(), "horus")) << "a heading is not sung";
+  }
+  const ProgramResult empty = synth({"--audio", audio, "--lyrics", "-"}, file("empty.txt", "[Verse]\n"));
+  EXPECT_EQ(empty.exit_code, 1);
+  EXPECT_TRUE(holds(empty.err, "holds no words")) << empty.err;
+}
+
+TEST_F(FirstSteps, AWrongTranscriptIsDoubtedEverywhereAndStrictRefusesIt) {
+  const Arguments wrong{"--audio", recorded("now.wav"), "--transcript", "seven purple elephants"};
+  Arguments shown = wrong;
+  shown.insert(shown.end(), {"-o", path("view.html")});
+  const ProgramResult told = synth(shown);
+  ASSERT_EQ(told.exit_code, 0) << told.err;
+  const std::string doubt = "the words do not fit the sound";
+  EXPECT_TRUE(holds(told.err, doubt)) << told.err;
+  EXPECT_TRUE(holds(report()["warnings"].dump(), doubt));
+  EXPECT_TRUE(holds(readAll(path("view.html")), doubt));
+  EXPECT_TRUE(std::regex_search(told.err, std::regex(R"((seven|purple|elephants) \(\d+\.\d\d s\))"))) << told.err;
+  fs::remove(path("report.json"));
+  Arguments strict = wrong;
+  strict.push_back("--strict");
+  const ProgramResult refused = synth(strict);
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_TRUE(holds(refused.err, doubt) && holds(refused.err, "--strict")) << refused.err;
+  EXPECT_FALSE(fs::exists(path("report.json")));
+  EXPECT_EQ(synth({"--audio", recorded("now.wav"), "--transcript", kLine, "--strict"}).exit_code, 0);
+}
+
+TEST_F(FirstSteps, LabelsOfAnotherRecordingAreDoubted) {
+  const std::string audio = recorded("now.wav");
+  const ProgramResult own = synth({"--audio", audio, "--phones", recorded("now.TextGrid"), "--strict"});
+  EXPECT_EQ(own.exit_code, 0) << own.err;
+  const ProgramResult foreign = synth({"--audio", audio, "--phones", recorded("other.TextGrid")});
+  EXPECT_EQ(foreign.exit_code, 0) << foreign.err;
+  EXPECT_TRUE(holds(foreign.err, "the labels ") || holds(foreign.err, "the words do not fit the sound")) << foreign.err;
+  EXPECT_FALSE(report()["warnings"].empty());
+  const ProgramResult refused = synth({"--audio", audio, "--phones", recorded("other.TextGrid"), "--strict"});
+  EXPECT_EQ(refused.exit_code, 1) << refused.err;
+}
+
+/// The largest distance of a marker between two motions, as `-o x.csv` writes them.
+double largestStep(const std::string& a, const std::string& b) {
+  const auto numbers = [](const std::string& text) {
+    std::vector<double> values;
+    for (const char* at = text.c_str() + text.find('\n'); *at != '\0';) {
+      char* end = nullptr;
+      const double value = std::strtod(at, &end);
+      if (end != at) values.push_back(value);
+      at = end == at ? at + 1 : end;
+    }
+    return values;
+  };
+  const std::vector<double> one = numbers(a), two = numbers(b);
+  EXPECT_EQ(one.size(), two.size());
+  double most = 0;
+  for (std::size_t i = 0; i < std::min(one.size(), two.size()); ++i) most = std::max(most, std::abs(one[i] - two[i]));
+  return most;
+}
+
+TEST_F(FirstSteps, EditsThatCannotApplyAreNamedAndTooLargeOnesAreHeld) {
+  ASSERT_EQ(synth({"--text", kLine, "-o", path("plain.csv")}).exit_code, 0);
+  const std::string edits = file("edits.json", R"([
+    {"curve": "Blah", "kind": "mute", "start_s": 0.2, "end_s": 0.4},
+    {"curve": "Ah", "kind": "offset", "start_s": 90, "end_s": 91, "value": 0.2},
+    {"curve": "Ah", "kind": "offset", "start_s": 0.3, "end_s": 0.6, "value": 5}])");
+  const ProgramResult result =
+      synth({"--text", kLine, "--edits", edits, "-o", path("edited.csv"), "-o", path("curves.csv")});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(holds(result.err, "Blah")) << result.err;
+  EXPECT_TRUE(holds(result.err, "90.00 s")) << result.err;
+  const double moved = largestStep(readAll(path("plain.csv")), readAll(path("edited.csv")));
+  EXPECT_GT(moved, 1) << "the edit moves the mouth";
+  EXPECT_LT(moved, 60) << "it does not tear it";
+  const ProgramResult bad = synth({"--text", kLine, "--edits", file("bad.json", R"([{"kind": "dial", "dial": "strenght",
+    "start_s": 0, "end_s": 1, "value": 1}])")});
+  EXPECT_EQ(bad.exit_code, 1);
+  EXPECT_TRUE(holds(bad.err, "strenght") && holds(bad.err, "strength")) << bad.err;
+}
+
+TEST_F(FirstSteps, CurvesCanBeHandedBack) {
+  ASSERT_EQ(synth({"--text", kLine, "--method", "curves", "-o", path("curves.json"), "-o", path("one.csv")}).exit_code,
+            0);
+  const ProgramResult again =
+      synth({"--text", kLine, "--method", "curves", "--edits", path("curves.json"), "-o", path("two.csv")});
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_LT(largestStep(readAll(path("one.csv")), readAll(path("two.csv"))), 0.01);
+}
+
+TEST_F(FirstSteps, DialsThatDoNothingSaySo) {
+  const ProgramResult idle = synth({"--text", kLine, "--ja", "2", "--ma", "0.4"});
+  ASSERT_EQ(idle.exit_code, 0) << idle.err;
+  EXPECT_TRUE(holds(idle.err, "Ma, Ja shape VOCAL's curves")) << idle.err;
+  EXPECT_FALSE(holds(synth({"--text", kLine, "--ja", "2", "--method", "curves"}).err, "VOCAL's curves"));
+  EXPECT_FALSE(holds(synth({"--text", kLine, "--jaw", "1.5"}).err, "VOCAL's curves"));
+}
+
+TEST_F(FirstSteps, ArkitsNameWritesArkit) {
+  for (const char* name : {"arkit.csv", "talk.arkit.csv"}) {
+    ASSERT_EQ(synth({"--text", kLine, "-o", path(name)}).exit_code, 0);
+    EXPECT_TRUE(readAll(path(name)).starts_with("Timecode,BlendShapeCount,EyeBlinkLeft")) << name;
+  }
+  ASSERT_EQ(synth({"--text", kLine, "-o", path("motion.csv")}).exit_code, 0);
+  EXPECT_TRUE(readAll(path("motion.csv")).starts_with("time_s,"));
+}
+
+TEST_F(FirstSteps, GuessedWordsAreToldAndCanBeMended) {
+  const ProgramResult first = synth({"--text", "the zworbelak is here", "-o", path("lexicon.txt")});
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_TRUE(holds(first.err, "no dictionary has zworbelak (0.")) << first.err;
+  EXPECT_FALSE(holds(first.err, "no dictionary has here")) << first.err;
+  EXPECT_TRUE(report()["warnings"].empty()) << "a guess is no doubt";
+  std::string stub = readAll(path("lexicon.txt"));
+  std::smatch entry;
+  ASSERT_TRUE(std::regex_search(stub, entry, std::regex(R"(\n# 0\.\d\d to \d\.\d\d s\nzworbelak ([A-Z ]+)\n)")))
+      << stub;
+  const std::string mended =
+      file("mended.txt", std::regex_replace(stub, std::regex("zworbelak .*"), "zworbelak M AA M"));
+  const ProgramResult again =
+      synth({"--text", "the zworbelak is here", "--lexicon", mended, "-o", path("phones.TextGrid")});
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_FALSE(holds(again.err, "no dictionary")) << again.err;
+  std::string phones;
+  const json told = report();
+  for (const json& phone : told["phones"]) phones += phone["phone"].get<std::string>() + " ";
+  EXPECT_TRUE(holds(phones, "M AA M ")) << phones;
+}
+
+/// The JSON of a GLB.
+json glbJson(const std::string& bytes) {
+  std::uint32_t size = 0;
+  std::memcpy(&size, bytes.data() + 12, 4);
+  return json::parse(bytes.substr(20, size));
+}
+
+TEST_F(FirstSteps, ShapesHaveTheSameNamesInEveryLine) {
+  for (const auto& [ending, shape, count] : {std::tuple("arkit.glb", "jawOpen", 52U), {"visemes.glb", "PP", 14U}}) {
+    std::vector<json> names;
+    for (const char* text : {kLine, "a hot pot"}) {
+      const std::string file = path(std::string("talk.") + ending);
+      ASSERT_EQ(synth({"--text", text, "-o", file}).exit_code, 0) << ending;
+      const std::string bytes = readAll(file);
+      const json scene = glbJson(bytes);
+      names.push_back(scene["meshes"][0]["extras"]["targetNames"]);
+      // The weights are all of the file's animated floats: a row a frame.
+      const json& output = scene["accessors"][scene["animations"][0]["samplers"][0]["output"].get<std::size_t>()];
+      const json& view = scene["bufferViews"][output["bufferView"].get<std::size_t>()];
+      std::uint32_t json_size = 0;
+      std::memcpy(&json_size, bytes.data() + 12, 4);
+      std::vector<float> weights(output["count"].get<std::size_t>());
+      std::memcpy(weights.data(), bytes.data() + 28 + json_size + view["byteOffset"].get<std::size_t>(),
+                  4 * weights.size());
+      EXPECT_EQ(weights.size(), count * report()["frames"].get<std::size_t>());
+      const auto [least, most] = std::minmax_element(weights.begin(), weights.end());
+      EXPECT_GE(*least, 0);
+      EXPECT_LE(*most, 1);
+      EXPECT_GT(*most, 0.2F) << ending << ": something moves";
+    }
+    EXPECT_EQ(names[0].size(), count) << ending;
+    EXPECT_EQ(names[0], names[1]);
+    EXPECT_TRUE(holds(names[0].dump(), std::string("\"") + shape + "\"")) << names[0];
+  }
+}
+
+TEST_F(FirstSteps, AFilmComesOutAsLongAsTheLine) {
+  if (runProgram("/bin/sh", {"-c", "command -v ffmpeg"}).exit_code != 0) GTEST_SKIP() << "no ffmpeg on the PATH";
+  const ProgramResult made = synth({"--text", "pot", "-o", path("talk.mp4"), "-o", path("talk.png.zip")});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const std::string film = readAll(path("talk.mp4"));
+  EXPECT_EQ(film.substr(4, 4), "ftyp");
+  const std::string pictures = readAll(path("talk.png.zip"));
+  std::size_t count = 0;
+  for (std::size_t at = pictures.find(".png"); at != std::string::npos; at = pictures.find(".png", at + 4)) ++count;
+  EXPECT_EQ(count, 2 * ((report()["frames"].get<std::size_t>() + 1) / 2)) << "each name twice, every second frame";
+}
+
+TEST_F(FirstSteps, TakesWithoutMotionAreNamed) {
+  const std::string takes = path("takes");
+  fs::create_directories(takes);
+  for (const char* name : {"one.wav", "two.wav"}) fs::copy_file(recorded("now.wav"), fs::path(takes) / name);
+  (void)file("takes/one.txt", kLine);
+  const ProgramResult built = runProgram("corpus", {"build", takes, "--out", path("mine.corpus")});
+  EXPECT_EQ(built.exit_code, 1);
+  EXPECT_TRUE(holds(built.err, "one") && holds(built.err, "no motion (expected one.c3d, .trc or .csv)")) << built.err;
+}
+
+}  // namespace
+}  // namespace mouthpiece::test

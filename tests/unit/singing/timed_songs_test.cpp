@@ -1,0 +1,181 @@
+// Songs of files that say when each note begins: MIDI with lyrics, UST, subtitles; and packed MusicXML.
+#include <gtest/gtest.h>
+
+#include "base/byte_reader.h"
+#include "base/errors.h"
+#include "base/zip.h"
+#include "singing/song.h"
+
+namespace mouthpiece {
+namespace {
+
+/// A MIDI file of one track, put together event by event; 480 ticks a quarter.
+class Midi {
+ public:
+  Midi& meta(int delta, int kind, std::string_view data) {
+    length(delta);
+    track_ += {'\xFF', static_cast<char>(kind), static_cast<char>(data.size())};
+    track_ += data;
+    return *this;
+  }
+  Midi& word(std::string_view text) { return meta(0, 5, text); }
+  Midi& note(int pitch, int ticks, int rest = 0) {
+    track_ += {'\0', '\x90', static_cast<char>(pitch), '\x40'};
+    length(ticks);
+    track_ += {'\x80', static_cast<char>(pitch), '\0'};
+    return rest > 0 ? meta(rest, 6, "") : *this;
+  }
+  [[nodiscard]] std::string bytes() const {
+    ByteWriter file(ByteOrder::kBig);
+    file.writeBytes("MThd");
+    file.writeU32(6);
+    for (const int value : {0, 1, 480}) file.writeU16(value);
+    file.writeBytes("MTrk");
+    file.writeU32(track_.size() + 4);
+    file.writeBytes(track_);
+    file.writeBytes(std::string("\0\xFF\x2F\0", 4));
+    return file.takeBytes();
+  }
+
+ private:
+  void length(int ticks) {
+    if (ticks >= 128) track_ += static_cast<char>(0x80 | ticks >> 7);
+    track_ += static_cast<char>(ticks & 0x7F);
+  }
+  std::string track_;
+};
+
+std::string wordsOf(const Song& song) {
+  std::string words;
+  for (const SongWord& word : song.words)
+    words += (words.empty() ? "" : " ") + word.text + "/" + std::to_string(word.syllables.size());
+  return words;
+}
+
+TEST(MidiSong, ARhythmGamesVocalsAreWords) {
+  // Hyphens go on with the word, + with the syllable; note 105 marks a phrase, # what is spoken.
+  const std::string bytes = Midi()
+                                .meta(0, 3, "PART VOCALS")
+                                .meta(0, 0x51, std::string("\x07\xA1\x20", 3))  // 120 quarters a minute
+                                .word("[play]")
+                                .word("Twin-")
+                                .note(60, 240)
+                                .word("kle")
+                                .note(62, 240)
+                                .word("+")
+                                .note(64, 240, 480)
+                                .word("star#")
+                                .note(65, 480)
+                                .note(105, 240)
+                                .bytes();
+  const Song song = parseMidi(bytes, "a.mid");
+  EXPECT_EQ(wordsOf(song), "twinkle/2 star/1");
+  EXPECT_EQ(song.words[0].syllables[1].notes.size(), 2U) << "a melisma";
+  EXPECT_NEAR(song.words[0].span().start, 0, 1e-9);
+  EXPECT_NEAR(song.words[0].syllables[1].notes[0].span.start, 0.25, 1e-6);
+  EXPECT_NEAR(song.words[0].end(), 0.75, 1e-6);
+  EXPECT_NEAR(song.words[1].span().start, 1.25, 1e-6) << "after a quarter's rest";
+  EXPECT_NEAR(song.words[1].syllables[0].notes[0].hz, hzOfMidiPitch(65), 1e-6);
+}
+
+TEST(MidiSong, KaraokesWordsAreToldByBlanks) {
+  const std::string bytes = Midi()
+                                .word("@TTitle")
+                                .word("\\Twin")
+                                .note(60, 480)
+                                .word("kle")
+                                .note(62, 480)
+                                .word(" lit")
+                                .note(64, 480)
+                                .word("tle")
+                                .note(65, 480)
+                                .word("/star")
+                                .note(67, 480)
+                                .bytes();
+  EXPECT_EQ(wordsOf(parseMidi(bytes, "a.kar")), "twinkle/2 little/2 star/1");
+}
+
+TEST(MidiSong, TheTempoMayChange) {
+  const std::string bytes = Midi()
+                                .word("one")
+                                .note(60, 480)  // half a second at the usual 120
+                                .meta(0, 0x51, std::string("\x0F\x42\x40", 3))
+                                .word("two")
+                                .note(60, 480)
+                                .bytes();
+  const Song song = parseMidi(bytes, "a.mid");
+  EXPECT_NEAR(song.words[1].span().start, 0.5, 1e-6);
+  EXPECT_NEAR(song.words[1].end(), 1.5, 1e-6);
+}
+
+TEST(MidiSong, RefusesWhatItCannotSing) {
+  const std::string whole = Midi().word("one").note(60, 480).bytes();
+  for (std::size_t size = 0; size < whole.size() - 6; ++size)
+    EXPECT_THROW(parseMidi(whole.substr(0, size), "cut.mid"), InputError) << size;
+  EXPECT_THROW(parseMidi(Midi().note(60, 480).bytes(), "mute.mid"), InputError);
+  EXPECT_THROW(parseMidi(Midi().word("one").bytes(), "still.mid"), InputError);
+  std::string film = whole;
+  film[12] = '\xE7';
+  EXPECT_THROW(parseMidi(film, "film.mid"), InputError);
+}
+
+constexpr const char* kUst =
+    "[#VERSION]\nUST Version1.2\n[#SETTING]\nTempo=120.00\nProjectName=Mine\n"
+    "[#0000]\nLength=480\nLyric=R\nNoteNum=60\n[#0001]\nLength=240\nLyric=hap\nNoteNum=60\n"
+    "[#0002]\nLength=240\nLyric=+py\nNoteNum=62\nVBR=65,180\n[#0003]\nLength=480\nLyric=-\n"
+    "NoteNum=64\n[#0004]\nLength=960\nLyric=day\nNoteNum=65\nTempo=60\n[#TRACKEND]\n";
+
+TEST(UstSong, ReadsNotesRestsAndWords) {
+  const Song song = parseUst(kUst, "a.ust");
+  EXPECT_EQ(song.title, "Mine");
+  EXPECT_EQ(wordsOf(song), "happy/2 day/1");
+  EXPECT_NEAR(song.words[0].span().start, 0.5, 1e-6);
+  EXPECT_TRUE(song.words[0].syllables[1].notes[0].vibrato);
+  EXPECT_EQ(song.words[0].syllables[1].notes.size(), 2U);
+  EXPECT_NEAR(song.words[1].span().duration(), 2, 1e-6) << "960 ticks at 60 quarters a minute";
+  for (const char* bad : {"", "[#0000]\nLength=x\nLyric=a\nNoteNum=60\n", "[#0000]\nLength=-1\nLyric=a\nNoteNum=60\n",
+                          "[#SETTING]\nTempo=0\n[#0000]\nLength=480\nLyric=a\nNoteNum=60\n",
+                          "[#0000]\nLength=480\nLyric=a\nNoteNum=999\n"})
+    EXPECT_THROW(parseUst(bad, "bad.ust"), InputError) << bad;
+}
+
+TEST(SubtitleSong, WordsShareTheirTimeByTheirLetters) {
+  const Song song = parseSubtitleSong(
+      "1\n00:00:01,000 --> 00:00:03,000\nTwinkle star\n\n2\n00:00:04,500 --> 00:00:05,000\nhow\n", "a.srt");
+  EXPECT_EQ(wordsOf(song), "twinkle/1 star/1 how/1");
+  EXPECT_NEAR(song.words[0].span().start, 1, 1e-6);
+  EXPECT_NEAR(song.words[1].span().start, 1 + 2.0 * 8 / 13, 1e-6);
+  EXPECT_NEAR(song.words[2].span().start, 4.5, 1e-6);
+  EXPECT_THROW(parseSubtitleSong("1\n00:00:03,000 --> 00:00:01,000\na\n", "a.srt"), InputError);
+  EXPECT_THROW(parseSubtitleSong("", "a.srt"), InputError);
+}
+
+constexpr const char* kScore = R"(<?xml version="1.0"?><score-partwise><part id="P1"><measure number="1"><attributes>
+  <divisions>1</divisions></attributes><note><pitch><step>C</step><octave>4</octave></pitch><duration>1</duration>
+  <lyric><text>la</text></lyric></note></measure></part></score-partwise>)";
+
+TEST(PackedMusicXml, IsTheScoreThatItsContainerNames) {
+  ZipWriter zip;
+  zip.add("META-INF/container.xml",
+          R"(<container><rootfiles><rootfile full-path="song.xml"/></rootfiles></container>)");
+  zip.add("song.xml", kScore);
+  const std::string whole = std::move(zip).finish();
+  EXPECT_EQ(wordsOf(parsePackedMusicXml(whole, "a.mxl")), "la/1");
+  ZipWriter lost;
+  lost.add("META-INF/container.xml",
+           R"(<container><rootfiles><rootfile full-path="gone.xml"/></rootfiles></container>)");
+  EXPECT_THROW(parsePackedMusicXml(std::move(lost).finish(), "a.mxl"), InputError);
+  EXPECT_THROW(parsePackedMusicXml(ZipWriter().finish(), "a.mxl"), InputError);
+  for (std::size_t i = 0; i < whole.size(); i += 7) {
+    std::string damaged = whole;
+    damaged[i] = static_cast<char>(damaged[i] ^ 0x55);
+    try {
+      (void)parsePackedMusicXml(damaged, "damaged.mxl");
+    } catch (const InputError&) {
+    }
+    EXPECT_THROW(parsePackedMusicXml(whole.substr(0, i), "cut.mxl"), InputError);
+  }
+}
+
+}  // namespace
+}  // namespace mouthpiece
