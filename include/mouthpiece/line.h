@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -79,6 +80,14 @@ struct MOUTHPIECE_API Manner {
   StyleParameter hold;                 ///< 0 to 1: how long a phone's pose is held
   StyleParameter lead_ms;              ///< -200 to 200: how much earlier than the sound the mouth moves
   StyleParameter smooth_ms;            ///< 0 to 200: smoothing in time, a Gaussian's standard deviation
+  /// What moves lids, brows and forehead: whatever moves the mouth; stretches of the capture chosen for them; blinks
+  /// and brows by rules; or captured where the corpus' lids move, else rules.
+  enum class UpperFace { kMouth, kCaptured, kRules, kBest };
+  UpperFace upper_face = UpperFace::kMouth;
+  bool gaze = false;         ///< the eyes move, by rules
+  bool head_motion = false;  ///< the head sways and nods, by rules
+  std::string mood;          ///< NAME[:STRENGTH], "joy:0.5", or a file of ARKit's weights (.json); empty: none
+  std::uint32_t seed = 1;    ///< of what is drawn at random: the same seed, the same face
   std::filesystem::path edits;         ///< an animator's changes (docs/formats/edits.md); empty: none
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <mutex>
 #include <optional>
 #include <set>
 
@@ -13,6 +14,7 @@
 #include "deform/kernel/deformer.h"
 #include "deform/mesh/face_mesh.h"
 #include "motion/lip_gauge.h"
+#include "retarget/rig/eyeballs.h"
 #include "retarget/rig/face_file.h"
 
 namespace mouthpiece {
@@ -25,6 +27,16 @@ struct FaceRig::Data {
   FaceDeformer deformer;  ///< of the welded mesh
   std::vector<std::uint32_t> moving;
   LarynxBump larynx;
+  struct LateEyes {
+    std::once_flag found;
+    Eyeballs eyes;
+  };
+  std::unique_ptr<LateEyes> late_eyes = std::make_unique<LateEyes>();  ///< most lines do not turn them
+
+  [[nodiscard]] const Eyeballs& eyes() const {
+    std::call_once(late_eyes->found, [&] { late_eyes->eyes = Eyeballs(mesh); });
+    return late_eyes->eyes;
+  }
 
   void deform(const FacePose& pose, const TonguePose& tongue, VertexPositions& out) const;
   /// Positions of `moving` only.
@@ -32,6 +44,8 @@ struct FaceRig::Data {
 
   [[nodiscard]] FrameMaker withLarynx(const FaceMotion& motion, std::span<const TonguePose> tongues,
                                       std::span<const double> heights) const;
+  /// The same frames with the eyes turned.
+  [[nodiscard]] FrameMaker withEyes(FrameMaker frames, std::span<const GazeTurn> gaze) const;
 };
 
 namespace {
@@ -253,8 +267,40 @@ FrameMaker FaceRig::Data::withLarynx(const FaceMotion& motion, std::span<const T
   return frames;
 }
 
+FrameMaker FaceRig::Data::withEyes(FrameMaker frames, std::span<const GazeTurn> gaze) const {
+  FrameMaker with = frames;
+  with.vertices.clear();
+  const std::vector<std::uint32_t>& turned = eyes().vertices();
+  std::set_union(frames.vertices.begin(), frames.vertices.end(), turned.begin(), turned.end(),
+                 std::back_inserter(with.vertices));
+  const auto places_of = [&](const std::vector<std::uint32_t>& vertices) {
+    std::vector<std::size_t> places;
+    for (const std::uint32_t vertex : vertices)
+      places.push_back(3 * unsignedIndex(std::lower_bound(with.vertices.begin(), with.vertices.end(), vertex) -
+                                         with.vertices.begin()));
+    return places;
+  };
+  with.make = [this, gaze, make = std::move(frames.make), moving_at = places_of(frames.vertices),
+               turned_at = places_of(turned), moved = std::vector<float>(3 * frames.vertices.size()),
+               places = std::vector<float>(3 * turned.size())](Eigen::Index f, std::span<float> out) mutable {
+    make(f, moved);
+    for (std::size_t i = 0; i < moving_at.size(); ++i) std::copy_n(&moved[3 * i], 3, &out[moving_at[i]]);
+    eyes().places(mesh, gaze[unsignedIndex(f)], places);
+    for (std::size_t i = 0; i < turned_at.size(); ++i) std::copy_n(&places[3 * i], 3, &out[turned_at[i]]);
+  };
+  return with;
+}
+
+void FaceRig::turnEyes(const GazeTurn& gaze, VertexPositions& vertices) const {
+  const std::vector<std::uint32_t>& turned = data_->eyes().vertices();
+  std::vector<float> places(3 * turned.size());
+  data_->eyes().places(data_->mesh, gaze, places);
+  for (std::size_t i = 0; i < turned.size(); ++i) std::copy_n(&places[3 * i], 3, vertices.row(turned[i]).data());
+}
+
 FrameMaker FaceRig::movingFrames(const FaceMotion& motion, std::span<const TonguePose> tongues, double frame_rate_hz,
-                                 std::span<const double> larynx) const {
+                                 std::span<const double> larynx, std::span<const GazeTurn> gaze) const {
+  MOUTHPIECE_EXPECT(gaze.empty() || gaze.size() == motion.frameCount());
   MOUTHPIECE_EXPECT(tongues.size() == motion.frameCount());
   MOUTHPIECE_EXPECT(larynx.empty() || larynx.size() == tongues.size());
   const bool is_raised = !data_->larynx.vertices().empty() &&
@@ -273,6 +319,7 @@ FrameMaker FaceRig::movingFrames(const FaceMotion& motion, std::span<const Tongu
     throw InputError(
         fmt::format("the face '{}' binds no vertex; expected a mesh around its markers", data_->file.name));
   }
+  if (!gaze.empty() && !data_->eyes().vertices().empty()) frames = data_->withEyes(std::move(frames), gaze);
   frames.frame_rate_hz = frame_rate_hz;
   frames.frame_count = signedIndex(motion.frameCount());
   frames.width = 3 * signedIndex(frames.vertices.size());

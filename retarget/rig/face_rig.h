@@ -11,6 +11,7 @@
 #include "deform/kernel/face_animation.h"
 #include "deform/mesh/triangles.h"
 #include "deform/surface/control_surface.h"
+#include "motion/head_pose.h"
 #include "motion/lip_pose.h"
 #include "motion/motion_clip.h"
 #include "motion/tongue_pose.h"
@@ -58,11 +59,16 @@ class FaceRig {
   /// `out` already has its size nothing is allocated once a thread has posed this face.
   void deform(const FacePose& pose, const TonguePose& tongue, VertexPositions& out) const;
 
+  /// Turns the balls of the eyes in a frame of deform()'s, as far as the mesh has some.
+  void turnEyes(const GazeTurn& gaze, VertexPositions& vertices) const;
+
   /// Frames of retarget()'s result with its tongues and, where the mesh has a neck, the height of the larynx (0 at rest
-  /// to 1; empty: at rest). Only the vertices that can move are given. The rig, `motion`, `tongues` and `larynx` must
-  /// outlive what is returned, which one thread at a time may use. Throws InputError when no vertex moves.
+  /// to 1; empty: at rest), where it has eyeballs, where they look (one a frame; empty: ahead). Only the vertices that
+  /// can move are given. The rig, `motion` and the spans must outlive what is returned, which one thread at a time may
+  /// use. Throws InputError when no vertex moves.
   [[nodiscard]] FrameMaker movingFrames(const FaceMotion& motion, std::span<const TonguePose> tongues,
-                                        double frame_rate_hz, std::span<const double> larynx = {}) const;
+                                        double frame_rate_hz, std::span<const double> larynx = {},
+                                        std::span<const GazeTurn> gaze = {}) const;
 
  private:
   FaceRig();

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -20,23 +19,6 @@ namespace {
 constexpr Eigen::Index kShapes = signedIndex(kArkitNames.size());
 constexpr int kMostSweeps = 400;
 constexpr double kStill = 1e-4;  ///< largest change of a weight in a sweep that ends the search
-
-/// Lower case, letters and digits only; a final side letter written out.
-std::string plainName(std::string_view name) {
-  std::string ending;
-  if (name.size() > 2 && (name[name.size() - 2] == '_' || name[name.size() - 2] == '.')) {
-    const char side = static_cast<char>(std::tolower(static_cast<unsigned char>(name.back())));
-    if (side == 'l') ending = "left";
-    if (side == 'r') ending = "right";
-    if (!ending.empty()) name.remove_suffix(2);
-  }
-  std::string plain;
-  for (const char letter : name) {
-    const auto byte = static_cast<unsigned char>(letter);
-    if (std::isalnum(byte) != 0) plain.push_back(static_cast<char>(std::tolower(byte)));
-  }
-  return plain + ending;
-}
 
 /// The shape's number, unless it turns the eyes: what markers do to the lids says nothing about where they look.
 int drivenShape(std::string_view name) {
@@ -96,40 +78,6 @@ Problem problemOf(const FaceAnimation& animation, const FaceMesh& mesh, const Fa
   }
   return problem;
 }
-
-}  // namespace
-
-int arkitIndex(std::string_view shape_name) {
-  static const auto plain_names = [] {
-    std::array<std::string, kArkitNames.size()> plain;
-    std::transform(kArkitNames.begin(), kArkitNames.end(), plain.begin(), plainName);
-    return plain;
-  }();
-  std::string name = plainName(shape_name);
-  // What VRM, VRoid, Character Creator and Daz call the same.
-  constexpr std::array<std::array<std::string_view, 2>, 7> kOthers{{{"fcleyeclose", "eyeblink"},
-                                                                    {"eyesclosed", "eyeblink"},
-                                                                    {"eyeclose", "eyeblink"},
-                                                                    {"blink", "eyeblink"},
-                                                                    {"browdrop", "browdown"},
-                                                                    {"browraiseinner", "browinnerup"},
-                                                                    {"browraiseouter", "browouterup"}}};
-  for (const auto& [theirs, apples] : kOthers) {
-    for (const std::string_view side : {"left", "right"}) {
-      if (name == std::string(theirs) + std::string(side)) name = std::string(apples) + std::string(side);
-    }
-  }
-  for (int pass = 0; pass < 2; ++pass) {
-    const auto found = std::find(plain_names.begin(), plain_names.end(), name);
-    if (found != plain_names.end()) return static_cast<int>(found - plain_names.begin());
-    for (const std::string_view side : {"left", "right"}) {
-      if (name.ends_with(side)) name.resize(name.size() - side.size());
-    }
-  }
-  return -1;
-}
-
-namespace {
 
 /// Numbers of two shapes, by name.
 using ShapePair = std::array<Eigen::Index, 2>;
@@ -482,7 +430,10 @@ std::string liveLinkCsv(const ArkitCurves& curves) {
     text += fmt::format("{:02}:{:02}:{:02}:{:02}.000,{}", seconds / 3600, seconds / 60 % 60, seconds % 60,
                         t % frames_a_second, kArkitNames.size() + kHeadAndEyes.size());
     for (Eigen::Index k = 0; k < kShapes; ++k) text += fmt::format(",{:.6f}", curves.weights(t, k));
-    for (std::size_t k = 0; k < kHeadAndEyes.size(); ++k) text += ",0.000000";
+    const HeadTurn head = curves.head.empty() ? HeadTurn{} : curves.head[unsignedIndex(t)];
+    const GazeTurn eye = curves.gaze.empty() ? GazeTurn{} : curves.gaze[unsignedIndex(t)];
+    for (const float turn : {head.yaw, head.pitch, head.roll, eye.yaw, eye.pitch, 0.0F, eye.yaw, eye.pitch, 0.0F})
+      text += fmt::format(",{:.6f}", turn);
     text += '\n';
   }
   return text;

@@ -1,77 +1,20 @@
 #pragma once
 
-#include <array>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "deform/kernel/face_animation.h"
 #include "exports/shapes/principal_shapes.h"
+#include "motion/arkit_shapes.h"
+#include "motion/head_pose.h"
 #include "motion/motion_clip.h"
 
 namespace mouthpiece {
 
 struct FaceMesh;
 struct FaceShapes;
-
-/// Apple's names of ARKit's blend shapes, in the order of Live Link Face.
-inline constexpr std::array<std::string_view, 52> kArkitNames{"EyeBlinkLeft",
-                                                              "EyeLookDownLeft",
-                                                              "EyeLookInLeft",
-                                                              "EyeLookOutLeft",
-                                                              "EyeLookUpLeft",
-                                                              "EyeSquintLeft",
-                                                              "EyeWideLeft",
-                                                              "EyeBlinkRight",
-                                                              "EyeLookDownRight",
-                                                              "EyeLookInRight",
-                                                              "EyeLookOutRight",
-                                                              "EyeLookUpRight",
-                                                              "EyeSquintRight",
-                                                              "EyeWideRight",
-                                                              "JawForward",
-                                                              "JawRight",
-                                                              "JawLeft",
-                                                              "JawOpen",
-                                                              "MouthClose",
-                                                              "MouthFunnel",
-                                                              "MouthPucker",
-                                                              "MouthRight",
-                                                              "MouthLeft",
-                                                              "MouthSmileLeft",
-                                                              "MouthSmileRight",
-                                                              "MouthFrownLeft",
-                                                              "MouthFrownRight",
-                                                              "MouthDimpleLeft",
-                                                              "MouthDimpleRight",
-                                                              "MouthStretchLeft",
-                                                              "MouthStretchRight",
-                                                              "MouthRollLower",
-                                                              "MouthRollUpper",
-                                                              "MouthShrugLower",
-                                                              "MouthShrugUpper",
-                                                              "MouthPressLeft",
-                                                              "MouthPressRight",
-                                                              "MouthLowerDownLeft",
-                                                              "MouthLowerDownRight",
-                                                              "MouthUpperUpLeft",
-                                                              "MouthUpperUpRight",
-                                                              "BrowDownLeft",
-                                                              "BrowDownRight",
-                                                              "BrowInnerUp",
-                                                              "BrowOuterUpLeft",
-                                                              "BrowOuterUpRight",
-                                                              "CheekPuff",
-                                                              "CheekSquintLeft",
-                                                              "CheekSquintRight",
-                                                              "NoseSneerLeft",
-                                                              "NoseSneerRight",
-                                                              "TongueOut"};
-
-/// The number in kArkitNames of a shape's name: letter case, `_` and other punctuation do not count, `_L` and `_R`
-/// stand for Left and Right, and halves of a shape that Apple has whole (browInnerUp_L) are that shape. -1: none of
-/// them.
-int arkitIndex(std::string_view shape_name);
 
 /// Pulls are shares of the mean shape's energy.
 struct ArkitOptions {
@@ -92,6 +35,8 @@ struct ArkitCurves {
   double rms_motion_mm = 0;       ///< what there was to reproduce: of the same vertices
   std::size_t closures = 0;       ///< frames in which the motion brings the lips together
   std::size_t closures_kept = 0;  ///< of these, in which the weights' lips are within kMeetMm of each other too
+  std::vector<GazeTurn> gaze = {};  ///< one a frame, or none
+  std::vector<HeadTurn> head = {};  ///< the same
 };
 
 /// Lips this near to each other meet.
@@ -131,14 +76,11 @@ RowMajorMatrixF takeLidsAndBrows(FaceAnimation& animation, const FaceMesh& mesh,
 /// of the frames. Throws InputError when no marker is of the default layout.
 RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions* neutral_mm);
 
-/// What each of ARKit's shapes does to each marker of the default layout, learnt from a head that has them all.
-struct ArkitMarkerMoves {
-  std::vector<std::string> markers;
-  std::vector<MarkerPositions> moves_mm;  ///< 52, markers x 3 each
-};
-const ArkitMarkerMoves& arkitMarkerMoves();
+/// Sets EyeLook... in `weights` (frames x 52) to where the eyes look; they are 1 at kWholeLook.
+void addGaze(std::span<const GazeTurn> gaze, RowMajorMatrixF& weights);
+inline constexpr float kWholeLook = 0.52F;  ///< radians: 30 degrees
 
-/// Live Link Face's CSV: time code, 52 weights, and head and eyes, which are zero.
+/// Live Link Face's CSV: time code, 52 weights, and the head's and the eyes' turns, radians (docs/formats/arkit.md).
 std::string liveLinkCsv(const ArkitCurves& curves);
 
 /// `glb` with one weights animation, named "speech", in the place of those it had; everything else (materials,

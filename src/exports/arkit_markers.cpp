@@ -1,12 +1,11 @@
 #include <algorithm>
-#include <nlohmann/json.hpp>
+#include <array>
 
 #include "base/errors.h"
+#include "base/index.h"
 #include "exports/arkit.h"
 
 namespace mouthpiece {
-
-extern const std::string_view kArkitMarkersJson;
 
 namespace {
 
@@ -26,21 +25,6 @@ Eigen::RowVectorXd medianOf(const PositionMatrix& positions) {
 }
 
 }  // namespace
-
-const ArkitMarkerMoves& arkitMarkerMoves() {
-  static const ArkitMarkerMoves shapes = [] {
-    const nlohmann::json tree = nlohmann::json::parse(kArkitMarkersJson);
-    ArkitMarkerMoves learnt;
-    learnt.markers = tree.at("markers").get<std::vector<std::string>>();
-    for (const std::string_view name : kArkitNames) {
-      const auto moves = tree.at("moves_mm").at(std::string(name)).get<std::vector<double>>();
-      learnt.moves_mm.emplace_back(
-          Eigen::Map<const MarkerPositions>(moves.data(), signedIndex(learnt.markers.size()), 3));
-    }
-    return learnt;
-  }();
-  return shapes;
-}
 
 RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions* neutral_mm) {
   const ArkitMarkerMoves& learnt = arkitMarkerMoves();
@@ -69,6 +53,28 @@ RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions
             .cast<float>();
   }
   return fitShapeWeights(shapes, moves.array().isNaN().select(0.0F, moves), kArkitNames.size());
+}
+
+void addGaze(std::span<const GazeTurn> gaze, RowMajorMatrixF& weights) {
+  MOUTHPIECE_EXPECT(gaze.empty() || std::ssize(gaze) == weights.rows());
+  struct Look {
+    std::string_view shape;
+    float GazeTurn::*turn;
+    float sign;
+  };
+  constexpr std::array<Look, 8> kLooks{{{"EyeLookOutLeft", &GazeTurn::yaw, 1},
+                                        {"EyeLookInLeft", &GazeTurn::yaw, -1},
+                                        {"EyeLookInRight", &GazeTurn::yaw, 1},
+                                        {"EyeLookOutRight", &GazeTurn::yaw, -1},
+                                        {"EyeLookUpLeft", &GazeTurn::pitch, 1},
+                                        {"EyeLookDownLeft", &GazeTurn::pitch, -1},
+                                        {"EyeLookUpRight", &GazeTurn::pitch, 1},
+                                        {"EyeLookDownRight", &GazeTurn::pitch, -1}}};
+  for (const Look& look : kLooks) {
+    for (std::size_t k = 0; k < gaze.size(); ++k)
+      weights(signedIndex(k), arkitIndex(look.shape)) =
+          std::clamp(look.sign * gaze[k].*look.turn / kWholeLook, 0.0F, 1.0F);
+  }
 }
 
 }  // namespace mouthpiece

@@ -137,6 +137,16 @@ MarkerIndex MarkerLayout::indexOf(std::string_view marker_name) const {
   return MarkerIndex(unsignedIndex(found - markers.begin()));
 }
 
+std::vector<bool> upperFaceColumns(const MarkerLayout& layout) {
+  std::vector<bool> upper;
+  for (const LayoutMarker& marker : layout.markers) {
+    const bool is_upper = marker.region == "forehead" || marker.region == "temple" || marker.region == "brow" ||
+                          marker.region == "lid" || marker.region == "canthus";
+    upper.insert(upper.end(), 3, is_upper);
+  }
+  return upper;
+}
+
 const MarkerLayout& defaultLayout() {
   static const MarkerLayout layout = parseLayout(kFace66LayoutJson, "face66.json");
   return layout;

@@ -63,4 +63,8 @@ const MarkerLayout& defaultLayout();
 MarkerLayout parseLayout(std::string_view json_text, std::string_view file);
 std::string layoutToJson(const MarkerLayout& layout);
 
+/// Columns that no phone moves: lids blink and brows rise when they will. A cut through such a movement shows, so they
+/// are blended over longer than the lips.
+std::vector<bool> upperFaceColumns(const MarkerLayout& layout);
+
 }  // namespace mouthpiece

@@ -1,6 +1,7 @@
 // The face of a performance as a film.
 #include "exports/film/film_file.h"
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 #include "exports/film/face_painter.h"
@@ -23,8 +24,15 @@ void Performance::Data::film(const std::filesystem::path& path) const {
   for (Eigen::Index i = 0; i + 2 < markers.cols(); i += 3)
     focus.extend(markers.segment<3>(i).transpose().cast<float>());
   const FacePainter painter(own.rig.mesh(), focus, film.width, film.height);
+  const std::vector<Eigen::Quaternionf> turns = headTurns();
+  const Eigen::RowVector3f pivot = neckTop().cast<float>();
   film.paint = [&](std::size_t frame, Picture& picture) {
-    painter.paint(verticesAt(FrameIndex(step * frame)), picture);
+    VertexPositions vertices = verticesAt(FrameIndex(step * frame));
+    if (!turns.empty()) {
+      const Eigen::Matrix3f turn = turns[step * frame].toRotationMatrix();
+      vertices = ((vertices.rowwise() - pivot) * turn.transpose()).rowwise() + pivot;
+    }
+    painter.paint(vertices, picture);
   };
   writeFilm(path, film, [&](std::size_t done) {
     if (tell_film) tell_film(done, film.frame_count);

@@ -41,6 +41,8 @@ ArkitCurves arkitOf(const Source& source) {
   ArkitCurves curves;
   curves.frame_rate_hz = source.animation.motion.frame_rate_hz;
   curves.weights = source.arkitOfHead();
+  curves.gaze = source.animation.gaze;
+  curves.head = source.animation.head;
   return curves;
 }
 
@@ -247,7 +249,7 @@ std::size_t rowOf(const fs::path& path) {
     if (name.ends_with(kFormats[i].ending)) return i;
   }
   std::string endings;
-  for (const Format& format : kFormats) endings += (endings.empty() ? "" : " ") + std::string(format.ending);
+  for (const Format& format : kFormats) endings += fmt::format("{}{}", endings.empty() ? "" : " ", format.ending);
   throw InputError(path.string(), "", "found an unknown ending; expected one of " + endings);
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 
 #include "base/errors.h"
@@ -39,7 +40,42 @@ void turnBack(const Eigen::Matrix3d& upright_from_mesh, FaceAnimation& animation
     animation.positions.middleCols<3>(3 * v) = (animation.positions.middleCols<3>(3 * v) * turn).eval();
 }
 
+std::optional<HeadTrack> headTrack(const Performance::Data& line) {
+  HeadTrack track;
+  for (const Eigen::Quaternionf& turn : line.headTurns())
+    track.rotations.push_back({turn.x(), turn.y(), turn.z(), turn.w()});
+  if (track.rotations.empty()) return std::nullopt;
+  Eigen::Vector3d::Map(track.pivot_m.data()) = line.needFace().rig.mesh().metres_per_unit * line.neckTop();
+  return track;
+}
+
 }  // namespace
+
+std::vector<Eigen::Quaternionf> Performance::Data::headTurns() const {
+  std::vector<Eigen::Quaternionf> turns;
+  for (const HeadTurn& head : animation.head) {
+    // The mesh looks along Z, X to the subject's left: down and to the right shoulder are the positive turns.
+    turns.push_back(Eigen::AngleAxisf(head.yaw, Eigen::Vector3f::UnitY()) *
+                    Eigen::AngleAxisf(-head.pitch, Eigen::Vector3f::UnitX()) *
+                    Eigen::AngleAxisf(head.roll, Eigen::Vector3f::UnitZ()));
+  }
+  return turns;
+}
+
+Eigen::Vector3d Performance::Data::neckTop() const {
+  // Under and behind the outer corners of the eyes, in shares of the way between them.
+  constexpr double kBelow = 0.4, kBehind = 0.75;
+  const FaceFile& file = needFace().file;
+  const auto place = [&](std::string_view name) -> std::optional<Eigen::Vector3d> {
+    const auto found = std::find(file.marker_names.begin(), file.marker_names.end(), name);
+    if (found == file.marker_names.end()) return std::nullopt;
+    return file.marker_targets.row(found - file.marker_names.begin());
+  };
+  const auto right = place("CANTHUS_OUT_R"), left = place("CANTHUS_OUT_L");
+  if (!right || !left) return file.marker_targets.colwise().mean();
+  const double width = (*left - *right).norm();
+  return 0.5 * (*left + *right) - width * Eigen::Vector3d(0, kBelow, kBehind);
+}
 
 void Performance::Data::describe() {
   sound = {animation.audio.sample_rate_hz, animation.audio.samples};
@@ -87,7 +123,8 @@ const PrincipalShapes& Performance::Data::shapes() const {
     // Motion from elsewhere comes with every vertex: which of them the shapes are sampled from decides their values,
     // and a motion that is applied again shall give the same file.
     const FrameMaker frames =
-        corpus ? rig.movingFrames(moving_markers, animation.tongue, animation.motion.frame_rate_hz, larynx)
+        corpus ? rig.movingFrames(moving_markers, animation.tongue, animation.motion.frame_rate_hz, larynx,
+                                  animation.gaze)
                : uprightFrames();
     const FaceShapes own = ownShapes();
     if (own.names.empty()) return principalShapes(frames, rig.mesh().vertices, rig.mesh().metres_per_unit);
@@ -128,6 +165,7 @@ const RowMajorMatrixF& Performance::Data::arkitOfHead() const {
     const bool has_arkit = std::any_of(shapes.names.begin(), shapes.names.end(),
                                        [](const std::string& name) { return arkitIndex(name) >= 0; });
     arkit_of_head_ = has_arkit ? fitArkit(uprightVertices(), needFace().rig.mesh(), shapes).weights : arkit();
+    addGaze(animation.gaze, *arkit_of_head_);
   }
   return *arkit_of_head_;
 }
@@ -153,7 +191,10 @@ const std::string& Performance::Data::glb() const {
     glb_ = glbWithShapes(readFile(mesh, kMaxMeshBytes), mesh.string(), moving, own.file.upright_from_mesh,
                          own.file.mesh_object, own_shapes_ ? &*own_shapes_ : nullptr);
   }
-  if (!glb_) glb_ = glbBytes(own.rig.mesh(), moving, own.rig.name());
+  if (!glb_) {
+    const std::optional<HeadTrack> head = headTrack(*this);
+    glb_ = glbBytes(own.rig.mesh(), moving, own.rig.name(), {}, head ? &*head : nullptr);
+  }
   return *glb_;
 }
 
@@ -161,13 +202,15 @@ std::string Performance::Data::smallGlb() const {
   const std::scoped_lock lock(mutex_);
   const SharedFace::Data& own = needFace();
   if (isGlb(own.meshPath())) return glb();
-  return smallGlbBytes(own.rig.mesh(), shapes(), own.rig.name());
+  const std::optional<HeadTrack> head = headTrack(*this);
+  return smallGlbBytes(own.rig.mesh(), shapes(), own.rig.name(), head ? &*head : nullptr);
 }
 
 VertexPositions Performance::Data::verticesAt(FrameIndex frame) const {
   VertexPositions vertices;
   const TonguePose tongue = frame.value < animation.tongue.size() ? animation.tongue[frame.value] : TonguePose{};
   needFace().rig.deform(faceMotion().pose(frame), tongue, vertices);
+  if (frame.value < animation.gaze.size()) needFace().rig.turnEyes(animation.gaze[frame.value], vertices);
   return vertices;
 }
 
@@ -193,7 +236,10 @@ FaceAnimation Performance::Data::allVertices() const {
 
 const RowMajorMatrixF& Performance::Data::arkit() const {
   const std::scoped_lock lock(mutex_);
-  if (!arkit_) arkit_ = arkitFromMarkers(animation.motion, corpus ? &corpus->data().corpus.neutral_pose_mm : nullptr);
+  if (!arkit_) {
+    arkit_ = arkitFromMarkers(animation.motion, corpus ? &corpus->data().corpus.neutral_pose_mm : nullptr);
+    addGaze(animation.gaze, *arkit_);
+  }
   return *arkit_;
 }
 

@@ -60,6 +60,29 @@ SpeechDials dialsOf(const Manner& manner) {
   return dials;
 }
 
+ExpressionOptions expressionOf(const Manner& manner) {
+  ExpressionOptions expression;
+  switch (manner.upper_face) {
+    case Manner::UpperFace::kMouth:
+      expression.upper_face = UpperFaceSource::kMouth;
+      break;
+    case Manner::UpperFace::kCaptured:
+      expression.upper_face = UpperFaceSource::kCaptured;
+      break;
+    case Manner::UpperFace::kRules:
+      expression.upper_face = UpperFaceSource::kRules;
+      break;
+    case Manner::UpperFace::kBest:
+      expression.upper_face = UpperFaceSource::kBest;
+      break;
+  }
+  expression.gaze = manner.gaze;
+  expression.head = manner.head_motion;
+  if (!manner.mood.empty()) expression.mood = moodOf(manner.mood);
+  expression.seed = manner.seed;
+  return expression;
+}
+
 StyleWish wishOf(const StyleParameter& parameter, std::string_view name, double largest) {
   if (parameter.constant && !(*parameter.constant >= 0 && *parameter.constant <= largest))
     throw InputError(fmt::format("found {} for {}; expected 0 to {}", *parameter.constant, name, largest));
@@ -103,6 +126,7 @@ SynthesisOptions synthesisOf(const Manner& manner, const CurveModel& model) {
   curves.ja = wishOf(manner.ja, "Ja", kLargestArticulation);
   curves.li = wishOf(manner.li, "Li", kLargestArticulation);
   options.dials = dialsOf(manner);
+  options.expression = expressionOf(manner);
   if (!manner.edits.empty()) options.edits = readLineEdits(manner.edits);
   // The paper has no curves: a pair that was not captured has a stand-in, or is refused.
   curves.fill_gaps = manner.backoff == Manner::Backoff::kVocal && !as_published;
@@ -403,6 +427,10 @@ Performance Speaker::perform(const Line& given) {
                                              data_->language->name, tunedLanguages()));
   if (std::string symbols = unknownSymbols(animation.labels); !symbols.empty())
     animation.warnings.push_back(std::move(symbols));
+  if (!animation.head.empty() && made->face && isGlb(made->face->data().meshPath()))
+    animation.warnings.emplace_back(
+        "the head's motion is in films and in Live Link's CSV; a head that came as GLB has a skeleton of its own and "
+        "stays as it is there");
   if (!sound.line.notice.empty()) animation.warnings.push_back(sound.line.notice);
   animation.warnings.insert(animation.warnings.end(), sound.warnings.begin(), sound.warnings.end());
   animation.timing_ms.speech = speech_ms;

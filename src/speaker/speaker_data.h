@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -87,6 +88,9 @@ struct Performance::Data {
   /// The same, fitted to the geometry of the face's own shapes where it has ARKit's.
   const RowMajorMatrixF& arkitOfHead() const;
   [[nodiscard]] const SharedFace::Data& needFace() const;
+  /// How the head turns about the top of the neck, a rotation a frame, and where that is, the mesh's unit; none: still.
+  [[nodiscard]] std::vector<Eigen::Quaternionf> headTurns() const;
+  [[nodiscard]] Eigen::Vector3d neckTop() const;
   /// What the page needs to be an editor of the line; of motion from elsewhere nothing.
   [[nodiscard]] std::optional<ViewEdits> viewEdits() const;
   /// All wall times so far.

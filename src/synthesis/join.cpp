@@ -261,16 +261,6 @@ PositionMatrix blendJoin(PositionMatrix before, PositionMatrix after, std::span<
 
 }  // namespace
 
-std::vector<bool> upperFaceColumns(const MarkerLayout& layout) {
-  std::vector<bool> upper;
-  for (const LayoutMarker& marker : layout.markers) {
-    const bool is_upper = marker.region == "forehead" || marker.region == "temple" || marker.region == "brow" ||
-                          marker.region == "lid" || marker.region == "canthus";
-    upper.insert(upper.end(), 3, is_upper);
-  }
-  return upper;
-}
-
 JoinSpans placeJoin(const SpeechLabels& line, const Fragment& before, const Fragment& after,
                     const JoinOptions& options) {
   const PhoneIndex shared = after.phones().first;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/index.h"
 #include "base/smooth_step.h"
@@ -100,19 +101,46 @@ double labiodentalAt(const SpeechLabels& labels, Seconds time) {
   return most;
 }
 
+/// How much of a contact there is, of lips `open_mm` apart: 1 where they are closed or the lower one is at the teeth,
+/// 0 from 3 mm of opening on. One a frame.
+Eigen::VectorXd contactShares(const Eigen::VectorXd& open_mm, const LineToRender& line, const VisemePoses& poses) {
+  constexpr double kOpenMm = 3;
+  const double closed = std::max(poses.bilabial_mm, poses.contact_mm);
+  Eigen::VectorXd shares(open_mm.size());
+  for (Eigen::Index k = 0; k < shares.size(); ++k)
+    shares(k) = std::max(1 - smoothStep((open_mm(k) - closed) / kOpenMm),
+                         labiodentalAt(line.labels, line.times[unsignedIndex(k)]));
+  return shares;
+}
+
 /// Lips that met, or touched the teeth, in `before` are as far apart in `displacements` as they were there: wholly so
 /// where they were closed, not at all from 3 mm of opening on.
 void keepContactsOf(const PositionMatrix& before, const LineToRender& line, const VisemePoses& poses,
                     PositionMatrix& displacements) {
-  constexpr double kOpenMm = 3;
   const Eigen::VectorXd was = poses.mouth.verticalOpenings(before);
   const Eigen::VectorXd is = poses.mouth.verticalOpenings(displacements);
-  const double closed = std::max(poses.bilabial_mm, poses.contact_mm);
-  for (Eigen::Index k = 0; k < displacements.rows(); ++k) {
-    const double kept =
-        std::max(1 - smoothStep((was(k) - closed) / kOpenMm), labiodentalAt(line.labels, line.times[unsignedIndex(k)]));
-    displacements.row(k) += kept * (was(k) - is(k)) * poses.opening_direction;
+  displacements += (contactShares(was, line, poses).array() * (was - is).array()).matrix() * poses.opening_direction;
+}
+
+/// The same of the lips in `before`; 1 where nothing tells how far they are open.
+Eigen::VectorXd lipsTogether(const PositionMatrix& before, const LineToRender& line) {
+  if (!line.model.isPossible() || !line.model.poses().mouth.hasLips()) return Eigen::VectorXd::Ones(before.rows());
+  return contactShares(line.model.poses().mouth.verticalOpenings(before), line, line.model.poses());
+}
+
+/// Columns of the upper and the lower of two lip markers that face each other, by their names.
+std::vector<std::pair<Eigen::Index, Eigen::Index>> facingLips(const MarkerLayout& layout) {
+  constexpr std::string_view kUpper = "LIP_UP_", kLower = "LIP_LO_";
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> pairs;
+  for (std::size_t u = 0; u < layout.markers.size(); ++u) {
+    const std::string_view upper = layout.markers[u].name;
+    for (std::size_t l = 0; l < layout.markers.size() && upper.starts_with(kUpper); ++l) {
+      const std::string_view lower = layout.markers[l].name;
+      if (lower.starts_with(kLower) && lower.substr(kLower.size()) == upper.substr(kUpper.size()))
+        pairs.emplace_back(signedIndex(3 * u), signedIndex(3 * l));
+    }
   }
+  return pairs;
 }
 
 /// The farthest that each marker goes with the lips alone, and the chin, in any viseme.
@@ -186,6 +214,51 @@ std::size_t turnDials(const SpeechDials& dials, const LineToRender& line, Positi
     if (!upper[i]) positions.col(signedIndex(i)) = moved.col(signedIndex(i));
   }
   return held;
+}
+
+namespace {
+
+/// How far the lids of a side are open, of how far they are at rest: 0 in a blink, 1. One a frame.
+Eigen::VectorXd lidsOpen(const Corpus& corpus, Side side, const PositionMatrix& positions) {
+  const auto height = [&](std::string_view name) -> std::optional<Eigen::Index> {
+    const auto& markers = corpus.layout.markers;
+    const auto found = std::find_if(markers.begin(), markers.end(), [&](const LayoutMarker& marker) {
+      return marker.side == side && marker.name.starts_with(name);
+    });
+    if (found == markers.end()) return std::nullopt;
+    return 3 * (found - markers.begin()) + 1;
+  };
+  const auto upper = height("LID_UP"), lower = height("LID_LO");
+  if (!upper || !lower) return Eigen::VectorXd::Ones(positions.rows());
+  const double rest = corpus.neutral_pose_mm.data()[*upper] - corpus.neutral_pose_mm.data()[*lower];
+  if (!(rest > 0)) return Eigen::VectorXd::Ones(positions.rows());
+  return ((positions.col(*upper) - positions.col(*lower)) / rest).cwiseMax(0).cwiseMin(1);
+}
+
+}  // namespace
+
+void addMood(const MoodPose& mood, const LineToRender& line, PositionMatrix& positions) {
+  const Corpus& corpus = line.database.corpus();
+  const PositionMatrix weights = Eigen::Map<const Eigen::RowVectorXd>(mood.data(), std::ssize(mood));
+  const Eigen::RowVectorXd pose = shapeDisplacements(weights, corpus.layout, corpus.neutral_pose_mm).row(0);
+  const PositionMatrix before = positions.rowwise() - Eigen::RowVectorXd(line.rest());
+  PositionMatrix displacements = before.rowwise() + pose;
+  for (const Side side : {Side::kRight, Side::kLeft}) {
+    const Eigen::VectorXd open = lidsOpen(corpus, side, positions);
+    for (std::size_t m = 0; m < corpus.layout.markers.size(); ++m) {
+      if (corpus.layout.markers[m].region != "lid" || corpus.layout.markers[m].side != side) continue;
+      const Eigen::Index column = signedIndex(3 * m);
+      displacements.middleCols<3>(column) = before.middleCols<3>(column) + open * pose.segment<3>(column);
+    }
+  }
+  // What meets goes one way: lips that are drawn apart by different ways would part.
+  const Eigen::VectorXd together = lipsTogether(before, line);
+  for (const auto& [upper, lower] : facingLips(corpus.layout)) {
+    const Eigen::RowVector3d apart = 0.5 * (pose.segment<3>(upper) - pose.segment<3>(lower));
+    displacements.middleCols<3>(upper) -= together * apart;
+    displacements.middleCols<3>(lower) += together * apart;
+  }
+  positions = displacements.rowwise() + Eigen::RowVectorXd(line.rest());
 }
 
 MouthFacts mouthFacts(const MotionClip& motion, const LineToRender& line) {

@@ -40,10 +40,6 @@ struct LineToRender {
   }
 };
 
-/// Columns that no phone moves: lids blink and brows rise when they will. A cut through such a movement shows, so they
-/// are blended over longer than the lips.
-std::vector<bool> upperFaceColumns(const MarkerLayout& layout);
-
 /// Fragments and curves by turns.
 std::vector<Stretch> stretchesOf(const SynthesisPlan& plan, const LineToRender& line);
 
@@ -89,6 +85,11 @@ std::size_t turnDials(const SpeechDials& dials, const LineToRender& line, Positi
 /// is farther, the chin within a quarter more than its farthest in the line, and the lips within twice as far as
 /// before. Returns the number of frames that were held.
 std::size_t keepWithinReach(const PositionMatrix& before, const LineToRender& line, PositionMatrix& positions);
+/// Adds the mood's pose. Where the lips met they meet, and lids that close close.
+void addMood(const MoodPose& mood, const LineToRender& line, PositionMatrix& positions);
+/// Lids, brows and forehead, eyes and head as `options` have them; what was drawn at random is told in `made`.
+void addExpression(const ExpressionOptions& options, const LineToRender& line, std::string_view text,
+                   UtteranceAnimation& made);
 MouthFacts mouthFacts(const MotionClip& motion, const LineToRender& line);
 
 /// What an animator changed in the curves is added to whatever moves the face.

@@ -148,6 +148,24 @@ std::vector<Join> measureJoins(std::vector<Seconds> times, const MotionClip& mot
 
 }  // namespace
 
+void addExpression(const ExpressionOptions& options, const LineToRender& line, std::string_view text,
+                   UtteranceAnimation& made) {
+  const std::size_t last = text.find_last_not_of(" \t\r\n\"')");
+  const bool asks = last != std::string_view::npos && text[last] == '?';
+  LineExpression expression = expressionOf(line.labels, asks, line.times, line.database, options);
+  made.gaze = std::move(expression.gaze);
+  made.head = std::move(expression.head);
+  made.warnings.insert(made.warnings.end(), expression.warnings.begin(), expression.warnings.end());
+  if (expression.upper_face.empty()) return;
+  const std::vector<bool> upper = upperFaceColumns(line.database.corpus().layout);
+  for (std::size_t i = 0; i < upper.size(); ++i) {
+    if (upper[i]) made.motion.positions_mm.col(signedIndex(i)) = expression.upper_mm.col(signedIndex(i));
+  }
+  made.settings.push_back({"upper face", expression.upper_face});
+  if (expression.stretches > 0) made.settings.push_back({"its stretches", std::to_string(expression.stretches)});
+  if (expression.upper_face == "rules") made.settings.push_back({"blinks", std::to_string(expression.blinks.size())});
+}
+
 SynthesisOptions edgeAsPublished() {
   SynthesisOptions options;
   options.selection.method = SelectionMethod::kGreedy;
@@ -218,6 +236,8 @@ UtteranceAnimation renderPlan(const SynthesisPlan& plan, const SynthesisRequest&
   made.labels = request.labels;
   made.audio = request.audio;
   made.motion = {request.options.frame_rate_hz, corpus.layout.markerNames(), std::move(whole.positions_mm)};
+  addExpression(request.options.expression, line, request.text, made);
+  if (request.options.expression.hasMood()) addMood(request.options.expression.mood, line, made.motion.positions_mm);
   made.tongue = tongueFromPhones(request.labels, line.times);
   made.lips = lipsFromPhones(request.labels, line.times);
   for (const Segment& segment : plan.segments) made.units.push_back(placedUnit(segment, line));
@@ -226,7 +246,7 @@ UtteranceAnimation renderPlan(const SynthesisPlan& plan, const SynthesisRequest&
   made.curves = std::move(edited);
   made.style = styleName(wish.alone);
   made.mouth = mouthFacts(made.motion, line);
-  made.warnings = std::move(warnings);
+  made.warnings.insert(made.warnings.begin(), warnings.begin(), warnings.end());
   addDials(dials, made.settings);
   made.timing_ms.motion = moving.elapsedMs();
   return made;

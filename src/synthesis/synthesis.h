@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "expression/expression.h"
 #include "motion/blend.h"
 #include "synthesis/context_transfer.h"
 #include "synthesis/curve_model.h"
@@ -34,6 +35,7 @@ struct SynthesisOptions {
   Departures departures;
   CurveOptions curves;
   SpeechDials dials;
+  ExpressionOptions expression;
   LineEdits edits;  ///< of words nothing is left to do here
 };
 

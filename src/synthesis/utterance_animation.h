@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "audio/audio_clip.h"
+#include "motion/head_pose.h"
 #include "motion/lip_pose.h"
 #include "motion/motion_clip.h"
 #include "motion/tongue_pose.h"
@@ -69,6 +70,8 @@ struct UtteranceAnimation {
   MotionClip motion;               ///< head still, actor's space, no NaN, at the requested frame rate
   std::vector<TonguePose> tongue;  ///< one a frame of `motion`
   std::vector<LipPose> lips;       ///< one a frame of `motion`
+  std::vector<GazeTurn> gaze;      ///< one a frame of `motion`, or none: straight ahead
+  std::vector<HeadTurn> head;      ///< the same: the head still
   std::vector<PlacedUnit> units;
   std::vector<Join> joins;
   CurveSet curves;     ///< VOCAL's curves of the whole line, edited

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <functional>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "exports/shapes/principal_shapes.h"
 
@@ -13,15 +15,22 @@ namespace mouthpiece {
 
 struct FaceMesh;
 
+/// How a head turns: a quaternion (x y z w) a frame, about a place in metres.
+struct HeadTrack {
+  std::vector<std::array<float, 4>> rotations;
+  std::array<double, 3> pivot_m{};
+};
+
 /// glTF 2.0, binary (docs/formats/glb.md): one mesh with a primitive for each part that has triangles, a morph target
 /// (positions and normals, sparse) for each shape and one linear weights animation; metres. `name` is the node's and
 /// the mesh's. `shapes` must come from an animation of `mesh`; without frames there is no animation. `shape_names`: one
-/// a shape; none: shape_00 and so on.
+/// a shape; none: shape_00 and so on. `head`: null where it is still.
 std::string glbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
-                     std::span<const std::string> shape_names = {});
+                     std::span<const std::string> shape_names = {}, const HeadTrack* head = nullptr);
 /// The same in a fifth of the room, for programs that know EXT_meshopt_compression (three.js, Babylon.js, Godot's and
 /// Unity's add-ons; not Blender 3.4): places to 8 micrometres, normals to 0.5 degrees.
-std::string smallGlbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name);
+std::string smallGlbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
+                          const HeadTrack* head = nullptr);
 
 /// Weights that some of a head's own morph targets follow: the one called `name` column `column_of(name)` of `weights`
 /// (frames x anything), or none where that is -1.

@@ -182,7 +182,7 @@ void packPlaces(const FaceMesh& mesh, const PrincipalShapes& shapes, GlbModel& m
 }
 
 std::string written(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
-                    std::span<const std::string> shape_names, bool is_small) {
+                    std::span<const std::string> shape_names, bool is_small, const HeadTrack* head) {
   MOUTHPIECE_EXPECT(3 * mesh.vertices.rows() == shapes.rest.cols());
   MOUTHPIECE_EXPECT(!mesh.triangles.empty() && !mesh.parts.empty());
   ShapeNormals normals = shapeNormals(mesh.triangles, shapes);
@@ -218,6 +218,8 @@ std::string written(const FaceMesh& mesh, const PrincipalShapes& shapes, std::st
   }
   model.root["scenes"] = {{{"nodes", {0}}}};
   model.root["scene"] = 0;
+  if (head != nullptr && std::ssize(head->rotations) == shapes.frameCount() && model.root.contains("animations"))
+    model.addHead(head->rotations, head->pivot_m);
   model.root["meshes"] = {std::move(face)};
   return std::move(model).toBytes();
 }
@@ -225,12 +227,13 @@ std::string written(const FaceMesh& mesh, const PrincipalShapes& shapes, std::st
 }  // namespace
 
 std::string glbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
-                     std::span<const std::string> shape_names) {
-  return written(mesh, shapes, name, shape_names, false);
+                     std::span<const std::string> shape_names, const HeadTrack* head) {
+  return written(mesh, shapes, name, shape_names, false, head);
 }
 
-std::string smallGlbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name) {
-  return written(mesh, shapes, name, {}, true);
+std::string smallGlbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
+                          const HeadTrack* head) {
+  return written(mesh, shapes, name, {}, true, head);
 }
 
 }  // namespace mouthpiece

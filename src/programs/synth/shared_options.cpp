@@ -128,6 +128,22 @@ void addSharedOptions(CLI::App& app, SharedOptions& options) {
                     "How much earlier than the sound the mouth moves, -200 to 200, or a file");
   addStyleParameter(app, "--smooth", manner.smooth_ms, {0, 200}, false,
                     "Smoothing in time, 0 to 200 ms (a Gaussian's standard deviation), or a file");
+  using UpperFace = Manner::UpperFace;
+  addChoice(app, "--upper-face", manner.upper_face,
+            {{"mouth", UpperFace::kMouth},
+             {"best", UpperFace::kBest},
+             {"captured", UpperFace::kCaptured},
+             {"rules", UpperFace::kRules}},
+            "What moves lids and brows. mouth: the fragments that move the mouth; captured: stretches of the capture "
+            "chosen for them by stress, phrase and pause; rules: blinks and brows drawn at random; best: captured "
+            "where the corpus' lids move, else rules (default: mouth)");
+  app.add_flag("--gaze", manner.gaze, "The eyes move");
+  app.add_flag("--head-motion", manner.head_motion, "The head sways and nods");
+  app.add_option("--mood", manner.mood,
+                 "A pose over all of the line, the lips' contacts kept: anger, contempt, disgust, joy, sadness or "
+                 "surprise, or a file of ARKit's weights (.json); :0.5 after it for half of it");
+  app.add_option("--seed", manner.seed, "Of blinks, brows, gaze and head: another number, another draw")
+      ->capture_default_str();
   app.add_option("--edits", manner.edits,
                  "An animator's changes: edits.json, as the page saves it, or curves.json handed back");
   addJsonFlag(app, options.json);

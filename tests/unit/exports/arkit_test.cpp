@@ -147,5 +147,32 @@ TEST(Arkit, RefusesADamagedGlb) {
     EXPECT_THROW((void)glbWithArkitAnimation(bad, "x.glb", curves), InputError);
 }
 
+TEST(Gaze, GoesIntoLookShapesAndIntoLiveLinksColumns) {
+  RowMajorMatrixF weights = RowMajorMatrixF::Zero(3, std::ssize(kArkitNames));
+  const std::vector<GazeTurn> gaze{{}, {.yaw = kWholeLook / 2, .pitch = -kWholeLook / 4}, {.yaw = -3, .pitch = 3}};
+  addGaze(gaze, weights);
+  const auto at = [&](Eigen::Index frame, std::string_view shape) { return weights(frame, arkitIndex(shape)); };
+  EXPECT_TRUE(weights.row(0).isZero(0));
+  // To the subject's left: away from the nose with the left eye, towards it with the right one.
+  EXPECT_FLOAT_EQ(at(1, "EyeLookOutLeft"), 0.5F);
+  EXPECT_FLOAT_EQ(at(1, "EyeLookInRight"), 0.5F);
+  EXPECT_FLOAT_EQ(at(1, "EyeLookDownLeft"), 0.25F);
+  EXPECT_EQ(at(1, "EyeLookInLeft") + at(1, "EyeLookOutRight") + at(1, "EyeLookUpRight"), 0);
+  EXPECT_EQ(at(2, "EyeLookInLeft"), 1) << "and no more";
+  EXPECT_EQ(at(2, "EyeLookUpRight"), 1);
+
+  ArkitCurves curves;
+  curves.frame_rate_hz = 60;
+  curves.weights = weights;
+  const std::string still = liveLinkCsv(curves);
+  EXPECT_FALSE(parseLiveLinkCsv(still, "still.csv").turns_head);
+  curves.gaze = gaze;
+  curves.head = {{}, {.yaw = 0.1F, .pitch = 0.2F, .roll = 0.3F}, {}};
+  const std::string turned = liveLinkCsv(curves);
+  EXPECT_TRUE(parseLiveLinkCsv(turned, "turned.csv").turns_head);
+  EXPECT_NE(turned.find(",0.100000,0.200000,0.300000,0.260000,-0.130000,0.000000,0.260000,-0.130000,0.000000\n"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace mouthpiece

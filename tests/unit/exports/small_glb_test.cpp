@@ -2,12 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <set>
 #include <vector>
 
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/mesh_reader.h"
 #include "exports/gltf/glb.h"
+#include "exports/gltf/glb_model.h"
 #include "talking_head.h"
 
 namespace mouthpiece {
@@ -67,6 +69,32 @@ TEST(SmallGlb, LosesUnderATenthOfAMillimetre) {
   EXPECT_EQ(trianglesOf(renumbered), trianglesOf(a.triangles));
   EXPECT_LT(worst, 0.1) << "mm";
   EXPECT_GT(worst, 0) << "nothing was packed";
+}
+
+TEST(HeadTrack, TurnsWhatIsShownAboutItsPlace) {
+  const testing::TalkingHead head = testing::makeTalkingHead({.ripple_mm = 0.6});
+  const PrincipalShapes shapes = principalShapes(head.animation, head.mesh.vertices, head.mesh.metres_per_unit);
+  HeadTrack track{std::vector<std::array<float, 4>>(unsignedIndex(shapes.frameCount()), {0, 0.1F, 0, 0.995F}),
+                  {0.01, 0.02, -0.03}};
+  for (const std::string& bytes : {glbBytes(head.mesh, shapes, "head", {}, &track),
+                                   smallGlbBytes(head.mesh, shapes, "head", &track)}) {
+    const GlbModel model(bytes, "head.glb");
+    const nlohmann::json& root = model.root;
+    const auto turning = root["scenes"][0]["nodes"][0].get<std::size_t>();
+    ASSERT_EQ(root["scenes"][0]["nodes"].size(), 1U);
+    EXPECT_EQ(root["nodes"][turning]["translation"], nlohmann::json({0.01, 0.02, -0.03}));
+    const nlohmann::json& back = root["nodes"][root["nodes"][turning]["children"][0].get<std::size_t>()];
+    EXPECT_EQ(back["translation"], nlohmann::json({-0.01, -0.02, 0.03})) << "at rest nothing moves";
+    EXPECT_EQ(back["children"], nlohmann::json({0})) << "the face";
+    ASSERT_EQ(root["animations"].size(), 1U);
+    const nlohmann::json& channel = root["animations"][0]["channels"].back();
+    EXPECT_EQ(channel["target"], nlohmann::json({{"node", turning}, {"path", "rotation"}}));
+    const auto sampler = channel["sampler"].get<std::size_t>();
+    const nlohmann::json& accessor = root["accessors"][root["animations"][0]["samplers"][sampler]["output"].get<std::size_t>()];
+    EXPECT_EQ(accessor["count"], shapes.frameCount());
+    EXPECT_EQ(accessor["type"], "VEC4");
+    EXPECT_EQ(parseFaceMesh(bytes, "head.glb").vertexCount(), head.mesh.vertexCount()) << "it is still read as a head";
+  }
 }
 
 }  // namespace

@@ -1,0 +1,130 @@
+#include "retarget/rig/eyeballs.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <map>
+#include <numeric>
+#include <optional>
+
+#include "base/errors.h"
+#include "base/index.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr std::size_t kFewest = 12;   ///< vertices of a ball
+constexpr double kRound = 0.12;       ///< of its radius: how far its vertices lie off the sphere, root mean square
+constexpr double kLeastExtent = 1.2;  ///< of its radius: how wide and high it is
+constexpr double kOnBall = 1.3;       ///< radii from its middle: what lies on it
+constexpr double kFront = 0.6;        ///< cosine: within 53 degrees of straight ahead
+
+/// Pieces of the eyes' triangles, vertices at one place being one.
+std::vector<std::vector<std::uint32_t>> piecesOf(const FaceMesh& mesh) {
+  const std::vector<Triangle> triangles = trianglesOf(mesh, {PartKind::kEye});
+  std::map<std::array<float, 3>, std::uint32_t> first_at;
+  std::map<std::uint32_t, std::uint32_t> parent;
+  const auto root = [&](std::uint32_t vertex) {
+    while (parent.at(vertex) != vertex) vertex = parent[vertex] = parent.at(parent.at(vertex));
+    return vertex;
+  };
+  for (const Triangle& triangle : triangles) {
+    for (const std::uint32_t vertex : triangle) {
+      const auto row = mesh.vertices.row(vertex);
+      const std::uint32_t same = first_at.try_emplace({row(0), row(1), row(2)}, vertex).first->second;
+      parent.try_emplace(same, same);
+      parent.try_emplace(vertex, same);
+    }
+    for (const std::uint32_t vertex : triangle) parent[root(vertex)] = root(triangle[0]);
+  }
+  std::map<std::uint32_t, std::vector<std::uint32_t>> by_root;
+  for (const auto& [vertex, unused] : parent) by_root[root(vertex)].push_back(vertex);
+  std::vector<std::vector<std::uint32_t>> pieces;
+  for (auto& [unused, vertices] : by_root) pieces.push_back(std::move(vertices));
+  return pieces;
+}
+
+struct Ball {
+  Eigen::Vector3d middle;
+  double radius = 0;
+};
+
+/// The sphere through the vertices by least squares; nothing where they are no ball.
+std::optional<Ball> ballOf(const FaceMesh& mesh, const std::vector<std::uint32_t>& vertices) {
+  if (vertices.size() < kFewest) return std::nullopt;
+  Eigen::MatrixXd rows(signedIndex(vertices.size()), 4);
+  Eigen::VectorXd squares(rows.rows());
+  Eigen::AlignedBox3d box;
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const Eigen::Vector3d at = mesh.vertices.row(vertices[i]).transpose().cast<double>();
+    rows.row(signedIndex(i)) << 2 * at.transpose(), 1;
+    squares(signedIndex(i)) = at.squaredNorm();
+    box.extend(at);
+  }
+  const Eigen::Vector4d solved = rows.colPivHouseholderQr().solve(squares);
+  const double square = solved(3) + solved.head<3>().squaredNorm();
+  if (!(square > 0) || !solved.allFinite()) return std::nullopt;
+  const Ball ball{solved.head<3>(), std::sqrt(square)};
+  double off = 0;
+  for (const std::uint32_t vertex : vertices) {
+    const Eigen::Vector3d at = mesh.vertices.row(vertex).transpose().cast<double>();
+    off += std::pow((at - ball.middle).norm() - ball.radius, 2);
+  }
+  const bool is_round = std::sqrt(off / asReal(std::ssize(vertices))) < kRound * ball.radius;
+  const Eigen::Vector3d extent = box.sizes();
+  const bool is_wide = extent.x() > kLeastExtent * ball.radius && extent.y() > kLeastExtent * ball.radius;
+  return is_round && is_wide ? std::optional(ball) : std::nullopt;
+}
+
+}  // namespace
+
+Eyeballs::Eyeballs(const FaceMesh& mesh) {
+  const std::vector<std::vector<std::uint32_t>> pieces = piecesOf(mesh);
+  std::vector<Ball> balls;
+  const auto ballAt = [&](const Eigen::Vector3d& middle, double radius) {
+    return std::find_if(balls.begin(), balls.end(),
+                        [&](const Ball& ball) { return (ball.middle - middle).norm() < 0.5 * (ball.radius + radius); });
+  };
+  std::vector<std::pair<std::uint32_t, std::size_t>> turning;
+  std::vector<const std::vector<std::uint32_t>*> others;
+  for (const std::vector<std::uint32_t>& piece : pieces) {
+    const std::optional<Ball> ball = ballOf(mesh, piece);
+    if (!ball) {
+      others.push_back(&piece);
+      continue;
+    }
+    auto known = ballAt(ball->middle, ball->radius);
+    if (known == balls.end()) known = balls.insert(balls.end(), *ball);
+    for (const std::uint32_t vertex : piece) turning.emplace_back(vertex, unsignedIndex(known - balls.begin()));
+  }
+  for (const std::vector<std::uint32_t>* piece : others) {
+    for (std::size_t b = 0; b < balls.size(); ++b) {
+      const bool lies_on = std::all_of(piece->begin(), piece->end(), [&](std::uint32_t vertex) {
+        const Eigen::Vector3d off = mesh.vertices.row(vertex).transpose().cast<double>() - balls[b].middle;
+        return off.norm() < kOnBall * balls[b].radius && off.z() > kFront * off.norm();
+      });
+      if (!lies_on) continue;
+      for (const std::uint32_t vertex : *piece) turning.emplace_back(vertex, b);
+      break;
+    }
+  }
+  std::sort(turning.begin(), turning.end());
+  for (const auto& [vertex, ball] : turning) {
+    vertices_.push_back(vertex);
+    ball_.push_back(ball);
+  }
+  for (const Ball& ball : balls) middles_.push_back(ball.middle.cast<float>());
+}
+
+void Eyeballs::places(const FaceMesh& mesh, const GazeTurn& gaze, std::span<float> out) const {
+  MOUTHPIECE_EXPECT(out.size() == 3 * vertices_.size());
+  const Eigen::Matrix3f turn = (Eigen::AngleAxisf(gaze.yaw, Eigen::Vector3f::UnitY()) *
+                                Eigen::AngleAxisf(-gaze.pitch, Eigen::Vector3f::UnitX()))
+                                   .toRotationMatrix();
+  for (std::size_t i = 0; i < vertices_.size(); ++i) {
+    const Eigen::Vector3f& middle = middles_[ball_[i]];
+    Eigen::Vector3f::Map(&out[3 * i]) = middle + turn * (mesh.vertices.row(vertices_[i]).transpose() - middle);
+  }
+}
+
+}  // namespace mouthpiece

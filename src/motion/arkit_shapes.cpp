@@ -1,0 +1,80 @@
+#include "motion/arkit_shapes.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <nlohmann/json.hpp>
+
+#include "base/index.h"
+
+namespace mouthpiece {
+
+extern const std::string_view kArkitMarkersJson;
+
+namespace {
+
+/// Lower case, letters and digits only; a final side letter written out.
+std::string plainName(std::string_view name) {
+  std::string ending;
+  if (name.size() > 2 && (name[name.size() - 2] == '_' || name[name.size() - 2] == '.')) {
+    const char side = static_cast<char>(std::tolower(static_cast<unsigned char>(name.back())));
+    if (side == 'l') ending = "left";
+    if (side == 'r') ending = "right";
+    if (!ending.empty()) name.remove_suffix(2);
+  }
+  std::string plain;
+  for (const char letter : name) {
+    const auto byte = static_cast<unsigned char>(letter);
+    if (std::isalnum(byte) != 0) plain.push_back(static_cast<char>(std::tolower(byte)));
+  }
+  return plain + ending;
+}
+
+}  // namespace
+
+int arkitIndex(std::string_view shape_name) {
+  static const auto plain_names = [] {
+    std::array<std::string, kArkitNames.size()> plain;
+    std::transform(kArkitNames.begin(), kArkitNames.end(), plain.begin(), plainName);
+    return plain;
+  }();
+  std::string name = plainName(shape_name);
+  // What VRM, VRoid, Character Creator and Daz call the same.
+  constexpr std::array<std::array<std::string_view, 2>, 7> kOthers{{{"fcleyeclose", "eyeblink"},
+                                                                    {"eyesclosed", "eyeblink"},
+                                                                    {"eyeclose", "eyeblink"},
+                                                                    {"blink", "eyeblink"},
+                                                                    {"browdrop", "browdown"},
+                                                                    {"browraiseinner", "browinnerup"},
+                                                                    {"browraiseouter", "browouterup"}}};
+  for (const auto& [theirs, apples] : kOthers) {
+    for (const std::string_view side : {"left", "right"}) {
+      if (name == std::string(theirs) + std::string(side)) name = std::string(apples) + std::string(side);
+    }
+  }
+  for (int pass = 0; pass < 2; ++pass) {
+    const auto found = std::find(plain_names.begin(), plain_names.end(), name);
+    if (found != plain_names.end()) return static_cast<int>(found - plain_names.begin());
+    for (const std::string_view side : {"left", "right"}) {
+      if (name.ends_with(side)) name.resize(name.size() - side.size());
+    }
+  }
+  return -1;
+}
+
+const ArkitMarkerMoves& arkitMarkerMoves() {
+  static const ArkitMarkerMoves shapes = [] {
+    const nlohmann::json tree = nlohmann::json::parse(kArkitMarkersJson);
+    ArkitMarkerMoves learnt;
+    learnt.markers = tree.at("markers").get<std::vector<std::string>>();
+    for (const std::string_view name : kArkitNames) {
+      const auto moves = tree.at("moves_mm").at(std::string(name)).get<std::vector<double>>();
+      learnt.moves_mm.emplace_back(
+          Eigen::Map<const MarkerPositions>(moves.data(), signedIndex(learnt.markers.size()), 3));
+    }
+    return learnt;
+  }();
+  return shapes;
+}
+
+}  // namespace mouthpiece

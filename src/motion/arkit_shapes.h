@@ -1,0 +1,78 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "motion/motion_clip.h"
+
+namespace mouthpiece {
+
+/// Apple's names of ARKit's blend shapes, in the order of Live Link Face.
+inline constexpr std::array<std::string_view, 52> kArkitNames{"EyeBlinkLeft",
+                                                              "EyeLookDownLeft",
+                                                              "EyeLookInLeft",
+                                                              "EyeLookOutLeft",
+                                                              "EyeLookUpLeft",
+                                                              "EyeSquintLeft",
+                                                              "EyeWideLeft",
+                                                              "EyeBlinkRight",
+                                                              "EyeLookDownRight",
+                                                              "EyeLookInRight",
+                                                              "EyeLookOutRight",
+                                                              "EyeLookUpRight",
+                                                              "EyeSquintRight",
+                                                              "EyeWideRight",
+                                                              "JawForward",
+                                                              "JawRight",
+                                                              "JawLeft",
+                                                              "JawOpen",
+                                                              "MouthClose",
+                                                              "MouthFunnel",
+                                                              "MouthPucker",
+                                                              "MouthRight",
+                                                              "MouthLeft",
+                                                              "MouthSmileLeft",
+                                                              "MouthSmileRight",
+                                                              "MouthFrownLeft",
+                                                              "MouthFrownRight",
+                                                              "MouthDimpleLeft",
+                                                              "MouthDimpleRight",
+                                                              "MouthStretchLeft",
+                                                              "MouthStretchRight",
+                                                              "MouthRollLower",
+                                                              "MouthRollUpper",
+                                                              "MouthShrugLower",
+                                                              "MouthShrugUpper",
+                                                              "MouthPressLeft",
+                                                              "MouthPressRight",
+                                                              "MouthLowerDownLeft",
+                                                              "MouthLowerDownRight",
+                                                              "MouthUpperUpLeft",
+                                                              "MouthUpperUpRight",
+                                                              "BrowDownLeft",
+                                                              "BrowDownRight",
+                                                              "BrowInnerUp",
+                                                              "BrowOuterUpLeft",
+                                                              "BrowOuterUpRight",
+                                                              "CheekPuff",
+                                                              "CheekSquintLeft",
+                                                              "CheekSquintRight",
+                                                              "NoseSneerLeft",
+                                                              "NoseSneerRight",
+                                                              "TongueOut"};
+
+/// The number in kArkitNames of a shape's name: letter case, `_` and other punctuation do not count, `_L` and `_R`
+/// stand for Left and Right, and halves of a shape that Apple has whole (browInnerUp_L) are that shape. -1: none of
+/// them.
+int arkitIndex(std::string_view shape_name);
+
+/// What each of ARKit's shapes does to each marker of the default layout, learnt from a head that has them all.
+struct ArkitMarkerMoves {
+  std::vector<std::string> markers;
+  std::vector<MarkerPositions> moves_mm;  ///< 52, markers x 3 each
+};
+const ArkitMarkerMoves& arkitMarkerMoves();
+
+}  // namespace mouthpiece
