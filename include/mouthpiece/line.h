@@ -84,11 +84,11 @@ struct MOUTHPIECE_API Manner {
   /// and brows by rules; or captured where the corpus' lids move, else rules.
   enum class UpperFace { kMouth, kCaptured, kRules, kBest };
   UpperFace upper_face = UpperFace::kMouth;
-  bool gaze = false;         ///< the eyes move, by rules
-  bool head_motion = false;  ///< the head sways and nods, by rules
-  std::string mood;          ///< NAME[:STRENGTH], "joy:0.5", or a file of ARKit's weights (.json); empty: none
-  std::uint32_t seed = 1;    ///< of what is drawn at random: the same seed, the same face
-  std::filesystem::path edits;         ///< an animator's changes (docs/formats/edits.md); empty: none
+  bool gaze = false;            ///< the eyes move, by rules
+  bool head_motion = false;     ///< the head sways and nods, by rules
+  std::string mood;             ///< NAME[:STRENGTH], "joy:0.5", or a file of ARKit's weights (.json); empty: none
+  std::uint32_t seed = 1;       ///< of what is drawn at random: the same seed, the same face
+  std::filesystem::path edits;  ///< an animator's changes (docs/formats/edits.md); empty: none
 };
 
 }  // namespace mouthpiece

@@ -118,9 +118,9 @@ Eyeballs::Eyeballs(const FaceMesh& mesh) {
 
 void Eyeballs::places(const FaceMesh& mesh, const GazeTurn& gaze, std::span<float> out) const {
   MOUTHPIECE_EXPECT(out.size() == 3 * vertices_.size());
-  const Eigen::Matrix3f turn = (Eigen::AngleAxisf(gaze.yaw, Eigen::Vector3f::UnitY()) *
-                                Eigen::AngleAxisf(-gaze.pitch, Eigen::Vector3f::UnitX()))
-                                   .toRotationMatrix();
+  const Eigen::Matrix3f turn =
+      (Eigen::AngleAxisf(gaze.yaw, Eigen::Vector3f::UnitY()) * Eigen::AngleAxisf(-gaze.pitch, Eigen::Vector3f::UnitX()))
+          .toRotationMatrix();
   for (std::size_t i = 0; i < vertices_.size(); ++i) {
     const Eigen::Vector3f& middle = middles_[ball_[i]];
     Eigen::Vector3f::Map(&out[3 * i]) = middle + turn * (mesh.vertices.row(vertices_[i]).transpose() - middle);

@@ -32,9 +32,9 @@ struct ArkitCurves {
   std::vector<bool> has_shape;  ///< 52
   double rms_error_mm = 0;      ///< of all vertices of skin that move, over all frames
   double largest_error_mm = 0;
-  double rms_motion_mm = 0;       ///< what there was to reproduce: of the same vertices
-  std::size_t closures = 0;       ///< frames in which the motion brings the lips together
-  std::size_t closures_kept = 0;  ///< of these, in which the weights' lips are within kMeetMm of each other too
+  double rms_motion_mm = 0;         ///< what there was to reproduce: of the same vertices
+  std::size_t closures = 0;         ///< frames in which the motion brings the lips together
+  std::size_t closures_kept = 0;    ///< of these, in which the weights' lips are within kMeetMm of each other too
   std::vector<GazeTurn> gaze = {};  ///< one a frame, or none
   std::vector<HeadTurn> head = {};  ///< the same
 };

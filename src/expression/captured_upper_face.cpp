@@ -14,10 +14,10 @@
 namespace mouthpiece {
 namespace {
 
-constexpr std::size_t kTakes = 24;        ///< that a line is made of, at most
-constexpr double kMostUnseen = 0.02;      ///< of a take's samples
-constexpr double kClosedShare = 0.4;      ///< of how far lids are open: less is a blink
-constexpr Seconds kFade = 0.15;           ///< on either side of a cut
+constexpr std::size_t kTakes = 24;    ///< that a line is made of, at most
+constexpr double kMostUnseen = 0.02;  ///< of a take's samples
+constexpr double kClosedShare = 0.4;  ///< of how far lids are open: less is a blink
+constexpr Seconds kFade = 0.15;       ///< on either side of a cut
 
 // Costs, in units of a cut between poses as far apart as two of the capture usually are.
 constexpr double kCut = 1, kPoseApart = 1, kVelocityApart = 0.5;

@@ -77,16 +77,17 @@ LineExpression expressionOf(const SpeechLabels& labels, bool asks, std::span<con
       return made;
     }
     if (options.upper_face == UpperFaceSource::kCaptured)
-      throw InputError(fmt::format("the corpus {} has captured no lids that blink; expected them for a captured upper "
-                                   "face (rules make one without)",
-                                   corpus.name));
+      throw InputError(
+          fmt::format("the corpus {} has captured no lids that blink; expected them for a captured upper "
+                      "face (rules make one without)",
+                      corpus.name));
   }
   made.upper_face = "rules";
   const PositionMatrix weights = ruledUpperFace(beats, asks, times, upper_dice, made.blinks);
   made.upper_mm = shapeDisplacements(weights, corpus.layout, corpus.neutral_pose_mm);
   if (made.upper_mm.isZero(0) && !made.blinks.empty())
-    made.warnings.push_back(fmt::format("no marker of lids or brows in the corpus {}: the upper face stays as it is",
-                                        corpus.name));
+    made.warnings.push_back(
+        fmt::format("no marker of lids or brows in the corpus {}: the upper face stays as it is", corpus.name));
   const std::vector<bool> upper = upperFaceColumns(corpus.layout);
   for (std::size_t i = 0; i < upper.size(); ++i) {
     auto column = made.upper_mm.col(signedIndex(i));

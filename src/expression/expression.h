@@ -44,12 +44,12 @@ struct ExpressionOptions {
 };
 
 struct LineExpression {
-  std::string upper_face;      ///< "captured" "rules", or "" where the mouth's fragments move it
-  PositionMatrix upper_mm;     ///< frames x (3 * markers), where `upper_face` is not "": of upperFaceColumns() alone
+  std::string upper_face;       ///< "captured" "rules", or "" where the mouth's fragments move it
+  PositionMatrix upper_mm;      ///< frames x (3 * markers), where `upper_face` is not "": of upperFaceColumns() alone
   std::vector<Seconds> blinks;  ///< when lids begin to close, by rules
-  std::size_t stretches = 0;   ///< captured ones
-  std::vector<GazeTurn> gaze;  ///< one a frame, or none
-  std::vector<HeadTurn> head;  ///< the same
+  std::size_t stretches = 0;    ///< captured ones
+  std::vector<GazeTurn> gaze;   ///< one a frame, or none
+  std::vector<HeadTurn> head;   ///< the same
   std::vector<std::string> warnings;
 };
 

@@ -35,8 +35,8 @@ MoodPose poseOf(const MoodRow& row) {
   for (std::size_t i = 0; i < kArkitNames.size(); ++i) {
     for (const ShapeShare& part : row.shapes) {
       if (part.shape.empty()) continue;
-      const std::string_view side = kArkitNames[i].starts_with(part.shape) ? kArkitNames[i].substr(part.shape.size())
-                                                                           : std::string_view("other");
+      const std::string_view side =
+          kArkitNames[i].starts_with(part.shape) ? kArkitNames[i].substr(part.shape.size()) : std::string_view("other");
       if (side.empty() || side == "Left" || side == "Right") pose[i] = part.share;
     }
   }
@@ -67,7 +67,8 @@ MoodPose moodOf(const std::string& wish) {
   if (const std::size_t colon = wish.rfind(':'); colon != std::string::npos) {
     const std::optional<double> given = parseNumber(wish.substr(colon + 1));
     if (!given || !(*given >= 0 && *given <= 1))
-      throw InputError("mood", "", fmt::format("found the strength '{}'; expected 0 to 1", printable(wish.substr(colon + 1))));
+      throw InputError("mood", "",
+                       fmt::format("found the strength '{}'; expected 0 to 1", printable(wish.substr(colon + 1))));
     strength = *given;
     name = wish.substr(0, colon);
   }
@@ -75,7 +76,8 @@ MoodPose moodOf(const std::string& wish) {
   if (row == kMoods.end() && !name.ends_with(".json")) {
     std::string known;
     for (const MoodRow& mood : kMoods) known += fmt::format("{}, ", mood.name);
-    throw InputError("mood", "", fmt::format("found '{}'; expected {}or a file of weights (.json)", printable(name), known));
+    throw InputError("mood", "",
+                     fmt::format("found '{}'; expected {}or a file of weights (.json)", printable(name), known));
   }
   MoodPose pose = row != kMoods.end() ? poseOf(*row) : poseIn(name);
   for (double& weight : pose) weight *= strength;

@@ -107,8 +107,7 @@ PositionMatrix ruledUpperFace(const std::vector<Beat>& beats, bool asks, std::sp
   for (std::size_t k = 0; k < times.size(); ++k) {
     double closed = 0, up = 0;
     for (const Seconds blink : blinks) closed = std::max(closed, closedShare(times[k] - blink));
-    for (const Rise& rise : rises)
-      up = std::max(up, rise.share * raised(times[k], rise.peak, 0.2, rise.stays, 0.35));
+    for (const Rise& rise : rises) up = std::max(up, rise.share * raised(times[k], rise.peak, 0.2, rise.stays, 0.35));
     addTo(weights, {"EyeBlinkLeft", "EyeBlinkRight"}, k, closed);
     addTo(weights, {"BrowInnerUp", "BrowOuterUpLeft", "BrowOuterUpRight"}, k, up);
   }

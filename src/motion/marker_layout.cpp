@@ -78,9 +78,10 @@ void resolveMirrors(MarkerLayout& layout, const std::vector<JsonField>& fields, 
     const bool on_midline = marker.side == Side::kMiddle;
     if (partner.mirror.value != i || partner.side != oppositeOf(marker.side) ||
         on_midline != (marker.mirror.value == i)) {
-      fields[i].fail(fmt::format("found {} mirrored by {}; expected partners that name each other, on opposite sides, "
-                                 "and midline markers that name themselves",
-                                 printable(marker.name), printable(partner.name)));
+      fields[i].fail(
+          fmt::format("found {} mirrored by {}; expected partners that name each other, on opposite sides, "
+                      "and midline markers that name themselves",
+                      printable(marker.name), printable(partner.name)));
     }
   }
 }
@@ -114,8 +115,8 @@ std::optional<MarkerIndex> findRole(MarkerRole role, const std::vector<std::stri
 }
 
 std::optional<MarkerIndex> MarkerLayout::findRole(MarkerRole role) const {
-  const auto given = std::find_if(markers.begin(), markers.end(),
-                                  [&](const LayoutMarker& marker) { return marker.role == role; });
+  const auto given =
+      std::find_if(markers.begin(), markers.end(), [&](const LayoutMarker& marker) { return marker.role == role; });
   if (given != markers.end()) return MarkerIndex(unsignedIndex(given - markers.begin()));
   return mouthpiece::findRole(role, markerNames());
 }

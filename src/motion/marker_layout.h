@@ -35,8 +35,8 @@ struct LayoutMarker {
   Side side = Side::kMiddle;
   MarkerIndex mirror;  ///< itself on the midline
   LipSide lip = LipSide::kNone;
-  bool stable = false;          ///< moves with the skull: used to remove head motion
-  int mediapipe_landmark = -1;  ///< FaceMesh landmark id = vertex id of the canonical face; -1: none
+  bool stable = false;             ///< moves with the skull: used to remove head motion
+  int mediapipe_landmark = -1;     ///< FaceMesh landmark id = vertex id of the canonical face; -1: none
   std::optional<MarkerRole> role;  ///< given to it in place of the marker that has it by its name
 };
 

@@ -276,7 +276,8 @@ LiveStream makeLiveStream(LiveSetup setup, const LiveOptions& options) {
   expectUsable(options);
   const ExpressionOptions& expression = setup.synthesis.expression;
   if (expression.upper_face != UpperFaceSource::kMouth || expression.gaze || expression.head || expression.hasMood())
-    throw InputError("found an upper face, gaze, head motion or mood for a stream; expected a line that is known as a whole");
+    throw InputError(
+        "found an upper face, gaze, head motion or mood for a stream; expected a line that is known as a whole");
   return LiveStream(std::make_unique<LiveStream::Data>(std::move(setup), options));
 }
 

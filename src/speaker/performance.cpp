@@ -122,10 +122,9 @@ const PrincipalShapes& Performance::Data::shapes() const {
       larynx = sampleCurve(*curve, frameTimes(0, animation.motion.frameCount(), animation.motion.frame_rate_hz));
     // Motion from elsewhere comes with every vertex: which of them the shapes are sampled from decides their values,
     // and a motion that is applied again shall give the same file.
-    const FrameMaker frames =
-        corpus ? rig.movingFrames(moving_markers, animation.tongue, animation.motion.frame_rate_hz, larynx,
-                                  animation.gaze)
-               : uprightFrames();
+    const FrameMaker frames = corpus ? rig.movingFrames(moving_markers, animation.tongue,
+                                                        animation.motion.frame_rate_hz, larynx, animation.gaze)
+                                     : uprightFrames();
     const FaceShapes own = ownShapes();
     if (own.names.empty()) return principalShapes(frames, rig.mesh().vertices, rig.mesh().metres_per_unit);
     FaceAnimation moving = allOf(frames);

@@ -97,8 +97,8 @@ struct Performance::Data {
   [[nodiscard]] StageTimings timing() const;
   /// The animation with them, as reports tell it.
   [[nodiscard]] UtteranceAnimation timedAnimation() const;
-  /// The same by shapes of known names, those that the head has or else made ones (exports/shape_sets): ARKit's with the
-  /// weights that follow the motion best, or visemes that follow the phones.
+  /// The same by shapes of known names, those that the head has or else made ones (exports/shape_sets): ARKit's with
+  /// the weights that follow the motion best, or visemes that follow the phones.
   enum class NamedShapes { kArkit, kVisemes };
   [[nodiscard]] std::string namedGlb(NamedShapes kind) const;
   /// A film of the face, 1280 x 720, at the motion's rate or the largest whole part of it that is at most 30 a second.

@@ -22,8 +22,8 @@ void GlbModel::addHead(std::span<const std::array<float, 4>> rotations, const st
   shown = {turning};
   const nlohmann::json input = animation.at("samplers").at(0).at("input");
   animation["samplers"].push_back({{"input", input}, {"output", output}, {"interpolation", "LINEAR"}});
-  animation["channels"].push_back({{"sampler", animation["samplers"].size() - 1},
-                                   {"target", {{"node", turning}, {"path", "rotation"}}}});
+  animation["channels"].push_back(
+      {{"sampler", animation["samplers"].size() - 1}, {"target", {{"node", turning}, {"path", "rotation"}}}});
 }
 
 }  // namespace mouthpiece

@@ -58,7 +58,8 @@ class GlbModel {
 
   /// An animation called "speech" after those that are there: a key a frame.
   void addSpeech(std::size_t frame_count, double frame_rate_hz, const std::vector<SpeechTrack>& tracks);
-  /// What the first scene shows turns about `pivot_m` (metres): a quaternion (x y z w) a frame of the speech added last.
+  /// What the first scene shows turns about `pivot_m` (metres): a quaternion (x y z w) a frame of the speech added
+  /// last.
   void addHead(std::span<const std::array<float, 4>> rotations, const std::array<double, 3>& pivot_m);
   /// Takes away what an earlier run has added: the animation "speech", and morph targets called speech_00 and so on.
   /// Returns how many targets each mesh has lost that had some; widenWeights() is to be told.

@@ -76,8 +76,8 @@ TEST(HeadTrack, TurnsWhatIsShownAboutItsPlace) {
   const PrincipalShapes shapes = principalShapes(head.animation, head.mesh.vertices, head.mesh.metres_per_unit);
   HeadTrack track{std::vector<std::array<float, 4>>(unsignedIndex(shapes.frameCount()), {0, 0.1F, 0, 0.995F}),
                   {0.01, 0.02, -0.03}};
-  for (const std::string& bytes : {glbBytes(head.mesh, shapes, "head", {}, &track),
-                                   smallGlbBytes(head.mesh, shapes, "head", &track)}) {
+  for (const std::string& bytes :
+       {glbBytes(head.mesh, shapes, "head", {}, &track), smallGlbBytes(head.mesh, shapes, "head", &track)}) {
     const GlbModel model(bytes, "head.glb");
     const nlohmann::json& root = model.root;
     const auto turning = root["scenes"][0]["nodes"][0].get<std::size_t>();
@@ -90,7 +90,8 @@ TEST(HeadTrack, TurnsWhatIsShownAboutItsPlace) {
     const nlohmann::json& channel = root["animations"][0]["channels"].back();
     EXPECT_EQ(channel["target"], nlohmann::json({{"node", turning}, {"path", "rotation"}}));
     const auto sampler = channel["sampler"].get<std::size_t>();
-    const nlohmann::json& accessor = root["accessors"][root["animations"][0]["samplers"][sampler]["output"].get<std::size_t>()];
+    const nlohmann::json& accessor =
+        root["accessors"][root["animations"][0]["samplers"][sampler]["output"].get<std::size_t>()];
     EXPECT_EQ(accessor["count"], shapes.frameCount());
     EXPECT_EQ(accessor["type"], "VEC4");
     EXPECT_EQ(parseFaceMesh(bytes, "head.glb").vertexCount(), head.mesh.vertexCount()) << "it is still read as a head";

@@ -21,7 +21,8 @@ using testing::tinyLabels;
 
 constexpr double kRateHz = 100;
 constexpr double kOpenMm = 10;  ///< lids at rest
-const std::vector<std::string> kLines{"DH-AH T-AY-M | N-AW", "M-AE-N | B-AY", "T-AY-M N-AW | DH-AH M-AE-N", "N-AW | T-AY-M"};
+const std::vector<std::string> kLines{"DH-AH T-AY-M | N-AW", "M-AE-N | B-AY", "T-AY-M N-AW | DH-AH M-AE-N",
+                                      "N-AW | T-AY-M"};
 
 MarkerPositions neutralPose(const MarkerLayout& layout) {
   MarkerPositions pose(static_cast<Eigen::Index>(layout.markers.size()), 3);
@@ -59,7 +60,8 @@ Corpus blinkingCorpus(double depth = 0.95) {
       for (const char* lid : {"LID_UP_R", "LID_UP_L"})
         take.motion.positions_mm(k, heightOf(corpus.layout, lid)) -= depth * kOpenMm * std::exp(-since * since);
       for (std::size_t c = 0; c < upper.size(); ++c) {
-        if (!upper[c]) take.motion.positions_mm(k, static_cast<Eigen::Index>(c)) += std::sin(0.3 * static_cast<double>(k));
+        if (!upper[c])
+          take.motion.positions_mm(k, static_cast<Eigen::Index>(c)) += std::sin(0.3 * static_cast<double>(k));
       }
     }
   }
@@ -124,8 +126,9 @@ TEST(CapturedUpperFace, LidsThatNeverCloseAreNoCapture) {
   const Corpus corpus = blinkingCorpus(0.3);
   const SpeechLabels labels = tinyLabels(kLines[0], 0);
   EXPECT_EQ(expressionOfLine(labels, corpus, {.upper_face = UpperFaceSource::kBest}).upper_face, "rules");
-  EXPECT_NE(errorOf([&] { expressionOfLine(labels, corpus, {.upper_face = UpperFaceSource::kCaptured}); })
-                .find("the corpus blinking has captured no lids that blink"),
+  EXPECT_NE(errorOf([&] {
+              expressionOfLine(labels, corpus, {.upper_face = UpperFaceSource::kCaptured});
+            }).find("the corpus blinking has captured no lids that blink"),
             std::string::npos);
 }
 
@@ -135,8 +138,7 @@ TEST(RuledUpperFace, BlinksAsOftenAsPeopleDoAndWhollyMoreInPauses) {
   double rate = 0, in_pauses = 0, paused = 0;
   constexpr int kSeeds = 8;
   for (std::uint32_t seed = 1; seed <= kSeeds; ++seed) {
-    const LineExpression made =
-        expressionOfLine(labels, corpus, {.upper_face = UpperFaceSource::kRules, .seed = seed});
+    const LineExpression made = expressionOfLine(labels, corpus, {.upper_face = UpperFaceSource::kRules, .seed = seed});
     const Eigen::VectorXd open = lidOpening(made, corpus.layout);
     EXPECT_NEAR(open(open.size() - 1), kOpenMm, 0.3) << "a line ends with open eyes";
     EXPECT_NEAR(open.maxCoeff(), kOpenMm, 0.3) << "brows take lids along a little";
@@ -160,8 +162,8 @@ TEST(RuledUpperFace, ASeedIsAFaceAndAQuestionRaisesTheBrows) {
   const Corpus corpus = blinkingCorpus();
   const SpeechLabels labels = longLabels();
   const auto made = [&](std::uint32_t seed, bool asks) {
-    return expressionOfLine(labels, corpus, {.upper_face = UpperFaceSource::kRules, .gaze = true, .head = true, .seed = seed},
-                            asks);
+    return expressionOfLine(labels, corpus,
+                            {.upper_face = UpperFaceSource::kRules, .gaze = true, .head = true, .seed = seed}, asks);
   };
   EXPECT_EQ(made(4, false).upper_mm, made(4, false).upper_mm);
   EXPECT_NE(made(4, false).upper_mm, made(5, false).upper_mm);
@@ -220,10 +222,11 @@ TEST(Moods, AreNamedScaledOrReadAndRefusedInOneLine) {
   }
   const test::ScratchFolder scratch;
   const auto file = [&](const std::string& text) { return scratch.write("mood.json", text).string(); };
-  EXPECT_DOUBLE_EQ(moodOf(file(R"({"browInnerUp": 0.5})") + ":0.5")[static_cast<std::size_t>(arkitIndex("BrowInnerUp"))],
-                   0.25);
-  EXPECT_EQ(errorOf([&] { moodOf("hapy"); }),
-            "mood: found 'hapy'; expected anger, contempt, disgust, joy, sadness, surprise, or a file of weights (.json)");
+  EXPECT_DOUBLE_EQ(
+      moodOf(file(R"({"browInnerUp": 0.5})") + ":0.5")[static_cast<std::size_t>(arkitIndex("BrowInnerUp"))], 0.25);
+  EXPECT_EQ(
+      errorOf([&] { moodOf("hapy"); }),
+      "mood: found 'hapy'; expected anger, contempt, disgust, joy, sadness, surprise, or a file of weights (.json)");
   EXPECT_EQ(errorOf([&] { moodOf("joy:2"); }), "mood: found the strength '2'; expected 0 to 1");
   const std::string bad = file(R"({"browInnerUp": 3})");
   EXPECT_NE(errorOf([&] { moodOf(bad); }).find("browInnerUp"), std::string::npos);
@@ -254,7 +257,8 @@ TEST(Moods, LeaveClosedLipsAndClosedLids) {
   PositionMatrix weights = PositionMatrix::Zero(1, 52);
   for (const char* blink : {"EyeBlinkLeft", "EyeBlinkRight"}) weights(0, arkitIndex(blink)) = 1;
   const PositionMatrix shut = shapeDisplacements(weights, blinking.layout, blinking.neutral_pose_mm);
-  const double left = kOpenMm + shut(0, heightOf(blinking.layout, "LID_UP_R")) - shut(0, heightOf(blinking.layout, "LID_LO_R"));
+  const double left =
+      kOpenMm + shut(0, heightOf(blinking.layout, "LID_UP_R")) - shut(0, heightOf(blinking.layout, "LID_LO_R"));
   EXPECT_NEAR(left, 0, 0.01) << "a blink closes the lids of this face";
 }
 

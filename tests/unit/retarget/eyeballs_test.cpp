@@ -39,11 +39,11 @@ void addCap(FaceMesh& mesh, const Eigen::Vector3f& middle, float radius, double 
 TEST(Eyeballs, BallsAndWhatLiesOnThemTurnLidsAndTearLinesDoNot) {
   FaceMesh mesh;
   const Eigen::Vector3f left(30, 40, -5), right(-30, 40, -5);
-  addCap(mesh, left, 12, 0, 2.6, PartKind::kEye);    // 0..143: a ball
-  addCap(mesh, left, 12.3F, 0, 0.4, PartKind::kEye);  // its cornea
+  addCap(mesh, left, 12, 0, 2.6, PartKind::kEye);       // 0..143: a ball
+  addCap(mesh, left, 12.3F, 0, 0.4, PartKind::kEye);    // its cornea
   addCap(mesh, left, 12.2F, 0.9, 1.1, PartKind::kEye);  // its tear line
-  addCap(mesh, right, 12, 0, 1.5, PartKind::kEye);   // half a ball
-  addCap(mesh, right, 13, 0.3, 1.2, PartKind::kSkin);  // a lid
+  addCap(mesh, right, 12, 0, 1.5, PartKind::kEye);      // half a ball
+  addCap(mesh, right, 13, 0.3, 1.2, PartKind::kSkin);   // a lid
   constexpr std::uint32_t kEach = 9 * 16;
   const Eyeballs eyes(mesh);
   std::vector<std::uint32_t> expected;
@@ -60,8 +60,7 @@ TEST(Eyeballs, BallsAndWhatLiesOnThemTurnLidsAndTearLinesDoNot) {
   // What looked straight ahead looks to the subject's left and up; nothing leaves the ball.
   EXPECT_NEAR(places[0] - left.x(), 12 * std::sin(0.3) * std::cos(0.2), 0.1);
   EXPECT_NEAR(places[1] - left.y(), 12 * std::sin(0.2), 0.1);
-  for (std::size_t i = 0; i < kEach; ++i)
-    EXPECT_NEAR((Eigen::Vector3f::Map(&places[3 * i]) - left).norm(), 12, 0.05);
+  for (std::size_t i = 0; i < kEach; ++i) EXPECT_NEAR((Eigen::Vector3f::Map(&places[3 * i]) - left).norm(), 12, 0.05);
 }
 
 TEST(Eyeballs, AreNoneWherePaintedOrFlat) {
