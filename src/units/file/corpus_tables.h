@@ -19,7 +19,7 @@ struct CorpusTable {
   int columns;
 };
 
-/// Format version 5 (docs/formats/corpus.md), which has the tables of version 3 with more rows, as version 4 has, and
+/// Format version 6 (docs/formats/corpus.md), which has the tables of version 3 with more rows, as 4 and 5 have, and
 /// some of them packed; version 1 ends before `trajectory_model`, version 2 before `viseme_poses`. `crc` is the row's
 /// checksum.
 inline constexpr std::array<CorpusTable, 12> kCorpusTables{{
