@@ -9,6 +9,7 @@
 #include "audio/audio_clip.h"
 #include "motion/formats/c3d_file.h"
 #include "motion/formats/motion_csv.h"
+#include "phonetics/labels/textgrid.h"
 #include "support/run_program.h"
 
 namespace mouthpiece::test {
