@@ -61,7 +61,8 @@ inline constexpr std::array<CorpusTable, 12> kCorpusTables{{
     {"viseme_poses",
      "CREATE TABLE viseme_poses(id INTEGER PRIMARY KEY, json TEXT NOT NULL, crc INTEGER NOT NULL) STRICT", 3},
 }};
-inline constexpr std::array<std::size_t, 5> kTablesOfVersion{9, 11, 12, 12, kCorpusTables.size()};  ///< version 1 first
+inline constexpr std::array<std::size_t, 6> kTablesOfVersion{9,  11, 12,
+                                                             12, 12, kCorpusTables.size()};  ///< version 1 first
 
 /// How many rows of each table a take promises.
 struct LabelCounts {
