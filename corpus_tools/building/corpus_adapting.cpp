@@ -95,7 +95,7 @@ class Adapting {
         fitTakes(own, columns_, TrajectoryFitOptions().fit_rate_hz, TrajectoryFitOptions().most_kept_frames).takes;
     std::vector<std::size_t> numbers;
     for (const FitTake& take : takes) numbers.push_back(take.index);
-    features_.emplace(own, numbers, kMostOwnFeatures);
+    features_.emplace(own, numbers, kMostOwnFeatures, base_.silence);
     for (const ComponentDynamics& dynamics : base_.dynamics) {
       const auto same = [&](const ComponentDynamics& other) {
         return other.time_constant == dynamics.time_constant && other.lead == dynamics.lead;

@@ -102,10 +102,12 @@ FitTakes fitTakes(const Corpus& corpus, const SpeechColumns& columns, double fit
   return kept;
 }
 
-SegmentFeatures::SegmentFeatures(const Corpus& corpus, const std::vector<std::size_t>& takes, std::size_t most) {
+SegmentFeatures::SegmentFeatures(const Corpus& corpus, const std::vector<std::size_t>& takes, std::size_t most,
+                                 const SilenceTiming& timing)
+    : timing_(timing) {
   std::vector<std::size_t> segments;  // that have each
   for (const std::size_t take : takes) {
-    for (const SpeechSegment& segment : predictionSegments(corpus.takes[take].labels)) {
+    for (const SpeechSegment& segment : predictionSegments(corpus.takes[take].labels, timing_)) {
       for (const SegmentFeature& feature : segment.features) {
         const auto [known, is_new] = numbers_.try_emplace(feature.name, count());
         if (is_new) names_.push_back(feature.name);
@@ -130,7 +132,7 @@ SegmentFeatures::SegmentFeatures(const Corpus& corpus, const std::vector<std::si
 }
 
 TakeSegments SegmentFeatures::of(const SpeechLabels& labels) const {
-  TakeSegments take{predictionSegments(labels), {}};
+  TakeSegments take{predictionSegments(labels, timing_), {}};
   for (SpeechSegment& segment : take.segments) {
     SparseRow& share = take.shares.emplace_back();
     for (const SegmentFeature& feature : segment.features) {

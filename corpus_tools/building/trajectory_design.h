@@ -58,7 +58,8 @@ struct TakeSegments {
 class SegmentFeatures {
  public:
   /// `takes`: whose features there are. Of more features than `most` only those that most segments have.
-  SegmentFeatures(const Corpus& corpus, const std::vector<std::size_t>& takes, std::size_t most);
+  SegmentFeatures(const Corpus& corpus, const std::vector<std::size_t>& takes, std::size_t most,
+                  const SilenceTiming& timing);
   [[nodiscard]] Eigen::Index count() const { return signedIndex(names_.size()); }
   [[nodiscard]] const std::string& name(Eigen::Index feature) const { return names_[unsignedIndex(feature)]; }
   [[nodiscard]] TakeSegments of(const SpeechLabels& labels) const;
@@ -67,6 +68,7 @@ class SegmentFeatures {
   [[nodiscard]] Eigen::VectorXd ridgeFactors() const;
 
  private:
+  SilenceTiming timing_;
   std::vector<std::string> names_;
   std::unordered_map<std::string, Eigen::Index> numbers_;
 };

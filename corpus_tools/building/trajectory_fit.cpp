@@ -10,6 +10,7 @@
 #include "base/statistics.h"
 #include "corpus_tools/building/articulatory_prior.h"
 #include "corpus_tools/building/network_fit.h"
+#include "corpus_tools/building/silence_fit.h"
 #include "corpus_tools/building/sound_fit.h"
 #include "corpus_tools/building/trajectory_design.h"
 
@@ -187,8 +188,9 @@ Judged fitMovement(const SegmentFeatures& features, const TargetSolver& solver, 
   return judged;
 }
 
-NetworkTake networkTake(const FitTake& take, const SpeechLabels& labels, const Eigen::MatrixXd& values) {
-  return {contextSegments(labels), take.times, take.seen.cast<float>(), values.cast<float>()};
+NetworkTake networkTake(const FitTake& take, const SpeechLabels& labels, const SilenceTiming& timing,
+                        const Eigen::MatrixXd& values) {
+  return {contextSegments(labels, timing), take.times, take.seen.cast<float>(), values.cast<float>()};
 }
 
 /// Networks, each without another part of the takes: together they have seen all. The one that has not seen the judges
@@ -199,7 +201,7 @@ std::vector<SoundTake> fitNetworks(const Corpus& corpus, const std::vector<FitTa
                                    TrajectoryModel& model) {
   std::vector<NetworkTake> known;
   for (const FitTake& take : takes)
-    known.push_back(networkTake(take, corpus.takes[take.index].labels, solver.valuesOf(take)));
+    known.push_back(networkTake(take, corpus.takes[take.index].labels, model.silence, solver.valuesOf(take)));
   model.networks.resize(kNetworks);
   parallelFor(kNetworks, jobs, [&](std::size_t network) {
     std::vector<std::size_t> use;
@@ -296,7 +298,8 @@ TrajectoryFit fitTrajectory(const Corpus& corpus, const TrajectoryFitOptions& op
   const auto speaking = signedIndex((columns.weights.array() > 0).count());
   fitComponents(takes, columns, std::min(options.components, speaking), *model);
   model->level = Eigen::RowVectorXd::Zero(model->componentCount());
-  const SegmentFeatures features(corpus, takesWithFeatures(corpus, kept), kMostFeatures);
+  model->silence = fitSilenceTiming(takes, corpus);
+  const SegmentFeatures features(corpus, takesWithFeatures(corpus, kept), kMostFeatures, model->silence);
   const Material material{corpus, columns, options, kept};
   const TargetSolver solver(material, features, *model);
   std::vector<std::size_t> use, judges;

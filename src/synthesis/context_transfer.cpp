@@ -52,6 +52,35 @@ Eigen::MatrixXd interpolated(const Eigen::MatrixXd& rows, std::span<const Second
   return result;
 }
 
+/// Opening of the lips that a change of the components by (1 x components) brings, mm a unit; and the change that opens
+/// them by 1 mm as the speaker does.
+struct LipWay {
+  Eigen::VectorXd opening;
+  Eigen::RowVectorXd opens;
+};
+
+LipWay wayOfLips(const TrajectoryModel& model, const LipGauge& lips) {
+  LipWay way{Eigen::VectorXd::Zero(model.componentCount()), Eigen::RowVectorXd::Zero(model.componentCount())};
+  if (!lips.hasLips() || model.closing.size() != model.columnCount()) return way;
+  way.opening = lips.verticalOpenings(model.shapes);
+  way.opens = model.closing * model.analysis;
+  const double opened = way.opens * way.opening;
+  constexpr double kMoves = 1e-3;
+  way.opens = opened > kMoves ? Eigen::RowVectorXd(way.opens / opened) : Eigen::RowVectorXd::Zero(way.opens.size());
+  return way;
+}
+
+/// 1 in the middles of the phones that close the lips, 0 in those of others; straight between.
+Eigen::VectorXd closesAt(const SpeechLabels& line, std::span<const Seconds> times) {
+  Eigen::MatrixXd closes = Eigen::MatrixXd::Zero(std::ssize(line.phones), 1);
+  std::vector<Seconds> middles;
+  for (std::size_t i = 0; i < line.phones.size(); ++i) {
+    middles.push_back(line.phones[i].span.middle());
+    if (isBilabial(line.phones[i].phone)) closes(signedIndex(i), 0) = 1;
+  }
+  return interpolated(closes, middles, times);
+}
+
 /// Where the line says pairs of phones that the corpus lacks, 1, elsewhere 0; straight between the phones' middles.
 Eigen::VectorXd unsaidAt(const SpeechLabels& line, const UnitDatabase& database, std::span<const Seconds> times) {
   const std::vector<LabelledPhone>& phones = line.phones;
@@ -80,10 +109,17 @@ Eigen::MatrixXd lineComponents(const SpeechLabels& line, const UnitDatabase& dat
     components.rowwise() -= model.level;
     components *= model.gain;
     components.rowwise() += model.level;
+  }
+  if (options.restore_variance && options.restore_unsaid) {
     const Eigen::VectorXd unsaid = unsaidAt(line, database, times);
     if (!unsaid.isZero()) {
       const Eigen::MatrixXd moving = components - smoothed(components, kUnsaidWithin, spacing);
-      components += kUnsaidGain * unsaid.asDiagonal() * moving;
+      Eigen::MatrixXd added = kUnsaidGain * unsaid.asDiagonal() * moving;
+      // Lips that are to stay apart are not brought together.
+      const LipWay way = wayOfLips(model, database.lips());
+      const Eigen::VectorXd closer =
+          (-(added * way.opening)).cwiseMax(0).cwiseProduct((1 - closesAt(line, times).array()).matrix());
+      components += added + closer * way.opens;
     }
   }
   if (heard != nullptr) components += heard->at(times);

@@ -20,6 +20,7 @@ struct ContextOptions {
   std::optional<MotionSettings> settings = {};  ///< none: those of the corpus
   bool average = true;                          ///< adds contextMean(): what like places of the corpus have in common
   bool restore_variance = true;                 ///< TrajectoryModel::gain
+  bool restore_unsaid = true;                   ///< what nobody said moves as far as it would
   bool keep_contacts = true;                    ///< keepContacts()
   bool keep_heard = true;                       ///< where a fragment's own sound is heard its lips are as captured
   bool hear = false;                            ///< what the line's sound says beyond its phones joins the prediction

@@ -106,6 +106,8 @@ enum class Unseen {
 struct UnseenOptions {
   std::size_t most_rounds = 12;  ///< evenly chosen; each fits a corpus anew
   std::size_t most_takes = 32;   ///< of those taken out, measured in a round; evenly chosen
+  /// Of that many parts of the rounds, and which: settings are chosen on one and judged on another.
+  std::size_t parts = 1, part = 0;
 };
 
 /// Each word (pair, phone) that not every other take has is taken out of the corpus with all takes that have it,

@@ -245,6 +245,11 @@ std::vector<EvaluationMethod> backoffMethods(const Corpus& corpus, const UnitDat
   std::vector<EvaluationMethod> methods;
   SynthesisOptions options = selectingBy(SelectionMethod::kViterbi, UnitScales::kAny);
   methods.push_back(unitMethod("guided, stand-ins", database, options));
+  if (corpus.trajectory_model != nullptr) {
+    SynthesisOptions still = options;
+    still.context.restore_unsaid = false;
+    methods.push_back(unitMethod("guided, movement not brought back", database, still));
+  }
   options.curves.fill_gaps = options.curves.before_stand_ins = true;
   methods.push_back(unitMethod("guided, curves in gaps", database, options));
   if (corpus.trajectory_model != nullptr) {

@@ -1,8 +1,12 @@
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "base/text_numbers.h"
 #include "corpus_tools/research/evaluation/alignment_trial.h"
 #include "corpus_tools/research/evaluation/evaluation.h"
 #include "corpus_tools/research/evaluation/evaluation_methods.h"
@@ -22,7 +26,7 @@ struct EvaluateArguments {
   double hold_out = 0;
   std::vector<std::size_t> learning_curve;
   std::vector<std::string> rows;
-  std::string unseen, hint;
+  std::string unseen, hint, part, within;
 };
 
 /// Of `methods` those that were asked for; all when none was.
@@ -54,6 +58,31 @@ Unseen unseenOf(const std::string& what) {
   return what == "words" ? Unseen::kWords : what == "pairs" ? Unseen::kPairs : Unseen::kPhones;
 }
 
+/// "I/N".
+UnseenOptions partOf(const std::string& text) {
+  UnseenOptions limits;
+  if (text.empty()) return limits;
+  const std::size_t slash = text.find('/');
+  const auto part = parseNumber(text.substr(0, slash));
+  const auto parts = slash == std::string::npos ? std::nullopt : parseNumber(text.substr(slash + 1));
+  constexpr double kMostParts = 1000;
+  const bool is_one = part && parts && *part >= 1 && *part <= *parts && *parts <= kMostParts &&
+                      *part == std::floor(*part) && *parts == std::floor(*parts);
+  if (!is_one) throw InputError("--part", "", fmt::format("found {}; expected I/N, as 1/2", printable(text)));
+  limits.part = static_cast<std::size_t>(*part) - 1;
+  limits.parts = static_cast<std::size_t>(*parts);
+  return limits;
+}
+
+/// The silences of a take, or what lies between them.
+MeasuredStretches stretchesWithin(const CorpusTake& take, bool silence) {
+  MeasuredStretches stretches;
+  for (const LabelledPhone& phone : take.labels.phones) {
+    if ((phone.phone == Phone::kSil) == silence) stretches.push_back(phone.span);
+  }
+  return stretches;
+}
+
 Evaluation evaluate(const EvaluateArguments& given, Corpus corpus, std::vector<HearingScore>& heard) {
   const EvaluationMethods all = given.hear             ? hearingMethods(heard, given.hint)
                                 : given.ablation       ? ablationMethods
@@ -65,6 +94,11 @@ Evaluation evaluate(const EvaluateArguments& given, Corpus corpus, std::vector<H
   EvaluationOptions options;
   options.keep_curves = !given.html.empty();
   if (!given.truth.empty()) options.truth = readTruth(corpus, given.truth);
+  if (!given.within.empty()) {
+    options.stretches = [silence = given.within == "silence"](const CorpusTake& take) {
+      return stretchesWithin(take, silence);
+    };
+  }
   CallbackBar bar("evaluating", given.quiet);
   options.progress = std::ref(bar);
   if (!given.learning_curve.empty()) {
@@ -72,7 +106,8 @@ Evaluation evaluate(const EvaluateArguments& given, Corpus corpus, std::vector<H
     if (!given.adapted.empty()) options.adapted_from = &large.emplace(readCorpus(given.adapted));
     return learningCurve(corpus, given.learning_curve, selectionMethods, options);
   }
-  if (!given.unseen.empty()) return evaluateUnseen(corpus, unseenOf(given.unseen), methods, options);
+  if (!given.unseen.empty())
+    return evaluateUnseen(corpus, unseenOf(given.unseen), methods, options, partOf(given.part));
   if (given.folds > 0) return crossValidate(corpus, given.folds, methods, options);
   if (captured.empty()) captured = holdOut(corpus, given.hold_out, kHoldOutSeed);
   return evaluateCorpus(corpus, captured, methods, options);
@@ -111,12 +146,13 @@ void addOptions(CLI::App& command, EvaluateArguments& options) {
                     .add_option("--learning-curve", options.learning_curve,
                                 "Every fifth take, by the material of that many others (10,25,50)")
                     ->delimiter(',');
-  which
-      .add_option(
-          "--unseen", options.unseen,
-          "words|pairs|phones: take whole words, phones or pairs of them out, with all takes that say them, and "
-          "measure the stretches that do")
-      ->check(CLI::IsMember({"words", "pairs", "phones"}));
+  auto* unseen =
+      which
+          .add_option(
+              "--unseen", options.unseen,
+              "words|pairs|phones: take whole words, phones or pairs of them out, with all takes that say them, and "
+              "measure the stretches that do")
+          ->check(CLI::IsMember({"words", "pairs", "phones"}));
   which.add_flag("--align", options.align,
                  "No face: how well the takes' own words are found in their sound with noise under it, and how often a "
                  "text is doubted that is said, or is not");
@@ -132,6 +168,13 @@ void addOptions(CLI::App& command, EvaluateArguments& options) {
                                 "From what is heard in the takes' sound alone, beside their labels: the face, and the "
                                 "errors of phones, visemes and words");
   hear->excludes("--ablation");
+  command
+      .add_option("--part", options.part,
+                  "I/N: with --unseen only that part of them, so that what is chosen on one is judged on another")
+      ->needs(unseen);
+  command.add_option("--within", options.within, "silence|speech: measure only the frames of those stretches")
+      ->check(CLI::IsMember({"silence", "speech"}))
+      ->excludes(unseen);
   command.add_option("--hint", options.hint, "With --hear: words and phrases that are likely")->needs(hear);
   command.add_option("--rows", options.rows, "Only the rows whose names begin so (guided,EDGE)")->delimiter(',');
   command.add_option("--html", options.html, "Also write a page with the curves of all takes over each other");

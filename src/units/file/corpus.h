@@ -70,7 +70,7 @@ inline double closedLipsMm(const Corpus& corpus) {
   return corpus.trajectory_model != nullptr ? corpus.trajectory_model->closed_opening_mm : 0.0;
 }
 
-inline constexpr int kCorpusFormatVersion = 5;
+inline constexpr int kCorpusFormatVersion = 6;
 
 enum class CorpusAudio { kLoad, kSkip };
 

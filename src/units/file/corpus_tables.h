@@ -19,7 +19,7 @@ struct CorpusTable {
   int columns;
 };
 
-/// Format version 5 (docs/formats/corpus.md), which has the tables of version 3 with more rows, as version 4 has, and
+/// Format version 6 (docs/formats/corpus.md), which has the tables of version 3 with more rows, as 4 and 5 have, and
 /// some of them packed; version 1 ends before `trajectory_model`, version 2 before `viseme_poses`. `crc` is the row's
 /// checksum.
 inline constexpr std::array<CorpusTable, 12> kCorpusTables{{
@@ -61,7 +61,8 @@ inline constexpr std::array<CorpusTable, 12> kCorpusTables{{
     {"viseme_poses",
      "CREATE TABLE viseme_poses(id INTEGER PRIMARY KEY, json TEXT NOT NULL, crc INTEGER NOT NULL) STRICT", 3},
 }};
-inline constexpr std::array<std::size_t, 5> kTablesOfVersion{9, 11, 12, 12, kCorpusTables.size()};  ///< version 1 first
+inline constexpr std::array<std::size_t, 6> kTablesOfVersion{9,  11, 12,
+                                                             12, 12, kCorpusTables.size()};  ///< version 1 first
 
 /// How many rows of each table a take promises.
 struct LabelCounts {

@@ -20,6 +20,7 @@ constexpr std::size_t kFirstLatticeWeights = 13;               ///< of the terms
 constexpr std::string_view kCutWeights = "sound cut weights";  ///< only where they were learnt
 constexpr std::string_view kSettings = "motion settings";      ///< since version 4
 constexpr std::string_view kShares = "network shares", kNetwork = "network ";
+constexpr std::string_view kSilence = "silence timing";          ///< since version 6
 constexpr std::string_view kExpectedSounds = "expected sounds";  ///< since version 5, where the corpus has sound
 constexpr std::size_t kMostHidden = 1024, kMostNetworks = 64;
 
@@ -70,6 +71,7 @@ class ModelReader {
     model->closing = matrixOf(next("closing", columns_), 1);
     model->closed_opening_mm = next("closed opening", 1)[0];
     readLatticeWeights(corpus_.lattice_weights.values());
+    model->silence.pauses_settle = false;  // of a file that does not say
     readTargets(*model);
     corpus_.trajectory_model = std::move(model);
   }
@@ -128,6 +130,10 @@ class ModelReader {
         readNetworks(model);
         continue;
       }
+      if (name == kSilence && model.targets.empty()) {
+        readSilence(model.silence);
+        continue;
+      }
       if (name == kExpectedSounds && model.targets.empty()) {
         readSound(model.sound);
         continue;
@@ -167,6 +173,12 @@ class ModelReader {
       network.output = Eigen::Map<const ContextNetwork::Matrix>(own.data() + inputs + hidden, signedIndex(hidden),
                                                                 signedIndex(components));
     }
+  }
+  void readSilence(SilenceTiming& silence) {
+    const Numbers numbers = weights(4);
+    silence = {numbers[0], numbers[1], numbers[2], numbers[3], true};
+    if (!(numbers[0] <= kLongestTime && numbers[1] <= 1 && numbers[2] <= numbers[3] && numbers[3] <= kLongestTime))
+      row_.fail("found breaths out of order; expected a length, a share up to 1, the least and the most");
   }
   /// What the phones sound like is at hand; three rows follow.
   void readSound(SoundModel& sound) {
@@ -262,6 +274,11 @@ void writeTrajectoryModel(SqliteDatabase& database, const Corpus& corpus) {
     Numbers cuts;
     for (const SoundCutTerm& term : kSoundCutTerms) cuts.push_back(asFloat(corpus.sound_cut_weights.*term.weight));
     add(std::string(kCutWeights), cuts);
+  }
+  const SilenceTiming& silence = model.silence;
+  if (silence.pauses_settle) {
+    add(std::string(kSilence), {asFloat(silence.breath_at_half_second), asFloat(silence.breath_share),
+                                asFloat(silence.least_breath), asFloat(silence.most_breath)});
   }
   Numbers settings;
   for (const MotionSetting& setting : kMotionSettings)

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "base/index.h"
-#include "units/prediction/speech_segments.h"
 
 namespace mouthpiece {
 namespace {
@@ -191,8 +190,11 @@ ContextSegment silentSegment(const SpeechSegment& segment) {
   Eigen::Index kind = kPause;
   if (segment.features.empty()) kind = kRest;
   if (!segment.features.empty() && segment.features.front().name.starts_with(kSilence))
-    kind = segment.features.front().name.substr(kSilence.size()) == "before" ? kBefore : kAfter;
+    kind = segment.breath ? kBefore : kAfter;
   made.features.emplace_back(kind, 1.0F);
+  const bool in_pause =
+      kind != kPause && segment.features.size() > 1 && segment.features[1].name.starts_with("silence pause ");
+  if (in_pause) made.features.emplace_back(kPause, 1.0F);
   return made;
 }
 
@@ -224,9 +226,9 @@ Eigen::VectorXf articulationOf(Phone phone, bool second_half) {
   return values;
 }
 
-std::vector<ContextSegment> contextSegments(const SpeechLabels& labels) {
+std::vector<ContextSegment> contextSegments(const SpeechLabels& labels, const SilenceTiming& timing) {
   std::vector<ContextSegment> segments;
-  for (const SpeechSegment& segment : speechSegments(labels))
+  for (const SpeechSegment& segment : speechSegments(labels, timing))
     segments.push_back(segment.in_speech ? speechSegment(segment, labels) : silentSegment(segment));
   if (!segments.empty()) {  // what lies beyond the line is as its ends
     constexpr Seconds kBeyond = 10;

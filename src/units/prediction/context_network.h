@@ -8,6 +8,7 @@
 
 #include "base/time.h"
 #include "phonetics/labels/speech_labels.h"
+#include "units/prediction/speech_segments.h"
 
 namespace mouthpiece {
 
@@ -33,7 +34,7 @@ std::span<const std::string_view> contextFeatureNames();
 Eigen::VectorXf articulationOf(Phone phone, bool second_half);
 
 /// Diphthongs are two segments; silences are cut as in speechSegments().
-std::vector<ContextSegment> contextSegments(const SpeechLabels& labels);
+std::vector<ContextSegment> contextSegments(const SpeechLabels& labels, const SilenceTiming& timing = {});
 
 /// How much of `segment` each window holds, at `time`: numbers of windows and their shares, none of them zero.
 void windowShares(const TimeSpan& segment, Seconds time, std::vector<std::pair<Eigen::Index, float>>& shares);

@@ -7,10 +7,10 @@
 namespace mouthpiece {
 namespace {
 
-constexpr Seconds kBreathLength = 0.35;      ///< before speech the captured mouth opens this long
-constexpr Seconds kRelaxationLength = 0.25;  ///< after it, lips come together
+constexpr Seconds kRelaxationLength = 0.25;  ///< after speech lips come together
 constexpr Seconds kLeastRest = 0.1;
-constexpr double kPauseShare = 0.4;
+constexpr double kMostBreath = 0.6;       ///< of a pause
+constexpr double kPauseShare = 0.4;       ///< of a neutral vowel, where pauses do not settle
 constexpr double kFirstPartShare = 0.45;  ///< of a diphthong
 
 constexpr double kClosurePace = 0.8;  ///< time constants relative to the component's own
@@ -19,38 +19,52 @@ constexpr double kSilencePace = 1.5;
 /// A segment's class, as its neighbours see it.
 std::string className(Viseme viseme) { return std::string(visemeName(viseme == Viseme::kEr ? Viseme::kUh : viseme)); }
 
+constexpr std::string_view kInPause = "silence pause ";
+
 struct Piece {
   SpeechSegment segment;
   std::string phone_feature;  ///< empty in silence
   Viseme viseme = Viseme::kSil;
 };
 
-std::vector<Piece> silencePieces(const TimeSpan& span, bool first, bool last) {
-  const auto piece = [&](Seconds start, Seconds end, const char* name, bool breath) {
-    Piece silence;
-    silence.segment.span = {start, end};
-    silence.segment.breath = breath;
-    silence.segment.pace = SegmentPace::kSilence;
-    if (*name != '\0') silence.segment.features.push_back({std::string("silence ") + name});
-    return silence;
-  };
-  const bool has_rest = span.duration() > kBreathLength + kLeastRest;
-  if (first && last) return {piece(span.start, span.end, "", false)};
-  if (first) {
-    const Seconds cut = has_rest ? span.end - kBreathLength : span.start;
-    std::vector<Piece> pieces;
-    if (has_rest) pieces.push_back(piece(span.start, cut, "", false));
-    pieces.push_back(piece(cut, span.end, "before", true));
-    return pieces;
-  }
-  if (!last) {  // The capture has next to no pauses: half way between rest and a neutral vowel.
-    Piece pause = piece(span.start, span.end, "", true);
+Piece silencePiece(Seconds start, Seconds end, std::string_view name, bool in_pause = false) {
+  Piece silence;
+  silence.segment.span = {start, end};
+  silence.segment.breath = name == "before";
+  silence.segment.pace = SegmentPace::kSilence;
+  if (!name.empty()) silence.segment.features.push_back({std::string("silence ").append(name)});
+  if (!name.empty() && in_pause) silence.segment.features.push_back({std::string(kInPause).append(name)});
+  return silence;
+}
+
+/// Between two phrases: the lips settle, rest, and open again, as far as there is time.
+std::vector<Piece> pausePieces(const TimeSpan& span, const SilenceTiming& timing) {
+  if (!timing.pauses_settle) {
+    Piece pause = silencePiece(span.start, span.end, "");
+    pause.segment.breath = true;
     pause.segment.features = {{"viseme " + className(Viseme::kUh), kPauseShare}};
     return {pause};
   }
-  if (span.duration() <= kRelaxationLength + kLeastRest) return {piece(span.start, span.end, "after", false)};
+  const Seconds breath = std::min(timing.breathIn(span.duration()), kMostBreath * span.duration());
+  const Seconds opens = span.end - breath, settled = std::min(span.start + kRelaxationLength, opens);
+  std::vector<Piece> pieces{silencePiece(span.start, settled, "after", true)};
+  const bool has_rest = opens - settled > kLeastRest;
+  if (has_rest) pieces.push_back(silencePiece(settled, opens, ""));
+  pieces.push_back(silencePiece(has_rest ? opens : settled, span.end, "before", true));
+  return pieces;
+}
+
+std::vector<Piece> silencePieces(const TimeSpan& span, bool first, bool last, const SilenceTiming& timing) {
+  if (first && last) return {silencePiece(span.start, span.end, "")};
+  if (first) {
+    const Seconds breath = timing.breathIn(span.duration());
+    if (span.duration() <= breath + kLeastRest) return {silencePiece(span.start, span.end, "before")};
+    return {silencePiece(span.start, span.end - breath, ""), silencePiece(span.end - breath, span.end, "before")};
+  }
+  if (!last) return pausePieces(span, timing);
+  if (span.duration() <= kRelaxationLength + kLeastRest) return {silencePiece(span.start, span.end, "after")};
   const Seconds cut = span.start + kRelaxationLength;
-  return {piece(span.start, cut, "after", false), piece(cut, span.end, "", false)};
+  return {silencePiece(span.start, cut, "after"), silencePiece(cut, span.end, "")};
 }
 
 std::vector<Piece> speechPieces(const LabelledPhone& phone) {
@@ -85,12 +99,12 @@ void giveBurstsToWhatFollows(std::vector<Piece>& pieces) {
   }
 }
 
-std::vector<Piece> cutIntoPieces(const SpeechLabels& labels) {
+std::vector<Piece> cutIntoPieces(const SpeechLabels& labels, const SilenceTiming& timing) {
   std::vector<Piece> pieces;
   for (std::size_t i = 0; i < labels.phones.size(); ++i) {
     const LabelledPhone& phone = labels.phones[i];
     std::vector<Piece> next = phone.phone == Phone::kSil
-                                  ? silencePieces(phone.span, i == 0, i + 1 == labels.phones.size())
+                                  ? silencePieces(phone.span, i == 0, i + 1 == labels.phones.size(), timing)
                                   : speechPieces(phone);
     for (Piece& piece : next) piece.segment.label = i;
     pieces.insert(pieces.end(), next.begin(), next.end());
@@ -136,8 +150,13 @@ double paceFactor(SegmentPace pace) {
 
 }  // namespace
 
-std::vector<SpeechSegment> speechSegments(const SpeechLabels& labels) {
-  std::vector<Piece> pieces = cutIntoPieces(labels);
+Seconds SilenceTiming::breathIn(Seconds silence) const {
+  constexpr Seconds kHalfSecond = 0.5;
+  return std::clamp(breath_at_half_second + breath_share * (silence - kHalfSecond), least_breath, most_breath);
+}
+
+std::vector<SpeechSegment> speechSegments(const SpeechLabels& labels, const SilenceTiming& timing) {
+  std::vector<Piece> pieces = cutIntoPieces(labels, timing);
   std::vector<std::string> classes;
   for (const Piece& piece : pieces) classes.push_back(className(piece.viseme));
   std::vector<SpeechSegment> segments;

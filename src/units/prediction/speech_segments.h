@@ -33,11 +33,26 @@ struct SpeechSegment {
   std::vector<SegmentFeature> features;
 };
 
+/// When the mouth moves in silence (docs/theory/units/prediction.md): learnt from a corpus' own silences where it has
+/// enough of them (corpus_tools/building/silence_fit.h).
+struct SilenceTiming {
+  Seconds breath_at_half_second = 0.35;  ///< how long before speech the mouth opens, in a silence of 0.5 s
+  double breath_share = 0;               ///< of what the silence lasts beyond that
+  Seconds least_breath = 0.35, most_breath = 0.35;
+  /// In pauses the lips settle as after the line, rest, and open as before it; off in files from before that was so,
+  /// whose models know pauses as half way to a neutral vowel.
+  bool pauses_settle = true;
+
+  /// How long before speech the mouth opens in a silence of that length; may be longer than it.
+  [[nodiscard]] Seconds breathIn(Seconds silence) const;
+  bool operator==(const SilenceTiming&) const = default;
+};
+
 /// Cuts labels into segments. Features of a phone: its viseme, the phone itself, and its viseme together with that of
 /// the neighbours up to two away; diphthongs are two segments. HH has the viseme of what follows, ER is half R, half
-/// Uh. Silences at the ends are cut into rest, breath or relaxation; rest has no features: its target is the neutral
-/// pose.
-std::vector<SpeechSegment> speechSegments(const SpeechLabels& labels);
+/// Uh. Silences are cut into relaxation (not the first), rest and breath (not the last); rest has no features: its
+/// target is the neutral pose. Those of a pause have a feature more, which the others lack.
+std::vector<SpeechSegment> speechSegments(const SpeechLabels& labels, const SilenceTiming& timing = {});
 
 /// The response, 0 to 1, of four equal first-order stages at `time` after their input steps up: starts and ends softly
 /// (three continuous derivatives), and critically damped, so never overshoots.

@@ -16,8 +16,8 @@ bool sameDynamics(const ComponentDynamics& a, const ComponentDynamics& b) {
 
 }  // namespace
 
-std::vector<SpeechSegment> predictionSegments(const SpeechLabels& labels) {
-  std::vector<SpeechSegment> segments = speechSegments(labels);
+std::vector<SpeechSegment> predictionSegments(const SpeechLabels& labels, const SilenceTiming& timing) {
+  std::vector<SpeechSegment> segments = speechSegments(labels, timing);
   for (SpeechSegment& segment : segments) {
     if (!segment.in_speech) continue;
     const double length = std::log(std::max(kShortestLength, segment.span.duration()) / kUsualLength);
@@ -33,7 +33,7 @@ std::vector<SpeechSegment> predictionSegments(const SpeechLabels& labels) {
 }
 
 LinePrediction::LinePrediction(const TrajectoryModel& model, const SpeechLabels& labels, Keeps keeps)
-    : model_(&model), segments_(predictionSegments(labels)) {
+    : model_(&model), segments_(predictionSegments(labels, model.silence)) {
   targets_ = Eigen::MatrixXd::Zero(signedIndex(segments_.size()), model.componentCount());
   for (std::size_t i = 0; i < segments_.size(); ++i) {
     for (const SegmentFeature& feature : segments_[i].features) {
@@ -43,7 +43,7 @@ LinePrediction::LinePrediction(const TrajectoryModel& model, const SpeechLabels&
     }
   }
   if (model.networks.empty()) return;
-  context_ = contextSegments(labels);
+  context_ = contextSegments(labels, model.silence);
   if (keeps == Keeps::kNothing) return;
   for (const ContextNetwork& network : model.networks) given_.push_back(network.given(context_));
 }

@@ -35,6 +35,7 @@ struct TrajectoryModel {
   Eigen::RowVectorXd network_share;  ///< 0 to 1 a component; as many as components where there are networks
   double gain = 1;                   ///< brings back the variance that least squares takes
   Eigen::RowVectorXd closing;        ///< 3 * markers, mm: the lips' way when LIP_UP_MID and LIP_LO_MID part by 1 mm
+  SilenceTiming silence;             ///< when it opens and settles
   SoundModel sound;                  ///< what a recording adds; may be empty
   double closed_opening_mm = 0;  ///< their median distance in B P M at the tightest; 0: the layout has no such markers
 
@@ -67,6 +68,6 @@ class LinePrediction {
 
 /// The segments of speechSegments(), each with the logarithm of its length as two more features (of its viseme and of
 /// its phone): short vowels do not reach as far as long ones.
-std::vector<SpeechSegment> predictionSegments(const SpeechLabels& labels);
+std::vector<SpeechSegment> predictionSegments(const SpeechLabels& labels, const SilenceTiming& timing = {});
 
 }  // namespace mouthpiece

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -109,6 +110,57 @@ TEST_F(ContextTransfer, WhatWasNotSeenIsPredicted) {
   const TrajectoryModel& model = *corpus_.trajectory_model;
   const Eigen::MatrixXd predicted = (model.predict(line, times) * model.shapes).rowwise() + neutral;
   EXPECT_LT((positions - predicted).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+/// Pairs that nobody said are predicted to move too little: their movement is brought back, and theirs alone; and lips
+/// that are to stay apart are not brought together by it.
+TEST_F(ContextTransfer, TheMovementOfAPairThatNobodySaidIsBroughtBack) {
+  const SpeechLabels line = tinyLabels("M-AE-N IY-T AE-M", 0);
+  const UnitDatabase database(corpus_);
+  std::vector<bool> is_unsaid(line.phones.size(), false);
+  for (std::size_t i = 1; i < line.phones.size(); ++i) {
+    if (database.diphones(line.phones[i - 1].phone, line.phones[i].phone).empty())
+      is_unsaid[i - 1] = is_unsaid[i] = true;
+  }
+  const auto first = std::find(is_unsaid.begin(), is_unsaid.end(), true);
+  ASSERT_NE(first, is_unsaid.end()) << "the little corpus says all of it";
+  ASSERT_NE(std::find(is_unsaid.begin() + 1, is_unsaid.end(), false), is_unsaid.end());
+  constexpr double kRateHz = 100;
+  std::vector<Seconds> times;
+  for (Seconds time = 0; time < line.duration(); time += 1 / kRateHz) times.push_back(time);
+  const auto frames = static_cast<Eigen::Index>(times.size());
+  const PositionMatrix nothing = PositionMatrix::Zero(frames, 12);
+  ContextOptions options;
+  options.average = options.keep_contacts = options.fragments = false;
+  const PositionMatrix with = transferContext(nothing, line, database, {}, times, options).predicted_mm;
+  options.restore_unsaid = false;
+  const PositionMatrix without = transferContext(nothing, line, database, {}, times, options).predicted_mm;
+  const auto chin = [](const PositionMatrix& motion) { return motion.col(7); };
+  double more = 0, moved = 0;
+  for (Eigen::Index row = 0; row < frames; ++row) {
+    const Seconds time = times[static_cast<std::size_t>(row)];
+    std::size_t phone = 0;
+    while (phone + 1 < line.phones.size() && line.phones[phone].span.end <= time) ++phone;
+    const bool is_beside = is_unsaid[phone] || (phone > 0 && is_unsaid[phone - 1]) ||
+                           (phone + 1 < is_unsaid.size() && is_unsaid[phone + 1]);
+    const double changed = (with.row(row) - without.row(row)).cwiseAbs().maxCoeff();
+    if (!is_beside) {
+      EXPECT_LT(changed, 1e-9) << "said by somebody, at " << time;
+    }
+    const double opening = with(row, 1) - with(row, 4), before = without(row, 1) - without(row, 4);
+    const bool is_apart = is_unsaid[phone] && !isBilabial(line.phones[phone].phone) &&
+                          std::abs(time - line.phones[phone].span.middle()) < 0.5 / kRateHz;
+    if (is_apart) {
+      EXPECT_GE(opening, before - 1e-6) << "brought together at " << time;
+    }
+    more += is_unsaid[phone] ? changed : 0;
+    moved += is_unsaid[phone] ? 1 : 0;
+  }
+  EXPECT_GT(more / moved, 0.02) << "mm";
+  const auto spread = [&](const PositionMatrix& motion) {
+    return (chin(motion).array() - chin(motion).mean()).matrix().norm();
+  };
+  EXPECT_GT(spread(with), spread(without));
 }
 
 TEST_F(ContextTransfer, SlowDifferencesGoAndFastOnesStay) {

@@ -125,6 +125,23 @@ TEST_F(CorpusFile, ReadsVersion2) {
   EXPECT_EQ(read.viseme_poses, "");
 }
 
+TEST_F(CorpusFile, KeepsWhenTheMouthMovesInSilence) {
+  Corpus written = testing::tinyCorpus();
+  auto model = std::make_shared<TrajectoryModel>(*testing::tinyModel(written));
+  model->silence = {0.25, 0.5, 0.125, 0.75, true};  // what floats hold
+  written.trajectory_model = model;
+  writeCorpus(path_, written);
+  EXPECT_TRUE(checkCorpus(path_).empty());
+  EXPECT_EQ(readCorpus(path_).trajectory_model->silence, model->silence);
+  model->silence.most_breath = 0;  // under the least
+  writeCorpus(path_, written);
+  EXPECT_NE(complaint().find("found breaths out of order"), std::string::npos) << complaint();
+  model->silence = {};
+  model->silence.pauses_settle = false;  // a file of version 5 has no such row
+  writeCorpus(path_, written);
+  EXPECT_FALSE(readCorpus(path_).trajectory_model->silence.pauses_settle);
+}
+
 TEST_F(CorpusFile, KeepsWhatASoundAdds) {
   Corpus written = testing::tinyCorpus();
   auto model = std::make_shared<TrajectoryModel>(*testing::tinyModel(written));

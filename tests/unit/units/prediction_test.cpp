@@ -97,6 +97,59 @@ TEST(SpeechSegments, FeaturesNameTheNeighboursUpToTwoAway) {
   EXPECT_EQ(names.size(), 6U);
 }
 
+/// Silence, M, a pause of that length, N, silence; both ends 0.6 s.
+SpeechLabels withPause(Seconds pause) {
+  SpeechLabels labels;
+  Seconds time = 0;
+  for (const auto& [phone, length] :
+       {std::pair(Phone::kSil, 0.6), std::pair(Phone::kM, 0.1), std::pair(Phone::kSil, pause),
+        std::pair(Phone::kN, 0.1), std::pair(Phone::kSil, 0.6)}) {
+    labels.phones.push_back({phone, {time, time + length}, {}, {}});
+    time += length;
+  }
+  return labels;
+}
+
+std::vector<SpeechSegment> partsOfPause(Seconds pause, const SilenceTiming& timing = {}) {
+  std::vector<SpeechSegment> parts = speechSegments(withPause(pause), timing);
+  std::erase_if(parts, [](const SpeechSegment& part) { return part.label != 2; });
+  return parts;
+}
+
+/// In a pause people do as after a line and before one: the lips settle, rest, and open to breathe.
+TEST(SpeechSegments, PausesSettleRestAndOpenAgain) {
+  const std::vector<SpeechSegment> all = speechSegments(withPause(1.0)), pause = partsOfPause(1.0);
+  ASSERT_EQ(pause.size(), 3U);
+  EXPECT_TRUE(featuresOf(pause[0]).contains("silence after"));
+  EXPECT_TRUE(featuresOf(pause[0]).contains("silence pause after")) << "and what is a pause's own";
+  EXPECT_TRUE(featuresOf(pause[0]).contains("silence after left MBP")) << "as at the line's end";
+  EXPECT_TRUE(pause[1].features.empty()) << "rest";
+  EXPECT_TRUE(featuresOf(pause[2]).contains("silence before right LNTD"));
+  EXPECT_TRUE(pause[2].breath);
+  EXPECT_NEAR(pause[2].span.duration(), 0.35, 1e-9);
+  EXPECT_FALSE(featuresOf(all.front()).contains("silence pause before"));
+  EXPECT_EQ(partsOfPause(0.3).size(), 2U) << "no time to rest";
+  for (const Seconds short_one : {0.02, 0.1, 0.3}) {
+    EXPECT_LE(partsOfPause(short_one).back().span.duration(), 0.6 * short_one + 0.1 + 1e-9) << short_one;
+  }
+  SilenceTiming of_old_files;
+  of_old_files.pauses_settle = false;
+  const std::vector<SpeechSegment> old = partsOfPause(1.0, of_old_files);
+  ASSERT_EQ(old.size(), 1U) << "as the models of older files know pauses";
+  EXPECT_TRUE(featuresOf(old[0]).contains("viseme Uh"));
+}
+
+TEST(SpeechSegments, TheMouthOpensEarlierInALongerSilence) {
+  const SilenceTiming timing{0.2, 0.5, 0.15, 0.6, true};
+  EXPECT_NEAR(timing.breathIn(0.5), 0.2, 1e-12);
+  EXPECT_NEAR(timing.breathIn(0.9), 0.4, 1e-12);
+  EXPECT_EQ(timing.breathIn(0.05), 0.15);
+  EXPECT_EQ(timing.breathIn(9), 0.6);
+  const std::vector<SpeechSegment> segments = speechSegments(withPause(0.1), timing);
+  EXPECT_TRUE(segments[0].features.empty());
+  EXPECT_NEAR(segments[1].span.duration(), 0.25, 1e-12) << "of 0.6 s";
+}
+
 TEST(SegmentWeights, SumToOneAtEveryTime) {
   testing::Chance chance(5);
   for (int round = 0; round < 20; ++round) {

@@ -206,6 +206,31 @@ TEST(SingingCurves, VowelsOfOneVisemeKeepTheirNotesWhenTheyMeet) {
     EXPECT_GT(vowel->valueAt(time), 0.45) << time;
 }
 
+/// And their vibrato, the dips between notes, and what only one of the two has.
+TEST(SingingCurves, VowelsOfOneVisemeKeepVibratoAndDipsWhenTheyMeet) {
+  const SpeechLabels labels = spokenPhones({{Phone::kAA, 1.0}, {Phone::kAA, 1.0}});
+  AudioTags tags;
+  tags.notes = {{{0.5, 0.9}, 220, false}, {{1.0, 1.45}, 330, false}, {{1.55, 2.5}, 440, true}};
+  tags.vibrato = {{{1.7, 2.5}, 6, 0.5}};
+  const auto alone = withSungInternalKeys(fourKeyEvents(labels), tags);
+  const auto events = coarticulated(alone, labels);
+  ASSERT_EQ(events.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    ASSERT_EQ(events[i].inner.size(), alone[i].inner.size()) << "no inner key is lost";
+    for (std::size_t k = 0; k < alone[i].inner.size(); ++k) {
+      EXPECT_EQ(events[i].inner[k].time, alone[i].inner[k].time);
+      EXPECT_EQ(events[i].inner[k].value, alone[i].inner[k].value);
+    }
+  }
+  EXPECT_GT(events[1].inner.size(), 8U) << "the vibrato's keys";
+  const CurveSet curves = curvesFromEvents(events, kSongCoarticulation);
+  const AnimationCurve* vowel = findCurve(curves, "Ah");
+  ASSERT_NE(vowel, nullptr);
+  for (const auto& event : events) {
+    for (const EventKey& key : event.inner) EXPECT_NEAR(vowel->valueAt(key.time), key.value, 0.02) << key.time;
+  }
+}
+
 TEST(VocalStyle, OnlyFricativesAndPlosivesSetMa) {
   const std::vector<Phone> turbulent = {Phone::kS, Phone::kZ, Phone::kF, Phone::kV, Phone::kSH, Phone::kD,
                                         Phone::kT, Phone::kP, Phone::kB, Phone::kG, Phone::kK};

@@ -5,6 +5,7 @@
 
 #include "support/spoken_phones.h"
 #include "vocal/viseme_curves.h"
+#include "vocal/viseme_events.h"
 
 namespace mouthpiece {
 namespace {
@@ -87,6 +88,35 @@ TEST(SpeechCurves, LipHeavyStartsEarlierEndsLaterAndRoundsItsNeighbours) {
   EXPECT_NEAR(round.keys.back().time, 0.78 + 0.150, 1e-12);
   EXPECT_TRUE(curveOf(curves, "LNTD").keys.empty());
   EXPECT_FALSE(curveOf(curves, "LNTD_jaw").keys.empty());
+}
+
+/// JALI's rule by words: a target looks ahead inside its word, the last phone of a word looks back.
+TEST(SpeechCurves, ConsonantsLookAheadInTheirWordAndItsLastOneBack) {
+  const auto lipsOf = [](const std::vector<Phone>& first, const std::vector<Phone>& second, Phone consonant) {
+    std::vector<std::pair<Phone, Seconds>> phones;
+    for (const auto& word : {first, second}) {
+      for (const Phone phone : word) phones.emplace_back(phone, 0.1);
+    }
+    SpeechLabels labels = spokenPhones(phones);
+    std::size_t next = 1;
+    for (const auto& word : {first, second}) {
+      for (std::size_t i = next; i < next + word.size(); ++i) labels.phones[i].word = labels.words.size();
+      labels.words.push_back({"word", {PhoneIndex(next), PhoneIndex(next + word.size() - 1)}});
+      next += word.size();
+    }
+    const auto events = coarticulated(fourKeyEvents(labels), labels);
+    const auto own = std::find_if(events.begin(), events.end(), [&](const VisemeEvent& event) {
+      return labels.phones[event.phone.value].phone == consonant;
+    });
+    return own->lips;
+  };
+  using enum Phone;
+  EXPECT_EQ(lipsOf({kT, kUW}, {kS, kIY}, kS), 1) << "two see: S looks ahead, at IY";
+  EXPECT_EQ(lipsOf({kIY, kS}, {kUW, kT}, kS), 1) << "ease oot: S is its word's last and looks back, at IY";
+  EXPECT_EQ(lipsOf({kS, kUW}, {kT, kIY}, kS), 0) << "sue: S looks ahead, at UW";
+  EXPECT_EQ(lipsOf({kL, kUW, kS}, {kT, kIY}, kS), 0) << "loose: S is the last and looks back, at UW";
+  EXPECT_EQ(lipsOf({kL, kUW, kS, kIY}, {kT, kIY}, kS), 1) << "Lucy: S looks ahead, at IY";
+  EXPECT_EQ(lipsOf({kF, kUW}, {kT, kIY}, kF), 1) << "a labial keeps its lips";
 }
 
 TEST(SpeechCurves, LipHeavyCombinesWithLabials) {
