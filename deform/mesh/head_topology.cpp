@@ -73,7 +73,7 @@ struct HeadTopology::Net {
   std::vector<PartKind> kinds;
   VertexPositions places;
   std::vector<Triangle> around_mouth;  ///< triangles of what lips may be
-  std::vector<std::size_t> first;  ///< links of vertex i: [first[i], first[i + 1])
+  std::vector<std::size_t> first;      ///< links of vertex i: [first[i], first[i + 1])
   std::vector<Link> links;
 
   explicit Net(const FaceMesh& mesh)

@@ -122,8 +122,7 @@ std::optional<TriangleTree::Foot> TriangleTree::closest(const Eigen::Vector3d& p
     const auto number = std::lower_bound(data_->numbers.begin(), data_->numbers.end(), begin_at->triangle);
     const Eigen::Vector3d& at = begin_at->point;
     return data_->tree.closest_point_and_primitive(
-        from, {Kernel::Point_3(at.x(), at.y(), at.z()),
-               data_->triangles.cbegin() + (number - data_->numbers.begin())});
+        from, {Kernel::Point_3(at.x(), at.y(), at.z()), data_->triangles.cbegin() + (number - data_->numbers.begin())});
   }();
   const Eigen::Vector3d foot(found.x(), found.y(), found.z());
   return Foot{foot, data_->numberOf(triangle), weightsAt(*triangle, foot)};

@@ -31,7 +31,7 @@ constexpr double kBeside = 0.25;      ///< beyond an opening's border by more: n
 constexpr double kLayer = 0.03;       ///< skin no further behind the surface than this has no other skin before it
 constexpr double kLayerAbove = 0.05;  ///< the skin that the surface is laid along is no further before it
 constexpr double kTornAt = 0.05, kTornTimes = 3;  ///< ends of an edge hang no further apart than this and so many edges
-constexpr double kDetour = 0.05;      ///< a place further off than this has to be about the nearest of all
+constexpr double kDetour = 0.05;                  ///< a place further off than this has to be about the nearest of all
 constexpr double kFadeInside = 0.35;  ///< behind lips, lids and nostrils the motion fades over this way along the mesh
 constexpr double kTurnsAtEnd = 0.1;   ///< where the surface ends, what is nearer to its place turns with it
 constexpr double kFollows = 0.3;      ///< lashes and the like follow skin that is nearer
@@ -227,9 +227,8 @@ class Binder {
       ++island.size;
       island.off += (vertex(v) - evaluate(surface_.restPose(), binding_.placeOf(v)).position).norm();
     }
-    const auto largest = std::max_element(found.begin(), found.end(), [](const auto& a, const auto& b) {
-      return a.second.size < b.second.size;
-    });
+    const auto largest = std::max_element(found.begin(), found.end(),
+                                          [](const auto& a, const auto& b) { return a.second.size < b.second.size; });
     for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
       if (fates_[v] != Fate::kBound) continue;
       const auto at = found.find(islands.find_set(v));

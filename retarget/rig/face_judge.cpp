@@ -197,8 +197,7 @@ void Judge::findMarkers() {
   for (std::size_t i = 0; i < control.points.size(); ++i) {
     const ControlPoint& point = control.points[i];
     if (i < control.marker_count) markers_of_point[i] = {static_cast<int>(i)};
-    if (point.opposite >= 0)
-      opposite_of_point[i] = {control.points[unsignedIndex(point.opposite)].drivers[0].point};
+    if (point.opposite >= 0) opposite_of_point[i] = {control.points[unsignedIndex(point.opposite)].drivers[0].point};
     for (const PointDriver& driver : point.drivers) {
       if (std::abs(driver.weight) < kOwnMarker) continue;
       add(markers_of_point[i], markers_of_point[unsignedIndex(driver.point)]);

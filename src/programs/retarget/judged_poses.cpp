@@ -137,8 +137,12 @@ void takeSong(const Corpus& corpus, double frame_rate_hz, Gathered& gathered) {
   } catch (const InputError&) {
     return;  // A corpus of a few words does not tell how its visemes look.
   }
-  const Gathered::Source song{"a song",    sung.motion.positions_mm, frameTimes(0, sung.motion.frameCount(), frame_rate_hz),
-                              sung.labels, sung.lips,                sung.tongue};
+  const Gathered::Source song{"a song",
+                              sung.motion.positions_mm,
+                              frameTimes(0, sung.motion.frameCount(), frame_rate_hz),
+                              sung.labels,
+                              sung.lips,
+                              sung.tongue};
   const std::size_t stride = sung.motion.frameCount() / kSungSteps + 1;
   for (std::size_t frame = 0; frame + 1 < sung.motion.frameCount(); frame += stride) gathered.takeStep(song, frame);
 }

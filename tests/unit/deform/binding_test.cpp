@@ -67,7 +67,8 @@ TEST(Binding, WhatLiesBehindOtherSkinHangsAlongTheMesh) {
   Eigen::Index nearest_chin = 0;
   mesh.vertices.topRows(signedIndex(given.skin_vertices))
       .rowwise()
-      .operator-(chin)
+      .
+      operator-(chin)
       .rowwise()
       .squaredNorm()
       .minCoeff(&nearest_chin);
@@ -84,10 +85,11 @@ TEST(Binding, WhatLiesBehindOtherSkinHangsAlongTheMesh) {
   ASSERT_GT(wall.size(), 4U);
   const Eigen::Index old = mesh.vertices.rows();
   mesh.vertices.conservativeResize(old + signedIndex(copies.size()), Eigen::NoChange);
-  for (const auto& [from, to] : copies)
-    mesh.vertices.row(to) = mesh.vertices.row(from) + Eigen::RowVector3f(0, 0, -10);
+  for (const auto& [from, to] : copies) mesh.vertices.row(to) = mesh.vertices.row(from) + Eigen::RowVector3f(0, 0, -10);
   wall.push_back({wall[0][0], wall[0][1], static_cast<std::uint32_t>(nearest_chin)});
-  mesh.parts.push_back({.name = "wall", .kind = PartKind::kSkin, .first_triangle = mesh.triangles.size(),
+  mesh.parts.push_back({.name = "wall",
+                        .kind = PartKind::kSkin,
+                        .first_triangle = mesh.triangles.size(),
                         .triangle_count = wall.size()});
   mesh.triangles.insert(mesh.triangles.end(), wall.begin(), wall.end());
   const FaceBinding binding = bindFace(mesh, sampleControl());
