@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <optional>
 #include <queue>
 
 #include "deform/mesh/face_mesh.h"
@@ -16,6 +17,23 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 /// Which of two kinds a shared vertex has: the larger.
 int rankOf(PartKind kind) {
   return kind == PartKind::kLips ? 3 : kind == PartKind::kSkin ? 2 : kind == PartKind::kMouthInside ? 1 : 0;
+}
+
+/// Vertices on an edge that one triangle alone has.
+std::vector<bool> verticesAtEdges(const FaceMesh& mesh) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
+  edges.reserve(3 * mesh.triangles.size());
+  for (const Triangle& t : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) edges.push_back(std::minmax(t[k], t[(k + 1) % 3]));
+  }
+  std::sort(edges.begin(), edges.end());
+  std::vector<bool> at_edge(mesh.vertexCount(), false);
+  for (std::size_t i = 0; i < edges.size();) {
+    const std::size_t first = i;
+    while (i < edges.size() && edges[i] == edges[first]) ++i;
+    if (i == first + 1) at_edge[edges[first].first] = at_edge[edges[first].second] = true;
+  }
+  return at_edge;
 }
 
 }  // namespace
@@ -55,7 +73,7 @@ struct HeadTopology::Net {
   std::vector<PartKind> kinds;
   VertexPositions places;
   std::vector<Triangle> around_mouth;  ///< triangles of what lips may be
-  std::vector<std::size_t> first;  ///< links of vertex i: [first[i], first[i + 1])
+  std::vector<std::size_t> first;      ///< links of vertex i: [first[i], first[i + 1])
   std::vector<Link> links;
 
   explicit Net(const FaceMesh& mesh)
@@ -78,11 +96,17 @@ struct HeadTopology::Net {
         for (const std::uint32_t v : triangle) stands_off[v] = stands_off[v] || part.stands_off;
       }
     }
-    std::map<std::array<float, 3>, std::uint32_t> first_at;
+    // A seam runs where surfaces end. Two that go on through one place, each with what lies around it, only touch, as
+    // closed lips do before a mouth bag.
+    const std::vector<bool> is_at_edge = verticesAtEdges(mesh);
+    std::map<std::array<float, 3>, std::array<std::optional<std::uint32_t>, 2>> first_at;  // at an edge, and within
     for (std::uint32_t v = 0; v < kinds.size(); ++v) {
       if (stands_off[v]) continue;
-      const auto [at, is_new] = first_at.try_emplace({places(v, 0), places(v, 1), places(v, 2)}, v);
-      if (!is_new) join(at->second, v, true);
+      auto& [at_edge, within] = first_at[{places(v, 0), places(v, 1), places(v, 2)}];
+      if (at_edge) join(*at_edge, v, true);
+      if (is_at_edge[v] && within && !at_edge) join(*within, v, true);
+      auto& own = is_at_edge[v] ? at_edge : within;
+      if (!own) own = v;
     }
     first.assign(kinds.size() + 1, 0);
     for (const auto& [from, link] : all) ++first[from + 1];

@@ -76,10 +76,10 @@ std::optional<double> heightAt(const Triangle3& triangle, const Eigen::Vector2d&
 
 struct TriangleTree::Data {
   Triangles triangles;
-  std::vector<std::size_t> numbers;  ///< of `triangles` among those given
+  std::vector<std::size_t> numbers;  ///< of `triangles` among those given, rising
   Tree tree;
 
-  Data(const VertexPositions& vertices, std::span<const Triangle> given) {
+  Data(const VertexPositions& vertices, std::span<const Triangle> given, Use use) {
     const auto corner = [&](std::uint32_t v) {
       const Eigen::Vector3d p = pointAt(vertices, v);
       return Kernel::Point_3(p.x(), p.y(), p.z());
@@ -93,7 +93,7 @@ struct TriangleTree::Data {
     tree.rebuild(triangles.cbegin(), triangles.cend());
     if (!triangles.empty()) {
       tree.build();  // else the first look would build it, and two threads may look at once
-      tree.accelerate_distance_queries();
+      if (use == Use::kAll) tree.accelerate_distance_queries();
     }
   }
   [[nodiscard]] std::size_t numberOf(Triangles::const_iterator triangle) const {
@@ -107,17 +107,23 @@ struct TriangleTree::Data {
   }
 };
 
-TriangleTree::TriangleTree(const VertexPositions& vertices, std::span<const Triangle> triangles)
-    : data_(std::make_unique<const Data>(vertices, triangles)) {}
+TriangleTree::TriangleTree(const VertexPositions& vertices, std::span<const Triangle> triangles, Use use)
+    : data_(std::make_unique<const Data>(vertices, triangles, use)) {}
 TriangleTree::TriangleTree(TriangleTree&&) noexcept = default;
 TriangleTree::~TriangleTree() = default;
 
 bool TriangleTree::empty() const { return data_->triangles.empty(); }
 
-std::optional<TriangleTree::Foot> TriangleTree::closest(const Eigen::Vector3d& point) const {
+std::optional<TriangleTree::Foot> TriangleTree::closest(const Eigen::Vector3d& point, const Foot* begin_at) const {
   if (empty()) return std::nullopt;
-  const auto [found, triangle] =
-      data_->tree.closest_point_and_primitive(Kernel::Point_3(point.x(), point.y(), point.z()));
+  const Kernel::Point_3 from(point.x(), point.y(), point.z());
+  const auto [found, triangle] = [&] {
+    if (begin_at == nullptr) return data_->tree.closest_point_and_primitive(from);
+    const auto number = std::lower_bound(data_->numbers.begin(), data_->numbers.end(), begin_at->triangle);
+    const Eigen::Vector3d& at = begin_at->point;
+    return data_->tree.closest_point_and_primitive(
+        from, {Kernel::Point_3(at.x(), at.y(), at.z()), data_->triangles.cbegin() + (number - data_->numbers.begin())});
+  }();
   const Eigen::Vector3d foot(found.x(), found.y(), found.z());
   return Foot{foot, data_->numberOf(triangle), weightsAt(*triangle, foot)};
 }
@@ -128,6 +134,11 @@ std::vector<std::size_t> TriangleTree::touching(const Eigen::AlignedBox3d& box) 
   for (const auto triangle : data_->touching({low.x(), low.y(), low.z(), high.x(), high.y(), high.z()}))
     found.push_back(data_->numberOf(triangle));
   return found;
+}
+
+bool TriangleTree::isBetween(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const {
+  const Kernel::Segment_3 way({from.x(), from.y(), from.z()}, {to.x(), to.y(), to.z()});
+  return !empty() && !way.is_degenerate() && data_->tree.do_intersect(way);
 }
 
 std::vector<TriangleTree::Crossing> TriangleTree::crossings(double x, double z) const {

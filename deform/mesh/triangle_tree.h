@@ -14,8 +14,10 @@ namespace mouthpiece {
 /// area are not in it.
 class TriangleTree {
  public:
-  /// `triangles`: rows of `vertices`. Keeps copies of both.
-  TriangleTree(const VertexPositions& vertices, std::span<const Triangle> triangles);
+  enum class Use { kAll, kWithoutStarts };
+  /// `triangles`: rows of `vertices`. Keeps copies of both. kWithoutStarts: made in half the time, for boxes and ways,
+  /// or for closest points that are told where to begin; others take several times as long.
+  TriangleTree(const VertexPositions& vertices, std::span<const Triangle> triangles, Use use = Use::kAll);
   TriangleTree(TriangleTree&&) noexcept;
   ~TriangleTree();
 
@@ -26,11 +28,14 @@ class TriangleTree {
     std::size_t triangle;     ///< of those given
     Eigen::Vector3d weights;  ///< of its corners
   };
-  /// The closest point; nullopt when there are no triangles.
-  [[nodiscard]] std::optional<Foot> closest(const Eigen::Vector3d& point) const;
+  /// The closest point; nullopt when there are no triangles. `begin_at`: a place on one of them that is near.
+  [[nodiscard]] std::optional<Foot> closest(const Eigen::Vector3d& point, const Foot* begin_at = nullptr) const;
 
   /// Numbers of the triangles whose boxes touch `box`, rising.
   [[nodiscard]] std::vector<std::size_t> touching(const Eigen::AlignedBox3d& box) const;
+
+  /// Whether a triangle lies across the straight way between two places.
+  [[nodiscard]] bool isBetween(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const;
 
   struct Crossing {
     std::size_t triangle;

@@ -72,7 +72,7 @@ float LipGuard::partLips(float share, float ease, std::vector<const LipWatch*>& 
   const float far = lengthOf(kComesNear), reach = lengthOf(kWatched);
   std::erase_if(near, [&](const LipWatch* watch) {
     const LipWatch::Sight sight = watch->look(out, reach);
-    const float push = share * pushBack(sight.distance - watch->allowed, ease);
+    const float push = watch->firm * share * pushBack(sight.distance - watch->allowed, ease);
     if (push > 0) {
       const float there = watch->own.along, here = 1 - there, both = push / (here * here + there * there);
       pushes.emplace_back(watch->own.ends[0], here * both * sight.away);

@@ -43,6 +43,7 @@ struct LipWatch {
   float bend[5];     ///< how the lip leaves the triangle's plane: x, y, x^2, x y, y^2, in units of what is seen
   float away[3];     ///< where the triangle faced in the closed mouth
   float allowed;     ///< signed distance at rest where it is below zero
+  float firm;        ///< share of what it says that counts: less beside the mouth's corners, where the lips are one
   std::uint32_t column;
 
   struct Sight {
@@ -168,6 +169,8 @@ class LipGuard {
   }
   /// The least distance that watches see in each column; where none is in a column, what its neighbours see.
   [[nodiscard]] std::array<float, kColumns> gapsSeen(std::span<const LipWatch* const> watches, const float* out) const;
+  /// 0 at the corners of the mouth, 1 from a little beside them on.
+  [[nodiscard]] float besideCorners(const Eigen::Vector3f& p) const;
   /// Distance from the line where the lips meet.
   [[nodiscard]] float toRim(const Eigen::Vector3f& p) const;
   /// A length that is told as a share of the mouth's width.

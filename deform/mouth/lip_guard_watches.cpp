@@ -26,6 +26,8 @@ constexpr double kDrawnFrom = 0.12;   ///< lips are drawn together from within t
 constexpr double kSlips = 0.002;      ///< the guard itself moves what touches no teeth by little more than this
 constexpr double kTouching = 0.002;   ///< lips no further apart at rest touch there and stay so
 constexpr double kElsewhere = 0.03;   ///< what is further behind the other lip at rest does not meet it
+constexpr double kAtCorner = 0.05;    ///< so near to a corner of the mouth the lips are one surface that folds
+constexpr double kOffCorner = 0.15;   ///< and from here on they are two
 constexpr double kMostLooks = 2e10;   ///< vertices times triangles of lips: a head of millions has half of this
 constexpr std::size_t kFitVertices = 8000;
 /// Edges near the rims that are longer have watches between their ends. They let the other lip in a little: where
@@ -68,7 +70,7 @@ class FacingLip {
       : vertices_(vertices),
         reach_(reach),
         triangles_(sortedByX(vertices, std::move(triangles))),
-        tree_(vertices, triangles_) {}
+        tree_(vertices, triangles_, TriangleTree::Use::kWithoutStarts) {}
 
   [[nodiscard]] std::optional<Nearest> facing(const Vector3f& p, const Vector3f& normal) const {
     const Eigen::Vector3d middle = p.cast<double>(), around = Eigen::Vector3d::Constant(reach_);
@@ -216,6 +218,11 @@ std::vector<LipPlace> LipGuard::placesOn(const VertexPositions& rest, const std:
 
 float LipGuard::toRim(const Vector3f& p) const { return asFloat(distanceToLine(p.cast<double>(), rim_)); }
 
+float LipGuard::besideCorners(const Vector3f& p) const {
+  const double distance = double{std::min((p - from_).norm(), (p - from_ - along_).norm())} / mouth_width_;
+  return asFloat(smoothStep((distance - kAtCorner) / (kOffCorner - kAtCorner)));
+}
+
 /// 0 at the right corner of the mouth, kColumns at the left one, and no further.
 float LipGuard::columnOf(const Vector3f& p) const {
   const float way = (p - from_).dot(along_) / std::max(along_.squaredNorm(), kLeastLength);
@@ -245,6 +252,8 @@ void LipGuard::watchLips(const VertexPositions& rest, const VertexPositions& clo
     watch.weights[0] = place->weights[1];
     watch.weights[1] = place->weights[2];
     watch.column = static_cast<std::uint32_t>(columnOf(at_rest));
+    watch.firm = besideCorners(at_rest);
+    if (watch.firm <= 0) continue;
     watch.takeShape(closed, normals, seen, reach);
     // Where the lips close by moving, the watch cannot tell how they lie at rest.
     const bool rests_closed = (at_closed - at_rest).norm() < kStill * mouth_width_;

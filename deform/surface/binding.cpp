@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
+#include <boost/pending/disjoint_sets.hpp>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -14,6 +16,7 @@
 #include "base/errors.h"
 #include "base/smooth_step.h"
 #include "deform/mesh/face_mesh.h"
+#include "deform/mesh/triangle_tree.h"
 #include "deform/surface/bezier_surface.h"
 #include "deform/surface/surface_projection.h"
 #include "deform/surface/virtual_points.h"
@@ -25,7 +28,10 @@ namespace {
 constexpr double kFarFrom = 0.3;      ///< offsets above this bind less and less
 constexpr double kFarTo = 0.5;        ///< and above this not at all
 constexpr double kBeside = 0.25;      ///< beyond an opening's border by more: not above the surface any more
-constexpr double kDetour = 0.05;      ///< a place further off than this has to be about the nearest of all
+constexpr double kLayer = 0.03;       ///< skin no further behind the surface than this has no other skin before it
+constexpr double kLayerAbove = 0.05;  ///< the skin that the surface is laid along is no further before it
+constexpr double kTornAt = 0.05, kTornTimes = 3;  ///< ends of an edge hang no further apart than this and so many edges
+constexpr double kDetour = 0.05;                  ///< a place further off than this has to be about the nearest of all
 constexpr double kFadeInside = 0.35;  ///< behind lips, lids and nostrils the motion fades over this way along the mesh
 constexpr double kTurnsAtEnd = 0.1;   ///< where the surface ends, what is nearer to its place turns with it
 constexpr double kFollows = 0.3;      ///< lashes and the like follow skin that is nearer
@@ -34,6 +40,9 @@ constexpr double kRootDepth = 0.03;   ///< what of such a part counts as its roo
 constexpr double kBagDeep =
     1;  ///< the lower half of a mouth bag goes with the jaw this far along the mesh, and less beyond
 constexpr int kSmoothings = 60;  ///< of the places of what follows; more than the rows of vertices in a mouth bag
+
+/// Of an eye's width: behind it lies what is no further from both of its corners.
+constexpr double kAtEye = 1.2;
 
 /// A share of the way between the lips this near to the middle is on neither side.
 constexpr double kClearSide = 0.03;
@@ -103,6 +112,7 @@ class Binder {
 
   FaceBinding bind() {
     bindSkinAbove();
+    leaveIslands();
     followAlongMesh();
     followNearby();
     giveToJaw();
@@ -157,11 +167,21 @@ class Binder {
     const VertexPositions normals = vertexNormals(mesh_.vertices, mesh_.triangles);
     const double least_cosine = std::cos(options_.max_normal_angle_deg * std::numbers::pi / 180);
     const double width = control_.mouth_width;
+    const TriangleTree skin(mesh_.vertices, trianglesOf(mesh_, {PartKind::kSkin, PartKind::kLips}),
+                            TriangleTree::Use::kWithoutStarts);
+    const Eigen::Vector3d reach = Eigen::Vector3d::Constant(kFarTo * width);
+    const Eigen::AlignedBox3d near(control_.rest.colwise().minCoeff().transpose() - reach,
+                                   control_.rest.colwise().maxCoeff().transpose() + reach);
     for (std::size_t v = 0; v < kinds_.size(); ++v) {
       // What lies in the mouth goes along with the lips, whichever way it faces.
       if (!isSkin(kinds_[v]) || pieces_[v] != face_piece_ || topology_.isInMouth(v)) continue;
+      if (!near.contains(vertex(v))) {
+        fates_[v] = Fate::kStill;
+        continue;
+      }
       const auto foot = projector_.closest(vertex(v), pointAt(normals, v), least_cosine, forbidden_[v]);
       if (!foot || (foot->distance > kDetour * width && isDetour(v, *foot))) continue;
+      if (foot->distance > kLayer * width && isBehindSkin(v, *foot, skin)) continue;
       if (isOnRing(*foot)) {
         fates_[v] = Fate::kStill;
         continue;
@@ -169,6 +189,64 @@ class Binder {
       if (foot->distance > kFarTo * width || (foot->at_border && foot->distance > kBeside * width)) continue;
       place(v, foot->place, 1 - smoothStep((foot->distance - kFarFrom * width) / ((kFarTo - kFarFrom) * width)));
     }
+  }
+
+  /// Normals alone let a nostril's wall hang on the other side of the nose. What hangs together along the mesh hangs
+  /// together on the surface: where it does not the skin comes apart into islands, of which only the largest stays, and
+  /// those that lie on the surface all over.
+  void leaveIslands() {
+    const double width = control_.mouth_width;
+    std::vector<std::uint32_t> first_in_place(kinds_.size());
+    std::map<std::array<float, 3>, std::uint32_t> first_at;
+    for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
+      const auto p = mesh_.vertices.row(v);
+      if (fates_[v] == Fate::kBound) first_in_place[v] = first_at.try_emplace({p.x(), p.y(), p.z()}, v).first->second;
+    }
+    boost::disjoint_sets_with_storage<> islands(kinds_.size());
+    for (const Triangle& t : mesh_.triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+        if (fates_[a] != Fate::kBound || fates_[b] != Fate::kBound) continue;
+        const double apart = (planeOf(a) - planeOf(b)).norm();
+        if (apart < kTornAt * width + kTornTimes * (vertex(a) - vertex(b)).norm()) islands.union_set(a, b);
+      }
+    }
+    // A texture's seam is no shore, and lips that touch hang together around their corners anyway.
+    for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
+      if (fates_[v] == Fate::kBound && (planeOf(v) - planeOf(first_in_place[v])).norm() < kTornAt * width)
+        islands.union_set(v, first_in_place[v]);
+    }
+    struct Island {
+      std::size_t size = 0;
+      double off = 0;  ///< sum of the distances from the surface
+    };
+    std::map<std::size_t, Island> found;
+    for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
+      if (fates_[v] != Fate::kBound) continue;
+      Island& island = found[islands.find_set(v)];
+      ++island.size;
+      island.off += (vertex(v) - evaluate(surface_.restPose(), binding_.placeOf(v)).position).norm();
+    }
+    const auto largest = std::max_element(found.begin(), found.end(),
+                                          [](const auto& a, const auto& b) { return a.second.size < b.second.size; });
+    for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
+      if (fates_[v] != Fate::kBound) continue;
+      const auto at = found.find(islands.find_set(v));
+      if (at == largest || at->second.off < kLayer * width * asReal(at->second.size)) continue;
+      fates_[v] = Fate::kOpen;
+      binding_.patch[v] = -1;
+      binding_.u[v] = binding_.v[v] = binding_.skin_weight[v] = 0;
+    }
+  }
+
+  /// Whether other skin lies between a vertex and its place: then it is the wall of a pocket, an eye's socket or a
+  /// nostril, which faces as some patch before it does and hangs together with another.
+  [[nodiscard]] bool isBehindSkin(std::size_t v, const SurfaceFoot& foot, const TriangleTree& skin) const {
+    const Eigen::Vector3d from = vertex(v), place = evaluate(surface_.restPose(), foot.place).position;
+    const Eigen::Vector3d way = (place - from).normalized();
+    if (way.dot(evaluate(surface_.restPose(), foot.place).normal()) < 0) return false;
+    const double width = control_.mouth_width;
+    return skin.isBetween(from + 0.5 * kLayer * width * way, place + kLayerAbove * width * way);
   }
 
   /// Whether the surface is much nearer than the nearest place whose normal agrees: then the vertex turns away from it,
@@ -198,6 +276,8 @@ class Binder {
         if (before[v] != Fate::kOpen || forbidden_[v] != forbidden || reach.source[v] < 0) continue;
         const double weight = 1 - smoothStep(reach.distance[v] / (kFadeInside * control_.mouth_width));
         follow(v, unsignedIndex(reach.source[v]), weight);
+        // A pocket's wall would swing out where the skin before it turns.
+        if (fates_[v] == Fate::kBound) binding_.carried.push_back(static_cast<std::uint32_t>(v));
       }
     }
     smoothPlaces(before);
@@ -223,21 +303,22 @@ class Binder {
       if (follows(v)) followers.push_back(v);
     }
     std::vector<std::vector<std::uint32_t>> beside(kinds_.size());
-    std::vector<bool> is_at_seam(kinds_.size(), false);
+    std::vector<std::uint32_t> at_seam(kinds_.size(), 0);  ///< bits of the openings whose two sides meet there
     for (const Triangle& triangle : mesh_.triangles) {
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t a = triangle[k], b = triangle[(k + 1) % 3];
         if (fates_[a] != Fate::kBound || fates_[b] != Fate::kBound) continue;
         if (forbidden_[a] != forbidden_[b]) {
-          if (((forbidden_[a] ^ forbidden_[b]) & (kUpperLip | kLowerLip)) != 0)
-            is_at_seam[knot[a]] = is_at_seam[knot[b]] = true;
+          for (const std::uint32_t v : {knot[a], knot[b]}) at_seam[v] |= forbidden_[a] ^ forbidden_[b];
           continue;
         }
         if (follows(knot[a])) beside[knot[a]].push_back(knot[b]);
         if (follows(knot[b])) beside[knot[b]].push_back(knot[a]);
       }
     }
-    hangOnCorners(is_at_seam, followers, planes);
+    hangOnCorners({"RIM_CORNER_R", "RIM_CORNER_L"}, kUpperLip | kLowerLip, at_seam, followers, planes);
+    hangOnCorners({"CANTHUS_OUT_R", "EYE_IN_R"}, kUpperLidRight | kLowerLidRight, at_seam, followers, planes);
+    hangOnCorners({"CANTHUS_OUT_L", "EYE_IN_L"}, kUpperLidLeft | kLowerLidLeft, at_seam, followers, planes);
     for (int i = 0; i < kSmoothings; ++i) {
       for (const std::uint32_t v : followers) {
         if (beside[v].empty()) continue;
@@ -254,17 +335,20 @@ class Binder {
     }
   }
 
-  /// Puts those of `followers` that are at the seam and in the mouth at the nearer corner, and takes them out.
-  void hangOnCorners(const std::vector<bool>& is_at_seam, std::vector<std::uint32_t>& followers,
+  /// Puts those of `followers` that are where both sides of an opening meet at its nearer corner, and takes them out.
+  void hangOnCorners(const std::array<const char*, 2>& corners, std::uint32_t sides,
+                     const std::vector<std::uint32_t>& at_seam, std::vector<std::uint32_t>& followers,
                      std::vector<Eigen::Vector2d>& planes) const {
-    const int right = findPoint(control_, "RIM_CORNER_R"), left = findPoint(control_, "RIM_CORNER_L");
-    if (right < 0 || left < 0) return;
-    const Eigen::Vector3d at_right = control_.rest.row(right).transpose(),
-                          at_left = control_.rest.row(left).transpose();
+    const int one = findPoint(control_, corners[0]), other = findPoint(control_, corners[1]);
+    if (one < 0 || other < 0) return;
+    const bool is_mouth = (sides & kUpperLip) != 0;
+    const double width = (control_.rest.row(one) - control_.rest.row(other)).norm();
     std::erase_if(followers, [&](std::uint32_t v) {
-      if (!is_at_seam[v] || !topology_.isInMouth(v)) return false;
-      const bool is_right = (vertex(v) - at_right).norm() < (vertex(v) - at_left).norm();
-      planes[v] = control_.domain.row(is_right ? right : left).transpose();
+      if ((at_seam[v] & sides) == 0 || (is_mouth && !topology_.isInMouth(v))) return false;
+      const auto distance = [&](int corner) { return (vertex(v) - control_.rest.row(corner).transpose()).norm(); };
+      // The line between one eye's sides goes on around the head and through the other eye.
+      if (!is_mouth && std::max(distance(one), distance(other)) > kAtEye * width) return false;
+      planes[v] = control_.domain.row(distance(one) < distance(other) ? one : other).transpose();
       return true;
     });
   }
@@ -534,6 +618,8 @@ BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, c
   BindingReport report;
   report.vertices = kinds.size();
   report.way_between_lips = wayBetweenLips(mesh, topology, control);
+  const TriangleTree skin(mesh.vertices, trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips}),
+                          TriangleTree::Use::kWithoutStarts);
   std::size_t in_front = 0, covered = 0;
   for (std::size_t v = 0; v < kinds.size(); ++v) {
     const bool is_bound = binding.patch[v] >= 0 && binding.skin_weight[v] > 0;
@@ -548,6 +634,9 @@ BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, c
     const Eigen::RowVector3d p = mesh.vertices.row(signedIndex(v)).cast<double>();
     if ((p.array() < low.array()).any() || (p.array() > high.array()).any() || normals(signedIndex(v), 2) < 0.2F)
       continue;
+    // What other skin hides, as a lid does its eye's socket, is not in front.
+    const Eigen::Vector3d before = p.transpose() + kLayer * control.mouth_width * Eigen::Vector3d::UnitZ();
+    if (!is_bound && skin.isBetween(before, before + control.mouth_width * Eigen::Vector3d::UnitZ())) continue;
     ++in_front;
     covered += is_bound ? 1 : 0;
   }

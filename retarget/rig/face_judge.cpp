@@ -190,23 +190,27 @@ void Judge::findTriangles() {
 
 void Judge::findMarkers() {
   const ControlMesh& control = face_.control;
-  std::vector<std::vector<int>> markers_of_point(control.points.size());
+  std::vector<std::vector<int>> markers_of_point(control.points.size()), opposite_of_point = markers_of_point;
+  const auto add = [](std::vector<int>& all, const std::vector<int>& more) {
+    all.insert(all.end(), more.begin(), more.end());
+  };
   for (std::size_t i = 0; i < control.points.size(); ++i) {
+    const ControlPoint& point = control.points[i];
     if (i < control.marker_count) markers_of_point[i] = {static_cast<int>(i)};
-    for (const PointDriver& driver : control.points[i].drivers) {
+    if (point.opposite >= 0) opposite_of_point[i] = {control.points[unsignedIndex(point.opposite)].drivers[0].point};
+    for (const PointDriver& driver : point.drivers) {
       if (std::abs(driver.weight) < kOwnMarker) continue;
-      const auto& more = markers_of_point[unsignedIndex(driver.point)];
-      markers_of_point[i].insert(markers_of_point[i].end(), more.begin(), more.end());
+      add(markers_of_point[i], markers_of_point[unsignedIndex(driver.point)]);
+      // What lies between a lip's rim and its markers goes along with both.
+      add(opposite_of_point[i], opposite_of_point[unsignedIndex(driver.point)]);
     }
   }
   for (const auto& triangle : control.triangles) {
     auto& markers = markers_of_.emplace_back();
     auto& opposite = opposite_of_.emplace_back();
     for (const int point : triangle) {
-      if (const int other = control.points[unsignedIndex(point)].opposite; other >= 0)
-        opposite.push_back(control.points[unsignedIndex(other)].drivers[0].point);
-      const auto& more = markers_of_point[unsignedIndex(point)];
-      markers.insert(markers.end(), more.begin(), more.end());
+      add(opposite, opposite_of_point[unsignedIndex(point)]);
+      add(markers, markers_of_point[unsignedIndex(point)]);
     }
   }
   const std::vector<Triangle> skin = trianglesOf(mesh_, {PartKind::kSkin, PartKind::kLips});

@@ -174,6 +174,33 @@ MarkerPositions roundingOf(const FaceFile& file, const LipRounding& unseen) {
   return added;
 }
 
+/// Lids come as near to each other on the head as the actor's do, as a share of the eye's opening at rest: the warp
+/// carries millimetres, and a blink of a wide eye takes a narrow eye's upper lid through the lower one.
+void shareLids(const FaceFile& file, const MarkerPositions& neutral, const PositionMatrix& frames,
+               PositionMatrix& markers) {
+  constexpr double kWhole = 0.3;  // of the opening: lids that have closed by it go by their share alone
+  const auto row = [&](const char* name) {
+    return std::find(file.marker_names.begin(), file.marker_names.end(), name) - file.marker_names.begin();
+  };
+  for (const auto& [above, below] : {std::pair("LID_UP_R", "LID_LO_R"), std::pair("LID_UP_L", "LID_LO_L")}) {
+    const Eigen::Index upper = row(above), lower = row(below);
+    if (std::max(upper, lower) >= file.marker_targets.rows()) continue;
+    const Eigen::RowVector3d of_actor = neutral.row(upper) - neutral.row(lower),
+                             of_head = file.marker_targets.row(upper) - file.marker_targets.row(lower);
+    if (!(of_actor.norm() > 0) || !(of_head.norm() > 0)) continue;
+    const Eigen::RowVector3d up = of_head.normalized();
+    for (Eigen::Index f = 0; f < frames.rows(); ++f) {
+      const auto apart = [&](const PositionMatrix& at) -> Eigen::RowVector3d {
+        return at.block<1, 3>(f, 3 * upper) - at.block<1, 3>(f, 3 * lower);
+      };
+      const double share = apart(frames).dot(of_actor) / of_actor.squaredNorm();
+      if (share >= 1) continue;
+      const double wanted = std::max(share, 0.0) * of_head.norm();
+      markers.block<1, 3>(f, 3 * upper) += smoothStep((1 - share) / kWhole) * (wanted - apart(markers).dot(up)) * up;
+    }
+  }
+}
+
 }  // namespace
 
 FaceMotion FaceRig::retarget(const MotionClip& motion, const ActorPose* actor, std::span<const LipPose> lips) const {
@@ -200,6 +227,7 @@ FaceMotion FaceRig::retarget(const MotionClip& motion, const ActorPose* actor, s
     for (Eigen::Index frame = 0; frame < markers.rows(); ++frame)
       markers.row(frame) += double{lips[unsignedIndex(frame)].rounding} * added;
   }
+  shareLids(data_->file, neutral, frames, markers);
   FaceMotion result(std::move(markers), pairs.size());
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Eigen::Index upper = pairs[i].upper_marker, lower = pairs[i].lower_marker;

@@ -81,7 +81,9 @@ struct Lip {
 class PosedSurface {
  public:
   PosedSurface(const Surface& surface, const VertexPositions& vertices)
-      : surface_(surface), tree_(vertices, surface.triangles), at_corners_(VertexPositions::Zero(vertices.rows(), 3)) {
+      : surface_(surface),
+        tree_(vertices, surface.triangles, TriangleTree::Use::kWithoutStarts),
+        at_corners_(VertexPositions::Zero(vertices.rows(), 3)) {
     for (const Triangle& t : surface.triangles) {
       const std::array<Eigen::Vector3d, 3> p{pointAt(vertices, t[0]), pointAt(vertices, t[1]), pointAt(vertices, t[2])};
       const Eigen::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]).normalized();
@@ -98,9 +100,10 @@ class PosedSurface {
   /// the other way, as the folds of one lip do not. `least_cosine`: between the way there and its normal, for what is
   /// thin.
   [[nodiscard]] std::optional<double> signedDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& facing,
-                                                     double least_cosine = 0) const {
-    const auto foot = tree_.closest(p);
+                                                     double least_cosine = 0) {
+    const auto foot = tree_.closest(p, last_ ? &*last_ : nullptr);
     if (!foot) return std::nullopt;
+    last_ = foot;
     const double distance = (p - foot->point).norm();
     std::size_t edges = 0, edge = 0, corner = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -135,6 +138,7 @@ class PosedSurface {
   TriangleTree tree_;
   std::vector<Eigen::Vector3d> normals_;
   VertexPositions at_corners_;
+  std::optional<TriangleTree::Foot> last_;  ///< one place's foot is near the last one's
 };
 
 /// Chooses what is measured, once, on the mesh at rest.
@@ -241,8 +245,8 @@ LipContactMeter::LipContactMeter(LipContactMeter&&) noexcept = default;
 LipContactMeter::~LipContactMeter() = default;
 
 LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
-  const PosedSurface upper(data_->upper.surface, vertices), lower(data_->lower.surface, vertices);
-  const PosedSurface teeth(data_->teeth, vertices), tongue(data_->tongue, vertices);
+  PosedSurface upper(data_->upper.surface, vertices), lower(data_->lower.surface, vertices);
+  PosedSurface teeth(data_->teeth, vertices), tongue(data_->tongue, vertices);
   LipContact contact;
   std::array<double, kColumns> gaps;
   gaps.fill(std::numeric_limits<double>::infinity());
@@ -252,14 +256,14 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
     double distance = 0;
     [[nodiscard]] double least(const Eigen::Vector3d& p) const { return distance - (p - at).norm(); }
   };
-  const auto look = [&](const std::vector<LipPoint>& points, const PosedSurface& own, const PosedSurface& other) {
+  const auto look = [&](const std::vector<LipPoint>& points, const PosedSurface& own, PosedSurface& other) {
     std::optional<Triangle> triangle;
     Known to_lip, to_teeth, to_tongue;
     for (const LipPoint& point : points) {
       if (triangle != point.triangle) to_lip = to_teeth = to_tongue = {};
       triangle = point.triangle;
       const Eigen::Vector3d p = placeOf(point, vertices);
-      const auto isSeen = [&](const PosedSurface& surface, double enough, double cosine, Known& known) {
+      const auto isSeen = [&](PosedSurface& surface, double enough, double cosine, Known& known) {
         if (known.least(p) > enough) return std::optional<double>();
         const auto distance = surface.signedDistance(p, own.normalAt(point), cosine);
         if (distance) known = {p, *distance};

@@ -22,6 +22,11 @@ namespace {
 constexpr Seconds kReach = 0.02;       ///< beyond both ends of a B P M: label error
 constexpr double kClosedShare = 0.25;  ///< of the take's range of openings: what counts as closed in the capture
 constexpr std::size_t kClosures = 40, kSteps = 60, kSungSteps = 40;
+/// Steps are frames of the capture, but no longer than those of a line as it is made unless told: a camera's frames lie
+/// so far apart that an F's whole release falls between two, which is no jump.
+constexpr double kLeastStepHz = 60;
+
+double stepRateOf(const CorpusTake& take) { return std::max(take.motion.frame_rate_hz, kLeastStepHz); }
 
 /// Opening of the outer lips in every frame; empty where the take does not tell.
 std::vector<double> openingsOf(const CorpusTake& take, const LipGauge& lips) {
@@ -43,17 +48,21 @@ Openings inPhone(const std::vector<double>& opening, double rate_hz, const TimeS
 /// Rows taken from clips of one set of markers, one after the other.
 class Gathered {
  public:
-  explicit Gathered(const std::vector<std::string>& markers) { poses_.motion.marker_names = markers; }
+  explicit Gathered(const std::vector<std::string>& markers) {
+    poses_.motion.marker_names = markers;
+    poses_.motion.frame_rate_hz = kLeastStepHz;
+  }
 
   struct Source {
     std::string name;
-    const MotionClip& motion;
+    PositionMatrix positions_mm;
+    std::vector<Seconds> times;  ///< one a row
     const SpeechLabels& labels;
     std::vector<LipPose> lips;
     std::vector<TonguePose> tongue;
   };
   void take(const Source& from, std::size_t frame, bool closed, bool follows) {
-    const Seconds time = from.motion.timeOf(FrameIndex{frame});
+    const Seconds time = from.times[frame];
     Phone phone = Phone::kSil;
     for (const LabelledPhone& said : from.labels.phones) {
       if (said.span.start <= time && time < said.span.end) phone = said.phone;
@@ -61,8 +70,7 @@ class Gathered {
     poses_.rows.push_back({fmt::format("{} at {:.2f} s ({})", from.name, time, phoneName(phone)), closed, follows});
     poses_.lips.push_back(from.lips[frame]);
     poses_.tongue.push_back(from.tongue[frame]);
-    rows_.push_back(from.motion.positions_mm.row(signedIndex(frame)));
-    poses_.motion.frame_rate_hz = from.motion.frame_rate_hz;
+    rows_.push_back(from.positions_mm.row(signedIndex(frame)));
   }
   void takeStep(const Source& from, std::size_t frame) {
     take(from, frame, false, false);
@@ -79,9 +87,14 @@ class Gathered {
   std::vector<Eigen::RowVectorXd> rows_;
 };
 
-Gathered::Source sourceOf(const CorpusTake& take) {
-  const std::vector<Seconds> times = frameTimes(0, take.motion.frameCount(), take.motion.frame_rate_hz);
-  return {take.name, take.motion, take.labels, lipsFromPhones(take.labels, times),
+/// A take at `times`, rising, interpolated as a line's units are.
+Gathered::Source sourceOf(const CorpusTake& take, const std::vector<Seconds>& times) {
+  const std::vector<Seconds> captured = frameTimes(0, take.motion.frameCount(), take.motion.frame_rate_hz);
+  return {take.name,
+          MotionResampler(captured, times).apply(take.motion.positions_mm),
+          times,
+          take.labels,
+          lipsFromPhones(take.labels, times),
           tongueFromPhones(take.labels, times)};
 }
 
@@ -124,7 +137,12 @@ void takeSong(const Corpus& corpus, double frame_rate_hz, Gathered& gathered) {
   } catch (const InputError&) {
     return;  // A corpus of a few words does not tell how its visemes look.
   }
-  const Gathered::Source song{"a song", sung.motion, sung.labels, sung.lips, sung.tongue};
+  const Gathered::Source song{"a song",
+                              sung.motion.positions_mm,
+                              frameTimes(0, sung.motion.frameCount(), frame_rate_hz),
+                              sung.labels,
+                              sung.lips,
+                              sung.tongue};
   const std::size_t stride = sung.motion.frameCount() / kSungSteps + 1;
   for (std::size_t frame = 0; frame + 1 < sung.motion.frameCount(); frame += stride) gathered.takeStep(song, frame);
 }
@@ -162,14 +180,17 @@ JudgedPoses judgedPoses(const Corpus& corpus) {
   }
   if (takes.empty()) return gathered.all();
   const std::size_t stride = closures.size() / kClosures + 1;
-  for (std::size_t i = 0; i < closures.size(); i += stride)
-    gathered.take(sourceOf(*closures[i].first), closures[i].second, true, false);
+  for (std::size_t i = 0; i < closures.size(); i += stride) {
+    const auto& [take, frame] = closures[i];
+    gathered.take(sourceOf(*take, {take->motion.timeOf(FrameIndex{frame})}), 0, true, false);
+  }
   std::mt19937 random(66);
   for (std::size_t i = 0; i < kSteps; ++i) {
     const CorpusTake& take = *takes[random() % takes.size()];
-    gathered.takeStep(sourceOf(take), random() % (take.motion.frameCount() - 1));
+    const Seconds time = take.motion.timeOf(FrameIndex{random() % (take.motion.frameCount() - 1)});
+    gathered.takeStep(sourceOf(take, {time, time + 1 / stepRateOf(take)}), 0);
   }
-  takeSong(corpus, takes[0]->motion.frame_rate_hz, gathered);
+  takeSong(corpus, stepRateOf(*takes[0]), gathered);
   return gathered.all();
 }
 

@@ -55,6 +55,54 @@ TEST(Binding, CountsLipSideErrors) {
   EXPECT_EQ(inspectBinding(wrong, sampleFace().mesh, sampleControl()).lip_side_errors, changed);
 }
 
+TEST(Binding, WhatLiesBehindOtherSkinHangsAlongTheMesh) {
+  // A wall 10 mm behind a cheek that faces as the cheek does but hangs together with the chin, as sockets of eyes and
+  // walls of nostrils hang together with other skin than what is before them.
+  const auto& given = sampleFace();
+  const auto placeOf = [&](const char* name) -> Eigen::RowVector3f {
+    return given.rest.row(findPoint(sampleControl(), name)).cast<float>();
+  };
+  const Eigen::RowVector3f cheek = placeOf("CHEEK_MID_R"), chin = placeOf("CHIN_LOW");
+  FaceMesh mesh = given.mesh;
+  Eigen::Index nearest_chin = 0;
+  mesh.vertices.topRows(signedIndex(given.skin_vertices))
+      .rowwise()
+      .
+      operator-(chin)
+      .rowwise()
+      .squaredNorm()
+      .minCoeff(&nearest_chin);
+  std::map<std::uint32_t, std::uint32_t> copies;
+  std::vector<Triangle> wall;
+  for (const Triangle& t : trianglesOf(mesh, {PartKind::kSkin})) {
+    if ((mesh.vertices.row(t[0]) - cheek).norm() > 8) continue;
+    Triangle copy{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      copy[k] = copies.try_emplace(t[k], static_cast<std::uint32_t>(mesh.vertexCount() + copies.size())).first->second;
+    }
+    wall.push_back(copy);
+  }
+  ASSERT_GT(wall.size(), 4U);
+  const Eigen::Index old = mesh.vertices.rows();
+  mesh.vertices.conservativeResize(old + signedIndex(copies.size()), Eigen::NoChange);
+  for (const auto& [from, to] : copies) mesh.vertices.row(to) = mesh.vertices.row(from) + Eigen::RowVector3f(0, 0, -10);
+  wall.push_back({wall[0][0], wall[0][1], static_cast<std::uint32_t>(nearest_chin)});
+  mesh.parts.push_back({.name = "wall",
+                        .kind = PartKind::kSkin,
+                        .first_triangle = mesh.triangles.size(),
+                        .triangle_count = wall.size()});
+  mesh.triangles.insert(mesh.triangles.end(), wall.begin(), wall.end());
+  const FaceBinding binding = bindFace(mesh, sampleControl());
+  for (const auto& [from, to] : copies) {
+    EXPECT_GT(binding.skin_weight[from], 0.9F) << "the cheek, vertex " << from;
+    EXPECT_EQ(binding.skin_weight[to], 0) << "the wall behind it, vertex " << to;
+  }
+  constexpr double kAFewVertices = 1e-3;  // of some thousand
+  EXPECT_NEAR(inspectBinding(binding, mesh, sampleControl()).coverage,
+              inspectBinding(sampleBinding(), given.mesh, sampleControl()).coverage, kAFewVertices)
+      << "what other skin hides is not in front";
+}
+
 TEST(Binding, TellsLipsThatAreOneSurface) {
   EXPECT_GT(inspectBinding(sampleBinding(), sampleFace().mesh, sampleControl()).way_between_lips, 1);
   // The slit sewn up: of vertices in one place all triangles take the first.

@@ -117,6 +117,35 @@ TEST_P(RandomSheets, SeamsAreClosedAndTheSlitIsNot) {
   EXPECT_EQ(*std::max_element(apart.pieces().begin(), apart.pieces().end()), 1U);
 }
 
+/// Closed lips before a mouth bag are two surfaces that go on through the places where they touch: no seam, wherever
+/// the lips are thought to be.
+TEST(HeadTopology, SurfacesThatTouchAreNotTied) {
+  constexpr int kSize = 5;
+  FaceMesh mesh;
+  mesh.vertices.resize(2 * kSize * kSize, 3);
+  for (int sheet = 0; sheet < 2; ++sheet) {
+    const int first = sheet * kSize * kSize;
+    for (int r = 0; r < kSize; ++r) {
+      for (int c = 0; c < kSize; ++c) {
+        // Two trays, one upside down on the other: they touch along the middle row.
+        const float height = static_cast<float>(std::abs(r - 2)) * (sheet == 0 ? 1.0F : -1.0F);
+        mesh.vertices.row(first + r * kSize + c) << static_cast<float>(c), height, static_cast<float>(r);
+        if (r + 1 == kSize || c + 1 == kSize) continue;
+        const auto at = [&](int row, int column) { return static_cast<std::uint32_t>(first + row * kSize + column); };
+        mesh.triangles.push_back({at(r, c), at(r, c + 1), at(r + 1, c + 1)});
+        mesh.triangles.push_back({at(r, c), at(r + 1, c + 1), at(r + 1, c)});
+      }
+    }
+  }
+  mesh.parts = {{.name = "skin", .triangle_count = mesh.triangles.size()}};
+  const auto pieces = HeadTopology(mesh, {}).pieces();
+  // At both ends of the row the sheets end, and a seam may join them there.
+  const auto reach = HeadTopology(mesh, {}).reachFrom({12}, [](std::uint32_t) { return true; });
+  EXPECT_EQ(mesh.vertices.row(12), mesh.vertices.row(37)) << "the middles are in one place";
+  EXPECT_NEAR(reach.distance[37], 4, 1e-6) << "the way leads around the end of the row";
+  EXPECT_EQ(pieces[12], pieces[37]);
+}
+
 /// The other route: relax every edge until nothing gets shorter.
 TEST_P(RandomSheets, WaysAreTheShortest) {
   std::mt19937 random(GetParam());

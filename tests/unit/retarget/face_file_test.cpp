@@ -11,6 +11,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "base/index.h"
 #include "deform/mesh/face_mesh.h"
 #include "motion/marker_layout.h"
 #include "retarget/rig/face_rig.h"
@@ -174,6 +175,38 @@ TEST_F(RigTest, MarkersMoveTheSkinUnderThem) {
     const int landmark = defaultLayout().markers[marker.value].mediapipe_landmark;
     const Eigen::RowVector3d asked = motion.markers().block<1, 3>(0, 3 * static_cast<Eigen::Index>(marker.value));
     EXPECT_LT((deformed.row(landmark).cast<double>() - asked).norm(), 0.2) << name;
+  }
+}
+
+/// An actor with eyes twice as wide open blinks: the same millimetres would take the head's upper lids far through the
+/// lower ones.
+TEST_F(RigTest, LidsMeetAsTheActorsDo) {
+  const FaceRig rig = FaceRig::load(face_path_);
+  const test::MadeUpActor made_up = test::madeUpActor();
+  ActorPose actor{made_up.neutral_mm, 0};
+  const auto row = [&](const std::string& name) { return signedIndex(defaultLayout().indexOf(name).value); };
+  for (const std::string side : {"R", "L"}) {
+    actor.neutral_mm.row(row("LID_UP_" + side)) +=
+        made_up.neutral_mm.row(row("LID_UP_" + side)) - made_up.neutral_mm.row(row("LID_LO_" + side));
+  }
+  MotionClip clip{60, made_up.names, PositionMatrix(11, actor.neutral_mm.size())};
+  for (Eigen::Index f = 0; f < 11; ++f) {
+    MarkerPositions pose = actor.neutral_mm;
+    for (const std::string side : {"R", "L"}) {
+      const Eigen::RowVector3d apart = pose.row(row("LID_UP_" + side)) - pose.row(row("LID_LO_" + side));
+      pose.row(row("LID_UP_" + side)) -= 0.1 * asReal(f) * apart;
+    }
+    clip.positions_mm.row(f) = Eigen::Map<const Eigen::RowVectorXd>(pose.data(), pose.size());
+  }
+  const FaceMotion motion = rig.retarget(clip, &actor);
+  for (const std::string side : {"R", "L"}) {
+    const auto apartIn = [&](Eigen::Index f) -> Eigen::RowVector3d {
+      return motion.markers().block<1, 3>(f, 3 * row("LID_UP_" + side)) -
+             motion.markers().block<1, 3>(f, 3 * row("LID_LO_" + side));
+    };
+    const Eigen::RowVector3d open = apartIn(0);
+    for (Eigen::Index f = 3; f < 11; ++f)
+      EXPECT_NEAR(apartIn(f).dot(open) / open.squaredNorm(), 1 - 0.1 * asReal(f), 1e-6) << side << " " << f;
   }
 }
 
