@@ -20,6 +20,7 @@ ChunkOrder::Place ChunkOrder::place(std::uint64_t at, std::size_t count, LiveCou
   const auto rate = static_cast<std::uint64_t>(rate_hz_);
   if (at > kLastSample || count > kLastSample)
     throw InputError(fmt::format("found a chunk of sound at sample {}; expected places that rise from 0", at));
+  if (count == 0) return {};  // tells nothing; behind our clock it would move it back
   const auto shifted = static_cast<std::int64_t>(at) + shift_;
   std::uint64_t begin = static_cast<std::uint64_t>(std::max<std::int64_t>(0, shifted));
   std::uint64_t end = begin + count;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <unordered_map>
 
 #include "base/errors.h"
 #include "base/files.h"
@@ -23,7 +22,8 @@ bool isLetter(char c) {
 }
 bool isWordCharacter(char c) { return isLetter(c) || (c >= '0' && c <= '9') || c == '\'' || c == '-' || c == '.'; }
 
-/// Lines of "word PHONE PHONE ..." and "word(2) ..."; without stress.
+/// Lines of "word PHONE PHONE ..." and "word(2) ..."; without stress. Kept as they stand in the file, sorted: a line of
+/// text must not wait for a table of 135,000 words of which it needs ten.
 class Dictionary {
  public:
   explicit Dictionary(const Language& language) {
@@ -31,13 +31,18 @@ class Dictionary {
     if (language.dictionary.empty() || !std::filesystem::exists(path)) return;
     text_ = readFile(path, kMaxDictionaryBytes);
     lines_.reserve(150'000);
+    std::vector<std::string_view> misplaced;
     for (std::string_view rest = text_; !rest.empty();) {
       const std::size_t end = std::min(rest.find('\n'), rest.size());
       const std::string_view line = rest.substr(0, end);
       rest.remove_prefix(std::min(end + 1, rest.size()));
-      const std::size_t blank = line.find(' ');
-      if (blank != std::string_view::npos) lines_.emplace(line.substr(0, blank), line.substr(blank + 1));
+      if (line.find(' ') == std::string_view::npos) continue;
+      (lines_.empty() || lines_.back() <= line ? lines_ : misplaced).push_back(line);
     }
+    // The file is sorted but for a few lines. A blank sorts before every letter, so lines sort as their words do.
+    std::sort(misplaced.begin(), misplaced.end());
+    const auto middle = lines_.insert(lines_.end(), misplaced.begin(), misplaced.end());
+    std::inplace_merge(lines_.begin(), middle, lines_.end());
   }
 
   [[nodiscard]] bool isEmpty() const { return lines_.empty(); }
@@ -45,16 +50,18 @@ class Dictionary {
   [[nodiscard]] std::vector<Pronunciation> find(const std::string& word) const {
     std::vector<Pronunciation> ways;
     for (int variant = 1;; ++variant) {
-      const auto found = lines_.find(variant == 1 ? word : fmt::format("{}({})", word, variant));
-      if (found == lines_.end()) return ways;
-      ways.push_back(parse(found->second));
+      const std::string start = variant == 1 ? fmt::format("{} ", word) : fmt::format("{}({}) ", word, variant);
+      const auto found = std::lower_bound(lines_.begin(), lines_.end(), start);
+      if (found == lines_.end() || !found->starts_with(start)) return ways;
+      ways.push_back(parse(found->substr(start.size())));
     }
   }
 
   [[nodiscard]] std::vector<std::vector<Phone>> usualWays() const {
     std::vector<std::vector<Phone>> ways;
-    for (const auto& [word, phones] : lines_) {
-      if (word.back() != ')') ways.push_back(parse(phones).phones);
+    for (const std::string_view line : lines_) {
+      const std::size_t blank = line.find(' ');
+      if (blank > 0 && line[blank - 1] != ')') ways.push_back(parse(line.substr(blank + 1)).phones);
     }
     return ways;
   }
@@ -74,7 +81,7 @@ class Dictionary {
   }
 
   std::string text_;
-  std::unordered_map<std::string_view, std::string_view> lines_;
+  std::vector<std::string_view> lines_;
 };
 
 /// Stress goes by the order of the vowels: ways of one word differ in vowels, seldom in their number.
