@@ -2,7 +2,7 @@
 # Builds what reads and writes bytes (src/base, src/motion with its formats, and their unit tests) for another processor
 # with Debian's cross compiler and runs the tests under qemu: s390x stores numbers the other way round, armhf has 32 bits.
 #   tools/other_processors.sh [s390x|armhf]...        `tools/setup.sh processors` brings compilers and qemu
-# Libraries of the processor are unpacked below build-PROCESSOR and linked statically; nothing of them is installed.
+# Libraries of the processor are unpacked below build-PROCESSOR and linked from there; nothing of them is installed.
 set -eu
 cd "$(dirname "$0")/.."
 jobs=${JOBS:-$(nproc)}
@@ -12,7 +12,7 @@ unpack_libraries() {  # PROCESSOR FOLDER
   mkdir -p "$2/lists/partial" "$2/packages/partial"
   apt="apt-get -qq -o APT::Architecture=$1 -o APT::Architectures=$1 -o Dir::State::Lists=$PWD/$2/lists"
   $apt update
-  (cd "$2/packages" && $apt download libgtest-dev libicu-dev libdeflate-dev libssl-dev zlib1g-dev libfmt-dev)
+  (cd "$2/packages" && $apt download libgtest-dev libicu-dev libdeflate-dev libssl-dev zlib1g-dev libfmt-dev libfmt9)
   for package in "$2"/packages/*.deb; do dpkg -x "$package" "$2"; done
   touch "$2/done"
 }
@@ -34,6 +34,7 @@ for processor in "${@:-s390x}"; do
   ln -sfn /usr/include/eigen3 "$folder/include/eigen3"
   ln -sfn /usr/include/nlohmann "$folder/include/nlohmann"
   {
+    echo "builddir = $folder"
     echo "cxx = $triplet-g++"
     echo "flags = -std=c++20 -O1 -ffp-contract=off -DMOUTHPIECE_SOURCE_DIR=\\\"$PWD\\\" -Wall -Wextra -Iinclude -Isrc -I. -Itests -I$folder/include" \
       "-isystem $folder/include/eigen3 -isystem $root/usr/include -isystem $root/usr/include/$triplet"
@@ -41,7 +42,9 @@ for processor in "${@:-s390x}"; do
     echo '  command = $cxx $flags -MD -MF $out.d -c $in -o $out'
     echo '  depfile = $out.d'
     echo 'rule link'
-    echo "  command = \$cxx -static \$in -o \$out -L$root/usr/lib/$triplet -lgtest -lgtest_main -licui18n -licuuc -licudata -ldeflate -lz -lcrypto -lfmt -lpthread -latomic -ldl"
+    # Debian has no archive of fmt.
+    echo "  command = \$cxx \$in -o \$out -L$root/usr/lib/$triplet -l:libgtest.a -l:libgtest_main.a -l:libicui18n.a -l:libicuuc.a" \
+      "-l:libicudata.a -l:libdeflate.a -l:libz.a -l:libcrypto.a -lfmt -lpthread -latomic -ldl"
     objects=
     for source in src/base/*.cpp src/motion/*.cpp src/motion/formats/*.cpp src/motion/cleaning/*.cpp \
       tests/unit/base/*.cpp tests/unit/motion/*.cpp "$folder"/*.cpp; do
@@ -53,5 +56,5 @@ for processor in "${@:-s390x}"; do
   } >"$folder/build.ninja"
   ninja -f "$folder/build.ninja" -k 0 -j "$jobs" --quiet
   echo "== $processor"
-  "$emulator" "$folder/unit_tests" --gtest_brief=1 --gtest_filter="${FILTER:-*}"
+  "$emulator" -L "/usr/$triplet" -E "LD_LIBRARY_PATH=$root/usr/lib/$triplet:/usr/$triplet/lib" "$folder/unit_tests" --gtest_brief=1 --gtest_filter="${FILTER:--ChildProcess.*}"  # children are of this machine
 done
