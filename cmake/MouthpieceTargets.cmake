@@ -109,6 +109,8 @@ function(mouthpiece_compile_options target)
     $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>
     # In a unity build a source is included, so that its anonymous namespace looks like one of a header.
     $<$<AND:$<CXX_COMPILER_ID:GNU>,$<BOOL:${MOUTHPIECE_UNITY}>>:-Wno-subobject-linkage>)
+  # What users run is the same bytes from every folder (tools/reproducible.sh).
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-ffile-prefix-map=${CMAKE_SOURCE_DIR}/=>)
   if(MOUTHPIECE_WERROR)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
