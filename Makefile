@@ -10,13 +10,17 @@ DEMO_OUT := build/demo
 DEMO_SONG := build/demo_song
 CANONICAL_FACE := build/third_party/canonical_face.obj
 
-.PHONY: help setup setup-test build build-tests data demo test bench lint format fuzz clean install uninstall deb
+.PHONY: help setup setup-test build build-tests data demo test bench lint format fuzz quick nightly faults coverage \
+  mutation load processors sbom reproducible clean install uninstall deb
 help:
 	@echo "make setup    install the packages it needs (asks for sudo when not root)"
 	@echo "make build    build the programs into build/bin"
 	@echo "make demo     install, build, perform the sample corpus, speak a first line"
 	@echo "make test     install, build, run every test"
 	@echo "make bench    benchmarks        make fuzz    fuzz the readers ($(FUZZ_SECONDS) s each)"
+	@echo "make quick    sanitizers and fuzzing for what changed against BASE (origin/main)"
+	@echo "make nightly  all that takes hours; a part alone: make faults coverage mutation load processors"
+	@echo "make sbom     packages, versions, licences as SPDX    make reproducible  two builds, the same bytes"
 	@echo "make lint     clang-format and clang-tidy    make format    rewrite with clang-format"
 	@echo "make deb      a Debian package with programs, sample corpus and face: build/*.deb"
 	@echo "make install  into PREFIX=$(PREFIX)          make uninstall takes away what that wrote"
@@ -80,6 +84,27 @@ format:
 fuzz: setup
 	@tools/setup.sh lint
 	@tools/fuzz.sh $(FUZZ_SECONDS)
+
+# tools/nightly.sh says what its parts are and which variables set how long they take.
+quick: build
+	@tools/setup.sh test lint
+	@tools/quick.sh
+nightly: data
+	@tools/setup.sh nightly bench
+	@tools/nightly.sh $(PARTS)
+faults load: data
+	@cmake --build build -j $(JOBS) --target faults load_trial
+	@tools/nightly.sh $@
+coverage mutation: data
+	@tools/setup.sh nightly
+	@tools/nightly.sh $@; cat build-nightly/$@.log
+processors: setup
+	@tools/setup.sh processors
+	@tools/other_processors.sh s390x armhf
+sbom:
+	@tools/sbom.py --out build/mouthpiece.spdx.json
+reproducible: setup
+	@tools/reproducible.sh
 
 install: data
 	@cmake --build build -j $(JOBS) --target mouthpiece_shared mouthpiece_static

@@ -109,7 +109,25 @@ function(mouthpiece_compile_options target)
     $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>
     # In a unity build a source is included, so that its anonymous namespace looks like one of a header.
     $<$<AND:$<CXX_COMPILER_ID:GNU>,$<BOOL:${MOUTHPIECE_UNITY}>>:-Wno-subobject-linkage>)
+  # What users run is the same bytes from every folder (tools/reproducible.sh).
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-ffile-prefix-map=${CMAKE_SOURCE_DIR}/=>)
   if(MOUTHPIECE_WERROR)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
+endfunction()
+
+# mouthpiece_rooms_of(SOURCE OUT): the rooms whose headers SOURCE includes, so that a target of one file builds no others.
+function(mouthpiece_rooms_of source out)
+  file(STRINGS ${source} includes REGEX "^#include \"[^\"]+/[^/\"]+\"")
+  set(rooms)
+  foreach(include ${includes})
+    string(REGEX REPLACE "^#include \"(.*)/[^/]*\".*" "\\1" folder "${include}")
+    string(REPLACE "/" "_" room "${folder}")
+    if(TARGET mouthpiece_${room})
+      list(APPEND rooms mouthpiece::${room})
+    endif()
+  endforeach()
+  list(REMOVE_DUPLICATES rooms)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${source})
+  set(${out} ${rooms} PARENT_SCOPE)
 endfunction()

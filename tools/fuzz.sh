@@ -1,17 +1,35 @@
 #!/bin/sh
-# Runs every fuzz target for SECONDS under address and undefined-behaviour sanitizers. What libFuzzer makes goes to a
-# scratch folder; the committed findings (tests/fuzz/findings) are only read.
+# Runs fuzz targets under address and undefined-behaviour sanitizers, each for SECONDS or FUZZ_RUNS inputs, whichever ends
+# first, within 3 GB and 20 s an input. What libFuzzer makes goes to a scratch folder; the committed findings
+# (tests/fuzz/findings), corpora (tests/fuzz/corpora) and dictionaries (tests/fuzz/dictionaries) are only read.
+#   tools/fuzz.sh SECONDS [NAME...]        all targets when none is named
 set -eu
 seconds=${1:-60}
+[ $# -eq 0 ] || shift
 cmake --preset fuzz >/dev/null
-cmake --build build-fuzz --target fuzzers
-for target in build-fuzz/fuzz/*_fuzz; do
-  name=$(basename "$target" _fuzz)
+if [ $# -eq 0 ]; then
+  cmake --build build-fuzz -j "${JOBS:-$(nproc)}" --target fuzzers
+  set -- $(cd tests/fuzz && ls ./*_fuzz.cpp | sed 's|^./||; s|_fuzz.cpp$||')
+else
+  cmake --build build-fuzz -j "${JOBS:-$(nproc)}" --target $(printf '%s_fuzz ' "$@")
+fi
+failed=0
+for name in "$@"; do
   scratch=build-fuzz/scratch/$name
-  seeds=tests/fuzz/findings/$name
   mkdir -p "$scratch"
-  [ -d "$seeds" ] || seeds=
-  echo "== $name, $seconds s"
-  "$target" "$scratch" $seeds -max_total_time="$seconds" -rss_limit_mb=3000 -timeout=20 -print_final_stats=1 \
-    -artifact_prefix="$scratch/" 2>&1 | tail -n 12
+  seeds=
+  for folder in tests/fuzz/findings/$name tests/fuzz/corpora/$name; do [ ! -d "$folder" ] || seeds="$seeds $folder"; done
+  dictionary=tests/fuzz/dictionaries/$name.dict
+  [ -f "$dictionary" ] && dictionary="-dict=$dictionary" || dictionary=
+  log=build-fuzz/scratch/$name.log
+  # shellcheck disable=SC2086
+  build-fuzz/fuzz/"$name"_fuzz "$scratch" $seeds $dictionary -max_total_time="$seconds" -runs="${FUZZ_RUNS:--1}" \
+    -rss_limit_mb=3000 -timeout=20 -print_final_stats=1 -artifact_prefix="$scratch/" >"$log" 2>&1 || {
+    failed=1
+    tail -n 40 "$log"
+  }
+  runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")
+  covered=$(grep -o 'cov: [0-9]*' "$log" | tail -n 1)
+  echo "== $name: ${runs:-?} inputs, ${covered:-no coverage}"
 done
+exit $failed

@@ -44,10 +44,11 @@ class StepCounter {
 
 std::size_t threadCount(const BuildOptions& options) { return options.jobs > 0 ? options.jobs : defaultThreadCount(); }
 
-/// Does `work` for every take in parallel; an InputError leaves that one out (or, when strict, stops).
-template <typename Output, typename Work>
+/// Does `work` for every take in parallel; an InputError leaves that one out (or, when strict, stops). `keep` puts what
+/// came out away; when that cannot be, it is no fault of the take: the InputError stops all.
+template <typename Output, typename Work, typename Keep>
 std::vector<Output> forEachTake(std::vector<TakeFiles>& takes, const BuildOptions& options, StepCounter& steps,
-                                std::vector<LeftOutTake>& left_out, const Work& work) {
+                                std::vector<LeftOutTake>& left_out, const Work& work, const Keep& keep) {
   std::vector<std::optional<Output>> outputs(takes.size());
   std::vector<std::string> reasons(takes.size());
   parallelFor(takes.size(), threadCount(options), [&](std::size_t i) {
@@ -57,6 +58,7 @@ std::vector<Output> forEachTake(std::vector<TakeFiles>& takes, const BuildOption
       if (options.strict) throw;
       reasons[i] = error.what();
     }
+    if (outputs[i]) keep(*outputs[i]);
     steps.advance();
   });
   std::vector<Output> usable;
@@ -70,6 +72,8 @@ std::vector<Output> forEachTake(std::vector<TakeFiles>& takes, const BuildOption
   takes = std::move(usable_takes);
   return usable;
 }
+
+constexpr auto kAsItIs = [](auto&) {};
 
 void expectSome(const fs::path& folder, const std::vector<TakeFiles>& takes, const std::vector<LeftOutTake>& left_out) {
   if (!takes.empty()) return;
@@ -107,7 +111,8 @@ HeadReference headReferenceOf(std::vector<TakeFiles>& takes, const BuildOptions&
                                                       std::optional<RawTake> take = shapeFrames(files, options);
                                                       if (unsignedIndex(&files - first) % every != 0) take.reset();
                                                       return take;
-                                                    });
+                                                    },
+                                                    kAsItIs);
   expectSome(folder, takes, left_out);
   std::vector<RawTake> kept;
   for (std::optional<RawTake>& shape : shapes) {
@@ -234,12 +239,7 @@ class Builder {
       std::optional<std::size_t> earlier;  ///< its number there
       bool was_kept = false;
     };
-    const auto light = [&](CleanedTake take, const std::string& key, bool was_kept) {
-      finished.takeOver(key, take.take.motion);
-      std::vector<float>().swap(take.take.audio.samples);  // with its room
-      return Done{std::move(take), {}, was_kept};
-    };
-    auto done = forEachTake<Done>(found_.takes, options_, steps_, result.left_out, [&](const TakeFiles& files) {
+    const auto make = [&](const TakeFiles& files) {
       const std::string& key = keys_.at(files.name);
       if (earlier) {
         const auto found = earlier->takes.find(key);
@@ -247,12 +247,18 @@ class Builder {
           return Done{{std::move(earlier->corpus.takes[found->second]), earlier->reports.at(key)}, found->second, true};
         }
       }
-      if (auto part = parts.find(key)) return light(std::move(*part), key, true);
+      if (auto part = parts.find(key)) return Done{std::move(*part), {}, true};
       CleanedTake cleaned = cleanTake(files, reference, options_, labeller);
       cleaned.report.key = key;
-      parts.store(cleaned);
-      return light(std::move(cleaned), key, false);
-    });
+      return Done{std::move(cleaned), {}, false};
+    };
+    const auto keep = [&](Done& take) {
+      if (take.earlier) return;
+      if (!take.was_kept) parts.store(take.cleaned);
+      finished.takeOver(take.cleaned.report.key, take.cleaned.take.motion);
+      std::vector<float>().swap(take.cleaned.take.audio.samples);  // with its room
+    };
+    auto done = forEachTake<Done>(found_.takes, options_, steps_, result.left_out, make, keep);
     expectSome(folder_, found_.takes, result.left_out);
     for (Done& take : done) {
       is_new.push_back(!take.earlier);
@@ -292,9 +298,8 @@ CleanTakes readTakesInto(const Corpus& corpus, const fs::path& folder, const Bui
   StepCounter steps(found.takes.size(), progress);
   const HeadReference reference = mouthpiece::headReferenceOf(corpus);
   TakeLabeller labeller(options.lexicon);
-  auto cleaned = forEachTake<CleanedTake>(found.takes, as_corpus, steps, clean.left_out, [&](const TakeFiles& files) {
-    return cleanTake(files, reference, as_corpus, labeller);
-  });
+  const auto make = [&](const TakeFiles& files) { return cleanTake(files, reference, as_corpus, labeller); };
+  auto cleaned = forEachTake<CleanedTake>(found.takes, as_corpus, steps, clean.left_out, make, kAsItIs);
   expectSome(folder, found.takes, clean.left_out);
   for (CleanedTake& take : cleaned) clean.takes.push_back(std::move(take.take));
   return clean;

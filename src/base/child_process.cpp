@@ -158,6 +158,23 @@ std::optional<int> waitUntil(pid_t child, Clock::time_point deadline) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
+/// A child that ends with this, if it has not been waited for.
+class RunningChild {
+ public:
+  explicit RunningChild(pid_t number) : number_(number) {}
+  RunningChild(const RunningChild&) = delete;
+  RunningChild& operator=(const RunningChild&) = delete;
+  ~RunningChild() {
+    if (number_ == 0) return;
+    ::kill(-number_, SIGKILL);
+    waitUntil(number_, Clock::time_point::max());
+  }
+  void hasEnded() { number_ = 0; }
+
+ private:
+  pid_t number_;
+};
+
 }  // namespace
 
 PrivateFolder::PrivateFolder() {
@@ -169,14 +186,21 @@ PrivateFolder::PrivateFolder() {
   if (::mkdtemp(pattern.data()) == nullptr) {
     throw InputError(base.string(), "", fmt::format("takes no temporary folder: {}", std::strerror(errno)));
   }
-  path_ = pattern;
-  lock_.emplace(::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  unfinished_.emplace(path_);
+  try {
+    path_ = pattern;
+    lock_.emplace(::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    unfinished_.emplace(path_);
+  } catch (...) {  // no memory to note it
+    ::rmdir(pattern.c_str());
+    throw;
+  }
 }
 
 PrivateFolder::~PrivateFolder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
+  try {
+    fs::remove_all(path_);
+  } catch (const std::exception&) {  // the next start sweeps it
+  }
 }
 
 std::optional<fs::path> findProgram(std::string_view name) {
@@ -212,6 +236,7 @@ ChildResult runChild(const fs::path& program, const std::vector<std::string>& ar
   const auto deadline =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time_limit));
   const pid_t child = startChild(program, arguments, folder, fed.number(), write_end.number());
+  RunningChild running(child);
   const Unfinished unfinished(child);
   write_end.close();
   fed.close();
@@ -238,6 +263,7 @@ ChildResult runChild(const fs::path& program, const std::vector<std::string>& ar
     ::kill(-child, SIGKILL);
     exit_code = waitUntil(child, Clock::time_point::max());
   }
+  running.hasEnded();
   if (thrown) std::rethrow_exception(thrown);
   result.exit_code = exit_code.value_or(127);
   return result;

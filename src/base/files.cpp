@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <optional>
 #include <random>
 #include <span>
 
@@ -53,7 +54,10 @@ class TemporaryFile {
     int descriptor;
   };
 
-  explicit TemporaryFile(Made made) : path_(std::move(made.path)), lock_(made.descriptor), unfinished_(path_) {}
+  explicit TemporaryFile(const Made& made) try : path_(made.path), lock_(made.descriptor), unfinished_(path_) {
+  } catch (...) {  // no memory to note it
+    ::unlink(made.path.c_str());
+  }
 
   static Made made(const fs::path& folder, const std::string& prefix, const fs::path& final_path) {
     constexpr int kTries = 100;
@@ -74,6 +78,31 @@ class TemporaryFile {
   bool renamed_ = false;
 };
 
+/// Keeps the file that stands under a name, under a second one, until it is known whether it will be replaced. Where a
+/// file system has no second names it cannot be put back.
+class EarlierFile {
+ public:
+  explicit EarlierFile(const fs::path& path) : path_(path), kept_(path) {
+    std::error_code ignored;
+    was_there_ = fs::exists(fs::symlink_status(path, ignored));
+    fs::remove(kept_.path(), ignored);
+    if (was_there_) fs::create_hard_link(path, kept_.path(), ignored);
+  }
+  void putBack() noexcept {
+    std::error_code ignored;
+    if (!was_there_) {
+      fs::remove(path_, ignored);
+    } else {
+      fs::rename(kept_.path(), path_, ignored);
+    }
+  }
+
+ private:
+  fs::path path_;
+  TemporaryFile kept_;
+  bool was_there_ = false;
+};
+
 void flushToDisk(const fs::path& path, const fs::path& named_in_errors) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) failWriting(named_in_errors, errno);
@@ -91,18 +120,27 @@ struct FilesTogether::Waiting {
   explicit Waiting(const fs::path& path) : file(path), final_path(path) {}
   TemporaryFile file;
   fs::path final_path;
+  std::optional<EarlierFile> earlier;
 };
 
 FilesTogether::FilesTogether() : outer_(open_set) { open_set = this; }
 FilesTogether::~FilesTogether() { open_set = outer_; }
 
 void FilesTogether::commit() {
-  for (std::unique_ptr<Waiting>& waiting : waiting_) {
-    if (outer_ == nullptr) {
-      waiting->file.renameTo(waiting->final_path);
-    } else {
-      outer_->waiting_.push_back(std::move(waiting));
-    }
+  if (outer_ != nullptr) {
+    for (std::unique_ptr<Waiting>& waiting : waiting_) outer_->waiting_.push_back(std::move(waiting));
+    waiting_.clear();
+    return;
+  }
+  if (waiting_.size() > 1) {
+    for (const std::unique_ptr<Waiting>& waiting : waiting_) waiting->earlier.emplace(waiting->final_path);
+  }
+  std::size_t done = 0;
+  try {
+    for (; done < waiting_.size(); ++done) waiting_[done]->file.renameTo(waiting_[done]->final_path);
+  } catch (...) {
+    while (done > 0) waiting_[--done]->earlier->putBack();
+    throw;
   }
   waiting_.clear();
 }

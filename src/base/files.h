@@ -32,7 +32,8 @@ class FilesTogether {
   FilesTogether(const FilesTogether&) = delete;
   FilesTogether& operator=(const FilesTogether&) = delete;
   ~FilesTogether();
-  /// Throws InputError when a file cannot take its name; the ones before it have theirs.
+  /// Throws InputError when a file cannot take its name; those that stood under the others' names stand there again
+  /// (unless the file system has no hard links).
   void commit();
 
  private:

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <cstring>
@@ -57,11 +58,16 @@ class JsonField {
   /// The same as little-endian numbers.
   template <typename Scalar>
   [[nodiscard]] std::vector<Scalar> blob() const {
-    static_assert(std::endian::native == std::endian::little, "blobs are copied as they are");
     const std::span<const std::uint8_t> raw = bytes();
     if (raw.size() % sizeof(Scalar) != 0) refuse("a multiple of " + std::to_string(sizeof(Scalar)) + " bytes");
     std::vector<Scalar> values(raw.size() / sizeof(Scalar));
     if (!values.empty()) std::memcpy(values.data(), raw.data(), raw.size());
+    if constexpr (std::endian::native == std::endian::big) {
+      for (Scalar& value : values) {
+        auto* const first = reinterpret_cast<std::uint8_t*>(&value);
+        std::reverse(first, first + sizeof(Scalar));
+      }
+    }
     return values;
   }
 

@@ -5,10 +5,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstddef>
 #include <ctime>
 #include <mutex>
+#include <new>
 #include <set>
 #include <system_error>
 #include <utility>
@@ -28,9 +31,12 @@ struct Noted {
   std::set<fs::path> swept;
 };
 
-/// Never destroyed: threads may still be at work while the process ends.
+/// Never destroyed: threads may still be at work while the process ends. In memory of its own: the process may end for
+/// want of any other.
 auto& noted() {
-  static auto& all = *new Noted<std::variant<fs::path, pid_t>>;
+  using All = Noted<std::variant<fs::path, pid_t>>;
+  alignas(All) static std::array<std::byte, sizeof(All)> memory;
+  static All& all = *new (memory.data()) All;
   return all;
 }
 
@@ -65,9 +71,13 @@ void endUnfinished() {
   noted().mutex.lock();
   // Newest first: a process before the folder that it works in.
   for (auto thing = noted().things.rbegin(); thing != noted().things.rend(); ++thing) {
-    std::error_code ignored;
     if (const auto* group = std::get_if<pid_t>(&*thing)) ::kill(-*group, SIGKILL);
-    if (const auto* path = std::get_if<fs::path>(&*thing)) fs::remove_all(*path, ignored);
+    const auto* path = std::get_if<fs::path>(&*thing);
+    if (path == nullptr || ::unlink(path->c_str()) == 0) continue;
+    try {
+      fs::remove_all(*path);
+    } catch (const std::exception&) {  // no memory for that: the next start sweeps it
+    }
   }
 }
 

@@ -1,5 +1,6 @@
 #include "programs/program.h"
 
+#include <cxxabi.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -13,7 +14,10 @@
 #include <filesystem>
 #include <map>
 #include <new>
+#include <system_error>
 #include <thread>
+#include <tuple>
+#include <typeinfo>
 
 #include "base/errors.h"
 #include "base/unfinished.h"
@@ -28,14 +32,22 @@ constexpr std::chrono::milliseconds kShowAfter{1000};
 constexpr std::chrono::milliseconds kRedrawEvery{100};
 constexpr std::size_t kBarWidth = 30;
 
-std::string program_name = "mouthpiece";
+std::string_view program_name = "mouthpiece";  ///< of the arguments, which last as long as the process
 
-std::string nameOf(const char* path) { return std::filesystem::path(path).filename().string(); }
+std::string_view nameOf(std::string_view path) { return path.substr(path.find_last_of('/') + 1); }
 
 /// Everything on one line, whatever the message holds.
 int complain(std::string_view message) {
   std::fflush(stdout);
   fmt::print(stderr, "{}: {}\n", program_name, printable(message, 2000));
+  return kExitBadInput;
+}
+
+/// The same with nothing allocated.
+int complainWithoutMemory(std::string_view what = "out of memory: the input is too large for this machine") {
+  std::fflush(stdout);
+  for (const std::string_view part : {program_name, std::string_view(": "), what, std::string_view("\n")})
+    std::ignore = ::write(STDERR_FILENO, part.data(), part.size());
   return kExitBadInput;
 }
 
@@ -154,6 +166,24 @@ int parse(CLI::App& app, int argc, const char* const* argv, bool& finished) {
   }
 }
 
+/// Where an exception cannot be caught: destructors of libraries that allocate (JSON's do) find no memory.
+[[noreturn]] void endWithoutMemory() {
+  const std::type_info* thrown = abi::__cxa_current_exception_type();
+  if (thrown == nullptr || (*thrown != typeid(std::bad_alloc) && *thrown != typeid(std::bad_array_new_length)))
+    std::abort();
+  endUnfinished();
+  std::_Exit(complainWithoutMemory());
+}
+
+bool has_returned = false;  ///< from what main() runs
+
+/// Libraries in C that find no memory (PocketSphinx, Flite) tell so and call exit().
+void endIfALibraryExits() {
+  if (has_returned) return;
+  endUnfinished();
+  std::_Exit(complainWithoutMemory("a library gave up, most likely for want of memory"));
+}
+
 int runAction(CLI::App& app, int argc, const char* const* argv, const std::function<int()>& action) {
   bool finished = false;
   int code = parse(app, argc, argv, finished);
@@ -176,7 +206,8 @@ int runAction(CLI::App& app, int argc, const char* const* argv, const std::funct
 }
 
 /// From here on a thread waits for what ends a process from outside; what the caller's shell has it ignore (nohup)
-/// stays ignored. To be called before other threads start: they inherit the mask.
+/// stays ignored, and where the machine gives no thread a signal ends the process at once. To be called before other
+/// threads start: they inherit the mask.
 void awaitSignals() {
   sigset_t awaited;
   sigemptyset(&awaited);
@@ -185,28 +216,32 @@ void awaitSignals() {
     if (::sigaction(signal, nullptr, &action) == 0 && action.sa_handler != SIG_IGN) sigaddset(&awaited, signal);
   }
   ::pthread_sigmask(SIG_BLOCK, &awaited, nullptr);
-  std::thread([awaited] {
-    int signal = 0;
-    while (::sigwait(&awaited, &signal) != 0) {
-    }
-    endBySignal(signal);
-  }).detach();
+  try {
+    std::thread([awaited] {
+      int signal = 0;
+      while (::sigwait(&awaited, &signal) != 0) {
+      }
+      endBySignal(signal);
+    }).detach();
+  } catch (const std::system_error&) {
+    ::pthread_sigmask(SIG_UNBLOCK, &awaited, nullptr);
+  }
 }
 
-int runCaught(CLI::App& app, int argc, const char* const* argv, const std::function<int()>& action) {
-  if (argc > 0) program_name = nameOf(argv[0]);
-  awaitSignals();
-  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is then an ordinary write error
+/// The exit code for the exception in flight, which is told.
+int complainOfException() {
   try {
-    return runAction(app, argc, argv, action);
+    throw;
   } catch (const InputError& error) {
     return complain(error.what());
   } catch (const InternalError& error) {
     return complain(fmt::format("internal error, please report it: {}", error.what()));
   } catch (const std::bad_alloc&) {
-    return complain("out of memory: the input is too large for this machine");
+    return complainWithoutMemory();
   } catch (const std::filesystem::filesystem_error& error) {
     return complain(describe(error));
+  } catch (const std::system_error& error) {
+    return complain(fmt::format("the system refuses: {}", error.what()));
   } catch (const std::exception& error) {
     return complain(fmt::format("internal error, please report it: {}", error.what()));
   }
@@ -222,6 +257,24 @@ void setExample(CLI::App& app, std::string_view example) {
 }
 
 }  // namespace
+
+int caught(int argc, const char* const* argv, int (*run)(int argc, const char* const* argv)) {
+  if (argc > 0) program_name = nameOf(argv[0]);
+  std::set_terminate(endWithoutMemory);
+  std::atexit(endIfALibraryExits);
+  int code = kExitBadInput;
+  try {
+    code = run(argc, argv);
+  } catch (...) {
+    try {
+      code = complainOfException();
+    } catch (...) {  // not even room for the words
+      code = complainWithoutMemory();
+    }
+  }
+  has_returned = true;
+  return code;
+}
 
 int runProgram(const Command& program, const std::vector<Command>& subcommands, int argc, const char* const* argv) {
   CLI::App app(program.what, program.name);
@@ -240,7 +293,9 @@ int runProgram(const Command& program, const std::vector<Command>& subcommands, 
     setExample(*added, command.example);
     added->callback([&chosen, run = command.add(*added)] { chosen = run; });
   }
-  return runCaught(app, argc, argv, [&chosen] { return chosen(); });
+  awaitSignals();
+  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is then an ordinary write error
+  return runAction(app, argc, argv, [&chosen] { return chosen(); });
 }
 
 void addQuietFlag(CLI::App& app, bool& quiet) {

@@ -32,9 +32,12 @@ struct Command {
   std::function<std::function<int()>(CLI::App&)> add;
 };
 
+/// All of a main(): what `run` returns is the exit code. This is the one place that catches: InputError, a file system
+/// error, no memory, an output that cannot be printed, an internal error -> one line "PROGRAM: ..." on stderr, 1.
+int caught(int argc, const char* const* argv, int (*run)(int argc, const char* const* argv));
+
 /// Parses the command line and runs the subcommand that it names, or else `program` itself; one without `add` needs a
-/// subcommand. This is the one place that catches: wrong usage -> 2, `--help` -> 0; InputError, a file system error, no
-/// memory, an output that cannot be printed, an internal error -> one line "PROGRAM: ..." on stderr, 1.
+/// subcommand. Wrong usage -> 2, `--help` -> 0. Throws what the command throws.
 int runProgram(const Command& program, const std::vector<Command>& subcommands, int argc, const char* const* argv);
 
 /// The flag that all (sub)commands share: --quiet, no progress and no notices.

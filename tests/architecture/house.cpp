@@ -60,7 +60,7 @@ const std::vector<Outsider> kOutsiders{
 };
 const std::set<std::string_view> kThreads{"thread", "mutex", "shared_mutex", "condition_variable", "future", "atomic"};
 const std::regex kSystemHeader(
-    R"([a-z_]+|sys/[a-z]+\.h|(unistd|fcntl|netdb|poll|signal|spawn|malloc|immintrin|time|std[a-z]+)\.h)");
+    R"([a-z_]+|sys/[a-z]+\.h|(cxxabi|unistd|fcntl|netdb|poll|signal|spawn|malloc|immintrin|time|std[a-z]+)\.h)");
 const std::regex kHeavy(R"((CGAL/|CLI/|nlohmann/json\.hpp|OpenMesh/|sqlite3\.h|SQLiteCpp/|spdlog/|tiny_gltf\.h).*)");
 
 std::string folderOf(const std::string& path) { return fs::path(path).parent_path().string(); }

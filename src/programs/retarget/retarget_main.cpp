@@ -1,8 +1,10 @@
 // retarget: fits a face mesh to an actor's markers, moves it with motion, judges the fit, makes the sample face.
 #include "programs/retarget/commands.h"
 
-int main(int argc, char** argv) {
-  using namespace mouthpiece;
+namespace mouthpiece {
+namespace {
+
+int run(int argc, const char* const* argv) {
   return runProgram({"retarget",
                      "Puts captured marker motion on a face mesh.",
                      "retarget fit --mesh head.obj --anchors head.anchors.json --corpus sample.corpus --out head.face\n"
@@ -12,3 +14,8 @@ int main(int argc, char** argv) {
                      checkCommand(), sampleCommand(), shapesCommand()},
                     argc, argv);
 }
+
+}  // namespace
+}  // namespace mouthpiece
+
+int main(int argc, char** argv) { return mouthpiece::caught(argc, argv, mouthpiece::run); }

@@ -5,8 +5,10 @@
 
 #include "programs/synth/commands.h"
 
-int main(int argc, char** argv) {
-  using namespace mouthpiece;
+namespace mouthpiece {
+namespace {
+
+int run(int argc, const char* const* argv) {
   // `synth --stream ...` is `synth stream ...`.
   std::vector<const char*> arguments(argv, argv + argc);
   const auto flag = std::find(arguments.begin(), arguments.end(), std::string_view("--stream"));
@@ -17,3 +19,8 @@ int main(int argc, char** argv) {
   return runProgram(speakCommand(), {batchCommand(), mergeCommand(), serveCommand(), streamCommand()}, argc,
                     arguments.data());
 }
+
+}  // namespace
+}  // namespace mouthpiece
+
+int main(int argc, char** argv) { return mouthpiece::caught(argc, argv, mouthpiece::run); }

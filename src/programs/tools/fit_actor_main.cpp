@@ -64,9 +64,11 @@ void addOptions(CLI::App& app, Arguments& options) {
 
 int main(int argc, char** argv) {
   using namespace mouthpiece;
-  return runProgram(
-      makeCommand("fit_actor", "Learns the actor model of the sample corpus from a folder of takes.",
-                  "fit_actor ../shared/capture/grid_s1/takes --out sample_data/actor/grid_s1_actor.json", addOptions,
-                  run),
-      {}, argc, argv);
+  return caught(argc, argv, [](int count, const char* const* arguments) {
+    return runProgram(
+        makeCommand("fit_actor", "Learns the actor model of the sample corpus from a folder of takes.",
+                    "fit_actor ../shared/capture/grid_s1/takes --out sample_data/actor/grid_s1_actor.json", addOptions,
+                    run),
+        {}, count, arguments);
+  });
 }

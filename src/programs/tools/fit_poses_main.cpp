@@ -48,8 +48,10 @@ void addOptions(CLI::App& app, Arguments& options) {
 
 int main(int argc, char** argv) {
   using namespace mouthpiece;
-  return runProgram(
-      makeCommand("fit_poses", "Learns viseme poses from a corpus and reports how much of its motion they explain.",
-                  "fit_poses grid.corpus --without-generic --out generic_poses.json", addOptions, run),
-      {}, argc, argv);
+  return caught(argc, argv, [](int count, const char* const* arguments) {
+    return runProgram(
+        makeCommand("fit_poses", "Learns viseme poses from a corpus and reports how much of its motion they explain.",
+                    "fit_poses grid.corpus --without-generic --out generic_poses.json", addOptions, run),
+        {}, count, arguments);
+  });
 }

@@ -153,6 +153,21 @@ TEST(PrivateFolder, NoTwoAreTheSame) {
   EXPECT_EQ(paths.size(), 50U);
 }
 
+TEST(ChildProcess, EndsWhenWhatFeedsItThrows) {
+  const PrivateFolder folder;
+  const std::string error = errorOf([&] {
+    runChild(findProgram("sh").value(), {"-c", "echo $$ > other; cat"}, folder.path(), kPatience,
+             [&](const ChildInput& give) {
+               for (int tries = 0; tries < 500 && !std::filesystem::exists(folder.path() / "other"); ++tries)
+                 std::this_thread::sleep_for(std::chrono::milliseconds(10));
+               give("x");
+               throw InputError("no more");
+             });
+  });
+  EXPECT_EQ(error, "no more");
+  EXPECT_TRUE(ends(folder.path() / "other"));
+}
+
 TEST(ChildProcess, SaysWhenAProgramCannotStart) {
   const PrivateFolder folder;
   EXPECT_NE(errorOf([&] {

@@ -122,6 +122,18 @@ TEST(FilesTogether, AppearAtCommitInTheOrderOfWriting) {
   EXPECT_EQ(namesIn(folder.path()), (std::set<std::string>{"a", "c", "deep"}));
 }
 
+TEST(FilesTogether, OneThatCannotTakeItsNameGivesTheOthersTheirsBack) {
+  const PrivateFolder folder;
+  writeFileAtomically(folder.path() / "a", std::string_view("old"));
+  FilesTogether set;
+  for (const char* name : {"a", "new", "b"}) writeFileAtomically(folder.path() / name, std::string_view("new"));
+  fs::create_directories(folder.path() / "b" / "in_the_way");  // come while the set was written
+  const std::string error = errorOf([&] { set.commit(); });
+  EXPECT_NE(error.find("b: cannot be written"), std::string::npos) << error;
+  EXPECT_EQ(readFile(folder.path() / "a"), "old");
+  EXPECT_FALSE(fs::exists(folder.path() / "new"));
+}
+
 TEST(FilesTogether, OneThatCannotBeWrittenLeavesTheOthersAsTheyWere) {
   const PrivateFolder folder;
   writeFileAtomically(folder.path() / "a", std::string_view("old"));

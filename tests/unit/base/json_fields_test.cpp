@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "base/byte_reader.h"
 #include "base/errors.h"
 
 namespace mouthpiece {
@@ -84,8 +85,10 @@ TEST(JsonFields, RefusesWhatIsNoDocument) {
 
 TEST(JsonFields, ReadsBlobsOfCbor) {
   const std::vector<double> numbers{1.5, -2, 1e300};
-  const auto* raw = reinterpret_cast<const std::uint8_t*>(numbers.data());
-  const nlohmann::json tree{{"blob", nlohmann::json::binary(std::vector<std::uint8_t>(raw, raw + 24))}};
+  ByteWriter raw(ByteOrder::kLittle);
+  for (const double number : numbers) raw.writeF64(number);
+  const nlohmann::json tree{
+      {"blob", nlohmann::json::binary(std::vector<std::uint8_t>(raw.bytes().begin(), raw.bytes().end()))}};
   std::string bytes;
   nlohmann::json::to_cbor(tree, bytes);
   const JsonField root = parseCbor(bytes, "x.face", "a face");

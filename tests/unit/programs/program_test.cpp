@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <new>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "base/errors.h"
 
@@ -39,17 +40,23 @@ struct Outcome {
   std::string out, err;
 };
 
-/// `program` with the subcommands `say` and `sing`; itself runnable when `is_runnable`.
-Outcome run(std::vector<const char*> arguments, bool is_runnable = false) {
-  arguments.insert(arguments.begin(), "/somewhere/program");
+/// `program` with the subcommands `say` and `sing`; itself runnable when `can_run_itself`.
+template <bool can_run_itself>
+int runItself(int argc, const char* const* argv) {
   Command program{"program", "Says things.", "program say hello", {}};
-  if (is_runnable) program = makeCommand<Options>("program", "Says things.", "program hello", addOptions, runAction);
+  if (can_run_itself) program = makeCommand<Options>("program", "Says things.", "program hello", addOptions, runAction);
   const std::vector<Command> commands{makeCommand<Options>("say", "Says it.", "program say a b", addOptions, runAction),
                                       makeCommand<Options>("sing", "Sings it.", "program sing", addOptions, runAction)};
+  return runProgram(program, commands, argc, argv);
+}
+
+Outcome run(std::vector<const char*> arguments, bool can_run_itself = false) {
+  arguments.insert(arguments.begin(), "/somewhere/program");
   ::testing::internal::CaptureStdout();
   ::testing::internal::CaptureStderr();
   Outcome outcome;
-  outcome.code = runProgram(program, commands, static_cast<int>(arguments.size()), arguments.data());
+  outcome.code =
+      caught(static_cast<int>(arguments.size()), arguments.data(), can_run_itself ? runItself<true> : runItself<false>);
   std::fflush(stdout);
   outcome.out = ::testing::internal::GetCapturedStdout();
   outcome.err = ::testing::internal::GetCapturedStderr();
@@ -122,6 +129,8 @@ TEST_F(RunProgram, WhateverIsThrownIsOneLine) {
       {[]() -> int { throw InputError("two\nlines\x01"); }, "program: two\\x0Alines\\x01\n"},
       {[]() -> int { throw InternalError("broken"); }, "program: internal error, please report it: broken\n"},
       {[]() -> int { throw std::bad_alloc(); }, "program: out of memory: the input is too large for this machine\n"},
+      {[]() -> int { throw std::system_error(EAGAIN, std::generic_category()); },
+       "program: the system refuses: Resource temporarily unavailable\n"},
       {[]() -> int { throw std::runtime_error("odd"); }, "program: internal error, please report it: odd\n"},
       {[]() -> int {
          std::filesystem::create_directory("/proc/no/such");

@@ -1,0 +1,36 @@
+#!/bin/sh
+# The quick lane: what the change against BASE touches, under sanitizers. The unit tests of the changed wings and the
+# findings of the changed readers run under asan and ubsan, and the fuzz targets of these readers FUZZ_SECONDS each.
+#   BASE=origin/main FUZZ_SECONDS=60 tools/quick.sh
+set -eu
+cd "$(dirname "$0")/.."
+jobs=${JOBS:-$(nproc)}
+base=${BASE:-$(git merge-base HEAD origin/main 2>/dev/null || git rev-parse HEAD~1)}
+changed=$(git diff --name-only "$base"; git ls-files --others --exclude-standard)
+wings=$(echo "$changed" | sed -nE 's#^src/(base|motion|audio|phonetics|hearing|units|voices|vocal|singing|synthesis|exports|speaker|local_server|tracking|programs)/.*#\1#p
+  s#^(deform|retarget|corpus_tools)/.*#\1#p; s#^tests/unit/([a-z_]+)/.*#\1#p' | sort -u)
+tests=$(for wing in $wings; do echo "unit_$wing"; done)
+! echo "$changed" | grep -q '^tests/property/\|^src/units/' || tests="$tests property"
+
+# A reader has changed when its target, a finding of it, or a room that the target includes has.
+readers=$(for target in tests/fuzz/*_fuzz.cpp; do
+  name=$(basename "$target" _fuzz.cpp)
+  rooms=$(sed -nE 's#^\#include "(.*)/[^/]*".*#\1#p' "$target" | grep -v '^base$' | sort -u)
+  for file in $changed; do
+    case $file in "$target" | tests/fuzz/*/"$name"/*) echo "$name"; continue ;; esac
+    for room in $rooms; do
+      [ "$(dirname "$file")" != "src/$room" ] && [ "$(dirname "$file")" != "$room" ] || echo "$name"
+    done
+  done
+done | sort -u)
+replays=$(for name in $readers; do [ ! -d "tests/fuzz/findings/$name" ] || echo "replay_$name"; done)
+echo "changed since $base: wings" ${wings:-none} "- readers" ${readers:-none}
+[ -n "$tests$readers" ] || exit 0
+
+cmake --preset asan -DMOUTHPIECE_UNITY=ON >/dev/null
+[ -z "$tests$replays" ] || cmake --build build-asan -j "$jobs" --target $tests $replays
+mkdir -p build-asan/share/mouthpiece
+[ ! -d build/share/mouthpiece ] || cp -ru build/share/mouthpiece/. build-asan/share/mouthpiece/
+for test in $tests; do build-asan/test_bin/"$test" --gtest_brief=1; done
+for replay in $replays; do build-asan/test_bin/"$replay" "tests/fuzz/findings/${replay#replay_}"; done
+[ -z "$readers" ] || tools/fuzz.sh "${FUZZ_SECONDS:-60}" $readers
