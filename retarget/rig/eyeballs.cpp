@@ -16,6 +16,7 @@ namespace {
 constexpr std::size_t kFewest = 12;   ///< vertices of a ball
 constexpr double kRound = 0.12;       ///< of its radius: how far its vertices lie off the sphere, root mean square
 constexpr double kLeastExtent = 1.2;  ///< of its radius: how wide and high it is
+constexpr double kLeastDepth = 0.5;   ///< and how deep: a tear line is a ring
 constexpr double kOnBall = 1.3;       ///< radii from its middle: what lies on it
 constexpr double kFront = 0.6;        ///< cosine: within 53 degrees of straight ahead
 
@@ -72,7 +73,8 @@ std::optional<Ball> ballOf(const FaceMesh& mesh, const std::vector<std::uint32_t
   }
   const bool is_round = std::sqrt(off / asReal(std::ssize(vertices))) < kRound * ball.radius;
   const Eigen::Vector3d extent = box.sizes();
-  const bool is_wide = extent.x() > kLeastExtent * ball.radius && extent.y() > kLeastExtent * ball.radius;
+  const bool is_wide = extent.x() > kLeastExtent * ball.radius && extent.y() > kLeastExtent * ball.radius &&
+                       extent.z() > kLeastDepth * ball.radius;
   return is_round && is_wide ? std::optional(ball) : std::nullopt;
 }
 
