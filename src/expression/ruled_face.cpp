@@ -169,7 +169,7 @@ std::vector<GazeTurn> ruledGaze(const std::vector<Beat>& beats, std::span<const 
     while (now + 1 < all.size() && all[now + 1].start <= times[k]) ++now;
     const Fixation& to = all[now];
     const Fixation& from = now > 0 ? all[now - 1] : to;
-    // A saccade lasts 21 ms and 2.2 ms a degree (Bahill et al. 1975).
+    // A saccade lasts 21 ms and 2.2 ms a degree (Carpenter 1988).
     const Seconds lasts = 0.021 + 0.0022 * std::hypot(to.yaw - from.yaw, to.pitch - from.pitch);
     const double share = smoothStep((times[k] - to.start) / lasts);
     const double inside = insideLine(times, times[k]);
