@@ -3,9 +3,10 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
+#include <boost/pending/disjoint_sets.hpp>
 #include <map>
-#include <numeric>
 #include <optional>
+#include <set>
 
 #include "base/errors.h"
 #include "base/index.h"
@@ -24,24 +25,20 @@ constexpr double kFront = 0.6;        ///< cosine: within 53 degrees of straight
 std::vector<std::vector<std::uint32_t>> piecesOf(const FaceMesh& mesh) {
   const std::vector<Triangle> triangles = trianglesOf(mesh, {PartKind::kEye});
   std::map<std::array<float, 3>, std::uint32_t> first_at;
-  std::map<std::uint32_t, std::uint32_t> parent;
-  const auto root = [&](std::uint32_t vertex) {
-    while (parent.at(vertex) != vertex) vertex = parent[vertex] = parent.at(parent.at(vertex));
-    return vertex;
-  };
+  std::set<std::uint32_t> used;
+  boost::disjoint_sets_with_storage<> sets(mesh.vertexCount());
   for (const Triangle& triangle : triangles) {
     for (const std::uint32_t vertex : triangle) {
       const auto row = mesh.vertices.row(vertex);
-      const std::uint32_t same = first_at.try_emplace({row(0), row(1), row(2)}, vertex).first->second;
-      parent.try_emplace(same, same);
-      parent.try_emplace(vertex, same);
+      sets.union_set(vertex, first_at.try_emplace({row(0), row(1), row(2)}, vertex).first->second);
+      sets.union_set(vertex, triangle[0]);
+      used.insert(vertex);
     }
-    for (const std::uint32_t vertex : triangle) parent[root(vertex)] = root(triangle[0]);
   }
-  std::map<std::uint32_t, std::vector<std::uint32_t>> by_root;
-  for (const auto& [vertex, unused] : parent) by_root[root(vertex)].push_back(vertex);
+  std::map<std::size_t, std::vector<std::uint32_t>> by_set;
+  for (const std::uint32_t vertex : used) by_set[sets.find_set(vertex)].push_back(vertex);
   std::vector<std::vector<std::uint32_t>> pieces;
-  for (auto& [unused, vertices] : by_root) pieces.push_back(std::move(vertices));
+  for (auto& [unused, vertices] : by_set) pieces.push_back(std::move(vertices));
   return pieces;
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <mutex>
 #include <optional>
@@ -42,10 +43,9 @@ struct FaceRig::Data {
   /// Positions of `moving` only.
   void deformMoving(const FacePose& pose, const TonguePose& tongue, std::span<float> out) const;
 
-  [[nodiscard]] FrameMaker withLarynx(const FaceMotion& motion, std::span<const TonguePose> tongues,
-                                      std::span<const double> heights) const;
-  /// The same frames with the eyes turned.
-  [[nodiscard]] FrameMaker withEyes(FrameMaker frames, std::span<const GazeTurn> gaze) const;
+  using ChangeVertices = std::function<void(std::size_t frame, std::span<float> places)>;
+  /// `frames` with the vertices `more`, as they are moved or at rest, after `change`. `more` must outlive them.
+  [[nodiscard]] FrameMaker with(FrameMaker frames, const std::vector<std::uint32_t>& more, ChangeVertices change) const;
 };
 
 namespace {
@@ -266,57 +266,32 @@ void FaceRig::Data::deformMoving(const FacePose& pose, const TonguePose& tongue,
   for (std::size_t i = 0; i < moving.size(); ++i) std::copy_n(given.row(moving[i]).data(), 3, &out[3 * i]);
 }
 
-FrameMaker FaceRig::Data::withLarynx(const FaceMotion& motion, std::span<const TonguePose> tongues,
-                                     std::span<const double> heights) const {
-  const std::vector<std::uint32_t>& raised = larynx.vertices();
-  FrameMaker frames;
-  std::set_union(moving.begin(), moving.end(), raised.begin(), raised.end(), std::back_inserter(frames.vertices));
+FrameMaker FaceRig::Data::with(FrameMaker frames, const std::vector<std::uint32_t>& more, ChangeVertices change) const {
+  FrameMaker all = frames;
+  all.vertices.clear();
+  std::set_union(frames.vertices.begin(), frames.vertices.end(), more.begin(), more.end(),
+                 std::back_inserter(all.vertices));
   const auto places_of = [&](const std::vector<std::uint32_t>& vertices) {
     std::vector<std::size_t> places;
     for (const std::uint32_t vertex : vertices) {
-      const auto at = std::lower_bound(frames.vertices.begin(), frames.vertices.end(), vertex);
-      places.push_back(3 * unsignedIndex(at - frames.vertices.begin()));
+      const auto at = std::lower_bound(all.vertices.begin(), all.vertices.end(), vertex);
+      places.push_back(3 * unsignedIndex(at - all.vertices.begin()));
     }
     return places;
   };
-  frames.make = [this, &motion, tongues, heights, moving_at = places_of(moving), raised_at = places_of(raised),
-                 deformed = std::vector<float>(3 * moving.size()),
-                 added = std::vector<float>(3 * raised.size())](Eigen::Index f, std::span<float> out) mutable {
-    const FrameIndex frame(unsignedIndex(f));
-    for (std::size_t i = 0; i < raised_at.size(); ++i)
-      std::copy_n(mesh.vertices.row(larynx.vertices()[i]).data(), 3, &out[raised_at[i]]);
-    deformMoving(motion.pose(frame), tongues[frame.value], deformed);
-    for (std::size_t i = 0; i < moving_at.size(); ++i) std::copy_n(&deformed[3 * i], 3, &out[moving_at[i]]);
-    larynx.displacements(heights[frame.value], added);
-    for (std::size_t i = 0; i < raised_at.size(); ++i) {
-      for (std::size_t axis = 0; axis < 3; ++axis) out[raised_at[i] + axis] += added[3 * i + axis];
-    }
-  };
-  return frames;
-}
-
-FrameMaker FaceRig::Data::withEyes(FrameMaker frames, std::span<const GazeTurn> gaze) const {
-  FrameMaker with = frames;
-  with.vertices.clear();
-  const std::vector<std::uint32_t>& turned = eyes().vertices();
-  std::set_union(frames.vertices.begin(), frames.vertices.end(), turned.begin(), turned.end(),
-                 std::back_inserter(with.vertices));
-  const auto places_of = [&](const std::vector<std::uint32_t>& vertices) {
-    std::vector<std::size_t> places;
-    for (const std::uint32_t vertex : vertices)
-      places.push_back(3 * unsignedIndex(std::lower_bound(with.vertices.begin(), with.vertices.end(), vertex) -
-                                         with.vertices.begin()));
-    return places;
-  };
-  with.make = [this, gaze, make = std::move(frames.make), moving_at = places_of(frames.vertices),
-               turned_at = places_of(turned), moved = std::vector<float>(3 * frames.vertices.size()),
-               places = std::vector<float>(3 * turned.size())](Eigen::Index f, std::span<float> out) mutable {
+  all.make = [this, &more, change = std::move(change), make = std::move(frames.make),
+              moving_at = places_of(frames.vertices), more_at = places_of(more),
+              moved = std::vector<float>(3 * frames.vertices.size()),
+              changed = std::vector<float>(3 * more.size())](Eigen::Index f, std::span<float> out) mutable {
+    for (std::size_t i = 0; i < more_at.size(); ++i)
+      std::copy_n(mesh.vertices.row(more[i]).data(), 3, &out[more_at[i]]);
     make(f, moved);
     for (std::size_t i = 0; i < moving_at.size(); ++i) std::copy_n(&moved[3 * i], 3, &out[moving_at[i]]);
-    eyes().places(mesh, gaze[unsignedIndex(f)], places);
-    for (std::size_t i = 0; i < turned_at.size(); ++i) std::copy_n(&places[3 * i], 3, &out[turned_at[i]]);
+    for (std::size_t i = 0; i < more_at.size(); ++i) std::copy_n(&out[more_at[i]], 3, &changed[3 * i]);
+    change(unsignedIndex(f), changed);
+    for (std::size_t i = 0; i < more_at.size(); ++i) std::copy_n(&changed[3 * i], 3, &out[more_at[i]]);
   };
-  return with;
+  return all;
 }
 
 void FaceRig::turnEyes(const GazeTurn& gaze, VertexPositions& vertices) const {
@@ -331,23 +306,31 @@ FrameMaker FaceRig::movingFrames(const FaceMotion& motion, std::span<const Tongu
   MOUTHPIECE_EXPECT(gaze.empty() || gaze.size() == motion.frameCount());
   MOUTHPIECE_EXPECT(tongues.size() == motion.frameCount());
   MOUTHPIECE_EXPECT(larynx.empty() || larynx.size() == tongues.size());
-  const bool is_raised = !data_->larynx.vertices().empty() &&
-                         std::any_of(larynx.begin(), larynx.end(), [](double height) { return height != 0; });
   FrameMaker frames;
-  if (is_raised) {
-    frames = data_->withLarynx(motion, tongues, larynx);
-  } else {
-    frames.vertices = data_->moving;
-    frames.make = [this, &motion, tongues](Eigen::Index f, std::span<float> out) {
-      const FrameIndex frame(unsignedIndex(f));
-      data_->deformMoving(motion.pose(frame), tongues[frame.value], out);
-    };
+  frames.vertices = data_->moving;
+  frames.make = [this, &motion, tongues](Eigen::Index f, std::span<float> out) {
+    const FrameIndex frame(unsignedIndex(f));
+    data_->deformMoving(motion.pose(frame), tongues[frame.value], out);
+  };
+  const std::vector<std::uint32_t>& raised = data_->larynx.vertices();
+  if (!raised.empty() && std::any_of(larynx.begin(), larynx.end(), [](double height) { return height != 0; })) {
+    std::vector<float> added(3 * raised.size());
+    frames = data_->with(std::move(frames), raised,
+                         [this, larynx, added](std::size_t frame, std::span<float> places) mutable {
+                           data_->larynx.displacements(larynx[frame], added);
+                           std::transform(added.begin(), added.end(), places.begin(), places.begin(), std::plus<>());
+                         });
   }
   if (frames.vertices.empty()) {
     throw InputError(
         fmt::format("the face '{}' binds no vertex; expected a mesh around its markers", data_->file.name));
   }
-  if (!gaze.empty() && !data_->eyes().vertices().empty()) frames = data_->withEyes(std::move(frames), gaze);
+  if (!gaze.empty() && !data_->eyes().vertices().empty()) {
+    frames = data_->with(std::move(frames), data_->eyes().vertices(),
+                         [this, gaze](std::size_t frame, std::span<float> places) {
+                           data_->eyes().places(data_->mesh, gaze[frame], places);
+                         });
+  }
   frames.frame_rate_hz = frame_rate_hz;
   frames.frame_count = signedIndex(motion.frameCount());
   frames.width = 3 * signedIndex(frames.vertices.size());

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "base/index.h"
 #include "base/smooth_step.h"
@@ -14,10 +15,11 @@
 namespace mouthpiece {
 namespace {
 
-constexpr std::size_t kTakes = 24;    ///< that a line is made of, at most
-constexpr double kMostUnseen = 0.02;  ///< of a take's samples
-constexpr double kClosedShare = 0.4;  ///< of how far lids are open: less is a blink
-constexpr Seconds kFade = 0.15;       ///< on either side of a cut
+constexpr std::size_t kTakes = 24;      ///< that a line is made of, at most
+constexpr std::size_t kMostBeats = 40;  ///< of one take: a long one gives a stretch of its own
+constexpr double kMostUnseen = 0.02;    ///< of a take's samples
+constexpr double kClosedShare = 0.4;    ///< of how far lids are open: less is a blink
+constexpr Seconds kFade = 0.15;         ///< on either side of a cut
 
 // Costs, in units of a cut between poses as far apart as two of the capture usually are.
 constexpr double kCut = 1, kPoseApart = 1, kVelocityApart = 0.5;
@@ -77,8 +79,15 @@ std::vector<ChosenTake> chosenTakes(const UnitDatabase& database, const std::vec
   for (std::size_t i = 0; i < std::min(order.size(), kTried) && chosen.size() < kTakes; ++i) {
     const MotionClip& motion = database.motionOf(TakeIndex(order[i]));
     if (motion.frameCount() < 3) continue;
-    if (std::optional<MotionClip> clip = upperClip(motion, columns))
-      chosen.push_back({std::move(*clip), beatsOf(takes[order[i]].labels)});
+    std::optional<MotionClip> clip = upperClip(motion, columns);
+    if (!clip) continue;
+    std::vector<Beat> beats = beatsOf(takes[order[i]].labels);
+    if (beats.size() > kMostBeats) {
+      const auto first =
+          signedIndex(static_cast<std::size_t>(dice.share() * asReal(std::ssize(beats) - signedIndex(kMostBeats))));
+      beats = std::vector<Beat>(beats.begin() + first, beats.begin() + first + signedIndex(kMostBeats));
+    }
+    chosen.push_back({std::move(*clip), std::move(beats)});
   }
   return chosen;
 }
@@ -104,17 +113,16 @@ bool lidsClose(const std::vector<ChosenTake>& takes, const MarkerLayout& layout,
   });
 }
 
-Eigen::RowVectorXd poseAt(const MotionClip& clip, Seconds time) {
-  const double frame = std::clamp(time * clip.frame_rate_hz, 0.0, asReal(clip.positions_mm.rows() - 1));
-  const auto before = static_cast<Eigen::Index>(frame);
-  const Eigen::Index after = std::min(before + 1, clip.positions_mm.rows() - 1);
-  const double share = frame - asReal(before);
-  return (1 - share) * clip.positions_mm.row(before) + share * clip.positions_mm.row(after);
+/// The upper face of a clip that holds nothing else.
+Eigen::RowVectorXd wholePoseAt(const MotionClip& clip, Seconds time) {
+  std::vector<Eigen::Index> all(unsignedIndex(clip.positions_mm.cols()));
+  std::iota(all.begin(), all.end(), Eigen::Index{0});
+  return poseAt(clip, all, time);
 }
 
 Eigen::RowVectorXd velocityAt(const MotionClip& clip, Seconds time) {
   constexpr Seconds kStep = 0.03;
-  return (poseAt(clip, time + kStep) - poseAt(clip, time - kStep)) / (2 * kStep);
+  return (wholePoseAt(clip, time + kStep) - wholePoseAt(clip, time - kStep)) / (2 * kStep);
 }
 
 std::vector<Source> sourcesOf(const std::vector<ChosenTake>& takes) {
@@ -124,8 +132,8 @@ std::vector<Source> sourcesOf(const std::vector<ChosenTake>& takes) {
     for (std::size_t b = 0; b < takes[t].beats.size(); ++b) {
       const TimeSpan span{takes[t].beats[b].span.start, std::min(takes[t].beats[b].span.end, clip.duration())};
       if (!(span.duration() > 0.02)) continue;
-      sources.push_back({t, b, span, poseAt(clip, span.start), poseAt(clip, span.end), velocityAt(clip, span.start),
-                         velocityAt(clip, span.end)});
+      sources.push_back({t, b, span, wholePoseAt(clip, span.start), wholePoseAt(clip, span.end),
+                         velocityAt(clip, span.start), velocityAt(clip, span.end)});
     }
   }
   return sources;

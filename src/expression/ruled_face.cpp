@@ -29,9 +29,12 @@ double closedShare(Seconds since) {
 }
 
 bool isByPause(const std::vector<Beat>& beats, Seconds time) {
-  return std::any_of(beats.begin(), beats.end(), [&](const Beat& beat) {
-    return beat.is_silence && time > beat.span.start - kNearPause && time < beat.span.end + kNearPause;
-  });
+  auto beat = std::lower_bound(beats.begin(), beats.end(), time - kNearPause,
+                               [](const Beat& one, Seconds from) { return one.span.end < from; });
+  for (; beat != beats.end() && beat->span.start < time + kNearPause; ++beat) {
+    if (beat->is_silence) return true;
+  }
+  return false;
 }
 
 std::vector<Seconds> drawnBlinks(const std::vector<Beat>& beats, Seconds end, Dice& dice) {

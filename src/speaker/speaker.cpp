@@ -62,20 +62,8 @@ SpeechDials dialsOf(const Manner& manner) {
 
 ExpressionOptions expressionOf(const Manner& manner) {
   ExpressionOptions expression;
-  switch (manner.upper_face) {
-    case Manner::UpperFace::kMouth:
-      expression.upper_face = UpperFaceSource::kMouth;
-      break;
-    case Manner::UpperFace::kCaptured:
-      expression.upper_face = UpperFaceSource::kCaptured;
-      break;
-    case Manner::UpperFace::kRules:
-      expression.upper_face = UpperFaceSource::kRules;
-      break;
-    case Manner::UpperFace::kBest:
-      expression.upper_face = UpperFaceSource::kBest;
-      break;
-  }
+  static_assert(static_cast<int>(Manner::UpperFace::kBest) == static_cast<int>(UpperFaceSource::kBest));
+  expression.upper_face = static_cast<UpperFaceSource>(manner.upper_face);
   expression.gaze = manner.gaze;
   expression.head = manner.head_motion;
   if (!manner.mood.empty()) expression.mood = moodOf(manner.mood);

@@ -132,7 +132,7 @@ PositionMatrix Fragment::capturedLipsAt(std::span<const Seconds> times) const {
   const std::vector<Seconds> within = withinUsable(times);
   PositionMatrix lips(std::ssize(times), std::ssize(database_->lipColumns()));
   for (std::size_t i = 0; i < within.size(); ++i)
-    lips.row(signedIndex(i)) = mouthpiece::lipsAt(*motion_, database_->lipColumns(), warp_.sourceFromTarget(within[i]));
+    lips.row(signedIndex(i)) = poseAt(*motion_, database_->lipColumns(), warp_.sourceFromTarget(within[i]));
   return lips;
 }
 

@@ -87,9 +87,6 @@ std::size_t turnDials(const SpeechDials& dials, const LineToRender& line, Positi
 std::size_t keepWithinReach(const PositionMatrix& before, const LineToRender& line, PositionMatrix& positions);
 /// Adds the mood's pose. Where the lips met they meet, and lids that close close.
 void addMood(const MoodPose& mood, const LineToRender& line, PositionMatrix& positions);
-/// Lids, brows and forehead, eyes and head as `options` have them; what was drawn at random is told in `made`.
-void addExpression(const ExpressionOptions& options, const LineToRender& line, std::string_view text,
-                   UtteranceAnimation& made);
 MouthFacts mouthFacts(const MotionClip& motion, const LineToRender& line);
 
 /// What an animator changed in the curves is added to whatever moves the face.

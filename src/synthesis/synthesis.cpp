@@ -146,8 +146,7 @@ std::vector<Join> measureJoins(std::vector<Seconds> times, const MotionClip& mot
   return joins;
 }
 
-}  // namespace
-
+/// Lids, brows and forehead, eyes and head as `options` have them; what was drawn at random is told in `made`.
 void addExpression(const ExpressionOptions& options, const LineToRender& line, std::string_view text,
                    UtteranceAnimation& made) {
   const std::size_t last = text.find_last_not_of(" \t\r\n\"')");
@@ -165,6 +164,8 @@ void addExpression(const ExpressionOptions& options, const LineToRender& line, s
   if (expression.stretches > 0) made.settings.push_back({"its stretches", std::to_string(expression.stretches)});
   if (expression.upper_face == "rules") made.settings.push_back({"blinks", std::to_string(expression.blinks.size())});
 }
+
+}  // namespace
 
 SynthesisOptions edgeAsPublished() {
   SynthesisOptions options;

@@ -77,7 +77,7 @@ void UnitDatabase::forgetTakes() {
 
 const std::vector<PhonePlace>& UnitDatabase::diphones(Phone a, Phone b) const { return diphones_[diphoneIndex(a, b)]; }
 
-Eigen::RowVectorXd lipsAt(const MotionClip& motion, const std::vector<Eigen::Index>& columns, Seconds time) {
+Eigen::RowVectorXd poseAt(const MotionClip& motion, const std::vector<Eigen::Index>& columns, Seconds time) {
   const auto last = asReal(motion.frameCount() - 1);
   const double frame = std::clamp(time * motion.frame_rate_hz, 0.0, last);
   const auto before = static_cast<Eigen::Index>(frame);
@@ -115,8 +115,8 @@ const UnitDatabase::TakeFacts& UnitDatabase::factsOf(TakeIndex take) const {
         // At least half a frame to each side, so that a short phone's speed is not that of one noisy frame pair.
         const Seconds reach = std::max(spacing, 0.5 / motion.frame_rate_hz);
         const Eigen::RowVectorXd change =
-            lipsAt(motion, lip_columns_, time + reach) - lipsAt(motion, lip_columns_, time - reach);
-        lips.positions_mm.row(k) = lipsAt(motion, lip_columns_, time).cast<float>();
+            poseAt(motion, lip_columns_, time + reach) - poseAt(motion, lip_columns_, time - reach);
+        lips.positions_mm.row(k) = poseAt(motion, lip_columns_, time).cast<float>();
         lips.steps_mm.row(k) = (change * (phone.span.duration() / (2 * reach))).cast<float>();
       }
     }

@@ -87,8 +87,8 @@ class UnitDatabase {
   std::unique_ptr<TakeShapes[]> shapes_;           ///< the same
 };
 
-/// The lip columns of `take` at `time`, straight between the frames around it; held beyond the ends.
-Eigen::RowVectorXd lipsAt(const MotionClip& motion, const std::vector<Eigen::Index>& columns, Seconds time);
+/// The `columns` of `motion` at `time`, straight between the frames around it; held beyond the ends.
+Eigen::RowVectorXd poseAt(const MotionClip& motion, const std::vector<Eigen::Index>& columns, Seconds time);
 
 /// What the prediction misses on average where the corpus says the same in a like context: for each phone the mean of
 /// captured less predicted over its places in the captured pairs of the line, each weighing exp(-d / 0.3 mm2), where d
