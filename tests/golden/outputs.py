@@ -1,13 +1,14 @@
 #!/usr/bin/python3
 """What the programs make, held against what they made before: motion to a micrometre, the rest by value.
 
-    outputs.py --bin build/bin --share build/share/mouthpiece --reference tests/golden/outputs [--update] [--only NAME]
+    outputs.py --bin build/bin --reference tests/golden/outputs [--update] [--only NAME]
 
 Each case runs a program and boils its files down to a digest, a small JSON: texts by hash, numbers by their count and
 by eight sums with pseudo-random signs, so that a reference stays small. Numbers that differ by x (root mean square)
 make sums that differ by about x times the root of their count, so that is what a sum may be off: processors differ in
 the last bits of a float's root and the corpus' networks learn from them, which moves lips by about 0.1 micrometres.
 `--update` writes the references anew; do that only for a change that an issue asks for, and say so in the commit.
+The sample corpora and the face must be what these programs make: they may not be older than `corpus`.
 Exit status 77: nothing could be run (no sample corpus); cases that need ../shared are named when they are left out.
 """
 import argparse
@@ -219,7 +220,7 @@ def differences(now, before, path=""):
 
 class Runner:
     def __init__(self, arguments, folder):
-        self.bin, self.share, self.folder, self.only = arguments.bin, arguments.share, folder, arguments.only
+        self.bin, self.share, self.folder, self.only = arguments.bin, shared_files(arguments.bin), folder, arguments.only
         self.digests, self.failures = {}, []
 
     def run(self, program, *arguments):
@@ -261,19 +262,28 @@ class Runner:
                   self.share / "clock.corpus")
 
 
+def shared_files(bin):
+    """What the programs find beside themselves."""
+    return bin.parent / "share/mouthpiece"
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/bin")
-    parser.add_argument("--share", type=pathlib.Path, default=ROOT / "build/share/mouthpiece")
     parser.add_argument("--reference", type=pathlib.Path, default=ROOT / "tests/golden/outputs")
     parser.add_argument("--update", action="store_true")
     parser.add_argument("--only", nargs="*")
     parser.add_argument("--keep", type=pathlib.Path, help="leave what was made in this folder")
     arguments = parser.parse_args()
-    arguments.bin, arguments.share = arguments.bin.resolve(), arguments.share.resolve()
-    if not (arguments.share / "sample.corpus").exists():
-        print(f"no sample corpus in {arguments.share}: run `make data`")
+    arguments.bin = arguments.bin.resolve()
+    share = shared_files(arguments.bin)
+    if not (share / "sample.corpus").exists():
+        print(f"no sample corpus in {share}: run `make data`")
         return 77
+    for name in ("sample.corpus", "clock.corpus", "default.face"):
+        if (share / name).stat().st_mtime < (arguments.bin / "corpus").stat().st_mtime:
+            print(f"{share / name} is older than the program `corpus`: run `make data`")
+            return 1
     folder = arguments.keep or pathlib.Path(tempfile.mkdtemp(prefix="mouthpiece_outputs_"))
     folder.mkdir(parents=True, exist_ok=True)
     try:
