@@ -64,11 +64,14 @@ demo: data
 	@echo "The sound  $(CURDIR)/$(DEMO_OUT)/speech.wav"
 	@echo "A song     $(CURDIR)/$(DEMO_SONG)/view.html"
 
+# The ends of what failed tests printed, once more and last, where they are seen.
+say_failures = awk '/ Testing: /{n=0} {line[n++]=$$0} /^Test (Failed|[Tt]imeout|not)/{for(i=n>40?n-40:0;i<n;++i) print line[i]}' \
+	build/Testing/Temporary/LastTest.log | tail -n 120 >&2
 build-tests: setup-test
 	@$(call configure,ON)
 	@cmake --build build -j $(JOBS)
 test: build-tests data
-	@ctest --preset release -j $(JOBS)
+	@ctest --preset release -j $(JOBS) || { $(say_failures); exit 1; }
 
 bench: setup
 	@tools/setup.sh bench
