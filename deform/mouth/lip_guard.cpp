@@ -16,10 +16,11 @@ using Eigen::Vector3f;
 // Lengths as shares of the mouth's width.
 constexpr double kEase = 0.001;       ///< what is pushed less than this is pushed softly
 constexpr double kDrawnWhole = 0.02;  ///< lips are drawn together the whole way where they are nearer than this
-constexpr double kSeenAbove = 0.04;   ///< and not at all beyond this, where watches see nothing
+constexpr double kSeenAbove = 0.042;  ///< and not at all beyond this, where watches see nothing
 constexpr double kComesNear = 0.004;  ///< nothing is pushed further than this into the other lip
 constexpr double kFarApart = 0.08;    ///< lips further apart everywhere need no guard, which fades in over half of this
 constexpr double kKeptApart = 0.01;   ///< lips that are kept further apart are not drawn together at all
+constexpr float kUnsure = 0.25F;      ///< what is seen aside may be further away than it looks: by this share
 constexpr int kDrawingSweeps = 3;     ///< columns pull at their neighbours
 constexpr int kSweeps = 4;            ///< lips that give way by half each are out of each other after so many
 
@@ -122,7 +123,9 @@ std::array<float, LipGuard::kColumns> LipGuard::gapsSeen(std::span<const LipWatc
   for (const std::uint32_t column : watched_columns_) has[column] = true;
   const float reach = lengthOf(kWatched);
   for (const LipWatch* watch : watches) {
-    if (watch->own.isVertex()) gaps[watch->column] = std::min(gaps[watch->column], watch->look(out, reach).distance);
+    if (!watch->own.isVertex()) continue;
+    const LipWatch::Sight sight = watch->look(out, reach);
+    gaps[watch->column] = std::min(gaps[watch->column], sight.distance + kUnsure * sight.aside);
   }
   // Coarse lips have no vertex in some columns.
   for (std::size_t c = 0; c < kColumns; ++c) {
@@ -145,27 +148,26 @@ void LipGuard::drawTogether(const MarkerPositions& points, std::span<const LipGa
   for (const LipPair& pair : pairs_)
     lips += (points.row(pair.upper_marker) - points.row(pair.lower_marker)).transpose();
   const Vector3f up = lips.normalized().cast<float>();
-  std::array<float, kColumns> closed;
+  std::array<float, kColumns> shut, pull;
+  pull.fill(1);
+  for (std::size_t c = 0; c < kColumns; ++c) {
+    const float column = middleOf(c);
+    const auto next = std::upper_bound(pair_columns_.begin(), pair_columns_.end(), column) - pair_columns_.begin();
+    const std::size_t before = unsignedIndex(std::max<std::ptrdiff_t>(next - 1, 0));
+    const std::size_t after = std::min(unsignedIndex(next), pairs_.size() - 1);
+    const float span = pair_columns_[after] - pair_columns_[before];
+    const float weight = span > 0 ? (column - pair_columns_[before]) / span : 0;
+    shut[c] = shutShare(gaps[before]) * (1 - weight) + shutShare(gaps[after]) * weight;
+  }
   for (int sweep = 0; sweep < kDrawingSweeps; ++sweep) {
     std::array<float, kColumns> way = gapsSeen(near, out);
-    if (sweep == 0) {
-      for (std::size_t c = 0; c < kColumns; ++c) {
-        const float column = middleOf(c);
-        const auto next = std::upper_bound(pair_columns_.begin(), pair_columns_.end(), column) - pair_columns_.begin();
-        const std::size_t before = unsignedIndex(std::max<std::ptrdiff_t>(next - 1, 0));
-        const std::size_t after = std::min(unsignedIndex(next), pairs_.size() - 1);
-        const float span = pair_columns_[after] - pair_columns_[before];
-        const float weight = span > 0 ? (column - pair_columns_[before]) / span : 0;
-        // What is further apart than lips that touch ever are is not drawn: the pull fades out.
-        const double apart = double{way[c]} / mouth_width_;
-        closed[c] = apart < kSeenAbove ? (shutShare(gaps[before]) * (1 - weight) + shutShare(gaps[after]) * weight) *
-                                             asFloat(1 - smoothStep((apart - kDrawnWhole) / (kSeenAbove - kDrawnWhole)))
-                                       : 0;
-      }
-    }
     float farthest = 0;
     for (std::size_t c = 0; c < kColumns; ++c) {
-      way[c] = closed[c] > 0 ? closed[c] * std::max(0.0F, way[c] - resting_gaps_[c]) : 0;
+      // What is further apart than lips that touch ever are is not drawn: the pull fades out.
+      const double apart = double{way[c]} / mouth_width_;
+      pull[c] =
+          std::min(pull[c], shut[c] * asFloat(1 - smoothStep((apart - kDrawnWhole) / (kSeenAbove - kDrawnWhole))));
+      way[c] = pull[c] > 0 ? pull[c] * std::max(0.0F, way[c] - resting_gaps_[c]) : 0;
       farthest = std::max(farthest, way[c]);
     }
     if (farthest < kStill * mouth_width_) return;

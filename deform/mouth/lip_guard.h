@@ -48,6 +48,7 @@ struct LipWatch {
 
   struct Sight {
     float distance;
+    float aside;           ///< how far beside the watched place it looks: the square of the way there over `reach`
     Eigen::Vector3f away;  ///< unit length
   };
   /// Where the own place is to the other lip, `reach` around the watched place; further off or where the triangle has

@@ -47,7 +47,7 @@ LipWatch::Sight LipWatch::look(const float* vertices, float reach) const {
   const float off = 2 * (x * x + y * y) - 1;
   const float tipped = (kTips - frame.away.dot(Eigen::Map<const Vector3f>(away))) / kTipsOver;
   const float blind = asFloat(smoothStep(double{std::max(off, tipped)}));
-  return {distance + blind * std::max(0.0F, reach - distance), frame.away};
+  return {distance + blind * std::max(0.0F, reach - distance), reach * (x * x + y * y), frame.away};
 }
 
 /// Least squares over the vertices within `reach`.
