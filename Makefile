@@ -104,7 +104,7 @@ coverage mutation: data
 	@tools/nightly.sh $@; cat build-nightly/$@.log
 processors: setup
 	@tools/setup.sh processors
-	@tools/other_processors.sh s390x armhf
+	@tools/other_processors.sh s390x armhf arm64
 # The programs find the engine beside their other data.
 wasm: setup
 	@tools/setup.sh wasm
