@@ -100,6 +100,11 @@ function(mouthpiece_compile_options target)
   endif()
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>)  # ccache asks for it
   target_compile_definitions(${target} PRIVATE FMT_SHARED)  # as fmt::fmt has it: all share one precompiled header
+  mouthpiece_warnings(${target})
+endfunction()
+
+# mouthpiece_warnings(TARGET): and what makes its numbers the same everywhere.
+function(mouthpiece_warnings target)
   # Contracted multiply-adds would make results depend on the compiler's mood.
   target_compile_options(${target} PRIVATE -ffp-contract=off -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion
     -Wnon-virtual-dtor

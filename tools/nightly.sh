@@ -54,7 +54,7 @@ run_load() {
   build/test_bin/load_trial lines 2000 build/share/mouthpiece/clock.corpus
   tests/load/load.py --build build
 }
-run_processors() { tools/other_processors.sh s390x armhf; }
+run_processors() { tools/other_processors.sh s390x armhf arm64; }
 run_reproducible() { tools/reproducible.sh; }
 
 if [ "${1:-}" = --run ]; then  # in a process of its own, where the first command that fails ends it

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Builds what reads and writes bytes (src/base, src/motion with its formats, and their unit tests) for another processor
-# with Debian's cross compiler and runs the tests under qemu: s390x stores numbers the other way round, armhf has 32 bits.
-#   tools/other_processors.sh [s390x|armhf]...        `tools/setup.sh processors` brings compilers and qemu
+# with Debian's cross compiler and runs the tests under qemu: s390x stores numbers the other way round, armhf has 32 bits, arm64 is in many machines.
+#   tools/other_processors.sh [s390x|armhf|arm64]...        `tools/setup.sh processors` brings compilers and qemu
 # Libraries of the processor are unpacked below build-PROCESSOR and linked from there; nothing of them is installed.
 set -eu
 cd "$(dirname "$0")/.."
@@ -21,13 +21,16 @@ for processor in "${@:-s390x}"; do
   case $processor in
     s390x) triplet=s390x-linux-gnu emulator=qemu-s390x-static ;;
     armhf) triplet=arm-linux-gnueabihf emulator=qemu-arm-static ;;
-    *) echo "other_processors.sh: unknown processor '$processor'; expected s390x or armhf" >&2; exit 2 ;;
+    arm64) triplet=aarch64-linux-gnu emulator=qemu-aarch64-static ;;
+    *) echo "other_processors.sh: unknown processor '$processor'; expected s390x, armhf or arm64" >&2; exit 2 ;;
   esac
   folder=build-$processor
   root=$folder/root
   mkdir -p "$folder/objects"
   unpack_libraries "$processor" "$root"
   cmake -DSYMBOL=kFace66LayoutJson -DINPUT=sample_data/layouts/face66.json -DOUTPUT="$folder/kFace66LayoutJson.cpp" \
+    -P cmake/EmbedFile.cmake
+  cmake -DSYMBOL=kArkitMarkersJson -DINPUT=sample_data/arkit/face66_shapes.json -DOUTPUT="$folder/kArkitMarkersJson.cpp" \
     -P cmake/EmbedFile.cmake
   # Header-only libraries are the same for all processors.
   mkdir -p "$folder/include"

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Installs what Mouthpiece needs on Debian 12: `tools/setup.sh` for `make build` and `make demo`,
-# `tools/setup.sh test` for what only the tests need besides; bench, lint, nightly and processors (cross compilers) are
-# for what their verbs do. Asks the network only for what is missing.
+# `tools/setup.sh test` for what only the tests need besides; bench, lint, nightly, processors (cross compilers) and wasm
+# are for what their verbs do. Asks the network only for what is missing.
 set -eu
 
 build_packages="build-essential cmake ninja-build pkg-config ca-certificates \
@@ -13,7 +13,8 @@ test_packages="libgtest-dev zlib1g-dev locales chromium blender python3 python3-
 bench_packages="libbenchmark-dev"
 lint_packages="clang clang-format clang-tidy libclang-rt-dev"
 nightly_packages="$test_packages $lint_packages valgrind gcovr"
-processor_packages="g++-s390x-linux-gnu g++-arm-linux-gnueabihf qemu-user-static"
+processor_packages="g++-s390x-linux-gnu g++-arm-linux-gnueabihf g++-aarch64-linux-gnu qemu-user-static"
+wasm_packages="emscripten"
 
 packages=$build_packages
 for group in "$@"; do
@@ -23,8 +24,9 @@ for group in "$@"; do
     lint) packages="$packages $lint_packages" ;;
     nightly) packages="$packages $nightly_packages" ;;
     processors) packages="$packages $processor_packages" ;;
+    wasm) packages="$packages $wasm_packages" ;;
     list) echo "$packages"; exit 0 ;;  # for tools/sbom.py
-    *) echo "setup.sh: unknown group '$group'; expected test, bench, lint, nightly or processors" >&2; exit 2 ;;
+    *) echo "setup.sh: unknown group '$group'; expected test, bench, lint, nightly, processors or wasm" >&2; exit 2 ;;
   esac
 done
 

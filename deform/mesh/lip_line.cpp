@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <functional>
 #include <limits>
 #include <map>
 #include <unordered_map>
@@ -113,7 +115,9 @@ class Tracer {
     bool operator==(const Cut& other) const = default;
   };
   struct CutHash {
-    std::size_t operator()(const Cut& cut) const { return (std::size_t{cut.low} << 32U) ^ (cut.high * 0x9e3779b9U); }
+    std::size_t operator()(const Cut& cut) const {
+      return std::hash<std::uint64_t>()((std::uint64_t{cut.low} << 32U) ^ (cut.high * 0x9e3779b9U));
+    }
   };
   /// A plane's cuts through edges and triangles.
   struct Plane {

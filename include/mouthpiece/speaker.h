@@ -36,6 +36,9 @@ struct MOUTHPIECE_API SpeakerOptions {
   std::filesystem::path lexicon;  ///< pronunciations that go before the voice's own; empty: none
   Manner manner;
   bool timing = true;  ///< off: reports tell no times, so that the same line gives the same bytes
+  /// The page can make its line again by itself after an edit (docs/guides/edit_a_line.md). Needs the engine that
+  /// `make wasm` builds; a line that it cannot make has a page without it and a warning.
+  bool page_engine = false;
 };
 
 /// Performs lines: opens a corpus, a face and a voice once and uses them for every line. Not thread-safe; two speakers

@@ -58,15 +58,16 @@ std::size_t defaultThreadCount() { return std::max(1U, std::thread::hardware_con
 
 void parallelFor(std::size_t count, std::size_t thread_count, const std::function<void(std::size_t)>& body) {
   IndexQueue queue(count, body);
-  std::vector<std::jthread> helpers;
+  std::vector<std::thread> helpers;  // no std::jthread: clang's libc++ 14 has none
   const std::size_t wanted = std::min(count, std::max<std::size_t>(thread_count, 1));
+  helpers.reserve(wanted);
   try {
     while (helpers.size() + 1 < wanted) helpers.emplace_back([&queue] { queue.work(); });
   } catch (const std::system_error&) {
     // The machine gives no more threads; those that run do the work.
   }
   queue.work();
-  helpers.clear();
+  for (std::thread& helper : helpers) helper.join();
   queue.rethrowFirstFailure();
 }
 

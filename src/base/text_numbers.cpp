@@ -1,10 +1,16 @@
 #include "base/text_numbers.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
+#include <limits>
+#include <locale>
+#include <sstream>
 
 #include "base/errors.h"
 #include "base/index.h"
@@ -15,6 +21,32 @@ namespace {
 constexpr std::array<double, 10> kPowersOfTen{1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
 /// Up to here a scaled value is a whole number of 64 bits with room to spare.
 constexpr double kLargestScaled = 9e15;
+
+/// All of `text` as a number, by the rules of std::from_chars.
+std::optional<double> wholeNumber(std::string_view text) {
+  double value = 0;
+#if defined(__cpp_lib_to_chars)
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+#else
+  // libc++ 14 reads whole numbers alone; a stream takes blanks, a plus sign and hexadecimal digits as well.
+  const bool is_name = text.find_first_not_of("+-.0123456789eE") != std::string_view::npos;
+  if (is_name) {
+    const bool is_negative = text.starts_with('-');
+    if (is_negative) text.remove_prefix(1);
+    std::string name(text);
+    for (char& letter : name) letter = letter >= 'A' && letter <= 'Z' ? static_cast<char>(letter - 'A' + 'a') : letter;
+    if (name != "nan" && name != "inf" && name != "infinity") return std::nullopt;
+    value = name == "nan" ? std::numeric_limits<double>::quiet_NaN() : std::numeric_limits<double>::infinity();
+    return is_negative ? -value : value;
+  }
+  if (text.empty() || text.starts_with('+')) return std::nullopt;
+  std::istringstream stream{std::string(text)};
+  stream.imbue(std::locale::classic());
+  if (!(stream >> value) || stream.peek() != std::istringstream::traits_type::eof()) return std::nullopt;
+#endif
+  return value;
+}
 
 }  // namespace
 
@@ -28,25 +60,20 @@ std::string_view trimmed(std::string_view text) {
 std::optional<double> parseNumber(std::string_view text) {
   text = trimmed(text);
   if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
+  return wholeNumber(text);
 }
 
 void appendFixed(std::string& text, double value, int decimals) {
   MOUTHPIECE_EXPECT(std::isfinite(value) && decimals >= 0 && decimals <= 9);
   const double power = kPowersOfTen[unsignedIndex(decimals)];
-  std::array<char, 400> digits;
   if (!(std::abs(value) * power < kLargestScaled)) {
-    const auto written =
-        std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::fixed, decimals);
-    text.append(digits.data(), written.ptr);
+    fmt::format_to(std::back_inserter(text), "{:.{}f}", value, decimals);
     return;
   }
   // A whole number in units of the last decimal prints several times faster than a double.
   const std::int64_t scaled = std::llround(value * power);
   if (scaled < 0) text.push_back('-');
+  std::array<char, 24> digits;
   const auto written = std::to_chars(digits.data(), digits.data() + digits.size(), std::abs(scaled));
   const auto count = unsignedIndex(written.ptr - digits.data());
   const auto wanted = unsignedIndex(decimals);

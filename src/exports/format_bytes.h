@@ -60,8 +60,10 @@ struct ViewPage {
   const FaceMesh& mesh;  ///< for its parts' kinds and its unit
   std::string_view face_name;
   std::span<const std::string> marker_names;
-  const PositionMatrix& markers;     ///< FaceMotion's: frames x (3 * markers), the mesh's unit
-  const ViewEdits* edits = nullptr;  ///< null: nothing but the line itself
+  const PositionMatrix& markers;      ///< FaceMotion's: frames x (3 * markers), the mesh's unit
+  const ViewEdits* edits = nullptr;   ///< null: nothing but the line itself
+  std::string_view engine = {};       ///< WebAssembly that makes the line again after an edit; "": none
+  std::string_view packed_line = {};  ///< what `engine` makes it of
 };
 
 /// Where the template takes its data: this line, once.

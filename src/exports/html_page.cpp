@@ -161,6 +161,15 @@ std::string viewHtml(std::string_view page_template, const ViewPage& page) {
   html.append("</script>\n<script type=\"text/plain\" id=\"mouthpiece-face\">");
   appendBase64(html, deflated(page.glb, kEffort));
   html.append("</script>");
+  const auto add = [&](std::string_view id, std::string_view bytes) {
+    html.append("\n<script type=\"text/plain\" id=\"").append(id).append("\">");
+    appendBase64(html, deflated(std::string(bytes), kEffort));
+    html.append("</script>");
+  };
+  if (!page.engine.empty()) {
+    add("mouthpiece-engine", page.engine);
+    add("mouthpiece-line", page.packed_line);
+  }
   html.append(page_template.substr(place + kViewPagePlaceholder.size()));
   return html;
 }

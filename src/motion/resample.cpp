@@ -83,8 +83,7 @@ struct MirroredSamples {
   Eigen::Index mirrored_count = 0;  ///< at each end
 
   MirroredSamples(std::size_t count, const ResampleOptions& options)
-      : sample_count(signedIndex(count)),
-        mirrored_count(signedIndex(std::min(options.margin_samples, count - 1))) {}
+      : sample_count(signedIndex(count)), mirrored_count(signedIndex(std::min(options.margin_samples, count - 1))) {}
 
   [[nodiscard]] Eigen::Index count() const { return sample_count + 2 * mirrored_count; }
   /// What entry `index` of count() is made of: the end sample twice and one inner sample taken off, or one sample.
@@ -203,8 +202,7 @@ std::pair<Eigen::Index, PositionMatrix> foldMirrored(const MirroredSamples& samp
 
 MotionResampler::MotionResampler(std::span<const Seconds> sample_times, std::span<const Seconds> query_times,
                                  const ResampleOptions& options)
-    : sample_count_(signedIndex(sample_times.size())),
-      query_count_(signedIndex(query_times.size())) {
+    : sample_count_(signedIndex(sample_times.size())), query_count_(signedIndex(query_times.size())) {
   expectTimes(sample_times, query_times, options);
   const std::vector<double> positions = indexPositions(sample_times, query_times);
   const MirroredSamples samples(sample_times.size(), options);
@@ -214,7 +212,8 @@ MotionResampler::MotionResampler(std::span<const Seconds> sample_times, std::spa
     const auto last = std::upper_bound(first, positions.end(), window.fade_out + window.overlap);
     if (first == last) continue;
     if (!system || system->count() != window.count) system.emplace(window.count, options.shape);
-    const std::span<const double> own(first, last);
+    const auto own =
+        std::span(positions).subspan(unsignedIndex(first - positions.begin()), unsignedIndex(last - first));
     Eigen::MatrixXd weights = system->weightsAt(own, asReal(window.first - samples.mirrored_count));
     for (Eigen::Index row = 0; row < weights.rows(); ++row) {
       weights.row(row) *= window.weightAt(own[unsignedIndex(row)]);
@@ -247,8 +246,8 @@ PositionMatrix resampleDense(std::span<const Seconds> sample_times, const Eigen:
     if (parts.end) right_side.row(i) = 2.0 * values.row(*parts.end) - values.row(parts.inner);
   }
   const Eigen::MatrixXd weights = Eigen::PartialPivLU<Eigen::MatrixXd>(system).solve(right_side);
-  return basisAt(indexPositions(sample_times, query_times), -asReal(samples.mirrored_count),
-                 samples.count(), options.shape) *
+  return basisAt(indexPositions(sample_times, query_times), -asReal(samples.mirrored_count), samples.count(),
+                 options.shape) *
          weights;
 }
 

@@ -136,8 +136,10 @@ std::string pageOf(const Source& source) {
   const UtteranceAnimation animation = source.timedAnimation();
   const std::optional<ViewEdits> edits = source.viewEdits();
   const std::string glb = source.smallGlb();
+  const std::string packed = edits ? source.packedLine(*edits) : "";
+  const std::string engine = packed.empty() ? "" : readFile(pageEngineFile());
   return viewHtml(page_template, {animation, glb, face.rig.mesh(), face.rig.name(), face.rig.markerNames(),
-                                  source.faceMotion().markers(), edits ? &*edits : nullptr});
+                                  source.faceMotion().markers(), edits ? &*edits : nullptr, engine, packed});
 }
 
 // What fits a longer ending comes before what fits its end.

@@ -44,4 +44,8 @@ fs::path findSharedFile(std::string_view name, std::string_view how_to_make) {
   throw InputError(first.string(), "", fmt::format("no such file; {}", how_to_make));
 }
 
+std::filesystem::path pageEngineFile() {
+  return findSharedFile("page_engine.wasm", "make it with `make wasm` in the checkout");
+}
+
 }  // namespace mouthpiece

@@ -13,12 +13,14 @@
 #include "hearing/alignment/lyrics.h"
 #include "hearing/recognition/recogniser.h"
 #include "hearing/recognition/times_file.h"
+#include "page_engine/line_package.h"
 #include "phonetics/labels/label_files.h"
 #include "phonetics/text/lexicon.h"
 #include "phonetics/text/speakable_text.h"
 #include "singing/song.h"
 #include "singing/sung_line.h"
 #include "speaker/live_setup.h"
+#include "speaker/shared_files.h"
 #include "speaker/speaker_data.h"
 #include "voices/voice.h"
 
@@ -30,6 +32,7 @@ namespace {
 constexpr std::size_t kMostPhonesKept = 70'000;
 
 void expectUsable(const SpeakerOptions& options) {
+  if (options.page_engine) pageEngineFile();
   const Manner& manner = options.manner;
   constexpr double kLeastRate = 23.97;  // film on video: 23.976
   if (!(manner.frame_rate_hz >= kLeastRate && manner.frame_rate_hz <= 240))
@@ -390,6 +393,7 @@ Performance Speaker::perform(const Line& given) {
   Line line = given;
   if (!line.text.empty()) line.text = withWords(std::move(line.text), edits.words, doubts);
   SungLine sound = timed(speech_ms, [&] { return data_->soundOf(line); });
+  SpeechLabels labels_before = sound.line.labels;
   sound.line.labels = withBorders(std::move(sound.line.labels), edits.borders, doubts);
   auto made = std::make_shared<Performance::Data>();
   made->face = data_->face;
@@ -407,6 +411,17 @@ Performance Speaker::perform(const Line& given) {
                                  std::move(sound.tags)};
   made->animation = synthesise(request, data_->corpus.data().units);
   UtteranceAnimation& animation = made->animation;
+  if (data_->options.page_engine) {
+    SynthesisRequest again = request;
+    again.labels = std::move(labels_before);
+    again.audio = {};
+    again.options.edits = {};
+    if (const std::string_view reason = whyNotPacked(again); reason.empty()) {
+      made->to_make_again = std::move(again);
+    } else {
+      doubts.push_back(fmt::format("the page cannot make this line again by itself: {}", reason));
+    }
+  }
   animation.corpus = data_->corpus.name();
   animation.warnings.insert(animation.warnings.begin(), doubts.begin(), doubts.end());
   if (const std::string idle = data_->idleStyle(animation); !idle.empty()) animation.warnings.push_back(idle);

@@ -54,9 +54,12 @@ struct Performance::Data {
   std::optional<SharedCorpus> corpus;  ///< none: motion from elsewhere
   AudioTags tags;                      ///< what was heard in the sound
   bool tells_timing = true;            ///< off: timing() is all zero
-  std::vector<double> confidence;      ///< of each phone of a line that was recognised; else empty
-  VocalStyle style;                    ///< of the curves
-  std::string edits = "[]";            ///< an animator's, JSON, as they were asked for
+  /// What the line was made of, for a page that shall make it again: its labels before any border was moved, its sound
+  /// left out; none: the page has no engine.
+  std::optional<SynthesisRequest> to_make_again;
+  std::vector<double> confidence;  ///< of each phone of a line that was recognised; else empty
+  VocalStyle style;                ///< of the curves
+  std::string edits = "[]";        ///< an animator's, JSON, as they were asked for
   Sound sound;
   Labels labels;
   Motion motion;
@@ -93,6 +96,9 @@ struct Performance::Data {
   [[nodiscard]] Eigen::Vector3d neckTop() const;
   /// What the page needs to be an editor of the line; of motion from elsewhere nothing.
   [[nodiscard]] std::optional<ViewEdits> viewEdits() const;
+  /// The same for a page that makes the line again: a LinePackage; `edits` are viewEdits(). "" without `to_make_again`,
+  /// and for a head that came with shapes of its own.
+  [[nodiscard]] std::string packedLine(const ViewEdits& edits) const;
   /// All wall times so far.
   [[nodiscard]] StageTimings timing() const;
   /// The animation with them, as reports tell it.

@@ -4,6 +4,7 @@
 
 #include "base/index.h"
 #include "deform/mesh/face_mesh.h"
+#include "page_engine/line_package.h"
 #include "speaker/speaker_data.h"
 #include "units/selection/selection.h"
 #include "vocal/viseme_poses.h"
@@ -87,6 +88,22 @@ std::optional<ViewEdits> Performance::Data::viewEdits() const {
   drawn.lips = weights.topRows(weights.rows() - 1);
   drawn.jaw = weights.row(weights.rows() - 1);
   return made;
+}
+
+std::string Performance::Data::packedLine(const ViewEdits& view) const {
+  const std::scoped_lock lock(mutex_);
+  if (!to_make_again || !corpus || !actor || !ownShapes().names.empty()) return {};
+  SynthesisRequest request = *to_make_again;
+  request.audio = animation.audio;
+  std::vector<std::string> takes;
+  for (const std::vector<UnitOffer>& of_unit : view.offers) {
+    for (const UnitOffer& offer : of_unit) takes.push_back(offer.take);
+  }
+  for (const PlacedUnit& unit : animation.units) takes.push_back(unit.take);
+  const UnitDatabase& database = corpus->data().units;
+  const SynthesisPlan plan = planLine(animation.labels, database, request.options);
+  const SharedFace::Data& own = needFace();
+  return packLine({request, plan, database, takes, own.file, own.rig.mesh(), *actor, shapes()});
 }
 
 }  // namespace mouthpiece

@@ -124,6 +124,7 @@ std::optional<HeardLine> heardIn(const SynthesisRequest& request, const Corpus& 
   const TrajectoryModel* model = corpus.trajectory_model.get();
   const bool hears = request.options.context.hear && model != nullptr && !model->sound.isEmpty();
   if (!hears || request.audio.samples.empty()) return std::nullopt;
+  if (request.measures) return HeardLine(model->sound, *request.measures, request.labels);
   return HeardLine(model->sound, request.audio, request.labels);
 }
 

@@ -51,8 +51,9 @@ struct SynthesisRequest {
   SpeechLabels labels;
   AudioClip audio;
   SynthesisOptions options;
-  std::vector<SelectedUnit> units = {};  ///< chosen already, with the sound; empty: chosen here
-  AudioTags tags = {};                   ///< what was heard in `audio`, for curves in a sung style
+  std::vector<SelectedUnit> units = {};        ///< chosen already, with the sound; empty: chosen here
+  AudioTags tags = {};                         ///< what was heard in `audio`, for curves in a sung style
+  std::optional<SoundMeasures> measures = {};  ///< of `audio`, where they are known already
 };
 
 /// A stretch of the line and what moves the face in it.

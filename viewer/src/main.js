@@ -110,6 +110,9 @@ function publish(page, ready) {
     get volume() { return page.clock.volume; },
     get openings() { return page.openings; },
     get edits() { return page.editor.edits.list; },
+    /** What makes the line again in this page; null without it. `made`: the edits of the line that it made last, and how it went. */
+    get engine() { return page.editor.engine; },
+    get made() { return page.editor.made; },
     /** The weights of the face's shapes in a frame, with the edits that the page shows by itself. */
     weights: (frame) => page.stage?.weightTracks.map(({ values, times }) => [...values.slice((frame * values.length) / times.length, ((frame + 1) * values.length) / times.length)]) ?? [],
     play: () => page.clock.play(),

@@ -39,6 +39,15 @@ async function unpacked(id) {
   return new Uint8Array(await new Response(packed).arrayBuffer());
 }
 
+/** What makes the line again in the page, and what it makes it of, where synth has put them in; both freed once read. */
+export async function readEngine() {
+  const ids = ['mouthpiece-engine', 'mouthpiece-line'];
+  if (!ids.every((id) => document.getElementById(id))) return null;
+  const [code, line] = await Promise.all(ids.map(unpacked));
+  for (const id of ids) document.getElementById(id).textContent = '';
+  return { code, line };
+}
+
 /** Everything in the page, decoded; each text element is freed once it is read. */
 export async function readPageData() {
   const data = JSON.parse(textOf('mouthpiece-data'));

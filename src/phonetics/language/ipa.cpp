@@ -34,7 +34,7 @@ constexpr SoundManner kStop = SoundManner::kPlosive, kNose = SoundManner::kNasal
                       kFlap = SoundManner::kTap, kHiss_ = SoundManner::kFricative,
                       kSideHiss = SoundManner::kLateralFricative, kGlide = SoundManner::kApproximant,
                       kSide = SoundManner::kLateral;
-constexpr Airstream kLungs = Airstream::kPulmonic, kIn = Airstream::kImplosive, kSuck = Airstream::kClick;
+constexpr Airstream kIn = Airstream::kImplosive, kSuck = Airstream::kClick;
 /// Lips of the hushing sounds: much with ʃ, less with the retroflex ones, none with ɕ.
 constexpr double kHushRound = 0.7, kRetroflexRound = 0.4, kLaxRound = 0.3;
 

@@ -80,6 +80,8 @@ void addOptions(CLI::App& app, SpeakOptions& options) {
                  "A single file, repeatable; its kind follows from the ending (besides those of a folder: " +
                      namesOf(false) + ")")
       ->excludes(folder);
+  app.add_flag("--page-engine", options.speaker.page_engine,
+               "view.html makes its line again by itself after an edit (needs what `make wasm` builds; 6 MB more)");
   app.add_flag("--strict", options.strict, "What makes the line doubtful is an error: nothing is written");
   addSharedOptions(app, options);
   app.callback([&app] {

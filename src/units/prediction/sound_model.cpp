@@ -113,8 +113,8 @@ Eigen::MatrixXd SoundDeviations::featuresAt(std::span<const Seconds> times, cons
   return features;
 }
 
-HeardLine::HeardLine(const SoundModel& model, const AudioClip& clip, const SpeechLabels& labels)
-    : model_(&model), deviations_(soundMeasures(clip), labels, model.expected) {
+HeardLine::HeardLine(const SoundModel& model, const SoundMeasures& measures, const SpeechLabels& labels)
+    : model_(&model), deviations_(measures, labels, model.expected) {
   const Eigen::RowVectorXd ratio = deviations_.spreadInSpeech().cwiseQuotient(model.widest_spread);
   strangeness_ = ratio.squaredNorm() / asReal(kSoundMeasures);
   // Noise beside a signal of known width: least squares keeps the signal's share of the variance.

@@ -57,7 +57,9 @@ class SoundDeviations {
 class HeardLine {
  public:
   /// `model` is not empty and outlives this.
-  HeardLine(const SoundModel& model, const AudioClip& clip, const SpeechLabels& labels);
+  HeardLine(const SoundModel& model, const AudioClip& clip, const SpeechLabels& labels)
+      : HeardLine(model, soundMeasures(clip), labels) {}
+  HeardLine(const SoundModel& model, const SoundMeasures& measures, const SpeechLabels& labels);
 
   /// times x components, mm: to be added to the prediction.
   [[nodiscard]] Eigen::MatrixXd at(std::span<const Seconds> times) const;

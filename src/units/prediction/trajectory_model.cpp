@@ -51,9 +51,10 @@ LinePrediction::LinePrediction(const TrajectoryModel& model, const SpeechLabels&
 Eigen::MatrixXd LinePrediction::byNetworks(std::span<const Seconds> times) const {
   std::vector<ContextSegment> near;
   if (given_.empty() && !times.empty()) {
-    const auto [first, last] = std::minmax_element(times.begin(), times.end());
+    const auto ends = std::minmax_element(times.begin(), times.end());
+    const TimeSpan seen{*ends.first - kContextReach, *ends.second + kContextReach};
     std::copy_if(context_.begin(), context_.end(), std::back_inserter(near), [&](const ContextSegment& segment) {
-      return segment.span.end >= *first - kContextReach && segment.span.start <= *last + kContextReach;
+      return segment.span.end >= seen.start && segment.span.start <= seen.end;
     });
   }
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(signedIndex(times.size()), model_->componentCount());

@@ -1,4 +1,5 @@
 // The page as an editor of its line: what is under the timeline when "Edit" is pressed.
+import { Engine, isMadeHere } from './engine.js';
 import { LineEdits, toldOf } from './line_edits.js';
 import { isShownAtOnce, Preview } from './preview.js';
 import { Served } from './served.js';
@@ -76,7 +77,42 @@ export class Editor {
   /** The face as it is with the edits; called once it is there. */
   setFace(tracks) {
     this.preview = new Preview(this.data, tracks);
+    this.markers = this.page.controlPoints.control.positions;
     this.#refresh();
+    Engine.start().then((engine) => {
+      this.engine = engine;
+      this.#refresh();
+    }, (error) => this.#say(`This page cannot make the line again by itself: ${error.message}`));
+  }
+
+  /** Shows the edits on the face: all but words with the engine, once it comes to it; else as far as the page knows. */
+  #show() {
+    const wanted = JSON.stringify(this.edits.list);
+    if (!this.engine || !this.edits.isChanged) {
+      this.made = null;
+      this.page.controlPoints.control.positions = this.markers;
+      return this.preview.show(this.edits);
+    }
+    if (this.made?.edits === wanted || this.isMaking) return;
+    this.isMaking = true;
+    setTimeout(() => {
+      this.isMaking = false;
+      this.#make();
+      this.#refresh();
+    });
+  }
+
+  #make() {
+    if (!this.edits.isChanged) return;
+    this.made = { edits: JSON.stringify(this.edits.list), fits: false };
+    try {
+      const { frames, weights, markers, warnings } = this.engine.render(this.edits.list);
+      this.made = { ...this.made, warnings, fits: this.preview.take(frames, weights) };
+      if (this.made.fits && markers.length === this.markers.length) this.page.controlPoints.control.positions = markers;
+    } catch (error) {
+      this.made.warnings = error.message;
+    }
+    if (!this.made.fits) this.preview.show(this.edits);
   }
 
   #draw() {
@@ -94,7 +130,7 @@ export class Editor {
     byId('save-edits').disabled = edits.list.length === 0;
     byId('apply').hidden = !this.served.isThere;
     byId('apply').disabled = !edits.isChanged || this.isApplying;
-    const waiting = edits.list.filter((edit) => !edits.applied.some((one) => JSON.stringify(one) === JSON.stringify(edit)) && !isShownAtOnce(edit)).length;
+    const waiting = edits.list.filter((edit) => !edits.applied.some((one) => JSON.stringify(one) === JSON.stringify(edit)) && !(this.engine && this.made?.fits !== false ? isMadeHere : isShownAtOnce)(edit)).length;
     byId('edit-state').textContent = !edits.list.length ? 'Nothing changed yet.'
       : waiting ? `${waiting} change${waiting === 1 ? '' : 's'} will be seen when the line is made again.` : 'What you see has all your changes.';
     byId('edit-list').replaceChildren(...edits.list.map((edit, index) => {
@@ -103,10 +139,11 @@ export class Editor {
       item.lastChild.setAttribute('aria-label', `Take back: ${toldOf(edit)}`);
       return item;
     }));
-    byId('edit-help').textContent = this.served.isThere ? '' : 'Save the edits and make the line with them: synth … --edits edits.json';
+    const doubts = this.made?.warnings?.trim().split('\n').join('; ');
+    byId('edit-help').textContent = doubts ? `${doubts}.` : this.served.isThere ? '' : 'Save the edits and make the line with them: synth … --edits edits.json';
     this.#placeBorders();
     if (this.preview) {
-      this.preview.show(edits);
+      this.#show();
       this.page.stage.setTime(this.page.clock.time);
     }
   }

@@ -38,6 +38,13 @@ export class Preview {
     this.middles = data.report.phones.map(({ start_s: start, end_s: end }) => (start + end) / 2);
   }
 
+  /** Weights of all shapes that were made elsewhere, frame after frame; false where they do not fit this face. */
+  take(frames, weights) {
+    const fits = this.tracks.length > 0 && this.tracks.every(({ track, count }) => track.times.length === frames && count * frames === weights.length);
+    if (fits) for (const { track } of this.tracks) track.values.set(weights);
+    return fits;
+  }
+
   show(edits) {
     const signals = {};
     for (const name of ['strength', 'hold', 'lead', 'smooth']) signals[name] = [dialSignal(edits.applied, name), dialSignal(edits.list, name)];
