@@ -30,15 +30,6 @@ constexpr double kDoubtfulHearing = 0.35;
 constexpr double kWordWeight = 0.8;
 constexpr std::size_t kMostHintBytes = 1 << 16;
 
-std::vector<std::int16_t> samplesToHear(const AudioClip& audio) {
-  if (audio.sample_rate_hz != kEarRateHz) return samplesToHear(resampleAudio(audio, kEarRateHz));
-  std::vector<std::int16_t> samples(audio.samples.size());
-  std::transform(audio.samples.begin(), audio.samples.end(), samples.begin(), [](float sample) {
-    return static_cast<std::int16_t>(std::lrint(std::clamp(32767.0F * sample, -32767.0F, 32767.0F)));
-  });
-  return samples;
-}
-
 /// Words for a stretch, with their phones on its clock.
 struct WordsHeard {
   ForcedAlignment alignment;
@@ -58,6 +49,8 @@ class SoundRecogniser : public Recogniser {
  public:
   explicit SoundRecogniser(const RecogniserOptions& options)
       : options_(options), language_(*options.language), ear_(language_), likeness_(lipLikeness()) {
+    if (!options_.speaker.empty()) ear_.learn(options_.speaker);
+    options_.speaker.clear();
     if (options_.as == HearAs::kPhones) return;
     if (!WordSearch::isAvailable(language_)) {
       if (options_.as == HearAs::kWords) WordSearch search(language_);  // says what is missing
