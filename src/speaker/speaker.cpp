@@ -186,8 +186,8 @@ std::vector<LabelledSound> soundsOf(const Corpus& corpus) {
   const std::size_t every = corpus.takes.size() / kMostSounds + 1;
   for (std::size_t i = 0; i < corpus.takes.size(); i += every) {
     const CorpusTake& take = corpus.takes[i];
-    sounds.push_back({corpus.motion_source != nullptr ? corpus.motion_source->loadAudio(TakeIndex(i)) : take.audio,
-                      take.labels});
+    sounds.push_back(
+        {corpus.motion_source != nullptr ? corpus.motion_source->loadAudio(TakeIndex(i)) : take.audio, take.labels});
   }
   return sounds;
 }

@@ -69,8 +69,8 @@ TEST(TextDoubt, BelievesTheRealSpeakersTexts) {
   ForcedAligner aligner;
   std::size_t right = 0, other = 0;
   for (std::size_t i = 0; i < sounds.size(); ++i) {
-    right += isDoubted(aligner, sounds[i], texts[i]) ? 1 : 0;
-    other += isDoubted(aligner, sounds[i], texts[(i + texts.size() / 2) % texts.size()]) ? 1 : 0;
+    right += isDoubted(aligner, sounds[i], texts[i]) ? 1U : 0U;
+    other += isDoubted(aligner, sounds[i], texts[(i + texts.size() / 2) % texts.size()]) ? 1U : 0U;
   }
   EXPECT_LE(right, 1U) << "of " << sounds.size();
   EXPECT_GE(other + 1, sounds.size());
