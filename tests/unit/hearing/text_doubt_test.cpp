@@ -90,7 +90,7 @@ TEST(TextDoubt, TellsSilentNoisyAndUnsteadyBackgroundsApart) {
       mixed[i] = static_cast<std::int16_t>(std::clamp(mixed[i] + level(i) * noise(random), -32000.0, 32000.0));
     return doubt.backgroundOf(mixed);
   };
-  const Background steady = under([](std::size_t) { return 300.0; });
+  const Background steady = under([](std::size_t) { return 1000.0; });
   EXPECT_GT(steady.noise, 0.3);
   EXPECT_LT(steady.unsteady, 0.1);
   const Background beats = under([](std::size_t i) { return i / 1600 % 2 == 0 ? 900.0 : 90.0; });
