@@ -182,6 +182,19 @@ std::vector<std::string> linesOf(const Corpus& corpus) {
   return {lines.begin(), lines.end()};
 }
 
+/// Takes whose sound tells how the corpus' speaker says his phones, evenly spaced: more hardly tell more.
+std::vector<LabelledSound> soundsOf(const Corpus& corpus) {
+  constexpr std::size_t kMostSounds = 60;
+  std::vector<LabelledSound> sounds;
+  const std::size_t every = corpus.takes.size() / kMostSounds + 1;
+  for (std::size_t i = 0; i < corpus.takes.size(); i += every) {
+    const CorpusTake& take = corpus.takes[i];
+    sounds.push_back(
+        {corpus.motion_source != nullptr ? corpus.motion_source->loadAudio(TakeIndex(i)) : take.audio, take.labels});
+  }
+  return sounds;
+}
+
 }  // namespace
 
 struct Speaker::Data {
@@ -244,6 +257,7 @@ SpokenLine Speaker::Data::hearRecording(const Line& source) {
                                                                 : HearAs::kAuto;
     wanted.hint = source.hint;
     wanted.known = linesOf(corpus.data().corpus);
+    wanted.speaker = soundsOf(corpus.data().corpus);
     wanted.lexicon = known;
     wanted.language = language;
     recogniser = makeRecogniser(wanted);

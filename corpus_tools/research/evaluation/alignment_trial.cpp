@@ -20,7 +20,6 @@ namespace mouthpiece {
 namespace {
 
 constexpr std::array<double, 3> kLevelsDb{20, 10, 5};
-constexpr double kDoubtUnderDb = 10;
 constexpr Seconds kReverberation = 0.4;
 constexpr Seconds kLongSilence = 0.150;
 
@@ -108,17 +107,16 @@ class TakeTrial {
       const std::optional<ForcedAlignment> found = clean ? align(noisy, own) : std::nullopt;
       compare(places, found ? placesOf(found->labels) : Places(), trial.noise.emplace_back(NoiseRow{.under = under}));
     };
-    std::optional<AudioClip> in_office;
+    doubt(trial, "", sound, index);
     for (const Noise noise : kNoises) {
       for (const double level : kLevelsDb) {
         const AudioClip noisy = inNoise(sound, noise, level, voices_, index + 1);
-        if (noise == Noise::kOffice && level == kDoubtUnderDb) in_office = noisy;
-        compareUnder(fmt::format("{}, {:.0f} dB", noiseName(noise), level), noisy);
+        const std::string under = fmt::format("{}, {:.0f} dB", noiseName(noise), level);
+        compareUnder(under, noisy);
+        if (noise != Noise::kMusic) doubt(trial, under, noisy, index);
       }
     }
     compareUnder(fmt::format("a room, {:.1f} s", kReverberation), inRoom(sound, kReverberation, index + 1));
-    doubt(trial, "", sound, index);
-    doubt(trial, fmt::format("office, {:.0f} dB", kDoubtUnderDb), *in_office, index);
     return trial;
   }
 

@@ -123,7 +123,11 @@ EvaluationMethods hearingMethods(std::vector<HearingScore>& scores, const std::s
   return [&scores, hint](const Corpus& corpus, const UnitDatabase& database) {
     std::vector<EvaluationMethod> methods{unitMethod("guided (labels)", database, guidedOptions())};
     std::vector<std::string> lines;
-    for (const CorpusTake& take : corpus.takes) lines.push_back(take.text);
+    std::vector<LabelledSound> speaker;
+    for (const CorpusTake& take : corpus.takes) {
+      lines.push_back(take.text);
+      speaker.push_back({take.audio, take.labels});
+    }
     const auto add = [&](const std::string& way, const RecogniserOptions& options) {
       const auto listener = std::make_shared<Listener>(options, scores, way);
       const EvaluationMethod from_labels = unitMethod(way, database, guidedOptions());
@@ -131,10 +135,11 @@ EvaluationMethods hearingMethods(std::vector<HearingScore>& scores, const std::s
                            return from_labels.animate(listener->hear(take), row);
                          }});
     };
-    add("heard (corpus' lines)", {.as = HearAs::kAuto, .hint = {}, .known = lines});
-    if (!hint.empty()) add("heard (hint)", {.as = HearAs::kAuto, .hint = hint});
+    add("heard (corpus' lines)", {.as = HearAs::kAuto, .hint = {}, .known = lines, .speaker = speaker});
+    if (!hint.empty()) add("heard (hint)", {.as = HearAs::kAuto, .hint = hint, .speaker = speaker});
+    add("heard (no line known)", {.as = HearAs::kAuto, .hint = {}, .speaker = speaker});
+    add("heard (phones)", {.as = HearAs::kPhones, .hint = {}, .speaker = speaker});
     add("heard (nothing known)", {.as = HearAs::kAuto, .hint = {}});
-    add("heard (phones)", {.as = HearAs::kPhones, .hint = {}});
     return methods;
   };
 }

@@ -74,6 +74,14 @@ GaussianFile parseGaussians(std::string_view bytes, const fs::path& path) {
 }  // namespace
 
 /// log N(x; m, s) = sum of -x^2 / 2s + x m / s - m^2 / 2s - log(2 pi s) / 2.
+Densities densitiesOf(const Eigen::MatrixXf& rows) {
+  const Eigen::Index size = (rows.cols() - 1) / 2;
+  Densities densities;
+  densities.variances = (-0.5 * rows.leftCols(size).cast<double>().cwiseInverse()).transpose();
+  densities.means = rows.middleCols(size, size).cast<double>().transpose().cwiseProduct(densities.variances);
+  return densities;
+}
+
 Eigen::RowVectorXf densityRow(const Eigen::VectorXd& mean, const Eigen::VectorXd& variance) {
   const Eigen::Index n = mean.size();
   const Eigen::ArrayXd held = variance.array().max(kSmallestVariance);

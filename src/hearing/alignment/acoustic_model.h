@@ -39,6 +39,13 @@ struct TiedModel {
 /// A row of TiedModel::Codebook::gaussians, of a diagonal Gaussian.
 Eigen::RowVectorXf densityRow(const Eigen::VectorXd& mean, const Eigen::VectorXd& variance);
 
+/// Diagonal Gaussians, a density a column.
+struct Densities {
+  Eigen::MatrixXd means, variances;
+};
+/// Those of one stream of TiedModel::Codebook::gaussians.
+Densities densitiesOf(const Eigen::MatrixXf& rows);
+
 /// The bytes of a model's files.
 struct TiedModelFiles {
   std::filesystem::path folder;  ///< for errors

@@ -11,6 +11,8 @@
 #include "base/index.h"
 #include "base/statistics.h"
 #include "hearing/alignment/phone_decoder.h"
+#include "hearing/alignment/phone_ear.h"
+#include "hearing/alignment/text_doubt.h"
 #include "phonetics/labels/labels_builder.h"
 
 namespace mouthpiece {
@@ -29,16 +31,6 @@ constexpr Seconds kFarBeside = 0.2;
 constexpr Seconds kLongestStopAfterSilence = 0.120;
 /// PocketSphinx gives a phone at least three frames of 10 ms.
 constexpr Seconds kShortestPhone = 0.030;
-
-std::vector<std::int16_t> samplesFor(const AudioClip& audio) {
-  const AudioClip heard =
-      audio.sample_rate_hz == kDecoderSampleRateHz ? audio : resampleAudio(audio, kDecoderSampleRateHz);
-  std::vector<std::int16_t> samples(heard.samples.size());
-  std::transform(heard.samples.begin(), heard.samples.end(), samples.begin(), [](float sample) {
-    return static_cast<std::int16_t>(std::lrint(std::clamp(32767.0F * sample, -32767.0F, 32767.0F)));
-  });
-  return samples;
-}
 
 /// The phones that the model listens for.
 const std::vector<Phone>& heardIn(const Pronunciation& way) { return way.heard.empty() ? way.phones : way.heard; }
@@ -205,8 +197,19 @@ std::vector<TranscriptWord> wordsOf(const SpeechLabels& labels, std::vector<Seco
 
 std::vector<std::size_t> ForcedAlignment::doubtfulWords() const {
   std::vector<std::size_t> words;
-  for (std::size_t i = 0; i < confidence.size(); ++i) {
-    if (confidence[i] < kDoubtfulConfidence) words.push_back(i);
+  for (std::size_t first = 0, end = 0; first < confidence.size(); first = end) {
+    // Words of one stretch share its confidence.
+    end = first + 1;
+    while (end < line_confidence.size() && line_confidence[end] == line_confidence[first]) ++end;
+    if (!line_confidence.empty() && line_confidence[first] >= kDoubtfulConfidence) continue;
+    const std::size_t before = words.size();
+    for (std::size_t i = first; i < end; ++i) {
+      if (confidence[i] < kDoubtfulConfidence) words.push_back(i);
+    }
+    if (!line_confidence.empty() && words.size() == before)
+      words.push_back(unsignedIndex(
+          std::min_element(confidence.begin() + signedIndex(first), confidence.begin() + signedIndex(end)) -
+          confidence.begin()));
   }
   return words;
 }
@@ -254,13 +257,23 @@ ForcedAligner::~ForcedAligner() = default;
 ForcedAlignment ForcedAligner::align(const AudioClip& audio, const std::vector<TranscriptWord>& words,
                                      std::string_view name, SpeechKind kind) {
   if (words.empty()) throw InputError(name, "", "has a transcript without words; expected at least one");
-  const std::vector<std::int16_t> samples = samplesFor(audio);
-  std::vector<DecodedPhone> decoded = decoder_->decode(samples, waysOf(words), kind);
+  const std::vector<std::int16_t> samples = samplesToHear(audio);
+  const std::vector<DecodedPhone> decoded = decoder_->decode(samples, waysOf(words), kind);
   if (decoded.empty()) failTooShort(audio, words, name);
-  if (kind == SpeechKind::kSpoken) decoded = withFinerTimes(withWholeSilences(decoded), samples, *decoder_);
+  const bool is_spoken = kind == SpeechKind::kSpoken;
   LabelWriter writer(words, audio.duration(), language_);
-  for (const DecodedPhone& phone : decoded) writer.add(phone);
-  return writer.finish();
+  for (const DecodedPhone& phone :
+       is_spoken ? withFinerTimes(withWholeSilences(decoded), samples, *decoder_) : decoded) {
+    writer.add(phone);
+  }
+  ForcedAlignment alignment = writer.finish();
+  if (!is_spoken || &language_ != &english()) return alignment;
+  if (!doubt_) doubt_ = std::make_unique<TextDoubt>(*decoder_, language_);
+  Believed believed = doubt_->judge(decoded, samples);
+  if (believed.words.size() != alignment.confidence.size()) return alignment;
+  alignment.confidence = std::move(believed.words);
+  alignment.line_confidence = std::move(believed.lines);
+  return alignment;
 }
 
 }  // namespace mouthpiece

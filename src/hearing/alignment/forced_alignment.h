@@ -16,7 +16,11 @@ namespace mouthpiece {
 struct ForcedAlignment {
   SpeechLabels labels;             ///< last until the end of the sound
   std::vector<double> confidence;  ///< of each of labels.words, 0 to 1
-  /// Words whose confidence is under kDoubtfulConfidence: indices into labels.words.
+  /// Of each of labels.words, how far the stretch of some twelve words about it is believed as a whole; empty where
+  /// that is not judged: sung words, languages besides English.
+  std::vector<double> line_confidence = {};
+  /// Words whose confidence is under kDoubtfulConfidence, in stretches whose own is; in such a stretch at least the
+  /// least sure one. Indices into labels.words.
   [[nodiscard]] std::vector<std::size_t> doubtfulWords() const;
 };
 
@@ -28,8 +32,7 @@ class Aligner;
 /// beside it. "" for nothing. `name` stands for the sound.
 std::string doubtsAbout(const SpeechLabels& labels, const AudioClip& audio, Aligner& aligner, std::string_view name);
 
-/// Of the words that were really said under 1 in 100 is below, of wrong ones 9 in 10
-/// (docs/theory/hearing/alignment.md).
+/// 2 in 100 stretches of right words are below (docs/theory/hearing/alignment.md).
 inline constexpr double kDoubtfulConfidence = 0.5;
 
 /// How words are said. Sung ones are heard with less of their held vowels and pauses, so that these do not outweigh the
@@ -47,6 +50,7 @@ class Aligner {
 };
 
 class PhoneDecoder;
+class TextDoubt;
 
 /// PocketSphinx' (docs/theory/hearing/alignment.md): several pronunciations tried, silence allowed between words, the
 /// decoder's steps of 10 ms refined by hearing the sound again from later starts.
@@ -62,6 +66,7 @@ class ForcedAligner : public Aligner {
  private:
   const Language& language_;
   std::unique_ptr<PhoneDecoder> decoder_;
+  std::unique_ptr<TextDoubt> doubt_;  ///< made when the first text is judged
 };
 
 }  // namespace mouthpiece

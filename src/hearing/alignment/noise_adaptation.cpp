@@ -23,19 +23,6 @@ constexpr double kSpeechHeld = 30.0;             ///< precision of the first gue
 /// Louder changes of the background than this are no steady noise: it stays unadapted.
 constexpr double kMostUnsteadyDb = 2.7;
 
-/// Gaussians of one codebook and stream, a density a column.
-struct Densities {
-  Eigen::MatrixXd means, variances;
-};
-
-Densities densitiesOf(const Eigen::MatrixXf& rows) {
-  const Eigen::Index size = (rows.cols() - 1) / 2;
-  Densities densities;
-  densities.variances = (-0.5 * rows.leftCols(size).cast<double>().cwiseInverse()).transpose();
-  densities.means = rows.middleCols(size, size).cast<double>().transpose().cwiseProduct(densities.variances);
-  return densities;
-}
-
 /// The speaker's and the room's mean, about which the model's means lie, and the background.
 struct Surroundings {
   Eigen::VectorXd speech, noise;
@@ -149,8 +136,6 @@ void refine(Surroundings& around, const Mixer& mixer, const Densities& densities
   around.speech += normal.ldlt().solve(right);
 }
 
-/// How much the bands of the background change within a tenth of a second, dB: the root of the mean square over the
-/// quiet frames, each averaged over some 50 ms.
 double unsteadinessDb(const Eigen::MatrixXd& cepstra, const Mixer& mixer) {
   constexpr double kDecibels = 10 / std::numbers::ln10;
   const Eigen::MatrixXd bands = mixer.bandsOf(cepstra);
@@ -213,6 +198,10 @@ void adaptCodebook(TiedModel::Codebook& codebook, const Mixer& mixer, const Surr
 }
 
 }  // namespace
+
+double unsteadinessDb(const Eigen::MatrixXd& cepstra) {
+  return cepstra.cols() > 0 ? unsteadinessDb(cepstra, Mixer(unsignedIndex(cepstra.rows()))) : 0.0;
+}
 
 TiedModel adaptedToNoise(const TiedModel& model, const Eigen::MatrixXd& cepstra, const std::vector<bool>& wanted) {
   const bool is_known = model.stream_sizes == std::vector<Eigen::Index>(kStreams, cepstra.rows());

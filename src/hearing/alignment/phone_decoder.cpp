@@ -261,6 +261,7 @@ DecodedPhone readSegment(ps_seg_t* segment, const std::vector<std::size_t>& kept
   ps_seg_prob(segment, &score, nullptr, nullptr);
   const std::size_t from = unsignedIndex(first), to = unsignedIndex(last);
   phone.span = {edgeBefore(kept, from), edgeBefore(kept, to + 1)};
+  phone.first_frame = from;
   phone.frames = last + 1 - first;
   phone.score = score;
   if (name == kSilenceWord) return phone;
@@ -308,11 +309,11 @@ PhoneDecoder::~PhoneDecoder() = default;
 PhoneDecoder::PhoneDecoder(PhoneDecoder&&) noexcept = default;
 SenoneScorer& PhoneDecoder::scorer() { return state_->scorer; }
 Eigen::MatrixXf PhoneDecoder::featuresOf(std::span<const std::int16_t> samples) {
-  Cepstra cepstra = cepstraOf(state_->decoder.get(), samples);
+  Cepstra cepstra = mouthpiece::cepstraOf(state_->decoder.get(), samples);
   return cepstra.empty() ? Eigen::MatrixXf() : mouthpiece::featuresOf(state_->decoder.get(), cepstra);
 }
 std::vector<std::vector<float>> PhoneDecoder::cepstraOn(std::span<const std::int16_t> samples, bool begins) {
-  return cepstraOf(state_->decoder.get(), samples, begins, false);
+  return mouthpiece::cepstraOf(state_->decoder.get(), samples, begins, false);
 }
 PhoneDecoder& PhoneDecoder::operator=(PhoneDecoder&&) noexcept = default;
 
@@ -341,17 +342,6 @@ std::vector<DecodedPhone> search(ps_decoder_t* decoder, SenoneScorer& scorer, fs
   ScoreStream scores(scorer, features, std::move(weighing), fleeting);
   expectDone(searchThrough(decoder, scores) ? 0 : -1, "hear the sound");
   return readResult(decoder, kept, fleeting);
-}
-
-/// In nats. The levels are those of the sound's first difference, every 10 ms: rumble lies below speech.
-double innerSilencePrice(std::span<const std::int16_t> samples) {
-  constexpr double kQuiet = 0.05, kLoud = 0.95;
-  std::vector<double> levels = speechLevelsDb(samples);
-  if (levels.empty()) return 0;
-  std::sort(levels.begin(), levels.end());
-  const auto at = [&](double share) { return levels[static_cast<std::size_t>(share * asReal(levels.size() - 1))]; };
-  const double range = at(kLoud) - at(kQuiet);
-  return kInnerSilencePrice * std::clamp((kCleanRangeDb - range) / (kCleanRangeDb - kNoisyRangeDb), 0.0, 1.0);
 }
 
 Eigen::MatrixXd asColumns(const Cepstra& cepstra) {
@@ -386,15 +376,32 @@ std::vector<DecodedPhone> decodeWith(ps_decoder_t* decoder, SenoneScorer& scorer
 
 }  // namespace
 
+double levelRangeDb(std::span<const std::int16_t> samples) {
+  constexpr double kQuiet = 0.05, kLoud = 0.95;
+  std::vector<double> levels = speechLevelsDb(samples);  // of the first difference: rumble lies below speech
+  if (levels.empty()) return kCleanRangeDb;
+  std::sort(levels.begin(), levels.end());
+  const auto at = [&](double share) { return levels[static_cast<std::size_t>(share * asReal(levels.size() - 1))]; };
+  return at(kLoud) - at(kQuiet);
+}
+
+double noisinessOf(std::span<const std::int16_t> samples) {
+  return std::clamp((kCleanRangeDb - levelRangeDb(samples)) / (kCleanRangeDb - kNoisyRangeDb), 0.0, 1.0);
+}
+
+Eigen::MatrixXd PhoneDecoder::cepstraOf(std::span<const std::int16_t> samples) {
+  const Cepstra cepstra = mouthpiece::cepstraOf(state_->decoder.get(), samples);
+  return cepstra.empty() ? Eigen::MatrixXd() : asColumns(cepstra);
+}
+
 std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> samples, const WordWays& words,
                                                SpeechKind kind) {
   MOUTHPIECE_EXPECT(!words.empty());
   const auto codebooks = codebooksOf(phonesOf(words, state_->language), state_->scorer.model(), state_->language);
-  const double price = kind == SpeechKind::kSpoken ? innerSilencePrice(samples) : 0.0;
+  const double price = kind == SpeechKind::kSpoken ? kInnerSilencePrice * noisinessOf(samples) : 0.0;
   state_->in_noise.reset();
-  if (const Cepstra cepstra = price > 0 ? cepstraOf(state_->decoder.get(), samples) : Cepstra(); !cepstra.empty())
-    state_->in_noise.emplace(
-        std::make_shared<TiedModel>(adaptedToNoise(state_->scorer.model(), asColumns(cepstra), codebooks)));
+  if (const Eigen::MatrixXd cepstra = price > 0 ? cepstraOf(samples) : Eigen::MatrixXd(); cepstra.cols() > 0)
+    state_->in_noise.emplace(std::make_shared<TiedModel>(adaptedToNoise(state_->scorer.model(), cepstra, codebooks)));
   SenoneScorer& scorer = state_->fittest();
   const float pause = state_->language.say != nullptr ? kForeignPause : 1.0F;
   std::vector<DecodedPhone> phones =
@@ -412,7 +419,7 @@ std::vector<TimeSpan> PhoneDecoder::hearAgain(std::span<const std::int16_t> samp
                                               const std::vector<DecodedPhone>& phones) {
   ps_decoder_t* decoder = state_->decoder.get();
   const Graph graph = makeGraph(decoder, phones);
-  Cepstra cepstra = cepstraOf(decoder, samples);
+  Cepstra cepstra = mouthpiece::cepstraOf(decoder, samples);
   if (cepstra.empty()) return {};
   std::set<Phone> used;
   for (const DecodedPhone& phone : phones) used.insert(phone.phone);

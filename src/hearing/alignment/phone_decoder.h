@@ -21,7 +21,8 @@ using WordWays = std::vector<std::vector<std::vector<Phone>>>;
 struct DecodedPhone {
   Phone phone = Phone::kSil;
   bool opens_word = false;
-  TimeSpan span;     ///< to 10 ms
+  TimeSpan span;  ///< to 10 ms
+  std::size_t first_frame = 0;
   int frames = 0;    ///< that it was heard in
   double score = 0;  ///< logarithm of its likelihood, base 1.0001^1024, against the best sounds of each frame
 };
@@ -43,6 +44,13 @@ std::vector<float> frontEndCepstra(std::span<const std::int16_t> samples, std::s
 /// cepstra x mel bands: what the front end makes of the logarithms of the bands' energies.
 Eigen::MatrixXd frontEndCosines(std::size_t count);
 
+/// How far a sound's loud frames lie over its quiet ones, dB.
+double levelRangeDb(std::span<const std::int16_t> samples);
+
+/// How noisy a sound is: 0 where its loudest tenths stand over its quietest as in a silent room, 1 where they do as in
+/// a street (docs/theory/hearing/alignment.md).
+double noisinessOf(std::span<const std::int16_t> samples);
+
 /// PocketSphinx with a language's model, kept to a given row of words with optional silence around each.
 /// Not thread-safe; several may live side by side.
 class PhoneDecoder {
@@ -60,14 +68,16 @@ class PhoneDecoder {
   std::vector<DecodedPhone> decode(std::span<const std::int16_t> samples, const WordWays& words,
                                    SpeechKind kind = SpeechKind::kSpoken);
 
-  /// When the phones and silences that decode() found in spoken words are heard in `samples`, the same sound or one a
-  /// little shorter; better times than decode()'s, and in less time. Empty when the sound cannot hold them.
   /// What the model weighs of a sound: a column every 10 ms, its mean taken off.
   Eigen::MatrixXf featuresOf(std::span<const std::int16_t> samples);
+  /// The front end's cepstra of a whole sound, a column every 10 ms.
+  Eigen::MatrixXd cepstraOf(std::span<const std::int16_t> samples);
   SenoneScorer& scorer();
   /// The front end's cepstra of a sound that goes on, a row every 10 ms; `begins`: with these samples.
   std::vector<std::vector<float>> cepstraOn(std::span<const std::int16_t> samples, bool begins);
 
+  /// When the phones and silences that decode() found in spoken words are heard in `samples`, the same sound or one a
+  /// little shorter; better times than decode()'s, and in less time. Empty when the sound cannot hold them.
   std::vector<TimeSpan> hearAgain(std::span<const std::int16_t> samples, const std::vector<DecodedPhone>& phones);
 
  private:

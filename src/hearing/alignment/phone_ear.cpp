@@ -2,23 +2,28 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <deque>
-#include <filesystem>
+#include <optional>
 #include <string>
 
 #include "base/index.h"
+#include "hearing/alignment/noise_adaptation.h"
 #include "hearing/alignment/phone_decoder.h"
 #include "hearing/alignment/phone_loop.h"
+#include "hearing/alignment/speaker_adaptation.h"
 
 namespace mouthpiece {
 
 struct PhoneEar::State {
   explicit State(const Language& language)
-      : decoder({}, language),
-        loop(decoder.scorer().sharedModel(), std::filesystem::path(MOUTHPIECE_SPHINX_MODELS) /
-                                                 (std::string(language.acoustic_model) + "-phone.lm.bin")) {}
+      : decoder({}, language), loop(loopOf(decoder.scorer().sharedModel(), language)) {}
   PhoneDecoder decoder;
   PhoneLoop loop;
+  std::optional<SenoneScorer> of_speaker = std::nullopt;  ///< as he says the phones
+  std::optional<SenoneScorer> in_noise = std::nullopt;    ///< of the sound that posteriors() heard last
+  /// The scorer that knows a sound best.
+  SenoneScorer& fittest(std::span<const std::int16_t> samples, const Eigen::MatrixXf& features);
   // Of a sound that goes on:
   PhoneLoop::Passage passage{kRemembered};
   Eigen::ArrayXf mean;                      ///< of the cepstra of speech
@@ -29,8 +34,63 @@ struct PhoneEar::State {
 PhoneEar::PhoneEar(const Language& language) : state_(std::make_unique<State>(language)) {}
 PhoneEar::~PhoneEar() = default;
 
+std::vector<std::int16_t> samplesToHear(const AudioClip& audio) {
+  if (audio.sample_rate_hz != kDecoderSampleRateHz) return samplesToHear(resampleAudio(audio, kDecoderSampleRateHz));
+  std::vector<std::int16_t> samples(audio.samples.size());
+  std::transform(audio.samples.begin(), audio.samples.end(), samples.begin(), [](float sample) {
+    return static_cast<std::int16_t>(std::lrint(std::clamp(32767.0F * sample, -32767.0F, 32767.0F)));
+  });
+  return samples;
+}
+
+namespace {
+
+/// Whose codebook is heard in each frame of a labelled sound.
+std::vector<std::size_t> codebooksOf(const SpeechLabels& labels, std::size_t frames, const TiedModel& model) {
+  constexpr Seconds kStep = 0.010, kMiddle = 0.013;  // of a frame's window
+  std::vector<std::size_t> codebooks(frames, SpeakerFrames::kNoCodebook);
+  std::size_t phone = 0;
+  for (std::size_t t = 0; t < frames; ++t) {
+    const Seconds time = asReal(t) * kStep + kMiddle;
+    while (phone < labels.phones.size() && labels.phones[phone].span.end <= time) ++phone;
+    if (phone == labels.phones.size()) break;
+    const std::string_view name =
+        labels.phones[phone].phone == Phone::kSil ? "SIL" : phoneName(labels.phones[phone].phone);
+    const auto found = std::find_if(model.codebooks.begin(), model.codebooks.end(),
+                                    [&](const TiedModel::Codebook& codebook) { return codebook.phone == name; });
+    if (found != model.codebooks.end()) codebooks[t] = unsignedIndex(found - model.codebooks.begin());
+  }
+  return codebooks;
+}
+
+}  // namespace
+
+SenoneScorer& PhoneEar::State::fittest(std::span<const std::int16_t> samples, const Eigen::MatrixXf& features) {
+  SenoneScorer* scorer = &decoder.scorer();
+  if (of_speaker && fitOf(of_speaker->model(), features) > fitOf(scorer->model(), features)) scorer = &*of_speaker;
+  in_noise.reset();
+  if (noisinessOf(samples) <= 0) return *scorer;
+  const std::vector<bool> phones = phonesIn(scorer->model());
+  return in_noise.emplace(
+      std::make_shared<TiedModel>(adaptedToNoise(scorer->model(), decoder.cepstraOf(samples), phones)));
+}
+
+void PhoneEar::learn(std::span<const LabelledSound> sounds) {
+  std::vector<SpeakerFrames> heard;
+  const TiedModel& model = state_->decoder.scorer().model();
+  for (const LabelledSound& sound : sounds) {
+    if (sound.audio.samples.empty()) continue;
+    SpeakerFrames& frames = heard.emplace_back();
+    frames.features = state_->decoder.featuresOf(samplesToHear(sound.audio));
+    frames.codebook = codebooksOf(sound.labels, unsignedIndex(frames.features.cols()), model);
+  }
+  if (!heard.empty()) state_->of_speaker.emplace(std::make_shared<TiedModel>(adaptedToSpeaker(model, heard)));
+}
+
 Eigen::MatrixXf PhoneEar::posteriors(std::span<const std::int16_t> samples) {
-  return state_->loop.posteriors(state_->decoder.scorer(), state_->decoder.featuresOf(samples));
+  const Eigen::MatrixXf features = state_->decoder.featuresOf(samples);
+  if (features.cols() == 0) return Eigen::MatrixXf::Zero(kPhoneCount, 0);
+  return state_->loop.posteriors(state_->fittest(samples, features), features);
 }
 
 namespace {

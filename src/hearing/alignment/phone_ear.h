@@ -6,9 +6,20 @@
 #include <span>
 #include <vector>
 
+#include "audio/audio_clip.h"
+#include "phonetics/labels/speech_labels.h"
 #include "phonetics/language/language.h"
 
 namespace mouthpiece {
+
+/// A sound of which is known what is said when.
+struct LabelledSound {
+  AudioClip audio;
+  SpeechLabels labels;
+};
+
+/// 16 kHz, as the ears take it.
+std::vector<std::int16_t> samplesToHear(const AudioClip& audio);
 
 /// How likely each phone is at each time of a sound, whatever is said (PhoneLoop). Not thread-safe.
 class PhoneEar {
@@ -17,7 +28,11 @@ class PhoneEar {
   explicit PhoneEar(const Language& language = english());
   ~PhoneEar();
 
-  /// Rows: phones by their number; a column every 10 ms, from 8 ms on. samples: 16 kHz.
+  /// Learns how one speaker says his phones, from sounds of his. What sounds like him (fitOf) is heard so from then on.
+  void learn(std::span<const LabelledSound> sounds);
+
+  /// Rows: phones by their number; a column every 10 ms, from 8 ms on. samples: 16 kHz. A noisy sound is heard by the
+  /// model in its noise (adaptedToNoise).
   Eigen::MatrixXf posteriors(std::span<const std::int16_t> samples);
 
   /// Hears a sound that goes on; `begins`: with these samples. Returns how many frames of 10 ms were heard since it

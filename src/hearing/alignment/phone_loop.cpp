@@ -198,4 +198,15 @@ Eigen::MatrixXf PhoneLoop::posteriors(SenoneScorer& scorer, const Eigen::MatrixX
   return posteriorsOfLast(features.cols(), passage);
 }
 
+PhoneLoop loopOf(std::shared_ptr<const TiedModel> model, const Language& language) {
+  return {std::move(model), std::filesystem::path(MOUTHPIECE_SPHINX_MODELS) /
+                                (std::string(language.acoustic_model) + "-phone.lm.bin")};
+}
+
+std::vector<bool> phonesIn(const TiedModel& model) {
+  std::vector<bool> phones;
+  for (const TiedModel::Codebook& codebook : model.codebooks) phones.push_back(!isNoise(codebook));
+  return phones;
+}
+
 }  // namespace mouthpiece

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "hearing/alignment/acoustic_model.h"
-#include "phonetics/language/phone.h"
+#include "phonetics/language/language.h"
 
 namespace mouthpiece {
 
@@ -64,5 +64,11 @@ class PhoneLoop {
   std::vector<Eigen::MatrixXf> order_;  ///< by phone: right x left, probabilities
   std::vector<Eigen::Index> rows_;      ///< by codebook: its phone's number
 };
+
+/// The loop of a language, by the order of its phones where that is installed.
+PhoneLoop loopOf(std::shared_ptr<const TiedModel> model, const Language& language);
+
+/// Which of a model's codebooks are phones or silence, not noises.
+std::vector<bool> phonesIn(const TiedModel& model);
 
 }  // namespace mouthpiece

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "audio/audio_clip.h"
+#include "hearing/alignment/phone_ear.h"
 #include "phonetics/labels/labels_builder.h"
 #include "phonetics/labels/speech_labels.h"
 #include "phonetics/language/language.h"
@@ -48,6 +49,8 @@ struct RecogniserOptions {
   HearAs as = HearAs::kAuto;
   std::string hint;                     ///< words and phrases that are likely; UTF-8, hostile
   std::vector<std::string> known = {};  ///< lines that may be said again, less likely than `hint`: a corpus' own
+  /// Of a person who may have said it: learnt from, where the recording sounds like them (PhoneEar::learn).
+  std::vector<LabelledSound> speaker = {};
   const Lexicon* lexicon = nullptr;     ///< kept alive by the caller
   const Language* language = &english();
 };

@@ -24,20 +24,14 @@ constexpr Seconds kEarStep = 0.010, kEarShift = 0.008;
 /// hint or a corpus do at less, and are taken before others that fit a little better. Where they surely fit no others
 /// are looked for (docs/theory/hearing/recognition.md).
 constexpr double kWordsFit = 0.40, kBookFits = 0.25, kBookBonus = 1.15, kSurelyFits = 0.70;
+/// Words of the language model fit this share of what the phones do that are heard without them, or the phones are
+/// taken: an ear that knows the speaker hears phones better than words that do not.
+constexpr double kWordsAgainstPhones = 0.85;
 /// Under this the line is doubtful.
 constexpr double kDoubtfulHearing = 0.35;
-/// A word's phones weigh so much against what is heard without it, where it fits perfectly.
+/// A word's phones weigh so much against what is heard without it, where it fits as words that are taken do.
 constexpr double kWordWeight = 0.8;
 constexpr std::size_t kMostHintBytes = 1 << 16;
-
-std::vector<std::int16_t> samplesToHear(const AudioClip& audio) {
-  if (audio.sample_rate_hz != kEarRateHz) return samplesToHear(resampleAudio(audio, kEarRateHz));
-  std::vector<std::int16_t> samples(audio.samples.size());
-  std::transform(audio.samples.begin(), audio.samples.end(), samples.begin(), [](float sample) {
-    return static_cast<std::int16_t>(std::lrint(std::clamp(32767.0F * sample, -32767.0F, 32767.0F)));
-  });
-  return samples;
-}
 
 /// Words for a stretch, with their phones on its clock.
 struct WordsHeard {
@@ -58,6 +52,8 @@ class SoundRecogniser : public Recogniser {
  public:
   explicit SoundRecogniser(const RecogniserOptions& options)
       : options_(options), language_(*options.language), ear_(language_), likeness_(lipLikeness()) {
+    if (!options_.speaker.empty()) ear_.learn(options_.speaker);
+    options_.speaker.clear();
     if (options_.as == HearAs::kPhones) return;
     if (!WordSearch::isAvailable(language_)) {
       if (options_.as == HearAs::kWords) WordSearch search(language_);  // says what is missing
@@ -77,6 +73,8 @@ class SoundRecogniser : public Recogniser {
   std::optional<WordsHeard> wordsAs(const std::vector<std::string>& words, const AudioClip& clip,
                                     const Eigen::MatrixXf& posteriors);
   [[nodiscard]] double fitOf(Phone phone, const TimeSpan& span, const Eigen::MatrixXf& posteriors) const;
+  /// Of the phones that are heard without words.
+  [[nodiscard]] double fitOfPhones(const Eigen::MatrixXf& posteriors) const;
   void hearStretch(std::span<const std::int16_t> samples, Seconds start, Collected& all);
   void collect(const WordsHeard& words, Seconds start, Collected& all) const;
   void collectPhones(Eigen::MatrixXf posteriors, const WordsHeard* words, Seconds start, Collected& all) const;
@@ -181,10 +179,11 @@ void SoundRecogniser::collectPhones(Eigen::MatrixXf posteriors, const WordsHeard
                                     Collected& all) const {
   if (words != nullptr) {
     // What a word says counts by how well it fits.
+    const double full = std::max(kWordsFit, fitOfPhones(posteriors));
     for (const LabelledPhone& phone : words->alignment.labels.phones) {
       if (!phone.word) continue;
       const double fit = fitOf(phone.phone, phone.span, posteriors);
-      const auto weight = asFloat(kWordWeight * std::min(1.0, fit / kWordsFit));
+      const auto weight = asFloat(kWordWeight * std::min(1.0, fit / full));
       const auto [first, end] = framesOf(phone.span, posteriors);
       posteriors.middleCols(first, end - first) *= 1 - weight;
       posteriors.row(signedIndex(static_cast<std::size_t>(phone.phone))).segment(first, end - first).array() += weight;
@@ -199,6 +198,18 @@ void SoundRecogniser::collectPhones(Eigen::MatrixXf posteriors, const WordsHeard
     all.heard_s += span.duration();
     all.fit_s += phone.confidence * span.duration();
   }
+}
+
+double SoundRecogniser::fitOfPhones(const Eigen::MatrixXf& posteriors) const {
+  double fit = 0, frames = 0;
+  for (const HeardPhone& phone : likeliestPhones(posteriors, likeness_, kFurtherPhone)) {
+    if (phone.phone == Phone::kSil) continue;
+    const Eigen::Index count = signedIndex(phone.end - phone.first);
+    const auto heard = posteriors.middleCols(signedIndex(phone.first), count);
+    fit += double{(likeness_.row(static_cast<Eigen::Index>(phone.phone)) * heard).sum()};
+    frames += asReal(count);
+  }
+  return fit / std::max(frames, 1.0);
 }
 
 void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds start, Collected& all) {
@@ -216,7 +227,7 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
       is_of_book = false;
     }
   }
-  const double needed = is_of_book ? kBookFits : kWordsFit;
+  const double needed = is_of_book ? kBookFits : std::max(kWordsFit, kWordsAgainstPhones * fitOfPhones(posteriors));
   if (best && (options_.as == HearAs::kWords || best->fit >= needed)) return collect(*best, start, all);
   collectPhones(posteriors, best ? &*best : nullptr, start, all);
 }

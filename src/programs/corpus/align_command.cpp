@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
@@ -29,6 +30,7 @@ std::string transcriptOf(const AlignArguments& given) {
 
 void printWords(const ForcedAlignment& alignment) {
   nlohmann::json words = nlohmann::json::array();
+  const std::vector<std::size_t> doubtful = alignment.doubtfulWords();
   for (std::size_t i = 0; i < alignment.labels.words.size(); ++i) {
     const LabelledWord& word = alignment.labels.words[i];
     const TimeSpan span = alignment.labels.spanOf(word.phones);
@@ -36,7 +38,7 @@ void printWords(const ForcedAlignment& alignment) {
                      {"start_s", span.start},
                      {"end_s", span.end},
                      {"confidence", alignment.confidence[i]},
-                     {"doubtful", alignment.confidence[i] < kDoubtfulConfidence}});
+                     {"doubtful", std::find(doubtful.begin(), doubtful.end(), i) != doubtful.end()}});
   }
   printJson(nlohmann::json{{"words", words}});
 }
