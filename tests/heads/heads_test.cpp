@@ -66,9 +66,9 @@ TEST_P(ClickedHeads, Pass) {
 }
 
 class RandomHeads : public ::testing::TestWithParam<unsigned> {};
-// Heads that stand, so that they stay so: of the first 24 seeds these eleven pass and 13 are refused
+// Heads that stand, so that they stay so: of the first 24 seeds these twelve pass and twelve are refused
 // (docs/theory/deform/lip_line.md).
-INSTANTIATE_TEST_SUITE_P(Seeds, RandomHeads, ::testing::Values(1U, 3U, 5U, 8U, 10U, 11U, 14U, 17U, 19U, 22U, 23U));
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomHeads, ::testing::Values(1U, 3U, 5U, 8U, 10U, 11U, 14U, 17U, 19U, 20U, 22U, 23U));
 
 TEST_P(RandomHeads, FitByTenClicksAndDoNotTear) {
   const std::vector<ClickedHead> heads = clickedHeads(MOUTHPIECE_SOURCE_DIR, MOUTHPIECE_BUILD_SHARE_DIR);

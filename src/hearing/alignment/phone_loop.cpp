@@ -199,8 +199,8 @@ Eigen::MatrixXf PhoneLoop::posteriors(SenoneScorer& scorer, const Eigen::MatrixX
 }
 
 PhoneLoop loopOf(std::shared_ptr<const TiedModel> model, const Language& language) {
-  return {std::move(model), std::filesystem::path(MOUTHPIECE_SPHINX_MODELS) /
-                                (std::string(language.acoustic_model) + "-phone.lm.bin")};
+  return {std::move(model),
+          std::filesystem::path(MOUTHPIECE_SPHINX_MODELS) / (std::string(language.acoustic_model) + "-phone.lm.bin")};
 }
 
 std::vector<bool> phonesIn(const TiedModel& model) {

@@ -51,7 +51,7 @@ struct RecogniserOptions {
   std::vector<std::string> known = {};  ///< lines that may be said again, less likely than `hint`: a corpus' own
   /// Of a person who may have said it: learnt from, where the recording sounds like them (PhoneEar::learn).
   std::vector<LabelledSound> speaker = {};
-  const Lexicon* lexicon = nullptr;     ///< kept alive by the caller
+  const Lexicon* lexicon = nullptr;  ///< kept alive by the caller
   const Language* language = &english();
 };
 
