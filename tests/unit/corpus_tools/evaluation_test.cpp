@@ -92,7 +92,6 @@ TEST(Evaluation, MeasuresHaveTheirDefinedValues) {
 TEST(Evaluation, ProtrusionHasItsOwnCorrelationAndDepth) {
   const CorpusTake take = saidTake("mama", {"M", "AA", "M", "AA"});
   MotionClip forward = take.motion, half = take.motion;
-  const LipGauge gauge = LipGauge::whole(defaultLayout());
   for (Eigen::Index row = 0; row < forward.positions_mm.rows(); ++row) {
     const double wave = std::sin(0.3 * static_cast<double>(row));
     for (const char* marker : {"LIP_UP_MID", "LIP_LO_MID"}) {

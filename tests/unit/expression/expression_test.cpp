@@ -98,7 +98,8 @@ TEST(CapturedUpperFace, ASentenceOfTheCorpusHasItsOwnLidsAndNoMouth) {
     EXPECT_NEAR(lidOpening(made, corpus.layout).minCoeff(), 0.05 * kOpenMm, 0.3);
     const std::vector<bool> upper = upperFaceColumns(corpus.layout);
     for (std::size_t c = 0; c < upper.size(); ++c) {
-      if (!upper[c]) EXPECT_TRUE(made.upper_mm.col(static_cast<Eigen::Index>(c)).isZero(0)) << "column " << c;
+      if (upper[c]) continue;
+      EXPECT_TRUE(made.upper_mm.col(static_cast<Eigen::Index>(c)).isZero(0)) << "column " << c;
     }
   }
 }
@@ -199,9 +200,9 @@ TEST(HeadAndGaze, RestAtBothEndsAndTheEyesMakeUpForTheHead) {
     widest = std::max(widest, std::abs(made.head[k].yaw));
     lowest = std::min(lowest, made.head[k].pitch);
     const float world = made.gaze[k].yaw + made.head[k].yaw;
-    at_listener += std::abs(world) < 0.03F ? 1 : 0;
+    at_listener += std::abs(world) < 0.03F ? 1U : 0U;
     EXPECT_LT(std::abs(world), 0.25F);
-    if (k > 0) shifts += std::abs(world - made.gaze[k - 1].yaw - made.head[k - 1].yaw) > 0.03F ? 1 : 0;
+    if (k > 0) shifts += std::abs(world - made.gaze[k - 1].yaw - made.head[k - 1].yaw) > 0.03F ? 1U : 0U;
   }
   EXPECT_GT(widest, 0.01F);
   EXPECT_LT(lowest, -0.02F) << "it nods";
@@ -249,7 +250,8 @@ TEST(Moods, LeaveClosedLipsAndClosedLids) {
   EXPECT_GT((made.motion.positions_mm - plain).cwiseAbs().maxCoeff(), 0.1) << "the mood shows";
   const double closed = *std::min_element(before.begin(), before.end());
   for (std::size_t k = 0; k < before.size(); ++k) {
-    if (before[k] < closed + 0.05) EXPECT_NEAR(after[k], before[k], 0.1) << "frame " << k;
+    if (before[k] >= closed + 0.05) continue;
+    EXPECT_NEAR(after[k], before[k], 0.1) << "frame " << k;
   }
   EXPECT_EQ(made.mouth.closures, made.mouth.bilabials);
 
