@@ -71,7 +71,7 @@ say_failures = awk '/ Testing: /{n=0} {line[n++]=$$0} /^Test (Failed|[Tt]imeout|
 build-tests: setup-test
 	@$(call configure,ON)
 	@cmake --build build -j $(JOBS)
-test: build-tests data
+test: build-tests data wasm
 	@ctest --preset release -j $(JOBS) || { $(say_failures); exit 1; }
 
 bench: setup
