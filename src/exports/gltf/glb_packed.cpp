@@ -87,8 +87,11 @@ std::size_t GlbModel::addPackedView(std::string_view packed, std::size_t count, 
   if (target != gltf::kNoTarget) view["target"] = target;
   binary_.append(packed);
   unpacked_bytes_ += count * stride;
-  root["bufferViews"].push_back(std::move(view));
-  return root["bufferViews"].size() - 1;
+  json& views = root["bufferViews"];
+  // A null that shall become a list is left half made, and cannot be destroyed, where memory is short (nlohmann 3.11.2).
+  if (views.is_null()) views = json::array();
+  views.push_back(std::move(view));
+  return views.size() - 1;
 }
 
 std::size_t GlbModel::addWholeVec3(std::span<const std::int32_t> values, bool is_normalised) {

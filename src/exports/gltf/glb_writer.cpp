@@ -150,11 +150,13 @@ nlohmann::json primitiveOf(const FaceMesh& mesh, const MeshPart& part, const Pri
   }
   const std::vector<ListedVertex> moving = listedOf(own, shapes.columnVertices());
   const std::vector<ListedVertex> turning = listedOf(own, normals.vertices);
+  nlohmann::json targets = nlohmann::json::array();
   for (Index k = 0; k < shapes.shapeCount(); ++k) {
     const std::size_t position = addTarget(own, moving, shapes.shapes.row(k).data(), metres, GlbUse::kMove, model);
     const std::size_t normal = addTarget(own, turning, normals.deltas.row(k).data(), 1.0F, GlbUse::kTurn, model);
-    primitive["targets"].push_back({{"POSITION", position}, {"NORMAL", normal}});
+    targets.push_back({{"POSITION", position}, {"NORMAL", normal}});
   }
+  if (!targets.empty()) primitive["targets"] = std::move(targets);
   primitive["indices"] = model.addIndices(own.indices, own.vertices.size());
   return primitive;
 }
@@ -201,10 +203,11 @@ std::string written(const FaceMesh& mesh, const PrincipalShapes& shapes, std::st
   normals = {};
   if (shapes.shapeCount() > 0) {
     // What Blender, three.js and others read them from.
-    nlohmann::json& names = face["extras"]["targetNames"];
+    nlohmann::json names = nlohmann::json::array();
     for (Eigen::Index k = 0; k < shapes.shapeCount(); ++k)
       names.push_back(unsignedIndex(k) < shape_names.size() ? printable(shape_names[unsignedIndex(k)], kLongestName)
                                                             : fmt::format("shape_{:02}", k));
+    face["extras"] = {{"targetNames", std::move(names)}};
     face["weights"] = std::vector<double>(unsignedIndex(shapes.shapeCount()), 0.0);
     if (shapes.frameCount() > 0)
       model.addSpeech(unsignedIndex(shapes.frameCount()), shapes.frame_rate_hz,

