@@ -98,6 +98,7 @@ struct FaceDeformer::Data {
   std::vector<kernel::LooseBlock> loose_blocks;
   std::vector<std::uint32_t> jaw_vertices;  ///< those that only the jaw moves
   std::vector<float> jaw_weights;
+  FaceBinding::Relaxed relaxed;             ///< of moving vertices only
   std::vector<VertexRun> still_runs, moving_runs;
   std::vector<std::uint32_t> moving;  ///< vertices of `moving_runs`
   VertexPositions rest;
@@ -127,7 +128,9 @@ struct FaceDeformer::Data {
   void takeTriangles(const std::vector<Triangle>& triangles);
   [[nodiscard]] VertexPositions closedMouth() const;
   void posePatches(const MarkerPositions& points, std::vector<Net>& nets) const;
+  void takeRelaxed(const FaceBinding::Relaxed& given, std::vector<bool>& moves);
   void moveJawVertices(const kernel::Frame& frame) const;
+  void moveRelaxed(float* out) const;
   /// Writes the moving vertices alone. `out`: x y z of every vertex.
   void move(const FacePose& pose, const TonguePose& tongue_pose, float* out) const;
 };
@@ -202,6 +205,7 @@ void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBin
       jaw_weights.push_back(hung.jaw);
     }
   }
+  takeRelaxed(binding.relaxed, moves);
   makeBlocks(std::move(bound), bound_runs, bound_blocks, [](kernel::Block& block, std::size_t lane, const Hung& h) {
     block.u[lane] = asFloat(h.place.u);
     block.v[lane] = asFloat(h.place.v);
@@ -232,6 +236,21 @@ void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBin
   for (std::uint32_t i = 0; i < count; ++i) {
     if (moves[i]) moving.push_back(i);
   }
+}
+
+/// `moves`: of each vertex, whether something else moves it.
+void FaceDeformer::Data::takeRelaxed(const FaceBinding::Relaxed& given, std::vector<bool>& moves) {
+  relaxed.vertices = given.vertices;
+  std::size_t entry = 0;
+  for (const std::uint32_t end : given.ends) {
+    for (; entry < end; ++entry) {
+      if (!moves[given.from[entry]]) continue;
+      relaxed.from.push_back(given.from[entry]);
+      relaxed.weights.push_back(given.weights[entry]);
+    }
+    relaxed.ends.push_back(static_cast<std::uint32_t>(relaxed.from.size()));
+  }
+  for (const std::uint32_t v : relaxed.vertices) moves[v] = true;
 }
 
 /// Runs the kernels at rest and puts what they miss the rest mesh by into `base`.
@@ -325,6 +344,21 @@ void FaceDeformer::Data::moveJawVertices(const kernel::Frame& frame) const {
   }
 }
 
+void FaceDeformer::Data::moveRelaxed(float* out) const {
+  const auto at = [](const float* all, std::uint32_t v) {
+    return Eigen::Map<const Eigen::Array3f>(all + 3 * std::size_t{v});
+  };
+  std::size_t entry = 0;
+  for (std::size_t row = 0; row < relaxed.vertices.size(); ++row) {
+    Eigen::Array3f moved = at(rest.data(), relaxed.vertices[row]);
+    for (; entry < relaxed.ends[row]; ++entry) {
+      const std::uint32_t from = relaxed.from[entry];
+      moved += relaxed.weights[entry] * (at(out, from) - at(rest.data(), from));
+    }
+    Eigen::Map<Eigen::Array3f>(out + 3 * std::size_t{relaxed.vertices[row]}) = moved;
+  }
+}
+
 /// The lips as they meet: the rest pose, or what closes it.
 VertexPositions FaceDeformer::Data::closedMouth() const {
   const MarkerPositions markers = control.markerRest() + closingOffsets(control);
@@ -375,7 +409,11 @@ void FaceDeformer::Data::move(const FacePose& pose, const TonguePose& tongue_pos
   kernels->bound(frame, bound_runs.data(), bound_runs.size(), bound_blocks.data());
   kernels->loose(frame, loose_runs.data(), loose_runs.size(), loose_blocks.data());
   moveJawVertices(frame);
-  if (guard) guard->separate(points, pose.lips, jaw_motion, out);
+  moveRelaxed(out);
+  if (guard) {
+    guard->separate(points, pose.lips, jaw_motion, out);
+    moveRelaxed(out);
+  }
   tongue.deform(jaw_motion, tongue_pose, out);
 }
 

@@ -135,7 +135,7 @@ class LipGuard {
   static constexpr double kWatched = 0.08;      ///< a watch sees the other lip this far around the place it watches
   static constexpr double kDeepInTeeth = 0.08;  ///< what is deeper is in the mouth
   static constexpr double kStill = 0.0005;      ///< pushes below this are not worth another sweep
-  static constexpr std::size_t kColumns = 24;   ///< across the mouth
+  static constexpr std::size_t kColumns = kLipColumns;
 
   struct ToothWatch {
     std::uint32_t vertex;

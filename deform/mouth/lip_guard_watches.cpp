@@ -188,6 +188,10 @@ void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& closed, con
   const std::array<float, kColumns> closed_gaps = gapsSeen(all, closed.data());
   for (std::size_t c = 0; c < kColumns; ++c)
     resting_gaps_[c] = std::min(resting_gaps_[c], std::max(0.0F, closed_gaps[c]));
+  if (!binding.pressed.empty()) {
+    for (std::size_t c = 0; c < kColumns; ++c) resting_gaps_[c] -= binding.pressed[c];
+    for (LipWatch& watch : lips_) watch.allowed -= binding.pressed[watch.column];
+  }
   draw(mesh.vertices, upper_vertices, -0.5F);
   draw(mesh.vertices, lower_vertices, 0.5F);
 }

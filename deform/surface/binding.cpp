@@ -1,11 +1,14 @@
 #include "deform/surface/binding.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <boost/pending/disjoint_sets.hpp>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -541,7 +544,26 @@ double wayBetweenLips(const FaceMesh& mesh, const HeadTopology& topology, const 
   return reach.distance[*lower] / around;
 }
 
-FaceBinding picked(const FaceBinding& binding, const std::vector<std::uint32_t>& from) {
+/// `from`: the vertex before of each vertex; `to`: a vertex for each of those before.
+FaceBinding::Relaxed relaxedOf(const FaceBinding::Relaxed& before, const std::vector<std::uint32_t>& from,
+                               const std::vector<std::uint32_t>& to) {
+  FaceBinding::Relaxed relaxed;
+  for (std::uint32_t v = 0; v < from.size(); ++v) {
+    const auto found = std::lower_bound(before.vertices.begin(), before.vertices.end(), from[v]);
+    if (found == before.vertices.end() || *found != from[v]) continue;
+    const auto row = unsignedIndex(found - before.vertices.begin());
+    relaxed.vertices.push_back(v);
+    for (std::size_t i = row > 0 ? before.ends[row - 1] : 0; i < before.ends[row]; ++i) {
+      relaxed.from.push_back(to[before.from[i]]);
+      relaxed.weights.push_back(before.weights[i]);
+    }
+    relaxed.ends.push_back(static_cast<std::uint32_t>(relaxed.from.size()));
+  }
+  return relaxed;
+}
+
+FaceBinding picked(const FaceBinding& binding, const std::vector<std::uint32_t>& from,
+                   const std::vector<std::uint32_t>& to) {
   const auto pick = [&from](const auto& column) {
     std::decay_t<decltype(column)> values;
     values.reserve(from.size());
@@ -553,14 +575,17 @@ FaceBinding picked(const FaceBinding& binding, const std::vector<std::uint32_t>&
     if (isCarried(binding, from[v])) carried.push_back(v);
   }
   return {pick(binding.patch),       pick(binding.u),          pick(binding.v),   pick(binding.d),
-          pick(binding.skin_weight), pick(binding.jaw_weight), std::move(carried)};
+          pick(binding.skin_weight), pick(binding.jaw_weight), std::move(carried), relaxedOf(binding.relaxed, from, to),
+          binding.pressed};
 }
 
 }  // namespace
 
-FaceBinding weldedBinding(const FaceBinding& given, const Welding& welding) { return picked(given, welding.given_of); }
+FaceBinding weldedBinding(const FaceBinding& given, const Welding& welding) {
+  return picked(given, welding.given_of, welding.welded_of);
+}
 FaceBinding givenBinding(const FaceBinding& welded, const Welding& welding) {
-  return picked(welded, welding.welded_of);
+  return picked(welded, welding.welded_of, welding.given_of);
 }
 
 bool isCarried(const FaceBinding& binding, std::size_t vertex) {
@@ -574,6 +599,32 @@ FaceBinding bindFace(const FaceMesh& mesh, const HeadTopology& topology, const C
 FaceBinding bindFace(const FaceMesh& mesh, const ControlMesh& control, const BindingOptions& options) {
   return bindFace(mesh, HeadTopology(mesh, openingsOf(control)), control, options);
 }
+
+namespace {
+
+void checkRelaxed(const FaceBinding::Relaxed& relaxed, std::size_t count,
+                  const std::function<void(const std::string& what)>& fail) {
+  const auto& [vertices, ends, from, weights] = relaxed;
+  if (ends.size() != vertices.size() || from.size() != weights.size() || (ends.empty() ? 0 : ends.back()) != from.size())
+    return fail("found relaxed columns of different lengths; expected a row a vertex and a weight an entry");
+  std::size_t entry = 0;
+  for (std::size_t row = 0; row < vertices.size(); ++row) {
+    if (vertices[row] >= count || (row > 0 && vertices[row] <= vertices[row - 1]))
+      return fail(fmt::format("found relaxed vertex {}; expected rising numbers under {}", vertices[row], count));
+    if (ends[row] < entry || ends[row] > from.size())
+      return fail(fmt::format("found a relaxed row that ends at {}; expected rising ends up to {}", ends[row], from.size()));
+    float sum = 0;
+    for (; entry < ends[row]; ++entry) {
+      if (from[entry] >= count || std::binary_search(vertices.begin(), vertices.end(), from[entry]))
+        return fail(fmt::format("found vertex {} of a relaxed one; expected one under {} that is not relaxed", from[entry], count));
+      if (!(weights[entry] >= 0)) return fail("found a relaxed weight that is no share");
+      sum += weights[entry];
+    }
+    if (!(sum <= 1.001F)) return fail(fmt::format("found weights of {} in a relaxed row; expected 1 at most", sum));
+  }
+}
+
+}  // namespace
 
 void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control,
                   const std::string& file) {
@@ -589,6 +640,13 @@ void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const Contro
     const std::uint32_t v = binding.carried[i];
     if (v >= count || (i > 0 && v <= binding.carried[i - 1]))
       fail("found carried vertex " + std::to_string(v) + "; expected rising numbers under " + std::to_string(count));
+  }
+  checkRelaxed(binding.relaxed, count, fail);
+  if (!binding.pressed.empty() && binding.pressed.size() != kLipColumns)
+    fail(fmt::format("found {} columns of lips; expected {}", binding.pressed.size(), kLipColumns));
+  for (const float pressed : binding.pressed) {
+    if (!(pressed >= 0 && double{pressed} <= control.mouth_width))
+      fail("found lips that are pressed by no usable length");
   }
   const Eigen::RowVector3f size = mesh.vertices.colwise().maxCoeff() - mesh.vertices.colwise().minCoeff();
   if (control.mouth_width > double{size.norm()}) fail("found a mouth wider than the mesh");

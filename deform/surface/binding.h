@@ -28,12 +28,26 @@ struct FaceBinding {
   /// Vertices that turn as the surface does there the less the further they are from their place, beyond kTurnsAlong
   /// not at all, rising: lashes, whose tips would fly apart where the lid turns sharply, and what lies behind the lips.
   std::vector<std::uint32_t> carried = {};
+  /// Vertices that go where others take them, because at their own places they would tear (relaxAround). Rows of a
+  /// sparse matrix over displacements from rest.
+  struct Relaxed {
+    std::vector<std::uint32_t> vertices;  ///< one a row, rising
+    std::vector<std::uint32_t> ends;      ///< of each row: one past its last entry
+    std::vector<std::uint32_t> from;      ///< an entry's vertex, which is not relaxed itself
+    std::vector<float> weights;           ///< and its weight, [0, 1]; those of a row make 1 at most
+  } relaxed = {};
+  /// By how much further than LipGuard sees the lips shall come together where they close, the mesh's unit: one of each
+  /// of its kLipColumns columns across the mouth; empty: none.
+  std::vector<float> pressed = {};
 
   /// Where a vertex hangs on the surface; its patch must not be -1.
   [[nodiscard]] SurfacePlace placeOf(std::size_t vertex) const {
     return {patch[vertex], double{u[vertex]}, double{v[vertex]}};
   }
 };
+
+/// Columns from the right corner of the mouth to the left one in which lips are looked at.
+inline constexpr std::size_t kLipColumns = 24;
 
 /// How far from its place a carried vertex still turns, as a share of the mouth's width.
 inline constexpr double kTurnsAlong = 0.08;
@@ -46,6 +60,13 @@ FaceBinding bindFace(const FaceMesh& mesh, const HeadTopology& topology, const C
                      const BindingOptions& options = {});
 /// The same with the openings that `control` tells.
 FaceBinding bindFace(const FaceMesh& mesh, const ControlMesh& control, const BindingOptions& options = {});
+
+/// Makes the displacements of the vertices of `torn`, and of skin and mouth within `reach` of them along edges (the
+/// mesh's unit), harmonic: means of their neighbours', by the inverse lengths of the edges, so that what two neighbours
+/// were torn apart by is spread over all of them. Adds to binding.relaxed. Vertices in one place and on one side of the
+/// face's openings count as one.
+void relaxAround(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
+                 double reach, FaceBinding& binding);
 
 /// The binding of a welded mesh from that of the given one, and back.
 FaceBinding weldedBinding(const FaceBinding& given, const Welding& welding);

@@ -99,6 +99,13 @@ FaceBinding bindingOf(const JsonField& field) {
                       .skin_weight = field["skin_weight"].blob<float>(),
                       .jaw_weight = field["jaw_weight"].blob<float>()};
   if (field["carried"].exists()) binding.carried = field["carried"].blob<std::uint32_t>();
+  if (field["pressed"].exists()) binding.pressed = field["pressed"].blob<float>();
+  if (const JsonField relaxed = field["relaxed"]; relaxed.exists()) {
+    binding.relaxed = {.vertices = relaxed["vertices"].blob<std::uint32_t>(),
+                       .ends = relaxed["ends"].blob<std::uint32_t>(),
+                       .from = relaxed["from"].blob<std::uint32_t>(),
+                       .weights = relaxed["weights"].blob<float>()};
+  }
   return binding;
 }
 
@@ -223,6 +230,13 @@ std::string faceFileToBytes(const FaceFile& face) {
               {"jaw_weight", blobOf(face.binding.jaw_weight)},
               {"carried", blobOf(face.binding.carried)}}}};
   if (!face.mesh_object.empty()) tree["mesh"]["object"] = face.mesh_object;
+  if (!face.binding.pressed.empty()) tree["binding"]["pressed"] = blobOf(face.binding.pressed);
+  if (const FaceBinding::Relaxed& relaxed = face.binding.relaxed; !relaxed.vertices.empty()) {
+    tree["binding"]["relaxed"] = {{"vertices", blobOf(relaxed.vertices)},
+                                  {"ends", blobOf(relaxed.ends)},
+                                  {"from", blobOf(relaxed.from)},
+                                  {"weights", blobOf(relaxed.weights)}};
+  }
   std::string bytes;
   json::to_cbor(tree, bytes);
   return bytes;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -64,6 +65,8 @@ struct LipContact {
   double overlap = 0;   ///< deepest place of one lip inside the other
   double in_teeth = 0;  ///< deepest place of a lip inside teeth or gums
   double in_tongue = 0;
+  static constexpr std::size_t kColumns = 10;  ///< over the middle half of the mouth, from its right to its left
+  std::array<double, kColumns> gaps{};         ///< between the lips' surfaces in each; `gap` is the largest
 };
 
 /// Measures lips on the mesh itself, whatever moved it: points on both lips, within 0.12 mouths of the line where they

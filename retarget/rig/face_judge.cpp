@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "base/errors.h"
 #include "base/parallel_for.h"
@@ -28,6 +29,9 @@ constexpr double kToldShare = 0.15;     ///< of the mouth's width: the lower lip
 constexpr double kOwnMarker = 0.15;     ///< weight from which on a marker counts as one of a vertex'
 constexpr double kSampleShare = 0.02;   ///< of the mouth's width: between the points where lips are measured
 constexpr std::size_t kMostShown = 400;
+constexpr double kTearsFrom = 5.0 / 6;  ///< of a limit: what comes so near to it in these poses may break it in others
+constexpr double kMostPressed = 0.03;  ///< of the mouth's width
+constexpr std::array kRelaxedWithin{0.03, 0.06, 0.12, 0.2};  ///< of the mouth's width, one after the other
 
 constexpr std::array<FaceLimit, 12> kLimits{{
     {"closures", 95, "%", true},
@@ -83,7 +87,7 @@ class Judge {
     bool is_measured = false;
     Worst ratio, growth, jump;
     double jump_mm = 0, turned_mm2 = 0;
-    std::vector<std::uint32_t> turned, stretched, jumped;
+    std::vector<std::uint32_t> turned, stretched, jumped, torn;
     double marker_squares = 0, skin_squares = 0, lip_marker_squares = 0, lip_skin_squares = 0;
   };
 
@@ -243,6 +247,10 @@ void Judge::lookAtEdges(const VertexPositions& now, Seen& seen) const {
       seen.stretched.push_back(edge.from);
       seen.stretched.push_back(edge.to);
     }
+    if (growth > kTearsFrom * limitNamed("stretch") || ratio > kTearsFrom * limitNamed("edge length")) {
+      seen.torn.push_back(edge.from);
+      seen.torn.push_back(edge.to);
+    }
   }
 }
 
@@ -257,6 +265,7 @@ void Judge::lookAtTriangles(const VertexPositions& now, Seen& seen) const {
       if (++folds[i] != 2) continue;
       seen.turned.push_back(moving_ids_[i]);
       seen.turned_mm2 += areas_mm2_[i];
+      seen.torn.insert(seen.torn.end(), moving_[i].begin(), moving_[i].end());
     }
   }
 }
@@ -289,6 +298,7 @@ void Judge::lookAtStep(const VertexPositions& before, const VertexPositions& now
     if (ratio > seen.jump.value) seen.jump_mm = step;
     seen.jump.take(ratio, v);
     if (ratio > limitNamed("vertex jump")) seen.jumped.push_back(v);
+    if (ratio > kTearsFrom * limitNamed("vertex jump")) seen.torn.push_back(v);
   }
 }
 
@@ -454,6 +464,19 @@ FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) con
     found.closures += poses.rows[row].closed ? 1U : 0U;
     found.touching += poses.rows[row].closed && gapOf(row) <= kTouchMm ? 1U : 0U;
   }
+  std::set<std::uint32_t> torn;
+  for (const Seen& here : seen) torn.insert(here.torn.begin(), here.torn.end());
+  for (const std::uint32_t v : torn) found.torn.push_back(welding_.isNothing() ? v : welding_.given_of[v]);
+  for (std::size_t c = 0; c < found.left_open.size(); ++c) {
+    std::vector<double> gaps;
+    for (std::size_t row = 0; row < count; ++row) {
+      if (poses.rows[row].closed) gaps.push_back(std::max(0.0, seen[row].contact.gaps[c]));
+    }
+    if (gaps.empty()) continue;
+    const auto most = gaps.begin() + signedIndex(gaps.size() * 4 / 5);
+    std::nth_element(gaps.begin(), most, gaps.end());
+    found.left_open[c] = *most;
+  }
   std::vector<std::uint32_t> lips;
   for (std::size_t i = 0; i < skin_at_.size(); ++i) {
     if (is_lip_[i]) lips.push_back(skin_at_[i]);
@@ -524,6 +547,58 @@ double limitNamed(std::string_view name) {
 
 FaceJudgement judgeFace(const FaceRig& rig, const FaceFile& face, const JudgedPoses& poses, const ActorPose& actor) {
   return Judge(rig, face).judge(poses, actor);
+}
+
+namespace {
+
+/// `left_open` over all columns of the lips; towards the mouth's corners it fades out.
+void press(const FaceJudgement& judged, double mouth_width, std::vector<float>& pressed) {
+  pressed.resize(kLipColumns, 0.0F);
+  const double last = asReal(judged.left_open.size() - 1);
+  for (std::size_t c = 0; c < kLipColumns; ++c) {
+    const double across = (asReal(c) + 0.5) / asReal(kLipColumns);
+    const auto at = unsignedIndex(wholePart(std::clamp((across - 0.25) / 0.5 * (last + 1), 0.0, last)));
+    const double fade = std::min(1.0, 4 * std::min(across, 1 - across));
+    const double further = std::min(fade * judged.left_open[at], kMostPressed * mouth_width - double{pressed[c]});
+    pressed[c] += asFloat(std::max(0.0, further));
+  }
+}
+
+}  // namespace
+
+FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, const ActorPose& actor,
+                       FaceJudgement judged) {
+  const auto isOpen = [](const FaceJudgement& found) {
+    return std::any_of(found.faults.begin(), found.faults.end(), [](const auto& f) { return f.limit == "closures"; });
+  };
+  const auto canMend = [&](const FaceJudgement& found) {
+    return !found.faults.empty() && (!found.torn.empty() || isOpen(found));
+  };
+  if (!canMend(judged)) return judged;
+  const Welding welding = weldSplitTriangles(rig.mesh());
+  const FaceMesh mesh = welding.isNothing() ? rig.mesh() : welding.mesh;
+  const HeadTopology topology(mesh, openingsOf(face.control));
+  FaceFile tried = face;
+  FaceBinding binding = welding.isNothing() ? face.binding : weldedBinding(face.binding, welding);
+  FaceJudgement last = judged;
+  std::set<std::uint32_t> torn;
+  for (const double within : kRelaxedWithin) {
+    torn.insert(last.torn.begin(), last.torn.end());
+    if (isOpen(last)) press(last, face.control.mouth_width, binding.pressed);
+    std::vector<std::uint32_t> around;
+    for (const std::uint32_t v : torn) around.push_back(welding.isNothing() ? v : welding.welded_of[v]);
+    relaxAround(mesh, topology, around, within * face.control.mouth_width, binding);
+    tried.binding = welding.isNothing() ? binding : givenBinding(binding, welding);
+    FaceRig moved = FaceRig::of(tried, rig.mesh(), rig.name());
+    last = judgeFace(moved, tried, poses, actor);
+    if (last.faults.size() < judged.faults.size()) {
+      face = tried;
+      rig = std::move(moved);
+      judged = last;
+    }
+    if (!canMend(last)) break;
+  }
+  return judged;
 }
 
 }  // namespace mouthpiece

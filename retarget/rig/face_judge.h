@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -62,10 +63,19 @@ struct FaceJudgement {
   double warp_stretch_least = 0;  ///< the least determinant of the warp's Jacobian over that in the face's middle
   std::size_t warp_points = 0, warp_folds = 0;  ///< places of markers and skin in poses; where the warp folds over
   std::vector<FaceFault> faults;
+  /// Vertices where edges, triangles or steps of any pose break their limits or come within a sixth of them, rising.
+  std::vector<std::uint32_t> torn;
+  /// What four of five closures leave open at most in each column of LipContact::gaps, the mesh's unit.
+  std::array<double, LipContact::kColumns> left_open{};
 };
 
 /// Moves the face as it will be moved and looks at its mesh. Deterministic; threads share the work. `actor`: whose the
 /// poses are.
 FaceJudgement judgeFace(const FaceRig& rig, const FaceFile& face, const JudgedPoses& poses, const ActorPose& actor);
+
+/// Where skin tears it is relaxed (relaxAround), step by step further around, and lips that stay apart are pressed
+/// together by as much (FaceBinding::pressed), and all is judged again, as long as that leaves fewer faults. `face` is changed, and `rig` is then that of it. Returns the judgement of what they have become.
+FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, const ActorPose& actor,
+                       FaceJudgement judged);
 
 }  // namespace mouthpiece

@@ -29,7 +29,7 @@ constexpr double kDeepInTongue = 0.06;  ///< and of the tongue, which is soft
 constexpr double kStraight = 0.7;       ///< cosine to the normal of a way straight out of the tongue
 constexpr double kOpposed = -0.3;       ///< cosine between two surfaces that meet
 constexpr double kOnBorder = 1e-9;      ///< a weight below this: the closest point lies on the opposite edge
-constexpr std::size_t kColumns = 10;    ///< over the middle half of the mouth
+constexpr std::size_t kColumns = LipContact::kColumns;
 constexpr std::size_t kNoColumn = kColumns;
 
 /// A place on a triangle of the mesh.
@@ -248,7 +248,7 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
   PosedSurface upper(data_->upper.surface, vertices), lower(data_->lower.surface, vertices);
   PosedSurface teeth(data_->teeth, vertices), tongue(data_->tongue, vertices);
   LipContact contact;
-  std::array<double, kColumns> gaps;
+  std::array<double, kColumns>& gaps = contact.gaps;
   gaps.fill(std::numeric_limits<double>::infinity());
   // Of a triangle's points most can be told by what was found at the first: no distance changes faster than the place.
   struct Known {

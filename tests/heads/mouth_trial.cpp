@@ -183,12 +183,16 @@ MouthTrial tryMouth(const ClickedHead& head, const Corpus& corpus, const JudgedP
   try {
     FaceMesh mesh = parseFaceMesh(bytes, stem + ".obj");
     const std::clock_t start = std::clock();
-    const FaceFile face = fitFace(mesh, head.clicks, "clicks", request);
+    FaceFile face = fitFace(mesh, head.clicks, "clicks", request);
     trial.fit_s = asReal(std::clock() - start) / asReal(CLOCKS_PER_SEC);
     std::vector<std::string> faults = faultsOf(checkFace(face, mesh));
+    FaceRig fitted = FaceRig::of(face, std::move(mesh), stem);
+    const ActorPose actor = actorOf(corpus);
+    for (const FaceFault& fault :
+         mendFace(face, fitted, poses, actor, judgeFace(fitted, face, poses, actor)).faults)
+      faults.push_back(fault.what);
     writeFaceFile(folder / (stem + ".face"), face);
     const FaceRig rig = FaceRig::load(folder / (stem + ".face"));
-    for (const FaceFault& fault : judgeFace(rig, face, poses, actorOf(corpus)).faults) faults.push_back(fault.what);
     trial.faults = fmt::format("{}", fmt::join(faults, "; "));
     judge(rig, head, wholeTake(corpus, take), corpus, trial);
   } catch (const InputError& error) {

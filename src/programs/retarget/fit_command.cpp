@@ -69,8 +69,9 @@ int runFit(const FitArguments& given) {
                   given.quiet);
     }
   }
-  const FaceRig rig = FaceRig::of(face, std::move(mesh), given.out.string());
-  const FaceReport report = reportOn(face, rig, &corpus);
+  FaceRig rig = FaceRig::of(face, std::move(mesh), given.out.string());
+  FaceReport report = reportOn(face, rig, &corpus);
+  report.judgement = mendFace(face, rig, report.poses, report.actor, std::move(report.judgement));
   const bool is_faulty = !report.faults().empty();
   if (!is_faulty || given.even_if_faulty) writeFaceFile(given.out, face);
   if (!given.save_anchors.empty()) {

@@ -205,6 +205,70 @@ TEST(Binding, ChecksWhatComesFromFiles) {
   expectRefused([](FaceBinding& b) { b.d[3] = std::numeric_limits<float>::infinity(); });
   expectRefused([](FaceBinding& b) { b.carried = {static_cast<std::uint32_t>(b.d.size())}; });
   expectRefused([](FaceBinding& b) { b.carried = {2, 1}; });
+  expectRefused([](FaceBinding& b) { b.pressed = {0.1F}; });
+  expectRefused([](FaceBinding& b) { b.pressed.assign(kLipColumns, -0.1F); });
+  const FaceBinding::Relaxed whole{.vertices = {3, 5}, .ends = {1, 3}, .from = {4, 4, 6}, .weights = {1, 0.5F, 0.5F}};
+  const auto expectRefusedRelaxed = [&](const auto& damage) {
+    expectRefused([&](FaceBinding& b) {
+      b.relaxed = whole;
+      damage(b.relaxed);
+    });
+  };
+  FaceBinding relaxed = sampleBinding();
+  relaxed.relaxed = whole;
+  EXPECT_NO_THROW(checkBinding(relaxed, sampleFace().mesh, sampleControl(), "x.face"));
+  using Relaxed = FaceBinding::Relaxed;
+  expectRefusedRelaxed([](Relaxed& r) { r.vertices = {5, 3}; });
+  expectRefusedRelaxed([](Relaxed& r) { r.vertices[1] = 4'000'000'000U; });
+  expectRefusedRelaxed([](Relaxed& r) { r.ends = {3, 1}; });
+  expectRefusedRelaxed([](Relaxed& r) { r.ends = {9, 3}; });
+  expectRefusedRelaxed([](Relaxed& r) { r.ends.pop_back(); });
+  expectRefusedRelaxed([](Relaxed& r) { r.from[0] = 5; });
+  expectRefusedRelaxed([](Relaxed& r) { r.from[0] = 4'000'000'000U; });
+  expectRefusedRelaxed([](Relaxed& r) { r.weights.pop_back(); });
+  expectRefusedRelaxed([](Relaxed& r) { r.weights[0] = -1; });
+  expectRefusedRelaxed([](Relaxed& r) { r.weights[0] = 2; });
+  expectRefusedRelaxed([](Relaxed& r) { r.weights[0] = std::numeric_limits<float>::quiet_NaN(); });
+}
+
+TEST(Relaxing, SpreadsWhatWasTornApart) {
+  const FaceMesh& mesh = sampleFace().mesh;
+  FaceBinding binding = sampleBinding();
+  std::uint32_t torn = 0;
+  while (binding.patch[torn] < 0 || binding.skin_weight[torn] < 1) ++torn;
+  const HeadTopology topology(mesh, openingsOf(sampleControl()));
+  const double reach = 0.2 * sampleControl().mouth_width;
+  relaxAround(mesh, topology, {torn}, reach, binding);
+  EXPECT_NO_THROW(checkBinding(binding, mesh, sampleControl(), "x.face"));
+  const auto& [vertices, ends, from, weights] = binding.relaxed;
+  ASSERT_TRUE(std::binary_search(vertices.begin(), vertices.end(), torn));
+  std::size_t entry = 0;
+  for (std::size_t row = 0; row < vertices.size(); ++row) {
+    EXPECT_LE(double{(mesh.vertices.row(vertices[row]) - mesh.vertices.row(torn)).norm()}, reach * 1.0001);
+    float sum = 0;
+    for (; entry < ends[row]; ++entry) sum += weights[entry];
+    EXPECT_NEAR(sum, 1, 1e-4) << "a head that moves as a whole stays whole";
+  }
+  // Steps between neighbours are less than before: that is what harmonic is.
+  const FaceDeformer before(mesh, sampleControl(), sampleBinding()), after(mesh, sampleControl(), binding);
+  const MarkerPositions markers = openMouth(sampleFace(), 8);
+  VertexPositions was, is;
+  before.deform({markers, {}}, {}, was);
+  after.deform({markers, {}}, {}, is);
+  const auto energy = [&](const VertexPositions& moved) {
+    double sum = 0;
+    for (const Triangle& t : mesh.triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto a = t[k], b = t[(k + 1) % 3];
+        const Eigen::RowVector3f apart = mesh.vertices.row(a) - mesh.vertices.row(b);
+        if (apart.norm() > 0)
+          sum += double{(moved.row(a) - moved.row(b) - apart).squaredNorm() / apart.norm()};
+      }
+    }
+    return sum;
+  };
+  EXPECT_LT(energy(is), energy(was));
+  EXPECT_NE(is, was);
 }
 
 }  // namespace

@@ -60,9 +60,9 @@ TEST_F(FaceJudgeTest, FindsNothingOnAGoodFace) {
   EXPECT_EQ(found.warp_folds, 0);
 }
 
-TEST_F(FaceJudgeTest, SeesLipsThatHangOnEachOther) {
-  FaceFile torn = file_;
-  // A few vertices of the lower lip are left hanging on the upper one.
+/// A few vertices of the lower lip are left hanging on the upper one.
+FaceFile hungOnEachOther(const FaceFile& whole) {
+  FaceFile torn = whole;
   const auto on = [&](LipSide side, std::size_t v) {
     const int patch = torn.binding.patch[v];
     return patch >= 0 && torn.binding.d[v] * torn.binding.d[v] < 1 &&
@@ -76,6 +76,46 @@ TEST_F(FaceJudgeTest, SeesLipsThatHangOnEachOther) {
     torn.binding.patch[v] = torn.binding.patch[upper];
     --left;
   }
+  return torn;
+}
+
+TEST_F(FaceJudgeTest, MendsLipsThatHangOnEachOther) {
+  FaceFile face = hungOnEachOther(file_);
+  const FaceBinding before = face.binding;
+  const JudgedPoses poses = opening();
+  const ActorPose actor{test::madeUpActor().neutral_mm, 0};
+  FaceRig rig = FaceRig::of(face, mesh_, "default.face");
+  const FaceJudgement mended = mendFace(face, rig, poses, actor, judgeFace(rig, face, poses, actor));
+  for (const FaceFault& fault : mended.faults) ADD_FAILURE() << fault.what;
+  EXPECT_EQ(face.binding.patch, before.patch) << "their own places stay";
+  ASSERT_FALSE(face.binding.relaxed.vertices.empty());
+  EXPECT_LT(face.binding.relaxed.vertices.size(), mesh_.vertexCount() / 10) << "what was whole stays as it was";
+  const FaceFile read = parseFaceFile(faceFileToBytes(face), "mended.face");
+  EXPECT_EQ(read.binding.relaxed.from, face.binding.relaxed.from);
+  EXPECT_EQ(judged(read, poses).edge_growth_mm, mended.edge_growth_mm) << "the file holds all of it";
+}
+
+TEST_F(FaceJudgeTest, LeavesAloneWhatItCannotMend) {
+  JudgedPoses gaping = opening();
+  gaping.rows[6].closed = true;
+  const ActorPose actor{test::madeUpActor().neutral_mm, 0};
+  FaceFile face = file_;
+  FaceRig rig = FaceRig::of(face, mesh_, "default.face");
+  const FaceJudgement before = judgeFace(rig, face, gaping, actor);
+  EXPECT_EQ(mendFace(face, rig, gaping, actor, before).faults.size(), before.faults.size());
+  EXPECT_EQ(faceFileToBytes(face), faceFileToBytes(file_));
+}
+
+TEST_F(FaceJudgeTest, LipsThatArePressedComeCloser) {
+  FaceFile pressed = file_;
+  pressed.binding.pressed.assign(kLipColumns, asFloat(0.005 * file_.control.mouth_width));
+  const FaceFile read = parseFaceFile(faceFileToBytes(pressed), "pressed.face");
+  EXPECT_EQ(read.binding.pressed, pressed.binding.pressed);
+  EXPECT_GT(judged(read, opening()).lips_overlap_mm, judged(file_, opening()).lips_overlap_mm + 0.05);
+}
+
+TEST_F(FaceJudgeTest, SeesLipsThatHangOnEachOther) {
+  const FaceFile torn = hungOnEachOther(file_);
   const FaceJudgement found = judged(torn, opening());
   const FaceFault* fault = faultOf(found, "stretch");
   ASSERT_NE(fault, nullptr);

@@ -1,0 +1,156 @@
+// Spreads over a stretch of skin what its vertices were torn apart by.
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <tuple>
+
+#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/head_topology.h"
+#include "deform/surface/binding.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr float kLeastEntry = 0.002F;  ///< an entry of a row with less is left out
+constexpr double kLeastEdge = 1e-6;     ///< of the mesh's size: edges count as so long at least
+
+/// The mesh as relaxing sees it: vertices in one place and on one side are one knot, called by the first of them.
+struct Knots {
+  std::vector<std::uint32_t> of;                                       ///< of each vertex
+  std::vector<std::vector<std::pair<std::uint32_t, double>>> beside;  ///< neighbours of each knot, with the way there
+
+  Knots(const FaceMesh& mesh, const std::vector<std::uint32_t>& sides)
+      : of(mesh.vertexCount()), beside(mesh.vertexCount()) {
+    std::map<std::tuple<float, float, float, std::uint32_t>, std::uint32_t> first_at;
+    for (std::uint32_t v = 0; v < of.size(); ++v) {
+      const Eigen::RowVector3f p = mesh.vertices.row(v);
+      of[v] = first_at.try_emplace({p.x(), p.y(), p.z(), sides[v]}, v).first->second;
+    }
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
+    for (const Triangle& t : mesh.triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto edge = std::minmax(of[t[k]], of[t[(k + 1) % 3]]);
+        if (edge.first != edge.second) edges.emplace_back(edge);
+      }
+    }
+    std::sort(edges.begin(), edges.end());
+    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+    const double least =
+        kLeastEdge * double{(mesh.vertices.colwise().maxCoeff() - mesh.vertices.colwise().minCoeff()).norm()};
+    for (const auto& [a, b] : edges) {
+      const double length = std::max(least, double{(mesh.vertices.row(a) - mesh.vertices.row(b)).norm()});
+      beside[a].emplace_back(b, length);
+      beside[b].emplace_back(a, length);
+    }
+  }
+
+  /// Which knots are within `reach` of `seeds`, over those where `may_pass` holds.
+  [[nodiscard]] std::vector<bool> within(const std::vector<std::uint32_t>& seeds, double reach,
+                                         const std::vector<bool>& may_pass) const {
+    std::vector<double> way(of.size(), std::numeric_limits<double>::infinity());
+    std::vector<bool> is_in(of.size(), false);
+    std::vector<std::pair<double, std::uint32_t>> queue;
+    const auto offer = [&](std::uint32_t v, double to) {
+      if (!may_pass[v] || to > reach || to >= way[v]) return;
+      way[v] = to;
+      queue.emplace_back(-to, v);
+      std::push_heap(queue.begin(), queue.end());
+    };
+    for (const std::uint32_t v : seeds) offer(of[v], 0);
+    while (!queue.empty()) {
+      std::pop_heap(queue.begin(), queue.end());
+      const std::uint32_t v = queue.back().second;
+      queue.pop_back();
+      if (is_in[v]) continue;
+      is_in[v] = true;
+      for (const auto& [next, length] : beside[v]) offer(next, way[v] + length);
+    }
+    return is_in;
+  }
+
+  /// Takes those out of `is_in` from which no way leads out of it: they would follow nobody.
+  void keepAnchored(std::vector<bool>& is_in) const {
+    std::vector<std::uint32_t> reached;
+    std::vector<bool> is_anchored(of.size(), false);
+    const auto reach = [&](std::uint32_t v) {
+      if (!is_in[v] || is_anchored[v]) return;
+      is_anchored[v] = true;
+      reached.push_back(v);
+    };
+    for (std::uint32_t v = 0; v < of.size(); ++v) {
+      if (is_in[v]) continue;
+      for (const auto& [next, length] : beside[v]) reach(next);
+    }
+    while (!reached.empty()) {
+      const std::uint32_t v = reached.back();
+      reached.pop_back();
+      for (const auto& [next, length] : beside[v]) reach(next);
+    }
+    is_in = std::move(is_anchored);
+  }
+};
+
+}  // namespace
+
+void relaxAround(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
+                 double reach, FaceBinding& binding) {
+  const Knots knots(mesh, topology.forbidden());
+  const std::vector<PartKind>& kinds = topology.kinds();
+  std::vector<bool> may_relax(kinds.size());
+  for (std::size_t v = 0; v < kinds.size(); ++v) may_relax[v] = isSkin(kinds[v]) || kinds[v] == PartKind::kMouthInside;
+  std::vector<bool> is_in = knots.within(torn, reach, may_relax);
+  for (const std::uint32_t v : binding.relaxed.vertices) is_in[knots.of[v]] = true;
+  knots.keepAnchored(is_in);
+
+  std::vector<int> inner(kinds.size(), -1), rim(kinds.size(), -1);
+  std::vector<std::uint32_t> rim_knots;
+  int inner_count = 0;
+  for (std::uint32_t v = 0; v < kinds.size(); ++v) {
+    if (is_in[v]) inner[v] = inner_count++;
+  }
+  if (inner_count == 0) return;
+  std::vector<Eigen::Triplet<double>> laplacian, to_rim;
+  for (std::uint32_t v = 0; v < kinds.size(); ++v) {
+    if (inner[v] < 0) continue;
+    double sum = 0;
+    for (const auto& [next, length] : knots.beside[v]) {
+      sum += 1 / length;
+      if (inner[next] >= 0) {
+        laplacian.emplace_back(inner[v], inner[next], -1 / length);
+        continue;
+      }
+      if (rim[next] < 0) {
+        rim[next] = static_cast<int>(rim_knots.size());
+        rim_knots.push_back(next);
+      }
+      to_rim.emplace_back(inner[v], rim[next], 1 / length);
+    }
+    laplacian.emplace_back(inner[v], inner[v], sum);
+  }
+  Eigen::SparseMatrix<double> left(inner_count, inner_count), right(inner_count, signedIndex(rim_knots.size()));
+  left.setFromTriplets(laplacian.begin(), laplacian.end());
+  right.setFromTriplets(to_rim.begin(), to_rim.end());
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(left);
+  if (solver.info() != Eigen::Success) return;
+  const Eigen::MatrixXf shares = solver.solve(Eigen::MatrixXd(right)).cast<float>();
+  if (!shares.allFinite()) return;
+
+  FaceBinding::Relaxed relaxed;
+  for (std::uint32_t v = 0; v < kinds.size(); ++v) {
+    const int row = inner[knots.of[v]];
+    if (row < 0) continue;
+    relaxed.vertices.push_back(v);
+    const auto weights = shares.row(row).array();
+    const float kept = (weights >= kLeastEntry).select(weights, 0).sum();
+    for (Eigen::Index i = 0; i < weights.size(); ++i) {
+      if (weights[i] < kLeastEntry) continue;
+      relaxed.from.push_back(rim_knots[unsignedIndex(i)]);
+      relaxed.weights.push_back(weights[i] / kept);
+    }
+    relaxed.ends.push_back(static_cast<std::uint32_t>(relaxed.from.size()));
+  }
+  binding.relaxed = std::move(relaxed);
+}
+
+}  // namespace mouthpiece
