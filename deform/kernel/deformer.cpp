@@ -128,7 +128,7 @@ struct FaceDeformer::Data {
   void takeTriangles(const std::vector<Triangle>& triangles);
   [[nodiscard]] VertexPositions closedMouth() const;
   void posePatches(const MarkerPositions& points, std::vector<Net>& nets) const;
-  void takeRelaxed(const FaceBinding::Relaxed& given, std::vector<bool>& moves);
+  void takeRelaxed(const FaceBinding::Relaxed& given, const std::vector<PartKind>& kinds, std::vector<bool>& moves);
   void moveJawVertices(const kernel::Frame& frame) const;
   void moveRelaxed(float* out) const;
   /// Writes the moving vertices alone. `out`: x y z of every vertex.
@@ -205,7 +205,7 @@ void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBin
       jaw_weights.push_back(hung.jaw);
     }
   }
-  takeRelaxed(binding.relaxed, moves);
+  takeRelaxed(binding.relaxed, kinds, moves);
   makeBlocks(std::move(bound), bound_runs, bound_blocks, [](kernel::Block& block, std::size_t lane, const Hung& h) {
     block.u[lane] = asFloat(h.place.u);
     block.v[lane] = asFloat(h.place.v);
@@ -238,13 +238,14 @@ void FaceDeformer::Data::takeBinding(const BezierSurface& surface, const FaceBin
   }
 }
 
-/// `moves`: of each vertex, whether something else moves it.
-void FaceDeformer::Data::takeRelaxed(const FaceBinding::Relaxed& given, std::vector<bool>& moves) {
+/// `moves`: of each vertex, whether something else moves it. What follows a tongue rests: it is moved last.
+void FaceDeformer::Data::takeRelaxed(const FaceBinding::Relaxed& given, const std::vector<PartKind>& kinds,
+                                     std::vector<bool>& moves) {
   relaxed.vertices = given.vertices;
   std::size_t entry = 0;
   for (const std::uint32_t end : given.ends) {
     for (; entry < end; ++entry) {
-      if (!moves[given.from[entry]]) continue;
+      if (!moves[given.from[entry]] || kinds[given.from[entry]] == PartKind::kTongue) continue;
       relaxed.from.push_back(given.from[entry]);
       relaxed.weights.push_back(given.weights[entry]);
     }

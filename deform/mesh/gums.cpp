@@ -91,6 +91,37 @@ std::vector<bool> tongueOf(const FaceMesh& mesh, std::span<const Triangle> gums,
   return tongue;
 }
 
+/// A piece of gums most of which is nearer to one row of teeth belongs to that row as a whole: beside the tongue the lower
+/// gum comes near the upper teeth.
+void agree(const FaceMesh& mesh, std::span<const Triangle> gums, const std::vector<bool>& tongue,
+           std::vector<bool>& is_upper) {
+  constexpr double kMost = 0.75;
+  const auto neighbours = neighboursOf(mesh, gums);
+  std::vector<bool> seen(gums.size(), false);
+  for (std::size_t first = 0; first < gums.size(); ++first) {
+    if (seen[first]) continue;
+    std::vector<std::size_t> piece{first};
+    seen[first] = true;
+    for (std::size_t at = 0; at < piece.size(); ++at) {
+      for (const std::size_t next : neighbours[piece[at]]) {
+        if (next == kNone || seen[next]) continue;
+        seen[next] = true;
+        piece.push_back(next);
+      }
+    }
+    double all = 0, upper = 0;
+    for (const std::size_t i : piece) {
+      if (tongue[i]) continue;
+      const Eigen::Vector3f a = corner(mesh, gums[i], 0);
+      const auto area = double{(corner(mesh, gums[i], 1) - a).cross(corner(mesh, gums[i], 2) - a).norm()};
+      all += area;
+      upper += is_upper[i] ? area : 0;
+    }
+    if (std::max(upper, all - upper) < kMost * all) continue;
+    for (const std::size_t i : piece) is_upper[i] = 2 * upper > all;
+  }
+}
+
 float distanceTo(const std::vector<Eigen::Vector3f>& row, const Eigen::Vector3f& point) {
   float nearest = std::numeric_limits<float>::infinity();
   for (const Eigen::Vector3f& other : row) nearest = std::min(nearest, (other - point).squaredNorm());
@@ -115,12 +146,15 @@ std::vector<GumPiece> splitGums(const FaceMesh& mesh, std::span<const Triangle> 
   for (const Eigen::Vector3f& point : upper) teeth.extend(point);
   for (const Eigen::Vector3f& point : lower) teeth.extend(point);
   const std::vector<bool> tongue = tongueOf(mesh, gums, teeth.center());
-  std::vector<GumPiece> pieces;
-  for (std::size_t i = 0; i < gums.size(); ++i) {
-    const Eigen::Vector3f point = centroid(mesh, gums[i]);
-    const bool is_upper = distanceTo(upper, point) < distanceTo(lower, point);
-    pieces.push_back(tongue[i] ? GumPiece::kTongue : is_upper ? GumPiece::kUpperGum : GumPiece::kLowerGum);
+  std::vector<bool> is_upper;
+  for (const Triangle& triangle : gums) {
+    const Eigen::Vector3f point = centroid(mesh, triangle);
+    is_upper.push_back(distanceTo(upper, point) < distanceTo(lower, point));
   }
+  agree(mesh, gums, tongue, is_upper);
+  std::vector<GumPiece> pieces;
+  for (std::size_t i = 0; i < gums.size(); ++i)
+    pieces.push_back(tongue[i] ? GumPiece::kTongue : is_upper[i] ? GumPiece::kUpperGum : GumPiece::kLowerGum);
   return pieces;
 }
 

@@ -20,7 +20,8 @@ struct Knots {
   std::vector<std::uint32_t> of;                                       ///< of each vertex
   std::vector<std::vector<std::pair<std::uint32_t, double>>> beside;  ///< neighbours of each knot, with the way there
 
-  Knots(const FaceMesh& mesh, const std::vector<std::uint32_t>& sides)
+  /// The tongue, which moves by itself, is left out.
+  Knots(const FaceMesh& mesh, const std::vector<std::uint32_t>& sides, const std::vector<PartKind>& kinds)
       : of(mesh.vertexCount()), beside(mesh.vertexCount()) {
     std::map<std::tuple<float, float, float, std::uint32_t>, std::uint32_t> first_at;
     for (std::uint32_t v = 0; v < of.size(); ++v) {
@@ -31,7 +32,8 @@ struct Knots {
     for (const Triangle& t : mesh.triangles) {
       for (std::size_t k = 0; k < 3; ++k) {
         const auto edge = std::minmax(of[t[k]], of[t[(k + 1) % 3]]);
-        if (edge.first != edge.second) edges.emplace_back(edge);
+        const bool is_tongue = kinds[t[k]] == PartKind::kTongue || kinds[t[(k + 1) % 3]] == PartKind::kTongue;
+        if (edge.first != edge.second && !is_tongue) edges.emplace_back(edge);
       }
     }
     std::sort(edges.begin(), edges.end());
@@ -95,8 +97,8 @@ struct Knots {
 
 void relaxAround(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
                  double reach, FaceBinding& binding) {
-  const Knots knots(mesh, topology.forbidden());
   const std::vector<PartKind>& kinds = topology.kinds();
+  const Knots knots(mesh, topology.forbidden(), kinds);
   std::vector<bool> may_relax(kinds.size());
   for (std::size_t v = 0; v < kinds.size(); ++v) may_relax[v] = isSkin(kinds[v]) || kinds[v] == PartKind::kMouthInside;
   std::vector<bool> is_in = knots.within(torn, reach, may_relax);
