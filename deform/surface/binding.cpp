@@ -6,6 +6,11 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
+#include <boost/geometry/algorithms/convex_hull.hpp>
+#include <boost/geometry/algorithms/covered_by.hpp>
+#include <boost/geometry/geometries/geometries.hpp>
+#include <boost/geometry/geometries/point_xy.hpp>
+#include <boost/geometry/strategies/strategies.hpp>
 #include <boost/pending/disjoint_sets.hpp>
 #include <cmath>
 #include <functional>
@@ -665,6 +670,25 @@ void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const Contro
   }
 }
 
+namespace {
+
+/// What the markers span, seen from the front.
+class Outline {
+ public:
+  explicit Outline(const MarkerPositions& markers) {
+    boost::geometry::model::multi_point<Point> points;
+    for (const auto& marker : markers.rowwise()) points.push_back({marker.x(), marker.y()});
+    boost::geometry::convex_hull(points, hull_);
+  }
+  [[nodiscard]] bool contains(double x, double y) const { return boost::geometry::covered_by(Point(x, y), hull_); }
+
+ private:
+  using Point = boost::geometry::model::d2::point_xy<double>;
+  boost::geometry::model::polygon<Point> hull_;
+};
+
+}  // namespace
+
 BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control) {
   checkBinding(binding, mesh, control, "face binding");
   const HeadTopology topology(mesh, openingsOf(control));
@@ -672,7 +696,8 @@ BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, c
   const std::vector<std::uint32_t> triangle_sides = triangleSides(control);
   const VertexPositions normals = vertexNormals(mesh.vertices, mesh.triangles);
   const auto markers = control.markerRest();
-  const Eigen::RowVector3d low = markers.colwise().minCoeff(), high = markers.colwise().maxCoeff();
+  const double back = markers.col(2).minCoeff(), front = markers.col(2).maxCoeff();
+  const Outline outline(markers);
   BindingReport report;
   report.vertices = kinds.size();
   report.way_between_lips = wayBetweenLips(mesh, topology, control);
@@ -690,8 +715,7 @@ BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, c
     if (!isSkin(kinds[v]) || topology.isInMouth(v)) continue;
     ++report.skin_vertices;
     const Eigen::RowVector3d p = mesh.vertices.row(signedIndex(v)).cast<double>();
-    if ((p.array() < low.array()).any() || (p.array() > high.array()).any() || normals(signedIndex(v), 2) < 0.2F)
-      continue;
+    if (p.z() < back || p.z() > front || normals(signedIndex(v), 2) < 0.2F || !outline.contains(p.x(), p.y())) continue;
     // What other skin hides, as a lid does its eye's socket, is not in front.
     const Eigen::Vector3d before = p.transpose() + kLayer * control.mouth_width * Eigen::Vector3d::UnitZ();
     if (!is_bound && skin.isBetween(before, before + control.mouth_width * Eigen::Vector3d::UnitZ())) continue;

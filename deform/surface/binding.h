@@ -86,7 +86,7 @@ struct BindingReport {
   /// around the nearer corner of the mouth: about 1 or more where the lips can part, about a half where they are one
   /// surface.
   double way_between_lips = 0;
-  double coverage = 0;        ///< bound share of the skin vertices in front of the outline
+  double coverage = 0;        ///< bound share of the skin vertices in front of what the markers span (their convex hull)
   double largest_offset = 0;  ///< |d|, the mesh's unit
 };
 BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control);
