@@ -140,6 +140,8 @@ PhoneDiscriminant::PhoneDiscriminant(std::span<const SpeakerFrames> heard, std::
   root.matrixU().solveInPlace(directions);
   projection_ = directions.transpose().cast<float>();
   offset_ = -(directions.transpose() * centre).cast<float>();
+  class_means_ = (projection_ * raw.means.cast<float>()).colwise() + offset_;
+  usual_distance_ = distanceOf((projection_ * frames).colwise() + offset_);
   // And their discriminants.
   const Spread own = spreadOf(withProducts((projection_ * frames).colwise() + offset_), classes, count);
   const Eigen::LLT<Eigen::MatrixXd> metric(own.within);
@@ -147,6 +149,18 @@ PhoneDiscriminant::PhoneDiscriminant(std::span<const SpeakerFrames> heard, std::
   slopes_ = slopes.transpose().cast<float>();
   constants_ = (-0.5 * own.means.cwiseProduct(slopes).colwise().sum().transpose()).cast<float>();
   log_priors_ = own.shares.array().log().matrix().cast<float>();
+}
+
+double PhoneDiscriminant::distanceOf(const Eigen::MatrixXf& directions) const {
+  double sum = 0;
+  for (Eigen::Index t = 0; t < directions.cols(); ++t)
+    sum += double{(class_means_.colwise() - directions.col(t)).colwise().squaredNorm().minCoeff()};
+  return sum / asReal(directions.cols());
+}
+
+double PhoneDiscriminant::strangenessOf(const Eigen::MatrixXf& features) const {
+  if (isEmpty() || features.cols() == 0) return 1;
+  return distanceOf((projection_ * stacked(features)).colwise() + offset_) / usual_distance_;
 }
 
 Eigen::MatrixXf PhoneDiscriminant::logRatios(const Eigen::MatrixXf& features) const {

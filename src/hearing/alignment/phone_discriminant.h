@@ -19,6 +19,10 @@ class PhoneDiscriminant {
   /// `codebooks`: how many there are. Tells nothing where too little was heard.
   PhoneDiscriminant(std::span<const SpeakerFrames> heard, std::size_t codebooks);
 
+  /// How far a sound's frames lie from the nearest phone, against how far those do that were learnt from; 1 where
+  /// nothing is known.
+  [[nodiscard]] double strangenessOf(const Eigen::MatrixXf& features) const;
+
   [[nodiscard]] bool isEmpty() const { return slopes_.size() == 0; }
 
   /// (kParts * codebooks) x frames, entry part * codebooks + codebook: the logarithm of how much likelier the frame is
@@ -30,10 +34,15 @@ class PhoneDiscriminant {
   /// -1: none.
   std::vector<Eigen::Index> chooseRows(const std::vector<std::vector<Eigen::Index>>& rows);
 
+  /// The mean squared distance of frames to the nearest class.
+  [[nodiscard]] double distanceOf(const Eigen::MatrixXf& directions) const;
+
   Eigen::MatrixXf projection_;  ///< directions that part the phones x stacked features
   Eigen::VectorXf offset_;
-  Eigen::MatrixXf slopes_;     ///< classes x directions and their products
-  Eigen::VectorXf constants_;  ///< of the classes
+  Eigen::MatrixXf class_means_;  ///< along the directions
+  double usual_distance_ = 1;    ///< squared, to the nearest of them
+  Eigen::MatrixXf slopes_;       ///< classes x directions and their products
+  Eigen::VectorXf constants_;    ///< of the classes
   Eigen::VectorXf log_priors_;
   std::vector<Eigen::Index> rows_;  ///< of the classes
   Eigen::Index row_count_ = 0;

@@ -80,9 +80,18 @@ std::vector<std::size_t> codebooksOf(const SpeechLabels& labels, Seconds start, 
 
 }  // namespace
 
+namespace {
+
+/// A speaker's model fits his own frames so many nats better for each strangeness that they have; other voices' less
+/// (docs/theory/hearing/recognition.md).
+constexpr double kSameVoice = 0.3;
+
+}  // namespace
+
 SenoneScorer& PhoneEar::State::fittest(std::span<const std::int16_t> samples, const Eigen::MatrixXf& features) {
   SenoneScorer* scorer = &decoder.scorer();
-  is_speaker = of_speaker && fitOf(of_speaker->model(), features) > fitOf(scorer->model(), features);
+  is_speaker = of_speaker && fitOf(of_speaker->model(), features) - fitOf(scorer->model(), features) >
+                                 kSameVoice * discriminant.strangenessOf(features);
   if (is_speaker) scorer = &*of_speaker;
   in_noise.reset();
   if (noisinessOf(samples) <= 0) return *scorer;
