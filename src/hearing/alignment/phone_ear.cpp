@@ -10,6 +10,7 @@
 #include "base/index.h"
 #include "hearing/alignment/noise_adaptation.h"
 #include "hearing/alignment/phone_decoder.h"
+#include "hearing/alignment/phone_discriminant.h"
 #include "hearing/alignment/phone_loop.h"
 #include "hearing/alignment/speaker_adaptation.h"
 
@@ -21,6 +22,8 @@ struct PhoneEar::State {
   PhoneDecoder decoder;
   PhoneLoop loop;
   std::optional<SenoneScorer> of_speaker = std::nullopt;  ///< as he says the phones
+  PhoneDiscriminant discriminant{};                       ///< of his phones
+  bool is_speaker = false;                                ///< whether the sound that posteriors() heard last is his
   std::optional<SenoneScorer> in_noise = std::nullopt;    ///< of the sound that posteriors() heard last
   /// The scorer that knows a sound best.
   SenoneScorer& fittest(std::span<const std::int16_t> samples, const Eigen::MatrixXf& features);
@@ -45,13 +48,25 @@ std::vector<std::int16_t> samplesToHear(const AudioClip& audio) {
 
 namespace {
 
-/// Whose codebook is heard in each frame of a labelled sound.
-std::vector<std::size_t> codebooksOf(const SpeechLabels& labels, std::size_t frames, const TiedModel& model) {
+/// From a little before the first phone to a little after the last one.
+TimeSpan saidIn(const SpeechLabels& labels) {
+  constexpr Seconds kMargin = 0.2;
+  TimeSpan said{0, labels.duration()};
+  if (labels.phones.size() < 3) return said;
+  if (labels.phones.front().phone == Phone::kSil) said.start = std::max(0.0, labels.phones.front().span.end - kMargin);
+  if (labels.phones.back().phone == Phone::kSil)
+    said.end = std::min(said.end, labels.phones.back().span.start + kMargin);
+  return said;
+}
+
+/// Whose codebook is heard in each frame of a labelled sound that is heard from `start` on.
+std::vector<std::size_t> codebooksOf(const SpeechLabels& labels, Seconds start, std::size_t frames,
+                                     const TiedModel& model) {
   constexpr Seconds kStep = 0.010, kMiddle = 0.013;  // of a frame's window
   std::vector<std::size_t> codebooks(frames, SpeakerFrames::kNoCodebook);
   std::size_t phone = 0;
   for (std::size_t t = 0; t < frames; ++t) {
-    const Seconds time = asReal(t) * kStep + kMiddle;
+    const Seconds time = start + asReal(t) * kStep + kMiddle;
     while (phone < labels.phones.size() && labels.phones[phone].span.end <= time) ++phone;
     if (phone == labels.phones.size()) break;
     const std::string_view name =
@@ -65,9 +80,19 @@ std::vector<std::size_t> codebooksOf(const SpeechLabels& labels, std::size_t fra
 
 }  // namespace
 
+namespace {
+
+/// A speaker's model fits his own frames so many nats better for each strangeness that they have; other voices' less
+/// (docs/theory/hearing/recognition.md).
+constexpr double kSameVoice = 0.3;
+
+}  // namespace
+
 SenoneScorer& PhoneEar::State::fittest(std::span<const std::int16_t> samples, const Eigen::MatrixXf& features) {
   SenoneScorer* scorer = &decoder.scorer();
-  if (of_speaker && fitOf(of_speaker->model(), features) > fitOf(scorer->model(), features)) scorer = &*of_speaker;
+  is_speaker = of_speaker && fitOf(of_speaker->model(), features) - fitOf(scorer->model(), features) >
+                                 kSameVoice * discriminant.strangenessOf(features);
+  if (is_speaker) scorer = &*of_speaker;
   in_noise.reset();
   if (noisinessOf(samples) <= 0) return *scorer;
   const std::vector<bool> phones = phonesIn(scorer->model());
@@ -80,17 +105,31 @@ void PhoneEar::learn(std::span<const LabelledSound> sounds) {
   const TiedModel& model = state_->decoder.scorer().model();
   for (const LabelledSound& sound : sounds) {
     if (sound.audio.samples.empty()) continue;
-    SpeakerFrames& frames = heard.emplace_back();
-    frames.features = state_->decoder.featuresOf(samplesToHear(sound.audio));
-    frames.codebook = codebooksOf(sound.labels, unsignedIndex(frames.features.cols()), model);
+    // As sounds are heard: with little of the silence around what is said.
+    const TimeSpan said = saidIn(sound.labels);
+    const std::vector<std::int16_t> samples = samplesToHear(sound.audio);
+    const auto first =
+        std::min(samples.size(), static_cast<std::size_t>(std::max(0.0, said.start) * kDecoderSampleRateHz));
+    const auto end =
+        std::clamp(static_cast<std::size_t>(std::max(0.0, said.end) * kDecoderSampleRateHz), first, samples.size());
+    SpeakerFrames frames;
+    frames.features = state_->decoder.featuresOf(std::span(samples).subspan(first, end - first));
+    if (frames.features.cols() == 0) continue;
+    frames.codebook =
+        codebooksOf(sound.labels, asReal(first) / kDecoderSampleRateHz, unsignedIndex(frames.features.cols()), model);
+    heard.push_back(std::move(frames));
   }
-  if (!heard.empty()) state_->of_speaker.emplace(std::make_shared<TiedModel>(adaptedToSpeaker(model, heard)));
+  if (heard.empty()) return;
+  state_->of_speaker.emplace(std::make_shared<TiedModel>(adaptedToSpeaker(model, heard)));
+  state_->discriminant = PhoneDiscriminant(heard, model.codebooks.size());
 }
 
 Eigen::MatrixXf PhoneEar::posteriors(std::span<const std::int16_t> samples) {
   const Eigen::MatrixXf features = state_->decoder.featuresOf(samples);
   if (features.cols() == 0) return Eigen::MatrixXf::Zero(kPhoneCount, 0);
-  return state_->loop.posteriors(state_->fittest(samples, features), features);
+  SenoneScorer& scorer = state_->fittest(samples, features);
+  if (!state_->is_speaker) return state_->loop.posteriors(scorer, features);
+  return state_->loop.posteriors(scorer, features, state_->discriminant.logRatios(features));
 }
 
 namespace {

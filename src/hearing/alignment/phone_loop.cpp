@@ -142,8 +142,20 @@ void PhoneLoop::addPhones(const Eigen::Ref<const Eigen::VectorXf>& states, Eigen
     phones(rows_[unsignedIndex(phone)]) += first.row(phone).sum() + middle.row(phone).sum() + last.col(phone).sum();
 }
 
-void PhoneLoop::hearOn(SenoneScorer& scorer, const Eigen::Ref<const Eigen::MatrixXf>& features,
-                       Passage& passage) const {
+void PhoneLoop::weighBy(const Eigen::Ref<const Eigen::ArrayXf>& known, Eigen::Ref<Eigen::ArrayXf> likelihoods) const {
+  const Eigen::Index n = size_, pairs = n * n;
+  const Eigen::ArrayXf ratios = known.exp();
+  // Entries of first and middle states: left * n + phone; of last ones: phone * n + right.
+  for (Eigen::Index other = 0; other < n; ++other) {
+    likelihoods.segment(other * n, n) *= ratios.segment(0, n);
+    likelihoods.segment(pairs + other * n, n) *= ratios.segment(n, n);
+    likelihoods.segment(2 * pairs + other * n, n) *= ratios(2 * n + other);
+  }
+  likelihoods = likelihoods.max(1e-20F);
+}
+
+void PhoneLoop::hearOn(SenoneScorer& scorer, const Eigen::Ref<const Eigen::MatrixXf>& features, Passage& passage,
+                       const Eigen::MatrixXf& known) const {
   const Eigen::Index pairs = size_ * size_;
   if (passage.likelihood.size() == 0) {
     passage.likelihood.resize(3 * pairs, passage.kept);
@@ -156,6 +168,7 @@ void PhoneLoop::hearOn(SenoneScorer& scorer, const Eigen::Ref<const Eigen::Matri
     const SenoneScorer::Scores& scores = scorer.score(features.middleCols(at, count), all);
     for (Eigen::Index i = 0; i < count; ++i, ++passage.frames) {
       weigh(scores, i, column);
+      if (known.size() > 0) weighBy(known.col(at + i).array(), column);
       const Eigen::Index own = passage.frames % passage.kept;
       passage.likelihood.col(own) = column;
       auto now = passage.forward.col(own);
@@ -191,10 +204,11 @@ Eigen::MatrixXf PhoneLoop::posteriorsOfLast(Eigen::Index count, const Passage& p
   return phones;
 }
 
-Eigen::MatrixXf PhoneLoop::posteriors(SenoneScorer& scorer, const Eigen::MatrixXf& features) {
+Eigen::MatrixXf PhoneLoop::posteriors(SenoneScorer& scorer, const Eigen::MatrixXf& features,
+                                      const Eigen::MatrixXf& known) {
   if (features.cols() == 0) return Eigen::MatrixXf::Zero(kPhoneCount, 0);
   Passage passage(features.cols());
-  hearOn(scorer, features, passage);
+  hearOn(scorer, features, passage, known);
   return posteriorsOfLast(features.cols(), passage);
 }
 

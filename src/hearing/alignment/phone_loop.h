@@ -28,7 +28,8 @@ class PhoneLoop {
 
   /// Rows: phones by their number (kSil: silence, breath and noise); a column a frame of `features`; columns add up to
   /// 1, or less by what the model has besides speech. Memory: 20 KB a frame.
-  Eigen::MatrixXf posteriors(SenoneScorer& scorer, const Eigen::MatrixXf& features);
+  /// `known`: of PhoneDiscriminant::logRatios(), counts beside the scorer; empty: nothing is known.
+  Eigen::MatrixXf posteriors(SenoneScorer& scorer, const Eigen::MatrixXf& features, const Eigen::MatrixXf& known = {});
 
   /// The last frames of a sound that goes on: rings, by a frame's number modulo their columns.
   struct Passage {
@@ -37,8 +38,9 @@ class PhoneLoop {
     Eigen::Index frames = 0;                  ///< heard so far
     Eigen::MatrixXf likelihood{}, forward{};  ///< states x kept
   };
-  /// Hears `features` after all that `passage` has heard.
-  void hearOn(SenoneScorer& scorer, const Eigen::Ref<const Eigen::MatrixXf>& features, Passage& passage) const;
+  /// Hears `features` after all that `passage` has heard; `known` as for posteriors().
+  void hearOn(SenoneScorer& scorer, const Eigen::Ref<const Eigen::MatrixXf>& features, Passage& passage,
+              const Eigen::MatrixXf& known = {}) const;
   /// Of the last `count` frames, at most passage.kept, from all that was heard up to now.
   [[nodiscard]] Eigen::MatrixXf posteriorsOfLast(Eigen::Index count, const Passage& passage) const;
 
@@ -55,6 +57,8 @@ class PhoneLoop {
   void addPhones(const Eigen::Ref<const Eigen::VectorXf>& states, Eigen::Ref<Eigen::VectorXf> phones) const;
   /// The likelihood of each state in a frame against the best.
   void weigh(const SenoneScorer::Scores& scores, Eigen::Index frame, Eigen::Ref<Eigen::ArrayXf> likelihoods) const;
+  /// Multiplies the likelihoods by what is known of the parts of the phones.
+  void weighBy(const Eigen::Ref<const Eigen::ArrayXf>& known, Eigen::Ref<Eigen::ArrayXf> likelihoods) const;
 
   std::shared_ptr<const TiedModel> model_;
   Settings settings_;

@@ -27,10 +27,17 @@ constexpr double kWordsFit = 0.40, kBookFits = 0.25, kBookBonus = 1.15, kSurelyF
 /// Words of the language model fit this share of what the phones do that are heard without them, or the phones are
 /// taken: an ear that knows the speaker hears phones better than words that do not.
 constexpr double kWordsAgainstPhones = 0.85;
-/// Under this the line is doubtful.
-constexpr double kDoubtfulHearing = 0.35;
 /// A word's phones weigh so much against what is heard without it, where it fits as words that are taken do.
 constexpr double kWordWeight = 0.8;
+/// Words are weighed against phones that fit at least so well.
+constexpr double kLeastFit = 0.05;
+/// Logarithm of the odds that much is heard wrongly, by how well phones fit, how well words do against them, and the
+/// share of the stretches where phones are heard; without words by the other two
+/// (docs/theory/hearing/recognition.md#how-sure).
+struct HearingDoubt {
+  double constant, phones_fit, words_fit, heard;
+};
+constexpr HearingDoubt kDoubtOfWords{28.17, -25.49, -6.83, -3.57}, kDoubtOfPhones{25.84, -27.22, 0, -4.90};
 constexpr std::size_t kMostHintBytes = 1 << 16;
 
 /// Words for a stretch, with their phones on its clock.
@@ -38,6 +45,12 @@ struct WordsHeard {
   ForcedAlignment alignment;
   std::vector<double> fits;  ///< of each phone: its share of what is heard
   double fit = 0;            ///< of all, in the mean over time
+  double believed = 1;       ///< as a transcript is, the least believed of its lines
+};
+
+/// The phones that are heard without words: how well they fit in the mean, and how long they are.
+struct PhonesFit {
+  double fit = 0, heard_s = 0;
 };
 
 /// Phones and words on the clock of the whole sound, as they come.
@@ -45,7 +58,10 @@ struct Collected {
   std::vector<PhoneSegment> segments;
   std::vector<double> confidence;  ///< of each segment
   std::vector<std::string> words;
-  double heard_s = 0, fit_s = 0;  ///< how long phones are, and the same times how sure they are
+  // Sums over stretches, each as long as it is:
+  double stretch_s = 0, heard_s = 0;  ///< of all, and where phones are heard in them
+  double phones_fit_s = 0;            ///< times how well the phones fit that are heard without words
+  double words_fit_s = 0;             ///< times how well the likeliest words fit against that
 };
 
 class SoundRecogniser : public Recogniser {
@@ -73,11 +89,12 @@ class SoundRecogniser : public Recogniser {
   std::optional<WordsHeard> wordsAs(const std::vector<std::string>& words, const AudioClip& clip,
                                     const Eigen::MatrixXf& posteriors);
   [[nodiscard]] double fitOf(Phone phone, const TimeSpan& span, const Eigen::MatrixXf& posteriors) const;
-  /// Of the phones that are heard without words.
-  [[nodiscard]] double fitOfPhones(const Eigen::MatrixXf& posteriors) const;
+  [[nodiscard]] PhonesFit fitOfPhones(const Eigen::MatrixXf& posteriors) const;
   void hearStretch(std::span<const std::int16_t> samples, Seconds start, Collected& all);
   void collect(const WordsHeard& words, Seconds start, Collected& all) const;
   void collectPhones(Eigen::MatrixXf posteriors, const WordsHeard* words, Seconds start, Collected& all) const;
+  /// How likely it is that most is heard right, 0 to 1.
+  [[nodiscard]] double sureness(const Collected& all) const;
   void warn(const Collected& all, HeardSpeech& heard) const;
 
   RecogniserOptions options_;
@@ -144,6 +161,7 @@ std::optional<WordsHeard> SoundRecogniser::wordsAs(const std::vector<std::string
   } catch (const InputError&) {  // the stretch is too short for them
     return std::nullopt;
   }
+  for (const double line : heard.alignment.line_confidence) heard.believed = std::min(heard.believed, line);
   double time = 0;
   for (const LabelledPhone& phone : heard.alignment.labels.phones) {
     heard.fits.push_back(fitOf(phone.phone, phone.span, posteriors));
@@ -170,8 +188,6 @@ void SoundRecogniser::collect(const WordsHeard& words, Seconds start, Collected&
     }
     all.segments.push_back(segment);
     all.confidence.push_back(words.fits[i]);
-    all.heard_s += phone.span.duration();
-    all.fit_s += words.fits[i] * phone.span.duration();
   }
 }
 
@@ -179,7 +195,7 @@ void SoundRecogniser::collectPhones(Eigen::MatrixXf posteriors, const WordsHeard
                                     Collected& all) const {
   if (words != nullptr) {
     // What a word says counts by how well it fits.
-    const double full = std::max(kWordsFit, fitOfPhones(posteriors));
+    const double full = std::max(kWordsFit, fitOfPhones(posteriors).fit);
     for (const LabelledPhone& phone : words->alignment.labels.phones) {
       if (!phone.word) continue;
       const double fit = fitOf(phone.phone, phone.span, posteriors);
@@ -195,12 +211,10 @@ void SoundRecogniser::collectPhones(Eigen::MatrixXf posteriors, const WordsHeard
                         asReal(phone.end) * kEarStep + kEarShift + start};
     all.segments.push_back({.phone = phone.phone, .span = span});
     all.confidence.push_back(phone.confidence);
-    all.heard_s += span.duration();
-    all.fit_s += phone.confidence * span.duration();
   }
 }
 
-double SoundRecogniser::fitOfPhones(const Eigen::MatrixXf& posteriors) const {
+PhonesFit SoundRecogniser::fitOfPhones(const Eigen::MatrixXf& posteriors) const {
   double fit = 0, frames = 0;
   for (const HeardPhone& phone : likeliestPhones(posteriors, likeness_, kFurtherPhone)) {
     if (phone.phone == Phone::kSil) continue;
@@ -209,11 +223,16 @@ double SoundRecogniser::fitOfPhones(const Eigen::MatrixXf& posteriors) const {
     fit += double{(likeness_.row(static_cast<Eigen::Index>(phone.phone)) * heard).sum()};
     frames += asReal(count);
   }
-  return fit / std::max(frames, 1.0);
+  return {fit / std::max(frames, 1.0), frames * kEarStep};
 }
 
 void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds start, Collected& all) {
   const Eigen::MatrixXf posteriors = ear_.posteriors(samples);
+  const Seconds length = asReal(posteriors.cols()) * kEarStep;
+  const PhonesFit phones = fitOfPhones(posteriors);
+  all.stretch_s += length;
+  all.heard_s += phones.heard_s;
+  all.phones_fit_s += phones.fit * length;
   if (!search_) return collectPhones(posteriors, nullptr, start, all);
   AudioClip clip{kEarRateHz, {}};
   for (const std::int16_t sample : samples) clip.samples.push_back(static_cast<float>(sample) / 32768.0F);
@@ -227,9 +246,20 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
       is_of_book = false;
     }
   }
-  const double needed = is_of_book ? kBookFits : std::max(kWordsFit, kWordsAgainstPhones * fitOfPhones(posteriors));
-  if (best && (options_.as == HearAs::kWords || best->fit >= needed)) return collect(*best, start, all);
+  if (best) all.words_fit_s += std::min(1.0, best->fit / std::max(phones.fit, kLeastFit)) * length;
+  const double needed = is_of_book ? kBookFits : std::max(kWordsFit, kWordsAgainstPhones * phones.fit);
+  const bool is_likely = best && best->fit >= needed && (is_of_book || best->believed >= kDoubtfulConfidence);
+  if (best && (options_.as == HearAs::kWords || is_likely)) return collect(*best, start, all);
   collectPhones(posteriors, best ? &*best : nullptr, start, all);
+}
+
+double SoundRecogniser::sureness(const Collected& all) const {
+  const HearingDoubt& doubt = search_ ? kDoubtOfWords : kDoubtOfPhones;
+  const double length = std::max(all.stretch_s, kEarStep);
+  const double odds =
+      doubt.constant +
+      (doubt.phones_fit * all.phones_fit_s + doubt.words_fit * all.words_fit_s + doubt.heard * all.heard_s) / length;
+  return 1 / (1 + std::exp(odds));
 }
 
 void SoundRecogniser::warn(const Collected& all, HeardSpeech& heard) const {
@@ -243,14 +273,14 @@ void SoundRecogniser::warn(const Collected& all, HeardSpeech& heard) const {
       heard.warnings.push_back(
           fmt::format("{} without speech, passed over: {}", kind == SoundKind::kMusic ? "music" : "noise", places));
   }
-  const double sure = all.heard_s > 0 ? all.fit_s / all.heard_s : 0;
   std::size_t in_words = 0;
   for (const PhoneSegment& segment : all.segments) in_words += segment.word ? 1U : 0U;
   if (in_words < all.segments.size() && options_.as != HearAs::kPhones) {
     heard.warnings.push_back(
         fmt::format("{} of {} phones were heard without words", all.segments.size() - in_words, all.segments.size()));
   }
-  if (sure < kDoubtfulHearing) {
+  const double sure = sureness(all);
+  if (sure < 0.5) {
     heard.warnings.push_back(
         fmt::format("what was heard is doubtful ({:.2f} of 1): a transcript or a hint would help", sure));
   }

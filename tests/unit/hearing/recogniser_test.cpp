@@ -87,5 +87,23 @@ TEST(Recogniser, HearsAStretchAlikeAnywhere) {
   EXPECT_EQ(twice.stretches.size(), 2 * once.stretches.size());
 }
 
+bool isDoubted(const HeardSpeech& heard) {
+  return std::any_of(heard.warnings.begin(), heard.warnings.end(),
+                     [](const std::string& warning) { return warning.starts_with("what was heard is doubtful"); });
+}
+
+/// Of voices and lines that the doubt was not fitted to.
+TEST(Recogniser, DoubtsWhatItHearsWronglyAlone) {
+  for (const HearAs as : {HearAs::kAuto, HearAs::kPhones}) {
+    const auto recogniser = makeRecogniser({.as = as, .hint = {}});
+    const AudioClip line = resampleAudio(makeVoice("flite:rms")->speak("we always met at the moon").audio, 16000);
+    EXPECT_FALSE(isDoubted(recogniser->hear(line, "clear")));
+    AudioClip in_noise = joined({quiet(0.5), line, quiet(0.5)});
+    const AudioClip hiss = noise(line.duration() + 1.5, 0.008F);
+    for (std::size_t i = 0; i < in_noise.samples.size(); ++i) in_noise.samples[i] += hiss.samples[i];
+    EXPECT_TRUE(isDoubted(recogniser->hear(in_noise, "noisy")));
+  }
+}
+
 }  // namespace
 }  // namespace mouthpiece

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "hearing/alignment/speaker_adaptation.h"
+
+namespace mouthpiece {
+
+/// Which phone of a speaker a frame is heard in, by what stands around it: discriminants of his own phones, each in
+/// three parts as its states are (R. A. Fisher, 1936; docs/theory/hearing/recognition.md).
+class PhoneDiscriminant {
+ public:
+  static constexpr Eigen::Index kParts = 3;
+
+  /// Tells nothing.
+  PhoneDiscriminant() = default;
+  /// `codebooks`: how many there are. Tells nothing where too little was heard.
+  PhoneDiscriminant(std::span<const SpeakerFrames> heard, std::size_t codebooks);
+
+  /// How far a sound's frames lie from the nearest phone, against how far those do that were learnt from; 1 where
+  /// nothing is known.
+  [[nodiscard]] double strangenessOf(const Eigen::MatrixXf& features) const;
+
+  [[nodiscard]] bool isEmpty() const { return slopes_.size() == 0; }
+
+  /// (kParts * codebooks) x frames, entry part * codebooks + codebook: the logarithm of how much likelier the frame is
+  /// in that part of that phone than anywhere, scaled as PhoneLoop takes it; 0 for phones that he was not heard to say.
+  [[nodiscard]] Eigen::MatrixXf logRatios(const Eigen::MatrixXf& features) const;
+
+ private:
+  /// Fills rows_ with those of `rows`, by sound and frame, that are met often enough. Returns the class of each row;
+  /// -1: none.
+  std::vector<Eigen::Index> chooseRows(const std::vector<std::vector<Eigen::Index>>& rows);
+
+  /// The mean squared distance of frames to the nearest class.
+  [[nodiscard]] double distanceOf(const Eigen::MatrixXf& directions) const;
+
+  Eigen::MatrixXf projection_;  ///< directions that part the phones x stacked features
+  Eigen::VectorXf offset_;
+  Eigen::MatrixXf class_means_;  ///< along the directions
+  double usual_distance_ = 1;    ///< squared, to the nearest of them
+  Eigen::MatrixXf slopes_;       ///< classes x directions and their products
+  Eigen::VectorXf constants_;    ///< of the classes
+  Eigen::VectorXf log_priors_;
+  std::vector<Eigen::Index> rows_;  ///< of the classes
+  Eigen::Index row_count_ = 0;
+};
+
+}  // namespace mouthpiece

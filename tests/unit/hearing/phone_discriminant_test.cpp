@@ -1,0 +1,133 @@
+#include "hearing/alignment/phone_discriminant.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "base/index.h"
+#include "hearing/alignment/phone_ear.h"
+#include "voices/voice.h"
+
+namespace mouthpiece {
+namespace {
+
+constexpr std::size_t kSounds = 40, kPhonesASound = 24, kFramesAPhone = 9, kCodebooks = 5;
+
+/// Phones 0 to 3 one after another as they come; what parts 2 and 3 is the product of two features alone.
+std::vector<SpeakerFrames> soundsOf(unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<float> noise(0, 0.6F);
+  std::uniform_int_distribution<std::size_t> any(0, 3);
+  std::bernoulli_distribution coin(0.5);
+  std::vector<SpeakerFrames> sounds(kSounds);
+  for (SpeakerFrames& sound : sounds) {
+    sound.features.resize(4, kPhonesASound * kFramesAPhone);
+    std::size_t phone = 0;
+    for (std::size_t i = 0; i < kPhonesASound; ++i) {
+      phone = (phone + 1 + any(random) % 3) % 4;
+      const float side = coin(random) ? 2.0F : -2.0F;
+      for (std::size_t t = i * kFramesAPhone; t < (i + 1) * kFramesAPhone; ++t) {
+        auto frame = sound.features.col(signedIndex(t));
+        for (float& value : frame) value = noise(random);
+        if (phone < 2) frame(0) += phone == 0 ? 3.0F : -3.0F;
+        if (phone < 2) frame(phone == 0 ? 1 : 2) += 3;
+        if (phone >= 2) frame(1) += side;
+        if (phone >= 2) frame(2) += phone == 2 ? side : -side;
+        sound.codebook.push_back(phone);
+      }
+    }
+  }
+  return sounds;
+}
+
+/// The share of a phone's frames where one of its own parts is the likeliest.
+double foundShare(const PhoneDiscriminant& discriminant, const std::vector<SpeakerFrames>& sounds, std::size_t phone) {
+  double right = 0, all = 0;
+  for (const SpeakerFrames& sound : sounds) {
+    const Eigen::MatrixXf ratios = discriminant.logRatios(sound.features);
+    EXPECT_EQ(ratios.rows(), PhoneDiscriminant::kParts * signedIndex(kCodebooks));
+    EXPECT_TRUE(ratios.allFinite());
+    for (std::size_t t = 0; t < sound.codebook.size(); ++t) {
+      if (sound.codebook[t] != phone) continue;
+      Eigen::Index best = 0;
+      ratios.col(signedIndex(t)).maxCoeff(&best);
+      right += unsignedIndex(best) % kCodebooks == phone ? 1 : 0;
+      all += 1;
+    }
+  }
+  return right / all;
+}
+
+TEST(PhoneDiscriminant, TellsPhonesOfSoundsThatItHasNotHeard) {
+  const PhoneDiscriminant discriminant(soundsOf(1), kCodebooks);
+  const std::vector<SpeakerFrames> others = soundsOf(2);
+  for (const std::size_t phone : {0U, 1U}) EXPECT_GT(foundShare(discriminant, others, phone), 0.9) << phone;
+  // By products alone; one in four would be chance.
+  for (const std::size_t phone : {2U, 3U}) EXPECT_GT(foundShare(discriminant, others, phone), 0.7) << phone;
+}
+
+/// What he was not heard to say is neither likelier nor less likely.
+TEST(PhoneDiscriminant, SaysNothingOfPhonesNotHeard) {
+  const std::vector<SpeakerFrames> sounds = soundsOf(1);
+  const Eigen::MatrixXf ratios = PhoneDiscriminant(sounds, kCodebooks).logRatios(sounds.front().features);
+  for (Eigen::Index part = 0; part < PhoneDiscriminant::kParts; ++part)
+    EXPECT_TRUE(ratios.row(part * signedIndex(kCodebooks) + 4).isZero());
+}
+
+TEST(PhoneDiscriminant, FindsOtherSoundsStrange) {
+  const PhoneDiscriminant discriminant(soundsOf(1), kCodebooks);
+  const Eigen::MatrixXf own = soundsOf(2).front().features;
+  EXPECT_NEAR(discriminant.strangenessOf(own), 1, 0.2);
+  EXPECT_GT(discriminant.strangenessOf(own.array() + 4), 2);
+  EXPECT_EQ(PhoneDiscriminant().strangenessOf(own), 1);
+}
+
+TEST(PhoneDiscriminant, SaysNothingWhereTooLittleWasHeard) {
+  std::vector<SpeakerFrames> few{soundsOf(1).front()};
+  few.front().features.conservativeResize(Eigen::NoChange, 12);
+  few.front().codebook.resize(12);
+  const PhoneDiscriminant discriminant(few, kCodebooks);
+  EXPECT_TRUE(discriminant.isEmpty());
+  EXPECT_TRUE(discriminant.logRatios(few.front().features).isZero());
+  EXPECT_TRUE(PhoneDiscriminant({}, kCodebooks).isEmpty());
+  EXPECT_TRUE(PhoneDiscriminant().isEmpty());
+}
+
+/// The mean posterior of what a voice says, of phones of at least 40 ms.
+double heardShare(PhoneEar& ear, const SpokenLine& line) {
+  const Eigen::MatrixXf posteriors = ear.posteriors(samplesToHear(line.audio));
+  double sum = 0, count = 0;
+  for (const LabelledPhone& phone : line.labels.phones) {
+    if (phone.phone == Phone::kSil) continue;
+    const auto first = static_cast<Eigen::Index>(100 * phone.span.start) + 1;
+    const auto end = std::min<Eigen::Index>(static_cast<Eigen::Index>(100 * phone.span.end) - 1, posteriors.cols());
+    if (end - first < 2) continue;
+    sum += double{posteriors.row(static_cast<Eigen::Index>(phone.phone)).segment(first, end - first).mean()};
+    count += 1;
+  }
+  return sum / count;
+}
+
+constexpr double kBetter = 0.05;
+
+/// A speaker who was learnt from is heard better, and another no worse.
+TEST(PhoneEar, HearsASpeakerBetterWhoWasLearntFrom) {
+  const auto speaker = makeVoice("espeak:en-gb"), other = makeVoice("flite:slt");
+  std::vector<LabelledSound> learnt;
+  for (const char* text :
+       {"bring the blue boat back before many people come", "my mother may move the pump by the pond",
+        "nine men never knew the tune", "five very brave foxes live above the valley", "put the paper cup upon the map",
+        "the cat could not keep the key", "some boys hope for a warm summer", "we know that moon and man are one"}) {
+    SpokenLine line = speaker->speak(text);
+    learnt.push_back({line.audio, line.labels});
+  }
+  PhoneEar plain, knowing;
+  knowing.learn(learnt);
+  const std::string unheard = "maybe nobody came to the pump by noon";
+  const SpokenLine line = speaker->speak(unheard), of_other = other->speak(unheard);
+  EXPECT_GT(heardShare(knowing, line), heardShare(plain, line) + kBetter);
+  EXPECT_EQ(heardShare(knowing, of_other), heardShare(plain, of_other));
+}
+
+}  // namespace
+}  // namespace mouthpiece
