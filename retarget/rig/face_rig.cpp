@@ -205,8 +205,8 @@ struct LidFollow {
 LidFollow lidFollow(std::string_view side, bool looks_up) {
   const ArkitMarkerMoves& learnt = arkitMarkerMoves();
   const auto rise = [&](std::string_view shape, std::string_view lid) {
-    const auto of_shape = std::find(kArkitNames.begin(), kArkitNames.end(),
-                                    fmt::format("{}{}", shape, side == "R" ? "Right" : "Left"));
+    const auto of_shape =
+        std::find(kArkitNames.begin(), kArkitNames.end(), fmt::format("{}{}", shape, side == "R" ? "Right" : "Left"));
     const auto marker = std::find(learnt.markers.begin(), learnt.markers.end(), fmt::format("LID_{}_{}", lid, side));
     if (marker == learnt.markers.end()) return 0.0;
     return learnt.moves_mm[unsignedIndex(of_shape - kArkitNames.begin())](marker - learnt.markers.begin(), 1);

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kMostPhones = 1'000'000;
 constexpr std::int64_t kMostTakes = 1'000'000;
 constexpr double kLargest = 1e9;
-constexpr Seconds kLongestTake = 1e6;          ///< eleven days
+constexpr Seconds kLongestTake = 1e6;            ///< eleven days
 constexpr Eigen::Index kMostFrames = 1'000'000;  ///< of the line: four hours and a half at 60 Hz
 
 /// Rows of `columns` numbers of which none is farther from 0 than kLargest, or NaN where that is allowed.
@@ -266,8 +266,8 @@ FaceMesh meshFrom(const JsonField& field) {
     part.triangle_count = unsignedIndex(entry["triangles"].whole(0, signedIndex(left)));
     part.stands_off = entry["stands_off"].flag();
   }
-  const bool is_whole = !mesh.parts.empty() && mesh.parts.back().first_triangle + mesh.parts.back().triangle_count ==
-                                                   mesh.triangles.size();
+  const bool is_whole = !mesh.parts.empty() &&
+                        mesh.parts.back().first_triangle + mesh.parts.back().triangle_count == mesh.triangles.size();
   if (!is_whole) field["parts"].fail("found parts that do not hold all triangles");
   mesh.metres_per_unit = field["metres_per_unit"].number(1e-9, 1e9);
   return mesh;

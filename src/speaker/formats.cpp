@@ -252,7 +252,7 @@ std::size_t rowOf(const fs::path& path) {
   }
   std::error_code error;
   if (name.empty() || fs::is_directory(path, error))
-    throw InputError(path.string(), "", "names a folder; expected a file, as in folder/talk.glb (a folder is for --out)");
+    throw InputError(path.string(), "", "names a folder; expected a file, as in folder/talk.glb");
   std::string endings;
   for (const Format& format : kFormats) endings += fmt::format("{}{}", endings.empty() ? "" : " ", format.ending);
   throw InputError(path.string(), "", "found an unknown ending; expected one of " + endings);

@@ -120,34 +120,33 @@ std::function<void(json&)> oneLess(std::string place) {
 
 INSTANTIATE_TEST_SUITE_P(
     Counts, DamagedLine,
-    ::testing::Values(
-        Damage{"sound", with("/sound/count", kHuge), "sound.count"},
-        Damage{"sound_rate", with("/sound/rate_hz", 0), "sound.rate_hz"},
-        Damage{"sound_for_ever",
-               [](json& line) {
-                 line["sound"] = {{"count", 1'000'000'000}, {"rate_hz", 1}};
-               },
-               "frames"},
-        Damage{"shapes", with("/sample/count", 99'999), "sample.shapes"},
-        Damage{"shapes_negative", with("/sample/count", -1), "sample.count"},
-        Damage{"components", with("/corpus/model/components", kHuge), "components"},
-        Damage{"part", with("/mesh/parts/0/triangles", kHuge), "triangles"},
-        Damage{"parts_too_few", with("/mesh/parts/0/triangles", 1), "hold all triangles"},
-        Damage{"no_parts", with("/mesh/parts", json::array()), "hold all triangles"},
-        Damage{"no_vertices",
-               [](json& line) {
-                 line["mesh"]["vertices"] = blob<float>({});
-                 line["mesh"]["triangles"] = blob<std::uint32_t>({});
-               },
-               "vertex"},
-        Damage{"phones", with("/labels/phones", blob<std::uint8_t>({})), "labels.phones"},
-        Damage{"phones_fewer", oneLess<std::uint8_t>("/labels/phones"), "labels"},
-        Damage{"times_fewer", oneLess<double>("/labels/times_s"), "labels"},
-        Damage{"motion_not_whole", oneLess<float>("/corpus/takes/0/motion_mm"), "motion_mm"},
-        Damage{"motion_none", with("/corpus/takes/0/motion_mm", blob<float>({})), "no frame"},
-        Damage{"neutral_short", oneLess<double>("/actor/neutral_mm"), "actor.neutral_mm"},
-        Damage{"markers_none", with("/corpus/layout", "{}"), "line:"},
-        Damage{"version", with("/version", 2), "version"}));
+    ::testing::Values(Damage{"sound", with("/sound/count", kHuge), "sound.count"},
+                      Damage{"sound_rate", with("/sound/rate_hz", 0), "sound.rate_hz"},
+                      Damage{"sound_for_ever",
+                             [](json& line) {
+                               line["sound"] = {{"count", 1'000'000'000}, {"rate_hz", 1}};
+                             },
+                             "frames"},
+                      Damage{"shapes", with("/sample/count", 99'999), "sample.shapes"},
+                      Damage{"shapes_negative", with("/sample/count", -1), "sample.count"},
+                      Damage{"components", with("/corpus/model/components", kHuge), "components"},
+                      Damage{"part", with("/mesh/parts/0/triangles", kHuge), "triangles"},
+                      Damage{"parts_too_few", with("/mesh/parts/0/triangles", 1), "hold all triangles"},
+                      Damage{"no_parts", with("/mesh/parts", json::array()), "hold all triangles"},
+                      Damage{"no_vertices",
+                             [](json& line) {
+                               line["mesh"]["vertices"] = blob<float>({});
+                               line["mesh"]["triangles"] = blob<std::uint32_t>({});
+                             },
+                             "vertex"},
+                      Damage{"phones", with("/labels/phones", blob<std::uint8_t>({})), "labels.phones"},
+                      Damage{"phones_fewer", oneLess<std::uint8_t>("/labels/phones"), "labels"},
+                      Damage{"times_fewer", oneLess<double>("/labels/times_s"), "labels"},
+                      Damage{"motion_not_whole", oneLess<float>("/corpus/takes/0/motion_mm"), "motion_mm"},
+                      Damage{"motion_none", with("/corpus/takes/0/motion_mm", blob<float>({})), "no frame"},
+                      Damage{"neutral_short", oneLess<double>("/actor/neutral_mm"), "actor.neutral_mm"},
+                      Damage{"markers_none", with("/corpus/layout", "{}"), "line:"},
+                      Damage{"version", with("/version", 2), "version"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Indices, DamagedLine,
@@ -168,19 +167,19 @@ INSTANTIATE_TEST_SUITE_P(
 
 INSTANTIATE_TEST_SUITE_P(
     Numbers, DamagedLine,
-    ::testing::Values(
-        Damage{"time_nan", withNumber<double>("/labels/times_s", 2, kNan), "labels"},
-        Damage{"time_back", withNumber<double>("/labels/times_s", 3, 0), "follow one another"},
-        Damage{"time_far", withNumber<double>("/labels/times_s", 2 * 8 - 1, 1e300), "labels"},
-        Damage{"vertex_nan", withNumber<float>("/mesh/vertices", 0, std::nanf("")), "mesh.vertices"},
-        Damage{"pose_infinite", withNumber<double>("/actor/neutral_mm", 0, INFINITY), "actor.neutral_mm"},
-        Damage{"motion_infinite", withNumber<float>("/corpus/takes/0/motion_mm", 0, INFINITY), "motion_mm"},
-        Damage{"model_nan", withNumber<float>("/corpus/model/analysis", 0, std::nanf("")), "analysis"},
-        Damage{"time_constant", withNumber<double>("/corpus/model/dynamics", 0, 0), "dynamics"},
-        Damage{"setting", with("/corpus/settings/0", -1), "settings[0]"},
-        Damage{"shape_nan", withNumber<float>("/sample/shapes", 0, std::nanf("")), "sample.shapes"},
-        Damage{"rate", with("/options/frame_rate_hz", kNan), "frame_rate_hz"},
-        Damage{"unit", with("/mesh/metres_per_unit", 0), "metres_per_unit"}));
+    ::testing::Values(Damage{"time_nan", withNumber<double>("/labels/times_s", 2, kNan), "labels"},
+                      Damage{"time_back", withNumber<double>("/labels/times_s", 3, 0), "follow one another"},
+                      Damage{"time_far", withNumber<double>("/labels/times_s", 2 * 8 - 1, 1e300), "labels"},
+                      Damage{"vertex_nan", withNumber<float>("/mesh/vertices", 0, std::nanf("")), "mesh.vertices"},
+                      Damage{"pose_infinite", withNumber<double>("/actor/neutral_mm", 0, INFINITY), "actor.neutral_mm"},
+                      Damage{"motion_infinite", withNumber<float>("/corpus/takes/0/motion_mm", 0, INFINITY),
+                             "motion_mm"},
+                      Damage{"model_nan", withNumber<float>("/corpus/model/analysis", 0, std::nanf("")), "analysis"},
+                      Damage{"time_constant", withNumber<double>("/corpus/model/dynamics", 0, 0), "dynamics"},
+                      Damage{"setting", with("/corpus/settings/0", -1), "settings[0]"},
+                      Damage{"shape_nan", withNumber<float>("/sample/shapes", 0, std::nanf("")), "sample.shapes"},
+                      Damage{"rate", with("/options/frame_rate_hz", kNan), "frame_rate_hz"},
+                      Damage{"unit", with("/mesh/metres_per_unit", 0), "metres_per_unit"}));
 
 }  // namespace
 }  // namespace mouthpiece

@@ -187,6 +187,11 @@ TEST(Usage, ValuesThatNoOptionTakes) {
   for (const Call& call : calls) expectWrongUsage(call);
 }
 
+TEST(Usage, AFolderIsForOut) {
+  expectBadInput({"synth", {"--text", "a", "-o", "talks/"}}, "--out");
+  expectBadInput({"synth", {"--text", "a", "-o", "."}}, "names a folder");
+}
+
 /// Files that are none of ours, by a name that promises something.
 class BadInput : public testing::Test {
  protected:

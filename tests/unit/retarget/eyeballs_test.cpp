@@ -92,7 +92,8 @@ TEST(Lids, FollowTheEyesUpAndDownAndNeverMeetByIt) {
   const Eigen::RowVector3d open = file.actor_neutral_mm.row(upper) - file.actor_neutral_mm.row(lower);
   motion.positions_mm.block<1, 3>(4, 3 * upper) -= 0.95 * open;
   const std::vector<GazeTurn> gaze{{}, {0, -kWholeLook}, {0, kWholeLook}, {kWholeLook, 0}, {0, -kWholeLook}};
-  const PositionMatrix still = rig.retarget(motion).markers(), looks = rig.retarget(motion, nullptr, {}, gaze).markers();
+  const PositionMatrix still = rig.retarget(motion).markers(),
+                       looks = rig.retarget(motion, nullptr, {}, gaze).markers();
   const auto height = [](const PositionMatrix& at, Eigen::Index frame, Eigen::Index marker) {
     return at(frame, 3 * marker + 1);
   };
