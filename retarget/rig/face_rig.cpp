@@ -14,6 +14,7 @@
 #include "base/smooth_step.h"
 #include "deform/kernel/deformer.h"
 #include "deform/mesh/face_mesh.h"
+#include "motion/arkit_shapes.h"
 #include "motion/lip_gauge.h"
 #include "retarget/rig/eyeballs.h"
 #include "retarget/rig/face_file.h"
@@ -174,24 +175,76 @@ MarkerPositions roundingOf(const FaceFile& file, const LipRounding& unseen) {
   return added;
 }
 
+/// A pair of lids on the head: the markers' rows, and the way from the lower one to the upper.
+struct LidPair {
+  std::string side;
+  Eigen::Index upper, lower;
+  Eigen::RowVector3d opening;
+};
+
+std::vector<LidPair> lidPairs(const FaceFile& file) {
+  const auto row = [&](const std::string& name) {
+    return std::find(file.marker_names.begin(), file.marker_names.end(), name) - file.marker_names.begin();
+  };
+  std::vector<LidPair> pairs;
+  for (const char* side : {"R", "L"}) {
+    const Eigen::Index upper = row(fmt::format("LID_UP_{}", side)), lower = row(fmt::format("LID_LO_{}", side));
+    if (std::max(upper, lower) >= file.marker_targets.rows()) continue;
+    const Eigen::RowVector3d opening = file.marker_targets.row(upper) - file.marker_targets.row(lower);
+    if (opening.norm() > 0) pairs.push_back({side, upper, lower, opening});
+  }
+  return pairs;
+}
+
+/// How far up the lids go with eyes that look wholly up or down, as shares of the eye's opening: by the head that
+/// ARKit's shapes were learnt from.
+struct LidFollow {
+  double upper = 0, lower = 0;
+};
+
+LidFollow lidFollow(std::string_view side, bool looks_up) {
+  const ArkitMarkerMoves& learnt = arkitMarkerMoves();
+  const auto rise = [&](std::string_view shape, std::string_view lid) {
+    const auto of_shape =
+        std::find(kArkitNames.begin(), kArkitNames.end(), fmt::format("{}{}", shape, side == "R" ? "Right" : "Left"));
+    const auto marker = std::find(learnt.markers.begin(), learnt.markers.end(), fmt::format("LID_{}_{}", lid, side));
+    if (marker == learnt.markers.end()) return 0.0;
+    return learnt.moves_mm[unsignedIndex(of_shape - kArkitNames.begin())](marker - learnt.markers.begin(), 1);
+  };
+  const double opening = rise("EyeBlink", "LO") - rise("EyeBlink", "UP");
+  if (!(opening > 0)) return {};
+  const std::string_view look = looks_up ? "EyeLookUp" : "EyeLookDown";
+  return {rise(look, "UP") / opening, rise(look, "LO") / opening};
+}
+
+/// Lids follow the eyes up and down, the less the more they are closed: lids that meet stay where they are.
+void followGaze(const FaceFile& file, std::span<const GazeTurn> gaze, PositionMatrix& markers) {
+  for (const LidPair& lids : gaze.empty() ? std::vector<LidPair>() : lidPairs(file)) {
+    const LidFollow up = lidFollow(lids.side, true), down = lidFollow(lids.side, false);
+    for (Eigen::Index f = 0; f < markers.rows(); ++f) {
+      const double pitch = double{gaze[unsignedIndex(f)].pitch};
+      const double share = std::min(1.0, std::abs(pitch) / kWholeLook);
+      auto upper = markers.block<1, 3>(f, 3 * lids.upper), lower = markers.block<1, 3>(f, 3 * lids.lower);
+      const double open = std::clamp((upper - lower).dot(lids.opening) / lids.opening.squaredNorm(), 0.0, 1.0);
+      const LidFollow& follow = pitch > 0 ? up : down;
+      upper += share * open * follow.upper * lids.opening;
+      lower += share * open * follow.lower * lids.opening;
+    }
+  }
+}
+
 /// Lids come as near to each other on the head as the actor's do, as a share of the eye's opening at rest: the warp
 /// carries millimetres, and a blink of a wide eye takes a narrow eye's upper lid through the lower one.
 void shareLids(const FaceFile& file, const MarkerPositions& neutral, const PositionMatrix& frames,
                PositionMatrix& markers) {
   constexpr double kWhole = 0.3;  // of the opening: lids that have closed by it go by their share alone
-  const auto row = [&](const char* name) {
-    return std::find(file.marker_names.begin(), file.marker_names.end(), name) - file.marker_names.begin();
-  };
-  for (const auto& [above, below] : {std::pair("LID_UP_R", "LID_LO_R"), std::pair("LID_UP_L", "LID_LO_L")}) {
-    const Eigen::Index upper = row(above), lower = row(below);
-    if (std::max(upper, lower) >= file.marker_targets.rows()) continue;
-    const Eigen::RowVector3d of_actor = neutral.row(upper) - neutral.row(lower),
-                             of_head = file.marker_targets.row(upper) - file.marker_targets.row(lower);
-    if (!(of_actor.norm() > 0) || !(of_head.norm() > 0)) continue;
+  for (const auto& [side, upper, lower, of_head] : lidPairs(file)) {
+    const Eigen::RowVector3d of_actor = neutral.row(upper) - neutral.row(lower);
+    if (!(of_actor.norm() > 0)) continue;
     const Eigen::RowVector3d up = of_head.normalized();
     for (Eigen::Index f = 0; f < frames.rows(); ++f) {
-      const auto apart = [&](const PositionMatrix& at) -> Eigen::RowVector3d {
-        return at.block<1, 3>(f, 3 * upper) - at.block<1, 3>(f, 3 * lower);
+      const auto apart = [&, above = upper, below = lower](const PositionMatrix& at) -> Eigen::RowVector3d {
+        return at.block<1, 3>(f, 3 * above) - at.block<1, 3>(f, 3 * below);
       };
       const double share = apart(frames).dot(of_actor) / of_actor.squaredNorm();
       if (share >= 1) continue;
@@ -203,8 +256,10 @@ void shareLids(const FaceFile& file, const MarkerPositions& neutral, const Posit
 
 }  // namespace
 
-FaceMotion FaceRig::retarget(const MotionClip& motion, const ActorPose* actor, std::span<const LipPose> lips) const {
+FaceMotion FaceRig::retarget(const MotionClip& motion, const ActorPose* actor, std::span<const LipPose> lips,
+                             std::span<const GazeTurn> gaze) const {
   MOUTHPIECE_EXPECT(lips.empty() || lips.size() == motion.frameCount());
+  MOUTHPIECE_EXPECT(gaze.empty() || gaze.size() == motion.frameCount());
   const std::vector<std::string>& names = data_->file.marker_names;
   const CompletedMarkers completed = completedMarkers(motion, neutralOf(motion, actor, data_->file),
                                                       data_->file.control, data_->file.actor_neutral_mm);
@@ -228,6 +283,7 @@ FaceMotion FaceRig::retarget(const MotionClip& motion, const ActorPose* actor, s
       markers.row(frame) += double{lips[unsignedIndex(frame)].rounding} * added;
   }
   shareLids(data_->file, neutral, frames, markers);
+  followGaze(data_->file, gaze, markers);
   FaceMotion result(std::move(markers), pairs.size());
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Eigen::Index upper = pairs[i].upper_marker, lower = pairs[i].lower_marker;

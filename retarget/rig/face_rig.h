@@ -51,9 +51,10 @@ class FaceRig {
   /// `motion` holds the rig's markers by name; others are ignored, and some may be missing (completedMarkers). Lips
   /// that are apart on the mesh at rest are brought together by as much as the actor's are closed. `actor`: who moves;
   /// null: the actor of the corpus the face was fitted with. `lips`: one a frame (lipsFromPhones); empty, where the
-  /// phones are not known: LipPose{}.
+  /// phones are not known: LipPose{}. `gaze`: one a frame, or empty: lids follow eyes that look up or down, which no
+  /// marker of the actor's has seen.
   [[nodiscard]] FaceMotion retarget(const MotionClip& motion, const ActorPose* actor = nullptr,
-                                    std::span<const LipPose> lips = {}) const;
+                                    std::span<const LipPose> lips = {}, std::span<const GazeTurn> gaze = {}) const;
 
   /// Deforms one frame of retarget()'s: `out` is vertices x 3 (resized when needed), mesh units. Thread-safe; when
   /// `out` already has its size nothing is allocated once a thread has posed this face.

@@ -78,7 +78,6 @@ RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions
 
 /// Sets EyeLook... in `weights` (frames x 52) to where the eyes look; they are 1 at kWholeLook.
 void addGaze(std::span<const GazeTurn> gaze, RowMajorMatrixF& weights);
-inline constexpr float kWholeLook = 0.52F;  ///< radians: 30 degrees
 
 /// Live Link Face's CSV: time code, 52 weights, and the head's and the eyes' turns, radians (docs/formats/arkit.md).
 std::string liveLinkCsv(const ArkitCurves& curves);

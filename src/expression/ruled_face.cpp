@@ -15,18 +15,11 @@ namespace {
 constexpr double kRadians = std::numbers::pi / 180;
 constexpr Seconds kRampAtEnds = 0.3;
 
-// A blink: closing, closed, opening (VanderWerf et al. 2003); how often (Bentivoglio et al. 1997, in conversation 26 a
-// minute, at rest 17), and above all where nothing is said.
-constexpr Seconds kCloses = 0.09, kClosed = 0.03, kOpens = 0.19;
+// How often blinks come (Bentivoglio et al. 1997, in conversation 26 a minute, at rest 17), and above all where nothing
+// is said.
 constexpr double kBlinksASecond = 20.0 / 60;
 constexpr double kInPause = 2.5, kInSpeech = 0.7;
-constexpr Seconds kLeastBetweenBlinks = 0.9, kUsualBetweenBlinks = 3, kNearPause = 0.1;
-
-double closedShare(Seconds since) {
-  if (since < 0) return 0;
-  if (since < kCloses) return smoothStep(since / kCloses);
-  return 1 - smoothStep((since - kCloses - kClosed) / kOpens);
-}
+constexpr Seconds kLeastBetweenBlinks = 0.9, kNearPause = 0.1;
 
 bool isByPause(const std::vector<Beat>& beats, Seconds time) {
   auto beat = std::lower_bound(beats.begin(), beats.end(), time - kNearPause,
@@ -38,13 +31,10 @@ bool isByPause(const std::vector<Beat>& beats, Seconds time) {
 }
 
 std::vector<Seconds> drawnBlinks(const std::vector<Beat>& beats, Seconds end, Dice& dice) {
-  constexpr Seconds kStep = 0.02;
   std::vector<Seconds> blinks;
   Seconds last = -dice.between(0, kUsualBetweenBlinks);
-  for (Seconds time = 0; time < end - kCloses - kClosed - kOpens; time += kStep) {
-    const Seconds since = time - last;
-    const double rate = kBlinksASecond * (isByPause(beats, time) ? kInPause : kInSpeech) * since / kUsualBetweenBlinks;
-    if (!dice.falls(since < kLeastBetweenBlinks ? 0 : rate * kStep)) continue;
+  for (Seconds time = 0; time < end - kOpenAgain; time += kBlinkStep) {
+    if (!blinksNow(time - last, isByPause(beats, time) ? kInPause : kInSpeech, dice)) continue;
     blinks.push_back(time);
     last = time;
   }
@@ -91,6 +81,21 @@ struct Sway {
 
 }  // namespace
 
+double lidsClosed(Seconds since) {
+  if (since < 0) return 0;
+  if (since < kCloses) return smoothStep(since / kCloses);
+  return 1 - smoothStep((since - kCloses - kClosed) / kOpens);
+}
+
+bool blinksNow(Seconds since, double more, Dice& dice) {
+  const double rate = kBlinksASecond * more * since / kUsualBetweenBlinks;
+  return dice.falls(since < kLeastBetweenBlinks ? 0 : rate * kBlinkStep);
+}
+
+Seconds saccadeLasts(double from_yaw, double from_pitch, double to_yaw, double to_pitch) {
+  return 0.021 + 0.0022 * std::hypot(to_yaw - from_yaw, to_pitch - from_pitch);
+}
+
 PositionMatrix ruledUpperFace(const std::vector<Beat>& beats, bool asks, std::span<const Seconds> times, Dice& dice,
                               std::vector<Seconds>& blinks) {
   PositionMatrix weights = PositionMatrix::Zero(std::ssize(times), std::ssize(kArkitNames));
@@ -109,7 +114,7 @@ PositionMatrix ruledUpperFace(const std::vector<Beat>& beats, bool asks, std::sp
   if (asks && last != beats.rend()) rises.push_back({last->accent, last->span.end - last->accent + 0.2, 0.5});
   for (std::size_t k = 0; k < times.size(); ++k) {
     double closed = 0, up = 0;
-    for (const Seconds blink : blinks) closed = std::max(closed, closedShare(times[k] - blink));
+    for (const Seconds blink : blinks) closed = std::max(closed, lidsClosed(times[k] - blink));
     for (const Rise& rise : rises) up = std::max(up, rise.share * raised(times[k], rise.peak, 0.2, rise.stays, 0.35));
     addTo(weights, {"EyeBlinkLeft", "EyeBlinkRight"}, k, closed);
     addTo(weights, {"BrowInnerUp", "BrowOuterUpLeft", "BrowOuterUpRight"}, k, up);
@@ -172,9 +177,7 @@ std::vector<GazeTurn> ruledGaze(const std::vector<Beat>& beats, std::span<const 
     while (now + 1 < all.size() && all[now + 1].start <= times[k]) ++now;
     const Fixation& to = all[now];
     const Fixation& from = now > 0 ? all[now - 1] : to;
-    // A saccade lasts 21 ms and 2.2 ms a degree (Carpenter 1988).
-    const Seconds lasts = 0.021 + 0.0022 * std::hypot(to.yaw - from.yaw, to.pitch - from.pitch);
-    const double share = smoothStep((times[k] - to.start) / lasts);
+    const double share = smoothStep((times[k] - to.start) / saccadeLasts(from.yaw, from.pitch, to.yaw, to.pitch));
     const double inside = insideLine(times, times[k]);
     const HeadTurn turned = head.empty() ? HeadTurn{} : head[k];
     constexpr double kMost = 30 * kRadians;

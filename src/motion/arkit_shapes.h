@@ -9,6 +9,9 @@
 
 namespace mouthpiece {
 
+/// How far the eyes have turned where an EyeLook... is 1; radians: 30 degrees.
+inline constexpr float kWholeLook = 0.52F;
+
 /// Apple's names of ARKit's blend shapes, in the order of Live Link Face.
 inline constexpr std::array<std::string_view, 52> kArkitNames{"EyeBlinkLeft",
                                                               "EyeLookDownLeft",

@@ -24,8 +24,8 @@ struct ShapeSample {
 /// What a page needs to make its line again after an edit, without the corpus: CBOR
 /// (docs/decisions/0013-portable-core.md).
 struct LinePackage {
-  /// `labels` before any border was moved, no edits, and of the sound its length and, where it moves the lips, its
-  /// measures.
+  /// `labels` before any border was moved, no edits, and of the sound how long it lasts and, where it moves the lips,
+  /// its measures.
   SynthesisRequest request;
   SynthesisPlan plan;  ///< before any unit was taken from elsewhere
   /// Of the takes, those that hold a pair of the line's phones, in their order; `motion_source` knows the motion of

@@ -15,6 +15,8 @@ namespace {
 constexpr std::size_t kMostPhones = 1'000'000;
 constexpr std::int64_t kMostTakes = 1'000'000;
 constexpr double kLargest = 1e9;
+constexpr Seconds kLongestTake = 1e6;            ///< eleven days
+constexpr Eigen::Index kMostFrames = 1'000'000;  ///< of the line: four hours and a half at 60 Hz
 
 /// Rows of `columns` numbers of which none is farther from 0 than kLargest, or NaN where that is allowed.
 RowMajorMatrixF floatsFrom(const JsonField& field, Eigen::Index columns, bool nan_allowed = false) {
@@ -81,18 +83,15 @@ SpeechLabels labelsFrom(const JsonField& field) {
     if (!first || !last || *last < *first) field["syllables"].fail("found a syllable without phones");
     labels.syllables.push_back({{PhoneIndex(*first), PhoneIndex(*last)}, syllables[i + 2]});
   }
-  Seconds before = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const TimeSpan span{times[2 * i], times[2 * i + 1]};
     if (phones[i] >= kPhoneCount) field["phones"].fail(fmt::format("found phone {}", phones[i]));
-    if (!(span.start >= before && span.end >= span.start && span.end <= kLargest))
-      field["times_s"].fail(
-          fmt::format("found phone {} from {} to {} s; expected times that rise", i, span.start, span.end));
-    before = span.end;
     labels.phones.push_back({static_cast<Phone>(phones[i]), span,
                              indexFrom(field["word"], words_of[i], labels.words.size()),
                              indexFrom(field["syllable"], syllables_of[i], labels.syllables.size()), ipa[i].text()});
   }
+  if (const std::string_view fault = faultOf(labels); !fault.empty()) field.fail(fault);
+  if (labels.duration() > kLongestTake) field["times_s"].fail(fmt::format("found {} s", labels.duration()));
   return labels;
 }
 
@@ -194,9 +193,11 @@ Corpus corpusFrom(const JsonField& field, const std::string& file) {
   const std::vector<std::string> names = corpus.layout.markerNames();
   const auto columns = signedIndex(3 * names.size());
   corpus.neutral_pose_mm = markersFrom(field["neutral_mm"], names.size());
-  const Eigen::VectorXd settings = field["settings"].numbers(std::ssize(kMotionSettings), 1e6);
-  for (std::size_t i = 0; i < kMotionSettings.size(); ++i)
-    corpus.motion_settings.*kMotionSettings[i].value = settings(signedIndex(i));
+  const std::vector<JsonField> settings = field["settings"].list(kMotionSettings.size(), kMotionSettings.size());
+  for (std::size_t i = 0; i < kMotionSettings.size(); ++i) {
+    const MotionSetting& setting = kMotionSettings[i];
+    corpus.motion_settings.*setting.value = settings[i].number(setting.least, setting.largest);
+  }
   if (const JsonField model = field["model"]; model.exists())
     corpus.trajectory_model = std::make_shared<TrajectoryModel>(modelFrom(model, columns));
   if (const JsonField poses = field["poses"]; poses.exists()) corpus.viseme_poses = poses.text(std::size_t{1} << 26);
@@ -243,6 +244,7 @@ SynthesisPlan planFrom(const JsonField& field, const SpeechLabels& labels, const
 FaceMesh meshFrom(const JsonField& field) {
   FaceMesh mesh;
   mesh.vertices = floatsFrom(field["vertices"], 3);
+  if (mesh.vertices.rows() == 0) field["vertices"].fail("found no vertex");
   const auto corners = field["triangles"].blob<std::uint32_t>();
   if (corners.size() % 3 != 0) field["triangles"].fail("expected three corners a triangle");
   for (std::size_t i = 0; i < corners.size(); i += 3) {
@@ -264,6 +266,9 @@ FaceMesh meshFrom(const JsonField& field) {
     part.triangle_count = unsignedIndex(entry["triangles"].whole(0, signedIndex(left)));
     part.stands_off = entry["stands_off"].flag();
   }
+  const bool is_whole = !mesh.parts.empty() &&
+                        mesh.parts.back().first_triangle + mesh.parts.back().triangle_count == mesh.triangles.size();
+  if (!is_whole) field["parts"].fail("found parts that do not hold all triangles");
   mesh.metres_per_unit = field["metres_per_unit"].number(1e-9, 1e9);
   return mesh;
 }
@@ -279,11 +284,11 @@ ShapeSample sampleFrom(const JsonField& field, const FaceMesh& mesh) {
   return sample;
 }
 
-/// A sound as long as the line's, without what it says.
-AudioClip silenceFrom(const JsonField& field) {
-  AudioClip audio{static_cast<int>(field["rate_hz"].whole(0, 1'000'000)), {}};
-  audio.samples.resize(unsignedIndex(field["count"].whole(0, 1'000'000'000)));
-  return audio;
+/// How long the line's sound lasts; 0 where it has none.
+Seconds soundLasts(const JsonField& field) {
+  const std::int64_t count = field["count"].whole(0, 1'000'000'000);
+  if (count == 0) return 0;
+  return asReal(count) / asReal(field["rate_hz"].whole(1, 1'000'000));
 }
 
 SoundMeasures measuresFrom(const JsonField& field) {
@@ -308,7 +313,11 @@ LinePackage parseLinePackage(std::string_view bytes, const std::string& name) {
   request.text = field["text"].text(std::size_t{1} << 24);
   request.labels = labelsFrom(field["labels"]);
   request.options = optionsFrom(field["options"]);
-  request.audio = silenceFrom(field["sound"]);
+  request.sound_lasts = soundLasts(field["sound"]);
+  const Seconds lasts = std::max(request.labels.duration(), request.sound_lasts);
+  if (lasts * request.options.frame_rate_hz > asReal(kMostFrames))
+    field["labels"].fail(fmt::format("found a line of {} s at {} Hz; expected at most {} frames", lasts,
+                                     request.options.frame_rate_hz, kMostFrames));
   if (const JsonField measures = field["sound"]["measures"]; measures.exists())
     request.measures = measuresFrom(measures);
   request.options.context.hear = request.options.context.hear && request.measures.has_value();

@@ -112,7 +112,7 @@ void PageEngine::render(std::string_view edits_json) {
   const UtteranceAnimation& animation = line->animation;
   warnings.insert(warnings.end(), animation.warnings.begin(), animation.warnings.end());
   for (const std::string& warning : warnings) line->warnings += warning + '\n';
-  line->motion = data_->rig.retarget(animation.motion, &data_->package.actor, animation.lips);
+  line->motion = data_->rig.retarget(animation.motion, &data_->package.actor, animation.lips, animation.gaze);
   const double rate = animation.motion.frame_rate_hz;
   if (const AnimationCurve* curve = findCurve(animation.curves, "larynx"))
     line->larynx = sampleCurve(*curve, frameTimes(0, animation.motion.frameCount(), rate));

@@ -96,12 +96,17 @@ std::string nearestTo(std::string_view typed, const CLI::App& app) {
   return best;
 }
 
-/// "did you mean --text?" for each word that nobody knows.
-void suggest(const CLI::App& app) {
-  for (const std::string& typed : app.remaining(true)) {
-    const std::string meant = nearestTo(typed, app);
-    if (!meant.empty() && meant != typed) fmt::print(stderr, "{}: did you mean {}?\n", program_name, meant);
+/// Wrong usage on one line, as every other error: what CLI11 says, what may have been meant by words that nobody knows,
+/// and whose help tells more.
+std::string wrongUsage(const CLI::App* app, const CLI::Error& error) {
+  std::string text = fmt::format("{}: {}", program_name, printable(error.what(), 2000));
+  for (const std::string& typed : app->remaining(true)) {
+    const std::string meant = nearestTo(typed, *app);
+    if (!meant.empty() && meant != typed) text += fmt::format("; did you mean {}?", meant);
   }
+  std::string command(program_name);
+  for (const CLI::App* each : app->get_subcommands()) command += " " + each->get_name();
+  return fmt::format("{} (`{} --help` tells more)\n", text, command);
 }
 
 /// The user's defaults that the command line does not give, as options before it. Throws InputError for a key that no
@@ -154,15 +159,14 @@ std::vector<std::string> withDefaults(const CLI::App& app, int argc, const char*
 int parse(CLI::App& app, int argc, const char* const* argv, bool& finished) {
   std::vector<std::string> arguments = withDefaults(app, argc, argv);
   std::reverse(arguments.begin(), arguments.end());  // as CLI11 takes them
+  app.failure_message(wrongUsage);
   try {
     app.parse(std::move(arguments));
     finished = false;
     return kExitDone;
   } catch (const CLI::ParseError& error) {
     finished = true;
-    const bool is_done = app.exit(error) == 0;
-    if (!is_done) suggest(app);
-    return is_done ? kExitDone : kExitWrongUsage;
+    return app.exit(error) == 0 ? kExitDone : kExitWrongUsage;
   }
 }
 

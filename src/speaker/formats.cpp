@@ -250,6 +250,9 @@ std::size_t rowOf(const fs::path& path) {
   for (std::size_t i = 0; i < kFormats.size(); ++i) {
     if (name.ends_with(kFormats[i].ending)) return i;
   }
+  std::error_code error;
+  if (name.empty() || fs::is_directory(path, error))
+    throw InputError(path.string(), "", "names a folder; expected a file, as in folder/talk.glb");
   std::string endings;
   for (const Format& format : kFormats) endings += fmt::format("{}{}", endings.empty() ? "" : " ", format.ending);
   throw InputError(path.string(), "", "found an unknown ending; expected one of " + endings);

@@ -11,6 +11,7 @@
 #include "base/index.h"
 #include "base/smooth_step.h"
 #include "exports/arkit.h"
+#include "expression/live_face.h"
 #include "hearing/alignment/pronouncer.h"
 #include "hearing/recognition/live_ear.h"
 #include "speaker/chunk_order.h"
@@ -62,7 +63,9 @@ struct LiveStream::Data {
   void expectOpen(bool is_sound);
   void catchUp();
   void makeFrames(Seconds known_until, std::span<const PhoneSegment> guess);
-  void show(const LiveFrames& frames);
+  void show(LiveFrames frames);
+  std::vector<GazeTurn> moveUpperFace(PositionMatrix& positions_mm);
+  void poseMesh();
   [[nodiscard]] ShownFrame restingFrame() const;
   [[nodiscard]] Seconds now() const { return asReal(motion.frameCount()) / rate_hz; }
   const Frame* pulled();
@@ -71,6 +74,8 @@ struct LiveStream::Data {
   LiveOptions options;
   double rate_hz;
   LiveMotion motion;
+  LiveFace upper_face;
+  std::vector<bool> upper_columns;
   std::unique_ptr<Voice> voice;
   std::unique_ptr<Pronouncer> pronouncer;
   // Of sound:
@@ -105,6 +110,8 @@ LiveStream::Data::Data(LiveSetup made_of, const LiveOptions& wanted)
       options(wanted),
       rate_hz(setup.synthesis.frame_rate_hz),
       motion(setup.corpus.data().units, setup.synthesis, *setup.language),
+      upper_face(setup.synthesis.expression, rate_hz),
+      upper_columns(upperFaceColumns(setup.corpus.data().corpus.layout)),
       resampler(wanted.sample_rate_hz, LiveEar::kRateHz),
       order(wanted.sample_rate_hz) {
   weights_clip = {rate_hz, setup.corpus.markerNames(), PositionMatrix(0, setup.corpus.data().actor.neutral_mm.size())};
@@ -222,7 +229,32 @@ void LiveStream::Data::makeFrames(Seconds known_until, std::span<const PhoneSegm
   said_until = std::max(motion.saidUntil(), now());
 }
 
-void LiveStream::Data::show(const LiveFrames& frames) {
+/// Blinks, where they are wished for, in place of what lids and brows do with the mouth's fragments. Returns where the
+/// eyes look, one a frame, or nothing.
+std::vector<GazeTurn> LiveStream::Data::moveUpperFace(PositionMatrix& positions_mm) {
+  if (!upper_face.blinks() && !upper_face.looks()) return {};
+  const Corpus& corpus = setup.corpus.data().corpus;
+  std::vector<GazeTurn> gaze;
+  PositionMatrix weights = PositionMatrix::Zero(positions_mm.rows(), std::ssize(kArkitNames));
+  for (Eigen::Index row = 0; row < positions_mm.rows(); ++row) {
+    const LiveFace::Pose pose = upper_face.next();
+    gaze.push_back(pose.gaze);
+    weights(row, arkitIndex("EyeBlinkLeft")) = weights(row, arkitIndex("EyeBlinkRight")) = pose.closed;
+  }
+  if (upper_face.blinks()) {
+    const PositionMatrix moves = shapeDisplacements(weights, corpus.layout, corpus.neutral_pose_mm);
+    for (std::size_t i = 0; i < upper_columns.size(); ++i) {
+      const auto column = signedIndex(i);
+      if (upper_columns[i])
+        positions_mm.col(column) = moves.col(column).array() + corpus.neutral_pose_mm.data()[column];
+    }
+  }
+  if (!upper_face.looks()) gaze.clear();
+  return gaze;
+}
+
+void LiveStream::Data::show(LiveFrames frames) {
+  const std::vector<GazeTurn> gaze = moveUpperFace(frames.positions_mm);
   const auto count = unsignedIndex(frames.positions_mm.rows());
   PositionMatrix& behind = weights_clip.positions_mm;
   const Eigen::Index kept = std::min<Eigen::Index>(behind.rows(), signedIndex(kWeightsBehind));
@@ -230,11 +262,16 @@ void LiveStream::Data::show(const LiveFrames& frames) {
   joined << behind.bottomRows(kept), frames.positions_mm;
   behind = std::move(joined);
   const SharedCorpus::Data& corpus = setup.corpus.data();
-  const RowMajorMatrixF weights = arkitFromMarkers(weights_clip, &corpus.actor.neutral_mm);
+  RowMajorMatrixF weights = arkitFromMarkers(weights_clip, &corpus.actor.neutral_mm);
+  if (!gaze.empty()) {
+    RowMajorMatrixF shown = weights.bottomRows(signedIndex(count));
+    addGaze(gaze, shown);
+    weights.bottomRows(signedIndex(count)) = shown;
+  }
   FaceMotion face;
   if (setup.face)
     face = setup.face->data().rig.retarget({rate_hz, weights_clip.marker_names, frames.positions_mm}, &corpus.actor,
-                                           frames.lips);
+                                           frames.lips, gaze);
   const std::scoped_lock lock(mutex);
   for (std::size_t i = 0; i < count; ++i) {
     const auto row = signedIndex(i);
@@ -244,6 +281,7 @@ void LiveStream::Data::show(const LiveFrames& frames) {
     Eigen::Map<Eigen::RowVectorXf>(made.arkit.data(), kArkitShapes) = weights.row(kept + row);
     made.lips = frames.lips[i];
     made.tongue = frames.tongue[i];
+    if (!gaze.empty()) made.gaze = gaze[i];
     if (!setup.face) continue;
     const FacePose pose = face.pose(FrameIndex(i));
     made.face_markers.assign(pose.markers.begin(), pose.markers.end());
@@ -274,10 +312,6 @@ void LiveStream::Data::pushPhones(const std::vector<PhoneSegment>& phones) {
 
 LiveStream makeLiveStream(LiveSetup setup, const LiveOptions& options) {
   expectUsable(options);
-  const ExpressionOptions& expression = setup.synthesis.expression;
-  if (expression.upper_face != UpperFaceSource::kMouth || expression.gaze || expression.head || expression.hasMood())
-    throw InputError(
-        "found an upper face, gaze, head motion or mood for a stream; expected a line that is known as a whole");
   return LiveStream(std::make_unique<LiveStream::Data>(std::move(setup), options));
 }
 
@@ -434,6 +468,13 @@ const Frame* LiveStream::Data::pulled() {
   return &frame;
 }
 
+void LiveStream::Data::poseMesh() {
+  const FaceRig& rig = setup.face->data().rig;
+  rig.deform(FacePose(current.face_markers, current.lip_gaps), current.tongue, vertices);
+  if (upper_face.looks()) rig.turnEyes(current.gaze, vertices);
+  frame.vertices = {vertices.data(), unsignedIndex(vertices.size())};
+}
+
 const Frame* LiveStream::next() {
   Data& data = *data_;
   const Frame* frame = nullptr;
@@ -445,9 +486,7 @@ const Frame* LiveStream::next() {
     frame = data.pulled();
   }
   if (!data.setup.face) return frame;
-  data.setup.face->data().rig.deform(FacePose(data.current.face_markers, data.current.lip_gaps), data.current.tongue,
-                                     data.vertices);
-  data.frame.vertices = {data.vertices.data(), unsignedIndex(data.vertices.size())};
+  data.poseMesh();
   return frame;
 }
 
@@ -462,11 +501,7 @@ const Frame* LiveStream::nextNow() {
     lerpFrame(data.stalled_from, data.resting, smoothStep(asReal(data.at_rest) / data.rate_hz / kToRest), data.current);
     data.pulled();
   }
-  if (data.setup.face) {
-    data.setup.face->data().rig.deform(FacePose(data.current.face_markers, data.current.lip_gaps), data.current.tongue,
-                                       data.vertices);
-    data.frame.vertices = {data.vertices.data(), unsignedIndex(data.vertices.size())};
-  }
+  if (data.setup.face) data.poseMesh();
   return &data.frame;
 }
 

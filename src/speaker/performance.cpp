@@ -105,7 +105,7 @@ const FaceMotion& Performance::Data::faceMotion() const {
   const std::scoped_lock lock(mutex_);
   if (!face_motion_) {
     face_motion_ = timed(later_ms_.retarget, [&] {
-      return needFace().rig.retarget(animation.motion, actor ? &*actor : nullptr, animation.lips);
+      return needFace().rig.retarget(animation.motion, actor ? &*actor : nullptr, animation.lips, animation.gaze);
     });
   }
   return *face_motion_;
@@ -163,7 +163,13 @@ const RowMajorMatrixF& Performance::Data::arkitOfHead() const {
     const FaceShapes shapes = ownShapes();
     const bool has_arkit = std::any_of(shapes.names.begin(), shapes.names.end(),
                                        [](const std::string& name) { return arkitIndex(name) >= 0; });
-    arkit_of_head_ = has_arkit ? fitArkit(uprightVertices(), needFace().rig.mesh(), shapes).weights : arkit();
+    arkit_of_head_ = arkit();
+    if (has_arkit) {
+      // EyeLook... takes the lids along by itself: what is fitted looks ahead.
+      const FaceRig& rig = needFace().rig;
+      const FaceMotion ahead = rig.retarget(animation.motion, actor ? &*actor : nullptr, animation.lips);
+      arkit_of_head_ = fitArkit(allOf(framesOf(ahead, {})), rig.mesh(), shapes).weights;
+    }
     addGaze(animation.gaze, *arkit_of_head_);
   }
   return *arkit_of_head_;
@@ -205,17 +211,22 @@ std::string Performance::Data::smallGlb() const {
   return smallGlbBytes(own.rig.mesh(), shapes(), own.rig.name(), head ? &*head : nullptr);
 }
 
-VertexPositions Performance::Data::verticesAt(FrameIndex frame) const {
+VertexPositions Performance::Data::verticesOf(const FaceMotion& moving, FrameIndex frame,
+                                              std::span<const GazeTurn> gaze) const {
   VertexPositions vertices;
   const TonguePose tongue = frame.value < animation.tongue.size() ? animation.tongue[frame.value] : TonguePose{};
-  needFace().rig.deform(faceMotion().pose(frame), tongue, vertices);
-  if (frame.value < animation.gaze.size()) needFace().rig.turnEyes(animation.gaze[frame.value], vertices);
+  needFace().rig.deform(moving.pose(frame), tongue, vertices);
+  if (frame.value < gaze.size()) needFace().rig.turnEyes(gaze[frame.value], vertices);
   return vertices;
 }
 
-FrameMaker Performance::Data::uprightFrames() const {
-  const auto make = [this](Eigen::Index frame, std::span<float> out) {
-    const VertexPositions vertices = verticesAt(FrameIndex(unsignedIndex(frame)));
+VertexPositions Performance::Data::verticesAt(FrameIndex frame) const {
+  return verticesOf(faceMotion(), frame, animation.gaze);
+}
+
+FrameMaker Performance::Data::framesOf(const FaceMotion& moving, std::span<const GazeTurn> gaze) const {
+  const auto make = [this, &moving, gaze](Eigen::Index frame, std::span<float> out) {
+    const VertexPositions vertices = verticesOf(moving, FrameIndex(unsignedIndex(frame)), gaze);
     std::copy_n(vertices.data(), out.size(), out.data());
   };
   return {animation.motion.frame_rate_hz,
@@ -224,6 +235,8 @@ FrameMaker Performance::Data::uprightFrames() const {
           {},
           make};
 }
+
+FrameMaker Performance::Data::uprightFrames() const { return framesOf(faceMotion(), animation.gaze); }
 
 FaceAnimation Performance::Data::uprightVertices() const { return allOf(uprightFrames()); }
 

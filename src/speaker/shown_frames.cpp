@@ -22,6 +22,7 @@ void lerpFrame(const ShownFrame& from, const ShownFrame& rest, double way, Shown
                  });
   to.lips = {mixedFloat(from.lips.seal, rest.lips.seal), mixedFloat(from.lips.parting, rest.lips.parting),
              mixedFloat(from.lips.tuck, rest.lips.tuck), mixedFloat(from.lips.rounding, rest.lips.rounding)};
+  to.gaze = {mixedFloat(from.gaze.yaw, rest.gaze.yaw), mixedFloat(from.gaze.pitch, rest.gaze.pitch)};
   to.tongue = {mixedFloat(from.tongue.tip_up, rest.tongue.tip_up),
                mixedFloat(from.tongue.tip_forward, rest.tongue.tip_forward),
                mixedFloat(from.tongue.back_up, rest.tongue.back_up)};

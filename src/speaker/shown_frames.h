@@ -19,6 +19,7 @@ struct ShownFrame {
   TonguePose tongue;
   std::vector<double> face_markers;  ///< empty: no face
   std::vector<LipGap> lip_gaps;
+  GazeTurn gaze;
 };
 
 /// `to` becomes what lies between `from` and `rest`, as far as `way` (0 to 1) says. All have the same sizes.

@@ -84,6 +84,10 @@ struct Performance::Data {
   [[nodiscard]] FaceAnimation uprightVertices() const;
   [[nodiscard]] FrameMaker uprightFrames() const;
   [[nodiscard]] VertexPositions verticesAt(FrameIndex frame) const;
+  /// Upright, of another motion of the same frames; it and `gaze` must outlive the frames.
+  [[nodiscard]] FrameMaker framesOf(const FaceMotion& moving, std::span<const GazeTurn> gaze) const;
+  [[nodiscard]] VertexPositions verticesOf(const FaceMotion& moving, FrameIndex frame,
+                                           std::span<const GazeTurn> gaze) const;
   /// The moving vertices as few shapes, nothing of it left to shapes that the head has of its own.
   const PrincipalShapes& wholeShapes() const;
   /// frames x 52, fitted to the markers.

@@ -42,7 +42,7 @@ void expectUsable(const SynthesisRequest& request, const Corpus& corpus) {
 std::vector<Seconds> frameTimesOf(const SynthesisRequest& request) {
   constexpr double kRounding = 1e-6;  // frames
   const double rate = request.options.frame_rate_hz;
-  const Seconds duration = std::max(request.labels.duration(), request.audio.duration());
+  const Seconds duration = std::max({request.labels.duration(), request.audio.duration(), request.sound_lasts});
   return frameTimes(0, static_cast<std::size_t>(std::max(1.0, std::ceil(duration * rate - kRounding))), rate);
 }
 
@@ -123,8 +123,9 @@ void addDials(const SpeechDials& dials, std::vector<SettingUsed>& settings) {
 std::optional<HeardLine> heardIn(const SynthesisRequest& request, const Corpus& corpus) {
   const TrajectoryModel* model = corpus.trajectory_model.get();
   const bool hears = request.options.context.hear && model != nullptr && !model->sound.isEmpty();
-  if (!hears || request.audio.samples.empty()) return std::nullopt;
+  if (!hears) return std::nullopt;
   if (request.measures) return HeardLine(model->sound, *request.measures, request.labels);
+  if (request.audio.samples.empty()) return std::nullopt;
   return HeardLine(model->sound, request.audio, request.labels);
 }
 

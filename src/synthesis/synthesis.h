@@ -54,6 +54,7 @@ struct SynthesisRequest {
   std::vector<SelectedUnit> units = {};        ///< chosen already, with the sound; empty: chosen here
   AudioTags tags = {};                         ///< what was heard in `audio`, for curves in a sung style
   std::optional<SoundMeasures> measures = {};  ///< of `audio`, where they are known already
+  Seconds sound_lasts = 0;                     ///< what `audio` lasts, where only that is known of it
 };
 
 /// A stretch of the line and what moves the face in it.
@@ -92,7 +93,8 @@ SynthesisPlan planLine(const SpeechLabels& labels, const UnitDatabase& database,
 /// Moves the face as planned for request.labels, whatever request.units are: the fragments are warped to the line's
 /// phone times, resampled at the frame times and blended inside the phone that neighbours share (EDGE 5.1.2, 5.1.3),
 /// with viterbi in a corpus with a trajectory model also moved into the line's context; curves are led to meet them
-/// (docs/theory/vocal/vocal.md). As long as the longer of labels and audio. Throws InputError when the corpus has no
+/// (docs/theory/vocal/vocal.md). As long as the longest of labels, audio
+/// and sound_lasts. Throws InputError when the corpus has no
 /// takes or no poses for the curves, or the frame rate is none. Of StageTimings `motion` is filled. Thread-safe; the
 /// result does not depend on threads.
 UtteranceAnimation renderPlan(const SynthesisPlan& plan, const SynthesisRequest& request, const UnitDatabase& database);

@@ -159,6 +159,35 @@ const checks = {
     await page.waitForFunction(() => ![...document.querySelectorAll('#lines li .how')].some((how) => /waits|…/.test(how.textContent)), null, { timeout: 60000 });
   },
 
+  async 'lids, eyes, head and a mood are chosen, and stay with the line'(page) {
+    await page.locator('#expression summary').click();
+    await page.locator('#upper-face').selectOption('rules');
+    await page.locator('#gaze').check();
+    await page.locator('#head-motion').check();
+    await page.locator('#mood').selectOption('joy');
+    await page.screenshot({ path: `${screenshotStem}_expression.png` });
+    await page.locator('#text').fill('what a day it was');
+    await page.locator('#make').click();
+    const frame = await shownLine(page, 'what a day it was');
+    const settings = await frame.evaluate(() => mouthpiece.report.settings);
+    assert.equal(settings['upper face'], 'rules');
+    const folder = readdirSync(out).find((name) => name.includes('what-a-day-it-was'));
+    assert.deepEqual(JSON.parse(readFileSync(join(out, folder, 'line.json'), 'utf8')).expression,
+      { gaze: true, head_motion: true, mood: 'joy', mood_strength: 0.5, upper_face: 'rules' });
+  },
+
+  async 'an expression that is none is refused'() {
+    const { origin } = new URL(server.address);
+    const token = new URL(server.address).searchParams.get('token');
+    const good = { upper_face: 'rules', gaze: true, head_motion: false, mood: 'joy', mood_strength: 0.5 };
+    const bad = [{ mood: '/etc/passwd' }, { mood: 'weights.json' }, { mood: 'joy:1' }, { mood_strength: 2 }, { mood_strength: null }, { gaze: 'yes' }, { upper_face: 'all' }, { upper_face: 3 }];
+    for (const expression of [...bad.map((change) => ({ ...good, ...change })), [], 'rules', {}]) {
+      const reply = await fetch(`${origin}/line?token=${token}`, { method: 'POST', headers: { origin }, body: JSON.stringify({ text: 'a', expression }) });
+      assert.equal(reply.status, 400, JSON.stringify(expression));
+      assert.match(await reply.text(), /expression/);
+    }
+  },
+
   async 'nobody without the token gets anything'() {
     const { origin } = new URL(server.address);
     for (const path of ['/', '/state', '/file?line=0&name=speech.wav']) assert.equal((await fetch(origin + path)).status, 403);

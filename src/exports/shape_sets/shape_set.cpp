@@ -154,7 +154,8 @@ class ShapeSetMaker {
     const Eyeball left = eyeballOf(rig_.mesh(), true), right = eyeballOf(rig_.mesh(), false);
     for (std::size_t k = 0; k < kArkitNames.size(); ++k) {
       const std::string_view name = kArkitNames[k];
-      const MarkerPositions moves = markersOf(k);
+      MarkerPositions moves = markersOf(k);
+      if (name.starts_with("EyeLook")) keepLids(name, moves);
       LipPose lips;
       lips.seal = opensLips(name) ? 0.0F : 1.0F;
       TonguePose tongue;
@@ -165,9 +166,16 @@ class ShapeSetMaker {
       }
       add(lowerCamel(name), moves, lips, tongue, false);
       VertexPositions& added = set_.moves.back();
-      if (name.starts_with("EyeLook")) added.setZero();
       if (const auto gaze = gazeOf(name, true)) turnEye(rig_.mesh(), left, *gaze, added);
       if (const auto gaze = gazeOf(name, false)) turnEye(rig_.mesh(), right, *gaze, added);
+    }
+  }
+
+  /// Lids follow eyes that look up and down; nothing else does, and nothing eyes that look aside.
+  void keepLids(std::string_view look, MarkerPositions& moves) const {
+    const bool is_upright = look.starts_with("EyeLookUp") || look.starts_with("EyeLookDown");
+    for (std::size_t i = 0; i < set_.poses.marker_names.size(); ++i) {
+      if (!is_upright || !set_.poses.marker_names[i].starts_with("LID_")) moves.row(signedIndex(i)).setZero();
     }
   }
 

@@ -1,5 +1,6 @@
 #include "phonetics/labels/speech_labels.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/errors.h"
@@ -10,27 +11,28 @@ namespace {
 /// Neighbouring phones meet to within this: times come from decimal text and from sums of floats.
 constexpr Seconds kTimeTolerance = 1e-6;
 
-void expectPhonesConsistent(const SpeechLabels& labels) {
+std::string_view faultOfPhones(const SpeechLabels& labels) {
   const auto& phones = labels.phones;
-  MOUTHPIECE_EXPECT(phones.front().phone == Phone::kSil);
-  MOUTHPIECE_EXPECT(phones.back().phone == Phone::kSil);
-  MOUTHPIECE_EXPECT(phones.front().span.start >= 0);
+  if (phones.empty() || phones.front().phone != Phone::kSil || phones.back().phone != Phone::kSil)
+    return "does not begin and end in silence";
   for (std::size_t i = 0; i < phones.size(); ++i) {
     const LabelledPhone& phone = phones[i];
-    MOUTHPIECE_EXPECT(std::isfinite(phone.span.start) && std::isfinite(phone.span.end));
-    MOUTHPIECE_EXPECT(phone.span.start < phone.span.end);
-    MOUTHPIECE_EXPECT(!phone.word || *phone.word < labels.words.size());
-    MOUTHPIECE_EXPECT(!phone.syllable || *phone.syllable < labels.syllables.size());
-    MOUTHPIECE_EXPECT(phone.phone != Phone::kSil || (!phone.word && !phone.syllable));
-    if (i == 0) continue;
-    MOUTHPIECE_EXPECT(std::abs(phone.span.start - phones[i - 1].span.end) <= kTimeTolerance);
-    MOUTHPIECE_EXPECT(phone.phone != Phone::kSil || phones[i - 1].phone != Phone::kSil);
+    const TimeSpan& span = phone.span;
+    const Seconds before = i == 0 ? std::max(0.0, span.start) : phones[i - 1].span.end;
+    if (!(std::isfinite(span.end) && span.start < span.end && std::abs(span.start - before) <= kTimeTolerance))
+      return "its phones do not follow one another in time";
+    if ((phone.word && *phone.word >= labels.words.size()) ||
+        (phone.syllable && *phone.syllable >= labels.syllables.size()))
+      return "a phone names a word or syllable that is not there";
+    if (phone.phone != Phone::kSil) continue;
+    if (phone.word || phone.syllable) return "a silence names a word or syllable";
+    if (i > 0 && phones[i - 1].phone == Phone::kSil) return "two silences lie side by side";
   }
+  return "";
 }
 
-void expectRangeInside(const PhoneRange& range, std::size_t phone_count) {
-  MOUTHPIECE_EXPECT(range.first <= range.last);
-  MOUTHPIECE_EXPECT(range.last.value < phone_count);
+bool isInside(const PhoneRange& range, std::size_t phone_count) {
+  return range.first <= range.last && range.last.value < phone_count;
 }
 
 }  // namespace
@@ -51,23 +53,25 @@ bool isSaidAlike(const SpeechLabels& a, const SpeechLabels& b) {
   return true;
 }
 
-void expectConsistent(const SpeechLabels& labels) {
-  MOUTHPIECE_EXPECT(!labels.phones.empty());
-  expectPhonesConsistent(labels);
+std::string_view faultOf(const SpeechLabels& labels) {
+  if (const std::string_view fault = faultOfPhones(labels); !fault.empty()) return fault;
+  const auto& phones = labels.phones;
   for (std::size_t w = 0; w < labels.words.size(); ++w) {
     const PhoneRange& range = labels.words[w].phones;
-    expectRangeInside(range, labels.phones.size());
     // A word may hold a silence (a hesitation), which belongs to no word; its ends are its own.
-    MOUTHPIECE_EXPECT(labels.phones[range.first.value].word == w);
-    MOUTHPIECE_EXPECT(labels.phones[range.last.value].word == w);
+    if (!isInside(range, phones.size()) || phones[range.first.value].word != w || phones[range.last.value].word != w)
+      return "a phone does not name the word that it begins or ends";
   }
   for (std::size_t s = 0; s < labels.syllables.size(); ++s) {
     const PhoneRange& range = labels.syllables[s].phones;
-    expectRangeInside(range, labels.phones.size());
+    if (!isInside(range, phones.size())) return "a phone does not name the syllable that holds it";
     for (std::size_t i = range.first.value; i <= range.last.value; ++i) {
-      MOUTHPIECE_EXPECT(labels.phones[i].syllable == s);
+      if (phones[i].syllable != s) return "a phone does not name the syllable that holds it";
     }
   }
+  return "";
 }
+
+void expectConsistent(const SpeechLabels& labels) { MOUTHPIECE_EXPECT(faultOf(labels).empty()); }
 
 }  // namespace mouthpiece

@@ -55,7 +55,10 @@ struct SpeechLabels {
 /// Whether both say the same phones at the same times, to within 5 ms; the last silences may differ in length.
 bool isSaidAlike(const SpeechLabels& a, const SpeechLabels& b);
 
-/// Throws InternalError unless the promises above hold (times rise, indices in range, silence at the ends).
+/// Which of the promises above `labels` break, as a predicate ("does not begin and end in silence"); "" when they hold:
+/// times rise, indices are in range, words and syllables hold the phones that name them.
+std::string_view faultOf(const SpeechLabels& labels);
+/// Throws InternalError where faultOf() finds one.
 void expectConsistent(const SpeechLabels& labels);
 
 }  // namespace mouthpiece

@@ -50,6 +50,7 @@ LineWish wishOf(const LocalRequest& request) {
   wish.face = text("face", 256);
   wish.language = text("language", 64);
   wish.edits = text("edits", 1 << 24);
+  wish.expression = expressionIn(fields);
   return wish;
 }
 

@@ -12,6 +12,7 @@
 #include "base/files.h"
 #include "base/json_fields.h"
 #include "base/text_encoding.h"
+#include "expression/expression.h"
 #include "phonetics/language/language.h"
 #include "programs/head_fitting.h"
 #include "speaker/shared_files.h"
@@ -26,6 +27,7 @@ using nlohmann::json;
 constexpr std::size_t kMostLines = 10'000, kMostPerformances = 6, kLongestSlug = 40, kMostNameBytes = 120;
 constexpr std::size_t kMostWishBytes = 1 << 24;
 constexpr std::string_view kDefaultFace = "default";
+constexpr std::array<std::string_view, 4> kUpperFaces{"mouth", "captured", "rules", "best"};  ///< as the enumeration
 
 std::string nameOf(std::string_view text) {
   std::string slug = slugOf(text, kLongestSlug);
@@ -58,8 +60,16 @@ fs::path freeName(const fs::path& folder, const std::string& name) {
 json wishFields(const LineWish& wish) {
   json edits = json::parse(wish.edits, nullptr, false);
   if (!edits.is_array()) edits = json::array();
-  return {{"text", wish.text}, {"recording", wish.recording}, {"voice", wish.voice},
-          {"face", wish.face}, {"language", wish.language},   {"edits", std::move(edits)}};
+  json fields{{"text", wish.text}, {"recording", wish.recording}, {"voice", wish.voice},
+              {"face", wish.face}, {"language", wish.language},   {"edits", std::move(edits)}};
+  if (const auto& expression = wish.expression) {
+    fields["expression"] = {{"upper_face", kUpperFaces[static_cast<std::size_t>(expression->upper_face)]},
+                            {"gaze", expression->gaze},
+                            {"head_motion", expression->head_motion},
+                            {"mood", expression->mood},
+                            {"mood_strength", expression->mood_strength}};
+  }
+  return fields;
 }
 
 std::string titleOf(const LineWish& wish) { return wish.text.empty() ? wish.recording : wish.text; }
@@ -76,6 +86,20 @@ std::string withoutFolder(std::string text, const fs::path& folder) {
 }
 
 }  // namespace
+
+std::optional<WishedExpression> expressionIn(const JsonField& wish) {
+  const JsonField fields = wish["expression"];
+  if (!fields.exists()) return std::nullopt;
+  WishedExpression expression;
+  expression.upper_face = static_cast<Manner::UpperFace>(fields["upper_face"].choice(kUpperFaces));
+  expression.gaze = fields["gaze"].flag();
+  expression.head_motion = fields["head_motion"].flag();
+  std::vector<std::string_view> moods = moodNames();
+  moods.emplace_back("");
+  expression.mood = moods[fields["mood"].choice(moods)];
+  expression.mood_strength = fields["mood_strength"].number(0, 1);
+  return expression;
+}
 
 ServedLines::ServedLines(const SpeakerOptions& options, fs::path folder)
     : options_(options), folder_(fs::absolute(std::move(folder)).lexically_normal()), corpus_(options.corpus) {
@@ -107,7 +131,8 @@ void ServedLines::readEarlier() {
       const JsonField fields = parseJson(readFile(file, kMostWishBytes), file.string(), "a line");
       Entry entry;
       entry.wish = {fields["text"].text(1 << 20), fields["recording"].text(), fields["voice"].text(),
-                    fields["face"].text(),        fields["language"].text(),  ""};
+                    fields["face"].text(),        fields["language"].text(),  "",
+                    expressionIn(fields)};
       if (fs::exists(each / "edits.json")) entry.wish.edits = readFile(each / "edits.json", kMostWishBytes);
       entry.state = State::kDone;
       entry.title = fields["title"].text(1 << 20);
@@ -239,6 +264,7 @@ std::string ServedLines::state() const {
                  {"faces", std::move(faces)},
                  {"voices", voiceNames()},
                  {"languages", std::move(known)},
+                 {"moods", moodNames()},
                  {"files", files},
                  {"voice", options_.voice},
                  {"corpus", corpus_.name()}});
@@ -351,6 +377,13 @@ void ServedLines::make(std::size_t line) {
   SpeakerOptions options = options_;
   if (!wish.voice.empty()) options.voice = wish.voice;
   if (!wish.language.empty()) options.language = wish.language;
+  if (const auto& expression = wish.expression) {
+    Manner& manner = options.manner;
+    manner.upper_face = expression->upper_face;
+    manner.gaze = expression->gaze;
+    manner.head_motion = expression->head_motion;
+    manner.mood = expression->mood.empty() ? "" : fmt::format("{}:{}", expression->mood, expression->mood_strength);
+  }
   const fs::path edits = folder / "edits.json";
   if (!wish.edits.empty()) {
     writeFileAtomically(edits, wish.edits);

@@ -55,6 +55,10 @@ void addStyleParameter(CLI::App& app, const std::string& option, StyleParameter&
 
 bool needsFace(const SpeakerOptions& options, const std::vector<std::filesystem::path>& files) {
   return std::any_of(files.begin(), files.end(), [&](const std::filesystem::path& file) {
+    std::error_code error;
+    if (!file.has_filename() || std::filesystem::is_directory(file, error))
+      throw InputError(file.string(), "",
+                       "names a folder; expected a file, as in folder/talk.glb (--out takes a folder)");
     const Format& format = formatOf(file);
     return format.needs_face || (format.has_arkit && !options.face.empty());
   });

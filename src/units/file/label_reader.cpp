@@ -79,28 +79,6 @@ TimeSpan readSpan(const CheckedQuery& row, int column, const std::vector<Labelle
   return span;
 }
 
-void checkTiers(const SqliteDatabase& database, const SpeechLabels& labels, std::size_t take) {
-  const auto fail = [&](const char* what) { throw InputError(database.file(), fmt::format("take {}", take), what); };
-  if (labels.phones.front().phone != Phone::kSil || labels.phones.back().phone != Phone::kSil)
-    fail("does not begin and end in silence");
-  for (std::size_t p = 0; p < labels.phones.size(); ++p) {
-    const LabelledPhone& phone = labels.phones[p];
-    if (phone.phone != Phone::kSil) continue;
-    if (phone.word || phone.syllable) fail("a silence names a word or syllable");
-    if (p > 0 && labels.phones[p - 1].phone == Phone::kSil) fail("two silences lie side by side");
-  }
-  for (std::size_t w = 0; w < labels.words.size(); ++w) {
-    const PhoneRange& range = labels.words[w].phones;  // a hesitation inside belongs to no word
-    if (labels.phones[range.first.value].word != w || labels.phones[range.last.value].word != w)
-      fail("a phone does not name the word that it begins or ends");
-  }
-  for (std::size_t s = 0; s < labels.syllables.size(); ++s) {
-    for (std::size_t p = labels.syllables[s].phones.first.value; p <= labels.syllables[s].phones.last.value; ++p) {
-      if (labels.phones[p].syllable != s) fail("a phone does not name the syllable that holds it");
-    }
-  }
-}
-
 }  // namespace
 
 std::vector<SpeechLabels> readLabels(SqliteDatabase& database, const std::vector<LabelCounts>& counts) {
@@ -130,7 +108,10 @@ std::vector<SpeechLabels> readLabels(SqliteDatabase& database, const std::vector
         own.phones.push_back({*phone, readSpan(row, 3, own.phones), readOwner(row, 5, own.words, index),
                               readOwner(row, 6, own.syllables, index)});
       });
-  for (std::size_t take = 0; take < labels.size(); ++take) checkTiers(database, labels[take], take);
+  for (std::size_t take = 0; take < labels.size(); ++take) {
+    if (const std::string_view fault = faultOf(labels[take]); !fault.empty())
+      throw InputError(database.file(), fmt::format("take {}", take), std::string(fault));
+  }
   return labels;
 }
 

@@ -55,7 +55,8 @@ void expectWrongUsage(const Call& call) {
   const ProgramResult result = runProgram(call.program, call.arguments);
   EXPECT_EQ(result.exit_code, 2) << shown(call) << "\n" << result.err;
   EXPECT_TRUE(result.out.empty()) << shown(call) << " printed " << result.out;
-  EXPECT_FALSE(result.err.empty()) << shown(call);
+  EXPECT_TRUE(result.err.starts_with(call.program + ": ")) << shown(call) << "\n" << result.err;
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << shown(call) << "\n" << result.err;
 }
 
 void expectBadInput(const Call& call, const std::string& place) {
@@ -184,6 +185,11 @@ TEST(Usage, ValuesThatNoOptionTakes) {
       fitWith("--max-angle", "181"),
   };
   for (const Call& call : calls) expectWrongUsage(call);
+}
+
+TEST(Usage, AFolderIsForOut) {
+  expectBadInput({"synth", {"--text", "a", "-o", "talks/"}}, "--out");
+  expectBadInput({"synth", {"--text", "a", "-o", "."}}, "names a folder");
 }
 
 /// Files that are none of ours, by a name that promises something.

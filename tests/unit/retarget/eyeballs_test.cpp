@@ -4,9 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 
 #include "base/index.h"
+#include "motion/arkit_shapes.h"
+#include "retarget/rig/face_file.h"
+#include "retarget/rig/face_rig.h"
 
 namespace mouthpiece {
 namespace {
@@ -69,6 +73,46 @@ TEST(Eyeballs, AreNoneWherePaintedOrFlat) {
   addCap(mesh, {40, 0, 0}, 12, 0, 2.5, PartKind::kSkin);
   EXPECT_TRUE(Eyeballs(mesh).vertices().empty());
   EXPECT_TRUE(Eyeballs(FaceMesh()).vertices().empty());
+}
+
+TEST(Lids, FollowTheEyesUpAndDownAndNeverMeetByIt) {
+  const std::filesystem::path path = std::filesystem::path(MOUTHPIECE_BUILD_SHARE_DIR) / "default.face";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no default face in " << path << ": run `make data`";
+  const FaceFile file = readFaceFile(path);
+  const FaceRig rig = FaceRig::load(path);
+  const auto row = [&](const char* name) {
+    return std::find(file.marker_names.begin(), file.marker_names.end(), name) - file.marker_names.begin();
+  };
+  const Eigen::Index upper = row("LID_UP_L"), lower = row("LID_LO_L");
+  ASSERT_LT(std::max(upper, lower), std::ssize(file.marker_names));
+  // Ahead, down, up, aside, and down with lids that are nearly closed.
+  MotionClip motion{60, file.marker_names, PositionMatrix(5, file.actor_neutral_mm.size())};
+  const Eigen::Map<const Eigen::RowVectorXd> neutral(file.actor_neutral_mm.data(), file.actor_neutral_mm.size());
+  motion.positions_mm = neutral.replicate(5, 1);
+  const Eigen::RowVector3d open = file.actor_neutral_mm.row(upper) - file.actor_neutral_mm.row(lower);
+  motion.positions_mm.block<1, 3>(4, 3 * upper) -= 0.95 * open;
+  const std::vector<GazeTurn> gaze{{}, {0, -kWholeLook}, {0, kWholeLook}, {kWholeLook, 0}, {0, -kWholeLook}};
+  const PositionMatrix still = rig.retarget(motion).markers(),
+                       looks = rig.retarget(motion, nullptr, {}, gaze).markers();
+  const auto height = [](const PositionMatrix& at, Eigen::Index frame, Eigen::Index marker) {
+    return at(frame, 3 * marker + 1);
+  };
+  const double opening = height(still, 0, upper) - height(still, 0, lower);
+  const auto rises = [&](Eigen::Index frame, Eigen::Index marker) {
+    return (height(looks, frame, marker) - height(still, frame, marker)) / opening;
+  };
+  EXPECT_EQ(rises(0, upper), 0);
+  EXPECT_LT(rises(1, upper), -0.5);
+  EXPECT_LT(rises(1, lower), -0.1);
+  EXPECT_GT(rises(2, upper), 0.25);
+  EXPECT_EQ(rises(3, upper), 0);
+  EXPECT_GT(rises(4, upper), -0.1) << "lids that are closed stay";
+  for (Eigen::Index frame = 0; frame < 5; ++frame) EXPECT_GT(height(looks, frame, upper), height(looks, frame, lower));
+  // Nothing but lids.
+  for (Eigen::Index marker = 0; marker < std::ssize(file.marker_names); ++marker) {
+    const bool is_lid = file.marker_names[unsignedIndex(marker)].starts_with("LID_");
+    EXPECT_TRUE(is_lid || rises(1, marker) == 0) << file.marker_names[unsignedIndex(marker)];
+  }
 }
 
 }  // namespace

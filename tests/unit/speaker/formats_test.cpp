@@ -5,6 +5,7 @@
 
 #include "mouthpiece/errors.h"
 #include "mouthpiece/save.h"
+#include "support/error_of.h"
 
 namespace mouthpiece {
 namespace {
@@ -41,6 +42,13 @@ TEST(Formats, AFolderHoldsWhatTheDesignNames) {
   }
   EXPECT_EQ(names, (std::set<std::string>{"speech.wav", "motion.c3d", "motion.csv", "face.glb", "curves.json",
                                           "phones.TextGrid", "view.html", "report.json"}));
+}
+
+TEST(Formats, AFolderIsToldApartFromAnUnknownEnding) {
+  for (const std::string& folder : {std::string("talks/"), std::string("./"), ::testing::TempDir()}) {
+    const std::string error = errorOf([&] { static_cast<void>(formatOf(folder)); });
+    EXPECT_NE(error.find("names a folder"), std::string::npos) << folder << ": " << error;
+  }
 }
 
 TEST(Formats, AnUnknownEndingIsToldWithTheKnownOnes) {

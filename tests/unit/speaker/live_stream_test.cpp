@@ -124,6 +124,62 @@ TEST_F(Live, ChunksOfAnySizeGiveTheSameBytes) {
   EXPECT_TRUE(whole == heardInChunks([&] { return 1 + random() % 3000; }));
 }
 
+/// All of a stream of four times the line, in chunks of `chunk` samples.
+Pulled withExpression(const SpeakerOptions& options, const std::vector<float>& sound, std::size_t chunk) {
+  Speaker speaker(options);
+  LiveStream stream = speaker.live();
+  Pulled pulled;
+  for (int again = 0; again < 4; ++again) {
+    for (std::size_t at = 0; at < sound.size(); at += chunk) {
+      stream.push(std::span(sound).subspan(at, std::min(chunk, sound.size() - at)));
+      pulled.addAll(stream);
+    }
+  }
+  stream.finish();
+  pulled.addAll(stream);
+  return pulled;
+}
+
+/// The largest weight of a shape.
+float most(const Pulled& pulled, std::size_t shape) {
+  float largest = 0;
+  for (std::size_t i = shape; i < pulled.arkit.size(); i += kArkitShapes) largest = std::max(largest, pulled.arkit[i]);
+  return largest;
+}
+
+TEST_F(Live, EyesBlinkAndLookByTheSeedAlone) {
+  const auto shape = [](const char* name) {
+    for (std::size_t i = 0; i < kArkitShapes; ++i) {
+      if (arkitName(i) == name) return i;
+    }
+    throw std::logic_error(name);
+  };
+  SpeakerOptions options = optionsOf(false);
+  const Pulled plain = withExpression(options, sound(), 700);
+  EXPECT_EQ(most(plain, shape("EyeLookOutLeft")), 0);
+  options.manner.upper_face = Manner::UpperFace::kRules;
+  options.manner.gaze = true;
+  options.manner.seed = 3;
+  const Pulled made = withExpression(options, sound(), 700);
+  EXPECT_EQ(made, withExpression(options, sound(), 16001)) << "the chunks do not matter";
+  EXPECT_GT(most(made, shape("EyeBlinkLeft")), 0.7F);
+  EXPECT_GT(most(made, shape("EyeLookOutLeft")) + most(made, shape("EyeLookInLeft")), 0.05F);
+  EXPECT_EQ(openings(made.markers_mm), openings(plain.markers_mm)) << "the mouth is as it was";
+  options.manner.seed = 4;
+  EXPECT_NE(made, withExpression(options, sound(), 700));
+}
+
+TEST_F(Live, WhatNeedsTheWholeLineIsRefused) {
+  for (const auto& ask : std::vector<std::function<void(Manner&)>>{
+           [](Manner& manner) { manner.upper_face = Manner::UpperFace::kCaptured; },
+           [](Manner& manner) { manner.head_motion = true; }, [](Manner& manner) { manner.mood = "joy"; }}) {
+    SpeakerOptions options = optionsOf(false);
+    ask(options.manner);
+    Speaker speaker(options);
+    EXPECT_NE(errorOf([&] { static_cast<void>(speaker.live()); }).find("for a stream"), std::string::npos);
+  }
+}
+
 TEST_F(Live, SixteenBitsAndFloatsAreHeardAlike) {
   std::vector<std::int16_t> integers;
   std::vector<float> floats;

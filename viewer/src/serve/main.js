@@ -35,6 +35,8 @@ class Desk {
       event.target.value = '';
     });
     byId('forget').addEventListener('click', () => this.#setRecording(''));
+    // Until somebody chooses, the program's own options hold.
+    byId('expression').addEventListener('change', () => { this.isChosen = true; });
     this.#listenToDrops();
     this.#poll();
   }
@@ -70,7 +72,12 @@ class Desk {
   }
 
   #wish() {
-    return { text: byId('text').value.trim(), recording: this.recording, voice: byId('voice').value, face: byId('face').value, language: byId('language').value };
+    return { text: byId('text').value.trim(), recording: this.recording, voice: byId('voice').value, face: byId('face').value, language: byId('language').value, ...this.#expression() };
+  }
+
+  #expression() {
+    if (!this.isChosen) return {};
+    return { expression: { upper_face: byId('upper-face').value, gaze: byId('gaze').checked, head_motion: byId('head-motion').checked, mood: byId('mood').value, mood_strength: Number(byId('mood-strength').value) } };
   }
 
   async #make() {
@@ -118,6 +125,7 @@ class Desk {
     this.#offer('voice', this.state.voices.map((name) => [name, name]), this.state.voice);
     this.#offer('face', this.state.faces.map((name) => [name, name]), 'default');
     this.#offer('language', [['', 'the voice’s'], ...this.state.languages.map(({ tag, name }) => [tag, name])], '');
+    this.#offer('mood', [['', 'none'], ...this.state.moods.map((name) => [name, name])], '');
     this.#follow();
     this.lines.show(this.state, this.open);
   }
@@ -174,7 +182,7 @@ class Desk {
     if (message?.mouthpiece !== 'apply') return;
     this.keep = message.keep;
     this.changing = line.line;
-    const wish = { text: String(message.text ?? line.text), voice: line.voice, face: line.face, language: line.language, edits: JSON.stringify(message.edits) };
+    const wish = { text: String(message.text ?? line.text), voice: line.voice, face: line.face, language: line.language, edits: JSON.stringify(message.edits), ...(line.expression ? { expression: line.expression } : {}) };
     this.#try(() => post('/change', { line: line.line }, JSON.stringify(wish)).catch((error) => {
       this.frames.tell({ mouthpiece: 'failed', error: error.message });
       throw error;
