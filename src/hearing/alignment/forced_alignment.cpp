@@ -162,10 +162,11 @@ std::string wordWithTime(const SpeechLabels& labels, std::size_t word) {
 /// The labels' words as they are labelled, and when each begins; without words what lies between two silences is one.
 std::vector<TranscriptWord> wordsOf(const SpeechLabels& labels, std::vector<Seconds>& starts) {
   std::vector<TranscriptWord> words;
-  std::optional<std::size_t> last;
+  const std::size_t none = labels.words.size() + 1;
+  std::size_t last = none;
   for (const LabelledPhone& phone : labels.phones) {
     if (phone.phone == Phone::kSil) {
-      last.reset();
+      last = none;
       continue;
     }
     const std::size_t word = phone.word.value_or(labels.words.size());

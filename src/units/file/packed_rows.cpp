@@ -4,6 +4,7 @@
 
 #include "audio/audio_clip.h"
 #include "base/deflate.h"
+#include "base/errors.h"
 #include "base/index.h"
 
 namespace mouthpiece {

@@ -27,7 +27,7 @@ std::optional<std::string> byZlib(const std::string& packed, std::size_t expecte
 }
 
 TEST(Deflate, ZlibReadsWhatWasWritten) {
-  for (const std::size_t count : {0, 1, 1000, 300'000}) {
+  for (const std::size_t count : {0U, 1U, 1000U, 300'000U}) {
     const std::string bytes = someBytes(count, 5), packed = deflated(bytes, 6);
     EXPECT_EQ(byZlib(packed, count), bytes);
     EXPECT_EQ(inflated(packed, count), bytes);
