@@ -190,7 +190,14 @@ void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& closed, con
     resting_gaps_[c] = std::min(resting_gaps_[c], std::max(0.0F, closed_gaps[c]));
   if (!binding.pressed.empty()) {
     for (std::size_t c = 0; c < kColumns; ++c) resting_gaps_[c] -= binding.pressed[c];
-    for (LipWatch& watch : lips_) watch.allowed -= binding.pressed[watch.column];
+    for (LipWatch& watch : lips_) {
+      const float pressed = binding.pressed[watch.column];
+      // What is held apart stays as it is where the lips touch at rest.
+      const float lets_in = watch.own.isVertex() ? 0 : lengthOf(kEdgesLetIn);
+      const float most =
+          std::max(watch.allowed + lets_in, std::min(0.0F, watch.look(closed.data(), lengthOf(kWatched)).distance));
+      watch.allowed = pressed > 0 ? watch.allowed - pressed : std::min(watch.allowed - pressed, most);
+    }
   }
   draw(mesh.vertices, upper_vertices, -0.5F);
   draw(mesh.vertices, lower_vertices, 0.5F);

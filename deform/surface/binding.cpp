@@ -650,7 +650,7 @@ void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const Contro
   if (!binding.pressed.empty() && binding.pressed.size() != kLipColumns)
     fail(fmt::format("found {} columns of lips; expected {}", binding.pressed.size(), kLipColumns));
   for (const float pressed : binding.pressed) {
-    if (!(pressed >= 0 && double{pressed} <= control.mouth_width))
+    if (!(double{std::abs(pressed)} <= control.mouth_width))
       fail("found lips that are pressed by no usable length");
   }
   const Eigen::RowVector3f size = mesh.vertices.colwise().maxCoeff() - mesh.vertices.colwise().minCoeff();

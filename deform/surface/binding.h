@@ -37,7 +37,7 @@ struct FaceBinding {
     std::vector<float> weights;           ///< and its weight, [0, 1]; those of a row make 1 at most
   } relaxed = {};
   /// By how much further than LipGuard sees the lips shall come together where they close, the mesh's unit: one of each
-  /// of its kLipColumns columns across the mouth; empty: none.
+  /// of its kLipColumns columns across the mouth; below zero they are held apart by as much. Empty: none.
   std::vector<float> pressed = {};
 
   /// Where a vertex hangs on the surface; its patch must not be -1.
@@ -65,8 +65,9 @@ FaceBinding bindFace(const FaceMesh& mesh, const ControlMesh& control, const Bin
 /// mesh's unit), harmonic: means of their neighbours', by the inverse lengths of the edges, so that what two neighbours
 /// were torn apart by is spread over all of them. Adds to binding.relaxed. Vertices in one place and on one side of the
 /// face's openings count as one.
+/// `held`: vertices, of each or none, that are relaxed only where they are torn themselves.
 void relaxAround(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
-                 double reach, FaceBinding& binding);
+                 const std::vector<bool>& held, double reach, FaceBinding& binding);
 
 /// The binding of a welded mesh from that of the given one, and back.
 FaceBinding weldedBinding(const FaceBinding& given, const Welding& welding);

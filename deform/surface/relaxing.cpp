@@ -13,11 +13,11 @@ namespace mouthpiece {
 namespace {
 
 constexpr float kLeastEntry = 0.002F;  ///< an entry of a row with less is left out
-constexpr double kLeastEdge = 1e-6;     ///< of the mesh's size: edges count as so long at least
+constexpr double kLeastEdge = 1e-6;    ///< of the mesh's size: edges count as so long at least
 
 /// The mesh as relaxing sees it: vertices in one place and on one side are one knot, called by the first of them.
 struct Knots {
-  std::vector<std::uint32_t> of;                                       ///< of each vertex
+  std::vector<std::uint32_t> of;                                      ///< of each vertex
   std::vector<std::vector<std::pair<std::uint32_t, double>>> beside;  ///< neighbours of each knot, with the way there
 
   /// The tongue, which moves by itself, is left out.
@@ -96,12 +96,16 @@ struct Knots {
 }  // namespace
 
 void relaxAround(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
-                 double reach, FaceBinding& binding) {
+                 const std::vector<bool>& held, double reach, FaceBinding& binding) {
   const std::vector<PartKind>& kinds = topology.kinds();
   const Knots knots(mesh, topology.forbidden(), kinds);
   std::vector<bool> may_relax(kinds.size());
   for (std::size_t v = 0; v < kinds.size(); ++v) may_relax[v] = isSkin(kinds[v]) || kinds[v] == PartKind::kMouthInside;
   std::vector<bool> is_in = knots.within(torn, reach, may_relax);
+  for (std::uint32_t v = 0; v < held.size(); ++v) {
+    if (held[v]) is_in[knots.of[v]] = false;
+  }
+  for (const std::uint32_t v : torn) is_in[knots.of[v]] = may_relax[knots.of[v]];
   for (const std::uint32_t v : binding.relaxed.vertices) is_in[knots.of[v]] = true;
   knots.keepAnchored(is_in);
 

@@ -15,7 +15,7 @@ struct FitRequest {
   std::string name;
   std::string mesh_file;  ///< as the `.face` file shall name it
   std::string mesh_sha256;
-  std::string mesh_object;  ///< FaceFile's
+  std::string mesh_object = {};  ///< FaceFile's
   std::string corpus;
   std::vector<std::string> marker_names;  ///< the actor's layout
   SurfacePlan surface = {};               ///< the same layout's
@@ -67,6 +67,7 @@ struct LipContact {
   double in_tongue = 0;
   static constexpr std::size_t kColumns = 10;  ///< over the middle half of the mouth, from its right to its left
   std::array<double, kColumns> gaps{};         ///< between the lips' surfaces in each; `gap` is the largest
+  std::array<double, kLipColumns> overlaps{};  ///< of `overlap`, across the whole mouth
 };
 
 /// Measures lips on the mesh itself, whatever moved it: points on both lips, within 0.12 mouths of the line where they

@@ -67,14 +67,18 @@ struct FaceJudgement {
   std::vector<std::uint32_t> torn;
   /// What four of five closures leave open at most in each column of LipContact::gaps, the mesh's unit.
   std::array<double, LipContact::kColumns> left_open{};
+  /// How far the lips get into each other in each column of LipContact::overlaps, more than at rest, the mesh's unit.
+  std::array<double, kLipColumns> overlaps{};
 };
 
 /// Moves the face as it will be moved and looks at its mesh. Deterministic; threads share the work. `actor`: whose the
 /// poses are.
 FaceJudgement judgeFace(const FaceRig& rig, const FaceFile& face, const JudgedPoses& poses, const ActorPose& actor);
 
-/// Where skin tears it is relaxed (relaxAround), step by step further around, and lips that stay apart are pressed
-/// together by as much (FaceBinding::pressed), and all is judged again, as long as that leaves fewer faults. `face` is changed, and `rig` is then that of it. Returns the judgement of what they have become.
+/// Where skin tears it is relaxed (relaxAround), step by step further around, lips that stay apart are pressed together
+/// by as much, lips that get into each other held apart (FaceBinding::pressed), and all is judged again: what leaves
+/// fewer faults, or closes more often with as many, is kept. `face` is changed, and `rig` is then that of it. Returns
+/// the judgement of what they have become.
 FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, const ActorPose& actor,
                        FaceJudgement judged);
 

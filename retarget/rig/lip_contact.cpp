@@ -37,6 +37,7 @@ struct LipPoint {
   Triangle triangle;
   Eigen::Vector3d weights;
   std::size_t column;
+  std::size_t across = 0;  ///< of LipContact::overlaps
 };
 
 Eigen::Vector3d placeOf(const LipPoint& point, const VertexPositions& vertices) {
@@ -205,6 +206,7 @@ class Chooser {
         if (std::abs(way - 0.5) > kBetweenCorners) continue;
         const double column = (way - 0.25) / 0.5 * asReal(kColumns);
         if (column >= 0 && column < asReal(kColumns)) point.column = unsignedIndex(wholePart(column));
+        point.across = unsignedIndex(wholePart(std::clamp(way, 0.0, 0.999) * asReal(kLipColumns)));
         points.push_back(point);
       }
     }
@@ -271,7 +273,8 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
       };
       const double gap_here = point.column == kNoColumn ? 0.0 : std::max(0.0, gaps[point.column]);
       if (const auto gap = isSeen(other, gap_here, 0, to_lip); gap && *gap > -data_->deep_in_lip) {
-        contact.overlap = std::max(contact.overlap, -*gap);
+        double& overlap = contact.overlaps[point.across];
+        overlap = std::max(overlap, -*gap);
         if (point.column != kNoColumn) gaps[point.column] = std::min(gaps[point.column], *gap);
       }
       if (const auto gap = isSeen(teeth, 0, 0, to_teeth); gap && *gap > -data_->deepest)
@@ -283,6 +286,7 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
   look(data_->lower.points, lower, upper);
   look(data_->upper.points, upper, lower);
   contact.gap = *std::max_element(gaps.begin(), gaps.end());
+  contact.overlap = *std::max_element(contact.overlaps.begin(), contact.overlaps.end());
   return contact;
 }
 

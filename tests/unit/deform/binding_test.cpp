@@ -206,7 +206,7 @@ TEST(Binding, ChecksWhatComesFromFiles) {
   expectRefused([](FaceBinding& b) { b.carried = {static_cast<std::uint32_t>(b.d.size())}; });
   expectRefused([](FaceBinding& b) { b.carried = {2, 1}; });
   expectRefused([](FaceBinding& b) { b.pressed = {0.1F}; });
-  expectRefused([](FaceBinding& b) { b.pressed.assign(kLipColumns, -0.1F); });
+  expectRefused([](FaceBinding& b) { b.pressed.assign(kLipColumns, std::numeric_limits<float>::quiet_NaN()); });
   const FaceBinding::Relaxed whole{.vertices = {3, 5}, .ends = {1, 3}, .from = {4, 4, 6}, .weights = {1, 0.5F, 0.5F}};
   const auto expectRefusedRelaxed = [&](const auto& damage) {
     expectRefused([&](FaceBinding& b) {
@@ -238,7 +238,7 @@ TEST(Relaxing, SpreadsWhatWasTornApart) {
   while (binding.patch[torn] < 0 || binding.skin_weight[torn] < 1) ++torn;
   const HeadTopology topology(mesh, openingsOf(sampleControl()));
   const double reach = 0.2 * sampleControl().mouth_width;
-  relaxAround(mesh, topology, {torn}, reach, binding);
+  relaxAround(mesh, topology, {torn}, {}, reach, binding);
   EXPECT_NO_THROW(checkBinding(binding, mesh, sampleControl(), "x.face"));
   const auto& [vertices, ends, from, weights] = binding.relaxed;
   ASSERT_TRUE(std::binary_search(vertices.begin(), vertices.end(), torn));
@@ -249,6 +249,10 @@ TEST(Relaxing, SpreadsWhatWasTornApart) {
     for (; entry < ends[row]; ++entry) sum += weights[entry];
     EXPECT_NEAR(sum, 1, 1e-4) << "a head that moves as a whole stays whole";
   }
+  FaceBinding held = sampleBinding();
+  relaxAround(mesh, topology, {torn}, std::vector<bool>(mesh.vertexCount(), true), reach, held);
+  for (const std::uint32_t v : held.relaxed.vertices)
+    EXPECT_EQ(mesh.vertices.row(v), mesh.vertices.row(torn)) << "the others are held";
   // Steps between neighbours are less than before: that is what harmonic is.
   const FaceDeformer before(mesh, sampleControl(), sampleBinding()), after(mesh, sampleControl(), binding);
   const MarkerPositions markers = openMouth(sampleFace(), 8);

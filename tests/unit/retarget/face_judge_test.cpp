@@ -114,6 +114,23 @@ TEST_F(FaceJudgeTest, LipsThatArePressedComeCloser) {
   EXPECT_GT(judged(read, opening()).lips_overlap_mm, judged(file_, opening()).lips_overlap_mm + 0.05);
 }
 
+TEST_F(FaceJudgeTest, LipsInEachOtherAreHeldApart) {
+  FaceFile face = file_;
+  const auto pressed = asFloat(0.015 * file_.control.mouth_width);
+  face.binding.pressed.assign(kLipColumns, pressed);
+  const JudgedPoses poses = opening();
+  const ActorPose actor{test::madeUpActor().neutral_mm, 0};
+  FaceRig rig = FaceRig::of(face, mesh_, "default.face");
+  const FaceJudgement before = judgeFace(rig, face, poses, actor);
+  ASSERT_NE(faultOf(before, "lips in each other"), nullptr) << before.lips_overlap_mm;
+  EXPECT_NEAR(1000 * mesh_.metres_per_unit * *std::max_element(before.overlaps.begin(), before.overlaps.end()),
+              before.lips_overlap_mm, 1e-9);
+  const FaceJudgement mended = mendFace(face, rig, poses, actor, before);
+  EXPECT_EQ(faultOf(mended, "lips in each other"), nullptr) << mended.lips_overlap_mm;
+  EXPECT_LT(*std::min_element(face.binding.pressed.begin(), face.binding.pressed.end()), pressed);
+  EXPECT_EQ(mended.touching, before.touching);
+}
+
 TEST_F(FaceJudgeTest, SeesLipsThatHangOnEachOther) {
   const FaceFile torn = hungOnEachOther(file_);
   const FaceJudgement found = judged(torn, opening());
