@@ -31,8 +31,8 @@ constexpr double kSampleShare = 0.02;   ///< of the mouth's width: between the p
 constexpr std::size_t kMostShown = 400;
 constexpr double kTearsFrom = 5.0 / 6;  ///< of a limit: what comes so near to it in these poses may break it in others
 constexpr double kRims = 0.06;          ///< of the mouth's width: so near to the line between the lips
-constexpr double kMostPressed = 0.03, kMostHeldApart = 0.015;          ///< of the mouth's width
-constexpr std::array kRelaxedWithin{0.03, 0.06, 0.12, 0.2, 0.2, 0.2};  ///< of the mouth's width, one after the other
+constexpr double kMostPressed = 0.03, kMostHeldApart = 0.015;  ///< of the mouth's width
+constexpr std::array kRelaxedWithin{0.03, 0.06, 0.12, 0.2};    ///< of the mouth's width, one after the other
 
 constexpr std::array<FaceLimit, 12> kLimits{{
     {"closures", 95, "%", true},
@@ -595,34 +595,39 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
   const Welding welding = weldSplitTriangles(rig.mesh());
   const FaceMesh mesh = welding.isNothing() ? rig.mesh() : welding.mesh;
   const HeadTopology topology(mesh, openingsOf(face.control));
-  // The lips' rims stay their own, so that they close.
   const std::vector<Eigen::Vector3d> lip_line = openingsOf(face.control).lip_line;
   std::vector<bool> rims;
   for (std::size_t v = 0; v < mesh.vertexCount(); ++v)
     rims.push_back(distanceToLine(pointAt(mesh.vertices, v), lip_line) < kRims * face.control.mouth_width);
-  FaceFile tried = face;
-  FaceBinding binding = welding.isNothing() ? face.binding : weldedBinding(face.binding, welding);
-  FaceJudgement last = judged;
-  std::set<std::uint32_t> torn;
-  for (const double within : kRelaxedWithin) {
-    torn.insert(last.torn.begin(), last.torn.end());
-    if (meetsWrongly(last)) {
-      const double overlap = limitNamed("lips in each other") / (1000 * rig.mesh().metres_per_unit);
-      press(last, face.control.mouth_width, overlap, binding.pressed);
+  const FaceFile given = face;
+  const FaceJudgement first = judged;
+  // Rims that stay their own close best; where they themselves are torn they are relaxed, too.
+  for (const std::vector<bool>& held : {rims, std::vector<bool>()}) {
+    FaceFile tried = given;
+    FaceBinding binding = welding.isNothing() ? given.binding : weldedBinding(given.binding, welding);
+    FaceJudgement last = first;
+    std::set<std::uint32_t> torn;
+    for (const double within : kRelaxedWithin) {
+      torn.insert(last.torn.begin(), last.torn.end());
+      if (meetsWrongly(last)) {
+        const double overlap = limitNamed("lips in each other") / (1000 * rig.mesh().metres_per_unit);
+        press(last, face.control.mouth_width, overlap, binding.pressed);
+      }
+      std::vector<std::uint32_t> around;
+      for (const std::uint32_t v : torn) around.push_back(welding.isNothing() ? v : welding.welded_of[v]);
+      relaxAround(mesh, topology, around, held, within * face.control.mouth_width, binding);
+      tried.binding = welding.isNothing() ? binding : givenBinding(binding, welding);
+      FaceRig moved = FaceRig::of(tried, rig.mesh(), rig.name());
+      last = judgeFace(moved, tried, poses, actor);
+      const bool closes_more = last.faults.size() == judged.faults.size() && last.touching > judged.touching;
+      if (last.faults.size() < judged.faults.size() || closes_more) {
+        face = tried;
+        rig = std::move(moved);
+        judged = last;
+      }
+      if (!canMend(last)) break;
     }
-    std::vector<std::uint32_t> around;
-    for (const std::uint32_t v : torn) around.push_back(welding.isNothing() ? v : welding.welded_of[v]);
-    relaxAround(mesh, topology, around, rims, within * face.control.mouth_width, binding);
-    tried.binding = welding.isNothing() ? binding : givenBinding(binding, welding);
-    FaceRig moved = FaceRig::of(tried, rig.mesh(), rig.name());
-    last = judgeFace(moved, tried, poses, actor);
-    const bool closes_more = last.faults.size() == judged.faults.size() && last.touching > judged.touching;
-    if (last.faults.size() < judged.faults.size() || closes_more) {
-      face = tried;
-      rig = std::move(moved);
-      judged = last;
-    }
-    if (!canMend(last)) break;
+    if (judged.faults.empty()) break;
   }
   return judged;
 }

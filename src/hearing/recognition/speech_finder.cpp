@@ -1,6 +1,7 @@
 #include "hearing/recognition/speech_finder.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -19,10 +20,14 @@ constexpr double kSilenceDb = -10;  ///< of 16-bit samples: digital silence
 constexpr double kLeastRiseDb = 5, kRiseShare = 0.30;
 constexpr std::size_t kWindowFrames = 3000;  ///< backgrounds are looked for in half a minute
 constexpr std::size_t kPauseFrames = 35, kMarginFrames = 15, kShortestFrames = 6;
-/// Levels of speech rise and fall; what stays within this (standard deviation) for a second is none.
-constexpr double kSteadyDb = 3.2;
+/// Speech rises and falls in some band, whatever noise is in the others; what stays within this (standard deviation)
+/// in all of them for a second is none.
+constexpr std::array<double, 6> kBandsHz{200, 600, 1200, 2400, 4000, 7000};
+constexpr double kSteadyBandDb = 3.8;
+/// What stays within this as a whole, and is purer than speech ever is, are tones.
+constexpr double kSteadyDb = 3.2, kPureFlatness = 0.02;
 constexpr Seconds kShortestJudged = 1.0;
-/// Geometric over arithmetic mean of the spectrum: tones are under it, noise over it.
+/// Geometric over arithmetic mean of the spectrum: steady tones are under it, noise over it.
 constexpr double kTonalFlatness = 0.15;
 
 double quantile(std::vector<double> values, double share) {
@@ -113,23 +118,52 @@ double flatness(std::span<const std::int16_t> samples) {
   return count > 0 ? flat / count : 1;
 }
 
+/// Standard deviation of levels within a second, or what there is, the median of the seconds.
+double usualSpread(std::span<const double> db) {
+  // The lowest spread of a second's levels counts the most in speech, the usual one here: a chord sets in once.
+  std::vector<double> spreads;
+  const std::size_t length = std::min<std::size_t>(100, db.size());
+  for (std::size_t at = 0; at + length <= db.size() && length > 0; at += length / 2 + 1) {
+    const Eigen::Map<const Eigen::ArrayXd> second(db.data() + at, signedIndex(length));
+    spreads.push_back(std::sqrt((second - second.mean()).square().mean()));
+  }
+  return spreads.empty() ? 0 : quantile(std::move(spreads), 0.5);
+}
+
+/// The largest usualSpread() of the bands.
+double usualSpreadOfBands(std::span<const std::int16_t> samples) {
+  constexpr std::size_t kWindow = 400, kTransform = 512;
+  constexpr double kBinHz = 16000.0 / kTransform, kLeastPower = 0.1;
+  Eigen::FFT<double> transform;
+  std::vector<double> frame(kTransform, 0.0);
+  std::vector<std::complex<double>> spectrum;
+  std::array<std::vector<double>, kBandsHz.size() - 1> db;
+  for (std::size_t at = 0; at + kWindow <= samples.size(); at += kFrame) {
+    for (std::size_t i = 0; i < kWindow; ++i)
+      frame[i] = samples[at + i] * (0.5 - 0.5 * std::cos(2 * std::numbers::pi * asReal(i) / kWindow));
+    transform.fwd(spectrum, frame);
+    for (std::size_t band = 0; band < db.size(); ++band) {
+      const auto first = static_cast<std::size_t>(std::ceil(kBandsHz[band] / kBinHz));
+      const auto end = static_cast<std::size_t>(std::ceil(kBandsHz[band + 1] / kBinHz));
+      double power = 0;
+      for (std::size_t bin = first; bin < end; ++bin) power += std::norm(spectrum[bin]);
+      db[band].push_back(10 * std::log10(power / (asReal(end - first) * kWindow) + kLeastPower));
+    }
+  }
+  double largest = 0;
+  for (const std::vector<double>& levels : db) largest = std::max(largest, usualSpread(levels));
+  return largest;
+}
+
 SoundKind kindOf(const Frames& run, const std::vector<double>& db, std::span<const std::int16_t> samples) {
   const std::size_t count = run.end - run.first;
   if (asReal(count) * kFrameStep < kShortestJudged) return SoundKind::kSpeech;
-  // The lowest spread of a second's levels counts the most in speech, the usual one here: a chord sets in once.
-  std::vector<double> spreads;
-  constexpr std::size_t kSecond = 100;
-  for (std::size_t at = run.first; at + kSecond <= run.end; at += kSecond / 2) {
-    double sum = 0, squares = 0;
-    for (std::size_t i = at; i < at + kSecond; ++i) {
-      sum += db[i];
-      squares += db[i] * db[i];
-    }
-    spreads.push_back(std::sqrt(std::max(0.0, squares / kSecond - sum * sum / (kSecond * kSecond))));
-  }
-  if (quantile(spreads, 0.5) > kSteadyDb) return SoundKind::kSpeech;
-  return flatness(samples.subspan(run.first * kFrame, count * kFrame)) < kTonalFlatness ? SoundKind::kMusic
-                                                                                        : SoundKind::kNoise;
+  const std::span<const std::int16_t> sound = samples.subspan(run.first * kFrame, count * kFrame);
+  if (usualSpreadOfBands(sound) < kSteadyBandDb)
+    return flatness(sound) < kTonalFlatness ? SoundKind::kMusic : SoundKind::kNoise;
+  const bool is_tones =
+      usualSpread(std::span(db).subspan(run.first, count)) < kSteadyDb && flatness(sound) < kPureFlatness;
+  return is_tones ? SoundKind::kMusic : SoundKind::kSpeech;
 }
 
 }  // namespace

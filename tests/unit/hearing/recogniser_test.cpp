@@ -7,6 +7,7 @@
 #include <random>
 #include <set>
 
+#include "hearing/recognition/speech_finder.h"
 #include "support/error_of.h"
 #include "voices/voice.h"
 
@@ -31,6 +32,73 @@ AudioClip noise(Seconds duration, float level) {
   std::normal_distribution<float> normal(0.0F, level);
   for (float& sample : clip.samples) sample = std::clamp(normal(random), -1.0F, 1.0F);
   return clip;
+}
+
+std::vector<std::int16_t> heardOf(const AudioClip& clip) {
+  std::vector<std::int16_t> samples;
+  for (const float sample : clip.samples)
+    samples.push_back(static_cast<std::int16_t>(std::lround(32767 * std::clamp(sample, -1.0F, 1.0F))));
+  return samples;
+}
+
+double meanSquare(const AudioClip& clip) {
+  double sum = 0;
+  for (const float sample : clip.samples) sum += double{sample} * double{sample};
+  return sum / static_cast<double>(clip.samples.size());
+}
+
+/// Noise that falls by 6 dB an octave, as wind does.
+AudioClip wind(Seconds duration) {
+  AudioClip clip = noise(duration, 0.02F);
+  float last = 0;
+  for (float& sample : clip.samples) sample = last = 0.995F * last + sample;
+  return clip;
+}
+
+AudioClip tones(Seconds duration, const std::vector<double>& hz, Seconds each) {
+  AudioClip clip = quiet(duration);
+  for (std::size_t i = 0; i < clip.samples.size(); ++i) {
+    const double time = static_cast<double>(i) / 16000, of_note = std::fmod(time, each);
+    const double root = 1 + static_cast<double>(static_cast<int>(time / each) % 4) / 4;
+    for (const double f : hz)
+      clip.samples[i] += static_cast<float>(0.05 * std::exp(-0.3 * of_note) * std::sin(2 * M_PI * root * f * time));
+  }
+  return clip;
+}
+
+Seconds speechIn(const AudioClip& sound) {
+  Seconds found = 0;
+  for (const SoundStretch& stretch : findSpeech(heardOf(sound)))
+    found += stretch.kind == SoundKind::kSpeech ? stretch.span.duration() : 0;
+  return found;
+}
+
+/// Whatever steady noise is under it, speech rises and falls in some band.
+TEST(SpeechFinder, SpeechInSteadyNoiseIsSpeech) {
+  const AudioClip line =
+      joined({spoken("the birch canoe slid on the smooth planks"), spoken("rice is often served in round bowls")});
+  const Seconds duration = line.duration();
+  for (const AudioClip& under :
+       {noise(duration, 0.1F), wind(duration), tones(duration, {50, 150, 250, 350, 450}, 100)}) {
+    for (const double snr_db : {20.0, 10.0, 5.0}) {
+      AudioClip sound = line;
+      const double scale = std::sqrt(meanSquare(line) / meanSquare(under) * std::pow(10, -snr_db / 10));
+      for (std::size_t i = 0; i < sound.samples.size(); ++i)
+        sound.samples[i] = 0.7F * (sound.samples[i] + static_cast<float>(scale) * under.samples[i]);
+      EXPECT_GT(speechIn(sound), 0.8 * speechIn(line)) << snr_db << " dB";
+    }
+  }
+}
+
+TEST(SpeechFinder, NoiseAndTonesAreNoSpeech) {
+  const auto kindsOf = [](const AudioClip& sound) {
+    std::set<SoundKind> kinds;
+    for (const SoundStretch& stretch : findSpeech(heardOf(sound))) kinds.insert(stretch.kind);
+    return kinds;
+  };
+  EXPECT_EQ(kindsOf(noise(4, 0.1F)), std::set{SoundKind::kNoise});
+  EXPECT_FALSE(kindsOf(wind(4)).contains(SoundKind::kSpeech));
+  EXPECT_EQ(kindsOf(tones(4, {220, 277, 330, 440, 554, 880}, 100)), std::set{SoundKind::kMusic});
 }
 
 TEST(Recogniser, HearsWordsThatAreHinted) {
