@@ -164,7 +164,7 @@ void LipGuard::drawTogether(const MarkerPositions& points, std::span<const LipGa
     float farthest = 0;
     for (std::size_t c = 0; c < kColumns; ++c) {
       // What is further apart than lips that touch ever are is not drawn: the pull fades out.
-      const double apart = double{way[c]} / mouth_width_;
+      const double apart = double{way[c] - drawn_further_[c]} / mouth_width_;
       pull[c] =
           std::min(pull[c], shut[c] * asFloat(1 - smoothStep((apart - kDrawnWhole) / (kSeenAbove - kDrawnWhole))));
       way[c] = pull[c] > 0 ? pull[c] * std::max(0.0F, way[c] - resting_gaps_[c]) : 0;

@@ -204,6 +204,7 @@ class LipGuard {
   std::vector<Drawn> drawn_;
   std::vector<std::uint32_t> watched_columns_;  ///< those that have a watch, rising
   std::vector<float> resting_gaps_;             ///< by column: what stays of the gap where lips rest against each other
+  std::vector<float> drawn_further_;            ///< by column: pressed lips are drawn together from further apart
   std::vector<LipPair> pairs_;
   std::vector<float> pair_columns_;  ///< where the pairs lie
   std::vector<Eigen::Vector3d> rim_;

@@ -23,6 +23,7 @@ constexpr double kReach = 0.12;       ///< a vertex watches what is nearer than 
 constexpr double kLipsReach = 0.16;   ///< lips may lie on teeth this far from their rims
 constexpr double kTeethCell = 0.012;  ///< of the net over the teeth
 constexpr double kDrawnFrom = 0.12;   ///< lips are drawn together from within this of their rims
+constexpr float kDrawnFurther = 2;    ///< lips that are pressed are drawn from this times as much further apart
 constexpr double kSlips = 0.002;      ///< the guard itself moves what touches no teeth by little more than this
 constexpr double kTouching = 0.002;   ///< lips no further apart at rest touch there and stay so
 constexpr double kElsewhere = 0.03;   ///< what is further behind the other lip at rest does not meet it
@@ -188,7 +189,9 @@ void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& closed, con
   const std::array<float, kColumns> closed_gaps = gapsSeen(all, closed.data());
   for (std::size_t c = 0; c < kColumns; ++c)
     resting_gaps_[c] = std::min(resting_gaps_[c], std::max(0.0F, closed_gaps[c]));
+  drawn_further_.assign(kColumns, 0.0F);
   if (!binding.pressed.empty()) {
+    for (std::size_t c = 0; c < kColumns; ++c) drawn_further_[c] = kDrawnFurther * std::max(0.0F, binding.pressed[c]);
     for (std::size_t c = 0; c < kColumns; ++c) resting_gaps_[c] -= binding.pressed[c];
     for (LipWatch& watch : lips_) {
       const float pressed = binding.pressed[watch.column];
