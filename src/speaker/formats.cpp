@@ -11,6 +11,7 @@
 #include "base/text_encoding.h"
 #include "exports/arkit.h"
 #include "exports/curves/curve_files.h"
+#include "exports/curves/metahuman.h"
 #include "exports/curves/weight_tracks.h"
 #include "exports/format_bytes.h"
 #include "exports/scenes/scene_files.h"
@@ -90,6 +91,10 @@ void writeArkitAs(const fs::path& path, const Source& source) {
   writeFileAtomically(path, kWrite(arkitTracks(source)));
 }
 template <std::string (*kWrite)(const WeightTracks&)>
+void writeMetahumanAs(const fs::path& path, const Source& source) {
+  writeFileAtomically(path, kWrite(metahumanTracks(arkitTracks(source))));
+}
+template <std::string (*kWrite)(const WeightTracks&)>
 void writeVisemesAs(const fs::path& path, const Source& source) {
   writeFileAtomically(path, kWrite(visemesOf(source)));
 }
@@ -163,7 +168,10 @@ constexpr std::array kRows = {
     Row{{"arkit.json", "arkit.json", "the same as JSON", false, false, true}, writeArkitAs<weightsJson>},
     Row{{"a2f.json", "a2f.json", "the same as Audio2Face exports it", false, false, true},
         writeArkitAs<audio2FaceJson>},
-    Row{{"maya.anim", "maya.anim", "the same for a blendShape node of Maya's", false, false, true},
+    Row{{"metahuman.csv", "metahuman.csv", "the same as curves of MetaHuman's face rig", false, false, true},
+        writeMetahumanAs<weightsCsv>},
+    Row{{"metahuman.json", "metahuman.json", "the same as JSON", false, false, true}, writeMetahumanAs<weightsJson>},
+    Row{{"maya.anim", "maya.anim", "ARKit's weights for a blendShape node of Maya's", false, false, true},
         [](const fs::path& path, const Source& source) {
           writeFileAtomically(path, mayaAnim(arkitTracks(source), "blendShape1"));
         }},

@@ -40,8 +40,10 @@ std::string Performance::Data::namedGlb(NamedShapes kind) const {
     // A head that has them is driven by its own.
     if (auto driven = glbWithWeights(given, mesh_path.string(), rate, {arkitOfHead(), arkitIndex})) return *driven;
   }
-  if (!corpus) throw InputError("the performance was made of no corpus; expected the one that shapes are learnt from");
-  const SharedCorpus::Data& by = corpus->data();
+  // Of motion from elsewhere no actor is known whose visemes could be taken: those of the sample corpus, as in
+  // `retarget shapes`.
+  const SharedCorpus learnt_from = corpus ? *corpus : SharedCorpus();
+  const SharedCorpus::Data& by = learnt_from.data();
   const ShapeSet set = makeShapeSet(own.rig, by.actor, by.corpus.layout.markerNames(), by.curve_model.poses(),
                                     is_arkit ? ShapeVocabulary::kArkit : ShapeVocabulary::kOculus);
   const OwnShapeWeights weights =

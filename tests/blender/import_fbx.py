@@ -1,10 +1,11 @@
-"""Blender opens our FBX: every vertex of frames throughout the line must be where the point cache has it."""
+"""Blender opens our FBX: every vertex of frames throughout the line must be where the point cache has it, and Blender's own
+reader of PC2 and MDD must put them there."""
 import struct
 import sys
 
 import bpy
 
-fbx, cache = sys.argv[sys.argv.index("--") + 1:]
+fbx, cache, mdd = sys.argv[sys.argv.index("--") + 1:]
 with open(cache, "rb") as file:
     data = file.read()
 vertices, _, _, frames = struct.unpack("<iffi", data[16:32])
@@ -53,3 +54,19 @@ unit_mm = 1000 * head.matrix_world.to_scale()[0]
 print(f"{vertices} vertices, {len(blocks)} shapes, {frames} frames at {rate:g}: at most {worst * unit_mm:.3f} mm off")
 assert worst * unit_mm < 0.15, "the shapes keep every vertex within 0.09 mm"
 assert abs(rate - 60) < 1e-3 or abs(curves[0].keyframe_points[-1].co.x - start - (frames - 1)) < 1, rate
+
+# The caches on the same mesh, by Blender's modifier.
+for file, kind in ((cache, "PC2"), (mdd, "MDD")):
+    head.shape_key_clear()
+    reader = head.modifiers.new(kind, "MESH_CACHE")
+    reader.cache_format, reader.filepath, reader.interpolation = kind, file, "NONE"
+    off = 0.0
+    for frame in checked:
+        bpy.context.scene.frame_set(frame)
+        shown = head.evaluated_get(bpy.context.evaluated_depsgraph_get()).data.vertices
+        for i in range(0, vertices, 7):
+            at = 3 * (frame * vertices + i)
+            off = max(off, max(abs(shown[i].co[axis] - positions[at + axis]) for axis in range(3)))
+    head.modifiers.remove(reader)
+    print(f"{kind}: at most {off} off")
+    assert off == 0, kind

@@ -1,14 +1,14 @@
 #!/bin/sh
-# deb_test.sh MOUTHPIECE.deb [ROOT]: the package in a bare Debian 12: installs, speaks, is removed and leaves nothing. ROOT: a bare
-# root made before (it is copied). 77 where a bare root cannot be made.
+# deb_test.sh FOLDER [ROOT]: the package that `make deb` left in FOLDER, in a bare Debian 12: it installs, speaks, is removed and leaves
+# nothing. ROOT: a bare root made before (it is copied). 77 where a bare root cannot be made.
 set -u
-deb=$1
+deb=$(ls -t "$1"/mouthpiece_*.deb 2>/dev/null | head -n 1)
 root=${2:-}
 skip() {
   echo "skipped: $*"
   exit 77
 }
-[ -f "$deb" ] || skip "no package $deb; make it with: make deb"
+[ -f "$deb" ] || skip "no package in $1; make it with: make deb"
 [ "$(id -u)" = 0 ] || skip "only root can make a root"
 PATH=$PATH:/usr/sbin
 work=$(mktemp -d)
@@ -20,7 +20,9 @@ trap finish EXIT
 if [ -n "$root" ]; then
   cp -a "$root" "$work/root"
 else
-  mirror=$(grep -rhoE "https?://[^ ]+" /etc/apt/sources.list /etc/apt/sources.list.d/*.list /etc/apt/sources.list.d/*.sources 2>/dev/null | grep -v "snapshot\|security" | head -n 1)
+  # This machine's mirror of Debian, among whatever else it has packages from.
+  mirror=$(cat /etc/apt/sources.list /etc/apt/sources.list.d/*.list /etc/apt/sources.list.d/*.sources 2>/dev/null |
+    grep -E "^(deb|URIs:) " | grep -oE "https?://[^ ]+/debian/?( |$)" | head -n 1)
   command -v debootstrap >/dev/null 2>&1 || skip "no debootstrap; get it with: sudo apt-get install debootstrap"
   debootstrap --variant=minbase bookworm "$work/root" $mirror >"$work/log" 2>&1 ||
     skip "debootstrap cannot make a root here: $(tail -n 1 "$work/log")"

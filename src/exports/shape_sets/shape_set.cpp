@@ -11,6 +11,7 @@
 #include "base/index.h"
 #include "base/text_encoding.h"
 #include "exports/arkit.h"
+#include "motion/arkit_shapes.h"
 #include "phonetics/language/phone.h"
 
 namespace mouthpiece {
@@ -65,12 +66,12 @@ bool opensLips(std::string_view arkit) {
 
 /// Turns of the eyes: up and to the subject's left, degrees.
 std::optional<std::pair<double, double>> gazeOf(std::string_view arkit, bool left_eye) {
-  constexpr double kUp = 20, kAside = 28;
+  constexpr double kWhole = double{kWholeLook} * 180 / std::numbers::pi;
   if (!arkit.starts_with("EyeLook") || arkit.ends_with("Left") != left_eye) return std::nullopt;
-  if (arkit.starts_with("EyeLookUp")) return std::pair(kUp, 0.0);
-  if (arkit.starts_with("EyeLookDown")) return std::pair(-kUp, 0.0);
+  if (arkit.starts_with("EyeLookUp")) return std::pair(kWhole, 0.0);
+  if (arkit.starts_with("EyeLookDown")) return std::pair(-kWhole, 0.0);
   const bool to_nose = arkit.starts_with("EyeLookIn");
-  return std::pair(0.0, to_nose == left_eye ? -kAside : kAside);
+  return std::pair(0.0, to_nose == left_eye ? -kWhole : kWhole);
 }
 
 /// The vertices of one eye, and the middle of the ball that they lie on.

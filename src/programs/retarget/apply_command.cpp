@@ -110,16 +110,28 @@ std::shared_ptr<Performance::Data> performanceOf(const ApplyArguments& given) {
   return made;
 }
 
+/// The shapes of a GLB that the face was fitted to, as it holds them.
+FaceShapes shapesOf(const SharedFace::Data& face, const std::string& bytes) {
+  return parseFaceShapes(bytes, face.meshPath(), face.file.mesh_object);
+}
+
+bool hasArkit(const SharedFace::Data& face) {
+  const std::vector<std::string> names = shapesOf(face, readFile(face.meshPath(), kMaxMeshBytes)).names;
+  return std::any_of(names.begin(), names.end(), [](const std::string& name) { return arkitIndex(name) >= 0; });
+}
+
 /// ARKit's curves that move the face's own shapes as the motion moves its vertices.
 void writeArkit(const ApplyArguments& given, const Performance::Data& performance) {
   const SharedFace::Data& face = performance.needFace();
   const fs::path mesh_path = face.meshPath();
   const std::string bytes = readFile(mesh_path, kMaxMeshBytes);
-  FaceShapes shapes = parseFaceShapes(bytes, mesh_path, face.file.mesh_object);
+  FaceShapes shapes = shapesOf(face, bytes);
   for (VertexPositions& moves : shapes.moves)
     moves = (moves * face.file.upright_from_mesh.cast<float>().transpose()).eval();
   if (shapes.names.empty())
-    throw InputError(mesh_path.string(), "", "has no morph targets; expected a GLB with ARKit's shapes");
+    throw InputError(mesh_path.string(), "",
+                     "has no morph targets; expected a GLB with ARKit's shapes, or --out NAME.arkit.csv, whose weights "
+                     "follow the markers where a head has none");
   const ArkitCurves curves = fitArkit(performance.uprightVertices(), face.rig.mesh(), shapes);
   writeFileAtomically(given.out, isLiveLink(given.out) ? liveLinkCsv(curves)
                                                        : glbWithArkitAnimation(bytes, mesh_path.string(), curves));
@@ -158,7 +170,9 @@ int runApply(const ApplyArguments& given) {
   refuseUnknownEnding(given);
   const auto performance = performanceOf(given);
   const SharedFace::Data& face = performance->needFace();
-  if (given.arkit || isLiveLink(given.out)) {
+  // A head without ARKit's shapes gets weights by the markers where they are asked for by their name, as synth's are.
+  const bool by_markers = given.out.filename().string().ends_with("arkit.csv") && !given.arkit && !hasArkit(face);
+  if (given.arkit || (isLiveLink(given.out) && !by_markers)) {
     writeArkit(given, *performance);
   } else if (given.out.extension().empty()) {
     objFrames(face.rig.mesh(), performance->allVertices(), [&](std::size_t frame, const std::string& bytes) {

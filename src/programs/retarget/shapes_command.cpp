@@ -78,19 +78,21 @@ struct SetFacts {
   FaceJudgement judgement;
 };
 
+/// The shape that does the same on the other side: "jawRight" for "jawLeft"; the name itself on the midline.
+std::string otherSideOf(std::string name) {
+  if (name.ends_with("Left")) return name.replace(name.size() - 4, 4, "Right");
+  if (name.ends_with("Right")) return name.replace(name.size() - 5, 5, "Left");
+  return name;
+}
+
 void measureSides(const ShapeSet& set, const FaceMesh& mesh, SetFacts& facts) {
   const std::vector<std::uint32_t> skin = skinVertices(mesh, false);
   const std::vector<std::vector<Eigen::Index>> mirrored = mirroredVertices(mesh, skin);
   const double mm = 1000 * mesh.metres_per_unit;
   double squares = 0, count = 0, moved = 0;
   for (std::size_t k = 0; k < set.names.size(); ++k) {
-    std::string other = set.names[k];
-    if (other.ends_with("Left")) {
-      other.replace(other.size() - 4, 4, "Right");
-    } else if (other.ends_with("Right")) {
-      continue;  // its pair is looked at from the left
-    }
-    const auto pair = std::find(set.names.begin(), set.names.end(), other);
+    if (set.names[k].ends_with("Right")) continue;  // its pair is looked at from the left
+    const auto pair = std::find(set.names.begin(), set.names.end(), otherSideOf(set.names[k]));
     if (pair == set.names.end()) continue;
     const VertexPositions& theirs = set.moves[unsignedIndex(pair - set.names.begin())];
     for (const std::uint32_t v : skin) {
@@ -167,7 +169,7 @@ int runShapes(const ShapesArguments& given) {
   const SharedFace::Data& own = face.data();
   const SharedCorpus::Data& by = corpus.data();
   // As far as on the head that the shapes were learnt from, or as far as this one bears.
-  constexpr int kMostRounds = 8;
+  constexpr int kMostRounds = 24;
   constexpr double kWeaker = 0.85, kWeakest = 0.3;
   std::map<std::string, double> strengths;
   const auto made = [&] {
@@ -188,6 +190,7 @@ int runShapes(const ShapesArguments& given) {
       double& strength = strengths.try_emplace(name, 1.0).first->second;
       changed |= strength > kWeakest;
       strength = std::max(kWeakest, strength * kWeaker);
+      strengths[otherSideOf(name)] = strength;  // both sides alike
     }
     if (!changed) break;
     set = made();

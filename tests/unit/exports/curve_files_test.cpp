@@ -5,10 +5,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 
+#include "base/files.h"
+#include "base/text_encoding.h"
+#include "exports/curves/metahuman.h"
 #include "exports/curves/weight_tracks.h"
+#include "motion/arkit_shapes.h"
 
 namespace mouthpiece {
 namespace {
@@ -118,6 +124,46 @@ TEST(Weights, AreJsonAndCsv) {
   EXPECT_EQ(a2f["numFrames"], a2f["weightMat"].size());
   EXPECT_TRUE(
       weightsCsv(ramp()).starts_with("time_s,jawOpen,mouthClose\n0.000000,0.000000,0.000000\n0.033333,0.066667"));
+}
+
+TEST(Metahuman, EveryShapeMovesItsControls) {
+  WeightTracks arkit{60, {}, RowMajorMatrixF::Zero(4, 52)};
+  for (const std::string_view name : kArkitNames)
+    arkit.names.push_back(lowerCase(name.substr(0, 1)) + std::string(name.substr(1)));
+  const auto column = [](const WeightTracks& tracks, const std::string& name) {
+    const auto found = std::find(tracks.names.begin(), tracks.names.end(), name);
+    EXPECT_NE(found, tracks.names.end()) << name;
+    return tracks.weights.col(found - tracks.names.begin()).eval();
+  };
+  const auto jaw = arkitIndex("jawOpen"), close = arkitIndex("mouthClose"), in = arkitIndex("eyeLookInLeft");
+  arkit.weights.col(jaw) << 0, 0.5F, 0.5F, 1;
+  arkit.weights.col(close) << 0.2F, 0.5F, 0.25F, 0;
+  arkit.weights.col(in) << 0, 0, 1, 0;
+  const WeightTracks controls = metahumanTracks(arkit);
+  EXPECT_EQ(controls.names.size(), metahumanControls().size());
+  EXPECT_EQ(column(controls, "CTRL_expressions_jawOpen"), arkit.weights.col(jaw));
+  EXPECT_EQ(column(controls, "CTRL_expressions_eyeLookRightL"), arkit.weights.col(in)) << "to the nose";
+  // Lips that are shut over an open jaw are wholly together, half of it half, and where the jaw is shut nothing is.
+  EXPECT_EQ(column(controls, "CTRL_expressions_mouthLipsTogetherUL"), Eigen::Vector4f(0, 1, 0.5F, 0));
+  std::set<std::string_view> shapes, names;
+  for (const MetahumanControl& row : metahumanControls()) {
+    EXPECT_TRUE(names.insert(row.control).second) << row.control;
+    shapes.insert(row.arkit);
+    EXPECT_NE(std::find(arkit.names.begin(), arkit.names.end(), row.arkit), arkit.names.end()) << row.arkit;
+  }
+  EXPECT_EQ(shapes.size(), 52U);
+}
+
+TEST(Metahuman, TheDocsHaveTheSameTable) {
+  std::string table;
+  std::string_view last;
+  for (const MetahumanControl& row : metahumanControls()) {
+    if (row.arkit != last) table += std::string(last.empty() ? "" : " |\n") + "| `" + std::string(row.arkit) + "` |";
+    table += " `" + std::string(row.control) + "`";
+    last = row.arkit;
+  }
+  const std::string page = readFile(std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / "docs/formats/metahuman.md");
+  EXPECT_NE(page.find(table + " |\n"), std::string::npos) << table;
 }
 
 TEST(Animations, KeepCornersAlone) {

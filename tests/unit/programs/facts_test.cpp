@@ -170,7 +170,13 @@ TEST_F(SampleData, AppliedMotionComesInEveryFormat) {
     EXPECT_EQ(runWell("retarget", with(apply, {path(name), "--quiet"})).out, "");
     EXPECT_TRUE(readAll(path(name)) == bytes) << name << " is not the same a second time";
   }
-  // A face without ARKit's shapes has no weights for them.
+  // The weights and shapes that synth gives a head without shapes of its own.
+  for (const std::string name : {"a.arkit.csv", "a.metahuman.csv", "a.visemes.glb", "a.arkit.glb"})
+    runWell("retarget", {"apply", "--face", face, "--motion", path("m.c3d"), "--phones", path("m.TextGrid"), "--out",
+                         path(name), "--quiet"});
+  EXPECT_TRUE(readAll(path("a.arkit.csv")).starts_with("Timecode,BlendShapeCount,EyeBlinkLeft,"));
+  EXPECT_TRUE(readAll(path("a.metahuman.csv")).starts_with("time_s,CTRL_expressions_eyeBlinkL,"));
+  // Live Link Face's CSV by a plain name is that of the face's own shapes.
   const ProgramResult refused =
       runProgram("retarget", {"apply", "--face", face, "--motion", path("m.c3d"), "--out", path("a.csv")});
   EXPECT_EQ(refused.exit_code, 1);

@@ -40,7 +40,8 @@ TEST_F(Shapes, Of52OfArkitCloseAndKeepTheirSides) {
   EXPECT_EQ(facts["shapes"][17], "jawOpen");
   EXPECT_EQ(targetsOf("a.glb"), facts["shapes"]);
   EXPECT_LT(facts["closing_gap_mm"], 0.3) << "jawOpen with mouthClose";
-  EXPECT_LT(facts["side_rms_mm"], 0.5);
+  EXPECT_LT(facts["side_rms_mm"], 0.2);
+  EXPECT_EQ(facts["strengths"].value("jawLeft", 1.0), facts["strengths"].value("jawRight", 1.0)) << "pairs are alike";
   EXPECT_GT(facts["share_mirrored"], 0.9);
   EXPECT_LE(facts["lips_overlap_mm"], 0.5);
   EXPECT_LE(facts["turned_over_mm2"], 4);
