@@ -243,7 +243,7 @@ void addOptions(CLI::App& command, ConvertArguments& options) {
                       "Seconds after the motion's first frame at which hands clap: laid there is the sound's clap")
           ->needs(sound)
           ->excludes(late)
-          ->check(CLI::Range(-3600.0, 3600.0));
+          ->check(CLI::Range(0.0, 3600.0));
   command
       .add_option("--own-sound", options.own_sound,
                   "What the motion's own device heard from its first frame on: laid beside by it, not by the lips")

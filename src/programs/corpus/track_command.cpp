@@ -8,7 +8,7 @@
 namespace mouthpiece {
 namespace {
 
-constexpr Seconds kLongestSound = 4 * 3600.0;
+constexpr Seconds kLongestSound = 3600;
 
 struct TrackArguments {
   bool quiet = false;
