@@ -19,6 +19,7 @@ export function fakeDevices(clip, scratch, { camera, microphone, rate = 25, name
 export async function openStudioPage(server, devices, complaints, before = () => {}) {
   const browser = await launchBrowser(devices);
   const page = await browser.newPage({ viewport: { width: 1280, height: 900 }, colorScheme: 'light' });
+  page.setDefaultTimeout(120000);  // beside a camera and a tracker a loaded machine is slow
   const origin = new URL(server.address).origin;
   page.on('pageerror', (error) => complaints.push(error.message));
   page.on('dialog', (dialog) => dialog.accept());
