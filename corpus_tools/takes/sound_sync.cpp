@@ -122,7 +122,7 @@ SoundPlace placeOfSameSound(const AudioClip& own, const AudioClip& sound) {
 
 std::optional<Seconds> clapIn(const AudioClip& sound) {
   constexpr Seconds kStep = 0.001, kBefore = 0.1, kRise = 0.003, kOther = 0.3;
-  constexpr double kSilence = 1e-8, kMostSharpDb = 40, kSureDb = 6;
+  constexpr double kSilence = 1e-8, kMostSharpDb = 40, kSureDb = 10, kLoud = 0.5;
   const auto step = static_cast<std::size_t>(std::lround(kStep * sound.sample_rate_hz));
   if (step == 0 || sound.samples.size() < 2 * step) return std::nullopt;
   std::vector<double> power;  // a millisecond each, of the sound's differences: rumble does not count
@@ -144,6 +144,8 @@ std::optional<Seconds> clapIn(const AudioClip& sound) {
     sharpness[i] = std::min(kMostSharpDb, decibels(power[i]) - decibels(earlier)) + decibels(power[i]);
   }
   const auto clap = std::max_element(sharpness.begin(), sharpness.end());
+  if (power[unsignedIndex(clap - sharpness.begin())] < kLoud * *std::max_element(power.begin(), power.end()))
+    return std::nullopt;  // a plosive in quiet speech
   const auto near = static_cast<std::ptrdiff_t>(kOther / kStep);
   for (auto other = sharpness.begin(); other != sharpness.end(); ++other) {
     if (std::abs(other - clap) >= near && *other > *clap - kSureDb) return std::nullopt;

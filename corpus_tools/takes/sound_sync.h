@@ -22,7 +22,7 @@ struct SoundPlace {
 SoundPlace placeOfSameSound(const AudioClip& own, const AudioClip& sound);
 
 /// When the clap is heard: the one onset that is sharp and loud as no other, to a millisecond. nullopt when two come
-/// near to each other in that, and in silence.
+/// near to each other in that, when it is not among the loudest moments, and in silence.
 std::optional<Seconds> clapIn(const AudioClip& sound);
 
 }  // namespace mouthpiece
