@@ -18,6 +18,8 @@ constexpr double kRateHz = 100;
 constexpr Eigen::Index kSlow = 25;  ///< half a Hann window of a half second, in samples
 constexpr Eigen::Index kWidest = 6000, kApart = 30;
 constexpr Seconds kLeast = 5;
+/// docs/formats/arkit.md tells what it was chosen on.
+constexpr double kSure = 0.08;
 
 /// Less its own running mean.
 Eigen::VectorXd withoutSlow(const Eigen::VectorXd& values) {
@@ -103,15 +105,16 @@ SoundPlace placeOfSound(const MotionClip& motion, const AudioClip& sound, const 
                                  std::sqrt(asReal(count) / asReal(shorter)));
   }
   const auto best = std::max_element(likeness.begin(), likeness.end());
-  SoundPlace place{asReal((best - likeness.begin()) - kWidest) / kRateHz, *best, -1};
+  SoundPlace place{asReal((best - likeness.begin()) - kWidest) / kRateHz, *best, -1, false};
   for (auto other = likeness.begin(); other != likeness.end(); ++other) {
     if (std::abs(other - best) >= kApart) place.likeness_apart = std::max(place.likeness_apart, *other);
   }
+  place.is_sure = place.likeness - place.likeness_apart > kSure;
   return place;
 }
 
-AudioClip soundBeside(const MotionClip& motion, const AudioClip& sound, Seconds late) {
-  const auto count = static_cast<std::size_t>(std::lround(motion.duration() * sound.sample_rate_hz));
+AudioClip soundBeside(Seconds duration, const AudioClip& sound, Seconds late) {
+  const auto count = static_cast<std::size_t>(std::lround(duration * sound.sample_rate_hz));
   const auto shift = std::lround(late * sound.sample_rate_hz);
   AudioClip beside{sound.sample_rate_hz, std::vector<float>(count, 0.0F)};
   for (std::size_t i = 0; i < count; ++i) {

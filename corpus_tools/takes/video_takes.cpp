@@ -14,6 +14,7 @@
 #include "base/index.h"
 #include "base/json_fields.h"
 #include "base/parallel_for.h"
+#include "corpus_tools/takes/lip_sync.h"
 #include "motion/formats/c3d_file.h"
 #include "tracking/face_track.h"
 
@@ -129,8 +130,31 @@ class VideoTaker {
       throw InputError(clip.string(), "",
                        fmt::format("shows a face in {:.0f} % of its images; expected {:.0f} % or more",
                                    100 * track.seenShare(), 100 * options_.least_seen));
+    if (!options_.recorder.samples.empty()) takeRecorder(name, track);
     if (track.sound.samples.empty()) throw InputError(clip.string(), "", "has no sound; a take needs the voice");
     return track;
+  }
+
+  /// Puts the recorder's sound in the place of the clip's own.
+  void takeRecorder(const std::string& name, FaceTrack& track) {
+    const std::string file = clips_.at(name).string();
+    SoundPlace place;
+    if (track.sound.samples.empty()) {
+      const MotionClip markers = markersOf(track, options_.layout, 90, file);  // any size will do
+      place = placeOfSound(markers, options_.recorder, LipGauge(markers.marker_names));
+    } else {
+      place = placeOfSameSound(track.sound, options_.recorder);
+    }
+    if (!place.is_sure)
+      throw InputError(
+          file, "",
+          fmt::format("perhaps the other sound begins {:.3f} s {} it (alike by {:.2f}, elsewhere by "
+                      "{:.2f}); that is not sure",
+                      std::abs(place.late), place.late < 0 ? "before" : "after", place.likeness, place.likeness_apart));
+    const Seconds duration = asReal(track.frames.size()) / track.frame_rate_hz;
+    track.sound = resampleAudio(soundBeside(duration, options_.recorder, place.late), options_.sound_rate_hz);
+    const std::lock_guard lock(mutex_);
+    recorder_places_[name] = place;
   }
 
   /// Finds out about the person: in person.json, or in the first clips, which are then written, too. Gives how many.
@@ -180,7 +204,9 @@ class VideoTaker {
     writeC3d(takeFile(name), motion);
     files.commit();
     const std::lock_guard lock(mutex_);
-    result_.takes.push_back({name, track.frame_rate_hz, track.seenShare(), track.frames.size(), track.had_even_steps});
+    const auto place = recorder_places_.find(name);
+    result_.takes.push_back({name, track.frame_rate_hz, track.seenShare(), track.frames.size(), track.had_even_steps,
+                             place == recorder_places_.end() ? std::nullopt : std::optional(place->second)});
   }
 
   NamedClips clips_;
@@ -188,6 +214,7 @@ class VideoTaker {
   const VideoTakesOptions& options_;
   TrackerPool pool_;
   std::mutex mutex_;
+  std::map<std::string, SoundPlace> recorder_places_;
   VideoTakes result_;
 };
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "corpus_tools/takes/sound_sync.h"
 #include "corpus_tools/takes/take_files.h"
 #include "motion/marker_layout.h"
 #include "tracking/marker_refining.h"
@@ -25,6 +26,9 @@ struct VideoTakesOptions {
   bool again = false;          ///< also what is done already
   double least_seen = 0.8;     ///< share of the frames with a face, below which a clip is left out
   int sound_rate_hz = 16000;
+  /// What one recorder heard while all clips were filmed: laid beside each by the clip's own sound, where it has none
+  /// by the lips, and taken in its stead; none where it has no samples.
+  AudioClip recorder;
   std::size_t jobs = 0;  ///< clips at a time; 0: as many as the machine has threads
 };
 
@@ -34,6 +38,7 @@ struct VideoTake {
   double seen_share = 0;
   std::size_t frames = 0;
   bool had_even_steps = true;
+  std::optional<SoundPlace> recorder;  ///< where the recorder's sound begins beside it
 };
 
 struct VideoTakes {

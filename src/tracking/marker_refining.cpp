@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "base/index.h"
 #include "base/smooth_step.h"
@@ -24,54 +25,116 @@ constexpr std::array<Eigen::Index, 34> kHeadLandmarks{10,  151, 9,   8,  168, 6,
 constexpr double kOpeningMm = 0.7;
 constexpr Eigen::Index kRestFrames = 8;  // a third of a second at 25 Hz
 
+/// The joints, then the chin, then what of the lower lip and under it the jaw carries.
+constexpr Eigen::Index kJoints = 2, kJointWeight = 5;
+constexpr std::array<Eigen::Index, 24> kJawLandmarks{234, 454, 152, 199, 200, 175, 148, 377, 176, 400, 208, 428,
+                                                     201, 421, 171, 396, 149, 378, 18,  83,  313, 17,  84,  314};
+
 double innerGap(const FaceLandmarks& face) {
   double sum = 0;
   for (const auto& [upper, lower] : kInnerLips) sum += (face.row(upper) - face.row(lower)).norm();
   return sum / asReal(kInnerLips.size());
 }
 
-MarkerPositions headPoints(const FaceLandmarks& face, double scale) {
-  MarkerPositions points(signedIndex(kHeadLandmarks.size()), 3);
-  for (std::size_t i = 0; i < kHeadLandmarks.size(); ++i) {
-    const auto point = face.row(kHeadLandmarks[i]);
+/// The median of each coordinate; nullopt for a marker that is never seen.
+std::optional<Eigen::RowVector3d> middlePlace(const MotionClip& clip, Eigen::Index marker) {
+  Eigen::RowVector3d place;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const double value : clip.positions_mm.col(3 * marker + axis)) {
+      if (std::isfinite(value)) values.push_back(value);
+    }
+    if (values.empty()) return std::nullopt;
+    place(axis) = median(std::move(values));
+  }
+  return place;
+}
+
+MarkerPositions pointsOf(const FaceLandmarks& face, std::span<const Eigen::Index> landmarks, double scale) {
+  MarkerPositions points(signedIndex(landmarks.size()), 3);
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    const auto point = face.row(landmarks[i]);
     points.row(signedIndex(i)) = scale * Eigen::RowVector3d(point.x(), -point.y(), -point.z());
   }
   return points;
 }
 
+using BodyMotions = std::vector<std::optional<RigidMotion>>;  ///< one a frame; none where the body is not seen
+
 /// Three places on the head, decimetres apart, that stand for its motion.
 const Eigen::Matrix3d kPlaces = (Eigen::Matrix3d() << -60, 0, 0, 60, 0, 0, 0, 80, -60).finished();
 
-/// Where the head is in each frame, relative to its first; none where it is not seen. Smoothed by itself: a head is
-/// heavier than lips.
-std::vector<std::optional<RigidMotion>> headMotions(const FaceTrack& track, double scale) {
-  std::optional<MarkerPositions> first;
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  MotionClip places{track.frame_rate_hz, {"a", "b", "c"}, {}};
-  places.positions_mm.setConstant(signedIndex(track.frames.size()), 9, std::nan(""));
-  for (std::size_t frame = 0; frame < track.frames.size(); ++frame) {
-    if (!track.frames[frame]) continue;
-    const MarkerPositions points = headPoints(*track.frames[frame], scale);
-    if (!first) {
-      first = points;
-      middle = points.colwise().mean().transpose();
-    }
-    const auto motion = fitRigidMotion(*first, points, {.robust_rounds = 2});
-    if (!motion) continue;
-    for (Eigen::Index i = 0; i < 3; ++i)
-      places.positions_mm.block<1, 3>(signedIndex(frame), 3 * i) =
-          motion->apply(middle + kPlaces.row(i).transpose()).transpose();
+/// A body is heavier than skin: its motion is smoothed by itself, as that of three places on it.
+BodyMotions smoothBody(const BodyMotions& found, const Eigen::Matrix3d& places, double frame_rate_hz) {
+  MotionClip moved{frame_rate_hz, {"a", "b", "c"}, {}};
+  moved.positions_mm.setConstant(signedIndex(found.size()), 9, std::nan(""));
+  for (std::size_t frame = 0; frame < found.size(); ++frame) {
+    for (Eigen::Index i = 0; found[frame] && i < 3; ++i)
+      moved.positions_mm.block<1, 3>(signedIndex(frame), 3 * i) =
+          found[frame]->apply(places.row(i).transpose()).transpose();
   }
-  const MotionClip smooth = smoothMotion(places).clip;
-  const MarkerPositions still = kPlaces.rowwise() + middle.transpose();
-  std::vector<std::optional<RigidMotion>> motions;
-  for (std::size_t frame = 0; frame < track.frames.size(); ++frame)
+  const MotionClip smooth = smoothMotion(moved).clip;
+  const MarkerPositions still = places;
+  BodyMotions motions;
+  for (std::size_t frame = 0; frame < found.size(); ++frame)
     motions.push_back(fitRigidMotion(still, smooth.pose(FrameIndex(frame)), {.robust_rounds = 0}));
   return motions;
 }
 
+/// Where the head is in each frame, relative to its first.
+BodyMotions headMotions(const FaceTrack& track, double scale) {
+  std::optional<MarkerPositions> first;
+  BodyMotions motions(track.frames.size());
+  for (std::size_t frame = 0; frame < track.frames.size(); ++frame) {
+    if (!track.frames[frame]) continue;
+    const MarkerPositions points = pointsOf(*track.frames[frame], kHeadLandmarks, scale);
+    if (!first) first = points;
+    motions[frame] = fitRigidMotion(*first, points, {.robust_rounds = 2});
+  }
+  if (!first) return motions;
+  return smoothBody(motions, kPlaces.rowwise() + first->colwise().mean(), track.frame_rate_hz);
+}
+
+/// Where the jaw is in each frame relative to its middle place in the clip, seen from the head: what chin and lower lip
+/// tell of a body that turns about the joints before the ears.
+BodyMotions jawMotions(const FaceTrack& track, const BodyMotions& head, double scale) {
+  const auto count = signedIndex(kJawLandmarks.size());
+  MotionClip points{track.frame_rate_hz, std::vector<std::string>(kJawLandmarks.size()), {}};
+  points.positions_mm.setConstant(signedIndex(track.frames.size()), 3 * count, std::nan(""));
+  for (std::size_t frame = 0; frame < track.frames.size(); ++frame) {
+    if (!track.frames[frame] || !head[frame]) continue;
+    const MarkerPositions seen = pointsOf(*track.frames[frame], kJawLandmarks, scale);
+    const RigidMotion head_from_camera = head[frame]->inverse();
+    for (Eigen::Index i = 0; i < count; ++i)
+      points.positions_mm.block<1, 3>(signedIndex(frame), 3 * i) =
+          head_from_camera.apply(seen.row(i).transpose()).transpose();
+  }
+  BodyMotions motions(track.frames.size());
+  MarkerPositions middle(count, 3);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const auto place = middlePlace(points, i);
+    if (!place) return motions;
+    middle.row(i) = *place;
+  }
+  // The joints stay; they count as many times as rows stand for them.
+  const auto withJoints = [&](const MarkerPositions& jaw) {
+    MarkerPositions all(count + kJointWeight * kJoints, 3);
+    all << jaw, middle.topRows(kJoints).replicate(kJointWeight, 1);
+    all.topRows(kJoints) = middle.topRows(kJoints);
+    return all;
+  };
+  for (std::size_t frame = 0; frame < track.frames.size(); ++frame) {
+    if (points.positions_mm.row(signedIndex(frame)).allFinite())
+      motions[frame] =
+          fitRigidMotion(withJoints(middle), withJoints(points.pose(FrameIndex(frame))), {.robust_rounds = 0});
+  }
+  Eigen::Matrix3d places;
+  places << middle.topRows(kJoints), middle.row(kJoints);
+  return smoothBody(motions, places, track.frame_rate_hz);
+}
+
 /// The clip seen from the head, or back from there.
-void moveFrames(MotionClip& clip, const std::vector<std::optional<RigidMotion>>& motions, bool to_head) {
+void moveFrames(MotionClip& clip, const BodyMotions& motions, bool to_head) {
   for (std::size_t frame = 0; frame < clip.frameCount(); ++frame) {
     if (!motions[frame]) continue;
     const RigidMotion motion = to_head ? motions[frame]->inverse() : *motions[frame];
@@ -121,6 +184,21 @@ void closeLips(MotionClip& clip, FrameIndex frame, const Lips& lips, double shar
   }
 }
 
+/// On the outline of the face a landmark slides along the skin; the jaw carries its markers.
+void moveJaw(MotionClip& clip, const MarkerLayout& layout, const BodyMotions& jaw) {
+  for (const LayoutMarker& marker : layout.markers) {
+    const auto found = clip.findMarker(marker.name);
+    if (!found || (marker.region != "chin" && marker.region != "jaw")) continue;
+    const auto column = signedIndex(found->value);
+    const auto place = middlePlace(clip, column);
+    for (std::size_t frame = 0; place && frame < clip.frameCount(); ++frame) {
+      if (jaw[frame] && clip.isSeen(FrameIndex(frame), *found))
+        clip.positions_mm.block<1, 3>(signedIndex(frame), 3 * column) =
+            jaw[frame]->apply(place->transpose()).transpose();
+    }
+  }
+}
+
 /// A marker's noise while it rests: of all stretches of a third of a second the quietest tenth.
 void addRestNoise(const MotionClip& clip, std::vector<double>& noises) {
   std::vector<double> found;
@@ -166,10 +244,11 @@ std::optional<FilmedPerson> measurePerson(std::span<const FaceTrack> tracks, con
 MotionClip refineMarkers(const FaceTrack& track, const MotionClip& markers, const MarkerLayout& layout,
                          const FilmedPerson& person) {
   const double scale = person.eye_corners_mm / medianEyeDistancePx(track);
-  const std::vector<std::optional<RigidMotion>> motions = headMotions(track, scale);
+  const BodyMotions motions = headMotions(track, scale);
   MotionClip refined = markers;
   moveFrames(refined, motions, true);
   refined = smoothMotion(refined, {.noise_mm = person.noise_mm}).clip;
+  moveJaw(refined, layout, jawMotions(track, motions, scale));
   const Lips lips(refined, layout);
   for (std::size_t frame = 0; frame < track.frames.size(); ++frame) {
     if (!track.frames[frame] || !lips.areThere() || person.closed_lips_mm <= 0) continue;

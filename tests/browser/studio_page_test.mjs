@@ -4,8 +4,9 @@
 import assert from 'node:assert/strict';
 import { existsSync, mkdirSync, readdirSync, statSync } from 'node:fs';
 import { dirname, join, resolve } from 'node:path';
-import { endServer, launchBrowser } from './environment.mjs';
-import { anyClip, ask, ffmpeg, freshFolder, judged, otherSentence, startStudio } from './studio_server.mjs';
+import { endServer } from './environment.mjs';
+import { fakeDevices, openStudioPage, rowOf, sayPrompt, turnOn } from './studio_browser.mjs';
+import { anyClip, ask, freshFolder, otherSentence, startStudio } from './studio_server.mjs';
 
 const [corpus, clips, scratchFolder, screenshotStem] = process.argv.slice(2);
 const { file, sentence } = anyClip(clips);
@@ -13,63 +14,17 @@ const scratch = freshFolder(scratchFolder, sentence);
 mkdirSync(dirname(resolve(screenshotStem)), { recursive: true });
 const me = join(scratch, 'me');
 
-/** The camera and the microphone loop: the speaker rests, says the sentence, rests. */
-function fakeDevices() {
-  const video = join(scratch, 'camera.y4m'), sound = join(scratch, 'microphone.wav');
-  ffmpeg('-i', file, '-vf', 'tpad=start_mode=clone:start_duration=0.8:stop_mode=clone:stop_duration=3', '-t', '6',
-    '-pix_fmt', 'yuv420p', '-r', '25', video, '-af', 'volume=0.5,adelay=800:all=1,apad=whole_dur=6', '-t', '6', '-ac', '1', '-ar', '48000', sound);
-  return ['--use-fake-device-for-media-stream', '--use-fake-ui-for-media-stream', '--autoplay-policy=no-user-gesture-required',
-    `--use-file-for-fake-video-capture=${video}`, `--use-file-for-fake-audio-capture=${sound}`];
-}
-
 let server = await startStudio(corpus, scratch);
 const stateOf = async (text) => (await ask(server, '/state')).prompts.find((prompt) => prompt.text === text).state;
 
 const complaints = [];
-const devices = fakeDevices();
-async function openStudio() {
-  const browser = await launchBrowser(devices);
-  const page = await browser.newPage({ viewport: { width: 1280, height: 900 }, colorScheme: 'light' });
-  const origin = new URL(server.address).origin;
-  page.on('pageerror', (error) => complaints.push(error.message));
-  page.on('dialog', (dialog) => dialog.accept());
-  page.on('request', (request) => {
-    if (!/^(blob|data):/.test(request.url()) && !request.url().startsWith(origin)) complaints.push(`asks ${request.url()}`);
-  });
-  await page.goto(server.address);
-  await page.waitForFunction(() => document.querySelectorAll('#sentences li').length === 2);
-  return { browser, page };
-}
-
-async function turnOn(page) {
-  await page.click('#begin');
-  await page.waitForFunction(() => document.getElementById('video').videoWidth > 0);
-}
-
-const rowOf = (page, text) => page.locator('#sentences li', { hasText: text });
-
-/** A person begins when it is quiet, and the page stops by itself when it is quiet again. */
-async function sayPrompt(page, text) {
-  await rowOf(page, text).click();
-  await page.evaluate(() => { window.heard = { loud: false, quietSince: null }; });
-  await page.waitForFunction(() => {
-    const level = parseFloat(document.getElementById('level').style.width || '0');
-    if (level > 30) window.heard = { loud: true, quietSince: null };
-    else if (window.heard.loud) window.heard.quietSince ??= performance.now();
-    return window.heard.quietSince !== null && performance.now() - window.heard.quietSince > 1000;
-  }, null, { polling: 50 });
-  await page.click('#record');
-  await page.waitForFunction(() => document.getElementById('record').textContent === 'Done');
-  await page.waitForFunction(() => document.getElementById('record').textContent === 'Record', null, { timeout: 25000 });
-  await page.waitForFunction((said) => !/[○]/.test([...document.querySelectorAll('#sentences li')].find((row) => row.textContent.includes(said)).textContent),
-    text);
-  return judged(server, text);
-}
+const devices = fakeDevices(file, scratch, { camera: 'null', microphone: 'volume=0.5' });
+const openStudio = () => openStudioPage(server, devices, complaints);
 
 /** A machine that others use drops pictures, and the take is rightly refused: it is said again, as a person would. */
 async function sayUntilWhole(page, text) {
   for (let i = 0; ; ++i) {
-    const verdict = await sayPrompt(page, text);
+    const verdict = await sayPrompt(server, page, text);
     if (verdict.state === 'good' || i === 3 || !/dropped|only \d+ pictures/.test(verdict.faults)) return verdict;
   }
 }

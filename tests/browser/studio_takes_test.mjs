@@ -2,6 +2,7 @@
 // from a clip of a real speaker: node studio_takes_test.mjs CORPUS CLIPS_FOLDER SCRATCH_FOLDER
 // ANCHORS_OF_MAKEHUMAN_MALE
 import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
 import { existsSync, readFileSync, readdirSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { endServer } from './environment.mjs';
@@ -27,6 +28,41 @@ async function say(text, video) {
   return judged(server, text);
 }
 const takes = () => readdirSync(join(me, 'takes'));
+
+// --- What a person before the camera is told, by one picture: rows of RGBA.
+const look = (filter, width = 360, height = 288) => ask(server, '/look', { width, height }, execFileSync('ffmpeg', ['-nostdin', '-v', 'error',
+  '-ss', '1', '-i', file, '-vf', filter, '-frames:v', '1', '-f', 'rawvideo', '-pix_fmt', 'rgba', '-'], { maxBuffer: 1 << 26 }));
+const whole = await look('null');
+assert.deepEqual([whole.face, whole.advice], [true, []]);
+assert.ok(whole.points.length > 80 && whole.points.every(([x, y]) => x > 0 && x < 1 && y > 0 && y < 1));
+const advices = {  // a face that is followed goes there step by step
+  'No face is seen': 'drawbox=color=gray:t=fill',
+  'Come closer': 'scale=180:144,pad=360:288:90:72',
+  'Move back': [240, 200, 180, 160, 145].map((w) => `crop=${w}:${0.8 * w}:${152 - w / 2}:${165 - 0.4 * w},scale=360:288`),
+  'outside the picture': [60, 85, 105].map((x) => `crop=250:200:${x}:60,scale=360:288`),
+  'Hold your head upright': [0.1, 0.2, 0.3, 0.4].map((turn) => `rotate=${turn}`),
+  'too dark': 'eq=brightness=-0.45',
+  'too bright': 'eq=brightness=0.45',
+  'from one side': 'drawbox=x=0:w=172:color=black@0.75:t=fill',
+};
+for (const [told, filters] of Object.entries(advices)) {
+  let advice = [];
+  for (const filter of ['null', ...[filters].flat(), [filters].flat().at(-1)]) ({ advice } = await look(filter));
+  assert.ok(advice.some((line) => line.includes(told)), `${told}: found ${advice.join(' ') || 'nothing'}`);
+}
+
+// --- Requests of others, and nonsense: refused in one line, nothing is written.
+const origin = new URL(server.address).origin;
+for (const [path, options] of [['/state', {}], ['/?token=0', {}], ['/take?prompt=0', { method: 'POST', body: 'x' }], ['/forget-all', { method: 'POST' }],
+  [`/state${new URL(server.address).search}`, { headers: { Origin: 'http://example.org' } }]])
+  assert.ok((await fetch(origin + path, options)).status >= 400, path);
+for (const [path, parameters, body] of [['/look', { width: 100000, height: 100000 }, 'x'], ['/look', { width: 4, height: 4 }, 'x'],
+  ['/look', { width: -1, height: 1 }, 'x'], ['/take', { prompt: '-1' }, 'x'], ['/take', { prompt: '99999999999' }, 'x'], ['/take', {}, 'x'],
+  ['/head', { name: '../../away.obj/../x' }, 'x'], ['/wear', { head: '../takes' }, ''], ['/make', {}, 'Words.'], ['/make', { voice: '' }, ' ']]) {
+  const { error } = await ask(server, path, parameters, body);
+  assert.ok(error && !error.includes('\n'), `${path} ${JSON.stringify(parameters)}: ${error}`);
+}
+assert.deepEqual(readdirSync(me).sort(), ['incoming', 'takes', 'videos']);
 
 // --- Faults: each is told, nothing of the take stays.
 const good = recording('good', 'null', 'volume=0.5');
@@ -96,10 +132,23 @@ server = await startStudio(corpus, scratch);
 assert.equal((await judged(server, sentence)).state, 'good');
 assert.deepEqual(readdirSync(join(me, 'incoming')), []);
 
-// --- A delete that deletes.
+// --- A delete that deletes, also while a take is looked at and a line is made.
+const nothingIsLeft = () => {
+  assert.deepEqual(readdirSync(me).sort(), ['incoming', 'takes', 'videos']);
+  assert.ok(['incoming', 'takes', 'videos'].every((name) => readdirSync(join(me, name)).length === 0));
+};
+const pause = (ms) => new Promise((done) => setTimeout(done, ms));
+await ask(server, '/make', {}, 'The time is now.');
+await pause(300);
 await ask(server, '/forget-all', {}, '');
-assert.deepEqual(readdirSync(me).sort(), ['incoming', 'takes', 'videos']);
-assert.ok(['incoming', 'takes', 'videos'].every((name) => readdirSync(join(me, name)).length === 0));
+nothingIsLeft();
+await ask(server, '/take', { prompt: await promptOf(sentence) }, good);
+await pause(300);
+await ask(server, '/forget-all', {}, '');
+nothingIsLeft();
+await pause(3000);
+nothingIsLeft();
+assert.deepEqual((await ask(server, '/state')).prompts.map(({ state }) => state), ['none', 'none']);
 await endServer(server, 'SIGINT');
 assert.ok(existsSync(me));
 console.log('ok');

@@ -8,6 +8,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "corpus_tools/takes/lip_sync.h"
+#include "corpus_tools/takes/sound_sync.h"
 #include "deform/mesh/face_mesh.h"
 #include "exports/arkit.h"
 #include "motion/formats/motion_file.h"
@@ -39,6 +40,7 @@ struct ArkitTake {
 constexpr std::uint64_t kMaxHeadBytes = std::uint64_t{1} << 30U;
 constexpr std::uint64_t kMaxAnchorBytes = 64 << 20;
 constexpr std::uint64_t kMaxTrackBytes = std::uint64_t{1} << 30U;
+constexpr Seconds kLongestSound = 3600;
 
 /// A head with its markers placed.
 struct PlacedHead {
@@ -133,8 +135,8 @@ ArkitTake readArkitTake(const fs::path& csv, const MarkerLayout& layout, const A
 
 struct ConvertArguments {
   bool quiet = false;
-  std::filesystem::path input, output, layout, sound;
-  std::optional<Seconds> sound_late;
+  std::filesystem::path input, output, layout, sound, own_sound;
+  std::optional<Seconds> sound_late, clap_at;
   std::vector<std::string> renamed;
   LandmarkTrackOptions track;
   ArkitTakeOptions arkit;
@@ -162,22 +164,38 @@ MotionClip readInput(const ConvertArguments& given) {
   return clip;
 }
 
-/// Writes NAME.wav beside the motion NAME.c3d: the sound, moved to where the lips say.
-void writeSoundBeside(const MotionClip& motion, const ConvertArguments& given) {
-  constexpr Seconds kLongestSound = 3600;
-  const AudioClip sound = readAudio(given.sound, kLongestSound);
-  Seconds late = given.sound_late.value_or(0);
-  if (!given.sound_late) {
-    const SoundPlace place = placeOfSound(motion, sound, LipGauge(motion.marker_names));
-    const std::string found =
-        fmt::format("the sound begins {:.2f} s {} the motion (lips and loudness agree to {:.2f}, elsewhere to {:.2f})",
-                    std::abs(place.late), place.late < 0 ? "before" : "after", place.likeness, place.likeness_apart);
-    if (!place.isSure())
-      throw InputError(given.sound.string(), "", "perhaps " + found + "; that is not sure, give it with --sound-late");
-    if (!given.quiet) printText(found + "\n");
-    late = place.late;
+/// Where the sound lies beside the motion: as told, by the clap, by the device's own sound, or by the lips. Says which.
+Seconds latenessOfSound(const MotionClip& motion, const AudioClip& sound, const ConvertArguments& given) {
+  if (given.sound_late) return *given.sound_late;
+  const auto tell = [&](Seconds late, std::string_view how) {
+    return fmt::format("the sound begins {:.3f} s {} the motion ({})", std::abs(late), late < 0 ? "before" : "after",
+                       how);
+  };
+  if (given.clap_at) {
+    const std::optional<Seconds> clap = clapIn(sound);
+    if (!clap)
+      throw InputError(given.sound.string(), "",
+                       "holds no clap that is sharp and loud as nothing else; cut it to one, or give --sound-late");
+    if (!given.quiet) printText(tell(*given.clap_at - *clap, fmt::format("clap at {:.3f} s of it", *clap)) + "\n");
+    return *given.clap_at - *clap;
   }
-  writeWav(fs::path(given.output).replace_extension(".wav"), soundBeside(motion, sound, late));
+  const bool by_own_sound = !given.own_sound.empty();
+  const SoundPlace place = by_own_sound ? placeOfSameSound(readAudio(given.own_sound, kLongestSound), sound)
+                                        : placeOfSound(motion, sound, LipGauge(motion.marker_names));
+  const std::string found = tell(place.late, fmt::format("{} agree to {:.2f}, elsewhere to {:.2f}",
+                                                         by_own_sound ? "both sounds" : "lips and loudness",
+                                                         place.likeness, place.likeness_apart));
+  if (!place.is_sure)
+    throw InputError(given.sound.string(), "", "perhaps " + found + "; that is not sure, give it with --sound-late");
+  if (!given.quiet) printText(found + "\n");
+  return place.late;
+}
+
+/// Writes NAME.wav beside the motion NAME.c3d.
+void writeSoundBeside(const MotionClip& motion, const ConvertArguments& given) {
+  const AudioClip sound = readAudio(given.sound, kLongestSound);
+  writeWav(fs::path(given.output).replace_extension(".wav"),
+           soundBeside(motion.duration(), sound, latenessOfSound(motion, sound, given)));
 }
 
 int runConvert(const ConvertArguments& given) {
@@ -214,9 +232,24 @@ void addOptions(CLI::App& command, ConvertArguments& options) {
   CLI::Option* sound = command.add_option("--sound", options.sound,
                                           "Sound that another device recorded: laid beside the motion by the lips, and "
                                           "written as NAME.wav from its first frame on");
-  command.add_option("--sound-late", options.sound_late, "By so many seconds it begins after the motion, if you know")
+  CLI::Option* late =
+      command
+          .add_option("--sound-late", options.sound_late, "By so many seconds it begins after the motion, if you know")
+          ->needs(sound)
+          ->check(CLI::Range(-3600.0, 3600.0));
+  CLI::Option* clap =
+      command
+          .add_option("--clap-at", options.clap_at,
+                      "Seconds after the motion's first frame at which hands clap: laid there is the sound's clap")
+          ->needs(sound)
+          ->excludes(late)
+          ->check(CLI::Range(0.0, 3600.0));
+  command
+      .add_option("--own-sound", options.own_sound,
+                  "What the motion's own device heard from its first frame on: laid beside by it, not by the lips")
       ->needs(sound)
-      ->check(CLI::Range(-3600.0, 3600.0));
+      ->excludes(late)
+      ->excludes(clap);
   addLayoutOption(command, options.layout);
   addMarkerMapOption(command, options.renamed);
 }

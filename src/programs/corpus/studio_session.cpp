@@ -93,13 +93,36 @@ void StudioSession::work(const std::stop_token& stop) {
     std::function<void()> job;
     {
       std::unique_lock lock(mutex_);
-      woken_.wait(lock, stop, [this] { return !jobs_.empty(); });
+      woken_.wait(lock, stop, [this] { return !jobs_.empty() && forgetting_ == 0; });
       if (stop.stop_requested()) return;
       job = std::move(jobs_.front());
       jobs_.pop_front();
+      is_working_ = true;
     }
     job();
+    {
+      const std::lock_guard lock(mutex_);
+      is_working_ = false;
+    }
+    woken_.notify_all();
   }
+}
+
+/// What is being made of the takes would be written after they are deleted: waits until it is done, begins nothing
+/// new, and deletes then.
+void StudioSession::forget(const std::function<void()>& remove) {
+  std::unique_lock lock(mutex_);
+  ++forgetting_;
+  woken_.wait(lock, [this] { return !is_working_; });
+  try {
+    remove();
+  } catch (...) {
+    --forgetting_;
+    woken_.notify_all();
+    throw;
+  }
+  --forgetting_;
+  woken_.notify_all();
 }
 
 void StudioSession::enqueue(std::function<void()> job) {
@@ -194,32 +217,36 @@ void StudioSession::saveTake(std::size_t prompt, const FaceTrack& track, const S
 
 void StudioSession::forgetTake(std::size_t prompt) {
   if (prompt >= takes_.size()) throw InputError("the take", "", "is of no prompt that was given");
-  const std::lock_guard lock(mutex_);
-  takes_[prompt] = {};
-  fs::remove(videoOf(prompt));
-  fs::remove(options_.folder / "videos" / videoOf(prompt).filename());
-  for (const char* ending : {".c3d", ".wav", ".txt", ".TextGrid"}) fs::remove(takes() / (nameOf(prompt) + ending));
-  // A corpus that holds the take, and what it has said, go with it.
-  for (const char* made : {"own.corpus", "own.corpus.parts", "line"}) fs::remove_all(options_.folder / made);
-  has_line_ = false;
+  forget([&] {
+    takes_[prompt] = {TakeState::kNone, {}, ++recordings_};
+    fs::remove(videoOf(prompt));
+    fs::remove(options_.folder / "videos" / videoOf(prompt).filename());
+    for (const char* ending : {".c3d", ".wav", ".txt", ".TextGrid"}) fs::remove(takes() / (nameOf(prompt) + ending));
+    // A corpus that holds the take, and what it has said, go with it.
+    for (const char* made : {"own.corpus", "own.corpus.parts", "line"}) fs::remove_all(options_.folder / made);
+    has_line_ = false;
+  });
 }
 
 void StudioSession::forgetAll() {
-  const std::lock_guard lock(mutex_);
-  jobs_.clear();
-  for (const char* made :
-       {"incoming", "takes", "videos", "own.corpus", "own.corpus.parts", "line", "head", "person.json"})
-    fs::remove_all(options_.folder / made);
-  for (TakeEntry& take : takes_) take = {TakeState::kNone, {}, ++recordings_};
-  for (const char* name : {"incoming", "takes", "videos"}) makePrivateFolder(options_.folder / name);
-  person_.reset();
-  stage_.clear();
-  trouble_.clear();
-  has_line_ = false;
+  forget([&] {
+    jobs_.clear();
+    for (const char* made :
+         {"incoming", "takes", "videos", "own.corpus", "own.corpus.parts", "line", "head", "person.json"})
+      fs::remove_all(options_.folder / made);
+    for (TakeEntry& take : takes_) take = {TakeState::kNone, {}, ++recordings_};
+    for (const char* name : {"incoming", "takes", "videos"}) makePrivateFolder(options_.folder / name);
+    person_.reset();
+    stage_.clear();
+    trouble_.clear();
+    has_line_ = false;
+  });
 }
 
+/// Throws when what it is made of shall be deleted.
 void StudioSession::enter(const std::string& stage) {
   const std::lock_guard lock(mutex_);
+  if (forgetting_ > 0) throw InputError("takes were deleted meanwhile");
   stage_ = stage;
 }
 

@@ -50,8 +50,9 @@ class StudioSession {
   /// Keeps the recording of a prompt and has it tracked, aligned and judged. An earlier take of the prompt is replaced
   /// when this one is good. Throws InputError for what is no prompt.
   void keepTake(std::size_t prompt, std::string_view video);
+  /// Deletes a take and what was made of it. It waits for what is being made.
   void forgetTake(std::size_t prompt);
-  /// Deletes every file that the session has made.
+  /// Deletes every file that the session has made. It waits for what is being made.
   void forgetAll();
   /// The head that shall speak: the "sample" (or the command line's), or that in the person's "own" shape.
   void wearHead(const std::string& which);
@@ -83,6 +84,7 @@ class StudioSession {
   void setTake(std::size_t prompt, TakeState state, std::vector<std::string> faults);
   void buildAndSay(const std::string& text, const std::string& voice);
   void enter(const std::string& stage);
+  void forget(const std::function<void()>& remove);
   std::filesystem::path faceFor(const std::filesystem::path& corpus);
   [[nodiscard]] std::filesystem::path headMesh() const;
 
@@ -102,6 +104,8 @@ class StudioSession {
   std::string stage_, trouble_, said_;  ///< of the making of corpus, face and line
   bool has_line_ = false;
   std::deque<std::function<void()>> jobs_;
+  bool is_working_ = false;     ///< on a job
+  std::size_t forgetting_ = 0;  ///< how many ask to delete; no job is begun meanwhile
   std::condition_variable_any woken_;
   std::jthread worker_;
 };

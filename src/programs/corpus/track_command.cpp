@@ -8,16 +8,19 @@
 namespace mouthpiece {
 namespace {
 
+constexpr Seconds kLongestSound = 3600;
+
 struct TrackArguments {
   bool quiet = false;
   std::vector<std::filesystem::path> clips;
-  std::filesystem::path folder, layout;
+  std::filesystem::path folder, layout, sound;
   VideoTakesOptions options;
 };
 
 int runTrack(const TrackArguments& given) {
   VideoTakesOptions options = given.options;
   options.layout = layoutFrom(given.layout);
+  if (!given.sound.empty()) options.recorder = readAudio(given.sound, kLongestSound);
   const auto models =
       findSharedFile("face_tracker/face_landmarks.tflite", "make it with `make build` in the checkout").parent_path();
   VideoTakes result;
@@ -30,6 +33,11 @@ int runTrack(const TrackArguments& given) {
     if (!take.had_even_steps)
       printNotice(fmt::format("{}: the video's frame rate varies; taken at {:.2f} Hz", take.name, take.frame_rate_hz),
                   given.quiet);
+    if (take.recorder && !given.quiet)
+      printText(fmt::format("{}: {} begins {:.3f} s {} it (alike by {:.2f}, elsewhere by {:.2f})\n", take.name,
+                            given.sound.string(), std::abs(take.recorder->late),
+                            take.recorder->late < 0 ? "before" : "after", take.recorder->likeness,
+                            take.recorder->likeness_apart));
   }
   if (!given.quiet) {
     const std::string size =
@@ -56,6 +64,9 @@ void addOptions(CLI::App& command, TrackArguments& options) {
   command.add_option("--sound-rate-hz", options.options.sound_rate_hz, "Of the sound written")
       ->capture_default_str()
       ->check(CLI::Range(8000, 96000));
+  command.add_option("--sound", options.sound,
+                     "What a recorder beside the cameras heard, all clips in one file: found by each clip's own sound "
+                     "(else by the lips), and taken for it");
   addLayoutOption(command, options.layout);
   addJobsOption(command, options.options.jobs);
 }

@@ -49,8 +49,8 @@ TEST(LipSync, FindsWhereTheSoundBegins) {
     const Recorded both = recorded(30, late);
     const SoundPlace place = placeOfSound(both.motion, both.sound, kLips);
     EXPECT_NEAR(place.late, late, 0.015);
-    EXPECT_TRUE(place.isSure()) << place.likeness << " " << place.likeness_apart;
-    const AudioClip beside = soundBeside(both.motion, both.sound, place.late);
+    EXPECT_TRUE(place.is_sure) << place.likeness << " " << place.likeness_apart;
+    const AudioClip beside = soundBeside(both.motion.duration(), both.sound, place.late);
     EXPECT_EQ(beside.samples.size(), 240'000U);
     const auto at = static_cast<std::size_t>(8000 * 10);
     EXPECT_EQ(beside.samples[at], both.sound.samples[at - unsignedIndex(std::lround(8000 * place.late))]);
@@ -58,10 +58,10 @@ TEST(LipSync, FindsWhereTheSoundBegins) {
 }
 
 TEST(LipSync, IsNotSureOfAnotherSound) {
-  EXPECT_FALSE(placeOfSound(recorded(30, 0, 1).motion, recorded(30, 0, 2).sound, kLips).isSure());
+  EXPECT_FALSE(placeOfSound(recorded(30, 0, 1).motion, recorded(30, 0, 2).sound, kLips).is_sure);
   Recorded still = recorded(30, 0);
   still.motion.positions_mm.setZero();
-  EXPECT_FALSE(placeOfSound(still.motion, still.sound, kLips).isSure());
+  EXPECT_FALSE(placeOfSound(still.motion, still.sound, kLips).is_sure);
 }
 
 TEST(LipSync, SaysWhatItNeeds) {
@@ -98,7 +98,7 @@ TEST(LipSync, HoldsForARealSpeaker) {
     sound.samples.erase(sound.samples.begin(), sound.samples.begin() + 2 * sound.sample_rate_hz);
     const SoundPlace place = placeOfSound(motion, sound, LipGauge(motion.marker_names));
     EXPECT_NEAR(place.late, 2, 0.045) << first;
-    EXPECT_TRUE(place.isSure()) << place.likeness << " " << place.likeness_apart;
+    EXPECT_TRUE(place.is_sure) << place.likeness << " " << place.likeness_apart;
   }
 }
 
@@ -111,9 +111,29 @@ TEST(LipSync, TheProgramShowsThePlaceAndWritesTheSound) {
   const std::string take = (scratch.path() / "take.c3d").string();
   const auto converted = test::runProgram("corpus", {"convert", motion.string(), take, "--sound", sound.string()});
   ASSERT_EQ(converted.exit_code, 0) << converted.err;
-  EXPECT_NE(converted.out.find("begins 1.50 s after the motion"), std::string::npos) << converted.out;
+  EXPECT_NE(converted.out.find("begins 1.500 s after the motion"), std::string::npos) << converted.out;
   EXPECT_NEAR(readAudio(scratch.path() / "take.wav", 60).duration(), 30, 1e-3);
+  // Told by a clap, or by what the motion's own device heard.
+  const fs::path own = scratch.path() / "phone.wav";
+  AudioClip heard = both.sound;
+  heard.samples.insert(heard.samples.begin(), 12'000, 0.0F);
+  writeWav(own, heard);
+  const auto beside = test::runProgram(
+      "corpus", {"convert", motion.string(), take, "--sound", sound.string(), "--own-sound", own.string()});
+  ASSERT_EQ(beside.exit_code, 0) << beside.err;
+  EXPECT_NE(beside.out.find("begins 1.500 s after the motion (both sounds agree"), std::string::npos) << beside.out;
+  AudioClip clapped = both.sound;
+  for (std::size_t i = 0; i < 80; ++i) clapped.samples[16'000 + i] = i % 2 == 0 ? 0.9F : -0.9F;
+  writeWav(sound, clapped);
+  const auto clap =
+      test::runProgram("corpus", {"convert", motion.string(), take, "--sound", sound.string(), "--clap-at", "3.25"});
+  ASSERT_EQ(clap.exit_code, 0) << clap.err;
+  EXPECT_NE(clap.out.find("begins 1.25"), std::string::npos) << clap.out;
   writeWav(sound, recorded(30, 0, 5).sound);
+  EXPECT_NE(
+      test::runProgram("corpus", {"convert", motion.string(), take, "--sound", sound.string(), "--clap-at", "3.25"})
+          .err.find("no clap"),
+      std::string::npos);
   const auto other = test::runProgram("corpus", {"convert", motion.string(), take, "--sound", sound.string()});
   EXPECT_EQ(other.exit_code, 1);
   EXPECT_NE(other.err.find("--sound-late"), std::string::npos) << other.err;

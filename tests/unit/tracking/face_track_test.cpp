@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -165,6 +166,53 @@ TEST(RefineMarkers, GivesClosedLipsOneDepthAndLeavesOpenOnesApart) {
   ASSERT_GT(before.size(), 4u);
   EXPECT_LT(spread(after), 0.7 * spread(before));
   for (const double gap : after) EXPECT_NEAR(gap, person->closed_lips_mm, 0.1);
+}
+
+/// The jaw turns about the joints; landmarks on the face's outline slide while it does.
+TEST(RefineMarkers, LetsTheJawCarryItsMarkers) {
+  constexpr std::array<Eigen::Index, 16> kChin{152, 199, 200, 175, 148, 377, 176, 400,
+                                               208, 428, 201, 421, 171, 396, 149, 378};
+  constexpr Eigen::Index kOutline = 172;
+  constexpr double kJointY = -10, kJointZ = 60, kSlidePx = 6;
+  FaceLandmarks rest = faceWith(0.4);
+  rest.row(234) << -70, kJointY, kJointZ;
+  rest.row(454) << 70, kJointY, kJointZ;
+  for (std::size_t i = 0; i < kChin.size(); ++i) rest.row(kChin[i]) << 8 * (asReal(i) - 7.5), 85 + asReal(i % 3), -15;
+  rest.row(kOutline) << -55, 60, 30;
+  const auto turned = [&](Eigen::Index landmark, double angle) {
+    const double y = rest(landmark, 1) - kJointY, z = rest(landmark, 2) - kJointZ;
+    return Eigen::RowVector3d(rest(landmark, 0), kJointY + std::cos(angle) * y - std::sin(angle) * z,
+                              kJointZ + std::sin(angle) * y + std::cos(angle) * z);
+  };
+  FaceTrack track;
+  track.frame_rate_hz = 25;
+  std::vector<double> angles;
+  for (int frame = 0; frame < 100; ++frame) {
+    angles.push_back(0.15 * std::pow(std::sin(0.2 * frame), 2));
+    FaceLandmarks face = rest;
+    for (const Eigen::Index landmark : kChin) face.row(landmark) = turned(landmark, angles.back());
+    for (const Eigen::Index lip : {18, 83, 313, 17, 84, 314}) face.row(lip) = turned(lip, angles.back());
+    face.row(kOutline) = turned(kOutline, angles.back());
+    face(kOutline, 1) -= kSlidePx * angles.back() / 0.15;
+    track.frames.emplace_back(face);
+  }
+  track.images = track.frames.size();
+  FilmedPerson person;
+  person.eye_corners_mm = kEyesPx;  // a pixel is a millimetre
+  const MotionClip plain = markersOf(track, defaultLayout(), kEyesPx, "clip");
+  const MotionClip refined = refineMarkers(track, plain, defaultLayout(), person);
+  const MarkerIndex marker = *plain.findMarker("JAW_MID_R");
+  double plain_error = 0, refined_error = 0;
+  for (std::size_t frame = 10; frame < 90; ++frame) {
+    const double moved = -(turned(kOutline, angles[frame]).y() - turned(kOutline, angles[55]).y());
+    const auto off = [&](const MotionClip& clip) {
+      return std::abs(clip.position(FrameIndex(frame), marker).y() - clip.position(FrameIndex(55), marker).y() - moved);
+    };
+    plain_error = std::max(plain_error, off(plain));
+    refined_error = std::max(refined_error, off(refined));
+  }
+  EXPECT_GT(plain_error, 4);
+  EXPECT_LT(refined_error, 1);
 }
 
 TEST(RefineMarkers, TakesNoiseOffAHeadAtRest) {

@@ -7,7 +7,7 @@ const $ = (id) => document.getElementById(id);
 const kLongestTake = 20, kQuietToStop = 1.3;  // s
 
 const signs = { none: '○', waiting: '…', working: '…', good: '✓', again: '✗' };
-let known = null, chosen = 0, recorder = null, ears = null, eyes = null, shownLine = '';
+let known = null, chosen = 0, recorder = null, ears = null, eyes = null, shownLine = '', shownRows = '';
 
 function tell(place, text) {
   place.hidden = !text;
@@ -67,7 +67,12 @@ function show() {
   $('prompt').textContent = prompt.text;
   $('adds').textContent = prompt.state === 'good' ? 'You have said this; saying it again replaces it.'
     : `It would add ${prompt.adds} of the ${known.possible_pairs} sound pairs that these sentences hold.`;
-  $('sentences').replaceChildren(...known.prompts.map(rowOf));
+  // A row that is made anew under a pressed mouse is not clicked.
+  const rows = JSON.stringify([chosen, known.prompts]);
+  if (rows !== shownRows) {
+    shownRows = rows;
+    $('sentences').replaceChildren(...known.prompts.map(rowOf));
+  }
   const good = known.prompts.filter((p) => p.state === 'good').length;
   const share = Math.round((100 * known.held_pairs) / known.possible_pairs);
   $('covered').style.width = `${share}%`;
