@@ -31,7 +31,7 @@ long peakOfBuild(unsigned takes) {
     take.seed = i + 1;
     take.write(in);
   }
-  const std::string program = std::string(MOUTHPIECE_BIN_DIR) + "/corpus", out = (folder.path() / "x.corpus").string();
+  const std::string program = MOUTHPIECE_BIN_DIR "/corpus", out = (folder.path() / "x.corpus").string();
   const pid_t child = fork();
   if (child == 0) {
     execl(program.c_str(), "corpus", "build", in.c_str(), "--out", out.c_str(), "--jobs", "1", "--quiet", nullptr);

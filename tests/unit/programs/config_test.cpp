@@ -10,7 +10,7 @@ class Config : public testing::Test {
  protected:
   ProgramResult with(const std::string& config, const std::vector<std::string>& arguments) {
     const std::string file = folder_.write("config", config).string();
-    std::vector<std::string> all{"MOUTHPIECE_CONFIG=" + file, std::string(MOUTHPIECE_BIN_DIR) + "/synth"};
+    std::vector<std::string> all{"MOUTHPIECE_CONFIG=" + file, MOUTHPIECE_BIN_DIR "/synth"};
     all.insert(all.end(), arguments.begin(), arguments.end());
     return runProgram("/usr/bin/env", all);
   }

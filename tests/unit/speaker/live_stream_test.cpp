@@ -367,7 +367,7 @@ TEST_F(Live, BadInputIsRefusedOrCounted) {
             "found sound at 8000 Hz; expected 16,000 to 48,000 Hz");
   SpeakerOptions curves = optionsOf(false);
   curves.manner.method = Manner::Method::kCurves;
-  EXPECT_NE(errorOf([&] { Speaker(curves).live(); }), "no error");
+  EXPECT_NE(errorOf([&] { (void)Speaker(curves).live(); }), "no error");
 
   LiveStream labels = speaker().live();
   EXPECT_EQ(errorOf([&] {

@@ -31,7 +31,9 @@ TEST(TfliteModel, ReadsBothNetworks) {
 TEST(TfliteModel, RefusesWhatIsNone) {
   EXPECT_THROW(parseTfliteModel("", "empty"), InputError);
   EXPECT_THROW(parseTfliteModel("hello, this is no network at all", "text"), InputError);
-  EXPECT_THROW(parseTfliteModel(std::string("\x10\0\0\0TFL3", 8) + std::string(64, '\xff'), "noise"), InputError);
+  std::string noise("\x10\0\0\0TFL3", 8);
+  noise.append(64, '\xff');
+  EXPECT_THROW(parseTfliteModel(noise, "noise"), InputError);
 }
 
 /// Never a crash: an InputError, or a model.
