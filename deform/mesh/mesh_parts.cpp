@@ -42,6 +42,11 @@ constexpr std::array kKindWords{
     KindWord{"head", PartKind::kSkin},          KindWord{"body", PartKind::kSkin},
 };
 
+/// What gums that come with the tongue are called once they are told apart, in the order of GumPiece; files may come
+/// back with such names.
+const std::array<std::pair<std::string, PartKind>, 3> kGumParts{
+    {{".upper_gum", PartKind::kUpperTeeth}, {".lower_gum", PartKind::kLowerTeeth}, {".tongue", PartKind::kTongue}}};
+
 constexpr float kMoved = 0.1F;    ///< of the furthest move of a mouth's shape: what counts as moved
 constexpr double kWholly = 0.95;  ///< of a part's corners: what hangs on one kind of bone
 
@@ -330,6 +335,9 @@ void judgeByEvidence(const FaceMesh& mesh, const VertexEvidence& evidence, std::
 
 std::optional<PartKind> kindFromName(std::string_view name) {
   const std::string lower = lowerCase(name);
+  for (const auto& [ending, kind] : kGumParts) {
+    if (lower.ends_with(ending)) return kind;
+  }
   for (const KindWord& entry : kKindWords) {
     if (contains(lower, entry.word)) return entry.kind;
   }
@@ -347,7 +355,8 @@ void assignPartKinds(FaceMesh& mesh, bool keep_colors, const VertexEvidence& evi
   std::vector<MeshPart> parts;
   std::vector<MeshPart> gums_with_tongue;
   for (const MeshPart& part : mesh.parts) {
-    if (part.kind == PartKind::kTongue && contains(lowerCase(part.name), "gum")) {
+    const std::string name = lowerCase(part.name);
+    if (part.kind == PartKind::kTongue && contains(name, "gum") && !name.ends_with(".tongue")) {
       gums_with_tongue.push_back(part);
     } else if (part.kind == PartKind::kUpperTeeth) {
       appendSplitTeeth(mesh, part, evidence, parts);
@@ -364,9 +373,7 @@ void assignPartKinds(FaceMesh& mesh, bool keep_colors, const VertexEvidence& evi
       parts.push_back(part);
       continue;
     }
-    const std::array<std::pair<std::string, PartKind>, 3> kinds{
-        {{".upper_gum", PartKind::kUpperTeeth}, {".lower_gum", PartKind::kLowerTeeth}, {".tongue", PartKind::kTongue}}};
-    for (MeshPart& piece : splitPart(mesh, part, gumPieces(mesh, part, teeth), kinds))
+    for (MeshPart& piece : splitPart(mesh, part, gumPieces(mesh, part, teeth), kGumParts))
       parts.push_back(std::move(piece));
   }
   const bool has_bag =

@@ -100,7 +100,10 @@ void relaxAround(const FaceMesh& mesh, const HeadTopology& topology, const std::
   const std::vector<PartKind>& kinds = topology.kinds();
   const Knots knots(mesh, topology.forbidden(), kinds);
   std::vector<bool> may_relax(kinds.size());
-  for (std::size_t v = 0; v < kinds.size(); ++v) may_relax[v] = isSkin(kinds[v]) || kinds[v] == PartKind::kMouthInside;
+  // Gums of both rows may hang together at the back of the mouth.
+  for (std::size_t v = 0; v < kinds.size(); ++v)
+    may_relax[v] = isSkin(kinds[v]) || kinds[v] == PartKind::kMouthInside || kinds[v] == PartKind::kUpperTeeth ||
+                   kinds[v] == PartKind::kLowerTeeth;
   std::vector<bool> is_in = knots.within(torn, reach, may_relax);
   for (std::uint32_t v = 0; v < held.size(); ++v) {
     if (held[v]) is_in[knots.of[v]] = false;

@@ -83,6 +83,34 @@ TEST(Gums, TheTongueIsToldFromPalateAndFloor) {
   }
 }
 
+/// A head that was read, written and read again has the parts that it had.
+TEST(Gums, WhatWasSplitIsNotSplitAgain) {
+  Mouth mouth = mouthWith(false);
+  FaceMesh& mesh = mouth.mesh;
+  const auto addPart = [&](const std::string& name, const std::vector<Triangle>& triangles) {
+    MeshPart part;
+    part.name = name;
+    part.first_triangle = mesh.triangles.size();
+    part.triangle_count = triangles.size();
+    mesh.parts.push_back(part);
+    mesh.triangles.insert(mesh.triangles.end(), triangles.begin(), triangles.end());
+  };
+  addPart("Teeth_upper", mouth.upper_teeth);
+  addPart("Teeth_lower", mouth.lower_teeth);
+  addPart("GumsTongue", mouth.gums);
+  const auto namesOf = [](const FaceMesh& of) {
+    std::vector<std::pair<std::string, PartKind>> names;
+    for (const MeshPart& part : of.parts) names.emplace_back(part.name, part.kind);
+    return names;
+  };
+  assignPartKinds(mesh, false, {});
+  const auto once = namesOf(mesh);
+  ASSERT_EQ(once.size(), 5U);
+  EXPECT_EQ(once.back(), (std::pair<std::string, PartKind>("GumsTongue.tongue", PartKind::kTongue)));
+  assignPartKinds(mesh, false, {});
+  EXPECT_EQ(namesOf(mesh), once);
+}
+
 TEST(Gums, GumsWithoutATongueHaveNone) {
   Mouth mouth = mouthWith(false);
   constexpr std::size_t kStrip = 2 * (kColumns - 1);
