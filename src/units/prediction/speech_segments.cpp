@@ -152,7 +152,9 @@ double paceFactor(SegmentPace pace) {
 
 Seconds SilenceTiming::breathIn(Seconds silence) const {
   constexpr Seconds kHalfSecond = 0.5;
-  return std::clamp(breath_at_half_second + breath_share * (silence - kHalfSecond), least_breath, most_breath);
+  // A corpus file may hold a least over the most; the most counts then.
+  const Seconds breath = breath_at_half_second + breath_share * (silence - kHalfSecond);
+  return std::min(std::max(breath, least_breath), most_breath);
 }
 
 std::vector<SpeechSegment> speechSegments(const SpeechLabels& labels, const SilenceTiming& timing) {

@@ -52,8 +52,8 @@ TEST(LipSync, FindsWhereTheSoundBegins) {
     EXPECT_TRUE(place.is_sure) << place.likeness << " " << place.likeness_apart;
     const AudioClip beside = soundBeside(both.motion.duration(), both.sound, place.late);
     EXPECT_EQ(beside.samples.size(), 240'000U);
-    const auto at = static_cast<std::size_t>(8000 * 10);
-    EXPECT_EQ(beside.samples[at], both.sound.samples[at - unsignedIndex(std::lround(8000 * place.late))]);
+    constexpr std::ptrdiff_t kAt = 8000 * 10;
+    EXPECT_EQ(beside.samples[kAt], both.sound.samples[unsignedIndex(kAt - std::lround(8000 * place.late))]);
   }
 }
 
