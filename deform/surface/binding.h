@@ -61,7 +61,7 @@ FaceBinding bindFace(const FaceMesh& mesh, const HeadTopology& topology, const C
 /// The same with the openings that `control` tells.
 FaceBinding bindFace(const FaceMesh& mesh, const ControlMesh& control, const BindingOptions& options = {});
 
-/// Makes the displacements of the vertices of `torn`, and of skin and mouth within `reach` of them along edges (the
+/// Makes the displacements of the vertices of `torn`, and of skin, gums and mouth within `reach` of them along edges (the
 /// mesh's unit), harmonic: means of their neighbours', by the inverse lengths of the edges, so that what two neighbours
 /// were torn apart by is spread over all of them. Adds to binding.relaxed. Vertices in one place and on one side of the
 /// face's openings count as one.

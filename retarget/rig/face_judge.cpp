@@ -30,9 +30,6 @@ constexpr double kOwnMarker = 0.15;     ///< weight from which on a marker count
 constexpr double kSampleShare = 0.02;   ///< of the mouth's width: between the points where lips are measured
 constexpr std::size_t kMostShown = 400;
 constexpr double kTearsFrom = 5.0 / 6;  ///< of a limit: what comes so near to it in these poses may break it in others
-constexpr double kRims = 0.06;          ///< of the mouth's width: so near to the line between the lips
-constexpr double kMostPressed = 0.03, kMostHeldApart = 0.015;  ///< of the mouth's width
-constexpr std::array kRelaxedWithin{0.03, 0.06, 0.12, 0.2};    ///< of the mouth's width, one after the other
 
 constexpr std::array<FaceLimit, 12> kLimits{{
     {"closures", 95, "%", true},
@@ -553,83 +550,6 @@ double limitNamed(std::string_view name) {
 
 FaceJudgement judgeFace(const FaceRig& rig, const FaceFile& face, const JudgedPoses& poses, const ActorPose& actor) {
   return Judge(rig, face).judge(poses, actor);
-}
-
-namespace {
-
-/// `left_open` over all columns of the lips; towards the mouth's corners it fades out. What lies further in the other
-/// lip than half of `overlap`, the limit, is pressed less or held apart.
-void press(const FaceJudgement& judged, double mouth_width, double overlap, std::vector<float>& pressed) {
-  pressed.resize(kLipColumns, 0.0F);
-  const double last = asReal(judged.left_open.size() - 1);
-  std::array<double, kLipColumns> further;
-  for (std::size_t c = 0; c < kLipColumns; ++c) {
-    const double across = (asReal(c) + 0.5) / asReal(kLipColumns);
-    const auto at = unsignedIndex(wholePart(std::clamp((across - 0.25) / 0.5 * (last + 1), 0.0, last)));
-    const double fade = std::min(1.0, 4 * std::min(across, 1 - across));
-    // What is deeper than twice the limit comes of other faults.
-    const bool is_deep = judged.overlaps[c] > kTearsFrom * overlap && judged.overlaps[c] < 2 * overlap;
-    const double deep = is_deep ? judged.overlaps[c] - 0.5 * overlap : 0.0;
-    further[c] = deep > 0 ? -deep : fade * judged.left_open[at];
-  }
-  for (std::size_t c = 0; c < kLipColumns; ++c) {
-    // Vertices of coarse lips lie in several columns.
-    const double around = 0.25 * (further[c > 0 ? c - 1 : c] + further[std::min(c + 1, kLipColumns - 1)]);
-    pressed[c] = asFloat(std::clamp(double{pressed[c]} + 0.5 * further[c] + around, -kMostHeldApart * mouth_width,
-                                    kMostPressed * mouth_width));
-  }
-}
-
-}  // namespace
-
-FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, const ActorPose& actor,
-                       FaceJudgement judged) {
-  const auto meetsWrongly = [](const FaceJudgement& found) {
-    return std::any_of(found.faults.begin(), found.faults.end(),
-                       [](const auto& f) { return f.limit == "closures" || f.limit == "lips in each other"; });
-  };
-  const auto canMend = [&](const FaceJudgement& found) {
-    return !found.faults.empty() && (!found.torn.empty() || meetsWrongly(found));
-  };
-  if (!canMend(judged)) return judged;
-  const Welding welding = weldSplitTriangles(rig.mesh());
-  const FaceMesh mesh = welding.isNothing() ? rig.mesh() : welding.mesh;
-  const HeadTopology topology(mesh, openingsOf(face.control));
-  const std::vector<Eigen::Vector3d> lip_line = openingsOf(face.control).lip_line;
-  std::vector<bool> rims;
-  for (std::size_t v = 0; v < mesh.vertexCount(); ++v)
-    rims.push_back(distanceToLine(pointAt(mesh.vertices, v), lip_line) < kRims * face.control.mouth_width);
-  const FaceFile given = face;
-  const FaceJudgement first = judged;
-  // Rims that stay their own close best; where they themselves are torn they are relaxed, too.
-  for (const std::vector<bool>& held : {rims, std::vector<bool>()}) {
-    FaceFile tried = given;
-    FaceBinding binding = welding.isNothing() ? given.binding : weldedBinding(given.binding, welding);
-    FaceJudgement last = first;
-    std::set<std::uint32_t> torn;
-    for (const double within : kRelaxedWithin) {
-      torn.insert(last.torn.begin(), last.torn.end());
-      if (meetsWrongly(last)) {
-        const double overlap = limitNamed("lips in each other") / (1000 * rig.mesh().metres_per_unit);
-        press(last, face.control.mouth_width, overlap, binding.pressed);
-      }
-      std::vector<std::uint32_t> around;
-      for (const std::uint32_t v : torn) around.push_back(welding.isNothing() ? v : welding.welded_of[v]);
-      relaxAround(mesh, topology, around, held, within * face.control.mouth_width, binding);
-      tried.binding = welding.isNothing() ? binding : givenBinding(binding, welding);
-      FaceRig moved = FaceRig::of(tried, rig.mesh(), rig.name());
-      last = judgeFace(moved, tried, poses, actor);
-      const bool closes_more = last.faults.size() == judged.faults.size() && last.touching > judged.touching;
-      if (last.faults.size() < judged.faults.size() || closes_more) {
-        face = tried;
-        rig = std::move(moved);
-        judged = last;
-      }
-      if (!canMend(last)) break;
-    }
-    if (judged.faults.empty()) break;
-  }
-  return judged;
 }
 
 }  // namespace mouthpiece

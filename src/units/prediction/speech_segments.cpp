@@ -152,7 +152,7 @@ double paceFactor(SegmentPace pace) {
 
 Seconds SilenceTiming::breathIn(Seconds silence) const {
   constexpr Seconds kHalfSecond = 0.5;
-  // A corpus file may hold a least over the most; the most counts then.
+  // Readers refuse a least over the most; where one is made all the same the most counts.
   const Seconds breath = breath_at_half_second + breath_share * (silence - kHalfSecond);
   return std::min(std::max(breath, least_breath), most_breath);
 }

@@ -1,0 +1,100 @@
+// How a face that is judged unfit is mended (face_judge.h); docs/theory/deform/bezier_deformation.md tells why.
+#include <algorithm>
+#include <array>
+#include <set>
+
+#include "base/index.h"
+#include "deform/mesh/head_topology.h"
+#include "deform/mesh/welding.h"
+#include "deform/surface/virtual_points.h"
+#include "retarget/rig/face_judge.h"
+
+namespace mouthpiece {
+namespace {
+
+// Lengths as shares of the mouth's width.
+constexpr double kRims = 0.06;         ///< so near to the line between the lips vertices are rims
+constexpr double kMostPressed = 0.03;  ///< lips are pressed together by no more in all
+constexpr double kMostHeldApart = 0.015;
+constexpr std::array kRelaxedWithin{0.03, 0.06, 0.12, 0.2};  ///< of torn skin, one after the other
+/// Of the limit of lips in each other: what is looked at, and what is left of it. What is deeper comes of other faults.
+constexpr double kOverlapFrom = 5.0 / 6, kOverlapTo = 2, kOverlapLeft = 0.5;
+
+bool meetWrongly(const FaceJudgement& found) {
+  return std::any_of(found.faults.begin(), found.faults.end(),
+                     [](const FaceFault& f) { return f.limit == "closures" || f.limit == "lips in each other"; });
+}
+
+bool canBeMended(const FaceJudgement& found) {
+  return !found.faults.empty() && (!found.torn.empty() || meetWrongly(found));
+}
+
+/// Adds to `pressed` what closures leave open in each column, fading out towards the mouth's corners; takes away where
+/// the lips get into each other, as far as `overlap`, the limit, tells. `overlap` and lengths in the mesh's unit.
+void press(const FaceJudgement& judged, double mouth_width, double overlap, std::vector<float>& pressed) {
+  pressed.resize(kLipColumns, 0.0F);
+  const double last = asReal(judged.left_open.size() - 1);
+  std::array<double, kLipColumns> further;
+  for (std::size_t c = 0; c < kLipColumns; ++c) {
+    const double across = (asReal(c) + 0.5) / asReal(kLipColumns), deep = judged.overlaps[c];
+    const auto at = unsignedIndex(wholePart(std::clamp((across - 0.25) / 0.5 * (last + 1), 0.0, last)));
+    const double fade = std::min(1.0, 4 * std::min(across, 1 - across));
+    const bool is_deep = deep > kOverlapFrom * overlap && deep < kOverlapTo * overlap;
+    further[c] = is_deep ? kOverlapLeft * overlap - deep : fade * judged.left_open[at];
+  }
+  for (std::size_t c = 0; c < kLipColumns; ++c) {
+    // Vertices of coarse lips lie in several columns.
+    const double around = 0.25 * (further[c > 0 ? c - 1 : c] + further[std::min(c + 1, kLipColumns - 1)]);
+    pressed[c] = asFloat(std::clamp(double{pressed[c]} + 0.5 * further[c] + around, -kMostHeldApart * mouth_width,
+                                    kMostPressed * mouth_width));
+  }
+}
+
+std::vector<bool> rimsOf(const FaceMesh& mesh, const ControlMesh& control) {
+  const std::vector<Eigen::Vector3d> lip_line = openingsOf(control).lip_line;
+  std::vector<bool> rims;
+  for (std::size_t v = 0; v < mesh.vertexCount(); ++v)
+    rims.push_back(distanceToLine(pointAt(mesh.vertices, v), lip_line) < kRims * control.mouth_width);
+  return rims;
+}
+
+}  // namespace
+
+FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, const ActorPose& actor,
+                       FaceJudgement judged) {
+  if (!canBeMended(judged)) return judged;
+  const Welding welding = weldSplitTriangles(rig.mesh());
+  const bool is_whole = welding.isNothing();
+  const FaceMesh mesh = is_whole ? rig.mesh() : welding.mesh;
+  const HeadTopology topology(mesh, openingsOf(face.control));
+  const double mouth_width = face.control.mouth_width;
+  const double overlap = limitNamed("lips in each other") / (1000 * mesh.metres_per_unit);
+  const FaceFile given = face;
+  const FaceJudgement first = judged;
+  // Rims that stay their own close best; where they themselves are torn they are relaxed, too.
+  for (const std::vector<bool>& held : {rimsOf(mesh, face.control), std::vector<bool>()}) {
+    FaceFile tried = given;
+    FaceBinding binding = is_whole ? given.binding : weldedBinding(given.binding, welding);
+    FaceJudgement last = first;
+    std::set<std::uint32_t> torn;
+    for (const double within : kRelaxedWithin) {
+      for (const std::uint32_t v : last.torn) torn.insert(is_whole ? v : welding.welded_of[v]);
+      if (meetWrongly(last)) press(last, mouth_width, overlap, binding.pressed);
+      relaxAround(mesh, topology, {torn.begin(), torn.end()}, held, within * mouth_width, binding);
+      tried.binding = is_whole ? binding : givenBinding(binding, welding);
+      FaceRig moved = FaceRig::of(tried, rig.mesh(), rig.name());
+      last = judgeFace(moved, tried, poses, actor);
+      const bool closes_more = last.faults.size() == judged.faults.size() && last.touching > judged.touching;
+      if (last.faults.size() < judged.faults.size() || closes_more) {
+        face = tried;
+        rig = std::move(moved);
+        judged = last;
+      }
+      if (!canBeMended(last)) break;
+    }
+    if (judged.faults.empty()) break;
+  }
+  return judged;
+}
+
+}  // namespace mouthpiece
