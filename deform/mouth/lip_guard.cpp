@@ -20,7 +20,6 @@ constexpr double kSeenAbove = 0.042;  ///< and not at all beyond this, where wat
 constexpr double kComesNear = 0.004;  ///< nothing is pushed further than this into the other lip
 constexpr double kFarApart = 0.08;    ///< lips further apart everywhere need no guard, which fades in over half of this
 constexpr double kKeptApart = 0.01;   ///< lips that are kept further apart are not drawn together at all
-constexpr float kUnsure = 0.25F;      ///< what is seen aside may be further away than it looks: by this share
 constexpr int kDrawingSweeps = 3;     ///< columns pull at their neighbours
 constexpr int kSweeps = 4;            ///< lips that give way by half each are out of each other after so many
 
@@ -73,7 +72,8 @@ float LipGuard::partLips(float share, float ease, std::vector<const LipWatch*>& 
   const float far = lengthOf(kComesNear), reach = lengthOf(kWatched);
   std::erase_if(near, [&](const LipWatch* watch) {
     const LipWatch::Sight sight = watch->look(out, reach);
-    const float push = watch->firm * share * pushBack(sight.distance - watch->allowed, ease);
+    const float push =
+        watch->firm * share * pushBack(sight.distance + watch->unsure * sight.aside - watch->allowed, ease);
     if (push > 0) {
       const float there = watch->own.along, here = 1 - there, both = push / (here * here + there * there);
       pushes.emplace_back(watch->own.ends[0], here * both * sight.away);

@@ -34,6 +34,9 @@ struct LipPlace {
   }
 };
 
+/// What a watch sees aside may be further away than it looks: by this share of Sight::aside.
+inline constexpr float kUnsure = 0.25F;
+
 /// A place on one lip that watches the place of the other which is nearest when the mouth is closed. The other lip's
 /// shape around that place is taken along in the frame of its triangle.
 struct LipWatch {
@@ -45,6 +48,7 @@ struct LipWatch {
   float allowed;     ///< signed distance at rest where it is below zero
   float firm;        ///< share of what it says that counts: less beside the mouth's corners, where the lips are one
   std::uint32_t column;
+  float unsure = 0;  ///< kUnsure where lips that stay open are pressed: what only seems to touch keeps none apart
 
   struct Sight {
     float distance;
@@ -172,6 +176,9 @@ class LipGuard {
   [[nodiscard]] std::array<float, kColumns> gapsSeen(std::span<const LipWatch* const> watches, const float* out) const;
   /// 0 at the corners of the mouth, 1 from a little beside them on.
   [[nodiscard]] float besideCorners(const Eigen::Vector3f& p) const;
+  /// Whether the lips close here without moving.
+  [[nodiscard]] bool restsClosed(const LipPlace& place, const VertexPositions& rest,
+                                 const VertexPositions& closed) const;
   /// Distance from the line where the lips meet.
   [[nodiscard]] float toRim(const Eigen::Vector3f& p) const;
   /// A length that is told as a share of the mouth's width.

@@ -195,11 +195,15 @@ void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& closed, con
     for (std::size_t c = 0; c < kColumns; ++c) resting_gaps_[c] -= binding.pressed[c];
     for (LipWatch& watch : lips_) {
       const float pressed = binding.pressed[watch.column];
+      const float told = watch.allowed;
+      watch.allowed -= pressed;
+      if (pressed > 0) watch.unsure = kUnsure;
+      if (pressed > 0 || !restsClosed(watch.own, mesh.vertices, closed)) continue;
       // What is held apart stays as it is where the lips touch at rest.
       const float lets_in = watch.own.isVertex() ? 0 : lengthOf(kEdgesLetIn);
-      const float most =
-          std::max(watch.allowed + lets_in, std::min(0.0F, watch.look(closed.data(), lengthOf(kWatched)).distance));
-      watch.allowed = pressed > 0 ? watch.allowed - pressed : std::min(watch.allowed - pressed, most);
+      watch.allowed =
+          std::min(watch.allowed,
+                   std::max(told + lets_in, std::min(0.0F, watch.look(closed.data(), lengthOf(kWatched)).distance)));
     }
   }
   draw(mesh.vertices, upper_vertices, -0.5F);
@@ -228,6 +232,10 @@ std::vector<LipPlace> LipGuard::placesOn(const VertexPositions& rest, const std:
     for (Eigen::Index i = 1; i < cuts; ++i) places.push_back({{a, b}, asFloat(i) / asFloat(cuts)});
   }
   return places;
+}
+
+bool LipGuard::restsClosed(const LipPlace& place, const VertexPositions& rest, const VertexPositions& closed) const {
+  return (place.in(closed.data()) - place.in(rest.data())).norm() < kStill * mouth_width_;
 }
 
 float LipGuard::toRim(const Vector3f& p) const { return asFloat(distanceToLine(p.cast<double>(), rim_)); }
@@ -270,10 +278,9 @@ void LipGuard::watchLips(const VertexPositions& rest, const VertexPositions& clo
     if (watch.firm <= 0) continue;
     watch.takeShape(closed, normals, seen, reach);
     // Where the lips close by moving, the watch cannot tell how they lie at rest.
-    const bool rests_closed = (at_closed - at_rest).norm() < kStill * mouth_width_;
-    watch.allowed =
-        std::min(0.0F, rests_closed ? watch.look(closed.data(), reach).distance
-                                    : near_at_rest.distance(at_rest, here.in(rest_normals.data()).normalized()));
+    watch.allowed = std::min(0.0F, restsClosed(here, rest, closed)
+                                       ? watch.look(closed.data(), reach).distance
+                                       : near_at_rest.distance(at_rest, here.in(rest_normals.data()).normalized()));
     if (watch.allowed < -lengthOf(kElsewhere)) continue;
     if (!here.isVertex()) watch.allowed -= lengthOf(kEdgesLetIn);
     lips_.push_back(watch);

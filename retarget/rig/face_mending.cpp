@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <set>
+#include <utility>
 
 #include "base/index.h"
 #include "deform/mesh/head_topology.h"
@@ -17,13 +18,13 @@ constexpr double kRims = 0.06;         ///< so near to the line between the lips
 constexpr double kMostPressed = 0.03;  ///< lips are pressed together by no more in all
 constexpr double kMostHeldApart = 0.015;
 constexpr std::array kRelaxedWithin{0.03, 0.06, 0.12, 0.2};  ///< of torn skin, one after the other
+constexpr std::size_t kRounds = 8;                           ///< the last ones where nothing but lips is left to mend
 /// Of the limit of lips in each other: what is looked at, and what is left of it. What is deeper comes of other faults.
-constexpr double kOverlapFrom = 5.0 / 6, kOverlapTo = 2, kOverlapLeft = 0.5;
+constexpr double kOverlapFrom = 5.0 / 6, kOverlapTo = 4, kOverlapLeft = 0.5;
 
-bool meetWrongly(const FaceJudgement& found) {
-  return std::any_of(found.faults.begin(), found.faults.end(),
-                     [](const FaceFault& f) { return f.limit == "closures" || f.limit == "lips in each other"; });
-}
+bool isOfLips(const FaceFault& fault) { return fault.limit == "closures" || fault.limit == "lips in each other"; }
+
+bool meetWrongly(const FaceJudgement& found) { return std::any_of(found.faults.begin(), found.faults.end(), isOfLips); }
 
 bool canBeMended(const FaceJudgement& found) {
   return !found.faults.empty() && (!found.torn.empty() || meetWrongly(found));
@@ -77,20 +78,23 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
     FaceBinding binding = is_whole ? given.binding : weldedBinding(given.binding, welding);
     FaceJudgement last = first;
     std::set<std::uint32_t> torn;
-    for (const double within : kRelaxedWithin) {
+    for (std::size_t round = 0; round < kRounds; ++round) {
+      const double within = kRelaxedWithin[std::min(round, kRelaxedWithin.size() - 1)];
       for (const std::uint32_t v : last.torn) torn.insert(is_whole ? v : welding.welded_of[v]);
       if (meetWrongly(last)) press(last, mouth_width, overlap, binding.pressed);
       relaxAround(mesh, topology, {torn.begin(), torn.end()}, held, within * mouth_width, binding);
       tried.binding = is_whole ? binding : givenBinding(binding, welding);
       FaceRig moved = FaceRig::of(tried, rig.mesh(), rig.name());
-      last = judgeFace(moved, tried, poses, actor);
+      const FaceJudgement before = std::exchange(last, judgeFace(moved, tried, poses, actor));
       const bool closes_more = last.faults.size() == judged.faults.size() && last.touching > judged.touching;
       if (last.faults.size() < judged.faults.size() || closes_more) {
         face = tried;
         rig = std::move(moved);
         judged = last;
       }
-      if (!canBeMended(last)) break;
+      const bool meets_better = last.touching > before.touching || last.lips_overlap_mm < before.lips_overlap_mm;
+      const bool only_lips = std::all_of(last.faults.begin(), last.faults.end(), isOfLips);
+      if (!canBeMended(last) || (round + 1 >= kRelaxedWithin.size() && !(only_lips && meets_better))) break;
     }
     if (judged.faults.empty()) break;
   }
