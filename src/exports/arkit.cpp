@@ -141,7 +141,13 @@ class WeightDescent {
         right_((motion.transpose() * shapes).cast<double>()),
         weights_(RowMajor::Zero(motion.cols(), kShapes)),
         pulled_(RowMajor::Zero(motion.cols(), kShapes)),
-        may_move_(unsignedIndex(motion.cols()), std::vector<bool>(kArkitNames.size(), true)) {
+        shut_(decltype(shut_)::Zero(motion.cols(), kShapes)) {
+    for (Eigen::Index k = 0; k < kShapes; ++k) {
+      if (gram_(k, k) > 0) present_.push_back(k);
+      Eigen::Index& mirror = mirrors_[unsignedIndex(k)];
+      if (mirror >= 0 && !(gram_(mirror, mirror) > 0)) mirror = -1;
+    }
+    has_jaw_ = gram_(jaw_, jaw_) > 0;
     const double energy = gram_.trace() / std::max(asReal(shape_count), 1.0);
     pull_ = options.smoothness * energy;
     thrift_ = options.thrift * energy;
@@ -164,7 +170,7 @@ class WeightDescent {
       double change = 0;
       for (Eigen::Index step = 0; step < weights_.rows(); ++step) {
         const Eigen::Index t = sweep % 2 == 0 ? step : weights_.rows() - 1 - step;  // news travels both ways
-        for (Eigen::Index k = 0; k < kShapes; ++k) change = std::max(change, settle(t, k));
+        change = std::max(change, settle(t));
       }
       if (change < kStill) break;
     }
@@ -183,7 +189,7 @@ class WeightDescent {
           return weights_.col(k).segment(first, last - first + 1).sum() * std::sqrt(gram_(k, k));
         };
         const Eigen::Index less = doneBy(one) < doneBy(other) ? one : other;
-        may_move_[unsignedIndex(t)][unsignedIndex(less)] = false;
+        shut_(t, less) = 1;
         set(t, less, 0);
         any = true;
       }
@@ -198,29 +204,38 @@ class WeightDescent {
  private:
   static constexpr double kZero = 0.004;  ///< nobody sees less
 
-  /// Returns by how much the weight changes.
-  double settle(Eigen::Index t, Eigen::Index k) {
-    if (!(gram_(k, k) > 0) || !may_move_[unsignedIndex(t)][unsignedIndex(k)]) return 0;
-    const double own = gramAt(t)(k, k);
-    double target = right_(t, k) - push_ - pulled_(t, k) + own * weights_(t, k);
-    double share = own + thrift_;
-    for (const Eigen::Index other : {t - 1, t + 1}) {
-      if (other < 0 || other >= weights_.rows()) continue;
-      target += pull_ * weights_(other, k);
-      share += pull_;
+  /// Settles all weights of a frame, each in turn; returns the largest change.
+  double settle(Eigen::Index t) {
+    const Eigen::MatrixXd& gram = gramAt(t);
+    const double* const right = &right_(t, 0);
+    const double* const pulled = &pulled_(t, 0);
+    const double* const weights = &weights_(t, 0);
+    const double* const before = t > 0 ? weights - kShapes : nullptr;
+    const double* const after = t + 1 < weights_.rows() ? weights + kShapes : nullptr;
+    const double around = thrift_ + (before ? pull_ : 0) + (after ? pull_ : 0);
+    double largest = 0;
+    for (const Eigen::Index k : present_) {
+      if (!mayMove(t, k)) continue;
+      const double own = gram(k, k);
+      double target = right[k] - push_ - pulled[k] + own * weights[k];
+      double share = own + around;
+      if (before) target += pull_ * before[k];
+      if (after) target += pull_ * after[k];
+      if (const Eigen::Index mirror = mirrors_[unsignedIndex(k)]; mirror >= 0) {
+        target += symmetry_ * weights[mirror];
+        share += symmetry_;
+      }
+      const double least = k == jaw_ ? weights[close_] : 0.0;
+      if (target <= 0 && weights[k] == 0 && least == 0) continue;  // most weights rest most of the time
+      const double most = k == close_ && has_jaw_ ? weights[jaw_] : 1.0;
+      const double best = std::clamp(target / share, least, most);
+      largest = std::max(largest, std::abs(best - weights[k]));
+      set(t, k, best);
     }
-    if (const Eigen::Index mirror = mirrors_[unsignedIndex(k)]; mirror >= 0 && gram_(mirror, mirror) > 0) {
-      target += symmetry_ * weights_(t, mirror);
-      share += symmetry_;
-    }
-    static const Eigen::Index jaw = numberOf("JawOpen"), close = numberOf("MouthClose");
-    const double most = k == close && gram_(jaw, jaw) > 0 ? weights_(t, jaw) : 1.0;
-    const double least = k == jaw ? weights_(t, close) : 0.0;
-    const double best = std::clamp(target / share, least, most);
-    const double change = std::abs(best - weights_(t, k));
-    set(t, k, best);
-    return change;
+    return largest;
   }
+
+  [[nodiscard]] bool mayMove(Eigen::Index t, Eigen::Index k) const { return shut_(t, k) == 0; }
 
   [[nodiscard]] const Eigen::MatrixXd& gramAt(Eigen::Index t) const {
     return !closed_.empty() && closed_[unsignedIndex(t)] ? closed_gram_ : gram_;
@@ -234,13 +249,17 @@ class WeightDescent {
     weights_(t, k) = weight;
   }
 
-  Eigen::MatrixXd gram_, right_;  ///< 52 x 52, frames x 52
+  Eigen::MatrixXd gram_;  ///< 52 x 52
+  RowMajor right_;        ///< frames x 52, as those that follow
   RowMajor weights_;
   RowMajor pulled_;  ///< of each frame the Gram matrix times the weights
-  std::vector<std::vector<bool>> may_move_;
+  Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> shut_;  ///< 1: stays 0
   Eigen::MatrixXd closed_gram_;  ///< of frames in which the lips meet
   std::vector<bool> closed_;
-  std::vector<Eigen::Index> mirrors_ = mirrorShapes();
+  std::vector<Eigen::Index> mirrors_ = mirrorShapes();  ///< -1 also where the head has no mirror image
+  std::vector<Eigen::Index> present_;                   ///< shapes that the head has
+  Eigen::Index jaw_ = numberOf("JawOpen"), close_ = numberOf("MouthClose");
+  bool has_jaw_ = false;
   double pull_ = 0, thrift_ = 0, push_ = 0, symmetry_ = 0;
 };
 
