@@ -51,8 +51,14 @@ for program in synth corpus retarget; do
 done
 cat "$work/version"
 start=$(date +%s%N)
-inside synth --text "the time is now" --out /tmp/out >"$work/log" 2>&1 || fail "it does not speak"
+inside bash -c 'TIMEFORMAT="%U %S"; { time synth --text "the time is now" --out /tmp/out >/tmp/said 2>&1; } 2>/tmp/spent' ||
+  { cp "$work/root/tmp/said" "$work/log"; fail "it does not speak"; }
 first=$((($(date +%s%N) - start) / 1000000))
+# Its own seconds, the voice's among them, whatever else the machine does. Of the two seconds wanted by the clock they may take
+# 1.5: 0.5 are the disk's, from which it reads 110 MB where nothing was read before.
+processor=$(awk '{ printf "%d", ($1 + $2) * 1000 }' "$work/root/tmp/spent")
+[ "${processor:-0}" -gt 0 ] || fail "its first line took no measurable time: $(cat "$work/root/tmp/spent")"
+[ "$processor" -lt 1500 ] || fail "its first line took $processor ms of processor time; expected less than 1500"
 for file in face.glb view.html speech.wav report.json phones.TextGrid; do
   [ -s "$work/root/tmp/out/$file" ] || fail "no $file"
 done
@@ -77,5 +83,5 @@ done <"$work/files"
 inside dpkg --get-selections | sort >"$work/after"
 left=$(comm -13 "$work/before" "$work/after" | awk '$2 == "install"' | head -n 5)
 [ -z "$left" ] || fail "packages stay: $left"
-echo "installed, spoke its first line in $first ms, removed; $(du -h "$deb" | cut -f1)"
+echo "installed, spoke its first line in $first ms ($processor of processor time), removed; $(du -h "$deb" | cut -f1)"
 [ "$first" -lt 2000 ] || echo "slower than two seconds on this machine"
