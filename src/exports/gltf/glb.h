@@ -43,9 +43,9 @@ struct OwnShapeWeights {
 /// meshes that they move, and a weights animation "speech" after those that it has; an earlier run's give way.
 /// Everything else stays as it was, what no tool here knows included. `shapes` are of the mesh that parseFaceMesh gives
 /// for `object`, turned by `upright_from_mesh`. `own`: what the head's own targets do meanwhile; null: they rest.
-/// `shape_names`: what the targets are called instead, one a shape; these stay, and nothing is animated.
-/// nullopt when there is nothing to add to: no scene, no data in the file, no shape. Throws InputError that begins with
-/// `file`.
+/// `shape_names`: what the targets are called instead, one a shape; these stay, and nothing is animated. A name that
+/// the head's targets have already stays theirs; a shape that moves no vertex rests beside the others. nullopt when
+/// there is nothing to add to: no scene, no data in the file, no shape. Throws InputError that begins with `file`.
 std::optional<std::string> glbWithShapes(std::string_view glb, const std::string& file, const PrincipalShapes& shapes,
                                          const Eigen::Matrix3d& upright_from_mesh, std::string_view object = {},
                                          const OwnShapeWeights* own = nullptr,

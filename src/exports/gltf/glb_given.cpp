@@ -44,8 +44,13 @@ class SpeechAdder {
     for (const GlbRun& run : runs_) {
       if (run.node >= 0) runs_of_node[run.node].push_back(&run);
     }
+    MOUTHPIECE_EXPECT(shape_names_.empty() || signedIndex(shape_names_.size()) == shapes.shapeCount());
+    std::map<int, std::set<Eigen::Index>> added;
+    for (const auto& [node, runs] : runs_of_node) added[node] = movedBy(runs, shapes, columns);
+    if (!shape_names_.empty()) completeNamed(shapes.shapeCount(), added);
     for (const auto& [node, runs] : runs_of_node)
-      addToNode(unsignedIndex(node), runs, shapes, columns, upright_from_mesh.transpose().cast<float>());
+      addToNode(unsignedIndex(node), runs, shapes, added.at(node), columns,
+                upright_from_mesh.transpose().cast<float>());
   }
 
   /// In the place of animate(): other animations get room for the shapes, which rest.
@@ -91,8 +96,9 @@ class SpeechAdder {
     return primitives->at(0).value("targets", json::array()).size();
   }
 
-  void addToNode(std::size_t node, const std::vector<const GlbRun*>& runs, const PrincipalShapes& shapes,
-                 const std::vector<Eigen::Index>& columns, const Eigen::Matrix3f& mesh_from_upright) {
+  /// The shapes that move any vertex of the runs.
+  static std::set<Eigen::Index> movedBy(const std::vector<const GlbRun*>& runs, const PrincipalShapes& shapes,
+                                        const std::vector<Eigen::Index>& columns) {
     std::set<Eigen::Index> numbers;
     for (const GlbRun* run : runs) {
       for (std::size_t v = 0; v < run->count; ++v) {
@@ -102,6 +108,37 @@ class SpeechAdder {
         }
       }
     }
+    return numbers;
+  }
+
+  /// Whoever asks for shapes by name finds each once: what the head has of a name stays its own, and what moves nothing
+  /// of it (eyes that it has not) rests beside the others, in the mesh that has most of them.
+  void completeNamed(Eigen::Index shape_count, std::map<int, std::set<Eigen::Index>>& added) {
+    std::set<std::string> owned;
+    for (const auto& [node, numbers] : added) {
+      const json names =
+          meshOf(unsignedIndex(node)).value("extras", json::object()).value("targetNames", json::array());
+      for (const json& name : names) {
+        if (name.is_string()) owned.insert(name.get<std::string>());
+      }
+    }
+    std::set<Eigen::Index> placed;
+    for (auto& [node, numbers] : added) {
+      std::erase_if(numbers, [&](Eigen::Index k) { return owned.contains(shape_names_[unsignedIndex(k)]); });
+      placed.insert(numbers.begin(), numbers.end());
+    }
+    const auto fullest = std::max_element(added.begin(), added.end(), [](const auto& one, const auto& other) {
+      return one.second.size() < other.second.size();
+    });
+    if (placed.empty()) return;
+    for (Eigen::Index k = 0; k < shape_count; ++k) {
+      if (!placed.contains(k) && !owned.contains(shape_names_[unsignedIndex(k)])) fullest->second.insert(k);
+    }
+  }
+
+  void addToNode(std::size_t node, const std::vector<const GlbRun*>& runs, const PrincipalShapes& shapes,
+                 const std::set<Eigen::Index>& numbers, const std::vector<Eigen::Index>& columns,
+                 const Eigen::Matrix3f& mesh_from_upright) {
     if (numbers.empty()) return;  // shoes, and what else the face does not move
     ownMeshOf(node);
     json& mesh = meshOf(node);
@@ -187,10 +224,7 @@ class SpeechAdder {
     while (names.size() > before) names.erase(names.size() - 1);
     while (names.size() < before) names.push_back(fmt::format("target_{}", names.size()));
     for (const Eigen::Index k : numbers) {
-      const bool is_named = unsignedIndex(k) < shape_names_.size();
-      names.push_back(is_named ? shape_names_[unsignedIndex(k)] : fmt::format("speech_{:02}", k));
-      if (is_named && std::count(names.begin(), names.end(), names.back()) > 1)
-        fail(fmt::format("has a shape {} already; expected a head without", shape_names_[unsignedIndex(k)]));
+      names.push_back(shape_names_.empty() ? fmt::format("speech_{:02}", k) : shape_names_[unsignedIndex(k)]);
     }
   }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -17,6 +18,7 @@
 #include "exports/gltf/glb.h"
 #include "exports/scenes/scene_files.h"
 #include "exports/shape_sets/shape_set.h"
+#include "motion/arkit_shapes.h"
 #include "mouthpiece/corpus.h"
 #include "programs/retarget/commands.h"
 #include "speaker/speaker_data.h"
@@ -135,6 +137,23 @@ SetFacts factsOf(const ShapeSet& set, const FaceRig& rig, const FaceFile& face, 
   return facts;
 }
 
+/// Shapes of the set that a head which came as GLB has already, "mouthSmile_L" for "mouthSmileLeft" too: they stay its
+/// own. Throws InputError when it has all.
+std::vector<std::string> keptShapes(const ShapesArguments& given, const ShapeSet& set, const SharedFace::Data& face) {
+  std::vector<std::string> kept;
+  const fs::path mesh_path = face.meshPath();
+  if (given.out.extension() != ".glb" || !isGlb(mesh_path)) return kept;
+  const std::vector<std::string> own = parseFaceShapes(readFile(mesh_path), mesh_path, face.file.mesh_object).names;
+  std::copy_if(set.names.begin(), set.names.end(), std::back_inserter(kept), [&](const std::string& name) {
+    return std::any_of(own.begin(), own.end(), [&](const std::string& theirs) {
+      return theirs == name || (arkitIndex(theirs) >= 0 && arkitIndex(theirs) == arkitIndex(name));
+    });
+  });
+  if (kept.size() == set.names.size())
+    throw InputError(mesh_path.string(), "", fmt::format("has all shapes of {} already; found none to add", given.set));
+  return kept;
+}
+
 void writeSet(const ShapesArguments& given, const ShapeSet& set, const SharedFace::Data& face) {
   const FaceMesh& mesh = face.rig.mesh();
   const PrincipalShapes shapes = shapesWithoutMotion(set, mesh);
@@ -177,6 +196,7 @@ int runShapes(const ShapesArguments& given) {
                         vocabularyOf(given.set), strengths);
   };
   ShapeSet set = made();
+  const std::vector<std::string> kept = keptShapes(given, set, own);
   SetFacts facts = factsOf(set, own.rig, own.file, by.actor);
   for (int round = 0; round < kMostRounds; ++round) {
     bool changed = false;
@@ -196,11 +216,18 @@ int runShapes(const ShapesArguments& given) {
     set = made();
     facts = factsOf(set, own.rig, own.file, by.actor);
   }
-  writeSet(given, set, own);
+  ShapeSet added;
+  for (std::size_t k = 0; k < set.names.size(); ++k) {
+    if (std::find(kept.begin(), kept.end(), set.names[k]) != kept.end()) continue;
+    added.names.push_back(set.names[k]);
+    added.moves.push_back(set.moves[k]);
+  }
+  writeSet(given, added, own);
   if (given.json) {
     nlohmann::json faults = nlohmann::json::array();
     for (const FaceFault& fault : facts.judgement.faults) faults.push_back(fault.what);
     printJson(nlohmann::json{{"shapes", set.names},
+                             {"kept", kept},
                              {"closing_gap_mm", facts.closing_gap_mm},
                              {"side_rms_mm", facts.side_rms_mm},
                              {"side_worst_mm", facts.side_worst_mm},
@@ -212,6 +239,7 @@ int runShapes(const ShapesArguments& given) {
                              {"faults", faults}});
   } else if (!given.quiet) {
     printText(fmt::format("{} shapes on '{}' -> {}\n", set.names.size(), own.rig.name(), given.out.string()));
+    if (!kept.empty()) printText(fmt::format("  the head's own     {}: kept as they are\n", fmt::join(kept, ", ")));
     printText(fmt::format("  lips that meet     {:.2f} mm apart at most\n", facts.closing_gap_mm));
     printText(fmt::format("  left and right     {:.2f} mm apart (RMS), {:.2f} at most, over {:.0f} % of what moves\n",
                           facts.side_rms_mm, facts.side_worst_mm, 100 * facts.share_mirrored));

@@ -1,6 +1,7 @@
 // What stays of a game's avatar when speech is written into it, and the ways in which one may be stored.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -120,6 +121,35 @@ TEST(Avatar, OwnShapesAndAnimationsStayAndSpeechIsAdded) {
   EXPECT_EQ(keys[9], 0.25) << "own shapes rest where the file has them rest";
   EXPECT_EQ(keys[10], 0.5);
   EXPECT_EQ(keys[11], 1);
+}
+
+TEST(Avatar, ShapesByNameAreThereOnceEach) {
+  const std::string given_bytes = madeUpAvatar();
+  PrincipalShapes shapes = speechFor(parseGlb(given_bytes, "avatar.glb"));
+  shapes.shapes.conservativeResizeLike(RowMajorMatrixF::Zero(3, shapes.shapes.cols()));
+  shapes.weights.resize(0, 3);
+  const std::vector<std::string> names{"jawOpen", "mouthFunnel", "tongueOut"};
+  const auto made = glbWithShapes(given_bytes, "avatar.glb", shapes, Eigen::Matrix3d::Identity(), {}, nullptr, names);
+  ASSERT_TRUE(made);
+  const GlbFile given(given_bytes), after(*made);
+  const json& face = *named(after.root["meshes"], "AnnFace");
+  EXPECT_EQ(face["extras"]["targetNames"], (json{"jawOpen", "eyeBlinkLeft", "mouthFunnel", "tongueOut"}))
+      << "its own jawOpen stays, and what moves nothing is there to be found";
+  const json& targets = face["primitives"][0]["targets"];
+  const json& were = (*named(given.root["meshes"], "AnnFace"))["primitives"][0]["targets"];
+  EXPECT_EQ(after.accessor(targets[0]["POSITION"]), given.accessor(were[0]["POSITION"]));
+  const auto largest = [&](std::size_t target) {
+    double most = 0;
+    for (const double value : after.accessor(targets[target]["POSITION"])) most = std::max(most, std::abs(value));
+    return most;
+  };
+  EXPECT_NEAR(largest(2), 0.004, kWithin);
+  EXPECT_EQ(largest(3), 0);
+  for (const json& mesh : after.root["meshes"]) {
+    if (mesh["name"] == "AnnFace") continue;
+    EXPECT_EQ(mesh, *named(given.root["meshes"], mesh["name"])) << "nothing moves it, so nothing is added";
+  }
+  EXPECT_EQ(after.root["animations"].size(), given.root["animations"].size()) << "shapes alone";
 }
 
 TEST(Avatar, SaysItAgainWithoutLeavingTheFirstBehind) {

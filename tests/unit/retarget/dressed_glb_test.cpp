@@ -122,6 +122,26 @@ std::string anchorsInMetres() {
   return json{{"markers", markers}, {"metres_per_unit", 1}}.dump();
 }
 
+/// Materials, picture, skeleton and the vertices' own are as they were.
+void expectDressed(const GlbFile& after, const GlbFile& before) {
+  for (const char* list : {"materials", "textures", "skins", "nodes", "scenes"})
+    EXPECT_EQ(after.root[list], before.root[list]) << list;
+  ASSERT_EQ(after.root["images"].size(), 1U);
+  EXPECT_EQ(viewBytes(after, after.root["images"][0]["bufferView"]),
+            std::string_view(reinterpret_cast<const char*>(kPng.data()), kPng.size()));
+  const json &primitives = after.root["meshes"][0]["primitives"], &were = before.root["meshes"][0]["primitives"];
+  ASSERT_EQ(primitives.size(), were.size());
+  for (std::size_t p = 0; p < primitives.size(); ++p) {
+    for (const char* attribute : {"POSITION", "TEXCOORD_0", "JOINTS_0", "WEIGHTS_0"}) {
+      EXPECT_EQ(accessorBytes(after, primitives[p]["attributes"][attribute]),
+                accessorBytes(before, were[p]["attributes"][attribute]))
+          << p << " " << attribute;
+    }
+    EXPECT_EQ(primitives[p]["material"], were[p]["material"]);
+    EXPECT_FALSE(primitives[p]["targets"].empty());
+  }
+}
+
 TEST(DressedGlb, ComesOutWholeAndTalking) {
   if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
   // The validator's and Blender's tests go on with these files.
@@ -146,8 +166,8 @@ TEST(DressedGlb, ComesOutWholeAndTalking) {
     ASSERT_EQ(result.exit_code, 0) << result.err << result.out;
   };
   // The made-up head's lips are two bare tubes: the judge finds faults, which the GLB has nothing to do with.
-  EXPECT_EQ(runProgram("retarget", {"fit", "--mesh", given.string(), "--anchors", (folder / "anchors.json").string(), "--corpus",
-                                    corpus.string(), "--out", face.string(), "--quiet", "--even-if-faulty"})
+  EXPECT_EQ(runProgram("retarget", {"fit", "--mesh", given.string(), "--anchors", (folder / "anchors.json").string(),
+                                    "--corpus", corpus.string(), "--out", face.string(), "--quiet", "--even-if-faulty"})
                 .exit_code,
             1);
   run({"apply", "--face", face.string(), "--motion", motion.string(), "--out", talking.string(), "--quiet"});
@@ -156,22 +176,7 @@ TEST(DressedGlb, ComesOutWholeAndTalking) {
 
   const std::string given_bytes = readFile(given), talking_bytes = readFile(talking);
   const GlbFile before(given_bytes), after(talking_bytes);
-  for (const char* list : {"materials", "textures", "skins", "nodes", "scenes"})
-    EXPECT_EQ(after.root[list], before.root[list]) << list;
-  ASSERT_EQ(after.root["images"].size(), 1U);
-  EXPECT_EQ(viewBytes(after, after.root["images"][0]["bufferView"]),
-            std::string_view(reinterpret_cast<const char*>(kPng.data()), kPng.size()));
-  const json &primitives = after.root["meshes"][0]["primitives"], &were = before.root["meshes"][0]["primitives"];
-  ASSERT_EQ(primitives.size(), were.size());
-  for (std::size_t p = 0; p < primitives.size(); ++p) {
-    for (const char* attribute : {"POSITION", "TEXCOORD_0", "JOINTS_0", "WEIGHTS_0"}) {
-      EXPECT_EQ(accessorBytes(after, primitives[p]["attributes"][attribute]),
-                accessorBytes(before, were[p]["attributes"][attribute]))
-          << p << " " << attribute;
-    }
-    EXPECT_EQ(primitives[p]["material"], were[p]["material"]);
-    EXPECT_FALSE(primitives[p]["targets"].empty());
-  }
+  expectDressed(after, before);
 
   // The animation is the point cache's motion.
   ASSERT_EQ(after.root["animations"].size(), 1U);
@@ -199,6 +204,45 @@ TEST(DressedGlb, ComesOutWholeAndTalking) {
   }
   EXPECT_LT(farthest, 1e-4F);  // metres
   EXPECT_GT(moved, 5e-3F);
+}
+
+TEST(DressedGlb, TakesShapesBesideAllThatItHas) {
+  const fs::path corpus = fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / "clock.corpus";
+  if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
+  if (!fs::exists(corpus)) GTEST_SKIP() << "no sample corpus; make it with `make data`";
+  // The validator's test goes on with shaped.glb.
+  const fs::path folder = fs::path(MOUTHPIECE_BIN_DIR) / "../tests/shaped";
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  writeFileAtomically(folder / "head.glb", dressedGlb());
+  writeFileAtomically(folder / "anchors.json", anchorsInMetres());
+  const auto shapesOn = [&](const std::string& head, const std::string& out) {
+    const fs::path face = folder / (head + ".face");
+    const test::ProgramResult fit = runProgram(
+        "retarget", {"fit", "--mesh", (folder / head).string(), "--anchors", (folder / "anchors.json").string(),
+                     "--corpus", corpus.string(), "--out", face.string(), "--quiet", "--even-if-faulty"});
+    EXPECT_TRUE(fs::exists(face)) << fit.err;
+    return runProgram("retarget", {"shapes", face.string(), "--set", "arkit", "--corpus", corpus.string(), "--out",
+                                   (folder / out).string(), "--quiet"});
+  };
+  const test::ProgramResult made = shapesOn("head.glb", "shaped.glb");
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const std::string given_bytes = readFile(folder / "head.glb"), shaped_bytes = readFile(folder / "shaped.glb");
+  const GlbFile before(given_bytes), shaped(shaped_bytes);
+  expectDressed(shaped, before);
+  EXPECT_EQ(shaped.root["meshes"][0]["extras"]["targetNames"].size(), 52U) << "those of what it has not, too";
+  EXPECT_FALSE(shaped.root.contains("animations"));
+
+  // Once they are there, by whichever of their names, there is nothing to add.
+  GlbFile own(shaped_bytes);
+  for (json& name : own.root["meshes"][0]["extras"]["targetNames"]) {
+    if (name == "mouthSmileLeft") name = "mouthSmile_L";
+  }
+  writeFileAtomically(folder / "own.glb", own.toBytes());
+  const test::ProgramResult again = shapesOn("own.glb", "again.glb");
+  EXPECT_EQ(again.exit_code, 1);
+  EXPECT_NE(again.err.find("own.glb: has all shapes of arkit already"), std::string::npos) << again.err;
+  EXPECT_FALSE(fs::exists(folder / "again.glb"));
 }
 
 /// Every triangle on corners of its own.
