@@ -11,7 +11,7 @@ DEMO_SONG := build/demo_song
 CANONICAL_FACE := build/third_party/canonical_face.obj
 
 .PHONY: help setup setup-test build build-tests data demo test bench lint format fuzz quick nightly faults coverage \
-  mutation load processors wasm sbom reproducible clean install uninstall deb
+  mutation load processors wasm portable sbom reproducible clean install uninstall deb
 help:
 	@echo "make setup    install the packages it needs (asks for sudo when not root)"
 	@echo "make build    build the programs into build/bin"
@@ -21,6 +21,7 @@ help:
 	@echo "make quick    sanitizers and fuzzing for what changed against BASE (origin/main)"
 	@echo "make nightly  all that takes hours; a part alone: make faults coverage mutation load processors"
 	@echo "make wasm     what moves a face as WebAssembly: synth --page-engine puts it into view.html"
+	@echo "make portable the same core with clang and libc++, and its unit tests"
 	@echo "make sbom     packages, versions, licences as SPDX    make reproducible  two builds, the same bytes"
 	@echo "make lint     clang-format and clang-tidy    make format    rewrite with clang-format"
 	@echo "make deb      a Debian package with programs, sample corpus and face: build/*.deb"
@@ -110,6 +111,10 @@ wasm: setup
 	@tools/setup.sh wasm
 	@cmake --preset wasm >/dev/null && cmake --build build-wasm -j $(JOBS)
 	@mkdir -p $(SHARE) && cp build-wasm/bin/page_engine.wasm $(SHARE)/page_engine.wasm
+portable: setup
+	@tools/setup.sh portable
+	@cmake --preset portable >/dev/null && cmake --build build-portable -j $(JOBS)
+	@ctest --preset portable
 sbom:
 	@tools/sbom.py --out build/mouthpiece.spdx.json
 reproducible: setup

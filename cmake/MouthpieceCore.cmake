@@ -1,9 +1,6 @@
 # The portable core: labels in, moving mesh out, of the same sources as the rooms, with libraries that are headers alone.
-# With Emscripten (preset wasm) it is page_engine.wasm, which view.html runs.
-
-if(NOT EMSCRIPTEN)
-  message(FATAL_ERROR "MOUTHPIECE_CORE is for Emscripten. Configure with: cmake --preset wasm")
-endif()
+# With Emscripten (preset wasm) it is page_engine.wasm, which view.html runs; with clang and libc++ (preset portable) a
+# library and those of the unit tests that need nothing else.
 
 # Libraries that are compiled for this machine and libstdc++ must not be found by accident: only these headers are seen.
 set(headers ${CMAKE_BINARY_DIR}/headers)
@@ -45,7 +42,9 @@ function(mouthpiece_core_options target)
     CGAL_DISABLE_ROUNDING_MATH_CHECK MOUTHPIECE_VERSION="${PROJECT_VERSION}")
   mouthpiece_warnings(${target})
   # Its addresses have 32 bits, so do Eigen's indices: what is no conversion elsewhere is one there.
-  target_compile_options(${target} PRIVATE -O2 -fwasm-exceptions -Wno-sign-conversion -Wno-shorten-64-to-32)
+  if(EMSCRIPTEN)
+    target_compile_options(${target} PRIVATE -O2 -fwasm-exceptions -Wno-sign-conversion -Wno-shorten-64-to-32)
+  endif()
 endfunction()
 
 add_library(mouthpiece_core STATIC ${core_sources})
@@ -54,6 +53,10 @@ mouthpiece_embed(mouthpiece_core kArkitMarkersJson sample_data/arkit/face66_shap
 mouthpiece_embed(mouthpiece_core kGenericPosesJson sample_data/visemes/generic_poses.json)
 mouthpiece_core_options(mouthpiece_core)
 
+if(NOT EMSCRIPTEN)
+  include(MouthpieceCoreTests)
+  return()
+endif()
 add_executable(mouthpiece_page_engine)
 add_subdirectory(src/page_engine)
 mouthpiece_core_options(mouthpiece_page_engine)

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs what Mouthpiece needs on Debian 12: `tools/setup.sh` for `make build` and `make demo`,
-# `tools/setup.sh test` for what only the tests need besides; bench, lint, nightly, processors (cross compilers) and wasm
+# `tools/setup.sh test` for what only the tests need besides; bench, lint, nightly, processors (cross compilers), wasm and portable
 # are for what their verbs do. Asks the network only for what is missing.
 set -eu
 
@@ -15,6 +15,7 @@ lint_packages="clang clang-format clang-tidy libclang-rt-dev"
 nightly_packages="$test_packages $lint_packages valgrind gcovr"
 processor_packages="g++-s390x-linux-gnu g++-arm-linux-gnueabihf g++-aarch64-linux-gnu qemu-user-static"
 wasm_packages="emscripten"
+portable_packages="clang libc++-dev libc++abi-dev googletest"
 
 packages=$build_packages
 for group in "$@"; do
@@ -25,8 +26,9 @@ for group in "$@"; do
     nightly) packages="$packages $nightly_packages" ;;
     processors) packages="$packages $processor_packages" ;;
     wasm) packages="$packages $wasm_packages" ;;
+    portable) packages="$packages $portable_packages" ;;
     list) echo "$packages"; exit 0 ;;  # for tools/sbom.py
-    *) echo "setup.sh: unknown group '$group'; expected test, bench, lint, nightly, processors or wasm" >&2; exit 2 ;;
+    *) echo "setup.sh: unknown group '$group'; expected test, bench, lint, nightly, processors, wasm or portable" >&2; exit 2 ;;
   esac
 done
 
