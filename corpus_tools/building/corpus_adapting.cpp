@@ -6,17 +6,16 @@
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <optional>
 
 #include "base/errors.h"
 #include "base/parallel_for.h"
+#include "corpus_tools/building/adapted_motion.h"
 #include "corpus_tools/building/build_state.h"
 #include "corpus_tools/building/settings_fit.h"
 #include "corpus_tools/building/trajectory_design.h"
 #include "corpus_tools/building/trajectory_fit.h"
-#include "corpus_tools/takes/pose_fit.h"
 
 namespace mouthpiece {
 namespace {
@@ -30,46 +29,14 @@ constexpr double kUntriedHold = 10;  ///< with one take, which leaves none to tr
 constexpr double kMostNetworkShare = 0.75;
 constexpr std::size_t kMostOwnFeatures = 1500;
 
-/// Another's markers in the person's order, size and axes.
-class Placing {
- public:
-  Placing(const Corpus& large, const Corpus& own) {
-    const std::vector<std::string> names = large.layout.markerNames();
-    for (const std::string& name : own.layout.markerNames()) {
-      const auto found = std::find(names.begin(), names.end(), name);
-      if (found == names.end() || names.size() != own.layout.markers.size())
-        throw InputError(large.name, found == names.end() ? name : "",
-                         fmt::format("has {} markers, {} has {}; expected the same ones", names.size(), own.name,
-                                     own.layout.markers.size()));
-      sources_.push_back(unsignedIndex(found - names.begin()));
-    }
-    const auto fit = fitPose(pickMarkers(large.neutral_pose_mm, sources_), own.neutral_pose_mm, PoseScale::kFree);
-    if (!fit) throw InputError(large.name, "neutral pose", "cannot be laid over that of " + own.name);
-    scale_ = fit->scale;
-    turn_ = scale_ * fit->target_from_source.rotation.transpose();
-  }
+/// How far poses are held, in takes that say the same as the other: across the face, up, out of it.
+using PoseHolds = std::array<double, 3>;
 
-  /// Rows of displacements, 3 * markers wide.
-  template <typename Rows>
-  [[nodiscard]] Eigen::MatrixXd operator()(const Eigen::MatrixBase<Rows>& rows) const {
-    Eigen::MatrixXd placed(rows.rows(), rows.cols());
-    for (std::size_t i = 0; i < sources_.size(); ++i)
-      placed.middleCols(signedIndex(3 * i), 3) = rows.middleCols(signedIndex(3 * sources_[i]), 3) * turn_;
-    return placed;
-  }
-  [[nodiscard]] double scale() const { return scale_; }
-
- private:
-  std::vector<std::size_t> sources_;  ///< the other's marker for each of the person's
-  Eigen::Matrix3d turn_;              ///< on rows, with the size
-  double scale_ = 1;
-};
-
-/// How far the person's own takes are held back: `poses` in takes that say the same as the other, `targets` as
-/// TrajectoryFitOptions::ridge; none: no own targets.
+/// How far the person's own takes are held back: `targets` as TrajectoryFitOptions::ridge; none: no own targets.
 struct Holds {
-  double poses = kUntriedHold;
+  PoseHolds poses{kUntriedHold, kUntriedHold, kUntriedHold};
   std::optional<double> targets;
+  std::optional<double> gain;  ///< of the prediction of takes left out (gainFor()); none: the other's
 };
 
 /// One take of the person beside what the other's model says of it, each less its mean over the seen frames.
@@ -120,25 +87,30 @@ class Adapting {
     Holds best;
     if (takes_.size() < 2) return best;
     const std::size_t folds = std::min(kMostFolds, takes_.size());
-    std::vector<std::array<double, kPoseHolds.size()>> by_poses(folds);
+    std::array<std::vector<std::array<double, kPoseHolds.size()>>, 3> by_poses;
+    for (auto& of_axis : by_poses) of_axis.resize(folds);
     parallelFor(folds, jobs_, [&](std::size_t fold) {
       const auto [use, judges] = split(folds, fold);
-      for (std::size_t i = 0; i < kPoseHolds.size(); ++i)
-        by_poses[fold][i] = errorOn(judges, shapesFrom(use, kPoseHolds[i]), {});
+      for (std::size_t i = 0; i < kPoseHolds.size(); ++i) {
+        const double hold = kPoseHolds[i];
+        const Eigen::Array3d errors = errorsOn(judges, shapesFrom(use, {hold, hold, hold}), {});
+        for (std::size_t axis = 0; axis < 3; ++axis) by_poses[axis][fold][i] = errors(signedIndex(axis));
+      }
     });
-    best.poses = kPoseHolds[leastOf(by_poses).first];
+    for (std::size_t axis = 0; axis < 3; ++axis) best.poses[axis] = kPoseHolds[leastOf(by_poses[axis]).first];
     std::vector<std::array<double, kTargetHolds.size()>> by_targets(folds);
     std::vector<std::array<double, 1>> without(folds);
     parallelFor(folds, jobs_, [&](std::size_t fold) {
       const auto [use, judges] = split(folds, fold);
       const Eigen::MatrixXd shapes = shapesFrom(use, best.poses);
-      without[fold][0] = errorOn(judges, shapes, {});
+      without[fold][0] = errorsOn(judges, shapes, {}).sum();
       const std::vector<NormalEquations> equations = equationsOf(use, analysisOf(shapes));
       for (std::size_t i = 0; i < kTargetHolds.size(); ++i)
-        by_targets[fold][i] = errorOn(judges, shapes, targetsFrom(equations, kTargetHolds[i]));
+        by_targets[fold][i] = errorsOn(judges, shapes, targetsFrom(equations, kTargetHolds[i])).sum();
     });
     const auto [least, error] = leastOf(by_targets);
     if (error < leastOf(without).second) best.targets = kTargetHolds[least];
+    best.gain = gainWith(best, folds);
     return best;
   }
 
@@ -154,6 +126,7 @@ class Adapting {
     if (holds.targets) addTargets(targetsFrom(equationsOf(use, model->analysis), *holds.targets), *model);
     std::vector<FitTake> takes;
     for (const std::size_t take : use) takes.push_back(takes_[take].fit);
+    if (holds.gain) model->gain = *holds.gain;
     model->level.setZero();
     fitLevel(takes, own_, *model);
     fitClosing(takes, own_, columns_, *model);
@@ -193,7 +166,7 @@ class Adapting {
 
   /// What the person's markers do with each of the other's components: ridge regression of the captured on the
   /// predicted, drawn to the other's own shapes.
-  [[nodiscard]] Eigen::MatrixXd shapesFrom(const Takes& use, double hold) const {
+  [[nodiscard]] Eigen::MatrixXd shapesFrom(const Takes& use, const PoseHolds& holds) const {
     const Eigen::Index components = base_.componentCount();
     Eigen::MatrixXd own = Eigen::MatrixXd::Zero(components, components);
     Eigen::MatrixXd both = Eigen::MatrixXd::Zero(components, base_.columnCount());
@@ -202,9 +175,14 @@ class Adapting {
       own += compared.predicted.transpose() * compared.predicted;
       both += compared.predicted.transpose() * compared.fit.displacements.cast<double>();
     }
-    const double held = hold * std::max(1e-9, own.trace() / asReal(components) / std::max(1.0, asReal(use.size())));
-    own.diagonal().array() += held;
-    Eigen::MatrixXd shapes = own.ldlt().solve(both + held * base_.shapes);
+    const double energy = std::max(1e-9, own.trace() / asReal(components) / std::max(1.0, asReal(use.size())));
+    Eigen::MatrixXd shapes(components, base_.columnCount());
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const double held = holds[unsignedIndex(axis)] * energy;
+      const Eigen::MatrixXd normal = own + held * Eigen::MatrixXd::Identity(components, components);
+      const Eigen::MatrixXd solved = normal.ldlt().solve(both + held * base_.shapes);
+      for (Eigen::Index column = axis; column < shapes.cols(); column += 3) shapes.col(column) = solved.col(column);
+    }
     for (Eigen::Index column = 0; column < shapes.cols(); ++column) {
       if (!(columns_.weights(column) > 0)) shapes.col(column).setZero();
     }
@@ -243,20 +221,49 @@ class Adapting {
     return targets;
   }
 
-  [[nodiscard]] double errorOn(const Takes& judges, const Eigen::MatrixXd& shapes,
-                               const Eigen::MatrixXd& targets) const {
-    double error = 0;
-    for (const std::size_t take : judges) {
-      const ComparedTake& compared = takes_[take];
-      Eigen::MatrixXd values = compared.predicted;
-      for (std::size_t c = 0; targets.size() > 0 && c < dynamics_of_.size(); ++c) {
-        const auto column = signedIndex(c);
-        values.col(column) += compared.design[dynamics_of_[c]].times(targets.col(column));
-      }
-      const Eigen::MatrixXd missed = values * shapes - compared.fit.displacements.cast<double>();
-      error += (missed * columns_.weights.asDiagonal()).squaredNorm();
+  /// Of a take, mm; `targets` may be empty.
+  [[nodiscard]] Eigen::MatrixXd movesOf(const ComparedTake& compared, const Eigen::MatrixXd& shapes,
+                                        const Eigen::MatrixXd& targets) const {
+    Eigen::MatrixXd values = compared.predicted;
+    for (std::size_t c = 0; targets.size() > 0 && c < dynamics_of_.size(); ++c) {
+      const auto column = signedIndex(c);
+      values.col(column) += compared.design[dynamics_of_[c]].times(targets.col(column));
     }
-    return error;
+    return values * shapes;
+  }
+
+  /// Across the face, up and out of it, weighted as the fit is: squares of what is missed.
+  [[nodiscard]] Eigen::Array3d errorsOn(const Takes& judges, const Eigen::MatrixXd& shapes,
+                                        const Eigen::MatrixXd& targets) const {
+    Eigen::Array3d errors = Eigen::Array3d::Zero();
+    for (const std::size_t take : judges) {
+      const Eigen::MatrixXd missed = weighted(movesOf(takes_[take], shapes, targets) - capturedOf(takes_[take]));
+      for (Eigen::Index column = 0; column < missed.cols(); ++column)
+        errors(column % 3) += missed.col(column).squaredNorm();
+    }
+    return errors;
+  }
+
+  /// What the person moves in takes left out, beside what is predicted of them.
+  [[nodiscard]] double gainWith(const Holds& holds, std::size_t folds) const {
+    std::vector<double> predicted(folds), captured(folds);
+    parallelFor(folds, jobs_, [&](std::size_t fold) {
+      const auto [use, judges] = split(folds, fold);
+      const Eigen::MatrixXd shapes = shapesFrom(use, holds.poses);
+      Eigen::MatrixXd targets;
+      if (holds.targets) targets = targetsFrom(equationsOf(use, analysisOf(shapes)), *holds.targets);
+      for (const std::size_t take : judges) {
+        predicted[fold] += weighted(movesOf(takes_[take], shapes, targets)).squaredNorm();
+        captured[fold] += weighted(capturedOf(takes_[take])).squaredNorm();
+      }
+    });
+    return gainFor(std::accumulate(predicted.begin(), predicted.end(), 0.0),
+                   std::accumulate(captured.begin(), captured.end(), 0.0));
+  }
+
+  static Eigen::MatrixXd capturedOf(const ComparedTake& compared) { return compared.fit.displacements.cast<double>(); }
+  [[nodiscard]] Eigen::MatrixXd weighted(const Eigen::MatrixXd& moves) const {
+    return moves * columns_.weights.asDiagonal();
   }
 
   void addTargets(const Eigen::MatrixXd& targets, TrajectoryModel& model) const {
@@ -279,61 +286,6 @@ class Adapting {
   std::vector<std::size_t> dynamics_of_;     ///< of each component
   std::vector<ComparedTake> takes_;
   Takes all_;
-};
-
-/// The person's takes, then the other's as the person would have moved.
-class AdaptedMotion final : public MotionSource {
- public:
-  AdaptedMotion(const Corpus& large, const Corpus& own, const Placing& placing, const TrajectoryModel& base,
-                const TrajectoryModel& model)
-      : large_(large),
-        own_(own),
-        placing_(placing),
-        change_(model.shapes - base.shapes),
-        shift_((model.level - base.level) * model.shapes) {}
-
-  [[nodiscard]] MotionClip load(TakeIndex take) const override {
-    if (take.value < own_.takes.size()) return motionOf(own_, take);
-    const TakeIndex theirs(take.value - own_.takes.size());
-    const MotionClip motion = motionOf(large_, theirs);
-    const Eigen::Map<const Eigen::RowVectorXd> their_neutral(large_.neutral_pose_mm.data(),
-                                                             large_.neutral_pose_mm.size());
-    const Eigen::Map<const Eigen::RowVectorXd> own_neutral(own_.neutral_pose_mm.data(), own_.neutral_pose_mm.size());
-    const Eigen::MatrixXd displacements = motion.positions_mm.rowwise() - their_neutral;
-    const Eigen::MatrixXd moves = valuesOf(displacements, motion, large_.takes[theirs.value].labels) * change_;
-    MotionClip mapped{motion.frame_rate_hz, own_.layout.markerNames(), placing_(displacements) + moves};
-    mapped.positions_mm.rowwise() += own_neutral + shift_;
-    roundToFile(mapped);
-    return mapped;
-  }
-
-  [[nodiscard]] AudioClip loadAudio(TakeIndex take) const override {
-    if (take.value >= own_.takes.size()) return {large_.takes[take.value - own_.takes.size()].audio.sample_rate_hz, {}};
-    return own_.motion_source != nullptr ? own_.motion_source->loadAudio(take) : own_.takes[take.value].audio;
-  }
-
- private:
-  /// As captured; as predicted where a speaking marker was not seen.
-  [[nodiscard]] Eigen::MatrixXd valuesOf(const Eigen::MatrixXd& displacements, const MotionClip& motion,
-                                         const SpeechLabels& labels) const {
-    const TrajectoryModel& model = *large_.trajectory_model;
-    Eigen::MatrixXd values = displacements.array().isFinite().select(displacements, 0.0) * model.analysis;
-    const auto speaks = (model.analysis.array() != 0).rowwise().any().eval();
-    std::vector<Seconds> times;
-    std::vector<Eigen::Index> rows;
-    for (Eigen::Index row = 0; row < values.rows(); ++row) {
-      if ((displacements.row(row).transpose().array().isFinite() || !speaks).all()) continue;
-      rows.push_back(row);
-      times.push_back(asReal(row) / motion.frame_rate_hz);
-    }
-    if (!rows.empty()) values(rows, Eigen::all) = model.predict(labels, times);
-    return values;
-  }
-
-  const Corpus &large_, &own_;
-  Placing placing_;
-  Eigen::MatrixXd change_;    ///< of the shapes, from the other's, placed
-  Eigen::RowVectorXd shift_;  ///< of the level
 };
 
 /// Without motion and sound, but with their rates.
@@ -383,10 +335,11 @@ Corpus adaptCorpus(const Corpus& large, const Corpus& own, std::size_t jobs) {
   adapted.motion_settings = large.motion_settings;
   learnSettings(adapted, fit, adapting.all().size(), jobs);
   adapted.viseme_poses = visemePosesOf(adapted);
-  adapted.build_log["adapted"] =
-      fmt::format("{} own takes, {} of {} at {:.3f} of their size; poses held by {} takes, own targets {}",
-                  own.takes.size(), large.takes.size(), large.name, adapting.placing().scale(), holds.poses,
-                  holds.targets ? fmt::format("held by {}", *holds.targets) : "none");
+  adapted.build_log["adapted"] = fmt::format(
+      "{} own takes, {} of {} at {:.3f} of their size; poses held by {}, {}, {} takes (across, up, out), own targets "
+      "{}",
+      own.takes.size(), large.takes.size(), large.name, adapting.placing().scale(), holds.poses[0], holds.poses[1],
+      holds.poses[2], holds.targets ? fmt::format("held by {}", *holds.targets) : "none");
   return adapted;
 }
 

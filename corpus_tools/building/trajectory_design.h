@@ -99,6 +99,9 @@ class NormalEquations {
   Eigen::MatrixXd right_;
 };
 
+/// What brings back the variance that least squares takes: from the squares of what is predicted of takes left out, and
+/// of what was captured.
+double gainFor(double predicted, double captured);
 /// Least squares says nothing about each take's own level: the mean over takes. The model's level is zero before.
 void fitLevel(const std::vector<FitTake>& takes, const Corpus& corpus, TrajectoryModel& model);
 /// The lips' way when they part, and how far apart they are in B P M; the model keeps the latter where none is said.

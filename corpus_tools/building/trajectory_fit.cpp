@@ -24,10 +24,8 @@ constexpr std::size_t kJudgeEvery = 4;  ///< every fourth take judges the search
 constexpr std::size_t kLeastTakes = 4;
 /// 72 MB of normal equations. GRID has 1,000.
 constexpr std::size_t kMostFeatures = 3000;
-constexpr double kLargestGain = 1.25;
 constexpr std::size_t kNetworks = 4;
 constexpr double kHeldToHalf = 0.25;
-constexpr double kPredictedVariance = 0.92;  ///< of the capture's; the fragments' own detail brings the rest
 
 /// The principal components of the speaking face: analysis, shapes.
 void fitComponents(const std::vector<FitTake>& takes, const SpeechColumns& columns, Eigen::Index components,
@@ -234,14 +232,14 @@ std::vector<SoundTake> fitNetworks(const Corpus& corpus, const std::vector<FitTa
   return beyond;
 }
 
-/// Brings back the variance that least squares takes, as far as takes left out ask for it.
+/// As far as takes left out ask for it.
 void fitGain(const Judged& judged, TrajectoryModel& model) {
   double predicted = 0, captured = 0;
   for (std::size_t i = 0; i < judged.captured.size(); ++i) {
     predicted += judged.predicted[i].squaredNorm();
     captured += judged.captured[i].squaredNorm();
   }
-  model.gain = std::clamp(std::sqrt(kPredictedVariance * captured / std::max(predicted, 1e-12)), 1.0, kLargestGain);
+  model.gain = gainFor(predicted, captured);
 }
 
 std::vector<std::size_t> takesWithFeatures(const Corpus& corpus, const FitTakes& kept) {
@@ -251,6 +249,12 @@ std::vector<std::size_t> takesWithFeatures(const Corpus& corpus, const FitTakes&
 }
 
 }  // namespace
+
+double gainFor(double predicted, double captured) {
+  constexpr double kPredictedVariance = 0.92;  // of the capture's; the fragments' own detail brings the rest
+  constexpr double kLargestGain = 1.25;
+  return std::clamp(std::sqrt(kPredictedVariance * captured / std::max(predicted, 1e-12)), 1.0, kLargestGain);
+}
 
 void fitLevel(const std::vector<FitTake>& takes, const Corpus& corpus, TrajectoryModel& model) {
   model.level = Eigen::RowVectorXd::Zero(model.componentCount());

@@ -178,10 +178,9 @@ Evaluation crossValidate(const Corpus& corpus, std::size_t folds, const Evaluati
 Evaluation learningCurve(const Corpus& corpus, const std::vector<std::size_t>& sizes, const EvaluationMethods& methods,
                          const EvaluationOptions& options) {
   constexpr std::size_t kTestEvery = 5;
-  constexpr std::uint64_t kSeed = 1;
   if (corpus.takes.size() < 2) throw InputError(corpus.name, "", "has one take; expected at least two");
   const SplitTakes split = splitTakes(corpus, std::min(kTestEvery, corpus.takes.size()), 0);
-  const std::vector<std::size_t> order = shuffledIndices(split.rest.takes.size(), kSeed);
+  const std::vector<std::size_t> order = shuffledIndices(split.rest.takes.size(), options.draw);
   Evaluation curve{corpus.name, {}, {}};
   const std::size_t steps = options.adapted_from == nullptr ? sizes.size() : 1 + 2 * sizes.size();
   std::size_t step = 0;

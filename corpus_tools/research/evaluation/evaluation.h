@@ -79,6 +79,7 @@ struct EvaluationOptions {
   std::map<std::string, MotionClip> truth = {};  ///< by take: compared with this in place of the capture
   /// What of each take is measured; none: all.
   std::function<MeasuredStretches(const CorpusTake& take)> stretches = {};
+  std::uint64_t draw = 1;                ///< of learningCurve(): which random choice of the takes to learn from
   const Corpus* adapted_from = nullptr;  ///< of learningCurve(): beside each size, this corpus adapted to those takes
 };
 

@@ -25,6 +25,7 @@ struct EvaluateArguments {
   std::size_t jobs = 0, folds = 0;
   double hold_out = 0;
   std::vector<std::size_t> learning_curve;
+  std::uint64_t draw = 1;
   std::vector<std::string> rows;
   std::string unseen, hint, part, within;
 };
@@ -102,6 +103,7 @@ Evaluation evaluate(const EvaluateArguments& given, Corpus corpus, std::vector<H
   CallbackBar bar("evaluating", given.quiet);
   options.progress = std::ref(bar);
   if (!given.learning_curve.empty()) {
+    options.draw = given.draw;
     std::optional<Corpus> large;
     if (!given.adapted.empty()) options.adapted_from = &large.emplace(readCorpus(given.adapted));
     return learningCurve(corpus, given.learning_curve, selectionMethods, options);
@@ -146,6 +148,9 @@ void addOptions(CLI::App& command, EvaluateArguments& options) {
                     .add_option("--learning-curve", options.learning_curve,
                                 "Every fifth take, by the material of that many others (10,25,50)")
                     ->delimiter(',');
+  command.add_option("--draw", options.draw, "With --learning-curve: another random choice of those others")
+      ->needs(curve)
+      ->check(CLI::Range(1, 1'000'000));
   auto* unseen =
       which
           .add_option(

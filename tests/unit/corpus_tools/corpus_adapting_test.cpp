@@ -75,6 +75,34 @@ TEST(CorpusAdapting, BeatsTheLargeCorpusAndTheSmallOne) {
   EXPECT_LT(adapted, lipRms(small));
 }
 
+/// The lips of every take part once more, by 4 mm over half a second at another time in each: no label tells when.
+Corpus restlessCorpus(std::size_t count) {
+  Corpus own = personsCorpus(count);
+  const auto column = signedIndex(3 * own.layout.indexOf("LIP_LO_MID").value);
+  for (std::size_t i = 0; i < own.takes.size(); ++i) {
+    MotionClip& motion = own.takes[i].motion;
+    const double length = asReal(motion.frameCount()) / motion.frame_rate_hz;
+    for (Eigen::Index frame = 0; frame < motion.positions_mm.rows(); ++frame) {
+      const double away = asReal(frame) / motion.frame_rate_hz - length * asReal(i + 1) / asReal(count + 1);
+      motion.positions_mm(frame, column + 1) -= 4 * std::exp(-0.5 * away * away / (0.25 * 0.25));
+    }
+  }
+  return own;
+}
+
+TEST(CorpusAdapting, MovesAsMuchAsThePersonDoesNotTheOther) {
+  Corpus large = largeCorpus();
+  const auto gainOf = [&](double others, const Corpus& own) {
+    auto model = std::make_shared<TrajectoryModel>(*large.trajectory_model);
+    model->gain = others;
+    large.trajectory_model = model;
+    return adaptCorpus(large, own).trajectory_model->gain;
+  };
+  const Corpus calm = personsCorpus(6), restless = restlessCorpus(6);
+  EXPECT_NEAR(gainOf(1.25, calm), gainOf(1.0, calm), 1e-9) << "the other's is not this person's";
+  EXPECT_GT(gainOf(1.0, restless), gainOf(1.0, calm) + 0.02) << "of whose movement less is predicted";
+}
+
 TEST(CorpusAdapting, HoldsThePersonsTakesAndTheOthersInThePersonsFace) {
   const Corpus large = largeCorpus(), own = personsCorpus(4);
   const Corpus adapted = adaptCorpus(large, own);
