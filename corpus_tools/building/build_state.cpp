@@ -78,7 +78,8 @@ std::unique_ptr<FileLock> locked(const fs::path& folder) {
 std::string takeKey(const TakeFiles& files, const std::string& settings) {
   std::string hashes = kPartsVersion + settings + "\n" + files.name;
   for (const fs::path& path : {files.motion, files.audio, files.labels, files.text.value_or(fs::path())}) {
-    hashes += "\n" + path.extension().string() + " " + (path.empty() ? "" : sha256Hex(readFile(path)));
+    hashes.append("\n").append(path.extension().string()).append(" ");
+    if (!path.empty()) hashes += sha256Hex(readFile(path));
   }
   return sha256Hex(hashes);
 }
