@@ -65,8 +65,8 @@ TEST(SpeakableText, RefusesNothingToSayBrokenBytesAndEndlessText) {
 }
 
 TEST(SpeakableText, BreaksUpEndlessWordsAndRowsOfSigns) {
-  const std::string text = speakableText(std::string(100, 'a') + "!!!!!!!!");
-  EXPECT_EQ(text, std::string(40, 'a') + " " + std::string(40, 'a') + " " + std::string(20, 'a') + "!!!");
+  const std::string endless(100, 'a'), longest(40, 'a'), rest(20, 'a');
+  EXPECT_EQ(speakableText(endless + "!!!!!!!!"), longest + " " + longest + " " + rest + "!!!");
 }
 
 TEST(SpeakableText, LeavesNoWordWithoutSounds) {
@@ -139,8 +139,9 @@ TEST(SpeakableText, KeepsItsPromisesAndIsItsOwnSpeakableText) {
 }
 
 TEST(SpeakableText, NoWordIsLeftWithoutASoundWhereALongOneIsCut) {
-  EXPECT_EQ(speakableText(std::string(40, 'a') + "!!!"), std::string(40, 'a') + "!");
-  EXPECT_EQ(speakableText(std::string(40, 'a') + "\"b"), std::string(40, 'a') + " \"b");
+  const std::string longest(40, 'a');
+  EXPECT_EQ(speakableText(longest + "!!!"), longest + "!");
+  EXPECT_EQ(speakableText(longest + "\"b"), longest + " \"b");
 }
 
 TEST(SplitSentences, KeepsEveryWordInOrder) {
