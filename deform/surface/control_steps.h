@@ -13,8 +13,12 @@ namespace mouthpiece {
 ControlMesh placePoints(const std::vector<std::string>& marker_names, const MarkerPositions& marker_rest,
                         const std::map<std::string, Eigen::Vector3d>& known, const SurfacePlan& plan);
 
+/// Moves points in the plane, not at rest, until the outer lines of the lips go around the slit and upper lids run above
+/// lower ones: eyes may be shut, a click may be off. Points that lie so already stay where they are.
+void untangle(ControlMesh& mesh);
+
 /// Constrained Delaunay triangulation of `mesh.domain`: the rims of mouth and eyes are edges and stay open. Triangles
-/// are counter-clockwise. Throws InputError when the rims cross or markers coincide.
+/// are counter-clockwise. Throws InputError, which names them, when two lines cross or markers coincide.
 std::vector<std::array<int, 3>> triangulate(const ControlMesh& mesh);
 
 /// Corners of the convex hull of `points` (rows), counter-clockwise.

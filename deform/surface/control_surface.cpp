@@ -180,6 +180,7 @@ ControlMesh buildControlMesh(const std::vector<std::string>& marker_names, const
                              const std::map<std::string, Eigen::Vector3d>& known, const FaceMesh* mesh,
                              const SurfacePlan& plan) {
   ControlMesh control = placePoints(marker_names, marker_rest, known, plan);
+  untangle(control);
   control.triangles = triangulate(control);
   expectFace(control);
   return mesh == nullptr ? control : fittedToMesh(control, *mesh, HeadTopology(*mesh, openingsOf(control)));

@@ -5,6 +5,7 @@
 #include <CGAL/Triangulation_vertex_base_with_info_2.h>
 #include <CGAL/convex_hull_2.h>
 #include <CGAL/property_map.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <numeric>
@@ -44,6 +45,24 @@ bool isInside(const ControlMesh& mesh, const std::vector<int>& rim, const Eigen:
   return inside;
 }
 
+/// Of `lines` the first that `line` crosses in the plane of the triangulation; `line` itself where rounding hides it.
+std::pair<int, int> crossedBy(const ControlMesh& mesh, std::pair<int, int> line,
+                              const std::set<std::pair<int, int>>& lines) {
+  const auto place = [&](int point) { return Kernel::Point_2(mesh.domain(point, 0), mesh.domain(point, 1)); };
+  const Kernel::Segment_2 segment(place(line.first), place(line.second));
+  const auto crossed = std::find_if(lines.begin(), lines.end(), [&](const std::pair<int, int>& other) {
+    const bool meet = other.first == line.first || other.first == line.second || other.second == line.first ||
+                      other.second == line.second;
+    return !meet && CGAL::do_intersect(segment, Kernel::Segment_2(place(other.first), place(other.second)));
+  });
+  return crossed != lines.end() ? *crossed : line;
+}
+
+std::string lineName(const ControlMesh& mesh, std::pair<int, int> line) {
+  const auto name = [&](int point) { return mesh.points[unsignedIndex(point)].name; };
+  return name(line.first) + " to " + name(line.second);
+}
+
 }  // namespace
 
 std::vector<std::array<int, 3>> triangulate(const ControlMesh& mesh) {
@@ -68,18 +87,17 @@ std::vector<std::array<int, 3>> triangulate(const ControlMesh& mesh) {
   if (!is_filled) lines.push_back(pointsOf(mesh, outerLipLine()));
   for (const std::array<int, 3>& triangle : mesh.wanted_triangles) lines.emplace_back(triangle.begin(), triangle.end());
   std::set<std::pair<int, int>> kept;  // a line given twice would count as one that crosses another
-  try {
-    for (const std::vector<int>& line : lines) {
-      for (std::size_t i = 0; i < line.size(); ++i) {
-        const int from = line[i], to = line[(i + 1) % line.size()];
-        if (!kept.emplace(std::min(from, to), std::max(from, to)).second) continue;
+  for (const std::vector<int>& line : lines) {
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      const int from = line[i], to = line[(i + 1) % line.size()];
+      if (!kept.emplace(std::min(from, to), std::max(from, to)).second) continue;
+      try {
         triangulation.insert_constraint(handles[unsignedIndex(from)], handles[unsignedIndex(to)]);
+      } catch (const Triangulation::Intersection_of_constraints_exception&) {
+        throw InputError(fmt::format("control surface: found the line {} that crosses {}; expected markers that lie as on a face",
+                                     lineName(mesh, {from, to}), lineName(mesh, crossedBy(mesh, {from, to}, kept))));
       }
     }
-  } catch (const Triangulation::Intersection_of_constraints_exception&) {
-    throw InputError(
-        "control surface: found lip lines, eye lines or edges of the layout's triangles that cross; expected markers "
-        "that lie as on a face");
   }
 
   std::vector<std::array<int, 3>> triangles;

@@ -195,6 +195,44 @@ TEST(ControlSurface, RefusesWhatIsNoFace) {
   EXPECT_THROW(buildControlMesh(face.names, MarkerPositions::Zero(face.rest.rows(), 3)), InputError);
 }
 
+TEST(ControlSurface, StandsWhereEyesAreShutAndClicksAreOff) {
+  const auto& face = sampleFace();
+  const auto builtWith = [&](auto&& change, const std::map<std::string, Eigen::Vector3d>& lids = {}) {
+    MarkerPositions rest = face.rest;
+    std::map<std::string, Eigen::Vector3d> known = face.known;
+    for (const auto& [name, place] : lids) known[name] = place;
+    change([&](const std::string& name) -> auto {
+      const auto row = std::find(face.names.begin(), face.names.end(), name) - face.names.begin();
+      return rest.row(row);
+    });
+    ControlMesh mesh;
+    EXPECT_NO_THROW(mesh = buildControlMesh(face.names, rest, known));
+    if (mesh.points.empty()) return mesh;
+    EXPECT_NO_THROW(checkControlMesh(mesh, "x.face"));
+    EXPECT_EQ(MarkerPositions(mesh.rest.topRows(rest.rows())), rest) << "only the plane's places may move";
+    return mesh;
+  };
+  const ControlMesh as_clicked = builtWith([](auto&&) {});
+  EXPECT_EQ(as_clicked.triangles, buildControlMesh(face.names, face.rest, face.known).triangles);
+  const Eigen::Vector3d lid = as_clicked.rest.row(indexOf(as_clicked, "LID_LO_R")).transpose();
+  builtWith([](auto&& at) { at("LID_UP_R") = at("LID_LO_R") - Eigen::RowVector3d(0, 1, 0); },
+            {{"LID_LO_IN_R", lid + Eigen::Vector3d(3, 4, 0)}, {"LID_UP_IN_R", lid + Eigen::Vector3d(3, 6, 0)}});
+  for (const double x : {-2.0, -4.0, -6.0}) {
+    builtWith([x](auto&& at) { at("LIP_CORNER_L") += Eigen::RowVector3d(x, 8, 0); });
+    builtWith([x](auto&& at) { at("LIP_CORNER_R") += Eigen::RowVector3d(-x, -8, 0); });
+  }
+  builtWith([](auto&& at) { at("LIP_LO_OUT_R") = at("LIP_UP_OUT_R") + Eigen::RowVector3d(1, -0.5, 0); });
+  std::mt19937 random(20261123);
+  std::uniform_real_distribution<double> off(-4, 4);
+  for (int round = 0; round < 200; ++round) {
+    SCOPED_TRACE(round);
+    builtWith([&](auto&& at) {
+      for (const char* name : {"LIP_CORNER_R", "LIP_CORNER_L", "LIP_UP_OUT_R", "LIP_LO_OUT_L", "LID_UP_L", "LID_LO_R"})
+        at(name) += Eigen::RowVector3d(off(random), off(random), 0);
+    });
+  }
+}
+
 TEST(ControlSurface, StandsOnMarkersAlone) {
   const ControlMesh mesh = buildControlMesh(sampleFace().names, sampleFace().rest);
   EXPECT_GT(mesh.triangles.size(), 150U);
