@@ -54,7 +54,8 @@ SlurmdPort=16818
 SlurmUser=root
 SlurmdUser=root
 AuthType=auth/munge
-AuthInfo=socket=$work/munge.sock
+# A requeued task waits as long as a credential lives, by default two minutes.
+AuthInfo=socket=$work/munge.sock,cred_expire=10
 CredType=cred/munge
 StateSaveLocation=$work/state
 SlurmdSpoolDir=$work/spool
