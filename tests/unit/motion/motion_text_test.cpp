@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -54,6 +55,23 @@ TEST(MotionCsv, TakesCarriageReturnsBlankLinesAndNan) {
   EXPECT_EQ(clip.frame_rate_hz, 2.0);
   EXPECT_EQ(clip.position(FrameIndex(0), MarkerIndex(0)), Eigen::Vector3d(1, 2, 3));
   EXPECT_TRUE(clip.position(FrameIndex(1), MarkerIndex(0)).array().isNaN().all()) << "half a position is none";
+}
+
+TEST(MotionCsv, APositionThatLacksACoordinateIsNone) {
+  for (const char* row : {",2,3", "1,,3", "1,2,"}) {
+    const MotionClip clip =
+        readMotionCsvText("time_s,A.x,A.y,A.z,B.x,B.y,B.z\n0," + std::string(row) + ",4,5,6\n1,1,2,3,4,5,6\n", "t.csv");
+    EXPECT_TRUE(clip.position(FrameIndex(0), MarkerIndex(0)).array().isNaN().all()) << row;
+    EXPECT_EQ(clip.position(FrameIndex(0), MarkerIndex(1)), Eigen::Vector3d(4, 5, 6)) << row;
+  }
+}
+
+TEST(MotionCsv, FindsTheRateThatWasMeantInAFewRoundedTimes) {
+  for (const double rate_hz : {24 / 1.001, 25.0, 30 / 1.001, 60 / 1.001, 12.5, 33.33, 59.9}) {
+    std::string text = "time_s,A.x,A.y,A.z\n";
+    for (int row = 0; row < 3; ++row) text += fmt::format("{:.6f},1,2,3\n", row / rate_hz);
+    EXPECT_DOUBLE_EQ(readMotionCsvText(text, "t.csv").frame_rate_hz, rate_hz);
+  }
 }
 
 TEST(MotionCsv, NamesTheLineThatIsWrong) {
