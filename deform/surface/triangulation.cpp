@@ -94,8 +94,9 @@ std::vector<std::array<int, 3>> triangulate(const ControlMesh& mesh) {
       try {
         triangulation.insert_constraint(handles[unsignedIndex(from)], handles[unsignedIndex(to)]);
       } catch (const Triangulation::Intersection_of_constraints_exception&) {
-        throw InputError(fmt::format("control surface: found the line {} that crosses {}; expected markers that lie as on a face",
-                                     lineName(mesh, {from, to}), lineName(mesh, crossedBy(mesh, {from, to}, kept))));
+        throw InputError(
+            fmt::format("control surface: found the line {} that crosses {}; expected markers that lie as on a face",
+                        lineName(mesh, {from, to}), lineName(mesh, crossedBy(mesh, {from, to}, kept))));
       }
     }
   }

@@ -26,6 +26,11 @@ bool isOfLips(const FaceFault& fault) { return fault.limit == "closures" || faul
 
 bool meetWrongly(const FaceJudgement& found) { return std::any_of(found.faults.begin(), found.faults.end(), isOfLips); }
 
+bool leavesOpen(const FaceJudgement& found) {
+  return std::any_of(found.faults.begin(), found.faults.end(),
+                     [](const FaceFault& fault) { return fault.limit == "closures"; });
+}
+
 bool canBeMended(const FaceJudgement& found) {
   return !found.faults.empty() && (!found.torn.empty() || meetWrongly(found));
 }
@@ -87,7 +92,8 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
       FaceRig moved = FaceRig::of(tried, rig.mesh(), rig.name());
       const FaceJudgement before = std::exchange(last, judgeFace(moved, tried, poses, actor));
       const bool closes_more = last.faults.size() == judged.faults.size() && last.touching > judged.touching;
-      if (last.faults.size() < judged.faults.size() || closes_more) {
+      const bool opens = leavesOpen(last) && !leavesOpen(judged);  // a mouth that closes is worth more than any of them
+      if ((last.faults.size() < judged.faults.size() && !opens) || closes_more) {
         face = tried;
         rig = std::move(moved);
         judged = last;

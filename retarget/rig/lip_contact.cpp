@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <unordered_map>
 
@@ -24,11 +25,15 @@ constexpr double kLips = 0.12;            ///< and are looked at this far
 constexpr double kBetweenCorners = 0.35;  ///< and this far to both sides: at the corners the lips are one
 constexpr double kMostCuts = 64;          ///< points looked at on an edge
 constexpr double kDeepest = 0.2;          ///< further behind a surface a point is elsewhere, not inside it
-constexpr double kDeepInLip = 0.06;     ///< the same of a lip: where it is deeper in, other places are as deep as this
-constexpr double kDeepInTongue = 0.06;  ///< and of the tongue, which is soft
-constexpr double kStraight = 0.7;       ///< cosine to the normal of a way straight out of the tongue
-constexpr double kOpposed = -0.3;       ///< cosine between two surfaces that meet
-constexpr double kOnBorder = 1e-9;      ///< a weight below this: the closest point lies on the opposite edge
+constexpr double kDeepInLip = 0.06;      ///< the same of a lip: where it is deeper in, other places are as deep as this
+constexpr double kDoubtfulFrom = 0.005;  ///< what seems deeper in a lip is looked at twice
+constexpr double kDeepInTongue = 0.06;   ///< and of the tongue, which is soft
+constexpr double kStraight = 0.7;        ///< cosine to the normal of a way straight out of the tongue
+constexpr double kOpposed = -0.3;        ///< cosine between two surfaces that meet
+/// Winding number of a lip's open surface about what is in its flesh: 0.2 to 0.9; in the mouth beyond a fold it is
+/// -0.1.
+constexpr double kInFlesh = 0.1;
+constexpr double kOnBorder = 1e-9;  ///< a weight below this: the closest point lies on the opposite edge
 constexpr std::size_t kColumns = LipContact::kColumns;
 constexpr std::size_t kNoColumn = kColumns;
 
@@ -83,6 +88,7 @@ class PosedSurface {
  public:
   PosedSurface(const Surface& surface, const VertexPositions& vertices)
       : surface_(surface),
+        vertices_(vertices),
         tree_(vertices, surface.triangles, TriangleTree::Use::kWithoutStarts),
         at_corners_(VertexPositions::Zero(vertices.rows(), 3)) {
     for (const Triangle& t : surface.triangles) {
@@ -130,12 +136,26 @@ class PosedSurface {
     return is_inside && sum.normalized().dot(facing) < kOpposed ? -distance : distance;
   }
 
+  /// Whether the surface lies around `p`, by the winding number of surfaces that are open (Jacobson et al. 2013) and
+  /// the solid angles of its triangles (Van Oosterom and Strackee 1983): behind the nearest place there may be a fold.
+  [[nodiscard]] bool surrounds(const Eigen::Vector3d& p) const {
+    double half_angles = 0;
+    for (const Triangle& t : surface_.triangles) {
+      const Eigen::Vector3d a = pointAt(vertices_, t[0]) - p, b = pointAt(vertices_, t[1]) - p,
+                            c = pointAt(vertices_, t[2]) - p;
+      const double la = a.norm(), lb = b.norm(), lc = c.norm();
+      half_angles += std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+    }
+    return half_angles > kInFlesh * 2 * std::numbers::pi;
+  }
+
   [[nodiscard]] Eigen::Vector3d normalAt(const LipPoint& point) const {
     return placeOf(point, at_corners_).normalized();
   }
 
  private:
   const Surface& surface_;
+  const VertexPositions& vertices_;
   TriangleTree tree_;
   std::vector<Eigen::Vector3d> normals_;
   VertexPositions at_corners_;
@@ -223,7 +243,7 @@ class Chooser {
 }  // namespace
 
 struct LipContactMeter::Data {
-  double deepest = 0, deep_in_lip = 0, deep_in_tongue = 0;
+  double deepest = 0, deep_in_lip = 0, deep_in_tongue = 0, doubtful_from = 0;
   Lip upper, lower;
   Surface teeth, tongue;
 };
@@ -233,6 +253,7 @@ LipContactMeter::LipContactMeter(const FaceMesh& mesh, const ControlMesh& contro
   auto data = std::make_unique<Data>();
   data->deepest = kDeepest * control.mouth_width;
   data->deep_in_lip = kDeepInLip * control.mouth_width;
+  data->doubtful_from = kDoubtfulFrom * control.mouth_width;
   data->deep_in_tongue = kDeepInTongue * control.mouth_width;
   data->upper = chooser.lipOff(kLowerLip);
   data->lower = chooser.lipOff(kUpperLip);
@@ -272,8 +293,11 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
         return distance;
       };
       const double gap_here = point.column == kNoColumn ? 0.0 : std::max(0.0, gaps[point.column]);
-      if (const auto gap = isSeen(other, gap_here, 0, to_lip); gap && *gap > -data_->deep_in_lip) {
-        double& overlap = contact.overlaps[point.across];
+      double& overlap = contact.overlaps[point.across];
+      const auto isInFlesh = [&](double depth) {
+        return depth <= std::max(overlap, data_->doubtful_from) || other.surrounds(p);
+      };
+      if (const auto gap = isSeen(other, gap_here, 0, to_lip); gap && *gap > -data_->deep_in_lip && isInFlesh(-*gap)) {
         overlap = std::max(overlap, -*gap);
         if (point.column != kNoColumn) gaps[point.column] = std::min(gaps[point.column], *gap);
       }

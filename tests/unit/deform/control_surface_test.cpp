@@ -201,7 +201,7 @@ TEST(ControlSurface, StandsWhereEyesAreShutAndClicksAreOff) {
     MarkerPositions rest = face.rest;
     std::map<std::string, Eigen::Vector3d> known = face.known;
     for (const auto& [name, place] : lids) known[name] = place;
-    change([&](const std::string& name) -> auto {
+    change([&](const std::string& name) -> auto{
       const auto row = std::find(face.names.begin(), face.names.end(), name) - face.names.begin();
       return rest.row(row);
     });
