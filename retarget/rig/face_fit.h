@@ -62,8 +62,9 @@ struct LipContact {
   /// Between the lips' surfaces where it is widest over the middle half of the mouth; below zero: everywhere
   /// overlapping.
   double gap = 0;
-  double overlap = 0;   ///< deepest place of one lip inside the other
-  double in_teeth = 0;  ///< deepest place of a lip inside teeth or gums
+  double overlap = 0;          ///< deepest place of one lip inside the other
+  double seeming_overlap = 0;  ///< the same with places beyond a fold, which only seem to be inside
+  double in_teeth = 0;         ///< deepest place of a lip inside teeth or gums
   double in_tongue = 0;
   static constexpr std::size_t kColumns = 10;  ///< over the middle half of the mouth, from its right to its left
   std::array<double, kColumns> gaps{};         ///< between the lips' surfaces in each; `gap` is the largest

@@ -442,7 +442,7 @@ FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) con
   const auto gapOf = [&](std::size_t row) { return mm_ * seen[row].contact.gap; };
   // Of lips that are apart it cannot be told what is in front and what behind.
   const auto overlapOf = [&](std::size_t row) {
-    return seen[row].is_measured && gapOf(row) <= kNearMm ? seen[row].contact.overlap : at_rest_.overlap;
+    return seen[row].is_measured && gapOf(row) <= kNearMm ? seen[row].contact.overlap : at_rest_.seeming_overlap;
   };
   const std::size_t ratio = worstBy([&](std::size_t row) { return seen[row].ratio.value; });
   const std::size_t growth = worstBy([&](std::size_t row) { return seen[row].growth.value; });
@@ -478,7 +478,7 @@ FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) con
   for (std::size_t row = 0; row < count; ++row) {
     if (!seen[row].is_measured || gapOf(row) > kNearMm) continue;
     for (std::size_t c = 0; c < kLipColumns; ++c)
-      found.overlaps[c] = std::max(found.overlaps[c], seen[row].contact.overlaps[c] - at_rest_.overlap);
+      found.overlaps[c] = std::max(found.overlaps[c], seen[row].contact.overlaps[c] - at_rest_.seeming_overlap);
   }
   std::vector<std::uint32_t> lips;
   for (std::size_t i = 0; i < skin_at_.size(); ++i) {
@@ -489,7 +489,7 @@ FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) con
   found.edge_growth_mm = seen[growth].growth.value;
   found.jump_ratio = seen[jump].jump.value;
   found.turned_over_mm2 = seen[turned].turned_mm2;
-  found.lips_overlap_mm = mm_ * std::max(0.0, overlapOf(overlap) - at_rest_.overlap);
+  found.lips_overlap_mm = mm_ * std::max(0.0, overlapOf(overlap) - at_rest_.seeming_overlap);
   found.in_teeth_mm = mm_ * std::max(0.0, seen[teeth].contact.in_teeth - at_rest_.in_teeth);
   found.in_tongue_mm = mm_ * std::max(0.0, seen[tongue].contact.in_tongue - at_rest_.in_tongue);
   found.motion_share = markers > 0 ? std::sqrt(skin / markers) : 1;

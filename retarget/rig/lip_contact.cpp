@@ -294,12 +294,13 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
       };
       const double gap_here = point.column == kNoColumn ? 0.0 : std::max(0.0, gaps[point.column]);
       double& overlap = contact.overlaps[point.across];
-      const auto isInFlesh = [&](double depth) {
-        return depth <= std::max(overlap, data_->doubtful_from) || other.surrounds(p);
-      };
-      if (const auto gap = isSeen(other, gap_here, 0, to_lip); gap && *gap > -data_->deep_in_lip && isInFlesh(-*gap)) {
-        overlap = std::max(overlap, -*gap);
-        if (point.column != kNoColumn) gaps[point.column] = std::min(gaps[point.column], *gap);
+      if (const auto gap = isSeen(other, gap_here, 0, to_lip); gap && *gap > -data_->deep_in_lip) {
+        const double depth = -*gap;
+        contact.seeming_overlap = std::max(contact.seeming_overlap, depth);
+        if (depth <= std::max(overlap, data_->doubtful_from) || other.surrounds(p)) {
+          overlap = std::max(overlap, depth);
+          if (point.column != kNoColumn) gaps[point.column] = std::min(gaps[point.column], *gap);
+        }
       }
       if (const auto gap = isSeen(teeth, 0, 0, to_teeth); gap && *gap > -data_->deepest)
         contact.in_teeth = std::max(contact.in_teeth, -*gap);
