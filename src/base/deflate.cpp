@@ -1,8 +1,12 @@
 #include "base/deflate.h"
 
 #include <libdeflate.h>
+#include <zlib.h>
 
+#include <algorithm>
+#include <limits>
 #include <memory>
+#include <new>
 
 #include "base/errors.h"
 
@@ -40,6 +44,24 @@ std::optional<std::string> inflated(std::string_view packed, std::size_t expecte
       decompress(decompressor.get(), packed.data(), packed.size(), bytes.data(), bytes.size(), &taken, nullptr);
   if (result != LIBDEFLATE_SUCCESS || taken != packed.size()) return std::nullopt;
   return bytes;
+}
+
+std::optional<std::string> inflatedStart(std::string_view packed, std::size_t count) {
+  if (count / kMostInflation > packed.size()) return std::nullopt;
+  std::string bytes(count, '\0');
+  if (count == 0) return bytes;
+  // libdeflate unpacks whole streams alone.
+  z_stream stream{};
+  if (inflateInit(&stream) != Z_OK) throw std::bad_alloc();
+  constexpr std::size_t kMost = std::numeric_limits<uInt>::max();
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
+  stream.avail_in = static_cast<uInt>(std::min(packed.size(), kMost));
+  stream.next_out = reinterpret_cast<Bytef*>(bytes.data());
+  stream.avail_out = static_cast<uInt>(std::min(count, kMost));
+  const int result = inflate(&stream, Z_SYNC_FLUSH);
+  const bool is_whole = (result == Z_OK || result == Z_STREAM_END) && stream.total_out == count;
+  inflateEnd(&stream);
+  return is_whole ? std::optional(std::move(bytes)) : std::nullopt;
 }
 
 }  // namespace mouthpiece

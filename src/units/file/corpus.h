@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,9 @@ class MotionSource {
   virtual ~MotionSource() = default;
   /// Throws InputError when the take's motion is damaged.
   [[nodiscard]] virtual MotionClip load(TakeIndex take) const = 0;
+  /// Of each frame of load(take), whether some marker is not seen in it; nothing where that is no sooner told than by
+  /// loading. Throws InputError as load() does.
+  [[nodiscard]] virtual std::optional<std::vector<bool>> loadUnseen(TakeIndex /*take*/) const { return std::nullopt; }
   /// The take's sound. Throws InputError when it is damaged.
   [[nodiscard]] virtual AudioClip loadAudio(TakeIndex take) const = 0;
   /// Of a corpus with a trajectory model; empty: not kept. Throws InputError when they are damaged.

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -228,6 +229,24 @@ void readPositions(const CheckedQuery& row, std::size_t frames, MotionClip& clip
   clip.positions_mm = positions.cast<double>();
 }
 
+/// Of the take whose row of `motion` is at hand: of each frame, whether some marker is not seen in it.
+std::vector<bool> readUnseen(const CheckedQuery& row, std::size_t frames, std::size_t markers) {
+  const std::string_view blob = row.blob(1);
+  const std::size_t row_bytes = 3 * markers * sizeof(float);
+  if (blob.size() != frames * row_bytes) {
+    std::optional<std::vector<bool>> unseen = unpackedUnseen(blob, frames, signedIndex(3 * markers));
+    if (!unseen) failBlob(row, blob, frames, row_bytes);
+    return std::move(*unseen);
+  }
+  std::vector<bool> unseen;
+  std::vector<float> positions(3 * markers);
+  for (std::size_t frame = 0; frame < frames; ++frame) {
+    std::memcpy(positions.data(), blob.data() + frame * row_bytes, row_bytes);
+    unseen.push_back(std::any_of(positions.begin(), positions.end(), [](float mm) { return std::isnan(mm); }));
+  }
+  return unseen;
+}
+
 /// Calls read(row, take) for each row of a table that has one a take.
 template <typename Read>
 void readTakeRows(SqliteDatabase& database, const char* table, std::size_t takes, const Read& read) {
@@ -278,6 +297,12 @@ class FileMotionSource : public MotionSource {
     MotionClip clip{rates_[take.value].frames_hz, marker_names_, {}};
     readPositions(motion_, sizes_[take.value].frames, clip);
     return clip;
+  }
+
+  [[nodiscard]] std::optional<std::vector<bool>> loadUnseen(TakeIndex take) const override {
+    const std::scoped_lock lock(mutex_);
+    motion_.find(signedIndex(take.value));
+    return readUnseen(motion_, sizes_[take.value].frames, marker_names_.size());
   }
 
   [[nodiscard]] PhoneShapes loadShapes(TakeIndex take) const override {

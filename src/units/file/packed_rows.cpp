@@ -23,7 +23,8 @@ std::uint64_t folded(std::uint64_t difference) {
   const bool is_negative = (difference >> (8 * kPlanes - 1) & 1) != 0;
   return (is_negative ? ~(difference << 1) : difference << 1) & kMask;
 }
-std::uint64_t unfolded(std::uint64_t number) { return ((number & 1) != 0 ? ~(number >> 1) : number >> 1) & kMask; }
+/// The same back, but for what lies above the planes.
+std::uint64_t unfolded(std::uint64_t number) { return number >> 1 ^ (~(number & 1) + 1); }
 
 }  // namespace
 
@@ -62,20 +63,32 @@ std::optional<FloatMatrix> unpackedPositions(std::string_view packed, std::size_
   for (Eigen::Index column = 0; column < columns; ++column) {
     const std::size_t start = unsignedIndex(column) * frames;
     const char* const unseen = bytes->data() + unsignedIndex(column) / 3 * frames;
+    // Sums modulo 2^64 are right modulo 2^40, too, which the last shifts leave.
     std::uint64_t position = 0, difference = 0;
-    for (std::size_t frame = 0; frame < frames; ++frame) {
+    float* to = positions.data() + column;
+    for (std::size_t frame = 0; frame < frames; ++frame, to += columns) {
       std::uint64_t number = 0;
       for (std::size_t plane = kPlanes; plane-- > 0;)
         number = number << 8U | static_cast<unsigned char>(planes[plane * numbers + start + frame]);
       difference += unfolded(number);
-      position = (position + difference) & kMask;
-      const bool is_negative = (position >> (8 * kPlanes - 1) & 1) != 0;
-      const auto step = static_cast<std::int64_t>(is_negative ? position | ~kMask : position);
-      positions(signedIndex(frame), column) =
-          unseen[frame] != 0 ? std::numeric_limits<float>::quiet_NaN() : asFloat(asReal(step) * kPackedStepMm);
+      position += difference;
+      constexpr int kAbove = 64 - 8 * static_cast<int>(kPlanes);
+      const std::int64_t step = static_cast<std::int64_t>(position << kAbove) >> kAbove;
+      *to = unseen[frame] != 0 ? std::numeric_limits<float>::quiet_NaN() : asFloat(asReal(step) * kPackedStepMm);
     }
   }
   return positions;
+}
+
+std::optional<std::vector<bool>> unpackedUnseen(std::string_view packed, std::size_t frames, Eigen::Index columns) {
+  const std::size_t markers = unsignedIndex(columns) / 3;
+  const std::optional<std::string> bytes = inflatedStart(packed, frames * markers);
+  if (!bytes) return std::nullopt;
+  std::vector<bool> unseen(frames, false);
+  for (std::size_t i = 0; i < bytes->size(); ++i) {
+    if ((*bytes)[i] != 0) unseen[i % frames] = true;
+  }
+  return unseen;
 }
 
 std::optional<std::string> packedSamples(const std::vector<std::int16_t>& samples) {

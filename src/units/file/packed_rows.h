@@ -21,6 +21,8 @@ inline constexpr double kPackedStepMm = 1.0 / 1024;
 std::optional<std::string> packedPositions(const FloatMatrix& positions);
 /// What packedPositions() made; nullopt for anything else. Memory is reserved for no more than `packed` can hold.
 std::optional<FloatMatrix> unpackedPositions(std::string_view packed, std::size_t frames, Eigen::Index columns);
+/// Of each frame of the same, whether some marker was not seen in it: a look at the packed bytes' beginning.
+std::optional<std::vector<bool>> unpackedUnseen(std::string_view packed, std::size_t frames, Eigen::Index columns);
 
 /// A FLAC file of the samples; nullopt where it would not be smaller than the samples.
 std::optional<std::string> packedSamples(const std::vector<std::int16_t>& samples);

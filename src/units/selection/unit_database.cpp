@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <optional>
 
 #include "base/errors.h"
 
@@ -25,8 +26,10 @@ std::size_t diphoneIndex(Phone a, Phone b) {
 
 }  // namespace
 
+/// What is known of a take, each part when it is first asked for: a line looks at many takes and needs of most of them
+/// only what was seen.
 struct UnitDatabase::TakeFacts {
-  std::once_flag once;
+  std::once_flag has_motion, has_unseen, has_lips;
   MotionClip loaded;                         ///< empty when the corpus has it already
   std::vector<std::uint32_t> unseen_before;  ///< frames with a NaN among the first k
   std::vector<PhoneLips> lips;               ///< one a phone
@@ -87,23 +90,41 @@ Eigen::RowVectorXd poseAt(const MotionClip& motion, const std::vector<Eigen::Ind
 }
 
 double UnitDatabase::openingLeft(const PhonePlace& place) const {
-  return factsOf(place.take).opening_left_mm[place.phone.value];
+  return lipFactsOf(place.take).opening_left_mm[place.phone.value];
 }
 
-const UnitDatabase::TakeFacts& UnitDatabase::factsOf(TakeIndex take) const {
+const MotionClip& UnitDatabase::motionOf(TakeIndex take) const {
+  if (corpus_.motion_source == nullptr) return corpus_.takes[take.value].motion;
   TakeFacts& facts = facts_[take.value];
-  std::call_once(facts.once, [&] {
-    const CorpusTake& own = corpus_.takes[take.value];
-    if (corpus_.motion_source != nullptr) facts.loaded = corpus_.motion_source->load(take);
-    const MotionClip& motion = corpus_.motion_source != nullptr ? facts.loaded : own.motion;
-    facts.unseen_before.push_back(0);
-    for (Eigen::Index frame = 0; frame < motion.positions_mm.rows(); ++frame) {
+  std::call_once(facts.has_motion, [&] { facts.loaded = corpus_.motion_source->load(take); });
+  return facts.loaded;
+}
+
+const std::vector<std::uint32_t>& UnitDatabase::unseenBefore(TakeIndex take) const {
+  TakeFacts& facts = facts_[take.value];
+  std::call_once(facts.has_unseen, [&] {
+    std::optional<std::vector<bool>> unseen;
+    if (corpus_.motion_source != nullptr) unseen = corpus_.motion_source->loadUnseen(take);
+    if (!unseen) {
+      const PositionMatrix& positions = motionOf(take).positions_mm;
       // A sum is NaN as soon as one of its terms is; positions are finite or NaN.
-      const bool unseen = std::isnan(motion.positions_mm.row(frame).sum());
-      facts.unseen_before.push_back(facts.unseen_before.back() + (unseen ? 1U : 0U));
+      unseen.emplace();
+      for (Eigen::Index frame = 0; frame < positions.rows(); ++frame)
+        unseen->push_back(std::isnan(positions.row(frame).sum()));
     }
+    facts.unseen_before.push_back(0);
+    for (const bool is_unseen : *unseen)
+      facts.unseen_before.push_back(facts.unseen_before.back() + (is_unseen ? 1U : 0U));
+  });
+  return facts.unseen_before;
+}
+
+const UnitDatabase::TakeFacts& UnitDatabase::lipFactsOf(TakeIndex take) const {
+  TakeFacts& facts = facts_[take.value];
+  std::call_once(facts.has_lips, [&] {
+    const MotionClip& motion = motionOf(take);
     const auto columns = signedIndex(lip_columns_.size());
-    for (const LabelledPhone& phone : own.labels.phones) {
+    for (const LabelledPhone& phone : corpus_.takes[take.value].labels.phones) {
       const double tightest = lips_.hasLips() ? lips_.tightest(motion, phone.span) : std::nan("");
       facts.opening_left_mm.push_back(std::isnan(tightest) ? 0 : tightest - neutral_opening_mm_);
       PhoneLips& lips = facts.lips.emplace_back();
@@ -124,12 +145,8 @@ const UnitDatabase::TakeFacts& UnitDatabase::factsOf(TakeIndex take) const {
   return facts;
 }
 
-const MotionClip& UnitDatabase::motionOf(TakeIndex take) const {
-  return corpus_.motion_source != nullptr ? factsOf(take).loaded : corpus_.takes[take.value].motion;
-}
-
 const PhoneLips& UnitDatabase::lipsOf(const PhonePlace& place) const {
-  return factsOf(place.take).lips[place.phone.value];
+  return lipFactsOf(place.take).lips[place.phone.value];
 }
 
 const PackedShapes& UnitDatabase::shapesOf(TakeIndex take) const {
@@ -148,17 +165,16 @@ const PackedShapes& UnitDatabase::shapesOf(TakeIndex take) const {
 }
 
 bool UnitDatabase::isSeen(const PhonePlace& first, std::size_t phone_count) const {
-  const MotionClip& motion = motionOf(first.take);
   const LabelledPhone& last = takeOf(first).labels.phones[first.phone.value + phone_count - 1];
-  const double rate = motion.frame_rate_hz;
-  const auto frames = asReal(motion.frameCount());
+  const std::vector<std::uint32_t>& unseen_before = unseenBefore(first.take);
+  const double rate = takeOf(first).motion.frame_rate_hz;
+  const auto frames = asReal(unseen_before.size() - 1);
   // The last silence may outlast the capture: the pose is held there. Speech may not, but for one frame's rounding.
   const Seconds needed = last.phone == Phone::kSil ? last.span.start : last.span.end;
   if (needed * rate > frames) return false;
-  const TakeFacts& facts = factsOf(first.take);
   const double begin = std::clamp(std::floor(phoneAt(first).span.start * rate), 0.0, frames - 1);
   const double end = std::clamp(std::ceil(last.span.end * rate) + 1, begin + 1, frames);
-  return facts.unseen_before[static_cast<std::size_t>(end)] == facts.unseen_before[static_cast<std::size_t>(begin)];
+  return unseen_before[static_cast<std::size_t>(end)] == unseen_before[static_cast<std::size_t>(begin)];
 }
 
 }  // namespace mouthpiece

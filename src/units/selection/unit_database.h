@@ -74,7 +74,8 @@ class UnitDatabase {
  private:
   struct TakeFacts;
   struct TakeShapes;
-  [[nodiscard]] const TakeFacts& factsOf(TakeIndex take) const;
+  [[nodiscard]] const std::vector<std::uint32_t>& unseenBefore(TakeIndex take) const;
+  [[nodiscard]] const TakeFacts& lipFactsOf(TakeIndex take) const;
   [[nodiscard]] const PackedShapes& shapesOf(TakeIndex take) const;
 
   const Corpus& corpus_;
@@ -83,7 +84,7 @@ class UnitDatabase {
   double neutral_opening_mm_ = 0;
   std::vector<Eigen::Index> lip_columns_;
   std::vector<std::vector<PhonePlace>> diphones_;  ///< kPhoneCount x kPhoneCount
-  std::unique_ptr<TakeFacts[]> facts_;             ///< one a take, filled when first asked for
+  std::unique_ptr<TakeFacts[]> facts_;             ///< one a take
   std::unique_ptr<TakeShapes[]> shapes_;           ///< the same
 };
 

@@ -61,5 +61,16 @@ TEST(Deflate, NothingComesOfAStreamThatIsNotWhole) {
   }
 }
 
+TEST(Deflate, TheBeginningOfAStreamIsReadAlone) {
+  const std::string bytes = someBytes(5000, 3), packed = deflated(bytes, 4);
+  for (const std::size_t count : {0U, 1U, 999U, 5000U}) EXPECT_EQ(inflatedStart(packed, count), bytes.substr(0, count));
+  EXPECT_EQ(inflatedStart(packed.substr(0, packed.size() / 2), 1000), bytes.substr(0, 1000)) << "the rest is not read";
+  EXPECT_FALSE(inflatedStart(packed, 5001));
+  EXPECT_FALSE(inflatedStart(packed.substr(0, packed.size() / 2), 5000));
+  EXPECT_FALSE(inflatedStart("", 1));
+  EXPECT_FALSE(inflatedStart("neither zlib nor anything like it", 100));
+  EXPECT_FALSE(inflatedStart(packed, std::size_t{1} << 60)) << "more than any stream of that length makes";
+}
+
 }  // namespace
 }  // namespace mouthpiece

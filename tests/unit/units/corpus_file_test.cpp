@@ -488,6 +488,9 @@ TEST_F(CorpusFile, WritesTakesFromTheirSourceAndLoadsThemOneByOne) {
     EXPECT_EQ(loaded.positions_mm, whole.takes[i].motion.positions_mm);
     EXPECT_EQ(loaded.positions_mm, first.positions_mm.cast<float>().cast<double>());
     EXPECT_EQ(loaded.frame_rate_hz, whole.takes[i].motion.frame_rate_hz);
+    std::vector<bool> unseen;
+    for (const auto& frame : loaded.positions_mm.rowwise()) unseen.push_back(frame.hasNaN());
+    EXPECT_EQ(open.motion_source->loadUnseen(TakeIndex(i)), unseen);
     EXPECT_TRUE(open.motion_source->loadAudio(TakeIndex(i)).samples.empty());
   }
   EXPECT_THROW((void)open.motion_source->load(TakeIndex(whole.takes.size())), InputError);
@@ -507,6 +510,37 @@ class CountingSource : public MotionSource {
  private:
   Corpus corpus_;
 };
+
+/// Tells what was seen without being loaded.
+class TellingSource final : public CountingSource {
+ public:
+  using CountingSource::CountingSource;
+  [[nodiscard]] std::optional<std::vector<bool>> loadUnseen(TakeIndex take) const override {
+    std::vector<bool> unseen;
+    const MotionClip clip = load(take);
+    --loads;
+    for (const auto& frame : clip.positions_mm.rowwise()) unseen.push_back(frame.hasNaN());
+    return unseen;
+  }
+};
+
+TEST(UnitDatabaseTest, AsksTheSourceWhatWasSeenBeforeItLoads) {
+  Corpus corpus = testing::tinyCorpus();
+  corpus.takes[0].motion.positions_mm.block(20, 3, 2, 3).setConstant(std::nan(""));
+  const UnitDatabase in_memory(corpus);
+  for (const bool tells : {true, false}) {
+    const std::shared_ptr<CountingSource> source =
+        tells ? std::make_shared<TellingSource>(corpus) : std::make_shared<CountingSource>(corpus);
+    Corpus on_demand = corpus;
+    on_demand.motion_source = source;
+    const UnitDatabase database(on_demand);
+    for (std::size_t first = 0; first < corpus.takes[0].labels.phones.size(); ++first) {
+      const PhonePlace place{TakeIndex(0), PhoneIndex(first)};
+      EXPECT_EQ(database.isSeen(place, 1), in_memory.isSeen(place, 1)) << first;
+    }
+    EXPECT_EQ(source->loads, tells ? 0 : 1);
+  }
+}
 
 TEST(UnitDatabaseTest, ForgetsTakesAndLoadsThemAgain) {
   Corpus corpus = testing::tinyCorpus();

@@ -46,6 +46,22 @@ TEST(PackedPositions, AreTheSameAgainAndSmaller) {
   EXPECT_TRUE(isSame(positions, *again));
 }
 
+TEST(PackedPositions, TellWhichFramesWereNotWhollySeen) {
+  FloatMatrix positions = smoothMotion(300, 12);
+  positions.block(40, 3, 25, 3).setConstant(kUnseen);
+  positions.block(299, 9, 1, 3).setConstant(kUnseen);
+  const std::string packed = packedPositions(positions).value();
+  const std::optional<std::vector<bool>> unseen = unpackedUnseen(packed, 300, 12);
+  ASSERT_TRUE(unseen);
+  ASSERT_EQ(unseen->size(), 300U);
+  for (Eigen::Index frame = 0; frame < 300; ++frame)
+    EXPECT_EQ((*unseen)[unsignedIndex(frame)], positions.row(frame).hasNaN()) << frame;
+  EXPECT_FALSE(unpackedUnseen("", 300, 12));
+  EXPECT_FALSE(unpackedUnseen(packed.substr(0, 8), 300, 12));
+  EXPECT_FALSE(unpackedUnseen("no stream at all, but long enough for one", 300, 12));
+  EXPECT_FALSE(unpackedUnseen(packed, 10'000'000, 300'000)) << "no memory for what it cannot hold";
+}
+
 TEST(PackedPositions, ReachAsFarAsAPositionMay) {
   FloatMatrix positions = FloatMatrix::Zero(400, 3);
   positions(100, 0) = 1e7F;
