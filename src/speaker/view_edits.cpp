@@ -16,13 +16,17 @@ constexpr std::size_t kMostOffers = 6;
 
 std::vector<std::vector<UnitOffer>> offersFor(const UtteranceAnimation& animation, const UnitDatabase& database) {
   const std::vector<CorpusTake>& takes = database.corpus().takes;
-  std::vector<std::vector<UnitOffer>> offers;
+  std::vector<SelectedUnit> units;
   for (const PlacedUnit& unit : animation.units) {
-    std::vector<UnitOffer>& own = offers.emplace_back();
     const auto take =
         std::find_if(takes.begin(), takes.end(), [&](const CorpusTake& each) { return each.name == unit.take; });
     const PhonePlace source{TakeIndex(unsignedIndex(take - takes.begin())), unit.source_first};
-    for (const SelectedUnit& other : otherUnits(animation.labels, database, unit.phones, source, kMostOffers)) {
+    units.push_back({unit.phones, source, 0, 0, false, {}});
+  }
+  std::vector<std::vector<UnitOffer>> offers;
+  for (const std::vector<SelectedUnit>& others : otherUnits(animation.labels, database, units, kMostOffers)) {
+    std::vector<UnitOffer>& own = offers.emplace_back();
+    for (const SelectedUnit& other : others) {
       const CorpusTake& from = database.takeOf(other.source);
       own.push_back(
           {other.phones, from.name, from.labels.phones[other.source.phone.value].span.start, other.target_cost});
@@ -46,11 +50,18 @@ PositionMatrix posesOf(const VisemePoses& poses, std::vector<std::string>& names
 /// Least squares: the shapes' weights that come nearest to each row of vertices' displacements.
 RowMajorMatrixF weightsOf(const RowMajorMatrixF& moves, const PrincipalShapes& shapes) {
   constexpr double kRidge = 1e-4;
-  const Eigen::MatrixXd basis = shapes.shapes.cast<double>();
-  Eigen::MatrixXd normal = basis * basis.transpose();
+  constexpr Eigen::Index kColumnsAtOnce = 1536;
+  const Eigen::Index count = shapes.shapeCount();
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(count, count), target = Eigen::MatrixXd::Zero(count, moves.rows());
+  // Block by block: all shapes as doubles are twice as large as they are.
+  for (Eigen::Index first = 0; first < moves.cols(); first += kColumnsAtOnce) {
+    const Eigen::Index columns = std::min(kColumnsAtOnce, moves.cols() - first);
+    const Eigen::MatrixXd basis = shapes.shapes.middleCols(first, columns).cast<double>();
+    normal.selfadjointView<Eigen::Lower>().rankUpdate(basis);
+    target.noalias() += basis * moves.middleCols(first, columns).cast<double>().transpose();
+  }
   normal.diagonal().array() += kRidge * std::max(1e-12, normal.diagonal().maxCoeff());
-  const Eigen::MatrixXd target = basis * moves.cast<double>().transpose();
-  return Eigen::LDLT<Eigen::MatrixXd>(normal).solve(target).transpose().cast<float>();
+  return Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower>(normal).solve(target).transpose().cast<float>();
 }
 
 }  // namespace

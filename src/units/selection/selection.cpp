@@ -260,6 +260,33 @@ std::size_t wholeEntries(const Tier& tier, std::size_t first, std::size_t last) 
   }));
 }
 
+std::vector<SelectedUnit> cheapestOthers(const SpeechLabels& target, const UnitDatabase& database,
+                                         const SelectionCosts& costs, const SelectedUnit& unit, std::size_t most) {
+  constexpr std::size_t kMostLookedAt = 200;
+  const PhoneRange& phones = unit.phones;
+  std::vector<Phone> wanted;
+  for (std::size_t i = phones.first.value; i <= phones.last.value; ++i) wanted.push_back(target.phones[i].phone);
+  std::vector<SelectedUnit> others;
+  for (; wanted.size() >= 2 && others.empty(); wanted.pop_back()) {
+    const PhoneRange range = rangeOf(phones.first.value, wanted.size());
+    std::vector<SelectedUnit> candidates;
+    std::size_t looked_at = 0;
+    for (const PhonePlace& place : database.index().placesOf(wanted)) {
+      if (place == unit.source) continue;
+      if (++looked_at > kMostLookedAt) break;
+      candidates.push_back({range, place, costs.targetCost(range, place), 0, false, {}});
+    }
+    std::stable_sort(candidates.begin(), candidates.end(),
+                     [](const SelectedUnit& a, const SelectedUnit& b) { return a.target_cost < b.target_cost; });
+    // Whether a place was seen is read from the file: only of those that may be offered.
+    for (const SelectedUnit& candidate : candidates) {
+      if (others.size() == most) break;
+      if (database.isSeen(candidate.source, wanted.size())) others.push_back(candidate);
+    }
+  }
+  return others;
+}
+
 }  // namespace
 
 std::optional<SelectionMethod> selectionMethodFromName(std::string_view name) {
@@ -289,33 +316,14 @@ std::vector<SelectedUnit> selectUnits(const SpeechLabels& target, const UnitData
   return cheapestCover(phones, PairPolicy(target, database, options));
 }
 
-std::vector<SelectedUnit> otherUnits(const SpeechLabels& target, const UnitDatabase& database, const PhoneRange& phones,
-                                     const PhonePlace& source, std::size_t most) {
-  constexpr std::size_t kMostLookedAt = 200;
+std::vector<std::vector<SelectedUnit>> otherUnits(const SpeechLabels& target, const UnitDatabase& database,
+                                                  std::span<const SelectedUnit> units, std::size_t most) {
   const Corpus& corpus = database.corpus();
   const SelectionCosts costs = corpus.trajectory_model != nullptr
                                    ? SelectionCosts(target, database, corpus.lattice_weights)
                                    : SelectionCosts(target, database, SelectionWeights());
-  std::vector<Phone> wanted;
-  for (std::size_t i = phones.first.value; i <= phones.last.value; ++i) wanted.push_back(target.phones[i].phone);
-  std::vector<SelectedUnit> others;
-  for (; wanted.size() >= 2 && others.empty(); wanted.pop_back()) {
-    const PhoneRange range = rangeOf(phones.first.value, wanted.size());
-    std::vector<SelectedUnit> candidates;
-    std::size_t looked_at = 0;
-    for (const PhonePlace& place : database.index().placesOf(wanted)) {
-      if (place == source) continue;
-      if (++looked_at > kMostLookedAt) break;
-      candidates.push_back({range, place, costs.targetCost(range, place), 0, false, {}});
-    }
-    std::stable_sort(candidates.begin(), candidates.end(),
-                     [](const SelectedUnit& a, const SelectedUnit& b) { return a.target_cost < b.target_cost; });
-    // Whether a place was seen is in its take's motion: only those are loaded that may be offered.
-    for (const SelectedUnit& candidate : candidates) {
-      if (others.size() == most) break;
-      if (database.isSeen(candidate.source, wanted.size())) others.push_back(candidate);
-    }
-  }
+  std::vector<std::vector<SelectedUnit>> others;
+  for (const SelectedUnit& unit : units) others.push_back(cheapestOthers(target, database, costs, unit, most));
   return others;
 }
 

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -74,11 +75,10 @@ struct SelectedUnit {
 std::vector<SelectedUnit> selectUnits(const SpeechLabels& target, const UnitDatabase& database,
                                       const SelectionOptions& options);
 
-/// Other seen fragments for phones [first, last] of the target than the one at `source`, the cheapest by target cost
-/// first, at most `most`; where there are none of all these phones, of as many of them, from the first on, as there
-/// are.
-std::vector<SelectedUnit> otherUnits(const SpeechLabels& target, const UnitDatabase& database, const PhoneRange& phones,
-                                     const PhonePlace& source, std::size_t most);
+/// For the phones of each of `units` other seen fragments than its own, the cheapest by target cost first, at most
+/// `most`; where there are none of all these phones, of as many of them, from the first on, as there are.
+std::vector<std::vector<SelectedUnit>> otherUnits(const SpeechLabels& target, const UnitDatabase& database,
+                                                  std::span<const SelectedUnit> units, std::size_t most);
 
 /// Whether the corpus has a fragment or a stand-in for each pair of the target's phones; with a trajectory model only.
 bool isCovered(const SpeechLabels& target, const UnitDatabase& database, const SelectionOptions& options);

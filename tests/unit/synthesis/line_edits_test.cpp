@@ -92,8 +92,8 @@ TEST(LineEdits, TakesAUnitFromWhereItIsTold) {
   const SpeechLabels labels = tinyLabels("T-AY-M IH-Z", 42);
   const UtteranceAnimation plain = synthesise(requestFor(labels), corpus);
   const UnitDatabase database(corpus);
-  const std::vector<SelectedUnit> others =
-      otherUnits(labels, database, {PhoneIndex(1), PhoneIndex(2)}, {TakeIndex(0), PhoneIndex(9999)}, 3);
+  const SelectedUnit played{{PhoneIndex(1), PhoneIndex(2)}, {TakeIndex(0), PhoneIndex(9999)}, 0, 0, false, {}};
+  const std::vector<SelectedUnit> others = otherUnits(labels, database, {&played, 1}, 3).at(0);
   ASSERT_FALSE(others.empty());
   const CorpusTake& take = database.takeOf(others[0].source);
   Warnings warnings;
