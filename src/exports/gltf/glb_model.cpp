@@ -231,8 +231,9 @@ std::size_t GlbModel::addMostlyZeroVec3(std::span<const std::uint32_t> indices, 
     setBounds(accessor, {}, true);
     return zeros_by_count_[count] = accessor;
   }
+  if (is_packed_) return addPackedTarget(indices, values, count, use);
   const Indices stored(indices, count);
-  if (is_packed_ || values.size_bytes() + stored.bytes().size() >= 3 * count * sizeof(float)) {
+  if (values.size_bytes() + stored.bytes().size() >= 3 * count * sizeof(float)) {
     std::vector<float> all(3 * count, 0.0F);
     for (std::size_t i = 0; i < indices.size(); ++i) std::copy_n(&values[3 * i], 3, &all[3 * std::size_t{indices[i]}]);
     return addAttribute(all, GlbType::kVec3, use);

@@ -77,6 +77,8 @@ class GlbModel {
   [[nodiscard]] bool hasData() const { return !binary_.empty(); }
   /// Address space for `bytes` of data, so that a large chunk is not copied as it grows.
   void reserve(std::size_t bytes) { binary_.reserve(bytes); }
+  /// The same of a packed model, for so many vec3.
+  void reserveRows(std::size_t rows);
   /// The file. Takes the data with it.
   [[nodiscard]] std::string toBytes() &&;
 
@@ -91,8 +93,13 @@ class GlbModel {
 
   // glb_packed.cpp
   std::size_t addPackedAttribute(std::span<const float> values, GlbType type, GlbUse use);
-  /// `values`, three each, as whole numbers beside others of their width in one view.
-  std::size_t addWholeVec3(std::span<const std::int32_t> values, bool is_normalised);
+  /// addMostlyZeroVec3() with something in it.
+  std::size_t addPackedTarget(std::span<const std::uint32_t> indices, std::span<const float> values, std::size_t count,
+                              GlbUse use);
+  /// `count` whole vec3 beside others of their width in one view: `values`, three each, at `indices`, zeros between
+  /// them; without indices all.
+  std::size_t addWholeVec3(std::span<const std::int32_t> values, std::span<const std::uint32_t> indices,
+                           std::size_t count, bool is_normalised);
   std::size_t addPackedColors(std::span<const std::uint16_t> rgba);
   std::size_t addPackedIndices(std::span<const std::uint32_t> indices, std::size_t vertex_count);
   std::size_t addPackedWeights(std::span<const float> values, std::size_t a_frame);

@@ -2,8 +2,11 @@
 #include <meshoptimizer.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <memory>
 
 #include "base/index.h"
 #include "exports/gltf/glb_model.h"
@@ -20,25 +23,39 @@ constexpr double kMostShort = 32'767, kMostByte = 127;
 constexpr double kTurnStep = 2;
 /// meshoptimizer's largest row of a vertex buffer, bytes.
 constexpr std::size_t kLongestRow = 256;
+/// Rows of whole vec3 in 8 and 16 bits, each filled up to four.
+constexpr std::size_t kNarrowRow = 4, kWideRow = 8;
 
 std::string packedVertices(const void* rows, std::size_t count, std::size_t stride) {
-  std::string packed(meshopt_encodeVertexBufferBound(count, stride), '\0');
-  packed.resize(
-      meshopt_encodeVertexBuffer(reinterpret_cast<unsigned char*>(packed.data()), packed.size(), rows, count, stride));
-  return packed;
+  // Not a string that is shortened: the bound is ten times what is needed, and a string would write to all of it.
+  const std::size_t most = meshopt_encodeVertexBufferBound(count, stride);
+  const std::unique_ptr<unsigned char[]> packed(new unsigned char[most]);
+  const std::size_t size = meshopt_encodeVertexBuffer(packed.get(), most, rows, count, stride);
+  return {reinterpret_cast<const char*>(packed.get()), size};
 }
 
+/// `count` rows of four, zero but for those of `values` (three each) at `indices`; without indices all in turn.
 template <typename Number>
-void appendRows(std::span<const std::int32_t> values, std::string& bytes) {
-  for (std::size_t i = 0; i < values.size(); i += 3) {
-    const std::array<Number, 4> row{static_cast<Number>(values[i]), static_cast<Number>(values[i + 1]),
-                                    static_cast<Number>(values[i + 2]), 0};
-    bytes.append(reinterpret_cast<const char*>(row.data()), sizeof row);
+void appendRows(std::span<const std::int32_t> values, std::span<const std::uint32_t> indices, std::size_t count,
+                std::string& bytes) {
+  const std::size_t before = bytes.size();
+  bytes.resize(before + count * 4 * sizeof(Number), '\0');
+  for (std::size_t i = 0; 3 * i < values.size(); ++i) {
+    const std::array<Number, 4> row{static_cast<Number>(values[3 * i]), static_cast<Number>(values[3 * i + 1]),
+                                    static_cast<Number>(values[3 * i + 2]), 0};
+    const std::size_t place = indices.empty() ? i : std::size_t{indices[i]};
+    std::memcpy(bytes.data() + before + place * sizeof row, row.data(), sizeof row);
   }
 }
 
 std::int32_t whole(double value, double most) {
   return static_cast<std::int32_t>(std::lround(std::clamp(value, -most, most)));
+}
+
+/// The same of a number of at most 50 bits, to which a half can be added without rounding.
+std::int32_t wholeOfShort(double value, double most) {
+  const double within = std::clamp(value, -most, most);
+  return static_cast<std::int32_t>(within + std::copysign(0.5, within));
 }
 
 /// The extension's exponential filter with one exponent for all: whole multiples of a power of two, 24 bits each, which
@@ -68,6 +85,10 @@ void GlbModel::pack(const std::array<double, 3>& lowest, const std::array<double
   while (reach > kMostShort * place_unit_) place_unit_ *= 2;  // a head of over a metre
 }
 
+void GlbModel::reserveRows(std::size_t rows) {
+  for (const std::size_t stride : {kNarrowRow, kWideRow}) shared_views_[stride].bytes.reserve(stride * rows);
+}
+
 std::size_t GlbModel::addPackedView(std::string_view packed, std::size_t count, std::size_t stride, const char* mode,
                                     const char* filter, int target) {
   binary_.append((4 - binary_.size() % 4) % 4, '\0');
@@ -88,55 +109,72 @@ std::size_t GlbModel::addPackedView(std::string_view packed, std::size_t count, 
   binary_.append(packed);
   unpacked_bytes_ += count * stride;
   json& views = root["bufferViews"];
-  // A null that shall become a list is left half made, and cannot be destroyed, where memory is short (nlohmann 3.11.2).
+  // A null that shall become a list is left half made, and cannot be destroyed, where memory is short
+  // (nlohmann 3.11.2).
   if (views.is_null()) views = json::array();
   views.push_back(std::move(view));
   return views.size() - 1;
 }
 
-std::size_t GlbModel::addWholeVec3(std::span<const std::int32_t> values, bool is_normalised) {
-  const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  const bool is_narrow =
-      *least >= -static_cast<std::int32_t>(kMostByte) && *most <= static_cast<std::int32_t>(kMostByte);
-  SharedView& shared = shared_views_[is_narrow ? 4 : 8];
-  const std::size_t accessor = addAccessor(is_narrow ? gltf::kByte : gltf::kShort, GlbType::kVec3, values.size() / 3);
+std::size_t GlbModel::addWholeVec3(std::span<const std::int32_t> values, std::span<const std::uint32_t> indices,
+                                   std::size_t count, bool is_normalised) {
+  const bool has_zeros = values.size() < 3 * count;
+  constexpr std::int32_t kFarthest = std::numeric_limits<std::int32_t>::max();
+  std::array<std::int32_t, 3> low, high;
+  low.fill(has_zeros ? 0 : kFarthest);
+  high.fill(has_zeros ? 0 : -kFarthest);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    low[i % 3] = std::min(low[i % 3], values[i]);
+    high[i % 3] = std::max(high[i % 3], values[i]);
+  }
+  const bool is_narrow = *std::min_element(low.begin(), low.end()) >= -static_cast<std::int32_t>(kMostByte) &&
+                         *std::max_element(high.begin(), high.end()) <= static_cast<std::int32_t>(kMostByte);
+  SharedView& shared = shared_views_[is_narrow ? kNarrowRow : kWideRow];
+  const std::size_t accessor = addAccessor(is_narrow ? gltf::kByte : gltf::kShort, GlbType::kVec3, count);
   json& added = root["accessors"][accessor];
   added["byteOffset"] = shared.bytes.size();
   if (is_normalised) {
     added["normalized"] = true;
   } else {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      std::int32_t low = std::numeric_limits<std::int32_t>::max(), high = -low;
-      for (std::size_t i = axis; i < values.size(); i += 3) {
-        low = std::min(low, values[i]);
-        high = std::max(high, values[i]);
-      }
-      added["min"].push_back(low);
-      added["max"].push_back(high);
-    }
+    added["min"] = low;
+    added["max"] = high;
   }
-  is_narrow ? appendRows<std::int8_t>(values, shared.bytes) : appendRows<std::int16_t>(values, shared.bytes);
+  is_narrow ? appendRows<std::int8_t>(values, indices, count, shared.bytes)
+            : appendRows<std::int16_t>(values, indices, count, shared.bytes);
   shared.accessors.push_back(accessor);
   return accessor;
 }
 
-std::size_t GlbModel::addPackedAttribute(std::span<const float> values, GlbType type, GlbUse use) {
-  const bool is_place = use == GlbUse::kPlace || use == GlbUse::kMove, is_turn = use == GlbUse::kTurn;
+std::size_t GlbModel::addPackedTarget(std::span<const std::uint32_t> indices, std::span<const float> values,
+                                      std::size_t count, GlbUse use) {
+  std::vector<std::int32_t> numbers(values.size());
+  if (use == GlbUse::kMove) {
+    for (std::size_t i = 0; i < values.size(); ++i)
+      numbers[i] = wholeOfShort(static_cast<double>(values[i]) / place_unit_, kMostShort);
+    return addWholeVec3(numbers, indices, count, false);
+  }
   const bool is_in_range = std::all_of(values.begin(), values.end(), [](float v) { return std::abs(v) <= 1; });
-  if (is_place || (is_in_range && (is_turn || use == GlbUse::kNormal))) {
+  if (use == GlbUse::kTurn && is_in_range) {
+    for (std::size_t i = 0; i < values.size(); ++i)
+      numbers[i] = static_cast<std::int32_t>(kTurnStep) *
+                   wholeOfShort(kMostByte / kTurnStep * static_cast<double>(values[i]), kMostByte / kTurnStep - 0.5);
+    return addWholeVec3(numbers, indices, count, true);
+  }
+  std::vector<float> all(3 * count, 0.0F);
+  for (std::size_t i = 0; i < indices.size(); ++i) std::copy_n(&values[3 * i], 3, &all[3 * std::size_t{indices[i]}]);
+  return addPackedAttribute(all, GlbType::kVec3, use);
+}
+
+std::size_t GlbModel::addPackedAttribute(std::span<const float> values, GlbType type, GlbUse use) {
+  const bool is_in_range = std::all_of(values.begin(), values.end(), [](float v) { return std::abs(v) <= 1; });
+  if (use == GlbUse::kPlace || (use == GlbUse::kNormal && is_in_range)) {
     std::vector<std::int32_t> numbers(values.size());
     for (std::size_t i = 0; i < values.size(); ++i) {
       const double value = static_cast<double>(values[i]);
-      if (is_place) {
-        numbers[i] = whole((value - (use == GlbUse::kPlace ? place_origin_[i % 3] : 0)) / place_unit_, kMostShort);
-      } else if (is_turn) {
-        numbers[i] =
-            static_cast<std::int32_t>(kTurnStep) * whole(kMostByte / kTurnStep * value, kMostByte / kTurnStep - 0.5);
-      } else {
-        numbers[i] = whole(kMostByte * value, kMostByte);
-      }
+      numbers[i] = use == GlbUse::kPlace ? whole((value - place_origin_[i % 3]) / place_unit_, kMostShort)
+                                         : whole(kMostByte * value, kMostByte);
     }
-    return addWholeVec3(numbers, !is_place);
+    return addWholeVec3(numbers, {}, values.size() / 3, use == GlbUse::kNormal);
   }
   const std::size_t width = static_cast<std::size_t>(type), count = values.size() / width;
   const int exponent = use == GlbUse::kOther ? kTextureExponent : -6;
@@ -191,6 +229,7 @@ std::size_t GlbModel::addPackedWeights(std::span<const float> values, std::size_
 
 void GlbModel::closeSharedViews() {
   for (const auto& [stride, shared] : shared_views_) {
+    if (shared.accessors.empty()) continue;
     const std::size_t count = shared.bytes.size() / stride;
     const std::size_t view = addPackedView(packedVertices(shared.bytes.data(), count, stride), count, stride,
                                            "ATTRIBUTES", nullptr, gltf::kArrayBuffer);

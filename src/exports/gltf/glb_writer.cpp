@@ -88,21 +88,33 @@ std::vector<ListedVertex> listedOf(const PartVertices& part, const std::vector<s
   return listed;
 }
 
-/// The part's values of one shape as an accessor; only `listed` ones may differ from zero.
-std::size_t addTarget(const PartVertices& part, const std::vector<ListedVertex>& listed, const float* row, float scale,
-                      GlbUse use, GlbModel& model) {
-  std::vector<std::uint32_t> indices;
-  std::vector<float> values;
-  indices.reserve(listed.size());
-  values.reserve(3 * listed.size());
-  for (const auto& [number, column] : listed) {
-    const float* value = row + column;
-    if (value[0] == 0 && value[1] == 0 && value[2] == 0) continue;
-    indices.push_back(number);
-    values.insert(values.end(), {scale * value[0], scale * value[1], scale * value[2]});
+/// Adds a part's values of one shape after another as accessors.
+class TargetWriter {
+ public:
+  /// Only `listed` vertices may differ from zero. All must outlive the writer.
+  TargetWriter(const PartVertices& part, const std::vector<ListedVertex>& listed, GlbModel& model)
+      : part_(part), listed_(listed), model_(model), indices_(listed.size()), values_(3 * listed.size()) {}
+
+  std::size_t add(const float* row, float scale, GlbUse use) {
+    std::size_t count = 0;
+    for (const auto& [number, column] : listed_) {
+      const float* value = row + column;
+      if (value[0] == 0 && value[1] == 0 && value[2] == 0) continue;
+      indices_[count] = number;
+      for (std::size_t axis = 0; axis < 3; ++axis) values_[3 * count + axis] = scale * value[axis];
+      ++count;
+    }
+    return model_.addMostlyZeroVec3(std::span(indices_).first(count), std::span(values_).first(3 * count),
+                                    part_.vertices.size(), use);
   }
-  return model.addMostlyZeroVec3(indices, values, part.vertices.size(), use);
-}
+
+ private:
+  const PartVertices& part_;
+  const std::vector<ListedVertex>& listed_;
+  GlbModel& model_;
+  std::vector<std::uint32_t> indices_;
+  std::vector<float> values_;
+};
 
 std::vector<std::uint16_t> gatheredColors(const PartVertices& part, const FaceMesh& mesh) {
   std::vector<std::uint16_t> colors;
@@ -151,9 +163,10 @@ nlohmann::json primitiveOf(const FaceMesh& mesh, const MeshPart& part, const Pri
   const std::vector<ListedVertex> moving = listedOf(own, shapes.columnVertices());
   const std::vector<ListedVertex> turning = listedOf(own, normals.vertices);
   nlohmann::json targets = nlohmann::json::array();
+  TargetWriter moves(own, moving, model), turns(own, turning, model);
   for (Index k = 0; k < shapes.shapeCount(); ++k) {
-    const std::size_t position = addTarget(own, moving, shapes.shapes.row(k).data(), metres, GlbUse::kMove, model);
-    const std::size_t normal = addTarget(own, turning, normals.deltas.row(k).data(), 1.0F, GlbUse::kTurn, model);
+    const std::size_t position = moves.add(shapes.shapes.row(k).data(), metres, GlbUse::kMove);
+    const std::size_t normal = turns.add(normals.deltas.row(k).data(), 1.0F, GlbUse::kTurn);
     targets.push_back({{"POSITION", position}, {"NORMAL", normal}});
   }
   if (!targets.empty()) primitive["targets"] = std::move(targets);
@@ -189,8 +202,12 @@ std::string written(const FaceMesh& mesh, const PrincipalShapes& shapes, std::st
   MOUTHPIECE_EXPECT(!mesh.triangles.empty() && !mesh.parts.empty());
   ShapeNormals normals = shapeNormals(mesh.triangles, shapes);
   GlbModel model;
-  if (is_small) packPlaces(mesh, shapes, model);
-  model.reserve(largestBytes(mesh, shapes, normals));
+  if (is_small) {
+    packPlaces(mesh, shapes, model);
+    model.reserveRows(unsignedIndex(mesh.vertices.rows() * (2 + shapes.shapeCount())));
+  } else {
+    model.reserve(largestBytes(mesh, shapes, normals));
+  }
   const std::string shown_name = printable(name, kLongestName);
   nlohmann::json face{{"name", shown_name}, {"primitives", nlohmann::json::array()}};
   model.root["materials"] = nlohmann::json::array();
