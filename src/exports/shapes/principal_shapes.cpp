@@ -9,6 +9,7 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "exports/shapes/stepped_frames.h"
 #include "exports/shapes/trajectories.h"
 
 namespace mouthpiece {
@@ -28,12 +29,16 @@ constexpr std::size_t kRefinedAtOnce = 400;
 
 Eigen::Index paddedRows(Eigen::Index rows) { return (rows + kPanelRowBlock - 1) / kPanelRowBlock * kPanelRowBlock; }
 
+/// What is to be fitted: frames as they are, or as steps.
 struct Fit {
-  const FaceAnimation& animation;
+  const FaceAnimation* animation;
+  const SteppedFrames* stepped;
   const Eigen::RowVectorXf& rest;
   float tolerance;  ///< mesh unit
 
-  [[nodiscard]] Eigen::Index frames() const { return animation.positions.rows(); }
+  [[nodiscard]] Eigen::Index frames() const {
+    return stepped != nullptr ? stepped->frameCount() : animation->positions.rows();
+  }
   [[nodiscard]] Eigen::Index vertices() const { return rest.cols() / 3; }
 };
 
@@ -41,11 +46,12 @@ struct Fit {
 MatrixXf displacementsOf(const Fit& fit, const std::vector<Eigen::Index>& vertices) {
   MatrixXf displacements(fit.frames(), 3 * signedIndex(vertices.size()));
   for (Eigen::Index f = 0; f < fit.frames(); ++f) {
-    const float* row = fit.animation.positions.row(f).data();
     for (std::size_t i = 0; i < vertices.size(); ++i) {
       for (Eigen::Index axis = 0; axis < 3; ++axis) {
         const Eigen::Index column = 3 * vertices[i] + axis;
-        displacements(f, 3 * signedIndex(i) + axis) = row[column] - fit.rest(column);
+        displacements(f, 3 * signedIndex(i) + axis) = fit.stepped != nullptr
+                                                          ? fit.stepped->at(f, column)
+                                                          : fit.animation->positions(f, column) - fit.rest(column);
       }
     }
   }
@@ -76,7 +82,7 @@ struct Weights {
   RowMajorMatrixF weights;           ///< padded frames x (1 + count); the first column, the offset's, is 1
   RowMajorMatrixF inverse;           ///< padded count x padded frames: s = inverse * D
   std::vector<float> offset_shares;  ///< low_k / range_k
-  Eigen::Index count = 0;                   ///< without the offset
+  Eigen::Index count = 0;            ///< without the offset
 };
 
 Weights weightsFromBasis(const MatrixXf& basis) {
@@ -107,6 +113,7 @@ class PanelFitter {
   PanelFitter(const Fit& fit, const Weights& weights)
       : fit_(fit),
         weights_(weights),
+        unpacked_(fit.stepped != nullptr ? fit.frames() : 0, kPanelWidth),
         displacements_(RowMajorMatrixF::Zero(weights.weights.rows(), kPanelWidth)),
         shapes_(weights.inverse.rows(), kPanelWidth),
         thinned_(1 + weights.count, kPanelWidth) {}
@@ -121,19 +128,39 @@ class PanelFitter {
                       shapes_.data());
     for (const float share : kNegligibleShares) {
       dropBelow(share * fit_.tolerance);
-      kernels_.largest_residual(weights_.weights.data(), weights_.weights.rows(), 1 + weights_.count,
-                                displacements_.data(), thinned_.data(), errors);
-      if (std::all_of(errors, errors + count,
-                      [&](float square) { return square <= fit_.tolerance * fit_.tolerance; })) {
-        break;
-      }
+      if (measure(count, share == kNegligibleShares.back(), errors)) break;
     }
     storePanel(first, count, shapes);
   }
 
  private:
+  /// Largest squared residuals of thinned_ into `errors`; whether all are within the tolerance. Unless `to_the_end`, no
+  /// frame is looked at behind some that are not.
+  bool measure(Eigen::Index count, bool to_the_end, float* errors) const {
+    constexpr Eigen::Index kFramesAtOnce = 8 * kPanelRowBlock;
+    const Eigen::Index frames = weights_.weights.rows();
+    std::fill_n(errors, kPanelVertices, 0.0F);
+    bool fits = true;
+    for (Eigen::Index f = 0; f < frames && (fits || to_the_end); f += kFramesAtOnce) {
+      std::array<float, kPanelVertices> squares;
+      kernels_.largest_residual(weights_.weights.row(f).data(), std::min(kFramesAtOnce, frames - f), 1 + weights_.count,
+                                displacements_.row(f).data(), thinned_.data(), squares.data());
+      for (std::size_t v = 0; v < squares.size(); ++v) errors[v] = std::max(errors[v], squares[v]);
+      fits =
+          std::all_of(errors, errors + count, [&](float square) { return square <= fit_.tolerance * fit_.tolerance; });
+    }
+    return fits;
+  }
+
   void loadPanel(Eigen::Index first, Eigen::Index count, float* errors) {
-    const auto& positions = fit_.animation.positions;
+    if (fit_.stepped != nullptr) {
+      fit_.stepped->panel(first, {unpacked_.data(), unsignedIndex(unpacked_.size())});
+      const std::array<float, unsignedIndex(kPanelWidth)> none{};
+      kernels_.load_displacements(unpacked_.data(), kPanelWidth, fit_.frames(), none.data(), displacements_.data(),
+                                  errors);
+      return;
+    }
+    const auto& positions = fit_.animation->positions;
     if (count == kPanelVertices) {
       kernels_.load_displacements(positions.data() + 3 * first, positions.cols(), fit_.frames(),
                                   fit_.rest.data() + 3 * first, displacements_.data(), errors);
@@ -180,6 +207,7 @@ class PanelFitter {
   const Fit& fit_;
   const Weights& weights_;
   const PanelKernels& kernels_ = panelKernels();
+  RowMajorMatrixF unpacked_;       ///< frames x kPanelWidth
   RowMajorMatrixF displacements_;  ///< padded frames x kPanelWidth
   RowMajorMatrixF shapes_;         ///< padded shapes x kPanelWidth
   RowMajorMatrixF thinned_;        ///< the offset, then what is kept of them
@@ -210,9 +238,9 @@ std::vector<Eigen::Index> representatives(const std::vector<Eigen::Index>& verti
   std::vector<Eigen::Index> chosen;
   for (std::size_t first = 0; first < vertices.size(); first += stride) {
     const auto end = vertices.begin() + signedIndex(std::min(first + stride, vertices.size()));
-    chosen.push_back(*std::max_element(
-        vertices.begin() + signedIndex(first), end,
-        [&](Eigen::Index a, Eigen::Index b) { return errors[unsignedIndex(a)] < errors[unsignedIndex(b)]; }));
+    chosen.push_back(*std::max_element(vertices.begin() + signedIndex(first), end, [&](Eigen::Index a, Eigen::Index b) {
+      return errors[unsignedIndex(a)] < errors[unsignedIndex(b)];
+    }));
   }
   return chosen;
 }
@@ -230,7 +258,8 @@ MatrixXf residualOf(const Fit& fit, const PrincipalShapes& result, const std::ve
 
 /// Adds shapes that move only `beyond`, from what is left of those vertices' own trajectories; their offset joins the
 /// first shape.
-void refine(const Fit& fit, const std::vector<Eigen::Index>& beyond, PrincipalShapes& result, std::vector<float>& errors) {
+void refine(const Fit& fit, const std::vector<Eigen::Index>& beyond, PrincipalShapes& result,
+            std::vector<float>& errors) {
   const Weights added = weightsFromBasis(
       trajectoryBasis(residualOf(fit, result, representatives(beyond, errors)), kSampleShare * fit.tolerance));
   const Eigen::Map<const Eigen::RowVectorXf> offset_shares(added.offset_shares.data(), added.count);
@@ -239,8 +268,7 @@ void refine(const Fit& fit, const std::vector<Eigen::Index>& beyond, PrincipalSh
   RowMajorMatrixF added_shapes = RowMajorMatrixF::Zero(added.count, result.shapes.cols());
   for (std::size_t first = 0; first < beyond.size(); first += kRefinedAtOnce) {
     const std::size_t end = std::min(first + kRefinedAtOnce, beyond.size());
-    const std::vector<Eigen::Index> vertices(beyond.begin() + signedIndex(first),
-                                      beyond.begin() + signedIndex(end));
+    const std::vector<Eigen::Index> vertices(beyond.begin() + signedIndex(first), beyond.begin() + signedIndex(end));
     MatrixXf residual = residualOf(fit, result, vertices);
     const MatrixXf shapes = added.inverse.topLeftCorner(added.count, fit.frames()) * residual;
     const Eigen::RowVectorXf offset = offset_shares * shapes;
@@ -259,11 +287,51 @@ void refine(const Fit& fit, const std::vector<Eigen::Index>& beyond, PrincipalSh
   result.weights.rightCols(added.count) = added.weights.rightCols(added.count);
 }
 
+PrincipalShapes shapesAtRest(double frame_rate_hz, const std::vector<std::uint32_t>& vertices,
+                             const VertexPositions& rest) {
+  MOUTHPIECE_EXPECT(vertices.empty() || signedIndex(vertices.back()) < rest.rows());
+  PrincipalShapes result;
+  result.frame_rate_hz = frame_rate_hz;
+  result.rest = Eigen::Map<const Eigen::RowVectorXf>(rest.data(), rest.size());
+  result.vertices = vertices;
+  return result;
+}
+
+/// Where the vertices that the columns of `shapes` move are at rest.
+Eigen::RowVectorXf movingRest(const PrincipalShapes& shapes, const VertexPositions& rest) {
+  const std::vector<std::uint32_t> vertices = shapes.columnVertices();
+  Eigen::RowVectorXf moving_rest(3 * signedIndex(vertices.size()));
+  for (std::size_t i = 0; i < vertices.size(); ++i)
+    moving_rest.segment<3>(3 * signedIndex(i)) = rest.row(signedIndex(std::size_t{vertices[i]}));
+  return moving_rest;
+}
+
 /// A face that never moves needs no shape, not even the first.
 void dropShapesOfAStillFace(PrincipalShapes& result) {
   if (result.shapes.rows() != 1) return;
   result.shapes.resize(0, Eigen::NoChange);
   result.weights.resize(Eigen::NoChange, 0);
+}
+
+/// The shapes and weights of `fit`, and as max_error_mm the largest error in the mesh's unit.
+void fitShapes(const Fit& fit, PrincipalShapes& result) {
+  const MatrixXf sample = sampledDisplacements(fit);
+  MOUTHPIECE_EXPECT(sample.allFinite());
+  Weights weights = weightsFromBasis(trajectoryBasis(sample, kSampleShare * fit.tolerance));
+  result.shapes.resize(1 + weights.count, fit.rest.cols());
+  result.shapes.setZero();
+  std::vector<float> errors = fitAllVertices(fit, weights, result.shapes);
+  result.weights = std::move(weights.weights);
+  MOUTHPIECE_EXPECT(result.shapes.allFinite());
+
+  const float allowed = fit.tolerance * fit.tolerance;
+  for (auto beyond = verticesBeyond(errors, allowed); !beyond.empty(); beyond = verticesBeyond(errors, allowed)) {
+    refine(fit, beyond, result, errors);
+  }
+  result.weights.conservativeResize(fit.frames(), Eigen::NoChange);
+  dropShapesOfAStillFace(result);
+  const float largest = errors.empty() ? 0.0F : *std::max_element(errors.begin(), errors.end());
+  result.max_error_mm = std::sqrt(static_cast<double>(largest));
 }
 
 }  // namespace
@@ -277,41 +345,34 @@ std::vector<std::uint32_t> PrincipalShapes::columnVertices() const {
 
 PrincipalShapes principalShapes(const FaceAnimation& animation, const VertexPositions& rest, double metres_per_unit,
                                 const PrincipalShapesOptions& options) {
-  const std::vector<std::uint32_t>& vertices = animation.vertices;
   MOUTHPIECE_EXPECT(animation.positions.cols() ==
-                    3 * (vertices.empty() ? rest.rows() : signedIndex(vertices.size())));
-  MOUTHPIECE_EXPECT(vertices.empty() || signedIndex(vertices.back()) < rest.rows());
+                    3 * (animation.vertices.empty() ? rest.rows() : signedIndex(animation.vertices.size())));
   MOUTHPIECE_EXPECT(metres_per_unit > 0 && options.tolerance_mm > 0);
+  PrincipalShapes result = shapesAtRest(animation.frame_rate_hz, animation.vertices, rest);
   const double mm_per_unit = 1000 * metres_per_unit;
-  PrincipalShapes result;
-  result.frame_rate_hz = animation.frame_rate_hz;
-  result.rest = Eigen::Map<const Eigen::RowVectorXf>(rest.data(), rest.size());
-  result.vertices = vertices;
-  Eigen::RowVectorXf moving_rest(animation.positions.cols());
-  Eigen::Index column = 0;
-  for (const std::uint32_t vertex : result.columnVertices()) {
-    moving_rest.segment<3>(column) = rest.row(vertex);
-    column += 3;
-  }
-  const Fit fit{animation, moving_rest, asFloat(options.tolerance_mm / mm_per_unit)};
+  const Eigen::RowVectorXf moving_rest = movingRest(result, rest);
+  fitShapes({&animation, nullptr, moving_rest, asFloat(options.tolerance_mm / mm_per_unit)}, result);
+  result.max_error_mm *= mm_per_unit;
+  return result;
+}
 
-  const MatrixXf sample = sampledDisplacements(fit);
-  MOUTHPIECE_EXPECT(sample.allFinite());
-  Weights weights = weightsFromBasis(trajectoryBasis(sample, kSampleShare * fit.tolerance));
-  result.shapes.resize(1 + weights.count, moving_rest.cols());
-  result.shapes.setZero();
-  std::vector<float> errors = fitAllVertices(fit, weights, result.shapes);
-  result.weights = std::move(weights.weights);
-  MOUTHPIECE_EXPECT(result.shapes.allFinite());
-
-  const float allowed = fit.tolerance * fit.tolerance;
-  for (auto beyond = verticesBeyond(errors, allowed); !beyond.empty(); beyond = verticesBeyond(errors, allowed)) {
-    refine(fit, beyond, result, errors);
-  }
-  result.weights.conservativeResize(fit.frames(), Eigen::NoChange);
-  dropShapesOfAStillFace(result);
-  const float largest = errors.empty() ? 0.0F : *std::max_element(errors.begin(), errors.end());
-  result.max_error_mm = std::sqrt(static_cast<double>(largest)) * mm_per_unit;
+PrincipalShapes principalShapesOf(const FrameMaker& frames, std::span<const Eigen::Index> which,
+                                  const VertexPositions& rest, double metres_per_unit,
+                                  const PrincipalShapesOptions& options) {
+  // Of the tolerance: 0.7 micrometres of the usual one. A vertex that goes farther than 256 tolerances, 23 mm, is held
+  // as it is.
+  constexpr double kStep = 1.0 / 128;
+  constexpr double kFarthestOff = 0.8661;  // half the diagonal of a cube
+  MOUTHPIECE_EXPECT(metres_per_unit > 0 && options.tolerance_mm > 0);
+  PrincipalShapes result = shapesAtRest(frames.frame_rate_hz, frames.vertices, rest);
+  const double mm_per_unit = 1000 * metres_per_unit, step_mm = kStep * options.tolerance_mm;
+  const Eigen::RowVectorXf moving_rest = movingRest(result, rest);
+  MOUTHPIECE_EXPECT(moving_rest.size() == frames.width);
+  const auto stepped = SteppedFrames::of(frames, which, moving_rest, asFloat(step_mm / mm_per_unit));
+  if (!stepped) return principalShapes(frames.frames(which), rest, metres_per_unit, options);
+  const double off_mm = kFarthestOff * step_mm;
+  fitShapes({nullptr, &*stepped, moving_rest, asFloat((options.tolerance_mm - off_mm) / mm_per_unit)}, result);
+  if (result.shapeCount() > 0) result.max_error_mm = result.max_error_mm * mm_per_unit + off_mm;
   return result;
 }
 

@@ -7,6 +7,7 @@
 #include "base/errors.h"
 #include "base/index.h"
 #include "exports/shapes/principal_shapes.h"
+#include "exports/shapes/stepped_frames.h"
 
 namespace mouthpiece {
 namespace {
@@ -127,9 +128,12 @@ class FrameFitter {
 
 PrincipalShapes principalShapes(const FrameMaker& frames, const VertexPositions& rest, double metres_per_unit,
                                 const PrincipalShapesOptions& options) {
-  if (frames.frame_count <= kMostKept) return principalShapes(frames.all(), rest, metres_per_unit, options);
-  PrincipalShapes result = principalShapes(frames.frames(evenlySpread(frames.frame_count, kSampledFrames)), rest,
-                                           metres_per_unit, {kSampledShare * options.tolerance_mm});
+  const bool is_whole = frames.frame_count <= kMostKept;
+  const std::vector<Eigen::Index> held =
+      evenlySpread(frames.frame_count, is_whole ? frames.frame_count : kSampledFrames);
+  if (is_whole) return principalShapesOf(frames, held, rest, metres_per_unit, options);
+  PrincipalShapes result =
+      principalShapesOf(frames, held, rest, metres_per_unit, {kSampledShare * options.tolerance_mm});
   Eigen::RowVectorXf moving_rest(frames.width);
   Eigen::Index column = 0;
   for (const std::uint32_t vertex : result.columnVertices()) {
