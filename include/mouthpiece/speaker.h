@@ -39,6 +39,10 @@ struct MOUTHPIECE_API SpeakerOptions {
   /// The page can make its line again by itself after an edit (docs/guides/edit_a_line.md). Needs the engine that
   /// `make wasm` builds; a line that it cannot make has a page without it and a warning.
   bool page_engine = false;
+  /// The captured motion that a line was made of stays in memory for the next one; off, for a program that makes a
+  /// single line: it is given back before the line's face takes memory. Of a corpus that others use, or of one of over
+  /// some three hours, this says nothing: the first keeps it, the second does not.
+  bool keep_motion = true;
 };
 
 /// Performs lines: opens a corpus, a face and a voice once and uses them for every line. Not thread-safe; two speakers

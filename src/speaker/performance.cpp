@@ -185,22 +185,20 @@ void Performance::Data::driveOwnShapes(const FaceShapes& shapes, FaceAnimation& 
                                 }};
 }
 
-const std::string& Performance::Data::glb() const {
+std::string Performance::Data::glb() const {
   const std::scoped_lock lock(mutex_);
-  if (glb_) return *glb_;
+  if (given_glb_) return *given_glb_;
   const SharedFace::Data& own = needFace();
   const PrincipalShapes& moving = shapes();
   // A head that came as GLB keeps its materials, textures and skins.
   const std::filesystem::path mesh = own.meshPath();
   if (isGlb(mesh)) {
-    glb_ = glbWithShapes(readFile(mesh, kMaxMeshBytes), mesh.string(), moving, own.file.upright_from_mesh,
-                         own.file.mesh_object, own_shapes_ ? &*own_shapes_ : nullptr);
+    given_glb_ = glbWithShapes(readFile(mesh, kMaxMeshBytes), mesh.string(), moving, own.file.upright_from_mesh,
+                               own.file.mesh_object, own_shapes_ ? &*own_shapes_ : nullptr);
+    if (given_glb_) return *given_glb_;
   }
-  if (!glb_) {
-    const std::optional<HeadTrack> head = headTrack(*this);
-    glb_ = glbBytes(own.rig.mesh(), moving, own.rig.name(), {}, head ? &*head : nullptr);
-  }
-  return *glb_;
+  const std::optional<HeadTrack> head = headTrack(*this);
+  return glbBytes(own.rig.mesh(), moving, own.rig.name(), {}, head ? &*head : nullptr);
 }
 
 std::string Performance::Data::smallGlb() const {

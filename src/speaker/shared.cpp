@@ -34,7 +34,9 @@ std::size_t SharedCorpus::takeCount() const { return data_->corpus.takes.size();
 std::vector<std::string> SharedCorpus::markerNames() const { return data_->corpus.layout.markerNames(); }
 
 SharedFace::Data::Data(const std::filesystem::path& face_file)
-    : path(orShared(face_file, "default.face", kMakeFace)), rig(FaceRig::load(path)), file(readFaceFile(path)) {}
+    : path(orShared(face_file, "default.face", kMakeFace)),
+      file(readFaceFile(path)),
+      rig(FaceRig::of(file, readMeshOf(file, path), path.string())) {}
 
 std::filesystem::path SharedFace::Data::meshPath() const { return path.parent_path() / file.mesh_file; }
 

@@ -357,7 +357,7 @@ std::string Speaker::Data::idleStyle(const UtteranceAnimation& animation) const 
 
 void Speaker::Data::giveBackTakes() const {
   UnitDatabase& units = corpus.data().units;
-  if (!owns_corpus || units.index().phoneCount() <= kMostPhonesKept) return;
+  if (!owns_corpus || (options.keep_motion && units.index().phoneCount() <= kMostPhonesKept)) return;
   units.forgetTakes();
 #if defined(__GLIBC__)
   malloc_trim(0);  // small blocks are not returned to the system otherwise

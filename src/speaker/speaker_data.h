@@ -42,8 +42,8 @@ struct SharedFace::Data {
   [[nodiscard]] std::filesystem::path meshPath() const;
 
   std::filesystem::path path;
-  FaceRig rig;
   FaceFile file;
+  FaceRig rig;
 };
 
 /// A performance behind the front door. What takes long is made when it is first asked for, under `mutex`.
@@ -74,8 +74,8 @@ struct Performance::Data {
   const FaceMotion& faceMotion() const;
   /// The moving vertices as few shapes.
   const PrincipalShapes& shapes() const;
-  /// face.glb; kept, since the page holds it, too.
-  const std::string& glb() const;
+  /// face.glb.
+  [[nodiscard]] std::string glb() const;
   /// The same packed; as it is of a head that came as GLB.
   [[nodiscard]] std::string smallGlb() const;
   /// Every vertex of every frame, the mesh's unit and orientation as its file has them.
@@ -129,7 +129,7 @@ struct Performance::Data {
   mutable std::optional<FaceMotion> face_motion_;
   mutable std::optional<PrincipalShapes> shapes_;
   mutable std::optional<OwnShapeWeights> own_shapes_;  ///< what the head's own shapes of lids and brows take over
-  mutable std::optional<std::string> glb_;
+  mutable std::optional<std::string> given_glb_;       ///< of a head that came as GLB; the page holds it, too
   mutable std::optional<RowMajorMatrixF> arkit_, arkit_of_head_;
   mutable std::optional<PrincipalShapes> whole_shapes_;
 };

@@ -124,7 +124,7 @@ Line lineOf(const SpeakOptions& options) {
 }
 
 /// What is wrong with a text is told with the name of its file, if it has one.
-Performance performed(Speaker& speaker, const Line& line, const std::filesystem::path& text_file) {
+Performance performed(Speaker speaker, const Line& line, const std::filesystem::path& text_file) {
   constexpr std::string_view kText = "text:";
   try {
     return speaker.perform(line);
@@ -140,9 +140,10 @@ int runSpeak(const SpeakOptions& options) {
       options.out_files.empty() ? usualFiles(options.out_folder) : options.out_files;
   SpeakerOptions wanted = options.speaker;
   wanted.with_face = needsFace(wanted, files);
+  wanted.keep_motion = false;
   const Line line = lineOf(options);
-  Speaker speaker(wanted);
-  const Performance performance = performed(speaker, line, options.text_file);
+  // The speaker goes with its dictionary and its voice: what the files are made of is the performance.
+  const Performance performance = performed(Speaker(wanted), line, options.text_file);
   if (options.strict && !performance.warnings().empty())
     throw InputError(fmt::format("{} (--strict: {} in all; nothing is written)", performance.warnings().front(),
                                  performance.warnings().size()));
