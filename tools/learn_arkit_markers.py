@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Learns what each of ARKit's 52 shapes does to the markers of the default layout, from a head that has them all.
+"""Learns where a head that has all of ARKit's 52 shapes has the markers of the default layout, and what each shape does to them.
 
     tools/learn_arkit_markers.py HEAD.glb > sample_data/arkit/face66_shapes.json
 
 The head's anchors lie beside it. A Live Link recording in which one shape after the other is at 1 is put on the head by
-`corpus convert`; what its markers then move by, against rest, is the shape (millimetres of the head).
+`corpus convert`; what its markers then move by, against rest, is the shape (millimetres of the head, Y up, Z out of the face).
 """
 import json
 import pathlib
@@ -17,7 +17,7 @@ HEAD_AND_EYES = "HeadYaw HeadPitch HeadRoll LeftEyeYaw LeftEyePitch LeftEyeRoll 
 
 
 def arkit_names():
-    text = (ROOT / "src/exports/arkit.h").read_text()
+    text = (ROOT / "src/motion/arkit_shapes.h").read_text()
     listed = text[text.index("kArkitNames{"):]
     return [name for name in listed[:listed.index("}")].split('"')[1::2]]
 
@@ -39,7 +39,8 @@ def main():
     moves = {name: [round(a - b, 3) for a, b in zip(frames[k + 1], frames[0])] for k, name in enumerate(names)}
     shapes = ",\n".join(f"  {json.dumps(name)}: {json.dumps(move, separators=(',', ':'))}" for name, move in moves.items())
     print('{"credit": "learnt from ICT-FaceKit\'s head (USC Institute for Creative Technologies, MIT licence)",')
-    print(f' "markers": {json.dumps(markers, separators=(",", ":"))},\n "moves_mm": {{\n{shapes}\n}}}}')
+    print(f' "markers": {json.dumps(markers, separators=(",", ":"))},\n '
+          f'"neutral_mm": {json.dumps([round(x, 3) for x in frames[0]], separators=(",", ":"))},\n "moves_mm": {{\n{shapes}\n}}}}')
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "deform/mesh/welding.h"
@@ -68,6 +69,26 @@ FaceBinding bindFace(const FaceMesh& mesh, const ControlMesh& control, const Bin
 /// `held`: vertices, of each or none, that are relaxed only where they are torn themselves.
 void relaxAround(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
                  const std::vector<bool>& held, double reach, FaceBinding& binding);
+
+/// The same of displacements themselves, and solved for them: of one pose.
+class SkinRelaxing {
+ public:
+  /// As relaxAround's.
+  SkinRelaxing(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
+               const std::vector<bool>& held, double reach);
+  SkinRelaxing(SkinRelaxing&&) noexcept;
+  SkinRelaxing& operator=(SkinRelaxing&&) noexcept;
+  ~SkinRelaxing();
+
+  /// `moves`: displacements of all vertices of the mesh from rest.
+  void relax(VertexPositions& moves) const;
+
+ private:
+  friend void relaxAround(const FaceMesh&, const HeadTopology&, const std::vector<std::uint32_t>&,
+                          const std::vector<bool>&, double, FaceBinding&);
+  struct Data;
+  std::unique_ptr<const Data> data_;
+};
 
 /// The binding of a welded mesh from that of the given one, and back.
 FaceBinding weldedBinding(const FaceBinding& given, const Welding& welding);

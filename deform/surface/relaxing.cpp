@@ -95,10 +95,24 @@ struct Knots {
 
 }  // namespace
 
-void relaxAround(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
-                 const std::vector<bool>& held, double reach, FaceBinding& binding) {
+struct SkinRelaxing::Data {
+  std::vector<std::uint32_t> knot_of;    ///< of each vertex
+  std::vector<int> inner;                ///< of each knot: its row, -1 where it is not relaxed
+  std::vector<std::uint32_t> rim_knots;  ///< those that are not, beside some that are
+  Eigen::SparseMatrix<double> from_rim;  ///< rows x rim knots
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver;
+  bool is_solved = false;
+
+  Data(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
+       const std::vector<std::uint32_t>& also, const std::vector<bool>& held, double reach);
+};
+
+/// `also`: vertices that are relaxed whatever is said of them.
+SkinRelaxing::Data::Data(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
+                         const std::vector<std::uint32_t>& also, const std::vector<bool>& held, double reach) {
   const std::vector<PartKind>& kinds = topology.kinds();
   const Knots knots(mesh, topology.forbidden(), kinds);
+  knot_of = knots.of;
   std::vector<bool> may_relax(kinds.size());
   // Gums of both rows may hang together at the back of the mouth.
   for (std::size_t v = 0; v < kinds.size(); ++v)
@@ -109,11 +123,11 @@ void relaxAround(const FaceMesh& mesh, const HeadTopology& topology, const std::
     if (held[v]) is_in[knots.of[v]] = false;
   }
   for (const std::uint32_t v : torn) is_in[knots.of[v]] = may_relax[knots.of[v]];
-  for (const std::uint32_t v : binding.relaxed.vertices) is_in[knots.of[v]] = true;
+  for (const std::uint32_t v : also) is_in[knots.of[v]] = true;
   knots.keepAnchored(is_in);
 
-  std::vector<int> inner(kinds.size(), -1), rim(kinds.size(), -1);
-  std::vector<std::uint32_t> rim_knots;
+  inner.assign(kinds.size(), -1);
+  std::vector<int> rim(kinds.size(), -1);
   int inner_count = 0;
   for (std::uint32_t v = 0; v < kinds.size(); ++v) {
     if (is_in[v]) inner[v] = inner_count++;
@@ -137,24 +151,49 @@ void relaxAround(const FaceMesh& mesh, const HeadTopology& topology, const std::
     }
     laplacian.emplace_back(inner[v], inner[v], sum);
   }
-  Eigen::SparseMatrix<double> left(inner_count, inner_count), right(inner_count, signedIndex(rim_knots.size()));
+  Eigen::SparseMatrix<double> left(inner_count, inner_count);
+  from_rim.resize(inner_count, signedIndex(rim_knots.size()));
   left.setFromTriplets(laplacian.begin(), laplacian.end());
-  right.setFromTriplets(to_rim.begin(), to_rim.end());
-  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(left);
-  if (solver.info() != Eigen::Success) return;
-  const Eigen::MatrixXf shares = solver.solve(Eigen::MatrixXd(right)).cast<float>();
+  from_rim.setFromTriplets(to_rim.begin(), to_rim.end());
+  solver.compute(left);
+  is_solved = solver.info() == Eigen::Success;
+}
+
+SkinRelaxing::SkinRelaxing(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
+                           const std::vector<bool>& held, double reach)
+    : data_(std::make_unique<const Data>(mesh, topology, torn, std::vector<std::uint32_t>(), held, reach)) {}
+SkinRelaxing::SkinRelaxing(SkinRelaxing&&) noexcept = default;
+SkinRelaxing& SkinRelaxing::operator=(SkinRelaxing&&) noexcept = default;
+SkinRelaxing::~SkinRelaxing() = default;
+
+void SkinRelaxing::relax(VertexPositions& moves) const {
+  if (!data_->is_solved) return;
+  const Eigen::MatrixXd around = moves(data_->rim_knots, Eigen::all).cast<double>();
+  const Eigen::MatrixXf inner = data_->solver.solve(data_->from_rim * around).cast<float>();
+  if (!inner.allFinite()) return;
+  for (Eigen::Index v = 0; v < moves.rows(); ++v) {
+    const int row = data_->inner[data_->knot_of[unsignedIndex(v)]];
+    if (row >= 0) moves.row(v) = inner.row(row);
+  }
+}
+
+void relaxAround(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
+                 const std::vector<bool>& held, double reach, FaceBinding& binding) {
+  const SkinRelaxing::Data system(mesh, topology, torn, binding.relaxed.vertices, held, reach);
+  if (!system.is_solved) return;
+  const Eigen::MatrixXf shares = system.solver.solve(Eigen::MatrixXd(system.from_rim)).cast<float>();
   if (!shares.allFinite()) return;
 
   FaceBinding::Relaxed relaxed;
-  for (std::uint32_t v = 0; v < kinds.size(); ++v) {
-    const int row = inner[knots.of[v]];
+  for (std::uint32_t v = 0; v < system.knot_of.size(); ++v) {
+    const int row = system.inner[system.knot_of[v]];
     if (row < 0) continue;
     relaxed.vertices.push_back(v);
     const auto weights = shares.row(row).array();
     const float kept = (weights >= kLeastEntry).select(weights, 0).sum();
     for (Eigen::Index i = 0; i < weights.size(); ++i) {
       if (weights[i] < kLeastEntry) continue;
-      relaxed.from.push_back(rim_knots[unsignedIndex(i)]);
+      relaxed.from.push_back(system.rim_knots[unsignedIndex(i)]);
       relaxed.weights.push_back(weights[i] / kept);
     }
     relaxed.ends.push_back(static_cast<std::uint32_t>(relaxed.from.size()));

@@ -65,7 +65,8 @@ class Judge {
     findMarkers();
   }
 
-  FaceJudgement judge(const JudgedPoses& poses, const ActorPose& actor) const;
+  [[nodiscard]] FaceJudgement judge(const JudgedPoses& poses, const ActorPose& actor) const;
+  [[nodiscard]] FaceJudgement judge(const VertexPositions& pose, const JudgedPoses::Row& row) const;
 
  private:
   struct Edge {
@@ -100,6 +101,7 @@ class Judge {
                   std::span<const LipPose> lips, Seen& seen) const;
   void lookAtMotion(const VertexPositions& now, const FaceMotion& motion, std::size_t row, Seen& seen) const;
   void lookAtWarp(const JudgedPoses& poses, const ActorPose& actor, FaceJudgement& found) const;
+  [[nodiscard]] FaceJudgement sumUp(std::span<const Seen> seen, std::span<const JudgedPoses::Row> rows) const;
   [[nodiscard]] std::string placeOf(std::uint32_t vertex) const;
   [[nodiscard]] std::vector<std::uint32_t> trianglesAt(const std::vector<std::uint32_t>& vertices) const;
 
@@ -421,7 +423,23 @@ FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) con
     here.is_measured = poses.rows[row].closed || row % 4 == 0;
     if (here.is_measured) here.contact = meter_.measure(now);
   });
+  FaceJudgement found = sumUp(seen, poses.rows);
+  if (count > 0) lookAtWarp(poses, actor, found);
+  return found;
+}
 
+FaceJudgement Judge::judge(const VertexPositions& pose, const JudgedPoses::Row& row) const {
+  const VertexPositions now = welding_.isNothing() ? pose : welding_.weldedFromGiven(pose);
+  Seen seen;
+  lookAtEdges(now, seen);
+  lookAtTriangles(now, seen);
+  seen.is_measured = true;
+  seen.contact = meter_.measure(now);
+  return sumUp({&seen, 1}, {&row, 1});
+}
+
+FaceJudgement Judge::sumUp(std::span<const Seen> seen, std::span<const JudgedPoses::Row> rows) const {
+  const std::size_t count = rows.size();
   FaceJudgement found;
   found.poses = count;
   if (count == 0) return found;
@@ -429,7 +447,7 @@ FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) con
                            const std::vector<std::uint32_t>& triangles, std::optional<std::size_t> row) {
     if (is_fault)
       found.faults.push_back(
-          {limit, row ? fmt::format("{} in {}", what, poses.rows[*row].where) : what, triangles, row});
+          {limit, row ? fmt::format("{} in {}", what, rows[*row].where) : what, triangles, row});
   };
   /// The pose that shows most of something.
   const auto worstBy = [&](const auto& valueOf) {
@@ -451,16 +469,16 @@ FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) con
   const std::size_t overlap = worstBy(overlapOf);
   const std::size_t teeth = worstBy([&](std::size_t row) { return seen[row].contact.in_teeth; });
   const std::size_t tongue = worstBy([&](std::size_t row) { return seen[row].contact.in_tongue; });
-  const std::size_t open = worstBy([&](std::size_t row) { return poses.rows[row].closed ? gapOf(row) : -1; });
+  const std::size_t open = worstBy([&](std::size_t row) { return rows[row].closed ? gapOf(row) : -1; });
   double markers = 0, skin = 0, lip_markers = 0, lip_skin = 0;
   for (std::size_t row = 0; row < count; ++row) {
-    found.steps += poses.rows[row].follows ? 1U : 0U;
+    found.steps += rows[row].follows ? 1U : 0U;
     markers += seen[row].marker_squares;
     skin += seen[row].skin_squares;
     lip_markers += seen[row].lip_marker_squares;
     lip_skin += seen[row].lip_skin_squares;
-    found.closures += poses.rows[row].closed ? 1U : 0U;
-    found.touching += poses.rows[row].closed && gapOf(row) <= kTouchMm ? 1U : 0U;
+    found.closures += rows[row].closed ? 1U : 0U;
+    found.touching += rows[row].closed && gapOf(row) <= kTouchMm ? 1U : 0U;
   }
   std::set<std::uint32_t> torn;
   for (const Seen& here : seen) torn.insert(here.torn.begin(), here.torn.end());
@@ -468,7 +486,7 @@ FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) con
   for (std::size_t c = 0; c < found.left_open.size(); ++c) {
     std::vector<double> gaps;
     for (std::size_t row = 0; row < count; ++row) {
-      if (poses.rows[row].closed) gaps.push_back(std::max(0.0, seen[row].contact.gaps[c]));
+      if (rows[row].closed) gaps.push_back(std::max(0.0, seen[row].contact.gaps[c]));
     }
     if (gaps.empty()) continue;
     const auto most = gaps.begin() + signedIndex(gaps.size() * 4 / 5);
@@ -534,7 +552,6 @@ FaceJudgement Judge::judge(const JudgedPoses& poses, const ActorPose& actor) con
   faultIf(100 * found.lip_motion_share < limitNamed("lip motion"), "lip motion",
           fmt::format("the lips move {:.0f} % of what the markers on them do", 100 * found.lip_motion_share), mouth,
           {});
-  lookAtWarp(poses, actor, found);
   return found;
 }
 
@@ -550,6 +567,15 @@ double limitNamed(std::string_view name) {
 
 FaceJudgement judgeFace(const FaceRig& rig, const FaceFile& face, const JudgedPoses& poses, const ActorPose& actor) {
   return Judge(rig, face).judge(poses, actor);
+}
+
+std::vector<FaceJudgement> judgeShapes(const FaceRig& rig, const FaceFile& face,
+                                       std::span<const VertexPositions> poses, std::span<const JudgedPoses::Row> rows) {
+  MOUTHPIECE_EXPECT(poses.size() == rows.size());
+  const Judge judge(rig, face);
+  std::vector<FaceJudgement> judged(poses.size());
+  parallelFor(poses.size(), [&](std::size_t k) { judged[k] = judge.judge(poses[k], rows[k]); });
+  return judged;
 }
 
 }  // namespace mouthpiece

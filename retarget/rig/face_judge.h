@@ -75,6 +75,12 @@ struct FaceJudgement {
 /// poses are.
 FaceJudgement judgeFace(const FaceRig& rig, const FaceFile& face, const JudgedPoses& poses, const ActorPose& actor);
 
+/// What the mesh shows in each of `poses` (vertices of rig.mesh(), whatever moved them; `rows` tell what they are), a
+/// judgement each: edges, triangles and how the lips lie. `closures` is 1 where the row says that the lips touch; its
+/// left_open and overlaps are those of that pose.
+std::vector<FaceJudgement> judgeShapes(const FaceRig& rig, const FaceFile& face,
+                                       std::span<const VertexPositions> poses, std::span<const JudgedPoses::Row> rows);
+
 /// Where skin tears it is relaxed (relaxAround), step by step further around, lips that stay apart are pressed together
 /// by as much, lips that get into each other held apart (FaceBinding::pressed), and all is judged again: what leaves
 /// fewer faults, or closes more often with as many, is kept. `face` is changed, and `rig` is then that of it. Returns

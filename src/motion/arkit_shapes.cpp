@@ -67,11 +67,13 @@ const ArkitMarkerMoves& arkitMarkerMoves() {
     const nlohmann::json tree = nlohmann::json::parse(kArkitMarkersJson);
     ArkitMarkerMoves learnt;
     learnt.markers = tree.at("markers").get<std::vector<std::string>>();
-    for (const std::string_view name : kArkitNames) {
-      const auto moves = tree.at("moves_mm").at(std::string(name)).get<std::vector<double>>();
-      learnt.moves_mm.emplace_back(
-          Eigen::Map<const MarkerPositions>(moves.data(), signedIndex(learnt.markers.size()), 3));
-    }
+    const auto places = [&](const nlohmann::json& numbers) -> MarkerPositions {
+      const auto all = numbers.get<std::vector<double>>();
+      return Eigen::Map<const MarkerPositions>(all.data(), signedIndex(learnt.markers.size()), 3);
+    };
+    learnt.neutral_mm = places(tree.at("neutral_mm"));
+    for (const std::string_view name : kArkitNames)
+      learnt.moves_mm.push_back(places(tree.at("moves_mm").at(std::string(name))));
     return learnt;
   }();
   return shapes;

@@ -74,6 +74,7 @@ int arkitIndex(std::string_view shape_name);
 /// What each of ARKit's shapes does to each marker of the default layout, learnt from a head that has them all.
 struct ArkitMarkerMoves {
   std::vector<std::string> markers;
+  MarkerPositions neutral_mm;             ///< markers x 3, of that head
   std::vector<MarkerPositions> moves_mm;  ///< 52, markers x 3 each
 };
 const ArkitMarkerMoves& arkitMarkerMoves();

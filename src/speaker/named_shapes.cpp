@@ -44,8 +44,9 @@ std::string Performance::Data::namedGlb(NamedShapes kind) const {
   // `retarget shapes`.
   const SharedCorpus learnt_from = corpus ? *corpus : SharedCorpus();
   const SharedCorpus::Data& by = learnt_from.data();
-  const ShapeSet set = makeShapeSet(own.rig, by.actor, by.corpus.layout.markerNames(), by.curve_model.poses(),
-                                    is_arkit ? ShapeVocabulary::kArkit : ShapeVocabulary::kOculus);
+  const std::vector<std::string> markers = by.corpus.layout.markerNames();
+  const ShapeMaker maker(own.rig, own.file, by.actor, markers, by.curve_model.poses());
+  const ShapeSet set = maker.make(is_arkit ? ShapeVocabulary::kArkit : ShapeVocabulary::kOculus);
   const OwnShapeWeights weights =
       is_arkit ? OwnShapeWeights{fitArkit(uprightVertices(), mesh, {set.names, set.moves}).weights, arkitIndex}
                : visemeWeights(animation);

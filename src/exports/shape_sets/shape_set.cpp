@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -11,7 +12,11 @@
 #include "base/index.h"
 #include "base/text_encoding.h"
 #include "exports/arkit.h"
+#include "exports/shape_sets/shape_skin.h"
 #include "motion/arkit_shapes.h"
+#include "motion/lip_pose.h"
+#include "motion/motion_clip.h"
+#include "motion/tongue_pose.h"
 #include "phonetics/language/phone.h"
 
 namespace mouthpiece {
@@ -142,168 +147,246 @@ constexpr std::array<OculusRow, 5> kVrmRows{{{"aa", Viseme::kAh, Phone::kAA},
                                              {"ee", Viseme::kEh, Phone::kEH},
                                              {"oh", Viseme::kOh, Phone::kAO}}};
 
+/// Who moves the head: a rig fitted to this actor, the actor at rest, and the names of its markers.
+struct Mover {
+  const FaceRig* rig;
+  const ActorPose* pose;
+  const std::vector<std::string>* markers;
+
+  [[nodiscard]] std::optional<Eigen::Index> rowOf(const std::string& marker) const {
+    const auto found = std::find(markers->begin(), markers->end(), marker);
+    if (found == markers->end()) return std::nullopt;
+    return found - markers->begin();
+  }
+};
+
+std::string lowerCamel(std::string_view name) { return lowerCase(name.substr(0, 1)) + std::string(name.substr(1)); }
+
+/// The head as the one moves it whose shapes ARKit's were learnt from: what these do to markers is millimetres of that
+/// face. Nothing where the head has other markers.
+std::optional<FaceFile> fittedToArkit(const FaceFile& face) {
+  const ArkitMarkerMoves& learnt = arkitMarkerMoves();
+  FaceFile fitted = face;
+  fitted.actor_closed_lips_mm = 0;
+  fitted.warp = {};
+  for (std::size_t i = 0; i < face.marker_names.size(); ++i) {
+    const auto found = std::find(learnt.markers.begin(), learnt.markers.end(), face.marker_names[i]);
+    if (found == learnt.markers.end()) return std::nullopt;
+    fitted.actor_neutral_mm.row(signedIndex(i)) = learnt.neutral_mm.row(found - learnt.markers.begin());
+  }
+  return fitted;
+}
+
+}  // namespace
+
+struct ShapeMaker::Data {
+  const FaceRig& rig;
+  const ActorPose& actor;
+  const std::vector<std::string>& actor_markers;
+  const VisemePoses& poses;
+  ShapeSkin skin;
+  ActorPose arkit_actor{.neutral_mm = arkitMarkerMoves().neutral_mm};
+  std::optional<FaceRig> arkit_rig = std::nullopt;
+
+  [[nodiscard]] Mover captured() const { return {&rig, &actor, &actor_markers}; }
+  [[nodiscard]] Mover arkit() const {
+    if (!arkit_rig) return captured();
+    return {&*arkit_rig, &arkit_actor, &arkitMarkerMoves().markers};
+  }
+};
+
+namespace {
+
+/// One pose of the markers, and how the mouth is told to lie.
+struct ShapePose {
+  MarkerPositions moves_mm;
+  LipPose lips = {};
+  TonguePose tongue = {};
+  bool closes = false;
+  bool by_jaw = false;                  ///< teeth and tongue go as far as the chin
+  std::vector<double> apart_mm = {};    ///< by how much further the lips of each pair are held apart
+};
+
 class ShapeSetMaker {
  public:
-  ShapeSetMaker(const FaceRig& rig, const ActorPose& actor, const std::vector<std::string>& actor_markers,
-                const std::map<std::string, double>& strengths)
-      : rig_(rig), actor_(actor), strengths_(strengths) {
-    set_.poses.frame_rate_hz = 60;
-    set_.poses.marker_names = actor_markers;
-  }
+  ShapeSetMaker(const FaceRig& rig, const ShapeSkin& skin, const std::map<std::string, ShapeManner>& manners)
+      : rig_(rig), skin_(skin), manners_(manners) {}
 
-  void addArkit() {
+  void addArkit(const Mover& mover) {
     const Eyeball left = eyeballOf(rig_.mesh(), true), right = eyeballOf(rig_.mesh(), false);
     for (std::size_t k = 0; k < kArkitNames.size(); ++k) {
       const std::string_view name = kArkitNames[k];
-      MarkerPositions moves = markersOf(k);
-      if (name.starts_with("EyeLook")) keepLids(name, moves);
-      LipPose lips;
-      lips.seal = opensLips(name) ? 0.0F : 1.0F;
-      TonguePose tongue;
-      if (name == "TongueOut") tongue.tip_forward = 1;
       if (name == "MouthClose") {
-        addMouthClose(k, moves);
+        addMouthClose(mover, k);
         continue;
       }
-      add(lowerCamel(name), moves, lips, tongue, false);
+      ShapePose pose{.moves_mm = markersOf(mover, k)};
+      if (name.starts_with("EyeLook")) keepLids(mover, name, pose.moves_mm);
+      pose.lips.seal = opensLips(name) ? 0.0F : 1.0F;
+      if (name == "TongueOut") pose.tongue.tip_forward = 1;
+      pose.by_jaw = name.starts_with("Jaw");
+      add(mover, lowerCamel(name), pose);
       VertexPositions& added = set_.moves.back();
       if (const auto gaze = gazeOf(name, true)) turnEye(rig_.mesh(), left, *gaze, added);
       if (const auto gaze = gazeOf(name, false)) turnEye(rig_.mesh(), right, *gaze, added);
     }
   }
 
-  /// Lids follow eyes that look up and down; nothing else does, and nothing eyes that look aside.
-  void keepLids(std::string_view look, MarkerPositions& moves) const {
-    const bool is_upright = look.starts_with("EyeLookUp") || look.starts_with("EyeLookDown");
-    for (std::size_t i = 0; i < set_.poses.marker_names.size(); ++i) {
-      if (!is_upright || !set_.poses.marker_names[i].starts_with("LID_")) moves.row(signedIndex(i)).setZero();
-    }
-  }
-
   /// What a viseme of the capture looks like when it is fully reached.
-  void addVisemes(std::span<const OculusRow> rows, const VisemePoses& poses) {
+  void addVisemes(const Mover& mover, std::span<const OculusRow> rows, const VisemePoses& poses) {
     for (const OculusRow& row : rows) {
       const Eigen::Index number = static_cast<Eigen::Index>(row.viseme);
       const Eigen::RowVectorXd all =
           poses.lips.row(number) + poses.jaw_drop[unsignedIndex(number)] * poses.jaw_direction;
-      MarkerPositions moves = MarkerPositions::Zero(actor_.neutral_mm.rows(), 3);
+      ShapePose pose{.moves_mm = MarkerPositions::Zero(mover.pose->neutral_mm.rows(), 3)};
       for (std::size_t i = 0; i < poses.marker_names.size(); ++i) {
-        if (const auto marker = set_.poses.findMarker(poses.marker_names[i]))
-          moves.row(marker->row()) = all.segment<3>(3 * signedIndex(i));
+        if (const auto marker = mover.rowOf(poses.marker_names[i]))
+          pose.moves_mm.row(*marker) = all.segment<3>(3 * signedIndex(i));
       }
-      moves *= strengthOf(std::string(row.name));
+      pose.moves_mm *= mannerOf(std::string(row.name)).strength;
       const PhoneRow& phone = rowOf(row.phone);
-      LipPose lips;
-      lips.seal = isBilabial(row.phone) ? 1.0F : 0.0F;
-      lips.parting = isBilabial(row.phone) ? 0.0F : phone.lips_parting;
-      lips.tuck = isLabiodental(row.phone) ? 1.0F : 0.0F;
-      lips.rounding = asFloat(std::max(0.0, rowOf(row.viseme).round));
-      add(std::string(row.name), moves, lips, {phone.tongue.tip_up, phone.tongue.tip_forward, phone.tongue.back_up},
-          isBilabial(row.phone));
+      pose.closes = isBilabial(row.phone);
+      pose.lips.seal = pose.closes ? 1.0F : 0.0F;
+      pose.lips.parting = pose.closes ? 0.0F : phone.lips_parting;
+      pose.lips.tuck = isLabiodental(row.phone) ? 1.0F : 0.0F;
+      pose.lips.rounding = asFloat(std::max(0.0, rowOf(row.viseme).round));
+      pose.tongue = {phone.tongue.tip_up, phone.tongue.tip_forward, phone.tongue.back_up};
+      add(mover, std::string(row.name), pose);
     }
   }
 
-  void addLids() {
+  void addLids(const Mover& mover) {
     const auto left = unsignedIndex(arkitIndex("EyeBlinkLeft")), right = unsignedIndex(arkitIndex("EyeBlinkRight"));
-    add("blink", markersOf(left) + markersOf(right), {}, {}, false);
-    add("blinkLeft", markersOf(left), {}, {}, false);
-    add("blinkRight", markersOf(right), {}, {}, false);
+    add(mover, "blink", {.moves_mm = markersOf(mover, left) + markersOf(mover, right)});
+    add(mover, "blinkLeft", {.moves_mm = markersOf(mover, left)});
+    add(mover, "blinkRight", {.moves_mm = markersOf(mover, right)});
   }
 
-  ShapeSet take() && {
-    set_.poses.positions_mm.resize(signedIndex(rows_.size()), 3 * actor_.neutral_mm.rows());
-    for (std::size_t i = 0; i < rows_.size(); ++i) set_.poses.positions_mm.row(signedIndex(i)) = rows_[i];
-    return std::move(set_);
-  }
+  ShapeSet take() && { return std::move(set_); }
 
  private:
-  static std::string lowerCamel(std::string_view name) {
-    return lowerCase(name.substr(0, 1)) + std::string(name.substr(1));
+  [[nodiscard]] const ShapeManner& mannerOf(const std::string& name) const {
+    static const ShapeManner as_it_is;
+    const auto found = manners_.find(name);
+    return found == manners_.end() ? as_it_is : found->second;
   }
 
-  [[nodiscard]] double strengthOf(const std::string& name) const {
-    const auto found = strengths_.find(name);
-    return found == strengths_.end() ? 1.0 : found->second;
+  [[nodiscard]] MarkerPositions markersOf(const Mover& mover, std::size_t shape) const {
+    MarkerPositions moves(signedIndex(mover.markers->size()), 3);
+    for (std::size_t i = 0; i < mover.markers->size(); ++i)
+      moves.row(signedIndex(i)) = arkit_.of(shape, (*mover.markers)[i]);
+    return moves * mannerOf(lowerCamel(kArkitNames[shape])).strength;
   }
 
-  [[nodiscard]] MarkerPositions markersOf(std::size_t shape) const {
-    MarkerPositions moves(actor_.neutral_mm.rows(), 3);
-    for (std::size_t i = 0; i < set_.poses.marker_names.size(); ++i)
-      moves.row(signedIndex(i)) = arkit_.of(shape, set_.poses.marker_names[i]);
-    return moves * strengthOf(lowerCamel(kArkitNames[shape]));
+  /// Lids follow eyes that look up and down; nothing else does, and nothing eyes that look aside.
+  static void keepLids(const Mover& mover, std::string_view look, MarkerPositions& moves) {
+    const bool is_upright = look.starts_with("EyeLookUp") || look.starts_with("EyeLookDown");
+    for (std::size_t i = 0; i < mover.markers->size(); ++i) {
+      if (!is_upright || !(*mover.markers)[i].starts_with("LID_")) moves.row(signedIndex(i)).setZero();
+    }
   }
 
   /// The mesh with its markers moved so far from neutral.
-  VertexPositions posed(const MarkerPositions& moves, const LipPose& lips, const TonguePose& tongue) {
+  [[nodiscard]] VertexPositions deformed(const Mover& mover, const ShapePose& pose) const {
     MotionClip one;
     one.frame_rate_hz = 60;
-    one.marker_names = set_.poses.marker_names;
-    const MarkerPositions places = actor_.neutral_mm + moves;
+    one.marker_names = *mover.markers;
+    const MarkerPositions places = mover.pose->neutral_mm + pose.moves_mm;
     one.positions_mm = Eigen::Map<const Eigen::RowVectorXd>(places.data(), places.size());
-    const FaceMotion motion = rig_.retarget(one, &actor_, std::span(&lips, 1));
+    FaceMotion motion = mover.rig->retarget(one, mover.pose, std::span(&pose.lips, 1));
+    const FrameIndex frame{0};
+    for (std::size_t pair = 0; pair < motion.pose(frame).lips.size(); ++pair) {
+      LipGap gap = motion.pose(frame).lips[pair];
+      if (pose.closes) gap = {.opened = 0};
+      if (!pose.apart_mm.empty() && pose.apart_mm[pair] > 0) {
+        gap.least = std::max(gap.least, 0.001 * pose.apart_mm[pair] / mover.rig->mesh().metres_per_unit);
+      }
+      motion.setLipGap(frame, pair, gap);
+    }
     VertexPositions vertices;
-    rig_.deform(motion.pose(FrameIndex{0}), tongue, vertices);
+    mover.rig->deform(motion.pose(frame), pose.tongue, vertices);
+    if (pose.by_jaw) skin_.carryByChin(motion.pose(frame), vertices);
     return vertices;
   }
 
-  void keep(std::string name, const MarkerPositions& moves, VertexPositions vertex_moves, const LipPose& lips,
-            const TonguePose& tongue, bool closes) {
+  /// What `pose` does to the vertices, with skin as a shape has it. What the deformer does at rest (lips that it brings
+  /// together, or parts) belongs to no shape, but to those that say how the lips lie.
+  [[nodiscard]] VertexPositions movesOf(const Mover& mover, const std::string& name, const ShapePose& pose) const {
+    VertexPositions moves = deformed(mover, pose);
+    if (pose.closes) {
+      moves -= rig_.mesh().vertices;
+    } else {
+      ShapePose still{.moves_mm = MarkerPositions::Zero(pose.moves_mm.rows(), 3)};
+      still.lips.seal = pose.lips.seal;
+      moves -= deformed(mover, still);
+    }
+    skin_.spreadBelowJaw(moves);
+    for (const auto& [torn, reach] : mannerOf(name).relaxed) skin_.relax(torn, reach, moves);
+    return moves;
+  }
+
+  void add(const Mover& mover, std::string name, const ShapePose& given) {
+    const ShapePose pose = withLipsThatMeet(mover, name, given);
+    keep(name, movesOf(mover, name, pose), pose.closes);
+  }
+
+  void keep(std::string name, VertexPositions moves, bool closes) {
+    quieten(moves);
     set_.names.push_back(std::move(name));
-    set_.moves.push_back(std::move(vertex_moves));
+    set_.moves.push_back(std::move(moves));
     set_.closes.push_back(closes);
-    set_.lips.push_back(lips);
-    set_.tongue.push_back(tongue);
-    const MarkerPositions places = actor_.neutral_mm + moves;
-    rows_.emplace_back(Eigen::Map<const Eigen::RowVectorXd>(places.data(), places.size()));
   }
 
-  /// What the deformer does at rest (lips that it brings together, or parts) belongs to no shape, but to those that say
-  /// how the lips lie.
-  void add(std::string name, const MarkerPositions& moves, const LipPose& lips, const TonguePose& tongue, bool closes) {
-    const VertexPositions pose = posed(moves, lips, tongue);
-    const MarkerPositions still = MarkerPositions::Zero(moves.rows(), 3);
-    LipPose resting;
-    resting.seal = lips.seal;
-    VertexPositions vertex_moves =
-        closes ? VertexPositions(pose - rig_.mesh().vertices) : VertexPositions(pose - posed(still, resting, {}));
-    quieten(vertex_moves);
-    keep(std::move(name), moves, std::move(vertex_moves), lips, tongue, closes);
+  /// Apple's mouthClose takes back what jawOpen does to the lips: both go the same way, the mean of theirs.
+  void addMouthClose(const Mover& mover, std::size_t shape) {
+    const std::string name = lowerCamel(kArkitNames[shape]);
+    const MarkerPositions open = markersOf(mover, unsignedIndex(arkitIndex("JawOpen")));
+    ShapePose pose{.moves_mm = open + mannerOf("jawOpen").strength * markersOf(mover, shape)};
+    pose.closes = pose.by_jaw = true;
+    for (const auto& [upper, lower] : skin_.pairMarkers()) {
+      const auto above = mover.rowOf(upper), below = mover.rowOf(lower);
+      if (!above || !below) continue;
+      const Eigen::RowVector3d both = 0.5 * (pose.moves_mm.row(*above) + pose.moves_mm.row(*below));
+      pose.moves_mm.row(*above) = pose.moves_mm.row(*below) = both;
+    }
+    pose = withLipsThatMeet(mover, name, pose);
+    const auto jaw = std::find(set_.names.begin(), set_.names.end(), "jawOpen") - set_.names.begin();
+    keep(name, movesOf(mover, name, pose) - set_.moves[unsignedIndex(jaw)], true);
   }
 
-  /// Apple's mouthClose takes back what jawOpen does to the lips.
-  void addMouthClose(std::size_t shape, const MarkerPositions& moves) {
-    const std::size_t jaw = unsignedIndex(arkitIndex("JawOpen"));
-    const MarkerPositions open = markersOf(jaw);
-    MarkerPositions shut = open + strengthOf("jawOpen") * moves;
-    // The lips' outer edges are as far apart as at rest, where the mouth is closed.
-    const auto upper = set_.poses.findMarker("LIP_UP_MID"), lower = set_.poses.findMarker("LIP_LO_MID");
-    if (upper && lower) {
-      const auto apartIn = [&](const MarkerPositions& places) {
-        return places(upper->row(), 1) - places(lower->row(), 1);
-      };
-      const double apart = apartIn(shut);
-      for (std::size_t i = 0; i < set_.poses.marker_names.size(); ++i) {
-        const LipSide side = lipSideOf(set_.poses.marker_names[i]);
-        const double share = middleShare(signedIndex(i));
-        if (side == LipSide::kUpper) shut(signedIndex(i), 1) -= 0.5 * apart * share;
-        if (side == LipSide::kLower) shut(signedIndex(i), 1) += 0.5 * apart * share;
+  /// `pose` with lips that lie against each other on the mesh, where the pose does not part them: lips that meet are
+  /// drawn together, lips that are in each other held apart, half of the way each.
+  [[nodiscard]] ShapePose withLipsThatMeet(const Mover& mover, const std::string& name, ShapePose pose) const {
+    constexpr int kRounds = 6;
+    constexpr double kMeetWithin = 0.1, kMayOverlap = 0.25, kParted = 1;  // mm
+    ShapePose best = pose;
+    double least = std::numeric_limits<double>::infinity();
+    pose.apart_mm.assign(skin_.pairMarkers().size(), 0);
+    for (int round = 0; round < kRounds; ++round) {
+      const std::vector<double> apart = skin_.lipsApart(movesOf(mover, name, pose));
+      const double widest = *std::max_element(apart.begin(), apart.end());
+      if (!pose.closes && widest > kParted) return round == 0 ? pose : best;
+      std::vector<double> further(apart.size(), 0);
+      double wrong = 0;
+      for (std::size_t i = 0; i < apart.size(); ++i) {
+        if (apart[i] < -kMayOverlap) further[i] = -apart[i] - 0.5 * kMayOverlap;
+        if (pose.closes && apart[i] > kMeetWithin) further[i] = -apart[i];
+        wrong = std::max(wrong, std::abs(further[i]));
+      }
+      if (wrong < least) {
+        least = wrong;
+        best = pose;
+      }
+      if (wrong == 0) break;
+      for (std::size_t i = 0; i < apart.size(); ++i) {
+        pose.apart_mm[i] += further[i];
+        const auto& [upper, lower] = skin_.pairMarkers()[i];
+        if (const auto row = mover.rowOf(upper)) pose.moves_mm(*row, 1) += 0.5 * further[i];
+        if (const auto row = mover.rowOf(lower)) pose.moves_mm(*row, 1) -= 0.5 * further[i];
       }
     }
-    const LipPose sealed, parted{.seal = 0};
-    VertexPositions vertex_moves = posed(shut, sealed, {}) - posed(open, parted, {});
-    quieten(vertex_moves);
-    keep(lowerCamel(kArkitNames[shape]), shut, std::move(vertex_moves), sealed, {}, true);
+    return best;
   }
-
-  /// 1 in the middle of the lips, 0 at their corners.
-  [[nodiscard]] double middleShare(Eigen::Index marker) const {
-    const auto left = set_.poses.findMarker("LIP_CORNER_L"), right = set_.poses.findMarker("LIP_CORNER_R");
-    if (!left || !right) return 1;
-    const double half = 0.5 * (actor_.neutral_mm(left->row(), 0) - actor_.neutral_mm(right->row(), 0));
-    const double middle = 0.5 * (actor_.neutral_mm(left->row(), 0) + actor_.neutral_mm(right->row(), 0));
-    return std::clamp(1 - std::abs(actor_.neutral_mm(marker, 0) - middle) / std::max(half, 1e-6), 0.0, 1.0);
-  }
-
   /// What nobody sees moves no vertex: files stay small.
   void quieten(VertexPositions& moves) const {
     constexpr double kUnseenMm = 0.01;
@@ -314,26 +397,41 @@ class ShapeSetMaker {
   }
 
   const FaceRig& rig_;
-  const ActorPose& actor_;
-  const std::map<std::string, double>& strengths_;
+  const ShapeSkin& skin_;
+  const std::map<std::string, ShapeManner>& manners_;
   ArkitMoves arkit_;
   ShapeSet set_;
-  std::vector<Eigen::RowVectorXd> rows_;
 };
 
 }  // namespace
 
-ShapeSet makeShapeSet(const FaceRig& rig, const ActorPose& actor, const std::vector<std::string>& actor_markers,
-                      const VisemePoses& poses, ShapeVocabulary vocabulary,
-                      const std::map<std::string, double>& strengths) {
-  ShapeSetMaker maker(rig, actor, actor_markers, strengths);
-  if (vocabulary == ShapeVocabulary::kArkit) maker.addArkit();
-  if (vocabulary == ShapeVocabulary::kOculus) maker.addVisemes(kOculusRows, poses);
+ShapeMaker::ShapeMaker(const FaceRig& rig, const FaceFile& face, const ActorPose& actor,
+                       const std::vector<std::string>& actor_markers, const VisemePoses& poses) {
+  auto data = std::make_unique<Data>(Data{rig, actor, actor_markers, poses, {rig.mesh(), face.control, face.binding}});
+  if (auto fitted = fittedToArkit(face)) data->arkit_rig = FaceRig::of(std::move(*fitted), rig.mesh(), rig.name());
+  data_ = std::move(data);
+}
+ShapeMaker::ShapeMaker(ShapeMaker&&) noexcept = default;
+ShapeMaker::~ShapeMaker() = default;
+
+ShapeSet ShapeMaker::make(ShapeVocabulary vocabulary, const std::map<std::string, ShapeManner>& manners) const {
+  ShapeSetMaker maker(data_->rig, data_->skin, manners);
+  if (vocabulary == ShapeVocabulary::kArkit) maker.addArkit(data_->arkit());
+  if (vocabulary == ShapeVocabulary::kOculus) maker.addVisemes(data_->captured(), kOculusRows, data_->poses);
   if (vocabulary == ShapeVocabulary::kVrm) {
-    maker.addVisemes(kVrmRows, poses);
-    maker.addLids();
+    maker.addVisemes(data_->captured(), kVrmRows, data_->poses);
+    maker.addLids(data_->arkit());
   }
   return std::move(maker).take();
+}
+
+VertexPositions ShapeSet::posed(const FaceMesh& mesh, std::size_t shape) const {
+  VertexPositions vertices = mesh.vertices + moves[shape];
+  if (names[shape] == "mouthClose") {
+    const auto jaw = std::find(names.begin(), names.end(), "jawOpen");
+    if (jaw != names.end()) vertices += moves[unsignedIndex(jaw - names.begin())];
+  }
+  return vertices;
 }
 
 PrincipalShapes shapesWithoutMotion(const ShapeSet& set, const FaceMesh& mesh) {

@@ -21,6 +21,7 @@
 #include "motion/arkit_shapes.h"
 #include "mouthpiece/corpus.h"
 #include "programs/retarget/commands.h"
+#include "retarget/rig/face_judge.h"
 #include "speaker/speaker_data.h"
 
 namespace mouthpiece {
@@ -77,7 +78,7 @@ struct SetFacts {
   double closing_gap_mm = 0;  ///< the largest between lips that a shape says meet
   double side_rms_mm = 0, side_worst_mm = 0;
   double share_mirrored = 0;  ///< of the vertices of skin that a shape moves
-  FaceJudgement judgement;
+  std::vector<FaceJudgement> judged;  ///< one a shape
 };
 
 /// The shape that does the same on the other side: "jawRight" for "jawLeft"; the name itself on the midline.
@@ -116,25 +117,30 @@ void measureSides(const ShapeSet& set, const FaceMesh& mesh, SetFacts& facts) {
   facts.share_mirrored = moved > 0 ? count / moved : 0;
 }
 
-void measureClosings(const ShapeSet& set, const FaceRig& rig, const FaceFile& face, SetFacts& facts) {
-  const LipContactMeter meter(rig.mesh(), face.control);
-  const auto jaw = std::find(set.names.begin(), set.names.end(), "jawOpen");
-  for (std::size_t k = 0; k < set.names.size(); ++k) {
-    if (!set.closes[k]) continue;
-    VertexPositions pose = rig.mesh().vertices + set.moves[k];
-    if (set.names[k] == "mouthClose") pose += set.moves[unsignedIndex(jaw - set.names.begin())];
-    facts.closing_gap_mm = std::max(facts.closing_gap_mm, 1000 * rig.mesh().metres_per_unit * meter.measure(pose).gap);
-  }
-}
-
-SetFacts factsOf(const ShapeSet& set, const FaceRig& rig, const FaceFile& face, const ActorPose& actor) {
+SetFacts factsOf(const ShapeSet& set, const FaceRig& rig, const FaceFile& face) {
   SetFacts facts;
   measureSides(set, rig.mesh(), facts);
-  measureClosings(set, rig, face, facts);
-  JudgedPoses poses{set.poses, set.lips, set.tongue, {}};
-  for (std::size_t k = 0; k < set.names.size(); ++k) poses.rows.push_back({set.names[k], set.closes[k], false});
-  facts.judgement = judgeFace(rig, face, poses, actor);
+  std::vector<VertexPositions> poses;
+  std::vector<JudgedPoses::Row> rows;
+  for (std::size_t k = 0; k < set.names.size(); ++k) {
+    poses.push_back(set.posed(rig.mesh(), k));
+    rows.push_back({set.names[k], set.closes[k], false});
+  }
+  facts.judged = judgeShapes(rig, face, poses, rows);
+  for (std::size_t k = 0; k < set.names.size(); ++k) {
+    if (!set.closes[k]) continue;
+    const auto& open = facts.judged[k].left_open;
+    facts.closing_gap_mm =
+        std::max(facts.closing_gap_mm, 1000 * rig.mesh().metres_per_unit * *std::max_element(open.begin(), open.end()));
+  }
   return facts;
+}
+
+/// The largest of all shapes.
+double worstOf(const SetFacts& facts, double FaceJudgement::*what) {
+  double worst = 0;
+  for (const FaceJudgement& judged : facts.judged) worst = std::max(worst, judged.*what);
+  return worst;
 }
 
 /// Shapes of the set that a head which came as GLB has already, "mouthSmile_L" for "mouthSmileLeft" too: they stay its
@@ -179,6 +185,42 @@ void writeSet(const ShapesArguments& given, const ShapeSet& set, const SharedFac
   }
 }
 
+constexpr int kMostRounds = 30;
+
+bool isOfSkin(const FaceFault& fault) {
+  return fault.limit == "stretch" || fault.limit == "edge length" || fault.limit == "triangles turned over";
+}
+
+/// Skin that a shape tears is relaxed, step by step further around; what then is wrong goes less far, both sides of a
+/// pair alike. Returns whether anything is left to try.
+bool mend(const ShapeSet& set, const SetFacts& facts, std::map<std::string, ShapeManner>& manners) {
+  constexpr std::array kRelaxedWithin{0.06, 0.12, 0.2, 0.3, 0.4};  // of the mouth's width
+  constexpr double kWeaker = 0.85, kWeakest = 0.3;
+  std::map<std::string, std::string> weaker;  // and why
+  bool changed = false;
+  for (std::size_t k = 0; k < set.names.size(); ++k) {
+    const FaceJudgement& judged = facts.judged[k];
+    ShapeManner& manner = manners[set.names[k]];
+    const bool tears = std::any_of(judged.faults.begin(), judged.faults.end(), isOfSkin);
+    if (tears && manner.relaxed.size() < kRelaxedWithin.size()) {
+      manner.relaxed.emplace_back(judged.torn, kRelaxedWithin[manner.relaxed.size()]);
+      changed = true;
+    } else if (!judged.faults.empty()) {
+      // mouthClose takes back what jawOpen does, so it is as weak as that.
+      const std::string name = set.names[k] == "mouthClose" ? "jawOpen" : set.names[k];
+      weaker.emplace(name, judged.faults[0].what);
+      weaker.emplace(otherSideOf(name), judged.faults[0].what);
+    }
+  }
+  for (const auto& [name, why] : weaker) {
+    ShapeManner& manner = manners[name];
+    changed |= manner.strength > kWeakest;
+    manner.strength = std::max(kWeakest, manner.strength * kWeaker);
+    if (manner.why.empty()) manner.why = why;
+  }
+  return changed;
+}
+
 int runShapes(const ShapesArguments& given) {
   const std::string ending = given.out.extension().string();
   if (!ending.empty() && ending != ".glb" && ending != ".fbx" && ending != ".usda")
@@ -187,34 +229,15 @@ int runShapes(const ShapesArguments& given) {
   const SharedCorpus corpus(given.corpus);
   const SharedFace::Data& own = face.data();
   const SharedCorpus::Data& by = corpus.data();
-  // As far as on the head that the shapes were learnt from, or as far as this one bears.
-  constexpr int kMostRounds = 24;
-  constexpr double kWeaker = 0.85, kWeakest = 0.3;
-  std::map<std::string, double> strengths;
-  const auto made = [&] {
-    return makeShapeSet(own.rig, by.actor, by.corpus.layout.markerNames(), by.curve_model.poses(),
-                        vocabularyOf(given.set), strengths);
-  };
-  ShapeSet set = made();
+  const std::vector<std::string> markers = by.corpus.layout.markerNames();
+  const ShapeMaker maker(own.rig, own.file, by.actor, markers, by.curve_model.poses());
+  std::map<std::string, ShapeManner> manners;
+  ShapeSet set = maker.make(vocabularyOf(given.set));
   const std::vector<std::string> kept = keptShapes(given, set, own);
-  SetFacts facts = factsOf(set, own.rig, own.file, by.actor);
-  for (int round = 0; round < kMostRounds; ++round) {
-    bool changed = false;
-    for (const FaceFault& fault : facts.judgement.faults) {
-      if (!fault.pose) continue;
-      // mouthClose takes back what jawOpen does, so it is as weak as that. Skin that stretches while lips are shut over
-      // an open jaw is told alone: a jaw that opens is worth more.
-      const bool is_close = set.names[*fault.pose] == "mouthClose";
-      if (is_close && (fault.limit == "stretch" || fault.limit == "edge length")) continue;
-      const std::string& name = is_close ? "jawOpen" : set.names[*fault.pose];
-      double& strength = strengths.try_emplace(name, 1.0).first->second;
-      changed |= strength > kWeakest;
-      strength = std::max(kWeakest, strength * kWeaker);
-      strengths[otherSideOf(name)] = strength;  // both sides alike
-    }
-    if (!changed) break;
-    set = made();
-    facts = factsOf(set, own.rig, own.file, by.actor);
+  SetFacts facts = factsOf(set, own.rig, own.file);
+  for (int round = 0; round < kMostRounds && mend(set, facts, manners); ++round) {
+    set = maker.make(vocabularyOf(given.set), manners);
+    facts = factsOf(set, own.rig, own.file);
   }
   ShapeSet added;
   for (std::size_t k = 0; k < set.names.size(); ++k) {
@@ -223,19 +246,32 @@ int runShapes(const ShapesArguments& given) {
     added.moves.push_back(set.moves[k]);
   }
   writeSet(given, added, own);
+  std::vector<std::string> faults;
+  for (const FaceJudgement& judged : facts.judged) {
+    for (const FaceFault& fault : judged.faults) faults.push_back(fault.what);
+  }
+  std::map<std::string, double> strengths;
+  std::map<std::string, std::string> weakened_by;
+  for (const auto& [name, manner] : manners) {
+    if (manner.strength >= 1) continue;
+    strengths[name] = manner.strength;
+    weakened_by[name] = manner.why;
+  }
+  const double overlap = worstOf(facts, &FaceJudgement::lips_overlap_mm);
+  const double turned = worstOf(facts, &FaceJudgement::turned_over_mm2);
   if (given.json) {
-    nlohmann::json faults = nlohmann::json::array();
-    for (const FaceFault& fault : facts.judgement.faults) faults.push_back(fault.what);
     printJson(nlohmann::json{{"shapes", set.names},
                              {"kept", kept},
                              {"closing_gap_mm", facts.closing_gap_mm},
                              {"side_rms_mm", facts.side_rms_mm},
                              {"side_worst_mm", facts.side_worst_mm},
                              {"share_mirrored", facts.share_mirrored},
-                             {"lips_overlap_mm", facts.judgement.lips_overlap_mm},
-                             {"turned_over_mm2", facts.judgement.turned_over_mm2},
-                             {"edge_ratio", facts.judgement.edge_ratio},
+                             {"lips_overlap_mm", overlap},
+                             {"turned_over_mm2", turned},
+                             {"edge_ratio", worstOf(facts, &FaceJudgement::edge_ratio)},
+                             {"edge_growth_mm", worstOf(facts, &FaceJudgement::edge_growth_mm)},
                              {"strengths", strengths},
+                             {"weakened_by", weakened_by},
                              {"faults", faults}});
   } else if (!given.quiet) {
     printText(fmt::format("{} shapes on '{}' -> {}\n", set.names.size(), own.rig.name(), given.out.string()));
@@ -243,12 +279,12 @@ int runShapes(const ShapesArguments& given) {
     printText(fmt::format("  lips that meet     {:.2f} mm apart at most\n", facts.closing_gap_mm));
     printText(fmt::format("  left and right     {:.2f} mm apart (RMS), {:.2f} at most, over {:.0f} % of what moves\n",
                           facts.side_rms_mm, facts.side_worst_mm, 100 * facts.share_mirrored));
-    printText(fmt::format("  lips               {:.2f} mm inside each other at most; {:.2f} mm2 folded over\n",
-                          facts.judgement.lips_overlap_mm, facts.judgement.turned_over_mm2));
+    printText(fmt::format("  lips               {:.2f} mm inside each other at most; {:.2f} mm2 folded over\n", overlap,
+                          turned));
     for (const auto& [name, strength] : strengths)
-      printText(fmt::format("  weaker             {} goes {:.0f} % as far, for the mesh bears no more\n", name,
-                            100 * strength));
-    for (const FaceFault& fault : facts.judgement.faults) printText("  to look at         " + fault.what + "\n");
+      printText(fmt::format("  weaker             {} goes {:.0f} % as far: else {}\n", name, 100 * strength,
+                            weakened_by[name]));
+    for (const std::string& fault : faults) printText("  to look at         " + fault + "\n");
   }
   return kExitDone;
 }
