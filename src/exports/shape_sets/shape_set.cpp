@@ -1,17 +1,15 @@
 #include "exports/shape_sets/shape_set.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <optional>
 
 #include "base/index.h"
 #include "base/text_encoding.h"
-#include "exports/arkit.h"
+#include "exports/shape_sets/shape_eyes.h"
 #include "exports/shape_sets/shape_skin.h"
 #include "motion/arkit_shapes.h"
 #include "motion/lip_pose.h"
@@ -67,58 +65,6 @@ bool opensLips(std::string_view arkit) {
   constexpr std::array<std::string_view, 5> kOpen{"JawOpen", "MouthFunnel", "MouthLowerDown", "MouthUpperUp",
                                                   "TongueOut"};
   return std::any_of(kOpen.begin(), kOpen.end(), [&](std::string_view name) { return arkit.starts_with(name); });
-}
-
-/// Turns of the eyes: up and to the subject's left, degrees.
-std::optional<std::pair<double, double>> gazeOf(std::string_view arkit, bool left_eye) {
-  constexpr double kWhole = double{kWholeLook} * 180 / std::numbers::pi;
-  if (!arkit.starts_with("EyeLook") || arkit.ends_with("Left") != left_eye) return std::nullopt;
-  if (arkit.starts_with("EyeLookUp")) return std::pair(kWhole, 0.0);
-  if (arkit.starts_with("EyeLookDown")) return std::pair(-kWhole, 0.0);
-  const bool to_nose = arkit.starts_with("EyeLookIn");
-  return std::pair(0.0, to_nose == left_eye ? -kWhole : kWhole);
-}
-
-/// The vertices of one eye, and the middle of the ball that they lie on.
-struct Eyeball {
-  std::vector<Eigen::Index> vertices;
-  Eigen::RowVector3f middle = Eigen::RowVector3f::Zero();
-};
-
-Eyeball eyeballOf(const FaceMesh& mesh, bool is_left) {
-  std::vector<bool> is_eye(mesh.vertexCount(), false);
-  for (const Triangle& triangle : trianglesOf(mesh, {PartKind::kEye})) {
-    for (const std::uint32_t vertex : triangle) is_eye[vertex] = true;
-  }
-  Eyeball eye;
-  for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
-    if (is_eye[unsignedIndex(v)] && (mesh.vertices(v, 0) > 0) == is_left) eye.vertices.push_back(v);
-  }
-  if (eye.vertices.size() < 4) return {};
-  // |p - m|^2 = r^2 is linear in m and r^2 - |m|^2.
-  Eigen::MatrixX4d left(signedIndex(eye.vertices.size()), 4);
-  Eigen::VectorXd right(left.rows());
-  for (Eigen::Index i = 0; i < left.rows(); ++i) {
-    const Eigen::RowVector3d place = mesh.vertices.row(eye.vertices[unsignedIndex(i)]).cast<double>();
-    left.row(i) << 2 * place, 1;
-    right(i) = place.squaredNorm();
-  }
-  const Eigen::Vector4d solution = left.colPivHouseholderQr().solve(right);
-  eye.middle = solution.head<3>().transpose().cast<float>();
-  return eye;
-}
-
-void turnEye(const FaceMesh& mesh, const Eyeball& eye, const std::pair<double, double>& degrees,
-             VertexPositions& moves) {
-  constexpr double kRadians = std::numbers::pi / 180;
-  const Eigen::Matrix3f turn = (Eigen::AngleAxisd(degrees.second * kRadians, Eigen::Vector3d::UnitY()) *
-                                Eigen::AngleAxisd(-degrees.first * kRadians, Eigen::Vector3d::UnitX()))
-                                   .toRotationMatrix()
-                                   .cast<float>();
-  for (const Eigen::Index v : eye.vertices) {
-    const Eigen::RowVector3f from_middle = mesh.vertices.row(v) - eye.middle;
-    moves.row(v) = from_middle * turn.transpose() - from_middle;
-  }
 }
 
 /// One viseme of Oculus and the class and phone that show it.
@@ -213,7 +159,6 @@ class ShapeSetMaker {
       : rig_(rig), skin_(skin), manners_(manners) {}
 
   void addArkit(const Mover& mover) {
-    const Eyeball left = eyeballOf(rig_.mesh(), true), right = eyeballOf(rig_.mesh(), false);
     for (std::size_t k = 0; k < kArkitNames.size(); ++k) {
       const std::string_view name = kArkitNames[k];
       if (name == "MouthClose") {
@@ -227,8 +172,8 @@ class ShapeSetMaker {
       pose.by_jaw = name.starts_with("Jaw");
       add(mover, lowerCamel(name), pose);
       VertexPositions& added = set_.moves.back();
-      if (const auto gaze = gazeOf(name, true)) turnEye(rig_.mesh(), left, *gaze, added);
-      if (const auto gaze = gazeOf(name, false)) turnEye(rig_.mesh(), right, *gaze, added);
+      if (name.starts_with("Eye")) eyes_.slideLids(added);
+      eyes_.look(name, added);
     }
   }
 
@@ -258,8 +203,11 @@ class ShapeSetMaker {
   void addLids(const Mover& mover) {
     const auto left = unsignedIndex(arkitIndex("EyeBlinkLeft")), right = unsignedIndex(arkitIndex("EyeBlinkRight"));
     add(mover, "blink", {.moves_mm = markersOf(mover, left) + markersOf(mover, right)});
+    eyes_.slideLids(set_.moves.back());
     add(mover, "blinkLeft", {.moves_mm = markersOf(mover, left)});
+    eyes_.slideLids(set_.moves.back());
     add(mover, "blinkRight", {.moves_mm = markersOf(mover, right)});
+    eyes_.slideLids(set_.moves.back());
   }
 
   ShapeSet take() && { return std::move(set_); }
@@ -354,20 +302,22 @@ class ShapeSetMaker {
     keep(name, movesOf(mover, name, pose) - set_.moves[unsignedIndex(jaw)], true);
   }
 
-  /// `pose` with lips that lie against each other on the mesh, where the pose does not part them: lips that meet are
-  /// drawn together, lips that are in each other held apart, half of the way each.
+  /// `pose` with lips that lie against each other on the mesh and before the teeth: lips that shall meet are drawn
+  /// together, lips that are in each other held apart, half of the way each, and both brought forward out of the teeth.
+  /// Lips that the pose parts are left alone.
   [[nodiscard]] ShapePose withLipsThatMeet(const Mover& mover, const std::string& name, ShapePose pose) const {
-    constexpr int kRounds = 6;
-    constexpr double kMeetWithin = 0.1, kMayOverlap = 0.25, kParted = 1;  // mm
+    constexpr int kRounds = 8;
+    constexpr double kMeetWithin = 0.1, kMayOverlap = 0.25, kMayBeInTeeth = 0.35, kParted = 1;  // mm
     ShapePose best = pose;
     double least = std::numeric_limits<double>::infinity();
     pose.apart_mm.assign(skin_.pairMarkers().size(), 0);
     for (int round = 0; round < kRounds; ++round) {
-      const std::vector<double> apart = skin_.lipsApart(movesOf(mover, name, pose));
-      const double widest = *std::max_element(apart.begin(), apart.end());
-      if (!pose.closes && widest > kParted) return round == 0 ? pose : best;
+      const auto [apart, in_teeth] = skin_.lipsIn(movesOf(mover, name, pose));
+      const double parted = pose.closes ? 0 : *std::max_element(apart.begin(), apart.end()) - kParted;
+      if (round == 0 && parted > 0) return best;
+      const double forward = in_teeth > kMayBeInTeeth ? in_teeth - 0.5 * kMayBeInTeeth : 0;
+      double wrong = std::max(parted, forward);
       std::vector<double> further(apart.size(), 0);
-      double wrong = 0;
       for (std::size_t i = 0; i < apart.size(); ++i) {
         if (apart[i] < -kMayOverlap) further[i] = -apart[i] - 0.5 * kMayOverlap;
         if (pose.closes && apart[i] > kMeetWithin) further[i] = -apart[i];
@@ -377,16 +327,18 @@ class ShapeSetMaker {
         least = wrong;
         best = pose;
       }
-      if (wrong == 0) break;
+      if (wrong <= 0) break;
       for (std::size_t i = 0; i < apart.size(); ++i) {
         pose.apart_mm[i] += further[i];
         const auto& [upper, lower] = skin_.pairMarkers()[i];
-        if (const auto row = mover.rowOf(upper)) pose.moves_mm(*row, 1) += 0.5 * further[i];
-        if (const auto row = mover.rowOf(lower)) pose.moves_mm(*row, 1) -= 0.5 * further[i];
+        const Eigen::RowVector3d way(0, 0.5 * further[i], forward);
+        if (const auto row = mover.rowOf(upper)) pose.moves_mm.row(*row) += way;
+        if (const auto row = mover.rowOf(lower)) pose.moves_mm.row(*row) += way.cwiseProduct(Eigen::RowVector3d(1, -1, 1));
       }
     }
     return best;
   }
+
   /// What nobody sees moves no vertex: files stay small.
   void quieten(VertexPositions& moves) const {
     constexpr double kUnseenMm = 0.01;
@@ -399,6 +351,7 @@ class ShapeSetMaker {
   const FaceRig& rig_;
   const ShapeSkin& skin_;
   const std::map<std::string, ShapeManner>& manners_;
+  ShapeEyes eyes_{rig_.mesh()};
   ArkitMoves arkit_;
   ShapeSet set_;
 };

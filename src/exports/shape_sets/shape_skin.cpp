@@ -51,7 +51,7 @@ ShapeSkin::ShapeSkin(const FaceMesh& mesh, const ControlMesh& control, const Fac
       jaw_(control),
       mouth_width_(control.mouth_width),
       meter_(whole(), control),
-      overlap_at_rest_(meter_.measure(whole().vertices).overlap) {
+      at_rest_(meter_.measure(whole().vertices)) {
   const FaceMesh& skin = whole();
   const FaceBinding bound = welding_.isNothing() ? binding : weldedBinding(binding, welding_);
   const std::vector<PartKind>& kinds = topology_.kinds();
@@ -136,7 +136,7 @@ void ShapeSkin::carryByChin(const FacePose& pose, VertexPositions& vertices) con
   }
 }
 
-std::vector<double> ShapeSkin::lipsApart(const VertexPositions& moves) const {
+ShapeSkin::Lips ShapeSkin::lipsIn(const VertexPositions& moves) const {
   const VertexPositions posed = mesh_.vertices + moves;
   const LipContact contact = meter_.measure(welding_.isNothing() ? posed : welding_.weldedFromGiven(posed));
   // A pair speaks for the columns that no other pair is nearer to.
@@ -151,11 +151,11 @@ std::vector<double> ShapeSkin::lipsApart(const VertexPositions& moves) const {
   }
   for (std::size_t c = 0; c < contact.overlaps.size(); ++c) {
     double& overlap = inside[nearestPair((asReal(c) + 0.5) / asReal(contact.overlaps.size()))];
-    overlap = std::max(overlap, contact.overlaps[c] - overlap_at_rest_);
+    overlap = std::max(overlap, contact.overlaps[c] - at_rest_.overlap);
   }
   const double mm = 1000 * mesh_.metres_per_unit;
   for (std::size_t i = 0; i < apart.size(); ++i) apart[i] = mm * (inside[i] > 0 ? -inside[i] : apart[i]);
-  return apart;
+  return {apart, mm * (contact.in_teeth - at_rest_.in_teeth)};
 }
 
 }  // namespace mouthpiece

@@ -33,8 +33,12 @@ class ShapeSkin {
   void carryByChin(const FacePose& pose, VertexPositions& vertices) const;
   /// The outer lip markers of each of lipPairs(), the upper and the lower one.
   [[nodiscard]] const std::vector<std::pair<std::string, std::string>>& pairMarkers() const { return pair_markers_; }
-  /// How far the lips are apart then (below zero: in each other, more than at rest) at each of lipPairs(), millimetres.
-  [[nodiscard]] std::vector<double> lipsApart(const VertexPositions& moves) const;
+  /// How the lips lie then, millimetres.
+  struct Lips {
+    std::vector<double> apart;  ///< at each of lipPairs(); below zero: in each other, more than at rest
+    double in_teeth = 0;        ///< more than at rest
+  };
+  [[nodiscard]] Lips lipsIn(const VertexPositions& moves) const;
 
  private:
   [[nodiscard]] const FaceMesh& whole() const { return welding_.isNothing() ? mesh_ : welding_.mesh; }
@@ -48,7 +52,7 @@ class ShapeSkin {
   std::vector<float> by_jaw_;  ///< how far each vertex of the mesh goes along with the jaw
   double mouth_width_;
   LipContactMeter meter_;
-  double overlap_at_rest_;
+  LipContact at_rest_;
   std::vector<std::pair<std::string, std::string>> pair_markers_;
   std::vector<double> pairs_at_;  ///< shares of the way across the mouth
   std::vector<bool> rims_;

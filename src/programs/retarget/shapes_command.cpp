@@ -194,7 +194,7 @@ bool isOfSkin(const FaceFault& fault) {
 /// Skin that a shape tears is relaxed, step by step further around; what then is wrong goes less far, both sides of a
 /// pair alike. Returns whether anything is left to try.
 bool mend(const ShapeSet& set, const SetFacts& facts, std::map<std::string, ShapeManner>& manners) {
-  constexpr std::array kRelaxedWithin{0.06, 0.12, 0.2, 0.3, 0.4};  // of the mouth's width
+  constexpr std::array kRelaxedWithin{0.06, 0.12, 0.2, 0.3, 0.45, 0.65, 0.9};  // of the mouth's width
   constexpr double kWeaker = 0.85, kWeakest = 0.3;
   std::map<std::string, std::string> weaker;  // and why
   bool changed = false;

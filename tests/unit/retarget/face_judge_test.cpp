@@ -60,6 +60,23 @@ TEST_F(FaceJudgeTest, FindsNothingOnAGoodFace) {
   EXPECT_EQ(found.warp_folds, 0);
 }
 
+TEST_F(FaceJudgeTest, NamesShapesWhoseLipsDoNotMeet) {
+  const FaceRig rig = FaceRig::of(file_, mesh_, "default.face");
+  const JudgedPoses poses = opening();
+  const FaceMotion motion = rig.retarget(poses.motion);
+  VertexPositions open;
+  rig.deform(motion.pose(FrameIndex{6}), {}, open);
+  const std::vector<FaceJudgement> found =
+      judgeShapes(rig, file_, std::vector{mesh_.vertices, open, open},
+                  std::vector<JudgedPoses::Row>{{"shut", true}, {"ajar", true}, {"open", false}});
+  ASSERT_EQ(found.size(), 3U);
+  EXPECT_EQ(faultOf(found[0], "closures"), nullptr);
+  ASSERT_NE(faultOf(found[1], "closures"), nullptr);
+  EXPECT_NE(faultOf(found[1], "closures")->what.find("in ajar"), std::string::npos);
+  EXPECT_GT(*std::max_element(found[1].left_open.begin(), found[1].left_open.end()), 1);
+  EXPECT_EQ(faultOf(found[2], "closures"), nullptr) << "nobody says that they shall meet";
+}
+
 /// A few vertices of the lower lip are left hanging on the upper one.
 FaceFile hungOnEachOther(const FaceFile& whole) {
   FaceFile torn = whole;
