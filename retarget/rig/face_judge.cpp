@@ -446,8 +446,7 @@ FaceJudgement Judge::sumUp(std::span<const Seen> seen, std::span<const JudgedPos
   const auto faultIf = [&](bool is_fault, std::string_view limit, const std::string& what,
                            const std::vector<std::uint32_t>& triangles, std::optional<std::size_t> row) {
     if (is_fault)
-      found.faults.push_back(
-          {limit, row ? fmt::format("{} in {}", what, rows[*row].where) : what, triangles, row});
+      found.faults.push_back({limit, row ? fmt::format("{} in {}", what, rows[*row].where) : what, triangles, row});
   };
   /// The pose that shows most of something.
   const auto worstBy = [&](const auto& valueOf) {
@@ -569,8 +568,8 @@ FaceJudgement judgeFace(const FaceRig& rig, const FaceFile& face, const JudgedPo
   return Judge(rig, face).judge(poses, actor);
 }
 
-std::vector<FaceJudgement> judgeShapes(const FaceRig& rig, const FaceFile& face,
-                                       std::span<const VertexPositions> poses, std::span<const JudgedPoses::Row> rows) {
+std::vector<FaceJudgement> judgeShapes(const FaceRig& rig, const FaceFile& face, std::span<const VertexPositions> poses,
+                                       std::span<const JudgedPoses::Row> rows) {
   MOUTHPIECE_EXPECT(poses.size() == rows.size());
   const Judge judge(rig, face);
   std::vector<FaceJudgement> judged(poses.size());

@@ -78,8 +78,8 @@ FaceJudgement judgeFace(const FaceRig& rig, const FaceFile& face, const JudgedPo
 /// What the mesh shows in each of `poses` (vertices of rig.mesh(), whatever moved them; `rows` tell what they are), a
 /// judgement each: edges, triangles and how the lips lie. `closures` is 1 where the row says that the lips touch; its
 /// left_open and overlaps are those of that pose.
-std::vector<FaceJudgement> judgeShapes(const FaceRig& rig, const FaceFile& face,
-                                       std::span<const VertexPositions> poses, std::span<const JudgedPoses::Row> rows);
+std::vector<FaceJudgement> judgeShapes(const FaceRig& rig, const FaceFile& face, std::span<const VertexPositions> poses,
+                                       std::span<const JudgedPoses::Row> rows);
 
 /// Where skin tears it is relaxed (relaxAround), step by step further around, lips that stay apart are pressed together
 /// by as much, lips that get into each other held apart (FaceBinding::pressed), and all is judged again: what leaves

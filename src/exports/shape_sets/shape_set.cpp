@@ -149,8 +149,8 @@ struct ShapePose {
   LipPose lips = {};
   TonguePose tongue = {};
   bool closes = false;
-  bool by_jaw = false;                  ///< teeth and tongue go as far as the chin
-  std::vector<double> apart_mm = {};    ///< by how much further the lips of each pair are held apart
+  bool by_jaw = false;                ///< teeth and tongue go as far as the chin
+  std::vector<double> apart_mm = {};  ///< by how much further the lips of each pair are held apart
 };
 
 class ShapeSetMaker {
@@ -303,22 +303,23 @@ class ShapeSetMaker {
   }
 
   /// `pose` with lips that lie against each other on the mesh and before the teeth: lips that shall meet are drawn
-  /// together, lips that are in each other held apart, half of the way each, and both brought forward out of the teeth.
-  /// Lips that the pose parts are left alone.
+  /// together, lips that are in each other held apart, half of the way each, and both brought forward out of the teeth,
+  /// which is all that is done to lips that the pose parts.
   [[nodiscard]] ShapePose withLipsThatMeet(const Mover& mover, const std::string& name, ShapePose pose) const {
     constexpr int kRounds = 8;
     constexpr double kMeetWithin = 0.1, kMayOverlap = 0.25, kMayBeInTeeth = 0.35, kParted = 1;  // mm
     ShapePose best = pose;
     double least = std::numeric_limits<double>::infinity();
+    bool is_parted = false;
     pose.apart_mm.assign(skin_.pairMarkers().size(), 0);
     for (int round = 0; round < kRounds; ++round) {
       const auto [apart, in_teeth] = skin_.lipsIn(movesOf(mover, name, pose));
       const double parted = pose.closes ? 0 : *std::max_element(apart.begin(), apart.end()) - kParted;
-      if (round == 0 && parted > 0) return best;
+      if (round == 0) is_parted = parted > 0;
       const double forward = in_teeth > kMayBeInTeeth ? in_teeth - 0.5 * kMayBeInTeeth : 0;
-      double wrong = std::max(parted, forward);
+      double wrong = is_parted ? forward : std::max(parted, forward);
       std::vector<double> further(apart.size(), 0);
-      for (std::size_t i = 0; i < apart.size(); ++i) {
+      for (std::size_t i = 0; !is_parted && i < apart.size(); ++i) {
         if (apart[i] < -kMayOverlap) further[i] = -apart[i] - 0.5 * kMayOverlap;
         if (pose.closes && apart[i] > kMeetWithin) further[i] = -apart[i];
         wrong = std::max(wrong, std::abs(further[i]));
@@ -333,7 +334,8 @@ class ShapeSetMaker {
         const auto& [upper, lower] = skin_.pairMarkers()[i];
         const Eigen::RowVector3d way(0, 0.5 * further[i], forward);
         if (const auto row = mover.rowOf(upper)) pose.moves_mm.row(*row) += way;
-        if (const auto row = mover.rowOf(lower)) pose.moves_mm.row(*row) += way.cwiseProduct(Eigen::RowVector3d(1, -1, 1));
+        if (const auto row = mover.rowOf(lower))
+          pose.moves_mm.row(*row) += way.cwiseProduct(Eigen::RowVector3d(1, -1, 1));
       }
     }
     return best;

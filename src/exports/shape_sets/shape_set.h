@@ -27,7 +27,7 @@ struct ShapeSet {
 
 /// How a shape is made.
 struct ShapeManner {
-  double strength = 1;  ///< how far its markers go
+  double strength = 1;   ///< how far its markers go
   std::string why = {};  ///< no further
   /// Vertices of the mesh that are torn from their neighbours, and how far around them skin is relaxed, one after the
   /// other; shares of the mouth's width.

@@ -69,8 +69,8 @@ ShapeSkin::ShapeSkin(const FaceMesh& mesh, const ControlMesh& control, const Fac
     const float by_skin = binding.patch[v] >= 0 ? binding.skin_weight[v] : 0.0F;
     by_jaw_.push_back(is_tongue ? 1 : (1 - by_skin) * binding.jaw_weight[v]);
   }
-  const double mouth_height = 0.5 * (control.rest(findPoint(control, "LIP_CORNER_R"), 1) +
-                                     control.rest(findPoint(control, "LIP_CORNER_L"), 1));
+  const double mouth_height =
+      0.5 * (control.rest(findPoint(control, "LIP_CORNER_R"), 1) + control.rest(findPoint(control, "LIP_CORNER_L"), 1));
   std::vector<bool> is_held = borderOf(skin);
   std::vector<std::uint32_t> beyond;
   for (std::uint32_t v = 0; v < skin.vertexCount(); ++v) {

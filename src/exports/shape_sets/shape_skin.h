@@ -28,8 +28,8 @@ class ShapeSkin {
   /// The same of the skin within `reach` mouths of the vertices of `torn`, but for the lips' rims, which are only moved
   /// where they are torn.
   void relax(const std::vector<std::uint32_t>& torn, double reach, VertexPositions& moves) const;
-  /// Takes what the jaw carries, lower teeth, gums, and tongue, as far as the chin goes in `pose`: the deformer's jaw, made for
-  /// speech, lags behind wide movements. `vertices`: the deformer's.
+  /// Takes what the jaw carries, lower teeth, gums, and tongue, as far as the chin goes in `pose`: the deformer's jaw,
+  /// made for speech, lags behind wide movements. `vertices`: the deformer's.
   void carryByChin(const FacePose& pose, VertexPositions& vertices) const;
   /// The outer lip markers of each of lipPairs(), the upper and the lower one.
   [[nodiscard]] const std::vector<std::pair<std::string, std::string>>& pairMarkers() const { return pair_markers_; }

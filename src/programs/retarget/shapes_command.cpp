@@ -77,7 +77,7 @@ std::vector<std::vector<Eigen::Index>> mirroredVertices(const FaceMesh& mesh, co
 struct SetFacts {
   double closing_gap_mm = 0;  ///< the largest between lips that a shape says meet
   double side_rms_mm = 0, side_worst_mm = 0;
-  double share_mirrored = 0;  ///< of the vertices of skin that a shape moves
+  double share_mirrored = 0;          ///< of the vertices of skin that a shape moves
   std::vector<FaceJudgement> judged;  ///< one a shape
 };
 

@@ -265,8 +265,7 @@ TEST(Relaxing, SpreadsWhatWasTornApart) {
       for (std::size_t k = 0; k < 3; ++k) {
         const auto a = t[k], b = t[(k + 1) % 3];
         const Eigen::RowVector3f apart = mesh.vertices.row(a) - mesh.vertices.row(b);
-        if (apart.norm() > 0)
-          sum += double{(moved.row(a) - moved.row(b) - apart).squaredNorm() / apart.norm()};
+        if (apart.norm() > 0) sum += double{(moved.row(a) - moved.row(b) - apart).squaredNorm() / apart.norm()};
       }
     }
     return sum;
