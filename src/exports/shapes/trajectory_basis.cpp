@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
+#include <utility>
 
 namespace mouthpiece {
 namespace {
@@ -41,16 +42,13 @@ float largestDistance(const MatrixXf& residual) {
   return std::sqrt(largest);
 }
 
-/// The fewest leading columns of `block` whose removal from `residual` leaves every point within `tolerance`; all of
-/// them together do.
-Eigen::Index sufficientCount(const MatrixXf& residual, const MatrixXf& block, float tolerance) {
-  const MatrixXf shapes = block.transpose() * residual;
-  Eigen::Index too_few = 0;
+/// The fewest leading columns of `block` whose removal from a residual leaves every point within `tolerance`; all of
+/// them together leave `left`, which is within it. `shapes`: block^T residual.
+Eigen::Index sufficientCount(MatrixXf left, const MatrixXf& block, const MatrixXf& shapes, float tolerance) {
   Eigen::Index enough = block.cols();
-  while (enough - too_few > 1) {
-    const Eigen::Index middle = (enough + too_few) / 2;
-    const bool fits = largestDistance(residual - block.leftCols(middle) * shapes.topRows(middle)) <= tolerance;
-    (fits ? enough : too_few) = middle;
+  for (; enough > 1; --enough) {
+    left.noalias() += block.col(enough - 1) * shapes.row(enough - 1);
+    if (!(largestDistance(left) <= tolerance)) break;
   }
   return enough;
 }
@@ -82,9 +80,10 @@ MatrixXf trajectoryBasis(const MatrixXf& trajectories, float tolerance) {
     MatrixXf block = leadingTrajectories(residual, std::min(kBlockCount, most - basis.cols()));
     // Twice: once leaves what rounding makes of a small residual.
     for (int pass = 0; pass < 2; ++pass) block = orthonormalColumns(block - basis * (basis.transpose() * block));
-    MatrixXf left = residual - block * (block.transpose() * residual);
+    const MatrixXf shapes = block.transpose() * residual;
+    MatrixXf left = residual - block * shapes;
     if (largestDistance(left) <= tolerance) {
-      append(basis, block.leftCols(sufficientCount(residual, block, tolerance)));
+      append(basis, block.leftCols(sufficientCount(std::move(left), block, shapes, tolerance)));
       return basis;
     }
     append(basis, block);
