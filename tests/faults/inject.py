@@ -19,9 +19,9 @@ import errno
 import json
 import os
 import pathlib
-import signal
 import random
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
