@@ -21,6 +21,7 @@ constexpr double kComesNear = 0.004;  ///< nothing is pushed further than this i
 constexpr double kFarApart = 0.08;    ///< lips further apart everywhere need no guard, which fades in over half of this
 constexpr double kKeptApart = 0.01;   ///< lips that are kept further apart are not drawn together at all
 constexpr int kDrawingSweeps = 3;     ///< columns pull at their neighbours
+constexpr float kLevelledWithin = 6;  ///< times as far apart as they are levelled, lips are not levelled any more
 constexpr int kSweeps = 4;            ///< lips that give way by half each are out of each other after so many
 
 /// 0 above 0; how far to go back from behind a surface, at first softly.
@@ -148,7 +149,7 @@ void LipGuard::drawTogether(const MarkerPositions& points, std::span<const LipGa
   for (const LipPair& pair : pairs_)
     lips += (points.row(pair.upper_marker) - points.row(pair.lower_marker)).transpose();
   const Vector3f up = lips.normalized().cast<float>();
-  std::array<float, kColumns> shut, pull;
+  std::array<float, kColumns> shut, pull, apart, tight;
   pull.fill(1);
   for (std::size_t c = 0; c < kColumns; ++c) {
     const float column = middleOf(c);
@@ -157,7 +158,18 @@ void LipGuard::drawTogether(const MarkerPositions& points, std::span<const LipGa
     const std::size_t after = std::min(unsignedIndex(next), pairs_.size() - 1);
     const float span = pair_columns_[after] - pair_columns_[before];
     const float weight = span > 0 ? (column - pair_columns_[before]) / span : 0;
-    shut[c] = shutShare(gaps[before]) * (1 - weight) + shutShare(gaps[after]) * weight;
+    const auto between = [&](const auto& of) { return of(before) * (1 - weight) + of(after) * weight; };
+    shut[c] = between([&](std::size_t pair) { return shutShare(gaps[pair]); });
+    if (levelled_.empty()) continue;
+    tight[c] = between([&](std::size_t pair) { return asFloat(1 - smoothStep(gaps[pair].tuck)); });
+    apart[c] = between([&](std::size_t pair) {
+      return asFloat((points.row(pairs_[pair].upper_rim) - points.row(pairs_[pair].lower_rim)).norm());
+    });
+  }
+  for (const Levelled& vertex : levelled_) {
+    const float fade = kLevelledWithin * std::abs(vertex.way);
+    out[3 * std::size_t{vertex.vertex} + 1] +=
+        tight[vertex.column] * asFloat(1 - smoothStep(double{apart[vertex.column] / fade})) * vertex.way;
   }
   for (int sweep = 0; sweep < kDrawingSweeps; ++sweep) {
     std::array<float, kColumns> way = gapsSeen(near, out);

@@ -154,10 +154,15 @@ class LipGuard {
     std::uint32_t column;  ///< and the next one
     float next, share;     ///< the next one's weight; of the way, negative for the upper lip
   };
+  /// A vertex that goes so far up where the lips are shut in its column.
+  struct Levelled {
+    std::uint32_t vertex, column;
+    float way;
+  };
 
   // Once for a face (lip_guard_watches.cpp).
-  void takeLips(const FaceMesh& mesh, const VertexPositions& closed, const FaceBinding& binding,
-                const std::vector<std::uint32_t>& patch_sides);
+  void takeLips(const FaceMesh& mesh, const VertexPositions& unlevelled, const ControlMesh& control,
+                const FaceBinding& binding);
   void watchLips(const VertexPositions& rest, const VertexPositions& closed, const std::vector<LipPlace>& own,
                  const std::vector<std::uint32_t>& others, const std::vector<Triangle>& other,
                  const VertexPositions& normals, const VertexPositions& rest_normals);
@@ -209,6 +214,7 @@ class LipGuard {
   TeethShell upper_teeth_, lower_teeth_;
   std::vector<ToothWatch> at_upper_teeth_, at_lower_teeth_;
   std::vector<Drawn> drawn_;
+  std::vector<Levelled> levelled_;
   std::vector<std::uint32_t> watched_columns_;  ///< those that have a watch, rising
   std::vector<float> resting_gaps_;             ///< by column: what stays of the gap where lips rest against each other
   std::vector<float> drawn_further_;            ///< by column: pressed lips are drawn together from further apart

@@ -11,6 +11,7 @@
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/triangle_tree.h"
 #include "deform/mouth/lip_guard.h"
+#include "deform/mouth/lip_levelling.h"
 #include "deform/surface/virtual_points.h"
 
 namespace mouthpiece {
@@ -130,41 +131,35 @@ LipGuard::LipGuard(const FaceMesh& mesh, const VertexPositions& closed, const Co
   }
   for (const LipPair& pair : pairs_)
     pair_columns_.push_back(columnOf(0.5F * (place(pair.upper_rim) + place(pair.lower_rim))));
-  takeLips(mesh, closed, binding, triangleSides(control));
+  takeLips(mesh, closed, control, binding);
 }
 
-void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& closed, const FaceBinding& binding,
-                        const std::vector<std::uint32_t>& patch_sides) {
-  const auto side_of = [&](std::uint32_t v) {
-    return binding.patch[v] < 0 || !(binding.skin_weight[v] > 0) ? 0U : patch_sides[unsignedIndex(binding.patch[v])];
-  };
+void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& unlevelled, const ControlMesh& control,
+                        const FaceBinding& binding) {
+  const LipVertices lips(mesh, control, binding);
   std::vector<Triangle> upper, lower;
-  std::vector<bool> is_upper(binding.patch.size(), false), is_lower = is_upper;
-  for (const Triangle& triangle : trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside})) {
-    const std::uint32_t side = side_of(triangle[0]) & side_of(triangle[1]) & side_of(triangle[2]);
-    if ((side & kUpperLip) != 0) upper.push_back(triangle);
-    if ((side & kLowerLip) != 0) lower.push_back(triangle);
-    for (const std::uint32_t v : triangle) {
-      if ((side & kUpperLip) != 0) is_upper[v] = true;
-      if ((side & kLowerLip) != 0) is_lower[v] = true;
-    }
+  for (const Triangle& t : trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside})) {
+    if (lips.upper[t[0]] && lips.upper[t[1]] && lips.upper[t[2]]) upper.push_back(t);
+    if (lips.lower[t[0]] && lips.lower[t[1]] && lips.lower[t[2]]) lower.push_back(t);
   }
-  std::vector<std::uint32_t> upper_vertices, lower_vertices;
-  for (std::uint32_t v = 0; v < is_upper.size(); ++v) {
-    if (is_upper[v] == is_lower[v]) continue;
-    (is_upper[v] ? upper_vertices : lower_vertices).push_back(v);
+  const std::vector<std::uint32_t> upper_vertices = lips.ofOne(true), lower_vertices = lips.ofOne(false);
+  VertexPositions rest = mesh.vertices, closed = unlevelled;
+  for (std::size_t i = 0; i < binding.levelled.vertices.size(); ++i) {
+    const std::uint32_t v = binding.levelled.vertices[i];
+    const float way = binding.levelled.ways[i];
+    levelled_.push_back({v, static_cast<std::uint32_t>(columnOf(vertexOf(rest, v))), way});
+    rest(v, 1) += way;
+    closed(v, 1) += way;
   }
   const VertexPositions normals = vertexNormals(closed, mesh.triangles);
-  const VertexPositions rest_normals = vertexNormals(mesh.vertices, mesh.triangles);
-  watchLips(mesh.vertices, closed, placesOn(mesh.vertices, upper_vertices, upper), lower_vertices, lower, normals,
-            rest_normals);
-  watchLips(mesh.vertices, closed, placesOn(mesh.vertices, lower_vertices, lower), upper_vertices, upper, normals,
-            rest_normals);
+  const VertexPositions rest_normals = vertexNormals(rest, mesh.triangles);
+  watchLips(rest, closed, placesOn(rest, upper_vertices, upper), lower_vertices, lower, normals, rest_normals);
+  watchLips(rest, closed, placesOn(rest, lower_vertices, lower), upper_vertices, upper, normals, rest_normals);
   const float cell = lengthOf(kTeethCell);
   // Beside the corners the mouth's inside is one wall that folds: its halves are no lips that meet.
   constexpr float kColumnsBeyond = 1;
   std::erase_if(lips_, [&](const LipWatch& watch) {
-    const float column = columnOf(watch.own.in(mesh.vertices.data()));
+    const float column = columnOf(watch.own.in(rest.data()));
     return isCarried(binding, watch.own.ends[0]) && !isBetweenPairs(column + kColumnsBeyond) &&
            !isBetweenPairs(column - kColumnsBeyond);
   });
@@ -198,7 +193,7 @@ void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& closed, con
       const float told = watch.allowed;
       watch.allowed -= pressed;
       if (pressed > 0) watch.unsure = kUnsure;
-      if (pressed > 0 || !restsClosed(watch.own, mesh.vertices, closed)) continue;
+      if (pressed > 0 || !restsClosed(watch.own, rest, closed)) continue;
       // What is held apart stays as it is where the lips touch at rest.
       const float lets_in = watch.own.isVertex() ? 0 : lengthOf(kEdgesLetIn);
       watch.allowed =

@@ -567,6 +567,17 @@ FaceBinding::Relaxed relaxedOf(const FaceBinding::Relaxed& before, const std::ve
   return relaxed;
 }
 
+FaceBinding::Levelled levelledOf(const FaceBinding::Levelled& before, const std::vector<std::uint32_t>& from) {
+  FaceBinding::Levelled levelled;
+  for (std::uint32_t v = 0; v < from.size(); ++v) {
+    const auto found = std::lower_bound(before.vertices.begin(), before.vertices.end(), from[v]);
+    if (found == before.vertices.end() || *found != from[v]) continue;
+    levelled.vertices.push_back(v);
+    levelled.ways.push_back(before.ways[unsignedIndex(found - before.vertices.begin())]);
+  }
+  return levelled;
+}
+
 FaceBinding picked(const FaceBinding& binding, const std::vector<std::uint32_t>& from,
                    const std::vector<std::uint32_t>& to) {
   const auto pick = [&from](const auto& column) {
@@ -581,7 +592,7 @@ FaceBinding picked(const FaceBinding& binding, const std::vector<std::uint32_t>&
   }
   return {pick(binding.patch),       pick(binding.u),          pick(binding.v),   pick(binding.d),
           pick(binding.skin_weight), pick(binding.jaw_weight), std::move(carried), relaxedOf(binding.relaxed, from, to),
-          binding.pressed};
+          binding.pressed,           levelledOf(binding.levelled, from)};
 }
 
 }  // namespace
@@ -652,6 +663,14 @@ void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const Contro
   for (const float pressed : binding.pressed) {
     if (!(double{std::abs(pressed)} <= control.mouth_width))
       fail("found lips that are pressed by no usable length");
+  }
+  const FaceBinding::Levelled& levelled = binding.levelled;
+  if (levelled.ways.size() != levelled.vertices.size()) fail("found levelled lips of different lengths");
+  for (std::size_t i = 0; i < levelled.vertices.size(); ++i) {
+    if (levelled.vertices[i] >= count || (i > 0 && levelled.vertices[i] <= levelled.vertices[i - 1]))
+      fail(fmt::format("found levelled vertex {}; expected rising numbers under {}", levelled.vertices[i], count));
+    if (!(double{std::abs(levelled.ways[i])} <= control.mouth_width))
+      fail("found lips that are levelled by no usable length");
   }
   const Eigen::RowVector3f size = mesh.vertices.colwise().maxCoeff() - mesh.vertices.colwise().minCoeff();
   if (control.mouth_width > double{size.norm()}) fail("found a mouth wider than the mesh");

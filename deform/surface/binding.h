@@ -40,6 +40,11 @@ struct FaceBinding {
   /// By how much further than LipGuard sees the lips shall come together where they close, the mesh's unit: one of each
   /// of its kLipColumns columns across the mouth; below zero they are held apart by as much. Empty: none.
   std::vector<float> pressed = {};
+  /// How far vertices of the lips go, upright, where the lips are shut (LipLevelling), the mesh's unit.
+  struct Levelled {
+    std::vector<std::uint32_t> vertices;  ///< rising
+    std::vector<float> ways;              ///< of each
+  } levelled = {};
 
   /// Where a vertex hangs on the surface; its patch must not be -1.
   [[nodiscard]] SurfacePlace placeOf(std::size_t vertex) const {

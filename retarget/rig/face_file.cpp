@@ -100,6 +100,8 @@ FaceBinding bindingOf(const JsonField& field) {
                       .jaw_weight = field["jaw_weight"].blob<float>()};
   if (field["carried"].exists()) binding.carried = field["carried"].blob<std::uint32_t>();
   if (field["pressed"].exists()) binding.pressed = field["pressed"].blob<float>();
+  if (const JsonField levelled = field["levelled"]; levelled.exists())
+    binding.levelled = {levelled["vertices"].blob<std::uint32_t>(), levelled["ways"].blob<float>()};
   if (const JsonField relaxed = field["relaxed"]; relaxed.exists()) {
     binding.relaxed = {.vertices = relaxed["vertices"].blob<std::uint32_t>(),
                        .ends = relaxed["ends"].blob<std::uint32_t>(),
@@ -231,6 +233,8 @@ std::string faceFileToBytes(const FaceFile& face) {
               {"carried", blobOf(face.binding.carried)}}}};
   if (!face.mesh_object.empty()) tree["mesh"]["object"] = face.mesh_object;
   if (!face.binding.pressed.empty()) tree["binding"]["pressed"] = blobOf(face.binding.pressed);
+  if (const FaceBinding::Levelled& levelled = face.binding.levelled; !levelled.vertices.empty())
+    tree["binding"]["levelled"] = {{"vertices", blobOf(levelled.vertices)}, {"ways", blobOf(levelled.ways)}};
   if (const FaceBinding::Relaxed& relaxed = face.binding.relaxed; !relaxed.vertices.empty()) {
     tree["binding"]["relaxed"] = {{"vertices", blobOf(relaxed.vertices)},
                                   {"ends", blobOf(relaxed.ends)},

@@ -1,12 +1,14 @@
 // How a face that is judged unfit is mended (face_judge.h); docs/theory/deform/bezier_deformation.md tells why.
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <set>
 #include <utility>
 
 #include "base/index.h"
 #include "deform/mesh/head_topology.h"
 #include "deform/mesh/welding.h"
+#include "deform/mouth/lip_levelling.h"
 #include "deform/surface/virtual_points.h"
 #include "retarget/rig/face_judge.h"
 
@@ -64,6 +66,20 @@ std::vector<bool> rimsOf(const FaceMesh& mesh, const ControlMesh& control) {
   return rims;
 }
 
+/// The mesh, welded, in each pose in which the captured lips touch.
+std::vector<VertexPositions> closuresOf(const FaceRig& rig, const Welding& welding, const JudgedPoses& poses,
+                                        const ActorPose& actor) {
+  std::vector<VertexPositions> closures;
+  const FaceMotion motion = rig.retarget(poses.motion, &actor, poses.lips);
+  for (std::size_t row = 0; row < poses.rows.size(); ++row) {
+    if (!poses.rows[row].closed) continue;
+    VertexPositions& pose = closures.emplace_back();
+    rig.deform(motion.pose(FrameIndex{row}), poses.tongue[row], pose);
+    if (!welding.isNothing()) pose = welding.weldedFromGiven(pose);
+  }
+  return closures;
+}
+
 }  // namespace
 
 FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, const ActorPose& actor,
@@ -77,25 +93,36 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
   const double overlap = limitNamed("lips in each other") / (1000 * mesh.metres_per_unit);
   const FaceFile given = face;
   const FaceJudgement first = judged;
-  // Rims that stay their own close best; where they themselves are torn they are relaxed, too.
-  for (const std::vector<bool>& held : {rimsOf(mesh, face.control), std::vector<bool>()}) {
+  // Rims that stay their own close best; where they themselves are torn they are relaxed, too. Coarse ones are levelled.
+  const std::vector<bool> rims = rimsOf(mesh, face.control);
+  for (const auto& [held, levels] : {std::pair(rims, false), {{}, false}, {rims, true}}) {
+    if (levels && !meetWrongly(judged)) break;
     FaceFile tried = given;
     FaceBinding binding = is_whole ? given.binding : weldedBinding(given.binding, welding);
+    std::optional<LipLevelling> levelling;
+    if (levels) levelling.emplace(mesh, face.control, binding);
+    FaceRig moved = FaceRig::of(tried, rig.mesh(), rig.name());
     FaceJudgement last = first;
     std::set<std::uint32_t> torn;
     for (std::size_t round = 0; round < kRounds; ++round) {
       const double within = kRelaxedWithin[std::min(round, kRelaxedWithin.size() - 1)];
-      for (const std::uint32_t v : last.torn) torn.insert(is_whole ? v : welding.welded_of[v]);
-      if (meetWrongly(last)) press(last, mouth_width, overlap, binding.pressed);
+      if (!levels || round == 0) {  // what levelling itself stretches stays
+        for (const std::uint32_t v : last.torn) torn.insert(is_whole ? v : welding.welded_of[v]);
+      }
+      if (levelling) {
+        levelling->level(closuresOf(moved, welding, poses, actor), binding);
+      } else if (meetWrongly(last)) {
+        press(last, mouth_width, overlap, binding.pressed);
+      }
       relaxAround(mesh, topology, {torn.begin(), torn.end()}, held, within * mouth_width, binding);
       tried.binding = is_whole ? binding : givenBinding(binding, welding);
-      FaceRig moved = FaceRig::of(tried, rig.mesh(), rig.name());
+      moved = FaceRig::of(tried, rig.mesh(), rig.name());
       const FaceJudgement before = std::exchange(last, judgeFace(moved, tried, poses, actor));
       const bool closes_more = last.faults.size() == judged.faults.size() && last.touching > judged.touching;
       const bool opens = leavesOpen(last) && !leavesOpen(judged);  // a mouth that closes is worth more than any of them
       if ((last.faults.size() < judged.faults.size() && !opens) || closes_more) {
         face = tried;
-        rig = std::move(moved);
+        rig = FaceRig::of(face, moved.mesh(), moved.name());
         judged = last;
       }
       const bool meets_better = last.touching > before.touching || last.lips_overlap_mm < before.lips_overlap_mm;

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "deform/mesh/triangles.h"
+#include "deform/surface/binding.h"
+#include "deform/surface/control_surface.h"
+
+namespace mouthpiece {
+
+struct FaceMesh;
+
+/// Which of a mesh's vertices are of the upper and of the lower lip alone, as their places on the surface tell.
+struct LipVertices {
+  std::vector<bool> upper, lower;  ///< both at the corners
+  LipVertices(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding);
+  /// Those of one lip only, rising.
+  [[nodiscard]] std::vector<std::uint32_t> ofOne(bool is_upper) const;
+};
+
+/// Vertices of coarse lips do not lie opposite each other: where the lips close, each moved by its own markers, slits
+/// stay open between their edges, which no movement by columns shuts. Found is the least upright movement, spread
+/// over the lips, after which they touch in sections across the mouth in as many closures as may be.
+class LipLevelling {
+ public:
+  /// `binding` is that of `mesh`, at rest.
+  LipLevelling(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding);
+  LipLevelling(LipLevelling&&) noexcept;
+  ~LipLevelling();
+
+  /// Adds to binding.levelled what `closures` need: poses of the mesh in which the lips shall touch.
+  void level(std::span<const VertexPositions> closures, FaceBinding& binding) const;
+
+ private:
+  struct Data;
+  std::unique_ptr<const Data> data_;
+};
+
+}  // namespace mouthpiece

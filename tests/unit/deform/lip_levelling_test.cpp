@@ -1,0 +1,107 @@
+// Lips whose vertices do not lie opposite each other.
+#include "deform/mouth/lip_levelling.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "base/index.h"
+#include "deform/surface/virtual_points.h"
+#include "sample_face.h"
+
+namespace mouthpiece {
+namespace {
+
+using testing::sampleControl;
+
+/// The sample face with a vertex for 7 mm, every other one of the upper lip's rim too high, so that slits stay open.
+class JaggedLips : public ::testing::Test {
+ protected:
+  JaggedLips() {
+    for (const auto& [a, b] : edgesOf(face_.mesh)) ++uses_[{a, b}];
+    for (const auto& [edge, uses] : uses_) {
+      const bool is_slit = uses == 1 && isInMouth(edge.first) && isInMouth(edge.second);
+      if (!is_slit) continue;
+      for (const std::uint32_t v : {edge.first, edge.second}) (face_.is_above_slit[v] ? upper_ : lower_).insert(v);
+    }
+    bool is_high = false;
+    std::vector<std::uint32_t> across(upper_.begin(), upper_.end());
+    std::sort(across.begin(), across.end(), [&](auto a, auto b) { return x(a) < x(b); });
+    for (const std::uint32_t v : across) {
+      if (is_high) face_.mesh.vertices(v, 1) += kSlitMm;
+      is_high = !is_high;
+    }
+  }
+  static constexpr float kSlitMm = 1.5F;
+
+  static std::vector<std::pair<std::uint32_t, std::uint32_t>> edgesOf(const FaceMesh& mesh) {
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
+    for (const Triangle& t : trianglesOf(mesh, {PartKind::kSkin})) {
+      for (std::size_t k = 0; k < 3; ++k) edges.emplace_back(std::minmax(t[k], t[(k + 1) % 3]));
+    }
+    return edges;
+  }
+  [[nodiscard]] float x(std::uint32_t v) const { return face_.mesh.vertices(v, 0); }
+  [[nodiscard]] bool isInMouth(std::uint32_t v) const {
+    const auto at = [&](const char* name) { return sampleControl().rest.row(findPoint(sampleControl(), name)); };
+    const Eigen::RowVector3d p = face_.mesh.vertices.row(v).cast<double>();
+    return p.x() > at("LIP_CORNER_R").x() && p.x() < at("LIP_CORNER_L").x() &&
+           std::abs(p.y() - at("LIP_CORNER_R").y()) < 5;
+  }
+  /// Height of a rim at `at`, between its vertices.
+  static double heightAt(const VertexPositions& vertices, const std::set<std::uint32_t>& rim, float at) {
+    std::uint32_t before = *rim.begin(), after = before;
+    float left = -1e9F, right = 1e9F;
+    for (const std::uint32_t v : rim) {
+      const float here = vertices(v, 0);
+      if (here <= at && here > left) left = here, before = v;
+      if (here >= at && here < right) right = here, after = v;
+    }
+    const float share = right > left ? (at - left) / (right - left) : 0;
+    return double{vertices(before, 1) + share * (vertices(after, 1) - vertices(before, 1))};
+  }
+  [[nodiscard]] double widestSlit(const VertexPositions& vertices) const {
+    double widest = 0;
+    for (float at = -12; at <= 12; at += 0.5F)
+      widest = std::max(widest, std::abs(heightAt(vertices, upper_, at) - heightAt(vertices, lower_, at)));
+    return widest;
+  }
+
+  testing::SampleFace face_ = testing::makeSampleFace(7);
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> uses_;
+  std::set<std::uint32_t> upper_, lower_;
+};
+
+TEST_F(JaggedLips, AreBroughtToOneLine) {
+  ASSERT_GE(upper_.size(), 4U);
+  ASSERT_GE(lower_.size(), 4U);
+  const double before = widestSlit(face_.mesh.vertices);
+  ASSERT_GT(before, 1);
+  FaceBinding binding = bindFace(face_.mesh, sampleControl());
+  const LipLevelling levelling(face_.mesh, sampleControl(), binding);
+  VertexPositions now = face_.mesh.vertices;
+  for (int round = 0; round < 4; ++round) {
+    levelling.level(std::vector{now}, binding);
+    now = face_.mesh.vertices;
+    for (std::size_t i = 0; i < binding.levelled.vertices.size(); ++i)
+      now(binding.levelled.vertices[i], 1) += binding.levelled.ways[i];
+  }
+  EXPECT_LT(widestSlit(now), 0.25 * before);
+  EXPECT_TRUE(std::is_sorted(binding.levelled.vertices.begin(), binding.levelled.vertices.end()));
+  EXPECT_LE((now - face_.mesh.vertices).cwiseAbs().maxCoeff(), 1.5F * kSlitMm) << "no further than the slits are high";
+  const Eigen::RowVector3d mouth = sampleControl().rest.row(findPoint(sampleControl(), "LIP_UP_MID"));
+  for (const std::uint32_t v : binding.levelled.vertices) {
+    EXPECT_LT((face_.mesh.vertices.row(v).cast<double>() - mouth).norm(), sampleControl().mouth_width);
+  }
+}
+
+TEST_F(JaggedLips, NothingIsDoneWithoutAClosure) {
+  FaceBinding binding = bindFace(face_.mesh, sampleControl());
+  LipLevelling(face_.mesh, sampleControl(), binding).level({}, binding);
+  EXPECT_TRUE(binding.levelled.vertices.empty());
+}
+
+}  // namespace
+}  // namespace mouthpiece
