@@ -392,46 +392,69 @@ class Binder {
 
   /// The upper lid's lashes come near the lower one at the eye's corners: a piece keeps the roots on the side of the
   /// eye or mouth that most of its roots are on.
-  void leaveOneSide(std::map<std::uint32_t, std::uint32_t>& rooted_in) const {
+  void leaveOneSide(const std::vector<std::uint32_t>& parts, std::map<std::uint32_t, std::uint32_t>& rooted_in) const {
     std::map<std::uint32_t, std::map<std::uint32_t, std::size_t>> counts;  // by component, by side
-    for (const auto& [root, skin] : rooted_in) ++counts[pieces_[root]][forbidden_[skin]];
+    for (const auto& [root, skin] : rooted_in) ++counts[parts[root]][forbidden_[skin]];
     std::erase_if(rooted_in, [&](const auto& root) {
-      const auto& sides = counts.at(pieces_[root.first]);
+      const auto& sides = counts.at(parts[root.first]);
       const auto most = std::max_element(sides.begin(), sides.end(),
                                          [](const auto& a, const auto& b) { return a.second < b.second; });
       return forbidden_[root.second] != most->first;
     });
   }
 
+  /// The part of each vertex: its piece, and what hangs together of the face's that no way along it has reached (lashes
+  /// whose vertices lie in the place of a lid's).
+  [[nodiscard]] std::vector<std::uint32_t> loosePartsOf() const {
+    boost::disjoint_sets_with_storage<> unreached(kinds_.size());
+    for (const Triangle& t : mesh_.triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+        if (isUnreached(a) && isUnreached(b)) unreached.union_set(a, b);
+      }
+    }
+    std::vector<std::uint32_t> parts = pieces_;
+    for (std::uint32_t v = 0; v < parts.size(); ++v) {
+      if (isUnreached(v)) parts[v] = static_cast<std::uint32_t>(kinds_.size() + unreached.find_set(v));
+    }
+    return parts;
+  }
+  [[nodiscard]] bool isUnreached(std::size_t v) const {
+    return pieces_[v] == face_piece_ && isSkin(kinds_[v]) && fates_[v] == Fate::kOpen;
+  }
+
   /// Parts of their own on the skin (lashes, ears): where they are rooted in the face they move as it does, and each
   /// vertex as the root nearest along the part.
   void followNearby() {
+    const std::vector<std::uint32_t> parts = loosePartsOf();
+    std::vector<bool> is_loose(kinds_.size());
     std::vector<std::uint32_t> face, loose;
     for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
-      if (isLoosePart(v))
+      is_loose[v] = isLoosePart(v) || isUnreached(v);
+      if (is_loose[v])
         loose.push_back(v);
       else if (isSkin(kinds_[v]) && fates_[v] != Fate::kOpen)
         face.push_back(v);
     }
     if (face.empty()) return;
     std::vector<std::pair<std::uint32_t, double>> nearest;
-    std::map<std::uint32_t, double> gaps;  // of each component from the face
+    std::map<std::uint32_t, double> gaps;  // of each part from the face
     for (const std::uint32_t v : loose) {
       nearest.push_back(nearestOnFace(face, v));
-      const auto gap = gaps.emplace(pieces_[v], nearest.back().second).first;
+      const auto gap = gaps.emplace(parts[v], nearest.back().second).first;
       gap->second = std::min(gap->second, nearest.back().second);
     }
     std::map<std::uint32_t, std::uint32_t> rooted_in;
     const double width = control_.mouth_width;
     for (std::size_t i = 0; i < loose.size(); ++i) {
-      if (nearest[i].second > kFollows * width || nearest[i].second > gaps[pieces_[loose[i]]] + kRootDepth * width)
+      if (nearest[i].second > kFollows * width || nearest[i].second > gaps[parts[loose[i]]] + kRootDepth * width)
         continue;
       rooted_in.emplace(loose[i], nearest[i].first);
     }
-    leaveOneSide(rooted_in);
+    leaveOneSide(parts, rooted_in);
     std::vector<std::uint32_t> roots;
     for (const auto& [root, skin] : rooted_in) roots.push_back(root);
-    const auto reach = topology_.reachFrom(roots, [&](std::uint32_t v) { return isLoosePart(v); });
+    const auto reach = topology_.reachFrom(roots, [&](std::uint32_t v) { return is_loose[v]; });
     for (const std::uint32_t v : loose) {
       if (reach.source[v] < 0) continue;
       follow(v, rooted_in.at(static_cast<std::uint32_t>(reach.source[v])), 1);
