@@ -149,7 +149,7 @@ void LipGuard::drawTogether(const MarkerPositions& points, std::span<const LipGa
   for (const LipPair& pair : pairs_)
     lips += (points.row(pair.upper_marker) - points.row(pair.lower_marker)).transpose();
   const Vector3f up = lips.normalized().cast<float>();
-  std::array<float, kColumns> shut, pull, apart, tight;
+  std::array<float, kColumns> shut, pull, rim_gaps, tight;
   pull.fill(1);
   for (std::size_t c = 0; c < kColumns; ++c) {
     const float column = middleOf(c);
@@ -162,14 +162,14 @@ void LipGuard::drawTogether(const MarkerPositions& points, std::span<const LipGa
     shut[c] = between([&](std::size_t pair) { return shutShare(gaps[pair]); });
     if (levelled_.empty()) continue;
     tight[c] = between([&](std::size_t pair) { return asFloat(1 - smoothStep(gaps[pair].tuck)); });
-    apart[c] = between([&](std::size_t pair) {
+    rim_gaps[c] = between([&](std::size_t pair) {
       return asFloat((points.row(pairs_[pair].upper_rim) - points.row(pairs_[pair].lower_rim)).norm());
     });
   }
   for (const Levelled& vertex : levelled_) {
     const float fade = kLevelledWithin * std::abs(vertex.way);
     out[3 * std::size_t{vertex.vertex} + 1] +=
-        tight[vertex.column] * asFloat(1 - smoothStep(double{apart[vertex.column] / fade})) * vertex.way;
+        tight[vertex.column] * asFloat(1 - smoothStep(double{rim_gaps[vertex.column] / fade})) * vertex.way;
   }
   for (int sweep = 0; sweep < kDrawingSweeps; ++sweep) {
     std::array<float, kColumns> way = gapsSeen(near, out);

@@ -33,7 +33,7 @@ constexpr double kSoftness = 0.05;  ///< of a touch, against movement
 
 /// Sections stand upright.
 struct MouthFrame {
-  Vector3d across, up = Vector3d::UnitY(), forward;
+  Vector3d up = Vector3d::UnitY(), across, forward;
 
   explicit MouthFrame(const Vector3d& to_left)
       : across((to_left - to_left.y() * up).normalized()), forward(across.cross(up)) {}
