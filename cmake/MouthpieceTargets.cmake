@@ -1,9 +1,11 @@
-# mouthpiece_library(NAME PUBLIC_HEADERS a.h ... SOURCES a.cpp ... [LINKS PUBLIC x PRIVATE y])
+# mouthpiece_library(NAME PUBLIC_HEADERS a.h ... SOURCES a.cpp ... [APART b.cpp ...] [LINKS PUBLIC x PRIVATE y])
 # A room of the tree as a static library. PUBLIC_HEADERS are those that other rooms may include; LINKS names exactly
-# what the room's files include (tests/architecture reads both lists), so that the library links alone.
+# what the room's files include (tests/architecture reads both lists), so that the library links alone. With
+# MOUTHPIECE_UNITY the SOURCES that are listed as APART, too, are compiled as one of their own: in rooms where some see
+# a FaceMesh and many do not, so that a change of it leaves half of the room alone.
 define_property(GLOBAL PROPERTY MOUTHPIECE_ROOMS BRIEF_DOCS "All rooms of the tree, as targets")
 function(mouthpiece_library name)
-  cmake_parse_arguments(ARG "" "" "PUBLIC_HEADERS;SOURCES;LINKS" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "PUBLIC_HEADERS;SOURCES;APART;LINKS" ${ARGN})
   add_library(mouthpiece_${name} STATIC ${ARG_SOURCES})
   add_library(mouthpiece::${name} ALIAS mouthpiece_${name})
   target_include_directories(mouthpiece_${name} PUBLIC ${CMAKE_SOURCE_DIR}/include ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR})
@@ -13,18 +15,25 @@ function(mouthpiece_library name)
   else()
     mouthpiece_compile_options(mouthpiece_${name})
   endif()
-  set_target_properties(mouthpiece_${name} PROPERTIES UNITY_BUILD ${MOUTHPIECE_UNITY} UNITY_BUILD_BATCH_SIZE 0)
+  mouthpiece_unity(mouthpiece_${name} "${ARG_SOURCES}" "${ARG_APART}")
   set_property(GLOBAL APPEND PROPERTY MOUTHPIECE_ROOMS mouthpiece_${name})
 endfunction()
 
-# mouthpiece_program(NAME SOURCES ... LINKS ...)
+function(mouthpiece_unity target sources apart)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${MOUTHPIECE_UNITY} UNITY_BUILD_MODE GROUP)
+  list(REMOVE_ITEM sources ${apart})
+  set_source_files_properties(${sources} PROPERTIES UNITY_GROUP together)
+  set_source_files_properties(${apart} PROPERTIES UNITY_GROUP apart)
+endfunction()
+
+# mouthpiece_program(NAME SOURCES ... [APART ...] LINKS ...)
 function(mouthpiece_program name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINKS" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "SOURCES;APART;LINKS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR}/include ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LINKS})
   mouthpiece_compile_options(${name} programs)
-  set_target_properties(${name} PROPERTIES UNITY_BUILD ${MOUTHPIECE_UNITY} UNITY_BUILD_BATCH_SIZE 0)
+  mouthpiece_unity(${name} "${ARG_SOURCES}" "${ARG_APART}")
 endfunction()
 
 # mouthpiece_test(NAME [SOURCES ...] [SUPPORT ...] LINKS ... [LABELS ...] [PROGRAMS ...]): one GoogleTest executable, its
@@ -66,6 +75,7 @@ function(mouthpiece_embed target symbol file)
     COMMAND ${CMAKE_COMMAND} -DSYMBOL=${symbol} -DINPUT=${path} -DOUTPUT=${generated}
             -P ${CMAKE_SOURCE_DIR}/cmake/EmbedFile.cmake
     DEPENDS ${path} ${CMAKE_SOURCE_DIR}/cmake/EmbedFile.cmake VERBATIM)
+  set_source_files_properties(${generated} PROPERTIES UNITY_GROUP together)
   target_sources(${target} PRIVATE ${generated})
 endfunction()
 

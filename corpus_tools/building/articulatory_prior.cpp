@@ -1,4 +1,4 @@
-#include "corpus_tools/building/articulatory_prior.h"
+#include "corpus_tools/building/prediction_parts.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

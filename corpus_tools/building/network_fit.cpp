@@ -1,4 +1,4 @@
-#include "corpus_tools/building/network_fit.h"
+#include "corpus_tools/building/prediction_parts.h"
 
 #include <algorithm>
 #include <cmath>

@@ -8,10 +8,7 @@
 
 #include "base/parallel_for.h"
 #include "base/statistics.h"
-#include "corpus_tools/building/articulatory_prior.h"
-#include "corpus_tools/building/network_fit.h"
-#include "corpus_tools/building/silence_fit.h"
-#include "corpus_tools/building/sound_fit.h"
+#include "corpus_tools/building/prediction_parts.h"
 #include "corpus_tools/building/trajectory_design.h"
 
 namespace mouthpiece {

@@ -1,15 +1,17 @@
 #pragma once
 
+#include <cstdint>
 #include <string_view>
 #include <vector>
-
-#include "deform/mesh/mesh_reader.h"
 
 namespace tinygltf {
 class Model;
 }
 
 namespace mouthpiece {
+
+/// What a vertex hangs on, told by the bones of a skin or the node that holds it.
+enum class BoneRole : std::uint8_t { kUnknown, kBody, kHead, kJaw, kEye, kHair };
 
 /// What each node of a skeleton carries: VRM's list of human bones, else the bones' names and what hangs on the head.
 /// Nodes that are no joint of a skin and hang on none are kUnknown, as all are where no head can be told.

@@ -14,8 +14,6 @@
 namespace mouthpiece {
 namespace {
 
-/// Large enough for millions of polygons, small enough for the machine.
-constexpr std::uint64_t kMaxMeshBytes = std::uint64_t{1} << 30;
 constexpr std::array<std::string_view, 9> kPartKindNames{"skin",         "lips", "upper_teeth", "lower_teeth", "tongue",
                                                          "mouth_inside", "eye",  "hair",        "other"};
 

@@ -4,24 +4,15 @@
 #include <cstdint>
 #include <filesystem>
 #include <initializer_list>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "deform/mesh/part_kind.h"
 #include "deform/mesh/triangles.h"
 
 namespace mouthpiece {
-
-/// What a part of the head is, and so what moves it: the control surface moves skin; the jaw moves lower teeth
-/// and the tongue's root; eyes, upper teeth and hair stay.
-enum class PartKind { kSkin, kLips, kUpperTeeth, kLowerTeeth, kTongue, kMouthInside, kEye, kHair, kOther };
-/// Skin and lips: what markers lie on.
-constexpr bool isSkin(PartKind kind) { return kind == PartKind::kSkin || kind == PartKind::kLips; }
-/// "skin", "lips", "upper_teeth", ...: the names of part kinds in files.
-std::string_view nameOf(PartKind kind);
-std::optional<PartKind> partKindFromName(std::string_view name);
 
 /// Consecutive triangles [first_triangle, first_triangle + triangle_count) with one material.
 struct MeshPart {
@@ -51,10 +42,10 @@ struct FaceMesh {
 std::span<const Triangle> trianglesOf(const FaceMesh& mesh, const MeshPart& part);
 std::vector<Triangle> trianglesOf(const FaceMesh& mesh, std::initializer_list<PartKind> kinds);
 
-/// Reads OBJ, PLY, OFF or GLB (also named VRM) by the name's ending; `usemtl`/`g`/`o` (OBJ) and materials (GLB) make the
-/// parts, whose kind is told by bones, shapes and name (mesh_reader.h). `object`: of a GLB's scene only what hangs on the
-/// node, or shows the mesh, of this name; empty: all. Throws InputError with the line or byte for no faces, NaN or
-/// infinite coordinates, an index out of range, or counts larger than the file can hold.
+/// Reads OBJ, PLY, OFF or GLB (also named VRM) by the name's ending; `usemtl`/`g`/`o` (OBJ) and materials (GLB) make
+/// the parts, whose kind is told by bones, shapes and name (mesh_reader.h). `object`: of a GLB's scene only what hangs
+/// on the node, or shows the mesh, of this name; empty: all. Throws InputError with the line or byte for no faces, NaN
+/// or infinite coordinates, an index out of range, or counts larger than the file can hold.
 FaceMesh readFaceMesh(const std::filesystem::path& path, std::string_view object = {});
 /// The same for bytes already in memory; `path` gives the format and the name in messages.
 FaceMesh parseFaceMesh(std::string_view bytes, const std::filesystem::path& path, std::string_view object = {});

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/triangles.h"
 
 namespace mouthpiece {
 

@@ -9,7 +9,7 @@
 
 #include "base/errors.h"
 #include "deform/mesh/glb_chunks.h"
-#include "deform/mesh/mesh_reader.h"
+#include "deform/mesh/mesh_limits.h"
 
 namespace mouthpiece {
 namespace {

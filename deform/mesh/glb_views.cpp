@@ -8,7 +8,7 @@
 
 #include "base/errors.h"
 #include "base/index.h"
-#include "deform/mesh/mesh_reader.h"
+#include "deform/mesh/mesh_limits.h"
 
 namespace mouthpiece {
 namespace {

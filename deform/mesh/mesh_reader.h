@@ -8,21 +8,11 @@
 #include <string_view>
 #include <vector>
 
+#include "deform/mesh/bone_roles.h"
 #include "deform/mesh/face_mesh.h"
+#include "deform/mesh/mesh_limits.h"
 
 namespace mouthpiece {
-
-/// More than any head has; what says so is damaged or no head.
-inline constexpr std::size_t kMaxMeshVertices = 8'000'000;
-inline constexpr std::size_t kMaxMeshTriangles = 16'000'000;
-inline constexpr std::size_t kMaxMeshParts = 4096;
-/// A polygon with more corners than this is refused.
-inline constexpr std::size_t kMaxPolygonCorners = 4096;
-/// Coordinates beyond this lose all precision in 32-bit floats around a head of any unit.
-inline constexpr double kMaxCoordinate = 1e7;
-
-/// What a vertex hangs on, told by the bones of a skin or the node that holds it.
-enum class BoneRole : std::uint8_t { kUnknown, kBody, kHead, kJaw, kEye, kHair };
 
 /// What a file tells of its vertices that their places do not; each list is empty, or has an entry a vertex.
 struct VertexEvidence {
@@ -52,10 +42,6 @@ FaceMesh parsePly(std::string_view bytes, std::string_view file);
 FaceMesh parseOff(std::string_view bytes, std::string_view file);
 FaceMesh parseGlb(std::string_view bytes, std::string_view file, std::string_view object = {});
 FaceShapes parseGlbShapes(std::string_view bytes, std::string_view file, std::string_view object = {});
-/// Larger sets of shapes are refused.
-inline constexpr std::size_t kMaxShapes = 1000;
-inline constexpr std::size_t kMaxShapeNumbers = 300'000'000;
-
 /// Splits a polygon into triangles that face as it does, along short diagonals; one with more than 64 corners as a fan.
 void appendPolygon(MeshSoup& soup, std::span<const std::uint32_t> corners, std::uint32_t part);
 

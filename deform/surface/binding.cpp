@@ -25,6 +25,7 @@
 #include "base/smooth_step.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/triangle_tree.h"
+#include "deform/mesh/welding.h"
 #include "deform/surface/bezier_surface.h"
 #include "deform/surface/surface_projection.h"
 #include "deform/surface/virtual_points.h"
@@ -613,8 +614,10 @@ FaceBinding picked(const FaceBinding& binding, const std::vector<std::uint32_t>&
   for (std::uint32_t v = 0; v < from.size(); ++v) {
     if (isCarried(binding, from[v])) carried.push_back(v);
   }
-  return {pick(binding.patch),       pick(binding.u),          pick(binding.v),   pick(binding.d),
-          pick(binding.skin_weight), pick(binding.jaw_weight), std::move(carried), relaxedOf(binding.relaxed, from, to),
+  return {pick(binding.patch),       pick(binding.u),
+          pick(binding.v),           pick(binding.d),
+          pick(binding.skin_weight), pick(binding.jaw_weight),
+          std::move(carried),        relaxedOf(binding.relaxed, from, to),
           binding.pressed,           levelledOf(binding.levelled, from)};
 }
 
@@ -644,18 +647,21 @@ namespace {
 void checkRelaxed(const FaceBinding::Relaxed& relaxed, std::size_t count,
                   const std::function<void(const std::string& what)>& fail) {
   const auto& [vertices, ends, from, weights] = relaxed;
-  if (ends.size() != vertices.size() || from.size() != weights.size() || (ends.empty() ? 0 : ends.back()) != from.size())
+  if (ends.size() != vertices.size() || from.size() != weights.size() ||
+      (ends.empty() ? 0 : ends.back()) != from.size())
     return fail("found relaxed columns of different lengths; expected a row a vertex and a weight an entry");
   std::size_t entry = 0;
   for (std::size_t row = 0; row < vertices.size(); ++row) {
     if (vertices[row] >= count || (row > 0 && vertices[row] <= vertices[row - 1]))
       return fail(fmt::format("found relaxed vertex {}; expected rising numbers under {}", vertices[row], count));
     if (ends[row] < entry || ends[row] > from.size())
-      return fail(fmt::format("found a relaxed row that ends at {}; expected rising ends up to {}", ends[row], from.size()));
+      return fail(
+          fmt::format("found a relaxed row that ends at {}; expected rising ends up to {}", ends[row], from.size()));
     float sum = 0;
     for (; entry < ends[row]; ++entry) {
       if (from[entry] >= count || std::binary_search(vertices.begin(), vertices.end(), from[entry]))
-        return fail(fmt::format("found vertex {} of a relaxed one; expected one under {} that is not relaxed", from[entry], count));
+        return fail(fmt::format("found vertex {} of a relaxed one; expected one under {} that is not relaxed",
+                                from[entry], count));
       if (!(weights[entry] >= 0)) return fail("found a relaxed weight that is no share");
       sum += weights[entry];
     }
@@ -684,8 +690,7 @@ void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const Contro
   if (!binding.pressed.empty() && binding.pressed.size() != kLipColumns)
     fail(fmt::format("found {} columns of lips; expected {}", binding.pressed.size(), kLipColumns));
   for (const float pressed : binding.pressed) {
-    if (!(double{std::abs(pressed)} <= control.mouth_width))
-      fail("found lips that are pressed by no usable length");
+    if (!(double{std::abs(pressed)} <= control.mouth_width)) fail("found lips that are pressed by no usable length");
   }
   const FaceBinding::Levelled& levelled = binding.levelled;
   if (levelled.ways.size() != levelled.vertices.size()) fail("found levelled lips of different lengths");

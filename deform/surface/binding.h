@@ -4,13 +4,13 @@
 #include <memory>
 #include <vector>
 
-#include "deform/mesh/welding.h"
 #include "deform/surface/bezier_surface.h"
 #include "deform/surface/control_surface.h"
 
 namespace mouthpiece {
 
 struct FaceMesh;
+struct Welding;
 
 struct BindingOptions {
   /// A vertex binds to a patch only where their normals differ by less (EDGE 6).
@@ -67,11 +67,11 @@ FaceBinding bindFace(const FaceMesh& mesh, const HeadTopology& topology, const C
 /// The same with the openings that `control` tells.
 FaceBinding bindFace(const FaceMesh& mesh, const ControlMesh& control, const BindingOptions& options = {});
 
-/// Makes the displacements of the vertices of `torn`, and of skin, gums and mouth within `reach` of them along edges (the
-/// mesh's unit), harmonic: means of their neighbours', by the inverse lengths of the edges, so that what two neighbours
-/// were torn apart by is spread over all of them. Adds to binding.relaxed. Vertices in one place and on one side of the
-/// face's openings count as one.
-/// `held`: vertices, of each or none, that are relaxed only where they are torn themselves.
+/// Makes the displacements of the vertices of `torn`, and of skin, gums and mouth within `reach` of them along edges
+/// (the mesh's unit), harmonic: means of their neighbours', by the inverse lengths of the edges, so that what two
+/// neighbours were torn apart by is spread over all of them. Adds to binding.relaxed. Vertices in one place and on one
+/// side of the face's openings count as one. `held`: vertices, of each or none, that are relaxed only where they are
+/// torn themselves.
 void relaxAround(const FaceMesh& mesh, const HeadTopology& topology, const std::vector<std::uint32_t>& torn,
                  const std::vector<bool>& held, double reach, FaceBinding& binding);
 
@@ -113,7 +113,7 @@ struct BindingReport {
   /// around the nearer corner of the mouth: about 1 or more where the lips can part, about a half where they are one
   /// surface.
   double way_between_lips = 0;
-  double coverage = 0;        ///< bound share of the skin vertices in front of what the markers span (their convex hull)
+  double coverage = 0;  ///< bound share of the skin vertices in front of what the markers span (their convex hull)
   double largest_offset = 0;  ///< |d|, the mesh's unit
 };
 BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control);

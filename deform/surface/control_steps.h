@@ -7,14 +7,16 @@
 
 namespace mouthpiece {
 
+struct FaceMesh;
+
 // The steps of buildControlMesh(), one source file each.
 
 /// The markers and the virtual points with their rules, rest positions and places in the plane; no triangles yet.
 ControlMesh placePoints(const std::vector<std::string>& marker_names, const MarkerPositions& marker_rest,
                         const std::map<std::string, Eigen::Vector3d>& known, const SurfacePlan& plan);
 
-/// Moves points in the plane, not at rest, until the outer lines of the lips go around the slit and upper lids run above
-/// lower ones: eyes may be shut, a click may be off. Points that lie so already stay where they are.
+/// Moves points in the plane, not at rest, until the outer lines of the lips go around the slit and upper lids run
+/// above lower ones: eyes may be shut, a click may be off. Points that lie so already stay where they are.
 void untangle(ControlMesh& mesh);
 
 /// Constrained Delaunay triangulation of `mesh.domain`: the rims of mouth and eyes are edges and stay open. Triangles

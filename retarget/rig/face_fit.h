@@ -10,6 +10,9 @@
 
 namespace mouthpiece {
 
+struct FaceMesh;
+struct FaceShapes;
+
 /// What a fit starts from.
 struct FitRequest {
   std::string name;

@@ -14,6 +14,7 @@
 #include "base/errors.h"
 #include "base/parallel_for.h"
 #include "deform/mesh/triangle_tree.h"
+#include "deform/mesh/welding.h"
 
 namespace mouthpiece {
 namespace {

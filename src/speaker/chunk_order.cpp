@@ -1,4 +1,4 @@
-#include "speaker/chunk_order.h"
+#include "speaker/live_parts.h"
 
 #include <fmt/format.h>
 

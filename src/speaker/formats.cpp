@@ -11,7 +11,6 @@
 #include "base/text_encoding.h"
 #include "exports/arkit.h"
 #include "exports/curves/curve_files.h"
-#include "exports/curves/metahuman.h"
 #include "exports/curves/weight_tracks.h"
 #include "exports/format_bytes.h"
 #include "exports/scenes/scene_files.h"

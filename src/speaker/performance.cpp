@@ -8,6 +8,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "deform/mesh/face_mesh.h"
+#include "deform/mesh/mesh_limits.h"
 #include "exports/arkit.h"
 #include "exports/format_bytes.h"
 #include "exports/gltf/glb.h"
@@ -19,7 +20,6 @@ namespace {
 
 /// Of an animation that is held as a whole.
 constexpr double kMaxFaceAnimationBytes = 6e9;
-constexpr std::uint64_t kMaxMeshBytes = std::uint64_t{1} << 30;
 
 FaceAnimation allOf(const FrameMaker& frames) {
   const double bytes = asReal(frames.frame_count) * asReal(frames.width) * sizeof(float);

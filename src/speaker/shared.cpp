@@ -1,5 +1,6 @@
 // Corpora and faces that speakers share.
 #include "base/errors.h"
+#include "deform/mesh/face_mesh.h"
 #include "mouthpiece/corpus.h"
 #include "mouthpiece/face.h"
 #include "speaker/shared_files.h"

@@ -1,4 +1,4 @@
-#include "speaker/shown_frames.h"
+#include "speaker/live_parts.h"
 
 #include <algorithm>
 #include <cmath>

@@ -25,6 +25,8 @@
 
 namespace mouthpiece {
 
+struct FaceShapes;
+
 /// What a corpus is behind the front door: the file, its index, and the viseme poses of its actor.
 struct SharedCorpus::Data {
   explicit Data(const std::filesystem::path& file);

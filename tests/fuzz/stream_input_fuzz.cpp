@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "base/errors.h"
-#include "programs/synth/stream_input.h"
-#include "speaker/chunk_order.h"
+#include "programs/synth/stream_ends.h"
+#include "speaker/live_parts.h"
 
 namespace {
 

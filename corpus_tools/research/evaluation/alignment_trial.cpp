@@ -1,4 +1,4 @@
-#include "corpus_tools/research/evaluation/alignment_trial.h"
+#include "corpus_tools/research/evaluation/hearing_trials.h"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // The studio's lights: those of the page (viewer/src/stage.js), in arithmetic.
-#include "exports/film/face_light.h"
+#include "exports/film/painting.h"
 
 #include <algorithm>
 #include <array>

@@ -7,8 +7,7 @@
 #include <numbers>
 
 #include "base/index.h"
-#include "exports/film/face_light.h"
-#include "exports/film/triangle_fill.h"
+#include "exports/film/painting.h"
 
 namespace mouthpiece {
 namespace {

@@ -1,4 +1,4 @@
-#include "exports/shape_sets/shape_eyes.h"
+#include "exports/shape_sets/shape_parts.h"
 
 #include <Eigen/Dense>
 #include <algorithm>

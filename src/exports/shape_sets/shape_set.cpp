@@ -9,8 +9,7 @@
 
 #include "base/index.h"
 #include "base/text_encoding.h"
-#include "exports/shape_sets/shape_eyes.h"
-#include "exports/shape_sets/shape_skin.h"
+#include "exports/shape_sets/shape_parts.h"
 #include "motion/arkit_shapes.h"
 #include "motion/lip_pose.h"
 #include "motion/motion_clip.h"

@@ -1,4 +1,4 @@
-#include "exports/shape_sets/shape_skin.h"
+#include "exports/shape_sets/shape_parts.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -11,8 +11,7 @@
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/pronouncer.h"
 #include "hearing/recognition/recogniser.h"
-#include "hearing/recognition/speech_finder.h"
-#include "hearing/recognition/word_search.h"
+#include "hearing/recognition/sound_search.h"
 #include "phonetics/labels/labels_builder.h"
 
 namespace mouthpiece {

@@ -1,4 +1,4 @@
-#include "hearing/recognition/speech_finder.h"
+#include "hearing/recognition/sound_search.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "hearing/recognition/word_search.h"
+#include "hearing/recognition/sound_search.h"
 
 #include <fmt/format.h>
 #include <pocketsphinx.h>

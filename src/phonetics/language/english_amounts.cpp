@@ -1,4 +1,4 @@
-#include "phonetics/language/english_amounts.h"
+#include "phonetics/language/english_text.h"
 
 #include <algorithm>
 #include <vector>

@@ -7,10 +7,9 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/text_numbers.h"
-#include "corpus_tools/research/evaluation/alignment_trial.h"
 #include "corpus_tools/research/evaluation/evaluation.h"
 #include "corpus_tools/research/evaluation/evaluation_methods.h"
-#include "corpus_tools/research/evaluation/hearing_methods.h"
+#include "corpus_tools/research/evaluation/hearing_trials.h"
 #include "programs/corpus/command_support.h"
 #include "programs/corpus/commands.h"
 

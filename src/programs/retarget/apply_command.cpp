@@ -11,6 +11,7 @@
 #include "base/files.h"
 #include "base/index.h"
 #include "deform/mesh/face_mesh.h"
+#include "deform/mesh/mesh_limits.h"
 #include "deform/mesh/mesh_reader.h"
 #include "exports/arkit.h"
 #include "exports/format_bytes.h"
@@ -28,8 +29,6 @@ namespace mouthpiece {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::uint64_t kMaxMeshBytes = std::uint64_t{1} << 30;
 
 struct ApplyArguments {
   fs::path face, motion, out, corpus, phones;

@@ -14,6 +14,7 @@ namespace mouthpiece {
 
 struct Corpus;
 struct CorpusTake;
+struct FaceMesh;
 struct MarkerLayout;
 
 // One source file a subcommand of `retarget`.

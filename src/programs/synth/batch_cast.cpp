@@ -1,4 +1,4 @@
-#include "programs/synth/batch_cast.h"
+#include "programs/synth/batch_input.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,6 @@
 #include "base/files.h"
 #include "base/text_encoding.h"
 #include "base/text_numbers.h"
-#include "programs/synth/batch_table.h"
 #include "speaker/speaker_data.h"
 
 namespace mouthpiece {

@@ -1,4 +1,4 @@
-#include "programs/synth/batch_list.h"
+#include "programs/synth/batch_input.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "programs/synth/batch_table.h"
+#include "programs/synth/batch_input.h"
 
 #include <algorithm>
 #include <array>

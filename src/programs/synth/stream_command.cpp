@@ -14,8 +14,7 @@
 
 #include "base/text_numbers.h"
 #include "programs/synth/commands.h"
-#include "programs/synth/stream_input.h"
-#include "programs/synth/stream_output.h"
+#include "programs/synth/stream_ends.h"
 
 namespace mouthpiece {
 namespace {

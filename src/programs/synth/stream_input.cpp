@@ -1,4 +1,4 @@
-#include "programs/synth/stream_input.h"
+#include "programs/synth/stream_ends.h"
 
 #include <fcntl.h>
 #include <poll.h>

@@ -1,4 +1,4 @@
-#include "programs/synth/stream_output.h"
+#include "programs/synth/stream_ends.h"
 
 #include <fmt/format.h>
 #include <netdb.h>

@@ -40,7 +40,7 @@ std::vector<ContextSegment> contextSegments(const SpeechLabels& labels, const Si
 void windowShares(const TimeSpan& segment, Seconds time, std::vector<std::pair<Eigen::Index, float>>& shares);
 
 /// A perceptron with one hidden layer: components of the speaking face from what is said within 240 ms of a moment
-/// (docs/theory/units/prediction.md). Fitted by corpus_tools/building/network_fit.h.
+/// (docs/theory/units/prediction.md). Fitted by corpus_tools/building/prediction_parts.h.
 struct ContextNetwork {
   using Matrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   Matrix input;             ///< features x (windows * hidden), hidden side by side

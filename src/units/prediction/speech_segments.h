@@ -34,7 +34,7 @@ struct SpeechSegment {
 };
 
 /// When the mouth moves in silence (docs/theory/units/prediction.md): learnt from a corpus' own silences where it has
-/// enough of them (corpus_tools/building/silence_fit.h).
+/// enough of them (corpus_tools/building/prediction_parts.h).
 struct SilenceTiming {
   Seconds breath_at_half_second = 0.35;  ///< how long before speech the mouth opens, in a silence of 0.5 s
   double breath_share = 0;               ///< of what the silence lasts beyond that

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "corpus_tools/building/network_fit.h"
+#include "corpus_tools/building/prediction_parts.h"
 #include "synthetic_takes.h"
 
 namespace mouthpiece {

@@ -1,4 +1,4 @@
-#include "corpus_tools/building/sound_fit.h"
+#include "corpus_tools/building/prediction_parts.h"
 
 #include <gtest/gtest.h>
 

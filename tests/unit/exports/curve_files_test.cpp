@@ -12,7 +12,6 @@
 
 #include "base/files.h"
 #include "base/text_encoding.h"
-#include "exports/curves/metahuman.h"
 #include "exports/curves/weight_tracks.h"
 #include "motion/arkit_shapes.h"
 

@@ -11,7 +11,7 @@
 #include "base/zip.h"
 #include "exports/film/face_painter.h"
 #include "exports/film/film_file.h"
-#include "exports/film/triangle_fill.h"
+#include "exports/film/painting.h"
 #include "support/run_program.h"
 #include "talking_head.h"
 

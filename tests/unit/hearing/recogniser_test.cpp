@@ -7,7 +7,7 @@
 #include <random>
 #include <set>
 
-#include "hearing/recognition/speech_finder.h"
+#include "hearing/recognition/sound_search.h"
 #include "support/error_of.h"
 #include "voices/voice.h"
 

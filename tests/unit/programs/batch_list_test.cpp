@@ -1,5 +1,5 @@
 // Lists of lines: what spreadsheets and people write, and what they get wrong.
-#include "programs/synth/batch_list.h"
+#include "programs/synth/batch_input.h"
 
 #include <gtest/gtest.h>
 

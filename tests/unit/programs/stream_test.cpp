@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "programs/synth/stream_input.h"
+#include "programs/synth/stream_ends.h"
 #include "support/error_of.h"
 #include "support/run_program.h"
 

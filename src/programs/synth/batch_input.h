@@ -1,16 +1,41 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <map>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "mouthpiece/line.h"
-#include "programs/synth/batch_table.h"
+#include "mouthpiece/speaker.h"
 
 namespace mouthpiece {
+
+/// A row that cannot be used, and what is wrong with it.
+struct RowFault {
+  std::size_t row = 0;  ///< line of the file, from 1
+  std::string what;
+};
+
+/// Rows of cells as a spreadsheet saves them, all text UTF-8.
+struct DelimitedTable {
+  struct Row {
+    std::size_t line = 0;  ///< of the file where it begins, from 1
+    std::vector<std::string> cells;
+  };
+  std::vector<Row> rows;  ///< none is empty throughout
+  char separator = ',';
+  std::string encoding = "UTF-8";  ///< "UTF-8", "UTF-16" or "Windows-1252"
+  std::vector<RowFault> faults;
+};
+
+/// RFC 4180 with `,`, `;`, tab or `|` between cells, whichever the first rows agree on, or a first line `sep=;` says;
+/// UTF-8 or UTF-16 with their byte order marks, UTF-8 without, else Windows-1252. Rows with text behind a closing quote
+/// are faults; so is a quote that never closes, which then ends with its line. Throws InputError for broken UTF-16.
+DelimitedTable parseDelimited(std::string_view bytes, std::string_view file);
 
 /// One line to make.
 struct BatchLine {
@@ -50,5 +75,27 @@ Shard parseShard(const std::string& text);
 BatchList readBatchList(const std::filesystem::path& path, const std::vector<std::string>& languages = {});
 
 std::vector<BatchLine> linesOfShard(const std::vector<BatchLine>& lines, const Shard& shard);
+
+/// Who speaks how: a table with a first row of speaker and any of voice, corpus, face, language, rate, lexicon; paths
+/// are relative to it. A speaker of the list that it does not name speaks as the options say.
+std::map<std::string, SpeakerOptions> readCast(const std::filesystem::path& path, const SpeakerOptions& usual);
+
+/// Corpora and faces, each opened once for all threads.
+class SharedCast {
+ public:
+  SharedCorpus corpus(const std::filesystem::path& file);
+  SharedFace face(const std::filesystem::path& file);
+
+ private:
+  std::mutex mutex_;
+  std::map<std::filesystem::path, SharedCorpus> corpora_;
+  std::map<std::filesystem::path, SharedFace> faces_;
+};
+
+/// What decides how a line comes out besides its words, as JSON: files by their SHA-256.
+std::string settingsJson(const SpeakerOptions& options, SharedCast& cast);
+
+/// SHA-256 of a file of any size; "" for no file.
+std::string fileHash(const std::filesystem::path& file);
 
 }  // namespace mouthpiece

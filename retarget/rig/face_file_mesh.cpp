@@ -1,0 +1,46 @@
+// The mesh beside a .face.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <string>
+#include <system_error>
+
+#include "base/errors.h"
+#include "base/files.h"
+#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/mesh_limits.h"
+#include "retarget/rig/face_file.h"
+
+namespace mouthpiece {
+
+void turnMesh(const Eigen::Matrix3d& turn, FaceMesh& mesh) {
+  if (turn.isIdentity(0)) return;
+  mesh.vertices = (mesh.vertices.cast<double>() * turn.transpose()).cast<float>().eval();
+}
+
+FaceMesh readMeshOf(const FaceFile& face, const std::filesystem::path& face_path) {
+  const std::filesystem::path mesh_path = face_path.parent_path() / face.mesh_file;
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(mesh_path, error)) {
+    throw InputError(
+        face_path.string(), "mesh.file",
+        fmt::format("names {}, which is not there; expected the mesh of the fit", printable(mesh_path.string(), 300)));
+  }
+  const std::string bytes = readFile(mesh_path, kMaxMeshBytes);
+  const std::string hash = sha256Hex(bytes);
+  if (hash != face.mesh_sha256) {
+    throw InputError(
+        mesh_path.string(), "",
+        fmt::format("has changed since {} was fitted to it (SHA-256 {}..., expected {}...); run `retarget fit` again",
+                    face_path.filename().string(), hash.substr(0, 12), printable(face.mesh_sha256, 12)));
+  }
+  FaceMesh mesh = parseFaceMesh(bytes, mesh_path, face.mesh_object);
+  mesh.metres_per_unit = face.metres_per_unit;
+  turnMesh(face.upright_from_mesh, mesh);
+  for (MeshPart& part : mesh.parts) {
+    if (const auto kind = face.part_kinds.find(part.name); kind != face.part_kinds.end()) part.kind = kind->second;
+  }
+  return mesh;
+}
+
+}  // namespace mouthpiece
