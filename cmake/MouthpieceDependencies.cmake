@@ -79,6 +79,7 @@ target_link_libraries(XNNPACK::xnnpack INTERFACE ${XNNPACK_LIBRARY})
 
 if(MOUTHPIECE_TESTS)
   mouthpiece_require(GTest libgtest-dev)
+  mouthpiece_require(tinyobjloader libtinyobjloader-dev)
   include(GoogleTest)
 endif()
 if(MOUTHPIECE_BENCH)
