@@ -161,6 +161,14 @@ FoundAnchors findAnchors(const FaceMesh& mesh, std::string_view bytes, const fs:
   return found;
 }
 
+NamedAnchors anchorsFor(const FaceMesh& mesh, std::string_view bytes, const fs::path& file, const std::string& object,
+                        const fs::path& given, bool quiet) {
+  if (!given.empty()) return {parseAnchors(readFile(given, kMaxAnchorBytes), given.string()), given.string()};
+  FoundAnchors found = findAnchors(mesh, bytes, file, object, AnchorSource::kAny);
+  printNotice(fmt::format("{}: found {} anchors {}", file.string(), found.anchors.markers.size(), found.how), quiet);
+  return {std::move(found.anchors), fmt::format("anchors found on {}", file.string())};
+}
+
 Command anchorsCommand() {
   return makeCommand("anchors", "Find the ten anchors of a head by its own shapes, or as it looks",
                      "retarget anchors head.obj -o head.anchors.json", addOptions, runAnchors);

@@ -39,6 +39,15 @@ struct FoundAnchors {
 FoundAnchors findAnchors(const FaceMesh& mesh, std::string_view bytes, const std::filesystem::path& file,
                          const std::string& object, AnchorSource source);
 
+/// The anchors of a file, or, where none is `given`, those that findAnchors() finds: then a notice says so. `file` is for
+/// messages about them.
+struct NamedAnchors {
+  Anchors anchors;
+  std::string file;
+};
+NamedAnchors anchorsFor(const FaceMesh& mesh, std::string_view bytes, const std::filesystem::path& file,
+                        const std::string& object, const std::filesystem::path& given, bool quiet);
+
 /// What fitFace() needs to know of a corpus' actor; the mesh's file and hash are left to the caller.
 FitRequest fitRequestFor(const std::string& face_name, const Corpus& corpus);
 

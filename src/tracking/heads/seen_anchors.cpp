@@ -43,7 +43,11 @@ constexpr std::array<Wanted, 10> kMirrored{kCornerL, kCornerR, kUpper,  kLower, 
                                            kChin,    kOuterL,  kOuterR, kInnerL, kInnerR};
 using Pixels = std::array<Vector2f, kWanted.size()>;
 
-constexpr std::size_t kPictureSide = 512;
+/// Of pictures in which a face is looked for, that of a head and then that of a whole figure, and of those in which it
+/// is looked at, pixels.
+constexpr std::size_t kHeadSearchSide = 320, kFigureSearchSide = 640, kPictureSide = 512;
+/// Of the likely views those in which a figure is looked for: Y or Z up.
+constexpr std::size_t kFigureViews = 8;
 /// Of the distance of the outer eye corners: half the box round a face, how far the nose stands out at least, how far
 /// behind the rest of a face a place lies at most (the back of an empty eye socket lies deeper).
 constexpr float kHalfWide = 0.85F, kHalfHigh = 1.05F, kLeastNose = 0.08F, kDeepest = 0.7F;
@@ -75,6 +79,11 @@ struct Sight {
     return axes;
   }
 
+  /// How far the nose stands out of the plane of eyes and mouth, of the eyes' distance.
+  [[nodiscard]] float noseOut() const {
+    return faceFromMesh().row(2).dot(places[kNose] - mouth()) / eyeCorners();
+  }
+
   /// Whether it is a face's shape that was seen: mouth under the eyes, between them the nose, standing out.
   [[nodiscard]] bool isFace() const {
     const float eyes_apart = eyeCorners();
@@ -82,7 +91,7 @@ struct Sight {
     const Matrix3f axes = faceFromMesh();
     if (!axes.allFinite()) return false;
     const auto at = [&](Wanted anchor) -> Vector3f { return axes * (places[anchor] - mouth()) / eyes_apart; };
-    return at(kNose).z() > kLeastNose && at(kNose).y() > 0.05F && at(kNose).y() < at(kOuterR).y() + 0.15F &&
+    return noseOut() > kLeastNose && at(kNose).y() > 0.05F && at(kNose).y() < at(kOuterR).y() + 0.15F &&
            at(kUpper).y() > at(kLower).y() && at(kLower).y() > at(kChin).y() && at(kOuterR).x() < at(kInnerR).x() &&
            at(kInnerR).x() < at(kInnerL).x() && at(kInnerL).x() < at(kOuterL).x() && at(kCornerR).x() < at(kCornerL).x();
   }
@@ -109,9 +118,10 @@ class Onlooker {
     skin_tree_.emplace(mesh.vertices, skin_);
   }
 
-  std::optional<Sight> look(const Matrix3f& view_from_mesh, const Eigen::AlignedBox3f& focus) {
+  std::optional<Sight> look(const Matrix3f& view_from_mesh, const Eigen::AlignedBox3f& focus,
+                            std::size_t side = kPictureSide) {
     const VertexPositions seen = mesh_.vertices * view_from_mesh.transpose();
-    const FacePainter painter(mesh_, focus, kPictureSide, kPictureSide, Vector3f::UnitZ());
+    const FacePainter painter(mesh_, focus, side, side, Vector3f::UnitZ());
     Picture picture;
     painter.paint(seen, picture);
     auto pixels = track(picture);
@@ -121,7 +131,7 @@ class Onlooker {
     if (const auto mirrored = track(inMirror(picture))) {
       for (std::size_t i = 0; i < pixels->size(); ++i) {
         const Vector2f other = (*mirrored)[kMirrored[i]];
-        (*pixels)[i] = ((*pixels)[i] + Vector2f(static_cast<float>(kPictureSide) - other.x(), other.y())) / 2;
+        (*pixels)[i] = ((*pixels)[i] + Vector2f(static_cast<float>(side) - other.x(), other.y())) / 2;
       }
     }
     auto sight = castBack(*pixels, painter, seen, view_from_mesh);
@@ -264,6 +274,24 @@ std::optional<Sight> fromTheFront(Onlooker& onlooker, Sight sight) {
   return sight;
 }
 
+/// A face on any side, seen from its front. What looks like one upside down is told from one by which stands out more.
+std::optional<Sight> anyFace(Onlooker& onlooker) {
+  const std::vector<Matrix3f> views = likelyViews();
+  for (std::size_t i = 0; i < views.size() + kFigureViews; ++i) {
+    const bool is_figure = i >= views.size();
+    const Matrix3f& view = views[is_figure ? i - views.size() : i];
+    const auto sight = onlooker.look(view, onlooker.whole(view), is_figure ? kFigureSearchSide : kHeadSearchSide);
+    if (!sight || !sight->isFace()) continue;
+    const auto front = fromTheFront(onlooker, *sight);
+    if (!front) continue;
+    const Matrix3f over = turn(180, Vector3f::UnitZ()) * front->faceFromMesh();
+    const auto turned = onlooker.look(over, boxOfFace(*front, over));
+    const auto other = turned && turned->isFace() ? fromTheFront(onlooker, *turned) : std::nullopt;
+    return other && other->noseOut() > front->noseOut() ? other : front;
+  }
+  return std::nullopt;
+}
+
 Vector3f medianOf(std::vector<Vector3f> places) {
   Vector3f median;
   std::vector<float> values(places.size());
@@ -280,13 +308,7 @@ Vector3f medianOf(std::vector<Vector3f> places) {
 std::optional<SeenFace> seenFace(const FaceMesh& mesh, FaceTracker& tracker) {
   if (trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips}).empty()) return std::nullopt;
   Onlooker onlooker(mesh, tracker);
-  std::optional<Sight> front;
-  for (const Matrix3f& view : likelyViews()) {
-    const auto sight = onlooker.look(view, onlooker.whole(view));
-    if (!sight || !sight->isFace()) continue;
-    front = fromTheFront(onlooker, *sight);
-    if (front) break;
-  }
+  const std::optional<Sight> front = anyFace(onlooker);
   if (!front) return std::nullopt;
 
   const Matrix3f face_from_mesh = front->faceFromMesh();
