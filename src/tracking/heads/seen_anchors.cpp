@@ -8,7 +8,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <utility>
 #include <vector>
 
 #include "base/index.h"
@@ -43,11 +42,11 @@ constexpr std::array<Wanted, 10> kMirrored{kCornerL, kCornerR, kUpper,  kLower, 
                                            kChin,    kOuterL,  kOuterR, kInnerL, kInnerR};
 using Pixels = std::array<Vector2f, kWanted.size()>;
 
-/// Of pictures in which a face is looked for, that of a head and then that of a whole figure, and of those in which it
-/// is looked at, pixels.
-constexpr std::size_t kHeadSearchSide = 320, kFigureSearchSide = 640, kPictureSide = 512;
-/// Of the likely views those in which a figure is looked for: Y or Z up.
+/// Of pictures in which a face is looked for, and of those in which it is looked at, pixels.
+constexpr std::size_t kSearchSide = 320, kPictureSide = 512;
+/// Of the likely views those in which a whole figure's head is looked for: Y or Z up. It is in the upper share of it.
 constexpr std::size_t kFigureViews = 8;
+constexpr float kHeadShare = 0.3F;
 /// Of the distance of the outer eye corners: half the box round a face, how far the nose stands out at least, how far
 /// behind the rest of a face a place lies at most (the back of an empty eye socket lies deeper).
 constexpr float kHalfWide = 0.85F, kHalfHigh = 1.05F, kLeastNose = 0.08F, kDeepest = 0.7F;
@@ -145,6 +144,22 @@ class Onlooker {
     return {Vector3f(seen.colwise().minCoeff()), Vector3f(seen.colwise().maxCoeff())};
   }
 
+  /// As high as it is wide, around the middle of what is up there.
+  [[nodiscard]] Eigen::AlignedBox3f upperPart(const Matrix3f& view_from_mesh, const Eigen::AlignedBox3f& whole) const {
+    const float high = kHeadShare * whole.sizes().y(), floor = whole.max().y() - high / 2;
+    const VertexPositions seen = mesh_.vertices * view_from_mesh.transpose();
+    Eigen::AlignedBox3f top;
+    for (const Triangle& triangle : skin_) {
+      for (const std::uint32_t v : triangle) {
+        const Vector3f place = seen.row(signedIndex(std::size_t{v})).transpose();
+        if (place.y() > floor) top.extend(place);
+      }
+    }
+    const Vector3f middle = top.isEmpty() ? Vector3f(whole.center()) : Vector3f(top.center());
+    const Vector3f half(high / 2, high / 2, high / 2), centre(middle.x(), whole.max().y() - high / 2, middle.z());
+    return {Vector3f(centre - half), Vector3f(centre + half)};
+  }
+
   [[nodiscard]] Vector3f onSkin(const Vector3f& place) const {
     const auto foot = skin_tree_->closest(place.cast<double>());
     return foot ? Vector3f(foot->point.cast<float>()) : place;
@@ -238,18 +253,14 @@ class Onlooker {
   std::optional<TriangleTree> skin_tree_;
 };
 
-/// Ways in which a head may stand, the likely ones first: Y up and looking along Z, then other axes, then between them.
+/// Ways in which a head may stand, the likely ones first: Y up, then Z up, and so on, looking along each other axis. The
+/// tracker knows a face that is turned by as much as lies between them.
 std::vector<Matrix3f> likelyViews() {
-  std::vector<Matrix3f> views;
   const Vector3f x = Vector3f::UnitX(), y = Vector3f::UnitY(), z = Vector3f::UnitZ();
-  std::vector<Matrix3f> axes;
+  std::vector<Matrix3f> views;
   for (const Matrix3f& upright : {Matrix3f(Matrix3f::Identity()), turn(-90, x), turn(90, x), turn(180, z), turn(90, z),
                                   turn(-90, z)}) {
-    for (const float about : {0.0F, 180.0F, 90.0F, -90.0F}) axes.emplace_back(turn(about, y) * upright);
-  }
-  views = axes;
-  for (const auto& [degrees, axis] : {std::pair{45.0F, y}, {-35.0F, x}, {35.0F, x}}) {
-    for (const Matrix3f& axis_view : axes) views.emplace_back(turn(degrees, axis) * axis_view);
+    for (const float about : {0.0F, 180.0F, 90.0F, -90.0F}) views.emplace_back(turn(about, y) * upright);
   }
   return views;
 }
@@ -280,7 +291,8 @@ std::optional<Sight> anyFace(Onlooker& onlooker) {
   for (std::size_t i = 0; i < views.size() + kFigureViews; ++i) {
     const bool is_figure = i >= views.size();
     const Matrix3f& view = views[is_figure ? i - views.size() : i];
-    const auto sight = onlooker.look(view, onlooker.whole(view), is_figure ? kFigureSearchSide : kHeadSearchSide);
+    const Eigen::AlignedBox3f whole = onlooker.whole(view);
+    const auto sight = onlooker.look(view, is_figure ? onlooker.upperPart(view, whole) : whole, kSearchSide);
     if (!sight || !sight->isFace()) continue;
     const auto front = fromTheFront(onlooker, *sight);
     if (!front) continue;

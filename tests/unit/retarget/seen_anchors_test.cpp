@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <filesystem>
 
 #include "base/files.h"
@@ -110,6 +111,37 @@ TEST(SeenAnchorsAnywhere, AreThoseOfTheHeadThatWasTurned) {
                 name == "CHIN_LOW" ? 0.06 : 0.03)
           << turned << " " << name;
   }
+}
+
+TEST(SeenAnchorsAnywhere, AreFoundOnAWholeFigure) {
+  if (!fs::exists(kDefaultHead)) GTEST_SKIP() << "no " << kDefaultHead << "; make it with `make`";
+  const auto alone = foundOn(kDefaultHead);
+  ASSERT_FALSE(alone.empty());
+  FaceMesh mesh = readFaceMesh(kDefaultHead);
+  // A body as plain as can be: a block of a person's size under the head.
+  const auto first = static_cast<std::uint32_t>(mesh.vertexCount());
+  const Eigen::Vector3f low = mesh.vertices.colwise().minCoeff(), high = mesh.vertices.colwise().maxCoeff();
+  mesh.vertices.conservativeResize(first + 8, 3);
+  for (std::uint32_t corner = 0; corner < 8; ++corner) {
+    mesh.vertices.row(first + corner) << ((corner & 1U) != 0 ? 250.0F : -250.0F),
+        ((corner & 2U) != 0 ? low.y() - 20 : low.y() - 1450), ((corner & 4U) != 0 ? high.z() - 20 : low.z() - 60);
+  }
+  const std::size_t before = mesh.triangles.size();
+  for (const auto& [a, b, c, d] : {std::array{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2},
+                                   {1, 3, 7, 5}}) {
+    const auto at = [&](int corner) { return first + static_cast<std::uint32_t>(corner); };
+    mesh.triangles.push_back({at(a), at(b), at(c)});
+    mesh.triangles.push_back({at(a), at(c), at(d)});
+  }
+  mesh.texture_coordinates.clear();
+  mesh.vertex_colors.clear();
+  mesh.parts.push_back({.name = "body", .first_triangle = before, .triangle_count = mesh.triangles.size() - before});
+  const ScratchFolder folder;
+  writeObj(folder.path() / "figure.obj", mesh);
+  const auto found = foundOn(folder.path() / "figure.obj");
+  ASSERT_FALSE(found.empty());
+  for (const auto& [name, place] : alone)
+    EXPECT_LT((found.at(name) - place).norm() / eyesApart(alone), name == "CHIN_LOW" ? 0.06 : 0.03) << name;
 }
 
 TEST(SeenAnchorsAnywhere, AMeshWithoutAFaceIsRefused) {
