@@ -9,12 +9,12 @@
 #include "base/files.h"
 #include "deform/mesh/face_mesh.h"
 #include "exports/arkit.h"
+#include "face_finder/seen_anchors.h"
 #include "programs/retarget/commands.h"
 #include "retarget/placing/face_page.h"
 #include "retarget/placing/shape_anchors.h"
 #include "speaker/shared_files.h"
 #include "tracking/face_tracker.h"
-#include "tracking/heads/seen_anchors.h"
 
 namespace mouthpiece {
 namespace {

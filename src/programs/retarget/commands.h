@@ -39,8 +39,8 @@ struct FoundAnchors {
 FoundAnchors findAnchors(const FaceMesh& mesh, std::string_view bytes, const std::filesystem::path& file,
                          const std::string& object, AnchorSource source);
 
-/// The anchors of a file, or, where none is `given`, those that findAnchors() finds: then a notice says so. `file` is for
-/// messages about them.
+/// The anchors of a file, or, where none is `given`, those that findAnchors() finds: then a notice says so. `file` is
+/// for messages about them.
 struct NamedAnchors {
   Anchors anchors;
   std::string file;

@@ -137,8 +137,7 @@ void addOptions(CLI::App& command, FitArguments& options) {
 
 Command fitCommand() {
   return makeCommand("fit", "Fit a mesh: place the markers, warp, control surface, binding",
-                     "retarget fit --mesh head.obj --corpus sample.corpus --out head.face",
-                     addOptions, runFit);
+                     "retarget fit --mesh head.obj --corpus sample.corpus --out head.face", addOptions, runFit);
 }
 
 }  // namespace mouthpiece

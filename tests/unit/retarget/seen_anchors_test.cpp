@@ -20,8 +20,8 @@ namespace fs = std::filesystem;
 using test::runProgram;
 using test::ScratchFolder;
 
-/// Of the outer eye corners' distance, which is some 90 mm. Measured over nine heads: mouth 4.5, nose 2.5, eyes 6 mm. The
-/// chin has no point: where people and the tracker see its lowest differs by up to 18 mm.
+/// Of the outer eye corners' distance, which is some 90 mm. Measured over nine heads: mouth 4.5, nose 2.5, eyes 6 mm.
+/// The chin has no point: where people and the tracker see its lowest differs by up to 18 mm.
 double allowedOff(const std::string& name) {
   return name == "CHIN_LOW" ? 0.25 : name.starts_with("LIP") ? 0.06 : name == "NOSE_TIP" ? 0.05 : 0.08;
 }
@@ -71,16 +71,14 @@ TEST_P(SeenAnchors, LieWhereAPersonClicks) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Shared, SeenAnchors,
-                         testing::Values(ClickedHead{"ict_head", "ict_head.obj"},
-                                         ClickedHead{"makehuman_male", "makehuman_male.obj"},
-                                         ClickedHead{"ict_id11", "more/ict_id11.obj"},
-                                         ClickedHead{"ict_id12", "more/ict_id12.obj"},
-                                         ClickedHead{"ict_id13", "more/ict_id13.obj"},
-                                         ClickedHead{"ict_id14", "more/ict_id14.obj"},
-                                         ClickedHead{"mh_african_female_young", "more/mh_african_female_young.obj"},
-                                         ClickedHead{"mh_asian_male_old", "more/mh_asian_male_old.obj"}),
-                         [](const auto& head) { return head.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Shared, SeenAnchors,
+    testing::Values(ClickedHead{"ict_head", "ict_head.obj"}, ClickedHead{"makehuman_male", "makehuman_male.obj"},
+                    ClickedHead{"ict_id11", "more/ict_id11.obj"}, ClickedHead{"ict_id12", "more/ict_id12.obj"},
+                    ClickedHead{"ict_id13", "more/ict_id13.obj"}, ClickedHead{"ict_id14", "more/ict_id14.obj"},
+                    ClickedHead{"mh_african_female_young", "more/mh_african_female_young.obj"},
+                    ClickedHead{"mh_asian_male_old", "more/mh_asian_male_old.obj"}),
+    [](const auto& head) { return head.param.name; });
 
 TEST(SeenAnchorsAnywhere, AreThoseOfTheHeadThatWasTurned) {
   if (!fs::exists(kDefaultHead)) GTEST_SKIP() << "no " << kDefaultHead << "; make it with `make`";
@@ -94,10 +92,9 @@ TEST(SeenAnchorsAnywhere, AreThoseOfTheHeadThatWasTurned) {
   // On its back, its head down, and askew; as large as a house, and as a grain.
   const Eigen::Vector3d shift(12, -700, 31);
   int number = 0;
-  for (const auto& [turn, scale] :
-       {std::pair{Eigen::AngleAxisd(-1.5708, Eigen::Vector3d::UnitX()), 80.0},
-        {Eigen::AngleAxisd(3.1416, Eigen::Vector3d::UnitZ()), 0.001},
-        {Eigen::AngleAxisd(2.2, Eigen::Vector3d(1, -2, 0.6).normalized()), 1.0}}) {
+  for (const auto& [turn, scale] : {std::pair{Eigen::AngleAxisd(-1.5708, Eigen::Vector3d::UnitX()), 80.0},
+                                    {Eigen::AngleAxisd(3.1416, Eigen::Vector3d::UnitZ()), 0.001},
+                                    {Eigen::AngleAxisd(2.2, Eigen::Vector3d(1, -2, 0.6).normalized()), 1.0}}) {
     FaceMesh mesh = readFaceMesh(kDefaultHead);
     const Eigen::Matrix3d rotation = turn.toRotationMatrix();
     mesh.vertices = (scale * mesh.vertices.cast<double>() * rotation.transpose()).cast<float>();
@@ -127,8 +124,8 @@ TEST(SeenAnchorsAnywhere, AreFoundOnAWholeFigure) {
         ((corner & 2U) != 0 ? low.y() - 20 : low.y() - 1450), ((corner & 4U) != 0 ? high.z() - 20 : low.z() - 60);
   }
   const std::size_t before = mesh.triangles.size();
-  for (const auto& [a, b, c, d] : {std::array{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2},
-                                   {1, 3, 7, 5}}) {
+  for (const auto& [a, b, c, d] :
+       {std::array{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}) {
     const auto at = [&](int corner) { return first + static_cast<std::uint32_t>(corner); };
     mesh.triangles.push_back({at(a), at(b), at(c)});
     mesh.triangles.push_back({at(a), at(c), at(d)});

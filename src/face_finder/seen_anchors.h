@@ -21,15 +21,14 @@ struct SeenAnchor {
 struct SeenFace {
   /// The ten suggested anchors (retarget/placing/face_page.h), the head's own right and left.
   std::map<std::string, SeenAnchor> anchors;
-  double presence = 0;          ///< how sure the tracker is in the least sure of the pictures that count, 0 to 1
-  std::size_t pictures = 0;     ///< that were looked at from around the front
-  std::size_t seen = 0;         ///< of them, those that show the face
-  double eye_corners = 0;       ///< distance of the outer eye corners, the mesh's unit
-  Eigen::Vector3d up, forward;  ///< of the face, in the mesh's axes
+  double presence = 0;       ///< how sure the tracker is in the least sure of the pictures that count, 0 to 1
+  std::size_t pictures = 0;  ///< that were looked at from around the front
+  std::size_t seen = 0;      ///< of them, those that show the face
+  double eye_corners = 0;    ///< distance of the outer eye corners, the mesh's unit
 };
 
 /// Paints the mesh from many sides, upright and otherwise, until a face is seen; then from around that face's front,
-/// and lays what the tracker finds onto the foremost skin (docs/theory/tracking/seen_anchors.md). The mesh may be
+/// and lays what the tracker finds onto the foremost skin (docs/theory/face_finder/seen_anchors.md). The mesh may be
 /// turned any way and be a whole figure. nullopt where no face is seen. Forgets what the tracker has followed.
 std::optional<SeenFace> seenFace(const FaceMesh& mesh, FaceTracker& tracker);
 

@@ -1,6 +1,6 @@
 // Where the tracker of faces in videos sees a head's features: the head is painted, tracked, and the rays are followed
 // back to its skin.
-#include "tracking/heads/seen_anchors.h"
+#include "face_finder/seen_anchors.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -79,9 +79,7 @@ struct Sight {
   }
 
   /// How far the nose stands out of the plane of eyes and mouth, of the eyes' distance.
-  [[nodiscard]] float noseOut() const {
-    return faceFromMesh().row(2).dot(places[kNose] - mouth()) / eyeCorners();
-  }
+  [[nodiscard]] float noseOut() const { return faceFromMesh().row(2).dot(places[kNose] - mouth()) / eyeCorners(); }
 
   /// Whether it is a face's shape that was seen: mouth under the eyes, between them the nose, standing out.
   [[nodiscard]] bool isFace() const {
@@ -92,7 +90,8 @@ struct Sight {
     const auto at = [&](Wanted anchor) -> Vector3f { return axes * (places[anchor] - mouth()) / eyes_apart; };
     return noseOut() > kLeastNose && at(kNose).y() > 0.05F && at(kNose).y() < at(kOuterR).y() + 0.15F &&
            at(kUpper).y() > at(kLower).y() && at(kLower).y() > at(kChin).y() && at(kOuterR).x() < at(kInnerR).x() &&
-           at(kInnerR).x() < at(kInnerL).x() && at(kInnerL).x() < at(kOuterL).x() && at(kCornerR).x() < at(kCornerL).x();
+           at(kInnerR).x() < at(kInnerL).x() && at(kInnerL).x() < at(kOuterL).x() &&
+           at(kCornerR).x() < at(kCornerL).x();
   }
 };
 
@@ -100,8 +99,7 @@ Picture inMirror(const Picture& picture) {
   Picture mirrored = picture;
   for (std::size_t y = 0; y < picture.height; ++y) {
     for (std::size_t x = 0; x < picture.width; ++x)
-      std::copy_n(&picture.rgb[3 * (y * picture.width + x)], 3,
-                  &mirrored.rgb[3 * ((y + 1) * picture.width - 1 - x)]);
+      std::copy_n(&picture.rgb[3 * (y * picture.width + x)], 3, &mirrored.rgb[3 * ((y + 1) * picture.width - 1 - x)]);
   }
   return mirrored;
 }
@@ -214,8 +212,7 @@ class Onlooker {
     const auto placeAt = [&](const Vector2f& pixel, float nearness) {
       return painter.fromPicture({pixel.x(), pixel.y(), nearness});
     };
-    const float reach =
-        kDeepest * (placeAt(pixels[kOuterL], 1 / middle) - placeAt(pixels[kOuterR], 1 / middle)).norm();
+    const float reach = kDeepest * (placeAt(pixels[kOuterL], 1 / middle) - placeAt(pixels[kOuterR], 1 / middle)).norm();
     Sight sight;
     for (std::size_t i = 0; i < hits.size(); ++i) {
       Vector3f place;
@@ -253,13 +250,13 @@ class Onlooker {
   std::optional<TriangleTree> skin_tree_;
 };
 
-/// Ways in which a head may stand, the likely ones first: Y up, then Z up, and so on, looking along each other axis. The
-/// tracker knows a face that is turned by as much as lies between them.
+/// Ways in which a head may stand, the likely ones first: Y up, then Z up, and so on, looking along each other axis.
+/// The tracker knows a face that is turned by as much as lies between them.
 std::vector<Matrix3f> likelyViews() {
   const Vector3f x = Vector3f::UnitX(), y = Vector3f::UnitY(), z = Vector3f::UnitZ();
   std::vector<Matrix3f> views;
-  for (const Matrix3f& upright : {Matrix3f(Matrix3f::Identity()), turn(-90, x), turn(90, x), turn(180, z), turn(90, z),
-                                  turn(-90, z)}) {
+  for (const Matrix3f& upright :
+       {Matrix3f(Matrix3f::Identity()), turn(-90, x), turn(90, x), turn(180, z), turn(90, z), turn(-90, z)}) {
     for (const float about : {0.0F, 180.0F, 90.0F, -90.0F}) views.emplace_back(turn(about, y) * upright);
   }
   return views;
@@ -347,8 +344,6 @@ std::optional<SeenFace> seenFace(const FaceMesh& mesh, FaceTracker& tracker) {
   }
   if (!mean.isFace()) return std::nullopt;
   face.eye_corners = double{mean.eyeCorners()};
-  face.up = mean.faceFromMesh().row(1).cast<double>();
-  face.forward = mean.faceFromMesh().row(2).cast<double>();
   return face;
 }
 
