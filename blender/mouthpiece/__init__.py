@@ -81,6 +81,17 @@ class SetAnchor(HeadOperator, bpy.types.Operator):
         return {"FINISHED"}
 
 
+class FindAnchors(HeadOperator, bpy.types.Operator):
+    """Finds the ten places by looking at the head; drag those that are not right"""
+    bl_idname = "mouthpiece.find_anchors"
+    bl_label = "Find anchors"
+
+    def execute(self, context):
+        def work():
+            return f"{heads.find_anchors(head_of(context), preferences_of(context))} anchors are found"
+        return self.told(work)
+
+
 class PickAnchors(HeadOperator, bpy.types.Operator):
     """Click the ten places, one after the other; right click or Escape ends, Backspace goes back"""
     bl_idname = "mouthpiece.pick_anchors"
@@ -205,6 +216,7 @@ class Panel(bpy.types.Panel):
             layout.label(text="See the add-on's preferences")
             return
         there = heads.places_of(head)
+        layout.operator("mouthpiece.find_anchors")
         layout.operator("mouthpiece.pick_anchors", text=f"Pick anchors ({len(there)} of {len(heads.ANCHORS)})")
         column = layout.column(align=True)
         for name, what, _ in heads.ANCHORS:
@@ -220,7 +232,7 @@ class Panel(bpy.types.Panel):
         layout.operator("mouthpiece.silence")
 
 
-CLASSES = (Preferences, Settings, SetAnchor, PickAnchors, Fit, Speak, Silence, Panel)
+CLASSES = (Preferences, Settings, SetAnchor, FindAnchors, PickAnchors, Fit, Speak, Silence, Panel)
 
 
 def register():

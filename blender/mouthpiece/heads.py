@@ -4,6 +4,7 @@ import hashlib
 import json
 import os
 import pathlib
+import tempfile
 
 import bpy
 import numpy
@@ -61,6 +62,18 @@ def places_of(head):
         if empty is not None:
             found[name] = list((empty.matrix_parent_inverse @ empty.matrix_basis).translation)
     return found
+
+
+def find_anchors(head, preferences):
+    """Puts the anchors where `retarget anchors` sees a face on the resting mesh; those that are there move."""
+    with tempfile.TemporaryDirectory(prefix="mouthpiece_") as folder:
+        mesh, found = pathlib.Path(folder) / "head.obj", pathlib.Path(folder) / "head.anchors.json"
+        write_obj(head, mesh)
+        programs.run("retarget", ["anchors", mesh, "--out", found, "--quiet"], preferences.folder)
+        places = json.loads(found.read_text(encoding="utf-8"))["markers"]
+    for name, place in places.items():
+        set_anchor(head, name, place)
+    return len(places)
 
 
 def base_of(head):

@@ -48,14 +48,8 @@ fs::path fitHead(const fs::path& mesh, const fs::path& corpus, const std::functi
   const fs::path face = fs::path(mesh).replace_extension(".face");
   const fs::path anchors = fs::path(mesh).replace_extension(".anchors.json");
   tell("finding the mouth");
-  const bool has_shapes = mesh.extension() == ".glb" || mesh.extension() == ".vrm";
-  if (!fs::exists(anchors)) {
-    if (!has_shapes)
-      throw InputError(
-          fmt::format("{}: has no anchors; drop the head together with its {}, which `retarget pick` makes",
-                      mesh.filename().string(), anchors.filename().string()));
+  if (!fs::exists(anchors))
     runBeside("retarget", {"anchors", mesh.string(), "--out", anchors.string()}, mesh.parent_path(), kLongestFit);
-  }
   tell("fitting the head");
   runBeside("retarget",
             {"fit", "--mesh", mesh.string(), "--anchors", anchors.string(), "--corpus", corpus.string(), "--out",

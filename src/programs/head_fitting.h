@@ -19,8 +19,8 @@ void runBeside(std::string_view name, const std::vector<std::string>& arguments,
 bool isHeadMesh(const std::filesystem::path& name);
 
 /// Fits a head to the actor of `corpus` as `retarget fit` does, and gives the .face beside it. Its anchors lie beside
-/// it, NAME.anchors.json; where they do not, those of its shapes are found. `tell` hears of each stage. Throws
-/// InputError for a head without anchors or shapes, and for one that tears.
+/// it, NAME.anchors.json; where they do not, `retarget anchors` finds them. `tell` hears of each stage. Throws
+/// InputError for a head on which no face is found, and for one that tears.
 std::filesystem::path fitHead(const std::filesystem::path& mesh, const std::filesystem::path& corpus,
                               const std::function<void(std::string_view stage)>& tell);
 

@@ -149,9 +149,10 @@ class Band {
 
 }  // namespace
 
-FacePainter::FacePainter(const FaceMesh& mesh, const Eigen::AlignedBox3f& focus, std::size_t width, std::size_t height)
+FacePainter::FacePainter(const FaceMesh& mesh, const Eigen::AlignedBox3f& focus, std::size_t width, std::size_t height,
+                         const Vector3f& towards_camera)
     : mesh_(mesh),
-      view_from_mesh_(viewAlong({0.3F, 0.06F, 1})),
+      view_from_mesh_(viewAlong(towards_camera)),
       middle_(focus.center()),
       reach_(focus.sizes().norm() / 2),
       width_(width),
@@ -179,6 +180,20 @@ FacePainter::FacePainter(const FaceMesh& mesh, const Eigen::AlignedBox3f& focus,
   const float distance = kRoomAround * std::max(size.y() / 2 / std::tan(half), size.x() / 2 / wide) + size.z() / 2;
   eye_ = middle_ + distance * view_from_mesh_.row(2).transpose();
   focal_length_ = kSamples * static_cast<float>(height) / 2 / std::tan(half);
+}
+
+Vector3f FacePainter::onPicture(const Vector3f& place) const {
+  const Vector3f seen = view_from_mesh_ * (place - eye_);
+  const float nearness = -1 / std::min(seen.z(), -1e-3F * reach_);
+  return {static_cast<float>(width_) / 2 + focal_length_ / kSamples * seen.x() * nearness,
+          static_cast<float>(height_) / 2 - focal_length_ / kSamples * seen.y() * nearness, nearness};
+}
+
+Vector3f FacePainter::fromPicture(const Vector3f& seen) const {
+  const float scale = kSamples / (focal_length_ * seen.z());
+  const Vector3f from_eye((seen.x() - static_cast<float>(width_) / 2) * scale,
+                          (static_cast<float>(height_) / 2 - seen.y()) * scale, -1 / seen.z());
+  return eye_ + view_from_mesh_.transpose() * from_eye;
 }
 
 void FacePainter::paint(const VertexPositions& vertices, Picture& picture) const {

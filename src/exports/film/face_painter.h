@@ -15,11 +15,18 @@ namespace mouthpiece {
 /// paint with one, each its own picture.
 class FacePainter {
  public:
-  /// `mesh` is upright, faces +Z and outlives this; `focus`: what is to be in the picture, mesh unit.
-  FacePainter(const FaceMesh& mesh, const Eigen::AlignedBox3f& focus, std::size_t width, std::size_t height);
+  /// `mesh` is upright, faces +Z and outlives this; `focus`: what is to be in the picture, mesh unit. It is seen from
+  /// that side.
+  FacePainter(const FaceMesh& mesh, const Eigen::AlignedBox3f& focus, std::size_t width, std::size_t height,
+              const Eigen::Vector3f& towards_camera = {0.3F, 0.06F, 1});
 
   /// The head with its vertices at these places.
   void paint(const VertexPositions& vertices, Picture& picture) const;
+
+  /// Where a place is seen: pixels from the picture's upper left, and one over its depth before the camera, which is
+  /// linear across a triangle's picture. fromPicture() gives the place back.
+  [[nodiscard]] Eigen::Vector3f onPicture(const Eigen::Vector3f& place) const;
+  [[nodiscard]] Eigen::Vector3f fromPicture(const Eigen::Vector3f& seen) const;
 
  private:
   /// A vertex as one part shows it.

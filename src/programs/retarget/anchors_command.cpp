@@ -1,17 +1,20 @@
-// retarget anchors: the ten anchors of a head that has shapes, without a click.
+// retarget anchors: the ten anchors of a head without a click.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <array>
-#include <nlohmann/json.hpp>
+#include <optional>
 
 #include "base/errors.h"
 #include "base/files.h"
 #include "deform/mesh/face_mesh.h"
 #include "exports/arkit.h"
+#include "face_finder/seen_anchors.h"
 #include "programs/retarget/commands.h"
 #include "retarget/placing/face_page.h"
 #include "retarget/placing/shape_anchors.h"
+#include "speaker/shared_files.h"
+#include "tracking/face_tracker.h"
 
 namespace mouthpiece {
 namespace {
@@ -22,7 +25,7 @@ constexpr std::uint64_t kMostHeadBytes = std::uint64_t{1} << 30;
 
 struct AnchorsArguments {
   fs::path mesh, out, show;
-  std::string object;
+  std::string object, by = "any";
   bool quiet = false, json = false;
 };
 
@@ -60,57 +63,115 @@ VertexPositions jawShape(const FaceShapes& shapes) {
   return jaw;
 }
 
-int runAnchors(const AnchorsArguments& given) {
-  const std::string bytes = readFile(given.mesh, kMostHeadBytes);
-  const FaceMesh mesh = parseFaceMesh(bytes, given.mesh, given.object);
-  const FaceShapes shapes = parseFaceShapes(bytes, given.mesh, given.object);
+/// By the shapes; none where the head has none that open the jaw, or they part no lips and `source` allows another way.
+std::map<std::string, std::uint32_t> anchorsByShapes(const FaceMesh& mesh, const FaceShapes& shapes,
+                                                     const fs::path& file, AnchorSource source) {
   const TellingShapes telling{jawShape(shapes), shapeFor(shapes, "EyeBlinkRight"), shapeFor(shapes, "EyeBlinkLeft")};
   if (telling.jaw_open.rows() == 0) {
-    throw InputError(given.mesh.string(), "",
+    if (source == AnchorSource::kAny) return {};
+    throw InputError(file.string(), "",
                      fmt::format("has {} shapes, none that opens the jaw (jawOpen, viseme_aa, A ...); click the ten "
                                  "anchors on the page that `retarget pick` writes",
                                  shapes.names.size()));
   }
-  const auto anchors = anchorsFromShapes(mesh, telling, given.mesh.string());
-  nlohmann::ordered_json file{{"markers", nlohmann::ordered_json::object()}};
-  std::string missing;
-  for (const AnchorToPick& wanted : suggestedAnchors()) {
-    const auto found = anchors.find(std::string(wanted.name));
-    if (found == anchors.end())
-      missing += " " + std::string(wanted.name);
-    else
-      file["markers"][found->first] = found->second;
+  try {
+    return anchorsFromShapes(mesh, telling, file.string());
+  } catch (const InputError&) {
+    if (source == AnchorSource::kShapes) throw;
+    return {};
   }
+}
+
+std::optional<SeenFace> seenOn(const FaceMesh& mesh) {
+  const fs::path models =
+      findSharedFile("face_tracker/face_landmarks.tflite", "make it with `make build` in the checkout").parent_path();
+  FaceTracker tracker(models);
+  return seenFace(mesh, tracker);
+}
+
+int runAnchors(const AnchorsArguments& given) {
+  const std::string bytes = readFile(given.mesh, kMostHeadBytes);
+  const FaceMesh mesh = parseFaceMesh(bytes, given.mesh, given.object);
+  const AnchorSource source = given.by == "shapes"  ? AnchorSource::kShapes
+                              : given.by == "looks" ? AnchorSource::kLooks
+                                                    : AnchorSource::kAny;
+  const FoundAnchors found = findAnchors(mesh, bytes, given.mesh, given.object, source);
+  const std::string file = anchorsBytes(found.anchors);
   const fs::path out = given.out.empty() ? fs::path(given.mesh.stem().string() + ".anchors.json") : given.out;
-  writeFileAtomically(out, file.dump(1) + "\n");
-  if (!given.show.empty()) {
-    Anchors shown;
-    for (const auto& [name, vertex] : anchors) shown.markers[name] = vertex;
-    writeFileAtomically(given.show, facePage(mesh, given.mesh.stem().string(), shown, {}));
-  }
-  printNotice(missing.empty() ? "" : "not found:" + missing, given.quiet || missing.empty());
+  writeFileAtomically(out, file);
+  if (!given.show.empty())
+    writeFileAtomically(given.show, facePage(mesh, given.mesh.stem().string(), found.anchors, {}));
+  printNotice("not found:" + found.missing, given.quiet || found.missing.empty());
   if (given.json) {
-    printJson(nlohmann::ordered_json(file));
+    printText(file);
   } else if (!given.quiet) {
-    printText(fmt::format("{} anchors -> {}\n", anchors.size(), out.string()));
+    printText(fmt::format("{} anchors {} -> {}\n", found.anchors.markers.size(), found.how, out.string()));
   }
   return kExitDone;
 }
 
 void addOptions(CLI::App& command, AnchorsArguments& options) {
-  command.add_option("MESH", options.mesh, "GLB or VRM with ARKit's shapes or visemes")->required();
+  command.add_option("MESH", options.mesh, "OBJ, PLY, OFF, GLB or VRM, in any unit and turned any way")->required();
   command.add_option("-o,--out", options.out, "The anchors file (default: MESH's name with .anchors.json)");
   command.add_option("--object", options.object,
                      "Of a GLB's scene what hangs on the node, or shows the mesh, of this name (default: all)");
+  command
+      .add_option("--by", options.by,
+                  "shapes: what the head's own shape of an open mouth parts; looks: where a face tracker sees a face "
+                  "in pictures of the head; any: shapes where there are, and looks for the rest")
+      ->check(CLI::IsMember({"any", "shapes", "looks"}))
+      ->capture_default_str();
   command.add_option("--show", options.show, "Also write a page that shows them on the head (.html)");
   addJsonFlag(command, options.json);
 }
 
 }  // namespace
 
+FoundAnchors findAnchors(const FaceMesh& mesh, std::string_view bytes, const fs::path& file, const std::string& object,
+                         AnchorSource source) {
+  FoundAnchors found;
+  if (source != AnchorSource::kLooks) {
+    for (const auto& [name, vertex] : anchorsByShapes(mesh, parseFaceShapes(bytes, file, object), file, source))
+      found.anchors.markers[name] = vertex;
+    if (!found.anchors.markers.empty()) found.how = "by the head's own shapes";
+  }
+  const std::size_t by_shapes = found.anchors.markers.size();
+  if (source != AnchorSource::kShapes && by_shapes < suggestedAnchors().size()) {
+    const std::optional<SeenFace> seen = seenOn(mesh);
+    if (!seen && by_shapes == 0) {
+      throw InputError(file.string(), "",
+                       "shows no face that the tracker knows, from any side, and has no shape that opens its mouth; "
+                       "click the ten anchors on the page that `retarget pick` writes");
+    }
+    if (seen) {
+      double widest = 0;
+      for (const auto& [name, anchor] : seen->anchors) {
+        const bool is_new = found.anchors.markers.emplace(name, anchor.place).second;
+        if (is_new) widest = std::max(widest, anchor.spread / seen->eye_corners);
+      }
+      found.how += fmt::format(
+          "{}as the head looks (a face in {} of {} pictures, presence {:.2f} at least; {:.1f} % of the eyes' "
+          "distance apart)",
+          found.how.empty() ? "" : ", the others ", seen->seen, seen->pictures, seen->presence, 100 * widest);
+    }
+  }
+  for (const AnchorToPick& wanted : suggestedAnchors()) {
+    if (!found.anchors.markers.contains(std::string(wanted.name))) found.missing += " " + std::string(wanted.name);
+  }
+  return found;
+}
+
+NamedAnchors anchorsFor(const FaceMesh& mesh, std::string_view bytes, const fs::path& file, const std::string& object,
+                        const fs::path& given, bool quiet) {
+  if (!given.empty()) return {parseAnchors(readFile(given, kMaxAnchorBytes), given.string()), given.string()};
+  FoundAnchors found = findAnchors(mesh, bytes, file, object, AnchorSource::kAny);
+  printNotice(fmt::format("{}: found {} anchors {}", file.string(), found.anchors.markers.size(), found.how), quiet);
+  return {std::move(found.anchors), fmt::format("anchors found on {}", file.string())};
+}
+
 Command anchorsCommand() {
-  return makeCommand("anchors", "Find the anchors of a head by its own shapes",
-                     "retarget anchors head.glb -o head.anchors.json", addOptions, runAnchors);
+  return makeCommand("anchors", "Find the ten anchors of a head by its own shapes, or as it looks",
+                     "retarget anchors head.obj -o head.anchors.json", addOptions, runAnchors);
 }
 
 }  // namespace mouthpiece

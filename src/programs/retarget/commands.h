@@ -28,6 +28,27 @@ Command pickCommand();
 Command sampleCommand();
 Command shapesCommand();
 
+/// How anchors are found: by the head's own shapes, as it looks, or by its shapes and what they leave out as it looks.
+enum class AnchorSource { kAny, kShapes, kLooks };
+struct FoundAnchors {
+  Anchors anchors;
+  std::string how;      ///< a line: what they were found by, and how sure that is
+  std::string missing;  ///< names of those of the ten that were not found, each with a space before it
+};
+/// The ten anchors of a head, `mesh` as read from these bytes. Throws InputError, one line that names `retarget pick`,
+/// where no mouth or face is found.
+FoundAnchors findAnchors(const FaceMesh& mesh, std::string_view bytes, const std::filesystem::path& file,
+                         const std::string& object, AnchorSource source);
+
+/// The anchors of a file, or, where none is `given`, those that findAnchors() finds: then a notice says so. `file` is
+/// for messages about them.
+struct NamedAnchors {
+  Anchors anchors;
+  std::string file;
+};
+NamedAnchors anchorsFor(const FaceMesh& mesh, std::string_view bytes, const std::filesystem::path& file,
+                        const std::string& object, const std::filesystem::path& given, bool quiet);
+
 /// What fitFace() needs to know of a corpus' actor; the mesh's file and hash are left to the caller.
 FitRequest fitRequestFor(const std::string& face_name, const Corpus& corpus);
 

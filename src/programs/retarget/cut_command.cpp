@@ -39,9 +39,9 @@ Eigen::Matrix3d uprightBy(const Anchors& anchors, const FaceMesh& mesh, const st
 }
 
 int runCut(const CutArguments& given) {
-  const std::string file = given.anchors.string();
-  const Anchors anchors = parseAnchors(readFile(given.anchors, kMaxAnchorBytes), file);
-  FaceMesh mesh = readFaceMesh(given.mesh);
+  const std::string bytes = readFile(given.mesh);
+  FaceMesh mesh = parseFaceMesh(bytes, given.mesh);
+  const auto [anchors, file] = anchorsFor(mesh, bytes, given.mesh, "", given.anchors, given.quiet);
   const Eigen::Matrix3d upright = uprightBy(anchors, mesh, file);
   const auto hint = [&](const char* name) -> Vector3d { return upright * placeOf(anchors, name, mesh, file).value(); };
   for (const std::string& name : requiredAnchors()) {
@@ -49,8 +49,8 @@ int runCut(const CutArguments& given) {
   }
   const MouthHints hints{hint("LIP_CORNER_R"), hint("LIP_CORNER_L"), hint("LIP_UP_MID"), hint("LIP_LO_MID")};
   turnMesh(upright, mesh);
-  const auto line = traceLipLine(
-      mesh.vertices, trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside}), hints);
+  const auto line =
+      traceLipLine(mesh.vertices, trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside}), hints);
   if (!line) throw InputError(file, "markers", "found no skin between the corners of the mouth");
   FaceMesh cut = [&] {
     try {
@@ -69,7 +69,8 @@ int runCut(const CutArguments& given) {
 
 void addOptions(CLI::App& command, CutArguments& options) {
   command.add_option("MESH", options.mesh, "OBJ, PLY, OFF or GLB, its lips in one surface")->required();
-  command.add_option("--anchors", options.anchors, "The ten of `retarget pick` (JSON)")->required();
+  command.add_option("--anchors", options.anchors,
+                     "The ten of `retarget pick` (JSON; default: those that `retarget anchors` finds)");
   command.add_option("-o,--out", options.out, "The mesh to write (.obj), with a small mouth bag")->required();
 }
 

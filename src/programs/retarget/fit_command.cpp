@@ -43,7 +43,7 @@ int runFit(const FitArguments& given) {
   const Corpus corpus = readCorpus(given.corpus);
   std::string bytes = readFile(given.mesh);
   FaceMesh mesh = parseFaceMesh(bytes, given.mesh, given.object);
-  Anchors anchors = parseAnchors(readFile(given.anchors, kMaxAnchorBytes), given.anchors.string());
+  auto [anchors, anchors_file] = anchorsFor(mesh, bytes, given.mesh, given.object, given.anchors, given.quiet);
   FitRequest request = fitRequestFor(given.name.empty() ? given.mesh.stem().string() : given.name, corpus);
   request.warp = given.warp;
   request.warp.any_kernel = given.kernel == "auto";
@@ -52,7 +52,7 @@ int runFit(const FitArguments& given) {
   request.mesh_file = meshNameIn(given.out, given.mesh);
   request.mesh_sha256 = sha256Hex(bytes);
   request.mesh_object = given.object;
-  FaceFile face = fitFace(mesh, anchors, given.anchors.string(), request);
+  FaceFile face = fitFace(mesh, anchors, anchors_file, request);
   if (!given.mouth_parts.empty()) {
     if (const auto whole = withDefaultMouth(mesh, face)) {
       for (const MeshPart& part : whole->parts) anchors.part_kinds[part.name] = part.kind;
@@ -62,7 +62,7 @@ int runFit(const FitArguments& given) {
       request.mesh_file = meshNameIn(given.out, given.mouth_parts);
       request.mesh_sha256 = sha256Hex(bytes);
       request.mesh_object.clear();
-      face = fitFace(mesh, anchors, given.anchors.string(), request);
+      face = fitFace(mesh, anchors, anchors_file, request);
     } else {
       printNotice(fmt::format("{}: has teeth, a tongue and a mouth's inside; {} is not written", given.mesh.string(),
                               given.mouth_parts.string()),
@@ -94,10 +94,9 @@ void addOptions(CLI::App& command, FitArguments& options) {
   command.add_option("--mesh", options.mesh, "OBJ, PLY, OFF, GLB or VRM, in any unit and turned any way")->required();
   command.add_option("--object", options.object,
                      "Of a GLB's scene what hangs on the node, or shows the mesh, of this name (default: all)");
-  command
-      .add_option("--anchors", options.anchors,
-                  "JSON: marker names to vertex numbers or points; all markers, or at least 8")
-      ->required();
+  command.add_option("--anchors", options.anchors,
+                     "JSON: marker names to vertex numbers or points; all markers, or at least 8 (default: those that "
+                     "`retarget anchors` finds)");
   command.add_option("--corpus", options.corpus, "Corpus whose actor shall move the face")->required();
   command.add_option("--out", options.out, "The .face file to write")->required();
   command.add_option("--name", options.name, "Name of the face (default: the mesh file's)");
@@ -138,8 +137,7 @@ void addOptions(CLI::App& command, FitArguments& options) {
 
 Command fitCommand() {
   return makeCommand("fit", "Fit a mesh: place the markers, warp, control surface, binding",
-                     "retarget fit --mesh head.obj --anchors head.anchors.json --corpus sample.corpus --out head.face",
-                     addOptions, runFit);
+                     "retarget fit --mesh head.obj --corpus sample.corpus --out head.face", addOptions, runFit);
 }
 
 }  // namespace mouthpiece

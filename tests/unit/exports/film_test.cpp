@@ -54,6 +54,34 @@ double meanDifference(const Picture& a, const Picture& b, std::size_t first_row,
   return sum / static_cast<double>(3 * a.width * (end_row - first_row));
 }
 
+TEST(FacePainter, TellsWhereAPlaceIsPainted) {
+  FaceMesh mesh;
+  mesh.vertices.resize(3, 3);
+  mesh.vertices << 3, 4, 1, 5, 4, 1, 4, 6, 1;  // a speck up and to the right of the middle
+  mesh.triangles = {{0, 1, 2}};
+  mesh.parts = {{.name = "speck", .kind = PartKind::kOther, .triangle_count = 1, .base_color = {1, 1, 1, 1}}};
+  const Eigen::AlignedBox3f focus(Eigen::Vector3f(-10, -10, -10), Eigen::Vector3f(10, 10, 10));
+  for (const Eigen::Vector3f& side : {Eigen::Vector3f(0, 0, 1), Eigen::Vector3f(0.3F, 0.06F, 1)}) {
+    const FacePainter painter(mesh, focus, 200, 160, side);
+    Picture with, without;
+    painter.paint(mesh.vertices, with);
+    const VertexPositions elsewhere = mesh.vertices.array() + 1e4F;
+    painter.paint(elsewhere, without);
+    double x = 0, y = 0, count = 0;
+    for (std::size_t i = 0; i < with.width * with.height; ++i) {
+      if (with.rgb[3 * i] == without.rgb[3 * i] && with.rgb[3 * i + 2] == without.rgb[3 * i + 2]) continue;
+      x += static_cast<double>(i % with.width) + 0.5;
+      y += static_cast<double>(i / with.width) + 0.5;
+      ++count;
+    }
+    ASSERT_GT(count, 4);
+    const Eigen::Vector3f middle = mesh.vertices.colwise().mean(), seen = painter.onPicture(middle);
+    EXPECT_NEAR(x / count, seen.x(), 0.6);  // a pixel's half, and that what is near is larger
+    EXPECT_NEAR(y / count, seen.y(), 0.6);
+    EXPECT_LT((painter.fromPicture(seen) - middle).norm(), 1e-3F);
+  }
+}
+
 TEST(FacePainter, ShowsTheHeadAndWhatMoves) {
   const testing::TalkingHead head = testing::makeTalkingHead();
   Eigen::AlignedBox3f all;

@@ -41,10 +41,10 @@ TEST(ShapeAnchors, LieWhereAPersonPutsThem) {
   }
 }
 
-TEST(ShapeAnchors, AHeadWithoutShapesIsLeftToTheClicks) {
+TEST(ShapeAnchors, AHeadWithoutShapesHasNoneByThem) {
   const fs::path head = test::kSharedFaces / "ict_head.obj";
   if (!fs::exists(head)) GTEST_SKIP() << "no heads in " << test::kSharedFaces;
-  const auto result = runProgram("retarget", {"anchors", head.string()});
+  const auto result = runProgram("retarget", {"anchors", head.string(), "--by", "shapes"});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_NE(result.err.find("retarget pick"), std::string::npos) << result.err;
   EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
