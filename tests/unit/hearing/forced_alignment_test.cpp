@@ -71,6 +71,27 @@ TEST(ForcedAligner, FollowsASoundByLessThanTheDecodersStep) {
   EXPECT_LT(off[off.size() / 2], 0.0025) << "s, half a hearing's step";
 }
 
+/// What doubts labels that came with a sound goes by: enough to see that words lie a fifth of a second beside it.
+TEST(ForcedAligner, BordersAsFirstHeardAreAsSureAndHardlyLessNear) {
+  const SpokenLine line = makeVoice("flite:rms")->speak("four hours of steady work faced us");
+  const std::vector<TranscriptWord> words = wordsSaid(line.labels);
+  ForcedAligner aligner;
+  const ForcedAlignment fine = aligner.align(line.audio, words, "fine");
+  const ForcedAlignment first =
+      aligner.align(line.audio, words, "first", SpeechKind::kSpoken, BorderTimes::kFirstHeard);
+  EXPECT_EQ(first.confidence, fine.confidence);
+  EXPECT_EQ(first.line_confidence, fine.line_confidence);
+  ASSERT_EQ(first.labels.words.size(), fine.labels.words.size());
+  bool is_same = true;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const Seconds found = first.labels.spanOf(first.labels.words[i].phones).start;
+    const Seconds finer = fine.labels.spanOf(fine.labels.words[i].phones).start;
+    EXPECT_NEAR(found, finer, 0.05) << words[i].text;
+    is_same = is_same && found == finer;
+  }
+  EXPECT_FALSE(is_same) << "heard once";
+}
+
 TEST(ForcedAligner, TriesEveryWayAndAllowsPauses) {
   const SpokenLine line = makeVoice("flite:rms")->speak("read, tomato");
   using enum Phone;
