@@ -29,9 +29,13 @@ struct UsedExtreme {
   CurveSet curves;
 };
 
+/// `before_by`, `after_by`: how far the keys before and after it are.
 CurveKey blendedKey(const std::vector<UsedExtreme>& used, const std::vector<const AnimationCurve*>& curves,
-                    Seconds time, const StyleSignal& ma, const StyleSignal& ps) {
-  constexpr Seconds kStep = 1e-6;
+                    Seconds time, Seconds before_by, Seconds after_by, const StyleSignal& ma, const StyleSignal& ps) {
+  // Not beyond the next key: what the style does there is no slope of this stretch.
+  constexpr Seconds kLongestStep = 1e-6;
+  const Seconds step_before = std::min(kLongestStep, 0.25 * before_by);
+  const Seconds step_after = std::min(kLongestStep, 0.25 * after_by);
   CurveKey key{time, 0, 0, 0};
   for (std::size_t i = 0; i < used.size(); ++i) {
     if (curves[i] == nullptr) continue;
@@ -40,8 +44,8 @@ CurveKey blendedKey(const std::vector<UsedExtreme>& used, const std::vector<cons
     const double value = curves[i]->valueAt(time);
     const auto [before, after] = curves[i]->slopesAt(time);
     key.value += weight * value;
-    key.in += weight * before + value * (weight - weight_at(time - kStep)) / kStep;
-    key.out += weight * after + value * (weight_at(time + kStep) - weight) / kStep;
+    key.in += weight * before + value * (weight - weight_at(time - step_before)) / step_before;
+    key.out += weight * after + value * (weight_at(time + step_after) - weight) / step_after;
   }
   return key;
 }
@@ -64,7 +68,7 @@ std::vector<Seconds> keyTimes(const std::vector<const AnimationCurve*>& curves, 
     }
   }
   std::sort(times.begin(), times.end());
-  constexpr Seconds kSameTime = 1e-6;
+  constexpr Seconds kSameTime = 1e-8;
   times.erase(std::unique(times.begin(), times.end(), [](Seconds a, Seconds b) { return b - a < kSameTime; }),
               times.end());
   return times;
@@ -102,8 +106,12 @@ CurveSet blendExtremes(const SpeechLabels& labels, const AudioTags& tags, const 
     std::vector<const AnimationCurve*> curves;
     for (const UsedExtreme& one : used) curves.push_back(findCurve(one.curves, name));
     AnimationCurve curve{name, {}};
-    for (const Seconds time : halvedWhereStyleChanges(keyTimes(curves, ma, ps), ma, ps))
-      curve.keys.push_back(blendedKey(used, curves, time, ma, ps));
+    const std::vector<Seconds> times = halvedWhereStyleChanges(keyTimes(curves, ma, ps), ma, ps);
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      constexpr Seconds kFar = 1;
+      curve.keys.push_back(blendedKey(used, curves, times[i], i > 0 ? times[i] - times[i - 1] : kFar,
+                                      i + 1 < times.size() ? times[i + 1] - times[i] : kFar, ma, ps));
+    }
     blended.push_back(std::move(curve));
   }
   return blended;

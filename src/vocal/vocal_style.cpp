@@ -133,6 +133,9 @@ StyleSignal smoothedOverPhones(const PhoneValues& values, const SpeechLabels& la
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (values[i] && labels.phones[i].span.duration() > 0) own.push_back(i);
   }
+  // Of neighbours the signal would jump, and the face with it.
+  constexpr Seconds kLongestTurn = 0.025;
+  constexpr double kTurnShare = 0.25;
   StyleSignal signal;
   for (std::size_t n = 0; n < own.size(); ++n) {
     double sum = 0, weight = 0;
@@ -141,11 +144,12 @@ StyleSignal smoothedOverPhones(const PhoneValues& values, const SpeechLabels& la
       sum += duration * *values[own[k]];
       weight += duration;
     }
-    constexpr Seconds kApart = 1e-6;
     const TimeSpan& span = labels.phones[own[n]].span;
-    const Seconds from = signal.points.empty() ? span.start : std::max(span.start, signal.points.back().time + kApart);
-    signal.points.push_back({from, sum / weight});
-    if (span.end > from + kApart) signal.points.push_back({span.end, sum / weight});
+    const Seconds turn = std::min(kLongestTurn, kTurnShare * span.duration());
+    const bool follows = n > 0 && labels.phones[own[n - 1]].span.end > span.start - turn;
+    const bool is_followed = n + 1 < own.size() && labels.phones[own[n + 1]].span.start < span.end + turn;
+    signal.points.push_back({follows ? span.start + turn : span.start, sum / weight});
+    signal.points.push_back({is_followed ? span.end - turn : span.end, sum / weight});
   }
   if (signal.points.empty()) signal.points.push_back({0, otherwise});
   return signal;

@@ -61,8 +61,8 @@ PhoneValues melodicAccents(const SpeechLabels& labels, const AudioTags& tags);
 /// For Ps, of vowels: 0.1 up to 0.2 s, growing by 1 a second to 1.
 PhoneValues pitchSensitivities(const SpeechLabels& labels);
 /// Each value averaged with its neighbours among the phones that have one, before and after, each weighing as much as
-/// it lasts; held over its phone, and carried over in a straight line where phones have none. `otherwise` where none
-/// has.
+/// it lasts; held over its phone, and carried over in a straight line where phones have none, or over 25 ms to both
+/// sides of the border of neighbours that have one (a quarter of the phone at most). `otherwise` where none has.
 StyleSignal smoothedOverPhones(const PhoneValues& values, const SpeechLabels& labels, double otherwise);
 
 }  // namespace mouthpiece

@@ -237,7 +237,7 @@ std::string doubtsAbout(const SpeechLabels& labels, const AudioClip& audio, Alig
                          : fmt::format("the labels go on after the sound, which ends at {:.2f} s", audio.duration());
   ForcedAlignment heard;
   try {
-    heard = aligner.align(audio, words, name);
+    heard = aligner.align(audio, words, name, SpeechKind::kSpoken, BorderTimes::kFirstHeard);
   } catch (const InputError&) {
     return "the labels do not fit the sound: it is too short for their phones";
   }
@@ -256,17 +256,16 @@ ForcedAligner::ForcedAligner(const std::filesystem::path& model, const Language&
 ForcedAligner::~ForcedAligner() = default;
 
 ForcedAlignment ForcedAligner::align(const AudioClip& audio, const std::vector<TranscriptWord>& words,
-                                     std::string_view name, SpeechKind kind) {
+                                     std::string_view name, SpeechKind kind, BorderTimes times) {
   if (words.empty()) throw InputError(name, "", "has a transcript without words; expected at least one");
   const std::vector<std::int16_t> samples = samplesToHear(audio);
   const std::vector<DecodedPhone> decoded = decoder_->decode(samples, waysOf(words), kind);
   if (decoded.empty()) failTooShort(audio, words, name);
   const bool is_spoken = kind == SpeechKind::kSpoken;
   LabelWriter writer(words, audio.duration(), language_);
-  for (const DecodedPhone& phone :
-       is_spoken ? withFinerTimes(withWholeSilences(decoded), samples, *decoder_) : decoded) {
-    writer.add(phone);
-  }
+  std::vector<DecodedPhone> placed = is_spoken ? withWholeSilences(decoded) : decoded;
+  if (is_spoken && times == BorderTimes::kFine) placed = withFinerTimes(std::move(placed), samples, *decoder_);
+  for (const DecodedPhone& phone : placed) writer.add(phone);
   ForcedAlignment alignment = writer.finish();
   if (!is_spoken || &language_ != &english()) return alignment;
   if (!doubt_) doubt_ = std::make_unique<TextDoubt>(*decoder_, language_);

@@ -38,6 +38,9 @@ inline constexpr double kDoubtfulConfidence = 0.5;
 /// How words are said. Sung ones are heard with less of their held vowels and pauses, so that these do not outweigh the
 /// consonants (docs/theory/hearing/alignment.md).
 enum class SpeechKind { kSpoken, kSung };
+/// How near the borders of spoken phones are wanted: heard again four times, so that they lie between the decoder's
+/// steps of 10 ms, or as they were heard first, in half the time.
+enum class BorderTimes { kFine, kFirstHeard };
 
 /// Finds known words in a sound. Not thread-safe; several may live side by side.
 class Aligner {
@@ -46,7 +49,7 @@ class Aligner {
   /// `words`: see Pronouncer, or made by hand. `name` stands for the sound in messages. Throws InputError when there
   /// are no words, or the sound is too short to hold them.
   virtual ForcedAlignment align(const AudioClip& audio, const std::vector<TranscriptWord>& words, std::string_view name,
-                                SpeechKind kind = SpeechKind::kSpoken) = 0;
+                                SpeechKind kind = SpeechKind::kSpoken, BorderTimes times = BorderTimes::kFine) = 0;
 };
 
 class PhoneDecoder;
@@ -61,7 +64,7 @@ class ForcedAligner : public Aligner {
   ~ForcedAligner() override;
 
   ForcedAlignment align(const AudioClip& audio, const std::vector<TranscriptWord>& words, std::string_view name,
-                        SpeechKind kind = SpeechKind::kSpoken) override;
+                        SpeechKind kind = SpeechKind::kSpoken, BorderTimes times = BorderTimes::kFine) override;
 
  private:
   const Language& language_;

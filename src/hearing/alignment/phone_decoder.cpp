@@ -148,7 +148,7 @@ Graph makeGraph(ps_decoder_t* decoder, const WordWays& words, float pause, doubl
 }
 
 /// Just this row of phones and silences.
-Graph makeGraph(ps_decoder_t* decoder, const std::vector<DecodedPhone>& phones) {
+Graph makeGraph(ps_decoder_t* decoder, std::span<const DecodedPhone> phones) {
   Graph graph(fsg_model_init("row", ps_get_logmath(decoder), 1.0F, count(phones) + 1));
   int state = 0;
   for (const DecodedPhone& phone : phones) {
@@ -333,12 +333,11 @@ bool searchThrough(ps_decoder_t* decoder, ScoreStream& scores) {
   return file && ps_decode_senscr(decoder, file.get()) >= 0;
 }
 
-std::vector<DecodedPhone> search(ps_decoder_t* decoder, SenoneScorer& scorer, fsg_model_t* graph, Cepstra& cepstra,
-                                 const std::vector<std::size_t>& kept, Weighing weighing,
-                                 const FleetingSounds& fleeting = {}) {
+std::vector<DecodedPhone> search(ps_decoder_t* decoder, SenoneScorer& scorer, fsg_model_t* graph,
+                                 const Eigen::MatrixXf& features, const std::vector<std::size_t>& kept,
+                                 Weighing weighing, const FleetingSounds& fleeting = {}) {
   expectDone(ps_set_fsg(decoder, "words", graph), "take the words");
   expectDone(ps_set_search(decoder, "words"), "take the words");
-  const Eigen::MatrixXf features = featuresOf(decoder, cepstra);
   ScoreStream scores(scorer, features, std::move(weighing), fleeting);
   expectDone(searchThrough(decoder, scores) ? 0 : -1, "hear the sound");
   return readResult(decoder, kept, fleeting);
@@ -367,7 +366,8 @@ std::vector<DecodedPhone> decodeWith(ps_decoder_t* decoder, SenoneScorer& scorer
     cepstra = std::move(thinned);
   }
   const FleetingSounds fleeting(scorer.model(), kept);
-  std::vector<DecodedPhone> phones = search(decoder, scorer, graph.get(), cepstra, kept, {codebooks}, fleeting);
+  std::vector<DecodedPhone> phones =
+      search(decoder, scorer, graph.get(), featuresOf(decoder, cepstra), kept, {codebooks}, fleeting);
   std::size_t found = 0;
   for (const DecodedPhone& phone : phones) found += phone.opens_word ? 1 : 0;
   if (found != words.size()) phones.clear();
@@ -415,19 +415,59 @@ std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> sam
   return decodeWith(state_->patient.get(), scorer, samples, words, kind, codebooks, pause, price);
 }
 
+namespace {
+
+/// Phones that are heard by themselves, with the frames that they lie in. A pause belongs to what is before and after.
+struct Piece {
+  std::size_t first = 0, end = 0;  ///< phones
+  Eigen::Index begin = 0, stop = 0;
+};
+
+/// PocketSphinx walks through all states of a graph in every frame: of a long sound the time would grow with the square
+/// of the length. Such a one is cut in the middle of pauses.
+std::vector<Piece> piecesOf(const std::vector<DecodedPhone>& phones, Eigen::Index frames) {
+  constexpr Eigen::Index kWhole = 3000, kShortest = 1000, kPause = 20;  // frames of 10 ms
+  std::vector<Piece> pieces{{}};
+  for (std::size_t i = 1; frames > kWhole && i + 1 < phones.size(); ++i) {
+    const Eigen::Index from = signedIndex(phones[i].first_frame), to = signedIndex(phones[i + 1].first_frame);
+    const Eigen::Index middle = (from + to) / 2;
+    if (phones[i].phone != Phone::kSil || to - from < kPause || middle - pieces.back().begin < kShortest ||
+        frames - middle < kPause)
+      continue;
+    pieces.back().end = i + 1;
+    pieces.back().stop = middle;
+    pieces.push_back({i, 0, middle, 0});
+  }
+  pieces.back().end = phones.size();
+  pieces.back().stop = frames;
+  return pieces;
+}
+
+}  // namespace
+
 std::vector<TimeSpan> PhoneDecoder::hearAgain(std::span<const std::int16_t> samples,
                                               const std::vector<DecodedPhone>& phones) {
   ps_decoder_t* decoder = state_->decoder.get();
-  const Graph graph = makeGraph(decoder, phones);
   Cepstra cepstra = mouthpiece::cepstraOf(decoder, samples);
   if (cepstra.empty()) return {};
   std::set<Phone> used;
   for (const DecodedPhone& phone : phones) used.insert(phone.phone);
-  const auto again = search(decoder, state_->fittest(), graph.get(), cepstra, {},
-                            {codebooksOf(used, state_->scorer.model(), state_->language), false, kTimesScale}, {});
-  if (again.size() != phones.size()) return {};
-  std::vector<TimeSpan> spans;
-  for (const DecodedPhone& phone : again) spans.push_back(phone.span);
+  const Weighing weighing{codebooksOf(used, state_->scorer.model(), state_->language), false, kTimesScale};
+  const Eigen::MatrixXf features = mouthpiece::featuresOf(decoder, cepstra);
+  std::vector<TimeSpan> spans(phones.size());
+  for (const Piece& piece : piecesOf(phones, features.cols())) {
+    const std::span<const DecodedPhone> row = std::span(phones).subspan(piece.first, piece.end - piece.first);
+    const Graph graph = makeGraph(decoder, row);
+    const auto again = search(decoder, state_->fittest(), graph.get(),
+                              features.middleCols(piece.begin, piece.stop - piece.begin), {}, weighing, {});
+    if (again.size() != row.size()) return {};
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const std::size_t from = unsignedIndex(piece.begin) + again[i].first_frame;
+      const TimeSpan found{edgeBefore({}, from), edgeBefore({}, from + unsignedIndex(again[i].frames))};
+      if (i > 0 || piece.first == 0) spans[piece.first + i].start = found.start;
+      spans[piece.first + i].end = found.end;
+    }
+  }
   return spans;
 }
 

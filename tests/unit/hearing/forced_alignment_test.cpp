@@ -71,6 +71,49 @@ TEST(ForcedAligner, FollowsASoundByLessThanTheDecodersStep) {
   EXPECT_LT(off[off.size() / 2], 0.0025) << "s, half a hearing's step";
 }
 
+/// What doubts labels that came with a sound goes by: enough to see that words lie a fifth of a second beside it.
+TEST(ForcedAligner, BordersAsFirstHeardAreAsSureAndHardlyLessNear) {
+  const SpokenLine line = makeVoice("flite:rms")->speak("four hours of steady work faced us");
+  const std::vector<TranscriptWord> words = wordsSaid(line.labels);
+  ForcedAligner aligner;
+  const ForcedAlignment fine = aligner.align(line.audio, words, "fine");
+  const ForcedAlignment first =
+      aligner.align(line.audio, words, "first", SpeechKind::kSpoken, BorderTimes::kFirstHeard);
+  EXPECT_EQ(first.confidence, fine.confidence);
+  EXPECT_EQ(first.line_confidence, fine.line_confidence);
+  ASSERT_EQ(first.labels.words.size(), fine.labels.words.size());
+  bool is_same = true;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const Seconds found = first.labels.spanOf(first.labels.words[i].phones).start;
+    const Seconds finer = fine.labels.spanOf(fine.labels.words[i].phones).start;
+    EXPECT_NEAR(found, finer, 0.05) << words[i].text;
+    is_same = is_same && found == finer;
+  }
+  EXPECT_FALSE(is_same) << "heard once";
+}
+
+/// A long sound is heard again in pieces: a sentence said over and over has the same times each time.
+TEST(ForcedAligner, ALongSoundsBordersAreThoseOfItsSentences) {
+  SpokenLine line = makeVoice("flite:rms")->speak("four hours of steady work faced us");
+  constexpr std::size_t kTimes = 16, kStep = 160;  // samples of the decoder's 10 ms
+  line.audio.samples.resize((line.audio.samples.size() + kStep - 1) / kStep * kStep, 0.0F);
+  AudioClip sound{line.audio.sample_rate_hz, {}};
+  std::vector<TranscriptWord> words;
+  for (std::size_t i = 0; i < kTimes; ++i) {
+    sound.samples.insert(sound.samples.end(), line.audio.samples.begin(), line.audio.samples.end());
+    for (const TranscriptWord& word : wordsSaid(line.labels)) words.push_back(word);
+  }
+  ASSERT_GT(sound.duration(), 31) << "s, or it is heard whole";
+  const SpeechLabels found = ForcedAligner().align(sound, words, "long").labels;
+  const std::size_t a_sentence = words.size() / kTimes;
+  ASSERT_EQ(found.words.size(), words.size());
+  for (std::size_t i = 2 * a_sentence; i + a_sentence < words.size(); ++i) {  // the first and the last stand apart
+    const TimeSpan word = found.spanOf(found.words[i].phones), before = found.spanOf(found.words[i - a_sentence].phones);
+    EXPECT_NEAR(word.start - before.start, line.audio.duration(), 0.011) << i;
+    EXPECT_NEAR(word.end - before.end, line.audio.duration(), 0.011) << i;
+  }
+}
+
 TEST(ForcedAligner, TriesEveryWayAndAllowsPauses) {
   const SpokenLine line = makeVoice("flite:rms")->speak("read, tomato");
   using enum Phone;

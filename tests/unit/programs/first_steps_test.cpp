@@ -255,6 +255,57 @@ TEST_F(FirstSteps, GuessedWordsAreToldAndCanBeMended) {
   EXPECT_TRUE(holds(phones, "M AA M ")) << phones;
 }
 
+/// Once the program was silent for minutes, and then refused.
+TEST_F(FirstSteps, FiveMinutesOfRecordingAreDone) {
+  const std::string once = readAll(recorded("now.wav"));
+  constexpr std::size_t kHeader = 44, kRateAt = 24, kFileSizeAt = 4, kSizeAt = 40;
+  ASSERT_EQ(once.substr(kSizeAt - 4, 4), "data");
+  std::uint32_t rate = 0;
+  std::memcpy(&rate, once.data() + kRateAt, 4);
+  constexpr std::size_t kSilenceS = 300, kBytesASample = 2;
+  std::string sound = once + std::string(kSilenceS * kBytesASample * rate, '\0') + once.substr(kHeader);
+  const auto size = static_cast<std::uint32_t>(sound.size() - kHeader), whole = static_cast<std::uint32_t>(sound.size() - 8);
+  std::memcpy(sound.data() + kSizeAt, &size, 4);
+  std::memcpy(sound.data() + kFileSizeAt, &whole, 4);
+  const ProgramResult made = synth({"--audio", file("five.wav", sound), "--transcript",
+                                    std::string(kLine) + " " + kLine, "--fps", "24", "-o", path("motion.csv")});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const json told = report();
+  EXPECT_GT(told["duration_s"], 300);
+  double first = -1, second = -1;
+  for (const json& phone : told["phones"]) {
+    if (phone["word"] != "now") continue;
+    (phone["start_s"] < 150 ? first : second) = phone["start_s"].get<double>();
+  }
+  EXPECT_GT(first, 0) << told["phones"];
+  EXPECT_NEAR(second - first, 300 + 0.5 * static_cast<double>(once.size() - kHeader) / rate, 0.03);
+  EXPECT_TRUE(told["warnings"].empty()) << told["warnings"];
+}
+
+TEST_F(FirstSteps, SongsOfOtherProgramsAreSung) {
+  // 120 quarters a minute, 480 ticks each: half a second a note, "hap-py day".
+  const auto event = [](int kind, const std::string& data) {
+    return std::string({'\0', '\xFF', static_cast<char>(kind), static_cast<char>(data.size())}) + data;
+  };
+  const auto note = [](char pitch) {
+    return std::string({'\0', '\x90', pitch, '\x40', '\x83', '\x60', '\x80', pitch, '\0'});
+  };
+  std::string track = event(3, "PART VOCALS") + event(0x51, std::string("\x07\xA1\x20", 3)) + event(5, "hap-") + note(60) +
+                      event(5, "py") + note(62) + event(5, "day") + note(64) + event(0x2F, "");
+  const std::string midi = std::string("MThd\0\0\0\x06\0\0\0\x01\x01\xE0MTrk\0\0\0", 21) +
+                           static_cast<char>(track.size()) + track;
+  const std::string ust =
+      "[#VERSION]\nUST Version1.2\n[#SETTING]\nTempo=120.00\n[#0000]\nLength=480\nLyric=hap\nNoteNum=60\n"
+      "[#0001]\nLength=480\nLyric=+py\nNoteNum=62\n[#0002]\nLength=480\nLyric=day\nNoteNum=64\n[#TRACKEND]\n";
+  for (const auto& [name, bytes] : {std::pair("song.mid", midi), {"song.ust", ust}}) {
+    const ProgramResult sung = synth({"--song", file(name, bytes), "-o", path("phones.TextGrid")});
+    ASSERT_EQ(sung.exit_code, 0) << name << sung.err;
+    EXPECT_EQ(report()["style"], "sing") << name;
+    EXPECT_TRUE(holds(labels(), "\"happy\"") && holds(labels(), "\"day\"")) << name << labels();
+    EXPECT_NEAR(report()["duration_s"], 1.5, 1) << name;
+  }
+}
+
 /// The JSON of a GLB.
 json glbJson(const std::string& bytes) {
   std::uint32_t size = 0;

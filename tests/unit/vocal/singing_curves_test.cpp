@@ -157,6 +157,26 @@ TEST(MapsField, StyleMayChangeOverTime) {
   }
 }
 
+/// The slope of a step once went on for as long as no key came: -4.7 of Oo, and lips that shut for a frame.
+TEST(MapsField, ASuddenTurnOfTheStyleIsAStepAndNoMore) {
+  const SpeechLabels labels = spokenPhones({{Phone::kUW, 0.5}, {Phone::kAA, 1.2}, {Phone::kS, 0.1}});
+  const Seconds border = labels.phones[2].span.start;
+  for (const Seconds within : {1e-3, 1e-5, 1e-6, 5e-7, 1e-7}) {
+    StyleSignal turning;
+    turning.points = {{0, 0.2}, {border, 0.3}, {border + within, 0.9}, {3, 0.9}};
+    const CurveSet before = visemeCurves(labels, {}, kSpeech), after = visemeCurves(labels, {}, kOnlyMelody);
+    for (const AnimationCurve& curve : blendExtremes(labels, {}, turning, StyleSignal(0))) {
+      const AnimationCurve *speech = findCurve(before, curve.name), *song = findCurve(after, curve.name);
+      for (Seconds time = 0.1; time < 2; time += 0.0037) {
+        const double ma = turning.at(time);
+        const double wanted = (1 - ma) * (speech == nullptr ? 0 : speech->valueAt(time)) +
+                              ma * (song == nullptr ? 0 : song->valueAt(time));
+        ASSERT_NEAR(curve.valueAt(time), wanted, 0.01) << curve.name << " at " << time << ", turned in " << within;
+      }
+    }
+  }
+}
+
 TEST(VocalStyle, HeuristicsOfThePaper) {
   const SpeechLabels labels = spokenPhones({{Phone::kS, 0.1},
                                             {Phone::kAA, 0.2},
