@@ -105,7 +105,7 @@ SoundPlace placeOfSound(const MotionClip& motion, const AudioClip& sound, const 
                                  std::sqrt(asReal(count) / asReal(shorter)));
   }
   const auto best = std::max_element(likeness.begin(), likeness.end());
-  SoundPlace place{asReal((best - likeness.begin()) - kWidest) / kRateHz, *best, -1, false, {}};
+  SoundPlace place{asReal((best - likeness.begin()) - kWidest) / kRateHz, *best, -1, false};
   for (auto other = likeness.begin(); other != likeness.end(); ++other) {
     if (std::abs(other - best) >= kApart) place.likeness_apart = std::max(place.likeness_apart, *other);
   }

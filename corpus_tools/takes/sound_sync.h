@@ -15,7 +15,7 @@ struct SoundPlace {
   bool is_sure = false;       ///< far enough above any other place (docs/formats/arkit.md)
   /// A second of the sound lasts 1 + drift of the other's: its t lies at late + (1 + drift) t. None where too little is
   /// there to tell, 0 where no difference is seen.
-  std::optional<double> drift;
+  std::optional<double> drift = {};
 };
 
 /// Where `sound` begins beside `own`, which another microphone heard at the same time: generalised cross-correlation

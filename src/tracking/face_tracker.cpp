@@ -19,8 +19,8 @@ constexpr std::size_t kDetectorSide = 128, kLandmarkSide = 192;
 constexpr double kLeastScore = 0.5;  // of a detected face, and that a face is still there
 constexpr double kCropMargin = 1.5;  // a face's crop is larger than the box round it by this
 // Both networks see faces in the grey ghosts that a decoder leaves where a key frame is missing: in GRID's they have a
-// contrast of 0.05 at most, its faces 0.26 and more. Light scales brightness and leaves this as it is.
-constexpr double kLeastContrast = 0.1;
+// contrast of 0.05 at most, its faces 0.26 and more, also where light is far too strong or weak.
+constexpr double kLeastContrast = 0.07;
 constexpr std::size_t kOuterRightEye = 33, kOuterLeftEye = 263;
 
 /// A square of the image, turned by `angle` (clockwise as seen).
@@ -96,7 +96,8 @@ void fillCrop(const VideoImage& image, const Crop& crop, std::size_t side, float
   }
 }
 
-/// How much brightness differs within the face that a crop is laid round: its standard deviation by its mean.
+/// How much brightness differs within the face that a crop is laid round: its standard deviation by the distance of its
+/// mean from black or white, whichever is nearer, for there it cannot differ more.
 double contrastOf(std::span<const float> crop) {
   const auto margin = static_cast<std::size_t>(std::lround((1 - 1 / kCropMargin) / 2 * asReal(kLandmarkSide)));
   double count = 0, sum = 0, sum_of_squares = 0;
@@ -110,7 +111,8 @@ double contrastOf(std::span<const float> crop) {
     }
   }
   const double mean = sum / count;
-  return mean > 0 ? std::sqrt(std::max(0.0, sum_of_squares / count - mean * mean)) / mean : 0;
+  const double room = std::min(mean, 1 - mean);
+  return room > 0 ? std::sqrt(std::max(0.0, sum_of_squares / count - mean * mean)) / room : 0;
 }
 
 double sigmoid(double x) { return 1 / (1 + std::exp(-std::clamp(x, -100.0, 100.0))); }
