@@ -113,7 +113,19 @@ SoundPlace placeOfSound(const MotionClip& motion, const AudioClip& sound, const 
   return place;
 }
 
-AudioClip soundBeside(Seconds duration, const AudioClip& sound, Seconds late) {
+AudioClip soundBeside(Seconds duration, const AudioClip& sound, Seconds late, double drift) {
+  if (drift != 0) {
+    // Only what lies beside the motion is stretched, with a little around it.
+    constexpr Seconds kAround = 0.1;
+    const auto sampleAt = [&](Seconds time) {
+      const double place = (time - late) / (1 + drift) * sound.sample_rate_hz;
+      return static_cast<std::ptrdiff_t>(std::clamp(place, 0.0, asReal(sound.samples.size())));
+    };
+    const auto first = sampleAt(-kAround), end = sampleAt(duration + kAround);
+    const AudioClip part{sound.sample_rate_hz, {sound.samples.begin() + first, sound.samples.begin() + end}};
+    return soundBeside(duration, stretchAudio(part, 1 + drift),
+                       late + (1 + drift) * asReal(first) / sound.sample_rate_hz);
+  }
   const auto count = static_cast<std::size_t>(std::lround(duration * sound.sample_rate_hz));
   const auto shift = std::lround(late * sound.sample_rate_hz);
   AudioClip beside{sound.sample_rate_hz, std::vector<float>(count, 0.0F)};

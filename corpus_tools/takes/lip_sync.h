@@ -13,7 +13,8 @@ namespace mouthpiece {
 /// takes of a real speaker laid end to end (30 s) always and rightly so, in one (3 s) not to be told.
 SoundPlace placeOfSound(const MotionClip& motion, const AudioClip& sound, const LipGauge& lips);
 
-/// That long a part of the sound, from a motion's first frame on; silence where there is none.
-AudioClip soundBeside(Seconds duration, const AudioClip& sound, Seconds late);
+/// That long a part of the sound, from a motion's first frame on; silence where there is none. `drift` as in
+/// SoundPlace.
+AudioClip soundBeside(Seconds duration, const AudioClip& sound, Seconds late, double drift = 0);
 
 }  // namespace mouthpiece

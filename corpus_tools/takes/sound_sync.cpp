@@ -11,17 +11,23 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/statistics.h"
 
 namespace mouthpiece {
 namespace {
 
 constexpr int kSyncRateHz = 8000;
 constexpr double kLowestHz = 200, kHighestHz = 3500;
-constexpr Seconds kLeastSound = 0.5, kMostOwn = 60;
+constexpr Seconds kLeastSound = 0.5;
+/// What is looked for, its loudest: a minute tells most; where clocks drift it smears, and less tells more.
+constexpr Seconds kMostOwn = 60, kLessOwn = 8;
 /// Places that near to each other are one.
 constexpr Seconds kOnePlace = 0.05;
 /// How much likelier the place must be than any other (docs/formats/arkit.md).
 constexpr double kSureLikeness = 2;
+/// Clocks are compared by windows, over a minute at least; none of them is off by more than a thousandth.
+constexpr Seconds kWindow = 4, kLeastSpan = 60, kSlack = 0.01;
+constexpr double kMostDrift = 1e-3, kSureDrift = 3, kMostDriftError = 1e-5;
 
 using Spectrum = Eigen::VectorXcf;
 
@@ -87,18 +93,15 @@ class PhaseCorrelator {
   Spectrum own_;
 };
 
-}  // namespace
-
-SoundPlace placeOfSameSound(const AudioClip& own, const AudioClip& sound) {
-  const AudioClip whole = prepared(own, "the device's own sound"), other = prepared(sound, "the sound");
-  const auto length = std::min(whole.samples.size(), static_cast<std::size_t>(kMostOwn * kSyncRateHz));
-  const std::size_t from = loudestStretch(whole.samples, length);
-  const std::span<const float> part = std::span(whole.samples).subspan(from, length);
+/// The place of `own`'s loudest `length` samples.
+SoundPlace placeOfLoudest(const std::vector<float>& own, const std::vector<float>& other, std::size_t length) {
+  const std::size_t from = loudestStretch(own, length);
+  const std::span<const float> part = std::span(own).subspan(from, length);
   std::size_t size = std::size_t{1} << 16U;
   while (size < 4 * length) size *= 2;
   // Before and after the other there is silence: it may begin later and end earlier.
   std::vector<float> padded(length, 0.0F);
-  padded.insert(padded.end(), other.samples.begin(), other.samples.end());
+  padded.insert(padded.end(), other.begin(), other.end());
   padded.resize(padded.size() + length, 0.0F);
   PhaseCorrelator correlate(part, signedIndex(size));
   std::vector<float> likeness;  // by the sample of `padded` at which the part begins
@@ -117,6 +120,105 @@ SoundPlace placeOfSameSound(const AudioClip& own, const AudioClip& sound) {
   }
   place.late = (asReal(from + length) - asReal(best - likeness.begin())) / kSyncRateHz;
   place.is_sure = place.likeness > kSureLikeness * place.likeness_apart;
+  return place;
+}
+
+/// One window of `own` found in the other.
+struct Match {
+  double at = 0;    ///< second of the other
+  double late = 0;  ///< how much later it is in `own`
+};
+
+/// Walks from one window of `own` to the next, each found near where the last one lay. A window that is not told from
+/// its neighbourhood is left out.
+class ClockWalk {
+ public:
+  ClockWalk(std::span<const float> own, std::span<const float> other) : own_(own), other_(other) {}
+
+  /// From sample `first` of `own` onwards, or backwards, at which the other is `late`.
+  void walk(std::ptrdiff_t first, double late, bool backwards) {
+    constexpr auto kLength = static_cast<std::ptrdiff_t>(kWindow * kSyncRateHz);
+    Seconds unseen = 0;
+    for (; first >= 0 && first + kLength <= std::ssize(own_); first += backwards ? -kLength : kLength) {
+      const auto match = find(first, kLength, late, kSlack + kMostDrift * (unseen += kWindow));
+      if (!match) continue;
+      matches_.push_back(*match);
+      late = match->late;
+      unseen = 0;
+    }
+  }
+
+  [[nodiscard]] const std::vector<Match>& matches() const { return matches_; }
+
+ private:
+  std::optional<Match> find(std::ptrdiff_t first, std::ptrdiff_t length, double late, Seconds reach) {
+    constexpr Eigen::Index kSize = 1 << 16U;
+    const auto around = static_cast<std::ptrdiff_t>((reach + 2 * kOnePlace) * kSyncRateHz);
+    const auto begin = first - std::lround(late * kSyncRateHz) - around, end = begin + length + 2 * around;
+    if (begin < 0 || end > std::ssize(other_) || end - begin > kSize) return std::nullopt;
+    const Eigen::VectorXf likeness = PhaseCorrelator(own_.subspan(unsignedIndex(first), unsignedIndex(length)), kSize)(
+        other_.subspan(unsignedIndex(begin), unsignedIndex(end - begin)));
+    Eigen::Index best = 0;
+    const float most = likeness.head(2 * around + 1).maxCoeff(&best);
+    const auto near = static_cast<std::ptrdiff_t>(kOnePlace * kSyncRateHz);
+    for (Eigen::Index i = 0; i <= 2 * around; ++i) {
+      if (std::abs(i - best) >= near && kSureLikeness * likeness(i) > most) return std::nullopt;
+    }
+    const double middle = asReal(begin + best) + asReal(length) / 2;
+    return Match{middle / kSyncRateHz, asReal(first - begin - best) / kSyncRateHz};
+  }
+
+  std::span<const float> own_, other_;
+  std::vector<Match> matches_;
+};
+
+/// The line late + drift * at through most of the windows (Theil 1950, Sen 1968), and where it begins.
+void addDrift(const std::vector<Match>& matches, SoundPlace& place) {
+  const auto [first, last] =
+      std::minmax_element(matches.begin(), matches.end(), [](const Match& a, const Match& b) { return a.at < b.at; });
+  if (matches.size() < 8 || last->at - first->at < kLeastSpan) return;
+  std::vector<double> slopes, lates, rests;
+  double mean = 0, spread = 0;
+  for (const Match& one : matches) {
+    mean += one.at / asReal(matches.size());
+    for (const Match& other : matches) {
+      if (other.at - one.at > (last->at - first->at) / 4)
+        slopes.push_back((other.late - one.late) / (other.at - one.at));
+    }
+  }
+  if (slopes.empty()) return;
+  const double slope = median(std::move(slopes));
+  for (const Match& one : matches) {
+    lates.push_back(one.late - slope * one.at);
+    spread += (one.at - mean) * (one.at - mean);
+  }
+  const double late = median(lates);
+  for (const double one : lates) rests.push_back(std::abs(one - late));
+  // As exact as a line by least squares would be; the sounds' samples are no finer than this.
+  const double noise = std::max(1.4826 * median(std::move(rests)), 0.3 / kSyncRateHz);
+  const double error = noise / std::sqrt(spread);
+  if (error > kMostDriftError || std::abs(slope) > kMostDrift) return;
+  place.drift = std::abs(slope) > kSureDrift * error ? slope : 0;
+  if (*place.drift != 0) place.late = late;
+}
+
+}  // namespace
+
+SoundPlace placeOfSameSound(const AudioClip& own, const AudioClip& sound) {
+  const AudioClip whole = prepared(own, "the device's own sound"), other = prepared(sound, "the sound");
+  SoundPlace place;
+  for (const Seconds most : {kMostOwn, kLessOwn}) {
+    const auto length = std::min(whole.samples.size(), static_cast<std::size_t>(most * kSyncRateHz));
+    const SoundPlace found = placeOfLoudest(whole.samples, other.samples, length);
+    if (most == kMostOwn || found.is_sure) place = found;
+    if (place.is_sure || length == whole.samples.size()) break;
+  }
+  if (!place.is_sure || whole.duration() < kLeastSpan) return place;
+  const auto first = signedIndex(loudestStretch(whole.samples, static_cast<std::size_t>(kLessOwn * kSyncRateHz)));
+  ClockWalk walk(whole.samples, other.samples);
+  walk.walk(first, place.late, false);
+  walk.walk(first - static_cast<std::ptrdiff_t>(kWindow * kSyncRateHz), place.late, true);
+  addDrift(walk.matches(), place);
   return place;
 }
 

@@ -152,7 +152,8 @@ class VideoTaker {
                       "{:.2f}); that is not sure",
                       std::abs(place.late), place.late < 0 ? "before" : "after", place.likeness, place.likeness_apart));
     const Seconds duration = asReal(track.frames.size()) / track.frame_rate_hz;
-    track.sound = resampleAudio(soundBeside(duration, options_.recorder, place.late), options_.sound_rate_hz);
+    track.sound = resampleAudio(soundBeside(duration, options_.recorder, place.late, place.drift.value_or(0)),
+                                options_.sound_rate_hz);
     const std::lock_guard lock(mutex_);
     recorder_places_[name] = place;
   }

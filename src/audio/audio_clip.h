@@ -38,6 +38,8 @@ void writeWav(const std::filesystem::path& path, const AudioClip& clip);
 
 /// The clip at another rate (windowed-sinc, band-limited).
 AudioClip resampleAudio(const AudioClip& clip, int sample_rate_hz);
+/// The clip lasting `factor` times as long at its own rate, as a clock that runs apart would have recorded it.
+AudioClip stretchAudio(const AudioClip& clip, double factor);
 
 /// resampleAudio() of a sound that goes on, in chunks of any size: the same samples, each as soon as what it is made of
 /// is there (48 samples of the lower rate later).

@@ -105,6 +105,24 @@ AudioClip resampleAudio(const AudioClip& clip, int sample_rate_hz) {
   return resampled;
 }
 
+AudioClip stretchAudio(const AudioClip& clip, double factor) {
+  MOUTHPIECE_EXPECT(factor > 0);
+  const SincKernel kernel(factor);
+  // The nearest of so many phases errs 70 dB below a tone at 0.4 of the rate, and less for lower ones.
+  std::vector<std::vector<float>> table;
+  for (std::int64_t phase = 0; phase < kMostTabulatedPhases; ++phase)
+    table.push_back(kernel.weights(asReal(phase) / asReal(kMostTabulatedPhases)));
+  AudioClip stretched{.sample_rate_hz = clip.sample_rate_hz, .samples = {}};
+  const std::int64_t size = std::llround(asReal(clip.samples.size()) * factor);
+  stretched.samples.reserve(unsignedIndex(size));
+  for (std::int64_t n = 0; n < size; ++n) {
+    const std::int64_t place = std::llround(asReal(n) / factor * asReal(kMostTabulatedPhases));
+    stretched.samples.push_back(weightedSum(clip.samples, place / kMostTabulatedPhases + kernel.firstTap(),
+                                            table[unsignedIndex(place % kMostTabulatedPhases)]));
+  }
+  return stretched;
+}
+
 struct LiveResampler::State {
   RateChange change;
   bool is_same;

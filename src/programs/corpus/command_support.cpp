@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "base/errors.h"
 #include "base/files.h"
 #include "motion/formats/c3d_file.h"
@@ -83,6 +85,13 @@ void writeMotionWithEvents(const std::filesystem::path& path, const MotionClip& 
                            const std::filesystem::path& source) {
   if (!isC3dFileName(path)) return writeMotion(path, clip);
   writeC3d(path, clip, isC3dFileName(source) ? readC3dEvents(source) : std::vector<MotionEvent>());
+}
+
+std::string tellDrift(const SoundPlace& place) {
+  const double drift = place.drift.value_or(0);
+  if (drift == 0) return "";
+  return fmt::format(", its clock {:.0f} millionths {} by {:.1f} ms a minute", 1e6 * std::abs(drift),
+                     drift < 0 ? "fast: shortened" : "slow: stretched", 60e3 * std::abs(drift));
 }
 
 void noteLeftOut(const std::vector<LeftOutTake>& left_out, bool quiet) {

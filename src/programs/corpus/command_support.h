@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "corpus_tools/building/corpus_builder.h"
+#include "corpus_tools/takes/sound_sync.h"
 #include "programs/program.h"
 
 namespace mouthpiece {
@@ -48,6 +49,9 @@ Lexicon lexiconFrom(const std::filesystem::path& file);
 void writeMotionWithEvents(const std::filesystem::path& path, const MotionClip& clip,
                            const std::filesystem::path& source);
 bool isC3dFileName(const std::filesystem::path& path);
+
+/// What is said of a recorder's clock beside its place, with a comma before it; nothing where none is seen to drift.
+std::string tellDrift(const SoundPlace& place);
 
 /// One line a take on stderr.
 void noteLeftOut(const std::vector<LeftOutTake>& left_out, bool quiet);

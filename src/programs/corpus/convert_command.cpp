@@ -165,8 +165,8 @@ MotionClip readInput(const ConvertArguments& given) {
 }
 
 /// Where the sound lies beside the motion: as told, by the clap, by the device's own sound, or by the lips. Says which.
-Seconds latenessOfSound(const MotionClip& motion, const AudioClip& sound, const ConvertArguments& given) {
-  if (given.sound_late) return *given.sound_late;
+SoundPlace placeBeside(const MotionClip& motion, const AudioClip& sound, const ConvertArguments& given) {
+  if (given.sound_late) return {.late = *given.sound_late};
   const auto tell = [&](Seconds late, std::string_view how) {
     return fmt::format("the sound begins {:.3f} s {} the motion ({})", std::abs(late), late < 0 ? "before" : "after",
                        how);
@@ -177,7 +177,7 @@ Seconds latenessOfSound(const MotionClip& motion, const AudioClip& sound, const 
       throw InputError(given.sound.string(), "",
                        "holds no clap that is sharp and loud as nothing else; cut it to one, or give --sound-late");
     if (!given.quiet) printText(tell(*given.clap_at - *clap, fmt::format("clap at {:.3f} s of it", *clap)) + "\n");
-    return *given.clap_at - *clap;
+    return {.late = *given.clap_at - *clap};
   }
   const bool by_own_sound = !given.own_sound.empty();
   const SoundPlace place = by_own_sound ? placeOfSameSound(readAudio(given.own_sound, kLongestSound), sound)
@@ -187,15 +187,16 @@ Seconds latenessOfSound(const MotionClip& motion, const AudioClip& sound, const 
                                                          place.likeness, place.likeness_apart));
   if (!place.is_sure)
     throw InputError(given.sound.string(), "", "perhaps " + found + "; that is not sure, give it with --sound-late");
-  if (!given.quiet) printText(found + "\n");
-  return place.late;
+  if (!given.quiet) printText(found + tellDrift(place) + "\n");
+  return place;
 }
 
 /// Writes NAME.wav beside the motion NAME.c3d.
 void writeSoundBeside(const MotionClip& motion, const ConvertArguments& given) {
   const AudioClip sound = readAudio(given.sound, kLongestSound);
+  const SoundPlace place = placeBeside(motion, sound, given);
   writeWav(fs::path(given.output).replace_extension(".wav"),
-           soundBeside(motion.duration(), sound, latenessOfSound(motion, sound, given)));
+           soundBeside(motion.duration(), sound, place.late, place.drift.value_or(0)));
 }
 
 int runConvert(const ConvertArguments& given) {

@@ -34,10 +34,10 @@ int runTrack(const TrackArguments& given) {
       printNotice(fmt::format("{}: the video's frame rate varies; taken at {:.2f} Hz", take.name, take.frame_rate_hz),
                   given.quiet);
     if (take.recorder && !given.quiet)
-      printText(fmt::format("{}: {} begins {:.3f} s {} it (alike by {:.2f}, elsewhere by {:.2f})\n", take.name,
+      printText(fmt::format("{}: {} begins {:.3f} s {} it (alike by {:.2f}, elsewhere by {:.2f}){}\n", take.name,
                             given.sound.string(), std::abs(take.recorder->late),
                             take.recorder->late < 0 ? "before" : "after", take.recorder->likeness,
-                            take.recorder->likeness_apart));
+                            take.recorder->likeness_apart, tellDrift(*take.recorder)));
   }
   if (!given.quiet) {
     const std::string size =

@@ -66,6 +66,17 @@ TEST(ResampleAudio, ChangesNothingAtTheSameRate) {
   EXPECT_EQ(resampleAudio(clip, 16000).samples, clip.samples);
 }
 
+TEST(StretchAudio, LowersTonesAndLastsLonger) {
+  constexpr double kTolerance = 0.5 * 3.2e-4;  // 70 dB under the tone
+  for (const double factor : {1.0001, 0.9998, 1.0}) {
+    for (const double frequency : {100.0, 1000.0, 6400.0}) {
+      const AudioClip clip = stretchAudio(sine(16000, frequency, 10), factor);
+      EXPECT_NEAR(clip.duration(), 10 * factor, 1e-4);
+      EXPECT_LT(worstError(clip, frequency / factor, 1), kTolerance) << factor << " at " << frequency;
+    }
+  }
+}
+
 TEST(LiveResampler, GivesTheSameSamplesInChunksOfAnySize) {
   std::mt19937 random(11);
   for (const int from : {16000, 22050, 44100, 48000}) {

@@ -122,6 +122,20 @@ TEST(LipSync, TheProgramShowsThePlaceAndWritesTheSound) {
       "corpus", {"convert", motion.string(), take, "--sound", sound.string(), "--own-sound", own.string()});
   ASSERT_EQ(beside.exit_code, 0) << beside.err;
   EXPECT_NE(beside.out.find("begins 1.500 s after the motion (both sounds agree"), std::string::npos) << beside.out;
+  // A recorder whose clock runs fast has more samples of the same time.
+  const Recorded longer = recorded(90, 1.5);
+  const fs::path long_motion = scratch.path() / "long.c3d", fast = scratch.path() / "fast.wav";
+  writeC3d(long_motion, longer.motion);
+  AudioClip long_heard = longer.sound;
+  long_heard.samples.insert(long_heard.samples.begin(), 12'000, 0.0F);
+  writeWav(own, long_heard);
+  writeWav(fast, stretchAudio(longer.sound, 1 + 100e-6));
+  const auto drifting = test::runProgram(
+      "corpus", {"convert", long_motion.string(), take, "--sound", fast.string(), "--own-sound", own.string()});
+  ASSERT_EQ(drifting.exit_code, 0) << drifting.err;
+  EXPECT_NE(drifting.out.find("begins 1.500 s after the motion"), std::string::npos) << drifting.out;
+  EXPECT_NE(drifting.out.find("its clock 100 millionths fast: shortened by 6.0 ms a minute"), std::string::npos)
+      << drifting.out;
   AudioClip clapped = both.sound;
   for (std::size_t i = 0; i < 80; ++i) clapped.samples[16'000 + i] = i % 2 == 0 ? 0.9F : -0.9F;
   writeWav(sound, clapped);

@@ -10,6 +10,7 @@
 
 #include "base/files.h"
 #include "base/index.h"
+#include "corpus_tools/takes/lip_sync.h"
 #include "support/error_of.h"
 #include "support/run_program.h"
 
@@ -110,6 +111,25 @@ TEST(SoundSync, FindsARealSpeakersTakes) {
     }
   }
   EXPECT_LT(worst, 0.001);  // 0.15 ms
+}
+
+/// A recorder whose clock runs apart, across a room, that was switched on before or after.
+TEST(SoundSync, TellsHowClocksDrift) {
+  AudioClip whole = speech(0, 60);
+  if (whole.samples.empty()) whole = babble(180, 7);
+  for (const auto& [drift, begin] : {std::pair{50e-6, 12.3}, {-200e-6, 3.0}, {0.0, 20.0}}) {
+    const AudioClip recorder = stretchAudio(acrossTheRoom(whole, 0.003, 4), 1 / (1 + drift));
+    const SoundPlace place = placeOfSameSound(part(whole, begin, whole.duration() - 1), recorder);
+    EXPECT_TRUE(place.is_sure) << drift;
+    ASSERT_TRUE(place.drift) << drift;
+    EXPECT_NEAR(*place.drift, drift, 1e-6);
+    EXPECT_NEAR(place.late, -begin, 0.0005) << drift;
+    // Stretched it lies beside the other to the end.
+    const AudioClip beside = soundBeside(150, recorder, place.late, *place.drift);
+    const SoundPlace at_the_end = placeOfSameSound(part(whole, begin + 130, begin + 140), part(beside, 125, 145));
+    EXPECT_NEAR(at_the_end.late, -5, 0.0005) << drift;
+  }
+  EXPECT_FALSE(placeOfSameSound(part(whole, 10, 40), acrossTheRoom(whole, 0.003, 4)).drift);  // too short to tell
 }
 
 /// A burst of noise that is there at once and fades.

@@ -151,6 +151,44 @@ TEST_F(TrackProgram, KeepsTimeAtOtherRates) {
   }
 }
 
+/// The clip's first key frame is missing: until the next, at 0.48 s, its pictures are grey, with outlines of a face.
+TEST_F(TrackProgram, TakesNoGhostForAFace) {
+  if (!fs::exists(kClips)) GTEST_SKIP() << "no clips in ../shared";
+  for (const char* markers : {"--plain", "--again"}) {
+    const auto result = track({(kClips / "bbizzn.mpg").string(), "--out", scratch.path().string(), markers});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const MotionClip found = readC3d(scratch.path() / "bbizzn.c3d");
+    ASSERT_EQ(found.frameCount(), 75);
+    for (std::size_t frame = 0; frame < 75; ++frame)
+      EXPECT_EQ(found.positions_mm.row(signedIndex(frame)).allFinite(), frame >= 12) << markers << " " << frame;
+    EXPECT_EQ(readAudio(scratch.path() / "bbizzn.wav").samples.size(), readAudio(kGiven / "bbizzn.wav").samples.size());
+  }
+}
+
+/// The same picture three times: in the first the face was looked for, in the others followed.
+TEST_F(TrackProgram, SeesAFaceAsWellWhereItWasLookedFor) {
+  if (!fs::exists(kClips)) GTEST_SKIP() << "no clips in ../shared";
+  const std::string still = (scratch.path() / "still.mkv").string();
+  const ChildResult made = runChild(*findProgram("ffmpeg"),
+                                    {"-v", "error", "-i", fs::absolute(kClips / "pwbd7s.mpg").string(), "-vf",
+                                     "tpad=start_mode=clone:start=2", "-c:v", "libx264", "-qp", "1", still},
+                                    scratch.path(), 60);
+  ASSERT_EQ(made.exit_code, 0) << made.output;
+  const auto result = track({still, "--out", scratch.path().string(), "--eye-corners-mm", "90", "--plain"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const MotionClip found = readC3d(scratch.path() / "still.c3d");
+  double sum = 0;
+  int lips = 0;
+  for (std::size_t i = 0; i < found.markerCount(); ++i) {
+    if (!found.marker_names[i].starts_with("LIP_")) continue;
+    const MarkerIndex marker(i);
+    sum += (found.position(FrameIndex(0), marker) - found.position(FrameIndex(2), marker)).squaredNorm();
+    ++lips;
+  }
+  // 0.76 mm by the detector's crop.
+  EXPECT_LT(std::sqrt(sum / lips), 0.5);
+}
+
 /// Two cameras, one switched on 0.4 s later, and a recorder that had run for 1.234 s.
 TEST_F(TrackProgram, TakesARecordersSoundForTheCameras) {
   if (!fs::exists(kClips)) GTEST_SKIP() << "no clips in ../shared";
