@@ -62,6 +62,7 @@ TEST(Articulation, PlacesAndMannersAreThoseOfPhonetics) {
     EXPECT_EQ(has("fricative"), isOneOf(phone, {kF, kV, kTH, kDH, kS, kZ, kSH, kZH, kHH}));
     EXPECT_EQ(has("approximant"), isOneOf(phone, {kL, kR, kW, kY}));
     EXPECT_EQ(has("vowel"), isVowel(phone));
+    EXPECT_EQ(has("voiced"), !isOneOf(phone, {kP, kT, kK, kF, kTH, kS, kSH, kCH, kHH}));
     if (isOneOf(phone, {kT, kD, kN, kL})) {
       EXPECT_TRUE(has("alveolar"));
     }
@@ -160,6 +161,47 @@ TEST(ContextSegments, TellTheirPlaceInWordPhraseAndTime) {
   }
 }
 
+TEST(ContextSegments, TellStressesAndSilencesApart) {
+  SpeechLabels labels = tinyLabels("M-AE-N | T-AE-N N-AE-T", 0);
+  for (LabelledPhone& phone : labels.phones) {  // half a second for the pause, a second at the ends
+    const Seconds later = phone.span.start > 0.55 ? 1.3 : phone.span.start > 0.15 ? 0.8 : 0.0;
+    const Seconds end_later = phone.span.end > 0.75 ? 1.3 : 0.8;
+    phone.span = {phone.span.start + later, phone.span.end + end_later};
+  }
+  labels.phones.back().span.end += 1;
+  ASSERT_GE(labels.syllables.size(), 3U);
+  for (int stress = 0; stress < 3; ++stress) labels.syllables[unsignedIndex(stress)].stress = stress;
+  std::vector<std::string> silences;
+  for (const ContextSegment& segment : contextSegments(labels)) {
+    const auto numbers = numbersOf(segment);
+    const auto is = [&](const char* name) { return numbers.contains(name); };
+    if (is("speech")) continue;
+    silences.push_back(std::string(is("rest")     ? "rest"
+                                   : is("before") ? "before"
+                                   : is("after")  ? "after"
+                                                  : "none") +
+                       (is("pause") ? " in pause" : ""));
+  }
+  std::vector<std::string> without_rest = silences;
+  std::erase_if(without_rest, [&](const std::string& silence) { return silence == "rest"; });
+  EXPECT_EQ(without_rest, (std::vector<std::string>{"before", "after in pause", "before in pause", "after"}));
+  EXPECT_EQ(silences.front(), "rest");
+  EXPECT_EQ(silences.back(), "rest");
+  std::map<int, std::size_t> counted;
+  for (std::size_t i = 0; i < labels.phones.size(); ++i) {
+    if (!labels.phones[i].syllable) continue;
+    for (const ContextSegment& segment : contextSegments(labels)) {
+      if (!segment.span.contains(labels.phones[i].span.middle())) continue;
+      const auto numbers = numbersOf(segment);
+      const int stress = labels.syllables[*labels.phones[i].syllable].stress;
+      EXPECT_EQ(numbers.contains("stressed"), stress == 1);
+      EXPECT_EQ(numbers.contains("secondary stress"), stress == 2);
+      ++counted[stress];
+    }
+  }
+  EXPECT_EQ(counted.size(), 3U);
+}
+
 /// Where all phones are as long, their rate is that, whatever pauses there are; twice as fast is a logarithm more.
 TEST(ContextSegments, TheRateIsPhonesASecondOfSpeech) {
   const auto ratesAt = [](double stretch) {
@@ -196,6 +238,49 @@ TEST(ContextWindows, SeeBeforeAsTheySeeAfter) {
       EXPECT_TRUE(before.empty()) << "nothing further away is seen";
     }
   }
+}
+
+/// A movement that leads by so much is the same movement, earlier.
+TEST(SegmentWeights, ALeadIsAShiftInTime) {
+  Chance chance(testing::firstSeed());
+  for (int round = 0; round < 20; ++round) {
+    const auto segments = speechSegments(tinyLabels(testing::randomWords(chance), 1 + chance.below(1000)));
+    const Seconds constant = chance.between(0.005, 0.03), lead = chance.between(-0.05, 0.05);
+    std::vector<Seconds> times, later;
+    for (int i = 0; i < 40; ++i) {
+      times.push_back(chance.between(-0.1, 1));
+      later.push_back(times.back() + lead);
+    }
+    EXPECT_LT((segmentWeights(segments, constant, lead, times) - segmentWeights(segments, constant, 0, later))
+                  .cwiseAbs()
+                  .maxCoeff(),
+              1e-12);
+  }
+}
+
+/// Several networks say their mean, mixed with the rest by their share.
+TEST(LinePrediction, SeveralNetworksAreTheirMean) {
+  const Corpus corpus = tinyCorpus();
+  TrajectoryModel model = *testing::tinyModel(corpus);
+  const Eigen::Index components = model.componentCount(), hidden = 4;
+  const auto network = [&] {
+    return ContextNetwork{ContextNetwork::Matrix::Random(std::ssize(contextFeatureNames()), kContextWindows * hidden),
+                          Eigen::RowVectorXf::Random(hidden), ContextNetwork::Matrix::Random(hidden, components)};
+  };
+  const ContextNetwork first = network(), second = network();
+  const SpeechLabels labels = tinyLabels("M-AE-N T-AY-M", 4);
+  const std::vector<Seconds> times{0.1, 0.25, 0.33, 0.47, 0.6};
+  const auto predicted = [&](std::vector<ContextNetwork> networks, double share) {
+    TrajectoryModel with = model;
+    with.networks = std::move(networks);
+    with.network_share = Eigen::RowVectorXd::Constant(components, share);
+    return LinePrediction(with, labels).at(times);
+  };
+  const Eigen::MatrixXd mean = 0.5 * (predicted({first}, 0.6) + predicted({second}, 0.6));
+  EXPECT_LT((predicted({first, second}, 0.6) - mean).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_GT((predicted({first}, 0.6) - predicted({second}, 0.6)).cwiseAbs().maxCoeff(), 0.01);
+  const Eigen::MatrixXd none = predicted({first}, 0), all = predicted({first}, 1);
+  EXPECT_LT((predicted({first}, 0.25) - 0.75 * none - 0.25 * all).cwiseAbs().maxCoeff(), 1e-6);
 }
 
 std::set<std::string> featuresOf(const SpeechSegment& segment) {
