@@ -1,7 +1,7 @@
 #!/bin/sh
 # All that takes hours. Each part writes build-nightly/PART.log; a table of what passed and how long it took ends it.
 #   tools/nightly.sh [PART...]       dev fuzz asan tsan valgrind faults coverage mutation load processors reproducible
-# FUZZ_SECONDS (1800) and FUZZ_RUNS (10000000) end a fuzz target, ALLOCATIONS (2000) fail in a case, MUTANTS (60) are
+# FUZZ_SECONDS (1800) and FUZZ_RUNS (10000000) end a fuzz target, ALLOCATIONS (2000) fail in a case, MUTANTS (300) are
 # tried in each room.
 set -eu
 cd "$(dirname "$0")/.."
@@ -42,11 +42,10 @@ run_faults() {
 }
 run_coverage() { tools/coverage.sh; }
 run_mutation() {
-  lines=
-  [ ! -e build-coverage/coverage/lines.json ] || lines="--lines build-coverage/coverage/lines.json"
-  tools/mutate.py src/motion/*.cpp src/motion/*/*.cpp --target unit_motion --count "${MUTANTS:-60}" $lines
-  tools/mutate.py src/units/*/*.cpp --target unit_units --target property --count "${MUTANTS:-60}" $lines
-  tools/mutate.py deform/*/*.cpp --target unit_deform --count "${MUTANTS:-60}" $lines
+  cmake --preset release -DMOUTHPIECE_TESTS=ON -DMOUTHPIECE_UNITY=ON
+  tools/mutate.py src/motion/*.cpp src/motion/*/*.cpp --target unit_motion --count "${MUTANTS:-300}"
+  tools/mutate.py src/units/*/*.cpp --target unit_units --target property --count "${MUTANTS:-300}"
+  tools/mutate.py deform/*/*.cpp --target unit_deform --count "${MUTANTS:-300}"
 }
 run_load() {
   cmake --build build -j "$jobs" --target load_trial repeat_corpus

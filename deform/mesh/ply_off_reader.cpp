@@ -110,9 +110,9 @@ struct Layout {
   bool has_colored_faces = false;  ///< numbers may follow the corners in a face's line
 };
 
-/// sRGB byte to linear.
+/// sRGB to linear, 0 to 255; reals need not be whole.
 float linearFromByte(double value) {
-  const float s = asFloat(std::floor(value)) / 255.0F;
+  const auto s = static_cast<float>(value / 255);
   return s <= 0.04045F ? s / 12.92F : std::pow((s + 0.055F) / 1.055F, 2.4F);
 }
 

@@ -8,6 +8,7 @@
 
 #include "base/errors.h"
 #include "deform/mesh/face_mesh.h"
+#include "deform/mouth/jaw.h"
 #include "deform/surface/bezier_surface.h"
 #include "tests/unit/deform/sample_face.h"
 
@@ -131,6 +132,116 @@ TEST(FaceDeformer, IsEquationThree) {
       ++compared;
     }
     EXPECT_GT(compared, sampleFace().skin_vertices / 2);
+  }
+}
+
+/// All that hangs on the surface, beside its place or above it, wholly or in part, and what the jaw alone carries: the
+/// other route, vertex by vertex in doubles.
+TEST(FaceDeformer, WhatHangsInPartGoesTheRestOfItsWayWithTheJaw) {
+  FaceBinding binding = sampleBinding();
+  std::mt19937 random(31);
+  std::uniform_real_distribution<float> share(0, 1);
+  for (std::size_t v = 0; v < sampleFace().skin_vertices; ++v) {
+    if (random() % 3 == 0) binding.skin_weight[v] *= share(random);
+    if (random() % 3 == 0) binding.jaw_weight[v] = share(random);
+    if (random() % 20 == 0) binding.patch[v] = -1;
+  }
+  const FaceMesh& mesh = sampleFace().mesh;
+  const FaceDeformer unguarded(mesh, sampleControl(), binding, {.guard_lips = false});
+  const BezierSurface surface(sampleControl());
+  const JawHinge hinge(sampleControl());
+  const auto pointOf = [&](std::size_t v) { return pointAt(mesh.vertices, v); };
+  for (int round = 0; round < 4; ++round) {
+    const MarkerPositions markers = randomPose(sampleFace(), random);
+    const VertexPositions out = deformed(unguarded, markers);
+    const MarkerPositions points = controlPoints(sampleControl(), markers);
+    const auto pose = surface.pose(points);
+    const AddedMotion jaw = hinge.motion(points);
+    std::size_t in_part = 0, beside = 0, carried_by_jaw = 0;
+    for (std::size_t v = 0; v < sampleFace().skin_vertices; ++v) {
+      if (isCarried(binding, v)) continue;
+      const double weight = binding.patch[v] < 0 ? 0 : double{binding.skin_weight[v]};
+      Eigen::Vector3d expected = pointOf(v) + double{binding.jaw_weight[v]} * (jaw.turn * pointOf(v) + jaw.shift);
+      if (weight > 0) {
+        const SurfacePlace place{binding.patch[v], double{binding.u[v]}, double{binding.v[v]}};
+        const PatchPlace at = patchPlace(place);
+        const SurfacePoint rest = evaluate(surface.restPose()[at.patch], at.u, at.v),
+                           now = evaluate(pose[at.patch], at.u, at.v);
+        if (isFolded(sampleControl(), place, rest)) continue;  // its normal turns nothing there
+        const auto frameOf = [](const SurfacePoint& s) {
+          Eigen::Matrix3d frame;
+          frame << s.du.normalized(), s.normal().cross(s.du.normalized()), s.normal();
+          return frame;
+        };
+        const Eigen::Vector3d offset = frameOf(rest).transpose() * (pointOf(v) - rest.position);
+        expected += weight * (now.position + frameOf(now) * offset - expected);
+        beside += offset.head<2>().norm() > 0.1 ? 1U : 0U;
+        in_part += weight < 1 ? 1U : 0U;
+      } else {
+        carried_by_jaw += binding.jaw_weight[v] > 0 ? 1U : 0U;
+      }
+      EXPECT_LT((pointAt(out, v) - expected).norm(), kSameAsExact_mm) << v << ", weight " << weight;
+    }
+    EXPECT_GT(in_part, 500U);
+    EXPECT_GT(beside, 10U);
+    EXPECT_GT(carried_by_jaw, 20U);
+  }
+}
+
+/// Rows of a sparse matrix over displacements, taken from what moves already.
+TEST(FaceDeformer, RelaxedVerticesGoWhereOthersTakeThem) {
+  FaceBinding binding = sampleBinding();
+  std::mt19937 random(32);
+  std::uniform_real_distribution<float> share(0, 1);
+  const auto skin = static_cast<std::uint32_t>(sampleFace().skin_vertices);
+  for (std::uint32_t v = 7; v < skin; v += 13) {
+    binding.relaxed.vertices.push_back(v);
+    const std::size_t entries = random() % 5;
+    for (std::size_t k = 0; k < entries; ++k) {
+      const auto from = static_cast<std::uint32_t>(random() % skin);
+      binding.relaxed.from.push_back(from % 13 == 7 ? from - 1 : from);
+      binding.relaxed.weights.push_back(share(random) / asFloat(entries));
+    }
+    binding.relaxed.ends.push_back(static_cast<std::uint32_t>(binding.relaxed.from.size()));
+  }
+  const VertexPositions& rest = sampleFace().mesh.vertices;
+  const FaceDeformer relaxed(sampleFace().mesh, sampleControl(), binding);
+  const VertexPositions moves = deformed(relaxed, openMouth(sampleFace(), 9)) - rest;
+  std::size_t entry = 0;
+  for (std::size_t row = 0; row < binding.relaxed.vertices.size(); ++row) {
+    Eigen::RowVector3f expected = Eigen::RowVector3f::Zero();
+    for (; entry < binding.relaxed.ends[row]; ++entry)
+      expected += binding.relaxed.weights[entry] * moves.row(binding.relaxed.from[entry]);
+    EXPECT_LT((moves.row(binding.relaxed.vertices[row]) - expected).norm(), 1e-3F) << binding.relaxed.vertices[row];
+  }
+  EXPECT_LT((deformed(relaxed, sampleFace().rest) - rest).cwiseAbs().maxCoeff(), 1e-4F);
+}
+
+/// The guard is there for lips that come near each other; an open mouth is as if there were none.
+TEST(FaceDeformer, GuardedLipsAreLeftAloneWhereTheyAreApart) {
+  const FaceDeformer unguarded(sampleFace().mesh, sampleControl(), sampleBinding(), {.guard_lips = false});
+  std::mt19937 random(33);
+  std::uniform_real_distribution<double> open(14, 22), pressed(-5, 0);
+  for (int round = 0; round < 5; ++round) {
+    const MarkerPositions wide = openMouth(sampleFace(), open(random));
+    const auto difference = (deformed(deformer(), wide) - deformed(unguarded, wide)).rowwise().norm().eval();
+    for (std::size_t v = 0; v < sampleFace().skin_vertices; ++v) {
+      if (std::abs(sampleFace().mesh.vertices(signedIndex(v), 0)) < 12) {
+        EXPECT_EQ(difference[signedIndex(v)], 0) << v;
+      }
+    }
+    // Pressed together, some of the lips would be in each other without it.
+    const MarkerPositions shut = openMouth(sampleFace(), pressed(random));
+    const auto deepest = [&](const VertexPositions& moved) {
+      float most = 0;
+      const VertexPositions& rest = sampleFace().mesh.vertices;
+      for (Eigen::Index v = 0; v + 1 < signedIndex(sampleFace().skin_vertices); ++v) {
+        if (rest.row(v) == rest.row(v + 1)) most = std::max(most, moved(v, 1) - moved(v + 1, 1));
+      }
+      return most;
+    };
+    EXPECT_LT(deepest(deformed(deformer(), shut)), 0.3F);
+    EXPECT_LE(deepest(deformed(deformer(), shut)), deepest(deformed(unguarded, shut)) + 0.02F);
   }
 }
 

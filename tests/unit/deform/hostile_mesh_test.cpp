@@ -167,7 +167,7 @@ TEST(PlyReader, TakesColoursAsBytesAndAsShares) {
   EXPECT_FLOAT_EQ(bytes.vertex_colors[2][0], 1);
   EXPECT_FLOAT_EQ(bytes.vertex_colors[2][1], 0);
   EXPECT_NEAR(bytes.vertex_colors[2][2], 0.2159, 1e-4) << "sRGB";
-  const FaceMesh shares = parseFaceMesh(ply("float", "1 0 0.503 1"), "b.ply");
+  const FaceMesh shares = parseFaceMesh(ply("float", "1 0 0.50196078431372549 1"), "b.ply");
   EXPECT_EQ(shares.vertex_colors, bytes.vertex_colors);
 }
 

@@ -137,8 +137,8 @@ TEST(BlendLaws, IsLinearInBoth) {
   for (const BlendKind kind : kKinds) {
     const PositionMatrix scaled = blendRows(3 * curves.first, 3 * curves.second, curves.times, kSpan, kind);
     EXPECT_LT((scaled - 3 * curves.blended(kind)).cwiseAbs().maxCoeff(), 10 * kRounding);
-    const PositionMatrix shifted = blendRows((curves.first.array() + 5).matrix(), (curves.second.array() + 5).matrix(),
-                                             curves.times, kSpan, kind);
+    const PositionMatrix shifted =
+        blendRows((curves.first.array() + 5).matrix(), (curves.second.array() + 5).matrix(), curves.times, kSpan, kind);
     EXPECT_LT((shifted.array() - 5 - curves.blended(kind).array()).abs().maxCoeff(), 10 * kRounding);
   }
 }
@@ -169,6 +169,21 @@ TEST(BlendLaws, AllButTheExponentialAreTheSameBackwards) {
     for (int i = 0; i <= 100; ++i)
       most = std::max(most, std::abs(blendWeight(kind, i / 100.0) + blendWeight(kind, 1 - i / 100.0) - 1));
     EXPECT_EQ(most < kRounding, kind != BlendKind::kExponential) << blendKindName(kind);
+  }
+}
+
+/// The page's formulas at places of their own, and no jump at either end.
+TEST(BlendLaws, WeightsAreTheFormulasOfTheirKinds) {
+  for (const double u : {0.1, 0.37, 0.5, 0.81}) {
+    EXPECT_NEAR(blendWeight(BlendKind::kSmooth, u), 1 - (10 * u * u * u - 15 * u * u * u * u + 6 * std::pow(u, 5)),
+                1e-12);
+    EXPECT_NEAR(blendWeight(BlendKind::kLinear, u), 1 - u, 1e-12);
+    EXPECT_NEAR(blendWeight(BlendKind::kCosine, u), std::pow(std::cos(u * std::acos(0.0)), 2), 1e-12);
+    EXPECT_NEAR(blendWeight(BlendKind::kExponential, u), (std::exp(5 * (1 - u)) - 1) / (std::exp(5.0) - 1), 1e-12);
+  }
+  for (const BlendKind kind : kKinds) {
+    EXPECT_NEAR(blendWeight(kind, 1e-9), 1, 1e-7) << blendKindName(kind);
+    EXPECT_NEAR(blendWeight(kind, 1 - 1e-9), 0, 1e-7) << blendKindName(kind);
   }
 }
 

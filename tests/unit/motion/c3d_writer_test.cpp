@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <limits>
 
@@ -83,6 +84,44 @@ TEST(MotionFile, GoesByTheEnding) {
   EXPECT_THROW(readMotion(folder / "missing.c3d"), InputError);
   EXPECT_FALSE(isMotionFileName("x.wav"));
   std::filesystem::remove_all(folder);
+}
+
+/// Other programs read the header, ours its parameters: both tell the same.
+TEST(C3dWriter, TheHeaderTellsWhatTheParametersTell) {
+  for (const std::size_t markers : {1U, 13U, 66U, 400U}) {
+    SCOPED_TRACE(markers);
+    const MotionClip clip = clipWithGap(markers, 17);
+    const std::string bytes = writeC3dBytes(clip);
+    const auto word = [&](std::size_t at) {
+      return static_cast<unsigned char>(bytes[at]) + 256U * static_cast<unsigned char>(bytes[at + 1]);
+    };
+    const auto real = [&](std::size_t at) {
+      float value = 0;
+      std::memcpy(&value, bytes.data() + at, sizeof value);
+      return value;
+    };
+    EXPECT_EQ(word(0), 0x5002U);
+    EXPECT_EQ(word(2), markers);
+    EXPECT_EQ(word(4), 0U) << "no analog values";
+    EXPECT_EQ(word(6), 1U);
+    EXPECT_EQ(word(8), 17U);
+    EXPECT_EQ(real(12), -1) << "floats, in millimetres";
+    EXPECT_EQ(real(20), 120);
+    const std::size_t data = 512 * (word(16) - 1);
+    EXPECT_EQ(bytes[512], 1);
+    EXPECT_EQ(static_cast<unsigned char>(bytes[514]) + 2U, word(16)) << "the data come right behind the parameters";
+    EXPECT_EQ(static_cast<unsigned char>(bytes[515]), 84) << "Intel";
+    ASSERT_EQ((data + 17 * 16 * markers + 511) / 512 * 512, bytes.size()) << "not a block more";
+    for (Eigen::Index frame = 0; frame < 17; ++frame) {
+      for (Eigen::Index marker = 0; marker < signedIndex(markers); ++marker) {
+        const std::size_t at =
+            data + 16 * (static_cast<std::size_t>(frame) * markers + static_cast<std::size_t>(marker));
+        const bool is_seen = !std::isnan(clip.positions_mm(frame, 3 * marker));
+        ASSERT_EQ(real(at + 12), is_seen ? 0 : -1) << "the residual";
+        ASSERT_EQ(real(at), is_seen ? static_cast<float>(clip.positions_mm(frame, 3 * marker)) : 0);
+      }
+    }
+  }
 }
 
 }  // namespace

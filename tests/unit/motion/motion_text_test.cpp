@@ -145,5 +145,49 @@ TEST(MotionTrc, NamesTheLineThatIsWrong) {
   EXPECT_NE(trcFailure(feet).find("found units \"ft\""), std::string::npos);
 }
 
+/// The rate that times tell is the one that was meant, wherever the clock began; of television, whole, or of a few
+/// decimals.
+TEST(MotionCsv, TellsTheRateWhereverTimeBegins) {
+  for (const double rate : {24.0, 30000.0 / 1001, 60000.0 / 1001, 120000.0 / 1001, 120.5, 99.75, 0.5, 250.0, 1000.0}) {
+    for (const double begin : {0.0, 3.25, 1200.0}) {
+      std::string text = "time_s,A.x,A.y,A.z\n";
+      for (int frame = 0; frame < 90; ++frame) text += fmt::format("{:.6f},1,2,3\n", begin + frame / rate);
+      EXPECT_DOUBLE_EQ(readMotionCsvText(text, "a.csv").frame_rate_hz, rate) << begin;
+    }
+  }
+}
+
+/// A coordinate alone is no place: where one of three is missing the marker was not seen.
+TEST(MotionCsv, APlaceIsThreeNumbersOrNone) {
+  const std::string text =
+      "time_s,A.x,A.y,A.z,B.x,B.y,B.z\n0,,2,3,1,2,3\n0.01,1,nan,3,1,2,3\n0.02,1,2,,1,2,3\n0.03,1,2,3,1,2,3\n";
+  const MotionClip clip = readMotionCsvText(text, "a.csv");
+  for (std::size_t frame = 0; frame < 4; ++frame) {
+    EXPECT_EQ(clip.positions_mm.row(signedIndex(frame)).head<3>().array().isNaN().all(), frame < 3) << frame;
+    EXPECT_EQ(clip.positions_mm.row(signedIndex(frame)).head<3>().allFinite(), frame == 3) << frame;
+    EXPECT_TRUE(clip.isSeen(FrameIndex(frame), MarkerIndex(1)));
+  }
+}
+
+/// Frames a quarter of a step from their place are even enough; further off the row is named.
+TEST(MotionCsv, RowsOffTheirPlaceAreNamed) {
+  const auto withRowOff = [](double frames) {
+    std::string text = "time_s,A.x,A.y,A.z\n";
+    for (int frame = 0; frame < 20; ++frame)
+      text += fmt::format("{:.6f},1,2,3\n", 5 + 0.01 * (frame + (frame == 7 ? frames : 0)));
+    return text;
+  };
+  for (const double off : {-0.24, 0.24})
+    EXPECT_NEAR(readMotionCsvText(withRowOff(off), "a.csv").frame_rate_hz, 100, 1e-9);
+  for (const double off : {-0.26, 0.26}) {
+    try {
+      (void)readMotionCsvText(withRowOff(off), "a.csv");
+      ADD_FAILURE() << off;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("row 8"), std::string::npos) << error.what();
+    }
+  }
+}
+
 }  // namespace
 }  // namespace mouthpiece

@@ -2,11 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
+#include <random>
 
-#include "motion/marker_layout.h"
+#include "base/index.h"
 #include "motion/formats/motion_file.h"
+#include "motion/marker_layout.h"
 #include "synthetic_motion.h"
 
 namespace mouthpiece {
@@ -72,6 +75,92 @@ TEST(Outliers, LeaveTheRealSpeakerAlone) {
     EXPECT_TRUE(repairSwaps(take).swaps.empty());
     EXPECT_TRUE(hideSpikes(take).spikes.empty());
   }
+}
+
+/// A sample that is off by what the greatest acceleration explains is movement, a little more is a spike.
+TEST(HideSpikes, TheGreatestAccelerationIsTheLimit) {
+  for (const double rate : {60.0, 120.0, 250.0}) {
+    const SpikeOptions options{.acceleration_mm_s2 = 30000, .allowance_mm = 0.7};
+    const double reachable = 0.7 + 0.5 * 30000 / (rate * rate);
+    for (const double beyond : {0.99, 1.01}) {
+      MotionClip clip{rate, {"M"}, PositionMatrix::Zero(60, 3)};
+      clip.positions_mm.col(0).setLinSpaced(60, 0, 40);  // on its way
+      clip.positions_mm(30, 1) = beyond * reachable;
+      const HiddenSpikes hidden = hideSpikes(clip, options);
+      ASSERT_EQ(hidden.spikes.size(), beyond > 1 ? 1U : 0U) << rate << " Hz";
+      if (hidden.spikes.empty()) continue;
+      EXPECT_EQ(hidden.spikes[0].first.value, 30U);
+      EXPECT_EQ(hidden.spikes[0].last.value, 31U);
+      EXPECT_NEAR(hidden.spikes[0].distance_mm, beyond * reachable, 1e-9);
+    }
+  }
+}
+
+/// What never accelerates harder is never hidden, however fast it goes.
+TEST(HideSpikes, LeavesWhatSkinCanDo) {
+  constexpr double kHardest = 30000;
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> any(0, 1);
+    const double rate = 60 + 200 * any(random);
+    MotionClip clip{rate, {"M"}, PositionMatrix::Zero(200, 3)};
+    // Sines of random speed that together use up all of it.
+    std::array<double, 4> shares{any(random), any(random), any(random), any(random)};
+    const double sum = shares[0] + shares[1] + shares[2] + shares[3];
+    for (const double share : shares) {
+      const double omega = 6.2832 * (1 + 0.45 * rate * any(random)), phase = 6.2832 * any(random);
+      for (Eigen::Index frame = 0; frame < 200; ++frame)
+        clip.positions_mm(frame, 1) +=
+            share / sum * kHardest / (omega * omega) * std::sin(omega * asReal(frame) / rate + phase);
+    }
+    EXPECT_TRUE(hideSpikes(clip, {.acceleration_mm_s2 = kHardest, .allowance_mm = 0}).spikes.empty())
+        << "seed " << seed;
+    clip.positions_mm *= 30;
+    EXPECT_FALSE(hideSpikes(clip, {.acceleration_mm_s2 = kHardest, .allowance_mm = 0}).spikes.empty())
+        << "seed " << seed;
+  }
+}
+
+/// Spikes at all places but the ends, where there is no way around them; what is not seen further away does not matter.
+TEST(HideSpikes, AreFoundAllAlongAClip) {
+  for (std::size_t at = 1; at < 19; ++at) {
+    MotionClip clip{120, {"A", "B"}, PositionMatrix::Zero(20, 6)};
+    clip.positions_mm(signedIndex(at), 5) = 50;
+    if (at > 3) clip.positions_mm.row(signedIndex(at) - 3).setConstant(std::nan(""));
+    if (at < 17) clip.positions_mm.row(signedIndex(at) + 2).setConstant(std::nan(""));
+    const HiddenSpikes hidden = hideSpikes(clip);
+    ASSERT_EQ(hidden.spikes.size(), 1U) << at;
+    EXPECT_EQ(hidden.spikes[0].marker.value, 1U);
+    EXPECT_EQ(hidden.spikes[0].first.value, at);
+    EXPECT_TRUE(hidden.clip.positions_mm.row(signedIndex(at)).tail<3>().array().isNaN().all());
+    EXPECT_EQ(hidden.clip.positions_mm.row(signedIndex(at)).head<3>().norm(), 0);
+  }
+}
+
+/// Of exchanges that are possible the one that shortens the steps most is made, however small the others' steps are.
+TEST(RepairSwaps, TheClearestExchangeIsMade) {
+  MotionClip truth{120, {"A", "B", "C", "D"}, PositionMatrix::Zero(40, 12)};
+  for (Eigen::Index marker = 0; marker < 4; ++marker)
+    truth.positions_mm.col(3 * marker).setConstant(20.0 * asReal(marker * marker));
+  MotionClip clip = truth;
+  exchange(clip, 0, 3, 10, 30);
+  exchange(clip, 1, 2, 20, 20);
+  const RepairedSwaps repaired = repairSwaps(clip);
+  EXPECT_EQ(repaired.clip.positions_mm, truth.positions_mm);
+  ASSERT_EQ(repaired.swaps.size(), 2U);
+  EXPECT_EQ(repaired.swaps[0].first.value, 0U);
+  EXPECT_EQ(repaired.swaps[0].second.value, 3U);
+  EXPECT_EQ(repaired.swaps[1].frame.value, 20U);
+  // Less than half of the steps saved, or less than 4 mm: no exchange.
+  MotionClip near{120, {"A", "B"}, PositionMatrix::Zero(4, 6)};
+  near.positions_mm.col(3).setConstant(1.9);
+  exchange(near, 0, 1, 2, 2);
+  EXPECT_TRUE(repairSwaps(near).swaps.empty()) << "3.8 mm saved";
+  near.positions_mm *= 1.1;
+  EXPECT_EQ(repairSwaps(near).swaps.size(), 1U) << "4.2 mm saved";
+  near.positions_mm.bottomRows(2).col(1).setConstant(3);  // both also went 3 mm up
+  near.positions_mm.bottomRows(2).col(4).setConstant(3);
+  EXPECT_TRUE(repairSwaps(near).swaps.empty()) << "steps of 3.7 mm that would still be 3";
 }
 
 }  // namespace

@@ -105,5 +105,38 @@ TEST(RigidMotion, ComposesAndInverts) {
   EXPECT_LT((a.inverse().apply(a.apply(p)) - p).norm(), 1e-10);
 }
 
+/// Markers that slipped, each its own way, among others that tremble: the fit is that of the others.
+TEST(FitRigidMotion, RobustRoundsGiveWhatTheOthersSay) {
+  for (unsigned seed = 1; seed <= 30; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    std::normal_distribution<double> tremble(0, 0.1);
+    std::uniform_real_distribution<double> slip(-25, 25);
+    const MarkerPositions pose = randomPose(seed, 14);
+    MarkerPositions target = moved(pose, randomMotion(seed));
+    for (double& value : target.reshaped()) value += tremble(random);
+    for (const Eigen::Index slipped : {1, 5, 9})
+      target.row(slipped) += Eigen::RowVector3d(slip(random), slip(random), 5 + std::abs(slip(random)));
+    const std::vector<Eigen::Index> steady{0, 2, 3, 4, 6, 7, 8, 10, 11, 12, 13};
+    const auto robust = fitRigidMotion(pose, target, {8});
+    const auto of_the_others = fitRigidMotion(pose(steady, Eigen::all), target(steady, Eigen::all), {0});
+    ASSERT_TRUE(robust && of_the_others);
+    for (const Eigen::Index i : steady) {
+      const Eigen::Vector3d p = pose.row(i).transpose();
+      EXPECT_LT((robust->apply(p) - of_the_others->apply(p)).norm(), 0.15) << "about the trembling";
+    }
+  }
+}
+
+/// Three markers tell no outlier: they are fitted as they are, however many rounds are asked for.
+TEST(FitRigidMotion, ThreeMarkersAreAllBelieved) {
+  const MarkerPositions pose = randomPose(12, 3);
+  MarkerPositions target = moved(pose, randomMotion(12));
+  target.row(1) += Eigen::RowVector3d(9, -4, 2);
+  const auto plain = fitRigidMotion(pose, target, {0}), robust = fitRigidMotion(pose, target, {9});
+  ASSERT_TRUE(plain && robust);
+  EXPECT_EQ(difference(*plain, *robust), 0);
+}
+
 }  // namespace
 }  // namespace mouthpiece

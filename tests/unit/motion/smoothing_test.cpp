@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -84,6 +85,55 @@ TEST(SmoothMotion, MovesTheRealSpeakerByNoMoreThanHisNoise) {
     EXPECT_LT(result.rms_change_mm, 1.2 * result.noise_mm);
     EXPECT_LT(result.noise_mm, 0.5);
   }
+}
+
+/// The report counts what was done: the root of the mean square over all coordinates that were seen, and no coordinate
+/// goes further than it says.
+TEST(SmoothMotion, ReportsHowFarItMovedWhatWasSeen) {
+  for (const double noise_mm : {0.0, 0.2}) {
+    MotionClip clip = withNoise(SyntheticMotion(65, 4).clip(120.0, 200), 0.15);
+    clip.positions_mm.block(20, 3, 30, 3).setConstant(std::numeric_limits<double>::quiet_NaN());
+    clip.positions_mm(100, 7) += 5;  // no noise: it is not followed so far
+    const SmoothedMotion result = smoothMotion(clip, {noise_mm});
+    const PositionMatrix change = result.clip.positions_mm - clip.positions_mm;
+    double sum = 0, samples = 0;
+    for (Eigen::Index i = 0; i < change.size(); ++i) {
+      if (std::isnan(change.data()[i])) continue;
+      sum += change.data()[i] * change.data()[i];
+      samples += 1;
+      const auto marker = static_cast<std::size_t>(i % change.cols() / 3);
+      EXPECT_LE(std::abs(change.data()[i]), 2.5 * result.marker_noise_mm[marker] + 1e-12);
+    }
+    EXPECT_EQ(samples, 200 * 12 - 30 * 3);
+    EXPECT_NEAR(result.rms_change_mm, std::sqrt(sum / samples), 1e-12);
+    EXPECT_GT(std::abs(change(100, 7)), 0.2) << "as far as it may";
+    EXPECT_EQ(result.noise_mm == noise_mm, noise_mm > 0);
+  }
+}
+
+/// It knows no direction of time but at its start, and no place: backwards, mirrored and elsewhere it does the same.
+TEST(SmoothMotion, DoesTheSameElsewhereAndMirrored) {
+  const MotionClip clip = withNoise(SyntheticMotion(66, 2).clip(120.0, 150), 0.1);
+  const PositionMatrix here = smoothMotion(clip, {0.1}).clip.positions_mm;
+  MotionClip other = clip;
+  other.positions_mm = -clip.positions_mm.array() + 300;
+  EXPECT_LT((smoothMotion(other, {0.1}).clip.positions_mm.array() - 300 + here.array()).abs().maxCoeff(), 1e-6);
+  MotionClip larger = clip;
+  larger.positions_mm *= 10;
+  EXPECT_LT((smoothMotion(larger, {1.0}).clip.positions_mm - 10 * here).cwiseAbs().maxCoeff(), 1e-6)
+      << "ten times the movement in ten times the noise";
+}
+
+/// A marker that moves fast passes some of its motion for noise: none counts as more than twice the median.
+TEST(SmoothMotion, NoMarkerIsTwiceAsNoisyAsTheOthers) {
+  MotionClip clip = withNoise(SyntheticMotion(67, 5, 0.1).clip(120.0, 300), 0.1);
+  for (Eigen::Index frame = 0; frame < 300; ++frame)
+    clip.positions_mm.block<1, 3>(frame, 3).array() += frame % 2 == 0 ? 3 : -3;
+  std::vector<double> noise = smoothMotion(clip).marker_noise_mm;
+  const double shaken = noise[1];
+  std::sort(noise.begin(), noise.end());
+  EXPECT_NEAR(shaken, 2 * noise[2], 1e-12);
+  EXPECT_EQ(shaken, noise.back());
 }
 
 }  // namespace

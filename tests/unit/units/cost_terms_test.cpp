@@ -130,6 +130,10 @@ TEST_F(OneThingWrong, NeighboursCostByTheirClass) {
   EXPECT_EQ(cost<SelectionWeights>(corpus, "context", 2, 3), 1);
   EXPECT_NEAR(cost<LatticeWeights>(corpus, "neighbours", 2, 3), 2.0 / 6, kRounding);
   EXPECT_NEAR(cost<LatticeWeights>(corpus, "neighbours", 3, 4), 1.0 / 6, kRounding) << "two away";
+  corpus.takes[1].labels = corpus.takes[0].labels;
+  corpus.takes[1].labels.phones[5].phone = Phone::kS;  // no vowel any more
+  EXPECT_NEAR(cost<LatticeWeights>(corpus, "neighbours", 3, 4), 2.0 / 6, kRounding) << "what follows";
+  EXPECT_NEAR(cost<LatticeWeights>(corpus, "neighbours", 2, 3), 1.0 / 6, kRounding) << "two away behind";
 }
 
 TEST_F(OneThingWrong, LipsThatStayOpenInAClosureCost) {
