@@ -10,6 +10,7 @@
 #include "base/errors.h"
 #include "deform/mesh/glb_chunks.h"
 #include "deform/mesh/mesh_limits.h"
+#include "deform/mesh/triangles.h"
 
 namespace mouthpiece {
 namespace {
