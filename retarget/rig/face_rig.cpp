@@ -14,6 +14,7 @@
 #include "base/smooth_step.h"
 #include "deform/kernel/deformer.h"
 #include "deform/mesh/face_mesh.h"
+#include "deform/mesh/welding.h"
 #include "motion/arkit_shapes.h"
 #include "motion/lip_gauge.h"
 #include "retarget/rig/eyeballs.h"
