@@ -2,6 +2,7 @@
 // back to its skin.
 #include "face_finder/seen_anchors.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -158,6 +159,8 @@ class Onlooker {
     return {Vector3f(centre - half), Vector3f(centre + half)};
   }
 
+  [[nodiscard]] const std::vector<Triangle>& skin() const { return skin_; }
+
   [[nodiscard]] Vector3f onSkin(const Vector3f& place) const {
     const auto foot = skin_tree_->closest(place.cast<double>());
     return foot ? Vector3f(foot->point.cast<float>()) : place;
@@ -312,6 +315,52 @@ Vector3f medianOf(std::vector<Vector3f> places) {
   return median;
 }
 
+/// A plane that a face is alike on both sides of.
+struct MirrorPlane {
+  Vector3f normal;
+  float offset;
+
+  [[nodiscard]] Vector3f operator()(const Vector3f& place) const {
+    return place - 2 * (normal.dot(place) - offset) * normal;
+  }
+};
+
+/// By turns: places of the skin are mirrored and pulled onto it, and the plane is fitted between the places and those.
+/// nullopt for a face that is not alike on both sides.
+std::optional<MirrorPlane> mirrorPlane(const FaceMesh& mesh, const Onlooker& onlooker, const Sight& sight) {
+  constexpr float kFar = 0.9F, kAlike = 0.005F;  // of the eyes' distance
+  constexpr std::size_t kMostPlaces = 400;
+  constexpr int kRounds = 12;
+  const Vector3f middle = 0.5F * (sight.eyes() + sight.mouth());
+  std::vector<Vector3f> near, places;
+  for (const Triangle& triangle : onlooker.skin()) {
+    const Vector3f place = mesh.vertices.row(signedIndex(std::size_t{triangle[0]})).transpose();
+    if ((place - middle).norm() < kFar * sight.eyeCorners()) near.push_back(place);
+  }
+  const std::size_t step = near.size() / kMostPlaces + 1;
+  for (std::size_t i = 0; i < near.size(); i += step) places.push_back(near[i]);
+  if (places.empty()) return std::nullopt;
+  MirrorPlane plane{sight.faceFromMesh().row(0), 0};
+  plane.offset = plane.normal.dot(middle);
+  float off = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    Matrix3f spread = Matrix3f::Zero();
+    Vector3f halfway = Vector3f::Zero();
+    off = 0;
+    for (const Vector3f& place : places) {
+      const Vector3f other = onlooker.onSkin(plane(place));
+      off += (plane(place) - other).norm();
+      spread += (place - other) * (place - other).transpose();
+      halfway += (place + other) / 2;
+    }
+    const Vector3f normal = Eigen::SelfAdjointEigenSolver<Matrix3f>(spread).eigenvectors().col(2);
+    plane.normal = normal.dot(plane.normal) < 0 ? Vector3f(-normal) : normal;
+    plane.offset = plane.normal.dot(halfway) / static_cast<float>(places.size());
+  }
+  if (off / static_cast<float>(places.size()) > kAlike * sight.eyeCorners()) return std::nullopt;
+  return plane;
+}
+
 }  // namespace
 
 std::optional<SeenFace> seenFace(const FaceMesh& mesh, FaceTracker& tracker) {
@@ -335,8 +384,14 @@ std::optional<SeenFace> seenFace(const FaceMesh& mesh, FaceTracker& tracker) {
   }
   if (face.seen < kLeastSeen) return std::nullopt;
   Sight mean = *front;
+  for (std::size_t i = 0; i < kWanted.size(); ++i) mean.places[i] = medianOf(places[i]);
+  if (const auto mirrored = mirrorPlane(mesh, onlooker, mean)) {
+    const Sight one_sided = mean;
+    for (std::size_t i = 0; i < kWanted.size(); ++i)
+      mean.places[i] = (one_sided.places[i] + (*mirrored)(one_sided.places[kMirrored[i]])) / 2;
+  }
   for (std::size_t i = 0; i < kWanted.size(); ++i) {
-    mean.places[i] = onlooker.onSkin(medianOf(places[i]));
+    mean.places[i] = onlooker.onSkin(mean.places[i]);
     std::vector<double> off;
     for (const Vector3f& place : places[i]) off.push_back(double{(place - mean.places[i]).norm()});
     std::sort(off.begin(), off.end());
