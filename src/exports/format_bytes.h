@@ -15,6 +15,7 @@
 // Files as bytes, a function each; ARKit's are in exports/arkit.h, the GLB in exports/gltf/glb.h.
 namespace mouthpiece {
 
+struct ArkitCurves;
 struct FaceMesh;
 
 /// Every vertex of every frame, in the mesh's own vertex order and unit (docs/formats/pc2_mdd.md).
@@ -27,8 +28,9 @@ std::string mddBytes(const FaceAnimation& animation);
 void objFrames(const FaceMesh& mesh, const FaceAnimation& animation,
                const std::function<void(std::size_t frame, const std::string& bytes)>& take);
 
-/// report.json (docs/formats/report.md): where each phone came from, how it was joined and how long it took.
-std::string reportJson(const UtteranceAnimation& animation);
+/// report.json (docs/formats/report.md): where each phone came from, how it was joined and how long it took. `of_head`:
+/// how well the head's own shapes follow; null where none were asked.
+std::string reportJson(const UtteranceAnimation& animation, const ArkitCurves* of_head = nullptr);
 
 /// Another fragment that a unit of the line could be made of.
 struct UnitOffer {

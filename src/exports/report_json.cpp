@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "base/index.h"
+#include "exports/arkit.h"
 #include "exports/format_bytes.h"
 #include "exports/line_quality.h"
 #include "exports/report_fields.h"
@@ -142,8 +143,15 @@ ordered_json reportFields(const UtteranceAnimation& animation) {
           {"real_time_factor", duration > 0 ? toMicro(work_ms / 1000 / duration) : 0.0}};
 }
 
-std::string reportJson(const UtteranceAnimation& animation) {
-  return reportFields(animation).dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+std::string reportJson(const UtteranceAnimation& animation, const ArkitCurves* of_head) {
+  ordered_json fields = reportFields(animation);
+  if (of_head != nullptr) {
+    fields["mouth"]["shapes"] = {{"closed_frames", of_head->closures},
+                                 {"kept", of_head->closures_kept},
+                                 {"rms_error_mm", toMicro(of_head->rms_error_mm)},
+                                 {"rms_motion_mm", toMicro(of_head->rms_motion_mm)}};
+  }
+  return fields.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace mouthpiece

@@ -2,6 +2,7 @@
 
 #include <cxxabi.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -99,8 +100,14 @@ std::string nearestTo(std::string_view typed, const CLI::App& app) {
 /// Wrong usage on one line, as every other error: what CLI11 says, what may have been meant by words that nobody knows,
 /// and whose help tells more.
 std::string wrongUsage(const CLI::App* app, const CLI::Error& error) {
-  std::string text = fmt::format("{}: {}", program_name, printable(error.what(), 2000));
-  for (const std::string& typed : app->remaining(true)) {
+  constexpr std::size_t kLongest = 2000;
+  const std::vector<std::string> unknown = app->remaining(true);
+  // CLI11 names what is left over from the last to the first.
+  const bool is_left_over = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
+  const std::string what =
+      is_left_over ? fmt::format("nothing takes {}", fmt::join(unknown, " ")) : std::string(error.what());
+  std::string text = fmt::format("{}: {}", program_name, printable(what, kLongest));
+  for (const std::string& typed : unknown) {
     const std::string meant = nearestTo(typed, *app);
     if (!meant.empty() && meant != typed) text += fmt::format("; did you mean {}?", meant);
   }

@@ -241,9 +241,7 @@ constexpr std::array kRows = {
     Row{{".mdd", "face.mdd", "the same as MDD", true},
         [](const fs::path& path, const Source& source) { writeFileAtomically(path, mddBytes(source.allVertices())); }},
     Row{{".json", "report.json", "what it is made of and how long it took", false, true},
-        [](const fs::path& path, const Source& source) {
-          writeFileAtomically(path, reportJson(source.timedAnimation()));
-        }},
+        [](const fs::path& path, const Source& source) { writeFileAtomically(path, source.report()); }},
 };
 
 constexpr auto kFormats = [] {

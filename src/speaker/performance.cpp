@@ -168,7 +168,8 @@ const RowMajorMatrixF& Performance::Data::arkitOfHead() const {
       // EyeLook... takes the lids along by itself: what is fitted looks ahead.
       const FaceRig& rig = needFace().rig;
       const FaceMotion ahead = rig.retarget(animation.motion, actor ? &*actor : nullptr, animation.lips);
-      arkit_of_head_ = fitArkit(allOf(framesOf(ahead, {})), rig.mesh(), shapes).weights;
+      fit_of_head_ = fitArkit(allOf(framesOf(ahead, {})), rig.mesh(), shapes);
+      arkit_of_head_ = std::exchange(fit_of_head_->weights, {});
     }
     addGaze(animation.gaze, *arkit_of_head_);
   }
@@ -269,6 +270,11 @@ UtteranceAnimation Performance::Data::timedAnimation() const {
   return told;
 }
 
+std::string Performance::Data::report() const {
+  const std::scoped_lock lock(mutex_);
+  return reportJson(timedAnimation(), fit_of_head_ ? &*fit_of_head_ : nullptr);
+}
+
 void Performance::Data::addWriting(double milliseconds) const {
   const std::scoped_lock lock(mutex_);
   later_ms_.write += milliseconds;
@@ -287,7 +293,7 @@ const std::vector<Curve>& Performance::curves() const { return data_->curves; }
 const std::vector<PerformedUnit>& Performance::units() const { return data_->units; }
 const std::vector<GuessedWord>& Performance::guesses() const { return data_->guesses; }
 const std::vector<std::string>& Performance::warnings() const { return data_->animation.warnings; }
-std::string Performance::report() const { return reportJson(data_->timedAnimation()); }
+std::string Performance::report() const { return data_->report(); }
 bool Performance::hasFace() const { return data_->face.has_value(); }
 
 double Performance::realTimeFactor() const {

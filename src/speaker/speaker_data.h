@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "exports/arkit.h"
 #include "exports/format_bytes.h"
 #include "exports/gltf/glb.h"
 #include "exports/shapes/principal_shapes.h"
@@ -117,6 +118,8 @@ struct Performance::Data {
   /// The path's ending tells the kind (exports/film/film_file.h). Throws InputError.
   void film(const std::filesystem::path& path) const;
   mutable std::function<void(std::size_t done, std::size_t all)> tell_film;  ///< how far it is; empty: nobody asks
+  /// report.json, of what is known by now.
+  [[nodiscard]] std::string report() const;
   /// Adds to the time that writing took.
   void addWriting(double milliseconds) const;
 
@@ -133,6 +136,7 @@ struct Performance::Data {
   mutable std::optional<OwnShapeWeights> own_shapes_;  ///< what the head's own shapes of lids and brows take over
   mutable std::optional<std::string> given_glb_;       ///< of a head that came as GLB; the page holds it, too
   mutable std::optional<RowMajorMatrixF> arkit_, arkit_of_head_;
+  mutable std::optional<ArkitCurves> fit_of_head_;  ///< how well arkit_of_head_ follows the head's own shapes; no weights
   mutable std::optional<PrincipalShapes> whole_shapes_;
 };
 

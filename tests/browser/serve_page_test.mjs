@@ -1,7 +1,7 @@
 // `synth serve` as a user meets it: node serve_page_test.mjs SYNTH SCRATCH_FOLDER SCREENSHOT_STEM
 import assert from 'node:assert/strict';
 import { existsSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
-import { join, resolve } from 'node:path';
+import { dirname, join, resolve } from 'node:path';
 import { endServer, launchBrowser, listen, prepareFolders, runChecks, startServer, untilFace } from './environment.mjs';
 
 const [synth, scratch, screenshotStem] = process.argv.slice(2);
@@ -22,6 +22,12 @@ async function openDesk() {
   await page.waitForFunction(() => document.querySelectorAll('#voice option').length > 0);
   return page;
 }
+
+/// Vertices of the default head: the tracker's landmarks.
+const TEN_PLACES = {
+  LIP_CORNER_R: 61, LIP_CORNER_L: 291, LIP_UP_MID: 0, LIP_LO_MID: 17, NOSE_TIP: 1, CHIN_LOW: 152,
+  CANTHUS_OUT_R: 33, CANTHUS_OUT_L: 263, EYE_IN_R: 133, EYE_IN_L: 362,
+};
 
 const items = (page) => page.locator('#lines li');
 /** The page of the line that is shown, once its face is there. */
@@ -139,6 +145,23 @@ const checks = {
   async 'a head is dropped: without anchors it says what to do'(page) {
     await drop(page, [{ name: 'My Head.obj', mimeType: 'text/plain', buffer: Buffer.from('v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n') }]);
     await page.waitForFunction(() => [...document.querySelectorAll('#lines li .failed')].some((how) => how.textContent.includes('anchors')), null, { timeout: 60000 });
+  },
+
+  async 'a head with its anchors is fitted, is a face, and speaks'(page) {
+    const mesh = readFileSync(join(dirname(synth), '../share/mouthpiece/default.obj'));
+    await drop(page, [
+      { name: 'ann.anchors.json', mimeType: 'application/json', buffer: Buffer.from(JSON.stringify({ markers: TEN_PLACES })) },
+      { name: 'ann.obj', mimeType: 'text/plain', buffer: mesh }]);
+    await page.waitForFunction(() => [...document.querySelectorAll('#lines li .how')].some((how) => how.textContent.includes('is a face now')), null, { timeout: 180000 });
+    assert.equal(await page.locator('#face').inputValue(), 'ann', 'the new face is chosen');
+    await page.locator('#text').fill('hot pots');
+    await page.locator('#make').click();
+    const frame = await shownLine(page, 'hot pots');
+    assert.ok(await frame.evaluate(() => mouthpiece.shapeCount > 0));
+    const folder = readdirSync(out).find((name) => name.endsWith('-hot-pots'));
+    assert.equal(JSON.parse(readFileSync(join(out, folder, 'line.json'), 'utf8')).face, 'ann');
+    await page.screenshot({ path: `${screenshotStem}_head.png` });
+    await page.locator('#face').selectOption('default');
   },
 
   async 'text from outside stays text'(page) {

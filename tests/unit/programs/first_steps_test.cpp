@@ -75,6 +75,7 @@ TEST(DidYouMean, NamesTheOptionOrCommandThatIsNearest) {
     EXPECT_TRUE(holds(result.err, expected)) << words[1] << ": " << result.err;
   }
   EXPECT_FALSE(holds(runProgram("synth", {"--nothing-like-it", "a"}).err, "did you mean"));
+  EXPECT_TRUE(holds(runProgram("synth", {"--voce", "flite:slt", "--text", "a"}).err, "nothing takes --voce flite:slt;"));
 }
 
 TEST_F(FirstSteps, FilmRatesAreTaken) {

@@ -65,6 +65,34 @@ TEST_F(Shapes, Of52OfArkitCloseAndKeepTheirSides) {
   EXPECT_LT(lowestMove("a.glb", 17), -0.03);
 }
 
+/// A head with ARKit's shapes of its own: where its weights are written, the report counts the lips that meet.
+TEST_F(Shapes, OfAHeadsOwnKeepLipsTogetherAndTheReportCounts) {
+  const fs::path head = fs::path(MOUTHPIECE_SOURCE_DIR) / "../shared/faces/ict_arkit.glb";
+  if (!fs::exists(head)) GTEST_SKIP() << "no head with shapes in " << head;
+  const auto at = [&](const char* name) { return (folder_.path() / name).string(); };
+  const std::string corpus = (face_.parent_path() / "clock.corpus").string();
+  for (const std::vector<std::string>& step :
+       {std::vector<std::string>{"anchors", head.string(), "--out", at("a.anchors.json")},
+        {"fit", "--mesh", head.string(), "--anchors", at("a.anchors.json"), "--corpus", corpus, "--out", at("a.face")}}) {
+    const ProgramResult result = runProgram("retarget", step);
+    ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
+  }
+  const auto mouthOf = [&](const std::vector<std::string>& files) {
+    std::vector<std::string> line{"--face", at("a.face"), "--text", "Bob put my mop by the big pump", "-q"};
+    for (const std::string& file : files) line.insert(line.end(), {"-o", file});
+    const ProgramResult spoken = runProgram("synth", line);
+    EXPECT_EQ(spoken.exit_code, 0) << spoken.err;
+    return json::parse(readAll(files.back()))["mouth"];
+  };
+  const json mouth = mouthOf({at("a.arkit.csv"), at("a.json")});
+  ASSERT_TRUE(mouth.contains("shapes")) << mouth;
+  const json& shapes = mouth["shapes"];
+  EXPECT_GT(shapes["closed_frames"], 3);
+  EXPECT_EQ(shapes["kept"], shapes["closed_frames"]);
+  EXPECT_LT(shapes["rms_error_mm"], shapes["rms_motion_mm"]);
+  EXPECT_FALSE(mouthOf({at("b.json")}).contains("shapes")) << "nobody asked for weights";
+}
+
 TEST_F(Shapes, OfVisemesAreThoseAskedFor) {
   EXPECT_EQ(made("oculus", "o.glb")["shapes"].size(), 14U);
   EXPECT_EQ(targetsOf("o.glb")[0], "PP");
