@@ -283,6 +283,48 @@ TEST(LinePrediction, SeveralNetworksAreTheirMean) {
   EXPECT_LT((predicted({first}, 0.25) - 0.75 * none - 0.25 * all).cwiseAbs().maxCoeff(), 1e-6);
 }
 
+TEST(ContextWindows, WhatComesIsSeenByLaterWindowsThanWhatWas) {
+  std::vector<std::pair<Eigen::Index, float>> shares;
+  Eigen::Index before = 0;
+  for (Seconds start = -0.3; start < 0.28; start += 0.01) {
+    windowShares({start, start + 0.02}, 0, shares);
+    ASSERT_FALSE(shares.empty()) << start;
+    const auto strongest = std::max_element(shares.begin(), shares.end(),
+                                            [](const auto& a, const auto& b) { return a.second < b.second; });
+    EXPECT_GE(strongest->first, before) << start;
+    before = strongest->first;
+  }
+  EXPECT_EQ(before, kContextWindows - 1);
+}
+
+/// What is said further away than half a second changes nothing of how fast it seems to be.
+TEST(ContextSegments, TheRateIsThatOfTheSecondAround) {
+  const SpeechLabels near = tinyLabels("M-AE-N-T-AE-M-N-AE-T-M-AE-N-T-AE-M", 3);
+  SpeechLabels stretched = near;
+  const Seconds from = 0.9;
+  for (LabelledPhone& phone : stretched.phones) {
+    for (Seconds* end : {&phone.span.start, &phone.span.end}) *end = *end > from ? from + 3 * (*end - from) : *end;
+  }
+  const auto rateOf = [](const SpeechLabels& labels, std::size_t phone) {
+    for (const ContextSegment& segment : contextSegments(labels)) {
+      if (segment.span.contains(labels.phones[phone].span.middle())) return numbersOf(segment).at("rate");
+    }
+    return 0.0;
+  };
+  std::size_t alike = 0, slower = 0;
+  for (std::size_t i = 1; i + 1 < near.phones.size(); ++i) {
+    if (near.phones[i].span.middle() + 0.5 < from - 0.15) {  // the next phones' ends too
+      EXPECT_NEAR(rateOf(near, i), rateOf(stretched, i), 1e-6) << i;
+      ++alike;
+    } else if (near.phones[i].span.start > from) {
+      EXPECT_LT(rateOf(stretched, i), rateOf(near, i)) << i;
+      ++slower;
+    }
+  }
+  EXPECT_GE(alike, 1U);
+  EXPECT_GE(slower, 3U);
+}
+
 std::set<std::string> featuresOf(const SpeechSegment& segment) {
   std::set<std::string> names;
   for (const SegmentFeature& feature : segment.features) names.insert(feature.name);
@@ -300,6 +342,19 @@ TEST(SpeechSegments, HHHasTheMouthOfWhatFollowsIt) {
   EXPECT_TRUE(ofHH("HH-UW-T").contains("viseme Oo"));
   EXPECT_TRUE(ofHH("AE-HH").contains("viseme Uh")) << "before silence none in particular";
   EXPECT_TRUE(ofHH("T-HH-AA").contains("viseme Ah"));
+}
+
+TEST(SpeechSegments, ErIsHalfRAndHalfUh) {
+  for (const SpeechSegment& segment : speechSegments(tinyLabels("T-ER-M", 0))) {
+    if (segment.phone != Phone::kER) continue;
+    std::map<std::string, double> weights;
+    for (const SegmentFeature& feature : segment.features) weights[feature.name] += feature.weight;
+    EXPECT_EQ(weights["phone ER"], 1);
+    for (const char* name : {"viseme R", "viseme Uh", "left R LNTD", "right Uh MBP"})
+      EXPECT_EQ(weights[name], 0.5) << name;
+    return;
+  }
+  ADD_FAILURE() << "there is no ER";
 }
 
 TEST(SpeechSegments, AfterSpeechTheLipsSettleForAQuarterOfASecond) {
@@ -320,6 +375,25 @@ TEST(SpeechSegments, AfterSpeechTheLipsSettleForAQuarterOfASecond) {
     }
   }
   EXPECT_EQ(second_halves, 2U);
+}
+
+/// Twice as loud is 6 dB more of level, and the same spectrum.
+TEST(SoundMeasures, TellLevelAndSpectrumApart) {
+  AudioClip clip{16000, std::vector<float>(16000)};
+  for (std::size_t i = 0; i < clip.samples.size(); ++i) {
+    const double t = asReal(i) / 16000;
+    clip.samples[i] = static_cast<float>(0.1 * std::sin(1200 * t) + 0.05 * std::sin(9000 * t + 20 * std::sin(11 * t)));
+  }
+  const SoundMeasures quiet = soundMeasures(clip);
+  for (float& sample : clip.samples) sample *= 2;
+  const SoundMeasures loud = soundMeasures(clip);
+  ASSERT_EQ(quiet.rows.cols(), kSoundMeasures);
+  EXPECT_NEAR(asReal(quiet.rows.rows()), 100, 2) << "a row for 10 ms";
+  const Eigen::MatrixXd more = loud.rows - quiet.rows;
+  EXPECT_LT((more.col(0).array() - 20 * std::log10(2.0)).abs().maxCoeff(), 0.02);
+  EXPECT_LT(more.rightCols(kSoundMeasures - 1).cwiseAbs().maxCoeff(), 0.02);
+  EXPECT_GT(quiet.rows.rightCols(kSoundMeasures - 1).colwise().norm().minCoeff(), 0.01) << "each tells something";
+  EXPECT_EQ(soundMeasures({}).rows.rows(), 0);
 }
 
 /// Half a second of silence, speech, half a second of silence.
