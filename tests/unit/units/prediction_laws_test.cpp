@@ -62,6 +62,10 @@ TEST(Articulation, PlacesAndMannersAreThoseOfPhonetics) {
     EXPECT_EQ(has("fricative"), isOneOf(phone, {kF, kV, kTH, kDH, kS, kZ, kSH, kZH, kHH}));
     EXPECT_EQ(has("approximant"), isOneOf(phone, {kL, kR, kW, kY}));
     EXPECT_EQ(has("vowel"), isVowel(phone));
+    if (isOneOf(phone, {kP, kB, kM})) {
+      EXPECT_FALSE(has("open")) << "lips that are shut";
+    }
+    EXPECT_FALSE(has("round") && has("spread"));
     EXPECT_EQ(has("voiced"), !isOneOf(phone, {kP, kT, kK, kF, kTH, kS, kSH, kCH, kHH}));
     if (isOneOf(phone, {kT, kD, kN, kL})) {
       EXPECT_TRUE(has("alveolar"));
@@ -78,6 +82,21 @@ TEST(Articulation, PlacesAndMannersAreThoseOfPhonetics) {
     EXPECT_EQ(articulationOf(phone, false).minCoeff() >= 0, true);
     EXPECT_LE(articulationOf(phone, false).maxCoeff(), 1);
   }
+}
+
+/// What is seen of the lips: open for AA, round for UW, spread for IY, each more than for its neighbours.
+TEST(Articulation, LipsAreThoseOfTheirSounds) {
+  using enum Phone;
+  EXPECT_GT(articulation(kAA, "open"), articulation(kEH, "open"));
+  EXPECT_GT(articulation(kEH, "open"), articulation(kIY, "open"));
+  EXPECT_EQ(articulation(kM, "open"), 0);
+  for (const Phone round : {kUW, kOW, kW, kSH}) {
+    EXPECT_GT(articulation(round, "round"), 0.2F) << phoneName(round);
+    EXPECT_EQ(articulation(round, "spread"), 0) << phoneName(round);
+  }
+  EXPECT_GT(articulation(kIY, "spread"), 0.2F);
+  EXPECT_EQ(articulation(kIY, "round"), 0);
+  EXPECT_GT(articulation(kAW, "round", true), articulation(kAW, "round")) << "it ends round";
 }
 
 /// The trapezium: high before low, front before back; a diphthong goes somewhere and another vowel stays.
@@ -176,6 +195,7 @@ TEST(ContextSegments, TellStressesAndSilencesApart) {
     const auto numbers = numbersOf(segment);
     const auto is = [&](const char* name) { return numbers.contains(name); };
     if (is("speech")) continue;
+    for (const auto& [name, value] : numbers) EXPECT_EQ(value, 1) << name;
     silences.push_back(std::string(is("rest")     ? "rest"
                                    : is("before") ? "before"
                                    : is("after")  ? "after"
@@ -196,6 +216,11 @@ TEST(ContextSegments, TellStressesAndSilencesApart) {
       const int stress = labels.syllables[*labels.phones[i].syllable].stress;
       EXPECT_EQ(numbers.contains("stressed"), stress == 1);
       EXPECT_EQ(numbers.contains("secondary stress"), stress == 2);
+      for (const char* one : {"stressed", "secondary stress"}) {
+        if (numbers.contains(one)) {
+          EXPECT_EQ(numbers.at(one), 1) << one;
+        }
+      }
       ++counted[stress];
     }
   }
@@ -355,6 +380,25 @@ TEST(SpeechSegments, ErIsHalfRAndHalfUh) {
     return;
   }
   ADD_FAILURE() << "there is no ER";
+}
+
+/// Where a tenth of a second is left for it the face rests.
+TEST(SpeechSegments, SilencesHaveARestWhereThereIsTime) {
+  const auto parts = [](Seconds first, Seconds last) {
+    SpeechLabels labels = tinyLabels("M-AE", 0);
+    for (LabelledPhone& phone : labels.phones)
+      phone.span = {phone.span.start + first - 0.2, phone.span.end + first - 0.2};
+    labels.phones.front().span.start = 0;
+    labels.phones.back().span.end = labels.phones.back().span.start + last;
+    std::pair<std::size_t, std::size_t> counted{0, 0};
+    for (const SpeechSegment& segment : speechSegments(labels)) {
+      if (segment.in_speech) continue;
+      ++(segment.label == 0 ? counted.first : counted.second);
+    }
+    return counted;
+  };
+  EXPECT_EQ(parts(0.44, 0.34), (std::pair<std::size_t, std::size_t>{1, 1}));
+  EXPECT_EQ(parts(0.46, 0.36), (std::pair<std::size_t, std::size_t>{2, 2}));
 }
 
 TEST(SpeechSegments, AfterSpeechTheLipsSettleForAQuarterOfASecond) {
