@@ -74,9 +74,12 @@ def edits_of(code):
 def mutated(file, number, dropped):
     """The text with all its mutants but those of the lines dropped, and the mutants, numbered from `number`."""
     out, mutants = [], []
+    in_constant = False  # of several lines, which the compiler knows
     for at, line in enumerate((ROOT / file).read_text().splitlines(), 1):
         code = line.split("//")[0].rstrip()
-        if not code.strip() or LEFT_OUT.search(line) or at in dropped:
+        was_in_constant, in_constant = in_constant, bool(
+            in_constant or re.match(r"\s*(static |inline )*constexpr [^()]*$", code)) and not code.endswith(";")
+        if not code.strip() or was_in_constant or LEFT_OUT.search(line) or at in dropped:
             out.append(line)
             continue
         made, end = "", 0

@@ -35,6 +35,15 @@ std::string_view firstLine(std::string_view text) {
 }
 
 /// "name channel start duration label".
+/// Rows of a CTM. Most Latin letters are signs of IPA: where phones had several sounds in every fourth row, they are
+/// words.
+std::size_t countRows(std::string_view text) {
+  std::size_t rows = 0;
+  LineReader reader(text);
+  for (std::string_view line; reader.next(line);) rows += trimmed(line).empty() || line.starts_with(";;") ? 0U : 1U;
+  return rows;
+}
+
 bool isCtm(std::string_view line) {
   std::vector<std::string> fields;
   for (std::size_t at = 0; (at = line.find_first_not_of(" \t", at)) != std::string_view::npos;) {
@@ -119,10 +128,11 @@ TimesFile parseTimes(std::string_view bytes, std::string_view name, const Langua
   if (first.starts_with(";;") || isCtm(first)) {
     // Phones and words are written alike; words are no phones.
     try {
-      return fromLabels(parseLabFile(bytes, name, {.language = &language}), "CTM of phones");
-    } catch (const InputError&) {
-      return parseWordCtm(text, name);
+      TimesFile phones = fromLabels(parseLabFile(bytes, name, {.language = &language}), "CTM of phones");
+      if (4 * phones.phones.size() <= 5 * countRows(text)) return phones;
+    } catch (const InputError&) {  // then it is words
     }
+    return parseWordCtm(text, name);
   }
   throw InputError(name, "1",
                    fmt::format("starts with '{}'; expected JSON of Whisper, Vosk, Gentle, Azure, Polly, ElevenLabs, "

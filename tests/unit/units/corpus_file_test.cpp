@@ -275,6 +275,19 @@ TEST_F(CorpusFile, RoundTripKeepsTheVisemePosesAndFindsTheirDamage) {
   EXPECT_NE(complaint().find("viseme_poses row 1: checksum differs"), std::string::npos) << complaint();
 }
 
+/// A place is three numbers within reach of a face, or none.
+TEST_F(CorpusFile, APlaceIsWhole) {
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    for (const double strange : {std::nan(""), 1e9, -1e9}) {
+      Corpus written = testing::tinyCorpus();
+      written.takes[0].motion.positions_mm(5, 3 + axis) = strange;
+      writeCorpus(path_, written);
+      EXPECT_NE(complaint().find("frame 5 marker 1: found ("), std::string::npos)
+          << axis << " " << strange << complaint();
+    }
+  }
+}
+
 TEST_F(CorpusFile, RoundTripKeepsEverything) {
   Corpus written = testing::tinyCorpus();
   written.takes[1].motion.positions_mm.block<5, 3>(10, 3).setConstant(std::numeric_limits<double>::quiet_NaN());

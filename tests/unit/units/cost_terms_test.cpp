@@ -136,6 +136,30 @@ TEST_F(OneThingWrong, NeighboursCostByTheirClass) {
   EXPECT_NEAR(cost<LatticeWeights>(corpus, "neighbours", 2, 3), 1.0 / 6, kRounding) << "two away behind";
 }
 
+/// What ranks candidates before they are looked at closely: neighbours by their class on both sides, a third each.
+TEST_F(OneThingWrong, RoughCostsCountTheNearestNeighbours) {
+  Corpus corpus = twice("M-AE-N T-AY-M");  // sil M AE N T AY M sil
+  const auto rough = [&](std::size_t first) {
+    const UnitDatabase database(corpus);
+    LatticeWeights weights;
+    for (double& weight : weights.values()) weight = 0;
+    weights["neighbours"] = 1;
+    return SelectionCosts(corpus.takes[0].labels, database, weights)
+        .roughCost(first, {TakeIndex(1), PhoneIndex(first)});
+  };
+  for (std::size_t first = 0; first < 7; ++first) EXPECT_EQ(rough(first), 0) << first;
+  std::vector<LabelledPhone>& phones = corpus.takes[1].labels.phones;
+  phones[4].phone = Phone::kD;  // looks as T does
+  EXPECT_NEAR(rough(2), 0.5 / 3, kRounding);
+  phones[4].phone = Phone::kUW;
+  EXPECT_NEAR(rough(2), 1.0 / 3, kRounding);
+  phones[1].phone = Phone::kB;
+  EXPECT_NEAR(rough(2), 1.5 / 3, kRounding);
+  phones[1].phone = Phone::kK;
+  EXPECT_NEAR(rough(2), 2.0 / 3, kRounding);
+  EXPECT_NEAR(rough(5), 1.0 / 3, kRounding) << "before AY M";
+}
+
 TEST_F(OneThingWrong, LipsThatStayOpenInAClosureCost) {
   Corpus corpus = twice("AE-M-AE");
   corpus.takes[1].motion.positions_mm.col(4).array() -= 3;  // the lower lip hangs 3 mm lower
@@ -224,8 +248,8 @@ TEST(RoughCost, IsTheTargetCostOfDurationsAndNearestNeighbours) {
   std::size_t compared = 0;
   for (std::size_t first = 0; first + 1 < line.phones.size(); ++first) {
     for (const PhonePlace& place : database.diphones(line.phones[first].phone, line.phones[first + 1].phone)) {
-      EXPECT_NEAR(costs.roughCost(first, place),
-                  costs.targetCost({PhoneIndex(first), PhoneIndex(first + 1)}, place), 1e-5);
+      EXPECT_NEAR(costs.roughCost(first, place), costs.targetCost({PhoneIndex(first), PhoneIndex(first + 1)}, place),
+                  1e-5);
       ++compared;
     }
   }

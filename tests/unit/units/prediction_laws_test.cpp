@@ -62,6 +62,10 @@ TEST(Articulation, PlacesAndMannersAreThoseOfPhonetics) {
     EXPECT_EQ(has("fricative"), isOneOf(phone, {kF, kV, kTH, kDH, kS, kZ, kSH, kZH, kHH}));
     EXPECT_EQ(has("approximant"), isOneOf(phone, {kL, kR, kW, kY}));
     EXPECT_EQ(has("vowel"), isVowel(phone));
+    if (isOneOf(phone, {kP, kB, kM})) {
+      EXPECT_FALSE(has("open")) << "lips that are shut";
+    }
+    EXPECT_FALSE(has("round") && has("spread"));
     EXPECT_EQ(has("voiced"), !isOneOf(phone, {kP, kT, kK, kF, kTH, kS, kSH, kCH, kHH}));
     if (isOneOf(phone, {kT, kD, kN, kL})) {
       EXPECT_TRUE(has("alveolar"));
@@ -78,6 +82,21 @@ TEST(Articulation, PlacesAndMannersAreThoseOfPhonetics) {
     EXPECT_EQ(articulationOf(phone, false).minCoeff() >= 0, true);
     EXPECT_LE(articulationOf(phone, false).maxCoeff(), 1);
   }
+}
+
+/// What is seen of the lips: open for AA, round for UW, spread for IY, each more than for its neighbours.
+TEST(Articulation, LipsAreThoseOfTheirSounds) {
+  using enum Phone;
+  EXPECT_GT(articulation(kAA, "open"), articulation(kEH, "open"));
+  EXPECT_GT(articulation(kEH, "open"), articulation(kIY, "open"));
+  EXPECT_EQ(articulation(kM, "open"), 0);
+  for (const Phone round : {kUW, kOW, kW, kSH}) {
+    EXPECT_GT(articulation(round, "round"), 0.2F) << phoneName(round);
+    EXPECT_EQ(articulation(round, "spread"), 0) << phoneName(round);
+  }
+  EXPECT_GT(articulation(kIY, "spread"), 0.2F);
+  EXPECT_EQ(articulation(kIY, "round"), 0);
+  EXPECT_GT(articulation(kAW, "round", true), articulation(kAW, "round")) << "it ends round";
 }
 
 /// The trapezium: high before low, front before back; a diphthong goes somewhere and another vowel stays.
@@ -176,6 +195,7 @@ TEST(ContextSegments, TellStressesAndSilencesApart) {
     const auto numbers = numbersOf(segment);
     const auto is = [&](const char* name) { return numbers.contains(name); };
     if (is("speech")) continue;
+    for (const auto& [name, value] : numbers) EXPECT_EQ(value, 1) << name;
     silences.push_back(std::string(is("rest")     ? "rest"
                                    : is("before") ? "before"
                                    : is("after")  ? "after"
@@ -196,6 +216,11 @@ TEST(ContextSegments, TellStressesAndSilencesApart) {
       const int stress = labels.syllables[*labels.phones[i].syllable].stress;
       EXPECT_EQ(numbers.contains("stressed"), stress == 1);
       EXPECT_EQ(numbers.contains("secondary stress"), stress == 2);
+      for (const char* one : {"stressed", "secondary stress"}) {
+        if (numbers.contains(one)) {
+          EXPECT_EQ(numbers.at(one), 1) << one;
+        }
+      }
       ++counted[stress];
     }
   }
@@ -283,6 +308,48 @@ TEST(LinePrediction, SeveralNetworksAreTheirMean) {
   EXPECT_LT((predicted({first}, 0.25) - 0.75 * none - 0.25 * all).cwiseAbs().maxCoeff(), 1e-6);
 }
 
+TEST(ContextWindows, WhatComesIsSeenByLaterWindowsThanWhatWas) {
+  std::vector<std::pair<Eigen::Index, float>> shares;
+  Eigen::Index before = 0;
+  for (Seconds start = -0.3; start < 0.28; start += 0.01) {
+    windowShares({start, start + 0.02}, 0, shares);
+    ASSERT_FALSE(shares.empty()) << start;
+    const auto strongest = std::max_element(shares.begin(), shares.end(),
+                                            [](const auto& a, const auto& b) { return a.second < b.second; });
+    EXPECT_GE(strongest->first, before) << start;
+    before = strongest->first;
+  }
+  EXPECT_EQ(before, kContextWindows - 1);
+}
+
+/// What is said further away than half a second changes nothing of how fast it seems to be.
+TEST(ContextSegments, TheRateIsThatOfTheSecondAround) {
+  const SpeechLabels near = tinyLabels("M-AE-N-T-AE-M-N-AE-T-M-AE-N-T-AE-M", 3);
+  SpeechLabels stretched = near;
+  const Seconds from = 0.9;
+  for (LabelledPhone& phone : stretched.phones) {
+    for (Seconds* end : {&phone.span.start, &phone.span.end}) *end = *end > from ? from + 3 * (*end - from) : *end;
+  }
+  const auto rateOf = [](const SpeechLabels& labels, std::size_t phone) {
+    for (const ContextSegment& segment : contextSegments(labels)) {
+      if (segment.span.contains(labels.phones[phone].span.middle())) return numbersOf(segment).at("rate");
+    }
+    return 0.0;
+  };
+  std::size_t alike = 0, slower = 0;
+  for (std::size_t i = 1; i + 1 < near.phones.size(); ++i) {
+    if (near.phones[i].span.middle() + 0.5 < from - 0.15) {  // the next phones' ends too
+      EXPECT_NEAR(rateOf(near, i), rateOf(stretched, i), 1e-6) << i;
+      ++alike;
+    } else if (near.phones[i].span.start > from) {
+      EXPECT_LT(rateOf(stretched, i), rateOf(near, i)) << i;
+      ++slower;
+    }
+  }
+  EXPECT_GE(alike, 1U);
+  EXPECT_GE(slower, 3U);
+}
+
 std::set<std::string> featuresOf(const SpeechSegment& segment) {
   std::set<std::string> names;
   for (const SegmentFeature& feature : segment.features) names.insert(feature.name);
@@ -300,6 +367,38 @@ TEST(SpeechSegments, HHHasTheMouthOfWhatFollowsIt) {
   EXPECT_TRUE(ofHH("HH-UW-T").contains("viseme Oo"));
   EXPECT_TRUE(ofHH("AE-HH").contains("viseme Uh")) << "before silence none in particular";
   EXPECT_TRUE(ofHH("T-HH-AA").contains("viseme Ah"));
+}
+
+TEST(SpeechSegments, ErIsHalfRAndHalfUh) {
+  for (const SpeechSegment& segment : speechSegments(tinyLabels("T-ER-M", 0))) {
+    if (segment.phone != Phone::kER) continue;
+    std::map<std::string, double> weights;
+    for (const SegmentFeature& feature : segment.features) weights[feature.name] += feature.weight;
+    EXPECT_EQ(weights["phone ER"], 1);
+    for (const char* name : {"viseme R", "viseme Uh", "left R LNTD", "right Uh MBP"})
+      EXPECT_EQ(weights[name], 0.5) << name;
+    return;
+  }
+  ADD_FAILURE() << "there is no ER";
+}
+
+/// Where a tenth of a second is left for it the face rests.
+TEST(SpeechSegments, SilencesHaveARestWhereThereIsTime) {
+  const auto parts = [](Seconds first, Seconds last) {
+    SpeechLabels labels = tinyLabels("M-AE", 0);
+    for (LabelledPhone& phone : labels.phones)
+      phone.span = {phone.span.start + first - 0.2, phone.span.end + first - 0.2};
+    labels.phones.front().span.start = 0;
+    labels.phones.back().span.end = labels.phones.back().span.start + last;
+    std::pair<std::size_t, std::size_t> counted{0, 0};
+    for (const SpeechSegment& segment : speechSegments(labels)) {
+      if (segment.in_speech) continue;
+      ++(segment.label == 0 ? counted.first : counted.second);
+    }
+    return counted;
+  };
+  EXPECT_EQ(parts(0.44, 0.34), (std::pair<std::size_t, std::size_t>{1, 1}));
+  EXPECT_EQ(parts(0.46, 0.36), (std::pair<std::size_t, std::size_t>{2, 2}));
 }
 
 TEST(SpeechSegments, AfterSpeechTheLipsSettleForAQuarterOfASecond) {
@@ -320,6 +419,25 @@ TEST(SpeechSegments, AfterSpeechTheLipsSettleForAQuarterOfASecond) {
     }
   }
   EXPECT_EQ(second_halves, 2U);
+}
+
+/// Twice as loud is 6 dB more of level, and the same spectrum.
+TEST(SoundMeasures, TellLevelAndSpectrumApart) {
+  AudioClip clip{16000, std::vector<float>(16000)};
+  for (std::size_t i = 0; i < clip.samples.size(); ++i) {
+    const double t = asReal(i) / 16000;
+    clip.samples[i] = static_cast<float>(0.1 * std::sin(1200 * t) + 0.05 * std::sin(9000 * t + 20 * std::sin(11 * t)));
+  }
+  const SoundMeasures quiet = soundMeasures(clip);
+  for (float& sample : clip.samples) sample *= 2;
+  const SoundMeasures loud = soundMeasures(clip);
+  ASSERT_EQ(quiet.rows.cols(), kSoundMeasures);
+  EXPECT_NEAR(asReal(quiet.rows.rows()), 100, 2) << "a row for 10 ms";
+  const Eigen::MatrixXd more = loud.rows - quiet.rows;
+  EXPECT_LT((more.col(0).array() - 20 * std::log10(2.0)).abs().maxCoeff(), 0.02);
+  EXPECT_LT(more.rightCols(kSoundMeasures - 1).cwiseAbs().maxCoeff(), 0.02);
+  EXPECT_GT(quiet.rows.rightCols(kSoundMeasures - 1).colwise().norm().minCoeff(), 0.01) << "each tells something";
+  EXPECT_EQ(soundMeasures({}).rows.rows(), 0);
 }
 
 /// Half a second of silence, speech, half a second of silence.

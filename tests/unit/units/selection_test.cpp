@@ -2,13 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "base/errors.h"
+#include "support/random_corpus.h"
 #include "support/tiny_corpus.h"
+#include "support/tiny_model.h"
+#include "units/costs/viseme_distance.h"
 #include "units/selection/lattice.h"
 #include "units/selection/unit_database.h"
-#include "units/costs/viseme_distance.h"
 
 namespace mouthpiece {
 namespace {
@@ -220,6 +223,107 @@ TEST(Viterbi, FindsTheLeastCostOfAllCovers) {
   };
   extend(extend, 0, 0, nullptr);
   EXPECT_NEAR(totalCost(selectUnits(line, database, options), options.weights), least, 1e-9);
+}
+
+/// Whatever the corpus: other fragments of the same phones, seen, without the unit's own, the cheapest first; by
+/// looking at every place of every take.
+TEST(OtherUnits, AreAllOthersOfTheSamePhonesTheCheapestFirst) {
+  const std::uint64_t first_seed = testing::firstSeed();
+  std::size_t offered = 0, shortened = 0;
+  for (std::uint64_t seed = first_seed; seed < first_seed + 40; ++seed) {
+    SCOPED_TRACE("MOUTHPIECE_SEED=" + std::to_string(seed));
+    testing::Chance chance(seed);
+    Corpus corpus = testing::randomCorpus(chance);
+    if (chance.oneIn(2)) corpus.trajectory_model = testing::tinyModel(corpus);
+    const UnitDatabase database(corpus);
+    const SpeechLabels& line = corpus.takes[0].labels;
+    const std::size_t first = chance.below(line.phones.size() - 1);
+    const std::size_t count = 2 + chance.below(std::min<std::size_t>(4, line.phones.size() - first - 1));
+    const SelectedUnit unit{{PhoneIndex(first), PhoneIndex(first + count - 1)}, {TakeIndex(0), PhoneIndex(first)}};
+    const auto placesOf = [&](std::size_t phones) {
+      std::vector<PhonePlace> places;
+      for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
+        for (std::size_t at = 0; at + phones <= corpus.takes[take].labels.phones.size(); ++at) {
+          const PhonePlace place{TakeIndex(take), PhoneIndex(at)};
+          bool is_same = !(place == unit.source) && database.isSeen(place, phones);
+          for (std::size_t k = 0; k < phones; ++k)
+            is_same = is_same && corpus.takes[take].labels.phones[at + k].phone == line.phones[first + k].phone;
+          if (is_same) places.push_back(place);
+        }
+      }
+      return places;
+    };
+    std::size_t length = count;
+    while (length >= 2 && placesOf(length).empty()) --length;
+    const std::vector<PhonePlace> expected = length >= 2 ? placesOf(length) : std::vector<PhonePlace>{};
+    const std::size_t most = 1 + chance.below(5);
+    const auto others = otherUnits(line, database, {&unit, 1}, most);
+    ASSERT_EQ(others.size(), 1U);
+    ASSERT_EQ(others[0].size(), std::min(most, expected.size()));
+    double before = 0, dearest = 0;
+    const auto all = otherUnits(line, database, {&unit, 1}, 1000)[0];
+    ASSERT_EQ(all.size(), expected.size());
+    for (std::size_t i = 0; i < others[0].size(); ++i) {
+      const SelectedUnit& other = others[0][i];
+      EXPECT_EQ(other.phones.first.value, first);
+      EXPECT_EQ(other.phones.last.value, first + length - 1);
+      EXPECT_EQ(std::count(expected.begin(), expected.end(), other.source), 1);
+      EXPECT_GE(other.target_cost, i == 0 ? 0 : before);
+      EXPECT_EQ(other.join_cost, 0);
+      EXPECT_FALSE(other.is_backoff);
+      EXPECT_EQ(other.source, all[i].source) << "asking for fewer gives the first of them";
+      before = dearest = other.target_cost;
+    }
+    for (std::size_t i = others[0].size(); i < all.size(); ++i) EXPECT_GE(all[i].target_cost, dearest);
+    offered += others[0].size();
+    shortened += length < count && length >= 2 ? 1U : 0U;
+  }
+  EXPECT_GT(offered, 20U);
+  EXPECT_GT(shortened, 3U);
+}
+
+/// A pair that is chosen already stays, whatever else would suit; what it does not spell is a stand-in.
+TEST(SettledPairs, AreKeptByTheLattice) {
+  Corpus corpus = tinyCorpus({"M-AE-N T-AY-M", "M-AE-N IY-T", "P-AE-N T-AY-T"});
+  corpus.trajectory_model = testing::tinyModel(corpus);
+  const UnitDatabase database(corpus);
+  const SpeechLabels& line = corpus.takes[0].labels;
+  SelectionOptions options;
+  options.method = SelectionMethod::kViterbi;
+  ASSERT_EQ(selectUnits(line, database, options).size(), 1U) << "the take itself";
+  options.settled.resize(2);
+  options.settled[1] = PhonePlace{TakeIndex(1), PhoneIndex(1)};  // M AE
+  const auto unitAt = [&](std::size_t pair) {
+    for (const SelectedUnit& unit : selectUnits(line, database, options)) {
+      if (unit.phones.first.value <= pair && pair < unit.phones.last.value) return unit;
+    }
+    return SelectedUnit{};
+  };
+  const SelectedUnit kept = unitAt(1);
+  EXPECT_EQ(advance(kept.source, 1 - kept.phones.first.value), *options.settled[1]);
+  EXPECT_FALSE(kept.is_backoff);
+  expectCover(selectUnits(line, database, options), line);
+  options.settled[1] = PhonePlace{TakeIndex(2), PhoneIndex(1)};  // P AE
+  EXPECT_EQ(unitAt(1).source, *options.settled[1]);
+  EXPECT_TRUE(unitAt(1).is_backoff);
+  EXPECT_EQ(unitAt(1).phones.last.value, 2U) << "a unit of its own";
+}
+
+/// What is said as a take was, in its own time, is that take alone; a phone moved by a little makes it a line of pairs.
+TEST(Lattice, ATakeInItsOwnTimeIsTakenWhole) {
+  Corpus corpus = tinyCorpus({"M-AE-N T-AY-M", "M-AE-N T-AY-M", "T-AY-M M-AE-N"});
+  corpus.trajectory_model = testing::tinyModel(corpus);
+  const UnitDatabase database(corpus);
+  SelectionOptions options;
+  options.method = SelectionMethod::kViterbi;
+  for (std::size_t take = 0; take < corpus.takes.size(); ++take) {
+    const auto units = selectUnits(corpus.takes[take].labels, database, options);
+    ASSERT_EQ(units.size(), 1U);
+    EXPECT_EQ(units[0].source, (PhonePlace{TakeIndex(take), PhoneIndex(0)}));
+    EXPECT_EQ(units[0].phones.last.value, corpus.takes[take].labels.phones.size() - 1);
+    EXPECT_EQ(units[0].target_cost, 0);
+    EXPECT_FALSE(units[0].is_backoff);
+  }
 }
 
 TEST(Scales, AreNamedAfterTheirTake) {
