@@ -136,7 +136,8 @@ struct Performance::Data {
   mutable std::optional<OwnShapeWeights> own_shapes_;  ///< what the head's own shapes of lids and brows take over
   mutable std::optional<std::string> given_glb_;       ///< of a head that came as GLB; the page holds it, too
   mutable std::optional<RowMajorMatrixF> arkit_, arkit_of_head_;
-  mutable std::optional<ArkitCurves> fit_of_head_;  ///< how well arkit_of_head_ follows the head's own shapes; no weights
+  mutable std::optional<ArkitCurves>
+      fit_of_head_;  ///< how well arkit_of_head_ follows the head's own shapes; no weights
   mutable std::optional<PrincipalShapes> whole_shapes_;
 };
 

@@ -8,8 +8,8 @@
 #include <fstream>
 
 #include "base/errors.h"
-#include "phonetics/labels/label_files.h"
 #include "hearing/alignment/pronouncer.h"
+#include "phonetics/labels/label_files.h"
 #include "voices/voice.h"
 
 namespace mouthpiece {
@@ -108,7 +108,8 @@ TEST(ForcedAligner, ALongSoundsBordersAreThoseOfItsSentences) {
   const std::size_t a_sentence = words.size() / kTimes;
   ASSERT_EQ(found.words.size(), words.size());
   for (std::size_t i = 2 * a_sentence; i + a_sentence < words.size(); ++i) {  // the first and the last stand apart
-    const TimeSpan word = found.spanOf(found.words[i].phones), before = found.spanOf(found.words[i - a_sentence].phones);
+    const TimeSpan word = found.spanOf(found.words[i].phones),
+                   before = found.spanOf(found.words[i - a_sentence].phones);
     EXPECT_NEAR(word.start - before.start, line.audio.duration(), 0.011) << i;
     EXPECT_NEAR(word.end - before.end, line.audio.duration(), 0.011) << i;
   }

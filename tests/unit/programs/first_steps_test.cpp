@@ -75,7 +75,8 @@ TEST(DidYouMean, NamesTheOptionOrCommandThatIsNearest) {
     EXPECT_TRUE(holds(result.err, expected)) << words[1] << ": " << result.err;
   }
   EXPECT_FALSE(holds(runProgram("synth", {"--nothing-like-it", "a"}).err, "did you mean"));
-  EXPECT_TRUE(holds(runProgram("synth", {"--voce", "flite:slt", "--text", "a"}).err, "nothing takes --voce flite:slt;"));
+  EXPECT_TRUE(
+      holds(runProgram("synth", {"--voce", "flite:slt", "--text", "a"}).err, "nothing takes --voce flite:slt;"));
 }
 
 TEST_F(FirstSteps, FilmRatesAreTaken) {
@@ -265,7 +266,8 @@ TEST_F(FirstSteps, FiveMinutesOfRecordingAreDone) {
   std::memcpy(&rate, once.data() + kRateAt, 4);
   constexpr std::size_t kSilenceS = 300, kBytesASample = 2;
   std::string sound = once + std::string(kSilenceS * kBytesASample * rate, '\0') + once.substr(kHeader);
-  const auto size = static_cast<std::uint32_t>(sound.size() - kHeader), whole = static_cast<std::uint32_t>(sound.size() - 8);
+  const auto size = static_cast<std::uint32_t>(sound.size() - kHeader),
+             whole = static_cast<std::uint32_t>(sound.size() - 8);
   std::memcpy(sound.data() + kSizeAt, &size, 4);
   std::memcpy(sound.data() + kFileSizeAt, &whole, 4);
   const ProgramResult made = synth({"--audio", file("five.wav", sound), "--transcript",
@@ -291,10 +293,10 @@ TEST_F(FirstSteps, SongsOfOtherProgramsAreSung) {
   const auto note = [](char pitch) {
     return std::string({'\0', '\x90', pitch, '\x40', '\x83', '\x60', '\x80', pitch, '\0'});
   };
-  std::string track = event(3, "PART VOCALS") + event(0x51, std::string("\x07\xA1\x20", 3)) + event(5, "hap-") + note(60) +
-                      event(5, "py") + note(62) + event(5, "day") + note(64) + event(0x2F, "");
-  const std::string midi = std::string("MThd\0\0\0\x06\0\0\0\x01\x01\xE0MTrk\0\0\0", 21) +
-                           static_cast<char>(track.size()) + track;
+  std::string track = event(3, "PART VOCALS") + event(0x51, std::string("\x07\xA1\x20", 3)) + event(5, "hap-") +
+                      note(60) + event(5, "py") + note(62) + event(5, "day") + note(64) + event(0x2F, "");
+  const std::string midi =
+      std::string("MThd\0\0\0\x06\0\0\0\x01\x01\xE0MTrk\0\0\0", 21) + static_cast<char>(track.size()) + track;
   const std::string ust =
       "[#VERSION]\nUST Version1.2\n[#SETTING]\nTempo=120.00\n[#0000]\nLength=480\nLyric=hap\nNoteNum=60\n"
       "[#0001]\nLength=480\nLyric=+py\nNoteNum=62\n[#0002]\nLength=480\nLyric=day\nNoteNum=64\n[#TRACKEND]\n";

@@ -73,7 +73,8 @@ TEST_F(Shapes, OfAHeadsOwnKeepLipsTogetherAndTheReportCounts) {
   const std::string corpus = (face_.parent_path() / "clock.corpus").string();
   for (const std::vector<std::string>& step :
        {std::vector<std::string>{"anchors", head.string(), "--out", at("a.anchors.json")},
-        {"fit", "--mesh", head.string(), "--anchors", at("a.anchors.json"), "--corpus", corpus, "--out", at("a.face")}}) {
+        {"fit", "--mesh", head.string(), "--anchors", at("a.anchors.json"), "--corpus", corpus, "--out",
+         at("a.face")}}) {
     const ProgramResult result = runProgram("retarget", step);
     ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
   }

@@ -152,13 +152,15 @@ TEST(SmoothedOverPhones, AHeldVowelEndsNearOne) {
 
 /// Two vowels in a row, as in "you are": neither jumps to the other's.
 TEST(SmoothedOverPhones, NeighboursAreLedIntoEachOther) {
-  const SpeechLabels labels = spokenPhones({{Phone::kUW, 0.3}, {Phone::kAA, 1.5}, {Phone::kIY, 0.04}, {Phone::kT, 0.1}});
+  const SpeechLabels labels =
+      spokenPhones({{Phone::kUW, 0.3}, {Phone::kAA, 1.5}, {Phone::kIY, 0.04}, {Phone::kT, 0.1}});
   const StyleSignal ps = smoothedOverPhones(pitchSensitivities(labels), labels, kSpokenSensitivity);
   for (std::size_t i = 1; i < ps.points.size(); ++i)
     EXPECT_GT(ps.points[i].time, ps.points[i - 1].time + 0.015) << i << ": a step";
   for (const std::size_t border : {2U, 3U}) {
     const Seconds time = labels.phones[border].span.start;
-    const double left = ps.at(labels.phones[border - 1].span.middle()), right = ps.at(labels.phones[border].span.middle());
+    const double left = ps.at(labels.phones[border - 1].span.middle()),
+                 right = ps.at(labels.phones[border].span.middle());
     EXPECT_NE(left, right);
     EXPECT_GT(ps.at(time), std::min(left, right)) << border;
     EXPECT_LT(ps.at(time), std::max(left, right)) << border;
