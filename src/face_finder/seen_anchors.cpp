@@ -48,6 +48,8 @@ constexpr std::size_t kSearchSide = 320, kPictureSide = 512;
 /// Of the likely views those in which a whole figure's head is looked for: Y or Z up. It is in the upper share of it.
 constexpr std::size_t kFigureViews = 8;
 constexpr float kHeadShare = 0.3F;
+/// Of the mesh's size: a smaller part is not looked at.
+constexpr float kLeastFocus = 1e-3F;
 /// Of the distance of the outer eye corners: half the box round a face, how far the nose stands out at least, how far
 /// behind the rest of a face a place lies at most (the back of an empty eye socket lies deeper).
 constexpr float kHalfWide = 0.85F, kHalfHigh = 1.05F, kLeastNose = 0.08F, kDeepest = 0.7F;
@@ -114,10 +116,13 @@ class Onlooker {
       for (const Triangle& triangle : trianglesOf(mesh, part)) solid_.push_back({triangle, isSkin(part.kind)});
     }
     skin_tree_.emplace(mesh.vertices, skin_);
+    size_ = (mesh.vertices.colwise().maxCoeff() - mesh.vertices.colwise().minCoeff()).norm();
   }
 
   std::optional<Sight> look(const Matrix3f& view_from_mesh, const Eigen::AlignedBox3f& focus,
                             std::size_t side = kPictureSide) {
+    // A flat mesh has no upper part when it lies, and what is a speck in the mesh is no face.
+    if (!(focus.sizes().maxCoeff() > kLeastFocus * size_)) return std::nullopt;
     const VertexPositions seen = mesh_.vertices * view_from_mesh.transpose();
     const FacePainter painter(mesh_, focus, side, side, Vector3f::UnitZ());
     Picture picture;
@@ -248,6 +253,7 @@ class Onlooker {
 
   const FaceMesh& mesh_;
   FaceTracker& tracker_;
+  float size_ = 0;  ///< of all of the mesh
   std::vector<Triangle> skin_;
   std::vector<Solid> solid_;
   std::optional<TriangleTree> skin_tree_;

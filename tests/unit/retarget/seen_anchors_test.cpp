@@ -153,6 +153,17 @@ TEST(SeenAnchorsAnywhere, AMeshWithoutAFaceIsRefused) {
   EXPECT_FALSE(fs::exists(folder.path() / "a.json"));
 }
 
+TEST(SeenAnchorsAnywhere, AFlatMeshAndOneInAPointAreRefused) {
+  const ScratchFolder folder;
+  const fs::path mesh = folder.path() / "flat.obj";
+  for (const char* flat : {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "v 5 5 5\nv 5 5 5\nv 5 5 5\nf 1 2 3\n"}) {
+    writeFileAtomically(mesh, flat);
+    const auto result = runProgram("retarget", {"anchors", mesh.string(), "-o", (folder.path() / "a.json").string()});
+    EXPECT_EQ(result.exit_code, 1) << flat;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  }
+}
+
 TEST(SeenAnchorsAnywhere, AreFoundByFitWhereNoneAreGiven) {
   if (!fs::exists(kDefaultHead)) GTEST_SKIP() << "no " << kDefaultHead << "; make it with `make`";
   const fs::path corpus = fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / "clock.corpus";
