@@ -9,7 +9,7 @@ Operators: comparisons (< for <=, == for !=), arithmetic (+ for -, * for /, += f
 object (tools/mutants.h), which takes the place of its like in the room's archive when a test
 executable of the build folder is linked again: a mutant is then chosen by the environment, and costs no more than the tests
 that reach it. What does not compile as a mutant is left as it was. The seed draws a sample of --count (0: all). Tests that
-fail, crash or take ten times as long kill a mutant; survivors are printed as FILE:LINE, what was and what it became, those
+fail, crash or take three times as long kill a mutant; survivors are printed as FILE:LINE, what was and what it became, those
 that no test reaches with `not run`. Sources are not touched; what is made lies in BUILD/mutants, and is kept.
 """
 import argparse
@@ -229,7 +229,7 @@ class Tests:
             return None
         if any(self.reached[group][1][number] == 2 for group in reach):
             return "same"
-        limit = 5 + 10 * sum(self.reached[group][0] for group in reach)
+        limit = 5 + 3 * sum(self.reached[group][0] for group in reach)
         reach.sort(key=lambda group: self.reached[group][0])
         for some in (reach[:4], reach[4:16], reach[16:48], reach[48:]):  # the quickest first
             if some and self.run(some, limit, MUTANT=str(number)) != 0:

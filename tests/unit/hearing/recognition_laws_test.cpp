@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "hearing/recognition/speech_finder.h"
+#include "hearing/recognition/sound_search.h"
 #include "hearing/recognition/times_file.h"
 
 namespace mouthpiece {

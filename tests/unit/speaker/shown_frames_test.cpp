@@ -1,5 +1,5 @@
 // The frames that wait to be shown, and those between a frame and rest.
-#include "speaker/shown_frames.h"
+#include "speaker/live_parts.h"
 
 #include <gtest/gtest.h>
 

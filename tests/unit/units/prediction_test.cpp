@@ -137,6 +137,8 @@ TEST(SpeechSegments, PausesSettleRestAndOpenAgain) {
   const std::vector<SpeechSegment> old = partsOfPause(1.0, of_old_files);
   ASSERT_EQ(old.size(), 1U) << "as the models of older files know pauses";
   EXPECT_TRUE(featuresOf(old[0]).contains("viseme Uh"));
+  EXPECT_EQ(old[0].features[0].weight, 0.4) << "not half a vowel's way";
+  EXPECT_TRUE(old[0].breath);
 }
 
 TEST(SpeechSegments, TheMouthOpensEarlierInALongerSilence) {
