@@ -212,12 +212,15 @@ std::vector<Target> parseTargets(const std::string& path, std::string_view text,
     std::string list = call == "target_sources" ? "SOURCES" : "", side;
     for (i += 3; i < words.size() && words[i] != ")"; ++i) {
       const std::string& word = words[i];
-      if (word == "SOURCES" || word == "PUBLIC_HEADERS" || word == "LINKS") {
+      if (word == "SOURCES" || word == "APART" || word == "PUBLIC_HEADERS" || word == "LINKS") {
         list = word;
       } else if (word == "PUBLIC" || word == "PRIVATE") {
         side = word;
       } else if (list == "SOURCES") {
         found->sources.insert(listedPath(folder, globbed.contains(word) ? globbed[word] : word));
+      } else if (list == "APART") {
+        if (!found->sources.contains(listedPath(folder, word)))
+          breaches.push_back(path + ": " + word + " is compiled apart and is none of the SOURCES");
       } else if (list == "PUBLIC_HEADERS") {
         found->headers.insert(listedPath(folder, word));
       } else if (list == "LINKS") {
