@@ -94,6 +94,13 @@ TEST(Rules, LinksBesideTheList) {
   expectOneBreach(House(files).unlistedFiles(), "neither PUBLIC nor PRIVATE");
 }
 
+TEST(Rules, WhatIsCompiledApartIsASource) {
+  Files files = soundHouse();
+  files["src/base/CMakeLists.txt"] =
+      "mouthpiece_library(base PUBLIC_HEADERS text.h SOURCES text.cpp APART other.cpp LINKS PRIVATE fmt::fmt)";
+  expectOneBreach(House(files).unlistedFiles(), "other.cpp is compiled apart");
+}
+
 TEST(Rules, APrivateHeaderOfAnotherRoom) {
   Files files = soundHouse();
   files["src/programs/play/play_main.cpp"] += "#include \"motion/inner.h\"\n";
