@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Between making a temporary and locking it, it is nobody's; no process takes longer for that.
+/// Between making a temporary and locking it, it is nobody's, and empty; no process takes longer for that.
 constexpr std::time_t kYoungest = 60;
 
 template <typename Thing>
@@ -44,7 +44,8 @@ bool isLeftover(const fs::path& path) {
   struct stat facts {};
   if (::lstat(path.c_str(), &facts) != 0 || facts.st_uid != ::geteuid()) return false;
   if (!S_ISREG(facts.st_mode) && !S_ISDIR(facts.st_mode)) return false;
-  if (facts.st_mtime + kYoungest > std::time(nullptr)) return false;
+  const bool was_locked = S_ISREG(facts.st_mode) && facts.st_size > 0;
+  if (!was_locked && facts.st_mtime + kYoungest > std::time(nullptr)) return false;
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0) return false;
   const bool is_free = ::flock(descriptor, LOCK_EX | LOCK_NB) == 0;

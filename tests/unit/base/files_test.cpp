@@ -67,14 +67,16 @@ TEST(Files, KeepsTheUsersMask) {
 TEST(Files, WhatAKilledProcessLeftGoesAndWhatOthersAreAtStays) {
   const PrivateFolder folder;
   const fs::path left = folder.path() / ".a.txt.0123.tmp", held = folder.path() / ".a.txt.4567.tmp",
-                 young = folder.path() / ".a.txt.89ab.tmp", other = folder.path() / ".b.txt.cdef.tmp";
+                 young = folder.path() / ".a.txt.89ab.tmp", empty = folder.path() / ".a.txt.cdef.tmp",
+                 other = folder.path() / ".b.txt.cdef.tmp";
   for (const fs::path& path : {left, held, young, other}) std::ofstream(path) << "x";
-  for (const fs::path& path : {left, held, other}) age(path);
+  std::ofstream{empty};  // its maker may not have locked it yet
+  for (const fs::path& path : {left, other}) age(path);
   const FileLock lock(::open(held.c_str(), O_RDONLY | O_CLOEXEC));
   ASSERT_TRUE(lock.isOurs());
   writeFileAtomically(folder.path() / "a.txt", std::string_view("new"));
   EXPECT_EQ(namesIn(folder.path()),
-            (std::set<std::string>{"a.txt", held.filename(), young.filename(), other.filename()}));
+            (std::set<std::string>{"a.txt", held.filename(), empty.filename(), other.filename()}));
 }
 
 TEST(Files, AFolderLeftInTheTemporaryFolderGoes) {
