@@ -11,7 +11,7 @@ unpack_libraries() {  # PROCESSOR FOLDER
   [ -e "$2/done" ] && return 0
   mkdir -p "$2/lists/partial" "$2/packages/partial"
   apt="apt-get -qq -o APT::Architecture=$1 -o APT::Architectures=$1 -o Dir::State::Lists=$PWD/$2/lists"
-  $apt update
+  $apt update || echo "other_processors.sh: not all lists of $1 could be had; trying with the others" >&2
   (cd "$2/packages" && $apt download libgtest-dev libicu-dev libdeflate-dev libssl-dev zlib1g-dev libfmt-dev libfmt9)
   for package in "$2"/packages/*.deb; do dpkg -x "$package" "$2"; done
   touch "$2/done"
