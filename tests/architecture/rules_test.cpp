@@ -12,12 +12,14 @@ using Lines = std::vector<std::string>;
 Files soundHouse() {
   return {
       {"CMakeLists.txt", "foreach(wing src/base src/motion src/programs)\nendforeach()"},
-      {"src/base/CMakeLists.txt", "mouthpiece_library(base\n  PUBLIC_HEADERS text.h # what others see\n"
-                                  "  SOURCES text.cpp\n  LINKS PRIVATE fmt::fmt)\n"},
+      {"src/base/CMakeLists.txt",
+       "mouthpiece_library(base\n  PUBLIC_HEADERS text.h # what others see\n"
+       "  SOURCES text.cpp\n  LINKS PRIVATE fmt::fmt)\n"},
       {"src/base/text.h", "#pragma once\n#include <string>\n"},
       {"src/base/text.cpp", "#include \"base/text.h\"\n#include <fmt/format.h>\n#include <unistd.h>\n"},
-      {"src/motion/CMakeLists.txt", "mouthpiece_library(motion PUBLIC_HEADERS clip.h SOURCES clip.cpp\n"
-                                    "  LINKS PUBLIC Eigen3::Eigen PRIVATE mouthpiece::base)\n"},
+      {"src/motion/CMakeLists.txt",
+       "mouthpiece_library(motion PUBLIC_HEADERS clip.h SOURCES clip.cpp\n"
+       "  LINKS PUBLIC Eigen3::Eigen PRIVATE mouthpiece::base)\n"},
       {"src/motion/clip.h", "#include <Eigen/Core>\n#include \"motion/inner.h\"\n"},
       {"src/motion/inner.h", "#include <vector>\n"},
       {"src/motion/clip.cpp", "#include \"motion/clip.h\"\n#include \"base/text.h\"\n"},
@@ -73,8 +75,9 @@ TEST(Rules, ASourceThatNobodyLists) {
 
 TEST(Rules, AFolderMayListAllItsSources) {
   Files files = soundHouse();
-  files["src/base/CMakeLists.txt"] = "file(GLOB all CONFIGURE_DEPENDS *.cpp)\n"
-                                     "mouthpiece_library(base PUBLIC_HEADERS text.h SOURCES ${all} LINKS PRIVATE fmt::fmt)";
+  files["src/base/CMakeLists.txt"] =
+      "file(GLOB all CONFIGURE_DEPENDS *.cpp)\n"
+      "mouthpiece_library(base PUBLIC_HEADERS text.h SOURCES ${all} LINKS PRIVATE fmt::fmt)";
   files["src/base/more.cpp"] = "#include \"base/text.h\"\n";
   EXPECT_EQ(allBreaches(files), Lines{});
 }
@@ -174,8 +177,10 @@ TEST(Rules, ALongCircleWithinOneWing) {
   const std::vector<std::string> rooms{"a", "b", "c"};
   for (std::size_t i = 0; i < rooms.size(); ++i) {
     const std::string folder = "corpus_tools/" + rooms[i], next = rooms[(i + 1) % rooms.size()];
-    files[folder + "/CMakeLists.txt"] = "mouthpiece_library(" + rooms[i] + " PUBLIC_HEADERS x.h SOURCES x.cpp\n"
-                                        "  LINKS PRIVATE mouthpiece::" + next + ")";
+    files[folder + "/CMakeLists.txt"] = "mouthpiece_library(" + rooms[i] +
+                                        " PUBLIC_HEADERS x.h SOURCES x.cpp\n"
+                                        "  LINKS PRIVATE mouthpiece::" +
+                                        next + ")";
     files[folder + "/x.h"] = "";
     files[folder + "/x.cpp"] = "#include \"corpus_tools/" + next + "/x.h\"\n";
   }
@@ -199,8 +204,8 @@ TEST(Rules, ALibraryThatTalks) {
 }
 
 TEST(Rules, ALibraryThatKnowsAnOption) {
-  for (const std::string option : {"fail(\"--folds\");", "fail(\"found 3 (--fps)\");", "fail(\"say \\\"x\\\", or --hold-out\");",
-                                   "auto text = R\"(use --hold-out)\";"}) {
+  for (const std::string option : {"fail(\"--folds\");", "fail(\"found 3 (--fps)\");",
+                                   "fail(\"say \\\"x\\\", or --hold-out\");", "auto text = R\"(use --hold-out)\";"}) {
     Files files = soundHouse();
     files["src/motion/clip.cpp"] += "\n" + option + "\n";
     expectOneBreach(House(files).talkingLibraries(), "clip.cpp:4: names an option");
@@ -214,8 +219,8 @@ TEST(Rules, ALibraryThatKnowsAnOption) {
 }
 
 TEST(Rules, AHeavyHeaderTakenAlong) {
-  for (const std::string heavy : {"CGAL/AABB_tree.h", "CLI/CLI.hpp", "nlohmann/json.hpp", "OpenMesh/Core/IO/IOManager.hh",
-                                  "sqlite3.h", "tiny_gltf.h", "spdlog/spdlog.h"}) {
+  for (const std::string heavy : {"CGAL/AABB_tree.h", "CLI/CLI.hpp", "nlohmann/json.hpp",
+                                  "OpenMesh/Core/IO/IOManager.hh", "sqlite3.h", "tiny_gltf.h", "spdlog/spdlog.h"}) {
     Files files = soundHouse();
     files["src/motion/inner.h"] += "#include <" + heavy + ">\n";
     expectOneBreach(House(files).heavyHeaders(), "through src/motion/inner.h");

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include <limits>
 #include <random>
 
 namespace mouthpiece {
@@ -69,7 +70,8 @@ TEST(Deflate, TheBeginningOfAStreamIsReadAlone) {
   EXPECT_FALSE(inflatedStart(packed.substr(0, packed.size() / 2), 5000));
   EXPECT_FALSE(inflatedStart("", 1));
   EXPECT_FALSE(inflatedStart("neither zlib nor anything like it", 100));
-  EXPECT_FALSE(inflatedStart(packed, std::numeric_limits<std::size_t>::max() / 16)) << "more than any stream of that length makes";
+  EXPECT_FALSE(inflatedStart(packed, std::numeric_limits<std::size_t>::max() / 16))
+      << "more than any stream of that length makes";
 }
 
 }  // namespace
