@@ -1,11 +1,12 @@
 
+#include "phonetics/language/english_text.h"
+
 #include <algorithm>
 #include <vector>
 
 #include "base/text_encoding.h"
 #include "phonetics/language/english_numbers.h"
 #include "phonetics/language/english_tables.h"
-#include "phonetics/language/english_text.h"
 #include "phonetics/language/language.h"
 
 namespace mouthpiece::english_text {
