@@ -1,4 +1,3 @@
-
 #include "phonetics/language/english_text.h"
 
 #include <algorithm>
