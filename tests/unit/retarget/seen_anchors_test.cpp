@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <ostream>
 
 #include "base/files.h"
 #include "deform/mesh/face_mesh.h"
@@ -53,6 +54,8 @@ struct ClickedHead {
   const char* name;
   const char* file;  ///< in the shared faces
 };
+/// As CTest shall name it.
+void PrintTo(const ClickedHead& head, std::ostream* out) { *out << head.name; }
 
 class SeenAnchors : public testing::TestWithParam<ClickedHead> {};
 
