@@ -4,6 +4,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "deform/mesh/face_mesh.h"
+#include "deform/mesh/mesh_limits.h"
 #include "exports/arkit.h"
 #include "exports/curves/weight_tracks.h"
 #include "exports/gltf/glb.h"
@@ -12,8 +13,6 @@
 
 namespace mouthpiece {
 namespace {
-
-constexpr std::uint64_t kMostMeshBytes = std::uint64_t{1} << 30;
 
 /// Columns by the shapes' names.
 OwnShapeWeights visemeWeights(const UtteranceAnimation& animation) {
@@ -35,7 +34,7 @@ std::string Performance::Data::namedGlb(NamedShapes kind) const {
   const FaceMesh& mesh = own.rig.mesh();
   const std::filesystem::path mesh_path = own.meshPath();
   const double rate = animation.motion.frame_rate_hz;
-  std::string given = isGlb(mesh_path) ? readFile(mesh_path, kMostMeshBytes) : "";
+  std::string given = isGlb(mesh_path) ? readFile(mesh_path, kMaxMeshBytes) : "";
   if (!given.empty() && is_arkit) {
     // A head that has them is driven by its own.
     if (auto driven = glbWithWeights(given, mesh_path.string(), rate, {arkitOfHead(), arkitIndex})) return *driven;

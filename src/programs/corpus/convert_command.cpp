@@ -10,6 +10,7 @@
 #include "corpus_tools/takes/lip_sync.h"
 #include "corpus_tools/takes/sound_sync.h"
 #include "deform/mesh/face_mesh.h"
+#include "deform/mesh/mesh_limits.h"
 #include "exports/arkit.h"
 #include "motion/formats/motion_file.h"
 #include "motion/lip_gauge.h"
@@ -37,7 +38,6 @@ struct ArkitTake {
   bool left_head_out = false;  ///< the file turns the head
 };
 
-constexpr std::uint64_t kMaxHeadBytes = std::uint64_t{1} << 30U;
 constexpr std::uint64_t kMaxAnchorBytes = 64 << 20;
 constexpr std::uint64_t kMaxTrackBytes = std::uint64_t{1} << 30U;
 constexpr Seconds kLongestSound = 3600;
@@ -61,7 +61,7 @@ PlacedHead headOfFace(const fs::path& path) {
   const FaceFile face = readFaceFile(path);
   const fs::path mesh_path = path.parent_path() / face.mesh_file;
   return {readMeshOf(face, path),
-          shapesOf(readFile(mesh_path, kMaxHeadBytes), mesh_path, face.upright_from_mesh, face.mesh_object),
+          shapesOf(readFile(mesh_path, kMaxMeshBytes), mesh_path, face.upright_from_mesh, face.mesh_object),
           face.marker_names, face.marker_targets};
 }
 
@@ -86,7 +86,7 @@ PlacedHead headOfGlb(const ArkitTakeOptions& options) {
   const fs::path anchors_path = options.anchors.empty() ? anchorsBeside(options.head) : options.anchors;
   Anchors anchors = parseAnchors(readFile(anchors_path, kMaxAnchorBytes), anchors_path.string());
   anchors.metres_per_unit.reset();  // of another file of the head: a GLB tells by its size
-  const std::string bytes = readFile(options.head, kMaxHeadBytes);
+  const std::string bytes = readFile(options.head, kMaxMeshBytes);
   PlacedHead head{.mesh = parseFaceMesh(bytes, options.head), .shapes = {}, .marker_names = {}, .places = {}};
   const Corpus actor = readCorpus(findSharedFile("sample.corpus", "make it with `make`"));
   FitRequest request;

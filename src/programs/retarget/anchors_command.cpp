@@ -8,6 +8,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "deform/mesh/face_mesh.h"
+#include "deform/mesh/mesh_limits.h"
 #include "exports/arkit.h"
 #include "face_finder/seen_anchors.h"
 #include "programs/retarget/commands.h"
@@ -20,8 +21,6 @@ namespace mouthpiece {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::uint64_t kMostHeadBytes = std::uint64_t{1} << 30;
 
 struct AnchorsArguments {
   fs::path mesh, out, show;
@@ -90,7 +89,7 @@ std::optional<SeenFace> seenOn(const FaceMesh& mesh) {
 }
 
 int runAnchors(const AnchorsArguments& given) {
-  const std::string bytes = readFile(given.mesh, kMostHeadBytes);
+  const std::string bytes = readFile(given.mesh, kMaxMeshBytes);
   const FaceMesh mesh = parseFaceMesh(bytes, given.mesh, given.object);
   const AnchorSource source = given.by == "shapes"  ? AnchorSource::kShapes
                               : given.by == "looks" ? AnchorSource::kLooks

@@ -5,14 +5,13 @@
 
 #include "base/files.h"
 #include "deform/mesh/face_mesh.h"
+#include "deform/mesh/mesh_limits.h"
 #include "deform/mesh/mesh_reader.h"
 #include "programs/retarget/commands.h"
 #include "retarget/placing/face_page.h"
 
 namespace mouthpiece {
 namespace {
-
-constexpr std::uint64_t kMostMeshBytes = std::uint64_t{1} << 30;
 
 struct PickArguments {
   std::filesystem::path mesh, out, anchors;
@@ -21,7 +20,7 @@ struct PickArguments {
 };
 
 int runPick(const PickArguments& given) {
-  const std::string bytes = readFile(given.mesh, kMostMeshBytes);
+  const std::string bytes = readFile(given.mesh, kMaxMeshBytes);
   const FaceMesh mesh = parseFaceMesh(bytes, given.mesh, given.object);
   PageDressing dressing;
   if (isGlb(given.mesh)) dressing.pictures = glbPictures(bytes, given.mesh.string());
