@@ -127,6 +127,17 @@ const checks = {
     await page.locator('#offers').selectOption('0');
     const unit = (await edits()).find(({ kind }) => kind === 'unit');
     assert.ok(unit.take && unit.phones.length >= 2, JSON.stringify(unit));
+    let offered = 0;
+    for (const phone of await page.locator('.phone').all()) {
+      await phone.click();
+      const name = (await phone.textContent()).trim() || 'sil';
+      const offers = (await page.locator('#offers option').allTextContents()).slice(1);
+      for (const offer of offers) assert.ok(offer.split(', ')[1].split(' (')[0].split(' ').includes(name), `${name} is not in "${offer}"`);
+      offered += offers.length > 0 ? 1 : 0;
+    }
+    assert.ok(offered > 2, `${offered} phones have offers`);
+    await page.evaluate(() => mouthpiece.seek(0.3));
+    await page.locator('#offers').waitFor();
     await page.locator('#edit-unit button', { hasText: 'curves' }).click();
     assert.ok((await edits()).some(({ kind }) => kind === 'curves'));
     await page.locator('#undo').click();

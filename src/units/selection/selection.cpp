@@ -260,28 +260,45 @@ std::size_t wholeEntries(const Tier& tier, std::size_t first, std::size_t last) 
   }));
 }
 
+/// Other seen places of the corpus that say the target's phones `range`, the cheapest first.
+std::vector<SelectedUnit> cheapestPlaces(const SpeechLabels& target, const UnitDatabase& database,
+                                         const SelectionCosts& costs, const PhoneRange& range, const PhonePlace& own,
+                                         std::size_t most) {
+  constexpr std::size_t kMostLookedAt = 200;
+  std::vector<Phone> wanted;
+  for (std::size_t i = range.first.value; i <= range.last.value; ++i) wanted.push_back(target.phones[i].phone);
+  std::vector<SelectedUnit> candidates;
+  std::size_t looked_at = 0;
+  for (const PhonePlace& place : database.index().placesOf(wanted)) {
+    if (place == own) continue;
+    if (++looked_at > kMostLookedAt) break;
+    candidates.push_back({range, place, costs.targetCost(range, place), 0, false, {}});
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const SelectedUnit& a, const SelectedUnit& b) { return a.target_cost < b.target_cost; });
+  // Whether a place was seen is read from the file: only of those that may be offered.
+  std::vector<SelectedUnit> seen;
+  for (const SelectedUnit& candidate : candidates) {
+    if (seen.size() == most) break;
+    if (database.isSeen(candidate.source, wanted.size())) seen.push_back(candidate);
+  }
+  return seen;
+}
+
 std::vector<SelectedUnit> cheapestOthers(const SpeechLabels& target, const UnitDatabase& database,
                                          const SelectionCosts& costs, const SelectedUnit& unit, std::size_t most) {
-  constexpr std::size_t kMostLookedAt = 200;
-  const PhoneRange& phones = unit.phones;
-  std::vector<Phone> wanted;
-  for (std::size_t i = phones.first.value; i <= phones.last.value; ++i) wanted.push_back(target.phones[i].phone);
+  const std::size_t begin = unit.phones.first.value, end = unit.phones.last.value + 1;
+  std::vector<bool> has_offer(end - begin, false);
   std::vector<SelectedUnit> others;
-  for (; wanted.size() >= 2 && others.empty(); wanted.pop_back()) {
-    const PhoneRange range = rangeOf(phones.first.value, wanted.size());
-    std::vector<SelectedUnit> candidates;
-    std::size_t looked_at = 0;
-    for (const PhonePlace& place : database.index().placesOf(wanted)) {
-      if (place == unit.source) continue;
-      if (++looked_at > kMostLookedAt) break;
-      candidates.push_back({range, place, costs.targetCost(range, place), 0, false, {}});
-    }
-    std::stable_sort(candidates.begin(), candidates.end(),
-                     [](const SelectedUnit& a, const SelectedUnit& b) { return a.target_cost < b.target_cost; });
-    // Whether a place was seen is read from the file: only of those that may be offered.
-    for (const SelectedUnit& candidate : candidates) {
-      if (others.size() == most) break;
-      if (database.isSeen(candidate.source, wanted.size())) others.push_back(candidate);
+  for (std::size_t count = end - begin; count >= 2; --count) {
+    std::vector<bool> has_longer = has_offer;
+    for (std::size_t first = begin; first + count <= end; ++first) {
+      const auto covered = has_longer.begin() + signedIndex(first - begin);
+      if (std::all_of(covered, covered + signedIndex(count), [](bool is) { return is; })) continue;
+      const std::vector<SelectedUnit> found =
+          cheapestPlaces(target, database, costs, rangeOf(first, count), advance(unit.source, first - begin), most);
+      others.insert(others.end(), found.begin(), found.end());
+      if (!found.empty()) std::fill_n(has_offer.begin() + signedIndex(first - begin), signedIndex(count), true);
     }
   }
   return others;

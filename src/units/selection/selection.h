@@ -75,8 +75,9 @@ struct SelectedUnit {
 std::vector<SelectedUnit> selectUnits(const SpeechLabels& target, const UnitDatabase& database,
                                       const SelectionOptions& options);
 
-/// For the phones of each of `units` other seen fragments than its own, the cheapest by target cost first, at most
-/// `most`; where there are none of all these phones, of as many of them, from the first on, as there are.
+/// For the phones of each of `units` other seen fragments than its own: for each phone of the longest runs of the unit's
+/// phones with it that the corpus says elsewhere, too. Longest runs first; of a run at most `most`, the cheapest by
+/// target cost first.
 std::vector<std::vector<SelectedUnit>> otherUnits(const SpeechLabels& target, const UnitDatabase& database,
                                                   std::span<const SelectedUnit> units, std::size_t most);
 

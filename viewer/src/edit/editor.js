@@ -305,7 +305,7 @@ export class Editor {
     told.textContent = `${names(unit.first, unit.last).join(' ')} from ${unit.take || 'curves'}`;
     const actions = [];
     if (unit.take && this.served.isThere) actions.push(button('See and hear the source', () => this.served.showSource(number, unit.source_start_s)));
-    const offers = editing?.offers?.[number] ?? [];
+    const offers = (editing?.offers?.[number] ?? []).filter(({ first, last }) => first <= phone && phone <= last);
     if (offers.length) {
       const choose = document.createElement('select');
       choose.setAttribute('aria-label', 'Take it from elsewhere');
