@@ -80,8 +80,8 @@ struct MOUTHPIECE_API Manner {
   StyleParameter hold;                 ///< 0 to 1: how long a phone's pose is held
   StyleParameter lead_ms;              ///< -200 to 200: how much earlier than the sound the mouth moves
   StyleParameter smooth_ms;            ///< 0 to 200: smoothing in time, a Gaussian's standard deviation
-  /// What moves lids, brows and forehead: whatever moves the mouth; stretches of the capture chosen for them; blinks
-  /// and brows by rules; or captured where the corpus' lids move, else rules.
+  /// What moves lids, brows and forehead: what moves the mouth, but the lids rest; stretches of the capture chosen for
+  /// them; blinks and brows by rules; or captured where the corpus' lids move, else rules.
   enum class UpperFace { kMouth, kCaptured, kRules, kBest };
   UpperFace upper_face = UpperFace::kMouth;
   bool gaze = false;            ///< the eyes move, by rules

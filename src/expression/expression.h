@@ -19,7 +19,7 @@ namespace mouthpiece {
 
 /// What moves lids, brows and forehead.
 enum class UpperFaceSource {
-  kMouth,     ///< whatever fragments move the mouth
+  kMouth,     ///< brows by the fragments that move the mouth, lids at rest
   kCaptured,  ///< stretches of the corpus, chosen for them by stress, phrase and pause
   kRules,     ///< blinks and brows drawn at random by rates from the literature
   kBest       ///< captured where the corpus' lids move, else rules

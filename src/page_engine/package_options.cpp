@@ -25,6 +25,7 @@ auto switchesOf(auto& options) {
                     &options.departures.silences_keep_their_pace,
                     &options.departures.joins_where_lips_agree,
                     &options.departures.offsets_led_away,
+                    &options.departures.lids_rest,
                     &options.curves.fill_gaps,
                     &options.curves.before_stand_ins,
                     &options.expression.gaze,

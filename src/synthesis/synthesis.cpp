@@ -148,8 +148,18 @@ std::vector<Join> measureJoins(std::vector<Seconds> times, const MotionClip& mot
   return joins;
 }
 
+/// Lids at rest: where fragments that were chosen for the mouth are joined they would bring halves of blinks.
+void restLids(const LineToRender& line, MotionClip& motion) {
+  const Corpus& corpus = line.database.corpus();
+  for (std::size_t marker = 0; marker < corpus.layout.markers.size(); ++marker) {
+    if (corpus.layout.markers[marker].region != "lid") continue;
+    for (std::size_t i = 3 * marker; i < 3 * marker + 3; ++i)
+      motion.positions_mm.col(signedIndex(i)).setConstant(corpus.neutral_pose_mm.data()[i]);
+  }
+}
+
 /// Lids, brows and forehead, eyes and head as `options` have them; what was drawn at random is told in `made`.
-void addExpression(const ExpressionOptions& options, const LineToRender& line, std::string_view text,
+void addExpression(const ExpressionOptions& options, const LineToRender& line, bool is_joined, std::string_view text,
                    UtteranceAnimation& made) {
   const std::size_t last = text.find_last_not_of(" \t\r\n\"')");
   const bool asks = last != std::string_view::npos && text[last] == '?';
@@ -157,7 +167,10 @@ void addExpression(const ExpressionOptions& options, const LineToRender& line, s
   made.gaze = std::move(expression.gaze);
   made.head = std::move(expression.head);
   made.warnings.insert(made.warnings.end(), expression.warnings.begin(), expression.warnings.end());
-  if (expression.upper_face.empty()) return;
+  if (expression.upper_face.empty()) {
+    if (is_joined && line.options.departures.lids_rest) restLids(line, made.motion);
+    return;
+  }
   const std::vector<bool> upper = upperFaceColumns(line.database.corpus().layout);
   for (std::size_t i = 0; i < upper.size(); ++i) {
     if (upper[i]) made.motion.positions_mm.col(signedIndex(i)) = expression.upper_mm.col(signedIndex(i));
@@ -176,7 +189,7 @@ SynthesisOptions edgeAsPublished() {
   for (const char* unpublished : {"word position", "stress", "closure", "join position", "join velocity"})
     options.selection.weights[unpublished] = 0;
   options.context.enabled = false;
-  options.departures = {false, false, false};
+  options.departures = {false, false, false, false};
   return options;
 }
 
@@ -239,7 +252,7 @@ UtteranceAnimation renderPlan(const SynthesisPlan& plan, const SynthesisRequest&
   made.labels = request.labels;
   made.audio = request.audio;
   made.motion = {request.options.frame_rate_hz, corpus.layout.markerNames(), std::move(whole.positions_mm)};
-  addExpression(request.options.expression, line, request.text, made);
+  addExpression(request.options.expression, line, !whole.joins.empty(), request.text, made);
   if (request.options.expression.hasMood()) addMood(request.options.expression.mood, line, made.motion.positions_mm);
   made.tongue = tongueFromPhones(request.labels, line.times);
   made.lips = lipsFromPhones(request.labels, line.times);

@@ -23,6 +23,7 @@ struct Departures {
   bool silences_keep_their_pace = true;  ///< off: they are stretched as phones are
   bool joins_where_lips_agree = true;    ///< off: in the middle of the shared phone, the whole face at once
   bool offsets_led_away = true;          ///< JoinOffset
+  bool lids_rest = true;                 ///< off: they move with the fragments that move the mouth
 };
 
 struct SynthesisOptions {

@@ -170,6 +170,7 @@ std::vector<EvaluationMethod> stepsFromEdge(const UnitDatabase& database) {
   options.selection.units = UnitScales::kAny;
   add("+ units of any length");
   options.selection.method = SelectionMethod::kViterbi;
+  options.departures.lids_rest = true;  // no row of its own: the table looks at lips
   add("+ cheapest cover");
   return methods;
 }

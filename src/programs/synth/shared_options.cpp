@@ -138,7 +138,8 @@ void addSharedOptions(CLI::App& app, SharedOptions& options) {
              {"best", UpperFace::kBest},
              {"captured", UpperFace::kCaptured},
              {"rules", UpperFace::kRules}},
-            "What moves lids and brows. mouth: the fragments that move the mouth; captured: stretches of the capture "
+            "What moves lids and brows. mouth: brows by the fragments that move the mouth, lids at rest; captured: "
+            "stretches of the capture "
             "chosen for them by stress, phrase and pause; rules: blinks and brows drawn at random; best: captured "
             "where the corpus' lids move, else rules (default: mouth)");
   app.add_flag("--gaze", manner.gaze, "The eyes move");

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "base/errors.h"
+#include "base/index.h"
 #include "support/tiny_corpus.h"
 #include "synthesis/join.h"
 
@@ -98,6 +99,27 @@ TEST(Synthesis, MotionOnDemandMakesTheSameLine) {
 }
 
 /// All phones last 100 ms here, so nothing is sped up by warping and a join alone could make a jump.
+/// Where fragments that move the mouth are joined lids would bring halves of blinks; as EDGE was published they do.
+TEST(Synthesis, LidsRestInALineOfFragments) {
+  Corpus corpus = tinyCorpus();
+  corpus.layout.markers.back().region = "lid";
+  const Eigen::Index lid = signedIndex(3 * corpus.layout.markers.size()) - 2;
+  for (CorpusTake& take : corpus.takes) {
+    for (Eigen::Index frame = 0; frame < take.motion.positions_mm.rows(); ++frame)
+      take.motion.positions_mm(frame, lid) += 3 * std::sin(0.2 * asReal(frame));
+  }
+  const auto travel = [&](const SpeechLabels& labels, const SynthesisOptions& options) {
+    SynthesisRequest request = requestFor(labels, 120);
+    request.options = options;
+    const MotionClip motion = synthesise(request, corpus).motion;
+    return (motion.positions_mm.col(lid).array() - corpus.neutral_pose_mm.data()[lid]).abs().maxCoeff();
+  };
+  const SpeechLabels joined = tinyLabels("T-AY-M IH-Z", 42);
+  EXPECT_EQ(travel(joined, {}), 0);
+  EXPECT_GT(travel(joined, edgeAsPublished()), 1);
+  EXPECT_GT(travel(corpus.takes[0].labels, {}), 1) << "a take that comes back whole keeps its blinks";
+}
+
 TEST(Synthesis, JoinsMoveNoFasterThanTheCaptureDoes) {
   Corpus corpus = tinyCorpus();
   for (CorpusTake& take : corpus.takes) take = testing::tinyTake(take.name, take.text, 0);
