@@ -4,7 +4,7 @@ import { spawnSync } from 'node:child_process';
 import { readFileSync, writeFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { launchBrowser, listen, prepareFolders, runChecks, untilFace } from './environment.mjs';
+import { expectFits, launchBrowser, listen, prepareFolders, runChecks, untilFace } from './environment.mjs';
 
 const [pageFile, synth, scratch, screenshotStem] = process.argv.slice(2);
 prepareFolders(scratch, screenshotStem);
@@ -165,9 +165,7 @@ const checks = {
   async 'dark and narrow it fits, too'() {
     await page.locator('#edit').click();
     await page.emulateMedia({ colorScheme: 'dark' });
-    await page.setViewportSize({ width: 420, height: 900 });
-    await page.waitForTimeout(300);
-    assert.ok((await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)) <= 0);
+    await expectFits(page);
     await page.screenshot({ path: `${screenshotStem}_narrow.png`, fullPage: true });
   },
 

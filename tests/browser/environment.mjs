@@ -105,3 +105,13 @@ export async function runChecks(checks, subject, close) {
   }
   process.exitCode = failed === 0 ? 0 : 1;
 }
+
+/// No window from a phone's to a wide screen's has to be scrolled sideways. Leaves the narrowest.
+export async function expectFits(page, narrowest = 420) {
+  for (const width of [1360, 1024, 900, 768, 641, 600, narrowest]) {
+    await page.setViewportSize({ width, height: 860 });
+    await page.waitForTimeout(300);
+    const overflow = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+    if (overflow > 0) throw new Error(`${overflow} pixels too wide at ${width}`);
+  }
+}

@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import { existsSync, mkdirSync } from 'node:fs';
 import { dirname, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { launchBrowser, listen, skip } from './environment.mjs';
+import { expectFits, launchBrowser, listen, skip } from './environment.mjs';
 
 const [, , pageFile, reportFile, screenshotStem] = process.argv;
 if (!pageFile || !reportFile || !screenshotStem) {
@@ -44,6 +44,7 @@ try {
   assert.equal(await page.locator('#of_take tbody tr').count(), rows);
   mkdirSync(dirname(screenshotStem), { recursive: true });
   await page.screenshot({ path: `${screenshotStem}_evaluation.png` });
+  await expectFits(page);
 
   // The corpus report is made of the same pieces.
   await page.goto(pathToFileURL(resolve(reportFile)).href);
@@ -51,6 +52,7 @@ try {
   assert.equal(await page.locator('#track svg > path').count(), 3);
   assert.ok((await page.locator('#track svg text').allTextContents()).includes('sil'));
   await page.screenshot({ path: `${screenshotStem}_report.png` });
+  await expectFits(page);
   assert.deepEqual(complaints, []);
   console.log('six rows, three plots, two takes; the report has its curves');
 } catch (error) {

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { existsSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { dirname, join, resolve } from 'node:path';
-import { endServer, launchBrowser, listen, prepareFolders, runChecks, startServer, untilFace } from './environment.mjs';
+import { endServer, expectFits, launchBrowser, listen, prepareFolders, runChecks, startServer, untilFace } from './environment.mjs';
 
 const [synth, scratch, screenshotStem] = process.argv.slice(2);
 prepareFolders(scratch, screenshotStem);
@@ -223,9 +223,7 @@ const checks = {
 
   async 'narrow and dark'(page) {
     await page.emulateMedia({ colorScheme: 'dark' });
-    await page.setViewportSize({ width: 420, height: 860 });
-    await page.waitForTimeout(400);
-    assert.ok((await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)) <= 0);
+    await expectFits(page);
     await page.screenshot({ path: `${screenshotStem}_narrow.png`, fullPage: true });
     await page.setViewportSize({ width: 1360, height: 880 });
     await page.emulateMedia({ colorScheme: 'light' });

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { existsSync, mkdirSync } from 'node:fs';
 import { dirname, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { launchBrowser, listen, runChecks, skip, untilFace } from './environment.mjs';
+import { expectFits, launchBrowser, listen, runChecks, skip, untilFace } from './environment.mjs';
 
 const [, , pageFile, screenshotStem] = process.argv;
 if (!pageFile || !screenshotStem) {
@@ -280,10 +280,7 @@ const checks = {
     await page.emulateMedia({ colorScheme: 'dark' });
     await page.waitForTimeout(400);
     await page.screenshot({ path: `${screenshotStem}_dark.png` });
-    await page.setViewportSize({ width: 420, height: 800 });
-    await page.waitForTimeout(600);
-    const overflow = await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
-    assert.ok(overflow <= 0, `${overflow} pixels too wide`);
+    await expectFits(page);
     await page.screenshot({ path: `${screenshotStem}_narrow.png` });
   },
 
