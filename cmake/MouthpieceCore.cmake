@@ -14,14 +14,14 @@ foreach(library eigen3 fmt nlohmann boost CGAL hwy)
 endforeach()
 
 file(GLOB core_sources CONFIGURE_DEPENDS
-  src/audio/band_energy.cpp src/expression/*.cpp src/motion/*.cpp src/page_engine/package_options.cpp src/page_engine/package_reader.cpp
+  src/audio/band_energy.cpp src/expression/*.cpp src/motion/*.cpp src/page_engine/package_options.cpp src/page_engine/package_reader.cpp src/page_engine/packed_mesh.cpp
   src/page_engine/page_engine.cpp src/phonetics/labels/speech_labels.cpp src/synthesis/*.cpp src/units/costs/*.cpp
   src/units/prediction/*.cpp src/units/selection/*.cpp src/vocal/*.cpp
   deform/kernel/*.cpp deform/mouth/*.cpp deform/surface/*.cpp retarget/warp/*.cpp)
 list(FILTER core_sources EXCLUDE REGEX "/live_motion\\.cpp$")  # hears
 # Faces are triangulated when they are fitted, by predicates that set the rounding mode, which WebAssembly has not.
 list(FILTER core_sources EXCLUDE REGEX "/triangulation\\.cpp$")
-foreach(name errors json_fields parallel_for rbf statistics text_encoding text_numbers)
+foreach(name errors json_fields json_text parallel_for rbf statistics text_encoding text_numbers)
   list(APPEND core_sources src/base/${name}.cpp)
 endforeach()
 foreach(name ipa phone)
@@ -30,7 +30,7 @@ endforeach()
 foreach(name face_mesh gums head_topology lip_cut lip_line lip_slit mesh_parts polygons triangle_tree welding)
   list(APPEND core_sources deform/mesh/${name}.cpp)
 endforeach()
-foreach(name eyeballs face_file face_file_mesh face_rig larynx missing_markers)
+foreach(name ball_fit eyeballs face_file face_file_mesh face_rig larynx missing_markers)
   list(APPEND core_sources retarget/rig/${name}.cpp)
 endforeach()
 

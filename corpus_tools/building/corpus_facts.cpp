@@ -9,6 +9,7 @@
 #include <set>
 
 #include "base/errors.h"
+#include "base/json_text.h"
 #include "corpus_tools/takes/head_tracking.h"
 #include "corpus_tools/takes/take_report.h"
 #include "synthesis/curve_model.h"
@@ -176,10 +177,10 @@ std::string corpusFactsJson(const Corpus& corpus) {
                          {"build_log", corpus.build_log}};
   if (const std::optional<VisemePoses> poses = storedPoses(corpus))
     json["viseme_poses"] = {{"explained", poses->explainedShare()}, {"lips_explained", poses->lipExplainedShare()}};
-  const nlohmann::json reports = nlohmann::json::parse(logged(corpus, kTakeReportsKey), nullptr, false);
+  const nlohmann::json reports = looseJson(logged(corpus, kTakeReportsKey));
   json["build_log"].erase("takes_left_out");
   if (!reports.is_discarded()) json["build_log"][kTakeReportsKey] = reports;
-  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return jsonText(json, 2) + "\n";
 }
 
 CorpusCheck checkCorpus(const Corpus& corpus) {

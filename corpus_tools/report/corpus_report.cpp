@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "base/byte_reader.h"
+#include "base/json_text.h"
 #include "base/page_data.h"
 #include "base/statistics.h"
 #include "corpus_tools/report/data_page.h"
@@ -238,10 +239,9 @@ Json markersJson(const Corpus& corpus) {
   }
   Json list = Json::array();
   for (std::size_t m = 0; m < missing.size(); ++m) {
-    list.push_back(
-        {{"name", corpus.layout.markers[m].name},
-         {"noise_mm", quantile(noise[m], 0.5, 0)},
-         {"missing_share", frames == 0 ? 0.0 : asReal(missing[m]) / asReal(frames)}});
+    list.push_back({{"name", corpus.layout.markers[m].name},
+                    {"noise_mm", quantile(noise[m], 0.5, 0)},
+                    {"missing_share", frames == 0 ? 0.0 : asReal(missing[m]) / asReal(frames)}});
   }
   return list;
 }
@@ -251,8 +251,7 @@ std::string trajectory(const CorpusTake& take, const MarkerPositions& neutral_mm
   ByteWriter bytes;
   for (std::size_t frame = 0; frame < take.motion.frameCount(); frame += step) {
     for (Eigen::Index i = 0; i < neutral_mm.size(); ++i) {
-      const double moved =
-          (take.motion.positions_mm(signedIndex(frame), i) - neutral_mm(i / 3, i % 3)) / kPageStepMm;
+      const double moved = (take.motion.positions_mm(signedIndex(frame), i) - neutral_mm(i / 3, i % 3)) / kPageStepMm;
       bytes.writeU16(std::isfinite(moved) ? std::lrint(std::clamp(moved, -32000.0, 32000.0)) : kNotSeen);
     }
   }
@@ -300,13 +299,13 @@ Json reportJson(const Corpus& corpus, const ReportOptions& options) {
 }  // namespace
 
 std::string corpusReportJson(const Corpus& corpus, const ReportOptions& options) {
-  return reportJson(corpus, options).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return jsonText(reportJson(corpus, options), 2) + "\n";
 }
 
 std::string corpusReportHtml(const Corpus& corpus, const ReportOptions& options) {
   Json report = reportJson(corpus, options);
   addTrajectories(report, corpus, options.most_trajectory_bytes);
-  return dataPage(kCorpusReportPage, report.dump(-1, ' ', false, Json::error_handler_t::replace));
+  return dataPage(kCorpusReportPage, jsonText(report));
 }
 
 }  // namespace mouthpiece

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "base/index.h"
+#include "base/json_text.h"
 
 namespace mouthpiece {
 namespace {
@@ -96,8 +97,7 @@ LipFidelity::Bands jerkOf(const LipPaths& lips) {
       (x.bottomRows(count) - 3 * x.middleRows(2, count) + 3 * x.middleRows(1, count) - x.topRows(count));
   double power = 0;
   for (Eigen::Index t = 0; t < count; ++t) {
-    const double window =
-        0.5 - 0.5 * std::cos(2 * std::numbers::pi * asReal(t) / asReal(count));
+    const double window = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * asReal(t) / asReal(count));
     jerk.row(t) *= window;
     power += window * window;
   }
@@ -122,7 +122,7 @@ LipFidelity::Bands jerkOf(const LipPaths& lips) {
 std::string reportsToJson(const std::vector<TakeReport>& reports) {
   Json list = Json::array();
   for (const TakeReport& report : reports) list.push_back(toJson(report));
-  return list.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return jsonText(list);
 }
 
 std::vector<TakeReport> reportsFromJson(const std::string& text) {

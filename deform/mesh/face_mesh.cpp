@@ -71,6 +71,11 @@ FaceMesh parseFaceMesh(std::string_view bytes, const std::filesystem::path& path
       fmt::format("found the ending '{}'; expected .obj, .ply, .off, .glb or .vrm", printable(extension, 20)));
 }
 
+std::shared_ptr<const FaceMesh> sharedFaceMesh(std::string_view bytes, const std::filesystem::path& path,
+                                               std::string_view object) {
+  return std::make_shared<const FaceMesh>(parseFaceMesh(bytes, path, object));
+}
+
 FaceShapes parseFaceShapes(std::string_view bytes, const std::filesystem::path& path, std::string_view object) {
   return isGlb(path) ? parseGlbShapes(bytes, path.string(), object) : FaceShapes{};
 }

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "deform/mesh/mesh_files.h"
 #include "deform/mesh/part_kind.h"
 #include "deform/mesh/triangles.h"
 
@@ -49,17 +50,6 @@ std::vector<Triangle> trianglesOf(const FaceMesh& mesh, std::initializer_list<Pa
 FaceMesh readFaceMesh(const std::filesystem::path& path, std::string_view object = {});
 /// The same for bytes already in memory; `path` gives the format and the name in messages.
 FaceMesh parseFaceMesh(std::string_view bytes, const std::filesystem::path& path, std::string_view object = {});
-/// Whether `path` ends as a GLB does.
-bool isGlb(const std::filesystem::path& path);
-
-/// Morph targets of a head, by name; a vertex of `moves` is one of the mesh that parseFaceMesh gives for the same
-/// bytes.
-struct FaceShapes {
-  std::vector<std::string> names;
-  std::vector<VertexPositions> moves;  ///< displacement at weight 1, the mesh's unit
-};
-/// Those of a GLB; none for other formats. Throws InputError as parseFaceMesh does.
-FaceShapes parseFaceShapes(std::string_view bytes, const std::filesystem::path& path, std::string_view object = {});
 
 void writeObj(const std::filesystem::path& path, const FaceMesh& mesh);
 /// What writeObj writes; parseFaceMesh gives the same mesh back.

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "base/json_text.h"
 #include "deform/mesh/glb_scene.h"
 
 namespace mouthpiece {
@@ -91,7 +92,7 @@ std::string glbOf(std::string json, std::string binary) {
 
 std::map<int, GlbPicture> glbPictures(std::string_view glb, std::string_view file) {
   const GlbChunks chunks = glbChunks(glb, file);
-  const nlohmann::json root = nlohmann::json::parse(chunks.json, nullptr, false);
+  const nlohmann::json root = looseJson(chunks.json);
   std::map<int, GlbPicture> pictures;
   if (!root.is_object()) return pictures;
   const auto at = [&](const char* list, const nlohmann::json& number) -> const nlohmann::json& {

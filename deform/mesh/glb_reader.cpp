@@ -1,87 +1,19 @@
-// GLB through tinygltf, which parses the JSON; the scene as its nodes and skins show it at rest.
+// The surface and the shapes of what the scene of a GLB shows.
 #include <fmt/format.h>
 #include <tiny_gltf.h>
 
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "base/errors.h"
-#include "deform/mesh/bone_roles.h"
-#include "deform/mesh/glb_chunks.h"
+#include "deform/mesh/glb_nodes.h"
 #include "deform/mesh/glb_scene.h"
-#include "deform/mesh/glb_views.h"
 #include "deform/mesh/mesh_reader.h"
 
 namespace mouthpiece {
 namespace {
-
-constexpr int kMaxNodeDepth = 64;
-constexpr std::size_t kMaxNodeVisits = 10'000;
-constexpr std::size_t kMaxJoints = 20'000;
-
-bool keepImageUndecoded(tinygltf::Image*, const int, std::string*, std::string*, int, int, const unsigned char*, int,
-                        void*) {
-  return true;
-}
-
-/// A GLB stands alone: whatever else it names is not opened.
-tinygltf::FsCallbacks noFiles() {
-  tinygltf::FsCallbacks callbacks{};
-  callbacks.FileExists = [](const std::string&, void*) { return false; };
-  callbacks.ExpandFilePath = [](const std::string& path, void*) { return path; };
-  callbacks.ReadWholeFile = [](std::vector<unsigned char>*, std::string*, const std::string&, void*) { return false; };
-  callbacks.WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
-    return false;
-  };
-  return callbacks;
-}
-
-/// Extensions that say nothing of where a vertex is; what a file requires besides is refused.
-bool leavesGeometryAlone(std::string_view extension) {
-  if (extension == "KHR_texture_transform" || extension == "KHR_texture_basisu" ||
-      extension == "KHR_mesh_quantization" || extension == "EXT_texture_webp" || extension == "EXT_texture_avif" ||
-      extension == "KHR_lights_punctual" || extension == "KHR_animation_pointer" || extension == "MSFT_texture_dds" ||
-      extension == "VRM")
-    return true;
-  return extension.starts_with("KHR_materials_") || extension.starts_with("VRMC_");
-}
-
-template <typename Item>
-const Item& itemAt(const std::vector<Item>& items, int index, std::string_view what, std::string_view file) {
-  if (index < 0 || unsignedIndex(index) >= items.size())
-    throw InputError(std::string(file), "", fmt::format("names a {} that it does not hold", what));
-  return items[unsignedIndex(index)];
-}
-
-Eigen::Affine3d parentFromNode(const tinygltf::Node& node) {
-  Eigen::Affine3d transform = Eigen::Affine3d::Identity();
-  if (node.matrix.size() == 16) {
-    transform.matrix() = Eigen::Map<const Eigen::Matrix4d>(node.matrix.data());
-    return transform;
-  }
-  if (node.translation.size() == 3) transform.translate(Eigen::Map<const Eigen::Vector3d>(node.translation.data()));
-  if (node.rotation.size() == 4) {
-    const Eigen::Quaterniond rotation(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]);
-    if (rotation.norm() > 1e-6) transform.rotate(rotation.normalized());
-  }
-  if (node.scale.size() == 3) transform.scale(Eigen::Map<const Eigen::Vector3d>(node.scale.data()));
-  return transform;
-}
-
-/// Takes the places of some vertices to the scene's: one map for all, or one a vertex.
-struct Poses {
-  Eigen::Affine3d node = Eigen::Affine3d::Identity();
-  std::vector<Eigen::Affine3f> skin;  ///< empty, or one a vertex
-  std::vector<BoneRole> roles;        ///< one for all, or one a vertex
-
-  [[nodiscard]] Eigen::Affine3d at(std::size_t vertex) const {
-    return skin.empty() ? node : Eigen::Affine3d(skin[vertex].cast<double>());
-  }
-  [[nodiscard]] BoneRole roleAt(std::size_t vertex) const { return roles[roles.size() == 1 ? 0 : vertex]; }
-};
 
 /// What the reader is after: the surface, its shapes, or where both come from.
 enum class Wanted { kMesh, kShapes, kRuns };
@@ -89,9 +21,7 @@ enum class Wanted { kMesh, kShapes, kRuns };
 class GlbParser {
  public:
   GlbParser(std::string_view bytes, std::string_view file, std::string_view object, Wanted wanted)
-      : bytes_(bytes), file_(file), object_(object), wanted_(wanted) {
-    load();
-    placeNodes();
+      : file_(file), object_(object), wanted_(wanted), nodes_(bytes, file) {
     visitScene();
   }
 
@@ -118,64 +48,13 @@ class GlbParser {
  private:
   [[noreturn]] void fail(std::string_view what) const { throw InputError(std::string(file_), "", what); }
 
-  void load() {
-    const std::string plain = unpackedGlb(bytes_, file_);
-    const std::string_view bytes = plain.empty() ? bytes_ : std::string_view(plain);
-    glbChunks(bytes, file_);  // the frame, and how deep the JSON is: tinygltf asks for neither
-    tinygltf::TinyGLTF loader;
-    loader.SetImageLoader(keepImageUndecoded, nullptr);
-    loader.SetFsCallbacks(noFiles());
-    std::string error;
-    std::string warning;
-    bool is_loaded = false;
-    try {
-      is_loaded =
-          loader.LoadBinaryFromMemory(&model_, &error, &warning, reinterpret_cast<const unsigned char*>(bytes.data()),
-                                      static_cast<unsigned int>(bytes.size()), "");
-    } catch (const std::exception& problem) {
-      error = problem.what();
-    }
-    if (!is_loaded) fail(fmt::format("is no GLB that can be read: {}", printable(error, 160)));
-    for (const std::string& extension : model_.extensionsRequired) {
-      if (!leavesGeometryAlone(extension)) {
-        fail(fmt::format("needs the extension {}, which is not understood; expected a GLB exported without it",
-                         printable(extension, 60)));
-      }
-    }
-  }
-
-  /// Where each node of the scene stands at rest; a joint outside of it stands where its own parents put it.
-  void placeNodes() {
-    const std::size_t count = model_.nodes.size();
-    if (count > kMaxNodeVisits * 10) fail("found more nodes than a head has");
-    parents_.assign(count, -1);
-    for (std::size_t n = 0; n < count; ++n) {
-      for (const int child : model_.nodes[n].children) {
-        (void)itemAt(model_.nodes, child, "node", file_);
-        parents_[unsignedIndex(child)] = static_cast<int>(n);
-      }
-    }
-    scene_from_node_.resize(count);
-    for (std::size_t n = 0; n < count; ++n) {
-      Eigen::Affine3d transform = Eigen::Affine3d::Identity();
-      int depth = 0;
-      for (int at = static_cast<int>(n); at >= 0; at = parents_[unsignedIndex(at)]) {
-        if (++depth > kMaxNodeDepth) fail("found nodes that hold each other in a ring");
-        transform = parentFromNode(model_.nodes[unsignedIndex(at)]) * transform;
-      }
-      if (!transform.matrix().allFinite()) fail("found a node whose transform is no number");
-      scene_from_node_[n] = transform;
-    }
-    roles_ = boneRoles(model_, parents_);
-  }
-
   void visitScene() {
     if (model_.nodes.empty()) fail("found no node; expected a scene with a mesh");
     if (model_.scenes.empty()) {
       for (std::size_t m = 0; m < model_.meshes.size(); ++m) addMesh(-1, static_cast<int>(m));
       return;
     }
-    const tinygltf::Scene& scene = itemAt(model_.scenes, std::max(model_.defaultScene, 0), "scene", file_);
+    const tinygltf::Scene& scene = glbItemAt(model_.scenes, std::max(model_.defaultScene, 0), "scene", file_);
     for (const int node : scene.nodes) visitNode(node, 0);
     if (!object_.empty() && !found_object_) {
       std::string names;
@@ -185,29 +64,17 @@ class GlbParser {
   }
 
   void visitNode(int index, int depth) {
-    const tinygltf::Node& node = itemAt(model_.nodes, index, "node", file_);
+    const tinygltf::Node& node = glbItemAt(model_.nodes, index, "node", file_);
     if (depth > kMaxNodeDepth || ++node_visits_ > kMaxNodeVisits) fail("found nodes that hold each other in a ring");
     if (node.mesh >= 0) {
-      const tinygltf::Mesh& mesh = itemAt(model_.meshes, node.mesh, "mesh", file_);
-      if (object_.empty() || mesh.name == object_ || hangsOnObject(index) ||
-          (node.skin >= 0 && skinHangsOnObject(node.skin))) {
+      const tinygltf::Mesh& mesh = glbItemAt(model_.meshes, node.mesh, "mesh", file_);
+      if (object_.empty() || mesh.name == object_ || nodes_.hangsOn(index, object_) ||
+          (node.skin >= 0 && nodes_.skinHangsOn(node.skin, object_))) {
         found_object_ = true;
         addMesh(index, node.mesh);
       }
     }
     for (const int child : node.children) visitNode(child, depth + 1);
-  }
-
-  bool hangsOnObject(int node) const {
-    for (int at = node; at >= 0; at = parents_[unsignedIndex(at)]) {
-      if (model_.nodes[unsignedIndex(at)].name == object_) return true;
-    }
-    return false;
-  }
-  /// A skinned mesh often lies beside the bones that carry it.
-  bool skinHangsOnObject(int skin) const {
-    const std::vector<int>& joints = itemAt(model_.skins, skin, "skin", file_).joints;
-    return !joints.empty() && unsignedIndex(joints[0]) < parents_.size() && hangsOnObject(joints[0]);
   }
 
   void addMesh(int node, int mesh_index) {
@@ -247,13 +114,13 @@ class GlbParser {
     if (soup_.vertexCount() + count > kMaxMeshVertices)
       fail(fmt::format("found more than {} vertices", kMaxMeshVertices));
     GlbRun& run = runs_.back();
-    const Poses poses = posesOf(primitive, run.node, count);
+    const GlbPoses poses = nodes_.posesOf(primitive, run.node, count);
+    has_bones_ = has_bones_ || poses.tells_bones;
     run.count = count;
-    if (poses.skin.empty()) run.scene_from_mesh.emplace_back(poses.node.linear().cast<float>());
-    for (const Eigen::Affine3f& pose : poses.skin) run.scene_from_mesh.emplace_back(pose.linear());
+    run.scene_from_mesh = poses.sceneFromMesh();
     for (std::size_t i = 0; i < count; ++i) {
       const Eigen::Vector3d own = places.row(signedIndex(i)).transpose().cast<double>();
-      const Eigen::Vector3f point = (poses.at(i) * own).cast<float>();
+      const Eigen::Vector3f point = poses.placeOf(i, own);
       for (int axis = 0; axis < 3; ++axis) {
         if (!(std::abs(point[axis]) <= kMaxCoordinate))
           fail(fmt::format("vertex {}: found a coordinate that is no usable number", i));
@@ -266,69 +133,6 @@ class GlbParser {
     addTexture(primitive, count);
     for (std::size_t i = 0; i < count; ++i) soup_.evidence.bones.push_back(poses.roleAt(i));
     addMouthMoves(primitive, mesh, run);
-  }
-
-  /// The node's own place, or for a skinned mesh the bones' at rest: then the node itself does not count (glTF 2.0,
-  /// 3.7.3.1).
-  Poses posesOf(const tinygltf::Primitive& primitive, int node_index, std::size_t count) {
-    if (node_index < 0) return {Eigen::Affine3d::Identity(), {}, {BoneRole::kUnknown}};
-    const tinygltf::Node& node = model_.nodes[unsignedIndex(node_index)];
-    const bool is_skinned = node.skin >= 0 && primitive.attributes.contains("JOINTS_0");
-    if (!is_skinned) {
-      has_bones_ = has_bones_ || roles_[unsignedIndex(node_index)] != BoneRole::kUnknown;
-      return {scene_from_node_[unsignedIndex(node_index)], {}, {roles_[unsignedIndex(node_index)]}};
-    }
-    has_bones_ = true;
-    const tinygltf::Skin& skin = itemAt(model_.skins, node.skin, "skin", file_);
-    const std::vector<Eigen::Matrix4f> joints = jointMatrices(skin);
-    std::vector<Eigen::Matrix4f> sums(count, Eigen::Matrix4f::Zero());
-    std::vector<float> totals(count, 0.0F);
-    std::vector<std::array<float, 6>> shares(count, std::array<float, 6>{});
-    for (int set = 0; set < 4; ++set) {
-      const auto joint = primitive.attributes.find(fmt::format("JOINTS_{}", set));
-      const auto weight = primitive.attributes.find(fmt::format("WEIGHTS_{}", set));
-      if (joint == primitive.attributes.end() || weight == primitive.attributes.end()) break;
-      const std::vector<std::uint32_t> which = views_.wholes(joint->second, {TINYGLTF_TYPE_VEC4});
-      const GlbViews::Numbers much = views_.numbers(weight->second, {TINYGLTF_TYPE_VEC4});
-      if (which.size() != 4 * count || unsignedIndex(much.rows()) != count)
-        fail("found fewer joints or weights than vertices");
-      for (std::size_t i = 0; i < 4 * count; ++i) {
-        const float share = much(signedIndex(i / 4), signedIndex(i % 4));
-        if (!(share > 0)) continue;
-        if (which[i] >= joints.size()) fail(fmt::format("found joint {}; the skin has {}", which[i], joints.size()));
-        sums[i / 4] += share * joints[which[i]];
-        totals[i / 4] += share;
-        shares[i / 4][static_cast<std::size_t>(roles_[unsignedIndex(skin.joints[which[i]])])] += share;
-      }
-    }
-    Poses poses;
-    const Eigen::Affine3f plain = scene_from_node_[unsignedIndex(node_index)].cast<float>();
-    for (std::size_t i = 0; i < count; ++i) {
-      const bool hangs = totals[i] > 1e-6F && std::isfinite(totals[i]);
-      poses.skin.push_back(hangs ? Eigen::Affine3f(sums[i] / totals[i]) : plain);
-      const auto most = std::max_element(shares[i].begin(), shares[i].end());
-      poses.roles.push_back(hangs ? static_cast<BoneRole>(most - shares[i].begin()) : BoneRole::kUnknown);
-    }
-    return poses;
-  }
-
-  std::vector<Eigen::Matrix4f> jointMatrices(const tinygltf::Skin& skin) const {
-    if (skin.joints.size() > kMaxJoints) fail("found more joints than a body has");
-    GlbViews::Numbers binds;
-    if (skin.inverseBindMatrices >= 0) binds = views_.numbers(skin.inverseBindMatrices, {TINYGLTF_TYPE_MAT4});
-    if (skin.inverseBindMatrices >= 0 && unsignedIndex(binds.rows()) < skin.joints.size())
-      fail("found fewer bind matrices than joints");
-    std::vector<Eigen::Matrix4f> matrices;
-    for (std::size_t j = 0; j < skin.joints.size(); ++j) {
-      (void)itemAt(model_.nodes, skin.joints[j], "node", file_);
-      const Eigen::Matrix4d& scene_from_joint = scene_from_node_[unsignedIndex(skin.joints[j])].matrix();
-      Eigen::Matrix4d joint_from_mesh = Eigen::Matrix4d::Identity();
-      if (binds.rows() > 0)
-        joint_from_mesh = Eigen::Map<const Eigen::Matrix4f>(binds.row(signedIndex(j)).data()).cast<double>();
-      matrices.emplace_back((scene_from_joint * joint_from_mesh).cast<float>());
-      if (!matrices.back().allFinite()) fail("found a bind matrix that is no number");
-    }
-    return matrices;
   }
 
   /// Names are Khronos' convention, extras.targetNames; without it a shape is called by its number.
@@ -473,15 +277,12 @@ class GlbParser {
     }
   }
 
-  std::string_view bytes_;
   std::string_view file_;
   std::string_view object_;
   Wanted wanted_;
-  tinygltf::Model model_;
-  GlbViews views_{model_, file_};
-  std::vector<int> parents_;
-  std::vector<Eigen::Affine3d> scene_from_node_;
-  std::vector<BoneRole> roles_;
+  GlbNodes nodes_;
+  const tinygltf::Model& model_ = nodes_.model();
+  const GlbViews& views_ = nodes_.views();
   MeshSoup soup_;
   std::vector<GlbRun> runs_;
   std::map<int, std::size_t> run_of_;  ///< by position accessor, of the mesh being read

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "base/errors.h"
+#include "base/json_text.h"
 #include "deform/mesh/glb_chunks.h"
 #include "deform/mesh/mesh_limits.h"
 #include "deform/mesh/triangles.h"
@@ -61,7 +62,7 @@ class Unpacker {
     root_["buffers"] = json::array({{{"byteLength", binary_.size()}}});
     forget(root_, kMeshopt);
     forget(root_, kDraco);
-    return glbOf(root_.dump(-1, ' ', false, json::error_handler_t::replace), std::move(binary_));
+    return glbOf(jsonText(root_), std::move(binary_));
   }
 
  private:
@@ -248,7 +249,7 @@ std::string unpackedGlb(std::string_view glb, std::string_view file) {
   // Most files hold neither word; their JSON is not read twice.
   if (glb.find(kMeshopt) == std::string_view::npos && glb.find(kDraco) == std::string_view::npos) return {};
   const GlbChunks chunks = glbChunks(glb, file);
-  json root = json::parse(chunks.json, nullptr, false);
+  json root = looseJson(chunks.json);
   if (!root.is_object() || (!uses(root, kMeshopt) && !uses(root, kDraco))) return {};
   try {
     return Unpacker(std::move(root), chunks.binary, file).unpack();

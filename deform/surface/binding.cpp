@@ -1,19 +1,11 @@
 #include "deform/surface/binding.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
-#include <boost/geometry/algorithms/convex_hull.hpp>
-#include <boost/geometry/algorithms/covered_by.hpp>
-#include <boost/geometry/geometries/geometries.hpp>
-#include <boost/geometry/geometries/point_xy.hpp>
-#include <boost/geometry/strategies/strategies.hpp>
 #include <boost/pending/disjoint_sets.hpp>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -25,7 +17,6 @@
 #include "base/smooth_step.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/triangle_tree.h"
-#include "deform/mesh/welding.h"
 #include "deform/surface/bezier_surface.h"
 #include "deform/surface/surface_projection.h"
 #include "deform/surface/virtual_points.h"
@@ -37,7 +28,6 @@ namespace {
 constexpr double kFarFrom = 0.3;      ///< offsets above this bind less and less
 constexpr double kFarTo = 0.5;        ///< and above this not at all
 constexpr double kBeside = 0.25;      ///< beyond an opening's border by more: not above the surface any more
-constexpr double kLayer = 0.03;       ///< skin no further behind the surface than this has no other skin before it
 constexpr double kLayerAbove = 0.05;  ///< the skin that the surface is laid along is no further before it
 constexpr double kTornAt = 0.05, kTornTimes = 3;  ///< ends of an edge hang no further apart than this and so many edges
 constexpr double kDetour = 0.05;                  ///< a place further off than this has to be about the nearest of all
@@ -52,9 +42,6 @@ constexpr int kSmoothings = 60;  ///< of the places of what follows; more than t
 
 /// Of an eye's width: behind it lies what is no further from both of its corners.
 constexpr double kAtEye = 1.2;
-
-/// A share of the way between the lips this near to the middle is on neither side.
-constexpr double kClearSide = 0.03;
 
 enum class Fate : std::uint8_t { kOpen, kBound, kStill };
 
@@ -190,7 +177,7 @@ class Binder {
       }
       const auto foot = projector_.closest(vertex(v), pointAt(normals, v), least_cosine, forbidden_[v]);
       if (!foot || (foot->distance > kDetour * width && isDetour(v, *foot))) continue;
-      if (foot->distance > kLayer * width && isBehindSkin(v, *foot, skin)) continue;
+      if (foot->distance > kSkinLayer * width && isBehindSkin(v, *foot, skin)) continue;
       if (isOnRing(*foot)) {
         fates_[v] = Fate::kStill;
         continue;
@@ -241,7 +228,7 @@ class Binder {
     for (std::uint32_t v = 0; v < kinds_.size(); ++v) {
       if (fates_[v] != Fate::kBound) continue;
       const auto at = found.find(islands.find_set(v));
-      if (at == largest || at->second.off < kLayer * width * asReal(at->second.size)) continue;
+      if (at == largest || at->second.off < kSkinLayer * width * asReal(at->second.size)) continue;
       fates_[v] = Fate::kOpen;
       binding_.patch[v] = -1;
       binding_.u[v] = binding_.v[v] = binding_.skin_weight[v] = 0;
@@ -255,7 +242,7 @@ class Binder {
     const Eigen::Vector3d way = (place - from).normalized();
     if (way.dot(evaluate(surface_.restPose(), foot.place).normal()) < 0) return false;
     const double width = control_.mouth_width;
-    return skin.isBetween(from + 0.5 * kLayer * width * way, place + kLayerAbove * width * way);
+    return skin.isBetween(from + 0.5 * kSkinLayer * width * way, place + kLayerAbove * width * way);
   }
 
   /// Whether the surface is much nearer than the nearest place whose normal agrees: then the vertex turns away from it,
@@ -552,87 +539,7 @@ class Binder {
   FaceBinding binding_;
 };
 
-/// BindingReport::way_between_lips.
-double wayBetweenLips(const FaceMesh& mesh, const HeadTopology& topology, const ControlMesh& control) {
-  const auto vertexAt = [&](const char* name) -> std::optional<std::uint32_t> {
-    const int point = findPoint(control, name);
-    if (point < 0) return std::nullopt;
-    return topology.nearestSkin(control.rest.row(point).transpose());
-  };
-  const auto upper = vertexAt("LIP_UP_MID"), lower = vertexAt("LIP_LO_MID");
-  double around = std::numeric_limits<double>::infinity();
-  for (const char* name : {"LIP_CORNER_R", "LIP_CORNER_L"}) {
-    const int corner = findPoint(control, name);
-    if (corner < 0 || !upper || !lower) continue;
-    const Eigen::RowVector3f place = control.rest.row(corner).cast<float>();
-    around = std::min<double>(around,
-                              (mesh.vertices.row(*upper) - place).norm() + (mesh.vertices.row(*lower) - place).norm());
-  }
-  if (!std::isfinite(around) || around == 0) return std::numeric_limits<double>::infinity();
-  const auto reach = topology.reachFrom({*upper}, [&](std::uint32_t v) { return isSkin(topology.kinds()[v]); });
-  return reach.distance[*lower] / around;
-}
-
-/// `from`: the vertex before of each vertex; `to`: a vertex for each of those before.
-FaceBinding::Relaxed relaxedOf(const FaceBinding::Relaxed& before, const std::vector<std::uint32_t>& from,
-                               const std::vector<std::uint32_t>& to) {
-  FaceBinding::Relaxed relaxed;
-  for (std::uint32_t v = 0; v < from.size(); ++v) {
-    const auto found = std::lower_bound(before.vertices.begin(), before.vertices.end(), from[v]);
-    if (found == before.vertices.end() || *found != from[v]) continue;
-    const auto row = unsignedIndex(found - before.vertices.begin());
-    relaxed.vertices.push_back(v);
-    for (std::size_t i = row > 0 ? before.ends[row - 1] : 0; i < before.ends[row]; ++i) {
-      relaxed.from.push_back(to[before.from[i]]);
-      relaxed.weights.push_back(before.weights[i]);
-    }
-    relaxed.ends.push_back(static_cast<std::uint32_t>(relaxed.from.size()));
-  }
-  return relaxed;
-}
-
-FaceBinding::Levelled levelledOf(const FaceBinding::Levelled& before, const std::vector<std::uint32_t>& from) {
-  FaceBinding::Levelled levelled;
-  for (std::uint32_t v = 0; v < from.size(); ++v) {
-    const auto found = std::lower_bound(before.vertices.begin(), before.vertices.end(), from[v]);
-    if (found == before.vertices.end() || *found != from[v]) continue;
-    levelled.vertices.push_back(v);
-    levelled.ways.push_back(before.ways[unsignedIndex(found - before.vertices.begin())]);
-  }
-  return levelled;
-}
-
-FaceBinding picked(const FaceBinding& binding, const std::vector<std::uint32_t>& from,
-                   const std::vector<std::uint32_t>& to) {
-  const auto pick = [&from](const auto& column) {
-    std::decay_t<decltype(column)> values;
-    values.reserve(from.size());
-    for (const std::uint32_t v : from) values.push_back(column[v]);
-    return values;
-  };
-  std::vector<std::uint32_t> carried;
-  for (std::uint32_t v = 0; v < from.size(); ++v) {
-    if (isCarried(binding, from[v])) carried.push_back(v);
-  }
-  return {pick(binding.patch),       pick(binding.u),
-          pick(binding.v),           pick(binding.d),
-          pick(binding.skin_weight), pick(binding.jaw_weight),
-          std::move(carried),        relaxedOf(binding.relaxed, from, to),
-          binding.pressed,           levelledOf(binding.levelled, from)};
-}
-
 }  // namespace
-
-FaceBinding weldedBinding(const FaceBinding& given, const Welding& welding) {
-  return picked(given, welding.given_of, welding.welded_of);
-}
-FaceBinding givenBinding(const FaceBinding& welded, const Welding& welding) {
-  return picked(welded, welding.welded_of, welding.given_of);
-}
-
-bool isCarried(const FaceBinding& binding, std::size_t vertex) {
-  return std::binary_search(binding.carried.begin(), binding.carried.end(), vertex);
-}
 
 FaceBinding bindFace(const FaceMesh& mesh, const HeadTopology& topology, const ControlMesh& control,
                      const BindingOptions& options) {
@@ -640,137 +547,6 @@ FaceBinding bindFace(const FaceMesh& mesh, const HeadTopology& topology, const C
 }
 FaceBinding bindFace(const FaceMesh& mesh, const ControlMesh& control, const BindingOptions& options) {
   return bindFace(mesh, HeadTopology(mesh, openingsOf(control)), control, options);
-}
-
-namespace {
-
-void checkRelaxed(const FaceBinding::Relaxed& relaxed, std::size_t count,
-                  const std::function<void(const std::string& what)>& fail) {
-  const auto& [vertices, ends, from, weights] = relaxed;
-  if (ends.size() != vertices.size() || from.size() != weights.size() ||
-      (ends.empty() ? 0 : ends.back()) != from.size())
-    return fail("found relaxed columns of different lengths; expected a row a vertex and a weight an entry");
-  std::size_t entry = 0;
-  for (std::size_t row = 0; row < vertices.size(); ++row) {
-    if (vertices[row] >= count || (row > 0 && vertices[row] <= vertices[row - 1]))
-      return fail(fmt::format("found relaxed vertex {}; expected rising numbers under {}", vertices[row], count));
-    if (ends[row] < entry || ends[row] > from.size())
-      return fail(
-          fmt::format("found a relaxed row that ends at {}; expected rising ends up to {}", ends[row], from.size()));
-    float sum = 0;
-    for (; entry < ends[row]; ++entry) {
-      if (from[entry] >= count || std::binary_search(vertices.begin(), vertices.end(), from[entry]))
-        return fail(fmt::format("found vertex {} of a relaxed one; expected one under {} that is not relaxed",
-                                from[entry], count));
-      if (!(weights[entry] >= 0)) return fail("found a relaxed weight that is no share");
-      sum += weights[entry];
-    }
-    if (!(sum <= 1.001F)) return fail(fmt::format("found weights of {} in a relaxed row; expected 1 at most", sum));
-  }
-}
-
-}  // namespace
-
-void checkBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control,
-                  const std::string& file) {
-  const auto count = unsignedIndex(mesh.vertices.rows());
-  const auto fail = [&](const std::string& what) { throw InputError(file, "binding", what); };
-  if (binding.patch.size() != count)
-    fail("found " + std::to_string(binding.patch.size()) + " vertices; expected " + std::to_string(count));
-  for (const auto* column : {&binding.u, &binding.v, &binding.d, &binding.skin_weight, &binding.jaw_weight}) {
-    if (column->size() != count)
-      fail("found columns of different lengths; expected " + std::to_string(count) + " entries each");
-  }
-  for (std::size_t i = 0; i < binding.carried.size(); ++i) {
-    const std::uint32_t v = binding.carried[i];
-    if (v >= count || (i > 0 && v <= binding.carried[i - 1]))
-      fail("found carried vertex " + std::to_string(v) + "; expected rising numbers under " + std::to_string(count));
-  }
-  checkRelaxed(binding.relaxed, count, fail);
-  if (!binding.pressed.empty() && binding.pressed.size() != kLipColumns)
-    fail(fmt::format("found {} columns of lips; expected {}", binding.pressed.size(), kLipColumns));
-  for (const float pressed : binding.pressed) {
-    if (!(double{std::abs(pressed)} <= control.mouth_width)) fail("found lips that are pressed by no usable length");
-  }
-  const FaceBinding::Levelled& levelled = binding.levelled;
-  if (levelled.ways.size() != levelled.vertices.size()) fail("found levelled lips of different lengths");
-  for (std::size_t i = 0; i < levelled.vertices.size(); ++i) {
-    if (levelled.vertices[i] >= count || (i > 0 && levelled.vertices[i] <= levelled.vertices[i - 1]))
-      fail(fmt::format("found levelled vertex {}; expected rising numbers under {}", levelled.vertices[i], count));
-    if (!(double{std::abs(levelled.ways[i])} <= control.mouth_width))
-      fail("found lips that are levelled by no usable length");
-  }
-  const Eigen::RowVector3f size = mesh.vertices.colwise().maxCoeff() - mesh.vertices.colwise().minCoeff();
-  if (control.mouth_width > double{size.norm()}) fail("found a mouth wider than the mesh");
-  constexpr float kSlack = 1e-4F;
-  for (std::size_t v = 0; v < count; ++v) {
-    if (binding.patch[v] < -1 || binding.patch[v] >= static_cast<std::int64_t>(control.triangles.size())) {
-      fail("found patch " + std::to_string(binding.patch[v]) + "; expected -1 to " +
-           std::to_string(control.triangles.size() - 1));
-    }
-    const bool is_place =
-        binding.u[v] >= -kSlack && binding.v[v] >= -kSlack && binding.u[v] + binding.v[v] <= 1 + kSlack;
-    const bool is_share = binding.skin_weight[v] >= 0 && binding.skin_weight[v] <= 1 && binding.jaw_weight[v] >= 0 &&
-                          binding.jaw_weight[v] <= 1;
-    if (!is_place || !is_share || !std::isfinite(binding.d[v]))
-      fail("found vertex " + std::to_string(v) + " out of range");
-  }
-}
-
-namespace {
-
-/// What the markers span, seen from the front.
-class Outline {
- public:
-  explicit Outline(const MarkerPositions& markers) {
-    boost::geometry::model::multi_point<Point> points;
-    for (const auto& marker : markers.rowwise()) points.push_back({marker.x(), marker.y()});
-    boost::geometry::convex_hull(points, hull_);
-  }
-  [[nodiscard]] bool contains(double x, double y) const { return boost::geometry::covered_by(Point(x, y), hull_); }
-
- private:
-  using Point = boost::geometry::model::d2::point_xy<double>;
-  boost::geometry::model::polygon<Point> hull_;
-};
-
-}  // namespace
-
-BindingReport inspectBinding(const FaceBinding& binding, const FaceMesh& mesh, const ControlMesh& control) {
-  checkBinding(binding, mesh, control, "face binding");
-  const HeadTopology topology(mesh, openingsOf(control));
-  const std::vector<PartKind>& kinds = topology.kinds();
-  const std::vector<std::uint32_t> triangle_sides = triangleSides(control);
-  const VertexPositions normals = vertexNormals(mesh.vertices, mesh.triangles);
-  const auto markers = control.markerRest();
-  const double back = markers.col(2).minCoeff(), front = markers.col(2).maxCoeff();
-  const Outline outline(markers);
-  BindingReport report;
-  report.vertices = kinds.size();
-  report.way_between_lips = wayBetweenLips(mesh, topology, control);
-  const TriangleTree skin(mesh.vertices, trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips}),
-                          TriangleTree::Use::kWithoutStarts);
-  std::size_t in_front = 0, covered = 0;
-  for (std::size_t v = 0; v < kinds.size(); ++v) {
-    const bool is_bound = binding.patch[v] >= 0 && binding.skin_weight[v] > 0;
-    report.bound_vertices += is_bound ? 1 : 0;
-    if (is_bound) report.largest_offset = std::max(report.largest_offset, std::abs(double{binding.d[v]}));
-    const bool is_clear = std::abs(topology.lowerShare(v) - 0.5) >= kClearSide;
-    if (is_bound && is_clear &&
-        (triangle_sides[unsignedIndex(binding.patch[v])] & topology.forbidden()[v] & (kUpperLip | kLowerLip)) != 0)
-      ++report.lip_side_errors;
-    if (!isSkin(kinds[v]) || topology.isInMouth(v)) continue;
-    ++report.skin_vertices;
-    const Eigen::RowVector3d p = mesh.vertices.row(signedIndex(v)).cast<double>();
-    if (p.z() < back || p.z() > front || normals(signedIndex(v), 2) < 0.2F || !outline.contains(p.x(), p.y())) continue;
-    // What other skin hides, as a lid does its eye's socket, is not in front.
-    const Eigen::Vector3d before = p.transpose() + kLayer * control.mouth_width * Eigen::Vector3d::UnitZ();
-    if (!is_bound && skin.isBetween(before, before + control.mouth_width * Eigen::Vector3d::UnitZ())) continue;
-    ++in_front;
-    covered += is_bound ? 1 : 0;
-  }
-  report.coverage = in_front == 0 ? 0 : asReal(covered) / asReal(in_front);
-  return report;
 }
 
 }  // namespace mouthpiece

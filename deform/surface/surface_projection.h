@@ -8,6 +8,9 @@
 
 namespace mouthpiece {
 
+/// Of the mouth's width: skin no further behind the surface than this has no other skin before it.
+inline constexpr double kSkinLayer = 0.03;
+
 /// The nearest place on a surface, and how far off.
 struct SurfaceFoot {
   SurfacePlace place;

@@ -8,6 +8,7 @@
 
 #include "base/errors.h"
 #include "base/json_fields.h"
+#include "base/json_text.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/triangle_tree.h"
 
@@ -48,7 +49,7 @@ std::string anchorsBytes(const Anchors& anchors) {
     else
       markers[name] = std::get<std::uint32_t>(place);
   }
-  return root.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return jsonText(root, 1) + "\n";
 }
 
 std::optional<Eigen::Vector3d> placeOf(const Anchors& anchors, const std::string& name, const FaceMesh& mesh,

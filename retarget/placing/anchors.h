@@ -54,6 +54,10 @@ struct Similarity {
   [[nodiscard]] Eigen::Vector3d operator()(const Eigen::Vector3d& x) const { return scale * (turn * x) + shift; }
 };
 
+/// The similarity that takes the rows of `from`, three or more, nearest to those of `to` by least squares (Umeyama
+/// 1991).
+Similarity similarityBetween(const MarkerPositions& from, const MarkerPositions& to);
+
 /// The least-squares similarity that takes the actor's markers to the anchors of the same name. Throws InputError
 /// that says which anchors are wanted.
 Similarity meshFromActor(const FaceMesh& mesh, const Anchors& anchors, const std::string& anchors_file,
@@ -90,7 +94,7 @@ bool leavesPlacesOpen(const Anchors& anchors, const std::vector<std::string>& ma
 /// first, so a symmetric head gets symmetric markers. The mesh must stand upright; `topology`: its own, by
 /// openingsOf(). Throws InputError that says which anchors are wanted.
 PlacedAnchors placeMarkers(const FaceMesh& mesh, const HeadTopology& topology, const Anchors& anchors,
-                             const std::string& anchors_file, const std::vector<std::string>& marker_names,
-                             const MarkerPositions& actor_neutral_mm);
+                           const std::string& anchors_file, const std::vector<std::string>& marker_names,
+                           const MarkerPositions& actor_neutral_mm);
 
 }  // namespace mouthpiece

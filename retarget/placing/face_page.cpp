@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "base/json_text.h"
 #include "base/page_data.h"
 #include "deform/mesh/face_mesh.h"
 
@@ -54,7 +55,7 @@ std::string facePage(const FaceMesh& mesh, std::string_view name, const Anchors&
     const Eigen::Vector3d place = placeOf(shown, marker, mesh, std::string(name)).value();
     data["places"][marker] = {place.x(), place.y(), place.z()};
   }
-  data["anchors"] = json::parse(anchorsBytes(shown));
+  data["anchors"] = looseJson(anchorsBytes(shown));
   for (const AnchorToPick& anchor : to_pick)
     data["to_pick"].push_back({{"name", anchor.name}, {"place", anchor.place}});
   data["positions"] = base64(mesh.vertices.data(), unsignedIndex(mesh.vertices.size()) * sizeof(float));
@@ -69,7 +70,7 @@ std::string facePage(const FaceMesh& mesh, std::string_view name, const Anchors&
   const std::size_t at = kFacePageTemplate.find(kPlaceholder);
   MOUTHPIECE_EXPECT(at != std::string_view::npos);
   std::string page(kFacePageTemplate.substr(0, at));
-  page += scriptSafe(data.dump(-1, ' ', true, json::error_handler_t::replace));
+  page += scriptJson(data);
   page += kFacePageTemplate.substr(at + kPlaceholder.size());
   return closedPage(page);
 }

@@ -1,10 +1,10 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "deform/mesh/face_mesh.h"
 #include "deform/mesh/glb_scene.h"
 #include "retarget/placing/anchors.h"
 
@@ -26,9 +26,9 @@ struct PageDressing {
   std::map<int, GlbPicture> pictures;  ///< by MeshPart::material
 };
 
-/// One HTML file that shows `mesh` and turns it with the mouse, without a server or other files. `shown`: markers on it,
-/// which can be dragged. `to_pick`: anchors that a user clicks one after the other. The page saves both as an anchors
-/// file (docs/formats/anchors.md), `shown`'s other keys with them.
+/// One HTML file that shows `mesh` and turns it with the mouse, without a server or other files. `shown`: markers on
+/// it, which can be dragged. `to_pick`: anchors that a user clicks one after the other. The page saves both as an
+/// anchors file (docs/formats/anchors.md), `shown`'s other keys with them.
 std::string facePage(const FaceMesh& mesh, std::string_view name, const Anchors& shown,
                      const std::vector<AnchorToPick>& to_pick, const PageDressing& dressing = {});
 

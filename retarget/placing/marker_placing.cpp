@@ -3,18 +3,17 @@
 #include <fmt/ranges.h>
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <numbers>
 #include <optional>
 
 #include "base/errors.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/triangle_tree.h"
+#include "retarget/placing/actor_places.h"
 #include "retarget/placing/anchors.h"
 
 namespace mouthpiece {
@@ -34,56 +33,6 @@ constexpr double kFacesOut = 0.15;
 constexpr double kClickSlack = 0.15;
 constexpr double kOutsideSlit = 0.03;  ///< how far outside the slit's end a corner of the mouth is clicked
 constexpr double kLeastLip = 0.04;     ///< the red edge is no nearer to a lip's rim
-/// A head within this angle of a quarter turn was modelled that way and merely tilts.
-constexpr double kAskewDeg = 35;
-
-std::string mirrored(const std::string& name) {
-  if (name.ends_with("_R")) return name.substr(0, name.size() - 1) + "L";
-  if (name.ends_with("_L")) return name.substr(0, name.size() - 1) + "R";
-  return name;
-}
-
-/// The actor's markers and inner eye corners by name, both sides alike.
-class Actor {
- public:
-  Actor(const std::vector<std::string>& marker_names, const MarkerPositions& neutral) {
-    for (std::size_t i = 0; i < marker_names.size(); ++i)
-      places_[marker_names[i]] = neutral.row(signedIndex(i)).transpose();
-    addEyeCorners();
-    double middle = 0, count = 0;
-    for (const auto& [name, place] : places_) {
-      if (mirrored(name) != name) continue;
-      middle += place.x();
-      count += 1;
-    }
-    const double plane = count > 0 ? middle / count : 0;
-    std::map<std::string, Vector3d> even;
-    for (const auto& [name, place] : places_) {
-      const auto partner = places_.find(mirrored(name));
-      const Vector3d other = partner == places_.end() ? place : partner->second;
-      even[name] = partner == places_.end() ? place
-                                            : Vector3d(0.5 * (place.x() + 2 * plane - other.x()),
-                                                       0.5 * (place.y() + other.y()), 0.5 * (place.z() + other.z()));
-    }
-    places_ = std::move(even);
-  }
-
-  [[nodiscard]] const std::map<std::string, Vector3d>& places() const { return places_; }
-
- private:
-  /// Not captured; where they are follows from the lids and the outer corners.
-  void addEyeCorners() {
-    for (const std::string end : {"_R", "_L"}) {
-      const auto up = places_.find("LID_UP" + end), low = places_.find("LID_LO" + end),
-                 outer = places_.find("CANTHUS_OUT" + end);
-      if (up == places_.end() || low == places_.end() || outer == places_.end()) continue;
-      const Vector3d middle = 0.5 * (up->second + low->second);
-      places_["EYE_IN" + end] = middle + 0.9 * (middle - outer->second);
-    }
-  }
-
-  std::map<std::string, Vector3d> places_;
-};
 
 struct Pair {
   std::string name;
@@ -91,7 +40,8 @@ struct Pair {
 };
 
 /// Anchors that the actor has too.
-std::vector<Pair> pairsOf(const FaceMesh& mesh, const Anchors& anchors, const std::string& file, const Actor& actor) {
+std::vector<Pair> pairsOf(const FaceMesh& mesh, const Anchors& anchors, const std::string& file,
+                          const ActorPlaces& actor) {
   std::vector<Pair> pairs;
   for (const auto& [name, place] : actor.places()) {
     if (const auto at = placeOf(anchors, name, mesh, file)) pairs.push_back({name, place, *at});
@@ -114,51 +64,13 @@ void expectEnough(const std::vector<Pair>& pairs, const Anchors& anchors, const 
 }
 
 Similarity similarityOf(const std::vector<Pair>& pairs) {
-  Eigen::Matrix3Xd from(3, signedIndex(pairs.size())), to = from;
+  MarkerPositions from(signedIndex(pairs.size()), 3), to = from;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    from.col(signedIndex(i)) = pairs[i].actor;
-    to.col(signedIndex(i)) = pairs[i].mesh;
+    from.row(signedIndex(i)) = pairs[i].actor.transpose();
+    to.row(signedIndex(i)) = pairs[i].mesh.transpose();
   }
-  const Eigen::Matrix4d all = Eigen::umeyama(from, to, true);
-  Similarity similarity;
-  similarity.scale = std::cbrt(all.topLeftCorner<3, 3>().determinant());
-  similarity.turn = all.topLeftCorner<3, 3>() / similarity.scale;
-  similarity.shift = all.topRightCorner<3, 1>();
-  return similarity;
+  return similarityBetween(from, to);
 }
-
-/// Displacements at scattered places, smoothed: the kernel -r with a constant (conditionally positive definite);
-/// `stiffness` is added on the diagonal, 0 meets a place exactly.
-class Smoothing {
- public:
-  Smoothing(MarkerPositions places, const MarkerPositions& displacements, const Eigen::VectorXd& stiffness)
-      : places_(std::move(places)) {
-    const Eigen::Index n = places_.rows();
-    Eigen::MatrixXd system = Eigen::MatrixXd::Zero(n + 1, n + 1);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      for (Eigen::Index j = 0; j < n; ++j) system(i, j) = -(places_.row(i) - places_.row(j)).norm();
-      system(i, i) += stiffness[i];
-      system(i, n) = system(n, i) = 1;
-    }
-    Eigen::MatrixXd right = Eigen::MatrixXd::Zero(n + 1, 3);
-    right.topRows(n) = displacements;
-    weights_ = system.partialPivLu().solve(right);
-    if (!weights_.allFinite()) throw InputError("found two anchors in one place; expected each in its own");
-  }
-
-  [[nodiscard]] MarkerPositions at(const MarkerPositions& queries) const {
-    MarkerPositions result(queries.rows(), 3);
-    for (Eigen::Index q = 0; q < queries.rows(); ++q) {
-      const Eigen::VectorXd kernel = -(places_.rowwise() - queries.row(q)).rowwise().norm();
-      result.row(q) = kernel.transpose() * weights_.topRows(places_.rows()) + weights_.bottomRows(1);
-    }
-    return result;
-  }
-
- private:
-  MarkerPositions places_;
-  Eigen::MatrixXd weights_;
-};
 
 /// The outward skin of a head, and of each lip. Each vertex belongs to the lip whose middle is nearer along the mesh:
 /// the slit between the lips is no way.
@@ -261,22 +173,9 @@ const std::vector<std::string>& requiredAnchors() {
 
 Similarity meshFromActor(const FaceMesh& mesh, const Anchors& anchors, const std::string& anchors_file,
                          const std::vector<std::string>& marker_names, const MarkerPositions& actor_neutral_mm) {
-  const std::vector<Pair> pairs = pairsOf(mesh, anchors, anchors_file, Actor(marker_names, actor_neutral_mm));
+  const std::vector<Pair> pairs = pairsOf(mesh, anchors, anchors_file, ActorPlaces(marker_names, actor_neutral_mm));
   expectEnough(pairs, anchors, anchors_file, marker_names);
   return similarityOf(pairs);
-}
-
-Eigen::Matrix3d uprightFromMesh(const Similarity& mesh_from_actor) {
-  const Eigen::Matrix3d upright = mesh_from_actor.turn.transpose();
-  Eigen::Matrix3d quarter = Eigen::Matrix3d::Zero();
-  for (Eigen::Index row = 0; row < 3; ++row) {
-    Eigen::Index column = 0;
-    upright.row(row).cwiseAbs().maxCoeff(&column);
-    quarter(row, column) = upright(row, column) < 0 ? -1 : 1;
-  }
-  if (std::abs(quarter.determinant() - 1) > 0.5) return upright;
-  const double angle = Eigen::AngleAxisd(Eigen::Matrix3d(upright * quarter.transpose())).angle();
-  return std::abs(angle) * 180 / std::numbers::pi < kAskewDeg ? quarter : upright;
 }
 
 bool leavesPlacesOpen(const Anchors& anchors, const std::vector<std::string>& marker_names) {
@@ -308,7 +207,7 @@ FaceOpenings openingsOf(const FaceMesh& mesh, const Anchors& anchors, const std:
 PlacedAnchors placeMarkers(const FaceMesh& mesh, const HeadTopology& topology, const Anchors& given,
                            const std::string& anchors_file, const std::vector<std::string>& marker_names,
                            const MarkerPositions& actor_neutral_mm) {
-  const Actor actor(marker_names, actor_neutral_mm);
+  const ActorPlaces actor(marker_names, actor_neutral_mm);
   expectEnough(pairsOf(mesh, given, anchors_file, actor), given, anchors_file, marker_names);
   const FaceOpenings mouth = openingsOf(mesh, given, anchors_file);
   const double width = mouth.lips_reach;
@@ -339,7 +238,8 @@ PlacedAnchors placeMarkers(const FaceMesh& mesh, const HeadTopology& topology, c
   stiffness.head(anchor_count).setZero();
   const MarkerPositions anchors_start = start.topRows(anchor_count);
   const MarkerPositions anchors_move = wanted.topRows(anchor_count) - anchors_start;
-  MarkerPositions now = start + Smoothing(anchors_start, anchors_move, Eigen::VectorXd::Zero(anchor_count)).at(start);
+  MarkerPositions now =
+      start + SmoothedMoves(anchors_start, anchors_move, Eigen::VectorXd::Zero(anchor_count)).at(start);
   PlacedAnchors placing{anchors, pairs.size(), unplaced.size()};
   while (placing.rounds++ < kMostRounds) {
     for (Eigen::Index i = anchor_count; i < count; ++i) {
@@ -348,7 +248,7 @@ PlacedAnchors placeMarkers(const FaceMesh& mesh, const HeadTopology& topology, c
       if (!foot) throw InputError(anchors_file, "markers", "found no skin that faces outwards around the anchors");
       wanted.row(i) = foot->point.transpose();
     }
-    const MarkerPositions next = start + Smoothing(start, MarkerPositions(wanted - start), stiffness).at(start);
+    const MarkerPositions next = start + SmoothedMoves(start, MarkerPositions(wanted - start), stiffness).at(start);
     placing.last_move = (next - now).rowwise().norm().maxCoeff();
     now = next;
     if (placing.last_move < kStill * width) break;

@@ -1,6 +1,6 @@
 #include "retarget/rig/eyeballs.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <boost/pending/disjoint_sets.hpp>
@@ -10,16 +10,14 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "retarget/rig/ball_fit.h"
 
 namespace mouthpiece {
 namespace {
 
-constexpr std::size_t kFewest = 12;   ///< vertices of a ball
-constexpr double kRound = 0.12;       ///< of its radius: how far its vertices lie off the sphere, root mean square
-constexpr double kLeastExtent = 1.2;  ///< of its radius: how wide and high it is
-constexpr double kLeastDepth = 0.5;   ///< and how deep: a tear line is a ring
-constexpr double kOnBall = 1.3;       ///< radii from its middle: what lies on it
-constexpr double kFront = 0.6;        ///< cosine: within 53 degrees of straight ahead
+constexpr std::size_t kFewest = 12;  ///< vertices of a ball
+constexpr double kOnBall = 1.3;      ///< radii from its middle: what lies on it
+constexpr double kFront = 0.6;       ///< cosine: within 53 degrees of straight ahead
 
 /// Pieces of the eyes' triangles, vertices at one place being one.
 std::vector<std::vector<std::uint32_t>> piecesOf(const FaceMesh& mesh) {
@@ -42,37 +40,11 @@ std::vector<std::vector<std::uint32_t>> piecesOf(const FaceMesh& mesh) {
   return pieces;
 }
 
-struct Ball {
-  Eigen::Vector3d middle;
-  double radius = 0;
-};
-
-/// The sphere through the vertices by least squares; nothing where they are no ball.
 std::optional<Ball> ballOf(const FaceMesh& mesh, const std::vector<std::uint32_t>& vertices) {
   if (vertices.size() < kFewest) return std::nullopt;
-  Eigen::MatrixXd rows(signedIndex(vertices.size()), 4);
-  Eigen::VectorXd squares(rows.rows());
-  Eigen::AlignedBox3d box;
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const Eigen::Vector3d at = mesh.vertices.row(vertices[i]).transpose().cast<double>();
-    rows.row(signedIndex(i)) << 2 * at.transpose(), 1;
-    squares(signedIndex(i)) = at.squaredNorm();
-    box.extend(at);
-  }
-  const Eigen::Vector4d solved = rows.colPivHouseholderQr().solve(squares);
-  const double square = solved(3) + solved.head<3>().squaredNorm();
-  if (!(square > 0) || !solved.allFinite()) return std::nullopt;
-  const Ball ball{solved.head<3>(), std::sqrt(square)};
-  double off = 0;
-  for (const std::uint32_t vertex : vertices) {
-    const Eigen::Vector3d at = mesh.vertices.row(vertex).transpose().cast<double>();
-    off += std::pow((at - ball.middle).norm() - ball.radius, 2);
-  }
-  const bool is_round = std::sqrt(off / asReal(std::ssize(vertices))) < kRound * ball.radius;
-  const Eigen::Vector3d extent = box.sizes();
-  const bool is_wide = extent.x() > kLeastExtent * ball.radius && extent.y() > kLeastExtent * ball.radius &&
-                       extent.z() > kLeastDepth * ball.radius;
-  return is_round && is_wide ? std::optional(ball) : std::nullopt;
+  std::vector<Eigen::Vector3d> places;
+  for (const std::uint32_t vertex : vertices) places.emplace_back(mesh.vertices.row(vertex).transpose().cast<double>());
+  return ballThrough(places);
 }
 
 }  // namespace

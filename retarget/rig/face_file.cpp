@@ -12,6 +12,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/json_fields.h"
+#include "base/json_text.h"
 #include "deform/mesh/part_kind.h"
 
 namespace mouthpiece {
@@ -241,9 +242,7 @@ std::string faceFileToBytes(const FaceFile& face) {
                                   {"from", blobOf(relaxed.from)},
                                   {"weights", blobOf(relaxed.weights)}};
   }
-  std::string bytes;
-  json::to_cbor(tree, bytes);
-  return bytes;
+  return cborBytes(tree);
 }
 
 void writeFaceFile(const std::filesystem::path& path, const FaceFile& face) {

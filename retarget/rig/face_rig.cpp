@@ -24,7 +24,7 @@ namespace mouthpiece {
 
 struct FaceRig::Data {
   FaceFile file;
-  FaceMesh mesh;
+  std::shared_ptr<const FaceMesh> mesh;
   RbfWarp warp;
   Welding welding;        ///< of `mesh`
   FaceDeformer deformer;  ///< of the welded mesh
@@ -37,7 +37,7 @@ struct FaceRig::Data {
   std::unique_ptr<LateEyes> late_eyes = std::make_unique<LateEyes>();  ///< most lines do not turn them
 
   [[nodiscard]] const Eyeballs& eyes() const {
-    std::call_once(late_eyes->found, [&] { late_eyes->eyes = Eyeballs(mesh); });
+    std::call_once(late_eyes->found, [&] { late_eyes->eyes = Eyeballs(*mesh); });
     return late_eyes->eyes;
   }
 
@@ -78,6 +78,11 @@ FaceRig FaceRig::load(const std::filesystem::path& face_file) {
 }
 
 FaceRig FaceRig::of(FaceFile file, FaceMesh mesh, const std::string& name) {
+  return of(std::move(file), std::make_shared<const FaceMesh>(std::move(mesh)), name);
+}
+
+FaceRig FaceRig::of(FaceFile file, std::shared_ptr<const FaceMesh> shared_mesh, const std::string& name) {
+  const FaceMesh& mesh = *shared_mesh;
   checkBinding(file.binding, mesh, file.control, name);
   RbfWarp warp = [&] {
     try {
@@ -100,12 +105,14 @@ FaceRig FaceRig::of(FaceFile file, FaceMesh mesh, const std::string& name) {
   }
   LarynxBump larynx = larynxOf(file, mesh);
   FaceRig rig;
-  rig.data_ = std::make_unique<Data>(Data{std::move(file), std::move(mesh), std::move(warp), std::move(welding),
+  rig.data_ = std::make_unique<Data>(Data{std::move(file), std::move(shared_mesh), std::move(warp), std::move(welding),
                                           std::move(deformer), std::move(moving), std::move(larynx)});
   return rig;
 }
 
-const FaceMesh& FaceRig::mesh() const { return data_->mesh; }
+const FaceMesh& FaceRig::mesh() const { return *data_->mesh; }
+const VertexPositions& FaceRig::restVertices() const { return data_->mesh->vertices; }
+double FaceRig::metresPerUnit() const { return data_->mesh->metres_per_unit; }
 const std::string& FaceRig::name() const { return data_->file.name; }
 const std::vector<std::string>& FaceRig::markerNames() const { return data_->file.marker_names; }
 
@@ -341,7 +348,7 @@ FrameMaker FaceRig::Data::with(FrameMaker frames, const std::vector<std::uint32_
               moved = std::vector<float>(3 * frames.vertices.size()),
               changed = std::vector<float>(3 * more.size())](Eigen::Index f, std::span<float> out) mutable {
     for (std::size_t i = 0; i < more_at.size(); ++i)
-      std::copy_n(mesh.vertices.row(more[i]).data(), 3, &out[more_at[i]]);
+      std::copy_n(mesh->vertices.row(more[i]).data(), 3, &out[more_at[i]]);
     make(f, moved);
     for (std::size_t i = 0; i < moving_at.size(); ++i) std::copy_n(&moved[3 * i], 3, &out[moving_at[i]]);
     for (std::size_t i = 0; i < more_at.size(); ++i) std::copy_n(&out[more_at[i]], 3, &changed[3 * i]);
@@ -354,7 +361,7 @@ FrameMaker FaceRig::Data::with(FrameMaker frames, const std::vector<std::uint32_
 void FaceRig::turnEyes(const GazeTurn& gaze, VertexPositions& vertices) const {
   const std::vector<std::uint32_t>& turned = data_->eyes().vertices();
   std::vector<float> places(3 * turned.size());
-  data_->eyes().places(data_->mesh, gaze, places);
+  data_->eyes().places(*data_->mesh, gaze, places);
   for (std::size_t i = 0; i < turned.size(); ++i) std::copy_n(&places[3 * i], 3, vertices.row(turned[i]).data());
 }
 
@@ -385,7 +392,7 @@ FrameMaker FaceRig::movingFrames(const FaceMotion& motion, std::span<const Tongu
   if (!gaze.empty() && !data_->eyes().vertices().empty()) {
     frames = data_->with(std::move(frames), data_->eyes().vertices(),
                          [this, gaze](std::size_t frame, std::span<float> places) {
-                           data_->eyes().places(data_->mesh, gaze[frame], places);
+                           data_->eyes().places(*data_->mesh, gaze[frame], places);
                          });
   }
   frames.frame_rate_hz = frame_rate_hz;

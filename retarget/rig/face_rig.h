@@ -36,6 +36,7 @@ class FaceRig {
   /// mesh has changed since the fit (its SHA-256 is in the file), is missing, or the file is damaged.
   static FaceRig load(const std::filesystem::path& face_file);
   /// A face that is fitted but not written yet: `mesh` stands upright, as readMeshOf() gives it. `name`: for messages.
+  static FaceRig of(FaceFile face, std::shared_ptr<const FaceMesh> mesh, const std::string& name);
   static FaceRig of(FaceFile face, FaceMesh mesh, const std::string& name);
 
   FaceRig(FaceRig&&) noexcept;
@@ -43,6 +44,9 @@ class FaceRig {
   ~FaceRig();
 
   [[nodiscard]] const FaceMesh& mesh() const;
+  /// Of the mesh, for those who need no more of it.
+  [[nodiscard]] const VertexPositions& restVertices() const;
+  [[nodiscard]] double metresPerUnit() const;
   [[nodiscard]] const std::string& name() const;
   /// The markers that drive it, in the order of retarget()'s.
   [[nodiscard]] const std::vector<std::string>& markerNames() const;

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <nlohmann/json.hpp>
 
 #include "base/errors.h"
 
@@ -92,6 +93,13 @@ std::string scriptSafe(std::string_view json) {
     }
   }
   return safe;
+}
+
+std::string scriptJson(const nlohmann::json& value) {
+  return scriptSafe(value.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace));
+}
+std::string scriptJson(const nlohmann::ordered_json& value) {
+  return scriptSafe(value.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace));
 }
 
 }  // namespace mouthpiece

@@ -1,6 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "base/json_text.h"
 #include "base/page_data.h"
 #include "exports/format_bytes.h"
 #include "exports/report_fields.h"
@@ -49,8 +50,7 @@ std::string ablationPage(std::string_view title, const SpeechLabels& labels, con
   std::string page(kAblationPage);
   const std::size_t mark = page.find(kDataMark);
   MOUTHPIECE_EXPECT(mark != std::string::npos);
-  return closedPage(page.replace(mark, kDataMark.size(),
-                                 scriptSafe(data.dump(-1, ' ', true, ordered_json::error_handler_t::replace))));
+  return closedPage(page.replace(mark, kDataMark.size(), scriptJson(data)));
 }
 
 }  // namespace mouthpiece

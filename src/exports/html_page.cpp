@@ -6,9 +6,10 @@
 #include "base/deflate.h"
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/json_text.h"
 #include "base/page_data.h"
-#include "deform/mesh/face_mesh.h"
 #include "exports/format_bytes.h"
+#include "exports/page_mesh.h"
 #include "exports/report_fields.h"
 #include "motion/lip_gauge.h"
 
@@ -21,45 +22,19 @@ using nlohmann::ordered_json;
 /// twice as long for one hundredth.
 constexpr int kEffort = 4;
 
-std::string_view kindName(PartKind kind) {
-  switch (kind) {
-    case PartKind::kSkin:
-      return "skin";
-    case PartKind::kLips:
-      return "lips";
-    case PartKind::kUpperTeeth:
-    case PartKind::kLowerTeeth:
-      return "teeth";
-    case PartKind::kTongue:
-      return "tongue";
-    case PartKind::kMouthInside:
-      return "mouth";
-    case PartKind::kEye:
-      return "eye";
-    case PartKind::kHair:
-      return "hair";
-    case PartKind::kOther:
-      break;
-  }
-  return "other";
-}
-
-/// In the order of the GLB's materials: parts without triangles have none.
-ordered_json partsOf(const FaceMesh& mesh) {
+ordered_json partsOf(const PageMesh& mesh) {
   ordered_json parts = ordered_json::array();
-  for (const MeshPart& part : mesh.parts) {
-    if (part.triangle_count > 0)
-      parts.push_back({{"name", part.name}, {"kind", kindName(part.kind)}, {"material", part.material}});
-  }
+  for (const PageMesh::Part& part : mesh.parts)
+    parts.push_back({{"name", part.name}, {"kind", part.kind}, {"material", part.material}});
   return parts;
 }
 
 /// The markers on the face in metres as little-endian floats, base64.
-ordered_json controlOf(const ViewPage& page) {
+ordered_json controlOf(const ViewPage& page, double metres_per_unit) {
   static_assert(std::endian::native == std::endian::little);
   using Floats = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   MOUTHPIECE_EXPECT(page.markers.cols() == 3 * signedIndex(page.marker_names.size()));
-  const Floats metres = (page.markers * page.mesh.metres_per_unit).cast<float>();
+  const Floats metres = (page.markers * metres_per_unit).cast<float>();
   std::string encoded;
   appendBase64(encoded, {reinterpret_cast<const char*>(metres.data()), unsignedIndex(metres.size()) * 4});
   return {{"names", std::vector<std::string>(page.marker_names.begin(), page.marker_names.end())},
@@ -126,7 +101,7 @@ ordered_json editsOf(const ViewEdits& edits) {
   }
   ordered_json lips = ordered_json::array();
   for (Eigen::Index row = 0; row < edits.poses.lips.rows(); ++row) lips.push_back(shortened(edits.poses.lips.row(row)));
-  return {{"edits", ordered_json::parse(edits.edits, nullptr, false)},
+  return {{"edits", looseOrderedJson(edits.edits)},
           {"offers", std::move(offers)},
           {"poses",
            {{"names", edits.poses.names},
@@ -143,10 +118,11 @@ std::string viewHtml(std::string_view page_template, const ViewPage& page) {
     throw InputError("viewer.html", "",
                      "found no line \"<!-- mouthpiece:data -->\"; expected the template that the build makes");
   }
+  const PageMesh mesh = pageMeshOf(page.mesh);
   ordered_json data{{"report", reportFields(page.animation)},
                     {"face", page.face_name},
-                    {"parts", partsOf(page.mesh)},
-                    {"control", controlOf(page)},
+                    {"parts", partsOf(mesh)},
+                    {"control", controlOf(page, mesh.metres_per_unit)},
                     {"lip_opening_mm", openingsOf(page.animation.motion)},
                     {"lip_width_mm", widthsOf(page.animation.motion)},
                     {"curves", curvesOf(page.animation.curves)}};
@@ -156,8 +132,7 @@ std::string viewHtml(std::string_view page_template, const ViewPage& page) {
   std::string html;
   html.reserve(page_template.size() + (page.glb.size() + wav.size()) / 3 * 4 + 1'000'000);
   html.append(page_template.substr(0, place));
-  html.append("<script type=\"application/json\" id=\"mouthpiece-data\">")
-      .append(scriptSafe(data.dump(-1, ' ', true, ordered_json::error_handler_t::replace)));
+  html.append("<script type=\"application/json\" id=\"mouthpiece-data\">").append(scriptJson(data));
   html.append("</script>\n<script type=\"text/plain\" id=\"mouthpiece-sound\">");
   appendBase64(html, deflated(wav, kEffort));
   html.append("</script>\n<script type=\"text/plain\" id=\"mouthpiece-face\">");

@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "base/index.h"
+#include "base/json_text.h"
 #include "exports/arkit.h"
 #include "exports/format_bytes.h"
 #include "exports/line_quality.h"
@@ -151,7 +152,7 @@ std::string reportJson(const UtteranceAnimation& animation, const ArkitCurves* o
                                  {"rms_error_mm", toMicro(of_head->rms_error_mm)},
                                  {"rms_motion_mm", toMicro(of_head->rms_motion_mm)}};
   }
-  return fields.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return jsonText(fields, 1) + "\n";
 }
 
 }  // namespace mouthpiece

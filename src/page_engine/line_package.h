@@ -1,11 +1,11 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "deform/mesh/face_mesh.h"
 #include "exports/shapes/principal_shapes.h"
 #include "retarget/rig/face_file.h"
 #include "retarget/rig/face_rig.h"
@@ -33,7 +33,7 @@ struct LinePackage {
   /// pairs.
   Corpus corpus;
   FaceFile face;
-  FaceMesh mesh;
+  std::shared_ptr<const FaceMesh> mesh;
   ActorPose actor;
   ShapeSample sample;
 };

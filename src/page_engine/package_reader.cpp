@@ -8,28 +8,16 @@
 #include "base/index.h"
 #include "page_engine/line_package.h"
 #include "page_engine/package_options.h"
+#include "page_engine/packed_mesh.h"
 
 namespace mouthpiece {
 namespace {
 
 constexpr std::size_t kMostPhones = 1'000'000;
 constexpr std::int64_t kMostTakes = 1'000'000;
-constexpr double kLargest = 1e9;
+constexpr double kLargest = kLargestPacked;
 constexpr Seconds kLongestTake = 1e6;            ///< eleven days
 constexpr Eigen::Index kMostFrames = 1'000'000;  ///< of the line: four hours and a half at 60 Hz
-
-/// Rows of `columns` numbers of which none is farther from 0 than kLargest, or NaN where that is allowed.
-RowMajorMatrixF floatsFrom(const JsonField& field, Eigen::Index columns, bool nan_allowed = false) {
-  const std::vector<float> values = field.blob<float>();
-  const auto size = signedIndex(values.size());
-  if (columns == 0 || size % columns != 0)
-    field.fail(fmt::format("found {} numbers; expected rows of {}", size, columns));
-  for (const float value : values) {
-    if (!(std::abs(value) <= kLargest) && !(nan_allowed && std::isnan(value)))
-      field.fail("found a number that is not usable");
-  }
-  return Eigen::Map<const RowMajorMatrixF>(values.data(), size / columns, columns);
-}
 
 /// rows x columns floats.
 RowMajorMatrixF matrixFrom(const JsonField& field, Eigen::Index rows, Eigen::Index columns) {
@@ -241,43 +229,12 @@ SynthesisPlan planFrom(const JsonField& field, const SpeechLabels& labels, const
   return plan;
 }
 
-FaceMesh meshFrom(const JsonField& field) {
-  FaceMesh mesh;
-  mesh.vertices = floatsFrom(field["vertices"], 3);
-  if (mesh.vertices.rows() == 0) field["vertices"].fail("found no vertex");
-  const auto corners = field["triangles"].blob<std::uint32_t>();
-  if (corners.size() % 3 != 0) field["triangles"].fail("expected three corners a triangle");
-  for (std::size_t i = 0; i < corners.size(); i += 3) {
-    mesh.triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
-    if (std::max({corners[i], corners[i + 1], corners[i + 2]}) >= mesh.vertexCount())
-      field["triangles"].fail("found a corner that is no vertex");
-  }
-  for (const JsonField& entry : field["parts"].list()) {
-    MeshPart& part = mesh.parts.emplace_back();
-    part.name = entry["name"].text();
-    const auto kind = partKindFromName(entry["kind"].text());
-    if (!kind) entry["kind"].refuse("a kind of part");
-    part.kind = *kind;
-    if (mesh.parts.size() > 1) {
-      const MeshPart& before = mesh.parts[mesh.parts.size() - 2];
-      part.first_triangle = before.first_triangle + before.triangle_count;
-    }
-    const std::size_t left = mesh.triangles.size() - part.first_triangle;
-    part.triangle_count = unsignedIndex(entry["triangles"].whole(0, signedIndex(left)));
-    part.stands_off = entry["stands_off"].flag();
-  }
-  const bool is_whole = !mesh.parts.empty() &&
-                        mesh.parts.back().first_triangle + mesh.parts.back().triangle_count == mesh.triangles.size();
-  if (!is_whole) field["parts"].fail("found parts that do not hold all triangles");
-  mesh.metres_per_unit = field["metres_per_unit"].number(1e-9, 1e9);
-  return mesh;
-}
-
-ShapeSample sampleFrom(const JsonField& field, const FaceMesh& mesh) {
+/// `rows`: the mesh's vertices.
+ShapeSample sampleFrom(const JsonField& field, std::size_t rows) {
   ShapeSample sample;
   sample.vertices = field["vertices"].blob<std::uint32_t>();
   for (const std::uint32_t vertex : sample.vertices) {
-    if (vertex >= mesh.vertexCount()) field["vertices"].fail(fmt::format("found vertex {}", vertex));
+    if (vertex >= rows) field["vertices"].fail(fmt::format("found vertex {}", vertex));
   }
   const Eigen::Index count = sizeFrom(field["count"], 0, 100'000);
   if (count > 0) sample.shapes = matrixFrom(field["shapes"], count, 3 * signedIndex(sample.vertices.size()));
@@ -331,7 +288,7 @@ LinePackage parseLinePackage(std::string_view bytes, const std::string& name) {
   package.actor.closed_lips_mm = actor["closed_lips_mm"].number(-kLargest, kLargest);
   package.actor.unseen = {actor["narrowing"].number(-kLargest, kLargest),
                           actor["protrusion"].number(-kLargest, kLargest)};
-  package.sample = sampleFrom(field["sample"], package.mesh);
+  package.sample = sampleFrom(field["sample"], vertexCountOf(*package.mesh));
   return package;
 }
 

@@ -6,26 +6,16 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/json_text.h"
 #include "page_engine/line_package.h"
 #include "page_engine/package_options.h"
+#include "page_engine/packed_mesh.h"
 #include "vocal/viseme_poses.h"
 
 namespace mouthpiece {
 namespace {
 
 using nlohmann::json;
-
-template <typename Scalar>
-json blobOf(const std::vector<Scalar>& values) {
-  const auto* bytes = reinterpret_cast<const std::uint8_t*>(values.data());
-  return json::binary({bytes, bytes + values.size() * sizeof(Scalar)});
-}
-
-/// A matrix' numbers row by row, as floats: what corpus files hold.
-json floatsOf(const auto& matrix) {
-  const RowMajorMatrixF floats = matrix.template cast<float>();
-  return blobOf(std::vector<float>(floats.data(), floats.data() + floats.size()));
-}
 
 json doublesOf(const PositionMatrix& matrix) {
   return blobOf(std::vector<double>(matrix.data(), matrix.data() + matrix.size()));
@@ -188,22 +178,6 @@ json corpusToJson(const LineToPack& line, json takes) {
   return made;
 }
 
-json meshToJson(const FaceMesh& mesh) {
-  json parts = json::array();
-  for (const MeshPart& part : mesh.parts)
-    parts.push_back({{"name", part.name},
-                     {"kind", std::string(nameOf(part.kind))},
-                     {"triangles", part.triangle_count},
-                     {"stands_off", part.stands_off}});
-  std::vector<std::uint32_t> corners;
-  for (const Triangle& triangle : mesh.triangles)
-    for (const auto corner : triangle) corners.push_back(static_cast<std::uint32_t>(corner));
-  return {{"vertices", floatsOf(mesh.vertices)},
-          {"triangles", blobOf(corners)},
-          {"parts", std::move(parts)},
-          {"metres_per_unit", mesh.metres_per_unit}};
-}
-
 /// Evenly spread among the vertices that the shapes move.
 json sampleToJson(const PrincipalShapes& shapes) {
   constexpr std::size_t kVerticesAShape = 12, kLeast = 400;
@@ -269,9 +243,7 @@ std::string packLine(const LineToPack& line) {
                        {"narrowing", line.actor.unseen.narrowing},
                        {"protrusion", line.actor.unseen.protrusion}}},
                      {"sample", sampleToJson(line.shapes)}};
-  std::string bytes;
-  json::to_cbor(package, bytes);
-  return bytes;
+  return cborBytes(package);
 }
 
 }  // namespace mouthpiece

@@ -73,7 +73,7 @@ struct PageEngine::Data {
 };
 
 void PageEngine::Data::findWeights(MadeLine& line) const {
-  const VertexPositions& rest = rig.mesh().vertices;
+  const VertexPositions& rest = rig.restVertices();
   std::vector<Eigen::Index> columns(package.sample.vertices.size(), -1);
   for (std::size_t i = 0; i < columns.size(); ++i) {
     const auto& moving = line.frames.vertices;
@@ -117,7 +117,7 @@ void PageEngine::render(std::string_view edits_json) {
   if (const AnimationCurve* curve = findCurve(animation.curves, "larynx"))
     line->larynx = sampleCurve(*curve, frameTimes(0, animation.motion.frameCount(), rate));
   line->frames = data_->rig.movingFrames(line->motion, animation.tongue, rate, line->larynx, animation.gaze);
-  const double metres = data_->rig.mesh().metres_per_unit;
+  const double metres = data_->rig.metresPerUnit();
   line->markers = (line->motion.markers() * metres).cast<float>();
   data_->findWeights(*line);
   data_->made = std::move(line);
@@ -133,7 +133,7 @@ const std::vector<float>& PageEngine::vertices(std::size_t frame) {
   MOUTHPIECE_EXPECT(frame < frameCount());
   std::vector<float> moving(unsignedIndex(frames.width));
   frames.make(signedIndex(frame), moving);
-  const VertexPositions& rest = data_->rig.mesh().vertices;
+  const VertexPositions& rest = data_->rig.restVertices();
   data_->vertices.assign(rest.data(), rest.data() + rest.size());
   for (std::size_t i = 0; i < frames.vertices.size(); ++i)
     std::copy_n(moving.begin() + signedIndex(3 * i), 3,

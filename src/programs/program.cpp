@@ -21,6 +21,7 @@
 #include <typeinfo>
 
 #include "base/errors.h"
+#include "base/json_text.h"
 #include "base/unfinished.h"
 #include "programs/config_file.h"
 #include "retarget/rig/face_file.h"
@@ -320,6 +321,8 @@ void printText(std::string_view text) {
     throw InputError("stdout", "", fmt::format("cannot be written: {}", std::strerror(errno)));
   }
 }
+
+void printJson(const nlohmann::json& facts) { printText(jsonText(facts, 2) + "\n"); }
 
 void printNotice(std::string_view text, bool quiet) {
   if (quiet) return;

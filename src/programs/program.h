@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -61,12 +62,8 @@ Command makeCommand(std::string name, std::string what, std::string example, voi
 
 /// To stdout, as it is.
 void printText(std::string_view text);
-/// A nlohmann::json to stdout, indented by two; text that is no UTF-8 is shown with U+FFFD. A template to keep the
-/// library's header out of this one.
-template <typename Json>
-void printJson(const Json& facts) {
-  printText(facts.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
-}
+/// To stdout, indented by two; text that is no UTF-8 is shown with U+FFFD.
+void printJson(const nlohmann::json& facts);
 /// One line on stderr, "PROGRAM: text", unless `quiet`.
 void printNotice(std::string_view text, bool quiet);
 

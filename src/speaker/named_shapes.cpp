@@ -3,7 +3,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/mesh_files.h"
 #include "deform/mesh/mesh_limits.h"
 #include "exports/arkit.h"
 #include "exports/curves/weight_tracks.h"

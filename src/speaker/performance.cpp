@@ -7,7 +7,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/mesh_files.h"
 #include "deform/mesh/mesh_limits.h"
 #include "exports/arkit.h"
 #include "exports/format_bytes.h"
@@ -45,7 +45,7 @@ std::optional<HeadTrack> headTrack(const Performance::Data& line) {
   for (const Eigen::Quaternionf& turn : line.headTurns())
     track.rotations.push_back({turn.x(), turn.y(), turn.z(), turn.w()});
   if (track.rotations.empty()) return std::nullopt;
-  Eigen::Vector3d::Map(track.pivot_m.data()) = line.needFace().rig.mesh().metres_per_unit * line.neckTop();
+  Eigen::Vector3d::Map(track.pivot_m.data()) = line.needFace().rig.metresPerUnit() * line.neckTop();
   return track;
 }
 
@@ -126,10 +126,10 @@ const PrincipalShapes& Performance::Data::shapes() const {
                                                         animation.motion.frame_rate_hz, larynx, animation.gaze)
                                      : uprightFrames();
     const FaceShapes own = ownShapes();
-    if (own.names.empty()) return principalShapes(frames, rig.mesh().vertices, rig.mesh().metres_per_unit);
+    if (own.names.empty()) return principalShapes(frames, rig.restVertices(), rig.metresPerUnit());
     FaceAnimation moving = allOf(frames);
     driveOwnShapes(own, moving);
-    return principalShapes(moving, rig.mesh().vertices, rig.mesh().metres_per_unit);
+    return principalShapes(moving, rig.restVertices(), rig.metresPerUnit());
   });
   return *shapes_;
 }
@@ -139,9 +139,9 @@ const PrincipalShapes& Performance::Data::wholeShapes() const {
   const PrincipalShapes& few = shapes();
   if (!own_shapes_) return few;
   if (!whole_shapes_) {
-    const FaceMesh& mesh = needFace().rig.mesh();
-    whole_shapes_ =
-        timed(later_ms_.deform, [&] { return principalShapes(uprightFrames(), mesh.vertices, mesh.metres_per_unit); });
+    const FaceRig& rig = needFace().rig;
+    whole_shapes_ = timed(later_ms_.deform,
+                          [&] { return principalShapes(uprightFrames(), rig.restVertices(), rig.metresPerUnit()); });
   }
   return *whole_shapes_;
 }
@@ -230,7 +230,7 @@ FrameMaker Performance::Data::framesOf(const FaceMotion& moving, std::span<const
   };
   return {animation.motion.frame_rate_hz,
           signedIndex(animation.motion.frameCount()),
-          needFace().rig.mesh().vertices.size(),
+          needFace().rig.restVertices().size(),
           {},
           make};
 }

@@ -43,11 +43,11 @@ std::filesystem::path SharedFace::Data::meshPath() const { return path.parent_pa
 
 SharedFace::SharedFace(const std::filesystem::path& file) : data_(std::make_shared<const Data>(file)) {}
 const std::string& SharedFace::name() const { return data_->rig.name(); }
-std::size_t SharedFace::vertexCount() const { return unsignedIndex(data_->rig.mesh().vertices.rows()); }
-double SharedFace::metresPerUnit() const { return data_->rig.mesh().metres_per_unit; }
+std::size_t SharedFace::vertexCount() const { return unsignedIndex(data_->rig.restVertices().rows()); }
+double SharedFace::metresPerUnit() const { return data_->rig.metresPerUnit(); }
 
 std::span<const float> SharedFace::restVertices() const {
-  const VertexPositions& rest = data_->rig.mesh().vertices;
+  const VertexPositions& rest = data_->rig.restVertices();
   return {rest.data(), unsignedIndex(rest.size())};
 }
 

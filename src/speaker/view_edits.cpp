@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "base/index.h"
-#include "deform/mesh/face_mesh.h"
 #include "page_engine/line_package.h"
 #include "speaker/speaker_data.h"
 #include "units/selection/selection.h"

@@ -8,6 +8,7 @@
 #include "base/files.h"
 #include "base/index.h"
 #include "base/json_fields.h"
+#include "base/json_text.h"
 #include "base/text_numbers.h"
 #include "vocal/animation_curve.h"
 
@@ -54,7 +55,7 @@ std::string curvesToJson(const CurveSet& curves) {
       keys.push_back({{"time_s", key.time}, {"value", key.value}, {"in", key.in}, {"out", key.out}});
     list.push_back({{"name", curve.name}, {"keys", std::move(keys)}});
   }
-  return list.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return jsonText(list, 1) + "\n";
 }
 
 CurveSet parseCurves(std::string_view json_text, std::string_view file) {

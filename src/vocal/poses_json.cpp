@@ -5,6 +5,7 @@
 
 #include "base/index.h"
 #include "base/json_fields.h"
+#include "base/json_text.h"
 #include "vocal/viseme_poses.h"
 
 namespace mouthpiece {
@@ -55,7 +56,7 @@ std::string posesToJson(const VisemePoses& poses, std::string_view credit) {
                                {"jaw_drop_mm", rounded(poses.jaw_drop[v])},
                                {"lips_mm", numbers(poses.lips.row(signedIndex(v)))}});
   }
-  return root.dump(-1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return jsonText(root) + "\n";
 }
 
 VisemePoses parsePoses(std::string_view json_text, std::string_view file) {

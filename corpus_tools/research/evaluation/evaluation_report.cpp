@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "base/json_text.h"
 #include "corpus_tools/report/data_page.h"
 #include "corpus_tools/research/evaluation/evaluation.h"
 
@@ -229,9 +230,7 @@ std::string evaluationTable(const Evaluation& evaluation) {
   return text;
 }
 
-std::string evaluationJson(const Evaluation& evaluation) {
-  return factsOf(evaluation).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-}
+std::string evaluationJson(const Evaluation& evaluation) { return jsonText(factsOf(evaluation), 2) + "\n"; }
 
 std::string evaluationHtml(const Evaluation& evaluation, std::size_t most_curve_bytes) {
   constexpr std::size_t kBytesPerValue = 7;  // "-12.34,"
@@ -248,7 +247,7 @@ std::string evaluationHtml(const Evaluation& evaluation, std::size_t most_curve_
     if (bytes > most_curve_bytes) break;
     addTake(evaluation, i, page);
   }
-  return dataPage(kEvaluationPage, page.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  return dataPage(kEvaluationPage, jsonText(page));
 }
 
 }  // namespace mouthpiece

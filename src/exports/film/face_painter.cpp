@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "base/index.h"
+#include "deform/mesh/face_mesh.h"
 #include "exports/film/painting.h"
 
 namespace mouthpiece {

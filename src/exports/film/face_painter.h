@@ -4,10 +4,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/part_kind.h"
+#include "deform/mesh/triangles.h"
 #include "exports/film/picture.h"
 
 namespace mouthpiece {
+
+struct FaceMesh;
 
 /// Draws a head as a photographer would light it, without a graphics card: a key light that throws shadows, a fill, two
 /// lights from behind; skin that light creeps into; seen from a little beside. Colours are those of the parts and

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/part_kind.h"
 
 namespace mouthpiece {
 

@@ -10,6 +10,7 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/json_text.h"
 #include "deform/mesh/glb_chunks.h"
 
 namespace mouthpiece {
@@ -147,7 +148,7 @@ std::size_t put(json& list, std::vector<std::size_t>& free, json entry) {
 
 GlbModel::GlbModel(std::string_view glb, const std::string& file) {
   const GlbChunks chunks = glbChunks(glb, file);
-  root = json::parse(chunks.json, nullptr, false);
+  root = looseJson(chunks.json);
   if (!root.is_object()) throw InputError(file, "", "is no GLB that can be read: its JSON is damaged");
   const auto buffers = root.find("buffers");
   const bool is_own = buffers != root.end() && buffers->is_array() && !buffers->empty() && buffers->at(0).is_object() &&
@@ -441,7 +442,7 @@ std::string GlbModel::toBytes() && {
       root["extensionsUsed"] = root["extensionsRequired"] = {kMeshopt, "KHR_mesh_quantization"};
     }
   }
-  return glbOf(root.dump(-1, ' ', false, json::error_handler_t::replace), std::move(binary_));
+  return glbOf(jsonText(root), std::move(binary_));
 }
 
 }  // namespace mouthpiece

@@ -1,6 +1,6 @@
 #include "exports/shape_sets/shape_parts.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <numbers>
 #include <optional>
@@ -9,6 +9,7 @@
 #include "base/index.h"
 #include "deform/mesh/face_mesh.h"
 #include "motion/arkit_shapes.h"
+#include "retarget/rig/ball_fit.h"
 
 namespace mouthpiece {
 namespace {
@@ -33,16 +34,9 @@ ShapeEyes::Eyeball eyeballOf(const FaceMesh& mesh, bool is_left) {
     if (is_eye[unsignedIndex(v)] && (mesh.vertices(v, 0) > 0) == is_left) eye.vertices.push_back(v);
   }
   if (eye.vertices.size() < 4) return {};
-  // |p - m|^2 = r^2 is linear in m and r^2 - |m|^2.
-  Eigen::MatrixX4d left(signedIndex(eye.vertices.size()), 4);
-  Eigen::VectorXd right(left.rows());
-  for (Eigen::Index i = 0; i < left.rows(); ++i) {
-    const Eigen::RowVector3d place = mesh.vertices.row(eye.vertices[unsignedIndex(i)]).cast<double>();
-    left.row(i) << 2 * place, 1;
-    right(i) = place.squaredNorm();
-  }
-  const Eigen::Vector4d solution = left.colPivHouseholderQr().solve(right);
-  eye.middle = solution.head<3>().transpose().cast<float>();
+  std::vector<Eigen::Vector3d> places;
+  for (const Eigen::Index v : eye.vertices) places.emplace_back(mesh.vertices.row(v).transpose().cast<double>());
+  eye.middle = sphereThrough(places).middle.transpose().cast<float>();
   std::vector<float> front;
   for (const Eigen::Index v : eye.vertices) {
     if (mesh.vertices(v, 2) > eye.middle.z()) front.push_back((mesh.vertices.row(v) - eye.middle).norm());

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/triangles.h"
 #include "exports/shapes/principal_shapes.h"
 #include "retarget/rig/face_judge.h"
 #include "retarget/rig/face_rig.h"

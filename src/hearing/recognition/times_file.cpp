@@ -34,7 +34,6 @@ std::string_view firstLine(std::string_view text) {
   return trimmed(text.substr(0, text.find('\n')));
 }
 
-/// "name channel start duration label".
 /// Rows of a CTM. Most Latin letters are signs of IPA: where phones had several sounds in every fourth row, they are
 /// words.
 std::size_t countRows(std::string_view text) {
@@ -44,6 +43,7 @@ std::size_t countRows(std::string_view text) {
   return rows;
 }
 
+/// "name channel start duration label".
 bool isCtm(std::string_view line) {
   std::vector<std::string> fields;
   for (std::size_t at = 0; (at = line.find_first_not_of(" \t", at)) != std::string_view::npos;) {

@@ -154,10 +154,6 @@ SpeechLabels parseLabFile(std::string_view bytes, std::string_view name, const L
                            *options.language);
 }
 
-SpeechLabels readLabFile(const std::filesystem::path& path, const LabFileOptions& options) {
-  return parseLabFile(readFile(path, kMaxLabFileBytes), path.string(), options);
-}
-
 SpeechLabels readLabels(const std::filesystem::path& path, const LabFileOptions& options) {
   const std::string bytes = readFile(path, kMaxLabFileBytes);
   constexpr std::string_view kTextGridStart = "File type";

@@ -20,9 +20,7 @@ struct LabFileOptions {
 /// - TIMIT .phn: "start end label" in samples;
 /// - plain: "start end label" in seconds, with a decimal point (Audacity's label track too).
 /// - CTM: "name channel start_s duration_s label".
-/// There are no words in such files. Throws InputError naming file and line.
-SpeechLabels readLabFile(const std::filesystem::path& path, const LabFileOptions& options = {});
-/// The same from memory; `name` stands for the file in messages.
+/// There are no words in such files. `name` stands for the file in messages. Throws InputError naming file and line.
 SpeechLabels parseLabFile(std::string_view bytes, std::string_view name, const LabFileOptions& options = {});
 
 /// A TextGrid or a label file, told apart by content.

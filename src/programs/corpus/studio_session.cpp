@@ -9,6 +9,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/index.h"
+#include "base/json_text.h"
 #include "base/text_encoding.h"
 #include "corpus_tools/building/corpus_builder.h"
 #include "corpus_tools/takes/video_takes.h"
@@ -157,12 +158,6 @@ void StudioSession::keepTake(std::size_t prompt, std::string_view video) {
     takes_[prompt] = {TakeState::kWaiting, {}, number};
   }
   enqueue([this, prompt, number] { judgeTake(prompt, number); });
-}
-
-void StudioSession::setTake(std::size_t prompt, TakeState state, std::vector<std::string> faults) {
-  const std::lock_guard lock(mutex_);
-  takes_[prompt].state = state;
-  takes_[prompt].faults = std::move(faults);
 }
 
 /// Tracks, aligns, judges; the recording is deleted when the take is good, or kept where that was asked for.
@@ -384,7 +379,7 @@ std::string StudioSession::state() const {
                    {"trouble", trouble_},
                    {"said", said_},
                    {"has_line", has_line_}};
-  return state.dump(-1, ' ', false, json::error_handler_t::replace);
+  return jsonText(state);
 }
 
 }  // namespace mouthpiece

@@ -81,7 +81,6 @@ class StudioSession {
   void takeUpEarlier();
   void judgeTake(std::size_t prompt, std::size_t number);
   void saveTake(std::size_t prompt, const FaceTrack& track, const SpeechLabels& labels);
-  void setTake(std::size_t prompt, TakeState state, std::vector<std::string> faults);
   void buildAndSay(const std::string& text, const std::string& voice);
   void enter(const std::string& stage);
   void forget(const std::function<void()>& remove);

@@ -7,7 +7,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
-#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/mesh_files.h"
 #include "deform/mesh/mesh_limits.h"
 #include "exports/arkit.h"
 #include "face_finder/seen_anchors.h"
@@ -90,16 +90,16 @@ std::optional<SeenFace> seenOn(const FaceMesh& mesh) {
 
 int runAnchors(const AnchorsArguments& given) {
   const std::string bytes = readFile(given.mesh, kMaxMeshBytes);
-  const FaceMesh mesh = parseFaceMesh(bytes, given.mesh, given.object);
+  const std::shared_ptr<const FaceMesh> mesh = sharedFaceMesh(bytes, given.mesh, given.object);
   const AnchorSource source = given.by == "shapes"  ? AnchorSource::kShapes
                               : given.by == "looks" ? AnchorSource::kLooks
                                                     : AnchorSource::kAny;
-  const FoundAnchors found = findAnchors(mesh, bytes, given.mesh, given.object, source);
+  const FoundAnchors found = findAnchors(*mesh, bytes, given.mesh, given.object, source);
   const std::string file = anchorsBytes(found.anchors);
   const fs::path out = given.out.empty() ? fs::path(given.mesh.stem().string() + ".anchors.json") : given.out;
   writeFileAtomically(out, file);
   if (!given.show.empty())
-    writeFileAtomically(given.show, facePage(mesh, given.mesh.stem().string(), found.anchors, {}));
+    writeFileAtomically(given.show, facePage(*mesh, given.mesh.stem().string(), found.anchors, {}));
   printNotice("not found:" + found.missing, given.quiet || found.missing.empty());
   if (given.json) {
     printText(file);

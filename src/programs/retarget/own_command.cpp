@@ -43,11 +43,9 @@ Places placesOf(const Corpus& corpus, const FaceFile& face) {
     on_person.push_back(marker);
   }
   Places places{face.marker_targets, corpus.neutral_pose_mm(on_person, Eigen::all)};
-  const Eigen::Matrix4d person_from_face =
-      Eigen::umeyama(places.on_face.transpose().eval(), places.on_person_mm.transpose().eval());
+  const Similarity person_from_face = similarityBetween(places.on_face, places.on_person_mm);
   for (const Eigen::Index eye : eyes)
-    places.on_person_mm.row(eye) =
-        (person_from_face * places.on_face.row(eye).transpose().homogeneous()).head<3>().transpose();
+    places.on_person_mm.row(eye) = person_from_face(places.on_face.row(eye).transpose()).transpose();
   return places;
 }
 

@@ -7,6 +7,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "base/json_text.h"
 #include "base/text_encoding.h"
 #include "base/text_numbers.h"
 #include "speaker/speaker_data.h"
@@ -131,7 +132,7 @@ std::string settingsJson(const SpeakerOptions& options, SharedCast& cast) {
     settings["face"] = fileHash(face.data().path);
     settings["mesh"] = fileHash(face.data().meshPath());
   }
-  return settings.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  return jsonText(settings);
 }
 
 }  // namespace mouthpiece

@@ -13,6 +13,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/json_fields.h"
+#include "base/json_text.h"
 #include "base/page_data.h"
 #include "base/text_numbers.h"
 #include "mouthpiece/version.h"
@@ -54,10 +55,6 @@ ordered_json fieldsOf(const LineRecord& record) {
   for (const LineRecord::File& file : record.files)
     fields["files"].push_back({{"name", file.name}, {"bytes", file.bytes}});
   return fields;
-}
-
-std::string inOrder(const ordered_json& json, int indent = -1) {
-  return json.dump(indent, ' ', false, ordered_json::error_handler_t::replace);
 }
 
 std::vector<std::string> textsOf(const JsonField& list) {
@@ -146,7 +143,7 @@ std::optional<std::string> readIfThere(const fs::path& path) {
 
 }  // namespace
 
-std::string recordLine(const LineRecord& record) { return inOrder(fieldsOf(record)) + "\n"; }
+std::string recordLine(const LineRecord& record) { return jsonText(fieldsOf(record)) + "\n"; }
 
 std::string manifestJson(const Manifest& manifest) {
   ordered_json root = {{"made_with", "Mouthpiece " MOUTHPIECE_VERSION},
@@ -155,12 +152,12 @@ std::string manifestJson(const Manifest& manifest) {
                        {"lines_in_list", manifest.lines_in_list},
                        {"other_columns", manifest.other_columns},
                        {"lines", ordered_json::array()}};
-  std::string text = inOrder(root, 1);
+  std::string text = jsonText(root, 1);
   // A line of the file for a line of the list.
   text.erase(text.rfind("[]"));
   text += "[";
   for (const LineRecord& line : manifest.lines)
-    text += (&line == manifest.lines.data() ? "\n  " : ",\n  ") + inOrder(fieldsOf(line));
+    text += (&line == manifest.lines.data() ? "\n  " : ",\n  ") + jsonText(fieldsOf(line));
   return text + "\n ]\n}\n";
 }
 
@@ -193,7 +190,7 @@ std::string playersJson(const Manifest& manifest) {
                                {"markers", player.markers},
                                {"places", player.places},
                                {"wav", player.wav}});
-  return inOrder(root) + "\n";
+  return jsonText(root) + "\n";
 }
 
 std::string manifestPage(const Manifest& manifest) {
@@ -208,7 +205,7 @@ std::string manifestPage(const Manifest& manifest) {
   const std::size_t at = kBatchPage.find(kPlace);
   MOUTHPIECE_EXPECT(at != std::string_view::npos);
   std::string page(kBatchPage.substr(0, at));
-  page += "<script type=\"application/json\" id=\"batch-data\">" + scriptSafe(inOrder(data)) + "</script>";
+  page += "<script type=\"application/json\" id=\"batch-data\">" + scriptSafe(jsonText(data)) + "</script>";
   page += kBatchPage.substr(at + kPlace.size());
   return closedPage(page);
 }
@@ -228,7 +225,7 @@ std::optional<Manifest> readManifest(const fs::path& folder, const std::string& 
     const JsonField root = parseJson(*text, json.string(), "a manifest of synth batch");
     manifest.emplace();
     manifest->list = root["list"].text();
-    manifest->settings = inOrder(ordered_json::parse(*text).at("settings"));
+    manifest->settings = jsonText(ordered_json::parse(*text).at("settings"));
     manifest->lines_in_list = static_cast<std::size_t>(root["lines_in_list"].whole(0, std::int64_t{1} << 40));
     manifest->other_columns = textsOf(root["other_columns"]);
     for (const JsonField& line : root["lines"].list()) manifest->lines.push_back(recordOf(line));

@@ -11,6 +11,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/json_fields.h"
+#include "base/json_text.h"
 #include "base/text_encoding.h"
 #include "expression/expression.h"
 #include "phonetics/language/language.h"
@@ -58,7 +59,7 @@ fs::path freeName(const fs::path& folder, const std::string& name) {
 }
 
 json wishFields(const LineWish& wish) {
-  json edits = json::parse(wish.edits, nullptr, false);
+  json edits = looseJson(wish.edits);
   if (!edits.is_array()) edits = json::array();
   json fields{{"text", wish.text}, {"recording", wish.recording}, {"voice", wish.voice},
               {"face", wish.face}, {"language", wish.language},   {"edits", std::move(edits)}};
@@ -74,7 +75,7 @@ json wishFields(const LineWish& wish) {
 
 std::string titleOf(const LineWish& wish) { return wish.text.empty() ? wish.recording : wish.text; }
 
-std::string dumped(const json& fields) { return fields.dump(1, ' ', false, json::error_handler_t::replace) + "\n"; }
+std::string dumped(const json& fields) { return jsonText(fields, 1) + "\n"; }
 
 /// A user of the page knows the files that were dropped by their names, not where they are kept.
 std::string withoutFolder(std::string text, const fs::path& folder) {

@@ -306,18 +306,6 @@ std::vector<SelectedUnit> cheapestOthers(const SpeechLabels& target, const UnitD
 
 }  // namespace
 
-std::optional<SelectionMethod> selectionMethodFromName(std::string_view name) {
-  if (name == "greedy") return SelectionMethod::kGreedy;
-  if (name == "viterbi") return SelectionMethod::kViterbi;
-  return std::nullopt;
-}
-
-std::optional<UnitScales> unitScalesFromName(std::string_view name) {
-  if (name == "any") return UnitScales::kAny;
-  if (name == "paper") return UnitScales::kPaper;
-  return std::nullopt;
-}
-
 std::vector<SelectedUnit> selectUnits(const SpeechLabels& target, const UnitDatabase& database,
                                       const SelectionOptions& options) {
   const std::size_t phones = target.phones.size();

@@ -33,10 +33,6 @@ enum class Backoff {
   kNone,    ///< refuse
 };
 
-/// "greedy" "viterbi", "any" "paper"; nullopt for another name.
-std::optional<SelectionMethod> selectionMethodFromName(std::string_view name);
-std::optional<UnitScales> unitScalesFromName(std::string_view name);
-
 struct SelectionOptions {
   SelectionMethod method = SelectionMethod::kGreedy;
   UnitScales units = UnitScales::kAny;
