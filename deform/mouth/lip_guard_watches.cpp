@@ -9,7 +9,6 @@
 #include "base/errors.h"
 #include "base/smooth_step.h"
 #include "deform/mesh/face_mesh.h"
-#include "deform/mesh/triangle_tree.h"
 #include "deform/mouth/lip_guard.h"
 #include "deform/mouth/lip_levelling.h"
 #include "deform/surface/virtual_points.h"
@@ -69,24 +68,43 @@ class FacingLip {
 
   /// Sees no further than `reach`.
   FacingLip(const VertexPositions& vertices, std::vector<Triangle> triangles, float reach)
-      : vertices_(vertices),
-        reach_(reach),
-        triangles_(sortedByX(vertices, std::move(triangles))),
-        tree_(vertices, triangles_, TriangleTree::Use::kWithoutStarts) {}
+      : vertices_(vertices), reach_(reach) {
+    for (const Triangle& triangle : sortedByX(vertices, std::move(triangles))) {
+      const Eigen::Matrix3f corners = vertices(triangle, Eigen::all).transpose();
+      const Vector3f ab = corners.col(1) - corners.col(0), ac = corners.col(2) - corners.col(0);
+      if (ab.cast<double>().cross(ac.cast<double>()).isZero(0)) continue;
+      Facet facet{triangle, (corners.col(0) + corners.col(1) + corners.col(2)) / 3, ab.cross(ac).normalized(), 0};
+      facet.radius = (corners.colwise() - facet.middle).colwise().norm().maxCoeff();
+      largest_ = std::max(largest_, facet.radius);
+      facets_.push_back(facet);
+    }
+  }
 
   [[nodiscard]] std::optional<Nearest> facing(const Vector3f& p, const Vector3f& normal) const {
-    const Eigen::Vector3d middle = p.cast<double>(), around = Eigen::Vector3d::Constant(reach_);
-    std::optional<Nearest> nearest;
+    const float beside = kRounds * (reach_ + largest_);
+    const auto first = std::lower_bound(facets_.begin(), facets_.end(), p.x() - beside,
+                                        [](const Facet& facet, float x) { return facet.middle.x() < x; });
     float least = reach_ * reach_;
-    for (const std::size_t t : tree_.touching({middle - around, middle + around})) {
-      const Eigen::Matrix3f corners = vertices_(triangles_[t], Eigen::all).transpose();
-      const Vector3f across = (corners.col(1) - corners.col(0)).cross(corners.col(2) - corners.col(0)).normalized();
-      if (across.dot(normal) > kOpposed) continue;
+    thread_local std::vector<const Facet*> near;
+    near.clear();
+    // A corner is a place of its triangle: what lies wholly further away than one is not the nearest.
+    float corner = least;
+    for (auto facet = first; facet != facets_.end() && facet->middle.x() <= p.x() + beside; ++facet) {
+      const float away = kRounds * (std::sqrt(corner) + facet->radius);
+      if ((facet->middle - p).squaredNorm() > away * away || facet->across.dot(normal) > kOpposed) continue;
+      near.push_back(&*facet);
+      corner = std::min(corner, (vertexOf(vertices_, facet->triangle[0]) - p).squaredNorm());
+    }
+    std::optional<Nearest> nearest;
+    for (const Facet* facet : near) {
+      const float away = kRounds * (std::sqrt(std::min(least, corner)) + facet->radius);
+      if ((facet->middle - p).squaredNorm() > away * away) continue;
+      const Eigen::Matrix3f corners = vertices_(facet->triangle, Eigen::all).transpose();
       float squared = 0;
       const Vector3f weights = nearestWeights(p, corners, squared);
       if (squared >= least) continue;
       least = squared;
-      nearest = {triangles_[t], weights};
+      nearest = {facet->triangle, weights};
     }
     return nearest;
   }
@@ -112,10 +130,18 @@ class FacingLip {
     return triangles;
   }
 
+  static constexpr float kRounds = 1.0001F;  ///< room for rounding
+
+  struct Facet {
+    Triangle triangle;
+    Vector3f middle, across;
+    float radius;  ///< of the ball around the middle that holds the triangle
+  };
+
   const VertexPositions& vertices_;
   float reach_;
-  std::vector<Triangle> triangles_;
-  TriangleTree tree_;
+  std::vector<Facet> facets_;  ///< those with an area, by the x of their middles
+  float largest_ = 0;          ///< of the radii
 };
 
 }  // namespace

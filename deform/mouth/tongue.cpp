@@ -60,12 +60,24 @@ std::optional<FrontTeeth> frontTeeth(const FaceMesh& mesh, PartKind row, double 
   return teeth;
 }
 
+Eigen::AlignedBox3d boxOf(const VertexPositions& vertices, const Triangle& triangle) {
+  Eigen::AlignedBox3d box;
+  for (const std::uint32_t corner : triangle) box.extend(pointAt(vertices, corner));
+  return box;
+}
+
 /// Height of the lowest part of those kinds that lies straight above a point.
 std::optional<double> roofOver(const FaceMesh& mesh, const Eigen::Vector3d& point,
                                std::initializer_list<PartKind> kinds) {
+  std::vector<Triangle> around = trianglesOf(mesh, kinds);
+  std::erase_if(around, [&](const Triangle& triangle) {
+    const Eigen::AlignedBox3d box = boxOf(mesh.vertices, triangle);
+    return point.x() < box.min().x() || point.x() > box.max().x() || point.z() < box.min().z() ||
+           point.z() > box.max().z();
+  });
   std::optional<double> roof;
   for (const auto& [triangle, height] :
-       TriangleTree(mesh.vertices, trianglesOf(mesh, kinds)).crossings(point.x(), point.z())) {
+       TriangleTree(mesh.vertices, around, TriangleTree::Use::kWithoutStarts).crossings(point.x(), point.z())) {
     if (height > point.y() && (!roof || height < *roof)) roof = height;
   }
   return roof;

@@ -18,9 +18,9 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Of packing, for a page's DecompressionStream("deflate"): what it holds of a face is packed already, and 6 takes
-/// twice as long for one hundredth.
-constexpr int kEffort = 4;
+/// Of packing, for a page's DecompressionStream("deflate"): what it holds of a face is packed already, and 4 takes
+/// half as long again for one hundredth.
+constexpr int kEffort = 1;
 
 ordered_json partsOf(const PageMesh& mesh) {
   ordered_json parts = ordered_json::array();

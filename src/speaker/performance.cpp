@@ -146,6 +146,12 @@ const PrincipalShapes& Performance::Data::wholeShapes() const {
   return *whole_shapes_;
 }
 
+const ShapeNormals& Performance::Data::normals() const {
+  const std::scoped_lock lock(mutex_);
+  if (!normals_) normals_ = shapeNormals(needFace().rig.mesh().triangles, shapes());
+  return *normals_;
+}
+
 FaceShapes Performance::Data::ownShapes() const {
   const SharedFace::Data& own = needFace();
   const std::filesystem::path mesh = own.meshPath();
@@ -199,7 +205,7 @@ std::string Performance::Data::glb() const {
     if (given_glb_) return *given_glb_;
   }
   const std::optional<HeadTrack> head = headTrack(*this);
-  return glbBytes(own.rig.mesh(), moving, own.rig.name(), {}, head ? &*head : nullptr);
+  return glbBytes(own.rig.mesh(), moving, own.rig.name(), {}, head ? &*head : nullptr, &normals());
 }
 
 std::string Performance::Data::smallGlb() const {
@@ -207,7 +213,7 @@ std::string Performance::Data::smallGlb() const {
   const SharedFace::Data& own = needFace();
   if (isGlb(own.meshPath())) return glb();
   const std::optional<HeadTrack> head = headTrack(*this);
-  return smallGlbBytes(own.rig.mesh(), shapes(), own.rig.name(), head ? &*head : nullptr);
+  return smallGlbBytes(own.rig.mesh(), shapes(), own.rig.name(), head ? &*head : nullptr, &normals());
 }
 
 VertexPositions Performance::Data::verticesOf(const FaceMotion& moving, FrameIndex frame,

@@ -77,6 +77,8 @@ struct Performance::Data {
   const FaceMotion& faceMotion() const;
   /// The moving vertices as few shapes.
   const PrincipalShapes& shapes() const;
+  /// How the shapes turn the face's normals.
+  const ShapeNormals& normals() const;
   /// face.glb.
   [[nodiscard]] std::string glb() const;
   /// The same packed; as it is of a head that came as GLB.
@@ -133,6 +135,7 @@ struct Performance::Data {
   mutable StageTimings later_ms_;  ///< what came after the synthesis: retarget, deform, write
   mutable std::optional<FaceMotion> face_motion_;
   mutable std::optional<PrincipalShapes> shapes_;
+  mutable std::optional<ShapeNormals> normals_;
   mutable std::optional<OwnShapeWeights> own_shapes_;  ///< what the head's own shapes of lids and brows take over
   mutable std::optional<std::string> given_glb_;       ///< of a head that came as GLB; the page holds it, too
   mutable std::optional<RowMajorMatrixF> arkit_, arkit_of_head_;

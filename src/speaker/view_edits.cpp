@@ -46,19 +46,25 @@ PositionMatrix posesOf(const VisemePoses& poses, std::vector<std::string>& names
   return rows;
 }
 
+/// A few of a row's vertices, evenly spread: many times as many numbers as there are shapes.
+RowMajorMatrixF someOf(const RowMajorMatrixF& rows) {
+  constexpr Eigen::Index kVertices = 2000;
+  const Eigen::Index count = rows.cols() / 3, every = std::max<Eigen::Index>(1, count / kVertices);
+  RowMajorMatrixF some(rows.rows(), 3 * ((count + every - 1) / every));
+  for (Eigen::Index row = 0; row < rows.rows(); ++row) {
+    for (Eigen::Index i = 0; i < some.cols() / 3; ++i)
+      some.block<1, 3>(row, 3 * i) = rows.block<1, 3>(row, 3 * i * every);
+  }
+  return some;
+}
+
 /// Least squares: the shapes' weights that come nearest to each row of vertices' displacements.
 RowMajorMatrixF weightsOf(const RowMajorMatrixF& moves, const PrincipalShapes& shapes) {
   constexpr double kRidge = 1e-4;
-  constexpr Eigen::Index kColumnsAtOnce = 1536;
-  const Eigen::Index count = shapes.shapeCount();
-  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(count, count), target = Eigen::MatrixXd::Zero(count, moves.rows());
-  // Block by block: all shapes as doubles are twice as large as they are.
-  for (Eigen::Index first = 0; first < moves.cols(); first += kColumnsAtOnce) {
-    const Eigen::Index columns = std::min(kColumnsAtOnce, moves.cols() - first);
-    const Eigen::MatrixXd basis = shapes.shapes.middleCols(first, columns).cast<double>();
-    normal.selfadjointView<Eigen::Lower>().rankUpdate(basis);
-    target.noalias() += basis * moves.middleCols(first, columns).cast<double>().transpose();
-  }
+  const Eigen::MatrixXd basis = someOf(shapes.shapes).cast<double>();
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(basis.rows(), basis.rows());
+  normal.selfadjointView<Eigen::Lower>().rankUpdate(basis);
+  const Eigen::MatrixXd target = basis * someOf(moves).cast<double>().transpose();
   normal.diagonal().array() += kRidge * std::max(1e-12, normal.diagonal().maxCoeff());
   return Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower>(normal).solve(target).transpose().cast<float>();
 }

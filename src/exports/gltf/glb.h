@@ -24,13 +24,15 @@ struct HeadTrack {
 /// glTF 2.0, binary (docs/formats/glb.md): one mesh with a primitive for each part that has triangles, a morph target
 /// (positions and normals, sparse) for each shape and one linear weights animation; metres. `name` is the node's and
 /// the mesh's. `shapes` must come from an animation of `mesh`; without frames there is no animation. `shape_names`: one
-/// a shape; none: shape_00 and so on. `head`: null where it is still.
+/// a shape; none: shape_00 and so on. `head`: null where it is still. `normals`: shapeNormals() of the two; null: they
+/// are made.
 std::string glbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
-                     std::span<const std::string> shape_names = {}, const HeadTrack* head = nullptr);
+                     std::span<const std::string> shape_names = {}, const HeadTrack* head = nullptr,
+                     const ShapeNormals* normals = nullptr);
 /// The same in a fifth of the room, for programs that know EXT_meshopt_compression (three.js, Babylon.js, Godot's and
 /// Unity's add-ons; not Blender 3.4): places to 8 micrometres, normals to 0.5 degrees.
 std::string smallGlbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
-                          const HeadTrack* head = nullptr);
+                          const HeadTrack* head = nullptr, const ShapeNormals* normals = nullptr);
 
 /// Weights that some of a head's own morph targets follow: the one called `name` column `column_of(name)` of `weights`
 /// (frames x anything), or none where that is -1.

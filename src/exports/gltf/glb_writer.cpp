@@ -2,6 +2,7 @@
 #include <meshoptimizer.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -91,27 +92,47 @@ std::vector<ListedVertex> listedOf(const PartVertices& part, const std::vector<s
 /// Adds a part's values of one shape after another as accessors.
 class TargetWriter {
  public:
-  /// Only `listed` vertices may differ from zero. All must outlive the writer.
-  TargetWriter(const PartVertices& part, const std::vector<ListedVertex>& listed, GlbModel& model)
-      : part_(part), listed_(listed), model_(model), indices_(listed.size()), values_(3 * listed.size()) {}
+  /// Only `listed` vertices may move. All must outlive the writer.
+  TargetWriter(const FaceMesh& mesh, const PartVertices& part, const std::vector<ListedVertex>& listed, GlbModel& model)
+      : part_(part), listed_(listed), model_(model), numbers_(unsignedIndex(mesh.vertices.rows()), kUnused) {
+    for (std::uint32_t i = 0; i < part.vertices.size(); ++i) numbers_[part.vertices[i]] = i;
+  }
 
-  std::size_t add(const float* row, float scale, GlbUse use) {
-    std::size_t count = 0;
+  /// `row`: of the shape, to be scaled.
+  std::size_t addMoves(const float* row, float scale) {
+    begin();
     for (const auto& [number, column] : listed_) {
       const float* value = row + column;
-      if (value[0] == 0 && value[1] == 0 && value[2] == 0) continue;
-      indices_[count] = number;
-      for (std::size_t axis = 0; axis < 3; ++axis) values_[3 * count + axis] = scale * value[axis];
-      ++count;
+      if (value[0] != 0 || value[1] != 0 || value[2] != 0)
+        put(number, {scale * value[0], scale * value[1], scale * value[2]});
     }
-    return model_.addMostlyZeroVec3(std::span(indices_).first(count), std::span(values_).first(3 * count),
-                                    part_.vertices.size(), use);
+    return model_.addMostlyZeroVec3(indices_, values_, part_.vertices.size(), GlbUse::kMove);
+  }
+
+  std::size_t addTurns(const ShapeNormals::Turns& turns) {
+    begin();
+    for (std::size_t i = 0; i < turns.vertices.size(); ++i) {
+      const std::uint32_t number = numbers_[turns.vertices[i]];
+      const float* value = &turns.values[3 * i];
+      if (number != kUnused) put(number, {value[0], value[1], value[2]});
+    }
+    return model_.addMostlyZeroVec3(indices_, values_, part_.vertices.size(), GlbUse::kTurn);
   }
 
  private:
+  void begin() {
+    indices_.clear();
+    values_.clear();
+  }
+  void put(std::uint32_t number, const std::array<float, 3>& value) {
+    indices_.push_back(number);
+    values_.insert(values_.end(), value.begin(), value.end());
+  }
+
   const PartVertices& part_;
   const std::vector<ListedVertex>& listed_;
   GlbModel& model_;
+  std::vector<std::uint32_t> numbers_;  ///< of the mesh's vertices within the part
   std::vector<std::uint32_t> indices_;
   std::vector<float> values_;
 };
@@ -161,12 +182,11 @@ nlohmann::json primitiveOf(const FaceMesh& mesh, const MeshPart& part, const Pri
     attribute("TEXCOORD_0", coordinates, GlbType::kVec2, GlbUse::kOther);
   }
   const std::vector<ListedVertex> moving = listedOf(own, shapes.columnVertices());
-  const std::vector<ListedVertex> turning = listedOf(own, normals.vertices);
   nlohmann::json targets = nlohmann::json::array();
-  TargetWriter moves(own, moving, model), turns(own, turning, model);
+  TargetWriter writer(mesh, own, moving, model);
   for (Index k = 0; k < shapes.shapeCount(); ++k) {
-    const std::size_t position = moves.add(shapes.shapes.row(k).data(), metres, GlbUse::kMove);
-    const std::size_t normal = turns.add(normals.deltas.row(k).data(), 1.0F, GlbUse::kTurn);
+    const std::size_t position = writer.addMoves(shapes.shapes.row(k).data(), metres);
+    const std::size_t normal = writer.addTurns(normals.shapes[unsignedIndex(k)]);
     targets.push_back({{"POSITION", position}, {"NORMAL", normal}});
   }
   if (!targets.empty()) primitive["targets"] = std::move(targets);
@@ -177,7 +197,8 @@ nlohmann::json primitiveOf(const FaceMesh& mesh, const MeshPart& part, const Pri
 /// About what the file takes when no shape has a zero. Memory that is never written to costs nothing.
 std::size_t largestBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, const ShapeNormals& normals) {
   constexpr std::size_t kBytesAVertex = 64, kBytesATriangle = 12, kBytesAShape = 4096;
-  const std::size_t numbers = unsignedIndex(shapes.shapes.size() + normals.deltas.size() + shapes.weights.size());
+  std::size_t numbers = unsignedIndex(shapes.shapes.size() + shapes.weights.size());
+  for (const ShapeNormals::Turns& turns : normals.shapes) numbers += 2 * turns.values.size();
   return sizeof(float) * numbers + kBytesAVertex * unsignedIndex(mesh.vertices.rows()) +
          kBytesATriangle * mesh.triangles.size() + kBytesAShape * unsignedIndex(shapes.shapeCount());
 }
@@ -197,10 +218,11 @@ void packPlaces(const FaceMesh& mesh, const PrincipalShapes& shapes, GlbModel& m
 }
 
 std::string written(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
-                    std::span<const std::string> shape_names, bool is_small, const HeadTrack* head) {
+                    std::span<const std::string> shape_names, bool is_small, const HeadTrack* head,
+                    const ShapeNormals& normals) {
   MOUTHPIECE_EXPECT(3 * mesh.vertices.rows() == shapes.rest.cols());
   MOUTHPIECE_EXPECT(!mesh.triangles.empty() && !mesh.parts.empty());
-  ShapeNormals normals = shapeNormals(mesh.triangles, shapes);
+  MOUTHPIECE_EXPECT(std::ssize(normals.shapes) == shapes.shapeCount());
   GlbModel model;
   if (is_small) {
     packPlaces(mesh, shapes, model);
@@ -217,7 +239,6 @@ std::string written(const FaceMesh& mesh, const PrincipalShapes& shapes, std::st
     face["primitives"].back()["material"] = model.root["materials"].size();
     model.root["materials"].push_back(materialOf(part));
   }
-  normals = {};
   if (shapes.shapeCount() > 0) {
     // What Blender, three.js and others read them from.
     nlohmann::json names = nlohmann::json::array();
@@ -247,13 +268,21 @@ std::string written(const FaceMesh& mesh, const PrincipalShapes& shapes, std::st
 }  // namespace
 
 std::string glbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
-                     std::span<const std::string> shape_names, const HeadTrack* head) {
-  return written(mesh, shapes, name, shape_names, false, head);
+                     std::span<const std::string> shape_names, const HeadTrack* head, const ShapeNormals* normals) {
+  if (normals == nullptr) {
+    const ShapeNormals made = shapeNormals(mesh.triangles, shapes);
+    return glbBytes(mesh, shapes, name, shape_names, head, &made);
+  }
+  return written(mesh, shapes, name, shape_names, false, head, *normals);
 }
 
 std::string smallGlbBytes(const FaceMesh& mesh, const PrincipalShapes& shapes, std::string_view name,
-                          const HeadTrack* head) {
-  return written(mesh, shapes, name, {}, true, head);
+                          const HeadTrack* head, const ShapeNormals* normals) {
+  if (normals == nullptr) {
+    const ShapeNormals made = shapeNormals(mesh.triangles, shapes);
+    return smallGlbBytes(mesh, shapes, name, head, &made);
+  }
+  return written(mesh, shapes, name, {}, true, head, *normals);
 }
 
 }  // namespace mouthpiece

@@ -24,6 +24,10 @@ constexpr float kSampleShare = 0.85F;  ///< what the sampled vertices are fitted
 /// A shape that never moves a vertex further than this leaves it alone; tried in turn until the vertex is within the
 /// tolerance. The first makes the file a fifth smaller, 0 keeps everything.
 constexpr std::array<float, 3> kNegligibleShares{0.5F, 0.15F, 0.0F};
+/// Tried before all shapes are, and what they must come within: below the tolerance, so that a face is not everywhere
+/// as far off as it may be.
+constexpr std::array<Eigen::Index, 2> kFewShapes{16, 48};
+constexpr float kFewShare = 0.6F;
 constexpr Eigen::Index kSampledVertices = 500;
 constexpr std::size_t kRefinedAtOnce = 400;
 
@@ -118,36 +122,60 @@ class PanelFitter {
         shapes_(weights.inverse.rows(), kPanelWidth),
         thinned_(1 + weights.count, kPanelWidth) {}
 
-  /// Shapes of vertices [first, first + 8) into columns of `shapes`; the largest squared residuals into `errors`.
+  /// Shapes of vertices [first, first + 8) into columns of `shapes`, which hold zeros; the largest squared residuals
+  /// into `errors`.
   void fit(Eigen::Index first, RowMajorMatrixF& shapes, float* errors) {
     const Eigen::Index count = std::min<Eigen::Index>(kPanelVertices, fit_.vertices() - first);
     loadPanel(first, count, errors);
     const float still = kStillShare * fit_.tolerance;
     if (std::all_of(errors, errors + count, [&](float square) { return square <= still * still; })) return;
-    kernels_.multiply(weights_.inverse.data(), weights_.inverse.rows(), weights_.inverse.cols(), displacements_.data(),
-                      shapes_.data());
-    for (const float share : kNegligibleShares) {
-      dropBelow(share * fit_.tolerance);
-      if (measure(count, share == kNegligibleShares.back(), errors)) break;
-    }
+    projected_ = 0;
+    if (!fitFew(count, errors)) fitAll(count, errors);
     storePanel(first, count, shapes);
   }
 
  private:
-  /// Largest squared residuals of thinned_ into `errors`; whether all are within the tolerance. Unless `to_the_end`, no
+  /// By the strongest shapes alone, which is enough for most of a face; whether it is.
+  bool fitFew(Eigen::Index count, float* errors) {
+    for (const Eigen::Index few : kFewShapes) {
+      if (few >= weights_.count) break;
+      projectOn(few);
+      dropBelow(kNegligibleShares.front() * fit_.tolerance, few);
+      if (measure(count, kFewShare * fit_.tolerance, false, errors)) return true;
+    }
+    return false;
+  }
+
+  void fitAll(Eigen::Index count, float* errors) {
+    projectOn(weights_.count);
+    for (const float share : kNegligibleShares) {
+      dropBelow(share * fit_.tolerance, weights_.count);
+      if (measure(count, fit_.tolerance, share == kNegligibleShares.back(), errors)) break;
+    }
+  }
+
+  /// Rows [0, up_to) of shapes_.
+  void projectOn(Eigen::Index up_to) {
+    const Eigen::Index end = paddedRows(up_to);
+    kernels_.multiply(weights_.inverse.row(projected_).data(), end - projected_, weights_.inverse.cols(),
+                      displacements_.data(), shapes_.row(projected_).data());
+    projected_ = end;
+  }
+
+  /// Largest squared residuals of thinned_ into `errors`; whether all are within `tolerance`. Unless `to_the_end`, no
   /// frame is looked at behind some that are not.
-  bool measure(Eigen::Index count, bool to_the_end, float* errors) const {
+  bool measure(Eigen::Index count, float tolerance, bool to_the_end, float* errors) const {
     constexpr Eigen::Index kFramesAtOnce = 8 * kPanelRowBlock;
-    const Eigen::Index frames = weights_.weights.rows();
+    const Eigen::Index frames = weights_.weights.rows(), stride = weights_.weights.cols();
     std::fill_n(errors, kPanelVertices, 0.0F);
     bool fits = true;
     for (Eigen::Index f = 0; f < frames && (fits || to_the_end); f += kFramesAtOnce) {
       std::array<float, kPanelVertices> squares;
-      kernels_.largest_residual(weights_.weights.row(f).data(), std::min(kFramesAtOnce, frames - f), 1 + weights_.count,
-                                displacements_.row(f).data(), thinned_.data(), squares.data());
+      kernels_.largest_residual(weights_.weights.row(f).data(), stride, std::min(kFramesAtOnce, frames - f),
+                                kept_.data(), std::ssize(kept_), displacements_.row(f).data(), thinned_.data(),
+                                squares.data());
       for (std::size_t v = 0; v < squares.size(); ++v) errors[v] = std::max(errors[v], squares[v]);
-      fits =
-          std::all_of(errors, errors + count, [&](float square) { return square <= fit_.tolerance * fit_.tolerance; });
+      fits = std::all_of(errors, errors + count, [&](float square) { return square <= tolerance * tolerance; });
     }
     return fits;
   }
@@ -173,29 +201,36 @@ class PanelFitter {
     kernels_.load_displacements(padded.data(), kPanelWidth, fit_.frames(), rest.data(), displacements_.data(), errors);
   }
 
-  /// thinned_ = shapes_ without displacements shorter than `limit`, after their offset.
-  void dropBelow(float limit) {
-    thinned_.row(0).setZero();
-    for (Eigen::Index k = 0; k < weights_.count; ++k) {
+  /// thinned_: the offset, then of the first `count` shapes what is no shorter than `limit`; kept_: which rows of all
+  /// these are.
+  void dropBelow(float limit, Eigen::Index count) {
+    Panel offset = Panel::Zero();
+    kept_.assign(1, 0);
+    for (Eigen::Index k = 0; k < count; ++k) {
       const float* from = shapes_.row(k).data();
-      float* to = thinned_.row(1 + k).data();
+      float* to = thinned_.row(std::ssize(kept_)).data();
+      float any = 0;
       for (Eigen::Index v = 0; v < kPanelVertices; ++v) {
         const float x = from[v];
         const float y = from[v + kPanelVertices];
         const float z = from[v + 2 * kPanelVertices];
         const float kept = x * x + y * y + z * z < limit * limit ? 0.0F : 1.0F;
+        any = std::max(any, kept);
         to[v] = kept * x;
         to[v + kPanelVertices] = kept * y;
         to[v + 2 * kPanelVertices] = kept * z;
       }
-      thinned_.row(0) += weights_.offset_shares[unsignedIndex(k)] * thinned_.row(1 + k);
+      if (any == 0) continue;
+      offset += weights_.offset_shares[unsignedIndex(k)] * Eigen::Map<const Panel>(to);
+      kept_.push_back(static_cast<std::int32_t>(1 + k));
     }
+    thinned_.row(0) = offset.transpose();
   }
 
   void storePanel(Eigen::Index first, Eigen::Index count, RowMajorMatrixF& shapes) const {
-    for (Eigen::Index k = 0; k < thinned_.rows(); ++k) {
-      const float* from = thinned_.row(k).data();
-      float* to = shapes.row(k).data() + 3 * first;
+    for (std::size_t i = 0; i < kept_.size(); ++i) {
+      const float* from = thinned_.row(signedIndex(i)).data();
+      float* to = shapes.row(kept_[i]).data() + 3 * first;
       for (Eigen::Index v = 0; v < count; ++v) {
         to[3 * v] = from[v];
         to[3 * v + 1] = from[v + kPanelVertices];
@@ -204,13 +239,17 @@ class PanelFitter {
     }
   }
 
+  using Panel = Eigen::Array<float, kPanelWidth, 1>;
+
   const Fit& fit_;
   const Weights& weights_;
   const PanelKernels& kernels_ = panelKernels();
-  RowMajorMatrixF unpacked_;       ///< frames x kPanelWidth
-  RowMajorMatrixF displacements_;  ///< padded frames x kPanelWidth
-  RowMajorMatrixF shapes_;         ///< padded shapes x kPanelWidth
-  RowMajorMatrixF thinned_;        ///< the offset, then what is kept of them
+  RowMajorMatrixF unpacked_;        ///< frames x kPanelWidth
+  RowMajorMatrixF displacements_;   ///< padded frames x kPanelWidth
+  RowMajorMatrixF shapes_;          ///< padded shapes x kPanelWidth
+  Eigen::Index projected_ = 0;      ///< rows of shapes_ that are known
+  RowMajorMatrixF thinned_;         ///< the offset, then what is kept of them
+  std::vector<std::int32_t> kept_;  ///< which columns of the weights they belong to
 };
 
 /// Squared errors of all vertices (rounded up to whole panels) after the first fit of everything.

@@ -47,9 +47,13 @@ PrincipalShapes principalShapes(const FrameMaker& frames, const VertexPositions&
 /// Unit normals of the resting mesh and how each shape turns them, to first order: what shapes take back of each other
 /// (the offset and the rest) they then take back of the normals too, and shading follows the motion.
 struct ShapeNormals {
-  Eigen::RowVectorXf rest;              ///< 1 x (3 * vertices); +Z where a vertex has no area around it
-  std::vector<std::uint32_t> vertices;  ///< that the columns of `deltas` turn, rising: movers and their neighbours
-  RowMajorMatrixF deltas;               ///< shapes x (3 * vertices), a weight; zero where it is under half a degree
+  /// What a shape turns, movers and their neighbours, but for those that it turns by less than half a degree.
+  struct Turns {
+    std::vector<std::uint32_t> vertices;  ///< rising
+    std::vector<float> values;            ///< three a vertex, a weight
+  };
+  Eigen::RowVectorXf rest;    ///< 1 x (3 * vertices); +Z where a vertex has no area around it
+  std::vector<Turns> shapes;  ///< in their order
 };
 
 /// Area-weighted normals of `shapes.rest`, and their derivatives by the shapes' weights.

@@ -12,13 +12,13 @@ namespace {
 /// Shapes worked on side by side: the moving part of the mesh is walked once for all of them.
 constexpr Eigen::Index kLanes = 8;
 constexpr Eigen::Index kVertexStride = 3 * kLanes;  ///< x of all lanes, then y, then z
-constexpr float kVisibleTurn = 0.0087F;      ///< half a degree, in radians
+constexpr float kVisibleTurn = 0.0087F;             ///< half a degree, in radians
 constexpr float kLeastArea = 1e-20F;
 
 /// The triangles that some shape moves, in numbers of their own: a face is mostly hair and back of the head.
 struct MovingPart {
   std::vector<std::uint32_t> vertices;  ///< of the mesh, all corners of `triangles`, rising
-  std::vector<Eigen::Index> columns;           ///< where each moves in the shapes' rows, -1 for one that rests
+  std::vector<Eigen::Index> columns;    ///< where each moves in the shapes' rows, -1 for one that rests
   std::vector<Triangle> triangles;      ///< into `vertices`
 };
 
@@ -89,13 +89,21 @@ class LaneNormals {
         shapes_(shapes),
         sums_(sums),
         moves_(part.vertices.size() * kVertexStride),
-        changes_(moves_.size()) {}
+        changes_(moves_.size()),
+        is_moved_(part.vertices.size()),
+        is_turned_(part.vertices.size()) {}
 
   /// Turns of shapes [first, first + 8) into `result`.
   void compute(Eigen::Index first, ShapeNormals& result) {
     load(first);
     std::fill(changes_.begin(), changes_.end(), 0.0F);
-    for (const Triangle& triangle : part_.triangles) accumulate(triangle);
+    std::fill(is_turned_.begin(), is_turned_.end(), char{0});
+    // Most shapes move little of a face.
+    for (const Triangle& triangle : part_.triangles) {
+      if ((is_moved_[triangle[0]] | is_moved_[triangle[1]] | is_moved_[triangle[2]]) == 0) continue;
+      accumulate(triangle);
+      for (const std::uint32_t corner : triangle) is_turned_[corner] = 1;
+    }
     store(first, result);
   }
 
@@ -103,13 +111,19 @@ class LaneNormals {
   void load(Eigen::Index first) {
     const Eigen::Index count = std::min(kLanes, shapes_.shapeCount() - first);
     std::fill(moves_.begin(), moves_.end(), 0.0F);
+    std::fill(is_moved_.begin(), is_moved_.end(), char{0});
     for (std::size_t i = 0; i < part_.vertices.size(); ++i) {
       if (part_.columns[i] < 0) continue;
+      float farthest = 0;
       for (Eigen::Index axis = 0; axis < 3; ++axis) {
         float* to = moves_.data() + i * kVertexStride + axis * kLanes;
         const float* from = shapes_.shapes.row(first).data() + part_.columns[i] + axis;
-        for (Eigen::Index lane = 0; lane < count; ++lane, from += shapes_.shapes.cols()) to[lane] = *from;
+        for (Eigen::Index lane = 0; lane < count; ++lane, from += shapes_.shapes.cols()) {
+          to[lane] = *from;
+          farthest = std::max(farthest, std::abs(*from));
+        }
       }
+      is_moved_[i] = farthest > 0 ? 1 : 0;
     }
   }
 
@@ -144,15 +158,18 @@ class LaneNormals {
   void store(Eigen::Index first, ShapeNormals& result) const {
     const Eigen::Index count = std::min(kLanes, shapes_.shapeCount() - first);
     for (std::size_t i = 0; i < part_.vertices.size(); ++i) {
+      if (is_turned_[i] == 0) continue;
       const float length = sums_.row(part_.vertices[i]).norm();
       const Eigen::Vector3f normal = result.rest.segment<3>(3 * signedIndex(part_.vertices[i])).transpose();
       const float* change = changes_.data() + i * kVertexStride;
       for (Eigen::Index lane = 0; lane < count; ++lane) {
         const Eigen::Vector3f sum(change[lane], change[lane + kLanes], change[lane + 2 * kLanes]);
-        Eigen::Vector3f turn = Eigen::Vector3f::Zero();
-        if (length > kLeastArea) turn = (sum - normal.dot(sum) * normal) / length;
-        if (!(turn.squaredNorm() > kVisibleTurn * kVisibleTurn)) turn.setZero();
-        result.deltas.row(first + lane).segment<3>(3 * signedIndex(i)) = turn.transpose();
+        if (!(length > kLeastArea)) continue;
+        const Eigen::Vector3f turn = (sum - normal.dot(sum) * normal) / length;
+        if (!(turn.squaredNorm() > kVisibleTurn * kVisibleTurn)) continue;
+        ShapeNormals::Turns& turns = result.shapes[unsignedIndex(first + lane)];
+        turns.vertices.push_back(part_.vertices[i]);
+        turns.values.insert(turns.values.end(), turn.begin(), turn.end());
       }
     }
   }
@@ -161,7 +178,8 @@ class LaneNormals {
   const PrincipalShapes& shapes_;
   const VertexPositions& sums_;
   std::vector<float> moves_;
-  std::vector<float> changes_;  ///< of each vertex' sum of normals
+  std::vector<float> changes_;              ///< of each vertex' sum of normals
+  std::vector<char> is_moved_, is_turned_;  ///< in some lane
 };
 
 }  // namespace
@@ -173,8 +191,7 @@ ShapeNormals shapeNormals(const std::vector<Triangle>& triangles, const Principa
   for (Eigen::Index v = 0; v < sums.rows(); ++v) result.rest.segment<3>(3 * v) = unitNormal(sums.row(v));
 
   const MovingPart part = movingPart(triangles, shapes);
-  result.vertices = part.vertices;
-  result.deltas.resize(shapes.shapeCount(), 3 * signedIndex(part.vertices.size()));
+  result.shapes.resize(unsignedIndex(shapes.shapeCount()));
   LaneNormals lanes(part, shapes, sums);
   for (Eigen::Index first = 0; first < shapes.shapeCount(); first += kLanes) lanes.compute(first, result);
   return result;

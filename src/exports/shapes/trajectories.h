@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 
 namespace mouthpiece {
 
@@ -29,8 +30,10 @@ struct PanelKernels {
                              const float* rest, float* panel, float* largest_squared);
   /// product (rows x kPanelWidth) = factors (rows x inner, row-major) * panel (inner x kPanelWidth).
   void (*multiply)(const float* factors, std::ptrdiff_t rows, std::ptrdiff_t inner, const float* panel, float* product);
-  /// largest_squared[v] = max over frames of |panel - weights * shapes|^2, weights frames x shape_count.
-  void (*largest_residual)(const float* weights, std::ptrdiff_t frames, std::ptrdiff_t shape_count, const float* panel,
+  /// largest_squared[v] = max over frames of |panel - weights(:, columns) * shapes|^2, a row of weights every
+  /// `row_stride` floats, shape_count rows of shapes and as many columns.
+  void (*largest_residual)(const float* weights, std::ptrdiff_t row_stride, std::ptrdiff_t frames,
+                           const std::int32_t* columns, std::ptrdiff_t shape_count, const float* panel,
                            const float* shapes, float* largest_squared);
 };
 

@@ -75,26 +75,37 @@ MOUTHPIECE_INLINE void loadDisplacements(const float* positions, std::ptrdiff_t 
   }
 }
 
-/// sums[r] = sum over p of factors[r][p] * panel[p], several rows side by side so that each panel row is loaded once.
-template <typename Width>
-MOUTHPIECE_INLINE void multiplyRows(const float* factors, std::ptrdiff_t inner, const float* panel,
+/// sums[r] = sum over p of factors[r][columnOf(p)] * panel[p], several rows side by side so that each panel row is
+/// loaded once.
+template <typename Width, typename ColumnOf>
+MOUTHPIECE_INLINE void multiplyRows(const float* factors, std::ptrdiff_t row_stride, std::ptrdiff_t inner,
+                                    const ColumnOf& columnOf, const float* panel,
                                     typename Width::Lanes (&sums)[Width::kRows][kPerRow<Width>]) {
   for (std::ptrdiff_t p = 0; p < inner; ++p) {
     typename Width::Lanes row[kPerRow<Width>];
     for (int i = 0; i < kPerRow<Width>; ++i) load(panel + p * kPanelWidth + i * Width::kCount, row[i]);
+    const float* column = factors + columnOf(p);
     for (int r = 0; r < Width::kRows; ++r) {
-      const float factor = factors[r * inner + p];
+      const float factor = column[r * row_stride];
       for (int i = 0; i < kPerRow<Width>; ++i) sums[r][i] += factor * row[i];
     }
   }
 }
+
+struct EveryColumn {
+  MOUTHPIECE_INLINE std::ptrdiff_t operator()(std::ptrdiff_t p) const { return p; }
+};
+struct SomeColumns {
+  const std::int32_t* columns;
+  MOUTHPIECE_INLINE std::ptrdiff_t operator()(std::ptrdiff_t p) const { return columns[p]; }
+};
 
 template <typename Width>
 MOUTHPIECE_INLINE void multiply(const float* factors, std::ptrdiff_t rows, std::ptrdiff_t inner, const float* panel,
                                 float* product) {
   for (std::ptrdiff_t first = 0; first < rows; first += Width::kRows) {
     typename Width::Lanes sums[Width::kRows][kPerRow<Width>] = {};
-    multiplyRows<Width>(factors + first * inner, inner, panel, sums);
+    multiplyRows<Width>(factors + first * inner, inner, inner, EveryColumn{}, panel, sums);
     for (int r = 0; r < Width::kRows; ++r) {
       float* row = product + (first + r) * kPanelWidth;
       for (int i = 0; i < kPerRow<Width>; ++i) store(sums[r][i], row + i * Width::kCount);
@@ -103,12 +114,13 @@ MOUTHPIECE_INLINE void multiply(const float* factors, std::ptrdiff_t rows, std::
 }
 
 template <typename Width>
-MOUTHPIECE_INLINE void largestResidual(const float* weights, std::ptrdiff_t frames, std::ptrdiff_t shape_count,
-                                       const float* panel, const float* shapes, float* largest_squared) {
+MOUTHPIECE_INLINE void largestResidual(const float* weights, std::ptrdiff_t row_stride, std::ptrdiff_t frames,
+                                       const std::int32_t* columns, std::ptrdiff_t shape_count, const float* panel,
+                                       const float* shapes, float* largest_squared) {
   typename Width::Lanes largest[kPerAxis<Width>] = {};
   for (std::ptrdiff_t f = 0; f < frames; f += Width::kRows) {
     typename Width::Lanes sums[Width::kRows][kPerRow<Width>] = {};
-    multiplyRows<Width>(weights + f * shape_count, shape_count, shapes, sums);
+    multiplyRows<Width>(weights + f * row_stride, row_stride, shape_count, SomeColumns{columns}, shapes, sums);
     for (int r = 0; r < Width::kRows; ++r) {
       const float* row = panel + (f + r) * kPanelWidth;
       for (int i = 0; i < kPerRow<Width>; ++i) {
@@ -130,9 +142,10 @@ void multiplyPortable(const float* factors, std::ptrdiff_t rows, std::ptrdiff_t 
                       float* product) {
   multiply<Narrow>(factors, rows, inner, panel, product);
 }
-void residualPortable(const float* weights, std::ptrdiff_t frames, std::ptrdiff_t shape_count, const float* panel,
-                      const float* shapes, float* largest_squared) {
-  largestResidual<Narrow>(weights, frames, shape_count, panel, shapes, largest_squared);
+void residualPortable(const float* weights, std::ptrdiff_t row_stride, std::ptrdiff_t frames,
+                      const std::int32_t* columns, std::ptrdiff_t shape_count, const float* panel, const float* shapes,
+                      float* largest_squared) {
+  largestResidual<Narrow>(weights, row_stride, frames, columns, shape_count, panel, shapes, largest_squared);
 }
 constexpr PanelKernels kPortable{loadPortable, multiplyPortable, residualPortable};
 
@@ -146,9 +159,10 @@ MOUTHPIECE_AVX2 void multiplyAvx2(const float* factors, std::ptrdiff_t rows, std
                                   float* product) {
   multiply<Wide>(factors, rows, inner, panel, product);
 }
-MOUTHPIECE_AVX2 void residualAvx2(const float* weights, std::ptrdiff_t frames, std::ptrdiff_t shape_count,
-                                  const float* panel, const float* shapes, float* largest_squared) {
-  largestResidual<Wide>(weights, frames, shape_count, panel, shapes, largest_squared);
+MOUTHPIECE_AVX2 void residualAvx2(const float* weights, std::ptrdiff_t row_stride, std::ptrdiff_t frames,
+                                  const std::int32_t* columns, std::ptrdiff_t shape_count, const float* panel,
+                                  const float* shapes, float* largest_squared) {
+  largestResidual<Wide>(weights, row_stride, frames, columns, shape_count, panel, shapes, largest_squared);
 }
 constexpr PanelKernels kAvx2{loadAvx2, multiplyAvx2, residualAvx2};
 #endif

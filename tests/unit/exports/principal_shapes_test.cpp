@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <set>
+
 #include "base/errors.h"
 #include "deform/mesh/face_mesh.h"
 #include "exports/shapes/trajectories.h"
@@ -58,7 +61,9 @@ TEST(PrincipalShapes, VerticesThatAreLeftOutRest) {
     EXPECT_LE((rebuilt - some.positions.middleCols<3>(column)).rowwise().norm().maxCoeff(), 0.1F);
   }
   const ShapeNormals normals = shapeNormals(head.mesh.triangles, shapes);
-  EXPECT_GT(normals.vertices.size(), some.vertices.size()) << "neighbours turn too";
+  std::set<std::uint32_t> turned;
+  for (const ShapeNormals::Turns& turns : normals.shapes) turned.insert(turns.vertices.begin(), turns.vertices.end());
+  EXPECT_GT(turned.size(), some.vertices.size()) << "neighbours turn too";
 }
 
 TEST(PrincipalShapes, AHingeTakesFewShapes) {

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <cstring>
+#include <numeric>
 #include <vector>
 
 namespace mouthpiece {
@@ -26,18 +28,22 @@ struct Results {
 
 class TrajectoryPanel : public ::testing::Test {
  protected:
-  TrajectoryPanel() { std::srand(7); }
+  TrajectoryPanel() {
+    std::srand(7);
+    std::iota(all_columns.begin(), all_columns.end(), 0);
+  }
 
   Results run(const PanelKernels& kernels) const {
     Results results;
     kernels.load_displacements(positions.data() + 24, positions.cols(), kFrames, rest.data(), results.panel.data(),
                                results.displacement);
     kernels.multiply(inverse.data(), kShapes, kFrames, results.panel.data(), results.product.data());
-    kernels.largest_residual(weights.data(), kFrames, kShapes, results.panel.data(), results.product.data(),
-                             results.residual);
+    kernels.largest_residual(weights.data(), kShapes, kFrames, all_columns.data(), kShapes, results.panel.data(),
+                             results.product.data(), results.residual);
     return results;
   }
 
+  std::vector<std::int32_t> all_columns = std::vector<std::int32_t>(kShapes);
   Matrix positions = Matrix::Random(kFrames, 72);
   Matrix rest = Matrix::Random(1, 24);
   Matrix inverse = Matrix::Random(kShapes, kFrames);
@@ -73,6 +79,22 @@ TEST_F(TrajectoryPanel, EveryVersionGivesTheSameBits) {
   }
 }
 
+TEST_F(TrajectoryPanel, ShapesMayBelongToSomeColumnsOfTheWeights) {
+  const Results whole = run(panelKernels());
+  const std::vector<std::int32_t> columns{1, 4, 11};
+  Matrix shapes = Matrix::Zero(kShapes, kPanelWidth), few(columns.size(), kPanelWidth);
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    shapes.row(columns[i]) = few.row(static_cast<Eigen::Index>(i)) = whole.product.row(columns[i]);
+  for (const PanelKernels* kernels : {&panelKernels(), &portablePanelKernels()}) {
+    float by_all[kPanelVertices], by_few[kPanelVertices];
+    kernels->largest_residual(weights.data(), kShapes, kFrames, all_columns.data(), kShapes, whole.panel.data(),
+                              shapes.data(), by_all);
+    kernels->largest_residual(weights.data(), kShapes, kFrames, columns.data(), std::ssize(columns), whole.panel.data(),
+                              few.data(), by_few);
+    EXPECT_EQ(std::memcmp(by_all, by_few, sizeof by_all), 0);
+  }
+}
+
 // Callers promise the alignment of a float and no more.
 TEST_F(TrajectoryPanel, BuffersMayLieAnywhere) {
   const Results expected = run(panelKernels());
@@ -84,7 +106,8 @@ TEST_F(TrajectoryPanel, BuffersMayLieAnywhere) {
                                 squares + 1);
     EXPECT_EQ(std::memcmp(squares + 1, expected.displacement, sizeof(expected.displacement)), 0);
     kernels->multiply(inverse.data(), kShapes, kFrames, panel.data() + 1, product.data() + 1);
-    kernels->largest_residual(weights.data(), kFrames, kShapes, panel.data() + 1, product.data() + 1, squares + 1);
+    kernels->largest_residual(weights.data(), kShapes, kFrames, all_columns.data(), kShapes, panel.data() + 1,
+                              product.data() + 1, squares + 1);
     EXPECT_EQ(std::memcmp(squares + 1, expected.residual, sizeof(expected.residual)), 0);
   }
 }
