@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "deform/mesh/face_mesh.h"
+#include "deform/mouth/lip_levelling.h"
 #include "deform/surface/binding.h"
 #include "tests/unit/deform/sample_face.h"
 
@@ -220,6 +221,93 @@ TEST_F(Guards, DrawColumnByColumn) {
       EXPECT_LT(gap, 0.25F) << rest()(lower, 0);
     }
   }
+}
+
+/// A block of teeth behind the lips; `low` and `high` from the slit on.
+FaceMesh withTeeth(PartKind kind, float low, float high, float front) {
+  FaceMesh mesh = lips().mesh;
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.rows());
+  const Eigen::RowVector3f rim = mesh.vertices.row(lips().rims[lips().rims.size() / 2].first);
+  mesh.parts.push_back({.name = "row", .kind = kind, .first_triangle = mesh.triangles.size()});
+  constexpr std::uint32_t kCells = 40;
+  mesh.vertices.conservativeResize(mesh.vertices.rows() + 2 * (kCells + 1), 3);
+  for (std::uint32_t i = 0; i <= kCells; ++i) {
+    const float x = -20 + 40 * asFloat(asReal(i)) / kCells;
+    for (std::uint32_t k = 0; k < 2; ++k)
+      mesh.vertices.row(first + 2 * i + k) << x, rim.y() + (k == 0 ? low : high), rim.z() + front - 0.02F * x * x;
+    if (i == kCells) break;
+    const std::uint32_t a = first + 2 * i;
+    mesh.triangles.push_back({a, a + 2, a + 3});
+    mesh.triangles.push_back({a, a + 3, a + 1});
+  }
+  mesh.parts.back().triangle_count = mesh.triangles.size() - mesh.parts.back().first_triangle;
+  return mesh;
+}
+
+/// A lip that is pushed into the teeth behind it comes out before them, wherever the jaw has taken them.
+TEST_F(Guards, KeepLipsOutOfTeeth) {
+  for (const bool upper : {true, false}) {
+    const float front = -5.2F;
+    const FaceMesh mesh =
+        upper ? withTeeth(PartKind::kUpperTeeth, -1, 8, front) : withTeeth(PartKind::kLowerTeeth, -8, 1, front);
+    const LipGuard guard(mesh, mesh.vertices, sampleControl(), bindFace(mesh, sampleControl()));
+    VertexPositions still = mesh.vertices;
+    guard.separate(sampleControl().rest, {}, {}, still.data());
+    EXPECT_LT((still - mesh.vertices).cwiseAbs().maxCoeff(), 1e-4F) << "before them they stay";
+    const AddedMotion jaw{Eigen::Matrix3d::Zero(), {0, -6, 0}};
+    const Eigen::RowVector3f gone = upper ? Eigen::RowVector3f(0, 0, -2.4F) : Eigen::RowVector3f(0, -6, -2.4F);
+    VertexPositions pushed = mesh.vertices;
+    for (std::size_t v = 0; v < lips().side.size(); ++v) {
+      if (lips().side[v] == (upper ? 1 : -1) && std::abs(heightOverSlit(signedIndex(v))) < 12)
+        pushed.row(signedIndex(v)) += gone;
+    }
+    VertexPositions now = pushed;
+    guard.separate(pointsApart(upper ? 0 : 6), {}, jaw, now.data());
+    const float face = mesh.vertices(lips().rims[lips().rims.size() / 2].first, 2) + front;
+    std::size_t out = 0;
+    for (Eigen::Index v = signedIndex(sampleFace().mesh.vertexCount()); v < signedIndex(lips().side.size()); ++v) {
+      const float x = mesh.vertices(v, 0);
+      if (lips().side[unsignedIndex(v)] != (upper ? 1 : -1) || std::abs(x) > 9) continue;
+      const float before = pushed(v, 2) - (face - 0.02F * x * x), after = now(v, 2) - (face - 0.02F * x * x);
+      if (before < -0.3F) {
+        EXPECT_GT(after, -0.25F) << x;
+        ++out;
+      } else if (before > 0.1F) {
+        EXPECT_LT((now.row(v) - pushed.row(v)).norm(), 0.05F) << x;
+      }
+      EXPECT_NEAR(now(v, 1), pushed(v, 1), 0.4F) << "straight out";
+    }
+    EXPECT_GT(out, 5U) << (upper ? "upper" : "lower");
+  }
+}
+
+/// What levels the lips looks at the lips alone, not at what lies far behind their rims, and goes with the head.
+TEST_F(Guards, LevellingLooksAtTheRimsWhereverTheHeadStands) {
+  const auto waysFor = [](const Eigen::RowVector3f& shift, bool behind) {
+    FaceMesh mesh = lips().mesh;
+    mesh.vertices.rowwise() += shift;
+    testing::SampleFace face = sampleFace();
+    face.rest.rowwise() += shift.cast<double>();
+    for (auto& [name, place] : face.known) place += shift.transpose().cast<double>();
+    const ControlMesh control = buildControlMesh(face.names, face.rest, face.known);
+    FaceBinding binding = bindFace(mesh, control);
+    VertexPositions pose = mesh.vertices;
+    const std::size_t row = lips().rims.size();
+    for (std::size_t i = 0; i < row; ++i) {
+      // Upper lips' third row, or every other of their rims.
+      const auto last = signedIndex(lips().side.size() - row + i);
+      if (behind) pose(last, 1) -= 5;
+      if (!behind && i % 2 == 0) pose(lips().rims[i].second, 1) += 0.8F;
+    }
+    LipLevelling(mesh, control, binding).level(std::vector{pose}, binding);
+    Eigen::VectorXf ways = Eigen::VectorXf::Zero(mesh.vertices.rows());
+    for (std::size_t i = 0; i < binding.levelled.vertices.size(); ++i)
+      ways[binding.levelled.vertices[i]] = binding.levelled.ways[i];
+    return ways;
+  };
+  EXPECT_LT(waysFor({0, 0, 0}, true).cwiseAbs().maxCoeff(), 0.4F);
+  const Eigen::VectorXf here = waysFor({0, 0, 0}, false), there = waysFor({20, 120, -40}, false);
+  EXPECT_LT((here - there).cwiseAbs().maxCoeff(), 0.02F);
 }
 
 }  // namespace
