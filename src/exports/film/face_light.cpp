@@ -109,7 +109,7 @@ std::uint8_t screenByte(float linear) {
     }
     return bytes;
   }();
-  const float share = std::sqrt(std::clamp(linear, 0.0F, kMost) / kMost);
+  const float share = std::sqrt(std::min(std::max(0.0F, linear), kMost) / kMost);
   return table[static_cast<std::size_t>(std::lround(share * kSteps))];
 }
 

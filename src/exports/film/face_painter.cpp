@@ -61,8 +61,9 @@ class DepthMap {
   /// The share of the light that comes to a place, softly over three by three of the map's.
   [[nodiscard]] float shareAt(const Vector3f& place) const {
     const RasterPoint<1> at = pointOf(place);
+    // Before they are whole numbers: what lies far off would not fit into one.
+    if (!(at.x >= 2 && at.y >= 2 && at.x < kShadowWidth - 2 && at.y < kShadowWidth - 2)) return 1;
     const int x = static_cast<int>(at.x), y = static_cast<int>(at.y);
-    if (!(at.x >= 2 && at.y >= 2 && x < kShadowWidth - 2 && y < kShadowWidth - 2)) return 1;
     int lit = 0;
     for (int dy = -2; dy <= 2; dy += 2) {
       for (int dx = -2; dx <= 2; dx += 2)
@@ -139,7 +140,7 @@ class Band {
 
  private:
   static std::uint32_t packed(float red, float green, float blue) {
-    const auto byte = [](float value) { return static_cast<std::uint32_t>(std::clamp(value, 0.0F, 255.0F)); };
+    const auto byte = [](float value) { return static_cast<std::uint32_t>(std::min(std::max(0.0F, value), 255.0F)); };
     return byte(red) << 16U | byte(green) << 8U | byte(blue);
   }
 
@@ -228,7 +229,8 @@ void FacePainter::paint(const VertexPositions& vertices, Picture& picture) const
     const auto [low, high] =
         std::minmax({points[triangles_[t][0]].y, points[triangles_[t][1]].y, points[triangles_[t][2]].y});
     if (!(high > 0 && low < static_cast<float>(height))) continue;
-    const std::size_t last = std::min(in_band.size() - 1, unsignedIndex(static_cast<int>(high) / kBandRows));
+    const int last_row = static_cast<int>(std::min(high, static_cast<float>(height - 1)));
+    const std::size_t last = unsignedIndex(last_row / kBandRows);
     for (std::size_t band = unsignedIndex(static_cast<int>(std::max(low, 0.0F)) / kBandRows); band <= last; ++band)
       in_band[band].push_back(t);
   }

@@ -27,7 +27,7 @@ struct LitPoint {
 /// shines does so by Blinn and Phong with the roughness' exponent.
 Eigen::Vector3f litColor(const LitPoint& point);
 
-/// Linear light as a byte of the screen's, what is over white rolled off.
+/// Linear light as a byte of the screen's, what is over white rolled off; what is no number is black.
 std::uint8_t screenByte(float linear);
 
 /// A corner of a triangle on the raster: where, in samples from the upper left, and what is interpolated.
@@ -39,7 +39,7 @@ struct RasterPoint {
 
 /// Calls `visit(row, begin, end, channels, step)` for the samples of each row in [first_row, end_row) whose centres the
 /// triangle holds: those from `begin` to before `end`, in [0, width); `channels` at the first, and what the next adds.
-/// Triangles that share an edge neither share samples nor leave some out.
+/// Triangles that share an edge neither share samples nor leave some out. Corners may lie anywhere and be no numbers.
 template <std::size_t kChannels, typename Visit>
 void fillTriangle(const std::array<RasterPoint<kChannels>, 3>& corners, int width, int first_row, int end_row,
                   const Visit& visit) {
@@ -48,8 +48,10 @@ void fillTriangle(const std::array<RasterPoint<kChannels>, 3>& corners, int widt
   if (by_row[2]->y < by_row[1]->y) std::swap(by_row[1], by_row[2]);
   if (by_row[1]->y < by_row[0]->y) std::swap(by_row[0], by_row[1]);
   const RasterPoint<kChannels>&top = *by_row[0], &middle = *by_row[1], &bottom = *by_row[2];
-  const auto firstAt = [](float edge, int low, int high) {  // of the centres at or after an edge
-    return static_cast<int>(std::ceil(std::clamp(edge - 0.5F, static_cast<float>(low), static_cast<float>(high))));
+  // Of the centres at or after an edge; what is no number counts as `low`, which std::clamp() would not see to.
+  const auto firstAt = [](float edge, int low, int high) {
+    return static_cast<int>(
+        std::ceil(std::min(std::max(static_cast<float>(low), edge - 0.5F), static_cast<float>(high))));
   };
   const int first = firstAt(top.y, first_row, end_row), last = firstAt(bottom.y, first_row, end_row);
   if (first >= last) return;  // most of the small ones

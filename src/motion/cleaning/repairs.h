@@ -29,9 +29,10 @@ struct SwapOptions {
 };
 
 struct SpikeOptions {
-  double acceleration_mm_s2 = 40000;  ///< more than lips or a head reach (measured on GRID: docs/theory/motion/cleaning.md)
-  double allowance_mm = 1.0;          ///< on top, for noise
-  Seconds longest = 0.06;             ///< a longer excursion is no spike
+  double acceleration_mm_s2 =
+      40000;                  ///< more than lips or a head reach (measured on GRID: docs/theory/motion/cleaning.md)
+  double allowance_mm = 1.0;  ///< on top, for noise
+  Seconds longest = 0.06;     ///< a longer excursion is no spike
 };
 
 struct RepairedSwaps {
@@ -49,7 +50,9 @@ struct HiddenSpikes {
 };
 
 /// A run of samples is a spike when all of it is off the straight way between the samples around it, and farther than
-/// something under the greatest acceleration could go and come back in the time.
+/// something under the greatest acceleration could go and come back in the time. At an end of a stretch of seen frames
+/// it is one when it is off the straight way on from the samples before it by more than that acceleration explains, and
+/// these go on evenly.
 HiddenSpikes hideSpikes(const MotionClip& clip, const SpikeOptions& options = {});
 
 /// A run of frames [first, last) in which a marker was not seen.
@@ -80,8 +83,8 @@ struct FilledMotion {
 
 /// Fills gaps that are short and have seen frames on both sides: the marker's place as the other markers tell it (ridge
 /// regression over the frames in which they were all seen), plus the deviation from it on both sides of the gap, led
-/// through it in the domain of its cosines (DCT; docs/theory/motion/cleaning.md). Meant for a clip whose head is still; seen
-/// samples are not touched.
+/// through it in the domain of its cosines (DCT; docs/theory/motion/cleaning.md). Meant for a clip whose head is still;
+/// seen samples are not touched.
 FilledMotion fillShortGaps(const MotionClip& clip, const GapFillOptions& options = {});
 
 /// Standard deviation of the noise in one coordinate, from third differences (median, so that movement hardly counts);

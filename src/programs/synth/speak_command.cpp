@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <iterator>
 #include <optional>
 
 #include "base/errors.h"
@@ -96,8 +95,11 @@ void addOptions(CLI::App& app, SpeakOptions& options) {
 std::string textOf(const std::filesystem::path& file) {
   const bool is_input = file == "-";
   std::ifstream stream(is_input ? "/dev/stdin" : file, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(stream), {}};
   if (!stream.is_open()) throw InputError(file.string(), "", "cannot be read; expected a text file");
+  // No more than what is too much: what comes over standard input may never end.
+  std::string text(kMaxTextFileBytes + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(stream.gcount()));
   if (text.size() > kMaxTextFileBytes) throw InputError(file.string(), "", "is over 1 MiB; expected one line of text");
   return text;
 }

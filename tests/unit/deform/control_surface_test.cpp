@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
+#include <array>
+
 #include <algorithm>
 #include <limits>
 #include <set>
@@ -264,6 +268,37 @@ TEST(ControlSurface, ChecksWhatComesFromFiles) {
   expectRefused([](ControlMesh& m) {
     m.triangles[0] = {indexOf(m, "LIP_UP_MID"), indexOf(m, "LIP_LO_MID"), indexOf(m, "LIP_CORNER_L")};
   });
+}
+
+/// A side of a triangle that another has already, whichever of its three it is.
+TEST(ControlSurface, RefusesATriangleOverAnother) {
+  const ControlMesh& good = sampleControl();
+  std::set<std::pair<int, int>> edges;
+  for (const auto& t : good.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) edges.emplace(t[k], t[(k + 1) % 3]);
+  }
+  const auto turnOf = [&](int a, int b, int c) {
+    const Eigen::RowVector2d ab = good.domain.row(b) - good.domain.row(a), ac = good.domain.row(c) - good.domain.row(a);
+    return ab.x() * ac.y() - ab.y() * ac.x();
+  };
+  std::size_t tried = 0;
+  for (std::size_t t = 0; t < good.triangles.size(); ++t) {
+    const int a = good.triangles[t][t % 3], b = good.triangles[t][(t % 3 + 1) % 3];
+    for (int x = 0; x < static_cast<int>(good.points.size()); ++x) {
+      const auto sideOf = [&](int point) { return good.points[static_cast<std::size_t>(point)].side; };
+      const bool joins = std::set{sideOf(a), sideOf(b), sideOf(x)}.size() > 1;
+      if (x == a || x == b || joins || edges.contains({b, x}) || edges.contains({x, a}) || turnOf(a, b, x) < 1)
+        continue;
+      for (const std::array<int, 3>& over : {std::array{a, b, x}, {b, x, a}, {x, a, b}}) {
+        ControlMesh mesh = good;
+        mesh.triangles.push_back(over);
+        EXPECT_THROW(checkControlMesh(mesh, "x.face"), InputError);
+      }
+      ++tried;
+      break;
+    }
+  }
+  EXPECT_GT(tried, 20U);
 }
 
 TEST(ControlSurface, KeepsTheLayoutsTriangles) {

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "base/index.h"
+#include "deform/mesh/head_topology.h"
 #include "deform/surface/virtual_points.h"
 #include "sample_face.h"
 
@@ -101,6 +102,94 @@ TEST_F(JaggedLips, NothingIsDoneWithoutAClosure) {
   FaceBinding binding = bindFace(face_.mesh, sampleControl());
   LipLevelling(face_.mesh, sampleControl(), binding).level({}, binding);
   EXPECT_TRUE(binding.levelled.vertices.empty());
+}
+
+/// The plain sample face, whose lips touch.
+class LevelLips : public ::testing::Test {
+ protected:
+  /// One lip, `thick` from the slit on, goes `mm` up.
+  [[nodiscard]] VertexPositions lifted(bool upper, float mm, float thick = 14) const {
+    VertexPositions moved = face_.mesh.vertices;
+    const auto slit = asFloat(sampleControl().rest(lipPairs(sampleControl()).front().upper_rim, 1));
+    for (std::uint32_t v = 0; v < face_.skin_vertices; ++v) {
+      if (face_.is_above_slit[v] == upper && std::abs(moved(v, 1) - slit) < thick) moved(v, 1) += mm;
+    }
+    return moved;
+  }
+  [[nodiscard]] FaceBinding levelled(const std::vector<VertexPositions>& closures, FaceBinding binding) const {
+    LipLevelling(face_.mesh, sampleControl(), binding).level(closures, binding);
+    return binding;
+  }
+  /// By vertex, 0 where it stays.
+  [[nodiscard]] Eigen::VectorXf ways(const FaceBinding& binding) const {
+    Eigen::VectorXf all = Eigen::VectorXf::Zero(face_.mesh.vertices.rows());
+    for (std::size_t i = 0; i < binding.levelled.vertices.size(); ++i)
+      all[binding.levelled.vertices[i]] = binding.levelled.ways[i];
+    return all;
+  }
+
+  testing::SampleFace face_ = testing::makeSampleFace(3.1);
+  FaceBinding binding_ = bindFace(face_.mesh, sampleControl());
+  double width_ = sampleControl().mouth_width;
+};
+
+/// Lips a little apart meet half way, a little in each other; the movement ends a sixth of a mouth's width away.
+TEST_F(LevelLips, MeetHalfWay) {
+  for (const bool upper : {true, false}) {
+    const float apart = 1;
+    const VertexPositions open = lifted(upper, upper ? apart : -apart);
+    const Eigen::VectorXf way = ways(levelled({open}, binding_));
+    std::size_t rims = 0;
+    for (Eigen::Index v = 0; v + 1 < signedIndex(face_.skin_vertices); ++v) {
+      const Eigen::RowVector3f p = face_.mesh.vertices.row(v);
+      if (p != face_.mesh.vertices.row(v + 1) || std::abs(p.x()) > 10) continue;
+      ++rims;
+      EXPECT_NEAR(way[v] - way[v + 1], apart + asFloat(0.002 * width_), 0.12F) << p.x();
+      EXPECT_NEAR(way[v], -way[v + 1], 0.1F) << "each by half";
+    }
+    EXPECT_GE(rims, 5U);
+    const std::vector<Eigen::Vector3d> line = openingsOf(sampleControl()).lip_line;
+    std::size_t further = 0;
+    for (Eigen::Index v = 0; v < way.size(); ++v) {
+      const double far = distanceToLine(pointAt(face_.mesh.vertices, v), line) / width_;
+      if (far > 0.161) {
+        EXPECT_EQ(way[v], 0) << far;
+      }
+      further += far > 0.1 && way[v] != 0 ? 1U : 0U;
+    }
+    EXPECT_GT(further, 5U) << "it is spread";
+  }
+}
+
+TEST_F(LevelLips, MeetWhereTheyAreInEachOtherToo) {
+  const Eigen::VectorXf way = ways(levelled({lifted(true, -0.8F)}, binding_));
+  for (Eigen::Index v = 0; v + 1 < signedIndex(face_.skin_vertices); ++v) {
+    const Eigen::RowVector3f p = face_.mesh.vertices.row(v);
+    if (p != face_.mesh.vertices.row(v + 1) || std::abs(p.x()) > 10) continue;
+    EXPECT_NEAR(way[v + 1] - way[v], 0.8F - asFloat(0.002 * width_), 0.12F) << "out of each other again";
+  }
+}
+
+/// A closure that is told twice asks for what it asked for once; one after the other adds up; none goes too far.
+TEST_F(LevelLips, AddUpWithinBounds) {
+  const VertexPositions open = lifted(true, 0.7F);
+  const Eigen::VectorXf once = ways(levelled({open}, binding_)), twice = ways(levelled({open, open}, binding_));
+  EXPECT_GT(once.cwiseAbs().maxCoeff(), 0.3F);
+  EXPECT_LT((once - twice).cwiseAbs().maxCoeff(), 1e-4F);
+  const Eigen::VectorXf again = ways(levelled({open}, levelled({open}, binding_)));
+  EXPECT_LT((again - 2 * once).cwiseAbs().maxCoeff(), asFloat(2.1e-4 * width_))
+      << "but for what is too little to be seen";
+  const Eigen::VectorXf far = ways(levelled({lifted(true, 0.8F * asFloat(width_))}, binding_));
+  EXPECT_NEAR(far.cwiseAbs().maxCoeff(), asFloat(0.15 * width_), 1e-4F);
+  for (Eigen::Index v = 0; v < once.size(); ++v) {
+    if (once[v] != 0) {
+      EXPECT_GE(std::abs(once[v]), asFloat(1e-4 * width_) * 0.999F);
+    }
+  }
+  // Two closures that differ ask for something between.
+  const Eigen::VectorXf between = ways(levelled({open, lifted(true, 0.1F)}, binding_));
+  EXPECT_LT(between.cwiseAbs().maxCoeff(), 0.8F * once.cwiseAbs().maxCoeff());
+  EXPECT_GT(between.cwiseAbs().maxCoeff(), 0.3F * once.cwiseAbs().maxCoeff());
 }
 
 }  // namespace

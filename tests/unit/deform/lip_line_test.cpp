@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <random>
 
@@ -169,6 +171,59 @@ TEST_P(WeldedMouths, AreToldAndCutOpen) {
   ASSERT_TRUE(again);
   EXPECT_TRUE(again->is_parted);
   EXPECT_THROW((void)cutLips(cut, *again), InputError) << "lips that are apart";
+}
+
+/// Whatever the unit, wherever the head is and a little turned, and in a mirror: the line goes with it.
+class MovedMouths : public ::testing::TestWithParam<std::tuple<Make, unsigned>> {};
+INSTANTIATE_TEST_SUITE_P(Makes, MovedMouths,
+                         ::testing::Combine(::testing::Values(Make::kBag, Make::kHole, Make::kWalls, Make::kWelded),
+                                            ::testing::Range(1U, 5U)));
+
+TEST_P(MovedMouths, TakeTheirLineAlong) {
+  constexpr double kGoesWithinMm = 0.7;  // planes across the mouth lie elsewhere between its vertices
+  const auto& [make, seed] = GetParam();
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> number(-1, 1);
+  const Mouth mouth{make, make == Make::kWelded ? 0 : 3 + 3 * number(random), 4 * number(random), 2};
+  const FaceMesh mesh = mouth.mesh();
+  const MouthHints hints = mouth.hints(random);
+  const auto line = traceLipLine(mesh.vertices, mesh.triangles, hints);
+  ASSERT_TRUE(line);
+  for (const bool is_mirror : {false, true}) {
+    Eigen::Matrix3d turn =
+        Eigen::AngleAxisd(0.2 * number(random), Vector3d(number(random), number(random), number(random)).normalized())
+            .toRotationMatrix();
+    if (is_mirror) turn.col(0) = -turn.col(0);
+    const double scale = std::exp(4 * number(random));
+    const Vector3d shift = 30 * scale * Vector3d(number(random), number(random), number(random));
+    const auto moved = [&](const Vector3d& p) -> Vector3d { return scale * turn * p + shift; };
+    FaceMesh other = mesh;
+    for (Eigen::Index v = 0; v < other.vertices.rows(); ++v)
+      other.vertices.row(v) = moved(pointAt(mesh.vertices, v)).transpose().cast<float>();
+    if (is_mirror) {
+      for (Triangle& t : other.triangles) std::swap(t[1], t[2]);
+    }
+    MouthHints its{moved(hints.corner_right), moved(hints.corner_left), moved(hints.upper), moved(hints.lower)};
+    if (is_mirror) std::swap(its.corner_right, its.corner_left);
+    const auto found = traceLipLine(other.vertices, other.triangles, its);
+    ASSERT_TRUE(found);
+    EXPECT_EQ(found->is_parted, line->is_parted);
+    for (std::size_t i = 0; i < line->upper.size(); ++i) {
+      if (std::abs(line->upper[i].x()) > 0.8 * kHalfMm) continue;
+      const LipLine::Pair pair = found->at(moved(0.5 * (line->upper[i] + line->lower[i])));
+      EXPECT_LT((pair.upper - moved(line->upper[i])).norm() / scale, kGoesWithinMm) << line->upper[i].transpose();
+      EXPECT_LT((pair.lower - moved(line->lower[i])).norm() / scale, kGoesWithinMm) << line->lower[i].transpose();
+    }
+    const auto alike = [](const std::vector<std::uint32_t>& a, const std::vector<std::uint32_t>& b) {
+      std::vector<std::uint32_t> either;
+      std::set_symmetric_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(either));
+      return 20 * either.size() <= a.size() + b.size() + 40;
+    };
+    EXPECT_TRUE(std::is_sorted(line->upper_skin.begin(), line->upper_skin.end()));
+    EXPECT_TRUE(alike(line->upper_skin, found->upper_skin));
+    EXPECT_TRUE(alike(line->lower_skin, found->lower_skin));
+    EXPECT_TRUE(alike(line->inside, found->inside));
+  }
 }
 
 TEST(MouthBag, JoinsTheEdgeOfAHole) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -88,6 +89,33 @@ TEST(TeethShell, MayTouchMissesNothing) {
   }
   EXPECT_GT(inside, 2000);
   EXPECT_GT(quick, 4000);
+}
+
+/// Neither the order in the file nor where the head stands changes what the teeth are.
+TEST(TeethShell, IsTheSameInAnyOrderAndPlace) {
+  const Arch teeth = arch(5);
+  const TeethShell shell(teeth.vertices, teeth.triangles, true, kCell_mm);
+  std::mt19937 random(8);
+  std::uniform_real_distribution<float> angle(-1.3F, 1.3F), height(-1, 11), radius(26, 31);
+  for (int round = 0; round < 4; ++round) {
+    Arch other = teeth;
+    std::shuffle(other.triangles.begin(), other.triangles.end(), random);
+    for (Triangle& t : other.triangles) std::rotate(t.begin(), t.begin() + random() % 3, t.end());
+    const Eigen::RowVector3f shift(asFloat(40.0 * round), asFloat(-90.0 * round), asFloat(300.0 * round));
+    other.vertices.rowwise() += shift;
+    const TeethShell moved(other.vertices, other.triangles, true, kCell_mm);
+    for (int i = 0; i < 200; ++i) {
+      const Eigen::Vector3f p = at(angle(random), height(random), radius(random));
+      for (const bool around_edge : {false, true}) {
+        const TeethShell::Depth here = shell.depthAt(p, 4, around_edge),
+                                there = moved.depthAt(p + shift.transpose(), 4, around_edge);
+        EXPECT_NEAR(here.depth, there.depth, 0.02F) << p.transpose();
+        if (here.depth > 0.1F) {
+          EXPECT_GT(here.out.dot(there.out), 0.99F) << p.transpose();
+        }
+      }
+    }
+  }
 }
 
 TEST(TeethShell, NoTeethTouchNothing) {

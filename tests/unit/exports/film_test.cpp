@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <random>
 
 #include "base/child_process.h"
@@ -80,6 +81,30 @@ TEST(FacePainter, TellsWhereAPlaceIsPainted) {
     EXPECT_NEAR(y / count, seen.y(), 0.6);
     EXPECT_LT((painter.fromPicture(seen) - middle).norm(), 1e-3F);
   }
+}
+
+/// A place that is much further away than the picture is wide, a focus without extent, a colour beyond all numbers.
+TEST(FacePainter, HoldsOnToItsPictureWhateverItIsGiven) {
+  FaceMesh mesh;
+  mesh.vertices.resize(6, 3);
+  mesh.vertices << 0, 0, 0, 1e-3F, 0, 0, 0, 1e-3F, 0, 1e7F, 1e7F, -1e7F, -1e7F, 1e7F, 1e7F, 1e7F, -1e7F, 1e7F;
+  mesh.triangles = {{0, 1, 2}, {3, 4, 5}, {0, 4, 1}, {2, 2, 3}};
+  for (const PartKind kind : {PartKind::kSkin, PartKind::kHair, PartKind::kOther}) {
+    for (const float color : {0.5F, std::numeric_limits<float>::infinity()}) {
+      mesh.parts = {{.name = "all", .kind = kind, .triangle_count = 4, .base_color = {color, color, color, 1}}};
+      for (const float reach : {0.0F, 1e-6F, 1e-3F, 1e7F}) {
+        const Eigen::AlignedBox3f focus(Eigen::Vector3f(-reach, -reach, -reach), Eigen::Vector3f(reach, reach, reach));
+        Picture picture;
+        FacePainter(mesh, focus, 48, 40).paint(mesh.vertices, picture);
+        ASSERT_EQ(picture.rgb.size(), 3U * 48 * 40);
+        const VertexPositions lost = VertexPositions::Constant(6, 3, std::numeric_limits<float>::quiet_NaN());
+        FacePainter(mesh, focus, 48, 40).paint(lost, picture);
+        ASSERT_EQ(picture.rgb.size(), 3U * 48 * 40);
+      }
+    }
+  }
+  EXPECT_EQ(screenByte(std::numeric_limits<float>::quiet_NaN()), screenByte(0));
+  EXPECT_EQ(screenByte(std::numeric_limits<float>::infinity()), screenByte(4));
 }
 
 TEST(FacePainter, ShowsTheHeadAndWhatMoves) {

@@ -51,6 +51,12 @@ TEST(C3dWriter, WritesMoreThan65535Frames) {
   EXPECT_EQ(readC3dBytes(writeC3dBytes(clip), "long.c3d").frameCount(), 70001U);
 }
 
+TEST(C3dWriter, Labels127BytesLongAreKept) {
+  MotionClip clip = clipWithGap(2, 5);
+  clip.marker_names[1] = std::string(127, 'x');
+  EXPECT_EQ(readC3dBytes(writeC3dBytes(clip), "long.c3d").marker_names, clip.marker_names);
+}
+
 TEST(C3dWriter, RefusesWhatTheFormatCannotHold) {
   EXPECT_THROW(writeC3dBytes(MotionClip{}), InputError);
   MotionClip clip = clipWithGap(2, 5);

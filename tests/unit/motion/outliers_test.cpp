@@ -137,6 +137,46 @@ TEST(HideSpikes, AreFoundAllAlongAClip) {
   }
 }
 
+/// What is wild where a stretch of seen frames begins or ends is hidden, its good neighbours are not.
+TEST(HideSpikes, BesideUnseenFramesAndTheEndsTakeNoNeighbourAlong) {
+  for (unsigned seed = 1; seed <= 200; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    MotionClip clip = quietClip();
+    const Eigen::Index marker = 3 * (random() % 10), length = 1 + random() % 3, gap = 1 + random() % 60;
+    const Eigen::Index from = 40 + random() % 200;
+    clip.positions_mm.block(from, marker, gap, 3).setConstant(std::nan(""));
+    const std::array<Eigen::Index, 4> places{from - length, from + gap, 0, clip.positions_mm.rows() - length};
+    const Eigen::Index wild = places[seed % 4];
+    PositionMatrix expected = clip.positions_mm;
+    expected.block(wild, marker, length, 3).setConstant(std::nan(""));
+    clip.positions_mm.block(wild, marker, length, 3).rowwise() += Eigen::RowVector3d(40, -20, 30);
+    const HiddenSpikes hidden = hideSpikes(clip);
+    ASSERT_EQ(hidden.spikes.size(), 1U);
+    EXPECT_EQ(hidden.spikes[0].first.row(), wild);
+    EXPECT_EQ(hidden.spikes[0].last.row(), wild + length);
+    EXPECT_NEAR(hidden.spikes[0].distance_mm, Eigen::RowVector3d(40, -20, 30).norm(), 5);
+    EXPECT_EQ(hidden.clip.positions_mm.array().isNaN().count(), expected.array().isNaN().count());
+    EXPECT_TRUE((hidden.clip.positions_mm.array().isNaN() == expected.array().isNaN()).all());
+  }
+}
+
+/// A spike one frame within the edge is that frame, not the good sample at the edge.
+TEST(HideSpikes, BeforeTheLastSeenFrameLeaveThatFrame) {
+  for (Eigen::Index length = 1; length <= 4; ++length) {
+    for (const bool at_start : {false, true}) {
+      MotionClip clip = quietClip();
+      clip.positions_mm.block(200, 0, 30, 3).setConstant(std::nan(""));
+      const Eigen::Index first = at_start ? 231 : 199 - length;
+      clip.positions_mm.block(first, 1, length, 1).array() += 30;
+      const HiddenSpikes hidden = hideSpikes(clip);
+      ASSERT_EQ(hidden.spikes.size(), 1U) << length << at_start;
+      EXPECT_EQ(hidden.spikes[0].first.row(), first);
+      EXPECT_EQ(hidden.spikes[0].last.row(), first + length);
+    }
+  }
+}
+
 /// Of exchanges that are possible the one that shortens the steps most is made, however small the others' steps are.
 TEST(RepairSwaps, TheClearestExchangeIsMade) {
   MotionClip truth{120, {"A", "B", "C", "D"}, PositionMatrix::Zero(40, 12)};

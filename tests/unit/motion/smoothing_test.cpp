@@ -2,11 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
+#include <vector>
 
+#include "base/index.h"
 #include "motion/cleaning/rigid.h"
 #include "synthetic_motion.h"
 
@@ -134,6 +137,102 @@ TEST(SmoothMotion, NoMarkerIsTwiceAsNoisyAsTheOthers) {
   std::sort(noise.begin(), noise.end());
   EXPECT_NEAR(shaken, 2 * noise[2], 1e-12);
   EXPECT_EQ(shaken, noise.back());
+}
+
+using Exact = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+
+/// A marker's path as one Gaussian over all frames, written down whole: what the filter goes through frame by frame.
+class GaussianPath {
+ public:
+  /// `places`: of the frames that were seen, in noises; `strengths`: of the jerk before each frame.
+  GaussianPath(const std::vector<int>& seen, const Exact& places, double restlessness,
+               const std::vector<double>& strengths)
+      : places_(places) {
+    // Position after k frames from a start's position, velocity and acceleration, and from white jerk in one frame.
+    const auto fromStart = [](int k) { return Eigen::Matrix<long double, 3, 1>(1, k, 0.5L * k * k); };
+    const Eigen::Matrix<long double, 3, 3> jerk{
+        {1.0L / 20, 1.0L / 8, 1.0L / 6}, {1.0L / 8, 1.0L / 3, 0.5L}, {1.0L / 6, 0.5L, 1}};
+    const auto count = signedIndex(seen.size());
+    covariance_.resize(count, count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      for (Eigen::Index k = 0; k <= i; ++k) {
+        const int a = seen[unsignedIndex(i)], b = seen[unsignedIndex(k)];
+        long double sum = 1e8L * fromStart(a).dot(fromStart(b));
+        for (int s = 1; s <= b; ++s) {
+          const long double strength = restlessness * strengths[unsignedIndex(s)];
+          sum += strength * strength * fromStart(a - s).dot(jerk * fromStart(b - s));
+        }
+        covariance_(i, k) = covariance_(k, i) = sum;
+      }
+    }
+    solver_.compute(covariance_ + Exact::Identity(count, count));
+    innovations_ = solver_.matrixL().solve(places_);
+  }
+
+  /// -2 log-likelihood of all places behind the first three.
+  [[nodiscard]] long double cost() const {
+    long double sum = 0;
+    for (Eigen::Index i = 3; i < places_.rows(); ++i)
+      sum += innovations_.row(i).squaredNorm() + 6 * std::log(Exact(solver_.matrixL())(i, i));
+    return sum;
+  }
+  [[nodiscard]] double surpriseAt(std::size_t i) const {
+    return i < 3 ? 1 : static_cast<double>(innovations_.row(signedIndex(i)).squaredNorm() / 3);
+  }
+  [[nodiscard]] Exact mean() const { return covariance_ * solver_.solve(places_); }
+
+ private:
+  Exact places_, covariance_, innovations_;
+  Eigen::LLT<Exact> solver_;
+};
+
+/// Filter and smoother against one dense solve: restlessness by likelihood, jerk as strong as the path surprises.
+TEST(SmoothMotion, IsTheMeanOfTheWholeGaussian) {
+  constexpr int kFrames = 34;
+  constexpr double kNoise = 0.1;
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    MotionClip clip = withNoise(SyntheticMotion(seed, 2, 2.0 * seed).clip(120.0, kFrames), kNoise * (0.5 + 0.3 * seed));
+    for (Eigen::Index frame = 20; frame < kFrames && seed % 2 == 0; ++frame)
+      clip.positions_mm.row(frame) = clip.positions_mm.row(20).eval();  // it stops
+    for (const int frame : {0, 9, 10, 25}) {
+      if (random() % 2 == 0) clip.positions_mm.block(frame, 3, 1, 3).setConstant(std::nan(""));
+    }
+    const SmoothedMotion smoothed = smoothMotion(clip, {kNoise});
+    for (Eigen::Index column = 0; column < 6; column += 3) {
+      std::vector<int> seen;
+      for (int frame = 0; frame < kFrames; ++frame) {
+        if (!std::isnan(clip.positions_mm(frame, column))) seen.push_back(frame);
+      }
+      const PositionMatrix path = clip.positions_mm(seen, Eigen::seqN(column, 3));
+      const Exact places = ((path.rowwise() - path.row(0)) / kNoise).cast<long double>();
+      const std::vector<double> even(kFrames, 1.0);
+      double likeliest = 0;
+      long double least = std::numeric_limits<long double>::infinity();
+      for (int i = 0; i < 13; ++i) {  // 0.001 to 100
+        const double restlessness = std::pow(10.0, -3 + 5 * i / 12.0);
+        const long double cost = GaussianPath(seen, places, restlessness, even).cost();
+        if (cost >= least) continue;
+        least = cost;
+        likeliest = restlessness;
+      }
+      const GaussianPath first(seen, places, likeliest, even);
+      std::vector<double> surprise(kFrames, 1.0), strengths(kFrames, 1.0);
+      for (std::size_t i = 0; i < seen.size(); ++i) surprise[unsignedIndex(seen[i])] = first.surpriseAt(i);
+      for (int frame = 0; frame < kFrames; ++frame) {
+        double sum = 0, count = 0;
+        for (int near = std::max(0, frame - 2); near <= std::min(kFrames - 1, frame + 2); ++near, ++count)
+          sum += surprise[unsignedIndex(near)];
+        strengths[unsignedIndex(frame)] = std::clamp(sum / count, 1.0, 100.0);
+      }
+      const PositionMatrix mean =
+          (kNoise * GaussianPath(seen, places, likeliest, strengths).mean().cast<double>()).rowwise() + path.row(0);
+      const PositionMatrix expected = path + (mean - path).cwiseMin(2.5 * kNoise).cwiseMax(-2.5 * kNoise);
+      const PositionMatrix found = smoothed.clip.positions_mm(seen, Eigen::seqN(column, 3));
+      EXPECT_LT((found - expected).cwiseAbs().maxCoeff(), 1e-4 * kNoise) << "column " << column;
+    }
+  }
 }
 
 }  // namespace

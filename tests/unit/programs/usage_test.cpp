@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <sstream>
 
 #include "support/run_program.h"
@@ -267,6 +268,20 @@ TEST_F(BadInput, OfBatchLists) {
     const ProgramResult result = runProgram("synth", {"batch", path.string(), "--out", out("lines"), "--shard", shard});
     EXPECT_TRUE(result.exit_code == 1 || result.exit_code == 2) << shard;
     EXPECT_FALSE(result.err.empty()) << shard;
+  }
+}
+
+/// What has no end, too: it is refused by its length, not read whole.
+TEST_F(BadInput, OfSynthThatIsTooLong) {
+  const std::string long_text = folder_.write("long.txt", std::string((1 << 20) + 1, 'a')).string();
+  for (const std::string& file : {long_text, std::string("/dev/zero")}) {
+    for (const char* option : {"--text-file", "--transcript-file"}) {
+      Arguments arguments{option, file, "--out", out("line")};
+      if (option == std::string("--transcript-file")) arguments.insert(arguments.end(), {"--audio", "a.wav"});
+      const auto start = std::chrono::steady_clock::now();
+      expectBadInput({"synth", arguments}, fs::path(file).filename().string());
+      EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5)) << "on a busy machine";
+    }
   }
 }
 

@@ -1,0 +1,314 @@
+// Lips that are pushed into each other or drawn a little apart by hand, and what the guard makes of it.
+#include "deform/mouth/lip_guard.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "deform/mesh/face_mesh.h"
+#include "deform/mouth/lip_levelling.h"
+#include "deform/surface/binding.h"
+#include "tests/unit/deform/sample_face.h"
+
+namespace mouthpiece {
+namespace {
+
+using testing::sampleControl;
+using testing::sampleFace;
+
+/// The sample face with lips that are rolled in: behind each rim some millimetres that face the other lip.
+struct RolledLips {
+  FaceMesh mesh = sampleFace().mesh;
+  std::vector<int> side;  ///< of each vertex: 1 of the upper lip's side, -1 of the lower one's, 0: no skin
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> rims;  ///< lower, upper: in one place at rest
+
+  RolledLips() {
+    const std::size_t skin = sampleFace().skin_vertices;
+    side.assign(mesh.vertexCount(), 0);
+    for (std::size_t v = 0; v < skin; ++v) side[v] = sampleFace().is_above_slit[v] ? 1 : -1;
+    for (Eigen::Index v = 0; v + 1 < signedIndex(skin); ++v) {
+      if (mesh.vertices.row(v) == mesh.vertices.row(v + 1)) rims.emplace_back(v, v + 1);
+    }
+    mesh.parts.push_back({.name = "lips", .kind = PartKind::kLips, .first_triangle = mesh.triangles.size()});
+    addBehind(false);
+    addBehind(true);
+    mesh.parts.back().triangle_count = mesh.triangles.size() - mesh.parts.back().first_triangle;
+  }
+
+ private:
+  void addBehind(bool upper) {
+    constexpr std::array<std::array<float, 2>, 3> kRows{{{0, -1.2F}, {0, -2.4F}, {2, -4}}};  // up from the rim, forward
+    std::vector<std::uint32_t> before;
+    for (const auto& [low, high] : rims) before.push_back(static_cast<std::uint32_t>(upper ? high : low));
+    const std::vector<std::uint32_t> rim = before;
+    for (const auto& [up, forward] : kRows) {
+      std::vector<std::uint32_t> row;
+      for (const std::uint32_t v : rim) {
+        row.push_back(static_cast<std::uint32_t>(mesh.vertices.rows()));
+        mesh.vertices.conservativeResize(mesh.vertices.rows() + 1, 3);
+        mesh.vertices.bottomRows<1>() = mesh.vertices.row(v) + Eigen::RowVector3f(0, upper ? up : -up, forward);
+        side.push_back(upper ? 1 : -1);
+      }
+      for (std::size_t k = 0; k + 1 < row.size(); ++k) {
+        const std::uint32_t a = before[upper ? k + 1 : k], b = before[upper ? k : k + 1], c = row[upper ? k : k + 1],
+                            d = row[upper ? k + 1 : k];
+        mesh.triangles.push_back({a, b, c});
+        mesh.triangles.push_back({a, c, d});
+      }
+      before = row;
+    }
+  }
+};
+
+const RolledLips& lips() {
+  static const RolledLips made;
+  return made;
+}
+
+class Guards : public ::testing::Test {
+ protected:
+  static const LipGuard& guard() {
+    static const LipGuard made(lips().mesh, lips().mesh.vertices, sampleControl(),
+                               bindFace(lips().mesh, sampleControl()));
+    return made;
+  }
+  static const VertexPositions& rest() { return lips().mesh.vertices; }
+  static float heightOverSlit(Eigen::Index v) { return rest()(v, 1) - slit(); }
+  static float slit() { return asFloat(sampleControl().rest(lipPairs(sampleControl()).front().upper_rim, 1)); }
+
+  /// One lip, `thick` from its rim on, goes `mm` up.
+  static VertexPositions lifted(bool upper, float mm, float thick = 12) {
+    VertexPositions moved = rest();
+    for (Eigen::Index v = 0; v < rest().rows(); ++v) {
+      if (lips().side[unsignedIndex(v)] == (upper ? 1 : -1) && std::abs(heightOverSlit(v)) < thick) moved(v, 1) += mm;
+    }
+    return moved;
+  }
+  /// The lips' points, `mm` apart.
+  static MarkerPositions pointsApart(double mm) {
+    MarkerPositions points = sampleControl().rest;
+    for (const LipPair& pair : lipPairs(sampleControl())) points(pair.lower_rim, 1) -= mm;
+    return points;
+  }
+  static VertexPositions guarded(VertexPositions moved, double points_apart = 0, const std::vector<LipGap>& gaps = {}) {
+    guard().separate(pointsApart(points_apart), gaps, {}, moved.data());
+    return moved;
+  }
+  static std::vector<LipGap> allPairs(const LipGap& gap) {
+    return std::vector<LipGap>(lipPairs(sampleControl()).size(), gap);
+  }
+  /// Rims in the middle half of the mouth.
+  static std::vector<std::pair<Eigen::Index, Eigen::Index>> rims() {
+    auto found = lips().rims;
+    std::erase_if(found, [](const auto& rim) { return std::abs(rest()(rim.first, 0)) > 12; });
+    return found;
+  }
+  static float widestGap(const VertexPositions& moved) {
+    float widest = -1e9F;
+    for (const auto& [lower, upper] : rims()) widest = std::max(widest, moved(upper, 1) - moved(lower, 1));
+    return widest;
+  }
+  static float narrowestGap(const VertexPositions& moved) {
+    float narrowest = 1e9F;
+    for (const auto& [lower, upper] : rims()) narrowest = std::min(narrowest, moved(upper, 1) - moved(lower, 1));
+    return narrowest;
+  }
+  static float width() { return asFloat(sampleControl().mouth_width); }
+};
+
+TEST_F(Guards, LeaveLipsThatRestAlone) {
+  ASSERT_GE(rims().size(), 9U);
+  EXPECT_LT((guarded(rest()) - rest()).cwiseAbs().maxCoeff(), 1e-4F);
+  EXPECT_LT((guarded(rest(), 0, allPairs({.opened = 0})) - rest()).cwiseAbs().maxCoeff(), 0.002F * width());
+}
+
+/// Lips that are in each other are pushed out of each other, by half each, and nothing else is.
+TEST_F(Guards, PartLipsByHalfEach) {
+  for (const float into : {0.2F, 0.5F, 1.0F}) {
+    for (const bool upper : {true, false}) {
+      const VertexPositions pressed = lifted(upper, upper ? -into : into), now = guarded(pressed);
+      EXPECT_GT(narrowestGap(now), -0.15F * into - 0.05F) << into;
+      EXPECT_LT(widestGap(now), 0.15F * into) << "no further than that";
+      for (const auto& [lower_rim, upper_rim] : rims()) {
+        const float up = now(upper_rim, 1) - pressed(upper_rim, 1), down = pressed(lower_rim, 1) - now(lower_rim, 1);
+        EXPECT_NEAR(up, down, 0.25F * into) << into;
+        EXPECT_GT(up, 0.2F * into);
+      }
+      for (Eigen::Index v = 0; v < rest().rows(); ++v) {
+        if (std::abs(heightOverSlit(v)) > 0.16F * width() + into) {
+          EXPECT_EQ(now.row(v), pressed.row(v)) << v;
+        }
+      }
+    }
+  }
+}
+
+/// The further apart the mouth's points are the less is done, and beyond 0.08 of its width nothing.
+TEST_F(Guards, FadeOutAsTheMouthOpens) {
+  const VertexPositions pressed = lifted(true, -0.6F);
+  float before = -1e9F;
+  for (const double apart : {0.079, 0.07, 0.06, 0.05}) {
+    const float left = narrowestGap(guarded(pressed, apart * double{width()}));
+    EXPECT_GT(left, before) << apart;
+    before = left;
+  }
+  EXPECT_NEAR(narrowestGap(guarded(pressed, 0.039 * double{width()})), narrowestGap(guarded(pressed)), 1e-5F);
+  EXPECT_LT(narrowestGap(guarded(pressed, 0.079 * double{width()})), -0.5F);
+  EXPECT_EQ(guarded(pressed, 0.081 * double{width()}), pressed);
+}
+
+/// Lips that are a little apart where they shall touch are drawn together, by half each.
+TEST_F(Guards, DrawTogetherWhatShallTouch) {
+  for (const float apart : {0.25F, 0.8F}) {
+    const VertexPositions open = lifted(false, -apart);
+    const VertexPositions now = guarded(open, 0, allPairs({.opened = 0}));
+    EXPECT_LT(widestGap(now), 0.25F * apart + 0.05F) << apart;
+    EXPECT_GT(narrowestGap(now), -0.05F) << "not into each other";
+    for (const auto& [lower, upper] : rims()) {
+      const float down = open(upper, 1) - now(upper, 1), up = now(lower, 1) - open(lower, 1);
+      EXPECT_NEAR(down, up, 0.2F * apart + 0.02F);
+    }
+    // From the rims on it fades: at half of 0.12 widths half of it, beyond nothing.
+    for (Eigen::Index v = 0; v < signedIndex(sampleFace().skin_vertices); ++v) {
+      const float far = std::abs(heightOverSlit(v)) / width(), way = (now.row(v) - open.row(v)).norm();
+      if (std::abs(rest()(v, 0)) > 8) continue;
+      if (far > 0.125F) {
+        EXPECT_EQ(way, 0) << v;
+      } else if (far > 0.06F) {
+        EXPECT_LT(way, 0.3F * apart) << v;
+      } else if (far < 0.045F) {
+        EXPECT_GT(way, 0.2F * apart) << v;
+      }
+    }
+  }
+}
+
+TEST_F(Guards, DrawNothingThatIsOpenKeptApartTuckedOrFar) {
+  const VertexPositions open = lifted(false, -0.6F);
+  const double wide{width()};
+  EXPECT_EQ(guarded(open, 0, allPairs({.opened = 1})), open);
+  EXPECT_EQ(guarded(open, 0, allPairs({.opened = 0, .least = 0.0101 * wide})), open);
+  EXPECT_EQ(guarded(open, 0, allPairs({.opened = 0, .least = 0, .tuck = 1})), open);
+  EXPECT_EQ(guarded(open), open) << "nobody says that they touch";
+  const auto left = [&](const LipGap& gap) { return widestGap(guarded(open, 0, allPairs(gap))); };
+  EXPECT_GT(left({.opened = 0.8}), left({.opened = 0.4}) + 0.01F);
+  EXPECT_GT(left({.opened = 0, .least = 0.007 * wide}), left({.opened = 0, .least = 0.004 * wide}) + 0.01F);
+  EXPECT_GT(left({.opened = 0, .least = 0, .tuck = 0.8}), left({.opened = 0, .least = 0, .tuck = 0.5}) + 0.01F);
+  // Up to 0.02 widths apart the whole way, from 0.042 on not at all.
+  const VertexPositions far = lifted(false, -0.0425F * width()), between = lifted(false, -0.037F * width());
+  EXPECT_EQ(guarded(far, 0, allPairs({.opened = 0})), far);
+  const float rest_of_way = widestGap(guarded(between, 0, allPairs({.opened = 0}))) / (0.037F * width());
+  EXPECT_GT(rest_of_way, 0.2F);
+  EXPECT_LT(rest_of_way, 0.98F);
+}
+
+/// Only the pairs that touch: the right half of the mouth may be open while the left is shut.
+TEST_F(Guards, DrawColumnByColumn) {
+  const VertexPositions open = lifted(false, -0.6F);
+  std::vector<LipGap> gaps;
+  for (const LipPair& pair : lipPairs(sampleControl()))
+    gaps.push_back({.opened = sampleControl().rest(pair.upper_rim, 0) > 1 ? 0.0 : 1.0});
+  const VertexPositions now = guarded(open, 0, gaps);
+  for (const auto& [lower, upper] : rims()) {
+    const float gap = now(upper, 1) - now(lower, 1);
+    if (rest()(lower, 0) < -2.5F) {
+      EXPECT_NEAR(gap, 0.6F, 1e-4F) << rest()(lower, 0);
+    }
+    if (rest()(lower, 0) > 7) {
+      EXPECT_LT(gap, 0.25F) << rest()(lower, 0);
+    }
+  }
+}
+
+/// A block of teeth behind the lips; `low` and `high` from the slit on.
+FaceMesh withTeeth(PartKind kind, float low, float high, float front) {
+  FaceMesh mesh = lips().mesh;
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.rows());
+  const Eigen::RowVector3f rim = mesh.vertices.row(lips().rims[lips().rims.size() / 2].first);
+  mesh.parts.push_back({.name = "row", .kind = kind, .first_triangle = mesh.triangles.size()});
+  constexpr std::uint32_t kCells = 40;
+  mesh.vertices.conservativeResize(mesh.vertices.rows() + 2 * (kCells + 1), 3);
+  for (std::uint32_t i = 0; i <= kCells; ++i) {
+    const float x = -20 + 40 * asFloat(asReal(i)) / kCells;
+    for (std::uint32_t k = 0; k < 2; ++k)
+      mesh.vertices.row(first + 2 * i + k) << x, rim.y() + (k == 0 ? low : high), rim.z() + front - 0.02F * x * x;
+    if (i == kCells) break;
+    const std::uint32_t a = first + 2 * i;
+    mesh.triangles.push_back({a, a + 2, a + 3});
+    mesh.triangles.push_back({a, a + 3, a + 1});
+  }
+  mesh.parts.back().triangle_count = mesh.triangles.size() - mesh.parts.back().first_triangle;
+  return mesh;
+}
+
+/// A lip that is pushed into the teeth behind it comes out before them, wherever the jaw has taken them.
+TEST_F(Guards, KeepLipsOutOfTeeth) {
+  for (const bool upper : {true, false}) {
+    const float front = -5.2F;
+    const FaceMesh mesh =
+        upper ? withTeeth(PartKind::kUpperTeeth, -1, 8, front) : withTeeth(PartKind::kLowerTeeth, -8, 1, front);
+    const LipGuard guard(mesh, mesh.vertices, sampleControl(), bindFace(mesh, sampleControl()));
+    VertexPositions still = mesh.vertices;
+    guard.separate(sampleControl().rest, {}, {}, still.data());
+    EXPECT_LT((still - mesh.vertices).cwiseAbs().maxCoeff(), 1e-4F) << "before them they stay";
+    const AddedMotion jaw{Eigen::Matrix3d::Zero(), {0, -6, 0}};
+    const Eigen::RowVector3f gone = upper ? Eigen::RowVector3f(0, 0, -2.4F) : Eigen::RowVector3f(0, -6, -2.4F);
+    VertexPositions pushed = mesh.vertices;
+    for (std::size_t v = 0; v < lips().side.size(); ++v) {
+      if (lips().side[v] == (upper ? 1 : -1) && std::abs(heightOverSlit(signedIndex(v))) < 12)
+        pushed.row(signedIndex(v)) += gone;
+    }
+    VertexPositions now = pushed;
+    guard.separate(pointsApart(upper ? 0 : 6), {}, jaw, now.data());
+    const float face = mesh.vertices(lips().rims[lips().rims.size() / 2].first, 2) + front;
+    std::size_t out = 0;
+    for (Eigen::Index v = signedIndex(sampleFace().mesh.vertexCount()); v < signedIndex(lips().side.size()); ++v) {
+      const float x = mesh.vertices(v, 0);
+      if (lips().side[unsignedIndex(v)] != (upper ? 1 : -1) || std::abs(x) > 9) continue;
+      const float before = pushed(v, 2) - (face - 0.02F * x * x), after = now(v, 2) - (face - 0.02F * x * x);
+      if (before < -0.3F) {
+        EXPECT_GT(after, -0.25F) << x;
+        ++out;
+      } else if (before > 0.1F) {
+        EXPECT_LT((now.row(v) - pushed.row(v)).norm(), 0.05F) << x;
+      }
+      EXPECT_NEAR(now(v, 1), pushed(v, 1), 0.4F) << "straight out";
+    }
+    EXPECT_GT(out, 5U) << (upper ? "upper" : "lower");
+  }
+}
+
+/// What levels the lips looks at the lips alone, not at what lies far behind their rims, and goes with the head.
+TEST_F(Guards, LevellingLooksAtTheRimsWhereverTheHeadStands) {
+  const auto waysFor = [](const Eigen::RowVector3f& shift, bool behind) {
+    FaceMesh mesh = lips().mesh;
+    mesh.vertices.rowwise() += shift;
+    testing::SampleFace face = sampleFace();
+    face.rest.rowwise() += shift.cast<double>();
+    for (auto& [name, place] : face.known) place += shift.transpose().cast<double>();
+    const ControlMesh control = buildControlMesh(face.names, face.rest, face.known);
+    FaceBinding binding = bindFace(mesh, control);
+    VertexPositions pose = mesh.vertices;
+    const std::size_t row = lips().rims.size();
+    for (std::size_t i = 0; i < row; ++i) {
+      // Upper lips' third row, or every other of their rims.
+      const auto last = signedIndex(lips().side.size() - row + i);
+      if (behind) pose(last, 1) -= 5;
+      if (!behind && i % 2 == 0) pose(lips().rims[i].second, 1) += 0.8F;
+    }
+    LipLevelling(mesh, control, binding).level(std::vector{pose}, binding);
+    Eigen::VectorXf ways = Eigen::VectorXf::Zero(mesh.vertices.rows());
+    for (std::size_t i = 0; i < binding.levelled.vertices.size(); ++i)
+      ways[binding.levelled.vertices[i]] = binding.levelled.ways[i];
+    return ways;
+  };
+  EXPECT_LT(waysFor({0, 0, 0}, true).cwiseAbs().maxCoeff(), 0.4F);
+  const Eigen::VectorXf here = waysFor({0, 0, 0}, false), there = waysFor({20, 120, -40}, false);
+  EXPECT_LT((here - there).cwiseAbs().maxCoeff(), 0.02F);
+}
+
+}  // namespace
+}  // namespace mouthpiece

@@ -1,0 +1,174 @@
+// Skin that is relaxed around what was torn: which vertices are, and that they are the means of their neighbours; told
+// anew from the mesh by the slowest way.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <random>
+#include <set>
+#include <vector>
+
+#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/head_topology.h"
+#include "deform/surface/binding.h"
+
+namespace mouthpiece {
+namespace {
+
+/// A sheet of skin with a seam from top to bottom, a strip of tongue along its upper end, and a piece of skin by
+/// itself.
+class RelaxedSheets : public ::testing::TestWithParam<unsigned> {
+ protected:
+  RelaxedSheets() {
+    std::vector<Eigen::RowVector3f> places;
+    std::vector<std::array<std::uint32_t, 2>> at;  // of each place of the net: for the cells left and right of it
+    const auto add = [&](const Eigen::RowVector3f& place) {
+      places.push_back(place);
+      return static_cast<std::uint32_t>(places.size() - 1);
+    };
+    for (std::uint32_t r = 0; r < kRows; ++r) {
+      for (std::uint32_t c = 0; c < kColumns; ++c) {
+        const Eigen::RowVector3f place(asFloat(1.0 * c) + number(-0.3F, 0.3F), asFloat(1.0 * r) + number(-0.3F, 0.3F),
+                                       number(-0.3F, 0.3F));
+        const std::uint32_t left = add(place);
+        at.push_back({left, c == kSeam ? add(place) : left});
+      }
+    }
+    const auto addCells = [&](std::uint32_t first_row, std::uint32_t last_row) {
+      for (std::uint32_t r = first_row; r < last_row; ++r) {
+        for (std::uint32_t c = 0; c + 1 < kColumns; ++c) {
+          const std::uint32_t a = at[r * kColumns + c][1], b = at[r * kColumns + c + 1][0],
+                              d = at[(r + 1) * kColumns + c][1], e = at[(r + 1) * kColumns + c + 1][0];
+          mesh_.triangles.push_back({a, b, e});
+          mesh_.triangles.push_back({a, e, d});
+        }
+      }
+    };
+    addCells(0, kSkinRows);
+    island_ = add({-30, 0, 0});
+    add({-29, 0, 0});
+    add({-30, 1, 0});
+    mesh_.triangles.push_back({island_, island_ + 1, island_ + 2});
+    const std::size_t skin = mesh_.triangles.size();
+    addCells(kSkinRows, kRows - 1);
+    mesh_.parts = {{.name = "skin", .kind = PartKind::kSkin, .triangle_count = skin},
+                   {.name = "tongue",
+                    .kind = PartKind::kTongue,
+                    .first_triangle = skin,
+                    .triangle_count = mesh_.triangles.size() - skin}};
+    mesh_.vertices.resize(signedIndex(places.size()), 3);
+    for (std::size_t v = 0; v < places.size(); ++v) mesh_.vertices.row(signedIndex(v)) = places[v];
+    torn_ = {at[kSkinRows / 2 * kColumns + kSeam - 1][0], at[(kSkinRows - 2) * kColumns + 2][0], island_};
+    held_.assign(mesh_.vertexCount(), false);
+    for (std::uint32_t v = 0; v < held_.size(); ++v) held_[v] = random_() % 9 == 0;
+    findWays();
+  }
+  static constexpr std::uint32_t kColumns = 12, kRows = 14, kSkinRows = 10, kSeam = 6;
+
+  float number(float least, float most) { return std::uniform_real_distribution<float>(least, most)(random_); }
+  [[nodiscard]] double length(std::uint32_t a, std::uint32_t b) const {
+    return double{(mesh_.vertices.row(a) - mesh_.vertices.row(b)).norm()};
+  }
+  /// The first vertex in the same place.
+  [[nodiscard]] std::uint32_t knot(std::uint32_t v) const {
+    for (std::uint32_t other = 0; other < v; ++other) {
+      if (mesh_.vertices.row(other) == mesh_.vertices.row(v)) return other;
+    }
+    return v;
+  }
+
+  /// Neighbours by the triangles, and which vertices are to be relaxed.
+  void findWays() {
+    const std::vector<PartKind> kinds = vertexKinds(mesh_);
+    std::vector<double> way(mesh_.vertexCount(), std::numeric_limits<double>::infinity());
+    for (const Triangle& t : mesh_.triangles) {
+      for (const auto& [i, k] : {std::pair(0, 1), {1, 2}, {2, 0}, {1, 0}, {2, 1}, {0, 2}}) {
+        const std::uint32_t a = t[static_cast<std::size_t>(i)], b = t[static_cast<std::size_t>(k)];
+        if (kinds[a] != PartKind::kTongue && kinds[b] != PartKind::kTongue) beside_[knot(a)].insert(knot(b));
+      }
+    }
+    for (const std::uint32_t v : torn_) way[knot(v)] = 0;
+    for (std::size_t round = 0; round < mesh_.vertexCount(); ++round) {
+      for (const auto& [v, others] : beside_) {
+        for (const std::uint32_t other : others) way[v] = std::min(way[v], way[other] + length(v, other));
+      }
+    }
+    std::vector<bool> holds(held_.size(), false);
+    for (std::uint32_t v = 0; v < held_.size(); ++v) {
+      if (held_[v]) holds[knot(v)] = true;
+    }
+    for (const std::uint32_t v : torn_) holds[knot(v)] = false;
+    for (std::uint32_t v = 0; v < way.size(); ++v) {
+      const std::uint32_t k = knot(v);
+      if (way[k] <= kReach && !holds[k] && length(k, island_) > 3) relaxed_.insert(v);
+    }
+  }
+  static constexpr double kReach = 2.7;
+
+  std::mt19937 random_{GetParam()};
+  FaceMesh mesh_;
+  std::uint32_t island_ = 0;
+  std::vector<std::uint32_t> torn_;
+  std::vector<bool> held_;
+  std::map<std::uint32_t, std::set<std::uint32_t>> beside_;
+  std::set<std::uint32_t> relaxed_;
+};
+INSTANTIATE_TEST_SUITE_P(Seeds, RelaxedSheets, ::testing::Range(1U, 9U));
+
+TEST_P(RelaxedSheets, AreTheMeansOfTheirNeighboursAndTheRestStays) {
+  const HeadTopology topology(mesh_, {});
+  const VertexPositions before = VertexPositions::NullaryExpr(mesh_.vertices.rows(), 3, [&] { return number(-5, 5); });
+  VertexPositions moves = before;
+  SkinRelaxing(mesh_, topology, torn_, held_, kReach).relax(moves);
+  ASSERT_GT(relaxed_.size(), 20U);
+  for (std::uint32_t v = 0; v < mesh_.vertexCount(); ++v) {
+    if (!relaxed_.contains(v)) {
+      EXPECT_EQ(moves.row(v), before.row(v)) << v;
+      continue;
+    }
+    EXPECT_EQ(moves.row(v), moves.row(knot(v))) << "both sides of the seam";
+    Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+    double weights = 0;
+    for (const std::uint32_t other : beside_.at(knot(v))) {
+      sum += moves.row(other).cast<double>() / length(knot(v), other);
+      weights += 1 / length(knot(v), other);
+    }
+    EXPECT_LT((moves.row(v).cast<double>() - sum / weights).norm(), 1e-4) << v;
+  }
+}
+
+/// As rows of a matrix they do the same but for the smallest entries, and what was relaxed before stays so.
+TEST_P(RelaxedSheets, GoWhereTheirRowsSay) {
+  const HeadTopology topology(mesh_, {});
+  FaceBinding binding;
+  relaxAround(mesh_, topology, {torn_[0]}, held_, kReach, binding);
+  const std::vector<std::uint32_t> first = binding.relaxed.vertices;
+  ASSERT_FALSE(first.empty());
+  relaxAround(mesh_, topology, {torn_[1]}, held_, kReach, binding);
+  const auto& [vertices, ends, from, weights] = binding.relaxed;
+  EXPECT_TRUE(std::is_sorted(vertices.begin(), vertices.end()));
+  EXPECT_TRUE(std::includes(vertices.begin(), vertices.end(), first.begin(), first.end()));
+  EXPECT_EQ(std::set<std::uint32_t>(vertices.begin(), vertices.end()), relaxed_);
+  const VertexPositions before = VertexPositions::NullaryExpr(mesh_.vertices.rows(), 3, [&] { return number(-5, 5); });
+  VertexPositions moves = before;
+  SkinRelaxing(mesh_, topology, torn_, held_, kReach).relax(moves);
+  std::size_t entry = 0;
+  for (std::size_t row = 0; row < vertices.size(); ++row) {
+    Eigen::RowVector3f sum = Eigen::RowVector3f::Zero();
+    float whole = 0;
+    for (; entry < ends[row]; ++entry) {
+      EXPECT_GE(weights[entry], 0.002F);
+      EXPECT_FALSE(relaxed_.contains(from[entry]));
+      sum += weights[entry] * before.row(from[entry]);
+      whole += weights[entry];
+    }
+    EXPECT_NEAR(whole, 1, 1e-5F);
+    EXPECT_LT((sum - moves.row(vertices[row])).norm(), 0.15F) << "up to twenty entries of 0.002 times 5 were left out";
+  }
+}
+
+}  // namespace
+}  // namespace mouthpiece
