@@ -76,15 +76,19 @@ struct Poses {
   Eigen::Affine3d node = Eigen::Affine3d::Identity();
   std::vector<Eigen::Affine3f> skin;  ///< empty, or one a vertex
   std::vector<BoneRole> roles;        ///< one for all, or one a vertex
+  std::vector<float> jaw_shares;      ///< empty, or one a vertex: how much bones of the jaw carry
 
   [[nodiscard]] Eigen::Affine3d at(std::size_t vertex) const {
     return skin.empty() ? node : Eigen::Affine3d(skin[vertex].cast<double>());
   }
   [[nodiscard]] BoneRole roleAt(std::size_t vertex) const { return roles[roles.size() == 1 ? 0 : vertex]; }
+  [[nodiscard]] float jawShareAt(std::size_t vertex) const {
+    return jaw_shares.empty() ? (roleAt(vertex) == BoneRole::kJaw ? 1.0F : 0.0F) : jaw_shares[vertex];
+  }
 };
 
 /// What the reader is after: the surface, its shapes, or where both come from.
-enum class Wanted { kMesh, kShapes, kRuns };
+enum class Wanted { kMesh, kShapes, kRuns, kBones };
 
 class GlbParser {
  public:
@@ -110,6 +114,13 @@ class GlbParser {
     return std::move(shapes_);
   }
   std::vector<GlbRun> runs() { return std::move(runs_); }
+  GlbBones bones() {
+    for (std::size_t n = 0; n < model_.nodes.size(); ++n) {
+      bones_.nodes.push_back({printable(model_.nodes[n].name, 120), parents_[n],
+                              Eigen::Vector3d(scene_from_node_[n].translation()), roles_[n]});
+    }
+    return std::move(bones_);
+  }
   std::vector<float> scalars(int accessor) const {
     const GlbViews::Numbers numbers = views_.numbers(accessor, {TINYGLTF_TYPE_SCALAR});
     return {numbers.data(), numbers.data() + numbers.size()};
@@ -261,6 +272,7 @@ class GlbParser {
       }
     }
     if (wanted_ == Wanted::kShapes) addShapes(primitive, mesh, run);
+    if (wanted_ == Wanted::kBones) addCarried(poses, count);
     if (wanted_ != Wanted::kMesh) return;
     addColors(primitive, count);
     addTexture(primitive, count);
@@ -268,15 +280,22 @@ class GlbParser {
     addMouthMoves(primitive, mesh, run);
   }
 
+  void addCarried(const Poses& poses, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      bones_.roles.push_back(poses.roleAt(i));
+      bones_.jaw_share.push_back(poses.jawShareAt(i));
+    }
+  }
+
   /// The node's own place, or for a skinned mesh the bones' at rest: then the node itself does not count (glTF 2.0,
   /// 3.7.3.1).
   Poses posesOf(const tinygltf::Primitive& primitive, int node_index, std::size_t count) {
-    if (node_index < 0) return {Eigen::Affine3d::Identity(), {}, {BoneRole::kUnknown}};
+    if (node_index < 0) return {Eigen::Affine3d::Identity(), {}, {BoneRole::kUnknown}, {}};
     const tinygltf::Node& node = model_.nodes[unsignedIndex(node_index)];
     const bool is_skinned = node.skin >= 0 && primitive.attributes.contains("JOINTS_0");
     if (!is_skinned) {
       has_bones_ = has_bones_ || roles_[unsignedIndex(node_index)] != BoneRole::kUnknown;
-      return {scene_from_node_[unsignedIndex(node_index)], {}, {roles_[unsignedIndex(node_index)]}};
+      return {scene_from_node_[unsignedIndex(node_index)], {}, {roles_[unsignedIndex(node_index)]}, {}};
     }
     has_bones_ = true;
     const tinygltf::Skin& skin = itemAt(model_.skins, node.skin, "skin", file_);
@@ -308,6 +327,8 @@ class GlbParser {
       poses.skin.push_back(hangs ? Eigen::Affine3f(sums[i] / totals[i]) : plain);
       const auto most = std::max_element(shares[i].begin(), shares[i].end());
       poses.roles.push_back(hangs ? static_cast<BoneRole>(most - shares[i].begin()) : BoneRole::kUnknown);
+      const float jaw = shares[i][static_cast<std::size_t>(BoneRole::kJaw)];
+      poses.jaw_shares.push_back(hangs ? jaw / totals[i] : 0.0F);
     }
     return poses;
   }
@@ -490,6 +511,7 @@ class GlbParser {
   bool has_vertex_colors_ = false, has_texture_ = false;
   bool has_bones_ = false, has_mouth_shapes_ = false, has_jaw_shape_ = false;
   FaceShapes shapes_;
+  GlbBones bones_;
 };
 
 }  // namespace
@@ -504,6 +526,10 @@ FaceShapes parseGlbShapes(std::string_view bytes, std::string_view file, std::st
 
 std::vector<GlbRun> glbRuns(std::string_view bytes, std::string_view file, std::string_view object) {
   return GlbParser(bytes, file, object, Wanted::kRuns).runs();
+}
+
+GlbBones glbBones(std::string_view bytes, std::string_view file, std::string_view object) {
+  return GlbParser(bytes, file, object, Wanted::kBones).bones();
 }
 
 std::vector<std::vector<float>> glbScalars(std::string_view bytes, std::string_view file,

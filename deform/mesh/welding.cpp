@@ -126,15 +126,15 @@ std::vector<HalfEdge> borderEdges(const FaceMesh& mesh, std::size_t& edge_count)
 /// Whether two parts, neither of them hair rooted in the other, have vertices of their own in one place.
 bool partsMeet(const FaceMesh& mesh) {
   if (mesh.parts.size() < 2) return false;
-  constexpr std::uint32_t kNone = ~0U;
-  std::vector<std::uint32_t> part_of(mesh.vertexCount(), kNone);
+  constexpr std::uint32_t kNoPart = ~0U;
+  std::vector<std::uint32_t> part_of(mesh.vertexCount(), kNoPart);
   std::unordered_map<Place, std::uint32_t, boost::hash<Place>> first_at;
   first_at.reserve(mesh.vertexCount());
   for (std::uint32_t part = 0; part < mesh.parts.size(); ++part) {
     if (mesh.parts[part].stands_off) continue;
     for (const Triangle& triangle : trianglesOf(mesh, mesh.parts[part])) {
       for (const std::uint32_t v : triangle) {
-        if (part_of[v] != kNone) continue;
+        if (part_of[v] != kNoPart) continue;
         part_of[v] = part;
         const Place place{mesh.vertices(v, 0), mesh.vertices(v, 1), mesh.vertices(v, 2)};
         if (part_of[first_at.try_emplace(place, v).first->second] != part) return true;
