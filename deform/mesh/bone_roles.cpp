@@ -29,8 +29,8 @@ bool hasOneOf(std::string_view text, const std::array<std::string_view, count>& 
 
 BoneRole roleFromName(std::string_view name) {
   const std::string text = plain(name);
-  constexpr std::array<std::string_view, 4> kLids{"lid", "brow", "lash", "eyecorner"};
-  if (hasOneOf<4>(text, kLids)) return BoneRole::kHead;
+  constexpr std::array<std::string_view, 5> kLids{"lid", "brow", "lash", "eyecorner", "eyesack"};
+  if (hasOneOf<5>(text, kLids)) return BoneRole::kHead;
   if (hasOneOf<3>(text, {"jaw", "tongue", "lowerteeth"})) return BoneRole::kJaw;
   if (hasOneOf<1>(text, {"eye"})) return BoneRole::kEye;
   if (hasOneOf<2>(text, {"hair", "bangs"})) return BoneRole::kHair;
@@ -64,6 +64,16 @@ void readVrmBones(const tinygltf::Model& model, std::vector<BoneRole>& roles) {
   }
 }
 
+/// Rigify's deforming bones have no head, their spine ends in it: what a jaw hangs on is one.
+void nameHeadByJaw(std::vector<BoneRole>& own, const std::vector<bool>& is_joint, const std::vector<int>& parents) {
+  if (std::find(own.begin(), own.end(), BoneRole::kHead) != own.end()) return;
+  for (std::size_t n = 0; n < own.size(); ++n) {
+    if (own[n] != BoneRole::kJaw || parents[n] < 0) continue;
+    const auto parent = static_cast<std::size_t>(parents[n]);
+    if (own[parent] == BoneRole::kUnknown && is_joint[parent]) own[parent] = BoneRole::kHead;
+  }
+}
+
 }  // namespace
 
 std::vector<BoneRole> boneRoles(const tinygltf::Model& model, const std::vector<int>& parents) {
@@ -78,6 +88,7 @@ std::vector<BoneRole> boneRoles(const tinygltf::Model& model, const std::vector<
     if (is_joint[n]) own[n] = roleFromName(model.nodes[n].name);
   }
   readVrmBones(model, own);
+  nameHeadByJaw(own, is_joint, parents);
   if (std::find(own.begin(), own.end(), BoneRole::kHead) == own.end()) {
     std::fill(own.begin(), own.end(), BoneRole::kUnknown);
     return own;

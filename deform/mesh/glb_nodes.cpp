@@ -131,6 +131,11 @@ void GlbNodes::placeNodes() {
   roles_ = boneRoles(model_, parents_);
 }
 
+GlbBones::Node GlbNodes::bone(std::size_t node) const {
+  return {printable(model_.nodes[node].name, 120), parents_[node],
+          Eigen::Vector3d(scene_from_node_[node].translation()), roles_[node]};
+}
+
 bool GlbNodes::hangsOn(int node, std::string_view object) const {
   for (int at = node; at >= 0; at = parents_[unsignedIndex(at)]) {
     if (model_.nodes[unsignedIndex(at)].name == object) return true;
@@ -144,12 +149,12 @@ bool GlbNodes::skinHangsOn(int skin, std::string_view object) const {
 }
 
 GlbPoses GlbNodes::posesOf(const tinygltf::Primitive& primitive, int node_index, std::size_t count) const {
-  if (node_index < 0) return {Eigen::Affine3d::Identity(), {}, {BoneRole::kUnknown}, false};
+  if (node_index < 0) return {Eigen::Affine3d::Identity(), {}, {BoneRole::kUnknown}, {}, false};
   const tinygltf::Node& node = model_.nodes[unsignedIndex(node_index)];
   const bool is_skinned = node.skin >= 0 && primitive.attributes.contains("JOINTS_0");
   if (!is_skinned) {
     const BoneRole role = roles_[unsignedIndex(node_index)];
-    return {scene_from_node_[unsignedIndex(node_index)], {}, {role}, role != BoneRole::kUnknown};
+    return {scene_from_node_[unsignedIndex(node_index)], {}, {role}, {}, role != BoneRole::kUnknown};
   }
   const tinygltf::Skin& skin = glbItemAt(model_.skins, node.skin, "skin", file_);
   const std::vector<Eigen::Matrix4f> joints = jointMatrices(skin);
@@ -181,6 +186,8 @@ GlbPoses GlbNodes::posesOf(const tinygltf::Primitive& primitive, int node_index,
     poses.skin.push_back(hangs ? Eigen::Affine3f(sums[i] / totals[i]) : plain);
     const auto most = std::max_element(shares[i].begin(), shares[i].end());
     poses.roles.push_back(hangs ? static_cast<BoneRole>(most - shares[i].begin()) : BoneRole::kUnknown);
+    const float jaw = shares[i][static_cast<std::size_t>(BoneRole::kJaw)];
+    poses.jaw_shares.push_back(hangs ? jaw / totals[i] : 0.0F);
   }
   return poses;
 }

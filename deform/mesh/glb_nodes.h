@@ -10,6 +10,7 @@
 #include "base/errors.h"
 #include "base/index.h"
 #include "deform/mesh/bone_roles.h"
+#include "deform/mesh/glb_scene.h"
 #include "deform/mesh/glb_views.h"
 
 namespace mouthpiece {
@@ -32,12 +33,16 @@ struct GlbPoses {
   Eigen::Affine3d node = Eigen::Affine3d::Identity();
   std::vector<Eigen::Affine3f> skin;  ///< empty, or one a vertex
   std::vector<BoneRole> roles;        ///< one for all, or one a vertex
+  std::vector<float> jaw_shares;      ///< empty, or one a vertex: how much bones of the jaw carry
   bool tells_bones = false;           ///< the roles come from a skeleton
 
   [[nodiscard]] Eigen::Vector3f placeOf(std::size_t vertex, const Eigen::Vector3d& own) const;
   /// How moves are turned and stretched: one for all, or one a vertex.
   [[nodiscard]] std::vector<Eigen::Matrix3f> sceneFromMesh() const;
   [[nodiscard]] BoneRole roleAt(std::size_t vertex) const { return roles[roles.size() == 1 ? 0 : vertex]; }
+  [[nodiscard]] float jawShareAt(std::size_t vertex) const {
+    return jaw_shares.empty() ? (roleAt(vertex) == BoneRole::kJaw ? 1.0F : 0.0F) : jaw_shares[vertex];
+  }
 };
 
 /// A GLB as tinygltf reads it, and where its nodes and skins stand at rest.
@@ -51,6 +56,8 @@ class GlbNodes {
 
   [[nodiscard]] const tinygltf::Model& model() const { return model_; }
   [[nodiscard]] const GlbViews& views() const { return views_; }
+  /// What the node is, and where it stands at rest.
+  [[nodiscard]] GlbBones::Node bone(std::size_t node) const;
   /// Whether the node, or one above it, has this name.
   [[nodiscard]] bool hangsOn(int node, std::string_view object) const;
   /// The same of the first joint: a skinned mesh often lies beside the bones that carry it.

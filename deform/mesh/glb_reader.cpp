@@ -16,7 +16,7 @@ namespace mouthpiece {
 namespace {
 
 /// What the reader is after: the surface, its shapes, or where both come from.
-enum class Wanted { kMesh, kShapes, kRuns };
+enum class Wanted { kMesh, kShapes, kRuns, kBones };
 
 class GlbParser {
  public:
@@ -40,6 +40,10 @@ class GlbParser {
     return std::move(shapes_);
   }
   std::vector<GlbRun> runs() { return std::move(runs_); }
+  GlbBones bones() {
+    for (std::size_t n = 0; n < nodes_.model().nodes.size(); ++n) bones_.nodes.push_back(nodes_.bone(n));
+    return std::move(bones_);
+  }
   std::vector<float> scalars(int accessor) const {
     const GlbViews::Numbers numbers = views_.numbers(accessor, {TINYGLTF_TYPE_SCALAR});
     return {numbers.data(), numbers.data() + numbers.size()};
@@ -128,11 +132,19 @@ class GlbParser {
       }
     }
     if (wanted_ == Wanted::kShapes) addShapes(primitive, mesh, run);
+    if (wanted_ == Wanted::kBones) addCarried(poses, count);
     if (wanted_ != Wanted::kMesh) return;
     addColors(primitive, count);
     addTexture(primitive, count);
     for (std::size_t i = 0; i < count; ++i) soup_.evidence.bones.push_back(poses.roleAt(i));
     addMouthMoves(primitive, mesh, run);
+  }
+
+  void addCarried(const GlbPoses& poses, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      bones_.roles.push_back(poses.roleAt(i));
+      bones_.jaw_share.push_back(poses.jawShareAt(i));
+    }
   }
 
   /// Names are Khronos' convention, extras.targetNames; without it a shape is called by its number.
@@ -291,6 +303,7 @@ class GlbParser {
   bool has_vertex_colors_ = false, has_texture_ = false;
   bool has_bones_ = false, has_mouth_shapes_ = false, has_jaw_shape_ = false;
   FaceShapes shapes_;
+  GlbBones bones_;
 };
 
 }  // namespace
@@ -305,6 +318,10 @@ FaceShapes parseGlbShapes(std::string_view bytes, std::string_view file, std::st
 
 std::vector<GlbRun> glbRuns(std::string_view bytes, std::string_view file, std::string_view object) {
   return GlbParser(bytes, file, object, Wanted::kRuns).runs();
+}
+
+GlbBones glbBones(std::string_view bytes, std::string_view file, std::string_view object) {
+  return GlbParser(bytes, file, object, Wanted::kBones).bones();
 }
 
 std::vector<std::vector<float>> glbScalars(std::string_view bytes, std::string_view file,

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "deform/mesh/bone_roles.h"
 #include "deform/mesh/triangles.h"
 
 namespace mouthpiece {
@@ -29,6 +30,22 @@ struct GlbRun {
 /// Where the vertices of parseFaceMesh(glb) come from, in their order. `object`: as parseFaceMesh takes it. Throws
 /// InputError as parseFaceMesh does.
 std::vector<GlbRun> glbRuns(std::string_view glb, std::string_view file, std::string_view object = {});
+
+/// Bones and empties of a GLB's scene, and what of the mesh they carry.
+struct GlbBones {
+  struct Node {
+    std::string name;
+    int parent = -1;                                  ///< its place in `nodes`; -1: none
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< at rest, in the scene
+    BoneRole role = BoneRole::kUnknown;               ///< its own, or of what it hangs on
+  };
+  std::vector<Node> nodes;
+  /// Of each vertex of the FaceMesh: what carries most of it, and the share of it that bones of the jaw carry.
+  std::vector<BoneRole> roles;
+  std::vector<float> jaw_share;
+};
+/// Those of parseFaceMesh(glb)'s scene, its vertices in their order. Throws InputError likewise.
+GlbBones glbBones(std::string_view glb, std::string_view file, std::string_view object = {});
 
 /// The picture that colours a material, as the file holds it.
 struct GlbPicture {

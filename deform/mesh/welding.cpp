@@ -3,12 +3,14 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <boost/functional/hash.hpp>
 #include <boost/iterator/counting_iterator.hpp>
 #include <boost/pending/disjoint_sets.hpp>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numbers>
+#include <unordered_map>
 
 #include "deform/mesh/face_mesh.h"
 
@@ -26,14 +28,18 @@ constexpr std::size_t kMostAtOneEdge = 64;
 /// A triangle's edge, from `from` to `to` as the triangle goes round.
 struct HalfEdge {
   std::uint32_t from, to, across;  ///< `across`: the triangle's third vertex
+  std::uint32_t part;
 };
+
+/// Which border edges may be sewn to each other.
+enum class Sewn { kAll, kBetweenParts };
 
 /// Edges in one place, by the places of their ends, the lesser first.
 using EdgePlaces = std::map<std::pair<Place, Place>, std::vector<HalfEdge>>;
 
 class Sewing {
  public:
-  explicit Sewing(const FaceMesh& mesh) : mesh_(mesh), sets_(mesh.vertexCount()) {}
+  Sewing(const FaceMesh& mesh, Sewn sewn) : mesh_(mesh), sewn_(sewn), sets_(mesh.vertexCount()) {}
 
   void sewAll(const EdgePlaces& places) {
     for (const auto& [ends, edges] : places) {
@@ -80,6 +86,7 @@ class Sewing {
       std::size_t other = edges.size();
       for (std::size_t i = 0; i < edges.size(); ++i) {
         if (is_taken[i] || placeOf(edges[i].from) == ends.first) continue;
+        if (sewn_ == Sewn::kBetweenParts && edges[i].part == edges[e].part) continue;
         const double turn = turnBetween(angles[e], angles[i]);
         if (turn >= least) continue;
         least = turn;
@@ -93,10 +100,11 @@ class Sewing {
   }
 
   const FaceMesh& mesh_;
+  Sewn sewn_;
   boost::disjoint_sets_with_storage<> sets_;
 };
 
-/// Edges that one triangle alone has, by vertex number; `edge_count`: all edges.
+/// Edges that one triangle alone has, by vertex number, of parts that may be sewn; `edge_count`: all edges.
 std::vector<HalfEdge> borderEdges(const FaceMesh& mesh, std::size_t& edge_count) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> uses;
   for (const Triangle& t : mesh.triangles) {
@@ -104,13 +112,36 @@ std::vector<HalfEdge> borderEdges(const FaceMesh& mesh, std::size_t& edge_count)
   }
   edge_count = uses.size();
   std::vector<HalfEdge> border;
-  for (const Triangle& t : mesh.triangles) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t from = t[k], to = t[(k + 1) % 3];
-      if (uses[std::minmax(from, to)] == 1) border.push_back({from, to, t[(k + 2) % 3]});
+  for (std::uint32_t part = 0; part < mesh.parts.size(); ++part) {
+    for (const Triangle& t : trianglesOf(mesh, mesh.parts[part])) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t from = t[k], to = t[(k + 1) % 3];
+        if (uses[std::minmax(from, to)] == 1) border.push_back({from, to, t[(k + 2) % 3], part});
+      }
     }
   }
   return border;
+}
+
+/// Whether two parts, neither of them hair rooted in the other, have vertices of their own in one place.
+bool partsMeet(const FaceMesh& mesh) {
+  if (mesh.parts.size() < 2) return false;
+  constexpr std::uint32_t kNoPart = ~0U;
+  std::vector<std::uint32_t> part_of(mesh.vertexCount(), kNoPart);
+  std::unordered_map<Place, std::uint32_t, boost::hash<Place>> first_at;
+  first_at.reserve(mesh.vertexCount());
+  for (std::uint32_t part = 0; part < mesh.parts.size(); ++part) {
+    if (mesh.parts[part].stands_off) continue;
+    for (const Triangle& triangle : trianglesOf(mesh, mesh.parts[part])) {
+      for (const std::uint32_t v : triangle) {
+        if (part_of[v] != kNoPart) continue;
+        part_of[v] = part;
+        const Place place{mesh.vertices(v, 0), mesh.vertices(v, 1), mesh.vertices(v, 2)};
+        if (part_of[first_at.try_emplace(place, v).first->second] != part) return true;
+      }
+    }
+  }
+  return false;
 }
 
 }  // namespace
@@ -124,13 +155,15 @@ void Welding::givenFromWelded(const VertexPositions& welded, VertexPositions& gi
 
 Welding weldSplitTriangles(const FaceMesh& mesh) {
   // A surface has half as many vertices as triangles, apart from its seams; one in pieces more than triangles.
-  if (mesh.vertexCount() < mesh.triangles.size()) return {};
+  const bool may_be_torn = mesh.vertexCount() >= mesh.triangles.size();
+  if (!may_be_torn && !partsMeet(mesh)) return {};
   std::size_t edge_count = 0;
   const std::vector<HalfEdge> border = borderEdges(mesh, edge_count);
-  if (2 * border.size() < edge_count) return {};
-  Sewing sewing(mesh);
+  const Sewn sewn = may_be_torn && 2 * border.size() >= edge_count ? Sewn::kAll : Sewn::kBetweenParts;
+  Sewing sewing(mesh, sewn);
   EdgePlaces places;
   for (const HalfEdge& edge : border) {
+    if (sewn == Sewn::kBetweenParts && mesh.parts[edge.part].stands_off) continue;
     const Place from = sewing.placeOf(edge.from), to = sewing.placeOf(edge.to);
     if (from != to) places[std::minmax(from, to)].push_back(edge);
   }

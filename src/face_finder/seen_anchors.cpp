@@ -2,7 +2,6 @@
 // back to its skin.
 #include "face_finder/seen_anchors.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -13,8 +12,8 @@
 
 #include "base/index.h"
 #include "deform/mesh/face_mesh.h"
-#include "deform/mesh/triangle_tree.h"
 #include "exports/film/face_painter.h"
+#include "face_finder/face_skin.h"
 #include "tracking/face_tracker.h"
 
 namespace mouthpiece {
@@ -81,6 +80,8 @@ struct Sight {
     return axes;
   }
 
+  [[nodiscard]] FaceFrame frame() const { return {faceFromMesh(), 0.5F * (eyes() + mouth()), eyeCorners()}; }
+
   /// How far the nose stands out of the plane of eyes and mouth, of the eyes' distance.
   [[nodiscard]] float noseOut() const { return faceFromMesh().row(2).dot(places[kNose] - mouth()) / eyeCorners(); }
 
@@ -109,13 +110,11 @@ Picture inMirror(const Picture& picture) {
 
 class Onlooker {
  public:
-  Onlooker(const FaceMesh& mesh, FaceTracker& tracker)
-      : mesh_(mesh), tracker_(tracker), skin_(trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips})) {
+  Onlooker(const FaceMesh& mesh, FaceTracker& tracker) : mesh_(mesh), tracker_(tracker), skin_(mesh) {
     for (const MeshPart& part : mesh.parts) {
       if (part.stands_off || part.kind == PartKind::kHair) continue;
       for (const Triangle& triangle : trianglesOf(mesh, part)) solid_.push_back({triangle, isSkin(part.kind)});
     }
-    skin_tree_.emplace(mesh.vertices, skin_);
     size_ = (mesh.vertices.colwise().maxCoeff() - mesh.vertices.colwise().minCoeff()).norm();
   }
 
@@ -153,7 +152,7 @@ class Onlooker {
     const float high = kHeadShare * whole.sizes().y(), floor = whole.max().y() - high / 2;
     const VertexPositions seen = mesh_.vertices * view_from_mesh.transpose();
     Eigen::AlignedBox3f top;
-    for (const Triangle& triangle : skin_) {
+    for (const Triangle& triangle : skin_.triangles()) {
       for (const std::uint32_t v : triangle) {
         const Vector3f place = seen.row(signedIndex(std::size_t{v})).transpose();
         if (place.y() > floor) top.extend(place);
@@ -164,12 +163,15 @@ class Onlooker {
     return {Vector3f(centre - half), Vector3f(centre + half)};
   }
 
-  [[nodiscard]] const std::vector<Triangle>& skin() const { return skin_; }
-
-  [[nodiscard]] Vector3f onSkin(const Vector3f& place) const {
-    const auto foot = skin_tree_->closest(place.cast<double>());
-    return foot ? Vector3f(foot->point.cast<float>()) : place;
+  /// Some of it as seen, with half as much again around.
+  [[nodiscard]] Eigen::AlignedBox3f around(const Matrix3f& view_from_mesh, std::span<const std::uint32_t> some) const {
+    Eigen::AlignedBox3f box;
+    for (const std::uint32_t v : some) box.extend(view_from_mesh * skin_.vertex(v));
+    const Vector3f half = 0.75F * box.sizes();
+    return {Vector3f(box.center() - half), Vector3f(box.center() + half)};
   }
+
+  [[nodiscard]] const FaceSkin& skin() const { return skin_; }
 
  private:
   struct Solid {
@@ -229,7 +231,7 @@ class Onlooker {
       else
         place = seen.row(nearestInPicture(pixels[i], points, middle, reach)).transpose();
       sight.places[i] = view_from_mesh.transpose() * place;
-      if (!hits[i].is_skin) sight.places[i] = onSkin(sight.places[i]);
+      if (!hits[i].is_skin) sight.places[i] = skin_.nearest(sight.places[i]);
     }
     return sight;
   }
@@ -237,9 +239,9 @@ class Onlooker {
   /// The vertex of the skin that lies nearest to a place in the picture, of those as deep as a face.
   [[nodiscard]] Eigen::Index nearestInPicture(const Vector2f& pixel, const std::vector<Vector3f>& points, float middle,
                                               float reach) const {
-    std::uint32_t nearest = skin_.front()[0];
+    std::uint32_t nearest = skin_.triangles().front()[0];
     float least = std::numeric_limits<float>::max();
-    for (const Triangle& triangle : skin_) {
+    for (const Triangle& triangle : skin_.triangles()) {
       for (const std::uint32_t v : triangle) {
         const float far = (points[v].head<2>() - pixel).squaredNorm();
         if (far < least && std::abs(1 / points[v].z() - middle) < reach) {
@@ -254,9 +256,8 @@ class Onlooker {
   const FaceMesh& mesh_;
   FaceTracker& tracker_;
   float size_ = 0;  ///< of all of the mesh
-  std::vector<Triangle> skin_;
+  FaceSkin skin_;
   std::vector<Solid> solid_;
-  std::optional<TriangleTree> skin_tree_;
 };
 
 /// Ways in which a head may stand, the likely ones first: Y up, then Z up, and so on, looking along each other axis.
@@ -272,7 +273,7 @@ std::vector<Matrix3f> likelyViews() {
 }
 
 Eigen::AlignedBox3f boxOfFace(const Sight& sight, const Matrix3f& view_from_mesh) {
-  const Vector3f middle = view_from_mesh * (0.5F * (sight.eyes() + sight.mouth()));
+  const Vector3f middle = view_from_mesh * sight.frame().middle;
   const Vector3f half = sight.eyeCorners() * Vector3f(kHalfWide, kHalfHigh, kHalfWide);
   return {Vector3f(middle - half), Vector3f(middle + half)};
 }
@@ -289,6 +290,16 @@ std::optional<Sight> fromTheFront(Onlooker& onlooker, Sight sight) {
     if (Eigen::AngleAxisf(Matrix3f(sight.faceFromMesh() * view.transpose())).angle() < kStill) break;
   }
   return sight;
+}
+
+/// The face of what is known to be a head, from its front.
+std::optional<Sight> faceOfHead(Onlooker& onlooker, std::span<const std::uint32_t> head) {
+  for (const Matrix3f& view : likelyViews()) {
+    const auto sight = onlooker.look(view, onlooker.around(view, head), kSearchSide);
+    if (!sight || !sight->isFace()) continue;
+    if (const auto front = fromTheFront(onlooker, *sight)) return front;
+  }
+  return std::nullopt;
 }
 
 /// A face on any side, seen from its front. What looks like one upside down is told from one by which stands out more.
@@ -321,58 +332,13 @@ Vector3f medianOf(std::vector<Vector3f> places) {
   return median;
 }
 
-/// A plane that a face is alike on both sides of.
-struct MirrorPlane {
-  Vector3f normal;
-  float offset;
-
-  [[nodiscard]] Vector3f operator()(const Vector3f& place) const {
-    return place - 2 * (normal.dot(place) - offset) * normal;
-  }
-};
-
-/// By turns: places of the skin are mirrored and pulled onto it, and the plane is fitted between the places and those.
-/// nullopt for a face that is not alike on both sides.
-std::optional<MirrorPlane> mirrorPlane(const FaceMesh& mesh, const Onlooker& onlooker, const Sight& sight) {
-  constexpr float kFar = 0.9F, kAlike = 0.005F;  // of the eyes' distance
-  constexpr std::size_t kMostPlaces = 400;
-  constexpr int kRounds = 12;
-  const Vector3f middle = 0.5F * (sight.eyes() + sight.mouth());
-  std::vector<Vector3f> near, places;
-  for (const Triangle& triangle : onlooker.skin()) {
-    const Vector3f place = mesh.vertices.row(signedIndex(std::size_t{triangle[0]})).transpose();
-    if ((place - middle).norm() < kFar * sight.eyeCorners()) near.push_back(place);
-  }
-  const std::size_t step = near.size() / kMostPlaces + 1;
-  for (std::size_t i = 0; i < near.size(); i += step) places.push_back(near[i]);
-  if (places.empty()) return std::nullopt;
-  MirrorPlane plane{sight.faceFromMesh().row(0), 0};
-  plane.offset = plane.normal.dot(middle);
-  float off = 0;
-  for (int round = 0; round < kRounds; ++round) {
-    Matrix3f spread = Matrix3f::Zero();
-    Vector3f halfway = Vector3f::Zero();
-    off = 0;
-    for (const Vector3f& place : places) {
-      const Vector3f other = onlooker.onSkin(plane(place));
-      off += (plane(place) - other).norm();
-      spread += (place - other) * (place - other).transpose();
-      halfway += (place + other) / 2;
-    }
-    const Vector3f normal = Eigen::SelfAdjointEigenSolver<Matrix3f>(spread).eigenvectors().col(2);
-    plane.normal = normal.dot(plane.normal) < 0 ? Vector3f(-normal) : normal;
-    plane.offset = plane.normal.dot(halfway) / static_cast<float>(places.size());
-  }
-  if (off / static_cast<float>(places.size()) > kAlike * sight.eyeCorners()) return std::nullopt;
-  return plane;
-}
-
 }  // namespace
 
-std::optional<SeenFace> seenFace(const FaceMesh& mesh, FaceTracker& tracker) {
+std::optional<SeenFace> seenFace(const FaceMesh& mesh, FaceTracker& tracker, std::span<const std::uint32_t> head) {
   if (trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips}).empty()) return std::nullopt;
   Onlooker onlooker(mesh, tracker);
-  const std::optional<Sight> front = anyFace(onlooker);
+  std::optional<Sight> front = head.empty() ? std::nullopt : faceOfHead(onlooker, head);
+  if (!front) front = anyFace(onlooker);
   if (!front) return std::nullopt;
 
   const Matrix3f face_from_mesh = front->faceFromMesh();
@@ -391,15 +357,18 @@ std::optional<SeenFace> seenFace(const FaceMesh& mesh, FaceTracker& tracker) {
   if (face.seen < kLeastSeen) return std::nullopt;
   Sight mean = *front;
   for (std::size_t i = 0; i < kWanted.size(); ++i) mean.places[i] = medianOf(places[i]);
-  if (const auto mirrored = mirrorPlane(mesh, onlooker, mean)) {
+  const FaceSkin& skin = onlooker.skin();
+  if (const auto mirrored = mirrorPlane(skin, mean.frame())) {
     const Sight one_sided = mean;
     for (std::size_t i = 0; i < kWanted.size(); ++i)
       mean.places[i] = (one_sided.places[i] + (*mirrored)(one_sided.places[kMirrored[i]])) / 2;
   }
+  const Sight as_seen = mean;
+  mean.places[kChin] = chinOnProfile(skin, mean.frame(), mean.places[kChin]);
   for (std::size_t i = 0; i < kWanted.size(); ++i) {
-    mean.places[i] = onlooker.onSkin(mean.places[i]);
+    mean.places[i] = skin.nearest(mean.places[i]);
     std::vector<double> off;
-    for (const Vector3f& place : places[i]) off.push_back(double{(place - mean.places[i]).norm()});
+    for (const Vector3f& place : places[i]) off.push_back(double{(place - as_seen.places[i]).norm()});
     std::sort(off.begin(), off.end());
     face.anchors[kWanted[i].name] = {mean.places[i].cast<double>(), off[off.size() / 2]};
   }

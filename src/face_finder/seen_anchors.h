@@ -2,8 +2,10 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 
 namespace mouthpiece {
@@ -29,7 +31,8 @@ struct SeenFace {
 
 /// Paints the mesh from many sides, upright and otherwise, until a face is seen; then from around that face's front,
 /// and lays what the tracker finds onto the foremost skin (docs/theory/face_finder/seen_anchors.md). The mesh may be
-/// turned any way and be a whole figure. nullopt where no face is seen. Forgets what the tracker has followed.
-std::optional<SeenFace> seenFace(const FaceMesh& mesh, FaceTracker& tracker);
+/// turned any way and be a whole figure; `head`: vertices that are known to be its head, where it is looked at first.
+/// nullopt where no face is seen. Forgets what the tracker has followed.
+std::optional<SeenFace> seenFace(const FaceMesh& mesh, FaceTracker& tracker, std::span<const std::uint32_t> head = {});
 
 }  // namespace mouthpiece

@@ -201,6 +201,29 @@ const checks = {
     await page.locator('#reset-view').click();
   },
 
+  async 'parts are hidden and shown by keys'(page) {
+    await page.locator('#view').focus();
+    await page.keyboard.press('p');
+    assert.equal(await page.locator('#parts').getAttribute('aria-expanded'), 'true');
+    const names = (await page.locator('#part-list label').allTextContents()).map((name) => name.trim());
+    assert.ok(names.length > 1 && new Set(names).size === names.length && names.every(Boolean), JSON.stringify(names));
+    await drawn(page);
+    const whole = await viewPicture(page);
+    await page.locator('#part-list input').first().focus();
+    await page.keyboard.press(' ');
+    await drawn(page);
+    assert.equal(await page.locator('#part-list input').first().isChecked(), false);
+    assert.equal(await page.evaluate(() => mouthpiece.playing), false, 'the box takes the space bar');
+    assert.notEqual(await viewPicture(page), whole, 'the first part is hidden');
+    await page.screenshot({ path: `${screenshotStem}_parts.png` });
+    await page.keyboard.press(' ');
+    await drawn(page);
+    assert.equal(await page.locator('#part-list input').first().isChecked(), true);
+    await page.keyboard.press('Escape');
+    assert.equal(await page.locator('#part-list').isVisible(), false);
+    assert.equal(await page.evaluate(() => document.activeElement.id), 'parts');
+  },
+
   async 'phones are reached and told by keys'(page) {
     await page.evaluate(() => mouthpiece.seek(0));
     const at = () => page.evaluate(() => {

@@ -6,6 +6,7 @@ import { Editor } from './edit/editor.js';
 import { LipGauge } from './lip_gauge.js';
 import { readPageData } from './page_data.js';
 import { Caption, showDoubts, showHeading, showLegend } from './panels.js';
+import { PartsList } from './parts_list.js';
 import { Stage } from './stage.js';
 import { Takes } from './takes.js';
 import { Timeline } from './timeline.js';
@@ -37,6 +38,7 @@ class Page {
     this.transport = new Transport(this.clock, {
       toggleWireframe: () => this.setWireframe(!this.wireframe),
       toggleMarkers: () => this.setMarkers(!this.markers),
+      toggleParts: () => this.parts?.setOpen(!this.parts.isOpen),
       resetView: () => this.stage?.resetView(),
       zoomIn: () => this.timeline.zoom(1.5),
       zoomOut: () => this.timeline.zoom(1 / 1.5),
@@ -55,6 +57,7 @@ class Page {
     const box = this.stage.focus;
     this.controlPoints.addTo(this.stage.scene, box.max.distanceTo(box.min));
     this.stage.scene.updateMatrixWorld(true);
+    this.parts = new PartsList(this.stage);
     this.gauge = new LipGauge(this.stage.meshes, this.controlPoints);
     this.editor.setFace(this.stage.weightTracks);
     this.showTime(0);

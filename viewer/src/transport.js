@@ -3,10 +3,10 @@
 const STEP_S = 0.1;
 
 function isTyping(target) {
-  return target instanceof HTMLSelectElement || (target instanceof HTMLInputElement && target.type !== 'range');
+  return target instanceof HTMLSelectElement || (target instanceof HTMLInputElement && !['range', 'checkbox'].includes(target.type));
 }
 
-/** actions: {toggleWireframe, toggleMarkers, resetView, zoomIn, zoomOut, zoomFit, toggleEditing}. */
+/** actions: {toggleWireframe, toggleMarkers, toggleParts, resetView, zoomIn, zoomOut, zoomFit, toggleEditing}. */
 export class Transport {
   constructor(clock, actions) {
     this.clock = clock;
@@ -24,6 +24,7 @@ export class Transport {
     document.getElementById('zoom-fit').addEventListener('click', actions.zoomFit);
     document.getElementById('wireframe').addEventListener('click', actions.toggleWireframe);
     document.getElementById('markers').addEventListener('click', actions.toggleMarkers);
+    document.getElementById('parts').addEventListener('click', actions.toggleParts);
     document.getElementById('reset-view').addEventListener('click', actions.resetView);
     clock.addEventListener('change', () => this.refresh());
     addEventListener('keydown', (event) => this.#key(event));
@@ -37,7 +38,7 @@ export class Transport {
 
   #key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey || isTyping(event.target)) return;
-    const onButton = event.target instanceof HTMLButtonElement;
+    const onButton = event.target instanceof HTMLButtonElement || event.target.type === 'checkbox';
     const step = event.shiftKey ? 10 * STEP_S : STEP_S;
     const keys = {
       ' ': () => !onButton && this.clock.toggle(),
@@ -47,6 +48,7 @@ export class Transport {
       End: () => this.clock.seek(this.clock.duration),
       w: this.actions.toggleWireframe,
       m: this.actions.toggleMarkers,
+      p: this.actions.toggleParts,
       r: this.actions.resetView,
       l: () => this.#toggleLoop(),
       e: this.actions.toggleEditing,

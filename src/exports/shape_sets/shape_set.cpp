@@ -302,10 +302,10 @@ class ShapeSetMaker {
   }
 
   /// `pose` with lips that lie against each other on the mesh and before the teeth: lips that shall meet are drawn
-  /// together, lips that are in each other held apart, half of the way each, and both brought forward out of the teeth,
-  /// which is all that is done to lips that the pose parts.
+  /// together, lips that are in each other held apart, half of the way each, also beside where the pose parts them, and
+  /// both brought forward out of the teeth.
   [[nodiscard]] ShapePose withLipsThatMeet(const Mover& mover, const std::string& name, ShapePose pose) const {
-    constexpr int kRounds = 8;
+    constexpr int kRounds = 16;
     constexpr double kMeetWithin = 0.1, kMayOverlap = 0.25, kMayBeInTeeth = 0.35, kParted = 1;  // mm
     ShapePose best = pose;
     double least = std::numeric_limits<double>::infinity();
@@ -318,7 +318,7 @@ class ShapeSetMaker {
       const double forward = in_teeth > kMayBeInTeeth ? in_teeth - 0.5 * kMayBeInTeeth : 0;
       double wrong = is_parted ? forward : std::max(parted, forward);
       std::vector<double> further(apart.size(), 0);
-      for (std::size_t i = 0; !is_parted && i < apart.size(); ++i) {
+      for (std::size_t i = 0; i < apart.size(); ++i) {
         if (apart[i] < -kMayOverlap) further[i] = -apart[i] - 0.5 * kMayOverlap;
         if (pose.closes && apart[i] > kMeetWithin) further[i] = -apart[i];
         wrong = std::max(wrong, std::abs(further[i]));

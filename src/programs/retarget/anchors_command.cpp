@@ -7,11 +7,14 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "deform/mesh/face_mesh.h"
+#include "deform/mesh/glb_scene.h"
 #include "deform/mesh/mesh_files.h"
 #include "deform/mesh/mesh_limits.h"
 #include "exports/arkit.h"
 #include "face_finder/seen_anchors.h"
 #include "programs/retarget/commands.h"
+#include "retarget/placing/bone_anchors.h"
 #include "retarget/placing/face_page.h"
 #include "retarget/placing/shape_anchors.h"
 #include "speaker/shared_files.h"
@@ -63,35 +66,50 @@ VertexPositions jawShape(const FaceShapes& shapes) {
 }
 
 /// By the shapes; none where the head has none that open the jaw, or they part no lips and `source` allows another way.
-std::map<std::string, std::uint32_t> anchorsByShapes(const FaceMesh& mesh, const FaceShapes& shapes,
+std::map<std::string, std::uint32_t> anchorsByShapes(const FaceMesh& mesh, const TellingShapes& shapes,
                                                      const fs::path& file, AnchorSource source) {
-  const TellingShapes telling{jawShape(shapes), shapeFor(shapes, "EyeBlinkRight"), shapeFor(shapes, "EyeBlinkLeft")};
-  if (telling.jaw_open.rows() == 0) {
+  if (shapes.jaw_open.rows() == 0) {
     if (source == AnchorSource::kAny) return {};
     throw InputError(file.string(), "",
-                     fmt::format("has {} shapes, none that opens the jaw (jawOpen, viseme_aa, A ...); click the ten "
-                                 "anchors on the page that `retarget pick` writes",
-                                 shapes.names.size()));
+                     source == AnchorSource::kShapes
+                         ? "has no shape that opens the jaw (jawOpen, viseme_aa, A ...); click the ten anchors on the "
+                           "page that `retarget pick` writes"
+                         : "has neither nodes named as anchors nor bones of the face or the jaw; click the ten anchors "
+                           "on the page that `retarget pick` writes");
   }
   try {
-    return anchorsFromShapes(mesh, telling, file.string());
+    return anchorsFromShapes(mesh, shapes, file.string());
   } catch (const InputError&) {
-    if (source == AnchorSource::kShapes) throw;
+    if (source != AnchorSource::kAny) throw;
     return {};
   }
 }
 
-std::optional<SeenFace> seenOn(const FaceMesh& mesh) {
+std::optional<SeenFace> seenOn(const FaceMesh& mesh, const std::vector<std::uint32_t>& head) {
   const fs::path models =
       findSharedFile("face_tracker/face_landmarks.tflite", "make it with `make build` in the checkout").parent_path();
   FaceTracker tracker(models);
-  return seenFace(mesh, tracker);
+  return seenFace(mesh, tracker, head);
+}
+
+/// What was seen of what was not found otherwise, and how sure that is.
+void addSeen(const SeenFace& seen, FoundAnchors& found) {
+  double widest = 0;
+  for (const auto& [name, anchor] : seen.anchors) {
+    const bool is_new = found.anchors.markers.emplace(name, anchor.place).second;
+    if (is_new) widest = std::max(widest, anchor.spread / seen.eye_corners);
+  }
+  found.how += fmt::format(
+      "{}as the head looks (a face in {} of {} pictures, presence {:.2f} at least; {:.1f} % of the eyes' "
+      "distance apart)",
+      found.how.empty() ? "" : ", the others ", seen.seen, seen.pictures, seen.presence, 100 * widest);
 }
 
 int runAnchors(const AnchorsArguments& given) {
   const std::string bytes = readFile(given.mesh, kMaxMeshBytes);
   const std::shared_ptr<const FaceMesh> mesh = sharedFaceMesh(bytes, given.mesh, given.object);
   const AnchorSource source = given.by == "shapes"  ? AnchorSource::kShapes
+                              : given.by == "bones" ? AnchorSource::kBones
                               : given.by == "looks" ? AnchorSource::kLooks
                                                     : AnchorSource::kAny;
   const FoundAnchors found = findAnchors(*mesh, bytes, given.mesh, given.object, source);
@@ -116,9 +134,10 @@ void addOptions(CLI::App& command, AnchorsArguments& options) {
                      "Of a GLB's scene what hangs on the node, or shows the mesh, of this name (default: all)");
   command
       .add_option("--by", options.by,
-                  "shapes: what the head's own shape of an open mouth parts; looks: where a face tracker sees a face "
-                  "in pictures of the head; any: shapes where there are, and looks for the rest")
-      ->check(CLI::IsMember({"any", "shapes", "looks"}))
+                  "bones: nodes named as anchors, bones of the face, what the jaw's bone parts; shapes: what the "
+                  "head's own shape of an open mouth parts; looks: where a face tracker sees a face in pictures of the "
+                  "head; any: each by the first of these that tells it")
+      ->check(CLI::IsMember({"any", "bones", "shapes", "looks"}))
       ->capture_default_str();
   command.add_option("--show", options.show, "Also write a page that shows them on the head (.html)");
   addJsonFlag(command, options.json);
@@ -129,30 +148,39 @@ void addOptions(CLI::App& command, AnchorsArguments& options) {
 FoundAnchors findAnchors(const FaceMesh& mesh, std::string_view bytes, const fs::path& file, const std::string& object,
                          AnchorSource source) {
   FoundAnchors found;
-  if (source != AnchorSource::kLooks) {
-    for (const auto& [name, vertex] : anchorsByShapes(mesh, parseFaceShapes(bytes, file, object), file, source))
-      found.anchors.markers[name] = vertex;
-    if (!found.anchors.markers.empty()) found.how = "by the head's own shapes";
+  /// Takes what is new, and tells what it was found by.
+  const auto add = [&found](const auto& anchors, std::string_view how) {
+    const std::size_t before = found.anchors.markers.size();
+    for (const auto& [name, place] : anchors) found.anchors.markers.emplace(name, place);
+    if (found.anchors.markers.size() == before) return;
+    found.how += found.how.empty() ? std::string(how) : fmt::format(", {}", how);
+  };
+  const auto isComplete = [&] { return found.anchors.markers.size() >= suggestedAnchors().size(); };
+  const auto asks = [source](AnchorSource way) { return source == AnchorSource::kAny || source == way; };
+  const BoneAnchors bones =
+      isGlb(file) ? anchorsFromBones(mesh, glbBones(bytes, file.string(), object)) : BoneAnchors{};
+  if (asks(AnchorSource::kBones)) add(bones.named, "by nodes named so");
+  if (asks(AnchorSource::kShapes) && !isComplete()) {
+    const FaceShapes shapes = parseFaceShapes(bytes, file, object);
+    const TellingShapes telling{jawShape(shapes), shapeFor(shapes, "EyeBlinkRight"), shapeFor(shapes, "EyeBlinkLeft")};
+    add(anchorsByShapes(mesh, telling, file, source), "by the head's own shapes");
   }
-  const std::size_t by_shapes = found.anchors.markers.size();
-  if (source != AnchorSource::kShapes && by_shapes < suggestedAnchors().size()) {
-    const std::optional<SeenFace> seen = seenOn(mesh);
-    if (!seen && by_shapes == 0) {
+  if (asks(AnchorSource::kBones) && !isComplete()) {
+    add(bones.face_bones, "by bones of the face");
+    const bool needs_jaw = source == AnchorSource::kBones && found.anchors.markers.empty();
+    if (!isComplete()) {
+      add(anchorsByShapes(mesh, {bones.jaw_open, {}, {}}, file, needs_jaw ? source : AnchorSource::kAny),
+          "by what the jaw's bone parts");
+    }
+  }
+  if (asks(AnchorSource::kLooks) && !isComplete()) {
+    const std::optional<SeenFace> seen = seenOn(mesh, bones.head);
+    if (!seen && found.anchors.markers.empty()) {
       throw InputError(file.string(), "",
                        "shows no face that the tracker knows, from any side, and has no shape that opens its mouth; "
                        "click the ten anchors on the page that `retarget pick` writes");
     }
-    if (seen) {
-      double widest = 0;
-      for (const auto& [name, anchor] : seen->anchors) {
-        const bool is_new = found.anchors.markers.emplace(name, anchor.place).second;
-        if (is_new) widest = std::max(widest, anchor.spread / seen->eye_corners);
-      }
-      found.how += fmt::format(
-          "{}as the head looks (a face in {} of {} pictures, presence {:.2f} at least; {:.1f} % of the eyes' "
-          "distance apart)",
-          found.how.empty() ? "" : ", the others ", seen->seen, seen->pictures, seen->presence, 100 * widest);
-    }
+    if (seen) addSeen(*seen, found);
   }
   for (const AnchorToPick& wanted : suggestedAnchors()) {
     if (!found.anchors.markers.contains(std::string(wanted.name))) found.missing += " " + std::string(wanted.name);
@@ -169,7 +197,7 @@ NamedAnchors anchorsFor(const FaceMesh& mesh, std::string_view bytes, const fs::
 }
 
 Command anchorsCommand() {
-  return makeCommand("anchors", "Find the ten anchors of a head by its own shapes, or as it looks",
+  return makeCommand("anchors", "Find the ten anchors of a head by bones, its own shapes, or as it looks",
                      "retarget anchors head.obj -o head.anchors.json", addOptions, runAnchors);
 }
 

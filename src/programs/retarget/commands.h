@@ -28,8 +28,9 @@ Command pickCommand();
 Command sampleCommand();
 Command shapesCommand();
 
-/// How anchors are found: by the head's own shapes, as it looks, or by its shapes and what they leave out as it looks.
-enum class AnchorSource { kAny, kShapes, kLooks };
+/// How anchors are found: by named nodes and bones, the head's own shapes, as it looks, or each by the first that
+/// tells.
+enum class AnchorSource { kAny, kBones, kShapes, kLooks };
 struct FoundAnchors {
   Anchors anchors;
   std::string how;      ///< a line: what they were found by, and how sure that is

@@ -356,6 +356,47 @@ TEST(FlatShaded, LipsThatTouchStayApart) {
   EXPECT_EQ(welding.mesh.vertices.rows(), 8);
 }
 
+/// Each part with vertices of its own, as a GLB's primitives have them.
+FaceMesh partsApart(const FaceMesh& whole) {
+  FaceMesh apart = whole;
+  apart.texture_coordinates.clear();
+  apart.vertex_colors.clear();
+  std::vector<std::uint32_t> whole_of;
+  for (const MeshPart& part : whole.parts) {
+    std::map<std::uint32_t, std::uint32_t> number_of;
+    for (std::size_t t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t) {
+      for (std::uint32_t& v : apart.triangles[t]) {
+        const auto [number, is_new] = number_of.try_emplace(v, static_cast<std::uint32_t>(whole_of.size()));
+        if (is_new) whole_of.push_back(v);
+        v = number->second;
+      }
+    }
+  }
+  apart.vertices = whole.vertices(whole_of, Eigen::all);
+  return apart;
+}
+
+TEST(PartsApart, FitAsTheWholeMesh) {
+  if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
+  const FaceMesh& whole = test::defaultFace().mesh;
+  FaceMesh apart = partsApart(whole);
+  ASSERT_GT(apart.vertices.rows(), whole.vertices.rows());
+  const Welding welding = weldSplitTriangles(apart);
+  ASSERT_FALSE(welding.isNothing());
+  EXPECT_EQ(welding.mesh.vertices.rows(), whole.vertices.rows());
+  EXPECT_TRUE(weldSplitTriangles(welding.mesh).isNothing());
+  Anchors anchors = test::defaultFace().anchors;
+  for (auto& [name, place] : anchors.markers) place = *placeOf(test::defaultFace().anchors, name, whole, "");
+  const test::MadeUpActor actor = test::madeUpActor();
+  FitRequest request;
+  request.name = "apart";
+  request.marker_names = actor.names;
+  request.actor_neutral_mm = actor.neutral_mm;
+  const FaceFile face = fitFace(apart, anchors, "anchors", request);
+  const std::vector<std::string> faults = faultsOf(checkFace(face, apart));
+  EXPECT_TRUE(faults.empty()) << faults.front();
+}
+
 TEST(FlatShaded, SeamsAreLeftAlone) {
   if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
   EXPECT_TRUE(weldSplitTriangles(test::defaultFace().mesh).isNothing());

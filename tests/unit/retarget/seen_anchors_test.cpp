@@ -22,10 +22,7 @@ using test::runProgram;
 using test::ScratchFolder;
 
 /// Of the outer eye corners' distance, which is some 90 mm. Measured over nine heads: mouth 4.5, nose 2.5, eyes 6 mm.
-/// The chin has no point: where people and the tracker see its lowest differs by up to 18 mm.
-double allowedOff(const std::string& name) {
-  return name == "CHIN_LOW" ? 0.25 : name.starts_with("LIP") ? 0.06 : name == "NOSE_TIP" ? 0.05 : 0.08;
-}
+double allowedOff(const std::string& name) { return name.starts_with("LIP") ? 0.06 : name == "NOSE_TIP" ? 0.05 : 0.08; }
 
 const fs::path kDefaultHead = fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / "default.obj";
 
@@ -53,7 +50,11 @@ double eyesApart(const std::map<std::string, Eigen::Vector3d>& places) {
 struct ClickedHead {
   const char* name;
   const char* file;  ///< in the shared faces
+  /// How far the chin may be off. ICT's were clicked where the profile turns under (0.5 to 4 mm off), MakeHuman's under
+  /// the jaw, where it has turned (9 to 14 mm).
+  double chin = 0.06;
 };
+constexpr double kClickedUnderTheJaw = 0.17;
 /// As CTest shall name it.
 void PrintTo(const ClickedHead& head, std::ostream* out) { *out << head.name; }
 
@@ -70,17 +71,19 @@ TEST_P(SeenAnchors, LieWhereAPersonClicks) {
   const FaceMesh mesh = readFaceMesh(head);
   for (const auto& [name, place] : found) {
     const Eigen::Vector3d by_hand = placeOf(clicked, name, mesh, "").value();
-    EXPECT_LT((place - by_hand).norm() / eyesApart(found), allowedOff(name)) << name;
+    EXPECT_LT((place - by_hand).norm() / eyesApart(found), name == "CHIN_LOW" ? GetParam().chin : allowedOff(name))
+        << name;
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Shared, SeenAnchors,
-    testing::Values(ClickedHead{"ict_head", "ict_head.obj"}, ClickedHead{"makehuman_male", "makehuman_male.obj"},
+    testing::Values(ClickedHead{"ict_head", "ict_head.obj"},
+                    ClickedHead{"makehuman_male", "makehuman_male.obj", kClickedUnderTheJaw},
                     ClickedHead{"ict_id11", "more/ict_id11.obj"}, ClickedHead{"ict_id12", "more/ict_id12.obj"},
                     ClickedHead{"ict_id13", "more/ict_id13.obj"}, ClickedHead{"ict_id14", "more/ict_id14.obj"},
-                    ClickedHead{"mh_african_female_young", "more/mh_african_female_young.obj"},
-                    ClickedHead{"mh_asian_male_old", "more/mh_asian_male_old.obj"}),
+                    ClickedHead{"mh_african_female_young", "more/mh_african_female_young.obj", kClickedUnderTheJaw},
+                    ClickedHead{"mh_asian_male_old", "more/mh_asian_male_old.obj", kClickedUnderTheJaw}),
     [](const auto& head) { return head.param.name; });
 
 TEST(SeenAnchorsAnywhere, AreThoseOfTheHeadThatWasTurned) {

@@ -1,0 +1,102 @@
+#include "face_finder/face_skin.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "deform/mesh/face_mesh.h"
+
+namespace mouthpiece {
+namespace {
+
+using Eigen::Matrix3f;
+using Eigen::Vector2f;
+using Eigen::Vector3f;
+
+/// How far the skin on a profile lies from a seen chin at most, of the eyes' distance: past it begins the neck.
+constexpr float kChinReach = 0.35F;
+/// The way down and half as much forward, from straight forward, radians; directions to both sides of it are looked
+/// into, so that on a coarse mesh the chin lies between vertices.
+constexpr float kUnderChin = 1.1071F, kAroundIt = 0.26F;
+constexpr int kDirections = 11;
+
+/// Where the upright plane of the face through `through` cuts the skin near it: forward and up from there.
+std::vector<Vector2f> profileNear(const FaceSkin& skin, const FaceFrame& face, const Vector3f& through, float reach) {
+  std::vector<Vector2f> profile;
+  for (const Triangle& triangle : skin.triangles()) {
+    Matrix3f at;  // a column a corner: left, up, forward
+    for (std::size_t k = 0; k < 3; ++k)
+      at.col(signedIndex(k)) = face.face_from_mesh * (skin.vertex(triangle[k]) - through);
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const Vector3f a = at.col(k), b = at.col((k + 1) % 3);
+      if ((a.x() < 0) == (b.x() < 0)) continue;
+      const Vector3f cut = a + a.x() / (a.x() - b.x()) * (b - a);
+      if (cut.norm() < reach) profile.emplace_back(cut.z(), cut.y());
+    }
+  }
+  return profile;
+}
+
+}  // namespace
+
+FaceSkin::FaceSkin(const FaceMesh& mesh)
+    : mesh_(mesh),
+      triangles_(trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips})),
+      tree_(mesh.vertices, triangles_) {}
+
+Vector3f FaceSkin::nearest(const Vector3f& place) const {
+  const auto foot = tree_.closest(place.cast<double>());
+  return foot ? Vector3f(foot->point.cast<float>()) : place;
+}
+
+Vector3f FaceSkin::vertex(std::uint32_t v) const { return mesh_.vertices.row(signedIndex(std::size_t{v})).transpose(); }
+
+std::optional<MirrorPlane> mirrorPlane(const FaceSkin& skin, const FaceFrame& face) {
+  constexpr float kFar = 0.9F, kAlike = 0.005F;  // of the eyes' distance
+  constexpr std::size_t kMostPlaces = 400;
+  constexpr int kRounds = 12;
+  std::vector<Vector3f> near, places;
+  for (const Triangle& triangle : skin.triangles()) {
+    const Vector3f place = skin.vertex(triangle[0]);
+    if ((place - face.middle).norm() < kFar * face.eye_corners) near.push_back(place);
+  }
+  const std::size_t step = near.size() / kMostPlaces + 1;
+  for (std::size_t i = 0; i < near.size(); i += step) places.push_back(near[i]);
+  if (places.empty()) return std::nullopt;
+  MirrorPlane plane{face.face_from_mesh.row(0), 0};
+  plane.offset = plane.normal.dot(face.middle);
+  float off = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    Matrix3f spread = Matrix3f::Zero();
+    Vector3f halfway = Vector3f::Zero();
+    off = 0;
+    for (const Vector3f& place : places) {
+      const Vector3f other = skin.nearest(plane(place));
+      off += (plane(place) - other).norm();
+      spread += (place - other) * (place - other).transpose();
+      halfway += (place + other) / 2;
+    }
+    const Vector3f normal = Eigen::SelfAdjointEigenSolver<Matrix3f>(spread).eigenvectors().col(2);
+    plane.normal = normal.dot(plane.normal) < 0 ? Vector3f(-normal) : normal;
+    plane.offset = plane.normal.dot(halfway) / static_cast<float>(places.size());
+  }
+  if (off / static_cast<float>(places.size()) > kAlike * face.eye_corners) return std::nullopt;
+  return plane;
+}
+
+Vector3f chinOnProfile(const FaceSkin& skin, const FaceFrame& face, const Vector3f& seen) {
+  const std::vector<Vector2f> profile = profileNear(skin, face, seen, kChinReach * face.eye_corners);
+  if (profile.empty()) return seen;
+  Vector2f sum = Vector2f::Zero();
+  for (int i = 0; i < kDirections; ++i) {
+    const float angle = kUnderChin + kAroundIt * (2 * static_cast<float>(i) / (kDirections - 1) - 1);
+    const Vector2f way(std::cos(angle), -std::sin(angle));
+    sum += *std::max_element(profile.begin(), profile.end(),
+                             [&](const Vector2f& a, const Vector2f& b) { return way.dot(a) < way.dot(b); });
+  }
+  const Vector2f chin = sum / kDirections;
+  return skin.nearest(seen + face.face_from_mesh.transpose() * Vector3f(0, chin.y(), chin.x()));
+}
+
+}  // namespace mouthpiece
