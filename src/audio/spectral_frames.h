@@ -26,6 +26,10 @@ SpectralFrames spectralFrames(const AudioClip& clip, Seconds step = 0.005);
 /// nothing or the sampling rate does not reach the band.
 double bandEnergy(const AudioClip& clip, const TimeSpan& span, double low_hz, double high_hz);
 
+/// The level of that band at every multiple of `step` up to the clip's end: dB re a mean square of 1, at least -120,
+/// under Hann windows of 20 to 40 ms.
+std::vector<double> bandLevelsDb(const AudioClip& clip, double low_hz, double high_hz, Seconds step);
+
 /// The level of each whole hundredth of a second of `samples` (16 kHz), in dB re one step of 16 bits, at least -10: of
 /// the sound's first difference, since rumble lies below speech.
 std::vector<double> speechLevelsDb(std::span<const std::int16_t> samples);

@@ -120,5 +120,29 @@ TEST_F(RecordedSingers, AHeldPitchIsOneNoteWithoutVibrato) {
   }
 }
 
+/// Syllables one after the other on one pitch, no words given: 34 of 35 when this was set, and one that nobody marked.
+TEST_F(RecordedSingers, EverySyllableIsANoteThoughNoWordsAreGiven) {
+  constexpr double kNear = 0.080;
+  std::size_t marked = 0, hits = 0, found = 0;
+  for (const char* const file : {"dorodoro_0027.flac", "hitsuboku-kumi_0010.flac", "hitsuboku-kumi_0037.flac",
+                                 "scottpoid_0016.flac", "ibuki_0001.flac"}) {
+    const std::string out = (scratch_.path() / "tags.json").string();
+    const ProgramResult result =
+        runProgram("corpus", {"tag", (kSingers / "audio" / file).string(), "--out", out, "--quiet"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const auto notes = nlohmann::json::parse(readAll(out)).at("notes");
+    found += notes.size();
+    for (const Seconds steady : markedVowels(file)) {
+      ++marked;
+      hits += std::any_of(notes.begin(), notes.end(), [&](const auto& note) {
+        return std::abs(note.at("start_s").template get<double>() - (steady - 0.030)) < kNear;
+      });
+    }
+  }
+  EXPECT_EQ(marked, 35U);
+  EXPECT_GE(hits, 33U);
+  EXPECT_LE(found, 37U);
+}
+
 }  // namespace
 }  // namespace mouthpiece::test

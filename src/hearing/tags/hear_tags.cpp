@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "audio/pitch_track.h"
@@ -9,6 +10,7 @@
 #include "base/index.h"
 #include "base/statistics.h"
 #include "hearing/tags/pitch_contour.h"
+#include "hearing/tags/unlabelled_notes.h"
 #include "hearing/tags/vowel_network.h"
 
 namespace mouthpiece {
@@ -115,14 +117,35 @@ TimeSpan spanOfSamples(std::size_t first, std::size_t last) {
 /// Where the vowels are not known: of vibrato in them, ups and downs are alike.
 constexpr double kMostSwingRatio = 2;
 
-void tagRun(const VoicedRun& run, const VibratoOptions& options, AudioTags& tags) {
+void tagVibrato(const VoicedRun& run, const std::vector<VibratoRun>& found, AudioTags& tags) {
+  for (const VibratoRun& vibrato : found) {
+    tags.vibrato.push_back(
+        {spanOfSamples(run.first + vibrato.first, run.first + vibrato.last), vibrato.rate_hz, vibrato.depth_semitones});
+  }
+}
+
+/// Notes and vibrato of the pitch of one vowel.
+void tagVowel(const VoicedRun& run, AudioTags& tags) {
   for (const PitchPiece& piece : fitPitchPieces(run.hz, {.rate_hz = kPitchRateHz})) {
     const TimeSpan span = spanOfSamples(run.first + piece.first, run.first + piece.last);
     if (isNote(piece) && span.duration() >= kShortestNote) tags.notes.push_back({span, piece.median_hz, false});
   }
-  for (const VibratoRun& vibrato : findVibrato(run.hz, options)) {
-    tags.vibrato.push_back(
-        {spanOfSamples(run.first + vibrato.first, run.first + vibrato.last), vibrato.rate_hz, vibrato.depth_semitones});
+  tagVibrato(run, findVibrato(run.hz, {.rate_hz = kPitchRateHz}), tags);
+}
+
+/// The same where nobody knows the vowels: voiced consonants part them.
+void tagUnlabelled(const AudioClip& clip, AudioTags& tags) {
+  constexpr double kSonorousLowHz = 600, kSonorousHighHz = 4000;
+  std::vector<double> level_db = bandLevelsDb(clip, kSonorousLowHz, kSonorousHighHz, 1 / kPitchRateHz);
+  if (level_db.empty()) return;
+  level_db.resize(std::max(level_db.size(), tags.f0.size()), level_db.back());
+  for (const VoicedRun& run : voicedRuns(tags.f0, {0, clip.duration() + 1})) {
+    const std::vector<VibratoRun> vibrato =
+        findVibrato(run.hz, {.rate_hz = kPitchRateHz, .most_swing_ratio = kMostSwingRatio});
+    for (const Note& note :
+         unlabelledNotes(run.hz, std::span(level_db).subspan(run.first, run.hz.size()), run.first, vibrato))
+      tags.notes.push_back(note);
+    tagVibrato(run, vibrato, tags);
   }
 }
 
@@ -166,19 +189,17 @@ AudioTags hearTags(const AudioClip& clip, const SpeechLabels* labels) {
   AudioTags tags;
   tags.f0 = pitchOf(clip);
   setOctavesRight(tags.f0);
-  std::vector<TimeSpan> spans{{0, clip.duration() + 1}};
-  VibratoOptions vibrato{.rate_hz = kPitchRateHz};
   if (labels == nullptr) {
-    vibrato.most_swing_ratio = kMostSwingRatio;
+    tagUnlabelled(clip, tags);
   } else {
-    spans = vowelSpans(*labels);
-    silenceOutside(tags.f0, spans);
+    const std::vector<TimeSpan> vowels = vowelSpans(*labels);
+    silenceOutside(tags.f0, vowels);
     const std::pair<double, double> band = consonantBand(clip);
     tags.consonants = consonantsOf(clip, *labels, band);
     tags.consonant_low_hz = band.first;
-  }
-  for (const TimeSpan& span : spans) {
-    for (const VoicedRun& run : voicedRuns(tags.f0, span)) tagRun(run, vibrato, tags);
+    for (const TimeSpan& vowel : vowels) {
+      for (const VoicedRun& run : voicedRuns(tags.f0, vowel)) tagVowel(run, tags);
+    }
   }
   tags.vowels = hearVowels(clip);
   return tags;

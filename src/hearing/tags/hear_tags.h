@@ -11,8 +11,8 @@
 namespace mouthpiece {
 
 /// Everything that is heard in a song or a line (VOCAL 4.1): pitch, notes and vibrato of its vowels, the vowels that
-/// are really sung, the high-frequency energy of its consonants. `labels` may be nullptr: then every voiced stretch
-/// counts as a vowel and there are no consonants.
+/// are really sung, the high-frequency energy of its consonants. `labels` may be nullptr: then notes
+/// are those of syllables found by their loudness, and there are no consonants.
 AudioTags hearTags(const AudioClip& clip, const SpeechLabels* labels);
 
 /// The span of every vowel of the labels (a note that is tied over several vowels of one kind stays apart), in order.

@@ -77,7 +77,7 @@ std::vector<PitchPiece> fitPitchPieces(std::span<const double> pitch_hz, const N
   if (count < 2) return {};
   const LineFits fits(pitch_hz);
   const auto [lowest, highest] = std::minmax_element(pitch_hz.begin(), pitch_hz.end());
-  const double piece_cost = 0.5 * (*lowest + *highest);
+  const double piece_cost = options.piece_cost_share * 0.5 * (*lowest + *highest);
   // M(0, b) of eq. (1): splitting [a, b] at every x and joining at best is the same as taking the last piece of [0, b]
   // off at every x, for costs only add.
   std::vector<double> cost(count, std::numeric_limits<double>::infinity());

@@ -18,6 +18,8 @@ struct NoteFitOptions {
   double rate_hz = 100;
   /// Pieces flatter than this are notes (VOCAL 4.1, empirically 50 Hz: a second).
   double note_slope_hz_s = 50;
+  /// Of E_cost, for each piece.
+  double piece_cost_share = 1;
 };
 
 /// The pieces that together cost least: eq. (1) with E_fit of eq. (2) and E_cost = (lowest + highest pitch) / 2 a

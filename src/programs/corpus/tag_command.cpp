@@ -46,7 +46,7 @@ int runTag(const TagArguments& given) {
 void addOptions(CLI::App& command, TagArguments& options) {
   command.add_option("audio", options.audio, "Sound: a voice alone")->required();
   CLI::Option* phones = command.add_option("--phones", options.phones,
-                                       "Its phones (TextGrid); without, every voiced stretch counts as a vowel");
+                                           "Its phones (TextGrid); without, vowels are found by their loudness");
   command.add_option("--lyrics", options.lyrics, "A file with the words that are sung: its phones are found")
       ->excludes(phones);
   addLexiconOption(command, options.lexicon);

@@ -150,6 +150,22 @@ TEST(BandEnergy, IsNoneWhereNothingSounds) {
   EXPECT_EQ(bandEnergy({kRateHz, {}}, {0, 1}, 0, 8000), 0);
 }
 
+TEST(BandLevels, FollowATone) {
+  for (const int rate_hz : {16000, 44100}) {
+    AudioClip clip{.sample_rate_hz = rate_hz, .samples = {}};
+    for (int i = 0; i < rate_hz; ++i) {
+      const double amplitude = 2 * i < rate_hz ? 0.4 : 0.04;
+      clip.samples.push_back(
+          static_cast<float>(amplitude * std::sin(2 * std::numbers::pi * 1000 * static_cast<double>(i) / rate_hz)));
+    }
+    const std::vector<double> in = bandLevelsDb(clip, 600, 4000, 0.01), out = bandLevelsDb(clip, 2000, 4000, 0.01);
+    ASSERT_EQ(in.size(), 101U);
+    EXPECT_NEAR(in[25], 10 * std::log10(0.08), 0.2);
+    EXPECT_NEAR(in[75], 10 * std::log10(0.0008), 0.2);
+    EXPECT_LT(out[25], -60);
+  }
+}
+
 TEST(SpectralFrames, HaveARowEveryStepAndFollowTheLevel) {
   const AudioClip sound = murmur(3, 0.5);
   const SpectralFrames frames = spectralFrames(sound);

@@ -56,6 +56,20 @@ TEST(HearTags, FindsNoteAndVibratoOfAHeldVowel) {
   EXPECT_NEAR(tags.vibrato[0].span.start, 0.75, 0.12);
 }
 
+/// "ma ma" on one pitch: what parts the notes is the second M.
+TEST(HearTags, SyllablesOnOnePitchAreNotesEachWithoutLabels) {
+  AudioClip clip = sungVowel(220, 1.2, 9);
+  for (std::size_t i = 0; i < clip.samples.size(); ++i) {
+    const double time = static_cast<double>(i) / kRate;
+    if (time > 0.5 && time < 0.58) clip.samples[i] *= 0.25F;
+  }
+  const AudioTags tags = hearTags(clip, nullptr);
+  ASSERT_EQ(tags.notes.size(), 2U);
+  EXPECT_NEAR(tags.notes[0].span.end, 0.5, 0.03);
+  EXPECT_NEAR(tags.notes[1].span.start, 0.58, 0.03);
+  EXPECT_NEAR(tags.notes[1].hz, 220, 220 * 0.006);
+}
+
 TEST(HearTags, HearsNoPitchOutsideVowels) {
   const AudioClip clip = sungVowel(220, 1.5, 9);
   const SpeechLabels labels = labelsOf({{Phone::kM, {0.1, 0.6}}, {Phone::kAA, {0.6, 1.2}}}, 1.5);
