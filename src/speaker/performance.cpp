@@ -80,10 +80,14 @@ Eigen::Vector3d Performance::Data::neckTop() const {
 void Performance::Data::describe() {
   sound = {animation.audio.sample_rate_hz, animation.audio.samples};
   const SpeechLabels& from = animation.labels;
+  std::vector<std::optional<std::size_t>> named;  // of each word its place among those that have a text
+  for (const LabelledWord& word : from.words) {
+    named.push_back(word.text.empty() ? std::nullopt : std::optional(labels.words.size()));
+    if (named.back()) labels.words.push_back({word.text, from.spanOf(word.phones)});
+  }
   for (const LabelledPhone& phone : from.phones)
-    labels.phones.push_back(
-        {std::string(phone.name()), std::string(visemeName(firstViseme(phone.phone))), phone.span, phone.word});
-  for (const LabelledWord& word : from.words) labels.words.push_back({word.text, from.spanOf(word.phones)});
+    labels.phones.push_back({std::string(phone.name()), std::string(visemeName(firstViseme(phone.phone))), phone.span,
+                             phone.word ? named[*phone.word] : std::nullopt});
   const PositionMatrix& positions = animation.motion.positions_mm;
   motion = {animation.motion.frame_rate_hz, animation.motion.marker_names,
             std::vector<double>(positions.data(), positions.data() + positions.size())};

@@ -15,6 +15,7 @@
 #include "hearing/recognition/times_file.h"
 #include "page_engine/line_package.h"
 #include "phonetics/labels/label_files.h"
+#include "phonetics/labels/likely_words.h"
 #include "phonetics/text/lexicon.h"
 #include "phonetics/text/speakable_text.h"
 #include "singing/song.h"
@@ -214,7 +215,8 @@ struct Speaker::Data {
   std::unique_ptr<ForcedAligner> aligner;
   std::unique_ptr<Recogniser> recogniser;  ///< when the first recording without words comes; for its hint
   std::string recogniser_hint;
-  std::vector<double> heard_confidence;  ///< of the phones of the recording that was recognised last
+  std::optional<LikelyWords> likely_words;  ///< of the corpus, when the first line comes that lacks some
+  std::vector<double> heard_confidence;     ///< of the phones of the recording that was recognised last
   double load_ms = 0;
   std::string edits;  ///< JSON, as the file has them
 
@@ -225,6 +227,8 @@ struct Speaker::Data {
   SungLine soundOf(const Line& line);
   [[nodiscard]] SynthesisOptions synthesisFor(const Line& line) const;
   void giveBackTakes() const;
+  /// The labels with their phones all in words.
+  SpeechLabels withLikelyWords(const SpeechLabels& labels);
   /// The words that neither the lexicon nor the language's dictionary has.
   std::vector<GuessedWord> guessesIn(const SpeechLabels& labels);
   /// What of Ma, Ps, Ja and Li was asked for and does nothing in this line; "" where all of it does.
@@ -301,11 +305,19 @@ SpokenLine Speaker::Data::speakOrRead(const Line& source) {
   return line;
 }
 
+SpeechLabels Speaker::Data::withLikelyWords(const SpeechLabels& labels) {
+  if (!likely_words) {
+    likely_words.emplace(*language);
+    for (const CorpusTake& take : corpus.data().corpus.takes) likely_words->add(take.labels);
+  }
+  return likely_words->complete(labels);
+}
+
 std::vector<GuessedWord> Speaker::Data::guessesIn(const SpeechLabels& labels) {
   if (!pronouncer) pronouncer = std::make_unique<Pronouncer>(lexicon ? &*lexicon : nullptr, *language);
   std::vector<GuessedWord> guesses;
   for (const LabelledWord& word : labels.words) {
-    if (pronouncer->knows(word.text)) continue;
+    if (word.text.empty() || pronouncer->knows(word.text)) continue;
     GuessedWord& guess = guesses.emplace_back(GuessedWord{word.text, {}, labels.spanOf(word.phones)});
     for (std::size_t i = word.phones.first.value; i <= word.phones.last.value; ++i)
       guess.phones.emplace_back(labels.phones[i].name());
@@ -407,6 +419,7 @@ Performance Speaker::perform(const Line& given) {
   Line line = given;
   if (!line.text.empty()) line.text = withWords(std::move(line.text), edits.words, doubts);
   SungLine sound = timed(speech_ms, [&] { return data_->soundOf(line); });
+  if (!line.is_sung && line.song.empty()) sound.line.labels = data_->withLikelyWords(sound.line.labels);
   SpeechLabels labels_before = sound.line.labels;
   sound.line.labels = withBorders(std::move(sound.line.labels), edits.borders, doubts);
   auto made = std::make_shared<Performance::Data>();

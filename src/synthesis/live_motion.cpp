@@ -96,7 +96,7 @@ std::vector<SelectedUnit> unitsNear(const std::vector<SelectedUnit>& units, cons
 }  // namespace
 
 LiveMotion::LiveMotion(const UnitDatabase& database, const SynthesisOptions& options, const Language& language)
-    : database_(database), options_(options), language_(language) {
+    : database_(database), options_(options), language_(language), likely_words_(language) {
   const SelectionOptions& selection = options.selection;
   if (selection.method != SelectionMethod::kViterbi || selection.units != UnitScales::kAny || options.curves.alone ||
       !options.context.enabled || options.curves.model == nullptr) {
@@ -104,6 +104,7 @@ LiveMotion::LiveMotion(const UnitDatabase& database, const SynthesisOptions& opt
   }
   if (database.corpus().trajectory_model == nullptr)
     throw InputError(database.corpus().name + ": predicts no movement; expected a corpus with a trajectory model");
+  for (const CorpusTake& take : database.corpus().takes) likely_words_.add(take.labels);
 }
 
 Seconds LiveMotion::timeOf(std::size_t frame) const { return asReal(frame) / options_.frame_rate_hz; }
@@ -169,7 +170,7 @@ LiveMotion::Window LiveMotion::windowAt(const TimeSpan& frames, std::span<const 
   addLikelyFuture(segments);
   window.origin = segments.front().span.start;
   const std::size_t count = segments.size();
-  window.labels = labelsOf(std::move(segments), window.origin, language_);
+  window.labels = likely_words_.complete(labelsOf(std::move(segments), window.origin, language_));
   MOUTHPIECE_EXPECT(window.labels.phones.size() == count);
   return window;
 }

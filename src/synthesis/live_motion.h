@@ -9,6 +9,7 @@
 #include "motion/motion_clip.h"
 #include "motion/tongue_pose.h"
 #include "phonetics/labels/labels_builder.h"
+#include "phonetics/labels/likely_words.h"
 #include "synthesis/fragment.h"
 #include "synthesis/synthesis.h"
 
@@ -70,6 +71,7 @@ class LiveMotion {
   const UnitDatabase& database_;
   SynthesisOptions options_;
   const Language& language_;
+  LikelyWords likely_words_;
   TakePredictions predictions_;
   std::deque<Said> said_;
   std::size_t next_frame_ = 0;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -21,6 +22,7 @@
 #include "hearing/alignment/phone_decoder.h"
 #include "hearing/alignment/phone_ear.h"
 #include "hearing/alignment/text_doubt.h"
+#include "phonetics/labels/label_files.h"
 #include "voices/voice.h"
 
 namespace mouthpiece {

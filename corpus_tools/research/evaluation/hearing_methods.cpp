@@ -13,6 +13,7 @@
 #include "base/text_encoding.h"
 #include "hearing/recognition/recogniser.h"
 #include "phonetics/labels/labels_builder.h"
+#include "phonetics/labels/likely_words.h"
 
 namespace mouthpiece {
 namespace {
@@ -37,9 +38,11 @@ std::vector<std::string> wordsOf(const SpeechLabels& labels) {
   return words;
 }
 
+/// As a person's recording is animated.
 SynthesisOptions guidedOptions() {
   SynthesisOptions options;
   options.selection.method = SelectionMethod::kViterbi;
+  options.context.hear = true;
   return options;
 }
 
@@ -124,15 +127,19 @@ EvaluationMethods hearingMethods(std::vector<HearingScore>& scores, const std::s
     std::vector<EvaluationMethod> methods{unitMethod("guided (labels)", database, guidedOptions())};
     std::vector<std::string> lines;
     std::vector<LabelledSound> speaker;
+    const auto likely = std::make_shared<LikelyWords>();
     for (const CorpusTake& take : corpus.takes) {
       lines.push_back(take.text);
       speaker.push_back({take.audio, take.labels});
+      likely->add(take.labels);
     }
     const auto add = [&](const std::string& way, const RecogniserOptions& options) {
       const auto listener = std::make_shared<Listener>(options, scores, way);
       const EvaluationMethod from_labels = unitMethod(way, database, guidedOptions());
-      methods.push_back({way, [listener, from_labels](const CorpusTake& take, EvaluationRow& row) {
-                           return from_labels.animate(listener->hear(take), row);
+      methods.push_back({way, [listener, from_labels, likely](const CorpusTake& take, EvaluationRow& row) {
+                           CorpusTake heard = listener->hear(take);
+                           heard.labels = likely->complete(heard.labels);
+                           return from_labels.animate(heard, row);
                          }});
     };
     add("heard (corpus' lines)", {.as = HearAs::kAuto, .hint = {}, .known = lines, .speaker = speaker});

@@ -62,9 +62,9 @@ struct HearingScore {
   double sound_s = 0, time_s = 0;  ///< wall time of hearing
 };
 
-/// The default method from a take's own labels, and from what is heard in its sound alone: by words and phones with the
-/// corpus' lines known, with `hint` beside or nothing known, and by phones. `scores` gets a row a way and must outlive
-/// the methods. Takes need their sound.
+/// The default method, with the sound, from a take's own labels, and from what is heard in its sound alone: by words
+/// and phones with the corpus' lines known, with `hint` beside or nothing known, and by phones. `scores` gets a row a
+/// way and must outlive the methods. Takes need their sound.
 EvaluationMethods hearingMethods(std::vector<HearingScore>& scores, const std::string& hint);
 
 /// A table for people, and the same as JSON.

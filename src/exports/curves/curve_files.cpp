@@ -70,6 +70,7 @@ std::vector<Subtitle> subtitlesOf(const SpeechLabels& labels) {
   constexpr Seconds kLongest = 6, kPause = 0.7;
   std::vector<Subtitle> subtitles;
   for (const LabelledWord& word : labels.words) {
+    if (word.text.empty()) continue;
     const TimeSpan span = labels.spanOf(word.phones);
     const bool fits = !subtitles.empty() && subtitles.back().text.size() + 1 + word.text.size() <= kMostSigns &&
                       span.end - subtitles.back().span.start <= kLongest &&

@@ -174,7 +174,9 @@ std::string formatTextGrid(const SpeechLabels& labels, std::span<const double> c
                  confidence.empty() ? 3 : 4);
   const auto text = [](const LabelledWord& word) { return word.text; };
   const auto stress = [](const LabelledSyllable& syllable) { return std::to_string(syllable.stress); };
-  appendTier(out, 1, "words", intervalsOf(labels, labels.words, text), duration);
+  std::vector<LabelledWord> named = labels.words;
+  std::erase_if(named, [](const LabelledWord& word) { return word.text.empty(); });
+  appendTier(out, 1, "words", intervalsOf(labels, named, text), duration);
   appendTier(out, 2, "phones", phoneIntervals(labels), duration);
   appendTier(out, 3, "syllables", intervalsOf(labels, labels.syllables, stress), duration);
   if (!confidence.empty()) appendTier(out, 4, "confidence", confidenceIntervals(labels, confidence), duration);

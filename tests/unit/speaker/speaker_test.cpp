@@ -1,11 +1,13 @@
 // The front door as a program uses it, with the sample corpus and the default face.
 #include "mouthpiece/speaker.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -147,6 +149,27 @@ TEST_F(Front, ARecordingInAnotherLanguageIsHeardByPhones) {
   options.hear = SpeakerOptions::Hear::kWords;
   EXPECT_NE(errorOf([&] { Speaker(options).perform(Line::heard(wav, "")); }).find("no words of German"),
             std::string::npos);
+}
+
+/// The corpus knows where these words begin and which syllables are stressed.
+TEST_F(Front, PhonesWithoutWordsMoveTheMouthAsWithThem) {
+  Speaker speaker(sample());
+  for (const char* text : {"the time is now", "good morning"}) {
+    const Performance said = speaker.perform(text);
+    const fs::path wav = scratch_.path() / "said.wav", words = scratch_.path() / "said.TextGrid";
+    save(said, wav);
+    save(said, words);
+    std::string rows;
+    for (const PhoneLabel& phone : said.labels().phones)
+      rows += fmt::format("{} {} {}\n", phone.span.start, phone.span.end, phone.phone);
+    const fs::path phones = scratch_.path() / "said.txt";
+    std::ofstream(phones) << rows;
+    const Performance with = speaker.perform(Line::labelled(wav, words));
+    const Performance without = speaker.perform(Line::labelled(wav, phones));
+    EXPECT_EQ(with.motion().positions_mm, without.motion().positions_mm) << text;
+    EXPECT_TRUE(without.labels().words.empty());
+    EXPECT_TRUE(without.guesses().empty());
+  }
 }
 
 TEST_F(Front, TheReportComesLastAndTellsOfTheOthers) {
