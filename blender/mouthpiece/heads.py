@@ -19,7 +19,7 @@ ANCHORS = (
     ("LIP_UP_MID", "Upper lip, middle", "Of its outer edge"),
     ("LIP_LO_MID", "Lower lip, middle", "Of its outer edge"),
     ("NOSE_TIP", "Tip of the nose", ""),
-    ("CHIN_LOW", "Lowest point of the chin", ""),
+    ("CHIN_LOW", "The chin, where its front turns under", ""),
     ("CANTHUS_OUT_R", "Right eye, outer corner", ""),
     ("CANTHUS_OUT_L", "Left eye, outer corner", ""),
     ("EYE_IN_R", "Right eye, inner corner", ""),

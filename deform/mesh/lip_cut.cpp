@@ -12,6 +12,7 @@
 #include <span>
 
 #include "base/errors.h"
+#include "deform/mesh/welding.h"
 
 namespace mouthpiece {
 namespace {
@@ -108,33 +109,46 @@ void addBag(FaceMesh& mesh, const std::vector<std::uint32_t>& upper, const std::
   mesh.parts.push_back(bag);
 }
 
-/// The edge of the hole between the lips, right corner to left corner over either lip; empty where there is none.
-/// Vertices in one place count as one.
-std::array<std::vector<std::uint32_t>, 2> holeBetween(const FaceMesh& mesh, const LipLine& line) {
-  const Vector3d across = line.corner_left - line.corner_right;
-  const double width = across.norm();
+/// Which vertices count as one in an edge.
+enum class OneIf { kTheSame, kInOnePlace };
+
+/// The closed edges of the skin around a mouth, each once round with its own skin to the left.
+std::vector<std::vector<std::uint32_t>> closedEdges(const FaceMesh& mesh, OneIf one_if) {
   std::map<std::array<float, 3>, std::uint32_t> first_at;
   std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
-  for (const Triangle& triangle : trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside})) {
-    Triangle t = triangle;
-    for (std::uint32_t& v : t)
-      v = first_at.try_emplace({mesh.vertices(v, 0), mesh.vertices(v, 1), mesh.vertices(v, 2)}, v).first->second;
+  for (Triangle t : trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside})) {
+    for (std::uint32_t& v : t) {
+      if (one_if == OneIf::kInOnePlace)
+        v = first_at.try_emplace({mesh.vertices(v, 0), mesh.vertices(v, 1), mesh.vertices(v, 2)}, v).first->second;
+    }
     for (std::size_t k = 0; k < 3; ++k) edges.emplace(t[k], t[(k + 1) % 3]);
   }
   std::map<std::uint32_t, std::uint32_t> next;
   for (const auto& [a, b] : edges) {
     if (!edges.contains({b, a})) next[a] = b;
   }
-  std::vector<std::uint32_t> best;
-  double nearest = kLoopOff * width;
+  std::vector<std::vector<std::uint32_t>> loops;
   while (!next.empty()) {
     std::vector<std::uint32_t> loop;
-    for (auto at = next.begin(); at != next.end();) {
+    std::uint32_t last = 0;
+    for (auto at = next.begin(); at != next.end(); at = next.find(last)) {
       loop.push_back(at->first);
-      const std::uint32_t to = at->second;
+      last = at->second;
       next.erase(at);
-      at = next.find(to);
     }
+    if (last == loop.front()) loops.push_back(std::move(loop));
+  }
+  return loops;
+}
+
+/// The one of `loops` that lies nearest to the line and is wide enough; empty where none is.
+std::vector<std::uint32_t> aroundLine(const FaceMesh& mesh, const LipLine& line,
+                                      const std::vector<std::vector<std::uint32_t>>& loops) {
+  const Vector3d across = line.corner_left - line.corner_right;
+  const double width = across.norm();
+  std::vector<std::uint32_t> best;
+  double nearest = kLoopOff * width;
+  for (const std::vector<std::uint32_t>& loop : loops) {
     double off = 0, least = std::numeric_limits<double>::infinity(), most = -least;
     for (const std::uint32_t v : loop) {
       const Vector3d p = pointAt(mesh.vertices, v);
@@ -147,9 +161,20 @@ std::array<std::vector<std::uint32_t>, 2> holeBetween(const FaceMesh& mesh, cons
     nearest = off;
     best = loop;
   }
+  return best;
+}
+
+/// The edge of the hole between the lips, right corner to left corner over either lip; empty where there is none.
+/// Lips that touch have places in common, but no vertices; a seam of a texture that runs into the hole has both.
+std::array<std::vector<std::uint32_t>, 2> holeBetween(const FaceMesh& mesh, const LipLine& line) {
+  const Welding welding = weldSplitTriangles(mesh);
+  const FaceMesh& whole = welding.isNothing() ? mesh : welding.mesh;
+  std::vector<std::uint32_t> best = aroundLine(whole, line, closedEdges(whole, OneIf::kTheSame));
+  if (best.empty()) best = aroundLine(whole, line, closedEdges(whole, OneIf::kInOnePlace));
   if (best.empty()) return {};
+  const Vector3d across = line.corner_left - line.corner_right;
   const auto isRighter = [&](std::uint32_t a, std::uint32_t b) {
-    return pointAt(mesh.vertices, a).dot(across) < pointAt(mesh.vertices, b).dot(across);
+    return pointAt(whole.vertices, a).dot(across) < pointAt(whole.vertices, b).dot(across);
   };
   std::rotate(best.begin(), std::min_element(best.begin(), best.end(), isRighter), best.end());
   const auto left = std::max_element(best.begin(), best.end(), isRighter);
@@ -157,6 +182,11 @@ std::array<std::vector<std::uint32_t>, 2> holeBetween(const FaceMesh& mesh, cons
   std::vector<std::uint32_t> upper(best.begin(), left + 1), lower(left, best.end());
   lower.push_back(best.front());
   std::reverse(lower.begin(), lower.end());
+  if (!welding.isNothing()) {
+    for (std::vector<std::uint32_t>* rim : {&upper, &lower}) {
+      for (std::uint32_t& v : *rim) v = welding.given_of[v];
+    }
+  }
   return {upper, lower};
 }
 

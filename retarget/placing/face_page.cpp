@@ -32,7 +32,7 @@ const std::vector<AnchorToPick>& suggestedAnchors() {
       {"LIP_UP_MID", "middle of the upper lip's red edge, under the nose"},
       {"LIP_LO_MID", "middle of the lower lip's red edge, above the chin"},
       {"NOSE_TIP", "tip of the nose"},
-      {"CHIN_LOW", "lowest point of the chin, in the middle"},
+      {"CHIN_LOW", "the chin, in the middle, where its front turns to its underside"},
       {"CANTHUS_OUT_R", "outer corner of the right eye (left in a front view)"},
       {"CANTHUS_OUT_L", "outer corner of the left eye"},
       {"EYE_IN_R", "inner corner of the right eye"},

@@ -124,9 +124,10 @@ std::vector<double> gapesOf(const std::vector<SlitPair>& slit, const Eigen::Matr
   return gapes;
 }
 
+constexpr double kTightMm = 0.15;
+
 /// Lips that meet are asked to meet all over: the shapes give in where they cannot.
 void tighten(const std::vector<double>& gapes, double mm_per_unit, ShapeClosures& closures) {
-  constexpr double kTightMm = 0.15;
   for (std::size_t t = 0; t < gapes.size(); ++t) {
     const float shift = asFloat(std::max(0.0, gapes[t] - kTightMm) / mm_per_unit);
     for (Eigen::Index row = 1; closures.in_frame[t] && row < closures.motion.rows(); row += 3)
@@ -156,13 +157,24 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
   for (const double gape : gapes) closures.in_frame.push_back(!slit.empty() && gape < kMeetMm);
   tighten(gapes, mm_per_unit, closures);
   closures.motion.colwise() -= at_rest;
-  curves.weights = fitShapeWeights(problem.shapes, problem.motion, unsignedIndex(present), options, &closures);
-  const std::vector<double> kept =
-      gapesOf(slit, (closures.shapes * curves.weights.transpose()).colwise() + at_rest, mm_per_unit);
-  for (std::size_t t = 0; t < gapes.size(); ++t) {
-    if (!closures.in_frame[t]) continue;
-    ++curves.closures;
-    curves.closures_kept += kept[t] < kMeetMm ? 1U : 0U;
+  // Where the weights leave lips apart that meet, they are asked for as much more.
+  constexpr int kRounds = 5;
+  for (int round = 0; round < kRounds; ++round) {
+    RowMajorMatrixF weights =
+        fitShapeWeights(problem.shapes, problem.motion, unsignedIndex(present), options, &closures);
+    std::vector<double> apart = gapesOf(slit, (closures.shapes * weights.transpose()).colwise() + at_rest, mm_per_unit);
+    std::size_t kept = 0;
+    for (std::size_t t = 0; t < apart.size(); ++t) {
+      if (closures.in_frame[t] && apart[t] < kMeetMm) ++kept;
+      if (!closures.in_frame[t] || apart[t] < kMeetMm) apart[t] = 0;
+    }
+    if (round == 0 || kept > curves.closures_kept) {
+      curves.weights = std::move(weights);
+      curves.closures_kept = kept;
+    }
+    curves.closures = unsignedIndex(std::count(closures.in_frame.begin(), closures.in_frame.end(), true));
+    if (curves.closures_kept == curves.closures) break;
+    tighten(apart, mm_per_unit, closures);
   }
   double squares = 0, motion_squares = 0;
   for (Eigen::Index t = 0; t < problem.motion.cols(); ++t) {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <regex>
+#include <sstream>
 
 #include "support/glb_file.h"
 #include "support/run_program.h"
@@ -45,6 +47,26 @@ class Shapes : public testing::Test {
   const fs::path face_ = fs::path(MOUTHPIECE_BUILD_SHARE_DIR) / "default.face";
   ScratchFolder folder_;
 };
+
+/// The columns of Live Link Face's CSV by name, but for the time code.
+std::map<std::string, std::vector<double>> columnsOf(const std::string& csv) {
+  std::istringstream lines(csv);
+  std::string line, cell;
+  std::vector<std::string> names;
+  std::map<std::string, std::vector<double>> columns;
+  while (std::getline(lines, line)) {
+    std::istringstream cells(line);
+    const bool is_head = names.empty();
+    for (std::size_t i = 0; std::getline(cells, cell, ','); ++i) {
+      if (is_head) {
+        names.push_back(cell);
+      } else if (i > 0) {
+        columns[names.at(i)].push_back(std::stod(cell));
+      }
+    }
+  }
+  return columns;
+}
 
 TEST_F(Shapes, Of52OfArkitCloseAndKeepTheirSides) {
   const json facts = made("arkit", "a.glb");
@@ -112,6 +134,37 @@ TEST_F(Shapes, OfAHeadsOwnKeepLipsTogetherAndTheReportCounts) {
   EXPECT_EQ(shapes["kept"], shapes["closed_frames"]);
   EXPECT_LT(shapes["rms_error_mm"], shapes["rms_motion_mm"]);
   EXPECT_FALSE(mouthOf({at("b.json")}).contains("shapes")) << "nobody asked for weights";
+
+  // Of another line's motion, in which the weights left the lips apart in 13 of 20 frames.
+  ASSERT_EQ(runProgram("synth", {"--text", "Bob put five pumpkins above my mother's wolf", "-o", at("m.c3d"), "-o",
+                                 at("m.TextGrid"), "-o", at("m.json"), "-q"})
+                .exit_code,
+            0);
+  const ProgramResult applied = runProgram("retarget", {"apply", "--face", at("a.face"), "--motion", at("m.c3d"),
+                                                        "--phones", at("m.TextGrid"), "--out", at("m.csv")});
+  ASSERT_EQ(applied.exit_code, 0) << applied.err;
+  std::smatch counts;
+  ASSERT_TRUE(std::regex_search(applied.out, counts, std::regex("meet in (\\d+) frames, with the shapes in (\\d+)")));
+  EXPECT_GT(std::stoi(counts[1]), 10);
+  EXPECT_EQ(counts[1], counts[2]) << applied.out;
+  // F and V roll the lower lip in as no P, B or M does; these open nothing.
+  const auto weights = columnsOf(readAll(at("m.csv")));
+  double least_rolled = 1, most_rolled = 0;
+  for (const json& phone : json::parse(readAll(at("m.json")))["phones"]) {
+    const std::string name = phone["phone"];
+    const double middle = 0.5 * (phone["start_s"].get<double>() + phone["end_s"].get<double>());
+    const auto weightOf = [&](const std::string& shape) {
+      const std::vector<double>& frames = weights.at(shape);
+      return frames[std::min(static_cast<std::size_t>(60 * middle), frames.size() - 1)];
+    };
+    if (name == "F" || name == "V") least_rolled = std::min(least_rolled, weightOf("MouthRollLower"));
+    if (name != "P" && name != "B" && name != "M") continue;
+    most_rolled = std::max(most_rolled, weightOf("MouthRollLower"));
+    for (const char* opener : {"MouthFunnel", "MouthLowerDownLeft", "MouthUpperUpLeft"})
+      EXPECT_LT(weightOf(opener), 0.05) << name << " " << opener;
+    EXPECT_LT(weightOf("JawOpen") - weightOf("MouthClose"), 0.2) << name;
+  }
+  EXPECT_GT(least_rolled, most_rolled);
 }
 
 TEST_F(Shapes, OfVisemesAreThoseAskedFor) {
