@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "hearing/alignment/phone_ear.h"
 #include "mouthpiece/corpus.h"
 #include "mouthpiece/face.h"
 #include "mouthpiece/live.h"
@@ -21,6 +22,9 @@ struct LiveSetup {
   std::optional<Lexicon> lexicon;
   const Language* language;
 };
+
+/// Takes whose sound tells how the corpus' speaker says his phones, evenly spaced.
+std::vector<LabelledSound> soundsOf(const Corpus& corpus);
 
 /// Throws InputError for options out of range, and as LiveMotion does.
 LiveStream makeLiveStream(LiveSetup setup, const LiveOptions& options);
