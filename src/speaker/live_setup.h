@@ -2,8 +2,8 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
-#include "hearing/alignment/phone_ear.h"
 #include "mouthpiece/corpus.h"
 #include "mouthpiece/face.h"
 #include "mouthpiece/live.h"
@@ -11,6 +11,8 @@
 #include "synthesis/synthesis.h"
 
 namespace mouthpiece {
+
+struct LabelledSound;
 
 /// What a speaker gives to its live streams; they share its corpus and face.
 struct LiveSetup {

@@ -117,9 +117,9 @@ Eigen::ArrayXf PhoneEar::State::firstMean() {
   Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(std::ssize(kUsualCepstra));
   double frames = 0;
   for (const std::vector<std::int16_t>& samples : said) {
-    const Eigen::MatrixXd cepstra = decoder.cepstraOf(samples);
-    sum += cepstra.topRows(sum.size()).rowwise().sum().array();
-    frames += asReal(cepstra.cols());
+    const Eigen::MatrixXd columns = decoder.cepstraOf(samples);
+    sum += columns.topRows(sum.size()).rowwise().sum().array();
+    frames += asReal(columns.cols());
   }
   return (sum / frames).cast<float>();
 }
