@@ -22,6 +22,9 @@ struct MOUTHPIECE_API LiveOptions {
   /// What is pushed: what it takes to hear or to say it is made ready at once, not when the first of it comes.
   enum class Source { kSound, kLabels, kText };
   Source source = Source::kSound;
+  /// The sound is of the person whose takes the corpus holds: they tell how he says his phones. The stream takes a few
+  /// seconds longer to begin.
+  bool own_voice = false;
 };
 
 /// A phone of the line as another program knows it.

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "mouthpiece/corpus.h"
 #include "mouthpiece/face.h"
@@ -10,6 +11,8 @@
 #include "synthesis/synthesis.h"
 
 namespace mouthpiece {
+
+struct LabelledSound;
 
 /// What a speaker gives to its live streams; they share its corpus and face.
 struct LiveSetup {
@@ -21,6 +24,9 @@ struct LiveSetup {
   std::optional<Lexicon> lexicon;
   const Language* language;
 };
+
+/// Takes whose sound tells how the corpus' speaker says his phones, evenly spaced.
+std::vector<LabelledSound> soundsOf(const Corpus& corpus);
 
 /// Throws InputError for options out of range, and as LiveMotion does.
 LiveStream makeLiveStream(LiveSetup setup, const LiveOptions& options);

@@ -59,6 +59,7 @@ struct LiveStream::Data {
   void pushSound(std::span<const float> samples, std::optional<std::uint64_t> at);
   void pushPhones(const std::vector<PhoneSegment>& phones);
   void makeOwnVoice();
+  void makeEar();
   void expectOpen(bool is_sound);
   void catchUp();
   void makeFrames(Seconds known_until, std::span<const PhoneSegment> guess);
@@ -114,11 +115,17 @@ LiveStream::Data::Data(LiveSetup made_of, const LiveOptions& wanted)
       resampler(wanted.sample_rate_hz, LiveEar::kRateHz),
       order(wanted.sample_rate_hz) {
   weights_clip = {rate_hz, setup.corpus.markerNames(), PositionMatrix(0, setup.corpus.data().actor.neutral_mm.size())};
-  if (options.source == LiveOptions::Source::kSound) ear = std::make_unique<LiveEar>(*setup.language);
+  if (options.source == LiveOptions::Source::kSound) makeEar();
   if (options.source == LiveOptions::Source::kText) makeOwnVoice();
   resting = restingFrame();
   current = stalled_from = resting;
   if (setup.face) setup.face->data().rig.deform(FacePose(resting.face_markers, resting.lip_gaps), {}, vertices);
+}
+
+void LiveStream::Data::makeEar() {
+  std::vector<LabelledSound> speaker;
+  if (options.own_voice) speaker = soundsOf(setup.corpus.data().corpus);
+  ear = std::make_unique<LiveEar>(*setup.language, speaker);
 }
 
 void LiveStream::Data::makeOwnVoice() {
@@ -199,7 +206,7 @@ void LiveStream::Data::hearWhole() {
 
 void LiveStream::Data::pushSound(std::span<const float> samples, std::optional<std::uint64_t> at) {
   expectOpen(true);
-  if (!ear) ear = std::make_unique<LiveEar>(*setup.language);
+  if (!ear) makeEar();
   catchUp();
   ChunkOrder::Place place;
   std::vector<float> usable(samples.begin(), samples.end());

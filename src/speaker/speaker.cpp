@@ -183,9 +183,10 @@ std::vector<std::string> linesOf(const Corpus& corpus) {
   return {lines.begin(), lines.end()};
 }
 
-/// Takes whose sound tells how the corpus' speaker says his phones, evenly spaced: more hardly tell more.
+}  // namespace
+
 std::vector<LabelledSound> soundsOf(const Corpus& corpus) {
-  constexpr std::size_t kMostSounds = 60;
+  constexpr std::size_t kMostSounds = 60;  // more hardly tell more
   std::vector<LabelledSound> sounds;
   const std::size_t every = corpus.takes.size() / kMostSounds + 1;
   for (std::size_t i = 0; i < corpus.takes.size(); i += every) {
@@ -195,8 +196,6 @@ std::vector<LabelledSound> soundsOf(const Corpus& corpus) {
   }
   return sounds;
 }
-
-}  // namespace
 
 struct Speaker::Data {
   Data(SpeakerOptions given, SharedCorpus shared_corpus, std::optional<SharedFace> shared_face)

@@ -15,6 +15,15 @@
 #include "hearing/alignment/speaker_adaptation.h"
 
 namespace mouthpiece {
+namespace {
+
+/// The model's own mean of cepstra (cmninit of its feat.params), how many frames it counts for, and the
+/// time that it takes to forget one, in frames.
+constexpr std::array<float, 13> kUsualCepstra{41.00F, -5.29F, -0.12F, 5.09F,  2.48F,  -4.07F, -1.37F,
+                                              -1.78F, -5.08F, -2.05F, -6.45F, -1.42F, 1.17F};
+constexpr float kForgets = 300, kUsualWeighs = 60;
+
+}  // namespace
 
 struct PhoneEar::State {
   explicit State(const Language& language)
@@ -28,6 +37,9 @@ struct PhoneEar::State {
   /// The scorer that knows a sound best.
   SenoneScorer& fittest(std::span<const std::int16_t> samples, const Eigen::MatrixXf& features);
   // Of a sound that goes on:
+  std::vector<std::vector<std::int16_t>> said = {};  ///< by the speaker, with his level and microphone
+  /// The mean that such a sound begins with.
+  [[nodiscard]] Eigen::ArrayXf firstMean();
   PhoneLoop::Passage passage{kRemembered};
   Eigen::ArrayXf mean;                      ///< of the cepstra of speech
   float weighs = 0;                         ///< frames that it stands for
@@ -100,7 +112,20 @@ SenoneScorer& PhoneEar::State::fittest(std::span<const std::int16_t> samples, co
       std::make_shared<TiedModel>(adaptedToNoise(scorer->model(), decoder.cepstraOf(samples), phones)));
 }
 
+Eigen::ArrayXf PhoneEar::State::firstMean() {
+  if (said.empty()) return Eigen::Map<const Eigen::ArrayXf>(kUsualCepstra.data(), std::ssize(kUsualCepstra));
+  Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(std::ssize(kUsualCepstra));
+  double frames = 0;
+  for (const std::vector<std::int16_t>& samples : said) {
+    const Eigen::MatrixXd columns = decoder.cepstraOf(samples);
+    sum += columns.topRows(sum.size()).rowwise().sum().array();
+    frames += asReal(columns.cols());
+  }
+  return (sum / frames).cast<float>();
+}
+
 void PhoneEar::learn(std::span<const LabelledSound> sounds) {
+  constexpr std::size_t kMeanOf = 10;
   std::vector<SpeakerFrames> heard;
   const TiedModel& model = state_->decoder.scorer().model();
   for (const LabelledSound& sound : sounds) {
@@ -117,6 +142,8 @@ void PhoneEar::learn(std::span<const LabelledSound> sounds) {
     if (frames.features.cols() == 0) continue;
     frames.codebook =
         codebooksOf(sound.labels, asReal(first) / kDecoderSampleRateHz, unsignedIndex(frames.features.cols()), model);
+    if (heard.size() < kMeanOf)
+      state_->said.emplace_back(samples.begin() + signedIndex(first), samples.begin() + signedIndex(end));
     heard.push_back(std::move(frames));
   }
   if (heard.empty()) return;
@@ -133,12 +160,6 @@ Eigen::MatrixXf PhoneEar::posteriors(std::span<const std::int16_t> samples) {
 }
 
 namespace {
-
-/// The model's own mean of cepstra (cmninit of its feat.params), how many frames it counts for, and the
-/// time that it takes to forget one, in frames.
-constexpr std::array<float, 13> kUsualCepstra{41.00F, -5.29F, -0.12F, 5.09F,  2.48F,  -4.07F, -1.37F,
-                                              -1.78F, -5.08F, -2.05F, -6.45F, -1.42F, 1.17F};
-constexpr float kForgets = 300, kUsualWeighs = 60;
 
 /// Cepstra, their first and their second differences, as the model's features are ("1s_c_d_dd"): of the middle of
 /// seven.
@@ -158,7 +179,7 @@ std::size_t PhoneEar::hearOn(std::span<const std::int16_t> samples, bool begins,
     state.passage = PhoneLoop::Passage(signedIndex(kRemembered));
     state.cepstra.clear();
     state.weighs = kUsualWeighs;
-    state.mean = Eigen::Map<const Eigen::ArrayXf>(kUsualCepstra.data(), signedIndex(kUsualCepstra.size()));
+    state.mean = state.firstMean();
   }
   for (const std::vector<float>& row : state.decoder.cepstraOn(samples, begins)) {
     const Eigen::Map<const Eigen::ArrayXf> cepstrum(row.data(), signedIndex(row.size()));
@@ -170,7 +191,8 @@ std::size_t PhoneEar::hearOn(std::span<const std::int16_t> samples, bool begins,
     if (state.cepstra.empty()) state.cepstra.assign(3, level);  // before the sound begins it is as there
     state.cepstra.push_back(level);
     if (state.cepstra.size() > 7) state.cepstra.pop_front();
-    if (state.cepstra.size() == 7) state.loop.hearOn(state.decoder.scorer(), featuresOf(state.cepstra), state.passage);
+    SenoneScorer& scorer = state.of_speaker ? *state.of_speaker : state.decoder.scorer();
+    if (state.cepstra.size() == 7) state.loop.hearOn(scorer, featuresOf(state.cepstra), state.passage);
   }
   return unsignedIndex(state.passage.frames);
 }

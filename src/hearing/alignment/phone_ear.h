@@ -28,7 +28,8 @@ class PhoneEar {
   explicit PhoneEar(const Language& language = english());
   ~PhoneEar();
 
-  /// Learns how one speaker says his phones, from sounds of his. What sounds like him (fitOf) is heard so from then on.
+  /// Learns how one speaker says his phones, from sounds of his. What sounds like him (fitOf) is heard so from then on;
+  /// a sound that goes on is taken to be his.
   void learn(std::span<const LabelledSound> sounds);
 
   /// Rows: phones by their number; a column every 10 ms, from 8 ms on. samples: 16 kHz. A noisy sound is heard by the

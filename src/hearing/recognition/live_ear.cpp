@@ -87,7 +87,9 @@ class LoudFrames {
 }  // namespace
 
 struct LiveEar::State {
-  explicit State(const Language& language) : ear(language) {}
+  State(const Language& language, std::span<const LabelledSound> speaker) : ear(language) {
+    if (!speaker.empty()) ear.learn(speaker);
+  }
 
   void hearFrames(std::span<const std::int16_t> samples);
   [[nodiscard]] PhoneSegment segmentOf(Phone phone, std::size_t first, std::size_t end) const;
@@ -102,7 +104,8 @@ struct LiveEar::State {
   std::vector<PhoneSegment> guess;
 };
 
-LiveEar::LiveEar(const Language& language) : state_(std::make_unique<State>(language)) {}
+LiveEar::LiveEar(const Language& language, std::span<const LabelledSound> speaker)
+    : state_(std::make_unique<State>(language, speaker)) {}
 LiveEar::~LiveEar() = default;
 LiveEar::LiveEar(LiveEar&&) noexcept = default;
 LiveEar& LiveEar::operator=(LiveEar&&) noexcept = default;

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "hearing/alignment/phone_ear.h"
 #include "phonetics/labels/labels_builder.h"
 #include "phonetics/language/language.h"
 
@@ -18,8 +19,8 @@ class LiveEar {
   /// Samples that are heard at once: 40 ms.
   static constexpr std::size_t kHop = 640;
 
-  /// Throws InputError without an acoustic model.
-  explicit LiveEar(const Language& language = english());
+  /// `speaker`: sounds of the person who will speak (PhoneEar::learn). Throws InputError without an acoustic model.
+  explicit LiveEar(const Language& language = english(), std::span<const LabelledSound> speaker = {});
   ~LiveEar();
   LiveEar(LiveEar&&) noexcept;
   LiveEar& operator=(LiveEar&&) noexcept;

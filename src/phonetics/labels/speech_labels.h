@@ -34,7 +34,7 @@ struct LabelledSyllable {
 };
 
 struct LabelledWord {
-  std::string text;
+  std::string text;  ///< "": likely a word, nobody knows which (LikelyWords)
   PhoneRange phones;
 };
 

@@ -56,6 +56,9 @@ void addOptions(CLI::App& app, StreamOptions& options) {
       ->capture_default_str();
   addNamedValue<bool>(app, "--pcm-format", options.is_float, {{"s16", false}, {"f32", true}},
                       "Its samples, little-endian (default: s16)");
+  auto* own_voice =
+      app.add_flag("--own-voice", options.live.own_voice,
+                   "Who speaks is the person whose takes the corpus holds: they tell how he says his phones");
   auto* stamped =
       app.add_flag("--stamped", options.is_stamped,
                    "Before each chunk of it stand its first sample's number (8 bytes) and its samples' count "
@@ -68,11 +71,11 @@ void addOptions(CLI::App& app, StreamOptions& options) {
         options.labels = name == "phones" ? StreamLabels::kPhones : StreamLabels::kWords;
       },
       "In place of sound: lines of START END PHONE [NUMBER OF ITS WORD], or START END WORD, in seconds");
-  labels->type_name("phones|words")->excludes(stamped);
+  labels->type_name("phones|words")->excludes(stamped)->excludes(own_voice);
   auto* text =
       app.add_option("--text-file", options.text_file,
                      "In place of sound: text that the voice speaks sentence by sentence; - is standard input");
-  text->excludes(labels)->excludes(stamped);
+  text->excludes(labels)->excludes(stamped)->excludes(own_voice);
   app.add_option("--look-ahead", options.look_ahead_ms, "Milliseconds that a frame knows of what follows, 50 to 5000")
       ->check(CLI::Range(50.0, 5000.0))
       ->capture_default_str();

@@ -142,6 +142,13 @@ TEST_F(Streaming, StampsTellWhatIsLostAndDoubled) {
   EXPECT_GT(bad.out.size(), 0U);
 }
 
+TEST_F(Streaming, OwnVoiceIsHeardOtherwiseAndOnlyWhereSoundIs) {
+  const ProgramResult own = run("--own-voice --as rows --quiet", someSound());
+  EXPECT_EQ(own.out.size(), 120U * 4 * 53) << own.err;
+  EXPECT_TRUE(own.out != run("--as rows --quiet", someSound()).out) << "nothing was learnt from the takes";
+  EXPECT_EQ(run("--own-voice --labels phones", "0 0.4 sil\n").exit_code, 2);
+}
+
 TEST_F(Streaming, LabelsAndTextBecomeFrames) {
   const ProgramResult phones =
       run("--labels phones --as rows --quiet", "# a line\n0 0.4 sil\n0.4 0.5 M 0\n0.5 0.7 AA 0\n\n0.7 1.0 sil\n");
