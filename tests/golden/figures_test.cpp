@@ -160,8 +160,9 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 /// A voice that is the corpus moves as it does: inside fragments the lips are those of the take whose sound is heard.
+/// Seen were 0.9995, and 0.983 with the lips that are predicted.
 void expectLipsOfTheTakesHeard(const fs::path& corpus, const ScratchFolder& scratch) {
-  constexpr double kClearOfJoins = 0.12, kCorrelation = 0.98;
+  constexpr double kClearOfJoins = 0.12, kCorrelation = 0.995;
   const fs::path csv = scratch.path() / "heard.csv", report = scratch.path() / "heard.json";
   const fs::path take_csv = scratch.path() / "take.csv";
   std::vector<double> line_mm, take_mm;
