@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures notes and vibrato that `corpus tag` hears in people's singing whose melody is known.
 
-tools/measure_singing.py SINGING_VOWELS SONGS [--as-sung] [--singers A,B] [--corpus build/bin/corpus] [--phones] [--json]
+tools/measure_singing.py SINGING_VOWELS SONGS [--as-sung | --uneven] [--singers A,B] [--corpus build/bin/corpus] [--phones] [--json]
 
 The syllables of ../shared/singing_vowels, each sung on one pitch with its vowel marked by hand, are sung again to a made-up melody by
 Praat (overlap-add of their own periods, so timbre, consonants and small wavering stay the person's): new pitches, one in four as before,
@@ -42,7 +42,8 @@ def step(t, middle, length):
 class Song:
     """One file sung again: its map of time, and its pitch in semitones from what it was."""
 
-    def __init__(self, vowels, length, rng):
+    def __init__(self, vowels, length, rng, is_uneven=False):
+        self.is_uneven = is_uneven
         self.knots = [(0.0, 0.0)]  # source, target
         self.notes, self.vibrato, self.swings, self.spans = [], [], [], []
         self.steps = []  # target time, length, semitones from there on
@@ -83,12 +84,17 @@ class Song:
         return pitches[-1]
 
     def swing(self, start, end, rng):
-        rate, depth = min(7.4, max(5.4, rng.gauss(6.1, 0.5))), rng.uniform(0.3, 1.1)
-        times, signs, at, sign = [], [], start, 1
+        slowest, fastest, least, most = (4.9, 7.6, 0.25, 1.2) if self.is_uneven else (5.4, 7.4, 0.3, 1.1)
+        of_time, of_depth = (0.11, 0.3) if self.is_uneven else (0.06, 0.15)
+        rate, depth = min(fastest, max(slowest, rng.gauss(6.1, 0.7 if self.is_uneven else 0.5))), rng.uniform(least, most)
+        times, at, sign = [], start, 1
         while at < end:
-            half = 0.5 / rate * math.exp(rng.gauss(0, 0.06))
-            times.append((at, min(end, at + half), sign * depth * math.exp(rng.gauss(0, 0.15)) * min(1, 0.4 + (at - start) / 0.3)))
+            half = 0.5 / rate * math.exp(rng.gauss(0, of_time))
+            times.append((at, min(end, at + half), sign * depth * math.exp(rng.gauss(0, of_depth)) * min(1, 0.4 + (at - start) / 0.3)))
             at, sign = at + half, -sign
+        if self.is_uneven:  # and the note drifts
+            for _ in range(2):
+                self.steps.append((rng.uniform(start, end), rng.uniform(0.3, 0.7), rng.gauss(0, 0.4)))
         if len(times) < 4:
             return
         self.vibrato.append((start, times[-1][1]))
@@ -132,12 +138,12 @@ Save as WAV file: out$
 """
 
 
-def sing_again(audio, vowels, folder, name, rng):
+def sing_again(audio, vowels, folder, name, rng, is_uneven):
     wav = folder / (name + ".source.wav")
     subprocess.run(["ffmpeg", "-v", "error", "-y", "-i", audio, wav], check=True)
     with wave.open(str(wav)) as sound:
         length = sound.getnframes() / sound.getframerate()
-    song = Song(vowels, length, rng)
+    song = Song(vowels, length, rng, is_uneven)
     with wave.open(str(folder / "offsets.wav"), "wb") as table:
         table.setparams((1, 2, RATE_HZ, 0, "NONE", ""))
         for i in range(int(length * RATE_HZ) + 1):
@@ -204,7 +210,7 @@ def make(data, folder, options):
             if options.as_sung:
                 song, length = as_sung(audio, vowels, folder, stem)
             else:
-                song, length = sing_again(audio, vowels, folder, stem, random.Random(f"{options.seed} {stem}"))
+                song, length = sing_again(audio, vowels, folder, stem, random.Random(f"{options.seed} {stem}"), options.uneven)
             truth = dict(singer=singer, spans=song.spans, vibrato=song.vibrato,
                          unmarked=[(song.target(a), song.target(b)) for a, b in unmarked(marks[name])],
                          notes=[(a, b, pitches[name] * 2 ** (p / 12)) for a, b, p in song.notes])
@@ -274,6 +280,7 @@ def main():
     parser.add_argument("--singers", default="")
     parser.add_argument("--files", type=int, default=12, help="of each singer")
     parser.add_argument("--as-sung", action="store_true")
+    parser.add_argument("--uneven", action="store_true", help="vibrato as uneven as people's at their worst, in notes that drift")
     parser.add_argument("--seed", default="1")
     parser.add_argument("--corpus", default="build/bin/corpus")
     parser.add_argument("--phones", action="store_true")

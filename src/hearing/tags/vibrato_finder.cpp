@@ -14,6 +14,10 @@ namespace {
 constexpr double kLeastHalf = 0.25, kMostHalf = 0.75;
 /// Neighbouring periods differ by no more than this.
 constexpr double kMostPeriodRatio = 1.35;
+/// People's periods scatter: the paper's bounds hold the mean of a run, and each period within this factor.
+constexpr double kPeriodScatter = 1.15;
+/// Of a period, before the first peak and after the last one: there the pitch swings already, and still.
+constexpr double kBeyondPeaks = 0.25;
 
 /// Semitones, smoothed over 50 ms (binomial): single wrong samples make no peak.
 std::vector<double> smoothSemitones(std::span<const double> pitch_hz) {
@@ -83,8 +87,8 @@ class RunFinder {
   /// Peaks i, i + 1, i + 2 are one period of the right length, up as far as down.
   [[nodiscard]] bool isPeriod(std::size_t i) const {
     const double share = (peaks_[i + 1] - peaks_[i]) / options_.rate_hz / period(i);
-    return period(i) >= 1 / options_.fastest_hz && period(i) <= 1 / options_.slowest_hz && share > kLeastHalf &&
-           share < kMostHalf &&
+    return period(i) >= 1 / options_.fastest_hz / kPeriodScatter &&
+           period(i) <= 1 / options_.slowest_hz * kPeriodScatter && share > kLeastHalf && share < kMostHalf &&
            std::max(swing(i), swing(i + 1)) < options_.most_swing_ratio * std::min(swing(i), swing(i + 1));
   }
 
@@ -106,6 +110,14 @@ class RunFinder {
     const bool is_in_range = run.rate_hz >= options_.slowest_hz && run.rate_hz <= options_.fastest_hz;
     if (half_periods / 2 > options_.least_periods && is_in_range &&
         deviation(run) < options_.most_deviation_semitones && run.depth_semitones >= options_.least_depth_semitones) {
+      // Nothing lies beyond a peak that is half a swing: there the vibrato only begins.
+      const double reach = kBeyondPeaks * options_.rate_hz / run.rate_hz;
+      const auto reachBeyond = [&](std::size_t peak) { return swing(peak) >= run.depth_semitones ? reach : 0; };
+      const double first = peaks_[first_peak] - reachBeyond(first_peak);
+      const double last = peaks_[last_peak] + reachBeyond(last_peak - 1);
+      const double earliest = runs_.empty() ? 0 : asReal(runs_.back().last);
+      run.first = unsignedIndex(std::lround(std::ceil(std::max(earliest, first))));
+      run.last = std::min(semitones_.size() - 1, unsignedIndex(std::lround(std::floor(last))));
       runs_.push_back(run);
     }
   }

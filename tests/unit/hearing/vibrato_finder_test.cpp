@@ -27,6 +27,24 @@ TEST(VibratoFinder, FindsRateAndDepth) {
   }
 }
 
+/// One period of 0.21 s in the middle of quicker ones: a person's vibrato, and no two.
+TEST(VibratoFinder, OneSlowPeriodDoesNotPartIt) {
+  std::vector<double> pitch(20, 220.0);
+  double sign = 1;
+  for (const double half : {0.08, 0.085, 0.085, 0.09, 0.105, 0.105, 0.09, 0.085, 0.08, 0.08}) {
+    const auto samples = static_cast<int>(std::lround(100 * half));
+    for (int i = 0; i < samples; ++i)
+      pitch.push_back(220 * std::exp2(0.5 / 12 * sign * std::sin(std::numbers::pi * i / samples)));
+    sign = -sign;
+  }
+  const std::size_t end = pitch.size();
+  pitch.insert(pitch.end(), 20, 220.0);
+  const auto runs = findVibrato(pitch);
+  ASSERT_EQ(runs.size(), 1U);
+  EXPECT_NEAR(static_cast<double>(runs[0].first), 20, 3) << "from where it begins to swing";
+  EXPECT_NEAR(static_cast<double>(runs[0].last), static_cast<double>(end), 3);
+}
+
 TEST(VibratoFinder, PeriodsOutsideAFifthToAnEighthOfASecondAreNone) {
   EXPECT_TRUE(findVibrato(sungTone(4.3, 0.5, 2)).empty());
   EXPECT_TRUE(findVibrato(sungTone(9.2, 0.5, 2)).empty());
