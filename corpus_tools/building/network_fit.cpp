@@ -209,7 +209,7 @@ ContextNetwork fitContextNetwork(const std::vector<NetworkTake>& takes, const st
 }
 
 Eigen::MatrixXd centredPrediction(const ContextNetwork& network, const NetworkTake& take) {
-  Eigen::MatrixXd values = network.at(take.segments, network.given(take.segments), take.times);
+  Eigen::MatrixXd values = network.at(contextView(take.segments, take.times), network.given(take.segments));
   const Eigen::VectorXd seen = take.seen.cast<double>();
   const Eigen::RowVectorXd mean = seen.transpose() * values / std::max(1.0, seen.sum());
   values.rowwise() -= mean;

@@ -58,7 +58,9 @@ void LipWatch::takeShape(const VertexPositions& closed, const VertexPositions& n
   Eigen::Matrix<double, 5, 5> squares = kBendHeldFlat * Eigen::Matrix<double, 5, 5>::Identity();
   Terms sums = Terms::Zero();
   for (const std::uint32_t v : lip) {
-    const Vector3f q = (closed.row(v).transpose() - frame.origin) / reach;
+    const Vector3f off = closed.row(v).transpose() - frame.origin;
+    if (std::abs(off.x()) >= reach || std::abs(off.y()) >= reach) continue;
+    const Vector3f q = off / reach;
     if (q.squaredNorm() >= 1 || normals.row(v).dot(frame.away) < kSameSide) continue;
     const double x{q.dot(frame.x)}, y{q.dot(frame.y)};
     const Terms terms{x, y, x * x, x * y, y * y};

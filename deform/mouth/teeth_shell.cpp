@@ -76,14 +76,14 @@ TeethShell::TeethShell(const VertexPositions& vertices, const std::vector<Triang
         const Eigen::Index column = wholePart(std::floor(columnOf(p.x(), p.z()) + 0.5F));
         const Eigen::Index row = wholePart((p.y() - lowest_) * rows_per_height_ + 0.5F);
         if (column < 0 || column >= reach_.cols() || row < 0 || row >= reach_.rows()) continue;
-        float& reach = reach_(row, column);
-        reach =
-            std::max(reach, std::sqrt((p.x() - axis_x_) * (p.x() - axis_x_) + (p.z() - axis_z_) * (p.z() - axis_z_)));
+        float& square = reach_(row, column);
+        square = std::max(square, (p.x() - axis_x_) * (p.x() - axis_x_) + (p.z() - axis_z_) * (p.z() - axis_z_));
         float& edge = edge_[column];
         if (std::isnan(edge) || (hangs_ ? p.y() < edge : p.y() > edge)) edge = p.y();
       }
     }
   }
+  reach_ = reach_.unaryExpr([](float square) { return std::sqrt(square); });  // Eigen has one that rounds
   fillGrooves(wholePart(kGroove * radius / cell_));
 }
 

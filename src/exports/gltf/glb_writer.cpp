@@ -28,7 +28,7 @@ struct PartVertices {
 
 void orderAsUsed(PartVertices& part) {
   std::vector<std::uint32_t> triangles(part.indices.size());
-  meshopt_optimizeVertexCache(triangles.data(), part.indices.data(), part.indices.size(), part.vertices.size());
+  meshopt_optimizeVertexCacheFifo(triangles.data(), part.indices.data(), part.indices.size(), part.vertices.size(), 16);
   std::vector<std::uint32_t> renumbered(part.vertices.size(), kUnused), vertices;
   for (std::uint32_t& vertex : triangles) {
     if (renumbered[vertex] == kUnused) {
@@ -72,67 +72,52 @@ std::vector<float> gathered(const PartVertices& part, const float* row, float sc
   return values;
 }
 
-/// A vertex of a part that has values in a row of some of the mesh's vertices.
-struct ListedVertex {
-  std::uint32_t number;  ///< within the part
-  std::uint32_t column;  ///< of its x in the row
-};
-
-/// The part's vertices among `vertices` (rising), those of a row's columns.
-std::vector<ListedVertex> listedOf(const PartVertices& part, const std::vector<std::uint32_t>& vertices) {
-  std::vector<ListedVertex> listed;
-  for (std::uint32_t i = 0; i < part.vertices.size(); ++i) {
-    const auto found = std::lower_bound(vertices.begin(), vertices.end(), part.vertices[i]);
-    if (found != vertices.end() && *found == part.vertices[i])
-      listed.push_back({i, static_cast<std::uint32_t>(3 * (found - vertices.begin()))});
+/// What each shape moves, as normals have what it turns.
+std::vector<ShapeNormals::Turns> movesOf(const PrincipalShapes& shapes) {
+  const std::vector<std::uint32_t> vertices = shapes.columnVertices();
+  std::vector<ShapeNormals::Turns> moves(unsignedIndex(shapes.shapeCount()));
+  for (Index k = 0; k < shapes.shapeCount(); ++k) {
+    ShapeNormals::Turns& own = moves[unsignedIndex(k)];
+    const float* value = shapes.shapes.row(k).data();
+    for (std::size_t i = 0; i < vertices.size(); ++i, value += 3) {
+      if (value[0] == 0 && value[1] == 0 && value[2] == 0) continue;
+      own.vertices.push_back(vertices[i]);
+      own.values.insert(own.values.end(), value, value + 3);
+    }
   }
-  return listed;
+  return moves;
 }
 
 /// Adds a part's values of one shape after another as accessors.
 class TargetWriter {
  public:
-  /// Only `listed` vertices may move. All must outlive the writer.
-  TargetWriter(const FaceMesh& mesh, const PartVertices& part, const std::vector<ListedVertex>& listed, GlbModel& model)
-      : part_(part), listed_(listed), model_(model), numbers_(unsignedIndex(mesh.vertices.rows()), kUnused) {
-    for (std::uint32_t i = 0; i < part.vertices.size(); ++i) numbers_[part.vertices[i]] = i;
+  /// Both must outlive the writer.
+  TargetWriter(const PartVertices& part, GlbModel& model) : part_(part), model_(model) {
+    const auto [least, most] = std::minmax_element(part.vertices.begin(), part.vertices.end());
+    first_ = *least;
+    numbers_.resize(*most - first_ + 1, kUnused);
+    for (std::uint32_t i = 0; i < part.vertices.size(); ++i) numbers_[part.vertices[i] - first_] = i;
   }
 
-  /// `row`: of the shape, to be scaled.
-  std::size_t addMoves(const float* row, float scale) {
-    begin();
-    for (const auto& [number, column] : listed_) {
-      const float* value = row + column;
-      if (value[0] != 0 || value[1] != 0 || value[2] != 0)
-        put(number, {scale * value[0], scale * value[1], scale * value[2]});
+  std::size_t add(const ShapeNormals::Turns& values, float scale, GlbUse use) {
+    indices_.clear();
+    values_.clear();
+    const auto& vertices = values.vertices;
+    auto at = unsignedIndex(std::lower_bound(vertices.begin(), vertices.end(), first_) - vertices.begin());
+    for (; at < vertices.size() && vertices[at] - first_ < numbers_.size(); ++at) {
+      const std::uint32_t number = numbers_[vertices[at] - first_];
+      if (number == kUnused) continue;
+      indices_.push_back(number);
+      for (std::size_t axis = 0; axis < 3; ++axis) values_.push_back(scale * values.values[3 * at + axis]);
     }
-    return model_.addMostlyZeroVec3(indices_, values_, part_.vertices.size(), GlbUse::kMove);
-  }
-
-  std::size_t addTurns(const ShapeNormals::Turns& turns) {
-    begin();
-    for (std::size_t i = 0; i < turns.vertices.size(); ++i) {
-      const std::uint32_t number = numbers_[turns.vertices[i]];
-      const float* value = &turns.values[3 * i];
-      if (number != kUnused) put(number, {value[0], value[1], value[2]});
-    }
-    return model_.addMostlyZeroVec3(indices_, values_, part_.vertices.size(), GlbUse::kTurn);
+    return model_.addMostlyZeroVec3(indices_, values_, part_.vertices.size(), use);
   }
 
  private:
-  void begin() {
-    indices_.clear();
-    values_.clear();
-  }
-  void put(std::uint32_t number, const std::array<float, 3>& value) {
-    indices_.push_back(number);
-    values_.insert(values_.end(), value.begin(), value.end());
-  }
-
   const PartVertices& part_;
-  const std::vector<ListedVertex>& listed_;
   GlbModel& model_;
-  std::vector<std::uint32_t> numbers_;  ///< of the mesh's vertices within the part
+  std::uint32_t first_ = 0;             ///< the part's least vertex of the mesh
+  std::vector<std::uint32_t> numbers_;  ///< of the mesh's vertices from it on, within the part
   std::vector<std::uint32_t> indices_;
   std::vector<float> values_;
 };
@@ -162,7 +147,7 @@ nlohmann::json materialOf(const MeshPart& part) {
 }
 
 nlohmann::json primitiveOf(const FaceMesh& mesh, const MeshPart& part, const PrincipalShapes& shapes,
-                           const ShapeNormals& normals, GlbModel& model) {
+                           std::span<const ShapeNormals::Turns> moves, const ShapeNormals& normals, GlbModel& model) {
   const PartVertices own = verticesOf(mesh, part, model.isPacked());
   const float metres = asFloat(mesh.metres_per_unit);
   constexpr int kTriangles = 4;
@@ -181,12 +166,11 @@ nlohmann::json primitiveOf(const FaceMesh& mesh, const MeshPart& part, const Pri
     }
     attribute("TEXCOORD_0", coordinates, GlbType::kVec2, GlbUse::kOther);
   }
-  const std::vector<ListedVertex> moving = listedOf(own, shapes.columnVertices());
   nlohmann::json targets = nlohmann::json::array();
-  TargetWriter writer(mesh, own, moving, model);
-  for (Index k = 0; k < shapes.shapeCount(); ++k) {
-    const std::size_t position = writer.addMoves(shapes.shapes.row(k).data(), metres);
-    const std::size_t normal = writer.addTurns(normals.shapes[unsignedIndex(k)]);
+  TargetWriter writer(own, model);
+  for (std::size_t k = 0; k < moves.size(); ++k) {
+    const std::size_t position = writer.add(moves[k], metres, GlbUse::kMove);
+    const std::size_t normal = writer.add(normals.shapes[k], 1.0F, GlbUse::kTurn);
     targets.push_back({{"POSITION", position}, {"NORMAL", normal}});
   }
   if (!targets.empty()) primitive["targets"] = std::move(targets);
@@ -230,12 +214,13 @@ std::string written(const FaceMesh& mesh, const PrincipalShapes& shapes, std::st
   } else {
     model.reserve(largestBytes(mesh, shapes, normals));
   }
+  const std::vector<ShapeNormals::Turns> moves = movesOf(shapes);
   const std::string shown_name = printable(name, kLongestName);
   nlohmann::json face{{"name", shown_name}, {"primitives", nlohmann::json::array()}};
   model.root["materials"] = nlohmann::json::array();
   for (const MeshPart& part : mesh.parts) {
     if (part.triangle_count == 0) continue;
-    face["primitives"].push_back(primitiveOf(mesh, part, shapes, normals, model));
+    face["primitives"].push_back(primitiveOf(mesh, part, shapes, moves, normals, model));
     face["primitives"].back()["material"] = model.root["materials"].size();
     model.root["materials"].push_back(materialOf(part));
   }

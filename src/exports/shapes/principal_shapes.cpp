@@ -26,8 +26,8 @@ constexpr float kSampleShare = 0.85F;  ///< what the sampled vertices are fitted
 constexpr std::array<float, 3> kNegligibleShares{0.5F, 0.15F, 0.0F};
 /// Tried before all shapes are, and what they must come within: below the tolerance, so that a face is not everywhere
 /// as far off as it may be.
-constexpr std::array<Eigen::Index, 2> kFewShapes{16, 48};
-constexpr float kFewShare = 0.6F;
+constexpr std::array<Eigen::Index, 6> kFewShapes{8, 16, 32, 48, 64, 96};
+constexpr float kFewShare = 0.8F;
 constexpr Eigen::Index kSampledVertices = 500;
 constexpr std::size_t kRefinedAtOnce = 400;
 
@@ -49,13 +49,14 @@ struct Fit {
 /// Displacements of the given vertices, frames x (3 * count).
 MatrixXf displacementsOf(const Fit& fit, const std::vector<Eigen::Index>& vertices) {
   MatrixXf displacements(fit.frames(), 3 * signedIndex(vertices.size()));
-  for (Eigen::Index f = 0; f < fit.frames(); ++f) {
-    for (std::size_t i = 0; i < vertices.size(); ++i) {
-      for (Eigen::Index axis = 0; axis < 3; ++axis) {
-        const Eigen::Index column = 3 * vertices[i] + axis;
-        displacements(f, 3 * signedIndex(i) + axis) = fit.stepped != nullptr
-                                                          ? fit.stepped->at(f, column)
-                                                          : fit.animation->positions(f, column) - fit.rest(column);
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const Eigen::Index column = 3 * vertices[i] + axis;
+      auto own = displacements.col(3 * signedIndex(i) + axis);
+      if (fit.stepped != nullptr) {
+        for (Eigen::Index f = 0; f < fit.frames(); ++f) own(f) = fit.stepped->at(f, column);
+      } else {
+        own = fit.animation->positions.col(column).array() - fit.rest(column);
       }
     }
   }
@@ -117,7 +118,6 @@ class PanelFitter {
   PanelFitter(const Fit& fit, const Weights& weights)
       : fit_(fit),
         weights_(weights),
-        unpacked_(fit.stepped != nullptr ? fit.frames() : 0, kPanelWidth),
         displacements_(RowMajorMatrixF::Zero(weights.weights.rows(), kPanelWidth)),
         shapes_(weights.inverse.rows(), kPanelWidth),
         thinned_(1 + weights.count, kPanelWidth) {}
@@ -182,10 +182,7 @@ class PanelFitter {
 
   void loadPanel(Eigen::Index first, Eigen::Index count, float* errors) {
     if (fit_.stepped != nullptr) {
-      fit_.stepped->panel(first, {unpacked_.data(), unsignedIndex(unpacked_.size())});
-      const std::array<float, unsignedIndex(kPanelWidth)> none{};
-      kernels_.load_displacements(unpacked_.data(), kPanelWidth, fit_.frames(), none.data(), displacements_.data(),
-                                  errors);
+      fit_.stepped->panel(first, displacements_.data(), errors);
       return;
     }
     const auto& positions = fit_.animation->positions;
@@ -244,7 +241,6 @@ class PanelFitter {
   const Fit& fit_;
   const Weights& weights_;
   const PanelKernels& kernels_ = panelKernels();
-  RowMajorMatrixF unpacked_;        ///< frames x kPanelWidth
   RowMajorMatrixF displacements_;   ///< padded frames x kPanelWidth
   RowMajorMatrixF shapes_;          ///< padded shapes x kPanelWidth
   Eigen::Index projected_ = 0;      ///< rows of shapes_ that are known

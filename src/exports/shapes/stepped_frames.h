@@ -23,13 +23,14 @@ class SteppedFrames {
 
   [[nodiscard]] Eigen::Index frameCount() const { return frame_count_; }
   [[nodiscard]] float at(Eigen::Index frame, Eigen::Index column) const;
-  /// Of the eight vertices from `first` (a multiple of eight) on: frames x kPanelWidth, x y z of each side by side;
-  /// zeros for those that there are not.
-  void panel(Eigen::Index first, std::span<float> displacements) const;
+  /// Of the eight vertices from `first` (a multiple of eight) on: frames x kPanelWidth as a panel has them, zeros for
+  /// those that there are not; and the square of each one's largest displacement.
+  void panel(Eigen::Index first, float* displacements, float* largest_squared) const;
 
  private:
   SteppedFrames(Eigen::Index frame_count, Eigen::Index width, float step);
-  bool set(Eigen::Index frame, std::span<const float> displacements);
+  /// Frames from `first` on, a row each; false where a number has no steps.
+  bool set(Eigen::Index first, const RowMajorMatrixF& places, const Eigen::RowVectorXf& rest);
 
   Eigen::Index frame_count_;
   float step_;

@@ -28,6 +28,13 @@ struct PanelKernels {
   /// largest_squared[v]: the square of v's largest displacement, NaN when a position of v is not finite.
   void (*load_displacements)(const float* positions, std::ptrdiff_t row_stride, std::ptrdiff_t frames,
                              const float* rest, float* panel, float* largest_squared);
+  /// The same in whole steps, to be held: steps[f] = (positions[f * row_stride] - rest) * steps_a_unit, rounded, no
+  /// further than 32,767. farthest (kPanelWidth): the most steps so far, NaN once a position was not finite.
+  void (*store_steps)(const float* positions, std::ptrdiff_t row_stride, std::ptrdiff_t frames, const float* rest,
+                      float steps_a_unit, std::int16_t* steps, float* farthest);
+  /// panel = step * steps; largest_squared[v] as of load_displacements.
+  void (*load_steps)(const std::int16_t* steps, std::ptrdiff_t frames, float step, float* panel,
+                     float* largest_squared);
   /// product (rows x kPanelWidth) = factors (rows x inner, row-major) * panel (inner x kPanelWidth).
   void (*multiply)(const float* factors, std::ptrdiff_t rows, std::ptrdiff_t inner, const float* panel, float* product);
   /// largest_squared[v] = max over frames of |panel - weights(:, columns) * shapes|^2, a row of weights every

@@ -11,13 +11,28 @@ using Lanes8 = float __attribute__((vector_size(32)));
 typedef float UnalignedLanes4 __attribute__((vector_size(16), aligned(4), may_alias));  // NOLINT(modernize-use-using)
 typedef float UnalignedLanes8 __attribute__((vector_size(32), aligned(4), may_alias));  // NOLINT(modernize-use-using)
 
+using Ints4 = std::int32_t __attribute__((vector_size(16)));
+using Ints8 = std::int32_t __attribute__((vector_size(32)));
+using Shorts4 = std::int16_t __attribute__((vector_size(8)));
+using Shorts8 = std::int16_t __attribute__((vector_size(16)));
+typedef std::int16_t UnalignedShorts4
+    __attribute__((vector_size(8), aligned(2), may_alias));  // NOLINT(modernize-use-using)
+typedef std::int16_t UnalignedShorts8
+    __attribute__((vector_size(16), aligned(2), may_alias));  // NOLINT(modernize-use-using)
+
 struct Narrow {
   using Lanes = Lanes4;
+  using Ints = Ints4;
+  using Shorts = Shorts4;
+  using UnalignedShorts = UnalignedShorts4;
   static constexpr int kCount = 4;
   static constexpr int kRows = 2;  // two rows of six sums fill the sixteen registers
 };
 struct Wide {
   using Lanes = Lanes8;
+  using Ints = Ints8;
+  using Shorts = Shorts8;
+  using UnalignedShorts = UnalignedShorts8;
   static constexpr int kCount = 8;
   static constexpr int kRows = 4;  // four rows of three sums
 };
@@ -73,6 +88,62 @@ MOUTHPIECE_INLINE void loadDisplacements(const float* positions, std::ptrdiff_t 
     largest[i] += not_finite[i];
     store(largest[i], largest_squared + i * Width::kCount);
   }
+}
+
+/// Rounded to the nearest whole number and held within 16 bits; 0 for no number.
+template <typename Width>
+MOUTHPIECE_INLINE typename Width::Shorts wholeSteps(typename Width::Lanes steps) {
+  constexpr float kMost = 32'767;
+  constexpr float kRounds = 0x1.8p23F;  // no room for fractions above it
+  steps = steps > kMost ? typename Width::Lanes{} + kMost : steps;
+  steps = steps < -kMost ? typename Width::Lanes{} - kMost : steps;
+  steps = steps == steps ? steps : typename Width::Lanes{};
+  return __builtin_convertvector(__builtin_convertvector((steps + kRounds) - kRounds, typename Width::Ints),
+                                 typename Width::Shorts);
+}
+
+template <typename Width>
+MOUTHPIECE_INLINE void storeSteps(const float* positions, std::ptrdiff_t row_stride, std::ptrdiff_t frames,
+                                  const float* rest, float steps_a_unit, std::int16_t* steps, float* farthest) {
+  typename Width::Lanes most[kPerRow<Width>];
+  for (int i = 0; i < kPerRow<Width>; ++i) load(farthest + i * Width::kCount, most[i]);
+  float row[kPanelWidth];
+  for (std::ptrdiff_t f = 0; f < frames; ++f, steps += kPanelWidth) {
+    const float* from = positions + f * row_stride;
+    for (std::ptrdiff_t v = 0; v < kPanelVertices; ++v) {
+      row[v] = from[3 * v] - rest[3 * v];
+      row[v + kPanelVertices] = from[3 * v + 1] - rest[3 * v + 1];
+      row[v + 2 * kPanelVertices] = from[3 * v + 2] - rest[3 * v + 2];
+    }
+    for (int i = 0; i < kPerRow<Width>; ++i) {
+      typename Width::Lanes lanes;
+      load(row + i * Width::kCount, lanes);
+      lanes *= steps_a_unit;
+      const typename Width::Lanes away = lanes > -lanes ? lanes : -lanes;
+      most[i] = away > most[i] ? away : most[i];
+      most[i] += lanes - lanes;  // a comparison would lose a NaN
+      *reinterpret_cast<typename Width::UnalignedShorts*>(steps + i * Width::kCount) = wholeSteps<Width>(lanes);
+    }
+  }
+  for (int i = 0; i < kPerRow<Width>; ++i) store(most[i], farthest + i * Width::kCount);
+}
+
+template <typename Width>
+MOUTHPIECE_INLINE void loadSteps(const std::int16_t* steps, std::ptrdiff_t frames, float step, float* panel,
+                                 float* largest_squared) {
+  typename Width::Lanes largest[kPerAxis<Width>] = {};
+  for (std::ptrdiff_t f = 0; f < frames; ++f, steps += kPanelWidth, panel += kPanelWidth) {
+    typename Width::Lanes row[kPerRow<Width>];
+    for (int i = 0; i < kPerRow<Width>; ++i) {
+      const typename Width::Shorts shorts =
+          *reinterpret_cast<const typename Width::UnalignedShorts*>(steps + i * Width::kCount);
+      row[i] =
+          step * __builtin_convertvector(__builtin_convertvector(shorts, typename Width::Ints), typename Width::Lanes);
+      store(row[i], panel + i * Width::kCount);
+    }
+    keepLargestSquare<Width>(row, largest);
+  }
+  for (int i = 0; i < kPerAxis<Width>; ++i) store(largest[i], largest_squared + i * Width::kCount);
 }
 
 /// sums[r] = sum over p of factors[r][columnOf(p)] * panel[p], several rows side by side so that each panel row is
@@ -138,6 +209,14 @@ void loadPortable(const float* positions, std::ptrdiff_t row_stride, std::ptrdif
                   float* panel, float* largest_squared) {
   loadDisplacements<Narrow>(positions, row_stride, frames, rest, panel, largest_squared);
 }
+void storeStepsPortable(const float* positions, std::ptrdiff_t row_stride, std::ptrdiff_t frames, const float* rest,
+                        float steps_a_unit, std::int16_t* steps, float* farthest) {
+  storeSteps<Narrow>(positions, row_stride, frames, rest, steps_a_unit, steps, farthest);
+}
+void loadStepsPortable(const std::int16_t* steps, std::ptrdiff_t frames, float step, float* panel,
+                       float* largest_squared) {
+  loadSteps<Narrow>(steps, frames, step, panel, largest_squared);
+}
 void multiplyPortable(const float* factors, std::ptrdiff_t rows, std::ptrdiff_t inner, const float* panel,
                       float* product) {
   multiply<Narrow>(factors, rows, inner, panel, product);
@@ -147,13 +226,22 @@ void residualPortable(const float* weights, std::ptrdiff_t row_stride, std::ptrd
                       float* largest_squared) {
   largestResidual<Narrow>(weights, row_stride, frames, columns, shape_count, panel, shapes, largest_squared);
 }
-constexpr PanelKernels kPortable{loadPortable, multiplyPortable, residualPortable};
+constexpr PanelKernels kPortable{loadPortable, storeStepsPortable, loadStepsPortable, multiplyPortable,
+                                 residualPortable};
 
 #if defined(__x86_64__)
 #define MOUTHPIECE_AVX2 __attribute__((target("avx2")))
 MOUTHPIECE_AVX2 void loadAvx2(const float* positions, std::ptrdiff_t row_stride, std::ptrdiff_t frames,
                               const float* rest, float* panel, float* largest_squared) {
   loadDisplacements<Wide>(positions, row_stride, frames, rest, panel, largest_squared);
+}
+MOUTHPIECE_AVX2 void storeStepsAvx2(const float* positions, std::ptrdiff_t row_stride, std::ptrdiff_t frames,
+                                    const float* rest, float steps_a_unit, std::int16_t* steps, float* farthest) {
+  storeSteps<Wide>(positions, row_stride, frames, rest, steps_a_unit, steps, farthest);
+}
+MOUTHPIECE_AVX2 void loadStepsAvx2(const std::int16_t* steps, std::ptrdiff_t frames, float step, float* panel,
+                                   float* largest_squared) {
+  loadSteps<Wide>(steps, frames, step, panel, largest_squared);
 }
 MOUTHPIECE_AVX2 void multiplyAvx2(const float* factors, std::ptrdiff_t rows, std::ptrdiff_t inner, const float* panel,
                                   float* product) {
@@ -164,7 +252,7 @@ MOUTHPIECE_AVX2 void residualAvx2(const float* weights, std::ptrdiff_t row_strid
                                   const float* shapes, float* largest_squared) {
   largestResidual<Wide>(weights, row_stride, frames, columns, shape_count, panel, shapes, largest_squared);
 }
-constexpr PanelKernels kAvx2{loadAvx2, multiplyAvx2, residualAvx2};
+constexpr PanelKernels kAvx2{loadAvx2, storeStepsAvx2, loadStepsAvx2, multiplyAvx2, residualAvx2};
 #endif
 
 }  // namespace

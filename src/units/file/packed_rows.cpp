@@ -26,6 +26,10 @@ std::uint64_t folded(std::uint64_t difference) {
 /// The same back, but for what lies above the planes.
 std::uint64_t unfolded(std::uint64_t number) { return number >> 1 ^ (~(number & 1) + 1); }
 
+bool isZero(std::string_view bytes) {
+  return bytes.empty() || (bytes[0] == 0 && bytes.substr(1) == bytes.substr(0, bytes.size() - 1));
+}
+
 }  // namespace
 
 std::optional<std::string> packedPositions(const FloatMatrix& positions) {
@@ -66,9 +70,12 @@ std::optional<FloatMatrix> unpackedPositions(std::string_view packed, std::size_
     // Sums modulo 2^64 are right modulo 2^40, too, which the last shifts leave.
     std::uint64_t position = 0, difference = 0;
     float* to = positions.data() + column;
+    // The upper planes of what moves slowly are empty.
+    std::size_t used = kPlanes;
+    while (used > 1 && isZero({planes + (used - 1) * numbers + start, frames})) --used;
     for (std::size_t frame = 0; frame < frames; ++frame, to += columns) {
       std::uint64_t number = 0;
-      for (std::size_t plane = kPlanes; plane-- > 0;)
+      for (std::size_t plane = used; plane-- > 0;)
         number = number << 8U | static_cast<unsigned char>(planes[plane * numbers + start + frame]);
       difference += unfolded(number);
       position += difference;

@@ -252,6 +252,23 @@ void windowShares(const TimeSpan& segment, Seconds time, std::vector<std::pair<E
   }
 }
 
+ContextView contextView(const std::vector<ContextSegment>& segments, std::span<const Seconds> times) {
+  ContextView view{std::ssize(times), {}};
+  std::vector<std::pair<Eigen::Index, float>> shares;
+  for (std::size_t time = 0; time < times.size(); ++time) {
+    const auto near = std::partition_point(segments.begin(), segments.end(), [&](const ContextSegment& segment) {
+      return segment.span.end < times[time] - kContextReach;
+    });
+    for (auto i = unsignedIndex(near - segments.begin()); i < segments.size(); ++i) {
+      if (segments[i].span.start > times[time] + kContextReach) break;
+      windowShares(segments[i].span, times[time], shares);
+      for (const auto& [window, share] : shares)
+        view.shares.push_back({signedIndex(time), signedIndex(i), window, share});
+    }
+  }
+  return view;
+}
+
 ContextNetwork::Matrix ContextNetwork::given(const std::vector<ContextSegment>& segments) const {
   Matrix given = Matrix::Zero(std::ssize(segments), input.cols());
   for (std::size_t i = 0; i < segments.size(); ++i) {
@@ -260,22 +277,11 @@ ContextNetwork::Matrix ContextNetwork::given(const std::vector<ContextSegment>& 
   return given;
 }
 
-Eigen::MatrixXd ContextNetwork::at(const std::vector<ContextSegment>& segments, const Matrix& given,
-                                   std::span<const Seconds> times) const {
+Eigen::MatrixXd ContextNetwork::at(const ContextView& view, const Matrix& given) const {
   const Eigen::Index hidden = hiddenCount();
-  Matrix sums = bias.replicate(std::ssize(times), 1);
-  std::vector<std::pair<Eigen::Index, float>> shares;
-  for (std::size_t row = 0; row < times.size(); ++row) {
-    const auto near = std::partition_point(segments.begin(), segments.end(), [&](const ContextSegment& segment) {
-      return segment.span.end < times[row] - kContextReach;
-    });
-    for (auto i = unsignedIndex(near - segments.begin()); i < segments.size(); ++i) {
-      if (segments[i].span.start > times[row] + kContextReach) break;
-      windowShares(segments[i].span, times[row], shares);
-      for (const auto& [window, share] : shares)
-        sums.row(signedIndex(row)) += share * given.row(signedIndex(i)).segment(window * hidden, hidden);
-    }
-  }
+  Matrix sums = bias.replicate(view.time_count, 1);
+  for (const auto& [time, segment, window, share] : view.shares)
+    sums.row(time) += share * given.row(segment).segment(window * hidden, hidden);
   return (sums.array().tanh().matrix() * output).cast<double>();
 }
 

@@ -39,6 +39,17 @@ std::vector<ContextSegment> contextSegments(const SpeechLabels& labels, const Si
 /// How much of `segment` each window holds, at `time`: numbers of windows and their shares, none of them zero.
 void windowShares(const TimeSpan& segment, Seconds time, std::vector<std::pair<Eigen::Index, float>>& shares);
 
+/// What is seen of a line at some times, all networks alike.
+struct ContextView {
+  struct Share {
+    Eigen::Index time, segment, window;  ///< numbers
+    float share;
+  };
+  Eigen::Index time_count = 0;
+  std::vector<Share> shares;  ///< by time, then by segment
+};
+ContextView contextView(const std::vector<ContextSegment>& segments, std::span<const Seconds> times);
+
 /// A perceptron with one hidden layer: components of the speaking face from what is said within 240 ms of a moment
 /// (docs/theory/units/prediction.md). Fitted by corpus_tools/building/prediction_parts.h.
 struct ContextNetwork {
@@ -52,9 +63,8 @@ struct ContextNetwork {
 
   /// What each segment gives to each hidden unit through each window: segments x (windows * hidden).
   [[nodiscard]] Matrix given(const std::vector<ContextSegment>& segments) const;
-  /// times x components; `given` of the same segments.
-  [[nodiscard]] Eigen::MatrixXd at(const std::vector<ContextSegment>& segments, const Matrix& given,
-                                   std::span<const Seconds> times) const;
+  /// times x components; `given` of the segments that are viewed.
+  [[nodiscard]] Eigen::MatrixXd at(const ContextView& view, const Matrix& given) const;
 };
 
 }  // namespace mouthpiece

@@ -57,10 +57,11 @@ Eigen::MatrixXd LinePrediction::byNetworks(std::span<const Seconds> times) const
       return segment.span.end >= seen.start && segment.span.start <= seen.end;
     });
   }
+  const ContextView view = contextView(given_.empty() ? near : context_, times);
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(signedIndex(times.size()), model_->componentCount());
   for (std::size_t i = 0; i < model_->networks.size(); ++i) {
     const ContextNetwork& network = model_->networks[i];
-    sum += given_.empty() ? network.at(near, network.given(near), times) : network.at(context_, given_[i], times);
+    sum += given_.empty() ? network.at(view, network.given(near)) : network.at(view, given_[i]);
   }
   return sum / asReal(model_->networks.size());
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 
@@ -47,11 +48,16 @@ TEST(SteppedFrames, AreOffByHalfAStepAtMost) {
     ASSERT_EQ(stepped->frameCount(), 9);
     std::vector<float> panel(9 * unsignedIndex(kPanelWidth));
     for (Eigen::Index first = 0; first < vertices; first += kPanelVertices) {
-      stepped->panel(first, panel);
+      float largest[kPanelVertices];
+      stepped->panel(first, panel.data(), largest);
+      for (Eigen::Index v = 0; v < std::min(kPanelVertices, vertices - first); ++v) {
+        const float farthest = moves.displacements.middleCols<3>(3 * (first + v)).rowwise().norm().maxCoeff();
+        EXPECT_NEAR(std::sqrt(largest[v]), farthest, 2 * kAllowed);
+      }
       for (Eigen::Index f = 0; f < 9; ++f) {
         for (Eigen::Index i = 0; i < kPanelWidth; ++i) {
           const Eigen::Index column = 3 * first + i;
-          const float held = panel[unsignedIndex(f * kPanelWidth + i)];
+          const float held = panel[unsignedIndex(f * kPanelWidth + i % 3 * kPanelVertices + i / 3)];
           if (column >= 3 * vertices) {
             EXPECT_EQ(held, 0);
             continue;

@@ -97,7 +97,7 @@ TEST(ContextNetwork, IsItsFormula) {
       for (const auto& [feature, value] : segment.features) sum += 0.01 * double{share} * double{value};
     }
   }
-  const Eigen::MatrixXd values = network.at(segments, network.given(segments), times);
+  const Eigen::MatrixXd values = network.at(contextView(segments, times), network.given(segments));
   EXPECT_NEAR(values(0, 0), std::tanh(sum), 1e-4);
   EXPECT_NEAR(values(0, 1), std::tanh(sum), 1e-4);
 }
