@@ -36,7 +36,7 @@ Line randomLine(Random& random) {
   constexpr std::array<const char*, 8> kWords{"birch", "canoe", "slid",   "d\xC3\xA9j\xC3\xA0",
                                               "don't", "seven", "planks", "\xD0\xB4\xD0\xB0\xD0\xB2\xD0\xBD\xD0\xBE"};
   Line line;
-  int at = static_cast<int>(upTo(random, 400));
+  int at = static_cast<int>(upTo(random, upTo(random, 1) == 0 ? 400 : 7'000'000));  // up to two hours
   for (std::size_t i = 0; i < 3 + upTo(random, 6); ++i) {
     const int length = 20 + static_cast<int>(upTo(random, 700));
     line.push_back(
