@@ -9,6 +9,7 @@
 
 #include "base/errors.h"
 #include "base/files.h"
+#include "deform/mesh/mesh_files.h"
 #include "hearing/alignment/forced_alignment.h"
 #include "hearing/alignment/lyrics.h"
 #include "hearing/recognition/recogniser.h"

@@ -8,6 +8,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "base/index.h"
+#include "deform/mesh/face_mesh.h"
 #include "programs/retarget/commands.h"
 #include "retarget/placing/face_page.h"
 #include "speaker/shared_files.h"
