@@ -161,6 +161,23 @@ TEST(HideSpikes, BesideUnseenFramesAndTheEndsTakeNoNeighbourAlong) {
   }
 }
 
+/// How fast a marker goes does not matter, only how evenly.
+TEST(HideSpikes, AtAnEdgeFollowWhatGoesFast) {
+  for (const double off : {0.0, 25.0}) {
+    for (const Eigen::Index at : {Eigen::Index{0}, Eigen::Index{39}}) {
+      MotionClip clip{120, {"M"}, PositionMatrix::Zero(40, 3)};
+      clip.positions_mm.col(0).setLinSpaced(40, 0, 39 * 9.0);
+      clip.positions_mm(at, 2) += off;
+      const HiddenSpikes hidden = hideSpikes(clip);
+      ASSERT_EQ(hidden.spikes.size(), off > 0 ? 1U : 0U) << at;
+      if (off > 0) {
+        EXPECT_EQ(hidden.spikes[0].first.row(), at);
+        EXPECT_NEAR(hidden.spikes[0].distance_mm, off, 1e-9);
+      }
+    }
+  }
+}
+
 /// A spike one frame within the edge is that frame, not the good sample at the edge.
 TEST(HideSpikes, BeforeTheLastSeenFrameLeaveThatFrame) {
   for (Eigen::Index length = 1; length <= 4; ++length) {
