@@ -143,8 +143,9 @@ TEST(HideSpikes, BesideUnseenFramesAndTheEndsTakeNoNeighbourAlong) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
     MotionClip clip = quietClip();
-    const Eigen::Index marker = 3 * (random() % 10), length = 1 + random() % 3, gap = 1 + random() % 60;
-    const Eigen::Index from = 40 + random() % 200;
+    const Eigen::Index marker = signedIndex(3 * (random() % 10)), length = signedIndex(1 + random() % 3),
+                       gap = signedIndex(1 + random() % 60);
+    const Eigen::Index from = signedIndex(40 + random() % 200);
     clip.positions_mm.block(from, marker, gap, 3).setConstant(std::nan(""));
     const std::array<Eigen::Index, 4> places{from - length, from + gap, 0, clip.positions_mm.rows() - length};
     const Eigen::Index wild = places[seed % 4];
