@@ -4,7 +4,7 @@
 set -eu
 cd "$(dirname "$0")/.."
 jobs=${JOBS:-$(nproc)}
-cmake --preset coverage >/dev/null
+cmake --preset coverage -DMOUTHPIECE_UNITY=ON >/dev/null
 cmake --build build-coverage -j "$jobs" --target ${TARGETS:-all} >build-coverage/build.log 2>&1 || { tail -n 20 build-coverage/build.log >&2; exit 1; }
 # The programs' data, as made by the release build: to make it with counters takes an hour.
 mkdir -p build-coverage/share/mouthpiece

@@ -6,7 +6,7 @@
 set -eu
 seconds=${1:-60}
 [ $# -eq 0 ] || shift
-cmake --preset fuzz >/dev/null
+cmake --preset fuzz -DMOUTHPIECE_UNITY=ON >/dev/null
 if [ $# -eq 0 ]; then
   cmake --build build-fuzz -j "${JOBS:-$(nproc)}" --target fuzzers
   set -- $(cd tests/fuzz && ls ./*_fuzz.cpp | sed 's|^./||; s|_fuzz.cpp$||')

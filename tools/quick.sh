@@ -32,5 +32,9 @@ cmake --preset asan -DMOUTHPIECE_UNITY=ON >/dev/null
 mkdir -p build-asan/share/mouthpiece
 [ ! -d build/share/mouthpiece ] || cp -ru build/share/mouthpiece/. build-asan/share/mouthpiece/
 for test in $tests; do build-asan/test_bin/"$test" --gtest_brief=1; done
-for replay in $replays; do build-asan/test_bin/"$replay" "tests/fuzz/findings/${replay#replay_}"; done
+for replay in $replays; do
+  seeds=tests/fuzz/corpora/${replay#replay_}
+  [ -d "$seeds" ] || seeds=
+  build-asan/test_bin/"$replay" "tests/fuzz/findings/${replay#replay_}" $seeds
+done
 [ -z "$readers" ] || tools/fuzz.sh "${FUZZ_SECONDS:-60}" $readers

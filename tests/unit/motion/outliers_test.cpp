@@ -143,8 +143,9 @@ TEST(HideSpikes, BesideUnseenFramesAndTheEndsTakeNoNeighbourAlong) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
     MotionClip clip = quietClip();
-    const Eigen::Index marker = 3 * (random() % 10), length = 1 + random() % 3, gap = 1 + random() % 60;
-    const Eigen::Index from = 40 + random() % 200;
+    const Eigen::Index marker = signedIndex(3 * (random() % 10)), length = signedIndex(1 + random() % 3),
+                       gap = signedIndex(1 + random() % 60);
+    const Eigen::Index from = signedIndex(40 + random() % 200);
     clip.positions_mm.block(from, marker, gap, 3).setConstant(std::nan(""));
     const std::array<Eigen::Index, 4> places{from - length, from + gap, 0, clip.positions_mm.rows() - length};
     const Eigen::Index wild = places[seed % 4];
@@ -158,6 +159,23 @@ TEST(HideSpikes, BesideUnseenFramesAndTheEndsTakeNoNeighbourAlong) {
     EXPECT_NEAR(hidden.spikes[0].distance_mm, Eigen::RowVector3d(40, -20, 30).norm(), 5);
     EXPECT_EQ(hidden.clip.positions_mm.array().isNaN().count(), expected.array().isNaN().count());
     EXPECT_TRUE((hidden.clip.positions_mm.array().isNaN() == expected.array().isNaN()).all());
+  }
+}
+
+/// How fast a marker goes does not matter, only how evenly.
+TEST(HideSpikes, AtAnEdgeFollowWhatGoesFast) {
+  for (const double off : {0.0, 25.0}) {
+    for (const Eigen::Index at : {Eigen::Index{0}, Eigen::Index{39}}) {
+      MotionClip clip{120, {"M"}, PositionMatrix::Zero(40, 3)};
+      clip.positions_mm.col(0).setLinSpaced(40, 0, 39 * 9.0);
+      clip.positions_mm(at, 2) += off;
+      const HiddenSpikes hidden = hideSpikes(clip);
+      ASSERT_EQ(hidden.spikes.size(), off > 0 ? 1U : 0U) << at;
+      if (off > 0) {
+        EXPECT_EQ(hidden.spikes[0].first.row(), at);
+        EXPECT_NEAR(hidden.spikes[0].distance_mm, off, 1e-9);
+      }
+    }
   }
 }
 
