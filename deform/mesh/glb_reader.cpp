@@ -10,6 +10,7 @@
 #include "base/errors.h"
 #include "deform/mesh/glb_nodes.h"
 #include "deform/mesh/glb_scene.h"
+#include "deform/mesh/glb_views.h"
 #include "deform/mesh/mesh_reader.h"
 
 namespace mouthpiece {

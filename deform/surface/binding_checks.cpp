@@ -11,7 +11,6 @@
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/triangle_tree.h"
 #include "deform/surface/binding.h"
-#include "deform/surface/marker_outline.h"
 #include "deform/surface/surface_projection.h"
 #include "deform/surface/virtual_points.h"
 

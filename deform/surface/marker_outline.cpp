@@ -1,10 +1,10 @@
-#include "deform/surface/marker_outline.h"
-
 #include <boost/geometry/algorithms/convex_hull.hpp>
 #include <boost/geometry/algorithms/covered_by.hpp>
 #include <boost/geometry/geometries/geometries.hpp>
 #include <boost/geometry/geometries/point_xy.hpp>
 #include <boost/geometry/strategies/strategies.hpp>
+
+#include "deform/surface/surface_projection.h"
 
 namespace mouthpiece {
 

@@ -46,4 +46,7 @@ class SurfaceProjector {
   std::vector<Ball> balls_;
 };
 
+/// Which of `points` (x y) lie within what the markers span, seen from the front: their convex hull.
+std::vector<bool> withinOutline(const MarkerPositions& markers, const Eigen::MatrixX2d& points);
+
 }  // namespace mouthpiece

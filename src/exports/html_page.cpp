@@ -9,7 +9,6 @@
 #include "base/json_text.h"
 #include "base/page_data.h"
 #include "exports/format_bytes.h"
-#include "exports/page_mesh.h"
 #include "exports/report_fields.h"
 #include "motion/lip_gauge.h"
 

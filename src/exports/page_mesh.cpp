@@ -1,6 +1,5 @@
-#include "exports/page_mesh.h"
-
 #include "deform/mesh/face_mesh.h"
+#include "exports/format_bytes.h"
 
 namespace mouthpiece {
 namespace {

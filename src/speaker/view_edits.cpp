@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/index.h"
+#include "deform/mesh/mesh_files.h"
 #include "page_engine/line_package.h"
 #include "speaker/speaker_data.h"
 #include "units/selection/selection.h"

@@ -1,9 +1,9 @@
-#include "deform/surface/marker_outline.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
 #include <vector>
+
+#include "deform/surface/surface_projection.h"
 
 namespace mouthpiece {
 namespace {
