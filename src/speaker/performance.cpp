@@ -152,7 +152,7 @@ const PrincipalShapes& Performance::Data::wholeShapes() const {
 
 const ShapeNormals& Performance::Data::normals() const {
   const std::scoped_lock lock(mutex_);
-  if (!normals_) normals_ = shapeNormals(needFace().rig.mesh().triangles, shapes());
+  if (!normals_) normals_ = shapeNormals(needFace().triangles(), shapes());
   return *normals_;
 }
 

@@ -41,6 +41,8 @@ SharedFace::Data::Data(const std::filesystem::path& face_file)
 
 std::filesystem::path SharedFace::Data::meshPath() const { return path.parent_path() / file.mesh_file; }
 
+const std::vector<Triangle>& SharedFace::Data::triangles() const { return rig.mesh().triangles; }
+
 SharedFace::SharedFace(const std::filesystem::path& file) : data_(std::make_shared<const Data>(file)) {}
 const std::string& SharedFace::name() const { return data_->rig.name(); }
 std::size_t SharedFace::vertexCount() const { return unsignedIndex(data_->rig.restVertices().rows()); }
@@ -53,8 +55,7 @@ std::span<const float> SharedFace::restVertices() const {
 
 std::vector<std::uint32_t> SharedFace::triangles() const {
   std::vector<std::uint32_t> corners;
-  for (const Triangle& triangle : data_->rig.mesh().triangles)
-    corners.insert(corners.end(), triangle.begin(), triangle.end());
+  for (const Triangle& triangle : data_->triangles()) corners.insert(corners.end(), triangle.begin(), triangle.end());
   return corners;
 }
 

@@ -43,6 +43,7 @@ struct SharedFace::Data {
   explicit Data(const std::filesystem::path& face_file);
   /// Of the mesh that the face was fitted to.
   [[nodiscard]] std::filesystem::path meshPath() const;
+  [[nodiscard]] const std::vector<Triangle>& triangles() const;
 
   std::filesystem::path path;
   FaceFile file;
