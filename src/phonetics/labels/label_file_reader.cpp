@@ -6,11 +6,11 @@
 #include <cmath>
 
 #include "base/errors.h"
+#include "base/files.h"
 #include "base/index.h"
 #include "base/statistics.h"
 #include "base/text_encoding.h"
 #include "base/text_numbers.h"
-#include "base/files.h"
 #include "phonetics/labels/label_entries.h"
 #include "phonetics/labels/textgrid.h"
 
@@ -150,8 +150,7 @@ SpeechLabels parseLabFile(std::string_view bytes, std::string_view name, const L
   const auto entries = readEntries(text, name, options);
   auto phones = phonesFromEntries(name, entries, *options.language);
   if (phones.empty()) throw InputError(name, "", "holds no labels; expected phones with their times");
-  return buildSpeechLabels(std::move(phones), std::vector<WordSegment>{}, entries.back().span.end,
-                           *options.language);
+  return buildSpeechLabels(std::move(phones), std::vector<WordSegment>{}, entries.back().span.end, *options.language);
 }
 
 SpeechLabels readLabels(const std::filesystem::path& path, const LabFileOptions& options) {

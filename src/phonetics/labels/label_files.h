@@ -4,8 +4,8 @@
 #include <string>
 #include <string_view>
 
-#include "phonetics/language/language.h"
 #include "phonetics/labels/speech_labels.h"
+#include "phonetics/language/language.h"
 
 namespace mouthpiece {
 

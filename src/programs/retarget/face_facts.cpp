@@ -61,7 +61,8 @@ Anchors placedOn(const FaceFile& face, FaceMesh& mesh, const Anchors& given) {
   for (std::size_t i = 0; i < face.control.points.size(); ++i) {
     const ControlPoint& point = face.control.points[i];
     if (point.rule != PointRule::kMarker && point.rule != PointRule::kInnerLip) continue;
-    const Eigen::Vector3d place = face.upright_from_mesh.transpose() * face.control.rest.row(signedIndex(i)).transpose();
+    const Eigen::Vector3d place =
+        face.upright_from_mesh.transpose() * face.control.rest.row(signedIndex(i)).transpose();
     const auto before = placeOf(given, point.name, mesh, face.name);
     if (!before || (*before - place).norm() > kStill * face.control.mouth_width) placed.markers[point.name] = place;
   }

@@ -71,9 +71,9 @@ struct SelectedUnit {
 std::vector<SelectedUnit> selectUnits(const SpeechLabels& target, const UnitDatabase& database,
                                       const SelectionOptions& options);
 
-/// For the phones of each of `units` other seen fragments than its own: for each phone of the longest runs of the unit's
-/// phones with it that the corpus says elsewhere, too. Longest runs first; of a run at most `most`, the cheapest by
-/// target cost first.
+/// For the phones of each of `units` other seen fragments than its own: for each phone of the longest runs of the
+/// unit's phones with it that the corpus says elsewhere, too. Longest runs first; of a run at most `most`, the cheapest
+/// by target cost first.
 std::vector<std::vector<SelectedUnit>> otherUnits(const SpeechLabels& target, const UnitDatabase& database,
                                                   std::span<const SelectedUnit> units, std::size_t most);
 
