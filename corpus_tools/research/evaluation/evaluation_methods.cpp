@@ -132,6 +132,7 @@ EvaluationMethod unitMethod(std::string name, const UnitDatabase& database, cons
             SynthesisRequest request{take.text, "capture", take.labels, {}, options};
             if (options.context.hear) request.audio = take.audio;
             request.options.frame_rate_hz = take.motion.frame_rate_hz;
+            request.options.departures.lids_rest = false;  // jumps at joins are the whole face's, as in the take
             try {
               request.units = selectUnits(request.labels, database, options.selection);
             } catch (const InputError&) {  // not even a stand-in: the curves fill in, as in `synth`
@@ -170,7 +171,6 @@ std::vector<EvaluationMethod> stepsFromEdge(const UnitDatabase& database) {
   options.selection.units = UnitScales::kAny;
   add("+ units of any length");
   options.selection.method = SelectionMethod::kViterbi;
-  options.departures.lids_rest = true;  // no row of its own: the table looks at lips
   add("+ cheapest cover");
   return methods;
 }
