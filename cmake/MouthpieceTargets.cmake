@@ -118,7 +118,7 @@ function(mouthpiece_compile_options target)
   elseif(NOT target MATCHES "^mouthpiece_precompiled")
     target_precompile_headers(${target} REUSE_FROM mouthpiece_precompiled)
   endif()
-  # ccache asks for the first; by the second g++ looks for garbage in its memory from 1 GB on, which takes a tenth less.
+  # ccache asks for the first; by the second g++ looks for garbage in its memory from 1 GB on, which takes less time (docs/decisions/0004).
   target_compile_options(${target} PRIVATE "$<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess;--param=ggc-min-heapsize=1000000>")
   target_compile_definitions(${target} PRIVATE FMT_SHARED)  # as fmt::fmt has it: all share one precompiled header
   mouthpiece_warnings(${target})
