@@ -11,6 +11,7 @@
 
 #include "base/errors.h"
 #include "base/parallel_for.h"
+#include "corpus_tools/building/settings_search.h"
 #include "motion/resample.h"
 #include "synthesis/synthesis.h"
 #include "units/selection/unit_database.h"
@@ -19,6 +20,7 @@ namespace mouthpiece {
 namespace {
 
 constexpr std::size_t kMostJudges = 16, kMostMaterial = 240;
+constexpr std::size_t kMostSearched = 48;  ///< judges of contacts and costs, which are cheaper to make
 constexpr std::array<double, 4> kDetailWithinMs{35, 50, 80, 120};
 constexpr double kHalfBelieved = 20;  ///< takes of a corpus whose findings count half
 
@@ -146,7 +148,7 @@ class Trial {
     for (std::size_t i = 0, n = 0; i < corpus.takes.size(); ++i) {
       if (!judges.contains(i) && n++ % every == 0) rest_.takes.push_back(loadedTake(corpus, i));
     }
-    const std::size_t count = std::min(kMostJudges, fit.judges.size());
+    const std::size_t count = std::min(kMostSearched, fit.judges.size());
     for (std::size_t i = 0; i < count; ++i)
       judges_.push_back(loadedTake(corpus, fit.judges[i * fit.judges.size() / count]));
     for (CorpusTake& take : judges_) {
@@ -157,10 +159,46 @@ class Trial {
     database_.emplace(rest_);
   }
 
+  /// From here on lines are made as a corpus with that mixture makes them.
+  void use(const Learnt& learnt) {
+    auto model = std::make_shared<TrajectoryModel>(*rest_.trajectory_model);
+    model->gain = learnt.gain;
+    rest_.trajectory_model = model;
+    rest_.motion_settings = learnt.settings;
+  }
+  [[nodiscard]] std::size_t judgeCount() const { return judges_.size(); }
+  [[nodiscard]] std::size_t mixtureJudgeCount() const { return std::min(kMostJudges, judges_.size()); }
+  [[nodiscard]] const UnitDatabase& database() const { return *database_; }
+  /// measure(take) of the judges first, first + 2, ...; nullopt where it throws InputError: a take whose phones the
+  /// others lack, a layout without both lips and corners.
+  template <typename Measure>
+  [[nodiscard]] TakeMeasures measureEveryOther(std::size_t first, std::size_t jobs, const Measure& measure) const {
+    TakeMeasures measures((judges_.size() - first + 1) / 2);
+    parallelFor(measures.size(), jobs, [&](std::size_t i) {
+      const std::size_t take = first + 2 * i;
+      try {
+        measures[i] = measureLips(judges_[take].motion, measure(take), judges_[take].labels, rest_.layout);
+      } catch (const InputError&) {
+        measures[i] = std::nullopt;
+      }
+    });
+    return measures;
+  }
+  [[nodiscard]] SynthesisRequest requestFor(std::size_t take) const {
+    const CorpusTake& judge = judges_[take];
+    SynthesisRequest request{judge.text, "", judge.labels, {}, {}};
+    request.options.frame_rate_hz = judge.motion.frame_rate_hz;
+    request.options.selection.method = SelectionMethod::kViterbi;
+    return request;
+  }
+
   /// For each of kDetailWithinMs.
   [[nodiscard]] std::vector<Products> products(std::size_t jobs) const {
-    std::vector<std::array<Products, kDetailWithinMs.size()>> of_takes(judges_.size());
-    parallelFor(judges_.size(), jobs, [&](std::size_t take) { addTake(judges_[take], of_takes[take]); });
+    std::vector<std::array<Products, kDetailWithinMs.size()>> of_takes(mixtureJudgeCount());
+    parallelFor(of_takes.size(), jobs, [&](std::size_t i) {
+      const std::size_t judge = i * judges_.size() / of_takes.size();
+      addTake(judge, of_takes[i]);
+    });
     std::vector<Products> sums(kDetailWithinMs.size());
     for (const auto& own : of_takes) {
       for (std::size_t i = 0; i < sums.size(); ++i) {
@@ -172,10 +210,9 @@ class Trial {
   }
 
  private:
-  void addTake(const CorpusTake& take, std::array<Products, kDetailWithinMs.size()>& products) const {
-    SynthesisRequest request{take.text, "", take.labels, {}, {}};
-    request.options.frame_rate_hz = take.motion.frame_rate_hz;
-    request.options.selection.method = SelectionMethod::kViterbi;
+  void addTake(std::size_t judge, std::array<Products, kDetailWithinMs.size()>& products) const {
+    const CorpusTake& take = judges_[judge];
+    SynthesisRequest request = requestFor(judge);
     request.options.context.keep_contacts = false;
     try {
       request.units = selectUnits(take.labels, *database_, request.options.selection);
@@ -190,7 +227,8 @@ class Trial {
       const PositionMatrix lips = lipsOf(synthesise(request, *database_).motion, columns);
       return lips.topRows(std::min(frames, lips.rows()));
     };
-    constexpr MotionSettings kNothing{kDetailWithinMs[0], 0, 0, 0, 0};
+    constexpr MotionSettings kNothing{
+        .detail_within_ms = kDetailWithinMs[0], .first_detail = 0, .other_detail = 0, .slow_captured = 0};
     std::array<PositionMatrix, kParts> parts;
     parts[kStill] = made(kNothing, false);
     parts[kGain] = made(kNothing, true) - parts[kStill];
@@ -216,6 +254,100 @@ class Trial {
   std::optional<UnitDatabase> database_;
 };
 
+/// Lines with each way of keeping contacts; what is below them is made once.
+class ContactTrial : public LipTrial {
+ public:
+  ContactTrial(const Trial& trial, std::size_t jobs) : trial_(trial), jobs_(jobs), lines_(trial.judgeCount()) {
+    parallelFor(lines_.size(), jobs, [&](std::size_t take) {
+      SynthesisRequest request = trial.requestFor(take);
+      request.options.context.keep_contacts = false;
+      try {
+        request.units = selectUnits(request.labels, trial.database(), request.options.selection);
+        MotionClip motion = synthesise(request, trial.database()).motion;
+        lines_[take] = Line{std::move(request.labels), std::move(request.units), std::move(motion)};
+      } catch (const InputError&) {
+        lines_[take].reset();
+      }
+    });
+  }
+
+  [[nodiscard]] TakeMeasures measure(std::size_t first, const MotionSettings& settings) const {
+    return trial_.measureEveryOther(first, jobs_, [&](std::size_t take) {
+      if (!lines_[take]) throw InputError("found no fragments; expected a line");
+      const Line& line = *lines_[take];
+      MotionClip made = line.motion;
+      std::vector<Seconds> times;
+      for (std::size_t frame = 0; frame < made.frameCount(); ++frame) times.push_back(made.timeOf(FrameIndex(frame)));
+      made.positions_mm = keepContacts(std::move(made.positions_mm), line.labels, trial_.database(), line.units, times,
+                                       withinBounds(settings));
+      return made;
+    });
+  }
+
+  static MotionSettings withinBounds(MotionSettings settings) {
+    for (const MotionSetting& setting : kMotionSettings)
+      settings.*setting.value = std::clamp(settings.*setting.value, setting.least, setting.largest);
+    return settings;
+  }
+  static std::vector<TunedField<MotionSettings>> fields() {
+    std::vector<TunedField<MotionSettings>> fields;
+    for (const MotionSetting& setting : std::span(kMotionSettings).subspan(kFirstContactSetting))
+      fields.push_back({setting.name, [&setting](MotionSettings& of) -> double& { return of.*setting.value; }});
+    return fields;
+  }
+
+ private:
+  struct Line {
+    SpeechLabels labels;
+    std::vector<SelectedUnit> units;
+    MotionClip motion;
+  };
+  const Trial& trial_;
+  std::size_t jobs_;
+  std::vector<std::optional<Line>> lines_;
+};
+
+/// Lines of the fragments that each set of costs selects.
+class CostTrial : public LipTrial {
+ public:
+  CostTrial(const Trial& trial, std::size_t jobs) : trial_(trial), jobs_(jobs) {}
+
+  [[nodiscard]] TakeMeasures measure(std::size_t first, const LatticeWeights& weights) const {
+    return trial_.measureEveryOther(first, jobs_, [&](std::size_t take) {
+      SynthesisRequest request = trial_.requestFor(take);
+      request.options.selection.lattice = weights;
+      return synthesise(request, trial_.database()).motion;
+    });
+  }
+
+ private:
+  const Trial& trial_;
+  std::size_t jobs_;
+};
+
+/// How contacts are kept, and what selects fragments: where what is found on one half of the judges helps the other
+/// half, too.
+void learnContactsAndCosts(Corpus& corpus, Trial& trial, double believed, std::size_t jobs) {
+  trial.use({corpus.motion_settings, corpus.trajectory_model->gain});
+  const auto contacts =
+      searchAndJudge<MotionSettings>(ContactTrial(trial, jobs), ContactTrial::fields(), corpus.motion_settings,
+                                     trial.judgeCount(), false, {});
+  const MotionSettings found = ContactTrial::withinBounds(contacts.weights);
+  for (const MotionSetting& setting : std::span(kMotionSettings).subspan(kFirstContactSetting)) {
+    double& own = corpus.motion_settings.*setting.value;
+    own = std::lerp(own, found.*setting.value, believed);
+  }
+  corpus.build_log["contact_settings"] = describeTuning(contacts);
+
+  trial.use({corpus.motion_settings, corpus.trajectory_model->gain});
+  const auto costs = searchAndJudge<LatticeWeights>(CostTrial(trial, jobs), tunedLatticeFields(),
+                                                    corpus.lattice_weights, trial.judgeCount(), false, {}, 1);
+  const std::span<double> weights = corpus.lattice_weights.values();
+  LatticeWeights best = costs.weights;
+  for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = std::lerp(weights[i], best.values()[i], believed);
+  corpus.build_log["lattice_weights"] = describeTuning(costs);
+}
+
 std::string described(const Reached& reached) {
   return fmt::format("error {:.3f} of the capture's spread, variance {:.2f}, jerk {:.2f}", reached.error,
                      reached.variance, reached.jerk);
@@ -225,8 +357,9 @@ std::string described(const Reached& reached) {
 
 void fitMotion(Corpus& corpus, const TrajectoryFitOptions& options) {
   corpus.motion_settings = {};
-  corpus.build_log.erase("motion_settings");
-  corpus.build_log.erase("sound_model");
+  corpus.lattice_weights = {};
+  for (const char* key : {"motion_settings", "contact_settings", "lattice_weights", "sound_model"})
+    corpus.build_log.erase(key);
   const TrajectoryFit fit = fitTrajectory(corpus, options);
   if (!fit.sound_account.empty()) corpus.build_log["sound_model"] = fit.sound_account;
   learnSettings(corpus, fit, corpus.takes.size(), options.jobs > 0 ? options.jobs : defaultThreadCount());
@@ -235,7 +368,8 @@ void fitMotion(Corpus& corpus, const TrajectoryFitOptions& options) {
 void learnSettings(Corpus& corpus, const TrajectoryFit& fit, std::size_t takes, std::size_t jobs) {
   corpus.trajectory_model = fit.model;
   if (fit.model == nullptr || fit.judges.empty()) return;
-  const std::vector<Products> products = Trial(corpus, fit).products(jobs);
+  Trial trial(corpus, fit);
+  const std::vector<Products> products = trial.products(jobs);
   if (!(products.front().values(kCaptured, kCaptured) > 0)) return;
 
   const Learnt usual{corpus.motion_settings, fit.model->gain};
@@ -257,15 +391,16 @@ void learnSettings(Corpus& corpus, const TrajectoryFit& fit, std::size_t takes, 
     after = own;
   }
   const double believed = asReal(takes) / (asReal(takes) + kHalfBelieved);
-  for (const MotionSetting& setting : kMotionSettings) {
+  for (const MotionSetting& setting : std::span(kMotionSettings).first(kFirstContactSetting)) {
     const double usually = usual.settings.*setting.value;
     corpus.motion_settings.*setting.value = std::lerp(usually, best.settings.*setting.value, believed);
   }
   auto model = std::make_shared<TrajectoryModel>(*fit.model);
   model->gain = std::lerp(usual.gain, best.gain, believed);
   corpus.trajectory_model = model;
+  learnContactsAndCosts(corpus, trial, believed, jobs);
   std::string account = fmt::format(
-      "learnt on {} takes left out, believed to {:.0f} %: ", std::min(kMostJudges, fit.judges.size()), 100 * believed);
+      "learnt on {} takes left out, believed to {:.0f} %: ", trial.mixtureJudgeCount(), 100 * believed);
   for (const MotionSetting& setting : kMotionSettings)
     account += fmt::format("{} {:.3g}, ", setting.name, corpus.motion_settings.*setting.value);
   corpus.build_log["motion_settings"] = account + fmt::format("gain {:.3f}; {}; with the usual ones {}", model->gain,

@@ -181,8 +181,8 @@ Corpus corpusFrom(const JsonField& field, const std::string& file) {
   const std::vector<std::string> names = corpus.layout.markerNames();
   const auto columns = signedIndex(3 * names.size());
   corpus.neutral_pose_mm = markersFrom(field["neutral_mm"], names.size());
-  const std::vector<JsonField> settings = field["settings"].list(kMotionSettings.size(), kMotionSettings.size());
-  for (std::size_t i = 0; i < kMotionSettings.size(); ++i) {
+  const std::vector<JsonField> settings = field["settings"].list(kLeastMotionSettings, kMotionSettings.size());
+  for (std::size_t i = 0; i < settings.size(); ++i) {
     const MotionSetting& setting = kMotionSettings[i];
     corpus.motion_settings.*setting.value = settings[i].number(setting.least, setting.largest);
   }

@@ -249,8 +249,7 @@ TransferredMotion transferContext(const PositionMatrix& residuals, const SpeechL
   motion.positions_mm.rowwise() +=
       Eigen::Map<const Eigen::RowVectorXd>(corpus.neutral_pose_mm.data(), corpus.neutral_pose_mm.size());
   if (options.keep_contacts)
-    motion.positions_mm =
-        keepContacts(std::move(motion.positions_mm), line, database, units, times, settings.teeth_contact);
+    motion.positions_mm = keepContacts(std::move(motion.positions_mm), line, database, units, times, settings);
   return motion;
 }
 
@@ -262,13 +261,21 @@ PositionMatrix TransferredMotion::contactMm(const MarkerPositions& neutral_mm) c
 
 PositionMatrix keepContacts(PositionMatrix positions, const SpeechLabels& line, const UnitDatabase& database,
                             const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
-                            double teeth_contact) {
+                            const MotionSettings& settings) {
   const TrajectoryModel& model = *database.corpus().trajectory_model;
   if (!(model.closed_opening_mm > 0) || times.size() < 2) return positions;
   const LipGauge& gauge = database.lips();
-  const Contact lips{gauge, &LipGauge::opening, model.closing, 1, 0.015, 0.060};
+  const auto seconds = [](double ms) { return ms / 1000; };
+  const Contact lips{gauge,
+                     &LipGauge::opening,
+                     model.closing,
+                     1,
+                     seconds(settings.lips_held_ms),
+                     seconds(settings.lips_fall_ms)};
   // All of it, or for longer, would shut the mouth in vowels beside F and V that stay open in the capture.
-  const Contact teeth{gauge, &LipGauge::lowerLipDrop, wayOfLowerLip(model, gauge), teeth_contact, 0.005, 0.040};
+  constexpr Seconds kTeethHeld = 0.005;
+  const Contact teeth{gauge,      &LipGauge::lowerLipDrop,         wayOfLowerLip(model, gauge), settings.teeth_contact,
+                      kTeethHeld, seconds(settings.teeth_fall_ms)};
   for (std::size_t phone = 0; phone < line.phones.size(); ++phone) {
     const LabelledPhone& own = line.phones[phone];
     if (isBilabial(own.phone)) {

@@ -50,6 +50,6 @@ TransferredMotion transferContext(const PositionMatrix& residuals, const SpeechL
 /// where the fragments were.
 PositionMatrix keepContacts(PositionMatrix positions, const SpeechLabels& line, const UnitDatabase& database,
                             const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
-                            double teeth_contact = MotionSettings().teeth_contact);
+                            const MotionSettings& settings = {});
 
 }  // namespace mouthpiece

@@ -4,7 +4,7 @@
 #include <functional>
 #include <string>
 
-#include "corpus_tools/takes/lip_measures.h"
+#include "corpus_tools/building/settings_search.h"
 #include "units/file/corpus.h"
 
 namespace mouthpiece {
@@ -16,36 +16,17 @@ struct TuningOptions {
   std::size_t jobs = 0;          ///< threads; 0: one per core. The result does not depend on it
 };
 
-using TuningProgress = std::function<void(std::size_t done, std::size_t total)>;
-
-/// What a search for weights found. A score is a number, or has a sum() that is one; less is better.
-template <typename Weights, typename Score>
-struct Tuned {
-  Weights weights;           ///< the best found where `taken`, else those of the corpus
-  bool helps = false;        ///< also on the judging takes, by more than `judge_error`
-  bool taken = false;        ///< `weights` are the best found
-  std::size_t settings = 0;  ///< tried
-  std::size_t search_takes = 0, judge_takes = 0;
-  double search_before = 0, search_after = 0;
-  Score judge_before{}, judge_after{};
-  double judge_error = 0;  ///< standard error of the difference of the judging takes' scores
-  std::string changes;     ///< "duration 1 -> 0.5, ..." of the best found; empty when it is where it began
-};
+/// Throws InputError for fewer folds than that, or fewer than four takes a fold.
+void expectFolds(std::size_t corpus_takes, const TuningOptions& options, std::size_t least_folds);
 
 /// Scores are tuningScore (docs/theory/units/selection.md).
 using TunedWeights = Tuned<LatticeWeights, double>;
-
-/// Lip error in mm, and 1 for all closures lost, and 1 for all open phones closed.
-double tuningScore(const LipMeasures& measures);
 
 /// Searches the lattice's weights, one at a time, for the least score on the held-out takes of every other fold, and
 /// judges what it found on the takes of the folds between. Throws InputError for a corpus without a trajectory model,
 /// fewer than four folds, or fewer takes than four a fold.
 TunedWeights tuneLatticeWeights(const Corpus& corpus, const TuningOptions& options = {},
                                 const TuningProgress& progress = {});
-
-/// How they were learnt, in a line, for people and for the build log.
-std::string describeTuning(const TunedWeights& tuned);
 
 /// Puts the weights into the corpus, and how they were learnt into its build log as "lattice_weights".
 void storeTuning(Corpus& corpus, const TunedWeights& tuned);

@@ -95,11 +95,13 @@ class ModelReader {
     }
     return numbers;
   }
-  /// A file from before the last terms came keeps the usual weights of those.
+  /// A file from before the last of them came ends early, but not before the first `least`.
+  [[nodiscard]] Numbers weights(std::size_t least, std::size_t most) const {
+    return weights(std::clamp(row_.blob(2).size() / sizeof(float), least, most));
+  }
   void readLatticeWeights(std::span<double> values) {
     nextNamed("lattice weights");
-    const std::size_t count = std::clamp(row_.blob(2).size() / sizeof(float), kFirstLatticeWeights, values.size());
-    const Numbers numbers = weights(count);
+    const Numbers numbers = weights(kFirstLatticeWeights, values.size());
     std::copy(numbers.begin(), numbers.end(), values.begin());
   }
   void readDynamics(TrajectoryModel& model) {
@@ -147,7 +149,7 @@ class ModelReader {
   }
 
   void readSettings() {
-    const Numbers numbers = weights(kMotionSettings.size());
+    const Numbers numbers = weights(kLeastMotionSettings, kMotionSettings.size());
     for (std::size_t i = 0; i < numbers.size(); ++i)
       corpus_.motion_settings.*kMotionSettings[i].value =
           std::clamp(double{numbers[i]}, kMotionSettings[i].least, kMotionSettings[i].largest);
@@ -283,6 +285,9 @@ void writeTrajectoryModel(SqliteDatabase& database, const Corpus& corpus) {
   Numbers settings;
   for (const MotionSetting& setting : kMotionSettings)
     settings.push_back(asFloat(corpus.motion_settings.*setting.value));
+  while (settings.size() > kLeastMotionSettings &&
+         settings.back() == asFloat(MotionSettings().*kMotionSettings[settings.size() - 1].value))
+    settings.pop_back();
   add(std::string(kSettings), settings);
   if (!model.networks.empty()) {
     Numbers shares = floatsOf(model.network_share);

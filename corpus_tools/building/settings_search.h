@@ -5,15 +5,60 @@
 #include <array>
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
-#include "corpus_tools/research/tuning/tuning.h"
+#include "corpus_tools/takes/lip_measures.h"
+#include "units/costs/cost_terms.h"
 
 namespace mouthpiece {
+
+using TuningProgress = std::function<void(std::size_t done, std::size_t total)>;
+
+/// What a search for weights found. A score is a number, or has a sum() that is one; less is better.
+template <typename Weights, typename Score>
+struct Tuned {
+  Weights weights;           ///< the best found where `taken`, else those that it began with
+  bool helps = false;        ///< also on the judging takes, by more than `judge_error`
+  bool taken = false;        ///< `weights` are the best found
+  std::size_t settings = 0;  ///< tried
+  std::size_t search_takes = 0, judge_takes = 0;
+  double search_before = 0, search_after = 0;
+  Score judge_before{}, judge_after{};
+  double judge_error = 0;  ///< standard error of the difference of the judging takes' scores
+  std::string changes;     ///< "duration 1 -> 0.5, ..." of the best found; empty when it is where it began
+};
+
+/// How they were learnt, in a line, for people and for the build log; Score is a number.
+template <typename Weights>
+std::string describeTuning(const Tuned<Weights, double>& tuned) {
+  return fmt::format(
+      "{}: {} settings tried on {} takes, score {:.3f} -> {:.3f}; judged on {} others, {:.3f} -> {:.3f} (standard "
+      "error of the difference {:.3f}); best found: {}",
+      tuned.taken ? "learnt" : "kept as they were", tuned.settings, tuned.search_takes, tuned.search_before,
+      tuned.search_after, tuned.judge_takes, tuned.judge_before, tuned.judge_after, tuned.judge_error,
+      tuned.changes.empty() ? "no change" : tuned.changes);
+}
+
+/// An entry a take; nullopt where nothing could be made of it.
+using TakeMeasures = std::vector<std::optional<LipMeasures>>;
+
+/// Lip error in mm, and 1 for all closures lost, and 1 for all open phones closed
+/// (docs/theory/units/selection.md).
+double tuningScore(const LipMeasures& measures);
+
+/// What a trial whose takes are measured by their lips has in common with others: tuningScore() of all takes, and the
+/// standard error of a difference by bootstrap over takes.
+struct LipTrial {
+  using Score = double;
+  static double scoreOf(const TakeMeasures& takes);
+  static double errorOfDifference(const TakeMeasures& before, const TakeMeasures& after);
+};
 
 /// A weight that is searched, and its name for people.
 template <typename Weights>
@@ -43,13 +88,14 @@ class CoordinateSearch {
   CoordinateSearch(Score score, std::span<const TunedField<Weights>> fields, const Weights& start)
       : score_(std::move(score)), fields_(fields), best_(start), best_score_(score_(start)) {}
 
-  void searchAll(const TuningProgress& progress) {
-    constexpr std::array<double, 2> kSteps{2, 1.4};  // factor up and down, a round each
+  /// One round by a factor of 2; a second one by 1.4.
+  void searchAll(const TuningProgress& progress, std::size_t rounds = 2) {
+    const auto steps = std::span(kFactors).first(rounds);
     std::size_t done = 0;
-    for (const double factor : kSteps) {
+    for (const double factor : steps) {
       for (const TunedField<Weights>& field : fields_) {
         if (!gainsBy(field, factor)) gainsBy(field, 1 / factor);
-        if (progress) progress(++done, kSteps.size() * fields_.size());
+        if (progress) progress(++done, steps.size() * fields_.size());
       }
     }
   }
@@ -58,6 +104,8 @@ class CoordinateSearch {
   [[nodiscard]] std::size_t tried() const { return tried_; }
 
  private:
+  static constexpr std::array<double, 2> kFactors{2, 1.4};
+
   bool gainsBy(const TunedField<Weights>& field, double factor) {
     constexpr int kMostSteps = 2;
     constexpr double kLeastGain = 1e-3;  // of the score: a step that gains less is chance
@@ -82,8 +130,9 @@ class CoordinateSearch {
   std::size_t tried_ = 1;
 };
 
-/// Throws InputError for fewer folds than that, or fewer than four takes a fold.
-void expectFolds(std::size_t corpus_takes, const TuningOptions& options, std::size_t least_folds);
+/// Those of the lattice's weights that the ablation can do without: the stand-ins' price decides nothing where the corpus
+/// has the pair.
+std::vector<TunedField<LatticeWeights>> tunedLatticeFields();
 
 template <typename Score>
 double totalOf(const Score& score) {
@@ -100,12 +149,12 @@ double totalOf(const Score& score) {
 template <typename Weights, typename Trial>
 Tuned<Weights, typename Trial::Score> searchAndJudge(const Trial& trial, std::span<const TunedField<Weights>> fields,
                                                      const Weights& start, std::size_t takes, bool always,
-                                                     const TuningProgress& progress) {
+                                                     const TuningProgress& progress, std::size_t rounds = 2) {
   const auto searched = [&](const Weights& weights) { return totalOf(trial.scoreOf(trial.measure(0, weights))); };
   CoordinateSearch<Weights> search(searched, fields, start);
   Tuned<Weights, typename Trial::Score> tuned;
   tuned.search_before = search.bestScore();
-  search.searchAll(progress);
+  search.searchAll(progress, rounds);
   tuned.search_after = search.bestScore();
   tuned.settings = search.tried();
   tuned.changes = changesBetween(fields, start, search.best());

@@ -1,5 +1,5 @@
 // The search that both tunings share, on scores with a known least.
-#include "corpus_tools/research/tuning/coordinate_search.h"
+#include "corpus_tools/building/settings_search.h"
 
 #include <gtest/gtest.h>
 
@@ -10,6 +10,7 @@
 #include "base/errors.h"
 #include "corpus_tools/building/trajectory_fit.h"
 #include "corpus_tools/research/evaluation/evaluation_methods.h"
+#include "corpus_tools/research/tuning/tuning.h"
 #include "support/random_corpus.h"
 #include "synthetic_takes.h"
 
