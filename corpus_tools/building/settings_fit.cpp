@@ -20,7 +20,7 @@ namespace mouthpiece {
 namespace {
 
 constexpr std::size_t kMostJudges = 16, kMostMaterial = 240;
-constexpr std::size_t kMostSearched = 48;  ///< judges of contacts and costs, which are cheaper to make
+constexpr std::size_t kMostSearched = 32;  ///< judges of contacts and costs, which are cheaper to make
 constexpr std::array<double, 4> kDetailWithinMs{35, 50, 80, 120};
 constexpr double kHalfBelieved = 20;  ///< takes of a corpus whose findings count half
 
@@ -329,9 +329,8 @@ class CostTrial : public LipTrial {
 /// half, too.
 void learnContactsAndCosts(Corpus& corpus, Trial& trial, double believed, std::size_t jobs) {
   trial.use({corpus.motion_settings, corpus.trajectory_model->gain});
-  const auto contacts =
-      searchAndJudge<MotionSettings>(ContactTrial(trial, jobs), ContactTrial::fields(), corpus.motion_settings,
-                                     trial.judgeCount(), false, {});
+  const auto contacts = searchAndJudge<MotionSettings>(ContactTrial(trial, jobs), ContactTrial::fields(),
+                                                       corpus.motion_settings, trial.judgeCount(), false, {});
   const MotionSettings found = ContactTrial::withinBounds(contacts.weights);
   for (const MotionSetting& setting : std::span(kMotionSettings).subspan(kFirstContactSetting)) {
     double& own = corpus.motion_settings.*setting.value;
@@ -399,8 +398,8 @@ void learnSettings(Corpus& corpus, const TrajectoryFit& fit, std::size_t takes, 
   model->gain = std::lerp(usual.gain, best.gain, believed);
   corpus.trajectory_model = model;
   learnContactsAndCosts(corpus, trial, believed, jobs);
-  std::string account = fmt::format(
-      "learnt on {} takes left out, believed to {:.0f} %: ", trial.mixtureJudgeCount(), 100 * believed);
+  std::string account =
+      fmt::format("learnt on {} takes left out, believed to {:.0f} %: ", trial.mixtureJudgeCount(), 100 * believed);
   for (const MotionSetting& setting : kMotionSettings)
     account += fmt::format("{} {:.3g}, ", setting.name, corpus.motion_settings.*setting.value);
   corpus.build_log["motion_settings"] = account + fmt::format("gain {:.3f}; {}; with the usual ones {}", model->gain,

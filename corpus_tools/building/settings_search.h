@@ -130,8 +130,8 @@ class CoordinateSearch {
   std::size_t tried_ = 1;
 };
 
-/// Those of the lattice's weights that the ablation can do without: the stand-ins' price decides nothing where the corpus
-/// has the pair.
+/// Those of the lattice's weights that the ablation can do without: the stand-ins' price decides nothing where the
+/// corpus has the pair.
 std::vector<TunedField<LatticeWeights>> tunedLatticeFields();
 
 template <typename Score>

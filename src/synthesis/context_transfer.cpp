@@ -266,15 +266,11 @@ PositionMatrix keepContacts(PositionMatrix positions, const SpeechLabels& line, 
   if (!(model.closed_opening_mm > 0) || times.size() < 2) return positions;
   const LipGauge& gauge = database.lips();
   const auto seconds = [](double ms) { return ms / 1000; };
-  const Contact lips{gauge,
-                     &LipGauge::opening,
-                     model.closing,
-                     1,
-                     seconds(settings.lips_held_ms),
-                     seconds(settings.lips_fall_ms)};
+  const Contact lips{
+      gauge, &LipGauge::opening, model.closing, 1, seconds(settings.lips_held_ms), seconds(settings.lips_fall_ms)};
   // All of it, or for longer, would shut the mouth in vowels beside F and V that stay open in the capture.
   constexpr Seconds kTeethHeld = 0.005;
-  const Contact teeth{gauge,      &LipGauge::lowerLipDrop,         wayOfLowerLip(model, gauge), settings.teeth_contact,
+  const Contact teeth{gauge,      &LipGauge::lowerLipDrop,        wayOfLowerLip(model, gauge), settings.teeth_contact,
                       kTeethHeld, seconds(settings.teeth_fall_ms)};
   for (std::size_t phone = 0; phone < line.phones.size(); ++phone) {
     const LabelledPhone& own = line.phones[phone];

@@ -89,8 +89,8 @@ TunedWeights tuneLatticeWeights(const Corpus& corpus, const TuningOptions& optio
   expectTrajectories(corpus, options);
   const Corpus development = evenlySpacedTakes(corpus, options.most_takes);
   const LatticeTrial trial(development, options);
-  return searchAndJudge<LatticeWeights>(trial, tunedLatticeFields(), corpus.lattice_weights, development.takes.size(), options.always,
-                                        progress);
+  return searchAndJudge<LatticeWeights>(trial, tunedLatticeFields(), corpus.lattice_weights, development.takes.size(),
+                                        options.always, progress);
 }
 
 void storeTuning(Corpus& corpus, const TunedWeights& tuned) {

@@ -71,6 +71,23 @@ TEST(SettingsFit, SaysWhatItLearntAndDoesNotDependOnThreads) {
   }
 }
 
+/// Contacts and costs are searched as well, and what takes taught before is forgotten first: `corpus evaluate` fits a
+/// corpus anew without the takes that judge it.
+TEST(SettingsFit, SearchesContactsAndCostsFromTheUsualOnes) {
+  Corpus corpus = variedCorpus(0.05), taught = corpus;
+  taught.lattice_weights["duration"] = 7;
+  taught.motion_settings.lips_fall_ms = 110;
+  taught.build_log["lattice_weights"] = "learnt on takes that judge";
+  fitMotion(corpus);
+  fitMotion(taught);
+  EXPECT_EQ(taught.lattice_weights, corpus.lattice_weights);
+  EXPECT_EQ(taught.motion_settings, corpus.motion_settings);
+  for (const char* key : {"contact_settings", "lattice_weights"}) {
+    EXPECT_NE(corpus.build_log.at(key).find("settings tried on"), std::string::npos) << key;
+    EXPECT_EQ(taught.build_log.at(key), corpus.build_log.at(key));
+  }
+}
+
 TEST(SettingsFit, TooLittleKeepsTheUsual) {
   Corpus corpus = speakingCorpus();
   corpus.takes.resize(3);

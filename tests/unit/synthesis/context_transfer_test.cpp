@@ -96,6 +96,39 @@ TEST_F(ContextTransfer, TheLowerLipComesAsNearToTheTeethAsItWas) {
   EXPECT_NEAR(lowered(last, kLowerLipY), take.motion.positions_mm(last, kLowerLipY) - kLoweredMm, kRounding);
 }
 
+/// A mouth that stays open in M closes there for as long as the settings say, and nowhere else.
+TEST_F(ContextTransfer, ContactsLastAsLongAsTheCorpusLearnt) {
+  const UnitDatabase database(corpus_);
+  const CorpusTake& take = corpus_.takes[0];
+  const auto bilabial = std::find_if(take.labels.phones.begin(), take.labels.phones.end(),
+                                     [](const LabelledPhone& phone) { return isBilabial(phone.phone); });
+  ASSERT_NE(bilabial, take.labels.phones.end());
+  constexpr double kRateHz = 1000;
+  std::vector<Seconds> times;
+  for (Seconds time = 0; time < take.labels.duration(); time += 1 / kRateHz) times.push_back(time);
+  PositionMatrix open(static_cast<Eigen::Index>(times.size()), take.motion.positions_mm.cols());
+  open.rowwise() = take.motion.positions_mm.row(0);
+  open.col(4).array() -= 10;  // the lower lip
+  const auto framesMoved = [&](const MotionSettings& settings) {
+    const PositionMatrix made = keepContacts(open, take.labels, database, {}, times, settings);
+    return ((made - open).cwiseAbs().rowwise().maxCoeff().array() > 1e-6).count();
+  };
+  const auto bilabials = std::count_if(take.labels.phones.begin(), take.labels.phones.end(),
+                                       [](const LabelledPhone& phone) { return isBilabial(phone.phone); });
+  ASSERT_EQ(bilabials, 1);
+  const auto usual = framesMoved({});
+  EXPECT_GT(usual, 60);
+  MotionSettings longer;
+  longer.lips_held_ms += 10;
+  EXPECT_GT(framesMoved(longer), usual);
+  longer = {};
+  longer.lips_fall_ms += 20;
+  EXPECT_GT(framesMoved(longer), usual);
+  MotionSettings teeth;
+  teeth.teeth_fall_ms += 20;
+  EXPECT_EQ(framesMoved(teeth), usual) << "no F, no V";
+}
+
 TEST_F(ContextTransfer, WhatWasNotSeenIsPredicted) {
   const SpeechLabels line = tinyLabels("M-AE-N", 5);
   const UnitDatabase database(corpus_);

@@ -256,6 +256,15 @@ TEST_F(CorpusFile, WeightsThatAreNoneAreRefused) {
   writeCorpus(path_, written);
   EXPECT_EQ(readCorpus(path_).lattice_weights["adapted"], 2);
   EXPECT_NE(complaintAbout("lattice weights", {}).find("found 0 bytes"), std::string::npos);
+  EXPECT_EQ(complaintAbout("motion settings", {60, 1, 1, 0, 0.5F}), "") << "an older file";
+  const MotionSettings older = readCorpus(path_).motion_settings;
+  EXPECT_EQ(older.detail_within_ms, 60);
+  EXPECT_EQ(older.teeth_contact, 0.5);
+  EXPECT_EQ(older.lips_fall_ms, MotionSettings().lips_fall_ms);
+  EXPECT_NE(complaintAbout("motion settings", {60, 1, 1, 0}).find("found 16 bytes; expected 20"), std::string::npos);
+  written.motion_settings.lips_fall_ms = 90;
+  writeCorpus(path_, written);
+  EXPECT_EQ(readCorpus(path_).motion_settings.lips_fall_ms, 90);
   EXPECT_NE(complaintAbout("sound cut weights", {1, 2}).find("found 8 bytes; expected 32"), std::string::npos);
   EXPECT_NE(complaintAbout("gain", {0}).find("expected more than 0"), std::string::npos);
   EXPECT_NE(complaintAbout("time constants", {0.02F, 0}).find("moves in 0 s"), std::string::npos);
