@@ -3,8 +3,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <random>
+#include <vector>
 
 #include "motion/cleaning/repairs.h"
 #include "motion/cleaning/rigid.h"
@@ -106,11 +109,118 @@ TEST(GapLaws, AStillMarkerIsFilledWhereItStands) {
   clip.positions_mm.middleCols<3>(6).rowwise() = Eigen::RowVector3d(10, -20, 30);
   hide(clip, 2, 40, 12);
   const FilledMotion filled = fillShortGaps(clip);
-  EXPECT_LT((filled.clip.positions_mm.middleCols<3>(6).rowwise() - Eigen::RowVector3d(10, -20, 30)).cwiseAbs().maxCoeff(),
-            0.01);
+  EXPECT_LT(
+      (filled.clip.positions_mm.middleCols<3>(6).rowwise() - Eigen::RowVector3d(10, -20, 30)).cwiseAbs().maxCoeff(),
+      0.01);
 }
 
 /// Swaps of far-apart markers, one after another, are all undone.
+/// docs/theory/motion/cleaning.md once more, over frames in place of cosines: a ridge regression on the other markers,
+/// then the mean of a Gaussian process in the gap, given what it deviates by within five memories around it.
+PositionMatrix likeliestPlaces(const MotionClip& clip, const Gap& gap, Seconds memory, double noise_mm) {
+  constexpr double kReach = 5;
+  const auto reach = static_cast<Eigen::Index>(std::ceil(kReach * memory * clip.frame_rate_hz));
+  const Eigen::Index first = std::max<Eigen::Index>(0, gap.first.row() - reach);
+  const Eigen::Index last = std::min(clip.positions_mm.rows(), gap.last.row() + reach), length = last - first;
+  const Eigen::Index marker = gap.marker.row(), gap_length = gap.last.row() - gap.first.row();
+  const Eigen::Index others = clip.positions_mm.cols() - 3;
+  PositionMatrix inputs(clip.positions_mm.rows(), others);
+  inputs << clip.positions_mm.leftCols(3 * marker), clip.positions_mm.rightCols(others - 3 * marker);
+  const PositionMatrix own = clip.positions_mm.middleCols(3 * marker, 3);
+  std::vector<Eigen::Index> seen, near;
+  for (Eigen::Index frame = 0; frame < own.rows(); ++frame) {
+    if (!own.row(frame).allFinite()) continue;
+    seen.push_back(frame);
+    if (frame >= first && frame < last) near.push_back(frame);
+  }
+  PositionMatrix told = PositionMatrix::Zero(own.rows(), 3);
+  if (others > 0) {
+    const PositionMatrix x = inputs(seen, Eigen::all), y = own(seen, Eigen::all);
+    const Eigen::RowVectorXd x_mean = x.colwise().mean(), y_mean = y.colwise().mean();
+    const Eigen::MatrixXd xc = x.rowwise() - x_mean, yc = y.rowwise() - y_mean;
+    const Eigen::MatrixXd ridge =
+        static_cast<double>(seen.size()) * noise_mm * noise_mm * Eigen::MatrixXd::Identity(others, others);
+    const Eigen::MatrixXd weights = (xc.transpose() * xc + ridge).fullPivLu().solve(xc.transpose() * yc);
+    told = ((inputs.rowwise() - x_mean) * weights).rowwise() + y_mean;
+  }
+  PositionMatrix deviations = own(near, Eigen::all) - told(near, Eigen::all);
+  const Eigen::RowVector3d mean = deviations.colwise().mean();
+  deviations.rowwise() -= mean;
+  const double variance =
+      std::max(deviations.squaredNorm() / static_cast<double>(deviations.size()), noise_mm * noise_mm);
+  // The covariance of frames i and j: sum over cosines k of s_k c_k(i) c_k(j).
+  Eigen::VectorXd strengths(length);
+  for (Eigen::Index k = 0; k < length; ++k) {
+    const double w = std::numbers::pi * static_cast<double>(k) / static_cast<double>(length);
+    strengths(k) = std::pow(1 + std::pow(w * clip.frame_rate_hz * memory, 2) / 5, -3);
+  }
+  strengths *= variance * static_cast<double>(length) / strengths.sum();
+  const auto covariance = [&](Eigen::Index i, Eigen::Index j) {
+    double sum = 0;
+    for (Eigen::Index k = 0; k < length; ++k) {
+      const double unit = (k == 0 ? 1.0 : 2.0) / static_cast<double>(length);
+      const double step = std::numbers::pi * static_cast<double>(k) / static_cast<double>(length);
+      sum += strengths(k) * unit * std::cos(step * (static_cast<double>(i - first) + 0.5)) *
+             std::cos(step * (static_cast<double>(j - first) + 0.5));
+    }
+    return sum;
+  };
+  const auto count = static_cast<Eigen::Index>(near.size());
+  Eigen::MatrixXd among(count, count), across(gap_length, count);
+  for (Eigen::Index j = 0; j < count; ++j) {
+    for (Eigen::Index i = 0; i < count; ++i)
+      among(i, j) = covariance(near[static_cast<std::size_t>(i)], near[static_cast<std::size_t>(j)]);
+    for (Eigen::Index i = 0; i < gap_length; ++i)
+      across(i, j) = covariance(gap.first.row() + i, near[static_cast<std::size_t>(j)]);
+  }
+  among.diagonal().array() += noise_mm * noise_mm;
+  return (across * among.fullPivLu().solve(deviations) + told.middleRows(gap.first.row(), gap_length)).rowwise() + mean;
+}
+
+TEST(GapLaws, FilledPlacesAreTheLikeliestOnes) {
+  constexpr double kAgreeMm = 1e-6, kLeastNoiseMm = 0.02;
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const bool has_noise = seed % 2 == 0;
+    MotionClip clip = SyntheticMotion(seed, seed % 3 == 0 ? 1 : 4).clip(kRateHz, 150);
+    std::normal_distribution<double> noise(0, 0.1);
+    if (has_noise) clip.positions_mm = clip.positions_mm.unaryExpr([&](double mm) { return mm + noise(random); });
+    const auto first = static_cast<Eigen::Index>(5 + random() % 100);
+    hide(clip, 0, first, static_cast<Eigen::Index>(1 + random() % 36));
+    const GapFillOptions options{.memory = 0.05 + 0.01 * (seed % 5)};
+    const std::vector<Gap> gaps = findGaps(clip);
+    ASSERT_EQ(gaps.size(), 1U);
+    const FilledMotion filled = fillShortGaps(clip, options);
+    ASSERT_EQ(filled.report.filled.size(), 1U);
+    const double noise_mm = std::max(filled.report.noise_mm, kLeastNoiseMm);
+    if (!has_noise) {
+      EXPECT_EQ(noise_mm, kLeastNoiseMm) << "or the floor is not tried";
+    }
+    const PositionMatrix expected = likeliestPlaces(clip, gaps[0], options.memory, noise_mm);
+    const PositionMatrix found = filled.clip.positions_mm.block(first, 0, expected.rows(), 3);
+    EXPECT_LT((found - expected).cwiseAbs().maxCoeff(), kAgreeMm);
+  }
+}
+
+/// A gap is filled up to its longest, at any rate, and not at a clip's ends.
+TEST(GapLaws, TheLongestGapIsFilledAndNoLongerOne) {
+  for (const double rate_hz : {25.0, 60.0, 100.0, 120.0}) {
+    const GapFillOptions options{.longest = 0.2};
+    const auto longest = static_cast<Eigen::Index>(std::lround(options.longest * rate_hz));
+    for (const Eigen::Index length : {longest, longest + 1}) {
+      MotionClip clip = SyntheticMotion(3, 4).clip(rate_hz, 90);
+      hide(clip, 1, 30, length);
+      EXPECT_EQ(fillShortGaps(clip, options).report.filled.size(), length == longest ? 1U : 0U) << rate_hz;
+      MotionClip begin = SyntheticMotion(3, 4).clip(rate_hz, 90), end = begin;
+      hide(begin, 1, 0, 2);
+      hide(end, 1, 88, 2);
+      EXPECT_EQ(fillShortGaps(begin, options).report.left.size(), 1U);
+      EXPECT_EQ(fillShortGaps(end, options).report.left.size(), 1U);
+    }
+  }
+}
+
 TEST(SwapLaws, AnySequenceOfSwapsIsUndone) {
   for (unsigned seed = 1; seed <= kSeeds; ++seed) {
     SCOPED_TRACE(seed);

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "base/errors.h"
+#include "motion/blend.h"
 #include "synthetic_motion.h"
 
 namespace mouthpiece {
@@ -131,6 +132,43 @@ TEST(MotionResampler, SolvesEquation1) {
     EXPECT_LT(largestDifference(resampleDense(times, values, queries), wanted), 1e-8) << "seed " << seed;
     EXPECT_LT(largestDifference(MotionResampler(times, queries).apply(values), wanted), kWindowToleranceMm)
         << "seed " << seed;
+  }
+}
+
+/// docs/theory/motion/resampling.md: windows of so many samples, the next so much further on, each solved by itself and
+/// blended with its neighbour where both know enough of what is around.
+TEST(MotionResampler, WindowsAreSolvedByThemselvesAndBlended) {
+  const ResampleOptions options{.shape = 1.3, .window_samples = 40, .margin_samples = 6, .overlap_samples = 5};
+  const Eigen::Index margin = 6, overlap = 5, length = 40, step = length - 2 * margin - overlap;
+  for (const std::size_t samples : {20U, 28U, 29U, 51U, 52U, 97U, 140U}) {
+    SCOPED_TRACE(samples);
+    const std::vector<Seconds> times = frameTimes(0, samples, 1.0);
+    const PositionMatrix values = SyntheticMotion(9, 2, 10.0).at(frameTimes(0, samples, 100.0));
+    const Eigen::Index last = values.rows() - 1, total = values.rows() + 2 * margin;
+    PositionMatrix mirrored(total, values.cols());
+    mirrored.middleRows(margin, values.rows()) = values;
+    for (Eigen::Index k = 1; k <= margin; ++k) {
+      mirrored.row(margin - k) = 2 * values.row(0) - values.row(k);
+      mirrored.row(margin + last + k) = 2 * values.row(last) - values.row(last - k);
+    }
+    const std::vector<Seconds> queries = queriesBetween(times, 5);
+    PositionMatrix wanted = PositionMatrix::Zero(std::ssize(queries), values.cols());
+    std::vector<double> weight(queries.size(), 1);  // what earlier windows have left to this one
+    for (Eigen::Index first = 0;; first += step) {
+      const Eigen::Index count = std::min(length, total - first);
+      const bool is_last = first + count == total;
+      std::vector<double> places;
+      for (const Seconds time : queries) places.push_back(time + static_cast<double>(margin - first));
+      const PositionMatrix own = equation1(mirrored.middleRows(first, count), places, options.shape);
+      for (std::size_t q = 0; q < queries.size(); ++q) {
+        const double fades = is_last ? 0 : (places[q] - static_cast<double>(length - margin - overlap)) / overlap;
+        const double stays = is_last ? 1 : blendWeight(BlendKind::kSmooth, fades);
+        wanted.row(static_cast<Eigen::Index>(q)) += weight[q] * stays * own.row(static_cast<Eigen::Index>(q));
+        weight[q] *= 1 - stays;
+      }
+      if (is_last) break;
+    }
+    EXPECT_LT(largestDifference(MotionResampler(times, queries, options).apply(values), wanted), 1e-7);
   }
 }
 
