@@ -126,10 +126,18 @@ std::vector<double> gapesOf(const std::vector<SlitPair>& slit, const Eigen::Matr
 
 constexpr double kTightMm = 0.15;
 
+/// How far vertices of closed lips gape, mm: those of round rims stay some tenths of a millimetre apart, on every head
+/// as far as in the motion's tightest frame, where that is one of closed lips.
+double closedGape(const std::vector<double>& gapes) {
+  constexpr double kOpen = 1.0;
+  const double least = gapes.empty() ? 0 : *std::min_element(gapes.begin(), gapes.end());
+  return least > kOpen ? kTightMm : std::max(kTightMm, least);
+}
+
 /// Lips that meet are asked to meet all over: the shapes give in where they cannot.
-void tighten(const std::vector<double>& gapes, double mm_per_unit, ShapeClosures& closures) {
+void tighten(const std::vector<double>& gapes, double tight_mm, double mm_per_unit, ShapeClosures& closures) {
   for (std::size_t t = 0; t < gapes.size(); ++t) {
-    const float shift = asFloat(std::max(0.0, gapes[t] - kTightMm) / mm_per_unit);
+    const float shift = asFloat(std::max(0.0, gapes[t] - tight_mm) / mm_per_unit);
     for (Eigen::Index row = 1; closures.in_frame[t] && row < closures.motion.rows(); row += 3)
       closures.motion(row, signedIndex(t)) -= shift;
   }
@@ -154,8 +162,9 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
   std::vector<SlitPair> slit;
   ShapeClosures closures = closuresOf(animation, mesh, shapes, slit, at_rest);
   const std::vector<double> gapes = gapesOf(slit, closures.motion, mm_per_unit);
-  for (const double gape : gapes) closures.in_frame.push_back(!slit.empty() && gape < kMeetMm);
-  tighten(gapes, mm_per_unit, closures);
+  const double tight_mm = closedGape(gapes), meet_mm = tight_mm + kMeetMm;
+  for (const double gape : gapes) closures.in_frame.push_back(!slit.empty() && gape < meet_mm);
+  tighten(gapes, tight_mm, mm_per_unit, closures);
   closures.motion.colwise() -= at_rest;
   // Where the weights leave lips apart that meet, they are asked for as much more.
   constexpr int kRounds = 5;
@@ -165,8 +174,8 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
     std::vector<double> apart = gapesOf(slit, (closures.shapes * weights.transpose()).colwise() + at_rest, mm_per_unit);
     std::size_t kept = 0;
     for (std::size_t t = 0; t < apart.size(); ++t) {
-      if (closures.in_frame[t] && apart[t] < kMeetMm) ++kept;
-      if (!closures.in_frame[t] || apart[t] < kMeetMm) apart[t] = 0;
+      if (closures.in_frame[t] && apart[t] < meet_mm) ++kept;
+      if (!closures.in_frame[t] || apart[t] < meet_mm) apart[t] = 0;
     }
     if (round == 0 || kept > curves.closures_kept) {
       curves.weights = std::move(weights);
@@ -174,7 +183,7 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
     }
     curves.closures = unsignedIndex(std::count(closures.in_frame.begin(), closures.in_frame.end(), true));
     if (curves.closures_kept == curves.closures) break;
-    tighten(apart, mm_per_unit, closures);
+    tighten(apart, tight_mm, mm_per_unit, closures);
   }
   double squares = 0, motion_squares = 0;
   for (Eigen::Index t = 0; t < problem.motion.cols(); ++t) {

@@ -9,6 +9,7 @@
 #include "exports/shapes/principal_shapes.h"
 #include "motion/arkit_shapes.h"
 #include "motion/head_pose.h"
+#include "motion/lip_pose.h"
 #include "motion/motion_clip.h"
 
 namespace mouthpiece {
@@ -22,7 +23,8 @@ struct ArkitOptions {
   double thrift = 0.001;     ///< pull of every weight towards zero
   double sparsity = 0.003;   ///< push of every weight to zero, whatever its size: small ones vanish
   double symmetry = 0.02;    ///< pull between the weights of a left and a right shape
-  double closure = 300;      ///< how many times more a place where the lips meet counts
+  double closure = 100;      ///< how many times more a place where the lips meet counts
+  double press = 0.02;       ///< push of MouthClose and MouthPress where the lips meet, as animators set them
 };
 
 /// Weights of ARKit's shapes over time.
@@ -34,13 +36,13 @@ struct ArkitCurves {
   double largest_error_mm = 0;
   double rms_motion_mm = 0;         ///< what there was to reproduce: of the same vertices
   std::size_t closures = 0;         ///< frames in which the motion brings the lips together
-  std::size_t closures_kept = 0;    ///< of these, in which the weights' lips are within kMeetMm of each other too
+  std::size_t closures_kept = 0;    ///< of these, in which the weights' lips meet as well
   std::vector<GazeTurn> gaze = {};  ///< one a frame, or none
   std::vector<HeadTurn> head = {};  ///< the same
 };
 
-/// Lips this near to each other meet.
-inline constexpr double kMeetMm = 0.5;
+/// Lips meet that are this much further apart than where they are nearest in the motion, or within 0.5 mm.
+inline constexpr double kMeetMm = 0.35;
 
 /// Places that must stay together in some frames: how the shapes move the two of each pair apart, and by how much the
 /// motion does.
@@ -73,8 +75,11 @@ RowMajorMatrixF takeLidsAndBrows(FaceAnimation& animation, const FaceMesh& mesh,
 /// ARKit's 52 weights that best reproduce marker motion: frames x 52, each in [0, 1]. What a shape does to the markers
 /// of the default layout is learnt from a head that has them all (sample_data/arkit/face66_shapes.json); markers of
 /// other names do not count. `neutral_mm`: the actor's neutral pose, in the motion's order of markers; null: the median
-/// of the frames. Throws InputError when no marker is of the default layout.
-RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions* neutral_mm);
+/// of the frames. `lips`: one a frame, or none; where they are sealed, and the markers of both lips no further apart
+/// than touching lips stretch, the weights bring the learnt head's lips together. Throws InputError when no marker is of
+/// the default layout.
+RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions* neutral_mm,
+                                 std::span<const LipPose> lips = {});
 
 /// Sets EyeLook... in `weights` (frames x 52) to where the eyes look; they are 1 at kWholeLook.
 void addGaze(std::span<const GazeTurn> gaze, RowMajorMatrixF& weights);

@@ -4,6 +4,7 @@
 #include "base/errors.h"
 #include "base/index.h"
 #include "exports/arkit.h"
+#include "motion/lip_gauge.h"
 
 namespace mouthpiece {
 
@@ -24,19 +25,70 @@ Eigen::RowVectorXd medianOf(const PositionMatrix& positions) {
   return median;
 }
 
+/// Markers of the two lips, one over the other: their numbers among the shapes' markers.
+using LipMarkers = std::vector<std::pair<Eigen::Index, Eigen::Index>>;
+
+LipMarkers lipMarkers(const std::vector<std::string>& names) {
+  LipMarkers pairs;
+  for (std::size_t upper = 0; upper < names.size(); ++upper) {
+    constexpr std::string_view kUpper = "LIP_UP_";
+    if (!names[upper].starts_with(kUpper)) continue;
+    const auto lower = std::find(names.begin(), names.end(), "LIP_LO_" + names[upper].substr(kUpper.size()));
+    if (lower != names.end()) pairs.emplace_back(signedIndex(upper), lower - names.begin());
+  }
+  return pairs;
+}
+
+/// Lips touch in a frame that is sealed and whose lips' middles are apart by no more than touching lips stretch
+/// (FaceRig's slack): by 30 % of their rest where phones tell it, else by 0.5 mm.
+std::vector<bool> closedFrames(const MotionClip& motion, const Eigen::RowVectorXd& rest,
+                               std::span<const LipPose> lips) {
+  constexpr double kMostStretch = 0.3, kNoiseMm = 0.5;
+  constexpr float kSealed = 0.5F;
+  std::vector<bool> closed(motion.frameCount(), false);
+  const LipGauge gauge(motion.marker_names);
+  if (!gauge.hasLips()) return closed;
+  const double at_rest = gauge.opening(rest);
+  const double widest = lips.empty() ? at_rest + kNoiseMm : (1 + kMostStretch) * at_rest;
+  for (std::size_t t = 0; t < closed.size(); ++t)
+    closed[t] = (lips.empty() || lips[t].seal > kSealed) &&
+                gauge.opening(motion.positions_mm.row(signedIndex(t))) <= widest;  // false for NaN
+  return closed;
+}
+
+/// On the learnt head lips touch at rest, so what closes them moves no pair apart, whatever is captured of their outer
+/// edges.
+ShapeClosures closuresOf(const Eigen::MatrixXf& shapes, const LipMarkers& pairs, std::vector<bool> closed) {
+  ShapeClosures closures;
+  closures.shapes.resize(signedIndex(pairs.size()), shapes.cols());
+  for (Eigen::Index i = 0; i < closures.shapes.rows(); ++i) {
+    const auto [upper, lower] = pairs[unsignedIndex(i)];
+    closures.shapes.row(i) = shapes.row(3 * upper + 1) - shapes.row(3 * lower + 1);
+  }
+  closures.motion = Eigen::MatrixXf::Zero(closures.shapes.rows(), signedIndex(closed.size()));
+  closures.in_frame = std::move(closed);
+  return closures;
+}
+
 }  // namespace
 
-RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions* neutral_mm) {
+RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions* neutral_mm,
+                                 std::span<const LipPose> lips) {
   const ArkitMarkerMoves& learnt = arkitMarkerMoves();
   if (motion.frameCount() == 0) return RowMajorMatrixF::Zero(0, signedIndex(kArkitNames.size()));
+  MOUTHPIECE_EXPECT(lips.empty() || lips.size() == motion.frameCount());
   MOUTHPIECE_EXPECT(neutral_mm == nullptr || neutral_mm->size() == motion.positions_mm.cols());
   const Eigen::RowVectorXd rest =
       neutral_mm != nullptr
           ? Eigen::RowVectorXd(Eigen::Map<const Eigen::RowVectorXd>(neutral_mm->data(), neutral_mm->size()))
           : medianOf(motion.positions_mm);
   std::vector<std::pair<Eigen::Index, Eigen::Index>> known;  // of the learnt markers, of the motion's
+  std::vector<std::string> names;
   for (std::size_t i = 0; i < learnt.markers.size(); ++i) {
-    if (const auto marker = motion.findMarker(learnt.markers[i])) known.emplace_back(signedIndex(i), marker->row());
+    if (const auto marker = motion.findMarker(learnt.markers[i])) {
+      known.emplace_back(signedIndex(i), marker->row());
+      names.push_back(learnt.markers[i]);
+    }
   }
   if (known.empty()) throw InputError("found no marker of the default layout; expected some for ARKit's shapes");
   Eigen::MatrixXf shapes = Eigen::MatrixXf::Zero(3 * signedIndex(known.size()), signedIndex(kArkitNames.size()));
@@ -52,7 +104,8 @@ RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions
             .transpose()
             .cast<float>();
   }
-  return fitShapeWeights(shapes, moves.array().isNaN().select(0.0F, moves), kArkitNames.size());
+  const ShapeClosures closures = closuresOf(shapes, lipMarkers(names), closedFrames(motion, rest, lips));
+  return fitShapeWeights(shapes, moves.array().isNaN().select(0.0F, moves), kArkitNames.size(), {}, &closures);
 }
 
 void addGaze(std::span<const GazeTurn> gaze, RowMajorMatrixF& weights) {

@@ -90,6 +90,9 @@ class WeightDescent {
     thrift_ = options.thrift * energy;
     push_ = options.sparsity * energy;
     symmetry_ = options.symmetry * energy;
+    press_ = options.press * energy;
+    for (const char* name : {"MouthClose", "MouthPressLeft", "MouthPressRight"})
+      presses_[unsignedIndex(numberOf(name))] = true;
     if (closures == nullptr || closures->shapes.rows() == 0) return;
     // A pair counts as so many of the vertices around it.
     const double share = options.closure * asReal(shapes.rows()) / (100 * asReal(closures->shapes.rows()));
@@ -144,6 +147,7 @@ class WeightDescent {
   /// Settles all weights of a frame, each in turn; returns the largest change.
   double settle(Eigen::Index t) {
     const Eigen::MatrixXd& gram = gramAt(t);
+    const bool is_closed = isClosed(t);
     const double* const right = &right_(t, 0);
     const double* const pulled = &pulled_(t, 0);
     const double* const weights = &weights_(t, 0);
@@ -155,6 +159,7 @@ class WeightDescent {
       if (!mayMove(t, k)) continue;
       const double own = gram(k, k);
       double target = right[k] - push_ - pulled[k] + own * weights[k];
+      if (is_closed && presses_[unsignedIndex(k)]) target += press_;
       double share = own + around;
       if (before) target += pull_ * before[k];
       if (after) target += pull_ * after[k];
@@ -174,9 +179,8 @@ class WeightDescent {
 
   [[nodiscard]] bool mayMove(Eigen::Index t, Eigen::Index k) const { return shut_(t, k) == 0; }
 
-  [[nodiscard]] const Eigen::MatrixXd& gramAt(Eigen::Index t) const {
-    return !closed_.empty() && closed_[unsignedIndex(t)] ? closed_gram_ : gram_;
-  }
+  [[nodiscard]] bool isClosed(Eigen::Index t) const { return !closed_.empty() && closed_[unsignedIndex(t)]; }
+  [[nodiscard]] const Eigen::MatrixXd& gramAt(Eigen::Index t) const { return isClosed(t) ? closed_gram_ : gram_; }
 
   /// Most weights rest most of the time: the products follow what changes, instead of being made again.
   void set(Eigen::Index t, Eigen::Index k, double weight) {
@@ -197,7 +201,8 @@ class WeightDescent {
   std::vector<Eigen::Index> present_;                   ///< shapes that the head has
   Eigen::Index jaw_ = numberOf("JawOpen"), close_ = numberOf("MouthClose");
   bool has_jaw_ = false;
-  double pull_ = 0, thrift_ = 0, push_ = 0, symmetry_ = 0;
+  std::vector<bool> presses_ = std::vector<bool>(kArkitNames.size());
+  double pull_ = 0, thrift_ = 0, push_ = 0, symmetry_ = 0, press_ = 0;
 };
 
 }  // namespace

@@ -89,6 +89,7 @@ struct LiveStream::Data {
   std::size_t words = 0;
   std::size_t frames_at_most = std::numeric_limits<std::size_t>::max();  ///< the line's, once it is finished
   MotionClip weights_clip;                                               ///< the last frames, and those that are made
+  std::vector<LipPose> weights_lips;                                     ///< of the same frames
 
   // Between the threads, under the mutex:
   mutable std::mutex mutex;
@@ -172,6 +173,7 @@ void LiveStream::Data::catchUp() {
     last.tongue = {current.tongue};
   }
   weights_clip.positions_mm = last.positions_mm;
+  weights_lips = last.lips;
   motion.skip(count, last);
   if (!is_sound) return;
   const auto samples = static_cast<std::size_t>(std::lround(asReal(count) / rate_hz * options.sample_rate_hz));
@@ -267,8 +269,10 @@ void LiveStream::Data::show(LiveFrames frames) {
   PositionMatrix joined(kept + frames.positions_mm.rows(), frames.positions_mm.cols());
   joined << behind.bottomRows(kept), frames.positions_mm;
   behind = std::move(joined);
+  weights_lips.erase(weights_lips.begin(), weights_lips.end() - kept);
+  weights_lips.insert(weights_lips.end(), frames.lips.begin(), frames.lips.end());
   const SharedCorpus::Data& corpus = setup.corpus.data();
-  RowMajorMatrixF weights = arkitFromMarkers(weights_clip, &corpus.actor.neutral_mm);
+  RowMajorMatrixF weights = arkitFromMarkers(weights_clip, &corpus.actor.neutral_mm, weights_lips);
   if (!gaze.empty()) {
     RowMajorMatrixF shown = weights.bottomRows(signedIndex(count));
     addGaze(gaze, shown);

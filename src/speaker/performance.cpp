@@ -258,7 +258,8 @@ FaceAnimation Performance::Data::allVertices() const {
 const RowMajorMatrixF& Performance::Data::arkit() const {
   const std::scoped_lock lock(mutex_);
   if (!arkit_) {
-    arkit_ = arkitFromMarkers(animation.motion, corpus ? &corpus->data().corpus.neutral_pose_mm : nullptr);
+    arkit_ = arkitFromMarkers(animation.motion, corpus ? &corpus->data().corpus.neutral_pose_mm : nullptr,
+                              animation.lips);
     addGaze(animation.gaze, *arkit_);
   }
   return *arkit_;
