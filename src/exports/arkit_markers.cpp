@@ -25,20 +25,6 @@ Eigen::RowVectorXd medianOf(const PositionMatrix& positions) {
   return median;
 }
 
-/// Markers of the two lips, one over the other: their numbers among the shapes' markers.
-using LipMarkers = std::vector<std::pair<Eigen::Index, Eigen::Index>>;
-
-LipMarkers lipMarkers(const std::vector<std::string>& names) {
-  LipMarkers pairs;
-  for (std::size_t upper = 0; upper < names.size(); ++upper) {
-    constexpr std::string_view kUpper = "LIP_UP_";
-    if (!names[upper].starts_with(kUpper)) continue;
-    const auto lower = std::find(names.begin(), names.end(), "LIP_LO_" + names[upper].substr(kUpper.size()));
-    if (lower != names.end()) pairs.emplace_back(signedIndex(upper), lower - names.begin());
-  }
-  return pairs;
-}
-
 /// Lips touch in a frame that is sealed and whose lips' middles are apart by no more than touching lips stretch
 /// (FaceRig's slack): by 30 % of their rest where phones tell it, else by 0.5 mm.
 std::vector<bool> closedFrames(const MotionClip& motion, const Eigen::RowVectorXd& rest,
@@ -56,15 +42,11 @@ std::vector<bool> closedFrames(const MotionClip& motion, const Eigen::RowVectorX
   return closed;
 }
 
-/// On the learnt head lips touch at rest, so what closes them moves no pair apart, whatever is captured of their outer
-/// edges.
-ShapeClosures closuresOf(const Eigen::MatrixXf& shapes, const LipMarkers& pairs, std::vector<bool> closed) {
+/// On the learnt head lips touch at rest, so what closes them does not part their rims, whatever is captured of their
+/// outer edges.
+ShapeClosures closuresOf(const Eigen::MatrixXd& rims_parted_mm, std::vector<bool> closed) {
   ShapeClosures closures;
-  closures.shapes.resize(signedIndex(pairs.size()), shapes.cols());
-  for (Eigen::Index i = 0; i < closures.shapes.rows(); ++i) {
-    const auto [upper, lower] = pairs[unsignedIndex(i)];
-    closures.shapes.row(i) = shapes.row(3 * upper + 1) - shapes.row(3 * lower + 1);
-  }
+  closures.shapes = rims_parted_mm.cast<float>();
   closures.motion = Eigen::MatrixXf::Zero(closures.shapes.rows(), signedIndex(closed.size()));
   closures.in_frame = std::move(closed);
   return closures;
@@ -83,12 +65,8 @@ RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions
           ? Eigen::RowVectorXd(Eigen::Map<const Eigen::RowVectorXd>(neutral_mm->data(), neutral_mm->size()))
           : medianOf(motion.positions_mm);
   std::vector<std::pair<Eigen::Index, Eigen::Index>> known;  // of the learnt markers, of the motion's
-  std::vector<std::string> names;
   for (std::size_t i = 0; i < learnt.markers.size(); ++i) {
-    if (const auto marker = motion.findMarker(learnt.markers[i])) {
-      known.emplace_back(signedIndex(i), marker->row());
-      names.push_back(learnt.markers[i]);
-    }
+    if (const auto marker = motion.findMarker(learnt.markers[i])) known.emplace_back(signedIndex(i), marker->row());
   }
   if (known.empty()) throw InputError("found no marker of the default layout; expected some for ARKit's shapes");
   Eigen::MatrixXf shapes = Eigen::MatrixXf::Zero(3 * signedIndex(known.size()), signedIndex(kArkitNames.size()));
@@ -104,8 +82,9 @@ RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions
             .transpose()
             .cast<float>();
   }
-  const ShapeClosures closures = closuresOf(shapes, lipMarkers(names), closedFrames(motion, rest, lips));
-  return fitShapeWeights(shapes, moves.array().isNaN().select(0.0F, moves), kArkitNames.size(), {}, &closures);
+  const ShapeClosures closures = closuresOf(learnt.rims_parted_mm, closedFrames(motion, rest, lips));
+  return fitShapeWeights(shapes, moves.array().isNaN().select(0.0F, moves), kArkitNames.size(),
+                         {.closure = 300, .press = 0.004}, &closures);
 }
 
 void addGaze(std::span<const GazeTurn> gaze, RowMajorMatrixF& weights) {

@@ -74,6 +74,11 @@ const ArkitMarkerMoves& arkitMarkerMoves() {
     learnt.neutral_mm = places(tree.at("neutral_mm"));
     for (const std::string_view name : kArkitNames)
       learnt.moves_mm.push_back(places(tree.at("moves_mm").at(std::string(name))));
+    learnt.rims_parted_mm.resize(3, std::ssize(kArkitNames));
+    for (std::size_t k = 0; k < kArkitNames.size(); ++k) {
+      const auto parted = tree.at("rims_parted_mm").at(std::string(kArkitNames[k])).get<std::array<double, 3>>();
+      learnt.rims_parted_mm.col(signedIndex(k)) = Eigen::Vector3d(parted.data());
+    }
     return learnt;
   }();
   return shapes;
