@@ -76,10 +76,10 @@ RowMajorMatrixF takeLidsAndBrows(FaceAnimation& animation, const FaceMesh& mesh,
 /// of the default layout is learnt from a head that has them all (sample_data/arkit/face66_shapes.json); markers of
 /// other names do not count. `neutral_mm`: the actor's neutral pose, in the motion's order of markers; null: the median
 /// of the frames. `lips`: one a frame, or none; where they are sealed, and the markers of both lips no further apart
-/// than touching lips stretch, the weights bring the learnt head's lips together. Throws InputError when no marker is of
-/// the default layout.
+/// than touching lips stretch, the weights bring the learnt head's lips together; where they are rounded, MouthPucker
+/// does what of it the capture has not seen (`unseen`). Throws InputError when no marker is of the default layout.
 RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions* neutral_mm,
-                                 std::span<const LipPose> lips = {});
+                                 std::span<const LipPose> lips = {}, const LipRounding& unseen = {});
 
 /// Sets EyeLook... in `weights` (frames x 52) to where the eyes look; they are 1 at kWholeLook.
 void addGaze(std::span<const GazeTurn> gaze, RowMajorMatrixF& weights);

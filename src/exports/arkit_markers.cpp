@@ -26,11 +26,11 @@ Eigen::RowVectorXd medianOf(const PositionMatrix& positions) {
 }
 
 /// Lips touch in a frame that is sealed and whose lips' middles are apart by no more than touching lips stretch
-/// (FaceRig's slack): by 30 % of their rest where phones tell it, else by 0.5 mm.
+/// (FaceRig's slack): by 22 % of their rest where phones tell it, else by 0.5 mm.
 std::vector<bool> closedFrames(const MotionClip& motion, const Eigen::RowVectorXd& rest,
                                std::span<const LipPose> lips) {
-  constexpr double kMostStretch = 0.3, kNoiseMm = 0.5;
-  constexpr float kSealed = 0.5F;
+  constexpr double kMostStretch = 0.22, kNoiseMm = 0.5;
+  constexpr float kSealed = 0.98F;
   std::vector<bool> closed(motion.frameCount(), false);
   const LipGauge gauge(motion.marker_names);
   if (!gauge.hasLips()) return closed;
@@ -52,10 +52,25 @@ ShapeClosures closuresOf(const Eigen::MatrixXd& rims_parted_mm, std::vector<bool
   return closures;
 }
 
+/// The weight of MouthPucker that comes nearest to rounded lips on the learnt head.
+double puckerOf(const LipRounding& rounding) {
+  const ArkitMarkerMoves& learnt = arkitMarkerMoves();
+  const LipGauge gauge(learnt.markers);
+  const auto row = [](const MarkerPositions& positions) -> Eigen::RowVectorXd {
+    return Eigen::Map<const Eigen::RowVectorXd>(positions.data(), positions.size());
+  };
+  const Eigen::RowVectorXd rest = row(learnt.neutral_mm);
+  const Eigen::RowVectorXd puckered = rest + row(learnt.moves_mm[unsignedIndex(arkitIndex("MouthPucker"))]);
+  const double width = gauge.width(rest);
+  const Eigen::Vector2d does{(width - gauge.width(puckered)) / width,
+                             (gauge.protrusion(puckered) - gauge.protrusion(rest)) / width};
+  return std::max(0.0, does.dot(Eigen::Vector2d{rounding.narrowing, rounding.protrusion}) / does.squaredNorm());
+}
+
 }  // namespace
 
 RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions* neutral_mm,
-                                 std::span<const LipPose> lips) {
+                                 std::span<const LipPose> lips, const LipRounding& unseen) {
   const ArkitMarkerMoves& learnt = arkitMarkerMoves();
   if (motion.frameCount() == 0) return RowMajorMatrixF::Zero(0, signedIndex(kArkitNames.size()));
   MOUTHPIECE_EXPECT(lips.empty() || lips.size() == motion.frameCount());
@@ -82,6 +97,9 @@ RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions
             .transpose()
             .cast<float>();
   }
+  const auto pucker = asFloat(puckerOf(unseen));
+  for (std::size_t t = 0; t < lips.size(); ++t)
+    moves.col(signedIndex(t)) += lips[t].rounding * pucker * shapes.col(arkitIndex("MouthPucker"));
   const ShapeClosures closures = closuresOf(learnt.rims_parted_mm, closedFrames(motion, rest, lips));
   return fitShapeWeights(shapes, moves.array().isNaN().select(0.0F, moves), kArkitNames.size(),
                          {.closure = 300, .press = 0.004}, &closures);

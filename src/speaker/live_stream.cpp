@@ -272,7 +272,7 @@ void LiveStream::Data::show(LiveFrames frames) {
   weights_lips.erase(weights_lips.begin(), weights_lips.end() - kept);
   weights_lips.insert(weights_lips.end(), frames.lips.begin(), frames.lips.end());
   const SharedCorpus::Data& corpus = setup.corpus.data();
-  RowMajorMatrixF weights = arkitFromMarkers(weights_clip, &corpus.actor.neutral_mm, weights_lips);
+  RowMajorMatrixF weights = arkitFromMarkers(weights_clip, &corpus.actor.neutral_mm, weights_lips, corpus.actor.unseen);
   if (!gaze.empty()) {
     RowMajorMatrixF shown = weights.bottomRows(signedIndex(count));
     addGaze(gaze, shown);

@@ -259,7 +259,7 @@ const RowMajorMatrixF& Performance::Data::arkit() const {
   const std::scoped_lock lock(mutex_);
   if (!arkit_) {
     arkit_ = arkitFromMarkers(animation.motion, corpus ? &corpus->data().corpus.neutral_pose_mm : nullptr,
-                              animation.lips);
+                              animation.lips, actor ? actor->unseen : LipRounding{});
     addGaze(animation.gaze, *arkit_);
   }
   return *arkit_;
