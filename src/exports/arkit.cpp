@@ -126,12 +126,16 @@ std::vector<double> gapesOf(const std::vector<SlitPair>& slit, const Eigen::Matr
 
 constexpr double kTightMm = 0.15;
 
-/// How far vertices of closed lips gape, mm: those of round rims stay some tenths of a millimetre apart, on every head
-/// as far as in the motion's tightest frame, where that is one of closed lips.
-double closedGape(const std::vector<double>& gapes) {
-  constexpr double kOpen = 1.0;
+/// How far vertices of closed lips gape, mm: those of round rims stay some tenths of a millimetre apart. As far as at
+/// rest and in the motion's tightest frame, as long as these are of closed lips.
+double closedGape(double at_rest, const std::vector<double>& gapes) {
+  constexpr double kOpen = 1.5;
   const double least = gapes.empty() ? 0 : *std::min_element(gapes.begin(), gapes.end());
-  return least > kOpen ? kTightMm : std::max(kTightMm, least);
+  double closed = kTightMm;
+  for (const double gape : {at_rest, least}) {
+    if (gape < kOpen) closed = std::max(closed, gape);
+  }
+  return closed;
 }
 
 /// Lips that meet are asked to meet all over: the shapes give in where they cannot.
@@ -162,7 +166,7 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
   std::vector<SlitPair> slit;
   ShapeClosures closures = closuresOf(animation, mesh, shapes, slit, at_rest);
   const std::vector<double> gapes = gapesOf(slit, closures.motion, mm_per_unit);
-  const double tight_mm = closedGape(gapes), meet_mm = tight_mm + kMeetMm;
+  const double tight_mm = closedGape(gapesOf(slit, at_rest, mm_per_unit).front(), gapes), meet_mm = tight_mm + kMeetMm;
   for (const double gape : gapes) closures.in_frame.push_back(!slit.empty() && gape < meet_mm);
   tighten(gapes, tight_mm, mm_per_unit, closures);
   closures.motion.colwise() -= at_rest;

@@ -41,7 +41,7 @@ struct ArkitCurves {
   std::vector<HeadTurn> head = {};  ///< the same
 };
 
-/// Lips meet that are this much further apart than where they are nearest in the motion, or within 0.5 mm.
+/// Lips meet that gape by no more than this beyond closed ones: the head's at rest, or the motion's tightest frame.
 inline constexpr double kMeetMm = 0.35;
 
 /// Places that must stay together in some frames: how the shapes move the two of each pair apart, and by how much the

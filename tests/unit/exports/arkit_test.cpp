@@ -12,6 +12,7 @@
 #include "base/errors.h"
 #include "base/files.h"
 #include "deform/mesh/face_mesh.h"
+#include "motion/lip_gauge.h"
 
 namespace mouthpiece {
 namespace {
@@ -145,6 +146,85 @@ TEST(Arkit, RefusesADamagedGlb) {
   const ArkitCurves curves{.frame_rate_hz = 60, .weights = RowMajorMatrixF::Zero(2, 52), .has_shape = {}};
   for (const std::string bad : {"", "glTF", "glTF\2\0\0\0aaaaaaaaaaaaaaaaaaaaaaaa"})
     EXPECT_THROW((void)glbWithArkitAnimation(bad, "x.glb", curves), InputError);
+}
+
+/// A mouth that opens, closes from frame 20 to 39 with the jaw still down, and opens again, as markers of the learnt
+/// head; the lips' outer edges are pressed or stretched by `off_mm` meanwhile, as those of touching lips are.
+struct Closing {
+  MotionClip motion;
+  std::vector<LipPose> lips;
+
+  explicit Closing(double off_mm) {
+    const ArkitMarkerMoves& learnt = arkitMarkerMoves();
+    const auto moves = [&](std::string_view shape) {
+      return Eigen::Map<const Eigen::RowVectorXd>(learnt.moves_mm[static_cast<std::size_t>(arkitIndex(shape))].data(),
+                                                  learnt.neutral_mm.size());
+    };
+    const LipGauge gauge(learnt.markers);
+    motion.frame_rate_hz = 60;
+    motion.marker_names = learnt.markers;
+    motion.positions_mm.resize(60, learnt.neutral_mm.size());
+    for (Eigen::Index t = 0; t < 60; ++t) {
+      const bool is_closed = t >= 20 && t < 40;
+      auto row = motion.positions_mm.row(t);
+      row = Eigen::Map<const Eigen::RowVectorXd>(learnt.neutral_mm.data(), learnt.neutral_mm.size());
+      row += (is_closed ? 0.15 : 0.4) * moves("JawOpen");
+      if (is_closed) row += 0.12 * moves("MouthClose");
+      if (is_closed) row(gauge.column(MarkerRole::kLowerLip) + 1) -= off_mm;
+      lips.push_back({.seal = is_closed ? 1.0F : 0.0F});
+    }
+  }
+};
+
+TEST(ArkitMarkers, LipsThatTouchTouchOnTheHeadToo) {
+  constexpr double kTouchMm = 0.5;
+  const ArkitMarkerMoves& learnt = arkitMarkerMoves();
+  for (const double off_mm : {-1.0, 0.0, 2.0}) {
+    const Closing closing(off_mm);
+    const RowMajorMatrixF weights = arkitFromMarkers(closing.motion, &learnt.neutral_mm, closing.lips);
+    const Eigen::MatrixXd parted = learnt.rims_parted_mm * weights.cast<double>().transpose();
+    EXPECT_LT(parted.middleCols(21, 18).maxCoeff(), kTouchMm) << off_mm;
+    EXPECT_GT(parted.middleCols(21, 18).minCoeff(), -2 * kTouchMm) << off_mm;
+    EXPECT_GT(parted.leftCols(18).minCoeff(), 5) << "an open mouth stays open";
+    EXPECT_GT(weights.col(arkitIndex("MouthPressLeft")).segment(22, 16).minCoeff(), 0.05) << "as animators close lips";
+    EXPECT_EQ(weights.col(arkitIndex("MouthPressLeft")).head(15).maxCoeff(), 0);
+  }
+}
+
+TEST(ArkitMarkers, RoundedLipsPuckerByWhatTheCaptureHasNotSeen) {
+  Closing closing(0);
+  const LipRounding unseen{.narrowing = 0.14, .protrusion = 0.08};
+  const auto puckerOf = [&](const LipRounding& rounding) {
+    const RowMajorMatrixF weights =
+        arkitFromMarkers(closing.motion, &arkitMarkerMoves().neutral_mm, closing.lips, rounding);
+    return weights.col(arkitIndex("MouthPucker")).head(18).maxCoeff();
+  };
+  EXPECT_LT(puckerOf(unseen), 0.05F) << "lips that are not rounded";
+  for (LipPose& lips : closing.lips) lips.rounding = 1;
+  EXPECT_GT(puckerOf(unseen), 0.3F);
+  EXPECT_LT(puckerOf({}), 0.05F) << "all of it was seen";
+}
+
+/// Rims whose vertices are some tenths of a millimetre apart on closed lips: all frames of those are held.
+TEST(Arkit, HoldsLipsThatCloseWithRoundRims) {
+  const std::filesystem::path path =
+      std::filesystem::path(MOUTHPIECE_SOURCE_DIR) / ".." / "shared" / "faces" / "ict_arkit.glb";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << "../shared/faces/ict_arkit.glb is not here";
+  const FaceMesh mesh = parseFaceMesh(readFile(path), path);
+  const FaceShapes shapes = parseFaceShapes(readFile(path), path);
+  FaceAnimation animation{60, {}};
+  constexpr Eigen::Index kFrames = 30;
+  animation.positions.resize(kFrames, mesh.vertices.size());
+  for (Eigen::Index t = 0; t < kFrames; ++t) {
+    VertexPositions frame = mesh.vertices;
+    for (std::size_t s = 0; s < shapes.names.size(); ++s) {
+      if (t < 15 && arkitIndex(shapes.names[s]) == arkitIndex("jawOpen")) frame += 0.3F * shapes.moves[s];
+    }
+    animation.positions.row(t) = Eigen::Map<const Eigen::RowVectorXf>(frame.data(), frame.size());
+  }
+  const ArkitCurves curves = fitArkit(animation, mesh, shapes);
+  EXPECT_EQ(curves.closures, 15U) << "the head at rest";
+  EXPECT_EQ(curves.closures_kept, 15U);
 }
 
 TEST(Gaze, GoesIntoLookShapesAndIntoLiveLinksColumns) {
