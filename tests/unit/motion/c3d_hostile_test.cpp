@@ -75,9 +75,11 @@ TEST(HostileC3d, NamesWhatIsWrong) {
   file.last_frame = 0;
   EXPECT_TRUE(mentions(failureOf(file.bytes()), "no frames"));
 
-  file = C3dByHand();
-  file.processor = 99;
-  EXPECT_TRUE(mentions(failureOf(file.bytes()), "found processor type 99"));
+  for (const int processor : {83, 87, 99}) {
+    file = C3dByHand();
+    file.processor = processor;
+    EXPECT_TRUE(mentions(failureOf(file.bytes()), "found processor type " + std::to_string(processor)));
+  }
 
   file = C3dByHand();
   file.scale = 0.0F;

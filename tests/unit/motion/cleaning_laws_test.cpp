@@ -203,6 +203,27 @@ TEST(GapLaws, FilledPlacesAreTheLikeliestOnes) {
   }
 }
 
+/// Other markers tell where a marker is once all were seen in twelve frames; before, the frames around it alone do.
+TEST(GapLaws, ARegressionWantsTwelveFrames) {
+  for (const Eigen::Index seen : {11, 12}) {
+    MotionClip clip = SyntheticMotion(8, 4).clip(kRateHz, static_cast<std::size_t>(seen + 4));
+    hide(clip, 0, 5, 4);
+    MotionClip alone = clip;
+    alone.marker_names.resize(1);
+    alone.positions_mm = clip.positions_mm.leftCols(3).eval();
+    const FilledMotion filled = fillShortGaps(clip);
+    const std::vector<Gap> gaps = findGaps(clip);
+    ASSERT_EQ(filled.report.filled.size(), 1U);
+    const double noise_mm = std::max(filled.report.noise_mm, 0.02);
+    const PositionMatrix found = filled.clip.positions_mm.block(5, 0, 4, 3);
+    const GapFillOptions options;
+    const PositionMatrix with_others = likeliestPlaces(clip, gaps[0], options.memory, noise_mm);
+    const PositionMatrix by_itself = likeliestPlaces(alone, gaps[0], options.memory, noise_mm);
+    EXPECT_GT((with_others - by_itself).cwiseAbs().maxCoeff(), 1e-3) << "or nothing is told apart";
+    EXPECT_LT((found - (seen < 12 ? by_itself : with_others)).cwiseAbs().maxCoeff(), 1e-6) << seen;
+  }
+}
+
 /// A gap is filled up to its longest, at any rate, and not at a clip's ends.
 TEST(GapLaws, TheLongestGapIsFilledAndNoLongerOne) {
   for (const double rate_hz : {25.0, 60.0, 100.0, 120.0}) {

@@ -6,8 +6,8 @@
 #include <limits>
 #include <random>
 
-#include "motion/marker_layout.h"
 #include "motion/cleaning/rigid.h"
+#include "motion/marker_layout.h"
 #include "synthetic_motion.h"
 
 namespace mouthpiece {

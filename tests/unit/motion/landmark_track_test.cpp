@@ -76,13 +76,14 @@ TEST(LandmarkTrack, NamesWhatIsWrong) {
 
 /// A track whose JSON is damaged anywhere gives a clip of finite places or an InputError.
 TEST(LandmarkTrack, DamageEndsInAClipOrAnInputError) {
-  const std::string whole = R"({"fps":25,"width":400,"height":200,"frames":[)" + points(468, 0, true) + "," +
-                            points(468, 0.01, false) + "]}";
+  const std::string whole =
+      R"({"fps":25,"width":400,"height":200,"frames":[)" + points(468, 0, true) + "," + points(468, 0.01, false) + "]}";
   std::mt19937 random(1);
   const std::string letters = "[]{},:\"0-.x5en";
   for (int round = 0; round < 300; ++round) {
     std::string text = whole;
-    for (std::size_t n = 1 + random() % 3; n > 0; --n) text[random() % text.size()] = letters[random() % letters.size()];
+    for (std::size_t n = 1 + random() % 3; n > 0; --n)
+      text[random() % text.size()] = letters[random() % letters.size()];
     if (random() % 4 == 0) text.erase(random() % text.size(), random() % 20);
     try {
       const MotionClip clip = parseLandmarkTrack(text, "t.json", defaultLayout());

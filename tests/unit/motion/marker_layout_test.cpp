@@ -84,15 +84,26 @@ TEST(MarkerLayout, NamesWhatIsWrong) {
   EXPECT_NE(messageOf(R"({"name":"t","markers":5})"), "");
   EXPECT_NE(messageOf(layoutWith("5")).find("markers[0]"), std::string::npos);
   EXPECT_NE(messageOf(layoutWith(middle + "," + middle)).find("found A twice"), std::string::npos);
-  EXPECT_NE(messageOf(layoutWith(R"({"name":"A","region":"lip","side":"Q","mirror":"A"})")).find("side: found \"Q\"; expected one of R, M, L"),
+  EXPECT_NE(messageOf(layoutWith(R"({"name":"A","region":"lip","side":"Q","mirror":"A"})"))
+                .find("side: found \"Q\"; expected one of R, M, L"),
             std::string::npos);
   EXPECT_NE(
       messageOf(layoutWith(R"({"name":"A","region":"lip","side":"M","mirror":"B"})")).find("found mirror \"B\" of A"),
       std::string::npos);
-  EXPECT_NE(messageOf(layoutWith(R"({"name":7,"region":"lip","side":"M","mirror":"A"})")).find("markers[0].name: found 7"),
-            std::string::npos);
+  EXPECT_NE(
+      messageOf(layoutWith(R"({"name":7,"region":"lip","side":"M","mirror":"A"})")).find("markers[0].name: found 7"),
+      std::string::npos);
   EXPECT_NE(messageOf(layoutWith(R"({"region":"lip","side":"M","mirror":"A"})")).find("markers[0].name: is missing"),
             std::string::npos);
+  for (const std::size_t letters : {127U, 128U}) {
+    const std::string name(letters, 'A');
+    EXPECT_EQ(
+        messageOf(layoutWith(R"({"name":")" + name + R"(","region":"lip","side":"M","mirror":")" + name + R"("})"))
+            .empty(),
+        letters == 127)
+        << "a C3D label holds 127";
+  }
+  EXPECT_NE(messageOf(R"({"name":"t","markers":[)" + middle + R"(],"triangles":[["A","B","C","D"]]})"), "");
   EXPECT_NE(messageOf(R"({"name":"t","markers":[)" + middle + R"(],"jig":["A"]})").find("found A twice"),
             std::string::npos);
 }

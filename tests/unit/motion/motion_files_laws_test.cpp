@@ -38,8 +38,9 @@ MotionClip randomClip(unsigned seed) {
     if (used.insert(name).second) clip.marker_names.push_back(name);
   }
   std::uniform_real_distribution<double> place(-2000, 2000);
-  clip.positions_mm = PositionMatrix::NullaryExpr(2 + static_cast<Eigen::Index>(random() % 40),
-                                                  static_cast<Eigen::Index>(3 * markers), [&] { return place(random); });
+  clip.positions_mm =
+      PositionMatrix::NullaryExpr(2 + static_cast<Eigen::Index>(random() % 40), static_cast<Eigen::Index>(3 * markers),
+                                  [&] { return place(random); });
   for (Eigen::Index frame = 0; frame < clip.positions_mm.rows(); ++frame) {
     for (Eigen::Index column = 0; column < clip.positions_mm.cols(); column += 3) {
       if (random() % 6 == 0) clip.positions_mm.block<1, 3>(frame, column).setConstant(kNan);
@@ -104,8 +105,8 @@ TEST(MotionFilesLaws, AllFormatsAgreeWithEachOther) {
   for (unsigned seed = 1; seed <= kSeeds; ++seed) {
     SCOPED_TRACE(seed);
     const MotionClip floats = readC3dBytes(writeC3dBytes(randomClip(seed)), "x.c3d");
-    expectSame(readMotionCsvText(writeMotionCsvText(floats), "x.csv"),
-               readTrcText(writeTrcText(floats, "x"), "x.trc"), 0);
+    expectSame(readMotionCsvText(writeMotionCsvText(floats), "x.csv"), readTrcText(writeTrcText(floats, "x"), "x.trc"),
+               0);
   }
 }
 

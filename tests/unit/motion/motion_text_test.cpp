@@ -157,6 +157,18 @@ TEST(MotionCsv, TellsTheRateWhereverTimeBegins) {
   }
 }
 
+/// Two rows tell a rate to some thousandths: the one of fewest decimals within that was meant.
+TEST(MotionCsv, TheRoundestRateThatTimesAllowIsTaken) {
+  const auto rateOf = [](const std::string& second, int frames) {
+    std::string text = "time_s,A.x,A.y,A.z\n0,1,2,3\n";
+    for (int frame = 1; frame < frames; ++frame) text += fmt::format("{:.6f},1,2,3\n", frame * std::stod(second));
+    return readMotionCsvText(text, "a.csv").frame_rate_hz;
+  };
+  EXPECT_DOUBLE_EQ(rateOf("0.016658", 2), 60.03) << "60.0312, sure to 7 thousandths";
+  EXPECT_DOUBLE_EQ(rateOf(fmt::format("{:.12f}", 1 / 47.953), 40), 47.953) << "sure to a ten thousandth";
+  EXPECT_NE(rateOf(fmt::format("{:.12f}", 1 / 47.953), 40), 47.95);
+}
+
 /// A coordinate alone is no place: where one of three is missing the marker was not seen.
 TEST(MotionCsv, APlaceIsThreeNumbersOrNone) {
   const std::string text =

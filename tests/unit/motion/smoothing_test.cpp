@@ -27,6 +27,16 @@ double rmsDifference(const PositionMatrix& a, const PositionMatrix& b) {
   return std::sqrt((a - b).squaredNorm() / static_cast<double>(a.size()));
 }
 
+TEST(SmoothMotion, WhatWasNeverSeenIsNotMoved) {
+  MotionClip clip{100, {"A", "B"}, PositionMatrix::Constant(50, 6, std::numeric_limits<double>::quiet_NaN())};
+  const SmoothedMotion unseen = smoothMotion(clip);
+  EXPECT_EQ(unseen.rms_change_mm, 0);
+  EXPECT_EQ(unseen.noise_mm, 0);
+  EXPECT_TRUE(unseen.clip.positions_mm.array().isNaN().all());
+  EXPECT_EQ(smoothMotion({100, {}, PositionMatrix(50, 0)}).noise_mm, 0) << "no marker at all";
+  EXPECT_EQ(smoothMotion(clip, {.noise_mm = 0.05}).noise_mm, 0.05) << "as given";
+}
+
 TEST(SmoothMotion, HalvesTheNoise) {
   const MotionClip truth = SyntheticMotion(62, 10, 8.0).clip(120.0, 480);
   for (const double noise_mm : {0.1, 0.3}) {
