@@ -24,7 +24,7 @@ struct ArkitOptions {
   double sparsity = 0.003;   ///< push of every weight to zero, whatever its size: small ones vanish
   double symmetry = 0.02;    ///< pull between the weights of a left and a right shape
   double closure = 100;      ///< how many times more a place where the lips meet counts
-  double press = 0.02;       ///< push of MouthClose and MouthPress where the lips meet, as animators set them
+  double press = 0.02;       ///< push of MouthClose and MouthPress up, of MouthFrown down, where the lips meet
 };
 
 /// Weights of ARKit's shapes over time.

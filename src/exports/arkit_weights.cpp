@@ -92,7 +92,8 @@ class WeightDescent {
     symmetry_ = options.symmetry * energy;
     press_ = options.press * energy;
     for (const char* name : {"MouthClose", "MouthPressLeft", "MouthPressRight"})
-      presses_[unsignedIndex(numberOf(name))] = true;
+      presses_[unsignedIndex(numberOf(name))] = 1;
+    for (const char* name : {"MouthFrownLeft", "MouthFrownRight"}) presses_[unsignedIndex(numberOf(name))] = -1;
     if (closures == nullptr || closures->shapes.rows() == 0) return;
     // A pair counts as so many of the vertices around it.
     const double share = options.closure * asReal(shapes.rows()) / (100 * asReal(closures->shapes.rows()));
@@ -159,7 +160,7 @@ class WeightDescent {
       if (!mayMove(t, k)) continue;
       const double own = gram(k, k);
       double target = right[k] - push_ - pulled[k] + own * weights[k];
-      if (is_closed && presses_[unsignedIndex(k)]) target += press_;
+      if (is_closed) target += press_ * presses_[unsignedIndex(k)];
       double share = own + around;
       if (before) target += pull_ * before[k];
       if (after) target += pull_ * after[k];
@@ -201,7 +202,7 @@ class WeightDescent {
   std::vector<Eigen::Index> present_;                   ///< shapes that the head has
   Eigen::Index jaw_ = numberOf("JawOpen"), close_ = numberOf("MouthClose");
   bool has_jaw_ = false;
-  std::vector<bool> presses_ = std::vector<bool>(kArkitNames.size());
+  std::vector<double> presses_ = std::vector<double>(kArkitNames.size(), 0);  ///< where lips meet: 1 more, -1 less
   double pull_ = 0, thrift_ = 0, push_ = 0, symmetry_ = 0, press_ = 0;
 };
 
