@@ -4,6 +4,9 @@
 #include <array>
 #include <string>
 
+#include "base/index.h"
+#include "motion/arkit_shapes.h"
+
 namespace mouthpiece {
 namespace {
 
@@ -93,6 +96,9 @@ std::span<const MetahumanControl> metahumanControls() { return kControls; }
 WeightTracks metahumanTracks(const WeightTracks& arkit) {
   // A jaw that is all but shut tells nothing of how far the lips take it back.
   constexpr float kShut = 0.01F;
+  // So much of JawOpen's weight in MouthClose's takes all of it back, on the head that ARKit's shapes were learnt from.
+  const Eigen::RowVectorXd parted = arkitMarkerMoves().rims_parted_mm.colwise().mean();
+  const float all_of_it = asFloat(-parted(arkitIndex("JawOpen")) / parted(arkitIndex("MouthClose")));
   WeightTracks tracks{arkit.frame_rate_hz, {}, RowMajorMatrixF(arkit.weights.rows(), signedIndex(kControls.size()))};
   const Eigen::VectorXf jaw = columnOf(arkit, "jawOpen");
   for (std::size_t k = 0; k < kControls.size(); ++k) {
@@ -100,7 +106,7 @@ WeightTracks metahumanTracks(const WeightTracks& arkit) {
     Eigen::VectorXf weights = columnOf(arkit, kControls[k].arkit);
     if (kControls[k].arkit == "mouthClose") {
       for (Eigen::Index t = 0; t < weights.size(); ++t)
-        weights(t) = jaw(t) > kShut ? std::clamp(weights(t) / jaw(t), 0.0F, 1.0F) : 0.0F;
+        weights(t) = jaw(t) > kShut ? std::clamp(weights(t) / (all_of_it * jaw(t)), 0.0F, 1.0F) : 0.0F;
     }
     tracks.weights.col(signedIndex(k)) = weights;
   }
