@@ -77,6 +77,14 @@ TEST(ArkitMarkerMoves, DoWhatTheirNamesSay) {
     EXPECT_TRUE(moves.allFinite());
     EXPECT_LT(moves.rowwise().norm().maxCoeff(), 60) << "no shape tears a face";
   }
+  ASSERT_EQ(learnt.rims_parted_mm.cols(), static_cast<Eigen::Index>(kArkitNames.size()));
+  EXPECT_LT(learnt.rims_parted_mm.cwiseAbs().maxCoeff(), 60);
+  const auto parted = [&](std::string_view shape) { return learnt.rims_parted_mm.col(numberOf(shape)).mean(); };
+  EXPECT_GT(parted("JawOpen"), 20);
+  EXPECT_LT(parted("MouthClose"), -20);
+  EXPECT_LT(parted("MouthPressLeft"), 0);
+  EXPECT_GT(parted("MouthFunnel"), 5);
+  for (const char* shape : {"EyeBlinkLeft", "BrowInnerUp", "CheekSquintRight"}) EXPECT_EQ(parted(shape), 0) << shape;
   for (const std::string& marker : learnt.markers) EXPECT_NO_THROW((void)defaultLayout().indexOf(marker));
   EXPECT_LT(move("JawOpen", "CHIN_MID").y(), -10);
   EXPECT_GT(move("JawForward", "CHIN_MID").z(), 1);

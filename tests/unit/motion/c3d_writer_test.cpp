@@ -46,6 +46,11 @@ TEST(C3dWriter, KeepsPositionsAsFloatsAndGapsAsGaps) {
   }
 }
 
+TEST(C3dWriter, WritesOneFrame) {
+  const MotionClip clip = SyntheticMotion(22, 3).clip(100.0, 1);
+  EXPECT_EQ(readC3dBytes(writeC3dBytes(clip), "one.c3d").frameCount(), 1U);
+}
+
 TEST(C3dWriter, WritesMoreThan65535Frames) {
   const MotionClip clip = SyntheticMotion(22, 1).clip(1000.0, 70001);
   EXPECT_EQ(readC3dBytes(writeC3dBytes(clip), "long.c3d").frameCount(), 70001U);
