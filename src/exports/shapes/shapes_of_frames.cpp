@@ -2,22 +2,28 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
+#include <set>
 #include <vector>
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "exports/shapes/panel_fitter.h"
 #include "exports/shapes/principal_shapes.h"
 #include "exports/shapes/stepped_frames.h"
+#include "exports/shapes/trajectories.h"
 
 namespace mouthpiece {
 namespace {
 
+using Eigen::MatrixXf;
+
 constexpr Eigen::Index kMostKept = 1800;  ///< frames of a line that is held as a whole
 constexpr Eigen::Index kSampledFrames = 900;
-constexpr Eigen::Index kFramesAtOnce = 64;
-/// What the sampled frames are held to, and what a shape of its own leaves away: shares of the tolerance.
+constexpr Eigen::Index kFramesAtOnce = 600;
+constexpr Eigen::Index kWeighedVertices = 1000;
+/// What the sampled frames are held to: a share of the tolerance.
 constexpr double kSampledShare = 0.8;
-constexpr float kLeftShare = 0.1F;
 
 std::vector<Eigen::Index> evenlySpread(Eigen::Index frame_count, Eigen::Index count) {
   std::vector<Eigen::Index> frames(unsignedIndex(count));
@@ -25,102 +31,128 @@ std::vector<Eigen::Index> evenlySpread(Eigen::Index frame_count, Eigen::Index co
   return frames;
 }
 
-float worstSquare(const Eigen::RowVectorXf& displacements) {
-  return Eigen::Map<const Eigen::Matrix3Xf>(displacements.data(), 3, displacements.size() / 3)
-      .colwise()
-      .squaredNorm()
-      .maxCoeff();
+/// Zero where a frame has every point of `residual` (frames x (3 * points)) within `tolerance`.
+void keepFramesBeyond(float tolerance, MatrixXf& residual) {
+  Eigen::VectorXf worst = Eigen::VectorXf::Zero(residual.rows());
+  for (Eigen::Index column = 0; column < residual.cols(); column += 3)
+    worst = worst.cwiseMax(residual.middleCols<3>(column).rowwise().squaredNorm());
+  for (Eigen::Index f = 0; f < residual.rows(); ++f) {
+    if (worst(f) <= tolerance * tolerance) residual.row(f).setZero();
+  }
 }
 
-/// Weights of frame after frame on shapes that grow in number.
-class FrameFitter {
+/// Weights of stretch after stretch of a line on shapes that grow in number.
+class LineFitter {
  public:
-  /// `offset`: what every frame has; `shapes`: what it has its share of; displacements from the rest, mesh unit.
-  FrameFitter(Eigen::RowVectorXf offset, RowMajorMatrixF shapes, float tolerance)
-      : offset_(std::move(offset)), shapes_(std::move(shapes)), tolerance_(tolerance) {
-    factorise();
-  }
+  /// `shapes`: the first is the offset, which every frame has; displacements from the rest, mesh unit.
+  explicit LineFitter(RowMajorMatrixF shapes) : shapes_(std::move(shapes)) { weighSome(); }
 
-  /// `displacements`: frames x (3 * vertices).
-  void fit(RowMajorMatrixF displacements) {
-    displacements.rowwise() -= offset_;
-    std::vector<bool> has_own(unsignedIndex(displacements.rows()), false);
-    while (true) {
-      const RowMajorMatrixF weights = weightsOf(displacements);
-      RowMajorMatrixF left = displacements;
-      left.noalias() -= weights * shapes_;
-      Eigen::Index worst = 0;
-      float worst_square = -1;
-      for (Eigen::Index f = 0; f < left.rows(); ++f) {
-        const float square = worstSquare(left.row(f));
-        MOUTHPIECE_EXPECT(std::isfinite(square));
-        if (square > worst_square) std::tie(worst, worst_square) = std::pair(f, square);
-      }
-      if (worst_square <= tolerance_ * tolerance_) {
-        largest_square_ = std::max(largest_square_, worst_square);
-        for (Eigen::Index f = 0; f < weights.rows(); ++f)
-          weights_.emplace_back(weights.row(f).data(), weights.row(f).data() + weights.cols());
-        return;
-      }
-      addShape(left.row(worst), has_own[unsignedIndex(worst)] ? 0 : kLeftShare * tolerance_);
-      has_own[unsignedIndex(worst)] = true;
-    }
+  /// Each frame's weights by least squares over some vertices; what is then beyond the tolerance gets shapes.
+  void fit(const Fit& stretch) {
+    RowMajorMatrixF weights = weightsOf(stretch);
+    const float allowed = stretch.tolerance * stretch.tolerance;
+    std::vector<float> errors = errorsOfAllVertices(stretch, weights, shapes_);
+    const Eigen::Index before = shapes_.rows();
+    for (auto beyond = verticesBeyond(errors, allowed); !beyond.empty(); beyond = verticesBeyond(errors, allowed))
+      addShapes(stretch, beyond, weights, errors);
+    if (shapes_.rows() > before) weighSome();
+    weights_.push_back(std::move(weights));
+    largest_square_ = std::max(largest_square_, *std::max_element(errors.begin(), errors.end()));
   }
 
   /// What has been fitted, every weight in [0, 1].
   void finish(PrincipalShapes& result) {
-    std::vector<Eigen::Index> used;
-    RowMajorMatrixF weights = RowMajorMatrixF::Zero(signedIndex(weights_.size()), shapes_.rows());
-    for (std::size_t f = 0; f < weights_.size(); ++f)
-      std::copy(weights_[f].begin(), weights_[f].end(), weights.row(signedIndex(f)).data());
-    for (Eigen::Index k = 0; k < shapes_.rows(); ++k) {
-      const float low = weights.col(k).minCoeff(), range = weights.col(k).maxCoeff() - low;
-      offset_ += low * shapes_.row(k);
+    Eigen::Index frames = 0, used = 1;
+    for (const RowMajorMatrixF& weights : weights_) frames += weights.rows();
+    result.weights = RowMajorMatrixF::Zero(frames, shapes_.rows());
+    frames = 0;
+    for (const RowMajorMatrixF& weights : weights_) {
+      result.weights.block(frames, 0, weights.rows(), weights.cols()) = weights;
+      frames += weights.rows();
+    }
+    for (Eigen::Index k = 1; k < shapes_.rows(); ++k) {
+      auto weights = result.weights.col(k);
+      const float low = weights.minCoeff(), range = weights.maxCoeff() - low;
+      shapes_.row(0) += low * shapes_.row(k);
       if (!(range > 0)) continue;
-      weights.col(k) = ((weights.col(k).array() - low) / range).cwiseMin(1.0F).cwiseMax(0.0F);
-      shapes_.row(k) *= range;
-      used.push_back(k);
+      result.weights.col(used) = ((weights.array() - low) / range).cwiseMin(1.0F).cwiseMax(0.0F);
+      shapes_.row(used) = range * shapes_.row(k);
+      ++used;
     }
-    const Eigen::Index count = signedIndex(used.size());
-    result.shapes.resize(1 + count, shapes_.cols());
-    result.weights.resize(weights.rows(), 1 + count);
-    result.shapes.row(0) = offset_;
-    result.weights.col(0).setOnes();
-    for (Eigen::Index i = 0; i < count; ++i) {
-      result.shapes.row(1 + i) = shapes_.row(used[unsignedIndex(i)]);
-      result.weights.col(1 + i) = weights.col(used[unsignedIndex(i)]);
-    }
+    result.weights.conservativeResize(Eigen::NoChange, used);
+    shapes_.conservativeResize(used, Eigen::NoChange);
+    result.shapes = std::move(shapes_);
   }
 
   [[nodiscard]] double largestError() const { return std::sqrt(static_cast<double>(largest_square_)); }
 
  private:
-  void factorise() {
-    Eigen::MatrixXd products = (shapes_ * shapes_.transpose()).cast<double>();
+  /// Vertices whose displacements tell the weights: evenly spread ones and what each shape moves farthest.
+  void weighSome() {
+    const Eigen::Index vertices = shapes_.cols() / 3;
+    std::set<Eigen::Index> chosen;
+    for (const Eigen::Index v : evenlySpread(vertices, std::min(vertices, kWeighedVertices))) chosen.insert(v);
+    for (Eigen::Index k = 1; k < shapes_.rows(); ++k) {
+      Eigen::Index farthest = 0;
+      Eigen::Map<const Eigen::Matrix3Xf>(shapes_.row(k).data(), 3, vertices)
+          .colwise()
+          .squaredNorm()
+          .maxCoeff(&farthest);
+      chosen.insert(farthest);
+    }
+    weighed_.assign(chosen.begin(), chosen.end());
+    MatrixXf own(shapes_.rows(), 3 * signedIndex(weighed_.size()));
+    for (std::size_t i = 0; i < weighed_.size(); ++i)
+      own.middleCols<3>(3 * signedIndex(i)) = shapes_.middleCols<3>(3 * weighed_[i]);
+    weighed_offset_ = own.row(0);
+    weighed_shapes_ = own.bottomRows(own.rows() - 1);
+    Eigen::MatrixXd products = (weighed_shapes_ * weighed_shapes_.transpose()).cast<double>();
     products.diagonal().array() += 1e-9 * products.trace() + 1e-30;
     solver_.compute(products);
   }
 
-  [[nodiscard]] RowMajorMatrixF weightsOf(const RowMajorMatrixF& displacements) const {
-    if (shapes_.rows() == 0) return RowMajorMatrixF(displacements.rows(), 0);
-    const Eigen::MatrixXd products = (shapes_ * displacements.transpose()).cast<double>();
-    return solver_.solve(products).transpose().cast<float>();
+  [[nodiscard]] RowMajorMatrixF weightsOf(const Fit& stretch) const {
+    RowMajorMatrixF weights = RowMajorMatrixF::Ones(stretch.frames(), shapes_.rows());
+    if (shapes_.rows() == 1) return weights;
+    MatrixXf displacements = displacementsOf(stretch, weighed_);
+    displacements.rowwise() -= weighed_offset_;
+    const Eigen::MatrixXd products = (weighed_shapes_ * displacements.transpose()).cast<double>();
+    weights.rightCols(weighed_shapes_.rows()) = solver_.solve(products).transpose().cast<float>();
+    return weights;
   }
 
-  void addShape(Eigen::RowVectorXf shape, float left) {
-    for (Eigen::Index v = 0; v < shape.size(); v += 3) {
-      if (shape.segment<3>(v).squaredNorm() < left * left) shape.segment<3>(v).setZero();
+  /// Shapes that move `beyond` alone, in the frames in which the worst of them are beyond the tolerance.
+  void addShapes(const Fit& stretch, const std::vector<Eigen::Index>& beyond, RowMajorMatrixF& weights,
+                 std::vector<float>& errors) {
+    MatrixXf residual = residualOf(stretch, weights, shapes_, representatives(beyond, errors));
+    keepFramesBeyond(stretch.tolerance, residual);
+    const MatrixXf basis = trajectoryBasis(residual, kSampleShare * stretch.tolerance);
+    const Eigen::Index before = shapes_.rows();
+    RowMajorMatrixF added = RowMajorMatrixF::Zero(basis.cols(), shapes_.cols());
+    for (std::size_t first = 0; first < beyond.size(); first += kRefinedAtOnce) {
+      const std::size_t end = std::min(first + kRefinedAtOnce, beyond.size());
+      const std::vector<Eigen::Index> vertices(beyond.begin() + signedIndex(first), beyond.begin() + signedIndex(end));
+      residual = residualOf(stretch, weights, shapes_, vertices);
+      const MatrixXf shapes = basis.transpose() * residual;
+      residual -= basis * shapes;
+      for (std::size_t i = 0; i < vertices.size(); ++i) {
+        const Eigen::Index column = 3 * signedIndex(i);
+        added.middleCols<3>(3 * vertices[i]) = shapes.middleCols<3>(column);
+        errors[unsignedIndex(vertices[i])] = residual.middleCols<3>(column).rowwise().squaredNorm().maxCoeff();
+      }
     }
-    shapes_.conservativeResize(shapes_.rows() + 1, shape.size());
-    shapes_.bottomRows<1>() = shape;
-    factorise();
+    shapes_.conservativeResize(before + basis.cols(), Eigen::NoChange);
+    shapes_.bottomRows(basis.cols()) = added;
+    weights.conservativeResize(Eigen::NoChange, before + basis.cols());
+    weights.rightCols(basis.cols()) = basis;
   }
 
-  Eigen::RowVectorXf offset_;
   RowMajorMatrixF shapes_;
-  float tolerance_;
-  Eigen::LLT<Eigen::MatrixXd> solver_;       ///< of the shapes' products with each other
-  std::vector<std::vector<float>> weights_;  ///< of each frame; of the shapes that came later it has nothing
+  std::vector<RowMajorMatrixF> weights_;  ///< of each stretch; of the shapes that came later it has nothing
+  std::vector<Eigen::Index> weighed_;     ///< vertices
+  MatrixXf weighed_shapes_;               ///< of them, without the offset
+  Eigen::RowVectorXf weighed_offset_;
+  Eigen::LLT<Eigen::MatrixXd> solver_;  ///< of weighed_shapes_' products with each other
   float largest_square_ = 0;
 };
 
@@ -134,27 +166,20 @@ PrincipalShapes principalShapes(const FrameMaker& frames, const VertexPositions&
   if (is_whole) return principalShapesOf(frames, held, rest, metres_per_unit, options);
   PrincipalShapes result =
       principalShapesOf(frames, held, rest, metres_per_unit, {kSampledShare * options.tolerance_mm});
-  Eigen::RowVectorXf moving_rest(frames.width);
-  Eigen::Index column = 0;
-  for (const std::uint32_t vertex : result.columnVertices()) {
-    moving_rest.segment<3>(column) = rest.row(vertex);
-    column += 3;
-  }
-  Eigen::RowVectorXf offset = Eigen::RowVectorXf::Zero(frames.width);
-  if (result.shapes.rows() > 0) offset = result.shapes.row(0);
+  const Eigen::RowVectorXf moving_rest = movingRest(result, rest);
+  if (result.shapes.rows() == 0) result.shapes = RowMajorMatrixF::Zero(1, frames.width);
   const double mm_per_unit = 1000 * metres_per_unit;
-  FrameFitter fitter(std::move(offset), result.shapes.bottomRows(std::max<Eigen::Index>(0, result.shapes.rows() - 1)),
-                     asFloat(options.tolerance_mm / mm_per_unit));
-  std::vector<Eigen::Index> block;
+  LineFitter fitter(std::move(result.shapes));
+  double off_mm = 0;
   for (Eigen::Index first = 0; first < frames.frame_count; first += kFramesAtOnce) {
-    block.resize(unsignedIndex(std::min(kFramesAtOnce, frames.frame_count - first)));
-    std::iota(block.begin(), block.end(), first);
-    RowMajorMatrixF displacements = frames.frames(block).positions;
-    displacements.rowwise() -= moving_rest;
-    fitter.fit(std::move(displacements));
+    std::vector<Eigen::Index> stretch(unsignedIndex(std::min(kFramesAtOnce, frames.frame_count - first)));
+    std::iota(stretch.begin(), stretch.end(), first);
+    const HeldFrames held_stretch(frames, stretch, moving_rest, mm_per_unit, options.tolerance_mm);
+    off_mm = std::max(off_mm, held_stretch.off_mm);
+    fitter.fit(held_stretch.fit());
   }
   fitter.finish(result);
-  result.max_error_mm = fitter.largestError() * mm_per_unit;
+  result.max_error_mm = fitter.largestError() * mm_per_unit + off_mm;
   return result;
 }
 

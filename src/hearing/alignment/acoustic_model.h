@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -130,8 +131,12 @@ class FleetingSounds {
 /// frames is weighed when the one before was read.
 class ScoreStream {
  public:
+  /// How frames [first, first + count) are weighed.
+  using WeighingOf = std::function<Weighing(Eigen::Index first, Eigen::Index count)>;
+
   /// `features`: a column a frame. All but `weighing` are only looked at and must outlive it.
-  ScoreStream(SenoneScorer& scorer, const Eigen::MatrixXf& features, Weighing weighing, const FleetingSounds& fleeting);
+  ScoreStream(SenoneScorer& scorer, const Eigen::MatrixXf& features, WeighingOf weighing,
+              const FleetingSounds& fleeting);
 
   /// The next bytes, at most `size`; 0: there are no more.
   std::size_t take(char* buffer, std::size_t size);
@@ -141,7 +146,7 @@ class ScoreStream {
 
   SenoneScorer& scorer_;
   const Eigen::MatrixXf& features_;
-  Weighing weighing_;
+  WeighingOf weighing_;
   const FleetingSounds& fleeting_;
   Eigen::Index next_ = 0;
   std::string bytes_;

@@ -8,9 +8,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <cstring>
+#include <functional>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <set>
@@ -21,17 +21,16 @@
 #include "base/index.h"
 #include "hearing/alignment/acoustic_model.h"
 #include "hearing/alignment/noise_adaptation.h"
+#include "hearing/alignment/phone_search.h"
 
 namespace mouthpiece {
 namespace {
 
-/// A frame's window is longer than its step: boundaries come out early by this (measured on TTS voices).
-constexpr Seconds kBoundaryShift = 0.008;
-constexpr Seconds kFrameStep = 0.010;
-constexpr std::size_t kMostPhones = 100'000;
 /// Frames are not independent of each other, as the model takes them to be: the likelihoods of speech count by this
 /// power. Chosen on TTS voices and GRID s1 (docs/theory/hearing/alignment.md).
 constexpr double kTimesScale = 0.15;
+/// A phone that was found once is heard again no further from there: 0.3 s.
+constexpr Eigen::Index kNearFrames = 30;
 /// Of a song this many frames a phone are heard: 120 ms, about as long as spoken phones are.
 constexpr std::size_t kSungFramesAPhone = 12;
 /// What a silence between two words of spoken text costs in noise, in nats: quiet sounds pass for silence there.
@@ -39,32 +38,17 @@ constexpr std::size_t kSungFramesAPhone = 12;
 /// lower one (docs/theory/hearing/alignment.md).
 constexpr double kInnerSilencePrice = 30.0;
 constexpr double kNoisyRangeDb = 30.0, kCleanRangeDb = 38.0;
-constexpr const char* kSilenceWord = "<sil>";
 /// How likely a pause between two words is in a language whose sounds the model never learnt: what fits badly would
 /// rather be silence. Chosen on eSpeak NG's voices, other lines than the guide's table tells of.
 constexpr float kForeignPause = 1e-30F;
-/// The first phone of a word goes by a name of its own, so that the result tells where words begin.
-constexpr std::string_view kFirstSuffix = "_first";
-
-std::string wordFor(Phone phone, bool opens_word) {
-  std::string name(phoneName(phone));
-  if (opens_word) name += kFirstSuffix;
-  return name;
-}
-
 struct ConfigDeleter {
   void operator()(cmd_ln_t* config) const { cmd_ln_free_r(config); }
 };
 struct DecoderDeleter {
   void operator()(ps_decoder_t* decoder) const { ps_free(decoder); }
 };
-struct GraphDeleter {
-  void operator()(fsg_model_t* graph) const { fsg_model_free(graph); }
-};
 using Config = std::unique_ptr<cmd_ln_t, ConfigDeleter>;
 using Decoder = std::unique_ptr<ps_decoder_t, DecoderDeleter>;
-using Graph = std::unique_ptr<fsg_model_t, GraphDeleter>;
-
 std::filesystem::path modelOr(const std::filesystem::path& model, const Language& language) {
   const std::filesystem::path folder =
       model.empty() ? std::filesystem::path(MOUTHPIECE_SPHINX_MODELS) / language.acoustic_model : model;
@@ -109,59 +93,6 @@ Decoder makeDecoder(const std::filesystem::path& model, const Language& language
   return decoder;
 }
 
-/// As PocketSphinx counts.
-int count(const auto& list) { return static_cast<int>(list.size()); }
-
-/// States 0 to words.size() stand between words; each further one inside a way.
-Graph makeGraph(ps_decoder_t* decoder, const WordWays& words, float pause, double silence_price) {
-  std::size_t inner_states = 0;
-  for (const auto& ways : words) {
-    for (const auto& phones : ways) inner_states += phones.size();
-  }
-  if (inner_states > kMostPhones) {
-    throw InputError("transcript", "",
-                     fmt::format("has {} phones; expected at most {} in one sound", inner_states, kMostPhones));
-  }
-  const int boundary_count = count(words) + 1;
-  Graph graph(fsg_model_init("words", ps_get_logmath(decoder), 1.0F, boundary_count + static_cast<int>(inner_states)));
-  int boundary = 0, next_state = boundary_count;
-  for (const auto& ways : words) {
-    for (const auto& phones : ways) {
-      int from = boundary;
-      for (std::size_t i = 0; i < phones.size(); ++i) {
-        const int to = i + 1 == phones.size() ? boundary + 1 : next_state++;
-        const int word = fsg_model_word_add(graph.get(), wordFor(phones[i], i == 0).c_str());
-        fsg_model_trans_add(graph.get(), from, to, 0, word);
-        from = to;
-      }
-    }
-    ++boundary;
-  }
-  for (int state = 0; state < boundary_count; ++state) {
-    const bool is_inner = state > 0 && state + 1 < boundary_count;
-    fsg_model_add_silence(graph.get(), kSilenceWord, state,
-                          is_inner ? pause * asFloat(std::exp(-silence_price)) : pause);
-  }
-  graph->start_state = 0;
-  graph->final_state = boundary_count - 1;
-  return graph;
-}
-
-/// Just this row of phones and silences.
-Graph makeGraph(ps_decoder_t* decoder, std::span<const DecodedPhone> phones) {
-  Graph graph(fsg_model_init("row", ps_get_logmath(decoder), 1.0F, count(phones) + 1));
-  int state = 0;
-  for (const DecodedPhone& phone : phones) {
-    const std::string name = phone.phone == Phone::kSil ? kSilenceWord : wordFor(phone.phone, phone.opens_word);
-    const int word = fsg_model_word_add(graph.get(), name.c_str());
-    fsg_model_trans_add(graph.get(), state, state + 1, 0, word);
-    ++state;
-  }
-  graph->start_state = 0;
-  graph->final_state = state;
-  return graph;
-}
-
 using Cepstra = std::vector<std::vector<float>>;
 
 /// What the decoder's own front end hears, a row every 10 ms; of a sound that it hears a part of, the frames that are
@@ -199,7 +130,7 @@ Eigen::MatrixXf featuresOf(ps_decoder_t* decoder, Cepstra& cepstra) {
   feat_t* maker = ps_get_feat(decoder);
   std::vector<mfcc_t*> rows;
   for (std::vector<float>& row : cepstra) rows.push_back(row.data());
-  int32 frames = count(rows);
+  auto frames = static_cast<int32>(rows.size());
   const std::unique_ptr<mfcc_t**, decltype(&feat_array_free)> made(feat_array_alloc(maker, frames), feat_array_free);
   frames = feat_s2mfc2feat_live(maker, rows.data(), &frames, TRUE, TRUE, made.get());
   Eigen::MatrixXf features(feat_dimension(maker), std::max(frames, 0));
@@ -244,46 +175,6 @@ std::size_t fewestPhones(const WordWays& words) {
   return phones;
 }
 
-/// Where a phone begins that is first heard in frame `at` of those that were kept: midway to the frame before.
-Seconds edgeBefore(const std::vector<std::size_t>& kept, std::size_t at) {
-  if (kept.empty()) return asReal(at) * kFrameStep + (at > 0 ? kBoundaryShift : 0);
-  if (at == 0) return 0;
-  const std::size_t before = kept[at - 1] + 1;
-  const std::size_t after = at < kept.size() ? kept[at] : before;
-  return 0.5 * asReal(before + after) * kFrameStep + kBoundaryShift;
-}
-
-DecodedPhone readSegment(ps_seg_t* segment, const std::vector<std::size_t>& kept, const FleetingSounds& fleeting) {
-  DecodedPhone phone;
-  std::string_view name = ps_seg_word(segment);
-  int first = 0, last = 0, score = 0;
-  ps_seg_frames(segment, &first, &last);
-  ps_seg_prob(segment, &score, nullptr, nullptr);
-  const std::size_t from = unsignedIndex(first), to = unsignedIndex(last);
-  phone.span = {edgeBefore(kept, from), edgeBefore(kept, to + 1)};
-  phone.first_frame = from;
-  phone.frames = last + 1 - first;
-  phone.score = score;
-  if (name == kSilenceWord) return phone;
-  phone.opens_word = name.ends_with(kFirstSuffix);
-  if (phone.opens_word) name.remove_suffix(kFirstSuffix.size());
-  phone.phone = phoneFromName(name).value_or(Phone::kSil);
-  phone.score /= fleeting.timesWeighed(phone.phone, from, to);
-  return phone;
-}
-
-/// `kept`: the frames that the decoder heard; empty for all.
-std::vector<DecodedPhone> readResult(ps_decoder_t* decoder, const std::vector<std::size_t>& kept,
-                                     const FleetingSounds& fleeting) {
-  std::vector<DecodedPhone> phones;
-  if (ps_get_hyp(decoder, nullptr) == nullptr) return phones;
-  for (ps_seg_t* segment = ps_seg_iter(decoder); segment != nullptr; segment = ps_seg_next(segment)) {
-    if (std::string_view(ps_seg_word(segment)) == "(NULL)") continue;
-    phones.push_back(readSegment(segment, kept, fleeting));
-  }
-  return phones;
-}
-
 }  // namespace
 
 struct PhoneDecoder::State {
@@ -319,30 +210,6 @@ PhoneDecoder& PhoneDecoder::operator=(PhoneDecoder&&) noexcept = default;
 
 namespace {
 
-void expectDone(int result, const char* what) {
-  if (result < 0) throw InputError("pocketsphinx", "", fmt::format("could not {}", what));
-}
-
-/// Whether the whole was heard.
-bool searchThrough(ps_decoder_t* decoder, ScoreStream& scores) {
-  const auto read = [](void* stream, char* buffer, std::size_t size) {
-    return static_cast<ssize_t>(static_cast<ScoreStream*>(stream)->take(buffer, size));
-  };
-  const cookie_io_functions_t functions{.read = read, .write = nullptr, .seek = nullptr, .close = nullptr};
-  const std::unique_ptr<FILE, decltype(&fclose)> file(fopencookie(&scores, "r", functions), fclose);
-  return file && ps_decode_senscr(decoder, file.get()) >= 0;
-}
-
-std::vector<DecodedPhone> search(ps_decoder_t* decoder, SenoneScorer& scorer, fsg_model_t* graph,
-                                 const Eigen::MatrixXf& features, const std::vector<std::size_t>& kept,
-                                 Weighing weighing, const FleetingSounds& fleeting = {}) {
-  expectDone(ps_set_fsg(decoder, "words", graph), "take the words");
-  expectDone(ps_set_search(decoder, "words"), "take the words");
-  ScoreStream scores(scorer, features, std::move(weighing), fleeting);
-  expectDone(searchThrough(decoder, scores) ? 0 : -1, "hear the sound");
-  return readResult(decoder, kept, fleeting);
-}
-
 Eigen::MatrixXd asColumns(const Cepstra& cepstra) {
   Eigen::MatrixXd columns(std::ssize(cepstra.front()), std::ssize(cepstra));
   for (std::size_t i = 0; i < cepstra.size(); ++i)
@@ -353,8 +220,7 @@ Eigen::MatrixXd asColumns(const Cepstra& cepstra) {
 /// Empty where no path through all words was kept.
 std::vector<DecodedPhone> decodeWith(ps_decoder_t* decoder, SenoneScorer& scorer, std::span<const std::int16_t> samples,
                                      const WordWays& words, SpeechKind kind, const std::vector<bool>& codebooks,
-                                     float pause, double silence_price) {
-  const Graph graph = makeGraph(decoder, words, pause, silence_price);
+                                     const Pauses& pauses) {
   Cepstra cepstra = cepstraOf(decoder, samples);
   if (cepstra.empty()) return {};
   std::vector<std::size_t> kept;
@@ -365,12 +231,15 @@ std::vector<DecodedPhone> decodeWith(ps_decoder_t* decoder, SenoneScorer& scorer
     for (const std::size_t frame : kept) thinned.push_back(std::move(cepstra[frame]));
     cepstra = std::move(thinned);
   }
-  const FleetingSounds fleeting(scorer.model(), kept);
-  std::vector<DecodedPhone> phones =
-      search(decoder, scorer, graph.get(), featuresOf(decoder, cepstra), kept, {codebooks}, fleeting);
-  std::size_t found = 0;
-  for (const DecodedPhone& phone : phones) found += phone.opens_word ? 1 : 0;
-  if (found != words.size()) phones.clear();
+  const Eigen::MatrixXf features = featuresOf(decoder, cepstra);
+  std::vector<DecodedPhone> phones;
+  if (kept.empty()) phones = hearInStretches(decoder, scorer, features, words, codebooks, pauses);
+  if (phones.empty()) {
+    const Graph graph = makeGraph(decoder, words, pauses);
+    const auto weighing = [&](Eigen::Index, Eigen::Index) { return Weighing{codebooks}; };
+    phones = search(decoder, scorer, graph.get(), features, kept, weighing, FleetingSounds(scorer.model(), kept));
+  }
+  if (wordsIn(phones) != words.size()) phones.clear();
   return phones;
 }
 
@@ -403,16 +272,15 @@ std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> sam
   if (const Eigen::MatrixXd cepstra = price > 0 ? cepstraOf(samples) : Eigen::MatrixXd(); cepstra.cols() > 0)
     state_->in_noise.emplace(std::make_shared<TiedModel>(adaptedToNoise(state_->scorer.model(), cepstra, codebooks)));
   SenoneScorer& scorer = state_->fittest();
-  const float pause = state_->language.say != nullptr ? kForeignPause : 1.0F;
-  std::vector<DecodedPhone> phones =
-      decodeWith(state_->decoder.get(), scorer, samples, words, kind, codebooks, pause, price);
+  const Pauses pauses{state_->language.say != nullptr ? kForeignPause : 1.0F, price};
+  std::vector<DecodedPhone> phones = decodeWith(state_->decoder.get(), scorer, samples, words, kind, codebooks, pauses);
   if (!phones.empty()) return phones;
   // Words that hardly fit fall behind any beam.
   const auto frames = static_cast<std::size_t>(asReal(samples.size()) / kDecoderSampleRateHz / kFrameStep);
   const std::size_t phone_count = fewestPhones(words);
   if (frames < phone_count || frames > kMostWithoutBeam / std::max<std::size_t>(1, phone_count)) return phones;
   if (!state_->patient) state_->patient = makeDecoder(state_->model, state_->language, kNoBeam);
-  return decodeWith(state_->patient.get(), scorer, samples, words, kind, codebooks, pause, price);
+  return decodeWith(state_->patient.get(), scorer, samples, words, kind, codebooks, pauses);
 }
 
 namespace {
@@ -443,6 +311,34 @@ std::vector<Piece> piecesOf(const std::vector<DecodedPhone>& phones, Eigen::Inde
   return pieces;
 }
 
+/// Weighs, of phones that were found once, those alone that were found near the frames.
+class NearPhones {
+ public:
+  /// `phones` has to outlive this.
+  NearPhones(std::span<const DecodedPhone> phones, const TiedModel& model, const Language& language) : phones_(phones) {
+    for (const DecodedPhone& phone : phones) codebooks_[phone.phone] = {};
+    for (auto& [phone, codebooks] : codebooks_) codebooks = codebooksOf({phone}, model, language);
+  }
+
+  /// Of the frames [first, first + count).
+  [[nodiscard]] Weighing operator()(Eigen::Index first, Eigen::Index count) const {
+    const std::size_t from = unsignedIndex(std::max<Eigen::Index>(0, first - kNearFrames)),
+                      to = unsignedIndex(first + count + kNearFrames);
+    auto phone = std::partition_point(phones_.begin() + 1, phones_.end(),
+                                      [&](const DecodedPhone& later) { return later.first_frame <= from; }) -
+                 1;
+    Weighing weighing{std::vector<bool>(codebooks_.begin()->second.size(), false), false, kTimesScale};
+    for (; phone != phones_.end() && phone->first_frame < to; ++phone)
+      std::transform(weighing.wanted.begin(), weighing.wanted.end(), codebooks_.at(phone->phone).begin(),
+                     weighing.wanted.begin(), std::logical_or<>());
+    return weighing;
+  }
+
+ private:
+  std::span<const DecodedPhone> phones_;
+  std::map<Phone, std::vector<bool>> codebooks_;
+};
+
 }  // namespace
 
 std::vector<TimeSpan> PhoneDecoder::hearAgain(std::span<const std::int16_t> samples,
@@ -450,16 +346,15 @@ std::vector<TimeSpan> PhoneDecoder::hearAgain(std::span<const std::int16_t> samp
   ps_decoder_t* decoder = state_->decoder.get();
   Cepstra cepstra = mouthpiece::cepstraOf(decoder, samples);
   if (cepstra.empty()) return {};
-  std::set<Phone> used;
-  for (const DecodedPhone& phone : phones) used.insert(phone.phone);
-  const Weighing weighing{codebooksOf(used, state_->scorer.model(), state_->language), false, kTimesScale};
+  const NearPhones near(phones, state_->scorer.model(), state_->language);
   const Eigen::MatrixXf features = mouthpiece::featuresOf(decoder, cepstra);
   std::vector<TimeSpan> spans(phones.size());
   for (const Piece& piece : piecesOf(phones, features.cols())) {
     const std::span<const DecodedPhone> row = std::span(phones).subspan(piece.first, piece.end - piece.first);
     const Graph graph = makeGraph(decoder, row);
+    const auto weighing = [&](Eigen::Index first, Eigen::Index count) { return near(piece.begin + first, count); };
     const auto again = search(decoder, state_->fittest(), graph.get(),
-                              features.middleCols(piece.begin, piece.stop - piece.begin), {}, weighing, {});
+                              features.middleCols(piece.begin, piece.stop - piece.begin), {}, weighing);
     if (again.size() != row.size()) return {};
     for (std::size_t i = 0; i < row.size(); ++i) {
       const std::size_t from = unsignedIndex(piece.begin) + again[i].first_frame;

@@ -166,7 +166,7 @@ double FleetingSounds::timesWeighed(Phone phone, std::size_t first, std::size_t 
   return std::accumulate(begin, end, 0.0) / asReal(last + 1 - first);
 }
 
-ScoreStream::ScoreStream(SenoneScorer& scorer, const Eigen::MatrixXf& features, Weighing weighing,
+ScoreStream::ScoreStream(SenoneScorer& scorer, const Eigen::MatrixXf& features, WeighingOf weighing,
                          const FleetingSounds& fleeting)
     : scorer_(scorer), features_(features), weighing_(std::move(weighing)), fleeting_(fleeting) {
   const std::uint32_t byte_order = 0x11223344;
@@ -187,7 +187,7 @@ void ScoreStream::weighNext() {
   bytes_.clear();
   at_ = 0;
   if (frames == 0) return;
-  SenoneScorer::Scores scores = scorer_.score(features_.middleCols(next_, frames), weighing_);
+  SenoneScorer::Scores scores = scorer_.score(features_.middleCols(next_, frames), weighing_(next_, frames));
   fleeting_.weigh(scores, next_);
   const auto count = static_cast<std::int16_t>(scores.rows());
   for (Eigen::Index frame = 0; frame < frames; ++frame) {

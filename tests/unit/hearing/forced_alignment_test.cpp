@@ -92,27 +92,55 @@ TEST(ForcedAligner, BordersAsFirstHeardAreAsSureAndHardlyLessNear) {
   EXPECT_FALSE(is_same) << "heard once";
 }
 
-/// A long sound is heard again in pieces: a sentence said over and over has the same times each time.
-TEST(ForcedAligner, ALongSoundsBordersAreThoseOfItsSentences) {
-  SpokenLine line = makeVoice("flite:rms")->speak("four hours of steady work faced us");
-  constexpr std::size_t kTimes = 16, kStep = 160;  // samples of the decoder's 10 ms
-  line.audio.samples.resize((line.audio.samples.size() + kStep - 1) / kStep * kStep, 0.0F);
-  AudioClip sound{line.audio.sample_rate_hz, {}};
+/// A sentence over and over, behind some seconds of silence.
+struct LongSound {
+  AudioClip audio;
   std::vector<TranscriptWord> words;
-  for (std::size_t i = 0; i < kTimes; ++i) {
-    sound.samples.insert(sound.samples.end(), line.audio.samples.begin(), line.audio.samples.end());
-    for (const TranscriptWord& word : wordsSaid(line.labels)) words.push_back(word);
+  Seconds sentence_s = 0;
+  std::size_t sentence_words = 0;
+
+  LongSound(std::size_t times, Seconds silence_s) {
+    constexpr std::size_t kStep = 160;  // samples of the decoder's 10 ms
+    SpokenLine line = makeVoice("flite:rms")->speak("four hours of steady work faced us");
+    line.audio.samples.resize((line.audio.samples.size() + kStep - 1) / kStep * kStep, 0.0F);
+    sentence_s = line.audio.duration();
+    audio = {line.audio.sample_rate_hz, {}};
+    audio.samples.resize(static_cast<std::size_t>(silence_s * line.audio.sample_rate_hz), 0.0F);
+    for (std::size_t i = 0; i < times; ++i) {
+      audio.samples.insert(audio.samples.end(), line.audio.samples.begin(), line.audio.samples.end());
+      for (const TranscriptWord& word : wordsSaid(line.labels)) words.push_back(word);
+    }
+    sentence_words = words.size() / times;
   }
-  ASSERT_GT(sound.duration(), 31) << "s, or it is heard whole";
-  const SpeechLabels found = ForcedAligner().align(sound, words, "long").labels;
-  const std::size_t a_sentence = words.size() / kTimes;
-  ASSERT_EQ(found.words.size(), words.size());
-  for (std::size_t i = 2 * a_sentence; i + a_sentence < words.size(); ++i) {  // the first and the last stand apart
-    const TimeSpan word = found.spanOf(found.words[i].phones),
-                   before = found.spanOf(found.words[i - a_sentence].phones);
-    EXPECT_NEAR(word.start - before.start, line.audio.duration(), 0.011) << i;
-    EXPECT_NEAR(word.end - before.end, line.audio.duration(), 0.011) << i;
+};
+
+/// A long sound is heard again in pieces, and one of over a minute at first, too: a sentence said over and over has the
+/// same times each time.
+TEST(ForcedAligner, ALongSoundsBordersAreThoseOfItsSentences) {
+  for (const auto [times, least_s] : {std::pair(std::size_t{16}, 31.0), std::pair(std::size_t{48}, 95.0)}) {
+    const LongSound sound(times, 0);
+    ASSERT_GT(sound.audio.duration(), least_s) << "s, or it is heard whole";
+    const SpeechLabels found = ForcedAligner().align(sound.audio, sound.words, "long").labels;
+    ASSERT_EQ(found.words.size(), sound.words.size());
+    // The first and the last stand apart.
+    for (std::size_t i = 2 * sound.sentence_words; i + sound.sentence_words < sound.words.size(); ++i) {
+      const TimeSpan word = found.spanOf(found.words[i].phones),
+                     before = found.spanOf(found.words[i - sound.sentence_words].phones);
+      EXPECT_NEAR(word.start - before.start, sound.sentence_s, 0.011) << i;
+      EXPECT_NEAR(word.end - before.end, sound.sentence_s, 0.011) << i;
+    }
   }
+}
+
+TEST(ForcedAligner, WordsOfALongSoundMayAllBeAtItsEnd) {
+  constexpr Seconds kSilence = 55;
+  const LongSound sound(8, kSilence);
+  ASSERT_GT(sound.audio.duration(), 61) << "s, or it is heard whole";
+  const SpeechLabels found = ForcedAligner().align(sound.audio, sound.words, "late").labels;
+  ASSERT_EQ(found.words.size(), sound.words.size());
+  for (std::size_t i = 0; i < found.words.size(); i += sound.sentence_words)
+    EXPECT_NEAR(found.spanOf(found.words[i].phones).start,
+                kSilence + sound.sentence_s * static_cast<double>(i / sound.sentence_words), 0.25);
 }
 
 TEST(ForcedAligner, TriesEveryWayAndAllowsPauses) {
