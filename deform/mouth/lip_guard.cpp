@@ -141,6 +141,35 @@ std::array<float, LipGuard::kColumns> LipGuard::gapsSeen(std::span<const LipWatc
   return gaps;
 }
 
+template <typename Of>
+auto LipGuard::inColumns(const Of& of) const -> std::array<float, kColumns> {
+  std::array<float, kColumns> all;
+  for (std::size_t c = 0; c < kColumns; ++c) {
+    const float column = middleOf(c);
+    const auto next = std::upper_bound(pair_columns_.begin(), pair_columns_.end(), column) - pair_columns_.begin();
+    const std::size_t before = unsignedIndex(std::max<std::ptrdiff_t>(next - 1, 0));
+    const std::size_t after = std::min(unsignedIndex(next), pairs_.size() - 1);
+    const float span = pair_columns_[after] - pair_columns_[before];
+    const float weight = span > 0 ? (column - pair_columns_[before]) / span : 0;
+    all[c] = of(before) * (1 - weight) + of(after) * weight;
+  }
+  return all;
+}
+
+/// Whatever is near: a way that set in with the first watch would be a jump.
+void LipGuard::level(const MarkerPositions& points, std::span<const LipGap> gaps, float* out) const {
+  if (levelled_.empty()) return;
+  const auto tight = inColumns([&](std::size_t pair) { return asFloat(1 - smoothStep(gaps[pair].tuck)); });
+  const auto rim_gaps = inColumns([&](std::size_t pair) {
+    return asFloat((points.row(pairs_[pair].upper_rim) - points.row(pairs_[pair].lower_rim)).norm());
+  });
+  for (const Levelled& vertex : levelled_) {
+    const float fade = kLevelledWithin * std::abs(vertex.way);
+    out[3 * std::size_t{vertex.vertex} + 1] +=
+        tight[vertex.column] * asFloat(1 - smoothStep(double{rim_gaps[vertex.column] / fade})) * vertex.way;
+  }
+}
+
 /// Lips that touch may still be a little apart on the mesh, whose rims the control surface knows at five places only:
 /// each column's narrowest place is closed, as far as `gaps` say that the lips touch there.
 void LipGuard::drawTogether(const MarkerPositions& points, std::span<const LipGap> gaps,
@@ -149,28 +178,9 @@ void LipGuard::drawTogether(const MarkerPositions& points, std::span<const LipGa
   for (const LipPair& pair : pairs_)
     lips += (points.row(pair.upper_marker) - points.row(pair.lower_marker)).transpose();
   const Vector3f up = lips.normalized().cast<float>();
-  std::array<float, kColumns> shut, pull, rim_gaps, tight;
+  const std::array<float, kColumns> shut = inColumns([&](std::size_t pair) { return shutShare(gaps[pair]); });
+  std::array<float, kColumns> pull;
   pull.fill(1);
-  for (std::size_t c = 0; c < kColumns; ++c) {
-    const float column = middleOf(c);
-    const auto next = std::upper_bound(pair_columns_.begin(), pair_columns_.end(), column) - pair_columns_.begin();
-    const std::size_t before = unsignedIndex(std::max<std::ptrdiff_t>(next - 1, 0));
-    const std::size_t after = std::min(unsignedIndex(next), pairs_.size() - 1);
-    const float span = pair_columns_[after] - pair_columns_[before];
-    const float weight = span > 0 ? (column - pair_columns_[before]) / span : 0;
-    const auto between = [&](const auto& of) { return of(before) * (1 - weight) + of(after) * weight; };
-    shut[c] = between([&](std::size_t pair) { return shutShare(gaps[pair]); });
-    if (levelled_.empty()) continue;
-    tight[c] = between([&](std::size_t pair) { return asFloat(1 - smoothStep(gaps[pair].tuck)); });
-    rim_gaps[c] = between([&](std::size_t pair) {
-      return asFloat((points.row(pairs_[pair].upper_rim) - points.row(pairs_[pair].lower_rim)).norm());
-    });
-  }
-  for (const Levelled& vertex : levelled_) {
-    const float fade = kLevelledWithin * std::abs(vertex.way);
-    out[3 * std::size_t{vertex.vertex} + 1] +=
-        tight[vertex.column] * asFloat(1 - smoothStep(double{rim_gaps[vertex.column] / fade})) * vertex.way;
-  }
   for (int sweep = 0; sweep < kDrawingSweeps; ++sweep) {
     std::array<float, kColumns> way = gapsSeen(near, out);
     float farthest = 0;
@@ -201,6 +211,7 @@ void LipGuard::separate(const MarkerPositions& points, std::span<const LipGap> g
   near.reserve(lips_.size());
   near_upper_teeth.reserve(at_upper_teeth_.size());
   near_lower_teeth.reserve(at_lower_teeth_.size());
+  if (!gaps.empty()) level(points, gaps, out);
   if (may_touch) findNearLips(out, near);
   if (!gaps.empty() && !near.empty()) drawTogether(points, gaps, near, out);
   const Moved still_head,

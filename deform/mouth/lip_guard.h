@@ -207,6 +207,10 @@ class LipGuard {
   float leaveTeeth(const TeethShell& shell, std::vector<const ToothWatch*>& near, const Moved& with, float ease,
                    float* out) const;
   [[nodiscard]] float shutShare(const LipGap& gap) const;
+  /// What `of` tells of each pair, a float, in each column.
+  template <typename Of>
+  [[nodiscard]] std::array<float, kColumns> inColumns(const Of& of) const;
+  void level(const MarkerPositions& points, std::span<const LipGap> gaps, float* out) const;
   void drawTogether(const MarkerPositions& points, std::span<const LipGap> gaps,
                     const std::vector<const LipWatch*>& near, float* out) const;
 

@@ -25,11 +25,9 @@ using Eigen::Vector3d;
 // Lengths as shares of the mouth's width.
 constexpr std::size_t kSections = 48;  ///< across the whole mouth
 constexpr double kBehindRim = 0.05, kBeforeRim = 0.12;
-constexpr double kNear = 0.16;      ///< vertices further from the rim stay
-constexpr double kSpread = 0.1;     ///< how far along the skin a movement spreads
+constexpr double kNear = 0.16;   ///< vertices further from the rim stay
+constexpr double kSpread = 0.1;  ///< how far along the skin a movement spreads
 constexpr double kFarthest = 0.15;
-constexpr double kInto = 0.002;     ///< lips that shall touch are brought so far into each other
-constexpr double kSoftness = 0.05;  ///< of a touch, against movement
 
 /// Sections stand upright.
 struct MouthFrame {
@@ -162,6 +160,7 @@ std::vector<std::uint32_t> LipVertices::ofOne(bool is_upper) const {
 }
 
 struct LipLevelling::Data {
+  Options options;
   std::vector<Triangle> upper, lower;  ///< with corners on that lip and none on the other
   std::vector<Vector3d> rim;
   Vector3d right_corner, to_left;
@@ -171,8 +170,9 @@ struct LipLevelling::Data {
   std::vector<std::uint32_t> vertices;
   Eigen::SparseMatrix<double> stiffness;
 
-  Data(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding)
-      : rim(openingsOf(control).lip_line),
+  Data(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding, const Options& asked)
+      : options(asked),
+        rim(openingsOf(control).lip_line),
         right_corner(control.rest.row(findPoint(control, "LIP_CORNER_R"))),
         to_left(control.rest.row(findPoint(control, "LIP_CORNER_L")).transpose() - right_corner),
         frame(to_left),
@@ -262,8 +262,9 @@ struct LipLevelling::Data {
   }
 };
 
-LipLevelling::LipLevelling(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding)
-    : data_(std::make_unique<const Data>(mesh, control, binding)) {}
+LipLevelling::LipLevelling(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding,
+                           const Options& options)
+    : data_(std::make_unique<const Data>(mesh, control, binding, options)) {}
 LipLevelling::LipLevelling(LipLevelling&&) noexcept = default;
 LipLevelling::~LipLevelling() = default;
 
@@ -279,12 +280,13 @@ void LipLevelling::level(std::span<const VertexPositions> closures, FaceBinding&
       if (share < data_->first || share > data_->last) continue;
       const double across = (data_->right_corner + share * data_->to_left).dot(data_->frame.across);
       const auto touch = data_->touchIn(pose, across);
-      if (!touch) continue;
+      // In sections in which coarse lips have no depth in common, other skin is what lies over each other.
+      if (!touch || std::abs(touch->gap) > kFarthest * data_->width) continue;
       for (const Share& of : touch->shares) {
         const int row = data_->row_of[of.vertex];
         if (row < 0) continue;
         pulls.emplace_back(touches, row, of.weight);
-        wanted(row) -= of.weight * (touch->gap + kInto * data_->width);
+        wanted(row) -= of.weight * (touch->gap + data_->options.into * data_->width);
       }
       ++touches;
     }
@@ -292,8 +294,8 @@ void LipLevelling::level(std::span<const VertexPositions> closures, FaceBinding&
   if (touches == 0) return;
   Eigen::SparseMatrix<double> pull(touches, count);
   pull.setFromTriplets(pulls.begin(), pulls.end());
-  const Eigen::SparseMatrix<double> system =
-      Eigen::SparseMatrix<double>(pull.transpose() * pull) + kSoftness * asReal(closures.size()) * data_->stiffness;
+  const Eigen::SparseMatrix<double> system = Eigen::SparseMatrix<double>(pull.transpose() * pull) +
+                                             data_->options.softness * asReal(closures.size()) * data_->stiffness;
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(system);
   const Eigen::VectorXd further = solver.solve(wanted);
   if (solver.info() != Eigen::Success || !further.allFinite()) return;

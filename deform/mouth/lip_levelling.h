@@ -26,8 +26,15 @@ struct LipVertices {
 /// over the lips, after which they touch in sections across the mouth in as many closures as may be.
 class LipLevelling {
  public:
+  struct Options {
+    double softness = 0.05;  ///< of a touch, against movement
+    double into = 0.002;     ///< lips that shall touch are brought so far into each other, mouth widths
+  };
+
   /// `binding` is that of `mesh`, at rest.
-  LipLevelling(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding);
+  LipLevelling(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding, const Options& options);
+  LipLevelling(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding)
+      : LipLevelling(mesh, control, binding, Options{}) {}
   LipLevelling(LipLevelling&&) noexcept;
   ~LipLevelling();
 

@@ -20,6 +20,7 @@ namespace mouthpiece {
 namespace {
 
 constexpr double kTouchMm = 0.3;    ///< lips nearer than this touch
+constexpr double kSeenMm = 0.5;     ///< nobody sees through slits that are no taller
 constexpr double kNearMm = 1;       ///< and can be told to lie in each other
 constexpr double kLeastEdgeMm = 2;  ///< an edge counts as so long at least: what finer nets do within it is not seen
 constexpr double kLeastStepMm = 1;  ///< a marker's step counts as so long at least
@@ -458,6 +459,9 @@ FaceJudgement Judge::sumUp(std::span<const Seen> seen, std::span<const JudgedPos
     return worst;
   };
   const auto gapOf = [&](std::size_t row) { return mm_ * seen[row].contact.gap; };
+  const auto slitOf = [&](std::size_t row) {
+    return mm_ * *std::max_element(seen[row].contact.slits.begin(), seen[row].contact.slits.end());
+  };
   // Of lips that are apart it cannot be told what is in front and what behind.
   const auto overlapOf = [&](std::size_t row) {
     return seen[row].is_measured && gapOf(row) <= kNearMm ? seen[row].contact.overlap : at_rest_.seeming_overlap;
@@ -469,7 +473,8 @@ FaceJudgement Judge::sumUp(std::span<const Seen> seen, std::span<const JudgedPos
   const std::size_t overlap = worstBy(overlapOf);
   const std::size_t teeth = worstBy([&](std::size_t row) { return seen[row].contact.in_teeth; });
   const std::size_t tongue = worstBy([&](std::size_t row) { return seen[row].contact.in_tongue; });
-  const std::size_t open = worstBy([&](std::size_t row) { return rows[row].closed ? gapOf(row) : -1; });
+  const std::size_t open =
+      worstBy([&](std::size_t row) { return rows[row].closed ? std::max(gapOf(row), slitOf(row)) : -1; });
   double markers = 0, skin = 0, lip_markers = 0, lip_skin = 0;
   for (std::size_t row = 0; row < count; ++row) {
     found.steps += rows[row].follows ? 1U : 0U;
@@ -478,7 +483,7 @@ FaceJudgement Judge::sumUp(std::span<const Seen> seen, std::span<const JudgedPos
     lip_markers += seen[row].lip_marker_squares;
     lip_skin += seen[row].lip_skin_squares;
     found.closures += rows[row].closed ? 1U : 0U;
-    found.touching += rows[row].closed && gapOf(row) <= kTouchMm ? 1U : 0U;
+    found.touching += rows[row].closed && gapOf(row) <= kTouchMm && slitOf(row) <= kSeenMm ? 1U : 0U;
   }
   std::set<std::uint32_t> torn;
   for (const Seen& here : seen) torn.insert(here.torn.begin(), here.torn.end());
@@ -486,7 +491,7 @@ FaceJudgement Judge::sumUp(std::span<const Seen> seen, std::span<const JudgedPos
   for (std::size_t c = 0; c < found.left_open.size(); ++c) {
     std::vector<double> gaps;
     for (std::size_t row = 0; row < count; ++row) {
-      if (rows[row].closed) gaps.push_back(std::max(0.0, seen[row].contact.gaps[c]));
+      if (rows[row].closed) gaps.push_back(std::max({0.0, seen[row].contact.gaps[c], seen[row].contact.slits[c]}));
     }
     if (gaps.empty()) continue;
     const auto most = gaps.begin() + signedIndex(gaps.size() * 4 / 5);
@@ -515,7 +520,7 @@ FaceJudgement Judge::sumUp(std::span<const Seen> seen, std::span<const JudgedPos
 
   faultIf(100 * asReal(found.touching) < limitNamed("closures") * asReal(found.closures), "closures",
           fmt::format("{} of {} captured closures touch within {} mm; the widest leaves {:.2f} mm", found.touching,
-                      found.closures, kTouchMm, gapOf(open)),
+                      found.closures, kTouchMm, std::max(gapOf(open), slitOf(open))),
           mouth, open);
   faultIf(found.lips_overlap_mm > limitNamed("lips in each other"), "lips in each other",
           fmt::format("the lips get {:.2f} mm into each other, {:.2f} mm more than the head's own",

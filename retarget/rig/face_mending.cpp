@@ -20,7 +20,8 @@ constexpr double kRims = 0.06;         ///< so near to the line between the lips
 constexpr double kMostPressed = 0.03;  ///< lips are pressed together by no more in all
 constexpr double kMostHeldApart = 0.015;
 constexpr std::array kRelaxedWithin{0.03, 0.06, 0.12, 0.2};  ///< of torn skin, one after the other
-constexpr std::size_t kRounds = 8;                           ///< the last ones where nothing but lips is left to mend
+constexpr LipLevelling::Options kLevelledHarder{.softness = 0.01, .into = 0.001};
+constexpr std::size_t kRounds = 8;  ///< the last ones where nothing but lips is left to mend
 /// Of the limit of lips in each other: what is looked at, and what is left of it. What is deeper comes of other faults.
 constexpr double kOverlapFrom = 5.0 / 6, kOverlapTo = 4, kOverlapLeft = 0.5;
 
@@ -93,27 +94,32 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
   const double overlap = limitNamed("lips in each other") / (1000 * mesh.metres_per_unit);
   const FaceFile given = face;
   const FaceJudgement first = judged;
-  // Rims that stay their own close best; where they themselves are torn they are relaxed, too. Coarse ones are levelled.
+  // Rims that stay their own close best; where they themselves are torn they are relaxed, too. Coarse ones are
+  // levelled, and where that brings them into each other levelled harder and held apart.
+  struct Way {
+    bool holds_rims;
+    std::optional<LipLevelling::Options> levels = {};
+    bool holds_apart = false;
+  };
   const std::vector<bool> rims = rimsOf(mesh, face.control);
-  for (const auto& [held, levels] : {std::pair(rims, false), {{}, false}, {rims, true}}) {
-    if (levels && !meetWrongly(judged)) break;
+  for (const Way& way : {Way{true}, {false}, {true, LipLevelling::Options{}}, {true, kLevelledHarder, true}}) {
+    if (way.levels && !meetWrongly(judged)) break;
+    const std::vector<bool> held = way.holds_rims ? rims : std::vector<bool>();
     FaceFile tried = given;
     FaceBinding binding = is_whole ? given.binding : weldedBinding(given.binding, welding);
     std::optional<LipLevelling> levelling;
-    if (levels) levelling.emplace(mesh, face.control, binding);
+    if (way.levels) levelling.emplace(mesh, face.control, binding, *way.levels);
     FaceRig moved = FaceRig::of(tried, rig.mesh(), rig.name());
     FaceJudgement last = first;
     std::set<std::uint32_t> torn;
     for (std::size_t round = 0; round < kRounds; ++round) {
       const double within = kRelaxedWithin[std::min(round, kRelaxedWithin.size() - 1)];
-      if (!levels || round == 0) {  // what levelling itself stretches stays
+      if (!way.levels || round == 0) {  // what levelling itself stretches stays
         for (const std::uint32_t v : last.torn) torn.insert(is_whole ? v : welding.welded_of[v]);
       }
-      if (levelling) {
-        levelling->level(closuresOf(moved, welding, poses, actor), binding);
-      } else if (meetWrongly(last)) {
-        press(last, mouth_width, overlap, binding.pressed);
-      }
+      if (levelling) levelling->level(closuresOf(moved, welding, poses, actor), binding);
+      if (levelling) last.left_open.fill(0);
+      if (levelling ? way.holds_apart : meetWrongly(last)) press(last, mouth_width, overlap, binding.pressed);
       relaxAround(mesh, topology, {torn.begin(), torn.end()}, held, within * mouth_width, binding);
       tried.binding = is_whole ? binding : givenBinding(binding, welding);
       moved = FaceRig::of(tried, rig.mesh(), rig.name());

@@ -7,7 +7,9 @@
 #include <map>
 #include <numbers>
 #include <optional>
+#include <tuple>
 #include <unordered_map>
+#include <utility>
 
 #include "base/errors.h"
 #include "deform/mesh/face_mesh.h"
@@ -36,6 +38,8 @@ constexpr double kInFlesh = 0.1;
 constexpr double kOnBorder = 1e-9;  ///< a weight below this: the closest point lies on the opposite edge
 constexpr std::size_t kColumns = LipContact::kColumns;
 constexpr std::size_t kNoColumn = kColumns;
+constexpr std::size_t kSights = 4 * kColumns;  ///< upright sections in which one looks between the lips
+constexpr double kDeepSight = 0.18;  ///< behind the lips' fronts: what is deeper is seen, not the crease of thick lips
 
 /// A place on a triangle of the mesh.
 struct LipPoint {
@@ -162,6 +166,53 @@ class PosedSurface {
   std::optional<TriangleTree::Foot> last_;  ///< one place's foot is near the last one's
 };
 
+/// A lip in upright sections across the middle half of the mouth.
+class Sights {
+ public:
+  /// `from` and `along`: the mouth's right corner and the way to the left one.
+  Sights(const std::vector<Triangle>& lip, const VertexPositions& vertices, const Eigen::Vector3d& from,
+         const Eigen::Vector3d& along) {
+    for (const Triangle& t : lip) {
+      std::array<Eigen::Vector3d, 3> p;  // across in sections, height, depth
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Eigen::Vector3d at = pointAt(vertices, t[k]);
+        const double way = (at - from).dot(along) / along.squaredNorm();
+        p[k] = {(way - 0.25) / 0.5 * asReal(kSights) - 0.5, at.y(), at.z()};
+      }
+      std::sort(p.begin(), p.end(), [](const auto& a, const auto& b) { return a.x() < b.x(); });
+      const double last = std::min(std::floor(p[2].x()), asReal(kSights - 1));
+      for (double s = std::max(0.0, std::ceil(p[0].x())); s <= last; ++s) {
+        const auto cut = [s](const Eigen::Vector3d& a, const Eigen::Vector3d& b) -> Eigen::Vector3d {
+          return a + (b.x() > a.x() ? (s - a.x()) / (b.x() - a.x()) : 0) * (b - a);
+        };
+        const Eigen::Vector3d one = cut(p[0], p[2]), other = s < p[1].x() ? cut(p[0], p[1]) : cut(p[1], p[2]);
+        sections_[unsignedIndex(wholePart(s))].emplace_back(one, other);
+      }
+    }
+  }
+
+  [[nodiscard]] double front(std::size_t section) const {
+    double front = -std::numeric_limits<double>::infinity();
+    for (const auto& [one, other] : sections_[section]) front = std::max({front, one.z(), other.z()});
+    return front;
+  }
+
+  /// How far the lip reaches `way` (-1 down, 1 up) before `depth`.
+  [[nodiscard]] double edge(std::size_t section, double way, double depth) const {
+    double edge = -std::numeric_limits<double>::infinity();
+    for (auto [behind, before] : sections_[section]) {
+      if (behind.z() > before.z()) std::swap(behind, before);
+      if (before.z() < depth) continue;
+      if (behind.z() < depth) behind += (depth - behind.z()) / (before.z() - behind.z()) * (before - behind);
+      edge = std::max({edge, way * behind.y(), way * before.y()});
+    }
+    return way * edge;
+  }
+
+ private:
+  std::array<std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>, kSights> sections_;
+};
+
 /// Chooses what is measured, once, on the mesh at rest.
 class Chooser {
  public:
@@ -200,6 +251,9 @@ class Chooser {
     lip.surface.findNeighbours();
     return lip;
   }
+
+  /// The right corner of the mouth, and the way to the left one.
+  [[nodiscard]] std::pair<Eigen::Vector3d, Eigen::Vector3d> corners() const { return {from_, along_}; }
 
   /// Of teeth or a tongue those that lips can come to.
   [[nodiscard]] std::vector<Triangle> nearLips(std::vector<Triangle> triangles) const {
@@ -243,6 +297,7 @@ class Chooser {
 }  // namespace
 
 struct LipContactMeter::Data {
+  Eigen::Vector3d from, along;  ///< the mouth's right corner, and the way to the left one
   double deepest = 0, deep_in_lip = 0, deep_in_tongue = 0, doubtful_from = 0;
   Lip upper, lower;
   Surface teeth, tongue;
@@ -251,6 +306,7 @@ struct LipContactMeter::Data {
 LipContactMeter::LipContactMeter(const FaceMesh& mesh, const ControlMesh& control, double step) {
   const Chooser chooser(mesh, control, step);
   auto data = std::make_unique<Data>();
+  std::tie(data->from, data->along) = chooser.corners();
   data->deepest = kDeepest * control.mouth_width;
   data->deep_in_lip = kDeepInLip * control.mouth_width;
   data->doubtful_from = kDoubtfulFrom * control.mouth_width;
@@ -310,6 +366,14 @@ LipContact LipContactMeter::measure(const VertexPositions& vertices) const {
   };
   look(data_->lower.points, lower, upper);
   look(data_->upper.points, upper, lower);
+  const Sights above(data_->upper.surface.triangles, vertices, data_->from, data_->along),
+      below(data_->lower.surface.triangles, vertices, data_->from, data_->along);
+  for (std::size_t s = 0; s < kSights; ++s) {
+    const double depth = std::min(above.front(s), below.front(s)) - kDeepSight * data_->along.norm();
+    const double slit = above.edge(s, -1, depth) - below.edge(s, 1, depth);
+    double& tallest = contact.slits[s * kColumns / kSights];
+    if (std::isfinite(slit)) tallest = std::max(tallest, slit);
+  }
   contact.gap = *std::max_element(gaps.begin(), gaps.end());
   contact.overlap = *std::max_element(contact.overlaps.begin(), contact.overlaps.end());
   return contact;

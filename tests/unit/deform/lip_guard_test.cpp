@@ -281,6 +281,32 @@ TEST_F(Guards, KeepLipsOutOfTeeth) {
   }
 }
 
+/// Levelled ways fade as the rims part, whatever watches are near, and set in nowhere all at once.
+TEST_F(Guards, LevelledWaysFadeWithoutAJump) {
+  FaceBinding binding = bindFace(lips().mesh, sampleControl());
+  const auto vertex = static_cast<std::uint32_t>(rims()[rims().size() / 2].first);
+  constexpr float kWay = 2;
+  binding.levelled = {{vertex}, {kWay}};
+  const LipGuard levels(lips().mesh, rest(), sampleControl(), binding);
+  const std::vector<LipGap> open = allPairs({.opened = 1});
+  const auto wayAt = [&](float apart) {
+    VertexPositions moved = lifted(false, -apart);
+    const float before = moved(vertex, 1);
+    levels.separate(pointsApart(double{apart}), open, {}, moved.data());
+    return moved(vertex, 1) - before;
+  };
+  constexpr float kFrom = 2.5F, kStep = 0.1F;  // nearer, the guard holds the lips apart
+  float before = wayAt(kFrom);
+  EXPECT_GT(before, 0.7F * kWay);
+  for (float apart = kFrom + kStep; apart < 14; apart += kStep) {
+    const float now = wayAt(apart);
+    EXPECT_LT(before - now, kStep) << "faster than the lips part, " << apart << " mm apart";
+    EXPECT_LE(now, before + 1e-4F) << apart;
+    before = now;
+  }
+  EXPECT_NEAR(before, 0, 1e-4F);
+}
+
 /// What levels the lips looks at the lips alone, not at what lies far behind their rims, and goes with the head.
 TEST_F(Guards, LevellingLooksAtTheRimsWhereverTheHeadStands) {
   const auto waysFor = [](const Eigen::RowVector3f& shift, bool behind) {
