@@ -25,7 +25,11 @@ constexpr double kMostDeviations = 4, kMostBeside = 0.3, kMostUntold = 1.0, kMos
 constexpr double kSilentRangeDb = 40, kLoudestRangeDb = 10;
 /// A background that changes by the first is steady, by the second as music; dB.
 constexpr double kSteadyDb = 5, kMusicDb = 10;
-constexpr std::size_t kWordPart = 8, kShortPart = 15, kLongPart = 40;  // frames
+constexpr std::size_t kShortPart = 15, kLongPart = 40;  // frames
+/// A rival of a word begins and ends up to so many frames beside it; what each of its frames and phones costs, in nats;
+/// how far it counts.
+constexpr Eigen::Index kRivalReach = 10;
+constexpr double kRivalFrame = 1.0, kRivalPhone = 1.0, kMostRival = 100;
 
 template <typename Facts, typename Fact>
 double& at(Facts& facts, Fact fact) {
@@ -60,8 +64,9 @@ double leastMean(std::span<const double> values, std::size_t count) {
 
 /// A word as it was found; its phones by their places.
 struct FoundWord {
-  std::vector<double> matches, fits, lengths;
-  std::vector<double> frames;  ///< the match of each
+  std::vector<double> matches = {}, fits = {}, lengths = {};
+  Eigen::Index first = 0, end = 0;                  ///< frames
+  Phone before = Phone::kSil, after = Phone::kSil;  ///< what lies beside it
   double untold = 0;
 };
 
@@ -81,17 +86,48 @@ double matchOf(const FoundLine& line) {
   return sum / count;
 }
 
-WordFacts factsOfWord(const FoundWord& word, double line_match) {
+/// By how much the likeliest row of phones beats a word in its place. Where it begins or ends beside the word's ends,
+/// the neighbours have frames less, or their nearest phone longer. `path`: the match of each frame with its own phone.
+double rivalOf(const FoundWord& word, const Eigen::MatrixXf& matches, const Eigen::ArrayXd& path) {
+  const Eigen::Index low = std::max<Eigen::Index>(0, word.first - kRivalReach);
+  const Eigen::Index high = std::min(path.size(), word.end + kRivalReach);
+  const auto matchOf = [&](Phone phone, Eigen::Index t) {
+    return double{matches(static_cast<Eigen::Index>(phone), t)};
+  };
+  // What the neighbours reach up to a frame, and from a frame on.
+  Eigen::ArrayXd until = Eigen::ArrayXd::Zero(high - low + 1), since = until;
+  for (Eigen::Index t = low; t < high; ++t)
+    until[t - low + 1] = until[t - low] + (t < word.first ? path[t] : matchOf(word.before, t));
+  for (Eigen::Index t = high; t-- > low;)
+    since[t - low] = since[t - low + 1] + (t < word.end ? matchOf(word.after, t) : path[t]);
+  constexpr double kNever = -1e9;
+  Eigen::ArrayXd best = Eigen::ArrayXd::Constant(matches.rows() - 1, kNever);
+  double rival = kNever;
+  for (Eigen::Index t = low; t < high; ++t) {
+    const bool may_begin = t <= std::min(word.first + kRivalReach, word.end);
+    const double before = std::max(best.maxCoeff(), may_begin ? until[t - low] : kNever);
+    best = best.max(before - kRivalPhone) + matches.col(t).tail(best.size()).array().cast<double>() - kRivalFrame;
+    if (t + 1 >= std::max(word.end - kRivalReach, word.first))
+      rival = std::max(rival, best.maxCoeff() + since[t - low + 1]);
+  }
+  const double own = path.segment(low, high - low).sum() - kRivalPhone * asReal(word.matches.size());
+  return std::min(rival - own, kMostRival);
+}
+
+WordFacts factsOfWord(const FoundWord& word, double line_match, const Eigen::MatrixXf& matches,
+                      const Eigen::ArrayXd& path) {
   const double root = std::sqrt(asReal(word.matches.size()));
   WordFacts facts{};
   at(facts, WordFact::kMatch) = std::accumulate(word.matches.begin(), word.matches.end(), 0.0) / root;
-  at(facts, WordFact::kLeastMatch) = *std::min_element(word.matches.begin(), word.matches.end());
   at(facts, WordFact::kFit) = meanOf(word.fits);
+  at(facts, WordFact::kLeastFit) = *std::min_element(word.fits.begin(), word.fits.end());
   at(facts, WordFact::kLongest) = *std::max_element(word.lengths.begin(), word.lengths.end());
   at(facts, WordFact::kUntold) = std::min(word.untold, kMostBeside);
   at(facts, WordFact::kLineMatch) = line_match;
   at(facts, WordFact::kFewPhones) = 1 / root;
-  at(facts, WordFact::kWorstPart) = leastMean(word.frames, kWordPart);
+  at(facts, WordFact::kRival) = rivalOf(word, matches, path) / root;
+  const Eigen::Index follow = std::min(kRivalReach, path.size() - word.end);
+  at(facts, WordFact::kAfter) = follow > 0 ? path.segment(word.end, follow).mean() : 0.0;
   return facts;
 }
 
@@ -115,12 +151,13 @@ LineFacts factsOfLine(const FoundLine& line, std::span<const double> word_odds, 
   return facts;
 }
 
-void judgeLine(const FoundLine& line, const Background& background, Believed& believed) {
+void judgeLine(const FoundLine& line, const Eigen::MatrixXf& matches, const Eigen::ArrayXd& path,
+               const Background& background, Believed& believed) {
   const double match = matchOf(line);
   std::vector<double> word_odds;
   for (const FoundWord& word : line.words) {
-    word_odds.push_back(
-        std::clamp(odds(factsOfWord(word, match), kWordWeights, background.noise), -kMostOdds, kMostOdds));
+    word_odds.push_back(std::clamp(odds(factsOfWord(word, match, matches, path), kWordWeights, background.noise),
+                                   -kMostOdds, kMostOdds));
   }
   const double of_line =
       likelihoodOf(odds(factsOfLine(line, word_odds, match, background.unsteady), kLineWeights, background.noise));
@@ -180,40 +217,53 @@ Believed TextDoubt::judge(std::span<const DecodedPhone> decoded, std::span<const
   const auto words = unsignedIndex(
       std::count_if(decoded.begin(), decoded.end(), [](const DecodedPhone& phone) { return phone.opens_word; }));
   const std::vector<std::size_t> ends = lineEnds(words);
+  const auto framesOf = [&](const DecodedPhone& phone) {
+    const Eigen::Index first = std::min(signedIndex(phone.first_frame), matches.cols() - 1);
+    return std::pair(first, std::clamp<Eigen::Index>(phone.frames, 1, matches.cols() - first));
+  };
+  Eigen::ArrayXd path = Eigen::ArrayXd::Zero(matches.cols());
+  for (const DecodedPhone& phone : decoded) {
+    const auto [first, count] = framesOf(phone);
+    path.segment(first, count) =
+        matches.row(static_cast<Eigen::Index>(phone.phone)).segment(first, count).transpose().array().cast<double>();
+  }
   Believed believed;
   FoundLine line;
   double untold_before = 0;
+  Phone before = Phone::kSil;
+  bool is_in_word = false;
   std::size_t line_index = 0, begun = 0;
   for (const DecodedPhone& phone : decoded) {
-    const auto row = static_cast<Eigen::Index>(phone.phone);
-    const Eigen::Index first = std::min(signedIndex(phone.first_frame), matches.cols() - 1);
-    const Eigen::Index count = std::clamp<Eigen::Index>(phone.frames, 1, matches.cols() - first);
+    const auto [first, count] = framesOf(phone);
+    const bool is_silence = phone.phone == Phone::kSil;
+    if (is_in_word && (is_silence || phone.opens_word)) line.words.back().after = phone.phone;
     if (phone.opens_word && begun++ == ends[line_index]) {
-      judgeLine(std::exchange(line, {}), background, believed);
+      judgeLine(std::exchange(line, {}), matches, path, background, believed);
       ++line_index;
     }
-    const auto frames = matches.row(row).segment(first, count);
-    for (const float frame : frames) line.frames.push_back(double{frame});
-    if (phone.phone == Phone::kSil) {
-      const double untold = kDoubtStep * asReal(count) * (1 - double{posteriors.row(row).segment(first, count).mean()});
+    const Phone last = std::exchange(before, phone.phone);
+    is_in_word = !is_silence;
+    line.frames.insert(line.frames.end(), path.begin() + first, path.begin() + first + count);
+    if (is_silence) {
+      const double untold = kDoubtStep * asReal(count) * (1 - double{posteriors.row(0).segment(first, count).mean()});
       line.untold += untold;
       if (!line.words.empty()) line.words.back().untold = std::max(line.words.back().untold, untold);
       untold_before = std::max(untold_before, untold);
       continue;
     }
-    if (phone.opens_word) line.words.emplace_back().untold = untold_before;
+    if (phone.opens_word) line.words.push_back({.first = first, .before = last, .untold = untold_before});
     untold_before = 0;
     FoundWord& word = line.words.back();
+    word.end = first + count;
     const UsualPhone& usual = kUsualPhones[static_cast<std::size_t>(phone.phone)];
     const double length = std::log(asReal(count));
-    word.matches.push_back(double{frames.mean()});
+    word.matches.push_back(path.segment(first, count).mean());
     word.fits.push_back((phone.score / asReal(count) - usual.fit) / usual.fit_spread);
     word.lengths.push_back(
         std::clamp((length - usual.log_frames) / usual.log_frames_spread, -kMostDeviations, kMostDeviations));
-    for (const float frame : frames) word.frames.push_back(double{frame});
     line.log_lengths.push_back(length);
   }
-  if (!line.words.empty()) judgeLine(line, background, believed);
+  if (!line.words.empty()) judgeLine(line, matches, path, background, believed);
   return believed;
 }
 

@@ -13,14 +13,15 @@ namespace mouthpiece {
 
 /// For or against a word.
 enum class WordFact : std::size_t {
-  kMatch,       ///< sum over its phones of their match (below), over the root of their number
-  kLeastMatch,  ///< of a phone
-  kFit,         ///< mean of the phones' scores in the alignment, in deviations from what they reach in right texts
-  kLongest,     ///< of its phones, in deviations of the logarithm of lengths
-  kUntold,      ///< seconds of speech in the longer silence beside it
-  kLineMatch,   ///< mean match of all phones of the line
-  kFewPhones,   ///< one over the root of how many phones it has
-  kWorstPart,   ///< least mean match over 80 ms
+  kMatch,      ///< sum over its phones of their match (below), over the root of their number
+  kFit,        ///< mean of the phones' scores in the alignment, in deviations from what they reach in right texts
+  kLeastFit,   ///< of a phone
+  kLongest,    ///< of its phones, in deviations of the logarithm of lengths
+  kUntold,     ///< seconds of speech in the longer silence beside it
+  kLineMatch,  ///< mean match of all phones of the line
+  kFewPhones,  ///< one over the root of how many phones it has
+  kRival,      ///< by how much other phones in its place match better (rivalOf), over the root of its phones
+  kAfter,      ///< mean match of the 100 ms that follow it
   kCount
 };
 using WordFacts = std::array<double, static_cast<std::size_t>(WordFact::kCount)>;

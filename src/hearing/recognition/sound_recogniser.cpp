@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -28,15 +29,13 @@ constexpr double kWordsFit = 0.40, kBookFits = 0.25, kBookBonus = 1.15, kSurelyF
 constexpr double kWordsAgainstPhones = 0.85;
 /// A word's phones weigh so much against what is heard without it, where it fits as words that are taken do.
 constexpr double kWordWeight = 0.8;
-/// Words are weighed against phones that fit at least so well.
-constexpr double kLeastFit = 0.05;
-/// Logarithm of the odds that much is heard wrongly, by how well phones fit, how well words do against them, and the
-/// share of the stretches where phones are heard; without words by the other two
-/// (docs/theory/hearing/recognition.md#how-sure).
-struct HearingDoubt {
-  double constant, phones_fit, words_fit, heard;
-};
-constexpr HearingDoubt kDoubtOfWords{28.17, -25.49, -6.83, -3.57}, kDoubtOfPhones{25.84, -27.22, 0, -4.90};
+/// The logarithm of the odds that much of a stretch is heard wrongly (docs/theory/hearing/recognition.md#how-sure): by
+/// how far the likeliest words' phones lie from those heard without words, and how far the words are believed; where no
+/// words are looked for, by how well the phones fit and the share of the stretch that they take.
+double oddsOfWords(double apart, double believed) { return -0.393 + 5.69 * apart - 0.747 * believed; }
+double oddsOfPhones(double fit, double share) { return 25.84 - 27.22 * fit - 4.90 * share; }
+/// A word is neither believed nor doubted further than by these odds.
+constexpr double kLeastBelieved = 1e-4;
 constexpr std::size_t kMostHintBytes = 1 << 16;
 
 /// Words for a stretch, with their phones on its clock.
@@ -45,11 +44,13 @@ struct WordsHeard {
   std::vector<double> fits;  ///< of each phone: its share of what is heard
   double fit = 0;            ///< of all, in the mean over time
   double believed = 1;       ///< as a transcript is, the least believed of its lines
+  double word_odds = 0;      ///< logarithm of the odds of a word as a transcript's, the mean
 };
 
 /// The phones that are heard without words: how well they fit in the mean, and how long they are.
 struct PhonesFit {
   double fit = 0, heard_s = 0;
+  std::vector<Phone> row = {};
 };
 
 /// Phones and words on the clock of the whole sound, as they come.
@@ -58,9 +59,7 @@ struct Collected {
   std::vector<double> confidence;  ///< of each segment
   std::vector<std::string> words;
   // Sums over stretches, each as long as it is:
-  double stretch_s = 0, heard_s = 0;  ///< of all, and where phones are heard in them
-  double phones_fit_s = 0;            ///< times how well the phones fit that are heard without words
-  double words_fit_s = 0;             ///< times how well the likeliest words fit against that
+  double stretch_s = 0, odds_s = 0;  ///< times the odds that much is heard wrongly
 };
 
 class SoundRecogniser : public Recogniser {
@@ -92,8 +91,6 @@ class SoundRecogniser : public Recogniser {
   void hearStretch(std::span<const std::int16_t> samples, Seconds start, Collected& all);
   void collect(const WordsHeard& words, Seconds start, Collected& all) const;
   void collectPhones(Eigen::MatrixXf posteriors, const WordsHeard* words, Seconds start, Collected& all) const;
-  /// How likely it is that most is heard right, 0 to 1.
-  [[nodiscard]] double sureness(const Collected& all) const;
   void warn(const Collected& all, HeardSpeech& heard) const;
 
   RecogniserOptions options_;
@@ -161,6 +158,10 @@ std::optional<WordsHeard> SoundRecogniser::wordsAs(const std::vector<std::string
     return std::nullopt;
   }
   for (const double line : heard.alignment.line_confidence) heard.believed = std::min(heard.believed, line);
+  for (const double word : heard.alignment.confidence) {
+    const double held = std::clamp(word, kLeastBelieved, 1 - kLeastBelieved);
+    heard.word_odds += std::log(held / (1 - held)) / asReal(heard.alignment.confidence.size());
+  }
   double time = 0;
   for (const LabelledPhone& phone : heard.alignment.labels.phones) {
     heard.fits.push_back(fitOf(phone.phone, phone.span, posteriors));
@@ -214,15 +215,37 @@ void SoundRecogniser::collectPhones(Eigen::MatrixXf posteriors, const WordsHeard
 }
 
 PhonesFit SoundRecogniser::fitOfPhones(const Eigen::MatrixXf& posteriors) const {
-  double fit = 0, frames = 0;
+  PhonesFit phones;
+  double frames = 0;
   for (const HeardPhone& phone : likeliestPhones(posteriors, likeness_, kFurtherPhone)) {
     if (phone.phone == Phone::kSil) continue;
     const Eigen::Index count = signedIndex(phone.end - phone.first);
     const auto heard = posteriors.middleCols(signedIndex(phone.first), count);
-    fit += double{(likeness_.row(static_cast<Eigen::Index>(phone.phone)) * heard).sum()};
+    phones.fit += double{(likeness_.row(static_cast<Eigen::Index>(phone.phone)) * heard).sum()};
     frames += asReal(count);
+    phones.row.push_back(phone.phone);
   }
-  return {fit / std::max(frames, 1.0), frames * kEarStep};
+  phones.fit /= std::max(frames, 1.0);
+  phones.heard_s = frames * kEarStep;
+  return phones;
+}
+
+/// How far the phones of words lie from a row that was heard without them: the fewest changes from one to the other, a
+/// phone of the longer one.
+double apart(const SpeechLabels& words, const std::vector<Phone>& row) {
+  std::vector<std::size_t> changes(row.size() + 1);
+  std::iota(changes.begin(), changes.end(), 0U);
+  std::size_t count = 0;
+  for (const LabelledPhone& phone : words.phones) {
+    if (phone.phone == Phone::kSil) continue;
+    std::size_t before = std::exchange(changes[0], ++count);
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const std::size_t exchanged = before + (row[i] == phone.phone ? 0U : 1U);
+      before = changes[i + 1];
+      changes[i + 1] = std::min({exchanged, before + 1, changes[i] + 1});
+    }
+  }
+  return asReal(changes.back()) / std::max(1.0, asReal(std::max(count, row.size())));
 }
 
 void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds start, Collected& all) {
@@ -230,9 +253,10 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   const Seconds length = asReal(posteriors.cols()) * kEarStep;
   const PhonesFit phones = fitOfPhones(posteriors);
   all.stretch_s += length;
-  all.heard_s += phones.heard_s;
-  all.phones_fit_s += phones.fit * length;
-  if (!search_) return collectPhones(posteriors, nullptr, start, all);
+  if (!search_) {
+    all.odds_s += length * oddsOfPhones(phones.fit, phones.heard_s / length);
+    return collectPhones(posteriors, nullptr, start, all);
+  }
   AudioClip clip{kEarRateHz, {}};
   for (const std::int16_t sample : samples) clip.samples.push_back(static_cast<float>(sample) / 32768.0F);
   std::optional<WordsHeard> best;
@@ -245,20 +269,12 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
       is_of_book = false;
     }
   }
-  if (best) all.words_fit_s += std::min(1.0, best->fit / std::max(phones.fit, kLeastFit)) * length;
+  all.odds_s += length * (best ? oddsOfWords(apart(best->alignment.labels, phones.row), best->word_odds)
+                               : oddsOfWords(1, std::log(kLeastBelieved)));
   const double needed = is_of_book ? kBookFits : std::max(kWordsFit, kWordsAgainstPhones * phones.fit);
   const bool is_likely = best && best->fit >= needed && (is_of_book || best->believed >= kDoubtfulConfidence);
   if (best && (options_.as == HearAs::kWords || is_likely)) return collect(*best, start, all);
   collectPhones(posteriors, best ? &*best : nullptr, start, all);
-}
-
-double SoundRecogniser::sureness(const Collected& all) const {
-  const HearingDoubt& doubt = search_ ? kDoubtOfWords : kDoubtOfPhones;
-  const double length = std::max(all.stretch_s, kEarStep);
-  const double odds =
-      doubt.constant +
-      (doubt.phones_fit * all.phones_fit_s + doubt.words_fit * all.words_fit_s + doubt.heard * all.heard_s) / length;
-  return 1 / (1 + std::exp(odds));
 }
 
 void SoundRecogniser::warn(const Collected& all, HeardSpeech& heard) const {
@@ -278,7 +294,7 @@ void SoundRecogniser::warn(const Collected& all, HeardSpeech& heard) const {
     heard.warnings.push_back(
         fmt::format("{} of {} phones were heard without words", all.segments.size() - in_words, all.segments.size()));
   }
-  const double sure = sureness(all);
+  const double sure = 1 / (1 + std::exp(all.odds_s / std::max(all.stretch_s, kEarStep)));
   if (sure < 0.5) {
     heard.warnings.push_back(
         fmt::format("what was heard is doubtful ({:.2f} of 1): a transcript or a hint would help", sure));

@@ -173,5 +173,16 @@ TEST(Recogniser, DoubtsWhatItHearsWronglyAlone) {
   }
 }
 
+/// Words that fit well by themselves, while other phones are heard; phones that fit less well, but as the words do.
+TEST(Recogniser, DoubtsWordsThatLieFarFromThePhones) {
+  const auto recogniser = makeRecogniser({.as = HearAs::kAuto, .hint = {}});
+  const auto hearLine = [&](const char* voice, const char* text) {
+    const AudioClip line = resampleAudio(makeVoice(voice)->speak(text).audio, 16000);
+    return recogniser->hear(joined({quiet(0.25), line, quiet(0.25)}), "line");
+  };
+  EXPECT_TRUE(isDoubted(hearLine("espeak:en-gb", "their apartment is on the third floor")));
+  EXPECT_FALSE(isDoubted(hearLine("flite:kal16", "there is something wrong with my phone battery")));
+}
+
 }  // namespace
 }  // namespace mouthpiece
