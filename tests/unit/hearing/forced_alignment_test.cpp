@@ -117,7 +117,7 @@ struct LongSound {
 /// A long sound is heard again in pieces, and one of over a minute at first, too: a sentence said over and over has the
 /// same times each time.
 TEST(ForcedAligner, ALongSoundsBordersAreThoseOfItsSentences) {
-  for (const auto [times, least_s] : {std::pair(std::size_t{16}, 31.0), std::pair(std::size_t{48}, 95.0)}) {
+  for (const auto& [times, least_s] : {std::pair(std::size_t{16}, 31.0), std::pair(std::size_t{48}, 95.0)}) {
     const LongSound sound(times, 0);
     ASSERT_GT(sound.audio.duration(), least_s) << "s, or it is heard whole";
     const SpeechLabels found = ForcedAligner().align(sound.audio, sound.words, "long").labels;
