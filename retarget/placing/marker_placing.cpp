@@ -31,7 +31,6 @@ constexpr int kMostRounds = 40;
 constexpr double kFacesOut = 0.15;
 /// Of the mouth's width: clicks at the mouth are moved no further than this.
 constexpr double kClickSlack = 0.15;
-constexpr double kOnSkin = 0.005;      ///< and lie on the skin where they are no further off
 constexpr double kOutsideSlit = 0.03;  ///< how far outside the slit's end a corner of the mouth is clicked
 constexpr double kLeastLip = 0.04;     ///< the red edge is no nearer to a lip's rim
 
@@ -111,18 +110,6 @@ constexpr std::array<const char*, 5> kLipPairEnds{"OUT_R", "IN_R", "MID", "IN_L"
 
 bool hasRim(const Anchors& anchors, const std::string& end) {
   return anchors.markers.contains("RIM_UP_" + end) || anchors.markers.contains("RIM_LO_" + end);
-}
-
-/// Puts clicked points that lie off the skin onto it, lips' onto their own lip. What lies far off is meant.
-void settleOnSkin(const FaceMesh& mesh, const Skin& skin, double width, const std::string& file,
-                  const ActorPlaces& actor, Anchors& anchors) {
-  for (auto& [name, place] : anchors.markers) {
-    if (std::holds_alternative<std::uint32_t>(place) || !actor.places().contains(name)) continue;
-    const Vector3d clicked = *placeOf(anchors, name, mesh, file);
-    const auto foot = treeFor(skin, name).closest(clicked);
-    const double off = foot ? (foot->point - clicked).norm() / width : 0;
-    if (off > kOnSkin && off < kClickSlack) place = foot->point;
-  }
 }
 
 /// Puts the clicked points of the mouth where the traced line says that they are: the corners on the skin just outside
@@ -234,7 +221,6 @@ PlacedAnchors placeMarkers(const FaceMesh& mesh, const HeadTopology& topology, c
     if (!anchors.markers.contains(name)) unplaced.push_back(name);
   }
   // Who gave all markers knows what he does.
-  if (!unplaced.empty()) settleOnSkin(mesh, skin, width, anchors_file, actor, anchors);
   if (line && line->is_parted && !unplaced.empty()) settleMouth(mesh, *line, skin, width, anchors_file, anchors);
   const std::vector<Pair> pairs = pairsOf(mesh, anchors, anchors_file, actor);
   const Similarity similarity = similarityOf(pairs);
