@@ -29,8 +29,8 @@ namespace {
 /// Frames are not independent of each other, as the model takes them to be: the likelihoods of speech count by this
 /// power. Chosen on TTS voices and GRID s1 (docs/theory/hearing/alignment.md).
 constexpr double kTimesScale = 0.15;
-/// A phone that was found once is heard again no further from there: 0.3 s.
-constexpr Eigen::Index kNearFrames = 30;
+/// A phone that was found once is heard again no further from there: 0.5 s; within 0.3 s borders change.
+constexpr Eigen::Index kNearFrames = 50;
 /// Of a song this many frames a phone are heard: 120 ms, about as long as spoken phones are.
 constexpr std::size_t kSungFramesAPhone = 12;
 /// What a silence between two words of spoken text costs in noise, in nats: quiet sounds pass for silence there.

@@ -84,7 +84,8 @@ TEST(ArkitMarkerMoves, DoWhatTheirNamesSay) {
   EXPECT_LT(parted("MouthClose"), -20);
   EXPECT_LT(parted("MouthPressLeft"), 0);
   EXPECT_GT(parted("MouthFunnel"), 5);
-  for (const char* shape : {"EyeBlinkLeft", "BrowInnerUp", "CheekSquintRight"}) EXPECT_EQ(parted(shape), 0) << shape;
+  for (const char* shape : {"EyeBlinkLeft", "BrowInnerUp", "CheekSquintRight"})
+    EXPECT_LT(std::abs(parted(shape)), 0.5) << shape;
   for (const std::string& marker : learnt.markers) EXPECT_NO_THROW((void)defaultLayout().indexOf(marker));
   EXPECT_LT(move("JawOpen", "CHIN_MID").y(), -10);
   EXPECT_GT(move("JawForward", "CHIN_MID").z(), 1);
