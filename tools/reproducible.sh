@@ -6,8 +6,9 @@ cd "$(dirname "$0")/.."
 jobs=${JOBS:-$(nproc)}
 place=$(mktemp -d)
 trap 'rm -rf "$place"' EXIT
+commit=$(git rev-parse HEAD)  # which may be another one by the time of the second build
 for folder in first "second, of a longer name"; do
-  git clone -q . "$place/$folder"
+  git clone -q . "$place/$folder" && git -C "$place/$folder" -c advice.detachedHead=false checkout -q "$commit"
   (cd "$place/$folder" && cmake --preset release -DMOUTHPIECE_TESTS=OFF -DMOUTHPIECE_UNITY=ON -DCMAKE_CXX_COMPILER_LAUNCHER= \
     -DMOUTHPIECE_CCACHE=OFF >/dev/null && cmake --build build -j "$jobs" --target synth corpus retarget >/dev/null)
   strip "$place/$folder"/build/bin/*
