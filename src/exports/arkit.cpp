@@ -125,6 +125,8 @@ std::vector<double> gapesOf(const std::vector<SlitPair>& slit, const Eigen::Matr
 }
 
 constexpr double kTightMm = 0.15;
+/// Lips meet that gape by no more than this beyond closed ones.
+constexpr double kMeetMm = 0.35;
 
 /// How far vertices of closed lips gape, mm: those of round rims stay some tenths of a millimetre apart. As far as at
 /// rest and in the motion's tightest frame, as long as these are of closed lips.

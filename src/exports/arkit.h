@@ -41,9 +41,6 @@ struct ArkitCurves {
   std::vector<HeadTurn> head = {};  ///< the same
 };
 
-/// Lips meet that gape by no more than this beyond closed ones: the head's at rest, or the motion's tightest frame.
-inline constexpr double kMeetMm = 0.35;
-
 /// Places that must stay together in some frames: how the shapes move the two of each pair apart, and by how much the
 /// motion does.
 struct ShapeClosures {

@@ -41,6 +41,7 @@ constexpr double kNoisyRangeDb = 30.0, kCleanRangeDb = 38.0;
 /// How likely a pause between two words is in a language whose sounds the model never learnt: what fits badly would
 /// rather be silence. Chosen on eSpeak NG's voices, other lines than the guide's table tells of.
 constexpr float kForeignPause = 1e-30F;
+
 struct ConfigDeleter {
   void operator()(cmd_ln_t* config) const { cmd_ln_free_r(config); }
 };
@@ -49,6 +50,7 @@ struct DecoderDeleter {
 };
 using Config = std::unique_ptr<cmd_ln_t, ConfigDeleter>;
 using Decoder = std::unique_ptr<ps_decoder_t, DecoderDeleter>;
+
 std::filesystem::path modelOr(const std::filesystem::path& model, const Language& language) {
   const std::filesystem::path folder =
       model.empty() ? std::filesystem::path(MOUTHPIECE_SPHINX_MODELS) / language.acoustic_model : model;
