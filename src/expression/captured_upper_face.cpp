@@ -77,9 +77,9 @@ std::vector<ChosenTake> chosenTakes(const UnitDatabase& database, const std::vec
   std::vector<ChosenTake> chosen;
   constexpr std::size_t kTried = 2 * kTakes;
   for (std::size_t i = 0; i < std::min(order.size(), kTried) && chosen.size() < kTakes; ++i) {
-    const MotionClip& motion = database.motionOf(TakeIndex(order[i]));
-    if (motion.frameCount() < 3) continue;
-    std::optional<MotionClip> clip = upperClip(motion, columns);
+    const std::shared_ptr<const MotionClip> motion = database.motionOf(TakeIndex(order[i]));
+    if (motion->frameCount() < 3) continue;
+    std::optional<MotionClip> clip = upperClip(*motion, columns);
     if (!clip) continue;
     std::vector<Beat> beats = beatsOf(takes[order[i]].labels);
     if (beats.size() > kMostBeats) {

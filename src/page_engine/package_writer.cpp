@@ -99,7 +99,8 @@ TakesToPack takesOf(const LineToPack& line) {
     const CorpusTake& take = corpus.takes[number];
     json entry{{"name", take.name}, {"labels", labelsToJson(take.labels)}};
     if (moving.contains(number)) {
-      const MotionClip& motion = line.database.motionOf(TakeIndex(number));
+      const std::shared_ptr<const MotionClip> kept = line.database.motionOf(TakeIndex(number));
+      const MotionClip& motion = *kept;
       entry["frame_rate_hz"] = motion.frame_rate_hz;
       entry["motion_mm"] = floatsOf(motion.positions_mm);
     }

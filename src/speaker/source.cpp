@@ -51,7 +51,7 @@ Performance sourceOf(const Performance& line, std::size_t unit) {
     animation.audio.sample_rate_hz = 16'000;
     animation.warnings.push_back("the corpus keeps no sound of this take");
   }
-  animation.motion = from.corpus->data().units.motionOf(index);
+  animation.motion = *from.corpus->data().units.motionOf(index);
   holdUnseen(corpus.neutral_pose_mm, animation.motion.positions_mm);
   const std::vector<Seconds> times = frameTimes(0, animation.motion.frameCount(), animation.motion.frame_rate_hz);
   animation.tongue = tongueFromPhones(animation.labels, times);

@@ -184,7 +184,8 @@ double capturedLeastDrop(std::size_t phone, const Contact& contact, const UnitDa
     const PhonePlace place = advance(unit.source, phone - unit.phones.first.value);
     const LabelledPhone& source = database.phoneAt(place);
     if (!isLabiodental(source.phone)) continue;  // a stand-in
-    const MotionClip& motion = database.motionOf(place.take);
+    const std::shared_ptr<const MotionClip> kept = database.motionOf(place.take);
+    const MotionClip& motion = *kept;
     const double last = asReal(motion.frameCount() - 1);
     const auto frameAt = [&](Seconds time) {
       return static_cast<Eigen::Index>(std::lround(std::clamp(time * motion.frame_rate_hz, 0.0, last)));

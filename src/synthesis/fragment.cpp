@@ -94,7 +94,7 @@ std::shared_ptr<const LinePrediction> TakePredictions::of(const UnitDatabase& da
 Fragment::Fragment(const SpeechLabels& line, const PhoneRange& target, const UnitDatabase& database,
                    const PhonePlace& source, std::shared_ptr<const LinePrediction> prediction, bool stretch_silences)
     : take_(&database.takeOf(source)),
-      motion_(&database.motionOf(source.take)),
+      motion_(database.motionOf(source.take)),
       database_(&database),
       target_(target),
       source_first_(source.phone),

@@ -59,7 +59,7 @@ class Fragment {
   [[nodiscard]] PositionMatrix predictedPoses(std::span<const Seconds> times) const;
 
   const CorpusTake* take_;
-  const MotionClip* motion_;
+  std::shared_ptr<const MotionClip> motion_;
   const UnitDatabase* database_;
   PhoneRange target_;
   PhoneIndex source_first_;

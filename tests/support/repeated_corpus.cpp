@@ -32,6 +32,9 @@ Corpus repeatedCorpus(const Corpus& original, std::size_t times) {
   corpus.neutral_pose_mm = original.neutral_pose_mm;
   corpus.trajectory_model = original.trajectory_model;
   corpus.lattice_weights = original.lattice_weights;
+  corpus.sound_cut_weights = original.sound_cut_weights;
+  corpus.motion_settings = original.motion_settings;
+  corpus.viseme_poses = original.viseme_poses;
   std::vector<double> paces;
   for (std::size_t round = 0; round < times; ++round) {
     const double pace = 1 + 0.1 * std::sin(static_cast<double>(round));  // within 10 %: a speaker's own range

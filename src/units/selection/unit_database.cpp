@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <list>
 #include <mutex>
 #include <optional>
 
@@ -29,8 +30,7 @@ std::size_t diphoneIndex(Phone a, Phone b) {
 /// What is known of a take, each part when it is first asked for: a line looks at many takes and needs of most of them
 /// only what was seen.
 struct UnitDatabase::TakeFacts {
-  std::once_flag has_motion, has_unseen, has_lips;
-  MotionClip loaded;                         ///< empty when the corpus has it already
+  std::once_flag has_unseen, has_lips;
   std::vector<std::uint32_t> unseen_before;  ///< frames with a NaN among the first k
   std::vector<PhoneLips> lips;               ///< one a phone
   std::vector<double> opening_left_mm;       ///< one a phone
@@ -41,13 +41,46 @@ struct UnitDatabase::TakeShapes {
   PackedShapes shapes;
 };
 
+/// The clips that were asked for last.
+class UnitDatabase::RecentMotion {
+ public:
+  std::shared_ptr<const MotionClip> of(const MotionSource& source, TakeIndex take) {
+    {
+      const std::scoped_lock lock(mutex_);
+      const auto found =
+          std::find_if(clips_.begin(), clips_.end(), [&](const auto& clip) { return clip.first == take; });
+      if (found != clips_.end()) {
+        clips_.splice(clips_.begin(), clips_, found);
+        return clips_.front().second;
+      }
+    }
+    auto loaded = std::make_shared<const MotionClip>(source.load(take));
+    const std::scoped_lock lock(mutex_);
+    clips_.emplace_front(take, loaded);
+    numbers_ += loaded->positions_mm.size();
+    while (numbers_ > kMostNumbers && clips_.size() > 1) {
+      numbers_ -= clips_.back().second->positions_mm.size();
+      clips_.pop_back();
+    }
+    return loaded;
+  }
+
+ private:
+  static constexpr Eigen::Index kMostNumbers = 4'000'000;  ///< 32 MB
+
+  std::mutex mutex_;
+  std::list<std::pair<TakeIndex, std::shared_ptr<const MotionClip>>> clips_;  ///< the last one first
+  Eigen::Index numbers_ = 0;
+};
+
 UnitDatabase::UnitDatabase(const Corpus& corpus)
     : corpus_(corpus),
       index_(phonesOfTakes(corpus)),
       lips_(corpus.layout),
       diphones_(kPhoneCount * kPhoneCount),
       facts_(std::make_unique<TakeFacts[]>(corpus.takes.size())),
-      shapes_(std::make_unique<TakeShapes[]>(corpus.takes.size())) {
+      shapes_(std::make_unique<TakeShapes[]>(corpus.takes.size())),
+      recent_(std::make_unique<RecentMotion>()) {
   for (std::size_t marker = 0; marker < corpus.layout.markers.size(); ++marker) {
     const std::string& region = corpus.layout.markers[marker].region;
     if (region != "lip" && region != "chin") continue;
@@ -76,6 +109,7 @@ UnitDatabase::~UnitDatabase() = default;
 void UnitDatabase::forgetTakes() {
   facts_ = std::make_unique<TakeFacts[]>(corpus_.takes.size());
   shapes_ = std::make_unique<TakeShapes[]>(corpus_.takes.size());
+  recent_ = std::make_unique<RecentMotion>();
 }
 
 const std::vector<PhonePlace>& UnitDatabase::diphones(Phone a, Phone b) const { return diphones_[diphoneIndex(a, b)]; }
@@ -93,11 +127,10 @@ double UnitDatabase::openingLeft(const PhonePlace& place) const {
   return lipFactsOf(place.take).opening_left_mm[place.phone.value];
 }
 
-const MotionClip& UnitDatabase::motionOf(TakeIndex take) const {
-  if (corpus_.motion_source == nullptr) return corpus_.takes[take.value].motion;
-  TakeFacts& facts = facts_[take.value];
-  std::call_once(facts.has_motion, [&] { facts.loaded = corpus_.motion_source->load(take); });
-  return facts.loaded;
+std::shared_ptr<const MotionClip> UnitDatabase::motionOf(TakeIndex take) const {
+  // The corpus outlives whoever asks; of its own motion nothing is to be freed.
+  if (corpus_.motion_source == nullptr) return {std::shared_ptr<void>(), &corpus_.takes[take.value].motion};
+  return recent_->of(*corpus_.motion_source, take);
 }
 
 const std::vector<std::uint32_t>& UnitDatabase::unseenBefore(TakeIndex take) const {
@@ -106,7 +139,8 @@ const std::vector<std::uint32_t>& UnitDatabase::unseenBefore(TakeIndex take) con
     std::optional<std::vector<bool>> unseen;
     if (corpus_.motion_source != nullptr) unseen = corpus_.motion_source->loadUnseen(take);
     if (!unseen) {
-      const PositionMatrix& positions = motionOf(take).positions_mm;
+      const std::shared_ptr<const MotionClip> motion = motionOf(take);
+      const PositionMatrix& positions = motion->positions_mm;
       // A sum is NaN as soon as one of its terms is; positions are finite or NaN.
       unseen.emplace();
       for (Eigen::Index frame = 0; frame < positions.rows(); ++frame)
@@ -122,7 +156,8 @@ const std::vector<std::uint32_t>& UnitDatabase::unseenBefore(TakeIndex take) con
 const UnitDatabase::TakeFacts& UnitDatabase::lipFactsOf(TakeIndex take) const {
   TakeFacts& facts = facts_[take.value];
   std::call_once(facts.has_lips, [&] {
-    const MotionClip& motion = motionOf(take);
+    const std::shared_ptr<const MotionClip> kept = motionOf(take);
+    const MotionClip& motion = *kept;
     const auto columns = signedIndex(lip_columns_.size());
     for (const LabelledPhone& phone : corpus_.takes[take.value].labels.phones) {
       const double tightest = lips_.hasLips() ? lips_.tightest(motion, phone.span) : std::nan("");
@@ -156,7 +191,7 @@ const PackedShapes& UnitDatabase::shapesOf(TakeIndex take) const {
     PhoneShapes shapes;
     if (corpus_.motion_source != nullptr) shapes = corpus_.motion_source->loadShapes(take);
     if (shapes.phoneCount() == 0) {
-      shapes = phoneShapes(*corpus_.trajectory_model, corpus_.takes[take.value].labels, motionOf(take),
+      shapes = phoneShapes(*corpus_.trajectory_model, corpus_.takes[take.value].labels, *motionOf(take),
                            corpus_.neutral_pose_mm, lips_);
     }
     known.shapes = PackedShapes(shapes);

@@ -31,8 +31,10 @@ class UnitDatabase {
   [[nodiscard]] const Corpus& corpus() const { return corpus_; }
   [[nodiscard]] const PhoneSpanIndex& index() const { return index_; }
   [[nodiscard]] const CorpusTake& takeOf(const PhonePlace& place) const { return corpus_.takes[place.take.value]; }
-  /// The take's motion, loaded when first asked for if the corpus was read so. Throws InputError when it is damaged.
-  [[nodiscard]] const MotionClip& motionOf(TakeIndex take) const;
+  /// The take's motion; never null. Of a corpus that was read so it is loaded when asked for, and those asked for last
+  /// are kept, 32 MB of them: a line compares many takes of a large corpus and plays a few. Throws InputError when it
+  /// is damaged.
+  [[nodiscard]] std::shared_ptr<const MotionClip> motionOf(TakeIndex take) const;
   [[nodiscard]] const LabelledPhone& phoneAt(const PhonePlace& place) const {
     return takeOf(place).labels.phones[place.phone.value];
   }
@@ -74,6 +76,7 @@ class UnitDatabase {
  private:
   struct TakeFacts;
   struct TakeShapes;
+  class RecentMotion;
   [[nodiscard]] const std::vector<std::uint32_t>& unseenBefore(TakeIndex take) const;
   [[nodiscard]] const TakeFacts& lipFactsOf(TakeIndex take) const;
   [[nodiscard]] const PackedShapes& shapesOf(TakeIndex take) const;
@@ -86,6 +89,7 @@ class UnitDatabase {
   std::vector<std::vector<PhonePlace>> diphones_;  ///< kPhoneCount x kPhoneCount
   std::unique_ptr<TakeFacts[]> facts_;             ///< one a take
   std::unique_ptr<TakeShapes[]> shapes_;           ///< the same
+  std::unique_ptr<RecentMotion> recent_;
 };
 
 /// The `columns` of `motion` at `time`, straight between the frames around it; held beyond the ends.

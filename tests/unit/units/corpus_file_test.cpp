@@ -570,14 +570,34 @@ TEST(UnitDatabaseTest, ForgetsTakesAndLoadsThemAgain) {
   corpus.motion_source = source;
   UnitDatabase database(corpus);
   const PhonePlace place{TakeIndex(1), PhoneIndex(1)};
-  const PositionMatrix motion = database.motionOf(place.take).positions_mm;
+  const PositionMatrix motion = database.motionOf(place.take)->positions_mm;
   const PhoneLips::Matrix lips = database.lipsOf(place).positions_mm;
   ASSERT_GT(motion.rows(), 0);
   EXPECT_EQ(source->loads, 1);
   database.forgetTakes();
   EXPECT_EQ(database.lipsOf(place).positions_mm, lips);
-  EXPECT_EQ(database.motionOf(place.take).positions_mm, motion);
+  EXPECT_EQ(database.motionOf(place.take)->positions_mm, motion);
   EXPECT_EQ(source->loads, 2);
+}
+
+TEST(UnitDatabaseTest, KeepsTheMotionThatWasAskedForLast) {
+  Corpus corpus = testing::tinyCorpus();
+  corpus.takes.resize(2);
+  for (CorpusTake& take : corpus.takes)
+    take.motion.positions_mm =
+        PositionMatrix::Zero(2'500'000 / take.motion.positions_mm.cols(), take.motion.positions_mm.cols());
+  const auto source = std::make_shared<CountingSource>(corpus);
+  corpus.motion_source = source;
+  const UnitDatabase database(corpus);
+  std::weak_ptr<const MotionClip> first = database.motionOf(TakeIndex(0));
+  EXPECT_EQ(database.motionOf(TakeIndex(0)), first.lock()) << "the same";
+  EXPECT_EQ(source->loads, 1);
+  const std::shared_ptr<const MotionClip> second = database.motionOf(TakeIndex(1));
+  EXPECT_TRUE(first.expired()) << "both are more than 32 MB";
+  EXPECT_EQ(database.motionOf(TakeIndex(1)), second);
+  EXPECT_EQ(source->loads, 2);
+  EXPECT_NE(database.motionOf(TakeIndex(0)), nullptr) << "loaded again";
+  EXPECT_EQ(source->loads, 3);
 }
 
 TEST(Checksum, MeetsTheStandardAndItsTwoRoutesAgree) {
