@@ -31,6 +31,8 @@ function(mouthpiece_program name)
   cmake_parse_arguments(ARG "" "" "SOURCES;APART;LINKS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR}/include ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR})
+  # What a room names and a program does not use is not loaded when it starts.
+  target_link_options(${name} PRIVATE "LINKER:--as-needed")
   target_link_libraries(${name} PRIVATE ${ARG_LINKS})
   mouthpiece_compile_options(${name} programs)
   mouthpiece_unity(${name} "${ARG_SOURCES}" "${ARG_APART}")

@@ -1,13 +1,15 @@
-// The deformer's inner loops, written once over `Lanes`: several vertices side by side. Highway compiles them for every
-// kind of processor and chooses when the program starts. Fused multiply-adds are asked for by name, so the result does
-// not depend on the compiler.
+// The deformer's inner loops, written once over `Lanes`: several vertices side by side. Highway compiles them for each
+// kind of processor; the best is chosen at the first call. Fused multiply-adds are asked for by name, so the result
+// does not depend on the compiler.
 #include "deform/kernel/patch_kernel.h"
 
 #include <cstring>
 
 // Their vectors have no size that a Spot could hold.
+// Of what is left those are made that bestKernels() chooses from: AVX-512, AVX2 and what every processor has.
 #ifndef HWY_DISABLED_TARGETS
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#define HWY_DISABLED_TARGETS \
+  (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV | HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
 #endif
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "deform/kernel/patch_kernel.cpp"
@@ -171,10 +173,34 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace mouthpiece::kernel {
 namespace {
-HWY_EXPORT(kernels);
+
+#if (HWY_TARGETS) & (HWY_AVX2 | HWY_AVX3)
+/// Highway's loops for AVX2 use F16C and LZCNT, too: every processor with these has them, and clang 14 cannot ask.
+bool hasAvx2() {
+  return __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0 &&
+         __builtin_cpu_supports("bmi") != 0 && __builtin_cpu_supports("bmi2") != 0;
+}
+#endif
+
 }  // namespace
 
-const Kernels& bestKernels() { return *HWY_DYNAMIC_DISPATCH(kernels)(); }
+// Highway's own choice stands in a library of its own, which times the processor's clock whenever a program starts.
+const Kernels& bestKernels() {
+  static const Kernels* const best = [] {
+#if (HWY_TARGETS) & HWY_AVX3
+    const bool has_avx3 = __builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512vl") != 0 &&
+                          __builtin_cpu_supports("avx512dq") != 0 && __builtin_cpu_supports("avx512bw") != 0 &&
+                          __builtin_cpu_supports("avx512cd") != 0;
+    if (has_avx3 && hasAvx2()) return N_AVX3::kernels();
+#endif
+#if (HWY_TARGETS) & HWY_AVX2
+    if (hasAvx2()) return N_AVX2::kernels();
+#endif
+    return HWY_STATIC_DISPATCH(kernels)();
+  }();
+  return *best;
+}
+
 const Kernels& portableKernels() { return *HWY_STATIC_DISPATCH(kernels)(); }
 
 }  // namespace mouthpiece::kernel

@@ -80,15 +80,18 @@ class FacingLip {
     }
   }
 
-  [[nodiscard]] std::optional<Nearest> facing(const Vector3f& p, const Vector3f& normal) const {
-    const float beside = kRounds * (reach_ + largest_);
-    const auto first = std::lower_bound(facets_.begin(), facets_.end(), p.x() - beside,
-                                        [](const Facet& facet, float x) { return facet.middle.x() < x; });
+  /// Quicker where the place asked for before is near; that changes nothing else.
+  [[nodiscard]] std::optional<Nearest> facing(const Vector3f& p, const Vector3f& normal) {
     float least = reach_ * reach_;
-    thread_local std::vector<const Facet*> near;
-    near.clear();
     // A corner is a place of its triangle: what lies wholly further away than one is not the nearest.
     float corner = least;
+    if (last_ != nullptr && last_->across.dot(normal) <= kOpposed)
+      corner = std::min(corner, (vertexOf(vertices_, last_->triangle[0]) - p).squaredNorm());
+    const float beside = kRounds * (std::sqrt(corner) + largest_);
+    const auto first = std::lower_bound(facets_.begin(), facets_.end(), p.x() - beside,
+                                        [](const Facet& facet, float x) { return facet.middle.x() < x; });
+    thread_local std::vector<const Facet*> near;
+    near.clear();
     for (auto facet = first; facet != facets_.end() && facet->middle.x() <= p.x() + beside; ++facet) {
       const float away = kRounds * (std::sqrt(corner) + facet->radius);
       if ((facet->middle - p).squaredNorm() > away * away || facet->across.dot(normal) > kOpposed) continue;
@@ -105,12 +108,13 @@ class FacingLip {
       if (squared >= least) continue;
       least = squared;
       nearest = {facet->triangle, weights};
+      last_ = facet;
     }
     return nearest;
   }
 
   /// From the plane of the nearest triangle that faces `p`; 0 where there is none.
-  [[nodiscard]] float distance(const Vector3f& p, const Vector3f& normal) const {
+  [[nodiscard]] float distance(const Vector3f& p, const Vector3f& normal) {
     const auto nearest = facing(p, normal);
     if (!nearest) return 0;
     const auto& [a, b, c] = nearest->triangle;
@@ -140,8 +144,9 @@ class FacingLip {
 
   const VertexPositions& vertices_;
   float reach_;
-  std::vector<Facet> facets_;  ///< those with an area, by the x of their middles
-  float largest_ = 0;          ///< of the radii
+  std::vector<Facet> facets_;    ///< those with an area, by the x of their middles
+  float largest_ = 0;            ///< of the radii
+  const Facet* last_ = nullptr;  ///< found last
 };
 
 }  // namespace
@@ -284,7 +289,7 @@ void LipGuard::watchLips(const VertexPositions& rest, const VertexPositions& clo
   std::vector<std::uint32_t> seen;
   const std::size_t stride = others.size() / kFitVertices + 1;
   for (std::size_t i = 0; i < others.size(); i += stride) seen.push_back(others[i]);
-  const FacingLip near(closed, other, lengthOf(kReach)), near_at_rest(rest, other, lengthOf(kReach));
+  FacingLip near(closed, other, lengthOf(kReach)), near_at_rest(rest, other, lengthOf(kReach));
   for (const LipPlace& here : own) {
     const Vector3f at_rest = here.in(rest.data()), at_closed = here.in(closed.data());
     const auto place = near.facing(at_closed, here.in(normals.data()).normalized());

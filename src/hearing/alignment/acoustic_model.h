@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "hearing/alignment/senone_kernels.h"
 #include "phonetics/language/phone.h"
 
 namespace mouthpiece {
@@ -74,11 +75,12 @@ struct Weighing {
 class SenoneScorer {
  public:
   /// So many densities of each codebook and stream count, the likeliest.
-  static constexpr std::size_t kKept = 4;
+  static constexpr std::size_t kKept = std::tuple_size_v<decltype(LikeliestDensities::density)>;
   /// senones x frames, in units of kScoreUnit / scale; 0 is the best of a frame.
   using Scores = Eigen::Matrix<std::int16_t, Eigen::Dynamic, Eigen::Dynamic>;
 
-  explicit SenoneScorer(std::shared_ptr<const TiedModel> model);
+  /// `portable_loops`: not those of the processor at hand; the scores are the same.
+  explicit SenoneScorer(std::shared_ptr<const TiedModel> model, bool portable_loops = false);
 
   [[nodiscard]] const TiedModel& model() const { return *model_; }
   [[nodiscard]] std::shared_ptr<const TiedModel> sharedModel() const { return model_; }
@@ -88,20 +90,17 @@ class SenoneScorer {
   const Scores& score(const Eigen::Ref<const Eigen::MatrixXf>& features, const Weighing& weighing);
 
  private:
-  /// Of one codebook in one stream of a frame, the best first.
-  struct Likeliest {
-    std::array<float, kKept> log_density{};
-    std::array<Eigen::Index, kKept> density{};
-  };
-
-  Likeliest& likeliest(std::size_t codebook, std::size_t stream, Eigen::Index frame);
+  LikeliestDensities& likeliest(std::size_t codebook, std::size_t stream, Eigen::Index frame);
   void findLikeliest(std::size_t stream, const Eigen::Ref<const Eigen::MatrixXf>& features);
   void toLikelihoods(std::size_t stream, Eigen::Index frame);
   void scoreFrame(Eigen::Index frame, const Weighing& weighing);
 
   std::shared_ptr<const TiedModel> model_;
   std::vector<std::size_t> looked_at_;  ///< codebooks
-  std::vector<Likeliest> likeliest_;
+  const SenoneKernels* kernels_;        ///< none: portable loops
+  std::vector<LikeliestDensities> likeliest_;
+  std::vector<MixedStream> mixed_;
+  std::vector<std::int16_t> own_scores_;  ///< of one codebook
   Eigen::MatrixXf log_densities_;
   std::vector<Eigen::ArrayXf> likelihoods_;  ///< by codebook, of its senones in one frame
   Scores scores_;

@@ -296,7 +296,7 @@ struct Piece {
 /// PocketSphinx walks through all states of a graph in every frame: of a long sound the time would grow with the square
 /// of the length. Such a one is cut in the middle of pauses.
 std::vector<Piece> piecesOf(const std::vector<DecodedPhone>& phones, Eigen::Index frames) {
-  constexpr Eigen::Index kWhole = 3000, kShortest = 1000, kPause = 20;  // frames of 10 ms
+  constexpr Eigen::Index kWhole = 3000, kShortest = 250, kPause = 20;  // frames of 10 ms
   std::vector<Piece> pieces{{}};
   for (std::size_t i = 1; frames > kWhole && i + 1 < phones.size(); ++i) {
     const Eigen::Index from = signedIndex(phones[i].first_frame), to = signedIndex(phones[i + 1].first_frame);

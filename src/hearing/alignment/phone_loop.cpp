@@ -40,6 +40,7 @@ PhoneLoop::PhoneLoop(std::shared_ptr<const TiedModel> model, const std::filesyst
                      const Settings& settings)
     : model_(std::move(model)), settings_(settings), size_(signedIndex(model_->codebooks.size())) {
   addStates();
+  addLikelihoods();
   addOrder(order);
   for (const TiedModel::Codebook& codebook : model_->codebooks)
     rows_.push_back(static_cast<Eigen::Index>(phoneFromName(codebook.phone).value_or(Phone::kSil)));
@@ -47,26 +48,38 @@ PhoneLoop::PhoneLoop(std::shared_ptr<const TiedModel> model, const std::filesyst
 
 void PhoneLoop::addStates() {
   const std::size_t n = model_->codebooks.size();
-  states_.resize(3 * n * n);
+  std::vector<std::vector<int>> states(3 * n * n);
   const auto add = [&](std::size_t left, std::size_t phone, std::size_t right, const std::vector<int>& senones) {
     if (senones.size() < 3) throw InputError("acoustic model", "", "has phones of fewer than 3 states; expected 3");
-    states_[left * n + phone].senones.push_back(senones[0]);
-    states_[n * n + left * n + phone].senones.push_back(senones[1]);
-    states_[2 * n * n + phone * n + right].senones.push_back(senones[2]);
+    states[left * n + phone].push_back(senones[0]);
+    states[n * n + left * n + phone].push_back(senones[1]);
+    states[2 * n * n + phone * n + right].push_back(senones[2]);
   };
   for (const TiedModel::Triphone& triphone : model_->triphones)
     add(triphone.left, triphone.base, triphone.right, triphone.senones);
   for (std::size_t phone = 0; phone < n; ++phone) {
     for (std::size_t other = 0; other < n; ++other) {
-      if (states_[other * n + phone].senones.empty()) {
-        states_[other * n + phone].senones = {model_->alone[phone][0]};
-        states_[n * n + other * n + phone].senones = {model_->alone[phone][1]};
+      if (states[other * n + phone].empty()) {
+        states[other * n + phone] = {model_->alone[phone][0]};
+        states[n * n + other * n + phone] = {model_->alone[phone][1]};
       }
-      auto& last = states_[2 * n * n + phone * n + other].senones;
+      auto& last = states[2 * n * n + phone * n + other];
       if (last.empty()) last = {model_->alone[phone][2]};
     }
   }
-  for (State& state : states_) keepEachOnce(state.senones);
+  for (std::vector<int>& state : states) {
+    keepEachOnce(state);
+    senones_.insert(senones_.end(), state.begin(), state.end());
+    ends_.push_back(senones_.size());
+  }
+}
+
+void PhoneLoop::addLikelihoods() {
+  constexpr int kScores = 1 << 16;
+  const auto unit = asFloat(-kScoreUnit * settings_.acoustic_scale);
+  likelihoods_ = Eigen::ArrayXf::NullaryExpr(
+      kScores, [](Eigen::Index i) { return static_cast<float>(static_cast<std::int16_t>(i)); });
+  likelihoods_ = (likelihoods_ * unit).exp().max(1e-20F);
 }
 
 void PhoneLoop::addOrder(const std::filesystem::path& file) {
@@ -97,13 +110,12 @@ void PhoneLoop::addOrder(const std::filesystem::path& file) {
 void PhoneLoop::weigh(const SenoneScorer::Scores& scores, Eigen::Index frame,
                       Eigen::Ref<Eigen::ArrayXf> likelihoods) const {
   const std::int16_t* column = scores.col(frame).data();
-  for (std::size_t i = 0; i < states_.size(); ++i) {
-    std::int16_t best = std::numeric_limits<std::int16_t>::max();
-    for (const int senone : states_[i].senones) best = std::min(best, column[senone]);
-    likelihoods[signedIndex(i)] = static_cast<float>(best);
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < ends_.size(); ++i) {
+    std::int16_t best = column[senones_[at]];
+    for (++at; at < ends_[i]; ++at) best = std::min(best, column[senones_[at]]);
+    likelihoods[signedIndex(i)] = likelihoods_[static_cast<std::uint16_t>(best)];
   }
-  const auto unit = asFloat(-kScoreUnit * settings_.acoustic_scale);
-  likelihoods = (likelihoods * unit).exp().max(1e-20F);
 }
 
 // (i, j) of a square is entry j * n + i of its column, so a square of first or middle states is phone x left, one of

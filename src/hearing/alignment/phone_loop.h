@@ -45,10 +45,9 @@ class PhoneLoop {
   [[nodiscard]] Eigen::MatrixXf posteriorsOfLast(Eigen::Index count, const Passage& passage) const;
 
  private:
-  struct State {
-    std::vector<int> senones;  ///< of all its triphones, each once
-  };
   void addStates();
+  /// How much each score that there can be counts.
+  void addLikelihoods();
   void addOrder(const std::filesystem::path& file);
   /// Forward probabilities of a frame from those of the one before; backward ones of a frame from those of the one
   /// after, these already times its likelihoods. Not scaled.
@@ -63,8 +62,11 @@ class PhoneLoop {
   std::shared_ptr<const TiedModel> model_;
   Settings settings_;
   Eigen::Index size_ = 0;  ///< codebooks
-  /// First, middle (left * size + phone) and last (phone * size + right) states, one after another.
-  std::vector<State> states_;
+  /// First, middle (left * size + phone) and last (phone * size + right) states, one after another: the senones of all
+  /// triphones of each, each once, and where they end.
+  std::vector<int> senones_;
+  std::vector<std::size_t> ends_;
+  Eigen::ArrayXf likelihoods_;          ///< by a score as std::uint16_t
   std::vector<Eigen::MatrixXf> order_;  ///< by phone: right x left, probabilities
   std::vector<Eigen::Index> rows_;      ///< by codebook: its phone's number
 };

@@ -25,25 +25,15 @@ constexpr double kMostFrames = 30;
 constexpr double kLargestScore = std::numeric_limits<std::int16_t>::max();
 constexpr Eigen::Index kStreamBlock = 64;
 
-void insertInto(std::array<float, SenoneScorer::kKept>& values, std::array<Eigen::Index, SenoneScorer::kKept>& places,
-                float value, Eigen::Index place) {
-  std::size_t at = values.size() - 1;
-  for (; at > 0 && values[at - 1] < value; --at) {
-    values[at] = values[at - 1];
-    places[at] = places[at - 1];
-  }
-  values[at] = value;
-  places[at] = place;
-}
-
 }  // namespace
 
-SenoneScorer::SenoneScorer(std::shared_ptr<const TiedModel> model) : model_(std::move(model)) {
+SenoneScorer::SenoneScorer(std::shared_ptr<const TiedModel> model, bool portable_loops)
+    : model_(std::move(model)), kernels_(portable_loops ? nullptr : senoneKernels()) {
   for (const TiedModel::Codebook& codebook : model_->codebooks)
     likelihoods_.emplace_back(signedIndex(codebook.senones.size()));
 }
 
-SenoneScorer::Likeliest& SenoneScorer::likeliest(std::size_t codebook, std::size_t stream, Eigen::Index frame) {
+LikeliestDensities& SenoneScorer::likeliest(std::size_t codebook, std::size_t stream, Eigen::Index frame) {
   const std::size_t streams = model_->stream_sizes.size();
   return likeliest_[(unsignedIndex(frame) * streams + stream) * model_->codebooks.size() + codebook];
 }
@@ -55,18 +45,30 @@ void SenoneScorer::findLikeliest(std::size_t stream, const Eigen::Ref<const Eige
   terms.middleRows(size, size) = features;
   terms.bottomRows(1).setOnes();
   for (const std::size_t codebook : looked_at_) {
-    log_densities_.noalias() = model_->codebooks[codebook].gaussians[stream] * terms;
+    const Eigen::MatrixXf& gaussians = model_->codebooks[codebook].gaussians[stream];
+    const bool by_kernels = kernels_ != nullptr && gaussians.rows() % 8 == 0;
+    if (by_kernels) {
+      log_densities_.resize(gaussians.rows(), 1);
+    } else {
+      log_densities_.noalias() = gaussians * terms;
+    }
+    std::array<Eigen::Index, kKept> likely{0, 1, 2, 3};
     for (Eigen::Index frame = 0; frame < frames; ++frame) {
-      Likeliest& found = likeliest(codebook, stream, frame);
+      LikeliestDensities& found = likeliest(codebook, stream, frame);
       found.log_density.fill(-std::numeric_limits<float>::max());
       found.density.fill(0);
+      if (by_kernels) {
+        kernels_->find(gaussians, terms.col(frame).data(), likely, log_densities_.data(), found);
+        likely = found.density;
+        continue;
+      }
       const float* values = log_densities_.col(frame).data();
       for (Eigen::Index first = 0; first < log_densities_.rows(); first += kBlock) {
         const Eigen::Index count = std::min(kBlock, log_densities_.rows() - first);
         // Few blocks hold one that is likelier than those found before.
         if (Eigen::Map<const Eigen::ArrayXf>(values + first, count).maxCoeff() <= found.log_density.back()) continue;
         for (Eigen::Index i = first; i < first + count; ++i) {
-          if (values[i] > found.log_density.back()) insertInto(found.log_density, found.density, values[i], i);
+          if (values[i] > found.log_density.back()) found.insert(values[i], i);
         }
       }
     }
@@ -90,8 +92,19 @@ void SenoneScorer::scoreFrame(Eigen::Index frame, const Weighing& weighing) {
   for (const std::size_t index : looked_at_) {
     const TiedModel::Codebook& codebook = model_->codebooks[index];
     Eigen::ArrayXf& likelihood = likelihoods_[index];
+    if (kernels_ != nullptr) {
+      mixed_.clear();
+      for (std::size_t stream = 0; stream < streams; ++stream) {
+        const LikeliestDensities& found = likeliest(index, stream, frame);
+        MixedStream& mixed = mixed_.emplace_back(MixedStream{{}, found.log_density});
+        for (std::size_t k = 0; k < kKept; ++k)
+          mixed.weights[k] = codebook.weights[stream].col(found.density[k]).data();
+      }
+      best = std::max(best, kernels_->mix(mixed_.data(), streams, likelihood.size(), likelihood.data()));
+      continue;
+    }
     for (std::size_t stream = 0; stream < streams; ++stream) {
-      const Likeliest& found = likeliest(index, stream, frame);
+      const LikeliestDensities& found = likeliest(index, stream, frame);
       const Eigen::MatrixXf& weights = codebook.weights[stream];
       static_assert(kKept == 4, "written out below, so that it is one pass over the weights");
       const auto mixed = weights.col(found.density[0]).array() * found.log_density[0] +
@@ -111,6 +124,12 @@ void SenoneScorer::scoreFrame(Eigen::Index frame, const Weighing& weighing) {
     const TiedModel::Codebook& codebook = model_->codebooks[index];
     Eigen::ArrayXf& score = likelihoods_[index];
     const auto unit = asFloat(-weighing.scale / kScoreUnit);
+    if (kernels_ != nullptr) {
+      own_scores_.resize(codebook.senones.size());
+      kernels_->score(score.data(), score.size(), best, unit, own_scores_.data());
+      for (std::size_t i = 0; i < own_scores_.size(); ++i) scores_(codebook.senones[i], frame) = own_scores_[i];
+      continue;
+    }
     score = (score / best).max(std::numeric_limits<float>::min()).log() * unit + 0.5F;
     for (Eigen::Index i = 0; i < score.size(); ++i)
       scores_(codebook.senones[unsignedIndex(i)], frame) = static_cast<std::int16_t>(score[i]);

@@ -1,6 +1,7 @@
 // synth itself: one line, typed, recorded or sung.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <fstream>
@@ -137,7 +138,17 @@ Performance performed(Speaker speaker, const Line& line, const std::filesystem::
   }
 }
 
+/// Memory that is given back is asked for again: a page that is new costs more than what is done with it. The program
+/// ends with its one line.
+void keepFreedMemory() {
+#if defined(__GLIBC__)
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, 128 << 20);
+#endif
+}
+
 int runSpeak(const SpeakOptions& options) {
+  keepFreedMemory();
   const std::vector<std::filesystem::path> files =
       options.out_files.empty() ? usualFiles(options.out_folder) : options.out_files;
   SpeakerOptions wanted = options.speaker;
