@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/index.h"
 #include "motion/blend.h"
@@ -76,10 +77,10 @@ StretchMotion renderUnits(const std::vector<SelectedUnit>& units, std::span<cons
   StretchMotion motion = blendUnits(units, times, line, into_context);
   motion.parts = MovementParts::none(std::ssize(times), std::ssize(lips));
   if (into_context) {
-    TransferredMotion moved = transferContext(motion.positions_mm, line.labels, line.database, units, times,
+    TransferredMotion moved = transferContext(std::move(motion.positions_mm), line.labels, line.database, units, times,
                                               line.options.context, line.heard ? &*line.heard : nullptr);
     motion.parts = {columnsOf(moved.predicted_mm, lips), columnsOf(moved.captured_mm, lips),
-                    columnsOf(moved.contactMm(line.database.corpus().neutral_pose_mm), lips)};
+                    moved.contactMm(line.database.corpus().neutral_pose_mm, lips)};
     motion.positions_mm = std::move(moved.positions_mm);
   }
   motion.positions_mm = withoutUnseen(std::move(motion.positions_mm), line.rest());

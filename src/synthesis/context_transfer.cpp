@@ -126,14 +126,26 @@ Eigen::MatrixXd lineComponents(const SpeechLabels& line, const UnitDatabase& dat
   return components;
 }
 
-/// What the fragments keep of their residuals: all that is fast, by component.
-Eigen::MatrixXd keptDetail(const Eigen::MatrixXd& residuals, const TrajectoryModel& model, Seconds spacing,
-                           const MotionSettings& settings) {
-  const Eigen::MatrixXd slow = smoothed(residuals, settings.detail_within_ms / 1000, spacing);
-  const Eigen::MatrixXd fast = residuals - slow;
-  const Eigen::VectorXd opening = fast * model.analysis.col(0);
-  return settings.slow_captured * slow + settings.other_detail * fast +
-         (settings.first_detail - settings.other_detail) * opening * model.shapes.row(0);
+/// What the fragments keep of their `residuals`: all that is fast, by component. Columns that do not move with speech
+/// keep all. What was not seen counts as nothing.
+PositionMatrix keptDetail(PositionMatrix residuals, const TrajectoryModel& model, Seconds spacing,
+                          const MotionSettings& settings) {
+  const auto moves_with_speech = [&](Eigen::Index column) { return (model.shapes.col(column).array() != 0).any(); };
+  Eigen::VectorXd opening = Eigen::VectorXd::Zero(residuals.rows());
+  for (Eigen::Index column = 0; column < residuals.cols(); ++column) {
+    auto kept = residuals.col(column);
+    kept = kept.unaryExpr([](double mm) { return std::isnan(mm) ? 0.0 : mm; }).eval();
+    if (!moves_with_speech(column)) continue;
+    const Eigen::VectorXd slow = smoothed(kept, settings.detail_within_ms / 1000, spacing);
+    const Eigen::VectorXd fast = kept - slow;
+    opening += fast * model.analysis(column, 0);
+    kept = settings.slow_captured * slow + settings.other_detail * fast;
+  }
+  for (Eigen::Index column = 0; column < residuals.cols(); ++column) {
+    if (moves_with_speech(column))
+      residuals.col(column) += (settings.first_detail - settings.other_detail) * model.shapes(0, column) * opening;
+  }
+  return residuals;
 }
 
 /// What a contact of the lips brings down to a known least: of M B P the opening, of F V how far the lower lip hangs
@@ -227,25 +239,17 @@ PositionMatrix tightened(PositionMatrix positions, const TimeSpan& span, const C
 
 }  // namespace
 
-TransferredMotion transferContext(const PositionMatrix& residuals, const SpeechLabels& line,
-                                  const UnitDatabase& database, const std::vector<SelectedUnit>& units,
-                                  std::span<const Seconds> times, const ContextOptions& options,
-                                  const HeardLine* heard) {
+TransferredMotion transferContext(PositionMatrix residuals, const SpeechLabels& line, const UnitDatabase& database,
+                                  const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
+                                  const ContextOptions& options, const HeardLine* heard) {
   const Corpus& corpus = database.corpus();
   const TrajectoryModel& model = *corpus.trajectory_model;
   const Seconds spacing = times.size() > 1 ? times[1] - times[0] : 1.0;
   const MotionSettings settings = options.settings.value_or(corpus.motion_settings);
   TransferredMotion motion;
   motion.predicted_mm = lineComponents(line, database, times, spacing, options, heard) * model.shapes;
-  motion.captured_mm = PositionMatrix::Zero(residuals.rows(), residuals.cols());
-  if (options.fragments) {
-    const Eigen::MatrixXd seen = residuals.unaryExpr([](double mm) { return std::isnan(mm) ? 0.0 : mm; });
-    motion.captured_mm = keptDetail(seen, model, spacing, settings);
-    for (Eigen::Index column = 0; column < residuals.cols(); ++column) {
-      const bool moves_with_speech = (model.shapes.col(column).array() != 0).any();
-      if (!moves_with_speech) motion.captured_mm.col(column) = seen.col(column);
-    }
-  }
+  motion.captured_mm = options.fragments ? keptDetail(std::move(residuals), model, spacing, settings)
+                                         : PositionMatrix::Zero(residuals.rows(), residuals.cols());
   motion.positions_mm = motion.predicted_mm + motion.captured_mm;
   motion.positions_mm.rowwise() +=
       Eigen::Map<const Eigen::RowVectorXd>(corpus.neutral_pose_mm.data(), corpus.neutral_pose_mm.size());
@@ -254,9 +258,14 @@ TransferredMotion transferContext(const PositionMatrix& residuals, const SpeechL
   return motion;
 }
 
-PositionMatrix TransferredMotion::contactMm(const MarkerPositions& neutral_mm) const {
-  PositionMatrix contact = positions_mm - predicted_mm - captured_mm;
-  contact.rowwise() -= Eigen::Map<const Eigen::RowVectorXd>(neutral_mm.data(), neutral_mm.size());
+PositionMatrix TransferredMotion::contactMm(const MarkerPositions& neutral_mm,
+                                            const std::vector<Eigen::Index>& columns) const {
+  PositionMatrix contact(positions_mm.rows(), std::ssize(columns));
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const Eigen::Index column = columns[i];
+    contact.col(signedIndex(i)) = positions_mm.col(column) - predicted_mm.col(column) - captured_mm.col(column);
+    contact.col(signedIndex(i)).array() -= neutral_mm.data()[column];
+  }
   return contact;
 }
 

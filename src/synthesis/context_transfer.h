@@ -32,17 +32,18 @@ struct TransferredMotion {
   PositionMatrix predicted_mm;  ///< of it, what the model predicts
   PositionMatrix captured_mm;   ///< what the fragments bring; what is left are the contacts
 
-  [[nodiscard]] PositionMatrix contactMm(const MarkerPositions& neutral_mm) const;
+  /// What is left, of these columns.
+  [[nodiscard]] PositionMatrix contactMm(const MarkerPositions& neutral_mm,
+                                         const std::vector<Eigen::Index>& columns) const;
 };
 
 /// Prediction for the line plus what the fragments bring: `residuals` are their blended poses less their own takes'
 /// prediction, times x (3 * markers); what was not seen (NaN) counts as nothing. Columns that no component moves keep
 /// their residual. `times` are evenly spaced. `heard`: the line's sound, where it shall be heard. With keep_contacts
 /// those of `units` are kept.
-TransferredMotion transferContext(const PositionMatrix& residuals, const SpeechLabels& line,
-                                  const UnitDatabase& database, const std::vector<SelectedUnit>& units,
-                                  std::span<const Seconds> times, const ContextOptions& options,
-                                  const HeardLine* heard = nullptr);
+TransferredMotion transferContext(PositionMatrix residuals, const SpeechLabels& line, const UnitDatabase& database,
+                                  const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
+                                  const ContextOptions& options, const HeardLine* heard = nullptr);
 
 /// Lips that closed in the capture close: in each B P M of the line the frame with the least opening is brought to that
 /// of the fragments there, or to the speaker's usual closure where they stay open, and the frames around it with it. In

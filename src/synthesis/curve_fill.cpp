@@ -160,8 +160,9 @@ std::vector<Stretch> stretchesOf(const SynthesisPlan& plan, const LineToRender& 
   return stretches;
 }
 
-StretchMotion fillWithCurves(const std::vector<Stretch>& stretches, const std::vector<StretchMotion>& captured,
+StretchMotion fillWithCurves(const std::vector<Stretch>& stretches, std::vector<StretchMotion> captured,
                              const LineToRender& line) {
+  if (stretches.size() == 1 && !stretches[0].units.empty()) return std::move(captured[0]);
   StretchMotion whole{line.rest().replicate(std::ssize(line.times), 1),
                       {},
                       MovementParts::none(std::ssize(line.times), std::ssize(line.database.lipColumns()))};

@@ -93,18 +93,20 @@ std::shared_ptr<const LinePrediction> TakePredictions::of(const UnitDatabase& da
 
 Fragment::Fragment(const SpeechLabels& line, const PhoneRange& target, const UnitDatabase& database,
                    const PhonePlace& source, std::shared_ptr<const LinePrediction> prediction, bool stretch_silences)
-    : take_(&database.takeOf(source)),
-      motion_(database.motionOf(source.take)),
-      database_(&database),
+    : database_(&database),
+      take_index_(source.take),
+      take_(&database.takeOf(source)),
       target_(target),
       source_first_(source.phone),
       warp_(warpOf(line, target, take_->labels, source.phone, prediction != nullptr, stretch_silences)),
       prediction_(std::move(prediction)) {
+  const std::shared_ptr<const MotionClip> motion = this->motion();
+  rate_hz_ = motion->frame_rate_hz;
   const std::size_t last = source.phone.value + target.last.value - target.first.value;
-  TimeSpan usable = usableSource(*motion_, take_->labels.phones, source.phone.value, last);
+  TimeSpan usable = usableSource(*motion, take_->labels.phones, source.phone.value, last);
   if (stretch_silences) {
     usable.start = std::min(usable.start, take_->labels.phones[source.phone.value].span.start);
-    usable.end = std::max(usable.start, (asReal(motion_->frameCount()) - 1) / motion_->frame_rate_hz);
+    usable.end = std::max(usable.start, (asReal(motion->frameCount()) - 1) / rate_hz_);
   }
   usable_ = {warp_.targetFromSource(usable.start), warp_.targetFromSource(usable.end)};
 }
@@ -130,9 +132,10 @@ PositionMatrix Fragment::lipsAt(std::span<const Seconds> times) const {
 
 PositionMatrix Fragment::capturedLipsAt(std::span<const Seconds> times) const {
   const std::vector<Seconds> within = withinUsable(times);
+  const std::shared_ptr<const MotionClip> motion = this->motion();
   PositionMatrix lips(std::ssize(times), std::ssize(database_->lipColumns()));
   for (std::size_t i = 0; i < within.size(); ++i)
-    lips.row(signedIndex(i)) = poseAt(*motion_, database_->lipColumns(), warp_.sourceFromTarget(within[i]));
+    lips.row(signedIndex(i)) = poseAt(*motion, database_->lipColumns(), warp_.sourceFromTarget(within[i]));
   return lips;
 }
 
@@ -153,7 +156,7 @@ PositionMatrix Fragment::predictedPoses(std::span<const Seconds> times) const {
 
 /// `times` where the capture may be read.
 PositionMatrix Fragment::capturedPoses(std::span<const Seconds> times) const {
-  PositionMatrix poses = resampleWarped(*motion_, warp_, times);
+  PositionMatrix poses = resampleWarped(*motion(), warp_, times);
   if (prediction_ != nullptr) poses -= predictedPoses(times);
   return poses;
 }
@@ -166,7 +169,7 @@ PositionMatrix Fragment::posesAt(std::span<const Seconds> times) const {
 
 /// Velocity at an edge of the usable stretch, from one capture interval inside it; zero where that was not seen.
 Eigen::RowVectorXd Fragment::edgeVelocity(Seconds edge, double inward) const {
-  const Seconds step = 1 / motion_->frame_rate_hz;
+  const Seconds step = 1 / rate_hz_;
   const Seconds inside = std::clamp(edge + inward * step, usable_.start, usable_.end);
   std::vector<Seconds> pair{std::min(edge, inside), std::max(edge, inside)};
   const PositionMatrix poses = capturedPoses(pair);

@@ -47,7 +47,7 @@ class Fragment {
   [[nodiscard]] PositionMatrix capturedLipsAt(std::span<const Seconds> times) const;
 
   [[nodiscard]] const PhoneRange& phones() const { return target_; }
-  [[nodiscard]] double captureRateHz() const { return motion_->frame_rate_hz; }
+  [[nodiscard]] double captureRateHz() const { return rate_hz_; }
   /// The take's phone that plays `target`, a phone of the line.
   [[nodiscard]] const LabelledPhone& sourcePhone(PhoneIndex target) const;
 
@@ -58,9 +58,13 @@ class Fragment {
   [[nodiscard]] PositionMatrix capturedPoses(std::span<const Seconds> times) const;
   [[nodiscard]] PositionMatrix predictedPoses(std::span<const Seconds> times) const;
 
-  const CorpusTake* take_;
-  std::shared_ptr<const MotionClip> motion_;
+  /// The take's motion is asked for at each use: a long line has more fragments than motions that memory holds.
+  [[nodiscard]] std::shared_ptr<const MotionClip> motion() const { return database_->motionOf(take_index_); }
+
   const UnitDatabase* database_;
+  TakeIndex take_index_;
+  const CorpusTake* take_;
+  double rate_hz_ = 0;  ///< of the capture
   PhoneRange target_;
   PhoneIndex source_first_;
   TimeWarp warp_;

@@ -265,11 +265,12 @@ LiveFrames LiveMotion::renderPhrase(std::size_t count, const Window& window) {
     const LineToRender line{window.labels, options_, database_, *options_.curves.model, times, {}, {}, {},
                             &predictions_};
     const auto columns = database_.corpus().neutral_pose_mm.size();
-    const PositionMatrix residuals = near.empty() ? PositionMatrix(PositionMatrix::Zero(signedIndex(frames), columns))
-                                                  : blendUnits(near, times, line, true).positions_mm;
+    PositionMatrix residuals = near.empty() ? PositionMatrix(PositionMatrix::Zero(signedIndex(frames), columns))
+                                            : blendUnits(near, times, line, true).positions_mm;
     ContextOptions context = options_.context;
     context.hear = false;
-    whole.positions_mm = transferContext(residuals, window.labels, database_, near, times, context).positions_mm;
+    whole.positions_mm =
+        transferContext(std::move(residuals), window.labels, database_, near, times, context).positions_mm;
     whole.lips = lipsFromPhones(window.labels, times);
     whole.tongue = tongueFromPhones(window.labels, times);
     touching = touchingLips(window.labels, times);

@@ -69,7 +69,7 @@ std::vector<StretchMotion> renderCaptured(const std::vector<Stretch>& stretches,
 
 /// The whole line: between the captured stretches the curves, led to meet the captured poses at both joins (the offset
 /// fades out over at most 0.4 s; contacts are kept) and blended with them inside the shared phones.
-StretchMotion fillWithCurves(const std::vector<Stretch>& stretches, const std::vector<StretchMotion>& captured,
+StretchMotion fillWithCurves(const std::vector<Stretch>& stretches, std::vector<StretchMotion> captured,
                              const LineToRender& line);
 
 /// The captured motion of consonants over the curves' vowels, where Ma is low (VOCAL 3.3).

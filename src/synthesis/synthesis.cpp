@@ -225,18 +225,19 @@ UtteranceAnimation renderPlan(const SynthesisPlan& plan, const SynthesisRequest&
   line.curves = vocalCurves(request.labels, request.tags, line.style);
 
   const std::vector<Stretch> stretches = stretchesOf(plan, line);
-  const std::vector<StretchMotion> captured = renderCaptured(stretches, line);
-  StretchMotion whole = fillWithCurves(stretches, captured, line);
+  StretchMotion whole = fillWithCurves(stretches, renderCaptured(stretches, line), line);
   if (wish.alone && wish.layered) whole = layerConsonants(std::move(whole), line);
   std::vector<std::string> warnings;
   const Seconds duration = line.times.back() + 1 / request.options.frame_rate_hz;
   const SpeechDials dials = withDials(request.options.dials, edits.dials, duration, warnings);
   std::size_t held = turnDials(dials, line, whole.positions_mm);
-  const PositionMatrix before = whole.positions_mm;
   CurveSet edited = withEdits(line.curves, usableEdits(edits.curves, duration, warnings));
   edited = withinLimits(std::move(edited), line.curves, warnings);
-  whole.positions_mm = withCurveEdits(std::move(whole.positions_mm), edited, line);
-  held += keepWithinReach(before, line, whole.positions_mm);
+  if (edited != line.curves) {
+    const PositionMatrix before = whole.positions_mm;
+    whole.positions_mm = withCurveEdits(std::move(whole.positions_mm), edited, line);
+    held += keepWithinReach(before, line, whole.positions_mm);
+  }
   if (held > 0)
     warnings.push_back(fmt::format("the dials or edits ask for more than a face can do in {} of {} frames: held there",
                                    std::min(held, line.times.size()), line.times.size()));

@@ -70,8 +70,6 @@ std::string_view heardAs(const LanguagePhone& phone) {
 constexpr const char* kWideBeam = "1e-300";
 /// No path is given up.
 constexpr const char* kNoBeam = "0";
-/// Without a beam every phone is kept in mind in every frame: about 100 bytes each.
-constexpr std::size_t kMostWithoutBeam = 10'000'000;
 
 Decoder makeDecoder(const std::filesystem::path& model, const Language& language, const char* beam) {
   static std::once_flag silenced;
@@ -220,9 +218,9 @@ Eigen::MatrixXd asColumns(const Cepstra& cepstra) {
 }
 
 /// Empty where no path through all words was kept.
-std::vector<DecodedPhone> decodeWith(ps_decoder_t* decoder, SenoneScorer& scorer, std::span<const std::int16_t> samples,
-                                     const WordWays& words, SpeechKind kind, const std::vector<bool>& codebooks,
-                                     const Pauses& pauses) {
+std::vector<DecodedPhone> decodeWith(ps_decoder_t* decoder, const PatientDecoder& patient, SenoneScorer& scorer,
+                                     std::span<const std::int16_t> samples, const WordWays& words, SpeechKind kind,
+                                     const std::vector<bool>& codebooks, const Pauses& pauses) {
   Cepstra cepstra = cepstraOf(decoder, samples);
   if (cepstra.empty()) return {};
   std::vector<std::size_t> kept;
@@ -235,8 +233,8 @@ std::vector<DecodedPhone> decodeWith(ps_decoder_t* decoder, SenoneScorer& scorer
   }
   const Eigen::MatrixXf features = featuresOf(decoder, cepstra);
   std::vector<DecodedPhone> phones;
-  if (kept.empty()) phones = hearInStretches(decoder, scorer, features, words, codebooks, pauses);
-  if (phones.empty()) {
+  if (kept.empty()) phones = hearInStretches(decoder, patient, scorer, features, words, codebooks, pauses);
+  if (phones.empty() && features.cols() <= kMostFramesAtOnce) {
     const Graph graph = makeGraph(decoder, words, pauses);
     const auto weighing = [&](Eigen::Index, Eigen::Index) { return Weighing{codebooks}; };
     phones = search(decoder, scorer, graph.get(), features, kept, weighing, FleetingSounds(scorer.model(), kept));
@@ -275,14 +273,18 @@ std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> sam
     state_->in_noise.emplace(std::make_shared<TiedModel>(adaptedToNoise(state_->scorer.model(), cepstra, codebooks)));
   SenoneScorer& scorer = state_->fittest();
   const Pauses pauses{state_->language.say != nullptr ? kForeignPause : 1.0F, price};
-  std::vector<DecodedPhone> phones = decodeWith(state_->decoder.get(), scorer, samples, words, kind, codebooks, pauses);
+  const PatientDecoder patient = [&] {
+    if (!state_->patient) state_->patient = makeDecoder(state_->model, state_->language, kNoBeam);
+    return state_->patient.get();
+  };
+  const auto decode_with = [&](ps_decoder_t* decoder) {
+    return decodeWith(decoder, patient, scorer, samples, words, kind, codebooks, pauses);
+  };
+  std::vector<DecodedPhone> phones = decode_with(state_->decoder.get());
   if (!phones.empty()) return phones;
-  // Words that hardly fit fall behind any beam.
-  const auto frames = static_cast<std::size_t>(asReal(samples.size()) / kDecoderSampleRateHz / kFrameStep);
-  const std::size_t phone_count = fewestPhones(words);
-  if (frames < phone_count || frames > kMostWithoutBeam / std::max<std::size_t>(1, phone_count)) return phones;
-  if (!state_->patient) state_->patient = makeDecoder(state_->model, state_->language, kNoBeam);
-  return decodeWith(state_->patient.get(), scorer, samples, words, kind, codebooks, pauses);
+  const auto frames = static_cast<Eigen::Index>(asReal(samples.size()) / kDecoderSampleRateHz / kFrameStep);
+  const auto phone_count = static_cast<std::int64_t>(fewestPhones(words));
+  return frames < phone_count || !isHeardWithoutBeam(frames, phone_count) ? phones : decode_with(patient());
 }
 
 namespace {

@@ -21,7 +21,8 @@ constexpr const char* kSilenceWord = "<sil>";
 /// The first phone of a word goes by a name of its own, so that the result tells where words begin.
 constexpr std::string_view kFirstSuffix = "_first";
 
-constexpr Eigen::Index kStretch = 3000, kLookAhead = 600, kPause = 20;  // frames
+// Frames of 10 ms. What the longest stretch hears is believed: a time that grows with the square allows no longer ones.
+constexpr Eigen::Index kStretch = 3000, kLongestStretch = 8 * kStretch, kLookAhead = 600, kPause = 20;
 
 /// As PocketSphinx counts.
 int count(const auto& list) { return static_cast<int>(list.size()); }
@@ -75,43 +76,76 @@ bool searchThrough(ps_decoder_t* decoder, ScoreStream& scores) {
 /// of a whole text grows with the square of its length.
 class StretchHearing {
  public:
-  StretchHearing(ps_decoder_t* decoder, SenoneScorer& scorer, const Eigen::MatrixXf& features, const WordWays& words,
-                 const std::vector<bool>& codebooks, const Pauses& pauses)
+  StretchHearing(ps_decoder_t* decoder, const PatientDecoder& patient, SenoneScorer& scorer,
+                 const Eigen::MatrixXf& features, const WordWays& words, const std::vector<bool>& codebooks,
+                 const Pauses& pauses)
       : decoder_(decoder),
+        patient_(patient),
         scorer_(scorer),
         features_(features),
         words_(words),
         codebooks_(codebooks),
         pauses_(pauses) {}
 
+  /// Where a stretch ends in no pause, it is heard anew twice as long; where the next one does not go on as it did,
+  /// too.
   std::vector<DecodedPhone> hear() {
-    std::vector<DecodedPhone> all, before;
-    Eigen::Index begin = 0;
-    std::size_t word = 0;
+    std::vector<Stretch> heard;
+    Stretch next;
     while (true) {
-      const bool is_last = features_.cols() - begin <= kStretch + kStretch / 2;
-      std::vector<DecodedPhone> stretch = hearFrom(begin, is_last ? features_.cols() - begin : kStretch, word, is_last);
-      if (stretch.empty() || !agree(before, stretch)) return {};
-      if (is_last) {
-        append(stretch, all);
-        return all;
+      const bool is_last = hearOut(next);
+      const bool was_longest = !heard.empty() && heard.back().frames >= kLongestStretch;
+      const bool is_believed =
+          !next.phones.empty() && (heard.empty() || was_longest || agree(heard.back().beyond, next.phones));
+      const std::size_t pause = is_believed && !is_last ? lastPause(next) : 0;
+      if (is_believed && is_last) {
+        heard.push_back(std::move(next));
+        return joined(heard);
       }
-      const std::size_t pause = lastPause(stretch, begin + kStretch - kLookAhead);
-      if (pause == 0) return {};
-      DecodedPhone& silence = stretch[pause];
-      const int half = silence.frames / 2;
-      before.assign(stretch.begin() + signedIndex(pause) + 1, stretch.end());
-      stretch.resize(pause + 1);
-      silence.score *= asReal(half) / silence.frames;
-      silence.frames = half;
-      begin = signedIndex(silence.first_frame) + half;
-      word += wordsIn(stretch);
-      append(stretch, all);
+      if (pause > 0) {
+        Stretch after = partAt(pause, next);
+        heard.push_back(std::exchange(next, std::move(after)));
+        continue;
+      }
+      if (!is_believed && !heard.empty() && !was_longest) {
+        next = std::move(heard.back());
+        heard.pop_back();
+      } else if (is_last || next.frames >= kLongestStretch) {
+        return {};
+      }
+      next.frames *= 2;
     }
   }
 
  private:
+  struct Stretch {
+    Eigen::Index begin = 0, frames = kStretch;
+    std::size_t word = 0;                      ///< its first
+    std::vector<DecodedPhone> phones, beyond;  ///< and those that lie behind the pause in which it ends
+  };
+
   static constexpr std::size_t kAgreed = 3;  // words
+
+  /// Whether `stretch` reaches to the end of the sound.
+  bool hearOut(Stretch& stretch) {
+    const Eigen::Index left = features_.cols() - stretch.begin;
+    const bool is_last = left <= stretch.frames + stretch.frames / 2;
+    if (is_last) stretch.frames = left;
+    stretch.phones = hearFrom(stretch.begin, stretch.frames, stretch.word, is_last);
+    return is_last;
+  }
+
+  /// What follows `stretch`, which ends in the middle of `pause` from now on.
+  static Stretch partAt(std::size_t pause, Stretch& stretch) {
+    DecodedPhone& silence = stretch.phones[pause];
+    const int half = silence.frames / 2;
+    stretch.beyond.assign(stretch.phones.begin() + signedIndex(pause) + 1, stretch.phones.end());
+    silence.score *= asReal(half) / silence.frames;
+    silence.frames = half;
+    const Eigen::Index end = signedIndex(silence.first_frame) + half;
+    stretch.phones.resize(pause + 1);
+    return {.begin = end, .word = stretch.word + wordsIn(stretch.phones), .phones = {}, .beyond = {}};
+  }
 
   /// The words from `word` on, not all unless `to_end`, in `count` frames from `begin` on.
   std::vector<DecodedPhone> hearFrom(Eigen::Index begin, Eigen::Index count, std::size_t word, bool to_end) {
@@ -125,7 +159,11 @@ class StretchHearing {
       const Graph graph = makeGraph(decoder_, std::span(words_).subspan(word, offered), pauses_, !to_end);
       const auto weighing = [&](Eigen::Index, Eigen::Index) { return Weighing{codebooks_}; };
       std::vector<DecodedPhone> phones = search(decoder_, scorer_, graph.get(), heard, {}, weighing);
-      const std::size_t found = wordsIn(phones);
+      std::size_t found = wordsIn(phones);
+      if ((to_end ? found != left : found == 0) && isHeardWithoutBeam(count, graph->n_state)) {
+        phones = search(patient_(), scorer_, graph.get(), heard, {}, weighing);
+        found = wordsIn(phones);
+      }
       if (to_end && found != left) return {};
       if (!to_end && found + kAgreed > offered && offered < left) continue;
       for (DecodedPhone& phone : phones) {
@@ -137,11 +175,16 @@ class StretchHearing {
     }
   }
 
-  /// The last silence that is long enough to be parted and ends by `frame`; 0: there is none.
-  static std::size_t lastPause(std::span<const DecodedPhone> phones, Eigen::Index frame) {
-    for (std::size_t i = phones.size(); i-- > 1;) {
-      if (phones[i].phone == Phone::kSil && phones[i].frames >= kPause &&
-          signedIndex(phones[i].first_frame) + phones[i].frames <= frame)
+  /// The last silence before a word that is long enough to be parted, in the longest stretch the last of all, and that
+  /// ends before words which might be heard otherwise if more followed; 0: there is none.
+  static std::size_t lastPause(const Stretch& stretch) {
+    const Eigen::Index shortest = stretch.frames < kLongestStretch ? kPause : 2;
+    bool leads_to_word = false;
+    for (std::size_t i = stretch.phones.size(); i-- > 1;) {
+      const DecodedPhone& phone = stretch.phones[i];
+      leads_to_word = leads_to_word || phone.opens_word;
+      if (leads_to_word && phone.phone == Phone::kSil && phone.frames >= shortest &&
+          signedIndex(phone.first_frame) + phone.frames <= stretch.begin + stretch.frames - kLookAhead)
         return i;
     }
     return 0;
@@ -161,18 +204,23 @@ class StretchHearing {
     return before.empty();
   }
 
-  /// A silence that was parted is one again.
-  static void append(std::span<const DecodedPhone> stretch, std::vector<DecodedPhone>& all) {
-    const bool goes_on = !all.empty() && stretch.front().phone == Phone::kSil;
-    if (goes_on) {
-      all.back().span.end = stretch.front().span.end;
-      all.back().frames += stretch.front().frames;
-      all.back().score += stretch.front().score;
+  /// Silences that were parted are one again.
+  static std::vector<DecodedPhone> joined(std::span<const Stretch> heard) {
+    std::vector<DecodedPhone> all;
+    for (const auto& [begin, frames, word, phones, beyond] : heard) {
+      const bool goes_on = !all.empty() && phones.front().phone == Phone::kSil;
+      if (goes_on) {
+        all.back().span.end = phones.front().span.end;
+        all.back().frames += phones.front().frames;
+        all.back().score += phones.front().score;
+      }
+      all.insert(all.end(), phones.begin() + (goes_on ? 1 : 0), phones.end());
     }
-    all.insert(all.end(), stretch.begin() + (goes_on ? 1 : 0), stretch.end());
+    return all;
   }
 
   ps_decoder_t* decoder_;
+  const PatientDecoder& patient_;
   SenoneScorer& scorer_;
   const Eigen::MatrixXf& features_;
   const WordWays& words_;
@@ -264,11 +312,16 @@ std::size_t wordsIn(std::span<const DecodedPhone> phones) {
       std::count_if(phones.begin(), phones.end(), [](const DecodedPhone& phone) { return phone.opens_word; }));
 }
 
-std::vector<DecodedPhone> hearInStretches(ps_decoder_t* decoder, SenoneScorer& scorer, const Eigen::MatrixXf& features,
-                                          const WordWays& words, const std::vector<bool>& codebooks,
-                                          const Pauses& pauses) {
+bool isHeardWithoutBeam(Eigen::Index frames, std::int64_t phones) {
+  constexpr std::int64_t kMost = 10'000'000;
+  return frames <= kMost / std::max<std::int64_t>(1, phones);
+}
+
+std::vector<DecodedPhone> hearInStretches(ps_decoder_t* decoder, const PatientDecoder& patient, SenoneScorer& scorer,
+                                          const Eigen::MatrixXf& features, const WordWays& words,
+                                          const std::vector<bool>& codebooks, const Pauses& pauses) {
   if (features.cols() <= 2 * kStretch) return {};
-  return StretchHearing(decoder, scorer, features, words, codebooks, pauses).hear();
+  return StretchHearing(decoder, patient, scorer, features, words, codebooks, pauses).hear();
 }
 
 }  // namespace mouthpiece

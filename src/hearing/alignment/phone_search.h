@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -50,12 +52,20 @@ std::vector<DecodedPhone> search(ps_decoder_t* decoder, SenoneScorer& scorer, fs
 
 std::size_t wordsIn(std::span<const DecodedPhone> phones);
 
+/// One that gives up no path, for words that hardly fit and fall behind any beam.
+using PatientDecoder = std::function<ps_decoder_t*()>;
+/// Whether there is room for that: without a beam every phone is kept in mind in every frame, about 100 bytes each.
+bool isHeardWithoutBeam(Eigen::Index frames, std::int64_t phones);
+
+/// The longest sound that is searched at once, in frames of 10 ms.
+inline constexpr Eigen::Index kMostFramesAtOnce = 60'000;
+
 /// The likeliest path through all `words`, stretch by stretch: PocketSphinx looks at all states of a graph in every
-/// frame, so that the time of a whole text grows with the square of its length. Empty where a sound is no longer than a
-/// minute, or where a stretch and the next one do not hear the words that both have at the same times: those may be
-/// anywhere.
-std::vector<DecodedPhone> hearInStretches(ps_decoder_t* decoder, SenoneScorer& scorer, const Eigen::MatrixXf& features,
-                                          const WordWays& words, const std::vector<bool>& codebooks,
-                                          const Pauses& pauses);
+/// frame, so that the time of a whole text grows with the square of its length. Where a stretch and the next one do not
+/// hear the words that both have at the same times, both are heard anew as one, up to four minutes. Empty where a sound
+/// is no longer than a minute, or where the words do not fit it.
+std::vector<DecodedPhone> hearInStretches(ps_decoder_t* decoder, const PatientDecoder& patient, SenoneScorer& scorer,
+                                          const Eigen::MatrixXf& features, const WordWays& words,
+                                          const std::vector<bool>& codebooks, const Pauses& pauses);
 
 }  // namespace mouthpiece

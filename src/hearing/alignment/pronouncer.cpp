@@ -199,7 +199,7 @@ Pronouncer& Pronouncer::operator=(Pronouncer&&) noexcept = default;
 
 std::vector<TranscriptWord> Pronouncer::wordsOf(std::string_view transcript) const {
   const auto is_known = [&](std::string_view word) { return !state_->fromLexicon(word).empty(); };
-  const std::string speakable = speakableText(transcript, state_->language, is_known);
+  const std::string speakable = speakableText(transcript, state_->language, is_known, kMaxTranscriptCharacters);
   if (state_->language.say != nullptr) return state_->wordsAsSaid(speakable);
   std::vector<TranscriptWord> words;
   for (const std::string& token : splitAt(speakable, ' ')) state_->addToken(words, token);

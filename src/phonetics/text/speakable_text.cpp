@@ -99,7 +99,8 @@ bool isSign(char32_t c) {
          (c >= 0xFF5F && c < 0xFF66) || (c >= 0xFFE0 && c <= 0xFFFF) || (c >= 0x1F000 && c < 0x1FB00);
 }
 
-std::vector<char32_t> decode(std::string_view text, std::size_t longest = kMaxSpokenCharacters) {
+/// Throws InputError for more than `longest` characters; `most` are those that a text may have.
+std::vector<char32_t> decode(std::string_view text, std::size_t longest, std::size_t most) {
   std::vector<char32_t> characters;
   for (std::size_t i = 0; i < text.size();) {
     const auto c = decodeUtf8(text, i);
@@ -107,9 +108,8 @@ std::vector<char32_t> decode(std::string_view text, std::size_t longest = kMaxSp
     // Full-width forms of ASCII.
     characters.push_back(*c >= 0xFF01 && *c <= 0xFF5E ? *c - 0xFF01 + '!' : *c);
     if (characters.size() > longest) {
-      throw InputError(
-          "text", "",
-          fmt::format("is longer than {} characters; expected a shorter line, or several", kMaxSpokenCharacters));
+      throw InputError("text", "",
+                       fmt::format("is longer than {} characters; expected a shorter line, or several", most));
     }
   }
   return characters;
@@ -274,10 +274,10 @@ std::vector<std::string> splitSentences(std::string_view speakable, std::size_t 
 }
 
 std::string speakableText(std::string_view text, const Language& language,
-                          const std::function<bool(std::string_view)>& is_known) {
+                          const std::function<bool(std::string_view)>& is_known, std::size_t most) {
   const TextRules& rules = language.text;
   const std::string joined = rules.any_letters && isUtf8(text) ? toNfc(text) : std::string(text);
-  const std::vector<char32_t> characters = decode(joined);
+  const std::vector<char32_t> characters = decode(joined, most, most);
   const std::size_t longest = rules.any_letters ? kLongestScriptWord : kLongestWord;
   std::string spoken = Speller(characters, rules).spell();  // refuses what cannot be read by its place in `text`
   if (rules.in_words == nullptr) {
@@ -290,8 +290,8 @@ std::string speakableText(std::string_view text, const Language& language,
     for (int reading = 0; reading < kMostReadings && spoken != before; ++reading) {
       before = spoken;
       // Blanks that cut long words make it a little longer.
-      const std::size_t most = reading == 0 ? kMaxSpokenCharacters : 2 * kMaxSpokenCharacters;
-      spoken = tidy(Speller(decode(rules.in_words(before, is_known), most), rules).spell(), longest);
+      const std::size_t readable = reading == 0 ? most : 2 * most;
+      spoken = tidy(Speller(decode(rules.in_words(before, is_known), readable, most), rules).spell(), longest);
     }
   }
   if (!hasWords(spoken)) {

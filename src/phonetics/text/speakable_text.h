@@ -10,7 +10,9 @@
 namespace mouthpiece {
 
 /// Longer lines are refused: about half an hour of speech.
-inline constexpr std::size_t kMaxSpokenCharacters = 20000;
+inline constexpr std::size_t kMaxSpokenCharacters = 20'000;
+/// What a recording says may be longer: an hour and a half of quick speech.
+inline constexpr std::size_t kMaxTranscriptCharacters = 100'000;
 
 /// `text` (UTF-8, hostile) as a voice of the language can say it. The result holds only ASCII letters, the language's
 /// own, digits, single blanks and . , ; : ! ? ' - $ " ( ), every word has a letter or a digit, and at most 40
@@ -20,9 +22,10 @@ inline constexpr std::size_t kMaxSpokenCharacters = 20000;
 ///   rules for them (docs/theory/phonetics/text.md), but for words of which `is_known` (may be empty) is true;
 /// - signs with a name are said (% & + = @, currencies), other signs and control characters are blanks.
 /// Throws InputError when there is nothing to say, for letters of another script (the first is named), broken UTF-8,
-/// and for more than kMaxSpokenCharacters.
+/// and for more than `most` characters.
 std::string speakableText(std::string_view text, const Language& language = english(),
-                          const std::function<bool(std::string_view)>& is_known = {});
+                          const std::function<bool(std::string_view)>& is_known = {},
+                          std::size_t most = kMaxSpokenCharacters);
 
 /// Cuts the result of speakableText after . ! ? ; : before a blank, and longer stretches at a blank, so that no piece
 /// is longer than `max_length` (at least 80). Pieces without a letter or digit are left out.

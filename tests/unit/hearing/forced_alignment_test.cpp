@@ -99,9 +99,9 @@ struct LongSound {
   Seconds sentence_s = 0;
   std::size_t sentence_words = 0;
 
-  LongSound(std::size_t times, Seconds silence_s) {
+  LongSound(std::size_t times, Seconds silence_s, const char* text = "four hours of steady work faced us") {
     constexpr std::size_t kStep = 160;  // samples of the decoder's 10 ms
-    SpokenLine line = makeVoice("flite:rms")->speak("four hours of steady work faced us");
+    SpokenLine line = makeVoice("flite:rms")->speak(text);
     line.audio.samples.resize((line.audio.samples.size() + kStep - 1) / kStep * kStep, 0.0F);
     sentence_s = line.audio.duration();
     audio = {line.audio.sample_rate_hz, {}};
@@ -141,6 +141,44 @@ TEST(ForcedAligner, WordsOfALongSoundMayAllBeAtItsEnd) {
   for (std::size_t i = 0; i < found.words.size(); i += sound.sentence_words)
     EXPECT_NEAR(found.spanOf(found.words[i].phones).start,
                 kSilence + sound.sentence_s * static_cast<double>(i / sound.sentence_words), 0.25);
+}
+
+/// A stretch of a long sound with more speech than its words, or with less, does not go on as the one before: the two
+/// are heard anew as one, and the rest is where it is.
+TEST(ForcedAligner, ALongTextThatLacksASentenceOrHasOneTooManyFitsAllElse) {
+  const LongSound sound(6, 0,
+                        "four hours of steady work faced us. a large size in stockings is hard to sell. the boy was "
+                        "there when the sun rose. a rod is used to catch pink salmon. the source of the huge river is "
+                        "the clear spring. kick the ball straight and follow through.");
+  ASSERT_GT(sound.audio.duration(), 61) << "s, or it is heard whole";
+  constexpr std::size_t kRound = 3, kSentence = 7;
+  const std::size_t changed = kRound * sound.sentence_words;
+  const auto word = [&](std::size_t i) { return sound.words.begin() + static_cast<std::ptrdiff_t>(i); };
+  std::vector<TranscriptWord> without(word(0), word(changed)), with = without;
+  without.insert(without.end(), word(changed + kSentence), sound.words.end());
+  with.insert(with.end(), word(kSentence), word(kSentence + 9));  // another sentence
+  with.insert(with.end(), word(changed), sound.words.end());
+  for (const std::vector<TranscriptWord>& words : {without, with}) {
+    const SpeechLabels found = ForcedAligner().align(sound.audio, words, "long").labels;
+    ASSERT_EQ(found.words.size(), words.size());
+    for (std::size_t round = 1; round < 6; ++round) {
+      if (round == kRound) continue;
+      const std::size_t first = round * sound.sentence_words + (round < kRound ? 0 : words.size() - sound.words.size());
+      EXPECT_NEAR(found.spanOf(found.words[first].phones).start - found.spanOf(found.words[0].phones).start,
+                  static_cast<double>(round) * sound.sentence_s, 0.25)
+          << round;
+    }
+  }
+}
+
+/// No beam keeps a path through a whole sentence that nobody says, even where it is the last of many.
+TEST(ForcedAligner, ALongTextMayEndInASentenceThatNobodySays) {
+  const LongSound sound(48, 0);
+  std::vector<TranscriptWord> words = sound.words;
+  for (int i = 0; i < 2; ++i) words.insert(words.end(), sound.words.begin(), sound.words.begin() + 7);
+  const ForcedAlignment found = ForcedAligner().align(sound.audio, words, "long");
+  EXPECT_EQ(found.labels.words.size(), words.size());
+  EXPECT_FALSE(found.doubtfulWords().empty());
 }
 
 TEST(ForcedAligner, TriesEveryWayAndAllowsPauses) {

@@ -62,6 +62,12 @@ TEST(SpeakableText, RefusesNothingToSayBrokenBytesAndEndlessText) {
   EXPECT_EQ(errorOf([] { speakableText(std::string(kMaxSpokenCharacters + 1, 'a')); }),
             "text: is longer than 20000 characters; expected a shorter line, or several");
   EXPECT_NO_THROW(speakableText(std::string(kMaxSpokenCharacters, 'a')));
+  const auto transcript = [](std::size_t characters) {
+    return speakableText(std::string(characters, 'a'), english(), {}, kMaxTranscriptCharacters);
+  };
+  EXPECT_NO_THROW(transcript(kMaxTranscriptCharacters));
+  EXPECT_EQ(errorOf([&] { transcript(kMaxTranscriptCharacters + 1); }),
+            "text: is longer than 100000 characters; expected a shorter line, or several");
 }
 
 TEST(SpeakableText, BreaksUpEndlessWordsAndRowsOfSigns) {
