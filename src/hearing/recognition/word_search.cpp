@@ -6,6 +6,7 @@
 #include <sphinxbase/fsg_model.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <map>
 #include <mutex>
@@ -18,6 +19,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// How much the language model counts against the sound; PocketSphinx' usual 6.5 finds fewer words
+/// (docs/theory/hearing/recognition.md#the-search-for-words).
+constexpr const char* kLanguageWeight = "5";
+/// A path of a book that is this much less likely than the best of its frame is given up: with PocketSphinx' own beams
+/// none of a short book's may come to its end.
+constexpr double kBookBeam = 1e-80, kBookWordBeam = 1e-60;
 /// Another order than the lines' at a word's end, and the end of all.
 constexpr double kOtherOrder = 0.05, kEnds = 0.1;
 constexpr std::size_t kMostBookWords = 5000;
@@ -37,6 +44,27 @@ fs::path modelFolder() { return MOUTHPIECE_SPHINX_MODELS; }
 fs::path wordModel(const Language& language) {
   return modelFolder() / (std::string(language.acoustic_model) + ".lm.bin");
 }
+
+/// Other beams for the searches that a decoder makes while this lives: each keeps those it is made with.
+class SearchBeams {
+ public:
+  SearchBeams(cmd_ln_t* config, double beam, double word_beam) : config_(config) {
+    for (std::size_t i = 0; i < kNames.size(); ++i) {
+      usual_[i] = cmd_ln_float_r(config, kNames[i]);
+      cmd_ln_set_float_r(config, kNames[i], i == 0 ? word_beam : beam);
+    }
+  }
+  ~SearchBeams() {
+    for (std::size_t i = 0; i < kNames.size(); ++i) cmd_ln_set_float_r(config_, kNames[i], usual_[i]);
+  }
+  SearchBeams(const SearchBeams&) = delete;
+  SearchBeams& operator=(const SearchBeams&) = delete;
+
+ private:
+  static constexpr std::array<const char*, 3> kNames{"-wbeam", "-beam", "-pbeam"};
+  cmd_ln_t* config_;
+  std::array<double, 3> usual_{};
+};
 
 }  // namespace
 
@@ -61,10 +89,10 @@ WordSearch::WordSearch(const Language& language) : state_(std::make_unique<State
   static std::once_flag silenced;
   std::call_once(silenced, [] { err_set_logfp(nullptr); });
   const fs::path acoustic = modelFolder() / language.acoustic_model, words = modelFolder() / language.dictionary;
-  // Every frame is kept, so that times stay; the second pass over the words costs as much as the first and is left out.
+  // Every frame is kept, so that times stay.
   const std::unique_ptr<cmd_ln_t, SearchConfigDeleter> config(
       cmd_ln_init(nullptr, ps_args(), TRUE, "-hmm", acoustic.c_str(), "-dict", words.c_str(), "-remove_silence", "no",
-                  "-dither", "no", "-fwdflat", "no", "-ds", "2", "-maxhmmpf", "3000", "-maxwpf", "10", nullptr));
+                  "-dither", "no", "-lw", kLanguageWeight, "-maxhmmpf", "3000", "-maxwpf", "10", nullptr));
   state_->decoder.reset(config ? ps_init(config.get()) : nullptr);
   state_->model = wordModel(language).string();
   if (!state_->decoder) throw InputError(acoustic.string(), "", "is no acoustic model that PocketSphinx can read");
@@ -157,6 +185,7 @@ void WordSearch::setBook(const PhraseBook& book) {
   glist_free(fsg_model_null_trans_closure(graph.get(), nullptr));
   graph->start_state = kStart;
   graph->final_state = final_state;
+  const SearchBeams beams(ps_get_config(decoder), kBookBeam, kBookWordBeam);
   state_->has_book = ps_set_fsg(decoder, "book", graph.get()) >= 0;
 }
 

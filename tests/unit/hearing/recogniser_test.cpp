@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <random>
 #include <set>
+#include <sstream>
+#include <string>
 
 #include "hearing/recognition/sound_search.h"
 #include "support/error_of.h"
@@ -107,6 +110,27 @@ TEST(Recogniser, HearsWordsThatAreHinted) {
   EXPECT_EQ(heard.text, "the birch canoe slid on the smooth planks");
   EXPECT_EQ(heard.confidence.size(), heard.labels.phones.size());
   expectConsistent(heard.labels);
+}
+
+/// A short book's only path is kept to its end, however little a noisy stretch fits it on the way.
+TEST(Recogniser, FindsHintedLinesInNoise) {
+  const auto voice = makeVoice("flite:slt");
+  WordSearch search(english());
+  for (const char* line : {"the children were playing in the garden", "we heard a strange noise in the basement",
+                           "turn left at the second traffic light", "my computer keeps crashing for no reason"}) {
+    AudioClip sound = resampleAudio(voice->speak(line).audio, 16000);
+    const AudioClip hiss = noise(sound.duration(), static_cast<float>(0.1 * std::sqrt(meanSquare(sound))));
+    for (std::size_t i = 0; i < sound.samples.size(); ++i) sound.samples[i] += hiss.samples[i];
+    const std::vector<std::int16_t> samples = heardOf(sound);
+    const TimeSpan said = findSpeech(samples).front().span;
+    const auto first = static_cast<std::size_t>(16000 * said.start), end = static_cast<std::size_t>(16000 * said.end);
+    PhraseBook book;
+    std::istringstream words(line);
+    book.lines.emplace_back(std::istream_iterator<std::string>(words), std::istream_iterator<std::string>());
+    search.setBook(book);
+    EXPECT_FALSE(search.hearBook(std::span(samples).subspan(first, std::min(end, samples.size()) - first)).empty())
+        << line;
+  }
 }
 
 TEST(Recogniser, HearsPhonesWithoutWords) {
