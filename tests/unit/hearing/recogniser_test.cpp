@@ -179,6 +179,17 @@ TEST(Recogniser, HearsAStretchAlikeAnywhere) {
   EXPECT_EQ(twice.stretches.size(), 2 * once.stretches.size());
 }
 
+/// Of a voice that nothing was fitted to, whose phones fit better than its words do.
+TEST(Recogniser, TakesWordsOfUnknownSpeakers) {
+  const auto recogniser = makeRecogniser({.as = HearAs::kAuto, .hint = {}});
+  const auto voice = makeVoice("flite:kal16");
+  for (const char* text : {"we need to change the sheets on the bed", "the teacher gave us too much homework",
+                           "my grandmother makes the best apple pie"}) {
+    const AudioClip line = resampleAudio(voice->speak(text).audio, 16000);
+    EXPECT_EQ(recogniser->hear(joined({quiet(0.25), line, quiet(0.25)}), "line").text, text);
+  }
+}
+
 bool isDoubted(const HeardSpeech& heard) {
   return std::any_of(heard.warnings.begin(), heard.warnings.end(),
                      [](const std::string& warning) { return warning.starts_with("what was heard is doubtful"); });
