@@ -48,6 +48,7 @@ struct PhoneEar::State {
 
 PhoneEar::PhoneEar(const Language& language) : state_(std::make_unique<State>(language)) {}
 PhoneEar::~PhoneEar() = default;
+bool PhoneEar::knowsSpeaker() const { return state_->is_speaker; }
 
 std::vector<std::int16_t> samplesToHear(const AudioClip& audio) {
   if (audio.sample_rate_hz != kDecoderSampleRateHz) return samplesToHear(resampleAudio(audio, kDecoderSampleRateHz));

@@ -35,6 +35,8 @@ class PhoneEar {
   /// Rows: phones by their number; a column every 10 ms, from 8 ms on. samples: 16 kHz. A noisy sound is heard by the
   /// model in its noise (adaptedToNoise).
   Eigen::MatrixXf posteriors(std::span<const std::int16_t> samples);
+  /// Whether the sound that posteriors() heard last was taken to be the learnt speaker's.
+  [[nodiscard]] bool knowsSpeaker() const;
 
   /// Hears a sound that goes on; `begins`: with these samples. Returns how many frames of 10 ms were heard since it
   /// began: a frame is heard 56 ms after it begins. The level is that of the last seconds of speech: `is_speech` says

@@ -24,14 +24,22 @@ constexpr Seconds kEarStep = 0.010, kEarShift = 0.008;
 /// hint or a corpus do at less, and are taken before others that fit a little better. Where they surely fit no others
 /// are looked for (docs/theory/hearing/recognition.md).
 constexpr double kWordsFit = 0.40, kBookFits = 0.25, kBookBonus = 1.15, kSurelyFits = 0.70;
-/// Words of the language model fit this share of what the phones do that are heard without them, or the phones are
-/// taken: an ear that knows the speaker hears phones better than words that do not.
+/// Where the speaker is known, words of the language model fit this share of what the phones do that are heard without
+/// them, or the phones are taken: an ear that knows the speaker hears phones better than words that do not.
 constexpr double kWordsAgainstPhones = 0.85;
+/// Of who is not known even words that are wrong in part tell more than phones that are heard without them: words of
+/// the language model are taken where they have these odds as a transcript's (logarithm, mean).
+constexpr double kWordsBelieved = 3.0;
 /// A word's phones weigh so much against what is heard without it, where it fits as words that are taken do.
 constexpr double kWordWeight = 0.8;
-/// The logarithm of the odds that much of a stretch is heard wrongly (docs/theory/hearing/recognition.md#how-sure): by
-/// how far the likeliest words' phones lie from those heard without words, and how far the words are believed; where no
-/// words are looked for, by how well the phones fit and the share of the stretch that they take.
+/// The logarithm of the odds that much of a stretch is heard wrongly (docs/theory/hearing/recognition.md#how-sure).
+/// Words of the language model: by how far they are believed, and how sure of them the model and the search are.
+/// Others, and phones in place of words: by how far the likeliest words' phones lie from those heard without words, and
+/// how far the words are believed; where no words are looked for, by how well the phones fit and the share that they
+/// take.
+double oddsOfModelWords(double believed, const FoundWords& found) {
+  return -2.34 - 0.802 * believed - 0.922 * found.usual - 1.024 * found.posterior;
+}
 double oddsOfWords(double apart, double believed) { return -0.393 + 5.69 * apart - 0.747 * believed; }
 double oddsOfPhones(double fit, double share) { return 25.84 - 27.22 * fit - 4.90 * share; }
 /// A word is neither believed nor doubted further than by these odds.
@@ -88,6 +96,8 @@ class SoundRecogniser : public Recogniser {
                                     const Eigen::MatrixXf& posteriors);
   [[nodiscard]] double fitOf(Phone phone, const TimeSpan& span, const Eigen::MatrixXf& posteriors) const;
   [[nodiscard]] PhonesFit fitOfPhones(const Eigen::MatrixXf& posteriors) const;
+  /// Whether words of the language model are taken, not the phones that are heard without them.
+  [[nodiscard]] bool areLikely(const WordsHeard& words, const PhonesFit& phones) const;
   void hearStretch(std::span<const std::int16_t> samples, Seconds start, Collected& all);
   void collect(const WordsHeard& words, Seconds start, Collected& all) const;
   void collectPhones(Eigen::MatrixXf posteriors, const WordsHeard* words, Seconds start, Collected& all) const;
@@ -260,21 +270,31 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   AudioClip clip{kEarRateHz, {}};
   for (const std::int16_t sample : samples) clip.samples.push_back(static_cast<float>(sample) / 32768.0F);
   std::optional<WordsHeard> best;
+  std::optional<FoundWords> found;
   if (has_book_) best = wordsAs(search_->hearBook(samples), clip, posteriors);
-  bool is_of_book = best.has_value();
   if (!best || best->fit < kSurelyFits) {
-    std::optional<WordsHeard> any = wordsAs(search_->hear(samples), clip, posteriors);
+    FoundWords any_found = search_->hear(samples);
+    std::optional<WordsHeard> any = wordsAs(any_found.words, clip, posteriors);
     if (any && (!best || any->fit > kBookBonus * best->fit)) {
       best = std::move(any);
-      is_of_book = false;
+      found = std::move(any_found);
     }
   }
-  all.odds_s += length * (best ? oddsOfWords(apart(best->alignment.labels, phones.row), best->word_odds)
-                               : oddsOfWords(1, std::log(kLeastBelieved)));
-  const double needed = is_of_book ? kBookFits : std::max(kWordsFit, kWordsAgainstPhones * phones.fit);
-  const bool is_likely = best && best->fit >= needed && (is_of_book || best->believed >= kDoubtfulConfidence);
-  if (best && (options_.as == HearAs::kWords || is_likely)) return collect(*best, start, all);
+  const bool is_likely = best && (found ? areLikely(*best, phones) : best->fit >= kBookFits);
+  const bool are_words = best && (options_.as == HearAs::kWords || is_likely);
+  if (are_words && found) {
+    all.odds_s += length * oddsOfModelWords(best->word_odds, *found);
+  } else {
+    all.odds_s += length * (best ? oddsOfWords(apart(best->alignment.labels, phones.row), best->word_odds)
+                                 : oddsOfWords(1, std::log(kLeastBelieved)));
+  }
+  if (are_words) return collect(*best, start, all);
   collectPhones(posteriors, best ? &*best : nullptr, start, all);
+}
+
+bool SoundRecogniser::areLikely(const WordsHeard& words, const PhonesFit& phones) const {
+  if (!ear_.knowsSpeaker()) return words.word_odds >= kWordsBelieved;
+  return words.fit >= std::max(kWordsFit, kWordsAgainstPhones * phones.fit) && words.believed >= kDoubtfulConfidence;
 }
 
 void SoundRecogniser::warn(const Collected& all, HeardSpeech& heard) const {

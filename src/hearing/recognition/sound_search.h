@@ -28,6 +28,14 @@ struct PhraseBook {
   std::vector<std::pair<std::string, std::vector<Phone>>> more;
 };
 
+/// Words that were found, and how sure the search for them is.
+struct FoundWords {
+  std::vector<std::string> words;
+  /// Mean natural logarithms: each word's probability among all that the search kept, and the language model's own of
+  /// each word, and of the end, after the two before.
+  double posterior = 0, usual = 0;
+};
+
 /// PocketSphinx' search for words. Not thread-safe.
 class WordSearch {
  public:
@@ -39,7 +47,7 @@ class WordSearch {
   static bool isAvailable(const Language& language);
 
   /// The likeliest words of the language in a sound of 16 kHz, by its language model.
-  std::vector<std::string> hear(std::span<const std::int16_t> samples);
+  FoundWords hear(std::span<const std::int16_t> samples);
 
   /// The likeliest words of a book. Kept for hearIn().
   void setBook(const PhraseBook& book);

@@ -4,11 +4,14 @@
 #include <pocketsphinx.h>
 #include <sphinxbase/err.h>
 #include <sphinxbase/fsg_model.h>
+#include <sphinxbase/ngram_model.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <utility>
 
 #include "base/errors.h"
 #include "base/index.h"
@@ -18,9 +21,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// How much the language model counts against the sound; PocketSphinx' usual 6.5 finds fewer words
+/// (docs/theory/hearing/recognition.md#the-search-for-words).
+constexpr const char* kLanguageWeight = "5";
+/// A path of a book that is this much less likely than the best of its frame is given up: with PocketSphinx' own beams
+/// none of a short book's may come to its end.
+constexpr double kBookBeam = 1e-80, kBookWordBeam = 1e-60;
 /// Another order than the lines' at a word's end, and the end of all.
 constexpr double kOtherOrder = 0.05, kEnds = 0.1;
 constexpr std::size_t kMostBookWords = 5000;
+/// A word's posterior counts down to here, natural logarithm.
+constexpr double kLeastPosterior = -8;
 
 struct SearchConfigDeleter {
   void operator()(cmd_ln_t* config) const { cmd_ln_free_r(config); }
@@ -37,6 +48,27 @@ fs::path modelFolder() { return MOUTHPIECE_SPHINX_MODELS; }
 fs::path wordModel(const Language& language) {
   return modelFolder() / (std::string(language.acoustic_model) + ".lm.bin");
 }
+
+/// Other beams for the searches that a decoder makes while this lives: each keeps those it is made with.
+class SearchBeams {
+ public:
+  SearchBeams(cmd_ln_t* config, double beam, double word_beam) : config_(config) {
+    for (std::size_t i = 0; i < kNames.size(); ++i) {
+      usual_[i] = cmd_ln_float_r(config, kNames[i]);
+      cmd_ln_set_float_r(config, kNames[i], i == 0 ? word_beam : beam);
+    }
+  }
+  ~SearchBeams() {
+    for (std::size_t i = 0; i < kNames.size(); ++i) cmd_ln_set_float_r(config_, kNames[i], usual_[i]);
+  }
+  SearchBeams(const SearchBeams&) = delete;
+  SearchBeams& operator=(const SearchBeams&) = delete;
+
+ private:
+  static constexpr std::array<const char*, 3> kNames{"-wbeam", "-beam", "-pbeam"};
+  cmd_ln_t* config_;
+  std::array<double, 3> usual_{};
+};
 
 }  // namespace
 
@@ -61,10 +93,10 @@ WordSearch::WordSearch(const Language& language) : state_(std::make_unique<State
   static std::once_flag silenced;
   std::call_once(silenced, [] { err_set_logfp(nullptr); });
   const fs::path acoustic = modelFolder() / language.acoustic_model, words = modelFolder() / language.dictionary;
-  // Every frame is kept, so that times stay; the second pass over the words costs as much as the first and is left out.
+  // Every frame is kept, so that times stay.
   const std::unique_ptr<cmd_ln_t, SearchConfigDeleter> config(
       cmd_ln_init(nullptr, ps_args(), TRUE, "-hmm", acoustic.c_str(), "-dict", words.c_str(), "-remove_silence", "no",
-                  "-dither", "no", "-fwdflat", "no", "-ds", "2", "-maxhmmpf", "3000", "-maxwpf", "10", nullptr));
+                  "-dither", "no", "-lw", kLanguageWeight, "-maxhmmpf", "3000", "-maxwpf", "10", nullptr));
   state_->decoder.reset(config ? ps_init(config.get()) : nullptr);
   state_->model = wordModel(language).string();
   if (!state_->decoder) throw InputError(acoustic.string(), "", "is no acoustic model that PocketSphinx can read");
@@ -74,20 +106,39 @@ WordSearch::~WordSearch() = default;
 
 namespace {
 
-/// "are(2)" is "are"; fillers are no words.
-std::vector<std::string> wordsFound(ps_decoder_t* decoder) {
-  std::vector<std::string> words;
-  if (ps_get_hyp(decoder, nullptr) == nullptr) return words;
+/// "are(2)" is "are"; fillers are no words. Without their probability after each other.
+FoundWords wordsFound(ps_decoder_t* decoder) {
+  FoundWords found;
+  if (ps_get_hyp(decoder, nullptr) == nullptr) return found;
   for (ps_seg_t* segment = ps_seg_iter(decoder); segment != nullptr; segment = ps_seg_next(segment)) {
     std::string word = ps_seg_word(segment);
     word.resize(std::min(word.find('('), word.size()));
-    if (!word.empty() && word.front() != '<' && word.front() != '[' && word.front() != '+')
-      words.push_back(std::move(word));
+    if (word.empty() || word.front() == '<' || word.front() == '[' || word.front() == '+') continue;
+    found.posterior += std::max(
+        kLeastPosterior, logmath_log_to_ln(ps_get_logmath(decoder), ps_seg_prob(segment, nullptr, nullptr, nullptr)));
+    found.words.push_back(std::move(word));
   }
-  return words;
+  found.posterior /= std::max(1.0, asReal(found.words.size()));
+  return found;
 }
 
-std::vector<std::string> searchWords(ps_decoder_t* decoder, const char* name, std::span<const std::int16_t> samples) {
+/// FoundWords::usual of a row of words.
+double usualIn(ngram_model_t* model, logmath_t* logarithms, const std::vector<std::string>& words) {
+  int32 last = ngram_wid(model, "<s>"), before_last = NGRAM_INVALID_WID, used = 0;
+  double sum = 0;
+  const auto add = [&](const std::string& word) {
+    std::array<int32, 2> history{last, before_last};
+    const int32 id = ngram_wid(model, word.c_str());
+    const int32 count = before_last == NGRAM_INVALID_WID ? 1 : 2;
+    sum += logmath_log_to_ln(logarithms, ngram_ng_prob(model, id, history.data(), count, &used));
+    before_last = std::exchange(last, id);
+  };
+  std::for_each(words.begin(), words.end(), add);
+  add("</s>");
+  return sum / asReal(words.size() + 1);
+}
+
+FoundWords searchWords(ps_decoder_t* decoder, const char* name, std::span<const std::int16_t> samples) {
   const bool is_heard = ps_set_search(decoder, name) >= 0 && ps_start_utt(decoder) >= 0 &&
                         ps_process_raw(decoder, samples.data(), samples.size(), FALSE, TRUE) >= 0 &&
                         ps_end_utt(decoder) >= 0;
@@ -97,13 +148,16 @@ std::vector<std::string> searchWords(ps_decoder_t* decoder, const char* name, st
 
 }  // namespace
 
-std::vector<std::string> WordSearch::hear(std::span<const std::int16_t> samples) {
+FoundWords WordSearch::hear(std::span<const std::int16_t> samples) {
+  ps_decoder_t* decoder = state_->decoder.get();
   if (!state_->has_model) {
-    if (ps_set_lm_file(state_->decoder.get(), "language", state_->model.c_str()) < 0)
+    if (ps_set_lm_file(decoder, "language", state_->model.c_str()) < 0)
       throw InputError(state_->model, "", "is no language model that PocketSphinx can read");
     state_->has_model = true;
   }
-  return searchWords(state_->decoder.get(), "language", samples);
+  FoundWords found = searchWords(decoder, "language", samples);
+  found.usual = usualIn(ps_get_lm(decoder, "language"), ps_get_logmath(decoder), found.words);
+  return found;
 }
 
 void WordSearch::setBook(const PhraseBook& book) {
@@ -157,12 +211,13 @@ void WordSearch::setBook(const PhraseBook& book) {
   glist_free(fsg_model_null_trans_closure(graph.get(), nullptr));
   graph->start_state = kStart;
   graph->final_state = final_state;
+  const SearchBeams beams(ps_get_config(decoder), kBookBeam, kBookWordBeam);
   state_->has_book = ps_set_fsg(decoder, "book", graph.get()) >= 0;
 }
 
 std::vector<std::string> WordSearch::hearBook(std::span<const std::int16_t> samples) {
   if (!state_->has_book) return {};
-  return searchWords(state_->decoder.get(), "book", samples);
+  return searchWords(state_->decoder.get(), "book", samples).words;
 }
 
 }  // namespace mouthpiece

@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <random>
 #include <set>
+#include <sstream>
+#include <string>
 
 #include "hearing/recognition/sound_search.h"
 #include "support/error_of.h"
@@ -109,6 +112,27 @@ TEST(Recogniser, HearsWordsThatAreHinted) {
   expectConsistent(heard.labels);
 }
 
+/// A short book's only path is kept to its end, however little a noisy stretch fits it on the way.
+TEST(Recogniser, FindsHintedLinesInNoise) {
+  const auto voice = makeVoice("flite:slt");
+  WordSearch search(english());
+  for (const char* line : {"the children were playing in the garden", "we heard a strange noise in the basement",
+                           "turn left at the second traffic light", "my computer keeps crashing for no reason"}) {
+    AudioClip sound = resampleAudio(voice->speak(line).audio, 16000);
+    const AudioClip hiss = noise(sound.duration(), static_cast<float>(0.1 * std::sqrt(meanSquare(sound))));
+    for (std::size_t i = 0; i < sound.samples.size(); ++i) sound.samples[i] += hiss.samples[i];
+    const std::vector<std::int16_t> samples = heardOf(sound);
+    const TimeSpan said = findSpeech(samples).front().span;
+    const auto first = static_cast<std::size_t>(16000 * said.start), end = static_cast<std::size_t>(16000 * said.end);
+    PhraseBook book;
+    std::istringstream words(line);
+    book.lines.emplace_back(std::istream_iterator<std::string>(words), std::istream_iterator<std::string>());
+    search.setBook(book);
+    EXPECT_FALSE(search.hearBook(std::span(samples).subspan(first, std::min(end, samples.size()) - first)).empty())
+        << line;
+  }
+}
+
 TEST(Recogniser, HearsPhonesWithoutWords) {
   const auto recogniser = makeRecogniser({.as = HearAs::kPhones, .hint = {}});
   const HeardSpeech heard = recogniser->hear(spoken("papa may buy my maps"), "line");
@@ -153,6 +177,17 @@ TEST(Recogniser, HearsAStretchAlikeAnywhere) {
   };
   EXPECT_NEAR(static_cast<double>(2 * said(once)), static_cast<double>(said(twice)), 2);
   EXPECT_EQ(twice.stretches.size(), 2 * once.stretches.size());
+}
+
+/// Of a voice that nothing was fitted to, whose phones fit better than its words do.
+TEST(Recogniser, TakesWordsOfUnknownSpeakers) {
+  const auto recogniser = makeRecogniser({.as = HearAs::kAuto, .hint = {}});
+  const auto voice = makeVoice("flite:kal16");
+  for (const char* text : {"we need to change the sheets on the bed", "the teacher gave us too much homework",
+                           "my grandmother makes the best apple pie"}) {
+    const AudioClip line = resampleAudio(voice->speak(text).audio, 16000);
+    EXPECT_EQ(recogniser->hear(joined({quiet(0.25), line, quiet(0.25)}), "line").text, text);
+  }
 }
 
 bool isDoubted(const HeardSpeech& heard) {
