@@ -31,9 +31,12 @@ constexpr double kSeenDeep = 0.2;    ///< lips are looked at no further behind t
 constexpr double kMeetInto = 0.002;  ///< lips that shall touch are brought so far into each other
 /// What is further apart, or further in each other, is not moved the whole way, and from `kTooFar` on not at all.
 constexpr double kMeetWhole = 0.03, kTooFar = 0.1;
+constexpr double kShutFrom = 0.6;  ///< lips that are shut by less are not brought together: they come fast enough
 constexpr double kSoftly = 0.004;  ///< places of a section that are further apart by this count for a third
 /// Across the mouth: so near to its corners the lips are one surface that folds, and from here on they are two.
 constexpr double kAtEnds = 0.08, kOffEnds = 0.18;
+/// What is so far from the one lip as from the other, by shares of both ways, is of neither unless it is at the rims.
+constexpr double kOfBoth = 0.1, kAtRim = 0.05;
 constexpr double kGives = 0.015;    ///< of what is wanted, against movement
 constexpr double kStays = 0.05;     ///< weight of a section in which nothing is wanted
 constexpr double kCounted = 0.001;  ///< places of a section that weigh less are left out
@@ -71,6 +74,7 @@ struct LipMeeting::Data {
   float first = 0, pitch = 1;  ///< of the sections, across
   Vector3f across = Vector3f::UnitX(), forward = Vector3f::UnitZ();
   std::array<std::vector<Triangle>, 2> lips;  ///< the upper one's near its rim, the lower one's
+  std::vector<Triangle> walls;                ///< the mouth's, beside its corners: of both lips or neither
   std::vector<int> row_of;                    ///< of each vertex: its row in `ways`, -1: it stays
   std::vector<std::uint32_t> vertices;        ///< of each row
   PlaneRows ways;                             ///< how far up each vertex goes by a unit of each section's movement
@@ -192,12 +196,16 @@ void LipMeeting::Data::takeLips(const FaceMesh& mesh, const ControlMesh& control
       lower += topology.lowerShare(v) / 3;
       is_lip = is_lip && binding.patch[v] >= 0;
     }
-    if (is_lip) lips[lower > 0.5 ? 1 : 0].push_back(t);
+    if (!is_lip) continue;
+    const bool is_wall = std::abs(lower - 0.5) < kOfBoth && std::none_of(t.begin(), t.end(), [&](std::uint32_t v) {
+                           return distanceToLine(pointAt(mesh.vertices, v), rim) < kAtRim * width;
+                         });
+    (is_wall ? walls : lips[lower > 0.5 ? 1 : 0]).push_back(t);
   }
   row_of.assign(mesh.vertexCount(), -1);
   std::set<std::uint32_t> moved;
-  for (const auto& lip : lips) {
-    for (const Triangle& t : lip) {
+  for (const auto* triangles : {&lips[0], &lips[1], &walls}) {
+    for (const Triangle& t : *triangles) {
       for (const std::uint32_t v : t) {
         if (is_near[v]) moved.insert(v);
       }
@@ -212,8 +220,8 @@ void LipMeeting::Data::takeLips(const FaceMesh& mesh, const ControlMesh& control
 /// What a movement costs: itself, and what neighbours move differently.
 Eigen::SparseMatrix<double> LipMeeting::Data::stiffness(const VertexPositions& rest) const {
   std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
-  for (const auto& lip : lips) {
-    for (const Triangle& t : lip) {
+  for (const auto* triangles : {&lips[0], &lips[1], &walls}) {
+    for (const Triangle& t : *triangles) {
       for (std::size_t k = 0; k < 3; ++k) edges.emplace(std::minmax(t[k], t[(k + 1) % 3]));
     }
   }
@@ -297,7 +305,8 @@ void LipMeeting::meet(const std::array<float, kLipColumns>& shut, double near, f
       const double moves = smoothStep(kAtEnds, kOffEnds, std::min(across, 1 - across)) *
                            (1 - smoothStep(kMeetWhole, kTooFar, std::abs(gap) / width));
       double further = 0;
-      if (gap > -into) further = -double{shut[s * kLipColumns / kPlanes]} * moves * (gap + into);
+      if (gap > -into)
+        further = -smoothStep(kShutFrom, 1, double{shut[s * kLipColumns / kPlanes]}) * moves * (gap + into);
       if (crosses > 0) further = near * moves * crosses;
       most = std::max(most, std::abs(further));
       const double counts = kStays + (1 - kStays) * std::min(1.0, std::abs(further) / into);

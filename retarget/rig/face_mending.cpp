@@ -111,7 +111,8 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
                          {true, LipLevelling::Options{}, false, true},
                          {true, LipLevelling::Options{}},
                          {true, kLevelledHarder, true}}) {
-    if ((way.levels || way.meets) && !meetWrongly(judged)) break;
+    const bool goes_on = meetWrongly(judged) || (way.meets && face.binding.meets);
+    if ((way.levels || way.meets) && !goes_on) break;
     const std::vector<bool> held = way.holds_rims ? rims : std::vector<bool>();
     FaceFile tried = given;
     FaceBinding binding = is_whole ? given.binding : weldedBinding(given.binding, welding);
