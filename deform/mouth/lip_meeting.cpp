@@ -8,8 +8,10 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <string>
 #include <vector>
 
+#include "base/errors.h"
 #include "base/index.h"
 #include "base/smooth_step.h"
 #include "deform/mesh/face_mesh.h"
@@ -265,9 +267,13 @@ LipMeeting::LipMeeting(const FaceMesh& mesh, const VertexPositions& closed, cons
                        const FaceBinding& binding) {
   auto data = std::make_unique<Data>();
   data->width = control.mouth_width;
-  const Vector3d right = control.rest.row(findPoint(control, "LIP_CORNER_R")).transpose(),
-                 left = control.rest.row(findPoint(control, "LIP_CORNER_L")).transpose();
-  const Vector3d to_left = left - right, up = Vector3d::UnitY(), across = (to_left - to_left.y() * up).normalized();
+  const auto place = [&](const std::string& name) -> Vector3d {
+    const int point = findPoint(control, name);
+    if (point < 0) throw InputError("found no point " + name + " on the control surface; expected lips that meet");
+    return control.rest.row(point).transpose();
+  };
+  const Vector3d right = place("LIP_CORNER_R"), to_left = place("LIP_CORNER_L") - right, up = Vector3d::UnitY(),
+                 across = (to_left - to_left.y() * up).normalized();
   data->across = across.cast<float>();
   data->forward = across.cross(up).cast<float>();
   data->pitch = asFloat(to_left.dot(across) / double{kPlanes});
@@ -287,7 +293,8 @@ LipMeeting& LipMeeting::operator=(LipMeeting&&) noexcept = default;
 LipMeeting::~LipMeeting() = default;
 
 void LipMeeting::meet(const std::array<float, kLipColumns>& shut, double near, float* out) const {
-  if (data_->vertices.empty()) return;
+  const bool is_shut = std::any_of(shut.begin(), shut.end(), [](float here) { return double{here} > kShutFrom; });
+  if (data_->vertices.empty() || (near <= 0 && !is_shut)) return;
   thread_local Sections seen;
   const double width = data_->width, into = kMeetInto * width;
   for (int look = 0; look < kLooks; ++look) {

@@ -19,7 +19,8 @@ class LipMeeting {
  public:
   static constexpr std::size_t kSections = 32;  ///< across the whole mouth
 
-  /// `closed`: the mesh's vertices with the lips brought together. `binding`: of `mesh`, at rest.
+  /// `closed`: the mesh's vertices with the lips brought together. `binding`: of `mesh`, at rest. Throws InputError
+  /// where `control` has no corners of a mouth.
   LipMeeting(const FaceMesh& mesh, const VertexPositions& closed, const ControlMesh& control,
              const FaceBinding& binding);
   LipMeeting(LipMeeting&&) noexcept;

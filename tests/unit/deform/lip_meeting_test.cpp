@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "base/errors.h"
 #include "base/index.h"
 #include "deform/surface/virtual_points.h"
 #include "sample_face.h"
@@ -137,6 +138,12 @@ TEST_F(ThickLips, MoveNothingFarFromTheMouth) {
     EXPECT_LT(distanceToLine(pointAt(face_.mesh.vertices, v), line), 0.161 * sampleControl().mouth_width);
   }
   EXPECT_GT(moved, 20U);
+}
+
+TEST_F(ThickLips, NeedCornersOfAMouth) {
+  ControlMesh control = sampleControl();
+  control.points[unsignedIndex(findPoint(control, "LIP_CORNER_L"))].name = "ELSEWHERE";
+  EXPECT_THROW(LipMeeting(face_.mesh, face_.mesh.vertices, control, binding_), InputError);
 }
 
 /// From crossing to wide open in small steps: no vertex makes a large one.
