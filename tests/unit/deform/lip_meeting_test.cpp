@@ -113,7 +113,7 @@ TEST_F(ThickLips, ComeTogetherWhereTheyAreShut) {
     EXPECT_GT(least, -0.3F);
     EXPECT_EQ(met(open, 0, 1), open) << "lips that may stay open are left alone";
     EXPECT_EQ(met(open, 0.5F, 0), open) << "half shut lips come fast enough";
-    EXPECT_LT(gaps(met(open, 0.8F, 0)).second, 0.6F);
+    EXPECT_LT(gaps(met(open, 0.9F, 0)).second, 0.6F);
   }
 }
 
