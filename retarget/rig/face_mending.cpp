@@ -104,6 +104,7 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
     bool meets = false;
   };
   const std::vector<bool> rims = rimsOf(mesh, face.control);
+  std::optional<bool> is_of_lips;  // what relaxing and pressing leave
   for (const Way& way : {Way{true},
                          {false},
                          {true, {}, false, true},
@@ -111,8 +112,10 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
                          {true, LipLevelling::Options{}, false, true},
                          {true, LipLevelling::Options{}},
                          {true, kLevelledHarder, true}}) {
-    const bool goes_on = meetWrongly(judged) || (way.meets && face.binding.meets);
-    if ((way.levels || way.meets) && !goes_on) break;
+    if (way.levels || way.meets) {
+      if (!is_of_lips) is_of_lips = meetWrongly(judged);
+      if (!*is_of_lips) break;
+    }
     const std::vector<bool> held = way.holds_rims ? rims : std::vector<bool>();
     FaceFile tried = given;
     FaceBinding binding = is_whole ? given.binding : weldedBinding(given.binding, welding);
