@@ -414,6 +414,7 @@ void FaceDeformer::Data::move(const FacePose& pose, const TonguePose& tongue_pos
   if (guard) {
     guard->separate(points, pose.lips, jaw_motion, out);
     moveRelaxed(out);
+    guard->meet(points, pose.lips, out);
   }
   tongue.deform(jaw_motion, tongue_pose, out);
 }

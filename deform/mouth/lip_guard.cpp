@@ -227,4 +227,11 @@ void LipGuard::separate(const MarkerPositions& points, std::span<const LipGap> g
   }
 }
 
+void LipGuard::meet(const MarkerPositions& points, std::span<const LipGap> gaps, float* out) const {
+  if (!meeting_) return;
+  std::array<float, kColumns> shut{};
+  if (!gaps.empty()) shut = inColumns([&](std::size_t pair) { return shutShare(gaps[pair]); });
+  meeting_->meet(shut, 1 - smoothStep(2 * narrowestGap(points) / (kFarApart * mouth_width_) - 1), out);
+}
+
 }  // namespace mouthpiece

@@ -5,11 +5,13 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "deform/mesh/triangles.h"
 #include "deform/mouth/jaw.h"
+#include "deform/mouth/lip_meeting.h"
 #include "deform/surface/binding.h"
 #include "deform/surface/control_surface.h"
 
@@ -133,6 +135,8 @@ class LipGuard {
   /// `out`: x y z of each vertex of the posed mesh; `points`: the pose's leadingPoints(); `gaps`: of lipPairs(), or
   /// none. Allocates nothing once a thread has posed this face.
   void separate(const MarkerPositions& points, std::span<const LipGap> gaps, const AddedMotion& jaw, float* out) const;
+  /// The last step, where the binding asks for it: LipMeeting.
+  void meet(const MarkerPositions& points, std::span<const LipGap> gaps, float* out) const;
 
  private:
   // Lengths as shares of the mouth's width.
@@ -219,6 +223,7 @@ class LipGuard {
   std::vector<ToothWatch> at_upper_teeth_, at_lower_teeth_;
   std::vector<Drawn> drawn_;
   std::vector<Levelled> levelled_;
+  std::optional<LipMeeting> meeting_;
   std::vector<std::uint32_t> watched_columns_;  ///< those that have a watch, rising
   std::vector<float> resting_gaps_;             ///< by column: what stays of the gap where lips rest against each other
   std::vector<float> drawn_further_;            ///< by column: pressed lips are drawn together from further apart

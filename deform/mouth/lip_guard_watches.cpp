@@ -232,6 +232,7 @@ void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& unlevelled,
                    std::max(told + lets_in, std::min(0.0F, watch.look(closed.data(), lengthOf(kWatched)).distance)));
     }
   }
+  if (binding.meets) meeting_.emplace(mesh, closed, control, binding);
   draw(mesh.vertices, upper_vertices, -0.5F);
   draw(mesh.vertices, lower_vertices, 0.5F);
 }

@@ -45,6 +45,7 @@ struct FaceBinding {
     std::vector<std::uint32_t> vertices;  ///< rising
     std::vector<float> ways;              ///< of each
   } levelled = {};
+  bool meets = false;  ///< whether the lips are brought to meet by their surfaces in every pose (LipMeeting)
 
   /// Where a vertex hangs on the surface; its patch must not be -1.
   [[nodiscard]] SurfacePlace placeOf(std::size_t vertex) const {

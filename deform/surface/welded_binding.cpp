@@ -50,11 +50,17 @@ FaceBinding picked(const FaceBinding& binding, const std::vector<std::uint32_t>&
   for (std::uint32_t v = 0; v < from.size(); ++v) {
     if (isCarried(binding, from[v])) carried.push_back(v);
   }
-  return {pick(binding.patch),       pick(binding.u),
-          pick(binding.v),           pick(binding.d),
-          pick(binding.skin_weight), pick(binding.jaw_weight),
-          std::move(carried),        relaxedOf(binding.relaxed, from, to),
-          binding.pressed,           levelledOf(binding.levelled, from)};
+  return {pick(binding.patch),
+          pick(binding.u),
+          pick(binding.v),
+          pick(binding.d),
+          pick(binding.skin_weight),
+          pick(binding.jaw_weight),
+          std::move(carried),
+          relaxedOf(binding.relaxed, from, to),
+          binding.pressed,
+          levelledOf(binding.levelled, from),
+          binding.meets};
 }
 
 }  // namespace

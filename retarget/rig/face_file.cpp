@@ -101,6 +101,7 @@ FaceBinding bindingOf(const JsonField& field) {
                       .jaw_weight = field["jaw_weight"].blob<float>()};
   if (field["carried"].exists()) binding.carried = field["carried"].blob<std::uint32_t>();
   if (field["pressed"].exists()) binding.pressed = field["pressed"].blob<float>();
+  if (field["meets"].exists()) binding.meets = field["meets"].flag();
   if (const JsonField levelled = field["levelled"]; levelled.exists())
     binding.levelled = {levelled["vertices"].blob<std::uint32_t>(), levelled["ways"].blob<float>()};
   if (const JsonField relaxed = field["relaxed"]; relaxed.exists()) {
@@ -234,6 +235,7 @@ std::string faceFileToBytes(const FaceFile& face) {
               {"carried", blobOf(face.binding.carried)}}}};
   if (!face.mesh_object.empty()) tree["mesh"]["object"] = face.mesh_object;
   if (!face.binding.pressed.empty()) tree["binding"]["pressed"] = blobOf(face.binding.pressed);
+  if (face.binding.meets) tree["binding"]["meets"] = true;
   if (const FaceBinding::Levelled& levelled = face.binding.levelled; !levelled.vertices.empty())
     tree["binding"]["levelled"] = {{"vertices", blobOf(levelled.vertices)}, {"ways", blobOf(levelled.ways)}};
   if (const FaceBinding::Relaxed& relaxed = face.binding.relaxed; !relaxed.vertices.empty()) {

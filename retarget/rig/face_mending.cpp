@@ -94,19 +94,32 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
   const double overlap = limitNamed("lips in each other") / (1000 * mesh.metres_per_unit);
   const FaceFile given = face;
   const FaceJudgement first = judged;
-  // Rims that stay their own close best; where they themselves are torn they are relaxed, too. Coarse ones are
-  // levelled, and where that brings them into each other levelled harder and held apart.
+  // Rims that stay their own close best; where they themselves are torn they are relaxed, too. Those that still do not
+  // meet rightly are brought to it by their surfaces; coarse ones are levelled, and where that brings them into each
+  // other levelled harder and held apart.
   struct Way {
     bool holds_rims;
     std::optional<LipLevelling::Options> levels = {};
     bool holds_apart = false;
+    bool meets = false;
   };
   const std::vector<bool> rims = rimsOf(mesh, face.control);
-  for (const Way& way : {Way{true}, {false}, {true, LipLevelling::Options{}}, {true, kLevelledHarder, true}}) {
-    if (way.levels && !meetWrongly(judged)) break;
+  std::optional<bool> is_of_lips;  // what relaxing and pressing leave
+  for (const Way& way : {Way{true},
+                         {false},
+                         {true, {}, false, true},
+                         {false, {}, false, true},
+                         {true, LipLevelling::Options{}, false, true},
+                         {true, LipLevelling::Options{}},
+                         {true, kLevelledHarder, true}}) {
+    if (way.levels || way.meets) {
+      if (!is_of_lips) is_of_lips = meetWrongly(judged);
+      if (!*is_of_lips) break;
+    }
     const std::vector<bool> held = way.holds_rims ? rims : std::vector<bool>();
     FaceFile tried = given;
     FaceBinding binding = is_whole ? given.binding : weldedBinding(given.binding, welding);
+    binding.meets = way.meets;
     std::optional<LipLevelling> levelling;
     if (way.levels) levelling.emplace(mesh, face.control, binding, *way.levels);
     FaceRig moved = FaceRig::of(tried, rig.mesh(), rig.name());
@@ -119,7 +132,8 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
       }
       if (levelling) levelling->level(closuresOf(moved, welding, poses, actor), binding);
       if (levelling) last.left_open.fill(0);
-      if (levelling ? way.holds_apart : meetWrongly(last)) press(last, mouth_width, overlap, binding.pressed);
+      if (way.meets ? false : levelling ? way.holds_apart : meetWrongly(last))
+        press(last, mouth_width, overlap, binding.pressed);
       relaxAround(mesh, topology, {torn.begin(), torn.end()}, held, within * mouth_width, binding);
       tried.binding = is_whole ? binding : givenBinding(binding, welding);
       moved = FaceRig::of(tried, rig.mesh(), rig.name());

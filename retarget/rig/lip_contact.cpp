@@ -241,10 +241,12 @@ class Chooser {
   [[nodiscard]] Lip lipOff(SideBit other) const {
     Lip lip;
     for (const Triangle& triangle : mesh_.triangles) {
-      const bool is_in = std::all_of(triangle.begin(), triangle.end(), [&](std::uint32_t v) {
-        return is_near_[v] && (topology_.forbidden()[v] & other) != 0;
-      });
-      if (!is_in) continue;
+      const bool is_near = std::all_of(triangle.begin(), triangle.end(), [&](std::uint32_t v) { return is_near_[v]; });
+      const bool is_own = std::any_of(triangle.begin(), triangle.end(),
+                                      [&](std::uint32_t v) { return (topology_.forbidden()[v] & other) != 0; });
+      double lower = 0;
+      for (const std::uint32_t v : triangle) lower += topology_.lowerShare(v) / 3;
+      if (!is_near || !is_own || (lower > 0.5) != (other == kUpperLip)) continue;
       lip.surface.triangles.push_back(triangle);
       addPoints(triangle, lip.points);
     }

@@ -129,6 +129,12 @@ TEST_F(FaceJudgeTest, LipsThatArePressedComeCloser) {
   const FaceFile read = parseFaceFile(faceFileToBytes(pressed), "pressed.face");
   EXPECT_EQ(read.binding.pressed, pressed.binding.pressed);
   EXPECT_GT(judged(read, opening()).lips_overlap_mm, judged(file_, opening()).lips_overlap_mm + 0.05);
+  EXPECT_FALSE(read.binding.meets);
+  pressed.binding.meets = true;
+  const FaceFile meeting = parseFaceFile(faceFileToBytes(pressed), "meeting.face");
+  EXPECT_TRUE(meeting.binding.meets);
+  EXPECT_LT(judged(meeting, opening()).lips_overlap_mm, judged(read, opening()).lips_overlap_mm)
+      << "what presses them too far is moved apart";
 }
 
 TEST_F(FaceJudgeTest, LipsInEachOtherAreHeldApart) {

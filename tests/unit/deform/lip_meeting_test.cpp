@@ -1,0 +1,161 @@
+// Lips that meet by their surfaces as they are.
+#include "deform/mouth/lip_meeting.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "base/errors.h"
+#include "base/index.h"
+#include "deform/surface/virtual_points.h"
+#include "sample_face.h"
+
+namespace mouthpiece {
+namespace {
+
+using testing::sampleControl;
+
+/// The sample face, whose lips touch, with lips that turn in behind their rims.
+class ThickLips : public ::testing::Test {
+ protected:
+  ThickLips() {
+    FaceMesh& mesh = face_.mesh;
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> uses;
+    for (const Triangle& t : mesh.triangles) {
+      for (std::size_t k = 0; k < 3; ++k) ++uses[std::minmax(t[k], t[(k + 1) % 3])];
+    }
+    const std::vector<Triangle> skin = trianglesOf(mesh, {PartKind::kSkin});
+    std::vector<Triangle> backs;
+    VertexPositions& vertices = mesh.vertices;
+    const auto behind = [&](std::uint32_t v) {
+      const auto found = back_of_.find(v);
+      if (found != back_of_.end()) return found->second;
+      const auto at = static_cast<std::uint32_t>(vertices.rows());
+      vertices.conservativeResize(vertices.rows() + 1, 3);
+      vertices.row(at) =
+          vertices.row(v) + Eigen::RowVector3f(0, face_.is_above_slit[v] ? kThickMm : -kThickMm, -kDeepMm);
+      return back_of_[v] = at;
+    };
+    for (const Triangle& t : skin) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+        if (uses[std::minmax(a, b)] != 1 || !isInMouth(a) || !isInMouth(b)) continue;
+        backs.push_back({b, a, behind(a)});
+        backs.push_back({b, behind(a), behind(b)});
+      }
+    }
+    MeshPart part = mesh.parts.front();
+    part.name = "backs of the lips";
+    part.kind = PartKind::kMouthInside;
+    part.first_triangle = mesh.triangles.size();
+    part.triangle_count = backs.size();
+    mesh.triangles.insert(mesh.triangles.end(), backs.begin(), backs.end());
+    mesh.parts.push_back(part);
+    binding_ = bindFace(mesh, sampleControl());
+  }
+  static constexpr float kThickMm = 4, kDeepMm = 3;
+
+  [[nodiscard]] bool isInMouth(std::uint32_t v) const {
+    const auto at = [&](const char* name) { return sampleControl().rest.row(findPoint(sampleControl(), name)); };
+    const Eigen::RowVector3d p = face_.mesh.vertices.row(v).cast<double>();
+    return p.x() > at("LIP_CORNER_R").x() && p.x() < at("LIP_CORNER_L").x() &&
+           std::abs(p.y() - at("LIP_CORNER_R").y()) < 5;
+  }
+  /// One lip with its back, `thick` from the slit on, goes `mm` up.
+  [[nodiscard]] VertexPositions lifted(bool upper, float mm, float thick = 14) const {
+    VertexPositions moved = face_.mesh.vertices;
+    const auto slit = asFloat(sampleControl().rest(lipPairs(sampleControl()).front().upper_rim, 1));
+    for (std::uint32_t v = 0; v < face_.skin_vertices; ++v) {
+      if (face_.is_above_slit[v] != upper || std::abs(moved(v, 1) - slit) >= thick) continue;
+      moved(v, 1) += mm;
+      if (const auto back = back_of_.find(v); back != back_of_.end()) moved(back->second, 1) += mm;
+    }
+    return moved;
+  }
+  [[nodiscard]] VertexPositions met(VertexPositions pose, float shut, double near) const {
+    std::array<float, kLipColumns> everywhere;
+    everywhere.fill(shut);
+    meeting().meet(everywhere, near, pose.data());
+    return pose;
+  }
+  [[nodiscard]] const LipMeeting& meeting() const {
+    if (!meeting_) meeting_.emplace(face_.mesh, face_.mesh.vertices, sampleControl(), binding_);
+    return *meeting_;
+  }
+  /// Least and most distance between the rims, upwards, over the middle of the mouth.
+  [[nodiscard]] std::pair<float, float> gaps(const VertexPositions& pose) const {
+    float least = 1e9F, most = -1e9F;
+    for (std::uint32_t v = 0; v + 1 < face_.skin_vertices; ++v) {
+      const Eigen::RowVector3f p = face_.mesh.vertices.row(v);
+      if (p != face_.mesh.vertices.row(v + 1) || std::abs(p.x()) > 10) continue;
+      const float gap = face_.is_above_slit[v] ? pose(v, 1) - pose(v + 1, 1) : pose(v + 1, 1) - pose(v, 1);
+      least = std::min(least, gap);
+      most = std::max(most, gap);
+    }
+    return {least, most};
+  }
+
+  testing::SampleFace face_ = testing::makeSampleFace(3.1);
+  std::map<std::uint32_t, std::uint32_t> back_of_;
+  FaceBinding binding_;
+  mutable std::optional<LipMeeting> meeting_;
+};
+
+TEST_F(ThickLips, ComeTogetherWhereTheyAreShut) {
+  for (const bool upper : {true, false}) {
+    const VertexPositions open = lifted(upper, upper ? 1.0F : -1.0F);
+    ASSERT_NEAR(gaps(open).first, 1, 1e-3);
+    const auto [least, most] = gaps(met(open, 1, 0));
+    EXPECT_LT(most, 0.15F);
+    EXPECT_GT(least, -0.3F);
+    EXPECT_EQ(met(open, 0, 1), open) << "lips that may stay open are left alone";
+    EXPECT_EQ(met(open, 0.5F, 0), open) << "half shut lips come fast enough";
+    EXPECT_LT(gaps(met(open, 0.9F, 0)).second, 0.6F);
+  }
+}
+
+TEST_F(ThickLips, PartWhereTheyCrossThoughNothingSaysThatTheyAreShut) {
+  const VertexPositions crossed = lifted(true, -1.2F);
+  ASSERT_NEAR(gaps(crossed).first, -1.2, 1e-3);
+  const auto [least, most] = gaps(met(crossed, 0, 1));
+  EXPECT_GT(least, -0.35F);
+  EXPECT_LT(most, 0.1F);
+  EXPECT_EQ(met(crossed, 0, 0), crossed);
+}
+
+TEST_F(ThickLips, MoveNothingFarFromTheMouth) {
+  const VertexPositions open = lifted(false, -1.0F), now = met(open, 1, 1);
+  const std::vector<Eigen::Vector3d> line = openingsOf(sampleControl()).lip_line;
+  std::size_t moved = 0;
+  for (std::uint32_t v = 0; v < face_.mesh.vertexCount(); ++v) {
+    EXPECT_EQ(now(v, 0), open(v, 0));
+    EXPECT_EQ(now(v, 2), open(v, 2));
+    if (now(v, 1) == open(v, 1)) continue;
+    ++moved;
+    EXPECT_LT(distanceToLine(pointAt(face_.mesh.vertices, v), line), 0.161 * sampleControl().mouth_width);
+  }
+  EXPECT_GT(moved, 20U);
+}
+
+TEST_F(ThickLips, NeedCornersOfAMouth) {
+  ControlMesh control = sampleControl();
+  control.points[unsignedIndex(findPoint(control, "LIP_CORNER_L"))].name = "ELSEWHERE";
+  EXPECT_THROW(LipMeeting(face_.mesh, face_.mesh.vertices, control, binding_), InputError);
+}
+
+/// From crossing to wide open in small steps: no vertex makes a large one.
+TEST_F(ThickLips, GoSteadily) {
+  constexpr float kStepMm = 0.05F;
+  VertexPositions before = met(lifted(true, -1.5F), 1, 1);
+  for (float at = -1.5F + kStepMm; at < 4; at += kStepMm) {
+    const VertexPositions now = met(lifted(true, at), 1, 1);
+    EXPECT_LT((now - before).cwiseAbs().maxCoeff(), 6 * kStepMm) << at;
+    before = now;
+  }
+}
+
+}  // namespace
+}  // namespace mouthpiece
