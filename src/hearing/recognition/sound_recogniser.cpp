@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "base/errors.h"
@@ -44,6 +46,8 @@ double oddsOfWords(double apart, double believed) { return -0.393 + 5.69 * apart
 double oddsOfPhones(double fit, double share) { return 25.84 - 27.22 * fit - 4.90 * share; }
 /// A word is neither believed nor doubted further than by these odds.
 constexpr double kLeastBelieved = 1e-4;
+/// Words of whose pairs a smaller share follow each other in a corpus' lines are none of its lines.
+constexpr double kLeastInOrder = 0.5;
 constexpr std::size_t kMostHintBytes = 1 << 16;
 
 /// Words for a stretch, with their phones on its clock.
@@ -92,6 +96,8 @@ class SoundRecogniser : public Recogniser {
  private:
   void readBook();
   void addLine(PhraseBook& book, std::string_view line) const;
+  /// The share of the pairs of words that follow each other in the book's lines, too; where a line begins is one.
+  [[nodiscard]] double inOrder(const std::vector<std::string>& words) const;
   std::optional<WordsHeard> wordsAs(const std::vector<std::string>& words, const AudioClip& clip,
                                     const Eigen::MatrixXf& posteriors);
   [[nodiscard]] double fitOf(Phone phone, const TimeSpan& span, const Eigen::MatrixXf& posteriors) const;
@@ -111,6 +117,7 @@ class SoundRecogniser : public Recogniser {
   std::optional<WordSearch> search_;
   std::optional<ForcedAligner> aligner_;
   bool has_book_ = false;
+  std::set<std::pair<std::string, std::string>> follows_;  ///< words that follow each other in the book's lines
 };
 
 void SoundRecogniser::addLine(PhraseBook& book, std::string_view line) const {
@@ -137,7 +144,18 @@ void SoundRecogniser::readBook() {
     }
   }
   has_book_ = !book.lines.empty();
+  for (const std::vector<std::string>& line : book.lines) {
+    std::string before;
+    for (const std::string& word : line) follows_.emplace(std::exchange(before, word), word);
+  }
   search_->setBook(book);
+}
+
+double SoundRecogniser::inOrder(const std::vector<std::string>& words) const {
+  double known = 0;
+  std::string before;
+  for (const std::string& word : words) known += follows_.contains({std::exchange(before, word), word}) ? 1 : 0;
+  return known / std::max(1.0, asReal(words.size()));
 }
 
 /// The frames of what is heard that belong to `span`; none where it lies outside.
@@ -271,7 +289,12 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   for (const std::int16_t sample : samples) clip.samples.push_back(static_cast<float>(sample) / 32768.0F);
   std::optional<WordsHeard> best;
   std::optional<FoundWords> found;
-  if (has_book_) best = wordsAs(search_->hearBook(samples), clip, posteriors);
+  if (has_book_) {
+    const std::vector<std::string> words = search_->hearBook(samples);
+    // Any sound is some row of a corpus' words; who does not speak its lines is not heard by them.
+    const bool may_be = !options_.hint.empty() || ear_.knowsSpeaker() || inOrder(words) >= kLeastInOrder;
+    if (may_be) best = wordsAs(words, clip, posteriors);
+  }
   if (!best || best->fit < kSurelyFits) {
     FoundWords any_found = search_->hear(samples);
     std::optional<WordsHeard> any = wordsAs(any_found.words, clip, posteriors);

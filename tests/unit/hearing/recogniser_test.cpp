@@ -190,6 +190,19 @@ TEST(Recogniser, TakesWordsOfUnknownSpeakers) {
   }
 }
 
+/// Any sound is some row of the words of a corpus' lines; none of its lines is said here.
+TEST(Recogniser, LeavesACorpusWordsInAnyOrder) {
+  const std::vector<std::string> known{"why did the new pup serve the king", "the warm tub caught his feet",
+                                       "please pile the wood", "he would like the hat", "two men cut the cup"};
+  const auto recogniser = makeRecogniser({.as = HearAs::kAuto, .hint = {}, .known = known});
+  const auto heard = [&](const char* text) {
+    const AudioClip line = resampleAudio(makeVoice("flite:rms")->speak(text).audio, 16000);
+    return recogniser->hear(joined({quiet(0.25), line, quiet(0.25)}), "line").text;
+  };
+  EXPECT_EQ(heard("i would like two cups of warm coffee please"), "i would like two cups of warm coffee please");
+  EXPECT_EQ(heard("the warm tub caught his feet"), "the warm tub caught his feet");
+}
+
 bool isDoubted(const HeardSpeech& heard) {
   return std::any_of(heard.warnings.begin(), heard.warnings.end(),
                      [](const std::string& warning) { return warning.starts_with("what was heard is doubtful"); });
