@@ -34,7 +34,7 @@ constexpr double kMeetInto = 0.002;  ///< lips that shall touch are brought so f
 /// What is further apart, or further in each other, is not moved the whole way, and from `kTooFar` on not at all.
 constexpr double kMeetWhole = 0.03, kTooFar = 0.1;
 constexpr double kShutFrom = 0.75;  ///< lips that are shut by less are not brought together: they come fast enough
-constexpr double kSoftly = 0.004;  ///< places of a section that are further apart by this count for a third
+constexpr double kSoftly = 0.004;   ///< places of a section that are further apart by this count for a third
 /// Across the mouth: so near to its corners the lips are one surface that folds, and from here on they are two.
 constexpr double kAtEnds = 0.08, kOffEnds = 0.18;
 /// What is so far from the one lip as from the other, by shares of both ways, is of neither unless it is at the rims.
