@@ -136,6 +136,26 @@ struct Touch {
 
 }  // namespace
 
+Eigen::SparseMatrix<double> costOfMoving(const std::set<std::pair<std::uint32_t, std::uint32_t>>& edges,
+                                         const std::vector<int>& row_of, const VertexPositions& rest, double spreads) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const auto& [a, b] : edges) {
+    const double length = (pointAt(rest, a) - pointAt(rest, b)).norm() / spreads;
+    const double stiff = 1 / std::max(length * length, 1e-6);
+    const int ra = row_of[a], rb = row_of[b];
+    if (ra >= 0) entries.emplace_back(ra, ra, stiff);
+    if (rb >= 0) entries.emplace_back(rb, rb, stiff);
+    if (ra < 0 || rb < 0) continue;
+    entries.emplace_back(ra, rb, -stiff);
+    entries.emplace_back(rb, ra, -stiff);
+  }
+  const int count = row_of.empty() ? 0 : *std::max_element(row_of.begin(), row_of.end()) + 1;
+  for (int row = 0; row < count; ++row) entries.emplace_back(row, row, 1);
+  Eigen::SparseMatrix<double> all(count, count);
+  all.setFromTriplets(entries.begin(), entries.end());
+  return all;
+}
+
 LipVertices::LipVertices(const FaceMesh& mesh, const ControlMesh& control, const FaceBinding& binding)
     : upper(mesh.vertexCount(), false), lower(mesh.vertexCount(), false) {
   const std::vector<std::uint32_t> patch_sides = triangleSides(control);
@@ -216,21 +236,7 @@ struct LipLevelling::Data {
       row_of[v] = static_cast<int>(vertices.size());
       vertices.push_back(v);
     }
-    std::vector<Eigen::Triplet<double>> entries;
-    for (const auto& [a, b] : edges) {
-      const double length = (pointAt(rest, a) - pointAt(rest, b)).norm() / (kSpread * width);
-      const double stiff = 1 / std::max(length * length, 1e-6);
-      const int ra = row_of[a], rb = row_of[b];
-      if (ra >= 0) entries.emplace_back(ra, ra, stiff);
-      if (rb >= 0) entries.emplace_back(rb, rb, stiff);
-      if (ra < 0 || rb < 0) continue;
-      entries.emplace_back(ra, rb, -stiff);
-      entries.emplace_back(rb, ra, -stiff);
-    }
-    const auto count = static_cast<int>(vertices.size());
-    for (int row = 0; row < count; ++row) entries.emplace_back(row, row, 1);
-    stiffness.resize(count, count);
-    stiffness.setFromTriplets(entries.begin(), entries.end());
+    stiffness = costOfMoving(edges, row_of, rest, kSpread * width);
   }
 
   [[nodiscard]] std::optional<Touch> touchIn(const VertexPositions& pose, double across) const {

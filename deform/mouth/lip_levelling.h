@@ -1,8 +1,11 @@
 #pragma once
 
+#include <Eigen/SparseCore>
 #include <cstdint>
 #include <memory>
+#include <set>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "deform/mesh/triangles.h"
@@ -20,6 +23,11 @@ struct LipVertices {
   /// Those of one lip only, rising.
   [[nodiscard]] std::vector<std::uint32_t> ofOne(bool is_upper) const;
 };
+
+/// What it costs to move vertices up, a row each: w' C w = sum of w_i^2 + sum over `edges` of ((w_i - w_j) spreads /
+/// length)^2. `row_of`: each vertex' row, -1: it stays. `rest` and `spreads`, how far a movement spreads, in one unit.
+Eigen::SparseMatrix<double> costOfMoving(const std::set<std::pair<std::uint32_t, std::uint32_t>>& edges,
+                                         const std::vector<int>& row_of, const VertexPositions& rest, double spreads);
 
 /// Vertices of coarse lips do not lie opposite each other: where the lips close, each moved by its own markers, slits
 /// stay open between their edges, which no movement by columns shuts. Found is the least upright movement, spread

@@ -16,6 +16,7 @@
 #include "base/smooth_step.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/head_topology.h"
+#include "deform/mouth/lip_levelling.h"
 #include "deform/surface/virtual_points.h"
 
 namespace mouthpiece {
@@ -227,22 +228,7 @@ Eigen::SparseMatrix<double> LipMeeting::Data::stiffness(const VertexPositions& r
       for (std::size_t k = 0; k < 3; ++k) edges.emplace(std::minmax(t[k], t[(k + 1) % 3]));
     }
   }
-  std::vector<Eigen::Triplet<double>> entries;
-  for (const auto& [a, b] : edges) {
-    const double length = (pointAt(rest, a) - pointAt(rest, b)).norm() / (kSpreads * width);
-    const double stiff = 1 / std::max(length * length, 1e-6);
-    const int ra = row_of[a], rb = row_of[b];
-    if (ra >= 0) entries.emplace_back(ra, ra, stiff);
-    if (rb >= 0) entries.emplace_back(rb, rb, stiff);
-    if (ra < 0 || rb < 0) continue;
-    entries.emplace_back(ra, rb, -stiff);
-    entries.emplace_back(rb, ra, -stiff);
-  }
-  const auto count = static_cast<int>(vertices.size());
-  for (int row = 0; row < count; ++row) entries.emplace_back(row, row, 1);
-  Eigen::SparseMatrix<double> all(count, count);
-  all.setFromTriplets(entries.begin(), entries.end());
-  return all;
+  return costOfMoving(edges, row_of, rest, kSpreads * width);
 }
 
 /// Each section's is the least movement that closes it in the closed mouth.
