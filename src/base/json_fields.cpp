@@ -210,6 +210,7 @@ JsonField JsonField::readDocument(std::string_view bytes, std::string_view file,
   const auto document = std::make_shared<Document>();
   document->file = file;
   BoundedTreeBuilder builder(document->root, is_cbor ? std::string_view() : bytes);
+  if (is_cbor) builder.fault = "is no valid CBOR";
   bool is_read = false;
   try {
     is_read = json::sax_parse(bytes.begin(), bytes.end(), &builder,

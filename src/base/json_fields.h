@@ -97,7 +97,7 @@ class JsonField {
 /// The whole of a JSON text. Throws InputError for what is no JSON, holds a number out of range or is nested deeper
 /// than 32 levels: "is no valid JSON; expected EXPECTED", with the byte.
 JsonField parseJson(std::string_view text, std::string_view file, std::string_view expected);
-/// The same of CBOR.
+/// The same of CBOR: "is no valid CBOR".
 JsonField parseCbor(std::string_view bytes, std::string_view file, std::string_view expected);
 
 }  // namespace mouthpiece

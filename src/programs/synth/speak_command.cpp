@@ -121,7 +121,11 @@ Line lineOf(const SpeakOptions& options) {
   line.text = textOrInput(line.text);
   if (!options.lyrics_text.empty()) return Line::sungWords(options.line.audio, textOrInput(options.lyrics_text));
   if (!options.transcript.empty()) line.text = textOrInput(options.transcript);
-  if (!options.transcript_file.empty()) line.text = textOf(options.transcript_file);
+  if (!options.transcript_file.empty()) {
+    line.text = textOf(options.transcript_file);
+    if (line.text.empty())
+      throw InputError(options.transcript_file.string(), "", "is empty; expected what the recording says");
+  }
   if (!options.text_file.empty()) line.text = textOf(options.text_file);
   return line;
 }

@@ -292,6 +292,8 @@ TEST_F(BadInput, OfSynth) {
   };
   expectBadInput(speak({"--text-file", missing("line.txt")}), "line.txt");
   expectBadInput(speak({"--audio", "a.wav", "--lyrics", missing("song.txt")}), "song.txt");
+  expectBadInput(speak({"--audio", "a.wav", "--transcript-file", folder_.write("none.txt", "").string()}), "none.txt");
+  expectBadInput(speak({"--text", "now", "--face", folder_.write("clicks.json", "{}").string()}), "no valid CBOR");
   expectBadInput({"synth", {"--text", "the time is now", "-o", out("talk.avi")}}, "talk.avi");
   expectBadInput({"synth", {"--text", "the time is now", "-o", out("noending")}}, "noending");
 }
