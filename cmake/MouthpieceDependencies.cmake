@@ -39,6 +39,7 @@ mouthpiece_require_pkgconfig(cpp-httplib HTTPLIB libcpp-httplib-dev)
 mouthpiece_require_pkgconfig(draco DRACO libdraco-dev)
 add_library(Draco::draco ALIAS PkgConfig::DRACO)
 mouthpiece_require_pkgconfig(sndfile SNDFILE libsndfile1-dev)
+mouthpiece_require_pkgconfig(flac FLAC libflac-dev)
 mouthpiece_require_pkgconfig(pocketsphinx POCKETSPHINX libpocketsphinx-dev)
 # Debian's pocketsphinx.pc names a folder that no package brings, which CMake refuses.
 list(FILTER POCKETSPHINX_INCLUDE_DIRS EXCLUDE REGEX "^/usr/include/sphinxbase$")

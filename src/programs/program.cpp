@@ -45,8 +45,11 @@ int complain(std::string_view message) {
   return kExitBadInput;
 }
 
+constexpr std::string_view kNoMemory = "out of memory: the input is too large for this machine";
+constexpr std::string_view kGivenUp = "a library gave up, most likely for want of memory";
+
 /// The same with nothing allocated.
-int complainWithoutMemory(std::string_view what = "out of memory: the input is too large for this machine") {
+int complainWithoutMemory(std::string_view what = kNoMemory) {
   std::fflush(stdout);
   for (const std::string_view part : {program_name, std::string_view(": "), what, std::string_view("\n")})
     std::ignore = ::write(STDERR_FILENO, part.data(), part.size());
@@ -178,22 +181,26 @@ int parse(CLI::App& app, int argc, const char* const* argv, bool& finished) {
   }
 }
 
-/// Where an exception cannot be caught: destructors of libraries that allocate (JSON's do) find no memory.
-[[noreturn]] void endWithoutMemory() {
-  const std::type_info* thrown = abi::__cxa_current_exception_type();
-  if (thrown == nullptr || (*thrown != typeid(std::bad_alloc) && *thrown != typeid(std::bad_array_new_length)))
-    std::abort();
+[[noreturn]] void endWithoutMemory(std::string_view why) {
   endUnfinished();
-  std::_Exit(complainWithoutMemory());
+  std::_Exit(complainWithoutMemory(why));
 }
 
 bool has_returned = false;  ///< from what main() runs
 
 /// Libraries in C that find no memory (PocketSphinx, Flite) tell so and call exit().
 void endIfALibraryExits() {
-  if (has_returned) return;
-  endUnfinished();
-  std::_Exit(complainWithoutMemory("a library gave up, most likely for want of memory"));
+  if (!has_returned) endWithoutMemory(kGivenUp);
+}
+
+/// Where an exception cannot be caught: destructors of libraries that allocate (JSON's do) find no memory. One that is
+/// stopped by a noexcept of the standard library's (its folders' entries copy paths) has no type here.
+[[noreturn]] void endUncaught() {
+  const std::type_info* thrown = abi::__cxa_current_exception_type();
+  if (thrown == nullptr && std::uncaught_exceptions() > 0) endWithoutMemory(kGivenUp);
+  if (thrown == nullptr || (*thrown != typeid(std::bad_alloc) && *thrown != typeid(std::bad_array_new_length)))
+    std::abort();
+  endWithoutMemory(kNoMemory);
 }
 
 int runAction(CLI::App& app, int argc, const char* const* argv, const std::function<int()>& action) {
@@ -272,7 +279,7 @@ void setExample(CLI::App& app, std::string_view example) {
 
 int caught(int argc, const char* const* argv, int (*run)(int argc, const char* const* argv)) {
   if (argc > 0) program_name = nameOf(argv[0]);
-  std::set_terminate(endWithoutMemory);
+  std::set_terminate(endUncaught);
   std::atexit(endIfALibraryExits);
   int code = kExitBadInput;
   try {
