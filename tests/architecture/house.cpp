@@ -49,7 +49,7 @@ const std::vector<Outsider> kOutsiders{
     {"unicode/", {"ICU::uc", "ICU::i18n", "PkgConfig::ICU"}},
     {"hwy/", {"hwy::hwy", "PkgConfig::HWY"}},
     {"xsimd/", {"xsimd"}},
-    {"FLAC", {"PkgConfig::FLAC"}},
+    {"FLAC/", {"PkgConfig::FLAC"}},
     {"sndfile.h", {"PkgConfig::SNDFILE", "SndFile::sndfile"}},
     {"samplerate.h", {"PkgConfig::SAMPLERATE", "SampleRate::samplerate"}},
     {"aubio/", {"PkgConfig::AUBIO"}},
