@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -31,8 +32,10 @@ AudioClip parseAudio(std::string_view bytes, std::string_view name, Seconds max_
 
 /// 16-bit PCM WAV; samples outside [-1, 1] are clipped.
 std::string wavBytes(const AudioClip& clip);
-/// A FLAC of one channel, without loss.
-std::string flacBytes(const std::vector<std::int16_t>& samples, int sample_rate_hz);
+/// A FLAC of one channel and 16 bits, without loss; the rate in it is any.
+std::string flacBytes(const std::vector<std::int16_t>& samples);
+/// What flacBytes() made of `count` samples; nullopt for anything else.
+std::optional<std::vector<std::int16_t>> flacSamples(std::string_view bytes, std::size_t count);
 /// A WAV into a file, atomically.
 void writeWav(const std::filesystem::path& path, const AudioClip& clip);
 

@@ -1,4 +1,3 @@
-#include <FLAC/stream_encoder.h>
 #include <fmt/format.h>
 #include <sndfile.h>
 
@@ -8,7 +7,6 @@
 #include <cstdint>
 #include <cstring>
 #include <memory>
-#include <new>
 #include <string>
 
 #include "audio/audio_clip.h"
@@ -202,24 +200,6 @@ std::vector<float> readMono(SNDFILE* sound, const SF_INFO& info, std::string_vie
   return mono;
 }
 
-FLAC__StreamEncoderWriteStatus writeFlac(const FLAC__StreamEncoder*, const FLAC__byte* bytes, std::size_t count,
-                                         std::uint32_t, std::uint32_t, void* user) try {
-  MemoryFile::write(bytes, static_cast<sf_count_t>(count), user);
-  return FLAC__STREAM_ENCODER_WRITE_STATUS_OK;
-} catch (const std::bad_alloc&) {  // which must not pass through a library in C
-  return FLAC__STREAM_ENCODER_WRITE_STATUS_FATAL_ERROR;
-}
-
-FLAC__StreamEncoderSeekStatus seekFlac(const FLAC__StreamEncoder*, FLAC__uint64 offset, void* user) {
-  MemoryFile::seek(static_cast<sf_count_t>(offset), SEEK_SET, user);
-  return FLAC__STREAM_ENCODER_SEEK_STATUS_OK;
-}
-
-FLAC__StreamEncoderTellStatus tellFlac(const FLAC__StreamEncoder*, FLAC__uint64* offset, void* user) {
-  *offset = static_cast<FLAC__uint64>(MemoryFile::tell(user));
-  return FLAC__STREAM_ENCODER_TELL_STATUS_OK;
-}
-
 }  // namespace
 
 AudioClip parseAudio(std::string_view bytes, std::string_view name, Seconds max_duration) {
@@ -263,32 +243,6 @@ std::string wavBytes(const AudioClip& clip) {
   if (!is_written) throw InternalError("libsndfile could not write a sound into memory");
   sound.reset();  // puts the lengths into the header
   return std::move(file.written);
-}
-
-// By libFLAC itself: libsndfile does not look whether it has got memory for what it encodes, and ends by a signal.
-std::string flacBytes(const std::vector<std::int16_t>& samples, int sample_rate_hz) {
-  using Encoder = std::unique_ptr<FLAC__StreamEncoder, decltype(&FLAC__stream_encoder_delete)>;
-  const Encoder encoder(FLAC__stream_encoder_new(), &FLAC__stream_encoder_delete);
-  if (!encoder) throw std::bad_alloc();
-  const std::vector<FLAC__int32> wide(samples.begin(), samples.end());
-  MemoryFile file;
-  const bool is_set =
-      FLAC__stream_encoder_set_channels(encoder.get(), 1) != 0 &&
-      FLAC__stream_encoder_set_bits_per_sample(encoder.get(), 16) != 0 &&
-      FLAC__stream_encoder_set_sample_rate(encoder.get(), static_cast<std::uint32_t>(sample_rate_hz)) != 0;
-  const bool is_written = is_set &&
-                          FLAC__stream_encoder_init_stream(encoder.get(), writeFlac, seekFlac, tellFlac, nullptr,
-                                                           &file) == FLAC__STREAM_ENCODER_INIT_STATUS_OK &&
-                          FLAC__stream_encoder_process_interleaved(encoder.get(), wide.data(),
-                                                                   static_cast<std::uint32_t>(wide.size())) != 0 &&
-                          FLAC__stream_encoder_finish(encoder.get()) != 0;  // puts the length into the header
-  if (is_written) return std::move(file.written);
-  const FLAC__StreamEncoderState state = FLAC__stream_encoder_get_state(encoder.get());
-  const bool is_memory =
-      state == FLAC__STREAM_ENCODER_MEMORY_ALLOCATION_ERROR || state == FLAC__STREAM_ENCODER_CLIENT_ERROR;
-  if (is_memory) throw std::bad_alloc();
-  throw InternalError(
-      fmt::format("libFLAC could not write a sound into memory: {}", FLAC__StreamEncoderStateString[state]));
 }
 
 void writeWav(const std::filesystem::path& path, const AudioClip& clip) { writeFileAtomically(path, wavBytes(clip)); }

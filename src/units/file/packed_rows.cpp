@@ -1,5 +1,6 @@
 #include "units/file/packed_rows.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "audio/audio_clip.h"
@@ -15,8 +16,6 @@ constexpr std::size_t kPlanes = 5;
 constexpr std::uint64_t kMask = (std::uint64_t{1} << (8 * kPlanes)) - 1;
 constexpr double kLargestStep = 0x1.0p36;
 constexpr int kEffort = 4;
-/// FLAC wants a rate; that of the sound stands in the table `takes`.
-constexpr int kAnyRateHz = 16000;
 
 /// Small numbers of either sign become small numbers without one.
 std::uint64_t folded(std::uint64_t difference) {
@@ -100,18 +99,17 @@ std::optional<std::vector<bool>> unpackedUnseen(std::string_view packed, std::si
 
 std::optional<std::string> packedSamples(const std::vector<std::int16_t>& samples) {
   if (samples.empty()) return std::nullopt;
-  std::string packed = flacBytes(samples, kAnyRateHz);
+  std::string packed = flacBytes(samples);
   return packed.size() < samples.size() * sizeof(std::int16_t) ? std::optional(std::move(packed)) : std::nullopt;
 }
 
 std::optional<std::vector<float>> unpackedSamples(std::string_view packed, std::size_t count) {
-  if (!packed.starts_with("fLaC")) return std::nullopt;
-  try {
-    AudioClip clip = parseAudio(packed, "the sound", asReal(count) / kAnyRateHz);
-    return clip.samples.size() == count ? std::optional(std::move(clip.samples)) : std::nullopt;
-  } catch (const InputError&) {
-    return std::nullopt;
-  }
+  const std::optional<std::vector<std::int16_t>> samples = flacSamples(packed, count);
+  if (!samples) return std::nullopt;
+  std::vector<float> real(count);
+  std::transform(samples->begin(), samples->end(), real.begin(),
+                 [](std::int16_t s) { return static_cast<float>(s) / 32768.0F; });
+  return real;
 }
 
 }  // namespace mouthpiece

@@ -135,6 +135,22 @@ TEST_F(AudioFileTest, NamesFoundAndExpectedWhenAFlacIsCutShort) {
   EXPECT_NE(error.find("a.flac: claims 50000 samples, found "), std::string::npos) << error;
 }
 
+TEST_F(AudioFileTest, SamplesSurviveFlacAndNothingElseIsTakenForThem) {
+  std::vector<std::int16_t> samples = {-32768, 32767, 0, -1};
+  for (int i = 0; i < 50000; ++i) samples.push_back(static_cast<std::int16_t>(i * 7919 % 65536 - 32768));
+  const std::string bytes = flacBytes(samples);
+  EXPECT_EQ(flacSamples(bytes, samples.size()), samples);
+  EXPECT_EQ(parseAudio(bytes, "a.flac").samples.size(), samples.size()) << "as libsndfile reads it";
+  for (const std::size_t count : {std::size_t{0}, samples.size() - 1, samples.size() + 1})
+    EXPECT_EQ(flacSamples(bytes, count), std::nullopt) << count;
+  EXPECT_EQ(flacSamples(bytes.substr(0, bytes.size() / 2), samples.size()), std::nullopt);
+  EXPECT_EQ(flacSamples("fLaC", 4), std::nullopt);
+  writeWithSndfile(file("a.flac"), SF_FORMAT_FLAC | SF_FORMAT_PCM_16, 2, std::vector<float>(2000, 0.5F));
+  EXPECT_EQ(flacSamples(readFile(file("a.flac")), 1000), std::nullopt) << "two channels";
+  writeWithSndfile(file("b.flac"), SF_FORMAT_FLAC | SF_FORMAT_PCM_16, 1, std::vector<float>(1000, 0.5F));
+  EXPECT_EQ(flacSamples(readFile(file("b.flac")), 1000), std::vector<std::int16_t>(1000, 16384));
+}
+
 TEST_F(AudioFileTest, RefusesWhatIsNoSound) {
   EXPECT_EQ(errorOf([] { parseAudio("", "e.wav"); }),
             "e.wav: starts with ''; expected a WAV, AIFF, FLAC, Ogg (Vorbis, Opus), MP3, M4A or AAC file");
