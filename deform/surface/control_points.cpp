@@ -91,8 +91,17 @@ std::vector<LipPair> lipPairs(const ControlMesh& mesh) {
 }
 
 double partedShare(double stretch, double slack) {
-  constexpr double kCatchUp = 1.5;  // of the way that they stuck together
-  return slack > 0 ? smoothStep((stretch - slack) / (kCatchUp * slack)) : 1;
+  // Shares of the way on which the rims catch up: it is `kCatchUp` slacks long, they are faster than the outer edges by
+  // the same factor over most of it, and it begins and ends softly.
+  constexpr double kCatchUp = 1.75, kBegins = 0.25, kEnds = 0.15;
+  constexpr double kFastest = (1 + kCatchUp - kCatchUp * kEnds / 2) / (1 - kBegins / 2 - kEnds / 2);
+  if (!(slack > 0)) return 1;
+  const double x = (stretch / slack - 1) / kCatchUp;
+  if (x <= 0) return 0;
+  if (x >= 1) return 1;
+  double parted = kFastest * (x < kBegins ? x * x / (2 * kBegins) : x - kBegins / 2);
+  if (const double late = x - (1 - kEnds); late > 0) parted -= (kFastest - kCatchUp) * late * late / (2 * kEnds);
+  return parted / (1 + kCatchUp * x);
 }
 
 void leadingPoints(const ControlMesh& mesh, std::span<const LipPair> pairs, const FacePose& pose,

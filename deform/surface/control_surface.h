@@ -111,8 +111,8 @@ struct LipPair {
 std::vector<LipPair> lipPairs(const ControlMesh& mesh);
 
 /// How much of their gap lips have opened that stretch by up to `slack` before they part: 0 where they touch, 1 once
-/// they have caught up with their outer markers. Both are shares of the closed lips' height. Continuous in value and
-/// slope.
+/// they have caught up with their outer markers, which they do at less than twice these' speed. Both are shares of the
+/// closed lips' height. Continuous in value and slope.
 double partedShare(double stretch, double slack);
 
 /// All control points of a frame: points x 3. Where the pose tells of the lips, those that are apart at rest are taken

@@ -81,9 +81,13 @@ FaceJudgement judgeFace(const FaceRig& rig, const FaceFile& face, const JudgedPo
 std::vector<FaceJudgement> judgeShapes(const FaceRig& rig, const FaceFile& face, std::span<const VertexPositions> poses,
                                        std::span<const JudgedPoses::Row> rows);
 
+/// Whether a face that is judged as `tried` is better than one that is judged as `kept`: it has fewer faults and closes
+/// the mouth where the other does, or has as many and closes it more often.
+bool mendsMore(const FaceJudgement& tried, const FaceJudgement& kept);
+
 /// Where skin tears it is relaxed (relaxAround), step by step further around, lips that stay apart are pressed together
-/// by as much, lips that get into each other held apart (FaceBinding::pressed), and all is judged again: what leaves
-/// fewer faults, or closes more often with as many, is kept. `face` is changed, and `rig` is then that of it. Returns
+/// by as much, lips that get into each other held apart (FaceBinding::pressed), and all is judged again: what
+/// mends more is kept. `face` is changed, and `rig` is then that of it. Returns
 /// the judgement of what they have become.
 FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, const ActorPose& actor,
                        FaceJudgement judged);

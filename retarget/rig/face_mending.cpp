@@ -83,6 +83,12 @@ std::vector<VertexPositions> closuresOf(const FaceRig& rig, const Welding& weldi
 
 }  // namespace
 
+bool mendsMore(const FaceJudgement& tried, const FaceJudgement& kept) {
+  if (tried.faults.size() == kept.faults.size()) return tried.touching > kept.touching;
+  const bool opens = leavesOpen(tried) && !leavesOpen(kept);  // a mouth that closes is worth more than any fault
+  return tried.faults.size() < kept.faults.size() && !opens;
+}
+
 FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, const ActorPose& actor,
                        FaceJudgement judged) {
   if (!canBeMended(judged)) return judged;
@@ -138,9 +144,7 @@ FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, c
       tried.binding = is_whole ? binding : givenBinding(binding, welding);
       moved = FaceRig::of(tried, rig.mesh(), rig.name());
       const FaceJudgement before = std::exchange(last, judgeFace(moved, tried, poses, actor));
-      const bool closes_more = last.faults.size() == judged.faults.size() && last.touching > judged.touching;
-      const bool opens = leavesOpen(last) && !leavesOpen(judged);  // a mouth that closes is worth more than any of them
-      if ((last.faults.size() < judged.faults.size() && !opens) || closes_more) {
+      if (mendsMore(last, judged)) {
         face = tried;
         rig = FaceRig::of(face, moved.mesh(), moved.name());
         judged = last;

@@ -15,6 +15,7 @@
 #include "deform/kernel/deformer.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/mesh/welding.h"
+#include "deform/surface/virtual_points.h"
 #include "motion/arkit_shapes.h"
 #include "motion/lip_gauge.h"
 #include "retarget/rig/eyeballs.h"
@@ -183,6 +184,31 @@ MarkerPositions roundingOf(const FaceFile& file, const LipRounding& unseen) {
   return added;
 }
 
+/// How far each of lipPairs() is from the middle of the mouth: 0 there, 1 at a corner.
+std::vector<double> waysToCorners(const ControlMesh& control, std::span<const LipPair> pairs) {
+  const int right = findPoint(control, "LIP_CORNER_R"), left = findPoint(control, "LIP_CORNER_L");
+  std::vector<double> ways(pairs.size(), 0.0);
+  if (right < 0 || left < 0) return ways;
+  const Eigen::RowVector3d from = control.rest.row(right), across = control.rest.row(left) - from;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const Eigen::RowVector3d rims = 0.5 * (control.rest.row(pairs[i].upper_rim) + control.rest.row(pairs[i].lower_rim));
+    ways[i] = std::abs(2 * (rims - from).dot(across) / across.squaredNorm() - 1);
+  }
+  return ways;
+}
+
+/// Rounded lips come together from the corners of the mouth on, and between them a round hole stays: what lies inside
+/// the lips' outer edges no marker tells. `way`: of waysToCorners(); `height`: of the closed lips.
+LipGap rounded(LipGap gap, double rounding, double way, double height) {
+  constexpr double kHole = 0.1, kShut = 0.7;  // of the way to a corner: the hole's middle, and where no hole is
+  constexpr double kHoleHeight = 0.25;        // of the closed lips' height
+  const double beside = smoothStep(kHole, kShut, way);
+  const double share = rounding * rounding;  // in R and SH the lips hardly meet beside the hole
+  gap.opened *= 1 - share * beside;
+  gap.least = (1 - share) * gap.least + share * (1 - beside) * std::max(gap.least, kHoleHeight * height);
+  return gap;
+}
+
 /// A pair of lids on the head: the markers' rows, and the way from the lower one to the upper.
 struct LidPair {
   std::string side;
@@ -292,21 +318,22 @@ FaceMotion FaceRig::retarget(const MotionClip& motion, const ActorPose* actor, s
   }
   shareLids(data_->file, neutral, frames, markers);
   followGaze(data_->file, gaze, markers);
+  const std::vector<double> ways = waysToCorners(data_->file.control, pairs);
   FaceMotion result(std::move(markers), pairs.size());
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Eigen::Index upper = pairs[i].upper_marker, lower = pairs[i].lower_marker;
     const double height = (neutral.row(upper) - neutral.row(lower)).norm();
-    const double least =
-        kWidestParting * (data_->file.marker_targets.row(upper) - data_->file.marker_targets.row(lower)).norm();
+    const double lips_height = (data_->file.marker_targets.row(upper) - data_->file.marker_targets.row(lower)).norm();
+    const double least = kWidestParting * lips_height;
     for (Eigen::Index frame = 0; frame < frames.rows(); ++frame) {
       const LipPose pose = lips.empty() ? LipPose{} : lips[unsignedIndex(frame)];
       // Whether lips touch is the actor's matter, measured on the actor: the warp shears, so that lips which move
       // together there are carried different ways on the head.
       const double apart = (frames.block<1, 3>(frame, 3 * upper) - frames.block<1, 3>(frame, 3 * lower)).norm();
       const double stretch = height > 0 ? apart / height - 1 : 0;
-      result.setLipGap(
-          FrameIndex{unsignedIndex(frame)}, i,
-          {partedShare(stretch, slack.always + pose.seal * slack.sealed), pose.parting * least, pose.tuck});
+      const LipGap gap{partedShare(stretch, slack.always + pose.seal * slack.sealed), pose.parting * least, pose.tuck};
+      result.setLipGap(FrameIndex{unsignedIndex(frame)}, i,
+                       rounded(gap, double{pose.rounding} * double{1 - pose.seal}, ways[i], lips_height));
     }
   }
   return result;

@@ -77,6 +77,26 @@ TEST_F(FaceJudgeTest, NamesShapesWhoseLipsDoNotMeet) {
   EXPECT_EQ(faultOf(found[2], "closures"), nullptr) << "nobody says that they shall meet";
 }
 
+TEST(MendingRule, KeepsWhatLeavesFewerFaultsButNoOpenMouth) {
+  const auto judged = [](const std::vector<std::string_view>& limits, std::size_t touching) {
+    FaceJudgement judgement;
+    judgement.closures = 40;
+    judgement.touching = touching;
+    for (const std::string_view limit : limits) judgement.faults.push_back({limit, "", {}, {}});
+    return judgement;
+  };
+  const FaceJudgement torn = judged({"stretch", "vertex jump"}, 39), open = judged({"closures"}, 20);
+  EXPECT_TRUE(mendsMore(judged({"stretch"}, 39), torn));
+  EXPECT_TRUE(mendsMore(judged({"stretch"}, 38), torn)) << "closures within their limit are worth less than a fault";
+  EXPECT_FALSE(mendsMore(torn, judged({"stretch"}, 20))) << "more faults are not made up for by closures";
+  EXPECT_FALSE(mendsMore(open, torn)) << "a mouth that closes is not opened for whole skin";
+  EXPECT_TRUE(mendsMore(open, judged({"closures", "stretch"}, 30))) << "one that is open may stay so";
+  EXPECT_TRUE(mendsMore(judged({"closures"}, 21), open));
+  EXPECT_FALSE(mendsMore(open, open)) << "what is as good stays as it was";
+  EXPECT_FALSE(mendsMore(judged({"lips in each other"}, 20), open));
+  EXPECT_TRUE(mendsMore(judged({"lips in each other"}, 39), open));
+}
+
 /// A few vertices of the lower lip are left hanging on the upper one.
 FaceFile hungOnEachOther(const FaceFile& whole) {
   FaceFile torn = whole;

@@ -86,6 +86,32 @@ TEST_F(LipContactTest, TheMeterSeesAGapAndAnOverlapThatWereMade) {
   }
 }
 
+/// On coarse heads triangles reach across the seam of the lips.
+TEST_F(LipContactTest, ATriangleAcrossTheSeamIsOfTheLipThatIsNearer) {
+  // MediaPipe's landmarks of both rims, beside the middle of the mouth.
+  constexpr std::uint32_t kUpper[] = {81, 82}, kLower = 178;
+  FaceMesh webbed = mesh_;
+  MeshPart part = mesh_.parts.front();
+  part.kind = PartKind::kSkin;
+  part.first_triangle = webbed.triangles.size();
+  part.triangle_count = 1;
+  webbed.parts.push_back(part);
+  webbed.triangles.push_back({kUpper[0], kUpper[1], kLower});
+  VertexPositions opened = mesh_.vertices;
+  constexpr float kApart = 3;
+  for (std::size_t v = 0; v < file_.binding.patch.size(); ++v) {
+    const int patch = file_.binding.patch[v];
+    if (patch >= 0 && file_.control.sideOf(static_cast<std::size_t>(patch)) == LipSide::kLower)
+      opened(static_cast<Eigen::Index>(v), 1) -= kApart;
+  }
+  const auto least = [&](const FaceMesh& mesh) {
+    const LipContact contact = LipContactMeter(mesh, file_.control).measure(opened);
+    return *std::min_element(contact.gaps.begin(), contact.gaps.end());
+  };
+  EXPECT_GT(least(mesh_), 0.5 * double{kApart});
+  EXPECT_LT(least(webbed), 0.1) << "the upper lip's triangle hangs down to the lower rim";
+}
+
 TEST_F(LipContactTest, TheMeterLooksThroughASlitBesideATouch) {
   const LipContactMeter meter(mesh_, file_.control);
   const auto tallest = [](const LipContact& contact) {

@@ -166,12 +166,47 @@ TEST(LipRoundingTest, NarrowsTheMouthAndBringsTheLipsForward) {
     return out;
   };
   const VertexPositions rest = deformed({}, 1), round = deformed(kRounded, 1);
-  EXPECT_EQ((deformed(kRounded, 0) - rest).cwiseAbs().maxCoeff(), 0) << "nothing where the sound is not round";
+  EXPECT_EQ((deformed(kRounded, 0) - deformed({}, 0)).cwiseAbs().maxCoeff(), 0) << "nothing where it is not round";
   // MediaPipe's landmarks: the corners of the lips and the middles of their edges.
   const auto width = [](const VertexPositions& v) { return double{(v.row(61) - v.row(291)).norm()}; };
   EXPECT_LT(width(round), 0.9 * width(rest));
   for (const int lip : {0, 13, 14, 17}) EXPECT_GT(round(lip, 2) - rest(lip, 2), 3) << lip;
   for (const int still : {1, 33, 263}) EXPECT_LT((round.row(still) - rest.row(still)).norm(), 1) << still;
+}
+
+/// Whatever the outer edges of the lips do: a wide flat slit says no W.
+TEST(LipRoundingTest, LeavesAHoleBetweenLipsThatMeetBesideIt) {
+  if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
+  FaceMesh mesh;
+  const FaceFile file = test::fittedDefaultFace(mesh);
+  const FaceRig rig = FaceRig::of(file, mesh, "default.face");
+  const test::MadeUpActor actor = test::madeUpActor();
+  const ActorPose who{actor.neutral_mm, 0, {}};
+  const auto deformed = [&](double opened_mm, float rounding) {
+    MarkerPositions now = actor.neutral_mm;
+    for (std::size_t m = 0; m < actor.names.size(); ++m) {
+      if (lipSideOf(actor.names[m]) == LipSide::kLower) now(signedIndex(m), 1) -= opened_mm;
+    }
+    MotionClip clip{60, actor.names, PositionMatrix(1, now.size())};
+    clip.positions_mm.row(0) = Eigen::Map<const Eigen::RowVectorXd>(now.data(), now.size());
+    const std::array lips{LipPose{0, 0.4F, 0, rounding}};
+    VertexPositions out;
+    rig.deform(rig.retarget(clip, &who, lips).pose(FrameIndex{0}), {}, out);
+    return out;
+  };
+  // MediaPipe's landmarks of both rims: in the middle, and some way to the corners.
+  const double mm = 1000 * mesh.metres_per_unit;
+  const auto gap = [mm](const VertexPositions& v, int upper, int lower) {
+    return mm * double{v(upper, 1) - v(lower, 1)};
+  };
+  for (const double opened_mm : {0.0, 3.0}) {
+    const VertexPositions flat = deformed(opened_mm, 0), round = deformed(opened_mm, 1);
+    EXPECT_GT(gap(round, 13, 14), 2) << opened_mm;
+    for (const auto& [upper, lower] : {std::pair{80, 88}, {310, 318}}) {
+      EXPECT_GT(gap(flat, upper, lower), 0.4) << upper;
+      EXPECT_LT(gap(round, upper, lower), 0.3) << upper;
+    }
+  }
 }
 
 }  // namespace
