@@ -64,8 +64,8 @@ def cases(share):
         "convert": Case("corpus", ["convert", "IN/takes/take_01.c3d", "OUT/a.trc"], ["a.trc"]),
         "batch": Case("synth", ["batch", "IN/lines.csv", "--out", "OUT", "--voice", "flite:slt", "--corpus", "clock",
                                 "--format", "arkit.csv,wav", "--quiet", "--jobs", "2"], batch),
-        "apply": Case("retarget", ["apply", "--face", f"{share}/default.face", "--motion", "IN/takes/take_01.c3d",
-                                   "--out", "OUT/a.glb"], ["a.glb"], nightly=True),
+        "apply": Case("retarget", ["apply", "--face", f"{share}/default.face", "--motion", "IN/motion.c3d", "--out",
+                                   "OUT/a.glb"], ["a.glb"], nightly=True),
         "fit": Case("retarget", ["fit", "--mesh", f"{share}/default.obj", "--anchors", "IN/anchors.json", "--corpus",
                                  f"{share}/clock.corpus", "--out", "OUT/x.face", "--even-if-faulty", "--quiet"],
                     ["x.face"], nightly=True),
@@ -73,7 +73,7 @@ def cases(share):
 
 
 def make_inputs(folder, binaries, takes):
-    """Two takes of the clock, a list of lines, and the default face's landmarks as anchors."""
+    """Two takes of the clock, a list of lines, a motion, and the default face's landmarks as anchors."""
     folder.mkdir()
     if not (takes / "take_01.c3d").exists():
         takes = folder / "performed"
@@ -81,6 +81,7 @@ def make_inputs(folder, binaries, takes):
     (folder / "takes").mkdir()
     for file in sorted(takes.glob("take_0[12].*")):
         shutil.copy(file, folder / "takes")
+    subprocess.run([binaries / "synth", *SPEAK, "-o", folder / "motion.c3d"], check=True)
     (folder / "lines.csv").write_text("id,text\na,the time is now\nb,it is ten\n")
     markers = json.loads((ROOT / "sample_data/layouts/face66.json").read_text())["markers"]
     anchors = {"markers": {marker["name"]: marker["mediapipe_landmark"] for marker in markers}}
