@@ -203,6 +203,39 @@ TEST(Recogniser, LeavesACorpusWordsInAnyOrder) {
   EXPECT_EQ(heard("the warm tub caught his feet"), "the warm tub caught his feet");
 }
 
+/// Words that are heard for others leave closings out that the sound tells.
+TEST(Recogniser, KeepsClosingsThatItsWordsLack) {
+  const auto recogniser = makeRecogniser({.as = HearAs::kAuto, .hint = {}});
+  constexpr Seconds kQuiet = 0.25, kNear = 0.04;
+  struct Line {
+    const char *voice, *text;
+    int may_lack;
+  };
+  constexpr Line kLines[] = {{"flite:kal16", "bring bob a big bowl of plum jam", 1},
+                             {"flite:slt", "put the map by the pump", 0},
+                             {"flite:rms", "pack my box with maps", 0},
+                             {"flite:awb", "bees make most of the honey", 0}};
+  for (const auto& [voice, text, may_lack] : kLines) {
+    const SpokenLine spoken = makeVoice(voice)->speak(text);
+    const HeardSpeech heard =
+        recogniser->hear(joined({quiet(kQuiet), resampleAudio(spoken.audio, 16000), quiet(kQuiet)}), "line");
+    const std::vector<LabelledPhone>& phones = heard.labels.phones;
+    ASSERT_EQ(phones.size(), heard.confidence.size());
+    for (std::size_t i = 0; i + 1 < phones.size(); ++i) {
+      EXPECT_GT(phones[i].span.duration(), 0) << text;
+      EXPECT_NEAR(phones[i].span.end, phones[i + 1].span.start, 1e-9) << text;
+    }
+    int lost = 0;
+    for (const LabelledPhone& lips : spoken.labels.phones) {
+      lost += isBilabial(lips.phone) && std::none_of(phones.begin(), phones.end(), [&](const LabelledPhone& phone) {
+                return isBilabial(phone.phone) && phone.span.start < lips.span.end + kQuiet + kNear &&
+                       phone.span.end > lips.span.start + kQuiet - kNear;
+              });
+    }
+    EXPECT_LE(lost, may_lack) << text << ", heard as " << heard.text;
+  }
+}
+
 bool isDoubted(const HeardSpeech& heard) {
   return std::any_of(heard.warnings.begin(), heard.warnings.end(),
                      [](const std::string& warning) { return warning.starts_with("what was heard is doubtful"); });
