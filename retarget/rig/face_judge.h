@@ -86,9 +86,8 @@ std::vector<FaceJudgement> judgeShapes(const FaceRig& rig, const FaceFile& face,
 bool mendsMore(const FaceJudgement& tried, const FaceJudgement& kept);
 
 /// Where skin tears it is relaxed (relaxAround), step by step further around, lips that stay apart are pressed together
-/// by as much, lips that get into each other held apart (FaceBinding::pressed), and all is judged again: what
-/// mends more is kept. `face` is changed, and `rig` is then that of it. Returns
-/// the judgement of what they have become.
+/// by as much, lips that get into each other held apart (FaceBinding::pressed), and all is judged again: what mends
+/// more is kept. `face` is changed, and `rig` is then that of it. Returns the judgement of what they have become.
 FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, const ActorPose& actor,
                        FaceJudgement judged);
 

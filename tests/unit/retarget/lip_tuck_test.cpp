@@ -149,6 +149,18 @@ TEST(LipTuck, ComesAndGoesWithoutAJump) {
   }
 }
 
+/// The face in a frame of the actor's markers, by a phone that is as round as that.
+VertexPositions deformedBy(const FaceRig& rig, const test::MadeUpActor& actor, const MarkerPositions& markers_mm,
+                           const LipRounding& unseen, float rounding) {
+  MotionClip clip{60, actor.names, PositionMatrix(1, markers_mm.size())};
+  clip.positions_mm.row(0) = Eigen::Map<const Eigen::RowVectorXd>(markers_mm.data(), markers_mm.size());
+  const ActorPose who{actor.neutral_mm, 0, unseen};
+  const std::array lips{LipPose{0, 0.4F, 0, rounding}};
+  VertexPositions out;
+  rig.deform(rig.retarget(clip, &who, lips).pose(FrameIndex{0}), {}, out);
+  return out;
+}
+
 /// What a camera in front does not see of W is added, and can be seen from the side.
 TEST(LipRoundingTest, NarrowsTheMouthAndBringsTheLipsForward) {
   if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
@@ -156,14 +168,8 @@ TEST(LipRoundingTest, NarrowsTheMouthAndBringsTheLipsForward) {
   const FaceFile file = test::fittedDefaultFace(mesh);
   const FaceRig rig = FaceRig::of(file, mesh, "default.face");
   const test::MadeUpActor actor = test::madeUpActor();
-  MotionClip clip{60, actor.names, PositionMatrix(1, actor.neutral_mm.size())};
-  clip.positions_mm.row(0) = Eigen::Map<const Eigen::RowVectorXd>(actor.neutral_mm.data(), actor.neutral_mm.size());
   const auto deformed = [&](const LipRounding& unseen, float rounding) {
-    const ActorPose who{actor.neutral_mm, 0, unseen};
-    VertexPositions out;
-    const std::array lips{LipPose{0, 0.4F, 0, rounding}};
-    rig.deform(rig.retarget(clip, &who, lips).pose(FrameIndex{0}), {}, out);
-    return out;
+    return deformedBy(rig, actor, actor.neutral_mm, unseen, rounding);
   };
   const VertexPositions rest = deformed({}, 1), round = deformed(kRounded, 1);
   EXPECT_EQ((deformed(kRounded, 0) - deformed({}, 0)).cwiseAbs().maxCoeff(), 0) << "nothing where it is not round";
@@ -181,18 +187,12 @@ TEST(LipRoundingTest, LeavesAHoleBetweenLipsThatMeetBesideIt) {
   const FaceFile file = test::fittedDefaultFace(mesh);
   const FaceRig rig = FaceRig::of(file, mesh, "default.face");
   const test::MadeUpActor actor = test::madeUpActor();
-  const ActorPose who{actor.neutral_mm, 0, {}};
   const auto deformed = [&](double opened_mm, float rounding) {
     MarkerPositions now = actor.neutral_mm;
     for (std::size_t m = 0; m < actor.names.size(); ++m) {
       if (lipSideOf(actor.names[m]) == LipSide::kLower) now(signedIndex(m), 1) -= opened_mm;
     }
-    MotionClip clip{60, actor.names, PositionMatrix(1, now.size())};
-    clip.positions_mm.row(0) = Eigen::Map<const Eigen::RowVectorXd>(now.data(), now.size());
-    const std::array lips{LipPose{0, 0.4F, 0, rounding}};
-    VertexPositions out;
-    rig.deform(rig.retarget(clip, &who, lips).pose(FrameIndex{0}), {}, out);
-    return out;
+    return deformedBy(rig, actor, now, {}, rounding);
   };
   // MediaPipe's landmarks of both rims: in the middle, and some way to the corners.
   const double mm = 1000 * mesh.metres_per_unit;
