@@ -53,9 +53,9 @@ else
 fi
 echo "setup: installing$missing"
 export DEBIAN_FRONTEND=noninteractive
-install_missing() {
+install_missing() {  # waits for another apt, as machines start one by themselves
   # shellcheck disable=SC2086
-  $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $missing >"$log" 2>&1
+  $as_root env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=600 install -y -q --no-install-recommends $missing >"$log" 2>&1
 }
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
