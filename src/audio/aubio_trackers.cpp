@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "audio/pitch_track.h"
@@ -25,7 +26,8 @@ struct DeleteBy {
 using AubioVector = std::unique_ptr<fvec_t, DeleteBy<del_fvec>>;
 
 /// A sound at 16 kHz as aubio takes it: hop by hop, in windows that end with the samples just given. Frame i here is
-/// the window whose middle lies at i * hop of the sound; beyond the sound is silence.
+/// the window whose middle lies at i * hop of the sound; beyond the sound is silence. An hour's sound is not held a
+/// second time: `clip` must outlive this.
 class AubioFrames {
  public:
   static constexpr int kRateHz = 16000;
@@ -34,20 +36,28 @@ class AubioFrames {
       : hop_(unsignedIndex(std::lround(step * kRateHz))),
         window_(window),
         warm_up_((window + hop_ - 1) / hop_),
-        lead_(warm_up_ * hop_ - window / 2) {
-    const AudioClip sound = resampleAudio(clip, kRateHz);
-    count_ = sound.samples.size() / hop_ + 1;
-    samples_.resize(lead_ + count_ * hop_ + 2 * window, 0.0F);
-    std::copy(sound.samples.begin(), sound.samples.end(), samples_.begin() + signedIndex(lead_));
-  }
+        lead_(warm_up_ * hop_ - window / 2),
+        resampled_(clip.sample_rate_hz == kRateHz ? AudioClip() : resampleAudio(clip, kRateHz)),
+        sound_(clip.sample_rate_hz == kRateHz ? clip.samples : resampled_.samples),
+        count_(sound_.size() / hop_ + 1) {}
+  AubioFrames(const AubioFrames&) = delete;
+  AubioFrames& operator=(const AubioFrames&) = delete;
 
   [[nodiscard]] std::size_t count() const { return count_; }
   [[nodiscard]] uint_t hop() const { return static_cast<uint_t>(hop_); }
-  [[nodiscard]] const std::vector<float>& samples() const { return samples_; }
+  /// With the silence around the sound.
+  [[nodiscard]] std::size_t size() const { return lead_ + count_ * hop_ + 2 * window_; }
+  [[nodiscard]] std::vector<float> samples() const {
+    std::vector<float> all(size());
+    copy(0, all);
+    return all;
+  }
   /// Of the samples.
   [[nodiscard]] std::size_t middleOf(std::size_t frame) const { return frame * hop_ + lead_; }
-  [[nodiscard]] Eigen::Map<const Eigen::VectorXf> window(std::size_t frame) const {
-    return {&samples_[middleOf(frame) - window_ / 2], signedIndex(window_)};
+  [[nodiscard]] Eigen::VectorXf window(std::size_t frame) const {
+    Eigen::VectorXf samples(signedIndex(window_));
+    copy(middleOf(frame) - window_ / 2, {samples.data(), window_});
+    return samples;
   }
 
   /// Calls `give` with every hop of samples, and `take` with every frame as soon as aubio has heard the whole of it.
@@ -55,16 +65,24 @@ class AubioFrames {
   void run(Give give, Take take) const {
     const AubioVector input(new_fvec(hop()));
     for (std::size_t step = 0; step + 1 < count_ + warm_up_; ++step) {
-      const auto from = samples_.begin() + signedIndex(std::min(step * hop_, samples_.size() - hop_));
-      std::copy_n(from, hop_, input->data);
+      copy(std::min(step * hop_, size() - hop_), {input->data, hop_});
       give(input.get());
       if (step + 1 >= warm_up_) take(step + 1 - warm_up_);
     }
   }
 
  private:
-  std::size_t hop_, window_, warm_up_, lead_, count_;
-  std::vector<float> samples_;
+  /// Samples from `first` on.
+  void copy(std::size_t first, std::span<float> out) const {
+    std::fill(out.begin(), out.end(), 0.0F);
+    const std::size_t begin = std::max(first, lead_), end = std::min(first + out.size(), lead_ + sound_.size());
+    if (begin < end) std::copy_n(&sound_[begin - lead_], end - begin, &out[begin - first]);
+  }
+
+  std::size_t hop_, window_, warm_up_, lead_;
+  AudioClip resampled_;  ///< where the sound has another rate
+  std::span<const float> sound_;
+  std::size_t count_;
 };
 
 constexpr std::size_t kPitchWindow = 1024;  // 64 ms; twice as long flattens vibrato
@@ -133,6 +151,7 @@ double PitchTrack::hzAt(Seconds time) const {
 
 PitchTrack trackPitch(const AudioClip& clip, const PitchOptions& options) {
   const AubioFrames sound(clip, options.step, kPitchWindow);
+  const std::vector<float> samples = sound.samples();
   const std::unique_ptr<aubio_pitch_t, DeleteBy<del_aubio_pitch>> pitch(
       new_aubio_pitch("yinfft", kPitchWindow, sound.hop(), AubioFrames::kRateHz));
   const AubioVector output(new_fvec(1));
@@ -147,8 +166,8 @@ PitchTrack trackPitch(const AudioClip& clip, const PitchOptions& options) {
               double hz = output->data[0];
               if (!(hz >= options.lowest_hz && hz <= options.highest_hz)) return;
               const std::size_t middle = sound.middleOf(frame);
-              hz = setOctaveRight(sound.samples(), middle, hz, options);
-              const double confidence = clarityAt(sound.samples(), middle, AubioFrames::kRateHz / hz);
+              hz = setOctaveRight(samples, middle, hz, options);
+              const double confidence = clarityAt(samples, middle, AubioFrames::kRateHz / hz);
               const bool is_voiced = confidence >= options.least_confidence && levels[frame] >= least_level;
               track.frames[frame] = {is_voiced ? hz : 0, std::clamp(confidence, 0.0, 1.0)};
             });

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "audio/audio_clip.h"
@@ -225,21 +226,25 @@ std::string wavBytes(const AudioClip& clip) {
   MOUTHPIECE_EXPECT(clip.sample_rate_hz > 0);
   if (clip.samples.size() > kMostWavSamples)
     throw InputError(fmt::format("{} samples do not fit into a WAV", clip.samples.size()));
-  std::vector<std::int16_t> samples;
-  samples.reserve(clip.samples.size());
-  for (const float sample : clip.samples) {
-    MOUTHPIECE_EXPECT(std::isfinite(sample));
-    // 32768 is libsndfile's scale too: reading and writing again changes nothing.
-    samples.push_back(static_cast<std::int16_t>(std::clamp(std::lrint(sample * 32768.0F), -32768L, 32767L)));
-  }
+  constexpr std::size_t kHeader = 44, kBlock = 65536;
   MemoryFile file;
+  file.written.reserve(kHeader + 2 * clip.samples.size());  // growing by doubling would take an hour's sound twice
   SF_INFO info{};
   info.samplerate = clip.sample_rate_hz;
   info.channels = 1;
   info.format = SF_FORMAT_WAV | SF_FORMAT_PCM_16;
   SoundFile sound = openInMemory(file, SFM_WRITE, info);
-  const bool is_written =
-      sound && sf_write_short(sound.get(), samples.data(), std::ssize(samples)) == std::ssize(samples);
+  bool is_written = sound != nullptr;
+  std::vector<std::int16_t> block;
+  for (std::size_t first = 0; is_written && first < clip.samples.size(); first += kBlock) {
+    block.clear();
+    for (const float sample : std::span(clip.samples).subspan(first, std::min(kBlock, clip.samples.size() - first))) {
+      MOUTHPIECE_EXPECT(std::isfinite(sample));
+      // 32768 is libsndfile's scale too: reading and writing again changes nothing.
+      block.push_back(static_cast<std::int16_t>(std::clamp(std::lrint(sample * 32768.0F), -32768L, 32767L)));
+    }
+    is_written = sf_write_short(sound.get(), block.data(), std::ssize(block)) == std::ssize(block);
+  }
   if (!is_written) throw InternalError("libsndfile could not write a sound into memory");
   sound.reset();  // puts the lengths into the header
   return std::move(file.written);

@@ -13,8 +13,10 @@
 #include <optional>
 #include <random>
 #include <span>
+#include <utility>
 
 #include "base/errors.h"
+#include "base/file_parts.h"
 #include "base/index.h"
 #include "base/unfinished.h"
 
@@ -112,6 +114,36 @@ void flushToDisk(const fs::path& path, const fs::path& named_in_errors) {
   if (result != 0) failWriting(named_in_errors, error);
 }
 
+/// A file that is written; what goes wrong is told of the name that it will have.
+class OpenFile {
+ public:
+  OpenFile(const fs::path& path, const fs::path& named_in_errors)
+      : named_(named_in_errors), descriptor_(::open(path.c_str(), O_WRONLY | O_NOFOLLOW | O_CLOEXEC)) {
+    if (descriptor_ < 0) failWriting(named_, errno);
+  }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+  ~OpenFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  void append(std::string_view bytes) const {
+    while (!bytes.empty()) {
+      const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written <= 0) failWriting(named_, written == 0 ? EIO : errno);
+      bytes.remove_prefix(unsignedIndex(written));
+    }
+  }
+  /// Some file systems tell only then that a disk is full.
+  void close() {
+    if (::close(std::exchange(descriptor_, -1)) != 0) failWriting(named_, errno);
+  }
+
+ private:
+  const fs::path& named_;
+  int descriptor_;
+};
+
 thread_local FilesTogether* open_set = nullptr;
 
 }  // namespace
@@ -180,23 +212,16 @@ void writeFileAtomically(const fs::path& path, const std::function<void(const fs
   }
 }
 
-void writeFileAtomically(const fs::path& path, std::string_view bytes) {
+void writeFileInParts(const fs::path& path, const std::function<void(const AppendBytes&)>& write) {
   writeFileAtomically(path, [&](const fs::path& temporary) {
-    const int descriptor = ::open(temporary.c_str(), O_WRONLY | O_NOFOLLOW | O_CLOEXEC);
-    if (descriptor < 0) failWriting(path, errno);
-    std::size_t done = 0;
-    while (done < bytes.size()) {
-      const ssize_t written = ::write(descriptor, bytes.data() + done, bytes.size() - done);
-      if (written < 0 && errno == EINTR) continue;
-      if (written <= 0) {
-        const int write_error = written == 0 ? EIO : errno;
-        ::close(descriptor);
-        failWriting(path, write_error);
-      }
-      done += unsignedIndex(written);
-    }
-    if (::close(descriptor) != 0) failWriting(path, errno);
+    OpenFile file(temporary, path);
+    write([&file](std::string_view bytes) { file.append(bytes); });
+    file.close();
   });
+}
+
+void writeFileAtomically(const fs::path& path, std::string_view bytes) {
+  writeFileInParts(path, [&](const AppendBytes& append) { append(bytes); });
 }
 
 std::string sha256Hex(std::string_view bytes) {

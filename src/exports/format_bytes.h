@@ -28,9 +28,10 @@ std::string mddBytes(const FaceAnimation& animation);
 void objFrames(const FaceMesh& mesh, const FaceAnimation& animation,
                const std::function<void(std::size_t frame, const std::string& bytes)>& take);
 
-/// report.json (docs/formats/report.md): where each phone came from, how it was joined and how long it took. `of_head`:
-/// how well the head's own shapes follow; null where none were asked.
-std::string reportJson(const UtteranceAnimation& animation, const ArkitCurves* of_head = nullptr);
+/// report.json (docs/formats/report.md): where each phone came from, how it was joined and how long it took (`timing`,
+/// whatever the animation's own says). `of_head`: how well the head's own shapes follow; null where none were asked.
+std::string reportJson(const UtteranceAnimation& animation, const StageTimings& timing,
+                       const ArkitCurves* of_head = nullptr);
 
 /// Another fragment that a unit of the line could be made of.
 struct UnitOffer {

@@ -118,7 +118,7 @@ std::string viewHtml(std::string_view page_template, const ViewPage& page) {
                      "found no line \"<!-- mouthpiece:data -->\"; expected the template that the build makes");
   }
   const PageMesh mesh = pageMeshOf(page.mesh);
-  ordered_json data{{"report", reportFields(page.animation)},
+  ordered_json data{{"report", reportFields(page.animation, page.animation.timing_ms)},
                     {"face", page.face_name},
                     {"parts", partsOf(mesh)},
                     {"control", controlOf(page, mesh.metres_per_unit)},

@@ -11,6 +11,6 @@ namespace mouthpiece {
 inline double rounded(double value) { return std::round(value * 1e4) / 1e4; }
 
 /// The fields of report.json, for the files that hold them: the report itself and view.html.
-nlohmann::ordered_json reportFields(const UtteranceAnimation& animation);
+nlohmann::ordered_json reportFields(const UtteranceAnimation& animation, const StageTimings& timing);
 
 }  // namespace mouthpiece

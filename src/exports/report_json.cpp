@@ -107,8 +107,7 @@ ordered_json settingsOf(const UtteranceAnimation& animation) {
 
 }  // namespace
 
-ordered_json reportFields(const UtteranceAnimation& animation) {
-  const StageTimings& timing = animation.timing_ms;
+ordered_json reportFields(const UtteranceAnimation& animation, const StageTimings& timing) {
   const double work_ms =
       timing.load + timing.selection + timing.motion + timing.retarget + timing.deform + timing.write;
   const Seconds duration =
@@ -144,8 +143,8 @@ ordered_json reportFields(const UtteranceAnimation& animation) {
           {"real_time_factor", duration > 0 ? toMicro(work_ms / 1000 / duration) : 0.0}};
 }
 
-std::string reportJson(const UtteranceAnimation& animation, const ArkitCurves* of_head) {
-  ordered_json fields = reportFields(animation);
+std::string reportJson(const UtteranceAnimation& animation, const StageTimings& timing, const ArkitCurves* of_head) {
+  ordered_json fields = reportFields(animation, timing);
   if (of_head != nullptr) {
     fields["mouth"]["shapes"] = {{"closed_frames", of_head->closures},
                                  {"kept", of_head->closures_kept},

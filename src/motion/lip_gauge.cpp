@@ -71,13 +71,19 @@ std::vector<double> LipGauge::overFrames(Measure measure, const PositionMatrix& 
   return values;
 }
 
-double LipGauge::tightest(const MotionClip& motion, const TimeSpan& span) const {
+std::pair<Eigen::Index, Eigen::Index> LipGauge::framesAround(const TimeSpan& span, double frame_rate_hz,
+                                                             Eigen::Index frame_count) {
   constexpr Seconds kAround = 0.020;
-  const double last = asReal(motion.positions_mm.rows() - 1);
+  const double last = asReal(frame_count - 1);
   const auto frameAt = [&](double frame) { return static_cast<Eigen::Index>(std::clamp(frame, 0.0, last)); };
-  const Eigen::Index end = frameAt(std::ceil((span.end + kAround) * motion.frame_rate_hz));
+  return {frameAt(std::floor((span.start - kAround) * frame_rate_hz)),
+          frameAt(std::ceil((span.end + kAround) * frame_rate_hz))};
+}
+
+double LipGauge::tightest(const MotionClip& motion, const TimeSpan& span) const {
+  const auto [first, last] = framesAround(span, motion.frame_rate_hz, motion.positions_mm.rows());
   double least = std::numeric_limits<double>::infinity();
-  for (Eigen::Index frame = frameAt(std::floor((span.start - kAround) * motion.frame_rate_hz)); frame <= end; ++frame) {
+  for (Eigen::Index frame = first; frame <= last; ++frame) {
     const double own = opening(motion.positions_mm.row(frame));
     if (own < least) least = own;  // NaN is not
   }

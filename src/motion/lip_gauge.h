@@ -2,6 +2,7 @@
 
 #include <array>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "motion/marker_layout.h"
@@ -52,6 +53,9 @@ class LipGauge {
 
   /// The least opening in `span` and 20 ms around it, which labels are exact to; NaN where none was seen.
   [[nodiscard]] double tightest(const MotionClip& motion, const TimeSpan& span) const;
+  /// The first and the last frame that tightest() looks at.
+  [[nodiscard]] static std::pair<Eigen::Index, Eigen::Index> framesAround(const TimeSpan& span, double frame_rate_hz,
+                                                                          Eigen::Index frame_count);
 
  private:
   std::array<Eigen::Index, kMarkerRoles.size()> columns_{-1, -1, -1, -1, -1};  ///< one a role

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "motion/motion_pieces.h"
+
 namespace mouthpiece {
 
 bool MotionClip::isSeenThroughout(MarkerIndex marker, FrameIndex first, FrameIndex last) const {
@@ -21,6 +23,11 @@ std::optional<MarkerIndex> MotionClip::findMarker(std::string_view name) const {
   const auto found = std::find(marker_names.begin(), marker_names.end(), name);
   if (found == marker_names.end()) return std::nullopt;
   return MarkerIndex(unsignedIndex(found - marker_names.begin()));
+}
+
+MotionInPieces inOnePiece(const MotionClip& clip) {
+  return {clip.frame_rate_hz, clip.marker_names, clip.frameCount(),
+          [&clip](const MotionInPieces::Take& take) { take(0, clip.positions_mm); }};
 }
 
 MotionClip selectMarkers(const MotionClip& clip, const std::vector<std::string>& names) {

@@ -198,9 +198,8 @@ json sampleToJson(const PrincipalShapes& shapes) {
 
 json soundToJson(const SynthesisRequest& request, const Corpus& corpus) {
   json made{{"rate_hz", request.audio.sample_rate_hz}, {"count", request.audio.samples.size()}};
-  const bool is_heard = request.options.context.hear && corpus.trajectory_model != nullptr &&
-                        !corpus.trajectory_model->sound.isEmpty() && !request.audio.samples.empty();
-  if (is_heard) made["measures"] = doublesOf(soundMeasures(request.audio).rows);
+  if (hearsSound(request.options, corpus) && !request.audio.samples.empty())
+    made["measures"] = doublesOf(soundMeasures(request.audio).rows);
   return made;
 }
 

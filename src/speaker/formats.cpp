@@ -16,7 +16,6 @@
 #include "exports/scenes/scene_files.h"
 #include "motion/formats/c3d_file.h"
 #include "motion/formats/motion_csv.h"
-#include "motion/formats/motion_file.h"
 #include "motion/resample.h"
 #include "mouthpiece/save.h"
 #include "phonetics/labels/textgrid.h"
@@ -151,7 +150,7 @@ constexpr std::array kRows = {
     Row{{".wav", "speech.wav", "the sound", false, true},
         [](const fs::path& path, const Source& source) { writeWav(path, source.animation.audio); }},
     Row{{".c3d", "motion.c3d", "marker motion, head still", false, true},
-        [](const fs::path& path, const Source& source) { writeC3d(path, source.animation.motion); }},
+        [](const fs::path& path, const Source& source) { writeC3d(path, source.motionInPieces()); }},
     Row{{"curves.csv", "curves.csv", "the curves' keys"},
         [](const fs::path& path, const Source& source) {
           writeFileAtomically(path, curveKeysToCsv(source.animation.curves));
@@ -207,9 +206,9 @@ constexpr std::array kRows = {
     Row{{".vtt", "speech.vtt", "the same as WebVTT"},
         [](const fs::path& path, const Source& source) { writeFileAtomically(path, vttText(needLabels(source))); }},
     Row{{".trc", "motion.trc", "marker motion as Cortex and OpenSim have it"},
-        [](const fs::path& path, const Source& source) { writeMotion(path, source.animation.motion); }},
+        [](const fs::path& path, const Source& source) { writeTrc(path, source.motionInPieces()); }},
     Row{{".csv", "motion.csv", "marker motion, a row a frame", false, true},
-        [](const fs::path& path, const Source& source) { writeMotionCsv(path, source.animation.motion); }},
+        [](const fs::path& path, const Source& source) { writeMotionCsv(path, source.motionInPieces()); }},
     Row{{"small.glb", "face.small.glb", "the same in a fifth of the room, for programs that know meshopt", true},
         [](const fs::path& path, const Source& source) { writeFileAtomically(path, source.smallGlb()); }},
     Row{{"arkit.glb", "face.arkit.glb", "the same by ARKit's 52 shapes, the same ones in every line", true},

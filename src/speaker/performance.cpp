@@ -78,7 +78,6 @@ Eigen::Vector3d Performance::Data::neckTop() const {
 }
 
 void Performance::Data::describe() {
-  sound = {animation.audio.sample_rate_hz, animation.audio.samples};
   const SpeechLabels& from = animation.labels;
   std::vector<std::optional<std::size_t>> named;  // of each word its place among those that have a text
   for (const LabelledWord& word : from.words) {
@@ -88,9 +87,6 @@ void Performance::Data::describe() {
   for (const LabelledPhone& phone : from.phones)
     labels.phones.push_back({std::string(phone.name()), std::string(visemeName(firstViseme(phone.phone))), phone.span,
                              phone.word ? named[*phone.word] : std::nullopt});
-  const PositionMatrix& positions = animation.motion.positions_mm;
-  motion = {animation.motion.frame_rate_hz, animation.motion.marker_names,
-            std::vector<double>(positions.data(), positions.data() + positions.size())};
   for (const AnimationCurve& curve : animation.curves) {
     Curve& shown = curves.emplace_back(Curve{curve.name, {}});
     for (const CurveKey& key : curve.keys) shown.keys.push_back({key.time, key.value, key.in, key.out});
@@ -98,6 +94,59 @@ void Performance::Data::describe() {
   for (const PlacedUnit& unit : animation.units)
     units.push_back(
         {unit.phones.first.value, unit.phones.last.value, unit.take, unit.source_span, unit.span, unit.is_backoff});
+}
+
+void Performance::Data::makePieces(const MotionInPieces::Take& take) const {
+  const std::scoped_lock lock(mutex_);
+  if (!later || whole_) return take(0, clip().positions_mm);
+  double taking_ms = 0;
+  MotionTold told = timed(later_ms_.motion, [&] {
+    return later->forEachPiece(
+        [&](const MotionPiece& piece) { timed(taking_ms, [&] { take(piece.first_frame, piece.positions_mm); }); });
+  });
+  later_ms_.motion -= taking_ms;
+  if (std::exchange(is_told_, true)) return;
+  animation.joins = std::move(told.joins);
+  animation.shares = std::move(told.shares);
+  animation.mouth = told.mouth;
+  animation.settings.insert(animation.settings.end(), told.settings.begin(), told.settings.end());
+}
+
+MotionInPieces Performance::Data::motionInPieces() const {
+  const MotionClip& motion = animation.motion;
+  return {motion.frame_rate_hz, motion.marker_names, motion.frameCount(),
+          [this](const MotionInPieces::Take& take) { makePieces(take); }};
+}
+
+const MotionClip& Performance::Data::clip() const {
+  if (!later) return animation.motion;
+  const std::scoped_lock lock(mutex_);
+  if (!whole_) {
+    const MotionClip& known = animation.motion;
+    MotionClip all{known.frame_rate_hz, known.marker_names,
+                   PositionMatrix(signedIndex(known.frameCount()), signedIndex(3 * known.markerCount()))};
+    makePieces([&](std::size_t first, const PositionMatrix& rows) {
+      all.positions_mm.middleRows(signedIndex(first), rows.rows()) = rows;
+    });
+    whole_ = std::move(all);
+  }
+  return *whole_;
+}
+
+const Sound& Performance::Data::shownSound() const {
+  const std::scoped_lock lock(mutex_);
+  if (!sound_) sound_ = Sound{animation.audio.sample_rate_hz, animation.audio.samples};
+  return *sound_;
+}
+
+const Motion& Performance::Data::shownMotion() const {
+  const std::scoped_lock lock(mutex_);
+  if (!motion_) {
+    const PositionMatrix& positions = clip().positions_mm;
+    motion_ = Motion{animation.motion.frame_rate_hz, animation.motion.marker_names,
+                     std::vector<double>(positions.data(), positions.data() + positions.size())};
+  }
+  return *motion_;
 }
 
 const SharedFace::Data& Performance::Data::needFace() const {
@@ -109,7 +158,7 @@ const FaceMotion& Performance::Data::faceMotion() const {
   const std::scoped_lock lock(mutex_);
   if (!face_motion_) {
     face_motion_ = timed(later_ms_.retarget, [&] {
-      return needFace().rig.retarget(animation.motion, actor ? &*actor : nullptr, animation.lips, animation.gaze);
+      return needFace().rig.retarget(clip(), actor ? &*actor : nullptr, animation.lips, animation.gaze);
     });
   }
   return *face_motion_;
@@ -177,7 +226,7 @@ const RowMajorMatrixF& Performance::Data::arkitOfHead() const {
     if (has_arkit) {
       // EyeLook... takes the lids along by itself: what is fitted looks ahead.
       const FaceRig& rig = needFace().rig;
-      const FaceMotion ahead = rig.retarget(animation.motion, actor ? &*actor : nullptr, animation.lips);
+      const FaceMotion ahead = rig.retarget(clip(), actor ? &*actor : nullptr, animation.lips);
       fit_of_head_ = fitArkit(allOf(framesOf(ahead, {})), rig.mesh(), shapes);
       arkit_of_head_ = std::exchange(fit_of_head_->weights, {});
     }
@@ -258,8 +307,8 @@ FaceAnimation Performance::Data::allVertices() const {
 const RowMajorMatrixF& Performance::Data::arkit() const {
   const std::scoped_lock lock(mutex_);
   if (!arkit_) {
-    arkit_ = arkitFromMarkers(animation.motion, corpus ? &corpus->data().corpus.neutral_pose_mm : nullptr,
-                              animation.lips, actor ? actor->unseen : LipRounding{});
+    arkit_ = arkitFromMarkers(clip(), corpus ? &corpus->data().corpus.neutral_pose_mm : nullptr, animation.lips,
+                              actor ? actor->unseen : LipRounding{});
     addGaze(animation.gaze, *arkit_);
   }
   return *arkit_;
@@ -269,6 +318,7 @@ StageTimings Performance::Data::timing() const {
   if (!tells_timing) return {};
   const std::scoped_lock lock(mutex_);
   StageTimings all = animation.timing_ms;
+  all.motion += later_ms_.motion;
   all.retarget += later_ms_.retarget;
   all.deform += later_ms_.deform;
   all.write += later_ms_.write;
@@ -276,14 +326,17 @@ StageTimings Performance::Data::timing() const {
 }
 
 UtteranceAnimation Performance::Data::timedAnimation() const {
+  const MotionClip& motion = clip();
   UtteranceAnimation told = animation;
+  told.motion = motion;
   told.timing_ms = timing();
   return told;
 }
 
 std::string Performance::Data::report() const {
   const std::scoped_lock lock(mutex_);
-  return reportJson(timedAnimation(), fit_of_head_ ? &*fit_of_head_ : nullptr);
+  if (later && !is_told_) makePieces([](std::size_t, const PositionMatrix&) {});
+  return reportJson(animation, timing(), fit_of_head_ ? &*fit_of_head_ : nullptr);
 }
 
 void Performance::Data::addWriting(double milliseconds) const {
@@ -297,9 +350,9 @@ const std::string& Performance::voice() const { return data_->animation.voice; }
 double Performance::frameRateHz() const { return data_->animation.motion.frame_rate_hz; }
 std::size_t Performance::frameCount() const { return data_->animation.motion.frameCount(); }
 Seconds Performance::duration() const { return data_->animation.motion.duration(); }
-const Sound& Performance::sound() const { return data_->sound; }
+const Sound& Performance::sound() const { return data_->shownSound(); }
 const Labels& Performance::labels() const { return data_->labels; }
-const Motion& Performance::motion() const { return data_->motion; }
+const Motion& Performance::motion() const { return data_->shownMotion(); }
 const std::vector<Curve>& Performance::curves() const { return data_->curves; }
 const std::vector<PerformedUnit>& Performance::units() const { return data_->units; }
 const std::vector<GuessedWord>& Performance::guesses() const { return data_->guesses; }

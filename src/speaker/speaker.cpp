@@ -432,16 +432,19 @@ Performance Speaker::perform(const Line& given) {
   const SynthesisRequest request{sound.line.text,
                                  sound.line.voice,
                                  std::move(sound.line.labels),
-                                 std::move(sound.line.audio),
+                                 {},
                                  data_->synthesisFor(line),
                                  std::move(sound.line.units),
                                  std::move(sound.tags)};
-  made->animation = synthesise(request, data_->corpus.data().units);
   UtteranceAnimation& animation = made->animation;
+  animation.audio = std::move(sound.line.audio);
+  SynthesisedLine synthesised = synthesiseForPieces(request, data_->corpus.data().units, animation.audio);
+  synthesised.animation.audio = std::move(animation.audio);
+  animation = std::move(synthesised.animation);
+  made->later = std::move(synthesised.motion);
   if (data_->options.page_engine) {
     SynthesisRequest again = request;
     again.labels = std::move(labels_before);
-    again.audio = {};
     again.options.edits = {};
     if (const std::string_view reason = whyNotPacked(again); reason.empty()) {
       made->to_make_again = std::move(again);

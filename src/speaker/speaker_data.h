@@ -14,12 +14,14 @@
 #include "exports/format_bytes.h"
 #include "exports/gltf/glb.h"
 #include "exports/shapes/principal_shapes.h"
+#include "motion/motion_pieces.h"
 #include "mouthpiece/corpus.h"
 #include "mouthpiece/face.h"
 #include "mouthpiece/performance.h"
 #include "retarget/rig/face_file.h"
 #include "retarget/rig/face_rig.h"
 #include "synthesis/curve_model.h"
+#include "synthesis/line_motion.h"
 #include "synthesis/synthesis.h"
 #include "units/file/corpus.h"
 #include "units/selection/unit_database.h"
@@ -52,7 +54,10 @@ struct SharedFace::Data {
 
 /// A performance behind the front door. What takes long is made when it is first asked for, under `mutex`.
 struct Performance::Data {
-  UtteranceAnimation animation;
+  /// Of a line whose motion was left for `later` with frames of no markers; joins, shares, mouth and what was heard
+  /// come when its motion is first made, under the mutex.
+  mutable UtteranceAnimation animation;
+  std::unique_ptr<LineMotion> later;  ///< null: the animation has its motion
   std::optional<SharedFace> face;
   std::optional<ActorPose> actor;      ///< who moves the face; none: the actor it was fitted with
   std::optional<SharedCorpus> corpus;  ///< none: motion from elsewhere
@@ -64,16 +69,21 @@ struct Performance::Data {
   std::vector<double> confidence;  ///< of each phone of a line that was recognised; else empty
   VocalStyle style;                ///< of the curves
   std::string edits = "[]";        ///< an animator's, JSON, as they were asked for
-  Sound sound;
   Labels labels;
-  Motion motion;
   std::vector<Curve> curves;
   std::vector<PerformedUnit> units;
   std::vector<GuessedWord> guesses;
 
-  /// animation's parts as the front door shows them.
+  /// animation's parts as the front door shows them; the large ones when they are asked for.
   void describe();
+  const Sound& shownSound() const;
+  const Motion& shownMotion() const;
 
+  /// The animation's motion, all of it; what was left for later is made and kept.
+  const MotionClip& clip() const;
+  /// The same for writers that need not have all of it at once; made anew each time, unless it is kept already. This
+  /// must outlive it.
+  [[nodiscard]] MotionInPieces motionInPieces() const;
   /// The markers on the face; throws InputError without one.
   const FaceMotion& faceMotion() const;
   /// The moving vertices as few shapes.
@@ -132,8 +142,14 @@ struct Performance::Data {
   /// Leaves lids and brows to the head's own `shapes`, where it has such and the motion moves them.
   void driveOwnShapes(const FaceShapes& shapes, FaceAnimation& moving) const;
 
+  void makePieces(const MotionInPieces::Take& take) const;
+
   mutable std::recursive_mutex mutex_;
-  mutable StageTimings later_ms_;  ///< what came after the synthesis: retarget, deform, write
+  mutable StageTimings later_ms_;  ///< what came after the synthesis: motion left for later, retarget, deform, write
+  mutable std::optional<MotionClip> whole_;  ///< of what was left for later
+  mutable bool is_told_ = false;             ///< whether the animation has what is told of that
+  mutable std::optional<Sound> sound_;
+  mutable std::optional<Motion> motion_;
   mutable std::optional<FaceMotion> face_motion_;
   mutable std::optional<PrincipalShapes> shapes_;
   mutable std::optional<ShapeNormals> normals_;

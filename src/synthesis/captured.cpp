@@ -8,16 +8,21 @@
 #include "synthesis/stages.h"
 
 namespace mouthpiece {
-namespace {
 
-/// Whether the fragments are moved from their takes' context into the line's. A take's own sentence in its own time is
-/// not: nothing makes it better than it was captured.
 bool movesIntoContext(const std::vector<SelectedUnit>& units, const LineToRender& line) {
   const bool is_take_as_it_was =
       units.size() == 1 && isSaidAlike(line.labels, line.database.takeOf(units[0].source).labels);
   return line.options.context.enabled && line.options.selection.method == SelectionMethod::kViterbi &&
          line.database.corpus().trajectory_model != nullptr && !is_take_as_it_was;
 }
+
+PositionMatrix columnsOf(const PositionMatrix& positions, const std::vector<Eigen::Index>& columns) {
+  PositionMatrix picked(positions.rows(), std::ssize(columns));
+  for (std::size_t i = 0; i < columns.size(); ++i) picked.col(signedIndex(i)) = positions.col(columns[i]);
+  return picked;
+}
+
+namespace {
 
 /// What is still NaN at a fragment's edge takes the value before, at the beginning the first one there is, and the
 /// neutral pose where there is none.
@@ -30,12 +35,6 @@ PositionMatrix withoutUnseen(PositionMatrix positions, const Eigen::RowVectorXd&
     for (double& mm : values) last = mm = std::isnan(mm) ? last : mm;
   }
   return positions;
-}
-
-PositionMatrix columnsOf(const PositionMatrix& positions, const std::vector<Eigen::Index>& columns) {
-  PositionMatrix picked(positions.rows(), std::ssize(columns));
-  for (std::size_t i = 0; i < columns.size(); ++i) picked.col(signedIndex(i)) = positions.col(columns[i]);
-  return picked;
 }
 
 /// 1 at the times at which a fragment is heard with its own sound, and softly less beside them.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/errors.h"
 #include "base/index.h"
 #include "motion/blend.h"
 #include "motion/lip_gauge.h"
@@ -17,11 +18,12 @@ namespace {
 /// within a Gaussian of that standard deviation (docs/theory/units/prediction.md).
 constexpr double kUnsaidGain = 0.25;
 constexpr Seconds kUnsaidWithin = 0.150;
-constexpr Seconds kMeanWithin = 0.030;  ///< contextMean() has a value a few times a phone: smoothed over that
+constexpr double kSmoothedDeviations = 3;  ///< that a Gaussian is followed for
+constexpr Seconds kMeanWithin = 0.030;     ///< contextMean() has a value a few times a phone: smoothed over that
 
 /// Rows smoothed by a Gaussian of that standard deviation; the ends are held.
 Eigen::MatrixXd smoothed(const Eigen::MatrixXd& rows, Seconds deviation, Seconds spacing) {
-  const auto reach = static_cast<Eigen::Index>(std::ceil(3 * deviation / spacing));
+  const auto reach = static_cast<Eigen::Index>(std::ceil(kSmoothedDeviations * deviation / spacing));
   Eigen::VectorXd kernel(2 * reach + 1);
   for (Eigen::Index i = -reach; i <= reach; ++i) {
     const double u = asReal(i) * spacing / deviation;
@@ -70,60 +72,16 @@ LipWay wayOfLips(const TrajectoryModel& model, const LipGauge& lips) {
   return way;
 }
 
-/// 1 in the middles of the phones that close the lips, 0 in those of others; straight between.
-Eigen::VectorXd closesAt(const SpeechLabels& line, std::span<const Seconds> times) {
-  Eigen::MatrixXd closes = Eigen::MatrixXd::Zero(std::ssize(line.phones), 1);
-  std::vector<Seconds> middles;
-  for (std::size_t i = 0; i < line.phones.size(); ++i) {
-    middles.push_back(line.phones[i].span.middle());
-    if (isBilabial(line.phones[i].phone)) closes(signedIndex(i), 0) = 1;
-  }
-  return interpolated(closes, middles, times);
-}
-
-/// Where the line says pairs of phones that the corpus lacks, 1, elsewhere 0; straight between the phones' middles.
-Eigen::VectorXd unsaidAt(const SpeechLabels& line, const UnitDatabase& database, std::span<const Seconds> times) {
-  const std::vector<LabelledPhone>& phones = line.phones;
+/// A row a phone: 1 where the line says a pair that the corpus lacks.
+Eigen::MatrixXd unsaidPhones(const std::vector<LabelledPhone>& phones, const UnitDatabase& database) {
   Eigen::MatrixXd unsaid = Eigen::MatrixXd::Zero(std::ssize(phones), 1);
-  std::vector<Seconds> middles;
-  for (std::size_t i = 0; i < phones.size(); ++i) {
-    middles.push_back(phones[i].span.middle());
-    if (i == 0 || !database.diphones(phones[i - 1].phone, phones[i].phone).empty()) continue;
+  for (std::size_t i = 1; i < phones.size(); ++i) {
+    if (!database.diphones(phones[i - 1].phone, phones[i].phone).empty()) continue;
     for (const std::size_t beside : {i - 1, i}) {
       if (phones[beside].phone != Phone::kSil) unsaid(signedIndex(beside), 0) = 1;
     }
   }
-  return interpolated(unsaid, middles, times);
-}
-
-/// times x components.
-Eigen::MatrixXd lineComponents(const SpeechLabels& line, const UnitDatabase& database, std::span<const Seconds> times,
-                               Seconds spacing, const ContextOptions& options, const HeardLine* heard) {
-  const TrajectoryModel& model = *database.corpus().trajectory_model;
-  Eigen::MatrixXd components = model.predict(line, times);
-  if (options.average) {
-    const Eigen::MatrixXd mean = contextMean(line, database);
-    components.leftCols(mean.cols()) += smoothed(interpolated(mean, shapeTimes(line), times), kMeanWithin, spacing);
-  }
-  if (options.restore_variance) {
-    components.rowwise() -= model.level;
-    components *= model.gain;
-    components.rowwise() += model.level;
-  }
-  if (options.restore_variance && options.restore_unsaid) {
-    const Eigen::VectorXd unsaid = unsaidAt(line, database, times);
-    if (!unsaid.isZero()) {
-      const Eigen::MatrixXd moving = components - smoothed(components, kUnsaidWithin, spacing);
-      Eigen::MatrixXd added = kUnsaidGain * unsaid.asDiagonal() * moving;
-      // Lips that are to stay apart are not brought together.
-      const LipWay way = wayOfLips(model, database.lips());
-      const Eigen::VectorXd closer =
-          (-(added * way.opening)).cwiseMax(0).cwiseProduct((1 - closesAt(line, times).array()).matrix());
-      components += added + closer * way.opens;
-    }
-  }
-  if (heard != nullptr) components += heard->at(times);
-  return components;
+  return unsaid;
 }
 
 /// What the fragments keep of their `residuals`: all that is fast, by component. Columns that do not move with speech
@@ -172,11 +130,19 @@ Eigen::RowVectorXd wayOfLowerLip(const TrajectoryModel& model, const LipGauge& l
   return -way(lower + 1) > kMoves ? Eigen::RowVectorXd(way / -way(lower + 1)) : Eigen::RowVectorXd::Zero(way.size());
 }
 
+/// Those of `units`, which are in the line's order, that play a phone of the line.
+std::span<const SelectedUnit> unitsPlaying(std::size_t phone, const std::vector<SelectedUnit>& units) {
+  const auto first = std::partition_point(units.begin(), units.end(),
+                                          [&](const SelectedUnit& unit) { return unit.phones.last.value < phone; });
+  const auto end = std::partition_point(first, units.end(),
+                                        [&](const SelectedUnit& unit) { return unit.phones.first.value <= phone; });
+  return {first, end};
+}
+
 /// Least opening of phone `phone` of the line in the takes that play it; infinite where none was seen.
 double capturedTightest(std::size_t phone, const UnitDatabase& database, const std::vector<SelectedUnit>& units) {
   double least = std::numeric_limits<double>::infinity();
-  for (const SelectedUnit& unit : units) {
-    if (phone < unit.phones.first.value || phone > unit.phones.last.value) continue;
+  for (const SelectedUnit& unit : unitsPlaying(phone, units)) {
     const PhonePlace place = advance(unit.source, phone - unit.phones.first.value);
     if (!isBilabial(database.phoneAt(place).phone)) continue;  // a stand-in
     const double opening = database.tightestMm(place);
@@ -191,8 +157,7 @@ constexpr Seconds kAroundContact = 0.020;  ///< labels are that exact
 double capturedLeastDrop(std::size_t phone, const Contact& contact, const UnitDatabase& database,
                          const std::vector<SelectedUnit>& units) {
   double least = std::numeric_limits<double>::infinity();
-  for (const SelectedUnit& unit : units) {
-    if (phone < unit.phones.first.value || phone > unit.phones.last.value) continue;
+  for (const SelectedUnit& unit : unitsPlaying(phone, units)) {
     const PhonePlace place = advance(unit.source, phone - unit.phones.first.value);
     const LabelledPhone& source = database.phoneAt(place);
     if (!isLabiodental(source.phone)) continue;  // a stand-in
@@ -211,50 +176,117 @@ double capturedLeastDrop(std::size_t phone, const Contact& contact, const UnitDa
   return least;
 }
 
-/// `positions` with the tightest frame in `span` brought down to `wanted` where it is above, and the frames around it
-/// with it.
-PositionMatrix tightened(PositionMatrix positions, const TimeSpan& span, const Contact& contact, double wanted,
-                         std::span<const Seconds> times) {
+/// Of `positions`, rows of the line from `first_row` on, the tightest frame in `span` brought down to `wanted` where it
+/// is above, and the frames around it with it.
+void tighten(const TimeSpan& span, const Contact& contact, double wanted, std::span<const Seconds> times,
+             Eigen::Index first_row, PositionMatrix& positions) {
   const double rate = 1 / (times[1] - times[0]), last = asReal(times.size() - 1);
   const auto framesIn = [&](const TimeSpan& own) {
     const auto frameAt = [&](Seconds time) { return std::clamp((time - times[0]) * rate, 0.0, last); };
     return std::pair(static_cast<Eigen::Index>(std::ceil(frameAt(own.start))),
                      static_cast<Eigen::Index>(std::floor(frameAt(own.end))));
   };
+  const auto pose = [&](Eigen::Index row) { return positions.row(row - first_row); };
   const auto [begin, end] = framesIn({span.start - kAroundContact, span.end + kAroundContact});
   Eigen::Index tightest = begin;
   for (Eigen::Index row = begin; row <= end; ++row) {
-    if (contact.gapOf(positions.row(row)) < contact.gapOf(positions.row(tightest))) tightest = row;
+    if (contact.gapOf(pose(row)) < contact.gapOf(pose(tightest))) tightest = row;
   }
-  const double left = contact.gapOf(positions.row(tightest)) - wanted;
-  if (!(left > 0) || !std::isfinite(left)) return positions;
+  const double left = contact.gapOf(pose(tightest)) - wanted;
+  if (!(left > 0) || !std::isfinite(left)) return;
   const Seconds moment = times[unsignedIndex(tightest)], reach = contact.held + contact.fall;
   const auto [first, final] = framesIn({moment - reach, moment + reach});
   for (Eigen::Index row = first; row <= final; ++row) {
     const Seconds away = std::abs(times[unsignedIndex(row)] - moment) - contact.held;
-    positions.row(row) -= contact.share * left * blendWeight(BlendKind::kSmooth, away / contact.fall) * contact.way;
+    pose(row) -= contact.share * left * blendWeight(BlendKind::kSmooth, away / contact.fall) * contact.way;
   }
-  return positions;
 }
 
 }  // namespace
 
-TransferredMotion transferContext(PositionMatrix residuals, const SpeechLabels& line, const UnitDatabase& database,
-                                  const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
-                                  const ContextOptions& options, const HeardLine* heard) {
-  const Corpus& corpus = database.corpus();
+LineTransfer::LineTransfer(const SpeechLabels& line, const UnitDatabase& database, std::span<const Seconds> times,
+                           const ContextOptions& options, const HeardLine* heard)
+    : database_(database),
+      times_(times),
+      options_(options),
+      heard_(heard),
+      settings_(options.settings.value_or(database.corpus().motion_settings)),
+      spacing_(times.size() > 1 ? times[1] - times[0] : 1.0),
+      prediction_(*database.corpus().trajectory_model, line, LinePrediction::Keeps::kNothing),
+      unsaid_(unsaidPhones(line.phones, database)),
+      closes_(Eigen::MatrixXd::Zero(std::ssize(line.phones), 1)) {
+  constexpr std::size_t kRounding = 2;
+  const Seconds smoothed_within = std::max(kUnsaidWithin + kMeanWithin, settings_.detail_within_ms / 1000);
+  reach_ = static_cast<std::size_t>(std::ceil(kSmoothedDeviations * smoothed_within / spacing_)) + kRounding;
+  if (options.average) {
+    mean_ = contextMean(line, database);
+    mean_times_ = shapeTimes(line);
+  }
+  for (std::size_t i = 0; i < line.phones.size(); ++i) {
+    middles_.push_back(line.phones[i].span.middle());
+    if (isBilabial(line.phones[i].phone)) closes_(signedIndex(i), 0) = 1;
+  }
+}
+
+/// Where the line says pairs of phones that the corpus lacks, it moves more.
+void LineTransfer::moveUnsaid(std::span<const Seconds> times, Eigen::MatrixXd& components) const {
+  const Eigen::VectorXd unsaid = interpolated(unsaid_, middles_, times);
+  if (unsaid.isZero()) return;
+  const Eigen::MatrixXd moving = components - smoothed(components, kUnsaidWithin, spacing_);
+  Eigen::MatrixXd added = kUnsaidGain * unsaid.asDiagonal() * moving;
+  // Lips that are to stay apart are not brought together.
+  const LipWay way = wayOfLips(*database_.corpus().trajectory_model, database_.lips());
+  const Eigen::VectorXd closes = interpolated(closes_, middles_, times);
+  const Eigen::VectorXd closer = (-(added * way.opening)).cwiseMax(0).cwiseProduct((1 - closes.array()).matrix());
+  components += added + closer * way.opens;
+}
+
+/// times x components.
+Eigen::MatrixXd LineTransfer::componentsAt(std::span<const Seconds> times) const {
+  const TrajectoryModel& model = *database_.corpus().trajectory_model;
+  Eigen::MatrixXd components = prediction_.at(times);
+  if (options_.average)
+    components.leftCols(mean_.cols()) += smoothed(interpolated(mean_, mean_times_, times), kMeanWithin, spacing_);
+  if (options_.restore_variance) {
+    components.rowwise() -= model.level;
+    components *= model.gain;
+    components.rowwise() += model.level;
+    if (options_.restore_unsaid) moveUnsaid(times, components);
+  }
+  if (heard_ != nullptr) components += heard_->at(times);
+  return components;
+}
+
+TransferredMotion LineTransfer::rows(PositionMatrix residuals, std::size_t first, std::size_t end) const {
+  const Corpus& corpus = database_.corpus();
   const TrajectoryModel& model = *corpus.trajectory_model;
-  const Seconds spacing = times.size() > 1 ? times[1] - times[0] : 1.0;
-  const MotionSettings settings = options.settings.value_or(corpus.motion_settings);
+  const std::size_t before = std::min(first, reach_);
+  const std::span<const Seconds> wide =
+      times_.subspan(first - before, std::min(times_.size(), end + reach_) - (first - before));
+  MOUTHPIECE_EXPECT(residuals.rows() == std::ssize(wide));
+  const auto own = [&](const auto& rows) { return rows.middleRows(signedIndex(before), signedIndex(end - first)); };
   TransferredMotion motion;
-  motion.predicted_mm = lineComponents(line, database, times, spacing, options, heard) * model.shapes;
-  motion.captured_mm = options.fragments ? keptDetail(std::move(residuals), model, spacing, settings)
-                                         : PositionMatrix::Zero(residuals.rows(), residuals.cols());
+  motion.predicted_mm = own(componentsAt(wide)) * model.shapes;
+  if (options_.fragments) {
+    motion.captured_mm = keptDetail(std::move(residuals), model, spacing_, settings_);
+    if (wide.size() > end - first) motion.captured_mm = own(motion.captured_mm).eval();
+  } else {
+    motion.captured_mm = PositionMatrix::Zero(motion.predicted_mm.rows(), residuals.cols());
+  }
   motion.positions_mm = motion.predicted_mm + motion.captured_mm;
   motion.positions_mm.rowwise() +=
       Eigen::Map<const Eigen::RowVectorXd>(corpus.neutral_pose_mm.data(), corpus.neutral_pose_mm.size());
+  return motion;
+}
+
+TransferredMotion transferContext(PositionMatrix residuals, const SpeechLabels& line, const UnitDatabase& database,
+                                  const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
+                                  const ContextOptions& options, const HeardLine* heard) {
+  TransferredMotion motion =
+      LineTransfer(line, database, times, options, heard).rows(std::move(residuals), 0, times.size());
   if (options.keep_contacts)
-    motion.positions_mm = keepContacts(std::move(motion.positions_mm), line, database, units, times, settings);
+    motion.positions_mm = keepContacts(std::move(motion.positions_mm), line, database, units, times,
+                                       options.settings.value_or(database.corpus().motion_settings));
   return motion;
 }
 
@@ -269,29 +301,49 @@ PositionMatrix TransferredMotion::contactMm(const MarkerPositions& neutral_mm,
   return contact;
 }
 
+ContactKeeper::ContactKeeper(const SpeechLabels& line, const UnitDatabase& database,
+                             const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
+                             const MotionSettings& settings)
+    : line_(line), database_(database), units_(units), times_(times), settings_(settings) {
+  const TrajectoryModel& model = *database.corpus().trajectory_model;
+  if (!(model.closed_opening_mm > 0) || times.size() < 2) {
+    next_ = line.phones.size();
+  } else {
+    way_of_lower_lip_ = wayOfLowerLip(model, database.lips());
+  }
+}
+
+std::size_t ContactKeeper::keep(std::size_t first, PositionMatrix& positions) {
+  const TrajectoryModel& model = *database_.corpus().trajectory_model;
+  const LipGauge& gauge = database_.lips();
+  const auto seconds = [](double ms) { return ms / 1000; };
+  const Contact lips{
+      gauge, &LipGauge::opening, model.closing, 1, seconds(settings_.lips_held_ms), seconds(settings_.lips_fall_ms)};
+  // All of it, or for longer, would shut the mouth in vowels beside F and V that stay open in the capture.
+  constexpr Seconds kTeethHeld = 0.005;
+  const Contact teeth{gauge,      &LipGauge::lowerLipDrop,         way_of_lower_lip_, settings_.teeth_contact,
+                      kTeethHeld, seconds(settings_.teeth_fall_ms)};
+  const Seconds reach = kAroundContact + std::max(lips.held + lips.fall, teeth.held + teeth.fall);
+  const std::size_t end = first + unsignedIndex(positions.rows());
+  for (; next_ < line_.phones.size(); ++next_) {
+    const LabelledPhone& own = line_.phones[next_];
+    const bool closes = isBilabial(own.phone);
+    if (!closes && !isLabiodental(own.phone)) continue;
+    if (end < times_.size() && own.span.end + reach >= times_[end - 1]) {
+      const auto moved = std::lower_bound(times_.begin(), times_.end(), own.span.start - reach) - times_.begin();
+      return std::clamp(unsignedIndex(std::max<std::ptrdiff_t>(0, moved - 1)), first, end);
+    }
+    const double wanted = closes ? std::min(model.closed_opening_mm, capturedTightest(next_, database_, units_))
+                                 : capturedLeastDrop(next_, teeth, database_, units_);
+    tighten(own.span, closes ? lips : teeth, wanted, times_, signedIndex(first), positions);
+  }
+  return end;
+}
+
 PositionMatrix keepContacts(PositionMatrix positions, const SpeechLabels& line, const UnitDatabase& database,
                             const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
                             const MotionSettings& settings) {
-  const TrajectoryModel& model = *database.corpus().trajectory_model;
-  if (!(model.closed_opening_mm > 0) || times.size() < 2) return positions;
-  const LipGauge& gauge = database.lips();
-  const auto seconds = [](double ms) { return ms / 1000; };
-  const Contact lips{
-      gauge, &LipGauge::opening, model.closing, 1, seconds(settings.lips_held_ms), seconds(settings.lips_fall_ms)};
-  // All of it, or for longer, would shut the mouth in vowels beside F and V that stay open in the capture.
-  constexpr Seconds kTeethHeld = 0.005;
-  const Contact teeth{gauge,      &LipGauge::lowerLipDrop,        wayOfLowerLip(model, gauge), settings.teeth_contact,
-                      kTeethHeld, seconds(settings.teeth_fall_ms)};
-  for (std::size_t phone = 0; phone < line.phones.size(); ++phone) {
-    const LabelledPhone& own = line.phones[phone];
-    if (isBilabial(own.phone)) {
-      const double wanted = std::min(model.closed_opening_mm, capturedTightest(phone, database, units));
-      positions = tightened(std::move(positions), own.span, lips, wanted, times);
-    } else if (isLabiodental(own.phone)) {
-      const double wanted = capturedLeastDrop(phone, teeth, database, units);
-      positions = tightened(std::move(positions), own.span, teeth, wanted, times);
-    }
-  }
+  ContactKeeper(line, database, units, times, settings).keep(0, positions);
   return positions;
 }
 

@@ -197,13 +197,16 @@ bool hasContact(Phone phone) { return isBilabial(phone) || isLabiodental(phone);
 
 /// Keeps the reaches out of the phones whose contact they would loosen.
 void stayOffContacts(const SpeechLabels& line, JoinOffset& offset) {
-  for (const LabelledPhone& phone : line.phones) {
-    if (!hasContact(phone.phone)) continue;
-    if (phone.span.start < offset.time) {
-      offset.reach_before = std::min(offset.reach_before, std::max(0.0, offset.time - phone.span.end));
+  const auto near = std::partition_point(line.phones.begin(), line.phones.end(), [&](const LabelledPhone& phone) {
+    return phone.span.end < offset.time - kReach;
+  });
+  for (auto phone = near; phone != line.phones.end() && phone->span.start < offset.time + kReach; ++phone) {
+    if (!hasContact(phone->phone)) continue;
+    if (phone->span.start < offset.time) {
+      offset.reach_before = std::min(offset.reach_before, std::max(0.0, offset.time - phone->span.end));
     }
-    if (phone.span.end > offset.time) {
-      offset.reach_after = std::min(offset.reach_after, std::max(0.0, phone.span.start - offset.time));
+    if (phone->span.end > offset.time) {
+      offset.reach_after = std::min(offset.reach_after, std::max(0.0, phone->span.start - offset.time));
     }
   }
 }
@@ -332,42 +335,63 @@ std::vector<JoinOffset> findJoinOffsets(const SpeechLabels& line, const std::vec
 PositionMatrix blendFragments(const std::vector<UnitFragment>& fragments, const std::vector<JoinSpans>& joins,
                               const std::vector<JoinOffset>& offsets, std::span<const Seconds> times, BlendKind blend,
                               const MarkerLayout& layout) {
+  return blendFragments(fragments, joins, offsets, times, blend, layout, 0, std::ssize(times));
+}
+
+PositionMatrix blendFragments(const std::vector<UnitFragment>& fragments, const std::vector<JoinSpans>& joins,
+                              const std::vector<JoinOffset>& offsets, std::span<const Seconds> times, BlendKind blend,
+                              const MarkerLayout& layout, Eigen::Index first, Eigen::Index last) {
   const std::vector<bool> upper = upperFaceColumns(layout);
   const Eigen::Index frames = std::ssize(times);
-  PositionMatrix result(frames, std::ssize(upper));
+  PositionMatrix result(last - first, std::ssize(upper));
   for (std::size_t i = 0; i < fragments.size(); ++i) {
     // The stretch over which the upper face is blended holds that of the lips.
-    const Eigen::Index begin = i == 0 ? 0 : rowFrom(times, joins[i - 1].upper_face.start);
-    const Eigen::Index end = i + 1 == fragments.size() ? frames : rowFrom(times, joins[i].upper_face.end);
+    const Eigen::Index whole_begin = i == 0 ? 0 : rowFrom(times, joins[i - 1].upper_face.start);
+    const Eigen::Index whole_end = i + 1 == fragments.size() ? frames : rowFrom(times, joins[i].upper_face.end);
+    const Eigen::Index begin = std::max(first, whole_begin), end = std::min(last, whole_end);
     if (begin >= end) continue;
-    const PositionMatrix poses = ledPoses(fragments, i, offsets, part(times, begin, end));
+    const PositionMatrix poses = ledPoses(fragments, i, offsets, part(times, whole_begin, whole_end));
     const Eigen::Index blended_end =
         i == 0 ? begin : std::clamp(rowFrom(times, joins[i - 1].upper_face.end), begin, end);
     const Eigen::Index blended = blended_end - begin;
     if (blended > 0) {
-      result.middleRows(begin, blended) = blendJoin(result.middleRows(begin, blended), poses.topRows(blended),
-                                                    part(times, begin, blended_end), joins[i - 1], blend, upper);
+      result.middleRows(begin - first, blended) =
+          blendJoin(result.middleRows(begin - first, blended), poses.middleRows(begin - whole_begin, blended),
+                    part(times, begin, blended_end), joins[i - 1], blend, upper);
     }
-    result.middleRows(blended_end, end - blended_end) = poses.bottomRows(end - blended_end);
+    result.middleRows(blended_end - first, end - blended_end) =
+        poses.middleRows(blended_end - whole_begin, end - blended_end);
   }
   return result;
 }
 
+JoinedUnits::JoinedUnits(const std::vector<SelectedUnit>& units, const LineToRender& line, bool residual)
+    : blend_(line.options.blend), layout_(line.database.corpus().layout) {
+  const Departures& departures = line.options.departures;
+  fragments_ = cutIntoFragments(line.labels, line.database, units, residual, !departures.silences_keep_their_pace,
+                                line.predictions);
+  joins_ = placeJoins(fragments_, units, line, residual && line.options.search_coupling);
+  // None: a bare cut, when no blend is wanted.
+  if (line.overlap() > 0 && departures.offsets_led_away) offsets_ = findJoinOffsets(line.labels, fragments_, joins_);
+}
+
+PositionMatrix JoinedUnits::rows(std::span<const Seconds> times, std::size_t first, std::size_t end) const {
+  return blendFragments(fragments_, joins_, offsets_, times, blend_, layout_, signedIndex(first), signedIndex(end));
+}
+
+std::vector<Seconds> JoinedUnits::middles() const {
+  std::vector<Seconds> middles;
+  for (std::size_t i = 0; i < joins_.size(); ++i) {
+    // Between two fragments of one unit lies a pause of the take itself.
+    if (fragments_[i].unit != fragments_[i + 1].unit) middles.push_back(joins_[i].lips.middle());
+  }
+  return middles;
+}
+
 StretchMotion blendUnits(const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
                          const LineToRender& line, bool residual) {
-  const Departures& departures = line.options.departures;
-  const std::vector<UnitFragment> fragments = cutIntoFragments(line.labels, line.database, units, residual,
-                                                               !departures.silences_keep_their_pace, line.predictions);
-  const std::vector<JoinSpans> joins = placeJoins(fragments, units, line, residual && line.options.search_coupling);
-  std::vector<JoinOffset> offsets;  // a bare cut, when no blend is wanted
-  if (line.overlap() > 0 && departures.offsets_led_away) offsets = findJoinOffsets(line.labels, fragments, joins);
-  StretchMotion motion{
-      blendFragments(fragments, joins, offsets, times, line.options.blend, line.database.corpus().layout), {}, {}};
-  for (std::size_t i = 0; i < joins.size(); ++i) {
-    // Between two fragments of one unit lies a pause of the take itself.
-    if (fragments[i].unit != fragments[i + 1].unit) motion.joins.push_back(joins[i].lips.middle());
-  }
-  return motion;
+  const JoinedUnits joined(units, line, residual);
+  return {joined.rows(times, 0, times.size()), joined.middles(), {}};
 }
 
 }  // namespace mouthpiece

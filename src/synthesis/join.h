@@ -15,9 +15,7 @@ inline constexpr double kPartOfPhone = 0.9;  ///< its share of the shared phone,
 inline constexpr double kPartOfSilence = 0.5;
 inline constexpr Seconds kLongestInSilence = 0.300;
 
-inline TimeSpan centred(Seconds middle, Seconds length) {
-  return {middle - 0.5 * length, middle + 0.5 * length};
-}
+inline TimeSpan centred(Seconds middle, Seconds length) { return {middle - 0.5 * length, middle + 0.5 * length}; }
 
 /// Over which stretches of the line one fragment gives way to the next.
 struct JoinSpans {
@@ -75,10 +73,20 @@ std::vector<JoinOffset> findJoinOffsets(const SpeechLabels& line, const std::vec
 PositionMatrix blendFragments(const std::vector<UnitFragment>& fragments, const std::vector<JoinSpans>& joins,
                               const std::vector<JoinOffset>& offsets, std::span<const Seconds> times, BlendKind blend,
                               const MarkerLayout& layout);
+/// Rows [first, end) of the same, to the last bit: a fragment is resampled as a whole wherever its rows are cut.
+PositionMatrix blendFragments(const std::vector<UnitFragment>& fragments, const std::vector<JoinSpans>& joins,
+                              const std::vector<JoinOffset>& offsets, std::span<const Seconds> times, BlendKind blend,
+                              const MarkerLayout& layout, Eigen::Index first, Eigen::Index end);
 
 /// Jumps of the finished motion at a join, whose middle is at `time`: the largest step of a marker from the frame
 /// before to the frame after, and the largest change of a marker's velocity at either of the two.
 Join measureJoin(const MotionClip& motion, Seconds time);
+/// The same where only some rows are at hand, from frame `first` of `frame_count` on: from the one before joinFrame()
+/// to the second after it.
+Join measureJoin(const PositionMatrix& rows, Eigen::Index first, Eigen::Index frame_count, double frame_rate_hz,
+                 Seconds time);
+/// The last frame before a join.
+Eigen::Index joinFrame(Seconds time, double frame_rate_hz, Eigen::Index frame_count);
 
 /// What is usual within the capture itself, to compare joins with: percentiles over all pairs of frames of all takes,
 /// each take resampled to `frame_rate_hz`, of the largest step of a marker and of its largest change of velocity.

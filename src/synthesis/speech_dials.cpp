@@ -18,7 +18,6 @@ namespace {
 constexpr double kMostGain = 2;        ///< of all dials together
 constexpr double kMostReach = 2;       ///< of the widest viseme's pose
 constexpr double kMostBeyond = 1.25;   ///< of the farthest that the chin sinks in the line
-constexpr double kClosedWithin = 0.5;  ///< mm beyond the speaker's usual closure
 
 /// Row at a time between the frames, evenly spaced.
 Eigen::RowVectorXd rowAt(const PositionMatrix& rows, double frame) {
@@ -259,33 +258,6 @@ void addMood(const MoodPose& mood, const LineToRender& line, PositionMatrix& pos
     displacements.middleCols<3>(lower) += together * apart;
   }
   positions = displacements.rowwise() + Eigen::RowVectorXd(line.rest());
-}
-
-MouthFacts mouthFacts(const MotionClip& motion, const LineToRender& line) {
-  MouthFacts facts;
-  const LipGauge& lips = line.database.lips();
-  if (lips.hasLips()) {
-    const double usual = line.model.isPossible() ? line.model.poses().bilabial_mm : 0;
-    const double closed = lips.opening(line.rest()) + std::max(usual, 0.0) + kClosedWithin;
-    for (const LabelledPhone& phone : line.labels.phones) {
-      if (!isBilabial(phone.phone)) continue;
-      ++facts.bilabials;
-      if (lips.tightest(motion, phone.span) <= closed) ++facts.closures;
-    }
-  }
-  const std::vector<Eigen::Index>& columns = line.database.lipColumns();
-  double squares = 0;
-  for (Eigen::Index k = 1; k + 1 < motion.positions_mm.rows(); ++k) {
-    for (const Eigen::Index column : columns) {
-      const auto at = [&](Eigen::Index frame) { return motion.positions_mm(frame, column); };
-      const double off = at(k) - 0.5 * (at(k - 1) + at(k + 1));
-      squares += off * off;
-    }
-  }
-  const double marker_frames = asReal(std::max<Eigen::Index>(1, motion.positions_mm.rows() - 2)) *
-                               std::max(1.0, asReal(std::ssize(columns)) / 3);
-  facts.jitter_mm = std::sqrt(squares / marker_frames);
-  return facts;
 }
 
 }  // namespace mouthpiece

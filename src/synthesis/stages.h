@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "synthesis/fragment.h"
+#include "synthesis/join.h"
 #include "synthesis/synthesis.h"
 #include "vocal/vocal_style.h"
 
@@ -60,10 +61,32 @@ struct StretchMotion {
   std::vector<Seconds> joins;   ///< middles of the blends
   MovementParts parts = {};
 };
+/// Units' fragments and how they are joined, found out once, for a line whose rows are made some at a time. Refers to
+/// the line's database.
+class JoinedUnits {
+ public:
+  JoinedUnits(const std::vector<SelectedUnit>& units, const LineToRender& line, bool residual);
+  /// Rows [first, end) of blendUnits().
+  [[nodiscard]] PositionMatrix rows(std::span<const Seconds> times, std::size_t first, std::size_t end) const;
+  /// Of the blends between two units.
+  [[nodiscard]] std::vector<Seconds> middles() const;
+
+ private:
+  BlendKind blend_;
+  const MarkerLayout& layout_;
+  std::vector<UnitFragment> fragments_;
+  std::vector<JoinSpans> joins_;
+  std::vector<JoinOffset> offsets_;
+};
+
 /// EDGE 5.1.2 and 5.1.3: the units' fragments warped, resampled at `times` and blended; NaN where none was seen. With
 /// `residual` less their takes' prediction (Fragment).
 StretchMotion blendUnits(const std::vector<SelectedUnit>& units, std::span<const Seconds> times,
                          const LineToRender& line, bool residual);
+/// Whether the fragments are moved from their takes' context into the line's. A take's own sentence in its own time is
+/// not: nothing makes it better than it was captured.
+bool movesIntoContext(const std::vector<SelectedUnit>& units, const LineToRender& line);
+PositionMatrix columnsOf(const PositionMatrix& positions, const std::vector<Eigen::Index>& columns);
 /// Of each stretch with units: fragments warped, resampled, blended, moved into context. Empty for curves.
 std::vector<StretchMotion> renderCaptured(const std::vector<Stretch>& stretches, const LineToRender& line);
 
@@ -78,6 +101,30 @@ StretchMotion layerConsonants(StretchMotion captured, const LineToRender& line);
 /// Of each second of the line, the shares of the parts (MovementShares).
 std::vector<MovementShares> sharesOf(const StretchMotion& whole, const LineToRender& line);
 
+/// A line's plan with an animator's units in it, what does not apply of them, and how long it took.
+struct PlannedLine {
+  SynthesisPlan plan;
+  std::vector<std::string> warnings;
+  double took_ms = 0;
+};
+/// Throws as planLine() does, and for a request that cannot be rendered.
+PlannedLine planRequest(const SynthesisRequest& request, const UnitDatabase& database);
+void tellPlanning(const PlannedLine& planned, UtteranceAnimation& made);
+
+/// The frames of a line as long as the longest of labels, audio and sound_lasts.
+std::vector<Seconds> frameTimesOf(const SynthesisRequest& request);
+/// All that is told of a line but its motion and what is told of that: with as many frames, of no markers, as the line
+/// has. Of the settings those of the method.
+UtteranceAnimation describedLine(const SynthesisPlan& plan, const SynthesisRequest& request, const LineToRender& line);
+/// The same with curves, eyes and head, of a line whose motion comes later.
+UtteranceAnimation describedLongLine(const SynthesisPlan& plan, const SynthesisRequest& request,
+                                     const UnitDatabase& database);
+std::optional<HeardLine> heardIn(const SynthesisRequest& request, const Corpus& corpus);
+/// What of it a report tells; `lips_moved_mm`: by it, root mean square of a marker.
+std::vector<SettingUsed> heardSettings(const HeardLine& heard, double lips_moved_mm);
+/// Squares of how far the sound moves the lips at `times`, summed over them and the columns of the lips.
+double movedBySound(const HeardLine& heard, const UnitDatabase& database, std::span<const Seconds> times);
+
 /// Moves the mouth as the dials have it, within what it can reach. Where the lips met they meet. Returns the number of
 /// frames that were held.
 std::size_t turnDials(const SpeechDials& dials, const LineToRender& line, PositionMatrix& positions);
@@ -87,7 +134,8 @@ std::size_t turnDials(const SpeechDials& dials, const LineToRender& line, Positi
 std::size_t keepWithinReach(const PositionMatrix& before, const LineToRender& line, PositionMatrix& positions);
 /// Adds the mood's pose. Where the lips met they meet, and lids that close close.
 void addMood(const MoodPose& mood, const LineToRender& line, PositionMatrix& positions);
-MouthFacts mouthFacts(const MotionClip& motion, const LineToRender& line);
+/// Lids at rest: where fragments that were chosen for the mouth are joined they would bring halves of blinks.
+void restLids(const LineToRender& line, PositionMatrix& positions);
 
 /// What an animator changed in the curves is added to whatever moves the face.
 PositionMatrix withCurveEdits(PositionMatrix positions, const CurveSet& edited, const LineToRender& line);

@@ -12,6 +12,7 @@
 #include "motion/resample.h"
 #include "synthesis/join.h"
 #include "synthesis/lips.h"
+#include "synthesis/motion_facts.h"
 #include "synthesis/stages.h"
 #include "synthesis/tongue.h"
 #include "vocal/viseme_curves.h"
@@ -37,13 +38,6 @@ void expectUsable(const SynthesisRequest& request, const Corpus& corpus) {
   }
   if (request.labels.phones.empty()) throw InputError("found no phone to speak; expected at least silence");
   if (corpus.takes.empty()) throw InputError(fmt::format("the corpus {} has no takes", corpus.name));
-}
-
-std::vector<Seconds> frameTimesOf(const SynthesisRequest& request) {
-  constexpr double kRounding = 1e-6;  // frames
-  const double rate = request.options.frame_rate_hz;
-  const Seconds duration = std::max({request.labels.duration(), request.audio.duration(), request.sound_lasts});
-  return frameTimes(0, static_cast<std::size_t>(std::max(1.0, std::ceil(duration * rate - kRounding))), rate);
 }
 
 PlacedUnit placedUnit(const Segment& segment, const LineToRender& line) {
@@ -120,44 +114,6 @@ void addDials(const SpeechDials& dials, std::vector<SettingUsed>& settings) {
   }
 }
 
-std::optional<HeardLine> heardIn(const SynthesisRequest& request, const Corpus& corpus) {
-  const TrajectoryModel* model = corpus.trajectory_model.get();
-  const bool hears = request.options.context.hear && model != nullptr && !model->sound.isEmpty();
-  if (!hears) return std::nullopt;
-  if (request.measures) return HeardLine(model->sound, *request.measures, request.labels);
-  if (request.audio.samples.empty()) return std::nullopt;
-  return HeardLine(model->sound, request.audio, request.labels);
-}
-
-void addHeard(const HeardLine& heard, const LineToRender& line, std::vector<SettingUsed>& settings) {
-  const TrajectoryModel& model = *line.database.corpus().trajectory_model;
-  const Eigen::MatrixXd moved = heard.at(line.times) * model.shapes;
-  const std::vector<Eigen::Index>& columns = line.database.lipColumns();
-  double squares = 0;
-  for (const Eigen::Index column : columns) squares += moved.col(column).squaredNorm();
-  const double marker_frames = asReal(moved.rows() * std::ssize(columns)) / 3;
-  settings.push_back({"sound believed", fmt::format("{:.3g}", heard.believed())});
-  settings.push_back({"sound's departure, of the corpus' widest", fmt::format("{:.3g}", heard.strangeness())});
-  settings.push_back({"lips moved by the sound mm", fmt::format("{:.3g}", std::sqrt(squares / marker_frames))});
-}
-
-std::vector<Join> measureJoins(std::vector<Seconds> times, const MotionClip& motion) {
-  std::sort(times.begin(), times.end());
-  std::vector<Join> joins;
-  for (const Seconds time : times) joins.push_back(measureJoin(motion, time));
-  return joins;
-}
-
-/// Lids at rest: where fragments that were chosen for the mouth are joined they would bring halves of blinks.
-void restLids(const LineToRender& line, MotionClip& motion) {
-  const Corpus& corpus = line.database.corpus();
-  for (std::size_t marker = 0; marker < corpus.layout.markers.size(); ++marker) {
-    if (corpus.layout.markers[marker].region != "lid") continue;
-    for (std::size_t i = 3 * marker; i < 3 * marker + 3; ++i)
-      motion.positions_mm.col(signedIndex(i)).setConstant(corpus.neutral_pose_mm.data()[i]);
-  }
-}
-
 /// Lids, brows and forehead, eyes and head as `options` have them; what was drawn at random is told in `made`.
 void addExpression(const ExpressionOptions& options, const LineToRender& line, bool is_joined, std::string_view text,
                    UtteranceAnimation& made) {
@@ -168,7 +124,7 @@ void addExpression(const ExpressionOptions& options, const LineToRender& line, b
   made.head = std::move(expression.head);
   made.warnings.insert(made.warnings.end(), expression.warnings.begin(), expression.warnings.end());
   if (expression.upper_face.empty()) {
-    if (is_joined && line.options.departures.lids_rest) restLids(line, made.motion);
+    if (is_joined && line.options.departures.lids_rest) restLids(line, made.motion.positions_mm);
     return;
   }
   const std::vector<bool> upper = upperFaceColumns(line.database.corpus().layout);
@@ -182,6 +138,66 @@ void addExpression(const ExpressionOptions& options, const LineToRender& line, b
 
 }  // namespace
 
+std::vector<Seconds> frameTimesOf(const SynthesisRequest& request) {
+  constexpr double kRounding = 1e-6;  // frames
+  const double rate = request.options.frame_rate_hz;
+  const Seconds duration = std::max({request.labels.duration(), request.audio.duration(), request.sound_lasts});
+  return frameTimes(0, static_cast<std::size_t>(std::max(1.0, std::ceil(duration * rate - kRounding))), rate);
+}
+
+std::optional<HeardLine> heardIn(const SynthesisRequest& request, const Corpus& corpus) {
+  if (!hearsSound(request.options, corpus)) return std::nullopt;
+  const SoundModel& sound = corpus.trajectory_model->sound;
+  if (request.measures) return HeardLine(sound, *request.measures, request.labels);
+  if (request.audio.samples.empty()) return std::nullopt;
+  return HeardLine(sound, request.audio, request.labels);
+}
+
+std::vector<SettingUsed> heardSettings(const HeardLine& heard, double lips_moved_mm) {
+  return {{"sound believed", fmt::format("{:.3g}", heard.believed())},
+          {"sound's departure, of the corpus' widest", fmt::format("{:.3g}", heard.strangeness())},
+          {"lips moved by the sound mm", fmt::format("{:.3g}", lips_moved_mm)}};
+}
+
+double movedBySound(const HeardLine& heard, const UnitDatabase& database, std::span<const Seconds> times) {
+  const Eigen::MatrixXd moved = heard.at(times) * database.corpus().trajectory_model->shapes;
+  double squares = 0;
+  for (const Eigen::Index column : database.lipColumns()) squares += moved.col(column).squaredNorm();
+  return squares;
+}
+
+void restLids(const LineToRender& line, PositionMatrix& positions) {
+  const Corpus& corpus = line.database.corpus();
+  for (std::size_t marker = 0; marker < corpus.layout.markers.size(); ++marker) {
+    if (corpus.layout.markers[marker].region != "lid") continue;
+    for (std::size_t i = 3 * marker; i < 3 * marker + 3; ++i)
+      positions.col(signedIndex(i)).setConstant(corpus.neutral_pose_mm.data()[i]);
+  }
+}
+
+UtteranceAnimation describedLine(const SynthesisPlan& plan, const SynthesisRequest& request, const LineToRender& line) {
+  const Corpus& corpus = line.database.corpus();
+  UtteranceAnimation made;
+  made.method = methodOf(request.options, corpus);
+  made.settings = settingsOf(request.options, corpus, made.method);
+  made.text = request.text;
+  made.voice = request.voice;
+  made.corpus = corpus.name;
+  made.labels = request.labels;
+  made.audio = request.audio;
+  made.motion = {request.options.frame_rate_hz, corpus.layout.markerNames(), PositionMatrix(std::ssize(line.times), 0)};
+  made.tongue = tongueFromPhones(request.labels, line.times);
+  made.lips = lipsFromPhones(request.labels, line.times);
+  for (const Segment& segment : plan.segments) made.units.push_back(placedUnit(segment, line));
+  made.curves = line.curves;
+  made.style = styleName(request.options.curves.alone);
+  return made;
+}
+
+bool hearsSound(const SynthesisOptions& options, const Corpus& corpus) {
+  return options.context.hear && corpus.trajectory_model != nullptr && !corpus.trajectory_model->sound.isEmpty();
+}
+
 SynthesisOptions edgeAsPublished() {
   SynthesisOptions options;
   options.selection.method = SelectionMethod::kGreedy;
@@ -193,16 +209,53 @@ SynthesisOptions edgeAsPublished() {
   return options;
 }
 
-UtteranceAnimation synthesise(const SynthesisRequest& request, const UnitDatabase& database) {
+namespace {
+
+/// All of a line but what is heard; `own_model` where the request has none.
+LineToRender lineOf(const SynthesisRequest& request, const UnitDatabase& database, const CurveModel& own_model) {
+  const CurveOptions& wish = request.options.curves;
+  LineToRender line{request.labels,
+                    request.options,
+                    database,
+                    wish.model != nullptr ? *wish.model : own_model,
+                    frameTimesOf(request),
+                    withDials(styleFor(wish, request.labels, request.tags), request.options.edits.dials),
+                    {},
+                    {}};
+  line.curves = vocalCurves(request.labels, request.tags, line.style);
+  return line;
+}
+
+}  // namespace
+
+UtteranceAnimation describedLongLine(const SynthesisPlan& plan, const SynthesisRequest& request,
+                                     const UnitDatabase& database) {
+  const CurveModel own_model(database);
+  const LineToRender line = lineOf(request, database, own_model);
+  UtteranceAnimation made = describedLine(plan, request, line);
+  addExpression(request.options.expression, line, false, request.text, made);
+  return made;
+}
+
+PlannedLine planRequest(const SynthesisRequest& request, const UnitDatabase& database) {
   expectUsable(request, database.corpus());
   const Stopwatch planning;
-  SynthesisPlan plan = planLine(request.labels, database, request.options, request.units);
-  std::vector<std::string> warnings;
-  plan = withUnits(std::move(plan), request.labels, database, request.options.edits.units, warnings);
-  const double planning_ms = planning.elapsedMs();
-  UtteranceAnimation made = renderPlan(plan, request, database);
-  made.warnings.insert(made.warnings.begin(), warnings.begin(), warnings.end());
-  made.timing_ms.selection = planning_ms;
+  PlannedLine planned;
+  planned.plan = withUnits(planLine(request.labels, database, request.options, request.units), request.labels, database,
+                           request.options.edits.units, planned.warnings);
+  planned.took_ms = planning.elapsedMs();
+  return planned;
+}
+
+void tellPlanning(const PlannedLine& planned, UtteranceAnimation& made) {
+  made.warnings.insert(made.warnings.begin(), planned.warnings.begin(), planned.warnings.end());
+  made.timing_ms.selection = planned.took_ms;
+}
+
+UtteranceAnimation synthesise(const SynthesisRequest& request, const UnitDatabase& database) {
+  const PlannedLine planned = planRequest(request, database);
+  UtteranceAnimation made = renderPlan(planned.plan, request, database);
+  tellPlanning(planned, made);
   return made;
 }
 
@@ -214,15 +267,8 @@ UtteranceAnimation renderPlan(const SynthesisPlan& plan, const SynthesisRequest&
   expectUsable(request, corpus);
   const Stopwatch moving;
   const CurveModel own_model(database);
-  LineToRender line{request.labels,
-                    request.options,
-                    database,
-                    wish.model != nullptr ? *wish.model : own_model,
-                    frameTimesOf(request),
-                    withDials(styleFor(wish, request.labels, request.tags), edits.dials),
-                    {},
-                    heardIn(request, corpus)};
-  line.curves = vocalCurves(request.labels, request.tags, line.style);
+  LineToRender line = lineOf(request, database, own_model);
+  line.heard = heardIn(request, corpus);
 
   const std::vector<Stretch> stretches = stretchesOf(plan, line);
   StretchMotion whole = fillWithCurves(stretches, renderCaptured(stretches, line), line);
@@ -242,27 +288,22 @@ UtteranceAnimation renderPlan(const SynthesisPlan& plan, const SynthesisRequest&
     warnings.push_back(fmt::format("the dials or edits ask for more than a face can do in {} of {} frames: held there",
                                    std::min(held, line.times.size()), line.times.size()));
 
-  const std::vector<MovementShares> shares = sharesOf(whole, line);
-  UtteranceAnimation made;
-  made.method = methodOf(request.options, corpus);
-  made.settings = settingsOf(request.options, corpus, made.method);
-  if (made.method == "guided" && line.heard) addHeard(*line.heard, line, made.settings);
-  made.text = request.text;
-  made.voice = request.voice;
-  made.corpus = corpus.name;
-  made.labels = request.labels;
-  made.audio = request.audio;
-  made.motion = {request.options.frame_rate_hz, corpus.layout.markerNames(), std::move(whole.positions_mm)};
+  UtteranceAnimation made = describedLine(plan, request, line);
+  made.shares = sharesOf(whole, line);
+  if (made.method == "guided" && line.heard) {
+    const double squares = movedBySound(*line.heard, database, line.times);
+    const double marker_frames = asReal(line.times.size() * database.lipColumns().size()) / 3;
+    for (SettingUsed& heard : heardSettings(*line.heard, std::sqrt(squares / marker_frames)))
+      made.settings.push_back(std::move(heard));
+  }
+  made.motion.positions_mm = std::move(whole.positions_mm);
   addExpression(request.options.expression, line, !whole.joins.empty(), request.text, made);
   if (request.options.expression.hasMood()) addMood(request.options.expression.mood, line, made.motion.positions_mm);
-  made.tongue = tongueFromPhones(request.labels, line.times);
-  made.lips = lipsFromPhones(request.labels, line.times);
-  for (const Segment& segment : plan.segments) made.units.push_back(placedUnit(segment, line));
-  made.shares = shares;
-  made.joins = measureJoins(std::move(whole.joins), made.motion);
+  MotionFacts facts(std::move(whole.joins), line, line.times.size());
+  facts.add(made.motion.positions_mm);
+  made.joins = facts.joins();
+  made.mouth = facts.mouth();
   made.curves = std::move(edited);
-  made.style = styleName(wish.alone);
-  made.mouth = mouthFacts(made.motion, line);
   made.warnings.insert(made.warnings.begin(), warnings.begin(), warnings.end());
   addDials(dials, made.settings);
   made.timing_ms.motion = moving.elapsedMs();

@@ -58,6 +58,9 @@ struct SynthesisRequest {
   Seconds sound_lasts = 0;                     ///< what `audio` lasts, where only that is known of it
 };
 
+/// Whether what a line's sound says beyond its phones joins the prediction.
+bool hearsSound(const SynthesisOptions& options, const Corpus& corpus);
+
 /// A stretch of the line and what moves the face in it.
 struct Segment {
   enum class Kind {

@@ -37,7 +37,7 @@ void makeFixture(const std::filesystem::path& page_template, const std::filesyst
   const std::string glb = glbBytes(head.mesh, shapes, "talking_head");
   writeFileAtomically(folder / "face.glb", glb);
   writeFileAtomically(folder / "expected.json", expectedFrames(head).dump());
-  writeFileAtomically(folder / "report.json", reportJson(head.utterance));
+  writeFileAtomically(folder / "report.json", reportJson(head.utterance, head.utterance.timing_ms));
   writeFileAtomically(folder / "view.html",
                       viewHtml(readFile(page_template), {head.utterance, glb, head.mesh, "talking_head",
                                                          head.marker_names, head.utterance.motion.positions_mm}));

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "motion/motion_clip.h"
+#include "motion/motion_pieces.h"
 
 namespace mouthpiece {
 
@@ -34,6 +34,8 @@ std::vector<MotionEvent> readC3dEventsBytes(std::string_view bytes, std::string_
 /// when the clip does not fit the format (65,535 markers, 127 bytes a name, 130,000 bytes of names), there are over
 /// 65,535 events, or the file cannot be written.
 void writeC3d(const std::filesystem::path& path, const MotionClip& clip, const std::vector<MotionEvent>& events = {});
+void writeC3d(const std::filesystem::path& path, const MotionInPieces& motion,
+              const std::vector<MotionEvent>& events = {});
 std::string writeC3dBytes(const MotionClip& clip, const std::vector<MotionEvent>& events = {});
 
 }  // namespace mouthpiece

@@ -7,7 +7,7 @@
 
 #include "base/byte_reader.h"
 #include "base/errors.h"
-#include "base/files.h"
+#include "base/file_parts.h"
 #include "motion/formats/c3d_file.h"
 #include "motion/formats/c3d_parameters.h"
 #include "motion/position_limits.h"
@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::size_t kParameterBlock = 2;  // right behind the header
 constexpr std::size_t kMaxParameterBlocks = 255;
+constexpr std::size_t kPointBytes = 16;
 constexpr std::size_t kMaxPoints = 65535;
 constexpr std::size_t kMaxFrames = 0x7FFFFFFF;
 constexpr std::size_t kMaxLabelBytes = 127;  // some readers take the dimension byte as signed
@@ -92,16 +93,15 @@ std::size_t saturated(std::size_t count) { return std::min<std::size_t>(count, 6
 
 std::vector<std::size_t> halves(std::size_t count) { return {count & 0xFFFFU, count >> 16U}; }
 
-void refuseWhatDoesNotFit(const MotionClip& clip) {
-  MOUTHPIECE_EXPECT(unsignedIndex(clip.positions_mm.cols()) == 3 * clip.markerCount());
+void refuseWhatDoesNotFit(const MotionInPieces& clip) {
   expectFrameRate(clip.frame_rate_hz, "C3D", "POINT:RATE");
   if (clip.markerCount() == 0 || clip.markerCount() > kMaxPoints) {
     throw InputError("C3D", "POINT:USED",
                      fmt::format("found {} markers; expected 1 to {}", clip.markerCount(), kMaxPoints));
   }
-  if (clip.frameCount() == 0 || clip.frameCount() > kMaxFrames) {
+  if (clip.frame_count == 0 || clip.frame_count > kMaxFrames) {
     throw InputError("C3D", "POINT:FRAMES",
-                     fmt::format("found {} frames; expected 1 to {}", clip.frameCount(), kMaxFrames));
+                     fmt::format("found {} frames; expected 1 to {}", clip.frame_count, kMaxFrames));
   }
   for (const std::string& name : clip.marker_names) {
     if (name.empty() || name.size() > kMaxLabelBytes) {
@@ -170,13 +170,13 @@ void writeEvents(ParameterWriter& parameters, const std::vector<MotionEvent>& ev
   }
 }
 
-void writeHeader(ByteWriter& bytes, const MotionClip& clip) {
+void writeHeader(ByteWriter& bytes, const MotionInPieces& clip) {
   bytes.writeU8(kParameterBlock);
   bytes.writeU8(0x50);
   bytes.writeU16(clip.markerCount());
   bytes.writeU16(0);  // analog values per frame
   bytes.writeU16(1);  // first frame
-  bytes.writeU16(saturated(clip.frameCount()));
+  bytes.writeU16(saturated(clip.frame_count));
   bytes.writeU16(0);  // longest gap interpolated
   bytes.writeF32(kFloatScale);
   bytes.writeU16(0);  // data block, patched below
@@ -185,12 +185,12 @@ void writeHeader(ByteWriter& bytes, const MotionClip& clip) {
   bytes.padTo(kBlockBytes);
 }
 
-void writeParameters(ByteWriter& bytes, const MotionClip& clip, const std::vector<MotionEvent>& events,
+void writeParameters(ByteWriter& bytes, const MotionInPieces& clip, const std::vector<MotionEvent>& events,
                      std::size_t data_block) {
   ParameterWriter parameters(bytes);
   parameters.group(kPointGroup, "POINT");
   parameters.integers(kPointGroup, "USED", {clip.markerCount()});
-  parameters.integers(kPointGroup, "FRAMES", {saturated(clip.frameCount())});
+  parameters.integers(kPointGroup, "FRAMES", {saturated(clip.frame_count)});
   parameters.integers(kPointGroup, "DATA_START", {data_block});
   parameters.numbers(kPointGroup, "SCALE", {}, {kFloatScale});
   parameters.numbers(kPointGroup, "RATE", {}, {clip.frame_rate_hz});
@@ -211,32 +211,33 @@ void writeParameters(ByteWriter& bytes, const MotionClip& clip, const std::vecto
   parameters.numbers(kAnalogGroup, "SCALE", {0}, {});
   parameters.group(kTrialGroup, "TRIAL");
   parameters.integers(kTrialGroup, "ACTUAL_START_FIELD", halves(1));
-  parameters.integers(kTrialGroup, "ACTUAL_END_FIELD", halves(clip.frameCount()));
+  parameters.integers(kTrialGroup, "ACTUAL_END_FIELD", halves(clip.frame_count));
   if (!events.empty()) writeEvents(parameters, events);
   bytes.writeU16(0);  // no further entry
 }
 
-void writePositions(ByteWriter& bytes, const MotionClip& clip) {
-  for (Eigen::Index frame = 0; frame < clip.positions_mm.rows(); ++frame) {
-    for (Eigen::Index column = 0; column < clip.positions_mm.cols(); column += 3) {
-      const Eigen::RowVector3d position = clip.positions_mm.block<1, 3>(frame, column);
+std::string positionBytes(const PositionMatrix& positions_mm) {
+  ByteWriter bytes;
+  bytes.reserve(unsignedIndex(positions_mm.size() / 3) * kPointBytes);
+  for (Eigen::Index frame = 0; frame < positions_mm.rows(); ++frame) {
+    for (Eigen::Index column = 0; column < positions_mm.cols(); column += 3) {
+      const Eigen::RowVector3d position = positions_mm.block<1, 3>(frame, column);
       const bool is_seen = position.allFinite();
       for (int axis = 0; axis < 3; ++axis) bytes.writeF32(is_seen ? position[axis] : 0.0);
       bytes.writeF32(is_seen ? 0.0 : -1.0);
     }
   }
+  return bytes.takeBytes();
 }
 
 std::size_t roundUpToBlock(std::size_t size) { return (size + kBlockBytes - 1) / kBlockBytes * kBlockBytes; }
 
-}  // namespace
-
-std::string writeC3dBytes(const MotionClip& clip, const std::vector<MotionEvent>& events) {
-  refuseWhatDoesNotFit(clip);
+void appendC3d(const MotionInPieces& motion, const std::vector<MotionEvent>& events, const AppendBytes& append) {
+  refuseWhatDoesNotFit(motion);
   refuseEventsThatDoNotFit(events);
   // Written once to learn how many blocks the parameters take.
   ByteWriter rehearsal;
-  writeParameters(rehearsal, clip, events, 0);
+  writeParameters(rehearsal, motion, events, 0);
   const std::size_t parameter_blocks = roundUpToBlock(4 + rehearsal.size()) / kBlockBytes;
   if (parameter_blocks > kMaxParameterBlocks) {
     throw InputError("C3D", "POINT:LABELS",
@@ -246,23 +247,37 @@ std::string writeC3dBytes(const MotionClip& clip, const std::vector<MotionEvent>
   const std::size_t data_block = kParameterBlock + parameter_blocks;
 
   ByteWriter bytes;
-  const std::size_t data_bytes = clip.frameCount() * clip.markerCount() * 16;
-  bytes.reserve((data_block - 1) * kBlockBytes + data_bytes + kBlockBytes);
-  writeHeader(bytes, clip);
+  writeHeader(bytes, motion);
   bytes.patchU16(16, data_block);
   bytes.writeU8(1);
   bytes.writeU8(0x50);
   bytes.writeU8(parameter_blocks);
   bytes.writeU8(84);  // Intel
-  writeParameters(bytes, clip, events, data_block);
+  writeParameters(bytes, motion, events, data_block);
   bytes.padTo((data_block - 1) * kBlockBytes);
-  writePositions(bytes, clip);
-  bytes.padTo(roundUpToBlock(bytes.size()));
-  return bytes.takeBytes();
+  append(bytes.takeBytes());
+  motion.forEach([&](std::size_t, const PositionMatrix& positions_mm) {
+    MOUTHPIECE_EXPECT(unsignedIndex(positions_mm.cols()) == 3 * motion.markerCount());
+    append(positionBytes(positions_mm));
+  });
+  const std::size_t data_bytes = motion.frame_count * motion.markerCount() * kPointBytes;
+  append(std::string(roundUpToBlock(data_bytes) - data_bytes, '\0'));
+}
+
+}  // namespace
+
+std::string writeC3dBytes(const MotionClip& clip, const std::vector<MotionEvent>& events) {
+  std::string bytes;
+  appendC3d(inOnePiece(clip), events, [&bytes](std::string_view more) { bytes += more; });
+  return bytes;
 }
 
 void writeC3d(const std::filesystem::path& path, const MotionClip& clip, const std::vector<MotionEvent>& events) {
-  writeFileAtomically(path, writeC3dBytes(clip, events));
+  writeC3d(path, inOnePiece(clip), events);
+}
+
+void writeC3d(const std::filesystem::path& path, const MotionInPieces& motion, const std::vector<MotionEvent>& events) {
+  writeFileInParts(path, [&](const AppendBytes& append) { appendC3d(motion, events, append); });
 }
 
 }  // namespace mouthpiece

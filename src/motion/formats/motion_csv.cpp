@@ -71,19 +71,32 @@ MotionClip readMotionCsvText(std::string_view text, std::string_view name) {
 
 MotionClip readMotionCsv(const std::filesystem::path& path) { return readMotionCsvText(readFile(path), path.string()); }
 
+namespace {
+
+void appendCsv(const MotionInPieces& motion, const AppendBytes& append) {
+  expectWritableNames(motion.marker_names, ",\"\n\r", "CSV", kTimeColumn);
+  expectFrameRate(motion.frame_rate_hz, "CSV", kTimeColumn);
+  std::string header(kTimeColumn);
+  for (const std::string& marker : motion.marker_names) header += fmt::format(",{0}.x,{0}.y,{0}.z", marker);
+  append(header + '\n');
+  appendMotionRows(
+      motion, ',', [](std::string&, std::size_t) {}, append);
+}
+
+}  // namespace
+
 std::string writeMotionCsvText(const MotionClip& clip) {
-  expectWritableNames(clip, ",\"\n\r", "CSV", kTimeColumn);
-  expectFrameRate(clip.frame_rate_hz, "CSV", kTimeColumn);
-  std::string text(kTimeColumn);
-  for (const std::string& marker : clip.marker_names) text += fmt::format(",{0}.x,{0}.y,{0}.z", marker);
-  text += '\n';
-  text.reserve(text.size() + clip.frameCount() * (12 + 10 * 3 * clip.markerCount()));
-  for (Eigen::Index frame = 0; frame < clip.positions_mm.rows(); ++frame) appendMotionRow(text, clip, frame, ',');
+  std::string text;
+  appendCsv(inOnePiece(clip), [&text](std::string_view more) { text += more; });
   return text;
 }
 
 void writeMotionCsv(const std::filesystem::path& path, const MotionClip& clip) {
-  writeFileAtomically(path, writeMotionCsvText(clip));
+  writeMotionCsv(path, inOnePiece(clip));
+}
+
+void writeMotionCsv(const std::filesystem::path& path, const MotionInPieces& motion) {
+  writeFileInParts(path, [&](const AppendBytes& append) { appendCsv(motion, append); });
 }
 
 }  // namespace mouthpiece

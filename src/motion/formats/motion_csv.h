@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "motion/motion_clip.h"
+#include "motion/motion_pieces.h"
 
 namespace mouthpiece {
 
@@ -17,6 +17,7 @@ MotionClip readMotionCsvText(std::string_view text, std::string_view name);
 /// Four decimals for positions, six for time. Throws InputError for a marker name with a comma, quote or line end, and
 /// when the file cannot be written.
 void writeMotionCsv(const std::filesystem::path& path, const MotionClip& clip);
+void writeMotionCsv(const std::filesystem::path& path, const MotionInPieces& motion);
 std::string writeMotionCsvText(const MotionClip& clip);
 
 /// Reads Motion Analysis' TRC (tab-separated text; OpenSim writes it too): units mm, cm or m, empty cells NaN. The rows
@@ -26,6 +27,7 @@ MotionClip readTrcText(std::string_view text, std::string_view name);
 
 /// Millimetres, four decimals. Throws InputError for a marker name with a tab or line end.
 void writeTrc(const std::filesystem::path& path, const MotionClip& clip);
+void writeTrc(const std::filesystem::path& path, const MotionInPieces& motion);
 std::string writeTrcText(const MotionClip& clip, std::string_view file_name);
 
 }  // namespace mouthpiece

@@ -85,29 +85,43 @@ MotionClip MotionRows::takeClip(std::vector<std::string> marker_names, double ra
   clip.frame_rate_hz = rate_hz > 0.0 ? rate_hz : rateFromTimes();
   expectFrameRate(clip.frame_rate_hz, file_, "");
   clip.marker_names = std::move(marker_names);
-  clip.positions_mm = Eigen::Map<const PositionMatrix>(values_.data(), signedIndex(times_.size()),
-                                                       signedIndex(column_count_));
+  clip.positions_mm =
+      Eigen::Map<const PositionMatrix>(values_.data(), signedIndex(times_.size()), signedIndex(column_count_));
   return clip;
 }
 
-void appendMotionRow(std::string& text, const MotionClip& clip, Eigen::Index frame, char separator) {
+void appendMotionRows(const MotionInPieces& motion, char separator,
+                      const std::function<void(std::string& text, std::size_t frame)>& begin,
+                      const AppendBytes& append) {
   constexpr int kTimeDecimals = 6, kPositionDecimals = 4;
-  appendFixed(text, clip.timeOf(FrameIndex(unsignedIndex(frame))), kTimeDecimals);
-  for (const double value : clip.positions_mm.row(frame)) {
-    text += separator;
-    if (std::isfinite(value)) appendFixed(text, value, kPositionDecimals);
-  }
-  text += '\n';
+  constexpr std::size_t kAtOnce = 1 << 20;
+  std::string text;
+  motion.forEach([&](std::size_t first_frame, const PositionMatrix& positions_mm) {
+    MOUTHPIECE_EXPECT(unsignedIndex(positions_mm.cols()) == 3 * motion.markerCount());
+    for (Eigen::Index row = 0; row < positions_mm.rows(); ++row) {
+      const std::size_t frame = first_frame + unsignedIndex(row);
+      begin(text, frame);
+      appendFixed(text, asReal(frame) / motion.frame_rate_hz, kTimeDecimals);
+      for (const double value : positions_mm.row(row)) {
+        text += separator;
+        if (std::isfinite(value)) appendFixed(text, value, kPositionDecimals);
+      }
+      text += '\n';
+      if (text.size() < kAtOnce) continue;
+      append(text);
+      text.clear();
+    }
+  });
+  append(text);
 }
 
-void expectWritableNames(const MotionClip& clip, std::string_view forbidden, std::string_view format,
-                         std::string_view place) {
-  MOUTHPIECE_EXPECT(unsignedIndex(clip.positions_mm.cols()) == 3 * clip.markerCount());
-  for (const std::string& name : clip.marker_names) {
+void expectWritableNames(const std::vector<std::string>& marker_names, std::string_view forbidden,
+                         std::string_view format, std::string_view place) {
+  for (const std::string& name : marker_names) {
     if (!name.empty() && name.find_first_of(forbidden) == std::string::npos && trimmed(name) == name) continue;
     throw InputError(format, place,
-                     fmt::format("found marker name \"{}\"; expected no {}, line end or outer blank",
-                                 printable(name), forbidden.starts_with(',') ? "comma, quote" : "tab"));
+                     fmt::format("found marker name \"{}\"; expected no {}, line end or outer blank", printable(name),
+                                 forbidden.starts_with(',') ? "comma, quote" : "tab"));
   }
 }
 

@@ -5,7 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "motion/motion_clip.h"
+#include "base/file_parts.h"
+#include "motion/motion_pieces.h"
 
 namespace mouthpiece {
 
@@ -32,11 +33,14 @@ class MotionRows {
   std::vector<double> values_;
 };
 
-/// Appends frame `frame`: its time, and each coordinate behind a `separator`, nothing where it was not seen.
-void appendMotionRow(std::string& text, const MotionClip& clip, Eigen::Index frame, char separator);
+/// A row a frame: its time, and each coordinate behind a `separator`, nothing where it was not seen; `begin` writes
+/// what stands before a frame's time.
+void appendMotionRows(const MotionInPieces& motion, char separator,
+                      const std::function<void(std::string& text, std::size_t frame)>& begin,
+                      const AppendBytes& append);
 /// Throws InputError("FORMAT", place) for a name that is empty, has outer blanks or one of `forbidden`.
-void expectWritableNames(const MotionClip& clip, std::string_view forbidden, std::string_view format,
-                         std::string_view place);
+void expectWritableNames(const std::vector<std::string>& marker_names, std::string_view forbidden,
+                         std::string_view format, std::string_view place);
 
 /// Throws InputError when a name comes twice or is empty.
 void expectDistinctNames(const std::vector<std::string>& names, std::string_view file, std::string_view place);

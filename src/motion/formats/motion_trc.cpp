@@ -95,28 +95,37 @@ MotionClip readTrcText(std::string_view text, std::string_view name) {
 
 MotionClip readTrc(const std::filesystem::path& path) { return readTrcText(readFile(path), path.string()); }
 
-std::string writeTrcText(const MotionClip& clip, std::string_view file_name) {
-  expectWritableNames(clip, "\t\n\r", "TRC", "4");
-  expectFrameRate(clip.frame_rate_hz, "TRC", "DataRate");
-  const std::string rate = fmt::format("{}", clip.frame_rate_hz);
+namespace {
+
+void appendTrc(const MotionInPieces& motion, std::string_view file_name, const AppendBytes& append) {
+  expectWritableNames(motion.marker_names, "\t\n\r", "TRC", "4");
+  expectFrameRate(motion.frame_rate_hz, "TRC", "DataRate");
+  const std::string rate = fmt::format("{}", motion.frame_rate_hz);
   std::string text = fmt::format(
       "PathFileType\t4\t(X/Y/Z)\t{0}\n"
       "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames\n"
       "{1}\t{1}\t{2}\t{3}\tmm\t{1}\t1\t{2}\nFrame#\tTime",
-      printable(file_name, 200), rate, clip.frameCount(), clip.markerCount());
-  for (const std::string& marker : clip.marker_names) text += fmt::format("\t{}\t\t", marker);
+      printable(file_name, 200), rate, motion.frame_count, motion.markerCount());
+  for (const std::string& marker : motion.marker_names) text += fmt::format("\t{}\t\t", marker);
   text += "\n\t";
-  for (std::size_t i = 1; i <= clip.markerCount(); ++i) text += fmt::format("\tX{0}\tY{0}\tZ{0}", i);
-  text += "\n\n";
-  for (Eigen::Index frame = 0; frame < clip.positions_mm.rows(); ++frame) {
-    text += fmt::format("{}\t", frame + 1);
-    appendMotionRow(text, clip, frame, '\t');
-  }
+  for (std::size_t i = 1; i <= motion.markerCount(); ++i) text += fmt::format("\tX{0}\tY{0}\tZ{0}", i);
+  append(text + "\n\n");
+  const auto number = [](std::string& row, std::size_t frame) { row += fmt::format("{}\t", frame + 1); };
+  appendMotionRows(motion, '\t', number, append);
+}
+
+}  // namespace
+
+std::string writeTrcText(const MotionClip& clip, std::string_view file_name) {
+  std::string text;
+  appendTrc(inOnePiece(clip), file_name, [&text](std::string_view more) { text += more; });
   return text;
 }
 
-void writeTrc(const std::filesystem::path& path, const MotionClip& clip) {
-  writeFileAtomically(path, writeTrcText(clip, path.filename().string()));
+void writeTrc(const std::filesystem::path& path, const MotionClip& clip) { writeTrc(path, inOnePiece(clip)); }
+
+void writeTrc(const std::filesystem::path& path, const MotionInPieces& motion) {
+  writeFileInParts(path, [&](const AppendBytes& append) { appendTrc(motion, path.filename().string(), append); });
 }
 
 }  // namespace mouthpiece

@@ -136,10 +136,13 @@ double rateAround(const SpeechLabels& labels, std::size_t phone) {
   const Seconds middle = labels.phones[phone].span.middle();
   double phones = 0;
   Seconds spoken = 0;
-  for (std::size_t i = 0; i < labels.phones.size(); ++i) {
-    const TimeSpan& span = labels.phones[i].span;
+  const auto first = std::partition_point(labels.phones.begin(), labels.phones.end(), [&](const LabelledPhone& other) {
+    return other.span.end <= middle - kReach;
+  });
+  for (auto other = first; other != labels.phones.end() && other->span.start < middle + kReach; ++other) {
+    const TimeSpan& span = other->span;
     const Seconds within = std::min(span.end, middle + kReach) - std::max(span.start, middle - kReach);
-    if (within <= 0 || labels.phones[i].phone == Phone::kSil) continue;
+    if (within <= 0 || other->phone == Phone::kSil) continue;
     phones += within / std::max(span.duration(), 1e-6);
     spoken += within;
   }

@@ -41,6 +41,7 @@ LinePrediction::LinePrediction(const TrajectoryModel& model, const SpeechLabels&
       if (known == model.targets.end()) continue;
       targets_.row(signedIndex(i)) += feature.weight * known->second.transpose();
     }
+    segments_[i].features = {};  // their names would take more than all else here
   }
   if (model.networks.empty()) return;
   context_ = contextSegments(labels, model.silence);
@@ -67,6 +68,15 @@ Eigen::MatrixXd LinePrediction::byNetworks(std::span<const Seconds> times) const
 }
 
 Eigen::MatrixXd LinePrediction::at(std::span<const Seconds> times) const {
+  constexpr std::size_t kAtOnce = 8192;
+  if (given_.empty() && times.size() > kAtOnce) {
+    Eigen::MatrixXd values(std::ssize(times), model_->componentCount());
+    for (std::size_t first = 0; first < times.size(); first += kAtOnce) {
+      const std::span<const Seconds> part = times.subspan(first, std::min(kAtOnce, times.size() - first));
+      values.middleRows(signedIndex(first), std::ssize(part)) = at(part);
+    }
+    return values;
+  }
   const std::vector<ComponentDynamics>& dynamics = model_->dynamics;
   Eigen::MatrixXd values(signedIndex(times.size()), model_->componentCount());
   std::vector<bool> done(dynamics.size(), false);
@@ -88,7 +98,7 @@ Eigen::MatrixXd LinePrediction::at(std::span<const Seconds> times) const {
 }
 
 Eigen::MatrixXd TrajectoryModel::predict(const SpeechLabels& labels, std::span<const Seconds> times) const {
-  return LinePrediction(*this, labels).at(times);
+  return LinePrediction(*this, labels, LinePrediction::Keeps::kNothing).at(times);
 }
 
 }  // namespace mouthpiece

@@ -50,7 +50,7 @@ struct TrajectoryModel {
 class LinePrediction {
  public:
   /// What its networks make of the labels (some 80 kB a second each) is kept for all moments that will be asked for;
-  /// or, where few will be, is made for each call anew.
+  /// or, where few will be, is made for each call anew, some thousands of moments at a time.
   enum class Keeps { kAll, kNothing };
   LinePrediction(const TrajectoryModel& model, const SpeechLabels& labels, Keeps keeps = Keeps::kAll);
   /// times x components, not amplified by the gain. Features that the model does not know add nothing.

@@ -15,7 +15,7 @@ using nlohmann::json;
 
 TEST(Report, HasEveryFieldThatTheDesignNames) {
   const auto head = testing::makeTalkingHead();
-  const json report = json::parse(reportJson(head.utterance));
+  const json report = json::parse(reportJson(head.utterance, head.utterance.timing_ms));
   EXPECT_EQ(report["text"], "mama");
   EXPECT_EQ(report["voice"], "test:hum");
   EXPECT_EQ(report["corpus"], "made_up");
@@ -37,14 +37,15 @@ TEST(Report, HasEveryFieldThatTheDesignNames) {
 }
 
 TEST(Report, APhoneThatABackOffUnitTouchesIsBackOff) {
-  const json report = json::parse(reportJson(testing::makeTalkingHead().utterance));
+  const json report = json::parse(reportJson(testing::makeTalkingHead().utterance, {}));
   std::vector<std::string> from;
   for (const json& phone : report["phones"]) from.push_back(phone["from"]);
   EXPECT_EQ(from, (std::vector<std::string>{"unit", "unit", "backoff", "backoff", "unit", "unit"}));
 }
 
 TEST(Report, TheRealTimeFactorLeavesSpeechOut) {
-  const json report = json::parse(reportJson(testing::makeTalkingHead().utterance));
+  const UtteranceAnimation line = testing::makeTalkingHead().utterance;
+  const json report = json::parse(reportJson(line, line.timing_ms));
   EXPECT_EQ(
       report["timing_ms"],
       json::parse(
@@ -55,7 +56,7 @@ TEST(Report, TheRealTimeFactorLeavesSpeechOut) {
 TEST(Report, TextThatIsNoUtf8StaysJson) {
   auto head = testing::makeTalkingHead();
   head.utterance.text = "caf\xE9 \x80";
-  EXPECT_TRUE(json::accept(reportJson(head.utterance)));
+  EXPECT_TRUE(json::accept(reportJson(head.utterance, head.utterance.timing_ms)));
 }
 
 /// However a line is cut into units, the share of back-off counts each pair of phones once.
@@ -80,7 +81,7 @@ TEST(Report, TheShareOfBackOffIsThatOfThePairs) {
       first = last;
     }
     for (const bool each : is_touched) touched += each ? 1U : 0U;
-    const json report = json::parse(reportJson(line));
+    const json report = json::parse(reportJson(line, line.timing_ms));
     EXPECT_NEAR(report["backoff_share"].get<double>(), asReal(backed_off_pairs) / asReal(phones - 1), 1e-6);
     std::size_t told = 0;
     for (const json& phone : report["phones"]) told += phone["from"] == "backoff" ? 1U : 0U;
