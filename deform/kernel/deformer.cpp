@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "base/errors.h"
@@ -415,8 +416,12 @@ void FaceDeformer::Data::move(const FacePose& pose, const TonguePose& tongue_pos
     guard->separate(points, pose.lips, jaw_motion, out);
     moveRelaxed(out);
     guard->meet(points, pose.lips, out);
+    guard->leaveTeeth(jaw_motion, out);
   }
-  tongue.deform(jaw_motion, tongue_pose, out);
+  double lips_apart = lip_pairs.empty() ? std::numeric_limits<double>::infinity() : 0.0;
+  for (const LipPair& pair : lip_pairs)
+    lips_apart = std::max(lips_apart, (points.row(pair.upper_rim) - points.row(pair.lower_rim)).norm());
+  tongue.deform(jaw_motion, tongue_pose, lips_apart, out);
 }
 
 void FaceDeformer::deform(const FacePose& pose, const TonguePose& tongue, VertexPositions& out) const {

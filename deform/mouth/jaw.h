@@ -47,7 +47,9 @@ class TongueMorph {
   /// `vertices`: those of the tongue. Reads the teeth's places from the mesh's parts, where it has teeth.
   TongueMorph(const FaceMesh& mesh, std::vector<std::uint32_t> vertices);
 
-  void deform(const AddedMotion& jaw, const TonguePose& pose, float* out) const;
+  /// `lips_apart`: how far the lips' rims are parted where they are furthest, the mesh's unit: a tongue goes no further
+  /// out than the teeth where the lips are shut.
+  void deform(const AddedMotion& jaw, const TonguePose& pose, double lips_apart, float* out) const;
 
  private:
   struct Item {

@@ -227,6 +227,20 @@ void LipGuard::separate(const MarkerPositions& points, std::span<const LipGap> g
   }
 }
 
+void LipGuard::leaveTeeth(const AddedMotion& jaw, float* out) const {
+  thread_local std::vector<const ToothWatch*> near;
+  near.reserve(std::max(at_upper_teeth_.size(), at_lower_teeth_.size()));
+  const float ease = lengthOf(kEase);
+  const auto leave = [&](const TeethShell& shell, const std::vector<ToothWatch>& watches, const Moved& with) {
+    findNearTeeth(shell, watches, with, out, near);
+    for (int sweep = 0; sweep < kSweeps && leaveTeeth(shell, near, with, ease, out) >= kStill * mouth_width_; ++sweep) {
+    }
+  };
+  leave(upper_teeth_, at_upper_teeth_, {});
+  leave(lower_teeth_, at_lower_teeth_,
+        {true, Eigen::Matrix3f::Identity() + jaw.turn.cast<float>(), jaw.shift.cast<float>()});
+}
+
 void LipGuard::meet(const MarkerPositions& points, std::span<const LipGap> gaps, float* out) const {
   if (!meeting_) return;
   std::array<float, kColumns> shut{};

@@ -137,6 +137,8 @@ class LipGuard {
   void separate(const MarkerPositions& points, std::span<const LipGap> gaps, const AddedMotion& jaw, float* out) const;
   /// The last step, where the binding asks for it: LipMeeting.
   void meet(const MarkerPositions& points, std::span<const LipGap> gaps, float* out) const;
+  /// Lips that have been moved since separate() leave the teeth once more.
+  void leaveTeeth(const AddedMotion& jaw, float* out) const;
 
  private:
   // Lengths as shares of the mouth's width.

@@ -13,6 +13,8 @@ constexpr double kBeside = 0.06;       ///< teeth so far to both sides tell wher
 constexpr double kEdge = 0.02;         ///< the edge is as high as this
 constexpr double kFront = 0.15;        ///< and no further behind the foremost tooth there
 constexpr double kUnder = 0.01;        ///< the rim lies so far under it
+constexpr double kBefore = 0.03;       ///< and so far before lower teeth: the inner side of the lip lies between
+constexpr double kUpright = 0.06;      ///< lower teeth are looked at so far under it
 constexpr double kShown = 0.03;        ///< the upper lip shows so much of the teeth
 constexpr double kFurthestTuck = 0.2;  ///< no rim goes further: what lies there is no row of teeth
 constexpr double kWhole = 0.4;         ///< of the way from the middle to the corner the lip goes the whole way
@@ -41,14 +43,30 @@ bool edgeAt(const std::vector<Eigen::Vector3d>& teeth, const Eigen::Vector3d& ri
   return front >= back;
 }
 
+/// How far in front the lip must stay of the lower teeth, which may stand right under the upper ones' edge.
+double leastDepth(const std::vector<Eigen::Vector3d>& lower_teeth, const Eigen::Vector3d& place, double mouth) {
+  double least = -std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& p : lower_teeth) {
+    if (std::abs(p.x() - place.x()) < kBeside * mouth && p.y() > place.y() - kUpright * mouth)
+      least = std::max(least, p.z() + kBefore * mouth);
+  }
+  return least;
+}
+
+std::vector<Eigen::Vector3d> pointsOf(const FaceMesh& mesh, PartKind kind) {
+  std::vector<Eigen::Vector3d> points;
+  for (const Triangle& triangle : trianglesOf(mesh, {kind})) {
+    for (const std::uint32_t v : triangle) points.push_back(pointAt(mesh.vertices, v));
+  }
+  return points;
+}
+
 }  // namespace
 
 LipTuck::LipTuck(const FaceMesh& mesh, const ControlMesh& control)
     : pairs_(lipPairs(control)), mouth_width_(control.mouth_width) {
-  std::vector<Eigen::Vector3d> teeth;
-  for (const Triangle& triangle : trianglesOf(mesh, {PartKind::kUpperTeeth})) {
-    for (const std::uint32_t v : triangle) teeth.push_back(pointAt(mesh.vertices, v));
-  }
+  const std::vector<Eigen::Vector3d> teeth = pointsOf(mesh, PartKind::kUpperTeeth),
+                                     lower_teeth = pointsOf(mesh, PartKind::kLowerTeeth);
   double left = -std::numeric_limits<double>::infinity(), right = -left;
   for (const Eigen::Vector3d& p : openingsOf(control).lip_line) {
     left = std::max(left, p.x());
@@ -60,7 +78,10 @@ LipTuck::LipTuck(const FaceMesh& mesh, const ControlMesh& control)
     Eigen::Vector3d edge;
     if (!edgeAt(teeth, 0.5 * (upper + lower), mouth_width_, edge))
       edge = upper - mouth_width_ * Eigen::Vector3d(0, kEdgeBelow, kEdgeBehind);
-    places_.push_back(edge - Eigen::Vector3d(0, kUnder * mouth_width_, 0));
+    edge.y() -= kUnder * mouth_width_;
+    // No further forward than where the lip lies anyway.
+    edge.z() = std::max(edge.z(), std::min(lower.z(), leastDepth(lower_teeth, edge, mouth_width_)));
+    places_.push_back(edge);
     const double way = std::abs(0.5 * (upper.x() + lower.x()) - middle) / half;
     shares_.push_back(1 - smoothStep((way - kWhole) / kFades));
   }

@@ -24,6 +24,7 @@ constexpr double kFurthest = 0.45;
 constexpr double kRidgeBehind = 0.2;
 constexpr double kOut = 0.06;
 constexpr double kApart = 0.08;
+constexpr double kLipsApart = 0.06;  ///< and as far between lips, which it does not push apart
 constexpr float kFlattened = 0.12F;
 
 /// The front teeth of a row.
@@ -142,11 +143,12 @@ float TongueMorph::keptBetweenTeeth(const Eigen::Vector3f& place, const Eigen::V
   return place.y() + over - under;
 }
 
-void TongueMorph::deform(const AddedMotion& jaw, const TonguePose& pose, float* out) const {
+void TongueMorph::deform(const AddedMotion& jaw, const TonguePose& pose, double lips_apart, float* out) const {
   const auto moved = [&](const Eigen::Vector3d& p) -> Eigen::Vector3d { return p + jaw.turn * p + jaw.shift; };
   const Eigen::Vector3d lower_edge = moved(lower_edge_);
-  // Through closed teeth no tongue comes: it touches the upper ones from behind.
-  const double out_share = has_teeth_ ? smoothStep((behind_.y() - lower_edge.y()) / (kApart * length_)) : 1.0;
+  // Through closed teeth no tongue comes, nor through closed lips: it touches the upper ones from behind.
+  const double out_share = smoothStep(lips_apart / (kLipsApart * length_)) *
+                           (has_teeth_ ? smoothStep((behind_.y() - lower_edge.y()) / (kApart * length_)) : 1.0);
   const Eigen::Vector3d between = behind_ + out_share * (between_ - behind_);
   const Eigen::Vector3d to_ridge = double{pose.tip_up} * (ridge_ - moved(tip_));
   const Eigen::Vector3d to_gap = double{pose.tip_forward} * (between - moved(tip_));

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "deform/kernel/deformer.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/mouth/lip_levelling.h"
 #include "deform/surface/binding.h"
@@ -279,6 +280,41 @@ TEST_F(Guards, KeepLipsOutOfTeeth) {
     }
     EXPECT_GT(out, 5U) << (upper ? "upper" : "lower");
   }
+}
+
+/// What is relaxed goes where others take it after the guard has looked: into the teeth, if it did not look again.
+TEST_F(Guards, KeepRelaxedLipsOutOfTeethToo) {
+  const float front = -5.2F;
+  const FaceMesh mesh = withTeeth(PartKind::kUpperTeeth, -1, 8, front);
+  FaceBinding binding = bindFace(mesh, sampleControl());
+  FaceBinding::Relaxed& relaxed = binding.relaxed;
+  for (auto v = static_cast<std::uint32_t>(sampleFace().mesh.vertexCount()); v < lips().side.size(); ++v) {
+    const float x = mesh.vertices(v, 0);
+    if (lips().side[v] != 1 || std::abs(x) > 9) continue;
+    for (const auto& [lower, upper] : lips().rims) {
+      if (mesh.vertices(upper, 0) != x) continue;
+      relaxed.vertices.push_back(v);
+      relaxed.from.push_back(static_cast<std::uint32_t>(upper));
+      relaxed.weights.push_back(1);
+      relaxed.ends.push_back(static_cast<std::uint32_t>(relaxed.from.size()));
+      break;
+    }
+  }
+  MarkerPositions markers = sampleControl().markerRest();
+  for (const LipPair& pair : lipPairs(sampleControl())) markers(pair.upper_marker, 2) -= 2.4;
+  VertexPositions now;
+  FaceDeformer(mesh, sampleControl(), binding).deform(FacePose(markers), {}, now);
+  const float face = mesh.vertices(lips().rims[lips().rims.size() / 2].first, 2) + front;
+  std::size_t out = 0;
+  for (std::size_t i = 0; i < relaxed.vertices.size(); ++i) {
+    const std::uint32_t v = relaxed.vertices[i], rim = relaxed.from[i];
+    const float x = mesh.vertices(v, 0), teeth = face - 0.02F * x * x;
+    const float carried = mesh.vertices(v, 2) + now(rim, 2) - mesh.vertices(rim, 2);
+    if (carried > teeth - 0.3F) continue;
+    EXPECT_GT(now(v, 2), teeth - 0.25F) << x;
+    ++out;
+  }
+  EXPECT_GT(out, 3U);
 }
 
 /// Levelled ways fade as the rims part, whatever watches are near, and set in nowhere all at once.

@@ -21,6 +21,8 @@ using testing::randomPose;
 using testing::sampleControl;
 using testing::sampleFace;
 
+constexpr double kFarApart = 1e6;  ///< lips that are in nobody's way
+
 /// Adds a closed box, each side of it a net of cells.
 void addBox(FaceMesh& mesh, PartKind kind, const Eigen::AlignedBox3f& box, std::uint32_t cells) {
   mesh.parts.push_back({.name = "box", .kind = kind, .first_triangle = mesh.triangles.size()});
@@ -64,9 +66,10 @@ class Tongues : public ::testing::TestWithParam<unsigned> {
   }
   float number(float least, float most) { return std::uniform_real_distribution<float>(least, most)(random_); }
 
-  [[nodiscard]] VertexPositions moved(const AddedMotion& jaw, const TonguePose& pose) const {
+  [[nodiscard]] VertexPositions moved(const AddedMotion& jaw, const TonguePose& pose,
+                                      double lips_apart = kFarApart) const {
     VertexPositions out = VertexPositions::Constant(mesh_.vertices.rows(), 3, 1e6F);
-    TongueMorph(mesh_, tongue_).deform(jaw, pose, out.data());
+    TongueMorph(mesh_, tongue_).deform(jaw, pose, lips_apart, out.data());
     EXPECT_EQ(out.bottomRows(signedIndex(mesh_.vertexCount() - tongue_.size())).minCoeff(), 1e6F)
         << "teeth are not its";
     return out.topRows(signedIndex(tongue_.size()));
@@ -137,6 +140,18 @@ TEST_P(Tongues, TipsComeOutBetweenTheTeethAsFarAsTheyAreApart) {
   }
 }
 
+/// TH beside a silence: between teeth that are apart, but lips that are shut or nearly.
+TEST_P(Tongues, StayBehindTheTeethWhereTheLipsAreShut) {
+  const AddedMotion jaw = open(0.1 * double{length_} + 2);
+  const auto reach = [&](double lips_apart) {
+    return moved(jaw, {.tip_forward = 1}, lips_apart).col(2).maxCoeff();
+  };
+  EXPECT_LE(reach(0), front_ + 1e-3F);
+  EXPECT_LT(reach(0.02 * double{length_}), reach(0.05 * double{length_}));
+  EXPECT_EQ(reach(0.1 * double{length_}), reach(kFarApart)) << "parted lips do not keep it";
+  EXPECT_GT(reach(kFarApart), front_);
+}
+
 /// K, G: the back rises to the palate, the tip and the root stay.
 TEST_P(Tongues, BacksRiseToThePalate) {
   const VertexPositions up = moved({}, {.back_up = 1}) - rest();
@@ -173,12 +188,12 @@ TEST(Tongue, WithoutTeethOrVerticesIsLeftToItsOwn) {
   std::vector<std::uint32_t> all(mesh.vertexCount());
   for (std::uint32_t v = 0; v < all.size(); ++v) all[v] = v;
   VertexPositions up = mesh.vertices, out = mesh.vertices;
-  TongueMorph(mesh, all).deform({}, {.tip_up = 1}, up.data());
-  TongueMorph(mesh, all).deform({}, {.tip_forward = 1}, out.data());
+  TongueMorph(mesh, all).deform({}, {.tip_up = 1}, kFarApart, up.data());
+  TongueMorph(mesh, all).deform({}, {.tip_forward = 1}, kFarApart, out.data());
   EXPECT_GT((up - mesh.vertices).col(1).maxCoeff(), 4) << "to where teeth would be";
   EXPECT_GT(out.col(2).maxCoeff(), 41) << "nothing is in its way";
   VertexPositions untouched = mesh.vertices;
-  TongueMorph(mesh, {}).deform({}, {.tip_up = 1}, untouched.data());
+  TongueMorph(mesh, {}).deform({}, {.tip_up = 1}, kFarApart, untouched.data());
   EXPECT_EQ(untouched, mesh.vertices);
 }
 
@@ -216,6 +231,24 @@ TEST_P(Tucks, BringTheMiddleOfTheLowerLipUnderTheFrontTeeth) {
     EXPECT_NEAR(after(pair.lower_rim, 1), double{edge_y_} - 0.01 * mouth, 1e-4) << "just under the edge";
     EXPECT_NEAR(after(pair.lower_rim, 2), double{edge_z_}, 1e-4) << "in its middle, not at the back teeth";
     EXPECT_GE(after(pair.upper_rim, 1), double{edge_y_} + 0.03 * mouth - 1e-4) << "the teeth are seen";
+  }
+}
+
+/// Where the rows stand edge to edge the lip's inner side would be in the lower one.
+TEST_P(Tucks, StayBeforeLowerTeethThatStandUnderTheUpperOnes) {
+  const double mouth = sampleControl().mouth_width;
+  const MarkerPositions with_upper_alone = tucked(sampleControl().rest, 1);
+  addBox(mesh_, PartKind::kLowerTeeth,
+         {Eigen::Vector3f(-22, edge_y_ - 9, edge_z_ - 2), Eigen::Vector3f(22, edge_y_ - 0.3F, edge_z_)}, 40);
+  addBox(mesh_, PartKind::kLowerTeeth,  // a gum further down is in nobody's way
+         {Eigen::Vector3f(-22, edge_y_ - 20, edge_z_), Eigen::Vector3f(22, edge_y_ - 8, edge_z_ + 6)}, 40);
+  const MarkerPositions after = tucked(sampleControl().rest, 1);
+  for (const LipPair& pair : lipPairs(sampleControl())) {
+    const Eigen::RowVector3d lower = sampleControl().rest.row(pair.lower_rim);
+    if (std::abs(lower.x()) > 1) continue;
+    EXPECT_NEAR(after(pair.lower_rim, 2), std::min(lower.z(), double{edge_z_} + 0.03 * mouth), 1e-4);
+    EXPECT_GT(after(pair.lower_rim, 2), with_upper_alone(pair.lower_rim, 2));
+    EXPECT_NEAR(after(pair.lower_rim, 1), with_upper_alone(pair.lower_rim, 1), 1e-9) << "as high as before";
   }
 }
 
