@@ -47,11 +47,23 @@ double oddsOfModelWords(double believed, const FoundWords& found) {
 }
 double oddsOfWords(double apart, double believed) { return -0.393 + 5.69 * apart - 0.747 * believed; }
 double oddsOfPhones(double fit, double share) { return 25.84 - 27.22 * fit - 4.90 * share; }
+/// Of a word of the language model, the logarithm of the odds that it is wrong, and from where on it is told.
+double oddsOfModelWord(double believed, const FoundWords& found, std::size_t word) {
+  return -4.52 - 0.497 * believed - 0.659 * found.usual - 0.352 * found.shares[word] + 0.598 * found.rivals[word];
+}
+constexpr double kWordDoubted = 0.405;  // 1.5 to 1
 /// A word is neither believed nor doubted further than by these odds.
 constexpr double kLeastBelieved = 1e-4;
+constexpr std::size_t kMostNamed = 12;  // words in a warning
 /// Words of whose pairs a smaller share follow each other in a corpus' lines are none of its lines.
 constexpr double kLeastInOrder = 0.5;
 constexpr std::size_t kMostHintBytes = 1 << 16;
+
+/// The logarithm of the odds of a word as a transcript's.
+double oddsOf(double confidence) {
+  const double held = std::clamp(confidence, kLeastBelieved, 1 - kLeastBelieved);
+  return std::log(held / (1 - held));
+}
 
 /// Words for a stretch, with their phones on its clock.
 struct WordsHeard {
@@ -73,6 +85,7 @@ struct Collected {
   std::vector<PhoneSegment> segments;
   std::vector<double> confidence;  ///< of each segment
   std::vector<std::string> words;
+  std::vector<std::string> doubtful;  ///< words with their times
   // Sums over stretches, each as long as it is:
   double stretch_s = 0, odds_s = 0;  ///< times the odds that much is heard wrongly
 };
@@ -108,6 +121,8 @@ class SoundRecogniser : public Recogniser {
   /// Whether words of the language model are taken, not the phones that are heard without them.
   [[nodiscard]] bool areLikely(const WordsHeard& words, const PhonesFit& phones) const;
   void hearStretch(std::span<const std::int16_t> samples, Seconds start, Collected& all);
+  /// Names words of the language model that are likely wrong; their phones are no surer than they are.
+  static void doubtWords(const FoundWords& found, Seconds start, WordsHeard& words, Collected& all);
   /// Puts P, B and M that are heard without words into `words` where these have none.
   void keepClosings(const Eigen::MatrixXf& posteriors, WordsHeard& words) const;
   void collect(const WordsHeard& words, Seconds start, Collected& all) const;
@@ -191,10 +206,8 @@ std::optional<WordsHeard> SoundRecogniser::wordsAs(const std::vector<std::string
     return std::nullopt;
   }
   for (const double line : heard.alignment.line_confidence) heard.believed = std::min(heard.believed, line);
-  for (const double word : heard.alignment.confidence) {
-    const double held = std::clamp(word, kLeastBelieved, 1 - kLeastBelieved);
-    heard.word_odds += std::log(held / (1 - held)) / asReal(heard.alignment.confidence.size());
-  }
+  for (const double word : heard.alignment.confidence)
+    heard.word_odds += oddsOf(word) / asReal(heard.alignment.confidence.size());
   double time = 0;
   for (const LabelledPhone& phone : heard.alignment.labels.phones) {
     heard.fits.push_back(fitOf(phone.phone, phone.span, posteriors));
@@ -387,6 +400,7 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   const bool are_words = best && (options_.as == HearAs::kWords || is_likely);
   if (are_words && found) {
     all.odds_s += length * oddsOfModelWords(best->word_odds, *found);
+    doubtWords(*found, start, *best, all);
   } else {
     all.odds_s += length * (best ? oddsOfWords(apart(best->alignment.labels, phones.row), best->word_odds)
                                  : oddsOfWords(1, std::log(kLeastBelieved)));
@@ -394,6 +408,19 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   if (are_words && (found || options_.hint.empty()) && !ear_.knowsSpeaker()) keepClosings(posteriors, *best);
   if (are_words) return collect(*best, start, all);
   collectPhones(posteriors, best ? &*best : nullptr, start, all);
+}
+
+void SoundRecogniser::doubtWords(const FoundWords& found, Seconds start, WordsHeard& words, Collected& all) {
+  const SpeechLabels& labels = words.alignment.labels;
+  if (labels.words.size() != found.shares.size()) return;  // a word that is written as several is aligned as these
+  for (std::size_t word = 0; word < labels.words.size(); ++word) {
+    const double odds = oddsOfModelWord(oddsOf(words.alignment.confidence[word]), found, word);
+    if (odds < kWordDoubted) continue;
+    const LabelledWord& doubted = labels.words[word];
+    all.doubtful.push_back(fmt::format("{} ({:.2f} s)", doubted.text, start + labels.spanOf(doubted.phones).start));
+    for (std::size_t i = doubted.phones.first.value; i <= doubted.phones.last.value; ++i)
+      words.fits[i] = std::min(words.fits[i], 1 / (1 + std::exp(odds)));
+  }
 }
 
 bool SoundRecogniser::areLikely(const WordsHeard& words, const PhonesFit& phones) const {
@@ -419,10 +446,15 @@ void SoundRecogniser::warn(const Collected& all, HeardSpeech& heard) const {
         fmt::format("{} of {} phones were heard without words", all.segments.size() - in_words, all.segments.size()));
   }
   const double sure = 1 / (1 + std::exp(all.odds_s / std::max(all.stretch_s, kEarStep)));
-  if (sure < 0.5) {
-    heard.warnings.push_back(
-        fmt::format("what was heard is doubtful ({:.2f} of 1): a transcript or a hint would help", sure));
-  }
+  if (sure >= 0.5 && all.doubtful.empty()) return;
+  std::string words;
+  for (std::size_t i = 0; i < std::min(all.doubtful.size(), kMostNamed); ++i)
+    words += (i > 0 ? ", " : "") + all.doubtful[i];
+  if (all.doubtful.size() > kMostNamed) words += ", ...";
+  const std::string what = sure < 0.5 ? fmt::format("what was heard is doubtful ({:.2f} of 1{}{})", sure,
+                                                    words.empty() ? "" : "; most of all ", words)
+                                      : "words that may be wrong: " + words;
+  heard.warnings.push_back(what + "; a transcript or a hint would help");
 }
 
 HeardSpeech SoundRecogniser::hear(const AudioClip& audio, std::string_view name) {

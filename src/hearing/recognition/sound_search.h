@@ -34,6 +34,9 @@ struct FoundWords {
   /// Mean natural logarithms: each word's probability among all that the search kept, and the language model's own of
   /// each word, and of the end, after the two before.
   double posterior = 0, usual = 0;
+  /// Of each word, natural logarithms: the most that it has, at a time when it is said, of all that the search kept,
+  /// and how many different words the search kept in its middle. Empty for a book's words.
+  std::vector<double> shares = {}, rivals = {};
 };
 
 /// PocketSphinx' search for words. Not thread-safe.

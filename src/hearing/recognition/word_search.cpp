@@ -2,15 +2,18 @@
 
 #include <fmt/format.h>
 #include <pocketsphinx.h>
+#include <ps_lattice.h>
 #include <sphinxbase/err.h>
 #include <sphinxbase/fsg_model.h>
 #include <sphinxbase/ngram_model.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <set>
 #include <utility>
 
 #include "base/errors.h"
@@ -30,8 +33,8 @@ constexpr double kBookBeam = 1e-80, kBookWordBeam = 1e-60;
 /// Another order than the lines' at a word's end, and the end of all.
 constexpr double kOtherOrder = 0.05, kEnds = 0.1;
 constexpr std::size_t kMostBookWords = 5000;
-/// A word's posterior counts down to here, natural logarithm.
-constexpr double kLeastPosterior = -8;
+/// A word's posterior and its share count down to here, natural logarithm; what the graph keeps at less is nothing.
+constexpr double kLeastPosterior = -8, kLeastKept = -30;
 
 struct SearchConfigDeleter {
   void operator()(cmd_ln_t* config) const { cmd_ln_free_r(config); }
@@ -106,16 +109,71 @@ WordSearch::~WordSearch() = default;
 
 namespace {
 
-/// "are(2)" is "are"; fillers are no words. Without their probability after each other.
-FoundWords wordsFound(ps_decoder_t* decoder) {
+/// "are(2)" is "are".
+std::string withoutWay(const char* name) {
+  std::string word = name == nullptr ? "" : name;
+  word.resize(std::min(word.find('('), word.size()));
+  return word;
+}
+
+/// A word between two of its borders, frames, and its share of all that the search kept.
+struct KeptWord {
+  std::string text;
+  int first = 0, end = 0;
+  double share = 0;
+};
+
+std::vector<KeptWord> keptWords(ps_decoder_t* decoder) {
+  std::vector<KeptWord> kept;
+  ps_lattice_t* graph = ps_get_lattice(decoder);
+  if (graph == nullptr) return kept;
+  for (ps_latnode_iter_t* at = ps_latnode_iter(graph); at != nullptr; at = ps_latnode_iter_next(at)) {
+    ps_latnode_t* node = ps_latnode_iter_node(at);
+    const std::string word = withoutWay(ps_latnode_baseword(graph, node));
+    for (ps_latlink_iter_t* exit = ps_latnode_exits(node); exit != nullptr; exit = ps_latlink_iter_next(exit)) {
+      ps_latlink_t* link = ps_latlink_iter_link(exit);
+      int16 first = 0;
+      const int end = ps_latlink_times(link, &first) + 1;
+      const double share = logmath_log_to_ln(ps_get_logmath(decoder), ps_latlink_prob(graph, link, nullptr));
+      if (share >= kLeastKept) kept.push_back({word, first, end, std::exp(share)});
+    }
+  }
+  return kept;
+}
+
+/// FoundWords::shares of a word: wherever the search has it begin and end.
+double mostShare(const KeptWord& word, std::span<const KeptWord> kept) {
+  std::vector<double> shares(static_cast<std::size_t>(std::max(1, word.end - word.first)), 0.0);
+  for (const KeptWord& other : kept) {
+    if (other.text != word.text) continue;
+    for (int t = std::max(word.first, other.first); t < std::min(word.end, other.end); ++t)
+      shares[static_cast<std::size_t>(t - word.first)] += other.share;
+  }
+  return std::max(kLeastPosterior, std::log(*std::max_element(shares.begin(), shares.end())));
+}
+
+/// FoundWords::rivals of a word.
+double wordsBeside(const KeptWord& word, std::span<const KeptWord> kept) {
+  const int middle = (word.first + word.end) / 2;
+  std::set<std::string_view> words;
+  for (const KeptWord& other : kept) {
+    if (other.first <= middle && other.end > middle) words.insert(other.text);
+  }
+  return std::log(std::max(1.0, asReal(words.size())));
+}
+
+/// Fillers are no words. Without their probability after each other, shares and rivals.
+FoundWords wordsFound(ps_decoder_t* decoder, std::vector<KeptWord>& places) {
   FoundWords found;
   if (ps_get_hyp(decoder, nullptr) == nullptr) return found;
   for (ps_seg_t* segment = ps_seg_iter(decoder); segment != nullptr; segment = ps_seg_next(segment)) {
-    std::string word = ps_seg_word(segment);
-    word.resize(std::min(word.find('('), word.size()));
+    std::string word = withoutWay(ps_seg_word(segment));
     if (word.empty() || word.front() == '<' || word.front() == '[' || word.front() == '+') continue;
     found.posterior += std::max(
         kLeastPosterior, logmath_log_to_ln(ps_get_logmath(decoder), ps_seg_prob(segment, nullptr, nullptr, nullptr)));
+    int first = 0, last = 0;
+    ps_seg_frames(segment, &first, &last);
+    places.push_back({word, first, last + 1});
     found.words.push_back(std::move(word));
   }
   found.posterior /= std::max(1.0, asReal(found.words.size()));
@@ -138,12 +196,13 @@ double usualIn(ngram_model_t* model, logmath_t* logarithms, const std::vector<st
   return sum / asReal(words.size() + 1);
 }
 
-FoundWords searchWords(ps_decoder_t* decoder, const char* name, std::span<const std::int16_t> samples) {
+FoundWords searchWords(ps_decoder_t* decoder, const char* name, std::span<const std::int16_t> samples,
+                       std::vector<KeptWord>& places) {
   const bool is_heard = ps_set_search(decoder, name) >= 0 && ps_start_utt(decoder) >= 0 &&
                         ps_process_raw(decoder, samples.data(), samples.size(), FALSE, TRUE) >= 0 &&
                         ps_end_utt(decoder) >= 0;
   if (!is_heard) throw InputError("pocketsphinx", "", "could not hear the sound");
-  return wordsFound(decoder);
+  return wordsFound(decoder, places);
 }
 
 }  // namespace
@@ -155,8 +214,14 @@ FoundWords WordSearch::hear(std::span<const std::int16_t> samples) {
       throw InputError(state_->model, "", "is no language model that PocketSphinx can read");
     state_->has_model = true;
   }
-  FoundWords found = searchWords(decoder, "language", samples);
+  std::vector<KeptWord> places;
+  FoundWords found = searchWords(decoder, "language", samples, places);
   found.usual = usualIn(ps_get_lm(decoder, "language"), ps_get_logmath(decoder), found.words);
+  const std::vector<KeptWord> kept = keptWords(decoder);
+  for (const KeptWord& place : places) {
+    found.shares.push_back(mostShare(place, kept));
+    found.rivals.push_back(wordsBeside(place, kept));
+  }
   return found;
 }
 
@@ -217,7 +282,8 @@ void WordSearch::setBook(const PhraseBook& book) {
 
 std::vector<std::string> WordSearch::hearBook(std::span<const std::int16_t> samples) {
   if (!state_->has_book) return {};
-  return searchWords(state_->decoder.get(), "book", samples).words;
+  std::vector<KeptWord> places;
+  return searchWords(state_->decoder.get(), "book", samples, places).words;
 }
 
 }  // namespace mouthpiece

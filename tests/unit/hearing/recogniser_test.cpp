@@ -265,5 +265,24 @@ TEST(Recogniser, DoubtsWordsThatLieFarFromThePhones) {
   EXPECT_FALSE(isDoubted(hearLine("flite:kal16", "there is something wrong with my phone battery")));
 }
 
+/// Clear lines by voices that the doubt was not fitted to: a word of them is heard as another, or all are heard.
+TEST(Recogniser, NamesTheWordsThatAreLikelyWrong) {
+  const auto recogniser = makeRecogniser({.as = HearAs::kAuto, .hint = {}});
+  const auto warningsOf = [&](const char* voice, const char* text) {
+    const AudioClip line = resampleAudio(makeVoice(voice)->speak(text).audio, 16000);
+    std::string all;
+    for (const std::string& warning : recogniser->hear(joined({quiet(0.25), line, quiet(0.25)}), "line").warnings)
+      all += warning + "\n";
+    return all;
+  };
+  const auto names = [&](const char* voice, const char* text, const std::string& word) {
+    const std::string all = warningsOf(voice, text);
+    return all.starts_with("words that may be wrong: ") && all.find(" " + word + " (") != std::string::npos;
+  };
+  EXPECT_TRUE(names("flite:kal16", "the baby has two new teeth", "mutate"));
+  EXPECT_EQ(warningsOf("flite:kal16", "we always have fish on friday"), "");
+  EXPECT_EQ(warningsOf("flite:kal16", "the minister refused to answer any questions"), "");
+}
+
 }  // namespace
 }  // namespace mouthpiece
