@@ -33,6 +33,16 @@ namespace {
 /// Of a smaller one it stays for the next line.
 constexpr std::size_t kMostPhonesKept = 70'000;
 
+/// A longer recording is read again after its words were found, so that it is not held while they are.
+constexpr Seconds kReadTwice = 300;
+
+/// Small blocks are not returned to the system otherwise.
+void giveBackMemory() {
+#if defined(__GLIBC__)
+  malloc_trim(0);
+#endif
+}
+
 void expectUsable(const SpeakerOptions& options) {
   if (options.page_engine) pageEngineFile();
   const Manner& manner = options.manner;
@@ -241,8 +251,15 @@ SpokenLine Speaker::Data::alignRecording(const Line& source) {
   SpokenLine line;
   line.audio = readAudio(source.audio);
   line.text = source.text;
-  ForcedAlignment alignment = aligner->align(line.audio, pronouncer->wordsOf(source.text), source.audio.string(),
-                                             source.is_sung ? SpeechKind::kSung : SpeechKind::kSpoken);
+  const std::vector<TranscriptWord> words = pronouncer->wordsOf(source.text);
+  const SpeechKind kind = source.is_sung ? SpeechKind::kSung : SpeechKind::kSpoken;
+  const bool is_long = line.audio.duration() > kReadTwice;
+  ForcedAlignment alignment = is_long ? aligner->alignGiven(std::move(line.audio), words, source.audio.string(), kind)
+                                      : aligner->align(line.audio, words, source.audio.string(), kind);
+  if (is_long) {
+    giveBackMemory();
+    line.audio = readAudio(source.audio);
+  }
   line.notice = doubtsAbout(alignment);
   line.labels = std::move(alignment.labels);
   line.voice = "recorded:" + source.audio.filename().string();
@@ -371,9 +388,7 @@ void Speaker::Data::giveBackTakes() const {
   UnitDatabase& units = corpus.data().units;
   if (!owns_corpus || (options.keep_motion && units.index().phoneCount() <= kMostPhonesKept)) return;
   units.forgetTakes();
-#if defined(__GLIBC__)
-  malloc_trim(0);  // small blocks are not returned to the system otherwise
-#endif
+  giveBackMemory();
 }
 
 Speaker::Speaker(const SpeakerOptions& options) {

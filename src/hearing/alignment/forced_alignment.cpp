@@ -181,8 +181,7 @@ std::vector<TranscriptWord> wordsOf(const SpeechLabels& labels, std::vector<Seco
   return words;
 }
 
-[[noreturn]] void failTooShort(const AudioClip& audio, const std::vector<TranscriptWord>& words,
-                               std::string_view name) {
+[[noreturn]] void failTooShort(Seconds lasts, const std::vector<TranscriptWord>& words, std::string_view name) {
   std::size_t phones = 0;
   for (const TranscriptWord& word : words) {
     std::size_t fewest = word.ways.front().phones.size();
@@ -190,8 +189,8 @@ std::vector<TranscriptWord> wordsOf(const SpeechLabels& labels, std::vector<Seco
     phones += fewest;
   }
   throw InputError(name, "",
-                   fmt::format("lasts {:.2f} s and does not fit its {} words; expected at least {:.2f} s",
-                               audio.duration(), words.size(), kShortestPhone * asReal(phones)));
+                   fmt::format("lasts {:.2f} s and does not fit its {} words; expected at least {:.2f} s", lasts,
+                               words.size(), kShortestPhone * asReal(phones)));
 }
 
 }  // namespace
@@ -257,12 +256,25 @@ ForcedAligner::~ForcedAligner() = default;
 
 ForcedAlignment ForcedAligner::align(const AudioClip& audio, const std::vector<TranscriptWord>& words,
                                      std::string_view name, SpeechKind kind, BorderTimes times) {
-  if (words.empty()) throw InputError(name, "", "has a transcript without words; expected at least one");
+  return alignSamples(samplesToHear(audio), audio.duration(), words, name, kind, times);
+}
+
+ForcedAlignment ForcedAligner::alignGiven(AudioClip audio, const std::vector<TranscriptWord>& words,
+                                          std::string_view name, SpeechKind kind) {
+  const Seconds lasts = audio.duration();
   const std::vector<std::int16_t> samples = samplesToHear(audio);
+  audio = {};
+  return alignSamples(samples, lasts, words, name, kind, BorderTimes::kFine);
+}
+
+ForcedAlignment ForcedAligner::alignSamples(const std::vector<std::int16_t>& samples, Seconds lasts,
+                                            const std::vector<TranscriptWord>& words, std::string_view name,
+                                            SpeechKind kind, BorderTimes times) {
+  if (words.empty()) throw InputError(name, "", "has a transcript without words; expected at least one");
   const std::vector<DecodedPhone> decoded = decoder_->decode(samples, waysOf(words), kind);
-  if (decoded.empty()) failTooShort(audio, words, name);
+  if (decoded.empty()) failTooShort(lasts, words, name);
   const bool is_spoken = kind == SpeechKind::kSpoken;
-  LabelWriter writer(words, audio.duration(), language_);
+  LabelWriter writer(words, lasts, language_);
   std::vector<DecodedPhone> placed = is_spoken ? withWholeSilences(decoded) : decoded;
   if (is_spoken && times == BorderTimes::kFine) placed = withFinerTimes(std::move(placed), samples, *decoder_);
   for (const DecodedPhone& phone : placed) writer.add(phone);

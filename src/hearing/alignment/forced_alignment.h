@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -65,8 +66,15 @@ class ForcedAligner : public Aligner {
 
   ForcedAlignment align(const AudioClip& audio, const std::vector<TranscriptWord>& words, std::string_view name,
                         SpeechKind kind = SpeechKind::kSpoken, BorderTimes times = BorderTimes::kFine) override;
+  /// The same of a sound that is given away: of an hour, it would take as much memory as all that is heard in it.
+  ForcedAlignment alignGiven(AudioClip audio, const std::vector<TranscriptWord>& words, std::string_view name,
+                             SpeechKind kind);
 
  private:
+  ForcedAlignment alignSamples(const std::vector<std::int16_t>& samples, Seconds lasts,
+                               const std::vector<TranscriptWord>& words, std::string_view name, SpeechKind kind,
+                               BorderTimes times);
+
   const Language& language_;
   std::unique_ptr<PhoneDecoder> decoder_;
   std::unique_ptr<TextDoubt> doubt_;  ///< made when the first text is judged
