@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Two long typed lines, one three times as long: the memory that a minute more takes (docs/performance.md).
 
-    long_line.py --bin build/bin [--most-mib-a-minute 12] [--short 80] [--synth OTHER_SYNTH]
+    long_line.py --bin build/bin [--most-mib-a-minute 12] [--short 30] [--synth OTHER_SYNTH]
 
 Marker motion of 60 frames a second as doubles takes 5.7 MiB a minute each time that it is held, sound 3.7. What is written
 as it is made (motion.csv), and what needs no motion (a TextGrid), shall take what is known of the line, and its sound once.
