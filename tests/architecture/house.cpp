@@ -55,6 +55,7 @@ const std::vector<Outsider> kOutsiders{
     {"aubio/", {"PkgConfig::AUBIO"}},
     {"pocketsphinx", {"PkgConfig::POCKETSPHINX"}},
     {"sphinxbase/", {"PkgConfig::POCKETSPHINX"}},
+    {"ps_lattice", {"PkgConfig::POCKETSPHINX"}},
     {"espeak-ng/", {"PkgConfig::ESPEAK"}},
     {"flite/", {"Flite::flite"}},
     {"dlfcn.h", {"${CMAKE_DL_LIBS}"}},
