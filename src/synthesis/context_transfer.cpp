@@ -136,7 +136,7 @@ std::span<const SelectedUnit> unitsPlaying(std::size_t phone, const std::vector<
                                           [&](const SelectedUnit& unit) { return unit.phones.last.value < phone; });
   const auto end = std::partition_point(first, units.end(),
                                         [&](const SelectedUnit& unit) { return unit.phones.first.value <= phone; });
-  return {first, end};
+  return std::span(units).subspan(unsignedIndex(first - units.begin()), unsignedIndex(end - first));
 }
 
 /// Least opening of phone `phone` of the line in the takes that play it; infinite where none was seen.
