@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -14,6 +14,7 @@
 #include "base/byte_reader.h"
 #include "base/child_process.h"
 #include "base/errors.h"
+#include "base/file_parts.h"
 #include "base/files.h"
 #include "base/index.h"
 
@@ -25,23 +26,36 @@ constexpr int kHighestRate = 768000;
 constexpr int kMostChannels = 64;
 constexpr std::size_t kMostWavSamples = 0x7FFFFF00;  // of two bytes: a WAV counts its bytes in 32 bits
 
-/// libsndfile reads what is there of a WAV cut short and says nothing; we want to know.
-void checkWavLength(std::string_view bytes, std::string_view name) {
-  ByteReader reader(bytes, name);
-  reader.readBytes(12);
-  while (reader.remaining() >= 8) {
-    const std::size_t chunk = bytes.size() - reader.remaining();
-    const std::string_view kind = reader.readBytes(4);
-    const std::uint32_t size = reader.readU32();
-    if (kind == "data") {
-      if (size <= reader.remaining()) return;
-      throw InputError(
-          name, fmt::format("byte {}", chunk),
-          fmt::format("claims {} bytes of sound, found {}; expected a whole file", size, reader.remaining()));
-    }
-    reader.readBytes(std::min(reader.remaining(), std::size_t{size} + size % 2));
+/// A sound's bytes, of which a few are held at a time.
+struct SoundBytes {
+  std::uint64_t size = 0;
+  ReadBytes read;
+  std::uint64_t position = 0;
+
+  /// Fewer where there are no more.
+  [[nodiscard]] std::string at(std::uint64_t first, std::size_t count) const {
+    std::string taken(count, '\0');
+    taken.resize(read(first, taken));
+    return taken;
   }
-  throw InputError(name, "", fmt::format("is a WAV of {} bytes without sound; expected a chunk 'data'", bytes.size()));
+};
+
+/// libsndfile reads what is there of a WAV cut short and says nothing; we want to know.
+void checkWavLength(const SoundBytes& sound, std::string_view name) {
+  for (std::uint64_t chunk = 12; sound.size - chunk >= 8;) {
+    const std::string head = sound.at(chunk, 8);
+    ByteReader reader(head, name);
+    const std::string_view kind = reader.readBytes(4);
+    const std::uint64_t length = reader.readU32();
+    const std::uint64_t remaining = sound.size - chunk - 8;
+    if (kind == "data") {
+      if (length <= remaining) return;
+      throw InputError(name, fmt::format("byte {}", chunk),
+                       fmt::format("claims {} bytes of sound, found {}; expected a whole file", length, remaining));
+    }
+    chunk += 8 + std::min(remaining, length + length % 2);
+  }
+  throw InputError(name, "", fmt::format("is a WAV of {} bytes without sound; expected a chunk 'data'", sound.size));
 }
 
 /// With its tag before it, or a frame's first eleven bits; layer III.
@@ -51,14 +65,15 @@ bool isMp3(std::string_view bytes) {
          (static_cast<unsigned char>(bytes[1]) & 0xE6U) == 0xE2U;
 }
 
-void checkKind(std::string_view bytes, std::string_view name) {
+void checkKind(const SoundBytes& sound, std::string_view name) {
+  const std::string bytes = sound.at(0, 12);
   const bool is_wav = bytes.size() >= 12 && bytes.starts_with("RIFF") && bytes.substr(8, 4) == "WAVE";
   const bool is_aiff = bytes.size() >= 12 && bytes.starts_with("FORM") && bytes.substr(8, 3) == "AIF";
-  if (is_wav) return checkWavLength(bytes, name);
+  if (is_wav) return checkWavLength(sound, name);
   if (is_aiff || bytes.starts_with("fLaC") || bytes.starts_with("OggS") || isMp3(bytes)) return;
   throw InputError(name, "",
                    fmt::format("starts with '{}'; expected a WAV, AIFF, FLAC, Ogg (Vorbis, Opus), MP3, M4A or AAC file",
-                               printable(bytes.substr(0, 12))));
+                               printable(bytes)));
 }
 
 /// libsndfile opens more codecs than we want to be answerable for: these are let in.
@@ -111,46 +126,35 @@ std::string throughFfmpeg(std::string_view bytes, std::string_view kind, std::st
   return readFile(made);
 }
 
-/// libsndfile's view of bytes in memory. What is written is appended or goes over what is there.
-struct MemoryFile {
-  std::string_view read_bytes;
-  std::string written{};
-  sf_count_t at = 0;
-
-  static MemoryFile& of(void* user) { return *static_cast<MemoryFile*>(user); }
-  static sf_count_t length(void* user) {
-    return std::max(std::ssize(of(user).read_bytes), std::ssize(of(user).written));
-  }
+/// libsndfile's view of a sound's bytes.
+struct SoundView {
+  static SoundBytes& of(void* user) { return *static_cast<SoundBytes*>(user); }
+  static sf_count_t length(void* user) { return static_cast<sf_count_t>(of(user).size); }
   static sf_count_t seek(sf_count_t offset, int whence, void* user) {
-    MemoryFile& file = of(user);
     const sf_count_t size = length(user);
-    const sf_count_t base = whence == SEEK_SET ? 0 : whence == SEEK_CUR ? file.at : size;
+    const sf_count_t base = whence == SEEK_SET ? 0 : whence == SEEK_CUR ? tell(user) : size;
     if (offset < -base || offset > size - base) return -1;
-    return file.at = base + offset;
+    of(user).position = static_cast<std::uint64_t>(base + offset);
+    return tell(user);
   }
   static sf_count_t read(void* to, sf_count_t count, void* user) {
-    MemoryFile& file = of(user);
-    const sf_count_t taken = std::clamp<sf_count_t>(count, 0, length(user) - file.at);
-    std::memcpy(to, file.read_bytes.data() + file.at, unsignedIndex(taken));
-    file.at += taken;
-    return taken;
+    SoundBytes& sound = of(user);
+    const std::size_t taken =
+        sound.read(sound.position, {static_cast<char*>(to), unsignedIndex(std::max<sf_count_t>(count, 0))});
+    sound.position += taken;
+    return signedIndex(taken);
   }
-  static sf_count_t write(const void* from, sf_count_t count, void* user) {
-    MemoryFile& file = of(user);
-    file.written.resize(std::max(file.written.size(), unsignedIndex(file.at + count)));
-    std::memcpy(file.written.data() + file.at, from, unsignedIndex(count));
-    file.at += count;
-    return count;
-  }
-  static sf_count_t tell(void* user) { return of(user).at; }
+  static sf_count_t write(const void*, sf_count_t, void*) { return 0; }
+  static sf_count_t tell(void* user) { return static_cast<sf_count_t>(of(user).position); }
 };
 
 using SoundFile = std::unique_ptr<SNDFILE, decltype(&sf_close)>;
 
-/// `file` and `info` must outlive the sound. Null where libsndfile refuses.
-SoundFile openInMemory(MemoryFile& file, int mode, SF_INFO& info) {
-  SF_VIRTUAL_IO io{MemoryFile::length, MemoryFile::seek, MemoryFile::read, MemoryFile::write, MemoryFile::tell};
-  return {sf_open_virtual(&io, mode, &info, &file), &sf_close};
+/// `bytes` and `info` must outlive the sound. Null where libsndfile refuses.
+SoundFile openSound(SoundBytes& bytes, SF_INFO& info) {
+  SF_VIRTUAL_IO io{SoundView::length, SoundView::seek, SoundView::read, SoundView::write, SoundView::tell};
+  bytes.position = 0;
+  return {sf_open_virtual(&io, SFM_READ, &info, &bytes), &sf_close};
 }
 
 void checkInfo(const SF_INFO& info, std::string_view name, Seconds max_duration) {
@@ -176,7 +180,7 @@ void checkInfo(const SF_INFO& info, std::string_view name, Seconds max_duration)
 }
 
 /// Memory grows with what is really read, not with what the header claims.
-std::vector<float> readMono(SNDFILE* sound, const SF_INFO& info, std::string_view name, std::size_t file_bytes) {
+std::vector<float> readMono(SNDFILE* sound, const SF_INFO& info, std::string_view name, std::uint64_t file_bytes) {
   constexpr std::size_t kBlockFrames = 16384;
   const std::size_t channels = unsignedIndex(info.channels);
   std::vector<float> block(kBlockFrames * channels);
@@ -201,55 +205,75 @@ std::vector<float> readMono(SNDFILE* sound, const SF_INFO& info, std::string_vie
   return mono;
 }
 
-}  // namespace
-
-AudioClip parseAudio(std::string_view bytes, std::string_view name, Seconds max_duration) {
+AudioClip soundIn(SoundBytes bytes, std::string_view name, Seconds max_duration) {
   checkKind(bytes, name);
-  MemoryFile file{bytes};
   SF_INFO info{};
-  const SoundFile sound = openInMemory(file, SFM_READ, info);
+  const SoundFile sound = openSound(bytes, info);
   if (!sound) {
     throw InputError(name, "", fmt::format("is no sound that can be read: {}", printable(sf_strerror(nullptr))));
   }
   checkInfo(info, name, max_duration);
-  return {.sample_rate_hz = info.samplerate, .samples = readMono(sound.get(), info, name, bytes.size())};
+  return {.sample_rate_hz = info.samplerate, .samples = readMono(sound.get(), info, name, bytes.size)};
 }
 
-AudioClip readAudio(const std::filesystem::path& path, Seconds max_duration) {
-  const std::string bytes = readFile(path);
-  const std::string_view foreign = foreignKind(bytes);
-  if (foreign.empty()) return parseAudio(bytes, path.string(), max_duration);
-  return parseAudio(throughFfmpeg(bytes, foreign, path.string(), max_duration), path.string(), max_duration);
-}
-
-std::string wavBytes(const AudioClip& clip) {
+void appendWav(const AudioClip& clip, const AppendBytes& append) {
   MOUTHPIECE_EXPECT(clip.sample_rate_hz > 0);
+  constexpr std::uint32_t kHeader = 44, kSample = 2, kPcm = 1, kChannels = 1;
+  constexpr std::size_t kBlock = 65536;
   if (clip.samples.size() > kMostWavSamples)
     throw InputError(fmt::format("{} samples do not fit into a WAV", clip.samples.size()));
-  constexpr std::size_t kHeader = 44, kBlock = 65536;
-  MemoryFile file;
-  file.written.reserve(kHeader + 2 * clip.samples.size());  // growing by doubling would take an hour's sound twice
-  SF_INFO info{};
-  info.samplerate = clip.sample_rate_hz;
-  info.channels = 1;
-  info.format = SF_FORMAT_WAV | SF_FORMAT_PCM_16;
-  SoundFile sound = openInMemory(file, SFM_WRITE, info);
-  bool is_written = sound != nullptr;
-  std::vector<std::int16_t> block;
-  for (std::size_t first = 0; is_written && first < clip.samples.size(); first += kBlock) {
-    block.clear();
+  const auto bytes = static_cast<std::uint32_t>(kSample * clip.samples.size());
+  const auto rate = static_cast<std::uint32_t>(clip.sample_rate_hz);
+  ByteWriter header;
+  header.writeBytes("RIFF");
+  header.writeU32(kHeader - 8 + bytes);
+  header.writeBytes("WAVEfmt ");
+  header.writeU32(16);
+  header.writeU16(kPcm);
+  header.writeU16(kChannels);
+  header.writeU32(rate);
+  header.writeU32(kSample * rate);
+  header.writeU16(kSample);
+  header.writeU16(8 * kSample);
+  header.writeBytes("data");
+  header.writeU32(bytes);
+  append(header.takeBytes());
+  for (std::size_t first = 0; first < clip.samples.size(); first += kBlock) {
+    ByteWriter block;
     for (const float sample : std::span(clip.samples).subspan(first, std::min(kBlock, clip.samples.size() - first))) {
       MOUTHPIECE_EXPECT(std::isfinite(sample));
       // 32768 is libsndfile's scale too: reading and writing again changes nothing.
-      block.push_back(static_cast<std::int16_t>(std::clamp(std::lrint(sample * 32768.0F), -32768L, 32767L)));
+      block.writeU16(std::clamp(std::lrint(sample * 32768.0F), -32768L, 32767L));
     }
-    is_written = sf_write_short(sound.get(), block.data(), std::ssize(block)) == std::ssize(block);
+    append(block.takeBytes());
   }
-  if (!is_written) throw InternalError("libsndfile could not write a sound into memory");
-  sound.reset();  // puts the lengths into the header
-  return std::move(file.written);
 }
 
-void writeWav(const std::filesystem::path& path, const AudioClip& clip) { writeFileAtomically(path, wavBytes(clip)); }
+}  // namespace
+
+AudioClip parseAudio(std::string_view bytes, std::string_view name, Seconds max_duration) {
+  const auto read = [bytes](std::uint64_t at, std::span<char> to) {
+    return bytes.substr(std::min<std::uint64_t>(at, bytes.size())).copy(to.data(), to.size());
+  };
+  return soundIn({bytes.size(), read}, name, max_duration);
+}
+
+AudioClip readAudio(const std::filesystem::path& path, Seconds max_duration) {
+  const FileReader file(path);
+  const SoundBytes bytes{file.size(), [&](std::uint64_t at, std::span<char> to) { return file.read(at, to); }};
+  const std::string_view foreign = foreignKind(bytes.at(0, 12));
+  if (foreign.empty()) return soundIn(bytes, path.string(), max_duration);
+  return parseAudio(throughFfmpeg(readFile(path), foreign, path.string(), max_duration), path.string(), max_duration);
+}
+
+std::string wavBytes(const AudioClip& clip) {
+  std::string bytes;
+  appendWav(clip, [&](std::string_view part) { bytes += part; });
+  return bytes;
+}
+
+void writeWav(const std::filesystem::path& path, const AudioClip& clip) {
+  writeFileInParts(path, [&](const AppendBytes& append) { appendWav(clip, append); });
+}
 
 }  // namespace mouthpiece

@@ -9,7 +9,6 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <optional>
 #include <random>
 #include <span>
@@ -177,21 +176,37 @@ void FilesTogether::commit() {
   waiting_.clear();
 }
 
-std::string readFile(const fs::path& path, std::uint64_t max_bytes) {
+FileReader::FileReader(const fs::path& path, std::uint64_t max_bytes) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) throw InputError(path.string(), "", "no such file");
   if (!fs::is_regular_file(status)) throw InputError(path.string(), "", "is no regular file");
-  const std::uint64_t size = fs::file_size(path, error);
+  size_ = fs::file_size(path, error);
   if (error) throw InputError(path.string(), "", fmt::format("cannot be read: {}", error.message()));
-  if (size > max_bytes) {
-    throw InputError(path.string(), "", fmt::format("is {} bytes long; expected at most {}", size, max_bytes));
+  if (size_ > max_bytes)
+    throw InputError(path.string(), "", fmt::format("is {} bytes long; expected at most {}", size_, max_bytes));
+  descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor_ < 0) throw InputError(path.string(), "", fmt::format("cannot be read: {}", std::strerror(errno)));
+}
+FileReader::~FileReader() { ::close(descriptor_); }
+
+std::size_t FileReader::read(std::uint64_t at, std::span<char> to) const {
+  std::size_t done = 0;
+  while (done < to.size()) {
+    const ssize_t taken = ::pread(descriptor_, to.data() + done, to.size() - done, static_cast<off_t>(at + done));
+    if (taken < 0 && errno == EINTR) continue;
+    if (taken <= 0) break;
+    done += unsignedIndex(taken);
   }
-  std::ifstream stream(path, std::ios::binary);
-  std::string bytes(size, '\0');
-  if (!stream || !stream.read(bytes.data(), static_cast<std::streamsize>(size))) {
+  return done;
+}
+
+std::string readFile(const fs::path& path, std::uint64_t max_bytes) {
+  const FileReader file(path, max_bytes);
+  std::string bytes(file.size(), '\0');
+  errno = 0;
+  if (file.read(0, bytes) != bytes.size())
     throw InputError(path.string(), "", fmt::format("cannot be read: {}", std::strerror(errno)));
-  }
   return bytes;
 }
 
