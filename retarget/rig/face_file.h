@@ -52,6 +52,10 @@ void turnMesh(const Eigen::Matrix3d& turn, FaceMesh& mesh);
 /// The mesh that `face` names, next to `face_path`, set upright; its hash is checked, unit and part kinds are set.
 /// Throws InputError when it is missing or has changed since the fit.
 FaceMesh readMeshOf(const FaceFile& face, const std::filesystem::path& face_path);
+/// Its two halves, of which the second takes the time: the mesh's bytes, of the same file as when it was fitted to, and
+/// the mesh that they are.
+std::string readMeshBytesOf(const FaceFile& face, const std::filesystem::path& face_path);
+FaceMesh parseMeshOf(const FaceFile& face, const std::filesystem::path& face_path, std::string_view bytes);
 
 /// "inverse_multiquadric", "biharmonic", "triharmonic".
 std::string_view nameOf(RbfKernel kernel);

@@ -18,7 +18,7 @@ void turnMesh(const Eigen::Matrix3d& turn, FaceMesh& mesh) {
   mesh.vertices = (mesh.vertices.cast<double>() * turn.transpose()).cast<float>().eval();
 }
 
-FaceMesh readMeshOf(const FaceFile& face, const std::filesystem::path& face_path) {
+std::string readMeshBytesOf(const FaceFile& face, const std::filesystem::path& face_path) {
   const std::filesystem::path mesh_path = face_path.parent_path() / face.mesh_file;
   std::error_code error;
   if (!std::filesystem::is_regular_file(mesh_path, error)) {
@@ -26,7 +26,7 @@ FaceMesh readMeshOf(const FaceFile& face, const std::filesystem::path& face_path
         face_path.string(), "mesh.file",
         fmt::format("names {}, which is not there; expected the mesh of the fit", printable(mesh_path.string(), 300)));
   }
-  const std::string bytes = readFile(mesh_path, kMaxMeshBytes);
+  std::string bytes = readFile(mesh_path, kMaxMeshBytes);
   const std::string hash = sha256Hex(bytes);
   if (hash != face.mesh_sha256) {
     throw InputError(
@@ -34,13 +34,21 @@ FaceMesh readMeshOf(const FaceFile& face, const std::filesystem::path& face_path
         fmt::format("has changed since {} was fitted to it (SHA-256 {}..., expected {}...); run `retarget fit` again",
                     face_path.filename().string(), hash.substr(0, 12), printable(face.mesh_sha256, 12)));
   }
-  FaceMesh mesh = parseFaceMesh(bytes, mesh_path, face.mesh_object);
+  return bytes;
+}
+
+FaceMesh parseMeshOf(const FaceFile& face, const std::filesystem::path& face_path, std::string_view bytes) {
+  FaceMesh mesh = parseFaceMesh(bytes, face_path.parent_path() / face.mesh_file, face.mesh_object);
   mesh.metres_per_unit = face.metres_per_unit;
   turnMesh(face.upright_from_mesh, mesh);
   for (MeshPart& part : mesh.parts) {
     if (const auto kind = face.part_kinds.find(part.name); kind != face.part_kinds.end()) part.kind = kind->second;
   }
   return mesh;
+}
+
+FaceMesh readMeshOf(const FaceFile& face, const std::filesystem::path& face_path) {
+  return parseMeshOf(face, face_path, readMeshBytesOf(face, face_path));
 }
 
 }  // namespace mouthpiece

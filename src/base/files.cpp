@@ -156,6 +156,8 @@ struct FilesTogether::Waiting {
 
 FilesTogether::FilesTogether() : outer_(open_set) { open_set = this; }
 FilesTogether::~FilesTogether() { open_set = outer_; }
+FilesTogether::Joined::Joined(FilesTogether& set) : before_(std::exchange(open_set, &set)) {}
+FilesTogether::Joined::~Joined() { open_set = before_; }
 
 void FilesTogether::commit() {
   if (outer_ != nullptr) {
@@ -221,6 +223,7 @@ void writeFileAtomically(const fs::path& path, const std::function<void(const fs
   write(waiting->file.path());
   flushToDisk(waiting->file.path(), path);
   if (open_set != nullptr) {
+    const std::scoped_lock lock(open_set->mutex_);
     open_set->waiting_.push_back(std::move(waiting));
   } else {
     waiting->file.renameTo(path);

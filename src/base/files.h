@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,9 +24,9 @@ void writeFileAtomically(const std::filesystem::path& path, std::string_view byt
 void writeFileAtomically(const std::filesystem::path& path,
                          const std::function<void(const std::filesystem::path&)>& write);
 
-/// Files that appear together: while one lives, what its thread writes atomically waits under its temporary names, and
-/// commit() renames all of it, in the order of writing. Without commit() nothing was written. For tens of files, each
-/// of which stays open; those of a set within a set wait for the outer one.
+/// Files that appear together: while one lives, what its thread writes atomically, and threads that join it, waits
+/// under its temporary names, and commit() renames all of it, in the order of writing. Without commit() nothing was
+/// written. For tens of files, each of which stays open; those of a set within a set wait for the outer one.
 class FilesTogether {
  public:
   FilesTogether();
@@ -36,11 +37,24 @@ class FilesTogether {
   /// (unless the file system has no hard links).
   void commit();
 
+  /// While one lives, its thread writes into `set`.
+  class Joined {
+   public:
+    explicit Joined(FilesTogether& set);
+    Joined(const Joined&) = delete;
+    Joined& operator=(const Joined&) = delete;
+    ~Joined();
+
+   private:
+    FilesTogether* before_;
+  };
+
  private:
   struct Waiting;
   friend void writeFileAtomically(const std::filesystem::path& path,
                                   const std::function<void(const std::filesystem::path&)>& write);
   FilesTogether* outer_;
+  std::mutex mutex_;  ///< of waiting_
   std::vector<std::unique_ptr<Waiting>> waiting_;
 };
 

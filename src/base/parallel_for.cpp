@@ -6,10 +6,14 @@
 #include <mutex>
 #include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace mouthpiece {
 namespace {
+
+/// Whether this thread works for a parallelFor() beside others.
+thread_local bool is_within = false;
 
 /// Hands out indices in rising order. Once a body has thrown no new index is given out; all lower ones were given out
 /// before and finish, so the lowest failing index does not depend on the timing.
@@ -17,16 +21,19 @@ class IndexQueue {
  public:
   IndexQueue(std::size_t count, const std::function<void(std::size_t)>& body) : count_(count), body_(body) {}
 
-  void work() {
+  /// `among_others`: not by one thread alone.
+  void work(bool among_others) {
+    const bool was_within = std::exchange(is_within, is_within || among_others);
     while (!failed_.load(std::memory_order_relaxed)) {
       const std::size_t index = next_.fetch_add(1, std::memory_order_relaxed);
-      if (index >= count_) return;
+      if (index >= count_) break;
       try {
         body_(index);
       } catch (...) {
         recordFailure(index);
       }
     }
+    is_within = was_within;
   }
 
   void rethrowFirstFailure() const {
@@ -59,14 +66,14 @@ std::size_t defaultThreadCount() { return std::max(1U, std::thread::hardware_con
 void parallelFor(std::size_t count, std::size_t thread_count, const std::function<void(std::size_t)>& body) {
   IndexQueue queue(count, body);
   std::vector<std::thread> helpers;  // no std::jthread: clang's libc++ 14 has none
-  const std::size_t wanted = std::min(count, std::max<std::size_t>(thread_count, 1));
+  const std::size_t wanted = is_within ? 1 : std::min(count, std::max<std::size_t>(thread_count, 1));
   helpers.reserve(wanted);
   try {
-    while (helpers.size() + 1 < wanted) helpers.emplace_back([&queue] { queue.work(); });
+    while (helpers.size() + 1 < wanted) helpers.emplace_back([&queue] { queue.work(true); });
   } catch (const std::system_error&) {
     // The machine gives no more threads; those that run do the work.
   }
-  queue.work();
+  queue.work(!helpers.empty());
   for (std::thread& helper : helpers) helper.join();
   queue.rethrowFirstFailure();
 }

@@ -15,17 +15,18 @@ using nlohmann::ordered_json;
 /// Nothing here is known to better than a microsecond or a micrometre; shorter numbers are easier to read.
 double toMicro(double value) { return std::round(value * 1e6) / 1e6; }
 
-bool covers(const PhoneRange& range, std::size_t phone) {
-  return range.first.value <= phone && phone <= range.last.value;
-}
-
 ordered_json phonesOf(const UtteranceAnimation& animation) {
+  std::vector<bool> is_made(animation.labels.phones.size(), false);  // by curves
+  for (const PlacedUnit& unit : animation.units) {
+    for (std::size_t i = unit.phones.first.value;
+         unit.is_backoff && i < std::min(is_made.size(), unit.phones.last.value + 1); ++i)
+      is_made[i] = true;
+  }
   ordered_json phones = ordered_json::array();
   for (std::size_t i = 0; i < animation.labels.phones.size(); ++i) {
     const LabelledPhone& phone = animation.labels.phones[i];
     // In a sung line vowels are made of curves, whatever lies under them.
-    bool is_backoff = !animation.style.empty() && isVowel(phone.phone);
-    for (const PlacedUnit& unit : animation.units) is_backoff |= unit.is_backoff && covers(unit.phones, i);
+    const bool is_backoff = is_made[i] || (!animation.style.empty() && isVowel(phone.phone));
     phones.push_back({{"phone", phone.name()},
                       {"start_s", toMicro(phone.span.start)},
                       {"end_s", toMicro(phone.span.end)},

@@ -23,7 +23,7 @@ void Performance::Data::film(const std::filesystem::path& path) const {
   const auto markers = moving.markers().row(0);
   for (Eigen::Index i = 0; i + 2 < markers.cols(); i += 3)
     focus.extend(markers.segment<3>(i).transpose().cast<float>());
-  const FacePainter painter(own.rig.mesh(), focus, film.width, film.height);
+  const FacePainter painter(own.rig().mesh(), focus, film.width, film.height);
   const std::vector<Eigen::Quaternionf> turns = headTurns();
   const Eigen::RowVector3f pivot = neckTop().cast<float>();
   film.paint = [&](std::size_t frame, Picture& picture) {

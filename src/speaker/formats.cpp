@@ -8,6 +8,7 @@
 #include "audio/audio_clip.h"
 #include "base/errors.h"
 #include "base/files.h"
+#include "base/parallel_for.h"
 #include "base/text_encoding.h"
 #include "exports/arkit.h"
 #include "exports/curves/curve_files.h"
@@ -100,7 +101,7 @@ void writeVisemesAs(const fs::path& path, const Source& source) {
 template <std::string (*kWrite)(const FaceMesh&, const PrincipalShapes&, std::string_view,
                                 std::span<const std::string>)>
 void writeScene(const fs::path& path, const Source& source) {
-  const FaceRig& rig = source.needFace().rig;
+  const FaceRig& rig = source.needFace().rig();
   writeFileAtomically(path, kWrite(rig.mesh(), source.wholeShapes(), rig.name(), {}));
 }
 
@@ -141,7 +142,7 @@ std::string pageOf(const Source& source) {
   const std::string glb = source.smallGlb();
   const std::string packed = edits ? source.packedLine(*edits) : "";
   const std::string engine = packed.empty() ? "" : readFile(pageEngineFile());
-  return viewHtml(page_template, {animation, glb, face.rig.mesh(), face.rig.name(), face.rig.markerNames(),
+  return viewHtml(page_template, {animation, glb, face.rig().mesh(), face.rig().name(), face.rig().markerNames(),
                                   source.faceMotion().markers(), edits ? &*edits : nullptr, engine, packed});
 }
 
@@ -273,32 +274,37 @@ bool makesNoShapes(const Row& row) {
 std::span<const Format> formats() { return kFormats; }
 const Format& formatOf(const fs::path& path) { return kFormats[rowOf(path)]; }
 
-void save(const Performance& performance, const fs::path& path) {
-  const Row& row = kRows[rowOf(path)];
-  // What the page and the GLB are made of is counted as what it is, not as writing.
-  if (row.format.needs_face && !makesNoShapes(row)) performance.data().shapes();
-  double milliseconds = 0;
-  timed(milliseconds, [&] { row.write(path, performance.data()); });
-  performance.data().addWriting(milliseconds);
-}
+void save(const Performance& performance, const fs::path& path) { save(performance, std::span(&path, 1)); }
 
 void save(const Performance& performance, std::span<const fs::path> paths) { save(performance, paths, nullptr); }
 
 void save(const Performance& performance, std::span<const fs::path> paths, const FilmProgress& tell) {
-  performance.data().tell_film = tell;
-  // What may fail without a disk fails before anything is written.
-  if (std::any_of(paths.begin(), paths.end(), [](const fs::path& path) {
-        const Row& row = kRows[rowOf(path)];
-        return row.format.needs_face && !makesNoShapes(row);
-      }))
-    performance.data().shapes();
-  FilesTogether together;
-  const auto is_report = [](const fs::path& path) { return formatOf(path).usual_name == "report.json"; };
-  for (const bool reports : {false, true}) {
-    for (const fs::path& path : paths) {
-      if (is_report(path) == reports) save(performance, path);
-    }
+  const Source& source = performance.data();
+  source.tell_film = tell;
+  const auto row_of = [](const fs::path& path) -> const Row& { return kRows[rowOf(path)]; };
+  std::vector<const fs::path*> usual, large, reports;
+  for (const fs::path& path : paths) {
+    const Format& format = row_of(path).format;
+    (format.usual_name == "report.json" ? reports : format.in_folder ? usual : large).push_back(&path);
   }
+  // What may fail without a disk fails before anything is written; and it is counted as what it is, not as writing.
+  if (std::any_of(paths.begin(), paths.end(),
+                  [&](const fs::path& path) { return row_of(path).format.needs_face && !makesNoShapes(row_of(path)); }))
+    source.shapes();
+  FilesTogether together;
+  const auto write = [&](std::span<const fs::path* const> files) {
+    double milliseconds = 0;
+    timed(milliseconds, [&] {
+      parallelFor(files.size(), [&](std::size_t i) {
+        const FilesTogether::Joined joined(together);
+        row_of(*files[i]).write(*files[i], source);
+      });
+    });
+    source.addWriting(milliseconds);
+  };
+  write(usual);
+  for (const fs::path*& path : large) write({&path, 1});  // each may take much of the memory, or all cores
+  write(reports);
   together.commit();  // the report last: where it is, all else is
 }
 

@@ -120,7 +120,7 @@ LiveStream::Data::Data(LiveSetup made_of, const LiveOptions& wanted)
   if (options.source == LiveOptions::Source::kText) makeOwnVoice();
   resting = restingFrame();
   current = stalled_from = resting;
-  if (setup.face) setup.face->data().rig.deform(FacePose(resting.face_markers, resting.lip_gaps), {}, vertices);
+  if (setup.face) setup.face->data().rig().deform(FacePose(resting.face_markers, resting.lip_gaps), {}, vertices);
 }
 
 void LiveStream::Data::makeEar() {
@@ -143,7 +143,7 @@ ShownFrame LiveStream::Data::restingFrame() const {
   MotionClip still{rate_hz, setup.corpus.markerNames(),
                    Eigen::Map<const Eigen::RowVectorXd>(neutral.data(), neutral.size())};
   const std::vector<LipPose> lips(1);
-  const FaceMotion moved = setup.face->data().rig.retarget(still, &setup.corpus.data().actor, lips);
+  const FaceMotion moved = setup.face->data().rig().retarget(still, &setup.corpus.data().actor, lips);
   const FacePose pose = moved.pose(FrameIndex(0));
   made.face_markers.assign(pose.markers.begin(), pose.markers.end());
   made.lip_gaps.assign(pose.lips.begin(), pose.lips.end());
@@ -280,8 +280,8 @@ void LiveStream::Data::show(LiveFrames frames) {
   }
   FaceMotion face;
   if (setup.face)
-    face = setup.face->data().rig.retarget({rate_hz, weights_clip.marker_names, frames.positions_mm}, &corpus.actor,
-                                           frames.lips, gaze);
+    face = setup.face->data().rig().retarget({rate_hz, weights_clip.marker_names, frames.positions_mm}, &corpus.actor,
+                                             frames.lips, gaze);
   const std::scoped_lock lock(mutex);
   for (std::size_t i = 0; i < count; ++i) {
     const auto row = signedIndex(i);
@@ -479,7 +479,7 @@ const Frame* LiveStream::Data::pulled() {
 }
 
 void LiveStream::Data::poseMesh() {
-  const FaceRig& rig = setup.face->data().rig;
+  const FaceRig& rig = setup.face->data().rig();
   rig.deform(FacePose(current.face_markers, current.lip_gaps), current.tongue, vertices);
   if (upper_face.looks()) rig.turnEyes(current.gaze, vertices);
   frame.vertices = {vertices.data(), unsignedIndex(vertices.size())};

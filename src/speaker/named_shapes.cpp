@@ -31,7 +31,7 @@ OwnShapeWeights visemeWeights(const UtteranceAnimation& animation) {
 std::string Performance::Data::namedGlb(NamedShapes kind) const {
   const bool is_arkit = kind == NamedShapes::kArkit;
   const SharedFace::Data& own = needFace();
-  const FaceMesh& mesh = own.rig.mesh();
+  const FaceMesh& mesh = own.rig().mesh();
   const std::filesystem::path mesh_path = own.meshPath();
   const double rate = animation.motion.frame_rate_hz;
   std::string given = isGlb(mesh_path) ? readFile(mesh_path, kMaxMeshBytes) : "";
@@ -44,7 +44,7 @@ std::string Performance::Data::namedGlb(NamedShapes kind) const {
   const SharedCorpus learnt_from = corpus ? *corpus : SharedCorpus();
   const SharedCorpus::Data& by = learnt_from.data();
   const std::vector<std::string> markers = by.corpus.layout.markerNames();
-  const ShapeMaker maker(own.rig, own.file, by.actor, markers, by.curve_model.poses());
+  const ShapeMaker maker(own.rig(), own.file, by.actor, markers, by.curve_model.poses());
   const ShapeSet set = maker.make(is_arkit ? ShapeVocabulary::kArkit : ShapeVocabulary::kOculus);
   const OwnShapeWeights weights =
       is_arkit ? OwnShapeWeights{fitArkit(uprightVertices(), mesh, {set.names, set.moves}).weights, arkitIndex}
@@ -63,7 +63,7 @@ std::string Performance::Data::namedGlb(NamedShapes kind) const {
     const int column = weights.column_of(set.names[unsignedIndex(k)]);
     if (column >= 0) shapes.weights.col(k) = weights.weights.col(column);
   }
-  return glbBytes(mesh, shapes, own.rig.name(), set.names);
+  return glbBytes(mesh, shapes, own.rig().name(), set.names);
 }
 
 }  // namespace mouthpiece

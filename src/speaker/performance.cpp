@@ -45,7 +45,7 @@ std::optional<HeadTrack> headTrack(const Performance::Data& line) {
   for (const Eigen::Quaternionf& turn : line.headTurns())
     track.rotations.push_back({turn.x(), turn.y(), turn.z(), turn.w()});
   if (track.rotations.empty()) return std::nullopt;
-  Eigen::Vector3d::Map(track.pivot_m.data()) = line.needFace().rig.metresPerUnit() * line.neckTop();
+  Eigen::Vector3d::Map(track.pivot_m.data()) = line.needFace().rig().metresPerUnit() * line.neckTop();
   return track;
 }
 
@@ -158,7 +158,7 @@ const FaceMotion& Performance::Data::faceMotion() const {
   const std::scoped_lock lock(mutex_);
   if (!face_motion_) {
     face_motion_ = timed(later_ms_.retarget, [&] {
-      return needFace().rig.retarget(clip(), actor ? &*actor : nullptr, animation.lips, animation.gaze);
+      return needFace().rig().retarget(clip(), actor ? &*actor : nullptr, animation.lips, animation.gaze);
     });
   }
   return *face_motion_;
@@ -169,7 +169,7 @@ const PrincipalShapes& Performance::Data::shapes() const {
   if (shapes_) return *shapes_;
   const FaceMotion& moving_markers = faceMotion();
   shapes_ = timed(later_ms_.deform, [&] {
-    const FaceRig& rig = needFace().rig;
+    const FaceRig& rig = needFace().rig();
     std::vector<double> larynx;
     if (const AnimationCurve* curve = findCurve(animation.curves, "larynx"))
       larynx = sampleCurve(*curve, frameTimes(0, animation.motion.frameCount(), animation.motion.frame_rate_hz));
@@ -192,7 +192,7 @@ const PrincipalShapes& Performance::Data::wholeShapes() const {
   const PrincipalShapes& few = shapes();
   if (!own_shapes_) return few;
   if (!whole_shapes_) {
-    const FaceRig& rig = needFace().rig;
+    const FaceRig& rig = needFace().rig();
     whole_shapes_ = timed(later_ms_.deform,
                           [&] { return principalShapes(uprightFrames(), rig.restVertices(), rig.metresPerUnit()); });
   }
@@ -225,7 +225,7 @@ const RowMajorMatrixF& Performance::Data::arkitOfHead() const {
     arkit_of_head_ = arkit();
     if (has_arkit) {
       // EyeLook... takes the lids along by itself: what is fitted looks ahead.
-      const FaceRig& rig = needFace().rig;
+      const FaceRig& rig = needFace().rig();
       const FaceMotion ahead = rig.retarget(clip(), actor ? &*actor : nullptr, animation.lips);
       fit_of_head_ = fitArkit(allOf(framesOf(ahead, {})), rig.mesh(), shapes);
       arkit_of_head_ = std::exchange(fit_of_head_->weights, {});
@@ -236,7 +236,7 @@ const RowMajorMatrixF& Performance::Data::arkitOfHead() const {
 }
 
 void Performance::Data::driveOwnShapes(const FaceShapes& shapes, FaceAnimation& moving) const {
-  RowMajorMatrixF weights = takeLidsAndBrows(moving, needFace().rig.mesh(), shapes);
+  RowMajorMatrixF weights = takeLidsAndBrows(moving, needFace().rig().mesh(), shapes);
   if (weights.size() == 0) return;
   const Eigen::RowVectorXf most = weights.colwise().maxCoeff();
   own_shapes_ = OwnShapeWeights{std::move(weights), [most](std::string_view name) {
@@ -246,35 +246,34 @@ void Performance::Data::driveOwnShapes(const FaceShapes& shapes, FaceAnimation& 
 }
 
 std::string Performance::Data::glb() const {
-  const std::scoped_lock lock(mutex_);
-  if (given_glb_) return *given_glb_;
   const SharedFace::Data& own = needFace();
   const PrincipalShapes& moving = shapes();
   // A head that came as GLB keeps its materials, textures and skins.
   const std::filesystem::path mesh = own.meshPath();
   if (isGlb(mesh)) {
+    const std::scoped_lock lock(mutex_);
+    if (given_glb_) return *given_glb_;
     given_glb_ = glbWithShapes(readFile(mesh, kMaxMeshBytes), mesh.string(), moving, own.file.upright_from_mesh,
                                own.file.mesh_object, own_shapes_ ? &*own_shapes_ : nullptr);
     if (given_glb_) return *given_glb_;
   }
   const std::optional<HeadTrack> head = headTrack(*this);
-  return glbBytes(own.rig.mesh(), moving, own.rig.name(), {}, head ? &*head : nullptr, &normals());
+  return glbBytes(own.rig().mesh(), moving, own.rig().name(), {}, head ? &*head : nullptr, &normals());
 }
 
 std::string Performance::Data::smallGlb() const {
-  const std::scoped_lock lock(mutex_);
   const SharedFace::Data& own = needFace();
   if (isGlb(own.meshPath())) return glb();
   const std::optional<HeadTrack> head = headTrack(*this);
-  return smallGlbBytes(own.rig.mesh(), shapes(), own.rig.name(), head ? &*head : nullptr, &normals());
+  return smallGlbBytes(own.rig().mesh(), shapes(), own.rig().name(), head ? &*head : nullptr, &normals());
 }
 
 VertexPositions Performance::Data::verticesOf(const FaceMotion& moving, FrameIndex frame,
                                               std::span<const GazeTurn> gaze) const {
   VertexPositions vertices;
   const TonguePose tongue = frame.value < animation.tongue.size() ? animation.tongue[frame.value] : TonguePose{};
-  needFace().rig.deform(moving.pose(frame), tongue, vertices);
-  if (frame.value < gaze.size()) needFace().rig.turnEyes(gaze[frame.value], vertices);
+  needFace().rig().deform(moving.pose(frame), tongue, vertices);
+  if (frame.value < gaze.size()) needFace().rig().turnEyes(gaze[frame.value], vertices);
   return vertices;
 }
 
@@ -289,7 +288,7 @@ FrameMaker Performance::Data::framesOf(const FaceMotion& moving, std::span<const
   };
   return {animation.motion.frame_rate_hz,
           signedIndex(animation.motion.frameCount()),
-          needFace().rig.restVertices().size(),
+          needFace().rig().restVertices().size(),
           {},
           make};
 }

@@ -37,19 +37,21 @@ std::vector<std::string> SharedCorpus::markerNames() const { return data_->corpu
 SharedFace::Data::Data(const std::filesystem::path& face_file)
     : path(orShared(face_file, "default.face", kMakeFace)),
       file(readFaceFile(path)),
-      rig(FaceRig::of(file, readMeshOf(file, path), path.string())) {}
+      rig_(std::async([this, bytes = readMeshBytesOf(file, path)] {
+        return FaceRig::of(file, parseMeshOf(file, path, bytes), path.string());
+      })) {}
 
 std::filesystem::path SharedFace::Data::meshPath() const { return path.parent_path() / file.mesh_file; }
 
-const std::vector<Triangle>& SharedFace::Data::triangles() const { return rig.mesh().triangles; }
+const std::vector<Triangle>& SharedFace::Data::triangles() const { return rig().mesh().triangles; }
 
 SharedFace::SharedFace(const std::filesystem::path& file) : data_(std::make_shared<const Data>(file)) {}
-const std::string& SharedFace::name() const { return data_->rig.name(); }
-std::size_t SharedFace::vertexCount() const { return unsignedIndex(data_->rig.restVertices().rows()); }
-double SharedFace::metresPerUnit() const { return data_->rig.metresPerUnit(); }
+const std::string& SharedFace::name() const { return data_->rig().name(); }
+std::size_t SharedFace::vertexCount() const { return unsignedIndex(data_->rig().restVertices().rows()); }
+double SharedFace::metresPerUnit() const { return data_->rig().metresPerUnit(); }
 
 std::span<const float> SharedFace::restVertices() const {
-  const VertexPositions& rest = data_->rig.restVertices();
+  const VertexPositions& rest = data_->rig().restVertices();
   return {rest.data(), unsignedIndex(rest.size())};
 }
 

@@ -257,6 +257,7 @@ SpokenLine Speaker::Data::alignRecording(const Line& source) {
   ForcedAlignment alignment = is_long ? aligner->alignGiven(std::move(line.audio), words, source.audio.string(), kind)
                                       : aligner->align(line.audio, words, source.audio.string(), kind);
   if (is_long) {
+    aligner.reset();  // what it knows of the language takes as long to read as a tenth of a second of sound
     giveBackMemory();
     line.audio = readAudio(source.audio);
   }
@@ -432,6 +433,11 @@ Performance Speaker::perform(const Line& given) {
   const LineEdits& edits = data_->synthesis.edits;
   std::vector<std::string> doubts;
   Line line = given;
+  // While a typed line is spoken the face is made ready; an hour's recording shall not be heard for a face that fails.
+  const auto await_face = [&] {
+    if (data_->face) timed(data_->load_ms, [&] { data_->face->data().rig(); });
+  };
+  if (!line.audio.empty()) await_face();
   if (!line.text.empty()) line.text = withWords(std::move(line.text), edits.words, doubts);
   SungLine sound = timed(speech_ms, [&] { return data_->soundOf(line); });
   if (!line.is_sung && line.song.empty()) sound.line.labels = data_->withLikelyWords(sound.line.labels);
@@ -481,6 +487,7 @@ Performance Speaker::perform(const Line& given) {
         "stays as it is there");
   if (!sound.line.notice.empty()) animation.warnings.push_back(sound.line.notice);
   animation.warnings.insert(animation.warnings.end(), sound.warnings.begin(), sound.warnings.end());
+  await_face();
   animation.timing_ms.speech = speech_ms;
   animation.timing_ms.load = std::exchange(data_->load_ms, 0.0);
   if (data_->options.manner.backoff == Manner::Backoff::kNone && animation.style.empty())

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <chrono>
 #include <functional>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -47,9 +48,15 @@ struct SharedFace::Data {
   [[nodiscard]] std::filesystem::path meshPath() const;
   [[nodiscard]] const std::vector<Triangle>& triangles() const;
 
+  /// Made on a thread of its own from when the face was opened: waits for it. Throws InputError where parts of the
+  /// file contradict each other.
+  [[nodiscard]] const FaceRig& rig() const { return rig_.get(); }
+
   std::filesystem::path path;
   FaceFile file;
-  FaceRig rig;
+
+ private:
+  std::shared_future<FaceRig> rig_;
 };
 
 /// A performance behind the front door. What takes long is made when it is first asked for, under `mutex`.

@@ -89,7 +89,7 @@ std::optional<ViewEdits> Performance::Data::viewEdits() const {
   clip.positions_mm = PositionMatrix::Zero(rows.rows() + 1, rows.cols());
   clip.positions_mm.topRows(rows.rows()) = rows;
   clip.positions_mm.rowwise() += Eigen::Map<const Eigen::RowVectorXd>(neutral.data(), neutral.size());
-  const FaceRig& rig = needFace().rig;
+  const FaceRig& rig = needFace().rig();
   const FaceMotion posed = rig.retarget(clip, actor ? &*actor : nullptr);
   const std::vector<std::uint32_t> vertices = shapes().columnVertices();
   RowMajorMatrixF moves(rows.rows() + 1, 3 * signedIndex(vertices.size()));
@@ -120,7 +120,7 @@ std::string Performance::Data::packedLine(const ViewEdits& view) const {
   const UnitDatabase& database = corpus->data().units;
   const SynthesisPlan plan = planLine(animation.labels, database, request.options);
   const SharedFace::Data& own = needFace();
-  return packLine({request, plan, database, takes, own.file, own.rig.mesh(), *actor, shapes()});
+  return packLine({request, plan, database, takes, own.file, own.rig().mesh(), *actor, shapes()});
 }
 
 }  // namespace mouthpiece

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/parallel_for.h"
 #include "exports/shapes/trajectories.h"
 
 namespace mouthpiece {
@@ -159,6 +161,15 @@ class PanelFitter {
   std::vector<std::int32_t> kept_;  ///< which columns of the weights they belong to
 };
 
+/// `work` for the vertices [begin, end) of one part after the other, whole panels each, on all cores.
+void forParts(const Fit& fit, const std::function<void(Eigen::Index begin, Eigen::Index end)>& work) {
+  constexpr Eigen::Index kVerticesAPart = 128 * kPanelVertices;
+  parallelFor(unsignedIndex((fit.vertices() + kVerticesAPart - 1) / kVerticesAPart), [&](std::size_t part) {
+    const Eigen::Index begin = kVerticesAPart * signedIndex(part);
+    work(begin, std::min(begin + kVerticesAPart, fit.vertices()));
+  });
+}
+
 }  // namespace
 
 HeldFrames::HeldFrames(const FrameMaker& frames, std::span<const Eigen::Index> which,
@@ -228,10 +239,11 @@ Weights weightsFromBasis(const MatrixXf& basis) {
 
 std::vector<float> fitAllVertices(const Fit& fit, const Weights& weights, RowMajorMatrixF& shapes) {
   std::vector<float> errors(unsignedIndex(fit.vertices() + kPanelVertices));
-  PanelFitter fitter(fit, weights);
-  for (Eigen::Index first = 0; first < fit.vertices(); first += kPanelVertices) {
-    fitter.fit(first, shapes, errors.data() + first);
-  }
+  forParts(fit, [&](Eigen::Index begin, Eigen::Index end) {
+    PanelFitter fitter(fit, weights);
+    for (Eigen::Index first = begin; first < end; first += kPanelVertices)
+      fitter.fit(first, shapes, errors.data() + first);
+  });
   errors.resize(unsignedIndex(fit.vertices()));
   return errors;
 }
@@ -241,25 +253,27 @@ std::vector<float> errorsOfAllVertices(const Fit& fit, const RowMajorMatrixF& we
   const Eigen::Index frames = paddedRows(fit.frames());
   RowMajorMatrixF padded = RowMajorMatrixF::Zero(frames, weights.cols());
   padded.topRows(fit.frames()) = weights.topRows(fit.frames());
-  RowMajorMatrixF displacements = RowMajorMatrixF::Zero(frames, kPanelWidth), moving(shapes.rows(), kPanelWidth);
-  std::vector<std::int32_t> which;  // of the shapes move the panel
   std::vector<float> errors(unsignedIndex(fit.vertices() + kPanelVertices));
-  for (Eigen::Index first = 0; first < fit.vertices(); first += kPanelVertices) {
-    loadPanel(fit, first, displacements.data(), errors.data() + first);
-    const Eigen::Index count = std::min<Eigen::Index>(kPanelVertices, fit.vertices() - first);
-    MOUTHPIECE_EXPECT(std::isfinite(errors[unsignedIndex(first)]));
-    which.clear();
-    for (Eigen::Index k = 0; k < shapes.rows(); ++k) {
-      const auto own = shapes.row(k).segment(3 * first, 3 * count);
-      if ((own.array() == 0).all()) continue;
-      auto panel = moving.row(std::ssize(which)).setZero();
-      for (Eigen::Index i = 0; i < 3 * count; ++i) panel(i % 3 * kPanelVertices + i / 3) = own(i);
-      which.push_back(static_cast<std::int32_t>(k));
+  forParts(fit, [&](Eigen::Index begin, Eigen::Index end) {
+    RowMajorMatrixF displacements = RowMajorMatrixF::Zero(frames, kPanelWidth), moving(shapes.rows(), kPanelWidth);
+    std::vector<std::int32_t> which;  // of the shapes move the panel
+    for (Eigen::Index first = begin; first < end; first += kPanelVertices) {
+      loadPanel(fit, first, displacements.data(), errors.data() + first);
+      const Eigen::Index count = std::min<Eigen::Index>(kPanelVertices, fit.vertices() - first);
+      MOUTHPIECE_EXPECT(std::isfinite(errors[unsignedIndex(first)]));
+      which.clear();
+      for (Eigen::Index k = 0; k < shapes.rows(); ++k) {
+        const auto own = shapes.row(k).segment(3 * first, 3 * count);
+        if ((own.array() == 0).all()) continue;
+        auto panel = moving.row(std::ssize(which)).setZero();
+        for (Eigen::Index i = 0; i < 3 * count; ++i) panel(i % 3 * kPanelVertices + i / 3) = own(i);
+        which.push_back(static_cast<std::int32_t>(k));
+      }
+      if (which.empty()) continue;
+      kernels.largest_residual(padded.data(), padded.cols(), frames, which.data(), std::ssize(which),
+                               displacements.data(), moving.data(), errors.data() + first);
     }
-    if (which.empty()) continue;
-    kernels.largest_residual(padded.data(), padded.cols(), frames, which.data(), std::ssize(which),
-                             displacements.data(), moving.data(), errors.data() + first);
-  }
+  });
   errors.resize(unsignedIndex(fit.vertices()));
   return errors;
 }

@@ -1,8 +1,10 @@
 #include "exports/shapes/stepped_frames.h"
 
 #include <algorithm>
+#include <atomic>
 
 #include "base/index.h"
+#include "base/parallel_for.h"
 
 namespace mouthpiece {
 
@@ -33,16 +35,22 @@ bool SteppedFrames::set(Eigen::Index first, const RowMajorMatrixF& places, const
 std::optional<SteppedFrames> SteppedFrames::of(const FrameMaker& frames, std::span<const Eigen::Index> which,
                                                const Eigen::RowVectorXf& rest, float step) {
   // A panel's frames lie side by side: several are put there at once.
-  constexpr Eigen::Index kFramesAtOnce = 8;
+  constexpr Eigen::Index kFramesAtOnce = 8, kFramesAPart = 64;
   SteppedFrames made(std::ssize(which), frames.width, step);
-  RowMajorMatrixF places;
-  for (Eigen::Index first = 0; first < made.frame_count_; first += kFramesAtOnce) {
-    places.resize(std::min(kFramesAtOnce, made.frame_count_ - first), frames.width);
-    for (Eigen::Index row = 0; row < places.rows(); ++row)
-      frames.make(which[unsignedIndex(first + row)], {places.row(row).data(), unsignedIndex(places.cols())});
-    if (!made.set(first, places, rest)) return std::nullopt;
-  }
-  return made;
+  std::atomic<bool> is_held = true;
+  parallelFor(unsignedIndex((made.frame_count_ + kFramesAPart - 1) / kFramesAPart), [&](std::size_t part) {
+    const auto make = frames.make;  // it may keep what it works with
+    const Eigen::Index begin = kFramesAPart * signedIndex(part),
+                       end = std::min(begin + kFramesAPart, made.frame_count_);
+    RowMajorMatrixF places;
+    for (Eigen::Index first = begin; first < end && is_held; first += kFramesAtOnce) {
+      places.resize(std::min(kFramesAtOnce, end - first), frames.width);
+      for (Eigen::Index row = 0; row < places.rows(); ++row)
+        make(which[unsignedIndex(first + row)], {places.row(row).data(), unsignedIndex(places.cols())});
+      if (!made.set(first, places, rest)) is_held = false;
+    }
+  });
+  return is_held ? std::optional(std::move(made)) : std::nullopt;
 }
 
 float SteppedFrames::at(Eigen::Index frame, Eigen::Index column) const {

@@ -161,7 +161,7 @@ std::vector<std::string> keptShapes(const ShapesArguments& given, const ShapeSet
 }
 
 void writeSet(const ShapesArguments& given, const ShapeSet& set, const SharedFace::Data& face) {
-  const FaceMesh& mesh = face.rig.mesh();
+  const FaceMesh& mesh = face.rig().mesh();
   const PrincipalShapes shapes = shapesWithoutMotion(set, mesh);
   const std::string ending = given.out.extension().string();
   if (ending == ".glb") {
@@ -170,11 +170,11 @@ void writeSet(const ShapesArguments& given, const ShapeSet& set, const SharedFac
     if (isGlb(mesh_path))
       glb = glbWithShapes(readFile(mesh_path), mesh_path.string(), shapes, face.file.upright_from_mesh,
                           face.file.mesh_object, nullptr, set.names);
-    writeFileAtomically(given.out, glb ? *glb : glbBytes(mesh, shapes, face.rig.name(), set.names));
+    writeFileAtomically(given.out, glb ? *glb : glbBytes(mesh, shapes, face.rig().name(), set.names));
   } else if (ending == ".fbx") {
-    writeFileAtomically(given.out, fbxBytes(mesh, shapes, face.rig.name(), set.names));
+    writeFileAtomically(given.out, fbxBytes(mesh, shapes, face.rig().name(), set.names));
   } else if (ending == ".usda") {
-    writeFileAtomically(given.out, usdaText(mesh, shapes, face.rig.name(), set.names));
+    writeFileAtomically(given.out, usdaText(mesh, shapes, face.rig().name(), set.names));
   } else {
     FaceMesh posed = mesh;
     writeObj(given.out / "neutral.obj", posed);
@@ -230,14 +230,14 @@ int runShapes(const ShapesArguments& given) {
   const SharedFace::Data& own = face.data();
   const SharedCorpus::Data& by = corpus.data();
   const std::vector<std::string> markers = by.corpus.layout.markerNames();
-  const ShapeMaker maker(own.rig, own.file, by.actor, markers, by.curve_model.poses());
+  const ShapeMaker maker(own.rig(), own.file, by.actor, markers, by.curve_model.poses());
   std::map<std::string, ShapeManner> manners;
   ShapeSet set = maker.make(vocabularyOf(given.set));
   const std::vector<std::string> kept = keptShapes(given, set, own);
-  SetFacts facts = factsOf(set, own.rig, own.file);
+  SetFacts facts = factsOf(set, own.rig(), own.file);
   for (int round = 0; round < kMostRounds && mend(set, facts, manners); ++round) {
     set = maker.make(vocabularyOf(given.set), manners);
-    facts = factsOf(set, own.rig, own.file);
+    facts = factsOf(set, own.rig(), own.file);
   }
   ShapeSet added;
   for (std::size_t k = 0; k < set.names.size(); ++k) {
@@ -274,7 +274,7 @@ int runShapes(const ShapesArguments& given) {
                              {"weakened_by", weakened_by},
                              {"faults", faults}});
   } else if (!given.quiet) {
-    printText(fmt::format("{} shapes on '{}' -> {}\n", set.names.size(), own.rig.name(), given.out.string()));
+    printText(fmt::format("{} shapes on '{}' -> {}\n", set.names.size(), own.rig().name(), given.out.string()));
     if (!kept.empty()) printText(fmt::format("  the head's own     {}: kept as they are\n", fmt::join(kept, ", ")));
     printText(fmt::format("  lips that meet     {:.2f} mm apart at most\n", facts.closing_gap_mm));
     printText(fmt::format("  left and right     {:.2f} mm apart (RMS), {:.2f} at most, over {:.0f} % of what moves\n",

@@ -34,24 +34,48 @@ TEST(BytesLaws, WhatIsWrittenIsReadInBothOrders) {
       for (int i = 0; i < 200; ++i) {
         const std::uint64_t bits = bitsOf(random);
         switch (random() % 6) {
-          case 0: writer.writeU8(bits & 0xFFU); break;
-          case 1: writer.writeU16(bits & 0xFFFFU); break;
-          case 2: writer.writeU32(bits & 0xFFFFFFFFU); break;
-          case 3: writer.writeU64(bits); break;
-          case 4: writer.writeF64(std::bit_cast<double>(bits)); break;
-          default: writer.writeF32(1.0 / 3.0 * static_cast<double>(bits)); break;
+          case 0:
+            writer.writeU8(bits & 0xFFU);
+            break;
+          case 1:
+            writer.writeU16(bits & 0xFFFFU);
+            break;
+          case 2:
+            writer.writeU32(bits & 0xFFFFFFFFU);
+            break;
+          case 3:
+            writer.writeU64(bits);
+            break;
+          case 4:
+            writer.writeF64(std::bit_cast<double>(bits));
+            break;
+          default:
+            writer.writeF32(1.0 / 3.0 * static_cast<double>(bits));
+            break;
         }
       }
       ByteReader reader(writer.bytes(), "x", order);
       for (int i = 0; i < 200; ++i) {
         const std::uint64_t bits = bitsOf(again);
         switch (again() % 6) {
-          case 0: EXPECT_EQ(reader.readU8(), bits & 0xFFU); break;
-          case 1: EXPECT_EQ(reader.readU16(), bits & 0xFFFFU); break;
-          case 2: EXPECT_EQ(reader.readU32(), bits & 0xFFFFFFFFU); break;
-          case 3: EXPECT_EQ(reader.readU64(), bits); break;
-          case 4: EXPECT_EQ(std::bit_cast<std::uint64_t>(reader.readF64()), bits); break;
-          default: EXPECT_EQ(reader.readF32(), static_cast<float>(1.0 / 3.0 * static_cast<double>(bits))); break;
+          case 0:
+            EXPECT_EQ(reader.readU8(), bits & 0xFFU);
+            break;
+          case 1:
+            EXPECT_EQ(reader.readU16(), bits & 0xFFFFU);
+            break;
+          case 2:
+            EXPECT_EQ(reader.readU32(), bits & 0xFFFFFFFFU);
+            break;
+          case 3:
+            EXPECT_EQ(reader.readU64(), bits);
+            break;
+          case 4:
+            EXPECT_EQ(std::bit_cast<std::uint64_t>(reader.readF64()), bits);
+            break;
+          default:
+            EXPECT_EQ(reader.readF32(), static_cast<float>(1.0 / 3.0 * static_cast<double>(bits)));
+            break;
         }
       }
       EXPECT_EQ(reader.remaining(), 0U);

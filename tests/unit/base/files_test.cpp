@@ -9,8 +9,10 @@
 #include <chrono>
 #include <fstream>
 #include <set>
+#include <thread>
 
 #include "base/child_process.h"
+#include "base/file_parts.h"
 #include "base/unfinished.h"
 #include "support/error_of.h"
 
@@ -122,6 +124,40 @@ TEST(FilesTogether, AppearAtCommitInTheOrderOfWriting) {
   kept.commit();
   EXPECT_EQ(readFile(folder.path() / "a"), "new");
   EXPECT_EQ(namesIn(folder.path()), (std::set<std::string>{"a", "c", "deep"}));
+}
+
+TEST(FilesTogether, ThreadsThatJoinWriteIntoIt) {
+  const PrivateFolder folder;
+  FilesTogether set;
+  std::thread other([&] {
+    const FilesTogether::Joined joined(set);
+    writeFileAtomically(folder.path() / "a.txt", "joined");
+  });
+  other.join();
+  EXPECT_FALSE(fs::exists(folder.path() / "a.txt"));
+  std::thread stranger([&] { writeFileAtomically(folder.path() / "b.txt", "of no set"); });
+  stranger.join();
+  EXPECT_EQ(readFile(folder.path() / "b.txt"), "of no set");
+  set.commit();
+  EXPECT_EQ(readFile(folder.path() / "a.txt"), "joined");
+}
+
+TEST(FileReader, ReadsFromAnyPlaceAndSaysWhatThereIs) {
+  const PrivateFolder folder;
+  writeFileAtomically(folder.path() / "a.txt", "0123456789");
+  const FileReader file(folder.path() / "a.txt");
+  EXPECT_EQ(file.size(), 10U);
+  std::string bytes(4, '?');
+  EXPECT_EQ(file.read(3, bytes), 4U);
+  EXPECT_EQ(bytes, "3456");
+  EXPECT_EQ(file.read(8, bytes), 2U);
+  EXPECT_EQ(bytes.substr(0, 2), "89");
+  EXPECT_EQ(file.read(10, bytes), 0U);
+  EXPECT_EQ(file.read(std::uint64_t{1} << 40, bytes), 0U);
+  EXPECT_NE(test::errorOf([&] { FileReader(folder.path() / "none"); }).find("no such file"), std::string::npos);
+  EXPECT_NE(test::errorOf([&] { FileReader{folder.path()}; }).find("is no regular file"), std::string::npos);
+  EXPECT_NE(test::errorOf([&] { FileReader(folder.path() / "a.txt", 9); }).find("is 10 bytes long; expected at most 9"),
+            std::string::npos);
 }
 
 TEST(FilesTogether, OneThatCannotTakeItsNameGivesTheOthersTheirsBack) {

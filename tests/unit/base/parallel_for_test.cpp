@@ -3,9 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <cmath>
+#include <mutex>
+#include <set>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace mouthpiece {
@@ -41,6 +45,22 @@ TEST(ParallelFor, RethrowsTheFailureOfTheLowestIndex) {
       ASSERT_STREQ(error.what(), "20");
     }
   }
+}
+
+TEST(ParallelFor, StaysOnItsThreadWithinABodyThatIsOneOfSeveral) {
+  std::vector<std::set<std::thread::id>> within(4), alone(1);
+  const auto threadsOf = [](std::set<std::thread::id>& seen) {
+    std::mutex mutex;
+    parallelFor(50, 4, [&](std::size_t) {
+      std::this_thread::sleep_for(std::chrono::microseconds(200));
+      const std::scoped_lock lock(mutex);
+      seen.insert(std::this_thread::get_id());
+    });
+  };
+  parallelFor(within.size(), 2, [&](std::size_t i) { threadsOf(within[i]); });
+  for (const auto& threads : within) EXPECT_EQ(threads.size(), 1U);
+  parallelFor(1, 4, [&](std::size_t i) { threadsOf(alone[i]); });
+  EXPECT_GT(alone[0].size(), 1U) << "a body that has all cores to itself may use them";
 }
 
 TEST(ParallelFor, OffersAtLeastOneThread) { EXPECT_GE(defaultThreadCount(), 1U); }

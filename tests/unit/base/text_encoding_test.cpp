@@ -66,8 +66,8 @@ bool isUtf8ByTheTable(const std::string& text) {
 
 TEST(TextEncoding, AgreesWithTheTableOnRandomBytes) {
   std::mt19937 random(20261122);
-  constexpr unsigned char kLikely[] = {'a', 0x7F, 0x80, 0x8F, 0x90, 0x9F, 0xA0, 0xBF, 0xC1, 0xC2, 0xDF, 0xE0,
-                                       0xE1, 0xED, 0xEE, 0xEF, 0xF0, 0xF1, 0xF3, 0xF4, 0xF5, 0xFF};
+  constexpr unsigned char kLikely[] = {'a',  0x7F, 0x80, 0x8F, 0x90, 0x9F, 0xA0, 0xBF, 0xC1, 0xC2, 0xDF,
+                                       0xE0, 0xE1, 0xED, 0xEE, 0xEF, 0xF0, 0xF1, 0xF3, 0xF4, 0xF5, 0xFF};
   std::size_t good = 0;
   for (int round = 0; round < 200'000; ++round) {
     std::string text;
@@ -114,7 +114,10 @@ TEST(TextEncoding, BothByteOrdersSayTheSame) {
 
 TEST(TextEncoding, WhatIsNoUtf8IsLatin1) {
   EXPECT_EQ(decodeText("caf\xE9", "f"), "caf\xC3\xA9");
-  EXPECT_EQ(decodeText("\xEF\xBB\xBF" "caf\xC3\xA9", "f"), "caf\xC3\xA9");
+  EXPECT_EQ(decodeText("\xEF\xBB\xBF"
+                       "caf\xC3\xA9",
+                       "f"),
+            "caf\xC3\xA9");
   EXPECT_EQ(decodeText("", "f"), "");
 }
 
