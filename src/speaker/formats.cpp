@@ -282,29 +282,38 @@ void save(const Performance& performance, std::span<const fs::path> paths, const
   const Source& source = performance.data();
   source.tell_film = tell;
   const auto row_of = [](const fs::path& path) -> const Row& { return kRows[rowOf(path)]; };
-  std::vector<const fs::path*> usual, large, reports;
+  // Written one after the other are those of one list: a face takes memory, a film all cores.
+  std::vector<std::vector<const fs::path*>> small;
+  std::vector<const fs::path*> faces, others, reports;
   for (const fs::path& path : paths) {
     const Format& format = row_of(path).format;
-    (format.usual_name == "report.json" ? reports : format.in_folder ? usual : large).push_back(&path);
+    if (format.usual_name == "report.json") {
+      reports.push_back(&path);
+    } else if (format.in_folder && !format.needs_face) {
+      small.push_back({&path});
+    } else {
+      (format.in_folder ? faces : others).push_back(&path);
+    }
   }
+  small.insert(small.begin(), faces);
   // What may fail without a disk fails before anything is written; and it is counted as what it is, not as writing.
   if (std::any_of(paths.begin(), paths.end(),
                   [&](const fs::path& path) { return row_of(path).format.needs_face && !makesNoShapes(row_of(path)); }))
     source.shapes();
   FilesTogether together;
-  const auto write = [&](std::span<const fs::path* const> files) {
+  const auto write = [&](std::span<const std::vector<const fs::path*>> lists) {
     double milliseconds = 0;
     timed(milliseconds, [&] {
-      parallelFor(files.size(), [&](std::size_t i) {
+      parallelFor(lists.size(), [&](std::size_t i) {
         const FilesTogether::Joined joined(together);
-        row_of(*files[i]).write(*files[i], source);
+        for (const fs::path* path : lists[i]) row_of(*path).write(*path, source);
       });
     });
     source.addWriting(milliseconds);
   };
-  write(usual);
-  for (const fs::path*& path : large) write({&path, 1});  // each may take much of the memory, or all cores
-  write(reports);
+  write(small);
+  write({&others, 1});
+  write({&reports, 1});
   together.commit();  // the report last: where it is, all else is
 }
 

@@ -37,8 +37,9 @@ std::vector<std::string> SharedCorpus::markerNames() const { return data_->corpu
 SharedFace::Data::Data(const std::filesystem::path& face_file)
     : path(orShared(face_file, "default.face", kMakeFace)),
       file(readFaceFile(path)),
-      rig_(std::async([this, bytes = readMeshBytesOf(file, path)] {
-        return FaceRig::of(file, parseMeshOf(file, path, bytes), path.string());
+      rig_(std::async([this, bytes = readMeshBytesOf(file, path)]() mutable {
+        const std::string mesh = std::move(bytes);  // what a future was made of lives as long as it does
+        return FaceRig::of(file, parseMeshOf(file, path, mesh), path.string());
       })) {}
 
 std::filesystem::path SharedFace::Data::meshPath() const { return path.parent_path() / file.mesh_file; }

@@ -217,7 +217,7 @@ Eigen::MatrixXf PhoneLoop::posteriorsOfLast(Eigen::Index count, const Passage& p
 }
 
 Eigen::MatrixXf PhoneLoop::posteriors(SenoneScorer& scorer, const Eigen::MatrixXf& features,
-                                      const Eigen::MatrixXf& known) const {
+                                      const Eigen::MatrixXf& known) {
   if (features.cols() == 0) return Eigen::MatrixXf::Zero(kPhoneCount, 0);
   Passage passage(features.cols());
   hearOn(scorer, features, passage, known);

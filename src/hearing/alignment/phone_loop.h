@@ -29,8 +29,7 @@ class PhoneLoop {
   /// Rows: phones by their number (kSil: silence, breath and noise); a column a frame of `features`; columns add up to
   /// 1, or less by what the model has besides speech. Memory: 20 KB a frame.
   /// `known`: of PhoneDiscriminant::logRatios(), counts beside the scorer; empty: nothing is known.
-  Eigen::MatrixXf posteriors(SenoneScorer& scorer, const Eigen::MatrixXf& features,
-                             const Eigen::MatrixXf& known = {}) const;
+  Eigen::MatrixXf posteriors(SenoneScorer& scorer, const Eigen::MatrixXf& features, const Eigen::MatrixXf& known = {});
 
   /// The last frames of a sound that goes on: rings, by a frame's number modulo their columns.
   struct Passage {

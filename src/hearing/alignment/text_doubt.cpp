@@ -8,7 +8,6 @@
 
 #include "base/errors.h"
 #include "base/index.h"
-#include "base/parallel_for.h"
 #include "hearing/alignment/doubt_weights.h"
 #include "hearing/alignment/noise_adaptation.h"
 
@@ -18,7 +17,6 @@ namespace {
 constexpr Seconds kDoubtStep = 0.010;
 /// So many frames are heard at once: the loop takes 20 KB for each.
 constexpr Eigen::Index kHeardAtOnce = 2000;
-constexpr std::size_t kMostHearers = 2;  ///< threads, 40 MB each
 /// A frame that says nothing for a phone.
 constexpr float kLeastRatio = 1e-3F;
 /// Facts count up to these: deviations of a length, seconds beside a word and in a line, odds.
@@ -200,13 +198,11 @@ Eigen::MatrixXf TextDoubt::posteriorsOf(std::span<const std::int16_t> samples) {
         adaptedToNoise(decoder_.scorer().model(), decoder_.cepstraOf(samples), phonesIn(decoder_.scorer().model()))));
   }
   Eigen::MatrixXf posteriors(kPhoneCount, features.cols());
-  const auto parts = unsignedIndex((features.cols() + kHeardAtOnce - 1) / kHeardAtOnce);
-  parallelFor(parts, std::min(kMostHearers, defaultThreadCount()), [&](std::size_t part) {
-    const Eigen::Index first = kHeardAtOnce * signedIndex(part);
+  for (Eigen::Index first = 0; first < features.cols(); first += kHeardAtOnce) {
     const Eigen::Index count = std::min(kHeardAtOnce, features.cols() - first);
-    SenoneScorer scorer = in_noise ? *in_noise : decoder_.scorer();  // it works with what it scored last
-    posteriors.middleCols(first, count) = loop_.posteriors(scorer, features.middleCols(first, count));
-  });
+    posteriors.middleCols(first, count) =
+        loop_.posteriors(in_noise ? *in_noise : decoder_.scorer(), features.middleCols(first, count));
+  }
   return posteriors;
 }
 

@@ -154,9 +154,9 @@ TEST(FileReader, ReadsFromAnyPlaceAndSaysWhatThereIs) {
   EXPECT_EQ(bytes.substr(0, 2), "89");
   EXPECT_EQ(file.read(10, bytes), 0U);
   EXPECT_EQ(file.read(std::uint64_t{1} << 40, bytes), 0U);
-  EXPECT_NE(test::errorOf([&] { FileReader(folder.path() / "none"); }).find("no such file"), std::string::npos);
-  EXPECT_NE(test::errorOf([&] { FileReader{folder.path()}; }).find("is no regular file"), std::string::npos);
-  EXPECT_NE(test::errorOf([&] { FileReader(folder.path() / "a.txt", 9); }).find("is 10 bytes long; expected at most 9"),
+  EXPECT_NE(errorOf([&] { FileReader(folder.path() / "none"); }).find("no such file"), std::string::npos);
+  EXPECT_NE(errorOf([&] { FileReader{folder.path()}; }).find("is no regular file"), std::string::npos);
+  EXPECT_NE(errorOf([&] { FileReader(folder.path() / "a.txt", 9); }).find("is 10 bytes long; expected at most 9"),
             std::string::npos);
 }
 
