@@ -156,10 +156,15 @@ auto LipGuard::inColumns(const Of& of) const -> std::array<float, kColumns> {
   return all;
 }
 
+/// 1 but where the lower lip goes to the teeth.
+auto LipGuard::untucked(std::span<const LipGap> gaps) const -> std::array<float, kColumns> {
+  return inColumns([&](std::size_t pair) { return asFloat(1 - smoothStep(gaps[pair].tuck)); });
+}
+
 /// Whatever is near: a way that set in with the first watch would be a jump.
 void LipGuard::level(const MarkerPositions& points, std::span<const LipGap> gaps, float* out) const {
   if (levelled_.empty()) return;
-  const auto tight = inColumns([&](std::size_t pair) { return asFloat(1 - smoothStep(gaps[pair].tuck)); });
+  const auto tight = untucked(gaps);
   const auto rim_gaps = inColumns([&](std::size_t pair) {
     return asFloat((points.row(pairs_[pair].upper_rim) - points.row(pairs_[pair].lower_rim)).norm());
   });
@@ -243,9 +248,17 @@ void LipGuard::leaveTeeth(const AddedMotion& jaw, float* out) const {
 
 void LipGuard::meet(const MarkerPositions& points, std::span<const LipGap> gaps, float* out) const {
   if (!meeting_) return;
+  // Along the lips' own direction: rims that have slid along each other touch.
+  const auto apart = inColumns([&](std::size_t i) {
+    const LipPair& pair = pairs_[i];
+    const Eigen::RowVector3d up = (points.row(pair.upper_marker) - points.row(pair.lower_marker)).normalized();
+    return asFloat(std::max(0.0, (points.row(pair.upper_rim) - points.row(pair.lower_rim)).dot(up)));
+  });
   std::array<float, kColumns> shut{};
-  if (!gaps.empty()) shut = inColumns([&](std::size_t pair) { return shutShare(gaps[pair]); });
-  meeting_->meet(shut, 1 - smoothStep(2 * narrowestGap(points) / (kFarApart * mouth_width_) - 1), out);
+  if (!gaps.empty()) shut = untucked(gaps);
+  for (std::size_t c = 0; c < kColumns; ++c)
+    shut[c] *= asFloat(1 - smoothStep(double{apart[c]} / (kFarApart * mouth_width_)));
+  meeting_->meet({shut, apart}, 1 - smoothStep(2 * narrowestGap(points) / (kFarApart * mouth_width_) - 1), out);
 }
 
 }  // namespace mouthpiece

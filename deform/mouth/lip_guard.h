@@ -216,6 +216,7 @@ class LipGuard {
   /// What `of` tells of each pair, a float, in each column.
   template <typename Of>
   [[nodiscard]] std::array<float, kColumns> inColumns(const Of& of) const;
+  [[nodiscard]] std::array<float, kColumns> untucked(std::span<const LipGap> gaps) const;
   void level(const MarkerPositions& points, std::span<const LipGap> gaps, float* out) const;
   void drawTogether(const MarkerPositions& points, std::span<const LipGap> gaps,
                     const std::vector<const LipWatch*>& near, float* out) const;

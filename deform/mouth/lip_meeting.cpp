@@ -34,8 +34,7 @@ constexpr double kSeenDeep = 0.2;    ///< lips are looked at no further behind t
 constexpr double kMeetInto = 0.002;  ///< lips that shall touch are brought so far into each other
 /// What is further apart, or further in each other, is not moved the whole way, and from `kTooFar` on not at all.
 constexpr double kMeetWhole = 0.03, kTooFar = 0.1;
-constexpr double kShutFrom = 0.75;  ///< lips that are shut by less are not brought together: they come fast enough
-constexpr double kSoftly = 0.004;   ///< places of a section that are further apart by this count for a third
+constexpr double kSoftly = 0.004;  ///< places of a section that are further apart by this count for a third
 /// Across the mouth: so near to its corners the lips are one surface that folds, and from here on they are two.
 constexpr double kAtEnds = 0.08, kOffEnds = 0.18;
 /// What is so far from the one lip as from the other, by shares of both ways, is of neither unless it is at the rims.
@@ -278,15 +277,15 @@ LipMeeting::LipMeeting(LipMeeting&&) noexcept = default;
 LipMeeting& LipMeeting::operator=(LipMeeting&&) noexcept = default;
 LipMeeting::~LipMeeting() = default;
 
-void LipMeeting::meet(const std::array<float, kLipColumns>& shut, double near, float* out) const {
-  const bool is_shut = std::any_of(shut.begin(), shut.end(), [](float here) { return double{here} > kShutFrom; });
+void LipMeeting::meet(const Wanted& wanted, double near, float* out) const {
+  const bool is_shut = std::any_of(wanted.shut.begin(), wanted.shut.end(), [](float here) { return here > 0; });
   if (data_->vertices.empty() || (near <= 0 && !is_shut)) return;
   thread_local Sections seen;
   const double width = data_->width, into = kMeetInto * width;
   for (int look = 0; look < kLooks; ++look) {
     data_->look(out, seen);
     PlaneSquare system = kGives * data_->cost;
-    PlaneColumn wanted = PlaneColumn::Zero();
+    PlaneColumn right = PlaneColumn::Zero();
     double most = 0;
     for (std::size_t s = 0; s < kPlanes; ++s) {
       PlaneColumn closes = PlaneColumn::Zero();
@@ -294,21 +293,22 @@ void LipMeeting::meet(const std::array<float, kLipColumns>& shut, double near, f
         if (data_->row_of[v] >= 0) closes += share * data_->ways.row(data_->row_of[v]).transpose();
       });
       if (!std::isfinite(gap)) continue;
-      const double across = (asReal(s) + 0.5) / asReal(kPlanes), crosses = -gap - into - data_->allowed[s];
+      const std::size_t column = s * kLipColumns / kPlanes;
+      const double across = (asReal(s) + 0.5) / asReal(kPlanes), crosses = -gap - into - data_->allowed[s],
+                   too_far = gap + into - double{wanted.apart[column]};
       const double moves = smoothStep(kAtEnds, kOffEnds, std::min(across, 1 - across)) *
-                           (1 - smoothStep(kMeetWhole, kTooFar, std::abs(gap) / width));
+                           (1 - smoothStep(kMeetWhole, kTooFar, std::max(too_far, -gap) / width));
       double further = 0;
-      if (gap > -into)
-        further = -smoothStep(kShutFrom, 1, double{shut[s * kLipColumns / kPlanes]}) * moves * (gap + into);
+      if (too_far > 0) further = -double{wanted.shut[column]} * moves * too_far;
       if (crosses > 0) further = near * moves * crosses;
       most = std::max(most, std::abs(further));
       const double counts = kStays + (1 - kStays) * std::min(1.0, std::abs(further) / into);
       system += counts * closes * closes.transpose();
-      wanted += counts * further * closes;
+      right += counts * further * closes;
     }
     if (most < 0.25 * into) return;
     system.diagonal().array() += 1e-9;
-    const PlaneColumn moves = system.ldlt().solve(wanted);
+    const PlaneColumn moves = system.ldlt().solve(right);
     for (std::size_t i = 0; i < data_->vertices.size(); ++i)
       out[3 * std::size_t{data_->vertices[i]} + 1] += asFloat(data_->ways.row(signedIndex(i)).dot(moves));
   }

@@ -13,8 +13,8 @@ struct FaceMesh;
 
 /// Lets the lips of a posed mesh meet by their surfaces as they are, whatever their make: in upright sections across
 /// the mouth the upper lip's lower edge and the lower lip's upper edge are looked at; where they cross they are moved
-/// apart, where the lips are shut they are brought together, by the least upright movement that spreads along the skin.
-/// Continuous in the pose.
+/// apart, where they are further apart than their rims they are brought together, by the least upright movement that
+/// spreads along the skin. Continuous in the pose.
 class LipMeeting {
  public:
   static constexpr std::size_t kSections = 32;  ///< across the whole mouth
@@ -27,10 +27,14 @@ class LipMeeting {
   LipMeeting& operator=(LipMeeting&&) noexcept;
   ~LipMeeting();
 
-  /// `shut`: how far the lips are shut in each column across the mouth, [0, 1]; `near`: how much of what crosses is
-  /// moved apart, [0, 1]. `out`: x y z of each vertex of the posed mesh. Allocates nothing once a thread has posed this
-  /// face.
-  void meet(const std::array<float, kLipColumns>& shut, double near, float* out) const;
+  /// What is wanted in each column across the mouth.
+  struct Wanted {
+    std::array<float, kLipColumns> shut;   ///< how much of what lips are too far apart is closed, [0, 1]
+    std::array<float, kLipColumns> apart;  ///< how far apart they shall be, as their rims are; the mesh's unit
+  };
+  /// `near`: how much of what crosses is moved apart, [0, 1]. `out`: x y z of each vertex of the posed mesh. Allocates
+  /// nothing once a thread has posed this face.
+  void meet(const Wanted& wanted, double near, float* out) const;
 
  private:
   struct Data;

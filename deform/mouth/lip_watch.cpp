@@ -43,11 +43,16 @@ LipWatch::Sight LipWatch::look(const float* vertices, float reach) const {
   const float* b = bend;
   const float height = b[0] * x + b[1] * y + b[2] * x * x + b[3] * x * y + b[4] * y * y;
   const float slope_x = b[0] + 2 * b[2] * x + b[3] * y, slope_y = b[1] + b[3] * x + 2 * b[4] * y;
-  const float distance = (p.dot(frame.away) - reach * height) / std::sqrt(1 + slope_x * slope_x + slope_y * slope_y);
-  const float off = 2 * (x * x + y * y) - 1;
+  const float aside = x * x + y * y;
+  // What is behind the lip is out of it sideways, too, once out of sight: no deeper than that is far, or a place that
+  // comes into sight deep behind a lip that may end before it would be pushed all at once.
+  const float distance =
+      std::max((p.dot(frame.away) - reach * height) / std::sqrt(1 + slope_x * slope_x + slope_y * slope_y),
+               reach * (std::sqrt(aside) - 1));
+  const float off = 2 * aside - 1;
   const float tipped = (kTips - frame.away.dot(Eigen::Map<const Vector3f>(away))) / kTipsOver;
   const float blind = asFloat(smoothStep(double{std::max(off, tipped)}));
-  return {distance + blind * std::max(0.0F, reach - distance), reach * (x * x + y * y), frame.away};
+  return {distance + blind * std::max(0.0F, reach - distance), reach * aside, frame.away};
 }
 
 /// Least squares over the vertices within `reach`.

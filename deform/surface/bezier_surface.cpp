@@ -97,12 +97,6 @@ struct Constraints {
   Sparse given;  ///< 2 points x points
 };
 
-/// Derivative weights at the middle one of three places on a line; exact for parabolas.
-std::array<double, 3> middleSlope(double before, double at, double after) {
-  const double a = at - before, b = after - at;
-  return {-b / (a * (a + b)), (b - a) / (a * b), a / (b * (a + b))};
-}
-
 /// Along the mouth's rim the slope follows from the rim's points alone, for the upper and the lower rim by the same
 /// rule: rims whose points meet then meet everywhere.
 void constrainRims(const ControlMesh& mesh, std::vector<Eigen::Vector2d>& direction, Entries& given) {
@@ -114,15 +108,13 @@ void constrainRims(const ControlMesh& mesh, std::vector<Eigen::Vector2d>& direct
   const Eigen::Vector2d along = (mesh.domain.row(rim[rim.size() / 2]).transpose() - from).normalized();
   for (std::size_t k = 0; k < rim.size(); ++k) {
     if (k == 0 || k == rim.size() / 2) continue;
-    const std::array<int, 3> three{rim[k - 1], rim[k], rim[(k + 1) % rim.size()]};
-    std::array<double, 3> place{};
-    for (std::size_t i = 0; i < 3; ++i) place[i] = (mesh.domain.row(three[i]).transpose() - from).dot(along);
-    const std::array<double, 3> weights = middleSlope(place[0], place[1], place[2]);
-    for (std::size_t i = 0; i < 3; ++i) {
-      given.emplace_back(2 * three[1], three[i], along.x() * weights[i]);
-      given.emplace_back(2 * three[1] + 1, three[i], along.y() * weights[i]);
+    const int before = rim[k - 1], at = rim[k], after = rim[(k + 1) % rim.size()];
+    const Eigen::Vector2d slope = along / (mesh.domain.row(after) - mesh.domain.row(before)).dot(along);
+    for (const auto& [point, sign] : {std::pair(before, -1), std::pair(after, 1)}) {
+      given.emplace_back(2 * at, point, sign * slope.x());
+      given.emplace_back(2 * at + 1, point, sign * slope.y());
     }
-    direction[unsignedIndex(three[1])] = Eigen::Vector2d(-along.y(), along.x());
+    direction[unsignedIndex(at)] = Eigen::Vector2d(-along.y(), along.x());
   }
 }
 

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 
+#include "deform/surface/virtual_points.h"
 #include "tests/unit/deform/sample_face.h"
 
 namespace mouthpiece {
@@ -151,6 +153,28 @@ TEST(BezierSurface, IsCarriedAlongByAShift) {
   }
 }
 
+/// How far `pose` moves the place that lies `way` along the edge between two control points.
+Eigen::Vector3d displacementAt(const BezierSurface& surface, const BezierSurface::Pose& pose, const std::string& from,
+                               const std::string& to, double way) {
+  const ControlMesh& control = sampleControl();
+  for (std::size_t t = 0; t < control.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto a = static_cast<std::size_t>(control.triangles[t][k]),
+                 b = static_cast<std::size_t>(control.triangles[t][(k + 1) % 3]);
+      const bool forth = control.points[a].name == from && control.points[b].name == to;
+      const bool back = control.points[a].name == to && control.points[b].name == from;
+      if (!forth && !back) continue;
+      std::array<double, 3> weight{};
+      weight[k] = forth ? 1 - way : way;
+      weight[(k + 1) % 3] = forth ? way : 1 - way;
+      const SurfacePlace place{static_cast<int>(t), weight[0], weight[1]};
+      return evaluate(pose, place).position - evaluate(surface.restPose(), place).position;
+    }
+  }
+  ADD_FAILURE() << from << " " << to;
+  return Eigen::Vector3d::Zero();
+}
+
 TEST(BezierSurface, RimsThatMeetAtTheirPointsMeetBetweenThem) {
   // All rim points of both lips moved alike, nothing else: the curves between them must stay together.
   const ControlMesh& control = sampleControl();
@@ -161,29 +185,45 @@ TEST(BezierSurface, RimsThatMeetAtTheirPointsMeetBetweenThem) {
     points.row(static_cast<Eigen::Index>(i)) += Eigen::RowVector3d(0.05 * x, 2 - 0.004 * x * x, 1);
   }
   const auto pose = surface().pose(points);
-  const auto displacementAt = [&](const std::string& from, const std::string& to, double way) -> Eigen::Vector3d {
-    for (std::size_t t = 0; t < control.triangles.size(); ++t) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto a = static_cast<std::size_t>(control.triangles[t][k]),
-                   b = static_cast<std::size_t>(control.triangles[t][(k + 1) % 3]);
-        const bool forth = control.points[a].name == from && control.points[b].name == to;
-        const bool back = control.points[a].name == to && control.points[b].name == from;
-        if (!forth && !back) continue;
-        std::array<double, 3> weight{};
-        weight[k] = forth ? 1 - way : way;
-        weight[(k + 1) % 3] = forth ? way : 1 - way;
-        const SurfacePlace place{static_cast<int>(t), weight[0], weight[1]};
-        return evaluate(pose, place).position - evaluate(surface().restPose(), place).position;
-      }
-    }
-    ADD_FAILURE() << from << " " << to;
-    return Eigen::Vector3d::Zero();
-  };
   for (const auto& [from, to] : {std::pair("OUT_R", "IN_R"), {"IN_R", "MID"}, {"MID", "IN_L"}, {"IN_L", "OUT_L"}}) {
     for (const double way : {0.25, 0.5, 0.75}) {
-      const Eigen::Vector3d upper = displacementAt(std::string("RIM_UP_") + from, std::string("RIM_UP_") + to, way);
-      const Eigen::Vector3d lower = displacementAt(std::string("RIM_LO_") + from, std::string("RIM_LO_") + to, way);
+      const Eigen::Vector3d upper =
+          displacementAt(surface(), pose, std::string("RIM_UP_") + from, std::string("RIM_UP_") + to, way);
+      const Eigen::Vector3d lower =
+          displacementAt(surface(), pose, std::string("RIM_LO_") + from, std::string("RIM_LO_") + to, way);
       EXPECT_LT((upper - lower).norm(), 1e-9) << from;
+    }
+  }
+}
+
+TEST(BezierSurface, ARimThatOpensRoundIsNoBox) {
+  // The lower rim's points go down as an ellipse does, and so must the rim between them. On a head the outer ones lie
+  // a sixth of the way from the corners: a slope that leans on the steep way there makes the opening a box.
+  constexpr double kOpenMm = 10, kOffMm = 0.5, kBesideCorner = 1.0 / 6;
+  ControlMesh control = sampleControl();
+  const auto placeOf = [&](const std::string& name) { return control.domain.row(findPoint(control, name)); };
+  const Eigen::RowVector2d right = placeOf("RIM_CORNER_R"), left = placeOf("RIM_CORNER_L");
+  for (const std::string lip : {"RIM_UP_", "RIM_LO_"}) {
+    const Eigen::RowVector2d middle = placeOf(lip + "MID");
+    placeOf(lip + "OUT_R") = right + kBesideCorner * (middle - right);
+    placeOf(lip + "OUT_L") = left + kBesideCorner * (middle - left);
+  }
+  const BezierSurface uneven(control);
+  const auto depthAt = [&](const Eigen::RowVector2d& place) {
+    const double x = 2 * (place - right).dot(left - right) / (left - right).squaredNorm() - 1;
+    return kOpenMm * std::sqrt(std::max(0.0, 1 - x * x));
+  };
+  MarkerPositions points = control.rest;
+  for (const std::string end : {"OUT_R", "IN_R", "MID", "IN_L", "OUT_L"})
+    points(findPoint(control, "RIM_LO_" + end), 1) -= depthAt(placeOf("RIM_LO_" + end));
+  const auto pose = uneven.pose(points);
+  for (const auto& [from, to] : {std::pair("RIM_LO_OUT_R", "RIM_LO_IN_R"),
+                                 {"RIM_LO_IN_R", "RIM_LO_MID"},
+                                 {"RIM_LO_MID", "RIM_LO_IN_L"},
+                                 {"RIM_LO_IN_L", "RIM_LO_OUT_L"}}) {
+    for (const double way : {0.25, 0.5, 0.75}) {
+      const double wanted = depthAt((1 - way) * placeOf(from) + way * placeOf(to));
+      EXPECT_NEAR(-displacementAt(uneven, pose, from, to, way).y(), wanted, kOffMm) << from << " " << way;
     }
   }
 }

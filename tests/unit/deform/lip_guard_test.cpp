@@ -343,6 +343,29 @@ TEST_F(Guards, LevelledWaysFadeWithoutAJump) {
   EXPECT_NEAR(before, 0, 1e-4F);
 }
 
+/// Surfaces that are further apart than their rims are brought as near as these, and no slower or faster than rims part
+/// the lips do: what says that lips are shut may be gone within half a millimetre.
+TEST_F(Guards, LipsThatMeetPartAsTheirRimsDo) {
+  FaceBinding binding = bindFace(lips().mesh, sampleControl());
+  binding.meets = true;
+  const LipGuard meets(lips().mesh, rest(), sampleControl(), binding);
+  constexpr float kTooFar = 3, kStep = 0.05F, kTimes = 3;
+  const auto gapAt = [&](float apart) {
+    VertexPositions moved = lifted(false, -apart - kTooFar);
+    meets.meet(pointsApart(double{apart}), allPairs({.opened = 0, .least = double{apart}}), moved.data());
+    return widestGap(moved);
+  };
+  float before = gapAt(0);
+  EXPECT_LT(before, 0.5F);
+  for (float apart = kStep; apart < 5; apart += kStep) {
+    const float now = gapAt(apart);
+    EXPECT_LT(now - before, kTimes * kStep) << apart;
+    EXPECT_GT(now, before - kStep) << apart;
+    before = now;
+  }
+  EXPECT_GT(before, kTooFar);
+}
+
 /// What levels the lips looks at the lips alone, not at what lies far behind their rims, and goes with the head.
 TEST_F(Guards, LevellingLooksAtTheRimsWhereverTheHeadStands) {
   const auto waysFor = [](const Eigen::RowVector3f& shift, bool behind) {

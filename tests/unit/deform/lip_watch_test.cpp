@@ -130,5 +130,22 @@ TEST_P(Watches, GoBlindSoftlyAsideAndTippedOver) {
   EXPECT_GT(tipped(40), -0.5F);
 }
 
+/// A place far behind a lip that may end before it comes into sight little by little, and so it is pushed.
+TEST_P(Watches, SeeWhatIsDeepLittleByLittle) {
+  constexpr float kStep_mm = 0.04F, kTimes = 6;
+  const float angle = number(0, 6.28F);
+  const auto behind = [&](float aside_mm) {
+    const float x = aside_mm * std::cos(angle), y = aside_mm * std::sin(angle);
+    return std::max(0.0F, -lookFrom({x, y, heightAt(x, y) - kReach_mm}).distance);
+  };
+  EXPECT_GT(behind(0.5F), 2.5F);
+  float before = behind(1.1F * kReach_mm);
+  EXPECT_EQ(before, 0);
+  for (float aside = 1.1F * kReach_mm; aside > 0; aside -= kStep_mm) {
+    EXPECT_LT(behind(aside) - before, kTimes * kStep_mm) << aside;
+    before = behind(aside);
+  }
+}
+
 }  // namespace
 }  // namespace mouthpiece
