@@ -199,6 +199,13 @@ TEST(DamagedGlb, AnObjectThatIsNotThereIsNamedWithThoseThatAre) {
             "a.glb: shows no object named 'hat'; its scene holds 'root'");
 }
 
+/// A mesh is chosen by its own name, by a node above it, or by what its bones hang on.
+TEST(DamagedGlb, ObjectsAreMeshesNodesAndBones) {
+  for (const char* object : {"face", "root", "head"})
+    EXPECT_EQ(parseGlb(glbOf(soundJson()), "a.glb", object).vertexCount(), 3U) << object;
+  EXPECT_NE(errorOf([] { parseGlb(glbOf(soundJson()), "a.glb", "jaw"); }), "no error") << "its first bone tells";
+}
+
 /// Packed by meshopt (EXT_meshopt_compression): what describes the packing is checked before anything is unpacked.
 TEST(DamagedGlb, PackedViewsAreDescribedSoundly) {
   const auto with = [&](const char* place, const char* value) {

@@ -10,6 +10,7 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "deform/mouth/lip_levelling.h"
 #include "deform/surface/virtual_points.h"
 #include "sample_face.h"
 
@@ -155,6 +156,27 @@ TEST_F(ThickLips, GoSteadily) {
     EXPECT_LT((now - before).cwiseAbs().maxCoeff(), 6 * kStepMm) << at;
     before = now;
   }
+}
+
+/// Levelling looks behind the rims, too: there these lips are in each other though their rims only touch.
+TEST_F(ThickLips, AreLevelledWhereTheyAreDeepestInEachOther) {
+  constexpr float kInEachOtherMm = 1;
+  VertexPositions closed = face_.mesh.vertices;
+  for (const auto& [rim, back] : back_of_) {
+    closed(back, 2) = closed(rim, 2) - 2;
+    closed(back, 1) = closed(rim, 1) + 0.5F * (face_.is_above_slit[rim] ? -kInEachOtherMm : kInEachOtherMm);
+  }
+  LipLevelling(face_.mesh, sampleControl(), binding_).level(std::vector{closed}, binding_);
+  std::map<std::uint32_t, float> way;
+  for (std::size_t i = 0; i < binding_.levelled.vertices.size(); ++i)
+    way[binding_.levelled.vertices[i]] = binding_.levelled.ways[i];
+  std::size_t looked_at = 0;
+  for (const auto& [rim, back] : back_of_) {
+    if (std::abs(face_.mesh.vertices(rim, 0)) > 10) continue;
+    ++looked_at;
+    EXPECT_GT(face_.is_above_slit[rim] ? way[back] : -way[back], 0.25F * kInEachOtherMm) << back;
+  }
+  EXPECT_GT(looked_at, 5U);
 }
 
 }  // namespace
