@@ -158,25 +158,29 @@ TEST_F(ThickLips, GoSteadily) {
   }
 }
 
-/// Levelling looks behind the rims, too: there these lips are in each other though their rims only touch.
-TEST_F(ThickLips, AreLevelledWhereTheyAreDeepestInEachOther) {
-  constexpr float kInEachOtherMm = 1;
-  VertexPositions closed = face_.mesh.vertices;
-  for (const auto& [rim, back] : back_of_) {
-    closed(back, 2) = closed(rim, 2) - 2;
-    closed(back, 1) = closed(rim, 1) + 0.5F * (face_.is_above_slit[rim] ? -kInEachOtherMm : kInEachOtherMm);
-  }
-  LipLevelling(face_.mesh, sampleControl(), binding_).level(std::vector{closed}, binding_);
-  std::map<std::uint32_t, float> way;
-  for (std::size_t i = 0; i < binding_.levelled.vertices.size(); ++i)
-    way[binding_.levelled.vertices[i]] = binding_.levelled.ways[i];
-  std::size_t looked_at = 0;
-  for (const auto& [rim, back] : back_of_) {
-    if (std::abs(face_.mesh.vertices(rim, 0)) > 10) continue;
-    ++looked_at;
-    EXPECT_GT(face_.is_above_slit[rim] ? way[back] : -way[back], 0.25F * kInEachOtherMm) << back;
-  }
-  EXPECT_GT(looked_at, 5U);
+/// Levelling looks behind the rims, too, depth by depth.
+TEST_F(ThickLips, AreLevelledByWhatLiesOverEachOther) {
+  /// How much higher than the rims each lip's back lies, and how far the upper one's is led up from the lower one's.
+  const auto ledApart = [&](float upper_back, float lower_back) {
+    VertexPositions closed = face_.mesh.vertices;
+    for (const auto& [rim, back] : back_of_)
+      closed.row(back) =
+          closed.row(rim) + Eigen::RowVector3f(0, face_.is_above_slit[rim] ? upper_back : lower_back, -2);
+    FaceBinding binding = binding_;
+    LipLevelling(face_.mesh, sampleControl(), binding).level(std::vector{closed}, binding);
+    double up = 0, down = 0, uppers = 0, lowers = 0;
+    for (const auto& [rim, back] : back_of_) {
+      if (std::abs(face_.mesh.vertices(rim, 0)) > 10) continue;
+      const auto& [vertices, ways] = binding.levelled;
+      const auto at = std::lower_bound(vertices.begin(), vertices.end(), back);
+      const double way = at != vertices.end() && *at == back ? double{ways[unsignedIndex(at - vertices.begin())]} : 0;
+      (face_.is_above_slit[rim] ? up : down) += way;
+      (face_.is_above_slit[rim] ? uppers : lowers) += 1;
+    }
+    return up / uppers - down / lowers;
+  };
+  EXPECT_GT(ledApart(-0.5F, 0.5F), 0.5) << "a millimetre in each other behind rims that touch";
+  EXPECT_LT(ledApart(2, 1), 0.2) << "a lower lip that rises behind the upper one is not in it";
 }
 
 }  // namespace
