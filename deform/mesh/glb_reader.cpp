@@ -150,7 +150,7 @@ class GlbParser {
 
   /// Names are Khronos' convention, extras.targetNames; without it a shape is called by its number.
   static std::string shapeName(const tinygltf::Mesh& mesh, std::size_t target) {
-    const tinygltf::Value& names = mesh.extras.Get("targetNames");
+    const tinygltf::Value none, &names = mesh.extras.IsObject() ? mesh.extras.Get("targetNames") : none;
     const int place = static_cast<int>(target);  // no file has 2^31 of them
     if (names.IsArray() && target < names.ArrayLen() && names.Get(place).IsString())
       return printable(names.Get(place).Get<std::string>(), 120);

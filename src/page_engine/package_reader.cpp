@@ -45,7 +45,8 @@ PhoneRange rangeFrom(const JsonField& first, const JsonField& last, std::size_t 
 /// An index below `count`, or none where it is -1.
 std::optional<std::size_t> indexFrom(const JsonField& field, std::int32_t index, std::size_t count) {
   if (index == -1) return std::nullopt;
-  if (index < 0 || unsignedIndex(index) >= count) field.fail(fmt::format("found {}; expected -1 to {}", index, count));
+  if (index < 0 || unsignedIndex(index) >= count)
+    field.fail(fmt::format("found {}; expected -1 or an index below {}", index, count));
   return unsignedIndex(index);
 }
 

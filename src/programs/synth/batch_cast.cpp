@@ -17,8 +17,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A setting of `options` by its column's name. False for a name that is none.
-bool setBy(SpeakerOptions& options, std::string_view name, const std::string& value, const fs::path& beside) {
+/// A setting of `options` by its column's name, as `line` of `file` has it. False for a name that is none.
+bool setBy(SpeakerOptions& options, std::string_view name, const std::string& value, const fs::path& file,
+           std::size_t line) {
+  const fs::path beside = file.parent_path();
   if (name == "voice") {
     if (!value.empty()) options.voice = value;
   } else if (name == "language") {
@@ -32,7 +34,9 @@ bool setBy(SpeakerOptions& options, std::string_view name, const std::string& va
   } else if (name == "rate") {
     if (value.empty()) return true;
     options.rate = parseNumber(value);
-    if (!options.rate) throw InputError(fmt::format("found the rate '{}'; expected 0.4 to 2.5", printable(value)));
+    if (!options.rate)
+      throw InputError(file.string(), std::to_string(line),
+                       fmt::format("found the rate '{}'; expected 0.4 to 2.5", printable(value)));
   } else {
     return false;
   }
@@ -68,7 +72,7 @@ std::map<std::string, SpeakerOptions> readCast(const fs::path& path, const Speak
       const std::string name = lowerCase(trimmed(header.cells[i])), value(trimmed(row.cells[i]));
       if (name == "speaker") {
         speaker = value;
-      } else if (!setBy(options, name, value, path.parent_path())) {
+      } else if (!setBy(options, name, value, path, row.line)) {
         throw InputError(path.string(), std::to_string(header.line),
                          fmt::format("found a column '{}'; {}", printable(name), kExpected));
       }

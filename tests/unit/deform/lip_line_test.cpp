@@ -226,6 +226,25 @@ TEST_P(MovedMouths, TakeTheirLineAlong) {
   }
 }
 
+TEST(LipLine, BetweenItsPlacesItIsStraightAndBeyondThemItEnds) {
+  LipLine line;
+  line.corner_right = {-3, 0, 0};
+  line.corner_left = {3, 0, 0};
+  line.upper = {{-2, 1, 4}, {0, 3, 6}, {2, 5, 2}};
+  line.lower = {{-2, -1, 4}, {0, -2, 5}, {2, 0, 1}};
+  const auto expectAt = [&](double x, const Vector3d& upper, const Vector3d& lower) {
+    const LipLine::Pair pair = line.at({x, 77, -5});  // how high and deep it is asked for does not matter
+    EXPECT_LT((pair.upper - upper).norm() + (pair.lower - lower).norm(), 1e-12) << x;
+  };
+  expectAt(-9, line.upper[0], line.lower[0]);
+  expectAt(-2, line.upper[0], line.lower[0]);
+  expectAt(-1.5, {-1.5, 1.5, 4.5}, {-1.5, -1.25, 4.25});
+  expectAt(0, line.upper[1], line.lower[1]);
+  expectAt(1, {1, 4, 4}, {1, -1, 3});
+  expectAt(2, line.upper[2], line.lower[2]);
+  expectAt(9, line.upper[2], line.lower[2]);
+}
+
 TEST(MouthBag, JoinsTheEdgeOfAHole) {
   std::mt19937 random(3);
   const Mouth mouth{Make::kHole, 4, 1, 2};

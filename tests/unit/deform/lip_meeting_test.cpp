@@ -10,6 +10,7 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "deform/mouth/lip_levelling.h"
 #include "deform/surface/virtual_points.h"
 #include "sample_face.h"
 
@@ -156,6 +157,31 @@ TEST_F(ThickLips, GoSteadily) {
     EXPECT_LT((now - before).cwiseAbs().maxCoeff(), 6 * kStepMm) << at;
     before = now;
   }
+}
+
+/// Levelling looks behind the rims, too, depth by depth.
+TEST_F(ThickLips, AreLevelledByWhatLiesOverEachOther) {
+  /// How much higher than the rims each lip's back lies, and how far the upper one's is led up from the lower one's.
+  const auto ledApart = [&](float upper_back, float lower_back) {
+    VertexPositions closed = face_.mesh.vertices;
+    for (const auto& [rim, back] : back_of_)
+      closed.row(back) =
+          closed.row(rim) + Eigen::RowVector3f(0, face_.is_above_slit[rim] ? upper_back : lower_back, -2);
+    FaceBinding binding = binding_;
+    LipLevelling(face_.mesh, sampleControl(), binding).level(std::vector{closed}, binding);
+    double up = 0, down = 0, uppers = 0, lowers = 0;
+    for (const auto& [rim, back] : back_of_) {
+      if (std::abs(face_.mesh.vertices(rim, 0)) > 10) continue;
+      const auto& [vertices, ways] = binding.levelled;
+      const auto at = std::lower_bound(vertices.begin(), vertices.end(), back);
+      const double way = at != vertices.end() && *at == back ? double{ways[unsignedIndex(at - vertices.begin())]} : 0;
+      (face_.is_above_slit[rim] ? up : down) += way;
+      (face_.is_above_slit[rim] ? uppers : lowers) += 1;
+    }
+    return up / uppers - down / lowers;
+  };
+  EXPECT_GT(ledApart(-0.5F, 0.5F), 0.5) << "a millimetre in each other behind rims that touch";
+  EXPECT_LT(ledApart(2, 1), 0.2) << "a lower lip that rises behind the upper one is not in it";
 }
 
 }  // namespace

@@ -252,6 +252,30 @@ TEST_P(Tucks, StayBeforeLowerTeethThatStandUnderTheUpperOnes) {
   }
 }
 
+/// The edge is the lowest millimetre of the front teeth: how they bulge above it does not matter.
+TEST_P(Tucks, GoUnderTheEdgeHoweverTheTeethBulgeAboveIt) {
+  addBox(mesh_, PartKind::kUpperTeeth,
+         {Eigen::Vector3f(-22, edge_y_ + 1.5F, edge_z_ - 1), Eigen::Vector3f(22, edge_y_ + 9, edge_z_ + 5)}, 40);
+  const MarkerPositions after = tucked(sampleControl().rest, 1);
+  for (const LipPair& pair : lipPairs(sampleControl())) {
+    if (std::abs(sampleControl().rest(pair.lower_rim, 0)) > 1) continue;
+    EXPECT_NEAR(after(pair.lower_rim, 2), double{edge_z_}, 1e-4);
+    EXPECT_NEAR(after(pair.lower_rim, 1), double{edge_y_} - 0.01 * sampleControl().mouth_width, 1e-4);
+  }
+}
+
+TEST_P(Tucks, WithoutTeethGoWhereTheirEdgeWouldBe) {
+  mesh_ = {};
+  const double mouth = sampleControl().mouth_width;
+  const MarkerPositions after = tucked(sampleControl().rest, 1);
+  for (const LipPair& pair : lipPairs(sampleControl())) {
+    const Eigen::RowVector3d upper = sampleControl().rest.row(pair.upper_rim);
+    if (std::abs(upper.x()) > 1) continue;
+    EXPECT_NEAR(after(pair.lower_rim, 1), upper.y() - 0.03 * mouth, 1e-9) << "under an edge 0.02 below the upper rim";
+    EXPECT_NEAR(after(pair.lower_rim, 2), upper.z() - 0.06 * mouth, 1e-9) << "and 0.06 behind it";
+  }
+}
+
 TEST_P(Tucks, GoInProportionStraightAndFadeTowardsTheCorners) {
   const MarkerPositions before = points();
   EXPECT_EQ(tucked(before, 0), before);

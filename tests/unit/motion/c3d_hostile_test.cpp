@@ -50,6 +50,21 @@ TEST(HostileC3d, EveryByteChangedEndsInAClipOrAnInputError) {
   }
 }
 
+TEST(HostileC3d, NamesWhatAParameterCannotBe) {
+  const std::string whole = C3dByHand().bytes();
+  // Behind a parameter's name stand two bytes of offset, its type, and the number of its dimensions.
+  const std::size_t type = whole.find("USED") + 6;
+  for (const int other : {0, 3, 5, -2}) {
+    std::string changed = whole;
+    changed[type] = static_cast<char>(other);
+    EXPECT_TRUE(mentions(failureOf(changed), "parameter USED")) << other;
+    EXPECT_TRUE(mentions(failureOf(changed), "found type " + std::to_string(other) + "; expected -1, 1, 2 or 4"));
+  }
+  std::string changed = whole;
+  changed[type + 1] = 8;
+  EXPECT_TRUE(mentions(failureOf(changed), "found 8 dimensions; expected at most 7"));
+}
+
 TEST(HostileC3d, NamesWhatIsWrong) {
   C3dByHand file;
   file.points.clear();

@@ -371,6 +371,21 @@ TEST(RigidLaws, TheFitIsTheLeastSquaresOne) {
   }
 }
 
+/// Around the line that they lie on they may have turned by anything.
+TEST(RigidLaws, MarkersOnOneLineTellNoTurn) {
+  for (unsigned seed = 1; seed <= 50; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    std::normal_distribution<double> any(0, 60);
+    const Eigen::RowVector3d direction = Eigen::RowVector3d(any(random), any(random), any(random)).normalized();
+    MarkerPositions line(6, 3);
+    for (Eigen::Index i = 0; i < 6; ++i) line.row(i) = Eigen::RowVector3d(5, -7, 11) + any(random) * direction;
+    EXPECT_FALSE(fitRigidMotion(line, applied(randomMotion(random), line)).has_value());
+    line.row(0) += 2 * direction.cross(Eigen::RowVector3d::UnitX()).normalized();
+    EXPECT_TRUE(fitRigidMotion(line, applied(randomMotion(random), line)).has_value()) << "2 mm off it are enough";
+  }
+}
+
 TEST(RigidLaws, MotionsFormAGroup) {
   for (unsigned seed = 1; seed <= 50; ++seed) {
     SCOPED_TRACE(seed);

@@ -153,6 +153,8 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         Damage{"phone", withNumber<std::uint8_t>("/labels/phones", 1, 255), "labels.phones"},
         Damage{"word", withNumber<std::int32_t>("/labels/word", 1, 1 << 30), "labels.word"},
+        Damage{"word_beyond_the_last", withNumber<std::int32_t>("/labels/word", 1, 3),
+               "labels.word: found 3; expected -1 or an index below 3"},
         Damage{"word_of_silence", withNumber<std::int32_t>("/labels/word", 0, 0), "silence names a word"},
         Damage{"syllable", withNumber<std::int32_t>("/labels/syllables", 1, 1000), "labels.syllables"},
         Damage{"word_elsewhere", with("/labels/words/0/1", 2), "labels"},

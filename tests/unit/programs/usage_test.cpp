@@ -271,6 +271,21 @@ TEST_F(BadInput, OfBatchLists) {
   }
 }
 
+TEST_F(BadInput, OfBatchCasts) {
+  const std::string list = folder_.write("lines.csv", "id,text,speaker\na,one,Bob\n").string();
+  const auto expectCastError = [&](const std::string& cast, const std::string& said) {
+    const std::string file = folder_.write("cast.csv", cast).string();
+    expectBadInput({"synth", {"batch", list, "--cast", file, "--out", out("lines")}}, "cast.csv:" + said);
+  };
+  expectCastError("speaker\n", " names nobody");
+  expectCastError("speaker,hat\nBob,red\n", "1: found a column 'hat'");
+  expectCastError("speaker,voice,rate\nAnn,flite:slt,1\nBob,flite:rms,quick\n", "3: found the rate 'quick'");
+  expectCastError("speaker,voice\nBob\n", "2: found 1 cells; expected 2");
+  expectCastError("speaker,voice\n,flite:rms\n", "2: names no speaker");
+  expectCastError("speaker,voice\nBob,flite:rms\nBob,flite:slt\n", "3: names the speaker 'Bob' a second time");
+  expectCastError("speaker,voice\n\"Bob,flite:rms\n", "2: found a quote that never closes");
+}
+
 /// What has no end, too: it is refused by its length, not read whole.
 TEST_F(BadInput, OfSynthThatIsTooLong) {
   const std::string long_text = folder_.write("long.txt", std::string((1 << 20) + 1, 'a')).string();

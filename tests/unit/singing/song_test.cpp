@@ -12,6 +12,7 @@
 #include <random>
 
 #include "base/errors.h"
+#include "support/error_of.h"
 #include "support/sung_words.h"
 
 namespace mouthpiece {
@@ -430,6 +431,29 @@ TEST(MusicXml, RefusesHostileInput) {
         score(note("C", 4, 99999999, lyric("single", "a"))), score("<note>" + lyric("single", "a") + "</note>")}) {
     EXPECT_THROW(parseMusicXml(bad, "x"), InputError) << bad.substr(0, 100);
   }
+}
+
+TEST(MusicXml, SaysWhatIsWrongAndInWhichMeasure) {
+  const auto said = [](const std::string& notes) { return errorOf([&] { parseMusicXml(score(notes), "a.xml"); }); };
+  const std::string la = note("C", 4, 2, lyric("single", "la"));
+  ASSERT_EQ(said(la), "no error");
+  EXPECT_EQ(said(note("C", 4, 2, "")), "a.xml: has no part with lyrics; expected one voice with lyrics");
+  EXPECT_EQ(said(la + "<note><duration>2</duration></note>"),
+            "a.xml:measure 1: has a note without pitch; expected a pitch or a rest");
+  EXPECT_EQ(said(la + "<note><rest/></note>"), "a.xml:measure 1: has a note without duration; expected one");
+  EXPECT_EQ(said(la + note("C", 4, 30000, "")), "a.xml:measure 1: has a note of 15000 beats");
+  EXPECT_EQ(said(la + "<attributes><divisions>0</divisions></attributes>"),
+            "a.xml:measure 1: has 0 divisions; expected 1 or more");
+  EXPECT_EQ(said(la + "<attributes><divisions>few</divisions></attributes>"),
+            "a.xml:measure 1: has divisions 'few'; expected a number");
+  EXPECT_EQ(said(note("C", 4, 2, lyric("single", "la") + "<tie type=\"start\"/>")),
+            "a.xml:measure 1: ends within a tie");
+  EXPECT_EQ(said(la + note("C", 4, 2, "<alter>x</alter>")), "no error") << "an alteration is the pitch's";
+  const auto file = [](const std::string& text) { return errorOf([&] { parseMusicXml(text, "a.xml"); }); };
+  EXPECT_EQ(file("<score-timewise/>"), "a.xml: is score-timewise; expected score-partwise");
+  EXPECT_EQ(file("<html/>"), "a.xml: is no MusicXML score; expected score-partwise");
+  EXPECT_EQ(file("<!ENTITY b \"c\">"), "a.xml: defines entities; expected plain MusicXML");
+  EXPECT_EQ(file("<score-partwise>").substr(0, 11), "a.xml:byte ");
 }
 
 }  // namespace

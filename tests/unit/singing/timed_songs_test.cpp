@@ -5,6 +5,7 @@
 #include "base/errors.h"
 #include "base/zip.h"
 #include "singing/song.h"
+#include "support/error_of.h"
 
 namespace mouthpiece {
 namespace {
@@ -119,6 +120,51 @@ TEST(MidiSong, RefusesWhatItCannotSing) {
   EXPECT_THROW(parseMidi(film, "film.mid"), InputError);
 }
 
+/// What is wrong is told with its place, as in every other file.
+TEST(MidiSong, SaysWhatIsWrongWithAFile) {
+  const std::string whole = Midi().word("one").note(60, 480).bytes();
+  const auto with = [&](std::size_t at, std::string_view bytes) {
+    std::string changed = whole;
+    changed.replace(at, bytes.size(), bytes);
+    return errorOf([&] { parseMidi(changed, "a.mid"); });
+  };
+  using namespace std::string_view_literals;
+  constexpr std::size_t kEvents = 22;  // behind both chunks' heads
+  EXPECT_EQ(with(0, "RIFF"), "a.mid: is no standard MIDI file");
+  EXPECT_EQ(with(4, "\0\0\0\5"sv), "a.mid:byte 8: found a header that is too short");
+  EXPECT_EQ(with(8, "\0\2"sv), "a.mid:byte 10: found format 2; expected 0 or 1");
+  EXPECT_EQ(with(12, "\xE7"), "a.mid:byte 14: found times by film frames; expected ticks a quarter");
+  EXPECT_EQ(with(12, "\0\0"sv), "a.mid:byte 14: found times by film frames; expected ticks a quarter");
+  EXPECT_EQ(with(kEvents, "\xFF\xFF\xFF\xFF"), "a.mid:byte 26: found a length of over four bytes");
+  EXPECT_EQ(with(kEvents + 1, "\x40"), "a.mid:byte 24: found data without a status");
+  EXPECT_EQ(errorOf([] { parseMidi(Midi().note(60, 480).bytes(), "a.mid"); }),
+            "a.mid: holds no lyrics; expected a MIDI file with words on its notes");
+  EXPECT_EQ(errorOf([] { parseMidi(Midi().word("one").bytes(), "a.mid"); }),
+            "a.mid: has no note that begins with a word; expected a melody with its lyrics");
+  EXPECT_EQ(errorOf([] { parseMidi(Midi().word("one").note(100, 480).bytes(), "a.mid"); }),
+            "a.mid: has no note that begins with a word; expected a melody with its lyrics")
+      << "a mark of a rhythm game";
+}
+
+TEST(MidiSong, WhatIsNeitherNoteNorWordIsPassedOver) {
+  // A controller, a program, a system message, running status, and a chunk of another kind behind the track.
+  using namespace std::string_literals;
+  const std::string events =
+      "\0\xB0\x07\x64\0\xC0\x05\0\xF0\x02\x01\xF7\0\xFF\x05\x02la\0\x90\x3C\x40\x60\x3C\0\0\xFF\x2F\0"s;
+  ByteWriter file(ByteOrder::kBig);
+  file.writeBytes("MThd");
+  file.writeU32(6);
+  for (const int value : {1, 1, 480}) file.writeU16(value);
+  file.writeBytes("MTrk");
+  file.writeU32(events.size());
+  file.writeBytes(events);
+  file.writeBytes("XFIH");
+  file.writeU32(100);
+  const Song song = parseMidi(file.takeBytes(), "a.mid");
+  EXPECT_EQ(wordsOf(song), "la/1");
+  EXPECT_NEAR(song.words[0].span().duration(), 0.1, 1e-6) << "96 ticks of 480 at 120 quarters a minute";
+}
+
 constexpr const char* kUst =
     "[#VERSION]\nUST Version1.2\n[#SETTING]\nTempo=120.00\nProjectName=Mine\n"
     "[#0000]\nLength=480\nLyric=R\nNoteNum=60\n[#0001]\nLength=240\nLyric=hap\nNoteNum=60\n"
@@ -139,6 +185,20 @@ TEST(UstSong, ReadsNotesRestsAndWords) {
     EXPECT_THROW(parseUst(bad, "bad.ust"), InputError) << bad;
 }
 
+TEST(UstSong, SaysWhatIsWrongWithAFile) {
+  const auto said = [](const std::string& text) { return errorOf([&] { parseUst(text, "a.ust"); }); };
+  const std::string note = "[#0000]\nLength=480\nLyric=a\nNoteNum=60\n";
+  EXPECT_EQ(said(note), "no error");
+  EXPECT_EQ(said("[#SETTING]\nTempo=5\n" + note), "a.ust:2: found a tempo of 5; expected 10 to 600");
+  EXPECT_EQ(said("[#SETTING]\nTempo=601\n" + note), "a.ust:2: found a tempo of 601; expected 10 to 600");
+  EXPECT_EQ(said("[#SETTING]\nTempo=120,5\n" + note), "no error") << "an early UTAU's comma";
+  EXPECT_EQ(said("[#0000]\nLength=many\n"), "a.ust:2: found 'many'; expected a number");
+  EXPECT_EQ(said("[#0000]\nLength=480\nLyric=a\nNoteNum=1e99\n"), "a.ust:4: found '1e99'; expected a number");
+  EXPECT_EQ(said(note + "[#0001]\nLyric=b\nNoteNum=60\n"), "a.ust:5: found a length of 0 ticks");
+  EXPECT_EQ(said("[#0000]\nLength=480\nLyric=R\nNoteNum=60\n"),
+            "a.ust: holds no sung note; expected sections [#0000] with Length, Lyric and NoteNum");
+}
+
 TEST(SubtitleSong, WordsShareTheirTimeByTheirLetters) {
   const Song song = parseSubtitleSong(
       "1\n00:00:01,000 --> 00:00:03,000\nTwinkle star\n\n2\n00:00:04,500 --> 00:00:05,000\nhow\n", "a.srt");
@@ -148,6 +208,17 @@ TEST(SubtitleSong, WordsShareTheirTimeByTheirLetters) {
   EXPECT_NEAR(song.words[2].span().start, 4.5, 1e-6);
   EXPECT_THROW(parseSubtitleSong("1\n00:00:03,000 --> 00:00:01,000\na\n", "a.srt"), InputError);
   EXPECT_THROW(parseSubtitleSong("", "a.srt"), InputError);
+}
+
+TEST(SubtitleSong, SaysWhichTimesAreNone) {
+  for (const char* times : {"00:00:03,000 --> 00:00:01,000", "00:00:01,000 --> 00:00:01,000", "1 --> 2",
+                            "0:0:0:1 --> 0:0:0:2", "00:-1:00 --> 00:02:00", "00:0x --> 00:02", "00:01 -->"}) {
+    EXPECT_EQ(errorOf([&] { parseSubtitleSong(std::string("1\n") + times + "\nla\n", "a.srt"); }),
+              std::string("a.srt:2: found the times '") + times + "'; expected 00:00:01,000 --> 00:00:02,500");
+  }
+  EXPECT_EQ(wordsOf(parseSubtitleSong("00:01.5 --> 00:02\nla 12 lo\n", "a.vtt")), "la/1 lo/1");
+  EXPECT_EQ(errorOf([] { parseSubtitleSong("00:01.5 --> 00:02\n12\n", "a.vtt"); }),
+            "a.vtt: holds no words; expected subtitles with letters a to z");
 }
 
 constexpr const char* kScore = R"(<?xml version="1.0"?><score-partwise><part id="P1"><measure number="1"><attributes>
