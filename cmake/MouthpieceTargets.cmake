@@ -123,6 +123,9 @@ function(mouthpiece_compile_options target)
   # ccache asks for the first; by the second g++ looks for garbage in its memory from 1 GB on, which takes less time (docs/decisions/0004).
   target_compile_options(${target} PRIVATE "$<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess;--param=ggc-min-heapsize=1000000>")
   target_compile_definitions(${target} PRIVATE FMT_SHARED)  # as fmt::fmt has it: all share one precompiled header
+  if(CMAKE_CXX_FLAGS MATCHES "--coverage" AND (ARGN STREQUAL "tests" OR target MATCHES "_tests$"))
+    target_compile_options(${target} PRIVATE -fno-profile-arcs -fno-test-coverage)  # their own lines are not counted
+  endif()
   mouthpiece_warnings(${target})
 endfunction()
 

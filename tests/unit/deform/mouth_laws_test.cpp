@@ -143,9 +143,7 @@ TEST_P(Tongues, TipsComeOutBetweenTheTeethAsFarAsTheyAreApart) {
 /// TH beside a silence: between teeth that are apart, but lips that are shut or nearly.
 TEST_P(Tongues, StayBehindTheTeethWhereTheLipsAreShut) {
   const AddedMotion jaw = open(0.1 * double{length_} + 2);
-  const auto reach = [&](double lips_apart) {
-    return moved(jaw, {.tip_forward = 1}, lips_apart).col(2).maxCoeff();
-  };
+  const auto reach = [&](double lips_apart) { return moved(jaw, {.tip_forward = 1}, lips_apart).col(2).maxCoeff(); };
   EXPECT_LE(reach(0), front_ + 1e-3F);
   EXPECT_LT(reach(0.02 * double{length_}), reach(0.05 * double{length_}));
   EXPECT_EQ(reach(0.1 * double{length_}), reach(kFarApart)) << "parted lips do not keep it";
