@@ -203,11 +203,13 @@ double unsteadinessDb(const Eigen::MatrixXd& cepstra) {
   return cepstra.cols() > 0 ? unsteadinessDb(cepstra, Mixer(unsignedIndex(cepstra.rows()))) : 0.0;
 }
 
+bool isSteady(const Eigen::MatrixXd& cepstra) { return unsteadinessDb(cepstra) <= kMostUnsteadyDb; }
+
 TiedModel adaptedToNoise(const TiedModel& model, const Eigen::MatrixXd& cepstra, const std::vector<bool>& wanted) {
   const bool is_known = model.stream_sizes == std::vector<Eigen::Index>(kStreams, cepstra.rows());
   if (!is_known || cepstra.cols() == 0) return model;
+  if (!isSteady(cepstra)) return model;
   const Mixer mixer(unsignedIndex(cepstra.rows()));
-  if (unsteadinessDb(cepstra, mixer) > kMostUnsteadyDb) return model;
   const Surroundings around = surroundingsOf(cepstra, mixer, densitiesOfAll(model, wanted));
   TiedModel adapted = model;
   const Eigen::VectorXd level = cepstra.rowwise().mean();

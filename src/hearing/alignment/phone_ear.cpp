@@ -108,9 +108,10 @@ SenoneScorer& PhoneEar::State::fittest(std::span<const std::int16_t> samples, co
   if (is_speaker) scorer = &*of_speaker;
   in_noise.reset();
   if (noisinessOf(samples) <= 0) return *scorer;
+  const Eigen::MatrixXd columns = decoder.cepstraOf(samples);
+  if (!isSteady(columns)) return *scorer;
   const std::vector<bool> phones = phonesIn(scorer->model());
-  return in_noise.emplace(
-      std::make_shared<TiedModel>(adaptedToNoise(scorer->model(), decoder.cepstraOf(samples), phones)));
+  return in_noise.emplace(std::make_shared<TiedModel>(adaptedToNoise(scorer->model(), columns, phones)));
 }
 
 Eigen::ArrayXf PhoneEar::State::firstMean() {

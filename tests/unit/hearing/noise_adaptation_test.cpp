@@ -89,6 +89,7 @@ TEST(NoiseAdaptation, MakesSpeechInSteadyNoiseLikelier) {
   const MadeSpeech made = madeSpeech(random);
   const Eigen::VectorXd room = drawn(random, 3);
   const Eigen::MatrixXd noisy = spoken(made, room, -5, random);
+  EXPECT_TRUE(isSteady(noisy));
   const TiedModel adapted = adaptedToNoise(made.model, noisy, {true});
   EXPECT_GT(likelihood(adapted, noisy), likelihood(made.model, noisy) + 5) << "nats a frame";
 }
@@ -109,6 +110,7 @@ TEST(NoiseAdaptation, LeavesTheModelWhereTheBackgroundIsNotSteady) {
   const MadeSpeech made = madeSpeech(random);
   Eigen::MatrixXd cepstra = spoken(made, drawn(random, 3), -5, random);
   for (Eigen::Index t = 0; t < kFrames / 4; ++t) cepstra(0, t) -= 20.0 * static_cast<double>(t / 5 % 2);
+  EXPECT_FALSE(isSteady(cepstra));
   const TiedModel same = adaptedToNoise(made.model, cepstra, {true});
   EXPECT_EQ(same.codebooks[0].gaussians[0], made.model.codebooks[0].gaussians[0]);
 }
