@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -20,7 +19,6 @@
 #include "audio/spectral_frames.h"
 #include "base/errors.h"
 #include "base/index.h"
-#include "base/parallel_for.h"
 #include "hearing/alignment/acoustic_model.h"
 #include "hearing/alignment/noise_adaptation.h"
 #include "hearing/alignment/phone_search.h"
@@ -68,8 +66,6 @@ std::string_view heardAs(const LanguagePhone& phone) {
   return phone.heard_as.empty() ? phoneName(phone.phone) : phone.heard_as;
 }
 
-/// Threads that hear parts of a long sound at once: each takes some 15 MB.
-constexpr std::size_t kMostHearers = 4;
 /// A path this much less likely than the best of its frame is given up.
 constexpr const char* kWideBeam = "1e-300";
 /// No path is given up.
@@ -193,8 +189,7 @@ struct PhoneDecoder::State {
   SenoneScorer scorer;
   std::optional<SenoneScorer> in_noise = std::nullopt;  ///< of the sound that decode() heard last, where it is noisy
   Decoder decoder;
-  Decoder patient;                   ///< without a beam; made when first needed
-  std::vector<Decoder> beside = {};  ///< for more threads, each with its own; made when first needed
+  Decoder patient;  ///< without a beam; made when first needed
 
   SenoneScorer& fittest() { return in_noise ? *in_noise : scorer; }
 };
@@ -358,37 +353,21 @@ std::vector<TimeSpan> PhoneDecoder::hearAgain(std::span<const std::int16_t> samp
   const NearPhones near(phones, state_->scorer.model(), state_->language);
   const Eigen::MatrixXf features = mouthpiece::featuresOf(decoder, cepstra);
   std::vector<TimeSpan> spans(phones.size());
-  const std::vector<Piece> pieces = piecesOf(phones, features.cols());
-  const std::size_t threads = std::min({pieces.size(), defaultThreadCount(), kMostHearers});
-  while (state_->beside.size() + 1 < threads)
-    state_->beside.push_back(makeDecoder(state_->model, state_->language, kWideBeam));
-  std::atomic<std::size_t> next = 0;
-  std::atomic<bool> is_whole = true;
-  parallelFor(threads, threads, [&](std::size_t thread) {
-    ps_decoder_t* own = thread == 0 ? decoder : state_->beside[thread - 1].get();
-    std::optional<SenoneScorer> copied;  // it works with what it scored last
-    SenoneScorer& scorer = thread == 0 ? state_->fittest() : copied.emplace(state_->fittest());
-    for (std::size_t p = next++; p < pieces.size() && is_whole; p = next++) {
-      const Piece& piece = pieces[p];
-      const std::span<const DecodedPhone> row = std::span(phones).subspan(piece.first, piece.end - piece.first);
-      const Graph graph = makeGraph(own, row);
-      const auto weighing = [&](Eigen::Index first, Eigen::Index count) { return near(piece.begin + first, count); };
-      const auto again =
-          search(own, scorer, graph.get(), features.middleCols(piece.begin, piece.stop - piece.begin), {}, weighing);
-      if (again.size() != row.size()) {
-        is_whole = false;
-        break;
-      }
-      for (std::size_t i = 0; i < row.size(); ++i) {
-        const std::size_t from = unsignedIndex(piece.begin) + again[i].first_frame;
-        // A pause in which two pieces meet begins as the first hears it and ends as the second does.
-        if (i > 0 || p == 0) spans[piece.first + i].start = edgeBefore({}, from);
-        if (i + 1 < row.size() || p + 1 == pieces.size())
-          spans[piece.first + i].end = edgeBefore({}, from + unsignedIndex(again[i].frames));
-      }
+  for (const Piece& piece : piecesOf(phones, features.cols())) {
+    const std::span<const DecodedPhone> row = std::span(phones).subspan(piece.first, piece.end - piece.first);
+    const Graph graph = makeGraph(decoder, row);
+    const auto weighing = [&](Eigen::Index first, Eigen::Index count) { return near(piece.begin + first, count); };
+    const auto again = search(decoder, state_->fittest(), graph.get(),
+                              features.middleCols(piece.begin, piece.stop - piece.begin), {}, weighing);
+    if (again.size() != row.size()) return {};
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const std::size_t from = unsignedIndex(piece.begin) + again[i].first_frame;
+      const TimeSpan found{edgeBefore({}, from), edgeBefore({}, from + unsignedIndex(again[i].frames))};
+      if (i > 0 || piece.first == 0) spans[piece.first + i].start = found.start;
+      spans[piece.first + i].end = found.end;
     }
-  });
-  return is_whole ? spans : std::vector<TimeSpan>();
+  }
+  return spans;
 }
 
 }  // namespace mouthpiece
