@@ -24,7 +24,7 @@ void writeFileAtomically(const std::filesystem::path& path, std::string_view byt
 void writeFileAtomically(const std::filesystem::path& path,
                          const std::function<void(const std::filesystem::path&)>& write);
 
-/// Files that appear together: while one lives, what its thread writes atomically, and threads that join it, waits
+/// Files that appear together: while one lives, what its thread and those that join it write atomically waits
 /// under its temporary names, and commit() renames all of it, in the order of writing. Without commit() nothing was
 /// written. For tens of files, each of which stays open; those of a set within a set wait for the outer one.
 class FilesTogether {
