@@ -17,7 +17,8 @@ namespace mouthpiece {
 class MOUTHPIECE_API SharedFace {
  public:
   /// Opens `file` and the mesh that it names; the default face that Mouthpiece brings when it is empty. Throws
-  /// InputError, also when the mesh has changed since the fit.
+  /// InputError, also when the mesh has changed since the fit; where the file's parts contradict each other what asks
+  /// for the mesh does.
   explicit SharedFace(const std::filesystem::path& file = {});
 
   [[nodiscard]] const std::string& name() const;

@@ -49,7 +49,8 @@ struct MOUTHPIECE_API SpeakerOptions {
 /// in two threads give the same bytes as one after the other.
 class MOUTHPIECE_API Speaker {
  public:
-  /// Throws InputError for files that cannot be used and options out of range.
+  /// Throws InputError for files that cannot be used and options out of range; of a face whose parts contradict each
+  /// other perform() tells.
   explicit Speaker(const SpeakerOptions& options = {});
   /// The same with a corpus and a face that others use, too; options.corpus and options.face do not count.
   Speaker(const SharedCorpus& corpus, std::optional<SharedFace> face, const SpeakerOptions& options = {});
