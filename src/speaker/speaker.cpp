@@ -435,7 +435,7 @@ Performance Speaker::perform(const Line& given) {
   Line line = given;
   // While a typed line is spoken the face is made ready; an hour's recording shall not be heard for a face that fails.
   const auto await_face = [&] {
-    if (data_->face) timed(data_->load_ms, [&] { data_->face->data().rig(); });
+    if (data_->face) timed(data_->load_ms, [&] { static_cast<void>(data_->face->data().rig()); });
   };
   if (!line.audio.empty()) await_face();
   if (!line.text.empty()) line.text = withWords(std::move(line.text), edits.words, doubts);

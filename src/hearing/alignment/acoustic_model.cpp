@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <numeric>
 #include <string_view>
+#include <tuple>
 
 #include "base/byte_reader.h"
 #include "base/errors.h"
@@ -152,39 +154,36 @@ void addPhones(TiedModel& model, std::string_view bytes, const fs::path& path) {
   const std::size_t padding = reader.remaining() - rest;
   if (padding > 3) reader.fail(fmt::format("has {} bytes too many", padding));
   reader.skip(padding + tree_nodes * kNodeBytes);
-  struct Entry {
-    std::size_t sequence, base, left, right;
-  };
-  std::vector<Entry> entries(phones);
+  std::vector<TiedModel::Triphone> entries(phones);
   for (std::size_t i = 0; i < phones; ++i) {
     const std::int32_t sequence = reader.readI32();
-    reader.skip(5);
-    const std::size_t first = reader.readU8(), left = reader.readU8(), right = reader.readU8();
-    const std::size_t base = i < names ? i : first;
+    reader.skip(4);
+    const auto place = static_cast<TiedModel::WordPlace>(reader.readU8());
+    const std::uint16_t first = reader.readU8(), left = reader.readU8(), right = reader.readU8();
+    const std::uint16_t base = i < names ? static_cast<std::uint16_t>(i) : first;
     if (sequence < 0 || unsignedIndex(sequence) >= sequences || base >= names)
       reader.fail("found a phone of no sequence or base");
-    entries[i] = {unsignedIndex(sequence), base, left, right};
+    entries[i] = {base, left, right, place, static_cast<std::uint32_t>(unsignedIndex(sequence) * states)};
   }
   if (reader.readU32() != sequences * states) reader.fail("found another number of states than the header tells");
-  std::vector<int> senones(sequences * states);
-  for (int& senone : senones) {
+  model.states = states;
+  model.sequences.resize(sequences * states);
+  for (int& senone : model.sequences) {
     senone = reader.readU16();
     if (unsignedIndex(senone) >= model.senone_count)
       reader.fail(fmt::format("found senone {} of {}", senone, model.senone_count));
   }
-  for (std::size_t i = 0; i < phones; ++i) {
-    const auto begin = senones.begin() + signedIndex(entries[i].sequence * states);
-    std::vector<int> own(begin, begin + signedIndex(states));
-    if (i < names) {
-      model.alone.push_back(std::move(own));
-    } else if (entries[i].left < names && entries[i].right < names) {
-      model.triphones.push_back({entries[i].base, entries[i].left, entries[i].right, std::move(own)});
-    }
+  for (std::size_t i = 0; i < names; ++i) {
+    const std::span<const int> own = model.senonesOf(entries[i]);
+    model.alone.emplace_back(own.begin(), own.end());
   }
+  std::copy_if(entries.begin() + signedIndex(names), entries.end(), std::back_inserter(model.triphones),
+               [&](const TiedModel::Triphone& entry) { return entry.left < names && entry.right < names; });
+  if (!std::is_sorted(model.triphones.begin(), model.triphones.end()))
+    std::sort(model.triphones.begin(), model.triphones.end());
   std::vector<std::size_t> owner(model.senone_count, names);
-  for (const Entry& entry : entries) {
-    for (std::size_t state = 0; state < states; ++state)
-      owner[unsignedIndex(senones[entry.sequence * states + state])] = entry.base;
+  for (const TiedModel::Triphone& entry : entries) {
+    for (const int senone : model.senonesOf(entry)) owner[unsignedIndex(senone)] = entry.base;
   }
   for (std::size_t senone = 0; senone < owner.size(); ++senone) {
     if (owner[senone] < names) model.codebooks[owner[senone]].senones.push_back(static_cast<int>(senone));
@@ -225,6 +224,18 @@ void addWeights(TiedModel& model, std::string_view bytes, const fs::path& path) 
 
 Eigen::Index TiedModel::featureCount() const {
   return std::accumulate(stream_sizes.begin(), stream_sizes.end(), Eigen::Index{0});
+}
+
+std::span<const int> TiedModel::senonesOf(std::size_t base, std::size_t left, std::size_t right,
+                                          WordPlace place) const {
+  const auto key = [](const Triphone& triphone) { return std::tuple(triphone.base, triphone.left, triphone.right); };
+  const auto [first, last] = std::equal_range(
+      triphones.begin(), triphones.end(),
+      Triphone{static_cast<std::uint16_t>(base), static_cast<std::uint16_t>(left), static_cast<std::uint16_t>(right)},
+      [&](const Triphone& a, const Triphone& b) { return key(a) < key(b); });
+  if (first == last) return alone[base];
+  const auto there = std::find_if(first, last, [&](const Triphone& triphone) { return triphone.place == place; });
+  return senonesOf(there != last ? *there : *first);
 }
 
 TiedModel parseTiedModel(const TiedModelFiles& files) {

@@ -2,10 +2,12 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <compare>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,18 +26,30 @@ struct TiedModel {
     std::vector<Eigen::MatrixXf> gaussians;  ///< by stream: log density = gaussians * (x^2, x, 1); densities x (2n + 1)
     std::vector<Eigen::MatrixXf> weights;    ///< by stream: senones x densities, linear
   };
-  /// A phone between two others, by the places of their codebooks, and the senones of its states.
+  /// As the model's files count them.
+  enum class WordPlace : std::uint8_t { kInside, kBegins, kEnds, kAlone };
+  /// A phone between two others, by the places of their codebooks.
   struct Triphone {
-    std::size_t base = 0, left = 0, right = 0;
-    std::vector<int> senones;
+    std::uint16_t base = 0, left = 0, right = 0;
+    WordPlace place = WordPlace::kInside;
+    std::uint32_t sequence = 0;  ///< states are sequences[sequence] and what follows
+    auto operator<=>(const Triphone&) const = default;
   };
   std::vector<Codebook> codebooks;
   std::vector<std::vector<int>> alone;  ///< by codebook: the senones of its phone's states whatever is beside it
-  std::vector<Triphone> triphones;      ///< at every place within a word
+  std::vector<Triphone> triphones;      ///< rising
+  std::vector<int> sequences;           ///< senones of phones' states, `states` each
+  std::size_t states = 0;
   std::size_t senone_count = 0;
   std::vector<Eigen::Index> stream_sizes;  ///< how the features are cut
 
   [[nodiscard]] Eigen::Index featureCount() const;
+  [[nodiscard]] std::span<const int> senonesOf(const Triphone& triphone) const {
+    return std::span(sequences).subspan(triphone.sequence, states);
+  }
+  /// Of a phone between two others; as it is elsewhere in a word, or alone, where the model has it not there.
+  [[nodiscard]] std::span<const int> senonesOf(std::size_t base, std::size_t left, std::size_t right,
+                                               WordPlace place) const;
 };
 
 /// A row of TiedModel::Codebook::gaussians, of a diagonal Gaussian.

@@ -65,27 +65,12 @@ std::vector<DecodedPhone> withWholeSilences(const std::vector<DecodedPhone>& dec
   return whole;
 }
 
-/// The decoder's borders lie on its own grid of 10 ms: heard again from no, a quarter, a half and three quarters of a
-/// step later, the same sound gives other grids, and the mean of all lies between them.
+/// The decoder's borders lie on its own grid of 10 ms; those expected of all paths lie between.
 std::vector<DecodedPhone> withFinerTimes(std::vector<DecodedPhone> decoded, std::span<const std::int16_t> samples,
                                          PhoneDecoder& decoder) {
-  constexpr std::size_t kHearings = 4;
-  constexpr std::size_t kStep = kDecoderSampleRateHz / 100 / kHearings;
-  const std::size_t borders = decoded.size() - 1;
-  std::vector<Seconds> sums(borders, 0.0);
-  double count = 0;
-  for (std::size_t k = 0; k < kHearings && k * kStep < samples.size(); ++k) {
-    const auto spans = decoder.hearAgain(samples.subspan(k * kStep), decoded);
-    if (spans.empty()) continue;
-    const Seconds later = asReal(k * kStep) / kDecoderSampleRateHz;
-    for (std::size_t i = 0; i < borders; ++i) sums[i] += spans[i].end + later;
-    count += 1;
-  }
-  std::vector<DecodedPhone> fine = decoded;
-  for (std::size_t i = 0; i < borders && count > 0; ++i) fine[i].span.end = fine[i + 1].span.start = sums[i] / count;
-  const bool is_rising = std::all_of(
-      fine.begin(), fine.end(), [](const DecodedPhone& phone) { return phone.span.duration() > kShortestPhone / 3; });
-  return is_rising ? fine : decoded;
+  const std::vector<Seconds> borders = decoder.hearAgain(samples, decoded);
+  for (std::size_t i = 0; i < borders.size(); ++i) decoded[i].span.end = decoded[i + 1].span.start = borders[i];
+  return decoded;
 }
 
 /// Walks the decoded phones word by word.

@@ -39,8 +39,8 @@ inline constexpr double kDoubtfulConfidence = 0.5;
 /// How words are said. Sung ones are heard with less of their held vowels and pauses, so that these do not outweigh the
 /// consonants (docs/theory/hearing/alignment.md).
 enum class SpeechKind { kSpoken, kSung };
-/// How near the borders of spoken phones are wanted: heard again four times, so that they lie between the decoder's
-/// steps of 10 ms, or as they were heard first, in half the time.
+/// How near the borders of spoken phones are wanted: heard again, so that they lie between the decoder's steps of 10
+/// ms, or as they were heard first.
 enum class BorderTimes { kFine, kFirstHeard };
 
 /// Finds known words in a sound. Not thread-safe; several may live side by side.
@@ -57,7 +57,7 @@ class PhoneDecoder;
 class TextDoubt;
 
 /// PocketSphinx' (docs/theory/hearing/alignment.md): several pronunciations tried, silence allowed between words, the
-/// decoder's steps of 10 ms refined by hearing the sound again from later starts.
+/// decoder's steps of 10 ms refined by hearing the row that was found again.
 class ForcedAligner : public Aligner {
  public:
   /// `model`: folder of the acoustic model; empty: the language's.

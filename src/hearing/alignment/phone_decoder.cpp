@@ -14,13 +14,16 @@
 #include <mutex>
 #include <optional>
 #include <set>
+#include <sstream>
 #include <string>
+#include <utility>
 
 #include "audio/spectral_frames.h"
 #include "base/errors.h"
 #include "base/index.h"
 #include "hearing/alignment/acoustic_model.h"
 #include "hearing/alignment/noise_adaptation.h"
+#include "hearing/alignment/phone_row.h"
 #include "hearing/alignment/phone_search.h"
 
 namespace mouthpiece {
@@ -28,7 +31,10 @@ namespace {
 
 /// Frames are not independent of each other, as the model takes them to be: the likelihoods of speech count by this
 /// power. Chosen on TTS voices and GRID s1 (docs/theory/hearing/alignment.md).
-constexpr double kTimesScale = 0.15;
+constexpr double kTimesScale = 0.3;
+/// What is heard again is heard this much early: half a frame's window and less, for states that change with what
+/// follows are in time (measured on TTS voices).
+constexpr Seconds kRowShift = 0.002;
 /// A phone that was found once is heard again no further from there: 0.5 s; within 0.3 s borders change.
 constexpr Eigen::Index kNearFrames = 50;
 /// Of a song this many frames a phone are heard: 120 ms, about as long as spoken phones are.
@@ -295,12 +301,12 @@ struct Piece {
   Eigen::Index begin = 0, stop = 0;
 };
 
-/// PocketSphinx walks through all states of a graph in every frame: of a long sound the time would grow with the square
-/// of the length. Such a one is cut in the middle of pauses.
+/// What is known of a long sound's frames takes room: such a one is cut in the middle of pauses, each piece 30 s or
+/// longer.
 std::vector<Piece> piecesOf(const std::vector<DecodedPhone>& phones, Eigen::Index frames) {
-  constexpr Eigen::Index kWhole = 3000, kShortest = 250, kPause = 20;  // frames of 10 ms
+  constexpr Eigen::Index kShortest = 3000, kPause = 20;  // frames of 10 ms
   std::vector<Piece> pieces{{}};
-  for (std::size_t i = 1; frames > kWhole && i + 1 < phones.size(); ++i) {
+  for (std::size_t i = 1; i + 1 < phones.size(); ++i) {
     const Eigen::Index from = signedIndex(phones[i].first_frame), to = signedIndex(phones[i + 1].first_frame);
     const Eigen::Index middle = (from + to) / 2;
     if (phones[i].phone != Phone::kSil || to - from < kPause || middle - pieces.back().begin < kShortest ||
@@ -343,31 +349,82 @@ class NearPhones {
   std::map<Phone, std::vector<bool>> codebooks_;
 };
 
+/// The places of the model's codebooks that each phone is heard as, in turn.
+std::map<Phone, std::vector<std::size_t>> heardInTurn(const TiedModel& model, const Language& language) {
+  std::map<Phone, std::vector<std::size_t>> places;
+  const auto add = [&](Phone phone, std::string_view heard) {
+    std::istringstream names{std::string(heard)};
+    for (std::string name; names >> name;) {
+      const auto found = std::find_if(model.codebooks.begin(), model.codebooks.end(),
+                                      [&](const TiedModel::Codebook& codebook) { return codebook.phone == name; });
+      if (found == model.codebooks.end())
+        throw InputError("acoustic model", "", fmt::format("has no Gaussians of {}; expected them", name));
+      places[phone].push_back(unsignedIndex(found - model.codebooks.begin()));
+    }
+  };
+  add(Phone::kSil, "SIL");
+  for (const LanguagePhone& phone : language.inventory) add(phone.phone, heardAs(phone));
+  return places;
+}
+
+/// The model's phones in a row, and how many of them there are up to the end of each of the language's.
+struct Row {
+  std::vector<RowPhone> phones;
+  std::vector<std::size_t> ends;
+};
+
+/// `phones` in the frames [begin, begin + frames) of a sound.
+Row rowOf(std::span<const DecodedPhone> phones, Eigen::Index begin, Eigen::Index frames, const TiedModel& model,
+          const std::map<Phone, std::vector<std::size_t>>& places) {
+  using enum TiedModel::WordPlace;
+  const std::size_t silence = places.at(Phone::kSil).front();
+  std::vector<std::size_t> codebooks{silence};  // and one more at the end
+  std::vector<bool> opens{true};
+  Row row;
+  for (const DecodedPhone& phone : phones) {
+    const Eigen::Index first = signedIndex(phone.first_frame) - begin;
+    bool is_first = phone.opens_word || phone.phone == Phone::kSil;
+    for (const std::size_t codebook : places.at(phone.phone)) {
+      codebooks.push_back(codebook);
+      opens.push_back(std::exchange(is_first, false));
+      row.phones.push_back({.first = first - kNearFrames, .end = first + phone.frames + kNearFrames});
+    }
+    row.ends.push_back(row.phones.size());
+  }
+  codebooks.push_back(silence);
+  opens.push_back(true);
+  for (std::size_t i = 1; i <= row.phones.size(); ++i) {
+    const auto place = opens[i] ? (opens[i + 1] ? kAlone : kBegins) : (opens[i + 1] ? kEnds : kInside);
+    row.phones[i - 1].senones = codebooks[i] == silence
+                                    ? model.alone[silence]
+                                    : model.senonesOf(codebooks[i], codebooks[i - 1], codebooks[i + 1], place);
+  }
+  row.phones.front().first = 0;
+  row.phones.back().end = frames;
+  return row;
+}
+
 }  // namespace
 
-std::vector<TimeSpan> PhoneDecoder::hearAgain(std::span<const std::int16_t> samples,
-                                              const std::vector<DecodedPhone>& phones) {
-  ps_decoder_t* decoder = state_->decoder.get();
-  Cepstra cepstra = mouthpiece::cepstraOf(decoder, samples);
-  if (cepstra.empty()) return {};
-  const NearPhones near(phones, state_->scorer.model(), state_->language);
-  const Eigen::MatrixXf features = mouthpiece::featuresOf(decoder, cepstra);
-  std::vector<TimeSpan> spans(phones.size());
+std::vector<Seconds> PhoneDecoder::hearAgain(std::span<const std::int16_t> samples,
+                                             const std::vector<DecodedPhone>& phones) {
+  SenoneScorer& scorer = state_->fittest();
+  const Eigen::MatrixXf features = featuresOf(samples);
+  const NearPhones near(phones, scorer.model(), state_->language);
+  const auto places = heardInTurn(scorer.model(), state_->language);
+  std::vector<Seconds> borders;
   for (const Piece& piece : piecesOf(phones, features.cols())) {
-    const std::span<const DecodedPhone> row = std::span(phones).subspan(piece.first, piece.end - piece.first);
-    const Graph graph = makeGraph(decoder, row);
-    const auto weighing = [&](Eigen::Index first, Eigen::Index count) { return near(piece.begin + first, count); };
-    const auto again = search(decoder, state_->fittest(), graph.get(),
-                              features.middleCols(piece.begin, piece.stop - piece.begin), {}, weighing);
-    if (again.size() != row.size()) return {};
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      const std::size_t from = unsignedIndex(piece.begin) + again[i].first_frame;
-      const TimeSpan found{edgeBefore({}, from), edgeBefore({}, from + unsignedIndex(again[i].frames))};
-      if (i > 0 || piece.first == 0) spans[piece.first + i].start = found.start;
-      spans[piece.first + i].end = found.end;
-    }
+    const Row row = rowOf(std::span(phones).subspan(piece.first, piece.end - piece.first), piece.begin,
+                          piece.stop - piece.begin, scorer.model(), places);
+    const auto scores = [&](Eigen::Index first, Eigen::Index count) -> const SenoneScorer::Scores& {
+      return scorer.score(features.middleCols(piece.begin + first, count), near(piece.begin + first, count));
+    };
+    const std::vector<double> heard = expectedBorders(row.phones, piece.stop - piece.begin, scores);
+    if (heard.size() + 1 != row.phones.size()) return {};
+    for (std::size_t i = 0; i + 1 < row.ends.size(); ++i)
+      borders.push_back((asReal(piece.begin) + heard[row.ends[i] - 1]) * kFrameStep + kRowShift);
   }
-  return spans;
+  return borders;
 }
 
 }  // namespace mouthpiece

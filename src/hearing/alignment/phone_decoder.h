@@ -76,9 +76,10 @@ class PhoneDecoder {
   /// The front end's cepstra of a sound that goes on, a row every 10 ms; `begins`: with these samples.
   std::vector<std::vector<float>> cepstraOn(std::span<const std::int16_t> samples, bool begins);
 
-  /// When the phones and silences that decode() found in spoken words are heard in `samples`, the same sound or one a
-  /// little shorter; better times than decode()'s, and in less time. Empty when the sound cannot hold them.
-  std::vector<TimeSpan> hearAgain(std::span<const std::int16_t> samples, const std::vector<DecodedPhone>& phones);
+  /// When the phones and silences that decode() found in spoken words give way to each other, as expected of all ways
+  /// to hear this very row in the same `samples`: better times than decode()'s, between its steps. One border fewer
+  /// than there are phones; none where the sound cannot hold them.
+  std::vector<Seconds> hearAgain(std::span<const std::int16_t> samples, const std::vector<DecodedPhone>& phones);
 
  private:
   struct State;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "base/errors.h"
 #include "base/index.h"
@@ -49,14 +50,14 @@ PhoneLoop::PhoneLoop(std::shared_ptr<const TiedModel> model, const std::filesyst
 void PhoneLoop::addStates() {
   const std::size_t n = model_->codebooks.size();
   std::vector<std::vector<int>> states(3 * n * n);
-  const auto add = [&](std::size_t left, std::size_t phone, std::size_t right, const std::vector<int>& senones) {
+  const auto add = [&](std::size_t left, std::size_t phone, std::size_t right, std::span<const int> senones) {
     if (senones.size() < 3) throw InputError("acoustic model", "", "has phones of fewer than 3 states; expected 3");
     states[left * n + phone].push_back(senones[0]);
     states[n * n + left * n + phone].push_back(senones[1]);
     states[2 * n * n + phone * n + right].push_back(senones[2]);
   };
   for (const TiedModel::Triphone& triphone : model_->triphones)
-    add(triphone.left, triphone.base, triphone.right, triphone.senones);
+    add(triphone.left, triphone.base, triphone.right, model_->senonesOf(triphone));
   for (std::size_t phone = 0; phone < n; ++phone) {
     for (std::size_t other = 0; other < n; ++other) {
       if (states[other * n + phone].empty()) {

@@ -275,20 +275,6 @@ Graph makeGraph(ps_decoder_t* decoder, std::span<const WordWays::value_type> wor
   return graph;
 }
 
-Graph makeGraph(ps_decoder_t* decoder, std::span<const DecodedPhone> phones) {
-  Graph graph(fsg_model_init("row", ps_get_logmath(decoder), 1.0F, count(phones) + 1));
-  int state = 0;
-  for (const DecodedPhone& phone : phones) {
-    const std::string name = phone.phone == Phone::kSil ? kSilenceWord : wordFor(phone.phone, phone.opens_word);
-    const int word = fsg_model_word_add(graph.get(), name.c_str());
-    fsg_model_trans_add(graph.get(), state, state + 1, 0, word);
-    ++state;
-  }
-  graph->start_state = 0;
-  graph->final_state = state;
-  return graph;
-}
-
 Seconds edgeBefore(const std::vector<std::size_t>& kept, std::size_t at) {
   if (kept.empty()) return asReal(at) * kFrameStep + (at > 0 ? kBoundaryShift : 0);
   if (at == 0) return 0;

@@ -37,8 +37,6 @@ std::string wordFor(Phone phone, bool opens_word);
 /// they have too many phones.
 Graph makeGraph(ps_decoder_t* decoder, std::span<const WordWays::value_type> words, const Pauses& pauses,
                 bool may_stop = false);
-/// Just this row of phones and silences.
-Graph makeGraph(ps_decoder_t* decoder, std::span<const DecodedPhone> phones);
 
 /// Where a phone begins that is first heard in frame `at` of those that were kept (all if empty): midway to the frame
 /// before.
