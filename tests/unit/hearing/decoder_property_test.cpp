@@ -9,6 +9,7 @@
 
 #include "hearing/alignment/lyrics.h"
 #include "hearing/alignment/phone_decoder.h"
+#include "hearing/alignment/phone_row.h"
 #include "hearing/alignment/pronouncer.h"
 #include "phonetics/text/speakable_text.h"
 #include "voices/voice.h"
@@ -117,6 +118,64 @@ TEST_F(DecoderLaws, ASoundTooShortForItsWordsGivesNothing) {
   PhoneDecoder decoder({}, english());
   const WordWays words(40, {{Phone::kS, Phone::kT, Phone::kR, Phone::kIY, Phone::kT}});
   EXPECT_TRUE(decoder.decode(std::span(*samples_).first(8000), words, SpeechKind::kSpoken).empty());
+}
+
+/// All ways to go through `states` of a row, one or more frames each, weighed and added up.
+void walkAllPaths(const SenoneScorer::Scores& scores, const std::vector<int>& senones, std::vector<std::size_t> path,
+                  double likelihood, std::vector<double>& in_state, double& sum) {
+  const auto t = signedIndex(path.size());
+  if (t == scores.cols()) {
+    if (path.back() + 1 != senones.size()) return;
+    sum += likelihood;
+    for (const std::size_t state : path) in_state[state] += likelihood;
+    return;
+  }
+  for (std::size_t state = t > 0 ? path.back() : 0; state < std::min(t > 0 ? path.back() + 2 : 1, senones.size());
+       ++state) {
+    std::vector<std::size_t> longer = path;
+    longer.push_back(state);
+    walkAllPaths(scores, senones, longer, likelihood * std::exp(-kScoreUnit * scores(senones[state], t)), in_state,
+                 sum);
+  }
+}
+
+TEST(RowLaws, BordersAreTheMeanOfAllPathsWrittenOut) {
+  for (unsigned round = 0; round < 20; ++round) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + round);
+    std::mt19937 random(kSeed + round);
+    constexpr Eigen::Index kFrames = 9;
+    const std::vector<int> senones{4, 0, 3, 1, 4, 2};
+    const SenoneScorer::Scores scores = SenoneScorer::Scores::NullaryExpr(
+        5, kFrames, [&] { return static_cast<std::int16_t>(std::uniform_int_distribution<int>(0, 40)(random)); });
+    const std::span<const int> all(senones);
+    const std::vector<RowPhone> row{
+        {all.first(1), 0, kFrames}, {all.subspan(1, 3), 0, kFrames}, {all.last(2), 0, kFrames}};
+    SenoneScorer::Scores block;
+    const auto borders = expectedBorders(
+        row, kFrames, [&](Eigen::Index first, Eigen::Index count) -> const auto& {
+          return block = scores.middleCols(first, count);
+        });
+    std::vector<double> in_state(senones.size(), 0.0);
+    double sum = 0;
+    walkAllPaths(scores, senones, {}, 1, in_state, sum);
+    ASSERT_EQ(borders.size(), 2U);
+    EXPECT_NEAR(borders[0], in_state[0] / sum, 1e-5);
+    EXPECT_NEAR(borders[1], (in_state[0] + in_state[1] + in_state[2] + in_state[3]) / sum, 1e-5);
+  }
+}
+
+TEST(RowLaws, NoPathGivesNoBorders) {
+  const std::vector<int> senones{0, 1, 2};
+  SenoneScorer::Scores scores = SenoneScorer::Scores::Zero(3, 8);
+  const auto of = [&](Eigen::Index, Eigen::Index) -> const SenoneScorer::Scores& { return scores; };
+  const std::span<const int> all(senones);
+  EXPECT_TRUE(expectedBorders(std::vector<RowPhone>{{all, 0, 2}}, 2, of).empty()) << "three states in two frames";
+  EXPECT_TRUE(expectedBorders(std::vector<RowPhone>{{all.first(1), 0, 3}, {all.last(2), 5, 8}}, 8, of).empty())
+      << "frames that no phone may be heard in";
+  EXPECT_TRUE(expectedBorders(std::vector<RowPhone>{{all, 0, 0}}, 0, of).empty());
+  EXPECT_EQ(expectedBorders(std::vector<RowPhone>{{all.first(1), 0, 4}, {all.last(2), 4, 8}}, 8, of),
+            std::vector<double>{4.0})
+      << "where only one frame is left for the border";
 }
 
 TEST(FrameThinningLaws, KeepsAboutWhatIsWantedWhateverTheSound) {

@@ -178,5 +178,22 @@ TEST(TiedModel, DamagedFilesAreRefused) {
   fs::remove_all(folder);
 }
 
+TEST(TiedModel, APhoneIsHeardBetweenItsNeighboursAtItsPlaceInTheWord) {
+  using enum TiedModel::WordPlace;
+  TiedModel model;
+  model.states = 2;
+  model.sequences = {10, 11, 12, 13, 14, 15};
+  model.alone = {{0, 1}, {2, 3}};
+  model.triphones = {{0, 1, 1, kInside, 0}, {0, 1, 1, kEnds, 2}, {1, 0, 1, kAlone, 4}};
+  const auto senones = [&](std::size_t base, std::size_t left, std::size_t right, TiedModel::WordPlace place) {
+    const std::span<const int> found = model.senonesOf(base, left, right, place);
+    return std::vector<int>(found.begin(), found.end());
+  };
+  EXPECT_EQ(senones(0, 1, 1, kEnds), (std::vector<int>{12, 13}));
+  EXPECT_EQ(senones(0, 1, 1, kBegins), (std::vector<int>{10, 11})) << "elsewhere in a word";
+  EXPECT_EQ(senones(1, 0, 1, kAlone), (std::vector<int>{14, 15}));
+  EXPECT_EQ(senones(1, 1, 1, kAlone), (std::vector<int>{2, 3})) << "whatever is beside it";
+}
+
 }  // namespace
 }  // namespace mouthpiece
