@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "base/index.h"
@@ -106,53 +108,90 @@ ordered_json settingsOf(const UtteranceAnimation& animation) {
   return settings;
 }
 
+/// What the fields are made of.
+struct Told {
+  const UtteranceAnimation& animation;
+  const StageTimings& timing;
+  const ArkitCurves* of_head;
+
+  [[nodiscard]] Seconds duration() const {
+    return animation.motion.frameCount() > 0 ? animation.motion.duration() : animation.labels.duration();
+  }
+};
+
+ordered_json mouthOf(const Told& told) {
+  ordered_json mouth = {{"bilabials", told.animation.mouth.bilabials},
+                        {"closures", told.animation.mouth.closures},
+                        {"jitter_mm", toMicro(told.animation.mouth.jitter_mm)}};
+  if (told.of_head != nullptr) {
+    mouth["shapes"] = {{"closed_frames", told.of_head->closures},
+                       {"kept", told.of_head->closures_kept},
+                       {"rms_error_mm", toMicro(told.of_head->rms_error_mm)},
+                       {"rms_motion_mm", toMicro(told.of_head->rms_motion_mm)}};
+  }
+  return mouth;
+}
+
+ordered_json timingOf(const StageTimings& timing) {
+  return {{"load", toMicro(timing.load)},           {"speech", toMicro(timing.speech)},
+          {"selection", toMicro(timing.selection)}, {"motion", toMicro(timing.motion)},
+          {"retarget", toMicro(timing.retarget)},   {"deform", toMicro(timing.deform)},
+          {"write", toMicro(timing.write)}};
+}
+
+double realTimeFactor(const Told& told) {
+  const StageTimings& timing = told.timing;
+  const double work_ms =
+      timing.load + timing.selection + timing.motion + timing.retarget + timing.deform + timing.write;
+  return told.duration() > 0 ? toMicro(work_ms / 1000 / told.duration()) : 0.0;
+}
+
+struct Field {
+  const char* name;
+  ordered_json (*value)(const Told&);
+};
+
+constexpr Field kFields[] = {
+    {"text", [](const Told& told) -> ordered_json { return told.animation.text; }},
+    {"voice", [](const Told& told) -> ordered_json { return told.animation.voice; }},
+    {"corpus", [](const Told& told) -> ordered_json { return told.animation.corpus; }},
+    {"method", [](const Told& told) -> ordered_json { return told.animation.method; }},
+    {"settings", [](const Told& told) { return settingsOf(told.animation); }},
+    {"moved_by", [](const Told& told) { return movedByOf(told.animation); }},
+    {"fps", [](const Told& told) -> ordered_json { return told.animation.motion.frame_rate_hz; }},
+    {"frames", [](const Told& told) -> ordered_json { return told.animation.motion.frameCount(); }},
+    {"duration_s", [](const Told& told) -> ordered_json { return toMicro(told.duration()); }},
+    {"phones", [](const Told& told) { return phonesOf(told.animation); }},
+    {"units", [](const Told& told) { return unitsOf(told.animation); }},
+    {"joins", [](const Told& told) { return joinsOf(told.animation); }},
+    {"backoff", [](const Told& told) { return backoffOf(told.animation); }},
+    {"backoff_share", [](const Told& told) -> ordered_json { return toMicro(backoffShare(told.animation)); }},
+    {"style", [](const Told& told) -> ordered_json { return told.animation.style; }},
+    {"mouth", mouthOf},
+    {"warnings", [](const Told& told) -> ordered_json { return told.animation.warnings; }},
+    {"timing_ms", [](const Told& told) { return timingOf(told.timing); }},
+    {"real_time_factor", [](const Told& told) -> ordered_json { return realTimeFactor(told); }}};
+
 }  // namespace
 
 ordered_json reportFields(const UtteranceAnimation& animation, const StageTimings& timing) {
-  const double work_ms =
-      timing.load + timing.selection + timing.motion + timing.retarget + timing.deform + timing.write;
-  const Seconds duration =
-      animation.motion.frameCount() > 0 ? animation.motion.duration() : animation.labels.duration();
-  return {{"text", animation.text},
-          {"voice", animation.voice},
-          {"corpus", animation.corpus},
-          {"method", animation.method},
-          {"settings", settingsOf(animation)},
-          {"moved_by", movedByOf(animation)},
-          {"fps", animation.motion.frame_rate_hz},
-          {"frames", animation.motion.frameCount()},
-          {"duration_s", toMicro(duration)},
-          {"phones", phonesOf(animation)},
-          {"units", unitsOf(animation)},
-          {"joins", joinsOf(animation)},
-          {"backoff", backoffOf(animation)},
-          {"backoff_share", toMicro(backoffShare(animation))},
-          {"style", animation.style},
-          {"mouth",
-           {{"bilabials", animation.mouth.bilabials},
-            {"closures", animation.mouth.closures},
-            {"jitter_mm", toMicro(animation.mouth.jitter_mm)}}},
-          {"warnings", animation.warnings},
-          {"timing_ms",
-           {{"load", toMicro(timing.load)},
-            {"speech", toMicro(timing.speech)},
-            {"selection", toMicro(timing.selection)},
-            {"motion", toMicro(timing.motion)},
-            {"retarget", toMicro(timing.retarget)},
-            {"deform", toMicro(timing.deform)},
-            {"write", toMicro(timing.write)}}},
-          {"real_time_factor", duration > 0 ? toMicro(work_ms / 1000 / duration) : 0.0}};
+  ordered_json fields = ordered_json::object();
+  for (const Field& field : kFields) fields[field.name] = field.value({animation, timing, nullptr});
+  return fields;
 }
 
+/// Field by field: the whole tree of an hour takes several times its text.
 std::string reportJson(const UtteranceAnimation& animation, const StageTimings& timing, const ArkitCurves* of_head) {
-  ordered_json fields = reportFields(animation, timing);
-  if (of_head != nullptr) {
-    fields["mouth"]["shapes"] = {{"closed_frames", of_head->closures},
-                                 {"kept", of_head->closures_kept},
-                                 {"rms_error_mm", toMicro(of_head->rms_error_mm)},
-                                 {"rms_motion_mm", toMicro(of_head->rms_motion_mm)}};
+  std::string text = "{";
+  for (const Field& field : kFields) {
+    if (text.size() > 1) text += ',';
+    text += fmt::format("\n \"{}\": ", field.name);
+    for (const char letter : jsonText(field.value({animation, timing, of_head}), 1)) {
+      text += letter;
+      if (letter == '\n') text += ' ';  // one level deeper; a line's end within a string is written as two letters
+    }
   }
-  return jsonText(fields, 1) + "\n";
+  return text + "\n}\n";
 }
 
 }  // namespace mouthpiece
