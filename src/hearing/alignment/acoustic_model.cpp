@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <numbers>
@@ -123,6 +124,10 @@ void addGaussians(TiedModel& model, const TiedModelFiles& files) {
   }
 }
 
+bool comesBefore(const TiedModel::Triphone& a, const TiedModel::Triphone& b) {
+  return std::tie(a.base, a.left, a.right) < std::tie(b.base, b.left, b.right);
+}
+
 /// Which phone each senone belongs to, and the phones' names.
 void addPhones(TiedModel& model, std::string_view bytes, const fs::path& path) {
   ByteReader reader(bytes, path.string());
@@ -179,8 +184,8 @@ void addPhones(TiedModel& model, std::string_view bytes, const fs::path& path) {
   }
   std::copy_if(entries.begin() + signedIndex(names), entries.end(), std::back_inserter(model.triphones),
                [&](const TiedModel::Triphone& entry) { return entry.left < names && entry.right < names; });
-  if (!std::is_sorted(model.triphones.begin(), model.triphones.end()))
-    std::sort(model.triphones.begin(), model.triphones.end());
+  if (!std::is_sorted(model.triphones.begin(), model.triphones.end(), comesBefore))
+    std::sort(model.triphones.begin(), model.triphones.end(), comesBefore);
   std::vector<std::size_t> owner(model.senone_count, names);
   for (const TiedModel::Triphone& entry : entries) {
     for (const int senone : model.senonesOf(entry)) owner[unsignedIndex(senone)] = entry.base;
@@ -206,6 +211,8 @@ void addWeights(TiedModel& model, std::string_view bytes, const fs::path& path) 
     reader.fail(fmt::format("has {} densities and {} senones; expected {} and {}", densities, senones,
                             model.codebooks[0].gaussians[0].rows(), model.senone_count));
   const std::string_view ids = reader.readBytes(streams * densities * senones);
+  std::array<float, 256> weight_of{};
+  for (std::size_t id = 0; id < weight_of.size(); ++id) weight_of[id] = asFloat(std::exp(-kScoreUnit * asReal(id)));
   for (TiedModel::Codebook& codebook : model.codebooks) {
     for (std::size_t stream = 0; stream < streams; ++stream) {
       auto& weights = codebook.weights.emplace_back(codebook.senones.size(), densities);
@@ -213,7 +220,7 @@ void addWeights(TiedModel& model, std::string_view bytes, const fs::path& path) 
         for (std::size_t i = 0; i < codebook.senones.size(); ++i) {
           const auto id = static_cast<unsigned char>(
               ids[(stream * densities + density) * senones + unsignedIndex(codebook.senones[i])]);
-          weights(signedIndex(i), signedIndex(density)) = asFloat(std::exp(-kScoreUnit * id));
+          weights(signedIndex(i), signedIndex(density)) = weight_of[id];
         }
       }
     }
@@ -228,11 +235,9 @@ Eigen::Index TiedModel::featureCount() const {
 
 std::span<const int> TiedModel::senonesOf(std::size_t base, std::size_t left, std::size_t right,
                                           WordPlace place) const {
-  const auto key = [](const Triphone& triphone) { return std::tuple(triphone.base, triphone.left, triphone.right); };
-  const auto [first, last] = std::equal_range(
-      triphones.begin(), triphones.end(),
-      Triphone{static_cast<std::uint16_t>(base), static_cast<std::uint16_t>(left), static_cast<std::uint16_t>(right)},
-      [&](const Triphone& a, const Triphone& b) { return key(a) < key(b); });
+  const Triphone wanted{static_cast<std::uint16_t>(base), static_cast<std::uint16_t>(left),
+                        static_cast<std::uint16_t>(right)};
+  const auto [first, last] = std::equal_range(triphones.begin(), triphones.end(), wanted, comesBefore);
   if (first == last) return alone[base];
   const auto there = std::find_if(first, last, [&](const Triphone& triphone) { return triphone.place == place; });
   return senonesOf(there != last ? *there : *first);

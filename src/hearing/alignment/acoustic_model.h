@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <compare>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -33,11 +32,10 @@ struct TiedModel {
     std::uint16_t base = 0, left = 0, right = 0;
     WordPlace place = WordPlace::kInside;
     std::uint32_t sequence = 0;  ///< states are sequences[sequence] and what follows
-    auto operator<=>(const Triphone&) const = default;
   };
   std::vector<Codebook> codebooks;
   std::vector<std::vector<int>> alone;  ///< by codebook: the senones of its phone's states whatever is beside it
-  std::vector<Triphone> triphones;      ///< rising
+  std::vector<Triphone> triphones;      ///< by base, left and right
   std::vector<int> sequences;           ///< senones of phones' states, `states` each
   std::size_t states = 0;
   std::size_t senone_count = 0;
