@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -103,6 +104,31 @@ TEST_F(Boxes, RowsOfTeethAreToldByTheirNames) {
   }
   EXPECT_EQ(kindsOf(mesh()), (Kinds{PartKind::kUpperTeeth, PartKind::kUpperTeeth, PartKind::kUpperTeeth,
                                     PartKind::kLowerTeeth, PartKind::kLowerTeeth, PartKind::kLowerTeeth}));
+}
+
+/// A bite may rise or fall to the back: a molar of the lower row then stands higher than an incisor of the upper one.
+TEST_F(Boxes, RowsOfTeethAreToldHoweverTheirBiteFalls) {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> jitter(-0.1, 0.1);
+  for (const double tilt : {-0.6, -0.5, -0.35, -0.2, -0.1, 0.0, 0.1, 0.2, 0.35, 0.5, 0.6}) {
+    soup_ = {};
+    begin("teeth");
+    std::vector<bool> is_upper;
+    for (int tooth = 0; tooth < 28; ++tooth) {
+      const double deep = tooth / 4 * 4.0;
+      is_upper.push_back(tooth % 2 == 0);
+      box({(tooth / 2 % 2 == 0 ? 1 : -1) * (4 + 0.5 * deep), -tilt * deep + (is_upper.back() ? 1 : -1) + jitter(random),
+           -deep},
+          0.3);
+    }
+    const FaceMesh split = mesh();
+    ASSERT_EQ(kindsOf(split), (Kinds{PartKind::kUpperTeeth, PartKind::kLowerTeeth})) << tilt;
+    for (const MeshPart& part : split.parts) {
+      EXPECT_EQ(part.triangle_count, 14U * 12) << tilt;
+      for (const Triangle& t : trianglesOf(split, part))
+        EXPECT_EQ(is_upper[t[0] / 8], part.kind == PartKind::kUpperTeeth) << tilt << " tooth " << t[0] / 8;
+    }
+  }
 }
 
 TEST_F(Boxes, WetThingsShineAndOwnColoursStay) {
