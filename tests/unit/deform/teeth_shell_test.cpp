@@ -118,6 +118,28 @@ TEST(TeethShell, IsTheSameInAnyOrderAndPlace) {
   }
 }
 
+/// Of teeth that lean out or in the depth is the shortest way out, not the way along the ground.
+TEST(TeethShell, LeaningTeethAreLeftByTheShortestWay) {
+  for (const float lean : {-0.5F, -0.3F, 0.3F, 0.5F}) {
+    Arch teeth = arch();
+    for (Eigen::Index v = 0; v < teeth.vertices.rows(); ++v) {
+      const float radius = kRadius_mm + lean * (teeth.vertices(v, 1) - kHeight_mm / 2);
+      const Eigen::Vector2f flat(teeth.vertices(v, 0), teeth.vertices(v, 2));
+      teeth.vertices(v, 0) = radius * flat.x() / flat.norm();
+      teeth.vertices(v, 2) = radius * flat.y() / flat.norm();
+    }
+    const TeethShell shell(teeth.vertices, teeth.triangles, true, kCell_mm);
+    const float upright = std::sqrt(1 + lean * lean);
+    for (const float angle : {-0.8F, 0.0F, 0.3F}) {
+      const auto behind = [&](float mm) {
+        return shell.depthAt(at(angle, kHeight_mm / 2, kRadius_mm - mm), 12, false);
+      };
+      EXPECT_NEAR(behind(2.5F).depth - behind(1).depth, 1.5F / upright, 0.1F) << lean;
+      EXPECT_NEAR(behind(1).out.y(), -lean / upright, 0.1F) << lean;
+    }
+  }
+}
+
 TEST(TeethShell, TellsWhatIsNear) {
   const Arch teeth = arch();
   const TeethShell shell(teeth.vertices, teeth.triangles, true, kCell_mm);
