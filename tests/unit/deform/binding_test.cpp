@@ -305,6 +305,7 @@ TEST(Relaxing, SpreadsWhatWasTornApart) {
   }
   FaceBinding held = sampleBinding();
   relaxAround(mesh, topology, {torn}, std::vector<bool>(mesh.vertexCount(), true), reach, held);
+  EXPECT_EQ(held.relaxed.vertices, std::vector<std::uint32_t>{torn}) << "one alone, too";
   for (const std::uint32_t v : held.relaxed.vertices)
     EXPECT_EQ(mesh.vertices.row(v), mesh.vertices.row(torn)) << "the others are held";
   // Steps between neighbours are less than before: that is what harmonic is.

@@ -235,6 +235,23 @@ TEST(DamagedGlb, PackedViewsAreDescribedSoundly) {
   EXPECT_EQ(with("mode", "7"), "a.glb: holds compressed data that its JSON does not describe");
 }
 
+/// A node that no skin has among its joints is no bone, whatever it is called.
+TEST(GlbBones, AreJoints) {
+  Json root = soundJson();
+  root["nodes"].push_back({{"name", "hair_stand"}, {"mesh", 1}});
+  root["nodes"][0]["children"].push_back(4);
+  Json visor = root["meshes"][0];
+  visor["name"] = "visor";
+  visor.erase("extras");
+  for (const char* of_bones : {"JOINTS_0", "WEIGHTS_0"}) visor["primitives"][0]["attributes"].erase(of_bones);
+  visor["primitives"][0].erase("targets");
+  root["meshes"].push_back(visor);
+  const FaceMesh mesh = parseGlb(glbOf(root), "a.glb");
+  ASSERT_EQ(mesh.parts.size(), 2U);
+  EXPECT_EQ(mesh.parts[1].name, "visor");
+  EXPECT_EQ(mesh.parts[1].kind, PartKind::kSkin);
+}
+
 /// What the head's own shapes of the mouth move is its skin, whatever it is called and whichever of them moves it.
 TEST(GlbShapes, TellTheSkin) {
   Json root = soundJson();

@@ -268,6 +268,31 @@ TEST(LipLine, BetweenItsPlacesItIsStraightAndBeyondThemItEnds) {
   expectAt(9, line.upper[2], line.lower[2]);
 }
 
+/// Columns of vertices that no section passes are as much inside as those beside them.
+TEST(LipLine, AllThatLiesBehindTheLipsIsInside) {
+  std::mt19937 random(11);
+  const Mouth mouth{Make::kBag, 3, 1, 0.4};
+  const FaceMesh mesh = mouth.mesh();
+  FaceOpenings openings;
+  openings.mouth = mouth.hints(random);
+  const HeadTopology topology(mesh, openings);
+  const std::size_t rows = mouth.outline(0).size();
+  std::size_t inside = 0;
+  for (std::size_t v = 0; v < mesh.vertexCount(); ++v) {
+    const Vector3d p = pointAt(mesh.vertices, v);
+    if (std::abs(p.x()) > 0.6 * kHalfMm) continue;
+    const std::size_t row = v % rows, from_middle = row < rows / 2 ? rows / 2 - row : row - rows / 2 + 1;
+    if (from_middle <= 4) {
+      EXPECT_TRUE(topology.isInMouth(v)) << p.transpose();
+      ++inside;
+    }
+    if (std::abs(p.y() - mouth.lineAt(p.x())) > 9) {
+      EXPECT_FALSE(topology.isInMouth(v)) << p.transpose();
+    }
+  }
+  EXPECT_GT(inside, 500U);
+}
+
 TEST(MouthBag, JoinsTheEdgeOfAHole) {
   std::mt19937 random(3);
   const Mouth mouth{Make::kHole, 4, 1, 2};

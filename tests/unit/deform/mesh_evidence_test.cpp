@@ -106,6 +106,27 @@ TEST_F(Boxes, RowsOfTeethAreToldByTheirNames) {
                                     PartKind::kLowerTeeth, PartKind::kLowerTeeth, PartKind::kLowerTeeth}));
 }
 
+/// A mouth that is modelled open tells more by its jaw than by heights: what the jaw carries is the lower row.
+TEST_F(Boxes, TheRowThatTheJawCarriesIsTheLowerOne) {
+  for (const bool high_one_moves : {false, true}) {
+    soup_ = {};
+    begin("teeth");
+    const std::size_t high = box({0, 5, 0}, 1), low = box({0, -5, 0}, 1), loose = box({4, -5, 0}, 1);
+    soup_.evidence.jaw_moves.assign(24, 0);
+    const auto carry = [&](std::size_t first, float way) {
+      std::fill_n(soup_.evidence.jaw_moves.begin() + signedIndex(first), 8, way);
+    };
+    carry(high_one_moves ? high : low, 3);
+    carry(loose, high_one_moves ? 0.2F : 2.8F);
+    const FaceMesh split = mesh();
+    ASSERT_EQ(kindsOf(split), (Kinds{PartKind::kUpperTeeth, PartKind::kLowerTeeth}));
+    for (const MeshPart& part : split.parts) {
+      for (const Triangle& t : trianglesOf(split, part))
+        EXPECT_EQ(part.kind == PartKind::kLowerTeeth, soup_.evidence.jaw_moves[t[0]] > 1.5F) << t[0] / 8;
+    }
+  }
+}
+
 /// A bite may rise or fall to the back: a molar of the lower row then stands higher than an incisor of the upper one.
 TEST_F(Boxes, RowsOfTeethAreToldHoweverTheirBiteFalls) {
   std::mt19937 random(9);
