@@ -175,7 +175,8 @@ TEST(UnitDatabaseTest, ThreadsSelectAsOneAfterTheOtherDo) {
 
 /// Between two frames it is their mean by time, and beyond the ends of a clip what these show.
 TEST(PoseAt, IsBetweenItsFramesAndHeldBeyondThem) {
-  const CorpusTake take = testing::tinyTake("a", "DH-AH T-AY-M", 3, 50);
+  CorpusTake take = testing::tinyTake("a", "DH-AH T-AY-M", 3, 50);
+  take.motion.positions_mm.setRandom();
   const std::vector<Eigen::Index> columns{1, 4, 7};
   const auto frame = [&](Eigen::Index k) -> Eigen::RowVectorXd { return take.motion.positions_mm(k, columns); };
   const Eigen::Index last = take.motion.positions_mm.rows() - 1;
