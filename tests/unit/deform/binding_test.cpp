@@ -3,17 +3,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-
 #include <array>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <string>
 
-#include "base/errors.h"
 #include "deform/kernel/deformer.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/surface/bezier_surface.h"
 #include "deform/surface/virtual_points.h"
+#include "support/error_of.h"
 #include "tests/unit/deform/sample_face.h"
 
 namespace mouthpiece {
@@ -188,47 +188,101 @@ TEST(Binding, LoosePartsAreCarriedByTheirRootsWithoutTurning) {
   EXPECT_LT((moves.row(first + 2) - moves.row(first)).norm(), 1e-3F) << "and the tip as its root";
 }
 
+/// Each is told with what was found and what was expected.
 TEST(Binding, ChecksWhatComesFromFiles) {
-  const auto expectRefused = [](auto&& damage) {
+  const auto said = [](const FaceBinding& binding) {
+    return errorOf([&] { checkBinding(binding, sampleFace().mesh, sampleControl(), "x.face"); });
+  };
+  const auto after = [&](auto&& damage) {
     FaceBinding damaged = sampleBinding();
     damage(damaged);
-    EXPECT_THROW(checkBinding(damaged, sampleFace().mesh, sampleControl(), "x.face"), InputError);
+    return said(damaged);
   };
-  EXPECT_NO_THROW(checkBinding(sampleBinding(), sampleFace().mesh, sampleControl(), "x.face"));
-  expectRefused([](FaceBinding& b) { b.patch[5] = 100000; });
-  expectRefused([](FaceBinding& b) { b.patch[5] = -2; });
-  expectRefused([](FaceBinding& b) { b.patch.pop_back(); });
-  expectRefused([](FaceBinding& b) { b.d.pop_back(); });
-  expectRefused([](FaceBinding& b) { b.u[3] = -1; });
-  expectRefused([](FaceBinding& b) { b.u[3] = std::numeric_limits<float>::quiet_NaN(); });
-  expectRefused([](FaceBinding& b) { b.skin_weight[3] = 2; });
-  expectRefused([](FaceBinding& b) { b.d[3] = std::numeric_limits<float>::infinity(); });
-  expectRefused([](FaceBinding& b) { b.carried = {static_cast<std::uint32_t>(b.d.size())}; });
-  expectRefused([](FaceBinding& b) { b.carried = {2, 1}; });
-  expectRefused([](FaceBinding& b) { b.pressed = {0.1F}; });
-  expectRefused([](FaceBinding& b) { b.pressed.assign(kLipColumns, std::numeric_limits<float>::quiet_NaN()); });
-  const FaceBinding::Relaxed whole{.vertices = {3, 5}, .ends = {1, 3}, .from = {4, 4, 6}, .weights = {1, 0.5F, 0.5F}};
-  const auto expectRefusedRelaxed = [&](const auto& damage) {
-    expectRefused([&](FaceBinding& b) {
-      b.relaxed = whole;
-      damage(b.relaxed);
-    });
-  };
-  FaceBinding relaxed = sampleBinding();
-  relaxed.relaxed = whole;
-  EXPECT_NO_THROW(checkBinding(relaxed, sampleFace().mesh, sampleControl(), "x.face"));
+  ASSERT_EQ(said(sampleBinding()), "no error");
+  const std::string count = std::to_string(sampleBinding().d.size()),
+                    patches = std::to_string(sampleControl().triangles.size() - 1), in = "x.face:binding: found ";
+  constexpr float kNone = std::numeric_limits<float>::quiet_NaN(), kFar = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(after([](FaceBinding& b) { b.patch[5] = 100000; }), in + "patch 100000; expected -1 to " + patches);
+  EXPECT_EQ(after([](FaceBinding& b) { b.patch[5] = static_cast<int>(sampleControl().triangles.size()); }),
+            in + "patch " + std::to_string(sampleControl().triangles.size()) + "; expected -1 to " + patches);
+  EXPECT_EQ(after([](FaceBinding& b) { b.patch[5] = -2; }), in + "patch -2; expected -1 to " + patches);
+  EXPECT_EQ(after([](FaceBinding& b) { b.patch.clear(); }), in + "0 vertices; expected " + count);
+  EXPECT_EQ(after([](FaceBinding& b) { b.d.pop_back(); }),
+            in + "columns of different lengths; expected " + count + " entries each");
+  const std::string out_of_range = in + "vertex 3 out of range";
+  for (const float value : {-0.001F, 1.001F, 2.0F, kNone, kFar}) {
+    EXPECT_EQ(after([&](FaceBinding& b) { b.u[3] = value; }), out_of_range) << value;
+    EXPECT_EQ(after([&](FaceBinding& b) { b.v[3] = value; }), out_of_range) << value;
+    EXPECT_EQ(after([&](FaceBinding& b) { b.skin_weight[3] = value; }), out_of_range) << value;
+    EXPECT_EQ(after([&](FaceBinding& b) { b.jaw_weight[3] = value; }), out_of_range) << value;
+  }
+  EXPECT_EQ(after([](FaceBinding& b) { b.u[3] = b.v[3] = 0.6F; }), out_of_range) << "beyond the triangle's long side";
+  EXPECT_EQ(after([](FaceBinding& b) { b.d[3] = -kFar; }), out_of_range);
+  const std::string rising = "; expected rising numbers under " + count;
+  EXPECT_EQ(after([](FaceBinding& b) { b.carried = {static_cast<std::uint32_t>(b.d.size())}; }),
+            in + "carried vertex " + count + rising);
+  EXPECT_EQ(after([](FaceBinding& b) { b.carried = {2, 1}; }), in + "carried vertex 1" + rising);
+  EXPECT_EQ(after([](FaceBinding& b) { b.carried = {2, 2}; }), in + "carried vertex 2" + rising);
+  EXPECT_EQ(after([](FaceBinding& b) { b.pressed = {0.1F}; }),
+            in + "1 columns of lips; expected " + std::to_string(kLipColumns));
+  for (const float value : {kNone, kFar, -2 * asFloat(sampleControl().mouth_width)}) {
+    EXPECT_EQ(after([&](FaceBinding& b) { b.pressed.assign(kLipColumns, value); }),
+              in + "lips that are pressed by no usable length");
+    EXPECT_EQ(after([&](FaceBinding& b) {
+                b.levelled = {{3}, {value}};
+              }),
+              in + "lips that are levelled by no usable length");
+  }
+  EXPECT_EQ(after([](FaceBinding& b) { b.levelled = {{3}, {}}; }), in + "levelled lips of different lengths");
+  EXPECT_EQ(after([](FaceBinding& b) { b.levelled = {{4, 4}, {0, 0}}; }), in + "levelled vertex 4" + rising);
+  EXPECT_EQ(after([](FaceBinding& b) {
+              b.levelled = {{0, static_cast<std::uint32_t>(b.d.size())}, {0, 0}};
+            }),
+            in + "levelled vertex " + count + rising);
+  FaceMesh tiny = sampleFace().mesh;
+  tiny.vertices *= 0.01F;
+  EXPECT_EQ(errorOf([&] { checkBinding(sampleBinding(), tiny, sampleControl(), "x.face"); }),
+            in + "a mouth wider than the mesh");
+}
+
+TEST(Binding, ChecksRowsOfRelaxedSkin) {
   using Relaxed = FaceBinding::Relaxed;
-  expectRefusedRelaxed([](Relaxed& r) { r.vertices = {5, 3}; });
-  expectRefusedRelaxed([](Relaxed& r) { r.vertices[1] = 4'000'000'000U; });
-  expectRefusedRelaxed([](Relaxed& r) { r.ends = {3, 1}; });
-  expectRefusedRelaxed([](Relaxed& r) { r.ends = {9, 3}; });
-  expectRefusedRelaxed([](Relaxed& r) { r.ends.pop_back(); });
-  expectRefusedRelaxed([](Relaxed& r) { r.from[0] = 5; });
-  expectRefusedRelaxed([](Relaxed& r) { r.from[0] = 4'000'000'000U; });
-  expectRefusedRelaxed([](Relaxed& r) { r.weights.pop_back(); });
-  expectRefusedRelaxed([](Relaxed& r) { r.weights[0] = -1; });
-  expectRefusedRelaxed([](Relaxed& r) { r.weights[0] = 2; });
-  expectRefusedRelaxed([](Relaxed& r) { r.weights[0] = std::numeric_limits<float>::quiet_NaN(); });
+  const auto after = [&](const auto& damage) {
+    FaceBinding binding = sampleBinding();
+    binding.relaxed = {.vertices = {3, 5}, .ends = {1, 3}, .from = {4, 4, 6}, .weights = {1, 0.5F, 0.5F}};
+    damage(binding.relaxed);
+    return errorOf([&] { checkBinding(binding, sampleFace().mesh, sampleControl(), "x.face"); });
+  };
+  ASSERT_EQ(after([](Relaxed&) {}), "no error");
+  const std::string count = std::to_string(sampleBinding().d.size()), in = "x.face:binding: found ";
+  const std::string rising = "; expected rising numbers under " + count,
+                    columns =
+                        in + "relaxed columns of different lengths; expected a row a vertex and a weight an entry",
+                    share = in + "a relaxed weight that is no share";
+  EXPECT_EQ(after([](Relaxed& r) { r.vertices = {5, 3}; }), in + "relaxed vertex 3" + rising);
+  EXPECT_EQ(after([](Relaxed& r) { r.vertices = {5, 5}; }), in + "relaxed vertex 5" + rising);
+  EXPECT_EQ(after([&](Relaxed& r) { r.vertices[1] = static_cast<std::uint32_t>(std::stoul(count)); }),
+            in + "relaxed vertex " + count + rising);
+  EXPECT_EQ(after([](Relaxed& r) { r.ends[0] = 9; }),
+            in + "a relaxed row that ends at 9; expected rising ends up to 3");
+  EXPECT_EQ(after([](Relaxed& r) {
+              r.vertices.push_back(7);
+              r.ends = std::vector<std::uint32_t>{2, 1, 3};
+              r.weights.assign(3, 0.5F);
+            }),
+            in + "a relaxed row that ends at 1; expected rising ends up to 3");
+  EXPECT_EQ(after([](Relaxed& r) { r.ends.pop_back(); }), columns);
+  EXPECT_EQ(after([](Relaxed& r) { std::swap(r.ends[0], r.ends[1]); }), columns);
+  EXPECT_EQ(after([](Relaxed& r) { r.weights.pop_back(); }), columns);
+  EXPECT_EQ(after([](Relaxed& r) { r.vertices.clear(), r.ends.clear(); }), columns);
+  EXPECT_EQ(after([](Relaxed& r) { r.from[0] = 5; }),
+            in + "vertex 5 of a relaxed one; expected one under " + count + " that is not relaxed");
+  EXPECT_EQ(after([&](Relaxed& r) { r.from[2] = static_cast<std::uint32_t>(std::stoul(count)); }),
+            in + "vertex " + count + " of a relaxed one; expected one under " + count + " that is not relaxed");
+  EXPECT_EQ(after([](Relaxed& r) { r.weights[0] = -1; }), share);
+  EXPECT_EQ(after([](Relaxed& r) { r.weights[2] = std::numeric_limits<float>::quiet_NaN(); }), share);
+  EXPECT_EQ(after([](Relaxed& r) { r.weights[2] = 0.75F; }),
+            in + "weights of 1.25 in a relaxed row; expected 1 at most");
 }
 
 TEST(Relaxing, SpreadsWhatWasTornApart) {
@@ -251,6 +305,7 @@ TEST(Relaxing, SpreadsWhatWasTornApart) {
   }
   FaceBinding held = sampleBinding();
   relaxAround(mesh, topology, {torn}, std::vector<bool>(mesh.vertexCount(), true), reach, held);
+  EXPECT_EQ(held.relaxed.vertices, std::vector<std::uint32_t>{torn}) << "one alone, too";
   for (const std::uint32_t v : held.relaxed.vertices)
     EXPECT_EQ(mesh.vertices.row(v), mesh.vertices.row(torn)) << "the others are held";
   // Steps between neighbours are less than before: that is what harmonic is.

@@ -2,17 +2,16 @@
 
 #include <gtest/gtest.h>
 
-#include <utility>
-
-#include <array>
-
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <set>
+#include <string>
+#include <utility>
 
-#include "base/errors.h"
 #include "deform/mesh/face_mesh.h"
 #include "deform/surface/virtual_points.h"
+#include "support/error_of.h"
 #include "tests/unit/deform/sample_face.h"
 
 namespace mouthpiece {
@@ -243,31 +242,63 @@ TEST(ControlSurface, StandsOnMarkersAlone) {
   EXPECT_NO_THROW(checkControlMesh(mesh, "x.face"));
 }
 
+/// Each is told with what was found.
 TEST(ControlSurface, ChecksWhatComesFromFiles) {
-  const auto expectRefused = [](auto&& damage) {
+  const auto after = [](auto&& damage) {
     ControlMesh mesh = sampleControl();
     damage(mesh);
-    EXPECT_THROW(checkControlMesh(mesh, "x.face"), InputError);
+    return errorOf([&] { checkControlMesh(mesh, "x.face"); });
   };
-  EXPECT_NO_THROW(checkControlMesh(sampleControl(), "x.face"));
-  expectRefused([](ControlMesh& m) { m.triangles[0][1] = 100000; });
-  expectRefused([](ControlMesh& m) { m.triangles[0][1] = -1; });
-  expectRefused([](ControlMesh& m) { std::swap(m.triangles[0][0], m.triangles[0][1]); });
-  expectRefused([](ControlMesh& m) { m.triangles.push_back(m.triangles[0]); });
-  expectRefused([](ControlMesh& m) { m.triangles.clear(); });
-  expectRefused([](ControlMesh& m) { m.rest(2, 2) = std::numeric_limits<double>::infinity(); });
-  expectRefused([](ControlMesh& m) { m.domain.conservativeResize(5, 2); });
-  expectRefused([](ControlMesh& m) { m.rest_slopes.conservativeResize(5, 3); });
-  expectRefused([](ControlMesh& m) { m.mouth_width *= 1e6; });
-  expectRefused([](ControlMesh& m) { m.mouth_width *= 1.001; });
-  expectRefused([](ControlMesh& m) { m.points[static_cast<std::size_t>(findPoint(m, "LIP_CORNER_R"))].name = "X"; });
-  expectRefused([](ControlMesh& m) { m.marker_count = 1000; });
-  expectRefused([](ControlMesh& m) { m.mouth_width = 0; });
-  expectRefused([](ControlMesh& m) { m.points[m.marker_count].drivers[0].point = 5000; });
-  expectRefused([](ControlMesh& m) { m.points[m.marker_count].opposite = 3; });
-  expectRefused([](ControlMesh& m) {
-    m.triangles[0] = {indexOf(m, "LIP_UP_MID"), indexOf(m, "LIP_LO_MID"), indexOf(m, "LIP_CORNER_L")};
-  });
+  ASSERT_EQ(after([](ControlMesh&) {}), "no error");
+  const std::size_t markers = sampleControl().marker_count, points = sampleControl().points.size();
+  const std::string in = "x.face:control surface: found ", of = " of " + std::to_string(points),
+                    first = sampleControl().points[markers].name;
+  const auto rim = [](ControlMesh& m) -> ControlPoint& { return m.points[unsignedIndex(indexOf(m, "RIM_UP_MID"))]; };
+  EXPECT_EQ(after([](ControlMesh& m) { m.triangles[0][1] = 100000; }), in + "a triangle with point 100000" + of);
+  EXPECT_EQ(after([&](ControlMesh& m) { m.triangles[0][1] = static_cast<int>(points); }),
+            in + "a triangle with point " + std::to_string(points) + of);
+  EXPECT_EQ(after([](ControlMesh& m) { m.triangles[0][1] = -1; }), in + "a triangle with point -1" + of);
+  const std::string flat = in + "a triangle that is turned over or flat";
+  EXPECT_EQ(after([](ControlMesh& m) { std::swap(m.triangles[0][0], m.triangles[0][1]); }), flat);
+  EXPECT_EQ(after([](ControlMesh& m) { m.triangles[0][1] = m.triangles[0][0]; }), flat);
+  EXPECT_EQ(after([](ControlMesh& m) { m.triangles.push_back(m.triangles[0]); }),
+            in + "an edge with two triangles on one side");
+  EXPECT_EQ(after([](ControlMesh& m) { m.triangles.clear(); }), in + "no triangles");
+  EXPECT_EQ(after([](ControlMesh& m) {
+              m.triangles[0] = {indexOf(m, "LIP_UP_MID"), indexOf(m, "LIP_LO_MID"), indexOf(m, "LIP_CORNER_L")};
+            }),
+            in + "a triangle that joins the lips");
+  const auto driver = [&](ControlMesh& m) -> PointDriver& { return m.points[markers].drivers.at(0); };
+  EXPECT_EQ(after([&](ControlMesh& m) { driver(m).point = 5000; }), in + "point " + first + " driven by a later point");
+  EXPECT_EQ(after([&](ControlMesh& m) { driver(m).point = static_cast<int>(markers); }),
+            in + "point " + first + " driven by a later point")
+      << "itself";
+  EXPECT_EQ(after([&](ControlMesh& m) { driver(m).point = -1; }), in + "point " + first + " driven by a later point");
+  EXPECT_EQ(after([&](ControlMesh& m) { driver(m).weight = std::numeric_limits<double>::quiet_NaN(); }),
+            in + "point " + first + " with a weight that is not finite");
+  EXPECT_EQ(after([&](ControlMesh& m) { rim(m).opposite = 3; }),
+            in + "point RIM_UP_MID facing a point that is not on a lip's rim");
+  for (const int nobody : {-2, static_cast<int>(points)})
+    EXPECT_EQ(after([&](ControlMesh& m) { rim(m).opposite = nobody; }), in + "point RIM_UP_MID facing no point");
+  EXPECT_EQ(after([](ControlMesh& m) { m.rest(2, 2) = std::numeric_limits<double>::infinity(); }),
+            in + "a coordinate that is not finite");
+  EXPECT_EQ(after([](ControlMesh& m) { m.domain.conservativeResize(5, 2); }),
+            in + "tables of different lengths; expected one row a control point");
+  EXPECT_EQ(after([](ControlMesh& m) { m.rest_slopes = MarkerPositions::Zero(5, 3); }),
+            in + "5 rest slopes; expected none or two a point");
+  EXPECT_EQ(after([](ControlMesh& m) { m.mouth_width = 0; }), in + "no mouth width; expected one above zero");
+  for (const double times : {1e6, 1.00001, 0.99999}) {
+    EXPECT_EQ(after([&](ControlMesh& m) { m.mouth_width *= times; }).substr(0, in.size() + 14), in + "a mouth width ")
+        << times;
+  }
+  EXPECT_EQ(after([](ControlMesh& m) { m.points[unsignedIndex(findPoint(m, "LIP_CORNER_R"))].name = "X"; }),
+            in + "no corners of the mouth; expected LIP_CORNER_R and LIP_CORNER_L");
+  for (const std::size_t count : {std::size_t{0}, points + 1})
+    EXPECT_EQ(after([&](ControlMesh& m) { m.marker_count = count; }), in + "a marker count outside the points");
+  EXPECT_EQ(after([&](ControlMesh& m) { m.marker_count = markers - 1; }),
+            in + "point " + sampleControl().points[markers - 1].name + " out of order; expected markers first");
+  EXPECT_EQ(after([&](ControlMesh& m) { rim(m).drivers.pop_back(); }),
+            in + "point RIM_UP_MID without its three lip markers");
 }
 
 /// A side of a triangle that another has already, whichever of its three it is.

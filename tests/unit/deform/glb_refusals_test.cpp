@@ -235,5 +235,40 @@ TEST(DamagedGlb, PackedViewsAreDescribedSoundly) {
   EXPECT_EQ(with("mode", "7"), "a.glb: holds compressed data that its JSON does not describe");
 }
 
+/// A node that no skin has among its joints is no bone, whatever it is called.
+TEST(GlbBones, AreJoints) {
+  Json root = soundJson();
+  root["nodes"].push_back({{"name", "hair_stand"}, {"mesh", 1}});
+  root["nodes"][0]["children"].push_back(4);
+  Json visor = root["meshes"][0];
+  visor["name"] = "visor";
+  visor.erase("extras");
+  for (const char* of_bones : {"JOINTS_0", "WEIGHTS_0"}) visor["primitives"][0]["attributes"].erase(of_bones);
+  visor["primitives"][0].erase("targets");
+  root["meshes"].push_back(visor);
+  const FaceMesh mesh = parseGlb(glbOf(root), "a.glb");
+  ASSERT_EQ(mesh.parts.size(), 2U);
+  EXPECT_EQ(mesh.parts[1].name, "visor");
+  EXPECT_EQ(mesh.parts[1].kind, PartKind::kSkin);
+}
+
+/// What the head's own shapes of the mouth move is its skin, whatever it is called and whichever of them moves it.
+TEST(GlbShapes, TellTheSkin) {
+  Json root = soundJson();
+  root["meshes"][0]["name"] = "outfit";
+  ASSERT_EQ(parseGlb(glbOf(root), "a.glb").parts.at(0).kind, PartKind::kOther) << "a shape that moves nothing";
+  Json moving = root["accessors"][6];
+  moving["sparse"]["values"]["byteOffset"] = 12;
+  root["accessors"].push_back(moving);
+  Json& mesh = root["meshes"][0];
+  for (const bool is_last : {false, true}) {
+    mesh["extras"]["targetNames"] = {"jawOpen", "mouthSmile_L"};
+    mesh["primitives"][0]["targets"] = Json::array({{{"POSITION", is_last ? 6 : 7}}, {{"POSITION", is_last ? 7 : 6}}});
+    EXPECT_EQ(parseGlb(glbOf(root), "a.glb").parts.at(0).kind, PartKind::kSkin) << is_last;
+  }
+  mesh["extras"]["targetNames"] = {"eyeBlink_L", "browInnerUp"};
+  EXPECT_EQ(parseGlb(glbOf(root), "a.glb").parts.at(0).kind, PartKind::kOther) << "what moves is no mouth";
+}
+
 }  // namespace
 }  // namespace mouthpiece

@@ -226,6 +226,7 @@ TEST(HeadTopology, KindsOfSharedVerticesAreTheSkins) {
   using enum PartKind;
   EXPECT_EQ(kindsOf(kSkin, kLips, kMouthInside), (std::vector{kSkin, kLips, kLips, kLips, kMouthInside}));
   EXPECT_EQ(kindsOf(kMouthInside, kSkin, kEye), (std::vector{kMouthInside, kSkin, kSkin, kSkin, kEye}));
+  EXPECT_EQ(kindsOf(kHair, kMouthInside, kEye), (std::vector{kHair, kMouthInside, kMouthInside, kMouthInside, kEye}));
   EXPECT_EQ(kindsOf(kHair, kEye, kOther), (std::vector{kHair, kHair, kHair, kEye, kOther}));
 }
 

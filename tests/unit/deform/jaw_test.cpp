@@ -6,6 +6,8 @@
 #include <cmath>
 #include <random>
 #include <string>
+#include <tuple>
+#include <vector>
 
 #include "deform/surface/virtual_points.h"
 #include "tests/unit/deform/sample_face.h"
@@ -143,6 +145,49 @@ TEST_P(JawLaws, OpensAsFarAsFitsItsMarkersBest) {
   EXPECT_LT(miss(0), miss(-0.002));
 }
 
+/// So it turns to the side and slides no further than its markers ask for: a twentieth of their weight speaks for the
+/// middle.
+TEST_P(JawLaws, TurnsAndSlidesAsItsMarkersAndItsReluctanceSay) {
+  const MarkerPositions points = pose();
+  const JawHinge jaw(sampleControl());
+  const AddedMotion found = jaw.motion(points);
+  const Eigen::Matrix3d turn = found.turn + Eigen::Matrix3d::Identity();
+  const Eigen::Vector3d slide = found.shift + found.turn * jaw.pivot();
+  EXPECT_NEAR(slide.x(), 0, 1e-9);
+  EXPECT_NEAR(slide.y(), 0, 1e-9) << "forwards and back alone";
+  std::vector<std::tuple<Eigen::Vector3d, Eigen::Vector3d, double>> guides;  // at rest, now, weight
+  Eigen::Vector3d chin = Eigen::Vector3d::Zero();
+  double weights = 0;
+  for (const auto& [name, weight] : {std::pair("CHIN_UP", 0.25),
+                                     {"CHIN_MID", 1},
+                                     {"CHIN_LOW", 1},
+                                     {"JAW_FRONT_R", 0.5},
+                                     {"JAW_FRONT_L", 0.5},
+                                     {"JAW_MID_R", 0.15},
+                                     {"JAW_MID_L", 0.15}}) {
+    const int point = findPoint(sampleControl(), name);
+    const Eigen::Vector3d rest = sampleControl().rest.row(point).transpose();
+    guides.emplace_back(rest, points.row(point).transpose(), weight);
+    chin += weight * rest;
+    weights += weight;
+  }
+  const double lever = (chin / weights - jaw.pivot()).norm();
+  const double sideways = std::atan2(-turn(2, 0), turn(0, 0));
+  const auto miss = [&](double more_sideways, double more_forward) {
+    const Eigen::Matrix3d further =
+        Eigen::AngleAxisd(more_sideways, Eigen::Vector3d::UnitY()).toRotationMatrix() * turn;
+    const Eigen::Vector3d forward(0, 0, slide.z() + more_forward * lever);
+    double sum = 0.05 * weights * (std::pow(sideways + more_sideways, 2) + std::pow(forward.z() / lever, 2));
+    for (const auto& [rest, now, weight] : guides)
+      sum += weight * (jaw.pivot() + further * (rest - jaw.pivot()) + forward - now).squaredNorm() / (lever * lever);
+    return sum;
+  };
+  for (const double step : {-0.002, 0.002}) {
+    EXPECT_LT(miss(0, 0), miss(step, 0)) << step;
+    EXPECT_LT(miss(0, 0), miss(0, step)) << step;
+  }
+}
+
 TEST(JawHinge, WithoutItsMarkersNeverMoves) {
   ControlMesh bare = sampleControl();
   for (ControlPoint& point : bare.points) {
@@ -151,6 +196,13 @@ TEST(JawHinge, WithoutItsMarkersNeverMoves) {
   const AddedMotion added = JawHinge(bare).motion(hinged(0.2, 0, {0, 0, 3}));
   EXPECT_EQ(added.turn.norm(), 0);
   EXPECT_EQ(added.shift.norm(), 0);
+}
+
+TEST(JawHinge, LiesBetweenTemplesAndTheJawsAngles) {
+  Eigen::RowVector3d middle = Eigen::RowVector3d::Zero();
+  for (const char* name : {"TEMPLE_R", "TEMPLE_L", "JAW_BACK_R", "JAW_BACK_L"})
+    middle += sampleControl().rest.row(findPoint(sampleControl(), name)) / 4;
+  EXPECT_LT((JawHinge(sampleControl()).pivot().transpose() - middle).norm(), 1e-9);
 }
 
 /// Without temples and the jaw's angles the joint is guessed from the mouth: as wide as it is, so far behind it.

@@ -343,6 +343,23 @@ TEST_F(Guards, LevelledWaysFadeWithoutAJump) {
   EXPECT_NEAR(before, 0, 1e-4F);
 }
 
+/// Lips that are pressed let each other come as much further in; lips that are held apart keep that distance.
+TEST_F(Guards, PressedLipsGoThatMuchIntoEachOther) {
+  FaceBinding binding = bindFace(lips().mesh, sampleControl());
+  const auto gapAfter = [&](float pressed, float into) {
+    binding.pressed.assign(kLipColumns, pressed);
+    const LipGuard guard(lips().mesh, rest(), sampleControl(), binding);
+    VertexPositions moved = lifted(true, -into);
+    guard.separate(pointsApart(0), {}, {}, moved.data());
+    return narrowestGap(moved);
+  };
+  for (const float into : {0.6F, 1.0F}) {
+    EXPECT_NEAR(gapAfter(0.4F, into), gapAfter(0, into) - 0.4F, 0.15F) << into;
+    EXPECT_LT(gapAfter(0.4F, into), gapAfter(0.2F, into));
+  }
+  EXPECT_LT(std::abs(gapAfter(-0.3F, 0)), 0.1F) << "what rests closed stays so";
+}
+
 /// Surfaces that are further apart than their rims are brought as near as these, and no slower or faster than rims part
 /// the lips do: what says that lips are shut may be gone within half a millimetre.
 TEST_F(Guards, LipsThatMeetPartAsTheirRimsDo) {

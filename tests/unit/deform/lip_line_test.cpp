@@ -31,6 +31,7 @@ enum class Make { kBag, kHole, kWalls, kWelded };
 struct Mouth {
   Make make = Make::kBag;
   double open = 0, smile = 0, step = 2;
+  double fold = 0;  ///< how deep a fold of skin lies at the lower lip's edge (below 0: at the upper one's)
 
   [[nodiscard]] double lineAt(double x) const { return smile * std::min(1.0, x * x / (kHalfMm * kHalfMm)); }
   [[nodiscard]] double openAt(double x) const {
@@ -99,6 +100,10 @@ struct Mouth {
     std::vector<Vector3d> whole = half;
     const std::ptrdiff_t shared = make == Make::kWelded ? 1 : 0;
     for (auto p = half.rbegin() + shared; p != half.rend(); ++p) whole.emplace_back(x, 2 * middle - p->y(), p->z());
+    for (Vector3d& p : whole) {
+      const double off = (p.y() - middle + std::copysign(8, fold)) / 2;
+      p.z() -= std::abs(fold) * std::max(inside, 0.2) * std::exp(-0.5 * off * off);
+    }
     return whole;
   }
 
@@ -173,6 +178,24 @@ TEST_P(WeldedMouths, AreToldAndCutOpen) {
   EXPECT_THROW((void)cutLips(cut, *again), InputError) << "lips that are apart";
 }
 
+/// A fold of skin where a lip ends may be a little deeper than the crease between the lips: the mouth is where the
+/// clicks have it between them.
+TEST_P(WeldedMouths, FoldsBesideTheLipsAreNoMouth) {
+  std::mt19937 random(GetParam());
+  for (const double fold : {-3.6, 3.6}) {
+    const Mouth mouth{Make::kWelded, 0, std::uniform_real_distribution<double>(-3, 3)(random), 1, fold};
+    const FaceMesh mesh = mouth.mesh();
+    const auto line = traceLipLine(mesh.vertices, mesh.triangles, mouth.hints(random));
+    ASSERT_TRUE(line);
+    EXPECT_FALSE(line->is_parted);
+    for (const Vector3d& p : line->upper) {
+      if (std::abs(p.x()) < 0.7 * kHalfMm) {
+        EXPECT_NEAR(p.y(), mouth.lineAt(p.x()), 2) << p.x() << " fold " << fold;
+      }
+    }
+  }
+}
+
 /// Whatever the unit, wherever the head is and a little turned, and in a mirror: the line goes with it.
 class MovedMouths : public ::testing::TestWithParam<std::tuple<Make, unsigned>> {};
 INSTANTIATE_TEST_SUITE_P(Makes, MovedMouths,
@@ -245,6 +268,31 @@ TEST(LipLine, BetweenItsPlacesItIsStraightAndBeyondThemItEnds) {
   expectAt(9, line.upper[2], line.lower[2]);
 }
 
+/// Columns of vertices that no section passes are as much inside as those beside them.
+TEST(LipLine, AllThatLiesBehindTheLipsIsInside) {
+  std::mt19937 random(11);
+  const Mouth mouth{Make::kBag, 3, 1, 0.4};
+  const FaceMesh mesh = mouth.mesh();
+  FaceOpenings openings;
+  openings.mouth = mouth.hints(random);
+  const HeadTopology topology(mesh, openings);
+  const std::size_t rows = mouth.outline(0).size();
+  std::size_t inside = 0;
+  for (std::size_t v = 0; v < mesh.vertexCount(); ++v) {
+    const Vector3d p = pointAt(mesh.vertices, v);
+    if (std::abs(p.x()) > 0.6 * kHalfMm) continue;
+    const std::size_t row = v % rows, from_middle = row < rows / 2 ? rows / 2 - row : row - rows / 2 + 1;
+    if (from_middle <= 4) {
+      EXPECT_TRUE(topology.isInMouth(v)) << p.transpose();
+      ++inside;
+    }
+    if (std::abs(p.y() - mouth.lineAt(p.x())) > 9) {
+      EXPECT_FALSE(topology.isInMouth(v)) << p.transpose();
+    }
+  }
+  EXPECT_GT(inside, 500U);
+}
+
 TEST(MouthBag, JoinsTheEdgeOfAHole) {
   std::mt19937 random(3);
   const Mouth mouth{Make::kHole, 4, 1, 2};
@@ -256,6 +304,12 @@ TEST(MouthBag, JoinsTheEdgeOfAHole) {
   ASSERT_EQ(bagged.parts.size(), mesh.parts.size() + 1);
   EXPECT_EQ(bagged.parts.back().kind, PartKind::kMouthInside);
   EXPECT_EQ(bagged.vertices.topRows(mesh.vertices.rows()), mesh.vertices);
+  // Its triangles join what lies side by side.
+  for (const Triangle& t : trianglesOf(bagged, bagged.parts.back())) {
+    const auto [right, left] =
+        std::minmax({bagged.vertices(t[0], 0), bagged.vertices(t[1], 0), bagged.vertices(t[2], 0)});
+    EXPECT_LT(left - right, 2.5 * mouth.step);
+  }
   // No edge has a triangle on one side only but those around the face.
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> sides;
   for (const Triangle& t : bagged.triangles) {

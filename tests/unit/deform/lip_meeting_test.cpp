@@ -10,6 +10,7 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/smooth_step.h"
 #include "deform/mouth/lip_levelling.h"
 #include "deform/surface/virtual_points.h"
 #include "sample_face.h"
@@ -140,6 +141,21 @@ TEST_F(ThickLips, MoveNothingFarFromTheMouth) {
     EXPECT_LT(distanceToLine(pointAt(face_.mesh.vertices, v), line), 0.161 * sampleControl().mouth_width);
   }
   EXPECT_GT(moved, 20U);
+}
+
+/// What lies behind the lips goes with the jaw by which of them it is nearer to along the mesh.
+TEST_F(ThickLips, GoWithTheJawByTheNearerLip) {
+  const HeadTopology topology(face_.mesh, openingsOf(sampleControl()));
+  std::size_t between = 0;
+  for (const auto& [rim, back] : back_of_) {
+    const double share = topology.lowerShare(back);
+    EXPECT_NEAR(double{binding_.jaw_weight[back]}, smoothStep((share - 0.35) / 0.3), 1e-5) << share;
+    if (std::abs(face_.mesh.vertices(rim, 0)) < 10) {
+      EXPECT_EQ(binding_.jaw_weight[back], face_.is_above_slit[rim] ? 0 : 1);
+    }
+    between += binding_.jaw_weight[back] > 0 && binding_.jaw_weight[back] < 1 ? 1U : 0U;
+  }
+  EXPECT_GT(between, 0U) << "beside the corners";
 }
 
 TEST_F(ThickLips, NeedCornersOfAMouth) {

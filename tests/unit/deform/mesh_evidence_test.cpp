@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -103,6 +104,52 @@ TEST_F(Boxes, RowsOfTeethAreToldByTheirNames) {
   }
   EXPECT_EQ(kindsOf(mesh()), (Kinds{PartKind::kUpperTeeth, PartKind::kUpperTeeth, PartKind::kUpperTeeth,
                                     PartKind::kLowerTeeth, PartKind::kLowerTeeth, PartKind::kLowerTeeth}));
+}
+
+/// A mouth that is modelled open tells more by its jaw than by heights: what the jaw carries is the lower row.
+TEST_F(Boxes, TheRowThatTheJawCarriesIsTheLowerOne) {
+  for (const bool high_one_moves : {false, true}) {
+    soup_ = {};
+    begin("teeth");
+    const std::size_t high = box({0, 5, 0}, 1), low = box({0, -5, 0}, 1), loose = box({4, -5, 0}, 1);
+    soup_.evidence.jaw_moves.assign(24, 0);
+    const auto carry = [&](std::size_t first, float way) {
+      std::fill_n(soup_.evidence.jaw_moves.begin() + signedIndex(first), 8, way);
+    };
+    carry(high_one_moves ? high : low, 3);
+    carry(loose, high_one_moves ? 0.2F : 2.8F);
+    const FaceMesh split = mesh();
+    ASSERT_EQ(kindsOf(split), (Kinds{PartKind::kUpperTeeth, PartKind::kLowerTeeth}));
+    for (const MeshPart& part : split.parts) {
+      for (const Triangle& t : trianglesOf(split, part))
+        EXPECT_EQ(part.kind == PartKind::kLowerTeeth, soup_.evidence.jaw_moves[t[0]] > 1.5F) << t[0] / 8;
+    }
+  }
+}
+
+/// A bite may rise or fall to the back: a molar of the lower row then stands higher than an incisor of the upper one.
+TEST_F(Boxes, RowsOfTeethAreToldHoweverTheirBiteFalls) {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> jitter(-0.1, 0.1);
+  for (const double tilt : {-0.6, -0.5, -0.35, -0.2, -0.1, 0.0, 0.1, 0.2, 0.35, 0.5, 0.6}) {
+    soup_ = {};
+    begin("teeth");
+    std::vector<bool> is_upper;
+    for (int tooth = 0; tooth < 28; ++tooth) {
+      const double deep = tooth / 4 * 4.0;
+      is_upper.push_back(tooth % 2 == 0);
+      box({(tooth / 2 % 2 == 0 ? 1 : -1) * (4 + 0.5 * deep), -tilt * deep + (is_upper.back() ? 1 : -1) + jitter(random),
+           -deep},
+          0.3);
+    }
+    const FaceMesh split = mesh();
+    ASSERT_EQ(kindsOf(split), (Kinds{PartKind::kUpperTeeth, PartKind::kLowerTeeth})) << tilt;
+    for (const MeshPart& part : split.parts) {
+      EXPECT_EQ(part.triangle_count, 14U * 12) << tilt;
+      for (const Triangle& t : trianglesOf(split, part))
+        EXPECT_EQ(is_upper[t[0] / 8], part.kind == PartKind::kUpperTeeth) << tilt << " tooth " << t[0] / 8;
+    }
+  }
 }
 
 TEST_F(Boxes, WetThingsShineAndOwnColoursStay) {

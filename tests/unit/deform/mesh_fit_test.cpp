@@ -59,6 +59,7 @@ TEST_P(BumpyFaces, AreFollowedByPointsOnTheirSkin) {
   EXPECT_LT(meanOff(along), 0.5 * meanOff(without));
   EXPECT_LT(meanOff(along), 0.025 * along.mouth_width);
   const TriangleTree skin(face_.mesh.vertices, trianglesOf(face_.mesh, {PartKind::kSkin}));
+  std::size_t on_skin = 0;
   for (std::size_t i = 0; i < along.points.size(); ++i) {
     const ControlPoint& point = along.points[i];
     const Eigen::Vector3d place = along.rest.row(signedIndex(i)).transpose();
@@ -66,6 +67,10 @@ TEST_P(BumpyFaces, AreFollowedByPointsOnTheirSkin) {
       EXPECT_EQ(point.name, without.points[i].name);
       if (!point.fixed) {
         EXPECT_EQ(place, without.rest.row(signedIndex(i)).transpose()) << "only the ring is put on the skin";
+      } else if (place != without.rest.row(signedIndex(i)).transpose()) {
+        ++on_skin;
+        EXPECT_LT((skin.closest(place)->point - place).norm(), 1e-3) << point.name;
+        EXPECT_LT((place - without.rest.row(signedIndex(i)).transpose()).norm(), along.mouth_width) << point.name;
       }
       continue;
     }
@@ -81,6 +86,7 @@ TEST_P(BumpyFaces, AreFollowedByPointsOnTheirSkin) {
       EXPECT_GT(std::abs(driver.weight), 1e-6);
     }
   }
+  EXPECT_GE(on_skin, 6U) << "of the ring, where the head goes on beside and below the markers";
 }
 
 /// Added points say where the face is, never how it moves: they go as the surface through the others does.

@@ -41,6 +41,15 @@ TEST(ObjReader, ReadsVerticesFacesAndParts) {
   EXPECT_TRUE(mesh.vertex_colors.empty());
 }
 
+TEST(ObjReader, AVertexKeepsTheFirstTexturePlaceThatItIsGiven) {
+  const FaceMesh mesh = parseObj(
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0.25 0.5\nvt 1 0\nvt 0 0.75\nvt 0.5\nf 1/1 2/2 3/3\nf 3/1 2/1 4\nf 1 2 "
+      "4/4\n",
+      "a.obj");
+  const std::vector<std::array<float, 2>> expected{{0.25F, 0.5F}, {1, 0}, {0, 0.75F}, {0.5F, 0}};
+  EXPECT_EQ(mesh.texture_coordinates, expected);
+}
+
 TEST(ObjReader, CountsBackFromNegativeIndices) {
   const FaceMesh mesh = parseObj("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\n", "a.obj");
   EXPECT_EQ(mesh.triangles[0], (Triangle{0, 1, 2}));

@@ -338,7 +338,8 @@ SlitSheet slitSheet(double step, double gap, double drop, bool is_parted) {
     const double y = row * step + (is_upper ? 0.5 : -0.5) * gap;
     const double share = is_parted ? (is_upper ? 0 : 1) : std::clamp(0.5 - y / 30, 0.0, 1.0);
     places.emplace_back(x, y, 20 - 0.01 * x * x);
-    moves.emplace_back(0, -drop * share * std::cos(0.5 * std::numbers::pi * away), 0);
+    const double down = drop * share * std::cos(0.5 * std::numbers::pi * away);
+    moves.emplace_back(0, -down, 0.2 * down);  // a jaw that goes forward as it opens
     sheet.is_upper.push_back(is_upper);
   };
   for (int row = -rows; row <= 0; ++row) {

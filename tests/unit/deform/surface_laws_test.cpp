@@ -124,6 +124,22 @@ TEST_P(Laws, SlopesAnswerLinearly) {
   EXPECT_LT((together - a * surface.slopesFrom(one) - b * surface.slopesFrom(other)).cwiseAbs().maxCoeff(), 1e-9);
 }
 
+/// Where markers go by a field that is linear in the plane the surface has much of its slope there; the ring's is none.
+TEST_P(Laws, SlopesOfALinearFieldAreItsOwn) {
+  const BezierSurface surface(sampleControl());
+  const Eigen::Vector2d slope(number(-2, 2), number(-2, 2));
+  const Eigen::MatrixXd slopes = surface.slopesFrom(sampleControl().domain * slope);
+  for (std::size_t i = 0; i < sampleControl().points.size(); ++i) {
+    const Eigen::Vector2d found = slopes.block<2, 1>(2 * signedIndex(i), 0);
+    const ControlPoint& point = sampleControl().points[i];
+    if (point.fixed) {
+      EXPECT_EQ(found.norm(), 0) << "where motion ends";
+    } else if (point.rule == PointRule::kMarker) {
+      EXPECT_LT((found - slope).norm(), 0.8 * slope.norm()) << point.name;
+    }
+  }
+}
+
 /// A form of nine numbers says what the surface does at a place.
 TEST_P(Laws, FormsGiveTheSurface) {
   const BezierSurface surface(sampleControl());

@@ -118,6 +118,69 @@ TEST(TeethShell, IsTheSameInAnyOrderAndPlace) {
   }
 }
 
+/// Of teeth that lean out or in the depth is the shortest way out, not the way along the ground.
+TEST(TeethShell, LeaningTeethAreLeftByTheShortestWay) {
+  for (const float lean : {-0.5F, -0.3F, 0.3F, 0.5F}) {
+    Arch teeth = arch();
+    for (Eigen::Index v = 0; v < teeth.vertices.rows(); ++v) {
+      const float radius = kRadius_mm + lean * (teeth.vertices(v, 1) - kHeight_mm / 2);
+      const Eigen::Vector2f flat(teeth.vertices(v, 0), teeth.vertices(v, 2));
+      teeth.vertices(v, 0) = radius * flat.x() / flat.norm();
+      teeth.vertices(v, 2) = radius * flat.y() / flat.norm();
+    }
+    const TeethShell shell(teeth.vertices, teeth.triangles, true, kCell_mm);
+    const float upright = std::sqrt(1 + lean * lean);
+    for (const float angle : {-0.8F, 0.0F, 0.3F}) {
+      const auto behind = [&](float mm) {
+        return shell.depthAt(at(angle, kHeight_mm / 2, kRadius_mm - mm), 12, false);
+      };
+      EXPECT_NEAR(behind(2.5F).depth - behind(1).depth, 1.5F / upright, 0.1F) << lean;
+      EXPECT_NEAR(behind(1).out.y(), -lean / upright, 0.1F) << lean;
+    }
+  }
+}
+
+TEST(TeethShell, TellsWhatIsNear) {
+  const Arch teeth = arch();
+  const TeethShell shell(teeth.vertices, teeth.triangles, true, kCell_mm);
+  for (const float angle : {-1.2F, -0.6F, 0.0F, 0.5F, 1.1F}) {
+    for (const float height : {0.5F, 5.0F, 9.5F}) {
+      EXPECT_TRUE(shell.isNear(at(angle, height, kRadius_mm - 3), 0)) << "behind their fronts";
+      for (const float distance : {0.5F, 2.0F, 5.0F}) {
+        EXPECT_TRUE(shell.isNear(at(angle, height, kRadius_mm + 0.9F * distance), distance)) << angle;
+        EXPECT_FALSE(shell.isNear(at(angle, height, kRadius_mm + 1.1F * distance), distance)) << angle;
+      }
+    }
+    EXPECT_FALSE(shell.isNear(at(angle, -1, kRadius_mm), 5)) << "below them";
+    EXPECT_FALSE(shell.isNear(at(angle, kHeight_mm + 1, kRadius_mm), 5)) << "above them";
+  }
+  EXPECT_FALSE(shell.isNear(at(2.5F, 5, kRadius_mm), 5)) << "behind the mouth";
+}
+
+/// The lower row is the upper one upside down, and its edge is above it.
+TEST(TeethShell, LowerTeethAreUpperOnesUpsideDown) {
+  const Arch teeth = arch(5);
+  const TeethShell upper(teeth.vertices, teeth.triangles, true, kCell_mm);
+  Arch turned = teeth;
+  turned.vertices.col(1) *= -1;
+  const TeethShell lower(turned.vertices, turned.triangles, false, kCell_mm);
+  std::mt19937 random(12);
+  std::uniform_real_distribution<float> angle(-1.3F, 1.3F), height(0.1F, 9.9F), radius(26.5F, 29.5F);
+  int around_the_edge = 0;
+  for (int i = 0; i < 500; ++i) {
+    const Eigen::Vector3f p = at(angle(random), height(random), radius(random)), below(p.x(), -p.y(), p.z());
+    for (const bool around_edge : {false, true}) {
+      const TeethShell::Depth here = upper.depthAt(p, 4, around_edge), there = lower.depthAt(below, 4, around_edge);
+      EXPECT_NEAR(here.depth, there.depth, 0.03F) << p.transpose();
+      around_the_edge += around_edge && there.out.y() > 0.99F ? 1 : 0;
+      if (here.depth > 0.2F) {
+        EXPECT_GT(here.out.dot(Eigen::Vector3f(there.out.x(), -there.out.y(), there.out.z())), 0.98F) << p.transpose();
+      }
+    }
+  }
+  EXPECT_GT(around_the_edge, 20);
+}
+
 TEST(TeethShell, NoTeethTouchNothing) {
   const TeethShell shell(VertexPositions(0, 3), {}, true, kCell_mm);
   EXPECT_TRUE(shell.empty());

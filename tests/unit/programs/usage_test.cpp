@@ -253,6 +253,52 @@ TEST_F(BadInput, OfRetarget) {
       "a.pc2");
 }
 
+/// Told whole: what was found and what is expected; what was saved before stays.
+TEST_F(BadInput, OfOtherCommandsKeepsWhatWasSaved) {
+  const std::string
+      motion = folder_.write("a.csv", "time_s,A.x,A.y,A.z\n0,1,2,3\n0.04,1,2,3\n").string(),
+      mesh = folder_.write("h.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").string(),
+      anchors =
+          folder_.write("h.anchors.json", R"({"format": "mouthpiece-anchors", "version": 1, "markers": {}})").string();
+  fs::create_directory(folder_.path() / "empty");
+  const std::string empty = (folder_.path() / "empty").string();
+  const auto expectKept = [&](const std::string& program, Arguments arguments, const std::string& saved,
+                              const std::string& said) {
+    const fs::path kept = folder_.write("kept/" + saved, "earlier");
+    std::replace(arguments.begin(), arguments.end(), std::string("SAVED"), kept.string());
+    expectBadInput({program, arguments}, said);
+    EXPECT_EQ(readAll(kept), "earlier") << said;
+    EXPECT_EQ(std::distance(fs::directory_iterator(kept.parent_path()), fs::directory_iterator()), 1) << said;
+    fs::remove_all(kept.parent_path());
+  };
+  expectKept("corpus", {"convert", motion, "SAVED", "--map", "A=B", "--map", "A=C"}, "b.c3d",
+             ": --map: found 'A=C'; expected OLD=NEW, each OLD once");
+  expectKept("corpus", {"convert", motion, "SAVED", "--map", "=C"}, "b.c3d",
+             ": --map: found '=C'; expected OLD=NEW, each OLD once");
+  expectKept("corpus", {"convert", motion, "SAVED"}, "b.bvh",
+             "b.bvh: found the ending \".bvh\"; expected .c3d, .csv or .trc");
+  expectKept("corpus", {"build", empty, "--out", "SAVED"}, "b.corpus",
+             "empty: holds no take; expected files like NAME.c3d (.trc, .csv), NAME.wav (.flac), NAME.txt and "
+             "NAME.TextGrid (.lab, .phn, .ctm)");
+  expectKept("corpus", {"align", motion, "--transcript", "hi", "--out", "SAVED"}, "a.TextGrid",
+             "a.csv: starts with 'time_s,A.x,A'; expected a WAV, AIFF, FLAC, Ogg (Vorbis, Opus), MP3, M4A or AAC file");
+  expectKept("retarget", {"cut", mesh, "--anchors", anchors, "--out", "SAVED"}, "c.obj",
+             "h.anchors.json:markers: is without CANTHUS_OUT_R; `retarget pick` asks for it");
+  expectKept("retarget", {"apply", "--face", "x.face", "--motion", motion, "--arkit", "--out", "SAVED"}, "a.obj",
+             "a.obj: expected .glb or .csv with --arkit");
+  expectKept("synth", {"batch", "a.csv", "--out", "SAVED", "--shard", "3/2"}, "lines",
+             ": --shard: found '3/2'; expected I/N with 1 <= I <= N, as 2/5");
+  expectKept("synth", {"--text", "hello", "--fps", "500", "-o", "SAVED"}, "talk.glb",
+             ": found 500 frames a second; expected 23.976 to 240");
+  expectKept("synth", {"--text", "hello", "--overlap-ms", "5000", "-o", "SAVED"}, "talk.glb",
+             ": found an overlap of 5000 ms; expected 0 to 1000");
+  expectBadInput({"synth", {"merge", empty}},
+                 "empty: holds no manifest of a shard; expected what `synth batch --shard I/N` writes");
+  EXPECT_TRUE(fs::is_empty(empty));
+  expectBadInput({"corpus", {"prompts", "--grammar", motion}},
+                 "a.csv:1: found 'time_s,A.x,A.y,A.z'; expected \"name = words\" with a name of its own");
+}
+
 TEST_F(BadInput, OfBatchLists) {
   const auto expectListError = [&](const std::string& list, const std::string& place) {
     const fs::path path = folder_.write("lines.csv", list);

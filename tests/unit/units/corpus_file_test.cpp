@@ -44,6 +44,23 @@ class CorpusFile : public ::testing::Test {
   fs::path path_;
 };
 
+/// Rewrites the row of that name in trajectory_model, with its checksum.
+void rewriteNumbers(const fs::path& path, const std::string& name, const std::vector<float>& numbers) {
+  SqliteDatabase database = SqliteDatabase::create(path, path);
+  std::int64_t id = -1;
+  for (CheckedQuery row(database, "trajectory_model"); row.next();) {
+    if (row.text(1) == name) id = row.integer(0);
+  }
+  ASSERT_GE(id, 0);
+  database.execute("DELETE FROM trajectory_model WHERE id=" + std::to_string(id));
+  CheckedInsert(database, "trajectory_model", 4)
+      .integer(id)
+      .text(name)
+      .blob({reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(float)})
+      .insert();
+  database.close();
+}
+
 TEST_F(CorpusFile, RoundTripKeepsTheTrajectoryModel) {
   Corpus written = testing::tinyCorpus();
   written.trajectory_model = testing::tinyModel(written);
@@ -164,6 +181,49 @@ TEST_F(CorpusFile, KeepsWhatASoundAdds) {
   EXPECT_NE(complaint().find("found no spread"), std::string::npos) << complaint();
 }
 
+TEST_F(CorpusFile, KeepsNetworksAndTheirShares) {
+  Corpus written = testing::tinyCorpus();
+  auto model = std::make_shared<TrajectoryModel>(*testing::tinyModel(written));
+  const auto features = signedIndex(contextFeatureNames().size());
+  for (const Eigen::Index hidden : {3, 5})
+    model->networks.push_back({ContextNetwork::Matrix::Random(features, kContextWindows * hidden),
+                               Eigen::RowVectorXf::Random(hidden),
+                               ContextNetwork::Matrix::Random(hidden, model->componentCount())});
+  model->network_share = Eigen::RowVector2d(0.25, 1);
+  written.trajectory_model = model;
+  writeCorpus(path_, written);
+  EXPECT_TRUE(checkCorpus(path_).empty());
+  const auto read = readCorpus(path_).trajectory_model;
+  EXPECT_EQ(read->network_share, model->network_share);
+  ASSERT_EQ(read->networks.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(read->networks[i].input, model->networks[i].input);
+    EXPECT_EQ(read->networks[i].bias, model->networks[i].bias);
+    EXPECT_EQ(read->networks[i].output, model->networks[i].output);
+  }
+  const auto after = [&](std::vector<float> shares) {
+    writeCorpus(path_, written);
+    rewriteNumbers(path_, "network shares", shares);
+    const std::string said = complaint();
+    return said.substr(std::min(said.size(), path_.string().size()));
+  };
+  const std::string row = ":trajectory_model row 12: ";
+  EXPECT_EQ(after({0.25F, 1, 3, 5}), "");
+  EXPECT_EQ(after({0.25F, 1.5F, 3, 5}), row + "found a share over 1; expected 0 to 1");
+  EXPECT_EQ(after({-0.5F, 1, 3, 5}), row + "found -0.5; expected no weight below 0");
+  EXPECT_EQ(after({0.25F, 1, 0, 5}), row + "found 0 hidden units");
+  EXPECT_EQ(after({0.25F, 1, 1025, 5}), row + "found 1025 hidden units");
+  EXPECT_EQ(after({0.25F, 1}), row + "found 8 bytes; expected 8 and 4 a network");
+  EXPECT_EQ(after(std::vector<float>(2 + 65, 1)), row + "found 268 bytes; expected 8 and 4 a network");
+  EXPECT_NE(after({0.25F, 1, 4, 5}).find(" bytes; expected "), std::string::npos) << "a network of another size";
+}
+
+TEST_F(CorpusFile, MayHoldNoTake) {
+  writeCorpus(path_, testing::tinyCorpus(std::vector<std::string>{}));
+  EXPECT_TRUE(checkCorpus(path_).empty());
+  EXPECT_TRUE(readCorpus(path_).takes.empty());
+}
+
 TEST_F(CorpusFile, ReadsVersion4) {
   Corpus written = testing::tinyCorpus();
   written.trajectory_model = testing::tinyModel(written);
@@ -204,23 +264,6 @@ TEST(StoredCorpusFiles, OfAllVersionsOpen) {
     for (const SelectionMethod method : {SelectionMethod::kGreedy, SelectionMethod::kViterbi})
       EXPECT_EQ(selectUnits(read.takes[1].labels, database, {.method = method}).size(), 1U);
   }
-}
-
-/// Rewrites the row of that name in trajectory_model, with its checksum.
-void rewriteNumbers(const fs::path& path, const std::string& name, const std::vector<float>& numbers) {
-  SqliteDatabase database = SqliteDatabase::create(path, path);
-  std::int64_t id = -1;
-  for (CheckedQuery row(database, "trajectory_model"); row.next();) {
-    if (row.text(1) == name) id = row.integer(0);
-  }
-  ASSERT_GE(id, 0);
-  database.execute("DELETE FROM trajectory_model WHERE id=" + std::to_string(id));
-  CheckedInsert(database, "trajectory_model", 4)
-      .integer(id)
-      .text(name)
-      .blob({reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(float)})
-      .insert();
-  database.close();
 }
 
 TEST_F(CorpusFile, WeightsThatAreNoneAreRefused) {

@@ -173,5 +173,27 @@ TEST(UnitDatabaseTest, ThreadsSelectAsOneAfterTheOtherDo) {
   }
 }
 
+/// Between two frames it is their mean by time, and beyond the ends of a clip what these show.
+TEST(PoseAt, IsBetweenItsFramesAndHeldBeyondThem) {
+  CorpusTake take = testing::tinyTake("a", "DH-AH T-AY-M", 3, 50);
+  take.motion.positions_mm.setRandom();
+  const std::vector<Eigen::Index> columns{1, 4, 7};
+  const auto frame = [&](Eigen::Index k) -> Eigen::RowVectorXd { return take.motion.positions_mm(k, columns); };
+  const Eigen::Index last = take.motion.positions_mm.rows() - 1;
+  for (Eigen::Index k = 0; k < last; ++k) {
+    for (const double part : {0.0, 0.25, 0.9}) {
+      EXPECT_LT((poseAt(take.motion, columns, (asReal(k) + part) / 50) - (1 - part) * frame(k) - part * frame(k + 1))
+                    .cwiseAbs()
+                    .maxCoeff(),
+                1e-9)
+          << k << " " << part;
+    }
+  }
+  for (const double beyond : {0.0, 0.5, 100.0}) {
+    EXPECT_EQ(poseAt(take.motion, columns, (asReal(last) + beyond) / 50), frame(last));
+    EXPECT_EQ(poseAt(take.motion, columns, -beyond / 50), frame(0));
+  }
+}
+
 }  // namespace
 }  // namespace mouthpiece

@@ -1,0 +1,55 @@
+// What is said of a file of times that is none: file, place, what was found and what was expected.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "hearing/recognition/times_file.h"
+#include "support/error_of.h"
+
+namespace mouthpiece {
+namespace {
+
+struct Refusal {
+  const char* name;
+  std::string text, said;
+};
+class RefusedTimes : public ::testing::TestWithParam<Refusal> {};
+TEST_P(RefusedTimes, AreToldWithTheirPlace) {
+  const auto& [name, text, said] = GetParam();
+  EXPECT_EQ(errorOf([&] { parseTimes(text, name); }), said);
+}
+
+std::string rhubarbXml(const std::string& cue) {
+  return "<?xml version=\"1.0\"?><rhubarbResult><mouthCues>" + cue + "</mouthCues></rhubarbResult>";
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, RefusedTimes,
+    ::testing::Values(
+        Refusal{"a.srt", "1\n00:00:01,000 --> soon\nhello\n", "a.srt:2: found 'soon'; expected a time as 00:00:01,500"},
+        Refusal{"a.srt", "1\n00:1x --> 00:02\nhello\n", "a.srt:2: found '00:1x'; expected a time as 00:00:01,500"},
+        Refusal{"a.vtt", "WEBVTT\n\n1:2:3:4 --> 00:02\nhello\n",
+                "a.vtt:3: found '1:2:3:4'; expected a time as 00:00:01,500"},
+        Refusal{"a.tsv", "0.00\tX\n0.10\n", "a.tsv:2: found 1 fields; expected a time and a shape"},
+        Refusal{"a.tsv", "0.00\tX\nsoon\tA\n", "a.tsv:2: found 'soon'; expected a time in seconds"},
+        Refusal{"a.tsv", "0.00\tX\n0.10\tK\n", "a.tsv:2: found the mouth shape 'K'; expected A to H or X"},
+        Refusal{"a.tsv", "0.00\tX\n0.10\tA\n",
+                "a.tsv:2: ends with a shape that is not X; expected X, which tells when the last one ends"},
+        Refusal{"a.xml", "<rhubarbResult/>", "a.xml: has no rhubarbResult with mouthCues; expected Rhubarb's XML"},
+        Refusal{"a.xml", rhubarbXml("<mouthCue start=\"0\" end=\"late\">A</mouthCue>"),
+                "a.xml:mouthCue 1: found 'late'; expected a time in seconds"},
+        Refusal{"a.xml",
+                rhubarbXml("<mouthCue start=\"0\" end=\"1\">A</mouthCue><mouthCue start=\"1\" end=\"2\">AA</mouthCue>"),
+                "a.xml:mouthCue 2: found the mouth shape 'AA'; expected A to H or X"},
+        Refusal{"a.ctm", "take 1 0.1 0.2 the\ntake 1 0.3 0.2\n",
+                "a.ctm:2: found 4 fields; expected \"name channel start duration word\""},
+        Refusal{"a.ctm", ";; made up\ntake 1 0.1 long time\n", "a.ctm:2: found 'long'; expected a time in seconds"},
+        Refusal{"a.ctm", "one 1 0.1 0.2 the\ntwo 1 0.3 0.2 time\n",
+                "a.ctm:2: found words of 'two' after those of 'one'; expected one recording a file"},
+        Refusal{
+            "a.json", "{}",
+            "a.json: has no words, segments, result, transcription, alignment, NBest, visemes, phoneme_alignments or "
+            "mouthCues; expected JSON of Whisper, Vosk, Gentle, Azure, ElevenLabs, Piper or Rhubarb"}));
+
+}  // namespace
+}  // namespace mouthpiece
