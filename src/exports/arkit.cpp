@@ -74,49 +74,51 @@ Problem problemOf(const FaceAnimation& animation, const FaceMesh& mesh, const Fa
   return problem;
 }
 
-/// The slit of the mouth; its motion as places, `at_rest` from one lip to the other.
-ShapeClosures closuresOf(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes,
-                         std::vector<SlitPair>& slit, Eigen::VectorXf& at_rest) {
+/// The middle half of the slit of the mouth (its corners always touch), as heights of upper over lower lip, in mesh
+/// units: lips that roll pass each other in depth.
+struct Slit {
+  std::vector<SlitPair> pairs;
+  Eigen::MatrixXf shapes = {};   ///< pairs x 52: what the shapes part them by
+  Eigen::MatrixXf heights = {};  ///< pairs x frames: of the motion
+  Eigen::VectorXf at_rest = {};  ///< pairs
+};
+
+Slit slitOf(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes) {
   VertexPositions jaw = VertexPositions::Zero(mesh.vertices.rows(), 3);
   for (std::size_t s = 0; s < shapes.names.size(); ++s) {
     const int shape = arkitIndex(shapes.names[s]);
     if (shape >= 0 && kArkitNames[unsignedIndex(shape)] == "JawOpen") jaw += shapes.moves[s];
   }
-  // The corners always touch: what counts is the middle half.
-  slit = lipSlit(mesh, jaw);
-  std::erase_if(slit, [](const SlitPair& pair) {
+  Slit slit{.pairs = lipSlit(mesh, jaw)};
+  std::erase_if(slit.pairs, [](const SlitPair& pair) {
     return pair.step < kSlitSteps / 4 || pair.step >= kSlitSteps - kSlitSteps / 4;
   });
-  ShapeClosures closures;
-  const auto rows = 3 * signedIndex(slit.size());
-  closures.shapes = Eigen::MatrixXf::Zero(rows, kShapes);
-  closures.motion = Eigen::MatrixXf::Zero(rows, animation.positions.rows());
-  at_rest = Eigen::VectorXf::Zero(rows);
-  for (std::size_t i = 0; i < slit.size(); ++i) {
-    const Eigen::Index row = 3 * signedIndex(i), upper = signedIndex(slit[i].upper), lower = signedIndex(slit[i].lower);
+  const auto rows = signedIndex(slit.pairs.size());
+  slit.shapes = Eigen::MatrixXf::Zero(rows, kShapes);
+  slit.heights = Eigen::MatrixXf::Zero(rows, animation.positions.rows());
+  slit.at_rest = Eigen::VectorXf::Zero(rows);
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    const Eigen::Index upper = slit.pairs[unsignedIndex(row)].upper, lower = slit.pairs[unsignedIndex(row)].lower;
     for (std::size_t s = 0; s < shapes.moves.size(); ++s) {
       const int shape = drivenShape(shapes.names[s]);
-      if (shape >= 0)
-        closures.shapes.block<3, 1>(row, shape) +=
-            (shapes.moves[s].row(upper) - shapes.moves[s].row(lower)).transpose();
+      if (shape >= 0) slit.shapes(row, shape) += shapes.moves[s](upper, 1) - shapes.moves[s](lower, 1);
     }
-    at_rest.segment<3>(row) = (mesh.vertices.row(upper) - mesh.vertices.row(lower)).transpose();
-    closures.motion.middleRows<3>(row) =
-        (animation.positions.middleCols<3>(3 * upper) - animation.positions.middleCols<3>(3 * lower)).transpose();
+    slit.at_rest(row) = mesh.vertices(upper, 1) - mesh.vertices(lower, 1);
+    slit.heights.row(row) = animation.positions.col(3 * upper + 1) - animation.positions.col(3 * lower + 1);
   }
-  return closures;
+  return slit;
 }
 
 /// How far the lips of each frame gape where they do most, over the middle half of the mouth, mm: in each step across
-/// it the pair that is nearest counts, by height, since lips that roll pass each other in depth.
-std::vector<double> gapesOf(const std::vector<SlitPair>& slit, const Eigen::MatrixXf& apart, double mm_per_unit) {
-  std::vector<double> gapes(unsignedIndex(apart.cols()), 0.0);
-  for (Eigen::Index t = 0; t < apart.cols(); ++t) {
-    for (std::size_t first = 0; first < slit.size();) {
+/// it the pair that is nearest counts.
+std::vector<double> gapesOf(const std::vector<SlitPair>& pairs, const Eigen::MatrixXf& heights, double mm_per_unit) {
+  std::vector<double> gapes(unsignedIndex(heights.cols()), 0.0);
+  for (Eigen::Index t = 0; t < heights.cols(); ++t) {
+    for (std::size_t first = 0; first < pairs.size();) {
       double least = std::numeric_limits<double>::max();
       std::size_t i = first;
-      for (; i < slit.size() && slit[i].step == slit[first].step; ++i)
-        least = std::min(least, mm_per_unit * static_cast<double>(apart(3 * signedIndex(i) + 1, t)));
+      for (; i < pairs.size() && pairs[i].step == pairs[first].step; ++i)
+        least = std::min(least, mm_per_unit * static_cast<double>(heights(signedIndex(i), t)));
       gapes[unsignedIndex(t)] = std::max(gapes[unsignedIndex(t)], least);
       first = i;
     }
@@ -125,28 +127,38 @@ std::vector<double> gapesOf(const std::vector<SlitPair>& slit, const Eigen::Matr
 }
 
 constexpr double kTightMm = 0.15;
+constexpr double kOpenMm = 1.5;  ///< no closed lips gape so far
 /// Lips meet that gape by no more than this beyond closed ones.
 constexpr double kMeetMm = 0.35;
 
 /// How far vertices of closed lips gape, mm: those of round rims stay some tenths of a millimetre apart. As far as at
 /// rest and in the motion's tightest frame, as long as these are of closed lips.
 double closedGape(double at_rest, const std::vector<double>& gapes) {
-  constexpr double kOpen = 1.5;
   const double least = gapes.empty() ? 0 : *std::min_element(gapes.begin(), gapes.end());
   double closed = kTightMm;
   for (const double gape : {at_rest, least}) {
-    if (gape < kOpen) closed = std::max(closed, gape);
+    if (gape < kOpenMm) closed = std::max(closed, gape);
   }
   return closed;
 }
 
-/// Lips that meet are asked to meet all over: the shapes give in where they cannot.
-void tighten(const std::vector<double>& gapes, double tight_mm, double mm_per_unit, ShapeClosures& closures) {
-  for (std::size_t t = 0; t < gapes.size(); ++t) {
-    const float shift = asFloat(std::max(0.0, gapes[t] - tight_mm) / mm_per_unit);
-    for (Eigen::Index row = 1; closures.in_frame[t] && row < closures.motion.rows(); row += 3)
-      closures.motion(row, signedIndex(t)) -= shift;
+/// In frames in which lips meet the pair of each step that is nearest over all of these stays within what the motion
+/// has and, where lips are closed at rest, what they gape there.
+ShapeClosures closuresOf(const Slit& slit, std::vector<bool> in_frame, bool rests_closed) {
+  Eigen::VectorXf reach = Eigen::VectorXf::Zero(slit.heights.rows());
+  for (std::size_t t = 0; t < in_frame.size(); ++t) {
+    if (in_frame[t]) reach += slit.heights.col(signedIndex(t));
   }
+  std::vector<Eigen::Index> nearest;
+  for (std::size_t i = 0; i < slit.pairs.size(); ++i) {
+    if (i == 0 || slit.pairs[i].step != slit.pairs[i - 1].step) nearest.push_back(signedIndex(i));
+    if (reach(signedIndex(i)) < reach(nearest.back())) nearest.back() = signedIndex(i);
+  }
+  ShapeClosures closures{.shapes = slit.shapes(nearest, Eigen::all), .in_frame = std::move(in_frame)};
+  closures.least = slit.heights(nearest, Eigen::all).colwise() - Eigen::VectorXf(slit.at_rest(nearest));
+  closures.most = closures.least;
+  if (rests_closed) closures.most = closures.most.cwiseMax(0.0F);
+  return closures;
 }
 
 }  // namespace
@@ -164,32 +176,35 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
   curves.frame_rate_hz = animation.frame_rate_hz;
   curves.has_shape = problem.has_shape;
   const auto present = std::count(problem.has_shape.begin(), problem.has_shape.end(), true);
-  Eigen::VectorXf at_rest;
-  std::vector<SlitPair> slit;
-  ShapeClosures closures = closuresOf(animation, mesh, shapes, slit, at_rest);
-  const std::vector<double> gapes = gapesOf(slit, closures.motion, mm_per_unit);
-  const double tight_mm = closedGape(gapesOf(slit, at_rest, mm_per_unit).front(), gapes), meet_mm = tight_mm + kMeetMm;
-  for (const double gape : gapes) closures.in_frame.push_back(!slit.empty() && gape < meet_mm);
-  tighten(gapes, tight_mm, mm_per_unit, closures);
-  closures.motion.colwise() -= at_rest;
+  const Slit slit = slitOf(animation, mesh, shapes);
+  const std::vector<double> gapes = gapesOf(slit.pairs, slit.heights, mm_per_unit);
+  const double rest_mm = gapesOf(slit.pairs, slit.at_rest, mm_per_unit).front(), tight_mm = closedGape(rest_mm, gapes),
+               meet_mm = tight_mm + kMeetMm;
+  std::vector<bool> meet;
+  for (const double gape : gapes) meet.push_back(!slit.pairs.empty() && gape < meet_mm);
+  curves.closures = unsignedIndex(std::count(meet.begin(), meet.end(), true));
+  ShapeClosures closures = closuresOf(slit, std::move(meet), rest_mm < kOpenMm);
   // Where the weights leave lips apart that meet, they are asked for as much more.
   constexpr int kRounds = 5;
   for (int round = 0; round < kRounds; ++round) {
     RowMajorMatrixF weights =
         fitShapeWeights(problem.shapes, problem.motion, unsignedIndex(present), options, &closures);
-    std::vector<double> apart = gapesOf(slit, (closures.shapes * weights.transpose()).colwise() + at_rest, mm_per_unit);
+    const std::vector<double> apart =
+        gapesOf(slit.pairs, (slit.shapes * weights.transpose()).colwise() + slit.at_rest, mm_per_unit);
     std::size_t kept = 0;
     for (std::size_t t = 0; t < apart.size(); ++t) {
-      if (closures.in_frame[t] && apart[t] < meet_mm) ++kept;
-      if (!closures.in_frame[t] || apart[t] < meet_mm) apart[t] = 0;
+      if (!closures.in_frame[t]) continue;
+      if (apart[t] < meet_mm)
+        ++kept;
+      else
+        closures.most.col(signedIndex(t)).array() -= asFloat((apart[t] - tight_mm) / mm_per_unit);
     }
+    closures.least = closures.least.cwiseMin(closures.most);
     if (round == 0 || kept > curves.closures_kept) {
       curves.weights = std::move(weights);
       curves.closures_kept = kept;
     }
-    curves.closures = unsignedIndex(std::count(closures.in_frame.begin(), closures.in_frame.end(), true));
     if (curves.closures_kept == curves.closures) break;
-    tighten(apart, tight_mm, mm_per_unit, closures);
   }
   double squares = 0, motion_squares = 0;
   for (Eigen::Index t = 0; t < problem.motion.cols(); ++t) {
