@@ -74,13 +74,13 @@ Problem problemOf(const FaceAnimation& animation, const FaceMesh& mesh, const Fa
   return problem;
 }
 
-/// The middle half of the slit of the mouth (its corners always touch), as heights of upper over lower lip, in mesh
-/// units: lips that roll pass each other in depth.
+/// The middle half of the slit of the mouth (its corners always touch): of each step across it the pair of vertices
+/// that comes nearest in the motion. What counts is how much higher the upper one is, in mesh units: lips that roll
+/// pass each other in depth.
 struct Slit {
-  std::vector<SlitPair> pairs;
-  Eigen::MatrixXf shapes = {};   ///< pairs x 52: what the shapes part them by
-  Eigen::MatrixXf heights = {};  ///< pairs x frames: of the motion
-  Eigen::VectorXf at_rest = {};  ///< pairs
+  Eigen::MatrixXf shapes;   ///< pairs x 52: what the shapes part them by
+  Eigen::MatrixXf heights;  ///< pairs x frames: of the motion
+  Eigen::VectorXf at_rest;  ///< pairs
 };
 
 Slit slitOf(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes) {
@@ -89,39 +89,43 @@ Slit slitOf(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShap
     const int shape = arkitIndex(shapes.names[s]);
     if (shape >= 0 && kArkitNames[unsignedIndex(shape)] == "JawOpen") jaw += shapes.moves[s];
   }
-  Slit slit{.pairs = lipSlit(mesh, jaw)};
-  std::erase_if(slit.pairs, [](const SlitPair& pair) {
-    return pair.step < kSlitSteps / 4 || pair.step >= kSlitSteps - kSlitSteps / 4;
-  });
-  const auto rows = signedIndex(slit.pairs.size());
-  slit.shapes = Eigen::MatrixXf::Zero(rows, kShapes);
-  slit.heights = Eigen::MatrixXf::Zero(rows, animation.positions.rows());
-  slit.at_rest = Eigen::VectorXf::Zero(rows);
+  const auto heightsOf = [&](const SlitPair& pair) -> Eigen::RowVectorXf {
+    return animation.positions.col(3 * signedIndex(pair.upper) + 1) -
+           animation.positions.col(3 * signedIndex(pair.lower) + 1);
+  };
+  std::vector<SlitPair> pairs;
+  for (const SlitPair& pair : lipSlit(mesh, jaw)) {
+    if (pair.step < kSlitSteps / 4 || pair.step >= kSlitSteps - kSlitSteps / 4 || animation.positions.rows() == 0)
+      continue;
+    if (pairs.empty() || pairs.back().step != pair.step)
+      pairs.push_back(pair);
+    else if (heightsOf(pair).minCoeff() < heightsOf(pairs.back()).minCoeff())
+      pairs.back() = pair;
+  }
+  const auto rows = signedIndex(pairs.size());
+  Slit slit{Eigen::MatrixXf::Zero(rows, kShapes), Eigen::MatrixXf(rows, animation.positions.rows()),
+            Eigen::VectorXf(rows)};
   for (Eigen::Index row = 0; row < rows; ++row) {
-    const Eigen::Index upper = slit.pairs[unsignedIndex(row)].upper, lower = slit.pairs[unsignedIndex(row)].lower;
+    const Eigen::Index upper = pairs[unsignedIndex(row)].upper, lower = pairs[unsignedIndex(row)].lower;
     for (std::size_t s = 0; s < shapes.moves.size(); ++s) {
       const int shape = drivenShape(shapes.names[s]);
       if (shape >= 0) slit.shapes(row, shape) += shapes.moves[s](upper, 1) - shapes.moves[s](lower, 1);
     }
     slit.at_rest(row) = mesh.vertices(upper, 1) - mesh.vertices(lower, 1);
-    slit.heights.row(row) = animation.positions.col(3 * upper + 1) - animation.positions.col(3 * lower + 1);
+    slit.heights.row(row) = heightsOf(pairs[unsignedIndex(row)]);
   }
   return slit;
 }
 
-/// How far the lips of each frame gape where they do most, over the middle half of the mouth, mm: in each step across
-/// it the pair that is nearest counts.
-std::vector<double> gapesOf(const std::vector<SlitPair>& pairs, const Eigen::MatrixXf& heights, double mm_per_unit) {
-  std::vector<double> gapes(unsignedIndex(heights.cols()), 0.0);
-  for (Eigen::Index t = 0; t < heights.cols(); ++t) {
-    for (std::size_t first = 0; first < pairs.size();) {
-      double least = std::numeric_limits<double>::max();
-      std::size_t i = first;
-      for (; i < pairs.size() && pairs[i].step == pairs[first].step; ++i)
-        least = std::min(least, mm_per_unit * static_cast<double>(heights(signedIndex(i), t)));
-      gapes[unsignedIndex(t)] = std::max(gapes[unsignedIndex(t)], least);
-      first = i;
-    }
+/// The median of the pairs of each frame: on coarse lips some have no vertex across from them, and gape while the lips
+/// touch beside them.
+std::vector<double> gapesOf(const Eigen::MatrixXf& heights, double mm_per_unit) {
+  std::vector<double> gapes;
+  for (Eigen::Index t = 0; heights.rows() > 0 && t < heights.cols(); ++t) {
+    Eigen::VectorXf column = heights.col(t);
+    const auto middle = column.begin() + column.size() / 2;
+    std::nth_element(column.begin(), middle, column.end());
+    gapes.push_back(mm_per_unit * static_cast<double>(*middle));
   }
   return gapes;
 }
@@ -131,33 +135,22 @@ constexpr double kOpenMm = 1.5;  ///< no closed lips gape so far
 /// Lips meet that gape by no more than this beyond closed ones.
 constexpr double kMeetMm = 0.35;
 
-/// How far vertices of closed lips gape, mm: those of round rims stay some tenths of a millimetre apart. As far as at
-/// rest and in the motion's tightest frame, as long as these are of closed lips.
-double closedGape(double at_rest, const std::vector<double>& gapes) {
-  const double least = gapes.empty() ? 0 : *std::min_element(gapes.begin(), gapes.end());
+/// The frames in which lips gape no more than closed ones, whose vertices stay some tenths of a millimetre apart where
+/// rims are round: as far as at rest and in the motion's tightest frame, as long as these are of closed lips. There
+/// each pair stays within what the motion has and, where lips are closed at rest, what it gapes there.
+ShapeClosures closuresOf(const Slit& slit, double mm_per_unit) {
+  ShapeClosures closures{.shapes = slit.shapes};
+  const std::vector<double> gapes = gapesOf(slit.heights, mm_per_unit);
+  if (gapes.empty()) return closures;
+  const double rest = gapesOf(slit.at_rest, mm_per_unit).front();
   double closed = kTightMm;
-  for (const double gape : {at_rest, least}) {
+  for (const double gape : {rest, *std::min_element(gapes.begin(), gapes.end())}) {
     if (gape < kOpenMm) closed = std::max(closed, gape);
   }
-  return closed;
-}
-
-/// In frames in which lips meet the pair of each step that is nearest over all of these stays within what the motion
-/// has and, where lips are closed at rest, what they gape there.
-ShapeClosures closuresOf(const Slit& slit, std::vector<bool> in_frame, bool rests_closed) {
-  Eigen::VectorXf reach = Eigen::VectorXf::Zero(slit.heights.rows());
-  for (std::size_t t = 0; t < in_frame.size(); ++t) {
-    if (in_frame[t]) reach += slit.heights.col(signedIndex(t));
-  }
-  std::vector<Eigen::Index> nearest;
-  for (std::size_t i = 0; i < slit.pairs.size(); ++i) {
-    if (i == 0 || slit.pairs[i].step != slit.pairs[i - 1].step) nearest.push_back(signedIndex(i));
-    if (reach(signedIndex(i)) < reach(nearest.back())) nearest.back() = signedIndex(i);
-  }
-  ShapeClosures closures{.shapes = slit.shapes(nearest, Eigen::all), .in_frame = std::move(in_frame)};
-  closures.least = slit.heights(nearest, Eigen::all).colwise() - Eigen::VectorXf(slit.at_rest(nearest));
+  for (const double gape : gapes) closures.in_frame.push_back(gape < closed + kMeetMm);
+  closures.least = slit.heights.colwise() - slit.at_rest;
   closures.most = closures.least;
-  if (rests_closed) closures.most = closures.most.cwiseMax(0.0F);
+  if (rest < kOpenMm) closures.most = closures.most.cwiseMax(0.0F);
   return closures;
 }
 
@@ -176,28 +169,23 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
   curves.frame_rate_hz = animation.frame_rate_hz;
   curves.has_shape = problem.has_shape;
   const auto present = std::count(problem.has_shape.begin(), problem.has_shape.end(), true);
-  const Slit slit = slitOf(animation, mesh, shapes);
-  const std::vector<double> gapes = gapesOf(slit.pairs, slit.heights, mm_per_unit);
-  const double rest_mm = gapesOf(slit.pairs, slit.at_rest, mm_per_unit).front(), tight_mm = closedGape(rest_mm, gapes),
-               meet_mm = tight_mm + kMeetMm;
-  std::vector<bool> meet;
-  for (const double gape : gapes) meet.push_back(!slit.pairs.empty() && gape < meet_mm);
-  curves.closures = unsignedIndex(std::count(meet.begin(), meet.end(), true));
-  ShapeClosures closures = closuresOf(slit, std::move(meet), rest_mm < kOpenMm);
+  ShapeClosures closures = closuresOf(slitOf(animation, mesh, shapes), mm_per_unit);
+  curves.closures = unsignedIndex(std::count(closures.in_frame.begin(), closures.in_frame.end(), true));
   // Where the weights leave lips apart that meet, they are asked for as much more.
   constexpr int kRounds = 5;
+  const Eigen::MatrixXf most = closures.most;
   for (int round = 0; round < kRounds; ++round) {
     RowMajorMatrixF weights =
         fitShapeWeights(problem.shapes, problem.motion, unsignedIndex(present), options, &closures);
-    const std::vector<double> apart =
-        gapesOf(slit.pairs, (slit.shapes * weights.transpose()).colwise() + slit.at_rest, mm_per_unit);
+    const Eigen::MatrixXf beyond = closures.shapes * weights.transpose() - most;
     std::size_t kept = 0;
-    for (std::size_t t = 0; t < apart.size(); ++t) {
-      if (!closures.in_frame[t]) continue;
-      if (apart[t] < meet_mm)
+    for (Eigen::Index t = 0; t < std::ssize(closures.in_frame); ++t) {
+      if (!closures.in_frame[unsignedIndex(t)]) continue;
+      const float apart = beyond.col(t).maxCoeff();
+      if (mm_per_unit * static_cast<double>(apart) < kMeetMm)
         ++kept;
       else
-        closures.most.col(signedIndex(t)).array() -= asFloat((apart[t] - tight_mm) / mm_per_unit);
+        closures.most.col(t).array() -= apart;
     }
     closures.least = closures.least.cwiseMin(closures.most);
     if (round == 0 || kept > curves.closures_kept) {
