@@ -131,13 +131,15 @@ std::vector<double> gapesOf(const Eigen::MatrixXf& heights, double mm_per_unit) 
 }
 
 constexpr double kTightMm = 0.15;
-constexpr double kOpenMm = 1.5;  ///< no closed lips gape so far
-/// Lips meet that gape by no more than this beyond closed ones.
-constexpr double kMeetMm = 0.35;
+constexpr double kOpenMm = 1.5;   ///< no closed lips gape so far
+constexpr double kMeetMm = 0.35;  ///< lips meet that gape by no more than this beyond closed ones
+constexpr double kLeftMm = 0.25;  ///< so far shapes may leave lips apart that meet
+constexpr double kKeptMm = 0.25;  ///< and so much more they do where it is told that lips are not kept
 
 /// The frames in which lips gape no more than closed ones, whose vertices stay some tenths of a millimetre apart where
 /// rims are round: as far as at rest and in the motion's tightest frame, as long as these are of closed lips. There
-/// each pair stays within what the motion has and, where lips are closed at rest, what it gapes there.
+/// each pair comes no nearer than in the motion, and stays no further apart than there, at rest or kLeftMm: the first
+/// where it is further, else the nearer of the others.
 ShapeClosures closuresOf(const Slit& slit, double mm_per_unit) {
   ShapeClosures closures{.shapes = slit.shapes};
   const std::vector<double> gapes = gapesOf(slit.heights, mm_per_unit);
@@ -149,8 +151,8 @@ ShapeClosures closuresOf(const Slit& slit, double mm_per_unit) {
   }
   for (const double gape : gapes) closures.in_frame.push_back(gape < closed + kMeetMm);
   closures.least = slit.heights.colwise() - slit.at_rest;
-  closures.most = closures.least;
-  if (rest < kOpenMm) closures.most = closures.most.cwiseMax(0.0F);
+  const Eigen::VectorXf left = (asFloat(kLeftMm / mm_per_unit) - slit.at_rest.array()).cwiseMin(0);
+  closures.most = closures.least.cwiseMax(left.replicate(1, closures.least.cols()));
   return closures;
 }
 
@@ -171,18 +173,19 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
   const auto present = std::count(problem.has_shape.begin(), problem.has_shape.end(), true);
   ShapeClosures closures = closuresOf(slitOf(animation, mesh, shapes), mm_per_unit);
   curves.closures = unsignedIndex(std::count(closures.in_frame.begin(), closures.in_frame.end(), true));
-  // Where the weights leave lips apart that meet, they are asked for as much more.
+  // Where the weights leave lips apart that meet, they are asked for as much more all over: the
+  // place that gapes alone is too little to be heard.
   constexpr int kRounds = 5;
-  const Eigen::MatrixXf most = closures.most;
+  const Eigen::MatrixXf meant = closures.most;
   for (int round = 0; round < kRounds; ++round) {
     RowMajorMatrixF weights =
         fitShapeWeights(problem.shapes, problem.motion, unsignedIndex(present), options, &closures);
-    const Eigen::MatrixXf beyond = closures.shapes * weights.transpose() - most;
+    const Eigen::MatrixXf beyond = closures.shapes * weights.transpose() - meant;
     std::size_t kept = 0;
     for (Eigen::Index t = 0; t < std::ssize(closures.in_frame); ++t) {
       if (!closures.in_frame[unsignedIndex(t)]) continue;
       const float apart = beyond.col(t).maxCoeff();
-      if (mm_per_unit * static_cast<double>(apart) < kMeetMm)
+      if (mm_per_unit * static_cast<double>(apart) < kKeptMm)
         ++kept;
       else
         closures.most.col(t).array() -= apart;
