@@ -15,10 +15,21 @@ namespace {
 
 constexpr Eigen::Index kShapes = signedIndex(kArkitNames.size());
 
-/// The shape's number, unless it turns the eyes: what markers do to the lids says nothing about where they look.
-int drivenShape(std::string_view name) {
-  const int shape = arkitIndex(name);
-  return shape >= 0 && kArkitNames[unsignedIndex(shape)].starts_with("EyeLook") ? -1 : shape;
+/// The shapes that are ARKit's, with their numbers there; not those that turn the eyes: what markers do to the lids
+/// says nothing about where they look.
+struct DrivenShape {
+  Eigen::Index number;
+  const VertexPositions& moves;
+};
+
+std::vector<DrivenShape> drivenShapes(const FaceShapes& shapes) {
+  std::vector<DrivenShape> driven;
+  for (std::size_t s = 0; s < shapes.moves.size(); ++s) {
+    const int number = arkitIndex(shapes.names[s]);
+    if (number >= 0 && !kArkitNames[unsignedIndex(number)].starts_with("EyeLook"))
+      driven.push_back({number, shapes.moves[s]});
+  }
+  return driven;
 }
 
 /// Vertices of skin and lips.
@@ -45,15 +56,16 @@ struct Problem {
   std::vector<bool> has_shape = std::vector<bool>(kArkitNames.size(), false);
 };
 
-Problem problemOf(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes) {
+Problem problemOf(const FaceAnimation& animation, const FaceMesh& mesh, const std::vector<DrivenShape>& driven) {
   Problem problem;
+  for (const DrivenShape& shape : driven) problem.has_shape[unsignedIndex(shape.number)] = true;
   const Eigen::Map<const Eigen::RowVectorXf> rest(mesh.vertices.data(), mesh.vertices.size());
   const float still = asFloat(1e-6 / mesh.metres_per_unit);
   for (const Eigen::Index v : skinVertices(mesh)) {
     bool moves =
         (animation.positions.middleCols<3>(3 * v).rowwise() - rest.segment<3>(3 * v)).cwiseAbs().maxCoeff() > still;
-    for (std::size_t s = 0; s < shapes.moves.size() && !moves; ++s)
-      moves = drivenShape(shapes.names[s]) >= 0 && shapes.moves[s].row(v).cwiseAbs().maxCoeff() > still;
+    for (std::size_t s = 0; s < driven.size() && !moves; ++s)
+      moves = driven[s].moves.row(v).cwiseAbs().maxCoeff() > still;
     if (moves) problem.vertices.push_back(v);
   }
   const auto rows = 3 * signedIndex(problem.vertices.size());
@@ -64,12 +76,8 @@ Problem problemOf(const FaceAnimation& animation, const FaceMesh& mesh, const Fa
     const Eigen::Index row = 3 * signedIndex(i);
     problem.motion.middleRows<3>(row) =
         (animation.positions.middleCols<3>(3 * v).rowwise() - rest.segment<3>(3 * v)).transpose();
-    for (std::size_t s = 0; s < shapes.moves.size(); ++s) {
-      const int shape = drivenShape(shapes.names[s]);
-      if (shape < 0) continue;
-      problem.has_shape[unsignedIndex(shape)] = true;
-      problem.shapes.block<3, 1>(row, shape) += shapes.moves[s].row(v).transpose();
-    }
+    for (const DrivenShape& shape : driven)
+      problem.shapes.block<3, 1>(row, shape.number) += shape.moves.row(v).transpose();
   }
   return problem;
 }
@@ -83,11 +91,10 @@ struct Slit {
   Eigen::VectorXf at_rest;  ///< pairs
 };
 
-Slit slitOf(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes) {
+Slit slitOf(const FaceAnimation& animation, const FaceMesh& mesh, const std::vector<DrivenShape>& driven) {
   VertexPositions jaw = VertexPositions::Zero(mesh.vertices.rows(), 3);
-  for (std::size_t s = 0; s < shapes.names.size(); ++s) {
-    const int shape = arkitIndex(shapes.names[s]);
-    if (shape >= 0 && kArkitNames[unsignedIndex(shape)] == "JawOpen") jaw += shapes.moves[s];
+  for (const DrivenShape& shape : driven) {
+    if (kArkitNames[unsignedIndex(shape.number)] == "JawOpen") jaw += shape.moves;
   }
   const auto heightsOf = [&](const SlitPair& pair) -> Eigen::RowVectorXf {
     return animation.positions.col(3 * signedIndex(pair.upper) + 1) -
@@ -107,10 +114,8 @@ Slit slitOf(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShap
             Eigen::VectorXf(rows)};
   for (Eigen::Index row = 0; row < rows; ++row) {
     const Eigen::Index upper = pairs[unsignedIndex(row)].upper, lower = pairs[unsignedIndex(row)].lower;
-    for (std::size_t s = 0; s < shapes.moves.size(); ++s) {
-      const int shape = drivenShape(shapes.names[s]);
-      if (shape >= 0) slit.shapes(row, shape) += shapes.moves[s](upper, 1) - shapes.moves[s](lower, 1);
-    }
+    for (const DrivenShape& shape : driven)
+      slit.shapes(row, shape.number) += shape.moves(upper, 1) - shape.moves(lower, 1);
     slit.at_rest(row) = mesh.vertices(upper, 1) - mesh.vertices(lower, 1);
     slit.heights.row(row) = heightsOf(pairs[unsignedIndex(row)]);
   }
@@ -165,13 +170,14 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
                    [](const std::string& name) { return arkitIndex(name) >= 0; })) {
     throw InputError("found no shape with an ARKit name (jawOpen, mouthSmile_L ...)");
   }
-  const Problem problem = problemOf(animation, mesh, shapes);
+  const std::vector<DrivenShape> driven = drivenShapes(shapes);
+  const Problem problem = problemOf(animation, mesh, driven);
   const double mm_per_unit = 1000 * mesh.metres_per_unit;
   ArkitCurves curves;
   curves.frame_rate_hz = animation.frame_rate_hz;
   curves.has_shape = problem.has_shape;
   const auto present = std::count(problem.has_shape.begin(), problem.has_shape.end(), true);
-  ShapeClosures closures = closuresOf(slitOf(animation, mesh, shapes), mm_per_unit);
+  ShapeClosures closures = closuresOf(slitOf(animation, mesh, driven), mm_per_unit);
   curves.closures = unsignedIndex(std::count(closures.in_frame.begin(), closures.in_frame.end(), true));
   // Where the weights leave lips apart that meet, they are asked for as much more all over: the
   // place that gapes alone is too little to be heard.
