@@ -15,10 +15,21 @@ namespace {
 
 constexpr Eigen::Index kShapes = signedIndex(kArkitNames.size());
 
-/// The shape's number, unless it turns the eyes: what markers do to the lids says nothing about where they look.
-int drivenShape(std::string_view name) {
-  const int shape = arkitIndex(name);
-  return shape >= 0 && kArkitNames[unsignedIndex(shape)].starts_with("EyeLook") ? -1 : shape;
+/// The shapes that are ARKit's, with their numbers there; not those that turn the eyes: what markers do to the lids
+/// says nothing about where they look.
+struct DrivenShape {
+  Eigen::Index number;
+  const VertexPositions& moves;
+};
+
+std::vector<DrivenShape> drivenShapes(const FaceShapes& shapes) {
+  std::vector<DrivenShape> driven;
+  for (std::size_t s = 0; s < shapes.moves.size(); ++s) {
+    const int number = arkitIndex(shapes.names[s]);
+    if (number >= 0 && !kArkitNames[unsignedIndex(number)].starts_with("EyeLook"))
+      driven.push_back({number, shapes.moves[s]});
+  }
+  return driven;
 }
 
 /// Vertices of skin and lips.
@@ -45,15 +56,16 @@ struct Problem {
   std::vector<bool> has_shape = std::vector<bool>(kArkitNames.size(), false);
 };
 
-Problem problemOf(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes) {
+Problem problemOf(const FaceAnimation& animation, const FaceMesh& mesh, const std::vector<DrivenShape>& driven) {
   Problem problem;
+  for (const DrivenShape& shape : driven) problem.has_shape[unsignedIndex(shape.number)] = true;
   const Eigen::Map<const Eigen::RowVectorXf> rest(mesh.vertices.data(), mesh.vertices.size());
   const float still = asFloat(1e-6 / mesh.metres_per_unit);
   for (const Eigen::Index v : skinVertices(mesh)) {
     bool moves =
         (animation.positions.middleCols<3>(3 * v).rowwise() - rest.segment<3>(3 * v)).cwiseAbs().maxCoeff() > still;
-    for (std::size_t s = 0; s < shapes.moves.size() && !moves; ++s)
-      moves = drivenShape(shapes.names[s]) >= 0 && shapes.moves[s].row(v).cwiseAbs().maxCoeff() > still;
+    for (std::size_t s = 0; s < driven.size() && !moves; ++s)
+      moves = driven[s].moves.row(v).cwiseAbs().maxCoeff() > still;
     if (moves) problem.vertices.push_back(v);
   }
   const auto rows = 3 * signedIndex(problem.vertices.size());
@@ -64,89 +76,89 @@ Problem problemOf(const FaceAnimation& animation, const FaceMesh& mesh, const Fa
     const Eigen::Index row = 3 * signedIndex(i);
     problem.motion.middleRows<3>(row) =
         (animation.positions.middleCols<3>(3 * v).rowwise() - rest.segment<3>(3 * v)).transpose();
-    for (std::size_t s = 0; s < shapes.moves.size(); ++s) {
-      const int shape = drivenShape(shapes.names[s]);
-      if (shape < 0) continue;
-      problem.has_shape[unsignedIndex(shape)] = true;
-      problem.shapes.block<3, 1>(row, shape) += shapes.moves[s].row(v).transpose();
-    }
+    for (const DrivenShape& shape : driven)
+      problem.shapes.block<3, 1>(row, shape.number) += shape.moves.row(v).transpose();
   }
   return problem;
 }
 
-/// The slit of the mouth; its motion as places, `at_rest` from one lip to the other.
-ShapeClosures closuresOf(const FaceAnimation& animation, const FaceMesh& mesh, const FaceShapes& shapes,
-                         std::vector<SlitPair>& slit, Eigen::VectorXf& at_rest) {
+/// The middle half of the slit of the mouth (its corners always touch): of each step across it the pair of vertices
+/// that comes nearest in the motion. What counts is how much higher the upper one is, in mesh units: lips that roll
+/// pass each other in depth.
+struct Slit {
+  Eigen::MatrixXf shapes;   ///< pairs x 52: what the shapes part them by
+  Eigen::MatrixXf heights;  ///< pairs x frames: of the motion
+  Eigen::VectorXf at_rest;  ///< pairs
+};
+
+Slit slitOf(const FaceAnimation& animation, const FaceMesh& mesh, const std::vector<DrivenShape>& driven) {
   VertexPositions jaw = VertexPositions::Zero(mesh.vertices.rows(), 3);
-  for (std::size_t s = 0; s < shapes.names.size(); ++s) {
-    const int shape = arkitIndex(shapes.names[s]);
-    if (shape >= 0 && kArkitNames[unsignedIndex(shape)] == "JawOpen") jaw += shapes.moves[s];
+  for (const DrivenShape& shape : driven) {
+    if (kArkitNames[unsignedIndex(shape.number)] == "JawOpen") jaw += shape.moves;
   }
-  // The corners always touch: what counts is the middle half.
-  slit = lipSlit(mesh, jaw);
-  std::erase_if(slit, [](const SlitPair& pair) {
-    return pair.step < kSlitSteps / 4 || pair.step >= kSlitSteps - kSlitSteps / 4;
-  });
-  ShapeClosures closures;
-  const auto rows = 3 * signedIndex(slit.size());
-  closures.shapes = Eigen::MatrixXf::Zero(rows, kShapes);
-  closures.motion = Eigen::MatrixXf::Zero(rows, animation.positions.rows());
-  at_rest = Eigen::VectorXf::Zero(rows);
-  for (std::size_t i = 0; i < slit.size(); ++i) {
-    const Eigen::Index row = 3 * signedIndex(i), upper = signedIndex(slit[i].upper), lower = signedIndex(slit[i].lower);
-    for (std::size_t s = 0; s < shapes.moves.size(); ++s) {
-      const int shape = drivenShape(shapes.names[s]);
-      if (shape >= 0)
-        closures.shapes.block<3, 1>(row, shape) +=
-            (shapes.moves[s].row(upper) - shapes.moves[s].row(lower)).transpose();
-    }
-    at_rest.segment<3>(row) = (mesh.vertices.row(upper) - mesh.vertices.row(lower)).transpose();
-    closures.motion.middleRows<3>(row) =
-        (animation.positions.middleCols<3>(3 * upper) - animation.positions.middleCols<3>(3 * lower)).transpose();
+  const auto heightsOf = [&](const SlitPair& pair) -> Eigen::RowVectorXf {
+    return animation.positions.col(3 * signedIndex(pair.upper) + 1) -
+           animation.positions.col(3 * signedIndex(pair.lower) + 1);
+  };
+  std::vector<SlitPair> pairs;
+  for (const SlitPair& pair : lipSlit(mesh, jaw)) {
+    if (pair.step < kSlitSteps / 4 || pair.step >= kSlitSteps - kSlitSteps / 4 || animation.positions.rows() == 0)
+      continue;
+    if (pairs.empty() || pairs.back().step != pair.step)
+      pairs.push_back(pair);
+    else if (heightsOf(pair).minCoeff() < heightsOf(pairs.back()).minCoeff())
+      pairs.back() = pair;
   }
-  return closures;
+  const auto rows = signedIndex(pairs.size());
+  Slit slit{Eigen::MatrixXf::Zero(rows, kShapes), Eigen::MatrixXf(rows, animation.positions.rows()),
+            Eigen::VectorXf(rows)};
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    const Eigen::Index upper = pairs[unsignedIndex(row)].upper, lower = pairs[unsignedIndex(row)].lower;
+    for (const DrivenShape& shape : driven)
+      slit.shapes(row, shape.number) += shape.moves(upper, 1) - shape.moves(lower, 1);
+    slit.at_rest(row) = mesh.vertices(upper, 1) - mesh.vertices(lower, 1);
+    slit.heights.row(row) = heightsOf(pairs[unsignedIndex(row)]);
+  }
+  return slit;
 }
 
-/// How far the lips of each frame gape where they do most, over the middle half of the mouth, mm: in each step across
-/// it the pair that is nearest counts, by height, since lips that roll pass each other in depth.
-std::vector<double> gapesOf(const std::vector<SlitPair>& slit, const Eigen::MatrixXf& apart, double mm_per_unit) {
-  std::vector<double> gapes(unsignedIndex(apart.cols()), 0.0);
-  for (Eigen::Index t = 0; t < apart.cols(); ++t) {
-    for (std::size_t first = 0; first < slit.size();) {
-      double least = std::numeric_limits<double>::max();
-      std::size_t i = first;
-      for (; i < slit.size() && slit[i].step == slit[first].step; ++i)
-        least = std::min(least, mm_per_unit * static_cast<double>(apart(3 * signedIndex(i) + 1, t)));
-      gapes[unsignedIndex(t)] = std::max(gapes[unsignedIndex(t)], least);
-      first = i;
-    }
+/// The median of the pairs of each frame: on coarse lips some have no vertex across from them, and gape while the lips
+/// touch beside them.
+std::vector<double> gapesOf(const Eigen::MatrixXf& heights, double mm_per_unit) {
+  std::vector<double> gapes;
+  for (Eigen::Index t = 0; heights.rows() > 0 && t < heights.cols(); ++t) {
+    Eigen::VectorXf column = heights.col(t);
+    const auto middle = column.begin() + column.size() / 2;
+    std::nth_element(column.begin(), middle, column.end());
+    gapes.push_back(mm_per_unit * static_cast<double>(*middle));
   }
   return gapes;
 }
 
 constexpr double kTightMm = 0.15;
-/// Lips meet that gape by no more than this beyond closed ones.
-constexpr double kMeetMm = 0.35;
+constexpr double kOpenMm = 1.5;   ///< no closed lips gape so far
+constexpr double kMeetMm = 0.35;  ///< lips meet that gape by no more than this beyond closed ones
+constexpr double kLeftMm = 0.25;  ///< so far shapes may leave lips apart that meet
+constexpr double kKeptMm = 0.25;  ///< and so much more they do where it is told that lips are not kept
 
-/// How far vertices of closed lips gape, mm: those of round rims stay some tenths of a millimetre apart. As far as at
-/// rest and in the motion's tightest frame, as long as these are of closed lips.
-double closedGape(double at_rest, const std::vector<double>& gapes) {
-  constexpr double kOpen = 1.5;
-  const double least = gapes.empty() ? 0 : *std::min_element(gapes.begin(), gapes.end());
+/// The frames in which lips gape no more than closed ones, whose vertices stay some tenths of a millimetre apart where
+/// rims are round: as far as at rest and in the motion's tightest frame, as long as these are of closed lips. There
+/// each pair comes no nearer than in the motion, and stays no further apart than there, at rest or kLeftMm: the first
+/// where it is further, else the nearer of the others.
+ShapeClosures closuresOf(const Slit& slit, double mm_per_unit) {
+  ShapeClosures closures{.shapes = slit.shapes};
+  const std::vector<double> gapes = gapesOf(slit.heights, mm_per_unit);
+  if (gapes.empty()) return closures;
+  const double rest = gapesOf(slit.at_rest, mm_per_unit).front();
   double closed = kTightMm;
-  for (const double gape : {at_rest, least}) {
-    if (gape < kOpen) closed = std::max(closed, gape);
+  for (const double gape : {rest, *std::min_element(gapes.begin(), gapes.end())}) {
+    if (gape < kOpenMm) closed = std::max(closed, gape);
   }
-  return closed;
-}
-
-/// Lips that meet are asked to meet all over: the shapes give in where they cannot.
-void tighten(const std::vector<double>& gapes, double tight_mm, double mm_per_unit, ShapeClosures& closures) {
-  for (std::size_t t = 0; t < gapes.size(); ++t) {
-    const float shift = asFloat(std::max(0.0, gapes[t] - tight_mm) / mm_per_unit);
-    for (Eigen::Index row = 1; closures.in_frame[t] && row < closures.motion.rows(); row += 3)
-      closures.motion(row, signedIndex(t)) -= shift;
-  }
+  for (const double gape : gapes) closures.in_frame.push_back(gape < closed + kMeetMm);
+  closures.least = slit.heights.colwise() - slit.at_rest;
+  const Eigen::VectorXf left = (asFloat(kLeftMm / mm_per_unit) - slit.at_rest.array()).cwiseMin(0);
+  closures.most = closures.least.cwiseMax(left.replicate(1, closures.least.cols()));
+  return closures;
 }
 
 }  // namespace
@@ -158,38 +170,38 @@ ArkitCurves fitArkit(const FaceAnimation& animation, const FaceMesh& mesh, const
                    [](const std::string& name) { return arkitIndex(name) >= 0; })) {
     throw InputError("found no shape with an ARKit name (jawOpen, mouthSmile_L ...)");
   }
-  const Problem problem = problemOf(animation, mesh, shapes);
+  const std::vector<DrivenShape> driven = drivenShapes(shapes);
+  const Problem problem = problemOf(animation, mesh, driven);
   const double mm_per_unit = 1000 * mesh.metres_per_unit;
   ArkitCurves curves;
   curves.frame_rate_hz = animation.frame_rate_hz;
   curves.has_shape = problem.has_shape;
   const auto present = std::count(problem.has_shape.begin(), problem.has_shape.end(), true);
-  Eigen::VectorXf at_rest;
-  std::vector<SlitPair> slit;
-  ShapeClosures closures = closuresOf(animation, mesh, shapes, slit, at_rest);
-  const std::vector<double> gapes = gapesOf(slit, closures.motion, mm_per_unit);
-  const double tight_mm = closedGape(gapesOf(slit, at_rest, mm_per_unit).front(), gapes), meet_mm = tight_mm + kMeetMm;
-  for (const double gape : gapes) closures.in_frame.push_back(!slit.empty() && gape < meet_mm);
-  tighten(gapes, tight_mm, mm_per_unit, closures);
-  closures.motion.colwise() -= at_rest;
-  // Where the weights leave lips apart that meet, they are asked for as much more.
+  ShapeClosures closures = closuresOf(slitOf(animation, mesh, driven), mm_per_unit);
+  curves.closures = unsignedIndex(std::count(closures.in_frame.begin(), closures.in_frame.end(), true));
+  // Where the weights leave lips apart that meet, they are asked for as much more all over: the
+  // place that gapes alone is too little to be heard.
   constexpr int kRounds = 5;
+  const Eigen::MatrixXf meant = closures.most;
   for (int round = 0; round < kRounds; ++round) {
     RowMajorMatrixF weights =
         fitShapeWeights(problem.shapes, problem.motion, unsignedIndex(present), options, &closures);
-    std::vector<double> apart = gapesOf(slit, (closures.shapes * weights.transpose()).colwise() + at_rest, mm_per_unit);
+    const Eigen::MatrixXf beyond = closures.shapes * weights.transpose() - meant;
     std::size_t kept = 0;
-    for (std::size_t t = 0; t < apart.size(); ++t) {
-      if (closures.in_frame[t] && apart[t] < meet_mm) ++kept;
-      if (!closures.in_frame[t] || apart[t] < meet_mm) apart[t] = 0;
+    for (Eigen::Index t = 0; t < std::ssize(closures.in_frame); ++t) {
+      if (!closures.in_frame[unsignedIndex(t)]) continue;
+      const float apart = beyond.col(t).maxCoeff();
+      if (mm_per_unit * static_cast<double>(apart) < kKeptMm)
+        ++kept;
+      else
+        closures.most.col(t).array() -= apart;
     }
+    closures.least = closures.least.cwiseMin(closures.most);
     if (round == 0 || kept > curves.closures_kept) {
       curves.weights = std::move(weights);
       curves.closures_kept = kept;
     }
-    curves.closures = unsignedIndex(std::count(closures.in_frame.begin(), closures.in_frame.end(), true));
     if (curves.closures_kept == curves.closures) break;
-    tighten(apart, tight_mm, mm_per_unit, closures);
   }
   double squares = 0, motion_squares = 0;
   for (Eigen::Index t = 0; t < problem.motion.cols(); ++t) {

@@ -23,8 +23,8 @@ struct ArkitOptions {
   double thrift = 0.001;     ///< pull of every weight towards zero
   double sparsity = 0.003;   ///< push of every weight to zero, whatever its size: small ones vanish
   double symmetry = 0.02;    ///< pull between the weights of a left and a right shape
-  double closure = 100;      ///< how many times more a place where the lips meet counts
-  double press = 0.02;       ///< push of MouthClose and MouthPress up, of MouthFrown down, where the lips meet
+  double closure = 100;      ///< what all places count where the lips meet, per cent of what all rows of shapes do
+  double press = 0.006;      ///< push of MouthClose and MouthPress up, of MouthFrown down, where the lips meet
 };
 
 /// Weights of ARKit's shapes over time.
@@ -41,12 +41,12 @@ struct ArkitCurves {
   std::vector<HeadTurn> head = {};  ///< the same
 };
 
-/// Places that must stay together in some frames: how the shapes move the two of each pair apart, and by how much the
-/// motion does.
+/// Pairs of places that meet in some frames: how far the shapes move the two of each pair apart, and how far they may.
 struct ShapeClosures {
-  Eigen::MatrixXf shapes;           ///< (3 * pairs) x 52
-  Eigen::MatrixXf motion;           ///< (3 * pairs) x frames
-  std::vector<bool> in_frame = {};  ///< whether it counts there
+  Eigen::MatrixXf shapes;           ///< pairs x 52
+  Eigen::MatrixXf least = {};       ///< pairs x frames
+  Eigen::MatrixXf most = {};        ///< the same
+  std::vector<bool> in_frame = {};  ///< whether they meet there
 };
 
 /// min over W in [0, 1] of sum_t |S w_t - d_t|^2 + thrift |w_t|^2 + sparsity sum_k w_tk + symmetry |w_left - w_right|^2

@@ -47,7 +47,7 @@ std::vector<bool> closedFrames(const MotionClip& motion, const Eigen::RowVectorX
 ShapeClosures closuresOf(const Eigen::MatrixXd& rims_parted_mm, std::vector<bool> closed) {
   ShapeClosures closures;
   closures.shapes = rims_parted_mm.cast<float>();
-  closures.motion = Eigen::MatrixXf::Zero(closures.shapes.rows(), signedIndex(closed.size()));
+  closures.least = closures.most = Eigen::MatrixXf::Zero(closures.shapes.rows(), signedIndex(closed.size()));
   closures.in_frame = std::move(closed);
   return closures;
 }
@@ -101,8 +101,8 @@ RowMajorMatrixF arkitFromMarkers(const MotionClip& motion, const MarkerPositions
   for (std::size_t t = 0; t < lips.size(); ++t)
     moves.col(signedIndex(t)) += lips[t].rounding * pucker * shapes.col(arkitIndex("MouthPucker"));
   const ShapeClosures closures = closuresOf(learnt.rims_parted_mm, closedFrames(motion, rest, lips));
-  return fitShapeWeights(shapes, moves.array().isNaN().select(0.0F, moves), kArkitNames.size(),
-                         {.closure = 300, .press = 0.004}, &closures);
+  return fitShapeWeights(shapes, moves.array().isNaN().select(0.0F, moves), kArkitNames.size(), {.closure = 300},
+                         &closures);
 }
 
 void addGaze(std::span<const GazeTurn> gaze, RowMajorMatrixF& weights) {

@@ -68,8 +68,9 @@ std::vector<Eigen::Index> mirrorShapes() {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Every weight in turn takes its best value for the others, until none changes. Each step lowers the energy, which is
-/// convex while no weight is shut.
+/// Every weight in turn takes a better value for the others, until none changes. Each step lowers the energy, which is
+/// convex while no weight is shut. The weight of MouthClose moves as much of JawOpen, which it takes back at the lips:
+/// so it never exceeds JawOpen, and what a jaw does behind closed lips is one weight, not two that hinder each other.
 class WeightDescent {
  public:
   WeightDescent(const Eigen::MatrixXf& shapes, const Eigen::MatrixXf& motion, std::size_t shape_count,
@@ -84,7 +85,6 @@ class WeightDescent {
       Eigen::Index& mirror = mirrors_[unsignedIndex(k)];
       if (mirror >= 0 && !(gram_(mirror, mirror) > 0)) mirror = -1;
     }
-    has_jaw_ = gram_(jaw_, jaw_) > 0;
     const double energy = gram_.trace() / std::max(asReal(shape_count), 1.0);
     pull_ = options.smoothness * energy;
     thrift_ = options.thrift * energy;
@@ -94,16 +94,20 @@ class WeightDescent {
     for (const char* name : {"MouthClose", "MouthPressLeft", "MouthPressRight"})
       presses_[unsignedIndex(numberOf(name))] = 1;
     for (const char* name : {"MouthFrownLeft", "MouthFrownRight"}) presses_[unsignedIndex(numberOf(name))] = -1;
-    if (closures == nullptr || closures->shapes.rows() == 0) return;
-    // A pair counts as so many of the vertices around it.
-    const double share = options.closure * asReal(shapes.rows()) / (100 * asReal(closures->shapes.rows()));
-    closed_gram_ = gram_ + share * (closures->shapes.transpose() * closures->shapes).cast<double>();
-    closed_ = closures->in_frame;
-    for (std::size_t t = 0; t < closed_.size(); ++t) {
-      if (closed_[t])
-        right_.row(signedIndex(t)) +=
-            share * (closures->motion.col(signedIndex(t)).transpose() * closures->shapes).cast<double>();
+    closes_jaw_ = gram_(jaw_, jaw_) > 0 && gram_(close_, close_) > 0;
+    if (closes_jaw_) {
+      gram_.col(close_) += gram_.col(jaw_);
+      gram_.row(close_) += gram_.row(jaw_);
+      right_.col(close_) += right_.col(jaw_);
     }
+    if (closures == nullptr || closures->shapes.rows() == 0) return;
+    closed_ = closures->in_frame;
+    least_ = closures->least.transpose().cast<double>();
+    most_ = closures->most.transpose().cast<double>();
+    parting_ = closures->shapes.transpose().cast<double>();
+    if (closes_jaw_) parting_.row(close_) += parting_.row(jaw_);
+    parted_ = RowMajor::Zero(least_.rows(), least_.cols());
+    closure_ = options.closure * asReal(shapes.rows()) / (100 * asReal(parting_.cols()));
   }
 
   void descend() {
@@ -139,7 +143,9 @@ class WeightDescent {
   }
 
   [[nodiscard]] RowMajorMatrixF weights() const {
-    return (weights_.array() < kZero).select(0.0, weights_).cast<float>();
+    RowMajorMatrixF weights = (weights_.array() < kZero).select(0.0, weights_).cast<float>();
+    if (closes_jaw_) weights.col(jaw_) += weights.col(close_);
+    return weights;
   }
 
  private:
@@ -147,7 +153,6 @@ class WeightDescent {
 
   /// Settles all weights of a frame, each in turn; returns the largest change.
   double settle(Eigen::Index t) {
-    const Eigen::MatrixXd& gram = gramAt(t);
     const bool is_closed = isClosed(t);
     const double* const right = &right_(t, 0);
     const double* const pulled = &pulled_(t, 0);
@@ -158,20 +163,21 @@ class WeightDescent {
     double largest = 0;
     for (const Eigen::Index k : present_) {
       if (!mayMove(t, k)) continue;
-      const double own = gram(k, k);
+      const double own = gram_(k, k);
       double target = right[k] - push_ - pulled[k] + own * weights[k];
-      if (is_closed) target += press_ * presses_[unsignedIndex(k)];
       double share = own + around;
+      if (is_closed) target += press_ * presses_[unsignedIndex(k)];
       if (before) target += pull_ * before[k];
       if (after) target += pull_ * after[k];
       if (const Eigen::Index mirror = mirrors_[unsignedIndex(k)]; mirror >= 0) {
         target += symmetry_ * weights[mirror];
         share += symmetry_;
       }
-      const double least = k == jaw_ ? weights[close_] : 0.0;
-      if (target <= 0 && weights[k] == 0 && least == 0) continue;  // most weights rest most of the time
-      const double most = k == close_ && has_jaw_ ? weights[jaw_] : 1.0;
-      const double best = std::clamp(target / share, least, most);
+      if (target <= 0 && weights[k] == 0 && !is_closed) continue;  // most weights rest most of the time
+      const double most = closes_jaw_ && k == jaw_     ? 1 - weights[close_]
+                          : closes_jaw_ && k == close_ ? 1 - weights[jaw_]
+                                                       : 1;
+      const double best = is_closed ? bestOfClosed(t, k, target, share, most) : std::clamp(target / share, 0.0, most);
       largest = std::max(largest, std::abs(best - weights[k]));
       set(t, k, best);
     }
@@ -181,27 +187,49 @@ class WeightDescent {
   [[nodiscard]] bool mayMove(Eigen::Index t, Eigen::Index k) const { return shut_(t, k) == 0; }
 
   [[nodiscard]] bool isClosed(Eigen::Index t) const { return !closed_.empty() && closed_[unsignedIndex(t)]; }
-  [[nodiscard]] const Eigen::MatrixXd& gramAt(Eigen::Index t) const { return isClosed(t) ? closed_gram_ : gram_; }
+
+  /// Where places meet: the weight of shape `k` at which share x - target and what those places pull that are out of
+  /// their bounds are in balance, by Newton's method.
+  [[nodiscard]] double bestOfClosed(Eigen::Index t, Eigen::Index k, double target, double share, double most) const {
+    constexpr int kSteps = 5;
+    double best = weights_(t, k);
+    for (int step = 0; step < kSteps; ++step) {
+      double off = 0, bend = 0;
+      for (Eigen::Index row = 0; row < parted_.cols(); ++row) {
+        const double moves = parting_(k, row), at = parted_(t, row) + (best - weights_(t, k)) * moves;
+        const double beyond = at - std::clamp(at, least_(t, row), most_(t, row));
+        off += moves * beyond;
+        bend += beyond == 0 ? 0 : moves * moves;
+      }
+      const double before = best;
+      best = std::clamp((target + closure_ * (bend * best - off)) / (share + closure_ * bend), 0.0, most);
+      if (std::abs(best - before) < kStill / 10) break;
+    }
+    return best;
+  }
 
   /// Most weights rest most of the time: the products follow what changes, instead of being made again.
   void set(Eigen::Index t, Eigen::Index k, double weight) {
     const double change = weight - weights_(t, k);
     if (change == 0) return;
-    pulled_.row(t) += change * gramAt(t).col(k).transpose();
+    pulled_.row(t) += change * gram_.row(k);
+    if (isClosed(t)) parted_.row(t) += change * parting_.row(k);
     weights_(t, k) = weight;
   }
 
-  Eigen::MatrixXd gram_;  ///< 52 x 52
-  RowMajor right_;        ///< frames x 52, as those that follow
+  RowMajor gram_;   ///< 52 x 52
+  RowMajor right_;  ///< frames x 52, as those that follow
   RowMajor weights_;
   RowMajor pulled_;  ///< of each frame the Gram matrix times the weights
   Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> shut_;  ///< 1: stays 0
-  Eigen::MatrixXd closed_gram_;  ///< of frames in which the lips meet
-  std::vector<bool> closed_;
+  RowMajor parting_;                ///< 52 x places that meet: how far apart a shape moves them
+  RowMajor parted_, least_, most_;  ///< frames x places: how far apart they are, and how far they may be
+  double closure_ = 0;
+  std::vector<bool> closed_;                            ///< frames in which the lips meet
   std::vector<Eigen::Index> mirrors_ = mirrorShapes();  ///< -1 also where the head has no mirror image
   std::vector<Eigen::Index> present_;                   ///< shapes that the head has
   Eigen::Index jaw_ = numberOf("JawOpen"), close_ = numberOf("MouthClose");
-  bool has_jaw_ = false;
+  bool closes_jaw_ = false;                                                   ///< the head has both
   std::vector<double> presses_ = std::vector<double>(kArkitNames.size(), 0);  ///< where lips meet: 1 more, -1 less
   double pull_ = 0, thrift_ = 0, push_ = 0, symmetry_ = 0, press_ = 0;
 };
