@@ -22,6 +22,7 @@ import random
 import re
 import resource
 import shlex
+import signal
 import subprocess
 import sys
 import time
@@ -209,18 +210,25 @@ class Tests:
         except subprocess.TimeoutExpired:
             return "too long"
 
-    def measure(self, pool):
+    def measure(self, pool, longest):
         def one(group):
             told = self.build / "mutants" / f"reached-{os.getpid()}-{self.groups.index(group)}"
             start = time.monotonic()
-            if self.run([group], 600, MUTANTS_REACHED=str(told)) != 0:
+            code = self.run([group], longest, MUTANTS_REACHED=str(told))
+            if code in (-signal.SIGXCPU, -signal.SIGKILL, "too long"):
+                return group, None, None
+            if code != 0:
                 sys.exit(f"mutate.py: {group} fails as it is")
             took = time.monotonic() - start
             marks = told.read_bytes()
             told.unlink()
             return group, took, marks
-        for group, took, marks in pool.map(one, self.groups):
-            self.reached[group] = (took, marks)
+        for group, took, marks in pool.map(one, list(self.groups)):
+            if marks is None:
+                self.groups.remove(group)
+                print(f"left out {group}, which takes over {longest} s", flush=True)
+            else:
+                self.reached[group] = (took, marks)
 
     def judge(self, number):
         """None when no test reaches it, else whether a test notices; "same" when it is no mutant for its types."""
@@ -245,6 +253,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build")
     parser.add_argument("--filter", default="*", help="of the tests, as --gtest_filter has it")
+    parser.add_argument("--longest", type=int, default=600, help="processor seconds a test may take; others are left out")
     parser.add_argument("--minutes", type=float, default=1e9, help="no new mutant after that")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     options = parser.parse_args()
@@ -260,7 +269,7 @@ def main():
         for target in options.target:
             folder = build / "tests" / (target.replace("_", "/", 1) if target.startswith("unit_") else target)
             programs.append(Tests(build, linked(build, target, archives, objects), folder if folder.is_dir() else build, options.filter))
-            programs[-1].measure(pool)
+            programs[-1].measure(pool, options.longest)
         drawn = random.Random(options.seed).sample(sorted(mutants), len(mutants))
         sample = drawn[:options.count] if options.count else drawn
         judging = time.monotonic()

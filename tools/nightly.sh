@@ -45,7 +45,7 @@ run_mutation() {
   cmake --preset release -DMOUTHPIECE_TESTS=ON -DMOUTHPIECE_UNITY=ON
   tools/mutate.py src/motion/*.cpp src/motion/*/*.cpp --target unit_motion --count "${MUTANTS:-300}"
   tools/mutate.py src/units/*/*.cpp --target unit_units --target property --count "${MUTANTS:-300}"
-  tools/mutate.py deform/*/*.cpp --target unit_deform --count "${MUTANTS:-300}"
+  tools/mutate.py deform/*/*.cpp --target unit_deform --longest 10 --count "${MUTANTS:-300}"
 }
 run_load() {
   cmake --build build -j "$jobs" --target load_trial repeat_corpus

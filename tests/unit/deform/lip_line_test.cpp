@@ -249,6 +249,28 @@ TEST_P(MovedMouths, TakeTheirLineAlong) {
   }
 }
 
+/// Who knows places on the line where it is anyway changes nothing.
+TEST_P(MovedMouths, KnownPlacesOfTheLineKeepIt) {
+  const auto& [make, seed] = GetParam();
+  std::mt19937 random(seed);
+  const Mouth mouth{make, make == Make::kWelded ? 0.0 : 4.0, 2, 2};
+  const FaceMesh mesh = mouth.mesh();
+  MouthHints hints = mouth.hints(random);
+  const auto line = traceLipLine(mesh.vertices, mesh.triangles, hints);
+  ASSERT_TRUE(line);
+  for (std::size_t i = 0; i < line->upper.size(); i += 3)
+    hints.on_line.push_back(0.5 * (line->upper[i] + line->lower[i]));
+  const auto known = traceLipLine(mesh.vertices, mesh.triangles, hints);
+  ASSERT_TRUE(known);
+  EXPECT_EQ(known->is_parted, line->is_parted);
+  for (std::size_t i = 0; i < line->upper.size(); ++i) {
+    if (std::abs(line->upper[i].x()) > 0.8 * kHalfMm) continue;
+    const LipLine::Pair pair = known->at(line->upper[i]);
+    EXPECT_LT((pair.upper - line->upper[i]).norm(), 1) << line->upper[i].transpose();
+    EXPECT_LT((pair.lower - line->lower[i]).norm(), 1) << line->lower[i].transpose();
+  }
+}
+
 TEST(LipLine, BetweenItsPlacesItIsStraightAndBeyondThemItEnds) {
   LipLine line;
   line.corner_right = {-3, 0, 0};
