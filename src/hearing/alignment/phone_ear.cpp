@@ -34,6 +34,9 @@ struct PhoneEar::State {
   PhoneDiscriminant discriminant{};                       ///< of his phones
   bool is_speaker = false;                                ///< whether the sound that posteriors() heard last is his
   std::optional<SenoneScorer> in_noise = std::nullopt;    ///< of the sound that posteriors() heard last
+  VoiceTransform of_recording = {};                       ///< of who is not known
+  /// Whether the sound that fittest() knew last is heard by the voice of its recording.
+  [[nodiscard]] bool isByVoice() const { return !is_speaker && !in_noise; }
   /// The scorer that knows a sound best.
   SenoneScorer& fittest(std::span<const std::int16_t> samples, const Eigen::MatrixXf& features);
   // Of a sound that goes on:
@@ -49,6 +52,7 @@ struct PhoneEar::State {
 PhoneEar::PhoneEar(const Language& language) : state_(std::make_unique<State>(language)) {}
 PhoneEar::~PhoneEar() = default;
 bool PhoneEar::knowsSpeaker() const { return state_->is_speaker; }
+VoiceTransform PhoneEar::voice() const { return state_->isByVoice() ? state_->of_recording : VoiceTransform{}; }
 
 std::vector<std::int16_t> samplesToHear(const AudioClip& audio) {
   if (audio.sample_rate_hz != kDecoderSampleRateHz) return samplesToHear(resampleAudio(audio, kDecoderSampleRateHz));
@@ -153,11 +157,34 @@ void PhoneEar::learn(std::span<const LabelledSound> sounds) {
   state_->discriminant = PhoneDiscriminant(heard, model.codebooks.size());
 }
 
+void PhoneEar::adaptTo(std::span<const std::span<const std::int16_t>> stretches) {
+  constexpr Eigen::Index kMostFrames = 6000;
+  constexpr int kRounds = 2;
+  State& state = *state_;
+  state.of_recording = {};
+  std::vector<HeardFrames> heard;
+  Eigen::Index frames = 0;
+  for (const std::span<const std::int16_t> samples : stretches) {
+    HeardFrames own{state.decoder.featuresOf(samples), {}};
+    if (own.features.cols() == 0) continue;
+    state.fittest(samples, own.features);
+    if (!state.isByVoice()) continue;
+    frames += own.features.cols();
+    heard.push_back(std::move(own));
+    if (frames >= kMostFrames) break;
+  }
+  SenoneScorer& scorer = state.decoder.scorer();
+  for (int round = 0; round < kRounds; ++round) {
+    for (HeardFrames& own : heard) own.posteriors = state.loop.posteriors(scorer, state.of_recording(own.features));
+    state.of_recording = fitVoice(scorer.model(), heard);
+  }
+}
+
 Eigen::MatrixXf PhoneEar::posteriors(std::span<const std::int16_t> samples) {
   const Eigen::MatrixXf features = state_->decoder.featuresOf(samples);
   if (features.cols() == 0) return Eigen::MatrixXf::Zero(kPhoneCount, 0);
   SenoneScorer& scorer = state_->fittest(samples, features);
-  if (!state_->is_speaker) return state_->loop.posteriors(scorer, features);
+  if (!state_->is_speaker) return state_->loop.posteriors(scorer, voice()(features));
   return state_->loop.posteriors(scorer, features, state_->discriminant.logRatios(features));
 }
 

@@ -383,13 +383,13 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   std::optional<WordsHeard> best;
   std::optional<FoundWords> found;
   if (has_book_) {
-    const std::vector<std::string> words = search_->hearBook(samples);
+    const std::vector<std::string> words = search_->hearBook(samples, ear_.voice());
     // Any sound is some row of a corpus' words; who does not speak its lines is not heard by them.
     const bool may_be = !options_.hint.empty() || ear_.knowsSpeaker() || inOrder(words) >= kLeastInOrder;
     if (may_be) best = wordsAs(words, clip, posteriors);
   }
   if (!best || best->fit < kSurelyFits) {
-    FoundWords any_found = search_->hear(samples);
+    FoundWords any_found = search_->hear(samples, ear_.voice());
     std::optional<WordsHeard> any = wordsAs(any_found.words, clip, posteriors);
     if (any && (!best || any->fit > kBookBonus * best->fit)) {
       best = std::move(any);
@@ -461,13 +461,19 @@ HeardSpeech SoundRecogniser::hear(const AudioClip& audio, std::string_view name)
   const std::vector<std::int16_t> samples = samplesToHear(audio);
   HeardSpeech heard;
   heard.stretches = findSpeech(samples);
-  Collected all;
+  std::vector<std::span<const std::int16_t>> said;
+  std::vector<Seconds> starts;
   for (const SoundStretch& stretch : heard.stretches) {
     if (stretch.kind != SoundKind::kSpeech) continue;
     const auto first = static_cast<std::size_t>(stretch.span.start * kEarRateHz);
     const auto end = std::min(samples.size(), static_cast<std::size_t>(stretch.span.end * kEarRateHz));
-    if (end > first) hearStretch(std::span(samples).subspan(first, end - first), stretch.span.start, all);
+    if (end <= first) continue;
+    said.push_back(std::span(samples).subspan(first, end - first));
+    starts.push_back(stretch.span.start);
   }
+  ear_.adaptTo(said);
+  Collected all;
+  for (std::size_t i = 0; i < said.size(); ++i) hearStretch(said[i], starts[i], all);
   if (all.segments.empty()) {
     throw InputError(name, "",
                      heard.stretches.empty() ? "holds silence only; expected speech"

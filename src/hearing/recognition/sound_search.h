@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "hearing/alignment/voice_transform.h"
 #include "hearing/recognition/recogniser.h"
 #include "phonetics/language/language.h"
 
@@ -49,12 +50,12 @@ class WordSearch {
   /// Whether the language has what is needed.
   static bool isAvailable(const Language& language);
 
-  /// The likeliest words of the language in a sound of 16 kHz, by its language model.
-  FoundWords hear(std::span<const std::int16_t> samples);
+  /// The likeliest words of the language in a sound of 16 kHz, by its language model. `voice`: of who says them.
+  FoundWords hear(std::span<const std::int16_t> samples, const VoiceTransform& voice = {});
 
   /// The likeliest words of a book. Kept for hearIn().
   void setBook(const PhraseBook& book);
-  std::vector<std::string> hearBook(std::span<const std::int16_t> samples);
+  std::vector<std::string> hearBook(std::span<const std::int16_t> samples, const VoiceTransform& voice = {});
 
  private:
   struct State;

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 #include <pocketsphinx.h>
 #include <ps_lattice.h>
+#include <sphinxbase/cmn.h>
 #include <sphinxbase/err.h>
+#include <sphinxbase/feat.h>
 #include <sphinxbase/fsg_model.h>
 #include <sphinxbase/ngram_model.h>
 
@@ -103,6 +105,7 @@ WordSearch::WordSearch(const Language& language) : state_(std::make_unique<State
   state_->decoder.reset(config ? ps_init(config.get()) : nullptr);
   state_->model = wordModel(language).string();
   if (!state_->decoder) throw InputError(acoustic.string(), "", "is no acoustic model that PocketSphinx can read");
+  ps_get_feat(state_->decoder.get())->cmn = CMN_NONE;  // cepstraOf() takes the mean off
 }
 
 WordSearch::~WordSearch() = default;
@@ -196,10 +199,32 @@ double usualIn(ngram_model_t* model, logmath_t* logarithms, const std::vector<st
   return sum / asReal(words.size() + 1);
 }
 
+/// The front end's cepstra, a column a frame, less their mean and in the voice's place.
+Eigen::MatrixXf cepstraOf(ps_decoder_t* decoder, std::span<const std::int16_t> samples, const VoiceTransform& voice) {
+  constexpr std::size_t kStep = 160;
+  fe_t* front_end = ps_get_fe(decoder);
+  Eigen::MatrixXf cepstra(fe_get_output_size(front_end), signedIndex(samples.size() / kStep + 2));
+  std::vector<mfcc_t*> rows;
+  for (Eigen::Index frame = 0; frame < cepstra.cols(); ++frame) rows.push_back(cepstra.col(frame).data());
+  const int16* data = samples.data();
+  std::size_t left = samples.size();
+  int frames = static_cast<int>(rows.size()) - 1, rest = 0;
+  const bool is_heard = fe_start_utt(front_end) >= 0 &&
+                        fe_process_frames(front_end, &data, &left, rows.data(), &frames, nullptr) >= 0 &&
+                        fe_end_utt(front_end, rows[unsignedIndex(frames)], &rest) >= 0;
+  if (!is_heard) throw InputError("pocketsphinx", "", "could not hear the sound");
+  const Eigen::Index heard = frames + std::max(0, rest);
+  cmn(ps_get_feat(decoder)->cmn_struct, rows.data(), FALSE, static_cast<int>(heard));
+  return voice(cepstra.leftCols(heard));
+}
+
 FoundWords searchWords(ps_decoder_t* decoder, const char* name, std::span<const std::int16_t> samples,
-                       std::vector<KeptWord>& places) {
+                       const VoiceTransform& voice, std::vector<KeptWord>& places) {
+  Eigen::MatrixXf cepstra = cepstraOf(decoder, samples, voice);
+  std::vector<mfcc_t*> rows;
+  for (Eigen::Index frame = 0; frame < cepstra.cols(); ++frame) rows.push_back(cepstra.col(frame).data());
   const bool is_heard = ps_set_search(decoder, name) >= 0 && ps_start_utt(decoder) >= 0 &&
-                        ps_process_raw(decoder, samples.data(), samples.size(), FALSE, TRUE) >= 0 &&
+                        ps_process_cep(decoder, rows.data(), static_cast<int>(rows.size()), FALSE, TRUE) >= 0 &&
                         ps_end_utt(decoder) >= 0;
   if (!is_heard) throw InputError("pocketsphinx", "", "could not hear the sound");
   return wordsFound(decoder, places);
@@ -207,7 +232,7 @@ FoundWords searchWords(ps_decoder_t* decoder, const char* name, std::span<const 
 
 }  // namespace
 
-FoundWords WordSearch::hear(std::span<const std::int16_t> samples) {
+FoundWords WordSearch::hear(std::span<const std::int16_t> samples, const VoiceTransform& voice) {
   ps_decoder_t* decoder = state_->decoder.get();
   if (!state_->has_model) {
     if (ps_set_lm_file(decoder, "language", state_->model.c_str()) < 0)
@@ -215,7 +240,7 @@ FoundWords WordSearch::hear(std::span<const std::int16_t> samples) {
     state_->has_model = true;
   }
   std::vector<KeptWord> places;
-  FoundWords found = searchWords(decoder, "language", samples, places);
+  FoundWords found = searchWords(decoder, "language", samples, voice, places);
   found.usual = usualIn(ps_get_lm(decoder, "language"), ps_get_logmath(decoder), found.words);
   const std::vector<KeptWord> kept = keptWords(decoder);
   for (const KeptWord& place : places) {
@@ -280,10 +305,10 @@ void WordSearch::setBook(const PhraseBook& book) {
   state_->has_book = ps_set_fsg(decoder, "book", graph.get()) >= 0;
 }
 
-std::vector<std::string> WordSearch::hearBook(std::span<const std::int16_t> samples) {
+std::vector<std::string> WordSearch::hearBook(std::span<const std::int16_t> samples, const VoiceTransform& voice) {
   if (!state_->has_book) return {};
   std::vector<KeptWord> places;
-  return searchWords(state_->decoder.get(), "book", samples, places).words;
+  return searchWords(state_->decoder.get(), "book", samples, voice, places).words;
 }
 
 }  // namespace mouthpiece
