@@ -151,6 +151,8 @@ Eigen::MatrixXf VoiceTransform::operator()(const Eigen::MatrixXf& features) cons
   return moved;
 }
 
+double VoiceTransform::logStretch() const { return isNone() ? 0.0 : std::log(std::abs(matrix.determinant())); }
+
 VoiceTransform fitVoice(const TiedModel& model, std::span<const HeardFrames> heard) {
   const Eigen::Index size = model.stream_sizes.front();
   const bool are_differences = std::all_of(model.stream_sizes.begin(), model.stream_sizes.end(),

@@ -17,6 +17,8 @@ struct VoiceTransform {
   [[nodiscard]] bool isNone() const { return matrix.size() == 0; }
   /// features: a column a frame, streams of equal size one under another, as many as there are.
   [[nodiscard]] Eigen::MatrixXf operator()(const Eigen::MatrixXf& features) const;
+  /// What the logarithm of a stream's density gains where its features are stretched.
+  [[nodiscard]] double logStretch() const;
 };
 
 /// What was heard of a stretch of sound.

@@ -32,12 +32,9 @@ struct PhraseBook {
 /// Words that were found, and how sure the search for them is.
 struct FoundWords {
   std::vector<std::string> words;
-  /// Mean natural logarithms: each word's probability among all that the search kept, and the language model's own of
-  /// each word, and of the end, after the two before.
-  double posterior = 0, usual = 0;
-  /// Of each word, natural logarithms: the most that it has, at a time when it is said, of all that the search kept,
-  /// and how many different words the search kept in its middle. Empty for a book's words.
-  std::vector<double> shares = {}, rivals = {};
+  double posterior = 0;  ///< mean natural logarithm of each word's probability among all that the search kept
+  /// Of each word, natural logarithm: how many different words the search kept in its middle. Empty for a book's words.
+  std::vector<double> rivals = {};
 };
 
 /// PocketSphinx' search for words. Not thread-safe.

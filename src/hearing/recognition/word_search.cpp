@@ -7,7 +7,6 @@
 #include <sphinxbase/err.h>
 #include <sphinxbase/feat.h>
 #include <sphinxbase/fsg_model.h>
-#include <sphinxbase/ngram_model.h>
 
 #include <algorithm>
 #include <array>
@@ -35,7 +34,7 @@ constexpr double kBookBeam = 1e-80, kBookWordBeam = 1e-60;
 /// Another order than the lines' at a word's end, and the end of all.
 constexpr double kOtherOrder = 0.05, kEnds = 0.1;
 constexpr std::size_t kMostBookWords = 5000;
-/// A word's posterior and its share count down to here, natural logarithm; what the graph keeps at less is nothing.
+/// A word's posterior counts down to here, natural logarithm; what the graph keeps at less than the second is nothing.
 constexpr double kLeastPosterior = -8, kLeastKept = -30;
 
 struct SearchConfigDeleter {
@@ -119,11 +118,10 @@ std::string withoutWay(const char* name) {
   return word;
 }
 
-/// A word between two of its borders, frames, and its share of all that the search kept.
+/// A word between two of its borders, frames.
 struct KeptWord {
   std::string text;
   int first = 0, end = 0;
-  double share = 0;
 };
 
 std::vector<KeptWord> keptWords(ps_decoder_t* decoder) {
@@ -138,21 +136,10 @@ std::vector<KeptWord> keptWords(ps_decoder_t* decoder) {
       int16 first = 0;
       const int end = ps_latlink_times(link, &first) + 1;
       const double share = logmath_log_to_ln(ps_get_logmath(decoder), ps_latlink_prob(graph, link, nullptr));
-      if (share >= kLeastKept) kept.push_back({word, first, end, std::exp(share)});
+      if (share >= kLeastKept) kept.push_back({word, first, end});
     }
   }
   return kept;
-}
-
-/// FoundWords::shares of a word: wherever the search has it begin and end.
-double mostShare(const KeptWord& word, std::span<const KeptWord> kept) {
-  std::vector<double> shares(static_cast<std::size_t>(std::max(1, word.end - word.first)), 0.0);
-  for (const KeptWord& other : kept) {
-    if (other.text != word.text) continue;
-    for (int t = std::max(word.first, other.first); t < std::min(word.end, other.end); ++t)
-      shares[static_cast<std::size_t>(t - word.first)] += other.share;
-  }
-  return std::max(kLeastPosterior, std::log(*std::max_element(shares.begin(), shares.end())));
 }
 
 /// FoundWords::rivals of a word.
@@ -165,7 +152,7 @@ double wordsBeside(const KeptWord& word, std::span<const KeptWord> kept) {
   return std::log(std::max(1.0, asReal(words.size())));
 }
 
-/// Fillers are no words. Without their probability after each other, shares and rivals.
+/// Fillers are no words. Without rivals.
 FoundWords wordsFound(ps_decoder_t* decoder, std::vector<KeptWord>& places) {
   FoundWords found;
   if (ps_get_hyp(decoder, nullptr) == nullptr) return found;
@@ -181,22 +168,6 @@ FoundWords wordsFound(ps_decoder_t* decoder, std::vector<KeptWord>& places) {
   }
   found.posterior /= std::max(1.0, asReal(found.words.size()));
   return found;
-}
-
-/// FoundWords::usual of a row of words.
-double usualIn(ngram_model_t* model, logmath_t* logarithms, const std::vector<std::string>& words) {
-  int32 last = ngram_wid(model, "<s>"), before_last = NGRAM_INVALID_WID, used = 0;
-  double sum = 0;
-  const auto add = [&](const std::string& word) {
-    std::array<int32, 2> history{last, before_last};
-    const int32 id = ngram_wid(model, word.c_str());
-    const int32 count = before_last == NGRAM_INVALID_WID ? 1 : 2;
-    sum += logmath_log_to_ln(logarithms, ngram_ng_prob(model, id, history.data(), count, &used));
-    before_last = std::exchange(last, id);
-  };
-  std::for_each(words.begin(), words.end(), add);
-  add("</s>");
-  return sum / asReal(words.size() + 1);
 }
 
 /// The front end's cepstra, a column a frame, less their mean and in the voice's place.
@@ -241,12 +212,8 @@ FoundWords WordSearch::hear(std::span<const std::int16_t> samples, const VoiceTr
   }
   std::vector<KeptWord> places;
   FoundWords found = searchWords(decoder, "language", samples, voice, places);
-  found.usual = usualIn(ps_get_lm(decoder, "language"), ps_get_logmath(decoder), found.words);
   const std::vector<KeptWord> kept = keptWords(decoder);
-  for (const KeptWord& place : places) {
-    found.shares.push_back(mostShare(place, kept));
-    found.rivals.push_back(wordsBeside(place, kept));
-  }
+  for (const KeptWord& place : places) found.rivals.push_back(wordsBeside(place, kept));
   return found;
 }
 
