@@ -34,6 +34,12 @@ struct PhoneEar::State {
   PhoneDiscriminant discriminant{};                       ///< of his phones
   bool is_speaker = false;                                ///< whether the sound that posteriors() heard last is his
   std::optional<SenoneScorer> in_noise = std::nullopt;    ///< of the sound that posteriors() heard last
+  VoiceTransform of_recording = {};                       ///< of who is not known
+  bool is_by_voice = false;  ///< whether the sound that posteriors() heard last is heard by it
+  /// Whether the learnt speaker says these features.
+  [[nodiscard]] bool isHis(const Eigen::MatrixXf& features);
+  /// The cepstra of a sound that the model goes into the noise of; none of another's.
+  [[nodiscard]] Eigen::MatrixXd steadyNoise(std::span<const std::int16_t> samples);
   /// The scorer that knows a sound best.
   SenoneScorer& fittest(std::span<const std::int16_t> samples, const Eigen::MatrixXf& features);
   // Of a sound that goes on:
@@ -49,6 +55,7 @@ struct PhoneEar::State {
 PhoneEar::PhoneEar(const Language& language) : state_(std::make_unique<State>(language)) {}
 PhoneEar::~PhoneEar() = default;
 bool PhoneEar::knowsSpeaker() const { return state_->is_speaker; }
+VoiceTransform PhoneEar::voice() const { return state_->is_by_voice ? state_->of_recording : VoiceTransform{}; }
 
 std::vector<std::int16_t> samplesToHear(const AudioClip& audio) {
   if (audio.sample_rate_hz != kDecoderSampleRateHz) return samplesToHear(resampleAudio(audio, kDecoderSampleRateHz));
@@ -101,17 +108,25 @@ constexpr double kSameVoice = 0.3;
 
 }  // namespace
 
+bool PhoneEar::State::isHis(const Eigen::MatrixXf& features) {
+  return of_speaker && fitOf(of_speaker->model(), features) - fitOf(decoder.scorer().model(), features) >
+                           kSameVoice * discriminant.strangenessOf(features);
+}
+
+Eigen::MatrixXd PhoneEar::State::steadyNoise(std::span<const std::int16_t> samples) {
+  if (noisinessOf(samples) <= 0) return {};
+  Eigen::MatrixXd columns = decoder.cepstraOf(samples);
+  return isSteady(columns) ? columns : Eigen::MatrixXd();
+}
+
 SenoneScorer& PhoneEar::State::fittest(std::span<const std::int16_t> samples, const Eigen::MatrixXf& features) {
-  SenoneScorer* scorer = &decoder.scorer();
-  is_speaker = of_speaker && fitOf(of_speaker->model(), features) - fitOf(scorer->model(), features) >
-                                 kSameVoice * discriminant.strangenessOf(features);
-  if (is_speaker) scorer = &*of_speaker;
+  is_speaker = isHis(features);
+  SenoneScorer& scorer = is_speaker ? *of_speaker : decoder.scorer();
   in_noise.reset();
-  if (noisinessOf(samples) <= 0) return *scorer;
-  const Eigen::MatrixXd columns = decoder.cepstraOf(samples);
-  if (!isSteady(columns)) return *scorer;
-  const std::vector<bool> phones = phonesIn(scorer->model());
-  return in_noise.emplace(std::make_shared<TiedModel>(adaptedToNoise(scorer->model(), columns, phones)));
+  const Eigen::MatrixXd columns = steadyNoise(samples);
+  if (columns.size() == 0) return scorer;
+  return in_noise.emplace(
+      std::make_shared<TiedModel>(adaptedToNoise(scorer.model(), columns, phonesIn(scorer.model()))));
 }
 
 Eigen::ArrayXf PhoneEar::State::firstMean() {
@@ -153,11 +168,36 @@ void PhoneEar::learn(std::span<const LabelledSound> sounds) {
   state_->discriminant = PhoneDiscriminant(heard, model.codebooks.size());
 }
 
+void PhoneEar::adaptTo(std::span<const std::span<const std::int16_t>> stretches) {
+  constexpr Eigen::Index kMostFrames = 6000;
+  constexpr int kRounds = 2;
+  State& state = *state_;
+  state.of_recording = {};
+  std::vector<HeardFrames> heard;
+  Eigen::Index frames = 0;
+  for (const std::span<const std::int16_t> samples : stretches) {
+    HeardFrames own{state.decoder.featuresOf(samples), {}};
+    if (own.features.cols() == 0 || state.isHis(own.features) || state.steadyNoise(samples).size() > 0) continue;
+    frames += own.features.cols();
+    heard.push_back(std::move(own));
+    if (frames >= kMostFrames) break;
+  }
+  SenoneScorer& scorer = state.decoder.scorer();
+  for (int round = 0; round < kRounds; ++round) {
+    for (HeardFrames& own : heard) own.posteriors = state.loop.posteriors(scorer, state.of_recording(own.features));
+    state.of_recording = fitVoice(scorer.model(), heard);
+  }
+}
+
 Eigen::MatrixXf PhoneEar::posteriors(std::span<const std::int16_t> samples) {
   const Eigen::MatrixXf features = state_->decoder.featuresOf(samples);
   if (features.cols() == 0) return Eigen::MatrixXf::Zero(kPhoneCount, 0);
   SenoneScorer& scorer = state_->fittest(samples, features);
-  if (!state_->is_speaker) return state_->loop.posteriors(scorer, features);
+  // Another may speak here than where the voice was learnt: then the sound is no likelier by it.
+  state_->is_by_voice = !state_->is_speaker && !state_->in_noise && !state_->of_recording.isNone() &&
+                        fitOf(scorer.model(), state_->of_recording(features)) + state_->of_recording.logStretch() >
+                            fitOf(scorer.model(), features);
+  if (!state_->is_speaker) return state_->loop.posteriors(scorer, voice()(features));
   return state_->loop.posteriors(scorer, features, state_->discriminant.logRatios(features));
 }
 

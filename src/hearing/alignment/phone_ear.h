@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "audio/audio_clip.h"
+#include "hearing/alignment/voice_transform.h"
 #include "phonetics/labels/speech_labels.h"
 #include "phonetics/language/language.h"
 
@@ -32,11 +33,18 @@ class PhoneEar {
   /// a sound that goes on is taken to be his.
   void learn(std::span<const LabelledSound> sounds);
 
+  /// Learns the voice of one recording from stretches of it, whatever they say, in place of the voice before: what is
+  /// not the learnt speaker's is heard by it from then on, where that is likelier. Of no stretches: no voice is known.
+  void adaptTo(std::span<const std::span<const std::int16_t>> stretches);
+
   /// Rows: phones by their number; a column every 10 ms, from 8 ms on. samples: 16 kHz. A noisy sound is heard by the
   /// model in its noise (adaptedToNoise).
   Eigen::MatrixXf posteriors(std::span<const std::int16_t> samples);
   /// Whether the sound that posteriors() heard last was taken to be the learnt speaker's.
   [[nodiscard]] bool knowsSpeaker() const;
+  /// How that sound's voice was heard: none where the speaker is known, in steady noise, and where the sound is no
+  /// likelier by the voice of its recording.
+  [[nodiscard]] VoiceTransform voice() const;
 
   /// Hears a sound that goes on; `begins`: with these samples. Returns how many frames of 10 ms were heard since it
   /// began: a frame is heard 56 ms after it begins. The level is that of the last seconds of speech: `is_speech` says

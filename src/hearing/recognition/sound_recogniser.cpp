@@ -38,19 +38,17 @@ constexpr double kClosingHeard = 0.6;
 /// A word's phones weigh so much against what is heard without it, where it fits as words that are taken do.
 constexpr double kWordWeight = 0.8;
 /// The logarithm of the odds that much of a stretch is heard wrongly (docs/theory/hearing/recognition.md#how-sure).
-/// Words of the language model: by how far they are believed, and how sure of them the model and the search are.
-/// Others, and phones in place of words: by how far the likeliest words' phones lie from those heard without words, and
-/// how far the words are believed; where no words are looked for, by how well the phones fit and the share that they
-/// take.
-double oddsOfModelWords(double believed, const FoundWords& found) {
-  return -2.34 - 0.802 * believed - 0.922 * found.usual - 1.024 * found.posterior;
+/// Words of the language model: by how far they are believed, how sure of them the search is, and how well the phones
+/// fit that are heard without words. Others, and phones in place of words: by how far the likeliest words' phones lie
+/// from those heard without words, and how far the words are believed; where no words are looked for, by how well the
+/// phones fit and the share that they take.
+double oddsOfModelWords(double believed, double posterior, double fit) {
+  return 17.4 - 0.576 * believed - 1.081 * posterior - 19.6 * fit;
 }
 double oddsOfWords(double apart, double believed) { return -0.393 + 5.69 * apart - 0.747 * believed; }
-double oddsOfPhones(double fit, double share) { return 25.84 - 27.22 * fit - 4.90 * share; }
+double oddsOfPhones(double fit, double share) { return 33.9 - 28.6 * fit - 11.8 * share; }
 /// Of a word of the language model, the logarithm of the odds that it is wrong, and from where on it is told.
-double oddsOfModelWord(double believed, const FoundWords& found, std::size_t word) {
-  return -4.52 - 0.497 * believed - 0.659 * found.usual - 0.352 * found.shares[word] + 0.598 * found.rivals[word];
-}
+double oddsOfModelWord(double believed, double rivals) { return -0.661 - 0.389 * believed + 0.761 * rivals; }
 constexpr double kWordDoubted = 0.405;  // 1.5 to 1
 /// A word is neither believed nor doubted further than by these odds.
 constexpr double kLeastBelieved = 1e-4;
@@ -383,13 +381,13 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   std::optional<WordsHeard> best;
   std::optional<FoundWords> found;
   if (has_book_) {
-    const std::vector<std::string> words = search_->hearBook(samples);
+    const std::vector<std::string> words = search_->hearBook(samples, ear_.voice());
     // Any sound is some row of a corpus' words; who does not speak its lines is not heard by them.
     const bool may_be = !options_.hint.empty() || ear_.knowsSpeaker() || inOrder(words) >= kLeastInOrder;
     if (may_be) best = wordsAs(words, clip, posteriors);
   }
   if (!best || best->fit < kSurelyFits) {
-    FoundWords any_found = search_->hear(samples);
+    FoundWords any_found = search_->hear(samples, ear_.voice());
     std::optional<WordsHeard> any = wordsAs(any_found.words, clip, posteriors);
     if (any && (!best || any->fit > kBookBonus * best->fit)) {
       best = std::move(any);
@@ -399,7 +397,7 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
   const bool is_likely = best && (found ? areLikely(*best, phones) : best->fit >= kBookFits);
   const bool are_words = best && (options_.as == HearAs::kWords || is_likely);
   if (are_words && found) {
-    all.odds_s += length * oddsOfModelWords(best->word_odds, *found);
+    all.odds_s += length * oddsOfModelWords(best->word_odds, found->posterior, phones.fit);
     doubtWords(*found, start, *best, all);
   } else {
     all.odds_s += length * (best ? oddsOfWords(apart(best->alignment.labels, phones.row), best->word_odds)
@@ -412,9 +410,9 @@ void SoundRecogniser::hearStretch(std::span<const std::int16_t> samples, Seconds
 
 void SoundRecogniser::doubtWords(const FoundWords& found, Seconds start, WordsHeard& words, Collected& all) {
   const SpeechLabels& labels = words.alignment.labels;
-  if (labels.words.size() != found.shares.size()) return;  // a word that is written as several is aligned as these
+  if (labels.words.size() != found.rivals.size()) return;  // a word that is written as several is aligned as these
   for (std::size_t word = 0; word < labels.words.size(); ++word) {
-    const double odds = oddsOfModelWord(oddsOf(words.alignment.confidence[word]), found, word);
+    const double odds = oddsOfModelWord(oddsOf(words.alignment.confidence[word]), found.rivals[word]);
     if (odds < kWordDoubted) continue;
     const LabelledWord& doubted = labels.words[word];
     all.doubtful.push_back(fmt::format("{} ({:.2f} s)", doubted.text, start + labels.spanOf(doubted.phones).start));
@@ -461,13 +459,19 @@ HeardSpeech SoundRecogniser::hear(const AudioClip& audio, std::string_view name)
   const std::vector<std::int16_t> samples = samplesToHear(audio);
   HeardSpeech heard;
   heard.stretches = findSpeech(samples);
-  Collected all;
+  std::vector<std::span<const std::int16_t>> said;
+  std::vector<Seconds> starts;
   for (const SoundStretch& stretch : heard.stretches) {
     if (stretch.kind != SoundKind::kSpeech) continue;
     const auto first = static_cast<std::size_t>(stretch.span.start * kEarRateHz);
     const auto end = std::min(samples.size(), static_cast<std::size_t>(stretch.span.end * kEarRateHz));
-    if (end > first) hearStretch(std::span(samples).subspan(first, end - first), stretch.span.start, all);
+    if (end <= first) continue;
+    said.push_back(std::span(samples).subspan(first, end - first));
+    starts.push_back(stretch.span.start);
   }
+  ear_.adaptTo(said);
+  Collected all;
+  for (std::size_t i = 0; i < said.size(); ++i) hearStretch(said[i], starts[i], all);
   if (all.segments.empty()) {
     throw InputError(name, "",
                      heard.stretches.empty() ? "holds silence only; expected speech"

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "hearing/alignment/voice_transform.h"
 #include "hearing/recognition/recogniser.h"
 #include "phonetics/language/language.h"
 
@@ -31,12 +32,9 @@ struct PhraseBook {
 /// Words that were found, and how sure the search for them is.
 struct FoundWords {
   std::vector<std::string> words;
-  /// Mean natural logarithms: each word's probability among all that the search kept, and the language model's own of
-  /// each word, and of the end, after the two before.
-  double posterior = 0, usual = 0;
-  /// Of each word, natural logarithms: the most that it has, at a time when it is said, of all that the search kept,
-  /// and how many different words the search kept in its middle. Empty for a book's words.
-  std::vector<double> shares = {}, rivals = {};
+  double posterior = 0;  ///< mean natural logarithm of each word's probability among all that the search kept
+  /// Of each word, natural logarithm: how many different words the search kept in its middle. Empty for a book's words.
+  std::vector<double> rivals = {};
 };
 
 /// PocketSphinx' search for words. Not thread-safe.
@@ -49,12 +47,12 @@ class WordSearch {
   /// Whether the language has what is needed.
   static bool isAvailable(const Language& language);
 
-  /// The likeliest words of the language in a sound of 16 kHz, by its language model.
-  FoundWords hear(std::span<const std::int16_t> samples);
+  /// The likeliest words of the language in a sound of 16 kHz, by its language model. `voice`: of who says them.
+  FoundWords hear(std::span<const std::int16_t> samples, const VoiceTransform& voice = {});
 
   /// The likeliest words of a book. Kept for hearIn().
   void setBook(const PhraseBook& book);
-  std::vector<std::string> hearBook(std::span<const std::int16_t> samples);
+  std::vector<std::string> hearBook(std::span<const std::int16_t> samples, const VoiceTransform& voice = {});
 
  private:
   struct State;

@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 #include <pocketsphinx.h>
 #include <ps_lattice.h>
+#include <sphinxbase/cmn.h>
 #include <sphinxbase/err.h>
+#include <sphinxbase/feat.h>
 #include <sphinxbase/fsg_model.h>
-#include <sphinxbase/ngram_model.h>
 
 #include <algorithm>
 #include <array>
@@ -33,7 +34,7 @@ constexpr double kBookBeam = 1e-80, kBookWordBeam = 1e-60;
 /// Another order than the lines' at a word's end, and the end of all.
 constexpr double kOtherOrder = 0.05, kEnds = 0.1;
 constexpr std::size_t kMostBookWords = 5000;
-/// A word's posterior and its share count down to here, natural logarithm; what the graph keeps at less is nothing.
+/// A word's posterior counts down to here, natural logarithm; what the graph keeps at less than the second is nothing.
 constexpr double kLeastPosterior = -8, kLeastKept = -30;
 
 struct SearchConfigDeleter {
@@ -103,6 +104,7 @@ WordSearch::WordSearch(const Language& language) : state_(std::make_unique<State
   state_->decoder.reset(config ? ps_init(config.get()) : nullptr);
   state_->model = wordModel(language).string();
   if (!state_->decoder) throw InputError(acoustic.string(), "", "is no acoustic model that PocketSphinx can read");
+  ps_get_feat(state_->decoder.get())->cmn = CMN_NONE;  // cepstraOf() takes the mean off
 }
 
 WordSearch::~WordSearch() = default;
@@ -116,11 +118,10 @@ std::string withoutWay(const char* name) {
   return word;
 }
 
-/// A word between two of its borders, frames, and its share of all that the search kept.
+/// A word between two of its borders, frames.
 struct KeptWord {
   std::string text;
   int first = 0, end = 0;
-  double share = 0;
 };
 
 std::vector<KeptWord> keptWords(ps_decoder_t* decoder) {
@@ -135,21 +136,10 @@ std::vector<KeptWord> keptWords(ps_decoder_t* decoder) {
       int16 first = 0;
       const int end = ps_latlink_times(link, &first) + 1;
       const double share = logmath_log_to_ln(ps_get_logmath(decoder), ps_latlink_prob(graph, link, nullptr));
-      if (share >= kLeastKept) kept.push_back({word, first, end, std::exp(share)});
+      if (share >= kLeastKept) kept.push_back({word, first, end});
     }
   }
   return kept;
-}
-
-/// FoundWords::shares of a word: wherever the search has it begin and end.
-double mostShare(const KeptWord& word, std::span<const KeptWord> kept) {
-  std::vector<double> shares(static_cast<std::size_t>(std::max(1, word.end - word.first)), 0.0);
-  for (const KeptWord& other : kept) {
-    if (other.text != word.text) continue;
-    for (int t = std::max(word.first, other.first); t < std::min(word.end, other.end); ++t)
-      shares[static_cast<std::size_t>(t - word.first)] += other.share;
-  }
-  return std::max(kLeastPosterior, std::log(*std::max_element(shares.begin(), shares.end())));
 }
 
 /// FoundWords::rivals of a word.
@@ -162,7 +152,7 @@ double wordsBeside(const KeptWord& word, std::span<const KeptWord> kept) {
   return std::log(std::max(1.0, asReal(words.size())));
 }
 
-/// Fillers are no words. Without their probability after each other, shares and rivals.
+/// Fillers are no words. Without rivals.
 FoundWords wordsFound(ps_decoder_t* decoder, std::vector<KeptWord>& places) {
   FoundWords found;
   if (ps_get_hyp(decoder, nullptr) == nullptr) return found;
@@ -180,26 +170,32 @@ FoundWords wordsFound(ps_decoder_t* decoder, std::vector<KeptWord>& places) {
   return found;
 }
 
-/// FoundWords::usual of a row of words.
-double usualIn(ngram_model_t* model, logmath_t* logarithms, const std::vector<std::string>& words) {
-  int32 last = ngram_wid(model, "<s>"), before_last = NGRAM_INVALID_WID, used = 0;
-  double sum = 0;
-  const auto add = [&](const std::string& word) {
-    std::array<int32, 2> history{last, before_last};
-    const int32 id = ngram_wid(model, word.c_str());
-    const int32 count = before_last == NGRAM_INVALID_WID ? 1 : 2;
-    sum += logmath_log_to_ln(logarithms, ngram_ng_prob(model, id, history.data(), count, &used));
-    before_last = std::exchange(last, id);
-  };
-  std::for_each(words.begin(), words.end(), add);
-  add("</s>");
-  return sum / asReal(words.size() + 1);
+/// The front end's cepstra, a column a frame, less their mean and in the voice's place.
+Eigen::MatrixXf cepstraOf(ps_decoder_t* decoder, std::span<const std::int16_t> samples, const VoiceTransform& voice) {
+  constexpr std::size_t kStep = 160;
+  fe_t* front_end = ps_get_fe(decoder);
+  Eigen::MatrixXf cepstra(fe_get_output_size(front_end), signedIndex(samples.size() / kStep + 2));
+  std::vector<mfcc_t*> rows;
+  for (Eigen::Index frame = 0; frame < cepstra.cols(); ++frame) rows.push_back(cepstra.col(frame).data());
+  const int16* data = samples.data();
+  std::size_t left = samples.size();
+  int frames = static_cast<int>(rows.size()) - 1, rest = 0;
+  const bool is_heard = fe_start_utt(front_end) >= 0 &&
+                        fe_process_frames(front_end, &data, &left, rows.data(), &frames, nullptr) >= 0 &&
+                        fe_end_utt(front_end, rows[unsignedIndex(frames)], &rest) >= 0;
+  if (!is_heard) throw InputError("pocketsphinx", "", "could not hear the sound");
+  const Eigen::Index heard = frames + std::max(0, rest);
+  cmn(ps_get_feat(decoder)->cmn_struct, rows.data(), FALSE, static_cast<int>(heard));
+  return voice(cepstra.leftCols(heard));
 }
 
 FoundWords searchWords(ps_decoder_t* decoder, const char* name, std::span<const std::int16_t> samples,
-                       std::vector<KeptWord>& places) {
+                       const VoiceTransform& voice, std::vector<KeptWord>& places) {
+  Eigen::MatrixXf cepstra = cepstraOf(decoder, samples, voice);
+  std::vector<mfcc_t*> rows;
+  for (Eigen::Index frame = 0; frame < cepstra.cols(); ++frame) rows.push_back(cepstra.col(frame).data());
   const bool is_heard = ps_set_search(decoder, name) >= 0 && ps_start_utt(decoder) >= 0 &&
-                        ps_process_raw(decoder, samples.data(), samples.size(), FALSE, TRUE) >= 0 &&
+                        ps_process_cep(decoder, rows.data(), static_cast<int>(rows.size()), FALSE, TRUE) >= 0 &&
                         ps_end_utt(decoder) >= 0;
   if (!is_heard) throw InputError("pocketsphinx", "", "could not hear the sound");
   return wordsFound(decoder, places);
@@ -207,7 +203,7 @@ FoundWords searchWords(ps_decoder_t* decoder, const char* name, std::span<const 
 
 }  // namespace
 
-FoundWords WordSearch::hear(std::span<const std::int16_t> samples) {
+FoundWords WordSearch::hear(std::span<const std::int16_t> samples, const VoiceTransform& voice) {
   ps_decoder_t* decoder = state_->decoder.get();
   if (!state_->has_model) {
     if (ps_set_lm_file(decoder, "language", state_->model.c_str()) < 0)
@@ -215,13 +211,9 @@ FoundWords WordSearch::hear(std::span<const std::int16_t> samples) {
     state_->has_model = true;
   }
   std::vector<KeptWord> places;
-  FoundWords found = searchWords(decoder, "language", samples, places);
-  found.usual = usualIn(ps_get_lm(decoder, "language"), ps_get_logmath(decoder), found.words);
+  FoundWords found = searchWords(decoder, "language", samples, voice, places);
   const std::vector<KeptWord> kept = keptWords(decoder);
-  for (const KeptWord& place : places) {
-    found.shares.push_back(mostShare(place, kept));
-    found.rivals.push_back(wordsBeside(place, kept));
-  }
+  for (const KeptWord& place : places) found.rivals.push_back(wordsBeside(place, kept));
   return found;
 }
 
@@ -280,10 +272,10 @@ void WordSearch::setBook(const PhraseBook& book) {
   state_->has_book = ps_set_fsg(decoder, "book", graph.get()) >= 0;
 }
 
-std::vector<std::string> WordSearch::hearBook(std::span<const std::int16_t> samples) {
+std::vector<std::string> WordSearch::hearBook(std::span<const std::int16_t> samples, const VoiceTransform& voice) {
   if (!state_->has_book) return {};
   std::vector<KeptWord> places;
-  return searchWords(state_->decoder.get(), "book", samples, places).words;
+  return searchWords(state_->decoder.get(), "book", samples, voice, places).words;
 }
 
 }  // namespace mouthpiece
