@@ -38,8 +38,6 @@ struct PhoneEar::State {
   bool is_by_voice = false;  ///< whether the sound that posteriors() heard last is heard by it
   /// Whether the learnt speaker says these features.
   [[nodiscard]] bool isHis(const Eigen::MatrixXf& features);
-  /// The cepstra of a sound that the model goes into the noise of; none of another's.
-  [[nodiscard]] Eigen::MatrixXd steadyNoise(std::span<const std::int16_t> samples);
   /// The scorer that knows a sound best.
   SenoneScorer& fittest(std::span<const std::int16_t> samples, const Eigen::MatrixXf& features);
   // Of a sound that goes on:
@@ -113,18 +111,13 @@ bool PhoneEar::State::isHis(const Eigen::MatrixXf& features) {
                            kSameVoice * discriminant.strangenessOf(features);
 }
 
-Eigen::MatrixXd PhoneEar::State::steadyNoise(std::span<const std::int16_t> samples) {
-  if (noisinessOf(samples) <= 0) return {};
-  Eigen::MatrixXd columns = decoder.cepstraOf(samples);
-  return isSteady(columns) ? columns : Eigen::MatrixXd();
-}
-
 SenoneScorer& PhoneEar::State::fittest(std::span<const std::int16_t> samples, const Eigen::MatrixXf& features) {
   is_speaker = isHis(features);
   SenoneScorer& scorer = is_speaker ? *of_speaker : decoder.scorer();
   in_noise.reset();
-  const Eigen::MatrixXd columns = steadyNoise(samples);
-  if (columns.size() == 0) return scorer;
+  if (noisinessOf(samples) <= 0) return scorer;
+  const Eigen::MatrixXd columns = decoder.cepstraOf(samples);
+  if (!isSteady(columns)) return scorer;
   return in_noise.emplace(
       std::make_shared<TiedModel>(adaptedToNoise(scorer.model(), columns, phonesIn(scorer.model()))));
 }
@@ -177,7 +170,7 @@ void PhoneEar::adaptTo(std::span<const std::span<const std::int16_t>> stretches)
   Eigen::Index frames = 0;
   for (const std::span<const std::int16_t> samples : stretches) {
     HeardFrames own{state.decoder.featuresOf(samples), {}};
-    if (own.features.cols() == 0 || state.isHis(own.features) || state.steadyNoise(samples).size() > 0) continue;
+    if (own.features.cols() == 0 || state.isHis(own.features) || noisinessOf(samples) > 0) continue;
     frames += own.features.cols();
     heard.push_back(std::move(own));
     if (frames >= kMostFrames) break;
@@ -194,7 +187,7 @@ Eigen::MatrixXf PhoneEar::posteriors(std::span<const std::int16_t> samples) {
   if (features.cols() == 0) return Eigen::MatrixXf::Zero(kPhoneCount, 0);
   SenoneScorer& scorer = state_->fittest(samples, features);
   // Another may speak here than where the voice was learnt: then the sound is no likelier by it.
-  state_->is_by_voice = !state_->is_speaker && !state_->in_noise && !state_->of_recording.isNone() &&
+  state_->is_by_voice = !state_->is_speaker && noisinessOf(samples) <= 0 && !state_->of_recording.isNone() &&
                         fitOf(scorer.model(), state_->of_recording(features)) + state_->of_recording.logStretch() >
                             fitOf(scorer.model(), features);
   if (!state_->is_speaker) return state_->loop.posteriors(scorer, voice()(features));

@@ -42,7 +42,7 @@ class PhoneEar {
   Eigen::MatrixXf posteriors(std::span<const std::int16_t> samples);
   /// Whether the sound that posteriors() heard last was taken to be the learnt speaker's.
   [[nodiscard]] bool knowsSpeaker() const;
-  /// How that sound's voice was heard: none where the speaker is known, in steady noise, and where the sound is no
+  /// How that sound's voice was heard: none where the speaker is known, in noise, and where the sound is no
   /// likelier by the voice of its recording.
   [[nodiscard]] VoiceTransform voice() const;
 
