@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "base/errors.h"
@@ -138,13 +137,13 @@ std::vector<double> gapesOf(const Eigen::MatrixXf& heights, double mm_per_unit) 
 constexpr double kTightMm = 0.15;
 constexpr double kOpenMm = 1.5;   ///< no closed lips gape so far
 constexpr double kMeetMm = 0.35;  ///< lips meet that gape by no more than this beyond closed ones
-constexpr double kLeftMm = 0.25;  ///< so far shapes may leave lips apart that meet
-constexpr double kKeptMm = 0.25;  ///< and so much more they do where it is told that lips are not kept
+constexpr double kLeftMm = 0.25;  ///< what shapes may leave open of lips that meet
+constexpr double kKeptMm = 0.25;  ///< lips count as kept that are left open by no more than this beyond that
 
 /// The frames in which lips gape no more than closed ones, whose vertices stay some tenths of a millimetre apart where
 /// rims are round: as far as at rest and in the motion's tightest frame, as long as these are of closed lips. There
-/// each pair comes no nearer than in the motion, and stays no further apart than there, at rest or kLeftMm: the first
-/// where it is further, else the nearer of the others.
+/// each pair comes no nearer than in the motion, and gapes by no more than kLeftMm, or than at rest where that is less,
+/// unless the motion's does.
 ShapeClosures closuresOf(const Slit& slit, double mm_per_unit) {
   ShapeClosures closures{.shapes = slit.shapes};
   const std::vector<double> gapes = gapesOf(slit.heights, mm_per_unit);
