@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/index.h"
@@ -182,11 +183,14 @@ ordered_json reportFields(const UtteranceAnimation& animation, const StageTiming
 
 /// Field by field: the whole tree of an hour takes several times its text.
 std::string reportJson(const UtteranceAnimation& animation, const StageTimings& timing, const ArkitCurves* of_head) {
+  constexpr std::size_t kRest = 10'000;  // letters of the small fields that follow a large one
   std::string text = "{";
   for (const Field& field : kFields) {
     if (text.size() > 1) text += ',';
     text += fmt::format("\n \"{}\": ", field.name);
-    for (const char letter : jsonText(field.value({animation, timing, of_head}), 1)) {
+    const std::string shown = jsonText(field.value({animation, timing, of_head}), 1);
+    text.reserve(text.size() + shown.size() + unsignedIndex(std::count(shown.begin(), shown.end(), '\n')) + kRest);
+    for (const char letter : shown) {
       text += letter;
       if (letter == '\n') text += ' ';  // one level deeper; a line's end within a string is written as two letters
     }

@@ -335,6 +335,7 @@ UtteranceAnimation Performance::Data::timedAnimation() const {
 std::string Performance::Data::report() const {
   const std::scoped_lock lock(mutex_);
   if (later && !is_told_) makePieces([](std::size_t, const PositionMatrix&) {});
+  if (later) later->release();  // a report is the last file
   return reportJson(animation, timing(), fit_of_head_ ? &*fit_of_head_ : nullptr);
 }
 

@@ -178,6 +178,13 @@ MotionTold LineMotion::forEachPiece(const std::function<void(const MotionPiece&)
   return told;
 }
 
+void LineMotion::release() {
+  if (state_->line.heard && state_->sound.samples.empty()) return;  // what was measured of it is not to be had again
+  state_->joined.reset();
+  state_->transfer.reset();
+  state_->line.heard.reset();
+}
+
 SynthesisedLine synthesiseForPieces(SynthesisRequest request, const UnitDatabase& database, const AudioClip& sound) {
   request.sound_lasts = std::max(request.sound_lasts, sound.duration());
   const PlannedLine planned = planRequest(request, database);

@@ -124,6 +124,8 @@ TEST_F(LineMotionTest, IsTheSameEachTime) {
   };
   const std::vector<double> once = all();
   EXPECT_EQ(once, all());
+  motion.release();
+  EXPECT_EQ(once, all());
 }
 
 }  // namespace
