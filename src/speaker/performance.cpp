@@ -101,8 +101,10 @@ void Performance::Data::makePieces(const MotionInPieces::Take& take) const {
   if (!later || whole_) return take(0, clip().positions_mm);
   double taking_ms = 0;
   MotionTold told = timed(later_ms_.motion, [&] {
-    return later->forEachPiece(
-        [&](const MotionPiece& piece) { timed(taking_ms, [&] { take(piece.first_frame, piece.positions_mm); }); });
+    return later->forEachPiece([&](const MotionPiece& piece) {
+      giveBackMemory();
+      timed(taking_ms, [&] { take(piece.first_frame, piece.positions_mm); });
+    });
   });
   later_ms_.motion -= taking_ms;
   if (std::exchange(is_told_, true)) return;

@@ -27,6 +27,12 @@
 #include "voices/voice.h"
 
 namespace mouthpiece {
+
+void giveBackMemory() {
+#if defined(__GLIBC__)
+  malloc_trim(0);
+#endif
+}
 namespace {
 
 /// About three hours of speech: what a line has loaded of a larger corpus is given back before its face takes memory.
@@ -35,13 +41,6 @@ constexpr std::size_t kMostPhonesKept = 70'000;
 
 /// A longer recording is read again after its words were found, so that it is not held while they are.
 constexpr Seconds kReadTwice = 300;
-
-/// Small blocks are not returned to the system otherwise.
-void giveBackMemory() {
-#if defined(__GLIBC__)
-  malloc_trim(0);
-#endif
-}
 
 void expectUsable(const SpeakerOptions& options) {
   if (options.page_engine) pageEngineFile();
