@@ -42,6 +42,7 @@ struct TiedModel {
   std::vector<Eigen::Index> stream_sizes;  ///< how the features are cut
 
   [[nodiscard]] Eigen::Index featureCount() const;
+  /// Of its states, the first one first.
   [[nodiscard]] std::span<const int> senonesOf(const Triphone& triphone) const {
     return std::span(sequences).subspan(triphone.sequence, states);
   }

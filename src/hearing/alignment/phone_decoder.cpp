@@ -32,8 +32,8 @@ namespace {
 /// Frames are not independent of each other, as the model takes them to be: the likelihoods of speech count by this
 /// power. Chosen on TTS voices and GRID s1 (docs/theory/hearing/alignment.md).
 constexpr double kTimesScale = 0.3;
-/// What is heard again is heard this much early: half a frame's window and less, for states that change with what
-/// follows are in time (measured on TTS voices).
+/// Borders of a row that is heard again come out early by this; less than the first path's, whose phones do not know
+/// what follows them. Chosen on takes 4n + 1 of GRID s1 and three voices (docs/theory/hearing/alignment.md).
 constexpr Seconds kRowShift = 0.002;
 /// A phone that was found once is heard again no further from there: 0.5 s; within 0.3 s borders change.
 constexpr Eigen::Index kNearFrames = 50;

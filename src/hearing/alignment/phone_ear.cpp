@@ -36,6 +36,7 @@ struct PhoneEar::State {
   std::optional<SenoneScorer> in_noise = std::nullopt;    ///< of the sound that posteriors() heard last
   VoiceTransform of_recording = {};                       ///< of who is not known
   bool is_by_voice = false;  ///< whether the sound that posteriors() heard last is heard by it
+  bool is_noisy = false;     ///< that sound
   /// Whether the learnt speaker says these features.
   [[nodiscard]] bool isHis(const Eigen::MatrixXf& features);
   /// The scorer that knows a sound best.
@@ -115,7 +116,8 @@ SenoneScorer& PhoneEar::State::fittest(std::span<const std::int16_t> samples, co
   is_speaker = isHis(features);
   SenoneScorer& scorer = is_speaker ? *of_speaker : decoder.scorer();
   in_noise.reset();
-  if (noisinessOf(samples) <= 0) return scorer;
+  is_noisy = noisinessOf(samples) > 0;
+  if (!is_noisy) return scorer;
   const Eigen::MatrixXd columns = decoder.cepstraOf(samples);
   if (!isSteady(columns)) return scorer;
   return in_noise.emplace(
@@ -187,7 +189,7 @@ Eigen::MatrixXf PhoneEar::posteriors(std::span<const std::int16_t> samples) {
   if (features.cols() == 0) return Eigen::MatrixXf::Zero(kPhoneCount, 0);
   SenoneScorer& scorer = state_->fittest(samples, features);
   // Another may speak here than where the voice was learnt: then the sound is no likelier by it.
-  state_->is_by_voice = !state_->is_speaker && noisinessOf(samples) <= 0 && !state_->of_recording.isNone() &&
+  state_->is_by_voice = !state_->is_speaker && !state_->is_noisy && !state_->of_recording.isNone() &&
                         fitOf(scorer.model(), state_->of_recording(features)) + state_->of_recording.logStretch() >
                             fitOf(scorer.model(), features);
   if (!state_->is_speaker) return state_->loop.posteriors(scorer, voice()(features));
