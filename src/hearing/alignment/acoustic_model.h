@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -137,32 +136,6 @@ class FleetingSounds {
  private:
   std::vector<int> senones_;
   std::vector<double> frame_counts_;  ///< how many frames each kept one stands for
-};
-
-/// Feeds PocketSphinx' search with scores as from a file of them ("s3" header, then a row of int16 a frame): a block of
-/// frames is weighed when the one before was read.
-class ScoreStream {
- public:
-  /// How frames [first, first + count) are weighed.
-  using WeighingOf = std::function<Weighing(Eigen::Index first, Eigen::Index count)>;
-
-  /// `features`: a column a frame. All but `weighing` are only looked at and must outlive it.
-  ScoreStream(SenoneScorer& scorer, const Eigen::MatrixXf& features, WeighingOf weighing,
-              const FleetingSounds& fleeting);
-
-  /// The next bytes, at most `size`; 0: there are no more.
-  std::size_t take(char* buffer, std::size_t size);
-
- private:
-  void weighNext();
-
-  SenoneScorer& scorer_;
-  const Eigen::MatrixXf& features_;
-  WeighingOf weighing_;
-  const FleetingSounds& fleeting_;
-  Eigen::Index next_ = 0;
-  std::string bytes_;
-  std::size_t at_ = 0;
 };
 
 }  // namespace mouthpiece

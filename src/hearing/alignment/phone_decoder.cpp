@@ -32,9 +32,9 @@ namespace {
 /// Frames are not independent of each other, as the model takes them to be: the likelihoods of speech count by this
 /// power. Chosen on TTS voices and GRID s1 (docs/theory/hearing/alignment.md).
 constexpr double kTimesScale = 0.3;
-/// Borders of a row that is heard again come out early by this; less than the first path's, whose phones do not know
-/// what follows them. Chosen on takes 4n + 1 of GRID s1 and three voices (docs/theory/hearing/alignment.md).
-constexpr Seconds kRowShift = 0.002;
+/// A frame's window is longer than its step: borders come out early, of the likeliest path by the first, of a row that
+/// is heard again by the second. Chosen on takes 4n + 1 of GRID s1 and three voices (docs/theory/hearing/alignment.md).
+constexpr Seconds kPathShift = 0.004, kRowShift = 0.002;
 /// A phone that was found once is heard again no further from there: 0.5 s; within 0.3 s borders change.
 constexpr Eigen::Index kNearFrames = 50;
 /// Of a song this many frames a phone are heard: 120 ms, about as long as spoken phones are.
@@ -44,9 +44,9 @@ constexpr std::size_t kSungFramesAPhone = 12;
 /// lower one (docs/theory/hearing/alignment.md).
 constexpr double kInnerSilencePrice = 30.0;
 constexpr double kNoisyRangeDb = 30.0, kCleanRangeDb = 38.0;
-/// How likely a pause between two words is in a language whose sounds the model never learnt: what fits badly would
-/// rather be silence. Chosen on eSpeak NG's voices, other lines than the guide's table tells of.
-constexpr float kForeignPause = 1e-30F;
+/// What a silence costs in a language whose sounds the model never learnt: what fits badly would rather be silence.
+/// Chosen on eSpeak NG's voices, other lines than the guide's table tells of.
+constexpr double kForeignPause = 69.0;  // nats
 
 struct ConfigDeleter {
   void operator()(cmd_ln_t* config) const { cmd_ln_free_r(config); }
@@ -72,31 +72,35 @@ std::string_view heardAs(const LanguagePhone& phone) {
   return phone.heard_as.empty() ? phoneName(phone.phone) : phone.heard_as;
 }
 
-/// A path this much less likely than the best of its frame is given up.
-constexpr const char* kWideBeam = "1e-300";
-/// No path is given up.
-constexpr const char* kNoBeam = "0";
-
-Decoder makeDecoder(const std::filesystem::path& model, const Language& language, const char* beam) {
+/// For its front end alone: this model's cepstra and what is made of them.
+Decoder makeDecoder(const std::filesystem::path& model) {
   static std::once_flag silenced;
   std::call_once(silenced, [] { err_set_logfp(nullptr); });
-  // No noise removal: it moves edges. No look ahead: scores come frame by frame.
+  // No noise removal: it moves edges.
   const Config config(cmd_ln_init(nullptr, ps_args(), TRUE, "-hmm", model.c_str(), "-remove_noise", "no",
-                                  "-remove_silence", "no", "-dither", "no", "-bestpath", "no", "-fsgusefiller", "no",
-                                  "-fsgusealtpron", "no", "-lw", "1", "-wip", "1", "-pip", "1", "-beam", beam, "-pbeam",
-                                  beam, "-wbeam", beam, "-maxhmmpf", "-1", "-pl_window", "0", nullptr));
+                                  "-remove_silence", "no", "-dither", "no", nullptr));
   Decoder decoder(config ? ps_init(config.get()) : nullptr);
   if (!decoder) throw InputError(model.string(), "", "is no acoustic model that PocketSphinx can read");
-  for (const LanguagePhone& phone : language.inventory) {
-    const std::string heard(heardAs(phone));
-    for (const bool opens_word : {false, true}) {
-      if (ps_add_word(decoder.get(), wordFor(phone.phone, opens_word).c_str(), heard.c_str(), FALSE) < 0) {
-        throw InputError(model.string(), "",
-                         fmt::format("lacks the phone {}; expected a model of {}", heard, language.name));
-      }
-    }
-  }
   return decoder;
+}
+
+/// Throws InputError for a phone that the model lacks.
+HeardAs heardIn(const TiedModel& model, const Language& language, const std::filesystem::path& folder) {
+  HeardAs places;
+  const auto add = [&](Phone phone, std::string_view heard) {
+    std::istringstream names{std::string(heard)};
+    for (std::string name; names >> name;) {
+      const auto found = std::find_if(model.codebooks.begin(), model.codebooks.end(),
+                                      [&](const TiedModel::Codebook& codebook) { return codebook.phone == name; });
+      if (found == model.codebooks.end())
+        throw InputError(folder.string(), "",
+                         fmt::format("lacks the phone {}; expected a model of {}", name, language.name));
+      places[phone].push_back(unsignedIndex(found - model.codebooks.begin()));
+    }
+  };
+  add(Phone::kSil, "SIL");
+  for (const LanguagePhone& phone : language.inventory) add(phone.phone, heardAs(phone));
+  return places;
 }
 
 using Cepstra = std::vector<std::vector<float>>;
@@ -145,14 +149,12 @@ Eigen::MatrixXf featuresOf(ps_decoder_t* decoder, Cepstra& cepstra) {
   return features;
 }
 
-/// Which of the model's phones stand for the language's `phones` and silence.
-std::vector<bool> codebooksOf(const std::set<Phone>& phones, const TiedModel& model, const Language& language) {
-  std::vector<bool> wanted;
-  for (const TiedModel::Codebook& codebook : model.codebooks) {
-    wanted.push_back(codebook.phone == "SIL" ||
-                     std::any_of(language.inventory.begin(), language.inventory.end(), [&](const LanguagePhone& phone) {
-                       return phones.contains(phone.phone) && isWordOf(heardAs(phone), codebook.phone);
-                     }));
+/// Which of the model's phones are heard where the language's `phones` or silence are.
+std::vector<bool> codebooksOf(const std::set<Phone>& phones, const TiedModel& model, const HeardAs& places) {
+  std::vector<bool> wanted(model.codebooks.size(), false);
+  for (const auto& [phone, codebooks] : places) {
+    if (phone != Phone::kSil && !phones.contains(phone)) continue;
+    for (const std::size_t codebook : codebooks) wanted[codebook] = true;
   }
   return wanted;
 }
@@ -185,17 +187,16 @@ std::size_t fewestPhones(const WordWays& words) {
 
 struct PhoneDecoder::State {
   State(const std::filesystem::path& folder, const Language& spoken)
-      : model(folder),
-        language(spoken),
+      : language(spoken),
         scorer(std::make_shared<TiedModel>(readTiedModel(folder))),
-        decoder(makeDecoder(folder, spoken, kWideBeam)) {}
+        places(heardIn(scorer.model(), spoken, folder)),
+        decoder(makeDecoder(folder)) {}
 
-  std::filesystem::path model;
   const Language& language;
   SenoneScorer scorer;
+  HeardAs places;
   std::optional<SenoneScorer> in_noise = std::nullopt;  ///< of the sound that decode() heard last, where it is noisy
   Decoder decoder;
-  Decoder patient;  ///< without a beam; made when first needed
 
   SenoneScorer& fittest() { return in_noise ? *in_noise : scorer; }
 };
@@ -223,30 +224,14 @@ Eigen::MatrixXd asColumns(const Cepstra& cepstra) {
   return columns;
 }
 
-/// Empty where no path through all words was kept.
-std::vector<DecodedPhone> decodeWith(ps_decoder_t* decoder, const PatientDecoder& patient, SenoneScorer& scorer,
-                                     std::span<const std::int16_t> samples, const WordWays& words, SpeechKind kind,
-                                     const std::vector<bool>& codebooks, const Pauses& pauses) {
-  Cepstra cepstra = cepstraOf(decoder, samples);
-  if (cepstra.empty()) return {};
-  std::vector<std::size_t> kept;
-  if (kind == SpeechKind::kSung) {
-    useSpectralEnvelope(samples, cepstra);
-    kept = thinFrames(cepstra, kSungFramesAPhone * fewestPhones(words));
-    Cepstra thinned;
-    for (const std::size_t frame : kept) thinned.push_back(std::move(cepstra[frame]));
-    cepstra = std::move(thinned);
-  }
-  const Eigen::MatrixXf features = featuresOf(decoder, cepstra);
-  std::vector<DecodedPhone> phones;
-  if (kept.empty()) phones = hearInStretches(decoder, patient, scorer, features, words, codebooks, pauses);
-  if (phones.empty() && features.cols() <= kMostFramesAtOnce) {
-    const Graph graph = makeGraph(decoder, words, pauses);
-    const auto weighing = [&](Eigen::Index, Eigen::Index) { return Weighing{codebooks}; };
-    phones = search(decoder, scorer, graph.get(), features, kept, weighing, FleetingSounds(scorer.model(), kept));
-  }
-  if (wordsIn(phones) != words.size()) phones.clear();
-  return phones;
+/// Where a phone begins that is first heard in frame `at` of those that were kept (all if empty): midway to the frame
+/// before.
+Seconds edgeBefore(const std::vector<std::size_t>& kept, std::size_t at) {
+  if (kept.empty()) return asReal(at) * kFrameStep + (at > 0 ? kPathShift : 0);
+  if (at == 0) return 0;
+  const std::size_t before = kept[at - 1] + 1;
+  const std::size_t after = at < kept.size() ? kept[at] : before;
+  return 0.5 * asReal(before + after) * kFrameStep + kPathShift;
 }
 
 }  // namespace
@@ -272,25 +257,43 @@ Eigen::MatrixXd PhoneDecoder::cepstraOf(std::span<const std::int16_t> samples) {
 std::vector<DecodedPhone> PhoneDecoder::decode(std::span<const std::int16_t> samples, const WordWays& words,
                                                SpeechKind kind) {
   MOUTHPIECE_EXPECT(!words.empty());
-  const auto codebooks = codebooksOf(phonesOf(words, state_->language), state_->scorer.model(), state_->language);
-  const double price = kind == SpeechKind::kSpoken ? kInnerSilencePrice * noisinessOf(samples) : 0.0;
+  const auto codebooks = codebooksOf(phonesOf(words, state_->language), state_->scorer.model(), state_->places);
+  Cepstra cepstra = mouthpiece::cepstraOf(state_->decoder.get(), samples);
+  if (cepstra.empty()) return {};
+  const bool is_sung = kind == SpeechKind::kSung;
+  const double noisiness = is_sung ? 0.0 : noisinessOf(samples);
   state_->in_noise.reset();
-  if (const Eigen::MatrixXd cepstra = price > 0 ? cepstraOf(samples) : Eigen::MatrixXd(); cepstra.cols() > 0)
-    state_->in_noise.emplace(std::make_shared<TiedModel>(adaptedToNoise(state_->scorer.model(), cepstra, codebooks)));
+  if (noisiness > 0)
+    state_->in_noise.emplace(
+        std::make_shared<TiedModel>(adaptedToNoise(state_->scorer.model(), asColumns(cepstra), codebooks)));
+  std::vector<std::size_t> kept;
+  if (is_sung) {
+    useSpectralEnvelope(samples, cepstra);
+    kept = thinFrames(cepstra, kSungFramesAPhone * fewestPhones(words));
+    Cepstra thinned;
+    for (const std::size_t frame : kept) thinned.push_back(std::move(cepstra[frame]));
+    cepstra = std::move(thinned);
+  }
   SenoneScorer& scorer = state_->fittest();
-  const Pauses pauses{state_->language.say != nullptr ? kForeignPause : 1.0F, price};
-  const PatientDecoder patient = [&] {
-    if (!state_->patient) state_->patient = makeDecoder(state_->model, state_->language, kNoBeam);
-    return state_->patient.get();
+  const Eigen::MatrixXf features = mouthpiece::featuresOf(state_->decoder.get(), cepstra);
+  const FleetingSounds fleeting(scorer.model(), kept);
+  SenoneScorer::Scores weighed;
+  const auto scores = [&](Eigen::Index first, Eigen::Index count) -> const SenoneScorer::Scores& {
+    const SenoneScorer::Scores& all = scorer.score(features.middleCols(first, count), Weighing{codebooks});
+    if (!is_sung) return all;
+    weighed = all;
+    fleeting.weigh(weighed, first);
+    return weighed;
   };
-  const auto decode_with = [&](ps_decoder_t* decoder) {
-    return decodeWith(decoder, patient, scorer, samples, words, kind, codebooks, pauses);
-  };
-  std::vector<DecodedPhone> phones = decode_with(state_->decoder.get());
-  if (!phones.empty()) return phones;
-  const auto frames = static_cast<Eigen::Index>(asReal(samples.size()) / kDecoderSampleRateHz / kFrameStep);
-  const auto phone_count = static_cast<std::int64_t>(fewestPhones(words));
-  return frames < phone_count || !isHeardWithoutBeam(frames, phone_count) ? phones : decode_with(patient());
+  const Pauses pauses{state_->language.say != nullptr ? kForeignPause : 0.0, kInnerSilencePrice * noisiness};
+  std::vector<DecodedPhone> phones =
+      likeliestPath(words, state_->places, scorer.model(), pauses, features.cols(), scores);
+  for (DecodedPhone& phone : phones) {
+    const std::size_t end = phone.first_frame + unsignedIndex(phone.frames);
+    phone.span = {edgeBefore(kept, phone.first_frame), edgeBefore(kept, end)};
+    phone.score /= fleeting.timesWeighed(phone.phone, phone.first_frame, end - 1);
+  }
+  return phones;
 }
 
 namespace {
@@ -325,9 +328,9 @@ std::vector<Piece> piecesOf(const std::vector<DecodedPhone>& phones, Eigen::Inde
 class NearPhones {
  public:
   /// `phones` has to outlive this.
-  NearPhones(std::span<const DecodedPhone> phones, const TiedModel& model, const Language& language) : phones_(phones) {
+  NearPhones(std::span<const DecodedPhone> phones, const TiedModel& model, const HeardAs& places) : phones_(phones) {
     for (const DecodedPhone& phone : phones) codebooks_[phone.phone] = {};
-    for (auto& [phone, codebooks] : codebooks_) codebooks = codebooksOf({phone}, model, language);
+    for (auto& [phone, codebooks] : codebooks_) codebooks = codebooksOf({phone}, model, places);
   }
 
   /// Of the frames [first, first + count).
@@ -349,24 +352,6 @@ class NearPhones {
   std::map<Phone, std::vector<bool>> codebooks_;
 };
 
-/// The places of the model's codebooks that each phone is heard as, in turn.
-std::map<Phone, std::vector<std::size_t>> heardInTurn(const TiedModel& model, const Language& language) {
-  std::map<Phone, std::vector<std::size_t>> places;
-  const auto add = [&](Phone phone, std::string_view heard) {
-    std::istringstream names{std::string(heard)};
-    for (std::string name; names >> name;) {
-      const auto found = std::find_if(model.codebooks.begin(), model.codebooks.end(),
-                                      [&](const TiedModel::Codebook& codebook) { return codebook.phone == name; });
-      if (found == model.codebooks.end())
-        throw InputError("acoustic model", "", fmt::format("has no Gaussians of {}; expected them", name));
-      places[phone].push_back(unsignedIndex(found - model.codebooks.begin()));
-    }
-  };
-  add(Phone::kSil, "SIL");
-  for (const LanguagePhone& phone : language.inventory) add(phone.phone, heardAs(phone));
-  return places;
-}
-
 /// The model's phones in a row, and how many of them there are up to the end of each of the language's.
 struct Row {
   std::vector<RowPhone> phones;
@@ -375,7 +360,7 @@ struct Row {
 
 /// `phones` in the frames [begin, begin + frames) of a sound.
 Row rowOf(std::span<const DecodedPhone> phones, Eigen::Index begin, Eigen::Index frames, const TiedModel& model,
-          const std::map<Phone, std::vector<std::size_t>>& places) {
+          const HeardAs& places) {
   using enum TiedModel::WordPlace;
   const std::size_t silence = places.at(Phone::kSil).front();
   std::vector<std::size_t> codebooks{silence};  // and one more at the end
@@ -410,12 +395,11 @@ std::vector<Seconds> PhoneDecoder::hearAgain(std::span<const std::int16_t> sampl
                                              const std::vector<DecodedPhone>& phones) {
   SenoneScorer& scorer = state_->fittest();
   const Eigen::MatrixXf features = featuresOf(samples);
-  const NearPhones near(phones, scorer.model(), state_->language);
-  const auto places = heardInTurn(scorer.model(), state_->language);
+  const NearPhones near(phones, scorer.model(), state_->places);
   std::vector<Seconds> borders;
   for (const Piece& piece : piecesOf(phones, features.cols())) {
     const Row row = rowOf(std::span(phones).subspan(piece.first, piece.end - piece.first), piece.begin,
-                          piece.stop - piece.begin, scorer.model(), places);
+                          piece.stop - piece.begin, scorer.model(), state_->places);
     const auto scores = [&](Eigen::Index first, Eigen::Index count) -> const SenoneScorer::Scores& {
       return scorer.score(features.middleCols(piece.begin + first, count), near(piece.begin + first, count));
     };

@@ -1,11 +1,14 @@
 #include "hearing/alignment/phone_search.h"
 
 #include <fmt/format.h>
-#include <pocketsphinx.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <limits>
+#include <set>
+#include <tuple>
 #include <utility>
 
 #include "base/errors.h"
@@ -14,300 +17,356 @@
 namespace mouthpiece {
 namespace {
 
-/// A frame's window is longer than its step: boundaries come out early by this (measured on TTS voices).
-constexpr Seconds kBoundaryShift = 0.008;
+constexpr std::size_t kStates = 3;
 constexpr std::size_t kMostPhones = 100'000;
-constexpr const char* kSilenceWord = "<sil>";
-/// The first phone of a word goes by a name of its own, so that the result tells where words begin.
-constexpr std::string_view kFirstSuffix = "_first";
+/// What a byte has room for beside two bits.
+constexpr std::size_t kMostWays = 63;
+constexpr float kUnheard = 1e30F;
+/// Frames that are weighed at once, before each of which it is looked which words may be heard.
+constexpr Eigen::Index kFramesAtOnce = 32;
+/// So many words before and after the one that is heard are kept in mind.
+constexpr std::size_t kWordsBeside = 100;
+/// What lies back so many frames is settled.
+constexpr Eigen::Index kSettled = 3000;
 
-// Frames of 10 ms. What the longest stretch hears is believed: a time that grows with the square allows no longer ones.
-constexpr Eigen::Index kStretch = 3000, kLongestStretch = 8 * kStretch, kLookAhead = 600, kPause = 20;
+/// A phone of the model between two others, or a silence, as a path may go through it.
+struct Unit {
+  std::array<int, kStates> senones{};
+  Phone phone = Phone::kSil;
+  bool opens_phone = true, opens_word = false;
+  std::size_t word = 0;  ///< its own, or the one before
+  float price = 0;
+  std::vector<std::uint32_t> before{};  ///< units that it may follow
+};
 
-/// As PocketSphinx counts.
-int count(const auto& list) { return static_cast<int>(list.size()); }
-
-DecodedPhone readSegment(ps_seg_t* segment, const std::vector<std::size_t>& kept, const FleetingSounds& fleeting) {
-  DecodedPhone phone;
-  std::string_view name = ps_seg_word(segment);
-  int first = 0, last = 0, score = 0;
-  ps_seg_frames(segment, &first, &last);
-  ps_seg_prob(segment, &score, nullptr, nullptr);
-  const std::size_t from = unsignedIndex(first), to = unsignedIndex(last);
-  phone.span = {edgeBefore(kept, from), edgeBefore(kept, to + 1)};
-  phone.first_frame = from;
-  phone.frames = last + 1 - first;
-  phone.score = score;
-  if (name == kSilenceWord) return phone;
-  phone.opens_word = name.ends_with(kFirstSuffix);
-  if (phone.opens_word) name.remove_suffix(kFirstSuffix.size());
-  phone.phone = phoneFromName(name).value_or(Phone::kSil);
-  phone.score /= fleeting.timesWeighed(phone.phone, from, to);
-  return phone;
-}
-
-/// `kept`: the frames that the decoder heard; empty for all.
-std::vector<DecodedPhone> readResult(ps_decoder_t* decoder, const std::vector<std::size_t>& kept,
-                                     const FleetingSounds& fleeting) {
-  std::vector<DecodedPhone> phones;
-  if (ps_get_hyp(decoder, nullptr) == nullptr) return phones;
-  for (ps_seg_t* segment = ps_seg_iter(decoder); segment != nullptr; segment = ps_seg_next(segment)) {
-    if (std::string_view(ps_seg_word(segment)) == "(NULL)") continue;
-    phones.push_back(readSegment(segment, kept, fleeting));
-  }
-  return phones;
-}
-
-void expectDone(int result, const char* what) {
-  if (result < 0) throw InputError("pocketsphinx", "", fmt::format("could not {}", what));
-}
-
-/// Whether the whole was heard.
-bool searchThrough(ps_decoder_t* decoder, ScoreStream& scores) {
-  const auto read = [](void* stream, char* buffer, std::size_t size) {
-    return static_cast<ssize_t>(static_cast<ScoreStream*>(stream)->take(buffer, size));
-  };
-  const cookie_io_functions_t functions{.read = read, .write = nullptr, .seek = nullptr, .close = nullptr};
-  const std::unique_ptr<FILE, decltype(&fclose)> file(fopencookie(&scores, "r", functions), fclose);
-  return file && ps_decode_senscr(decoder, file.get()) >= 0;
-}
-
-/// Hears a long text stretch by stretch. PocketSphinx looks at all states of a graph in every frame, so that the time
-/// of a whole text grows with the square of its length.
-class StretchHearing {
+/// The ways to go through words. A unit follows only ones that come before it.
+class WordGraph {
  public:
-  StretchHearing(ps_decoder_t* decoder, const PatientDecoder& patient, SenoneScorer& scorer,
-                 const Eigen::MatrixXf& features, const WordWays& words, const std::vector<bool>& codebooks,
-                 const Pauses& pauses)
-      : decoder_(decoder),
-        patient_(patient),
-        scorer_(scorer),
-        features_(features),
-        words_(words),
-        codebooks_(codebooks),
-        pauses_(pauses) {}
-
-  /// Where a stretch ends in no pause, it is heard anew twice as long; where the next one does not go on as it did,
-  /// too.
-  std::vector<DecodedPhone> hear() {
-    std::vector<Stretch> heard;
-    Stretch next;
-    while (true) {
-      const bool is_last = hearOut(next);
-      const bool was_longest = !heard.empty() && heard.back().frames >= kLongestStretch;
-      const bool is_believed =
-          !next.phones.empty() && (heard.empty() || was_longest || agree(heard.back().beyond, next.phones));
-      const std::size_t pause = is_believed && !is_last ? lastPause(next) : 0;
-      if (is_believed && is_last) {
-        heard.push_back(std::move(next));
-        return joined(heard);
-      }
-      if (pause > 0) {
-        Stretch after = partAt(pause, next);
-        heard.push_back(std::exchange(next, std::move(after)));
-        continue;
-      }
-      if (!is_believed && !heard.empty() && !was_longest) {
-        next = std::move(heard.back());
-        heard.pop_back();
-      } else if (is_last || next.frames >= kLongestStretch) {
-        return {};
-      }
-      next.frames *= 2;
+  WordGraph(const WordWays& words, const HeardAs& heard, const TiedModel& model, const Pauses& pauses)
+      : heard_(heard), model_(model), silence_(heard.at(Phone::kSil).front()) {
+    std::size_t phones = 0;
+    for (const auto& ways : words) {
+      if (ways.size() > kMostWays)
+        throw InputError("transcript", "",
+                         fmt::format("has a word with {} ways to say it; expected at most {}", ways.size(), kMostWays));
+      for (const auto& way : ways) phones += way.size();
     }
+    if (phones > kMostPhones)
+      throw InputError("transcript", "",
+                       fmt::format("has {} phones; expected at most {} in one sound", phones, kMostPhones));
+    addSilence(pauses.each, 0);
+    for (std::size_t word = 0; word < words.size(); ++word) {
+      const bool is_last = word + 1 == words.size();
+      std::set<std::size_t> after{silence_};
+      if (!is_last) {
+        for (const auto& way : words[word + 1]) after.insert(codesOf(way.front()).front());
+      }
+      std::vector<End> ends;
+      for (const auto& way : words[word]) addWay(way, after, word, ends);
+      ends_ = std::move(ends);
+      addSilence(pauses.each + (is_last ? 0 : pauses.inner), word);
+      word_ends_.push_back(units_.size());
+    }
+    countLeft();
+  }
+
+  [[nodiscard]] const std::vector<Unit>& units() const { return units_; }
+  /// Whether a path may begin with a unit, or end.
+  [[nodiscard]] bool mayBegin(std::size_t unit) const {
+    return unit == 0 ||
+           std::find(units_[unit].before.begin(), units_[unit].before.end(), 0U) != units_[unit].before.end();
+  }
+  [[nodiscard]] bool mayEnd(std::size_t unit) const {
+    return std::any_of(ends_.begin(), ends_.end(), [&](const End& end) { return end.unit == unit; });
+  }
+  /// The fewest frames that a path has from the begin of a unit on.
+  [[nodiscard]] Eigen::Index framesFrom(std::size_t unit) const { return left_[unit]; }
+  [[nodiscard]] Eigen::Index fewestFrames() const { return left_[0] - signedIndex(kStates); }
+  /// The units of the words near that of `unit`: [first, end).
+  [[nodiscard]] std::pair<std::size_t, std::size_t> near(std::size_t unit) const {
+    const std::size_t word = units_[unit].word;
+    return {word > kWordsBeside ? word_ends_[word - kWordsBeside - 1] : 0,
+            word_ends_[std::min(word + kWordsBeside, word_ends_.size() - 1)]};
   }
 
  private:
-  struct Stretch {
-    Eigen::Index begin = 0, frames = kStretch;
-    std::size_t word = 0;                      ///< its first
-    std::vector<DecodedPhone> phones, beyond;  ///< and those that lie behind the pause in which it ends
+  /// Where a word or silence ends, by its last codebook, and what may follow: after silence anything.
+  struct End {
+    std::uint32_t unit;
+    std::size_t code, after;
   };
 
-  static constexpr std::size_t kAgreed = 3;  // words
+  [[nodiscard]] const std::vector<std::size_t>& codesOf(Phone phone) const { return heard_.at(phone); }
 
-  /// Whether `stretch` reaches to the end of the sound.
-  bool hearOut(Stretch& stretch) {
-    const Eigen::Index left = features_.cols() - stretch.begin;
-    const bool is_last = left <= stretch.frames + stretch.frames / 2;
-    if (is_last) stretch.frames = left;
-    stretch.phones = hearFrom(stretch.begin, stretch.frames, stretch.word, is_last);
-    return is_last;
+  std::uint32_t add(Unit unit, std::span<const int> senones) {
+    if (senones.size() != kStates)
+      throw InputError("acoustic model", "",
+                       fmt::format("has phones of {} states; expected {}", senones.size(), kStates));
+    std::copy(senones.begin(), senones.end(), unit.senones.begin());
+    units_.push_back(std::move(unit));
+    return static_cast<std::uint32_t>(units_.size() - 1);
   }
 
-  /// What follows `stretch`, which ends in the middle of `pause` from now on.
-  static Stretch partAt(std::size_t pause, Stretch& stretch) {
-    DecodedPhone& silence = stretch.phones[pause];
-    const int half = silence.frames / 2;
-    stretch.beyond.assign(stretch.phones.begin() + signedIndex(pause) + 1, stretch.phones.end());
-    silence.score *= asReal(half) / silence.frames;
-    silence.frames = half;
-    const Eigen::Index end = signedIndex(silence.first_frame) + half;
-    stretch.phones.resize(pause + 1);
-    return {.begin = end, .word = stretch.word + wordsIn(stretch.phones), .phones = {}, .beyond = {}};
+  void addSilence(double nats, std::size_t word) {
+    Unit silence{.word = word, .price = asFloat(nats / kScoreUnit)};
+    for (const End& end : ends_) {
+      if (end.after == silence_) silence.before.push_back(end.unit);
+    }
+    ends_.push_back({add(std::move(silence), model_.alone[silence_]), silence_, silence_});
   }
 
-  /// The words from `word` on, not all unless `to_end`, in `count` frames from `begin` on.
-  std::vector<DecodedPhone> hearFrom(Eigen::Index begin, Eigen::Index count, std::size_t word, bool to_end) {
-    const std::size_t left = words_.size() - word;
-    // As many as there would be if all were spoken at one pace, and half as many again.
-    std::size_t offered =
-        to_end ? left : left * unsignedIndex(3 * count) / unsignedIndex(2 * (features_.cols() - begin));
-    const Eigen::MatrixXf heard = features_.middleCols(begin, count);
-    for (;; offered *= 2) {
-      offered = std::clamp<std::size_t>(offered, 1, left);
-      const Graph graph = makeGraph(decoder_, std::span(words_).subspan(word, offered), pauses_, !to_end);
-      const auto weighing = [&](Eigen::Index, Eigen::Index) { return Weighing{codebooks_}; };
-      std::vector<DecodedPhone> phones = search(decoder_, scorer_, graph.get(), heard, {}, weighing);
-      std::size_t found = wordsIn(phones);
-      if ((to_end ? found != left : found == 0) && isHeardWithoutBeam(count, graph->n_state)) {
-        phones = search(patient_(), scorer_, graph.get(), heard, {}, weighing);
-        found = wordsIn(phones);
+  /// The last units of what may stand before a word that begins with `code`, by their codebooks.
+  [[nodiscard]] std::map<std::size_t, std::vector<std::uint32_t>> leadingTo(std::size_t code) const {
+    std::map<std::size_t, std::vector<std::uint32_t>> before;
+    for (const End& end : ends_) {
+      if (end.code == silence_ || end.after == code) before[end.code].push_back(end.unit);
+    }
+    return before;
+  }
+
+  void addWay(const std::vector<Phone>& phones, const std::set<std::size_t>& after, std::size_t word,
+              std::vector<End>& ends) {
+    using enum TiedModel::WordPlace;
+    std::vector<std::size_t> codes;
+    std::vector<Unit> row;
+    for (const Phone phone : phones) {
+      bool is_first = true;
+      for (const std::size_t code : codesOf(phone)) {
+        row.push_back(
+            {.phone = phone, .opens_phone = std::exchange(is_first, false), .opens_word = row.empty(), .word = word});
+        codes.push_back(code);
       }
-      if (to_end && found != left) return {};
-      if (!to_end && found + kAgreed > offered && offered < left) continue;
-      for (DecodedPhone& phone : phones) {
-        phone.first_frame += unsignedIndex(begin);
-        phone.span = {edgeBefore({}, phone.first_frame),
-                      edgeBefore({}, phone.first_frame + unsignedIndex(phone.frames))};
+    }
+    // Of each phone as many units as it may have neighbours.
+    std::map<std::size_t, std::vector<std::uint32_t>> before = leadingTo(codes.front());
+    for (std::size_t i = 0; i < codes.size(); ++i) {
+      const bool is_last = i + 1 == codes.size();
+      const auto place = i == 0 ? (is_last ? kAlone : kBegins) : (is_last ? kEnds : kInside);
+      std::vector<std::uint32_t> own;
+      for (const auto& [left, units] : before) {
+        for (const std::size_t right : is_last ? after : std::set{codes[i + 1]}) {
+          row[i].before = units;
+          own.push_back(add(row[i], model_.senonesOf(codes[i], left, right, place)));
+          if (is_last) ends.push_back({own.back(), codes[i], right});
+        }
       }
-      return phones;
+      before = {{codes[i], std::move(own)}};
     }
   }
 
-  /// The last silence before a word that is long enough to be parted, in the longest stretch the last of all, and that
-  /// ends before words which might be heard otherwise if more followed; 0: there is none.
-  static std::size_t lastPause(const Stretch& stretch) {
-    const Eigen::Index shortest = stretch.frames < kLongestStretch ? kPause : 2;
-    bool leads_to_word = false;
-    for (std::size_t i = stretch.phones.size(); i-- > 1;) {
-      const DecodedPhone& phone = stretch.phones[i];
-      leads_to_word = leads_to_word || phone.opens_word;
-      if (leads_to_word && phone.phone == Phone::kSil && phone.frames >= shortest &&
-          signedIndex(phone.first_frame) + phone.frames <= stretch.begin + stretch.frames - kLookAhead)
-        return i;
+  void countLeft() {
+    left_.assign(units_.size(), std::numeric_limits<Eigen::Index>::max() / 2);
+    for (const End& end : ends_) left_[end.unit] = kStates;
+    for (std::size_t unit = units_.size(); unit-- > 0;) {
+      for (const std::uint32_t before : units_[unit].before)
+        left_[before] = std::min(left_[before], left_[unit] + signedIndex(kStates));
     }
-    return 0;
   }
 
-  /// Whether the first words of `after` are heard where `before`, the last of another stretch, has them.
-  static bool agree(std::span<const DecodedPhone> before, std::span<const DecodedPhone> after) {
-    std::size_t agreed = 0;
-    auto other = after.begin();
-    for (const DecodedPhone& phone : before) {
-      if (!phone.opens_word) continue;
-      other = std::find_if(other, after.end(), [](const DecodedPhone& later) { return later.opens_word; });
-      if (other == after.end() || other->phone != phone.phone || other->first_frame != phone.first_frame) return false;
-      ++other;
-      if (++agreed == kAgreed) return true;
-    }
-    return before.empty();
-  }
+  const HeardAs& heard_;
+  const TiedModel& model_;
+  std::size_t silence_;
+  std::vector<Unit> units_;
+  std::vector<std::size_t> word_ends_;
+  std::vector<End> ends_;  ///< of what was added last
+  std::vector<Eigen::Index> left_;
+};
 
-  /// Silences that were parted are one again.
-  static std::vector<DecodedPhone> joined(std::span<const Stretch> heard) {
-    std::vector<DecodedPhone> all;
-    for (const auto& [begin, frames, word, phones, beyond] : heard) {
-      const bool goes_on = !all.empty() && phones.front().phone == Phone::kSil;
-      if (goes_on) {
-        all.back().span.end = phones.front().span.end;
-        all.back().frames += phones.front().frames;
-        all.back().score += phones.front().score;
+/// Viterbi's search, frame by frame.
+class PathSearch {
+ public:
+  PathSearch(const WordGraph& graph, Eigen::Index frames)
+      : graph_(graph), units_(graph.units()), frames_(frames), states_(units_.size(), never()) {}
+
+  void hear(const ScoresOf& scores) {
+    for (Eigen::Index first = 0; first < frames_; first += kFramesAtOnce) {
+      const Eigen::Index count = std::min(kFramesAtOnce, frames_ - first);
+      chooseReach(first);
+      const SenoneScorer::Scores& block = scores(first, count);
+      for (Eigen::Index i = 0; i < count; ++i) {
+        hearFrame(first + i, block.col(i).data());
+        if ((first + i) % kSettled == kSettled - 1) settle(first + i);
       }
-      all.insert(all.end(), phones.begin() + (goes_on ? 1 : 0), phones.end());
     }
-    return all;
   }
 
-  ps_decoder_t* decoder_;
-  const PatientDecoder& patient_;
-  SenoneScorer& scorer_;
-  const Eigen::MatrixXf& features_;
-  const WordWays& words_;
-  const std::vector<bool>& codebooks_;
-  Pauses pauses_;
+  /// The phones of the likeliest path that ends where it may; none where there is no such path.
+  std::vector<DecodedPhone> path() {
+    Place best{0, kStates - 1};
+    float cost = kUnheard;
+    for (std::size_t unit = first_; unit < end_; ++unit) {
+      const float own = graph_.mayEnd(unit) ? states_[unit].cost[kStates - 1] : kUnheard;
+      if (own < cost) std::tie(cost, best.unit) = std::pair(own, unit);
+    }
+    if (cost >= kUnheard) return {};
+    goBack(frames_ - 1, best);
+    return phonesOf(settled_cost_ + double{cost});
+  }
+
+ private:
+  /// Of the three states of a unit: what the best path to each costs, and where it was when the past was last settled.
+  struct States {
+    std::array<float, kStates> cost;
+    std::array<std::uint32_t, kStates> origin;
+  };
+  static States never() { return {{kUnheard, kUnheard, kUnheard}, {}}; }
+  struct Place {
+    std::size_t unit, state;
+  };
+  /// How the best paths came to the units of a frame, and what they cost up to their ends.
+  struct Row {
+    std::size_t first = 0;
+    double settled_cost = 0;
+    std::vector<std::uint8_t>
+        ways{};  ///< bits: to the last state, to the middle one; by which unit before to the first
+    std::vector<float> costs{};
+
+    [[nodiscard]] double costOf(std::size_t unit) const { return settled_cost + double{costs[unit - first]}; }
+  };
+  /// Where a path goes on to a unit.
+  struct Begin {
+    std::size_t unit;
+    Eigen::Index frame;
+    double cost;  ///< of all before
+  };
+
+  /// The units near the one that the best path has come to, and not those from which the end cannot be reached in the
+  /// frames from `frame` on.
+  void chooseReach(Eigen::Index frame) {
+    std::size_t best = first_;
+    float least = kUnheard;
+    while (graph_.framesFrom(first_) - signedIndex(kStates) > frames_ - frame) states_[first_++] = never();
+    for (std::size_t unit = first_; unit < end_; ++unit) {
+      for (const float cost : states_[unit].cost) {
+        if (cost < least) std::tie(least, best) = std::pair(cost, unit);
+      }
+    }
+    const auto [first, end] = graph_.near(std::max(best, first_));
+    for (; first_ < first; ++first_) states_[first_] = never();
+    for (; end_ > end; --end_) states_[end_ - 1] = never();
+    end_ = end;
+  }
+
+  void hearFrame(Eigen::Index frame, const std::int16_t* scores) {
+    Row& row = rows_.emplace_back(Row{first_, settled_cost_});
+    row.ways.resize(end_ - first_);
+    row.costs.resize(end_ - first_);
+    for (std::size_t unit = end_; unit-- > first_;) {
+      const Unit& heard = units_[unit];
+      States& own = states_[unit];
+      unsigned way = 0;
+      for (std::size_t state = kStates - 1; state > 0; --state) {
+        if (own.cost[state - 1] < own.cost[state]) {
+          own.cost[state] = own.cost[state - 1];
+          own.origin[state] = own.origin[state - 1];
+          way |= 1U << (kStates - 1 - state);
+        }
+        own.cost[state] += static_cast<float>(scores[heard.senones[state]]);
+      }
+      if (frame == 0) {
+        own.cost[0] = graph_.mayBegin(unit) ? heard.price : kUnheard;
+      } else {
+        for (std::size_t i = 0; i < heard.before.size(); ++i) {
+          const States& before = states_[heard.before[i]];
+          const float cost = before.cost[kStates - 1] + heard.price;
+          if (cost >= own.cost[0]) continue;
+          own.cost[0] = cost;
+          own.origin[0] = before.origin[kStates - 1];
+          way = (way & 3U) | static_cast<unsigned>(i + 1) << 2U;
+        }
+      }
+      own.cost[0] += static_cast<float>(scores[heard.senones[0]]);
+      row.ways[unit - first_] = static_cast<std::uint8_t>(way);
+      row.costs[unit - first_] = own.cost[kStates - 1];
+    }
+  }
+
+  /// The best path is followed back to where it was when this was done last; other paths that were elsewhere then are
+  /// given up, and what lies before is told.
+  void settle(Eigen::Index frame) {
+    Place best{first_, 0};
+    const auto costAt = [&](const Place& place) { return states_[place.unit].cost[place.state]; };
+    for (std::size_t unit = first_; unit < end_; ++unit) {
+      for (std::size_t state = 0; state < kStates; ++state) {
+        if (costAt({unit, state}) < costAt(best)) best = {unit, state};
+      }
+    }
+    const std::uint32_t origin = states_[best.unit].origin[best.state];
+    const float cost = costAt(best);
+    const Eigen::Index origin_frame = frame - kSettled;
+    if (origin_frame > 0) {
+      goBack(origin_frame, {origin / kStates, origin % kStates});
+      rows_.erase(rows_.begin(), rows_.begin() + (origin_frame - rows_from_));
+      rows_from_ = origin_frame;
+    }
+    for (std::size_t unit = first_; unit < end_; ++unit) {
+      for (std::size_t state = 0; state < kStates; ++state) {
+        States& own = states_[unit];
+        const bool stays = origin_frame <= 0 || own.origin[state] == origin;
+        own.cost[state] = stays && own.cost[state] < kUnheard ? own.cost[state] - cost : kUnheard;
+        own.origin[state] = static_cast<std::uint32_t>(kStates * unit + state);
+      }
+    }
+    settled_cost_ += double{cost};
+  }
+
+  /// Tells where the path that is at `place` in frame `last` went on to units, in what is not told yet.
+  void goBack(Eigen::Index last, Place place) {
+    std::vector<Begin> begins;
+    for (Eigen::Index frame = last; frame >= told_; --frame) {
+      const Row& row = rows_[unsignedIndex(frame - rows_from_)];
+      const unsigned way = row.ways[place.unit - row.first];
+      if (place.state > 0) {
+        if ((way >> (kStates - 1 - place.state) & 1U) != 0) --place.state;
+        continue;
+      }
+      const bool begins_here = frame == 0 || way >> 2U != 0;
+      if (!begins_here) continue;
+      const std::size_t before = frame == 0 ? place.unit : units_[place.unit].before[(way >> 2U) - 1];
+      const double cost = frame == 0 ? 0 : rows_[unsignedIndex(frame - 1 - rows_from_)].costOf(before);
+      begins.push_back({place.unit, frame, cost});
+      place = {before, kStates - 1};
+    }
+    told_ = last + 1;
+    begins_.insert(begins_.end(), begins.rbegin(), begins.rend());
+  }
+
+  [[nodiscard]] std::vector<DecodedPhone> phonesOf(double cost) const {
+    std::vector<DecodedPhone> phones;
+    for (std::size_t i = 0; i < begins_.size(); ++i) {
+      const auto& [unit, frame, cost_before] = begins_[i];
+      const bool is_last = i + 1 == begins_.size();
+      if (units_[unit].opens_phone)
+        phones.push_back({.phone = units_[unit].phone,
+                          .opens_word = units_[unit].opens_word,
+                          .span = {},
+                          .first_frame = unsignedIndex(frame)});
+      phones.back().frames += static_cast<int>((is_last ? frames_ : begins_[i + 1].frame) - frame);
+      phones.back().score -= (is_last ? cost : begins_[i + 1].cost) - cost_before;
+    }
+    return phones;
+  }
+
+  const WordGraph& graph_;
+  const std::vector<Unit>& units_;
+  Eigen::Index frames_;
+  std::vector<States> states_;
+  std::size_t first_ = 0, end_ = 0;  ///< units that are heard
+  std::deque<Row> rows_;
+  Eigen::Index rows_from_ = 0, told_ = 0;
+  double settled_cost_ = 0;
+  std::vector<Begin> begins_;
 };
 
 }  // namespace
 
-void GraphDeleter::operator()(fsg_model_t* graph) const { fsg_model_free(graph); }
-
-std::string wordFor(Phone phone, bool opens_word) {
-  std::string name(phoneName(phone));
-  if (opens_word) name += kFirstSuffix;
-  return name;
-}
-
-/// States 0 to words.size() stand between words; each further one inside a way. `may_stop`: behind any word.
-Graph makeGraph(ps_decoder_t* decoder, std::span<const WordWays::value_type> words, const Pauses& pauses,
-                bool may_stop) {
-  std::size_t inner_states = 0;
-  for (const auto& ways : words) {
-    for (const auto& phones : ways) inner_states += phones.size();
-  }
-  if (inner_states > kMostPhones) {
-    throw InputError("transcript", "",
-                     fmt::format("has {} phones; expected at most {} in one sound", inner_states, kMostPhones));
-  }
-  const int boundary_count = count(words) + 1;
-  Graph graph(fsg_model_init("words", ps_get_logmath(decoder), 1.0F, boundary_count + static_cast<int>(inner_states)));
-  int boundary = 0, next_state = boundary_count;
-  for (const auto& ways : words) {
-    for (const auto& phones : ways) {
-      int from = boundary;
-      for (std::size_t i = 0; i < phones.size(); ++i) {
-        const int to = i + 1 == phones.size() ? boundary + 1 : next_state++;
-        const int word = fsg_model_word_add(graph.get(), wordFor(phones[i], i == 0).c_str());
-        fsg_model_trans_add(graph.get(), from, to, 0, word);
-        from = to;
-      }
-    }
-    ++boundary;
-  }
-  for (int state = 0; state < boundary_count; ++state) {
-    const bool is_inner = state > 0 && state + 1 < boundary_count;
-    fsg_model_add_silence(graph.get(), kSilenceWord, state,
-                          pauses.likelihood * asFloat(is_inner ? std::exp(-pauses.inner_price) : 1.0));
-    if (may_stop && is_inner) fsg_model_null_trans_add(graph.get(), state, boundary_count - 1, 0);
-  }
-  graph->start_state = 0;
-  graph->final_state = boundary_count - 1;
-  return graph;
-}
-
-Seconds edgeBefore(const std::vector<std::size_t>& kept, std::size_t at) {
-  if (kept.empty()) return asReal(at) * kFrameStep + (at > 0 ? kBoundaryShift : 0);
-  if (at == 0) return 0;
-  const std::size_t before = kept[at - 1] + 1;
-  const std::size_t after = at < kept.size() ? kept[at] : before;
-  return 0.5 * asReal(before + after) * kFrameStep + kBoundaryShift;
-}
-
-std::vector<DecodedPhone> search(ps_decoder_t* decoder, SenoneScorer& scorer, fsg_model_t* graph,
-                                 const Eigen::MatrixXf& features, const std::vector<std::size_t>& kept,
-                                 ScoreStream::WeighingOf weighing, const FleetingSounds& fleeting) {
-  expectDone(ps_set_fsg(decoder, "words", graph), "take the words");
-  expectDone(ps_set_search(decoder, "words"), "take the words");
-  ScoreStream scores(scorer, features, std::move(weighing), fleeting);
-  expectDone(searchThrough(decoder, scores) ? 0 : -1, "hear the sound");
-  return readResult(decoder, kept, fleeting);
-}
-
-std::size_t wordsIn(std::span<const DecodedPhone> phones) {
-  return unsignedIndex(
-      std::count_if(phones.begin(), phones.end(), [](const DecodedPhone& phone) { return phone.opens_word; }));
-}
-
-bool isHeardWithoutBeam(Eigen::Index frames, std::int64_t phones) {
-  constexpr std::int64_t kMost = 10'000'000;
-  return frames <= kMost / std::max<std::int64_t>(1, phones);
-}
-
-std::vector<DecodedPhone> hearInStretches(ps_decoder_t* decoder, const PatientDecoder& patient, SenoneScorer& scorer,
-                                          const Eigen::MatrixXf& features, const WordWays& words,
-                                          const std::vector<bool>& codebooks, const Pauses& pauses) {
-  if (features.cols() <= 2 * kStretch) return {};
-  return StretchHearing(decoder, patient, scorer, features, words, codebooks, pauses).hear();
+std::vector<DecodedPhone> likeliestPath(const WordWays& words, const HeardAs& heard, const TiedModel& model,
+                                        const Pauses& pauses, Eigen::Index frames, const ScoresOf& scores) {
+  const WordGraph graph(words, heard, model, pauses);
+  if (frames < graph.fewestFrames()) return {};
+  PathSearch search(graph, frames);
+  search.hear(scores);
+  return search.path();
 }
 
 }  // namespace mouthpiece

@@ -1,10 +1,7 @@
 #include "hearing/alignment/acoustic_model.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -23,7 +20,6 @@ constexpr std::int16_t kWorstScore = 3 * (96 + 255);
 /// Of a song a frame stands for no more than this: 0.3 s are too long for any fleeting sound.
 constexpr double kMostFrames = 30;
 constexpr double kLargestScore = std::numeric_limits<std::int16_t>::max();
-constexpr Eigen::Index kStreamBlock = 64;
 
 }  // namespace
 
@@ -183,37 +179,6 @@ double FleetingSounds::timesWeighed(Phone phone, std::size_t first, std::size_t 
   const auto begin = frame_counts_.begin() + signedIndex(first);
   const auto end = frame_counts_.begin() + signedIndex(last + 1);
   return std::accumulate(begin, end, 0.0) / asReal(last + 1 - first);
-}
-
-ScoreStream::ScoreStream(SenoneScorer& scorer, const Eigen::MatrixXf& features, WeighingOf weighing,
-                         const FleetingSounds& fleeting)
-    : scorer_(scorer), features_(features), weighing_(std::move(weighing)), fleeting_(fleeting) {
-  const std::uint32_t byte_order = 0x11223344;
-  bytes_ = fmt::format("s3\nversion 0.1\nn_sen {}\nlogbase 1.0001\nendhdr\n", scorer.model().senone_count);
-  bytes_.append(reinterpret_cast<const char*>(&byte_order), sizeof byte_order);
-}
-
-std::size_t ScoreStream::take(char* buffer, std::size_t size) {
-  if (at_ == bytes_.size()) weighNext();
-  const std::size_t count = std::min(size, bytes_.size() - at_);
-  std::memcpy(buffer, bytes_.data() + at_, count);
-  at_ += count;
-  return count;
-}
-
-void ScoreStream::weighNext() {
-  const Eigen::Index frames = std::min(kStreamBlock, features_.cols() - next_);
-  bytes_.clear();
-  at_ = 0;
-  if (frames == 0) return;
-  SenoneScorer::Scores scores = scorer_.score(features_.middleCols(next_, frames), weighing_(next_, frames));
-  fleeting_.weigh(scores, next_);
-  const auto count = static_cast<std::int16_t>(scores.rows());
-  for (Eigen::Index frame = 0; frame < frames; ++frame) {
-    bytes_.append(reinterpret_cast<const char*>(&count), sizeof count);
-    bytes_.append(reinterpret_cast<const char*>(scores.col(frame).data()), sizeof count * unsignedIndex(scores.rows()));
-  }
-  next_ += frames;
 }
 
 }  // namespace mouthpiece
