@@ -42,7 +42,7 @@ constexpr std::size_t kSungFramesAPhone = 12;
 /// What a silence between two words of spoken text costs in noise, in nats: quiet sounds pass for silence there.
 /// Nothing where the loudest tenths of a sound stand over the quietest by the higher of two levels, all of it by the
 /// lower one (docs/theory/hearing/alignment.md).
-constexpr double kInnerSilencePrice = 30.0;
+constexpr double kInnerSilencePrice = 60.0;
 constexpr double kNoisyRangeDb = 30.0, kCleanRangeDb = 38.0;
 /// What a silence costs in a language whose sounds the model never learnt: what fits badly would rather be silence.
 /// Chosen on eSpeak NG's voices, other lines than the guide's table tells of.

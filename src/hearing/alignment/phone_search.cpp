@@ -26,8 +26,8 @@ constexpr float kUnheard = 1e30F;
 constexpr Eigen::Index kFramesAtOnce = 32;
 /// So many words before and after the one that is heard are kept in mind.
 constexpr std::size_t kWordsBeside = 100;
-/// What lies back so many frames is settled.
-constexpr Eigen::Index kSettled = 3000;
+/// What lies back so many frames, 15 s, is settled.
+constexpr Eigen::Index kSettled = 1500;
 
 /// A phone of the model between two others, or a silence, as a path may go through it.
 struct Unit {
