@@ -46,7 +46,7 @@ constexpr double kInnerSilencePrice = 60.0;
 constexpr double kNoisyRangeDb = 30.0, kCleanRangeDb = 38.0;
 /// What a silence costs in a language whose sounds the model never learnt: what fits badly would rather be silence.
 /// Chosen on eSpeak NG's voices, other lines than the guide's table tells of.
-constexpr double kForeignPause = 69.0;  // nats
+constexpr double kForeignPause = 140.0;  // nats
 
 struct ConfigDeleter {
   void operator()(cmd_ln_t* config) const { cmd_ln_free_r(config); }
