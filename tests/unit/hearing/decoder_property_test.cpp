@@ -2,14 +2,18 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <numeric>
 #include <random>
 
+#include "base/errors.h"
+#include "base/index.h"
 #include "hearing/alignment/lyrics.h"
 #include "hearing/alignment/phone_decoder.h"
 #include "hearing/alignment/phone_row.h"
+#include "hearing/alignment/phone_search.h"
 #include "hearing/alignment/pronouncer.h"
 #include "phonetics/text/speakable_text.h"
 #include "voices/voice.h"
@@ -176,6 +180,132 @@ TEST(RowLaws, NoPathGivesNoBorders) {
   EXPECT_EQ(expectedBorders(std::vector<RowPhone>{{all.first(1), 0, 4}, {all.last(2), 4, 8}}, 8, of),
             std::vector<double>{4.0})
       << "where only one frame is left for the border";
+}
+
+/// Phones by their codebooks, three states each, whose sounds are the same whatever stands beside them.
+struct MadePhones {
+  TiedModel model;
+  HeardAs heard{{Phone::kSil, {0}}};
+
+  explicit MadePhones(const std::vector<Phone>& phones) {
+    model.states = 3;
+    for (std::size_t i = 0; i <= phones.size(); ++i) {
+      const int senone = static_cast<int>(3 * i);
+      model.codebooks.push_back({i == 0 ? "SIL" : std::string(phoneName(phones[i - 1])), {}, {}, {}});
+      model.alone.push_back({senone, senone + 1, senone + 2});
+      if (i > 0) heard[phones[i - 1]] = {i};
+    }
+    model.senone_count = 3 * model.codebooks.size();
+  }
+  [[nodiscard]] SenoneScorer::Scores drawScores(Eigen::Index frames, std::mt19937& random) const {
+    return SenoneScorer::Scores::NullaryExpr(signedIndex(model.senone_count), frames, [&] {
+      return static_cast<std::int16_t>(std::uniform_int_distribution<int>(0, 200)(random));
+    });
+  }
+  /// The least that a row of codebooks costs.
+  [[nodiscard]] double costOf(const std::vector<std::size_t>& row, const SenoneScorer::Scores& scores) const {
+    std::vector<double> costs(3 * row.size(), 1e9);
+    for (Eigen::Index t = 0; t < scores.cols(); ++t) {
+      for (std::size_t s = costs.size(); s-- > 0;) {
+        const double before = s > 0 ? costs[s - 1] : t == 0 ? 0.0 : 1e9;
+        costs[s] = std::min(t == 0 ? 1e9 : costs[s], t == 0 && s > 0 ? 1e9 : before) +
+                   scores(model.alone[row[s / 3]][s % 3], t);
+      }
+    }
+    return costs.back();
+  }
+  /// The same of all rows of words with silences or without around each, in the ways that there are.
+  [[nodiscard]] double leastCost(const WordWays& words, const SenoneScorer::Scores& scores, double inner_nats,
+                                 std::vector<std::size_t> row = {}, std::size_t word = 0, double price = 0) const {
+    double least = 1e9;
+    for (const bool is_silent : {false, true}) {
+      std::vector<std::size_t> on = row;
+      if (is_silent) on.push_back(0);
+      const double paid = price + (is_silent && word > 0 && word < words.size() ? inner_nats / kScoreUnit : 0);
+      if (word == words.size()) least = std::min(least, costOf(on, scores) + paid);
+      for (std::size_t way = 0; word < words.size() && way < words[word].size(); ++way) {
+        std::vector<std::size_t> further = on;
+        for (const Phone phone : words[word][way]) further.push_back(heard.at(phone).front());
+        least = std::min(least, leastCost(words, scores, inner_nats, further, word + 1, paid));
+      }
+    }
+    return least;
+  }
+  [[nodiscard]] std::vector<DecodedPhone> pathOf(const WordWays& words, const SenoneScorer::Scores& scores,
+                                                 double inner_nats) const {
+    SenoneScorer::Scores block;
+    return likeliestPath(words, heard, model, {0, inner_nats}, scores.cols(),
+                         [&](Eigen::Index first, Eigen::Index count) -> const SenoneScorer::Scores& {
+                           return block = scores.middleCols(first, count);
+                         });
+  }
+};
+
+double scoreOf(std::span<const DecodedPhone> path) {
+  return std::accumulate(path.begin(), path.end(), 0.0,
+                         [](double sum, const DecodedPhone& phone) { return sum + phone.score; });
+}
+
+TEST(PathLaws, NoPathCostsLessThanTheOneFound) {
+  const MadePhones made({Phone::kAA, Phone::kB, Phone::kS});
+  const WordWays words{{{Phone::kAA}, {Phone::kB, Phone::kAA}}, {{Phone::kS}}, {{Phone::kB, Phone::kS}, {Phone::kS}}};
+  for (unsigned round = 0; round < 40; ++round) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + round);
+    std::mt19937 random(kSeed + round);
+    const SenoneScorer::Scores scores = made.drawScores(9 + round % 20, random);
+    const double inner_nats = round % 2 == 0 ? 0.0 : 12.0;
+    const auto path = made.pathOf(words, scores, inner_nats);
+    ASSERT_FALSE(path.empty());
+    EXPECT_NEAR(-scoreOf(path), made.leastCost(words, scores, inner_nats), 0.1);
+    std::size_t frame = 0;
+    for (const DecodedPhone& phone : path) {
+      EXPECT_EQ(phone.first_frame, frame) << "without gaps";
+      EXPECT_GE(phone.frames, 3);
+      frame += static_cast<std::size_t>(phone.frames);
+    }
+    EXPECT_EQ(frame, static_cast<std::size_t>(scores.cols()));
+  }
+  std::mt19937 random(kSeed);
+  EXPECT_TRUE(made.pathOf(words, made.drawScores(8, random), 0).empty()) << "three states in each of three phones";
+}
+
+/// What lies 15 s back is settled, and words far from the likeliest path are not looked at: nothing is lost by it.
+TEST(PathLaws, ALongSoundsPathIsTheWholesBest) {
+  const MadePhones made({Phone::kAA, Phone::kB, Phone::kS});
+  std::mt19937 random(kSeed);
+  WordWays words;
+  std::vector<std::size_t> row;
+  for (int i = 0; i < 400; ++i) {
+    std::vector<Phone> way;
+    for (const std::size_t code : {1 + random() % 3, 1 + random() % 3}) {
+      way.push_back(std::array{Phone::kAA, Phone::kB, Phone::kS}[code - 1]);
+      row.push_back(code);
+    }
+    words.push_back({way});
+  }
+  // Each state is said for some frames in which it fits best.
+  std::vector<int> said;
+  for (const std::size_t code : row) {
+    for (const int senone : made.model.alone[code]) said.insert(said.end(), 1 + random() % 4, senone);
+  }
+  SenoneScorer::Scores scores = made.drawScores(signedIndex(said.size()), random);
+  for (std::size_t t = 0; t < said.size(); ++t) {
+    if (random() % 3 > 0) scores(said[t], signedIndex(t)) = 0;
+  }
+  ASSERT_GT(scores.cols(), 4000);
+  const auto path = made.pathOf(words, scores, 1e6);
+  ASSERT_EQ(path.size(), row.size());
+  EXPECT_NEAR(-scoreOf(path), made.costOf(row, scores), 0.1);
+}
+
+TEST(PathLaws, WaysThatAreTooManyAreRefused) {
+  const MadePhones made({Phone::kAA});
+  std::mt19937 random(kSeed);
+  const SenoneScorer::Scores scores = made.drawScores(40, random);
+  const auto waysToSay = [](std::size_t count) { return std::vector<std::vector<Phone>>(count, {Phone::kAA}); };
+  EXPECT_FALSE(made.pathOf({waysToSay(63), waysToSay(63)}, scores, 0).empty());
+  EXPECT_THROW(made.pathOf({waysToSay(64)}, scores, 0), InputError);
+  EXPECT_THROW(made.pathOf(WordWays(100'001, waysToSay(1)), scores, 0), InputError);
 }
 
 TEST(FrameThinningLaws, KeepsAboutWhatIsWantedWhateverTheSound) {
