@@ -34,7 +34,7 @@ namespace {
 constexpr double kTimesScale = 0.3;
 /// A frame's window is longer than its step: borders come out early, of the likeliest path by the first, of a row that
 /// is heard again by the second. Chosen on takes 4n + 1 of GRID s1 and three voices (docs/theory/hearing/alignment.md).
-constexpr Seconds kPathShift = 0.004, kRowShift = 0.002;
+constexpr Seconds kPathShift = 0.008, kRowShift = 0.002;
 /// A phone that was found once is heard again no further from there: 0.5 s; within 0.3 s borders change.
 constexpr Eigen::Index kNearFrames = 50;
 /// Of a song this many frames a phone are heard: 120 ms, about as long as spoken phones are.
@@ -42,7 +42,7 @@ constexpr std::size_t kSungFramesAPhone = 12;
 /// What a silence between two words of spoken text costs in noise, in nats: quiet sounds pass for silence there.
 /// Nothing where the loudest tenths of a sound stand over the quietest by the higher of two levels, all of it by the
 /// lower one (docs/theory/hearing/alignment.md).
-constexpr double kInnerSilencePrice = 60.0;
+constexpr double kInnerSilencePrice = 45.0;
 constexpr double kNoisyRangeDb = 30.0, kCleanRangeDb = 38.0;
 /// What a silence costs in a language whose sounds the model never learnt: what fits badly would rather be silence.
 /// Chosen on eSpeak NG's voices, other lines than the guide's table tells of.

@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <deque>
 #include <limits>
-#include <set>
 #include <tuple>
 #include <utility>
 
@@ -19,8 +18,8 @@ namespace {
 
 constexpr std::size_t kStates = 3;
 constexpr std::size_t kMostPhones = 100'000;
-/// What a byte has room for beside two bits.
-constexpr std::size_t kMostWays = 63;
+/// Words of a phone each may follow each other in as many ways as there are pairs of their ways.
+constexpr std::size_t kMostWays = 63, kMostPairs = 20'000'000;
 constexpr float kUnheard = 1e30F;
 /// Frames that are weighed at once, before each of which it is looked which words may be heard.
 constexpr Eigen::Index kFramesAtOnce = 32;
@@ -29,7 +28,7 @@ constexpr std::size_t kWordsBeside = 100;
 /// What lies back so many frames, 15 s, is settled.
 constexpr Eigen::Index kSettled = 1500;
 
-/// A phone of the model between two others, or a silence, as a path may go through it.
+/// A phone of the model after another, or a silence, as a path may go through it.
 struct Unit {
   std::array<int, kStates> senones{};
   Phone phone = Phone::kSil;
@@ -57,12 +56,8 @@ class WordGraph {
     addSilence(pauses.each, 0);
     for (std::size_t word = 0; word < words.size(); ++word) {
       const bool is_last = word + 1 == words.size();
-      std::set<std::size_t> after{silence_};
-      if (!is_last) {
-        for (const auto& way : words[word + 1]) after.insert(codesOf(way.front()).front());
-      }
       std::vector<End> ends;
-      for (const auto& way : words[word]) addWay(way, after, word, ends);
+      for (const auto& way : words[word]) addWay(way, word, ends);
       ends_ = std::move(ends);
       addSilence(pauses.each + (is_last ? 0 : pauses.inner), word);
       word_ends_.push_back(units_.size());
@@ -90,10 +85,10 @@ class WordGraph {
   }
 
  private:
-  /// Where a word or silence ends, by its last codebook, and what may follow: after silence anything.
+  /// Where a word or silence ends, with its last codebook.
   struct End {
     std::uint32_t unit;
-    std::size_t code, after;
+    std::size_t code;
   };
 
   [[nodiscard]] const std::vector<std::size_t>& codesOf(Phone phone) const { return heard_.at(phone); }
@@ -102,6 +97,9 @@ class WordGraph {
     if (senones.size() != kStates)
       throw InputError("acoustic model", "",
                        fmt::format("has phones of {} states; expected {}", senones.size(), kStates));
+    pairs_ += unit.before.size();
+    if (pairs_ > kMostPairs)
+      throw InputError("transcript", "", "has words with too many ways to say them, one after another");
     std::copy(senones.begin(), senones.end(), unit.senones.begin());
     units_.push_back(std::move(unit));
     return static_cast<std::uint32_t>(units_.size() - 1);
@@ -109,48 +107,29 @@ class WordGraph {
 
   void addSilence(double nats, std::size_t word) {
     Unit silence{.word = word, .price = asFloat(nats / kScoreUnit)};
-    for (const End& end : ends_) {
-      if (end.after == silence_) silence.before.push_back(end.unit);
-    }
-    ends_.push_back({add(std::move(silence), model_.alone[silence_]), silence_, silence_});
+    for (const End& end : ends_) silence.before.push_back(end.unit);
+    ends_.push_back({add(std::move(silence), model_.alone[silence_]), silence_});
   }
 
-  /// The last units of what may stand before a word that begins with `code`, by their codebooks.
-  [[nodiscard]] std::map<std::size_t, std::vector<std::uint32_t>> leadingTo(std::size_t code) const {
-    std::map<std::size_t, std::vector<std::uint32_t>> before;
-    for (const End& end : ends_) {
-      if (end.code == silence_ || end.after == code) before[end.code].push_back(end.unit);
-    }
-    return before;
-  }
-
-  void addWay(const std::vector<Phone>& phones, const std::set<std::size_t>& after, std::size_t word,
-              std::vector<End>& ends) {
-    using enum TiedModel::WordPlace;
-    std::vector<std::size_t> codes;
-    std::vector<Unit> row;
+  void addWay(const std::vector<Phone>& phones, std::size_t word, std::vector<End>& ends) {
+    std::map<std::size_t, std::vector<std::uint32_t>> before;  // by codebooks
+    for (const End& end : ends_) before[end.code].push_back(end.unit);
+    bool opens_word = true;
     for (const Phone phone : phones) {
-      bool is_first = true;
+      bool opens_phone = true;
       for (const std::size_t code : codesOf(phone)) {
-        row.push_back(
-            {.phone = phone, .opens_phone = std::exchange(is_first, false), .opens_word = row.empty(), .word = word});
-        codes.push_back(code);
+        std::vector<std::uint32_t> own;  // as many as there are phones before it
+        for (const auto& [left, units] : before) {
+          own.push_back(
+              add({.phone = phone, .opens_phone = opens_phone, .opens_word = opens_word, .word = word, .before = units},
+                  model_.senonesOf(code, left, silence_, TiedModel::WordPlace::kAlone)));
+        }
+        before = {{code, std::move(own)}};
+        opens_phone = opens_word = false;
       }
     }
-    // Of each phone as many units as it may have neighbours.
-    std::map<std::size_t, std::vector<std::uint32_t>> before = leadingTo(codes.front());
-    for (std::size_t i = 0; i < codes.size(); ++i) {
-      const bool is_last = i + 1 == codes.size();
-      const auto place = i == 0 ? (is_last ? kAlone : kBegins) : (is_last ? kEnds : kInside);
-      std::vector<std::uint32_t> own;
-      for (const auto& [left, units] : before) {
-        for (const std::size_t right : is_last ? after : std::set{codes[i + 1]}) {
-          row[i].before = units;
-          own.push_back(add(row[i], model_.senonesOf(codes[i], left, right, place)));
-          if (is_last) ends.push_back({own.back(), codes[i], right});
-        }
-      }
-      before = {{codes[i], std::move(own)}};
+    for (const auto& [code, units] : before) {
+      for (const std::uint32_t unit : units) ends.push_back({unit, code});
     }
   }
 
@@ -170,6 +149,7 @@ class WordGraph {
   std::vector<std::size_t> word_ends_;
   std::vector<End> ends_;  ///< of what was added last
   std::vector<Eigen::Index> left_;
+  std::size_t pairs_ = 0;  ///< of units that may follow each other
 };
 
 /// Viterbi's search, frame by frame.
@@ -276,7 +256,7 @@ class PathSearch {
         }
       }
       own.cost[0] += static_cast<float>(scores[heard.senones[0]]);
-      row.ways[unit - first_] = static_cast<std::uint8_t>(way);
+      row.ways[unit - first_] = static_cast<std::uint16_t>(way);
       row.costs[unit - first_] = own.cost[kStates - 1];
     }
   }
