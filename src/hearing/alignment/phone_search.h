@@ -21,11 +21,11 @@ struct Pauses {
 };
 
 /// The likeliest path through all `words` and the silences before, between and after them: the phones in order, without
-/// gaps, from the first frame to the last; spans are not filled in. A phone is the model's between its neighbours,
-/// those of the next word too. In frames that `scores` tells of, best 0. Empty where the frames are too few. Time and
-/// memory grow with the length alone: paths some 100 words beside the likeliest are given up, and what all likely paths
-/// have in common is settled after a quarter of a minute. Throws InputError when there are more than 100,000 phones, or
-/// 63 ways to say a word. (L. R. Rabiner, Proceedings of the IEEE 77, 1989, section III B.)
+/// gaps, from the first frame to the last; spans are not filled in. A phone is the model's after its
+/// neighbour and before silence, which tells best what is said. `scores`: 0 is the best of a frame. Empty where the
+/// frames are too few. Time and memory grow with the length alone: paths some 100 words beside the likeliest are given
+/// up, and what lies 15 s back is settled. Throws InputError when there are more than 100,000 phones, 63 ways to say a
+/// word, or too many pairs of such ways. (L. R. Rabiner, Proceedings of the IEEE 77, 1989, section III B.)
 std::vector<DecodedPhone> likeliestPath(const WordWays& words, const HeardAs& heard, const TiedModel& model,
                                         const Pauses& pauses, Eigen::Index frames, const ScoresOf& scores);
 
