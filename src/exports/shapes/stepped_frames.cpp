@@ -11,14 +11,15 @@ namespace mouthpiece {
 SteppedFrames::SteppedFrames(Eigen::Index frame_count, Eigen::Index width, float step)
     : frame_count_(frame_count),
       step_(step),
-      steps_(unsignedIndex((width + kPanelWidth - 1) / kPanelWidth * frame_count * kPanelWidth)) {}
+      steps_(std::make_unique_for_overwrite<std::int16_t[]>(
+          unsignedIndex((width + kPanelWidth - 1) / kPanelWidth * frame_count * kPanelWidth))) {}
 
 bool SteppedFrames::set(Eigen::Index first, const RowMajorMatrixF& places, const Eigen::RowVectorXf& rest) {
   constexpr float kMost = 32'767;
   const PanelKernels& kernels = panelKernels();
   Eigen::Array<float, kPanelWidth, 1> farthest = Eigen::Array<float, kPanelWidth, 1>::Zero();
   const Eigen::Index whole = places.cols() / kPanelWidth * kPanelWidth, left = places.cols() - whole;
-  std::int16_t* to = steps_.data() + first * kPanelWidth;
+  std::int16_t* to = steps_.get() + first * kPanelWidth;
   for (Eigen::Index column = 0; column < whole; column += kPanelWidth, to += frame_count_ * kPanelWidth)
     kernels.store_steps(places.data() + column, places.cols(), places.rows(), rest.data() + column, 1 / step_, to,
                         farthest.data());
@@ -60,7 +61,7 @@ float SteppedFrames::at(Eigen::Index frame, Eigen::Index column) const {
 }
 
 void SteppedFrames::panel(Eigen::Index first, float* displacements, float* largest_squared) const {
-  const std::int16_t* from = steps_.data() + first / kPanelVertices * frame_count_ * kPanelWidth;
+  const std::int16_t* from = steps_.get() + first / kPanelVertices * frame_count_ * kPanelWidth;
   panelKernels().load_steps(from, frame_count_, step_, displacements, largest_squared);
 }
 
