@@ -1,5 +1,7 @@
 #include "exports/shapes/stepped_frames.h"
 
+#include <sys/mman.h>
+
 #include <algorithm>
 #include <atomic>
 
@@ -7,12 +9,27 @@
 #include "base/parallel_for.h"
 
 namespace mouthpiece {
+namespace {
+
+/// Asks for pages of 2 MB where `memory` fills them: panels lie pages of 4 KB apart, and each frame writes to all.
+void useLargePages([[maybe_unused]] std::span<std::int16_t> memory) {
+#if defined(MADV_HUGEPAGE)
+  constexpr std::size_t kLargePage = std::size_t{2} << 20;
+  std::size_t bytes = memory.size_bytes();
+  void* first = memory.data();
+  if (std::align(kLargePage, kLargePage, first, bytes) != nullptr)
+    ::madvise(first, bytes / kLargePage * kLargePage, MADV_HUGEPAGE);
+#endif
+}
+
+}  // namespace
 
 SteppedFrames::SteppedFrames(Eigen::Index frame_count, Eigen::Index width, float step)
-    : frame_count_(frame_count),
-      step_(step),
-      steps_(std::make_unique_for_overwrite<std::int16_t[]>(
-          unsignedIndex((width + kPanelWidth - 1) / kPanelWidth * frame_count * kPanelWidth))) {}
+    : frame_count_(frame_count), step_(step) {
+  const auto size = unsignedIndex((width + kPanelWidth - 1) / kPanelWidth * frame_count * kPanelWidth);
+  steps_ = std::make_unique_for_overwrite<std::int16_t[]>(size);
+  useLargePages({steps_.get(), size});
+}
 
 bool SteppedFrames::set(Eigen::Index first, const RowMajorMatrixF& places, const Eigen::RowVectorXf& rest) {
   constexpr float kMost = 32'767;
