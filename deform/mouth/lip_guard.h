@@ -61,7 +61,7 @@ struct LipWatch {
   /// tipped over the watch goes blind and sees it `reach` away. `vertices`: x y z of each of the posed mesh.
   [[nodiscard]] Sight look(const float* vertices, float reach) const;
 
-  /// Takes the shape of the other lip in the closed mouth: `lip` are its vertices.
+  /// Takes the shape of the other lip in the closed mouth: `lip` are its vertices by rising x.
   void takeShape(const VertexPositions& closed, const VertexPositions& normals, const std::vector<std::uint32_t>& lip,
                  float reach);
 };

@@ -321,6 +321,8 @@ void LipGuard::watchLips(const VertexPositions& rest, const VertexPositions& clo
   std::vector<std::uint32_t> seen;
   const std::size_t stride = others.size() / kFitVertices + 1;
   for (std::size_t i = 0; i < others.size(); i += stride) seen.push_back(others[i]);
+  std::sort(seen.begin(), seen.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return std::pair(closed(a, 0), a) < std::pair(closed(b, 0), b); });
   FacingLip near(closed, other, lengthOf(kReach)), near_at_rest(rest, other, lengthOf(kReach));
   for (const LipPlace& here : own) {
     const Vector3f at_rest = here.in(rest.data()), at_closed = here.in(closed.data());
