@@ -45,12 +45,6 @@ mouthpiece_require_pkgconfig(pocketsphinx POCKETSPHINX libpocketsphinx-dev)
 list(FILTER POCKETSPHINX_INCLUDE_DIRS EXCLUDE REGEX "^/usr/include/sphinxbase$")
 set_property(TARGET PkgConfig::POCKETSPHINX PROPERTY INTERFACE_INCLUDE_DIRECTORIES ${POCKETSPHINX_INCLUDE_DIRS})
 pkg_get_variable(POCKETSPHINX_MODEL_DIR pocketsphinx modeldir)
-# The shared libraries bring LAPACK and Fortran's, for adaptation that they are not asked for.
-find_library(POCKETSPHINX_ARCHIVE libpocketsphinx.a)
-find_library(SPHINXBASE_ARCHIVE libsphinxbase.a)
-if(POCKETSPHINX_ARCHIVE AND SPHINXBASE_ARCHIVE)
-  set_property(TARGET PkgConfig::POCKETSPHINX PROPERTY INTERFACE_LINK_LIBRARIES ${POCKETSPHINX_ARCHIVE} ${SPHINXBASE_ARCHIVE} m)
-endif()
 mouthpiece_require_pkgconfig(espeak-ng ESPEAK libespeak-ng-dev)
 # eSpeak NG and Flite are loaded when they speak (src/base/late_library.h): their sound servers' libraries and the voices' tables took
 # half of a start.
