@@ -46,6 +46,9 @@ list(FILTER POCKETSPHINX_INCLUDE_DIRS EXCLUDE REGEX "^/usr/include/sphinxbase$")
 set_property(TARGET PkgConfig::POCKETSPHINX PROPERTY INTERFACE_INCLUDE_DIRECTORIES ${POCKETSPHINX_INCLUDE_DIRS})
 pkg_get_variable(POCKETSPHINX_MODEL_DIR pocketsphinx modeldir)
 mouthpiece_require_pkgconfig(espeak-ng ESPEAK libespeak-ng-dev)
+# eSpeak NG and Flite are loaded when they speak (src/base/late_library.h): their sound servers' libraries and the voices' tables took
+# half of a start.
+set_property(TARGET PkgConfig::ESPEAK PROPERTY INTERFACE_LINK_LIBRARIES)
 mouthpiece_require_pkgconfig(icu-i18n ICU libicu-dev)
 mouthpiece_require_pkgconfig(aubio AUBIO libaubio-dev)
 # aubio's shared library brings over a hundred others, for media files that it is not asked to open: half of a program's start.
@@ -59,12 +62,11 @@ endif()
 find_path(FLITE_INCLUDE_DIR flite/flite.h)
 add_library(Flite::flite INTERFACE IMPORTED)
 target_include_directories(Flite::flite SYSTEM INTERFACE ${FLITE_INCLUDE_DIR})
-foreach(part flite_cmu_us_slt flite_cmu_us_rms flite_cmu_us_awb flite_cmu_us_kal16 flite_usenglish flite_cmulex flite)
+foreach(part flite_cmu_us_slt flite_cmu_us_rms flite_cmu_us_awb flite_cmu_us_kal16 flite)
   find_library(FLITE_LIBRARY_${part} ${part})
   if(NOT FLITE_INCLUDE_DIR OR NOT FLITE_LIBRARY_${part})
     message(FATAL_ERROR "Flite (${part}) is missing. Get it with: sudo apt-get install flite1-dev   (or all at once: make setup)")
   endif()
-  target_link_libraries(Flite::flite INTERFACE ${FLITE_LIBRARY_${part}})
 endforeach()
 
 # XNNPACK neither.

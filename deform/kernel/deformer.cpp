@@ -99,14 +99,10 @@ struct FaceDeformer::Data {
   std::vector<kernel::LooseBlock> loose_blocks;
   std::vector<std::uint32_t> jaw_vertices;  ///< those that only the jaw moves
   std::vector<float> jaw_weights;
-  FaceBinding::Relaxed relaxed;             ///< of moving vertices only
+  FaceBinding::Relaxed relaxed;  ///< of moving vertices only
   std::vector<VertexRun> still_runs, moving_runs;
   std::vector<std::uint32_t> moving;  ///< vertices of `moving_runs`
   VertexPositions rest;
-  std::vector<Triangle> moving_triangles;
-  std::vector<std::uint32_t> turning;  ///< their corners: vertices whose normals can change, rising
-  VertexPositions rest_normals;
-  VertexPositions sums_of_others;  ///< what the other triangles add to the normals of `turning`, in its order
 
   Data(const FaceMesh& mesh, const ControlMesh& control_mesh, std::vector<std::uint32_t> tongue_vertices)
       : control(control_mesh),
@@ -126,7 +122,6 @@ struct FaceDeformer::Data {
   void takeFollowers(const BezierSurface& surface);
   void takeBinding(const BezierSurface& surface, const FaceBinding& binding, const std::vector<PartKind>& kinds);
   void settleAtRest();
-  void takeTriangles(const std::vector<Triangle>& triangles);
   [[nodiscard]] VertexPositions closedMouth() const;
   void posePatches(const MarkerPositions& points, std::vector<Net>& nets) const;
   void takeRelaxed(const FaceBinding::Relaxed& given, const std::vector<PartKind>& kinds, std::vector<bool>& moves);
@@ -276,24 +271,6 @@ void FaceDeformer::Data::settleAtRest() {
   for (kernel::LooseBlock& block : loose_blocks) settle(block);
 }
 
-void FaceDeformer::Data::takeTriangles(const std::vector<Triangle>& triangles) {
-  std::vector<bool> moves(unsignedIndex(rest.rows()), false), turns = moves;
-  for (const std::uint32_t v : moving) moves[v] = true;
-  std::vector<Triangle> others;
-  for (const Triangle& triangle : triangles) {
-    const bool is_moving = std::any_of(triangle.begin(), triangle.end(), [&](std::uint32_t v) { return moves[v]; });
-    (is_moving ? moving_triangles : others).push_back(triangle);
-    for (const std::uint32_t v : triangle) turns[v] = turns[v] || is_moving;
-  }
-  VertexPositions sums = VertexPositions::Zero(rest.rows(), 3);
-  addNormals(rest, others, sums);
-  for (std::uint32_t v = 0; v < turns.size(); ++v) {
-    if (turns[v]) turning.push_back(v);
-  }
-  sums_of_others = sums(turning, Eigen::all);
-  rest_normals = vertexNormals(rest, triangles);
-}
-
 void FaceDeformer::Data::posePatches(const MarkerPositions& points, std::vector<Net>& nets) const {
   thread_local std::vector<float> leading, following;
   leading.resize(3 * leaders.size());
@@ -385,7 +362,6 @@ FaceDeformer::FaceDeformer(const FaceMesh& mesh, const ControlMesh& control, con
   data->takeSurface(surface);
   data->takeBinding(surface, binding, kinds);
   data->settleAtRest();
-  data->takeTriangles(mesh.triangles);
   if (options.guard_lips) data->guard.emplace(mesh, data->closedMouth(), control, binding);
   data_ = std::move(data);
 }
@@ -429,18 +405,6 @@ void FaceDeformer::deform(const FacePose& pose, const TonguePose& tongue, Vertex
   data_->move(pose, tongue, out.data());
   for (const VertexRun& run : data_->still_runs) {
     std::copy_n(data_->rest.data() + 3 * run.first, 3 * run.count, out.data() + 3 * run.first);
-  }
-}
-
-void FaceDeformer::normals(const VertexPositions& vertices, VertexPositions& out) const {
-  MOUTHPIECE_EXPECT(vertices.rows() == data_->rest.rows());
-  out = data_->rest_normals;
-  const std::vector<std::uint32_t>& turning = data_->turning;
-  for (std::size_t i = 0; i < turning.size(); ++i) out.row(turning[i]) = data_->sums_of_others.row(signedIndex(i));
-  addNormals(vertices, data_->moving_triangles, out);
-  for (const std::uint32_t v : turning) {
-    const float length = out.row(v).norm();
-    if (length > 0) out.row(v) /= length;
   }
 }
 

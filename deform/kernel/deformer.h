@@ -35,10 +35,6 @@ class FaceDeformer {
   /// rest markers give the rest mesh back.
   void deform(const FacePose& pose, const TonguePose& tongue, VertexPositions& out) const;
 
-  /// Area-weighted unit normals of a deformed mesh (what vertexNormals() gives), vertices x 3, resized when needed.
-  /// Only triangles that can move are looked at. `vertices`: deform()'s.
-  void normals(const VertexPositions& vertices, VertexPositions& out) const;
-
   /// The vertices that some markers or tongue can move, rising: a head is mostly hair and back.
   [[nodiscard]] const std::vector<std::uint32_t>& movingVertices() const;
   /// The same as deform() for the moving vertices alone: x y z of each side by side, in their order.

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <boost/functional/hash.hpp>
 #include <boost/iterator/counting_iterator.hpp>
 #include <boost/pending/disjoint_sets.hpp>
@@ -10,7 +11,6 @@
 #include <limits>
 #include <map>
 #include <numbers>
-#include <unordered_map>
 
 #include "deform/mesh/face_mesh.h"
 
@@ -126,18 +126,24 @@ std::vector<HalfEdge> borderEdges(const FaceMesh& mesh, std::size_t& edge_count)
 /// Whether two parts, neither of them hair rooted in the other, have vertices of their own in one place.
 bool partsMeet(const FaceMesh& mesh) {
   if (mesh.parts.size() < 2) return false;
-  constexpr std::uint32_t kNoPart = ~0U;
-  std::vector<std::uint32_t> part_of(mesh.vertexCount(), kNoPart);
-  std::unordered_map<Place, std::uint32_t, boost::hash<Place>> first_at;
-  first_at.reserve(mesh.vertexCount());
+  constexpr std::uint32_t kNobody = ~0U;
+  std::vector<std::uint32_t> part_of(mesh.vertexCount(), kNobody);
+  // The first vertex at each place, at its hash or where the next ones are free.
+  std::vector<std::uint32_t> first_at(std::bit_ceil(2 * mesh.vertexCount()), kNobody);
+  const auto placeOf = [&](std::uint32_t v) -> Place {
+    return {mesh.vertices(v, 0), mesh.vertices(v, 1), mesh.vertices(v, 2)};
+  };
   for (std::uint32_t part = 0; part < mesh.parts.size(); ++part) {
     if (mesh.parts[part].stands_off) continue;
     for (const Triangle& triangle : trianglesOf(mesh, mesh.parts[part])) {
       for (const std::uint32_t v : triangle) {
-        if (part_of[v] != kNoPart) continue;
+        if (part_of[v] != kNobody) continue;
         part_of[v] = part;
-        const Place place{mesh.vertices(v, 0), mesh.vertices(v, 1), mesh.vertices(v, 2)};
-        if (part_of[first_at.try_emplace(place, v).first->second] != part) return true;
+        const Place place = placeOf(v);
+        std::size_t slot = boost::hash<Place>()(place) & (first_at.size() - 1);
+        while (first_at[slot] != kNobody && placeOf(first_at[slot]) != place) slot = (slot + 1) & (first_at.size() - 1);
+        if (first_at[slot] == kNobody) first_at[slot] = v;
+        if (part_of[first_at[slot]] != part) return true;
       }
     }
   }

@@ -61,7 +61,7 @@ struct LipWatch {
   /// tipped over the watch goes blind and sees it `reach` away. `vertices`: x y z of each of the posed mesh.
   [[nodiscard]] Sight look(const float* vertices, float reach) const;
 
-  /// Takes the shape of the other lip in the closed mouth: `lip` are its vertices.
+  /// Takes the shape of the other lip in the closed mouth: `lip` are its vertices by rising x.
   void takeShape(const VertexPositions& closed, const VertexPositions& normals, const std::vector<std::uint32_t>& lip,
                  float reach);
 };
@@ -109,6 +109,7 @@ class TeethShell {
     float reach = 0, filled = 0;           ///< mean over the filled corners of the net's cell, and their weight
     float per_column = 0, per_height = 0;  ///< slopes
   };
+  void take(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& c, Eigen::Index cuts);
   void fillGrooves(Eigen::Index cells);
   [[nodiscard]] float columnOf(float x, float z) const;
   [[nodiscard]] Sample sampleAt(float column, float row) const;

@@ -39,23 +39,31 @@ constexpr float kOpposed = -0.3F;  ///< cosine between surfaces that can meet
 
 Vector3f vertexOf(const VertexPositions& vertices, std::uint32_t v) { return vertices.row(v).transpose(); }
 
+/// Weights of the corners at 15 places of a triangle, a row each, the last one twice.
+Eigen::Array<float, 16, 3> placesOfATriangle() {
+  constexpr int kCuts = 4;
+  Eigen::Array<float, 16, 3> places;
+  Eigen::Index place = 0;
+  for (int i = 0; i <= kCuts; ++i) {
+    for (int j = 0; i + j <= kCuts; ++j)
+      places.row(place++) = Eigen::Array3i(i, j, kCuts - i - j).cast<float>() / float{kCuts};
+  }
+  places.row(place) = places.row(place - 1);
+  return places;
+}
+
 /// Weights of the place of a triangle that is nearest to `p`, sought on a net of 15 places: lips are finer than what
 /// that misses.
 Vector3f nearestWeights(const Vector3f& p, const Eigen::Matrix3f& corners, float& squared) {
-  constexpr int kCuts = 4;
-  Vector3f best = Vector3f::Zero();
-  squared = std::numeric_limits<float>::infinity();
-  for (int i = 0; i <= kCuts; ++i) {
-    for (int j = 0; i + j <= kCuts; ++j) {
-      const Vector3f weights = Eigen::Vector3i(i, j, kCuts - i - j).cast<float>() / float{kCuts};
-      const float here =
-          (weights[0] * corners.col(0) + weights[1] * corners.col(1) + weights[2] * corners.col(2) - p).squaredNorm();
-      if (here >= squared) continue;
-      squared = here;
-      best = weights;
-    }
-  }
-  return best;
+  static const Eigen::Array<float, 16, 3> kPlaces = placesOfATriangle();
+  const auto along = [&](Eigen::Index axis) -> Eigen::Array<float, 16, 1> {
+    return (kPlaces.col(0) * corners(axis, 0) + kPlaces.col(1) * corners(axis, 1) + kPlaces.col(2) * corners(axis, 2) -
+            p[axis])
+        .square();
+  };
+  Eigen::Index place = 0;
+  squared = (along(0) + (along(1) + along(2))).minCoeff(&place);
+  return kPlaces.row(place);
 }
 
 /// Nearest places on a lip's triangles that face a vertex of the other.
@@ -73,10 +81,16 @@ class FacingLip {
       const Eigen::Matrix3f corners = vertices(triangle, Eigen::all).transpose();
       const Vector3f ab = corners.col(1) - corners.col(0), ac = corners.col(2) - corners.col(0);
       if (ab.cast<double>().cross(ac.cast<double>()).isZero(0)) continue;
-      Facet facet{triangle, (corners.col(0) + corners.col(1) + corners.col(2)) / 3, ab.cross(ac).normalized(), 0};
-      facet.radius = (corners.colwise() - facet.middle).colwise().norm().maxCoeff();
-      largest_ = std::max(largest_, facet.radius);
-      facets_.push_back(facet);
+      facets_.push_back({triangle, corners, ab.cross(ac).normalized()});
+    }
+    middles_.resize(signedIndex(facets_.size()), 3);
+    radii_.resize(middles_.rows());
+    for (Eigen::Index i = 0; i < radii_.size(); ++i) {
+      const Eigen::Matrix3f& corners = facets_[unsignedIndex(i)].corners;
+      const Vector3f middle = (corners.col(0) + corners.col(1) + corners.col(2)) / 3;
+      middles_.row(i) = middle.transpose();
+      radii_[i] = (corners.colwise() - middle).colwise().norm().maxCoeff();
+      largest_ = std::max(largest_, radii_[i]);
     }
   }
 
@@ -85,30 +99,42 @@ class FacingLip {
     float least = reach_ * reach_;
     // A corner is a place of its triangle: what lies wholly further away than one is not the nearest.
     float corner = least;
-    if (last_ != nullptr && last_->across.dot(normal) <= kOpposed)
-      corner = std::min(corner, (vertexOf(vertices_, last_->triangle[0]) - p).squaredNorm());
-    const float beside = kRounds * (std::sqrt(corner) + largest_);
-    const auto first = std::lower_bound(facets_.begin(), facets_.end(), p.x() - beside,
-                                        [](const Facet& facet, float x) { return facet.middle.x() < x; });
-    thread_local std::vector<const Facet*> near;
+    const auto takeCorners = [&](const Facet& facet) {
+      corner = std::min(corner, (facet.corners.colwise() - p).colwise().squaredNorm().minCoeff());
+    };
+    if (last_ != nullptr && last_->across.dot(normal) <= kOpposed) takeCorners(*last_);
+    float away = std::sqrt(corner);
+    const auto x = middles_.col(0);
+    const float beside = kRounds * (away + largest_);
+    const Eigen::Index first = std::lower_bound(x.begin(), x.end(), p.x() - beside) - x.begin(),
+                       count = std::upper_bound(x.begin() + first, x.end(), p.x() + beside) - x.begin() - first;
+    // No place of a facet is nearer than this.
+    thread_local Eigen::ArrayXf least_away;
+    least_away =
+        ((x.segment(first, count) - p.x()).square() + (middles_.col(1).segment(first, count) - p.y()).square() +
+         (middles_.col(2).segment(first, count) - p.z()).square())
+                .sqrt() /
+            kRounds -
+        radii_.segment(first, count);
+    thread_local std::vector<Eigen::Index> near;
     near.clear();
-    for (auto facet = first; facet != facets_.end() && facet->middle.x() <= p.x() + beside; ++facet) {
-      const float away = kRounds * (std::sqrt(corner) + facet->radius);
-      if ((facet->middle - p).squaredNorm() > away * away || facet->across.dot(normal) > kOpposed) continue;
-      near.push_back(&*facet);
-      corner = std::min(corner, (vertexOf(vertices_, facet->triangle[0]) - p).squaredNorm());
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Facet& facet = facets_[unsignedIndex(first + i)];
+      if (least_away[i] > away || facet.across.dot(normal) > kOpposed) continue;
+      near.push_back(i);
+      takeCorners(facet);
+      away = std::sqrt(corner);
     }
     std::optional<Nearest> nearest;
-    for (const Facet* facet : near) {
-      const float away = kRounds * (std::sqrt(std::min(least, corner)) + facet->radius);
-      if ((facet->middle - p).squaredNorm() > away * away) continue;
-      const Eigen::Matrix3f corners = vertices_(facet->triangle, Eigen::all).transpose();
+    for (const Eigen::Index i : near) {
+      if (least_away[i] > std::sqrt(std::min(least, corner))) continue;
+      const Facet& facet = facets_[unsignedIndex(first + i)];
       float squared = 0;
-      const Vector3f weights = nearestWeights(p, corners, squared);
+      const Vector3f weights = nearestWeights(p, facet.corners, squared);
       if (squared >= least) continue;
       least = squared;
-      nearest = {facet->triangle, weights};
-      last_ = facet;
+      nearest = {facet.triangle, weights};
+      last_ = &facet;
     }
     return nearest;
   }
@@ -138,13 +164,15 @@ class FacingLip {
 
   struct Facet {
     Triangle triangle;
-    Vector3f middle, across;
-    float radius;  ///< of the ball around the middle that holds the triangle
+    Eigen::Matrix3f corners;
+    Vector3f across;
   };
 
   const VertexPositions& vertices_;
   float reach_;
   std::vector<Facet> facets_;    ///< those with an area, by the x of their middles
+  Eigen::ArrayX3f middles_;      ///< facets x 3
+  Eigen::ArrayXf radii_;         ///< of the balls around the middles that hold the facets
   float largest_ = 0;            ///< of the radii
   const Facet* last_ = nullptr;  ///< found last
 };
@@ -168,7 +196,10 @@ LipGuard::LipGuard(const FaceMesh& mesh, const VertexPositions& closed, const Co
 void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& unlevelled, const ControlMesh& control,
                         const FaceBinding& binding) {
   const LipVertices lips(mesh, control, binding);
-  std::vector<Triangle> upper, lower;
+  std::vector<Triangle> upper, lower, around;
+  std::copy_if(mesh.triangles.begin(), mesh.triangles.end(), std::back_inserter(around), [&](const Triangle& t) {
+    return std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return lips.upper[v] || lips.lower[v]; });
+  });
   for (const Triangle& t : trianglesOf(mesh, {PartKind::kSkin, PartKind::kLips, PartKind::kMouthInside})) {
     if (lips.upper[t[0]] && lips.upper[t[1]] && lips.upper[t[2]]) upper.push_back(t);
     if (lips.lower[t[0]] && lips.lower[t[1]] && lips.lower[t[2]]) lower.push_back(t);
@@ -182,8 +213,8 @@ void LipGuard::takeLips(const FaceMesh& mesh, const VertexPositions& unlevelled,
     rest(v, 1) += way;
     closed(v, 1) += way;
   }
-  const VertexPositions normals = vertexNormals(closed, mesh.triangles);
-  const VertexPositions rest_normals = vertexNormals(rest, mesh.triangles);
+  const VertexPositions normals = vertexNormals(closed, around);
+  const VertexPositions rest_normals = vertexNormals(rest, around);
   watchLips(rest, closed, placesOn(rest, upper_vertices, upper), lower_vertices, lower, normals, rest_normals);
   watchLips(rest, closed, placesOn(rest, lower_vertices, lower), upper_vertices, upper, normals, rest_normals);
   const float cell = lengthOf(kTeethCell);
@@ -290,6 +321,8 @@ void LipGuard::watchLips(const VertexPositions& rest, const VertexPositions& clo
   std::vector<std::uint32_t> seen;
   const std::size_t stride = others.size() / kFitVertices + 1;
   for (std::size_t i = 0; i < others.size(); i += stride) seen.push_back(others[i]);
+  std::sort(seen.begin(), seen.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return std::pair(closed(a, 0), a) < std::pair(closed(b, 0), b); });
   FacingLip near(closed, other, lengthOf(kReach)), near_at_rest(rest, other, lengthOf(kReach));
   for (const LipPlace& here : own) {
     const Vector3f at_rest = here.in(rest.data()), at_closed = here.in(closed.data());

@@ -62,7 +62,10 @@ void LipWatch::takeShape(const VertexPositions& closed, const VertexPositions& n
   const Frame frame = frameOf(*this, closed.data());
   Eigen::Matrix<double, 5, 5> squares = kBendHeldFlat * Eigen::Matrix<double, 5, 5>::Identity();
   Terms sums = Terms::Zero();
-  for (const std::uint32_t v : lip) {
+  const auto first = std::lower_bound(lip.begin(), lip.end(), frame.origin.x() - reach,
+                                      [&](std::uint32_t v, float x) { return closed(v, 0) < x; });
+  for (auto next = first; next != lip.end() && closed(*next, 0) <= frame.origin.x() + reach; ++next) {
+    const std::uint32_t v = *next;
     const Vector3f off = closed.row(v).transpose() - frame.origin;
     if (std::abs(off.x()) >= reach || std::abs(off.y()) >= reach) continue;
     const Vector3f q = off / reach;

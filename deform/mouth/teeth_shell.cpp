@@ -66,25 +66,38 @@ TeethShell::TeethShell(const VertexPositions& vertices, const std::vector<Triang
   rows_per_height_ = 1 / cell_;
   reach_ = Net::Zero(wholePart((high.y() - low.y()) / cell_) + 2, wholePart(around / cell_) + 2);
   edge_ = Eigen::ArrayXf::Constant(reach_.cols(), std::numeric_limits<float>::quiet_NaN());
-  for (const Triangle& triangle : triangles) {
-    const Eigen::Index cuts = wholePart(2 * longest(triangle) / cell_) + 1;
-    for (Eigen::Index i = 0; i <= cuts; ++i) {
-      for (Eigen::Index j = 0; i + j <= cuts; ++j) {
-        const Vector3f p =
-            (asFloat(i) * at(triangle[0]) + asFloat(j) * at(triangle[1]) + asFloat(cuts - i - j) * at(triangle[2])) /
-            asFloat(cuts);
-        const Eigen::Index column = wholePart(std::floor(columnOf(p.x(), p.z()) + 0.5F));
-        const Eigen::Index row = wholePart((p.y() - lowest_) * rows_per_height_ + 0.5F);
-        if (column < 0 || column >= reach_.cols() || row < 0 || row >= reach_.rows()) continue;
-        float& square = reach_(row, column);
-        square = std::max(square, (p.x() - axis_x_) * (p.x() - axis_x_) + (p.z() - axis_z_) * (p.z() - axis_z_));
-        float& edge = edge_[column];
-        if (std::isnan(edge) || (hangs_ ? p.y() < edge : p.y() > edge)) edge = p.y();
+  for (const Triangle& triangle : triangles)
+    take(at(triangle[0]), at(triangle[1]), at(triangle[2]), wholePart(2 * longest(triangle) / cell_) + 1);
+  reach_ = reach_.unaryExpr([](float square) { return std::sqrt(square); });  // Eigen has one that rounds
+  fillGrooves(wholePart(kGroove * radius / cell_));
+}
+
+/// Samples a triangle's places, `cuts` on each side.
+void TeethShell::take(const Vector3f& a, const Vector3f& b, const Vector3f& c, Eigen::Index cuts) {
+  using Lanes = Eigen::Array<float, 8, 1>;
+  const Lanes count = Lanes::LinSpaced(0, asFloat(Lanes::SizeAtCompileTime - 1));
+  const float rows = asFloat(reach_.rows()), columns = asFloat(reach_.cols());
+  for (Eigen::Index i = 0; i <= cuts; ++i) {
+    for (Eigen::Index j = 0; i + j <= cuts; j += Lanes::SizeAtCompileTime) {
+      const Lanes along = asFloat(j) + count, left = asFloat(cuts - i) - along;
+      const auto place = [&](Eigen::Index axis) -> Lanes {
+        return (asFloat(i) * a[axis] + along * b[axis] + left * c[axis]) / asFloat(cuts);
+      };
+      const Lanes x = place(0) - axis_x_, y = place(1), z = place(2) - axis_z_;
+      const Lanes ahead = x / (x.abs() + z.abs()), square = x * x + z * z;
+      const Lanes row = (y - lowest_) * rows_per_height_ + 0.5F;
+      for (Eigen::Index lane = 0; lane < std::min<Eigen::Index>(Lanes::SizeAtCompileTime, cuts - i - j + 1); ++lane) {
+        // As columnOf() has it; no number on the axis itself, where there are no teeth.
+        const float turns = z[lane] >= 0 ? ahead[lane] : std::copysign(2 - std::abs(ahead[lane]), x[lane]);
+        const float column = (turns / kWidest + 1) * 0.5F * (columns - 1) + 0.5F;
+        if (!(column >= 0 && column < columns && row[lane] >= 0 && row[lane] < rows)) continue;
+        float& reach = reach_(wholePart(row[lane]), wholePart(column));
+        reach = std::max(reach, square[lane]);
+        float& edge = edge_[wholePart(column)];
+        if (std::isnan(edge) || (hangs_ ? y[lane] < edge : y[lane] > edge)) edge = y[lane];
       }
     }
   }
-  reach_ = reach_.unaryExpr([](float square) { return std::sqrt(square); });  // Eigen has one that rounds
-  fillGrooves(wholePart(kGroove * radius / cell_));
 }
 
 /// Lips lie on the teeth's crowns and not in the grooves between them.

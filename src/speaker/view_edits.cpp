@@ -47,25 +47,21 @@ PositionMatrix posesOf(const VisemePoses& poses, std::vector<std::string>& names
   return rows;
 }
 
-/// A few of a row's vertices, evenly spread: many times as many numbers as there are shapes.
-RowMajorMatrixF someOf(const RowMajorMatrixF& rows) {
-  constexpr Eigen::Index kVertices = 2000;
-  const Eigen::Index count = rows.cols() / 3, every = std::max<Eigen::Index>(1, count / kVertices);
-  RowMajorMatrixF some(rows.rows(), 3 * ((count + every - 1) / every));
-  for (Eigen::Index row = 0; row < rows.rows(); ++row) {
-    for (Eigen::Index i = 0; i < some.cols() / 3; ++i)
-      some.block<1, 3>(row, 3 * i) = rows.block<1, 3>(row, 3 * i * every);
-  }
-  return some;
+/// A few of `count` vertices tell enough: each so many'th of them, many times as many numbers as there are shapes.
+std::size_t strideOver(std::size_t count) {
+  constexpr std::size_t kEnough = 2000;
+  return std::max<std::size_t>(1, count / kEnough);
 }
 
-/// Least squares: the shapes' weights that come nearest to each row of vertices' displacements.
-RowMajorMatrixF weightsOf(const RowMajorMatrixF& moves, const PrincipalShapes& shapes) {
+/// Least squares: the shapes' weights that come nearest to each row of displacements, of each `stride`'th vertex.
+RowMajorMatrixF weightsOf(const RowMajorMatrixF& moves, const PrincipalShapes& shapes, std::size_t stride) {
   constexpr double kRidge = 1e-4;
-  const Eigen::MatrixXd basis = someOf(shapes.shapes).cast<double>();
+  Eigen::MatrixXd basis(shapes.shapeCount(), moves.cols());
+  for (Eigen::Index i = 0; i < moves.cols() / 3; ++i)
+    basis.middleCols<3>(3 * i) = shapes.shapes.middleCols<3>(3 * i * signedIndex(stride)).cast<double>();
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(basis.rows(), basis.rows());
   normal.selfadjointView<Eigen::Lower>().rankUpdate(basis);
-  const Eigen::MatrixXd target = basis * someOf(moves).cast<double>().transpose();
+  const Eigen::MatrixXd target = basis * moves.cast<double>().transpose();
   normal.diagonal().array() += kRidge * std::max(1e-12, normal.diagonal().maxCoeff());
   return Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower>(normal).solve(target).transpose().cast<float>();
 }
@@ -92,16 +88,17 @@ std::optional<ViewEdits> Performance::Data::viewEdits() const {
   const FaceRig& rig = needFace().rig();
   const FaceMotion posed = rig.retarget(clip, actor ? &*actor : nullptr);
   const std::vector<std::uint32_t> vertices = shapes().columnVertices();
-  RowMajorMatrixF moves(rows.rows() + 1, 3 * signedIndex(vertices.size()));
+  const std::size_t stride = strideOver(vertices.size());
+  RowMajorMatrixF moves(rows.rows() + 1, 3 * signedIndex((vertices.size() + stride - 1) / stride));
   VertexPositions all;
   for (FrameIndex frame; frame.row() < moves.rows(); ++frame) {
     rig.deform(posed.pose(frame), TonguePose{}, all);
-    for (std::size_t i = 0; i < vertices.size(); ++i)
-      moves.row(frame.row()).segment<3>(3 * signedIndex(i)) = all.row(signedIndex(std::size_t{vertices[i]}));
+    for (Eigen::Index i = 0; i < moves.cols() / 3; ++i)
+      moves.row(frame.row()).segment<3>(3 * i) = all.row(vertices[unsignedIndex(i) * stride]);
   }
   const Eigen::RowVectorXf at_rest = moves.row(moves.rows() - 1);
   moves.rowwise() -= at_rest;
-  const RowMajorMatrixF weights = weightsOf(moves.topRows(rows.rows()), shapes());
+  const RowMajorMatrixF weights = weightsOf(moves.topRows(rows.rows()), shapes(), stride);
   drawn.lips = weights.topRows(weights.rows() - 1);
   drawn.jaw = weights.row(weights.rows() - 1);
   return made;

@@ -1,4 +1,3 @@
-#include <flite/flite.h>
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -7,6 +6,7 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "phonetics/language/flite_functions.h"
 #include "phonetics/language/flite_library.h"
 #include "phonetics/text/speakable_text.h"
 #include "voices/engines.h"
@@ -15,7 +15,7 @@
 namespace mouthpiece {
 namespace {
 
-using Utterance = std::unique_ptr<cst_utterance, decltype(&delete_utterance)>;
+using Utterance = std::unique_ptr<cst_utterance, FliteDeleter>;
 
 AudioClip soundOf(cst_utterance* utterance) {
   const cst_wave* wave = utt_wave(utterance);
@@ -90,7 +90,7 @@ class FliteVoice : public Voice {
     std::srand(1);
     SpokenLineBuilder builder(language_);
     for (const std::string& sentence : splitSentences(speakable, kLongestUtterance)) {
-      const Utterance utterance(flite_synth_text(sentence.c_str(), voice_), &delete_utterance);
+      const Utterance utterance(flite_synth_text(sentence.c_str(), voice_));
       if (!utterance || utt_relation_present(utterance.get(), "Segment") == 0)
         throw InputError("flite", "", fmt::format("could not say '{}'", printable(sentence)));
       SegmentReader segments;

@@ -123,9 +123,11 @@ std::size_t GlbModel::addWholeVec3(std::span<const std::int32_t> values, std::sp
   std::array<std::int32_t, 3> low, high;
   low.fill(has_zeros ? 0 : kFarthest);
   high.fill(has_zeros ? 0 : -kFarthest);
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    low[i % 3] = std::min(low[i % 3], values[i]);
-    high[i % 3] = std::max(high[i % 3], values[i]);
+  for (std::size_t i = 0; i < values.size(); i += 3) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], values[i + axis]);
+      high[axis] = std::max(high[axis], values[i + axis]);
+    }
   }
   const bool is_narrow = *std::min_element(low.begin(), low.end()) >= -static_cast<std::int32_t>(kMostByte) &&
                          *std::max_element(high.begin(), high.end()) <= static_cast<std::int32_t>(kMostByte);
@@ -149,8 +151,9 @@ std::size_t GlbModel::addPackedTarget(std::span<const std::uint32_t> indices, st
                                       std::size_t count, GlbUse use) {
   std::vector<std::int32_t> numbers(values.size());
   if (use == GlbUse::kMove) {
+    const double units_a_metre = 1 / place_unit_;  // exact: a power of two
     for (std::size_t i = 0; i < values.size(); ++i)
-      numbers[i] = wholeOfShort(static_cast<double>(values[i]) / place_unit_, kMostShort);
+      numbers[i] = wholeOfShort(static_cast<double>(values[i]) * units_a_metre, kMostShort);
     return addWholeVec3(numbers, indices, count, false);
   }
   const bool is_in_range = std::all_of(values.begin(), values.end(), [](float v) { return std::abs(v) <= 1; });

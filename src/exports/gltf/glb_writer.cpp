@@ -72,52 +72,76 @@ std::vector<float> gathered(const PartVertices& part, const float* row, float sc
   return values;
 }
 
-/// What each shape moves, as normals have what it turns.
-std::vector<ShapeNormals::Turns> movesOf(const PrincipalShapes& shapes) {
-  const std::vector<std::uint32_t> vertices = shapes.columnVertices();
-  std::vector<ShapeNormals::Turns> moves(unsignedIndex(shapes.shapeCount()));
-  for (Index k = 0; k < shapes.shapeCount(); ++k) {
-    ShapeNormals::Turns& own = moves[unsignedIndex(k)];
-    const float* value = shapes.shapes.row(k).data();
-    for (std::size_t i = 0; i < vertices.size(); ++i, value += 3) {
-      if (value[0] == 0 && value[1] == 0 && value[2] == 0) continue;
-      own.vertices.push_back(vertices[i]);
-      own.values.insert(own.values.end(), value, value + 3);
-    }
-  }
-  return moves;
+/// Where the shapes' rows have each vertex of the mesh; -1 for those that no shape moves.
+std::vector<Index> columnsOf(const PrincipalShapes& shapes) {
+  std::vector<Index> columns(unsignedIndex(shapes.rest.cols() / 3), -1);
+  Index column = -3;
+  for (const std::uint32_t vertex : shapes.columnVertices()) columns[vertex] = column += 3;
+  return columns;
 }
 
 /// Adds a part's values of one shape after another as accessors.
 class TargetWriter {
  public:
-  /// Both must outlive the writer.
-  TargetWriter(const PartVertices& part, GlbModel& model) : part_(part), model_(model) {
+  /// Both must outlive the writer. `columns`: columnsOf() the shapes.
+  TargetWriter(const PartVertices& part, const std::vector<Index>& columns, GlbModel& model)
+      : part_(part), model_(model) {
     const auto [least, most] = std::minmax_element(part.vertices.begin(), part.vertices.end());
     first_ = *least;
     numbers_.resize(*most - first_ + 1, kUnused);
-    for (std::uint32_t i = 0; i < part.vertices.size(); ++i) numbers_[part.vertices[i] - first_] = i;
+    for (std::uint32_t i = 0; i < part.vertices.size(); ++i) {
+      numbers_[part.vertices[i] - first_] = i;
+      if (columns[part.vertices[i]] >= 0) movers_.push_back({i, columns[part.vertices[i]]});
+    }
+    indices_.resize(part.vertices.size());
+    values_.resize(3 * part.vertices.size());
   }
 
-  std::size_t add(const ShapeNormals::Turns& values, float scale, GlbUse use) {
-    indices_.clear();
-    values_.clear();
-    const auto& vertices = values.vertices;
+  /// `row`: of the shapes.
+  std::size_t addMoves(const float* row, float scale) {
+    count_ = 0;
+    for (const auto& [number, column] : movers_) {
+      const float* value = row + column;
+      if (value[0] != 0 || value[1] != 0 || value[2] != 0) put(number, value, scale);
+    }
+    return add(GlbUse::kMove);
+  }
+
+  std::size_t addTurns(const ShapeNormals::Turns& turns) {
+    count_ = 0;
+    const auto& vertices = turns.vertices;
     auto at = unsignedIndex(std::lower_bound(vertices.begin(), vertices.end(), first_) - vertices.begin());
     for (; at < vertices.size() && vertices[at] - first_ < numbers_.size(); ++at) {
-      const std::uint32_t number = numbers_[vertices[at] - first_];
-      if (number == kUnused) continue;
-      indices_.push_back(number);
-      for (std::size_t axis = 0; axis < 3; ++axis) values_.push_back(scale * values.values[3 * at + axis]);
+      if (const std::uint32_t number = numbers_[vertices[at] - first_]; number != kUnused)
+        put(number, &turns.values[3 * at], 1);
     }
-    return model_.addMostlyZeroVec3(indices_, values_, part_.vertices.size(), use);
+    return add(GlbUse::kTurn);
   }
 
  private:
+  /// A vertex within the part, and where the shapes have it.
+  struct Mover {
+    std::uint32_t number;
+    Index column;
+  };
+
+  void put(std::uint32_t number, const float* value, float scale) {
+    indices_[count_] = number;
+    for (std::size_t axis = 0; axis < 3; ++axis) values_[3 * count_ + axis] = scale * value[axis];
+    ++count_;
+  }
+
+  std::size_t add(GlbUse use) {
+    return model_.addMostlyZeroVec3(std::span(indices_).first(count_), std::span(values_).first(3 * count_),
+                                    part_.vertices.size(), use);
+  }
+
   const PartVertices& part_;
   GlbModel& model_;
   std::uint32_t first_ = 0;             ///< the part's least vertex of the mesh
   std::vector<std::uint32_t> numbers_;  ///< of the mesh's vertices from it on, within the part
+  std::vector<Mover> movers_;
+  std::size_t count_ = 0;  ///< of what is put together, at the beginning of these
   std::vector<std::uint32_t> indices_;
   std::vector<float> values_;
 };
@@ -147,7 +171,7 @@ nlohmann::json materialOf(const MeshPart& part) {
 }
 
 nlohmann::json primitiveOf(const FaceMesh& mesh, const MeshPart& part, const PrincipalShapes& shapes,
-                           std::span<const ShapeNormals::Turns> moves, const ShapeNormals& normals, GlbModel& model) {
+                           const std::vector<Index>& columns, const ShapeNormals& normals, GlbModel& model) {
   const PartVertices own = verticesOf(mesh, part, model.isPacked());
   const float metres = asFloat(mesh.metres_per_unit);
   constexpr int kTriangles = 4;
@@ -167,10 +191,10 @@ nlohmann::json primitiveOf(const FaceMesh& mesh, const MeshPart& part, const Pri
     attribute("TEXCOORD_0", coordinates, GlbType::kVec2, GlbUse::kOther);
   }
   nlohmann::json targets = nlohmann::json::array();
-  TargetWriter writer(own, model);
-  for (std::size_t k = 0; k < moves.size(); ++k) {
-    const std::size_t position = writer.add(moves[k], metres, GlbUse::kMove);
-    const std::size_t normal = writer.add(normals.shapes[k], 1.0F, GlbUse::kTurn);
+  TargetWriter writer(own, columns, model);
+  for (Index k = 0; k < shapes.shapeCount(); ++k) {
+    const std::size_t position = writer.addMoves(shapes.shapes.row(k).data(), metres);
+    const std::size_t normal = writer.addTurns(normals.shapes[unsignedIndex(k)]);
     targets.push_back({{"POSITION", position}, {"NORMAL", normal}});
   }
   if (!targets.empty()) primitive["targets"] = std::move(targets);
@@ -214,13 +238,13 @@ std::string written(const FaceMesh& mesh, const PrincipalShapes& shapes, std::st
   } else {
     model.reserve(largestBytes(mesh, shapes, normals));
   }
-  const std::vector<ShapeNormals::Turns> moves = movesOf(shapes);
+  const std::vector<Index> columns = columnsOf(shapes);
   const std::string shown_name = printable(name, kLongestName);
   nlohmann::json face{{"name", shown_name}, {"primitives", nlohmann::json::array()}};
   model.root["materials"] = nlohmann::json::array();
   for (const MeshPart& part : mesh.parts) {
     if (part.triangle_count == 0) continue;
-    face["primitives"].push_back(primitiveOf(mesh, part, shapes, moves, normals, model));
+    face["primitives"].push_back(primitiveOf(mesh, part, shapes, columns, normals, model));
     face["primitives"].back()["material"] = model.root["materials"].size();
     model.root["materials"].push_back(materialOf(part));
   }

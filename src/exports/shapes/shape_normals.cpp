@@ -158,18 +158,22 @@ class LaneNormals {
   void store(Eigen::Index first, ShapeNormals& result) const {
     const Eigen::Index count = std::min(kLanes, shapes_.shapeCount() - first);
     for (std::size_t i = 0; i < part_.vertices.size(); ++i) {
-      if (is_turned_[i] == 0) continue;
       const float length = sums_.row(part_.vertices[i]).norm();
-      const Eigen::Vector3f normal = result.rest.segment<3>(3 * signedIndex(part_.vertices[i])).transpose();
+      if (is_turned_[i] == 0 || !(length > kLeastArea)) continue;
+      const auto normal = result.rest.segment<3>(3 * signedIndex(part_.vertices[i]));
+      using Lanes = Eigen::Array<float, kLanes, 1>;
+      using Change = Eigen::Map<const Lanes>;
       const float* change = changes_.data() + i * kVertexStride;
+      const Change x(change), y(change + kLanes), z(change + 2 * kLanes);
+      const Lanes along = normal.x() * x + (normal.y() * y + normal.z() * z);
+      const Lanes turn_x = (x - along * normal.x()) / length, turn_y = (y - along * normal.y()) / length,
+                  turn_z = (z - along * normal.z()) / length;
+      const Lanes squared = turn_x * turn_x + (turn_y * turn_y + turn_z * turn_z);
       for (Eigen::Index lane = 0; lane < count; ++lane) {
-        const Eigen::Vector3f sum(change[lane], change[lane + kLanes], change[lane + 2 * kLanes]);
-        if (!(length > kLeastArea)) continue;
-        const Eigen::Vector3f turn = (sum - normal.dot(sum) * normal) / length;
-        if (!(turn.squaredNorm() > kVisibleTurn * kVisibleTurn)) continue;
+        if (!(squared[lane] > kVisibleTurn * kVisibleTurn)) continue;
         ShapeNormals::Turns& turns = result.shapes[unsignedIndex(first + lane)];
         turns.vertices.push_back(part_.vertices[i]);
-        turns.values.insert(turns.values.end(), turn.begin(), turn.end());
+        turns.values.insert(turns.values.end(), {turn_x[lane], turn_y[lane], turn_z[lane]});
       }
     }
   }

@@ -1,5 +1,7 @@
 #include "exports/shapes/stepped_frames.h"
 
+#include <sys/mman.h>
+
 #include <algorithm>
 #include <atomic>
 
@@ -7,18 +9,34 @@
 #include "base/parallel_for.h"
 
 namespace mouthpiece {
+namespace {
+
+/// Asks for pages of 2 MB where `memory` fills them: panels lie pages of 4 KB apart, and each frame writes to all.
+void useLargePages([[maybe_unused]] std::span<std::int16_t> memory) {
+#if defined(MADV_HUGEPAGE)
+  constexpr std::size_t kLargePage = std::size_t{2} << 20;
+  std::size_t bytes = memory.size_bytes();
+  void* first = memory.data();
+  if (std::align(kLargePage, kLargePage, first, bytes) != nullptr)
+    ::madvise(first, bytes / kLargePage * kLargePage, MADV_HUGEPAGE);
+#endif
+}
+
+}  // namespace
 
 SteppedFrames::SteppedFrames(Eigen::Index frame_count, Eigen::Index width, float step)
-    : frame_count_(frame_count),
-      step_(step),
-      steps_(unsignedIndex((width + kPanelWidth - 1) / kPanelWidth * frame_count * kPanelWidth)) {}
+    : frame_count_(frame_count), step_(step) {
+  const auto size = unsignedIndex((width + kPanelWidth - 1) / kPanelWidth * frame_count * kPanelWidth);
+  steps_ = std::make_unique_for_overwrite<std::int16_t[]>(size);
+  useLargePages({steps_.get(), size});
+}
 
 bool SteppedFrames::set(Eigen::Index first, const RowMajorMatrixF& places, const Eigen::RowVectorXf& rest) {
   constexpr float kMost = 32'767;
   const PanelKernels& kernels = panelKernels();
   Eigen::Array<float, kPanelWidth, 1> farthest = Eigen::Array<float, kPanelWidth, 1>::Zero();
   const Eigen::Index whole = places.cols() / kPanelWidth * kPanelWidth, left = places.cols() - whole;
-  std::int16_t* to = steps_.data() + first * kPanelWidth;
+  std::int16_t* to = steps_.get() + first * kPanelWidth;
   for (Eigen::Index column = 0; column < whole; column += kPanelWidth, to += frame_count_ * kPanelWidth)
     kernels.store_steps(places.data() + column, places.cols(), places.rows(), rest.data() + column, 1 / step_, to,
                         farthest.data());
@@ -60,7 +78,7 @@ float SteppedFrames::at(Eigen::Index frame, Eigen::Index column) const {
 }
 
 void SteppedFrames::panel(Eigen::Index first, float* displacements, float* largest_squared) const {
-  const std::int16_t* from = steps_.data() + first / kPanelVertices * frame_count_ * kPanelWidth;
+  const std::int16_t* from = steps_.get() + first / kPanelVertices * frame_count_ * kPanelWidth;
   panelKernels().load_steps(from, frame_count_, step_, displacements, largest_squared);
 }
 

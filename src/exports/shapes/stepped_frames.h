@@ -2,9 +2,9 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "deform/kernel/face_animation.h"
 #include "exports/shapes/principal_shapes.h"
@@ -34,7 +34,7 @@ class SteppedFrames {
 
   Eigen::Index frame_count_;
   float step_;
-  std::vector<std::int16_t> steps_;  ///< panels x frames x kPanelWidth
+  std::unique_ptr<std::int16_t[]> steps_;  ///< panels x frames x kPanelWidth
 };
 
 /// principalShapes() of the given frames, which are held as SteppedFrames where they can be: the tolerance makes up for

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 
 #include "base/errors.h"
-#include "base/files.h"
+#include "base/file_parts.h"
 #include "base/index.h"
 #include "base/text_encoding.h"
+#include "base/text_numbers.h"
 #include "phonetics/text/speakable_text.h"
 
 namespace mouthpiece {
@@ -22,45 +24,37 @@ bool isLetter(char c) {
 }
 bool isWordCharacter(char c) { return isLetter(c) || (c >= '0' && c <= '9') || c == '\'' || c == '-' || c == '.'; }
 
-/// Lines of "word PHONE PHONE ..." and "word(2) ..."; without stress. Kept as they stand in the file, sorted: a line of
-/// text must not wait for a table of 135,000 words of which it needs ten.
+/// Lines of "word PHONE PHONE ..." and "word(2) ..."; without stress. Sorted in the file, but for a few that stand
+/// beside their place, and looked up there: a line of text must not wait for 135,000 words of which it needs ten.
 class Dictionary {
  public:
   explicit Dictionary(const Language& language) {
     const std::filesystem::path path = std::filesystem::path(MOUTHPIECE_SPHINX_MODELS) / language.dictionary;
-    if (language.dictionary.empty() || !std::filesystem::exists(path)) return;
-    text_ = readFile(path, kMaxDictionaryBytes);
-    lines_.reserve(150'000);
-    std::vector<std::string_view> misplaced;
-    for (std::string_view rest = text_; !rest.empty();) {
-      const std::size_t end = std::min(rest.find('\n'), rest.size());
-      const std::string_view line = rest.substr(0, end);
-      rest.remove_prefix(std::min(end + 1, rest.size()));
-      if (line.find(' ') == std::string_view::npos) continue;
-      (lines_.empty() || lines_.back() <= line ? lines_ : misplaced).push_back(line);
-    }
-    // The file is sorted but for a few lines. A blank sorts before every letter, so lines sort as their words do.
-    std::sort(misplaced.begin(), misplaced.end());
-    const auto middle = lines_.insert(lines_.end(), misplaced.begin(), misplaced.end());
-    std::inplace_merge(lines_.begin(), middle, lines_.end());
+    if (!language.dictionary.empty() && std::filesystem::exists(path)) file_.emplace(path, kMaxDictionaryBytes);
   }
 
-  [[nodiscard]] bool isEmpty() const { return lines_.empty(); }
+  [[nodiscard]] bool isEmpty() const { return !file_ || file_->size() == 0; }
 
   [[nodiscard]] std::vector<Pronunciation> find(const std::string& word) const {
     std::vector<Pronunciation> ways;
-    for (int variant = 1;; ++variant) {
-      const std::string start = variant == 1 ? fmt::format("{} ", word) : fmt::format("{}({}) ", word, variant);
-      const auto found = std::lower_bound(lines_.begin(), lines_.end(), start);
-      if (found == lines_.end() || !found->starts_with(start)) return ways;
-      ways.push_back(parse(found->substr(start.size())));
+    for (int variant = 1; !isEmpty(); ++variant) {
+      const std::string start = variant == 1 ? fmt::format("\n{} ", word) : fmt::format("\n{}({}) ", word, variant);
+      const std::string near = linesAround(std::string_view(start).substr(1));
+      const std::size_t found = near.find(start);
+      if (found == std::string::npos) break;
+      const std::size_t first = found + start.size();
+      ways.push_back(parse(std::string_view(near).substr(first, near.find('\n', first) - first)));
     }
+    return ways;
   }
 
   [[nodiscard]] std::vector<std::vector<Phone>> usualWays() const {
     std::vector<std::vector<Phone>> ways;
-    for (const std::string_view line : lines_) {
+    const std::string all = isEmpty() ? std::string() : bytesFrom(0, file_->size());
+    LineReader lines(all);
+    for (std::string_view line; lines.next(line);) {
       const std::size_t blank = line.find(' ');
+      if (blank == std::string_view::npos) continue;
       if (blank > 0 && line[blank - 1] != ')') ways.push_back(parse(line.substr(blank + 1)).phones);
     }
     return ways;
@@ -80,8 +74,28 @@ class Dictionary {
     return way;
   }
 
-  std::string text_;
-  std::vector<std::string_view> lines_;
+  [[nodiscard]] std::string bytesFrom(std::uint64_t first, std::uint64_t count) const {
+    std::string bytes(std::min(count, file_->size() - first), '\0');
+    bytes.resize(file_->read(first, bytes));
+    return bytes;
+  }
+
+  /// Whole lines, each after a line's end, among which the one that begins with `start` is if there is one. A blank
+  /// sorts before every letter, so lines sort as their words do.
+  [[nodiscard]] std::string linesAround(std::string_view start) const {
+    constexpr std::uint64_t kEnough = 4096, kBeside = 512;  // bytes; a line has some 30
+    std::uint64_t low = 0, high = file_->size();
+    while (high - low > kEnough) {
+      const std::uint64_t middle = low + (high - low) / 2;
+      const std::string line = bytesFrom(middle, kBeside);
+      const bool is_before = line.substr(std::min(line.find('\n'), line.size() - 1) + 1) < start;
+      (is_before ? low : high) = middle;
+    }
+    low -= std::min(low, kBeside);
+    return (low == 0 ? "\n" : "") + bytesFrom(low, high + kBeside - low);
+  }
+
+  std::optional<FileReader> file_;
 };
 
 /// Stress goes by the order of the vowels: ways of one word differ in vowels, seldom in their number.

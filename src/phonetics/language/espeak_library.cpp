@@ -10,11 +10,21 @@
 
 #include "base/errors.h"
 #include "base/index.h"
+#include "base/late_library.h"
 #include "base/text_encoding.h"
 #include "base/unicode.h"
 
 namespace mouthpiece {
 namespace {
+
+constexpr LateLibrary kEspeak("libespeak-ng.so.1", "libespeak-ng1");
+// They hide those of the same names that a program would be linked to.
+constinit LateFunction<decltype(::espeak_Initialize)> espeak_Initialize(kEspeak, "espeak_Initialize");
+constinit LateFunction<decltype(::espeak_ListVoices)> espeak_ListVoices(kEspeak, "espeak_ListVoices");
+constinit LateFunction<decltype(::espeak_SetSynthCallback)> espeak_SetSynthCallback(kEspeak, "espeak_SetSynthCallback");
+constinit LateFunction<decltype(::espeak_SetVoiceByName)> espeak_SetVoiceByName(kEspeak, "espeak_SetVoiceByName");
+constinit LateFunction<decltype(::espeak_Synth)> espeak_Synth(kEspeak, "espeak_Synth");
+constinit LateFunction<decltype(::espeak_TextToPhonemes)> espeak_TextToPhonemes(kEspeak, "espeak_TextToPhonemes");
 
 constexpr int kIpaTranscription = 0x02;  // espeakPHONEMES_IPA
 

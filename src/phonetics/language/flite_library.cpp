@@ -1,25 +1,20 @@
 #include "phonetics/language/flite_library.h"
 
-#include <flite/flite.h>
-
 #include <map>
 #include <memory>
 
-// Flite's voices have no header.
-extern "C" {
-cst_voice* register_cmu_us_slt(const char* folder);
-cst_voice* register_cmu_us_rms(const char* folder);
-cst_voice* register_cmu_us_awb(const char* folder);
-cst_voice* register_cmu_us_kal16(const char* folder);
-}
+#include "phonetics/language/flite_functions.h"
 
 namespace mouthpiece {
 namespace {
 
 constexpr std::string_view kReader = "slt";
 
-struct ListDeleter {
-  void operator()(cst_val* list) const { delete_val(list); }
+/// A voice is a library of its own, and has no header.
+struct VoiceLibrary {
+  LateLibrary library;
+  const char* load;  ///< the name of the function that makes the voice
+  cst_voice* voice = nullptr;
 };
 
 }  // namespace
@@ -30,26 +25,24 @@ std::mutex& fliteLock() {
 }
 
 cst_voice* fliteVoice(std::string_view name) {
-  struct Row {
-    cst_voice* (*load)(const char* folder);
-    cst_voice* voice = nullptr;
-  };
-  static std::map<std::string_view, Row> rows = {{"slt", {register_cmu_us_slt}},
-                                                 {"rms", {register_cmu_us_rms}},
-                                                 {"awb", {register_cmu_us_awb}},
-                                                 {"kal16", {register_cmu_us_kal16}}};
+  static std::map<std::string_view, VoiceLibrary> voices = {
+      {"slt", {{"libflite_cmu_us_slt.so.1", kFlitePackage}, "register_cmu_us_slt"}},
+      {"rms", {{"libflite_cmu_us_rms.so.1", kFlitePackage}, "register_cmu_us_rms"}},
+      {"awb", {{"libflite_cmu_us_awb.so.1", kFlitePackage}, "register_cmu_us_awb"}},
+      {"kal16", {{"libflite_cmu_us_kal16.so.1", kFlitePackage}, "register_cmu_us_kal16"}}};
   static std::once_flag started;
   std::call_once(started, [] { flite_init(); });
-  const auto found = rows.find(name);
-  if (found == rows.end()) return nullptr;
-  if (found->second.voice == nullptr) found->second.voice = found->second.load(nullptr);
-  return found->second.voice;
+  const auto found = voices.find(name);
+  if (found == voices.end()) return nullptr;
+  auto& [library, load, voice] = found->second;
+  if (voice == nullptr) voice = LateFunction<cst_voice*(const char*)>(library, load)(nullptr);
+  return voice;
 }
 
 std::vector<std::string> flitePhones(const std::string& word) {
   const std::scoped_lock lock(fliteLock());
   const cst_features* features = fliteVoice(kReader)->features;
-  const std::unique_ptr<cst_val, ListDeleter> phones(
+  const std::unique_ptr<cst_val, FliteDeleter> phones(
       lex_lookup(val_lexicon(feat_val(features, "lexicon")), word.c_str(), nullptr, features));
   std::vector<std::string> names;
   for (const cst_val* phone = phones.get(); phone != nullptr; phone = val_cdr(phone))
@@ -59,7 +52,7 @@ std::vector<std::string> flitePhones(const std::string& word) {
 
 std::vector<std::string> fliteWords(std::string_view token) {
   const std::scoped_lock lock(fliteLock());
-  const std::unique_ptr<cst_utterance, decltype(&delete_utterance)> utterance(new_utterance(), &delete_utterance);
+  const std::unique_ptr<cst_utterance, FliteDeleter> utterance(new_utterance());
   utt_set_input_text(utterance.get(), std::string(token).c_str());
   utt_init(utterance.get(), fliteVoice(kReader));
   default_tokenization(utterance.get());

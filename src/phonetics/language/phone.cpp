@@ -44,9 +44,9 @@ constexpr TongueTarget kRest, kRidge{1, 0, 0}, kBetweenTeeth{0.2F, 1, 0}, kVelar
 constexpr float kSealed = 0, kApart = 0.4F, kParted = 1;
 constexpr std::string_view kSilenceNames = "SIL PAU SP SILENCE H# #H # EPI <SIL> <EPS> <P:> BRTH";
 
-/// In the order of Phone; the classes are those of docs/theory/phonetics/phones_and_visemes.md. Names in other ARPAbets: of
-/// Festival's `radio`, TIMIT, CMU with schwas, HTK. Schwas have one normal form, so that every corpus and every voice
-/// spell a word alike.
+/// In the order of Phone; the classes are those of docs/theory/phonetics/phones_and_visemes.md. Names in other
+/// ARPAbets: of Festival's `radio`, TIMIT, CMU with schwas, HTK. Schwas have one normal form, so that every corpus and
+/// every voice spell a word alike.
 constexpr std::array<PhoneRow, kPhoneCount> kPhones = {{
     {kSil, "sil", kSilenceNames, kSilence, kVoiceless, V::kSil, V::kSil, kRest, kSealed},
     {kAA, "AA", "", kVowel, kVoiced, V::kAh, V::kAh},
@@ -101,9 +101,10 @@ static_assert(areInOrder(kPhones, [](const PhoneRow& row) { return row.phone; })
 static_assert(areInOrder(kVisemes, [](const VisemeRow& row) { return row.viseme; }));
 
 std::optional<Phone> phoneFromUpperCase(std::string_view name) {
-  const auto found = std::find_if(kPhones.begin(), kPhones.end(), [&](const PhoneRow& row) {
-    return row.name == name || isWordOf(row.other_names, name);
-  });
+  auto found = std::ranges::find(kPhones, name, &PhoneRow::name);
+  if (found == kPhones.end())
+    found = std::find_if(kPhones.begin(), kPhones.end(),
+                         [&](const PhoneRow& row) { return isWordOf(row.other_names, name); });
   return found == kPhones.end() ? std::nullopt : std::optional(found->phone);
 }
 

@@ -198,7 +198,7 @@ std::vector<TakeSizes> readTakes(SqliteDatabase& database, std::size_t promised,
 
 /// A sample not seen is NaN on all three axes; anything else is a position within reach of a face.
 void checkPositions(const CheckedQuery& row, const FloatMatrix& positions) {
-  if ((positions.array().abs() <= kMaxPositionMm).all()) return;
+  if (positions.size() == 0 || positions.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= kMaxPositionMm) return;
   for (Eigen::Index i = 0; i + 2 < positions.size(); i += 3) {
     const float* xyz = positions.data() + i;
     const bool unseen = std::isnan(xyz[0]) && std::isnan(xyz[1]) && std::isnan(xyz[2]);

@@ -63,20 +63,26 @@ std::optional<FloatMatrix> unpackedPositions(std::string_view packed, std::size_
   if (!bytes) return std::nullopt;
   const char* const planes = bytes->data() + frames * markers;
   FloatMatrix positions(signedIndex(frames), columns);
+  std::vector<std::uint64_t> folded_differences(frames);
   for (Eigen::Index column = 0; column < columns; ++column) {
     const std::size_t start = unsignedIndex(column) * frames;
+    const auto add = [&](std::size_t plane) {
+      const auto* bytes_of_plane = reinterpret_cast<const unsigned char*>(planes + plane * numbers + start);
+      for (std::size_t frame = 0; frame < frames; ++frame)
+        folded_differences[frame] |= std::uint64_t{bytes_of_plane[frame]} << (8 * plane);
+    };
+    std::fill(folded_differences.begin(), folded_differences.end(), 0);
+    add(0);
+    // The upper planes of what moves slowly are empty.
+    for (std::size_t plane = 1; plane < kPlanes; ++plane) {
+      if (!isZero({planes + plane * numbers + start, frames})) add(plane);
+    }
     const char* const unseen = bytes->data() + unsignedIndex(column) / 3 * frames;
     // Sums modulo 2^64 are right modulo 2^40, too, which the last shifts leave.
     std::uint64_t position = 0, difference = 0;
     float* to = positions.data() + column;
-    // The upper planes of what moves slowly are empty.
-    std::size_t used = kPlanes;
-    while (used > 1 && isZero({planes + (used - 1) * numbers + start, frames})) --used;
     for (std::size_t frame = 0; frame < frames; ++frame, to += columns) {
-      std::uint64_t number = 0;
-      for (std::size_t plane = used; plane-- > 0;)
-        number = number << 8U | static_cast<unsigned char>(planes[plane * numbers + start + frame]);
-      difference += unfolded(number);
+      difference += unfolded(folded_differences[frame]);
       position += difference;
       constexpr int kAbove = 64 - 8 * static_cast<int>(kPlanes);
       const std::int64_t step = static_cast<std::int64_t>(position << kAbove) >> kAbove;

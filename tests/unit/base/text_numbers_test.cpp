@@ -55,6 +55,27 @@ TEST(ParseNumber, TakesNumbersAndNothingElse) {
   }
 }
 
+TEST(ParseNumber, IsTheNearestDouble) {
+  std::mt19937_64 random(20261126);
+  const auto below = [&](std::uint64_t n) { return random() % n; };
+  for (int i = 0; i < 200'000; ++i) {
+    // Up to 20 digits with a point somewhere, or none.
+    std::string text = below(2) == 0 ? "-" : "";
+    const std::uint64_t digits = 1 + below(20), point = below(digits + 2);
+    for (std::uint64_t d = 0; d < digits; ++d) {
+      if (d == point) text += '.';
+      text += static_cast<char>('0' + below(10));
+    }
+    const std::optional<double> parsed = parseNumber(text);
+    ASSERT_TRUE(parsed) << text;
+    const double nearest = std::strtod(text.c_str(), nullptr);
+    ASSERT_EQ(*parsed, nearest) << text;
+    ASSERT_EQ(std::signbit(*parsed), std::signbit(nearest)) << text;
+  }
+  for (const char* bad : {".", "-", "-.", "1.2.3", "1-", "12a"}) EXPECT_EQ(parseNumber(bad), std::nullopt) << bad;
+  EXPECT_EQ(parseNumber("5."), 5.0);
+}
+
 TEST(LineReader, CountsLinesAndTakesAnyEnding) {
   LineReader lines("\xEF\xBB\xBFone\r\ntwo\n\nfour");
   std::string_view line;

@@ -65,26 +65,13 @@ TEST(FaceDeformer, MovesTheSameWithoutTheRest) {
   EXPECT_EQ(rebuilt, whole);
 }
 
-TEST(FaceDeformer, NormalsAreTheMovedMeshs) {
-  std::mt19937 random(8);
-  VertexPositions normals;
-  for (int i = 0; i < 5; ++i) {
-    const VertexPositions moved = deformed(deformer(), randomPose(sampleFace(), random));
-    deformer().normals(moved, normals);
-    // The other route: all triangles, one after the other.
-    const VertexPositions all = vertexNormals(moved, sampleFace().mesh.triangles);
-    EXPECT_LT((normals - all).cwiseAbs().maxCoeff(), 1e-4F);
-  }
-}
-
 /// In the finite: a normal is square to where the surface goes from the vertex to its neighbours, as they shrink.
 TEST(FaceDeformer, NormalsAreThoseOfTheSurface) {
   const BezierSurface surface(sampleControl());
   const MarkerPositions markers = openMouth(sampleFace(), 8);
   const auto pose = surface.pose(controlPoints(sampleControl(), markers));
   const VertexPositions moved = deformed(deformer(), markers);
-  VertexPositions normals;
-  deformer().normals(moved, normals);
+  const VertexPositions normals = vertexNormals(moved, sampleFace().mesh.triangles);
   std::vector<double> angles;
   for (std::size_t v = 0; v < sampleFace().skin_vertices; ++v) {
     if (sampleBinding().patch[v] < 0 || sampleBinding().skin_weight[v] < 1 || std::abs(sampleBinding().d[v]) > 0.3)

@@ -37,6 +37,8 @@ class Watches : public ::testing::TestWithParam<unsigned> {
     const std::array corners{middle, middle + 1, middle + kSide};
     std::copy(corners.begin(), corners.end(), watch_.corners);
     watch_.weights[0] = watch_.weights[1] = 0;
+    std::sort(lip_.begin(), lip_.end(),
+              [this](std::uint32_t a, std::uint32_t b) { return vertices_(a, 0) < vertices_(b, 0); });
     watch_.takeShape(vertices_, normals_, lip_, kReach_mm);
   }
   static float placeOf(int i) { return 1.4F * kReach_mm * (2 * asFloat(i) / (kSide - 1) - 1); }

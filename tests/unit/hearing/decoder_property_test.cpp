@@ -4,12 +4,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <iterator>
+#include <map>
 #include <numeric>
 #include <random>
 
 #include "base/errors.h"
+#include "base/files.h"
 #include "base/index.h"
+#include "base/text_numbers.h"
 #include "hearing/alignment/lyrics.h"
 #include "hearing/alignment/phone_decoder.h"
 #include "hearing/alignment/phone_row.h"
@@ -402,6 +406,30 @@ TEST(PronouncerLaws, TheLexiconGoesFirstAndNothingElseChanges) {
   EXPECT_EQ(b[1].ways[0].stress, (std::vector{-1, 1}));
   EXPECT_EQ(ours.wordsOf("25").size(), 1U);
   EXPECT_EQ(plain.wordsOf("25").size(), 2U);
+}
+
+TEST(PronouncerLaws, WordsAreFoundAsTheDictionaryHasThem) {
+  const std::string text = readFile(std::filesystem::path(MOUTHPIECE_SPHINX_MODELS) / english().dictionary);
+  std::map<std::string, std::size_t> ways;  // of each word that is spelled
+  LineReader lines(text);
+  for (std::string_view line; lines.next(line);) {
+    const std::string word(line.substr(0, line.find_first_of(" (")));
+    if (word.find_first_not_of("abcdefghijklmnopqrstuvwxyz'") == std::string::npos) ++ways[word];
+  }
+  ASSERT_GT(ways.size(), 100'000U);
+  const Pronouncer pronouncer;
+  std::size_t number = 0;
+  for (const auto& [word, count] : ways) {
+    // The file's only word out of place is "one's".
+    const bool is_asked = number++ % 37 == 0 || word.starts_with("one") || number == 1 || number == ways.size();
+    if (!is_asked || word.front() == '\'' || word.back() == '\'') continue;
+    ASSERT_TRUE(pronouncer.knows(word)) << word;
+    const std::vector<TranscriptWord> said = pronouncer.wordsOf(word);
+    ASSERT_EQ(said.size(), 1U) << word;
+    EXPECT_EQ(said[0].ways.size(), count) << word;
+    const std::string longer = word + "qqx";
+    EXPECT_EQ(pronouncer.knows(longer), ways.contains(longer)) << longer;
+  }
 }
 
 }  // namespace

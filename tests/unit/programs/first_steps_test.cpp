@@ -367,5 +367,16 @@ TEST_F(FirstSteps, TakesWithoutMotionAreNamed) {
   EXPECT_TRUE(holds(built.err, "one") && holds(built.err, "no motion (expected one.c3d, .trc or .csv)")) << built.err;
 }
 
+TEST(FirstStart, LoadsNoLibraryThatOnlyAVoiceNeeds) {
+  // What the dynamic linker says that it would load. A sound server's libraries took half of a start.
+  for (const char* program : {"synth", "corpus", "retarget"}) {
+    const ProgramResult listed = runProgram(
+        "/bin/sh", {"-c", std::string("LD_TRACE_LOADED_OBJECTS=1 exec '" MOUTHPIECE_BIN_DIR "/") + program + "'"});
+    ASSERT_NE(listed.out.find("libc.so"), std::string::npos) << listed.err;
+    for (const char* library : {"libflite", "libespeak", "libpulse", "libX11", "libasound"})
+      EXPECT_EQ(listed.out.find(library), std::string::npos) << program << " loads " << library;
+  }
+}
+
 }  // namespace
 }  // namespace mouthpiece::test
