@@ -188,6 +188,24 @@ TEST(Usage, ValuesThatNoOptionTakes) {
   for (const Call& call : calls) expectWrongUsage(call);
 }
 
+/// `--transcript "$WORDS"` of a script whose variable is not set once recognised the recording in silence.
+TEST(Usage, AnEmptyValueIsNotAnOptionLeftOut) {
+  const std::vector<std::pair<std::string, std::vector<std::string>>> commands{
+      {"--transcript", {"synth", "--audio", "a.wav", "--transcript", ""}},
+      {"--hint", {"synth", "--audio", "a.wav", "--hint", ""}},
+      {"--face", {"synth", "--text", "a", "--face", ""}},
+      {"--out", {"synth", "--text", "a", "--out", ""}},
+      {"-o", {"synth", "--text", "a", "-o", "a.wav", "-o", ""}},
+      {"--cast", {"synth", "batch", "lines.csv", "--cast", ""}},
+      {"--corpus", {"retarget", "fit", "--mesh", "a.obj", "--out", "a.face", "--corpus", ""}}};
+  for (const auto& [option, words] : commands) {
+    const ProgramResult result = runProgram(words[0], {words.begin() + 1, words.end()});
+    EXPECT_EQ(result.exit_code, 2) << option;
+    EXPECT_NE(result.err.find(option + ": is empty; expected a value, or to be left out"), std::string::npos)
+        << option << ": " << result.err;
+  }
+}
+
 TEST(Usage, AFolderIsForOut) {
   expectBadInput({"synth", {"--text", "a", "-o", "talks/"}}, "--out");
   expectBadInput({"synth", {"--text", "a", "-o", "."}}, "names a folder");
