@@ -167,12 +167,13 @@ std::vector<std::string> withDefaults(const CLI::App& app, int argc, const char*
   return arguments;
 }
 
-/// An empty value is a variable that a script did not set: it is told, not taken for an option that is not given.
+/// An empty value is a variable that a script did not set: it is told, not taken for an option that is not given. Of a
+/// text whoever speaks it tells. Throws InputError.
 void refuseEmptyValues(const CLI::App& app) {
   for (const CLI::Option* option : app.parse_order()) {
     const std::vector<std::string>& values = option->results();
-    if (std::find(values.begin(), values.end(), "") != values.end())
-      throw CLI::ValidationError(option->get_name(), "is empty; expected a value, or to be left out");
+    if (!option->check_name("--text") && std::find(values.begin(), values.end(), "") != values.end())
+      throw InputError(option->get_name(), "", "is empty; expected a value, or to be left out");
   }
   for (const CLI::App* command : app.get_subcommands()) refuseEmptyValues(*command);
 }
