@@ -153,7 +153,8 @@ class Speller {
     if (isAsciiLetter(c) || isDigit(c) ||
         (c < 0x80 && kKeptSigns.find(static_cast<char>(c)) != std::string_view::npos)) {
       out_ += static_cast<char>(c);
-    } else if (contains(rules_.own_letters, c) || (rules_.any_letters && isKeptLetter(c))) {
+    } else if (contains(rules_.own_letters, c) || contains(rules_.kept_signs, c) ||
+               (rules_.any_letters && isKeptLetter(c))) {
       appendUtf8(out_, c);
     } else if (c == '$') {
       out_ += isDigit(peek(1)) ? " $" : " ";
@@ -202,10 +203,11 @@ class Speller {
   std::string out_;
 };
 
-/// Bytes beyond ASCII belong to a language's own letters.
+/// Bytes beyond ASCII belong to a language's own letters; signs are here only where its voices read them.
 bool isSpoken(char c) {
+  constexpr std::string_view kReadSigns = "&%+=@$";
   const auto byte = static_cast<unsigned char>(c);
-  return isAsciiLetter(byte) || isDigit(byte) || byte >= 0x80;
+  return isAsciiLetter(byte) || isDigit(byte) || byte >= 0x80 || kReadSigns.find(c) != std::string_view::npos;
 }
 
 bool hasWords(std::string_view text) { return std::any_of(text.begin(), text.end(), isSpoken); }

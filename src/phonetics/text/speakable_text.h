@@ -20,7 +20,8 @@ inline constexpr std::size_t kMaxTranscriptCharacters = 100'000;
 /// - other accents and ligatures are spelled plainly, curly quotes, dashes and full-width forms become ASCII;
 /// - numbers, dates, times, amounts, abbreviations, acronyms, addresses and emoji are words where the language has
 ///   rules for them (docs/theory/phonetics/text.md), but for words of which `is_known` (may be empty) is true;
-/// - signs with a name are said (% & + = @, currencies), other signs and control characters are blanks.
+/// - signs with a name are said (% & + = @, currencies) or kept where the voices read them; other signs and control
+///   characters are blanks.
 /// Throws InputError when there is nothing to say, for letters of another script (the first is named), broken UTF-8,
 /// and for more than `most` characters.
 std::string speakableText(std::string_view text, const Language& language = english(),
