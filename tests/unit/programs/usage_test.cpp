@@ -261,6 +261,8 @@ TEST_F(BadInput, OfRetarget) {
     expectBadInput({"retarget", {"sample", "--corpus", file("c.corpus"), "--canonical", "f.obj", "--out", out("")}},
                    "c.corpus");
   }
+  // Without --corpus it is the sample corpus.
+  expectBadInput({"retarget", {"fit", "--mesh", missing("m.obj"), "--out", out("a.face")}}, "m.obj: no such file");
   for (const char* name : {"talk.avi", "talk.json"})
     expectBadInput({"retarget", {"apply", "--face", garbage("a.face"), "--motion", "b.c3d", "--out", out(name)}}, name);
   expectBadInput(
