@@ -57,7 +57,7 @@ struct WrittenWord {
 /// Voices spell as they please: Flite's "mother" "'s", "dont" and "_a" are mother's, don't and A. Both lists go on in
 /// step by their letters; what a voice says otherwise than it is written stays as it says it.
 std::vector<WrittenWord> matchWords(const std::vector<LabelledWord>& said, std::string_view text) {
-  constexpr std::size_t kReach = 2, kMore = 4;
+  constexpr std::size_t kReach = 2, kMore = 4, kMost = 200;
   std::vector<WrittenWord> matches;
   std::size_t next = 0, reach = kReach;
   for (const std::string_view written : writtenWords(text)) {
@@ -75,7 +75,7 @@ std::vector<WrittenWord> matchWords(const std::vector<LabelledWord>& said, std::
       matches.push_back({first, end - first, written});
       next = end;
     }
-    reach = is_found ? kReach : reach + kMore;
+    reach = is_found ? kReach : std::min(reach + kMore, kMost);
   }
   return matches;
 }
