@@ -67,6 +67,34 @@ std::optional<Eigen::Vector3d> placeOf(const Anchors& anchors, const std::string
 
 namespace {
 
+/// Clicks that took right for left or one lip for the other. R is the head's own right.
+void refuseSwapped(const FaceMesh& mesh, const Anchors& anchors, const std::string& file) {
+  const auto at = [&](const std::string& name) { return placeOf(anchors, name, mesh, file); };
+  const auto nose = at("NOSE_TIP"), right = at("LIP_CORNER_R"), left = at("LIP_CORNER_L"),
+             eye_right = at("CANTHUS_OUT_R"), eye_left = at("CANTHUS_OUT_L"), upper = at("LIP_UP_MID"),
+             lower = at("LIP_LO_MID");
+  if (!nose || !right || !left || !eye_right || !eye_left) return;
+  const Eigen::Vector3d mouth = 0.5 * (*left + *right), eyes = 0.5 * (*eye_left + *eye_right), up = eyes - mouth;
+  const Eigen::Vector3d to_left = up.cross(*nose - 0.5 * (mouth + eyes));
+  std::string swapped;
+  std::size_t count = 0, pairs = 0;
+  for (const std::string pair : {"LIP_CORNER_", "CANTHUS_OUT_", "EYE_IN_"}) {
+    const auto own_right = at(pair + "R"), own_left = at(pair + "L");
+    if (!own_right || !own_left) continue;
+    ++pairs;
+    if ((*own_left - *own_right).dot(to_left) >= 0) continue;
+    if (count++ == 0) swapped = pair;
+  }
+  if (count == pairs)
+    throw InputError(file, "markers", "have right and left the wrong way round; expected R at the head's own right");
+  if (count > 0) {
+    throw InputError(file, "markers." + swapped + "R",
+                     fmt::format("lies left of {}L; expected R at the head's own right", swapped));
+  }
+  if (upper && lower && (*upper - *lower).dot(up) < 0)
+    throw InputError(file, "markers.LIP_UP_MID", "lies below LIP_LO_MID; expected the upper lip above the lower one");
+}
+
 /// Triangles that all face into the head: seen from outside there is none to lie on.
 void refuseInsideOut(const FaceMesh& mesh, const Anchors& anchors, const TriangleTree& tree, const std::string& file) {
   const auto at = [&](const char* name) { return placeOf(anchors, name, mesh, file); };
@@ -106,8 +134,12 @@ std::map<std::string, PartKind> skinUnderAnchors(const FaceMesh& mesh, const Anc
                                                     "LIP_LO_MID",   "NOSE_TIP",     "CHIN_LOW"};
   constexpr double kFar = 0.25;  // of the spread of the anchors: farther than any face is from its mesh
   std::vector<Eigen::Vector3d> places;
+  std::vector<std::string> names;
   for (const std::string_view name : kOnSkin) {
-    if (const auto place = placeOf(anchors, std::string(name), mesh, anchors_file)) places.push_back(*place);
+    const auto place = placeOf(anchors, std::string(name), mesh, anchors_file);
+    if (!place) continue;
+    places.push_back(*place);
+    names.emplace_back(name);
   }
   if (places.size() < 3) return {};
   Eigen::AlignedBox3d box;
@@ -115,10 +147,14 @@ std::map<std::string, PartKind> skinUnderAnchors(const FaceMesh& mesh, const Anc
   const TriangleTree tree(mesh.vertices, mesh.triangles);
   std::map<const MeshPart*, std::size_t> on;
   bool all_are_far = true;
+  Eigen::AlignedBox3d face;  // where the anchors' nearest points lie: one anchor in the air does not widen it
+  std::vector<double> away;
   for (const Eigen::Vector3d& place : places) {
     const auto foot = tree.closest(place);
     if (!foot) return {};
-    all_are_far = all_are_far && (foot->point - place).norm() > kFar * box.diagonal().norm();
+    away.push_back((foot->point - place).norm());
+    face.extend(foot->point);
+    all_are_far = all_are_far && away.back() > kFar * box.diagonal().norm();
     for (const MeshPart& part : mesh.parts) {
       if (foot->triangle >= part.first_triangle && foot->triangle < part.first_triangle + part.triangle_count)
         ++on[&part];
@@ -128,6 +164,14 @@ std::map<std::string, PartKind> skinUnderAnchors(const FaceMesh& mesh, const Anc
     throw InputError(anchors_file, "markers",
                      "lie off the skin, all of them; expected places on this mesh, in its own unit and orientation");
   }
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (away[i] > kFar * face.diagonal().norm()) {
+      throw InputError(anchors_file, "markers." + names[i],
+                       fmt::format("lies {:.3g} off the mesh, {:.0f} % of the face's size; expected a place on it",
+                                   away[i], 100 * away[i] / face.diagonal().norm()));
+    }
+  }
+  refuseSwapped(mesh, anchors, anchors_file);
   refuseInsideOut(mesh, anchors, tree, anchors_file);
   std::size_t on_skin = 0;
   for (const auto& [part, count] : on) on_skin += isSkin(part->kind) ? count : 0;

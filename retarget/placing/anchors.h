@@ -68,7 +68,8 @@ Similarity meshFromActor(const FaceMesh& mesh, const Anchors& anchors, const std
 Eigen::Matrix3d uprightFromMesh(const Similarity& mesh_from_actor);
 
 /// Parts that are skin since most of the anchors of lips, nose and chin lie on them, whatever their names say: their
-/// kinds are to be set so. Throws InputError that says so when all anchors lie far off the mesh.
+/// kinds are to be set so. Throws InputError when anchors lie far off the mesh, all of them or the one that it names,
+/// when right and left or the lips are the wrong way round, and when the mesh is inside out.
 std::map<std::string, PartKind> skinUnderAnchors(const FaceMesh& mesh, const Anchors& anchors,
                                                  const std::string& anchors_file);
 

@@ -40,6 +40,10 @@ struct SoundBytes {
   }
 };
 
+/// What a program that writes into a pipe claims, since it cannot go back to the header: 0xFFFFFFFF (ffmpeg),
+/// 0x80000000 (arecord) or 0x7FFFF000 (sox). The sound then reaches to the file's end.
+constexpr std::uint64_t kUnknownLength = 0x7FFFF000;
+
 /// libsndfile reads what is there of a WAV cut short and says nothing; we want to know.
 void checkWavLength(const SoundBytes& sound, std::string_view name) {
   for (std::uint64_t chunk = 12; sound.size - chunk >= 8;) {
@@ -49,7 +53,7 @@ void checkWavLength(const SoundBytes& sound, std::string_view name) {
     const std::uint64_t length = reader.readU32();
     const std::uint64_t remaining = sound.size - chunk - 8;
     if (kind == "data") {
-      if (length <= remaining) return;
+      if (length <= remaining || length >= kUnknownLength) return;
       throw InputError(name, fmt::format("byte {}", chunk),
                        fmt::format("claims {} bytes of sound, found {}; expected a whole file", length, remaining));
     }
@@ -71,16 +75,15 @@ void checkKind(const SoundBytes& sound, std::string_view name) {
   const bool is_aiff = bytes.size() >= 12 && bytes.starts_with("FORM") && bytes.substr(8, 3) == "AIF";
   if (is_wav) return checkWavLength(sound, name);
   if (is_aiff || bytes.starts_with("fLaC") || bytes.starts_with("OggS") || isMp3(bytes)) return;
-  throw InputError(name, "",
-                   fmt::format("starts with '{}'; expected a WAV, AIFF, FLAC, Ogg (Vorbis, Opus), MP3, M4A or AAC file",
-                               printable(bytes)));
+  const std::string found = bytes.empty() ? "is empty" : fmt::format("starts with '{}'", printable(bytes));
+  throw InputError(name, "", found + "; expected a WAV, AIFF, FLAC, Ogg (Vorbis, Opus), MP3, M4A or AAC file");
 }
 
 /// libsndfile opens more codecs than we want to be answerable for: these are let in.
 bool isKnownCodec(int format) {
-  constexpr std::array kCodecs = {SF_FORMAT_PCM_S8, SF_FORMAT_PCM_U8,        SF_FORMAT_PCM_16, SF_FORMAT_PCM_24,
-                                  SF_FORMAT_PCM_32, SF_FORMAT_FLOAT,         SF_FORMAT_DOUBLE, SF_FORMAT_VORBIS,
-                                  SF_FORMAT_OPUS,   SF_FORMAT_MPEG_LAYER_III};
+  constexpr std::array kCodecs = {SF_FORMAT_PCM_S8, SF_FORMAT_PCM_U8, SF_FORMAT_PCM_16, SF_FORMAT_PCM_24,
+                                  SF_FORMAT_PCM_32, SF_FORMAT_FLOAT,  SF_FORMAT_DOUBLE, SF_FORMAT_ULAW,
+                                  SF_FORMAT_ALAW,   SF_FORMAT_VORBIS, SF_FORMAT_OPUS,   SF_FORMAT_MPEG_LAYER_III};
   return std::find(kCodecs.begin(), kCodecs.end(), format & SF_FORMAT_SUBMASK) != kCodecs.end();
 }
 
@@ -91,10 +94,16 @@ std::string codecName(int format) {
   return is_told ? info.name : fmt::format("{:#x}", info.format);
 }
 
-/// Kinds that libsndfile does not read, by how they begin: MPEG-4, Matroska and WebM, a bare stream of AAC.
+/// Kinds that libsndfile does not read, or that are rare, by how they begin; a bare stream of AAC besides.
 std::string_view foreignKind(std::string_view bytes) {
+  constexpr std::pair<std::string_view, std::string_view> kKinds[] = {{"\x1A\x45\xDF\xA3", "Matroska or WebM"},
+                                                                      {"\x30\x26\xB2\x75", "Windows Media"},
+                                                                      {"caff", "Core Audio"},
+                                                                      {"#!AMR", "AMR"}};
   if (bytes.size() >= 12 && bytes.substr(4, 4) == "ftyp") return "MPEG-4 (M4A, MP4)";
-  if (bytes.starts_with("\x1A\x45\xDF\xA3")) return "Matroska or WebM";
+  for (const auto& [begin, kind] : kKinds) {
+    if (bytes.starts_with(begin)) return kind;
+  }
   const bool is_aac = bytes.size() >= 2 && static_cast<unsigned char>(bytes[0]) == 0xFF &&
                       (static_cast<unsigned char>(bytes[1]) & 0xF6U) == 0xF0U;
   return is_aac ? "AAC" : "";
@@ -119,9 +128,10 @@ std::string throughFfmpeg(std::string_view bytes, std::string_view kind, std::st
                folder.path(), kTimeLimit);
   const std::filesystem::path made = folder.path() / "out.wav";
   if (result.exit_code != 0 || !std::filesystem::exists(made)) {
-    throw InputError(name, "",
-                     fmt::format("is no {} sound that ffmpeg can read: {}", kind,
-                                 printable(result.output.substr(0, result.output.find('\n')), 160)));
+    std::string why = result.output.substr(0, result.output.find('\n'));
+    // "[mov,mp4 @ 0x561c404c29c0] moov atom not found": the bracket tells users nothing.
+    if (why.starts_with('[')) why.erase(0, why.find("] ") == std::string::npos ? 0 : why.find("] ") + 2);
+    throw InputError(name, "", fmt::format("is no {} sound that ffmpeg can read: {}", kind, printable(why, 160)));
   }
   return readFile(made);
 }
@@ -160,7 +170,7 @@ SoundFile openSound(SoundBytes& bytes, SF_INFO& info) {
 void checkInfo(const SF_INFO& info, std::string_view name, Seconds max_duration) {
   if (!isKnownCodec(info.format)) {
     throw InputError(name, "",
-                     fmt::format("holds sound as {}; expected PCM, floats, FLAC, Vorbis, Opus or MP3",
+                     fmt::format("holds sound as {}; expected PCM, floats, mu-law, A-law, FLAC, Vorbis, Opus or MP3",
                                  printable(codecName(info.format))));
   }
   if (info.samplerate < kLowestRate || info.samplerate > kHighestRate) {

@@ -167,12 +167,24 @@ std::vector<std::string> withDefaults(const CLI::App& app, int argc, const char*
   return arguments;
 }
 
+/// An empty value is a variable that a script did not set: it is told, not taken for an option that is not given. Of a
+/// text whoever speaks it tells. Throws InputError.
+void refuseEmptyValues(const CLI::App& app) {
+  for (const CLI::Option* option : app.parse_order()) {
+    const std::vector<std::string>& values = option->results();
+    if (!option->check_name("--text") && std::find(values.begin(), values.end(), "") != values.end())
+      throw InputError(option->get_name(), "", "is empty; expected a value, or to be left out");
+  }
+  for (const CLI::App* command : app.get_subcommands()) refuseEmptyValues(*command);
+}
+
 int parse(CLI::App& app, int argc, const char* const* argv, bool& finished) {
   std::vector<std::string> arguments = withDefaults(app, argc, argv);
   std::reverse(arguments.begin(), arguments.end());  // as CLI11 takes them
   app.failure_message(wrongUsage);
   try {
     app.parse(std::move(arguments));
+    refuseEmptyValues(app);
     finished = false;
     return kExitDone;
   } catch (const CLI::ParseError& error) {

@@ -251,9 +251,9 @@ constexpr auto kFormats = [] {
 }();
 
 std::size_t rowOf(const fs::path& path) {
-  const std::string name = path.filename().string();
+  const std::string name = lowerCase(path.filename().string());
   for (std::size_t i = 0; i < kFormats.size(); ++i) {
-    if (name.ends_with(kFormats[i].ending)) return i;
+    if (name.ends_with(lowerCase(kFormats[i].ending))) return i;
   }
   std::error_code error;
   if (name.empty() || fs::is_directory(path, error))

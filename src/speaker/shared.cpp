@@ -10,20 +10,12 @@
 namespace mouthpiece {
 namespace {
 
-constexpr std::string_view kMakeCorpus = "make the sample corpus with `make data` in the checkout, or name another";
 constexpr std::string_view kMakeFace = "make the sample face with `make data` in the checkout, or name another";
-
-/// "clock" is a name, unless a file has it.
-bool isClock(const std::filesystem::path& file) { return file == "clock" && !std::filesystem::exists(file); }
-
-std::filesystem::path orShared(const std::filesystem::path& file, std::string_view name, std::string_view how_to_make) {
-  return file.empty() ? findSharedFile(name, how_to_make) : file;
-}
 
 }  // namespace
 
 SharedCorpus::Data::Data(const std::filesystem::path& file)
-    : path(isClock(file) ? findSharedFile("clock.corpus", kMakeCorpus) : orShared(file, "sample.corpus", kMakeCorpus)),
+    : path(corpusFile(file)),
       corpus(readCorpus(path, CorpusAudio::kSkip, CorpusMotion::kOnDemand)),
       units(corpus),
       curve_model(units),
@@ -35,7 +27,7 @@ std::size_t SharedCorpus::takeCount() const { return data_->corpus.takes.size();
 std::vector<std::string> SharedCorpus::markerNames() const { return data_->corpus.layout.markerNames(); }
 
 SharedFace::Data::Data(const std::filesystem::path& face_file)
-    : path(orShared(face_file, "default.face", kMakeFace)),
+    : path(face_file.empty() ? findSharedFile("default.face", kMakeFace) : face_file),
       file(readFaceFile(path)),
       rig_(std::async([this, bytes = readMeshBytesOf(file, path)]() mutable {
         const std::string mesh = std::move(bytes);  // what a future was made of lives as long as it does

@@ -44,6 +44,12 @@ fs::path findSharedFile(std::string_view name, std::string_view how_to_make) {
   throw InputError(first.string(), "", fmt::format("no such file; {}", how_to_make));
 }
 
+fs::path corpusFile(const fs::path& named) {
+  constexpr std::string_view kMake = "make the sample corpus with `make data` in the checkout, or name another";
+  if (named == "clock" && !fs::exists(named)) return findSharedFile("clock.corpus", kMake);
+  return named.empty() ? findSharedFile("sample.corpus", kMake) : named;
+}
+
 std::filesystem::path pageEngineFile() {
   return findSharedFile("page_engine.wasm", "make it with `make wasm` in the checkout");
 }

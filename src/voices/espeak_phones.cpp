@@ -20,6 +20,7 @@ constexpr Seconds kLongestClosure = 0.120;  // of a stop
 constexpr Seconds kClosureAfterPause = 0.060;
 constexpr Seconds kLeastBefore = 0.020;         // what a closure leaves to the phone before
 constexpr Seconds kShortestPhone = 1e-3;        // eSpeak's pauses of no length
+constexpr Seconds kPauseInWord = 0.080;         // eSpeak's before a stop: its closure, as in "compra"
 constexpr double kClosureLevel = 0.02;          // of the utterance's peak: a closure's voicing is below
 constexpr std::string_view kSyllabicMark = "̩";  // U+0329
 
@@ -72,6 +73,12 @@ std::vector<PhoneSegment> announcedPhones(const std::vector<EspeakEvent>& events
     const TimeSpan span{events[i].time, i + 1 < events.size() ? events[i + 1].time : end};
     if (span.duration() < kShortestPhone) continue;
     if (events[i].symbol.empty()) {
+      const bool is_in_word = i > 0 && i + 1 < events.size() && events[i - 1].word == events[i + 1].word &&
+                              !events[i + 1].symbol.empty() && span.duration() < kPauseInWord;
+      if (is_in_word && !phones.empty() && phones.back().phone != Phone::kSil) {
+        phones.back().span.end = span.end;
+        continue;
+      }
       phones.push_back({.phone = Phone::kSil, .span = span});
       continue;
     }

@@ -18,7 +18,8 @@ class SpokenLineBuilder {
   explicit SpokenLineBuilder(const Language& language = english()) : language_(language) {}
   /// Utterances without phones are left out.
   void add(AudioClip audio, std::vector<PhoneSegment> phones, const std::vector<std::string>& words);
-  /// Throws InputError when nothing was said.
+  /// Words are spelled as `text`, which was said, has them: Flite's "mother" "'s" is one word. Throws InputError when
+  /// nothing was said.
   SpokenLine build(std::string text, std::string voice);
 
  private:

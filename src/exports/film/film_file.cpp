@@ -9,6 +9,7 @@
 #include "base/child_process.h"
 #include "base/errors.h"
 #include "base/files.h"
+#include "base/text_encoding.h"
 #include "base/index.h"
 #include "base/parallel_for.h"
 #include "base/zip.h"
@@ -112,7 +113,7 @@ void writeFilm(const fs::path& path, const Film& film, const std::function<void(
   const auto ffmpeg = findProgram("ffmpeg");
   if (!ffmpeg) throw InputError("ffmpeg", "", "is not installed. Get it with: sudo apt-get install ffmpeg");
   if (film.frame_count == 0) throw InputError(path.string(), "", "has no pictures; expected at least one frame");
-  const std::string ending = path.extension().string();
+  const std::string ending = lowerCase(path.extension().string());
   if (ending == ".zip" && film.frame_count > kMostPngs)
     throw InputError(path.string(), "",
                      fmt::format("would hold {} pictures; expected at most {}", film.frame_count, kMostPngs));

@@ -59,6 +59,24 @@ bool isTsv(std::string_view line) {
   return tab != std::string_view::npos && parseNumber(line.substr(0, tab)) && line.find('\t', tab + 1) == line.npos;
 }
 
+/// "start end text", or two times and a label.
+bool isTabbedLine(std::string_view line) {
+  std::vector<std::string_view> fields;
+  splitFields(line, '\t', fields);
+  return fields.size() == 3 && (line == "start\tend\ttext" || (parseNumber(fields[0]) && parseNumber(fields[1])));
+}
+
+/// Without what stands in square brackets.
+std::string saidPart(std::string_view text) {
+  std::string said;
+  while (!text.empty()) {
+    const std::size_t open = std::min(text.find('['), text.size()), close = text.find(']', open);
+    said += text.substr(0, close == std::string_view::npos ? text.size() : open);
+    text.remove_prefix(close == std::string_view::npos ? text.size() : close + 1);
+  }
+  return std::string(trimmed(said));
+}
+
 /// Several objects, one a line.
 bool isJsonLines(std::string_view text) {
   const std::string_view first = firstLine(text);
@@ -91,12 +109,12 @@ void TimesBuilder::check(TimeSpan& span, Seconds last_end, std::string_view text
 }
 
 void TimesBuilder::addWord(std::string_view text, TimeSpan span, const std::string& place, double confidence) {
-  text = trimmed(text);
-  if (text.empty()) return;
-  check(span, times_.words.empty() ? 0 : times_.words.back().span.end, text, place);
+  std::string said = saidPart(text);
+  if (said.empty()) return;
+  check(span, times_.words.empty() ? 0 : times_.words.back().span.end, said, place);
   span.end = std::max(span.end, span.start + kLeastTime);
   if (!(confidence >= 0 && confidence <= 1)) confidence = 1;
-  times_.words.push_back({std::string(text), span, confidence});
+  times_.words.push_back({std::move(said), span, confidence});
 }
 
 void TimesBuilder::addPhone(std::optional<Phone> phone, TimeSpan span, const std::string& place, bool in_word) {
@@ -124,6 +142,7 @@ TimesFile parseTimes(std::string_view bytes, std::string_view name, const Langua
     return isJsonLines(text) ? parseJsonLines(text, name) : parseTimesJson(text, name, language);
   if (first.starts_with('<')) return parseRhubarbXml(text, name);
   if (first.starts_with("WEBVTT") || text.find("-->") != std::string::npos) return parseSubtitles(text, name);
+  if (isTabbedLine(first)) return parseTabbedLines(text, name);
   if (isTsv(first)) return parseRhubarbTsv(text, name);
   if (first.starts_with(";;") || isCtm(first)) {
     // Phones and words are written alike; words are no phones.
@@ -134,10 +153,12 @@ TimesFile parseTimes(std::string_view bytes, std::string_view name, const Langua
     }
     return parseWordCtm(text, name);
   }
-  throw InputError(name, "1",
-                   fmt::format("starts with '{}'; expected JSON of Whisper, Vosk, Gentle, Azure, Polly, ElevenLabs, "
-                               "Piper or Rhubarb, Rhubarb's TSV or XML, a TextGrid, CTM, SRT or WebVTT",
-                               printable(first.substr(0, 24))));
+  throw InputError(
+      name, "1",
+      fmt::format("starts with '{}'; expected JSON of Whisper, Vosk, Gentle, Azure, Polly, ElevenLabs, "
+                  "Piper or Rhubarb, Rhubarb's TSV or XML, Whisper's TSV, Audacity's labels, a TextGrid, CTM, SRT "
+                  "or WebVTT",
+                  printable(first.substr(0, 24))));
 }
 
 }  // namespace mouthpiece

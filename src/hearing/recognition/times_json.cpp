@@ -28,13 +28,37 @@ JsonField either(const JsonField& object, std::initializer_list<std::string_view
 TimeSpan spanIn(const JsonField& object) { return {object["start"].number(), object["end"].number()}; }
 
 double confidenceIn(const JsonField& object) {
-  const JsonField field = either(object, {"probability", "confidence", "conf", "Confidence"});
+  const JsonField field = either(object, {"probability", "confidence", "conf", "Confidence", "score"});
   return field.exists() && field.isNumber() ? field.number() : 1;
 }
 
-void addWords(TimesBuilder& builder, const JsonField& words) {
-  for (const JsonField& word : words.list())
-    builder.addWord(either(word, {"word", "text"}).text(), spanIn(word), word.path(), confidenceIn(word));
+bool isTimed(const JsonField& word) {
+  const auto isThere = [&](std::string_view key) { return word[key].exists() && !word[key].isNull(); };
+  return isThere("start") || isThere("end");
+}
+
+/// WhisperX gives digits no times: such words share what lies between their neighbours. `end`: of all of them, where it
+/// is known.
+void addWords(TimesBuilder& builder, const JsonField& words, std::optional<Seconds> end = std::nullopt) {
+  const std::vector<JsonField> all = words.list();
+  Seconds at = 0;  // where the last timed word ended
+  for (std::size_t i = 0; i < all.size();) {
+    std::size_t timed = i;
+    while (timed < all.size() && !isTimed(all[timed])) ++timed;
+    const Seconds next = timed < all.size() ? all[timed]["start"].number() : end.value_or(at);
+    const auto untimed = static_cast<double>(timed - i);
+    if (untimed == static_cast<double>(all.size())) all.front()["start"].number();  // says that it is missing
+    for (const Seconds start = i == 0 ? std::max(0.0, next - 0.3 * untimed) : at; i < timed; ++i) {
+      const Seconds share = std::max(0.0, next - start) / untimed;
+      const Seconds own = start + share * (untimed - static_cast<double>(timed - i));
+      builder.addWord(either(all[i], {"word", "text"}).text(), {own, own + share}, all[i].path(), confidenceIn(all[i]));
+    }
+    if (timed == all.size()) return;
+    const TimeSpan span = spanIn(all[timed]);
+    builder.addWord(either(all[timed], {"word", "text"}).text(), span, all[timed].path(), confidenceIn(all[timed]));
+    at = span.end;
+    i = timed + 1;
+  }
 }
 
 /// openai-whisper, faster-whisper and the API's verbose_json; lines where words have no times.
@@ -49,7 +73,8 @@ TimesFile parseWhisper(const JsonField& root, std::string_view name) {
   if (!has_words) builder.setLines();
   for (const JsonField& segment : segments) {
     if (has_words) {
-      addWords(builder, segment["words"]);
+      const JsonField end = segment["end"];
+      addWords(builder, segment["words"], end.exists() ? std::optional(end.number()) : std::nullopt);
     } else {
       builder.addWord(segment["text"].text(), spanIn(segment), segment.path());
     }

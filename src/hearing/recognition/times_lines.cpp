@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <pugixml.hpp>
+#include <utility>
 
 #include "base/errors.h"
 #include "base/text_encoding.h"
@@ -117,6 +118,28 @@ TimesFile parseSubtitles(std::string_view text, std::string_view name) {
     }
   }
   finish();
+  return builder.finish();
+}
+
+/// Whisper's TSV, milliseconds under "start end text", and Audacity's labels, seconds.
+TimesFile parseTabbedLines(std::string_view text, std::string_view name) {
+  LineReader reader(text);
+  std::vector<std::string_view> fields;
+  std::string_view line;
+  const bool is_whisper = trimmed(text).starts_with("start\tend\ttext");
+  TimesBuilder builder(name, is_whisper ? "Whisper TSV" : "Audacity labels");
+  builder.setLines();
+  for (bool is_header = is_whisper; reader.next(line);) {
+    if (trimmed(line).empty() || std::exchange(is_header, false)) continue;
+    const std::string place = std::to_string(reader.lineNumber());
+    splitFields(line, '\t', fields);
+    if (fields.size() != 3)
+      throw InputError(name, place, fmt::format("found {} fields; expected start, end and text", fields.size()));
+    const double unit = is_whisper ? 1e-3 : 1;
+    builder.addWord(fields[2],
+                    {unit * requireSeconds(fields[0], name, place), unit * requireSeconds(fields[1], name, place)},
+                    place);
+  }
   return builder.finish();
 }
 

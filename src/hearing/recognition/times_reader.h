@@ -12,7 +12,8 @@ class TimesBuilder {
  public:
   TimesBuilder(std::string_view file, std::string kind) : file_(file) { times_.kind = std::move(kind); }
 
-  /// `place`: for messages. A word may be given zero time (10 ms are taken), and begin 50 ms before the last one's end.
+  /// `place`: for messages. What stands in square brackets ("[Music]") is not said. A word may be given zero time (10
+  /// ms are taken), and begin 50 ms before the last one's end.
   void addWord(std::string_view text, TimeSpan span, const std::string& place, double confidence = 1);
   /// A phone, or a silence; the last word is its own where `in_word`.
   void addPhone(std::optional<Phone> phone, TimeSpan span, const std::string& place, bool in_word = false);
@@ -34,6 +35,7 @@ class TimesBuilder {
 TimesFile parseTimesJson(std::string_view text, std::string_view name, const Language& language);
 TimesFile parseJsonLines(std::string_view text, std::string_view name);
 TimesFile parseSubtitles(std::string_view text, std::string_view name);
+TimesFile parseTabbedLines(std::string_view text, std::string_view name);
 TimesFile parseRhubarbTsv(std::string_view text, std::string_view name);
 TimesFile parseRhubarbXml(std::string_view text, std::string_view name);
 TimesFile parseWordCtm(std::string_view text, std::string_view name);

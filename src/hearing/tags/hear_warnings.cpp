@@ -102,7 +102,7 @@ std::vector<std::string> soundWarnings(const AudioClip& clip, const SpeechLabels
     warnings.push_back(fmt::format(
         "pauses are only {:.0f} dB below the vowels: instruments in the sound, or labels beside it; a voice "
         "alone is needed",
-        drop_db));
+        std::max(0.0, drop_db)));
   }
   if (const auto agreement = vowelAgreement(*labels, tags); agreement && *agreement < kLeastAgreement) {
     warnings.push_back(fmt::format("only {:.0f} % of the vowels that are heard fit the words: other words may be sung",

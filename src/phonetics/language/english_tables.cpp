@@ -317,6 +317,15 @@ constexpr Emoji kEmojis[] = {{0x1F600, "grinning face"},
                              {0x2705, "check mark button"},
                              {0x274C, "cross mark"}};
 
+constexpr std::pair<std::string_view, std::string_view> kCries[] = {
+    {"hm", "hum"},   {"m", "um"},     {"mhm", "um hum"}, {"m-hm", "um hum"}, {"sh", "shush"}, {"psht", "pished"},
+    {"pst", "pist"}, {"pft", "pift"}, {"br", "burr"},    {"gr", "gurr"},     {"tsk", "tisk"}, {"z", "buzz"}};
+
+constexpr std::string_view kStretched[] = {"ah", "aw",   "eh",   "go",    "god", "ha",   "help", "hey", "hi",   "ho",
+                                           "no", "nope", "oh",   "okay",  "ow",  "so",   "stop", "ugh", "uh",   "um",
+                                           "wa", "what", "whoa", "woah",  "wow", "yeah", "yes",  "yo",  "nah",  "yay",
+                                           "er", "why",  "now",  "sorry", "oi",  "you",  "me",   "be",  "come", "very"};
+
 constexpr std::array<std::string_view, 12> kMonths = {"January",   "February", "March",    "April",
                                                       "May",       "June",     "July",     "August",
                                                       "September", "October",  "November", "December"};
@@ -327,6 +336,17 @@ std::span<const Unit> units() { return kUnits; }
 std::span<const Currency> currencies() { return kCurrencies; }
 std::span<const Abbreviation> abbreviations() { return kAbbreviations; }
 std::span<const Emoji> emojis() { return kEmojis; }
+
+std::string_view wordOfCry(std::string_view plain) {
+  for (const auto& [cry, word] : kCries) {
+    if (cry == plain) return word;
+  }
+  return {};
+}
+
+bool isStretched(std::string_view plain) {
+  return std::find(std::begin(kStretched), std::end(kStretched), plain) != std::end(kStretched);
+}
 
 std::string_view monthOf(std::string_view name) {
   for (const std::string_view month : kMonths) {

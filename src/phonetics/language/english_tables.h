@@ -40,6 +40,12 @@ struct Emoji {
 };
 std::span<const Emoji> emojis();
 
+/// Cries and sounds that voices spell letter by letter, by their letters in lower case with every row of one letter
+/// made one ("hmmm": "hm"), and a word that sounds so; "" for another.
+std::string_view wordOfCry(std::string_view plain);
+/// A word that people stretch and whose long form would be said otherwise ("nooo"), by the same letters.
+bool isStretched(std::string_view plain);
+
 /// Full name of a month by its first three letters, "" for another; by its number from 1.
 std::string_view monthOf(std::string_view name);
 std::string_view monthOf(int number);

@@ -175,14 +175,39 @@ class Reader {
     const bool is_odd = hasDigit(core) || (core.size() > 1 && areCapitals(core));
     if (is_odd && is_known_ && is_known_(core)) return std::string(token.body);
     using Rule = std::optional<std::string> (Reader::*)(const Token&);
-    constexpr Rule kRules[] = {&Reader::readAddress,  &Reader::readStreetOrTitle, &Reader::readAbbreviation,
-                               &Reader::readRoman,    &Reader::readTelephone,     &Reader::readMoneyApart,
-                               &Reader::readNumber,   &Reader::readSigned,        &Reader::readInitials,
-                               &Reader::readCapitals, &Reader::readMixed};
+    constexpr Rule kRules[] = {&Reader::readCry,          &Reader::readAddress,  &Reader::readStreetOrTitle,
+                               &Reader::readAbbreviation, &Reader::readRoman,    &Reader::readTelephone,
+                               &Reader::readMoneyApart,   &Reader::readNumber,   &Reader::readSigned,
+                               &Reader::readInitials,     &Reader::readCapitals, &Reader::readMixed};
     for (const Rule rule : kRules) {
       if (auto words = (this->*rule)(token)) return std::move(*words);
     }
     return std::string(token.body);
+  }
+
+  /// Hmm, shh, nooo: voices spell or garble them.
+  std::optional<std::string> readCry(const Token& token) {
+    const std::string_view core = token.core();
+    const std::string letters = lowerCase(core);
+    std::string plain;
+    std::size_t row = 0, longest = 0;
+    for (const char c : letters) {
+      if (!isLetter(c) && c != '-') return std::nullopt;
+      row = !plain.empty() && plain.back() == c ? row + 1 : 1;
+      longest = std::max(longest, row);
+      if (row == 1) plain += c;
+    }
+    // "5 mm" is a length, PST a time zone, "br" and "m" are abbreviations.
+    const bool is_short = longest == 1 && (plain.size() < 3 && plain != "hm");
+    const bool is_capital = core.size() > 1 && areCapitals(core) && longest == 1;
+    if (is_short || is_capital || hasDigit(previousWord()) || (plain == "sh" && !letters.ends_with("hh")))
+      return std::nullopt;
+    const std::string_view word = wordOfCry(plain);
+    const bool is_long = longest >= 3 || (letters.ends_with("hh") && letters.size() > plain.size());
+    const std::string said = !word.empty() ? std::string(word) : is_long && isStretched(plain) ? plain : std::string();
+    if (said.empty() || (is_known_ && is_known_(core))) return std::nullopt;
+    return (isCapital(core[0]) ? capitals(said.substr(0, 1)) + said.substr(1) : said) +
+           std::string(token.body.substr(core.size()));
   }
 
   // Addresses.

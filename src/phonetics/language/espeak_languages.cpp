@@ -91,6 +91,7 @@ std::vector<SaidWord> sayWithEspeak(std::string_view sentence, const Language& l
 Language espeakLanguage(std::string_view tag, std::string_view name, std::string_view voice, bool is_tuned) {
   Language language = worldLanguage(tag, name);
   language.say = sayWithEspeak;
+  language.text.kept_signs = U"&%+=@$€£¥°§";
   language.espeak_voice = voice;
   language.is_tuned = is_tuned;
   return language;
@@ -124,6 +125,7 @@ const std::vector<Language>& espeakRows() {
     }
     Language mandarin = espeakLanguage("zh", "Mandarin", "cmn-latn-pinyin", false);
     mandarin.respell = toPinyin;
+    mandarin.text.kept_signs = {};  // the voice of Pinyin knows none
     mandarin.odd_symbols = kMandarinSymbols;
     all.push_back(mandarin);
     return all;

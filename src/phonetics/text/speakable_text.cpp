@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/errors.h"
+#include "base/index.h"
 #include "base/text_encoding.h"
 #include "base/unicode.h"
 
@@ -70,6 +71,35 @@ constexpr SpelledSign kPlainSigns[] = {{0x2010, "-"},   {0x2011, "-"},  {0x2012,
                                        {0x02BC, "'"},   {0x2032, "'"},  {0x201C, "\""}, {0x201D, "\""}, {0x201E, "\""},
                                        {0x2026, "..."}, {0x2212, "-"},  {0x3002, ". "}, {0x3001, ", "}, {0x060C, ", "},
                                        {0x061B, "; "},  {0x061F, "? "}, {0x06D4, ". "}, {0x0964, ". "}, {0x0965, ". "}};
+
+/// <i>, </i>, <color=red>, <br/>: a name alone or with values, which begins a word or ends something.
+bool isTag(std::u32string_view inside) {
+  if (inside.starts_with(U'/')) inside.remove_prefix(1);
+  if (inside.empty() || !isAsciiLetter(inside[0])) return false;
+  const std::size_t name = std::min(inside.find_first_of(U" =/"), inside.size());
+  if (!std::all_of(inside.begin(), inside.begin() + signedIndex(name),
+                   [](char32_t c) { return isAsciiLetter(c) || isDigit(c); }))
+    return false;
+  return name == inside.size() || inside.back() == U'/' || inside.find(U'=') != std::u32string_view::npos;
+}
+
+/// What is written for others than the speaker becomes blanks: the mark-up of a game's or a subtitle's text, and stage
+/// directions in square brackets ("[laughs]").
+void blankMarkup(std::vector<char32_t>& characters) {
+  constexpr std::size_t kLongest = 100;
+  const std::u32string_view text(characters.data(), characters.size());
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] != U'<' && text[i] != U'[') continue;
+    const char32_t closes = text[i] == U'<' ? U'>' : U']';
+    const std::size_t end = text.substr(0, std::min(text.size(), i + kLongest)).find(closes, i);
+    if (end == std::u32string_view::npos) continue;
+    const std::u32string_view inside = text.substr(i + 1, end - i - 1);
+    const bool begins = i == 0 || text[i - 1] <= U' ';  // what was blanked, too
+    const bool is_markup = closes == U'>' ? (begins || inside.starts_with(U'/')) && isTag(inside)
+                                          : begins && std::any_of(inside.begin(), inside.end(), isAsciiLetter);
+    if (is_markup) std::fill_n(characters.begin() + signedIndex(i), end + 1 - i, U' ');
+  }
+}
 
 bool isUtf8(std::string_view text) {
   for (std::size_t at = 0; at < text.size();) {
@@ -153,7 +183,8 @@ class Speller {
     if (isAsciiLetter(c) || isDigit(c) ||
         (c < 0x80 && kKeptSigns.find(static_cast<char>(c)) != std::string_view::npos)) {
       out_ += static_cast<char>(c);
-    } else if (contains(rules_.own_letters, c) || (rules_.any_letters && isKeptLetter(c))) {
+    } else if (contains(rules_.own_letters, c) || contains(rules_.kept_signs, c) ||
+               (rules_.any_letters && isKeptLetter(c))) {
       appendUtf8(out_, c);
     } else if (c == '$') {
       out_ += isDigit(peek(1)) ? " $" : " ";
@@ -202,10 +233,11 @@ class Speller {
   std::string out_;
 };
 
-/// Bytes beyond ASCII belong to a language's own letters.
+/// Bytes beyond ASCII belong to a language's own letters; signs are here only where its voices read them.
 bool isSpoken(char c) {
+  constexpr std::string_view kReadSigns = "&%+=@$";
   const auto byte = static_cast<unsigned char>(c);
-  return isAsciiLetter(byte) || isDigit(byte) || byte >= 0x80;
+  return isAsciiLetter(byte) || isDigit(byte) || byte >= 0x80 || kReadSigns.find(c) != std::string_view::npos;
 }
 
 bool hasWords(std::string_view text) { return std::any_of(text.begin(), text.end(), isSpoken); }
@@ -277,7 +309,8 @@ std::string speakableText(std::string_view text, const Language& language,
                           const std::function<bool(std::string_view)>& is_known, std::size_t most) {
   const TextRules& rules = language.text;
   const std::string joined = rules.any_letters && isUtf8(text) ? toNfc(text) : std::string(text);
-  const std::vector<char32_t> characters = decode(joined, most, most);
+  std::vector<char32_t> characters = decode(joined, most, most);
+  blankMarkup(characters);
   const std::size_t longest = rules.any_letters ? kLongestScriptWord : kLongestWord;
   std::string spoken = Speller(characters, rules).spell();  // refuses what cannot be read by its place in `text`
   if (rules.in_words == nullptr) {

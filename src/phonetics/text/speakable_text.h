@@ -17,10 +17,12 @@ inline constexpr std::size_t kMaxTranscriptCharacters = 100'000;
 /// `text` (UTF-8, hostile) as a voice of the language can say it. The result holds only ASCII letters, the language's
 /// own, digits, single blanks and . , ; : ! ? ' - $ " ( ), every word has a letter or a digit, and at most 40
 /// bytes (besides a last character's rest and a pause):
+/// - mark-up (<i>, <color=red>) and stage directions in square brackets before which a word has ended are left out;
 /// - other accents and ligatures are spelled plainly, curly quotes, dashes and full-width forms become ASCII;
 /// - numbers, dates, times, amounts, abbreviations, acronyms, addresses and emoji are words where the language has
 ///   rules for them (docs/theory/phonetics/text.md), but for words of which `is_known` (may be empty) is true;
-/// - signs with a name are said (% & + = @, currencies), other signs and control characters are blanks.
+/// - signs with a name are said (% & + = @, currencies) or kept where the voices read them; other signs and control
+///   characters are blanks.
 /// Throws InputError when there is nothing to say, for letters of another script (the first is named), broken UTF-8,
 /// and for more than `most` characters.
 std::string speakableText(std::string_view text, const Language& language = english(),

@@ -40,7 +40,7 @@ std::optional<FaceMesh> withDefaultMouth(const FaceMesh& head, const FaceFile& f
 }
 
 int runFit(const FitArguments& given) {
-  const Corpus corpus = readCorpus(given.corpus);
+  const Corpus corpus = readCorpus(corpusFile(given.corpus));
   std::string bytes = readFile(given.mesh);
   FaceMesh mesh = parseFaceMesh(bytes, given.mesh, given.object);
   auto [anchors, anchors_file] = anchorsFor(mesh, bytes, given.mesh, given.object, given.anchors, given.quiet);
@@ -97,7 +97,7 @@ void addOptions(CLI::App& command, FitArguments& options) {
   command.add_option("--anchors", options.anchors,
                      "JSON: marker names to vertex numbers or points; all markers, or at least 8 (default: those that "
                      "`retarget anchors` finds)");
-  command.add_option("--corpus", options.corpus, "Corpus whose actor shall move the face")->required();
+  command.add_option("--corpus", options.corpus, "Corpus whose actor shall move the face (default: the sample corpus)");
   command.add_option("--out", options.out, "The .face file to write")->required();
   command.add_option("--name", options.name, "Name of the face (default: the mesh file's)");
   command.add_option("--show", options.show,
@@ -137,7 +137,7 @@ void addOptions(CLI::App& command, FitArguments& options) {
 
 Command fitCommand() {
   return makeCommand("fit", "Fit a mesh: place the markers, warp, control surface, binding",
-                     "retarget fit --mesh head.obj --corpus sample.corpus --out head.face", addOptions, runFit);
+                     "retarget fit --mesh head.obj --out head.face", addOptions, runFit);
 }
 
 }  // namespace mouthpiece

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "base/errors.h"
+#include "base/text_encoding.h"
 #include "programs/synth/commands.h"
 
 namespace mouthpiece {
@@ -102,6 +103,13 @@ std::string textOf(const std::filesystem::path& file) {
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(stream.gcount()));
   if (text.size() > kMaxTextFileBytes) throw InputError(file.string(), "", "is over 1 MiB; expected one line of text");
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) text = decodeText(text, file.string());  // UTF-16
+  const std::size_t arrow = text.find(" --> ");
+  if (arrow != std::string::npos && arrow > 0 && text[arrow - 1] >= '0' && text[arrow - 1] <= '9') {
+    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(arrow), '\n');
+    throw InputError(file.string(), std::to_string(line),
+                     "holds subtitles; expected plain text (--times takes subtitles of a recording)");
+  }
   return text;
 }
 
@@ -131,8 +139,9 @@ Line lineOf(const SpeakOptions& options) {
 }
 
 /// What is wrong with a text is told with the name of its file, if it has one.
-Performance performed(Speaker speaker, const Line& line, const std::filesystem::path& text_file) {
+Performance performed(Speaker speaker, const Line& line, const SpeakOptions& options) {
   constexpr std::string_view kText = "text:";
+  const std::filesystem::path& text_file = options.text_file.empty() ? options.transcript_file : options.text_file;
   try {
     return speaker.perform(line);
   } catch (const InputError& error) {
@@ -161,7 +170,7 @@ int runSpeak(const SpeakOptions& options) {
   wanted.keep_motion = false;
   const Line line = lineOf(options);
   // The speaker goes with its dictionary and its voice: what the files are made of is the performance.
-  const Performance performance = performed(Speaker(wanted), line, options.text_file);
+  const Performance performance = performed(Speaker(wanted), line, options);
   if (options.strict && !performance.warnings().empty())
     throw InputError(fmt::format("{} (--strict: {} in all; nothing is written)", performance.warnings().front(),
                                  performance.warnings().size()));

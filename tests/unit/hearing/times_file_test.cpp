@@ -61,6 +61,9 @@ INSTANTIATE_TEST_SUITE_P(
     Kinds, TimesOfOthers,
     testing::Values(Kind{"whisper.json", "Whisper JSON", "The time is now.", "", 0.9},
                     Kind{"whisper_lines.json", "Whisper JSON", "The time is now.", "", 0.1},
+                    Kind{"whisperx.json", "Whisper JSON", "The 2 times are now.", "", 0.9},
+                    Kind{"whisper.tsv", "Whisper TSV", "The time is now.", "", 0.1},
+                    Kind{"audacity.txt", "Audacity labels", "The time is now.", "", 0.9},
                     Kind{"whisper_cpp.json", "whisper.cpp JSON", "The time is now.", "", 0.1},
                     Kind{"vosk.json", "Vosk JSON", "the time is now", "", 0.9},
                     Kind{"gentle.json", "Gentle JSON", "The time is now", kSaid, 0.9},
@@ -82,6 +85,24 @@ INSTANTIATE_TEST_SUITE_P(
           name.begin(), name.end(), [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0; }, '_');
       return name;
     });
+
+TEST(TimesFile, WordsWithoutTimesLieBetweenTheirNeighbours) {
+  const TimesFile times = timesIn("whisperx.json");
+  EXPECT_NEAR(times.words[1].span.start, 0.25, 1e-9);
+  EXPECT_NEAR(times.words[1].span.end, 0.45, 1e-9);
+  const auto whisper = [](const std::string& words) {
+    return parseTimes(R"({"segments": [{"start": 0.5, "end": 2, "words": [)" + words + "]}]}", "x.json");
+  };
+  const TimesFile ends = whisper(R"({"word": "1", "start": null, "end": null}, {"word": "a", "start": 1, "end": 1.4},
+                                    {"word": "2"}, {"word": "3"})");
+  ASSERT_EQ(ends.words.size(), 4U);
+  EXPECT_LT(ends.words[0].span.start, 1);
+  EXPECT_NEAR(ends.words[2].span.start, 1.4, 1e-9);
+  EXPECT_NEAR(ends.words[3].span.start, 1.7, 1e-9);
+  EXPECT_NEAR(ends.words[3].span.end, 2, 1e-9);
+  EXPECT_NE(errorOf([&] { whisper(R"({"word": "1"}, {"word": "2"})"); }).find("words[0].start: is missing"),
+            std::string::npos);
+}
 
 /// Every kind cut short anywhere is refused with its name, or read as less than the whole; nothing else is thrown.
 TEST(TimesFile, CutShortIsRefusedWithTheFilesName) {

@@ -115,6 +115,22 @@ TEST_F(FirstSteps, WordsComeAsTextAsAFileAndFromStandardInput) {
   }
 }
 
+TEST_F(FirstSteps, TextFilesOfWindowsAreReadAndSubtitlesAreNoText) {
+  const std::string utf16("\xFF\xFEt\0h\0e\0 \0t\0i\0m\0e\0", 18);
+  ProgramResult result = synth({"--text-file", file("notepad.txt", utf16), "-o", path("phones.TextGrid")});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(holds(labels(), "\"time\"")) << labels();
+  const std::string subtitles = file("a.srt", "1\n00:00:00,200 --> 00:00:01,000\nthe time is now\n");
+  for (const Arguments& arguments : {Arguments{"--text-file", subtitles},
+                                     Arguments{"--audio", recorded("now.wav"), "--transcript-file", subtitles}}) {
+    result = synth(arguments);
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_TRUE(holds(result.err, "a.srt:2: holds subtitles; expected plain text (--times takes")) << result.err;
+  }
+  result = synth({"--audio", recorded("now.wav"), "--transcript-file", file("blank.txt", " \n")});
+  EXPECT_TRUE(holds(result.err, "blank.txt: has nothing to say")) << result.err;
+}
+
 TEST_F(FirstSteps, LyricsComeAsAFileAsTextAndFromStandardInput) {
   const std::string words = file("words.txt", "[Chorus]\nthe time is now\n");
   const std::string audio = recorded("now.wav"), grid = path("phones.TextGrid");

@@ -188,6 +188,21 @@ TEST(Usage, ValuesThatNoOptionTakes) {
   for (const Call& call : calls) expectWrongUsage(call);
 }
 
+/// `--transcript "$WORDS"` of a script whose variable is not set once recognised the recording in silence.
+TEST(Usage, AnEmptyValueIsNotAnOptionLeftOut) {
+  const std::vector<std::pair<std::string, std::vector<std::string>>> commands{
+      {"--transcript", {"synth", "--audio", "a.wav", "--transcript", ""}},
+      {"--hint", {"synth", "--audio", "a.wav", "--hint", ""}},
+      {"--face", {"synth", "--text", "a", "--face", ""}},
+      {"--out", {"synth", "--text", "a", "--out", ""}},
+      {"-o", {"synth", "--text", "a", "-o", "a.wav", "-o", ""}},
+      {"--cast", {"synth", "batch", "lines.csv", "--cast", ""}},
+      {"--corpus", {"retarget", "fit", "--mesh", "a.obj", "--out", "a.face", "--corpus", ""}}};
+  for (const auto& [option, words] : commands)
+    expectBadInput({words[0], {words.begin() + 1, words.end()}},
+                   option + ": is empty; expected a value, or to be left out");
+}
+
 TEST(Usage, AFolderIsForOut) {
   expectBadInput({"synth", {"--text", "a", "-o", "talks/"}}, "--out");
   expectBadInput({"synth", {"--text", "a", "-o", "."}}, "names a folder");
@@ -246,6 +261,8 @@ TEST_F(BadInput, OfRetarget) {
     expectBadInput({"retarget", {"sample", "--corpus", file("c.corpus"), "--canonical", "f.obj", "--out", out("")}},
                    "c.corpus");
   }
+  // Without --corpus it is the sample corpus.
+  expectBadInput({"retarget", {"fit", "--mesh", missing("m.obj"), "--out", out("a.face")}}, "m.obj: no such file");
   for (const char* name : {"talk.avi", "talk.json"})
     expectBadInput({"retarget", {"apply", "--face", garbage("a.face"), "--motion", "b.c3d", "--out", out(name)}}, name);
   expectBadInput(

@@ -85,5 +85,30 @@ TEST(SkinUnderAnchors, TellsOfAMeshInsideOutAndOfAnchorsElsewhere) {
   EXPECT_NE(complaintOf(mesh, anchors).find("inside out"), std::string::npos);
 }
 
+/// One click in the air was once told as a mesh inside out, swapped sides as markers out of order.
+TEST(SkinUnderAnchors, NamesTheClickThatIsWrong) {
+  if (!test::canonicalFace()) GTEST_SKIP() << test::kNoCanonicalFace;
+  const FaceMesh& mesh = test::defaultFace().mesh;
+  const Anchors& right = test::defaultFace().anchors;
+  const auto swapped = [&](std::initializer_list<std::pair<const char*, const char*>> pairs) {
+    Anchors wrong = right;
+    for (const auto& [a, b] : pairs) std::swap(wrong.markers.at(a), wrong.markers.at(b));
+    return complaintOf(mesh, wrong);
+  };
+  const std::pair mouth("LIP_CORNER_R", "LIP_CORNER_L");
+  EXPECT_EQ(swapped({mouth}),
+            "anchors.json:markers.LIP_CORNER_R: lies left of LIP_CORNER_L; expected R at the head's own right");
+  EXPECT_EQ(swapped({mouth, {"CANTHUS_OUT_R", "CANTHUS_OUT_L"}, {"EYE_IN_R", "EYE_IN_L"}}),
+            "anchors.json:markers: have right and left the wrong way round; expected R at the head's own right");
+  EXPECT_EQ(swapped({{"LIP_UP_MID", "LIP_LO_MID"}}),
+            "anchors.json:markers.LIP_UP_MID: lies below LIP_LO_MID; expected the upper lip above the lower one");
+  Anchors air = right;
+  const auto at = [&](const char* name) { return *placeOf(right, name, mesh, ""); };
+  const Eigen::Vector3d forward = at("NOSE_TIP") - 0.5 * (at("CANTHUS_OUT_R") + at("CANTHUS_OUT_L"));
+  air.markers["LIP_CORNER_R"] = Eigen::Vector3d(at("LIP_CORNER_R") + 4 * forward);
+  EXPECT_NE(complaintOf(mesh, air).find("anchors.json:markers.LIP_CORNER_R: lies "), std::string::npos)
+      << complaintOf(mesh, air);
+}
+
 }  // namespace
 }  // namespace mouthpiece

@@ -206,6 +206,10 @@ TEST(SubtitleSong, WordsShareTheirTimeByTheirLetters) {
   EXPECT_NEAR(song.words[0].span().start, 1, 1e-6);
   EXPECT_NEAR(song.words[1].span().start, 1 + 2.0 * 8 / 13, 1e-6);
   EXPECT_NEAR(song.words[2].span().start, 4.5, 1e-6);
+  const Song marked = parseSubtitleSong(
+      "1\n00:00:01,000 --> 00:00:03,000\n<i>Twinkle</i> {\\an8}star [music]\n\n2\n00:00:04,500 --> 00:00:05,000\nhow\n",
+      "a.srt");
+  EXPECT_EQ(wordsOf(marked), "twinkle/1 star/1 how/1") << "mark-up is not sung";
   EXPECT_THROW(parseSubtitleSong("1\n00:00:03,000 --> 00:00:01,000\na\n", "a.srt"), InputError);
   EXPECT_THROW(parseSubtitleSong("", "a.srt"), InputError);
 }

@@ -21,6 +21,8 @@ TEST(Formats, TheLongestEndingDecides) {
   EXPECT_EQ(usual("a/song.html"), "view.html");
   EXPECT_EQ(usual("a/report.json"), "report.json");
   EXPECT_EQ(usual("x.TextGrid"), "phones.TextGrid");
+  EXPECT_EQ(usual("x.textgrid"), "phones.TextGrid");
+  EXPECT_EQ(usual("LINE.ARKIT.CSV"), "arkit.csv");
   EXPECT_THROW(static_cast<void>(formatOf("x.avi")), InputError);
   EXPECT_THROW(static_cast<void>(formatOf("glb")), InputError);
 }

@@ -115,6 +115,22 @@ TEST(EspeakPhones, AnUnknownSymbolIsSaidWithANeutralMouthAndNamed) {
   EXPECT_EQ(unknown, std::vector<std::string>{"☃"});
 }
 
+/// eSpeak NG halts before a stop; that is its closure, no pause that parts a word.
+TEST(EspeakVoice, NoSilencePartsAWord) {
+  const SpokenLine line = makeVoice("espeak:it")->speak("Compriamo la frutta fresca e un bicchiere.");
+  for (const LabelledWord& word : line.labels.words) {
+    for (std::size_t i = word.phones.first.value; i <= word.phones.last.value; ++i)
+      EXPECT_NE(line.labels.phones[i].phone, Phone::kSil) << word.text;
+  }
+}
+
+/// They once went without a word: "1,50 €" was said as a number.
+TEST(EspeakVoice, SignsAreReadInTheLanguage) {
+  const auto voice = makeVoice("espeak:de");
+  EXPECT_EQ(namesOf(voice->speak("Fünf € & fünf %").labels),
+            namesOf(voice->speak("Fünf Euro und fünf Prozent").labels));
+}
+
 class EspeakLanguages : public testing::TestWithParam<const char*> {};
 
 /// Every sound is one of IPA, every word stands in the labels, and what the aligner expects is what the voice says.

@@ -20,8 +20,22 @@ TEST(FliteVoice, EveryVoiceSpeaksWithLabelsOnTheSoundsClock) {
 TEST(FliteVoice, JoinsSentencesAndSpeaksAgain) {
   const auto voice = makeVoice("flite:kal16");
   const SpokenLine line = voice->speak("It is one. It is two! Is it three?");
-  EXPECT_EQ(wordsOf(line.labels), "it is one it is two is it three");
+  EXPECT_EQ(wordsOf(line.labels), "It is one It is two Is it three");
   EXPECT_EQ(voice->speak("almost ten").audio.samples, voice->speak("almost ten").audio.samples);
+}
+
+/// Flite says "mother" "'s", "dont" and "_a".
+TEST(FliteVoice, WordsAreSpelledAsTheyAreWritten) {
+  const auto voice = makeVoice("flite:kal16");
+  const SpokenLine line =
+      voice->speak("Don't tell my mother's friend we'll be late; it's Bob's cat, its tail and A.I.");
+  EXPECT_EQ(wordsOf(line.labels), "Don't tell my mother's friend we'll be late it's Bob's cat its tail and A I");
+  EXPECT_NO_THROW(expectConsistent(line.labels));
+  for (const LabelledWord& word : line.labels.words) {
+    const std::size_t first = *line.labels.phones[word.phones.first.value].syllable;
+    const std::size_t last = *line.labels.phones[word.phones.last.value].syllable;
+    EXPECT_EQ(last - first, word.text == "mother's" ? 1U : 0U) << word.text;
+  }
 }
 
 TEST(FliteVoice, SurvivesOddAndLongTexts) {
