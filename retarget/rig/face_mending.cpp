@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include "base/index.h"
@@ -29,11 +30,6 @@ constexpr double kOverlapFrom = 5.0 / 6, kOverlapTo = 4, kOverlapLeft = 0.5;
 bool isOfLips(const FaceFault& fault) { return fault.limit == "closures" || fault.limit == "lips in each other"; }
 
 bool meetWrongly(const FaceJudgement& found) { return std::any_of(found.faults.begin(), found.faults.end(), isOfLips); }
-
-bool leavesOpen(const FaceJudgement& found) {
-  return std::any_of(found.faults.begin(), found.faults.end(),
-                     [](const FaceFault& fault) { return fault.limit == "closures"; });
-}
 
 bool canBeMended(const FaceJudgement& found) {
   return !found.faults.empty() && (!found.torn.empty() || meetWrongly(found));
@@ -151,9 +147,16 @@ FaceJudgement mendWhole(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, 
 }  // namespace
 
 bool mendsMore(const FaceJudgement& tried, const FaceJudgement& kept) {
+  const auto has = [](const FaceJudgement& found, std::string_view limit) {
+    return std::any_of(found.faults.begin(), found.faults.end(),
+                       [&](const auto& fault) { return fault.limit == limit; });
+  };
+  // A mouth that closes and a face that moves are worth more than any other fault.
+  for (const std::string_view limit : {"closures", "motion", "lip motion"}) {
+    if (has(tried, limit) && !has(kept, limit)) return false;
+  }
   if (tried.faults.size() == kept.faults.size()) return tried.touching > kept.touching;
-  const bool opens = leavesOpen(tried) && !leavesOpen(kept);  // a mouth that closes is worth more than any fault
-  return tried.faults.size() < kept.faults.size() && !opens;
+  return tried.faults.size() < kept.faults.size();
 }
 
 FaceJudgement mendFace(FaceFile& face, FaceRig& rig, const JudgedPoses& poses, const ActorPose& actor,
